@@ -1,0 +1,167 @@
+//! The one public error type: who is at fault, a stable code, a sentence with the numbers, and what to do.
+
+use std::fmt;
+
+/// What went wrong, and what the reader of the message can do about it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Problem {
+    /// Stable identifier such as `stl-truncated`; one of [`CODES`].
+    pub code: &'static str,
+    /// A sentence with the numbers: where, what was found, what was expected.
+    pub message: String,
+    /// What to do about it; may be empty.
+    pub hint: String,
+}
+
+/// Every failure of hexcast, by who can mend it.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum Error {
+    /// An input file cannot be understood.
+    #[error("{0}")]
+    File(Problem),
+    /// The job asks for something contradictory or impossible.
+    #[error("{0}")]
+    Caller(Problem),
+    /// The job is sound but larger than a limit of the format, the program or the machine.
+    #[error("{0}")]
+    Limit(Problem),
+    /// The GPU or its driver failed.
+    #[error("{0}")]
+    Device(Problem),
+    /// The operating system refused to read or write.
+    #[error("{0}")]
+    System(Problem),
+    /// The caller asked to stop.
+    #[error("cancelled")]
+    Cancelled,
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+/// Shorthand for results of this crate.
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// Who is at fault for an error code: the variant of [`Error`] that carries it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Actor {
+    /// [`Error::File`]
+    File,
+    /// [`Error::Caller`]
+    Caller,
+    /// [`Error::Limit`]
+    Limit,
+    /// [`Error::Device`]
+    Device,
+    /// [`Error::System`]
+    System,
+    /// [`Error::Cancelled`]
+    Cancelled,
+}
+
+/// Every error code, who is at fault and what it means. Codes are stable; the JavaScript types list the same ones.
+pub const CODES: &[(&str, Actor, &str)] = &[
+    ("cancelled", Actor::Cancelled, "the caller asked to stop"),
+    ("stl-empty", Actor::File, "the file holds no facet"),
+    ("stl-truncated", Actor::File, "a binary STL ends before the facets its header announces"),
+    ("stl-not-stl", Actor::File, "the bytes are neither binary nor ASCII STL"),
+    ("stl-syntax", Actor::File, "an ASCII STL breaks the grammar on the named line"),
+    ("stl-not-finite", Actor::File, "a vertex coordinate is NaN or infinite"),
+    ("columns-corrupt", Actor::File, "a column file is damaged or cut short"),
+    ("columns-version", Actor::File, "a column file was written by a newer hexcast"),
+    ("job-syntax", Actor::Caller, "the job file is not valid TOML or JSON"),
+    ("job-value", Actor::Caller, "a value of the job is out of range; the message names the key"),
+    ("job-conflict", Actor::Caller, "two values of the job contradict each other"),
+    ("job-empty", Actor::Caller, "the job names no geometry"),
+    ("domain-empty", Actor::Caller, "the domain has no extent along an axis"),
+    ("lines-no-common-size", Actor::Caller, "no cell size puts every end point on a mesh line within the tolerance"),
+    ("too-many-cells", Actor::Limit, "an axis has more cells than the exact arithmetic can index"),
+    ("geometry-too-far", Actor::Limit, "a geometry lies so far outside the domain that the snap would be too coarse"),
+    ("too-many-facets", Actor::Limit, "more facets than fit the 32-bit index"),
+    ("too-many-geometries", Actor::Limit, "more than 255 geometries"),
+    ("too-many-crossings", Actor::Limit, "one row of rays has more crossings than a device buffer holds"),
+    ("memory", Actor::Limit, "the job needs more memory than the budget allows"),
+    ("no-adapter", Actor::Device, "no GPU adapter was found"),
+    ("device-failed", Actor::Device, "the GPU driver reported an error"),
+    ("device-lost", Actor::Device, "the GPU device was lost and could not be brought back"),
+    ("io", Actor::System, "reading or writing a file failed"),
+];
+
+impl Error {
+    /// Builds the error of a code of [`CODES`]; the code decides the variant.
+    pub fn new(code: &'static str, message: impl Into<String>, hint: impl Into<String>) -> Error {
+        let problem = Problem { code, message: message.into(), hint: hint.into() };
+        let actor = CODES.iter().find(|(known, ..)| *known == code).map(|(_, actor, _)| *actor);
+        match actor {
+            Some(Actor::File) => Error::File(problem),
+            Some(Actor::Limit) => Error::Limit(problem),
+            Some(Actor::Device) => Error::Device(problem),
+            Some(Actor::System) => Error::System(problem),
+            Some(Actor::Cancelled) => Error::Cancelled,
+            Some(Actor::Caller) => Error::Caller(problem),
+            None => unreachable!("error code {code} is not in CODES"),
+        }
+    }
+
+    /// Builds an `io` error that names what was being done.
+    pub fn io(doing: impl fmt::Display, error: std::io::Error) -> Error {
+        Error::new("io", format!("{doing}: {error}"), "")
+    }
+
+    /// The stable code, such as `stl-truncated`.
+    pub fn code(&self) -> &'static str {
+        self.problem().map_or("cancelled", |problem| problem.code)
+    }
+
+    /// What the reader can do about it; may be empty.
+    pub fn hint(&self) -> &str {
+        self.problem().map_or("", |problem| &problem.hint)
+    }
+
+    /// Puts a place, such as a file name, in front of the message.
+    pub fn at(mut self, place: impl fmt::Display) -> Error {
+        if let Error::File(p) | Error::Caller(p) | Error::Limit(p) | Error::Device(p) | Error::System(p) = &mut self {
+            p.message = format!("{place}: {}", p.message);
+        }
+        self
+    }
+
+    fn problem(&self) -> Option<&Problem> {
+        match self {
+            Error::File(p) | Error::Caller(p) | Error::Limit(p) | Error::Device(p) | Error::System(p) => Some(p),
+            Error::Cancelled => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_code_is_listed_once_and_builds_the_variant_of_its_actor() {
+        for (index, (code, actor, _)) in CODES.iter().enumerate() {
+            assert!(CODES[..index].iter().all(|(other, ..)| other != code), "{code} is listed twice");
+            let error = Error::new(code, "message", "hint");
+            assert_eq!(error.code(), *code);
+            let variant = match error {
+                Error::File(_) => Actor::File,
+                Error::Caller(_) => Actor::Caller,
+                Error::Limit(_) => Actor::Limit,
+                Error::Device(_) => Actor::Device,
+                Error::System(_) => Actor::System,
+                Error::Cancelled => Actor::Cancelled,
+            };
+            assert_eq!(variant, *actor, "{code}");
+        }
+    }
+
+    #[test]
+    fn a_place_is_put_in_front() {
+        let error = Error::new("stl-empty", "no facet", "").at("a.stl");
+        assert_eq!(error.to_string(), "a.stl: no facet");
+    }
+}
