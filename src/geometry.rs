@@ -64,11 +64,8 @@ impl Geometry {
         let Some([low, high]) = self.bounding_box() else { return 0.0 };
         let centre = (DVec3::from(low) + DVec3::from(high)) * 0.5;
         let corner = |c: [f32; 3]| DVec3::from(self.world_from_corner(c)) - centre;
-        let six_volumes: f64 = self
-            .facets
-            .iter()
-            .map(|facet| corner(facet[0]).dot(corner(facet[1]).cross(corner(facet[2]))))
-            .sum();
+        let six_volumes: f64 =
+            self.facets.iter().map(|facet| corner(facet[0]).dot(corner(facet[1]).cross(corner(facet[2])))).sum();
         six_volumes / 6.0
     }
 }

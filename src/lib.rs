@@ -1,7 +1,17 @@
 //! hexcast: exact Cartesian meshing of closed surfaces by parallel ray casting.
 
+pub mod columns;
+pub mod control;
+pub mod cpu;
+pub mod crossings;
 pub mod error;
+pub mod facet;
+pub mod flags;
+pub mod frame;
 pub mod geometry;
+pub mod lattice;
 pub mod lines;
+pub mod map;
+pub mod rays;
 
 pub use error::{Error, Result};

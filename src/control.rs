@@ -1,0 +1,75 @@
+//! Cancel and progress, handed down to the stages that take long.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::error::{Error, Result};
+
+/// A switch that asks a running mesh to stop; clones share it.
+#[derive(Debug, Clone, Default)]
+pub struct CancelToken(Arc<AtomicBool>);
+
+impl CancelToken {
+    /// Asks to stop.
+    pub fn cancel(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether somebody asked to stop.
+    pub fn is_cancelled(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}
+
+/// How far a mesh has come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Progress {
+    /// Rays whose columns are done.
+    pub rays_done: u64,
+    /// Rays of the whole box.
+    pub n_rays: u64,
+}
+
+/// What a caller hands down to follow and stop a mesh.
+#[derive(Clone, Default)]
+pub struct Control {
+    /// Stops the mesh at the next band with `cancelled`.
+    pub cancel: CancelToken,
+    on_progress: Option<Arc<dyn Fn(Progress) + Send + Sync>>,
+}
+
+impl Control {
+    /// Follows a mesh with a function called after every band, from the thread that meshes.
+    pub fn with_progress(on_progress: impl Fn(Progress) + Send + Sync + 'static) -> Control {
+        Control { cancel: CancelToken::default(), on_progress: Some(Arc::new(on_progress)) }
+    }
+
+    /// Returns `cancelled` if somebody asked to stop.
+    ///
+    /// # Errors
+    /// `cancelled`.
+    pub fn check(&self) -> Result<()> {
+        if self.cancel.is_cancelled() { Err(Error::Cancelled) } else { Ok(()) }
+    }
+
+    /// Reports progress.
+    pub fn advance(&self, rays_done: u64, n_rays: u64) {
+        if let Some(on_progress) = &self.on_progress {
+            on_progress(Progress { rays_done, n_rays });
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clones_share_the_switch() {
+        let control = Control::default();
+        let token = control.cancel.clone();
+        assert_eq!(control.check(), Ok(()));
+        token.cancel();
+        assert_eq!(control.check(), Err(Error::Cancelled));
+    }
+}

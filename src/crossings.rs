@@ -1,0 +1,205 @@
+//! Crossings: where the rays of a bin row cross the facets of its bins.
+//!
+//! Facets, rays, a lattice -> [`Crossings`]. A crossing is one u32, `cell << 9 | rank << 1 | direction`: the first cell
+//! whose centre counts as above the facet (0 for crossings below the domain, the number of cells of the ray for those
+//! beyond it), the rank of the geometry, and 0 where the ray enters, 1 where it leaves.
+//!
+//! A ray hits a facet iff all three `q >= 0` (see `facet`). Its height there is `Z = height / D` units, so the first cell
+//! above is `floor(Z / 2^F) + 1`, or `floor(Z / 2^F)` if the centre lies exactly on the facet and the tie rule puts it above.
+//! Rays of a row are walked without division: quotient and remainder of height / (D 2^F) advance by a constant step.
+//!
+//! Source: the paper, Eq. 16-19. Twins: `shaders/intersect_setup.wgsl`, `intersect_count.wgsl`, `intersect_emit.wgsl`.
+//! Cost: O(rows of facets + crossings) time; 4 bytes a crossing and 4 a ray.
+
+use std::ops::Range;
+
+use crate::facet::Projected;
+use crate::frame::Frame;
+use crate::lattice::Lattice;
+use crate::rays::Rays;
+
+/// Crossings of consecutive rays, in no order within a ray.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Crossings {
+    /// Index of the first ray.
+    pub first_ray: u64,
+    /// First entry of `events` of each ray, then the end: rays + 1 entries.
+    pub offsets: Vec<u32>,
+    /// `cell << 9 | rank << 1 | direction`, ray after ray.
+    pub events: Vec<u32>,
+}
+
+/// Packs a crossing.
+pub fn event(cell: u32, rank: u8, exits: bool) -> u32 {
+    cell << 9 | u32::from(rank) << 1 | u32::from(exits)
+}
+
+/// Casts the rays of one bin row of a lattice.
+pub fn crossings(frame: &Frame, rays: &Rays, lattice: &Lattice, row: u32) -> Crossings {
+    let first = row * lattice.bin[1];
+    let ray_rows = first..(first + lattice.bin[1]).min(rays.counts[1]);
+    let n_rays = (rays.counts[0] * (ray_rows.end - ray_rows.start)) as usize;
+    let mut hits: Vec<(u32, u32)> = Vec::new();
+    for column in 0..lattice.n_across {
+        let start = column * lattice.bin[0];
+        let window = [start..(start + lattice.bin[0]).min(rays.counts[0]), ray_rows.clone()];
+        for &facet in lattice.bin_facets(column, row) {
+            let Some(projected) = Projected::new(&frame.facets[facet as usize], frame, rays) else { continue };
+            let walk = Walk::new(&projected, frame.fraction_bits, rays.depth);
+            let tag = event(0, frame.rank_of_facet[facet as usize], projected.exits);
+            walk.hits(&window, |i, j, cell| {
+                hits.push(((j - ray_rows.start) * rays.counts[0] + i, cell << 9 | tag));
+            });
+        }
+    }
+    let (offsets, events) = gather(&hits, n_rays);
+    Crossings { first_ray: u64::from(first) * u64::from(rays.counts[0]), offsets, events }
+}
+
+/// Sorts (ray, event) pairs by ray: count, scan, place.
+fn gather(hits: &[(u32, u32)], n_rays: usize) -> (Vec<u32>, Vec<u32>) {
+    let mut offsets = vec![0u32; n_rays + 2];
+    for (ray, _) in hits {
+        offsets[*ray as usize + 2] += 1;
+    }
+    for ray in 2..n_rays + 2 {
+        offsets[ray] += offsets[ray - 1];
+    }
+    let mut events = vec![0u32; hits.len()];
+    for &(ray, event) in hits {
+        let next = &mut offsets[ray as usize + 1];
+        events[*next as usize] = event;
+        *next += 1;
+    }
+    offsets.pop();
+    (offsets, events)
+}
+
+/// A facet prepared for walking its rays row by row.
+struct Walk<'a> {
+    facet: &'a Projected,
+    fraction_bits: u32,
+    depth: i64,
+    /// Step of height / 2^F from ray to ray along a row, as quotient and remainder by D.
+    step: (i64, i64),
+    /// Whether heights can be multiples of 2^F at all: their low F bits are the same at every ray.
+    on_unit: bool,
+}
+
+impl<'a> Walk<'a> {
+    fn new(facet: &'a Projected, fraction_bits: u32, depth: u32) -> Walk<'a> {
+        let step = (facet.slope[0].div_euclid(facet.area), facet.slope[0].rem_euclid(facet.area));
+        let on_unit = facet.height & ((1 << fraction_bits) - 1) == 0;
+        Walk { facet, fraction_bits, depth: i64::from(depth), step, on_unit }
+    }
+
+    /// Calls `hit(i, j, first cell above)` for every ray of the window that hits the facet.
+    fn hits(&self, window: &[Range<u32>; 2], mut hit: impl FnMut(u32, u32, u32)) {
+        let [across, down] = self.facet.rays;
+        let tie_is_above = self.facet.tie_is_above && self.on_unit;
+        for j in window[1].start.max(down[0])..window[1].end.min(down[1] + 1) {
+            let dj = i64::from(j - down[0]);
+            let limits = [window[0].start.max(across[0]), window[0].end.min(across[1] + 1)];
+            let Some([start, end]) = self.span(dj, limits.map(|i| i64::from(i) - i64::from(across[0]))) else {
+                continue;
+            };
+            let (mut cell, mut rest) = self.cell_below(start, dj);
+            for di in start..end {
+                let above = cell + i64::from(!(rest == 0 && tie_is_above));
+                hit(across[0] + di as u32, j, above.clamp(0, self.depth) as u32);
+                cell += self.step.0;
+                rest += self.step.1;
+                if rest >= self.facet.area {
+                    rest -= self.facet.area;
+                    cell += 1;
+                }
+            }
+        }
+    }
+
+    /// The rays [start, end) of a row that lie inside all three edges, of those within the limits.
+    fn span(&self, dj: i64, [mut start, mut end]: [i64; 2]) -> Option<[i64; 2]> {
+        for edge in 0..3 {
+            let q = self.facet.q[edge] + self.facet.b[edge] * dj;
+            let a = self.facet.a[edge];
+            // q + a di >= 0
+            if a > 0 {
+                start = start.max(-q.div_euclid(a));
+            } else if a < 0 {
+                end = end.min(q.div_euclid(-a) + 1);
+            } else if q < 0 {
+                return None;
+            }
+        }
+        (start < end).then_some([start, end])
+    }
+
+    /// Quotient and remainder of the height over D 2^F at a ray of the facet's box.
+    fn cell_below(&self, di: i64, dj: i64) -> (i64, i64) {
+        let [x, y] = self.facet.slope.map(i128::from);
+        let height = (self.facet.height >> self.fraction_bits) + x * i128::from(di) + y * i128::from(dj);
+        match i64::try_from(height) {
+            Ok(height) => (height.div_euclid(self.facet.area), height.rem_euclid(self.facet.area)),
+            Err(_) => {
+                let area = i128::from(self.facet.area);
+                (height.div_euclid(area) as i64, height.rem_euclid(area) as i64)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Geometry;
+    use crate::lattice;
+    use crate::lines::Lines;
+
+    /// Cells of the crossings of every z ray of a facet over a 4 x 4 x 4 domain of unit cells.
+    fn cells(facet: [[f32; 3]; 3], bin: [u32; 2]) -> Vec<Vec<u32>> {
+        let lines = Lines::new([0.0; 3], [1.0; 3], [4; 3]).unwrap();
+        let frame = Frame::new(&[Geometry::new("f", 1, vec![facet])], &lines).unwrap();
+        let rays = Rays::new(2, lines.dims);
+        let rows = Lattice::n_rows(&rays, bin);
+        let lattice = lattice::lattice(&frame, &rays, bin, 0..rows);
+        let mut cells = Vec::new();
+        for row in 0..rows {
+            let c = crossings(&frame, &rays, &lattice, row);
+            for ray in c.offsets.windows(2) {
+                cells.push(c.events[ray[0] as usize..ray[1] as usize].iter().map(|e| e >> 9).collect());
+            }
+        }
+        cells
+    }
+
+    #[test]
+    fn a_flat_facet_at_height_2_toggles_cell_2() {
+        let cells = cells([[-1.0, -1.0, 2.0], [20.0, -1.0, 2.0], [-1.0, 20.0, 2.0]], [4, 4]);
+        assert_eq!(cells, vec![vec![2]; 16]);
+    }
+
+    #[test]
+    fn a_centre_on_a_face_belongs_below_it() {
+        // (low, high]: a crossing exactly at the centre of cell 1 first affects cell 2
+        let cells = cells([[-1.0, -1.0, 1.5], [20.0, -1.0, 1.5], [-1.0, 20.0, 1.5]], [4, 4]);
+        assert_eq!(cells, vec![vec![2]; 16]);
+    }
+
+    #[test]
+    fn crossings_outside_the_domain_are_clamped_to_its_ends() {
+        let low = cells([[-1.0, -1.0, -9.0], [20.0, -1.0, -9.0], [-1.0, 20.0, -9.0]], [4, 4]);
+        assert_eq!(low, vec![vec![0]; 16]);
+        let high = cells([[-1.0, -1.0, 9.0], [20.0, -1.0, 9.0], [-1.0, 20.0, 9.0]], [4, 4]);
+        assert_eq!(high, vec![vec![4]; 16]);
+    }
+
+    #[test]
+    fn the_bin_size_changes_nothing() {
+        let facet = [[0.1, 0.2, -1.0], [3.9, 1.3, 5.5], [1.2, 3.7, 2.25]];
+        let whole = cells(facet, [4, 4]);
+        assert_eq!(whole.iter().flatten().count(), 6);
+        for bin in [[1, 1], [2, 1], [1, 3], [3, 2], [64, 64]] {
+            assert_eq!(cells(facet, bin), whole, "{bin:?}");
+        }
+    }
+}

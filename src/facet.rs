@@ -1,0 +1,170 @@
+//! A facet as the rays see it: three edge functions and a plane, in exact integers.
+//!
+//! Snapped corners -> [`Projected`]. With X, Y across the rays and Z along them, corners ordered so that
+//! `D = twice the projected area > 0`:
+//!
+//! - edge e: `E_e(P) = A_e (P_x - X_e) + B_e (P_y - Y_e)`, `A_e = -(Y_n - Y_e)`, `B_e = X_n - X_e` (the orientation of
+//!   Eq. 16-18). A ray is inside the facet iff for all edges E > 0, or E = 0 and (A < 0, or A = 0 and B < 0): the ray
+//!   stands for P - (e1, e2), e1 >> e2 > 0, so each edge belongs to exactly one of the two facets that share it.
+//! - stored is `q_e(i, j) = (E_e - [0 if a tie counts as inside, else 1]) >> F` at ray (i, j); the test is `q_e >= 0`, and q
+//!   changes by exactly A_e and B_e from ray to ray, since rays step by 2^F.
+//! - plane: `Z(P) = Z_0 + (h_x (P_x - X_0) + h_y (P_y - Y_0)) / D` (Eq. 19).
+//!
+//! Degenerate case: D = 0 (the facet is parallel to the rays or collapsed) is never hit: None.
+//! Widths, with coordinates spanning 26 bits: A, B 27; E 54; D 53; h 54; the plane's numerator 82.
+//! Twin: `shaders/shared/facet.wgsl`.
+
+use crate::frame::{Frame, SnappedFacet};
+use crate::rays::Rays;
+
+/// Edge functions, plane and extent of a facet seen along the rays.
+#[derive(Debug, Clone, Copy)]
+pub struct Projected {
+    /// q of each edge at the first ray of `rays`.
+    pub q: [i64; 3],
+    /// Step of q from ray to ray along the first axis across.
+    pub a: [i64; 3],
+    /// Step of q from ray to ray along the second axis across.
+    pub b: [i64; 3],
+    /// First and last ray, inclusive, of the facet's box on the two axes across, clipped to the domain.
+    pub rays: [[u32; 2]; 2],
+    /// Twice the projected area, positive.
+    pub area: i64,
+    /// Change of the height numerator over a step of one unit along each axis across.
+    pub slope: [i64; 2],
+    /// Numerator of the height over D at the first ray of `rays`, in units: `Z = height / D`.
+    pub height: i128,
+    /// Whether a centre exactly on the facet counts as above the crossing.
+    pub tie_is_above: bool,
+    /// Whether rays leave the body here: the facet's normal points along the rays.
+    pub exits: bool,
+}
+
+impl Projected {
+    /// Projects a facet, or returns None if no ray of the domain can hit it.
+    pub fn new(facet: &SnappedFacet, frame: &Frame, rays: &Rays) -> Option<Projected> {
+        let mut corners = facet.map(|corner| rays.project(corner).map(i64::from));
+        let area = twice_area(&corners);
+        if area == 0 {
+            return None;
+        }
+        if area < 0 {
+            corners.swap(1, 2);
+        }
+        // (x, z, y) is an odd permutation of the axes, so along y the orientation reads the other way round
+        let exits = (area > 0) != (rays.axis == 1);
+        let ranges = [0, 1].map(|axis| ray_range(&corners, axis, frame.fraction_bits, rays.counts[axis]));
+        let [Some(across), Some(down)] = ranges else { return None };
+        let origin = [i64::from(across[0]) << frame.fraction_bits, i64::from(down[0]) << frame.fraction_bits];
+        let mut projected = Projected {
+            q: [0; 3],
+            a: [0; 3],
+            b: [0; 3],
+            rays: [across, down],
+            area: area.abs(),
+            slope: slope(&corners),
+            height: 0,
+            tie_is_above: false,
+            exits,
+        };
+        projected.set_edges(&corners, origin, frame.fraction_bits);
+        projected.set_plane(&corners, origin, rays.axis);
+        Some(projected)
+    }
+
+    fn set_edges(&mut self, corners: &[[i64; 3]; 3], origin: [i64; 2], fraction_bits: u32) {
+        for edge in 0..3 {
+            let [x, y, _] = corners[edge];
+            let [next_x, next_y, _] = corners[(edge + 1) % 3];
+            let (a, b) = (y - next_y, next_x - x);
+            let tie_is_inside = a < 0 || (a == 0 && b < 0);
+            let value = a * (origin[0] - x) + b * (origin[1] - y);
+            self.q[edge] = (value - i64::from(!tie_is_inside)) >> fraction_bits;
+            self.a[edge] = a;
+            self.b[edge] = b;
+        }
+    }
+
+    fn set_plane(&mut self, corners: &[[i64; 3]; 3], origin: [i64; 2], axis: usize) {
+        let [x, y, z] = corners[0].map(i128::from);
+        let [slope_x, slope_y] = self.slope.map(i128::from);
+        self.height =
+            z * i128::from(self.area) + slope_x * (i128::from(origin[0]) - x) + slope_y * (i128::from(origin[1]) - y);
+        // The centre stands for P - (e1, e2, e3), e1 >> e2 >> e3 along x, y, z. Relative to the plane it sits at
+        // -e_axis + (slope . e_across) / D: the largest epsilon with a non-zero factor decides.
+        self.tie_is_above = match axis {
+            0 => false,
+            1 => self.slope[0] > 0,
+            _ => self.slope[0] > 0 || (self.slope[0] == 0 && self.slope[1] > 0),
+        };
+    }
+}
+
+fn twice_area(corners: &[[i64; 3]; 3]) -> i64 {
+    let [[x0, y0, _], [x1, y1, _], [x2, y2, _]] = *corners;
+    (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
+}
+
+fn slope(corners: &[[i64; 3]; 3]) -> [i64; 2] {
+    let [[x0, y0, z0], [x1, y1, z1], [x2, y2, z2]] = *corners;
+    [(z1 - z0) * (y2 - y0) - (z2 - z0) * (y1 - y0), (x1 - x0) * (z2 - z0) - (x2 - x0) * (z1 - z0)]
+}
+
+/// First and last ray whose centre lies within the corners along one axis across, clipped to 0 .. count.
+fn ray_range(corners: &[[i64; 3]; 3], axis: usize, fraction_bits: u32, count: u32) -> Option<[u32; 2]> {
+    let low = corners[0][axis].min(corners[1][axis]).min(corners[2][axis]);
+    let high = corners[0][axis].max(corners[1][axis]).max(corners[2][axis]);
+    let first = ((low + (1 << fraction_bits) - 1) >> fraction_bits).max(0);
+    let last = (high >> fraction_bits).min(i64::from(count) - 1);
+    (first <= last).then_some([first as u32, last as u32])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::Ranks;
+
+    fn frame(dims: [u32; 3]) -> Frame {
+        let ranks = Ranks { geometry_of_rank: vec![0], flag_of_rank: vec![1] };
+        Frame { fraction_bits: 2, dims, facets: vec![], rank_of_facet: vec![], ranks }
+    }
+
+    #[test]
+    fn a_facet_parallel_to_the_rays_is_never_hit() {
+        let frame = frame([8; 3]);
+        let upright = [[0, 0, 0], [8, 8, 0], [8, 8, 16]];
+        assert!(Projected::new(&upright, &frame, &Rays::new(2, frame.dims)).is_none());
+        assert!(Projected::new(&upright, &frame, &Rays::new(0, frame.dims)).is_some());
+    }
+
+    #[test]
+    fn a_facet_between_rays_is_dropped() {
+        let frame = frame([8; 3]);
+        let small = [[1, 1, 0], [3, 1, 0], [1, 3, 0]];
+        assert!(Projected::new(&small, &frame, &Rays::new(2, frame.dims)).is_none());
+    }
+
+    #[test]
+    fn the_same_normal_exits_along_every_axis() {
+        // corners counter-clockwise seen from (1, 1, 1): the normal points along all three axes
+        let frame = frame([8; 3]);
+        let facet = [[16, 0, 0], [0, 16, 0], [0, 0, 16]];
+        for axis in 0..3 {
+            assert!(Projected::new(&facet, &frame, &Rays::new(axis, frame.dims)).unwrap().exits, "axis {axis}");
+        }
+    }
+
+    #[test]
+    fn a_shared_edge_through_a_centre_has_one_owner() {
+        let frame = frame([8; 3]);
+        let rays = Rays::new(2, frame.dims);
+        // a square cut along the diagonal that meets the ray (2, 2)
+        let halves = [[[4, 4, 0], [12, 4, 0], [12, 12, 0]], [[4, 4, 0], [12, 12, 0], [4, 12, 0]]];
+        let owners = halves.iter().filter(|half| {
+            let p = Projected::new(half, &frame, &rays).unwrap();
+            let (di, dj) = (2 - i64::from(p.rays[0][0]), 2 - i64::from(p.rays[1][0]));
+            (0..3).all(|e| p.q[e] + p.a[e] * di + p.b[e] * dj >= 0)
+        });
+        assert_eq!(owners.count(), 1);
+    }
+}

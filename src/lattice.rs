@@ -1,0 +1,135 @@
+//! The lattice: bins of the projection plane, each with the facets that a ray in it may hit.
+//!
+//! Snapped facets, rays, a bin size -> [`Lattice`]. A facet belongs to a bin iff its box covers a ray of the bin and, for
+//! each edge, `q + max(0, A (w - 1)) + max(0, B (h - 1)) >= 0` where q is the edge function at the bin's first ray and
+//! w x h the bin's rays: the corner of the bin that lies farthest inside the edge (Eq. 13-15), exact, on ray centres.
+//!
+//! Degenerate case: facets parallel to the rays belong to no bin. Source: the paper, section 2.3.
+//! Twins: `shaders/lattice_rows.wgsl`, `lattice_count.wgsl`, `lattice_fill.wgsl`.
+//! Cost: O(facets + bins of their boxes) time; 4 bytes a bin and 4 bytes a (facet, bin) pair.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::facet::Projected;
+use crate::frame::Frame;
+use crate::rays::Rays;
+
+/// Facets of each bin of a band of bin rows.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Lattice {
+    /// Rays of a bin along each axis across; the last bin of a row or column may reach past the domain.
+    pub bin: [u32; 2],
+    /// Number of bins in a row.
+    pub n_across: u32,
+    /// The bin rows of this band.
+    pub rows: Range<u32>,
+    /// First entry of `facets` of each bin, then the end: `n_across * rows + 1` entries.
+    pub offsets: Vec<u32>,
+    /// Facet indices, bin after bin; ascending within a bin.
+    pub facets: Vec<u32>,
+}
+
+impl Lattice {
+    /// Facets of a bin, by position in the row and absolute bin row.
+    pub fn bin_facets(&self, column: u32, row: u32) -> &[u32] {
+        let bin = ((row - self.rows.start) * self.n_across + column) as usize;
+        &self.facets[self.offsets[bin] as usize..self.offsets[bin + 1] as usize]
+    }
+
+    /// Number of bin rows that cover all rays.
+    pub fn n_rows(rays: &Rays, bin: [u32; 2]) -> u32 {
+        rays.counts[1].div_ceil(bin[1])
+    }
+}
+
+/// Builds the lattice of a band of bin rows.
+pub fn lattice(frame: &Frame, rays: &Rays, bin: [u32; 2], rows: Range<u32>) -> Lattice {
+    let n_across = rays.counts[0].div_ceil(bin[0]);
+    let n_bins = (n_across * (rows.end - rows.start)) as usize;
+    // pairs of a chunk of facets in order, so that the counting sort below keeps facets ascending within a bin
+    let chunks: Vec<Vec<(u32, u32)>> = (0..frame.facets.len())
+        .into_par_iter()
+        .chunks(4096)
+        .map(|chunk| {
+            let mut pairs = Vec::with_capacity(chunk.len());
+            for facet in chunk {
+                if let Some(projected) = Projected::new(&frame.facets[facet], frame, rays) {
+                    for_each_bin(&projected, bin, n_across, &rows, |bin| pairs.push((bin, facet as u32)));
+                }
+            }
+            pairs
+        })
+        .collect();
+    let mut offsets = vec![0u32; n_bins + 1];
+    for (bin, _) in chunks.iter().flatten() {
+        offsets[*bin as usize + 1] += 1;
+    }
+    for bin in 0..n_bins {
+        offsets[bin + 1] += offsets[bin];
+    }
+    let mut next = offsets.clone();
+    let mut facets = vec![0u32; offsets[n_bins] as usize];
+    for (bin, facet) in chunks.iter().flatten() {
+        facets[next[*bin as usize] as usize] = *facet;
+        next[*bin as usize] += 1;
+    }
+    Lattice { bin, n_across, rows, offsets, facets }
+}
+
+/// Calls `found` with the index in the band of every bin that the facet overlaps.
+fn for_each_bin(facet: &Projected, bin: [u32; 2], n_across: u32, rows: &Range<u32>, mut found: impl FnMut(u32)) {
+    let columns = facet.rays[0].map(|ray| ray / bin[0]);
+    let first_row = (facet.rays[1][0] / bin[1]).max(rows.start);
+    let last_row = (facet.rays[1][1] / bin[1] + 1).min(rows.end);
+    let reach: [i64; 3] = std::array::from_fn(|edge| {
+        (facet.a[edge] * i64::from(bin[0] - 1)).max(0) + (facet.b[edge] * i64::from(bin[1] - 1)).max(0)
+    });
+    for row in first_row..last_row {
+        for column in columns[0]..=columns[1] {
+            let di = i64::from(column * bin[0]) - i64::from(facet.rays[0][0]);
+            let dj = i64::from(row * bin[1]) - i64::from(facet.rays[1][0]);
+            if (0..3).all(|e| facet.q[e] + facet.a[e] * di + facet.b[e] * dj + reach[e] >= 0) {
+                found((row - rows.start) * n_across + column);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Geometry;
+    use crate::lines::Lines;
+
+    #[test]
+    fn a_triangle_is_in_the_bins_it_overlaps_and_no_other() {
+        let corners = [[0.0, 0.0, 1.0], [16.0, 0.0, 1.0], [0.0, 16.0, 1.0]];
+        let lines = Lines::new([0.0; 3], [1.0; 3], [16, 16, 4]).unwrap();
+        let frame = Frame::new(&[Geometry::new("t", 1, vec![corners])], &lines).unwrap();
+        let rays = Rays::new(2, lines.dims);
+        let lattice = lattice(&frame, &rays, [4, 4], 0..4);
+        for row in 0..4 {
+            for column in 0..4 {
+                let expected = usize::from(column + row <= 3);
+                assert_eq!(lattice.bin_facets(column, row).len(), expected, "bin {column}, {row}");
+            }
+        }
+    }
+
+    #[test]
+    fn bands_of_rows_are_parts_of_the_whole() {
+        let corners = [[0.5, 0.3, 1.0], [15.0, 3.0, 1.0], [2.0, 14.0, 1.0]];
+        let lines = Lines::new([0.0; 3], [1.0; 3], [16, 16, 4]).unwrap();
+        let frame = Frame::new(&[Geometry::new("t", 1, vec![corners; 3])], &lines).unwrap();
+        let rays = Rays::new(2, lines.dims);
+        let whole = lattice(&frame, &rays, [4, 2], 0..8);
+        let part = lattice(&frame, &rays, [4, 2], 3..6);
+        for row in 3..6 {
+            for column in 0..4 {
+                assert_eq!(whole.bin_facets(column, row), part.bin_facets(column, row));
+            }
+        }
+    }
+}
