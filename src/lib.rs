@@ -9,6 +9,8 @@ pub mod facet;
 pub mod flags;
 pub mod frame;
 pub mod geometry;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 pub mod lattice;
 pub mod lines;
 pub mod map;

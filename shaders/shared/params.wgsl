@@ -1,0 +1,30 @@
+// The numbers of one band, the same for all kernels. Twin: `gpu::layout::Params`.
+
+struct Params {
+    fraction_bits: u32,   // F: a cell is 2^F units
+    axis: u32,            // ray axis: 0, 1 or 2
+    depth: u32,           // cells of a ray
+    n_i: u32,             // rays along the first axis across
+    n_j: u32,             // rays along the second axis across, of the whole domain
+    first_row: u32,       // the band's ray rows: first_row <= j < end_row
+    end_row: u32,
+    n_across: u32,        // bins in a row of bins: ceil(n_i / BIN)
+    n_bins: u32,          // bins of the band
+    n_facets: u32,
+    pair_capacity: u32,   // (facet, bin) pairs that the buffers hold
+    event_capacity: u32,  // crossings that the buffer holds
+    rule: u32,            // 0 parity, 1 nonzero
+    n_ranks: u32,         // geometries
+    unused_0: u32,
+    unused_1: u32,
+}
+
+@group(0) @binding(0) var<uniform> params: Params;
+
+// Rays of a bin along both axes across.
+const BIN: u32 = 8u;
+
+// Index of a thread in a dispatch of workgroups of 64 in two dimensions.
+fn thread_index(group: vec3<u32>, groups: vec3<u32>, local: u32) -> u32 {
+    return (group.y * groups.x + group.x) * 64u + local;
+}

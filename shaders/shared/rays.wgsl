@@ -1,0 +1,49 @@
+// Which rays a thread of the intersection casts (Eq. 10-12), and which of them a facet hits (Eq. 16).
+// A workgroup of 64 threads covers 8 bins of a row; a thread casts the 8 neighbouring rays of one row of one bin, so
+// that a facet's numbers are loaded once for 8 rays. Twin: `src/rays.rs`.
+// Reads: bin_offsets[bin], n_bins + 1 entries; edges, 3 vec4 a pair, see intersect_setup.
+
+@group(0) @binding(2) var<storage, read> bin_offsets: array<u32>;
+@group(0) @binding(3) var<storage, read> edges: array<vec4<i32>>;
+
+struct RayRow {
+    bin: u32,       // bin of the band
+    row: u32,       // row of rays in the bin
+    first: u32,     // index in the band of the first ray
+    count: u32,     // rays of the row inside the domain, 0 to 8
+}
+
+fn ray_row(group: vec3<u32>, local: u32) -> RayRow {
+    let column = group.x * 8u + local / 8u;
+    let row = local % 8u;
+    let j = group.y * BIN + row;
+    let i = column * BIN;
+    var r: RayRow;
+    r.bin = group.y * params.n_across + column;
+    r.row = row;
+    r.first = j * params.n_i + i;
+    r.count = 0u;
+    if column < params.n_across && j < params.end_row - params.first_row {
+        r.count = min(BIN, params.n_i - i);
+    }
+    return r;
+}
+
+struct Hits {
+    low: vec4<u32>,     // 1 where the facet is hit, for rays 0 to 3
+    high: vec4<u32>,    // and 4 to 7
+}
+
+fn hits_of_pair(pair: u32, row: u32) -> Hits {
+    let e0 = edges[3u * pair];
+    let e1 = edges[3u * pair + 1u];
+    let b2 = edges[3u * pair + 2u].x;
+    let j = i32(row);
+    let i = vec4<i32>(0, 1, 2, 3);
+    let q0 = vec4<i32>(e0.x + e1.z * j) + e0.w * i;
+    let q1 = vec4<i32>(e0.y + e1.w * j) + e1.x * i;
+    let q2 = vec4<i32>(e0.z + b2 * j) + e1.y * i;
+    let low = q0 | q1 | q2;
+    let high = (q0 + 4 * e0.w) | (q1 + 4 * e1.x) | (q2 + 4 * e1.y);
+    return Hits(1u - (bitcast<vec4<u32>>(low) >> vec4<u32>(31u)), 1u - (bitcast<vec4<u32>>(high) >> vec4<u32>(31u)));
+}

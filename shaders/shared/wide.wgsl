@@ -1,0 +1,94 @@
+// Wide integers in two's complement on u32 limbs, lowest first: vec2 holds 64 bits, vec3 holds 96.
+// All arithmetic is on u32, where wrap-around is defined. Used with the widths proved in `src/facet.rs`.
+
+fn is_negative(a: vec2<u32>) -> bool {
+    return (a.y >> 31u) == 1u;
+}
+
+fn widen(a: i32) -> vec2<u32> {
+    return vec2<u32>(bitcast<u32>(a), bitcast<u32>(a >> 31u));
+}
+
+fn add64(a: vec2<u32>, b: vec2<u32>) -> vec2<u32> {
+    let low = a.x + b.x;
+    return vec2<u32>(low, a.y + b.y + u32(low < a.x));
+}
+
+fn sub64(a: vec2<u32>, b: vec2<u32>) -> vec2<u32> {
+    return vec2<u32>(a.x - b.x, a.y - b.y - u32(a.x < b.x));
+}
+
+fn negate64(a: vec2<u32>) -> vec2<u32> {
+    return sub64(vec2<u32>(0u, 0u), a);
+}
+
+// a >= b for non-negative numbers
+fn at_least64(a: vec2<u32>, b: vec2<u32>) -> bool {
+    return a.y > b.y || (a.y == b.y && a.x >= b.x);
+}
+
+// a >> bits, rounding down, for 1 <= bits <= 31
+fn shift_right64(a: vec2<u32>, bits: u32) -> vec2<u32> {
+    return vec2<u32>(a.x >> bits | a.y << (32u - bits), bitcast<u32>(bitcast<i32>(a.y) >> bits));
+}
+
+// the 64-bit product of unsigned numbers
+fn multiply_unsigned(a: u32, b: u32) -> vec2<u32> {
+    let a0 = a & 0xffffu;
+    let a1 = a >> 16u;
+    let b0 = b & 0xffffu;
+    let b1 = b >> 16u;
+    let low = a0 * b0;
+    let middle = a1 * b0 + (low >> 16u);
+    let cross = a0 * b1 + (middle & 0xffffu);
+    return vec2<u32>(cross << 16u | (low & 0xffffu), a1 * b1 + (middle >> 16u) + (cross >> 16u));
+}
+
+// the 64-bit product of signed numbers
+fn multiply_signed(a: i32, b: i32) -> vec2<u32> {
+    let au = bitcast<u32>(a);
+    let bu = bitcast<u32>(b);
+    let product = multiply_unsigned(au, bu);
+    return vec2<u32>(product.x, product.y - select(0u, bu, a < 0) - select(0u, au, b < 0));
+}
+
+fn add96(a: vec3<u32>, b: vec3<u32>) -> vec3<u32> {
+    let x = a.x + b.x;
+    let carry = u32(x < a.x);
+    let y = a.y + b.y;
+    let z = a.z + b.z + u32(y < a.y);
+    let y_carried = y + carry;
+    return vec3<u32>(x, y_carried, z + u32(y_carried < y));
+}
+
+fn widen96(a: vec2<u32>) -> vec3<u32> {
+    return vec3<u32>(a, select(0u, 0xffffffffu, is_negative(a)));
+}
+
+// the product of a signed 64-bit and a signed 32-bit number, modulo 2^96
+fn multiply96(a: vec2<u32>, b: i32) -> vec3<u32> {
+    let bu = bitcast<u32>(b);
+    let low = multiply_unsigned(a.x, bu);
+    let high = multiply_unsigned(a.y, bu);
+    var product = add96(vec3<u32>(low, 0u), vec3<u32>(0u, high));
+    if is_negative(a) {
+        product.z -= bu;
+    }
+    if b < 0 {
+        let upper = sub64(product.yz, a);
+        product = vec3<u32>(product.x, upper);
+    }
+    return product;
+}
+
+// a >> bits, rounding down, for 1 <= bits <= 31
+fn shift_right96(a: vec3<u32>, bits: u32) -> vec3<u32> {
+    return vec3<u32>(a.x >> bits | a.y << (32u - bits), shift_right64(a.yz, bits));
+}
+
+// the nearest i32 within +-2^30
+fn clamp_to_2_30(a: vec2<u32>) -> i32 {
+    let fits = a.y == bitcast<u32>(bitcast<i32>(a.x) >> 31u);
+    let value = select(select(0x40000000, -0x40000000, is_negative(a)), bitcast<i32>(a.x), fits);
+    return clamp(value, -0x40000000, 0x40000000);
+}

@@ -1,0 +1,119 @@
+//! Every buffer of the GPU backend and every size, computed in u64 before anything is allocated.
+
+use wgpu::{Buffer, BufferDescriptor, BufferUsages, Device, Limits};
+
+use super::layout::{FACET_WORDS, Params};
+use crate::error::{Error, Result};
+
+/// Bytes of the edges, and of the planes, of a (facet, bin) pair.
+pub(crate) const PAIR_BYTES: u64 = 48;
+/// Elements that one workgroup of a scan covers; `BLOCK` in `shaders/shared/scan.wgsl`.
+pub(crate) const SCAN_BLOCK: u64 = 4096;
+
+/// How much a band may hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Capacity {
+    pub(crate) n_rays: u64,
+    pub(crate) n_bins: u64,
+    pub(crate) n_pairs: u64,
+    pub(crate) n_events: u64,
+}
+
+impl Capacity {
+    /// The most that buffers within the limits of a device can hold.
+    pub(crate) fn limit(limits: &Limits) -> Capacity {
+        let bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        // counts are u32, and wgpu's validation of 4 GiB bindings is not everywhere the same
+        let words = (bytes / 4).min(1 << 29) - 1;
+        Capacity { n_rays: words, n_bins: words, n_pairs: bytes / PAIR_BYTES, n_events: words }
+    }
+
+    /// Whether a band with these numbers fits.
+    pub(crate) fn holds(&self, n_pairs: u64, n_events: u64) -> bool {
+        n_pairs <= self.n_pairs && n_events <= self.n_events
+    }
+}
+
+/// Buffers of one mesh on the device: the facets and one band.
+pub(crate) struct Buffers {
+    pub(crate) capacity: Capacity,
+    pub(crate) params: Buffer,
+    pub(crate) flag_of_rank: Buffer,
+    pub(crate) corners: Buffer,
+    /// Rows of bins of each facet, scanned in place.
+    pub(crate) row_offsets: Buffer,
+    /// Facets of each bin, scanned in place.
+    pub(crate) bin_offsets: Buffer,
+    pub(crate) next_pair: Buffer,
+    pub(crate) pairs: Buffer,
+    pub(crate) edges: Buffer,
+    pub(crate) planes: Buffer,
+    /// Crossings of each ray, scanned in place.
+    pub(crate) ray_offsets: Buffer,
+    pub(crate) events: Buffer,
+    /// Runs of each ray, scanned in place.
+    pub(crate) run_offsets: Buffer,
+    pub(crate) runs: Buffer,
+    pub(crate) n_odd: Buffer,
+    /// Sums of each level of a scan, and a zero for its top.
+    pub(crate) sums: Vec<Buffer>,
+    pub(crate) n_bytes: u64,
+}
+
+impl Buffers {
+    /// Allocates the buffers of a mesh of `n_facets` facets in bands of the given capacity.
+    pub(crate) fn new(device: &Device, n_facets: u64, capacity: Capacity) -> Buffers {
+        let mut n_bytes = 0;
+        let mut storage = |label: &str, bytes: u64| {
+            let size = bytes.next_multiple_of(16).max(64);
+            n_bytes += size;
+            let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
+            device.create_buffer(&BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false })
+        };
+        let mut sums = Vec::new();
+        let mut n = (n_facets + 1).max(capacity.n_rays + 1).max(capacity.n_bins + 1);
+        while n > 1 {
+            n = n.div_ceil(SCAN_BLOCK);
+            sums.push(storage("scan sums", 4 * n));
+        }
+        sums.push(storage("scan zero", 4));
+        Buffers {
+            capacity,
+            corners: storage("corners", 4 * FACET_WORDS as u64 * n_facets),
+            row_offsets: storage("row offsets", 4 * (n_facets + 1)),
+            bin_offsets: storage("bin offsets", 4 * (capacity.n_bins + 1)),
+            next_pair: storage("next pair", 4 * (capacity.n_bins + 1)),
+            pairs: storage("pairs", 8 * capacity.n_pairs),
+            edges: storage("edges", PAIR_BYTES * capacity.n_pairs),
+            planes: storage("planes", PAIR_BYTES * capacity.n_pairs),
+            ray_offsets: storage("ray offsets", 4 * (capacity.n_rays + 1)),
+            events: storage("events", 4 * capacity.n_events),
+            run_offsets: storage("run offsets", 4 * (capacity.n_rays + 1)),
+            runs: storage("runs", 4 * capacity.n_events),
+            n_odd: storage("odd rays", 4),
+            sums,
+            params: uniform(device, "params", size_of::<Params>() as u64),
+            flag_of_rank: uniform(device, "flag of rank", 256),
+            n_bytes,
+        }
+    }
+}
+
+fn uniform(device: &Device, label: &str, size: u64) -> Buffer {
+    let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
+    device.create_buffer(&BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false })
+}
+
+/// Checks that the facets fit one binding.
+///
+/// # Errors
+/// `too-many-facets` with the numbers.
+pub(crate) fn check_facets(n_facets: u64, limits: &Limits) -> Result<()> {
+    let bytes = 4 * FACET_WORDS as u64 * n_facets;
+    let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+    if bytes > limit {
+        let message = format!("{n_facets} facets need a GPU buffer of {bytes} bytes; this device allows {limit}");
+        return Err(Error::new("too-many-facets", message, "use the CPU backend"));
+    }
+    Ok(())
+}

@@ -1,0 +1,163 @@
+//! Finding an adapter, opening a device, and hearing of its failures.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use serde::Serialize;
+use wgpu::{Adapter, DeviceDescriptor, DeviceType, Instance, InstanceDescriptor, Limits, RequestAdapterOptions};
+
+use super::kernels::Kernels;
+use crate::error::{Error, Result};
+
+/// What kind of machine an adapter is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum AdapterKind {
+    /// A graphics card of its own.
+    Discrete,
+    /// A part of the processor's chip.
+    Integrated,
+    /// A share of a card in a virtual machine.
+    Virtual,
+    /// A driver that computes on the processor (lavapipe, SwiftShader, WARP).
+    Software,
+    /// Not told, as in browsers.
+    Unknown,
+}
+
+/// What is known of an adapter.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct AdapterFacts {
+    /// Name of the adapter.
+    pub name: String,
+    /// Name and version of its driver.
+    pub driver: String,
+    /// The interface it is reached by: vulkan, metal, dx12 or webgpu.
+    pub api: String,
+    /// What it is.
+    pub kind: AdapterKind,
+    /// Largest buffer, in bytes, that a kernel can see at once.
+    pub max_binding_bytes: u64,
+}
+
+/// An open device with all kernels compiled.
+pub struct Gpu {
+    /// What it runs on.
+    pub facts: AdapterFacts,
+    pub(crate) device: wgpu::Device,
+    pub(crate) queue: wgpu::Queue,
+    pub(crate) kernels: Kernels,
+    failure: Arc<Mutex<Option<Error>>>,
+}
+
+/// Lists the adapters that this machine offers.
+pub async fn adapters() -> Vec<AdapterFacts> {
+    instance().enumerate_adapters(wgpu::Backends::all()).await.iter().map(facts).collect()
+}
+
+impl Gpu {
+    /// Opens the adapter that the system prefers for heavy work, or the first whose name contains `wanted`.
+    ///
+    /// # Errors
+    /// - `no-adapter`: there is none, or none of that name.
+    /// - `device-failed`: the driver refused the device or a kernel.
+    pub async fn open(wanted: Option<&str>) -> Result<Gpu> {
+        let adapter = match wanted {
+            None => preferred_adapter().await?,
+            Some(name) => named_adapter(name).await?,
+        };
+        Gpu::with_adapter(&adapter).await
+    }
+
+    async fn with_adapter(adapter: &Adapter) -> Result<Gpu> {
+        let offered = adapter.limits();
+        let limits = Limits {
+            max_storage_buffer_binding_size: offered.max_storage_buffer_binding_size,
+            max_buffer_size: offered.max_buffer_size,
+            ..Limits::default()
+        };
+        let descriptor = DeviceDescriptor { label: Some("hexcast"), required_limits: limits, ..Default::default() };
+        let refused = |error| Error::new("device-failed", format!("the driver refused the device: {error}"), USE_CPU);
+        let (device, queue) = adapter.request_device(&descriptor).await.map_err(refused)?;
+        let failure = Arc::new(Mutex::new(None));
+        let heard = failure.clone();
+        device.on_uncaptured_error(Arc::new(move |error| {
+            note(&heard, Error::new("device-failed", format!("the GPU driver reported: {error}"), USE_CPU));
+        }));
+        let heard = failure.clone();
+        device.set_device_lost_callback(move |reason, message| {
+            note(
+                &heard,
+                Error::new("device-lost", format!("the GPU device was lost ({reason:?}): {message}"), USE_CPU),
+            );
+        });
+        let kernels = Kernels::new(&device);
+        let gpu = Gpu { facts: facts(adapter), device, queue, kernels, failure };
+        gpu.check()?;
+        Ok(gpu)
+    }
+
+    /// Returns the failure that the driver reported, if it did.
+    pub(crate) fn check(&self) -> Result<()> {
+        let failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
+        failure.clone().map_or(Ok(()), Err)
+    }
+}
+
+const USE_CPU: &str = "use the CPU backend, or update the GPU driver";
+
+/// Keeps the first failure, except that a lost device explains all others.
+fn note(failure: &Mutex<Option<Error>>, error: Error) {
+    let mut failure = failure.lock().unwrap_or_else(PoisonError::into_inner);
+    if failure.is_none() || error.code() == "device-lost" {
+        *failure = Some(error);
+    }
+}
+
+fn instance() -> Instance {
+    Instance::new(InstanceDescriptor::new_without_display_handle().with_env())
+}
+
+async fn preferred_adapter() -> Result<Adapter> {
+    let options =
+        RequestAdapterOptions { power_preference: wgpu::PowerPreference::HighPerformance, ..Default::default() };
+    instance().request_adapter(&options).await.map_err(|error| {
+        Error::new(
+            "no-adapter",
+            format!("no GPU adapter was found: {error}"),
+            "use the CPU backend, or install a GPU driver",
+        )
+    })
+}
+
+async fn named_adapter(name: &str) -> Result<Adapter> {
+    let mut adapters = instance().enumerate_adapters(wgpu::Backends::all()).await;
+    let lower = name.to_lowercase();
+    let position = adapters.iter().position(|adapter| adapter.get_info().name.to_lowercase().contains(&lower));
+    match position {
+        Some(index) => Ok(adapters.swap_remove(index)),
+        None => {
+            let names: Vec<String> = adapters.iter().map(|adapter| adapter.get_info().name).collect();
+            let message =
+                format!("no GPU adapter is named \"{name}\"; there are {}: {}", names.len(), names.join(", "));
+            Err(Error::new("no-adapter", message, "choose one of these, or the CPU backend"))
+        }
+    }
+}
+
+fn facts(adapter: &Adapter) -> AdapterFacts {
+    let info = adapter.get_info();
+    let kind = match info.device_type {
+        DeviceType::DiscreteGpu => AdapterKind::Discrete,
+        DeviceType::IntegratedGpu => AdapterKind::Integrated,
+        DeviceType::VirtualGpu => AdapterKind::Virtual,
+        DeviceType::Cpu => AdapterKind::Software,
+        DeviceType::Other => AdapterKind::Unknown,
+    };
+    AdapterFacts {
+        name: info.name,
+        driver: [info.driver, info.driver_info].join(" ").trim().to_string(),
+        api: info.backend.to_str().to_string(),
+        kind,
+        max_binding_bytes: adapter.limits().max_storage_buffer_binding_size,
+    }
+}

@@ -1,0 +1,105 @@
+//! The `repr(C)` twins of the structs in the shaders. A test compares them with what naga reads from the WGSL.
+
+use std::ops::Range;
+
+use crate::frame::Frame;
+use crate::map::Rule;
+use crate::rays::Rays;
+
+/// Rays of a bin along both axes across; `BIN` in `shaders/shared/params.wgsl`.
+pub const BIN: u32 = 8;
+
+/// The numbers of one band; `Params` in `shaders/shared/params.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Params {
+    /// F: a cell is 2^F units.
+    pub fraction_bits: u32,
+    /// Ray axis: 0, 1 or 2.
+    pub axis: u32,
+    /// Cells of a ray.
+    pub depth: u32,
+    /// Rays along the first axis across.
+    pub n_i: u32,
+    /// Rays along the second axis across, of the whole domain.
+    pub n_j: u32,
+    /// First ray row of the band.
+    pub first_row: u32,
+    /// End of the band's ray rows.
+    pub end_row: u32,
+    /// Bins in a row of bins.
+    pub n_across: u32,
+    /// Bins of the band.
+    pub n_bins: u32,
+    /// Facets of all geometries.
+    pub n_facets: u32,
+    /// (facet, bin) pairs that the buffers hold.
+    pub pair_capacity: u32,
+    /// Crossings that the buffer holds.
+    pub event_capacity: u32,
+    /// 0 parity, 1 nonzero.
+    pub rule: u32,
+    /// Geometries.
+    pub n_ranks: u32,
+    /// Padding to a multiple of 16 bytes.
+    pub unused: [u32; 2],
+}
+
+impl Params {
+    /// Describes a band of ray rows.
+    pub fn new(frame: &Frame, rays: &Rays, rule: Rule, rows: &Range<u32>, pairs: u32, events: u32) -> Params {
+        let n_across = rays.counts[0].div_ceil(BIN);
+        Params {
+            fraction_bits: frame.fraction_bits,
+            axis: rays.axis as u32,
+            depth: rays.depth,
+            n_i: rays.counts[0],
+            n_j: rays.counts[1],
+            first_row: rows.start,
+            end_row: rows.end,
+            n_across,
+            n_bins: n_across * (rows.end - rows.start).div_ceil(BIN),
+            n_facets: frame.facets.len() as u32,
+            pair_capacity: pairs,
+            event_capacity: events,
+            rule: match rule {
+                Rule::Parity => 0,
+                Rule::Nonzero => 1,
+            },
+            n_ranks: frame.ranks.flag_of_rank.len() as u32,
+            unused: [0; 2],
+        }
+    }
+
+    /// Rays of the band.
+    pub fn n_rays(&self) -> u32 {
+        (self.end_row - self.first_row) * self.n_i
+    }
+}
+
+/// Words of a facet in the `corners` buffer.
+pub const FACET_WORDS: usize = 10;
+
+/// Packs the facets for the `corners` buffer: corners in (across, across, along) order, then the rank.
+pub fn corners(frame: &Frame, rays: &Rays) -> Vec<i32> {
+    use rayon::prelude::*;
+    let mut words = vec![0; frame.facets.len() * FACET_WORDS];
+    words.par_chunks_mut(FACET_WORDS).zip(&frame.facets).zip(&frame.rank_of_facet).for_each(
+        |((words, facet), &rank)| {
+            for corner in 0..3 {
+                words[3 * corner..3 * corner + 3].copy_from_slice(&rays.project(facet[corner]));
+            }
+            words[9] = i32::from(rank);
+        },
+    );
+    words
+}
+
+/// Packs the flag of each rank, four a word, for the `flag_of_rank` uniform.
+pub fn flag_words(flag_of_rank: &[u8]) -> [u32; 64] {
+    let mut words = [0; 64];
+    for (rank, &flag) in flag_of_rank.iter().enumerate() {
+        words[rank / 4] |= u32::from(flag) << (8 * (rank % 4));
+    }
+    words
+}

@@ -1,0 +1,126 @@
+//! The passes of a band, in order, as commands: which kernel reads and writes which buffers, and over how many threads.
+
+use wgpu::{BindGroupDescriptor, BindGroupEntry, BindingResource, Buffer, BufferBinding, CommandEncoder, ComputePass};
+
+use super::buffers::{Buffers, SCAN_BLOCK};
+use super::device::Gpu;
+use super::kernels::Kernel;
+use super::layout::{BIN, Params};
+
+/// Threads of a workgroup of all kernels but the scan.
+const GROUP: u64 = 64;
+/// Most workgroups along a dimension of a dispatch.
+const MAX_GROUPS: u64 = 65_535;
+/// Threads that share a list whose length only the device knows.
+const SHARING_THREADS: u64 = 1 << 16;
+
+/// Records the commands of one band.
+pub(crate) struct Passes<'a> {
+    pub(crate) gpu: &'a Gpu,
+    pub(crate) buffers: &'a Buffers,
+    pub(crate) params: &'a Params,
+}
+
+impl Passes<'_> {
+    /// Builds the lattice: from `corners` to `bin_offsets` and `pairs`.
+    pub(crate) fn lattice(&self, encoder: &mut CommandEncoder) {
+        let b = self.buffers;
+        let n_facets = u64::from(self.params.n_facets);
+        let n_bins = u64::from(self.params.n_bins);
+        encoder.clear_buffer(&b.row_offsets, 0, Some(4 * (n_facets + 1)));
+        encoder.clear_buffer(&b.bin_offsets, 0, Some(4 * (n_bins + 1)));
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        self.run(&mut pass, Kernel::LatticeRows, &[(1, &b.corners), (2, &b.row_offsets)], n_facets);
+        self.scan(&mut pass, &b.row_offsets, n_facets + 1, 0);
+        let walk = [(1, &b.corners), (2, &b.row_offsets), (3, &b.bin_offsets)];
+        self.run(&mut pass, Kernel::LatticeCount, &walk, SHARING_THREADS);
+        self.scan(&mut pass, &b.bin_offsets, n_bins + 1, 0);
+        drop(pass);
+        encoder.copy_buffer_to_buffer(&b.bin_offsets, 0, &b.next_pair, 0, 4 * (n_bins + 1));
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        let fill = [(1, &b.corners), (2, &b.row_offsets), (3, &b.next_pair), (4, &b.pairs)];
+        self.run(&mut pass, Kernel::LatticeFill, &fill, SHARING_THREADS);
+    }
+
+    /// Casts the rays: from `bin_offsets` and `pairs` to `ray_offsets` and `events`.
+    pub(crate) fn intersect(&self, encoder: &mut CommandEncoder) {
+        let b = self.buffers;
+        let n_rays = u64::from(self.params.n_rays());
+        encoder.clear_buffer(&b.ray_offsets, 0, Some(4 * (n_rays + 1)));
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        let setup = [(1, &b.corners), (2, &b.bin_offsets), (3, &b.pairs), (4, &b.edges), (5, &b.planes)];
+        self.run(&mut pass, Kernel::IntersectSetup, &setup, SHARING_THREADS);
+        // a workgroup casts the rays of 8 bins of a row
+        let groups = [self.params.n_across.div_ceil(8), self.params.n_bins / self.params.n_across];
+        let count = [(2, &b.bin_offsets), (3, &b.edges), (4, &b.ray_offsets)];
+        self.dispatch(&mut pass, Kernel::IntersectCount, &count, groups);
+        self.scan(&mut pass, &b.ray_offsets, n_rays + 1, 0);
+        let emit = [(2, &b.bin_offsets), (3, &b.edges), (4, &b.planes), (5, &b.ray_offsets), (6, &b.events)];
+        self.dispatch(&mut pass, Kernel::IntersectEmit, &emit, groups);
+    }
+
+    /// Maps crossings to runs: from `ray_offsets` and `events` to `run_offsets` and `runs`.
+    pub(crate) fn map(&self, encoder: &mut CommandEncoder) {
+        let b = self.buffers;
+        let n_rays = u64::from(self.params.n_rays());
+        encoder.clear_buffer(&b.run_offsets, 0, Some(4 * (n_rays + 1)));
+        encoder.clear_buffer(&b.n_odd, 0, None);
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        let map = [(1, &b.ray_offsets), (2, &b.events), (3, &b.run_offsets), (4, &b.flag_of_rank), (5, &b.n_odd)];
+        self.run(&mut pass, Kernel::Map, &map, n_rays);
+        self.scan(&mut pass, &b.run_offsets, n_rays + 1, 0);
+        let compact = [(1, &b.ray_offsets), (2, &b.run_offsets), (3, &b.events), (4, &b.runs)];
+        self.run(&mut pass, Kernel::Compact, &compact, n_rays);
+    }
+
+    /// Replaces the first n numbers of a buffer by the sums of all before them.
+    fn scan(&self, pass: &mut ComputePass, numbers: &Buffer, n: u64, level: usize) {
+        let n_blocks = n.div_ceil(SCAN_BLOCK);
+        let zero = self.buffers.sums.len() - 1;
+        let (bases, n_bases) =
+            if n_blocks == 1 { (&self.buffers.sums[zero], 1) } else { (&self.buffers.sums[level], n_blocks) };
+        let bindings = [sized(0, numbers, 4 * n), sized(1, bases, 4 * n_bases)];
+        let groups = square(n_blocks);
+        if n_blocks > 1 {
+            self.encode(pass, Kernel::ScanReduce, &bindings, groups);
+            self.scan(pass, bases, n_blocks, level + 1);
+        }
+        self.encode(pass, Kernel::ScanApply, &bindings, groups);
+    }
+
+    fn run(&self, pass: &mut ComputePass, kernel: Kernel, bindings: &[(u32, &Buffer)], n_threads: u64) {
+        self.dispatch(pass, kernel, bindings, square(n_threads.div_ceil(GROUP)));
+    }
+
+    fn dispatch(&self, pass: &mut ComputePass, kernel: Kernel, bindings: &[(u32, &Buffer)], groups: [u32; 2]) {
+        let mut entries = vec![BindGroupEntry { binding: 0, resource: self.buffers.params.as_entire_binding() }];
+        entries.extend(
+            bindings.iter().map(|&(binding, buffer)| BindGroupEntry { binding, resource: buffer.as_entire_binding() }),
+        );
+        self.encode(pass, kernel, &entries, groups);
+    }
+
+    fn encode(&self, pass: &mut ComputePass, kernel: Kernel, entries: &[BindGroupEntry], groups: [u32; 2]) {
+        let pipeline = self.gpu.kernels.get(kernel);
+        let layout = pipeline.get_bind_group_layout(0);
+        let group = self.gpu.device.create_bind_group(&BindGroupDescriptor { label: None, layout: &layout, entries });
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, &group, &[]);
+        pass.dispatch_workgroups(groups[0], groups[1], 1);
+    }
+}
+
+/// Bins of a band, for the tests of single passes.
+pub(crate) const BIN_SIZE: [u32; 2] = [BIN, BIN];
+
+/// Spreads workgroups over two dimensions where one would not hold them.
+fn square(n_groups: u64) -> [u32; 2] {
+    let rows = n_groups.div_ceil(MAX_GROUPS).max(1);
+    [n_groups.div_ceil(rows).max(1) as u32, rows as u32]
+}
+
+/// A binding of exactly the first `size` bytes: the scans ask for the length of their arrays.
+fn sized(binding: u32, buffer: &Buffer, size: u64) -> BindGroupEntry<'_> {
+    let resource = BindingResource::Buffer(BufferBinding { buffer, offset: 0, size: std::num::NonZeroU64::new(size) });
+    BindGroupEntry { binding, resource }
+}
