@@ -36,20 +36,35 @@ fn intersect_emit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invoca
     }
 }
 
-// Emits the crossings of a facet with the eight rays of a row, where they hit.
+// Emits the crossings of a facet with the eight rays of a row, where they hit. Written out: an index into a vector that is
+// only known at run time costs more than the whole crossing on some drivers.
 fn emit_row(pair: u32, row: u32, hits: Hits, low: vec4<u32>, high: vec4<u32>) {
     let p0 = planes[3u * pair];
     let slopes = planes[3u * pair + 1u];
-    let p2 = planes[3u * pair + 2u];
+    let facet = planes[3u * pair + 2u];
+    let base = bitcast<i32>(p0.w);
     let slope = widen96(slopes.xy);
     var height = add96(p0.xyz, multiply96(slopes.zw, i32(row)));
-    for (var i = 0u; i < 8u; i++) {
-        let hit = select(hits.high[i & 3u], hits.low[i & 3u], i < 4u);
-        let slot = select(high[i & 3u], low[i & 3u], i < 4u);
-        if hit == 1u && slot < params.event_capacity {
-            events[slot] = crossing(height, p2, bitcast<i32>(p0.w));
-        }
-        height = add96(height, slope);
+    emit(hits.low.x, low.x, height, facet, base);
+    height = add96(height, slope);
+    emit(hits.low.y, low.y, height, facet, base);
+    height = add96(height, slope);
+    emit(hits.low.z, low.z, height, facet, base);
+    height = add96(height, slope);
+    emit(hits.low.w, low.w, height, facet, base);
+    height = add96(height, slope);
+    emit(hits.high.x, high.x, height, facet, base);
+    height = add96(height, slope);
+    emit(hits.high.y, high.y, height, facet, base);
+    height = add96(height, slope);
+    emit(hits.high.z, high.z, height, facet, base);
+    height = add96(height, slope);
+    emit(hits.high.w, high.w, height, facet, base);
+}
+
+fn emit(hit: u32, slot: u32, height: vec3<u32>, facet: vec4<u32>, base: i32) {
+    if hit == 1u && slot < params.event_capacity {
+        events[slot] = crossing(height, facet, base);
     }
 }
 

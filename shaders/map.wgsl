@@ -51,33 +51,104 @@ fn count(counter: i32, event: u32) -> i32 {
     return counter + 1 - 2 * i32(event & 1u);
 }
 
-// One geometry: the changes of the counter are the runs.
+// Sorts above all events: feeding it only ends the cell before.
+const NO_EVENT: u32 = 0xffffffffu;
+
+// One geometry: the changes of the counter are the runs. Up to 8 crossings are sorted in registers.
 fn map_one(start: u32, n: u32) -> u32 {
-    sort(start, n);
-    let flag = flag_of(0u);
-    var runs = 0u;
-    var counter = 0;
-    var last_change_is_run = 0u;
-    var at = 0u;
-    while at < n {
-        let cell = events[start + at] >> 9u;
-        let was_inside = counter != 0;
-        while at < n && events[start + at] >> 9u == cell {
-            counter = count(counter, events[start + at]);
-            at += 1u;
+    var sweep = Sweep(start, 0u, 0u, 0, false, 0u, flag_of(0u));
+    if n <= 8u {
+        feed_sorted(&sweep, n);
+    } else {
+        sort(start, n);
+        for (var i = start; i < start + n; i++) {
+            feed(&sweep, events[i]);
         }
-        if was_inside != (counter != 0) {
-            last_change_is_run = u32(cell < params.depth);
-            if cell < params.depth {
-                events[start + runs] = cell << 8u | select(flag, 0u, was_inside);
-                runs += 1u;
+    }
+    feed(&sweep, NO_EVENT);
+    if sweep.is_inside {
+        return (sweep.runs - sweep.last_change_is_run) | ODD;
+    }
+    return sweep.runs;
+}
+
+// The state of a walk over the sorted crossings of one geometry.
+struct Sweep {
+    start: u32,                 // where its runs go
+    runs: u32,                  // written so far
+    cell: u32,                  // cell of the crossings counted last
+    counter: i32,
+    is_inside: bool,            // before that cell
+    last_change_is_run: u32,    // 0 if the last change lies past the end of the ray
+    flag: u32,
+}
+
+fn feed(sweep: ptr<function, Sweep>, event: u32) {
+    let cell = event >> 9u;
+    if cell != (*sweep).cell {
+        let is_inside = (*sweep).counter != 0;
+        if is_inside != (*sweep).is_inside {
+            let is_run = (*sweep).cell < params.depth;
+            if is_run {
+                events[(*sweep).start + (*sweep).runs] = (*sweep).cell << 8u | select(0u, (*sweep).flag, is_inside);
             }
+            (*sweep).runs += u32(is_run);
+            (*sweep).last_change_is_run = u32(is_run);
+            (*sweep).is_inside = is_inside;
         }
+        (*sweep).cell = cell;
     }
-    if counter != 0 {
-        return (runs - last_change_is_run) | ODD;
+    if event != NO_EVENT {
+        (*sweep).counter = count((*sweep).counter, event);
     }
-    return runs;
+}
+
+// Sorts up to 8 events with Batcher's odd-even merge network and feeds them in order.
+fn feed_sorted(sweep: ptr<function, Sweep>, n: u32) {
+    let start = (*sweep).start;
+    var a = vec4<u32>(events[start], event_or_none(start, 1u, n), event_or_none(start, 2u, n), event_or_none(start, 3u, n));
+    if n <= 4u {
+        a = sort4(a);
+        feed4(sweep, a);
+        return;
+    }
+    var b = vec4<u32>(
+        events[start + 4u], event_or_none(start, 5u, n), event_or_none(start, 6u, n), event_or_none(start, 7u, n),
+    );
+    a = sort4(a);
+    b = sort4(b);
+    // merge: compare places i and i + 4, then i + 2 and i + 4, then i + 1 and i + 2
+    let low = min(a, b);
+    let high = max(a, b);
+    let middle = vec4<u32>(min(low.zw, high.xy), max(low.zw, high.xy));
+    let x = vec3<u32>(low.y, middle.y, middle.w);
+    let y = vec3<u32>(middle.x, middle.z, high.z);
+    let even = min(x, y);
+    let odd = max(x, y);
+    feed4(sweep, vec4<u32>(low.x, even.x, odd.x, even.y));
+    feed4(sweep, vec4<u32>(odd.y, even.z, odd.z, high.w));
+}
+
+fn event_or_none(start: u32, index: u32, n: u32) -> u32 {
+    if index < n {
+        return events[start + index];
+    }
+    return NO_EVENT;
+}
+
+fn sort4(v: vec4<u32>) -> vec4<u32> {
+    let low = min(v.xz, v.yw);
+    let high = max(v.xz, v.yw);
+    let ends = vec2<u32>(min(low.x, low.y), max(high.x, high.y));
+    let inner = vec2<u32>(max(low.x, low.y), min(high.x, high.y));
+    return vec4<u32>(ends.x, min(inner.x, inner.y), max(inner.x, inner.y), ends.y);
+}
+
+fn feed4(sweep: ptr<function, Sweep>, sorted: vec4<u32>) {
+    feed(sweep, sorted.x);
+    feed(sweep, sorted.y);
+    feed(sweep, sorted.z);
+    feed(sweep, sorted.w);
 }
 
 // Several geometries: where each begins and ends, then the winner at each of these cells.
@@ -89,7 +160,7 @@ fn map_many(start: u32, n: u32) -> u32 {
     sort(start, n);
     let changes = find_changes(start, n);
     sort(start, changes & ~ODD);
-    return sweep(start, changes & ~ODD) | (changes & ODD);
+    return sweep_ranks(start, changes & ~ODD) | (changes & ODD);
 }
 
 // Turns events sorted by rank and cell into changes, cell << 8 | rank; returns their number, and ODD if a counter stays open.
@@ -121,7 +192,7 @@ fn find_changes(start: u32, n: u32) -> u32 {
 }
 
 // Sweeps sorted changes and writes a run wherever the winning flag changes; returns the number of runs.
-fn sweep(start: u32, n: u32) -> u32 {
+fn sweep_ranks(start: u32, n: u32) -> u32 {
     var inside = array<u32, 8>();
     var flag = 0u;
     var runs = 0u;

@@ -22,3 +22,4 @@ pub use device::{AdapterFacts, AdapterKind, Gpu, adapters};
 pub use kernels::{Kernel, sources};
 pub use layout::Params;
 pub use line::Usage;
+pub use passes::Profile;

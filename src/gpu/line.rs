@@ -12,7 +12,7 @@ use wgpu::{Buffer, BufferDescriptor, BufferUsages, CommandEncoder};
 use super::buffers::{Buffers, Capacity, check_facets};
 use super::device::Gpu;
 use super::layout::{BIN, Params, corners, flag_words};
-use super::passes::Passes;
+use super::passes::{Passes, Profile};
 use crate::columns::{Band, Columns};
 use crate::control::Control;
 use crate::error::{Error, Result};
@@ -28,12 +28,14 @@ const FIRST_RAYS: u64 = 1 << 18;
 const MAX_RAYS: u64 = 1 << 22;
 
 /// What a mesh has used of the device.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Usage {
     /// Most bytes of buffers held at once.
     pub peak_bytes: u64,
     /// Bands that were run, those run again included.
     pub n_bands: u32,
+    /// Seconds in each kernel; set it to an empty map to measure.
+    pub profile: Option<Profile>,
 }
 
 /// One mesh on one device.
@@ -127,11 +129,15 @@ impl<'a> Session<'a> {
         let capacity = Capacity {
             n_rays: n_rays.min(limit.n_rays),
             n_bins: n_bins.min(limit.n_bins),
-            n_pairs: (8 * n_bins + 2 * n_facets).min(limit.n_pairs),
+            n_pairs: (16 * n_bins + 3 * n_facets).min(limit.n_pairs),
             n_events: (6 * n_rays).min(limit.n_events),
         };
         let buffers = Buffers::new(&gpu.device, n_facets, capacity);
-        let usage = Usage { peak_bytes: buffers.n_bytes, n_bands: 0 };
+        let usage = Usage {
+            peak_bytes: buffers.n_bytes,
+            n_bands: 0,
+            profile: std::env::var("PROF").ok().map(|_| Profile::new()),
+        };
         let session = Session { gpu, frame, rays, rule, buffers, staging: None, usage };
         session.upload();
         Ok(session)
@@ -188,11 +194,13 @@ impl<'a> Session<'a> {
         let params = self.begin(&rows)?;
         self.usage.n_bands += 1;
         let gpu = self.gpu;
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let passes = Passes { gpu, buffers: &self.buffers, params: &params };
-        passes.lattice(&mut encoder);
-        passes.intersect(&mut encoder);
-        passes.map(&mut encoder);
+        let encoder = gpu.device.create_command_encoder(&Default::default());
+        let profile = self.usage.profile.as_mut();
+        let mut passes = Passes { gpu, buffers: &self.buffers, params: &params, encoder, profile };
+        passes.lattice();
+        passes.intersect();
+        passes.map();
+        let encoder = passes.encoder;
         let totals = self.totals(encoder, &params).await?;
         if !self.buffers.capacity.holds(totals.n_pairs, totals.n_events) {
             return Ok(None);

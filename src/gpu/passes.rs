@@ -1,6 +1,7 @@
 //! The passes of a band, in order, as commands: which kernel reads and writes which buffers, and over how many threads.
 
-use wgpu::{BindGroupDescriptor, BindGroupEntry, BindingResource, Buffer, BufferBinding, CommandEncoder, ComputePass};
+use web_time::Instant;
+use wgpu::{BindGroupDescriptor, BindGroupEntry, BindingResource, Buffer, BufferBinding, CommandEncoder};
 
 use super::buffers::{Buffers, SCAN_BLOCK};
 use super::device::Gpu;
@@ -19,62 +20,63 @@ pub(crate) struct Passes<'a> {
     pub(crate) gpu: &'a Gpu,
     pub(crate) buffers: &'a Buffers,
     pub(crate) params: &'a Params,
+    pub(crate) encoder: CommandEncoder,
+    /// Seconds of each kernel; when set, every dispatch is submitted and waited for by itself.
+    pub(crate) profile: Option<&'a mut Profile>,
 }
+
+/// Seconds spent in each kernel, summed over its dispatches.
+pub type Profile = std::collections::BTreeMap<Kernel, f64>;
 
 impl Passes<'_> {
     /// Builds the lattice: from `corners` to `bin_offsets` and `pairs`.
-    pub(crate) fn lattice(&self, encoder: &mut CommandEncoder) {
+    pub(crate) fn lattice(&mut self) {
         let b = self.buffers;
         let n_facets = u64::from(self.params.n_facets);
         let n_bins = u64::from(self.params.n_bins);
-        encoder.clear_buffer(&b.row_offsets, 0, Some(4 * (n_facets + 1)));
-        encoder.clear_buffer(&b.bin_offsets, 0, Some(4 * (n_bins + 1)));
-        let mut pass = encoder.begin_compute_pass(&Default::default());
-        self.run(&mut pass, Kernel::LatticeRows, &[(1, &b.corners), (2, &b.row_offsets)], n_facets);
-        self.scan(&mut pass, &b.row_offsets, n_facets + 1, 0);
+        self.encoder.clear_buffer(&b.row_offsets, 0, Some(4 * (n_facets + 1)));
+        self.encoder.clear_buffer(&b.bin_offsets, 0, Some(4 * (n_bins + 1)));
+        self.run(Kernel::LatticeRows, &[(1, &b.corners), (2, &b.row_offsets)], n_facets);
+        self.scan(&b.row_offsets, n_facets + 1, 0);
         let walk = [(1, &b.corners), (2, &b.row_offsets), (3, &b.bin_offsets)];
-        self.run(&mut pass, Kernel::LatticeCount, &walk, SHARING_THREADS);
-        self.scan(&mut pass, &b.bin_offsets, n_bins + 1, 0);
-        drop(pass);
-        encoder.copy_buffer_to_buffer(&b.bin_offsets, 0, &b.next_pair, 0, 4 * (n_bins + 1));
-        let mut pass = encoder.begin_compute_pass(&Default::default());
+        self.run(Kernel::LatticeCount, &walk, SHARING_THREADS);
+        self.scan(&b.bin_offsets, n_bins + 1, 0);
+        self.encoder.copy_buffer_to_buffer(&b.bin_offsets, 0, &b.next_pair, 0, 4 * (n_bins + 1));
         let fill = [(1, &b.corners), (2, &b.row_offsets), (3, &b.next_pair), (4, &b.pairs)];
-        self.run(&mut pass, Kernel::LatticeFill, &fill, SHARING_THREADS);
+        self.run(Kernel::LatticeFill, &fill, SHARING_THREADS);
     }
 
     /// Casts the rays: from `bin_offsets` and `pairs` to `ray_offsets` and `events`.
-    pub(crate) fn intersect(&self, encoder: &mut CommandEncoder) {
+    pub(crate) fn intersect(&mut self) {
         let b = self.buffers;
         let n_rays = u64::from(self.params.n_rays());
-        encoder.clear_buffer(&b.ray_offsets, 0, Some(4 * (n_rays + 1)));
-        let mut pass = encoder.begin_compute_pass(&Default::default());
+        self.encoder.clear_buffer(&b.ray_offsets, 0, Some(4 * (n_rays + 1)));
         let setup = [(1, &b.corners), (2, &b.bin_offsets), (3, &b.pairs), (4, &b.edges), (5, &b.planes)];
-        self.run(&mut pass, Kernel::IntersectSetup, &setup, SHARING_THREADS);
+        self.run(Kernel::IntersectSetup, &setup, SHARING_THREADS);
         // a workgroup casts the rays of 8 bins of a row
         let groups = [self.params.n_across.div_ceil(8), self.params.n_bins / self.params.n_across];
         let count = [(2, &b.bin_offsets), (3, &b.edges), (4, &b.ray_offsets)];
-        self.dispatch(&mut pass, Kernel::IntersectCount, &count, groups);
-        self.scan(&mut pass, &b.ray_offsets, n_rays + 1, 0);
+        self.dispatch(Kernel::IntersectCount, &count, groups);
+        self.scan(&b.ray_offsets, n_rays + 1, 0);
         let emit = [(2, &b.bin_offsets), (3, &b.edges), (4, &b.planes), (5, &b.ray_offsets), (6, &b.events)];
-        self.dispatch(&mut pass, Kernel::IntersectEmit, &emit, groups);
+        self.dispatch(Kernel::IntersectEmit, &emit, groups);
     }
 
     /// Maps crossings to runs: from `ray_offsets` and `events` to `run_offsets` and `runs`.
-    pub(crate) fn map(&self, encoder: &mut CommandEncoder) {
+    pub(crate) fn map(&mut self) {
         let b = self.buffers;
         let n_rays = u64::from(self.params.n_rays());
-        encoder.clear_buffer(&b.run_offsets, 0, Some(4 * (n_rays + 1)));
-        encoder.clear_buffer(&b.n_odd, 0, None);
-        let mut pass = encoder.begin_compute_pass(&Default::default());
+        self.encoder.clear_buffer(&b.run_offsets, 0, Some(4 * (n_rays + 1)));
+        self.encoder.clear_buffer(&b.n_odd, 0, None);
         let map = [(1, &b.ray_offsets), (2, &b.events), (3, &b.run_offsets), (4, &b.flag_of_rank), (5, &b.n_odd)];
-        self.run(&mut pass, Kernel::Map, &map, n_rays);
-        self.scan(&mut pass, &b.run_offsets, n_rays + 1, 0);
+        self.run(Kernel::Map, &map, n_rays);
+        self.scan(&b.run_offsets, n_rays + 1, 0);
         let compact = [(1, &b.ray_offsets), (2, &b.run_offsets), (3, &b.events), (4, &b.runs)];
-        self.run(&mut pass, Kernel::Compact, &compact, n_rays);
+        self.run(Kernel::Compact, &compact, n_rays);
     }
 
     /// Replaces the first n numbers of a buffer by the sums of all before them.
-    fn scan(&self, pass: &mut ComputePass, numbers: &Buffer, n: u64, level: usize) {
+    fn scan(&mut self, numbers: &Buffer, n: u64, level: usize) {
         let n_blocks = n.div_ceil(SCAN_BLOCK);
         let zero = self.buffers.sums.len() - 1;
         let (bases, n_bases) =
@@ -82,31 +84,46 @@ impl Passes<'_> {
         let bindings = [sized(0, numbers, 4 * n), sized(1, bases, 4 * n_bases)];
         let groups = square(n_blocks);
         if n_blocks > 1 {
-            self.encode(pass, Kernel::ScanReduce, &bindings, groups);
-            self.scan(pass, bases, n_blocks, level + 1);
+            self.encode(Kernel::ScanReduce, &bindings, groups);
+            self.scan(bases, n_blocks, level + 1);
         }
-        self.encode(pass, Kernel::ScanApply, &bindings, groups);
+        self.encode(Kernel::ScanApply, &bindings, groups);
     }
 
-    fn run(&self, pass: &mut ComputePass, kernel: Kernel, bindings: &[(u32, &Buffer)], n_threads: u64) {
-        self.dispatch(pass, kernel, bindings, square(n_threads.div_ceil(GROUP)));
+    fn run(&mut self, kernel: Kernel, bindings: &[(u32, &Buffer)], n_threads: u64) {
+        self.dispatch(kernel, bindings, square(n_threads.div_ceil(GROUP)));
     }
 
-    fn dispatch(&self, pass: &mut ComputePass, kernel: Kernel, bindings: &[(u32, &Buffer)], groups: [u32; 2]) {
+    fn dispatch(&mut self, kernel: Kernel, bindings: &[(u32, &Buffer)], groups: [u32; 2]) {
         let mut entries = vec![BindGroupEntry { binding: 0, resource: self.buffers.params.as_entire_binding() }];
         entries.extend(
             bindings.iter().map(|&(binding, buffer)| BindGroupEntry { binding, resource: buffer.as_entire_binding() }),
         );
-        self.encode(pass, kernel, &entries, groups);
+        self.encode(kernel, &entries, groups);
     }
 
-    fn encode(&self, pass: &mut ComputePass, kernel: Kernel, entries: &[BindGroupEntry], groups: [u32; 2]) {
+    fn encode(&mut self, kernel: Kernel, entries: &[BindGroupEntry], groups: [u32; 2]) {
         let pipeline = self.gpu.kernels.get(kernel);
         let layout = pipeline.get_bind_group_layout(0);
         let group = self.gpu.device.create_bind_group(&BindGroupDescriptor { label: None, layout: &layout, entries });
+        let mut pass = self.encoder.begin_compute_pass(&Default::default());
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, &group, &[]);
         pass.dispatch_workgroups(groups[0], groups[1], 1);
+        drop(pass);
+        self.measure(kernel);
+    }
+
+    /// When profiling, runs what is recorded so far and books the time to a kernel.
+    fn measure(&mut self, kernel: Kernel) {
+        let Some(profile) = &mut self.profile else { return };
+        let next = self.gpu.device.create_command_encoder(&Default::default());
+        let recorded = std::mem::replace(&mut self.encoder, next);
+        let start = Instant::now();
+        self.gpu.queue.submit([recorded.finish()]);
+        // a failed wait shows in the mesh that follows; the profile then means nothing anyway
+        let _ = self.gpu.device.poll(wgpu::PollType::wait_indefinitely());
+        *profile.entry(kernel).or_default() += start.elapsed().as_secs_f64();
     }
 }
 
