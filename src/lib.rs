@@ -3,5 +3,7 @@
 pub mod error;
 pub mod geometry;
 pub mod lines;
+pub mod read;
+pub mod surface;
 
 pub use error::{Error, Result};
