@@ -1,12 +1,14 @@
 //! ASCII STL: one statement a line, in any case, with any blanks, ended by LF, CRLF or CR.
 //!
-//!     solid NAME
-//!       facet normal X Y Z
-//!         outer loop
-//!           vertex X Y Z        three times
-//!         endloop
-//!       endfacet                any number of facets
-//!     endsolid NAME             any number of solids
+//! ```text
+//! solid NAME
+//!   facet normal X Y Z
+//!     outer loop
+//!       vertex X Y Z        three times
+//!     endloop
+//!   endfacet                any number of facets
+//! endsolid NAME             any number of solids
+//! ```
 //!
 //! Accepted beyond it: blank lines, a byte order mark, no final line end, an `endsolid` that is missing (warned about),
 //! any text for the numbers of a normal, bytes of value 0 or 26 behind the last solid. Numbers are rounded to the
