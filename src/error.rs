@@ -66,7 +66,8 @@ pub enum Actor {
 pub const CODES: &[(&str, Actor, &str)] = &[
     ("cancelled", Actor::Cancelled, "the caller asked to stop"),
     ("stl-empty", Actor::File, "the file holds no facet"),
-    ("stl-truncated", Actor::File, "a binary STL ends before the facets its header announces"),
+    ("stl-truncated", Actor::File, "an STL ends before the facets that it announces or begins"),
+    ("stl-count", Actor::File, "a binary STL holds more facets than its header announces"),
     ("stl-not-stl", Actor::File, "the bytes are neither binary nor ASCII STL"),
     ("stl-syntax", Actor::File, "an ASCII STL breaks the grammar on the named line"),
     ("stl-not-finite", Actor::File, "a vertex coordinate is NaN or infinite"),

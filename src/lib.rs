@@ -15,5 +15,7 @@ pub mod lattice;
 pub mod lines;
 pub mod map;
 pub mod rays;
+pub mod read;
+pub mod surface;
 
 pub use error::{Error, Result};

@@ -1,1 +1,3 @@
+//! The integration tests of the native library and command line, in one binary.
 
+mod formats;

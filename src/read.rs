@@ -1,0 +1,279 @@
+//! Reading: bytes of a file, in chunks of any size -> [`Contents`], its solids and what was found odd about them.
+//!
+//! The caller pushes slices as they come, so that neither a browser's Blob nor a file need be in memory at once; the
+//! result does not depend on where the slices are cut. Binary and ASCII STL are told apart by length and content, never
+//! by the word "solid" alone: see `sniff`. The file's normals are compared with the corners' and then dropped.
+//!
+//! Memory: 36 bytes a facet, at most twice that while an ASCII file grows, and one line or record. Nothing is allocated
+//! on the word of a header: the announced number of facets must fit the length of the file first.
+
+use crate::error::{Error, Result};
+use crate::geometry::Facet;
+use crate::surface::doubled_area_vector;
+
+mod sniff;
+mod stl_ascii;
+mod stl_binary;
+
+/// One `solid` block of an ASCII file, or the whole of a binary one.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Solid {
+    /// The name that the file gives, without surrounding blanks; empty where it gives none, as in every binary file.
+    pub name: String,
+    /// Facets in the order of the file; at least one.
+    pub facets: Vec<Facet>,
+}
+
+/// File formats that can be read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// 80 bytes of header, a 32-bit count, 50 bytes a facet, little-endian.
+    StlBinary,
+    /// Lines of keywords and decimal numbers.
+    StlAscii,
+}
+
+impl Format {
+    /// Names the format in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Format::StlBinary => "STL, binary",
+            Format::StlAscii => "STL, ASCII",
+        }
+    }
+}
+
+/// Everything that a file held.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Contents {
+    /// How the file was written.
+    pub format: Format,
+    /// Its solids in the order of the file; at least one.
+    pub solids: Vec<Solid>,
+    /// Number of facets of all solids; at least 1.
+    pub n_facets: u64,
+    /// Length of the file in bytes.
+    pub n_bytes: u64,
+    /// Number of facets whose normal in the file is non-zero, finite and points against the corners' normal.
+    pub wrong_normals: u64,
+    /// Number of facets whose normal in the file is zero.
+    pub zero_normals: u64,
+    /// Number of facets whose corners span no area in f64. They are kept.
+    pub zero_area: u64,
+    /// Whether a binary file has colours: a `COLOR=` in its header or an attribute word other than 0.
+    pub has_colours: bool,
+    /// Sentences about what was accepted although it is not as it should be; at most 16 and one about the rest.
+    pub warnings: Vec<String>,
+}
+
+/// Reads a file that comes in chunks.
+///
+/// ```
+/// let file = b"solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n\
+///              endsolid s\n";
+/// let mut reader = hexcast::read::Reader::new(file.len() as u64);
+/// for chunk in file.chunks(10) {
+///     reader.push(chunk)?;
+/// }
+/// let contents = reader.finish()?;
+/// assert_eq!((contents.solids[0].name.as_str(), contents.n_facets), ("s", 1));
+/// # Ok::<(), hexcast::Error>(())
+/// ```
+#[derive(Debug)]
+pub struct Reader {
+    n_bytes: u64,
+    n_seen: u64,
+    stage: Stage,
+    failed: Option<Error>,
+}
+
+#[derive(Debug)]
+enum Stage {
+    /// The format is not known yet: the bytes so far, at most `sniff::HEAD` of them.
+    Head(Vec<u8>),
+    Binary(Box<stl_binary::Parser>),
+    Ascii(Box<stl_ascii::Parser>),
+}
+
+impl Reader {
+    /// Starts to read a file of `n_bytes` bytes.
+    pub fn new(n_bytes: u64) -> Reader {
+        Reader { n_bytes, n_seen: 0, stage: Stage::Head(Vec::new()), failed: None }
+    }
+
+    /// Takes the next bytes of the file: any number, also none. After an error every later call returns it again.
+    ///
+    /// # Errors
+    /// - `stl-truncated`: a binary header announces more facets than the file has room for.
+    /// - `stl-count`: a binary header announces far fewer facets than the file has room for.
+    /// - `stl-empty`: a binary header announces no facet.
+    /// - `stl-not-stl`: the bytes are neither binary nor ASCII STL.
+    /// - `stl-syntax`: an ASCII line breaks the grammar; the message names the line.
+    /// - `stl-not-finite`: a corner is NaN, infinite or beyond f32; the message names facet and line or byte.
+    /// - `too-many-facets`: more facets than a 32-bit index counts.
+    /// - `memory`: the facets do not fit the memory.
+    /// - `io`: more bytes came than were announced.
+    pub fn push(&mut self, chunk: &[u8]) -> Result<()> {
+        if let Some(error) = &self.failed {
+            return Err(error.clone());
+        }
+        let result = self.take(chunk);
+        self.failed = result.clone().err();
+        result
+    }
+
+    /// Ends the file and returns what it held.
+    ///
+    /// # Errors
+    /// - those of [`Reader::push`];
+    /// - `stl-empty`: the file holds no facet;
+    /// - `stl-truncated`: an ASCII file ends inside a facet;
+    /// - `stl-count`: behind the facets that a binary header announces there are more, bit for bit plausible ones;
+    /// - `io`: fewer bytes came than were announced.
+    pub fn finish(mut self) -> Result<Contents> {
+        if let Some(error) = self.failed {
+            return Err(error);
+        }
+        if self.n_seen < self.n_bytes {
+            return Err(changed(self.n_bytes, &format!("only {} came", self.n_seen)));
+        }
+        if let Stage::Head(head) = &mut self.stage {
+            let head = std::mem::take(head);
+            self.stage = open(&head, self.n_bytes)?;
+        }
+        match self.stage {
+            Stage::Binary(parser) => parser.finish(),
+            Stage::Ascii(parser) => parser.finish(self.n_bytes),
+            Stage::Head(_) => Err(sniff::empty("the file was never opened")),
+        }
+    }
+
+    fn take(&mut self, mut chunk: &[u8]) -> Result<()> {
+        self.n_seen += chunk.len() as u64;
+        if self.n_seen > self.n_bytes {
+            return Err(changed(self.n_bytes, &format!("at least {} came", self.n_seen)));
+        }
+        if let Stage::Head(head) = &mut self.stage {
+            let n_missing = (sniff::HEAD - head.len()).min(chunk.len());
+            head.extend_from_slice(&chunk[..n_missing]);
+            chunk = &chunk[n_missing..];
+            if head.len() < sniff::HEAD && self.n_seen < self.n_bytes {
+                return Ok(());
+            }
+            let head = std::mem::take(head);
+            self.stage = open(&head, self.n_bytes)?;
+        }
+        match &mut self.stage {
+            Stage::Binary(parser) => parser.push(chunk),
+            Stage::Ascii(parser) => parser.push(chunk),
+            Stage::Head(_) => Ok(()),
+        }
+    }
+}
+
+/// Chooses the parser by the first bytes and gives them to it.
+fn open(head: &[u8], n_bytes: u64) -> Result<Stage> {
+    match sniff::format(head, n_bytes)? {
+        Format::StlBinary => {
+            let mut parser = Box::new(stl_binary::Parser::new(head, n_bytes)?);
+            parser.push(&head[stl_binary::HEADER..])?;
+            Ok(Stage::Binary(parser))
+        }
+        Format::StlAscii => {
+            let mut parser = Box::new(stl_ascii::Parser::default());
+            parser.push(head)?;
+            Ok(Stage::Ascii(parser))
+        }
+    }
+}
+
+fn changed(n_bytes: u64, came: &str) -> Error {
+    let message = format!("{n_bytes} bytes were announced, {came}: the file changed while it was read");
+    Error::new("io", message, "read it again when nothing writes to it")
+}
+
+/// Reads a file that is in memory.
+///
+/// # Errors
+/// Those of [`Reader::push`] and [`Reader::finish`].
+pub fn read_bytes(bytes: &[u8]) -> Result<Contents> {
+    let mut reader = Reader::new(bytes.len() as u64);
+    reader.push(bytes)?;
+    reader.finish()
+}
+
+/// Reads a source of `n_bytes` bytes to its end, in chunks of 1 MiB.
+///
+/// # Errors
+/// Those of [`Reader::push`] and [`Reader::finish`]; `io` where the source fails.
+pub fn read_from(source: &mut impl std::io::Read, n_bytes: u64) -> Result<Contents> {
+    let mut reader = Reader::new(n_bytes);
+    let mut chunk = vec![0; 1 << 20];
+    loop {
+        match source.read(&mut chunk) {
+            Ok(0) => return reader.finish(),
+            Ok(n) => reader.push(&chunk[..n])?,
+            Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(Error::io("reading the model", error)),
+        }
+    }
+}
+
+/// Counts of what the facets of a file say about its writer.
+#[derive(Debug, Default)]
+struct Tally {
+    wrong_normals: u64,
+    zero_normals: u64,
+    zero_area: u64,
+}
+
+impl Tally {
+    #[inline]
+    fn count(&mut self, normal: [f32; 3], facet: &Facet) {
+        let area = doubled_area_vector(facet);
+        let cosine: f64 = (0..3).map(|axis| f64::from(normal[axis]) * area[axis]).sum();
+        self.zero_area += u64::from(area == [0.0; 3]);
+        self.zero_normals += u64::from(normal == [0.0; 3]);
+        // a NaN fails the comparison; an infinite normal is meaningless too
+        self.wrong_normals += u64::from(cosine < 0.0 && cosine.is_finite());
+    }
+}
+
+/// Warnings, bounded however odd the file is.
+#[derive(Debug, Default)]
+struct Warnings {
+    sentences: Vec<String>,
+    n_left_out: u64,
+}
+
+impl Warnings {
+    const MAX: usize = 16;
+
+    fn push(&mut self, sentence: String) {
+        if self.sentences.len() < Warnings::MAX {
+            self.sentences.push(sentence);
+        } else {
+            self.n_left_out += 1;
+        }
+    }
+
+    fn finish(mut self) -> Vec<String> {
+        if self.n_left_out > 0 {
+            self.sentences.push(format!("{} more warnings of these kinds", self.n_left_out));
+        }
+        self.sentences
+    }
+}
+
+/// Makes room for more facets, or says how much memory is missing.
+fn reserve(facets: &mut Vec<Facet>, n_more: usize, exact: bool) -> Result<()> {
+    let outcome = if exact { facets.try_reserve_exact(n_more) } else { facets.try_reserve(n_more) };
+    outcome.map_err(|_| {
+        let n = facets.len() as u64 + n_more as u64;
+        let message = format!("{n} facets of 36 bytes ({} MiB) do not fit the memory", (n * 36) >> 20);
+        Error::new("memory", message, "simplify the model, or read it on a machine with more memory")
+    })
+}
+
+#[cfg(test)]
+mod tests;
