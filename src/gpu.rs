@@ -17,9 +17,11 @@ mod kernels;
 mod layout;
 mod line;
 mod passes;
+mod session;
+mod stages;
 
 pub use device::{AdapterFacts, AdapterKind, Gpu, adapters};
 pub use kernels::{Kernel, sources};
 pub use layout::Params;
-pub use line::Usage;
+pub use line::{Cast, Options, Usage};
 pub use passes::Profile;

@@ -2,12 +2,13 @@
 
 use std::ops::Range;
 
+use super::line::Cast;
 use crate::frame::Frame;
 use crate::map::Rule;
 use crate::rays::Rays;
 
 /// Rays of a bin along both axes across; `BIN` in `shaders/shared/params.wgsl`.
-pub const BIN: u32 = 8;
+pub(crate) const BIN: u32 = 8;
 
 /// The numbers of one band; `Params` in `shaders/shared/params.wgsl`.
 #[repr(C)]
@@ -47,7 +48,8 @@ pub struct Params {
 
 impl Params {
     /// Describes a band of ray rows.
-    pub fn new(frame: &Frame, rays: &Rays, rule: Rule, rows: &Range<u32>, pairs: u32, events: u32) -> Params {
+    pub(crate) fn new(cast: &Cast, rows: &Range<u32>, pairs: u32, events: u32) -> Params {
+        let Cast { frame, rays, rule } = *cast;
         let n_across = rays.counts[0].div_ceil(BIN);
         Params {
             fraction_bits: frame.fraction_bits,
@@ -78,10 +80,10 @@ impl Params {
 }
 
 /// Words of a facet in the `corners` buffer.
-pub const FACET_WORDS: usize = 10;
+pub(crate) const FACET_WORDS: usize = 10;
 
 /// Packs the facets for the `corners` buffer: corners in (across, across, along) order, then the rank.
-pub fn corners(frame: &Frame, rays: &Rays) -> Vec<i32> {
+pub(crate) fn corners(frame: &Frame, rays: &Rays) -> Vec<i32> {
     use rayon::prelude::*;
     let mut words = vec![0; frame.facets.len() * FACET_WORDS];
     words.par_chunks_mut(FACET_WORDS).zip(&frame.facets).zip(&frame.rank_of_facet).for_each(
@@ -96,7 +98,7 @@ pub fn corners(frame: &Frame, rays: &Rays) -> Vec<i32> {
 }
 
 /// Packs the flag of each rank, four a word, for the `flag_of_rank` uniform.
-pub fn flag_words(flag_of_rank: &[u8]) -> [u32; 64] {
+pub(crate) fn flag_words(flag_of_rank: &[u8]) -> [u32; 64] {
     let mut words = [0; 64];
     for (rank, &flag) in flag_of_rank.iter().enumerate() {
         words[rank / 4] |= u32::from(flag) << (8 * (rank % 4));

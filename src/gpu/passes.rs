@@ -6,7 +6,7 @@ use wgpu::{BindGroupDescriptor, BindGroupEntry, BindingResource, Buffer, BufferB
 use super::buffers::{Buffers, SCAN_BLOCK};
 use super::device::Gpu;
 use super::kernels::Kernel;
-use super::layout::{BIN, Params};
+use super::layout::Params;
 
 /// Threads of a workgroup of all kernels but the scan.
 const GROUP: u64 = 64;
@@ -126,9 +126,6 @@ impl Passes<'_> {
         *profile.entry(kernel).or_default() += start.elapsed().as_secs_f64();
     }
 }
-
-/// Bins of a band, for the tests of single passes.
-pub(crate) const BIN_SIZE: [u32; 2] = [BIN, BIN];
 
 /// Spreads workgroups over two dimensions where one would not hold them.
 fn square(n_groups: u64) -> [u32; 2] {
