@@ -1,1 +1,11 @@
+//! The native integration tests: one binary.
+//!
+//! `cases` is the table that everything runs, made by `models` and `soups`; `backends` meshes it; `oracle` knows the truth.
 
+mod agreement;
+mod backends;
+mod cases;
+mod compare;
+mod models;
+mod oracle;
+mod soups;
