@@ -1,3 +1,20 @@
-//! The integration tests of the native library and command line, in one binary.
+//! The native integration tests: one binary.
+//!
+//! `cases` is the table that everything runs, made by `models` and `soups`; `backends` meshes it; `oracle` knows the truth.
 
+mod agreement;
+mod backends;
+mod cases;
+mod compare;
+mod famous_cases;
 mod formats;
+#[cfg(feature = "gpu")]
+mod kernels;
+mod layering;
+mod models;
+mod oracle;
+mod properties;
+mod seven_cases;
+#[cfg(feature = "gpu")]
+mod shaders;
+mod soups;

@@ -1,0 +1,64 @@
+//! The backends under test: one function that meshes a case, whoever does the work.
+
+use hexcast::columns::Columns;
+use hexcast::control::Control;
+use hexcast::cpu;
+use hexcast::crossings::crossings;
+use hexcast::flags::flags_of_box;
+use hexcast::frame::Frame;
+use hexcast::lattice::{Lattice, lattice};
+use hexcast::map::{Mapping, Rule, map};
+use hexcast::rays::Rays;
+
+use super::cases::Case;
+
+/// Who meshes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Backend {
+    /// The definition, strips of its own choice.
+    Cpu,
+    /// The definition in strips of so many ray rows.
+    CpuInStrips(u32),
+    /// The definition's stages over bins of so many rays, one bin row after another.
+    CpuInBins([u32; 2]),
+}
+
+/// Every backend that must give the same bytes.
+pub(crate) const BACKENDS: &[Backend] = &[
+    Backend::Cpu,
+    Backend::CpuInStrips(1),
+    Backend::CpuInStrips(3),
+    Backend::CpuInBins([1, 1]),
+    Backend::CpuInBins([4, 3]),
+    Backend::CpuInBins([16, 16]),
+];
+
+/// Meshes a case with rays along an axis.
+pub(crate) fn mesh(backend: Backend, case: &Case, axis: usize) -> Columns {
+    let frame = Frame::new(&case.geometries, &case.lines).unwrap_or_else(|error| panic!("{}: {error}", case.name));
+    let rays = Rays::new(axis, case.lines.dims);
+    let control = Control::default();
+    let columns = match backend {
+        Backend::Cpu => cpu::columns(&frame, &rays, case.rule, &control),
+        Backend::CpuInStrips(rows) => cpu::columns_in_strips(&frame, &rays, case.rule, rows, &control),
+        Backend::CpuInBins(bin) => Ok(columns_in_bins(&frame, &rays, case.rule, bin)),
+    };
+    columns.unwrap_or_else(|error| panic!("{}: {error}", case.name))
+}
+
+/// Builds a lattice of its own for every bin row, as a device does with a band.
+fn columns_in_bins(frame: &Frame, rays: &Rays, rule: Rule, bin: [u32; 2]) -> Columns {
+    let mapping = Mapping { rule, flag_of_rank: &frame.ranks.flag_of_rank, depth: rays.depth };
+    let band = |row| map(&crossings(frame, rays, &lattice(frame, rays, bin, row..row + 1), row), &mapping);
+    Columns::new(*rays, (0..Lattice::n_rows(rays, bin)).map(band).collect())
+}
+
+/// Flags of all cells, x fastest.
+pub(crate) fn flags(columns: &Columns) -> Vec<u8> {
+    flags_of_box(columns, &columns.dims().map(|n| 0..n))
+}
+
+/// Flags of a case from the CPU with rays along an axis.
+pub(crate) fn cpu_flags(case: &Case, axis: usize) -> Vec<u8> {
+    flags(&mesh(Backend::Cpu, case, axis))
+}

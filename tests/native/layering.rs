@@ -1,0 +1,294 @@
+//! The architecture, held to the source: who may use whom, and what the core must not know.
+//!
+//! core <- gpu <- pipeline <- (web, bin). Within the core a module may use earlier ones of the line only. The test reads
+//! every `crate::` path of `src/`, unit tests apart. A file that has no place in the table fails: give it one.
+
+use std::collections::BTreeSet;
+use std::iter::Peekable;
+use std::path::{Path, PathBuf};
+use std::str::Chars;
+
+/// The modules of the core in the order of the line: each may use those before it.
+const CORE: &[&str] = &[
+    "error",
+    "control",
+    "geometry",
+    "surface",
+    "read",
+    "domain",
+    "lines",
+    "frame",
+    "rays",
+    "facet",
+    "lattice",
+    "crossings",
+    "columns",
+    "map",
+    "flags",
+    "cpu",
+    "mesh",
+    "job",
+    "report",
+    "write",
+];
+/// The layers above the core, each on those before it. `bin` and `web` stand side by side.
+const ABOVE: &[&str] = &["gpu", "pipeline", "web", "bin"];
+
+/// What the core must not know: devices, browsers, files, clocks, terminals, processes.
+const UNKNOWN_TO_CORE: &[&str] = &[
+    "wgpu",
+    "bytemuck",
+    "pollster",
+    "web_sys",
+    "js_sys",
+    "wasm_bindgen",
+    "web_time",
+    "std::fs",
+    "std::time",
+    "std::env",
+    "std::process",
+    "std::net",
+    "std::io::stdout",
+    "std::io::stderr",
+    "std::io::stdin",
+    "Instant",
+    "SystemTime",
+    "println!",
+    "eprintln!",
+    "print!",
+    "eprint!",
+    "dbg!",
+    "indicatif",
+    "clap",
+    "clap_complete",
+    "ctrlc",
+    "tempfile",
+];
+/// A kernel whose host code called its definition would prove nothing: it uses the stages' types only.
+const UNKNOWN_TO_GPU: &[&str] = &[
+    "crate::cpu",
+    "crate::facet",
+    "crate::lattice::lattice",
+    "crate::crossings::crossings",
+    "crate::map::map",
+    "std::fs",
+    "web_sys",
+    "js_sys",
+    "wasm_bindgen",
+    "println!",
+    "eprintln!",
+    "indicatif",
+    "clap",
+];
+/// The pipeline chooses a backend; it talks to no device, page, file or terminal itself.
+const UNKNOWN_TO_PIPELINE: &[&str] =
+    &["wgpu", "bytemuck", "std::fs", "web_sys", "js_sys", "wasm_bindgen", "println!", "eprintln!", "indicatif", "clap"];
+
+/// A source file: its module (first folder or file name under `src/`), its name, and its code without comments and tests.
+struct Source {
+    name: String,
+    module: String,
+    code: String,
+}
+
+fn sources() -> Vec<Source> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut paths = Vec::new();
+    collect(&root, &mut paths);
+    let relative = |path: &PathBuf| path.strip_prefix(&root).expect("below src").to_string_lossy().replace('\\', "/");
+    let is_test = |name: &str| name.ends_with("/tests.rs") || name.contains("/tests/");
+    let names = paths.iter().map(relative).filter(|name| !is_test(name));
+    names
+        .map(|name| {
+            let text = std::fs::read_to_string(root.join(&name)).expect("source is readable");
+            let module = name.split('/').next().unwrap_or_default().trim_end_matches(".rs").to_string();
+            Source { module, code: code_of(&text), name }
+        })
+        .collect()
+}
+
+fn collect(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(folder).expect("folder is readable") {
+        let path = entry.expect("entry is readable").path();
+        if path.is_dir() {
+            collect(&path, found);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            found.push(path);
+        }
+    }
+    found.sort();
+}
+
+/// Drops comments, the text of strings, and inline test modules (from `#[cfg(test)]` before `mod` with a body to its end).
+fn code_of(text: &str) -> String {
+    let mut code = String::new();
+    let mut lines = text.lines().peekable();
+    while let Some(line) = lines.next() {
+        if line == "#[cfg(test)]" && lines.peek().is_some_and(|next| next.starts_with("mod ") && next.ends_with('{')) {
+            // rustfmt ends a module of the file's level with a brace in the first column
+            lines.find(|line| *line == "}");
+            continue;
+        }
+        code.push_str(&without_strings_and_comments(line));
+        code.push('\n');
+    }
+    code
+}
+
+fn without_strings_and_comments(line: &str) -> String {
+    let mut kept = String::new();
+    let mut in_string = false;
+    let mut before = ' ';
+    for c in line.chars() {
+        if c == '"' && before != '\\' && before != '\'' {
+            in_string = !in_string;
+        } else if !in_string {
+            if c == '/' && before == '/' {
+                kept.pop();
+                break;
+            }
+            kept.push(c);
+        }
+        before = if before == '\\' { ' ' } else { c };
+    }
+    kept
+}
+
+/// Every path of code that starts with `root`, such as `crate::a::b`, groups in braces taken apart.
+fn paths(code: &str, root: &str) -> BTreeSet<String> {
+    let start = format!("{root}::");
+    let is_whole = |at: usize| !code[..at].chars().next_back().is_some_and(is_word);
+    let starts = code.match_indices(&start).filter(|(at, _)| is_whole(*at));
+    let mut found = BTreeSet::new();
+    for (at, _) in starts {
+        expand(&start, &mut code[at + start.len()..].chars().peekable(), &mut found);
+    }
+    found
+}
+
+/// Reads `a::b`, or `{a, b::{c, d}}` and adds every full path to `found`.
+fn expand(prefix: &str, rest: &mut Peekable<Chars>, found: &mut BTreeSet<String>) {
+    let skip_space = |rest: &mut Peekable<Chars>| while rest.next_if(|c| c.is_whitespace()).is_some() {};
+    skip_space(rest);
+    if rest.next_if_eq(&'{').is_some() {
+        loop {
+            expand(prefix, rest, found);
+            // past `as name` to the comma or the end of the group
+            while rest.next_if(|&c| c != ',' && c != '}').is_some() {}
+            if rest.next() != Some(',') {
+                return;
+            }
+        }
+    }
+    let mut path = prefix.to_string();
+    while let Some(c) = rest.next_if(|&c| is_word(c)) {
+        path.push(c);
+    }
+    if rest.next_if_eq(&':').is_some() && rest.next_if_eq(&':').is_some() {
+        expand(&format!("{path}::"), rest, found);
+    } else if path != prefix {
+        found.insert(path);
+    }
+}
+
+fn is_word(c: char) -> bool {
+    c.is_alphanumeric() || c == '_'
+}
+
+/// Whether code names a word or macro, or a path of `crate` or `std` or below it.
+fn names(code: &str, word: &str) -> bool {
+    if let Some((root @ ("crate" | "std"), _)) = word.split_once("::") {
+        return paths(code, root).iter().any(|path| *path == word || path.starts_with(&format!("{word}::")));
+    }
+    code.match_indices(word).any(|(at, found)| {
+        let before = code[..at].chars().next_back();
+        let after = code[at + found.len()..].chars().next();
+        !before.is_some_and(is_word) && (word.ends_with('!') || !after.is_some_and(is_word))
+    })
+}
+
+/// Place of a module in the order of all layers.
+fn place(module: &str) -> Option<usize> {
+    CORE.iter().chain(ABOVE).position(|known| *known == module)
+}
+
+/// Every breach of the order by one file.
+fn breaches(source: &Source) -> Vec<String> {
+    let Source { name, module, code } = source;
+    let Some(own) = place(module) else {
+        return vec![format!("src/{name} has no place in the layers: add `{module}` to the table of this test")];
+    };
+    let mut found = Vec::new();
+    let modules: BTreeSet<String> =
+        paths(code, "crate").iter().filter_map(|path| path.split("::").nth(1)).map(str::to_string).collect();
+    for used in modules {
+        // the crate's root re-exports its error
+        let used = if ["Error", "Result"].contains(&used.as_str()) { "error".into() } else { used };
+        match place(&used) {
+            Some(place) if place <= own && !(module == "bin" && used == "web") => {}
+            Some(_) => found.push(format!("src/{name} uses `{used}`, which comes after `{module}`")),
+            None => found.push(format!("src/{name} uses `crate::{used}`, which has no place in the layers")),
+        }
+    }
+    if !name.contains('/') && names(code, "super") {
+        found.push(format!("src/{name} uses `super`: say `crate`, so that the order can be read"));
+    }
+    let unknown = match module.as_str() {
+        "gpu" => UNKNOWN_TO_GPU,
+        "pipeline" => UNKNOWN_TO_PIPELINE,
+        "web" | "bin" => &[],
+        _ => UNKNOWN_TO_CORE,
+    };
+    found.extend(unknown.iter().filter(|word| names(code, word)).map(|word| format!("src/{name} names `{word}`")));
+    found
+}
+
+#[test]
+fn every_file_uses_earlier_layers_only() {
+    let sources = sources();
+    assert!(sources.len() >= 15, "{} files found", sources.len());
+    let found: Vec<String> = sources.iter().filter(|s| s.module != "lib").flat_map(breaches).collect();
+    assert!(found.is_empty(), "{}", found.join("\n"));
+}
+
+#[test]
+fn the_crate_root_only_lists_modules() {
+    let sources = sources();
+    let root = sources.iter().find(|source| source.name == "lib.rs").expect("src/lib.rs");
+    for line in root.code.lines().map(str::trim).filter(|line| !line.is_empty()) {
+        let is_listing =
+            ["pub mod ", "mod ", "pub use ", "#[cfg(", "#![", "#[doc"].iter().any(|start| line.starts_with(start));
+        assert!(is_listing, "src/lib.rs: {line}");
+    }
+}
+
+#[test]
+fn breaches_are_found() {
+    let breaches_of = |name: &str, text: &str| {
+        let module = name.split('/').next().unwrap_or_default().trim_end_matches(".rs").to_string();
+        breaches(&Source { name: name.into(), module, code: code_of(text) })
+    };
+    let table = [
+        ("lines.rs", "use crate::frame::Frame;", 1),
+        ("frame.rs", "use crate::lines::Lines;", 0),
+        ("frame.rs", "use crate::{error::{Error, Result}, map::Rule, lines};", 1),
+        ("frame.rs", "// use crate::map::Rule;\nlet text = \"crate::map\"; // crate::map", 0),
+        ("frame.rs", "let x = 1;\n#[cfg(test)]\nmod tests {\n    use crate::map;\n}\n", 0),
+        ("frame.rs", "#[cfg(test)]\nmod tests {\n    use crate::lines;\n}\nfn f() { crate::map::map() }", 1),
+        ("frame.rs", "fn f(r: super::map::Rule) {}", 1),
+        ("read/obj.rs", "use std::{io::{self, Read}, fs::File as F};", 1),
+        ("read/obj.rs", "use super::sniff; use crate::Result; println!(\"x\");", 1),
+        ("map.rs", "let t = std::time::Instant::now();", 2),
+        ("map.rs", "use std::{cell::Cell, fmt}; fn fsx() { pretty_println!() }", 0),
+        ("gpu/line.rs", "use crate::columns::Columns; use crate::map::Rule;", 0),
+        ("gpu/line.rs", "use crate::map::{Rule, map}; use crate::{cpu::columns, frame::Frame};", 2),
+        ("gpu/line.rs", "use crate::pipeline::Job;", 1),
+        ("report.rs", "use crate::gpu::Device;", 1),
+        ("bin/hexcast.rs", "use clap::Parser; use crate::web::Page;", 1),
+        ("helpers.rs", "", 1),
+        ("cpu.rs", "use crate::helpers::x;", 1),
+    ];
+    for (name, text, n_breaches) in table {
+        assert_eq!(breaches_of(name, text).len(), n_breaches, "{name}: {text}: {:?}", breaches_of(name, text));
+    }
+}

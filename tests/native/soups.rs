@@ -1,0 +1,130 @@
+//! Random bodies thrown together: overlapping, touching, nested, degenerate, with corners on centres and lines.
+//!
+//! Everything follows from a seed by integer arithmetic, so a seed is the same soup on every machine.
+
+use hexcast::geometry::{Facet, Geometry};
+use hexcast::lines::Lines;
+use hexcast::map::Rule;
+
+use super::cases::Case;
+use super::models::{self, Facets};
+
+/// A small generator of uniform 64-bit numbers (SplitMix64, Steele, Lea and Flood 2014).
+#[derive(Debug, Clone)]
+pub(crate) struct Random(u64);
+
+impl Random {
+    /// Starts from a seed.
+    pub(crate) fn new(seed: u64) -> Random {
+        Random(seed)
+    }
+
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// A number from 0 to `n - 1`; the bias of the remainder does not matter here.
+    pub(crate) fn below(&mut self, n: u64) -> u64 {
+        self.next() % n
+    }
+
+    /// A number from `low` to `high`, both inclusive.
+    pub(crate) fn between(&mut self, low: i32, high: i32) -> i32 {
+        low + self.below((high - low + 1) as u64) as i32
+    }
+
+    /// One of several.
+    pub(crate) fn one_of<T: Copy>(&mut self, choices: &[T]) -> T {
+        choices[self.below(choices.len() as u64) as usize]
+    }
+
+    /// Shuffles in place (Fisher and Yates).
+    pub(crate) fn shuffle<T>(&mut self, items: &mut [T]) {
+        for i in (1..items.len()).rev() {
+            items.swap(i, self.below(i as u64 + 1) as usize);
+        }
+    }
+}
+
+/// A closed body made of four points.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Body {
+    /// The tetrahedron of the four points; often flat or a needle.
+    Tetrahedron,
+    /// The box of the first two points; often without thickness.
+    Cuboid,
+    /// The octahedron in the box of the first two points.
+    Octahedron,
+    /// The triangle of the first three points pushed along the fourth.
+    Wedge,
+    /// An upright prism over a four-cornered polygon, often concave or crossing itself.
+    Prism,
+}
+
+/// All kinds of bodies.
+pub(crate) const BODIES: [Body; 5] = [Body::Tetrahedron, Body::Cuboid, Body::Octahedron, Body::Wedge, Body::Prism];
+
+/// Makes the body of four points.
+pub(crate) fn body(kind: Body, points: [[f32; 3]; 4]) -> Facets {
+    let [a, b, c, d] = points;
+    let low = std::array::from_fn(|axis| a[axis].min(b[axis]));
+    let high = std::array::from_fn(|axis| a[axis].max(b[axis]));
+    match kind {
+        Body::Tetrahedron => models::tetrahedron(points),
+        Body::Cuboid => models::cuboid(low, high),
+        Body::Octahedron => models::octahedron(low, high),
+        Body::Wedge => models::wedge([a, b, c], std::array::from_fn(|axis| d[axis] - a[axis])),
+        Body::Prism => models::outwards(models::prism(&points.map(|[x, y, _]| [x, y]), a[2].min(c[2]), a[2].max(c[2]))),
+    }
+}
+
+/// Shuffles the facets of a surface and where each facet starts. What is inside does not change.
+pub(crate) fn shuffled(mut facets: Vec<Facet>, random: &mut Random) -> Facets {
+    random.shuffle(&mut facets);
+    for facet in &mut facets {
+        facet.rotate_left(random.below(3) as usize);
+    }
+    facets
+}
+
+/// Makes the soup of a seed: one to four geometries of one to three bodies over a small domain.
+///
+/// Corners stand on multiples of a step of 1, 1/2, 1/4 or 1/32 cell, or anywhere; steps of 1/2 hit centres and lines most
+/// of the time. They reach up to two cells out of the domain.
+pub(crate) fn soup(seed: u64) -> Case {
+    let mut random = Random::new(seed);
+    let dims = [0; 3].map(|_: i32| random.between(1, 7) as u32);
+    let spacing = random.one_of(&[[1.0; 3], [0.5, 2.0, 4.0], [0.1; 3], [1.0 / 3.0, 0.7, 0.01]]);
+    let origin = random.one_of(&[[0.0; 3], [-3.0, 8.0, -64.0], [0.1, -0.2, 12.34]]);
+    let lines = Lines::new(origin, spacing, dims).expect("sizes are positive");
+    let mut geometries = Vec::new();
+    for index in 0..random.one_of(&[1, 1, 2, 4]) {
+        let mut facets = Vec::new();
+        let steps_per_cell = random.one_of(&[1, 2, 2, 2, 4, 32, 1 << 20]);
+        for _ in 0..random.between(1, 3) {
+            let points = [[0; 3]; 4].map(|point: [i32; 3]| {
+                let mut axis = 0;
+                point.map(|_| {
+                    let reach = 2 * steps_per_cell;
+                    let steps = random.between(-reach, dims[axis] as i32 * steps_per_cell + reach);
+                    let cells = f64::from(steps) / f64::from(steps_per_cell);
+                    axis += 1;
+                    (origin[axis - 1] + cells * spacing[axis - 1]) as f32
+                })
+            });
+            let made = body(random.one_of(&BODIES), points);
+            let turned = if random.below(4) == 0 { models::flipped(made) } else { made };
+            facets.extend(turned);
+        }
+        let facets = shuffled(facets, &mut random);
+        let mut geometry = Geometry::new(format!("soup {index}"), 1 + random.below(3) as u8 + 3 * index, facets);
+        geometry.priority = random.between(-1, 1);
+        geometries.push(geometry);
+    }
+    let rule = random.one_of(&[Rule::Parity, Rule::Nonzero]);
+    Case { name: format!("soup-{seed}"), why: "random bodies", geometries, lines, rule }
+}
