@@ -6,7 +6,7 @@
 use std::sync::OnceLock;
 
 use hexcast::columns::{Band, Columns};
-use hexcast::control::Control;
+use hexcast::control::{CancelToken, Control};
 use hexcast::cpu;
 use hexcast::crossings::{Crossings, crossings};
 use hexcast::frame::Frame;
@@ -166,10 +166,10 @@ fn a_mesh_goes_on_where_it_was_left() {
     let cast = Cast { frame: &frame, rays: &rays, rule: case.rule };
     let whole = ok(case, pollster::block_on(gpu.columns(&cast, &Control::default())));
     let options = Options { rows_per_band: Some(2), profile: false };
-    let control = Control::default();
-    let token = control.cancel.clone();
-    let stopping = Control::with_progress(move |_| token.cancel());
-    let stopping = Control { cancel: control.cancel.clone(), ..stopping };
+    let token = CancelToken::default();
+    let stop = token.clone();
+    let mut stopping = Control::with_progress(move |_| stop.cancel());
+    stopping.cancel = token;
     let mut bands = Vec::new();
     let error = pollster::block_on(gpu.continue_columns(&cast, &options, &stopping, &mut bands)).unwrap_err();
     assert_eq!((error.code(), bands.len()), ("cancelled", 1));
