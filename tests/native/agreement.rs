@@ -6,7 +6,7 @@ use super::backends::{BACKENDS, Backend, cpu_flags, flags, mesh};
 use super::cases::{Case, cases};
 use super::compare::{assert_same, difference};
 use super::oracle;
-use super::soups::soup;
+use super::soups::{crumbs, soup};
 
 /// Cells times facets that the oracle does in a fraction of a second.
 const ORACLE_LIMIT: u64 = 1_000_000;
@@ -35,6 +35,20 @@ fn hundreds_of_soups_agree_with_the_oracle_along_every_axis() {
     }
     // soups of flat bodies alone would prove nothing
     assert!(n_filled.iter().all(|&n| n > 100), "soups with cells: {n_filled:?}");
+}
+
+#[test]
+fn crumbs_agree_with_the_oracle_along_every_axis() {
+    let mut n_inside = 0;
+    for seed in 0..12 {
+        let case = crumbs(seed);
+        let expected = oracle_flags(&case);
+        n_inside += expected.iter().filter(|&&flag| flag != 0).count();
+        for axis in 0..3 {
+            assert_same(&format!("seed {seed}, axis {axis}"), &expected, &cpu_flags(&case, axis), case.lines.dims);
+        }
+    }
+    assert!(n_inside > 100, "{n_inside} crumbs hold a centre");
 }
 
 #[test]
