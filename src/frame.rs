@@ -5,8 +5,9 @@
 //! integer `round(u * 2^F)`. The centre of cell i is the integer `i * 2^F`. All later stages decide on these integers
 //! only, so every device gives the same flags.
 //!
-//! `F`, the fraction bits, is the largest number for which all corners and centres span at most 2^[`SPAN_BITS`] units on
-//! every axis: 26 bits over the domain, four times finer than f32 resolves a domain that starts at 0.
+//! `F`, the fraction bits, is the largest number for which all corners and centres, with one cell to spare beyond both
+//! ends, span at most 2^[`SPAN_BITS`] units on every axis: 26 bits over the domain, four times finer than f32 resolves a
+//! domain that starts at 0.
 //!
 //! Degenerate cases: equal f32 corners snap to equal integers, so closed surfaces stay closed; facets that collapse to a
 //! line or a point are kept and never hit. Source: the paper, Eq. 7-10 (positions); the snap is ours.

@@ -119,6 +119,10 @@ fn ties() -> Vec<Case> {
             lines([-0.5; 3], [1.0; 3], [9, 9, 8]),
             models::terrain([8, 8], 1.0, 0.5, flat),
         ),
+        one("roofs", "slopes of 45 degrees through centres, level along one axis each", eight, {
+            let gable = [[0.5, 0.5, 0.5], [7.5, 3.5, 7.5], [0.5, 7.5, 0.5], [3.5, 0.5, 3.5]];
+            (0..3).flat_map(|axis| soups::body(soups::Body::Prism(axis), gable)).collect()
+        }),
         one("checkerboard", "cubes that touch at edges and corners only", eight, {
             let black = (0..64).filter(|i| (i % 4 + i / 4 % 4 + i / 16) % 2 == 0);
             black.flat_map(|i| cube([i % 4, i / 4 % 4, i / 16].map(|k| k as f32 * 2.0 + 0.5), 2.0)).collect()
@@ -309,7 +313,7 @@ fn placings() -> Vec<Case> {
 
 /// Pinned seeds of the random soups.
 fn random_soups() -> Vec<Case> {
-    (1..=8).map(soups::soup).collect()
+    (1..=8).map(soups::soup).chain((1..=2).map(soups::crumbs)).collect()
 }
 
 #[cfg(test)]

@@ -61,12 +61,13 @@ pub(crate) enum Body {
     Octahedron,
     /// The triangle of the first three points pushed along the fourth.
     Wedge,
-    /// An upright prism over a four-cornered polygon, often concave or crossing itself.
-    Prism,
+    /// A prism along an axis over a four-cornered polygon, often concave or crossing itself: slopes of zero along the axis.
+    Prism(usize),
 }
 
 /// All kinds of bodies.
-pub(crate) const BODIES: [Body; 5] = [Body::Tetrahedron, Body::Cuboid, Body::Octahedron, Body::Wedge, Body::Prism];
+pub(crate) const BODIES: [Body; 7] =
+    [Body::Tetrahedron, Body::Cuboid, Body::Octahedron, Body::Wedge, Body::Prism(0), Body::Prism(1), Body::Prism(2)];
 
 /// Makes the body of four points.
 pub(crate) fn body(kind: Body, points: [[f32; 3]; 4]) -> Facets {
@@ -78,7 +79,19 @@ pub(crate) fn body(kind: Body, points: [[f32; 3]; 4]) -> Facets {
         Body::Cuboid => models::cuboid(low, high),
         Body::Octahedron => models::octahedron(low, high),
         Body::Wedge => models::wedge([a, b, c], std::array::from_fn(|axis| d[axis] - a[axis])),
-        Body::Prism => models::outwards(models::prism(&points.map(|[x, y, _]| [x, y]), a[2].min(c[2]), a[2].max(c[2]))),
+        Body::Prism(axis) => {
+            // made upright, then the axes go round until z is the axis of the prism
+            let upright = points.map(|mut point| {
+                point.rotate_left((axis + 1) % 3);
+                point
+            });
+            let [low, high] = [upright[0][2].min(upright[2][2]), upright[0][2].max(upright[2][2])];
+            let facets = models::prism(&upright.map(|[x, y, _]| [x, y]), low, high);
+            models::outwards(models::mapped(&facets, |mut corner| {
+                corner.rotate_right((axis + 1) % 3);
+                corner
+            }))
+        }
     }
 }
 
@@ -127,4 +140,27 @@ pub(crate) fn soup(seed: u64) -> Case {
     }
     let rule = random.one_of(&[Rule::Parity, Rule::Nonzero]);
     Case { name: format!("soup-{seed}"), why: "random bodies", geometries, lines, rule }
+}
+
+/// Makes the crumbs of a seed: bodies of a few units of the snap about centres, where a facet's height misses a centre by
+/// less than a unit. A far body keeps the snap at 2^-8 cell, where such heights can be told apart only exactly.
+pub(crate) fn crumbs(seed: u64) -> Case {
+    let mut random = Random::new(seed);
+    let dims = [5, 4, 6];
+    let far = models::tetrahedron([[2e5, 3.0, 4.0], [2e5, 9.0, 4.0], [2e5, 3.0, 8.0], [2.1e5, 4.0, 5.0]]);
+    let mut facets = far;
+    for _ in 0..80 {
+        let centre = dims.map(|n| random.below(n) as f32 + 0.5);
+        let points = [[0; 3]; 4].map(|point: [i32; 3]| {
+            let mut axis = 0;
+            point.map(|_| {
+                axis += 1;
+                centre[axis - 1] + random.between(-5, 5) as f32 / 256.0
+            })
+        });
+        facets.extend(body(random.one_of(&BODIES), points));
+    }
+    let lines = Lines::new([0.0; 3], [1.0; 3], dims.map(|n| n as u32)).expect("sizes are positive");
+    let geometry = Geometry::new("crumbs", 1, shuffled(facets, &mut random));
+    Case { name: format!("crumbs-{seed}"), why: "near misses", geometries: vec![geometry], lines, rule: Rule::Parity }
 }
