@@ -4,6 +4,7 @@ pub mod columns;
 pub mod control;
 pub mod cpu;
 pub mod crossings;
+pub mod domain;
 pub mod error;
 pub mod facet;
 pub mod flags;
@@ -11,6 +12,7 @@ pub mod frame;
 pub mod geometry;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+pub mod job;
 pub mod lattice;
 pub mod lines;
 pub mod map;

@@ -1,9 +1,21 @@
 //! Mesh lines: where the planes between cells stand on each axis.
 //!
-//! Input: a box and a cell size or count per axis -> output: [`Lines`]. Uniform: line i of an axis is
-//! `origin + i * spacing`, i = 0 ..= n cells. Source: the paper, Eq. 7-9.
+//! A job, a domain -> [`Lines`]. Uniform: line i of an axis is `origin + i * spacing`, i = 0 ..= n cells, and starts at the
+//! domain's minimum. The number of cells is `ceil(extent / spacing)`, where an excess of less than a billionth of a cell
+//! (or, for `max_cell_size`, of less than its tolerance) counts as rounding. Source: the paper, Eq. 1-3 and 7-9.
 
+use serde::Serialize;
+
+use crate::domain::Domain;
 use crate::error::{Error, Result};
+use crate::job::{DEFAULT_CELLS, DEFAULT_TOLERANCE, Job, Padding};
+
+mod optimum;
+
+use optimum::optimal_cell_size;
+
+/// Part of a cell by which a domain may exceed whole cells through rounding alone.
+const ROUNDING: f64 = 1e-9;
 
 /// Uniform mesh lines on three axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,5 +61,172 @@ impl Lines {
     /// Volume of one cell, in cubed file units.
     pub fn cell_volume(&self) -> f64 {
         self.spacing.iter().product()
+    }
+}
+
+/// How far an end point of the domain lies from the nearest mesh line.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Residual {
+    /// The end point, in the unit of the files.
+    pub end_point: f64,
+    /// Signed distance from the nearest mesh line, in cells: -0.5 to 0.5.
+    pub cells: f64,
+}
+
+/// Chooses the mesh lines of a job over its domain.
+///
+/// - `cells` N: cubic cells of the longest extent / N.
+/// - `dims`: exactly so many cells; the size per axis is extent / cells.
+/// - `cell_size`: as given.
+/// - `max_cell_size` S: per axis the largest size of at most S that puts all end points on lines; see the source of
+///   `optimum` for the method.
+///
+/// Padding by cells is added on both sides at the end.
+///
+/// # Errors
+/// `lines-no-common-size`; `too-many-cells` where an axis would have more than 2^32 cells; `domain-empty`.
+pub fn lines(job: &Job, domain: &Domain) -> Result<Lines> {
+    let (spacing, excess) = cell_sizes(job, domain)?;
+    let mut dims = [0u32; 3];
+    let mut origin = domain.low;
+    for axis in 0..3 {
+        let cells = match job.dims {
+            Some(dims) => f64::from(dims[axis]),
+            None => (domain.extent(axis) / spacing[axis] - excess).ceil().max(1.0),
+        };
+        let padding = match job.padding {
+            Some(Padding::Cells(cells)) => cells.each()[axis],
+            _ => 0,
+        };
+        let padded = cells + 2.0 * f64::from(padding);
+        if padded > f64::from(u32::MAX) {
+            let message = format!("{padded:.0} cells of size {} along {}", spacing[axis], ["x", "y", "z"][axis]);
+            return Err(Error::new("too-many-cells", message, "use larger cells"));
+        }
+        dims[axis] = padded as u32;
+        origin[axis] -= f64::from(padding) * spacing[axis];
+    }
+    Lines::new(origin, spacing, dims)
+}
+
+/// Cell size on each axis, and the excess over whole cells that counts as none.
+fn cell_sizes(job: &Job, domain: &Domain) -> Result<([f64; 3], f64)> {
+    if let Some(dims) = job.dims {
+        return Ok(([0, 1, 2].map(|axis| domain.extent(axis) / f64::from(dims[axis])), ROUNDING));
+    }
+    if let Some(size) = job.cell_size {
+        return Ok((size.each(), ROUNDING));
+    }
+    if let Some(s_max) = job.max_cell_size {
+        let tolerance = job.tolerance.unwrap_or(DEFAULT_TOLERANCE);
+        let mut sizes = [0.0; 3];
+        for axis in 0..3 {
+            let ends = &domain.end_points[axis];
+            sizes[axis] =
+                optimal_cell_size(ends, s_max, tolerance).ok_or_else(|| no_size(axis, ends, s_max, tolerance))?;
+        }
+        return Ok((sizes, tolerance.max(ROUNDING)));
+    }
+    Ok(([domain.longest_extent() / f64::from(job.cells.unwrap_or(DEFAULT_CELLS)); 3], ROUNDING))
+}
+
+fn no_size(axis: usize, ends: &[f64], s_max: f64, tolerance: f64) -> Error {
+    let name = ["x", "y", "z"][axis];
+    let message = format!(
+        "no cell size from {s_max} down to {} puts the {} end points along {name} on mesh lines within {tolerance} cells",
+        s_max / 16.0,
+        ends.len(),
+    );
+    Error::new(
+        "lines-no-common-size",
+        message,
+        "allow a larger tolerance or a smaller max_cell_size, or give cell_size",
+    )
+}
+
+/// Distances of all end points from their nearest mesh lines.
+pub fn residuals(lines: &Lines, domain: &Domain) -> [Vec<Residual>; 3] {
+    [0, 1, 2].map(|axis| {
+        let residual = |&end_point: &f64| {
+            let position = (end_point - lines.origin[axis]) / lines.spacing[axis];
+            Residual { end_point, cells: position - position.round() }
+        };
+        domain.end_points[axis].iter().map(residual).collect()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::job::PerAxis;
+
+    fn chosen(job: Job, low: [f64; 3], high: [f64; 3]) -> Lines {
+        lines(&job, &Domain::new(&job, &[[low, high]]).unwrap()).unwrap()
+    }
+
+    fn cells(n: u32) -> Job {
+        Job { cells: Some(n), ..Job::default() }
+    }
+
+    #[test]
+    fn cubic_cells_along_the_longest_axis() {
+        let lines = chosen(cells(8), [0.0; 3], [4.0, 2.0, 0.7]);
+        assert_eq!((lines.dims, lines.spacing, lines.origin), ([8, 4, 2], [0.5; 3], [0.0; 3]));
+    }
+
+    #[test]
+    fn rounding_never_adds_a_cell() {
+        for scale in [1e-6, 1e-3, 0.1, 1.0, 3.0, 1e3] {
+            for n in [8, 10, 671, 672, 1000] {
+                let lines = chosen(cells(n), [0.0; 3], [0.1 * scale, 0.1 * scale, 0.3 * scale / 3.0]);
+                assert_eq!(lines.dims, [n; 3], "scale {scale}");
+            }
+        }
+        let lines = chosen(cells(400), [150.1, 400.1, 150.1], [550.1, 800.1, 550.1]);
+        assert_eq!(lines.dims, [400; 3]);
+    }
+
+    #[test]
+    fn dims_give_exactly_that_grid() {
+        let job = Job { dims: Some([3, 7, 11]), domain: Some([-1.0, 0.0, 0.1, 2.0, 0.7, 0.2]), ..Job::default() };
+        let lines = chosen(job, [0.0; 3], [1.0; 3]);
+        assert_eq!((lines.dims, lines.origin, lines.spacing[0]), ([3, 7, 11], [-1.0, 0.0, 0.1], 1.0));
+    }
+
+    #[test]
+    fn padding_by_cells_keeps_the_lines() {
+        let job = Job { padding: Some(Padding::Cells(PerAxis::Each([1, 0, 2]))), ..cells(4) };
+        let lines = chosen(job, [0.0; 3], [4.0, 4.0, 2.0]);
+        assert_eq!((lines.dims, lines.origin), ([6, 4, 6], [-1.0, 0.0, -2.0]));
+    }
+
+    #[test]
+    fn cell_sizes_may_differ_and_overshoot() {
+        let job = Job { cell_size: Some(PerAxis::Each([1.0, 0.5, 0.3])), ..Job::default() };
+        let lines = chosen(job, [0.0; 3], [2.5, 2.0, 1.0]);
+        assert_eq!(lines.dims, [3, 4, 4]);
+    }
+
+    #[test]
+    fn the_optimum_meets_all_end_points_and_reports_the_rest() {
+        let job = Job { max_cell_size: Some(1.0), ..Job::default() };
+        let boxes = [[[0.0, 0.0, 0.0], [6.0, 1.0, 10.04]], [[1.5, 0.0, 0.0], [4.5, 1.0, 1.0]]];
+        let domain = Domain::new(&job, &boxes).unwrap();
+        let lines = lines(&job, &domain).unwrap();
+        assert!((lines.spacing[0] - 0.75).abs() < 0.75 * 0.05, "{}", lines.spacing[0]);
+        assert!(lines.spacing.iter().all(|&size| size <= 1.0));
+        assert_eq!((lines.dims[1], lines.dims[2]), (1, 10));
+        for residual in residuals(&lines, &domain).iter().flatten() {
+            assert!(residual.cells.abs() <= DEFAULT_TOLERANCE + 1e-9, "{residual:?}");
+        }
+    }
+
+    #[test]
+    fn an_impossible_optimum_says_so() {
+        let job = Job { max_cell_size: Some(0.9), tolerance: Some(0.001), ..Job::default() };
+        let boxes = [[[0.0; 3], [2.5, 1.0, 1.0]], [[0.0; 3], [std::f64::consts::SQRT_2, 1.0, 1.0]]];
+        let error = lines(&job, &Domain::new(&job, &boxes).unwrap()).unwrap_err();
+        assert_eq!(error.code(), "lines-no-common-size");
+        assert!(error.to_string().contains("along x"), "{error}");
     }
 }

@@ -14,17 +14,7 @@
 
 use crate::columns::{Band, run};
 use crate::crossings::Crossings;
-
-/// What is inside a surface.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Rule {
-    /// Inside is where a ray has crossed the surface an odd number of times. Facet orientation does not matter.
-    #[default]
-    Parity,
-    /// Inside is where the winding number is not zero. Overlapping shells unite; orientation matters.
-    Nonzero,
-}
+pub use crate::job::Rule;
 
 /// What the mapping needs besides the crossings.
 #[derive(Debug, Clone, Copy)]

@@ -15,6 +15,7 @@ const CORE: &[&str] = &[
     "geometry",
     "surface",
     "read",
+    "job",
     "domain",
     "lines",
     "frame",
@@ -27,7 +28,6 @@ const CORE: &[&str] = &[
     "flags",
     "cpu",
     "mesh",
-    "job",
     "report",
     "write",
 ];

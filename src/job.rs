@@ -1,0 +1,198 @@
+//! The job: what a caller asks for, as plain data, from a TOML or JSON file, the command line or JavaScript.
+//!
+//! ```
+//! let job = hexcast::job::Job::from_toml(r#"
+//!     unit = "mm"
+//!     cells = 256                      # or dims, cell_size, max_cell_size
+//!     padding = { cells = 2 }
+//!
+//!     [[geometries]]
+//!     file = "coil.stl"
+//!     name = "copper"
+//!     flag = 7
+//!     priority = 2
+//!     rotate = [0, 0, 90]
+//! "#)?;
+//! assert_eq!(job.geometries[0].flag, Some(7));
+//! # Ok::<(), hexcast::Error>(())
+//! ```
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Result};
+
+mod geometry_job;
+mod validate;
+
+pub use geometry_job::GeometryJob;
+
+/// Cells along the longest axis where the job does not say.
+pub const DEFAULT_CELLS: u32 = 128;
+/// Distance, in cells, within which `max_cell_size` counts an end point as lying on a mesh line.
+///
+/// A stair-step surface is off by up to half a cell anyway; a twentieth of that does not show in a solver's result, and real
+/// intervals, which rarely have a common divisor, find a size not far below the largest allowed.
+pub const DEFAULT_TOLERANCE: f64 = 0.05;
+
+/// What is inside a surface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Rule {
+    /// Inside is where a ray has crossed the surface an odd number of times. Facet orientation does not matter.
+    #[default]
+    Parity,
+    /// Inside is where the winding number is not zero. Overlapping shells unite; orientation matters.
+    Nonzero,
+}
+
+/// Which backend meshes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum BackendChoice {
+    /// The GPU where there is an adapter, else the CPU.
+    #[default]
+    Auto,
+    /// The GPU; an error where there is none.
+    Gpu,
+    /// The CPU.
+    Cpu,
+}
+
+/// Along which axis the rays run. The result does not depend on it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum AxisChoice {
+    /// The axis with most cells.
+    #[default]
+    Auto,
+    /// Along x.
+    X,
+    /// Along y.
+    Y,
+    /// Along z.
+    Z,
+}
+
+/// One number for all axes, or one an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum PerAxis<T> {
+    /// The same for x, y and z.
+    All(T),
+    /// x, y and z.
+    Each([T; 3]),
+}
+
+impl<T: Copy> PerAxis<T> {
+    /// The three numbers.
+    pub fn each(self) -> [T; 3] {
+        match self {
+            PerAxis::All(value) => [value; 3],
+            PerAxis::Each(values) => values,
+        }
+    }
+}
+
+/// Room around the geometries on both sides of every axis.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase", deny_unknown_fields)]
+pub enum Padding {
+    /// Whole cells, added after the cell size is chosen: mesh lines of the unpadded box stay mesh lines.
+    Cells(PerAxis<u32>),
+    /// A length in the unit of the files, added before the cell size is chosen.
+    Length(PerAxis<f64>),
+}
+
+/// Everything that decides a mesh.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Job {
+    /// The geometries, in order: where two of equal priority overlap, the later wins.
+    pub geometries: Vec<GeometryJob>,
+    /// Two corners of the box, x0 y0 z0 x1 y1 z1; otherwise the box around all geometries.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub domain: Option<[f64; 6]>,
+    /// Room around the box of the geometries.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub padding: Option<Padding>,
+    /// Cubic cells, so many along the longest axis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cells: Option<u32>,
+    /// Exactly so many cells on x, y and z.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dims: Option<[u32; 3]>,
+    /// Cell size on all axes or each.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cell_size: Option<PerAxis<f64>>,
+    /// The largest size per axis, at most this, that puts every end point of every bounding box on a mesh line.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_cell_size: Option<f64>,
+    /// How far from a mesh line, in cells, `max_cell_size` lets an end point lie; 0 to 0.5, by default [`DEFAULT_TOLERANCE`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
+    /// What is inside a surface.
+    pub rule: Rule,
+    /// Who meshes.
+    pub backend: BackendChoice,
+    /// Along which axis the rays run.
+    pub axis: AxisChoice,
+    /// Unit of the files' lengths, such as "mm"; repeated in every output.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+}
+
+impl Job {
+    /// Reads a job from TOML and validates it.
+    ///
+    /// # Errors
+    /// `job-syntax` with the place; those of [`Job::validate`].
+    pub fn from_toml(text: &str) -> Result<Job> {
+        let job: Job = toml::from_str(text).map_err(|error| syntax("TOML", &error))?;
+        job.validate()?;
+        Ok(job)
+    }
+
+    /// Reads a job from JSON and validates it.
+    ///
+    /// # Errors
+    /// `job-syntax` with the place; those of [`Job::validate`].
+    pub fn from_json(text: &str) -> Result<Job> {
+        let job: Job = serde_json::from_str(text).map_err(|error| syntax("JSON", &error))?;
+        job.validate()?;
+        Ok(job)
+    }
+
+    /// Writes the job as JSON; reading it back gives the same job.
+    pub fn to_json(&self) -> String {
+        // a struct of numbers, strings and lists always has a JSON form
+        serde_json::to_string_pretty(self).unwrap_or_default()
+    }
+
+    /// Flag of a geometry: its own, or its place in the job.
+    pub fn flag(&self, geometry: usize) -> u8 {
+        self.geometries[geometry].flag.unwrap_or((geometry + 1).min(255) as u8)
+    }
+
+    /// Name of a geometry: its own, or its file's without folder and extension, with the solid if only one is taken.
+    pub fn name(&self, geometry: usize) -> String {
+        let geometry = &self.geometries[geometry];
+        if let Some(name) = &geometry.name {
+            return name.clone();
+        }
+        let file = geometry.file.rsplit(['/', '\\']).next().unwrap_or_default();
+        let lower = file.to_lowercase();
+        let stem = if lower.ends_with(".stl") { &file[..file.len() - 4] } else { file };
+        match &geometry.solid {
+            Some(solid) => format!("{stem}:{solid}"),
+            None => stem.to_string(),
+        }
+    }
+}
+
+fn syntax(language: &str, error: &dyn std::fmt::Display) -> Error {
+    let hint = "compare with the example in the documentation of the job file";
+    Error::new("job-syntax", format!("the job is not valid {language}: {}", error.to_string().trim_end()), hint)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,101 @@
+//! One geometry of a job, also from a command-line argument such as `coil.stl:flag=7,priority=2,name=copper`.
+
+use glam::DAffine3;
+use serde::{Deserialize, Serialize};
+
+use super::PerAxis;
+use crate::error::{Error, Result};
+use crate::geometry::world_from_file;
+
+/// A file, what its cells are called, and where it stands.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct GeometryJob {
+    /// The file as the caller names it.
+    pub file: String,
+    /// Takes only the solid of this name from an ASCII file of several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub solid: Option<String>,
+    /// Name in reports and outputs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Property flag, 1 to 255; by default 1, 2, ... in the order of the job.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub flag: Option<u8>,
+    /// Where geometries overlap the higher priority wins.
+    pub priority: i32,
+    /// Scales first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scale: Option<PerAxis<f64>>,
+    /// Then rotates about x, y and z, in degrees.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rotate: Option<[f64; 3]>,
+    /// Then moves.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub translate: Option<[f64; 3]>,
+}
+
+impl GeometryJob {
+    /// A file as it stands.
+    pub fn new(file: impl Into<String>) -> GeometryJob {
+        GeometryJob { file: file.into(), ..GeometryJob::default() }
+    }
+
+    /// Places file coordinates in the world.
+    pub fn world_from_file(&self) -> DAffine3 {
+        let scale = self.scale.map_or([1.0; 3], PerAxis::each);
+        world_from_file(scale, self.rotate.unwrap_or_default(), self.translate.unwrap_or_default())
+    }
+
+    /// Reads `FILE` or `FILE:key=value,...` with the keys flag, priority, name, solid, scale, rotate and translate; three
+    /// numbers are joined by `/`. A colon that no `key=` follows belongs to the file, as in `C:\part.stl`.
+    ///
+    /// # Errors
+    /// `job-value`: an unknown key or a value that is no number, with what was expected.
+    pub fn from_argument(argument: &str) -> Result<GeometryJob> {
+        let Some((file, settings)) = argument.rsplit_once(':').filter(|(_, settings)| settings.contains('=')) else {
+            return Ok(GeometryJob::new(argument));
+        };
+        let mut geometry = GeometryJob::new(file);
+        for setting in settings.split(',') {
+            let Some((key, value)) = setting.split_once('=') else {
+                return Err(wrong(argument, &format!("\"{setting}\" is not key=value")));
+            };
+            geometry.set(key.trim(), value.trim()).map_err(|problem| wrong(argument, &problem))?;
+        }
+        Ok(geometry)
+    }
+
+    fn set(&mut self, key: &str, value: &str) -> std::result::Result<(), String> {
+        match key {
+            "flag" => self.flag = Some(value.parse().map_err(|_| format!("flag={value}: flags are 1 to 255"))?),
+            "priority" => self.priority = value.parse().map_err(|_| format!("priority={value} is no whole number"))?,
+            "name" => self.name = Some(value.to_string()),
+            "solid" => self.solid = Some(value.to_string()),
+            "scale" if !value.contains('/') => self.scale = Some(PerAxis::All(number(key, value)?)),
+            "scale" => self.scale = Some(PerAxis::Each(three(key, value)?)),
+            "rotate" => self.rotate = Some(three(key, value)?),
+            "translate" => self.translate = Some(three(key, value)?),
+            _ => {
+                let keys = "flag, priority, name, solid, scale, rotate, translate";
+                return Err(format!("there is no key \"{key}\"; keys are {keys}"));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn number(key: &str, text: &str) -> std::result::Result<f64, String> {
+    text.parse().map_err(|_| format!("{key}: \"{text}\" is no number"))
+}
+
+fn three(key: &str, text: &str) -> std::result::Result<[f64; 3], String> {
+    let numbers = text.split('/').map(|part| number(key, part)).collect::<std::result::Result<Vec<f64>, String>>()?;
+    <[f64; 3]>::try_from(numbers)
+        .map_err(|_| format!("{key}={text}: three numbers joined by / are needed, as in 0/0/90"))
+}
+
+fn wrong(argument: &str, problem: &str) -> Error {
+    let hint = "write FILE:flag=7,priority=2,name=copper";
+    Error::new("job-value", format!("geometry \"{argument}\": {problem}"), hint)
+}

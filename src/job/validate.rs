@@ -1,0 +1,123 @@
+//! Checks of a job before anything is read: every value in its range, nothing asked for twice. Messages name the key.
+
+use super::{Job, Padding, PerAxis};
+use crate::error::{Error, Result};
+
+impl Job {
+    /// Checks all values.
+    ///
+    /// # Errors
+    /// - `job-empty`: no geometry.
+    /// - `too-many-geometries`: more than 255.
+    /// - `job-value`: a value out of range.
+    /// - `job-conflict`: more than one way to choose the cells, or padding of a given domain.
+    pub fn validate(&self) -> Result<()> {
+        if self.geometries.is_empty() {
+            return Err(Error::new(
+                "job-empty",
+                "the job names no geometry",
+                "add at least one [[geometries]] with a file",
+            ));
+        }
+        if self.geometries.len() > 255 {
+            let message = format!("{} geometries: at most 255 fit", self.geometries.len());
+            return Err(Error::new("too-many-geometries", message, "join files of the same substance"));
+        }
+        self.validate_geometries()?;
+        self.validate_cells()?;
+        self.validate_domain()
+    }
+
+    fn validate_geometries(&self) -> Result<()> {
+        for (index, geometry) in self.geometries.iter().enumerate() {
+            let key = |name: &str| format!("geometries[{index}].{name}");
+            if geometry.file.is_empty() {
+                return Err(out_of_range(&key("file"), "\"\"", "the name of a file"));
+            }
+            if geometry.flag == Some(0) {
+                return Err(out_of_range(&key("flag"), "0", "1 to 255; 0 is the background"));
+            }
+            let scale = geometry.scale.map_or([1.0; 3], PerAxis::each);
+            for value in scale {
+                if !value.is_finite() || value == 0.0 {
+                    return Err(out_of_range(&key("scale"), value, "a finite number other than 0"));
+                }
+            }
+            for (name, values) in [("rotate", geometry.rotate), ("translate", geometry.translate)] {
+                for value in values.unwrap_or_default() {
+                    if !value.is_finite() {
+                        return Err(out_of_range(&key(name), value, "finite numbers"));
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn validate_cells(&self) -> Result<()> {
+        let ways = [
+            ("cells", self.cells.is_some()),
+            ("dims", self.dims.is_some()),
+            ("cell_size", self.cell_size.is_some()),
+            ("max_cell_size", self.max_cell_size.is_some()),
+        ];
+        let given: Vec<&str> = ways.iter().filter(|way| way.1).map(|way| way.0).collect();
+        if given.len() > 1 {
+            let message = format!("{} are given together: each decides the cells alone", given.join(" and "));
+            return Err(Error::new("job-conflict", message, "keep one of them"));
+        }
+        if self.cells == Some(0) {
+            return Err(out_of_range("cells", 0, "at least 1"));
+        }
+        if let Some(dims) = self.dims.filter(|dims| dims.contains(&0)) {
+            return Err(out_of_range("dims", format!("{dims:?}"), "at least 1 on every axis"));
+        }
+        let sizes = self.cell_size.map_or(vec![], |size| size.each().to_vec());
+        for (key, value) in
+            sizes.iter().map(|&size| ("cell_size", size)).chain(self.max_cell_size.map(|s| ("max_cell_size", s)))
+        {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(out_of_range(key, value, "a positive number"));
+            }
+        }
+        if let Some(tolerance) = self.tolerance {
+            if !(0.0..=0.5).contains(&tolerance) {
+                return Err(out_of_range("tolerance", tolerance, "0 to 0.5 cells"));
+            }
+            if self.max_cell_size.is_none() {
+                let message = "tolerance is given without max_cell_size, which alone uses it";
+                return Err(Error::new("job-conflict", message, "remove tolerance or give max_cell_size"));
+            }
+        }
+        Ok(())
+    }
+
+    fn validate_domain(&self) -> Result<()> {
+        if let Some(domain) = self.domain {
+            for axis in 0..3 {
+                let (low, high) = (domain[axis], domain[axis + 3]);
+                if !(low.is_finite() && high.is_finite() && low < high) {
+                    let name = ["x", "y", "z"][axis];
+                    let found = format!("{low} to {high} along {name}");
+                    return Err(out_of_range("domain", found, "finite numbers, the first corner below the second"));
+                }
+            }
+            if self.padding.is_some() {
+                let message = "domain and padding are given together: padding goes around the geometries' own box";
+                return Err(Error::new("job-conflict", message, "give a larger domain, or leave it out"));
+            }
+        }
+        if let Some(Padding::Length(lengths)) = self.padding {
+            for value in lengths.each() {
+                if !(value.is_finite() && value >= 0.0) {
+                    return Err(out_of_range("padding.length", value, "0 or a positive number"));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+fn out_of_range(key: &str, found: impl std::fmt::Display, allowed: &str) -> Error {
+    Error::new("job-value", format!("{key} is {found}; allowed: {allowed}"), "")
+}
