@@ -1,5 +1,6 @@
 //! hexcast: exact Cartesian meshing of closed surfaces by parallel ray casting.
 
+pub mod column_file;
 pub mod columns;
 pub mod control;
 pub mod cpu;
@@ -12,6 +13,8 @@ pub mod geometry;
 pub mod lattice;
 pub mod lines;
 pub mod map;
+pub mod mesh;
 pub mod rays;
+pub mod write;
 
 pub use error::{Error, Result};
