@@ -167,26 +167,6 @@ impl Job {
         // a struct of numbers, strings and lists always has a JSON form
         serde_json::to_string_pretty(self).unwrap_or_default()
     }
-
-    /// Flag of a geometry: its own, or its place in the job.
-    pub fn flag(&self, geometry: usize) -> u8 {
-        self.geometries[geometry].flag.unwrap_or((geometry + 1).min(255) as u8)
-    }
-
-    /// Name of a geometry: its own, or its file's without folder and extension, with the solid if only one is taken.
-    pub fn name(&self, geometry: usize) -> String {
-        let geometry = &self.geometries[geometry];
-        if let Some(name) = &geometry.name {
-            return name.clone();
-        }
-        let file = geometry.file.rsplit(['/', '\\']).next().unwrap_or_default();
-        let lower = file.to_lowercase();
-        let stem = if lower.ends_with(".stl") { &file[..file.len() - 4] } else { file };
-        match &geometry.solid {
-            Some(solid) => format!("{stem}:{solid}"),
-            None => stem.to_string(),
-        }
-    }
 }
 
 fn syntax(language: &str, error: &dyn std::fmt::Display) -> Error {

@@ -1,5 +1,6 @@
 //! hexcast: exact Cartesian meshing of closed surfaces by parallel ray casting.
 
+pub mod column_file;
 pub mod columns;
 pub mod control;
 pub mod cpu;
@@ -16,8 +17,13 @@ pub mod job;
 pub mod lattice;
 pub mod lines;
 pub mod map;
+pub mod mesh;
+pub mod pipeline;
 pub mod rays;
 pub mod read;
+pub mod report;
+pub mod sources;
 pub mod surface;
+pub mod write;
 
 pub use error::{Error, Result};

@@ -16,6 +16,9 @@ pub struct GeometryJob {
     /// Takes only the solid of this name from an ASCII file of several.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub solid: Option<String>,
+    /// Makes every solid of the file a geometry of its own, named like the solid, flags counting up.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub split: bool,
     /// Name in reports and outputs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
@@ -47,8 +50,8 @@ impl GeometryJob {
         world_from_file(scale, self.rotate.unwrap_or_default(), self.translate.unwrap_or_default())
     }
 
-    /// Reads `FILE` or `FILE:key=value,...` with the keys flag, priority, name, solid, scale, rotate and translate; three
-    /// numbers are joined by `/`. A colon that no `key=` follows belongs to the file, as in `C:\part.stl`.
+    /// Reads `FILE` or `FILE:key=value,...` with the keys flag, priority, name, solid, split, scale, rotate and translate;
+    /// three numbers are joined by `/`. A colon that no `key=` follows belongs to the file, as in `C:\part.stl`.
     ///
     /// # Errors
     /// `job-value`: an unknown key or a value that is no number, with what was expected.
@@ -72,12 +75,13 @@ impl GeometryJob {
             "priority" => self.priority = value.parse().map_err(|_| format!("priority={value} is no whole number"))?,
             "name" => self.name = Some(value.to_string()),
             "solid" => self.solid = Some(value.to_string()),
+            "split" => self.split = value.parse().map_err(|_| format!("split={value}: write true or false"))?,
             "scale" if !value.contains('/') => self.scale = Some(PerAxis::All(number(key, value)?)),
             "scale" => self.scale = Some(PerAxis::Each(three(key, value)?)),
             "rotate" => self.rotate = Some(three(key, value)?),
             "translate" => self.translate = Some(three(key, value)?),
             _ => {
-                let keys = "flag, priority, name, solid, scale, rotate, translate";
+                let keys = "flag, priority, name, solid, split, scale, rotate, translate";
                 return Err(format!("there is no key \"{key}\"; keys are {keys}"));
             }
         }

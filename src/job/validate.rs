@@ -37,6 +37,14 @@ impl Job {
             if geometry.flag == Some(0) {
                 return Err(out_of_range(&key("flag"), "0", "1 to 255; 0 is the background"));
             }
+            if geometry.split && (geometry.solid.is_some() || geometry.name.is_some()) {
+                let message = format!("{} is true beside a solid or a name", key("split"));
+                return Err(Error::new(
+                    "job-conflict",
+                    message,
+                    "split takes all solids and names them as the file does",
+                ));
+            }
             let scale = geometry.scale.map_or([1.0; 3], PerAxis::each);
             for value in scale {
                 if !value.is_finite() || value == 0.0 {

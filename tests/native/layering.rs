@@ -16,6 +16,7 @@ const CORE: &[&str] = &[
     "surface",
     "read",
     "job",
+    "sources",
     "domain",
     "lines",
     "frame",
@@ -29,6 +30,7 @@ const CORE: &[&str] = &[
     "cpu",
     "mesh",
     "report",
+    "column_file",
     "write",
 ];
 /// The layers above the core, each on those before it. `bin` and `web` stand side by side.

@@ -1,0 +1,246 @@
+use super::*;
+use crate::columns::{Band, Columns, run};
+use crate::mesh::tests::pattern;
+use crate::rays::Rays;
+use crate::write::{Format, Options, write};
+
+fn options(zlib: bool) -> Options {
+    Options { compress: if zlib { Compress::Zlib(1) } else { Compress::None }, ..Options::default() }
+}
+
+fn bytes(mesh: &Mesh, zlib: bool) -> Vec<u8> {
+    let mut out = Vec::new();
+    let written = write(mesh, Format::Columns, &options(zlib), &mut out, &Control::default()).unwrap();
+    assert_eq!(written.n_bytes, out.len() as u64);
+    out
+}
+
+fn code(bytes: &[u8]) -> &'static str {
+    read_columns(&mut &bytes[..]).map_or_else(|error| error.code(), |_| "accepted")
+}
+
+/// The same mesh with its bands split after every `n` rays.
+fn split(mesh: &Mesh, n: usize) -> Mesh {
+    let whole = &mesh.columns.bands()[0];
+    let bands = (0..whole.ends.len()).step_by(n).map(|first| {
+        let rays = first..(first + n).min(whole.ends.len());
+        let runs: Vec<Vec<u32>> = rays.map(|ray| whole.ray(ray).to_vec()).collect();
+        let ends = runs.iter().scan(0, |end, runs| {
+            *end += runs.len() as u32;
+            Some(*end)
+        });
+        let counts = if first == 0 { [whole.odd_rays, whole.n_crossings] } else { [0; 2] };
+        Band {
+            first_ray: first as u64,
+            ends: ends.collect(),
+            runs: runs.concat(),
+            odd_rays: counts[0],
+            n_crossings: counts[1],
+        }
+    });
+    Mesh { columns: Columns::new(mesh.columns.rays, bands.collect()), ..mesh.clone() }
+}
+
+/// A mesh of one ray band with the runs given for each ray.
+fn mesh_of(dims: [u32; 3], rays: impl Iterator<Item = Vec<u32>>) -> Mesh {
+    let mut band = Band::default();
+    for runs in rays {
+        band.runs.extend(runs);
+        band.ends.push(band.runs.len() as u32);
+    }
+    let lines = crate::lines::Lines::new([0.0; 3], [1.0; 3], dims).unwrap();
+    Mesh::new(lines, Columns::new(Rays::new(2, dims), vec![band]), vec![], None).unwrap()
+}
+
+/// The file with new bytes at a place and all checksums of head and first piece made right again.
+fn forged(file: &[u8], at: usize, new: &[u8]) -> Vec<u8> {
+    let mut file = file.to_vec();
+    file[at..at + new.len()].copy_from_slice(new);
+    let head = 16 + u32::from_le_bytes(file[12..16].try_into().unwrap()) as usize;
+    let sum = crc32(&file[..head]);
+    file[head..head + 4].copy_from_slice(&sum);
+    let piece = head + 4;
+    let stored = u32::from_le_bytes(file[piece + 16..piece + 20].try_into().unwrap()) as usize;
+    let start = piece + PIECE_HEAD;
+    let stored = start..(start + stored).min(file.len());
+    let sum = crc32(&file[stored]);
+    file[piece + 20..piece + 24].copy_from_slice(&sum);
+    let sum = crc32(&file[piece..piece + 40]);
+    file[piece + 40..piece + 44].copy_from_slice(&sum);
+    file
+}
+
+/// Where the first piece starts.
+fn first_piece(file: &[u8]) -> usize {
+    20 + u32::from_le_bytes(file[12..16].try_into().unwrap()) as usize
+}
+
+#[test]
+fn a_file_reads_back_for_every_ray_axis_and_split() {
+    for axis in 0..3 {
+        let mesh = pattern(axis, [9, 5, 7], 3);
+        for zlib in [false, true] {
+            let whole = bytes(&mesh, zlib);
+            for n in [1, 4, 1000] {
+                let file = bytes(&split(&mesh, n), zlib);
+                assert_eq!(file, whole, "axis {axis}, bands of {n} rays");
+                let back = read_columns(&mut file.as_slice()).unwrap();
+                assert_eq!(back, mesh, "axis {axis}, bands of {n} rays");
+                assert_eq!([back.columns.odd_rays(), back.columns.n_crossings()], [2, 1234567]);
+            }
+        }
+    }
+}
+
+#[test]
+fn many_pieces_read_back_and_stay_within_their_limits() {
+    let dims = [700, 700, 20];
+    let runs = |ray: u32| (0..ray * 31 % 7).map(|k| run(2 * k + ray % 3, (k % 2 + 1) as u8)).collect();
+    let mesh = mesh_of(dims, (0..490_000).map(runs));
+    let plan = piece::plan(&mesh.columns);
+    assert!(plan.len() > 7, "{}", plan.len());
+    for rays in &plan {
+        let n_runs: usize = rays.clone().map(|ray| mesh.columns.ray(ray).len()).sum();
+        assert!(rays.end - rays.start <= 1 << 16 && n_runs <= 1 << 18);
+    }
+    for zlib in [false, true] {
+        assert_eq!(read_columns(&mut bytes(&mesh, zlib).as_slice()).unwrap(), mesh);
+    }
+}
+
+#[test]
+fn a_ray_may_have_more_runs_than_a_piece() {
+    let depth = (1 << 18) + 5;
+    let full = |_| (0..depth).map(|cell| run(cell, (1 + cell % 2) as u8)).collect();
+    let mesh = mesh_of([1, 3, depth], (0..3).map(full));
+    assert_eq!(piece::plan(&mesh.columns), [0..1, 1..2, 2..3]);
+    assert_eq!(read_columns(&mut bytes(&mesh, true).as_slice()).unwrap(), mesh);
+}
+
+#[test]
+fn the_bytes_are_those_of_the_layout() {
+    // rays of 300 cells: [5, 200) flag 2, [200, 300) flag 0; nothing; [4, 300) flag 3
+    let mesh = mesh_of([3, 1, 300], [vec![run(5, 2), run(200, 0)], vec![], vec![run(4, 3)]].into_iter());
+    let file = bytes(&mesh, false);
+    let mut expected = b"\x89HXC\r\n\x1a\n\x01\0\0\0\x45\0\0\0".to_vec();
+    expected.extend(b"\x03\0\0\0\x01\0\0\0\x2c\x01\0\0\x02\0\0\0");
+    (0..3).for_each(|_| expected.extend(0f64.to_le_bytes()));
+    (0..3).for_each(|_| expected.extend(1f64.to_le_bytes()));
+    expected.extend([0, 0, 0, 0, 0]);
+    assert_eq!(file[..85], expected);
+    assert_eq!(file[89..105], *b"PIEC\x03\0\0\0\x03\0\0\0\x0a\0\0\0");
+    // counts 2, 0, 1; cells 2 * 5, 2 * 195 = 0x186 as a varint, 2 * 4; flags
+    assert_eq!(file[133..143], [2, 0, 1, 10, 0x86, 0x03, 8, 2, 0, 3]);
+    assert_eq!(file[143..175], *b"ENDS\x01\0\0\0\0\0\0\0\x59\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x03\0\0\0");
+    assert_eq!(file[183..], *b"\x8f\0\0\0\0\0\0\0HXC END\n");
+    // the checksum of the nine digits is the published check value
+    assert_eq!(crc32(b"123456789"), 0xcbf4_3926u32.to_le_bytes());
+}
+
+#[test]
+fn every_truncation_is_an_error() {
+    for zlib in [false, true] {
+        let file = bytes(&pattern(2, [5, 4, 6], 3), zlib);
+        for n in 0..file.len() {
+            let error = read_columns(&mut &file[..n]).unwrap_err();
+            assert_eq!(error.code(), "columns-corrupt", "{n} of {} bytes", file.len());
+            assert!(error.to_string().contains(&format!("ends at byte {n},")), "{error}");
+        }
+        let longer = [file.as_slice(), b"x"].concat();
+        assert_eq!(code(&longer), "columns-corrupt");
+    }
+}
+
+#[test]
+fn every_changed_byte_is_an_error() {
+    for zlib in [false, true] {
+        let file = bytes(&pattern(1, [5, 4, 6], 3), zlib);
+        for at in 0..file.len() {
+            for change in [1, 0x80, 0xff] {
+                let mut damaged = file.clone();
+                damaged[at] ^= change;
+                let expected = if (8..12).contains(&at) { "columns-version" } else { "columns-corrupt" };
+                let code = code(&damaged);
+                // version 1 with its bit 0 cleared is 0, which never was
+                assert!(code == expected || (at == 8 && code == "columns-corrupt"), "byte {at} ^ {change}: {code}");
+            }
+        }
+    }
+}
+
+#[test]
+fn lies_with_right_checksums_are_errors() {
+    let mesh = mesh_of([3, 1, 300], [vec![run(5, 2), run(200, 0)], vec![], vec![run(4, 3)]].into_iter());
+    let file = bytes(&mesh, false);
+    assert_eq!(code(&forged(&file, 0, b"")), "accepted");
+    let piece = first_piece(&file);
+    let content = piece + PIECE_HEAD;
+    let lies: &[(&str, usize, &[u8])] = &[
+        ("no cells", 16, &[0; 4]),
+        ("2^24 + 1 cells", 16, &[1, 0, 0, 1]),
+        ("2^72 cells", 16, &[0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1]),
+        ("2^62 cells, of which three rays follow", 16, &[0, 0, 0, 1, 0, 0, 0, 1, 0, 0x40, 0, 0]),
+        ("axis 3", 28, &[3]),
+        ("compression 2", 29, &[2]),
+        ("content is not zlib", 29, &[1]),
+        ("unknown kind of lines", 30, &[1]),
+        ("origin not finite", 32, &f64::NAN.to_le_bytes()),
+        ("spacing negative", 56, &(-1f64).to_le_bytes()),
+        ("unit 2", 80, &[2]),
+        ("a unit that is not there", 80, &[1]),
+        ("2^32 - 1 names", 81, &[0xff; 4]),
+        ("no rays", piece + 4, &[0; 4]),
+        ("more rays than the box", piece + 4, &[4]),
+        ("2^32 - 1 rays", piece + 4, &[0xff; 4]),
+        ("2^32 - 1 runs", piece + 8, &[0xff; 4]),
+        ("2^18 runs", piece + 8, &[0, 0, 4, 0]),
+        ("fewer runs", piece + 8, &[2]),
+        ("longer content", piece + 12, &[0xff; 4]),
+        ("2^32 - 1 stored bytes", piece + 16, &[0xff; 4]),
+        ("counts above the runs", content, &[3]),
+        ("counts below the runs", content, &[1]),
+        ("a count without end", content, &[0xff; 3]),
+        ("a first cell below 0", content + 3, &[1]),
+        ("a cell not behind the one before", content + 4, &[0x80, 0]),
+        ("a cell past the ray", content + 4, &[0xff, 0x7f]),
+        ("first flag 0", content + 7, &[0]),
+        ("flag repeated", content + 8, &[2]),
+    ];
+    for (name, at, new) in lies {
+        assert_eq!(code(&forged(&file, *at, new)), "columns-corrupt", "{name}");
+    }
+}
+
+#[test]
+fn a_stream_that_inflates_beyond_its_head_is_an_error() {
+    let mesh = mesh_of([3, 1, 300], [vec![], vec![], vec![]].into_iter());
+    let file = bytes(&mesh, true);
+    let piece = first_piece(&file);
+    let bomb = zlib::compress(&vec![0; 1 << 24], 9).unwrap();
+    let mut file = [&file[..piece + PIECE_HEAD], &bomb].concat();
+    file[piece + 16..piece + 20].copy_from_slice(&(bomb.len() as u32).to_le_bytes());
+    assert_eq!(code(&forged(&file, piece + 12, &(1u32 << 24).to_le_bytes())), "columns-corrupt");
+}
+
+#[test]
+fn a_newer_version_is_told_apart_from_damage() {
+    let mut file = bytes(&pattern(0, [2, 2, 2], 1), false);
+    file[8] = 2;
+    assert_eq!(code(&file), "columns-version");
+    assert_eq!(code(b"solid cube\nfacet normal 0 0 1\n"), "columns-corrupt");
+}
+
+#[test]
+fn memory_and_cancel_are_obeyed() {
+    let mesh = pattern(0, [9, 5, 7], 3);
+    let file = bytes(&mesh, false);
+    let needed = 4 * (mesh.columns.n_runs() + mesh.columns.rays.n_rays());
+    let read = |max_bytes, control: &Control| read_columns_within(&mut file.as_slice(), max_bytes, control);
+    assert_eq!(read(needed, &Control::default()).unwrap(), mesh);
+    assert_eq!(read(needed - 1, &Control::default()).unwrap_err().code(), "memory");
+    let control = Control::default();
+    control.cancel.cancel();
+    assert_eq!(read(needed, &control).unwrap_err().code(), "cancelled");
+    let error = write(&mesh, Format::Columns, &options(true), &mut Vec::new(), &control).unwrap_err();
+    assert_eq!(error.code(), "cancelled");
+}

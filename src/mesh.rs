@@ -1,0 +1,264 @@
+//! The finished mesh: lines, columns and the names of the flags, with the queries and the walk that every output uses.
+//!
+//! Lines, columns, names -> [`Mesh`]. The flags of all cells exist nowhere at once: [`Mesh::for_each_slab`] expands them
+//! in file order, `flags[x + nx * (y + ny * z)]`, one slab ahead of whoever consumes them.
+//! Cost: two slabs of memory; expansion runs at the speed of memory, beside the consumer.
+
+use std::fmt::Write;
+
+use sha2::{Digest, Sha256};
+
+use crate::columns::Columns;
+use crate::control::Control;
+use crate::error::{Error, Result};
+use crate::flags::{CellBox, expand, flags_of_box, n_cells};
+use crate::lines::Lines;
+
+/// Bytes of a slab where the caller has no opinion: long enough to keep all cores busy, short enough for a browser.
+pub const SLAB_BYTES: usize = 32 << 20;
+
+/// A flag in use and what it stands for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Named {
+    /// The flag, 1 to 255.
+    pub flag: u8,
+    /// Name of the geometry that carries it.
+    pub name: String,
+}
+
+/// A Cartesian mesh: cells between lines, each with a property flag.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mesh {
+    /// Where the planes between cells stand.
+    pub lines: Lines,
+    /// The flags, as runs along rays.
+    pub columns: Columns,
+    /// Names of the flags in use, in the order of the job.
+    pub names: Vec<Named>,
+    /// Unit of every length, such as "mm", if the caller named one.
+    pub unit: Option<String>,
+}
+
+impl Mesh {
+    /// Joins lines and columns of the same box.
+    ///
+    /// # Errors
+    /// `job-conflict` where lines and columns differ in their number of cells.
+    pub fn new(lines: Lines, columns: Columns, names: Vec<Named>, unit: Option<String>) -> Result<Mesh> {
+        if lines.dims != columns.dims() {
+            let message = format!("lines of {:?} cells beside columns of {:?} cells", lines.dims, columns.dims());
+            return Err(Error::new("job-conflict", message, "mesh again with these lines"));
+        }
+        Ok(Mesh { lines, columns, names, unit })
+    }
+
+    /// Number of cells on x, y and z.
+    pub fn dims(&self) -> [u32; 3] {
+        self.lines.dims
+    }
+
+    /// Number of cells of the box.
+    pub fn n_cells(&self) -> u64 {
+        self.lines.n_cells()
+    }
+
+    /// Looks up the flag of the cell (x, y, z).
+    ///
+    /// # Errors
+    /// `job-value` where the cell lies outside the mesh.
+    pub fn flag(&self, cell: [u32; 3]) -> Result<u8> {
+        if (0..3).any(|axis| cell[axis] >= self.dims()[axis]) {
+            return Err(self.outside(format!("cell {cell:?}")));
+        }
+        Ok(self.columns.flag(cell))
+    }
+
+    /// Expands the flags of a box of cells, one byte a cell, x fastest; its end is exclusive.
+    ///
+    /// # Errors
+    /// `job-value` where the box reaches past the mesh or ends before it starts.
+    pub fn box_flags(&self, cells: &CellBox) -> Result<Vec<u8>> {
+        if (0..3).any(|axis| cells[axis].end > self.dims()[axis] || cells[axis].start > cells[axis].end) {
+            return Err(self.outside(format!("box {cells:?}")));
+        }
+        Ok(flags_of_box(&self.columns, cells))
+    }
+
+    /// Splits the mesh, in file order, in slabs of whole z planes of at most `max_bytes` flags, or of whole rows along x
+    /// where one plane is already larger; at least one row each.
+    pub fn slabs(&self, max_bytes: usize) -> impl Iterator<Item = CellBox> + use<> {
+        let [nx, ny, nz] = self.dims();
+        let (row, max) = (u64::from(nx), max_bytes as u64);
+        let rows = (max / row).clamp(1, u64::from(ny)) as u32;
+        // a slab is either all rows of some planes or some rows of one plane
+        let planes = if rows == ny { (max / (row * u64::from(ny))).clamp(1, u64::from(nz)) as u32 } else { 1 };
+        let starts = |n: u32, step: u32| (0..n).step_by(step as usize);
+        starts(nz, planes).flat_map(move |z| {
+            starts(ny, rows)
+                .map(move |y| [0..nx, y..y.saturating_add(rows).min(ny), z..z.saturating_add(planes).min(nz)])
+        })
+    }
+
+    /// Hands the flags of all cells, x fastest, slab by slab to `consume`, which runs on this thread while the next slab
+    /// is expanded on others. Holds two slabs of at most `max_bytes` (at least a row).
+    ///
+    /// # Errors
+    /// `cancelled`, looked at before every slab; whatever `consume` returns.
+    pub fn for_each_slab(
+        &self,
+        max_bytes: usize,
+        control: &Control,
+        mut consume: impl FnMut(&[u8]) -> Result<()>,
+    ) -> Result<()> {
+        let mut slabs = self.slabs(max_bytes);
+        let (mut now, mut next) = (Vec::new(), Vec::new());
+        let fill = |cells: &CellBox, out: &mut Vec<u8>| {
+            out.resize(n_cells(cells), 0);
+            expand(&self.columns, cells, out);
+        };
+        control.check()?;
+        let mut ahead = slabs.next();
+        ahead.iter().for_each(|cells| fill(cells, &mut now));
+        while ahead.is_some() {
+            control.check()?;
+            ahead = slabs.next();
+            rayon::in_place_scope(|scope| {
+                if let Some(cells) = &ahead {
+                    scope.spawn(|_| fill(cells, &mut next));
+                }
+                consume(&now)
+            })?;
+            std::mem::swap(&mut now, &mut next);
+        }
+        Ok(())
+    }
+
+    /// Hashes the flags of all cells, x fastest, one byte a cell: SHA-256 in hexadecimal, that of the `.raw` file.
+    ///
+    /// # Errors
+    /// `cancelled`.
+    pub fn flags_sha256(&self, control: &Control) -> Result<String> {
+        let mut hash = Sha256::new();
+        self.for_each_slab(SLAB_BYTES, control, |flags| {
+            hash.update(flags);
+            Ok(())
+        })?;
+        Ok(hex(&hash.finalize()))
+    }
+
+    fn outside(&self, what: String) -> Error {
+        let [nx, ny, nz] = self.dims();
+        Error::new("job-value", format!("{what} is not inside the mesh of {nx} x {ny} x {nz} cells"), "")
+    }
+}
+
+/// Writes bytes in lower-case hexadecimal.
+pub(crate) fn hex(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::with_capacity(2 * bytes.len()), |mut text, byte| {
+        let _ = write!(text, "{byte:02x}"); // writing to a String cannot fail
+        text
+    })
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::columns::{Band, run};
+    use crate::rays::Rays;
+
+    /// A mesh whose flags follow a fixed pattern of `n_flags` flags, the same for every ray axis.
+    pub(crate) fn pattern(axis: usize, dims: [u32; 3], n_flags: u32) -> Mesh {
+        let rays = Rays::new(axis, dims);
+        let mut band = Band { odd_rays: 2, n_crossings: 1234567, ..Band::default() };
+        for j in 0..rays.counts[1] {
+            for i in 0..rays.counts[0] {
+                let mut last = 0;
+                for along in 0..rays.depth {
+                    let mut cell = [along; 3];
+                    (cell[rays.across[0]], cell[rays.across[1]]) = (i, j);
+                    let flag = pattern_flag(cell, n_flags);
+                    if flag != last {
+                        band.runs.push(run(along, flag));
+                    }
+                    last = flag;
+                }
+                band.ends.push(band.runs.len() as u32);
+            }
+        }
+        let lines = Lines::new([-1.5, 0.1, 1e-7], [0.5, 0.25, 1.0 / 3.0], dims).unwrap();
+        let names = [(1, "copper"), (7, "Gehäuse <A&B> \"1\"")];
+        let names = names.map(|(flag, name)| Named { flag, name: name.into() }).to_vec();
+        Mesh::new(lines, Columns::new(rays, vec![band]), names, Some("mm".into())).unwrap()
+    }
+
+    /// The flag that [`pattern`] gives a cell.
+    pub(crate) fn pattern_flag([x, y, z]: [u32; 3], n_flags: u32) -> u8 {
+        let mixed = (x / 3 * 5 + y / 2 * 3 + z / 2 * 7) % 11;
+        if mixed < 6 { 0 } else { (1 + mixed % n_flags) as u8 }
+    }
+
+    /// All flags of a [`pattern`], x fastest, straight from the formula.
+    pub(crate) fn pattern_flags([nx, ny, nz]: [u32; 3], n_flags: u32) -> Vec<u8> {
+        let cell = |index: u32| [index % nx, index / nx % ny, index / (nx * ny)];
+        (0..nx * ny * nz).map(|index| pattern_flag(cell(index), n_flags)).collect()
+    }
+
+    #[test]
+    fn slabs_of_any_size_give_all_flags_in_file_order() {
+        let dims = [9, 5, 7];
+        for axis in 0..3 {
+            let mesh = pattern(axis, dims, 3);
+            for max_bytes in [1, 9, 17, 18, 44, 45, 100, 200, 1 << 20] {
+                let mut flags = Vec::new();
+                let collect = |slab: &[u8]| {
+                    assert!(slab.len() <= max_bytes.max(9), "{} > {max_bytes}", slab.len());
+                    flags.extend_from_slice(slab);
+                    Ok(())
+                };
+                mesh.for_each_slab(max_bytes, &Control::default(), collect).unwrap();
+                assert_eq!(flags, pattern_flags(dims, 3), "axis {axis}, slabs of {max_bytes}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_hash_is_that_of_the_bytes() {
+        let mesh = pattern(1, [9, 5, 7], 3);
+        let expected = hex(&Sha256::digest(pattern_flags([9, 5, 7], 3)));
+        assert_eq!(mesh.flags_sha256(&Control::default()).unwrap(), expected);
+        assert_eq!(hex(&Sha256::digest(b"abc"))[..16], *"ba7816bf8f01cfea");
+    }
+
+    #[test]
+    fn queries_outside_the_mesh_are_errors() {
+        let mesh = pattern(2, [9, 5, 7], 3);
+        assert_eq!(mesh.flag([8, 4, 6]).unwrap(), pattern_flag([8, 4, 6], 3));
+        assert_eq!(mesh.flag([9, 0, 0]).unwrap_err().code(), "job-value");
+        assert_eq!(mesh.box_flags(&[0..9, 0..5, 0..7]).unwrap(), pattern_flags([9, 5, 7], 3));
+        assert_eq!(mesh.box_flags(&[0..9, 0..6, 0..7]).unwrap_err().code(), "job-value");
+        #[expect(clippy::reversed_empty_ranges, reason = "what a careless caller hands in")]
+        let reversed = [5..2, 0..1, 0..1];
+        assert_eq!(mesh.box_flags(&reversed).unwrap_err().code(), "job-value");
+    }
+
+    #[test]
+    fn lines_and_columns_must_have_the_same_cells() {
+        let mesh = pattern(0, [9, 5, 7], 3);
+        let lines = Lines { dims: [9, 5, 8], ..mesh.lines };
+        assert_eq!(Mesh::new(lines, mesh.columns, vec![], None).unwrap_err().code(), "job-conflict");
+    }
+
+    #[test]
+    fn cancel_stops_between_slabs() {
+        let mesh = pattern(0, [9, 5, 7], 3);
+        let control = Control::default();
+        let mut slabs = 0;
+        let stop = |_: &[u8]| {
+            slabs += 1;
+            control.cancel.cancel();
+            Ok(())
+        };
+        assert_eq!(mesh.for_each_slab(45, &control, stop), Err(Error::Cancelled));
+        assert_eq!(slabs, 1);
+    }
+}

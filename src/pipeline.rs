@@ -1,0 +1,158 @@
+//! The pipeline: the line of data from read files to a mesh and its report, and the only choice of backend.
+//!
+//! # Theory
+//! Sources -> geometries -> domain -> lines -> frame -> (lattice -> crossings -> columns). Everything up to the frame runs on
+//! the host; the rest on the GPU or the CPU, with equal results. A device that is lost is opened again up to three times,
+//! and the mesh goes on with the band at which it stopped, in bands of half the size.
+//!
+//! # Practice
+//! [`Engine`] holds the device: open one, mesh many times. [`mesh`] is async because a browser cannot block.
+
+use web_time::Instant;
+
+use crate::control::Control;
+use crate::domain::{BoundingBox, Domain};
+use crate::error::Result;
+use crate::frame::Frame;
+use crate::geometry::Geometry;
+use crate::job::{AxisChoice, Job};
+use crate::lines::{Lines, lines, residuals};
+use crate::mesh::{Mesh, Named};
+use crate::rays::Rays;
+use crate::report::{GeometryReport, InputReport, PeakBytes, Report, Seconds, flag_reports};
+use crate::sources::{Source, geometries};
+
+mod cellless;
+mod engine;
+
+use cellless::geometries_without_cells;
+pub use engine::Engine;
+
+/// Everything before the rays: what a job becomes on the host.
+#[derive(Debug)]
+pub struct Prepared {
+    /// The geometries, in meshing order.
+    pub geometries: Vec<Geometry>,
+    /// The box.
+    pub domain: Domain,
+    /// The mesh lines.
+    pub lines: Lines,
+    /// The rays.
+    pub rays: Rays,
+}
+
+/// Makes geometries, domain, lines and rays of a job.
+///
+/// # Errors
+/// Those of [`Job::validate`], [`geometries`], [`Domain::new`] and [`lines`].
+pub fn prepare(job: &Job, sources: Vec<Source>) -> Result<Prepared> {
+    job.validate()?;
+    let geometries = geometries(job, sources)?;
+    let boxes: Vec<BoundingBox> = geometries.iter().filter_map(Geometry::bounding_box).collect();
+    let domain = Domain::new(job, &boxes)?;
+    let lines = lines(job, &domain)?;
+    let axis = match job.axis {
+        AxisChoice::Auto => Rays::longest_axis(lines.dims),
+        AxisChoice::X => 0,
+        AxisChoice::Y => 1,
+        AxisChoice::Z => 2,
+    };
+    Ok(Prepared { geometries, domain, lines, rays: Rays::new(axis, lines.dims) })
+}
+
+/// Meshes a job: `sources[i]` is the file of `job.geometries[i]`, read in `read_seconds`.
+///
+/// # Errors
+/// Those of [`prepare`], [`Frame::new`] and [`Engine::columns`].
+pub async fn mesh(
+    job: &Job,
+    sources: Vec<Source>,
+    read_seconds: f64,
+    engine: &mut Engine,
+    control: &Control,
+) -> Result<(Mesh, Report)> {
+    let inputs: Vec<InputReport> = sources.iter().map(InputReport::new).collect();
+    let mut clock = Instant::now();
+    let prepared = prepare(job, sources)?;
+    let mut seconds =
+        Seconds { read: read_seconds, device: engine.seconds, lines: lap(&mut clock), ..Seconds::default() };
+    control.check()?;
+    let frame = Frame::new(&prepared.geometries, &prepared.lines)?;
+    seconds.snap = lap(&mut clock);
+    let (columns, device_bytes) = engine.columns(&frame, &prepared.rays, job.rule, control).await?;
+    seconds.columns = lap(&mut clock);
+    seconds.total = seconds.read + seconds.lines + seconds.snap + seconds.columns;
+    let names = names(&prepared.geometries);
+    let mesh = Mesh::new(prepared.lines, columns, names, job.unit.clone())?;
+    let mut report = report(job, &prepared, &frame, &mesh, engine);
+    report.inputs = inputs;
+    report.peak_bytes.device = device_bytes;
+    report.cells_per_second = report.cells as f64 / seconds.total.max(1e-9);
+    seconds.report = lap(&mut clock);
+    report.seconds = seconds;
+    Ok((mesh, report))
+}
+
+/// Seconds since the last lap.
+fn lap(clock: &mut Instant) -> f64 {
+    let now = Instant::now();
+    now.duration_since(std::mem::replace(clock, now)).as_secs_f64()
+}
+
+/// One name a flag: those of its geometries.
+fn names(geometries: &[Geometry]) -> Vec<Named> {
+    let mut names: Vec<Named> = Vec::new();
+    for geometry in geometries {
+        match names.iter_mut().find(|named| named.flag == geometry.flag) {
+            Some(named) => named.name = format!("{} + {}", named.name, geometry.name),
+            None => names.push(Named { flag: geometry.flag, name: geometry.name.clone() }),
+        }
+    }
+    names
+}
+
+fn report(job: &Job, prepared: &Prepared, frame: &Frame, mesh: &Mesh, engine: &Engine) -> Report {
+    let lines = &prepared.lines;
+    let geometries: Vec<GeometryReport> = prepared.geometries.iter().map(GeometryReport::new).collect();
+    let flags = flag_reports(&geometries, &mesh.columns.cells_per_flag(), lines);
+    let mut warnings: Vec<String> = engine.fallback.iter().map(|why| format!("meshed on the CPU: {why}")).collect();
+    if mesh.columns.odd_rays() > 0 {
+        warnings.push(odd_warning(mesh.columns.odd_rays(), prepared.rays.n_rays()));
+    }
+    warnings.extend(geometries_without_cells(prepared, frame, mesh, job.rule));
+    let (adapter, driver) = engine.adapter().map(|(name, driver)| (name.into(), driver.into())).unzip();
+    Report {
+        version: env!("CARGO_PKG_VERSION"),
+        backend: engine.backend(),
+        adapter,
+        driver,
+        unit: job.unit.clone(),
+        inputs: Vec::new(),
+        geometries,
+        dims: lines.dims,
+        origin: lines.origin,
+        spacing: lines.spacing,
+        end_points: residuals(lines, &prepared.domain),
+        snap_in_cells: frame.snap_in_cells(),
+        rule: job.rule,
+        ray_axis: ["x", "y", "z"][prepared.rays.axis],
+        rays: prepared.rays.n_rays(),
+        crossings: mesh.columns.n_crossings(),
+        runs: mesh.columns.n_runs(),
+        odd_rays: mesh.columns.odd_rays(),
+        cells: lines.n_cells(),
+        flags,
+        flags_sha256: None,
+        warnings,
+        cells_per_second: 0.0,
+        peak_bytes: PeakBytes::default(),
+        seconds: Seconds::default(),
+    }
+}
+
+fn odd_warning(odd_rays: u64, n_rays: u64) -> String {
+    format!(
+        "{odd_rays} of {n_rays} rays do not leave every geometry they enter: a surface is not closed there. Their cells are \
+         flagged up to the last matched pair of crossings; `hexcast info` counts the open edges of a file"
+    )
+}

@@ -1,0 +1,230 @@
+//! The report: what a mesh was made of, by whom, what came out, and what the reader should know about it.
+//!
+//! Its JSON form is stable: keys are added, never renamed. Lengths are in the unit of the files, times in seconds.
+
+use serde::Serialize;
+
+use crate::geometry::Geometry;
+use crate::job::Rule;
+use crate::lines::{Lines, Residual};
+use crate::sources::Source;
+
+/// One input file.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct InputReport {
+    /// Its name as the job has it.
+    pub file: String,
+    /// SHA-256 of its bytes.
+    pub sha256: String,
+    /// Its length.
+    pub bytes: u64,
+    /// How it was written.
+    pub format: &'static str,
+    /// Number of facets.
+    pub facets: u64,
+    /// Facets whose file normal points against their corners; the corners count.
+    pub wrong_normals: u64,
+    /// Facets without area.
+    pub zero_area: u64,
+    /// What was accepted although it is not as it should be.
+    pub warnings: Vec<String>,
+}
+
+impl InputReport {
+    /// Describes a file.
+    pub fn new(source: &Source) -> InputReport {
+        let contents = &source.contents;
+        InputReport {
+            file: source.file.clone(),
+            sha256: source.sha256.clone(),
+            bytes: contents.n_bytes,
+            format: contents.format.name(),
+            facets: contents.n_facets,
+            wrong_normals: contents.wrong_normals,
+            zero_area: contents.zero_area,
+            warnings: contents.warnings.clone(),
+        }
+    }
+}
+
+/// One geometry.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct GeometryReport {
+    /// Its name.
+    pub name: String,
+    /// Its property flag.
+    pub flag: u8,
+    /// Its priority.
+    pub priority: i32,
+    /// Number of facets.
+    pub facets: u64,
+    /// Least and greatest coordinates.
+    pub bounding_box: [[f64; 3]; 2],
+    /// Signed volume enclosed by the facets.
+    pub mesh_volume: f64,
+}
+
+impl GeometryReport {
+    /// Describes a geometry that has facets.
+    pub fn new(geometry: &Geometry) -> GeometryReport {
+        GeometryReport {
+            name: geometry.name.clone(),
+            flag: geometry.flag,
+            priority: geometry.priority,
+            facets: geometry.facets.len() as u64,
+            bounding_box: geometry.bounding_box().unwrap_or_default(),
+            mesh_volume: geometry.signed_volume(),
+        }
+    }
+}
+
+/// The cells of one flag.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FlagReport {
+    /// The flag.
+    pub flag: u8,
+    /// Names of its geometries, joined by " + ".
+    pub name: String,
+    /// Number of cells.
+    pub cells: u64,
+    /// Their volume.
+    pub volume: f64,
+    /// Sum of the signed volumes of its geometries' facets; differs from `volume` where geometries overlap or are cut.
+    pub mesh_volume: f64,
+}
+
+/// Seconds of each stage.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Seconds {
+    /// From the first byte read to the columns, or to the flags where the caller expands them; without opening a device,
+    /// hashing flags and writing files.
+    pub total: f64,
+    /// Reading the files.
+    pub read: f64,
+    /// Domain and mesh lines.
+    pub lines: f64,
+    /// Snapping the corners.
+    pub snap: f64,
+    /// Lattice, intersection and mapping, with all transfers.
+    pub columns: f64,
+    /// Expanding all flags in memory, where asked for.
+    pub flags: Option<f64>,
+    /// Opening the device and compiling its kernels.
+    pub device: f64,
+    /// Counting cells and checking geometries for this report.
+    pub report: f64,
+    /// Hashing the flags.
+    pub hash: Option<f64>,
+    /// Writing the file.
+    pub write: Option<f64>,
+}
+
+/// Most bytes held at once.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub struct PeakBytes {
+    /// By the whole process, where the system tells.
+    pub host: Option<u64>,
+    /// In buffers on the device.
+    pub device: u64,
+}
+
+/// Everything about a mesh but its cells.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Report {
+    /// Version of hexcast.
+    pub version: &'static str,
+    /// "gpu" or "cpu".
+    pub backend: &'static str,
+    /// Name of the GPU adapter; null on the CPU.
+    pub adapter: Option<String>,
+    /// Driver of the adapter.
+    pub driver: Option<String>,
+    /// Unit of lengths, if the caller named one.
+    pub unit: Option<String>,
+    /// The files.
+    pub inputs: Vec<InputReport>,
+    /// The geometries, in meshing order.
+    pub geometries: Vec<GeometryReport>,
+    /// Number of cells on x, y, z.
+    pub dims: [u32; 3],
+    /// First corner of the box.
+    pub origin: [f64; 3],
+    /// Cell size on x, y, z.
+    pub spacing: [f64; 3],
+    /// End points of the geometries' boxes and their distances from mesh lines.
+    pub end_points: [Vec<Residual>; 3],
+    /// Largest distance, in cells, that a corner was moved to the exact grid.
+    pub snap_in_cells: f64,
+    /// What is inside.
+    pub rule: Rule,
+    /// Axis of the rays: "x", "y" or "z".
+    pub ray_axis: &'static str,
+    /// Number of rays.
+    pub rays: u64,
+    /// Number of crossings of rays and facets.
+    pub crossings: u64,
+    /// Number of runs.
+    pub runs: u64,
+    /// Rays that do not leave every geometry they enter: the surface is open there.
+    pub odd_rays: u64,
+    /// Number of cells.
+    pub cells: u64,
+    /// Cells of every flag of the job, ascending.
+    pub flags: Vec<FlagReport>,
+    /// SHA-256 of the flags of all cells, x fastest, one byte each; null where it was not asked for.
+    pub flags_sha256: Option<String>,
+    /// Sentences that the reader should see.
+    pub warnings: Vec<String>,
+    /// Cells per second of `seconds.total`.
+    pub cells_per_second: f64,
+    /// Memory.
+    pub peak_bytes: PeakBytes,
+    /// Times.
+    pub seconds: Seconds,
+}
+
+impl Report {
+    /// Writes the report as JSON.
+    pub fn to_json(&self) -> String {
+        // a struct of numbers, strings and lists always has a JSON form
+        serde_json::to_string_pretty(self).unwrap_or_default()
+    }
+}
+
+/// Joins the geometries of each flag and counts its cells.
+pub fn flag_reports(geometries: &[GeometryReport], cells: &[u64; 256], lines: &Lines) -> Vec<FlagReport> {
+    let mut flags: Vec<u8> = geometries.iter().map(|geometry| geometry.flag).collect();
+    flags.sort_unstable();
+    flags.dedup();
+    let report = |flag: u8| {
+        let members: Vec<&GeometryReport> = geometries.iter().filter(|geometry| geometry.flag == flag).collect();
+        let names: Vec<&str> = members.iter().map(|geometry| geometry.name.as_str()).collect();
+        FlagReport {
+            flag,
+            name: names.join(" + "),
+            cells: cells[usize::from(flag)],
+            volume: cells[usize::from(flag)] as f64 * lines.cell_volume(),
+            mesh_volume: members.iter().map(|geometry| geometry.mesh_volume).sum(),
+        }
+    };
+    flags.into_iter().map(report).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn geometries_of_one_flag_are_joined() {
+        let geometry = |name: &str, flag: u8| {
+            let facets = vec![[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]];
+            GeometryReport { mesh_volume: 2.0, ..GeometryReport::new(&Geometry::new(name, flag, facets)) }
+        };
+        let mut cells = [0; 256];
+        (cells[3], cells[1]) = (10, 5);
+        let lines = Lines::new([0.0; 3], [0.5; 3], [4; 3]).unwrap();
+        let flags = flag_reports(&[geometry("a", 3), geometry("b", 1), geometry("c", 3)], &cells, &lines);
+        let facts: Vec<_> = flags.iter().map(|f| (f.flag, f.name.as_str(), f.cells, f.volume, f.mesh_volume)).collect();
+        assert_eq!(facts, [(1, "b", 5, 0.625, 2.0), (3, "a + c", 10, 1.25, 4.0)]);
+    }
+}

@@ -1,0 +1,55 @@
+//! `.npy`: a NumPy array of shape (nz, ny, nx), C order, one unsigned byte a cell.
+//!
+//! Version 1.0: magic, header length, a Python dictionary padded with spaces so that the data starts at a multiple of 64;
+//! then the same bytes as `.raw`. Bit-packed the shape is (nz, ny, ceil(nx / 8)), bits as in [`super::bits`].
+//! Source: NumPy's `numpy.lib.format`. Cost: two slabs of memory.
+
+use crate::control::Control;
+use crate::error::Result;
+use crate::mesh::Mesh;
+
+use super::{Options, Sink, bits, raw};
+
+/// Number of bytes of the file; nothing where it would not fit 64 bits.
+pub fn n_bytes(dims: [u32; 3], bits: bool) -> Option<u64> {
+    raw::n_bytes(dims, bits)?.checked_add(header(dims, bits).len() as u64)
+}
+
+pub(super) fn write(mesh: &Mesh, options: &Options, sink: &mut Sink, control: &Control) -> Result<()> {
+    if options.bits {
+        // before the first byte leaves
+        bits::check(mesh)?;
+    }
+    sink.put(&header(mesh.dims(), options.bits))?;
+    raw::write(mesh, options, sink, control)
+}
+
+/// Everything before the data.
+fn header([nx, ny, nz]: [u32; 3], bits: bool) -> Vec<u8> {
+    const PREFIX: usize = 10;
+    let nx = if bits { bits::row_bytes(nx) } else { nx };
+    let mut text = format!("{{'descr': '|u1', 'fortran_order': False, 'shape': ({nz}, {ny}, {nx}), }}");
+    let padded = (PREFIX + text.len() + 1).next_multiple_of(64);
+    text.extend(std::iter::repeat_n(' ', padded - PREFIX - 1 - text.len()));
+    text.push('\n');
+    // three numbers of ten digits at most: always far below the 65,535 bytes of version 1.0
+    let length = (text.len() as u16).to_le_bytes();
+    [b"\x93NUMPY\x01\x00".as_slice(), &length, text.as_bytes()].concat()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_header_is_the_one_numpy_writes() {
+        // numpy.save of zeros((7, 5, 9), 'u1'), up to the data
+        let mut expected =
+            b"\x93NUMPY\x01\x00\x76\x00{'descr': '|u1', 'fortran_order': False, 'shape': (7, 5, 9), }".to_vec();
+        expected.resize(127, b' ');
+        expected.push(b'\n');
+        assert_eq!(header([9, 5, 7], false), expected);
+        assert!(header([9, 5, 7], true).windows(9).any(|text| text == b"(7, 5, 2)"));
+        assert_eq!(header([u32::MAX; 3], false).len() % 64, 0);
+    }
+}

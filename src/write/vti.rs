@@ -1,0 +1,167 @@
+//! `.vti`: VTK image data, an XML head and the flags appended as raw bytes or zlib blocks.
+//!
+//! Cells are VTK cells: the extent counts mesh lines, `0 nx 0 ny 0 nz`, from the origin in steps of the spacing. The
+//! cell array is `flag` (UInt8, x fastest); the field data carry `unit`, `flag_values` and `flag_names`.
+//! `header_type` is UInt64, so that nothing ends at 4 GiB.
+//!
+//! Compressed, the sizes of all blocks precede the first block. The blocks are made once, in parallel, and kept while
+//! they fit `kept_bytes`; those beyond, if any, are made a second time when their turn comes. Flags compress a
+//! hundredfold and more, so that the second time is for meshes of some 1e10 cells and up, and memory is bounded for all.
+//! Cost: two slabs, the kept blocks, and 8 bytes a block of 1 MiB.
+//!
+//! Source: the VTK XML formats, `vtkXMLDataReader` and `vtkZLibDataCompressor`.
+
+use std::fmt::Write;
+
+use crate::control::Control;
+use crate::error::{Error, Result};
+use crate::mesh::Mesh;
+
+use super::zlib::Blocks;
+use super::{Compress, Options, Sink, raw};
+
+const BLOCK_BYTES: usize = 1 << 20;
+const FOOT: &[u8] = b"\n  </AppendedData>\n</VTKFile>\n";
+
+/// Number of bytes of the uncompressed file; nothing where it would not fit 64 bits.
+pub fn n_bytes(mesh: &Mesh) -> Option<u64> {
+    let around = head(mesh, Compress::None).len() + 8 + FOOT.len();
+    raw::n_bytes(mesh.dims(), false)?.checked_add(around as u64)
+}
+
+pub(super) fn write(mesh: &Mesh, options: &Options, sink: &mut Sink, control: &Control) -> Result<()> {
+    match options.compress {
+        Compress::None => {
+            sink.put(head(mesh, options.compress).as_bytes())?;
+            sink.put(&mesh.n_cells().to_le_bytes())?;
+            raw::write(mesh, options, sink, control)?;
+        }
+        Compress::Zlib(level) => {
+            let table = Table::new(mesh, options, level, control)?;
+            sink.put(head(mesh, options.compress).as_bytes())?;
+            table.write(mesh, options, level, sink, control)?;
+        }
+    }
+    sink.put(FOOT)
+}
+
+/// The sizes of all compressed blocks, and the first of the blocks themselves.
+struct Table {
+    sizes: Vec<u64>,
+    kept: Vec<u8>,
+    n_kept: usize,
+}
+
+impl Table {
+    fn new(mesh: &Mesh, options: &Options, level: u8, control: &Control) -> Result<Table> {
+        let mut table = Table { sizes: Vec::new(), kept: Vec::new(), n_kept: 0 };
+        let mut blocks = Blocks::new(BLOCK_BYTES, level);
+        mesh.for_each_slab(options.slab_bytes, control, |flags| {
+            blocks.push(flags)?.iter().for_each(|block| table.add(block, options.kept_bytes));
+            Ok(())
+        })?;
+        blocks.finish()?.iter().for_each(|block| table.add(block, options.kept_bytes));
+        Ok(table)
+    }
+
+    fn add(&mut self, block: &[u8], kept_bytes: usize) {
+        if self.n_kept == self.sizes.len() && self.kept.len() + block.len() <= kept_bytes {
+            self.kept.extend_from_slice(block);
+            self.n_kept += 1;
+        }
+        self.sizes.push(block.len() as u64);
+    }
+
+    fn write(self, mesh: &Mesh, options: &Options, level: u8, sink: &mut Sink, control: &Control) -> Result<()> {
+        let partial = mesh.n_cells() % BLOCK_BYTES as u64;
+        let counts = [self.sizes.len() as u64, BLOCK_BYTES as u64, partial];
+        let table: Vec<u8> = counts.iter().chain(&self.sizes).flat_map(|number| number.to_le_bytes()).collect();
+        sink.put(&table)?;
+        sink.put(&self.kept)?;
+        if self.n_kept == self.sizes.len() {
+            return Ok(());
+        }
+        let mut sizes = self.sizes[self.n_kept..].iter();
+        let mut put = |block: &[u8]| match sizes.next() {
+            Some(&size) if size == block.len() as u64 => sink.put(block),
+            _ => {
+                Err(Error::new("io", "a block compressed to another size the second time", "write without compression"))
+            }
+        };
+        let mut to_skip = self.n_kept as u64 * BLOCK_BYTES as u64;
+        let mut blocks = Blocks::new(BLOCK_BYTES, level);
+        mesh.for_each_slab(options.slab_bytes, control, |flags| {
+            let skipped = to_skip.min(flags.len() as u64);
+            to_skip -= skipped;
+            blocks.push(&flags[skipped as usize..])?.iter().try_for_each(|block| put(block))
+        })?;
+        blocks.finish()?.iter().try_for_each(|block| put(block))
+    }
+}
+
+/// Everything before the appended data.
+fn head(mesh: &Mesh, compress: Compress) -> String {
+    let [nx, ny, nz] = mesh.dims();
+    let extent = format!("0 {nx} 0 {ny} 0 {nz}");
+    let compressor = match compress {
+        Compress::None => "",
+        Compress::Zlib(_) => " compressor=\"vtkZLibDataCompressor\"",
+    };
+    format!(
+        r#"<?xml version="1.0"?>
+<VTKFile type="ImageData" version="1.0" byte_order="LittleEndian" header_type="UInt64"{compressor}>
+  <ImageData WholeExtent="{extent}" Origin="{origin}" Spacing="{spacing}">
+{field_data}    <Piece Extent="{extent}">
+      <CellData Scalars="flag">
+        <DataArray type="UInt8" Name="flag" format="appended" offset="0"/>
+      </CellData>
+    </Piece>
+  </ImageData>
+  <AppendedData encoding="raw">
+   _"#,
+        origin = three(mesh.lines.origin),
+        spacing = three(mesh.lines.spacing),
+        field_data = field_data(mesh),
+    )
+}
+
+/// Three numbers that parse back to the same f64.
+fn three([x, y, z]: [f64; 3]) -> String {
+    format!("{x:?} {y:?} {z:?}")
+}
+
+fn field_data(mesh: &Mesh) -> String {
+    let mut arrays = String::new();
+    if let Some(unit) = &mesh.unit {
+        arrays += &strings("unit", [unit.as_str()].into_iter());
+    }
+    if !mesh.names.is_empty() {
+        let values: Vec<String> = mesh.names.iter().map(|named| named.flag.to_string()).collect();
+        let (n, values) = (values.len(), values.join(" "));
+        // writing to a String cannot fail
+        let _ = writeln!(
+            arrays,
+            r#"      <DataArray type="UInt8" Name="flag_values" NumberOfTuples="{n}" format="ascii">{values}</DataArray>"#
+        );
+        arrays += &strings("flag_names", mesh.names.iter().map(|named| named.name.as_str()));
+    }
+    if arrays.is_empty() { arrays } else { format!("    <FieldData>\n{arrays}    </FieldData>\n") }
+}
+
+/// An array of strings the way VTK spells it: the UTF-8 bytes as decimal numbers, each string ended by 0. Names need no
+/// escaping that way.
+fn strings<'a>(name: &str, values: impl Iterator<Item = &'a str>) -> String {
+    let mut n = 0;
+    let mut numbers = String::new();
+    for value in values {
+        n += 1;
+        // a 0 inside a name would end it early
+        value.bytes().filter(|&byte| byte != 0).chain([0]).for_each(|byte| {
+            let _ = write!(numbers, "{byte} ");
+        });
+    }
+    let numbers = numbers.trim_end();
+    format!(
+        "      <DataArray type=\"String\" Name=\"{name}\" NumberOfTuples=\"{n}\" format=\"ascii\">{numbers}</DataArray>\n"
+    )
+}
