@@ -1,6 +1,7 @@
 // Writes the crossings of each ray (Eq. 19), in the order of the bin's facets. Twin: `src/crossings.rs`.
-// The quotient height / area is guessed in f32 (relative error under 2^-21, so less than one cell in 2^18) and mended by
-// one exact step.
+// The rays of a row that a facet hits are neighbours. At the first the quotient height / area is guessed in f32 (relative
+// error under 2^-21, so less than one cell in 2^18) and mended by one exact step; to the next, quotient and remainder take
+// the facet's constant step.
 // Reads: bin_offsets, edges, planes (see intersect_setup), ray_offsets[ray of the band].
 // Writes: events[ray_offsets[ray] ..] = cell << 9 | rank << 1 | direction, up to event_capacity.
 
@@ -36,52 +37,73 @@ fn intersect_emit(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invoca
     }
 }
 
-// Emits the crossings of a facet with the eight rays of a row, where they hit. Written out: an index into a vector that is
-// only known at run time costs more than the whole crossing on some drivers.
+// Quotient and remainder of a ray's height by the area.
+struct Height {
+    cells: i32,
+    rest: vec2<u32>,
+}
+
+// What a facet's rows share.
+struct Plane {
+    area: vec2<u32>,
+    step_rest: vec2<u32>,
+    step_cells: i32,
+    tag: u32,
+}
+
+// Emits the crossings of a facet with the eight rays of a row, where they hit. Written out: drivers that run 8 threads in a
+// vector pay more for an index into a vector than for a whole crossing.
 fn emit_row(pair: u32, row: u32, hits: Hits, low: vec4<u32>, high: vec4<u32>) {
-    let p0 = planes[3u * pair];
-    let slopes = planes[3u * pair + 1u];
-    let facet = planes[3u * pair + 2u];
-    let base = bitcast<i32>(p0.w);
-    let slope = widen96(slopes.xy);
-    var height = add96(p0.xyz, multiply96(slopes.zw, i32(row)));
-    emit(hits.low.x, low.x, height, facet, base);
-    height = add96(height, slope);
-    emit(hits.low.y, low.y, height, facet, base);
-    height = add96(height, slope);
-    emit(hits.low.z, low.z, height, facet, base);
-    height = add96(height, slope);
-    emit(hits.low.w, low.w, height, facet, base);
-    height = add96(height, slope);
-    emit(hits.high.x, high.x, height, facet, base);
-    height = add96(height, slope);
-    emit(hits.high.y, high.y, height, facet, base);
-    height = add96(height, slope);
-    emit(hits.high.z, high.z, height, facet, base);
-    height = add96(height, slope);
-    emit(hits.high.w, high.w, height, facet, base);
+    let p0 = planes[4u * pair];
+    let slopes = planes[4u * pair + 1u];
+    let p2 = planes[4u * pair + 2u];
+    let p3 = planes[4u * pair + 3u];
+    let plane = Plane(p2.xy, p3.xy, bitcast<i32>(p3.z), p2.w);
+    let bits = hits.low.x | hits.low.y << 1u | hits.low.z << 2u | hits.low.w << 3u
+        | hits.high.x << 4u | hits.high.y << 5u | hits.high.z << 6u | hits.high.w << 7u;
+    let first = i32(firstTrailingBit(bits));
+    let at_row = add96(p0.xyz, multiply96(slopes.zw, i32(row)));
+    let at_first = add96(at_row, multiply96(slopes.xy, first));
+    var height = divide(at_first, plane.area, bitcast<f32>(p2.z));
+    height.cells += bitcast<i32>(p0.w);
+    emit(hits.low.x, low.x, &height, plane);
+    emit(hits.low.y, low.y, &height, plane);
+    emit(hits.low.z, low.z, &height, plane);
+    emit(hits.low.w, low.w, &height, plane);
+    emit(hits.high.x, high.x, &height, plane);
+    emit(hits.high.y, high.y, &height, plane);
+    emit(hits.high.z, high.z, &height, plane);
+    emit(hits.high.w, high.w, &height, plane);
 }
 
-fn emit(hit: u32, slot: u32, height: vec3<u32>, facet: vec4<u32>, base: i32) {
-    if hit == 1u && slot < params.event_capacity {
-        events[slot] = crossing(height, facet, base);
-    }
-}
-
-// The event of a hit: `height` is Q of the ray, `facet` is (area, 1 / area, tag).
-fn crossing(height: vec3<u32>, facet: vec4<u32>, base: i32) -> u32 {
+// Divides a height of at most 2^18 cells, not negative, by the area.
+fn divide(height: vec3<u32>, area: vec2<u32>, inverse: f32) -> Height {
     let value = (f32(height.z) * 4294967296.0 + f32(height.y)) * 4294967296.0 + f32(height.x);
-    var cells = u32(value * bitcast<f32>(facet.z));
-    let product = multiply_unsigned(cells, facet.x) + vec2<u32>(0u, cells * facet.y);
+    var cells = u32(value * inverse);
+    let product = multiply_unsigned(cells, area.x) + vec2<u32>(0u, cells * area.y);
     var rest = sub64(height.xy, product);
     if is_negative(rest) {
         cells -= 1u;
-        rest = add64(rest, facet.xy);
-    } else if at_least64(rest, facet.xy) {
+        rest = add64(rest, area);
+    } else if at_least64(rest, area) {
         cells += 1u;
-        rest = sub64(rest, facet.xy);
+        rest = sub64(rest, area);
     }
-    let centre_is_above = (rest.x | rest.y) == 0u && (facet.w >> 9u) == 1u;
-    let first_above = base + i32(cells) + select(1, 0, centre_is_above);
-    return u32(clamp(first_above, 0, i32(params.depth))) << 9u | (facet.w & 0x1ffu);
+    return Height(i32(cells), rest);
+}
+
+// Emits the crossing of one ray, if it hits, and steps to the next.
+fn emit(hit: u32, slot: u32, height: ptr<function, Height>, plane: Plane) {
+    if hit == 1u {
+        let rest = (*height).rest;
+        let centre_is_above = (rest.x | rest.y) == 0u && (plane.tag >> 9u) == 1u;
+        let first_above = (*height).cells + select(1, 0, centre_is_above);
+        if slot < params.event_capacity {
+            events[slot] = u32(clamp(first_above, 0, i32(params.depth))) << 9u | (plane.tag & 0x1ffu);
+        }
+        let next = add64(rest, plane.step_rest);
+        let wraps = at_least64(next, plane.area);
+        (*height).rest = select(next, sub64(next, plane.area), vec2<bool>(wraps));
+        (*height).cells += plane.step_cells + i32(wraps);
+    }
 }

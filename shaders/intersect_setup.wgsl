@@ -3,8 +3,9 @@
 // loops over rays need 32 bits only.
 // Reads: corners, bin_offsets (total in the last entry), pairs.
 // Writes: edges[3 p ..] = (q0 q1 q2 a0) (a1 a2 b0 b1) (b2 - - -);
-//         planes[3 p ..] = (Q0 Q1 Q2 base cell) (slope i, slope j) (area, 1 / area as f32, tag), where
-//         Q = floor((height - base cell) * area) in cells, 96 bits, and tag = tie above << 9 | rank << 1 | exits.
+//         planes[4 p ..] = (Q0 Q1 Q2 base cell) (slope i, slope j) (area, 1 / area as f32, tag) (rest, cells, -), where
+//         Q = floor((height - base cell) * area) in cells, 96 bits; tag = tie above << 9 | rank << 1 | exits;
+//         slope i = cells * area + rest with 0 <= rest < area, the step of the height from ray to ray.
 
 @group(0) @binding(2) var<storage, read> bin_offsets: array<u32>;
 @group(0) @binding(3) var<storage, read> pairs: array<vec2<u32>>;
@@ -58,7 +59,34 @@ fn write_plane(pair: u32, f: Facet, ray: vec2<i32>) {
     let tie_is_above = on_unit && params.axis != 0u && (i_is_above || (j_decides && j_is_above));
     let tag = u32(tie_is_above) << 9u | f.rank << 1u | u32(f.exits);
     let inverse = 1.0 / (f32(f.area.y) * 4294967296.0 + f32(f.area.x));
-    planes[3u * pair] = vec4<u32>(shift_right96(height, params.fraction_bits), bitcast<u32>(base));
-    planes[3u * pair + 1u] = vec4<u32>(slope_i, slope_j);
-    planes[3u * pair + 2u] = vec4<u32>(f.area, bitcast<u32>(inverse), tag);
+    planes[4u * pair] = vec4<u32>(shift_right96(height, params.fraction_bits), bitcast<u32>(base));
+    planes[4u * pair + 1u] = vec4<u32>(slope_i, slope_j);
+    planes[4u * pair + 2u] = vec4<u32>(f.area, bitcast<u32>(inverse), tag);
+    planes[4u * pair + 3u] = step_of(slope_i, f.area, inverse);
+}
+
+// Quotient and remainder of a slope by the area, rounding down. Where the quotient passes 2^18 it may be wrong: then no two
+// neighbouring rays hit the facet, and nobody takes the step.
+fn step_of(slope: vec2<u32>, area: vec2<u32>, inverse: f32) -> vec4<u32> {
+    let falls = is_negative(slope);
+    let size = select_wide(slope, negate64(slope), falls);
+    var cells = u32((f32(size.y) * 4294967296.0 + f32(size.x)) * inverse);
+    var rest = sub64(size, multiply_unsigned(cells, area.x) + vec2<u32>(0u, cells * area.y));
+    if is_negative(rest) {
+        cells -= 1u;
+        rest = add64(rest, area);
+    } else if at_least64(rest, area) {
+        cells += 1u;
+        rest = sub64(rest, area);
+    }
+    if falls {
+        let is_whole = (rest.x | rest.y) == 0u;
+        cells = select(~cells, 0u - cells, is_whole);
+        rest = select_wide(sub64(area, rest), rest, is_whole);
+    }
+    return vec4<u32>(rest, cells, 0u);
+}
+
+fn select_wide(if_false: vec2<u32>, if_true: vec2<u32>, condition: bool) -> vec2<u32> {
+    return select(if_false, if_true, vec2<bool>(condition));
 }

@@ -9,6 +9,9 @@
 @group(0) @binding(5) var<storage, read_write> n_odd: atomic<u32>;
 @group(0) @binding(4) var<uniform> flag_of_rank: array<vec4<u32>, 16>;
 
+// Whether there is only one geometry. A constant of the pipeline: the long way is then not even compiled.
+override ONE_RANK: bool = false;
+
 // Marks a count of changes or runs of a ray on which a counter stays open.
 const ODD: u32 = 0x80000000u;
 
@@ -29,7 +32,7 @@ fn map(
         return;
     }
     var result = 0u;
-    if params.n_ranks == 1u {
+    if ONE_RANK {
         result = map_one(start, end - start);
     } else {
         result = map_many(start, end - start);

@@ -5,8 +5,10 @@ use wgpu::{Buffer, BufferDescriptor, BufferUsages, Device, Limits};
 use super::layout::{FACET_WORDS, Params};
 use crate::error::{Error, Result};
 
-/// Bytes of the edges, and of the planes, of a (facet, bin) pair.
-pub(crate) const PAIR_BYTES: u64 = 48;
+/// Bytes of the edges of a (facet, bin) pair.
+const EDGES_BYTES: u64 = 48;
+/// Bytes of the plane of a (facet, bin) pair.
+const PLANE_BYTES: u64 = 64;
 /// Elements that one workgroup of a scan covers; `BLOCK` in `shaders/shared/scan.wgsl`.
 pub(crate) const SCAN_BLOCK: u64 = 4096;
 
@@ -25,7 +27,7 @@ impl Capacity {
         let bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         // counts are u32, and wgpu's validation of 4 GiB bindings is not everywhere the same
         let words = (bytes / 4).min(1 << 29) - 1;
-        Capacity { n_rays: words, n_bins: words, n_pairs: bytes / PAIR_BYTES, n_events: words }
+        Capacity { n_rays: words, n_bins: words, n_pairs: bytes / PLANE_BYTES, n_events: words }
     }
 
     /// Whether a band with these numbers fits.
@@ -84,8 +86,8 @@ impl Buffers {
             bin_offsets: storage("bin offsets", 4 * (capacity.n_bins + 1)),
             next_pair: storage("next pair", 4 * (capacity.n_bins + 1)),
             pairs: storage("pairs", 8 * capacity.n_pairs),
-            edges: storage("edges", PAIR_BYTES * capacity.n_pairs),
-            planes: storage("planes", PAIR_BYTES * capacity.n_pairs),
+            edges: storage("edges", EDGES_BYTES * capacity.n_pairs),
+            planes: storage("planes", PLANE_BYTES * capacity.n_pairs),
             ray_offsets: storage("ray offsets", 4 * (capacity.n_rays + 1)),
             events: storage("events", 4 * capacity.n_events),
             run_offsets: storage("run offsets", 4 * (capacity.n_rays + 1)),

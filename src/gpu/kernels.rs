@@ -21,6 +21,7 @@ pub enum Kernel {
     IntersectCount,
     IntersectEmit,
     Map,
+    MapOneRank,
     Compact,
     ScanReduce,
     ScanApply,
@@ -30,6 +31,8 @@ struct Source {
     kernel: Kernel,
     name: &'static str,
     parts: &'static [&'static str],
+    /// Values of its `override`s.
+    constants: &'static [(&'static str, f64)],
 }
 
 macro_rules! source {
@@ -38,11 +41,12 @@ macro_rules! source {
             kernel: Kernel::$kernel,
             name: $name,
             parts: &[$($part,)* include_str!(concat!("../../shaders/", $name, ".wgsl"))],
+            constants: &[],
         }
     };
 }
 
-const SOURCES: [Source; 10] = [
+static SOURCES: [Source; 11] = [
     source!(LatticeRows, "lattice_rows", PARAMS, WIDE, FACET),
     source!(LatticeCount, "lattice_count", PARAMS, WIDE, FACET, BINS),
     source!(LatticeFill, "lattice_fill", PARAMS, WIDE, FACET, BINS),
@@ -50,6 +54,7 @@ const SOURCES: [Source; 10] = [
     source!(IntersectCount, "intersect_count", PARAMS, RAYS),
     source!(IntersectEmit, "intersect_emit", PARAMS, WIDE, RAYS),
     source!(Map, "map", PARAMS, SORT),
+    Source { kernel: Kernel::MapOneRank, constants: &[("ONE_RANK", 1.0)], ..source!(Map, "map", PARAMS, SORT) },
     source!(Compact, "compact", PARAMS),
     source!(ScanReduce, "scan_reduce", SCAN),
     source!(ScanApply, "scan_apply", SCAN),
@@ -81,7 +86,7 @@ impl Kernels {
 }
 
 fn compile(device: &Device, source: &Source) -> ComputePipeline {
-    debug_assert!(SOURCES[source.kernel as usize].name == source.name, "SOURCES is in the order of Kernel");
+    debug_assert!(std::ptr::eq(&SOURCES[source.kernel as usize], source), "SOURCES is in the order of Kernel");
     let module = device.create_shader_module(ShaderModuleDescriptor {
         label: Some(source.name),
         source: ShaderSource::Wgsl(source.parts.join("\n").into()),
@@ -91,7 +96,7 @@ fn compile(device: &Device, source: &Source) -> ComputePipeline {
         layout: None,
         module: &module,
         entry_point: Some(source.name),
-        compilation_options: wgpu::PipelineCompilationOptions::default(),
+        compilation_options: wgpu::PipelineCompilationOptions { constants: source.constants, ..Default::default() },
         cache: None,
     })
 }

@@ -69,7 +69,8 @@ impl Passes<'_> {
         self.encoder.clear_buffer(&b.run_offsets, 0, Some(4 * (n_rays + 1)));
         self.encoder.clear_buffer(&b.n_odd, 0, None);
         let map = [(1, &b.ray_offsets), (2, &b.events), (3, &b.run_offsets), (4, &b.flag_of_rank), (5, &b.n_odd)];
-        self.run(Kernel::Map, &map, n_rays);
+        let kernel = if self.params.n_ranks == 1 { Kernel::MapOneRank } else { Kernel::Map };
+        self.run(kernel, &map, n_rays);
         self.scan(&b.run_offsets, n_rays + 1, 0);
         let compact = [(1, &b.ray_offsets), (2, &b.run_offsets), (3, &b.events), (4, &b.runs)];
         self.run(Kernel::Compact, &compact, n_rays);
