@@ -1,3 +1,5 @@
+use proptest::prelude::*;
+
 use super::*;
 use crate::columns::{Band, Columns, run};
 use crate::mesh::tests::pattern;
@@ -243,4 +245,50 @@ fn memory_and_cancel_are_obeyed() {
     assert_eq!(read(needed, &control).unwrap_err().code(), "cancelled");
     let error = write(&mesh, Format::Columns, &options(true), &mut Vec::new(), &control).unwrap_err();
     assert_eq!(error.code(), "cancelled");
+}
+
+/// Any columns of rays of up to 60 cells.
+fn any_mesh() -> impl Strategy<Value = Mesh> {
+    let ray = prop::collection::btree_map(0..60u32, 0..4u8, 0..12).prop_map(|changes| {
+        let mut last = 0;
+        let changed = changes.into_iter().filter(|&(_, flag)| std::mem::replace(&mut last, flag) != flag);
+        changed.map(|(cell, flag)| run(cell, flag)).collect::<Vec<_>>()
+    });
+    prop::collection::vec(ray, 12).prop_map(|rays| mesh_of([4, 3, 60], rays.into_iter()))
+}
+
+proptest! {
+    #[test]
+    fn any_columns_read_back(mesh in any_mesh(), zlib: bool) {
+        prop_assert_eq!(read_columns(&mut bytes(&mesh, zlib).as_slice()).unwrap(), mesh);
+    }
+
+    #[test]
+    fn any_content_is_decoded_to_sound_runs_or_refused(
+        content in prop::collection::vec(prop_oneof![0..6u8, any::<u8>()], 0..40),
+        n_rays in 1..6u32,
+        n_runs in 0..20u32,
+    ) {
+        if let Ok(band) = piece::decode(&content, n_rays, n_runs, 60) {
+            prop_assert_eq!([band.ends.len(), band.runs.len()], [n_rays as usize, n_runs as usize]);
+            for ray in 0..n_rays as usize {
+                prop_assert!(band.ray(ray).windows(2).all(|two| two[0] >> 8 < two[1] >> 8));
+                prop_assert!(band.ray(ray).iter().all(|run| run >> 8 < 60));
+            }
+        }
+    }
+
+    #[test]
+    fn any_forged_bytes_are_read_or_refused(
+        mesh in any_mesh(),
+        zlib: bool,
+        place in any::<prop::sample::Index>(),
+        new in prop::collection::vec(any::<u8>(), 1..5),
+    ) {
+        let file = bytes(&mesh, zlib);
+        // not the numbers by which `forged` finds its way
+        let at = 16 + place.index(file.len() - 16 - new.len());
+        let code = code(&forged(&file, at, &new));
+        prop_assert!(["accepted", "columns-corrupt"].contains(&code), "{code}");
+    }
 }
