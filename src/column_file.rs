@@ -55,7 +55,7 @@
 //! | 8 | `HXC END` and LF |
 //!
 //! The bytes do not depend on how the columns were split in bands. Cost: a piece a core while writing; 4 bytes a ray and a
-//! run while reading. Smooth surfaces take 2 bytes a run and 1 a ray, and about a fifth of that with zlib.
+//! run while reading. Smooth surfaces take 2 bytes a run and 1 a ray, and an eighth of that or less with zlib.
 
 mod head;
 mod piece;

@@ -18,8 +18,8 @@ use super::{
 /// Pieces read before they are decoded together.
 const BATCH: usize = 16;
 
-/// Reads a column file to its end. Nothing is believed before its checksum is right, and nothing is allocated that the
-/// bytes read do not pay for.
+/// Reads a column file to its end. Nothing is believed before its checksum is right, and memory grows with the bytes that
+/// arrive, never with what they announce; zlib can pack a few thousand bytes of columns in one.
 ///
 /// # Errors
 /// `columns-corrupt` where the file is damaged, cut short or continues, with the byte; `columns-version` where a newer
@@ -28,7 +28,8 @@ pub fn read_columns(input: &mut dyn Read) -> Result<Mesh> {
     read_columns_within(input, u64::MAX, &Control::default())
 }
 
-/// Reads a column file like [`read_columns`], unless its columns take more than `max_bytes` in memory.
+/// Reads a column file like [`read_columns`], unless its columns take more than `max_bytes` in memory: for files of
+/// strangers.
 ///
 /// # Errors
 /// Those of [`read_columns`]; `memory` where the columns are larger than `max_bytes`; `cancelled`, looked at after every
@@ -45,7 +46,7 @@ pub fn read_columns_within(input: &mut dyn Read, max_bytes: u64, control: &Contr
         let mut batch = Vec::with_capacity(BATCH);
         while next < n_rays && batch.len() < BATCH {
             index.extend([source.at, next]);
-            let stored = read_piece(&mut source, n_rays - next, |bytes| {
+            let stored = read_piece(&mut source, n_rays - next, head.rays.depth, |bytes| {
                 held += bytes;
                 if held > max_bytes { Err(too_large(held, max_bytes)) } else { Ok(()) }
             })?;
@@ -101,7 +102,12 @@ struct Stored {
     bytes: Vec<u8>,
 }
 
-fn read_piece(source: &mut Source, rays_left: u64, mut reserve: impl FnMut(u64) -> Result<()>) -> Result<Stored> {
+fn read_piece(
+    source: &mut Source,
+    rays_left: u64,
+    depth: u32,
+    mut reserve: impl FnMut(u64) -> Result<()>,
+) -> Result<Stored> {
     let at = source.at;
     let head = source.take(PIECE_HEAD - 4, "piece")?;
     source.checksum(&head, "head of a piece")?;
@@ -109,7 +115,8 @@ fn read_piece(source: &mut Source, rays_left: u64, mut reserve: impl FnMut(u64) 
     let sound = head[..4] == PIECE_TAG
         && (1..=PIECE_RAYS).contains(&n_rays)
         && u64::from(n_rays) <= rays_left
-        && (n_runs <= PIECE_RUNS || n_rays == 1);
+        && (n_runs <= PIECE_RUNS || n_rays == 1)
+        && u64::from(n_runs) <= u64::from(n_rays) * u64::from(depth);
     if !sound {
         let tag = head[..4].escape_ascii();
         return Err(corrupt(format!(

@@ -1,3 +1,5 @@
+use proptest::prelude::*;
+
 use super::*;
 use crate::columns::{Band, Columns, run};
 use crate::mesh::tests::pattern;
@@ -175,39 +177,47 @@ fn lies_with_right_checksums_are_errors() {
     assert_eq!(code(&forged(&file, 0, b"")), "accepted");
     let piece = first_piece(&file);
     let content = piece + PIECE_HEAD;
-    let lies: &[(&str, usize, &[u8])] = &[
-        ("no cells", 16, &[0; 4]),
-        ("2^24 + 1 cells", 16, &[1, 0, 0, 1]),
-        ("2^72 cells", 16, &[0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1]),
-        ("2^62 cells, of which three rays follow", 16, &[0, 0, 0, 1, 0, 0, 0, 1, 0, 0x40, 0, 0]),
-        ("axis 3", 28, &[3]),
-        ("compression 2", 29, &[2]),
-        ("content is not zlib", 29, &[1]),
-        ("unknown kind of lines", 30, &[1]),
-        ("origin not finite", 32, &f64::NAN.to_le_bytes()),
-        ("spacing negative", 56, &(-1f64).to_le_bytes()),
-        ("unit 2", 80, &[2]),
-        ("a unit that is not there", 80, &[1]),
-        ("2^32 - 1 names", 81, &[0xff; 4]),
-        ("no rays", piece + 4, &[0; 4]),
-        ("more rays than the box", piece + 4, &[4]),
-        ("2^32 - 1 rays", piece + 4, &[0xff; 4]),
-        ("2^32 - 1 runs", piece + 8, &[0xff; 4]),
-        ("2^18 runs", piece + 8, &[0, 0, 4, 0]),
-        ("fewer runs", piece + 8, &[2]),
-        ("longer content", piece + 12, &[0xff; 4]),
-        ("2^32 - 1 stored bytes", piece + 16, &[0xff; 4]),
-        ("counts above the runs", content, &[3]),
-        ("counts below the runs", content, &[1]),
-        ("a count without end", content, &[0xff; 3]),
-        ("a first cell below 0", content + 3, &[1]),
-        ("a cell not behind the one before", content + 4, &[0x80, 0]),
-        ("a cell past the ray", content + 4, &[0xff, 0x7f]),
-        ("first flag 0", content + 7, &[0]),
-        ("flag repeated", content + 8, &[2]),
+    let lies: &[(&str, usize, &[u8], &str)] = &[
+        ("no cells", 16, &[0; 4], "[0, 1, 300] cells"),
+        ("2^24 + 1 cells", 16, &[1, 0, 0, 1], "16777217"),
+        ("2^72 cells", 16, &[0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1], "16777216, 16777216, 16777216"),
+        (
+            "2^62 cells, of which three rays follow",
+            16,
+            &[0, 0, 0, 1, 0, 0, 0, 1, 0, 0x40, 0, 0],
+            "head of a piece, bytes 143 to 183",
+        ),
+        ("axis 3", 28, &[3], "ray axis 3"),
+        ("compression 2", 29, &[2], "compression 2"),
+        ("content is not zlib", 29, &[1], "piece at byte 89: corrupt deflate"),
+        ("unknown kind of lines", 30, &[1], "kind 1"),
+        ("origin not finite", 32, &f64::NAN.to_le_bytes(), "NaN"),
+        ("spacing negative", 56, &(-1f64).to_le_bytes(), "size -1"),
+        ("unit 2", 80, &[2], "2 where 0 or 1"),
+        ("a unit that is not there", 80, &[1], "4 bytes, and 0 follow"),
+        ("2^32 - 1 names", 81, &[0xff; 4], "1 bytes, and 0 follow"),
+        ("no rays", piece + 4, &[0; 4], "with 0 rays"),
+        ("more rays than the box", piece + 4, &[4], "with 4 rays"),
+        ("2^32 - 1 rays", piece + 4, &[0xff; 4], "with 4294967295 rays"),
+        ("2^32 - 1 runs", piece + 8, &[0xff; 4], "4294967295 runs"),
+        ("2^18 runs", piece + 8, &[0, 0, 4, 0], "with 3 rays and 262144 runs"),
+        ("more runs than cells", piece + 4, &[1, 0, 0, 0, 0x2d, 1], "with 1 rays and 301 runs"),
+        ("fewer runs", piece + 8, &[2], "ray 2 has 1 runs"),
+        ("longer content", piece + 12, &[0xff; 4], "10 bytes, its head says 4294967295"),
+        ("2^32 - 1 stored bytes", piece + 16, &[0xff; 4], "the file ends at byte 199"),
+        ("counts above the runs", content, &[3], "ray 2 has 1 runs"),
+        ("counts below the runs", content, &[1], "have 2 runs, its head says 3"),
+        ("a count without end", content, &[0xff; 3], "ray 0 has 23068671 runs"),
+        ("a first cell below 0", content + 3, &[1], "cell -1 of 300"),
+        ("a cell not behind the one before", content + 4, &[0x80, 0], "cell 5 of 300"),
+        ("a cell past the ray", content + 4, &[0xfe, 0x7f], "cell 8196 of 300"),
+        ("first flag 0", content + 7, &[0], "repeats flag 0"),
+        ("flag repeated", content + 8, &[2], "run 1 repeats flag 2"),
     ];
-    for (name, at, new) in lies {
-        assert_eq!(code(&forged(&file, *at, new)), "columns-corrupt", "{name}");
+    for (name, at, new, says) in lies {
+        let error = read_columns(&mut &forged(&file, *at, new)[..]).unwrap_err();
+        assert_eq!(error.code(), "columns-corrupt", "{name}");
+        assert!(error.to_string().contains(says), "{name}: {error}");
     }
 }
 
@@ -243,4 +253,50 @@ fn memory_and_cancel_are_obeyed() {
     assert_eq!(read(needed, &control).unwrap_err().code(), "cancelled");
     let error = write(&mesh, Format::Columns, &options(true), &mut Vec::new(), &control).unwrap_err();
     assert_eq!(error.code(), "cancelled");
+}
+
+/// Any columns of rays of up to 60 cells.
+fn any_mesh() -> impl Strategy<Value = Mesh> {
+    let ray = prop::collection::btree_map(0..60u32, 0..4u8, 0..12).prop_map(|changes| {
+        let mut last = 0;
+        let changed = changes.into_iter().filter(|&(_, flag)| std::mem::replace(&mut last, flag) != flag);
+        changed.map(|(cell, flag)| run(cell, flag)).collect::<Vec<_>>()
+    });
+    prop::collection::vec(ray, 12).prop_map(|rays| mesh_of([4, 3, 60], rays.into_iter()))
+}
+
+proptest! {
+    #[test]
+    fn any_columns_read_back(mesh in any_mesh(), zlib: bool) {
+        prop_assert_eq!(read_columns(&mut bytes(&mesh, zlib).as_slice()).unwrap(), mesh);
+    }
+
+    #[test]
+    fn any_content_is_decoded_to_sound_runs_or_refused(
+        content in prop::collection::vec(prop_oneof![0..6u8, any::<u8>()], 0..40),
+        n_rays in 1..6u32,
+        n_runs in 0..20u32,
+    ) {
+        if let Ok(band) = piece::decode(&content, n_rays, n_runs, 60) {
+            prop_assert_eq!([band.ends.len(), band.runs.len()], [n_rays as usize, n_runs as usize]);
+            for ray in 0..n_rays as usize {
+                prop_assert!(band.ray(ray).windows(2).all(|two| two[0] >> 8 < two[1] >> 8));
+                prop_assert!(band.ray(ray).iter().all(|run| run >> 8 < 60));
+            }
+        }
+    }
+
+    #[test]
+    fn any_forged_bytes_are_read_or_refused(
+        mesh in any_mesh(),
+        zlib: bool,
+        place in any::<prop::sample::Index>(),
+        new in prop::collection::vec(any::<u8>(), 1..5),
+    ) {
+        let file = bytes(&mesh, zlib);
+        // not the numbers by which `forged` finds its way
+        let at = 16 + place.index(file.len() - 16 - new.len());
+        let code = code(&forged(&file, at, &new));
+        prop_assert!(["accepted", "columns-corrupt"].contains(&code), "{code}");
+    }
 }

@@ -5,8 +5,8 @@
 //! `header_type` is UInt64, so that nothing ends at 4 GiB.
 //!
 //! Compressed, the sizes of all blocks precede the first block. The blocks are made once, in parallel, and kept while
-//! they fit `kept_bytes`; those beyond, if any, are made a second time when their turn comes. Flags compress a
-//! hundredfold and more, so that the second time is for meshes of some 1e10 cells and up, and memory is bounded for all.
+//! they fit `kept_bytes`; those beyond, if any, are made a second time when their turn comes. Flags of fine
+//! meshes compress fiftyfold and more, so that the second time is for 1e10 cells and up, and memory is bounded for all.
 //! Cost: two slabs, the kept blocks, and 8 bytes a block of 1 MiB.
 //!
 //! Source: the VTK XML formats, `vtkXMLDataReader` and `vtkZLibDataCompressor`.
