@@ -1,6 +1,5 @@
 //! hexcast: exact Cartesian meshing of closed surfaces by parallel ray casting.
 
-pub mod column_file;
 pub mod columns;
 pub mod control;
 pub mod cpu;
@@ -27,3 +26,4 @@ pub mod surface;
 pub mod write;
 
 pub use error::{Error, Result};
+pub use write::column_file;

@@ -4,6 +4,7 @@
 //! file of any size needs a few slabs of memory. What a format costs besides is said at the top of its file.
 
 pub mod bits;
+pub mod column_file;
 pub mod npy;
 pub mod raw;
 pub mod sidecar;
@@ -14,7 +15,6 @@ use std::io;
 
 use sha2::{Digest, Sha256};
 
-use crate::column_file;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, SLAB_BYTES, hex};
