@@ -1,12 +1,12 @@
 //! hexcast: exact Cartesian meshing of closed surfaces by parallel ray casting.
 
-pub mod column_file;
 pub mod columns;
 pub mod control;
 pub mod cpu;
 pub mod crossings;
 pub mod domain;
 pub mod error;
+pub mod estimate;
 pub mod facet;
 pub mod flags;
 pub mod frame;
@@ -29,3 +29,4 @@ pub mod web;
 pub mod write;
 
 pub use error::{Error, Result};
+pub use write::column_file;

@@ -4,6 +4,7 @@
 //! file of any size needs a few slabs of memory. What a format costs besides is said at the top of its file.
 
 pub mod bits;
+pub mod column_file;
 pub mod npy;
 pub mod raw;
 pub mod sidecar;
@@ -14,7 +15,6 @@ use std::io;
 
 use sha2::{Digest, Sha256};
 
-use crate::column_file;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, SLAB_BYTES, hex};
@@ -134,6 +134,24 @@ pub fn write(
     }
     sink.out.flush().map_err(|error| Error::io("writing the mesh", error))?;
     Ok(Written { n_bytes: sink.n_bytes, sha256: sink.hash.map(|hash| hex(&hash.finalize())) })
+}
+
+/// The bytes before and after the flags in a file that holds them as they are, for callers that make the file slab by slab;
+/// None for compressed formats and the column file.
+///
+/// # Errors
+/// Those of [`write()`] before the first byte.
+pub fn around(mesh: &Mesh, format: Format, options: &Options) -> Result<Option<(Vec<u8>, Vec<u8>)>> {
+    check(format, options)?;
+    if options.bits {
+        bits::check(mesh)?;
+    }
+    Ok(match (format, options.compress) {
+        (Format::Raw, _) => Some((Vec::new(), Vec::new())),
+        (Format::Npy, _) => Some((npy::header(mesh.dims(), options.bits), Vec::new())),
+        (Format::Vti, Compress::None) => Some(vti::around(mesh)),
+        _ => None,
+    })
 }
 
 /// Tells the size of a file before it is written, in bytes; nothing where it depends on the flags.

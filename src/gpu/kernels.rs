@@ -60,9 +60,10 @@ static SOURCES: [Source; 11] = [
     source!(ScanApply, "scan_apply", SCAN),
 ];
 
-/// Name and complete WGSL text of every kernel, as it is compiled.
+/// Name and complete WGSL text of every kernel, as it is compiled; one of several pipelines of the same text.
 pub fn sources() -> Vec<(&'static str, String)> {
-    SOURCES.iter().map(|source| (source.name, source.parts.join("\n"))).collect()
+    let distinct = SOURCES.iter().filter(|source| source.constants.is_empty());
+    distinct.map(|source| (source.name, source.parts.join("\n"))).collect()
 }
 
 /// All kernels, compiled for a device.

@@ -29,8 +29,8 @@ const CORE: &[&str] = &[
     "flags",
     "cpu",
     "mesh",
+    "estimate",
     "report",
-    "column_file",
     "write",
 ];
 /// The layers above the core, each on those before it. `bin` and `web` stand side by side.
@@ -126,7 +126,7 @@ fn code_of(text: &str) -> String {
     let mut code = String::new();
     let mut lines = text.lines().peekable();
     while let Some(line) = lines.next() {
-        if line == "#[cfg(test)]" && lines.peek().is_some_and(|next| next.starts_with("mod ") && next.ends_with('{')) {
+        if line == "#[cfg(test)]" && lines.peek().is_some_and(|next| next.contains("mod ") && next.ends_with('{')) {
             // rustfmt ends a module of the file's level with a brace in the first column
             lines.find(|line| *line == "}");
             continue;

@@ -1,0 +1,364 @@
+/**
+ * hexcast: exact Cartesian meshing of closed surfaces, on the browser's GPU or its processor.
+ *
+ * ```js
+ * import { createMesher } from 'hexcast';
+ *
+ * const mesher = await createMesher();
+ * const mesh = await mesher.mesh({ geometries: [{ source: file, flag: 1 }], cells: 256 });
+ * console.log(mesh.dims, mesh.report.flags);
+ * for await (const slab of mesh.slabs()) consume(slab.flags);   // u8, x fastest
+ * const vti = await mesh.blob('vti');
+ * mesher.dispose();
+ * ```
+ *
+ * All work happens in a dedicated worker. Inputs are never detached or changed; every typed array that comes back belongs
+ * to the caller. Lengths are in the unit of the files, cells are counted from 0, ends of ranges are exclusive, and
+ * the flags of a box lie with x fastest: `flags[x + nx * (y + ny * z)]`.
+ */
+
+/** Stable codes of {@link HexcastError}; the same as those of the native library. */
+export type ErrorCode =
+  | 'cancelled'
+  | 'stl-empty'
+  | 'stl-truncated'
+  | 'stl-count'
+  | 'stl-not-stl'
+  | 'stl-syntax'
+  | 'stl-not-finite'
+  | 'columns-corrupt'
+  | 'columns-version'
+  | 'job-syntax'
+  | 'job-value'
+  | 'job-conflict'
+  | 'job-empty'
+  | 'domain-empty'
+  | 'lines-no-common-size'
+  | 'too-many-cells'
+  | 'geometry-too-far'
+  | 'too-many-facets'
+  | 'too-many-geometries'
+  | 'too-many-crossings'
+  | 'memory'
+  | 'no-adapter'
+  | 'device-failed'
+  | 'device-lost'
+  | 'io';
+
+/** Every failure but an abort, which rejects with `signal.reason`. */
+export class HexcastError extends Error {
+  /** What went wrong, for programs. */
+  readonly code: ErrorCode;
+  /** What to do about it, for people; may be empty. */
+  readonly hint: string;
+  /** Further facts, such as the name of the file; depends on the code. */
+  readonly details: Record<string, unknown>;
+}
+
+/** Who meshes: the GPU where there is an adapter and else the CPU, or one of them alone. */
+export type BackendChoice = 'auto' | 'gpu' | 'cpu';
+
+export interface MesherOptions {
+  /** Default `auto`. With `gpu`, a missing adapter is the error `no-adapter`. */
+  backend?: BackendChoice;
+  /** Where the wasm module is, or its bytes, or the compiled module; by default beside this script. */
+  wasm?: string | URL | ArrayBuffer | Uint8Array | WebAssembly.Module;
+  /** Where the worker script is (another origin is fine), or `false` to work on the calling thread. */
+  worker?: string | URL | false;
+  /** Stops the start. */
+  signal?: AbortSignal;
+}
+
+/** Bytes of a file: STL, binary or ASCII. Blobs are read in slices, never as a whole. */
+export type GeometrySource =
+  | Blob
+  | ArrayBuffer
+  | Uint8Array
+  /** Corners of facets: 9 numbers a facet (x y z of three corners), in the unit of the job. */
+  | Float32Array
+  /** A surface that this mesher has read before with {@link Mesher.read}. */
+  | Surface;
+
+export interface GeometryJob {
+  /** The facets. */
+  source: GeometrySource;
+  /** Name of the file in reports; by default that of the File, or `geometry-1`, ... */
+  file?: string;
+  /** Takes only the solid of this name from an ASCII file of several. */
+  solid?: string;
+  /** Makes every solid of the file a geometry of its own. */
+  split?: boolean;
+  /** Name in reports and outputs; by default the file's without its extension. */
+  name?: string;
+  /** Property flag of its cells, 1 to 255; by default 1, 2, ... in order. */
+  flag?: number;
+  /** Where geometries overlap the higher priority wins, at equal priority the later. Default 0. */
+  priority?: number;
+  /** Scales first; one factor or one an axis. */
+  scale?: number | [number, number, number];
+  /** Then rotates about x, y and z, in degrees. */
+  rotate?: [number, number, number];
+  /** Then moves. */
+  translate?: [number, number, number];
+}
+
+/** What is meshed and how: the native job file, with sources in place of file names. */
+export interface Job {
+  /** In meshing order. */
+  geometries: GeometryJob[];
+  /** Two corners of the box, x0 y0 z0 x1 y1 z1; by default the box around all geometries. */
+  domain?: [number, number, number, number, number, number];
+  /** Room around the box of the geometries, in whole cells or by a length. */
+  padding?: { cells: number | [number, number, number] } | { length: number | [number, number, number] };
+  /** Cubic cells, so many along the longest axis; the default is 128. At most one of these four is given. */
+  cells?: number;
+  /** Exactly so many cells on x, y, z. */
+  dims?: [number, number, number];
+  /** Cell size, one or one an axis. */
+  cell_size?: number | [number, number, number];
+  /** The largest size an axis, at most this, that puts the ends of all bounding boxes on mesh lines. */
+  max_cell_size?: number;
+  /** How far from a line, in cells, `max_cell_size` lets an end lie: 0 to 0.5, default 0.05. */
+  tolerance?: number;
+  /** Inside is an odd number of crossings, or a winding number other than zero. Default `parity`. */
+  rule?: 'parity' | 'nonzero';
+  /** Axis of the rays; the result does not depend on it. Default `auto`: the longest. */
+  axis?: 'auto' | 'x' | 'y' | 'z';
+  /** Unit of the files' lengths, such as `mm`; repeated in every output. */
+  unit?: string;
+}
+
+/** How far a call has come. */
+export interface Progress {
+  /** `read`: bytes of files; `mesh`: rays; `write`: bytes of flags. */
+  stage: 'read' | 'mesh' | 'write';
+  /** Done so far, in the stage's unit. */
+  done: number;
+  /** Of so many. */
+  total: number;
+}
+
+export interface CallOptions {
+  /** Stops the call within half a second; it then rejects with `signal.reason`, and the mesher stays usable. */
+  signal?: AbortSignal;
+  /** Called from time to time, at most once a band. */
+  onProgress?: (progress: Progress) => void;
+}
+
+/** Facts of a surface that was read. */
+export interface SurfaceInfo {
+  /** Name of the file. */
+  file: string;
+  /** `STL, binary` or `STL, ASCII`. */
+  format: string;
+  /** Length of the file in bytes. */
+  bytes: number;
+  /** SHA-256 of its bytes, in hexadecimal. */
+  sha256: string;
+  /** Names of its solids, empty strings where the file gives none. */
+  solids: string[];
+  facets: number;
+  /** Least and greatest coordinates, in the file's own unit. */
+  bounding_box: [[number, number, number], [number, number, number]];
+  /** Signed volume enclosed; depends on the reference point where the surface is open. */
+  volume: number;
+  area: number;
+  /** Every edge is used equally often both ways: rule `nonzero` is well defined. */
+  closed_oriented: boolean;
+  /** Every edge is used an even number of times: rule `parity` is well defined. */
+  closed_parity: boolean;
+  /** Edges used once. */
+  open_edges: number;
+  nonmanifold_edges: number;
+  flipped_edges: number;
+  shells: number;
+  /** What was accepted although it is not as it should be. */
+  warnings: string[];
+}
+
+/** A surface held by the mesher's worker, ready to be meshed many times. */
+export interface Surface extends Disposable {
+  readonly info: SurfaceInfo;
+  /** Corners of all facets, 9 numbers a facet, for drawing. A copy. */
+  corners(): Promise<Float32Array>;
+  /** Frees it in the worker. */
+  dispose(): void;
+}
+
+/** What a mesh would cost. Numbers of cells and rays are exact, the others expected. */
+export interface Estimate {
+  dims: [number, number, number];
+  origin: [number, number, number];
+  spacing: [number, number, number];
+  cells: number;
+  rays: number;
+  /** Expected number of crossings of rays and facets. */
+  crossings: number;
+  /** Bytes of the columns in memory. */
+  columns_bytes: number;
+  /** Bytes of all flags, one each: never needed at once. */
+  flags_bytes: number;
+  /** Expected seconds, from the speed of this mesher's last meshes; null before the first. */
+  seconds: number | null;
+}
+
+export interface FlagReport {
+  flag: number;
+  name: string;
+  cells: number;
+  volume: number;
+  /** Sum of the signed volumes of its geometries' facets. */
+  mesh_volume: number;
+}
+
+/** The report, as the native `--report` writes it; further keys are documented there. */
+export interface Report {
+  version: string;
+  backend: 'gpu' | 'cpu';
+  adapter: string | null;
+  driver: string | null;
+  unit: string | null;
+  dims: [number, number, number];
+  origin: [number, number, number];
+  spacing: [number, number, number];
+  rule: 'parity' | 'nonzero';
+  ray_axis: 'x' | 'y' | 'z';
+  rays: number;
+  crossings: number;
+  runs: number;
+  odd_rays: number;
+  cells: number;
+  flags: FlagReport[];
+  flags_sha256: string | null;
+  warnings: string[];
+  cells_per_second: number;
+  seconds: Record<string, number | null>;
+  [key: string]: unknown;
+}
+
+/** Mesh lines: line i of an axis is `origin + i * spacing`, i = 0 ..= dims. */
+export interface Lines {
+  origin: [number, number, number];
+  spacing: [number, number, number];
+  dims: [number, number, number];
+}
+
+/** A box of cells: first and end on x, y, z. */
+export interface CellBox {
+  start: [number, number, number];
+  end: [number, number, number];
+}
+
+/** Flags of a box of cells. */
+export interface Flags extends CellBox {
+  /** `flags[x + nx * (y + ny * z)]` counted from `start`; one byte a cell. */
+  flags: Uint8Array;
+}
+
+/** A plane of cells for drawing. */
+export interface Slice {
+  /** Pixels along the first and the second of the two axes across, in the order x, y, z. */
+  width: number;
+  height: number;
+  /** Cells a pixel. */
+  step: number;
+  /** `flags[i + width * j]`. */
+  flags: Uint8Array;
+}
+
+/** The stair-step surface of one flag. */
+export interface SkinPart {
+  flag: number;
+  /** Three coordinates a vertex, in world lengths relative to the mesh's origin. */
+  positions: Float32Array;
+  /** Three a triangle, counter-clockwise seen from outside. */
+  indices: Uint32Array;
+}
+
+export interface Skin {
+  /** Cells a drawn cell: 1, or a power of two where there would have been too many faces. */
+  step: number;
+  parts: SkinPart[];
+}
+
+export type Format = 'vti' | 'npy' | 'raw' | 'hxc';
+
+export interface WriteOptions extends CallOptions {
+  /** zlib level 1 to 9 for vti and hxc; 0 (the default) does not compress. */
+  compress?: number;
+  /** Eight cells a byte, for raw and npy of meshes with one flag. */
+  bits?: boolean;
+}
+
+/** The runs of one ray: flag `flags[r]` from cell `starts[r]` to the start of the next run or the end of the ray. */
+export interface Runs {
+  /** First cell of each run along the ray. */
+  starts: Uint32Array;
+  flags: Uint8Array;
+}
+
+/** The result as it is held: runs along rays. */
+export interface Columns {
+  /** Axis of the rays: 0, 1 or 2. */
+  readonly axis: 0 | 1 | 2;
+  readonly runs: number;
+  /** Bytes held in memory. */
+  readonly bytes: number;
+  /** Runs of the ray through cell (i, j) of the two axes across, in the order x, y, z. */
+  ray(i: number, j: number): Promise<Runs>;
+}
+
+/** A mesh, held by the worker. */
+export interface Mesh extends Disposable {
+  readonly dims: [number, number, number];
+  readonly lines: Lines;
+  readonly report: Report;
+  readonly columns: Columns;
+  /** Flag of one cell. */
+  flag(x: number, y: number, z: number): Promise<number>;
+  /** Flags of a box of cells. */
+  box(start: [number, number, number], end: [number, number, number]): Promise<Flags>;
+  /** All flags in file order, in slabs of at most `maxBytes` (default 16 MiB), one expanded ahead. */
+  slabs(options?: { maxBytes?: number; signal?: AbortSignal }): AsyncIterableIterator<Flags>;
+  /** One plane of cells across an axis (0, 1, 2), sub-sampled to at most `maxPixels` a side (default 2048). */
+  slice(axis: 0 | 1 | 2, index: number, maxPixels?: number): Promise<Slice>;
+  /** The stair-step surface, coarsened until it has at most `maxQuads` (default 2,000,000). */
+  skin(options?: { maxQuads?: number; signal?: AbortSignal }): Promise<Skin>;
+  /** SHA-256 of all flags, one byte each, x fastest: that of the raw file. */
+  sha256(options?: CallOptions): Promise<string>;
+  /** Bytes of a file before it is made; null where they depend on the flags (compressed, hxc). */
+  size(format: Format, options?: WriteOptions): number | null;
+  /** A file, byte for byte that of the native command, as a stream that is made as it is read. */
+  stream(format: Format, options?: WriteOptions): ReadableStream<Uint8Array>;
+  /** A file as a Blob. */
+  blob(format: Format, options?: WriteOptions): Promise<Blob>;
+  /** The `.raw.json` that describes a raw file. */
+  sidecar(options?: WriteOptions): Promise<string>;
+  /** Frees it in the worker. */
+  dispose(): void;
+}
+
+export interface Mesher extends Disposable {
+  /** Who meshes. */
+  readonly backend: 'gpu' | 'cpu';
+  /** The GPU; null on the CPU. */
+  readonly adapter: { name: string; driver: string; software: boolean } | null;
+  /** Why the CPU meshes although `auto` looked for a GPU; null otherwise. */
+  readonly fallback: string | null;
+  /** Reads and checks a surface without meshing it. */
+  read(source: Exclude<GeometrySource, Surface>, options?: CallOptions & { file?: string }): Promise<Surface>;
+  /** Meshes a job. Calls wait for each other. */
+  mesh(job: Job, options?: CallOptions): Promise<Mesh>;
+  /** What a mesh would cost, without making it. */
+  estimate(job: Job, options?: CallOptions): Promise<Estimate>;
+  /** Reads a column file back. */
+  open(file: Blob | Uint8Array | ArrayBuffer, options?: CallOptions): Promise<Mesh>;
+  /** Ends the worker and frees everything; pending calls reject with `cancelled`. */
+  dispose(): void;
+}
+
+/** Starts a worker and opens its backend. */
+export function createMesher(options?: MesherOptions): Promise<Mesher>;
+
+/** Version of hexcast. */
+export const version: string;
