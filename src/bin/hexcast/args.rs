@@ -66,8 +66,8 @@ pub(crate) struct JobArgs {
     #[arg(long, value_name = "N", help_heading = "Cells")]
     pub(crate) cells: Option<u32>,
     /// Exactly so many cells on x, y, z.
-    #[arg(long, value_name = "NX,NY,NZ", value_delimiter = ',', num_args = 3, help_heading = "Cells")]
-    pub(crate) dims: Option<Vec<u32>>,
+    #[arg(long, value_name = "NX,NY,NZ", value_parser = numbers::<u32, 3>, help_heading = "Cells")]
+    pub(crate) dims: Option<[u32; 3]>,
     /// Cell size: one for all axes, or three.
     #[arg(long, value_name = "S[,SY,SZ]", value_delimiter = ',', help_heading = "Cells")]
     pub(crate) cell_size: Option<Vec<f64>>,
@@ -80,13 +80,10 @@ pub(crate) struct JobArgs {
     /// Two corners of the box; by default the box around the surfaces.
     #[arg(
         long,
-        value_name = "X0,Y0,Z0,X1,Y1,Z1",
-        value_delimiter = ',',
-        num_args = 6,
-        allow_negative_numbers = true,
+        value_name = "X0,Y0,Z0,X1,Y1,Z1", value_parser = numbers::<f64, 6>, allow_hyphen_values = true,
         help_heading = "Domain"
     )]
-    pub(crate) domain: Option<Vec<f64>>,
+    pub(crate) domain: Option<[f64; 6]>,
     /// Whole cells around the surfaces' box, on both sides: one number, or three.
     #[arg(long, value_name = "N[,NY,NZ]", value_delimiter = ',', help_heading = "Domain")]
     pub(crate) padding_cells: Option<Vec<u32>>,
@@ -124,6 +121,14 @@ pub(crate) struct WriteArgs {
     /// Eight cells a byte in .raw and .npy, for meshes with a single flag.
     #[arg(long)]
     pub(crate) bits: bool,
+}
+
+/// Exactly so many numbers with commas between.
+fn numbers<T: std::str::FromStr, const N: usize>(text: &str) -> Result<[T; N], String> {
+    let parse = |part: &str| part.trim().parse().map_err(|_| format!("\"{part}\" is no such number"));
+    let numbers = text.split(',').map(parse).collect::<Result<Vec<T>, String>>()?;
+    let n = numbers.len();
+    numbers.try_into().map_err(|_| format!("{N} numbers with commas between are needed, these are {n}"))
 }
 
 fn parse_level(text: &str) -> Result<u8, String> {

@@ -20,8 +20,8 @@ pub(crate) fn job(arguments: &JobArgs) -> Result<Job> {
         job.geometries.iter_mut().for_each(|geometry| geometry.split = true);
     }
     set_cells(&mut job, arguments)?;
-    if let Some(domain) = &arguments.domain {
-        job.domain = <[f64; 6]>::try_from(domain.as_slice()).ok();
+    if arguments.domain.is_some() {
+        job.domain = arguments.domain;
         job.padding = None;
     }
     if let Some(cells) = &arguments.padding_cells {
@@ -80,9 +80,7 @@ fn set_cells(job: &mut Job, arguments: &JobArgs) -> Result<()> {
         job.tolerance = job.tolerance.filter(|_| arguments.max_cell_size.is_some());
     }
     job.cells = arguments.cells.or(job.cells);
-    if let Some(dims) = &arguments.dims {
-        job.dims = <[u32; 3]>::try_from(dims.as_slice()).ok();
-    }
+    job.dims = arguments.dims.or(job.dims);
     if let Some(sizes) = &arguments.cell_size {
         job.cell_size = Some(per_axis("--cell-size", sizes)?);
     }
