@@ -59,8 +59,8 @@ fn emit_row(pair: u32, row: u32, hits: Hits, low: vec4<u32>, high: vec4<u32>) {
     let p2 = planes[4u * pair + 2u];
     let p3 = planes[4u * pair + 3u];
     let plane = Plane(p2.xy, p3.xy, bitcast<i32>(p3.z), p2.w);
-    let bits = hits.low.x | hits.low.y << 1u | hits.low.z << 2u | hits.low.w << 3u
-        | hits.high.x << 4u | hits.high.y << 5u | hits.high.z << 6u | hits.high.w << 7u;
+    let bits = hits.low.x | (hits.low.y << 1u) | (hits.low.z << 2u) | (hits.low.w << 3u)
+        | (hits.high.x << 4u) | (hits.high.y << 5u) | (hits.high.z << 6u) | (hits.high.w << 7u);
     let first = i32(firstTrailingBit(bits));
     let at_row = add96(p0.xyz, multiply96(slopes.zw, i32(row)));
     let at_first = add96(at_row, multiply96(slopes.xy, first));
@@ -99,7 +99,7 @@ fn emit(hit: u32, slot: u32, height: ptr<function, Height>, plane: Plane) {
         let centre_is_above = (rest.x | rest.y) == 0u && (plane.tag >> 9u) == 1u;
         let first_above = (*height).cells + select(1, 0, centre_is_above);
         if slot < params.event_capacity {
-            events[slot] = u32(clamp(first_above, 0, i32(params.depth))) << 9u | (plane.tag & 0x1ffu);
+            events[slot] = (u32(clamp(first_above, 0, i32(params.depth))) << 9u) | (plane.tag & 0x1ffu);
         }
         let next = add64(rest, plane.step_rest);
         let wraps = at_least64(next, plane.area);

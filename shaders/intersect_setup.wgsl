@@ -57,7 +57,7 @@ fn write_plane(pair: u32, f: Facet, ray: vec2<i32>) {
     let j_is_above = !is_negative(slope_j) && (slope_j.x | slope_j.y) != 0u;
     let j_decides = params.axis == 2u && (slope_i.x | slope_i.y) == 0u;
     let tie_is_above = on_unit && params.axis != 0u && (i_is_above || (j_decides && j_is_above));
-    let tag = u32(tie_is_above) << 9u | f.rank << 1u | u32(f.exits);
+    let tag = (u32(tie_is_above) << 9u) | (f.rank << 1u) | u32(f.exits);
     let inverse = 1.0 / (f32(f.area.y) * 4294967296.0 + f32(f.area.x));
     planes[4u * pair] = vec4<u32>(shift_right96(height, params.fraction_bits), bitcast<u32>(base));
     planes[4u * pair + 1u] = vec4<u32>(slope_i, slope_j);

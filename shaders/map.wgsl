@@ -44,7 +44,7 @@ fn map(
 }
 
 fn flag_of(rank: u32) -> u32 {
-    return flag_of_rank[rank / 16u][(rank / 4u) % 4u] >> (8u * (rank % 4u)) & 0xffu;
+    return (flag_of_rank[rank / 16u][(rank / 4u) % 4u] >> (8u * (rank % 4u))) & 0xffu;
 }
 
 fn count(counter: i32, event: u32) -> i32 {
@@ -93,7 +93,7 @@ fn feed(sweep: ptr<function, Sweep>, event: u32) {
         if is_inside != (*sweep).is_inside {
             let is_run = (*sweep).cell < params.depth;
             if is_run {
-                events[(*sweep).start + (*sweep).runs] = (*sweep).cell << 8u | select(0u, (*sweep).flag, is_inside);
+                events[(*sweep).start + (*sweep).runs] = ((*sweep).cell << 8u) | select(0u, (*sweep).flag, is_inside);
             }
             (*sweep).runs += u32(is_run);
             (*sweep).last_change_is_run = u32(is_run);
@@ -158,7 +158,7 @@ fn feed4(sweep: ptr<function, Sweep>, sorted: vec4<u32>) {
 fn map_many(start: u32, n: u32) -> u32 {
     for (var i = start; i < start + n; i++) {
         let event = events[i];
-        events[i] = (event >> 1u & 0xffu) << 24u | event >> 9u << 1u | (event & 1u);
+        events[i] = (((event >> 1u) & 0xffu) << 24u) | ((event >> 9u) << 1u) | (event & 1u);
     }
     sort(start, n);
     let changes = find_changes(start, n);
@@ -182,7 +182,7 @@ fn find_changes(start: u32, n: u32) -> u32 {
                 at += 1u;
             }
             if was_inside != (counter != 0) {
-                events[start + changes] = (key & 0x7fffffu) << 8u | rank;
+                events[start + changes] = ((key & 0x7fffffu) << 8u) | rank;
                 changes += 1u;
             }
         }
@@ -217,7 +217,7 @@ fn sweep_ranks(start: u32, n: u32) -> u32 {
             }
         }
         if winner != flag {
-            events[start + runs] = cell << 8u | winner;
+            events[start + runs] = (cell << 8u) | winner;
             runs += 1u;
             flag = winner;
         }

@@ -23,6 +23,8 @@ pub mod read;
 pub mod report;
 pub mod sources;
 pub mod surface;
+#[cfg(all(feature = "web", target_arch = "wasm32"))]
+pub mod web;
 pub mod write;
 
 pub use error::{Error, Result};

@@ -29,7 +29,7 @@ fn at_least64(a: vec2<u32>, b: vec2<u32>) -> bool {
 
 // a >> bits, rounding down, for 1 <= bits <= 31
 fn shift_right64(a: vec2<u32>, bits: u32) -> vec2<u32> {
-    return vec2<u32>(a.x >> bits | a.y << (32u - bits), bitcast<u32>(bitcast<i32>(a.y) >> bits));
+    return vec2<u32>((a.x >> bits) | (a.y << (32u - bits)), bitcast<u32>(bitcast<i32>(a.y) >> bits));
 }
 
 // the 64-bit product of unsigned numbers
@@ -41,7 +41,7 @@ fn multiply_unsigned(a: u32, b: u32) -> vec2<u32> {
     let low = a0 * b0;
     let middle = a1 * b0 + (low >> 16u);
     let cross = a0 * b1 + (middle & 0xffffu);
-    return vec2<u32>(cross << 16u | (low & 0xffffu), a1 * b1 + (middle >> 16u) + (cross >> 16u));
+    return vec2<u32>((cross << 16u) | (low & 0xffffu), a1 * b1 + (middle >> 16u) + (cross >> 16u));
 }
 
 // the 64-bit product of signed numbers
@@ -83,7 +83,7 @@ fn multiply96(a: vec2<u32>, b: i32) -> vec3<u32> {
 
 // a >> bits, rounding down, for 1 <= bits <= 31
 fn shift_right96(a: vec3<u32>, bits: u32) -> vec3<u32> {
-    return vec3<u32>(a.x >> bits | a.y << (32u - bits), shift_right64(a.yz, bits));
+    return vec3<u32>((a.x >> bits) | (a.y << (32u - bits)), shift_right64(a.yz, bits));
 }
 
 // the nearest i32 within +-2^30

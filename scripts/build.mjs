@@ -1,0 +1,54 @@
+// Builds dist/: the page's files from www/ and, in dist/wasm/, the library as wasm with its glue. The same folder is
+// what a static host serves and what the npm package ships.
+
+import { cpSync, mkdirSync, readFileSync, rmSync, statSync } from 'node:fs';
+import path from 'node:path';
+import { fileURLToPath } from 'node:url';
+import { gzipSync } from 'node:zlib';
+
+import { ensureNodeModules } from './machine.mjs';
+import { ROOT, run } from './run.mjs';
+import { compileWasm, ensureBindgen } from './wasm.mjs';
+
+export const DIST = path.join(ROOT, 'dist');
+/** Most kilobytes (1000 bytes) of the wasm file, as it is and after gzip -9. */
+const LIMITS = { wasm: 400, gzip: 160 };
+/** Every browser with WebGPU has these; without them wasm-opt would refuse the code or leave it slower. */
+const FEATURES = ['simd', 'bulk-memory', 'nontrapping-float-to-int', 'sign-ext', 'mutable-globals', 'reference-types', 'multivalue'];
+
+/** Builds dist/ and returns a line with the sizes; fails where the wasm is too large. */
+export async function build() {
+  await ensureNodeModules();
+  const bindgen = await ensureBindgen();
+  const wasm = await compileWasm();
+  rmSync(DIST, { recursive: true, force: true });
+  const folder = path.join(DIST, 'wasm');
+  mkdirSync(folder, { recursive: true });
+  await run(bindgen, ['--target', 'web', '--no-typescript', '--out-dir', folder, '--out-name', 'hexcast', wasm]);
+  await optimize(path.join(folder, 'hexcast_bg.wasm'));
+  cpSync(path.join(ROOT, 'www'), DIST, { recursive: true });
+  return checkSizes(path.join(folder, 'hexcast_bg.wasm'));
+}
+
+async function optimize(file) {
+  const options = ['-O3', ...FEATURES.map((feature) => `--enable-${feature}`)];
+  await run(process.execPath, [path.join(ROOT, 'node_modules/binaryen/bin/wasm-opt'), ...options, file, '-o', file]);
+}
+
+function checkSizes(file) {
+  const sizes = { wasm: statSync(file).size / 1000, gzip: gzipSync(readFileSync(file), { level: 9 }).length / 1000 };
+  const line = Object.entries(sizes).map(([name, size]) => `${name} ${size.toFixed(1)} kB of ${LIMITS[name]}`).join(', ');
+  if (sizes.wasm > LIMITS.wasm || sizes.gzip > LIMITS.gzip) {
+    throw new Error(`the wasm file is too large: ${line}. See what grew with "npx wasm-opt --func-metrics dist/wasm/hexcast_bg.wasm"`);
+  }
+  return line;
+}
+
+if (process.argv[1] === fileURLToPath(import.meta.url)) {
+  try {
+    console.log(`dist/: ${await build()}`);
+  } catch (error) {
+    console.error([error.output, error.message].filter(Boolean).join('\n'));
+    process.exitCode = 1;
+  }
+}

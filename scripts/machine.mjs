@@ -1,0 +1,103 @@
+// What the tests need from the machine: packages from npm, a Vulkan driver, browsers. Installs what is missing where it
+// can (Debian, as root) and says what to install where it cannot; silent and quick where nothing is missing.
+
+import { createHash } from 'node:crypto';
+import { existsSync, readFileSync, readdirSync, writeFileSync } from 'node:fs';
+import path from 'node:path';
+
+import { ROOT, ask, run, which } from './run.mjs';
+
+const NODE_MODULES = path.join(ROOT, 'node_modules');
+
+/** Installs the packages of package-lock.json unless exactly these are there. */
+export async function ensureNodeModules() {
+  const lock = readFileSync(path.join(ROOT, 'package-lock.json'));
+  const hash = createHash('sha256').update(lock).digest('hex');
+  const stamp = path.join(NODE_MODULES, '.hexcast-lock');
+  if (existsSync(stamp) && readFileSync(stamp, 'utf8') === hash) return null;
+  await run('npm', ['ci', '--no-audit', '--no-fund']);
+  writeFileSync(stamp, hash);
+  return 'installed';
+}
+
+/** Things the tests need, how to see that they are there, and the Debian packages that bring them. */
+const NEEDS = {
+  linker: { found: () => which('cc', 'gcc', 'clang'), packages: ['build-essential'], what: 'a C linker' },
+  vulkan: { found: hasVulkan, packages: ['mesa-vulkan-drivers', 'libvulkan1'], what: 'a Vulkan driver such as lavapipe' },
+  chromium: { found: chromium, packages: ['chromium'], what: 'Chromium, or CHROMIUM with its path' },
+  chromedriver: { found: chromedriver, packages: ['chromium-driver'], what: 'chromedriver, or CHROMEDRIVER with its path' },
+  firefox: { found: firefox, packages: ['firefox-esr'], what: 'Firefox, or FIREFOX with its path' },
+};
+
+/**
+ * Sees to it that these needs are met.
+ *
+ * @param {(keyof typeof NEEDS)[]} names
+ * @returns {Promise<string | null>} what was installed; rejects with a sentence that names what is missing
+ */
+export async function ensure(...names) {
+  const missing = names.filter((name) => !NEEDS[name].found());
+  if (missing.length === 0) return null;
+  const packages = missing.flatMap((name) => NEEDS[name].packages);
+  const installed = await installDebian(packages);
+  const still = missing.filter((name) => !NEEDS[name].found());
+  if (still.length > 0) {
+    const what = still.map((name) => NEEDS[name].what).join('; ');
+    throw new Error(`missing: ${what}. On Debian: apt-get install ${packages.join(' ')}`);
+  }
+  return installed;
+}
+
+/** Installs Debian packages if this is Debian and we are root; else does nothing and resolves to null. */
+export async function installDebian(packages) {
+  if (!which('apt-get') || process.getuid?.() !== 0) return null;
+  const env = { DEBIAN_FRONTEND: 'noninteractive' };
+  await run('apt-get', ['update'], { env });
+  await run('apt-get', ['install', '-y', '--no-install-recommends', ...packages], { env });
+  return `installed ${packages.join(' ')}`;
+}
+
+/** Whether a Vulkan loader and at least one driver are there; systems with an interface of their own need none. */
+function hasVulkan() {
+  if (process.platform !== 'linux') return true;
+  const folders = ['/usr/share/vulkan/icd.d', '/etc/vulkan/icd.d', '/usr/local/share/vulkan/icd.d'];
+  const hasDriver =
+    process.env.VK_DRIVER_FILES !== undefined || folders.some((folder) => existsSync(folder) && readdirSync(folder).length > 0);
+  const loader = ['/lib', '/usr/lib', '/usr/lib64', '/usr/local/lib', `/usr/lib/${debianTriple()}`];
+  return hasDriver && loader.some((folder) => existsSync(path.join(folder, 'libvulkan.so.1')));
+}
+
+function debianTriple() {
+  return { x64: 'x86_64-linux-gnu', arm64: 'aarch64-linux-gnu' }[process.arch] ?? process.arch;
+}
+
+/** Environment of native tests: the Vulkan loader warns where it has no runtime folder. */
+export const NATIVE_ENV = { XDG_RUNTIME_DIR: process.env.XDG_RUNTIME_DIR ?? '/tmp' };
+
+/** Path of Chromium, or null. */
+export function chromium() {
+  return process.env.CHROMIUM ?? which('chromium', 'chromium-browser', 'google-chrome', 'chrome');
+}
+
+/** Path of chromedriver, or null. */
+export function chromedriver() {
+  return process.env.CHROMEDRIVER ?? which('chromedriver');
+}
+
+/** Path of Firefox, or null. */
+export function firefox() {
+  return process.env.FIREFOX ?? which('firefox-esr', 'firefox');
+}
+
+/** Environment that makes SwiftShader, which comes with Chromium, the only Vulkan driver; null if it is not where Debian has it. */
+export function swiftshaderEnv() {
+  const driver = '/usr/lib/chromium/vk_swiftshader_icd.json';
+  return existsSync(driver) ? { ...NATIVE_ENV, VK_DRIVER_FILES: driver, VK_ICD_FILENAMES: driver } : null;
+}
+
+/** Fails with a sentence where there is no Rust. */
+export function requireRust() {
+  const version = ask('cargo', ['--version']);
+  if (!version) throw new Error('missing: Rust, from https://rustup.rs');
+  return version;
+}

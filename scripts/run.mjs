@@ -1,0 +1,143 @@
+// Runs commands and counts steps: a heading and a time each; the first failure shows its output and ends the run.
+
+import { spawn, spawnSync } from 'node:child_process';
+import { accessSync, constants } from 'node:fs';
+import path from 'node:path';
+import { fileURLToPath } from 'node:url';
+
+/** Root of the repository. */
+export const ROOT = path.dirname(path.dirname(fileURLToPath(import.meta.url)));
+
+/** Process groups of the commands that are running, ended with us. */
+const groups = new Set();
+
+/** A command that failed, with all that it printed. */
+export class CommandFailed extends Error {
+  constructor(command, reason, output) {
+    super(`${command}: ${reason}`);
+    this.output = output;
+  }
+}
+
+/**
+ * Runs a command in the repository and resolves to what it printed (stdout and stderr as they came).
+ *
+ * @param {string} command path or name
+ * @param {string[]} args
+ * @param {{env?: Record<string, string>, cwd?: string, minutes?: number}} [options] `env` is added to ours; after
+ *   `minutes` (20) the command and all it has started are ended
+ * @returns {Promise<string>} rejects with CommandFailed
+ */
+export function run(command, args, { env = {}, cwd = ROOT, minutes = 20 } = {}) {
+  const line = [command, ...args].join(' ');
+  return new Promise((resolve, reject) => {
+    // a group of its own, so that a browser that hangs goes with the test that started it
+    const child = spawn(command, args, { cwd, env: { ...process.env, ...env }, detached: true, stdio: ['ignore', 'pipe', 'pipe'] });
+    const chunks = [];
+    let reason = null;
+    const keep = (chunk) => {
+      chunks.push(chunk);
+      if (process.env.HEXCAST_VERBOSE) process.stdout.write(chunk);
+    };
+    child.stdout.on('data', keep);
+    child.stderr.on('data', keep);
+    const timer = setTimeout(() => {
+      reason = `not done after ${minutes} minutes`;
+      endGroup(child.pid);
+    }, minutes * 60_000);
+    const settle = (failure) => {
+      clearTimeout(timer);
+      groups.delete(child.pid);
+      const output = Buffer.concat(chunks).toString();
+      if (failure) reject(new CommandFailed(line, failure, output));
+      else resolve(output);
+    };
+    child.on('spawn', () => groups.add(child.pid));
+    child.on('error', (error) => settle(error.message));
+    child.on('close', (code, signal) => settle(reason ?? (code === 0 ? null : `ended with ${signal ?? `code ${code}`}`)));
+  });
+}
+
+function endGroup(pid) {
+  try {
+    process.kill(-pid, 'SIGKILL');
+  } catch {
+    // it ended by itself
+  }
+}
+
+for (const signal of ['SIGINT', 'SIGTERM']) {
+  process.on(signal, () => {
+    groups.forEach(endGroup);
+    process.exit(130);
+  });
+}
+
+/** First line that a short command prints, or null if it fails or does not exist. */
+export function ask(command, args, env = {}) {
+  const result = spawnSync(command, args, { cwd: ROOT, encoding: 'utf8', env: { ...process.env, ...env } });
+  return result.status === 0 ? result.stdout.split('\n')[0].trim() : null;
+}
+
+/** Path of the first of these commands that PATH has, or null. */
+export function which(...names) {
+  for (const name of names) {
+    for (const folder of (process.env.PATH ?? '').split(path.delimiter)) {
+      const file = path.join(folder, name);
+      if (isExecutable(file)) return file;
+    }
+  }
+  return null;
+}
+
+/** Whether a path is a program. */
+export function isExecutable(file) {
+  try {
+    accessSync(file, constants.X_OK);
+    return true;
+  } catch {
+    return false;
+  }
+}
+
+/** Steps in order, counted. */
+export class Steps {
+  #passed = 0;
+  #start = Date.now();
+
+  /**
+   * Runs one step; a failure prints its output and ends the process with code 1.
+   *
+   * @param {string} name heading
+   * @param {() => Promise<string | void>} action resolves to a remark for the heading's line, such as a number of tests
+   */
+  async step(name, action) {
+    const start = Date.now();
+    process.stdout.write(`${name} ... `);
+    try {
+      const remark = await action();
+      this.#passed += 1;
+      console.log(`${seconds(start)}${remark ? `, ${remark}` : ''}`);
+    } catch (error) {
+      console.log(`FAILED after ${seconds(start)}\n`);
+      if (error.output) console.log(error.output);
+      console.log(error instanceof CommandFailed ? error.message : error.stack);
+      this.#finish(1);
+    }
+  }
+
+  /** Prints the count as the last line. */
+  done() {
+    this.#finish(0);
+  }
+
+  #finish(n_failed) {
+    console.log(`\n${seconds(this.#start)} in all`);
+    console.log(`${this.#passed} passed, ${n_failed} failed`);
+    process.exit(n_failed);
+  }
+}
+
+function seconds(start) {
+  return `${((Date.now() - start) / 1000).toFixed(1)} s`;
+}

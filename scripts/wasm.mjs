@@ -1,0 +1,130 @@
+// Rust for wasm32: which compiler, which flags, and the wasm-bindgen tools of the same version as the crate.
+//
+// A rustup toolchain with the target is used as it is. Where the target cannot be had from rustup, Debian's
+// rustc-web does, building the standard library from rust-web-src. HEXCAST_WASM_RUST=rustup|debian decides instead.
+
+import { existsSync, readFileSync } from 'node:fs';
+import path from 'node:path';
+
+import { installDebian } from './machine.mjs';
+import { ROOT, ask, isExecutable, run, which } from './run.mjs';
+
+const TARGET = 'wasm32-unknown-unknown';
+/** Seconds that rustup gets to download the target. */
+const RUSTUP_SECONDS = 30;
+const DEBIAN = {
+  packages: ['rustc-web', 'cargo-web', 'rust-web-src', 'rust-web-clippy', 'lld-19'],
+  programs: ['/usr/bin/rustc', '/usr/bin/cargo', '/usr/bin/cargo-clippy', '/usr/bin/wasm-ld-19'],
+};
+/** One set of these for everything that is compiled to wasm, so that nothing is compiled twice. */
+const CARGO_ARGS = ['--target', TARGET, '--target-dir', 'target/wasm', '--profile', 'wasm', '--no-default-features', '--features', 'web'];
+
+/**
+ * @typedef {object} Rust a Rust that compiles to wasm32
+ * @property {string} name for people
+ * @property {string} cargo path
+ * @property {string} cargoClippy path
+ * @property {string[]} args arguments of every cargo command
+ * @property {Record<string, string>} env
+ */
+
+let chosen = null;
+
+/** Chooses the Rust that compiles to wasm32; installs it if need be. @returns {Promise<Rust>} */
+export function wasmRust() {
+  chosen ??= choose();
+  return chosen;
+}
+
+async function choose() {
+  const wanted = process.env.HEXCAST_WASM_RUST;
+  if (wanted !== 'debian' && (hasTarget() || (await addTarget()))) return rustup();
+  if (wanted !== 'rustup' && (hasDebian() || ((await installDebian(DEBIAN.packages)) && hasDebian()))) return debian();
+  throw new Error(
+    `missing: Rust's target ${TARGET}. Run "rustup target add ${TARGET}"; on Debian "apt-get install ${DEBIAN.packages.join(' ')}" does too`,
+  );
+}
+
+function hasTarget() {
+  const sysroot = ask('rustc', ['--print', 'sysroot']);
+  return sysroot !== null && existsSync(path.join(sysroot, 'lib/rustlib', TARGET, 'lib'));
+}
+
+async function addTarget() {
+  if (!which('rustup')) return false;
+  try {
+    await run('rustup', ['target', 'add', TARGET], { minutes: RUSTUP_SECONDS / 60 });
+  } catch {
+    // no way to its server; Debian's compiler may do
+  }
+  return hasTarget();
+}
+
+function hasDebian() {
+  return DEBIAN.programs.every(isExecutable);
+}
+
+function rustup() {
+  return { name: ask('rustc', ['--version']), cargo: 'cargo', cargoClippy: 'cargo-clippy', args: CARGO_ARGS, env: wasmEnv() };
+}
+
+function debian() {
+  const [rustc, cargo, cargoClippy, linker] = DEBIAN.programs;
+  // building the standard library is behind a switch of the nightly compiler, which this variable opens
+  const env = { ...wasmEnv(), RUSTC: rustc, CARGO: cargo, RUSTC_BOOTSTRAP: '1', CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER: linker };
+  return { name: ask(rustc, ['--version']), cargo, cargoClippy, args: [...CARGO_ARGS, '-Zbuild-std=std,panic_abort'], env };
+}
+
+function wasmEnv() {
+  return {
+    CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS: '-C target-feature=+simd128',
+    CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUNNER: bindgenTool('wasm-bindgen-test-runner'),
+  };
+}
+
+function bindgenTool(name) {
+  return path.join(ROOT, '.tools/bin', name);
+}
+
+/**
+ * Sees to it that wasm-bindgen has the version of the crate: its two halves understand no other.
+ *
+ * @returns {Promise<string>} path of wasm-bindgen
+ */
+export async function ensureBindgen() {
+  const lock = readFileSync(path.join(ROOT, 'Cargo.lock'), 'utf8');
+  const version = /name = "wasm-bindgen"\r?\nversion = "([^"]+)"/.exec(lock)[1];
+  const tool = bindgenTool('wasm-bindgen');
+  if (ask(tool, ['--version']) !== `wasm-bindgen ${version}`) {
+    // without --locked: a mirror of the registry may not have the very newest of its dependencies yet
+    const args = ['install', 'wasm-bindgen-cli', '--version', version, '--root', path.join(ROOT, '.tools'), '--force'];
+    await run('cargo', args, { minutes: 30 });
+  }
+  return tool;
+}
+
+/** Compiles the library to one wasm file and returns its path. */
+export async function compileWasm() {
+  const rust = await wasmRust();
+  // a library that is an rlib too would be compiled without link-time optimisation
+  await run(rust.cargo, ['rustc', '--lib', '--crate-type', 'cdylib', ...rust.args], { env: rust.env });
+  return path.join(ROOT, 'target/wasm', TARGET, 'wasm/hexcast.wasm');
+}
+
+/** Runs clippy on all that is compiled to wasm; warnings are failures. */
+export async function clippyWasm() {
+  const rust = await wasmRust();
+  await run(rust.cargoClippy, ['clippy', '--lib', '--test', 'web', ...rust.args, '--', '-D', 'warnings'], { env: rust.env });
+}
+
+/** Runs the browser tests in Chromium and returns what they printed. */
+export async function testWasm(chromedriver) {
+  const rust = await wasmRust();
+  const env = {
+    ...rust.env,
+    CHROMEDRIVER: chromedriver,
+    WASM_BINDGEN_TEST_WEBDRIVER_JSON: path.join(ROOT, 'tests/web/webdriver.json'),
+    WASM_BINDGEN_TEST_TIMEOUT: '900',
+  };
+  return run(rust.cargo, ['test', '--test', 'web', ...rust.args, '--', '--nocapture'], { env });
+}

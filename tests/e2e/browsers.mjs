@@ -1,0 +1,71 @@
+// The two browsers of the page tests, headless, each with WebGPU on a software driver: Chromium (Tint, on SwiftShader)
+// and Firefox (naga, on lavapipe).
+
+import { mkdtempSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import path from 'node:path';
+
+import { chromium as playwright } from 'playwright-core';
+import puppeteer from 'puppeteer-core';
+
+import { NATIVE_ENV, chromium, firefox } from '../../scripts/machine.mjs';
+
+const CHROMIUM_ARGS = [
+  '--no-sandbox',
+  '--disable-dev-shm-usage',
+  '--disable-background-networking',
+  '--disable-component-update',
+  '--enable-unsafe-webgpu',
+  '--use-webgpu-adapter=swiftshader',
+];
+const FIREFOX_PREFS = {
+  'dom.webgpu.enabled': true,
+  'dom.webgpu.workers.enabled': true,
+  'gfx.webgpu.ignore-blocklist': true,
+};
+
+/** Starts Chromium; resolves to a Playwright browser. */
+export function openChromium(args = []) {
+  return playwright.launch({ executablePath: chromium(), args: [...CHROMIUM_ARGS, ...args] });
+}
+
+/** Starts Firefox with a profile of its own; resolves to a Puppeteer browser. */
+export async function openFirefox() {
+  const profile = mkdtempSync(path.join(tmpdir(), 'hexcast-firefox-'));
+  const browser = await puppeteer.launch({
+    browser: 'firefox',
+    executablePath: firefox(),
+    headless: true,
+    userDataDir: profile,
+    extraPrefsFirefox: FIREFOX_PREFS,
+    // as root its content sandbox cannot reach the driver
+    env: { ...process.env, ...NATIVE_ENV, MOZ_DISABLE_CONTENT_SANDBOX: '1' },
+  });
+  browser.process().once('exit', () => rmSync(profile, { recursive: true, force: true }));
+  return browser;
+}
+
+/**
+ * Collects what must stay empty: errors and warnings on the console, uncaught errors, failed requests, and requests to
+ * another origin. Works on pages of both browsers.
+ *
+ * @returns {string[]} grows as the page lives
+ */
+export function complaintsOf(page, url) {
+  const complaints = [];
+  const { origin } = new URL(url);
+  page.on('console', (message) => {
+    if (['error', 'warning', 'warn'].includes(message.type())) complaints.push(`console: ${message.text()}`);
+  });
+  page.on('pageerror', (error) => complaints.push(`uncaught: ${error.message}`));
+  page.on('requestfailed', (request) => complaints.push(`failed: ${request.url()}`));
+  page.on('request', (request) => {
+    const target = new URL(request.url());
+    const isLocal = target.origin === origin || ['data:', 'blob:'].includes(target.protocol);
+    if (!isLocal) complaints.push(`another origin: ${target.href}`);
+  });
+  page.on('response', (response) => {
+    if (response.status() >= 400) complaints.push(`status ${response.status()}: ${response.url()}`);
+  });
+  return complaints;
+}

@@ -1,0 +1,15 @@
+//! The tests that run in a real browser, in a dedicated worker as on the page: the same case table as the native ones.
+#![cfg(target_arch = "wasm32")]
+
+wasm_bindgen_test::wasm_bindgen_test_configure!(run_in_dedicated_worker);
+
+#[allow(dead_code)] // the native tests use the rest
+#[path = "../native/cases.rs"]
+mod cases;
+mod line;
+#[allow(dead_code)] // the native tests use the rest
+#[path = "../native/models.rs"]
+mod models;
+#[allow(dead_code)] // the native tests use the rest
+#[path = "../native/soups.rs"]
+mod soups;
