@@ -1,5 +1,7 @@
 //! Cancel and progress, handed down to the stages that take long.
 
+use std::future::Future;
+use std::pin::Pin;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -30,18 +32,22 @@ pub struct Progress {
     pub n_rays: u64,
 }
 
+/// Returns what [`Control::pause`] waits for.
+type Pause = Arc<dyn Fn() -> Pin<Box<dyn Future<Output = ()>>> + Send + Sync>;
+
 /// What a caller hands down to follow and stop a mesh.
 #[derive(Clone, Default)]
 pub struct Control {
     /// Stops the mesh at the next band with `cancelled`.
     pub cancel: CancelToken,
     on_progress: Option<Arc<dyn Fn(Progress) + Send + Sync>>,
+    pause: Option<Pause>,
 }
 
 impl Control {
     /// Follows a mesh with a function called after every band, from the thread that meshes.
     pub fn with_progress(on_progress: impl Fn(Progress) + Send + Sync + 'static) -> Control {
-        Control { cancel: CancelToken::default(), on_progress: Some(Arc::new(on_progress)) }
+        Control { on_progress: Some(Arc::new(on_progress)), ..Control::default() }
     }
 
     /// Returns `cancelled` if somebody asked to stop.
@@ -50,6 +56,20 @@ impl Control {
     /// `cancelled`.
     pub fn check(&self) -> Result<()> {
         if self.cancel.is_cancelled() { Err(Error::Cancelled) } else { Ok(()) }
+    }
+
+    /// Lets others run between two rounds of work: in a browser's worker, messages such as the one that cancels arrive only
+    /// while nothing runs.
+    pub fn pausing(mut self, pause: impl Fn() -> Pin<Box<dyn Future<Output = ()>>> + Send + Sync + 'static) -> Control {
+        self.pause = Some(Arc::new(pause));
+        self
+    }
+
+    /// Waits until others have run; at once where nobody asked for it.
+    pub async fn pause(&self) {
+        if let Some(pause) = &self.pause {
+            pause().await;
+        }
     }
 
     /// Reports progress.

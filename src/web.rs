@@ -1,9 +1,282 @@
-//! What JavaScript calls: the only file with `#[wasm_bindgen]`.
+//! What JavaScript calls: the only `#[wasm_bindgen]`. `www/core.js` is its only caller; people use `www/hexcast.js`.
+//!
+//! Facts cross as JSON, numbers of cells as f64 (exact to 2^53), bytes as copies: nothing of JavaScript is kept or detached.
+//! An error becomes the JSON of `{code, message, hint}`. Long calls are async and look at their switch between rounds.
 
-use wasm_bindgen::prelude::wasm_bindgen;
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::rc::Rc;
 
-/// Returns the version of hexcast, as in `package.json`.
+use js_sys::{Function, Promise};
+use sha2::{Digest, Sha256};
+use wasm_bindgen::prelude::*;
+use wasm_bindgen_futures::JsFuture;
+
+use crate::control::{CancelToken, Control, Progress};
+use crate::error::Error;
+use crate::geometry::Facet;
+use crate::job::{BackendChoice, Job};
+use crate::mesh::hex;
+use crate::pipeline::{self, Engine};
+use crate::read::{Contents, Format, Reader, Solid};
+use crate::sources::Source;
+
+mod info;
+mod mesh;
+
+pub use mesh::{WebEncoder, WebHash, WebMesh, WebSkin};
+
+type JsResult<T> = std::result::Result<T, JsValue>;
+
+/// An error as `www/core.js` takes it apart.
+fn js_error(error: Error) -> JsValue {
+    let facts = serde_json::json!({ "code": error.code(), "message": error.to_string(), "hint": error.hint() });
+    JsValue::from_str(&facts.to_string())
+}
+
+/// Version of hexcast.
 #[wasm_bindgen]
 pub fn version() -> String {
-    env!("CARGO_PKG_VERSION").to_string()
+    env!("CARGO_PKG_VERSION").into()
+}
+
+/// All error codes, comma-separated, for the test that holds the types to them.
+#[wasm_bindgen(js_name = errorCodes)]
+pub fn error_codes() -> String {
+    crate::error::CODES.iter().map(|(code, ..)| *code).collect::<Vec<_>>().join(",")
+}
+
+/// A file on its way in, slice by slice.
+#[wasm_bindgen]
+pub struct WebReader {
+    file: String,
+    reader: Reader,
+    hash: Sha256,
+}
+
+#[wasm_bindgen]
+impl WebReader {
+    /// Expects a file of so many bytes.
+    #[wasm_bindgen(constructor)]
+    pub fn new(file: String, n_bytes: f64) -> WebReader {
+        WebReader { file, reader: Reader::new(n_bytes as u64), hash: Sha256::new() }
+    }
+
+    /// Takes the next slice.
+    pub fn push(&mut self, slice: &[u8]) -> JsResult<()> {
+        self.hash.update(slice);
+        self.reader.push(slice).map_err(|error| js_error(error.at(&self.file)))
+    }
+
+    /// Ends the file.
+    pub fn finish(self) -> JsResult<WebSurface> {
+        let contents = self.reader.finish().map_err(|error| js_error(error.at(&self.file)))?;
+        let sha256 = hex(&self.hash.finalize());
+        Ok(WebSurface { source: Rc::new(Source { file: self.file, contents, sha256 }) })
+    }
+}
+
+/// A surface that was read.
+#[wasm_bindgen]
+pub struct WebSurface {
+    source: Rc<Source>,
+}
+
+#[wasm_bindgen]
+impl WebSurface {
+    /// Takes corners of facets, 9 numbers each.
+    #[wasm_bindgen(js_name = fromCorners)]
+    pub fn from_corners(file: String, corners: &[f32]) -> JsResult<WebSurface> {
+        let (facets, rest) = corners.as_chunks::<9>();
+        if facets.is_empty() || !rest.is_empty() {
+            let message = format!("{file}: {} numbers: facets are 9 numbers each, at least one", corners.len());
+            return Err(js_error(Error::new("job-value", message, "give x y z of three corners a facet")));
+        }
+        if let Some(place) = corners.iter().position(|number| !number.is_finite()) {
+            let message = format!("{file}: number {} of facet {} is {}", place % 9, place / 9, corners[place]);
+            return Err(js_error(Error::new("stl-not-finite", message, "remove the facet")));
+        }
+        let facet = |f: &[f32; 9]| -> Facet { [[f[0], f[1], f[2]], [f[3], f[4], f[5]], [f[6], f[7], f[8]]] };
+        let facets: Vec<Facet> = facets.iter().map(facet).collect();
+        let mut hash = Sha256::new();
+        corners.iter().for_each(|number| hash.update(number.to_le_bytes()));
+        let contents = Contents {
+            format: Format::StlBinary,
+            n_facets: facets.len() as u64,
+            n_bytes: 4 * corners.len() as u64,
+            solids: vec![Solid { name: String::new(), facets }],
+            wrong_normals: 0,
+            zero_normals: 0,
+            zero_area: 0,
+            has_colours: false,
+            warnings: vec![],
+        };
+        Ok(WebSurface { source: Rc::new(Source { file, contents, sha256: hex(&hash.finalize()) }) })
+    }
+
+    /// Facts as JSON: `SurfaceInfo` of `www/hexcast.d.ts`.
+    pub fn info(&self) -> String {
+        info::surface_info(&self.source)
+    }
+
+    /// Corners of all facets, 9 numbers each.
+    pub fn corners(&self) -> Vec<f32> {
+        self.source
+            .contents
+            .solids
+            .iter()
+            .flat_map(|solid| solid.facets.as_flattened().as_flattened())
+            .copied()
+            .collect()
+    }
+}
+
+/// A switch that stops one call.
+#[wasm_bindgen]
+pub struct WebSwitch {
+    token: CancelToken,
+}
+
+#[wasm_bindgen]
+impl WebSwitch {
+    /// Makes a switch that is off.
+    #[wasm_bindgen(constructor)]
+    #[expect(clippy::new_without_default, reason = "a JavaScript constructor")]
+    pub fn new() -> WebSwitch {
+        WebSwitch { token: CancelToken::default() }
+    }
+
+    /// Stops the call.
+    pub fn cancel(&self) {
+        self.token.cancel();
+    }
+}
+
+/// A job and its surfaces.
+#[wasm_bindgen]
+pub struct WebJob {
+    job: Job,
+    sources: Vec<Rc<Source>>,
+    token: CancelToken,
+}
+
+#[wasm_bindgen]
+impl WebJob {
+    /// Reads a job from JSON, with a `file` for each geometry; a switch can stop its mesh.
+    #[wasm_bindgen(constructor)]
+    pub fn new(json: &str, switch: &WebSwitch) -> JsResult<WebJob> {
+        let job = Job::from_json(json).map_err(js_error)?;
+        Ok(WebJob { job, sources: Vec::new(), token: switch.token.clone() })
+    }
+
+    /// Adds the surface of the next geometry.
+    pub fn add(&mut self, surface: &WebSurface) {
+        self.sources.push(surface.source.clone());
+    }
+
+    /// What the mesh would cost, as JSON: `Estimate` without seconds.
+    pub fn estimate(&self) -> JsResult<String> {
+        let prepared = pipeline::prepare(&self.job, self.sources()).map_err(js_error)?;
+        Ok(info::estimate(&prepared))
+    }
+
+    fn sources(&self) -> Vec<Source> {
+        self.sources.iter().map(|source| (**source).clone()).collect()
+    }
+}
+
+thread_local! {
+    /// JavaScript functions in use, by number: a closure that holds a number can be sent between threads, one that holds a
+    /// function cannot.
+    static FUNCTIONS: RefCell<HashMap<u32, Function>> = RefCell::default();
+}
+
+fn keep(function: &Function) -> u32 {
+    FUNCTIONS.with_borrow_mut(|functions| {
+        let id = (0..).find(|id| !functions.contains_key(id)).unwrap_or_default();
+        functions.insert(id, function.clone());
+        id
+    })
+}
+
+fn forget(id: u32) {
+    FUNCTIONS.with_borrow_mut(|functions| functions.remove(&id));
+}
+
+fn kept(id: u32) -> Option<Function> {
+    FUNCTIONS.with_borrow(|functions| functions.get(&id).cloned())
+}
+
+/// Who meshes.
+#[wasm_bindgen]
+pub struct WebEngine {
+    engine: Rc<RefCell<Option<Engine>>>,
+    pause: u32,
+    facts: String,
+}
+
+#[wasm_bindgen]
+impl WebEngine {
+    /// Opens a backend: "auto", "gpu" or "cpu". `pause` returns a promise that resolves once messages have been handled.
+    pub async fn open(backend: String, pause: Function) -> JsResult<WebEngine> {
+        let choice = match backend.as_str() {
+            "auto" => BackendChoice::Auto,
+            "gpu" => BackendChoice::Gpu,
+            "cpu" => BackendChoice::Cpu,
+            other => {
+                let message = format!("backend is \"{other}\"; allowed: auto, gpu, cpu");
+                return Err(js_error(Error::new("job-value", message, "")));
+            }
+        };
+        let engine = Engine::open(choice, None).await.map_err(js_error)?;
+        let adapter = engine.adapter().map(
+            |(name, driver)| serde_json::json!({ "name": name, "driver": driver, "software": engine.is_software() }),
+        );
+        let facts = serde_json::json!({ "backend": engine.backend(), "adapter": adapter, "fallback": engine.fallback });
+        Ok(WebEngine { engine: Rc::new(RefCell::new(Some(engine))), pause: keep(&pause), facts: facts.to_string() })
+    }
+
+    /// `{backend, adapter, fallback}` as JSON.
+    pub fn facts(&self) -> String {
+        self.facts.clone()
+    }
+
+    /// Meshes a job; `progress` is called with rays done and rays in all.
+    pub async fn mesh(&self, job: WebJob, read_seconds: f64, progress: Function) -> JsResult<WebMesh> {
+        let Some(mut engine) = self.engine.borrow_mut().take() else {
+            return Err(js_error(Error::new("device-failed", "a mesh is already being made", "wait for it")));
+        };
+        let progress = keep(&progress);
+        let control = self.control(job.token.clone(), progress);
+        let result = pipeline::mesh(&job.job, job.sources(), read_seconds, &mut engine, &control).await;
+        forget(progress);
+        *self.engine.borrow_mut() = Some(engine);
+        let (mesh, report) = result.map_err(js_error)?;
+        Ok(WebMesh::new(mesh, report.to_json()))
+    }
+
+    fn control(&self, token: CancelToken, progress: u32) -> Control {
+        let mut control = Control::with_progress(move |at: Progress| {
+            if let Some(progress) = kept(progress) {
+                // an exception in the caller's function is the caller's
+                let _ = progress.call2(&JsValue::NULL, &(at.rays_done as f64).into(), &(at.n_rays as f64).into());
+            }
+        });
+        control.cancel = token;
+        let pause = self.pause;
+        control.pausing(move || {
+            Box::pin(async move {
+                let promise = kept(pause).and_then(|pause| pause.call0(&JsValue::NULL).ok());
+                if let Some(promise) = promise.and_then(|value| value.dyn_into::<Promise>().ok()) {
+                    let _ = JsFuture::from(promise).await;
+                }
+            })
+        })
+    }
+}
+
+impl Drop for WebEngine {
+    fn drop(&mut self) {
+        forget(self.pause);
+    }
 }

@@ -136,6 +136,24 @@ pub fn write(
     Ok(Written { n_bytes: sink.n_bytes, sha256: sink.hash.map(|hash| hex(&hash.finalize())) })
 }
 
+/// The bytes before and after the flags in a file that holds them as they are, for callers that make the file slab by slab;
+/// None for compressed formats and the column file.
+///
+/// # Errors
+/// Those of [`write()`] before the first byte.
+pub fn around(mesh: &Mesh, format: Format, options: &Options) -> Result<Option<(Vec<u8>, Vec<u8>)>> {
+    check(format, options)?;
+    if options.bits {
+        bits::check(mesh)?;
+    }
+    Ok(match (format, options.compress) {
+        (Format::Raw, _) => Some((Vec::new(), Vec::new())),
+        (Format::Npy, _) => Some((npy::header(mesh.dims(), options.bits), Vec::new())),
+        (Format::Vti, Compress::None) => Some(vti::around(mesh)),
+        _ => None,
+    })
+}
+
 /// Tells the size of a file before it is written, in bytes; nothing where it depends on the flags.
 pub fn exact_size(mesh: &Mesh, format: Format, options: &Options) -> Option<u64> {
     match (format, options.compress) {

@@ -96,6 +96,7 @@ impl Gpu {
                 }
             }
             next = range.end;
+            control.pause().await;
             control.advance(u64::from(next) * u64::from(n_i), cast.rays.n_rays());
             if options.rows_per_band.is_none() {
                 let speed_up = (TARGET_SECONDS / start.elapsed().as_secs_f64().max(1e-4)).clamp(0.5, 2.0);

@@ -105,7 +105,11 @@ impl Engine {
         if self.gpu.is_some() {
             return self.gpu_columns(&crate::gpu::Cast { frame, rays, rule }, control).await;
         }
-        cpu::columns(frame, rays, rule, control).map(|columns| (columns, 0))
+        let mut strips = cpu::Strips::new(frame, rays, rule, None);
+        while strips.round(control)? {
+            control.pause().await;
+        }
+        Ok((strips.finish(), 0))
     }
 
     #[cfg(feature = "gpu")]

@@ -25,7 +25,7 @@ pub(super) fn write(mesh: &Mesh, options: &Options, sink: &mut Sink, control: &C
 }
 
 /// Everything before the data.
-fn header([nx, ny, nz]: [u32; 3], bits: bool) -> Vec<u8> {
+pub(super) fn header([nx, ny, nz]: [u32; 3], bits: bool) -> Vec<u8> {
     const PREFIX: usize = 10;
     let nx = if bits { bits::row_bytes(nx) } else { nx };
     let mut text = format!("{{'descr': '|u1', 'fortran_order': False, 'shape': ({nz}, {ny}, {nx}), }}");

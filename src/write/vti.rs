@@ -32,17 +32,25 @@ pub fn n_bytes(mesh: &Mesh) -> Option<u64> {
 pub(super) fn write(mesh: &Mesh, options: &Options, sink: &mut Sink, control: &Control) -> Result<()> {
     match options.compress {
         Compress::None => {
-            sink.put(head(mesh, options.compress).as_bytes())?;
-            sink.put(&mesh.n_cells().to_le_bytes())?;
+            let (head, foot) = around(mesh);
+            sink.put(&head)?;
             raw::write(mesh, options, sink, control)?;
+            sink.put(&foot)
         }
         Compress::Zlib(level) => {
             let table = Table::new(mesh, options, level, control)?;
             sink.put(head(mesh, options.compress).as_bytes())?;
             table.write(mesh, options, level, sink, control)?;
+            sink.put(FOOT)
         }
     }
-    sink.put(FOOT)
+}
+
+/// Everything before and after the flags of an uncompressed file.
+pub(super) fn around(mesh: &Mesh) -> (Vec<u8>, Vec<u8>) {
+    let mut before = head(mesh, Compress::None).into_bytes();
+    before.extend(mesh.n_cells().to_le_bytes());
+    (before, FOOT.to_vec())
 }
 
 /// The sizes of all compressed blocks, and the first of the blocks themselves.

@@ -1,0 +1,245 @@
+//! A mesh in JavaScript's hands: queries, pictures, and files made piece by piece as they are read.
+
+use std::io;
+use std::rc::Rc;
+
+use sha2::{Digest, Sha256};
+use wasm_bindgen::prelude::*;
+
+use super::{JsResult, js_error};
+use crate::control::Control;
+use crate::error::Error;
+use crate::flags::CellBox;
+use crate::mesh::{Mesh, hex};
+use crate::skin::{skin, slice};
+use crate::write::{self, Compress, Format, Options, Written, bits};
+
+/// Bytes of a piece of a file.
+const PIECE_BYTES: usize = 4 << 20;
+
+/// A finished mesh.
+#[wasm_bindgen]
+pub struct WebMesh {
+    mesh: Rc<Mesh>,
+    report: String,
+}
+
+impl WebMesh {
+    pub(super) fn new(mesh: Mesh, report: String) -> WebMesh {
+        WebMesh { mesh: Rc::new(mesh), report }
+    }
+}
+
+fn cell_box(numbers: &[u32]) -> JsResult<CellBox> {
+    match *numbers {
+        [x0, y0, z0, x1, y1, z1] => Ok([x0..x1, y0..y1, z0..z1]),
+        _ => Err(js_error(Error::new("job-value", "a box is two corners of three cells", ""))),
+    }
+}
+
+fn options(format: &str, compress: u8, bits: bool) -> JsResult<(Format, Options)> {
+    let format = Format::of_name(&format!("mesh.{format}")).map_err(js_error)?;
+    let compress = if compress == 0 { Compress::None } else { Compress::Zlib(compress) };
+    Ok((format, Options { compress, bits, slab_bytes: PIECE_BYTES, ..Options::default() }))
+}
+
+#[wasm_bindgen]
+impl WebMesh {
+    /// Reads a column file back.
+    pub fn open(bytes: &[u8]) -> JsResult<WebMesh> {
+        let mesh = crate::column_file::read_columns(&mut io::Cursor::new(bytes)).map_err(js_error)?;
+        let report = super::info::report_of_columns(&mesh);
+        Ok(WebMesh::new(mesh, report))
+    }
+
+    /// The report as JSON.
+    pub fn report(&self) -> String {
+        self.report.clone()
+    }
+
+    /// Axis of the rays.
+    #[wasm_bindgen(js_name = rayAxis)]
+    pub fn ray_axis(&self) -> u32 {
+        self.mesh.columns.rays.axis as u32
+    }
+
+    /// Number of runs and bytes of the columns.
+    #[wasm_bindgen(js_name = columnFacts)]
+    pub fn column_facts(&self) -> Vec<f64> {
+        vec![self.mesh.columns.n_runs() as f64, self.mesh.columns.n_bytes() as f64]
+    }
+
+    /// Packed runs of a ray: first cell << 8 | flag.
+    pub fn ray(&self, i: u32, j: u32) -> JsResult<Vec<u32>> {
+        let rays = &self.mesh.columns.rays;
+        if i >= rays.counts[0] || j >= rays.counts[1] {
+            let message = format!("ray ({i}, {j}) is not one of {} x {}", rays.counts[0], rays.counts[1]);
+            return Err(js_error(Error::new("job-value", message, "")));
+        }
+        Ok(self.mesh.columns.ray(u64::from(i) + u64::from(rays.counts[0]) * u64::from(j)).to_vec())
+    }
+
+    /// Flag of one cell.
+    pub fn flag(&self, x: u32, y: u32, z: u32) -> JsResult<u8> {
+        self.mesh.flag([x, y, z]).map_err(js_error)
+    }
+
+    /// Flags of a box, first and end on x, y, z; x fastest.
+    #[wasm_bindgen(js_name = box)]
+    pub fn box_flags(&self, corners: &[u32]) -> JsResult<Vec<u8>> {
+        self.mesh.box_flags(&cell_box(corners)?).map_err(js_error)
+    }
+
+    /// Boxes of all slabs, six numbers each.
+    pub fn slabs(&self, max_bytes: f64) -> Vec<u32> {
+        let slabs = self.mesh.slabs(max_bytes as usize);
+        slabs.flat_map(|[x, y, z]| [x.start, y.start, z.start, x.end, y.end, z.end]).collect()
+    }
+
+    /// A plane of flags, headed by width, height and cells a pixel, each four bytes, little-endian.
+    pub fn slice(&self, axis: u32, index: u32, max_pixels: u32) -> JsResult<Vec<u8>> {
+        let axis = axis as usize;
+        if axis > 2 || index >= self.mesh.dims()[axis] {
+            return Err(js_error(Error::new("job-value", format!("there is no plane {index} across axis {axis}"), "")));
+        }
+        let plane = slice(&self.mesh, axis, index, [max_pixels.max(1); 2]);
+        let head = [plane.width, plane.height, plane.step].map(u32::to_le_bytes);
+        Ok([head.as_flattened(), &plane.flags].concat())
+    }
+
+    /// The stair-step surface.
+    pub fn skin(&self, max_quads: f64) -> JsResult<WebSkin> {
+        let skin = skin(&self.mesh, max_quads as usize, None, &Control::default()).map_err(js_error)?;
+        Ok(WebSkin { skin, spacing: self.mesh.lines.spacing })
+    }
+
+    /// Bytes of an uncompressed file before it is made; none where they depend on the flags.
+    pub fn size(&self, format: &str, bits: bool) -> JsResult<Option<f64>> {
+        let (format, options) = options(format, 0, bits)?;
+        Ok(write::exact_size(&self.mesh, format, &options).map(|size| size as f64))
+    }
+
+    /// Starts hashing all flags: the bytes of the raw file.
+    pub fn hash(&self, bits: bool) -> JsResult<WebHash> {
+        Ok(WebHash { pieces: self.encode("raw", 0, bits)?, hash: Sha256::new(), n_bytes: 0 })
+    }
+
+    /// The description of a raw file with the given hash.
+    pub fn sidecar(&self, bits: bool, n_bytes: f64, sha256: String) -> String {
+        let options = Options { bits, ..Options::default() };
+        write::sidecar::sidecar_json(&self.mesh, &options, &Written { n_bytes: n_bytes as u64, sha256: Some(sha256) })
+    }
+
+    /// Starts a file.
+    pub fn encode(&self, format: &str, compress: u8, bits: bool) -> JsResult<WebEncoder> {
+        let (format, options) = options(format, compress, bits)?;
+        let mut encoder =
+            WebEncoder { mesh: self.mesh.clone(), bits, pieces: Vec::new(), tail: Vec::new(), made: Vec::new() };
+        match write::around(&self.mesh, format, &options).map_err(js_error)? {
+            Some((head, tail)) => {
+                encoder.pieces = self.mesh.slabs(PIECE_BYTES).collect();
+                encoder.pieces.reverse();
+                (encoder.made, encoder.tail) = (head, tail);
+            }
+            None => {
+                write::write(&self.mesh, format, &options, &mut encoder.made, &Control::default()).map_err(js_error)?;
+            }
+        }
+        Ok(encoder)
+    }
+}
+
+/// A file in the making: flags are expanded piece by piece; compressed formats, small by nature, at once.
+#[wasm_bindgen]
+pub struct WebEncoder {
+    mesh: Rc<Mesh>,
+    bits: bool,
+    /// Boxes still to come, the next one last.
+    pieces: Vec<CellBox>,
+    tail: Vec<u8>,
+    /// Bytes ready to go.
+    made: Vec<u8>,
+}
+
+#[wasm_bindgen]
+impl WebEncoder {
+    /// The next bytes of the file; none at its end.
+    pub fn next(&mut self) -> JsResult<Option<Vec<u8>>> {
+        if !self.made.is_empty() {
+            let rest = self.made.split_off(self.made.len().min(PIECE_BYTES));
+            return Ok(Some(std::mem::replace(&mut self.made, rest)));
+        }
+        if let Some(cells) = self.pieces.pop() {
+            let flags = self.mesh.box_flags(&cells).map_err(js_error)?;
+            if !self.bits {
+                return Ok(Some(flags));
+            }
+            let mut packed = Vec::new();
+            bits::pack_rows(&flags, self.mesh.dims()[0], &mut packed);
+            return Ok(Some(packed));
+        }
+        let tail = std::mem::take(&mut self.tail);
+        Ok((!tail.is_empty()).then_some(tail))
+    }
+}
+
+/// A hash in the making, piece by piece so that others can run in between.
+#[wasm_bindgen]
+pub struct WebHash {
+    pieces: WebEncoder,
+    hash: Sha256,
+    n_bytes: u64,
+}
+
+#[wasm_bindgen]
+impl WebHash {
+    /// Takes the next piece; false at the end.
+    pub fn step(&mut self) -> JsResult<bool> {
+        let Some(piece) = self.pieces.next()? else { return Ok(false) };
+        self.hash.update(&piece);
+        self.n_bytes += piece.len() as u64;
+        Ok(true)
+    }
+
+    /// Bytes taken so far.
+    #[wasm_bindgen(js_name = nBytes)]
+    pub fn n_bytes(&self) -> f64 {
+        self.n_bytes as f64
+    }
+
+    /// The hash in hexadecimal.
+    pub fn finish(self) -> String {
+        hex(&self.hash.finalize())
+    }
+}
+
+/// A stair-step surface.
+#[wasm_bindgen]
+pub struct WebSkin {
+    skin: crate::skin::Skin,
+    spacing: [f64; 3],
+}
+
+#[wasm_bindgen]
+impl WebSkin {
+    /// Cells a drawn cell.
+    pub fn step(&self) -> u32 {
+        self.skin.step
+    }
+
+    /// Flags of the parts.
+    pub fn flags(&self) -> Vec<u8> {
+        self.skin.parts.iter().map(|part| part.flag).collect()
+    }
+
+    /// Corners of a part's quads in world lengths from the mesh's origin, three numbers a vertex.
+    pub fn positions(&self, part: usize) -> Vec<f32> {
+        let positions = self.skin.parts[part].positions.iter().enumerate();
+        positions.map(|(index, &cells)| (f64::from(cells) * self.spacing[index % 3]) as f32).collect()
+    }
+
+    /// Indices of a part, three a triangle.
+    pub fn indices(&self, part: usize) -> Vec<u32> {
+        self.skin.parts[part].indices.clone()
+    }
+}

@@ -1,0 +1,107 @@
+/** Calls to the core: in a worker of this or another origin, or on this thread. */
+import { HexcastError, errorFrom } from './error.js';
+
+/** Connects to a new worker, or to a core on this thread where `worker` is false. */
+export async function connect(worker) {
+  if (worker === false || typeof Worker === 'undefined') {
+    const { Core } = await import('./core.js');
+    return new Connection(localPort(new Core()));
+  }
+  const script = worker === undefined ? null : new URL(worker, globalThis.location?.href);
+  return new Connection(workerPort(script));
+}
+
+class Connection {
+  #port;
+  #calls = new Map();
+  #next = 1;
+
+  constructor(port) {
+    this.#port = port;
+    port.onanswer = ({ id, result, error, progress }) => {
+      const call = this.#calls.get(id);
+      if (!call) return;
+      if (progress) return call.onProgress?.(progress);
+      this.#calls.delete(id);
+      error === undefined ? call.resolve(result) : call.reject(errorFrom(error));
+    };
+    port.onfailure = (message) => this.#fail(new HexcastError('device-failed', `the worker failed: ${message}`, 'check that its script can be loaded'));
+  }
+
+  /** Calls an operation; an abort rejects with the signal's reason once the core has stopped. */
+  async call(operation, args, { signal, onProgress } = {}) {
+    signal?.throwIfAborted();
+    if (!this.#port) throw new HexcastError('cancelled', 'the mesher was disposed of', 'create another');
+    const id = this.#next++;
+    const port = this.#port;
+    const stop = () => port.send({ cancel: id });
+    signal?.addEventListener('abort', stop, { once: true });
+    try {
+      return await new Promise((resolve, reject) => {
+        this.#calls.set(id, { resolve, reject, onProgress });
+        port.send({ id, operation, args });
+      });
+    } catch (error) {
+      signal?.throwIfAborted();
+      throw error;
+    } finally {
+      signal?.removeEventListener('abort', stop);
+    }
+  }
+
+  /** Calls an operation whose result nobody waits for. */
+  send(operation, args) {
+    this.#port?.send({ id: this.#next++, operation, args });
+  }
+
+  close() {
+    this.#port?.close();
+    this.#port = null;
+    this.#fail(new HexcastError('cancelled', 'the mesher was disposed of', ''));
+  }
+
+  #fail(error) {
+    for (const call of this.#calls.values()) call.reject(error);
+    this.#calls.clear();
+  }
+}
+
+/** A worker. One of another origin is started from a Blob that imports it. */
+function workerPort(script) {
+  const here = globalThis.location?.origin;
+  const worker =
+    script === null && new URL(import.meta.url).origin === here
+      ? new Worker(new URL('./worker.js', import.meta.url), { type: 'module', name: 'hexcast' })
+      : foreignWorker(script ?? new URL('./worker.js', import.meta.url), here);
+  const port = { send: (message) => worker.postMessage(message), close: () => worker.terminate() };
+  worker.onmessage = ({ data }) => port.onanswer(data);
+  worker.onerror = (event) => port.onfailure(event.message ?? 'its script could not be loaded');
+  return port;
+}
+
+function foreignWorker(script, here) {
+  if (script.origin === here) return new Worker(script, { type: 'module', name: 'hexcast' });
+  const blob = new Blob([`import ${JSON.stringify(script.href)};`], { type: 'text/javascript' });
+  const url = URL.createObjectURL(blob);
+  const worker = new Worker(url, { type: 'module', name: 'hexcast' });
+  worker.addEventListener('message', () => URL.revokeObjectURL(url), { once: true });
+  return worker;
+}
+
+/** A core on this thread that answers like a worker. */
+function localPort(core) {
+  const port = {
+    async send({ cancel, id, operation, args }) {
+      if (cancel !== undefined) return core.cancel(cancel);
+      try {
+        const progress = (at) => port.onanswer({ id, progress: at });
+        const result = operation === 'open' ? await core.open(args) : await core.run(operation, id, args, progress);
+        port.onanswer({ id, result });
+      } catch (error) {
+        port.onanswer({ id, error: typeof error === 'string' ? error : String(error?.stack ?? error) });
+      }
+    },
+    close() {},
+  };
+  return port;
+}

@@ -1,0 +1,193 @@
+/**
+ * The work itself, on the thread it is called from: wasm, surfaces and meshes by number. `worker.js` runs it in a worker,
+ * `hexcast.js` talks to it there or, without a worker, directly. Everything in and out can be cloned.
+ */
+import init, { WebEngine, WebJob, WebMesh, WebReader, WebSurface, WebSwitch, version } from './hexcast_wasm.js';
+
+/** Bytes of a Blob read at once. */
+const SLICE_BYTES = 4 << 20;
+
+/** Resolves once messages that were waiting have been handled. */
+function pause() {
+  return new Promise((resolve) => {
+    const { port1, port2 } = new MessageChannel();
+    port1.onmessage = () => {
+      port1.close();
+      resolve();
+    };
+    port2.postMessage(null);
+  });
+}
+
+export class Core {
+  #engine;
+  #surfaces = new Map();
+  #meshes = new Map();
+  #encoders = new Map();
+  #switches = new Map();
+  #next = 1;
+  /** Seconds a ray and a crossing took last, for estimates. */
+  #pace = null;
+
+  /** Loads the wasm and opens a backend; resolves to `{backend, adapter, fallback, version}`. */
+  async open({ backend, wasm }) {
+    await init({ module_or_path: wasm });
+    this.#engine = await WebEngine.open(backend, pause);
+    return { ...JSON.parse(this.#engine.facts()), version: version() };
+  }
+
+  /** Calls an operation by name; `call` names it for `cancel`, `progress` hears how far it is. */
+  async run(operation, call, args, progress) {
+    const stop = new WebSwitch();
+    const state = { stop, cancelled: false };
+    this.#switches.set(call, state);
+    try {
+      return await this[operation](args, progress, state);
+    } finally {
+      this.#switches.delete(call);
+    }
+  }
+
+  cancel(call) {
+    const state = this.#switches.get(call);
+    if (state) {
+      state.cancelled = true;
+      state.stop.cancel();
+    }
+  }
+
+  #keep(map, value) {
+    const id = this.#next++;
+    map.set(id, value);
+    return id;
+  }
+
+  async read({ file, source }, progress, state) {
+    const surface = source instanceof Float32Array ? WebSurface.fromCorners(file, source) : await readFile(file, source, progress, state);
+    return { surface: this.#keep(this.#surfaces, surface), info: JSON.parse(surface.info()) };
+  }
+
+  corners({ surface }) {
+    return this.#surfaces.get(surface).corners();
+  }
+
+  #job({ json, surfaces }, state) {
+    const job = new WebJob(json, state.stop);
+    for (const id of surfaces) job.add(this.#surfaces.get(id));
+    return job;
+  }
+
+  estimate(args, _progress, state) {
+    const estimate = JSON.parse(this.#job(args, state).estimate());
+    const seconds = this.#pace && this.#pace.ray * estimate.rays + this.#pace.crossing * estimate.crossings;
+    return { ...estimate, seconds };
+  }
+
+  async mesh(args, progress, state) {
+    const job = this.#job(args, state);
+    const mesh = await this.#engine.mesh(job, args.readSeconds, (done, total) => progress({ stage: 'mesh', done, total }));
+    const facts = this.#describe(mesh);
+    const { rays, crossings, seconds } = facts.report;
+    // half the time goes with the rays, half with what they cross: good enough to tell seconds from minutes
+    this.#pace = { ray: seconds.columns / 2 / Math.max(rays, 1), crossing: seconds.columns / 2 / Math.max(crossings, 1) };
+    return facts;
+  }
+
+  openColumns({ bytes }) {
+    return this.#describe(WebMesh.open(bytes));
+  }
+
+  #describe(mesh) {
+    const [runs, bytes] = mesh.columnFacts();
+    const sizes = {};
+    for (const format of ['vti', 'npy', 'raw', 'hxc']) sizes[format] = mesh.size(format, false);
+    for (const format of ['npy', 'raw']) sizes[`${format}-bits`] = mesh.size(format, true);
+    return { mesh: this.#keep(this.#meshes, mesh), report: JSON.parse(mesh.report()), axis: mesh.rayAxis(), runs, bytes, sizes };
+  }
+
+  flag({ mesh, cell }) {
+    return this.#meshes.get(mesh).flag(...cell);
+  }
+
+  box({ mesh, start, end }) {
+    return this.#meshes.get(mesh).box(new Uint32Array([...start, ...end]));
+  }
+
+  slabs({ mesh, maxBytes }) {
+    return this.#meshes.get(mesh).slabs(maxBytes);
+  }
+
+  ray({ mesh, i, j }) {
+    const runs = this.#meshes.get(mesh).ray(i, j);
+    return { starts: runs.map((run) => run >>> 8), flags: Uint8Array.from(runs, (run) => run & 255) };
+  }
+
+  slice({ mesh, axis, index, maxPixels }) {
+    const bytes = this.#meshes.get(mesh).slice(axis, index, maxPixels);
+    const [width, height, step] = new Uint32Array(bytes.slice(0, 12).buffer);
+    return { width, height, step, flags: bytes.slice(12) };
+  }
+
+  skin({ mesh, maxQuads }) {
+    const skin = this.#meshes.get(mesh).skin(maxQuads);
+    const parts = Array.from(skin.flags(), (flag, part) => ({ flag, positions: skin.positions(part), indices: skin.indices(part) }));
+    const step = skin.step();
+    skin.free();
+    return { step, parts };
+  }
+
+  encode({ mesh, format, compress, bits }) {
+    return this.#keep(this.#encoders, this.#meshes.get(mesh).encode(format, compress, bits));
+  }
+
+  /** The next bytes of a file, or null at its end. */
+  next({ encoder }) {
+    const bytes = this.#encoders.get(encoder).next();
+    if (bytes) return bytes;
+    this.release({ encoder });
+    return null;
+  }
+
+  sidecar({ mesh, bits, bytes, sha256 }) {
+    return this.#meshes.get(mesh).sidecar(bits, bytes, sha256);
+  }
+
+  /** SHA-256 and length of the raw file. */
+  async sha256({ mesh, bits }, progress, state) {
+    const held = this.#meshes.get(mesh);
+    const total = held.size('raw', bits);
+    const hash = held.hash(bits);
+    while (hash.step()) {
+      progress({ stage: 'write', done: hash.nBytes(), total });
+      await pause();
+      if (state.cancelled) throw cancelled();
+    }
+    return { bytes: hash.nBytes(), sha256: hash.finish() };
+  }
+
+  /** Frees what is named. */
+  release({ surface, mesh, encoder }) {
+    for (const [map, id] of [[this.#surfaces, surface], [this.#meshes, mesh], [this.#encoders, encoder]]) {
+      map.get(id)?.free();
+      map.delete(id);
+    }
+  }
+}
+
+function cancelled() {
+  return JSON.stringify({ code: 'cancelled', message: 'cancelled', hint: '' });
+}
+
+/** Feeds a file to the reader in slices: a Blob is never read as a whole. */
+async function readFile(file, source, progress, state) {
+  const total = source.size ?? source.byteLength;
+  const reader = new WebReader(file, total);
+  for (let at = 0; at < total; at += SLICE_BYTES) {
+    const end = Math.min(at + SLICE_BYTES, total);
+    const slice = source.slice ? source.slice(at, end) : source.subarray(at, end);
+    reader.push(slice instanceof Uint8Array ? slice : new Uint8Array(slice.arrayBuffer ? await slice.arrayBuffer() : slice));
+    progress({ stage: 'read', done: end, total });
+    if (state.cancelled) throw cancelled();
+  }
+  return reader.finish();
+}

@@ -1,0 +1,20 @@
+/** Errors with the codes of the native library. */
+export class HexcastError extends Error {
+  constructor(code, message, hint = '', details = {}) {
+    super(message);
+    this.name = 'HexcastError';
+    this.code = code;
+    this.hint = hint;
+    this.details = details;
+  }
+}
+
+/** The error that the core sent: JSON of `{code, message, hint}`, or anything else that went wrong in there. */
+export function errorFrom(text) {
+  try {
+    const { code, message, hint, ...details } = JSON.parse(text);
+    return new HexcastError(code, message, hint, details);
+  } catch {
+    return new HexcastError('device-failed', `hexcast failed inside: ${text}`, 'please report this with the file and the settings');
+  }
+}

@@ -1,0 +1,122 @@
+/** The package's entry: see `hexcast.d.ts` for everything public. */
+import { HexcastError } from './error.js';
+import { Mesh } from './mesh.js';
+import { connect } from './connection.js';
+
+export { HexcastError };
+export const version = '0.1.0';
+
+export async function createMesher({ backend = 'auto', wasm, worker, signal } = {}) {
+  signal?.throwIfAborted();
+  const connection = await connect(worker);
+  try {
+    const source = wasm instanceof URL ? wasm.href : (wasm ?? new URL('./hexcast_bg.wasm', import.meta.url).href);
+    const facts = await connection.call('open', { backend, wasm: source }, { signal });
+    return new Mesher(connection, facts);
+  } catch (error) {
+    connection.close();
+    throw error;
+  }
+}
+
+/** A surface in the worker. */
+class Surface {
+  #connection;
+  #id;
+
+  constructor(connection, { surface, info }) {
+    this.#connection = connection;
+    this.#id = surface;
+    this.info = info;
+  }
+
+  /** Its number there, for a connection that is the same. */
+  idFor(connection) {
+    if (connection !== this.#connection || this.#id === undefined) {
+      throw new HexcastError('job-value', `surface "${this.info.file}" was disposed of or belongs to another mesher`, 'read it again');
+    }
+    return this.#id;
+  }
+
+  corners() {
+    return this.#connection.call('corners', { surface: this.#id });
+  }
+
+  dispose() {
+    if (this.#id !== undefined) this.#connection.send('release', { surface: this.#id });
+    this.#id = undefined;
+  }
+
+  [Symbol.dispose ?? Symbol.for('Symbol.dispose')]() {
+    this.dispose();
+  }
+}
+
+class Mesher {
+  #connection;
+
+  constructor(connection, { backend, adapter, fallback }) {
+    this.#connection = connection;
+    this.backend = backend;
+    this.adapter = adapter;
+    this.fallback = fallback;
+  }
+
+  async read(source, { file, ...options } = {}) {
+    return new Surface(this.#connection, await this.#read(source, file ?? source.name ?? 'geometry', options));
+  }
+
+  async mesh(job, options = {}) {
+    const start = performance.now();
+    return this.#withSurfaces(job, options, async (prepared) => {
+      const readSeconds = prepared.readAny ? (performance.now() - start) / 1000 : 0;
+      return new Mesh(this.#connection, await this.#connection.call('mesh', { ...prepared, readSeconds }, options));
+    });
+  }
+
+  async estimate(job, options = {}) {
+    return this.#withSurfaces(job, options, (prepared) => this.#connection.call('estimate', prepared, options));
+  }
+
+  async open(file, options = {}) {
+    const bytes = file instanceof Uint8Array ? file : new Uint8Array(file instanceof Blob ? await file.arrayBuffer() : file);
+    return new Mesh(this.#connection, await this.#connection.call('openColumns', { bytes }, options));
+  }
+
+  dispose() {
+    this.#connection.close();
+  }
+
+  [Symbol.dispose ?? Symbol.for('Symbol.dispose')]() {
+    this.dispose();
+  }
+
+  #read(source, file, options) {
+    const bytes = source instanceof ArrayBuffer ? new Uint8Array(source) : source;
+    if (!(bytes instanceof Blob || bytes instanceof Uint8Array || bytes instanceof Float32Array)) {
+      throw new HexcastError('job-value', `the source of "${file}" is no Blob, ArrayBuffer, Uint8Array, Float32Array or Surface`, '');
+    }
+    return this.#connection.call('read', { file, source: bytes }, options);
+  }
+
+  /** Reads what was not read yet, runs a call with the job as the core takes it, and frees what was read for it. */
+  async #withSurfaces(job, options, run) {
+    const temporary = [];
+    try {
+      const surfaces = [];
+      const geometries = [];
+      for (const [index, { source, file, ...geometry }] of (job?.geometries ?? []).entries()) {
+        const isSurface = source instanceof Surface;
+        const name = file ?? (isSurface ? source.info.file : source?.name) ?? `geometry-${index + 1}`;
+        const id = isSurface ? source.idFor(this.#connection) : (await this.#read(source, name, options)).surface;
+        if (!isSurface) temporary.push(id);
+        surfaces.push(id);
+        geometries.push({ ...geometry, file: name });
+      }
+      return await run({ json: JSON.stringify({ ...job, geometries }), surfaces, readAny: temporary.length > 0 });
+    } finally {
+      for (const surface of temporary) this.#connection.send('release', { surface });
+    }
+  }
+}
+
