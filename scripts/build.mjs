@@ -1,7 +1,7 @@
-// Builds dist/: the page's files from www/ and, in dist/wasm/, the library as wasm with its glue. The same folder is
-// what a static host serves and what the npm package ships.
+// Builds dist/: the page and the package's modules from www/, the library as wasm with its glue beside them. The same
+// folder is what a static host serves and, without the page, what the npm package ships.
 
-import { cpSync, mkdirSync, readFileSync, rmSync, statSync } from 'node:fs';
+import { cpSync, mkdirSync, readFileSync, renameSync, rmSync, statSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { gzipSync } from 'node:zlib';
@@ -22,12 +22,19 @@ export async function build() {
   const bindgen = await ensureBindgen();
   const wasm = await compileWasm();
   rmSync(DIST, { recursive: true, force: true });
-  const folder = path.join(DIST, 'wasm');
-  mkdirSync(folder, { recursive: true });
-  await run(bindgen, ['--target', 'web', '--no-typescript', '--out-dir', folder, '--out-name', 'hexcast', wasm]);
-  await optimize(path.join(folder, 'hexcast_bg.wasm'));
+  mkdirSync(DIST, { recursive: true });
   cpSync(path.join(ROOT, 'www'), DIST, { recursive: true });
-  return checkSizes(path.join(folder, 'hexcast_bg.wasm'));
+  await run(bindgen, ['--target', 'web', '--no-typescript', '--out-dir', DIST, '--out-name', 'hexcast_wasm', wasm]);
+  nameWasm();
+  await optimize(path.join(DIST, 'hexcast_bg.wasm'));
+  return checkSizes(path.join(DIST, 'hexcast_bg.wasm'));
+}
+
+/** Gives the wasm its public name; the glue, which nobody imports by name, keeps its own. */
+function nameWasm() {
+  renameSync(path.join(DIST, 'hexcast_wasm_bg.wasm'), path.join(DIST, 'hexcast_bg.wasm'));
+  const glue = path.join(DIST, 'hexcast_wasm.js');
+  writeFileSync(glue, readFileSync(glue, 'utf8').replaceAll('hexcast_wasm_bg.wasm', 'hexcast_bg.wasm'));
 }
 
 async function optimize(file) {
@@ -39,7 +46,7 @@ function checkSizes(file) {
   const sizes = { wasm: statSync(file).size / 1000, gzip: gzipSync(readFileSync(file), { level: 9 }).length / 1000 };
   const line = Object.entries(sizes).map(([name, size]) => `${name} ${size.toFixed(1)} kB of ${LIMITS[name]}`).join(', ');
   if (sizes.wasm > LIMITS.wasm || sizes.gzip > LIMITS.gzip) {
-    throw new Error(`the wasm file is too large: ${line}. See what grew with "npx wasm-opt --func-metrics dist/wasm/hexcast_bg.wasm"`);
+    throw new Error(`the wasm file is too large: ${line}. See what grew with "npx wasm-opt --func-metrics dist/hexcast_bg.wasm"`);
   }
   return line;
 }

@@ -177,7 +177,9 @@ impl WebJob {
     /// What the mesh would cost, as JSON: `Estimate` without seconds.
     pub fn estimate(&self) -> JsResult<String> {
         let prepared = pipeline::prepare(&self.job, self.sources()).map_err(js_error)?;
-        Ok(info::estimate(&prepared))
+        let estimate = crate::estimate::estimate(&prepared.geometries, &prepared.lines, &prepared.rays);
+        // numbers and lists always have a JSON form
+        Ok(serde_json::to_string(&estimate).unwrap_or_default())
     }
 
     fn sources(&self) -> Vec<Source> {

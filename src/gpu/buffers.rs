@@ -36,12 +36,30 @@ impl Capacity {
     }
 }
 
-/// Buffers of one mesh on the device: the facets and one band.
+/// What all bands of a mesh share.
+#[derive(Clone)]
+pub(crate) struct Facets {
+    pub(crate) n_facets: u64,
+    pub(crate) corners: Buffer,
+    pub(crate) flag_of_rank: Buffer,
+}
+
+impl Facets {
+    /// Allocates the buffers of `n_facets` facets.
+    pub(crate) fn new(device: &Device, n_facets: u64) -> Facets {
+        Facets {
+            n_facets,
+            corners: storage(device, "corners", 4 * FACET_WORDS as u64 * n_facets),
+            flag_of_rank: uniform(device, "flag of rank", 256),
+        }
+    }
+}
+
+/// Buffers of one band of a mesh on the device.
 pub(crate) struct Buffers {
     pub(crate) capacity: Capacity,
+    pub(crate) facets: Facets,
     pub(crate) params: Buffer,
-    pub(crate) flag_of_rank: Buffer,
-    pub(crate) corners: Buffer,
     /// Rows of bins of each facet, scanned in place.
     pub(crate) row_offsets: Buffer,
     /// Facets of each bin, scanned in place.
@@ -63,15 +81,15 @@ pub(crate) struct Buffers {
 }
 
 impl Buffers {
-    /// Allocates the buffers of a mesh of `n_facets` facets in bands of the given capacity.
-    pub(crate) fn new(device: &Device, n_facets: u64, capacity: Capacity) -> Buffers {
-        let mut n_bytes = 0;
+    /// Allocates the buffers of a band of the given capacity.
+    pub(crate) fn new(device: &Device, facets: Facets, capacity: Capacity) -> Buffers {
+        let mut n_bytes = facets.corners.size();
         let mut storage = |label: &str, bytes: u64| {
-            let size = bytes.next_multiple_of(16).max(64);
-            n_bytes += size;
-            let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
-            device.create_buffer(&BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false })
+            let buffer = storage(device, label, bytes);
+            n_bytes += buffer.size();
+            buffer
         };
+        let n_facets = facets.n_facets;
         let mut sums = Vec::new();
         let mut n = (n_facets + 1).max(capacity.n_rays + 1).max(capacity.n_bins + 1);
         while n > 1 {
@@ -81,7 +99,6 @@ impl Buffers {
         sums.push(storage("scan zero", 4));
         Buffers {
             capacity,
-            corners: storage("corners", 4 * FACET_WORDS as u64 * n_facets),
             row_offsets: storage("row offsets", 4 * (n_facets + 1)),
             bin_offsets: storage("bin offsets", 4 * (capacity.n_bins + 1)),
             next_pair: storage("next pair", 4 * (capacity.n_bins + 1)),
@@ -95,10 +112,16 @@ impl Buffers {
             n_odd: storage("odd rays", 4),
             sums,
             params: uniform(device, "params", size_of::<Params>() as u64),
-            flag_of_rank: uniform(device, "flag of rank", 256),
+            facets,
             n_bytes,
         }
     }
+}
+
+fn storage(device: &Device, label: &str, bytes: u64) -> Buffer {
+    let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
+    let size = bytes.next_multiple_of(16).max(64);
+    device.create_buffer(&BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false })
 }
 
 fn uniform(device: &Device, label: &str, size: u64) -> Buffer {

@@ -4,12 +4,14 @@
 //! when it has run: a band that found more pairs or crossings than its buffers hold is thrown away and run again with
 //! larger buffers, or, at the limit of the device, in halves. Neither changes the result.
 
+use std::collections::VecDeque;
+
 use web_time::Instant;
 
 use super::device::Gpu;
 use super::layout::BIN;
 use super::passes::Profile;
-use super::session::Session;
+use super::session::{Launched, Session};
 use crate::columns::{Band, Columns};
 use crate::control::Control;
 use crate::error::Result;
@@ -21,6 +23,8 @@ use crate::rays::Rays;
 const TARGET_SECONDS: f64 = 0.08;
 /// Rays of the first band, before anything is known about the device's speed.
 const FIRST_RAYS: u64 = 1 << 18;
+/// Bands on the device at once: while one comes home and one runs, the next waits its turn.
+const BANDS_IN_FLIGHT: usize = 3;
 /// Most rays of a band.
 const MAX_RAYS: u64 = 1 << 22;
 
@@ -49,7 +53,7 @@ pub struct Options {
 pub struct Usage {
     /// Most bytes of buffers held at once.
     pub peak_bytes: u64,
-    /// Bands that were run, those run again included.
+    /// Bands that were finished.
     pub n_bands: u32,
     /// Seconds in each kernel, if asked for.
     pub profile: Option<Profile>,
@@ -82,28 +86,52 @@ impl Gpu {
         let most_rows = u32::try_from(MAX_RAYS / u64::from(n_i)).unwrap_or(u32::MAX).max(1);
         let mut rows = options.rows_per_band.unwrap_or(whole_bins(FIRST_RAYS / u64::from(n_i)).min(most_rows));
         let mut next: u32 = bands.iter().map(|band| (band.ends.len() as u64 / u64::from(n_i)) as u32).sum();
-        let mut session = Session::new(self, *cast, rows.min(n_j))?;
-        session.usage.profile = options.profile.then(Profile::new);
-        while next < n_j {
+        let mut idle = vec![Session::new(self, *cast, rows.min(n_j))?];
+        idle[0].usage.profile = options.profile.then(Profile::new);
+        let in_flight_most = if options.profile { 1 } else { BANDS_IN_FLIGHT };
+        let mut in_flight: VecDeque<(Session, Launched)> = VecDeque::new();
+        let mut usage = Usage::default();
+        let mut lap = Instant::now();
+        loop {
             control.check()?;
-            let range = next..next.saturating_add(rows).min(n_j);
-            let start = Instant::now();
-            match session.band(range.clone()).await? {
+            while next < n_j && in_flight.len() < in_flight_most {
+                let range = next..next.saturating_add(rows).min(n_j);
+                let Some(mut session) = idle.pop().or_else(|| in_flight.front().map(|(first, _)| first.sibling()))
+                else {
+                    break;
+                };
+                let launched = session.launch(range.clone())?;
+                in_flight.push_back((session, launched));
+                next = range.end;
+            }
+            usage.peak_bytes =
+                usage.peak_bytes.max(in_flight.iter().map(|(session, _)| session.usage.peak_bytes).sum());
+            let Some((mut session, launched)) = in_flight.pop_front() else { break };
+            let range = launched.rows.clone();
+            match session.complete(launched).await? {
                 Some(band) => bands.push(band),
                 None => {
+                    // the bands behind it stand on their own, but columns are appended in order: start again from here
+                    in_flight.clear();
+                    idle.clear();
                     rows = session.make_room(&range)?;
+                    next = range.start;
+                    idle.push(session);
                     continue;
                 }
             }
-            next = range.end;
             control.pause().await;
-            control.advance(u64::from(next) * u64::from(n_i), cast.rays.n_rays());
-            if options.rows_per_band.is_none() {
-                let speed_up = (TARGET_SECONDS / start.elapsed().as_secs_f64().max(1e-4)).clamp(0.5, 2.0);
+            control.advance(u64::from(range.end) * u64::from(n_i), cast.rays.n_rays());
+            if options.rows_per_band.is_none() && range.end - range.start == rows {
+                let speed_up = (TARGET_SECONDS / lap.elapsed().as_secs_f64().max(1e-4)).clamp(0.5, 2.0);
                 rows = whole_bins((f64::from(rows) * speed_up) as u64).min(most_rows);
             }
+            lap = Instant::now();
+            usage.n_bands += 1;
+            usage.profile = session.usage.profile.clone();
+            idle.push(session);
         }
-        Ok(session.usage)
+        Ok(usage)
     }
 }
 

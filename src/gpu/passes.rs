@@ -36,13 +36,13 @@ impl Passes<'_> {
         let n_bins = u64::from(self.params.n_bins);
         self.encoder.clear_buffer(&b.row_offsets, 0, Some(4 * (n_facets + 1)));
         self.encoder.clear_buffer(&b.bin_offsets, 0, Some(4 * (n_bins + 1)));
-        self.run(Kernel::LatticeRows, &[(1, &b.corners), (2, &b.row_offsets)], n_facets);
+        self.run(Kernel::LatticeRows, &[(1, &b.facets.corners), (2, &b.row_offsets)], n_facets);
         self.scan(&b.row_offsets, n_facets + 1, 0);
-        let walk = [(1, &b.corners), (2, &b.row_offsets), (3, &b.bin_offsets)];
+        let walk = [(1, &b.facets.corners), (2, &b.row_offsets), (3, &b.bin_offsets)];
         self.run(Kernel::LatticeCount, &walk, SHARING_THREADS);
         self.scan(&b.bin_offsets, n_bins + 1, 0);
         self.encoder.copy_buffer_to_buffer(&b.bin_offsets, 0, &b.next_pair, 0, 4 * (n_bins + 1));
-        let fill = [(1, &b.corners), (2, &b.row_offsets), (3, &b.next_pair), (4, &b.pairs)];
+        let fill = [(1, &b.facets.corners), (2, &b.row_offsets), (3, &b.next_pair), (4, &b.pairs)];
         self.run(Kernel::LatticeFill, &fill, SHARING_THREADS);
     }
 
@@ -51,7 +51,7 @@ impl Passes<'_> {
         let b = self.buffers;
         let n_rays = u64::from(self.params.n_rays());
         self.encoder.clear_buffer(&b.ray_offsets, 0, Some(4 * (n_rays + 1)));
-        let setup = [(1, &b.corners), (2, &b.bin_offsets), (3, &b.pairs), (4, &b.edges), (5, &b.planes)];
+        let setup = [(1, &b.facets.corners), (2, &b.bin_offsets), (3, &b.pairs), (4, &b.edges), (5, &b.planes)];
         self.run(Kernel::IntersectSetup, &setup, SHARING_THREADS);
         // a workgroup casts the rays of 8 bins of a row
         let groups = [self.params.n_across.div_ceil(8), self.params.n_bins / self.params.n_across];
@@ -68,7 +68,8 @@ impl Passes<'_> {
         let n_rays = u64::from(self.params.n_rays());
         self.encoder.clear_buffer(&b.run_offsets, 0, Some(4 * (n_rays + 1)));
         self.encoder.clear_buffer(&b.n_odd, 0, None);
-        let map = [(1, &b.ray_offsets), (2, &b.events), (3, &b.run_offsets), (4, &b.flag_of_rank), (5, &b.n_odd)];
+        let map =
+            [(1, &b.ray_offsets), (2, &b.events), (3, &b.run_offsets), (4, &b.facets.flag_of_rank), (5, &b.n_odd)];
         let kernel = if self.params.n_ranks == 1 { Kernel::MapOneRank } else { Kernel::Map };
         self.run(kernel, &map, n_rays);
         self.scan(&b.run_offsets, n_rays + 1, 0);

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use wgpu::{Buffer, BufferDescriptor, BufferUsages, CommandEncoder};
 
-use super::buffers::{Buffers, Capacity, check_facets};
+use super::buffers::{Buffers, Capacity, Facets, check_facets};
 use super::device::Gpu;
 use super::layout::{BIN, Params, corners, flag_words};
 use super::line::{Cast, Usage};
@@ -19,6 +19,22 @@ pub(crate) struct Session<'a> {
     pub(crate) buffers: Buffers,
     pub(crate) usage: Usage,
     staging: Option<Buffer>,
+}
+
+/// A band on the device.
+pub(crate) struct Launched {
+    /// Its ray rows.
+    pub(crate) rows: Range<u32>,
+    params: Params,
+    totals: Pending<4>,
+}
+
+/// Parts of buffers on their way home.
+pub(crate) struct Pending<const N: usize> {
+    staging: Buffer,
+    submission: wgpu::SubmissionIndex,
+    mapped: futures_channel::oneshot::Receiver<std::result::Result<(), wgpu::BufferAsyncError>>,
+    sizes: [u64; N],
 }
 
 /// What a band needs; more than its buffers hold if it has to run again.
@@ -46,18 +62,22 @@ impl<'a> Session<'a> {
             n_pairs: (16 * n_bins + 3 * n_facets).min(limit.n_pairs),
             n_events: (6 * n_rays).min(limit.n_events),
         };
-        let buffers = Buffers::new(&gpu.device, n_facets, capacity);
-        let usage = Usage { peak_bytes: buffers.n_bytes, ..Usage::default() };
-        let session = Session { gpu, cast, buffers, usage, staging: None };
-        session.upload();
-        Ok(session)
+        let facets = Facets::new(&gpu.device, n_facets);
+        gpu.queue.write_buffer(&facets.corners, 0, bytemuck::cast_slice(&corners(frame, rays)));
+        let flags = flag_words(&frame.ranks.flag_of_rank);
+        gpu.queue.write_buffer(&facets.flag_of_rank, 0, bytemuck::cast_slice(&flags));
+        Ok(Session::with_facets(gpu, cast, facets, capacity))
     }
 
-    fn upload(&self) {
-        let queue = &self.gpu.queue;
-        queue.write_buffer(&self.buffers.corners, 0, bytemuck::cast_slice(&corners(self.cast.frame, self.cast.rays)));
-        let flags = flag_words(&self.cast.frame.ranks.flag_of_rank);
-        queue.write_buffer(&self.buffers.flag_of_rank, 0, bytemuck::cast_slice(&flags));
+    /// A session of the same mesh with buffers of its own, so that two bands can be in flight.
+    pub(crate) fn sibling(&self) -> Session<'a> {
+        Session::with_facets(self.gpu, self.cast, self.buffers.facets.clone(), self.buffers.capacity)
+    }
+
+    fn with_facets(gpu: &'a Gpu, cast: Cast<'a>, facets: Facets, capacity: Capacity) -> Session<'a> {
+        let buffers = Buffers::new(&gpu.device, facets, capacity);
+        let usage = Usage { peak_bytes: buffers.n_bytes, ..Usage::default() };
+        Session { gpu, cast, buffers, usage, staging: None }
     }
 
     /// The parameters of a band, written to the device; makes the buffers larger if its rays do not fit.
@@ -95,14 +115,13 @@ impl<'a> Session<'a> {
             n_events: wanted.n_events.min(limit.n_events),
             ..wanted
         };
-        self.buffers = Buffers::new(&self.gpu.device, self.cast.frame.facets.len() as u64, capacity);
+        self.buffers = Buffers::new(&self.gpu.device, self.buffers.facets.clone(), capacity);
         self.usage.peak_bytes = self.usage.peak_bytes.max(self.buffers.n_bytes);
-        self.upload();
         Ok(())
     }
 
-    /// Runs a band; None if it did not fit, after enlarging the buffers as far as the device allows.
-    pub(crate) async fn band(&mut self, rows: Range<u32>) -> Result<Option<Band>> {
+    /// Sends the commands of a band to the device.
+    pub(crate) fn launch(&mut self, rows: Range<u32>) -> Result<Launched> {
         let params = self.begin(&rows)?;
         self.usage.n_bands += 1;
         let gpu = self.gpu;
@@ -113,11 +132,17 @@ impl<'a> Session<'a> {
         passes.intersect();
         passes.map();
         let encoder = passes.encoder;
-        let totals = self.totals(encoder, &params).await?;
+        let totals = self.submit_totals(encoder, &params);
+        Ok(Launched { rows, params, totals })
+    }
+
+    /// Waits for a band; None if it did not fit the buffers.
+    pub(crate) async fn complete(&mut self, launched: Launched) -> Result<Option<Band>> {
+        let totals = self.finish_totals(launched.totals).await?;
         if !self.buffers.capacity.holds(totals.n_pairs, totals.n_events) {
             return Ok(None);
         }
-        Ok(Some(self.finish_band(&params, &totals).await?))
+        Ok(Some(self.finish_band(&launched.params, &totals).await?))
     }
 
     /// Brings the runs of a band home.
@@ -136,22 +161,31 @@ impl<'a> Session<'a> {
         })
     }
 
-    pub(crate) async fn totals(&mut self, encoder: CommandEncoder, params: &Params) -> Result<Totals> {
+    pub(crate) fn submit_totals(&mut self, encoder: CommandEncoder, params: &Params) -> Pending<4> {
         let (n_bins, n_rays) = (u64::from(params.n_bins), u64::from(params.n_rays()));
         let b = &self.buffers;
         let (bins, rays, runs, odd) =
             (b.bin_offsets.clone(), b.ray_offsets.clone(), b.run_offsets.clone(), b.n_odd.clone());
-        let parts = [(&bins, 4 * n_bins, 4), (&rays, 4 * n_rays, 4), (&runs, 4 * n_rays, 4), (&odd, 0, 4)];
-        let [n_pairs, n_events, n_runs, n_odd] = self.read(encoder, parts).await?.map(|words| u64::from(words[0]));
+        self.submit(encoder, [(&bins, 4 * n_bins, 4), (&rays, 4 * n_rays, 4), (&runs, 4 * n_rays, 4), (&odd, 0, 4)])
+    }
+
+    pub(crate) async fn finish_totals(&mut self, pending: Pending<4>) -> Result<Totals> {
+        let [n_pairs, n_events, n_runs, n_odd] = self.finish(pending).await?.map(|words| u64::from(words[0]));
         Ok(Totals { n_pairs, n_events, n_runs, n_odd })
     }
 
     /// Finishes the commands, then brings parts of buffers home: (buffer, first byte, bytes), as words.
     pub(crate) async fn read<const N: usize>(
         &mut self,
-        mut encoder: CommandEncoder,
+        encoder: CommandEncoder,
         parts: [(&Buffer, u64, u64); N],
     ) -> Result<[Vec<u32>; N]> {
+        let pending = self.submit(encoder, parts);
+        self.finish(pending).await
+    }
+
+    /// Submits the commands with copies of parts of buffers behind them.
+    fn submit<const N: usize>(&mut self, mut encoder: CommandEncoder, parts: [(&Buffer, u64, u64); N]) -> Pending<N> {
         let total: u64 = parts.iter().map(|part| part.2).sum();
         let staging = self.staging(total);
         let mut at = 0;
@@ -159,13 +193,29 @@ impl<'a> Session<'a> {
             encoder.copy_buffer_to_buffer(buffer, offset, &staging, at, size);
             at += size;
         }
-        self.gpu.queue.submit([encoder.finish()]);
-        let mapped = self.map(&staging, total.max(4)).await;
+        let submission = self.gpu.queue.submit([encoder.finish()]);
+        let (sender, mapped) = futures_channel::oneshot::channel();
+        staging.map_async(wgpu::MapMode::Read, 0..total.max(4), move |result| {
+            // the receiver is gone only if the mesh was dropped
+            let _ = sender.send(result);
+        });
+        Pending { staging, submission, mapped, sizes: parts.map(|part| part.2) }
+    }
+
+    /// Waits for a submission and copies its parts out.
+    async fn finish<const N: usize>(&mut self, pending: Pending<N>) -> Result<[Vec<u32>; N]> {
+        let Pending { staging, submission, mapped, sizes } = pending;
+        // natively this blocks until this submission is done; in a browser it does nothing and the await waits
+        let wait = wgpu::PollType::Wait { submission_index: Some(submission), timeout: None };
+        let polled = self.gpu.device.poll(wait);
+        let mapped = mapped.await;
         self.gpu.check()?;
-        mapped?;
+        polled.map_err(|error| failed(&error))?;
+        mapped.map_err(|error| failed(&error))?.map_err(|error| failed(&error))?;
+        let total: u64 = sizes.iter().sum();
         let view = staging.get_mapped_range(0..total.max(4)).map_err(|error| failed(&error))?;
         let mut rest = &view[..];
-        let words = parts.map(|(_, _, size)| {
+        let words = sizes.map(|size| {
             let (part, after) = rest.split_at(size as usize);
             rest = after;
             bytemuck::pod_collect_to_vec(part)
@@ -186,21 +236,6 @@ impl<'a> Session<'a> {
                 usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             }),
-        }
-    }
-
-    async fn map(&self, staging: &Buffer, size: u64) -> Result<()> {
-        let (sender, receiver) = futures_channel::oneshot::channel();
-        staging.map_async(wgpu::MapMode::Read, 0..size, move |result| {
-            // the receiver is gone only if the mesh was dropped
-            let _ = sender.send(result);
-        });
-        // natively this blocks until the work is done; in a browser it does nothing and the await waits
-        self.gpu.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| failed(&error))?;
-        match receiver.await {
-            Ok(Ok(())) => Ok(()),
-            Ok(Err(error)) => Err(failed(&error)),
-            Err(error) => Err(failed(&error)),
         }
     }
 

@@ -81,7 +81,8 @@ impl Gpu {
         let mut passes = session.passes(&params);
         passes.map();
         let encoder = passes.encoder;
-        let totals = session.totals(encoder, &params).await?;
+        let pending = session.submit_totals(encoder, &params);
+        let totals = session.finish_totals(pending).await?;
         session.finish_band(&params, &crate::gpu::session::Totals { n_events, ..totals }).await
     }
 }

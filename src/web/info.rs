@@ -4,7 +4,6 @@ use serde_json::json;
 
 use crate::geometry::{Facet, Geometry};
 use crate::mesh::Mesh;
-use crate::pipeline::Prepared;
 use crate::sources::Source;
 use crate::surface::surface;
 
@@ -35,23 +34,6 @@ pub(super) fn surface_info(source: &Source) -> String {
     .to_string()
 }
 
-/// `Estimate` of `www/hexcast.d.ts`, without seconds.
-pub(super) fn estimate(prepared: &Prepared) -> String {
-    let lines = &prepared.lines;
-    let crossings = crate::estimate::expected_crossings(prepared);
-    json!({
-        "dims": lines.dims,
-        "origin": lines.origin,
-        "spacing": lines.spacing,
-        "cells": lines.n_cells(),
-        "rays": prepared.rays.n_rays(),
-        "crossings": crossings,
-        "columns_bytes": 4.0 * (crossings + prepared.rays.n_rays() as f64),
-        "flags_bytes": lines.n_cells(),
-    })
-    .to_string()
-}
-
 /// The report of a mesh that was read back: what the column file tells.
 pub(super) fn report_of_columns(mesh: &Mesh) -> String {
     let cells = mesh.columns.cells_per_flag();
@@ -72,7 +54,7 @@ pub(super) fn report_of_columns(mesh: &Mesh) -> String {
         "dims": mesh.lines.dims,
         "origin": mesh.lines.origin,
         "spacing": mesh.lines.spacing,
-        "ray_axis": ["x", "y", "z"][mesh.columns.rays.axis],
+        "ray_axis": (["x", "y", "z"][mesh.columns.rays.axis]),
         "rays": mesh.columns.rays.n_rays(),
         "crossings": mesh.columns.n_crossings(),
         "runs": mesh.columns.n_runs(),

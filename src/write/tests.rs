@@ -219,3 +219,21 @@ fn a_failing_output_and_cancel_end_the_writing() {
         }
     }
 }
+
+#[test]
+fn a_file_made_slab_by_slab_is_the_file() {
+    let mesh = pattern(0, [9, 5, 7], 3);
+    let mut made_of_slabs = 0;
+    for format in Format::ALL {
+        let options = Options::default();
+        let mut written = Vec::new();
+        write(&mesh, format, &options, &mut written, &Control::default()).unwrap();
+        if let Some((mut made, tail)) = around(&mesh, format, &options).unwrap() {
+            mesh.slabs(50).for_each(|cells| made.extend(mesh.box_flags(&cells).unwrap()));
+            made.extend(tail);
+            assert_eq!(made, written, "{format:?}");
+            made_of_slabs += 1;
+        }
+    }
+    assert_eq!(made_of_slabs, 3);
+}

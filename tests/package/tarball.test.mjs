@@ -11,10 +11,8 @@ import { ROOT } from '../../scripts/run.mjs';
 
 const { version } = JSON.parse(readFileSync(path.join(ROOT, 'package.json'), 'utf8'));
 const SHOW_VERSION = `
-  import { readFileSync } from 'node:fs';
-  import { initSync, version } from 'hexcast';
-  initSync({ module: readFileSync(new URL(import.meta.resolve('hexcast/hexcast_bg.wasm'))) });
-  console.log(version());
+  import { version } from 'hexcast';
+  console.log(version);
 `;
 
 let project;
@@ -33,10 +31,10 @@ function npm(cwd, ...args) {
 
 test('the tarball holds the wasm, the glue and the shaders, and no sources', () => {
   const files = packed.files.map((file) => file.path);
-  for (const file of ['dist/wasm/hexcast.js', 'dist/wasm/hexcast_bg.wasm', 'shaders/map.wgsl', 'package.json']) {
+  for (const file of ['dist/hexcast.js', 'dist/hexcast_bg.wasm', 'dist/hexcast.d.ts', 'shaders/map.wgsl', 'package.json']) {
     assert.ok(files.includes(file), `${file} of ${files.join(' ')}`);
   }
-  assert.deepEqual(files.filter((file) => /^(src|tests|scripts|target)\//.test(file)), []);
+  assert.deepEqual(files.filter((file) => /^(src|tests|scripts|target|www)\/|page|index\.html/.test(file)), []);
 });
 
 test('the crate and the package are the same version', () => {
