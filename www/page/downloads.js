@@ -13,7 +13,7 @@ const FILES = [
   { id: 'vtiz', extension: 'vti', format: 'vti', options: { compress: 6 }, label: 'VTK image, compressed', note: 'ParaView, VisIt' },
   { id: 'npy', extension: 'npy', format: 'npy', label: 'NumPy', note: 'shape nz, ny, nx' },
   { id: 'raw', extension: 'raw', format: 'raw', label: 'Raw', note: 'one byte a cell, x fastest' },
-  { id: 'sidecar', extension: 'raw.json', label: 'Raw, its description', note: 'dims, lines, names' },
+  { id: 'sidecar', extension: 'raw.json', label: 'Raw: description', note: 'dims, lines, names' },
   { id: 'hxc', extension: 'hxc', format: 'hxc', label: 'Column file', note: 'small; opens here again' },
 ];
 
@@ -32,8 +32,9 @@ function entry(mesh, file) {
   const text = size !== null ? bytes(size) : guess(mesh, file);
   const button = make('button', { type: 'button', id: `download-${file.id}`, on: { click: () => download(mesh, file, button, status) } });
   const status = make('span', { className: 'note', role: 'status' });
-  button.append(make('span', {}, `${file.label} (.${file.extension})`), make('span', { className: 'size', 'data-bytes': size }, text));
-  return make('li', {}, button, make('span', { className: 'note' }, file.note), status);
+  const label = make('span', {}, file.label, make('small', {}, `.${file.extension}: ${file.note}`));
+  button.append(label, make('span', { className: 'size', 'data-bytes': size }, text));
+  return make('li', {}, button, status);
 }
 
 /** Sizes that depend on the flags. */

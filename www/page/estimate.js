@@ -1,6 +1,6 @@
 /** What the mesh would cost, live, and whether it will fit. */
 import { byId, later, make } from './dom.js';
-import { bytes, duration, measure, roughly, times } from './format.js';
+import { bytes, cellSize, duration, roughly, times } from './format.js';
 import { currentJob } from './job.js';
 import { sentence } from './messages.js';
 import { change, on, state } from './state.js';
@@ -49,8 +49,8 @@ function show() {
   const list = make('dl', { className: 'facts' });
   const fact = (id, term, value) => list.append(make('dt', {}, term), make('dd', { id }, value));
   fact('estimate-cells', 'Cells', `${roughly(result.cells)} (${times(result.dims, String)})`);
-  fact('estimate-size', 'Cell', times(result.spacing.map((size) => size), (size) => measure(size, state.settings.unit)));
-  fact('estimate-memory', 'Memory', `about ${bytes(Math.ceil(result.columns_bytes))}; as a file ${bytes(result.flags_bytes)}`);
+  fact('estimate-size', 'Cell', cellSize(result.spacing, state.settings.unit));
+  fact('estimate-memory', 'Memory', `about ${bytes(Math.ceil(result.columns_bytes))}; a file ${bytes(result.flags_bytes)}`);
   fact('estimate-time', 'Time', result.seconds === null ? 'known after the first mesh' : `about ${duration(result.seconds)}`);
   box.append(list);
   const warning = fits(result);

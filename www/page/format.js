@@ -62,6 +62,13 @@ export function readNumbers(text) {
   return numbers.length === 3 ? numbers : undefined;
 }
 
+/** The lengths of a cell: once where they are equal, to the digits shown. */
+export function cellSize(spacing, unit) {
+  const texts = spacing.map(short);
+  const text = texts.every((other) => other === texts[0]) ? texts[0] : texts.join(' × ');
+  return unit ? `${text} ${unit}` : text;
+}
+
 /** What `readNumbers` reads back. */
 export function writeNumbers(value) {
   if (value === null || value === undefined) return '';

@@ -1,7 +1,7 @@
 /** What came out: facts, legend, warnings, the report. */
 import { byId, make } from './dom.js';
 import { save } from './downloads.js';
-import { bytes, count, duration, measure, roughly, times } from './format.js';
+import { bytes, cellSize, count, duration, measure, roughly, times } from './format.js';
 import { showError } from './messages.js';
 import { baseName } from './share.js';
 import { change, colourOf, on, state } from './state.js';
@@ -33,7 +33,7 @@ function show() {
   list.replaceChildren();
   const fact = (id, term, value) => value && list.append(make('dt', {}, term), make('dd', { id }, value));
   fact('result-dims', 'Cells', `${times(mesh.dims, String)} = ${roughly(report.cells)}`);
-  fact('result-spacing', 'Cell', times(report.spacing, (size) => measure(size, report.unit)));
+  fact('result-spacing', 'Cell', cellSize(report.spacing, report.unit));
   fact('result-columns', 'Held as', `${count(mesh.columns.runs)} runs, ${bytes(mesh.columns.bytes)}`);
   fact('result-time', 'Time', report.seconds?.total ? `${duration(report.seconds.total)}, ${roughly(report.cells_per_second)} cells/s` : '');
   fact('result-backend', 'Meshed by', report.adapter ?? (report.backend === 'cpu' ? 'the processor' : report.backend));
@@ -66,14 +66,14 @@ function row({ flag, name, cells, volume, mesh_volume: meshVolume }, unit) {
   const swatch = make('span', { className: 'swatch' });
   swatch.style.background = colourOf(flag);
   const off = meshVolume ? (100 * (volume - meshVolume)) / Math.abs(meshVolume) : null;
-  const difference = off === null ? '' : ` (${off >= 0 ? '+' : '−'}${Math.abs(off).toFixed(Math.abs(off) < 1 ? 2 : 1)} %)`;
+  const difference = off === null ? '' : `${off >= 0 ? '+' : '−'}${Math.abs(off).toFixed(Math.abs(off) < 1 ? 2 : 1)} % of its facets’`;
   return make(
     'tr',
     { 'data-flag': flag },
     make('td', {}, box),
     make('th', { scope: 'row' }, swatch, make('span', { className: 'number' }, String(flag)), ` ${name}`),
     make('td', { className: 'number cells', 'data-cells': cells }, count(cells)),
-    make('td', { className: 'number', title: `volume of the facets: ${measure(meshVolume, unit, 3)}` }, `${measure(volume, unit, 3)}${difference}`),
+    make('td', { className: 'number', title: `volume of the facets: ${measure(meshVolume, unit, 3)}` }, measure(volume, unit, 3), make('small', {}, difference)),
   );
 }
 

@@ -76,7 +76,7 @@ function knot() {
     const along = dot(out, tangent);
     const side = unit(out.map((x, k) => x - along * tangent[k]));
     const up = cross(tangent, side);
-    const [c, s] = [2.2 * Math.cos(angle), 2.2 * Math.sin(angle)];
+    const [c, s] = [2.2 * Math.cos(angle), -2.2 * Math.sin(angle)];
     return here.map((x, k) => x + c * side[k] + s * up[k]);
   });
 }

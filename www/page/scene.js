@@ -33,10 +33,10 @@ export class Scene {
     this.#camera.up.set(0, 0, 1);
     this.#controls = new OrbitControls(this.#camera, canvas);
     this.#world.add(this.#models, this.#skin, this.#section);
-    const lamp = new THREE.DirectionalLight(0xffffff, 2.2);
+    const lamp = new THREE.DirectionalLight(0xffffff, 2.4);
     lamp.position.set(0.4, 0.8, 1);
     this.#camera.add(lamp);
-    this.#scene.add(this.#world, this.#camera, new THREE.HemisphereLight(0xffffff, 0x8a94a0, 1.4));
+    this.#scene.add(this.#world, this.#camera, new THREE.HemisphereLight(0xffffff, 0xaab2bb, 2));
     this.invalidate = oncePerFrame(() => this.draw());
     this.#controls.addEventListener('change', this.invalidate);
     new ResizeObserver(() => this.#resize()).observe(canvas.parentElement);
@@ -125,15 +125,15 @@ export class Scene {
   /**
    * Cuts away what lies beyond a plane across an axis and draws the cells that it cuts.
    *
-   * @param {null | {axis: number, at: number, image: ImageData, low: number[], high: number[]}} cut `at` in world lengths;
-   *   the image covers low to high on the two axes across
+   * @param {null | {axis: number, side: 1 | -1, at: number, image: ImageData, low: number[], high: number[]}} cut `at` in
+   *   world lengths; what lies on `side` of it goes; the image covers low to high on the two axes across
    */
   setSection(cut) {
     discard(this.#section);
     if (cut) this.#cap(cut);
-    const sign = [0, 1, 2].map((axis) => (axis === cut?.axis ? -1 : 0));
+    const normal = [0, 1, 2].map((axis) => (axis === cut?.axis ? -cut.side : 0));
     // planes are in the scene's lengths, where the centre of the world is the origin
-    this.#plane.set(new THREE.Vector3(...sign), cut ? cut.at - this.#centre.getComponent(cut.axis) : 0);
+    this.#plane.set(new THREE.Vector3(...normal), cut ? cut.side * (cut.at - this.#centre.getComponent(cut.axis)) : 0);
     const planes = cut ? [this.#plane] : [];
     for (const group of [this.#skin, this.#models]) for (const mesh of group.children) mesh.material.clippingPlanes = planes;
     this.#renderer.localClippingEnabled = Boolean(cut);
@@ -188,6 +188,11 @@ export class Scene {
     this.#camera.position.set(x, -z, y).add(this.#controls.target);
     this.#controls.update();
     this.invalidate();
+  }
+
+  /** On which side of the middle the camera stands, along an axis: 1 or -1. */
+  sideOf(axis) {
+    return this.#camera.position.getComponent(axis) < this.#controls.target.getComponent(axis) ? -1 : 1;
   }
 
   /** The picture as it is. @returns {Promise<Blob>} PNG */

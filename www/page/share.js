@@ -184,7 +184,7 @@ async function copy(text, button) {
   byId('copied').hidden = false;
   try {
     await navigator.clipboard.writeText(text);
-    byId('share-status').textContent = `${button.textContent}: copied.`;
+    byId('share-status').textContent = `${button.textContent} copied.`;
   } catch {
     byId('copied-text').select();
     byId('share-status').textContent = 'The browser does not let pages copy here; the text is selected below.';

@@ -15,6 +15,8 @@ const SECTION_PIXELS = 1024;
 let loading = null;
 let shown = 'model';
 let section = 0;
+/** The side that the section takes away: the one that the camera stood on when its axis was chosen. */
+let side = 1;
 
 /** Connects the view. */
 export function startView3d() {
@@ -22,7 +24,7 @@ export function startView3d() {
   on('colours', () => recolour());
   on('estimate', () => withScene((scene) => scene.setBox(state.geometries.length > 0 && state.estimate?.result ? domainOf(state.estimate.result) : null)));
   on('mesh', () => showMesh());
-  on('legend', () => withScene((scene) => scene.show(shown, state.hidden)));
+  on('legend', () => (withScene((scene) => scene.show(shown, state.hidden)), cut()));
   for (const what of ['model', 'cells']) byId(`show-${what}`).addEventListener('change', () => choose(what));
   byId('fit').addEventListener('click', () => fit());
   byId('save-3d').addEventListener('click', () => withScene(async (scene) => save(await scene.picture(), `${baseName(state.job)}-3d.png`)));
@@ -63,7 +65,7 @@ function recolour() {
   withScene((scene) => {
     scene.setColours(colourOf);
     showModels();
-    if (section >= 0) cut();
+    cut();
   });
 }
 
@@ -97,6 +99,8 @@ async function showMesh() {
     if (state.geometries.length === 0) fit();
     const n_triangles = skin.parts.reduce((sum, part) => sum + part.indices.length / 3, 0);
     byId('canvas-3d').dataset.triangles = n_triangles;
+    // on a phone the picture lies below the fields
+    if (matchMedia('(max-width: 760px)').matches) byId('view').scrollIntoView({ behavior: 'smooth' });
     byId('view-status').textContent = isEmpty ? 'No cell has a flag.' : `${count(n_triangles)} triangles`;
   });
 }
@@ -152,15 +156,17 @@ async function cut(isNew = false) {
   if (request !== section || mesh !== state.mesh) return undefined;
   const { origin, spacing } = mesh.lines;
   const [first, second] = [0, 1, 2].filter((other) => other !== axis);
-  return withScene((scene) =>
+  return withScene((scene) => {
+    if (isNew) side = scene.sideOf(axis);
     scene.setSection({
       axis,
+      side,
       at: origin[axis] + (index + 0.5) * spacing[axis],
       image: paint(slice, { isUp: false, hidden: state.hidden }),
       low: [origin[first], origin[second]],
       high: [origin[first] + slice.width * slice.step * spacing[first], origin[second] + slice.height * slice.step * spacing[second]],
-    }),
-  );
+    });
+  });
 }
 
 function turnByKey(event) {
