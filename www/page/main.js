@@ -54,7 +54,7 @@ function showDevice({ backend, adapter, fallback }) {
 }
 
 async function start() {
-  byId('version').textContent = version;
+  byId('version').value = version;
   startTabs();
   startFiles();
   startGeometries();

@@ -66,7 +66,7 @@ function row({ flag, name, cells, volume, mesh_volume: meshVolume }, unit) {
   const swatch = make('span', { className: 'swatch' });
   swatch.style.background = colourOf(flag);
   const off = meshVolume ? (100 * (volume - meshVolume)) / Math.abs(meshVolume) : null;
-  const difference = off === null ? '' : `${off >= 0 ? '+' : '−'}${Math.abs(off).toFixed(Math.abs(off) < 1 ? 2 : 1)} % of its facets’`;
+  const difference = off === null ? '' : `${off >= 0 ? '+' : '−'}${Math.abs(off).toFixed(Math.abs(off) < 1 ? 2 : 1)} % vs facets`;
   return make(
     'tr',
     { 'data-flag': flag },
