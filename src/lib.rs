@@ -7,6 +7,7 @@ pub mod cpu;
 pub mod crossings;
 pub mod domain;
 pub mod error;
+pub mod estimate;
 pub mod facet;
 pub mod flags;
 pub mod frame;
