@@ -1,46 +1,90 @@
-//! The command line. Files, terminals, clocks and signals are here; what is done with them is in the library.
+//! The command line: reads what is asked for, calls the library, prints. One file a command.
+
+use std::io::Write;
+use std::process::ExitCode;
+
+use clap::{CommandFactory, Parser, Subcommand};
+use hexcast::control::CancelToken;
+use hexcast::{Error, Result};
 
 mod adapters;
-mod args;
+mod arguments;
 mod convert;
 mod estimate;
 mod info;
-mod inputs;
-mod job_args;
+mod memory;
 mod mesh;
 mod outputs;
-mod terminal;
+mod progress;
+mod reading;
+mod summary;
 
-use std::process::ExitCode;
+const EXIT_CODES: &str = "\
+Exit codes:
+    0  done                                      5  larger than a limit or the memory
+    1  unexpected: a bug                         6  the GPU or its driver failed
+    2  wrong use of the command line             7  the system refused to read or write a file
+    3  an input file cannot be understood      130  cancelled (Ctrl-C)
+    4  the job contradicts itself or is impossible";
 
-use clap::{CommandFactory, Parser};
-use hexcast::Error;
+/// Turns closed surfaces (STL) into Cartesian meshes: exactly, on the GPU or the CPU.
+#[derive(Parser)]
+#[command(version, after_help = EXIT_CODES, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
 
-use args::{Cli, Command};
+#[derive(Subcommand)]
+enum Command {
+    Mesh(mesh::Arguments),
+    Info(info::Arguments),
+    Estimate(estimate::Arguments),
+    Adapters(adapters::Arguments),
+    Convert(convert::Arguments),
+    /// Write a completion script for a shell to standard output
+    #[command(
+        after_help = "Example:\n    hexcast completions bash > ~/.local/share/bash-completion/completions/hexcast"
+    )]
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
+}
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
-    let result = match cli.command {
-        Command::Mesh(arguments) => mesh::run(&arguments),
-        Command::Info(arguments) => info::run(&arguments),
-        Command::Estimate(arguments) => estimate::run(&arguments),
-        Command::Adapters { json } => adapters::run(json),
-        Command::Convert(arguments) => convert::run(&arguments),
-        Command::Completions { shell } => {
-            clap_complete::generate(shell, &mut Cli::command(), "hexcast", &mut std::io::stdout());
-            Ok(())
-        }
-    };
-    match result {
+    let command = Cli::parse().command;
+    let token = CancelToken::default();
+    let handler_token = token.clone();
+    // without a handler Ctrl-C still ends the program, only less politely
+    let _ = ctrlc::set_handler(move || handler_token.cancel());
+    match run(command, &token) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            terminal::show_error(&error);
+            eprintln!("error[{}]: {error}", error.code());
+            if !error.hint().is_empty() {
+                eprintln!("hint: {}", error.hint());
+            }
             ExitCode::from(exit_code(&error))
         }
     }
 }
 
-/// The exit code of an error: by who can mend it. 2 is clap's, for usage.
+fn run(command: Command, token: &CancelToken) -> Result<()> {
+    match command {
+        Command::Mesh(arguments) => mesh::run(&arguments, token),
+        Command::Info(arguments) => info::run(&arguments, token),
+        Command::Estimate(arguments) => estimate::run(&arguments, token),
+        Command::Adapters(arguments) => adapters::run(&arguments),
+        Command::Convert(arguments) => convert::run(&arguments, token),
+        Command::Completions { shell } => {
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "hexcast", &mut script);
+            print(&String::from_utf8_lossy(&script))
+        }
+    }
+}
+
 fn exit_code(error: &Error) -> u8 {
     match error {
         Error::File(_) => 3,
@@ -49,5 +93,23 @@ fn exit_code(error: &Error) -> u8 {
         Error::Device(_) => 6,
         Error::System(_) => 7,
         Error::Cancelled => 130,
+    }
+}
+
+/// Prints to standard output; a reader that has gone away, as in `| head`, is no failure.
+fn print(text: &str) -> Result<()> {
+    match std::io::stdout().write_all(text.as_bytes()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::io("printing", error)),
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
     }
 }

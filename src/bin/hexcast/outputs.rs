@@ -1,99 +1,233 @@
-//! Writing files so that none is ever half there: to a temporary file beside the target, renamed at the end.
+//! Output files: checked before the long work starts, written to a temporary file beside the target, and put in place at
+//! the end, so that no half file is ever seen under the target's name.
 
+use std::fs::{File, Permissions};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use hexcast::control::Control;
-use hexcast::error::{Error, Result};
 use hexcast::mesh::Mesh;
-use hexcast::write::{self, Compress, Format, Options, Written};
+use hexcast::write::{Compress, Format, Options, exact_size, sidecar_json, write};
+use hexcast::{Error, Result};
+use indicatif::ProgressBar;
 use tempfile::NamedTempFile;
 
-use crate::args::WriteArgs;
+use super::progress::Progress;
 
-/// A file to be written, checked before the work starts.
-pub(crate) struct Output {
-    pub(crate) path: PathBuf,
-    pub(crate) format: Format,
-    options: Options,
+/// How files are written.
+#[derive(clap::Args)]
+#[command(next_help_heading = "Output")]
+pub(crate) struct FormatArguments {
+    /// zlib level of .vti and .hxc, 1 (fast) to 9 (small), or none [default: 1]
+    #[arg(long, value_name = "LEVEL", value_parser = compression, num_args = 0..=1, require_equals = true,
+          default_missing_value = "1")]
+    compress: Option<Compress>,
+    /// Write .raw and .npy with eight cells a byte; for meshes with a single flag
+    #[arg(long)]
+    pub(crate) bits: bool,
 }
 
-impl Output {
-    /// Checks the format of a file's name, the options, and that its folder takes files.
-    pub(crate) fn new(path: &Path, arguments: &WriteArgs, inputs: &[&Path]) -> Result<Output> {
-        let format = Format::of_name(&path.to_string_lossy())?;
-        let level = match (arguments.compress, format) {
-            (Some(level), Format::Vti | Format::Columns) => level,
-            (None, Format::Vti) => 1,
-            // one --compress for several outputs: it is for those that can
-            _ => 0,
+/// zlib level where the caller has no opinion: flags shrink a hundredfold already at 1.
+const DEFAULT_COMPRESS: Compress = Compress::Zlib(1);
+
+impl FormatArguments {
+    /// The writer's options for a format: those arguments that apply to it.
+    fn options(&self, format: Format) -> Options {
+        let (compress, bits) = match format {
+            Format::Raw | Format::Npy => (Compress::None, self.bits),
+            Format::Vti | Format::Columns => (self.compress.unwrap_or(DEFAULT_COMPRESS), false),
         };
-        let compress = if level == 0 { Compress::None } else { Compress::Zlib(level) };
-        let bits = arguments.bits && matches!(format, Format::Raw | Format::Npy);
-        for input in inputs {
-            if let (Ok(input), Ok(output)) = (input.canonicalize(), path.canonicalize())
-                && input == output
-            {
-                let message = format!("{} is an input and an output", path.display());
-                return Err(Error::new("job-conflict", message, "write to another file"));
-            }
-        }
-        drop(temporary(path)?);
-        Ok(Output { path: path.to_path_buf(), format, options: Options { compress, bits, ..Options::default() } })
+        Options { compress, bits, ..Options::default() }
     }
 
-    /// Writes the mesh, and the description of a raw file beside it.
-    pub(crate) fn write(&self, mesh: &Mesh, control: &Control) -> Result<Written> {
-        let mut file = temporary(&self.path)?;
-        let mut buffered = BufWriter::with_capacity(1 << 20, file.as_file_mut());
-        let written = write::write(mesh, self.format, &self.options, &mut buffered, control)?;
-        buffered.flush().map_err(|error| failed(&self.path, error))?;
-        drop(buffered);
-        if self.format == Format::Raw {
-            let sidecar = write::sidecar::sidecar_json(mesh, &self.options, &written);
-            write_text(&sidecar_path(&self.path), &sidecar)?;
+    /// Refuses an argument that none of the formats heeds.
+    fn check(&self, formats: &[Format]) -> Result<()> {
+        let has = |one: Format, other: Format| formats.contains(&one) || formats.contains(&other);
+        if matches!(self.compress, Some(Compress::Zlib(_))) && !has(Format::Vti, Format::Columns) {
+            let message = "--compress is given, but no output can be compressed";
+            return Err(Error::new("job-conflict", message, "add an output that ends in .vti or .hxc"));
         }
-        keep(file, &self.path)?;
-        Ok(written)
-    }
-
-    /// Whether its bytes are one flag a cell, so that their hash is that of the flags.
-    pub(crate) fn is_plain_raw(&self) -> bool {
-        self.format == Format::Raw && !self.options.bits
+        if self.bits && !has(Format::Raw, Format::Npy) {
+            let message = "--bits is given, but no output can be bit-packed";
+            return Err(Error::new("job-conflict", message, "add an output that ends in .raw or .npy"));
+        }
+        Ok(())
     }
 }
 
-/// `mesh.raw` -> `mesh.raw.json`.
-pub(crate) fn sidecar_path(path: &Path) -> PathBuf {
+fn compression(text: &str) -> std::result::Result<Compress, String> {
+    match text.parse() {
+        Ok(level @ 1..=9) => Ok(Compress::Zlib(level)),
+        _ if text == "none" => Ok(Compress::None),
+        _ => Err("1 to 9 or none is needed".into()),
+    }
+}
+
+/// A file that was written.
+pub(crate) struct OutputFile {
+    pub(crate) path: PathBuf,
+    pub(crate) n_bytes: u64,
+}
+
+/// Files being written; dropped before [`Outputs::finish`] they leave nothing behind.
+#[derive(Default)]
+pub(crate) struct Outputs {
+    meshes: Vec<MeshFile>,
+    report: Option<PendingFile>,
+    written: Vec<OutputFile>,
+    /// SHA-256 of the flags, if a file that holds nothing else was written.
+    pub(crate) flags_sha256: Option<String>,
+}
+
+struct MeshFile {
+    format: Format,
+    options: Options,
+    file: PendingFile,
+    /// Beside `.raw`.
+    sidecar: Option<PendingFile>,
+}
+
+/// A temporary file and the name that it will have.
+struct PendingFile {
+    path: PathBuf,
+    temporary: NamedTempFile,
+}
+
+impl Outputs {
+    /// Checks names and folders and opens a temporary file for each output and the report; `inputs` must not be among them.
+    pub(crate) fn open(
+        paths: &[PathBuf],
+        report: Option<&Path>,
+        arguments: &FormatArguments,
+        inputs: &[&Path],
+    ) -> Result<Outputs> {
+        let formats =
+            paths.iter().map(|path| Format::of_name(&path.to_string_lossy())).collect::<Result<Vec<Format>>>()?;
+        arguments.check(&formats)?;
+        let mut taken: Vec<PathBuf> = inputs.iter().filter_map(|input| input.canonicalize().ok()).collect();
+        let n_inputs = taken.len();
+        let mut open = |path: &Path| -> Result<PendingFile> {
+            let (place, file) = PendingFile::open(path)?;
+            match taken.iter().position(|other| *other == place) {
+                Some(index) if index < n_inputs => Err(twice(path, "is an input too")),
+                Some(_) => Err(twice(path, "is written twice")),
+                None => {
+                    taken.push(place);
+                    Ok(file)
+                }
+            }
+        };
+        let mut meshes = Vec::new();
+        for (path, format) in paths.iter().zip(formats) {
+            let file = open(path)?;
+            let sidecar = if format == Format::Raw { Some(open(&sidecar_path(path))?) } else { None };
+            meshes.push(MeshFile { format, options: arguments.options(format), file, sidecar });
+        }
+        let report = report.map(open).transpose()?;
+        Ok(Outputs { meshes, report, ..Outputs::default() })
+    }
+
+    /// Whether a `.raw` of one byte a cell will be written, whose hash is that of the flags.
+    pub(crate) fn will_hash(&self) -> bool {
+        self.meshes.iter().any(|mesh| mesh.format == Format::Raw && !mesh.options.bits)
+    }
+
+    /// Number of meshes to write.
+    pub(crate) fn n_meshes(&self) -> usize {
+        self.meshes.len()
+    }
+
+    /// Writes the mesh to all its files.
+    pub(crate) fn write(&mut self, mesh: &Mesh, control: &Control, progress: Progress) -> Result<()> {
+        for output in &mut self.meshes {
+            let bar = progress.bytes("write", exact_size(mesh, output.format, &output.options));
+            let path = output.file.path.display().to_string();
+            let mut writer = Counted { file: BufWriter::with_capacity(1 << 20, output.file.temporary.as_file()), bar };
+            let written = write(mesh, output.format, &output.options, &mut writer, control);
+            writer.bar.finish_and_clear();
+            drop(writer);
+            let written = written.map_err(|error| error.at(&path))?;
+            let path = output.file.path.clone();
+            self.written.push(OutputFile { path, n_bytes: written.n_bytes });
+            if let Some(sidecar) = &mut output.sidecar {
+                let text = sidecar_json(mesh, &output.options, &written);
+                sidecar.put(&text)?;
+                self.written.push(OutputFile { path: sidecar.path.clone(), n_bytes: text.len() as u64 });
+            }
+            self.flags_sha256 = self.flags_sha256.take().or(written.sha256.filter(|_| !output.options.bits));
+        }
+        Ok(())
+    }
+
+    /// Writes the report, if one was asked for, and puts all files in their places.
+    pub(crate) fn finish(mut self, report: &str) -> Result<Vec<OutputFile>> {
+        if let Some(file) = &mut self.report {
+            file.put(report)?;
+            self.written.push(OutputFile { path: file.path.clone(), n_bytes: report.len() as u64 });
+        }
+        let meshes = self.meshes.into_iter().flat_map(|mesh| [Some(mesh.file), mesh.sidecar]);
+        for file in meshes.chain([self.report]).flatten() {
+            let path = file.path.clone();
+            let outcome = file.temporary.persist(&path);
+            outcome.map_err(|error| Error::io(format!("writing {}", path.display()), error.error))?;
+        }
+        Ok(self.written)
+    }
+}
+
+fn twice(path: &Path, what: &str) -> Error {
+    Error::new("job-conflict", format!("{} {what}", path.display()), "give the output another name")
+}
+
+fn sidecar_path(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(".json");
     name.into()
 }
 
-/// Writes a small text file.
-pub(crate) fn write_text(path: &Path, text: &str) -> Result<()> {
-    let mut file = temporary(path)?;
-    file.write_all(text.as_bytes()).and_then(|()| file.write_all(b"\n")).map_err(|error| failed(path, error))?;
-    keep(file, path)
-}
-
-fn temporary(path: &Path) -> Result<NamedTempFile> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".hexcast-");
-    #[cfg(unix)]
-    {
-        // the permissions of any other new file, not those of a secret
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
+impl PendingFile {
+    /// Opens a temporary file in the folder of `path`; also returns the path without links.
+    fn open(path: &Path) -> Result<(PathBuf, PendingFile)> {
+        let name = path.display();
+        if path.is_dir() {
+            return Err(Error::new("io", format!("{name} is a folder"), "name a file in it"));
+        }
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let refused = |error: std::io::Error| {
+            let message = format!("{name} cannot be written: {error}");
+            Error::new("io", message, format!("make sure that the folder {} exists and is yours", folder.display()))
+        };
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".hexcast-").suffix(".part");
+        // as any new file, not only for its owner
+        #[cfg(unix)]
+        builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
+        let temporary = builder.tempfile_in(folder).map_err(refused)?;
+        let folder = folder.canonicalize().map_err(refused)?;
+        let place = path.canonicalize().unwrap_or_else(|_| folder.join(path.file_name().unwrap_or_default()));
+        Ok((place, PendingFile { path: path.to_path_buf(), temporary }))
     }
-    builder.tempfile_in(folder).map_err(|error| failed(path, error))
+
+    fn put(&mut self, text: &str) -> Result<()> {
+        let outcome = self.temporary.write_all(text.as_bytes());
+        outcome.map_err(|error| Error::io(format!("writing {}", self.path.display()), error))
+    }
 }
 
-fn keep(file: NamedTempFile, path: &Path) -> Result<()> {
-    file.persist(path).map(drop).map_err(|error| failed(path, error.error))
+/// A writer that moves a progress bar.
+struct Counted<'a> {
+    file: BufWriter<&'a File>,
+    bar: ProgressBar,
 }
 
-fn failed(path: &Path, error: std::io::Error) -> Error {
-    Error::io(format!("writing {}", path.display()), error)
+impl Write for Counted<'_> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        let n = self.file.write(bytes)?;
+        self.bar.inc(n as u64);
+        Ok(n)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.file.flush()
+    }
 }
