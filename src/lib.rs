@@ -22,6 +22,7 @@ pub mod pipeline;
 pub mod rays;
 pub mod read;
 pub mod report;
+pub mod skin;
 pub mod sources;
 pub mod surface;
 #[cfg(all(feature = "web", target_arch = "wasm32"))]

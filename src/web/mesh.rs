@@ -47,7 +47,7 @@ fn options(format: &str, compress: u8, bits: bool) -> JsResult<(Format, Options)
 impl WebMesh {
     /// Reads a column file back.
     pub fn open(bytes: &[u8]) -> JsResult<WebMesh> {
-        let mesh = crate::column_file::read_columns(&mut io::Cursor::new(bytes)).map_err(js_error)?;
+        let mesh = crate::write::column_file::read_columns(&mut io::Cursor::new(bytes)).map_err(js_error)?;
         let report = super::info::report_of_columns(&mesh);
         Ok(WebMesh::new(mesh, report))
     }

@@ -29,7 +29,7 @@ const CORE: &[&str] = &[
     "flags",
     "cpu",
     "mesh",
-    "estimate",
+    "skin",
     "report",
     "write",
     "estimate",
