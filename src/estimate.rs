@@ -4,7 +4,7 @@
 //! across the rays has the area A is crossed by A / (area of a cell) rays on average, whatever its shape; of a facet that
 //! reaches past the domain the share of its box inside counts. Cost: O(facets).
 
-use rayon::prelude::*;
+use crate::parallel::*;
 use serde::Serialize;
 
 use crate::geometry::Geometry;
