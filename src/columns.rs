@@ -121,13 +121,13 @@ impl Columns {
 
     /// Number of cells of every flag, 0 to 255.
     pub fn cells_per_flag(&self) -> [u64; 256] {
-        use rayon::prelude::*;
-        let zero = || [0u64; 256];
+        use crate::parallel::*;
         let add = |mut a: [u64; 256], b: [u64; 256]| {
             a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
             a
         };
-        let mut cells = self.bands.par_iter().map(|band| self.cells_of_band(band)).reduce(zero, add);
+        let of_bands = self.bands.par_iter().map(|band| self.cells_of_band(band)).collect::<Vec<_>>();
+        let mut cells = of_bands.into_iter().fold([0u64; 256], add);
         let flagged: u64 = cells.iter().sum();
         cells[0] += self.rays.n_rays() * u64::from(self.rays.depth) - flagged;
         cells

@@ -4,8 +4,6 @@
 //! is no GPU. A strip is one bin row of a lattice whose bins are as wide as the domain; strips share nothing, so
 //! any number of threads gives the same columns. Memory: the columns, the lattice, and one strip's crossings a thread.
 
-use rayon::prelude::*;
-
 use crate::columns::{Band, Columns};
 use crate::control::Control;
 use crate::crossings::crossings;
@@ -13,6 +11,7 @@ use crate::error::Result;
 use crate::frame::Frame;
 use crate::lattice::{Lattice, lattice};
 use crate::map::{Mapping, Rule, map};
+use crate::parallel::*;
 use crate::rays::Rays;
 
 /// Rays of a strip, if the rows are not longer: small enough that its crossings stay in a core's cache.

@@ -9,7 +9,7 @@
 //! Weakness: the sizes of compressed files are rules of thumb, good to a factor of three; those marked exact are exact.
 //! Cost: one pass over the corners.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 use serde::Serialize;
 
 use crate::geometry::{Facet, Geometry};

@@ -7,9 +7,8 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use crate::columns::{Columns, flag_at, run_cell, run_flag};
+use crate::parallel::*;
 
 /// Cells from `start` to `end` (exclusive) on x, y and z.
 pub type CellBox = [Range<u32>; 3];
@@ -40,7 +39,7 @@ pub fn expand(columns: &Columns, cells: &CellBox, out: &mut [u8]) {
         }),
         _ => {
             // a few thick pieces a core: each piece looks at every ray once
-            let planes = nz.div_ceil(2 * rayon::current_num_threads());
+            let planes = nz.div_ceil(2 * current_num_threads());
             out.par_chunks_mut(nx * ny * planes).enumerate().for_each(|(piece, out)| {
                 let start = cells[2].start + (piece * planes) as u32;
                 let along = start..(start + planes as u32).min(cells[2].end);

@@ -13,11 +13,10 @@
 //! line or a point are kept and never hit. Source: the paper, Eq. 7-10 (positions); the snap is ours.
 //! Cost: one pass over the corners; 37 bytes a facet.
 
-use rayon::prelude::*;
-
 use crate::error::{Error, Result};
 use crate::geometry::Geometry;
 use crate::lines::Lines;
+use crate::parallel::*;
 
 /// Bits that span all snapped coordinates of an axis. 26 keeps the kernels' inner loop in one 32-bit word.
 pub const SPAN_BITS: u32 = 26;

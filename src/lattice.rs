@@ -10,11 +10,13 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use crate::facet::Projected;
-use crate::frame::Frame;
+use crate::frame::{Frame, SnappedFacet};
+use crate::parallel::*;
 use crate::rays::Rays;
+
+/// Facets that one core takes at a time.
+const CHUNK: usize = 4096;
 
 /// Facets of each bin of a band of bin rows.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -49,19 +51,16 @@ pub fn lattice(frame: &Frame, rays: &Rays, bin: [u32; 2], rows: Range<u32>) -> L
     let n_across = rays.counts[0].div_ceil(bin[0]);
     let n_bins = (n_across * (rows.end - rows.start)) as usize;
     // pairs of a chunk of facets in order, so that the counting sort below keeps facets ascending within a bin
-    let chunks: Vec<Vec<(u32, u32)>> = (0..frame.facets.len())
-        .into_par_iter()
-        .chunks(4096)
-        .map(|chunk| {
-            let mut pairs = Vec::with_capacity(chunk.len());
-            for facet in chunk {
-                if let Some(projected) = Projected::new(&frame.facets[facet], frame, rays) {
-                    for_each_bin(&projected, bin, n_across, &rows, |bin| pairs.push((bin, facet as u32)));
-                }
+    let pairs_of_chunk = |(chunk, corners): (usize, &[SnappedFacet])| {
+        let mut pairs = Vec::with_capacity(corners.len());
+        for (facet, corners) in (chunk * CHUNK..).zip(corners) {
+            if let Some(projected) = Projected::new(corners, frame, rays) {
+                for_each_bin(&projected, bin, n_across, &rows, |bin| pairs.push((bin, facet as u32)));
             }
-            pairs
-        })
-        .collect();
+        }
+        pairs
+    };
+    let chunks: Vec<Vec<(u32, u32)>> = frame.facets.par_chunks(CHUNK).enumerate().map(pairs_of_chunk).collect();
     let mut offsets = vec![0u32; n_bins + 1];
     for (bin, _) in chunks.iter().flatten() {
         offsets[*bin as usize + 1] += 1;

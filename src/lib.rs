@@ -18,6 +18,7 @@ pub mod lattice;
 pub mod lines;
 pub mod map;
 pub mod mesh;
+mod parallel;
 pub mod pipeline;
 pub mod rays;
 pub mod read;

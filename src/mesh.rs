@@ -13,6 +13,7 @@ use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::flags::{CellBox, expand, flags_of_box, n_cells};
 use crate::lines::Lines;
+use crate::parallel::beside;
 
 /// Bytes of a slab where the caller has no opinion: long enough to keep all cores busy, short enough for a browser.
 pub const SLAB_BYTES: usize = 32 << 20;
@@ -122,12 +123,7 @@ impl Mesh {
         while ahead.is_some() {
             control.check()?;
             ahead = slabs.next();
-            rayon::in_place_scope(|scope| {
-                if let Some(cells) = &ahead {
-                    scope.spawn(|_| fill(cells, &mut next));
-                }
-                consume(&now)
-            })?;
+            beside(|| ahead.iter().for_each(|cells| fill(cells, &mut next)), || consume(&now))?;
             std::mem::swap(&mut now, &mut next);
         }
         Ok(())

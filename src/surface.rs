@@ -12,8 +12,7 @@
 //! is the same on every machine and for every order of the facets. Holds at most 76 bytes a facet beside the input.
 
 use crate::geometry::Facet;
-use rayon::prelude::*;
-
+use crate::parallel::*;
 /// What the edges and areas of facets say about the surface they form.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Surface {

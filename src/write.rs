@@ -18,6 +18,7 @@ use sha2::{Digest, Sha256};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, SLAB_BYTES, hex};
+use crate::parallel::beside;
 
 pub use sidecar::sidecar_json;
 
@@ -202,10 +203,7 @@ impl Sink<'_> {
         let done = match &mut self.hash {
             None => out.write_all(bytes),
             // hashing takes as long as writing: beside it
-            Some(hash) => rayon::in_place_scope(|scope| {
-                scope.spawn(|_| hash.update(bytes));
-                out.write_all(bytes)
-            }),
+            Some(hash) => beside(|| hash.update(bytes), || out.write_all(bytes)),
         };
         done.map_err(|error| Error::io("writing the mesh", error))?;
         self.n_bytes += bytes.len() as u64;

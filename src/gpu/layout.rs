@@ -84,7 +84,7 @@ pub(crate) const FACET_WORDS: usize = 10;
 
 /// Packs the facets for the `corners` buffer: corners in (across, across, along) order, then the rank.
 pub(crate) fn corners(frame: &Frame, rays: &Rays) -> Vec<i32> {
-    use rayon::prelude::*;
+    use crate::parallel::*;
     let mut words = vec![0; frame.facets.len() * FACET_WORDS];
     words.par_chunks_mut(FACET_WORDS).zip(&frame.facets).zip(&frame.rank_of_facet).for_each(
         |((words, facet), &rank)| {

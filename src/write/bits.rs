@@ -5,10 +5,9 @@
 //! order y, then z. NumPy reads it with `np.unpackbits(bytes, axis=-1, count=nx, bitorder='little')` over the last axis.
 //! Cost: one pass over the flags at the speed of memory, 1/8 of a slab.
 
-use rayon::prelude::*;
-
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
+use crate::parallel::*;
 
 /// Number of bytes of a row of `nx` cells.
 pub fn row_bytes(nx: u32) -> u32 {

@@ -65,11 +65,10 @@ mod tests;
 
 pub use read::{read_columns, read_columns_within};
 
-use rayon::prelude::*;
-
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
+use crate::parallel::*;
 use crate::write::{Compress, Sink, zlib};
 
 const MAGIC: [u8; 8] = *b"\x89HXC\r\n\x1a\n";
@@ -104,7 +103,7 @@ pub(crate) fn write(mesh: &Mesh, compress: Compress, sink: &mut Sink, control: &
     let pieces = piece::plan(columns);
     let mut counts = [columns.odd_rays(), columns.n_crossings()];
     let mut index = Vec::with_capacity(16 * pieces.len());
-    for batch in pieces.chunks(2 * rayon::current_num_threads()) {
+    for batch in pieces.chunks(2 * current_num_threads()) {
         control.check()?;
         let encode = |rays: &std::ops::Range<u64>| encode_piece(mesh, rays.clone(), level);
         let encoded = batch.par_iter().map(encode).collect::<Result<Vec<_>>>()?;

@@ -2,9 +2,9 @@
 
 use std::io::Read;
 
+use crate::parallel::*;
 use flate2::Compression;
 use flate2::read::ZlibEncoder;
-use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 

@@ -12,6 +12,7 @@ use std::str::Chars;
 const CORE: &[&str] = &[
     "error",
     "control",
+    "parallel",
     "geometry",
     "surface",
     "read",

@@ -2,8 +2,8 @@
 
 use std::io::Read;
 
+use crate::parallel::*;
 use flate2::read::ZlibDecoder;
-use rayon::prelude::*;
 
 use crate::columns::{Band, Columns};
 use crate::control::Control;
