@@ -10,6 +10,8 @@ import { complaintsOf, openChromium } from './browsers.mjs';
 const COPPER = '#d98324';
 const EPOXY = '#3a8fc9';
 const LIMIT = { timeout: 240_000 };
+/** Chromium's remark where WebGL is drawn on the processor: it says nothing about the page. */
+const DRIVER_REMARK = /GL Driver Message \(OpenGL, Performance/;
 
 let server;
 let browser;
@@ -34,7 +36,7 @@ async function withPage(hash, visit) {
     await page.goto(server.url + hash);
     await isIdle(page);
     await visit(page);
-    assert.deepEqual(complaints, []);
+    assert.deepEqual(complaints.filter((complaint) => !DRIVER_REMARK.test(complaint)), []);
   } finally {
     await context.close();
   }
@@ -80,7 +82,9 @@ async function slice(page, axis, index) {
   return page.$eval('#canvas-slice', (canvas) => {
     const [left, top, dx, dy, width, height] = ['left', 'top', 'scaleX', 'scaleY', 'width', 'height'].map((key) => Number(canvas.dataset[key]));
     const background = getComputedStyle(canvas).getPropertyValue('--cells-background').trim();
-    const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+    const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext('2d', { willReadFrequently: true });
+    copy.drawImage(canvas, 0, 0);
+    const { data } = copy.getImageData(0, 0, canvas.width, canvas.height);
     const colour = (x, y) => `#${[...data.slice(4 * (x + canvas.width * y), 4 * (x + canvas.width * y) + 3)].map((part) => part.toString(16).padStart(2, '0')).join('')}`;
     return Array.from({ length: height }, (_, j) =>
       Array.from({ length: width }, (_, i) => {
@@ -196,7 +200,7 @@ test('files are as large as was said and hold the cells', LIMIT, () =>
     assert.deepEqual(JSON.parse(report).dims, [20, 10, 10]);
     // a column file opens again
     const { bytes: columns } = await saved(page, '#download-hxc');
-    await page.reload();
+    await page.goto(`${server.url}?empty`);
     await isIdle(page);
     await page.setInputFiles('#file-input', { name: 'again.hxc', mimeType: '', buffer: columns });
     await page.waitForSelector('#legend tr');
