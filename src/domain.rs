@@ -19,21 +19,28 @@ pub struct Domain {
     pub high: [f64; 3],
     /// End points of the intervals on each axis, ascending; the first is `low`, the last `high`.
     pub end_points: [Vec<f64>; 3],
+    /// Bounding boxes of the geometries, as given: they may reach out of the domain.
+    pub boxes: Vec<BoundingBox>,
 }
 
 impl Domain {
     /// Finds the box of a job around geometries with the given boxes.
     ///
     /// # Errors
-    /// `domain-empty`: there is no geometry, or the box has no extent along an axis.
+    /// - `domain-empty`: there is no geometry, or the box has no extent along an axis.
+    /// - `job-value`: a scale or translate puts a geometry where f64 ends.
     pub fn new(job: &Job, boxes: &[BoundingBox]) -> Result<Domain> {
         let [low, high] = match job.domain {
             Some([x0, y0, z0, x1, y1, z1]) => [[x0, y0, z0], [x1, y1, z1]],
             None => padded(around(boxes)?, job.padding),
         };
         for axis in 0..3 {
+            let name = ["x", "y", "z"][axis];
+            if !(high[axis] - low[axis]).is_finite() {
+                let message = format!("the geometries reach from {} to {} along {name}", low[axis], high[axis]);
+                return Err(Error::new("job-value", message, "use a smaller scale or translate"));
+            }
             if low[axis] >= high[axis] {
-                let name = ["x", "y", "z"][axis];
                 let message = format!("the geometries have no extent along {name}: all lie at {}", low[axis]);
                 return Err(Error::new("domain-empty", message, "give a padding by length, or a domain of two points"));
             }
@@ -46,12 +53,21 @@ impl Domain {
             points.dedup();
             points
         });
-        Ok(Domain { low, high, end_points })
+        Ok(Domain { low, high, end_points, boxes: boxes.to_vec() })
     }
 
     /// Length of the box along an axis.
     pub fn extent(&self, axis: usize) -> f64 {
         self.high[axis] - self.low[axis]
+    }
+
+    /// Length by which coordinates of the geometries along an axis are uncertain: 2^-23 of the greatest.
+    ///
+    /// Files hold f32, which round by 2^-24 of a coordinate; two ends that should agree, or an extent, are off by at most two
+    /// such errors. A translate that brings far geometries near is not accounted for.
+    pub(crate) fn file_rounding(&self, axis: usize) -> f64 {
+        let coordinates = self.boxes.iter().flatten().map(|corner| corner[axis].abs());
+        coordinates.fold(0.0, f64::max) * f64::from(f32::EPSILON)
     }
 
     /// Length of the longest side.
@@ -104,6 +120,13 @@ mod tests {
         let job = Job { domain: Some([0.5, 0.0, -3.0, 5.0, 1.0, 0.25]), ..Job::default() };
         let domain = Domain::new(&job, &BOXES).unwrap();
         assert_eq!(domain.end_points, [vec![0.5, 1.0, 4.0, 5.0], vec![0.0, 1.0], vec![-3.0, -2.0, 0.0, 0.25]]);
+    }
+
+    #[test]
+    fn geometries_at_the_end_of_the_numbers_are_refused() {
+        for far in [[[0.0; 3], [f64::INFINITY; 3]], [[f64::MIN; 3], [f64::MAX; 3]]] {
+            assert_eq!(Domain::new(&Job::default(), &[far]).unwrap_err().code(), "job-value");
+        }
     }
 
     #[test]

@@ -1,8 +1,10 @@
 //! Mesh lines: where the planes between cells stand on each axis.
 //!
 //! A job, a domain -> [`Lines`]. Uniform: line i of an axis is `origin + i * spacing`, i = 0 ..= n cells, and starts at the
-//! domain's minimum. The number of cells is `ceil(extent / spacing)`, where an excess of less than a billionth of a cell
-//! (or, for `max_cell_size`, of less than its tolerance) counts as rounding. Source: the paper, Eq. 1-3 and 7-9.
+//! domain's minimum. The number of cells is `ceil(extent / spacing)`, where an excess that rounding explains counts as none:
+//! a billionth of a cell, and around geometries also the rounding of their f32 coordinates (a cube from 0.1f32 to 1.1f32 is
+//! ten cells of 0.1, not eleven). For `max_cell_size` it is `round(extent / spacing)`: the domain's end is on a line, within
+//! the tolerance. Source: the paper, Eq. 1-3 and 7-9.
 
 use serde::Serialize;
 
@@ -12,10 +14,12 @@ use crate::job::{DEFAULT_CELLS, DEFAULT_TOLERANCE, Job, Padding};
 
 mod optimum;
 
-use optimum::optimal_cell_size;
+use optimum::Intervals;
 
-/// Part of a cell by which a domain may exceed whole cells through rounding alone.
+/// Part of a cell by which a domain may exceed whole cells through rounding of f64 alone.
 const ROUNDING: f64 = 1e-9;
+/// Part of a cell beyond which an excess is never called rounding, however coarse the coordinates of the files.
+const GREATEST_ROUNDING: f64 = 0.01;
 
 /// Uniform mesh lines on three axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -86,14 +90,11 @@ pub struct Residual {
 /// # Errors
 /// `lines-no-common-size`; `too-many-cells` where an axis would have more than 2^32 cells; `domain-empty`.
 pub fn lines(job: &Job, domain: &Domain) -> Result<Lines> {
-    let (spacing, excess) = cell_sizes(job, domain)?;
+    let spacing = cell_sizes(job, domain)?;
     let mut dims = [0u32; 3];
     let mut origin = domain.low;
     for axis in 0..3 {
-        let cells = match job.dims {
-            Some(dims) => f64::from(dims[axis]),
-            None => (domain.extent(axis) / spacing[axis] - excess).ceil().max(1.0),
-        };
+        let cells = whole_cells(job, domain, spacing[axis], axis);
         let padding = match job.padding {
             Some(Padding::Cells(cells)) => cells.each()[axis],
             _ => 0,
@@ -109,39 +110,57 @@ pub fn lines(job: &Job, domain: &Domain) -> Result<Lines> {
     Lines::new(origin, spacing, dims)
 }
 
-/// Cell size on each axis, and the excess over whole cells that counts as none.
-fn cell_sizes(job: &Job, domain: &Domain) -> Result<([f64; 3], f64)> {
+/// Cell size on each axis.
+fn cell_sizes(job: &Job, domain: &Domain) -> Result<[f64; 3]> {
     if let Some(dims) = job.dims {
-        return Ok(([0, 1, 2].map(|axis| domain.extent(axis) / f64::from(dims[axis])), ROUNDING));
+        return Ok([0, 1, 2].map(|axis| domain.extent(axis) / f64::from(dims[axis])));
     }
     if let Some(size) = job.cell_size {
-        return Ok((size.each(), ROUNDING));
+        return Ok(size.each());
     }
     if let Some(s_max) = job.max_cell_size {
         let tolerance = job.tolerance.unwrap_or(DEFAULT_TOLERANCE);
         let mut sizes = [0.0; 3];
         for axis in 0..3 {
-            let ends = &domain.end_points[axis];
-            sizes[axis] =
-                optimal_cell_size(ends, s_max, tolerance).ok_or_else(|| no_size(axis, ends, s_max, tolerance))?;
+            let intervals = Intervals::new(domain, axis);
+            let optimum = intervals.optimal_cell_size(s_max, tolerance);
+            sizes[axis] = optimum.ok_or_else(|| no_size(axis, &intervals, s_max, tolerance))?;
         }
-        return Ok((sizes, tolerance.max(ROUNDING)));
+        return Ok(sizes);
     }
-    Ok(([domain.longest_extent() / f64::from(job.cells.unwrap_or(DEFAULT_CELLS)); 3], ROUNDING))
+    Ok([domain.longest_extent() / f64::from(job.cells.unwrap_or(DEFAULT_CELLS)); 3])
 }
 
-fn no_size(axis: usize, ends: &[f64], s_max: f64, tolerance: f64) -> Error {
+/// Number of cells that cover the domain along an axis, before padding; at least 1.
+fn whole_cells(job: &Job, domain: &Domain, size: f64, axis: usize) -> f64 {
+    if let Some(dims) = job.dims {
+        return f64::from(dims[axis]);
+    }
+    let ratio = domain.extent(axis) / size;
+    let cells = if job.max_cell_size.is_some() {
+        ratio.round()
+    } else {
+        // the numbers of a given domain are the caller's, not a file's
+        let rounding = if job.domain.is_some() { 0.0 } else { domain.file_rounding(axis) };
+        (ratio - ROUNDING - (rounding / size).min(GREATEST_ROUNDING)).ceil()
+    };
+    cells.max(1.0)
+}
+
+fn no_size(axis: usize, intervals: &Intervals, s_max: f64, tolerance: f64) -> Error {
     let name = ["x", "y", "z"][axis];
+    let [least, greatest] = intervals.searched(s_max, tolerance);
     let message = format!(
-        "no cell size from {s_max} down to {} puts the {} end points along {name} on mesh lines within {tolerance} cells",
-        s_max / 16.0,
-        ends.len(),
+        "no cell size from {greatest} down to {least} puts the {} end points along {name} on mesh lines within {tolerance} cells",
+        intervals.distances.len() + 1,
     );
-    Error::new(
-        "lines-no-common-size",
-        message,
-        "allow a larger tolerance or a smaller max_cell_size, or give cell_size",
-    )
+    let wider = [0.1, 0.2, 0.3, 0.4, 0.5].into_iter().filter(|&wider| wider > tolerance);
+    let found = wider.filter_map(|wider| Some((wider, intervals.optimal_cell_size(s_max, wider)?))).next();
+    let offer = found.map_or(String::new(), |(wider, size)| {
+        format!("a tolerance of {wider} would give cells of {size} along {name}; ")
+    });
+    let hint = format!("{offer}allow a larger tolerance or a smaller max_cell_size, or give cell_size");
+    Error::new("lines-no-common-size", message, hint)
 }
 
 /// Distances of all end points from their nearest mesh lines.
@@ -213,7 +232,7 @@ mod tests {
         let boxes = [[[0.0, 0.0, 0.0], [6.0, 1.0, 10.04]], [[1.5, 0.0, 0.0], [4.5, 1.0, 1.0]]];
         let domain = Domain::new(&job, &boxes).unwrap();
         let lines = lines(&job, &domain).unwrap();
-        assert!((lines.spacing[0] - 0.75).abs() < 0.75 * 0.05, "{}", lines.spacing[0]);
+        assert_eq!(lines.spacing[0], 0.75);
         assert!(lines.spacing.iter().all(|&size| size <= 1.0));
         assert_eq!((lines.dims[1], lines.dims[2]), (1, 10));
         for residual in residuals(&lines, &domain).iter().flatten() {
@@ -223,10 +242,37 @@ mod tests {
 
     #[test]
     fn an_impossible_optimum_says_so() {
-        let job = Job { max_cell_size: Some(0.9), tolerance: Some(0.001), ..Job::default() };
+        let job = Job { max_cell_size: Some(0.9), tolerance: Some(0.0001), ..Job::default() };
         let boxes = [[[0.0; 3], [2.5, 1.0, 1.0]], [[0.0; 3], [std::f64::consts::SQRT_2, 1.0, 1.0]]];
         let error = lines(&job, &Domain::new(&job, &boxes).unwrap()).unwrap_err();
         assert_eq!(error.code(), "lines-no-common-size");
         assert!(error.to_string().contains("along x"), "{error}");
+        assert!(error.hint().contains("tolerance of 0.1 would give cells of 0."), "{}", error.hint());
+    }
+
+    #[test]
+    fn the_rounding_of_a_file_adds_no_layer() {
+        let size = |size| Job { cell_size: Some(PerAxis::All(size)), ..Job::default() };
+        let [low, high] = [0.1f32, 1.1f32].map(f64::from);
+        assert_eq!(chosen(size(0.1), [low; 3], [high; 3]).dims, [10; 3]);
+        // sides of 400 and 200 whose f32 corners leave a little more than 400 and 200
+        for low in [150.1f32, 0.3, 1000.7, -77.7] {
+            let at = |length: f32| f64::from(low + length);
+            let lines = chosen(cells(400), [low.into(); 3], [at(400.0), at(200.0), at(100.0)]);
+            assert_eq!(lines.dims, [400, 200, 100], "{low}");
+        }
+        // a real excess does add one
+        assert_eq!(chosen(size(1.0), [0.0; 3], [10.001; 3]).dims, [11; 3]);
+        let given = Job { domain: Some([0.0, 0.0, 0.0, 10.0 + 1e-7, 10.0, 10.0]), ..size(1.0) };
+        assert_eq!(chosen(given, [0.0; 3], [10.0; 3]).dims, [11, 10, 10]);
+    }
+
+    #[test]
+    fn the_optimum_of_a_cube_divides_it() {
+        for scale in [1e-6, 1e-3, 1.0, 1e3] {
+            let job = Job { max_cell_size: Some(0.3 * scale), ..Job::default() };
+            let lines = chosen(job, [0.0; 3], [scale; 3]);
+            assert_eq!((lines.dims, lines.spacing), ([4; 3], [scale / 4.0; 3]));
+        }
     }
 }

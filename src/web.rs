@@ -14,6 +14,7 @@ use wasm_bindgen_futures::JsFuture;
 
 use crate::control::{CancelToken, Control, Progress};
 use crate::error::Error;
+use crate::estimate::Estimate;
 use crate::geometry::Facet;
 use crate::job::{BackendChoice, Job};
 use crate::mesh::hex;
@@ -177,7 +178,7 @@ impl WebJob {
     /// What the mesh would cost, as JSON: `Estimate` without seconds.
     pub fn estimate(&self) -> JsResult<String> {
         let prepared = pipeline::prepare(&self.job, self.sources()).map_err(js_error)?;
-        let estimate = crate::estimate::estimate(&prepared.geometries, &prepared.lines, &prepared.rays);
+        let estimate = Estimate::new(&prepared.geometries, &prepared.lines, &prepared.rays);
         // numbers and lists always have a JSON form
         Ok(serde_json::to_string(&estimate).unwrap_or_default())
     }

@@ -194,10 +194,14 @@ export interface Estimate {
   rays: number;
   /** Expected number of crossings of rays and facets. */
   crossings: number;
-  /** Bytes of the columns in memory. */
-  columns_bytes: number;
-  /** Bytes of all flags, one each: never needed at once. */
-  flags_bytes: number;
+  /** Expected bytes of the columns in memory. */
+  column_bytes: number;
+  /** Expected bytes of memory that meshing and writing takes. */
+  host_bytes: number;
+  /** Expected bytes of GPU buffers at most. */
+  device_bytes: number;
+  /** Bytes of the files: exact for raw and npy, near for the others. */
+  file_bytes: Record<string, number>;
   /** Expected seconds, from the speed of this mesher's last meshes; null before the first. */
   seconds: number | null;
 }

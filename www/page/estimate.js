@@ -50,7 +50,7 @@ function show() {
   const fact = (id, term, value) => list.append(make('dt', {}, term), make('dd', { id }, value));
   fact('estimate-cells', 'Cells', `${roughly(result.cells)} (${times(result.dims, String)})`);
   fact('estimate-size', 'Cell', cellSize(result.spacing, state.settings.unit));
-  fact('estimate-memory', 'Memory', `about ${bytes(Math.ceil(result.columns_bytes))}; a file ${bytes(result.flags_bytes)}`);
+  fact('estimate-memory', 'Memory', `about ${bytes(Math.ceil(result.column_bytes))}; a file ${bytes(result.file_bytes.raw)}`);
   fact('estimate-time', 'Time', result.seconds === null ? 'known after the first mesh' : `about ${duration(result.seconds)}`);
   box.append(list);
   const warning = fits(result);
@@ -62,7 +62,7 @@ function problem({ message, hint }) {
 }
 
 /** A sentence where it will not fit, or may not; else null. */
-function fits({ columns_bytes: columns }) {
+function fits({ column_bytes: columns }) {
   const device = (navigator.deviceMemory ?? 8) * 1e9;
   if (columns > COLUMNS_LIMIT) {
     return `This will not fit: it needs about ${bytes(columns)}, and a page has room for ${bytes(COLUMNS_LIMIT)}. Take larger cells, or mesh it with the command line.`;

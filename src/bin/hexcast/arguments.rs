@@ -1,0 +1,162 @@
+//! Arguments that decide a mesh, and the job they make, alone or on top of a job file.
+
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use hexcast::job::{AxisChoice, BackendChoice, GeometryJob, Job, Padding, PerAxis, Rule};
+use hexcast::{Error, Result};
+use serde::de::DeserializeOwned;
+
+/// What to mesh and how finely.
+#[derive(clap::Args)]
+pub(crate) struct JobArguments {
+    /// STL files; they get flags 1, 2, ... in order, unless set as in
+    /// coil.stl:flag=7,priority=2,name=copper (keys: flag, priority, name, solid, split, scale, rotate, translate)
+    #[arg(value_name = "FILE", required_unless_present = "job", conflicts_with = "job")]
+    files: Vec<String>,
+    /// Take everything from a job file, TOML or JSON; its file names are relative to it, other options override it
+    #[arg(long, value_name = "JOB.toml|JOB.json")]
+    pub(crate) job: Option<PathBuf>,
+
+    /// Cubic cells, N along the longest axis [default: 128]
+    #[arg(long, value_name = "N", group = "way", help_heading = "Cells and domain")]
+    cells: Option<u32>,
+    /// Exactly so many cells on each axis
+    #[arg(long, value_name = "NX,NY,NZ", group = "way", value_parser = list::<u32, 3>, help_heading = "Cells and domain")]
+    dims: Option<[u32; 3]>,
+    /// Cell size, one for all axes or three
+    #[arg(long, value_name = "S|SX,SY,SZ", group = "way", value_parser = per_axis::<f64>, help_heading = "Cells and domain")]
+    cell_size: Option<PerAxis<f64>>,
+    /// On each axis the largest size, at most S, that puts every end of every geometry's box on a mesh line
+    #[arg(long, value_name = "S", group = "way", help_heading = "Cells and domain")]
+    max_cell_size: Option<f64>,
+    /// How far off a line, in cells, --max-cell-size lets an end point lie: 0 to 0.5 [default: 0.05]
+    #[arg(long, value_name = "CELLS", help_heading = "Cells and domain")]
+    tolerance: Option<f64>,
+    /// Two corners of the box [default: the box around all geometries]
+    #[arg(long, value_name = "X0,Y0,Z0,X1,Y1,Z1", value_parser = list::<f64, 6>, allow_hyphen_values = true,
+          help_heading = "Cells and domain")]
+    domain: Option<[f64; 6]>,
+    /// Cells added on both sides of each axis
+    #[arg(long, value_name = "N|NX,NY,NZ", group = "padding", conflicts_with = "domain", value_parser = per_axis::<u32>,
+          help_heading = "Cells and domain")]
+    padding_cells: Option<PerAxis<u32>>,
+    /// Length added on both sides of each axis
+    #[arg(long, value_name = "L|LX,LY,LZ", group = "padding", conflicts_with = "domain", value_parser = per_axis::<f64>,
+          help_heading = "Cells and domain")]
+    padding_length: Option<PerAxis<f64>>,
+
+    /// What is inside: an odd number of crossings, or a winding number that is not zero [default: parity]
+    #[arg(long, value_parser = choice::<Rule>(&["parity", "nonzero"]), help_heading = "Method")]
+    rule: Option<Rule>,
+    /// Who meshes; auto is the GPU where there is one [default: auto]
+    #[arg(long, value_parser = choice::<BackendChoice>(&["auto", "gpu", "cpu"]), help_heading = "Method")]
+    backend: Option<BackendChoice>,
+    /// Part of the name of the GPU to use, see `hexcast adapters`
+    #[arg(long, value_name = "NAME", help_heading = "Method")]
+    pub(crate) adapter: Option<String>,
+    /// Axis of the rays; the result does not depend on it [default: auto, the longest]
+    #[arg(long, value_parser = choice::<AxisChoice>(&["auto", "x", "y", "z"]), help_heading = "Method")]
+    axis: Option<AxisChoice>,
+    /// Number of threads [default: one a core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..), help_heading = "Method")]
+    threads: Option<u16>,
+
+    /// Unit of the files' lengths, repeated in every output, such as mm
+    #[arg(long, value_name = "UNIT")]
+    unit: Option<String>,
+    /// Make every solid of every ASCII file a geometry of its own
+    #[arg(long)]
+    split: bool,
+}
+
+impl JobArguments {
+    /// The job of the arguments, validated; file names are relative to the current folder.
+    pub(crate) fn job(&self) -> Result<Job> {
+        let mut job = match &self.job {
+            Some(path) => read_job(path)?,
+            None => Job {
+                geometries: self.files.iter().map(|file| GeometryJob::from_argument(file)).collect::<Result<_>>()?,
+                ..Job::default()
+            },
+        };
+        self.override_cells(&mut job);
+        self.override_domain(&mut job);
+        job.rule = self.rule.unwrap_or(job.rule);
+        job.backend = self.backend.unwrap_or(job.backend);
+        job.axis = self.axis.unwrap_or(job.axis);
+        job.unit = self.unit.clone().or(job.unit);
+        if self.split {
+            job.geometries.iter_mut().for_each(|geometry| geometry.split = true);
+        }
+        job.validate()?;
+        Ok(job)
+    }
+
+    /// Limits the threads to the number asked for.
+    pub(crate) fn set_threads(&self) -> Result<()> {
+        let Some(threads) = self.threads else { return Ok(()) };
+        let outcome = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
+        outcome.map_err(|error| Error::new("io", format!("starting {threads} threads: {error}"), "ask for fewer"))
+    }
+
+    fn override_cells(&self, job: &mut Job) {
+        if self.cells.is_some() || self.dims.is_some() || self.cell_size.is_some() || self.max_cell_size.is_some() {
+            (job.cells, job.dims) = (self.cells, self.dims);
+            (job.cell_size, job.max_cell_size) = (self.cell_size, self.max_cell_size);
+            // a tolerance belongs to the way that was overridden
+            job.tolerance = job.tolerance.filter(|_| self.max_cell_size.is_some());
+        }
+        job.tolerance = self.tolerance.or(job.tolerance);
+    }
+
+    fn override_domain(&self, job: &mut Job) {
+        let cells = self.padding_cells.map(Padding::Cells);
+        let padding = cells.or(self.padding_length.map(Padding::Length));
+        if self.domain.is_some() {
+            (job.domain, job.padding) = (self.domain, None);
+        } else if padding.is_some() {
+            (job.domain, job.padding) = (None, padding);
+        }
+    }
+}
+
+/// Reads a job file and makes its file names relative to the current folder.
+fn read_job(path: &Path) -> Result<Job> {
+    let name = path.display();
+    let text = std::fs::read_to_string(path).map_err(|error| Error::io(format!("reading {name}"), error))?;
+    let is_json = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"));
+    let read = if is_json { Job::from_json(&text) } else { Job::from_toml(&text) };
+    let mut job = read.map_err(|error| error.at(name))?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    for geometry in &mut job.geometries {
+        // a join with an absolute path is that path
+        geometry.file = folder.join(&geometry.file).to_string_lossy().into_owned();
+    }
+    Ok(job)
+}
+
+/// Reads N values joined by commas.
+pub(crate) fn list<T: FromStr, const N: usize>(text: &str) -> std::result::Result<[T; N], String> {
+    let values: Vec<T> = text
+        .split(',')
+        .map(|part| part.trim().parse().map_err(|_| format!("\"{part}\" is no number of the kind needed")))
+        .collect::<std::result::Result<_, _>>()?;
+    let found = values.len();
+    <[T; N]>::try_from(values).map_err(|_| format!("{N} numbers joined by commas are needed, {found} were given"))
+}
+
+fn per_axis<T: FromStr>(text: &str) -> std::result::Result<PerAxis<T>, String> {
+    if text.contains(',') {
+        return list::<T, 3>(text).map(PerAxis::Each);
+    }
+    list::<T, 1>(text).map(|[value]| PerAxis::All(value))
+}
+
+/// Reads one of the names of an enum, as its serde form spells them.
+pub(crate) fn choice<T: DeserializeOwned + Clone + Send + Sync + 'static>(
+    names: &'static [&'static str],
+) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(names).try_map(|name| serde_json::from_value::<T>(name.into()))
+}

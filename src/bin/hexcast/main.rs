@@ -1,0 +1,115 @@
+//! The command line: reads what is asked for, calls the library, prints. One file a command.
+
+use std::io::Write;
+use std::process::ExitCode;
+
+use clap::{CommandFactory, Parser, Subcommand};
+use hexcast::control::CancelToken;
+use hexcast::{Error, Result};
+
+mod adapters;
+mod arguments;
+mod convert;
+mod estimate;
+mod info;
+mod memory;
+mod mesh;
+mod outputs;
+mod progress;
+mod reading;
+mod summary;
+
+const EXIT_CODES: &str = "\
+Exit codes:
+    0  done                                      5  larger than a limit or the memory
+    1  unexpected: a bug                         6  the GPU or its driver failed
+    2  wrong use of the command line             7  the system refused to read or write a file
+    3  an input file cannot be understood      130  cancelled (Ctrl-C)
+    4  the job contradicts itself or is impossible";
+
+/// Turns closed surfaces (STL) into Cartesian meshes: exactly, on the GPU or the CPU.
+#[derive(Parser)]
+#[command(version, after_help = EXIT_CODES, max_term_width = 100)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Mesh(mesh::Arguments),
+    Info(info::Arguments),
+    Estimate(estimate::Arguments),
+    Adapters(adapters::Arguments),
+    Convert(convert::Arguments),
+    /// Write a completion script for a shell to standard output
+    #[command(
+        after_help = "Example:\n    hexcast completions bash > ~/.local/share/bash-completion/completions/hexcast"
+    )]
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
+}
+
+fn main() -> ExitCode {
+    let command = Cli::parse().command;
+    let token = CancelToken::default();
+    let handler_token = token.clone();
+    // without a handler Ctrl-C still ends the program, only less politely
+    let _ = ctrlc::set_handler(move || handler_token.cancel());
+    match run(command, &token) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error[{}]: {error}", error.code());
+            if !error.hint().is_empty() {
+                eprintln!("hint: {}", error.hint());
+            }
+            ExitCode::from(exit_code(&error))
+        }
+    }
+}
+
+fn run(command: Command, token: &CancelToken) -> Result<()> {
+    match command {
+        Command::Mesh(arguments) => mesh::run(&arguments, token),
+        Command::Info(arguments) => info::run(&arguments, token),
+        Command::Estimate(arguments) => estimate::run(&arguments, token),
+        Command::Adapters(arguments) => adapters::run(&arguments),
+        Command::Convert(arguments) => convert::run(&arguments, token),
+        Command::Completions { shell } => {
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "hexcast", &mut script);
+            print(&String::from_utf8_lossy(&script))
+        }
+    }
+}
+
+fn exit_code(error: &Error) -> u8 {
+    match error {
+        Error::File(_) => 3,
+        Error::Caller(_) => 4,
+        Error::Limit(_) => 5,
+        Error::Device(_) => 6,
+        Error::System(_) => 7,
+        Error::Cancelled => 130,
+    }
+}
+
+/// Prints to standard output; a reader that has gone away, as in `| head`, is no failure.
+fn print(text: &str) -> Result<()> {
+    match std::io::stdout().write_all(text.as_bytes()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::io("printing", error)),
+        _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+}

@@ -1,0 +1,45 @@
+//! What the system says about memory, and memory that is cheap to touch for the first time.
+
+use hexcast::{Error, Result};
+use memmap2::{MmapMut, MmapOptions};
+
+/// Most bytes that this process has held; None where the system does not tell.
+pub(crate) fn peak_bytes() -> Option<u64> {
+    kilobytes("/proc/self/status", "VmHWM:")
+}
+
+/// Bytes that can be taken without pushing others out; None where the system does not tell.
+fn available_bytes() -> Option<u64> {
+    kilobytes("/proc/meminfo", "MemAvailable:")
+}
+
+/// Value in bytes of a line such as `VmHWM:  1234 kB`.
+fn kilobytes(file: &str, key: &str) -> Option<u64> {
+    let text = std::fs::read_to_string(file).ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix(key))?;
+    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kilobytes| kilobytes << 10)
+}
+
+/// Allocates zeroed bytes, in huge pages where the system has them: with small ones the first touch of a page costs more
+/// than filling it.
+///
+/// # Errors
+/// `memory` where they do not fit.
+pub(crate) fn zeroed(n_bytes: u64) -> Result<MmapMut> {
+    if let Some(available) = available_bytes()
+        && n_bytes > available
+    {
+        return Err(too_much(n_bytes, &format!("{available} bytes are available")));
+    }
+    let Ok(length) = usize::try_from(n_bytes) else { return Err(too_much(n_bytes, "they cannot be addressed")) };
+    let map = MmapOptions::new().len(length).map_anon().map_err(|error| too_much(n_bytes, &error.to_string()))?;
+    // only speed depends on the advice
+    #[cfg(target_os = "linux")]
+    let _ = map.advise(memmap2::Advice::HugePage);
+    Ok(map)
+}
+
+fn too_much(n_bytes: u64, why: &str) -> Error {
+    let message = format!("all flags in memory take {n_bytes} bytes: {why}");
+    Error::new("memory", message, "leave out --flags-in-memory: files are written without it")
+}

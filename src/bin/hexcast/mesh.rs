@@ -1,0 +1,202 @@
+//! `hexcast mesh`: files in, mesh files and a report out.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use hexcast::control::{CancelToken, Control};
+use hexcast::flags::expand;
+use hexcast::job::Job;
+use hexcast::mesh::Mesh;
+use hexcast::pipeline::{self, Engine};
+use hexcast::report::Report;
+use hexcast::sources::Source;
+use hexcast::{Error, Result};
+use serde::Deserialize;
+
+use super::arguments::{JobArguments, choice};
+use super::outputs::{FormatArguments, Outputs};
+use super::progress::Progress;
+use super::{memory, reading, summary};
+
+const EXAMPLES: &str = "\
+Examples:
+    hexcast mesh part.stl --cells 256 -o part.vti
+    hexcast mesh case.stl coil.stl:flag=7,priority=2,name=copper --max-cell-size 0.5 --unit mm -o coil.hxc
+    hexcast mesh part.stl --domain -1,-1,0,1,1,2 --dims 200,200,200 -o part.raw -o part.npy --report part.json
+    hexcast mesh --job antenna.toml --cells 512 -o antenna.vti --compress=none
+
+Formats, by the name of the output:
+    .vti  VTK image data, for ParaView (zlib unless --compress=none)
+    .npy  NumPy array of shape (nz, ny, nx)
+    .raw  one byte a cell, x fastest; OUT.raw.json says what they mean
+    .hxc  columns, by far the smallest; `hexcast convert` makes any other from it";
+
+/// Mesh closed surfaces: cells between lines, each with the flag of the geometry it is in
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    job: JobArguments,
+    /// Output file, .vti, .npy, .raw or .hxc; may be given several times. Without it only the report is made
+    #[arg(short, long = "output", value_name = "OUT", help_heading = "Output")]
+    outputs: Vec<PathBuf>,
+    #[command(flatten)]
+    formats: FormatArguments,
+    /// Write the report to a file, as JSON
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    report: Option<PathBuf>,
+    /// Print the report to standard output as JSON, and nothing else there
+    #[arg(long, help_heading = "Output")]
+    json: bool,
+    /// Hash the flags of all cells: auto does up to 2^32 cells, and where a .raw file is written
+    #[arg(long, value_parser = choice::<HashChoice>(&["auto", "always", "never"]), default_value = "auto",
+          help_heading = "Output")]
+    hash: HashChoice,
+    /// Expand all flags in memory, and count that in the total: for comparisons with other meshers
+    #[arg(long, help_heading = "Output")]
+    flags_in_memory: bool,
+    /// Print nothing but warnings and errors
+    #[arg(short, long, conflicts_with = "verbose", help_heading = "Output")]
+    quiet: bool,
+    /// Print more: geometries, end points, all stages
+    #[arg(short, long, help_heading = "Output")]
+    verbose: bool,
+}
+
+/// When to hash the flags.
+#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum HashChoice {
+    Auto,
+    Always,
+    Never,
+}
+
+/// Most cells that are hashed unasked: some seconds.
+const MAX_CELLS_HASHED: u64 = 1 << 32;
+
+pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
+    let job = arguments.job.job()?;
+    let inputs = job.geometries.iter().map(|geometry| Path::new(&geometry.file)).chain(arguments.job.job.as_deref());
+    let inputs: Vec<&Path> = inputs.collect();
+    let report_path = arguments.report.as_deref();
+    let mut outputs = Outputs::open(&arguments.outputs, report_path, &arguments.formats, &inputs)?;
+    if arguments.formats.bits {
+        check_single_flag(&job)?;
+    }
+    arguments.job.set_threads()?;
+    let progress = Progress::new(arguments.quiet);
+
+    let (mut engine, sources, read_seconds) = open_and_read(arguments, &job, token, progress)?;
+    let bar = progress.rays("mesh");
+    let moved = bar.clone();
+    let mut control = Control::with_progress(move |now| {
+        moved.set_length(now.n_rays);
+        moved.set_position(now.rays_done);
+    });
+    control.cancel = token.clone();
+    let meshed = pollster::block_on(pipeline::mesh(&job, sources, read_seconds, &mut engine, &control));
+    bar.finish_and_clear();
+    let (mesh, mut report) = meshed?;
+
+    if arguments.flags_in_memory {
+        expand_all(&mesh, &mut report)?;
+    }
+    hash(arguments.hash, &outputs, &mesh, &mut report, &control)?;
+    write(arguments.hash, &mut outputs, &mesh, &mut report, &control, progress)?;
+    report.peak_bytes.host = memory::peak_bytes();
+    control.check()?;
+    let files = outputs.finish(&format!("{}\n", report.to_json()))?;
+
+    report.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    if arguments.json {
+        return super::print(&format!("{}\n", report.to_json()));
+    }
+    if arguments.quiet {
+        return Ok(());
+    }
+    let shown = summary::Shown { ends: job.max_cell_size.is_some(), verbose: arguments.verbose };
+    super::print(&summary::of_mesh(&report, engine.is_software(), &files, shown))
+}
+
+/// Opens the backend and reads the files, side by side; also returns the seconds that reading took.
+fn open_and_read(
+    arguments: &Arguments,
+    job: &Job,
+    token: &CancelToken,
+    progress: Progress,
+) -> Result<(Engine, Vec<Source>, f64)> {
+    let adapter = arguments.job.adapter.as_deref();
+    std::thread::scope(|scope| {
+        let opening = scope.spawn(|| pollster::block_on(Engine::open(job.backend, adapter)));
+        let start = Instant::now();
+        let sources = reading::read_job_files(job, token, progress);
+        let seconds = start.elapsed().as_secs_f64();
+        let engine = opening.join().unwrap_or_else(|_| {
+            let message = "the GPU driver broke off while it was opened";
+            Err(Error::new("device-failed", message, "use --backend cpu, or update the GPU driver"))
+        });
+        // a wrong file is the more useful message of the two
+        let sources = sources?;
+        Ok((engine?, sources, seconds))
+    })
+}
+
+/// Refuses early what the writer of bit-packed files would refuse in the end.
+fn check_single_flag(job: &Job) -> Result<()> {
+    let flags = job.geometries.iter().enumerate().map(|(index, geometry)| geometry.flag.unwrap_or(index as u8 + 1));
+    let flags: Vec<u8> = flags.collect();
+    if flags.iter().any(|flag| *flag != flags[0]) {
+        let message = format!("--bits is given with {} geometries of different flags", flags.len());
+        return Err(Error::new("job-conflict", message, "give all the same flag, or leave out --bits"));
+    }
+    Ok(())
+}
+
+/// Expands the flags of all cells in memory, for the clock alone.
+fn expand_all(mesh: &Mesh, report: &mut Report) -> Result<()> {
+    let start = Instant::now();
+    let mut flags = memory::zeroed(mesh.n_cells())?;
+    expand(&mesh.columns, &mesh.dims().map(|n| 0..n), &mut flags);
+    std::hint::black_box(&flags);
+    let seconds = start.elapsed().as_secs_f64();
+    report.seconds.flags = Some(seconds);
+    report.seconds.total += seconds;
+    report.cells_per_second = report.cells as f64 / report.seconds.total.max(1e-9);
+    Ok(())
+}
+
+/// Hashes the flags, unless writing will do it on the way.
+fn hash(choice: HashChoice, outputs: &Outputs, mesh: &Mesh, report: &mut Report, control: &Control) -> Result<()> {
+    let is_wanted = match choice {
+        HashChoice::Auto => mesh.n_cells() <= MAX_CELLS_HASHED,
+        HashChoice::Always => true,
+        HashChoice::Never => false,
+    };
+    if is_wanted && !outputs.will_hash() {
+        let start = Instant::now();
+        report.flags_sha256 = Some(mesh.flags_sha256(control)?);
+        report.seconds.hash = Some(start.elapsed().as_secs_f64());
+    }
+    Ok(())
+}
+
+fn write(
+    choice: HashChoice,
+    outputs: &mut Outputs,
+    mesh: &Mesh,
+    report: &mut Report,
+    control: &Control,
+    progress: Progress,
+) -> Result<()> {
+    if outputs.n_meshes() == 0 {
+        return Ok(());
+    }
+    let start = Instant::now();
+    outputs.write(mesh, control, progress)?;
+    report.seconds.write = Some(start.elapsed().as_secs_f64());
+    if choice != HashChoice::Never {
+        report.flags_sha256 = report.flags_sha256.take().or(outputs.flags_sha256.take());
+    }
+    Ok(())
+}

@@ -1,0 +1,233 @@
+//! Output files: checked before the long work starts, written to a temporary file beside the target, and put in place at
+//! the end, so that no half file is ever seen under the target's name.
+
+use std::fs::{File, Permissions};
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use hexcast::control::Control;
+use hexcast::mesh::Mesh;
+use hexcast::write::{Compress, Format, Options, exact_size, sidecar_json, write};
+use hexcast::{Error, Result};
+use indicatif::ProgressBar;
+use tempfile::NamedTempFile;
+
+use super::progress::Progress;
+
+/// How files are written.
+#[derive(clap::Args)]
+#[command(next_help_heading = "Output")]
+pub(crate) struct FormatArguments {
+    /// zlib level of .vti and .hxc, 1 (fast) to 9 (small), or none [default: 1]
+    #[arg(long, value_name = "LEVEL", value_parser = compression, num_args = 0..=1, require_equals = true,
+          default_missing_value = "1")]
+    compress: Option<Compress>,
+    /// Write .raw and .npy with eight cells a byte; for meshes with a single flag
+    #[arg(long)]
+    pub(crate) bits: bool,
+}
+
+/// zlib level where the caller has no opinion: flags shrink a hundredfold already at 1.
+const DEFAULT_COMPRESS: Compress = Compress::Zlib(1);
+
+impl FormatArguments {
+    /// The writer's options for a format: those arguments that apply to it.
+    fn options(&self, format: Format) -> Options {
+        let (compress, bits) = match format {
+            Format::Raw | Format::Npy => (Compress::None, self.bits),
+            Format::Vti | Format::Columns => (self.compress.unwrap_or(DEFAULT_COMPRESS), false),
+        };
+        Options { compress, bits, ..Options::default() }
+    }
+
+    /// Refuses an argument that none of the formats heeds.
+    fn check(&self, formats: &[Format]) -> Result<()> {
+        let has = |one: Format, other: Format| formats.contains(&one) || formats.contains(&other);
+        if matches!(self.compress, Some(Compress::Zlib(_))) && !has(Format::Vti, Format::Columns) {
+            let message = "--compress is given, but no output can be compressed";
+            return Err(Error::new("job-conflict", message, "add an output that ends in .vti or .hxc"));
+        }
+        if self.bits && !has(Format::Raw, Format::Npy) {
+            let message = "--bits is given, but no output can be bit-packed";
+            return Err(Error::new("job-conflict", message, "add an output that ends in .raw or .npy"));
+        }
+        Ok(())
+    }
+}
+
+fn compression(text: &str) -> std::result::Result<Compress, String> {
+    match text.parse() {
+        Ok(level @ 1..=9) => Ok(Compress::Zlib(level)),
+        _ if text == "none" => Ok(Compress::None),
+        _ => Err("1 to 9 or none is needed".into()),
+    }
+}
+
+/// A file that was written.
+pub(crate) struct OutputFile {
+    pub(crate) path: PathBuf,
+    pub(crate) n_bytes: u64,
+}
+
+/// Files being written; dropped before [`Outputs::finish`] they leave nothing behind.
+#[derive(Default)]
+pub(crate) struct Outputs {
+    meshes: Vec<MeshFile>,
+    report: Option<PendingFile>,
+    written: Vec<OutputFile>,
+    /// SHA-256 of the flags, if a file that holds nothing else was written.
+    pub(crate) flags_sha256: Option<String>,
+}
+
+struct MeshFile {
+    format: Format,
+    options: Options,
+    file: PendingFile,
+    /// Beside `.raw`.
+    sidecar: Option<PendingFile>,
+}
+
+/// A temporary file and the name that it will have.
+struct PendingFile {
+    path: PathBuf,
+    temporary: NamedTempFile,
+}
+
+impl Outputs {
+    /// Checks names and folders and opens a temporary file for each output and the report; `inputs` must not be among them.
+    pub(crate) fn open(
+        paths: &[PathBuf],
+        report: Option<&Path>,
+        arguments: &FormatArguments,
+        inputs: &[&Path],
+    ) -> Result<Outputs> {
+        let formats =
+            paths.iter().map(|path| Format::of_name(&path.to_string_lossy())).collect::<Result<Vec<Format>>>()?;
+        arguments.check(&formats)?;
+        let mut taken: Vec<PathBuf> = inputs.iter().filter_map(|input| input.canonicalize().ok()).collect();
+        let n_inputs = taken.len();
+        let mut open = |path: &Path| -> Result<PendingFile> {
+            let (place, file) = PendingFile::open(path)?;
+            match taken.iter().position(|other| *other == place) {
+                Some(index) if index < n_inputs => Err(twice(path, "is an input too")),
+                Some(_) => Err(twice(path, "is written twice")),
+                None => {
+                    taken.push(place);
+                    Ok(file)
+                }
+            }
+        };
+        let mut meshes = Vec::new();
+        for (path, format) in paths.iter().zip(formats) {
+            let file = open(path)?;
+            let sidecar = if format == Format::Raw { Some(open(&sidecar_path(path))?) } else { None };
+            meshes.push(MeshFile { format, options: arguments.options(format), file, sidecar });
+        }
+        let report = report.map(open).transpose()?;
+        Ok(Outputs { meshes, report, ..Outputs::default() })
+    }
+
+    /// Whether a `.raw` of one byte a cell will be written, whose hash is that of the flags.
+    pub(crate) fn will_hash(&self) -> bool {
+        self.meshes.iter().any(|mesh| mesh.format == Format::Raw && !mesh.options.bits)
+    }
+
+    /// Number of meshes to write.
+    pub(crate) fn n_meshes(&self) -> usize {
+        self.meshes.len()
+    }
+
+    /// Writes the mesh to all its files.
+    pub(crate) fn write(&mut self, mesh: &Mesh, control: &Control, progress: Progress) -> Result<()> {
+        for output in &mut self.meshes {
+            let bar = progress.bytes("write", exact_size(mesh, output.format, &output.options));
+            let path = output.file.path.display().to_string();
+            let mut writer = Counted { file: BufWriter::with_capacity(1 << 20, output.file.temporary.as_file()), bar };
+            let written = write(mesh, output.format, &output.options, &mut writer, control);
+            writer.bar.finish_and_clear();
+            drop(writer);
+            let written = written.map_err(|error| error.at(&path))?;
+            let path = output.file.path.clone();
+            self.written.push(OutputFile { path, n_bytes: written.n_bytes });
+            if let Some(sidecar) = &mut output.sidecar {
+                let text = sidecar_json(mesh, &output.options, &written);
+                sidecar.put(&text)?;
+                self.written.push(OutputFile { path: sidecar.path.clone(), n_bytes: text.len() as u64 });
+            }
+            self.flags_sha256 = self.flags_sha256.take().or(written.sha256.filter(|_| !output.options.bits));
+        }
+        Ok(())
+    }
+
+    /// Writes the report, if one was asked for, and puts all files in their places.
+    pub(crate) fn finish(mut self, report: &str) -> Result<Vec<OutputFile>> {
+        if let Some(file) = &mut self.report {
+            file.put(report)?;
+            self.written.push(OutputFile { path: file.path.clone(), n_bytes: report.len() as u64 });
+        }
+        let meshes = self.meshes.into_iter().flat_map(|mesh| [Some(mesh.file), mesh.sidecar]);
+        for file in meshes.chain([self.report]).flatten() {
+            let path = file.path.clone();
+            let outcome = file.temporary.persist(&path);
+            outcome.map_err(|error| Error::io(format!("writing {}", path.display()), error.error))?;
+        }
+        Ok(self.written)
+    }
+}
+
+fn twice(path: &Path, what: &str) -> Error {
+    Error::new("job-conflict", format!("{} {what}", path.display()), "give the output another name")
+}
+
+fn sidecar_path(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".json");
+    name.into()
+}
+
+impl PendingFile {
+    /// Opens a temporary file in the folder of `path`; also returns the path without links.
+    fn open(path: &Path) -> Result<(PathBuf, PendingFile)> {
+        let name = path.display();
+        if path.is_dir() {
+            return Err(Error::new("io", format!("{name} is a folder"), "name a file in it"));
+        }
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let refused = |error: std::io::Error| {
+            let message = format!("{name} cannot be written: {error}");
+            Error::new("io", message, format!("make sure that the folder {} exists and is yours", folder.display()))
+        };
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".hexcast-").suffix(".part");
+        // as any new file, not only for its owner
+        #[cfg(unix)]
+        builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
+        let temporary = builder.tempfile_in(folder).map_err(refused)?;
+        let folder = folder.canonicalize().map_err(refused)?;
+        let place = path.canonicalize().unwrap_or_else(|_| folder.join(path.file_name().unwrap_or_default()));
+        Ok((place, PendingFile { path: path.to_path_buf(), temporary }))
+    }
+
+    fn put(&mut self, text: &str) -> Result<()> {
+        let outcome = self.temporary.write_all(text.as_bytes());
+        outcome.map_err(|error| Error::io(format!("writing {}", self.path.display()), error))
+    }
+}
+
+/// A writer that moves a progress bar.
+struct Counted<'a> {
+    file: BufWriter<&'a File>,
+    bar: ProgressBar,
+}
+
+impl Write for Counted<'_> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        let n = self.file.write(bytes)?;
+        self.bar.inc(n as u64);
+        Ok(n)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.file.flush()
+    }
+}

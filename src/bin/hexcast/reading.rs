@@ -1,0 +1,81 @@
+//! Reading input files: in chunks, hashed on the way, several files side by side.
+
+use std::fs::File;
+use std::io::{Cursor, ErrorKind, Read};
+
+use hexcast::control::CancelToken;
+use hexcast::job::Job;
+use hexcast::read::Reader;
+use hexcast::sources::Source;
+use hexcast::{Error, Result};
+use indicatif::ProgressBar;
+use rayon::prelude::*;
+use sha2::{Digest, Sha256};
+
+use super::progress::Progress;
+
+const CHUNK_BYTES: usize = 1 << 20;
+
+/// Reads the file of every geometry of a job, in their order.
+pub(crate) fn read_job_files(job: &Job, token: &CancelToken, progress: Progress) -> Result<Vec<Source>> {
+    let files: Vec<&str> = job.geometries.iter().map(|geometry| geometry.file.as_str()).collect();
+    read_files(&files, token, progress)
+}
+
+/// Reads files, in their order; the first that fails decides the error.
+pub(crate) fn read_files(files: &[&str], token: &CancelToken, progress: Progress) -> Result<Vec<Source>> {
+    let total = files.iter().filter_map(|file| std::fs::metadata(file).ok()).map(|metadata| metadata.len()).sum();
+    let bar = progress.bytes("read", Some(total));
+    let sources: Vec<Result<Source>> = files.par_iter().map(|file| read_file(file, token, &bar)).collect();
+    bar.finish_and_clear();
+    sources.into_iter().collect()
+}
+
+fn read_file(file: &str, token: &CancelToken, bar: &ProgressBar) -> Result<Source> {
+    let (mut input, n_bytes) = open(file)?;
+    let mut reader = Reader::new(n_bytes);
+    let mut hash = Sha256::new();
+    let mut chunk = vec![0; CHUNK_BYTES];
+    loop {
+        if token.is_cancelled() {
+            return Err(Error::Cancelled);
+        }
+        let n = match input.read(&mut chunk) {
+            Ok(0) => break,
+            Ok(n) => n,
+            Err(error) if error.kind() == ErrorKind::Interrupted => continue,
+            Err(error) => return Err(Error::io(format!("reading {file}"), error)),
+        };
+        let (_, pushed) = rayon::join(|| hash.update(&chunk[..n]), || reader.push(&chunk[..n]));
+        pushed.map_err(|error| error.at(file))?;
+        bar.inc(n as u64);
+    }
+    let contents = reader.finish().map_err(|error| error.at(file))?;
+    Ok(Source { file: file.into(), contents, sha256: hexadecimal(&hash.finalize()) })
+}
+
+/// Opens a file and tells its length; what has no length, such as a pipe, is taken to memory first.
+fn open(file: &str) -> Result<(Box<dyn Read + Send>, u64)> {
+    let failed = |error| Error::io(format!("reading {file}"), error);
+    let mut input = File::open(file).map_err(|error| match error.kind() {
+        ErrorKind::NotFound => {
+            Error::new("io", format!("{file}: there is no such file"), "look at its name and at the current folder")
+        }
+        _ => failed(error),
+    })?;
+    let metadata = input.metadata().map_err(failed)?;
+    if metadata.is_dir() {
+        return Err(Error::new("io", format!("{file} is a folder"), "name the files in it"));
+    }
+    if metadata.is_file() {
+        return Ok((Box::new(input), metadata.len()));
+    }
+    let mut bytes = Vec::new();
+    input.read_to_end(&mut bytes).map_err(failed)?;
+    let n_bytes = bytes.len() as u64;
+    Ok((Box::new(Cursor::new(bytes)), n_bytes))
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}

@@ -1,0 +1,163 @@
+//! The report in words: aligned lines for a terminal.
+
+use std::fmt::{Display, Write};
+
+use hexcast::report::Report;
+use indicatif::{BinaryBytes, HumanCount};
+
+use super::outputs::OutputFile;
+
+/// What else to show.
+#[derive(Clone, Copy)]
+pub(crate) struct Shown {
+    /// End points that lie off the lines.
+    pub(crate) ends: bool,
+    /// Everything.
+    pub(crate) verbose: bool,
+}
+
+/// Lines of a label and a text; a repeated label is left out.
+#[derive(Default)]
+pub(crate) struct Table {
+    text: String,
+    last: String,
+}
+
+impl Table {
+    /// Adds a line.
+    pub(crate) fn line(&mut self, label: &str, text: impl Display) {
+        let shown = if self.last == label { "" } else { label };
+        // writing to a String cannot fail
+        let _ = writeln!(self.text, "{shown:<11} {text}");
+        self.last = label.to_string();
+    }
+
+    /// All lines.
+    pub(crate) fn finish(self) -> String {
+        self.text
+    }
+}
+
+/// Describes a mesh.
+pub(crate) fn of_mesh(report: &Report, is_software: bool, files: &[OutputFile], shown: Shown) -> String {
+    let mut table = Table::default();
+    table.line("backend", backend(report, is_software));
+    for input in &report.inputs {
+        let facts = format!("{}, {} facets, {}", input.format, HumanCount(input.facets), BinaryBytes(input.bytes));
+        table.line("input", format!("{}: {facts}", input.file));
+        input.warnings.iter().for_each(|warning| table.line("", format!("note: {warning}")));
+    }
+    if shown.verbose {
+        geometries(&mut table, report);
+    }
+    grid(&mut table, report);
+    if shown.ends || shown.verbose {
+        end_points(&mut table, report, shown.verbose);
+    }
+    flags(&mut table, report);
+    stages(&mut table, report, shown.verbose);
+    if let Some(hash) = &report.flags_sha256 {
+        table.line("flags", format!("sha256 {hash}"));
+    }
+    for file in files {
+        table.line("written", format!("{} ({})", file.path.display(), BinaryBytes(file.n_bytes)));
+    }
+    table.finish()
+}
+
+fn backend(report: &Report, is_software: bool) -> String {
+    match (&report.adapter, &report.driver) {
+        (Some(adapter), driver) => {
+            let kind = if is_software { "a GPU in software" } else { "GPU" };
+            format!("{kind}: {adapter}, driver {}", driver.as_deref().unwrap_or("unknown"))
+        }
+        // why the GPU was not taken, if it was looked for, is among the warnings
+        _ => format!("CPU, {} threads", rayon::current_num_threads()),
+    }
+}
+
+fn geometries(table: &mut Table, report: &Report) {
+    for geometry in &report.geometries {
+        let [low, high] = geometry.bounding_box.map(three);
+        let facts = format!("flag {}, priority {}, box {low} to {high}", geometry.flag, geometry.priority);
+        table.line("geometry", format!("\"{}\": {facts}", geometry.name));
+    }
+    report.inputs.iter().for_each(|input| table.line("sha256", format!("{} {}", input.sha256, input.file)));
+}
+
+fn grid(table: &mut Table, report: &Report) {
+    let unit = unit(report);
+    let high = [0, 1, 2].map(|axis| report.origin[axis] + f64::from(report.dims[axis]) * report.spacing[axis]);
+    table.line("domain", format!("{} to {}{unit}", three(report.origin), three(high)));
+    let [nx, ny, nz] = report.dims;
+    let cells = HumanCount(report.cells);
+    table.line("cells", format!("{nx} x {ny} x {nz} = {cells}, each {}{unit}", size(report.spacing)));
+    let (rays, crossings) = (HumanCount(report.rays), HumanCount(report.crossings));
+    table.line("rays", format!("{rays} along {}, {crossings} crossings", report.ray_axis));
+}
+
+fn end_points(table: &mut Table, report: &Report, verbose: bool) {
+    for (axis, residuals) in ["x", "y", "z"].into_iter().zip(&report.end_points) {
+        for residual in residuals.iter().filter(|residual| verbose || residual.cells.abs() > 1e-6) {
+            let text = format!("{axis} = {} lies {:.3e} cells off its line", residual.end_point, residual.cells);
+            table.line("end point", text);
+        }
+    }
+}
+
+fn flags(table: &mut Table, report: &Report) {
+    for flag in &report.flags {
+        let difference = match flag.mesh_volume {
+            0.0 => String::new(),
+            mesh => format!(", {:+.3} %", 100.0 * (flag.volume - mesh) / mesh.abs()),
+        };
+        let volumes = format!("volume {:.6e}, of the surface {:.6e}{difference}", flag.volume, flag.mesh_volume);
+        table.line("flag", format!("{} \"{}\": {} cells, {volumes}", flag.flag, flag.name, HumanCount(flag.cells)));
+    }
+}
+
+fn stages(table: &mut Table, report: &Report, verbose: bool) {
+    let seconds = &report.seconds;
+    let rate = report.cells_per_second;
+    table.line("time", format!("{:.3} s from files to {}, {rate:.3e} cells/s", seconds.total, goal(report)));
+    let stages = [
+        ("read", Some(seconds.read)),
+        ("lines", Some(seconds.lines).filter(|_| verbose)),
+        ("snap", Some(seconds.snap).filter(|_| verbose)),
+        ("columns", Some(seconds.columns)),
+        ("flags", seconds.flags),
+        ("| device", Some(seconds.device)),
+        ("report", Some(seconds.report).filter(|_| verbose)),
+        ("hash", seconds.hash),
+        ("write", seconds.write),
+    ];
+    let texts = stages.iter().filter_map(|(name, time)| time.map(|time| format!("{name} {time:.3}")));
+    table.line("time", texts.collect::<Vec<_>>().join("  "));
+    let host = report.peak_bytes.host.map_or("unknown".into(), |bytes| BinaryBytes(bytes).to_string());
+    table.line("peak memory", format!("{host}, on the device {}", BinaryBytes(report.peak_bytes.device)));
+}
+
+fn goal(report: &Report) -> &'static str {
+    if report.seconds.flags.is_some() { "flags" } else { "columns" }
+}
+
+fn unit(report: &Report) -> String {
+    report.unit.as_ref().map_or(String::new(), |unit| format!(" {unit}"))
+}
+
+/// A point, short.
+pub(crate) fn three(point: [f64; 3]) -> String {
+    let [x, y, z] = point.map(short);
+    format!("({x}, {y}, {z})")
+}
+
+/// A cell size: one number for cubes.
+pub(crate) fn size([x, y, z]: [f64; 3]) -> String {
+    if x == y && y == z { short(x) } else { [x, y, z].map(short).join(" x ") }
+}
+
+/// Seven significant digits, as f32 files hold, without trailing zeros.
+fn short(value: f64) -> String {
+    let rounded: f64 = format!("{value:.6e}").parse().unwrap_or(value);
+    if rounded != 0.0 && !(1e-4..1e9).contains(&rounded.abs()) { format!("{rounded:e}") } else { rounded.to_string() }
+}

@@ -1,0 +1,112 @@
+use proptest::prelude::*;
+
+use super::*;
+
+fn optimum(distances: &[f64], s_max: f64, tolerance: f64) -> Option<f64> {
+    let intervals = Intervals { distances: distances.to_vec(), thinnest: f64::INFINITY };
+    intervals.optimal_cell_size(s_max, tolerance)
+}
+
+#[test]
+fn a_common_divisor_is_found_exactly() {
+    for tolerance in [0.0, 0.01, 0.05] {
+        assert_eq!(optimum(&[6.0, 15.0], 4.0, tolerance), Some(3.0));
+        assert_eq!(optimum(&[6.0, 15.0], 3.0, tolerance), Some(3.0));
+        assert_eq!(optimum(&[6.0, 15.0], 2.9, tolerance), Some(1.5));
+        assert_eq!(optimum(&[2.0], 1.9, tolerance), Some(1.0));
+        assert_eq!(optimum(&[1.0], 0.3, tolerance), Some(0.25));
+    }
+}
+
+#[test]
+fn the_largest_size_itself_is_not_exceeded_to_come_nearer() {
+    assert_eq!(optimum(&[10.04], 1.0, 0.05), Some(1.0));
+    assert_eq!(optimum(&[9.98], 1.0, 0.05), Some(0.998));
+}
+
+#[test]
+fn an_interval_smaller_than_the_largest_size_is_one_cell() {
+    let size = optimum(&[0.3, 10.2], 1.0, 0.0).unwrap();
+    assert!((size - 0.3).abs() < 1e-12, "{size}");
+}
+
+#[test]
+fn a_thin_geometry_keeps_a_cell() {
+    let plate = Intervals { distances: vec![5.0, 5.02, 10.0], thinnest: 0.02 };
+    let size = plate.optimal_cell_size(1.0, 0.05).unwrap();
+    assert!((5.02 / size).round() > (5.0 / size).round(), "{size}");
+    assert!(size <= 0.02 / 0.9 && size > 0.02 / 1.1, "{size}");
+}
+
+#[test]
+fn a_divisor_far_below_the_largest_size_is_found() {
+    assert_eq!(optimum(&[10.0, 10.5], 10.0, 0.0), Some(0.5));
+}
+
+#[test]
+fn nothing_in_common_is_nothing() {
+    assert_eq!(optimum(&[1.0, 1.0 + std::f64::consts::SQRT_2], 0.9, 0.0001), None);
+}
+
+#[test]
+fn rounding_of_the_files_makes_no_intervals() {
+    let tenth = f64::from(0.1f32);
+    let boxes = [[[0.1; 3], [10.1; 3]], [[tenth; 3], [5.1, 5.1, f64::from(10.1f32)]]];
+    let domain = Domain::new(&crate::job::Job::default(), &boxes).unwrap();
+    assert_eq!(Intervals::new(&domain, 0).distances.len(), 2);
+    assert_eq!(Intervals::new(&domain, 2).distances.len(), 1);
+    assert!((Intervals::new(&domain, 0).thinnest - 5.0).abs() < 1e-6);
+    let size = Intervals::new(&domain, 0).optimal_cell_size(1.1, 0.05).unwrap();
+    assert!((size - 1.0).abs() < 1e-6, "{size}");
+}
+
+/// The worst distance from a line, in cells, counted in whole cells rather than by rounding.
+fn worst(distances: &[f64], size: f64) -> f64 {
+    let off = |distance: &f64| {
+        let rest = distance.rem_euclid(size) / size;
+        rest.min(1.0 - rest)
+    };
+    distances.iter().map(off).fold(0.0, f64::max)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(64) })]
+
+    /// Against a dense scan downwards that tests every size on its own: no allowed size has fewer cells.
+    #[test]
+    fn no_larger_size_fits(
+        gaps in prop::collection::vec(0.2f64..5.0, 1..4), s_max in 0.3f64..2.0, tolerance in 0.02f64..0.2,
+    ) {
+        let distances: Vec<f64> = gaps.iter().scan(0.0, |sum, gap| { *sum += gap; Some(*sum) }).collect();
+        let found = optimum(&distances, s_max, tolerance);
+        let extent = distances[distances.len() - 1];
+        let greatest = s_max.min(extent);
+        if let Some(size) = found {
+            prop_assert!(size <= s_max);
+            prop_assert!(worst(&distances, size) <= tolerance + 1e-9);
+        }
+        let steps = 20_000;
+        for step in 0..steps {
+            let size = greatest * (1.0 - 0.95 * f64::from(step) / f64::from(steps));
+            if worst(&distances, size) <= tolerance - 1e-9 {
+                let found = found.expect("the scan found a size");
+                let cells = |s: f64| (extent / s).round();
+                prop_assert!(cells(found) <= cells(size), "size {size} fits, found {found}");
+                break;
+            }
+        }
+    }
+
+    /// Multiples of a divisor, moved by less than the rounding of a file, still give the divisor or its double, triple, ...
+    #[test]
+    fn a_disturbed_divisor_is_found(
+        steps in prop::collection::vec(1u32..40, 1..5), noise in -1e-7f64..1e-7, scale in -6i32..4,
+    ) {
+        let unit = 10f64.powi(scale);
+        let mut sum = 0;
+        let distances: Vec<f64> =
+            steps.iter().map(|step| { sum += step; unit * (f64::from(sum) + noise) }).collect();
+        let size = optimum(&distances, 1.2 * unit, 0.01).unwrap();
+        prop_assert!(size >= unit * (1.0 - 1e-6) && size <= 1.2 * unit, "{size}");
+    }
+}
