@@ -88,7 +88,9 @@ function removeAll() {
  */
 export function addFiles(files, { isFolder = false, sample = null } = {}) {
   queue = queue.then(async () => {
-    if (!state.mesher || files.length === 0) return;
+    if (files.length === 0) return;
+    await isQuiet();
+    if (!state.mesher) return;
     clearMessages();
     const wanted = isFolder ? files.filter(({ source }) => /\.(stl|hxc)$/i.test(source.name)) : files;
     if (wanted.length === 0) showNotice(`there is no STL file among the ${files.length} files of the folder`);
@@ -97,6 +99,11 @@ export function addFiles(files, { isFolder = false, sample = null } = {}) {
     change('phase', { phase: 'idle' });
   });
   return queue;
+}
+
+/** Resolves once no mesher starts and no mesh is made. */
+async function isQuiet() {
+  while (state.phase === 'starting' || state.phase === 'meshing') await new Promise((resolve) => setTimeout(resolve, 50));
 }
 
 async function addFile({ source, settings = {} }, sample) {

@@ -31,7 +31,7 @@ async function open(backend) {
     const mesher = await createMesher({ backend });
     if (opened !== backend) return mesher.dispose();
     change('mesher', { mesher });
-    showDevice(mesher);
+    showDevice(mesher, await adapterName(mesher));
     await readAgain();
     change('phase', { phase: 'idle' });
   } catch (error) {
@@ -43,12 +43,19 @@ async function open(backend) {
   return undefined;
 }
 
-function showDevice({ backend, adapter, fallback }) {
+/** The adapter's name, from the browser where the driver gives none. */
+async function adapterName({ adapter }) {
+  if (!adapter || adapter.name) return adapter?.name;
+  const info = (await navigator.gpu?.requestAdapter())?.info;
+  return info?.description || [info?.vendor, info?.architecture].filter(Boolean).join(' ') || 'without a name';
+}
+
+function showDevice({ backend, adapter, fallback }, name) {
   const device = byId('device');
   device.dataset.backend = backend;
   device.dataset.software = String(Boolean(adapter?.software));
-  if (backend === 'gpu' && adapter.software) device.textContent = `Software GPU: ${adapter.name}. It works, but slower than a real one`;
-  else if (backend === 'gpu') device.textContent = `GPU: ${adapter.name}`;
+  if (backend === 'gpu' && adapter.software) device.textContent = `Software GPU: ${name}. It works, but slower than a real one`;
+  else if (backend === 'gpu') device.textContent = `GPU: ${name}`;
   else device.textContent = fallback ? 'No GPU here: the processor does the work, with the same result' : 'The processor does the work';
   device.title = fallback ?? adapter?.driver ?? '';
 }

@@ -65,6 +65,7 @@ function row({ flag, name, cells, volume, mesh_volume: meshVolume }, unit) {
   });
   const swatch = make('span', { className: 'swatch' });
   swatch.style.background = colourOf(flag);
+  // a mesh from a column file no longer knows its facets
   const off = meshVolume ? (100 * (volume - meshVolume)) / Math.abs(meshVolume) : null;
   const difference = off === null ? '' : `${off >= 0 ? '+' : '−'}${Math.abs(off).toFixed(Math.abs(off) < 1 ? 2 : 1)} % vs facets`;
   return make(
@@ -73,7 +74,7 @@ function row({ flag, name, cells, volume, mesh_volume: meshVolume }, unit) {
     make('td', {}, box),
     make('th', { scope: 'row' }, swatch, make('span', { className: 'number' }, String(flag)), ` ${name}`),
     make('td', { className: 'number cells', 'data-cells': cells }, count(cells)),
-    make('td', { className: 'number', title: `volume of the facets: ${measure(meshVolume, unit, 3)}` }, measure(volume, unit, 3), make('small', {}, difference)),
+    make('td', { className: 'number', title: meshVolume ? `volume of the facets: ${measure(meshVolume, unit, 3)}` : null }, measure(volume, unit, 3), make('small', {}, difference)),
   );
 }
 

@@ -58,7 +58,8 @@ async function run(restart) {
     change('phase', { phase: 'idle' });
     change('mesh', { mesh, job, skin });
   } catch (error) {
-    change('phase', { phase: 'idle' });
+    // another mesher may be starting: then the page is not idle yet
+    if (state.phase === 'meshing') change('phase', { phase: 'idle' });
     const isAbort = stop.signal.aborted;
     status.textContent = isAbort ? 'Cancelled; nothing was lost.' : '';
     if (!isAbort) showError(error, undefined, wayOut(error, restart));

@@ -167,7 +167,7 @@ export class Scene {
     this.#radius = Math.max(low.distanceTo(high) / 2, Number.MIN_VALUE);
     this.#world.position.copy(this.#centre).negate();
     const fieldOfView = THREE.MathUtils.degToRad(this.#camera.fov) * Math.min(1, this.#camera.aspect);
-    const distance = (1.05 * this.#radius) / Math.sin(fieldOfView / 2);
+    const distance = (1.12 * this.#radius) / Math.sin(fieldOfView / 2);
     this.#camera.position.fromArray(direction).setLength(distance);
     this.#camera.near = distance / 200;
     this.#camera.far = distance * 20;

@@ -135,7 +135,7 @@ export function commandOf(job) {
     if (value !== undefined) words.push(`--${name}=${quote([].concat(value).join(','))}`);
   };
   option('domain', job.domain);
-  option('padding', job.padding?.cells);
+  option('padding-cells', job.padding?.cells);
   option('padding-length', job.padding?.length);
   for (const key of ['cells', 'dims', 'cell_size', 'max_cell_size', 'rule', 'axis', 'unit']) option(key.replaceAll('_', '-'), job[key]);
   if (state.settings.backend !== 'auto') option('backend', state.settings.backend);

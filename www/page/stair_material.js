@@ -27,7 +27,9 @@ const LINES = `
   vec3 across = abs(normalize(cross(dFdx(vCell), dFdy(vCell))));
   vec3 perPixel = max(fwidth(vCell), 1e-6);
   vec3 distanceToLine = abs(fract(vCell - 0.5) - 0.5) / perPixel;
-  vec3 isLine = (1.0 - smoothstep(0.3, 1.1, distanceToLine)) * (1.0 - smoothstep(0.12, 0.3, perPixel)) * (1.0 - step(0.5, across));
+  vec3 isLine = (1.0 - smoothstep(0.3, 1.1, distanceToLine)) * (1.0 - smoothstep(0.1, 0.2, perPixel)) * (1.0 - step(0.5, across));
   diffuseColor.rgb *= 1.0 - 0.38 * max(isLine.x, max(isLine.y, isLine.z));
+  // a tone for each axis: steps stay readable where all faces get the same light
+  diffuseColor.rgb *= dot(across, vec3(0.86, 0.72, 1.0));
   if (!gl_FrontFacing) diffuseColor.rgb *= 0.55;
 }`;

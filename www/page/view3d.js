@@ -15,12 +15,13 @@ const SECTION_PIXELS = 1024;
 let loading = null;
 let shown = 'model';
 let section = 0;
+let modelsLook = '[]';
 /** The side that the section takes away: the one that the camera stood on when its axis was chosen. */
 let side = 1;
 
 /** Connects the view. */
 export function startView3d() {
-  on('geometries', () => (showModels(), choose('model')));
+  on('geometries', () => showModels());
   on('colours', () => recolour());
   on('estimate', () => withScene((scene) => scene.setBox(state.geometries.length > 0 && state.estimate?.result ? domainOf(state.estimate.result) : null)));
   on('mesh', () => showMesh());
@@ -51,9 +52,14 @@ async function withScene(action) {
   }
 }
 
+/** Shows the models anew where what is seen of them has changed: corners are large. */
 function showModels() {
+  const models = state.geometries.filter(({ corners }) => corners);
+  const look = JSON.stringify(models.map(({ id, flag, scale, rotate, translate }) => [id, colourOf(flag), scale, rotate, translate]));
+  if (look === modelsLook) return;
+  modelsLook = look;
+  choose('model');
   withScene((scene) => {
-    const models = state.geometries.filter(({ corners }) => corners);
     scene.setModels(models.map((geometry) => ({ ...geometry, colour: colourOf(geometry.flag) })));
     const ids = models.map(({ id }) => id).join();
     if (ids !== byId('canvas-3d').dataset.models && models.length > 0) fit();
@@ -63,8 +69,10 @@ function showModels() {
 
 function recolour() {
   withScene((scene) => {
+    const before = shown;
     scene.setColours(colourOf);
     showModels();
+    choose(before);
     cut();
   });
 }
