@@ -18,7 +18,7 @@ pub(crate) fn beside<T>(other: impl FnOnce() + Send, here: impl FnOnce() -> T) -
 /// The names of rayon on one thread.
 #[cfg(target_arch = "wasm32")]
 mod single {
-    use std::slice::{Chunks, ChunksMut, Iter};
+    use std::slice::{Chunks, ChunksMut, Iter, IterMut};
 
     pub(crate) fn current_num_threads() -> usize {
         1
@@ -39,6 +39,7 @@ mod single {
 
     pub(crate) trait ParallelSlice<T> {
         fn par_iter(&self) -> Iter<'_, T>;
+        fn par_iter_mut(&mut self) -> IterMut<'_, T>;
         fn par_chunks(&self, size: usize) -> Chunks<'_, T>;
         fn par_chunks_mut(&mut self, size: usize) -> ChunksMut<'_, T>;
         fn par_sort_unstable(&mut self)
@@ -49,6 +50,10 @@ mod single {
     impl<T> ParallelSlice<T> for [T] {
         fn par_iter(&self) -> Iter<'_, T> {
             self.iter()
+        }
+
+        fn par_iter_mut(&mut self) -> IterMut<'_, T> {
+            self.iter_mut()
         }
 
         fn par_chunks(&self, size: usize) -> Chunks<'_, T> {

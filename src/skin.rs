@@ -12,7 +12,7 @@
 //! Cost: O(runs + rectangles) time; 72 bytes a rectangle for the result and 24 to 48 more while it grows, the strips of
 //! some rows, and when coarsened a set of coarse runs of about a quarter of the columns.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use crate::control::Control;
 use crate::error::{Error, Result};

@@ -41,12 +41,12 @@ pub(crate) struct Seconds {
 
 impl Seconds {
     /// From the file to columns.
-    pub(crate) fn to_columns(&self) -> f64 {
+    pub(crate) fn to_columns(self) -> f64 {
         self.read + self.lines + self.snap + self.columns
     }
 
     /// From the file to flags in memory.
-    pub(crate) fn to_flags(&self) -> f64 {
+    pub(crate) fn to_flags(self) -> f64 {
         self.to_columns() + self.flags
     }
 }

@@ -9,7 +9,7 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use super::ROWS;
 use super::faces::stretches;

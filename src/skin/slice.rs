@@ -4,7 +4,7 @@
 //! is shown: the middle one. Cost: O(cells) at the speed of memory where every cell is shown, else a search in a ray's
 //! runs a pixel; no memory besides the picture.
 
-use rayon::prelude::*;
+use crate::parallel::*;
 
 use crate::error::{Error, Result};
 use crate::flags::flags_of_box;

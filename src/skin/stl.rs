@@ -51,7 +51,7 @@ fn write_part(part: &SkinPart, mesh: &Mesh, out: &mut dyn Write) -> std::io::Res
             let mut normal = [0f32; 3];
             normal[direction / 2] = if direction % 2 == 1 { 1.0 } else { -1.0 };
             let mut push = |value: f32| bytes.extend(value.to_le_bytes());
-            normal.map(&mut push);
+            normal.into_iter().for_each(&mut push);
             for &corner in corners {
                 for axis in 0..3 {
                     // positions are whole numbers of lines

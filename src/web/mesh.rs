@@ -102,7 +102,7 @@ impl WebMesh {
         if axis > 2 || index >= self.mesh.dims()[axis] {
             return Err(js_error(Error::new("job-value", format!("there is no plane {index} across axis {axis}"), "")));
         }
-        let plane = slice(&self.mesh, axis, index, [max_pixels.max(1); 2]);
+        let plane = slice(&self.mesh, axis, index, [max_pixels.max(1); 2]).map_err(js_error)?;
         let head = [plane.width, plane.height, plane.step].map(u32::to_le_bytes);
         Ok([head.as_flattened(), &plane.flags].concat())
     }
