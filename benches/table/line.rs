@@ -41,13 +41,13 @@ pub(crate) struct Seconds {
 
 impl Seconds {
     /// From the file to columns.
-    pub(crate) fn to_columns(self) -> f64 {
+    pub(crate) fn until_columns(&self) -> f64 {
         self.read + self.lines + self.snap + self.columns
     }
 
     /// From the file to flags in memory.
-    pub(crate) fn to_flags(self) -> f64 {
-        self.to_columns() + self.flags
+    pub(crate) fn until_flags(&self) -> f64 {
+        self.until_columns() + self.flags
     }
 }
 

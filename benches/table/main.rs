@@ -108,7 +108,7 @@ fn whole_line(case: &Case, choice: BackendChoice, arguments: &Arguments) -> Resu
     let columns = &first.columns;
     let cells = columns.rays.n_rays() * u64::from(columns.rays.depth);
     let of = |part: fn(&line::Seconds) -> f64| line::median(runs.iter().map(part));
-    let (to_columns, to_flags) = (of(line::Seconds::to_columns), of(line::Seconds::to_flags));
+    let (to_columns, to_flags) = (of(line::Seconds::until_columns), of(line::Seconds::until_flags));
     println!(
         "{}",
         json!({
@@ -118,8 +118,8 @@ fn whole_line(case: &Case, choice: BackendChoice, arguments: &Arguments) -> Resu
             "inside": cells - columns.cells_per_flag()[0],
             "crossings": columns.n_crossings(), "runs_of_cells": columns.n_runs(), "odd_rays": columns.odd_rays(),
             "to_columns_s": to_columns, "to_flags_s": to_flags,
-            "to_flags_again_s": of(|s| s.to_columns() + s.flags_again),
-            "to_flags_in_vec_s": of(|s| s.to_columns() + s.flags_in_vec),
+            "to_flags_again_s": of(|s| s.until_columns() + s.flags_again),
+            "to_flags_in_vec_s": of(|s| s.until_columns() + s.flags_in_vec),
             "cells_per_s": cells as f64 / to_flags, "crossings_per_s": columns.n_crossings() as f64 / of(|s| s.columns),
             "read_s": of(|s| s.read), "lines_s": of(|s| s.lines), "snap_s": of(|s| s.snap),
             "columns_s": of(|s| s.columns), "flags_s": of(|s| s.flags), "flags_again_s": of(|s| s.flags_again), "flags_in_vec_s": of(|s| s.flags_in_vec),

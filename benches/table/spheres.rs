@@ -38,7 +38,7 @@ pub(crate) fn spheres() -> Vec<Facet> {
 fn corner(centre: [f64; 3], stack: u32, slice: u32) -> [f32; 3] {
     let polar = PI * f64::from(stack) / f64::from(STACKS);
     let turn = 2.0 * PI * f64::from(slice) / f64::from(SLICES);
-    let across = if stack % STACKS == 0 { 0.0 } else { RADIUS * polar.sin() };
+    let across = if stack.is_multiple_of(STACKS) { 0.0 } else { RADIUS * polar.sin() };
     let offset = [across * turn.cos(), across * turn.sin(), RADIUS * polar.cos()];
     std::array::from_fn(|axis| (centre[axis] + offset[axis]) as f32)
 }
