@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use hexcast::control::Control;
 use hexcast::mesh::Mesh;
-use hexcast::write::{Compress, Format, Options, Written, exact_size, sidecar_json, write};
+use hexcast::write::{Compress, Format, Options, exact_size, sidecar_json, write};
 use hexcast::{Error, Result};
 use indicatif::ProgressBar;
 use tempfile::NamedTempFile;
@@ -147,14 +147,14 @@ impl Outputs {
             writer.bar.finish_and_clear();
             drop(writer);
             let written = written.map_err(|error| error.at(&path))?;
+            let path = output.file.path.clone();
+            self.written.push(OutputFile { path, n_bytes: written.n_bytes });
             if let Some(sidecar) = &mut output.sidecar {
                 let text = sidecar_json(mesh, &output.options, &written);
                 sidecar.put(&text)?;
                 self.written.push(OutputFile { path: sidecar.path.clone(), n_bytes: text.len() as u64 });
             }
-            let Written { n_bytes, sha256 } = written;
-            self.flags_sha256 = self.flags_sha256.take().or(sha256.filter(|_| !output.options.bits));
-            self.written.push(OutputFile { path: output.file.path.clone(), n_bytes });
+            self.flags_sha256 = self.flags_sha256.take().or(written.sha256.filter(|_| !output.options.bits));
         }
         Ok(())
     }

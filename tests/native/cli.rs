@@ -1,0 +1,390 @@
+//! The command line as a user meets it: files, JSON, exit codes, and nothing left behind.
+
+use serde_json::Value;
+use sha2::{Digest, Sha256};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use tempfile::TempDir;
+
+const SPOT: &str = "tests/fixtures/spot.stl";
+
+fn hexcast(arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_hexcast"));
+    command.current_dir(env!("CARGO_MANIFEST_DIR")).args(arguments).output().expect("hexcast starts")
+}
+
+/// Runs hexcast, which must succeed, and returns its standard output.
+#[track_caller]
+fn done(arguments: &[&str]) -> String {
+    let output = hexcast(arguments);
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments:?}: {:?}\n{error}", output.status);
+    String::from_utf8(output.stdout).expect("UTF-8")
+}
+
+#[track_caller]
+fn json(arguments: &[&str]) -> Value {
+    let text = done(arguments);
+    serde_json::from_str(&text).unwrap_or_else(|error| panic!("{arguments:?}: {error}\n{text}"))
+}
+
+/// A folder and the names in it as arguments.
+struct Folder(TempDir);
+
+impl Folder {
+    fn new() -> Folder {
+        Folder(tempfile::tempdir().expect("a folder"))
+    }
+
+    fn path(&self, name: &str) -> String {
+        self.0.path().join(name).to_str().expect("UTF-8").to_string()
+    }
+
+    fn bytes(&self, name: &str) -> Vec<u8> {
+        std::fs::read(self.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+    }
+
+    fn json(&self, name: &str) -> Value {
+        serde_json::from_slice(&self.bytes(name)).expect("JSON")
+    }
+
+    fn names(&self) -> Vec<String> {
+        let entries = std::fs::read_dir(self.0.path()).expect("the folder is there");
+        let mut names: Vec<String> =
+            entries.map(|entry| entry.expect("an entry").file_name().into_string().expect("UTF-8")).collect();
+        names.sort();
+        names
+    }
+}
+
+fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[test]
+fn a_fixture_is_meshed_to_every_format() {
+    let folder = Folder::new();
+    let names = ["a.raw", "a.npy", "a.vti", "a.hxc"];
+    let outputs: Vec<String> = names.iter().map(|name| folder.path(name)).collect();
+    let mut arguments = vec!["mesh", SPOT, "--cells", "24", "--backend", "cpu", "--json"];
+    outputs.iter().for_each(|output| arguments.extend(["-o", output]));
+    let report = json(&arguments);
+    assert_eq!(folder.names(), ["a.hxc", "a.npy", "a.raw", "a.raw.json", "a.vti"]);
+
+    let dims: Vec<u64> = report["dims"].as_array().unwrap().iter().map(|n| n.as_u64().unwrap()).collect();
+    let n_cells: u64 = dims.iter().product();
+    assert_eq!((dims[2], report["cells"].as_u64()), (24, Some(n_cells)));
+    let raw = folder.bytes("a.raw");
+    assert_eq!(raw.len() as u64, n_cells);
+    assert_eq!(folder.bytes("a.npy").len() as u64, n_cells + 128);
+    assert_eq!(folder.bytes("a.npy")[128..], raw);
+    assert_eq!(folder.bytes("a.vti")[..5], *b"<?xml");
+    assert_eq!(folder.bytes("a.hxc")[..4], *b"\x89HXC");
+
+    let sidecar = folder.json("a.raw.json");
+    assert_eq!(sidecar["sha256"], sha256(&raw));
+    assert_eq!(report["flags_sha256"], sidecar["sha256"]);
+    assert_eq!([&sidecar["dims"], &sidecar["origin"]], [&report["dims"], &report["origin"]]);
+    let cells = raw.iter().filter(|flag| **flag == 1).count();
+    assert_eq!(report["flags"][0]["cells"], cells);
+}
+
+#[test]
+fn the_report_has_the_keys_that_others_rely_on() {
+    let folder = Folder::new();
+    let file = folder.path("r.json");
+    let printed =
+        json(&["mesh", SPOT, "--cells", "16", "--backend", "cpu", "--unit", "mm", "--json", "--report", &file]);
+    assert_eq!(folder.json("r.json"), printed);
+    for key in ["dims", "origin", "spacing", "odd_rays", "flags", "flags_sha256", "seconds", "adapter", "backend"] {
+        assert!(printed.get(key).is_some(), "{key}");
+    }
+    for key in ["flag", "name", "cells", "volume", "mesh_volume"] {
+        assert!(printed["flags"][0].get(key).is_some(), "flags.{key}");
+    }
+    for key in ["total", "read", "lines", "snap", "columns"] {
+        assert!(printed["seconds"][key].as_f64().unwrap() >= 0.0, "seconds.{key}");
+    }
+    assert_eq!((&printed["backend"], &printed["adapter"]), (&"cpu".into(), &Value::Null));
+    assert_eq!((&printed["unit"], &printed["odd_rays"]), (&"mm".into(), &0.into()));
+    assert_eq!(printed["inputs"][0]["sha256"], sha256(&std::fs::read(SPOT).unwrap()));
+    #[cfg(target_os = "linux")]
+    assert!(printed["peak_bytes"]["host"].as_u64().unwrap() > 1 << 20);
+    let volume = &printed["flags"][0];
+    let ratio = volume["volume"].as_f64().unwrap() / volume["mesh_volume"].as_f64().unwrap();
+    assert!((0.9..1.1).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn flags_in_memory_and_hashes_are_made_where_asked_for() {
+    let common = ["mesh", SPOT, "--cells", "16", "--backend", "cpu", "--json"];
+    let plain = json(&common);
+    let asked = json(&[&common[..], &["--flags-in-memory", "--hash", "never"]].concat());
+    assert!(plain["seconds"]["flags"].is_null() && plain["flags_sha256"].is_string());
+    assert!(asked["seconds"]["flags"].is_number() && asked["flags_sha256"].is_null());
+    let sum: f64 =
+        ["read", "lines", "snap", "columns", "flags"].iter().map(|s| asked["seconds"][s].as_f64().unwrap()).sum();
+    assert!((asked["seconds"]["total"].as_f64().unwrap() - sum).abs() < 1e-9);
+}
+
+#[test]
+fn any_backend_axis_and_number_of_threads_give_the_same_flags() {
+    let hash = |options: &[&str]| {
+        json(&[&["mesh", SPOT, "--cells", "40", "--json"], options].concat())["flags_sha256"].clone()
+    };
+    let cpu = hash(&["--backend", "cpu"]);
+    assert!(cpu.is_string());
+    assert_eq!(hash(&["--backend", "gpu"]), cpu);
+    assert_eq!(hash(&["--backend", "cpu", "--axis", "x", "--threads", "1"]), cpu);
+    assert_eq!(hash(&["--backend", "auto", "--rule", "nonzero"]), cpu);
+}
+
+#[test]
+fn the_words_say_what_was_done() {
+    let folder = Folder::new();
+    let output = folder.path("a.vti");
+    let text = done(&["mesh", SPOT, "--cells", "16", "--backend", "cpu", "--unit", "mm", "-o", &output]);
+    for part in ["CPU", "5,856 facets", " mm", "rays", "flag        1 \"spot\"", "cells/s", "sha256", "a.vti"] {
+        assert!(text.contains(part), "{part}:\n{text}");
+    }
+    assert!((10..=20).contains(&text.lines().count()), "{text}");
+    assert_eq!(done(&["mesh", SPOT, "--cells", "16", "--backend", "cpu", "-q"]), "");
+    // a surface with holes is never silent
+    let open = hexcast(&[
+        "mesh",
+        "tests/fixtures/featuretype.stl",
+        "--cells",
+        "16",
+        "--backend",
+        "cpu",
+        "-q",
+        "--padding-cells",
+        "1",
+    ]);
+    let warned = String::from_utf8_lossy(&open.stderr).contains("warning: ");
+    let odd = json(&[
+        "mesh",
+        "tests/fixtures/featuretype.stl",
+        "--cells",
+        "16",
+        "--backend",
+        "cpu",
+        "--json",
+        "--padding-cells",
+        "1",
+    ]);
+    assert_eq!(warned, !odd["warnings"].as_array().unwrap().is_empty());
+}
+
+#[test]
+fn a_job_file_is_the_same_as_its_command_line() {
+    let folder = Folder::new();
+    std::fs::copy(SPOT, folder.path("cow.stl")).unwrap();
+    let toml = "unit = \"m\"\ndims = [9, 20, 21]\ndomain = [-1, -1, -1, 1, 1, 1.5]\nbackend = \"cpu\"\n\
+                [[geometries]]\nfile = \"cow.stl\"\nflag = 7\nname = \"cow\"\n\
+                [[geometries]]\nfile = \"cow.stl\"\npriority = 2\nname = \"calf\"\nscale = 0.5\n";
+    std::fs::write(folder.path("job.toml"), toml).unwrap();
+    let (stl, job, a, b) =
+        (folder.path("cow.stl"), folder.path("job.toml"), folder.path("a.hxc"), folder.path("b.hxc"));
+    let cow = format!("{stl}:flag=7,name=cow");
+    let calf = format!("{stl}:priority=2,name=calf,scale=0.5");
+    let domain = ["--domain", "-1,-1,-1,1,1,1.5", "--dims", "9,20,21", "--unit", "m", "--backend", "cpu"];
+    let direct = json(&[&["mesh", &cow, &calf, "-o", &a, "--json"], &domain[..]].concat());
+    let from_job = json(&["mesh", "--job", &job, "-o", &b, "--json"]);
+    assert_eq!(folder.bytes("a.hxc"), folder.bytes("b.hxc"));
+    assert_eq!(direct["flags"], from_job["flags"]);
+    assert_eq!((&direct["flags"][0]["flag"], &direct["flags"][1]["flag"]), (&2.into(), &7.into()));
+
+    // options override the file
+    let other = json(&["mesh", "--job", &job, "--cells", "12", "--unit", "km", "--padding-cells", "1", "--json"]);
+    assert_eq!((&other["unit"], &other["dims"][2]), (&"km".into(), &14.into()));
+    assert_eq!(other["ray_axis"], "z");
+}
+
+#[test]
+fn a_json_job_with_max_cell_size_tells_residuals() {
+    let folder = Folder::new();
+    let stl = Path::new(env!("CARGO_MANIFEST_DIR")).join(SPOT);
+    let job = serde_json::json!({"geometries": [{"file": stl}], "max_cell_size": 0.1, "backend": "cpu"});
+    std::fs::write(folder.path("job.json"), job.to_string()).unwrap();
+    let report = json(&["mesh", "--job", &folder.path("job.json"), "--json"]);
+    assert!(report["spacing"][0].as_f64().unwrap() <= 0.1);
+    assert_eq!(report["end_points"][0].as_array().unwrap().len(), 2);
+}
+
+#[test]
+fn converting_gives_the_bytes_of_writing() {
+    let folder = Folder::new();
+    let names = ["a.raw", "a.npy", "a.vti", "a.hxc"];
+    for options in [&[][..], &["--compress=none"], &["--compress=6"]] {
+        let outputs: Vec<String> = names.iter().map(|name| folder.path(name)).collect();
+        let mut arguments = [&["mesh", SPOT, "--cells", "20", "--backend", "cpu", "-q"], options].concat();
+        outputs.iter().for_each(|output| arguments.extend(["-o", output]));
+        done(&arguments);
+        for name in names {
+            let compresses =
+                name.ends_with("vti") || name.ends_with("hxc") || options.first() == Some(&"--compress=none");
+            let heeded = if compresses { options } else { &[] };
+            let converted = folder.path(&name.replace('a', "b"));
+            done(&[&["convert", &folder.path("a.hxc"), &converted], heeded].concat());
+            assert_eq!(std::fs::read(&converted).unwrap(), folder.bytes(name), "{name} {options:?}");
+        }
+        assert_eq!(folder.bytes("b.raw.json"), folder.bytes("a.raw.json"));
+    }
+    let bits = folder.path("bits.raw");
+    done(&["convert", &folder.path("a.hxc"), &bits, "--bits"]);
+    assert_eq!(folder.json("bits.raw.json")["dtype"], "bit");
+    assert_eq!(folder.json("bits.raw.json")["n_bytes"], folder.bytes("bits.raw").len());
+}
+
+#[test]
+fn info_tells_whether_a_surface_is_closed() {
+    let files = [SPOT, "tests/fixtures/featuretype.stl", "tests/fixtures/ascii_two_solids_mixed_case.stl"];
+    let list = json(&[&["info", "--json"], &files[..]].concat());
+    let [cow, part, cubes] = [&list[0], &list[1], &list[2]];
+    assert_eq!((&cow["facets"], &cow["watertight"], &cow["shells"]), (&5856.into(), &true.into(), &1.into()));
+    assert!((cow["signed_volume"].as_f64().unwrap() - 0.718258789).abs() < 1e-8);
+    assert_eq!((&part["open_edges"], &part["watertight"]), (&576.into(), &false.into()));
+    assert_eq!(part["worst_open_edges"].as_array().unwrap().len(), 10);
+    assert_eq!(cubes["solids"][1], serde_json::json!({"name": "TranslatedCubeExportedFromCAD", "facets": 12}));
+    let text = done(&[&["info"], &files[..]].concat());
+    for part in ["closed      yes", "576 open", "open edge", "5,856", "\"CubeExportedFromCAD\": 12 facets"] {
+        assert!(text.contains(part), "{part}:\n{text}");
+    }
+}
+
+#[test]
+fn an_estimate_is_near_the_mesh() {
+    let folder = Folder::new();
+    let (npy, vti, hxc) = (folder.path("a.npy"), folder.path("a.vti"), folder.path("a.hxc"));
+    let common = [SPOT, "--cells", "64", "--padding-length", "0.2"];
+    let estimate = json(&[&["estimate", "--json"], &common[..]].concat());
+    let report =
+        json(&[&["mesh", "--json", "--backend", "cpu", "-o", &npy, "-o", &vti, "-o", &hxc], &common[..]].concat());
+    for key in ["dims", "origin", "spacing", "cells", "rays", "ray_axis"] {
+        assert_eq!(estimate[key], report[key], "{key}");
+    }
+    let within = |estimated: &Value, real: f64, factor: f64| {
+        let ratio = estimated.as_f64().unwrap() / real;
+        assert!((1.0 / factor..factor).contains(&ratio), "{estimated} estimated, {real} real");
+    };
+    within(&estimate["crossings"], report["crossings"].as_f64().unwrap(), 1.25);
+    assert_eq!(estimate["file_bytes"]["npy"], folder.bytes("a.npy").len());
+    within(&estimate["file_bytes"]["vti_zlib"], folder.bytes("a.vti").len() as f64, 3.0);
+    within(&estimate["file_bytes"]["hxc_zlib"], folder.bytes("a.hxc").len() as f64, 3.0);
+    assert!(done(&[&["estimate"], &common[..]].concat()).contains("crossings   about"));
+}
+
+#[test]
+fn adapters_and_completions_are_listed() {
+    let adapters = json(&["adapters", "--json"]);
+    assert!(adapters.as_array().unwrap().iter().all(|adapter| adapter["name"].is_string()));
+    assert!(done(&["completions", "bash"]).contains("hexcast"));
+    assert!(done(&["--help"]).contains("Exit codes:"));
+    for command in ["mesh", "info", "estimate", "adapters", "convert", "completions"] {
+        assert!(done(&[command, "--help"]).contains("Example"), "{command}");
+    }
+}
+
+#[test]
+fn every_failure_has_its_exit_code() {
+    let folder = Folder::new();
+    let cut = folder.path("cut.stl");
+    let stl = std::fs::read(SPOT).unwrap();
+    std::fs::write(&cut, &stl[..stl.len() - 700]).unwrap();
+    std::fs::write(folder.path("bad.toml"), "cells = \"many\"").unwrap();
+    std::fs::write(folder.path("bad.hxc"), "no columns").unwrap();
+    let (vti, raw, txt) = (folder.path("a.vti"), folder.path("a.raw"), folder.path("a.txt"));
+    let (below_file, bad_job, bad_hxc) = (format!("{cut}/a.vti"), folder.path("bad.toml"), folder.path("bad.hxc"));
+    let (nowhere, copy) = (folder.path("no/such/folder/a.vti"), folder.path("copy.hxc"));
+    let cases: &[(&[&str], i32, &str)] = &[
+        (&["mesh"], 2, "error"),
+        (&["mesh", SPOT, "--cells", "9", "--dims", "9,9,9"], 2, "cannot be used with"),
+        (&["mesh", SPOT, "--dims", "9,9"], 2, "3 numbers"),
+        (&["mesh", SPOT, "--job", "job.toml"], 2, "cannot be used with"),
+        (&["mesh", SPOT, "--compress=11", "-o", &vti], 2, "1 to 9 or none"),
+        (&["mesh", &cut, "-o", &vti], 3, "error[stl-truncated]"),
+        (&["info", &cut], 3, "error[stl-truncated]"),
+        (&["convert", &bad_hxc, &vti], 3, "error[columns-corrupt]"),
+        (&["mesh", SPOT, "-o", &txt], 4, "error[job-value]"),
+        (&["mesh", SPOT, "--cells", "0"], 4, "error[job-value]"),
+        (&["mesh", SPOT, SPOT, "--bits", "-o", &raw], 4, "error[job-conflict]"),
+        (&["mesh", SPOT, "--bits", "-o", &vti], 4, "error[job-conflict]"),
+        (&["mesh", SPOT, "--compress", "-o", &raw], 4, "error[job-conflict]"),
+        (&["mesh", SPOT, "-o", &vti, "-o", &vti], 4, "is written twice"),
+        (&["mesh", &cut, "--report", &cut], 4, "is an input too"),
+        (&["mesh", "--job", &bad_job], 4, "error[job-syntax]"),
+        (&["mesh", SPOT, "--cells", "3000000", "--backend", "cpu"], 5, "error[too-many-cells]"),
+        (&["mesh", SPOT, "--adapter", "no such adapter"], 6, "error[no-adapter]"),
+        (&["mesh", "no-such-file.stl", "-o", &vti], 7, "no-such-file.stl"),
+        (&["mesh", SPOT, "-o", &nowhere], 7, "cannot be written"),
+        (&["mesh", SPOT, "-o", &below_file], 7, "cannot be written"),
+        (&["convert", "no-such-file.hxc", &copy], 7, "no-such-file.hxc"),
+    ];
+    for (arguments, code, part) in cases {
+        let output = hexcast(arguments);
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(*code), "{arguments:?}: {error}");
+        assert!(error.contains(part), "{arguments:?}: {error}");
+        assert!(output.stdout.is_empty(), "{arguments:?}");
+    }
+    assert_eq!(folder.names(), ["bad.hxc", "bad.toml", "cut.stl"]);
+}
+
+#[test]
+fn an_output_that_is_there_is_replaced_only_at_the_end() {
+    let folder = Folder::new();
+    std::fs::write(folder.path("a.vti"), "precious").unwrap();
+    let output = folder.path("a.vti");
+    let failed = hexcast(&["mesh", "tests/fixtures/bin_empty.stl", "-o", &output]);
+    assert_eq!((failed.status.code(), folder.bytes("a.vti")), (Some(3), b"precious".to_vec()));
+    done(&["mesh", SPOT, "--cells", "8", "--backend", "cpu", "-q", "-o", &output]);
+    assert_eq!((folder.bytes("a.vti")[..5].to_vec(), folder.names()), (b"<?xml".to_vec(), vec!["a.vti".to_string()]));
+}
+
+/// Ctrl-C while a file far larger than any disk is written.
+#[cfg(unix)]
+#[test]
+fn ctrl_c_leaves_no_file() {
+    use std::time::{Duration, Instant};
+    let folder = Folder::new();
+    let output = folder.path("huge.vti");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_hexcast"))
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args(["mesh", SPOT, "--backend", "cpu", "--dims", "2000,2000,100000", "--axis", "z", "--hash", "never"])
+        .args(["-o", &output])
+        .stderr(Stdio::piped())
+        .stdout(Stdio::null())
+        .spawn()
+        .expect("hexcast starts");
+    let start = Instant::now();
+    while folder.names().is_empty() {
+        assert!(start.elapsed() < Duration::from_secs(60), "no temporary file appeared");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    std::thread::sleep(Duration::from_millis(300));
+    assert!(folder.names().iter().all(|name| name.starts_with(".hexcast-")), "{:?}", folder.names());
+    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs");
+    assert!(killed.success());
+    let status = child.wait().expect("hexcast ends");
+    assert_eq!((status.code(), folder.names()), (Some(130), Vec::<String>::new()));
+}
+
+#[cfg(unix)]
+#[test]
+fn files_are_as_readable_as_any_other_and_inputs_may_be_pipes() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = Folder::new();
+    let output = folder.path("a.raw");
+    let mut cat = Command::new("cat").arg(SPOT).stdout(Stdio::piped()).spawn().expect("cat starts");
+    let status = Command::new(env!("CARGO_BIN_EXE_hexcast"))
+        .args(["mesh", "/dev/stdin", "--cells", "8", "--backend", "cpu", "-q", "-o", &output])
+        .stdin(cat.stdout.take().expect("a pipe"))
+        .status()
+        .expect("hexcast starts");
+    cat.wait().expect("cat ends");
+    assert!(status.success());
+    let mode = |path: PathBuf| std::fs::metadata(path).expect("a file").permissions().mode();
+    std::fs::write(folder.path("plain"), "").unwrap();
+    assert_eq!(mode(output.into()), mode(folder.path("plain").into()));
+}
