@@ -41,8 +41,8 @@ fn case_1_crossing() {
 
 #[test]
 fn case_2_missing() {
-    assert_eq!(cells(&on_rays(), 7, 7), []);
-    assert_eq!(cells(&on_rays(), 0, 4), []);
+    assert_eq!(cells(&on_rays(), 7, 7), [0u32; 0]);
+    assert_eq!(cells(&on_rays(), 0, 4), [0u32; 0]);
 }
 
 #[test]
@@ -51,10 +51,10 @@ fn case_3_crossing_point() {
     assert_eq!(cells(&on_rays(), 4, 4), [2, 3, 4, 5, 6]);
     // touching the apex at high x: just inside; at low x: just outside
     assert_eq!(cells(&on_rays(), 7, 4), [4]);
-    assert_eq!(cells(&on_rays(), 1, 4), []);
+    assert_eq!(cells(&on_rays(), 1, 4), [0u32; 0]);
     // at high y, |x| is e1 and |y| 3 - e2: outside
-    assert_eq!(cells(&on_rays(), 4, 7), []);
-    assert_eq!(cells(&on_rays(), 4, 1), []);
+    assert_eq!(cells(&on_rays(), 4, 7), [0u32; 0]);
+    assert_eq!(cells(&on_rays(), 4, 1), [0u32; 0]);
 }
 
 #[test]
@@ -65,22 +65,22 @@ fn case_4_crossing_edge() {
     // on the silhouette, where an upper facet meets a lower one: |x| + |y| is 3 - e1 - e2, and 3 - e1 + e2
     assert_eq!(cells(&on_rays(), 6, 5), [4]);
     assert_eq!(cells(&on_rays(), 6, 3), [4]);
-    assert_eq!(cells(&on_rays(), 2, 5), []);
+    assert_eq!(cells(&on_rays(), 2, 5), [0u32; 0]);
 }
 
 #[test]
 fn case_5_parallel() {
     // inside and outside the cube, in no plane of its four upright sides
     assert_eq!(cells(&on_planes_of_rays(), 4, 4), [3, 4, 5, 6]);
-    assert_eq!(cells(&on_planes_of_rays(), 8, 8), []);
+    assert_eq!(cells(&on_planes_of_rays(), 8, 8), [0u32; 0]);
 }
 
 #[test]
 fn case_6_coplanar_without_intersection() {
     // in the plane of the side at high x, beyond the side's edge
-    assert_eq!(cells(&on_planes_of_rays(), 6, 8), []);
-    assert_eq!(cells(&on_planes_of_rays(), 6, 0), []);
-    assert_eq!(cells(&on_planes_of_rays(), 2, 8), []);
+    assert_eq!(cells(&on_planes_of_rays(), 6, 8), [0u32; 0]);
+    assert_eq!(cells(&on_planes_of_rays(), 6, 0), [0u32; 0]);
+    assert_eq!(cells(&on_planes_of_rays(), 2, 8), [0u32; 0]);
 }
 
 #[test]
@@ -89,10 +89,10 @@ fn case_7_coplanar_with_intersection() {
     assert_eq!(cells(&on_planes_of_rays(), 6, 4), [3, 4, 5, 6]);
     assert_eq!(cells(&on_planes_of_rays(), 4, 6), [3, 4, 5, 6]);
     assert_eq!(cells(&on_planes_of_rays(), 6, 6), [3, 4, 5, 6]);
-    assert_eq!(cells(&on_planes_of_rays(), 2, 4), []);
-    assert_eq!(cells(&on_planes_of_rays(), 4, 2), []);
-    assert_eq!(cells(&on_planes_of_rays(), 2, 6), []);
-    assert_eq!(cells(&on_planes_of_rays(), 6, 2), []);
+    assert_eq!(cells(&on_planes_of_rays(), 2, 4), [0u32; 0]);
+    assert_eq!(cells(&on_planes_of_rays(), 4, 2), [0u32; 0]);
+    assert_eq!(cells(&on_planes_of_rays(), 2, 6), [0u32; 0]);
+    assert_eq!(cells(&on_planes_of_rays(), 6, 2), [0u32; 0]);
 }
 
 #[test]

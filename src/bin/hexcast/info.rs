@@ -39,8 +39,7 @@ struct Facts {
 
 pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let files: Vec<&str> = arguments.files.iter().map(String::as_str).collect();
-    let facts: Vec<Facts> =
-        read_files(&files, token, Progress::new(false))?.into_iter().map(|source| facts(source)).collect();
+    let facts: Vec<Facts> = read_files(&files, token, Progress::new(false))?.into_iter().map(facts).collect();
     if arguments.json {
         let list: Value = facts.iter().map(in_json).collect();
         return super::print(&format!("{list:#}\n"));
