@@ -8,6 +8,7 @@ import { gzipSync } from 'node:zlib';
 
 import { ensureNodeModules } from './machine.mjs';
 import { ROOT, run } from './run.mjs';
+import { copyThree } from './three.mjs';
 import { compileWasm, ensureBindgen } from './wasm.mjs';
 
 export const DIST = path.join(ROOT, 'dist');
@@ -24,6 +25,7 @@ export async function build() {
   rmSync(DIST, { recursive: true, force: true });
   mkdirSync(DIST, { recursive: true });
   cpSync(path.join(ROOT, 'www'), DIST, { recursive: true });
+  copyThree(path.join(DIST, 'vendor'));
   await run(bindgen, ['--target', 'web', '--no-typescript', '--out-dir', DIST, '--out-name', 'hexcast_wasm', wasm]);
   nameWasm();
   await optimize(path.join(DIST, 'hexcast_bg.wasm'));

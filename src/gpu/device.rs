@@ -96,6 +96,16 @@ impl Gpu {
         Ok(gpu)
     }
 
+    /// The device, for kernels of the caller's own beside ours.
+    pub fn device(&self) -> &wgpu::Device {
+        &self.device
+    }
+
+    /// The queue of the device.
+    pub fn queue(&self) -> &wgpu::Queue {
+        &self.queue
+    }
+
     /// Returns the failure that the driver reported, if it did.
     pub(crate) fn check(&self) -> Result<()> {
         let failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);

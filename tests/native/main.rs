@@ -5,6 +5,8 @@
 mod agreement;
 mod backends;
 mod cases;
+#[cfg(feature = "cli")]
+mod cli;
 mod compare;
 mod famous_cases;
 mod formats;

@@ -1,0 +1,130 @@
+//! The whole line, timed: from a file to columns, and on to flags in memory.
+//!
+//! Flags go to pages that the system was asked to make large, as a program that wants a gigabyte at once would ask; the
+//! time of a plain vector stands beside it. What differs is the system's work on pages at first touch, not ours: flags
+//! expanded again into the same pages show the difference.
+
+use std::error::Error;
+use std::fs::File;
+use std::path::Path;
+use std::time::Instant;
+
+use hexcast::columns::Columns;
+use hexcast::control::Control;
+use hexcast::flags::expand;
+use hexcast::frame::Frame;
+use hexcast::job::{GeometryJob, Job, Rule};
+use hexcast::pipeline::{Engine, Prepared, prepare};
+use hexcast::read::read_from;
+use hexcast::sources::Source;
+use memmap2::{MmapMut, MmapOptions};
+use serde::Serialize;
+
+/// Seconds of each part of a run.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub(crate) struct Seconds {
+    /// From the file to facets in memory.
+    pub(crate) read: f64,
+    /// Domain, lines and rays.
+    pub(crate) lines: f64,
+    /// Facets to integers.
+    pub(crate) snap: f64,
+    /// Lattice, intersection and mapping.
+    pub(crate) columns: f64,
+    /// Flags in large pages, the making of these pages included.
+    pub(crate) flags: f64,
+    /// Flags again in the same large pages.
+    pub(crate) flags_again: f64,
+    /// Flags in a plain vector, its making included.
+    pub(crate) flags_in_vec: f64,
+}
+
+impl Seconds {
+    /// From the file to columns.
+    pub(crate) fn to_columns(&self) -> f64 {
+        self.read + self.lines + self.snap + self.columns
+    }
+
+    /// From the file to flags in memory.
+    pub(crate) fn to_flags(&self) -> f64 {
+        self.to_columns() + self.flags
+    }
+}
+
+/// One run and its result.
+pub(crate) struct Run {
+    pub(crate) seconds: Seconds,
+    pub(crate) n_facets: usize,
+    pub(crate) columns: Columns,
+}
+
+/// A model ready for the rays.
+pub(crate) struct Ready {
+    pub(crate) prepared: Prepared,
+    pub(crate) frame: Frame,
+}
+
+/// Reads a model and makes everything before the rays; also returns the seconds to read, to make lines, and to snap.
+pub(crate) fn ready(file: &Path, cells: u32) -> Result<(Ready, [f64; 3]), Box<dyn Error>> {
+    let name = file.to_string_lossy().into_owned();
+    let job = Job { geometries: vec![GeometryJob::new(&name)], cells: Some(cells), ..Job::default() };
+    let mut clock = Instant::now();
+    let mut source = File::open(file)?;
+    let n_bytes = source.metadata()?.len();
+    let contents = read_from(&mut source, n_bytes)?;
+    let read = lap(&mut clock);
+    let prepared = prepare(&job, vec![Source { file: name, contents, sha256: String::new() }])?;
+    let lines = lap(&mut clock);
+    let frame = Frame::new(&prepared.geometries, &prepared.lines)?;
+    Ok((Ready { prepared, frame }, [read, lines, lap(&mut clock)]))
+}
+
+/// Runs the whole line once.
+pub(crate) fn run(file: &Path, cells: u32, engine: &mut Engine) -> Result<Run, Box<dyn Error>> {
+    let (Ready { prepared, frame }, [read, lines, snap]) = ready(file, cells)?;
+    let mut clock = Instant::now();
+    let control = Control::default();
+    let (columns, _) = pollster::block_on(engine.columns(&frame, &prepared.rays, Rule::Parity, &control))?;
+    let seconds_of_columns = lap(&mut clock);
+    let mut pages = flags(&columns)?;
+    let seconds_of_flags = lap(&mut clock);
+    expand(&columns, &columns.dims().map(|n| 0..n), &mut pages);
+    let flags_again = lap(&mut clock);
+    drop(pages);
+    let flags_in_vec = seconds_in_vec(&columns);
+    let seconds =
+        Seconds { read, lines, snap, columns: seconds_of_columns, flags: seconds_of_flags, flags_again, flags_in_vec };
+    Ok(Run { seconds, n_facets: frame.facets.len(), columns })
+}
+
+/// Flags of all cells in large pages, x fastest.
+pub(crate) fn flags(columns: &Columns) -> Result<MmapMut, Box<dyn Error>> {
+    let n_cells = usize::try_from(columns.rays.n_rays() * u64::from(columns.rays.depth))?;
+    let mut flags = MmapOptions::new().len(n_cells).map_anon()?;
+    #[cfg(target_os = "linux")]
+    flags.advise(memmap2::Advice::HugePage)?;
+    expand(columns, &columns.dims().map(|n| 0..n), &mut flags);
+    Ok(flags)
+}
+
+fn seconds_in_vec(columns: &Columns) -> f64 {
+    let start = Instant::now();
+    let flags = hexcast::flags::flags_of_box(columns, &columns.dims().map(|n| 0..n));
+    let seconds = start.elapsed().as_secs_f64();
+    // the optimiser must not see that nobody reads them
+    std::hint::black_box(&flags);
+    seconds
+}
+
+/// Seconds since the last lap.
+pub(crate) fn lap(clock: &mut Instant) -> f64 {
+    let now = Instant::now();
+    now.duration_since(std::mem::replace(clock, now)).as_secs_f64()
+}
+
+/// The middle one of some numbers, the upper of two; 0 of none.
+pub(crate) fn median(numbers: impl Iterator<Item = f64>) -> f64 {
+    let mut sorted: Vec<f64> = numbers.collect();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
+}

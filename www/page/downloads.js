@@ -1,0 +1,104 @@
+/** Files out: streamed to disk where the browser lets the user pick a place, through its private file system or a Blob elsewhere. */
+import { byId, make } from './dom.js';
+import { bytes } from './format.js';
+import { showError } from './messages.js';
+import { baseName } from './share.js';
+import { on, state } from './state.js';
+
+/** Files from this size on go through the private file system rather than through memory. */
+const BLOB_BYTES = 256e6;
+
+const FILES = [
+  { id: 'vti', extension: 'vti', format: 'vti', label: 'VTK image', note: 'ParaView, VisIt' },
+  { id: 'vtiz', extension: 'vti', format: 'vti', options: { compress: 6 }, label: 'VTK image, compressed', note: 'ParaView, VisIt' },
+  { id: 'npy', extension: 'npy', format: 'npy', label: 'NumPy', note: 'shape nz, ny, nx' },
+  { id: 'raw', extension: 'raw', format: 'raw', label: 'Raw', note: 'one byte a cell, x fastest' },
+  { id: 'sidecar', extension: 'raw.json', label: 'Raw: description', note: 'dims, lines, names' },
+  { id: 'hxc', extension: 'hxc', format: 'hxc', label: 'Column file', note: 'small; opens here again' },
+];
+
+/** Draws the list of files whenever there is a mesh. */
+export function startDownloads() {
+  on('mesh', show);
+}
+
+function show() {
+  const { mesh } = state;
+  byId('downloads').replaceChildren(...(mesh ? FILES.map((file) => entry(mesh, file)) : []));
+}
+
+function entry(mesh, file) {
+  const size = file.format ? mesh.size(file.format, file.options) : null;
+  const text = size !== null ? bytes(size) : guess(mesh, file);
+  const button = make('button', { type: 'button', id: `download-${file.id}`, on: { click: () => download(mesh, file, button, status) } });
+  const status = make('span', { className: 'note', role: 'status' });
+  const label = make('span', {}, file.label, make('small', {}, `.${file.extension}: ${file.note}`));
+  button.append(label, make('span', { className: 'size', 'data-bytes': size }, text));
+  return make('li', {}, button, status);
+}
+
+/** Sizes that depend on the flags. */
+function guess(mesh, { id }) {
+  if (id === 'sidecar') return 'a few kB';
+  return id === 'hxc' ? `at most ${bytes(mesh.columns.bytes)}` : 'smaller';
+}
+
+async function download(mesh, file, button, status) {
+  const name = `${baseName(state.job)}.${file.extension}`;
+  const stop = new AbortController();
+  const cancel = make('button', { type: 'button', className: 'small', on: { click: () => stop.abort() } }, 'Cancel');
+  button.disabled = true;
+  try {
+    // the picker must be asked while the click is fresh: before anything is awaited
+    const handle = await pick(name);
+    status.after(cancel);
+    const onProgress = ({ done, total }) => (status.textContent = `${bytes(done)}${total > done ? ` of ${bytes(total)}` : ''}`);
+    const options = { ...file.options, signal: stop.signal, onProgress };
+    if (!file.format) await saveTo(handle, new Blob([await mesh.sidecar(options)], { type: 'application/json' }), name);
+    else if (handle) await mesh.stream(file.format, options).pipeTo(await handle.createWritable(), { signal: stop.signal });
+    else if ((mesh.size(file.format, file.options) ?? 0) >= BLOB_BYTES && navigator.storage?.getDirectory) await throughPrivate(mesh, file, options, name);
+    else saveAs(await mesh.blob(file.format, options), name);
+    status.textContent = 'Saved.';
+  } catch (error) {
+    status.textContent = error?.name === 'AbortError' ? 'Cancelled.' : '';
+    showError(error, name);
+  } finally {
+    cancel.remove();
+    button.disabled = false;
+  }
+}
+
+/** Asks for a place, or null where the browser has no such dialogue. */
+async function pick(name) {
+  return (await globalThis.showSaveFilePicker?.({ suggestedName: name })) ?? null;
+}
+
+/** Streams into the origin's private file system and hands the file on from there: memory holds a few pieces only. */
+async function throughPrivate(mesh, file, options, name) {
+  const folder = await navigator.storage.getDirectory();
+  const handle = await folder.getFileHandle(name, { create: true });
+  await mesh.stream(file.format, options).pipeTo(await handle.createWritable(), { signal: options.signal });
+  saveAs(await handle.getFile(), name);
+}
+
+async function saveTo(handle, blob, name) {
+  if (!handle) return saveAs(blob, name);
+  const writable = await handle.createWritable();
+  await writable.write(blob);
+  return writable.close();
+}
+
+/** Saves a small file, such as a picture or the report. */
+export function save(blob, name) {
+  saveAs(blob, name);
+}
+
+function saveAs(blob, name) {
+  const url = URL.createObjectURL(blob);
+  const link = make('a', { href: url, download: name });
+  document.body.append(link);
+  link.click();
+  link.remove();
+  // the browser reads the file after the click; a minute is ample even for a slow dialogue
+  setTimeout(() => URL.revokeObjectURL(url), 60_000);
+}

@@ -1,0 +1,74 @@
+/** What the mesh would cost, live, and whether it will fit. */
+import { byId, later, make } from './dom.js';
+import { bytes, cellSize, duration, roughly, times } from './format.js';
+import { currentJob } from './job.js';
+import { sentence } from './messages.js';
+import { change, on, state } from './state.js';
+
+/** Columns beyond this do not fit into the 4 GB that wasm can address, with what sorting needs beside them. */
+const COLUMNS_LIMIT = 1.6e9;
+/** Columns from here on are much for a machine with little memory. */
+const COLUMNS_MUCH = 5e8;
+
+let running = null;
+
+/** Estimates anew whenever the job changes. */
+export function startEstimate() {
+  on(['settings', 'geometries', 'mesher'], later(estimate, 60));
+  on(['mesh'], estimate);
+  on(['estimate'], show);
+}
+
+async function estimate() {
+  running?.abort();
+  const stop = new AbortController();
+  running = stop;
+  if (!state.mesher || state.geometries.length === 0) return change('estimate', { estimate: null });
+  // the worker meshes; the numbers on the page are those of the job that runs
+  if (state.phase === 'meshing') return undefined;
+  try {
+    const result = await state.mesher.estimate(currentJob(), { signal: stop.signal });
+    if (!stop.signal.aborted) change('estimate', { estimate: { result } });
+  } catch (error) {
+    if (!stop.signal.aborted && error.name !== 'AbortError') change('estimate', { estimate: { error } });
+  }
+  return undefined;
+}
+
+function show() {
+  const box = byId('estimate');
+  const { estimate } = state;
+  box.hidden = !estimate;
+  box.replaceChildren();
+  if (!estimate) return;
+  if (estimate.error) {
+    box.append(make('p', { className: 'warn', id: 'estimate-error', 'data-code': estimate.error.code }, problem(estimate.error)));
+    return;
+  }
+  const { result } = estimate;
+  const list = make('dl', { className: 'facts' });
+  const fact = (id, term, value) => list.append(make('dt', {}, term), make('dd', { id }, value));
+  fact('estimate-cells', 'Cells', `${roughly(result.cells)} (${times(result.dims, String)})`);
+  fact('estimate-size', 'Cell', cellSize(result.spacing, state.settings.unit));
+  fact('estimate-memory', 'Memory', `about ${bytes(Math.ceil(result.columns_bytes))}; a file ${bytes(result.flags_bytes)}`);
+  fact('estimate-time', 'Time', result.seconds === null ? 'known after the first mesh' : `about ${duration(result.seconds)}`);
+  box.append(list);
+  const warning = fits(result);
+  if (warning) box.append(make('p', { className: 'warn', id: 'estimate-warning' }, warning));
+}
+
+function problem({ message, hint }) {
+  return hint ? `${sentence(message)} ${sentence(hint)}` : sentence(message);
+}
+
+/** A sentence where it will not fit, or may not; else null. */
+function fits({ columns_bytes: columns }) {
+  const device = (navigator.deviceMemory ?? 8) * 1e9;
+  if (columns > COLUMNS_LIMIT) {
+    return `This will not fit: it needs about ${bytes(columns)}, and a page has room for ${bytes(COLUMNS_LIMIT)}. Take larger cells, or mesh it with the command line.`;
+  }
+  if (columns > COLUMNS_MUCH || columns > device / 4) {
+    return `This is much for a page: about ${bytes(columns)} of memory. Close other tabs, or take larger cells.`;
+  }
+  return null;
+}

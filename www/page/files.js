@@ -1,0 +1,155 @@
+/** Files on their way in: dropped anywhere, chosen, or a sample. */
+import { byId, make } from './dom.js';
+import { clearMessages, showError, showNotice } from './messages.js';
+import { SAMPLES, sampleFiles } from './samples.js';
+import { takeExpected } from './share.js';
+import { change, freeFlag, set, state } from './state.js';
+
+/** Beyond so many facets the preview in 3-D is left out: the browser would hold them three times. */
+const PREVIEW_FACETS = 4_000_000;
+
+let nextId = 1;
+let queue = Promise.resolve();
+
+/** Connects the drop zone, the choosers and the samples. */
+export function startFiles() {
+  const choose = (input, button) => {
+    byId(button).addEventListener('click', () => byId(input).click());
+    byId(input).addEventListener('change', ({ target }) => {
+      addFiles([...target.files].map((source) => ({ source })), { isFolder: input === 'folder-input' });
+      target.value = '';
+    });
+  };
+  choose('file-input', 'choose');
+  choose('folder-input', 'choose-folder');
+  for (const list of document.querySelectorAll('.samples')) {
+    for (const { id, title } of SAMPLES) {
+      list.append(make('button', { type: 'button', 'data-sample': id, on: { click: () => addSample(id) } }, title));
+    }
+  }
+  startDropping();
+}
+
+function startDropping() {
+  let depth = 0;
+  const over = (isOver) => document.body.classList.toggle('dropping', isOver);
+  addEventListener('dragenter', () => over(++depth > 0));
+  addEventListener('dragleave', () => over(--depth > 0));
+  addEventListener('dragover', (event) => event.preventDefault());
+  addEventListener('drop', async (event) => {
+    event.preventDefault();
+    depth = 0;
+    over(false);
+    // entries must be taken before the first await: the list is emptied after the event
+    const entries = [...event.dataTransfer.items].filter((item) => item.kind === 'file').map((item) => item.webkitGetAsEntry?.() ?? item.getAsFile());
+    try {
+      const isFolder = entries.some((entry) => entry?.isDirectory);
+      const files = (await Promise.all(entries.map(filesOf))).flat();
+      addFiles(files.map((source) => ({ source })), { isFolder });
+    } catch (error) {
+      showError(error);
+    }
+  });
+}
+
+/** All files of an entry, folders opened. */
+async function filesOf(entry) {
+  if (!entry) return [];
+  if (entry instanceof File) return [entry];
+  if (entry.isFile) return [await new Promise((resolve, reject) => entry.file(resolve, reject))];
+  const reader = entry.createReader();
+  const entries = [];
+  for (;;) {
+    // a call gives at most a hundred
+    const some = await new Promise((resolve, reject) => reader.readEntries(resolve, reject));
+    if (some.length === 0) break;
+    entries.push(...some);
+  }
+  return (await Promise.all(entries.map(filesOf))).flat();
+}
+
+/** Takes a sample in place of all geometries. */
+export function addSample(id) {
+  const files = sampleFiles(id);
+  if (files.length === 0) return;
+  removeAll();
+  addFiles(files, { sample: id });
+}
+
+function removeAll() {
+  for (const geometry of state.geometries) geometry.surface?.dispose();
+  change('geometries', { geometries: [] });
+}
+
+/**
+ * Reads files one after another and adds what can be read; what cannot is told, and changes nothing.
+ *
+ * @param {{source: File, settings?: object}[]} files
+ */
+export function addFiles(files, { isFolder = false, sample = null } = {}) {
+  queue = queue.then(async () => {
+    if (!state.mesher || files.length === 0) return;
+    clearMessages();
+    const wanted = isFolder ? files.filter(({ source }) => /\.(stl|hxc)$/i.test(source.name)) : files;
+    if (wanted.length === 0) showNotice(`there is no STL file among the ${files.length} files of the folder`);
+    change('phase', { phase: 'reading' });
+    for (const file of wanted) await addFile(file, sample);
+    change('phase', { phase: 'idle' });
+  });
+  return queue;
+}
+
+async function addFile({ source, settings = {} }, sample) {
+  byId('status').textContent = `Reading ${source.name} …`;
+  try {
+    if (/\.hxc$/i.test(source.name)) {
+      const mesh = await state.mesher.open(source);
+      change('mesh', { mesh, job: { geometries: [{ file: source.name }] }, skin: null });
+    } else {
+      await addGeometry(await readSurface(source), source, sample, settings);
+    }
+    byId('status').textContent = `Read ${source.name}.`;
+  } catch (error) {
+    byId('status').textContent = '';
+    showError(error, source.name);
+  }
+}
+
+async function readSurface(source) {
+  const onProgress = ({ done, total }) => {
+    byId('status').textContent = `Reading ${source.name}: ${Math.floor((100 * done) / Math.max(total, 1))} %`;
+  };
+  const surface = await state.mesher.read(source, { file: source.name, onProgress });
+  const corners = surface.info.facets <= PREVIEW_FACETS ? await surface.corners() : null;
+  return { surface, corners, info: surface.info };
+}
+
+function addGeometry(read, source, sample, given) {
+  const { colour, ...linked } = takeExpected(source.name);
+  // commas and colons would part the words of the command line
+  const name = source.name.replace(/\.[^.]*$/, '').replace(/[,:]/g, ' ');
+  const unsaid = { name, flag: freeFlag(), priority: 0, scale: null, rotate: null, translate: null, split: false };
+  const geometry = { id: nextId++, source, sample, ...read, ...unsaid, ...given, ...linked };
+  if (colour) state.colours.set(geometry.flag, colour);
+  change('geometries', { geometries: [...state.geometries, geometry] });
+}
+
+/** Reads all files again into a new mesher; the settings stay. */
+export async function readAgain() {
+  const kept = [];
+  for (const geometry of state.geometries) {
+    try {
+      kept.push({ ...geometry, ...(await readSurface(geometry.source)) });
+    } catch (error) {
+      showError(error, geometry.source.name);
+    }
+  }
+  change('geometries', { geometries: kept });
+}
+
+/** Removes one geometry. */
+export function removeGeometry(id) {
+  state.geometries.find((geometry) => geometry.id === id)?.surface.dispose();
+  change('geometries', { geometries: state.geometries.filter((geometry) => geometry.id !== id) });
+  if (state.geometries.length === 0) set({ domain: null });
+}

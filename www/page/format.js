@@ -1,0 +1,76 @@
+/** Numbers as people read and write them. */
+
+const GROUPED = new Intl.NumberFormat('en', { maximumFractionDigits: 0 });
+
+/** 1234567 -> "1,234,567" */
+export function count(n) {
+  return GROUPED.format(n);
+}
+
+/** 9591000000 -> "9.59 billion"; small counts in full. */
+export function roughly(n) {
+  for (const [size, word] of [[1e12, 'trillion'], [1e9, 'billion'], [1e6, 'million']]) {
+    if (n >= size) return `${(n / size).toPrecision(3)} ${word}`;
+  }
+  return count(n);
+}
+
+/** Decimal units, as disks and downloads count: 1234567 -> "1.23 MB". */
+export function bytes(n) {
+  for (const [size, unit] of [[1e12, 'TB'], [1e9, 'GB'], [1e6, 'MB'], [1e3, 'kB']]) {
+    if (n >= size) return `${(n / size).toPrecision(3)} ${unit}`;
+  }
+  return `${n} bytes`;
+}
+
+/** 0.0123 -> "12 ms", 75 -> "1 min 15 s" */
+export function duration(seconds) {
+  if (seconds < 0.9995) return `${Math.max(1, Math.round(seconds * 1000))} ms`;
+  if (seconds < 60) return `${seconds.toPrecision(2)} s`;
+  const minutes = Math.floor(seconds / 60);
+  if (minutes < 60) return `${minutes} min ${Math.round(seconds % 60)} s`;
+  return `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
+}
+
+/** Six digits, no trailing zeros: 0.30000000000000004 -> "0.3" */
+export function short(number) {
+  return String(Number(number.toPrecision(6)));
+}
+
+/** A length, area (power 2) or volume (power 3) with the unit, if there is one. */
+export function measure(number, unit, power = 1) {
+  const suffix = ['', '', '²', '³'][power];
+  return unit ? `${short(number)} ${unit}${suffix}` : short(number);
+}
+
+/** [1, 2, 3] -> "1 × 2 × 3" */
+export function times(numbers, write = short) {
+  return numbers.map(write).join(' × ');
+}
+
+/**
+ * Reads one number or three from a field, apart by blanks, commas or slashes.
+ *
+ * @returns {number | number[] | null | undefined} null where the field is empty, undefined where it is neither
+ */
+export function readNumbers(text) {
+  const parts = text.trim().split(/[\s,;/×]+/).filter(Boolean);
+  const numbers = parts.map(Number);
+  if (parts.length === 0) return null;
+  if (numbers.some((number) => !Number.isFinite(number))) return undefined;
+  if (numbers.length === 1) return numbers[0];
+  return numbers.length === 3 ? numbers : undefined;
+}
+
+/** The lengths of a cell: once where they are equal, to the digits shown. */
+export function cellSize(spacing, unit) {
+  const texts = spacing.map(short);
+  const text = texts.every((other) => other === texts[0]) ? texts[0] : texts.join(' × ');
+  return unit ? `${text} ${unit}` : text;
+}
+
+/** What `readNumbers` reads back. */
+export function writeNumbers(value) {
+  if (value === null || value === undefined) return '';
+  return Array.isArray(value) ? value.join(' ') : String(value);
+}

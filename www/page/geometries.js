@@ -1,0 +1,137 @@
+/** The list of geometries: facts at once, and what can be set for each. */
+import { byId, make } from './dom.js';
+import { removeGeometry } from './files.js';
+import { count, measure, readNumbers, times, writeNumbers } from './format.js';
+import { change, colourOf, on, state } from './state.js';
+
+const TRANSFORMS = [
+  ['scale', 'Scale', 'one factor, or one an axis'],
+  ['rotate', 'Rotate', 'degrees about x, then y, then z'],
+  ['translate', 'Move', 'along x, y, z'],
+];
+
+/** Keeps the list up to date; it is drawn anew only where geometries come or go, so that typing is never disturbed. */
+export function startGeometries() {
+  let drawn = '';
+  on(['geometries', 'settings', 'colours'], (topic) => {
+    const key = `${state.geometries.map(({ id }) => id)} ${state.settings.unit}`;
+    if (key !== drawn) byId('geometries').replaceChildren(...state.geometries.map(card));
+    drawn = key;
+    if (topic !== 'settings') for (const geometry of state.geometries) showColour(geometry);
+    document.body.classList.toggle('has-model', state.geometries.length > 0);
+  });
+}
+
+/** Changes one key of a geometry. */
+function edit(id, key, value) {
+  change('geometries', { geometries: state.geometries.map((geometry) => (geometry.id === id ? { ...geometry, [key]: value } : geometry)) });
+}
+
+function showColour(geometry) {
+  const input = document.getElementById(`colour-${geometry.id}`);
+  if (input) input.value = colourOf(geometry.flag);
+}
+
+function card(geometry) {
+  const { id, info, name } = geometry;
+  const colour = make('input', {
+    type: 'color',
+    id: `colour-${id}`,
+    value: colourOf(geometry.flag),
+    'aria-label': `Colour of ${name}`,
+    on: { input: ({ target }) => recolour(id, target.value) },
+  });
+  const nameField = make('input', {
+    type: 'text',
+    className: 'name',
+    value: name,
+    maxLength: 64,
+    'aria-label': `Name of ${info.file}`,
+    on: { input: ({ target }) => edit(id, 'name', target.value.replace(/[,:]/g, ' ').trim() || null) },
+  });
+  const remove = make('button', { type: 'button', className: 'icon', 'aria-label': `Remove ${name}`, on: { click: () => removeGeometry(id) } }, '×');
+  return make(
+    'li',
+    { className: 'geometry', 'data-file': info.file },
+    make('div', { className: 'row' }, colour, nameField, remove),
+    ...facts(info),
+    make('div', { className: 'row fields' }, whole(geometry, 'flag', 'Flag', 1, 255), whole(geometry, 'priority', 'Priority', -1000, 1000)),
+    ...(info.solids.length > 1 ? [splitBox(geometry)] : []),
+    make('details', {}, make('summary', {}, 'Place'), ...TRANSFORMS.map((transform) => placeField(geometry, ...transform))),
+  );
+}
+
+function recolour(id, colour) {
+  const { flag } = state.geometries.find((geometry) => geometry.id === id);
+  state.colours.set(flag, colour);
+  change('colours');
+}
+
+/** Facets, box, closed or not, volume, and what the reader had to say. */
+function facts(info) {
+  const { unit } = state.settings;
+  const [low, high] = info.bounding_box;
+  const size = high.map((end, axis) => end - low[axis]);
+  const list = make('dl', { className: 'facts' });
+  const fact = (term, value, properties = {}) => list.append(make('dt', {}, term), make('dd', properties, value));
+  fact('Facets', count(info.facets));
+  fact('Size', `${times(size)}${unit ? ` ${unit}` : ''}`, { title: `from ${times(low)} to ${times(high)}` });
+  fact('Volume', measure(info.volume, unit, 3));
+  fact('Surface', closedness(info), { className: info.closed_parity && info.closed_oriented ? 'good' : 'warn' });
+  const parts = [list];
+  if (info.warnings.length > 0) {
+    parts.push(make('ul', { className: 'warnings' }, ...info.warnings.map((warning) => make('li', {}, warning))));
+  }
+  return parts;
+}
+
+function closedness(info) {
+  if (info.closed_parity && info.closed_oriented) return info.shells > 1 ? `closed, ${count(info.shells)} shells` : 'closed';
+  if (info.closed_parity) return `closed, but ${count(info.flipped_edges)} edges are flipped: use the rule “odd crossings”`;
+  return `not closed: ${count(info.open_edges)} open edges`;
+}
+
+function whole(geometry, key, label, min, max) {
+  const input = make('input', {
+    type: 'number',
+    min,
+    max,
+    step: 1,
+    required: true,
+    value: geometry[key],
+    className: key,
+    'aria-label': `${label} of ${geometry.name}`,
+    on: {
+      input: ({ target }) => {
+        if (target.value !== '' && target.checkValidity()) edit(geometry.id, key, Number(target.value));
+      },
+    },
+  });
+  return make('label', {}, label, input);
+}
+
+function splitBox(geometry) {
+  const box = make('input', { type: 'checkbox', checked: geometry.split, on: { change: ({ target }) => edit(geometry.id, 'split', target.checked) } });
+  return make('label', { className: 'check' }, box, `Each of the ${geometry.info.solids.length} solids is a geometry`);
+}
+
+function placeField(geometry, key, label, hint) {
+  const input = make('input', {
+    type: 'text',
+    className: key,
+    value: writeNumbers(geometry[key]),
+    placeholder: key === 'scale' ? '1' : '0 0 0',
+    title: hint,
+    'aria-label': `${label} ${geometry.name}: ${hint}`,
+    inputMode: 'text',
+    on: {
+      input: ({ target }) => {
+        const value = readNumbers(target.value);
+        const isRight = value === null || Array.isArray(value) || (value !== undefined && key === 'scale');
+        target.setCustomValidity(isRight ? '' : `${hint}: numbers apart by blanks`);
+        if (isRight) edit(geometry.id, key, value);
+      },
+    },
+  });
+  return make('label', { className: 'field' }, label, input);
+}

@@ -1,0 +1,38 @@
+/** The job that the page's fields ask for, in the form of the public interface. */
+import { state } from './state.js';
+
+/** Geometry keys in the order in which they are written, with the value that goes without saying. */
+export const GEOMETRY_KEYS = [['name', null], ['flag', null], ['priority', 0], ['split', false], ['scale', null], ['rotate', null], ['translate', null]];
+
+/** The job with its surfaces as sources. */
+export function currentJob() {
+  const { settings } = state;
+  const job = { geometries: state.geometries.map(geometryJob) };
+  if (settings.domain) job.domain = settings.domain;
+  else if (hasPadding(settings.padding)) job.padding = { [settings.padding_by]: settings.padding };
+  Object.assign(job, sizing(settings));
+  if (settings.rule !== 'parity') job.rule = settings.rule;
+  if (settings.axis !== 'auto') job.axis = settings.axis;
+  if (settings.unit) job.unit = settings.unit;
+  return job;
+}
+
+function geometryJob(geometry) {
+  const job = { source: geometry.surface, file: geometry.source.name };
+  for (const [key, unsaid] of GEOMETRY_KEYS) {
+    const value = geometry[key];
+    if (value !== unsaid && value !== null && value !== undefined) job[key] = value;
+  }
+  return job;
+}
+
+/** Exactly one of the four ways to say how fine. */
+function sizing({ sizing, cells, dims, cell_size }) {
+  if (sizing === 'dims') return { dims };
+  if (sizing === 'cell_size' || sizing === 'max_cell_size') return { [sizing]: cell_size };
+  return { cells };
+}
+
+function hasPadding(padding) {
+  return [].concat(padding).some((number) => number !== 0);
+}

@@ -1,0 +1,105 @@
+/** The page: starts every part, opens a mesher and says who it is. Only the public interface of the package is used. */
+import { createMesher, version } from '../hexcast.js';
+
+import { byId } from './dom.js';
+import { startDownloads } from './downloads.js';
+import { startEstimate } from './estimate.js';
+import { addSample, readAgain, startFiles } from './files.js';
+import { startGeometries } from './geometries.js';
+import { clearMessages, showError } from './messages.js';
+import { startResults } from './results.js';
+import { startRun } from './run.js';
+import { startSettings } from './settings.js';
+import { isForeignHash, readHash, startSharing } from './share.js';
+import { startSlices } from './slices.js';
+import { change, on, set, state } from './state.js';
+import { startTabs } from './tabs.js';
+import { startView3d } from './view3d.js';
+
+let opened = null;
+
+/** Opens a mesher; one that there was goes, and its surfaces are read again. */
+async function open(backend) {
+  opened = backend;
+  state.mesher?.dispose();
+  // a mesh of the old mesher went with it
+  change('mesh', { mesh: null, skin: null });
+  change('phase', { mesher: null, phase: 'starting' });
+  byId('device').textContent = 'Looking for a GPU …';
+  byId('device').dataset.backend = '';
+  try {
+    const mesher = await createMesher({ backend });
+    if (opened !== backend) return mesher.dispose();
+    change('mesher', { mesher });
+    showDevice(mesher);
+    await readAgain();
+    change('phase', { phase: 'idle' });
+  } catch (error) {
+    if (opened !== backend) return undefined;
+    change('phase', { phase: 'failed' });
+    byId('device').textContent = 'hexcast could not start';
+    showError(error, undefined, backend === 'cpu' ? undefined : { label: 'Use the processor', act: () => set({ backend: 'cpu' }) });
+  }
+  return undefined;
+}
+
+function showDevice({ backend, adapter, fallback }) {
+  const device = byId('device');
+  device.dataset.backend = backend;
+  device.dataset.software = String(Boolean(adapter?.software));
+  if (backend === 'gpu' && adapter.software) device.textContent = `Software GPU: ${adapter.name}. It works, but slower than a real one`;
+  else if (backend === 'gpu') device.textContent = `GPU: ${adapter.name}`;
+  else device.textContent = fallback ? 'No GPU here: the processor does the work, with the same result' : 'The processor does the work';
+  device.title = fallback ?? adapter?.driver ?? '';
+}
+
+async function start() {
+  byId('version').value = version;
+  startTabs();
+  startFiles();
+  startGeometries();
+  startSettings();
+  startEstimate();
+  startRun(restart);
+  startResults();
+  startDownloads();
+  startSharing();
+  startSlices();
+  startView3d();
+  const sample = readHash();
+  addEventListener('hashchange', () => {
+    if (isForeignHash()) takeSample(readHash());
+  });
+  on('settings', () => {
+    if (state.settings.backend !== opened) open(state.settings.backend);
+  });
+  await open(state.settings.backend);
+  takeSample(sample);
+}
+
+/** Opens another mesher after a failure; nothing else is lost. */
+function restart(backend) {
+  clearMessages();
+  if (state.settings.backend === backend) open(backend);
+  else set({ backend });
+}
+
+function takeSample(sample) {
+  if (sample) addSample(sample);
+}
+
+/** Keeps what was loaded for when there is no network; a browser without service workers does without. */
+async function keepOffline() {
+  if (!navigator.serviceWorker || !isSecureContext) return;
+  try {
+    await navigator.serviceWorker.register(new URL('../offline.js', import.meta.url));
+    const { active } = await navigator.serviceWorker.ready;
+    const loaded = performance.getEntriesByType('resource').map(({ name }) => name).filter((name) => name.startsWith(location.origin));
+    active.postMessage({ keep: [location.href.split('#')[0], ...new Set(loaded)] });
+  } catch {
+    // private windows may refuse; the page needs no service worker to work
+  }
+}
+
+start();
+addEventListener('load', () => setTimeout(keepOffline, 1000));

@@ -1,0 +1,45 @@
+/** Errors and notices as sentences on the page. */
+import { byId, make } from './dom.js';
+
+/**
+ * Shows what went wrong, with what to do about it. An abort is no error and shows nothing.
+ *
+ * @param {any} error a HexcastError or any other
+ * @param {string} [subject] what it happened to, such as a file's name
+ * @param {{label: string, act: () => void}} [way] a way out that one click takes
+ */
+export function showError(error, subject, way) {
+  if (error?.name === 'AbortError' || error?.code === 'cancelled') return;
+  const text = sentence(error?.message ?? String(error));
+  const box = make('div', { className: 'message error', role: 'alert' });
+  box.append(make('p', {}, subject && !text.includes(subject) ? `${subject}: ${text}` : text));
+  if (error?.hint) box.append(make('p', { className: 'hint' }, `${sentence(error.hint)}`));
+  if (error?.code) box.dataset.code = error.code;
+  if (way) box.append(make('button', { type: 'button', className: 'small', on: { click: () => (box.remove(), way.act()) } }, way.label));
+  box.append(dismissButton(box));
+  byId('messages').append(box);
+  box.scrollIntoView?.({ block: 'nearest' });
+}
+
+/** Shows a remark that needs no action. */
+export function showNotice(text) {
+  const box = make('div', { className: 'message', role: 'status' }, make('p', {}, sentence(text)));
+  box.append(dismissButton(box));
+  byId('messages').append(box);
+}
+
+/** Removes all messages: what they spoke of was done anew. */
+export function clearMessages() {
+  byId('messages').replaceChildren();
+}
+
+/** First letter upper case, a full stop at the end. */
+export function sentence(text) {
+  const trimmed = text.trim();
+  const start = /^[a-z][a-z]*[ ,]/.test(trimmed) ? trimmed[0].toUpperCase() + trimmed.slice(1) : trimmed;
+  return /[.!?]$/.test(start) ? start : `${start}.`;
+}
+
+function dismissButton(box) {
+  return make('button', { type: 'button', className: 'icon', 'aria-label': 'Dismiss message', on: { click: () => box.remove() } }, '×');
+}

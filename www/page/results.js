@@ -1,0 +1,90 @@
+/** What came out: facts, legend, warnings, the report. */
+import { byId, make } from './dom.js';
+import { save } from './downloads.js';
+import { bytes, cellSize, count, duration, measure, roughly, times } from './format.js';
+import { showError } from './messages.js';
+import { baseName } from './share.js';
+import { change, colourOf, on, state } from './state.js';
+
+/** Connects the panel. */
+export function startResults() {
+  on('mesh', () => {
+    state.hidden.clear();
+    show();
+  });
+  on('colours', () => state.mesh && showLegend());
+  byId('save-report').addEventListener('click', () => {
+    save(new Blob([reportText()], { type: 'application/json' }), `${baseName(state.job)}.report.json`);
+  });
+  byId('hash').addEventListener('click', hash);
+}
+
+function reportText() {
+  return `${JSON.stringify(state.mesh.report, null, 2)}\n`;
+}
+
+function show() {
+  const { mesh } = state;
+  byId('results').hidden = !mesh;
+  document.body.classList.toggle('has-mesh', Boolean(mesh));
+  if (!mesh) return;
+  const { report } = mesh;
+  const list = byId('result-facts');
+  list.replaceChildren();
+  const fact = (id, term, value) => value && list.append(make('dt', {}, term), make('dd', { id }, value));
+  fact('result-dims', 'Cells', `${times(mesh.dims, String)} = ${roughly(report.cells)}`);
+  fact('result-spacing', 'Cell', cellSize(report.spacing, report.unit));
+  fact('result-columns', 'Held as', `${count(mesh.columns.runs)} runs, ${bytes(mesh.columns.bytes)}`);
+  fact('result-time', 'Time', report.seconds?.total ? `${duration(report.seconds.total)}, ${roughly(report.cells_per_second)} cells/s` : '');
+  fact('result-backend', 'Meshed by', report.adapter ?? (report.backend === 'cpu' ? 'the processor' : report.backend));
+  showLegend();
+  const warnings = [...(report.warnings ?? [])];
+  byId('result-warnings').replaceChildren(...warnings.map((warning) => make('li', {}, warning)));
+  byId('result-warnings').hidden = warnings.length === 0;
+  byId('report').textContent = reportText();
+  byId('result-hash').textContent = report.flags_sha256 ?? '';
+}
+
+/** One row a flag: on or off, colour, name, cells, volume beside the volume of its facets. */
+function showLegend() {
+  const { report } = state.mesh;
+  byId('legend').replaceChildren(...report.flags.map((entry) => row(entry, report.unit)));
+}
+
+function row({ flag, name, cells, volume, mesh_volume: meshVolume }, unit) {
+  const box = make('input', {
+    type: 'checkbox',
+    checked: !state.hidden.has(flag),
+    'aria-label': `Show flag ${flag}, ${name}`,
+    on: {
+      change: ({ target }) => {
+        target.checked ? state.hidden.delete(flag) : state.hidden.add(flag);
+        change('legend');
+      },
+    },
+  });
+  const swatch = make('span', { className: 'swatch' });
+  swatch.style.background = colourOf(flag);
+  const off = meshVolume ? (100 * (volume - meshVolume)) / Math.abs(meshVolume) : null;
+  const difference = off === null ? '' : `${off >= 0 ? '+' : '−'}${Math.abs(off).toFixed(Math.abs(off) < 1 ? 2 : 1)} % vs facets`;
+  return make(
+    'tr',
+    { 'data-flag': flag },
+    make('td', {}, box),
+    make('th', { scope: 'row' }, swatch, make('span', { className: 'number' }, String(flag)), ` ${name}`),
+    make('td', { className: 'number cells', 'data-cells': cells }, count(cells)),
+    make('td', { className: 'number', title: `volume of the facets: ${measure(meshVolume, unit, 3)}` }, measure(volume, unit, 3), make('small', {}, difference)),
+  );
+}
+
+async function hash() {
+  const { mesh } = state;
+  const output = byId('result-hash');
+  try {
+    const onProgress = ({ done, total }) => (output.textContent = `${Math.floor((100 * done) / Math.max(total, 1))} %`);
+    const sha256 = await mesh.sha256({ onProgress });
+    if (mesh === state.mesh) output.textContent = sha256;
+  } catch (error) {
+    showError(error);
+  }
+}

@@ -1,0 +1,97 @@
+/** Run and Cancel, with progress in words and as a bar. */
+import { byId, oncePerFrame } from './dom.js';
+import { count, duration, roughly } from './format.js';
+import { currentJob } from './job.js';
+import { clearMessages, showError } from './messages.js';
+import { change, on, state } from './state.js';
+
+const STAGES = { read: 'Reading', mesh: 'Meshing', write: 'Writing' };
+/** Faces of the surface in 3-D: what phones still turn smoothly. */
+const MAX_QUADS = 1_000_000;
+
+let stop = null;
+
+/**
+ * Connects the buttons.
+ *
+ * @param {(backend: string) => void} restart starts another mesher, where the device was lost
+ */
+export function startRun(restart) {
+  byId('run').addEventListener('click', () => run(restart));
+  byId('cancel').addEventListener('click', () => stop?.abort(new DOMException('cancelled', 'AbortError')));
+  document.addEventListener('keydown', (event) => {
+    if (event.key === 'Enter' && (event.ctrlKey || event.metaKey) && !byId('run').disabled) run(restart);
+    if (event.key === 'Escape') stop?.abort(new DOMException('cancelled', 'AbortError'));
+  });
+  on(['phase', 'geometries', 'mesher', 'estimate'], show);
+  show();
+}
+
+function show() {
+  const isMeshing = state.phase === 'meshing';
+  byId('run').hidden = isMeshing;
+  byId('cancel').hidden = !isMeshing;
+  byId('progress').hidden = !isMeshing;
+  byId('run').disabled = !state.mesher || state.phase !== 'idle' || state.geometries.length === 0 || Boolean(state.estimate?.error);
+  document.body.dataset.phase = state.phase;
+}
+
+async function run(restart) {
+  clearMessages();
+  const job = currentJob();
+  const cells = state.estimate?.result?.cells ?? 0;
+  const status = byId('status');
+  const start = performance.now();
+  stop = new AbortController();
+  byId('progress').removeAttribute('value');
+  status.textContent = 'Meshing …';
+  change('phase', { phase: 'meshing' });
+  const hadFocus = document.activeElement === document.body || document.activeElement === byId('run');
+  if (hadFocus) byId('cancel').focus();
+  try {
+    const mesh = await state.mesher.mesh(job, { signal: stop.signal, onProgress: watch(start, cells) });
+    state.mesh?.dispose();
+    // the skin is asked for before others hear of the mesh, so that it is the worker's next work
+    const skin = mesh.skin({ maxQuads: MAX_QUADS });
+    const seconds = (performance.now() - start) / 1000;
+    status.textContent = `Meshed ${count(mesh.report.cells)} cells in ${duration(seconds)}.`;
+    change('phase', { phase: 'idle' });
+    change('mesh', { mesh, job, skin });
+  } catch (error) {
+    change('phase', { phase: 'idle' });
+    const isAbort = stop.signal.aborted;
+    status.textContent = isAbort ? 'Cancelled; nothing was lost.' : '';
+    if (!isAbort) showError(error, undefined, wayOut(error, restart));
+  } finally {
+    stop = null;
+    if (hadFocus) byId('run').focus();
+  }
+}
+
+/** A lost or failing device is worth another try. */
+function wayOut({ code }, restart) {
+  if (code === 'device-lost') return { label: 'Open the GPU again', act: () => restart(state.settings.backend) };
+  if (code === 'device-failed' || code === 'no-adapter') return { label: 'Use the processor', act: () => restart('cpu') };
+  return undefined;
+}
+
+/** Hears progress and writes it once a frame: stage, percent, cells a second, time left. */
+function watch(start, cells) {
+  let last = null;
+  let stageStart = start;
+  const draw = oncePerFrame(() => {
+    if (!stop || !last) return;
+    const share = last.total > 0 ? last.done / last.total : 0;
+    const seconds = (performance.now() - stageStart) / 1000;
+    byId('progress').value = share;
+    const words = [`${STAGES[last.stage]}: ${Math.floor(100 * share)} %`];
+    if (last.stage === 'mesh' && cells && seconds > 0.2) words.push(`${roughly((cells * share) / seconds)} cells/s`);
+    if (share > 0.02 && seconds > 0.5) words.push(`${duration((seconds * (1 - share)) / share)} left`);
+    byId('status').textContent = words.join(', ');
+  });
+  return (progress) => {
+    if (last?.stage !== progress.stage) stageStart = performance.now();
+    last = progress;
+    draw();
+  };
+}

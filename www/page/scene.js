@@ -1,0 +1,214 @@
+/**
+ * The 3-D scene: models, stair-step surface, domain, section. Draws only when something has changed.
+ *
+ * World lengths may be far from zero, so everything hangs in one group that is moved to the origin.
+ */
+import * as THREE from '../vendor/three.module.js';
+import { OrbitControls } from '../vendor/OrbitControls.js';
+
+import { oncePerFrame } from './dom.js';
+import { stairMaterial } from './stair_material.js';
+
+export class Scene {
+  #canvas;
+  #renderer;
+  #scene = new THREE.Scene();
+  #camera = new THREE.PerspectiveCamera(35, 1, 0.01, 1000);
+  #controls;
+  #world = new THREE.Group();
+  #models = new THREE.Group();
+  #skin = new THREE.Group();
+  #section = new THREE.Group();
+  #box = null;
+  #plane = new THREE.Plane();
+  /** Sphere around what is shown, in world lengths. */
+  #centre = new THREE.Vector3();
+  #radius = 1;
+
+  /** @param {HTMLCanvasElement} canvas */
+  constructor(canvas) {
+    this.#canvas = canvas;
+    this.#renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
+    this.#renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.#camera.up.set(0, 0, 1);
+    this.#controls = new OrbitControls(this.#camera, canvas);
+    this.#world.add(this.#models, this.#skin, this.#section);
+    const lamp = new THREE.DirectionalLight(0xffffff, 2.4);
+    lamp.position.set(0.4, 0.8, 1);
+    this.#camera.add(lamp);
+    this.#scene.add(this.#world, this.#camera, new THREE.HemisphereLight(0xffffff, 0xaab2bb, 2));
+    this.invalidate = oncePerFrame(() => this.draw());
+    this.#controls.addEventListener('change', this.invalidate);
+    new ResizeObserver(() => this.#resize()).observe(canvas.parentElement);
+    this.#resize();
+  }
+
+  #resize() {
+    const { clientWidth: width, clientHeight: height } = this.#canvas.parentElement;
+    if (width === 0 || height === 0) return;
+    this.#renderer.setSize(width, height, false);
+    this.#camera.aspect = width / height;
+    this.#camera.updateProjectionMatrix();
+    this.draw();
+  }
+
+  draw() {
+    this.#renderer.render(this.#scene, this.#camera);
+  }
+
+  /** Shows models: `{corners, colour, scale, rotate, translate}` each. */
+  setModels(models) {
+    discard(this.#models);
+    for (const { corners, colour, scale, rotate, translate } of models) {
+      const geometry = new THREE.BufferGeometry();
+      geometry.setAttribute('position', new THREE.BufferAttribute(corners, 3));
+      const material = new THREE.MeshStandardMaterial({ color: colour, flatShading: true, side: THREE.DoubleSide, roughness: 0.7 });
+      const mesh = new THREE.Mesh(geometry, material);
+      mesh.scale.fromArray([].concat(scale ?? 1).length === 3 ? scale : Array(3).fill(scale ?? 1));
+      // about x first, then y, then z
+      mesh.rotation.set(...(rotate ?? [0, 0, 0]).map(THREE.MathUtils.degToRad), 'ZYX');
+      mesh.position.fromArray(translate ?? [0, 0, 0]);
+      this.#models.add(mesh);
+    }
+    this.invalidate();
+  }
+
+  /**
+   * Shows the stair-step surface, its colours by flag.
+   *
+   * @param {import('../hexcast.js').Skin} skin
+   * @param {{origin: number[], spacing: number[]}} lines
+   */
+  setSkin(skin, lines, colourOf) {
+    discard(this.#skin);
+    this.#skin.position.fromArray(lines.origin);
+    for (const { flag, positions, indices } of skin.parts) {
+      const geometry = new THREE.BufferGeometry();
+      geometry.setAttribute('position', new THREE.BufferAttribute(positions, 3));
+      geometry.setIndex(new THREE.BufferAttribute(indices, 1));
+      const mesh = new THREE.Mesh(geometry, stairMaterial(colourOf(flag), lines.spacing.map((size) => size * skin.step)));
+      mesh.userData.flag = flag;
+      this.#skin.add(mesh);
+    }
+    this.invalidate();
+  }
+
+  setColours(colourOf) {
+    for (const mesh of this.#skin.children) mesh.material.color.set(colourOf(mesh.userData.flag));
+    this.invalidate();
+  }
+
+  /** Shows either the models or the cells, and of these the flags that are not hidden. */
+  show(what, hidden) {
+    this.#models.visible = what === 'model';
+    this.#skin.visible = what === 'cells';
+    this.#section.visible = what === 'cells';
+    for (const mesh of this.#skin.children) mesh.visible = !hidden.has(mesh.userData.flag);
+    this.invalidate();
+  }
+
+  /** Draws the edges of a box of six numbers, or none. */
+  setBox(corners) {
+    if (this.#box) {
+      this.#world.remove(this.#box);
+      this.#box.geometry.dispose();
+    }
+    this.#box = null;
+    if (corners) {
+      const [low, high] = [corners.slice(0, 3), corners.slice(3)].map((at) => new THREE.Vector3().fromArray(at));
+      this.#box = new THREE.Box3Helper(new THREE.Box3(low, high), 0x7a8a99);
+      this.#world.add(this.#box);
+    }
+    this.invalidate();
+  }
+
+  /**
+   * Cuts away what lies beyond a plane across an axis and draws the cells that it cuts.
+   *
+   * @param {null | {axis: number, side: 1 | -1, at: number, image: ImageData, low: number[], high: number[]}} cut `at` in
+   *   world lengths; what lies on `side` of it goes; the image covers low to high on the two axes across
+   */
+  setSection(cut) {
+    discard(this.#section);
+    if (cut) this.#cap(cut);
+    const normal = [0, 1, 2].map((axis) => (axis === cut?.axis ? -cut.side : 0));
+    // planes are in the scene's lengths, where the centre of the world is the origin
+    this.#plane.set(new THREE.Vector3(...normal), cut ? cut.side * (cut.at - this.#centre.getComponent(cut.axis)) : 0);
+    const planes = cut ? [this.#plane] : [];
+    for (const group of [this.#skin, this.#models]) for (const mesh of group.children) mesh.material.clippingPlanes = planes;
+    this.#renderer.localClippingEnabled = Boolean(cut);
+    this.invalidate();
+  }
+
+  #cap({ axis, at, image, low, high }) {
+    const texture = new THREE.DataTexture(new Uint8Array(image.data.buffer), image.width, image.height);
+    texture.magFilter = THREE.NearestFilter;
+    texture.colorSpace = THREE.SRGBColorSpace;
+    texture.needsUpdate = true;
+    const [first, second] = [0, 1, 2].filter((other) => other !== axis);
+    const corner = (i, j) => {
+      const point = [at, at, at];
+      point[first] = [low[0], high[0]][i];
+      point[second] = [low[1], high[1]][j];
+      return point;
+    };
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute('position', new THREE.Float32BufferAttribute([corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)].flat(), 3));
+    geometry.setAttribute('uv', new THREE.Float32BufferAttribute([0, 0, 1, 0, 1, 1, 0, 1], 2));
+    geometry.setIndex([0, 1, 2, 0, 2, 3]);
+    const material = new THREE.MeshBasicMaterial({ map: texture, side: THREE.DoubleSide, alphaTest: 0.5 });
+    this.#section.add(new THREE.Mesh(geometry, material));
+  }
+
+  /** Moves the camera so that a box of six numbers fills the view, seen from a corner or along `direction`. */
+  fit(corners, direction = [1.1, -1.6, 0.9]) {
+    const [low, high] = [corners.slice(0, 3), corners.slice(3)].map((at) => new THREE.Vector3().fromArray(at));
+    this.#centre.addVectors(low, high).multiplyScalar(0.5);
+    this.#radius = Math.max(low.distanceTo(high) / 2, Number.MIN_VALUE);
+    this.#world.position.copy(this.#centre).negate();
+    const fieldOfView = THREE.MathUtils.degToRad(this.#camera.fov) * Math.min(1, this.#camera.aspect);
+    const distance = (1.05 * this.#radius) / Math.sin(fieldOfView / 2);
+    this.#camera.position.fromArray(direction).setLength(distance);
+    this.#camera.near = distance / 200;
+    this.#camera.far = distance * 20;
+    this.#camera.updateProjectionMatrix();
+    this.#controls.target.set(0, 0, 0);
+    this.#controls.update();
+    this.invalidate();
+  }
+
+  /** Turns by angles around z and up (radians), and comes nearer by a factor. */
+  turn(around, up, nearer = 1) {
+    const offset = this.#camera.position.clone().sub(this.#controls.target);
+    const turned = new THREE.Spherical().setFromVector3(new THREE.Vector3(offset.x, offset.z, -offset.y));
+    turned.theta += around;
+    turned.phi = Math.min(Math.max(turned.phi - up, 0.01), Math.PI - 0.01);
+    turned.radius /= nearer;
+    const { x, y, z } = new THREE.Vector3().setFromSpherical(turned);
+    this.#camera.position.set(x, -z, y).add(this.#controls.target);
+    this.#controls.update();
+    this.invalidate();
+  }
+
+  /** On which side of the middle the camera stands, along an axis: 1 or -1. */
+  sideOf(axis) {
+    return this.#camera.position.getComponent(axis) < this.#controls.target.getComponent(axis) ? -1 : 1;
+  }
+
+  /** The picture as it is. @returns {Promise<Blob>} PNG */
+  picture() {
+    // drawing and reading in one go: the buffer is gone after the frame
+    this.draw();
+    return new Promise((resolve) => this.#canvas.toBlob(resolve, 'image/png'));
+  }
+}
+
+/** Empties a group and frees what its meshes hold on the graphics card. */
+function discard(group) {
+  for (const mesh of group.children) {
+    mesh.geometry.dispose();
+    mesh.material.map?.dispose();
+    mesh.material.dispose();
+  }
+  group.clear();
+}

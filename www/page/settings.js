@@ -1,0 +1,108 @@
+/** The form: linked sizes, domain and padding, rule, axis, unit, backend. */
+import { byId } from './dom.js';
+import { readNumbers, short, writeNumbers } from './format.js';
+import { on, set, state } from './state.js';
+
+const DIMS = ['dims-x', 'dims-y', 'dims-z'];
+const DOMAIN = ['x0', 'y0', 'z0', 'x1', 'y1', 'z1'].map((name) => `domain-${name}`);
+
+/** Connects the fields, both ways. */
+export function startSettings() {
+  byId('cells').addEventListener('input', ({ target }) => {
+    if (isPositive(target, true)) set({ sizing: 'cells', cells: Number(target.value) });
+  });
+  byId('cell-size').addEventListener('input', readCellSize);
+  byId('fit-lines').addEventListener('change', ({ target }) => {
+    const size = state.settings.cell_size ?? Math.max(...(state.estimate?.result?.spacing ?? [1]));
+    set({ sizing: target.checked ? 'max_cell_size' : 'cell_size', cell_size: [].concat(size)[0] });
+  });
+  for (const id of DIMS) byId(id).addEventListener('input', readDims);
+  for (const id of DOMAIN) byId(id).addEventListener('input', readDomain);
+  byId('domain-given').addEventListener('change', ({ target }) => {
+    set({ domain: target.checked ? domainOf(state.estimate?.result) : null });
+  });
+  byId('padding').addEventListener('input', readPadding);
+  byId('padding-by').addEventListener('change', readPadding);
+  for (const key of ['rule', 'axis', 'unit', 'backend']) {
+    byId(key).addEventListener('change', ({ target }) => set({ [key]: target.value }));
+  }
+  byId('settings').addEventListener('submit', (event) => event.preventDefault());
+  on(['settings', 'estimate', 'geometries'], show);
+  show();
+}
+
+function isPositive(input, isWhole) {
+  const value = Number(input.value);
+  const isRight = input.value !== '' && value > 0 && (!isWhole || Number.isInteger(value));
+  input.setCustomValidity(isRight || input.value === '' ? '' : isWhole ? 'a whole number from 1' : 'a number greater than 0');
+  return isRight;
+}
+
+function readCellSize({ target }) {
+  const value = readNumbers(target.value);
+  const isRight = value !== null && value !== undefined && [].concat(value).every((size) => size > 0);
+  target.setCustomValidity(isRight || value === null ? '' : 'a length greater than 0, or three');
+  if (!isRight) return;
+  const fits = byId('fit-lines').checked && !Array.isArray(value);
+  set({ sizing: fits ? 'max_cell_size' : 'cell_size', cell_size: value });
+}
+
+function readDims() {
+  const inputs = DIMS.map(byId);
+  if (inputs.every((input) => isPositive(input, true))) set({ sizing: 'dims', dims: inputs.map((input) => Number(input.value)) });
+}
+
+function readDomain() {
+  const inputs = DOMAIN.map(byId);
+  if (inputs.every((input) => input.value !== '' && Number.isFinite(Number(input.value)))) {
+    set({ domain: inputs.map((input) => Number(input.value)) });
+  }
+}
+
+function readPadding() {
+  const by = byId('padding-by').value;
+  const input = byId('padding');
+  const value = readNumbers(input.value) ?? (input.value.trim() === '' ? 0 : undefined);
+  const isRight = value !== undefined && [].concat(value).every((room) => room >= 0 && (by === 'length' || Number.isInteger(room)));
+  input.setCustomValidity(isRight ? '' : by === 'cells' ? 'whole cells, one number or three' : 'a length, one number or three');
+  if (isRight) set({ padding: value, padding_by: by });
+}
+
+/** The box that an estimate meshes. */
+export function domainOf(estimate) {
+  if (!estimate) return [0, 0, 0, 1, 1, 1];
+  const { origin, spacing, dims } = estimate;
+  return [...origin, ...origin.map((start, axis) => Number((start + spacing[axis] * dims[axis]).toPrecision(12)))];
+}
+
+/** Writes all fields but the one being typed in; those that were not set follow the estimate. */
+function show() {
+  const { settings } = state;
+  const result = state.estimate?.result;
+  const dims = settings.sizing === 'dims' ? settings.dims : result?.dims;
+  put('cells', settings.sizing === 'cells' ? settings.cells : dims ? Math.max(...dims) : '');
+  const isSize = settings.sizing === 'cell_size' || settings.sizing === 'max_cell_size';
+  put('cell-size', isSize ? writeNumbers(settings.cell_size) : result ? sizeText(result.spacing) : '');
+  DIMS.forEach((id, axis) => put(id, dims?.[axis] ?? ''));
+  byId('fit-lines').checked = settings.sizing === 'max_cell_size';
+  const leading = { cells: 'cells', dims: 'dims', cell_size: 'cell-size', max_cell_size: 'cell-size' }[settings.sizing];
+  for (const field of document.querySelectorAll('[data-size]')) field.classList.toggle('leads', field.dataset.size === leading);
+  byId('domain-given').checked = settings.domain !== null;
+  byId('domain-fields').hidden = settings.domain === null;
+  byId('padding-fields').hidden = settings.domain !== null;
+  DOMAIN.forEach((id, at) => put(id, settings.domain?.[at] ?? ''));
+  put('padding', writeNumbers(settings.padding));
+  for (const key of ['rule', 'axis', 'unit', 'backend', 'padding_by']) byId(key.replace('_', '-')).value = settings[key];
+  for (const unit of document.querySelectorAll('.unit')) unit.textContent = settings.unit;
+}
+
+function put(id, value) {
+  const input = byId(id);
+  if (input !== document.activeElement) input.value = value;
+}
+
+/** The lengths of a cell, once where they are equal. */
+function sizeText(spacing) {
+  const texts = spacing.map(short);
+  return texts.every((text) => text === texts[0]) ? texts[0] : texts.join(' ');
+}

@@ -1,0 +1,193 @@
+/**
+ * The parameters (never the geometry) in the address, and the job as a command and as JavaScript.
+ *
+ * The hash holds only what differs from the defaults, such as `#cells=256&padding=2&sample=knot&g=file%3Dknot.stl%26flag%3D7`.
+ */
+import { byId, later } from './dom.js';
+import { GEOMETRY_KEYS, currentJob } from './job.js';
+import { writeNumbers } from './format.js';
+import { showNotice } from './messages.js';
+import { DEFAULTS, colourOf, on, set, state } from './state.js';
+
+const CHOICES = {
+  padding_by: ['cells', 'length'],
+  rule: ['parity', 'nonzero'],
+  axis: ['auto', 'x', 'y', 'z'],
+  backend: ['auto', 'gpu', 'cpu'],
+};
+
+/** Settings of geometries that a link has and whose files have not come yet, in order. */
+let expected = [];
+/** Hash that this page wrote last, so that it does not read its own. */
+let written = null;
+
+/** Writes the hash whenever a parameter changes. */
+export function startSharing() {
+  on(['settings', 'geometries', 'colours'], later(writeHash, 200));
+  byId('copy-command').addEventListener('click', (event) => copy(commandOf(currentJob()), event.currentTarget));
+  byId('copy-js').addEventListener('click', (event) => copy(javascriptOf(currentJob()), event.currentTarget));
+  byId('copy-link').addEventListener('click', (event) => (writeHash(), copy(location.href, event.currentTarget)));
+}
+
+function writeHash() {
+  const hash = hashOf();
+  if (location.hash.slice(1) === hash) return;
+  written = hash;
+  history.replaceState(null, '', hash ? `#${hash}` : location.pathname + location.search);
+}
+
+/** Whether the address was changed by somebody else. */
+export function isForeignHash() {
+  return location.hash.slice(1) !== (written ?? '');
+}
+
+function hashOf() {
+  const { settings, geometries } = state;
+  const query = new URLSearchParams();
+  const sizes = settings.sizing === 'max_cell_size' ? 'cell_size' : settings.sizing;
+  if (settings.sizing !== 'cells' || settings.cells !== DEFAULTS.cells) query.set(settings.sizing, writeNumbers(settings[sizes]));
+  if (settings.domain) query.set('domain', settings.domain.join(' '));
+  for (const key of ['padding', ...Object.keys(CHOICES), 'unit']) {
+    if (String(settings[key]) !== String(DEFAULTS[key])) query.set(key, writeNumbers(settings[key]));
+  }
+  const sample = geometries.length > 0 && geometries.every((geometry) => geometry.sample === geometries[0].sample) && geometries[0].sample;
+  if (sample) query.set('sample', sample);
+  for (const geometry of geometries) query.append('g', geometryQuery(geometry));
+  // before files come, the settings of a link stay in the address
+  if (geometries.length === 0) for (const entry of expected) query.append('g', entry.query);
+  return query.toString();
+}
+
+function geometryQuery(geometry) {
+  const query = new URLSearchParams({ file: geometry.source.name });
+  for (const [key, unsaid] of GEOMETRY_KEYS) {
+    if (geometry[key] !== unsaid && geometry[key] !== null) query.set(key, writeNumbers(geometry[key]));
+  }
+  if (state.colours.has(geometry.flag)) query.set('colour', colourOf(geometry.flag).slice(1));
+  return query.toString();
+}
+
+/**
+ * Reads the hash into the settings.
+ *
+ * @returns {string | null} the sample that it names
+ */
+export function readHash() {
+  const query = new URLSearchParams(location.hash.slice(1));
+  written = location.hash.slice(1);
+  const patch = { ...DEFAULTS };
+  for (const key of ['cells', 'dims', 'cell_size', 'max_cell_size']) {
+    const numbers = numbersOf(query.get(key));
+    const fits = key === 'dims' ? numbers?.length === 3 : numbers?.length === 1 || (key === 'cell_size' && numbers?.length === 3);
+    if (!fits || numbers.some((number) => !(number > 0))) continue;
+    patch.sizing = key;
+    patch[key === 'max_cell_size' ? 'cell_size' : key] = numbers.length === 1 ? numbers[0] : numbers;
+  }
+  const domain = numbersOf(query.get('domain'));
+  if (domain?.length === 6) patch.domain = domain;
+  const padding = numbersOf(query.get('padding'));
+  if (padding?.length === 1 || padding?.length === 3) patch.padding = padding.length === 1 ? padding[0] : padding;
+  for (const [key, choices] of Object.entries(CHOICES)) if (choices.includes(query.get(key))) patch[key] = query.get(key);
+  if (query.has('unit')) patch.unit = query.get('unit').slice(0, 16);
+  expected = query.getAll('g').map(readGeometry);
+  set(patch);
+  return query.get('sample');
+}
+
+function readGeometry(text) {
+  const query = new URLSearchParams(text);
+  const settings = {};
+  const flag = Number(query.get('flag'));
+  if (Number.isInteger(flag) && flag >= 1 && flag <= 255) settings.flag = flag;
+  const priority = Number(query.get('priority') ?? NaN);
+  if (Number.isInteger(priority)) settings.priority = priority;
+  if (query.get('split') === 'true') settings.split = true;
+  if (query.get('name')) settings.name = query.get('name');
+  for (const key of ['scale', 'rotate', 'translate']) {
+    const numbers = numbersOf(query.get(key));
+    if (numbers?.length === 3) settings[key] = numbers;
+    else if (numbers?.length === 1 && key === 'scale') settings[key] = numbers[0];
+  }
+  if (/^[0-9a-f]{6}$/.test(query.get('colour') ?? '')) settings.colour = `#${query.get('colour')}`;
+  return { query: text, file: query.get('file'), settings };
+}
+
+/** Takes the settings that the link has for a file of this name, once. */
+export function takeExpected(file) {
+  const at = expected.findIndex((entry) => entry.file === file);
+  return at < 0 ? {} : expected.splice(at, 1)[0].settings;
+}
+
+function numbersOf(text) {
+  if (!text) return null;
+  const numbers = text.split(/[\s,]+/).map(Number);
+  return numbers.every(Number.isFinite) ? numbers : null;
+}
+
+/** The native command that does this job. */
+export function commandOf(job) {
+  const words = ['hexcast', 'mesh'];
+  for (const { source: _, file, ...settings } of job.geometries) {
+    const pairs = Object.entries(settings).map(([key, value]) => `${key}=${Array.isArray(value) ? value.join('/') : value}`);
+    words.push(quote(pairs.length > 0 ? `${file}:${pairs.join(',')}` : file));
+  }
+  const option = (name, value) => {
+    if (value !== undefined) words.push(`--${name}=${quote([].concat(value).join(','))}`);
+  };
+  option('domain', job.domain);
+  option('padding', job.padding?.cells);
+  option('padding-length', job.padding?.length);
+  for (const key of ['cells', 'dims', 'cell_size', 'max_cell_size', 'rule', 'axis', 'unit']) option(key.replaceAll('_', '-'), job[key]);
+  if (state.settings.backend !== 'auto') option('backend', state.settings.backend);
+  return [...words, '-o', quote(`${baseName(job)}.vti`)].join(' ');
+}
+
+/** A program that does this job with the package. */
+export function javascriptOf({ geometries, ...rest }) {
+  const names = geometries.map(({ file }) => JSON.stringify(file)).join(', ') || 'none yet';
+  const options = state.settings.backend === 'auto' ? '' : `{ backend: '${state.settings.backend}' }`;
+  return [
+    "import { createMesher } from 'hexcast';",
+    '',
+    `/** files: ${names}, as Blobs or bytes, in this order */`,
+    'export async function mesh(files) {',
+    `  const mesher = await createMesher(${options});`,
+    '  return mesher.mesh({',
+    '    geometries: [',
+    ...geometries.map(({ source: _, ...geometry }, at) => `      { source: files[${at}], ${inside(geometry)} },`),
+    '    ],',
+    ...Object.entries(rest).map(([key, value]) => `    ${key}: ${JSON.stringify(value)},`),
+    '  });',
+    '}',
+    '',
+  ].join('\n');
+}
+
+/** The keys of an object literal, without its braces. */
+function inside(value) {
+  return Object.entries(value).map(([key, part]) => `${key}: ${JSON.stringify(part)}`).join(', ');
+}
+
+/** Name for files of a job: that of its first geometry. */
+export function baseName(job) {
+  const name = job?.geometries[0]?.name ?? job?.geometries[0]?.file?.replace(/\.[^.]*$/, '') ?? 'mesh';
+  return name.replace(/[^\p{L}\p{N}._-]+/gu, '-') || 'mesh';
+}
+
+/** A word for a POSIX shell. */
+function quote(word) {
+  return /^[\w./:=,+-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`;
+}
+
+async function copy(text, button) {
+  byId('copied-text').value = text;
+  byId('copied').hidden = false;
+  try {
+    await navigator.clipboard.writeText(text);
+    byId('share-status').textContent = `${button.textContent} copied.`;
+  } catch {
+    byId('copied-text').select();
+    byId('share-status').textContent = 'The browser does not let pages copy here; the text is selected below.';
+    if (!document.execCommand?.('copy')) showNotice('press Ctrl+C to copy the selected text');
+  }
+}

@@ -1,0 +1,179 @@
+/** The 3-D view: loads three.js when there is first something to draw, and connects the tools above the picture. */
+import { byId } from './dom.js';
+import { count } from './format.js';
+import { save } from './downloads.js';
+import { showError, showNotice } from './messages.js';
+import { domainOf } from './settings.js';
+import { baseName } from './share.js';
+import { colourOf, on, state } from './state.js';
+import { paint } from './paint.js';
+
+/** Most pixels a side of the picture of a section. */
+const SECTION_PIXELS = 1024;
+
+/** The scene once three.js is there; a promise, so that it is loaded once. */
+let loading = null;
+let shown = 'model';
+let section = 0;
+/** The side that the section takes away: the one that the camera stood on when its axis was chosen. */
+let side = 1;
+
+/** Connects the view. */
+export function startView3d() {
+  on('geometries', () => (showModels(), choose('model')));
+  on('colours', () => recolour());
+  on('estimate', () => withScene((scene) => scene.setBox(state.geometries.length > 0 && state.estimate?.result ? domainOf(state.estimate.result) : null)));
+  on('mesh', () => showMesh());
+  on('legend', () => (withScene((scene) => scene.show(shown, state.hidden)), cut()));
+  for (const what of ['model', 'cells']) byId(`show-${what}`).addEventListener('change', () => choose(what));
+  byId('fit').addEventListener('click', () => fit());
+  byId('save-3d').addEventListener('click', () => withScene(async (scene) => save(await scene.picture(), `${baseName(state.job)}-3d.png`)));
+  byId('section-axis').addEventListener('change', () => cut(true));
+  byId('section-at').addEventListener('input', () => cut());
+  byId('canvas-3d').addEventListener('keydown', turnByKey);
+  // the page works offline once it has been opened: what it may need later is fetched while nothing else happens
+  (globalThis.requestIdleCallback ?? setTimeout)(() => import('../vendor/OrbitControls.js').catch(() => {}));
+}
+
+function load() {
+  loading ??= import('./scene.js').then(({ Scene }) => new Scene(byId('canvas-3d')));
+  return loading;
+}
+
+/** Does something with the scene once there is anything to show; a browser without WebGL is told once. */
+async function withScene(action) {
+  if (!loading && state.geometries.length === 0 && !state.mesh) return;
+  const isFirst = !loading;
+  try {
+    await action(await load());
+  } catch (error) {
+    if (isFirst) showError(error, 'The 3-D view cannot be opened; slices work without it');
+  }
+}
+
+function showModels() {
+  withScene((scene) => {
+    const models = state.geometries.filter(({ corners }) => corners);
+    scene.setModels(models.map((geometry) => ({ ...geometry, colour: colourOf(geometry.flag) })));
+    const ids = models.map(({ id }) => id).join();
+    if (ids !== byId('canvas-3d').dataset.models && models.length > 0) fit();
+    byId('canvas-3d').dataset.models = ids;
+  });
+}
+
+function recolour() {
+  withScene((scene) => {
+    scene.setColours(colourOf);
+    showModels();
+    cut();
+  });
+}
+
+/** Shows the models or the cells. */
+function choose(what) {
+  shown = what === 'cells' && state.mesh ? 'cells' : 'model';
+  byId('show-cells').disabled = !state.mesh;
+  byId(`show-${shown}`).checked = true;
+  byId('section').hidden = shown !== 'cells';
+  withScene((scene) => {
+    scene.show(shown, state.hidden);
+    byId('canvas-3d').setAttribute('aria-label', shown === 'cells' ? 'Stair-step surface of the mesh; arrow keys turn it' : 'The model; arrow keys turn it');
+  });
+}
+
+async function showMesh() {
+  const { mesh, skin: promised } = state;
+  if (!mesh) return;
+  byId('section-axis').value = '';
+  await withScene(async (scene) => {
+    byId('view-status').textContent = 'Extracting the surface …';
+    const skin = await (promised ?? mesh.skin());
+    if (mesh !== state.mesh) return;
+    byId('view-status').textContent = '';
+    if (skin.step > 1) showNotice(`the surface in 3-D is drawn with cells of ${skin.step} × ${skin.step} × ${skin.step}, because it has too many faces; slices and files have every cell`);
+    scene.setSkin(skin, mesh.lines, colourOf);
+    const isEmpty = skin.parts.length === 0;
+    choose(isEmpty ? 'model' : 'cells');
+    scene.setSection(null);
+    scene.setBox(domainOf(mesh.report));
+    if (state.geometries.length === 0) fit();
+    const n_triangles = skin.parts.reduce((sum, part) => sum + part.indices.length / 3, 0);
+    byId('canvas-3d').dataset.triangles = n_triangles;
+    // on a phone the picture lies below the fields
+    if (matchMedia('(max-width: 760px)').matches) byId('view').scrollIntoView({ behavior: 'smooth' });
+    byId('view-status').textContent = isEmpty ? 'No cell has a flag.' : `${count(n_triangles)} triangles`;
+  });
+}
+
+function fit() {
+  withScene((scene) => scene.fit(shown === 'cells' || !state.geometries.length ? domainOf(state.mesh.report) : boxOfModels()));
+}
+
+/** The box around all models as they stand, from the corners of their own boxes. */
+function boxOfModels() {
+  const box = [Infinity, Infinity, Infinity, -Infinity, -Infinity, -Infinity];
+  for (const { info, scale, rotate, translate } of state.geometries) {
+    for (let corner = 0; corner < 8; corner += 1) {
+      const point = place([0, 1, 2].map((axis) => info.bounding_box[(corner >> axis) & 1][axis]), scale, rotate, translate);
+      point.forEach((x, axis) => {
+        box[axis] = Math.min(box[axis], x);
+        box[3 + axis] = Math.max(box[3 + axis], x);
+      });
+    }
+  }
+  return box;
+}
+
+/** Scales, rotates about x, y and z, and moves, as the job does. */
+function place(point, scale, rotate, translate) {
+  const factors = [].concat(scale ?? 1);
+  let placed = point.map((x, axis) => x * (factors[axis] ?? factors[0]));
+  (rotate ?? []).forEach((degrees, axis) => {
+    const [c, s] = [Math.cos((degrees * Math.PI) / 180), Math.sin((degrees * Math.PI) / 180)];
+    const [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
+    const turned = [...placed];
+    turned[u] = c * placed[u] - s * placed[v];
+    turned[v] = s * placed[u] + c * placed[v];
+    placed = turned;
+  });
+  return placed.map((x, axis) => x + (translate?.[axis] ?? 0));
+}
+
+/** Puts the section where its tools say; `isNew` starts in the middle. The last request wins. */
+async function cut(isNew = false) {
+  const { mesh } = state;
+  const choice = byId('section-axis').value;
+  const slider = byId('section-at');
+  slider.disabled = choice === '';
+  const request = ++section;
+  if (!mesh || choice === '') return withScene((scene) => scene.setSection(null));
+  const axis = Number(choice);
+  slider.max = mesh.dims[axis] - 1;
+  if (isNew) slider.value = Math.floor(mesh.dims[axis] / 2);
+  const index = Number(slider.value);
+  slider.setAttribute('aria-valuetext', `cell ${index} of ${mesh.dims[axis]}`);
+  const slice = await mesh.slice(axis, index, SECTION_PIXELS);
+  if (request !== section || mesh !== state.mesh) return undefined;
+  const { origin, spacing } = mesh.lines;
+  const [first, second] = [0, 1, 2].filter((other) => other !== axis);
+  return withScene((scene) => {
+    if (isNew) side = scene.sideOf(axis);
+    scene.setSection({
+      axis,
+      side,
+      at: origin[axis] + (index + 0.5) * spacing[axis],
+      image: paint(slice, { isUp: false, hidden: state.hidden }),
+      low: [origin[first], origin[second]],
+      high: [origin[first] + slice.width * slice.step * spacing[first], origin[second] + slice.height * slice.step * spacing[second]],
+    });
+  });
+}
+
+function turnByKey(event) {
+  const step = event.shiftKey ? 0.02 : 0.1;
+  const turns = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, step], ArrowDown: [0, -step], '+': [0, 0, 1.15], '=': [0, 0, 1.15], '-': [0, 0, 1 / 1.15] };
+  if (event.key === 'Home') fit();
+  else if (turns[event.key] && !event.ctrlKey && !event.metaKey) withScene((scene) => scene.turn(...turns[event.key]));
+  else return;
+  event.preventDefault();
+}
