@@ -17,11 +17,13 @@
 //! # Ok::<(), hexcast::Error>(())
 //! ```
 
+use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 
 mod geometry_job;
+mod numbers;
 mod validate;
 
 pub use geometry_job::GeometryJob;
@@ -74,7 +76,7 @@ pub enum AxisChoice {
 }
 
 /// One number for all axes, or one an axis.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum PerAxis<T> {
     /// The same for x, y and z.
@@ -110,7 +112,7 @@ pub struct Job {
     /// The geometries, in order: where two of equal priority overlap, the later wins.
     pub geometries: Vec<GeometryJob>,
     /// Two corners of the box, x0 y0 z0 x1 y1 z1; otherwise the box around all geometries.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "numbers::list", skip_serializing_if = "Option::is_none")]
     pub domain: Option<[f64; 6]>,
     /// Room around the box of the geometries.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -118,8 +120,8 @@ pub struct Job {
     /// Cubic cells, so many along the longest axis.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cells: Option<u32>,
-    /// Exactly so many cells on x, y and z.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// Exactly so many cells on x, y and z, over the domain; padding by cells comes on top.
+    #[serde(deserialize_with = "numbers::list", skip_serializing_if = "Option::is_none")]
     pub dims: Option<[u32; 3]>,
     /// Cell size on all axes or each.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -145,9 +147,18 @@ impl Job {
     /// Reads a job from TOML and validates it.
     ///
     /// # Errors
-    /// `job-syntax` with the place; those of [`Job::validate`].
+    /// - `job-syntax`: the text is not TOML, with the place.
+    /// - `job-value`: an unknown key or a value of a wrong type, with key and place.
+    /// - Those of [`Job::validate`].
     pub fn from_toml(text: &str) -> Result<Job> {
-        let job: Job = toml::from_str(text).map_err(|error| syntax("TOML", &error))?;
+        let place = |error: toml::de::Error| error.to_string();
+        let toml = toml::Deserializer::parse(text).map_err(|error| not_valid("TOML", &place(error)))?;
+        let job: Job = serde_path_to_error::deserialize(toml).map_err(|error| {
+            let key = error.path().to_string();
+            let mut inner = error.into_inner();
+            inner.set_input(Some(text));
+            wrong_value(&key, &place(inner))
+        })?;
         job.validate()?;
         Ok(job)
     }
@@ -155,9 +166,13 @@ impl Job {
     /// Reads a job from JSON and validates it.
     ///
     /// # Errors
-    /// `job-syntax` with the place; those of [`Job::validate`].
+    /// Those of [`Job::from_toml`].
     pub fn from_json(text: &str) -> Result<Job> {
-        let job: Job = serde_json::from_str(text).map_err(|error| syntax("JSON", &error))?;
+        // first alone, since serde_json also calls some wrong values a syntax error
+        let _: IgnoredAny = serde_json::from_str(text).map_err(|error| not_valid("JSON", &error.to_string()))?;
+        let mut json = serde_json::Deserializer::from_str(text);
+        let job: Job = serde_path_to_error::deserialize(&mut json)
+            .map_err(|error| wrong_value(&error.path().to_string(), &error.inner().to_string()))?;
         job.validate()?;
         Ok(job)
     }
@@ -167,12 +182,25 @@ impl Job {
         // a struct of numbers, strings and lists always has a JSON form
         serde_json::to_string_pretty(self).unwrap_or_default()
     }
+
+    /// Writes the job as TOML; reading it back gives the same job.
+    pub fn to_toml(&self) -> String {
+        // a struct of numbers, strings and lists always has a TOML form
+        toml::to_string(self).unwrap_or_default()
+    }
 }
 
-fn syntax(language: &str, error: &dyn std::fmt::Display) -> Error {
-    let hint = "compare with the example in the documentation of the job file";
-    Error::new("job-syntax", format!("the job is not valid {language}: {}", error.to_string().trim_end()), hint)
+fn not_valid(language: &str, problem: &str) -> Error {
+    Error::new("job-syntax", format!("the job is not valid {language}: {}", problem.trim_end()), HINT)
 }
+
+fn wrong_value(key: &str, problem: &str) -> Error {
+    // the path of the job itself is "."
+    let key = if key == "." { "the job" } else { key };
+    Error::new("job-value", format!("{key}: {}", problem.trim_end()), HINT)
+}
+
+const HINT: &str = "compare with the example in the documentation of the job file";
 
 #[cfg(test)]
 mod tests;

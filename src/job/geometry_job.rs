@@ -3,7 +3,7 @@
 use glam::DAffine3;
 use serde::{Deserialize, Serialize};
 
-use super::PerAxis;
+use super::{PerAxis, numbers};
 use crate::error::{Error, Result};
 use crate::geometry::world_from_file;
 
@@ -23,7 +23,7 @@ pub struct GeometryJob {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     /// Property flag, 1 to 255; by default 1, 2, ... in the order of the job.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "numbers::flag", skip_serializing_if = "Option::is_none")]
     pub flag: Option<u8>,
     /// Where geometries overlap the higher priority wins.
     pub priority: i32,
@@ -31,10 +31,10 @@ pub struct GeometryJob {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scale: Option<PerAxis<f64>>,
     /// Then rotates about x, y and z, in degrees.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "numbers::list", skip_serializing_if = "Option::is_none")]
     pub rotate: Option<[f64; 3]>,
     /// Then moves.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "numbers::list", skip_serializing_if = "Option::is_none")]
     pub translate: Option<[f64; 3]>,
 }
 
@@ -51,20 +51,32 @@ impl GeometryJob {
     }
 
     /// Reads `FILE` or `FILE:key=value,...` with the keys flag, priority, name, solid, split, scale, rotate and translate;
-    /// three numbers are joined by `/`. A colon that no `key=` follows belongs to the file, as in `C:\part.stl`.
+    /// three numbers are joined by `/`. The settings begin after the first colon that a word and `=` follow, so other colons
+    /// belong to the file, as in `C:\run=3\part.stl`.
     ///
     /// # Errors
-    /// `job-value`: an unknown key or a value that is no number, with what was expected.
+    /// - `job-value`: no file, an unknown key or a value that is no number, with what was expected.
+    /// - `job-conflict`: a key given twice.
     pub fn from_argument(argument: &str) -> Result<GeometryJob> {
-        let Some((file, settings)) = argument.rsplit_once(':').filter(|(_, settings)| settings.contains('=')) else {
+        let Some((file, settings)) = file_and_settings(argument) else {
             return Ok(GeometryJob::new(argument));
         };
+        if file.is_empty() {
+            return Err(wrong(argument, "there is no file before the colon"));
+        }
         let mut geometry = GeometryJob::new(file);
+        let mut seen = Vec::new();
         for setting in settings.split(',') {
             let Some((key, value)) = setting.split_once('=') else {
                 return Err(wrong(argument, &format!("\"{setting}\" is not key=value")));
             };
-            geometry.set(key.trim(), value.trim()).map_err(|problem| wrong(argument, &problem))?;
+            let key = key.trim();
+            if seen.contains(&key) {
+                let message = format!("geometry \"{argument}\": {key} is given twice");
+                return Err(Error::new("job-conflict", message, "keep one of them"));
+            }
+            seen.push(key);
+            geometry.set(key, value.trim()).map_err(|problem| wrong(argument, &problem))?;
         }
         Ok(geometry)
     }
@@ -87,6 +99,15 @@ impl GeometryJob {
         }
         Ok(())
     }
+}
+
+fn file_and_settings(argument: &str) -> Option<(&str, &str)> {
+    let begins_with_key = |rest: &str| {
+        let key = rest.split_once('=').map(|(key, _)| key.trim());
+        key.is_some_and(|key| !key.is_empty() && key.chars().all(|c| c.is_ascii_alphabetic() || c == '_' || c == '-'))
+    };
+    let mut colons = argument.match_indices(':').map(|(at, _)| (&argument[..at], &argument[at + 1..]));
+    colons.find(|(_, rest)| begins_with_key(rest))
 }
 
 fn number(key: &str, text: &str) -> std::result::Result<f64, String> {

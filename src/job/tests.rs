@@ -1,3 +1,6 @@
+use proptest::prelude::*;
+use serde_json::json;
+
 use super::*;
 
 const TWO: &str = r#"
@@ -34,6 +37,7 @@ fn error(change: impl Fn(&mut Job)) -> Error {
 fn toml_and_json_give_the_same_job() {
     let job = Job::from_toml(TWO).unwrap();
     assert_eq!(Job::from_json(&job.to_json()).unwrap(), job);
+    assert_eq!(Job::from_toml(&job.to_toml()).unwrap(), job);
     assert_eq!((job.dims, job.rule, job.axis), (Some([10, 20, 30]), Rule::Nonzero, AxisChoice::Y));
     assert_eq!(job.padding, Some(Padding::Length(PerAxis::Each([1.0, 2.0, 3.0]))));
     let place = job.geometries[0].world_from_file();
@@ -41,14 +45,47 @@ fn toml_and_json_give_the_same_job() {
 }
 
 #[test]
-fn unknown_keys_and_wrong_types_are_named() {
-    for (text, name) in [("cels = 3", "cels"), ("[[geometries]]\nfile = 'a'\nflg = 1", "flg"), ("cells = -1", "cells")]
-    {
+fn what_is_no_toml_or_json_is_a_syntax_error() {
+    for text in ["cells =", "[[geometries]", "cells = 3 cells = 4"] {
         let error = Job::from_toml(text).unwrap_err();
-        assert_eq!(error.code(), "job-syntax");
-        assert!(error.to_string().contains(name), "{error}");
+        assert!(error.code() == "job-syntax" && error.to_string().contains("line 1"), "{error}");
     }
-    assert_eq!(Job::from_json("{").unwrap_err().code(), "job-syntax");
+    for text in ["{", "", "{} {}", r#"{"cells": NaN}"#] {
+        assert_eq!(Job::from_json(text).unwrap_err().code(), "job-syntax", "{text}");
+    }
+}
+
+#[test]
+fn unknown_keys_and_wrong_types_name_the_key() {
+    // the same in both languages; each with the path of the key and a part of what is said about it
+    let cases = [
+        (json!({"cels": 3}), "cels", "unknown field"),
+        (json!({"cells": -1}), "cells", "-1"),
+        (json!({"cells": 2.5}), "cells", "2.5"),
+        (json!({"domain": [0, 0, 0, 1, 1, 1, 9]}), "domain", "length 7, expected 6 numbers"),
+        (json!({"dims": [1, 2]}), "dims", "length 2, expected 3 numbers"),
+        (json!({"cell_size": "1"}), "cell_size", "expected a number or a list of three"),
+        (json!({"cell_size": [1, 2, 3, 4]}), "cell_size", "length 4, expected a number or a list of three"),
+        (json!({"padding": {"cell": 2}}), "padding", "`cell`"),
+        (json!({"padding": {"cells": 0.5}}), "padding.cells", "0.5"),
+        (json!({"padding": {"cells": 1, "length": 1}}), "padding", ""),
+        (json!({"rule": "even"}), "rule", "`even`, expected `parity` or `nonzero`"),
+        (json!({"geometries": [{"file": "a"}, {"file": "a", "flg": 1}]}), "geometries[1].flg", "unknown field"),
+        (json!({"geometries": [{"file": "a"}, {"file": "a", "flag": 300}]}), "geometries[1].flag", "300"),
+        (json!({"geometries": [{"file": "a", "flag": -1}]}), "geometries[0].flag", "expected a flag: 1 to 255"),
+        (json!({"geometries": [{"file": "a", "rotate": [1, 2, 3, 4]}]}), "geometries[0].rotate", "length 4"),
+    ];
+    for (value, key, said) in cases {
+        let text = value.to_string();
+        for error in [Job::from_json(&text), Job::from_toml(&toml::to_string(&value).unwrap())].map(Result::unwrap_err)
+        {
+            let message = error.to_string();
+            assert_eq!(error.code(), "job-value", "{text}: {message}");
+            assert!(message.starts_with(key) && message.contains(said), "{text}: {message}");
+        }
+    }
+    let error = Job::from_json(r#"{"max_cell_size": 1e999}"#).unwrap_err();
+    assert!(error.code() == "job-value" && error.to_string().starts_with("max_cell_size"), "{error}");
 }
 
 #[test]
@@ -95,7 +132,14 @@ fn arguments_of_the_command_line() {
     assert_eq!(GeometryJob::from_argument(r"C:\x.stl").unwrap(), GeometryJob::new(r"C:\x.stl"));
     let scaled = GeometryJob::from_argument("x.stl:scale=1/2/3,solid=lid").unwrap();
     assert_eq!((scaled.scale, scaled.solid.as_deref()), (Some(PerAxis::Each([1.0, 2.0, 3.0])), Some("lid")));
+    for file in [r"C:\run=3\x.stl", "a:1=b.stl", "http://host/a=b.stl"] {
+        assert_eq!(GeometryJob::from_argument(file).unwrap(), GeometryJob::new(file));
+    }
+    let colon = GeometryJob::from_argument(r"C:\run=3\x.stl:name=a:b,flag=2").unwrap();
+    assert_eq!((colon.file.as_str(), colon.name.as_deref(), colon.flag), (r"C:\run=3\x.stl", Some("a:b"), Some(2)));
+    assert_eq!(GeometryJob::from_argument("a.stl:flag=1,flag=2").unwrap_err().code(), "job-conflict");
     for (argument, name) in [
+        (":flag=1", "no file"),
         ("a.stl:flag=300", "flag=300"),
         ("a.stl:flg=3", "\"flg\""),
         ("a.stl:rotate=90", "rotate=90"),
@@ -104,5 +148,50 @@ fn arguments_of_the_command_line() {
     ] {
         let error = GeometryJob::from_argument(argument).unwrap_err();
         assert!(error.code() == "job-value" && error.to_string().contains(name), "{error}");
+    }
+}
+
+fn any_per_axis() -> impl Strategy<Value = PerAxis<f64>> {
+    prop_oneof![(1e-9f64..1e9).prop_map(PerAxis::All), prop::array::uniform3(1e-9f64..1e9).prop_map(PerAxis::Each)]
+}
+
+fn any_geometry() -> impl Strategy<Value = GeometryJob> {
+    let three = || prop::option::of(prop::array::uniform3(-1e9f64..1e9));
+    let text = "[ -~äß\\n]{1,12}";
+    (text, prop::option::of(1u8..), any::<i32>(), prop::option::of(any_per_axis()), three(), three()).prop_map(
+        |(file, flag, priority, scale, rotate, translate)| GeometryJob {
+            solid: flag.is_some().then(|| file.clone()),
+            split: flag.is_none(),
+            file,
+            flag,
+            priority,
+            scale,
+            rotate,
+            translate,
+            ..GeometryJob::default()
+        },
+    )
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(64) })]
+
+    #[test]
+    fn every_job_survives_both_languages(
+        geometries in prop::collection::vec(any_geometry(), 1..4),
+        size in prop::option::of(any_per_axis()), padding in prop::option::of(any_per_axis()), cells in 0u32..9,
+    ) {
+        let padding = padding.map(Padding::Length).or(Some(Padding::Cells(PerAxis::All(cells))));
+        let unit = Some("µm".to_string());
+        let job = Job { geometries, cell_size: size, padding, axis: AxisChoice::Z, unit, ..Job::default() };
+        prop_assert_eq!(&Job::from_toml(&job.to_toml()).unwrap(), &job);
+        prop_assert_eq!(&Job::from_json(&job.to_json()).unwrap(), &job);
+    }
+
+    #[test]
+    fn no_argument_makes_it_panic(argument in "[a-z:=,/.0-9]{0,30}") {
+        if let Ok(geometry) = GeometryJob::from_argument(&argument) {
+            prop_assert!(argument.starts_with(&geometry.file));
+        }
     }
 }
