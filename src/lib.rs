@@ -21,6 +21,7 @@ pub mod pipeline;
 pub mod rays;
 pub mod read;
 pub mod report;
+pub mod skin;
 pub mod sources;
 pub mod surface;
 pub mod write;

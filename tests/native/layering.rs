@@ -29,6 +29,7 @@ const CORE: &[&str] = &[
     "flags",
     "cpu",
     "mesh",
+    "skin",
     "report",
     "write",
 ];
