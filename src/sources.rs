@@ -1,6 +1,6 @@
 //! Sources: the files of a job, read, become its geometries.
 //!
-//! A job, one read file for each of its entries -> [`Placed`] geometries in meshing order. All solids of a file are one
+//! A job, one read file for each of its entries -> geometries in meshing order. All solids of a file are one
 //! geometry, unless the job takes one solid or splits them.
 
 use crate::error::{Error, Result};

@@ -142,7 +142,7 @@ export class Core {
 
   /** The next bytes of a file, or null at its end. */
   next({ encoder }) {
-    const bytes = this.#encoders.get(encoder).next();
+    const bytes = this.#encoders.get(encoder).nextPiece();
     if (bytes) return bytes;
     this.release({ encoder });
     return null;

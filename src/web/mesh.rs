@@ -164,7 +164,8 @@ pub struct WebEncoder {
 #[wasm_bindgen]
 impl WebEncoder {
     /// The next bytes of the file; none at its end.
-    pub fn next(&mut self) -> JsResult<Option<Vec<u8>>> {
+    #[wasm_bindgen(js_name = nextPiece)]
+    pub fn next_piece(&mut self) -> JsResult<Option<Vec<u8>>> {
         if !self.made.is_empty() {
             let rest = self.made.split_off(self.made.len().min(PIECE_BYTES));
             return Ok(Some(std::mem::replace(&mut self.made, rest)));
@@ -195,7 +196,7 @@ pub struct WebHash {
 impl WebHash {
     /// Takes the next piece; false at the end.
     pub fn step(&mut self) -> JsResult<bool> {
-        let Some(piece) = self.pieces.next()? else { return Ok(false) };
+        let Some(piece) = self.pieces.next_piece()? else { return Ok(false) };
         self.hash.update(&piece);
         self.n_bytes += piece.len() as u64;
         Ok(true)
