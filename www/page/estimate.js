@@ -26,12 +26,9 @@ async function estimate() {
   if (!state.mesher || state.geometries.length === 0) return change('estimate', { estimate: null });
   // the worker meshes; the numbers on the page are those of the job that runs
   if (state.phase === 'meshing') return undefined;
-  try {
-    const result = await state.mesher.estimate(currentJob(), { signal: stop.signal });
-    if (!stop.signal.aborted) change('estimate', { estimate: { result } });
-  } catch (error) {
-    if (!stop.signal.aborted && error.name !== 'AbortError') change('estimate', { estimate: { error } });
-  }
+  const job = currentJob();
+  const estimate = await state.mesher.estimate(job, { signal: stop.signal }).then((result) => ({ result }), (error) => ({ error }));
+  if (!stop.signal.aborted) change('estimate', { estimate });
   return undefined;
 }
 
