@@ -148,7 +148,9 @@ fn the_whole_line_gives_the_definitions_columns() {
 fn bands_of_any_number_of_ray_rows_give_the_same_columns() {
     on_every_case(|gpu, case, cast| {
         let expected = ok(case, cpu::columns(cast.frame, cast.rays, cast.rule, &Control::default()));
-        for rows in [1, 3, 8, 13] {
+        // a band is a trip to the device: single rows only where there are few
+        let single = cast.rays.counts[1] <= 12;
+        for rows in [1, 3, 13].into_iter().filter(|&rows| rows > 1 || single) {
             let options = Options { rows_per_band: Some(rows), profile: false };
             let mut bands = Vec::new();
             ok(case, pollster::block_on(gpu.continue_columns(cast, &options, &Control::default(), &mut bands)));
