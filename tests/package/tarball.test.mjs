@@ -46,3 +46,53 @@ test('Node loads the installed package', () => {
   writeFileSync(path.join(project, 'show.js'), SHOW_VERSION);
   assert.equal(execFileSync(process.execPath, ['show.js'], { cwd: project, encoding: 'utf8' }), `${version}\n`);
 });
+
+const MESH = `
+  import { readFileSync } from 'node:fs';
+  import { HexcastError, createMesher } from 'hexcast';
+  const bytes = readFileSync(process.argv[2]);
+  const mesher = await createMesher({ backend: process.argv[3] });
+  const job = { geometries: [{ source: bytes, file: 'spot.stl', name: 'cow', flag: 7 }], cells: 40, unit: 'mm' };
+  const mesh = await mesher.mesh(job);
+  const files = {};
+  for (const format of ['raw', 'npy', 'vti', 'hxc']) files[format] = Buffer.from(await (await mesh.blob(format)).arrayBuffer()).toString('base64');
+  let error;
+  try { await mesher.mesh({ ...job, dims: [1, 1, 1] }); } catch (caught) { error = caught; }
+  const abort = new AbortController();
+  abort.abort('enough');
+  let reason;
+  try { await mesher.mesh(job, { signal: abort.signal }); } catch (caught) { reason = caught; }
+  console.log(JSON.stringify({
+    backend: mesher.backend, dims: mesh.dims, flags: mesh.report.flags, sha256: await mesh.sha256(), files, reason,
+    sidecar: await mesh.sidecar(), intact: bytes.length, error: { code: error.code, isOurs: error instanceof HexcastError },
+  }));
+  mesher.dispose();
+`;
+
+test('Node meshes on the CPU, byte for byte like the native command', () => {
+  const stl = path.join(ROOT, 'tests/fixtures/spot.stl');
+  writeFileSync(path.join(project, 'mesh.js'), MESH);
+  const made = JSON.parse(execFileSync(process.execPath, ['mesh.js', stl, 'cpu'], { cwd: project, encoding: 'utf8', maxBuffer: 1 << 26 }));
+  assert.equal(made.backend, 'cpu');
+  assert.equal(made.intact, readFileSync(stl).length);
+  assert.deepEqual(made.error, { code: 'job-conflict', isOurs: true });
+  assert.equal(made.reason, 'enough');
+  const outputs = ['raw', 'npy', 'vti', 'hxc'].flatMap((format) => ['-o', path.join(project, `native.${format}`)]);
+  const arguments_ = ['run', '-q', '--', 'mesh', `${stl}:name=cow,flag=7`, '--cells', '40', '--unit', 'mm', '--backend', 'cpu', '--compress=none', '--json'];
+  const native = JSON.parse(execFileSync('cargo', [...arguments_, ...outputs], { cwd: ROOT, encoding: 'utf8' }));
+  assert.deepEqual([made.dims, made.flags, made.sha256], [native.dims, native.flags, native.flags_sha256]);
+  for (const [format, base64] of Object.entries(made.files)) {
+    const expected = readFileSync(path.join(project, `native.${format}`));
+    assert.ok(expected.equals(Buffer.from(base64, 'base64')), `${format} differs`);
+  }
+  assert.deepEqual(JSON.parse(made.sidecar), JSON.parse(readFileSync(path.join(project, 'native.raw.json'), 'utf8')));
+});
+
+test('the types name the error codes of the native library, no more and no fewer', () => {
+  const rust = readFileSync(path.join(ROOT, 'src/error.rs'), 'utf8');
+  const types = readFileSync(path.join(ROOT, 'www/hexcast.d.ts'), 'utf8');
+  const ofRust = [...rust.slice(rust.indexOf('pub const CODES')).split('];')[0].matchAll(/\("([a-z-]+)", Actor/g)].map((match) => match[1]);
+  const ofTypes = [...types.split('export type ErrorCode =')[1].split(';')[0].matchAll(/'([a-z-]+)'/g)].map((match) => match[1]);
+  assert.ok(ofRust.length > 20);
+  assert.deepEqual(ofTypes.sort(), ofRust.sort());
+});
