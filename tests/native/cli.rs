@@ -314,7 +314,7 @@ fn every_failure_has_its_exit_code() {
         (&["mesh", SPOT, "--compress", "-o", &raw], 4, "error[job-conflict]"),
         (&["mesh", SPOT, "-o", &vti, "-o", &vti], 4, "is written twice"),
         (&["mesh", &cut, "--report", &cut], 4, "is an input too"),
-        (&["mesh", "--job", &bad_job], 4, "error[job-syntax]"),
+        (&["mesh", "--job", &bad_job], 4, "cells"),
         (&["mesh", SPOT, "--cells", "3000000", "--backend", "cpu"], 5, "error[too-many-cells]"),
         (&["mesh", SPOT, "--adapter", "no such adapter"], 6, "error[no-adapter]"),
         (&["mesh", "no-such-file.stl", "-o", &vti], 7, "no-such-file.stl"),
