@@ -19,9 +19,9 @@ test('files have their type, also below a path', async () => {
   const { url, close } = await serve({ base: '/a/b/' });
   try {
     assert.deepEqual(await get(url, '/a/b/'), { status: 200, type: 'text/html; charset=utf-8' });
-    assert.deepEqual(await get(url, '/a/b/page.js?x=1'), { status: 200, type: 'text/javascript; charset=utf-8' });
+    assert.deepEqual(await get(url, '/a/b/page/main.js?x=1'), { status: 200, type: 'text/javascript; charset=utf-8' });
     assert.deepEqual(await get(url, '/a/b/hexcast_bg.wasm'), { status: 200, type: 'application/wasm' });
-    for (const path of ['/', '/a/page.js', '/a/b', '/a/b/nothing.js']) assert.equal((await get(url, path)).status, 404, path);
+    for (const path of ['/', '/a/page/main.js', '/a/b', '/a/b/nothing.js']) assert.equal((await get(url, path)).status, 404, path);
   } finally {
     await close();
   }

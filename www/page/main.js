@@ -47,15 +47,15 @@ async function open(backend) {
 async function adapterName({ adapter }) {
   if (!adapter || adapter.name) return adapter?.name;
   const info = (await navigator.gpu?.requestAdapter())?.info;
-  return info?.description || [info?.vendor, info?.architecture].filter(Boolean).join(' ') || 'without a name';
+  return info?.description || [info?.vendor, info?.architecture].filter(Boolean).join(' ');
 }
 
 function showDevice({ backend, adapter, fallback }, name) {
   const device = byId('device');
   device.dataset.backend = backend;
   device.dataset.software = String(Boolean(adapter?.software));
-  if (backend === 'gpu' && adapter.software) device.textContent = `Software GPU: ${name}. It works, but slower than a real one`;
-  else if (backend === 'gpu') device.textContent = `GPU: ${name}`;
+  if (backend === 'gpu' && adapter.software) device.textContent = `Software GPU${name ? ` (${name})` : ''}: it works, but slower than a real one`;
+  else if (backend === 'gpu') device.textContent = name ? `GPU: ${name}` : 'GPU, which the browser does not name';
   else device.textContent = fallback ? 'No GPU here: the processor does the work, with the same result' : 'The processor does the work';
   device.title = fallback ?? adapter?.driver ?? '';
 }
@@ -102,7 +102,9 @@ async function keepOffline() {
     await navigator.serviceWorker.register(new URL('../offline.js', import.meta.url));
     const { active } = await navigator.serviceWorker.ready;
     const loaded = performance.getEntriesByType('resource').map(({ name }) => name).filter((name) => name.startsWith(location.origin));
-    active.postMessage({ keep: [location.href.split('#')[0], ...new Set(loaded)] });
+    // what the worker loads, and what the 3-D view will
+    const later = ['worker.js', 'core.js', 'error.js', 'hexcast_wasm.js', 'hexcast_bg.wasm', 'page/scene.js', 'page/stair_material.js', 'vendor/OrbitControls.js', 'vendor/three.module.js', 'vendor/three.core.js'];
+    active.postMessage({ keep: [location.href.split('#')[0], ...new Set([...loaded, ...later.map((file) => new URL(`../${file}`, import.meta.url).href)])] });
   } catch {
     // private windows may refuse; the page needs no service worker to work
   }
