@@ -54,17 +54,16 @@ struct Plane {
 // Emits the crossings of a facet with the eight rays of a row, where they hit. Written out: drivers that run 8 threads in a
 // vector pay more for an index into a vector than for a whole crossing.
 fn emit_row(pair: u32, row: u32, hits: Hits, low: vec4<u32>, high: vec4<u32>) {
-    let p0 = planes[4u * pair];
-    let slopes = planes[4u * pair + 1u];
-    let p2 = planes[4u * pair + 2u];
-    let p3 = planes[4u * pair + 3u];
-    let plane = Plane(p2.xy, p3.xy, bitcast<i32>(p3.z), p2.w);
+    let p0 = planes[3u * pair];
+    let p1 = planes[3u * pair + 1u];
+    let p2 = planes[3u * pair + 2u];
+    let plane = Plane(p1.zw, p2.xy, bitcast<i32>(p2.z), p2.w);
     let bits = hits.low.x | (hits.low.y << 1u) | (hits.low.z << 2u) | (hits.low.w << 3u)
         | (hits.high.x << 4u) | (hits.high.y << 5u) | (hits.high.z << 6u) | (hits.high.w << 7u);
     let first = i32(firstTrailingBit(bits));
-    let at_row = add96(p0.xyz, multiply96(slopes.zw, i32(row)));
-    let at_first = add96(at_row, multiply96(slopes.xy, first));
-    var height = divide(at_first, plane.area, bitcast<f32>(p2.z));
+    let at_row = add96(p0.xyz, multiply96(p1.xy, i32(row)));
+    let at_first = add96(at_row, multiply96(slope_of(plane), first));
+    var height = divide(at_first, plane.area);
     height.cells += bitcast<i32>(p0.w);
     emit(hits.low.x, low.x, &height, plane);
     emit(hits.low.y, low.y, &height, plane);
@@ -76,10 +75,18 @@ fn emit_row(pair: u32, row: u32, hits: Hits, low: vec4<u32>, high: vec4<u32>) {
     emit(hits.high.w, high.w, &height, plane);
 }
 
+// The step of the height from ray to ray: cells * area + rest, cells signed.
+fn slope_of(plane: Plane) -> vec2<u32> {
+    let cells = bitcast<u32>(plane.step_cells);
+    let product = multiply_unsigned(cells, plane.area.x);
+    let high = cells * plane.area.y - select(0u, plane.area.x, plane.step_cells < 0);
+    return add64(vec2<u32>(product.x, product.y + high), plane.step_rest);
+}
+
 // Divides a height of at most 2^18 cells, not negative, by the area.
-fn divide(height: vec3<u32>, area: vec2<u32>, inverse: f32) -> Height {
+fn divide(height: vec3<u32>, area: vec2<u32>) -> Height {
     let value = (f32(height.z) * 4294967296.0 + f32(height.y)) * 4294967296.0 + f32(height.x);
-    var cells = u32(value * inverse);
+    var cells = u32(value / (f32(area.y) * 4294967296.0 + f32(area.x)));
     let product = multiply_unsigned(cells, area.x) + vec2<u32>(0u, cells * area.y);
     var rest = sub64(height.xy, product);
     if is_negative(rest) {

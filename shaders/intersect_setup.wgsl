@@ -2,10 +2,11 @@
 // Edge values are clamped to +-2^30: a bin changes them by less than 2^30, so a clamped value keeps its sign and the
 // loops over rays need 32 bits only.
 // Reads: corners, bin_offsets (total in the last entry), pairs.
-// Writes: edges[3 p ..] = (q0 q1 q2 a0) (a1 a2 b0 b1) (b2 - - -);
-//         planes[4 p ..] = (Q0 Q1 Q2 base cell) (slope i, slope j) (area, 1 / area as f32, tag) (rest, cells, -), where
+// Writes, in as few words as the loops over rays can do with, since loading them is what those spend their time on:
+//         edges[2 p ..] = (q0 q1 q2 a0) (a1 b0 b1 -); the third edge's a and b are minus the sum of the others';
+//         planes[3 p ..] = (Q0 Q1 Q2 base cell) (slope j, area) (rest, cells, tag), where
 //         Q = floor((height - base cell) * area) in cells, 96 bits; tag = tie above << 9 | rank << 1 | exits;
-//         slope i = cells * area + rest with 0 <= rest < area, the step of the height from ray to ray.
+//         slope i = cells * area + rest, the step of the height from ray to ray, with 0 <= rest < area.
 
 @group(0) @binding(2) var<storage, read> bin_offsets: array<u32>;
 @group(0) @binding(3) var<storage, read> pairs: array<vec2<u32>>;
@@ -37,9 +38,8 @@ fn write_edges(pair: u32, f: Facet, ray: vec2<i32>) {
     let q0 = clamp_to_2_30(edge_q(a.x, b.x, f.x.x, f.y.x, ray));
     let q1 = clamp_to_2_30(edge_q(a.y, b.y, f.x.y, f.y.y, ray));
     let q2 = clamp_to_2_30(edge_q(a.z, b.z, f.x.z, f.y.z, ray));
-    edges[3u * pair] = vec4<i32>(q0, q1, q2, a.x);
-    edges[3u * pair + 1u] = vec4<i32>(a.y, a.z, b.x, b.y);
-    edges[3u * pair + 2u] = vec4<i32>(b.z, 0, 0, 0);
+    edges[2u * pair] = vec4<i32>(q0, q1, q2, a.x);
+    edges[2u * pair + 1u] = vec4<i32>(a.y, b.x, b.y, 0);
 }
 
 fn write_plane(pair: u32, f: Facet, ray: vec2<i32>) {
@@ -58,19 +58,20 @@ fn write_plane(pair: u32, f: Facet, ray: vec2<i32>) {
     let j_decides = params.axis == 2u && (slope_i.x | slope_i.y) == 0u;
     let tie_is_above = on_unit && params.axis != 0u && (i_is_above || (j_decides && j_is_above));
     let tag = (u32(tie_is_above) << 9u) | (f.rank << 1u) | u32(f.exits);
-    let inverse = 1.0 / (f32(f.area.y) * 4294967296.0 + f32(f.area.x));
-    planes[4u * pair] = vec4<u32>(shift_right96(height, params.fraction_bits), bitcast<u32>(base));
-    planes[4u * pair + 1u] = vec4<u32>(slope_i, slope_j);
-    planes[4u * pair + 2u] = vec4<u32>(f.area, bitcast<u32>(inverse), tag);
-    planes[4u * pair + 3u] = step_of(slope_i, f.area, inverse);
+    let step = step_of(slope_i, f.area);
+    planes[3u * pair] = vec4<u32>(shift_right96(height, params.fraction_bits), bitcast<u32>(base));
+    planes[3u * pair + 1u] = vec4<u32>(slope_j, f.area);
+    planes[3u * pair + 2u] = vec4<u32>(step.xyz, tag);
 }
 
-// Quotient and remainder of a slope by the area, rounding down. Where the quotient passes 2^18 it may be wrong: then no two
-// neighbouring rays hit the facet, and nobody takes the step.
-fn step_of(slope: vec2<u32>, area: vec2<u32>, inverse: f32) -> vec4<u32> {
+// Remainder and quotient of a slope by the area, rounding down. Where the quotient passes 2^18 it may be off and the remainder
+// out of range, though slope = cells * area + rest still holds: then no two neighbouring rays hit the facet, and nobody
+// takes the step.
+fn step_of(slope: vec2<u32>, area: vec2<u32>) -> vec3<u32> {
     let falls = is_negative(slope);
     let size = select_wide(slope, negate64(slope), falls);
-    var cells = u32((f32(size.y) * 4294967296.0 + f32(size.x)) * inverse);
+    let quotient = (f32(size.y) * 4294967296.0 + f32(size.x)) / (f32(area.y) * 4294967296.0 + f32(area.x));
+    var cells = u32(min(quotient, 1073741824.0));
     var rest = sub64(size, multiply_unsigned(cells, area.x) + vec2<u32>(0u, cells * area.y));
     if is_negative(rest) {
         cells -= 1u;
@@ -84,7 +85,7 @@ fn step_of(slope: vec2<u32>, area: vec2<u32>, inverse: f32) -> vec4<u32> {
         cells = select(~cells, 0u - cells, is_whole);
         rest = select_wide(sub64(area, rest), rest, is_whole);
     }
-    return vec4<u32>(rest, cells, 0u);
+    return vec3<u32>(rest, cells);
 }
 
 fn select_wide(if_false: vec2<u32>, if_true: vec2<u32>, condition: bool) -> vec2<u32> {

@@ -1,7 +1,7 @@
 // Which rays a thread of the intersection casts (Eq. 10-12), and which of them a facet hits (Eq. 16).
 // A workgroup of 64 threads covers 8 bins of a row; a thread casts the 8 neighbouring rays of one row of one bin, so
 // that a facet's numbers are loaded once for 8 rays. Twin: `src/rays.rs`.
-// Reads: bin_offsets[bin], n_bins + 1 entries; edges, 3 vec4 a pair, see intersect_setup.
+// Reads: bin_offsets[bin], n_bins + 1 entries; edges, 2 vec4 a pair, see intersect_setup.
 
 @group(0) @binding(2) var<storage, read> bin_offsets: array<u32>;
 @group(0) @binding(3) var<storage, read> edges: array<vec4<i32>>;
@@ -35,15 +35,16 @@ struct Hits {
 }
 
 fn hits_of_pair(pair: u32, row: u32) -> Hits {
-    let e0 = edges[3u * pair];
-    let e1 = edges[3u * pair + 1u];
-    let b2 = edges[3u * pair + 2u].x;
-    let j = i32(row);
+    let e0 = edges[2u * pair];
+    let e1 = edges[2u * pair + 1u];
+    let a = vec3<i32>(e0.w, e1.x, -e0.w - e1.x);
+    let b = vec3<i32>(e1.y, e1.z, -e1.y - e1.z);
+    let q = e0.xyz + b * i32(row);
     let i = vec4<i32>(0, 1, 2, 3);
-    let q0 = vec4<i32>(e0.x + e1.z * j) + e0.w * i;
-    let q1 = vec4<i32>(e0.y + e1.w * j) + e1.x * i;
-    let q2 = vec4<i32>(e0.z + b2 * j) + e1.y * i;
+    let q0 = vec4<i32>(q.x) + a.x * i;
+    let q1 = vec4<i32>(q.y) + a.y * i;
+    let q2 = vec4<i32>(q.z) + a.z * i;
     let low = q0 | q1 | q2;
-    let high = (q0 + 4 * e0.w) | (q1 + 4 * e1.x) | (q2 + 4 * e1.y);
+    let high = (q0 + 4 * a.x) | (q1 + 4 * a.y) | (q2 + 4 * a.z);
     return Hits(1u - (bitcast<vec4<u32>>(low) >> vec4<u32>(31u)), 1u - (bitcast<vec4<u32>>(high) >> vec4<u32>(31u)));
 }

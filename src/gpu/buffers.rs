@@ -6,9 +6,9 @@ use super::layout::{FACET_WORDS, Params};
 use crate::error::{Error, Result};
 
 /// Bytes of the edges of a (facet, bin) pair.
-const EDGES_BYTES: u64 = 48;
+const EDGES_BYTES: u64 = 32;
 /// Bytes of the plane of a (facet, bin) pair.
-const PLANE_BYTES: u64 = 64;
+const PLANE_BYTES: u64 = 48;
 /// Elements that one workgroup of a scan covers; `BLOCK` in `shaders/shared/scan.wgsl`.
 pub(crate) const SCAN_BLOCK: u64 = 4096;
 
