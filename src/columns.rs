@@ -93,6 +93,15 @@ impl Columns {
         band.ray((ray - band.first_ray) as usize)
     }
 
+    /// Runs of consecutive rays from one on; cheaper than asking for each.
+    pub fn rays_from(&self, ray: u64) -> impl Iterator<Item = &[u32]> {
+        let first = self.bands.partition_point(|band| band.first_ray + band.ends.len() as u64 <= ray);
+        self.bands[first..].iter().flat_map(move |band| {
+            let skipped = ray.saturating_sub(band.first_ray) as usize;
+            (skipped..band.ends.len()).map(|index| band.ray(index))
+        })
+    }
+
     /// Flag of the cell (x, y, z), each below [`Columns::dims`].
     pub fn flag(&self, cell: [u32; 3]) -> u8 {
         let [i, j] = self.rays.across.map(|axis| u64::from(cell[axis]));
@@ -176,6 +185,11 @@ mod tests {
         assert_eq!(flags(1, 0), [0; 10]);
         assert_eq!(flags(0, 1), [0, 0, 0, 0, 0, 0, 0, 0, 0, 1]);
         assert_eq!(flags(1, 1), [2; 10]);
+        for ray in 0..=4 {
+            let found: Vec<&[u32]> = columns.rays_from(ray).collect();
+            let expected: Vec<&[u32]> = (ray..4).map(|ray| columns.ray(ray)).collect();
+            assert_eq!(found, expected, "from ray {ray}");
+        }
     }
 
     #[test]

@@ -38,8 +38,8 @@ pub fn expand(columns: &Columns, cells: &CellBox, out: &mut [u8]) {
             fill_sheets(columns, [cells[0].clone(), z..z + 1], &cells[1], plane);
         }),
         _ => {
-            // a few thick pieces a core: each piece looks at every ray once
-            let planes = nz.div_ceil(2 * current_num_threads());
+            // one thick piece a core: each piece looks at every ray
+            let planes = nz.div_ceil(current_num_threads());
             out.par_chunks_mut(nx * ny * planes).enumerate().for_each(|(piece, out)| {
                 let start = cells[2].start + (piece * planes) as u32;
                 let along = start..(start + planes as u32).min(cells[2].end);
@@ -93,8 +93,8 @@ fn fill_sheets(columns: &Columns, across: [Range<u32>; 2], along: &Range<u32>, o
     let mut ends = vec![0u32; along.len() + 1];
     let mut place = 0;
     for j in across[1].clone() {
-        for i in across[0].clone() {
-            let runs = ray_runs(columns, i, j);
+        let row = u64::from(across[0].start) + u64::from(columns.rays.counts[0]) * u64::from(j);
+        for runs in columns.rays_from(row).take(across[0].len()) {
             let first = runs.partition_point(|&run| run_cell(run) <= along.start);
             out[place] = if first == 0 { 0 } else { run_flag(runs[first - 1]) };
             for &run in runs[first..].iter().take_while(|&&run| run_cell(run) < along.end) {

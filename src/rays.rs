@@ -24,9 +24,12 @@ impl Rays {
         Rays { axis, across, counts: across.map(|a| dims[a]), depth: dims[axis] }
     }
 
-    /// The axis with most cells, which needs the fewest rays; of equal ones the first, whose columns are contiguous in memory.
+    /// The axis that carries the rays by default: the one with most cells, which needs the fewest rays. Axes less than an
+    /// eighth shorter count as equal, and of equals the first is taken: runs along x are contiguous in every output and
+    /// expand to flags several times faster than runs along z.
     pub fn longest_axis(dims: [u32; 3]) -> usize {
-        (0..3).rev().max_by_key(|&axis| dims[axis]).unwrap_or(0)
+        let longest = dims[0].max(dims[1]).max(dims[2]);
+        (0..3).find(|&axis| dims[axis] > longest - longest.div_ceil(8)).unwrap_or(0)
     }
 
     /// Number of rays of the box.
@@ -47,8 +50,12 @@ mod tests {
     #[test]
     fn the_longest_axis_carries_the_rays_and_ties_go_to_the_first() {
         assert_eq!(Rays::longest_axis([5, 5, 5]), 0);
+        assert_eq!(Rays::longest_axis([1, 1, 1]), 0);
         assert_eq!(Rays::longest_axis([5, 6, 6]), 1);
         assert_eq!(Rays::longest_axis([5, 6, 7]), 2);
+        assert_eq!(Rays::longest_axis([1, 1, 2]), 2);
+        assert_eq!(Rays::longest_axis([1023, 1023, 1024]), 0);
+        assert_eq!(Rays::longest_axis([800, 899, 1024]), 1);
     }
 
     #[test]
