@@ -86,17 +86,9 @@ fn slope_of(plane: Plane) -> vec2<u32> {
 // Divides a height of at most 2^18 cells, not negative, by the area.
 fn divide(height: vec3<u32>, area: vec2<u32>) -> Height {
     let value = (f32(height.z) * 4294967296.0 + f32(height.y)) * 4294967296.0 + f32(height.x);
-    var cells = u32(value / (f32(area.y) * 4294967296.0 + f32(area.x)));
-    let product = multiply_unsigned(cells, area.x) + vec2<u32>(0u, cells * area.y);
-    var rest = sub64(height.xy, product);
-    if is_negative(rest) {
-        cells -= 1u;
-        rest = add64(rest, area);
-    } else if at_least64(rest, area) {
-        cells += 1u;
-        rest = sub64(rest, area);
-    }
-    return Height(i32(cells), rest);
+    let guess = u32(value / (f32(area.y) * 4294967296.0 + f32(area.x)));
+    let mended = mend_quotient(height.xy, guess, area);
+    return Height(i32(mended.whole), mended.rest);
 }
 
 // Emits the crossing of one ray, if it hits, and steps to the next.

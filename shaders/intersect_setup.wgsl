@@ -71,15 +71,9 @@ fn step_of(slope: vec2<u32>, area: vec2<u32>) -> vec3<u32> {
     let falls = is_negative(slope);
     let size = select_wide(slope, negate64(slope), falls);
     let quotient = (f32(size.y) * 4294967296.0 + f32(size.x)) / (f32(area.y) * 4294967296.0 + f32(area.x));
-    var cells = u32(min(quotient, 1073741824.0));
-    var rest = sub64(size, multiply_unsigned(cells, area.x) + vec2<u32>(0u, cells * area.y));
-    if is_negative(rest) {
-        cells -= 1u;
-        rest = add64(rest, area);
-    } else if at_least64(rest, area) {
-        cells += 1u;
-        rest = sub64(rest, area);
-    }
+    let mended = mend_quotient(size, u32(min(quotient, 1073741824.0)), area);
+    var cells = mended.whole;
+    var rest = mended.rest;
     if falls {
         let is_whole = (rest.x | rest.y) == 0u;
         cells = select(~cells, 0u - cells, is_whole);

@@ -92,3 +92,20 @@ fn clamp_to_2_30(a: vec2<u32>) -> i32 {
     let value = select(select(0x40000000, -0x40000000, is_negative(a)), bitcast<i32>(a.x), fits);
     return clamp(value, -0x40000000, 0x40000000);
 }
+
+struct Quotient {
+    whole: u32,
+    rest: vec2<u32>,
+}
+
+// Mends a guess of value / divisor that is off by one at most: quotient and remainder with 0 <= rest < divisor < 2^62. Only the
+// low 64 bits of the value are needed. Where the guess is off by more, value = whole * divisor + rest still holds modulo 2^64.
+fn mend_quotient(value: vec2<u32>, guess: u32, divisor: vec2<u32>) -> Quotient {
+    var q = Quotient(guess, sub64(value, multiply_unsigned(guess, divisor.x) + vec2<u32>(0u, guess * divisor.y)));
+    if is_negative(q.rest) {
+        q = Quotient(guess - 1u, add64(q.rest, divisor));
+    } else if at_least64(q.rest, divisor) {
+        q = Quotient(guess + 1u, sub64(q.rest, divisor));
+    }
+    return q;
+}
