@@ -4,28 +4,35 @@
  */
 import { readFile } from 'node:fs/promises';
 
-import { createMesher as create } from './hexcast.js';
+import { HexcastError, createMesher as create } from './hexcast.js';
 
 export { HexcastError, version } from './hexcast.js';
 
+const NO_GPU = 'Node has no GPU of its own and the npm package webgpu is not installed';
+
 export async function createMesher(options = {}) {
-  if (options.backend !== 'cpu') await provideGpu();
+  const { backend = 'auto' } = options;
   const wasm = options.wasm ?? (await readFile(new URL('./hexcast_bg.wasm', import.meta.url)));
-  return create({ ...options, wasm, worker: false });
+  if (backend === 'cpu' || (await provideGpu())) return create({ ...options, wasm, worker: false });
+  if (backend === 'gpu') throw new HexcastError('no-adapter', NO_GPU, 'install webgpu beside hexcast, or use the CPU backend');
+  const mesher = await create({ ...options, backend: 'cpu', wasm, worker: false });
+  mesher.fallback = NO_GPU;
+  return mesher;
 }
 
-/** Puts `navigator.gpu` where the wasm looks for it, if the package `webgpu` is installed. */
+/** Puts `navigator.gpu` where the wasm looks for it, if the package `webgpu` is installed; false if there is none. */
 async function provideGpu() {
-  if (globalThis.navigator?.gpu) return;
+  if (globalThis.navigator?.gpu) return true;
   let webgpu;
   try {
     webgpu = await import('webgpu');
   } catch {
-    return;
+    return false;
   }
   Object.assign(globalThis, webgpu.globals);
   if (!globalThis.navigator) Object.defineProperty(globalThis, 'navigator', { value: {}, configurable: true, writable: true });
   Object.defineProperty(globalThis.navigator, 'gpu', { value: webgpu.create([]), configurable: true });
   // the wasm asks whether it runs in a window or in a worker before it looks for the GPU
   globalThis.WorkerGlobalScope ??= globalThis.constructor ?? class {};
+  return true;
 }

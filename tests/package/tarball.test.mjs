@@ -2,11 +2,12 @@
 
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { mkdtempSync, readFileSync, rmSync, symlinkSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
 
+import { swiftshaderEnv } from '../../scripts/machine.mjs';
 import { ROOT } from '../../scripts/run.mjs';
 
 const { version } = JSON.parse(readFileSync(path.join(ROOT, 'package.json'), 'utf8'));
@@ -86,6 +87,21 @@ test('Node meshes on the CPU, byte for byte like the native command', () => {
     assert.ok(expected.equals(Buffer.from(base64, 'base64')), `${format} differs`);
   }
   assert.deepEqual(JSON.parse(made.sidecar), JSON.parse(readFileSync(path.join(project, 'native.raw.json'), 'utf8')));
+});
+
+test('Node with the package webgpu meshes on the GPU, the same bytes', () => {
+  const stl = path.join(ROOT, 'tests/fixtures/spot.stl');
+  const mesh = (backend, env) =>
+    JSON.parse(execFileSync(process.execPath, ['mesh.js', stl, backend], { cwd: project, encoding: 'utf8', maxBuffer: 1 << 26, env }));
+  writeFileSync(path.join(project, 'mesh.js'), MESH);
+  const cpu = mesh('auto', process.env);
+  assert.equal(cpu.backend, 'cpu', 'without the package there is no GPU in Node');
+  symlinkSync(path.join(ROOT, 'node_modules/webgpu'), path.join(project, 'node_modules/webgpu'));
+  const driver = swiftshaderEnv();
+  assert.ok(driver, 'Chromium brings SwiftShader, which this test needs');
+  const gpu = mesh('gpu', { ...process.env, ...driver });
+  assert.equal(gpu.backend, 'gpu');
+  assert.deepEqual([gpu.sha256, gpu.files], [cpu.sha256, cpu.files]);
 });
 
 test('the types name the error codes of the native library, no more and no fewer', () => {
