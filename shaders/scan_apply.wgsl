@@ -1,10 +1,7 @@
 // Replaces numbers by the sum of all before them: the second half of reduce-then-scan.
 // Reads: bases[block], the scanned sums of the blocks (zeros for a single block). Reads and writes: numbers[n].
 
-@group(0) @binding(0) var<storage, read_write> numbers: array<u32>;
 @group(0) @binding(1) var<storage, read_write> bases: array<u32>;
-
-var<workgroup> partial: array<u32, 256>;
 
 @compute @workgroup_size(256)
 fn scan_apply(
@@ -13,13 +10,8 @@ fn scan_apply(
     @builtin(local_invocation_index) local: u32,
 ) {
     let block = group.y * groups.x + group.x;
-    let start = block * BLOCK + local * PER_THREAD;
-    let end = min(start + PER_THREAD, arrayLength(&numbers));
-    var sum = 0u;
-    for (var i = start; i < end; i++) {
-        sum = add_saturating(sum, numbers[i]);
-    }
-    partial[local] = sum;
+    let own = own_numbers(block, local);
+    partial[local] = sum_of(own);
     for (var reach = 1u; reach < 256u; reach *= 2u) {
         workgroupBarrier();
         var left = 0u;
@@ -37,7 +29,7 @@ fn scan_apply(
     if local > 0u {
         before = add_saturating(before, partial[local - 1u]);
     }
-    for (var i = start; i < end; i++) {
+    for (var i = own.x; i < own.y; i++) {
         let number = numbers[i];
         numbers[i] = before;
         before = add_saturating(before, number);

@@ -1,10 +1,7 @@
 // Sums blocks of 4,096 numbers: the first half of reduce-then-scan, which needs no forward progress between workgroups.
 // Reads: numbers[n]. Writes: sums[ceil(n / 4096)].
 
-@group(0) @binding(0) var<storage, read_write> numbers: array<u32>;
 @group(0) @binding(1) var<storage, read_write> sums: array<u32>;
-
-var<workgroup> partial: array<u32, 256>;
 
 @compute @workgroup_size(256)
 fn scan_reduce(
@@ -13,13 +10,8 @@ fn scan_reduce(
     @builtin(local_invocation_index) local: u32,
 ) {
     let block = group.y * groups.x + group.x;
-    let start = block * BLOCK + local * PER_THREAD;
-    let end = min(start + PER_THREAD, arrayLength(&numbers));
-    var sum = 0u;
-    for (var i = start; i < end; i++) {
-        sum = add_saturating(sum, numbers[i]);
-    }
-    partial[local] = sum;
+    let own = own_numbers(block, local);
+    partial[local] = sum_of(own);
     for (var half = 128u; half > 0u; half /= 2u) {
         workgroupBarrier();
         if local < half {

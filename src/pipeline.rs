@@ -114,12 +114,13 @@ fn names(geometries: &[Geometry]) -> Vec<Named> {
 fn report(job: &Job, prepared: &Prepared, frame: &Frame, mesh: &Mesh, engine: &Engine) -> Report {
     let lines = &prepared.lines;
     let geometries: Vec<GeometryReport> = prepared.geometries.iter().map(GeometryReport::new).collect();
-    let flags = flag_reports(&geometries, &mesh.columns.cells_per_flag(), lines);
+    let cells = mesh.columns.cells_per_flag();
+    let flags = flag_reports(&geometries, &cells, lines);
     let mut warnings: Vec<String> = engine.fallback.iter().map(|why| format!("meshed on the CPU: {why}")).collect();
     if mesh.columns.odd_rays() > 0 {
         warnings.push(odd_warning(mesh.columns.odd_rays(), prepared.rays.n_rays()));
     }
-    warnings.extend(geometries_without_cells(prepared, frame, mesh, job.rule));
+    warnings.extend(geometries_without_cells(prepared, frame, &cells, job.rule));
     let (adapter, driver) = engine.adapter().map(|(name, driver)| (name.into(), driver.into())).unzip();
     Report {
         version: env!("CARGO_PKG_VERSION"),

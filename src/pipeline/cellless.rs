@@ -6,11 +6,14 @@ use crate::cpu;
 use crate::domain::{BoundingBox, Domain};
 use crate::frame::Frame;
 use crate::job::Rule;
-use crate::mesh::Mesh;
 
-/// A sentence for every geometry that got no cell, with its thickness and the cell size.
-pub(super) fn geometries_without_cells(prepared: &Prepared, frame: &Frame, mesh: &Mesh, rule: Rule) -> Vec<String> {
-    let cells = mesh.columns.cells_per_flag();
+/// A sentence for every geometry that got no cell, with its thickness and the cell size; `cells` counts those of each flag.
+pub(super) fn geometries_without_cells(
+    prepared: &Prepared,
+    frame: &Frame,
+    cells: &[u64; 256],
+    rule: Rule,
+) -> Vec<String> {
     let mut sentences = Vec::new();
     for (index, geometry) in prepared.geometries.iter().enumerate() {
         let Some([low, high]) = geometry.bounding_box() else { continue };
