@@ -195,7 +195,7 @@ mod tests {
     fn fixture(name: &str) -> Geometry {
         let path = format!("{}/tests/fixtures/{name}", env!("CARGO_MANIFEST_DIR"));
         let contents = crate::read::read_bytes(&std::fs::read(path).unwrap()).unwrap();
-        Geometry::new(name, 1, contents.solids.into_iter().flat_map(|solid| solid.facets).collect())
+        Geometry::new(name, 1, contents.solids[0].facets.clone())
     }
 
     #[test]

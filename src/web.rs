@@ -105,7 +105,7 @@ impl WebSurface {
             format: Format::StlBinary,
             n_facets: facets.len() as u64,
             n_bytes: 4 * corners.len() as u64,
-            solids: vec![Solid { name: String::new(), facets }],
+            solids: vec![Solid { name: String::new(), facets: facets.into() }],
             wrong_normals: 0,
             zero_normals: 0,
             zero_area: 0,
@@ -183,6 +183,7 @@ impl WebJob {
         Ok(serde_json::to_string(&estimate).unwrap_or_default())
     }
 
+    /// The sources, whose facets stay shared.
     fn sources(&self) -> Vec<Source> {
         self.sources.iter().map(|source| (**source).clone()).collect()
     }

@@ -2,7 +2,7 @@
 
 use serde_json::json;
 
-use crate::geometry::{Facet, Geometry};
+use crate::geometry::{Geometry, SharedFacets};
 use crate::mesh::Mesh;
 use crate::sources::Source;
 use crate::surface::surface;
@@ -10,7 +10,7 @@ use crate::surface::surface;
 /// `SurfaceInfo` of `www/hexcast.d.ts`.
 pub(super) fn surface_info(source: &Source) -> String {
     let contents = &source.contents;
-    let facets: Vec<Facet> = contents.solids.iter().flat_map(|solid| &solid.facets).copied().collect();
+    let facets = SharedFacets::join(&contents.solids.iter().map(|solid| solid.facets.clone()).collect::<Vec<_>>());
     let checked = surface(&facets);
     let geometry = Geometry::new("", 1, facets);
     json!({
