@@ -64,6 +64,13 @@ impl Engine {
         Ok(Engine { gpu: Some(gpu), wanted_adapter: adapter.map(String::from), ..Engine::cpu() })
     }
 
+    /// Prepares a GPU that the caller has opened. Where its device is lost, one of an adapter of the same name takes its place.
+    #[cfg(feature = "gpu")]
+    pub fn with_gpu(gpu: crate::gpu::Gpu) -> Engine {
+        let wanted_adapter = Some(gpu.facts.name.clone());
+        Engine { gpu: Some(gpu), wanted_adapter, ..Engine::cpu() }
+    }
+
     #[cfg(not(feature = "gpu"))]
     async fn open_gpu(_: Option<&str>) -> Result<Engine> {
         Err(crate::error::Error::new("no-adapter", "this build has no GPU backend", "build with the feature gpu"))

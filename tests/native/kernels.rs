@@ -20,7 +20,7 @@ use super::cases::{Case, cases};
 const BIN: [u32; 2] = [8, 8];
 
 /// The device, opened once; None only where a variable says that there is none.
-fn gpu() -> Option<&'static Gpu> {
+pub(crate) fn gpu() -> Option<&'static Gpu> {
     static GPU: OnceLock<Option<Gpu>> = OnceLock::new();
     GPU.get_or_init(|| {
         let wanted = std::env::var("HEXCAST_TEST_ADAPTER").ok();

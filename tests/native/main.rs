@@ -13,6 +13,8 @@ mod formats;
 #[cfg(feature = "gpu")]
 mod kernels;
 mod layering;
+#[cfg(feature = "gpu")]
+mod lost_device;
 mod models;
 mod oracle;
 mod properties;
