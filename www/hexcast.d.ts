@@ -65,8 +65,23 @@ export interface MesherOptions {
   wasm?: string | URL | ArrayBuffer | Uint8Array | WebAssembly.Module;
   /** Where the worker script is (another origin is fine), or `false` to work on the calling thread. */
   worker?: string | URL | false;
+  /**
+   * A `GPUDevice` of your own to mesh on, on the calling thread: devices cannot leave theirs, so that no worker is started.
+   * It is never destroyed here; its `onuncapturederror` is taken. Where it is lost meanwhile, also by `device.destroy()`,
+   * the mesher opens one of its own and goes on with the band at which it stopped, with the same result.
+   */
+  device?: Device;
   /** Stops the start. */
   signal?: AbortSignal;
+}
+
+/** What is looked at of a `GPUDevice`; said so that these types need no others. */
+export interface Device {
+  readonly features: object;
+  readonly limits: object;
+  readonly queue: object;
+  readonly lost: Promise<unknown>;
+  destroy(): void;
 }
 
 /** Bytes of a file: STL, binary or ASCII. Blobs are read in slices, never as a whole. */
@@ -139,7 +154,10 @@ export interface Progress {
 }
 
 export interface CallOptions {
-  /** Stops the call within half a second; it then rejects with `signal.reason`, and the mesher stays usable. */
+  /**
+   * Gives the call up: it rejects with `signal.reason` at once, and the mesher stays usable. The work itself stops within
+   * half a second; what is called next waits for that.
+   */
   signal?: AbortSignal;
   /** Called from time to time, at most once a band. */
   onProgress?: (progress: Progress) => void;
@@ -342,11 +360,23 @@ export interface Mesh extends Disposable {
   dispose(): void;
 }
 
+/** A GPU as far as the browser tells; empty strings where it does not. */
+export interface Adapter {
+  /** For people: the description, or vendor and architecture. */
+  name: string;
+  vendor: string;
+  architecture: string;
+  description: string;
+  driver: string;
+  /** Whether it computes on the processor. */
+  software: boolean;
+}
+
 export interface Mesher extends Disposable {
   /** Who meshes. */
   readonly backend: 'gpu' | 'cpu';
   /** The GPU; null on the CPU. */
-  readonly adapter: { name: string; driver: string; software: boolean } | null;
+  readonly adapter: Adapter | null;
   /** Why the CPU meshes although `auto` looked for a GPU; null otherwise. */
   readonly fallback: string | null;
   /** Reads and checks a surface without meshing it. */

@@ -108,9 +108,10 @@ impl Gpu {
                 usage.peak_bytes.max(in_flight.iter().map(|(session, _)| session.usage.peak_bytes).sum());
             let Some((mut session, launched)) = in_flight.pop_front() else { break };
             let range = launched.rows.clone();
-            match session.complete(launched).await? {
-                Some(band) => bands.push(band),
-                None => {
+            match session.complete(launched).await {
+                Err(error) => return Err(self.cause(error, control).await),
+                Ok(Some(band)) => bands.push(band),
+                Ok(None) => {
                     // the bands behind it stand on their own, but columns are appended in order: start again from here
                     in_flight.clear();
                     idle.clear();
