@@ -1,5 +1,6 @@
 // Times hexcast and VTK on the same files in the same run, in turn, and writes the tables of benches/RESULTS.md.
-// usage: node scripts/bench.mjs [--quick] [--rounds R] [--runs K]
+// usage: node scripts/bench.mjs [page] [--quick] [--rounds R] [--runs K] [--largest N]
+// "page" times the page in Chromium instead, beside the command on the same driver: see bench_page.mjs.
 // Needs cargo, and python3 with venv for the peers; makes .tools/peers on first use. Takes some minutes.
 
 import { execFileSync } from 'node:child_process';
@@ -9,13 +10,17 @@ import { join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { parseArgs } from 'node:util';
 
+import { benchPage } from './bench_page.mjs';
+
 const root = fileURLToPath(new URL('..', import.meta.url));
 const results = join(root, 'benches/RESULTS.md');
-const { values: options } = parseArgs({
+const { values: options, positionals } = parseArgs({
+  allowPositionals: true,
   options: {
     quick: { type: 'boolean', default: false },
     rounds: { type: 'string', default: '2' },
     runs: { type: 'string', default: '3' },
+    largest: { type: 'string' },
   },
 });
 const sizes = options.quick ? [256] : [512, 1024];
@@ -26,12 +31,13 @@ const run = (program, args) =>
 const jsonLines = (text) => text.split('\n').filter((line) => line.startsWith('{')).map((line) => JSON.parse(line));
 const median = (numbers) => [...numbers].sort((a, b) => a - b)[numbers.length >> 1];
 
-/** Builds the bench and returns the path of its program. */
-function buildBench() {
-  const messages = jsonLines(run('cargo', ['bench', '--bench', 'table', '--no-run', '--message-format=json']));
-  const bench = messages.find((message) => message.executable && message.target?.name === 'table');
-  return bench.executable;
+/** Builds a program and returns its path. */
+function built(name, ...args) {
+  const messages = jsonLines(run('cargo', [...args, '--message-format=json']));
+  return messages.find((message) => message.executable && message.target?.name === name).executable;
 }
+
+const buildBench = () => built('table', 'bench', '--bench', 'table', '--no-run');
 
 /** Makes the virtual environment of the peers and returns its python. */
 function peersPython() {
@@ -118,29 +124,28 @@ function gatherLine({ n, naive_gather: g }) {
 }
 
 /** Machine facts, as far as the system tells them. */
-function machine(adapter, load) {
+function machine(adapter, load, how) {
   const cores = cpus();
   const memory = (totalmem() / 2 ** 30).toFixed(0);
   return [
     `* Processor: ${cores[0].model.trim()}, ${cores.length} cores; ${memory} GiB of memory; ${process.platform} ${release()}.`,
     `* GPU backend on: ${adapter}.`,
     `* Date: ${new Date().toISOString().slice(0, 10)}. Load before the run: ${load.toFixed(2)}.`,
-    `* ${rounds} rounds, programs in turn; ${options.runs} runs a program and round after a first that does not count; medians. Of passes, the run that was disturbed least.`,
+    `* ${rounds} rounds, programs in turn; ${options.runs} runs a program and round after a first that does not count; medians. ${how}`,
     '',
   ].join('\n');
 }
 
-/** Replaces what stands between the marks of RESULTS.md. */
-function write(text) {
-  const marks = ['<!-- measured -->', '<!-- /measured -->'];
+/** Replaces what stands between two marks of RESULTS.md. */
+function write(text, mark) {
+  const marks = [`<!-- ${mark} -->`, `<!-- /${mark} -->`];
   const [before, rest] = readFileSync(results, 'utf8').split(marks[0]);
   const after = rest.split(marks[1])[1];
   writeFileSync(results, `${before}${marks[0]}\n${text}\n${marks[1]}${after}`);
 }
 
-const load = loadavg()[0];
-const scratch = mkdtempSync(join(tmpdir(), 'hexcast-bench-'));
-try {
+/** Times hexcast and VTK; returns the text for RESULTS.md. */
+function benchNative(scratch, load) {
   const programs = { bench: buildBench(), python: peersPython() };
   const spheres = join(scratch, 'spheres.stl');
   run(programs.bench, ['--spheres', spheres]);
@@ -151,8 +156,8 @@ try {
     [128, 256].map((n) => [name, differences(programs, file, n, scratch)]),
   );
   const whole = (pass) => pass.startsWith('all');
-  const text = [
-    machine(races[0].last.gpu.adapter, load),
+  return [
+    machine(races[0].last.gpu.adapter, load, 'Of passes, the run that was disturbed least.'),
     '## From file to flags in memory, 64 spheres\n',
     races.map(raceTable).join('\n\n'),
     '\n### Stage by stage\n',
@@ -164,8 +169,23 @@ try {
     '\n## Cells that differ from VTK\'s\n',
     table(['model', 'cells', 'differing'], compared.map(([name, d]) => [`${name}, ${d.n}`, d.n_cells, d.n_differing])),
   ].join('\n');
-  write(text);
-  console.log(text);
+}
+
+const load = loadavg()[0];
+const scratch = mkdtempSync(join(tmpdir(), 'hexcast-bench-'));
+const [what = 'native'] = positionals;
+try {
+  if (what === 'page') {
+    const command = built('hexcast', 'build', '--release', '--bin', 'hexcast');
+    const tools = { scratch, run, jsonLines, median, ms, table, command, bench: buildBench() };
+    const { adapter, text } = await benchPage({ ...options, rounds, sizes: options.quick ? [128] : sizes }, tools);
+    write(`${machine(adapter, load, '')}\n${text}`, 'measured page');
+    console.log(text);
+  } else {
+    const text = benchNative(scratch, load);
+    write(text, 'measured');
+    console.log(text);
+  }
 } finally {
   rmSync(scratch, { recursive: true });
 }

@@ -12,7 +12,7 @@ use crate::error::Error;
 use crate::flags::CellBox;
 use crate::mesh::{Mesh, hex};
 use crate::skin::{skin, slice};
-use crate::write::{self, Compress, Format, Options, Written, bits};
+use crate::write::{self, Compress, Format, Options, Written, bits, column_file};
 
 /// Bytes of a piece of a file.
 const PIECE_BYTES: usize = 4 << 20;
@@ -133,13 +133,23 @@ impl WebMesh {
     /// Starts a file.
     pub fn encode(&self, format: &str, compress: u8, bits: bool) -> JsResult<WebEncoder> {
         let (format, options) = options(format, compress, bits)?;
-        let mut encoder =
-            WebEncoder { mesh: self.mesh.clone(), bits, pieces: Vec::new(), tail: Vec::new(), made: Vec::new() };
+        let mut encoder = WebEncoder {
+            mesh: self.mesh.clone(),
+            bits,
+            columns: None,
+            pieces: Vec::new(),
+            tail: Vec::new(),
+            made: Vec::new(),
+            n_taken: 0,
+        };
         match write::around(&self.mesh, format, &options).map_err(js_error)? {
             Some((head, tail)) => {
                 encoder.pieces = self.mesh.slabs(PIECE_BYTES).collect();
                 encoder.pieces.reverse();
                 (encoder.made, encoder.tail) = (head, tail);
+            }
+            None if format == Format::Columns => {
+                encoder.columns = Some(column_file::Encoder::new(&self.mesh, options.compress));
             }
             None => {
                 write::write(&self.mesh, format, &options, &mut encoder.made, &Control::default()).map_err(js_error)?;
@@ -149,16 +159,20 @@ impl WebMesh {
     }
 }
 
-/// A file in the making: flags are expanded piece by piece; compressed formats, small by nature, at once.
+/// A file in the making: flags are expanded, and rays encoded, piece by piece; a compressed `.vti`, whose head tells the sizes
+/// of all its blocks, is made at once.
 #[wasm_bindgen]
 pub struct WebEncoder {
     mesh: Rc<Mesh>,
     bits: bool,
+    /// Of a column file.
+    columns: Option<column_file::Encoder>,
     /// Boxes still to come, the next one last.
     pieces: Vec<CellBox>,
     tail: Vec<u8>,
-    /// Bytes ready to go.
+    /// Bytes ready to go, and how many of them went.
     made: Vec<u8>,
+    n_taken: usize,
 }
 
 #[wasm_bindgen]
@@ -166,9 +180,14 @@ impl WebEncoder {
     /// The next bytes of the file; none at its end.
     #[wasm_bindgen(js_name = nextPiece)]
     pub fn next_piece(&mut self) -> JsResult<Option<Vec<u8>>> {
-        if !self.made.is_empty() {
-            let rest = self.made.split_off(self.made.len().min(PIECE_BYTES));
-            return Ok(Some(std::mem::replace(&mut self.made, rest)));
+        if let Some(columns) = &mut self.columns {
+            return columns.step(&self.mesh).map_err(js_error);
+        }
+        let ready = &self.made[self.n_taken..];
+        if !ready.is_empty() {
+            let piece = ready[..ready.len().min(PIECE_BYTES)].to_vec();
+            self.n_taken += piece.len();
+            return Ok(Some(piece));
         }
         if let Some(cells) = self.pieces.pop() {
             let flags = self.mesh.box_flags(&cells).map_err(js_error)?;
