@@ -209,11 +209,6 @@ impl Sink<'_> {
         self.n_bytes += bytes.len() as u64;
         Ok(())
     }
-
-    /// Bytes written so far.
-    pub(crate) fn n_bytes(&self) -> u64 {
-        self.n_bytes
-    }
 }
 
 #[cfg(test)]

@@ -22,7 +22,7 @@ class Connection {
     this.#port = port;
     port.onanswer = ({ id, result, error, progress }) => {
       const call = this.#calls.get(id);
-      if (!call) return progress || this.#forget(id, result);
+      if (!call) return progress ? undefined : this.#forget(id, result);
       if (progress) return call.onProgress?.(progress);
       this.#calls.delete(id);
       error === undefined ? call.resolve(result) : call.reject(errorFrom(error));
@@ -40,11 +40,12 @@ class Connection {
     const id = this.#next++;
     const port = this.#port;
     const stop = () => {
-      port.send({ cancel: id });
-      const { reject } = this.#calls.get(id);
+      const call = this.#calls.get(id);
+      if (!call) return;
       this.#calls.delete(id);
       this.#abandoned.set(id, operation);
-      reject(signal.reason);
+      port.send({ cancel: id });
+      call.reject(signal.reason);
     };
     try {
       return await new Promise((resolve, reject) => {

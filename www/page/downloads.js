@@ -17,7 +17,7 @@ const FILES = [
   { id: 'sidecar', extension: 'raw.json', label: 'Raw: description', note: 'dims, lines, names' },
   { id: 'npy-bits', extension: 'bits.npy', format: 'npy', options: { bits: true }, label: 'NumPy, packed', note: 'eight cells a byte' },
   { id: 'raw-bits', extension: 'bits.raw', format: 'raw', options: { bits: true }, label: 'Raw, packed', note: 'eight cells a byte' },
-  { id: 'sidecar-bits', extension: 'bits.raw.json', options: { bits: true }, label: 'Raw, packed: description', note: 'dims, lines, names' },
+  { id: 'sidecar-bits', extension: 'bits.raw.json', options: { bits: true }, label: 'Packed: description', note: 'dims, lines, names' },
   { id: 'hxc', extension: 'hxc', format: 'hxc', label: 'Column file', note: 'small; opens here again' },
 ];
 
