@@ -2,7 +2,7 @@
 
 use wgpu::{Buffer, BufferDescriptor, BufferUsages, Device, Limits};
 
-use super::layout::{FACET_WORDS, Params};
+use super::layout::{BIN, FACET_WORDS, Params};
 use crate::error::{Error, Result};
 
 /// Bytes of the edges of a (facet, bin) pair.
@@ -18,6 +18,7 @@ pub(crate) struct Capacity {
     pub(crate) n_rays: u64,
     pub(crate) n_bins: u64,
     pub(crate) n_pairs: u64,
+    /// Crossings, or runs with what stands between them.
     pub(crate) n_events: u64,
 }
 
@@ -27,7 +28,8 @@ impl Capacity {
         let bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         // counts are u32, and wgpu's validation of 4 GiB bindings is not everywhere the same
         let words = (bytes / 4).min(1 << 29) - 1;
-        Capacity { n_rays: words, n_bins: words, n_pairs: bytes / PLANE_BYTES, n_events: words }
+        let n_bins = words / (2 * u64::from(BIN));
+        Capacity { n_rays: words, n_bins, n_pairs: bytes / PLANE_BYTES, n_events: words }
     }
 
     /// Whether a band with these numbers fits.
@@ -68,13 +70,11 @@ pub(crate) struct Buffers {
     pub(crate) pairs: Buffer,
     pub(crate) edges: Buffer,
     pub(crate) planes: Buffer,
-    /// Crossings of each ray, scanned in place.
-    pub(crate) ray_offsets: Buffer,
-    pub(crate) events: Buffer,
-    /// Runs of each ray, scanned in place.
-    pub(crate) run_offsets: Buffer,
     pub(crate) runs: Buffer,
-    pub(crate) n_odd: Buffer,
+    /// Where the runs of each row of a bin are.
+    pub(crate) chunks: Buffer,
+    /// `Totals` in `shaders/shared/chunks.wgsl`.
+    pub(crate) totals: Buffer,
     /// Sums of each level of a scan, and a zero for its top.
     pub(crate) sums: Vec<Buffer>,
     pub(crate) n_bytes: u64,
@@ -105,15 +105,35 @@ impl Buffers {
             pairs: storage("pairs", 8 * capacity.n_pairs),
             edges: storage("edges", EDGES_BYTES * capacity.n_pairs),
             planes: storage("planes", PLANE_BYTES * capacity.n_pairs),
-            ray_offsets: storage("ray offsets", 4 * (capacity.n_rays + 1)),
-            events: storage("events", 4 * capacity.n_events),
-            run_offsets: storage("run offsets", 4 * (capacity.n_rays + 1)),
             runs: storage("runs", 4 * capacity.n_events),
-            n_odd: storage("odd rays", 4),
+            chunks: storage("chunks", 8 * u64::from(BIN) * capacity.n_bins),
+            totals: storage("totals", 12),
             sums,
             params: uniform(device, "params", size_of::<Params>() as u64),
             facets,
             n_bytes,
+        }
+    }
+}
+
+/// What lies between the stages when they run one by one.
+pub(crate) struct CrossingBuffers {
+    /// Crossings of each ray, scanned in place.
+    pub(crate) ray_offsets: Buffer,
+    pub(crate) events: Buffer,
+    /// Runs of each ray, scanned in place.
+    pub(crate) run_offsets: Buffer,
+    pub(crate) n_odd: Buffer,
+}
+
+impl CrossingBuffers {
+    /// Allocates what a band of the given capacity has between its stages.
+    pub(crate) fn new(device: &Device, capacity: Capacity) -> CrossingBuffers {
+        CrossingBuffers {
+            ray_offsets: storage(device, "ray offsets", 4 * (capacity.n_rays + 1)),
+            events: storage(device, "events", 4 * capacity.n_events),
+            run_offsets: storage(device, "run offsets", 4 * (capacity.n_rays + 1)),
+            n_odd: storage(device, "odd rays", 4),
         }
     }
 }
