@@ -1,13 +1,14 @@
 // Casts the rays and sweeps their crossings into runs in one pass: intersect_count, intersect_emit and map in registers, for
 // rays of at most 8 crossings. Neither crossings nor offsets of rays go through memory, which is what those kernels spend
-// their time on. Rows with a deeper ray are left to columns_deep, as are all with more than 32 geometries, or several under
-// the rule nonzero, and rays that do not leave one of several geometries.
-// A new crossing finds its place among the sorted ones of its ray by a minimum and a maximum a place.
+// their time on. A new crossing finds its place among the sorted ones of its ray by a minimum and a maximum a place.
+// Left to columns_deep are rows with a deeper ray or with a height too near to a centre for the tile's numbers; all rows with
+// more than 32 geometries, or several under the rule nonzero; and rays that do not leave one of several geometries.
 // Twins: `src/crossings.rs`, `src/map.rs`.
-// Reads: bin_offsets, edges, planes (see intersect_setup); flag_of_rank.
+// Reads: bin_offsets, tiles (8 words a pair, see columns_setup); flag_of_rank.
 // Writes: chunks[see rays.wgsl] = (start, number of runs of each of its 8 rays, 4 bits each), or (0, DEEP);
 //         runs[start ..], ray after ray, chunks in no order; adds to totals.
 
+@group(0) @binding(3) var<storage, read> tiles: array<u32>;
 @group(0) @binding(5) var<storage, read_write> runs: array<u32>;
 
 @compute @workgroup_size(64)
@@ -22,10 +23,7 @@ fn columns(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
     }
     let end = min(bin_offsets[rays.bin + 1u], params.pair_capacity);
     for (var pair = bin_offsets[rays.bin]; pair < end; pair++) {
-        let hits = hits_inside(pair, rays);
-        if any((hits.low | hits.high) != vec4<u32>(0u)) {
-            cross_row(pair, rays.row, hits, &lists);
-        }
+        cross_row(pair, rays.row, &lists);
     }
     sweep_row(rays, &lists);
 }
@@ -33,7 +31,7 @@ fn columns(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
 // The crossings of the 8 rays of a row.
 struct Lists {
     l0: List, l1: List, l2: List, l3: List, l4: List, l5: List, l6: List, l7: List,
-    least_dropped: u32,     // the least crossing that found no place, NO_EVENT if none
+    overflows: u32,     // whether a crossing found no place, or none is certain
 }
 
 // The crossings of a ray, sorted; free places hold NO_EVENT.
@@ -58,39 +56,70 @@ fn rotate(lists: ptr<function, Lists>, list: List) {
     (*lists).l7 = list;
 }
 
+// A facet along the rays of a row.
+struct Slope {
+    hits: u32,          // a bit a ray
+    step_cells: u32,    // change of the height from ray to ray
+    step_fraction: u32,
+    margin: u32,        // how near below a centre the height is uncertain, in 2^-32, plus 16
+    tie_is_below: u32,  // 0 if a centre at the height lies above the facet
+    label: u32,         // rank << 1 | exits
+}
+
+struct Height {
+    cells: u32,         // wraps around
+    fraction: u32,
+}
+
 // Lists the crossings of a facet with the eight rays of a row, where they hit. Written out: drivers that run 8 threads in
 // a vector pay more for an index into a vector than for a whole crossing.
-fn cross_row(pair: u32, row: u32, hits: Hits, lists: ptr<function, Lists>) {
-    let plane = load_plane(pair);
-    var height = first_height(plane, row, hits);
+fn cross_row(pair: u32, row: u32, lists: ptr<function, Lists>) {
+    let tile = 8u * pair;
+    let steps = tiles[tile + 4u];
+    let tag = tiles[tile + 7u];
+    let hits = tiles[tile + row / 4u] >> (8u * (row % 4u));
+    let step_i = bitcast<u32>(bitcast<i32>(steps << 16u) >> 16u);
+    let slope = Slope(hits, step_i, tiles[tile + 5u], tag >> 10u, 1u - ((tag >> 9u) & 1u), tag & 0x1ffu);
+    let step_j = Height(bitcast<u32>(bitcast<i32>(steps) >> 16u), tiles[tile + 6u]);
+    var height = height_of_row(Height(tiles[tile + 2u], tiles[tile + 3u]), step_j, row);
     var l = *lists;
-    var dropped = l.least_dropped;
-    l.l0 = insert(l.l0, cross(hits.low.x, &height, plane), &dropped);
-    l.l1 = insert(l.l1, cross(hits.low.y, &height, plane), &dropped);
-    l.l2 = insert(l.l2, cross(hits.low.z, &height, plane), &dropped);
-    l.l3 = insert(l.l3, cross(hits.low.w, &height, plane), &dropped);
-    l.l4 = insert(l.l4, cross(hits.high.x, &height, plane), &dropped);
-    l.l5 = insert(l.l5, cross(hits.high.y, &height, plane), &dropped);
-    l.l6 = insert(l.l6, cross(hits.high.z, &height, plane), &dropped);
-    l.l7 = insert(l.l7, cross(hits.high.w, &height, plane), &dropped);
-    l.least_dropped = dropped;
+    var overflows = l.overflows;
+    l.l0 = insert(l.l0, cross(0u, slope, &height, &overflows), &overflows);
+    l.l1 = insert(l.l1, cross(1u, slope, &height, &overflows), &overflows);
+    l.l2 = insert(l.l2, cross(2u, slope, &height, &overflows), &overflows);
+    l.l3 = insert(l.l3, cross(3u, slope, &height, &overflows), &overflows);
+    l.l4 = insert(l.l4, cross(4u, slope, &height, &overflows), &overflows);
+    l.l5 = insert(l.l5, cross(5u, slope, &height, &overflows), &overflows);
+    l.l6 = insert(l.l6, cross(6u, slope, &height, &overflows), &overflows);
+    l.l7 = insert(l.l7, cross(7u, slope, &height, &overflows), &overflows);
+    l.overflows = overflows;
     *lists = l;
 }
 
-// The crossing of one ray, NO_EVENT if it does not hit; steps to the next ray.
-fn cross(hit: u32, height: ptr<function, Height>, plane: Plane) -> u32 {
-    if hit == 0u {
-        return NO_EVENT;
-    }
-    let event = event_at(*height, plane);
-    *height = next_height(*height, plane);
-    return event;
+// The height at the first ray of a row.
+fn height_of_row(first: Height, step: Height, row: u32) -> Height {
+    let low = (step.fraction & 0xffffu) * row;
+    let high = (step.fraction >> 16u) * row + (low >> 16u);
+    let fraction = first.fraction + ((high << 16u) | (low & 0xffffu));
+    return Height(first.cells + step.cells * row + (high >> 16u) + u32(fraction < first.fraction), fraction);
 }
 
-// A list with one more crossing, or none if it is NO_EVENT; what finds no place is dropped.
-fn insert(list: List, event: u32, least_dropped: ptr<function, u32>) -> List {
+// The crossing of one ray, NO_EVENT if it does not hit; steps to the next ray.
+fn cross(ray: u32, slope: Slope, height: ptr<function, Height>, overflows: ptr<function, u32>) -> u32 {
+    let h = *height;
+    let hits = ((slope.hits >> ray) & 1u) != 0u;
+    *overflows |= u32(hits && h.fraction + 16u < slope.margin);
+    let first_above = h.cells + select(1u, 0u, (h.fraction | slope.tie_is_below) == 0u);
+    let cell = clamp(bitcast<i32>(first_above), 0, i32(params.depth));
+    let fraction = h.fraction + slope.step_fraction;
+    *height = Height(h.cells + slope.step_cells + u32(fraction < h.fraction), fraction);
+    return select(NO_EVENT, (u32(cell) << 9u) | slope.label, hits);
+}
+
+// A list with one more crossing, or none if it is NO_EVENT.
+fn insert(list: List, event: u32, overflows: ptr<function, u32>) -> List {
     let v = vec4<u32>(event);
-    *least_dropped = min(*least_dropped, max(list.high.w, event));
+    *overflows |= u32(max(list.high.w, event) != NO_EVENT);
     return List(
         min(list.low, max(vec4<u32>(0u, list.low.xyz), v)),
         min(list.high, max(vec4<u32>(list.low.w, list.high.xyz), v)),
@@ -107,7 +136,7 @@ fn sweep_row(rays: RayRow, lists: ptr<function, Lists>) {
         rotate(lists, (*lists).l0);
     }
     let can_sweep = ONE_RANK || (params.n_ranks <= 32u && params.rule == 0u && open == 0u);
-    if !can_sweep || (*lists).least_dropped != NO_EVENT {
+    if !can_sweep || (*lists).overflows != 0u {
         chunks[rays.chunk] = vec2<u32>(0u, DEEP);
         atomicAdd(&totals.n_deep, 1u);
         return;

@@ -51,8 +51,7 @@ fn slope_i(plane: Plane) -> vec2<u32> {
 
 // Divides a height of at most 2^18 cells, not negative, by the area.
 fn divide(height: vec3<u32>, area: vec2<u32>) -> Height {
-    let value = (f32(height.z) * 4294967296.0 + f32(height.y)) * 4294967296.0 + f32(height.x);
-    let guess = u32(value / (f32(area.y) * 4294967296.0 + f32(area.x)));
+    let guess = u32(float96(height) / float96(vec3<u32>(area, 0u)));
     let mended = mend_quotient(height.xy, guess, area);
     return Height(i32(mended.whole), mended.rest);
 }

@@ -5,6 +5,8 @@ use wgpu::{Buffer, BufferDescriptor, BufferUsages, Device, Limits};
 use super::layout::{BIN, FACET_WORDS, Params};
 use crate::error::{Error, Result};
 
+/// Bytes of a tile, which is what a (facet, bin) pair needs.
+const TILE_BYTES: u64 = 32;
 /// Bytes of the edges of a (facet, bin) pair.
 const EDGES_BYTES: u64 = 32;
 /// Bytes of the plane of a (facet, bin) pair.
@@ -68,8 +70,7 @@ pub(crate) struct Buffers {
     pub(crate) bin_offsets: Buffer,
     pub(crate) next_pair: Buffer,
     pub(crate) pairs: Buffer,
-    pub(crate) edges: Buffer,
-    pub(crate) planes: Buffer,
+    pub(crate) tiles: Buffer,
     pub(crate) runs: Buffer,
     /// Where the runs of each row of a bin are.
     pub(crate) chunks: Buffer,
@@ -103,8 +104,7 @@ impl Buffers {
             bin_offsets: storage("bin offsets", 4 * (capacity.n_bins + 1)),
             next_pair: storage("next pair", 4 * (capacity.n_bins + 1)),
             pairs: storage("pairs", 8 * capacity.n_pairs),
-            edges: storage("edges", EDGES_BYTES * capacity.n_pairs),
-            planes: storage("planes", PLANE_BYTES * capacity.n_pairs),
+            tiles: storage("tiles", TILE_BYTES * capacity.n_pairs),
             runs: storage("runs", 4 * capacity.n_events),
             chunks: storage("chunks", 8 * u64::from(BIN) * capacity.n_bins),
             totals: storage("totals", 12),
@@ -116,8 +116,30 @@ impl Buffers {
     }
 }
 
+/// What the exact intersection needs of the (facet, bin) pairs.
+pub(crate) struct PairBuffers {
+    pub(crate) edges: Buffer,
+    pub(crate) planes: Buffer,
+}
+
+impl PairBuffers {
+    /// Allocates the buffers of so many pairs.
+    pub(crate) fn new(device: &Device, n_pairs: u64) -> PairBuffers {
+        PairBuffers {
+            edges: storage(device, "edges", EDGES_BYTES * n_pairs),
+            planes: storage(device, "planes", PLANE_BYTES * n_pairs),
+        }
+    }
+
+    /// Bytes on the device.
+    pub(crate) fn n_bytes(&self) -> u64 {
+        self.edges.size() + self.planes.size()
+    }
+}
+
 /// What lies between the stages when they run one by one.
 pub(crate) struct CrossingBuffers {
+    pub(crate) pairs: PairBuffers,
     /// Crossings of each ray, scanned in place.
     pub(crate) ray_offsets: Buffer,
     pub(crate) events: Buffer,
@@ -130,6 +152,7 @@ impl CrossingBuffers {
     /// Allocates what a band of the given capacity has between its stages.
     pub(crate) fn new(device: &Device, capacity: Capacity) -> CrossingBuffers {
         CrossingBuffers {
+            pairs: PairBuffers::new(device, capacity.n_pairs),
             ray_offsets: storage(device, "ray offsets", 4 * (capacity.n_rays + 1)),
             events: storage(device, "events", 4 * capacity.n_events),
             run_offsets: storage(device, "run offsets", 4 * (capacity.n_rays + 1)),

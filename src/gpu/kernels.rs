@@ -11,6 +11,7 @@ const WIDE: &str = include_str!("../../shaders/shared/wide.wgsl");
 const FACET: &str = include_str!("../../shaders/shared/facet.wgsl");
 const BINS: &str = include_str!("../../shaders/shared/bins.wgsl");
 const RAYS: &str = include_str!("../../shaders/shared/rays.wgsl");
+const BIN_FACET: &str = include_str!("../../shaders/shared/bin_facet.wgsl");
 const PLANE: &str = include_str!("../../shaders/shared/plane.wgsl");
 const SWEEP: &str = include_str!("../../shaders/shared/sweep.wgsl");
 const CHUNKS: &str = include_str!("../../shaders/shared/chunks.wgsl");
@@ -27,6 +28,7 @@ pub enum Kernel {
     LatticeCount,
     LatticeFill,
     IntersectSetup,
+    ColumnsSetup,
     Columns,
     ColumnsOneRank,
     ColumnsDeep,
@@ -59,13 +61,14 @@ macro_rules! source {
     };
 }
 
-static SOURCES: [Source; 15] = [
+static SOURCES: [Source; 16] = [
     source!(LatticeRows, "lattice_rows", PARAMS, WIDE, FACET),
     source!(LatticeCount, "lattice_count", PARAMS, WIDE, FACET, BINS),
     source!(LatticeFill, "lattice_fill", PARAMS, WIDE, FACET, BINS),
-    source!(IntersectSetup, "intersect_setup", PARAMS, WIDE, FACET),
-    source!(Columns, "columns", PARAMS, WIDE, RAYS, PLANE, SWEEP, CHUNKS),
-    one_rank(source!(ColumnsOneRank, "columns", PARAMS, WIDE, RAYS, PLANE, SWEEP, CHUNKS)),
+    source!(IntersectSetup, "intersect_setup", PARAMS, WIDE, FACET, BIN_FACET),
+    source!(ColumnsSetup, "columns_setup", PARAMS, WIDE, FACET, BIN_FACET),
+    source!(Columns, "columns", PARAMS, RAYS, SWEEP, CHUNKS),
+    one_rank(source!(ColumnsOneRank, "columns", PARAMS, RAYS, SWEEP, CHUNKS)),
     source!(ColumnsDeep, "columns_deep", PARAMS, WIDE, RAYS, PLANE, EMIT_ROW, SORT, SWEEP, MAP_RAY, CHUNKS),
     one_rank(source!(
         ColumnsDeepOneRank,
@@ -105,7 +108,7 @@ const COMMON: [Kernel; 7] = [
     Kernel::LatticeRows,
     Kernel::LatticeCount,
     Kernel::LatticeFill,
-    Kernel::IntersectSetup,
+    Kernel::ColumnsSetup,
     Kernel::ColumnsOneRank,
     Kernel::ScanReduce,
     Kernel::ScanApply,

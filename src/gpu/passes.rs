@@ -3,7 +3,7 @@
 use web_time::Instant;
 use wgpu::{BindGroupDescriptor, BindGroupEntry, BindingResource, Buffer, BufferBinding, CommandEncoder};
 
-use super::buffers::{Buffers, CrossingBuffers, SCAN_BLOCK};
+use super::buffers::{Buffers, CrossingBuffers, PairBuffers, SCAN_BLOCK};
 use super::device::Gpu;
 use super::kernels::Kernel;
 use super::layout::Params;
@@ -28,7 +28,7 @@ pub(crate) struct Passes<'a> {
 /// Seconds spent in each kernel, summed over its dispatches.
 pub type Profile = std::collections::BTreeMap<Kernel, f64>;
 
-impl<'a> Passes<'a> {
+impl Passes<'_> {
     /// Builds the lattice: from `corners` to `bin_offsets` and `pairs`.
     pub(crate) fn lattice(&mut self) {
         let b = self.buffers;
@@ -46,49 +46,60 @@ impl<'a> Passes<'a> {
         self.run(Kernel::LatticeFill, &fill, SHARING_THREADS);
     }
 
-    /// Prepares the pairs: from `bin_offsets` and `pairs` to `edges` and `planes`.
-    pub(crate) fn setup(&mut self) {
-        let b = self.buffers;
-        let setup = [(1, &b.facets.corners), (2, &b.bin_offsets), (3, &b.pairs), (4, &b.edges), (5, &b.planes)];
-        self.run(Kernel::IntersectSetup, &setup, SHARING_THREADS);
-    }
-
-    /// Casts the rays and maps their crossings, all but the deep rows: from `edges` and `planes` to `chunks` and `runs`.
+    /// Casts the rays and maps their crossings, all but the deep rows: from `bin_offsets` and `pairs` to `chunks` and `runs`.
     pub(crate) fn columns(&mut self) {
-        self.encoder.clear_buffer(&self.buffers.totals, 0, None);
-        let kernel = if self.params.n_ranks == 1 { Kernel::ColumnsOneRank } else { Kernel::Columns };
-        self.dispatch(kernel, &self.bindings_of_columns(), self.groups_of_bins());
-    }
-
-    /// Casts the rays of the deep rows and maps their crossings: completes `chunks` and `runs`.
-    pub(crate) fn columns_deep(&mut self) {
-        let kernel = if self.params.n_ranks == 1 { Kernel::ColumnsDeepOneRank } else { Kernel::ColumnsDeep };
-        self.run(kernel, &self.bindings_of_columns(), self.params.n_chunks());
-    }
-
-    fn bindings_of_columns(&self) -> [(u32, &'a Buffer); 7] {
         let b = self.buffers;
-        [
+        let setup = [(1, &b.facets.corners), (2, &b.bin_offsets), (3, &b.pairs), (4, &b.tiles)];
+        self.run(Kernel::ColumnsSetup, &setup, SHARING_THREADS);
+        self.encoder.clear_buffer(&b.totals, 0, None);
+        let kernel = if self.params.n_ranks == 1 { Kernel::ColumnsOneRank } else { Kernel::Columns };
+        let columns = [
             (2, &b.bin_offsets),
-            (3, &b.edges),
-            (4, &b.planes),
+            (3, &b.tiles),
             (5, &b.runs),
             (6, &b.chunks),
             (7, &b.totals),
             (8, &b.facets.flag_of_rank),
-        ]
+        ];
+        self.dispatch(kernel, &columns, self.groups_of_bins());
     }
 
-    /// Casts the rays: from `edges` and `planes` to `ray_offsets` and `events`.
+    /// Casts the rays of the deep rows and maps their crossings: completes `chunks` and `runs`.
+    pub(crate) fn columns_deep(&mut self, pairs: &PairBuffers) {
+        self.setup(pairs);
+        let b = self.buffers;
+        let kernel = if self.params.n_ranks == 1 { Kernel::ColumnsDeepOneRank } else { Kernel::ColumnsDeep };
+        let columns = [
+            (2, &b.bin_offsets),
+            (3, &pairs.edges),
+            (4, &pairs.planes),
+            (5, &b.runs),
+            (6, &b.chunks),
+            (7, &b.totals),
+            (8, &b.facets.flag_of_rank),
+        ];
+        self.run(kernel, &columns, self.params.n_chunks());
+    }
+
+    /// Prepares the pairs: from `bin_offsets` and `pairs` to `edges` and `planes`.
+    fn setup(&mut self, pairs: &PairBuffers) {
+        let b = self.buffers;
+        let setup = [(1, &b.facets.corners), (2, &b.bin_offsets), (3, &b.pairs), (4, &pairs.edges), (5, &pairs.planes)];
+        self.run(Kernel::IntersectSetup, &setup, SHARING_THREADS);
+    }
+
+    /// Casts the rays: from `bin_offsets` and `pairs` to `ray_offsets` and `events`.
     pub(crate) fn intersect(&mut self, c: &CrossingBuffers) {
+        self.setup(&c.pairs);
         let b = self.buffers;
         let n_rays = u64::from(self.params.n_rays());
         self.encoder.clear_buffer(&c.ray_offsets, 0, Some(4 * (n_rays + 1)));
         let groups = self.groups_of_bins();
-        let count = [(2, &b.bin_offsets), (3, &b.edges), (4, &c.ray_offsets)];
+        let count = [(2, &b.bin_offsets), (3, &c.pairs.edges), (4, &c.ray_offsets)];
         self.dispatch(Kernel::IntersectCount, &count, groups);
         self.scan(&c.ray_offsets, n_rays + 1, 0);
-        let emit = [(2, &b.bin_offsets), (3, &b.edges), (4, &b.planes), (5, &c.events), (6, &c.ray_offsets)];
+        let emit =
+            [(2, &b.bin_offsets), (3, &c.pairs.edges), (4, &c.pairs.planes), (5, &c.events), (6, &c.ray_offsets)];
         self.dispatch(Kernel::IntersectEmit, &emit, groups);
     }
 

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use wgpu::{Buffer, BufferDescriptor, BufferUsages, CommandEncoder};
 
-use super::buffers::{Buffers, Capacity, Facets, check_facets};
+use super::buffers::{Buffers, Capacity, Facets, PairBuffers, check_facets};
 use super::device::Gpu;
 use super::gather::gather;
 use super::layout::{BIN, Params, corners, flag_words};
@@ -130,7 +130,6 @@ impl<'a> Session<'a> {
         self.usage.n_bands += 1;
         let mut passes = self.passes(&params);
         passes.lattice();
-        passes.setup();
         passes.columns();
         let encoder = passes.encoder;
         let totals = self.submit_totals(encoder, &params);
@@ -142,8 +141,10 @@ impl<'a> Session<'a> {
         let Launched { params, totals, .. } = launched;
         let mut totals = self.finish_totals(totals).await?;
         if totals.n_deep > 0 && totals.n_pairs <= self.buffers.capacity.n_pairs {
+            let pairs = PairBuffers::new(&self.gpu.device, totals.n_pairs);
+            self.usage.peak_bytes = self.usage.peak_bytes.max(self.buffers.n_bytes + pairs.n_bytes());
             let mut passes = self.passes(&params);
-            passes.columns_deep();
+            passes.columns_deep(&pairs);
             let encoder = passes.encoder;
             let pending = self.submit_totals(encoder, &params);
             totals = self.finish_totals(pending).await?;

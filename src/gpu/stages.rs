@@ -51,7 +51,6 @@ impl Gpu {
             session.upload_lattice(lattice);
             let between = CrossingBuffers::new(&self.device, session.buffers.capacity);
             let mut passes = session.passes(&params);
-            passes.setup();
             passes.intersect(&between);
             let encoder = passes.encoder;
             let n_offsets = 4 * (u64::from(params.n_rays()) + 1);
