@@ -164,10 +164,11 @@ export class Core {
     return this.#keep(this.#encoders, this.#meshes.get(mesh).encode(format, compress, bits));
   }
 
-  /** The next bytes of a file, or null at its end. */
+  /** The next bytes of a file, or the share of the work before the first of them that is done, or null at the end. */
   next({ encoder }) {
-    const bytes = this.#encoders.get(encoder).nextPiece();
-    if (bytes) return bytes;
+    const held = this.#encoders.get(encoder);
+    const bytes = held.nextPiece();
+    if (bytes) return bytes.length > 0 ? bytes : { share: held.share() };
     this.release({ encoder });
     return null;
   }

@@ -8,11 +8,11 @@ use wasm_bindgen::prelude::*;
 
 use super::{JsResult, js_error};
 use crate::control::Control;
-use crate::error::Error;
+use crate::error::{Error, Result};
 use crate::flags::CellBox;
 use crate::mesh::{Mesh, hex};
 use crate::skin::{skin, slice};
-use crate::write::{self, Compress, Format, Options, Written, bits, column_file};
+use crate::write::{self, Compress, Format, Options, Written, bits, column_file, vti};
 
 /// Bytes of a piece of a file.
 const PIECE_BYTES: usize = 4 << 20;
@@ -133,43 +133,60 @@ impl WebMesh {
     /// Starts a file.
     pub fn encode(&self, format: &str, compress: u8, bits: bool) -> JsResult<WebEncoder> {
         let (format, options) = options(format, compress, bits)?;
-        let mut encoder = WebEncoder {
-            mesh: self.mesh.clone(),
-            bits,
-            columns: None,
-            pieces: Vec::new(),
-            tail: Vec::new(),
-            made: Vec::new(),
-            n_taken: 0,
+        let around = write::around(&self.mesh, format, &options).map_err(js_error)?;
+        let (work, made) = match (around, options.compress) {
+            (Some((head, tail)), _) => {
+                let mut pieces: Vec<CellBox> = self.mesh.slabs(PIECE_BYTES).collect();
+                pieces.reverse();
+                (Work::Flags { bits, pieces, tail }, head)
+            }
+            (None, Compress::Zlib(level)) if format == Format::Vti => {
+                (Work::Image(vti::Encoder::new(&self.mesh, level, PIECE_BYTES)), Vec::new())
+            }
+            (None, compress) => (Work::Columns(column_file::Encoder::new(&self.mesh, compress)), Vec::new()),
         };
-        match write::around(&self.mesh, format, &options).map_err(js_error)? {
-            Some((head, tail)) => {
-                encoder.pieces = self.mesh.slabs(PIECE_BYTES).collect();
-                encoder.pieces.reverse();
-                (encoder.made, encoder.tail) = (head, tail);
-            }
-            None if format == Format::Columns => {
-                encoder.columns = Some(column_file::Encoder::new(&self.mesh, options.compress));
-            }
-            None => {
-                write::write(&self.mesh, format, &options, &mut encoder.made, &Control::default()).map_err(js_error)?;
-            }
-        }
-        Ok(encoder)
+        Ok(WebEncoder { mesh: self.mesh.clone(), work, made, n_taken: 0 })
     }
 }
 
-/// A file in the making: flags are expanded, and rays encoded, piece by piece; a compressed `.vti`, whose head tells the sizes
-/// of all its blocks, is made at once.
+/// How the bytes of a file come about.
+enum Work {
+    /// Flags as they are, or a bit each: boxes still to come, the next one last, and what follows them.
+    Flags { bits: bool, pieces: Vec<CellBox>, tail: Vec<u8> },
+    /// A compressed `.vti`.
+    Image(vti::Encoder),
+    /// A column file.
+    Columns(column_file::Encoder),
+}
+
+impl Work {
+    /// The next bytes, maybe none yet; None at the end.
+    fn step(&mut self, mesh: &Mesh) -> Result<Option<Vec<u8>>> {
+        match self {
+            Work::Image(encoder) => encoder.step(mesh),
+            Work::Columns(encoder) => encoder.step(mesh),
+            Work::Flags { bits, pieces, tail } => {
+                let Some(cells) = pieces.pop() else {
+                    let tail = std::mem::take(tail);
+                    return Ok((!tail.is_empty()).then_some(tail));
+                };
+                let flags = mesh.box_flags(&cells)?;
+                if !*bits {
+                    return Ok(Some(flags));
+                }
+                let mut packed = Vec::new();
+                bits::pack_rows(&flags, mesh.dims()[0], &mut packed);
+                Ok(Some(packed))
+            }
+        }
+    }
+}
+
+/// A file in the making, piece by piece.
 #[wasm_bindgen]
 pub struct WebEncoder {
     mesh: Rc<Mesh>,
-    bits: bool,
-    /// Of a column file.
-    columns: Option<column_file::Encoder>,
-    /// Boxes still to come, the next one last.
-    pieces: Vec<CellBox>,
-    tail: Vec<u8>,
+    work: Work,
     /// Bytes ready to go, and how many of them went.
     made: Vec<u8>,
     n_taken: usize,
@@ -177,29 +194,28 @@ pub struct WebEncoder {
 
 #[wasm_bindgen]
 impl WebEncoder {
-    /// The next bytes of the file; none at its end.
+    /// The next bytes of the file, empty where it needs more work first; none at its end.
     #[wasm_bindgen(js_name = nextPiece)]
     pub fn next_piece(&mut self) -> JsResult<Option<Vec<u8>>> {
-        if let Some(columns) = &mut self.columns {
-            return columns.step(&self.mesh).map_err(js_error);
+        if self.n_taken == self.made.len() {
+            let Some(made) = self.work.step(&self.mesh).map_err(js_error)? else { return Ok(None) };
+            (self.made, self.n_taken) = (made, 0);
         }
-        let ready = &self.made[self.n_taken..];
-        if !ready.is_empty() {
-            let piece = ready[..ready.len().min(PIECE_BYTES)].to_vec();
-            self.n_taken += piece.len();
-            return Ok(Some(piece));
+        if self.n_taken == 0 && self.made.len() <= PIECE_BYTES {
+            return Ok(Some(std::mem::take(&mut self.made)));
         }
-        if let Some(cells) = self.pieces.pop() {
-            let flags = self.mesh.box_flags(&cells).map_err(js_error)?;
-            if !self.bits {
-                return Ok(Some(flags));
-            }
-            let mut packed = Vec::new();
-            bits::pack_rows(&flags, self.mesh.dims()[0], &mut packed);
-            return Ok(Some(packed));
+        let end = self.made.len().min(self.n_taken + PIECE_BYTES);
+        let piece = self.made[self.n_taken..end].to_vec();
+        self.n_taken = end;
+        Ok(Some(piece))
+    }
+
+    /// Share of the work before the first byte, 0 to 1.
+    pub fn share(&self) -> f64 {
+        match &self.work {
+            Work::Image(encoder) => encoder.share(),
+            _ => 1.0,
         }
-        let tail = std::mem::take(&mut self.tail);
-        Ok((!tail.is_empty()).then_some(tail))
     }
 }
 

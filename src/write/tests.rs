@@ -237,3 +237,26 @@ fn a_file_made_slab_by_slab_is_the_file() {
     }
     assert_eq!(made_of_slabs, 3);
 }
+
+#[test]
+fn encoders_that_go_step_by_step_make_the_file() {
+    let mesh = pattern(0, [300, 90, 80], 3);
+    let (expected, _) = bytes(&mesh, Format::Vti, &zlib());
+    let mut encoder = vti::Encoder::new(&mesh, 6, 1000);
+    let (mut file, mut shares) = (Vec::new(), vec![encoder.share()]);
+    while let Some(piece) = encoder.step(&mesh).unwrap() {
+        assert!(piece.is_empty() || encoder.share() == 1.0, "no byte before the last slab");
+        file.extend(piece);
+        shares.push(encoder.share());
+    }
+    assert_eq!(file, expected);
+    assert!(shares.is_sorted() && shares.len() > 2000 && shares[0] == 0.0, "{} steps", shares.len());
+
+    for compress in [Compress::None, Compress::Zlib(1)] {
+        let options = Options { compress, ..Options::default() };
+        let (expected, _) = bytes(&mesh, Format::Columns, &options);
+        let mut encoder = column_file::Encoder::new(&mesh, compress);
+        let steps = std::iter::from_fn(|| encoder.step(&mesh).unwrap());
+        assert_eq!(steps.collect::<Vec<_>>().concat(), expected);
+    }
+}

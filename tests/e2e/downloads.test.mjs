@@ -7,10 +7,11 @@ import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { test } from 'node:test';
 
-import { runCopied, writeSample } from './native.mjs';
+import { runCopied, useNative, writeSample } from './native.mjs';
 import { LIMIT, hasGeometries, isIdle, legend, run, saved, site, useSite, withPage } from './visit.mjs';
 
 useSite();
+useNative();
 
 /** The page's download and the name that the native command gives the same file. */
 const FILES = [['vti', 'plain.vti'], ['vtiz', 'zlib.vti'], ['npy', 'plain.npy'], ['raw', 'plain.raw'], ['sidecar', 'plain.raw.json'], ['hxc', 'plain.hxc']];

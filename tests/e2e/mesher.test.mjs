@@ -55,3 +55,29 @@ for (const worker of [true, false]) {
     }),
   );
 }
+
+test('a compressed file is made a slab at a time: others are answered meanwhile, and an abort ends it', LIMIT, () =>
+  withPage('', async (page) => {
+    const found = await inPage(page, `async (createMesher, source) => {
+      const mesher = await createMesher({ backend: 'cpu' });
+      const mesh = await mesher.mesh({ geometries: [{ source }], cells: 400 });
+      const stop = new AbortController();
+      const shares = [];
+      const asked = [];
+      const onProgress = ({ done, total }) => {
+        shares.push(done / total);
+        if (shares.length === 2) asked.push(mesh.slice(2, 7));
+        if (shares.length === 4) stop.abort('enough');
+      };
+      const reason = await mesh.blob('vti', { compress: 6, signal: stop.signal, onProgress }).catch((reason) => reason);
+      const [slice] = await Promise.all(asked);
+      const whole = await mesh.blob('vti', { compress: 1 });
+      return { reason, shares, width: slice.width, nx: mesh.dims[0], bytes: whole.size };
+    }`);
+    assert.equal(found.reason, 'enough');
+    assert.equal(found.shares.length, 4, `${found.shares}`);
+    assert.ok(found.shares.at(-1) < 1, `${found.shares}`);
+    assert.equal(found.width, found.nx);
+    assert.ok(found.bytes > 1000);
+  }),
+);

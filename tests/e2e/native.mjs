@@ -3,8 +3,14 @@
 import { execFileSync } from 'node:child_process';
 import { mkdirSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
+import { before } from 'node:test';
 
 import { ROOT, run } from '../../scripts/run.mjs';
+
+/** Builds the command before the tests of a file: a compiler's minutes are no test's. */
+export function useNative() {
+  before(() => run('cargo', ['build', '--bin', 'hexcast']));
+}
 
 /** Saves the files of the page's geometries, as bytes, into a folder: what a user has on disk. */
 export async function writeSample(page, sample, folder) {
@@ -25,7 +31,6 @@ export async function runCopied(page, folder, more) {
   await page.click('#copy-command');
   const words = wordsOf(await page.inputValue('#copied-text'));
   const program = path.join(ROOT, 'target/debug/hexcast');
-  await run('cargo', ['build', '--bin', 'hexcast']);
   const options = { cwd: folder, encoding: 'utf8', stdio: ['ignore', 'pipe', 'ignore'] };
   return JSON.parse(execFileSync(program, [...words.slice(1), ...more, '--backend=cpu', '--quiet', '--json'], options));
 }
