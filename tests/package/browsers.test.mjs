@@ -5,7 +5,7 @@ import path from 'node:path';
 import { after, before, test } from 'node:test';
 
 import { serve } from '../../scripts/serve.mjs';
-import { BROWSERS, assertMeshes } from './pages.mjs';
+import { BROWSERS, assertMeshes, withBrowser } from './pages.mjs';
 import { installedProject, nativeReport, writePage } from './project.mjs';
 
 const LONG = { timeout: 300_000 };
@@ -21,7 +21,8 @@ after(() => project.remove());
 for (const [name, open] of Object.entries(BROWSERS)) {
   test(`a plain page with an import map meshes in ${name}, below a path too`, LONG, async () => {
     writePage(project.folder, { imports: { hexcast: './node_modules/hexcast/dist/hexcast.js' } });
-    await withBrowser(open, { roots: [project.folder], base: '/some/page/' }, ({ browser, url }) => assertMeshes(browser, url, native));
+    const server = await serve({ roots: [project.folder], base: '/some/page/' });
+    await withBrowser(open, server, (browser) => assertMeshes(browser, server.url, native));
   });
 
   test(`a page meshes with the package of another origin in ${name}`, LONG, async () => {
@@ -30,23 +31,10 @@ for (const [name, open] of Object.entries(BROWSERS)) {
     mkdirSync(site, { recursive: true });
     writePage(site, { imports: { hexcast: `${cdn.url}hexcast/dist/hexcast.js` } });
     try {
-      const check = ({ browser, url }) => assertMeshes(browser, url, native, [new URL(cdn.url).origin]);
-      await withBrowser(open, { roots: [site] }, check);
+      const server = await serve({ roots: [site] });
+      await withBrowser(open, server, (browser) => assertMeshes(browser, server.url, native, [new URL(cdn.url).origin]));
     } finally {
       await cdn.close();
     }
   });
-}
-
-/** Serves folders, opens a browser, runs a check and ends both. */
-async function withBrowser(open, folders, check) {
-  const server = await serve(folders);
-  let browser;
-  try {
-    browser = await open();
-    await check({ browser, url: server.url });
-  } finally {
-    await browser?.close();
-    await server.close();
-  }
 }

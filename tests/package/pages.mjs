@@ -37,3 +37,15 @@ export async function assertMeshes(browser, url, native, others = []) {
     await page.close();
   }
 }
+
+/** Opens a browser, runs a check with it and ends the browser and the server. */
+export async function withBrowser(open, server, check) {
+  let browser;
+  try {
+    browser = await open();
+    await check(browser);
+  } finally {
+    await browser?.close();
+    await server.close();
+  }
+}

@@ -6,7 +6,7 @@ import { after, before, test } from 'node:test';
 import { build, createServer } from 'vite';
 
 import { serve } from '../../scripts/serve.mjs';
-import { BROWSERS, assertMeshes } from './pages.mjs';
+import { BROWSERS, assertMeshes, withBrowser } from './pages.mjs';
 import { installedProject, nativeReport, writePage } from './project.mjs';
 
 const LONG = { timeout: 300_000 };
@@ -27,22 +27,13 @@ for (const [name, open] of Object.entries(BROWSERS)) {
   test(`what Vite builds meshes in ${name}`, LONG, async () => {
     await build(settings());
     const server = await serve({ roots: [path.join(project.folder, 'dist')] });
-    await withBrowser(open, (browser) => assertMeshes(browser, server.url, native)).finally(server.close);
+    await withBrowser(open, server, (browser) => assertMeshes(browser, server.url, native));
   });
 
   test(`Vite's development server meshes in ${name}`, LONG, async () => {
     const server = await createServer({ ...settings(), server: { host: '127.0.0.1' } });
     await server.listen();
     const [url] = server.resolvedUrls.local;
-    await withBrowser(open, (browser) => assertMeshes(browser, url, native)).finally(() => server.close());
+    await withBrowser(open, server, (browser) => assertMeshes(browser, url, native));
   });
-}
-
-async function withBrowser(open, check) {
-  const browser = await open();
-  try {
-    await check(browser);
-  } finally {
-    await browser.close();
-  }
 }
