@@ -3,6 +3,10 @@
 //!
 //! The kernels run as they ship. A check returns how many cases it ran, for the reader of the test's output.
 
+use std::future::poll_fn;
+use std::pin::Pin;
+use std::task::Poll;
+
 use hexcast::columns::{Band, Columns};
 use hexcast::control::{CancelToken, Control};
 use hexcast::cpu;
@@ -38,17 +42,41 @@ fn frame(case: &Case) -> Frame {
     Frame::new(&case.geometries, &case.lines).unwrap_or_else(|error| panic!("{}: {error}", case.name))
 }
 
-/// Runs a check on every case of the table with rays along every axis.
-async fn on_every_case(check: impl AsyncFn(&Case, &Cast<'_>)) -> usize {
+/// Cases checked at once: a browser may look only every tenth of a second whether the device has answered.
+const AT_ONCE: usize = 12;
+
+/// Runs futures on this thread until all are done.
+async fn together<'a>(futures: impl IntoIterator<Item = impl Future<Output = ()> + 'a>) {
+    let mut pending: Vec<Pin<Box<dyn Future<Output = ()> + 'a>>> = Vec::new();
+    for future in futures {
+        pending.push(Box::pin(future));
+    }
+    poll_fn(|context| {
+        pending.retain_mut(|future| future.as_mut().poll(context).is_pending());
+        if pending.is_empty() { Poll::Ready(()) } else { Poll::Pending }
+    })
+    .await;
+}
+
+/// Runs a check on every case of the table.
+async fn on_every_case(check: impl AsyncFn(&Case)) -> usize {
     let cases = cases();
-    for case in &cases {
+    for some in cases.chunks(AT_ONCE) {
+        together(some.iter().map(|case| check(case))).await;
+    }
+    cases.len()
+}
+
+/// Runs a check on every case of the table with rays along every axis.
+async fn on_every_cast(check: impl AsyncFn(&Case, &Cast<'_>)) -> usize {
+    on_every_case(async |case| {
         let frame = frame(case);
         for axis in 0..3 {
             let rays = Rays::new(axis, case.lines.dims);
             check(case, &Cast { frame: &frame, rays: &rays, rule: case.rule }).await;
         }
-    }
-    cases.len()
+    })
+    .await
 }
 
 /// The CPU's lattice with the kernels' bins.
@@ -86,7 +114,7 @@ fn ok<T>(case: &Case, result: hexcast::Result<T>) -> T {
 }
 
 pub(crate) async fn the_lattice_kernels_find_the_facets_of_every_bin(gpu: &Gpu) -> usize {
-    on_every_case(async |case, cast| {
+    on_every_cast(async |case, cast| {
         let mut found = ok(case, gpu.lattice(cast).await);
         let expected = cpu_lattice(cast);
         for bin in found.offsets.clone().windows(2) {
@@ -98,7 +126,7 @@ pub(crate) async fn the_lattice_kernels_find_the_facets_of_every_bin(gpu: &Gpu) 
 }
 
 pub(crate) async fn the_intersection_kernels_find_every_crossing_from_the_definitions_lattice(gpu: &Gpu) -> usize {
-    on_every_case(async |case, cast| {
+    on_every_cast(async |case, cast| {
         let lattice = cpu_lattice(cast);
         let found = sorted(ok(case, gpu.crossings(cast, &lattice).await));
         let expected = cpu_crossings(cast, &lattice);
@@ -108,7 +136,7 @@ pub(crate) async fn the_intersection_kernels_find_every_crossing_from_the_defini
 }
 
 pub(crate) async fn the_mapping_kernels_make_the_runs_from_the_definitions_crossings(gpu: &Gpu) -> usize {
-    on_every_case(async |case, cast| {
+    on_every_cast(async |case, cast| {
         let crossings = cpu_crossings(cast, &cpu_lattice(cast));
         let found = ok(case, gpu.map(cast, &crossings).await);
         let expected = cpu_band(cast, &crossings);
@@ -118,7 +146,7 @@ pub(crate) async fn the_mapping_kernels_make_the_runs_from_the_definitions_cross
 }
 
 pub(crate) async fn the_definition_goes_on_from_any_stage_of_the_kernels(gpu: &Gpu) -> usize {
-    on_every_case(async |case, cast| {
+    on_every_cast(async |case, cast| {
         let lattice = ok(case, gpu.lattice(cast).await);
         let expected = cpu_crossings(cast, &cpu_lattice(cast));
         assert!(cpu_crossings(cast, &lattice) == expected, "{}: crossings from the kernels' lattice", case.name);
@@ -130,7 +158,7 @@ pub(crate) async fn the_definition_goes_on_from_any_stage_of_the_kernels(gpu: &G
 }
 
 pub(crate) async fn the_whole_line_gives_the_definitions_columns(gpu: &Gpu) -> usize {
-    on_every_case(async |case, cast| {
+    on_every_cast(async |case, cast| {
         let found = ok(case, gpu.columns(cast, &Control::default()).await);
         let expected = ok(case, cpu::columns(cast.frame, cast.rays, cast.rule, &Control::default()));
         assert!(found == expected, "{} along {}", case.name, cast.rays.axis);
@@ -141,9 +169,8 @@ pub(crate) async fn the_whole_line_gives_the_definitions_columns(gpu: &Gpu) -> u
 }
 
 pub(crate) async fn the_whole_line_gives_the_golden_files(gpu: &Gpu) -> usize {
-    let cases = cases();
-    assert_complete(&cases);
-    for case in &cases {
+    assert_complete(&cases());
+    on_every_case(async |case| {
         let frame = frame(case);
         let mut along = Vec::new();
         for axis in 0..3 {
@@ -152,14 +179,14 @@ pub(crate) async fn the_whole_line_gives_the_golden_files(gpu: &Gpu) -> usize {
             along.push(ok(case, gpu.columns(&cast, &Control::default()).await));
         }
         assert_golden(case, &along.try_into().expect("three axes"));
-    }
-    cases.len()
+    })
+    .await
 }
 
 pub(crate) async fn bands_of_any_number_of_ray_rows_give_the_same_columns(gpu: &Gpu) -> usize {
-    on_every_case(async |case, cast| {
+    on_every_cast(async |case, cast| {
         let expected = ok(case, cpu::columns(cast.frame, cast.rays, cast.rule, &Control::default()));
-        // a band is a trip to the device, some hundredths of a second from a browser: single rows only where there are few
+        // a band is a trip to the device, up to a tenth of a second in a browser: single rows only where there are few
         let most = |rows| if rows == 1 || cfg!(target_arch = "wasm32") { 12 } else { u32::MAX };
         for rows in [1, 3, 13].into_iter().filter(|&rows| cast.rays.counts[1].div_ceil(rows) <= most(rows)) {
             let options = Options { rows_per_band: Some(rows), profile: false };
