@@ -89,6 +89,7 @@ struct ColumnsReport<'a> {
     dims: [u32; 3],
     origin: [f64; 3],
     spacing: [f64; 3],
+    rule: (),
     ray_axis: &'a str,
     rays: u64,
     crossings: u64,
@@ -98,7 +99,12 @@ struct ColumnsReport<'a> {
     flags: Vec<ColumnsFlag<'a>>,
     flags_sha256: (),
     warnings: [(); 0],
+    cells_per_second: (),
+    seconds: NoSeconds,
 }
+
+#[derive(Serialize)]
+struct NoSeconds {}
 
 #[derive(Serialize)]
 struct ColumnsFlag<'a> {
@@ -109,7 +115,7 @@ struct ColumnsFlag<'a> {
     mesh_volume: (),
 }
 
-/// The report of a mesh that was read back: what the column file tells.
+/// The report of a mesh that was read back: what the column file tells, null for what only a meshing knows.
 pub(super) fn report_of_columns(mesh: &Mesh) -> String {
     let Lines { dims, origin, spacing } = mesh.lines;
     let columns = &mesh.columns;
@@ -122,6 +128,7 @@ pub(super) fn report_of_columns(mesh: &Mesh) -> String {
         dims,
         origin,
         spacing,
+        rule: (),
         ray_axis: ["x", "y", "z"][columns.rays.axis],
         rays: columns.rays.n_rays(),
         crossings: columns.n_crossings(),
@@ -131,6 +138,8 @@ pub(super) fn report_of_columns(mesh: &Mesh) -> String {
         flags: flags_of_columns(mesh),
         flags_sha256: (),
         warnings: [],
+        cells_per_second: (),
+        seconds: NoSeconds {},
     })
 }
 
