@@ -51,7 +51,7 @@ impl Geometry {
         }
         let mut low = [f64::INFINITY; 3];
         let mut high = [f64::NEG_INFINITY; 3];
-        for corner in self.facets.iter().flatten() {
+        for corner in self.facets.as_flattened() {
             let world = self.world_from_corner(*corner);
             for axis in 0..3 {
                 low[axis] = low[axis].min(world[axis]);

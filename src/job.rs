@@ -190,13 +190,13 @@ impl Job {
     }
 }
 
-fn not_valid(language: &str, problem: &str) -> Error {
+pub(crate) fn not_valid(language: &str, problem: &str) -> Error {
     Error::new("job-syntax", format!("the job is not valid {language}: {}", problem.trim_end()), HINT)
 }
 
-fn wrong_value(key: &str, problem: &str) -> Error {
-    // the path of the job itself is "."
-    let key = if key == "." { "the job" } else { key };
+pub(crate) fn wrong_value(key: &str, problem: &str) -> Error {
+    // the path of the job itself is "." or nothing
+    let key = if matches!(key, "." | "") { "the job" } else { key };
     Error::new("job-value", format!("{key}: {}", problem.trim_end()), HINT)
 }
 

@@ -111,6 +111,16 @@ impl Mesh {
         control: &Control,
         mut consume: impl FnMut(&[u8]) -> Result<()>,
     ) -> Result<()> {
+        self.hand_slabs(max_bytes, control, &mut consume)
+    }
+
+    /// [`Mesh::for_each_slab`], compiled once.
+    fn hand_slabs(
+        &self,
+        max_bytes: usize,
+        control: &Control,
+        consume: &mut dyn FnMut(&[u8]) -> Result<()>,
+    ) -> Result<()> {
         let mut slabs = self.slabs(max_bytes);
         let (mut now, mut next) = (Vec::new(), Vec::new());
         let fill = |cells: &CellBox, out: &mut Vec<u8>| {

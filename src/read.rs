@@ -11,6 +11,7 @@ use crate::error::{Error, Result};
 use crate::geometry::{Facet, SharedFacets};
 use crate::surface::doubled_area_vector;
 
+mod decimal;
 mod sniff;
 mod stl_ascii;
 mod stl_binary;

@@ -193,9 +193,6 @@ impl Report {
 
 /// Joins the geometries of each flag and counts its cells.
 pub fn flag_reports(geometries: &[GeometryReport], cells: &[u64; 256], lines: &Lines) -> Vec<FlagReport> {
-    let mut flags: Vec<u8> = geometries.iter().map(|geometry| geometry.flag).collect();
-    flags.sort_unstable();
-    flags.dedup();
     let report = |flag: u8| {
         let members: Vec<&GeometryReport> = geometries.iter().filter(|geometry| geometry.flag == flag).collect();
         let names: Vec<&str> = members.iter().map(|geometry| geometry.name.as_str()).collect();
@@ -207,7 +204,8 @@ pub fn flag_reports(geometries: &[GeometryReport], cells: &[u64; 256], lines: &L
             mesh_volume: members.iter().map(|geometry| geometry.mesh_volume).sum(),
         }
     };
-    flags.into_iter().map(report).collect()
+    let is_used = |flag: &u8| geometries.iter().any(|geometry| geometry.flag == *flag);
+    (0..=255).filter(is_used).map(report).collect()
 }
 
 #[cfg(test)]

@@ -200,12 +200,14 @@ fn parts(mesh: &Mesh, cells: &CellBox, step: u32, quads: &Quads) -> Vec<SkinPart
 /// Corners of a rectangle, counter-clockwise seen from where it faces: up, or down its plane's axis.
 fn corners(quad: &Quad, axes: [usize; 3], up: bool, line: impl Fn(usize, u32) -> f32) -> [[f32; 3]; 4] {
     let [plane, along, across] = axes;
-    let (strip, rows) = (&quad.strip, &quad.rows);
+    let height = line(plane, quad.strip.plane);
+    let ends = [line(along, quad.strip.start), line(along, quad.strip.end)];
+    let rows = [line(across, quad.rows[0]), line(across, quad.rows[1])];
     let corner = |end: usize, row: usize| {
         let mut corner = [0.0; 3];
-        corner[plane] = line(plane, strip.plane);
-        corner[along] = line(along, [strip.start, strip.end][end]);
-        corner[across] = line(across, rows[row]);
+        corner[plane] = height;
+        corner[along] = ends[end];
+        corner[across] = rows[row];
         corner
     };
     // strips x rows points up the plane's axis where the three axes are in cyclic order

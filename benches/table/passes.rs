@@ -40,7 +40,7 @@ pub(crate) fn of_gpu(gpu: &Gpu, cast: &Cast) -> Result<Vec<Pass>, Box<dyn Error>
     let usage = pollster::block_on(gpu.continue_columns(cast, &options, &Control::default(), &mut bands))?;
     let total = start.elapsed().as_secs_f64();
     let mut passes: Vec<Pass> =
-        usage.profile.unwrap_or_default().iter().map(|(kernel, &seconds)| (format!("{kernel:?}"), seconds)).collect();
+        usage.profile.unwrap_or_default().iter().map(|(kernel, seconds)| (format!("{kernel:?}"), *seconds)).collect();
     let in_kernels: f64 = passes.iter().map(|pass| pass.1).sum();
     passes.push(("upload, clears, readback".into(), total - in_kernels));
     Ok(passes)

@@ -162,8 +162,8 @@ async fn preferred_adapter() -> Result<Adapter> {
 
 async fn named_adapter(name: &str) -> Result<Adapter> {
     let mut adapters = instance().enumerate_adapters(wgpu::Backends::all()).await;
-    let lower = name.to_lowercase();
-    let position = adapters.iter().position(|adapter| adapter.get_info().name.to_lowercase().contains(&lower));
+    let lower = name.to_ascii_lowercase();
+    let position = adapters.iter().position(|adapter| adapter.get_info().name.to_ascii_lowercase().contains(&lower));
     match position {
         Some(index) => Ok(adapters.swap_remove(index)),
         None => {

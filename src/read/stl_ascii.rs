@@ -14,7 +14,7 @@
 //! any text for the numbers of a normal, bytes of value 0 or 26 behind the last solid. Numbers are rounded to the
 //! nearest f32. A line may be [`MAX_LINE`] bytes long, so that garbage cannot fill the memory.
 
-use super::{Contents, Format, Solid, Tally, Warnings, reserve, sniff};
+use super::{Contents, Format, Solid, Tally, Warnings, decimal, reserve, sniff};
 use crate::error::{Error, Result};
 use crate::geometry::{Facet, SharedFacets};
 
@@ -208,7 +208,7 @@ impl Parser {
         let mut numbers = [0.0; 3];
         for axis in 0..3 {
             let (word, behind) = first_word(rest);
-            numbers[axis] = match number(word) {
+            numbers[axis] = match decimal::parse(word) {
                 Some(value) if value.is_finite() => value,
                 found => return Err(self.bad_number(word, found.is_some(), corner, axis)),
             };
@@ -319,18 +319,13 @@ fn first_word(line: &[u8]) -> (&[u8], &[u8]) {
     line.split_at(end)
 }
 
-/// Reads a number; None where the word is none. Numbers beyond f32 come out infinite.
-fn number(word: &[u8]) -> Option<f32> {
-    std::str::from_utf8(word).ok()?.parse().ok()
-}
-
 /// Reads what stands behind "facet": normals are only reported, so that any text will do, and counts as not a number.
 fn normal(rest: &[u8]) -> [f32; 3] {
     let (_, mut rest) = first_word(rest);
     std::array::from_fn(|_| {
         let (word, behind) = first_word(rest);
         rest = behind;
-        number(word).unwrap_or(f32::NAN)
+        decimal::parse(word).unwrap_or(f32::NAN)
     })
 }
 

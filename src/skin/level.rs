@@ -97,8 +97,7 @@ impl<'a> Level<'a> {
                 for runs in &row[first as usize..end as usize] {
                     stretches(runs, &self.along, |start, end, flag| {
                         let rank = rank[usize::from(flag)];
-                        edges.push((start / 2, rank, true));
-                        edges.push((end.div_ceil(2), rank, false));
+                        edges.extend([edge(start / 2, rank, true), edge(end.div_ceil(2), rank, false)]);
                     });
                 }
             }
@@ -110,20 +109,25 @@ impl<'a> Level<'a> {
     }
 }
 
-/// Appends the runs of a ray over which stretches of flags lie, the edges of which are sorted: cell, rank, whether it
-/// begins there. The lowest rank is seen.
-fn push_runs(edges: &[(u32, u8, bool)], order: &[u8], end: u32, runs: &mut Vec<u32>) {
+/// Where a stretch of a flag begins or ends; sorts by cell.
+fn edge(cell: u32, rank: u8, begins: bool) -> u64 {
+    u64::from(cell) << 9 | u64::from(rank) << 1 | u64::from(begins)
+}
+
+/// Appends the runs of a ray over which stretches of flags lie, the [`edge`]s of which are sorted. The lowest rank is seen.
+fn push_runs(edges: &[u64], order: &[u8], end: u32, runs: &mut Vec<u32>) {
     let mut n_open = [0u32; 256];
     let mut last = 0;
-    for group in edges.chunk_by(|a, b| a.0 == b.0) {
-        for &(_, rank, begins) in group {
+    for group in edges.chunk_by(|a, b| a >> 9 == b >> 9) {
+        let cell = (group[0] >> 9) as u32;
+        for &edge in group {
             // an end may come before a beginning of the same cell: counts wrap and come back
-            let n = &mut n_open[usize::from(rank)];
-            *n = if begins { n.wrapping_add(1) } else { n.wrapping_sub(1) };
+            let n = &mut n_open[(edge >> 1 & 0xff) as usize];
+            *n = if edge & 1 == 1 { n.wrapping_add(1) } else { n.wrapping_sub(1) };
         }
         let flag = n_open[..order.len()].iter().position(|&n| n > 0).map_or(0, |rank| order[rank]);
-        if flag != last && group[0].0 < end {
-            runs.push(run(group[0].0, flag));
+        if flag != last && cell < end {
+            runs.push(run(cell, flag));
             last = flag;
         }
     }
@@ -132,7 +136,10 @@ fn push_runs(edges: &[(u32, u8, bool)], order: &[u8], end: u32, runs: &mut Vec<u
 /// Flags in use, ascending by their number of cells in the mesh; of equal ones the lower flag first.
 pub(super) fn by_rarity(columns: &Columns) -> Vec<u8> {
     let cells = columns.cells_per_flag();
-    let mut flags: Vec<u8> = (1..=255).filter(|&flag| cells[usize::from(flag)] > 0).collect();
-    flags.sort_by_key(|&flag| cells[usize::from(flag)]);
+    let cells = |flag: u8| cells[usize::from(flag)];
+    let mut flags: Vec<u8> = Vec::new();
+    for flag in (1..=255).filter(|&flag| cells(flag) > 0) {
+        flags.insert(flags.partition_point(|&other| cells(other) <= cells(flag)), flag);
+    }
     flags
 }

@@ -78,6 +78,50 @@ test('Node meshes on the CPU, byte for byte like the native command', () => {
   assert.deepEqual(JSON.parse(made.sidecar), JSON.parse(readFileSync(path.join(project, 'native.raw.json'), 'utf8')));
 });
 
+const REFUSE = `
+  import { readFileSync } from 'node:fs';
+  import { createMesher } from 'hexcast';
+  const [file, cases] = process.argv.slice(2);
+  const mesher = await createMesher({ backend: 'cpu' });
+  const problems = [];
+  for (const { geometry, ...job } of JSON.parse(cases)) {
+    const geometries = [{ source: readFileSync(file), file: 'spot.stl', ...geometry }];
+    problems.push(await mesher.mesh({ ...job, geometries }).then(() => 'meshed', ({ code, message }) => \`\${code}: \${message}\`));
+  }
+  console.log(JSON.stringify(problems));
+  mesher.dispose();
+`;
+
+test('a wrong job is refused by the name of its key, as the command line does', () => {
+  const cases = [
+    [{ cels: 3 }, 'cels: unknown field `cels`'],
+    [{ cells: -1 }, 'cells: invalid value: integer `-1`'],
+    [{ cells: 2.5 }, 'cells: invalid type: floating point `2.5`'],
+    [{ cells: '8' }, 'cells: invalid type: string "8"'],
+    [{ domain: [0, 0, 0, 1, 1, 1, 9] }, 'domain: invalid length 7, expected 6 numbers'],
+    [{ domain: [0, 0, 0, 1, 1, true] }, 'domain[5]: invalid type: boolean `true`'],
+    [{ cell_size: '1' }, 'cell_size: invalid type: string "1", expected a number or a list of three'],
+    [{ cell_size: [1, 2, 3, 4] }, 'cell_size: invalid length 4, expected a number or a list of three'],
+    [{ padding: { cell: 2 } }, 'padding'],
+    [{ padding: { cells: 0.5 } }, 'padding.cells: invalid type: floating point `0.5`'],
+    [{ padding: { cells: 1, length: 1 } }, 'padding'],
+    [{ rule: 'even' }, 'rule: unknown variant `even`, expected `parity` or `nonzero`'],
+    [{ unit: 5 }, 'unit: invalid type'],
+    [{ geometry: { flg: 1 } }, 'geometries[0].flg: unknown field'],
+    [{ geometry: { flag: 300 } }, 'geometries[0].flag: invalid value: integer `300`'],
+    [{ geometry: { rotate: [1, 2, 3, 4] } }, 'geometries[0].rotate: invalid length 4'],
+    [{ geometry: { split: 'yes' } }, 'geometries[0].split: invalid type: string "yes"'],
+  ];
+  writeFileSync(path.join(project, 'refuse.js'), REFUSE);
+  const jobs = JSON.stringify(cases.map(([job]) => job));
+  const stl = path.join(ROOT, 'tests/fixtures/spot.stl');
+  const problems = JSON.parse(execFileSync(process.execPath, ['refuse.js', stl, jobs], { cwd: project, encoding: 'utf8' }));
+  assert.equal(problems.length, cases.length);
+  cases.forEach(([, expected], index) => {
+    assert.ok(problems[index].startsWith(`job-value: ${expected}`), `${problems[index]} instead of ${expected}`);
+  });
+});
+
 test('Node with the package webgpu meshes on the GPU, the same bytes', () => {
   const mesh = (backend, env) =>
     JSON.parse(execFileSync(process.execPath, ['mesh.js', SPOT, backend], { cwd: project, encoding: 'utf8', maxBuffer: 1 << 26, env }));
