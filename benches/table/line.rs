@@ -88,7 +88,7 @@ pub(crate) fn run(file: &Path, cells: u32, engine: &mut Engine) -> Result<Run, B
     let seconds_of_columns = lap(&mut clock);
     let mut pages = flags(&columns)?;
     let seconds_of_flags = lap(&mut clock);
-    expand(&columns, &columns.dims().map(|n| 0..n), &mut pages);
+    expand(&columns, &columns.dims().map(|n| 0..n), &mut pages).expect("columns in memory");
     let flags_again = lap(&mut clock);
     drop(pages);
     let flags_in_vec = seconds_in_vec(&columns);
@@ -103,13 +103,13 @@ pub(crate) fn flags(columns: &Columns) -> Result<MmapMut, Box<dyn Error>> {
     let mut flags = MmapOptions::new().len(n_cells).map_anon()?;
     #[cfg(target_os = "linux")]
     flags.advise(memmap2::Advice::HugePage)?;
-    expand(columns, &columns.dims().map(|n| 0..n), &mut flags);
+    expand(columns, &columns.dims().map(|n| 0..n), &mut flags).expect("columns in memory");
     Ok(flags)
 }
 
 fn seconds_in_vec(columns: &Columns) -> f64 {
     let start = Instant::now();
-    let flags = hexcast::flags::flags_of_box(columns, &columns.dims().map(|n| 0..n));
+    let flags = hexcast::flags::flags_of_box(columns, &columns.dims().map(|n| 0..n)).expect("columns in memory");
     let seconds = start.elapsed().as_secs_f64();
     // the optimiser must not see that nobody reads them
     std::hint::black_box(&flags);

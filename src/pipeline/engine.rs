@@ -106,10 +106,12 @@ impl Engine {
             return self.gpu_columns(&crate::gpu::Cast { frame, rays, rule }, control).await;
         }
         let mut strips = cpu::Strips::new(frame, rays, rule, None);
-        while strips.round(control)? {
+        let mut bands = Vec::new();
+        while let Some(mut more) = strips.round(control)? {
+            bands.append(&mut more);
             control.pause().await;
         }
-        Ok((strips.finish(), 0))
+        Ok((Columns::new(*rays, bands), 0))
     }
 
     #[cfg(feature = "gpu")]

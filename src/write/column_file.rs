@@ -58,13 +58,16 @@
 //! run while reading. Smooth surfaces take 2 bytes a run and 1 a ray, and an eighth of that or less with zlib.
 
 mod head;
-mod piece;
 mod read;
 #[cfg(test)]
 mod tests;
 
 pub use read::{read_columns, read_columns_within};
 
+use std::ops::Range;
+
+use crate::columns::Columns;
+use crate::columns::codec::{Encoder, Plan};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
@@ -77,8 +80,6 @@ const MAX_BODY: usize = 1 << 20;
 const MAX_DIM: u32 = 1 << 24;
 const PIECE_TAG: [u8; 4] = *b"PIEC";
 const PIECE_HEAD: usize = 44;
-const PIECE_RAYS: u32 = 1 << 16;
-const PIECE_RUNS: u32 = 1 << 18;
 const END_TAG: [u8; 4] = *b"ENDS";
 const END_MAGIC: [u8; 8] = *b"HXC END\n";
 
@@ -100,12 +101,12 @@ pub(crate) fn write(mesh: &Mesh, compress: Compress, sink: &mut Sink, control: &
     };
     sink.put(&head::encode(mesh, level.is_some())?)?;
     let columns = &mesh.columns;
-    let pieces = piece::plan(columns);
+    let pieces = plan(columns)?;
     let mut counts = [columns.odd_rays(), columns.n_crossings()];
     let mut index = Vec::with_capacity(16 * pieces.len());
     for batch in pieces.chunks(2 * current_num_threads()) {
         control.check()?;
-        let encode = |rays: &std::ops::Range<u64>| encode_piece(mesh, rays.clone(), level);
+        let encode = |rays: &Range<u64>| encode_piece(mesh, rays.clone(), level);
         let encoded = batch.par_iter().map(encode).collect::<Result<Vec<_>>>()?;
         for (rays, (mut head, stored)) in batch.iter().zip(encoded) {
             index.extend(sink.n_bytes().to_le_bytes());
@@ -126,10 +127,19 @@ pub(crate) fn write(mesh: &Mesh, compress: Compress, sink: &mut Sink, control: &
     sink.put(&end)
 }
 
+/// The rays of all pieces; the same for any split in bands.
+fn plan(columns: &Columns) -> Result<Vec<Range<u64>>> {
+    let mut plan = Plan::new(0);
+    columns.for_rays(0..columns.rays.n_rays(), |runs| plan.push(runs.len() as u64))?;
+    Ok(plan.finish())
+}
+
 /// The head of a piece up to the crossings, and its stored bytes.
-fn encode_piece(mesh: &Mesh, rays: std::ops::Range<u64>, level: Option<u8>) -> Result<(Vec<u8>, Vec<u8>)> {
+fn encode_piece(mesh: &Mesh, rays: Range<u64>, level: Option<u8>) -> Result<(Vec<u8>, Vec<u8>)> {
     let n_rays = (rays.end - rays.start) as u32;
-    let (n_runs, content) = piece::encode(&mesh.columns, rays);
+    let mut encoder = Encoder::default();
+    mesh.columns.for_rays(rays, |runs| encoder.push(runs))?;
+    let (n_runs, content) = encoder.finish();
     let n_content = content.len() as u32;
     let stored = match level {
         None => content,
