@@ -18,7 +18,7 @@ use crate::rays::Rays;
 const RAYS_PER_STRIP: u32 = 16_384;
 /// Strips handed to the cores between two looks at progress and cancel: enough to keep cores busy, and on the one core of
 /// a browser's worker few enough to stop within a fraction of a second.
-const STRIPS_PER_ROUND: u32 = if cfg!(target_arch = "wasm32") { 4 } else { 64 };
+pub const STRIPS_PER_ROUND: u32 = if cfg!(target_arch = "wasm32") { 4 } else { 64 };
 
 /// Meshes the box on the CPU.
 ///
@@ -57,6 +57,9 @@ impl<'a> Strips<'a> {
 
     /// Begins with the ray of this index instead of the first.
     pub fn from_ray(self, ray: u64) -> Strips<'a> {
+        if ray >= self.rays.n_rays() {
+            return Strips { next: self.lattice.rows.end, ..self };
+        }
         let rays_of_strip = u64::from(self.rays.counts[0]) * u64::from(self.lattice.bin[1]);
         Strips { next: (ray / rays_of_strip) as u32, skipped: (ray % rays_of_strip) as usize, ..self }
     }

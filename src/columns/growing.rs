@@ -66,7 +66,7 @@ impl Growing {
         let expected = kept_head(identity);
         let mut head = [0; KEPT_HEAD];
         if store.read(0, &mut head).is_ok() {
-            if *head != *expected {
+            if head != *expected {
                 let message = "the columns that were kept are those of another job, file or version, or no columns";
                 return Err(Error::new("job-conflict", message, "delete the file, or repeat the job that began it"));
             }

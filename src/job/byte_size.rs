@@ -75,8 +75,10 @@ impl<'de> Deserialize<'de> for ByteSize {
             }
 
             fn visit_i64<E: de::Error>(self, bytes: i64) -> Result<ByteSize, E> {
-                let wrong = || E::invalid_value(de::Unexpected::Signed(bytes), &self);
-                self.visit_u64(u64::try_from(bytes).map_err(|_| wrong())?)
+                match u64::try_from(bytes) {
+                    Ok(bytes) => self.visit_u64(bytes),
+                    Err(_) => Err(E::invalid_value(de::Unexpected::Signed(bytes), &self)),
+                }
             }
 
             fn visit_str<E: de::Error>(self, text: &str) -> Result<ByteSize, E> {

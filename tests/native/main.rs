@@ -13,6 +13,8 @@ mod formats;
 #[cfg(feature = "gpu")]
 mod kernels;
 mod layering;
+#[cfg(feature = "cli")]
+mod memory;
 mod models;
 mod oracle;
 mod properties;

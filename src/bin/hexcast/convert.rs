@@ -38,8 +38,13 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let name = arguments.input.display();
     let failed = |error| Error::io(format!("reading {name}"), error);
-    let mut outputs =
-        Outputs::open(std::slice::from_ref(&arguments.output), None, &arguments.formats, &[&arguments.input])?;
+    let mut outputs = Outputs::open(
+        std::slice::from_ref(&arguments.output),
+        None,
+        &arguments.formats,
+        &[&arguments.input],
+        u64::MAX,
+    )?;
     let file = File::open(&arguments.input).map_err(failed)?;
     let n_bytes = file.metadata().map_err(failed)?.len();
     let mut control = Control::default();

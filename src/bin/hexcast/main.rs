@@ -9,6 +9,7 @@ use hexcast::{Error, Result};
 
 mod adapters;
 mod arguments;
+mod aside;
 mod convert;
 mod estimate;
 mod info;

@@ -7,13 +7,14 @@ use hexcast::control::{CancelToken, Control};
 use hexcast::flags::expand;
 use hexcast::job::Job;
 use hexcast::mesh::Mesh;
-use hexcast::pipeline::{self, Engine};
+use hexcast::pipeline::{self, Aside, Engine, Task};
 use hexcast::report::Report;
 use hexcast::sources::Source;
 use hexcast::{Error, Result};
 use serde::Deserialize;
 
 use super::arguments::{JobArguments, choice};
+use super::aside::AsideArguments;
 use super::outputs::{FormatArguments, Outputs};
 use super::progress::Progress;
 use super::{memory, reading, summary};
@@ -38,10 +39,12 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     job: JobArguments,
     /// Output file, .vti, .npy, .raw or .hxc; may be given several times. Without it only the report is made
-    #[arg(short, long = "output", value_name = "OUT", help_heading = "Output")]
+    #[arg(id = "outputs", short, long = "output", value_name = "OUT", help_heading = "Output")]
     outputs: Vec<PathBuf>,
     #[command(flatten)]
     formats: FormatArguments,
+    #[command(flatten)]
+    aside: AsideArguments,
     /// Write the report to a file, as JSON
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     report: Option<PathBuf>,
@@ -80,14 +83,34 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let inputs = job.geometries.iter().map(|geometry| Path::new(&geometry.file)).chain(arguments.job.job.as_deref());
     let inputs: Vec<&Path> = inputs.collect();
     let report_path = arguments.report.as_deref();
-    let mut outputs = Outputs::open(&arguments.outputs, report_path, &arguments.formats, &inputs)?;
+    let max_bytes = job.max_memory.map_or(u64::MAX, |size| size.0);
+    let outputs = Outputs::open(&arguments.outputs, report_path, &arguments.formats, &inputs, max_bytes)?;
     if arguments.formats.bits {
         check_single_flag(&job)?;
     }
     arguments.job.set_threads()?;
-    let progress = Progress::new(arguments.quiet);
+    let aside = arguments.aside.open(&arguments.outputs)?;
+    match mesh_and_write(arguments, &job, outputs, aside.aside.clone(), token) {
+        Ok(()) => {
+            aside.done();
+            Ok(())
+        }
+        Err(error) => {
+            aside.failed(&error);
+            Err(error)
+        }
+    }
+}
 
-    let (mut engine, sources, read_seconds) = open_and_read(arguments, &job, token, progress)?;
+fn mesh_and_write(
+    arguments: &Arguments,
+    job: &Job,
+    mut outputs: Outputs,
+    aside: Aside,
+    token: &CancelToken,
+) -> Result<()> {
+    let progress = Progress::new(arguments.quiet);
+    let (mut engine, sources, read_seconds) = open_and_read(arguments, job, token, progress)?;
     let bar = progress.rays("mesh");
     let moved = bar.clone();
     let mut control = Control::with_progress(move |now| {
@@ -95,7 +118,8 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
         moved.set_position(now.rays_done);
     });
     control.cancel = token.clone();
-    let meshed = pollster::block_on(pipeline::mesh(&job, sources, read_seconds, &mut engine, &control));
+    let task = Task { job, read_seconds, aside, flags_in_memory: arguments.flags_in_memory };
+    let meshed = pollster::block_on(pipeline::mesh_task(task, sources, &mut engine, &control));
     bar.finish_and_clear();
     let (mesh, mut report) = meshed?;
 

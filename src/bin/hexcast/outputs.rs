@@ -6,6 +6,7 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use hexcast::control::Control;
+use hexcast::estimate::slab_bytes;
 use hexcast::mesh::Mesh;
 use hexcast::write::{Compress, Format, Options, exact_size, sidecar_json, write};
 use hexcast::{Error, Result};
@@ -31,13 +32,15 @@ pub(crate) struct FormatArguments {
 const DEFAULT_COMPRESS: Compress = Compress::Zlib(1);
 
 impl FormatArguments {
-    /// The writer's options for a format: those arguments that apply to it.
-    fn options(&self, format: Format) -> Options {
+    /// The writer's options for a format: those arguments that apply to it, and its share of the memory allowed.
+    fn options(&self, format: Format, max_bytes: u64) -> Options {
         let (compress, bits) = match format {
             Format::Raw | Format::Npy => (Compress::None, self.bits),
             Format::Vti | Format::Columns => (self.compress.unwrap_or(DEFAULT_COMPRESS), false),
         };
-        Options { compress, bits, ..Options::default() }
+        let slab_bytes = slab_bytes(max_bytes) as usize;
+        let kept_bytes = Options::default().kept_bytes.min((max_bytes / 16) as usize);
+        Options { compress, bits, slab_bytes, kept_bytes }
     }
 
     /// Refuses an argument that none of the formats heeds.
@@ -100,6 +103,7 @@ impl Outputs {
         report: Option<&Path>,
         arguments: &FormatArguments,
         inputs: &[&Path],
+        max_bytes: u64,
     ) -> Result<Outputs> {
         let formats =
             paths.iter().map(|path| Format::of_name(&path.to_string_lossy())).collect::<Result<Vec<Format>>>()?;
@@ -121,7 +125,7 @@ impl Outputs {
         for (path, format) in paths.iter().zip(formats) {
             let file = open(path)?;
             let sidecar = if format == Format::Raw { Some(open(&sidecar_path(path))?) } else { None };
-            meshes.push(MeshFile { format, options: arguments.options(format), file, sidecar });
+            meshes.push(MeshFile { format, options: arguments.options(format, max_bytes), file, sidecar });
         }
         let report = report.map(open).transpose()?;
         Ok(Outputs { meshes, report, ..Outputs::default() })
