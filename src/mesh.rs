@@ -136,8 +136,16 @@ impl Mesh {
     /// # Errors
     /// `cancelled`; `io` as for [`Mesh::flag`].
     pub fn flags_sha256(&self, control: &Control) -> Result<String> {
+        self.flags_sha256_in_slabs(SLAB_BYTES, control)
+    }
+
+    /// Hashes the flags of all cells like [`Mesh::flags_sha256`], holding two slabs of at most `max_bytes`.
+    ///
+    /// # Errors
+    /// Those of [`Mesh::flags_sha256`].
+    pub fn flags_sha256_in_slabs(&self, max_bytes: usize, control: &Control) -> Result<String> {
         let mut hash = Sha256::new();
-        self.for_each_slab(SLAB_BYTES, control, |flags| {
+        self.for_each_slab(max_bytes, control, |flags| {
             hash.update(flags);
             Ok(())
         })?;

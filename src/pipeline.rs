@@ -128,11 +128,11 @@ pub async fn mesh_task(
     let inputs: Vec<InputReport> = sources.iter().map(InputReport::new).collect();
     let mut clock = Instant::now();
     let prepared = prepare(job, sources)?;
-    let room = Room::new(&task, &prepared, engine)?;
     let mut seconds =
         Seconds { read: read_seconds, device: engine.seconds, lines: lap(&mut clock), ..Seconds::default() };
     control.check()?;
     let frame = Frame::new(&prepared.geometries, &prepared.lines)?;
+    let room = Room::new(&task, &prepared, engine)?;
     seconds.snap = lap(&mut clock);
     let mut growing = room.growing(&task.aside, &prepared, || identity(job, &prepared, &inputs))?;
     let rays_kept = growing.n_rays();

@@ -5,11 +5,11 @@ use sha2::{Digest, Sha256};
 use super::{Aside, DEFAULT_MAX_BYTES, Engine, KEPT_LAP_RAYS, Prepared, Task};
 use crate::columns::Growing;
 use crate::error::Result;
-use crate::estimate::{Allowed, Estimate, lap_bytes};
+use crate::estimate::{Allowed, Estimate, lap_bytes, slab_bytes};
 use crate::job::{BackendChoice, Job};
 use crate::report::InputReport;
 
-/// Bytes left to everything that is not counted: the program, its threads, the pieces at hand of columns put aside.
+/// Bytes left to what is not counted: the program, its threads, the pieces at hand of columns put aside.
 const RESERVE: u64 = 32 << 20;
 
 /// The memory of a mesh.
@@ -37,8 +37,9 @@ impl Room {
         estimate.check(&Allowed { max_bytes, on_gpu, can_spill, flags: task.flags_in_memory })?;
         let lap_bytes = lap_bytes(max_bytes);
         let working = estimate.host.working(on_gpu, lap_bytes);
-        // a small budget keeps a share for the columns, a large one the reserve
         let left = max_bytes - working;
+        // a small budget keeps a share for the columns, a large one everything else
+        let others = (RESERVE + 2 * slab_bytes(max_bytes)).min(left / 2);
         let mut rays_of_lap = match estimate.host.lap {
             0 => rays.n_rays(),
             bytes => (rays.n_rays() as f64 * (lap_bytes as f64 / bytes as f64).min(1.0)) as u64,
@@ -47,7 +48,7 @@ impl Room {
             rays_of_lap = rays_of_lap.min(KEPT_LAP_RAYS);
         }
         let lap_rows = (rays_of_lap / u64::from(rays.counts[0])).clamp(1, u64::from(rays.counts[1])) as u32;
-        Ok(Room { columns: left - RESERVE.min(left / 2), lap_rows })
+        Ok(Room { columns: left - others, lap_rows })
     }
 
     /// Columns without rays yet, or with those that were kept; `identity` stands for what is meshed.

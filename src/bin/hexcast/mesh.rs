@@ -199,7 +199,7 @@ fn hash(choice: HashChoice, outputs: &Outputs, mesh: &Mesh, report: &mut Report,
     };
     if is_wanted && !outputs.will_hash() {
         let start = Instant::now();
-        report.flags_sha256 = Some(mesh.flags_sha256(control)?);
+        report.flags_sha256 = Some(mesh.flags_sha256_in_slabs(outputs.slab_bytes, control)?);
         report.seconds.hash = Some(start.elapsed().as_secs_f64());
     }
     Ok(())

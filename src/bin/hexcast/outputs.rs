@@ -73,11 +73,12 @@ pub(crate) struct OutputFile {
 }
 
 /// Files being written; dropped before [`Outputs::finish`] they leave nothing behind.
-#[derive(Default)]
 pub(crate) struct Outputs {
     meshes: Vec<MeshFile>,
     report: Option<PendingFile>,
     written: Vec<OutputFile>,
+    /// Bytes of flags to expand at a time.
+    pub(crate) slab_bytes: usize,
     /// SHA-256 of the flags, if a file that holds nothing else was written.
     pub(crate) flags_sha256: Option<String>,
 }
@@ -128,7 +129,8 @@ impl Outputs {
             meshes.push(MeshFile { format, options: arguments.options(format, max_bytes), file, sidecar });
         }
         let report = report.map(open).transpose()?;
-        Ok(Outputs { meshes, report, ..Outputs::default() })
+        let slab_bytes = slab_bytes(max_bytes) as usize;
+        Ok(Outputs { meshes, report, written: Vec::new(), slab_bytes, flags_sha256: None })
     }
 
     /// Whether a `.raw` of one byte a cell will be written, whose hash is that of the flags.
