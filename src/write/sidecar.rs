@@ -19,12 +19,6 @@ const VERSION: u32 = 1;
 /// Describes a `.raw` file: layout, dims, origin, spacing, lines, flags with names and cells, unit, SHA-256.
 pub fn sidecar_json(mesh: &Mesh, options: &Options, written: &Written) -> String {
     let [nx, ny, nz] = mesh.dims();
-    let cells = mesh.columns.cells_per_flag();
-    let name = |flag| mesh.names.iter().find(|named| usize::from(named.flag) == flag).map(|named| named.name.as_str());
-    let flags: Vec<Value> = (1..cells.len())
-        .filter(|&flag| cells[flag] > 0 || name(flag).is_some())
-        .map(|flag| json!({"flag": flag, "name": name(flag), "cells": cells[flag]}))
-        .collect();
     let mut entries = vec![
         ("format", json!("hexcast raw")),
         ("version", json!(VERSION)),
@@ -46,14 +40,23 @@ pub fn sidecar_json(mesh: &Mesh, options: &Options, written: &Written) -> String
         ("spacing", json!(mesh.lines.spacing)),
         ("n_bytes", json!(written.n_bytes)),
         ("sha256", json!(written.sha256)),
-        ("flags", Value::Array(flags)),
+        ("flags", flag_entries(mesh)),
         ("lines", json!({"x": lines(mesh, 0), "y": lines(mesh, 1), "z": lines(mesh, 2)})),
     ]);
     let entries: Vec<String> = entries.iter().map(|(key, value)| format!("  \"{key}\": {value}")).collect();
     format!("{{\n{}\n}}\n", entries.join(",\n"))
 }
 
-fn lines(mesh: &Mesh, axis: usize) -> Option<Vec<f64>> {
+/// The flags in use, with names and numbers of cells.
+pub(super) fn flag_entries(mesh: &Mesh) -> Value {
+    let cells = mesh.columns.cells_per_flag();
+    let name = |flag| mesh.names.iter().find(|named| usize::from(named.flag) == flag).map(|named| named.name.as_str());
+    let used = (1..cells.len()).filter(|&flag| cells[flag] > 0 || name(flag).is_some());
+    used.map(|flag| json!({"flag": flag, "name": name(flag), "cells": cells[flag]})).collect()
+}
+
+/// Coordinates of the mesh lines of an axis; none where they are too many.
+pub(super) fn lines(mesh: &Mesh, axis: usize) -> Option<Vec<f64>> {
     let n = mesh.dims()[axis];
     (n <= MAX_LINES).then(|| (0..=n).map(|index| mesh.lines.line(axis, index)).collect())
 }
