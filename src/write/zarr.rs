@@ -20,9 +20,9 @@ use std::sync::Arc;
 
 use serde_json::{Map, Value, json};
 use zarrs::array::codec::ShardingCodecBuilder;
-use zarrs::array::{Array, ArrayBuilder, ChunkShape, data_type};
+use zarrs::array::{Array, ArrayBuilder, ArrayMetadataOptions, ChunkShape, data_type};
 use zarrs::group::GroupBuilder;
-use zarrs::storage::WritableStorage;
+use zarrs::storage::{WritableStorage, WritableStorageTraits};
 
 use crate::control::Control;
 use crate::error::{Error, Result};
@@ -84,7 +84,7 @@ pub fn write(
     }
     let layout = Layout::new(mesh.dims(), options.slab_bytes);
     let array = flag_array(mesh, options, layout, store)?;
-    array.store_metadata().map_err(failed)?;
+    store_metadata(&array)?;
     let [nx, ny, nz] = mesh.dims();
     let [sz, sy, _] = layout.shard;
     for (k, z) in (0..nz).step_by(sz as usize).enumerate() {
@@ -99,11 +99,18 @@ pub fn write(
     Ok(())
 }
 
+/// Stores what an array is, without a note on who made it: `generator` says that.
+fn store_metadata<T: WritableStorageTraits + ?Sized + 'static>(array: &Array<T>) -> Result<()> {
+    let mut options = ArrayMetadataOptions::default();
+    options.set_include_zarrs_metadata(false);
+    array.store_metadata_opt(&options).map_err(failed)
+}
+
 fn failed(error: impl std::fmt::Display) -> Error {
     Error::new("io", format!("writing Zarr: {error}"), "")
 }
 
-fn flag_array<T: ?Sized>(mesh: &Mesh, options: &Options, layout: Layout, store: Arc<T>) -> Result<Array<T>> {
+fn flag_array(mesh: &Mesh, options: &Options, layout: Layout, store: Arc<T>) -> Result<Array<T>> {
     let [nx, ny, nz] = mesh.dims().map(u64::from);
     let mut sharding = ShardingCodecBuilder::new(chunk_shape(layout.chunk)?, &data_type::uint8());
     if let Compress::Zlib(level) = options.compress {
@@ -143,7 +150,7 @@ fn write_centres(mesh: &Mesh, axis: usize, name: &str, store: WritableStorage) -
     builder.dimension_names(Some([name]));
     builder.attributes_mut().extend(mesh.unit.iter().map(|unit| ("units".to_string(), json!(unit))));
     let array = builder.build(store, &format!("/{name}")).map_err(failed)?;
-    array.store_metadata().map_err(failed)?;
+    store_metadata(&array)?;
     array.store_chunk(&[0], centres).map_err(failed)
 }
 

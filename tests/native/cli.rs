@@ -459,3 +459,27 @@ fn an_interrupted_run_resumes() {
     json(&[&MANY_RAYS[..], &["-o", &plain]].concat());
     assert!(folder.bytes("a.npy") == folder.bytes("plain.npy"));
 }
+
+#[test]
+fn a_zarr_folder_is_written_whole_or_not_at_all() {
+    let folder = Folder::new();
+    let (zarr, hxc, copy) = (folder.path("a.zarr"), folder.path("a.hxc"), folder.path("b.zarr"));
+    let mesh = ["mesh", SPOT, "--cells", "100", "--backend", "cpu", "-q", "-o", &zarr];
+    done(&[&mesh[..], &["-o", &hxc]].concat());
+    done(&["convert", &hxc, &copy, "-q"]);
+    assert_eq!(folder.names(), ["a.hxc", "a.zarr", "b.zarr"]);
+    let array = folder.json("a.zarr/flag/zarr.json");
+    assert_eq!((&array["zarr_format"], &array["codecs"][0]["name"]), (&3.into(), &"sharding_indexed".into()));
+    assert_eq!(array["dimension_names"], serde_json::json!(["z", "y", "x"]));
+    assert_eq!(array["attributes"]["flags"][0]["name"], "spot");
+    assert_eq!(folder.bytes("a.zarr/flag/c/0/0/0"), folder.bytes("b.zarr/flag/c/0/0/0"));
+    // once more over the old one, and not over a folder of another kind
+    done(&mesh);
+    assert_eq!(folder.names(), ["a.hxc", "a.zarr", "b.zarr"]);
+    std::fs::create_dir(folder.path("mine.zarr")).unwrap();
+    std::fs::write(folder.path("mine.zarr/precious"), "").unwrap();
+    let refused = hexcast(&["mesh", SPOT, "--cells", "8", "-q", "-o", &folder.path("mine.zarr")]);
+    assert_eq!((refused.status.code(), folder.bytes("mine.zarr/precious")), (Some(7), vec![]));
+    let failed = hexcast(&["mesh", "tests/fixtures/bin_empty.stl", "-o", &folder.path("c.zarr")]);
+    assert_eq!((failed.status.code(), folder.names().len()), (Some(3), 4));
+}

@@ -19,6 +19,7 @@ mod outputs;
 mod progress;
 mod reading;
 mod summary;
+mod zarr_folder;
 
 const EXIT_CODES: &str = "\
 Exit codes:

@@ -30,6 +30,7 @@ Formats, by the name of the output:
     .vti  VTK image data, for ParaView (zlib unless --compress=none)
     .npy  NumPy array of shape (nz, ny, nx)
     .raw  one byte a cell, x fastest; OUT.raw.json says what they mean
+    .zarr Zarr v3, a folder: flag (z, y, x) in shards, and the centres x, y, z; for zarr-python and xarray
     .hxc  columns, by far the smallest; `hexcast convert` makes any other from it";
 
 /// Mesh closed surfaces: cells between lines, each with the flag of the geometry it is in
@@ -38,7 +39,7 @@ Formats, by the name of the output:
 pub(crate) struct Arguments {
     #[command(flatten)]
     job: JobArguments,
-    /// Output file, .vti, .npy, .raw or .hxc; may be given several times. Without it only the report is made
+    /// Output, .vti, .npy, .raw, .zarr or .hxc; may be given several times. Without it only the report is made
     #[arg(id = "outputs", short, long = "output", value_name = "OUT", help_heading = "Output")]
     outputs: Vec<PathBuf>,
     #[command(flatten)]

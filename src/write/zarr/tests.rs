@@ -1,6 +1,6 @@
-use zarrs::array::codec::{Codec, CodecRuntimePluginV3, register_codec_v3};
 use zarrs::storage::ReadableWritableListableStorage;
 use zarrs::storage::store::MemoryStore;
+use zarrs_codec::{Codec, CodecRuntimePluginV3, register_codec_v3};
 
 use super::*;
 use crate::mesh::tests::{pattern, pattern_flags};
@@ -15,10 +15,7 @@ fn written(mesh: &Mesh, compress: Compress, slab_bytes: usize) -> (ReadableWrita
 
 #[test]
 fn flags_centres_and_attributes_read_back() {
-    register_codec_v3(CodecRuntimePluginV3::new(
-        |metadata| metadata.name() == "gzip",
-        |_| Ok(Codec::BytesToBytes(Arc::new(Gzip(1)))),
-    ));
+    register_codec_v3(CodecRuntimePluginV3::new(|name| name == "gzip", |_| Ok(Codec::BytesToBytes(Arc::new(Gzip(1))))));
     let dims = [70, 9, 67];
     for axis in 0..3 {
         let mesh = pattern(axis, dims, 3);
@@ -31,6 +28,7 @@ fn flags_centres_and_attributes_read_back() {
                 let flags: Vec<u8> = array.retrieve_array_subset(&array.subset_all()).unwrap();
                 assert!(flags == pattern_flags(dims, 3), "axis {axis}, slabs of {slab_bytes}, {compress:?}");
                 let attributes = array.attributes();
+                assert!(attributes.keys().all(|key| !key.starts_with('_')), "{attributes:?}");
                 assert_eq!(attributes["origin"], json!(mesh.lines.origin));
                 assert_eq!(attributes["lines"]["x"].as_array().unwrap().len(), 71);
                 assert_eq!((&attributes["unit"], &attributes["flags"][0]["name"]), (&json!("mm"), &json!("copper")));
