@@ -9,15 +9,8 @@ fn intersect_count(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invoc
     if rays.count == 0u {
         return;
     }
-    var low = vec4<u32>(0u);
-    var high = vec4<u32>(0u);
-    let end = min(bin_offsets[rays.bin + 1u], params.pair_capacity);
-    for (var pair = bin_offsets[rays.bin]; pair < end; pair++) {
-        let hits = hits_of_pair(pair, rays.row);
-        low += hits.low;
-        high += hits.high;
-    }
+    let counts = count_hits(rays);
     for (var i = 0u; i < rays.count; i++) {
-        ray_counts[rays.first + i] = select(high[i & 3u], low[i & 3u], i < 4u);
+        ray_counts[rays.first + i] = select(counts.high[i & 3u], counts.low[i & 3u], i < 4u);
     }
 }

@@ -13,6 +13,7 @@
 
 mod buffers;
 mod device;
+mod gather;
 mod kernels;
 mod layout;
 mod line;

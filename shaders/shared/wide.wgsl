@@ -81,6 +81,19 @@ fn multiply96(a: vec2<u32>, b: i32) -> vec3<u32> {
     return product;
 }
 
+// |a|
+fn magnitude96(a: vec3<u32>) -> vec3<u32> {
+    if is_negative(a.yz) {
+        return add96(~a, vec3<u32>(1u, 0u, 0u));
+    }
+    return a;
+}
+
+// a number, not negative, in f32
+fn float96(a: vec3<u32>) -> f32 {
+    return (f32(a.z) * 4294967296.0 + f32(a.y)) * 4294967296.0 + f32(a.x);
+}
+
 // a >> bits, rounding down, for 1 <= bits <= 31
 fn shift_right96(a: vec3<u32>, bits: u32) -> vec3<u32> {
     return vec3<u32>((a.x >> bits) | (a.y << (32u - bits)), shift_right64(a.yz, bits));

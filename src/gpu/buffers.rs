@@ -2,9 +2,11 @@
 
 use wgpu::{Buffer, BufferDescriptor, BufferUsages, Device, Limits};
 
-use super::layout::{FACET_WORDS, Params};
+use super::layout::{BIN, FACET_WORDS, Params};
 use crate::error::{Error, Result};
 
+/// Bytes of a tile, which is what a (facet, bin) pair needs.
+const TILE_BYTES: u64 = 32;
 /// Bytes of the edges of a (facet, bin) pair.
 const EDGES_BYTES: u64 = 32;
 /// Bytes of the plane of a (facet, bin) pair.
@@ -18,6 +20,7 @@ pub(crate) struct Capacity {
     pub(crate) n_rays: u64,
     pub(crate) n_bins: u64,
     pub(crate) n_pairs: u64,
+    /// Crossings, or runs with what stands between them.
     pub(crate) n_events: u64,
 }
 
@@ -27,7 +30,8 @@ impl Capacity {
         let bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         // counts are u32, and wgpu's validation of 4 GiB bindings is not everywhere the same
         let words = (bytes / 4).min(1 << 29) - 1;
-        Capacity { n_rays: words, n_bins: words, n_pairs: bytes / PLANE_BYTES, n_events: words }
+        let n_bins = words / (2 * u64::from(BIN));
+        Capacity { n_rays: words, n_bins, n_pairs: bytes / PLANE_BYTES, n_events: words }
     }
 
     /// Whether a band with these numbers fits.
@@ -66,15 +70,12 @@ pub(crate) struct Buffers {
     pub(crate) bin_offsets: Buffer,
     pub(crate) next_pair: Buffer,
     pub(crate) pairs: Buffer,
-    pub(crate) edges: Buffer,
-    pub(crate) planes: Buffer,
-    /// Crossings of each ray, scanned in place.
-    pub(crate) ray_offsets: Buffer,
-    pub(crate) events: Buffer,
-    /// Runs of each ray, scanned in place.
-    pub(crate) run_offsets: Buffer,
+    pub(crate) tiles: Buffer,
     pub(crate) runs: Buffer,
-    pub(crate) n_odd: Buffer,
+    /// Where the runs of each row of a bin are.
+    pub(crate) chunks: Buffer,
+    /// `Totals` in `shaders/shared/chunks.wgsl`.
+    pub(crate) totals: Buffer,
     /// Sums of each level of a scan, and a zero for its top.
     pub(crate) sums: Vec<Buffer>,
     pub(crate) n_bytes: u64,
@@ -103,17 +104,59 @@ impl Buffers {
             bin_offsets: storage("bin offsets", 4 * (capacity.n_bins + 1)),
             next_pair: storage("next pair", 4 * (capacity.n_bins + 1)),
             pairs: storage("pairs", 8 * capacity.n_pairs),
-            edges: storage("edges", EDGES_BYTES * capacity.n_pairs),
-            planes: storage("planes", PLANE_BYTES * capacity.n_pairs),
-            ray_offsets: storage("ray offsets", 4 * (capacity.n_rays + 1)),
-            events: storage("events", 4 * capacity.n_events),
-            run_offsets: storage("run offsets", 4 * (capacity.n_rays + 1)),
+            tiles: storage("tiles", TILE_BYTES * capacity.n_pairs),
             runs: storage("runs", 4 * capacity.n_events),
-            n_odd: storage("odd rays", 4),
+            chunks: storage("chunks", 8 * u64::from(BIN) * capacity.n_bins),
+            totals: storage("totals", 12),
             sums,
             params: uniform(device, "params", size_of::<Params>() as u64),
             facets,
             n_bytes,
+        }
+    }
+}
+
+/// What the exact intersection needs of the (facet, bin) pairs.
+pub(crate) struct PairBuffers {
+    pub(crate) edges: Buffer,
+    pub(crate) planes: Buffer,
+}
+
+impl PairBuffers {
+    /// Allocates the buffers of so many pairs.
+    pub(crate) fn new(device: &Device, n_pairs: u64) -> PairBuffers {
+        PairBuffers {
+            edges: storage(device, "edges", EDGES_BYTES * n_pairs),
+            planes: storage(device, "planes", PLANE_BYTES * n_pairs),
+        }
+    }
+
+    /// Bytes on the device.
+    pub(crate) fn n_bytes(&self) -> u64 {
+        self.edges.size() + self.planes.size()
+    }
+}
+
+/// What lies between the stages when they run one by one.
+pub(crate) struct CrossingBuffers {
+    pub(crate) pairs: PairBuffers,
+    /// Crossings of each ray, scanned in place.
+    pub(crate) ray_offsets: Buffer,
+    pub(crate) events: Buffer,
+    /// Runs of each ray, scanned in place.
+    pub(crate) run_offsets: Buffer,
+    pub(crate) n_odd: Buffer,
+}
+
+impl CrossingBuffers {
+    /// Allocates what a band of the given capacity has between its stages.
+    pub(crate) fn new(device: &Device, capacity: Capacity) -> CrossingBuffers {
+        CrossingBuffers {
+            pairs: PairBuffers::new(device, capacity.n_pairs),
+            ray_offsets: storage(device, "ray offsets", 4 * (capacity.n_rays + 1)),
+            events: storage(device, "events", 4 * capacity.n_events),
+            run_offsets: storage(device, "run offsets", 4 * (capacity.n_rays + 1)),
+            n_odd: storage(device, "odd rays", 4),
         }
     }
 }

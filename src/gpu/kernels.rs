@@ -1,12 +1,22 @@
 //! The kernels: which shader files make each, compiled once. The only place that includes shader text.
 
+use std::sync::OnceLock;
+
 use wgpu::{ComputePipeline, Device, ShaderModuleDescriptor, ShaderSource};
+
+use crate::parallel::*;
 
 const PARAMS: &str = include_str!("../../shaders/shared/params.wgsl");
 const WIDE: &str = include_str!("../../shaders/shared/wide.wgsl");
 const FACET: &str = include_str!("../../shaders/shared/facet.wgsl");
 const BINS: &str = include_str!("../../shaders/shared/bins.wgsl");
 const RAYS: &str = include_str!("../../shaders/shared/rays.wgsl");
+const BIN_FACET: &str = include_str!("../../shaders/shared/bin_facet.wgsl");
+const PLANE: &str = include_str!("../../shaders/shared/plane.wgsl");
+const SWEEP: &str = include_str!("../../shaders/shared/sweep.wgsl");
+const CHUNKS: &str = include_str!("../../shaders/shared/chunks.wgsl");
+const EMIT_ROW: &str = include_str!("../../shaders/shared/emit_row.wgsl");
+const MAP_RAY: &str = include_str!("../../shaders/shared/map_ray.wgsl");
 const SORT: &str = include_str!("../../shaders/shared/sort.wgsl");
 const SCAN: &str = include_str!("../../shaders/shared/scan.wgsl");
 
@@ -18,6 +28,11 @@ pub enum Kernel {
     LatticeCount,
     LatticeFill,
     IntersectSetup,
+    ColumnsSetup,
+    Columns,
+    ColumnsOneRank,
+    ColumnsDeep,
+    ColumnsDeepOneRank,
     IntersectCount,
     IntersectEmit,
     Map,
@@ -46,19 +61,41 @@ macro_rules! source {
     };
 }
 
-static SOURCES: [Source; 11] = [
+static SOURCES: [Source; 16] = [
     source!(LatticeRows, "lattice_rows", PARAMS, WIDE, FACET),
     source!(LatticeCount, "lattice_count", PARAMS, WIDE, FACET, BINS),
     source!(LatticeFill, "lattice_fill", PARAMS, WIDE, FACET, BINS),
-    source!(IntersectSetup, "intersect_setup", PARAMS, WIDE, FACET),
+    source!(IntersectSetup, "intersect_setup", PARAMS, WIDE, FACET, BIN_FACET),
+    source!(ColumnsSetup, "columns_setup", PARAMS, WIDE, FACET, BIN_FACET),
+    source!(Columns, "columns", PARAMS, RAYS, SWEEP, CHUNKS),
+    one_rank(source!(ColumnsOneRank, "columns", PARAMS, RAYS, SWEEP, CHUNKS)),
+    source!(ColumnsDeep, "columns_deep", PARAMS, WIDE, RAYS, PLANE, EMIT_ROW, SORT, SWEEP, MAP_RAY, CHUNKS),
+    one_rank(source!(
+        ColumnsDeepOneRank,
+        "columns_deep",
+        PARAMS,
+        WIDE,
+        RAYS,
+        PLANE,
+        EMIT_ROW,
+        SORT,
+        SWEEP,
+        MAP_RAY,
+        CHUNKS
+    )),
     source!(IntersectCount, "intersect_count", PARAMS, RAYS),
-    source!(IntersectEmit, "intersect_emit", PARAMS, WIDE, RAYS),
-    source!(Map, "map", PARAMS, SORT),
-    Source { kernel: Kernel::MapOneRank, constants: &[("ONE_RANK", 1.0)], ..source!(Map, "map", PARAMS, SORT) },
+    source!(IntersectEmit, "intersect_emit", PARAMS, WIDE, RAYS, PLANE, EMIT_ROW),
+    source!(Map, "map", PARAMS, SORT, SWEEP, MAP_RAY),
+    one_rank(source!(MapOneRank, "map", PARAMS, SORT, SWEEP, MAP_RAY)),
     source!(Compact, "compact", PARAMS),
     source!(ScanReduce, "scan_reduce", SCAN),
     source!(ScanApply, "scan_apply", SCAN),
 ];
+
+/// The kernel for a single geometry.
+const fn one_rank(source: Source) -> Source {
+    Source { constants: &[("ONE_RANK", 1.0)], ..source }
+}
 
 /// Name and complete WGSL text of every kernel, as it is compiled; one of several pipelines of the same text.
 pub fn sources() -> Vec<(&'static str, String)> {
@@ -66,28 +103,42 @@ pub fn sources() -> Vec<(&'static str, String)> {
     distinct.map(|source| (source.name, source.parts.join("\n"))).collect()
 }
 
-/// All kernels, compiled for a device.
-pub(crate) struct Kernels(Vec<ComputePipeline>);
+/// Kernels that every mesh of one geometry needs.
+const COMMON: [Kernel; 7] = [
+    Kernel::LatticeRows,
+    Kernel::LatticeCount,
+    Kernel::LatticeFill,
+    Kernel::ColumnsSetup,
+    Kernel::ColumnsOneRank,
+    Kernel::ScanReduce,
+    Kernel::ScanApply,
+];
+
+/// All kernels, compiled for a device: the common ones when it is opened, the others when they are first used.
+pub(crate) struct Kernels {
+    device: Device,
+    compiled: Vec<OnceLock<ComputePipeline>>,
+}
 
 impl Kernels {
-    /// Compiles all kernels; natively on all cores.
+    /// Compiles the common kernels; natively on all cores.
     pub(crate) fn new(device: &Device) -> Kernels {
-        #[cfg(not(target_arch = "wasm32"))]
-        {
-            use rayon::prelude::*;
-            Kernels(SOURCES.par_iter().map(|source| compile(device, source)).collect())
-        }
-        #[cfg(target_arch = "wasm32")]
-        Kernels(SOURCES.iter().map(|source| compile(device, source)).collect())
+        let compiled = SOURCES.iter().map(|_| OnceLock::new()).collect();
+        let kernels = Kernels { device: device.clone(), compiled };
+        COMMON.into_par_iter().for_each(|kernel| {
+            kernels.get(kernel);
+        });
+        kernels
     }
 
     pub(crate) fn get(&self, kernel: Kernel) -> &ComputePipeline {
-        &self.0[kernel as usize]
+        self.compiled[kernel as usize].get_or_init(|| compile(&self.device, kernel))
     }
 }
 
-fn compile(device: &Device, source: &Source) -> ComputePipeline {
-    debug_assert!(std::ptr::eq(&SOURCES[source.kernel as usize], source), "SOURCES is in the order of Kernel");
+fn compile(device: &Device, kernel: Kernel) -> ComputePipeline {
+    let source = &SOURCES[kernel as usize];
+    debug_assert_eq!(source.kernel, kernel, "SOURCES is in the order of Kernel");
     let module = device.create_shader_module(ShaderModuleDescriptor {
         label: Some(source.name),
         source: ShaderSource::Wgsl(source.parts.join("\n").into()),

@@ -73,6 +73,11 @@ impl Params {
         }
     }
 
+    /// Rows of rays of the band's bins.
+    pub(crate) fn n_chunks(&self) -> u64 {
+        u64::from(self.end_row - self.first_row) * u64::from(self.n_across)
+    }
+
     /// Rays of the band.
     pub fn n_rays(&self) -> u32 {
         (self.end_row - self.first_row) * self.n_i

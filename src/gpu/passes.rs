@@ -3,7 +3,7 @@
 use web_time::Instant;
 use wgpu::{BindGroupDescriptor, BindGroupEntry, BindingResource, Buffer, BufferBinding, CommandEncoder};
 
-use super::buffers::{Buffers, SCAN_BLOCK};
+use super::buffers::{Buffers, CrossingBuffers, PairBuffers, SCAN_BLOCK};
 use super::device::Gpu;
 use super::kernels::Kernel;
 use super::layout::Params;
@@ -46,34 +46,80 @@ impl Passes<'_> {
         self.run(Kernel::LatticeFill, &fill, SHARING_THREADS);
     }
 
+    /// Casts the rays and maps their crossings, all but the deep rows: from `bin_offsets` and `pairs` to `chunks` and `runs`.
+    pub(crate) fn columns(&mut self) {
+        let b = self.buffers;
+        let setup = [(1, &b.facets.corners), (2, &b.bin_offsets), (3, &b.pairs), (4, &b.tiles)];
+        self.run(Kernel::ColumnsSetup, &setup, SHARING_THREADS);
+        self.encoder.clear_buffer(&b.totals, 0, None);
+        let kernel = if self.params.n_ranks == 1 { Kernel::ColumnsOneRank } else { Kernel::Columns };
+        let columns = [
+            (2, &b.bin_offsets),
+            (3, &b.tiles),
+            (5, &b.runs),
+            (6, &b.chunks),
+            (7, &b.totals),
+            (8, &b.facets.flag_of_rank),
+        ];
+        self.dispatch(kernel, &columns, self.groups_of_bins());
+    }
+
+    /// Casts the rays of the deep rows and maps their crossings: completes `chunks` and `runs`.
+    pub(crate) fn columns_deep(&mut self, pairs: &PairBuffers) {
+        self.setup(pairs);
+        let b = self.buffers;
+        let kernel = if self.params.n_ranks == 1 { Kernel::ColumnsDeepOneRank } else { Kernel::ColumnsDeep };
+        let columns = [
+            (2, &b.bin_offsets),
+            (3, &pairs.edges),
+            (4, &pairs.planes),
+            (5, &b.runs),
+            (6, &b.chunks),
+            (7, &b.totals),
+            (8, &b.facets.flag_of_rank),
+        ];
+        self.run(kernel, &columns, self.params.n_chunks());
+    }
+
+    /// Prepares the pairs: from `bin_offsets` and `pairs` to `edges` and `planes`.
+    fn setup(&mut self, pairs: &PairBuffers) {
+        let b = self.buffers;
+        let setup = [(1, &b.facets.corners), (2, &b.bin_offsets), (3, &b.pairs), (4, &pairs.edges), (5, &pairs.planes)];
+        self.run(Kernel::IntersectSetup, &setup, SHARING_THREADS);
+    }
+
     /// Casts the rays: from `bin_offsets` and `pairs` to `ray_offsets` and `events`.
-    pub(crate) fn intersect(&mut self) {
+    pub(crate) fn intersect(&mut self, c: &CrossingBuffers) {
+        self.setup(&c.pairs);
         let b = self.buffers;
         let n_rays = u64::from(self.params.n_rays());
-        self.encoder.clear_buffer(&b.ray_offsets, 0, Some(4 * (n_rays + 1)));
-        let setup = [(1, &b.facets.corners), (2, &b.bin_offsets), (3, &b.pairs), (4, &b.edges), (5, &b.planes)];
-        self.run(Kernel::IntersectSetup, &setup, SHARING_THREADS);
-        // a workgroup casts the rays of 8 bins of a row
-        let groups = [self.params.n_across.div_ceil(8), self.params.n_bins / self.params.n_across];
-        let count = [(2, &b.bin_offsets), (3, &b.edges), (4, &b.ray_offsets)];
+        self.encoder.clear_buffer(&c.ray_offsets, 0, Some(4 * (n_rays + 1)));
+        let groups = self.groups_of_bins();
+        let count = [(2, &b.bin_offsets), (3, &c.pairs.edges), (4, &c.ray_offsets)];
         self.dispatch(Kernel::IntersectCount, &count, groups);
-        self.scan(&b.ray_offsets, n_rays + 1, 0);
-        let emit = [(2, &b.bin_offsets), (3, &b.edges), (4, &b.planes), (5, &b.ray_offsets), (6, &b.events)];
+        self.scan(&c.ray_offsets, n_rays + 1, 0);
+        let emit =
+            [(2, &b.bin_offsets), (3, &c.pairs.edges), (4, &c.pairs.planes), (5, &c.events), (6, &c.ray_offsets)];
         self.dispatch(Kernel::IntersectEmit, &emit, groups);
     }
 
+    /// Workgroups of the kernels that cast rays: each those of 8 bins of a row.
+    fn groups_of_bins(&self) -> [u32; 2] {
+        [self.params.n_across.div_ceil(8), self.params.n_bins / self.params.n_across]
+    }
+
     /// Maps crossings to runs: from `ray_offsets` and `events` to `run_offsets` and `runs`.
-    pub(crate) fn map(&mut self) {
+    pub(crate) fn map(&mut self, c: &CrossingBuffers) {
         let b = self.buffers;
         let n_rays = u64::from(self.params.n_rays());
-        self.encoder.clear_buffer(&b.run_offsets, 0, Some(4 * (n_rays + 1)));
-        self.encoder.clear_buffer(&b.n_odd, 0, None);
+        self.encoder.clear_buffer(&c.run_offsets, 0, Some(4 * (n_rays + 1)));
+        self.encoder.clear_buffer(&c.n_odd, 0, None);
         let map =
-            [(1, &b.ray_offsets), (2, &b.events), (3, &b.run_offsets), (4, &b.facets.flag_of_rank), (5, &b.n_odd)];
+            [(1, &c.ray_offsets), (2, &c.events), (3, &c.run_offsets), (4, &c.n_odd), (8, &b.facets.flag_of_rank)];
         let kernel = if self.params.n_ranks == 1 { Kernel::MapOneRank } else { Kernel::Map };
         self.run(kernel, &map, n_rays);
-        self.scan(&b.run_offsets, n_rays + 1, 0);
-        let compact = [(1, &b.ray_offsets), (2, &b.run_offsets), (3, &b.events), (4, &b.runs)];
+        self.scan(&c.run_offsets, n_rays + 1, 0);
+        let compact = [(1, &c.ray_offsets), (2, &c.run_offsets), (3, &c.events), (4, &b.runs)];
         self.run(Kernel::Compact, &compact, n_rays);
     }
 

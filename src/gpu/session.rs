@@ -1,11 +1,13 @@
 //! One mesh on one device: its buffers, its commands, and the way home of its results.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use wgpu::{Buffer, BufferDescriptor, BufferUsages, CommandEncoder};
 
-use super::buffers::{Buffers, Capacity, Facets, check_facets};
+use super::buffers::{Buffers, Capacity, Facets, PairBuffers, check_facets};
 use super::device::Gpu;
+use super::gather::gather;
 use super::layout::{BIN, Params, corners, flag_words};
 use super::line::{Cast, Usage};
 use super::passes::Passes;
@@ -26,7 +28,7 @@ pub(crate) struct Launched {
     /// Its ray rows.
     pub(crate) rows: Range<u32>,
     params: Params,
-    totals: Pending<4>,
+    totals: Pending<2>,
 }
 
 /// Parts of buffers on their way home.
@@ -39,11 +41,13 @@ pub(crate) struct Pending<const N: usize> {
 
 /// What a band needs; more than its buffers hold if it has to run again.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Totals {
-    pub(crate) n_pairs: u64,
-    pub(crate) n_events: u64,
-    pub(crate) n_runs: u64,
-    pub(crate) n_odd: u64,
+struct Totals {
+    n_pairs: u64,
+    /// Places in `runs`.
+    n_slots: u64,
+    n_odd: u64,
+    /// Rows of rays for `columns_deep`.
+    n_deep: u64,
 }
 
 impl<'a> Session<'a> {
@@ -124,13 +128,9 @@ impl<'a> Session<'a> {
     pub(crate) fn launch(&mut self, rows: Range<u32>) -> Result<Launched> {
         let params = self.begin(&rows)?;
         self.usage.n_bands += 1;
-        let gpu = self.gpu;
-        let encoder = gpu.device.create_command_encoder(&Default::default());
-        let profile = self.usage.profile.as_mut();
-        let mut passes = Passes { gpu, buffers: &self.buffers, params: &params, encoder, profile };
+        let mut passes = self.passes(&params);
         passes.lattice();
-        passes.intersect();
-        passes.map();
+        passes.columns();
         let encoder = passes.encoder;
         let totals = self.submit_totals(encoder, &params);
         Ok(Launched { rows, params, totals })
@@ -138,40 +138,54 @@ impl<'a> Session<'a> {
 
     /// Waits for a band; None if it did not fit the buffers.
     pub(crate) async fn complete(&mut self, launched: Launched) -> Result<Option<Band>> {
-        let totals = self.finish_totals(launched.totals).await?;
-        if !self.buffers.capacity.holds(totals.n_pairs, totals.n_events) {
+        let Launched { params, totals, .. } = launched;
+        let mut totals = self.finish_totals(totals).await?;
+        if totals.n_deep > 0 && totals.n_pairs <= self.buffers.capacity.n_pairs {
+            let pairs = PairBuffers::new(&self.gpu.device, totals.n_pairs);
+            self.usage.peak_bytes = self.usage.peak_bytes.max(self.buffers.n_bytes + pairs.n_bytes());
+            let mut passes = self.passes(&params);
+            passes.columns_deep(&pairs);
+            let encoder = passes.encoder;
+            let pending = self.submit_totals(encoder, &params);
+            totals = self.finish_totals(pending).await?;
+        }
+        if !self.buffers.capacity.holds(totals.n_pairs, totals.n_slots) {
             return Ok(None);
         }
-        Ok(Some(self.finish_band(&launched.params, &totals).await?))
+        Ok(Some(self.finish_band(&params, &totals).await?))
+    }
+
+    /// Commands for a band with the given parameters.
+    pub(crate) fn passes<'b>(&'b mut self, params: &'b Params) -> Passes<'b> {
+        let encoder = self.gpu.device.create_command_encoder(&Default::default());
+        Passes { gpu: self.gpu, buffers: &self.buffers, params, encoder, profile: self.usage.profile.as_mut() }
     }
 
     /// Brings the runs of a band home.
-    pub(crate) async fn finish_band(&mut self, params: &Params, totals: &Totals) -> Result<Band> {
-        let n_rays = u64::from(params.n_rays());
+    async fn finish_band(&mut self, params: &Params, totals: &Totals) -> Result<Band> {
         let encoder = self.gpu.device.create_command_encoder(&Default::default());
-        // the scan put the end of ray r at r + 1
-        let (ends, runs) = (self.buffers.run_offsets.clone(), self.buffers.runs.clone());
-        let [ends, runs] = self.read(encoder, [(&ends, 4, 4 * n_rays), (&runs, 0, 4 * totals.n_runs)]).await?;
+        let (chunks, runs) = (self.buffers.chunks.clone(), self.buffers.runs.clone());
+        let pending = self.submit(encoder, [(&chunks, 0, 8 * params.n_chunks()), (&runs, 0, 4 * totals.n_slots)]);
+        let in_order = |[chunks, runs]: [&[u8]; 2]| gather(params, &words_of(chunks), &words_of(runs));
+        let (ends, runs) = self.finish_with(pending, in_order).await?;
         Ok(Band {
             first_ray: u64::from(params.first_row) * u64::from(params.n_i),
             ends,
             runs,
             odd_rays: totals.n_odd,
-            n_crossings: totals.n_events,
+            n_crossings: totals.n_slots - u64::from(BIN) * totals.n_deep,
         })
     }
 
-    pub(crate) fn submit_totals(&mut self, encoder: CommandEncoder, params: &Params) -> Pending<4> {
-        let (n_bins, n_rays) = (u64::from(params.n_bins), u64::from(params.n_rays()));
-        let b = &self.buffers;
-        let (bins, rays, runs, odd) =
-            (b.bin_offsets.clone(), b.ray_offsets.clone(), b.run_offsets.clone(), b.n_odd.clone());
-        self.submit(encoder, [(&bins, 4 * n_bins, 4), (&rays, 4 * n_rays, 4), (&runs, 4 * n_rays, 4), (&odd, 0, 4)])
+    fn submit_totals(&mut self, encoder: CommandEncoder, params: &Params) -> Pending<2> {
+        let (bins, totals) = (self.buffers.bin_offsets.clone(), self.buffers.totals.clone());
+        self.submit(encoder, [(&bins, 4 * u64::from(params.n_bins), 4), (&totals, 0, 12)])
     }
 
-    pub(crate) async fn finish_totals(&mut self, pending: Pending<4>) -> Result<Totals> {
-        let [n_pairs, n_events, n_runs, n_odd] = self.finish(pending).await?.map(|words| u64::from(words[0]));
-        Ok(Totals { n_pairs, n_events, n_runs, n_odd })
+    async fn finish_totals(&mut self, pending: Pending<2>) -> Result<Totals> {
+        let [bins, totals] = self.finish(pending).await?;
+        let [n_slots, n_odd, n_deep] = [0, 1, 2].map(|i| u64::from(totals[i]));
+        Ok(Totals { n_pairs: u64::from(bins[0]), n_slots, n_odd, n_deep })
     }
 
     /// Finishes the commands, then brings parts of buffers home: (buffer, first byte, bytes), as words.
@@ -202,8 +216,17 @@ impl<'a> Session<'a> {
         Pending { staging, submission, mapped, sizes: parts.map(|part| part.2) }
     }
 
-    /// Waits for a submission and copies its parts out.
+    /// Waits for a submission and copies its parts out, as words.
     async fn finish<const N: usize>(&mut self, pending: Pending<N>) -> Result<[Vec<u32>; N]> {
+        self.finish_with(pending, |parts| parts.map(bytemuck::pod_collect_to_vec)).await
+    }
+
+    /// Waits for a submission and hands out its parts where they lie.
+    async fn finish_with<const N: usize, T>(
+        &mut self,
+        pending: Pending<N>,
+        take: impl FnOnce([&[u8]; N]) -> T,
+    ) -> Result<T> {
         let Pending { staging, submission, mapped, sizes } = pending;
         // natively this blocks until this submission is done; in a browser it does nothing and the await waits
         let wait = wgpu::PollType::Wait { submission_index: Some(submission), timeout: None };
@@ -215,15 +238,15 @@ impl<'a> Session<'a> {
         let total: u64 = sizes.iter().sum();
         let view = staging.get_mapped_range(0..total.max(4)).map_err(|error| failed(&error))?;
         let mut rest = &view[..];
-        let words = sizes.map(|size| {
+        let taken = take(sizes.map(|size| {
             let (part, after) = rest.split_at(size as usize);
             rest = after;
-            bytemuck::pod_collect_to_vec(part)
-        });
+            part
+        }));
         drop(view);
         staging.unmap();
         self.staging = Some(staging);
-        Ok(words)
+        Ok(taken)
     }
 
     /// The staging buffer, reused: a new one costs the driver far more than the copy.
@@ -254,6 +277,11 @@ impl<'a> Session<'a> {
         }
         Ok(n_rows.div_ceil(2))
     }
+}
+
+/// The words of a mapped buffer, where they lie if they are aligned there.
+fn words_of<T: bytemuck::Pod>(bytes: &[u8]) -> Cow<'_, [T]> {
+    bytemuck::try_cast_slice(bytes).map_or_else(|_| bytemuck::pod_collect_to_vec(bytes).into(), Cow::Borrowed)
 }
 
 fn failed(error: &dyn std::fmt::Display) -> Error {

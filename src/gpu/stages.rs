@@ -1,11 +1,10 @@
 //! Single stages on the GPU, over the whole box in one band, each from the value before it, be it computed here or on the
 //! CPU. This is how a wrong kernel is found; a mesh runs [`Gpu::columns`], which keeps everything on the device.
 
-use super::buffers::Capacity;
+use super::buffers::{Capacity, CrossingBuffers};
 use super::device::Gpu;
-use super::layout::{BIN, Params};
+use super::layout::BIN;
 use super::line::Cast;
-use super::passes::Passes;
 use super::session::Session;
 use crate::columns::Band;
 use crate::crossings::Crossings;
@@ -50,18 +49,19 @@ impl Gpu {
         loop {
             let params = session.begin(&(0..cast.rays.counts[1]))?;
             session.upload_lattice(lattice);
+            let between = CrossingBuffers::new(&self.device, session.buffers.capacity);
             let mut passes = session.passes(&params);
-            passes.intersect();
+            passes.intersect(&between);
             let encoder = passes.encoder;
             let n_offsets = 4 * (u64::from(params.n_rays()) + 1);
-            let [offsets] = session.read(encoder, [(&session.buffers.ray_offsets.clone(), 0, n_offsets)]).await?;
+            let [offsets] = session.read(encoder, [(&between.ray_offsets, 0, n_offsets)]).await?;
             let n_events = u64::from(offsets[offsets.len() - 1]);
             if n_events > session.buffers.capacity.n_events {
                 session.allocate(Capacity { n_events, ..session.buffers.capacity })?;
                 continue;
             }
             let encoder = self.device.create_command_encoder(&Default::default());
-            let [events] = session.read(encoder, [(&session.buffers.events.clone(), 0, 4 * n_events)]).await?;
+            let [events] = session.read(encoder, [(&between.events, 0, 4 * n_events)]).await?;
             return Ok(Crossings { first_ray: 0, offsets, events });
         }
     }
@@ -75,25 +75,24 @@ impl Gpu {
         let n_events = crossings.events.len() as u64;
         session.allocate(Capacity { n_events: n_events.max(1), ..session.buffers.capacity })?;
         let params = session.begin(&(0..cast.rays.counts[1]))?;
-        let queue = &self.queue;
-        queue.write_buffer(&session.buffers.ray_offsets, 0, bytemuck::cast_slice(&crossings.offsets));
-        queue.write_buffer(&session.buffers.events, 0, bytemuck::cast_slice(&crossings.events));
+        let between = CrossingBuffers::new(&self.device, session.buffers.capacity);
+        self.queue.write_buffer(&between.ray_offsets, 0, bytemuck::cast_slice(&crossings.offsets));
+        self.queue.write_buffer(&between.events, 0, bytemuck::cast_slice(&crossings.events));
         let mut passes = session.passes(&params);
-        passes.map();
+        passes.map(&between);
         let encoder = passes.encoder;
-        let pending = session.submit_totals(encoder, &params);
-        let totals = session.finish_totals(pending).await?;
-        session.finish_band(&params, &crate::gpu::session::Totals { n_events, ..totals }).await
+        let n_rays = u64::from(params.n_rays());
+        // the scan put the end of ray r at r + 1
+        let counts = [(&between.run_offsets, 4, 4 * n_rays), (&between.n_odd, 0, 4)];
+        let [ends, n_odd] = session.read(encoder, counts).await?;
+        let n_runs = u64::from(ends.last().copied().unwrap_or(0));
+        let encoder = self.device.create_command_encoder(&Default::default());
+        let [runs] = session.read(encoder, [(&session.buffers.runs.clone(), 0, 4 * n_runs)]).await?;
+        Ok(Band { first_ray: 0, ends, runs, odd_rays: u64::from(n_odd[0]), n_crossings: n_events })
     }
 }
 
 impl Session<'_> {
-    /// Commands for a band with the given parameters.
-    fn passes<'b>(&'b self, params: &'b Params) -> Passes<'b> {
-        let encoder = self.gpu.device.create_command_encoder(&Default::default());
-        Passes { gpu: self.gpu, buffers: &self.buffers, params, encoder, profile: None }
-    }
-
     fn upload_lattice(&self, lattice: &Lattice) {
         let bins = lattice.offsets.windows(2).enumerate();
         let pairs: Vec<[u32; 2]> = bins

@@ -1,0 +1,13 @@
+// What the kernels that make columns tell the host.
+
+struct Totals {
+    n_slots: atomic<u32>,   // places of `runs` given away: the crossings, and 8 for each deep row
+    n_odd: atomic<u32>,     // rays on which a counter stays open
+    n_deep: atomic<u32>,    // rows of rays for columns_deep
+}
+
+// Marks a chunk of columns_deep: no eight counts of at most 8 look like this.
+const DEEP: u32 = 0xffffffffu;
+
+@group(0) @binding(6) var<storage, read_write> chunks: array<vec2<u32>>;
+@group(0) @binding(7) var<storage, read_write> totals: Totals;
