@@ -319,17 +319,16 @@ fn polygon_area(polygon: &[Point]) -> f64 {
 /// and this is the most they grow to.
 fn device_bytes(facets: u64, rays: &Rays) -> u64 {
     const FACET: u64 = 44;
-    const RAY: u64 = 8;
-    const BIN: u64 = 8;
-    const PAIR: u64 = 88;
-    const EVENT: u64 = 8;
+    const BIN: u64 = 72;
+    const PAIR: u64 = 40;
+    const EVENT: u64 = 4;
     let [n_i, n_j] = rays.counts.map(u64::from);
     let whole_bins = |rows: u64| (rows / 8 * 8).max(8).min(n_j);
     let first_rows = whole_bins(FIRST_BAND / n_i);
     let first_rays = first_rows * n_i;
     let bins = n_i.div_ceil(8) * first_rows.div_ceil(8);
     // room is made for 16 pairs a bin and 3 pairs a facet, and for 6 crossings a ray
-    let first = bins * BIN + first_rays * (RAY + 6 * EVENT) + (16 * bins + 3 * facets) * PAIR;
+    let first = bins * BIN + first_rays * 6 * EVENT + (16 * bins + 3 * facets) * PAIR;
     if first_rows == n_j {
         return facets * FACET + first;
     }

@@ -110,7 +110,9 @@ fn failed(error: impl std::fmt::Display) -> Error {
     Error::new("io", format!("writing Zarr: {error}"), "")
 }
 
-fn flag_array(mesh: &Mesh, options: &Options, layout: Layout, store: Arc<T>) -> Result<Array<T>> {
+type FlagArray = Array<dyn WritableStorageTraits>;
+
+fn flag_array(mesh: &Mesh, options: &Options, layout: Layout, store: WritableStorage) -> Result<FlagArray> {
     let [nx, ny, nz] = mesh.dims().map(u64::from);
     let mut sharding = ShardingCodecBuilder::new(chunk_shape(layout.chunk)?, &data_type::uint8());
     if let Compress::Zlib(level) = options.compress {
