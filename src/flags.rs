@@ -40,8 +40,7 @@ pub fn expand(columns: &Columns, cells: &CellBox, out: &mut [u8]) -> Result<()> 
         0 => {
             // some rows a task, so that their rays are found together
             let rows = ROWS_BYTES.div_ceil(nx).min(ny);
-            let planes = out.par_chunks_mut(nx * ny).zip(cells[2].clone().into_par_iter());
-            planes.try_for_each(|(plane, z)| {
+            out.par_chunks_mut(nx * ny).zip(cells[2].clone().into_par_iter()).try_for_each(|(plane, z)| {
                 plane.par_chunks_mut(nx * rows).enumerate().try_for_each(|(task, out)| {
                     fill_rows(columns, [cells[1].start + (task * rows) as u32, z], &cells[0], out)
                 })
