@@ -2,7 +2,7 @@
 //!
 //! A run is one u32, `first cell << 8 | flag`. The runs of a ray are sorted by cell; a run ends where the next begins, the
 //! last at the end of the ray; cells before the first run are background; neighbouring runs differ in flag.
-//! Bands come as the backends make them, with 4 bytes a ray; joined they take 1.07 (see [`part`]). Columns larger than
+//! Bands come as the backends make them, with 4 bytes a ray; joined they take 1.07 (see `part.rs`). Columns larger than
 //! the memory allowed go to a [`Store`] and are read back piece by piece.
 //! Cost in memory: 4 bytes a run and 1.07 bytes a ray.
 

@@ -117,7 +117,8 @@ pub async fn mesh(
 /// Meshes the job of a task: `sources[i]` is the file of `job.geometries[i]`.
 ///
 /// # Errors
-/// Those of [`prepare`], [`Estimate::check`], [`Frame::new`], [`Engine::columns`] and [`Growing::keeping`].
+/// Those of [`prepare`], [`Frame::new`], [`Engine::columns`], [`crate::estimate::Estimate::check`] and
+/// [`crate::columns::Growing::keeping`].
 pub async fn mesh_task(
     task: Task<'_>,
     sources: Vec<Source>,
