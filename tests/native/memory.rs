@@ -199,7 +199,7 @@ fn a_mesh_that_does_not_fit_is_refused_before_it_starts() {
     let error = run(&job, &mut cpu, Aside::Nowhere, &control).unwrap_err();
     assert_eq!((error.code(), n_rounds.load(Ordering::Relaxed)), ("memory", 0));
     let text = error.to_string();
-    assert!(text.contains("(columns 6.53 MB, facets") && text.contains("4.00 MB are allowed"), "{text}");
+    assert!(text.contains("(columns 6.51 MB, facets") && text.contains("4.00 MB are allowed"), "{text}");
     assert!(error.hint().contains("--spill"), "{}", error.hint());
 
     let job = Job { max_memory: Some(ByteSize(100_000_000)), cells: Some(700), dims: None, ..long_job() };
