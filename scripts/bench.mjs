@@ -102,7 +102,7 @@ function raceTable({ n, seconds, last }) {
 }
 
 function stageTable({ n, last }) {
-  const stages = ['read', 'lines', 'snap', 'columns', 'flags', 'flags_again', 'flags_in_vec'];
+  const stages = ['read', 'lines', 'snap', 'columns', 'flags', 'flags_again', 'flags_in_vec', 'bytes_once'];
   const row = (name, run) => [name, ...stages.map((stage) => ms(run[`${stage}_s`])), (run.crossings_per_s / 1e6).toFixed(1)];
   return table([`${n}^3, ms`, ...stages.map((stage) => stage.replaceAll('_', ' ')), '1e6 crossings/s'], [row('CPU', last.cpu), row('GPU', last.gpu)]);
 }

@@ -82,7 +82,8 @@ function wasmEnv() {
   };
 }
 
-function bindgenTool(name) {
+/** Path of a program of wasm-bindgen, of the crate's version once `ensureBindgen` has run. */
+export function bindgenTool(name) {
   return path.join(ROOT, '.tools/bin', name);
 }
 
@@ -127,4 +128,12 @@ export async function testWasm(chromedriver) {
     WASM_BINDGEN_TEST_TIMEOUT: '900',
   };
   return run(rust.cargo, ['test', '--test', 'web', ...rust.args, '--', '--nocapture'], { env });
+}
+
+/** Compiles the browser tests and returns the path of their wasm file. */
+export async function compileWasmTests() {
+  const rust = await wasmRust();
+  const output = await run(rust.cargo, ['test', '--test', 'web', ...rust.args, '--no-run', '--message-format', 'json'], { env: rust.env });
+  const artifacts = output.split('\n').filter((line) => line.startsWith('{')).map((line) => JSON.parse(line));
+  return artifacts.find(({ target, executable }) => target?.name === 'web' && executable).executable;
 }

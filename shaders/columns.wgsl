@@ -31,6 +31,7 @@ fn columns(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
 // The crossings of the 8 rays of a row.
 struct Lists {
     l0: List, l1: List, l2: List, l3: List, l4: List, l5: List, l6: List, l7: List,
+    n_crossings: u32,
     overflows: u32,     // whether a crossing found no place, or none is certain
 }
 
@@ -77,7 +78,7 @@ fn cross_row(pair: u32, row: u32, lists: ptr<function, Lists>) {
     let tile = 8u * pair;
     let steps = tiles[tile + 4u];
     let tag = tiles[tile + 7u];
-    let hits = tiles[tile + row / 4u] >> (8u * (row % 4u));
+    let hits = (tiles[tile + row / 4u] >> (8u * (row % 4u))) & 0xffu;
     let step_i = bitcast<u32>(bitcast<i32>(steps << 16u) >> 16u);
     let slope = Slope(hits, step_i, tiles[tile + 5u], tag >> 10u, 1u - ((tag >> 9u) & 1u), tag & 0x1ffu);
     let step_j = Height(bitcast<u32>(bitcast<i32>(steps) >> 16u), tiles[tile + 6u]);
@@ -92,6 +93,7 @@ fn cross_row(pair: u32, row: u32, lists: ptr<function, Lists>) {
     l.l5 = insert(l.l5, cross(5u, slope, &height, &overflows), &overflows);
     l.l6 = insert(l.l6, cross(6u, slope, &height, &overflows), &overflows);
     l.l7 = insert(l.l7, cross(7u, slope, &height, &overflows), &overflows);
+    l.n_crossings += countOneBits(hits);
     l.overflows = overflows;
     *lists = l;
 }
@@ -128,28 +130,19 @@ fn insert(list: List, event: u32, overflows: ptr<function, u32>) -> List {
 
 // Sweeps the crossings of each ray of a row into runs.
 fn sweep_row(rays: RayRow, lists: ptr<function, Lists>) {
-    var n_crossings = 0u;
-    var open = 0u;
-    for (var i = 0u; i < 8u; i++) {
-        n_crossings += length_of((*lists).l0);
-        open |= open_in((*lists).l0);
-        rotate(lists, (*lists).l0);
-    }
-    let can_sweep = ONE_RANK || (params.n_ranks <= 32u && params.rule == 0u && open == 0u);
-    if !can_sweep || (*lists).overflows != 0u {
+    if !can_sweep(*lists) || (*lists).overflows != 0u {
         chunks[rays.chunk] = vec2<u32>(0u, DEEP);
         atomicAdd(&totals.n_deep, 1u);
         return;
     }
-    let start = atomicAdd(&totals.n_slots, n_crossings);
+    let start = atomicAdd(&totals.n_slots, (*lists).n_crossings);
     var runs_of_rays = 0u;
     var n_runs = 0u;
     var n_odd = 0u;
     for (var i = 0u; i < 8u; i++) {
         var sweep = start_sweep(start + n_runs);
-        feed4(&sweep, (*lists).l0.low);
-        feed4(&sweep, (*lists).l0.high);
-        feed(&sweep, NO_EVENT);
+        feed4(&sweep, (*lists).l0.low, (*lists).l0.high.x);
+        feed4(&sweep, (*lists).l0.high, NO_EVENT);
         if sweep.flag != 0u {
             n_odd += 1u;
             sweep.runs -= sweep.last_change_is_run;
@@ -164,11 +157,18 @@ fn sweep_row(rays: RayRow, lists: ptr<function, Lists>) {
     }
 }
 
+// Whether a bit is enough to count each geometry, and all rays leave all that they enter.
+fn can_sweep(lists: Lists) -> bool {
+    if ONE_RANK {
+        return true;
+    }
+    let open = open_in(lists.l0) | open_in(lists.l1) | open_in(lists.l2) | open_in(lists.l3)
+        | open_in(lists.l4) | open_in(lists.l5) | open_in(lists.l6) | open_in(lists.l7);
+    return params.n_ranks <= 32u && params.rule == 0u && open == 0u;
+}
+
 // The geometries, a bit each, that a ray enters and does not leave under the rule parity.
 fn open_in(list: List) -> u32 {
-    if ONE_RANK {
-        return 0u;
-    }
     let bits = bits_of(list.low) ^ bits_of(list.high);
     return bits.x ^ bits.y ^ bits.z ^ bits.w;
 }
@@ -176,12 +176,6 @@ fn open_in(list: List) -> u32 {
 fn bits_of(events: vec4<u32>) -> vec4<u32> {
     let bits = vec4<u32>(1u) << ((events >> vec4<u32>(1u)) & vec4<u32>(31u));
     return select(bits, vec4<u32>(0u), events == vec4<u32>(NO_EVENT));
-}
-
-fn length_of(list: List) -> u32 {
-    let one = select(vec4<u32>(1u), vec4<u32>(0u), list.low == vec4<u32>(NO_EVENT))
-        + select(vec4<u32>(1u), vec4<u32>(0u), list.high == vec4<u32>(NO_EVENT));
-    return one.x + one.y + one.z + one.w;
 }
 
 fn write_run(slot: u32, run: u32) {

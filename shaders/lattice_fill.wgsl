@@ -11,10 +11,14 @@ fn lattice_fill(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let n_items = row_offsets[params.n_facets];
-    let n_threads = groups.x * groups.y * 64u;
-    for (var item = thread_index(group, groups, local); item < n_items; item += n_threads) {
-        var walk = start_walk(item);
+    let items = own_items(thread_index(group, groups, local), groups.x * groups.y * 64u);
+    if items.x == items.y {
+        return;
+    }
+    var facet = facet_of_item(items.x);
+    for (var item = items.x; item < items.y; item++) {
+        facet = facet_after(facet, item);
+        var walk = start_walk(facet, item);
         while walk.column < walk.end {
             if overlaps(walk) {
                 let bin = walk.row * params.n_across + u32(walk.column);

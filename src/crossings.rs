@@ -8,7 +8,7 @@
 //! above is `floor(Z / 2^F) + 1`, or `floor(Z / 2^F)` if the centre lies exactly on the facet and the tie rule puts it above.
 //! Rays of a row are walked without division: quotient and remainder of height / (D 2^F) advance by a constant step.
 //!
-//! Source: the paper, Eq. 16-19. Twins: `shaders/intersect_setup.wgsl`, `intersect_count.wgsl`, `intersect_emit.wgsl`.
+//! Source: the paper, Eq. 16-19. Twins: `shaders/intersect_setup.wgsl`, `intersect_count.wgsl`, `intersect_emit.wgsl`, and in one pass `columns.wgsl`.
 //! Cost: O(rows of facets + crossings) time; 4 bytes a crossing and 4 a ray.
 
 use std::ops::Range;

@@ -71,12 +71,18 @@ function workerPort(script) {
   const here = globalThis.location?.origin;
   const worker =
     script === null && new URL(import.meta.url).origin === here
-      ? new Worker(new URL('./worker.js', import.meta.url), { type: 'module', name: 'hexcast' })
-      : foreignWorker(script ?? new URL('./worker.js', import.meta.url), here);
+      ? // spelt out, as bundlers look for it
+        new Worker(new URL('./worker.js', import.meta.url), { type: 'module', name: 'hexcast' })
+      : foreignWorker(script ?? beside('worker.js'), here);
   const port = { send: (message) => worker.postMessage(message), close: () => worker.terminate() };
   worker.onmessage = ({ data }) => port.onanswer(data);
   worker.onerror = (event) => port.onfailure(event.message ?? 'its script could not be loaded');
   return port;
+}
+
+/** A file beside this one; in words that no bundler takes for an asset of its own. */
+function beside(file) {
+  return new URL(file, import.meta.url);
 }
 
 function foreignWorker(script, here) {

@@ -1,3 +1,5 @@
+/// <reference lib="esnext.disposable" />
+
 /**
  * hexcast: exact Cartesian meshing of closed surfaces, on the browser's GPU or its processor.
  *
@@ -193,7 +195,11 @@ export interface Estimate {
   origin: [number, number, number];
   spacing: [number, number, number];
   cells: number;
+  /** Axis of the rays; what `auto` comes to. */
+  ray_axis: 'x' | 'y' | 'z';
   rays: number;
+  /** Facets of all geometries. */
+  facets: number;
   /** Expected number of crossings of rays and facets. */
   crossings: number;
   /** Expected bytes of the columns in memory. */
@@ -204,8 +210,8 @@ export interface Estimate {
   host: Record<string, number>;
   /** Expected bytes of GPU buffers at most. */
   device_bytes: number;
-  /** Bytes of the files: exact for raw and npy, near for the others. */
-  file_bytes: Record<string, number>;
+  /** Bytes of the files: exact for raw and npy, near for the others; `_bits` a bit a cell, `_zlib` compressed. */
+  file_bytes: Record<'raw' | 'raw_bits' | 'npy' | 'npy_bits' | 'vti' | 'vti_zlib' | 'hxc' | 'hxc_zlib', number>;
   /** Expected seconds, from the speed of this mesher's last meshes; null before the first. */
   seconds: number | null;
 }
@@ -215,21 +221,27 @@ export interface FlagReport {
   name: string;
   cells: number;
   volume: number;
-  /** Sum of the signed volumes of its geometries' facets. */
-  mesh_volume: number;
+  /** Sum of the signed volumes of its geometries' facets; null for a mesh that {@link Mesher.open} read back. */
+  mesh_volume: number | null;
 }
 
-/** The report, as the native `--report` writes it; further keys are documented there. */
+/**
+ * The report, as the native `--report` writes it; further keys are documented there. A mesh that {@link Mesher.open} read
+ * back has no further keys, and null where only the meshing itself could tell.
+ */
 export interface Report {
   version: string;
-  backend: 'gpu' | 'cpu';
+  /** Who meshed; null for a mesh read back. */
+  backend: 'gpu' | 'cpu' | null;
+  /** Name of the GPU; null on the CPU. */
   adapter: string | null;
   driver: string | null;
   unit: string | null;
   dims: [number, number, number];
   origin: [number, number, number];
   spacing: [number, number, number];
-  rule: 'parity' | 'nonzero';
+  /** Null for a mesh read back. */
+  rule: 'parity' | 'nonzero' | null;
   ray_axis: 'x' | 'y' | 'z';
   rays: number;
   crossings: number;
@@ -239,7 +251,9 @@ export interface Report {
   flags: FlagReport[];
   flags_sha256: string | null;
   warnings: string[];
-  cells_per_second: number;
+  /** Cells per second of `seconds.total`; null for a mesh read back. */
+  cells_per_second: number | null;
+  /** Seconds of each stage, null for one that was not asked for; empty for a mesh read back. */
   seconds: Record<string, number | null>;
   [key: string]: unknown;
 }

@@ -60,7 +60,7 @@ pub(crate) fn compare(gpu: &Gpu, cast: &Cast, runs: u32) -> Result<Comparison, B
     })
 }
 
-/// Seconds of our intersection within a mesh in four bands.
+/// Seconds of our intersection within a mesh in four bands; it maps the crossings to runs at the same time.
 fn ours(gpu: &Gpu, cast: &Cast) -> Result<f64, Box<dyn Error>> {
     let rows = cast.rays.counts[1].div_ceil(4).next_multiple_of(8);
     let options = Options { rows_per_band: Some(rows), profile: true };
@@ -70,8 +70,14 @@ fn ours(gpu: &Gpu, cast: &Cast) -> Result<f64, Box<dyn Error>> {
         return Err("a band ran twice: its time would count twice".into());
     }
     let profile = usage.profile.unwrap_or_default();
-    let kernels =
-        [Kernel::IntersectSetup, Kernel::IntersectCount, Kernel::IntersectEmit, Kernel::ScanReduce, Kernel::ScanApply];
+    let kernels = [
+        Kernel::ColumnsSetup,
+        Kernel::Columns,
+        Kernel::ColumnsOneRank,
+        Kernel::IntersectSetup,
+        Kernel::ColumnsDeep,
+        Kernel::ColumnsDeepOneRank,
+    ];
     Ok(kernels.iter().filter_map(|kernel| profile.get(kernel)).sum())
 }
 

@@ -30,9 +30,29 @@ fn facet_of_item(item: u32) -> u32 {
     return low;
 }
 
-fn start_walk(item: u32) -> Walk {
+// The same for an item after one of a facet: in most cases of the same or the next.
+fn facet_after(facet: u32, item: u32) -> u32 {
+    if item < row_offsets[facet + 1u] {
+        return facet;
+    }
+    let next = min(facet + 1u, params.n_facets - 1u);
+    if item < row_offsets[next + 1u] {
+        return next;
+    }
+    return facet_of_item(item);
+}
+
+// The items of a thread: neighbours, equally many for every thread.
+fn own_items(thread: u32, n_threads: u32) -> vec2<u32> {
+    let n_items = row_offsets[params.n_facets];
+    let n_own = n_items / n_threads + u32(n_items % n_threads != 0u);
+    let first = min(thread * n_own, n_items);
+    return vec2<u32>(first, min(first + n_own, n_items));
+}
+
+fn start_walk(facet: u32, item: u32) -> Walk {
     var w: Walk;
-    w.facet = facet_of_item(item);
+    w.facet = facet;
     let f = load_facet(w.facet);
     w.row = u32(bin_rows(f).x) + item - row_offsets[w.facet];
     w.column = f.first.x / i32(BIN);

@@ -22,11 +22,14 @@ fn map_one(start: u32, n: u32) -> u32 {
         feed_sorted(&sweep, n);
     } else {
         sort(start, n);
-        for (var i = start; i < start + n; i++) {
-            feed(&sweep, events[i]);
+        // runs are written behind the crossings that are read
+        var event = events[start];
+        for (var i = 1u; i <= n; i++) {
+            let next = event_or_none(start, i, n);
+            feed(&sweep, event, next);
+            event = next;
         }
     }
-    feed(&sweep, NO_EVENT);
     if sweep.flag != 0u {
         return (sweep.runs - sweep.last_change_is_run) | ODD;
     }
@@ -43,7 +46,7 @@ fn feed_sorted(sweep: ptr<function, Sweep>, n: u32) {
     var a = vec4<u32>(events[start], event_or_none(start, 1u, n), event_or_none(start, 2u, n), event_or_none(start, 3u, n));
     if n <= 4u {
         a = sort4(a);
-        feed4(sweep, a);
+        feed4(sweep, a, NO_EVENT);
         return;
     }
     var b = vec4<u32>(
@@ -59,8 +62,8 @@ fn feed_sorted(sweep: ptr<function, Sweep>, n: u32) {
     let y = vec3<u32>(middle.x, middle.z, high.z);
     let even = min(x, y);
     let odd = max(x, y);
-    feed4(sweep, vec4<u32>(low.x, even.x, odd.x, even.y));
-    feed4(sweep, vec4<u32>(odd.y, even.z, odd.z, high.w));
+    feed4(sweep, vec4<u32>(low.x, even.x, odd.x, even.y), odd.y);
+    feed4(sweep, vec4<u32>(odd.y, even.z, odd.z, high.w), NO_EVENT);
 }
 
 fn event_or_none(start: u32, index: u32, n: u32) -> u32 {

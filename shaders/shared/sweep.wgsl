@@ -6,21 +6,20 @@
 // Whether there is only one geometry. A constant of the pipeline: the long way is then not even compiled.
 override ONE_RANK: bool = false;
 
-// Sorts above all events: feeding it only ends the cell before.
+// Stands for no crossing; sorts above all.
 const NO_EVENT: u32 = 0xffffffffu;
 
 struct Sweep {
     start: u32,                 // where its runs go
     runs: u32,                  // written so far
-    cell: u32,                  // cell of the crossings counted last
     inside: u32,                // the counter of the only geometry, or a bit for each
-    flag: u32,                  // before that cell
+    flag: u32,                  // after the cells so far
     last_change_is_run: u32,    // 0 if the last change lies past the end of the ray
     only_flag: u32,
 }
 
 fn start_sweep(start: u32) -> Sweep {
-    return Sweep(start, 0u, 0u, 0u, 0u, 0u, flag_of(0u));
+    return Sweep(start, 0u, 0u, 0u, 0u, flag_of(0u));
 }
 
 fn flag_of(rank: u32) -> u32 {
@@ -35,31 +34,30 @@ fn count(counter: u32, event: u32) -> u32 {
     return counter + 1u - 2u * (event & 1u);
 }
 
-fn feed(sweep: ptr<function, Sweep>, event: u32) {
+// Counts a crossing. The crossings of a cell count together: the flag may change when the next is in another cell, or none.
+fn feed(sweep: ptr<function, Sweep>, event: u32, next: u32) {
+    (*sweep).inside = select((*sweep).inside ^ (1u << ((event >> 1u) & 31u)), count((*sweep).inside, event), ONE_RANK);
     let cell = event >> 9u;
-    if cell != (*sweep).cell {
+    if cell != next >> 9u {
         let flag = winner(*sweep);
         if flag != (*sweep).flag {
-            let is_run = (*sweep).cell < params.depth;
+            let is_run = cell < params.depth;
             if is_run {
-                write_run((*sweep).start + (*sweep).runs, ((*sweep).cell << 8u) | flag);
+                write_run((*sweep).start + (*sweep).runs, (cell << 8u) | flag);
             }
             (*sweep).runs += u32(is_run);
             (*sweep).last_change_is_run = u32(is_run);
             (*sweep).flag = flag;
         }
-        (*sweep).cell = cell;
-    }
-    if event != NO_EVENT {
-        (*sweep).inside = select((*sweep).inside ^ (1u << ((event >> 1u) & 31u)), count((*sweep).inside, event), ONE_RANK);
     }
 }
 
-fn feed4(sweep: ptr<function, Sweep>, sorted: vec4<u32>) {
-    feed(sweep, sorted.x);
-    feed(sweep, sorted.y);
-    feed(sweep, sorted.z);
-    feed(sweep, sorted.w);
+// Counts crossings; places after the last hold NO_EVENT, which changes nothing but the counter.
+fn feed4(sweep: ptr<function, Sweep>, sorted: vec4<u32>, next: u32) {
+    feed(sweep, sorted.x, sorted.y);
+    feed(sweep, sorted.y, sorted.z);
+    feed(sweep, sorted.z, sorted.w);
+    feed(sweep, sorted.w, next);
 }
 
 // The flag of the geometry of highest rank that the counters are inside of.

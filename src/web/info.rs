@@ -34,7 +34,7 @@ pub(super) fn surface_info(source: &Source) -> String {
     .to_string()
 }
 
-/// The report of a mesh that was read back: what the column file tells.
+/// The report of a mesh that was read back: what the column file tells, null for what only a meshing knows.
 pub(super) fn report_of_columns(mesh: &Mesh) -> String {
     let cells = mesh.columns.cells_per_flag();
     let flags: Vec<_> = (1..=255u8)
@@ -54,6 +54,7 @@ pub(super) fn report_of_columns(mesh: &Mesh) -> String {
         "dims": mesh.lines.dims,
         "origin": mesh.lines.origin,
         "spacing": mesh.lines.spacing,
+        "rule": null,
         "ray_axis": (["x", "y", "z"][mesh.columns.rays.axis]),
         "rays": mesh.columns.rays.n_rays(),
         "crossings": mesh.columns.n_crossings(),
@@ -63,6 +64,8 @@ pub(super) fn report_of_columns(mesh: &Mesh) -> String {
         "flags": flags,
         "flags_sha256": null,
         "warnings": [],
+        "cells_per_second": null,
+        "seconds": {},
     })
     .to_string()
 }

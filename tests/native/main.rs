@@ -10,6 +10,10 @@ mod cli;
 mod compare;
 mod famous_cases;
 mod formats;
+mod golden;
+mod golden_cpu;
+#[cfg(feature = "gpu")]
+mod kernel_checks;
 #[cfg(feature = "gpu")]
 mod kernels;
 mod layering;

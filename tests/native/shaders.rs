@@ -74,5 +74,5 @@ fn params_are_laid_out_like_their_twin() {
             checked += 1;
         }
     }
-    assert_eq!(checked, 10, "kernels that take the parameters of a band");
+    assert_eq!(checked, 11, "kernels that take the parameters of a band");
 }

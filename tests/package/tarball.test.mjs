@@ -2,13 +2,13 @@
 
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { mkdtempSync, readFileSync, rmSync, symlinkSync, writeFileSync } from 'node:fs';
-import { tmpdir } from 'node:os';
+import { readFileSync, symlinkSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
 
 import { swiftshaderEnv } from '../../scripts/machine.mjs';
 import { ROOT } from '../../scripts/run.mjs';
+import { SPOT, installedProject, nativeReport } from './project.mjs';
 
 const { version } = JSON.parse(readFileSync(path.join(ROOT, 'package.json'), 'utf8'));
 const SHOW_VERSION = `
@@ -17,21 +17,12 @@ const SHOW_VERSION = `
 `;
 
 let project;
-let packed;
-before(() => {
-  project = mkdtempSync(path.join(tmpdir(), 'hexcast-package-'));
-  [packed] = JSON.parse(npm(ROOT, 'pack', '--json', '--pack-destination', project));
-  writeFileSync(path.join(project, 'package.json'), '{"private": true, "type": "module"}');
-  npm(project, 'install', '--offline', '--no-audit', '--no-fund', path.join(project, packed.filename));
-});
-after(() => rmSync(project, { recursive: true, force: true }));
-
-function npm(cwd, ...args) {
-  return execFileSync('npm', args, { cwd, encoding: 'utf8', stdio: ['ignore', 'pipe', 'pipe'] });
-}
+let files;
+let remove;
+before(() => ({ folder: project, files, remove } = installedProject()));
+after(() => remove());
 
 test('the tarball holds the wasm, the glue and the shaders, and no sources', () => {
-  const files = packed.files.map((file) => file.path);
   for (const file of ['dist/hexcast.js', 'dist/hexcast_bg.wasm', 'dist/hexcast.d.ts', 'shaders/map.wgsl', 'package.json']) {
     assert.ok(files.includes(file), `${file} of ${files.join(' ')}`);
   }
@@ -71,16 +62,14 @@ const MESH = `
 `;
 
 test('Node meshes on the CPU, byte for byte like the native command', () => {
-  const stl = path.join(ROOT, 'tests/fixtures/spot.stl');
   writeFileSync(path.join(project, 'mesh.js'), MESH);
-  const made = JSON.parse(execFileSync(process.execPath, ['mesh.js', stl, 'cpu'], { cwd: project, encoding: 'utf8', maxBuffer: 1 << 26 }));
+  const made = JSON.parse(execFileSync(process.execPath, ['mesh.js', SPOT, 'cpu'], { cwd: project, encoding: 'utf8', maxBuffer: 1 << 26 }));
   assert.equal(made.backend, 'cpu');
-  assert.equal(made.intact, readFileSync(stl).length);
+  assert.equal(made.intact, readFileSync(SPOT).length);
   assert.deepEqual(made.error, { code: 'job-conflict', isOurs: true });
   assert.equal(made.reason, 'enough');
   const outputs = ['raw', 'npy', 'vti', 'hxc'].flatMap((format) => ['-o', path.join(project, `native.${format}`)]);
-  const arguments_ = ['run', '-q', '--', 'mesh', `${stl}:name=cow,flag=7`, '--cells', '40', '--unit', 'mm', '--backend', 'cpu', '--compress=none', '--json'];
-  const native = JSON.parse(execFileSync('cargo', [...arguments_, ...outputs], { cwd: ROOT, encoding: 'utf8' }));
+  const native = nativeReport(outputs);
   assert.deepEqual([made.dims, made.flags, made.sha256], [native.dims, native.flags, native.flags_sha256]);
   for (const [format, base64] of Object.entries(made.files)) {
     const expected = readFileSync(path.join(project, `native.${format}`));
@@ -90,9 +79,8 @@ test('Node meshes on the CPU, byte for byte like the native command', () => {
 });
 
 test('Node with the package webgpu meshes on the GPU, the same bytes', () => {
-  const stl = path.join(ROOT, 'tests/fixtures/spot.stl');
   const mesh = (backend, env) =>
-    JSON.parse(execFileSync(process.execPath, ['mesh.js', stl, backend], { cwd: project, encoding: 'utf8', maxBuffer: 1 << 26, env }));
+    JSON.parse(execFileSync(process.execPath, ['mesh.js', SPOT, backend], { cwd: project, encoding: 'utf8', maxBuffer: 1 << 26, env }));
   writeFileSync(path.join(project, 'mesh.js'), MESH);
   const cpu = mesh('auto', process.env);
   assert.equal(cpu.backend, 'cpu', 'without the package there is no GPU in Node');
