@@ -7,9 +7,10 @@
 //!
 //! A shard is a slab: some planes, or some rows of a few planes where these are large, over all cells along x. Its chunks
 //! hold 256 KiB each: 64 x 64 x 64 cells, flatter where a slab of such chunks would be larger than allowed. Chunks are
-//! compressed one by one, on all cores; those without any flag are left out.
+//! compressed one by one, the shards of a batch side by side; chunks without any flag are left out. The bytes do not depend
+//! on the number of threads.
 //!
-//! Cost: two shards of memory and what they compress to. Source: the Zarr v3 specification and its sharding codec, ZEP 2.
+//! Cost: two shards of memory for each of up to four side by side, and what they compress to. Source: the Zarr v3 specification and its sharding codec, ZEP 2.
 
 mod gzip;
 #[cfg(test)]
@@ -20,19 +21,22 @@ use std::sync::Arc;
 
 use serde_json::{Map, Value, json};
 use zarrs::array::codec::ShardingCodecBuilder;
-use zarrs::array::{Array, ArrayBuilder, ArrayMetadataOptions, ChunkShape, data_type};
+use zarrs::array::{Array, ArrayBuilder, ArrayMetadataOptions, ChunkShape, CodecOptions, data_type};
 use zarrs::group::GroupBuilder;
 use zarrs::storage::{WritableStorage, WritableStorageTraits};
 
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::flags::{CellBox, flags_of_box};
+use crate::flags::{CellBox, flags_of_box, n_cells};
 use crate::mesh::Mesh;
+use crate::parallel::*;
 
 use super::sidecar::{flag_entries, lines};
 use super::{Compress, Options};
 pub use gzip::Gzip;
 
+/// Most shards made side by side.
+const MAX_SHARDS: usize = 4;
 /// Cells of a chunk, unless the mesh is smaller.
 const CHUNK_CELLS: u32 = 1 << 18;
 
@@ -64,10 +68,10 @@ impl Layout {
     }
 }
 
-/// Writes a mesh to a store; `advance` is told the number of cells of every shard that was written.
+/// Writes a mesh to a store; `advance` is told the number of cells of every batch of shards that was written.
 ///
 /// # Errors
-/// `job-conflict` for bits, which Zarr does not have; `io` where the store fails; `cancelled`, looked at before every shard.
+/// `job-conflict` for bits, which Zarr does not have; `io` where the store fails; `cancelled`, looked at before every batch of shards.
 pub fn write(
     mesh: &Mesh,
     options: &Options,
@@ -82,19 +86,28 @@ pub fn write(
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         write_centres(mesh, axis, name, store.clone())?;
     }
-    let layout = Layout::new(mesh.dims(), options.slab_bytes);
+    let layout = Layout::new(mesh.dims(), options.slab_bytes / MAX_SHARDS);
     let array = flag_array(mesh, options, layout, store)?;
     store_metadata(&array)?;
     let [nx, ny, nz] = mesh.dims();
     let [sz, sy, _] = layout.shard;
-    for (k, z) in (0..nz).step_by(sz as usize).enumerate() {
-        for (j, y) in (0..ny).step_by(sy as usize).enumerate() {
-            control.check()?;
+    let starts = |n: u32, step: u32| (0..n).step_by(step as usize).enumerate();
+    let shards: Vec<([u64; 3], CellBox)> = starts(nz, sz)
+        .flat_map(|(k, z)| starts(ny, sy).map(move |(j, y)| (k, z, j, y)))
+        .map(|(k, z, j, y)| {
             let cells = [0..nx, y..y.saturating_add(sy).min(ny), z..z.saturating_add(sz).min(nz)];
-            let shard = padded(flags_of_box(&mesh.columns, &cells)?, &cells, layout.shard);
-            array.store_chunk(&[k as u64, j as u64, 0], shard).map_err(failed)?;
-            advance(cells.iter().map(|range| range.len() as u64).product());
-        }
+            ([k as u64, j as u64, 0], cells)
+        })
+        .collect();
+    // chunks of one shard made side by side would stand in it in the order in which they are done: a shard a core instead
+    let serial = CodecOptions::default().with_concurrent_target(1);
+    for batch in shards.chunks(current_num_threads().min(MAX_SHARDS)) {
+        control.check()?;
+        batch.par_iter().try_for_each(|(index, cells)| {
+            let shard = padded(flags_of_box(&mesh.columns, cells)?, cells, layout.shard);
+            array.store_chunk_opt(index, shard, &serial).map_err(failed)
+        })?;
+        advance(batch.iter().map(|(_, cells)| n_cells(cells) as u64).sum());
     }
     Ok(())
 }
