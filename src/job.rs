@@ -22,10 +22,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 
+mod byte_size;
 mod geometry_job;
 mod numbers;
 mod validate;
 
+pub use byte_size::ByteSize;
 pub use geometry_job::GeometryJob;
 
 /// Cells along the longest axis where the job does not say.
@@ -138,6 +140,9 @@ pub struct Job {
     pub backend: BackendChoice,
     /// Along which axis the rays run.
     pub axis: AxisChoice,
+    /// Most bytes of memory to take, as a number or as text such as "2GB"; what does not fit is refused before it starts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_memory: Option<ByteSize>,
     /// Unit of the files' lengths, such as "mm"; repeated in every output.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,

@@ -124,8 +124,12 @@ pub struct Seconds {
 pub struct PeakBytes {
     /// By the whole process, where the system tells.
     pub host: Option<u64>,
+    /// In facets, lattice and columns while meshing, as the library counts them.
+    pub meshing: u64,
     /// In buffers on the device.
     pub device: u64,
+    /// Outside memory: columns that were put aside.
+    pub aside: u64,
 }
 
 /// Everything about a mesh but its cells.
@@ -161,6 +165,8 @@ pub struct Report {
     pub ray_axis: &'static str,
     /// Number of rays.
     pub rays: u64,
+    /// Rays whose columns an interrupted run had left; they were not cast again.
+    pub rays_kept: u64,
     /// Number of crossings of rays and facets.
     pub crossings: u64,
     /// Number of runs.

@@ -102,6 +102,7 @@ impl SkinPart {
 ///
 /// # Errors
 /// - `job-value` where the box reaches past the mesh or ends before it starts;
+/// - `io` where the columns are in a store that fails;
 /// - `cancelled`, looked at every few rows of rays.
 pub fn skin(mesh: &Mesh, max_quads: usize, cells: Option<CellBox>, control: &Control) -> Result<Skin> {
     let dims = mesh.dims();
@@ -115,7 +116,7 @@ pub fn skin(mesh: &Mesh, max_quads: usize, cells: Option<CellBox>, control: &Con
     if cells.iter().any(|range| range.is_empty()) {
         return Ok(Skin { step: 1, n_faces: 0, parts: Vec::new() });
     }
-    let mut level = Level::fine(&mesh.columns, &cells);
+    let mut level = Level::fine(&mesh.columns, &cells)?;
     let mut order = None;
     loop {
         let max_quads = if level.is_single() { MAX_QUADS } else { max_quads.min(MAX_QUADS) };

@@ -9,6 +9,8 @@ pub mod npy;
 pub mod raw;
 pub mod sidecar;
 pub mod vti;
+#[cfg(all(feature = "zarr", not(target_arch = "wasm32")))]
+pub mod zarr;
 pub(crate) mod zlib;
 
 use std::io;

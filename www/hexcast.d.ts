@@ -141,6 +141,8 @@ export interface Job {
   rule?: 'parity' | 'nonzero';
   /** Axis of the rays; the result does not depend on it. Default `auto`: the longest. */
   axis?: 'auto' | 'x' | 'y' | 'z';
+  /** Most memory to take, in bytes or as text such as `2GB`; by default 3 GiB. A mesh that needs more fails with `memory`. */
+  max_memory?: number | string;
   /** Unit of the files' lengths, such as `mm`; repeated in every output. */
   unit?: string;
 }
@@ -222,6 +224,8 @@ export interface Estimate {
   column_bytes: number;
   /** Expected bytes of memory that meshing and writing takes. */
   host_bytes: number;
+  /** What they are made of. */
+  host: Record<string, number>;
   /** Expected bytes of GPU buffers at most. */
   device_bytes: number;
   /** Bytes of the files: exact for raw and npy, near for the others; `_bits` a bit a cell, `_zlib` compressed. */

@@ -91,7 +91,7 @@ pub(crate) fn run(file: &Path, cells: u32, engine: &mut Engine) -> Result<Run, B
     let seconds_of_columns = lap(&mut clock);
     let mut pages = flags(&columns)?;
     let seconds_of_flags = lap(&mut clock);
-    expand(&columns, &columns.dims().map(|n| 0..n), &mut pages);
+    expand(&columns, &columns.dims().map(|n| 0..n), &mut pages).expect("columns in memory");
     let flags_again = lap(&mut clock);
     drop(pages);
     let flags_in_vec = seconds_in_vec(&columns);
@@ -115,7 +115,7 @@ pub(crate) fn run(file: &Path, cells: u32, engine: &mut Engine) -> Result<Run, B
 /// Flags of all cells in large pages, x fastest.
 pub(crate) fn flags(columns: &Columns) -> Result<MmapMut, Box<dyn Error>> {
     let mut flags = new_pages(columns)?;
-    expand(columns, &columns.dims().map(|n| 0..n), &mut flags);
+    expand(columns, &columns.dims().map(|n| 0..n), &mut flags)?;
     Ok(flags)
 }
 
@@ -130,7 +130,7 @@ fn new_pages(columns: &Columns) -> Result<MmapMut, Box<dyn Error>> {
 
 fn seconds_in_vec(columns: &Columns) -> f64 {
     let start = Instant::now();
-    let flags = hexcast::flags::flags_of_box(columns, &columns.dims().map(|n| 0..n));
+    let flags = hexcast::flags::flags_of_box(columns, &columns.dims().map(|n| 0..n)).expect("columns in memory");
     let seconds = start.elapsed().as_secs_f64();
     // the optimiser must not see that nobody reads them
     std::hint::black_box(&flags);

@@ -2,10 +2,14 @@
 
 use web_time::Instant;
 
-use crate::columns::Columns;
+#[cfg(feature = "gpu")]
+use crate::columns::Band;
+use crate::columns::{Columns, Growing};
 use crate::control::Control;
 use crate::cpu;
 use crate::error::Result;
+#[cfg(feature = "gpu")]
+use crate::estimate::UPLOAD_FACET_BYTES;
 use crate::frame::Frame;
 use crate::job::{BackendChoice, Rule};
 use crate::rays::Rays;
@@ -13,6 +17,22 @@ use crate::rays::Rays;
 /// Times that a lost device is opened again.
 #[cfg(feature = "gpu")]
 const MAX_REOPENINGS: u32 = 3;
+
+/// What is meshed, and in which laps.
+#[derive(Clone, Copy)]
+pub(super) struct Casting<'a> {
+    pub(super) frame: &'a Frame,
+    pub(super) rays: &'a Rays,
+    pub(super) rule: Rule,
+    /// Ray rows that the GPU may bring home before they are packed.
+    pub(super) lap_rows: u32,
+}
+
+/// Most bytes that meshing took, besides facets and columns.
+pub(super) struct Used {
+    pub(super) device_bytes: u64,
+    pub(super) host_bytes: u64,
+}
 
 /// Who meshes, ready to work.
 pub struct Engine {
@@ -108,25 +128,67 @@ impl Engine {
         rule: Rule,
         control: &Control,
     ) -> Result<(Columns, u64)> {
+        let mut growing = Growing::new(*rays, u64::MAX, None);
+        let lap_rows = rays.counts[1];
+        let used = self.grow(&Casting { frame, rays, rule, lap_rows }, &mut growing, control).await?;
+        Ok((growing.finish(), used.device_bytes))
+    }
+
+    /// Meshes the rays after those that have grown already, and lets the columns grow by them.
+    ///
+    /// # Errors
+    /// Those of [`Engine::columns`] and [`Growing::push`]; what was finished before has grown all the same.
+    pub(super) async fn grow(
+        &mut self,
+        casting: &Casting<'_>,
+        growing: &mut Growing,
+        control: &Control,
+    ) -> Result<Used> {
+        let control = &control.of_whole(casting.rays.n_rays());
         #[cfg(feature = "gpu")]
         if self.gpu.is_some() {
-            return self.gpu_columns(&crate::gpu::Cast { frame, rays, rule }, control).await;
+            return self.grow_on_gpu(casting, growing, control).await;
         }
-        let mut strips = cpu::Strips::new(frame, rays, rule, None);
-        while strips.round(control)? {
+        let Casting { frame, rays, rule, .. } = *casting;
+        let mut strips = cpu::Strips::new(frame, rays, rule, None).from_ray(growing.n_rays());
+        while let Some(bands) = strips.round(control)? {
+            growing.push(bands)?;
             control.pause().await;
         }
-        Ok((strips.finish(), 0))
+        Ok(Used { device_bytes: 0, host_bytes: strips.n_bytes() })
+    }
+
+    /// Meshes lap after lap of ray rows: what a lap brings is packed, and put aside where it must be, before the next.
+    #[cfg(feature = "gpu")]
+    async fn grow_on_gpu(&mut self, casting: &Casting<'_>, growing: &mut Growing, control: &Control) -> Result<Used> {
+        let [n_i, n_j] = casting.rays.counts;
+        let mut device_bytes = 0;
+        while growing.n_rays() < casting.rays.n_rays() {
+            let first_row = (growing.n_rays() / u64::from(n_i)) as u32;
+            let end = first_row.saturating_add(casting.lap_rows.max(1)).min(n_j);
+            let rays = Rays { counts: [n_i, end], ..*casting.rays };
+            let cast = crate::gpu::Cast { frame: casting.frame, rays: &rays, rule: casting.rule };
+            let mut bands = Vec::new();
+            if first_row > 0 {
+                // stands for the rays that are there: only its length is looked at, so its pages are never touched
+                bands.push(Band { ends: vec![0; growing.n_rays() as usize], ..Band::default() });
+            }
+            let n_before = bands.len();
+            let lap = self.gpu_lap(&cast, &mut bands, control).await;
+            growing.push(bands.split_off(n_before))?;
+            device_bytes = device_bytes.max(lap?);
+        }
+        let host_bytes = UPLOAD_FACET_BYTES * casting.frame.facets.len() as u64;
+        Ok(Used { device_bytes, host_bytes })
     }
 
     #[cfg(feature = "gpu")]
-    async fn gpu_columns(&mut self, cast: &crate::gpu::Cast<'_>, control: &Control) -> Result<(Columns, u64)> {
-        let mut bands = Vec::new();
+    async fn gpu_lap(&mut self, cast: &crate::gpu::Cast<'_>, bands: &mut Vec<Band>, control: &Control) -> Result<u64> {
         let mut options = crate::gpu::Options::default();
         let mut reopenings = 0;
         while let Some(gpu) = &self.gpu {
-            match gpu.continue_columns(cast, &options, control, &mut bands).await {
-                Ok(usage) => return Ok((Columns::new(*cast.rays, bands), usage.peak_bytes)),
+            match gpu.continue_columns(cast, &options, control, bands).await {
+                Ok(usage) => return Ok(usage.peak_bytes),
                 Err(error) if error.code() == "device-lost" && reopenings < MAX_REOPENINGS => {
                     reopenings += 1;
                     let rows = bands.last().map_or(64, |band| band.ends.len() as u64 / u64::from(cast.rays.counts[0]));

@@ -32,18 +32,22 @@ pub(super) struct Level<'a> {
 
 #[derive(Debug)]
 enum Runs<'a> {
-    /// The columns of the mesh.
+    /// The columns of the mesh, in memory.
     Fine(&'a Columns),
     /// A band for each row of rays of the box.
-    Coarse(Vec<Band>),
+    Own(Vec<Band>),
 }
 
 impl<'a> Level<'a> {
     /// Takes a box of the mesh as it is.
-    pub(super) fn fine(columns: &'a Columns, cells: &CellBox) -> Level<'a> {
+    ///
+    /// # Errors
+    /// `io` where the columns are in a store that fails; such columns are read to memory, as far as the box has them.
+    pub(super) fn fine(columns: &'a Columns, cells: &CellBox) -> Result<Level<'a>> {
         let rays = &columns.rays;
         let across = rays.across.map(|axis| cells[axis].clone());
-        Level { step: 1, along: cells[rays.axis].clone(), across, runs: Runs::Fine(columns) }
+        let runs = if columns.is_spilled() { Runs::Own(bands_of(columns, &across)?) } else { Runs::Fine(columns) };
+        Ok(Level { step: 1, along: cells[rays.axis].clone(), across, runs })
     }
 
     /// Whether the level is a single cell.
@@ -60,9 +64,9 @@ impl<'a> Level<'a> {
         match &self.runs {
             Runs::Fine(columns) => {
                 let first = u64::from(columns.rays.counts[0]) * u64::from(row);
-                rays.clone().map(|ray| columns.ray(first + u64::from(ray))).collect()
+                rays.clone().map(|ray| columns.held_ray(first + u64::from(ray))).collect()
             }
-            Runs::Coarse(bands) => {
+            Runs::Own(bands) => {
                 let band = &bands[(row - rows.start) as usize];
                 (0..rays.len()).map(|ray| band.ray(ray)).collect()
             }
@@ -79,7 +83,7 @@ impl<'a> Level<'a> {
             control.check()?;
             bands.par_extend(rows.par_iter().map(|&row| self.coarse_row(row, &across[0], order)));
         }
-        Ok(Level { step: 2 * self.step, along: halved(&self.along), across, runs: Runs::Coarse(bands) })
+        Ok(Level { step: 2 * self.step, along: halved(&self.along), across, runs: Runs::Own(bands) })
     }
 
     fn coarse_row(&self, row: u32, rays: &Range<u32>, order: &[u8]) -> Band {
@@ -107,6 +111,20 @@ impl<'a> Level<'a> {
         }
         band
     }
+}
+
+/// Reads the rays of a box, a band a row.
+fn bands_of(columns: &Columns, [rays, rows]: &[Range<u32>; 2]) -> Result<Vec<Band>> {
+    let band_of = |row: u32| {
+        let mut band = Band::default();
+        let first = u64::from(columns.rays.counts[0]) * u64::from(row);
+        columns.for_rays(first + u64::from(rays.start)..first + u64::from(rays.end), |runs| {
+            band.runs.extend_from_slice(runs);
+            band.ends.push(band.runs.len() as u32);
+        })?;
+        Ok(band)
+    };
+    rows.clone().into_par_iter().map(band_of).collect()
 }
 
 /// Where a stretch of a flag begins or ends; sorts by cell.

@@ -76,7 +76,8 @@ impl WebMesh {
             let message = format!("ray ({i}, {j}) is not one of {} x {}", rays.counts[0], rays.counts[1]);
             return Err(js_error(Error::new("job-value", message, "")));
         }
-        Ok(self.mesh.columns.ray(u64::from(i) + u64::from(rays.counts[0]) * u64::from(j)).to_vec())
+        let ray = self.mesh.columns.ray(u64::from(i) + u64::from(rays.counts[0]) * u64::from(j));
+        Ok(ray.map_err(js_error)?.into_owned())
     }
 
     /// Flag of one cell.
@@ -144,7 +145,10 @@ impl WebMesh {
             (None, Compress::Zlib(level)) if format == Format::Vti => {
                 (Work::Image(vti::Encoder::new(&self.mesh, level, PIECE_BYTES)), Vec::new())
             }
-            (None, compress) => (Work::Columns(column_file::Encoder::new(&self.mesh, compress)), Vec::new()),
+            (None, compress) => {
+                let encoder = column_file::Encoder::new(&self.mesh, compress).map_err(js_error)?;
+                (Work::Columns(encoder), Vec::new())
+            }
         };
         Ok(WebEncoder { mesh: self.mesh.clone(), work, made, n_taken: 0 })
     }

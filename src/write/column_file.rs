@@ -58,7 +58,6 @@
 //! run while reading. Smooth surfaces take 2 bytes a run and 1 a ray, and an eighth of that or less with zlib.
 
 mod head;
-mod piece;
 mod read;
 #[cfg(test)]
 mod tests;
@@ -67,6 +66,8 @@ pub use read::{read_columns, read_columns_within};
 
 use std::ops::Range;
 
+use crate::columns::Columns;
+use crate::columns::codec::{self, Plan};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
@@ -79,8 +80,6 @@ const MAX_BODY: usize = 1 << 20;
 const MAX_DIM: u32 = 1 << 24;
 const PIECE_TAG: [u8; 4] = *b"PIEC";
 const PIECE_HEAD: usize = 44;
-const PIECE_RAYS: u32 = 1 << 16;
-const PIECE_RUNS: u32 = 1 << 18;
 const END_TAG: [u8; 4] = *b"ENDS";
 const END_MAGIC: [u8; 8] = *b"HXC END\n";
 
@@ -96,7 +95,7 @@ fn corrupt(message: String) -> Error {
 
 /// Writes a mesh as a column file.
 pub(crate) fn write(mesh: &Mesh, compress: Compress, sink: &mut Sink, control: &Control) -> Result<()> {
-    let mut encoder = Encoder::new(mesh, compress);
+    let mut encoder = Encoder::new(mesh, compress)?;
     loop {
         control.check()?;
         match encoder.step(mesh)? {
@@ -121,13 +120,16 @@ pub struct Encoder {
 
 impl Encoder {
     /// Plans the file of a mesh.
-    pub fn new(mesh: &Mesh, compress: Compress) -> Encoder {
+    ///
+    /// # Errors
+    /// Those of the store, where columns were put aside.
+    pub fn new(mesh: &Mesh, compress: Compress) -> Result<Encoder> {
         let level = match compress {
             Compress::None => None,
             Compress::Zlib(level) => Some(level),
         };
-        let pieces = piece::plan(&mesh.columns);
-        Encoder { level, pieces, n_made: 0, index: Vec::new(), n_bytes: 0, is_done: false }
+        let pieces = plan(&mesh.columns)?;
+        Ok(Encoder { level, pieces, n_made: 0, index: Vec::new(), n_bytes: 0, is_done: false })
     }
 
     /// Makes the next bytes: the head, then two pieces a core at a time, then the end, then none.
@@ -180,10 +182,19 @@ impl Encoder {
     }
 }
 
+/// The rays of all pieces; the same for any split in bands.
+fn plan(columns: &Columns) -> Result<Vec<Range<u64>>> {
+    let mut plan = Plan::new(0);
+    columns.for_rays(0..columns.rays.n_rays(), |runs| plan.push(runs.len() as u64))?;
+    Ok(plan.finish())
+}
+
 /// The head of a piece up to the crossings, and its stored bytes.
 fn encode_piece(mesh: &Mesh, rays: Range<u64>, level: Option<u8>) -> Result<(Vec<u8>, Vec<u8>)> {
     let n_rays = (rays.end - rays.start) as u32;
-    let (n_runs, content) = piece::encode(&mesh.columns, rays);
+    let mut encoder = codec::Encoder::default();
+    mesh.columns.for_rays(rays, |runs| encoder.push(runs))?;
+    let (n_runs, content) = encoder.finish();
     let n_content = content.len() as u32;
     let stored = match level {
         None => content,

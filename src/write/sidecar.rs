@@ -79,14 +79,16 @@ pub(crate) fn sidecar(mesh: &Mesh, options: &Options, written: &Written, json: i
     format!("{{\n{}\n}}\n", facts.join(",\n"))
 }
 
-fn flags(mesh: &Mesh) -> Vec<Flag<'_>> {
+/// The flags in use, with names and numbers of cells.
+pub(super) fn flags(mesh: &Mesh) -> Vec<Flag<'_>> {
     let cells = mesh.columns.cells_per_flag();
     let name = |flag| mesh.names.iter().find(|named| usize::from(named.flag) == flag).map(|named| named.name.as_str());
     let flag = |flag| Flag { flag, name: name(flag), cells: cells[flag] };
     (1..cells.len()).map(flag).filter(|fact| fact.cells > 0 || fact.name.is_some()).collect()
 }
 
-fn lines(mesh: &Mesh, axis: usize) -> Option<Vec<f64>> {
+/// Coordinates of the mesh lines of an axis; none where they are too many.
+pub(super) fn lines(mesh: &Mesh, axis: usize) -> Option<Vec<f64>> {
     let n = mesh.dims()[axis];
     (n <= MAX_LINES).then(|| (0..=n).map(|index| mesh.lines.line(axis, index)).collect())
 }

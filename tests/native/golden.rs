@@ -41,7 +41,7 @@ fn result(case: &Case, columns: &Columns) -> String {
         let _ = writeln!(text, "flag {flag}: {n} cells, volume {:?}", n as f64 * case.lines.cell_volume());
     }
     let _ = writeln!(text, "odd rays {}", columns.odd_rays());
-    let hash = Sha256::digest(flags_of_box(columns, &columns.dims().map(|n| 0..n)));
+    let hash = Sha256::digest(flags_of_box(columns, &columns.dims().map(|n| 0..n)).expect("columns in memory"));
     let hex: String = hash.iter().map(|byte| format!("{byte:02x}")).collect();
     let _ = writeln!(text, "sha256 {hex}");
     text

@@ -19,6 +19,8 @@ mod kernels;
 mod layering;
 #[cfg(feature = "gpu")]
 mod lost_device;
+#[cfg(feature = "cli")]
+mod memory;
 mod models;
 mod oracle;
 mod properties;
