@@ -72,15 +72,6 @@ impl Control {
         }
     }
 
-    /// The same control for a part of a mesh: progress is told of the whole, which has `n_rays` rays.
-    pub fn of_whole(&self, n_rays: u64) -> Control {
-        let mut control = self.clone();
-        if let Some(on_progress) = self.on_progress.clone() {
-            control.on_progress = Some(Arc::new(move |now| on_progress(Progress { n_rays, ..now })));
-        }
-        control
-    }
-
     /// Reports progress.
     pub fn advance(&self, rays_done: u64, n_rays: u64) {
         if let Some(on_progress) = &self.on_progress {

@@ -70,16 +70,16 @@ pub struct HostBytes {
     pub columns: u64,
     /// Columns as the CPU backend makes them, on top of the packed ones: those of one round.
     pub round: u64,
-    /// Columns as the GPU brings them, on top of the packed ones, if it makes them in one lap.
-    pub lap: u64,
+    /// The largest band as the GPU brings it, on top of the packed ones.
+    pub band: u64,
     /// Flags being written.
     pub slabs: u64,
 }
 
 impl HostBytes {
-    /// Bytes besides the columns while they are made; the GPU brings them in laps of at most `lap_bytes`.
-    pub fn working(&self, on_gpu: bool, lap_bytes: u64) -> u64 {
-        self.facets + if on_gpu { self.upload + self.lap.min(lap_bytes) } else { self.lattice + self.round }
+    /// Bytes besides the columns while they are made; the GPU brings them in bands of at most `band_bytes`.
+    pub fn working(&self, on_gpu: bool, band_bytes: u64) -> u64 {
+        self.facets + if on_gpu { self.upload + self.band.min(band_bytes) } else { self.lattice + self.round }
     }
 
     /// Most bytes held at once by meshing, if all columns stay in memory.
@@ -141,7 +141,7 @@ impl Estimate {
         let Allowed { max_bytes, on_gpu, can_spill, flags } = *allowed;
         let flags = if flags { self.cells } else { 0 };
         let columns = if can_spill { 0 } else { self.host.columns };
-        let meshing = self.host.working(on_gpu, lap_bytes(max_bytes)) + columns;
+        let meshing = self.host.working(on_gpu, band_bytes(max_bytes)) + columns;
         let needed = meshing.max((columns + flags).saturating_add(2 * slab_bytes(max_bytes)));
         if needed <= max_bytes {
             return Ok(());
@@ -182,7 +182,7 @@ pub fn slab_bytes(max_bytes: u64) -> u64 {
 }
 
 /// Bytes of columns that the GPU may bring home, within a budget, before they are packed.
-pub fn lap_bytes(max_bytes: u64) -> u64 {
+pub fn band_bytes(max_bytes: u64) -> u64 {
     max_bytes / 8
 }
 
@@ -208,7 +208,7 @@ fn host_bytes(facets: u64, expected: &Expected, lines: &Lines, rays: &Rays) -> H
         upload: facets * UPLOAD_FACET_BYTES,
         columns,
         round: extra(round_rays),
-        lap: extra(n_rays),
+        band: extra(n_rays.min(MOST_BAND)),
         slabs: 2 * lines.n_cells().min(SLAB_BYTES as u64),
     }
 }
@@ -233,12 +233,14 @@ fn device_bytes(facets: u64, rays: &Rays) -> u64 {
         return facets * FACET + first;
     }
     // the buffers grow with the band; three are in flight
-    let most_rows = whole_bins((1 << 22) / n_i).min(n_j.div_ceil(2));
+    let most_rows = whole_bins(MOST_BAND / n_i).min(n_j.div_ceil(2));
     3 * (facets * FACET + first.saturating_mul(most_rows.div_ceil(first_rows)))
 }
 
 /// Rays of the first band on the GPU.
 const FIRST_BAND: u64 = 1 << 18;
+/// Most rays of a band on the GPU.
+pub(crate) const MOST_BAND: u64 = 1 << 22;
 
 fn file_bytes(lines: &Lines, rays: u64, runs: u64) -> FileBytes {
     const VTI_HEAD: u64 = 1000;

@@ -72,8 +72,8 @@ pub fn prepare(job: &Job, sources: Vec<Source>) -> Result<Prepared> {
 /// Most bytes that a mesh takes where neither the job nor the caller limits it: all that the system gives, or in wasm,
 /// which can address 4 GiB, what leaves room for the page's other data.
 pub const DEFAULT_MAX_BYTES: u64 = if cfg!(target_arch = "wasm32") { 3 << 30 } else { u64::MAX };
-/// Rays of a lap of the GPU where columns are kept for a later run: some seconds.
-const KEPT_LAP_RAYS: u64 = 1 << 24;
+/// Most rays of a band of the GPU where columns are kept for a later run: some seconds.
+const KEPT_BAND_RAYS: u64 = 1 << 24;
 
 /// Where columns go besides memory.
 #[derive(Clone, Default)]
@@ -137,7 +137,7 @@ pub async fn mesh_task(
     seconds.snap = lap(&mut clock);
     let mut growing = room.growing(&task.aside, &prepared, || identity(job, &prepared, &inputs))?;
     let rays_kept = growing.n_rays();
-    let casting = Casting { frame: &frame, rays: &prepared.rays, rule: job.rule, lap_rows: room.lap_rows };
+    let casting = Casting { frame: &frame, rays: &prepared.rays, rule: job.rule, most_rows: room.most_rows };
     let used = engine.grow(&casting, &mut growing, control).await?;
     let columns_peak = growing.peak_bytes;
     let columns = growing.finish();

@@ -34,7 +34,7 @@ pub(crate) fn least_disturbed(
 
 /// Seconds of each kernel; every dispatch is waited for, so that the sum is more than an undisturbed mesh takes.
 pub(crate) fn of_gpu(gpu: &Gpu, cast: &Cast) -> Result<Vec<Pass>, Box<dyn Error>> {
-    let options = Options { rows_per_band: None, profile: true };
+    let options = Options { profile: true, ..Options::default() };
     let mut bands = Vec::new();
     let start = Instant::now();
     let usage = pollster::block_on(gpu.continue_columns(cast, &options, &Control::default(), &mut bands))?;

@@ -18,14 +18,14 @@ use crate::rays::Rays;
 #[cfg(feature = "gpu")]
 const MAX_REOPENINGS: u32 = 3;
 
-/// What is meshed, and in which laps.
+/// What is meshed, and in which bands.
 #[derive(Clone, Copy)]
 pub(super) struct Casting<'a> {
     pub(super) frame: &'a Frame,
     pub(super) rays: &'a Rays,
     pub(super) rule: Rule,
-    /// Ray rows that the GPU may bring home before they are packed.
-    pub(super) lap_rows: u32,
+    /// Most ray rows that the GPU may bring home at once, before they are packed.
+    pub(super) most_rows: u32,
 }
 
 /// Most bytes that meshing took, besides facets and columns.
@@ -129,8 +129,8 @@ impl Engine {
         control: &Control,
     ) -> Result<(Columns, u64)> {
         let mut growing = Growing::new(*rays, u64::MAX, None);
-        let lap_rows = rays.counts[1];
-        let used = self.grow(&Casting { frame, rays, rule, lap_rows }, &mut growing, control).await?;
+        let most_rows = rays.counts[1];
+        let used = self.grow(&Casting { frame, rays, rule, most_rows }, &mut growing, control).await?;
         Ok((growing.finish(), used.device_bytes))
     }
 
@@ -144,7 +144,6 @@ impl Engine {
         growing: &mut Growing,
         control: &Control,
     ) -> Result<Used> {
-        let control = &control.of_whole(casting.rays.n_rays());
         #[cfg(feature = "gpu")]
         if self.gpu.is_some() {
             return self.grow_on_gpu(casting, growing, control).await;
@@ -158,41 +157,29 @@ impl Engine {
         Ok(Used { device_bytes: 0, host_bytes: strips.n_bytes() })
     }
 
-    /// Meshes lap after lap of ray rows: what a lap brings is packed, and put aside where it must be, before the next.
+    /// Meshes band after band: each is packed, and put aside where it must be, while the device works on the next.
     #[cfg(feature = "gpu")]
     async fn grow_on_gpu(&mut self, casting: &Casting<'_>, growing: &mut Growing, control: &Control) -> Result<Used> {
-        let [n_i, n_j] = casting.rays.counts;
-        let mut device_bytes = 0;
-        while growing.n_rays() < casting.rays.n_rays() {
-            let first_row = (growing.n_rays() / u64::from(n_i)) as u32;
-            let end = first_row.saturating_add(casting.lap_rows.max(1)).min(n_j);
-            let rays = Rays { counts: [n_i, end], ..*casting.rays };
-            let cast = crate::gpu::Cast { frame: casting.frame, rays: &rays, rule: casting.rule };
-            let mut bands = Vec::new();
-            if first_row > 0 {
-                // stands for the rays that are there: only its length is looked at, so its pages are never touched
-                bands.push(Band { ends: vec![0; growing.n_rays() as usize], ..Band::default() });
-            }
-            let n_before = bands.len();
-            let lap = self.gpu_lap(&cast, &mut bands, control).await;
-            growing.push(bands.split_off(n_before))?;
-            device_bytes = device_bytes.max(lap?);
-        }
-        let host_bytes = UPLOAD_FACET_BYTES * casting.frame.facets.len() as u64;
-        Ok(Used { device_bytes, host_bytes })
-    }
-
-    #[cfg(feature = "gpu")]
-    async fn gpu_lap(&mut self, cast: &crate::gpu::Cast<'_>, bands: &mut Vec<Band>, control: &Control) -> Result<u64> {
-        let mut options = crate::gpu::Options::default();
+        let Casting { frame, rays, rule, most_rows } = *casting;
+        let cast = crate::gpu::Cast { frame, rays, rule };
+        let n_i = u64::from(rays.counts[0]);
+        let mut options = crate::gpu::Options { most_rows: Some(most_rows), ..Default::default() };
         let mut reopenings = 0;
         while let Some(gpu) = &self.gpu {
-            match gpu.continue_columns(cast, &options, control, bands).await {
-                Ok(usage) => return Ok(usage.peak_bytes),
+            let first_row = (growing.n_rays() / n_i) as u32;
+            let mut last_rows = 64;
+            let take = &mut |band: Band| {
+                last_rows = band.ends.len() as u64 / n_i;
+                growing.push(vec![band])
+            };
+            match gpu.hand_out_bands(&cast, &options, control, first_row, take).await {
+                Ok(usage) => {
+                    let host_bytes = UPLOAD_FACET_BYTES * frame.facets.len() as u64;
+                    return Ok(Used { device_bytes: usage.peak_bytes, host_bytes });
+                }
                 Err(error) if error.code() == "device-lost" && reopenings < MAX_REOPENINGS => {
                     reopenings += 1;
-                    let rows = bands.last().map_or(64, |band| band.ends.len() as u64 / u64::from(cast.rays.counts[0]));
-                    options.rows_per_band = Some((rows / 2).max(1) as u32);
+                    options.rows_per_band = Some((last_rows / 2).max(1) as u32);
                     self.gpu = Some(crate::gpu::Gpu::open(self.wanted_adapter.as_deref()).await?);
                 }
                 Err(error) => return Err(error),

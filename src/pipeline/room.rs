@@ -2,10 +2,10 @@
 
 use sha2::{Digest, Sha256};
 
-use super::{Aside, DEFAULT_MAX_BYTES, Engine, KEPT_LAP_RAYS, Prepared, Task};
+use super::{Aside, DEFAULT_MAX_BYTES, Engine, KEPT_BAND_RAYS, Prepared, Task};
 use crate::columns::Growing;
 use crate::error::Result;
-use crate::estimate::{Allowed, Estimate, lap_bytes, slab_bytes};
+use crate::estimate::{Allowed, Estimate, MOST_BAND, band_bytes, slab_bytes};
 use crate::job::{BackendChoice, Job};
 use crate::report::InputReport;
 
@@ -16,8 +16,8 @@ const RESERVE: u64 = 32 << 20;
 pub(super) struct Room {
     /// Bytes for the columns.
     columns: u64,
-    /// Ray rows that the GPU brings home before they are packed.
-    pub(super) lap_rows: u32,
+    /// Most ray rows that the GPU brings home at once, before they are packed.
+    pub(super) most_rows: u32,
 }
 
 impl Room {
@@ -29,26 +29,26 @@ impl Room {
         let max_bytes = task.job.max_memory.map_or(DEFAULT_MAX_BYTES, |size| size.0);
         let rays = &prepared.rays;
         if max_bytes == u64::MAX && matches!(task.aside, Aside::Nowhere) {
-            return Ok(Room { columns: u64::MAX, lap_rows: rays.counts[1] });
+            return Ok(Room { columns: u64::MAX, most_rows: rays.counts[1] });
         }
         let estimate = Estimate::new(&prepared.geometries, &prepared.lines, rays);
         let on_gpu = engine.backend() == "gpu";
         let can_spill = !matches!(task.aside, Aside::Nowhere);
         estimate.check(&Allowed { max_bytes, on_gpu, can_spill, flags: task.flags_in_memory })?;
-        let lap_bytes = lap_bytes(max_bytes);
-        let working = estimate.host.working(on_gpu, lap_bytes);
+        let band_bytes = band_bytes(max_bytes);
+        let working = estimate.host.working(on_gpu, band_bytes);
         let left = max_bytes - working;
         // a small budget keeps a share for the columns, a large one everything else
         let others = (RESERVE + 2 * slab_bytes(max_bytes)).min(left / 2);
-        let mut rays_of_lap = match estimate.host.lap {
+        let mut rays_of_band = match estimate.host.band {
             0 => rays.n_rays(),
-            bytes => (rays.n_rays() as f64 * (lap_bytes as f64 / bytes as f64).min(1.0)) as u64,
+            bytes => (rays.n_rays().min(MOST_BAND) as f64 * (band_bytes as f64 / bytes as f64).min(1.0)) as u64,
         };
         if matches!(task.aside, Aside::Keep(_)) {
-            rays_of_lap = rays_of_lap.min(KEPT_LAP_RAYS);
+            rays_of_band = rays_of_band.min(KEPT_BAND_RAYS);
         }
-        let lap_rows = (rays_of_lap / u64::from(rays.counts[0])).clamp(1, u64::from(rays.counts[1])) as u32;
-        Ok(Room { columns: left - others, lap_rows })
+        let most_rows = (rays_of_band / u64::from(rays.counts[0])).clamp(1, u64::from(rays.counts[1])) as u32;
+        Ok(Room { columns: left - others, most_rows })
     }
 
     /// Columns without rays yet, or with those that were kept; `identity` stands for what is meshed.

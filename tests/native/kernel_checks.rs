@@ -189,7 +189,7 @@ pub(crate) async fn bands_of_any_number_of_ray_rows_give_the_same_columns(gpu: &
         // a band is a trip to the device, up to a tenth of a second in a browser: single rows only where there are few
         let most = |rows| if rows == 1 || cfg!(target_arch = "wasm32") { 12 } else { u32::MAX };
         for rows in [1, 3, 13].into_iter().filter(|&rows| cast.rays.counts[1].div_ceil(rows) <= most(rows)) {
-            let options = Options { rows_per_band: Some(rows), profile: false };
+            let options = Options { rows_per_band: Some(rows), ..Options::default() };
             let mut bands = Vec::new();
             ok(case, gpu.continue_columns(cast, &options, &Control::default(), &mut bands).await);
             assert!(Columns::new(*cast.rays, bands) == expected, "{} in bands of {rows} rows", case.name);
@@ -204,7 +204,7 @@ pub(crate) async fn a_mesh_goes_on_where_it_was_left(gpu: &Gpu) -> usize {
     let rays = Rays::new(0, case.lines.dims);
     let cast = Cast { frame: &frame, rays: &rays, rule: case.rule };
     let whole = ok(case, gpu.columns(&cast, &Control::default()).await);
-    let options = Options { rows_per_band: Some(2), profile: false };
+    let options = Options { rows_per_band: Some(2), ..Options::default() };
     let token = CancelToken::default();
     let stop = token.clone();
     let mut stopping = Control::with_progress(move |_| stop.cancel());
