@@ -19,6 +19,7 @@ mod layout;
 mod line;
 mod passes;
 mod session;
+mod spares;
 mod stages;
 
 pub use device::{AdapterFacts, AdapterKind, Gpu, adapters};

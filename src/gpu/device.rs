@@ -7,6 +7,7 @@ use web_time::{Duration, Instant};
 use wgpu::{Adapter, DeviceDescriptor, DeviceType, Instance, InstanceDescriptor, Limits, RequestAdapterOptions};
 
 use super::kernels::Kernels;
+use super::spares::Spares;
 use crate::control::Control;
 use crate::error::{Error, Result};
 
@@ -48,6 +49,7 @@ pub struct Gpu {
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
     pub(crate) kernels: Kernels,
+    pub(crate) spares: Spares,
     failure: Arc<Mutex<Option<Error>>>,
 }
 
@@ -93,7 +95,7 @@ impl Gpu {
             );
         });
         let kernels = Kernels::new(&device);
-        let gpu = Gpu { facts: facts(adapter), device, queue, kernels, failure };
+        let gpu = Gpu { facts: facts(adapter), device, queue, kernels, spares: Spares::default(), failure };
         gpu.check()?;
         Ok(gpu)
     }

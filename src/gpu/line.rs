@@ -156,6 +156,7 @@ impl Gpu {
             usage.profile = session.usage.profile.clone();
             idle.push(session);
         }
+        idle.into_iter().for_each(Session::end);
         Ok(usage)
     }
 }

@@ -11,6 +11,7 @@ use super::gather::gather;
 use super::layout::{BIN, Params, corners, flag_words};
 use super::line::{Cast, Usage};
 use super::passes::Passes;
+use super::spares::Spare;
 use crate::columns::Band;
 use crate::error::{Error, Result};
 
@@ -66,22 +67,40 @@ impl<'a> Session<'a> {
             n_pairs: (16 * n_bins + 3 * n_facets).min(limit.n_pairs),
             n_events: (6 * n_rays).min(limit.n_events),
         };
+        let spare = gpu.spares.take(n_facets, capacity);
+        // those of a spare may be shared with others, which another mesh may have taken
         let facets = Facets::new(&gpu.device, n_facets);
         gpu.queue.write_buffer(&facets.corners, 0, bytemuck::cast_slice(&corners(frame, rays)));
         let flags = flag_words(&frame.ranks.flag_of_rank);
         gpu.queue.write_buffer(&facets.flag_of_rank, 0, bytemuck::cast_slice(&flags));
-        Ok(Session::with_facets(gpu, cast, facets, capacity))
+        Ok(Session::with_facets(gpu, cast, facets, capacity, spare))
     }
 
     /// A session of the same mesh with buffers of its own, so that two bands can be in flight.
     pub(crate) fn sibling(&self) -> Session<'a> {
-        Session::with_facets(self.gpu, self.cast, self.buffers.facets.clone(), self.buffers.capacity)
+        let facets = self.buffers.facets.clone();
+        let spare = self.gpu.spares.take(facets.n_facets, self.buffers.capacity);
+        Session::with_facets(self.gpu, self.cast, facets, self.buffers.capacity, spare)
     }
 
-    fn with_facets(gpu: &'a Gpu, cast: Cast<'a>, facets: Facets, capacity: Capacity) -> Session<'a> {
-        let buffers = Buffers::new(&gpu.device, facets, capacity);
+    fn with_facets(
+        gpu: &'a Gpu,
+        cast: Cast<'a>,
+        facets: Facets,
+        capacity: Capacity,
+        spare: Option<Spare>,
+    ) -> Session<'a> {
+        let (buffers, staging) = match spare {
+            Some(spare) => (Buffers { facets, ..spare.buffers }, spare.staging),
+            None => (Buffers::new(&gpu.device, facets, capacity), None),
+        };
         let usage = Usage { peak_bytes: buffers.n_bytes, ..Usage::default() };
-        Session { gpu, cast, buffers, usage, staging: None }
+        Session { gpu, cast, buffers, usage, staging }
+    }
+
+    /// Keeps the buffers for the next mesh.
+    pub(crate) fn end(self) {
+        self.gpu.spares.keep(Spare { buffers: self.buffers, staging: self.staging });
     }
 
     /// The parameters of a band, written to the device; makes the buffers larger if its rays do not fit.

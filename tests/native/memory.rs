@@ -77,7 +77,6 @@ impl Far {
 fn estimates_are_within_a_quarter_of_what_meshes_take() {
     let mut far = Far::default();
     for backend in [BackendChoice::Cpu, BackendChoice::Gpu] {
-        let mut engine = engine(backend);
         let on_gpu = backend == BackendChoice::Gpu;
         for file in ["spot.stl", "featuretype.stl", "bin_color_magics.stl", "bin_header_solid_cube.stl"] {
             for axis in [AxisChoice::X, AxisChoice::Y, AxisChoice::Z] {
@@ -86,7 +85,8 @@ fn estimates_are_within_a_quarter_of_what_meshes_take() {
                     let what = format!("{file}, {dims:?} along {axis:?} on {backend:?}");
                     let prepared = prepare(&job, sources(&job)).unwrap();
                     let estimate = Estimate::new(&prepared.geometries, &prepared.lines, &prepared.rays);
-                    let (mesh, report) = run(&job, &mut engine, Aside::Nowhere, &Control::default()).unwrap();
+                    // one of its own: an engine that has meshed before has larger buffers
+                    let (mesh, report) = run(&job, &mut engine(backend), Aside::Nowhere, &Control::default()).unwrap();
                     far.compare(estimate.crossings, report.crossings, &format!("{what}: crossings"));
                     far.compare(estimate.host.columns, mesh.columns.n_bytes(), &format!("{what}: columns"));
                     far.compare(
