@@ -1,18 +1,22 @@
 // Times hexcast and VTK on the same files in the same run, in turn, and writes the tables of benches/RESULTS.md.
-// usage: node scripts/bench.mjs [--quick] [--rounds R] [--runs K]
+// usage: node scripts/bench.mjs [--quick] [--rounds R] [--runs K], or node scripts/bench.mjs paper ..., see paper.mjs
 // Needs cargo, and python3 with venv for the peers; makes .tools/peers on first use. Takes some minutes.
 
 import { execFileSync } from 'node:child_process';
-import { existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
-import { cpus, loadavg, release, tmpdir, totalmem } from 'node:os';
+import { existsSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { loadavg, tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { fileURLToPath } from 'node:url';
 import { parseArgs } from 'node:util';
 
-const root = fileURLToPath(new URL('..', import.meta.url));
-const results = join(root, 'benches/RESULTS.md');
-const { values: options } = parseArgs({
+import { LIMIT_HEAD, LIMIT_LINES, limitCells } from './limits.mjs';
+import { paper } from './paper.mjs';
+import { build, jsonLines, machine, median, ms, output as run, table, write } from './results.mjs';
+import { ROOT as root } from './run.mjs';
+
+const { values: options, positionals } = parseArgs({
+  allowPositionals: true,
   options: {
+    models: { type: 'string' },
     quick: { type: 'boolean', default: false },
     rounds: { type: 'string', default: '2' },
     runs: { type: 'string', default: '3' },
@@ -20,18 +24,6 @@ const { values: options } = parseArgs({
 });
 const sizes = options.quick ? [256] : [512, 1024];
 const rounds = Number(options.rounds);
-
-const run = (program, args) =>
-  execFileSync(program, args, { cwd: root, encoding: 'utf8', maxBuffer: 1 << 28, stdio: ['ignore', 'pipe', 'inherit'] });
-const jsonLines = (text) => text.split('\n').filter((line) => line.startsWith('{')).map((line) => JSON.parse(line));
-const median = (numbers) => [...numbers].sort((a, b) => a - b)[numbers.length >> 1];
-
-/** Builds the bench and returns the path of its program. */
-function buildBench() {
-  const messages = jsonLines(run('cargo', ['bench', '--bench', 'table', '--no-run', '--message-format=json']));
-  const bench = messages.find((message) => message.executable && message.target?.name === 'table');
-  return bench.executable;
-}
 
 /** Makes the virtual environment of the peers and returns its python. */
 function peersPython() {
@@ -77,10 +69,6 @@ function differences(programs, file, n, scratch) {
   return { n, n_cells: vtk.length, n_differing };
 }
 
-const ms = (seconds) => (1000 * seconds).toFixed(seconds < 0.01 ? 2 : seconds < 0.1 ? 1 : 0);
-const table = (head, rows) =>
-  [head, head.map((_, column) => (column ? '---:' : '---')), ...rows].map((row) => `| ${row.join(' | ')} |`).join('\n');
-
 function raceTable({ n, seconds, last }) {
   const vtk = median(seconds.vtk);
   const row = (name, all, run) => {
@@ -107,65 +95,54 @@ function stageTable({ n, last }) {
   return table([`${n}^3, ms`, ...stages.map((stage) => stage.replaceAll('_', ' ')), '1e6 crossings/s'], [row('CPU', last.cpu), row('GPU', last.gpu)]);
 }
 
-function passTable(name, passes, isWhole = () => false) {
+function passTable(name, passes, counts, isWhole = () => false) {
   const total = passes.filter(([pass]) => !isWhole(pass)).reduce((sum, [, seconds]) => sum + seconds, 0);
   const share = (pass, seconds) => (isWhole(pass) ? '' : `${((100 * seconds) / total).toFixed(1)} %`);
-  return table([name, 'ms', 'share'], passes.map(([pass, seconds]) => [pass, ms(seconds), share(pass, seconds)]));
+  const row = ([pass, seconds]) => [pass, ms(seconds), share(pass, seconds), ...limitCells(pass, seconds, counts)];
+  return table([name, 'ms', 'share', ...LIMIT_HEAD], passes.map(row));
 }
 
 function gatherLine({ n, naive_gather: g }) {
   return [`${n}^3`, g.n_pairs, g.n_crossings, ms(g.naive_s), ms(g.ours_s), `${(g.naive_s / g.ours_s).toFixed(1)}x`];
 }
 
-/** Machine facts, as far as the system tells them. */
-function machine(adapter, load) {
-  const cores = cpus();
-  const memory = (totalmem() / 2 ** 30).toFixed(0);
-  return [
-    `* Processor: ${cores[0].model.trim()}, ${cores.length} cores; ${memory} GiB of memory; ${process.platform} ${release()}.`,
-    `* GPU backend on: ${adapter}.`,
-    `* Date: ${new Date().toISOString().slice(0, 10)}. Load before the run: ${load.toFixed(2)}.`,
-    `* ${rounds} rounds, programs in turn; ${options.runs} runs a program and round after a first that does not count; medians. Of passes, the run that was disturbed least.`,
-    '',
-  ].join('\n');
+/** Everything but the paper's tables. */
+function measured() {
+  const load = loadavg()[0];
+  const scratch = mkdtempSync(join(tmpdir(), 'hexcast-bench-'));
+  try {
+    const programs = { bench: build(['bench', 'table']), python: peersPython() };
+    const spheres = join(scratch, 'spheres.stl');
+    run(programs.bench, ['--spheres', spheres]);
+    const spot = join(root, 'tests/fixtures/spot.stl');
+    const races = sizes.map((n) => race(programs, spheres, n));
+    const passes = sizes.map((n) => jsonLines(run(programs.bench, ['--file', spheres, '--cells', String(n), '--backends', 'cpu', '--runs', '5', '--passes']))[1]);
+    const compared = [['64 spheres', spheres], ['spot', spot]].flatMap(([name, file]) =>
+      [128, 256].map((n) => [name, differences(programs, file, n, scratch)]),
+    );
+    const whole = (pass) => pass.startsWith('all');
+    const text = [
+      ...machine(races[0].last.gpu.adapter, load),
+      `* ${rounds} rounds, programs in turn; ${options.runs} runs a program and round after a first that does not count; medians. Of passes, the run that was disturbed least.\n`,
+      '## From file to flags in memory, 64 spheres\n',
+      races.map(raceTable).join('\n\n'),
+      '\n### Stage by stage\n',
+      races.map(stageTable).join('\n\n'),
+      '\n### Columns, pass by pass\n',
+      `${LIMIT_LINES}\n`,
+      passes.flatMap((p) => [passTable(`GPU, ${p.n}^3`, p.gpu_passes, p.counts), passTable(`CPU, ${p.n}^3`, p.cpu_passes, p.counts, whole)]).join('\n\n'),
+      '\n## The paper\'s gather beside our intersection\n',
+      table(['GPU', '(facet, bin) pairs', 'crossings', 'gather, ms', 'ours, ms', 'gather / ours'], passes.map(gatherLine)),
+      '\n## Cells that differ from VTK\'s\n',
+      table(['model', 'cells', 'differing'], compared.map(([name, d]) => [`${name}, ${d.n}`, d.n_cells, d.n_differing])),
+    ].join('\n');
+    write('measured', text);
+    console.log(text);
+  } finally {
+    rmSync(scratch, { recursive: true });
+  }
 }
 
-/** Replaces what stands between the marks of RESULTS.md. */
-function write(text) {
-  const marks = ['<!-- measured -->', '<!-- /measured -->'];
-  const [before, rest] = readFileSync(results, 'utf8').split(marks[0]);
-  const after = rest.split(marks[1])[1];
-  writeFileSync(results, `${before}${marks[0]}\n${text}\n${marks[1]}${after}`);
-}
-
-const load = loadavg()[0];
-const scratch = mkdtempSync(join(tmpdir(), 'hexcast-bench-'));
-try {
-  const programs = { bench: buildBench(), python: peersPython() };
-  const spheres = join(scratch, 'spheres.stl');
-  run(programs.bench, ['--spheres', spheres]);
-  const spot = join(root, 'tests/fixtures/spot.stl');
-  const races = sizes.map((n) => race(programs, spheres, n));
-  const passes = sizes.map((n) => jsonLines(run(programs.bench, ['--file', spheres, '--cells', String(n), '--backends', 'cpu', '--runs', '5', '--passes']))[1]);
-  const compared = [['64 spheres', spheres], ['spot', spot]].flatMap(([name, file]) =>
-    [128, 256].map((n) => [name, differences(programs, file, n, scratch)]),
-  );
-  const whole = (pass) => pass.startsWith('all');
-  const text = [
-    machine(races[0].last.gpu.adapter, load),
-    '## From file to flags in memory, 64 spheres\n',
-    races.map(raceTable).join('\n\n'),
-    '\n### Stage by stage\n',
-    races.map(stageTable).join('\n\n'),
-    '\n### Columns, pass by pass\n',
-    passes.flatMap((p) => [passTable(`GPU, ${p.n}^3`, p.gpu_passes), passTable(`CPU, ${p.n}^3`, p.cpu_passes, whole)]).join('\n\n'),
-    '\n## The paper\'s gather beside our intersection\n',
-    table(['GPU', '(facet, bin) pairs', 'crossings', 'gather, ms', 'ours, ms', 'gather / ours'], passes.map(gatherLine)),
-    '\n## Cells that differ from VTK\'s\n',
-    table(['model', 'cells', 'differing'], compared.map(([name, d]) => [`${name}, ${d.n}`, d.n_cells, d.n_differing])),
-  ].join('\n');
-  write(text);
-  console.log(text);
-} finally {
-  rmSync(scratch, { recursive: true });
-}
+if (positionals[0] === 'paper') paper(positionals.slice(1), { ...options, runs: Number(options.runs) });
+else if (positionals.length > 0) throw new Error(`${positionals[0]}: nothing but paper can be named`);
+else measured();
