@@ -15,8 +15,8 @@ const WORK = {
   LatticeCount: ({ n_bands, n_facets, n_bins, n_pairs }) => ['scan', n_bands * n_facets * 44 + 4 * n_bins + 8 * n_pairs],
   LatticeFill: ({ n_bands, n_facets, n_pairs }) => ['scan', n_bands * n_facets * 44 + 16 * n_pairs],
   ColumnsSetup: ({ n_pairs }) => ['hits', 64 * n_pairs],
-  ColumnsOneRank: (counts) => ['scan', columnBytes(counts)],
-  Columns: (counts) => ['scan', columnBytes(counts)],
+  ColumnsOneRank: ({ n_crossings }) => ['hits', n_crossings],
+  Columns: ({ n_crossings }) => ['hits', n_crossings],
   ScanReduce: ({ n_bands, n_facets, n_bins }) => ['scan', 4 * (n_bands * n_facets + n_bins)],
   ScanApply: ({ n_bands, n_facets, n_bins }) => ['scan', 8 * (n_bands * n_facets + n_bins)],
   // up: facets once; cleared: offsets; home: runs and chunks, which are read once more to put them in order
@@ -28,11 +28,6 @@ const WORK = {
   crossings: ({ n_crossings }) => ['hits', n_crossings],
   map: ({ n_crossings, n_rays, n_runs }) => ['scan', 4 * (n_crossings + n_rays) + 4 * (n_runs + n_rays)],
 };
-
-/** Tiles of 32 bytes, offsets of the bins, runs, and 8 chunks of 8 bytes a bin. */
-function columnBytes({ n_pairs, n_bins, n_runs }) {
-  return 32 * n_pairs + 4 * n_bins + 4 * n_runs + 64 * n_bins;
-}
 
 /** The head of the columns that `limitCells` fills. */
 export const LIMIT_HEAD = ['work', 'rate', 'limit', 'of it'];
@@ -53,7 +48,8 @@ function scaled(number) {
 
 /** How to read the columns. */
 export const LIMIT_LINES = [
-  '*Work* is what the arrays a pass reads and writes hold, each counted once (`scripts/limits.mjs` has the formulas), or the tests of a ray',
-  'and a facet: on the GPU 64 for each (facet, bin) pair, on the CPU the hits alone, which is less than it tests. *Limit* is what two cores of',
-  'this machine do in a loop that does nothing else: scan 21-36 GB/s (the upper end here), clear 10 GB/s, 783e6 exact hits/s.',
+  '*Work* is what the arrays a pass reads and writes hold, each counted once (`scripts/limits.mjs` has the formulas), or hits: in',
+  '`ColumnsSetup` the tests of a ray and a facet, 64 for each (facet, bin) pair; in `Columns` and `crossings` the crossings that come of it, which',
+  'is less than they look at. *Limit* is what two cores of this machine do in a loop that does nothing else: scan 21-36 GB/s (the upper end',
+  'here), clear 10 GB/s, 783e6 hits/s in exact 64-bit integers; a bin needs 32 bits only, so its tests may go beyond it.',
 ].join('\n');

@@ -1,15 +1,17 @@
 // A plot of points with both axes logarithmic, as SVG without fonts or scripts from elsewhere.
 
 const WIDTH = 640;
-const HEIGHT = 420;
-const BOX = { left: 72, right: 616, top: 48, bottom: 356 };
+const HEIGHT = 440;
+const BOX = { left: 72, right: 616, top: 44, bottom: 316 };
+const DASHES = ' stroke-dasharray="6 5"';
 const COLOURS = ['#0b6e99', '#c2571a', '#6b7280', '#4d7c0f'];
 
 /**
  * Draws series of points.
  *
- * @param {{title: string, x: string, y: string, series: {name: string, points: [number, number][], dashed?: boolean}[]}} plot
- *   `x` and `y` name the axes with their units; all numbers are greater than 0
+ * @param {{title: string, x: string, y: string, series: {name: string, points: [number, number][], marked?: [number, number][]}[]}} plot
+ *   `x` and `y` name the axes with their units; all numbers are greater than 0; a series with `marked` is drawn dashed, with
+ *   marks at these points alone
  * @returns {string} the SVG
  */
 export function logLogPlot({ title, x, y, series }) {
@@ -26,7 +28,7 @@ export function logLogPlot({ title, x, y, series }) {
     ...up.ticks.map((tick) => line([BOX.left, tick.at], [BOX.right, tick.at], tick.label ? '#d1d5db' : '#f0f1f3')),
     ...across.ticks.map((tick) => text(tick.at, BOX.bottom + 18, tick.label, 'text-anchor="middle"')),
     ...up.ticks.map((tick) => text(BOX.left - 8, tick.at + 4, tick.label, 'text-anchor="end"')),
-    text((BOX.left + BOX.right) / 2, BOX.bottom + 44, x, 'text-anchor="middle"'),
+    text((BOX.left + BOX.right) / 2, BOX.bottom + 36, x, 'text-anchor="middle"'),
     text(18, middle, y, `text-anchor="middle" transform="rotate(-90 18 ${middle})"`),
     ...series.flatMap((one, index) => drawn(one, COLOURS[index % COLOURS.length], across.to, up.to)),
     ...legend(series),
@@ -62,18 +64,18 @@ function scale(numbers, from, to) {
 const numeral = (digit, decade) => (decade >= -3 && decade < 4 ? String(Number(`${digit}e${decade}`)) : `${digit}e${decade}`);
 const round = (number) => Math.round(10 * number) / 10;
 
-function drawn({ points, dashed }, colour, x, y) {
-  const places = points.map((point) => [x(point[0]), y(point[1])]);
-  const path = `<polyline points="${places.join(' ')}" fill="none" stroke="${colour}" stroke-width="2"${dashed ? ' stroke-dasharray="6 5"' : ''}/>`;
-  return dashed ? [path] : [path, ...places.map(([cx, cy]) => `<circle cx="${cx}" cy="${cy}" r="4.5" fill="${colour}"/>`)];
+function drawn({ points, marked }, colour, x, y) {
+  const [places, marks] = [points, marked ?? points].map((list) => list.map((point) => [x(point[0]), y(point[1])]));
+  const path = `<polyline points="${places.join(' ')}" fill="none" stroke="${colour}" stroke-width="2"${marked ? DASHES : ''}/>`;
+  return [path, ...marks.map(([cx, cy]) => `<circle cx="${cx}" cy="${cy}" r="4.5" fill="${colour}"/>`)];
 }
 
-/** Names under the title, one line each, at the top left where rising lines leave room. */
+/** Names under the plot, one line each. */
 function legend(series) {
-  return series.flatMap(({ name, dashed }, index) => {
-    const [colour, y] = [COLOURS[index % COLOURS.length], BOX.top + 20 + 19 * index];
-    const stroke = `<path d="M${BOX.left + 12} ${y - 4}h26" stroke="${colour}" stroke-width="2"${dashed ? ' stroke-dasharray="6 5"' : ''}/>`;
-    return [stroke, text(BOX.left + 46, y, name, 'paint-order="stroke" stroke="#ffffff" stroke-width="4"')];
+  return series.flatMap(({ name, marked }, index) => {
+    const [colour, y] = [COLOURS[index % COLOURS.length], BOX.bottom + 58 + 18 * index];
+    const stroke = `<path d="M${BOX.left} ${y - 4}h30" stroke="${colour}" stroke-width="2"${marked ? DASHES : ''}/>`;
+    return [stroke, text(BOX.left + 40, y, name)];
   });
 }
 
