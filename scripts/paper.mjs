@@ -277,5 +277,5 @@ export function paper(names, options) {
 const isFile = (path) => statSync(path, { throwIfNoEntry: false })?.isFile() ?? false;
 const power = (number, digits) => number.toExponential(digits).replace('e+', 'e');
 const count = (number) => number.toLocaleString('en');
-const seconds = (number) => number.toPrecision(3);
+const seconds = (number) => (number < 100 ? number.toPrecision(3) : number.toFixed(0));
 const ratio = (theirs, ours) => `${(theirs / ours).toFixed(theirs / ours < 100 ? 1 : 0)}x`;
