@@ -1,5 +1,7 @@
 // Times hexcast and VTK on the same files in the same run, in turn, and writes the tables of benches/RESULTS.md.
-// usage: node scripts/bench.mjs [--quick] [--rounds R] [--runs K], or node scripts/bench.mjs paper ..., see paper.mjs
+// usage: node scripts/bench.mjs [page] [--quick] [--rounds R] [--runs K] [--largest N]
+// "page" times the page in Chromium instead, beside the command on the same driver: see bench_page.mjs. "paper" has options of
+// its own: see paper.mjs.
 // Needs cargo, and python3 with venv for the peers; makes .tools/peers on first use. Takes some minutes.
 
 import { execFileSync } from 'node:child_process';
@@ -8,6 +10,7 @@ import { loadavg, tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { parseArgs } from 'node:util';
 
+import { benchPage } from './bench_page.mjs';
 import { LIMIT_HEAD, LIMIT_LINES, limitCells } from './limits.mjs';
 import { paper } from './paper.mjs';
 import { build, jsonLines, machine, median, ms, output as run, table, write } from './results.mjs';
@@ -20,10 +23,12 @@ const { values: options, positionals } = parseArgs({
     quick: { type: 'boolean', default: false },
     rounds: { type: 'string', default: '2' },
     runs: { type: 'string', default: '3' },
+    largest: { type: 'string' },
   },
 });
 const sizes = options.quick ? [256] : [512, 1024];
 const rounds = Number(options.rounds);
+const ROUNDS = `* ${rounds} rounds, programs in turn; ${options.runs} runs a program and round after a first that does not count; medians.`;
 
 /** Makes the virtual environment of the peers and returns its python. */
 function peersPython() {
@@ -90,7 +95,7 @@ function raceTable({ n, seconds, last }) {
 }
 
 function stageTable({ n, last }) {
-  const stages = ['read', 'lines', 'snap', 'columns', 'flags', 'flags_again', 'flags_in_vec'];
+  const stages = ['read', 'lines', 'snap', 'columns', 'flags', 'flags_again', 'flags_in_vec', 'bytes_once'];
   const row = (name, run) => [name, ...stages.map((stage) => ms(run[`${stage}_s`])), (run.crossings_per_s / 1e6).toFixed(1)];
   return table([`${n}^3, ms`, ...stages.map((stage) => stage.replaceAll('_', ' ')), '1e6 crossings/s'], [row('CPU', last.cpu), row('GPU', last.gpu)]);
 }
@@ -123,7 +128,7 @@ function measured() {
     const whole = (pass) => pass.startsWith('all');
     const text = [
       ...machine(races[0].last.gpu.adapter, load),
-      `* ${rounds} rounds, programs in turn; ${options.runs} runs a program and round after a first that does not count; medians. Of passes, the run that was disturbed least.\n`,
+      `${ROUNDS} Of passes, the run that was disturbed least.\n`,
       '## From file to flags in memory, 64 spheres\n',
       races.map(raceTable).join('\n\n'),
       '\n### Stage by stage\n',
@@ -143,6 +148,22 @@ function measured() {
   }
 }
 
-if (positionals[0] === 'paper') paper(positionals.slice(1), { ...options, runs: Number(options.runs) });
-else if (positionals.length > 0) throw new Error(`${positionals[0]}: nothing but paper can be named`);
-else measured();
+/** The page in Chromium. */
+async function page() {
+  const load = loadavg()[0];
+  const scratch = mkdtempSync(join(tmpdir(), 'hexcast-bench-'));
+  try {
+    const tools = { scratch, run, jsonLines, median, ms, table, command: build(['bin', 'hexcast']), bench: build(['bench', 'table']) };
+    const { adapter, text } = await benchPage({ ...options, rounds, sizes: options.quick ? [128] : sizes }, tools);
+    write('measured page', [...machine(adapter, load), `${ROUNDS}\n`, text].join('\n'));
+    console.log(text);
+  } finally {
+    rmSync(scratch, { recursive: true });
+  }
+}
+
+const [what = 'native', ...parts] = positionals;
+if (what === 'native') measured();
+else if (what === 'page') await page();
+else if (what === 'paper') paper(parts, { ...options, runs: Number(options.runs) });
+else throw new Error(`no bench is named ${what}: native, page or paper`);

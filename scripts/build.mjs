@@ -13,7 +13,12 @@ import { compileWasm, ensureBindgen } from './wasm.mjs';
 
 export const DIST = path.join(ROOT, 'dist');
 /** Most kilobytes (1000 bytes) of the wasm file, as it is and after gzip -9: it may only shrink; the aim is 400 and 160. */
-const LIMITS = { wasm: 700, gzip: 310 };
+const LIMITS = {
+  /** with the standard library compiled for size */
+  rebuilt: { wasm: 470, gzip: 208 },
+  /** with the one that comes with the compiler */
+  prebuilt: { wasm: 512, gzip: 224 },
+};
 /** Every browser with WebGPU has these; without them wasm-opt would refuse the code or leave it slower. */
 const FEATURES = ['simd', 'bulk-memory', 'nontrapping-float-to-int', 'sign-ext', 'mutable-globals', 'reference-types', 'multivalue'];
 
@@ -26,10 +31,10 @@ export async function build() {
   mkdirSync(DIST, { recursive: true });
   cpSync(path.join(ROOT, 'www'), DIST, { recursive: true });
   copyThree(path.join(DIST, 'vendor'));
-  await run(bindgen, ['--target', 'web', '--no-typescript', '--out-dir', DIST, '--out-name', 'hexcast_wasm', wasm]);
+  await run(bindgen, ['--target', 'web', '--no-typescript', '--out-dir', DIST, '--out-name', 'hexcast_wasm', wasm.file]);
   nameWasm();
   await optimize(path.join(DIST, 'hexcast_bg.wasm'));
-  return checkSizes(path.join(DIST, 'hexcast_bg.wasm'));
+  return checkSizes(path.join(DIST, 'hexcast_bg.wasm'), wasm.isRebuilt ? LIMITS.rebuilt : LIMITS.prebuilt);
 }
 
 /** Gives the wasm its public name; the glue, which nobody imports by name, keeps its own. */
@@ -44,10 +49,10 @@ async function optimize(file) {
   await run(process.execPath, [path.join(ROOT, 'node_modules/binaryen/bin/wasm-opt'), ...options, file, '-o', file]);
 }
 
-function checkSizes(file) {
+function checkSizes(file, limits) {
   const sizes = { wasm: statSync(file).size / 1000, gzip: gzipSync(readFileSync(file), { level: 9 }).length / 1000 };
-  const line = Object.entries(sizes).map(([name, size]) => `${name} ${size.toFixed(1)} kB of ${LIMITS[name]}`).join(', ');
-  if (sizes.wasm > LIMITS.wasm || sizes.gzip > LIMITS.gzip) {
+  const line = Object.entries(sizes).map(([name, size]) => `${name} ${size.toFixed(1)} kB of ${limits[name]}`).join(', ');
+  if (sizes.wasm > limits.wasm || sizes.gzip > limits.gzip) {
     throw new Error(`the wasm file is too large: ${line}. See what grew with "npx wasm-opt --func-metrics dist/hexcast_bg.wasm"`);
   }
   return line;

@@ -31,10 +31,12 @@ const TYPES = {
  * @param {string[]} [options.roots] folders, the first that has a file wins; dist
  * @param {string} [options.base] the path that the page lives under, with slashes at both ends; '/'
  * @param {number} [options.port] 0 lets the system choose; 0
+ * @param {boolean} [options.cors] lets pages of other origins read the files; false
  * @returns {Promise<{url: string, close: () => Promise<void>}>} `url` ends with `base`
  */
-export async function serve({ roots = [DIST], base = '/', port = 0 } = {}) {
-  const server = createServer((request, response) => answer(roots, base, request, response));
+export async function serve({ roots = [DIST], base = '/', port = 0, cors = false } = {}) {
+  const extra = cors ? { 'Access-Control-Allow-Origin': '*' } : {};
+  const server = createServer((request, response) => answer(roots, base, extra, request, response));
   await new Promise((resolve, reject) => server.once('error', reject).listen(port, '127.0.0.1', resolve));
   const close = () =>
     new Promise((resolve) => {
@@ -44,13 +46,13 @@ export async function serve({ roots = [DIST], base = '/', port = 0 } = {}) {
   return { url: `http://127.0.0.1:${server.address().port}${base}`, close };
 }
 
-function answer(roots, base, request, response) {
+function answer(roots, base, extra, request, response) {
   const refuse = (status, text) => response.writeHead(status, { 'Content-Type': 'text/plain' }).end(`${text}\n`);
   if (request.method !== 'GET' && request.method !== 'HEAD') return refuse(405, 'GET only');
   const file = fileOf(roots, base, request.url);
   if (!file) return refuse(404, 'not found');
   const type = TYPES[path.extname(file.path)] ?? 'application/octet-stream';
-  response.writeHead(200, { 'Content-Type': type, 'Content-Length': file.size, 'Cache-Control': 'no-cache' });
+  response.writeHead(200, { 'Content-Type': type, 'Content-Length': file.size, 'Cache-Control': 'no-cache', ...extra });
   if (request.method === 'HEAD') return response.end();
   // a file that vanishes meanwhile breaks the connection, which is what the browser should see
   return createReadStream(file.path).on('error', (error) => response.destroy(error)).pipe(response);

@@ -8,7 +8,7 @@ import path from 'node:path';
 import { build } from './build.mjs';
 import { NATIVE_ENV, chromedriver, ensure, ensureNodeModules, requireRust, swiftshaderEnv } from './machine.mjs';
 import { ROOT, Steps, run } from './run.mjs';
-import { clippyWasm, ensureBindgen, testWasm, wasmRust } from './wasm.mjs';
+import { bindgenTool, clippyWasm, compileWasmTests, ensureBindgen, testWasm, wasmRust } from './wasm.mjs';
 
 const GROUPS = ['lint', 'native', 'wasm', 'e2e', 'package'];
 
@@ -16,9 +16,9 @@ const GROUPS = ['lint', 'native', 'wasm', 'e2e', 'package'];
 const NEEDS = {
   lint: ['linker'],
   native: ['linker', 'vulkan', 'chromium'],
-  wasm: ['linker', 'vulkan', 'chromium', 'chromedriver'],
+  wasm: ['linker', 'vulkan', 'chromium', 'chromedriver', 'firefox'],
   e2e: ['linker', 'vulkan', 'chromium', 'firefox'],
-  package: ['linker'],
+  package: ['linker', 'vulkan', 'chromium', 'firefox'],
 };
 
 const steps = new Steps();
@@ -43,6 +43,11 @@ async function native() {
 
 async function wasm() {
   await steps.step('wasm tests in Chromium', async () => cargoTests(await testWasm(chromedriver())));
+  await steps.step('wasm tests in Firefox', async () => {
+    // loaded late: it needs the Node packages
+    const { testInFirefox } = await import('../tests/web/firefox.mjs');
+    return cargoTests(await testInFirefox(bindgenTool('wasm-bindgen-test-runner'), await compileWasmTests()));
+  });
 }
 
 async function e2e() {

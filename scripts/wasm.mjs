@@ -2,6 +2,9 @@
 //
 // A rustup toolchain with the target is used as it is. Where the target cannot be had from rustup, Debian's
 // rustc-web does, building the standard library from rust-web-src. HEXCAST_WASM_RUST=rustup|debian decides instead.
+//
+// What is shipped is compiled by itself: with the source of the standard library at hand, that is compiled for size too, and
+// a panic, whose message nobody could read anyway, is a mere trap. That takes some 70 kB off the file.
 
 import { existsSync, readFileSync } from 'node:fs';
 import path from 'node:path';
@@ -10,14 +13,18 @@ import { installDebian } from './machine.mjs';
 import { ROOT, ask, isExecutable, run, which } from './run.mjs';
 
 const TARGET = 'wasm32-unknown-unknown';
-/** Seconds that rustup gets to download the target. */
+const RUSTFLAGS = 'CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS';
+/** Seconds that rustup gets to download the target, and the source of the standard library. */
 const RUSTUP_SECONDS = 30;
 const DEBIAN = {
   packages: ['rustc-web', 'cargo-web', 'rust-web-src', 'rust-web-clippy', 'lld-19'],
   programs: ['/usr/bin/rustc', '/usr/bin/cargo', '/usr/bin/cargo-clippy', '/usr/bin/wasm-ld-19'],
 };
-/** One set of these for everything that is compiled to wasm, so that nothing is compiled twice. */
+/** One set of these for all tests and lints, so that nothing is compiled twice. */
 const CARGO_ARGS = ['--target', TARGET, '--target-dir', 'target/wasm', '--profile', 'wasm', '--no-default-features', '--features', 'web'];
+/** Flags of the compiler for what is shipped; behind the same switch as building the standard library. */
+const TRAP_FLAGS = ['-Zunstable-options', '-Cpanic=immediate-abort', '-Zlocation-detail=none'];
+const BOOTSTRAP = { RUSTC_BOOTSTRAP: '1' };
 
 /**
  * @typedef {object} Rust a Rust that compiles to wasm32
@@ -71,18 +78,55 @@ function rustup() {
 function debian() {
   const [rustc, cargo, cargoClippy, linker] = DEBIAN.programs;
   // building the standard library is behind a switch of the nightly compiler, which this variable opens
-  const env = { ...wasmEnv(), RUSTC: rustc, CARGO: cargo, RUSTC_BOOTSTRAP: '1', CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER: linker };
+  const env = { ...wasmEnv(), ...BOOTSTRAP, RUSTC: rustc, CARGO: cargo, CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER: linker };
   return { name: ask(rustc, ['--version']), cargo, cargoClippy, args: [...CARGO_ARGS, '-Zbuild-std=std,panic_abort'], env };
+}
+
+/** Chooses the Rust that compiles what is shipped; its standard library is rebuilt where its source can be had. */
+async function shippingRust() {
+  const rust = await wasmRust();
+  const wanted = process.env.HEXCAST_WASM_RUST;
+  if (wanted !== 'debian' && hasTarget() && hasSource()) return { ...rebuilding(rustup()), isRebuilt: true };
+  if (wanted !== 'rustup' && hasDebian()) return { ...rebuilding(debian()), isRebuilt: true };
+  if (wanted !== 'debian' && hasTarget() && (await addSource())) return { ...rebuilding(rustup()), isRebuilt: true };
+  if (wanted !== 'rustup' && (await installDebian(DEBIAN.packages).catch(() => null)) && hasDebian()) {
+    return { ...rebuilding(debian()), isRebuilt: true };
+  }
+  return { ...rust, isRebuilt: false };
+}
+
+function rebuilding(rust) {
+  const flags = [rust.env[RUSTFLAGS], ...TRAP_FLAGS].join(' ');
+  const args = rust.args.filter((argument) => !argument.startsWith('-Zbuild-std'));
+  return { ...rust, args: [...args, '-Zbuild-std=std'], env: { ...rust.env, ...BOOTSTRAP, [RUSTFLAGS]: flags } };
+}
+
+/** Whether rustup's toolchain has the source of the standard library and knows the flags. */
+function hasSource() {
+  const sysroot = ask('rustc', ['--print', 'sysroot']);
+  const hasFlags = ask('rustc', [...TRAP_FLAGS, '--target', TARGET, '--print', 'cfg'], BOOTSTRAP) !== null;
+  return hasFlags && sysroot !== null && existsSync(path.join(sysroot, 'lib/rustlib/src/rust/library'));
+}
+
+async function addSource() {
+  if (!which('rustup')) return false;
+  try {
+    await run('rustup', ['component', 'add', 'rust-src'], { minutes: RUSTUP_SECONDS / 60 });
+  } catch {
+    // no way to its server: without
+  }
+  return hasSource();
 }
 
 function wasmEnv() {
   return {
-    CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS: '-C target-feature=+simd128',
+    [RUSTFLAGS]: '-C target-feature=+simd128',
     CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUNNER: bindgenTool('wasm-bindgen-test-runner'),
   };
 }
 
-function bindgenTool(name) {
+/** Path of a program of wasm-bindgen, of the crate's version once `ensureBindgen` has run. */
+export function bindgenTool(name) {
   return path.join(ROOT, '.tools/bin', name);
 }
 
@@ -103,12 +147,16 @@ export async function ensureBindgen() {
   return tool;
 }
 
-/** Compiles the library to one wasm file and returns its path. */
+/**
+ * Compiles the library to one wasm file.
+ *
+ * @returns {Promise<{file: string, isRebuilt: boolean}>} its path, and whether the standard library was rebuilt for size
+ */
 export async function compileWasm() {
-  const rust = await wasmRust();
+  const rust = await shippingRust();
   // a library that is an rlib too would be compiled without link-time optimisation
   await run(rust.cargo, ['rustc', '--lib', '--crate-type', 'cdylib', ...rust.args], { env: rust.env });
-  return path.join(ROOT, 'target/wasm', TARGET, 'wasm/hexcast.wasm');
+  return { file: path.join(ROOT, 'target/wasm', TARGET, 'wasm/hexcast.wasm'), isRebuilt: rust.isRebuilt };
 }
 
 /** Runs clippy on all that is compiled to wasm; warnings are failures. */
@@ -127,4 +175,12 @@ export async function testWasm(chromedriver) {
     WASM_BINDGEN_TEST_TIMEOUT: '900',
   };
   return run(rust.cargo, ['test', '--test', 'web', ...rust.args, '--', '--nocapture'], { env });
+}
+
+/** Compiles the browser tests and returns the path of their wasm file. */
+export async function compileWasmTests() {
+  const rust = await wasmRust();
+  const output = await run(rust.cargo, ['test', '--test', 'web', ...rust.args, '--no-run', '--message-format', 'json'], { env: rust.env });
+  const artifacts = output.split('\n').filter((line) => line.startsWith('{')).map((line) => JSON.parse(line));
+  return artifacts.find(({ target, executable }) => target?.name === 'web' && executable).executable;
 }

@@ -2,9 +2,27 @@
 //!
 //! A run is one u32, `first cell << 8 | flag`. The runs of a ray are sorted by cell; a run ends where the next begins, the
 //! last at the end of the ray; cells before the first run are background; neighbouring runs differ in flag.
-//! Cost in memory: 4 bytes a run and 4 bytes a ray.
+//! Bands come as the backends make them, with 4 bytes a ray; joined they take 1.07 (see `part.rs`). Columns larger than
+//! the memory allowed go to a [`Store`] and are read back piece by piece.
+//! Cost in memory: 4 bytes a run and 1.07 bytes a ray.
 
+use std::borrow::Cow;
+use std::ops::Range;
+use std::sync::Arc;
+
+use crate::error::{Error, Result};
+use crate::parallel::*;
 use crate::rays::Rays;
+
+pub(crate) mod codec;
+mod growing;
+mod part;
+mod spill;
+
+pub use growing::Growing;
+pub(crate) use part::Part;
+pub use spill::Store;
+pub(crate) use spill::{Record, Spill};
 
 /// Packs a run.
 pub fn run(cell: u32, flag: u8) -> u32 {
@@ -49,13 +67,38 @@ impl Band {
 pub struct Columns {
     /// The rays.
     pub rays: Rays,
-    bands: Vec<Band>,
+    content: Content,
+    odd_rays: u64,
+    n_crossings: u64,
+}
+
+#[derive(Debug, Clone)]
+enum Content {
+    /// In memory.
+    Held(Vec<Part>),
+    /// In a store: the pieces, and the cells that their runs name.
+    Spilled { spill: Arc<Spill>, records: Vec<Record>, cells: Box<[u64; 256]> },
 }
 
 impl PartialEq for Columns {
-    /// Two results are equal if every ray has the same runs, however they are split in bands.
+    /// Two results are equal if every ray has the same runs, however they are split and wherever they are; columns that
+    /// cannot be read equal none.
     fn eq(&self, other: &Columns) -> bool {
-        self.rays == other.rays && (0..self.rays.n_rays()).all(|ray| self.ray(ray) == other.ray(ray))
+        let mut ray = 0;
+        let mut equal = self.rays == other.rays;
+        let n_rays = self.rays.n_rays();
+        while equal && ray < n_rays {
+            // as much as one piece holds
+            let end = n_rays.min(ray + u64::from(codec::PIECE_RAYS));
+            let runs_of = |columns: &Columns| {
+                let mut all = Vec::new();
+                columns.for_rays(ray..end, |runs| all.extend([&[runs.len() as u32], runs].concat()))?;
+                Ok::<_, Error>(all)
+            };
+            equal = matches!((runs_of(self), runs_of(other)), (Ok(ours), Ok(theirs)) if ours == theirs);
+            ray = end;
+        }
+        equal
     }
 }
 
@@ -66,12 +109,16 @@ impl Columns {
     /// If the bands do not cover every ray once, in order: a bug of the caller.
     pub fn new(rays: Rays, bands: Vec<Band>) -> Columns {
         let mut next = 0;
+        let [mut odd_rays, mut n_crossings] = [0; 2];
         for band in &bands {
             assert_eq!(band.first_ray, next, "bands must follow each other");
             next += band.ends.len() as u64;
+            odd_rays += band.odd_rays;
+            n_crossings += band.n_crossings;
         }
         assert_eq!(next, rays.n_rays(), "bands must cover all rays");
-        Columns { rays, bands }
+        let content = Content::Held(bands.into_iter().map(Part::new).collect());
+        Columns { rays, content, odd_rays, n_crossings }
     }
 
     /// Number of cells on x, y and z.
@@ -82,78 +129,127 @@ impl Columns {
         dims
     }
 
-    /// The bands, in order of their rays.
-    pub fn bands(&self) -> &[Band] {
-        &self.bands
+    /// Calls `found` with the runs of consecutive rays, in their order.
+    ///
+    /// # Errors
+    /// `io` where the columns are in a store that fails.
+    pub fn for_rays(&self, rays: Range<u64>, mut found: impl FnMut(&[u32])) -> Result<()> {
+        let mut of_part = |part: &Part| {
+            let start = rays.start.max(part.first_ray) - part.first_ray;
+            let n = rays.end.min(part.end_ray()) - part.first_ray - start;
+            part.rays_from(start as usize).take(n as usize).for_each(&mut found);
+        };
+        match &self.content {
+            Content::Held(parts) => {
+                let first = parts.partition_point(|part| part.end_ray() <= rays.start);
+                parts[first..].iter().take_while(|part| part.first_ray < rays.end).for_each(of_part);
+            }
+            Content::Spilled { spill, records, .. } => {
+                let first = records.partition_point(|record| record.end_ray() <= rays.start);
+                for record in records[first..].iter().take_while(|record| record.first_ray < rays.end) {
+                    of_part(&*spill.part(record)?);
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Runs of a ray by its index `i + n_i * j` over the axes across.
-    pub fn ray(&self, ray: u64) -> &[u32] {
-        let band = &self.bands[self.bands.partition_point(|band| band.first_ray <= ray) - 1];
-        band.ray((ray - band.first_ray) as usize)
+    ///
+    /// # Errors
+    /// `io` where the columns are in a store that fails.
+    ///
+    /// # Panics
+    /// If there is no such ray: a bug of the caller.
+    pub fn ray(&self, ray: u64) -> Result<Cow<'_, [u32]>> {
+        match &self.content {
+            Content::Held(_) => Ok(Cow::Borrowed(self.held_ray(ray))),
+            Content::Spilled { spill, records, .. } => {
+                let part = spill.part(&records[records.partition_point(|record| record.end_ray() <= ray)])?;
+                Ok(Cow::Owned(part.ray((ray - part.first_ray) as usize).to_vec()))
+            }
+        }
     }
 
-    /// Runs of consecutive rays from one on; cheaper than asking for each.
-    pub fn rays_from(&self, ray: u64) -> impl Iterator<Item = &[u32]> {
-        let first = self.bands.partition_point(|band| band.first_ray + band.ends.len() as u64 <= ray);
-        self.bands[first..].iter().flat_map(move |band| {
-            let skipped = ray.saturating_sub(band.first_ray) as usize;
-            (skipped..band.ends.len()).map(|index| band.ray(index))
-        })
+    /// Runs of a ray of columns in memory; none where they are not.
+    pub(crate) fn held_ray(&self, ray: u64) -> &[u32] {
+        let Content::Held(parts) = &self.content else { return &[] };
+        let part = &parts[parts.partition_point(|part| part.end_ray() <= ray)];
+        part.ray((ray - part.first_ray) as usize)
     }
 
     /// Flag of the cell (x, y, z), each below [`Columns::dims`].
-    pub fn flag(&self, cell: [u32; 3]) -> u8 {
+    ///
+    /// # Errors
+    /// `io` where the columns are in a store that fails.
+    pub fn flag(&self, cell: [u32; 3]) -> Result<u8> {
         let [i, j] = self.rays.across.map(|axis| u64::from(cell[axis]));
-        flag_at(self.ray(i + u64::from(self.rays.counts[0]) * j), cell[self.rays.axis])
+        Ok(flag_at(&self.ray(i + u64::from(self.rays.counts[0]) * j)?, cell[self.rays.axis]))
     }
 
     /// Number of runs of all rays.
     pub fn n_runs(&self) -> u64 {
-        self.bands.iter().map(|band| band.runs.len() as u64).sum()
+        match &self.content {
+            Content::Held(parts) => parts.iter().map(Part::n_runs).sum(),
+            Content::Spilled { records, .. } => records.iter().map(|record| u64::from(record.n_runs)).sum(),
+        }
     }
 
     /// Number of crossings that the rays had.
     pub fn n_crossings(&self) -> u64 {
-        self.bands.iter().map(|band| band.n_crossings).sum()
+        self.n_crossings
     }
 
     /// Rays that do not leave every geometry they enter.
     pub fn odd_rays(&self) -> u64 {
-        self.bands.iter().map(|band| band.odd_rays).sum()
+        self.odd_rays
+    }
+
+    /// Whether the runs are in a store outside memory.
+    pub fn is_spilled(&self) -> bool {
+        matches!(self.content, Content::Spilled { .. })
     }
 
     /// Bytes held in memory.
     pub fn n_bytes(&self) -> u64 {
-        self.bands.iter().map(|band| 4 * (band.runs.capacity() + band.ends.capacity()) as u64).sum()
+        match &self.content {
+            Content::Held(parts) => parts.iter().map(Part::n_bytes).sum(),
+            Content::Spilled { records, .. } => size_of_val(records.as_slice()) as u64,
+        }
+    }
+
+    /// Bytes in a store outside memory.
+    pub fn spilled_bytes(&self) -> u64 {
+        match &self.content {
+            Content::Held(_) => 0,
+            Content::Spilled { records, .. } => records.iter().map(Record::n_stored).sum(),
+        }
     }
 
     /// Number of cells of every flag, 0 to 255.
     pub fn cells_per_flag(&self) -> [u64; 256] {
-        use crate::parallel::*;
-        let add = |mut a: [u64; 256], b: [u64; 256]| {
-            a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
-            a
+        let mut cells = match &self.content {
+            Content::Held(parts) => cells_of(parts, self.rays.depth),
+            Content::Spilled { cells, .. } => **cells,
         };
-        let of_bands = self.bands.par_iter().map(|band| self.cells_of_band(band)).collect::<Vec<_>>();
-        let mut cells = of_bands.into_iter().fold([0u64; 256], add);
         let flagged: u64 = cells.iter().sum();
         cells[0] += self.rays.n_rays() * u64::from(self.rays.depth) - flagged;
         cells
     }
+}
 
-    /// Cells of every flag that runs of the band name; cells before the first run of a ray are not counted.
-    fn cells_of_band(&self, band: &Band) -> [u64; 256] {
-        let mut cells = [0u64; 256];
-        for ray in 0..band.ends.len() {
-            let mut end = self.rays.depth;
-            for &run in band.ray(ray).iter().rev() {
-                cells[usize::from(run_flag(run))] += u64::from(end - run_cell(run));
-                end = run_cell(run);
-            }
-        }
+/// Cells of every flag that runs of the parts name; cells before the first run of a ray are not counted.
+fn cells_of(parts: &[Part], depth: u32) -> [u64; 256] {
+    let of_part = |part: &Part| {
+        let mut cells = [0; 256];
+        part.add_cells(depth, &mut cells);
         cells
-    }
+    };
+    let of_parts: Vec<[u64; 256]> = parts.par_iter().map(of_part).collect();
+    of_parts.into_iter().fold([0; 256], |mut sum, cells| {
+        sum.iter_mut().zip(cells).for_each(|(sum, cells)| *sum += cells);
+        sum
+    })
 }
 
 /// Flag of a cell of a ray with the given runs.
@@ -180,15 +276,16 @@ mod tests {
     fn runs_are_found_across_bands() {
         let columns = columns();
         assert_eq!(columns.dims(), [2, 2, 10]);
-        let flags = |x, y| (0..10).map(|z| columns.flag([x, y, z])).collect::<Vec<_>>();
+        let flags = |x, y| (0..10).map(|z| columns.flag([x, y, z]).unwrap()).collect::<Vec<_>>();
         assert_eq!(flags(0, 0), [0, 7, 7, 7, 0, 0, 0, 0, 0, 0]);
         assert_eq!(flags(1, 0), [0; 10]);
         assert_eq!(flags(0, 1), [0, 0, 0, 0, 0, 0, 0, 0, 0, 1]);
         assert_eq!(flags(1, 1), [2; 10]);
-        for ray in 0..=4 {
-            let found: Vec<&[u32]> = columns.rays_from(ray).collect();
-            let expected: Vec<&[u32]> = (ray..4).map(|ray| columns.ray(ray)).collect();
-            assert_eq!(found, expected, "from ray {ray}");
+        for (ray, end) in [(0, 4), (1, 3), (2, 4), (3, 4), (3, 3), (4, 4), (0, 1)] {
+            let mut found = Vec::new();
+            columns.for_rays(ray..end, |runs| found.push(runs.to_vec())).unwrap();
+            let expected: Vec<Vec<u32>> = (ray..end).map(|ray| columns.ray(ray).unwrap().into_owned()).collect();
+            assert_eq!(found, expected, "rays {ray} to {end}");
         }
     }
 
@@ -207,9 +304,8 @@ mod tests {
             runs: vec![run(1, 7), run(4, 0), run(9, 1), run(0, 2)],
             ..Band::default()
         };
-        let mut joined = Columns::new(columns().rays, vec![joined]);
-        assert_eq!(joined, columns());
-        joined.bands[0].runs[3] = run(1, 2);
-        assert_ne!(joined, columns());
+        let other = Band { runs: vec![run(1, 7), run(4, 0), run(9, 1), run(1, 2)], ..joined.clone() };
+        assert_eq!(Columns::new(columns().rays, vec![joined]), columns());
+        assert_ne!(Columns::new(columns().rays, vec![other]), columns());
     }
 }

@@ -18,7 +18,7 @@ use crate::rays::Rays;
 const RAYS_PER_STRIP: u32 = 16_384;
 /// Strips handed to the cores between two looks at progress and cancel: enough to keep cores busy, and on the one core of
 /// a browser's worker few enough to stop within a fraction of a second.
-const STRIPS_PER_ROUND: u32 = if cfg!(target_arch = "wasm32") { 4 } else { 64 };
+pub const STRIPS_PER_ROUND: u32 = if cfg!(target_arch = "wasm32") { 4 } else { 64 };
 
 /// Meshes the box on the CPU.
 ///
@@ -43,45 +43,65 @@ pub struct Strips<'a> {
     rule: Rule,
     lattice: Lattice,
     next: u32,
-    bands: Vec<Band>,
+    /// Rays of the next strip that are there already.
+    skipped: usize,
 }
 
 impl<'a> Strips<'a> {
     /// Builds the lattice of the box, in strips of `rows` ray rows or of a size that suits a core's cache.
     pub fn new(frame: &'a Frame, rays: &'a Rays, rule: Rule, rows: Option<u32>) -> Strips<'a> {
-        let fitting = (RAYS_PER_STRIP / rays.counts[0]).clamp(1, rays.counts[1].div_ceil(16));
-        let bin = [rays.counts[0], rows.unwrap_or(fitting).max(1)];
+        let bin = [rays.counts[0], rows.unwrap_or(rows_of_strip(rays)).max(1)];
         let lattice = lattice(frame, rays, bin, 0..Lattice::n_rows(rays, bin));
-        Strips { frame, rays, rule, lattice, next: 0, bands: Vec::new() }
+        Strips { frame, rays, rule, lattice, next: 0, skipped: 0 }
     }
 
-    /// Meshes the next strips on all cores; false once all are done.
+    /// Begins with the ray of this index instead of the first.
+    pub fn from_ray(self, ray: u64) -> Strips<'a> {
+        if ray >= self.rays.n_rays() {
+            return Strips { next: self.lattice.rows.end, ..self };
+        }
+        let rays_of_strip = u64::from(self.rays.counts[0]) * u64::from(self.lattice.bin[1]);
+        Strips { next: (ray / rays_of_strip) as u32, skipped: (ray % rays_of_strip) as usize, ..self }
+    }
+
+    /// Bytes of the lattice.
+    pub fn n_bytes(&self) -> u64 {
+        4 * (self.lattice.offsets.capacity() + self.lattice.facets.capacity()) as u64
+    }
+
+    /// Meshes the next strips on all cores; none once all are done.
     ///
     /// # Errors
     /// `cancelled` when the control says so.
-    pub fn round(&mut self, control: &Control) -> Result<bool> {
+    pub fn round(&mut self, control: &Control) -> Result<Option<Vec<Band>>> {
         control.check()?;
         let n_strips = self.lattice.rows.end;
+        if self.next >= n_strips {
+            return Ok(None);
+        }
         let end = self.next.saturating_add(STRIPS_PER_ROUND).min(n_strips);
         let mapping = Mapping { rule: self.rule, flag_of_rank: &self.frame.ranks.flag_of_rank, depth: self.rays.depth };
-        let strips = (self.next..end).into_par_iter();
-        self.bands
-            .par_extend(strips.map(|strip| map(&crossings(self.frame, self.rays, &self.lattice, strip), &mapping)));
-        self.next = end;
+        let first = self.next;
+        let band_of = |strip| {
+            let skipped = if strip == first { self.skipped } else { 0 };
+            map(&crossings(self.frame, self.rays, &self.lattice, strip).without_first(skipped), &mapping)
+        };
+        let bands = (first..end).into_par_iter().map(band_of).collect();
+        (self.next, self.skipped) = (end, 0);
         control.advance(u64::from(end) * self.rays.n_rays() / u64::from(n_strips), self.rays.n_rays());
-        Ok(end < n_strips)
-    }
-
-    /// The columns of all strips.
-    ///
-    /// # Panics
-    /// If a round is still to be done: a bug of the caller.
-    pub fn finish(self) -> Columns {
-        Columns::new(*self.rays, self.bands)
+        Ok(Some(bands))
     }
 
     fn columns(mut self, control: &Control) -> Result<Columns> {
-        while self.round(control)? {}
-        Ok(self.finish())
+        let mut bands = Vec::new();
+        while let Some(mut more) = self.round(control)? {
+            bands.append(&mut more);
+        }
+        Ok(Columns::new(*self.rays, bands))
     }
+}
+
+/// Ray rows of a strip where the caller has no opinion.
+pub fn rows_of_strip(rays: &Rays) -> u32 {
+    (RAYS_PER_STRIP / rays.counts[0]).clamp(1, rays.counts[1].div_ceil(16))
 }

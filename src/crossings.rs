@@ -29,6 +29,21 @@ pub struct Crossings {
     pub events: Vec<u32>,
 }
 
+impl Crossings {
+    /// Drops the first rays.
+    pub fn without_first(self, n_rays: usize) -> Crossings {
+        if n_rays == 0 {
+            return self;
+        }
+        let start = self.offsets[n_rays];
+        Crossings {
+            first_ray: self.first_ray + n_rays as u64,
+            offsets: self.offsets[n_rays..].iter().map(|offset| offset - start).collect(),
+            events: self.events[start as usize..].to_vec(),
+        }
+    }
+}
+
 /// Packs a crossing.
 pub fn event(cell: u32, rank: u8, exits: bool) -> u32 {
     cell << 9 | u32::from(rank) << 1 | u32::from(exits)

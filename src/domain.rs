@@ -48,9 +48,13 @@ impl Domain {
         let end_points = [0, 1, 2].map(|axis| {
             let ends = boxes.iter().flatten().map(|corner| corner[axis]);
             let inside = ends.filter(|&end| low[axis] < end && end < high[axis]);
-            let mut points: Vec<f64> = inside.chain([low[axis], high[axis]]).collect();
-            points.sort_by(f64::total_cmp);
-            points.dedup();
+            let mut points = vec![low[axis], high[axis]];
+            for end in inside {
+                let at = points.partition_point(|&point| point < end);
+                if points[at] != end {
+                    points.insert(at, end);
+                }
+            }
             points
         });
         Ok(Domain { low, high, end_points, boxes: boxes.to_vec() })

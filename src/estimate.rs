@@ -5,19 +5,26 @@
 //! sum over all facets, clipped to the rectangle of the rays, is the expected number of crossings of the mesh. Crossings
 //! below and beyond the domain along the rays count, as they do in the mesh.
 //!
-//! Bytes follow from rays, runs and cells. A run is taken to begin at every crossing: too many where geometries overlap or
-//! end with the domain.
+//! Bytes follow from rays, runs and cells. A run is taken to begin at every crossing before the end of its ray: too many where
+//! geometries overlap, lie beside the domain, or have parts thinner than a cell.
 //! Weakness: the sizes of compressed files are rules of thumb, good to a factor of three for curved surfaces; flat ones
 //! compress better. Those marked exact are exact.
 //! Cost: one pass over the corners.
 
-use crate::parallel::*;
 use serde::Serialize;
 
-use crate::geometry::{Facet, Geometry};
+use crate::cpu;
+use crate::error::{Error, MORE_MEMORY, Result};
+use crate::geometry::Geometry;
+use crate::job::ByteSize;
 use crate::lines::Lines;
+use crate::mesh::SLAB_BYTES;
 use crate::rays::Rays;
 use crate::write::{npy, raw};
+
+mod expected;
+
+use expected::Expected;
 
 /// What a mesh would hold and take.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -40,12 +47,45 @@ pub struct Estimate {
     pub crossings: u64,
     /// Bytes of the columns in memory.
     pub column_bytes: u64,
-    /// Bytes of memory that meshing and writing takes: facets as read and as snapped, columns, slabs.
+    /// Most bytes of memory that meshing and writing takes at once; the GPU's, if that needs more.
     pub host_bytes: u64,
+    /// What they are made of.
+    pub host: HostBytes,
     /// Bytes of GPU buffers at most, if the GPU meshes.
     pub device_bytes: u64,
     /// Bytes of the files.
     pub file_bytes: FileBytes,
+}
+
+/// Bytes of memory on the host.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct HostBytes {
+    /// Facets as read and as snapped; gone when the mesh is made.
+    pub facets: u64,
+    /// The lattice of the CPU backend.
+    pub lattice: u64,
+    /// Facets on their way to the GPU.
+    pub upload: u64,
+    /// Columns, packed.
+    pub columns: u64,
+    /// Columns as the CPU backend makes them, on top of the packed ones: those of one round.
+    pub round: u64,
+    /// The largest band as the GPU brings it, on top of the packed ones.
+    pub band: u64,
+    /// Flags being written.
+    pub slabs: u64,
+}
+
+impl HostBytes {
+    /// Bytes besides the columns while they are made; the GPU brings them in bands of at most `band_bytes`.
+    pub fn working(&self, on_gpu: bool, band_bytes: u64) -> u64 {
+        self.facets + if on_gpu { self.upload + self.band.min(band_bytes) } else { self.lattice + self.round }
+    }
+
+    /// Most bytes held at once by meshing, if all columns stay in memory.
+    pub fn meshing(&self, on_gpu: bool) -> u64 {
+        self.columns + self.working(on_gpu, u64::MAX)
+    }
 }
 
 /// Bytes of a mesh in each format; those of 2^64 and more read as 2^64 - 1.
@@ -73,8 +113,9 @@ impl Estimate {
     /// Estimates the mesh of geometries on lines by rays.
     pub fn new(geometries: &[Geometry], lines: &Lines, rays: &Rays) -> Estimate {
         let facets: u64 = geometries.iter().map(|geometry| geometry.facets.len() as u64).sum();
-        let crossings = expected_crossings(geometries, lines, rays).round() as u64;
-        let column_bytes = 4 * (rays.n_rays() + crossings);
+        let expected = Expected::new(geometries, lines, rays);
+        let crossings = expected.crossings.round() as u64;
+        let host = host_bytes(facets, &expected, lines, rays);
         Estimate {
             dims: lines.dims,
             origin: lines.origin,
@@ -84,87 +125,122 @@ impl Estimate {
             rays: rays.n_rays(),
             facets,
             crossings,
-            column_bytes,
-            host_bytes: facets * HOST_FACET_BYTES + column_bytes + 2 * crate::mesh::SLAB_BYTES as u64,
-            device_bytes: device_bytes(facets, rays.n_rays()),
-            file_bytes: file_bytes(lines, rays.n_rays(), crossings),
+            column_bytes: host.columns,
+            host_bytes: host.meshing(false).max(host.meshing(true)).max(host.columns + host.slabs),
+            host,
+            device_bytes: device_bytes(facets, rays),
+            file_bytes: file_bytes(lines, rays.n_rays(), expected.runs as u64),
         }
     }
-}
 
-/// Bytes of a facet: 36 as read, 37 snapped, 40 on their way to the device.
-const HOST_FACET_BYTES: u64 = 113;
-
-/// Sum over all facets of the cells across that their projections cover within the rectangle of the rays.
-pub fn expected_crossings(geometries: &[Geometry], lines: &Lines, rays: &Rays) -> f64 {
-    let mut sum = 0.0;
-    for geometry in geometries {
-        let project = |corner: [f32; 3]| {
-            let world = geometry.world_from_corner(corner);
-            rays.across.map(|axis| (world[axis] - lines.origin[axis]) / lines.spacing[axis])
+    /// Refuses a mesh that takes more memory than allowed.
+    ///
+    /// # Errors
+    /// `memory`, with the numbers.
+    pub fn check(&self, allowed: &Allowed) -> Result<()> {
+        let Allowed { max_bytes, on_gpu, can_spill, flags } = *allowed;
+        let flags = if flags { self.cells } else { 0 };
+        let columns = if can_spill { 0 } else { self.host.columns };
+        let meshing = self.host.working(on_gpu, band_bytes(max_bytes)) + columns;
+        let needed = meshing.max((columns + flags).saturating_add(2 * slab_bytes(max_bytes)));
+        if needed <= max_bytes {
+            return Ok(());
+        }
+        let flags_text = if flags > 0 { format!(", flags in memory {}", ByteSize(flags)) } else { String::new() };
+        let message = format!(
+            "the mesh takes about {} of memory (columns {}, facets {}{flags_text}); {} are allowed",
+            ByteSize(needed),
+            ByteSize(self.host.columns),
+            ByteSize(self.host.facets),
+            ByteSize(max_bytes),
+        );
+        let hint = match (flags > 0, can_spill) {
+            (true, _) => "leave out --flags-in-memory: files are written without it; or allow more with --max-memory",
+            (_, false) => MORE_MEMORY,
+            (_, true) => "allow more with max_memory (--max-memory), or mesh fewer facets",
         };
-        let area = |facet: &Facet| covered_area(facet.map(project), rays.counts.map(f64::from));
-        // blocks of fixed size, so that the number of threads does not change the last bits
-        let blocks: Vec<f64> = geometry.facets.par_chunks(4096).map(|block| block.iter().map(area).sum()).collect();
-        sum += blocks.iter().sum::<f64>();
+        Err(Error::new("memory", message, hint))
     }
-    sum
 }
 
-/// Area of the part of a triangle inside the rectangle from 0, 0 to `size`.
-fn covered_area(triangle: [[f64; 2]; 3], size: [f64; 2]) -> f64 {
-    let inside = |point: &[f64; 2]| (0..2).all(|axis| (0.0..=size[axis]).contains(&point[axis]));
-    if triangle.iter().all(inside) {
-        return polygon_area(&triangle);
-    }
-    let mut polygon = triangle.to_vec();
-    for axis in 0..2 {
-        polygon = clip(&polygon, |point| point[axis]);
-        polygon = clip(&polygon, |point| size[axis] - point[axis]);
-    }
-    polygon_area(&polygon)
+/// What a mesh may take.
+#[derive(Debug, Clone, Copy)]
+pub struct Allowed {
+    /// Most bytes of memory.
+    pub max_bytes: u64,
+    /// Whether the GPU meshes.
+    pub on_gpu: bool,
+    /// Whether columns may go elsewhere.
+    pub can_spill: bool,
+    /// Whether all flags will be held in memory.
+    pub flags: bool,
 }
 
-/// The part of a convex polygon where a linear function is not negative (Sutherland and Hodgman 1974).
-fn clip(polygon: &[[f64; 2]], height: impl Fn(&[f64; 2]) -> f64) -> Vec<[f64; 2]> {
-    let mut kept = Vec::with_capacity(polygon.len() + 1);
-    for (index, point) in polygon.iter().enumerate() {
-        let next = &polygon[(index + 1) % polygon.len()];
-        let (here, there) = (height(point), height(next));
-        if here >= 0.0 {
-            kept.push(*point);
-        }
-        if (here < 0.0) != (there < 0.0) {
-            let t = here / (here - there);
-            kept.push([0, 1].map(|axis| point[axis] + t * (next[axis] - point[axis])));
-        }
+/// Bytes of flags to write at a time within a budget: two of these slabs are held, beside the columns.
+pub fn slab_bytes(max_bytes: u64) -> u64 {
+    (max_bytes / 16).clamp(1 << 16, SLAB_BYTES as u64)
+}
+
+/// Bytes of columns that the GPU may bring home, within a budget, before they are packed.
+pub fn band_bytes(max_bytes: u64) -> u64 {
+    max_bytes / 8
+}
+
+/// Bytes of a facet: 36 as read, 37 snapped.
+const FACET_BYTES: u64 = 73;
+/// Bytes of a facet on its way to the device.
+pub const UPLOAD_FACET_BYTES: u64 = 40;
+
+fn host_bytes(facets: u64, expected: &Expected, lines: &Lines, rays: &Rays) -> HostBytes {
+    let (n_rays, runs) = (rays.n_rays(), expected.runs);
+    // a byte a ray and four bytes every 64 rays; four bytes a ray until they are packed
+    let index = n_rays + n_rays.div_ceil(64) * 4;
+    let columns = index + 4 * runs as u64;
+    let round_rays = (u64::from(cpu::STRIPS_PER_ROUND) * u64::from(cpu::rows_of_strip(rays)))
+        .saturating_mul(u64::from(rays.counts[0]))
+        .min(n_rays);
+    let strips = u64::from(rays.counts[1].div_ceil(cpu::rows_of_strip(rays)));
+    // the last round stands unpacked behind the columns before it
+    let extra = |rays: u64| ((4 * n_rays - index.min(4 * n_rays)) as f64 * (rays as f64 / n_rays as f64)) as u64;
+    HostBytes {
+        facets: facets * FACET_BYTES,
+        lattice: 4 * (expected.strip_facets as u64 + strips),
+        upload: facets * UPLOAD_FACET_BYTES,
+        columns,
+        round: extra(round_rays),
+        band: extra(n_rays.min(MOST_BAND)),
+        slabs: 2 * lines.n_cells().min(SLAB_BYTES as u64),
     }
-    kept
 }
 
-fn polygon_area(polygon: &[[f64; 2]]) -> f64 {
-    let Some(first) = polygon.first() else { return 0.0 };
-    let from_first = |point: &[f64; 2]| [point[0] - first[0], point[1] - first[1]];
-    let doubled: f64 = polygon
-        .windows(2)
-        .map(|two| (from_first(&two[0]), from_first(&two[1])))
-        .map(|(a, b)| a[0] * b[1] - a[1] * b[0])
-        .sum();
-    0.5 * doubled.abs()
-}
-
-/// GPU buffers: the facets, and the rays, (facet, bin) pairs and crossings of the largest band.
-fn device_bytes(facets: u64, rays: u64) -> u64 {
+/// GPU buffers: the facets, and the rays, (facet, bin) pairs and crossings of the bands in flight.
+///
+/// Up to [`FIRST_BAND`] rays a mesh is one band, and the bytes follow; beyond that bands grow with the speed of the device,
+/// and this is the most they grow to.
+fn device_bytes(facets: u64, rays: &Rays) -> u64 {
     const FACET: u64 = 44;
-    const RAY: u64 = 8;
-    const PAIR: u64 = 104;
-    const EVENT: u64 = 8;
-    let first_band = rays.clamp(1, 1 << 18);
-    let band = rays.clamp(1, 1 << 22);
-    // room is made for 16 pairs a bin of 64 rays and 3 pairs a facet, and grows with the band
-    let pairs = (first_band / 4 + 3 * facets) * band.div_ceil(first_band);
-    facets * FACET + band * (RAY + 6 * EVENT) + pairs * PAIR
+    const BIN: u64 = 72;
+    const PAIR: u64 = 40;
+    const EVENT: u64 = 4;
+    let [n_i, n_j] = rays.counts.map(u64::from);
+    let whole_bins = |rows: u64| (rows / 8 * 8).max(8).min(n_j);
+    let first_rows = whole_bins(FIRST_BAND / n_i);
+    let first_rays = first_rows * n_i;
+    let bins = n_i.div_ceil(8) * first_rows.div_ceil(8);
+    // room is made for 16 pairs a bin and 3 pairs a facet, and for 6 crossings a ray
+    let first = bins * BIN + first_rays * 6 * EVENT + (16 * bins + 3 * facets) * PAIR;
+    if first_rows == n_j {
+        return facets * FACET + first;
+    }
+    // the buffers grow with the band; three are in flight
+    let most_rows = whole_bins(MOST_BAND / n_i).min(n_j.div_ceil(2));
+    3 * (facets * FACET + first.saturating_mul(most_rows.div_ceil(first_rows)))
 }
+
+/// Rays of the first band on the GPU.
+const FIRST_BAND: u64 = 1 << 18;
+/// Most rays of a band on the GPU.
+pub(crate) const MOST_BAND: u64 = 1 << 22;
 
 fn file_bytes(lines: &Lines, rays: u64, runs: u64) -> FileBytes {
     const VTI_HEAD: u64 = 1000;
@@ -188,14 +264,13 @@ fn file_bytes(lines: &Lines, rays: u64, runs: u64) -> FileBytes {
 mod tests {
     use super::*;
     use crate::control::Control;
-    use crate::cpu;
     use crate::frame::Frame;
     use crate::job::Rule;
 
     fn fixture(name: &str) -> Geometry {
         let path = format!("{}/tests/fixtures/{name}", env!("CARGO_MANIFEST_DIR"));
         let contents = crate::read::read_bytes(&std::fs::read(path).unwrap()).unwrap();
-        Geometry::new(name, 1, contents.solids.into_iter().flat_map(|solid| solid.facets).collect())
+        Geometry::new(name, 1, contents.solids[0].facets.clone())
     }
 
     #[test]
@@ -217,9 +292,8 @@ mod tests {
                     let found = Estimate::new(&geometries, &lines, &rays);
                     let what = format!("{name}, part {part}, axis {axis}");
                     assert_within_a_quarter(found.crossings, columns.n_crossings(), &what);
-                    let bytes = 4 * (rays.n_rays() + columns.n_runs());
                     if part == 1.0 {
-                        assert_within_a_quarter(found.column_bytes, bytes, &what);
+                        assert_within_a_quarter(found.column_bytes, columns.n_bytes(), &what);
                     }
                 }
             }
@@ -230,15 +304,6 @@ mod tests {
     fn assert_within_a_quarter(estimate: u64, real: u64, what: &str) {
         let ratio = estimate as f64 / real as f64;
         assert!((0.75..1.25).contains(&ratio), "{what}: {estimate} estimated, {real} real");
-    }
-
-    #[test]
-    fn areas_are_clipped_to_the_rectangle() {
-        let triangle = [[-2.0, -2.0], [6.0, -2.0], [-2.0, 6.0]];
-        assert_eq!(covered_area(triangle, [2.0, 2.0]), 4.0);
-        assert_eq!(covered_area(triangle, [10.0, 10.0]), 8.0);
-        assert_eq!(covered_area([[3.0, 0.0], [4.0, 0.0], [3.0, 1.0]], [2.0, 2.0]), 0.0);
-        assert_eq!(covered_area([[0.0, 0.0], [0.0, 2.0], [2.0, 0.0]], [2.0, 2.0]), 2.0);
     }
 
     #[test]

@@ -8,7 +8,11 @@
 use std::ops::Range;
 
 use crate::columns::{Columns, flag_at, run_cell, run_flag};
+use crate::error::Result;
 use crate::parallel::*;
+
+/// Flags that one core takes at a time.
+const ROWS_BYTES: usize = 1 << 16;
 
 /// Cells from `start` to `end` (exclusive) on x, y and z.
 pub type CellBox = [Range<u32>; 3];
@@ -20,40 +24,52 @@ pub fn n_cells(cells: &CellBox) -> usize {
 
 /// Expands the flags of a box into `out`, x fastest.
 ///
+/// # Errors
+/// `io` where the columns are in a store that fails.
+///
 /// # Panics
 /// If `out` does not have the box's number of cells or the box reaches past the columns: a bug of the caller.
-pub fn expand(columns: &Columns, cells: &CellBox, out: &mut [u8]) {
+pub fn expand(columns: &Columns, cells: &CellBox, out: &mut [u8]) -> Result<()> {
     assert_eq!(out.len(), n_cells(cells), "one byte a cell");
     assert!((0..3).all(|axis| cells[axis].end <= columns.dims()[axis]), "box {cells:?} reaches past the columns");
     if out.is_empty() {
-        return;
+        return Ok(());
     }
     let [nx, ny, nz] = [0, 1, 2].map(|axis| cells[axis].len());
     match columns.rays.axis {
-        0 => out.par_chunks_mut(nx).enumerate().for_each(|(row, out)| {
-            let (y, z) = (cells[1].start + (row % ny) as u32, cells[2].start + (row / ny) as u32);
-            fill_row(ray_runs(columns, y, z), &cells[0], out);
-        }),
-        1 => out.par_chunks_mut(nx * ny).zip(cells[2].clone().into_par_iter()).for_each(|(plane, z)| {
-            fill_sheets(columns, [cells[0].clone(), z..z + 1], &cells[1], plane);
-        }),
+        0 => {
+            // some rows a task, so that their rays are found together
+            let rows = ROWS_BYTES.div_ceil(nx).min(ny);
+            out.par_chunks_mut(nx * ny).zip(cells[2].clone().into_par_iter()).try_for_each(|(plane, z)| {
+                plane.par_chunks_mut(nx * rows).enumerate().try_for_each(|(task, out)| {
+                    fill_rows(columns, [cells[1].start + (task * rows) as u32, z], &cells[0], out)
+                })
+            })
+        }
+        1 => out
+            .par_chunks_mut(nx * ny)
+            .zip(cells[2].clone().into_par_iter())
+            .try_for_each(|(plane, z)| fill_sheets(columns, [cells[0].clone(), z..z + 1], &cells[1], plane)),
         _ => {
             // one thick piece a core: each piece looks at every ray
             let planes = nz.div_ceil(current_num_threads());
-            out.par_chunks_mut(nx * ny * planes).enumerate().for_each(|(piece, out)| {
+            out.par_chunks_mut(nx * ny * planes).enumerate().try_for_each(|(piece, out)| {
                 let start = cells[2].start + (piece * planes) as u32;
                 let along = start..(start + planes as u32).min(cells[2].end);
-                fill_sheets(columns, [cells[0].clone(), cells[1].clone()], &along, out);
-            });
+                fill_sheets(columns, [cells[0].clone(), cells[1].clone()], &along, out)
+            })
         }
     }
 }
 
 /// Expands the flags of a box to a vector, x fastest.
-pub fn flags_of_box(columns: &Columns, cells: &CellBox) -> Vec<u8> {
+///
+/// # Errors
+/// Those of [`expand`].
+pub fn flags_of_box(columns: &Columns, cells: &CellBox) -> Result<Vec<u8>> {
     let mut out = vec![0; n_cells(cells)];
-    expand(columns, cells, &mut out);
-    out
+    expand(columns, cells, &mut out)?;
+    Ok(out)
 }
 
 /// Splits a box in slabs of whole z planes of at most `max_bytes` flags, at least one plane each.
@@ -66,8 +82,15 @@ pub fn slabs(dims: [u32; 3], max_bytes: usize) -> impl Iterator<Item = CellBox> 
     })
 }
 
-fn ray_runs(columns: &Columns, i: u32, j: u32) -> &[u32] {
-    columns.ray(u64::from(i) + u64::from(columns.rays.counts[0]) * u64::from(j))
+/// Fills stretches of consecutive rays, from ray (i, j) on.
+fn fill_rows(columns: &Columns, [i, j]: [u32; 2], along: &Range<u32>, out: &mut [u8]) -> Result<()> {
+    let first = u64::from(i) + u64::from(columns.rays.counts[0]) * u64::from(j);
+    let mut rows = out.chunks_exact_mut(along.len());
+    columns.for_rays(first..first + rows.len() as u64, |runs| {
+        if let Some(row) = rows.next() {
+            fill_row(runs, along, row);
+        }
+    })
 }
 
 /// Fills a stretch of one ray.
@@ -87,14 +110,14 @@ fn fill_row(runs: &[u32], along: &Range<u32>, out: &mut [u8]) {
 }
 
 /// Fills sheets of cells across the rays, one sheet per cell along them, each a changed copy of the one before.
-fn fill_sheets(columns: &Columns, across: [Range<u32>; 2], along: &Range<u32>, out: &mut [u8]) {
+fn fill_sheets(columns: &Columns, across: [Range<u32>; 2], along: &Range<u32>, out: &mut [u8]) -> Result<()> {
     let sheet = across[0].len() * across[1].len();
     let mut changes: Vec<(u32, u32)> = Vec::new();
     let mut ends = vec![0u32; along.len() + 1];
     let mut place = 0;
     for j in across[1].clone() {
         let row = u64::from(across[0].start) + u64::from(columns.rays.counts[0]) * u64::from(j);
-        for runs in columns.rays_from(row).take(across[0].len()) {
+        columns.for_rays(row..row + across[0].len() as u64, |runs| {
             let first = runs.partition_point(|&run| run_cell(run) <= along.start);
             out[place] = if first == 0 { 0 } else { run_flag(runs[first - 1]) };
             for &run in runs[first..].iter().take_while(|&&run| run_cell(run) < along.end) {
@@ -102,7 +125,7 @@ fn fill_sheets(columns: &Columns, across: [Range<u32>; 2], along: &Range<u32>, o
                 ends[(run_cell(run) - along.start) as usize] += 1;
             }
             place += 1;
-        }
+        })?;
     }
     let changes = sorted_by_sheet(&changes, &mut ends, along.start);
     for index in 1..along.len() {
@@ -112,6 +135,7 @@ fn fill_sheets(columns: &Columns, across: [Range<u32>; 2], along: &Range<u32>, o
             now[place as usize] = flag;
         }
     }
+    Ok(())
 }
 
 /// Sorts changes by the sheet in which they begin; `ends` holds counts a sheet and receives the end of each.
@@ -163,10 +187,10 @@ mod tests {
                 let mut expected = Vec::new();
                 for z in cells[2].clone() {
                     for y in cells[1].clone() {
-                        expected.extend(cells[0].clone().map(|x| columns.flag([x, y, z])));
+                        expected.extend(cells[0].clone().map(|x| columns.flag([x, y, z]).unwrap()));
                     }
                 }
-                assert_eq!(flags_of_box(&columns, cells), expected, "axis {axis}, box {cells:?}");
+                assert_eq!(flags_of_box(&columns, cells).unwrap(), expected, "axis {axis}, box {cells:?}");
             }
         }
     }

@@ -57,8 +57,11 @@ pub struct Ranks {
 impl Ranks {
     /// Ranks geometries by priority and order.
     pub fn new(geometries: &[Geometry]) -> Ranks {
-        let mut geometry_of_rank: Vec<usize> = (0..geometries.len()).collect();
-        geometry_of_rank.sort_by_key(|&index| (geometries[index].priority, index));
+        let mut geometry_of_rank: Vec<usize> = Vec::new();
+        for (index, geometry) in geometries.iter().enumerate() {
+            let rank = geometry_of_rank.partition_point(|&other| geometries[other].priority <= geometry.priority);
+            geometry_of_rank.insert(rank, index);
+        }
         let flag_of_rank = geometry_of_rank.iter().map(|&index| geometries[index].flag).collect();
         Ranks { geometry_of_rank, flag_of_rank }
     }

@@ -6,6 +6,10 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 
+mod facets;
+
+pub use facets::SharedFacets;
+
 /// One triangular facet: three corners of three coordinates, in the order of the file.
 pub type Facet = [[f32; 3]; 3];
 
@@ -18,15 +22,16 @@ pub struct Geometry {
     pub flag: u8,
     /// Where geometries overlap the higher priority wins; at equal priority the later geometry.
     pub priority: i32,
-    /// Facets in file coordinates.
-    pub facets: Vec<Facet>,
+    /// Facets in file coordinates, shared with the file that they came from.
+    pub facets: SharedFacets,
     /// Places file coordinates in the world: `world = world_from_file * file`.
     pub world_from_file: DAffine3,
 }
 
 impl Geometry {
     /// Builds a geometry of priority 0 that stands where the file puts it.
-    pub fn new(name: impl Into<String>, flag: u8, facets: Vec<Facet>) -> Geometry {
+    pub fn new(name: impl Into<String>, flag: u8, facets: impl Into<SharedFacets>) -> Geometry {
+        let facets = facets.into();
         Geometry { name: name.into(), flag, priority: 0, facets, world_from_file: DAffine3::IDENTITY }
     }
 
@@ -46,7 +51,7 @@ impl Geometry {
         }
         let mut low = [f64::INFINITY; 3];
         let mut high = [f64::NEG_INFINITY; 3];
-        for corner in self.facets.iter().flatten() {
+        for corner in self.facets.as_flattened() {
             let world = self.world_from_corner(*corner);
             for axis in 0..3 {
                 low[axis] = low[axis].min(world[axis]);

@@ -22,10 +22,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 
+mod byte_size;
 mod geometry_job;
 mod numbers;
 mod validate;
 
+pub use byte_size::ByteSize;
 pub use geometry_job::GeometryJob;
 
 /// Cells along the longest axis where the job does not say.
@@ -138,6 +140,9 @@ pub struct Job {
     pub backend: BackendChoice,
     /// Along which axis the rays run.
     pub axis: AxisChoice,
+    /// Most bytes of memory to take, as a number or as text such as "2GB"; what does not fit is refused before it starts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_memory: Option<ByteSize>,
     /// Unit of the files' lengths, such as "mm"; repeated in every output.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
@@ -190,13 +195,13 @@ impl Job {
     }
 }
 
-fn not_valid(language: &str, problem: &str) -> Error {
+pub(crate) fn not_valid(language: &str, problem: &str) -> Error {
     Error::new("job-syntax", format!("the job is not valid {language}: {}", problem.trim_end()), HINT)
 }
 
-fn wrong_value(key: &str, problem: &str) -> Error {
-    // the path of the job itself is "."
-    let key = if key == "." { "the job" } else { key };
+pub(crate) fn wrong_value(key: &str, problem: &str) -> Error {
+    // the path of the job itself is "." or nothing
+    let key = if matches!(key, "." | "") { "the job" } else { key };
     Error::new("job-value", format!("{key}: {}", problem.trim_end()), HINT)
 }
 

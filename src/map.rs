@@ -41,7 +41,7 @@ pub fn map(crossings: &Crossings, mapping: &Mapping) -> Band {
     let mut changes = Vec::new();
     for ray in crossings.offsets.windows(2) {
         events.clear();
-        events.extend_from_slice(&crossings.events[ray[0] as usize..ray[1] as usize]);
+        events.extend(crossings.events[ray[0] as usize..ray[1] as usize].iter().copied().map(by_rank));
         if !events.is_empty() {
             changes.clear();
             band.odd_rays += u64::from(insides(&mut events, mapping.rule, &mut changes));
@@ -53,20 +53,24 @@ pub fn map(crossings: &Crossings, mapping: &Mapping) -> Band {
     band
 }
 
+/// A crossing as `rank << 24 | cell << 1 | direction`: sorted by rank, then by cell.
+fn by_rank(event: u32) -> u32 {
+    event << 23 & 0xff00_0000 | event >> 9 << 1 | event & 1
+}
+
 /// Finds where each geometry begins and ends along a ray, as `cell << 8 | rank`; true if a counter stays open.
 fn insides(events: &mut [u32], rule: Rule, changes: &mut Vec<u32>) -> bool {
-    // by rank, then cell: the rank and direction bits go to the top
-    events.sort_unstable_by_key(|&event| (event >> 1 & 0xff, event >> 9));
+    events.sort_unstable();
     let mut odd = false;
     let mut at = 0;
     while at < events.len() {
-        let rank = events[at] >> 1 & 0xff;
+        let rank = events[at] >> 24;
         let start = changes.len();
         let mut counter = 0i32;
-        while at < events.len() && events[at] >> 1 & 0xff == rank {
-            let cell = events[at] >> 9;
+        while at < events.len() && events[at] >> 24 == rank {
+            let rank_and_cell = events[at] >> 1;
             let was_inside = counter != 0;
-            while at < events.len() && events[at] >> 1 & 0xff == rank && events[at] >> 9 == cell {
+            while at < events.len() && events[at] >> 1 == rank_and_cell {
                 counter = match rule {
                     Rule::Parity => counter ^ 1,
                     Rule::Nonzero => counter + 1 - 2 * (events[at] & 1) as i32,
@@ -74,7 +78,7 @@ fn insides(events: &mut [u32], rule: Rule, changes: &mut Vec<u32>) -> bool {
                 at += 1;
             }
             if was_inside != (counter != 0) {
-                changes.push(cell << 8 | rank);
+                changes.push(rank_and_cell << 9 >> 1 | rank);
             }
         }
         if counter != 0 {

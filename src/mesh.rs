@@ -66,23 +66,23 @@ impl Mesh {
     /// Looks up the flag of the cell (x, y, z).
     ///
     /// # Errors
-    /// `job-value` where the cell lies outside the mesh.
+    /// `job-value` where the cell lies outside the mesh; `io` where the columns are in a store that fails.
     pub fn flag(&self, cell: [u32; 3]) -> Result<u8> {
         if (0..3).any(|axis| cell[axis] >= self.dims()[axis]) {
             return Err(self.outside(format!("cell {cell:?}")));
         }
-        Ok(self.columns.flag(cell))
+        self.columns.flag(cell)
     }
 
     /// Expands the flags of a box of cells, one byte a cell, x fastest; its end is exclusive.
     ///
     /// # Errors
-    /// `job-value` where the box reaches past the mesh or ends before it starts.
+    /// `job-value` where the box reaches past the mesh or ends before it starts; `io` as for [`Mesh::flag`].
     pub fn box_flags(&self, cells: &CellBox) -> Result<Vec<u8>> {
         if (0..3).any(|axis| cells[axis].end > self.dims()[axis] || cells[axis].start > cells[axis].end) {
             return Err(self.outside(format!("box {cells:?}")));
         }
-        Ok(flags_of_box(&self.columns, cells))
+        flags_of_box(&self.columns, cells)
     }
 
     /// Splits the mesh, in file order, in slabs of whole z planes of at most `max_bytes` flags, or of whole rows along x
@@ -104,26 +104,38 @@ impl Mesh {
     /// is expanded on others. Holds two slabs of at most `max_bytes` (at least a row).
     ///
     /// # Errors
-    /// `cancelled`, looked at before every slab; whatever `consume` returns.
+    /// `cancelled`, looked at before every slab; `io` as for [`Mesh::flag`]; whatever `consume` returns.
     pub fn for_each_slab(
         &self,
         max_bytes: usize,
         control: &Control,
         mut consume: impl FnMut(&[u8]) -> Result<()>,
     ) -> Result<()> {
+        self.hand_slabs(max_bytes, control, &mut consume)
+    }
+
+    /// [`Mesh::for_each_slab`], compiled once.
+    fn hand_slabs(
+        &self,
+        max_bytes: usize,
+        control: &Control,
+        consume: &mut dyn FnMut(&[u8]) -> Result<()>,
+    ) -> Result<()> {
         let mut slabs = self.slabs(max_bytes);
         let (mut now, mut next) = (Vec::new(), Vec::new());
         let fill = |cells: &CellBox, out: &mut Vec<u8>| {
             out.resize(n_cells(cells), 0);
-            expand(&self.columns, cells, out);
+            expand(&self.columns, cells, out)
         };
         control.check()?;
         let mut ahead = slabs.next();
-        ahead.iter().for_each(|cells| fill(cells, &mut now));
+        ahead.iter().try_for_each(|cells| fill(cells, &mut now))?;
         while ahead.is_some() {
             control.check()?;
             ahead = slabs.next();
-            beside(|| ahead.iter().for_each(|cells| fill(cells, &mut next)), || consume(&now))?;
+            let mut filled = Ok(());
+            beside(|| filled = ahead.iter().try_for_each(|cells| fill(cells, &mut next)), || consume(&now))?;
+            filled?;
             std::mem::swap(&mut now, &mut next);
         }
         Ok(())
@@ -132,10 +144,18 @@ impl Mesh {
     /// Hashes the flags of all cells, x fastest, one byte a cell: SHA-256 in hexadecimal, that of the `.raw` file.
     ///
     /// # Errors
-    /// `cancelled`.
+    /// `cancelled`; `io` as for [`Mesh::flag`].
     pub fn flags_sha256(&self, control: &Control) -> Result<String> {
+        self.flags_sha256_in_slabs(SLAB_BYTES, control)
+    }
+
+    /// Hashes the flags of all cells like [`Mesh::flags_sha256`], holding two slabs of at most `max_bytes`.
+    ///
+    /// # Errors
+    /// Those of [`Mesh::flags_sha256`].
+    pub fn flags_sha256_in_slabs(&self, max_bytes: usize, control: &Control) -> Result<String> {
         let mut hash = Sha256::new();
-        self.for_each_slab(SLAB_BYTES, control, |flags| {
+        self.for_each_slab(max_bytes, control, |flags| {
             hash.update(flags);
             Ok(())
         })?;

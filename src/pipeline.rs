@@ -5,11 +5,17 @@
 //! the host; the rest on the GPU or the CPU, with equal results. A device that is lost is opened again up to three times,
 //! and the mesh goes on with the band at which it stopped, in bands of half the size.
 //!
+//! Before a ray is cast the estimate is held against the memory allowed. Columns that outgrow it go to a store, if the caller
+//! gives one; a store that keeps them lets an interrupted mesh go on.
+//!
 //! # Practice
 //! [`Engine`] holds the device: open one, mesh many times. [`mesh`] is async because a browser cannot block.
 
+use std::sync::Arc;
+
 use web_time::Instant;
 
+use crate::columns::Store;
 use crate::control::Control;
 use crate::domain::{BoundingBox, Domain};
 use crate::error::Result;
@@ -24,9 +30,12 @@ use crate::sources::{Source, geometries};
 
 mod cellless;
 mod engine;
+mod room;
 
 use cellless::geometries_without_cells;
+use engine::Casting;
 pub use engine::Engine;
+use room::{Room, identity};
 
 /// Everything before the rays: what a job becomes on the host.
 #[derive(Debug)]
@@ -60,10 +69,40 @@ pub fn prepare(job: &Job, sources: Vec<Source>) -> Result<Prepared> {
     Ok(Prepared { geometries, domain, lines, rays: Rays::new(axis, lines.dims) })
 }
 
+/// Most bytes that a mesh takes where neither the job nor the caller limits it: all that the system gives, or in wasm,
+/// which can address 4 GiB, what leaves room for the page's other data.
+pub const DEFAULT_MAX_BYTES: u64 = if cfg!(target_arch = "wasm32") { 3 << 30 } else { u64::MAX };
+/// Most rays of a band of the GPU where columns are kept for a later run: some seconds.
+const KEPT_BAND_RAYS: u64 = 1 << 24;
+
+/// Where columns go besides memory.
+#[derive(Clone, Default)]
+pub enum Aside {
+    /// Nowhere: what does not fit in memory is an error.
+    #[default]
+    Nowhere,
+    /// To a store, when they outgrow the memory allowed.
+    Spill(Arc<dyn Store>),
+    /// To a store that outlives an interrupted run: columns that it holds of the same job are not made again.
+    Keep(Arc<dyn Store>),
+}
+
+/// A job and how it is done.
+pub struct Task<'a> {
+    /// The job.
+    pub job: &'a Job,
+    /// Seconds that reading its files took.
+    pub read_seconds: f64,
+    /// Where columns go besides memory.
+    pub aside: Aside,
+    /// Whether the caller will hold all flags in memory, a byte a cell, which counts against the job's `max_memory`.
+    pub flags_in_memory: bool,
+}
+
 /// Meshes a job: `sources[i]` is the file of `job.geometries[i]`, read in `read_seconds`.
 ///
 /// # Errors
-/// Those of [`prepare`], [`Frame::new`] and [`Engine::columns`].
+/// Those of [`mesh_task`].
 pub async fn mesh(
     job: &Job,
     sources: Vec<Source>,
@@ -71,6 +110,22 @@ pub async fn mesh(
     engine: &mut Engine,
     control: &Control,
 ) -> Result<(Mesh, Report)> {
+    let task = Task { job, read_seconds, aside: Aside::Nowhere, flags_in_memory: false };
+    mesh_task(task, sources, engine, control).await
+}
+
+/// Meshes the job of a task: `sources[i]` is the file of `job.geometries[i]`.
+///
+/// # Errors
+/// Those of [`prepare`], [`Frame::new`], [`Engine::columns`], [`crate::estimate::Estimate::check`] and
+/// [`crate::columns::Growing::keeping`].
+pub async fn mesh_task(
+    task: Task<'_>,
+    sources: Vec<Source>,
+    engine: &mut Engine,
+    control: &Control,
+) -> Result<(Mesh, Report)> {
+    let Task { job, read_seconds, .. } = task;
     let inputs: Vec<InputReport> = sources.iter().map(InputReport::new).collect();
     let mut clock = Instant::now();
     let prepared = prepare(job, sources)?;
@@ -78,15 +133,26 @@ pub async fn mesh(
         Seconds { read: read_seconds, device: engine.seconds, lines: lap(&mut clock), ..Seconds::default() };
     control.check()?;
     let frame = Frame::new(&prepared.geometries, &prepared.lines)?;
+    let room = Room::new(&task, &prepared, engine)?;
     seconds.snap = lap(&mut clock);
-    let (columns, device_bytes) = engine.columns(&frame, &prepared.rays, job.rule, control).await?;
+    let mut growing = room.growing(&task.aside, &prepared, || identity(job, &prepared, &inputs))?;
+    let rays_kept = growing.n_rays();
+    let casting = Casting { frame: &frame, rays: &prepared.rays, rule: job.rule, most_rows: room.most_rows };
+    let used = engine.grow(&casting, &mut growing, control).await?;
+    let columns_peak = growing.peak_bytes;
+    let columns = growing.finish();
     seconds.columns = lap(&mut clock);
     seconds.total = seconds.read + seconds.lines + seconds.snap + seconds.columns;
     let names = names(&prepared.geometries);
     let mesh = Mesh::new(prepared.lines, columns, names, job.unit.clone())?;
     let mut report = report(job, &prepared, &frame, &mesh, engine);
     report.inputs = inputs;
-    report.peak_bytes.device = device_bytes;
+    report.rays_kept = rays_kept;
+    let facets: usize = prepared.geometries.iter().map(|geometry| 36 * geometry.facets.len()).sum();
+    let facets = facets + 36 * frame.facets.capacity() + frame.rank_of_facet.capacity();
+    report.peak_bytes.meshing = facets as u64 + used.host_bytes + columns_peak;
+    report.peak_bytes.device = used.device_bytes;
+    report.peak_bytes.aside = mesh.columns.spilled_bytes();
     report.cells_per_second = report.cells as f64 / seconds.total.max(1e-9);
     seconds.report = lap(&mut clock);
     report.seconds = seconds;
@@ -138,6 +204,7 @@ fn report(job: &Job, prepared: &Prepared, frame: &Frame, mesh: &Mesh, engine: &E
         rule: job.rule,
         ray_axis: ["x", "y", "z"][prepared.rays.axis],
         rays: prepared.rays.n_rays(),
+        rays_kept: 0,
         crossings: mesh.columns.n_crossings(),
         runs: mesh.columns.n_runs(),
         odd_rays: mesh.columns.odd_rays(),

@@ -8,9 +8,10 @@
 //! on the word of a header: the announced number of facets must fit the length of the file first.
 
 use crate::error::{Error, Result};
-use crate::geometry::Facet;
+use crate::geometry::{Facet, SharedFacets};
 use crate::surface::doubled_area_vector;
 
+mod decimal;
 mod sniff;
 mod stl_ascii;
 mod stl_binary;
@@ -20,8 +21,8 @@ mod stl_binary;
 pub struct Solid {
     /// The name that the file gives, without surrounding blanks; empty where it gives none, as in every binary file.
     pub name: String,
-    /// Facets in the order of the file; at least one.
-    pub facets: Vec<Facet>,
+    /// Facets in the order of the file; at least one. The solids of a file are consecutive parts of one list.
+    pub facets: SharedFacets,
 }
 
 /// File formats that can be read.

@@ -124,8 +124,12 @@ pub struct Seconds {
 pub struct PeakBytes {
     /// By the whole process, where the system tells.
     pub host: Option<u64>,
+    /// In facets, lattice and columns while meshing, as the library counts them.
+    pub meshing: u64,
     /// In buffers on the device.
     pub device: u64,
+    /// Outside memory: columns that were put aside.
+    pub aside: u64,
 }
 
 /// Everything about a mesh but its cells.
@@ -161,6 +165,8 @@ pub struct Report {
     pub ray_axis: &'static str,
     /// Number of rays.
     pub rays: u64,
+    /// Rays whose columns an interrupted run had left; they were not cast again.
+    pub rays_kept: u64,
     /// Number of crossings of rays and facets.
     pub crossings: u64,
     /// Number of runs.
@@ -193,9 +199,6 @@ impl Report {
 
 /// Joins the geometries of each flag and counts its cells.
 pub fn flag_reports(geometries: &[GeometryReport], cells: &[u64; 256], lines: &Lines) -> Vec<FlagReport> {
-    let mut flags: Vec<u8> = geometries.iter().map(|geometry| geometry.flag).collect();
-    flags.sort_unstable();
-    flags.dedup();
     let report = |flag: u8| {
         let members: Vec<&GeometryReport> = geometries.iter().filter(|geometry| geometry.flag == flag).collect();
         let names: Vec<&str> = members.iter().map(|geometry| geometry.name.as_str()).collect();
@@ -207,7 +210,8 @@ pub fn flag_reports(geometries: &[GeometryReport], cells: &[u64; 256], lines: &L
             mesh_volume: members.iter().map(|geometry| geometry.mesh_volume).sum(),
         }
     };
-    flags.into_iter().map(report).collect()
+    let is_used = |flag: &u8| geometries.iter().any(|geometry| geometry.flag == *flag);
+    (0..=255).filter(is_used).map(report).collect()
 }
 
 #[cfg(test)]

@@ -102,6 +102,7 @@ impl SkinPart {
 ///
 /// # Errors
 /// - `job-value` where the box reaches past the mesh or ends before it starts;
+/// - `io` where the columns are in a store that fails;
 /// - `cancelled`, looked at every few rows of rays.
 pub fn skin(mesh: &Mesh, max_quads: usize, cells: Option<CellBox>, control: &Control) -> Result<Skin> {
     let dims = mesh.dims();
@@ -115,7 +116,7 @@ pub fn skin(mesh: &Mesh, max_quads: usize, cells: Option<CellBox>, control: &Con
     if cells.iter().any(|range| range.is_empty()) {
         return Ok(Skin { step: 1, n_faces: 0, parts: Vec::new() });
     }
-    let mut level = Level::fine(&mesh.columns, &cells);
+    let mut level = Level::fine(&mesh.columns, &cells)?;
     let mut order = None;
     loop {
         let max_quads = if level.is_single() { MAX_QUADS } else { max_quads.min(MAX_QUADS) };
@@ -200,12 +201,14 @@ fn parts(mesh: &Mesh, cells: &CellBox, step: u32, quads: &Quads) -> Vec<SkinPart
 /// Corners of a rectangle, counter-clockwise seen from where it faces: up, or down its plane's axis.
 fn corners(quad: &Quad, axes: [usize; 3], up: bool, line: impl Fn(usize, u32) -> f32) -> [[f32; 3]; 4] {
     let [plane, along, across] = axes;
-    let (strip, rows) = (&quad.strip, &quad.rows);
+    let height = line(plane, quad.strip.plane);
+    let ends = [line(along, quad.strip.start), line(along, quad.strip.end)];
+    let rows = [line(across, quad.rows[0]), line(across, quad.rows[1])];
     let corner = |end: usize, row: usize| {
         let mut corner = [0.0; 3];
-        corner[plane] = line(plane, strip.plane);
-        corner[along] = line(along, [strip.start, strip.end][end]);
-        corner[across] = line(across, rows[row]);
+        corner[plane] = height;
+        corner[along] = ends[end];
+        corner[across] = rows[row];
         corner
     };
     // strips x rows points up the plane's axis where the three axes are in cyclic order

@@ -4,7 +4,7 @@
 //! geometry, unless the job takes one solid or splits them.
 
 use crate::error::{Error, Result};
-use crate::geometry::Geometry;
+use crate::geometry::{Geometry, SharedFacets};
 use crate::job::{GeometryJob, Job};
 use crate::read::{Contents, Solid};
 
@@ -51,7 +51,7 @@ pub fn geometries(job: &Job, sources: Vec<Source>) -> Result<Vec<Geometry>> {
 }
 
 /// Named facets that an entry of the job takes from its file.
-fn parts(entry: &GeometryJob, solids: Vec<Solid>) -> Result<Vec<(String, Vec<crate::geometry::Facet>)>> {
+fn parts(entry: &GeometryJob, solids: Vec<Solid>) -> Result<Vec<(String, SharedFacets)>> {
     let stem = stem(&entry.file);
     if entry.split {
         let named = solids.into_iter().enumerate().map(|(index, solid)| {
@@ -62,20 +62,18 @@ fn parts(entry: &GeometryJob, solids: Vec<Solid>) -> Result<Vec<(String, Vec<cra
     }
     if let Some(wanted) = &entry.solid {
         let names: Vec<String> = solids.iter().map(|solid| solid.name.clone()).collect();
-        let taken =
-            solids.into_iter().filter(|solid| solid.name == *wanted).flat_map(|solid| solid.facets).collect::<Vec<_>>();
+        let taken = joined(solids.into_iter().filter(|solid| solid.name == *wanted));
         if taken.is_empty() {
             let message = format!("{}: there is no solid \"{wanted}\"; it has: {}", entry.file, names.join(", "));
             return Err(Error::new("job-value", message, "name one of these"));
         }
         return Ok(vec![(entry.name.clone().unwrap_or_else(|| format!("{stem}:{wanted}")), taken)]);
     }
-    let mut solids = solids;
-    let facets = match solids.len() {
-        1 => solids.remove(0).facets,
-        _ => solids.into_iter().flat_map(|solid| solid.facets).collect(),
-    };
-    Ok(vec![(entry.name.clone().unwrap_or(stem), facets)])
+    Ok(vec![(entry.name.clone().unwrap_or(stem), joined(solids))])
+}
+
+fn joined(solids: impl IntoIterator<Item = Solid>) -> SharedFacets {
+    SharedFacets::join(&solids.into_iter().map(|solid| solid.facets).collect::<Vec<_>>())
 }
 
 /// Name of a file without folder and extension.

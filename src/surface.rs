@@ -130,17 +130,17 @@ fn number_vertices(facets: &[Facet]) -> Vec<[u64; 3]> {
     vertices
 }
 
-/// One use of an edge: low vertex (34 bits), high vertex (34 bits), facet (32 bits), direction (1 bit).
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+/// One use of an edge, as it sorts: low vertex (34 bits), high vertex (34 bits), facet (32 bits), direction (1 bit).
+#[derive(Clone, Copy)]
 struct Use(u128);
 
 impl Use {
     /// Sorts after every use; stands in for the edges that collapsed facets do not have.
-    const NONE: Use = Use(u128::MAX);
+    const NONE: u128 = u128::MAX;
 
-    fn new(from: u64, to: u64, facet: usize) -> Use {
+    fn bits(from: u64, to: u64, facet: usize) -> u128 {
         let (low, high) = (from.min(to), from.max(to));
-        Use(u128::from(low) << 67 | u128::from(high) << 33 | (facet as u128) << 1 | u128::from(from > to))
+        u128::from(low) << 67 | u128::from(high) << 33 | (facet as u128) << 1 | u128::from(from > to)
     }
 
     fn pair(self) -> (u64, u64) {
@@ -160,14 +160,14 @@ fn sorted_edges(vertices: &[[u64; 3]]) -> (Vec<Use>, u64) {
     let mut edges = vec![Use::NONE; 3 * vertices.len()];
     edges.par_chunks_mut(3).zip(vertices).enumerate().for_each(|(facet, (uses, &[a, b, c]))| {
         if a != b && b != c && c != a {
-            uses.copy_from_slice(&[Use::new(a, b, facet), Use::new(b, c, facet), Use::new(c, a, facet)]);
+            uses.copy_from_slice(&[Use::bits(a, b, facet), Use::bits(b, c, facet), Use::bits(c, a, facet)]);
         }
     });
     edges.par_sort_unstable();
     let n_uses = edges.partition_point(|entry| *entry != Use::NONE);
     let collapsed = (edges.len() - n_uses) / 3;
     edges.truncate(n_uses);
-    (edges, collapsed as u64)
+    (edges.into_iter().map(Use).collect(), collapsed as u64)
 }
 
 fn count_edge(surface: &mut Surface, uses: &[Use]) {

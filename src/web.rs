@@ -4,7 +4,6 @@
 //! An error becomes the JSON of `{code, message, hint}`. Long calls are async and look at their switch between rounds.
 
 use std::cell::RefCell;
-use std::collections::HashMap;
 use std::rc::Rc;
 
 use js_sys::{Function, Promise};
@@ -16,7 +15,7 @@ use crate::control::{CancelToken, Control, Progress};
 use crate::error::Error;
 use crate::estimate::Estimate;
 use crate::geometry::Facet;
-use crate::job::{BackendChoice, Job};
+use crate::job::{self, BackendChoice, Job};
 use crate::mesh::hex;
 use crate::pipeline::{self, Engine};
 use crate::read::{Contents, Format, Reader, Solid};
@@ -24,6 +23,7 @@ use crate::sources::Source;
 
 mod info;
 mod mesh;
+mod value;
 
 pub use mesh::{WebEncoder, WebHash, WebMesh, WebSkin};
 
@@ -31,8 +31,8 @@ type JsResult<T> = std::result::Result<T, JsValue>;
 
 /// An error as `www/core.js` takes it apart.
 fn js_error(error: Error) -> JsValue {
-    let facts = serde_json::json!({ "code": error.code(), "message": error.to_string(), "hint": error.hint() });
-    JsValue::from_str(&facts.to_string())
+    let message = error.to_string();
+    JsValue::from_str(&value::json(&info::ErrorFacts { code: error.code(), message: &message, hint: error.hint() }))
 }
 
 /// Version of hexcast.
@@ -105,7 +105,7 @@ impl WebSurface {
             format: Format::StlBinary,
             n_facets: facets.len() as u64,
             n_bytes: 4 * corners.len() as u64,
-            solids: vec![Solid { name: String::new(), facets }],
+            solids: vec![Solid { name: String::new(), facets: facets.into() }],
             wrong_normals: 0,
             zero_normals: 0,
             zero_area: 0,
@@ -166,7 +166,12 @@ impl WebJob {
     /// Reads a job from JSON, with a `file` for each geometry; a switch can stop its mesh.
     #[wasm_bindgen(constructor)]
     pub fn new(json: &str, switch: &WebSwitch) -> JsResult<WebJob> {
-        let job = Job::from_json(json).map_err(js_error)?;
+        let job: Job = match value::from_json(json) {
+            Some(Ok(job)) => job,
+            Some(Err(problem)) => return Err(js_error(job::wrong_value(&problem.path, &problem.message))),
+            None => return Err(js_error(job::not_valid("JSON", "JSON.parse refuses it"))),
+        };
+        job.validate().map_err(js_error)?;
         Ok(WebJob { job, sources: Vec::new(), token: switch.token.clone() })
     }
 
@@ -179,10 +184,10 @@ impl WebJob {
     pub fn estimate(&self) -> JsResult<String> {
         let prepared = pipeline::prepare(&self.job, self.sources()).map_err(js_error)?;
         let estimate = Estimate::new(&prepared.geometries, &prepared.lines, &prepared.rays);
-        // numbers and lists always have a JSON form
-        Ok(serde_json::to_string(&estimate).unwrap_or_default())
+        Ok(value::json(&estimate))
     }
 
+    /// The sources, whose facets stay shared.
     fn sources(&self) -> Vec<Source> {
         self.sources.iter().map(|source| (**source).clone()).collect()
     }
@@ -191,30 +196,31 @@ impl WebJob {
 thread_local! {
     /// JavaScript functions in use, by number: a closure that holds a number can be sent between threads, one that holds a
     /// function cannot.
-    static FUNCTIONS: RefCell<HashMap<u32, Function>> = RefCell::default();
+    static FUNCTIONS: RefCell<Vec<Option<Function>>> = RefCell::default();
 }
 
-fn keep(function: &Function) -> u32 {
+fn keep(function: &Function) -> usize {
     FUNCTIONS.with_borrow_mut(|functions| {
-        let id = (0..).find(|id| !functions.contains_key(id)).unwrap_or_default();
-        functions.insert(id, function.clone());
+        let id = functions.iter().position(Option::is_none).unwrap_or(functions.len());
+        functions.resize(functions.len().max(id + 1), None);
+        functions[id] = Some(function.clone());
         id
     })
 }
 
-fn forget(id: u32) {
-    FUNCTIONS.with_borrow_mut(|functions| functions.remove(&id));
+fn forget(id: usize) {
+    FUNCTIONS.with_borrow_mut(|functions| functions[id] = None);
 }
 
-fn kept(id: u32) -> Option<Function> {
-    FUNCTIONS.with_borrow(|functions| functions.get(&id).cloned())
+fn kept(id: usize) -> Option<Function> {
+    FUNCTIONS.with_borrow(|functions| functions[id].clone())
 }
 
 /// Who meshes.
 #[wasm_bindgen]
 pub struct WebEngine {
     engine: Rc<RefCell<Option<Engine>>>,
-    pause: u32,
+    pause: usize,
     facts: String,
 }
 
@@ -232,11 +238,11 @@ impl WebEngine {
             }
         };
         let engine = Engine::open(choice, None).await.map_err(js_error)?;
-        let adapter = engine.adapter().map(
-            |(name, driver)| serde_json::json!({ "name": name, "driver": driver, "software": engine.is_software() }),
-        );
-        let facts = serde_json::json!({ "backend": engine.backend(), "adapter": adapter, "fallback": engine.fallback });
-        Ok(WebEngine { engine: Rc::new(RefCell::new(Some(engine))), pause: keep(&pause), facts: facts.to_string() })
+        let software = engine.is_software();
+        let adapter = engine.adapter().map(|(name, driver)| info::AdapterInfo { name, driver, software });
+        let facts = info::EngineFacts { backend: engine.backend(), adapter, fallback: engine.fallback.as_deref() };
+        let facts = value::json(&facts);
+        Ok(WebEngine { engine: Rc::new(RefCell::new(Some(engine))), pause: keep(&pause), facts })
     }
 
     /// `{backend, adapter, fallback}` as JSON.
@@ -255,10 +261,10 @@ impl WebEngine {
         forget(progress);
         *self.engine.borrow_mut() = Some(engine);
         let (mesh, report) = result.map_err(js_error)?;
-        Ok(WebMesh::new(mesh, report.to_json()))
+        Ok(WebMesh::new(mesh, value::json(&report)))
     }
 
-    fn control(&self, token: CancelToken, progress: u32) -> Control {
+    fn control(&self, token: CancelToken, progress: usize) -> Control {
         let mut control = Control::with_progress(move |at: Progress| {
             if let Some(progress) = kept(progress) {
                 // an exception in the caller's function is the caller's

@@ -9,6 +9,8 @@ pub mod npy;
 pub mod raw;
 pub mod sidecar;
 pub mod vti;
+#[cfg(all(feature = "zarr", not(target_arch = "wasm32")))]
+pub mod zarr;
 pub(crate) mod zlib;
 
 use std::io;
@@ -208,11 +210,6 @@ impl Sink<'_> {
         done.map_err(|error| Error::io("writing the mesh", error))?;
         self.n_bytes += bytes.len() as u64;
         Ok(())
-    }
-
-    /// Bytes written so far.
-    pub(crate) fn n_bytes(&self) -> u64 {
-        self.n_bytes
     }
 }
 

@@ -14,13 +14,15 @@ export async function connect(worker) {
 class Connection {
   #port;
   #calls = new Map();
+  /** Operations of calls that were given up and are not answered yet, by id. */
+  #abandoned = new Map();
   #next = 1;
 
   constructor(port) {
     this.#port = port;
     port.onanswer = ({ id, result, error, progress }) => {
       const call = this.#calls.get(id);
-      if (!call) return;
+      if (!call) return progress ? undefined : this.#forget(id, result);
       if (progress) return call.onProgress?.(progress);
       this.#calls.delete(id);
       error === undefined ? call.resolve(result) : call.reject(errorFrom(error));
@@ -28,25 +30,40 @@ class Connection {
     port.onfailure = (message) => this.#fail(new HexcastError('device-failed', `the worker failed: ${message}`, 'check that its script can be loaded'));
   }
 
-  /** Calls an operation; an abort rejects with the signal's reason once the core has stopped. */
+  /**
+   * Calls an operation. An abort rejects with the signal's reason at once, whatever the core is busy with; the core stops at
+   * its next look at its messages.
+   */
   async call(operation, args, { signal, onProgress } = {}) {
     signal?.throwIfAborted();
     if (!this.#port) throw new HexcastError('cancelled', 'the mesher was disposed of', 'create another');
     const id = this.#next++;
     const port = this.#port;
-    const stop = () => port.send({ cancel: id });
-    signal?.addEventListener('abort', stop, { once: true });
+    const stop = () => {
+      const call = this.#calls.get(id);
+      if (!call) return;
+      this.#calls.delete(id);
+      this.#abandoned.set(id, operation);
+      port.send({ cancel: id });
+      call.reject(signal.reason);
+    };
     try {
       return await new Promise((resolve, reject) => {
         this.#calls.set(id, { resolve, reject, onProgress });
+        signal?.addEventListener('abort', stop, { once: true });
         port.send({ id, operation, args });
       });
-    } catch (error) {
-      signal?.throwIfAborted();
-      throw error;
     } finally {
       signal?.removeEventListener('abort', stop);
     }
+  }
+
+  /** Frees what a call that was given up has made all the same. */
+  #forget(id, result) {
+    const operation = this.#abandoned.get(id);
+    this.#abandoned.delete(id);
+    if (operation === 'encode') this.send('release', { encoder: result });
+    else if (result?.surface || result?.mesh) this.send('release', { surface: result.surface, mesh: result.mesh });
   }
 
   /** Calls an operation whose result nobody waits for. */
@@ -63,6 +80,7 @@ class Connection {
   #fail(error) {
     for (const call of this.#calls.values()) call.reject(error);
     this.#calls.clear();
+    this.#abandoned.clear();
   }
 }
 
@@ -71,12 +89,18 @@ function workerPort(script) {
   const here = globalThis.location?.origin;
   const worker =
     script === null && new URL(import.meta.url).origin === here
-      ? new Worker(new URL('./worker.js', import.meta.url), { type: 'module', name: 'hexcast' })
-      : foreignWorker(script ?? new URL('./worker.js', import.meta.url), here);
+      ? // spelt out, as bundlers look for it
+        new Worker(new URL('./worker.js', import.meta.url), { type: 'module', name: 'hexcast' })
+      : foreignWorker(script ?? beside('worker.js'), here);
   const port = { send: (message) => worker.postMessage(message), close: () => worker.terminate() };
   worker.onmessage = ({ data }) => port.onanswer(data);
   worker.onerror = (event) => port.onfailure(event.message ?? 'its script could not be loaded');
   return port;
+}
+
+/** A file beside this one; in words that no bundler takes for an asset of its own. */
+function beside(file) {
+  return new URL(file, import.meta.url);
 }
 
 function foreignWorker(script, here) {

@@ -2,6 +2,7 @@
  * The work itself, on the thread it is called from: wasm, surfaces and meshes by number. `worker.js` runs it in a worker,
  * `hexcast.js` talks to it there or, without a worker, directly. Everything in and out can be cloned.
  */
+import { describeAdapter, lendDevice } from './adapter.js';
 import init, { WebEngine, WebJob, WebMesh, WebReader, WebSurface, WebSwitch, version } from './hexcast_wasm.js';
 
 /** Bytes of a Blob read at once. */
@@ -26,14 +27,24 @@ export class Core {
   #encoders = new Map();
   #switches = new Map();
   #next = 1;
+  /** Resolves when the mesh before has ended. */
+  #turn = Promise.resolve();
+  /** What the browser calls the GPU. */
+  #adapterName = '';
   /** Seconds a ray and a crossing took last, for estimates. */
   #pace = null;
 
   /** Loads the wasm and opens a backend; resolves to `{backend, adapter, fallback, version}`. */
-  async open({ backend, wasm }) {
+  async open({ backend, wasm, device }) {
     await init({ module_or_path: wasm });
-    this.#engine = await WebEngine.open(backend, pause);
-    return { ...JSON.parse(this.#engine.facts()), version: version() };
+    const open = () => WebEngine.open(device ? 'gpu' : backend, pause);
+    this.#engine = await (device ? lendDevice(device, open) : open());
+    const facts = JSON.parse(this.#engine.facts());
+    if (facts.adapter) {
+      Object.assign(facts.adapter, await describeAdapter(device));
+      this.#adapterName = facts.adapter.name;
+    }
+    return { ...facts, version: version() };
   }
 
   /** Calls an operation by name; `call` names it for `cancel`, `progress` hears how far it is. */
@@ -83,7 +94,17 @@ export class Core {
     return { ...estimate, seconds };
   }
 
-  async mesh(args, progress, state) {
+  /** Meshes wait for each other: there is one engine. */
+  mesh(args, progress, state) {
+    const made = this.#turn.then(() => {
+      if (state.cancelled) throw cancelled();
+      return this.#mesh(args, progress, state);
+    });
+    this.#turn = made.catch(() => {});
+    return made;
+  }
+
+  async #mesh(args, progress, state) {
     const job = this.#job(args, state);
     const mesh = await this.#engine.mesh(job, args.readSeconds, (done, total) => progress({ stage: 'mesh', done, total }));
     const facts = this.#describe(mesh);
@@ -102,7 +123,10 @@ export class Core {
     const sizes = {};
     for (const format of ['vti', 'npy', 'raw', 'hxc']) sizes[format] = mesh.size(format, false);
     for (const format of ['npy', 'raw']) sizes[`${format}-bits`] = mesh.size(format, true);
-    return { mesh: this.#keep(this.#meshes, mesh), report: JSON.parse(mesh.report()), axis: mesh.rayAxis(), runs, bytes, sizes };
+    const report = JSON.parse(mesh.report());
+    // the wasm is told no name
+    if (report.adapter === '') report.adapter = this.#adapterName;
+    return { mesh: this.#keep(this.#meshes, mesh), report, axis: mesh.rayAxis(), runs, bytes, sizes };
   }
 
   flag({ mesh, cell }) {
@@ -140,10 +164,11 @@ export class Core {
     return this.#keep(this.#encoders, this.#meshes.get(mesh).encode(format, compress, bits));
   }
 
-  /** The next bytes of a file, or null at its end. */
+  /** The next bytes of a file, or the share of the work before the first of them that is done, or null at the end. */
   next({ encoder }) {
-    const bytes = this.#encoders.get(encoder).nextPiece();
-    if (bytes) return bytes;
+    const held = this.#encoders.get(encoder);
+    const bytes = held.nextPiece();
+    if (bytes) return bytes.length > 0 ? bytes : { share: held.share() };
     this.release({ encoder });
     return null;
   }
@@ -187,6 +212,8 @@ async function readFile(file, source, progress, state) {
     const slice = source.slice ? source.slice(at, end) : source.subarray(at, end);
     reader.push(slice instanceof Uint8Array ? slice : new Uint8Array(slice.arrayBuffer ? await slice.arrayBuffer() : slice));
     progress({ stage: 'read', done: end, total });
+    // bytes in memory come without a wait in which a message could
+    if (!source.arrayBuffer) await pause();
     if (state.cancelled) throw cancelled();
   }
   return reader.finish();

@@ -1,3 +1,5 @@
+/// <reference lib="esnext.disposable" />
+
 /**
  * hexcast: exact Cartesian meshing of closed surfaces, on the browser's GPU or its processor.
  *
@@ -65,8 +67,23 @@ export interface MesherOptions {
   wasm?: string | URL | ArrayBuffer | Uint8Array | WebAssembly.Module;
   /** Where the worker script is (another origin is fine), or `false` to work on the calling thread. */
   worker?: string | URL | false;
+  /**
+   * A `GPUDevice` of your own to mesh on, on the calling thread: devices cannot leave theirs, so that no worker is started.
+   * It is never destroyed here; its `onuncapturederror` is taken. Where it is lost meanwhile, also by `device.destroy()`,
+   * the mesher opens one of its own and goes on with the band at which it stopped, with the same result.
+   */
+  device?: Device;
   /** Stops the start. */
   signal?: AbortSignal;
+}
+
+/** What is looked at of a `GPUDevice`; said so that these types need no others. */
+export interface Device {
+  readonly features: object;
+  readonly limits: object;
+  readonly queue: object;
+  readonly lost: Promise<unknown>;
+  destroy(): void;
 }
 
 /** Bytes of a file: STL, binary or ASCII. Blobs are read in slices, never as a whole. */
@@ -124,6 +141,8 @@ export interface Job {
   rule?: 'parity' | 'nonzero';
   /** Axis of the rays; the result does not depend on it. Default `auto`: the longest. */
   axis?: 'auto' | 'x' | 'y' | 'z';
+  /** Most memory to take, in bytes or as text such as `2GB`; by default 3 GiB. A mesh that needs more fails with `memory`. */
+  max_memory?: number | string;
   /** Unit of the files' lengths, such as `mm`; repeated in every output. */
   unit?: string;
 }
@@ -139,7 +158,10 @@ export interface Progress {
 }
 
 export interface CallOptions {
-  /** Stops the call within half a second; it then rejects with `signal.reason`, and the mesher stays usable. */
+  /**
+   * Gives the call up: it rejects with `signal.reason` at once, and the mesher stays usable. The work itself stops within
+   * half a second; what is called next waits for that.
+   */
   signal?: AbortSignal;
   /** Called from time to time, at most once a band. */
   onProgress?: (progress: Progress) => void;
@@ -191,17 +213,23 @@ export interface Estimate {
   origin: [number, number, number];
   spacing: [number, number, number];
   cells: number;
+  /** Axis of the rays; what `auto` comes to. */
+  ray_axis: 'x' | 'y' | 'z';
   rays: number;
+  /** Facets of all geometries. */
+  facets: number;
   /** Expected number of crossings of rays and facets. */
   crossings: number;
   /** Expected bytes of the columns in memory. */
   column_bytes: number;
   /** Expected bytes of memory that meshing and writing takes. */
   host_bytes: number;
+  /** What they are made of. */
+  host: Record<string, number>;
   /** Expected bytes of GPU buffers at most. */
   device_bytes: number;
-  /** Bytes of the files: exact for raw and npy, near for the others. */
-  file_bytes: Record<string, number>;
+  /** Bytes of the files: exact for raw and npy, near for the others; `_bits` a bit a cell, `_zlib` compressed. */
+  file_bytes: Record<'raw' | 'raw_bits' | 'npy' | 'npy_bits' | 'vti' | 'vti_zlib' | 'hxc' | 'hxc_zlib', number>;
   /** Expected seconds, from the speed of this mesher's last meshes; null before the first. */
   seconds: number | null;
 }
@@ -211,21 +239,27 @@ export interface FlagReport {
   name: string;
   cells: number;
   volume: number;
-  /** Sum of the signed volumes of its geometries' facets. */
-  mesh_volume: number;
+  /** Sum of the signed volumes of its geometries' facets; null for a mesh that {@link Mesher.open} read back. */
+  mesh_volume: number | null;
 }
 
-/** The report, as the native `--report` writes it; further keys are documented there. */
+/**
+ * The report, as the native `--report` writes it; further keys are documented there. A mesh that {@link Mesher.open} read
+ * back has no further keys, and null where only the meshing itself could tell.
+ */
 export interface Report {
   version: string;
-  backend: 'gpu' | 'cpu';
+  /** Who meshed; null for a mesh read back. */
+  backend: 'gpu' | 'cpu' | null;
+  /** Name of the GPU; null on the CPU. */
   adapter: string | null;
   driver: string | null;
   unit: string | null;
   dims: [number, number, number];
   origin: [number, number, number];
   spacing: [number, number, number];
-  rule: 'parity' | 'nonzero';
+  /** Null for a mesh read back. */
+  rule: 'parity' | 'nonzero' | null;
   ray_axis: 'x' | 'y' | 'z';
   rays: number;
   crossings: number;
@@ -235,7 +269,9 @@ export interface Report {
   flags: FlagReport[];
   flags_sha256: string | null;
   warnings: string[];
-  cells_per_second: number;
+  /** Cells per second of `seconds.total`; null for a mesh read back. */
+  cells_per_second: number | null;
+  /** Seconds of each stage, null for one that was not asked for; empty for a mesh read back. */
   seconds: Record<string, number | null>;
   [key: string]: unknown;
 }
@@ -342,11 +378,23 @@ export interface Mesh extends Disposable {
   dispose(): void;
 }
 
+/** A GPU as far as the browser tells; empty strings where it does not. */
+export interface Adapter {
+  /** For people: the description, or vendor and architecture. */
+  name: string;
+  vendor: string;
+  architecture: string;
+  description: string;
+  driver: string;
+  /** Whether it computes on the processor. */
+  software: boolean;
+}
+
 export interface Mesher extends Disposable {
   /** Who meshes. */
   readonly backend: 'gpu' | 'cpu';
   /** The GPU; null on the CPU. */
-  readonly adapter: { name: string; driver: string; software: boolean } | null;
+  readonly adapter: Adapter | null;
   /** Why the CPU meshes although `auto` looked for a GPU; null otherwise. */
   readonly fallback: string | null;
   /** Reads and checks a surface without meshing it. */

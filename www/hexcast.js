@@ -6,16 +6,24 @@ import { connect } from './connection.js';
 export { HexcastError };
 export const version = '0.1.0';
 
-export async function createMesher({ backend = 'auto', wasm, worker, signal } = {}) {
+export async function createMesher({ backend = 'auto', wasm, worker, device, signal } = {}) {
   signal?.throwIfAborted();
-  const connection = await connect(worker);
+  if (device) checkDevice(backend, worker);
+  const connection = await connect(device ? false : worker);
   try {
     const source = wasm instanceof URL ? wasm.href : (wasm ?? new URL('./hexcast_bg.wasm', import.meta.url).href);
-    const facts = await connection.call('open', { backend, wasm: source }, { signal });
+    const facts = await connection.call('open', { backend, wasm: source, device }, { signal });
     return new Mesher(connection, facts);
   } catch (error) {
     connection.close();
     throw error;
+  }
+}
+
+function checkDevice(backend, worker) {
+  if (backend === 'cpu') throw new HexcastError('job-conflict', 'a device is given, and the backend "cpu"', 'leave out one of them');
+  if (worker !== undefined && worker !== false) {
+    throw new HexcastError('job-conflict', 'a device is given, and a worker: devices cannot leave their thread', 'leave out one of them');
   }
 }
 

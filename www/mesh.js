@@ -68,6 +68,8 @@ export class Mesh {
     let encoder;
     let done = 0;
     const total = this.size(format, { compress, bits }) ?? 0;
+    // what is compressed first is counted in flags
+    const flags = this.report.cells;
     return new ReadableStream(
       {
         start: async () => {
@@ -75,9 +77,14 @@ export class Mesh {
           encoder = await this.#call('encode', { format, compress, bits }, { signal });
         },
         pull: async (controller) => {
-          signal?.throwIfAborted();
-          const bytes = await this.#connection.call('next', { encoder });
-          if (bytes === null) return controller.close();
+          let bytes;
+          for (;;) {
+            signal?.throwIfAborted();
+            bytes = await this.#connection.call('next', { encoder });
+            if (bytes === null) return controller.close();
+            if (bytes.share === undefined) break;
+            onProgress?.({ stage: 'write', done: Math.floor(bytes.share * flags), total: flags });
+          }
           done += bytes.byteLength;
           onProgress?.({ stage: 'write', done, total: Math.max(total, done) });
           controller.enqueue(bytes);

@@ -18,6 +18,7 @@ use hexcast::pipeline::{Engine, Prepared, prepare};
 use hexcast::read::read_from;
 use hexcast::sources::Source;
 use memmap2::{MmapMut, MmapOptions};
+use rayon::prelude::*;
 use serde::Serialize;
 
 /// Seconds of each part of a run.
@@ -37,6 +38,8 @@ pub(crate) struct Seconds {
     pub(crate) flags_again: f64,
     /// Flags in a plain vector, its making included.
     pub(crate) flags_in_vec: f64,
+    /// As many bytes written once to new large pages, on all cores: what no program can do without.
+    pub(crate) bytes_once: f64,
 }
 
 impl Seconds {
@@ -88,28 +91,46 @@ pub(crate) fn run(file: &Path, cells: u32, engine: &mut Engine) -> Result<Run, B
     let seconds_of_columns = lap(&mut clock);
     let mut pages = flags(&columns)?;
     let seconds_of_flags = lap(&mut clock);
-    expand(&columns, &columns.dims().map(|n| 0..n), &mut pages);
+    expand(&columns, &columns.dims().map(|n| 0..n), &mut pages).expect("columns in memory");
     let flags_again = lap(&mut clock);
     drop(pages);
     let flags_in_vec = seconds_in_vec(&columns);
-    let seconds =
-        Seconds { read, lines, snap, columns: seconds_of_columns, flags: seconds_of_flags, flags_again, flags_in_vec };
+    let mut clock = Instant::now();
+    let mut pages = new_pages(&columns)?;
+    pages.par_chunks_mut(1 << 21).for_each(|page| page.fill(1));
+    std::hint::black_box(&pages);
+    let seconds = Seconds {
+        read,
+        lines,
+        snap,
+        columns: seconds_of_columns,
+        flags: seconds_of_flags,
+        flags_again,
+        flags_in_vec,
+        bytes_once: lap(&mut clock),
+    };
     Ok(Run { seconds, n_facets: frame.facets.len(), columns })
 }
 
 /// Flags of all cells in large pages, x fastest.
 pub(crate) fn flags(columns: &Columns) -> Result<MmapMut, Box<dyn Error>> {
-    let n_cells = usize::try_from(columns.rays.n_rays() * u64::from(columns.rays.depth))?;
-    let mut flags = MmapOptions::new().len(n_cells).map_anon()?;
-    #[cfg(target_os = "linux")]
-    flags.advise(memmap2::Advice::HugePage)?;
-    expand(columns, &columns.dims().map(|n| 0..n), &mut flags);
+    let mut flags = new_pages(columns)?;
+    expand(columns, &columns.dims().map(|n| 0..n), &mut flags)?;
     Ok(flags)
+}
+
+/// A byte for each cell in pages that nobody has touched, large ones if the system has any.
+fn new_pages(columns: &Columns) -> Result<MmapMut, Box<dyn Error>> {
+    let n_cells = usize::try_from(columns.rays.n_rays() * u64::from(columns.rays.depth))?;
+    let pages = MmapOptions::new().len(n_cells).map_anon()?;
+    #[cfg(target_os = "linux")]
+    pages.advise(memmap2::Advice::HugePage)?;
+    Ok(pages)
 }
 
 fn seconds_in_vec(columns: &Columns) -> f64 {
     let start = Instant::now();
-    let flags = hexcast::flags::flags_of_box(columns, &columns.dims().map(|n| 0..n));
+    let flags = hexcast::flags::flags_of_box(columns, &columns.dims().map(|n| 0..n)).expect("columns in memory");
     let seconds = start.elapsed().as_secs_f64();
     // the optimiser must not see that nobody reads them
     std::hint::black_box(&flags);

@@ -131,6 +131,7 @@ fn whole_line(case: &Case, choice: BackendChoice, arguments: &Arguments) -> Resu
             "cells_per_s": cells as f64 / to_flags, "crossings_per_s": columns.n_crossings() as f64 / of(|s| s.columns),
             "read_s": of(|s| s.read), "lines_s": of(|s| s.lines), "snap_s": of(|s| s.snap),
             "columns_s": of(|s| s.columns), "flags_s": of(|s| s.flags), "flags_again_s": of(|s| s.flags_again), "flags_in_vec_s": of(|s| s.flags_in_vec),
+            "bytes_once_s": of(|s| s.bytes_once),
             "open_s": engine.seconds, "first": first.seconds, "runs": runs,
         })
     );

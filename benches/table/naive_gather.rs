@@ -63,7 +63,7 @@ pub(crate) fn compare(gpu: &Gpu, cast: &Cast, runs: u32) -> Result<Comparison, B
 /// Seconds of our intersection within a mesh in four bands; it maps the crossings to runs at the same time.
 fn ours(gpu: &Gpu, cast: &Cast) -> Result<f64, Box<dyn Error>> {
     let rows = cast.rays.counts[1].div_ceil(4).next_multiple_of(8);
-    let options = Options { rows_per_band: Some(rows), profile: true };
+    let options = Options { rows_per_band: Some(rows), profile: true, ..Options::default() };
     let mut bands = Vec::new();
     let usage = pollster::block_on(gpu.continue_columns(cast, &options, &Control::default(), &mut bands))?;
     if usage.n_bands != cast.rays.counts[1].div_ceil(rows) {
@@ -78,7 +78,7 @@ fn ours(gpu: &Gpu, cast: &Cast) -> Result<f64, Box<dyn Error>> {
         Kernel::ColumnsDeep,
         Kernel::ColumnsDeepOneRank,
     ];
-    Ok(kernels.iter().filter_map(|kernel| profile.get(kernel)).sum())
+    Ok(profile.iter().filter(|(kernel, _)| kernels.contains(kernel)).map(|(_, seconds)| seconds).sum())
 }
 
 /// Returns an error that names the first ray on which the gather and our kernels differ.

@@ -80,13 +80,13 @@ pub(crate) fn least_disturbed(
 
 /// Seconds of each kernel; every dispatch is waited for, so that the sum is more than an undisturbed mesh takes.
 pub(crate) fn of_gpu(gpu: &Gpu, cast: &Cast) -> Result<Passes, Box<dyn Error>> {
-    let options = Options { rows_per_band: None, profile: true };
+    let options = Options { profile: true, ..Options::default() };
     let mut bands = Vec::new();
     let start = Instant::now();
     let usage = pollster::block_on(gpu.continue_columns(cast, &options, &Control::default(), &mut bands))?;
     let total = start.elapsed().as_secs_f64();
     let mut passes: Vec<Pass> =
-        usage.profile.iter().flatten().map(|(kernel, &seconds)| (format!("{kernel:?}"), seconds)).collect();
+        usage.profile.iter().flatten().map(|(kernel, seconds)| (format!("{kernel:?}"), *seconds)).collect();
     let in_kernels: f64 = passes.iter().map(|pass| pass.1).sum();
     passes.push(("upload, clears, readback".into(), total - in_kernels));
     Ok(Passes { passes, n_bands: usage.n_bands })

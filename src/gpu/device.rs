@@ -3,9 +3,11 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use serde::Serialize;
+use web_time::{Duration, Instant};
 use wgpu::{Adapter, DeviceDescriptor, DeviceType, Instance, InstanceDescriptor, Limits, RequestAdapterOptions};
 
 use super::kernels::Kernels;
+use crate::control::Control;
 use crate::error::{Error, Result};
 
 /// What kind of machine an adapter is.
@@ -111,7 +113,26 @@ impl Gpu {
         let failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
         failure.clone().map_or(Ok(()), Err)
     }
+
+    /// Finds the cause of a failure. What is done with a lost device fails in many ways, and browsers tell of the loss itself
+    /// only some moments later.
+    pub(crate) async fn cause(&self, error: Error, control: &Control) -> Error {
+        let start = Instant::now();
+        while error.code() == "device-failed" && start.elapsed() < LOSS_IS_TOLD_WITHIN {
+            control.pause().await;
+            // natively callbacks come from here; what it returns is what the callbacks tell
+            let _ = self.device.poll(wgpu::PollType::Poll);
+            match self.check() {
+                Err(told) if told.code() == "device-lost" => return told,
+                _ => {}
+            }
+        }
+        error
+    }
 }
+
+/// Time within which a browser tells that a device was lost: a message between two of its processes, on a busy machine.
+const LOSS_IS_TOLD_WITHIN: Duration = Duration::from_millis(500);
 
 const USE_CPU: &str = "use the CPU backend, or update the GPU driver";
 
@@ -141,8 +162,8 @@ async fn preferred_adapter() -> Result<Adapter> {
 
 async fn named_adapter(name: &str) -> Result<Adapter> {
     let mut adapters = instance().enumerate_adapters(wgpu::Backends::all()).await;
-    let lower = name.to_lowercase();
-    let position = adapters.iter().position(|adapter| adapter.get_info().name.to_lowercase().contains(&lower));
+    let lower = name.to_ascii_lowercase();
+    let position = adapters.iter().position(|adapter| adapter.get_info().name.to_ascii_lowercase().contains(&lower));
     match position {
         Some(index) => Ok(adapters.swap_remove(index)),
         None => {

@@ -1,4 +1,6 @@
 //! The kernels: which shader files make each, compiled once. The only place that includes shader text.
+//!
+//! Comments and indentation, half of the text, stay at home; line breaks do not, so that lines keep their numbers.
 
 use std::sync::OnceLock;
 
@@ -6,19 +8,66 @@ use wgpu::{ComputePipeline, Device, ShaderModuleDescriptor, ShaderSource};
 
 use crate::parallel::*;
 
-const PARAMS: &str = include_str!("../../shaders/shared/params.wgsl");
-const WIDE: &str = include_str!("../../shaders/shared/wide.wgsl");
-const FACET: &str = include_str!("../../shaders/shared/facet.wgsl");
-const BINS: &str = include_str!("../../shaders/shared/bins.wgsl");
-const RAYS: &str = include_str!("../../shaders/shared/rays.wgsl");
-const BIN_FACET: &str = include_str!("../../shaders/shared/bin_facet.wgsl");
-const PLANE: &str = include_str!("../../shaders/shared/plane.wgsl");
-const SWEEP: &str = include_str!("../../shaders/shared/sweep.wgsl");
-const CHUNKS: &str = include_str!("../../shaders/shared/chunks.wgsl");
-const EMIT_ROW: &str = include_str!("../../shaders/shared/emit_row.wgsl");
-const MAP_RAY: &str = include_str!("../../shaders/shared/map_ray.wgsl");
-const SORT: &str = include_str!("../../shaders/shared/sort.wgsl");
-const SCAN: &str = include_str!("../../shaders/shared/scan.wgsl");
+/// The text of a file in `shaders/`, stripped.
+macro_rules! wgsl {
+    ($name:expr) => {{
+        const TEXT: &[u8] = include_bytes!(concat!("../../shaders/", $name, ".wgsl"));
+        const STRIPPED: [u8; strip(TEXT, &mut [])] = {
+            let mut stripped = [0; strip(TEXT, &mut [])];
+            strip(TEXT, &mut stripped);
+            stripped
+        };
+        match str::from_utf8(&STRIPPED) {
+            Ok(text) => text,
+            Err(_) => panic!("a shader is not UTF-8"),
+        }
+    }};
+}
+
+/// Copies WGSL without `//` comments and the white space around lines to the front of `out`, as far as it goes; returns
+/// the length of all. There are no strings in WGSL, and we write no `/*`.
+const fn strip(text: &[u8], out: &mut [u8]) -> usize {
+    let (mut at, mut len) = (0, 0);
+    // white space is copied once something follows on its line
+    let (mut blank_from, mut is_line_start) = (0, true);
+    while at < text.len() {
+        let byte = text[at];
+        if byte == b'/' && at + 1 < text.len() && text[at + 1] == b'/' {
+            while at < text.len() && text[at] != b'\n' {
+                at += 1;
+            }
+            continue;
+        }
+        if byte != b' ' {
+            let mut from = if is_line_start || byte == b'\n' { at } else { blank_from };
+            while from <= at {
+                if len < out.len() {
+                    out[len] = text[from];
+                }
+                len += 1;
+                from += 1;
+            }
+            is_line_start = byte == b'\n';
+            blank_from = at + 1;
+        }
+        at += 1;
+    }
+    len
+}
+
+const PARAMS: &str = wgsl!("shared/params");
+const WIDE: &str = wgsl!("shared/wide");
+const FACET: &str = wgsl!("shared/facet");
+const BINS: &str = wgsl!("shared/bins");
+const RAYS: &str = wgsl!("shared/rays");
+const BIN_FACET: &str = wgsl!("shared/bin_facet");
+const PLANE: &str = wgsl!("shared/plane");
+const SWEEP: &str = wgsl!("shared/sweep");
+const CHUNKS: &str = wgsl!("shared/chunks");
+const EMIT_ROW: &str = wgsl!("shared/emit_row");
+const MAP_RAY: &str = wgsl!("shared/map_ray");
+const SORT: &str = wgsl!("shared/sort");
+const SCAN: &str = wgsl!("shared/scan");
 
 /// A compute kernel; its entry point is named like its file in `shaders/`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -55,7 +104,7 @@ macro_rules! source {
         Source {
             kernel: Kernel::$kernel,
             name: $name,
-            parts: &[$($part,)* include_str!(concat!("../../shaders/", $name, ".wgsl"))],
+            parts: const { &[$($part,)* wgsl!($name)] },
             constants: &[],
         }
     };
@@ -151,4 +200,23 @@ fn compile(device: &Device, kernel: Kernel) -> ComputePipeline {
         compilation_options: wgpu::PipelineCompilationOptions { constants: source.constants, ..Default::default() },
         cache: None,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stripped_text_keeps_its_tokens_and_lines() {
+        let text = b"// head\n\nfn f() {  // why\n    let a = 1u / 2u;\n}\n// end";
+        let expected = b"\n\nfn f() {\nlet a = 1u / 2u;\n}\n";
+        let mut out = [b'#'; 64];
+        let len = strip(text, &mut out);
+        assert_eq!(str::from_utf8(&out[..len]), str::from_utf8(expected));
+        assert!(out[len..].iter().all(|&byte| byte == b'#'));
+        assert_eq!(strip(text, &mut []), len);
+        for (name, text) in sources() {
+            assert!(!text.contains("//") && !text.contains("\n ") && text.contains(&format!("fn {name}(")), "{name}");
+        }
+    }
 }

@@ -44,6 +44,8 @@ pub struct Cast<'a> {
 pub struct Options {
     /// Fixes the number of ray rows of a band; otherwise it follows from the limits and the speed of the device.
     pub rows_per_band: Option<u32>,
+    /// Most ray rows of a band, if not what the device allows.
+    pub most_rows: Option<u32>,
     /// Waits for every kernel and measures it.
     pub profile: bool,
 }
@@ -82,10 +84,32 @@ impl Gpu {
         control: &Control,
         bands: &mut Vec<Band>,
     ) -> Result<Usage> {
+        let n_rays: u64 = bands.iter().map(|band| band.ends.len() as u64).sum();
+        let first_row = (n_rays / u64::from(cast.rays.counts[0])) as u32;
+        let take = &mut |band| {
+            bands.push(band);
+            Ok(())
+        };
+        self.hand_out_bands(cast, options, control, first_row, take).await
+    }
+
+    /// Meshes the rays from a row on and hands out band after band, in order, while the device works on the next.
+    ///
+    /// # Errors
+    /// Those of [`Gpu::columns`], and those of `take`.
+    pub async fn hand_out_bands(
+        &self,
+        cast: &Cast<'_>,
+        options: &Options,
+        control: &Control,
+        first_row: u32,
+        take: &mut impl FnMut(Band) -> Result<()>,
+    ) -> Result<Usage> {
         let [n_i, n_j] = cast.rays.counts;
-        let most_rows = u32::try_from(MAX_RAYS / u64::from(n_i)).unwrap_or(u32::MAX).max(1);
+        let most_rows = u32::try_from(MAX_RAYS / u64::from(n_i)).unwrap_or(u32::MAX);
+        let most_rows = most_rows.min(options.most_rows.unwrap_or(u32::MAX)).max(1);
         let mut rows = options.rows_per_band.unwrap_or(whole_bins(FIRST_RAYS / u64::from(n_i)).min(most_rows));
-        let mut next: u32 = bands.iter().map(|band| (band.ends.len() as u64 / u64::from(n_i)) as u32).sum();
+        let mut next = first_row;
         let mut idle = vec![Session::new(self, *cast, rows.min(n_j))?];
         idle[0].usage.profile = options.profile.then(Profile::new);
         let in_flight_most = if options.profile { 1 } else { BANDS_IN_FLIGHT };
@@ -108,9 +132,10 @@ impl Gpu {
                 usage.peak_bytes.max(in_flight.iter().map(|(session, _)| session.usage.peak_bytes).sum());
             let Some((mut session, launched)) = in_flight.pop_front() else { break };
             let range = launched.rows.clone();
-            match session.complete(launched).await? {
-                Some(band) => bands.push(band),
-                None => {
+            match session.complete(launched).await {
+                Err(error) => return Err(self.cause(error, control).await),
+                Ok(Some(band)) => take(band)?,
+                Ok(None) => {
                     // the bands behind it stand on their own, but columns are appended in order: start again from here
                     in_flight.clear();
                     idle.clear();

@@ -25,8 +25,8 @@ pub(crate) struct Passes<'a> {
     pub(crate) profile: Option<&'a mut Profile>,
 }
 
-/// Seconds spent in each kernel, summed over its dispatches.
-pub type Profile = std::collections::BTreeMap<Kernel, f64>;
+/// Seconds spent in each kernel that ran, summed over its dispatches.
+pub type Profile = Vec<(Kernel, f64)>;
 
 impl Passes<'_> {
     /// Builds the lattice: from `corners` to `bin_offsets` and `pairs`.
@@ -171,7 +171,11 @@ impl Passes<'_> {
         self.gpu.queue.submit([recorded.finish()]);
         // a failed wait shows in the mesh that follows; the profile then means nothing anyway
         let _ = self.gpu.device.poll(wgpu::PollType::wait_indefinitely());
-        *profile.entry(kernel).or_default() += start.elapsed().as_secs_f64();
+        let seconds = start.elapsed().as_secs_f64();
+        match profile.iter_mut().find(|(known, _)| *known == kernel) {
+            Some((_, sum)) => *sum += seconds,
+            None => profile.push((kernel, seconds)),
+        }
     }
 }
 

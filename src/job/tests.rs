@@ -183,7 +183,8 @@ proptest! {
     ) {
         let padding = padding.map(Padding::Length).or(Some(Padding::Cells(PerAxis::All(cells))));
         let unit = Some("µm".to_string());
-        let job = Job { geometries, cell_size: size, padding, axis: AxisChoice::Z, unit, ..Job::default() };
+        let max_memory = Some(ByteSize(u64::from(cells) + 1));
+        let job = Job { max_memory, geometries, cell_size: size, padding, axis: AxisChoice::Z, unit, ..Job::default() };
         prop_assert_eq!(&Job::from_toml(&job.to_toml()).unwrap(), &job);
         prop_assert_eq!(&Job::from_json(&job.to_json()).unwrap(), &job);
     }

@@ -2,10 +2,14 @@
 
 use web_time::Instant;
 
-use crate::columns::Columns;
+#[cfg(feature = "gpu")]
+use crate::columns::Band;
+use crate::columns::{Columns, Growing};
 use crate::control::Control;
 use crate::cpu;
 use crate::error::Result;
+#[cfg(feature = "gpu")]
+use crate::estimate::UPLOAD_FACET_BYTES;
 use crate::frame::Frame;
 use crate::job::{BackendChoice, Rule};
 use crate::rays::Rays;
@@ -13,6 +17,22 @@ use crate::rays::Rays;
 /// Times that a lost device is opened again.
 #[cfg(feature = "gpu")]
 const MAX_REOPENINGS: u32 = 3;
+
+/// What is meshed, and in which bands.
+#[derive(Clone, Copy)]
+pub(super) struct Casting<'a> {
+    pub(super) frame: &'a Frame,
+    pub(super) rays: &'a Rays,
+    pub(super) rule: Rule,
+    /// Most ray rows that the GPU may bring home at once, before they are packed.
+    pub(super) most_rows: u32,
+}
+
+/// Most bytes that meshing took, besides facets and columns.
+pub(super) struct Used {
+    pub(super) device_bytes: u64,
+    pub(super) host_bytes: u64,
+}
 
 /// Who meshes, ready to work.
 pub struct Engine {
@@ -64,6 +84,13 @@ impl Engine {
         Ok(Engine { gpu: Some(gpu), wanted_adapter: adapter.map(String::from), ..Engine::cpu() })
     }
 
+    /// Prepares a GPU that the caller has opened. Where its device is lost, one of an adapter of the same name takes its place.
+    #[cfg(feature = "gpu")]
+    pub fn with_gpu(gpu: crate::gpu::Gpu) -> Engine {
+        let wanted_adapter = Some(gpu.facts.name.clone());
+        Engine { gpu: Some(gpu), wanted_adapter, ..Engine::cpu() }
+    }
+
     #[cfg(not(feature = "gpu"))]
     async fn open_gpu(_: Option<&str>) -> Result<Engine> {
         Err(crate::error::Error::new("no-adapter", "this build has no GPU backend", "build with the feature gpu"))
@@ -101,29 +128,58 @@ impl Engine {
         rule: Rule,
         control: &Control,
     ) -> Result<(Columns, u64)> {
-        #[cfg(feature = "gpu")]
-        if self.gpu.is_some() {
-            return self.gpu_columns(&crate::gpu::Cast { frame, rays, rule }, control).await;
-        }
-        let mut strips = cpu::Strips::new(frame, rays, rule, None);
-        while strips.round(control)? {
-            control.pause().await;
-        }
-        Ok((strips.finish(), 0))
+        let mut growing = Growing::new(*rays, u64::MAX, None);
+        let most_rows = rays.counts[1];
+        let used = self.grow(&Casting { frame, rays, rule, most_rows }, &mut growing, control).await?;
+        Ok((growing.finish(), used.device_bytes))
     }
 
+    /// Meshes the rays after those that have grown already, and lets the columns grow by them.
+    ///
+    /// # Errors
+    /// Those of [`Engine::columns`] and [`Growing::push`]; what was finished before has grown all the same.
+    pub(super) async fn grow(
+        &mut self,
+        casting: &Casting<'_>,
+        growing: &mut Growing,
+        control: &Control,
+    ) -> Result<Used> {
+        #[cfg(feature = "gpu")]
+        if self.gpu.is_some() {
+            return self.grow_on_gpu(casting, growing, control).await;
+        }
+        let Casting { frame, rays, rule, .. } = *casting;
+        let mut strips = cpu::Strips::new(frame, rays, rule, None).from_ray(growing.n_rays());
+        while let Some(bands) = strips.round(control)? {
+            growing.push(bands)?;
+            control.pause().await;
+        }
+        Ok(Used { device_bytes: 0, host_bytes: strips.n_bytes() })
+    }
+
+    /// Meshes band after band: each is packed, and put aside where it must be, while the device works on the next.
     #[cfg(feature = "gpu")]
-    async fn gpu_columns(&mut self, cast: &crate::gpu::Cast<'_>, control: &Control) -> Result<(Columns, u64)> {
-        let mut bands = Vec::new();
-        let mut options = crate::gpu::Options::default();
+    async fn grow_on_gpu(&mut self, casting: &Casting<'_>, growing: &mut Growing, control: &Control) -> Result<Used> {
+        let Casting { frame, rays, rule, most_rows } = *casting;
+        let cast = crate::gpu::Cast { frame, rays, rule };
+        let n_i = u64::from(rays.counts[0]);
+        let mut options = crate::gpu::Options { most_rows: Some(most_rows), ..Default::default() };
         let mut reopenings = 0;
         while let Some(gpu) = &self.gpu {
-            match gpu.continue_columns(cast, &options, control, &mut bands).await {
-                Ok(usage) => return Ok((Columns::new(*cast.rays, bands), usage.peak_bytes)),
+            let first_row = (growing.n_rays() / n_i) as u32;
+            let mut last_rows = 64;
+            let take = &mut |band: Band| {
+                last_rows = band.ends.len() as u64 / n_i;
+                growing.push(vec![band])
+            };
+            match gpu.hand_out_bands(&cast, &options, control, first_row, take).await {
+                Ok(usage) => {
+                    let host_bytes = UPLOAD_FACET_BYTES * frame.facets.len() as u64;
+                    return Ok(Used { device_bytes: usage.peak_bytes, host_bytes });
+                }
                 Err(error) if error.code() == "device-lost" && reopenings < MAX_REOPENINGS => {
                     reopenings += 1;
-                    let rows = bands.last().map_or(64, |band| band.ends.len() as u64 / u64::from(cast.rays.counts[0]));
-                    options.rows_per_band = Some((rows / 2).max(1) as u32);
+                    options.rows_per_band = Some((last_rows / 2).max(1) as u32);
                     self.gpu = Some(crate::gpu::Gpu::open(self.wanted_adapter.as_deref()).await?);
                 }
                 Err(error) => return Err(error),

@@ -14,9 +14,9 @@
 //! any text for the numbers of a normal, bytes of value 0 or 26 behind the last solid. Numbers are rounded to the
 //! nearest f32. A line may be [`MAX_LINE`] bytes long, so that garbage cannot fill the memory.
 
-use super::{Contents, Format, Solid, Tally, Warnings, reserve, sniff};
+use super::{Contents, Format, Solid, Tally, Warnings, decimal, reserve, sniff};
 use crate::error::{Error, Result};
-use crate::geometry::Facet;
+use crate::geometry::{Facet, SharedFacets};
 
 /// Longest line, in bytes.
 const MAX_LINE: usize = 1 << 16;
@@ -46,9 +46,11 @@ pub(super) struct Parser {
     facet_line: u64,
     normal: [f32; 3],
     corners: Facet,
-    solids: Vec<Solid>,
+    /// Facets of all solids.
+    facets: Vec<Facet>,
+    /// Name of each solid and number of facets before it.
+    solids: Vec<(String, usize)>,
     solid_line: u64,
-    n_facets: u64,
     tally: Tally,
     warnings: Warnings,
 }
@@ -96,13 +98,16 @@ impl Parser {
             }
             _ => return Err(self.cut_short()),
         }
-        if self.n_facets == 0 {
+        let n_facets = self.facets.len() as u64;
+        if n_facets == 0 {
             return Err(sniff::empty(&format!("no facet in {} lines of ASCII STL", self.line)));
         }
+        let (names, starts): (Vec<String>, Vec<usize>) = self.solids.into_iter().unzip();
+        let parts = SharedFacets::cut(self.facets, &starts);
         Ok(Contents {
             format: Format::StlAscii,
-            solids: self.solids,
-            n_facets: self.n_facets,
+            solids: names.into_iter().zip(parts).map(|(name, facets)| Solid { name, facets }).collect(),
+            n_facets,
             n_bytes,
             wrong_normals: self.tally.wrong_normals,
             zero_normals: self.tally.zero_normals,
@@ -171,33 +176,30 @@ impl Parser {
 
     fn begin_solid(&mut self, name: &[u8]) {
         let name = String::from_utf8_lossy(name.trim_ascii()).into_owned();
-        self.solids.push(Solid { name, facets: Vec::new() });
+        self.solids.push((name, self.facets.len()));
         self.solid_line = self.line;
         self.expect = Expect::Facet;
     }
 
     fn end_solid(&mut self) {
         self.expect = Expect::Solid;
-        if let Some(solid) = self.solids.pop_if(|solid| solid.facets.is_empty()) {
-            let name = sniff::excerpt(solid.name.as_bytes());
+        if let Some((name, _)) = self.solids.pop_if(|(_, start)| *start == self.facets.len()) {
+            let name = sniff::excerpt(name.as_bytes());
             self.warnings.push(format!("line {}: solid \"{name}\" without facets left out", self.solid_line));
         }
     }
 
     fn end_facet(&mut self) -> Result<()> {
         self.expect = Expect::Facet;
-        self.n_facets += 1;
-        if self.n_facets > u64::from(u32::MAX) {
+        if self.facets.len() as u64 == u64::from(u32::MAX) {
             let message = format!("line {}: more than {} facets", self.line, u32::MAX);
             return Err(Error::new("too-many-facets", message, "split the model into several files"));
         }
         self.tally.count(self.normal, &self.corners);
-        if let Some(solid) = self.solids.last_mut() {
-            if solid.facets.len() == solid.facets.capacity() {
-                reserve(&mut solid.facets, 1, false)?;
-            }
-            solid.facets.push(self.corners);
+        if self.facets.len() == self.facets.capacity() {
+            reserve(&mut self.facets, 1, false)?;
         }
+        self.facets.push(self.corners);
         Ok(())
     }
 
@@ -206,7 +208,7 @@ impl Parser {
         let mut numbers = [0.0; 3];
         for axis in 0..3 {
             let (word, behind) = first_word(rest);
-            numbers[axis] = match number(word) {
+            numbers[axis] = match decimal::parse(word) {
                 Some(value) if value.is_finite() => value,
                 found => return Err(self.bad_number(word, found.is_some(), corner, axis)),
             };
@@ -221,7 +223,7 @@ impl Parser {
     }
 
     fn bad_number(&self, word: &[u8], is_number: bool, corner: usize, axis: usize) -> Error {
-        let (line, facet, corner, axis) = (self.line, self.n_facets + 1, corner + 1, ["x", "y", "z"][axis]);
+        let (line, facet, corner, axis) = (self.line, self.facets.len() + 1, corner + 1, ["x", "y", "z"][axis]);
         let place = format!("line {line}: {axis} of corner {corner} of facet {facet}");
         if word.is_empty() {
             let message = format!("{place} is missing; a vertex has three numbers");
@@ -259,7 +261,7 @@ impl Parser {
             self.line,
             self.facet_line,
             self.expected(),
-            self.n_facets
+            self.facets.len()
         );
         Error::new("stl-truncated", message, "copy or export the file again; it is cut short")
     }
@@ -317,18 +319,13 @@ fn first_word(line: &[u8]) -> (&[u8], &[u8]) {
     line.split_at(end)
 }
 
-/// Reads a number; None where the word is none. Numbers beyond f32 come out infinite.
-fn number(word: &[u8]) -> Option<f32> {
-    std::str::from_utf8(word).ok()?.parse().ok()
-}
-
 /// Reads what stands behind "facet": normals are only reported, so that any text will do, and counts as not a number.
 fn normal(rest: &[u8]) -> [f32; 3] {
     let (_, mut rest) = first_word(rest);
     std::array::from_fn(|_| {
         let (word, behind) = first_word(rest);
         rest = behind;
-        number(word).unwrap_or(f32::NAN)
+        decimal::parse(word).unwrap_or(f32::NAN)
     })
 }
 

@@ -126,7 +126,7 @@ impl Parser {
         }
         Ok(Contents {
             format: Format::StlBinary,
-            solids: vec![Solid { name: String::new(), facets: self.facets }],
+            solids: vec![Solid { name: String::new(), facets: self.facets.into() }],
             n_facets,
             n_bytes: self.n_bytes,
             wrong_normals: self.tally.wrong_normals,

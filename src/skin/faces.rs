@@ -163,17 +163,20 @@ fn facing(pair: [&[u32]; 2], along: &Range<u32>, mut found: impl FnMut(usize, u3
 
 /// Strips of faces where the runs of a row begin (these look down) and end (these look up).
 fn ends(level: &Level, rays: &[&[u32]]) -> [Vec<Strip>; 2] {
-    let mut faces: [Vec<(u32, u32, u8)>; 2] = Default::default();
+    // plane, ray and flag in the order they sort by
+    let face = |plane: u32, ray: u32, flag: u8| u128::from(plane) << 40 | u128::from(ray) << 8 | u128::from(flag);
+    let mut faces: [Vec<u128>; 2] = Default::default();
     for (&runs, ray) in rays.iter().zip(level.across[0].clone()) {
         stretches(runs, &level.along, |start, end, flag| {
-            faces[0].push((start, ray, flag));
-            faces[1].push((end, ray, flag));
+            faces[0].push(face(start, ray, flag));
+            faces[1].push(face(end, ray, flag));
         });
     }
     faces.map(|mut faces| {
         faces.sort_unstable();
         let mut strips: Vec<Strip> = Vec::new();
-        for (plane, ray, flag) in faces {
+        for face in faces {
+            let (plane, ray, flag) = ((face >> 40) as u32, (face >> 8) as u32, face as u8);
             match strips.last_mut() {
                 Some(last) if (last.plane, last.end, last.flag) == (plane, ray, flag) => last.end += 1,
                 _ => strips.push(Strip { plane, start: ray, end: ray + 1, flag }),

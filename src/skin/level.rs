@@ -32,18 +32,22 @@ pub(super) struct Level<'a> {
 
 #[derive(Debug)]
 enum Runs<'a> {
-    /// The columns of the mesh.
+    /// The columns of the mesh, in memory.
     Fine(&'a Columns),
     /// A band for each row of rays of the box.
-    Coarse(Vec<Band>),
+    Own(Vec<Band>),
 }
 
 impl<'a> Level<'a> {
     /// Takes a box of the mesh as it is.
-    pub(super) fn fine(columns: &'a Columns, cells: &CellBox) -> Level<'a> {
+    ///
+    /// # Errors
+    /// `io` where the columns are in a store that fails; such columns are read to memory, as far as the box has them.
+    pub(super) fn fine(columns: &'a Columns, cells: &CellBox) -> Result<Level<'a>> {
         let rays = &columns.rays;
         let across = rays.across.map(|axis| cells[axis].clone());
-        Level { step: 1, along: cells[rays.axis].clone(), across, runs: Runs::Fine(columns) }
+        let runs = if columns.is_spilled() { Runs::Own(bands_of(columns, &across)?) } else { Runs::Fine(columns) };
+        Ok(Level { step: 1, along: cells[rays.axis].clone(), across, runs })
     }
 
     /// Whether the level is a single cell.
@@ -60,9 +64,9 @@ impl<'a> Level<'a> {
         match &self.runs {
             Runs::Fine(columns) => {
                 let first = u64::from(columns.rays.counts[0]) * u64::from(row);
-                rays.clone().map(|ray| columns.ray(first + u64::from(ray))).collect()
+                rays.clone().map(|ray| columns.held_ray(first + u64::from(ray))).collect()
             }
-            Runs::Coarse(bands) => {
+            Runs::Own(bands) => {
                 let band = &bands[(row - rows.start) as usize];
                 (0..rays.len()).map(|ray| band.ray(ray)).collect()
             }
@@ -79,7 +83,7 @@ impl<'a> Level<'a> {
             control.check()?;
             bands.par_extend(rows.par_iter().map(|&row| self.coarse_row(row, &across[0], order)));
         }
-        Ok(Level { step: 2 * self.step, along: halved(&self.along), across, runs: Runs::Coarse(bands) })
+        Ok(Level { step: 2 * self.step, along: halved(&self.along), across, runs: Runs::Own(bands) })
     }
 
     fn coarse_row(&self, row: u32, rays: &Range<u32>, order: &[u8]) -> Band {
@@ -97,8 +101,7 @@ impl<'a> Level<'a> {
                 for runs in &row[first as usize..end as usize] {
                     stretches(runs, &self.along, |start, end, flag| {
                         let rank = rank[usize::from(flag)];
-                        edges.push((start / 2, rank, true));
-                        edges.push((end.div_ceil(2), rank, false));
+                        edges.extend([edge(start / 2, rank, true), edge(end.div_ceil(2), rank, false)]);
                     });
                 }
             }
@@ -110,20 +113,39 @@ impl<'a> Level<'a> {
     }
 }
 
-/// Appends the runs of a ray over which stretches of flags lie, the edges of which are sorted: cell, rank, whether it
-/// begins there. The lowest rank is seen.
-fn push_runs(edges: &[(u32, u8, bool)], order: &[u8], end: u32, runs: &mut Vec<u32>) {
+/// Reads the rays of a box, a band a row.
+fn bands_of(columns: &Columns, [rays, rows]: &[Range<u32>; 2]) -> Result<Vec<Band>> {
+    let band_of = |row: u32| {
+        let mut band = Band::default();
+        let first = u64::from(columns.rays.counts[0]) * u64::from(row);
+        columns.for_rays(first + u64::from(rays.start)..first + u64::from(rays.end), |runs| {
+            band.runs.extend_from_slice(runs);
+            band.ends.push(band.runs.len() as u32);
+        })?;
+        Ok(band)
+    };
+    rows.clone().into_par_iter().map(band_of).collect()
+}
+
+/// Where a stretch of a flag begins or ends; sorts by cell.
+fn edge(cell: u32, rank: u8, begins: bool) -> u64 {
+    u64::from(cell) << 9 | u64::from(rank) << 1 | u64::from(begins)
+}
+
+/// Appends the runs of a ray over which stretches of flags lie, the [`edge`]s of which are sorted. The lowest rank is seen.
+fn push_runs(edges: &[u64], order: &[u8], end: u32, runs: &mut Vec<u32>) {
     let mut n_open = [0u32; 256];
     let mut last = 0;
-    for group in edges.chunk_by(|a, b| a.0 == b.0) {
-        for &(_, rank, begins) in group {
+    for group in edges.chunk_by(|a, b| a >> 9 == b >> 9) {
+        let cell = (group[0] >> 9) as u32;
+        for &edge in group {
             // an end may come before a beginning of the same cell: counts wrap and come back
-            let n = &mut n_open[usize::from(rank)];
-            *n = if begins { n.wrapping_add(1) } else { n.wrapping_sub(1) };
+            let n = &mut n_open[(edge >> 1 & 0xff) as usize];
+            *n = if edge & 1 == 1 { n.wrapping_add(1) } else { n.wrapping_sub(1) };
         }
         let flag = n_open[..order.len()].iter().position(|&n| n > 0).map_or(0, |rank| order[rank]);
-        if flag != last && group[0].0 < end {
-            runs.push(run(group[0].0, flag));
+        if flag != last && cell < end {
+            runs.push(run(cell, flag));
             last = flag;
         }
     }
@@ -132,7 +154,10 @@ fn push_runs(edges: &[(u32, u8, bool)], order: &[u8], end: u32, runs: &mut Vec<u
 /// Flags in use, ascending by their number of cells in the mesh; of equal ones the lower flag first.
 pub(super) fn by_rarity(columns: &Columns) -> Vec<u8> {
     let cells = columns.cells_per_flag();
-    let mut flags: Vec<u8> = (1..=255).filter(|&flag| cells[usize::from(flag)] > 0).collect();
-    flags.sort_by_key(|&flag| cells[usize::from(flag)]);
+    let cells = |flag: u8| cells[usize::from(flag)];
+    let mut flags: Vec<u8> = Vec::new();
+    for flag in (1..=255).filter(|&flag| cells(flag) > 0) {
+        flags.insert(flags.partition_point(|&other| cells(other) <= cells(flag)), flag);
+    }
     flags
 }

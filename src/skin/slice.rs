@@ -28,7 +28,7 @@ pub struct Slice {
 /// as 1 where they are 0), by the smallest step for which it fits.
 ///
 /// # Errors
-/// `job-value` where the mesh has no such axis or plane.
+/// `job-value` where the mesh has no such axis or plane; `io` where its columns are in a store that fails.
 pub fn slice(mesh: &Mesh, axis: usize, index: u32, out_max: [u32; 2]) -> Result<Slice> {
     let dims = mesh.dims();
     if axis > 2 || index >= dims[axis] {
@@ -42,17 +42,18 @@ pub fn slice(mesh: &Mesh, axis: usize, index: u32, out_max: [u32; 2]) -> Result<
     if step == 1 {
         let mut cells = dims.map(|n| 0..n);
         cells[axis] = index..index + 1;
-        return Ok(Slice { width, height, step, flags: flags_of_box(&mesh.columns, &cells) });
+        return Ok(Slice { width, height, step, flags: flags_of_box(&mesh.columns, &cells)? });
     }
     let shown = |pixel: usize, side: usize| (pixel as u32 * step).saturating_add(step / 2).min(counts[side] - 1);
     let mut flags = vec![0; width as usize * height as usize];
-    flags.par_chunks_mut(width as usize).enumerate().for_each(|(row, out)| {
+    flags.par_chunks_mut(width as usize).enumerate().try_for_each(|(row, out)| {
         let mut cell = [index; 3];
         cell[across[1]] = shown(row, 1);
         for (column, flag) in out.iter_mut().enumerate() {
             cell[across[0]] = shown(column, 0);
-            *flag = mesh.columns.flag(cell);
+            *flag = mesh.columns.flag(cell)?;
         }
-    });
+        Ok(())
+    })?;
     Ok(Slice { width, height, step, flags })
 }

@@ -1,68 +1,156 @@
-//! Facts of surfaces and estimates as JSON.
+//! Facts of errors, engines, surfaces and meshes as JSON.
 
-use serde_json::json;
+use serde::Serialize;
 
-use crate::geometry::{Facet, Geometry};
+use super::value::json;
+use crate::geometry::{Geometry, SharedFacets};
+use crate::lines::Lines;
 use crate::mesh::Mesh;
 use crate::sources::Source;
 use crate::surface::surface;
 
+/// What `www/error.js` makes an error of.
+#[derive(Serialize)]
+pub(super) struct ErrorFacts<'a> {
+    pub(super) code: &'a str,
+    pub(super) message: &'a str,
+    pub(super) hint: &'a str,
+}
+
+/// Who meshes, and why nobody faster.
+#[derive(Serialize)]
+pub(super) struct EngineFacts<'a> {
+    pub(super) backend: &'a str,
+    pub(super) adapter: Option<AdapterInfo<'a>>,
+    pub(super) fallback: Option<&'a str>,
+}
+
+#[derive(Serialize)]
+pub(super) struct AdapterInfo<'a> {
+    pub(super) name: &'a str,
+    pub(super) driver: &'a str,
+    pub(super) software: bool,
+}
+
+#[derive(Serialize)]
+struct SurfaceInfo<'a> {
+    file: &'a str,
+    format: &'a str,
+    bytes: u64,
+    sha256: &'a str,
+    solids: Vec<&'a str>,
+    facets: u64,
+    bounding_box: Option<[[f64; 3]; 2]>,
+    volume: f64,
+    area: f64,
+    closed_oriented: bool,
+    closed_parity: bool,
+    open_edges: u64,
+    nonmanifold_edges: u64,
+    flipped_edges: u64,
+    shells: u64,
+    warnings: &'a [String],
+}
+
 /// `SurfaceInfo` of `www/hexcast.d.ts`.
 pub(super) fn surface_info(source: &Source) -> String {
     let contents = &source.contents;
-    let facets: Vec<Facet> = contents.solids.iter().flat_map(|solid| &solid.facets).copied().collect();
+    let facets = SharedFacets::join(&contents.solids.iter().map(|solid| solid.facets.clone()).collect::<Vec<_>>());
     let checked = surface(&facets);
     let geometry = Geometry::new("", 1, facets);
-    json!({
-        "file": source.file,
-        "format": contents.format.name(),
-        "bytes": contents.n_bytes,
-        "sha256": source.sha256,
-        "solids": contents.solids.iter().map(|solid| &solid.name).collect::<Vec<_>>(),
-        "facets": contents.n_facets,
-        "bounding_box": geometry.bounding_box(),
-        "volume": geometry.signed_volume(),
-        "area": checked.area,
-        "closed_oriented": checked.closed_oriented,
-        "closed_parity": checked.closed_parity,
-        "open_edges": checked.open_edges,
-        "nonmanifold_edges": checked.nonmanifold_edges,
-        "flipped_edges": checked.flipped_edges,
-        "shells": checked.shells,
-        "warnings": contents.warnings,
+    json(&SurfaceInfo {
+        file: &source.file,
+        format: contents.format.name(),
+        bytes: contents.n_bytes,
+        sha256: &source.sha256,
+        solids: contents.solids.iter().map(|solid| solid.name.as_str()).collect(),
+        facets: contents.n_facets,
+        bounding_box: geometry.bounding_box(),
+        volume: geometry.signed_volume(),
+        area: checked.area,
+        closed_oriented: checked.closed_oriented,
+        closed_parity: checked.closed_parity,
+        open_edges: checked.open_edges,
+        nonmanifold_edges: checked.nonmanifold_edges,
+        flipped_edges: checked.flipped_edges,
+        shells: checked.shells,
+        warnings: &contents.warnings,
     })
-    .to_string()
 }
 
-/// The report of a mesh that was read back: what the column file tells.
+/// A report without what only the making of a mesh could tell.
+#[derive(Serialize)]
+struct ColumnsReport<'a> {
+    version: &'a str,
+    backend: (),
+    adapter: (),
+    driver: (),
+    unit: Option<&'a str>,
+    dims: [u32; 3],
+    origin: [f64; 3],
+    spacing: [f64; 3],
+    rule: (),
+    ray_axis: &'a str,
+    rays: u64,
+    crossings: u64,
+    runs: u64,
+    odd_rays: u64,
+    cells: u64,
+    flags: Vec<ColumnsFlag<'a>>,
+    flags_sha256: (),
+    warnings: [(); 0],
+    cells_per_second: (),
+    seconds: NoSeconds,
+}
+
+#[derive(Serialize)]
+struct NoSeconds {}
+
+#[derive(Serialize)]
+struct ColumnsFlag<'a> {
+    flag: u8,
+    name: &'a str,
+    cells: u64,
+    volume: f64,
+    mesh_volume: (),
+}
+
+/// The report of a mesh that was read back: what the column file tells, null for what only a meshing knows.
 pub(super) fn report_of_columns(mesh: &Mesh) -> String {
-    let cells = mesh.columns.cells_per_flag();
-    let flags: Vec<_> = (1..=255u8)
-        .filter(|&flag| cells[usize::from(flag)] > 0 || mesh.names.iter().any(|named| named.flag == flag))
-        .map(|flag| {
-            let name = mesh.names.iter().find(|named| named.flag == flag).map_or("", |named| named.name.as_str());
-            let n = cells[usize::from(flag)];
-            json!({ "flag": flag, "name": name, "cells": n, "volume": n as f64 * mesh.lines.cell_volume(), "mesh_volume": null })
-        })
-        .collect();
-    json!({
-        "version": env!("CARGO_PKG_VERSION"),
-        "backend": null,
-        "adapter": null,
-        "driver": null,
-        "unit": mesh.unit,
-        "dims": mesh.lines.dims,
-        "origin": mesh.lines.origin,
-        "spacing": mesh.lines.spacing,
-        "ray_axis": (["x", "y", "z"][mesh.columns.rays.axis]),
-        "rays": mesh.columns.rays.n_rays(),
-        "crossings": mesh.columns.n_crossings(),
-        "runs": mesh.columns.n_runs(),
-        "odd_rays": mesh.columns.odd_rays(),
-        "cells": mesh.lines.n_cells(),
-        "flags": flags,
-        "flags_sha256": null,
-        "warnings": [],
+    let Lines { dims, origin, spacing } = mesh.lines;
+    let columns = &mesh.columns;
+    json(&ColumnsReport {
+        version: env!("CARGO_PKG_VERSION"),
+        backend: (),
+        adapter: (),
+        driver: (),
+        unit: mesh.unit.as_deref(),
+        dims,
+        origin,
+        spacing,
+        rule: (),
+        ray_axis: ["x", "y", "z"][columns.rays.axis],
+        rays: columns.rays.n_rays(),
+        crossings: columns.n_crossings(),
+        runs: columns.n_runs(),
+        odd_rays: columns.odd_rays(),
+        cells: mesh.lines.n_cells(),
+        flags: flags_of_columns(mesh),
+        flags_sha256: (),
+        warnings: [],
+        cells_per_second: (),
+        seconds: NoSeconds {},
     })
-    .to_string()
+}
+
+fn flags_of_columns(mesh: &Mesh) -> Vec<ColumnsFlag<'_>> {
+    let all_cells = mesh.columns.cells_per_flag();
+    let fact = |flag: u8| {
+        let cells = all_cells[usize::from(flag)];
+        let named = mesh.names.iter().find(|named| named.flag == flag);
+        let volume = cells as f64 * mesh.lines.cell_volume();
+        let name = named.map_or("", |named| named.name.as_str());
+        (cells > 0 || named.is_some()).then_some(ColumnsFlag { flag, name, cells, volume, mesh_volume: () })
+    };
+    (1..=255).filter_map(fact).collect()
 }

@@ -6,13 +6,13 @@ use std::rc::Rc;
 use sha2::{Digest, Sha256};
 use wasm_bindgen::prelude::*;
 
-use super::{JsResult, js_error};
+use super::{JsResult, js_error, value};
 use crate::control::Control;
-use crate::error::Error;
+use crate::error::{Error, Result};
 use crate::flags::CellBox;
 use crate::mesh::{Mesh, hex};
 use crate::skin::{skin, slice};
-use crate::write::{self, Compress, Format, Options, Written, bits};
+use crate::write::{self, Compress, Format, Options, Written, bits, column_file, vti};
 
 /// Bytes of a piece of a file.
 const PIECE_BYTES: usize = 4 << 20;
@@ -76,7 +76,8 @@ impl WebMesh {
             let message = format!("ray ({i}, {j}) is not one of {} x {}", rays.counts[0], rays.counts[1]);
             return Err(js_error(Error::new("job-value", message, "")));
         }
-        Ok(self.mesh.columns.ray(u64::from(i) + u64::from(rays.counts[0]) * u64::from(j)).to_vec())
+        let ray = self.mesh.columns.ray(u64::from(i) + u64::from(rays.counts[0]) * u64::from(j));
+        Ok(ray.map_err(js_error)?.into_owned())
     }
 
     /// Flag of one cell.
@@ -127,60 +128,99 @@ impl WebMesh {
     /// The description of a raw file with the given hash.
     pub fn sidecar(&self, bits: bool, n_bytes: f64, sha256: String) -> String {
         let options = Options { bits, ..Options::default() };
-        write::sidecar::sidecar_json(&self.mesh, &options, &Written { n_bytes: n_bytes as u64, sha256: Some(sha256) })
+        let written = Written { n_bytes: n_bytes as u64, sha256: Some(sha256) };
+        write::sidecar::sidecar(&self.mesh, &options, &written, |fact| value::json(fact))
     }
 
     /// Starts a file.
     pub fn encode(&self, format: &str, compress: u8, bits: bool) -> JsResult<WebEncoder> {
         let (format, options) = options(format, compress, bits)?;
-        let mut encoder =
-            WebEncoder { mesh: self.mesh.clone(), bits, pieces: Vec::new(), tail: Vec::new(), made: Vec::new() };
-        match write::around(&self.mesh, format, &options).map_err(js_error)? {
-            Some((head, tail)) => {
-                encoder.pieces = self.mesh.slabs(PIECE_BYTES).collect();
-                encoder.pieces.reverse();
-                (encoder.made, encoder.tail) = (head, tail);
+        let around = write::around(&self.mesh, format, &options).map_err(js_error)?;
+        let (work, made) = match (around, options.compress) {
+            (Some((head, tail)), _) => {
+                let mut pieces: Vec<CellBox> = self.mesh.slabs(PIECE_BYTES).collect();
+                pieces.reverse();
+                (Work::Flags { bits, pieces, tail }, head)
             }
-            None => {
-                write::write(&self.mesh, format, &options, &mut encoder.made, &Control::default()).map_err(js_error)?;
+            (None, Compress::Zlib(level)) if format == Format::Vti => {
+                (Work::Image(vti::Encoder::new(&self.mesh, level, PIECE_BYTES)), Vec::new())
             }
-        }
-        Ok(encoder)
+            (None, compress) => {
+                let encoder = column_file::Encoder::new(&self.mesh, compress).map_err(js_error)?;
+                (Work::Columns(encoder), Vec::new())
+            }
+        };
+        Ok(WebEncoder { mesh: self.mesh.clone(), work, made, n_taken: 0 })
     }
 }
 
-/// A file in the making: flags are expanded piece by piece; compressed formats, small by nature, at once.
+/// How the bytes of a file come about.
+enum Work {
+    /// Flags as they are, or a bit each: boxes still to come, the next one last, and what follows them.
+    Flags { bits: bool, pieces: Vec<CellBox>, tail: Vec<u8> },
+    /// A compressed `.vti`.
+    Image(vti::Encoder),
+    /// A column file.
+    Columns(column_file::Encoder),
+}
+
+impl Work {
+    /// The next bytes, maybe none yet; None at the end.
+    fn step(&mut self, mesh: &Mesh) -> Result<Option<Vec<u8>>> {
+        match self {
+            Work::Image(encoder) => encoder.step(mesh),
+            Work::Columns(encoder) => encoder.step(mesh),
+            Work::Flags { bits, pieces, tail } => {
+                let Some(cells) = pieces.pop() else {
+                    let tail = std::mem::take(tail);
+                    return Ok((!tail.is_empty()).then_some(tail));
+                };
+                let flags = mesh.box_flags(&cells)?;
+                if !*bits {
+                    return Ok(Some(flags));
+                }
+                let mut packed = Vec::new();
+                bits::pack_rows(&flags, mesh.dims()[0], &mut packed);
+                Ok(Some(packed))
+            }
+        }
+    }
+}
+
+/// A file in the making, piece by piece.
 #[wasm_bindgen]
 pub struct WebEncoder {
     mesh: Rc<Mesh>,
-    bits: bool,
-    /// Boxes still to come, the next one last.
-    pieces: Vec<CellBox>,
-    tail: Vec<u8>,
-    /// Bytes ready to go.
+    work: Work,
+    /// Bytes ready to go, and how many of them went.
     made: Vec<u8>,
+    n_taken: usize,
 }
 
 #[wasm_bindgen]
 impl WebEncoder {
-    /// The next bytes of the file; none at its end.
+    /// The next bytes of the file, empty where it needs more work first; none at its end.
     #[wasm_bindgen(js_name = nextPiece)]
     pub fn next_piece(&mut self) -> JsResult<Option<Vec<u8>>> {
-        if !self.made.is_empty() {
-            let rest = self.made.split_off(self.made.len().min(PIECE_BYTES));
-            return Ok(Some(std::mem::replace(&mut self.made, rest)));
+        if self.n_taken == self.made.len() {
+            let Some(made) = self.work.step(&self.mesh).map_err(js_error)? else { return Ok(None) };
+            (self.made, self.n_taken) = (made, 0);
         }
-        if let Some(cells) = self.pieces.pop() {
-            let flags = self.mesh.box_flags(&cells).map_err(js_error)?;
-            if !self.bits {
-                return Ok(Some(flags));
-            }
-            let mut packed = Vec::new();
-            bits::pack_rows(&flags, self.mesh.dims()[0], &mut packed);
-            return Ok(Some(packed));
+        if self.n_taken == 0 && self.made.len() <= PIECE_BYTES {
+            return Ok(Some(std::mem::take(&mut self.made)));
         }
-        let tail = std::mem::take(&mut self.tail);
-        Ok((!tail.is_empty()).then_some(tail))
+        let end = self.made.len().min(self.n_taken + PIECE_BYTES);
+        let piece = self.made[self.n_taken..end].to_vec();
+        self.n_taken = end;
+        Ok(Some(piece))
+    }
+
+    /// Share of the work before the first byte, 0 to 1.
+    pub fn share(&self) -> f64 {
+        match &self.work {
+            Work::Image(encoder) => encoder.share(),
+            _ => 1.0,
+        }
     }
 }
 

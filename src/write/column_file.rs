@@ -58,13 +58,16 @@
 //! run while reading. Smooth surfaces take 2 bytes a run and 1 a ray, and an eighth of that or less with zlib.
 
 mod head;
-mod piece;
 mod read;
 #[cfg(test)]
 mod tests;
 
 pub use read::{read_columns, read_columns_within};
 
+use std::ops::Range;
+
+use crate::columns::Columns;
+use crate::columns::codec::{self, Plan};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
@@ -77,8 +80,6 @@ const MAX_BODY: usize = 1 << 20;
 const MAX_DIM: u32 = 1 << 24;
 const PIECE_TAG: [u8; 4] = *b"PIEC";
 const PIECE_HEAD: usize = 44;
-const PIECE_RAYS: u32 = 1 << 16;
-const PIECE_RUNS: u32 = 1 << 18;
 const END_TAG: [u8; 4] = *b"ENDS";
 const END_MAGIC: [u8; 8] = *b"HXC END\n";
 
@@ -94,42 +95,106 @@ fn corrupt(message: String) -> Error {
 
 /// Writes a mesh as a column file.
 pub(crate) fn write(mesh: &Mesh, compress: Compress, sink: &mut Sink, control: &Control) -> Result<()> {
-    let level = match compress {
-        Compress::None => None,
-        Compress::Zlib(level) => Some(level),
-    };
-    sink.put(&head::encode(mesh, level.is_some())?)?;
-    let columns = &mesh.columns;
-    let pieces = piece::plan(columns);
-    let mut counts = [columns.odd_rays(), columns.n_crossings()];
-    let mut index = Vec::with_capacity(16 * pieces.len());
-    for batch in pieces.chunks(2 * current_num_threads()) {
+    let mut encoder = Encoder::new(mesh, compress)?;
+    loop {
         control.check()?;
-        let encode = |rays: &std::ops::Range<u64>| encode_piece(mesh, rays.clone(), level);
-        let encoded = batch.par_iter().map(encode).collect::<Result<Vec<_>>>()?;
-        for (rays, (mut head, stored)) in batch.iter().zip(encoded) {
-            index.extend(sink.n_bytes().to_le_bytes());
-            index.extend(rays.start.to_le_bytes());
-            // the first piece carries the counts of all
-            std::mem::take(&mut counts).iter().for_each(|count| head.extend(count.to_le_bytes()));
-            head.extend(crc32(&head));
-            sink.put(&head)?;
-            sink.put(&stored)?;
+        match encoder.step(mesh)? {
+            Some(bytes) => sink.put(&bytes)?,
+            None => return Ok(()),
         }
     }
-    let start = sink.n_bytes();
-    let n_pieces = (pieces.len() as u64).to_le_bytes();
-    let mut end = [END_TAG.as_slice(), &n_pieces, &index, &columns.n_runs().to_le_bytes()].concat();
-    end.extend(crc32(&end));
-    end.extend(start.to_le_bytes());
-    end.extend(END_MAGIC);
-    sink.put(&end)
+}
+
+/// A column file in the making, some pieces at a time, for callers that have other things to do between them.
+pub struct Encoder {
+    level: Option<u8>,
+    /// Rays of all pieces, and the number of pieces that were made.
+    pieces: Vec<Range<u64>>,
+    n_made: usize,
+    /// The byte at which each piece starts, and its first ray, as the end has them.
+    index: Vec<u8>,
+    /// Bytes handed out.
+    n_bytes: u64,
+    is_done: bool,
+}
+
+impl Encoder {
+    /// Plans the file of a mesh.
+    ///
+    /// # Errors
+    /// Those of the store, where columns were put aside.
+    pub fn new(mesh: &Mesh, compress: Compress) -> Result<Encoder> {
+        let level = match compress {
+            Compress::None => None,
+            Compress::Zlib(level) => Some(level),
+        };
+        let pieces = plan(&mesh.columns)?;
+        Ok(Encoder { level, pieces, n_made: 0, index: Vec::new(), n_bytes: 0, is_done: false })
+    }
+
+    /// Makes the next bytes: the head, then two pieces a core at a time, then the end, then none.
+    ///
+    /// # Errors
+    /// `job-value` where the head does not fit its limits; `io` where zlib fails.
+    pub fn step(&mut self, mesh: &Mesh) -> Result<Option<Vec<u8>>> {
+        let bytes = if self.n_bytes == 0 {
+            head::encode(mesh, self.level.is_some())?
+        } else if self.n_made < self.pieces.len() {
+            self.batch(mesh)?
+        } else if !self.is_done {
+            self.is_done = true;
+            self.end(mesh)
+        } else {
+            return Ok(None);
+        };
+        self.n_bytes += bytes.len() as u64;
+        Ok(Some(bytes))
+    }
+
+    fn batch(&mut self, mesh: &Mesh) -> Result<Vec<u8>> {
+        let end = (self.n_made + 2 * current_num_threads()).min(self.pieces.len());
+        let batch = &self.pieces[self.n_made..end];
+        let encode = |rays: &Range<u64>| encode_piece(mesh, rays.clone(), self.level);
+        let encoded = batch.par_iter().map(encode).collect::<Result<Vec<_>>>()?;
+        let mut bytes = Vec::new();
+        for (place, (rays, (mut head, stored))) in batch.iter().zip(encoded).enumerate() {
+            self.index.extend((self.n_bytes + bytes.len() as u64).to_le_bytes());
+            self.index.extend(rays.start.to_le_bytes());
+            // the first piece carries the counts of all
+            let is_first = self.n_made + place == 0;
+            let counts = if is_first { [mesh.columns.odd_rays(), mesh.columns.n_crossings()] } else { [0; 2] };
+            counts.iter().for_each(|count| head.extend(count.to_le_bytes()));
+            head.extend(crc32(&head));
+            bytes.append(&mut head);
+            bytes.extend(stored);
+        }
+        self.n_made = end;
+        Ok(bytes)
+    }
+
+    fn end(&self, mesh: &Mesh) -> Vec<u8> {
+        let n_pieces = (self.pieces.len() as u64).to_le_bytes();
+        let mut end = [END_TAG.as_slice(), &n_pieces, &self.index, &mesh.columns.n_runs().to_le_bytes()].concat();
+        end.extend(crc32(&end));
+        end.extend(self.n_bytes.to_le_bytes());
+        end.extend(END_MAGIC);
+        end
+    }
+}
+
+/// The rays of all pieces; the same for any split in bands.
+fn plan(columns: &Columns) -> Result<Vec<Range<u64>>> {
+    let mut plan = Plan::new(0);
+    columns.for_rays(0..columns.rays.n_rays(), |runs| plan.push(runs.len() as u64))?;
+    Ok(plan.finish())
 }
 
 /// The head of a piece up to the crossings, and its stored bytes.
-fn encode_piece(mesh: &Mesh, rays: std::ops::Range<u64>, level: Option<u8>) -> Result<(Vec<u8>, Vec<u8>)> {
+fn encode_piece(mesh: &Mesh, rays: Range<u64>, level: Option<u8>) -> Result<(Vec<u8>, Vec<u8>)> {
     let n_rays = (rays.end - rays.start) as u32;
-    let (n_runs, content) = piece::encode(&mesh.columns, rays);
+    let mut encoder = codec::Encoder::default();
+    mesh.columns.for_rays(rays, |runs| encoder.push(runs))?;
+    let (n_runs, content) = encoder.finish();
     let n_content = content.len() as u32;
     let stored = match level {
         None => content,

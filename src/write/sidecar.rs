@@ -4,7 +4,7 @@
 //! [`MAX_LINES`] cells has null there, and line i is `origin + i * spacing`, evaluated in f64. All numbers parse back to
 //! the same f64.
 
-use serde_json::{Value, json};
+use serde::Serialize;
 
 use crate::mesh::Mesh;
 
@@ -14,46 +14,81 @@ use super::{Options, Written, bits};
 pub const MAX_LINES: u32 = 100_000;
 
 /// Version of the sidecar; grows when the meaning of a key changes.
-const VERSION: u32 = 1;
+const VERSION: u64 = 1;
+
+/// A value of the sidecar.
+#[derive(Serialize)]
+#[serde(untagged)]
+pub(crate) enum Fact<'a> {
+    Text(&'a str),
+    Perhaps(Option<&'a str>),
+    Number(u64),
+    Dims([u32; 3]),
+    Corner([f64; 3]),
+    Flags(Vec<Flag<'a>>),
+    Lines(AllLines),
+}
+
+#[derive(Serialize)]
+pub(crate) struct Flag<'a> {
+    flag: usize,
+    name: Option<&'a str>,
+    cells: u64,
+}
+
+#[derive(Serialize)]
+pub(crate) struct AllLines {
+    x: Option<Vec<f64>>,
+    y: Option<Vec<f64>>,
+    z: Option<Vec<f64>>,
+}
 
 /// Describes a `.raw` file: layout, dims, origin, spacing, lines, flags with names and cells, unit, SHA-256.
 pub fn sidecar_json(mesh: &Mesh, options: &Options, written: &Written) -> String {
-    let [nx, ny, nz] = mesh.dims();
-    let cells = mesh.columns.cells_per_flag();
-    let name = |flag| mesh.names.iter().find(|named| usize::from(named.flag) == flag).map(|named| named.name.as_str());
-    let flags: Vec<Value> = (1..cells.len())
-        .filter(|&flag| cells[flag] > 0 || name(flag).is_some())
-        .map(|flag| json!({"flag": flag, "name": name(flag), "cells": cells[flag]}))
-        .collect();
-    let mut entries = vec![
-        ("format", json!("hexcast raw")),
-        ("version", json!(VERSION)),
-        ("generator", json!(concat!("hexcast ", env!("CARGO_PKG_VERSION")))),
-        ("dims", json!([nx, ny, nz])),
-        ("axis_order", json!("x fastest, then y, then z: cell (x, y, z) is number x + nx * (y + ny * z)")),
-        ("dtype", json!(if options.bits { "bit" } else { "uint8" })),
-    ];
-    if options.bits {
-        entries.push(("row_bytes", json!(bits::row_bytes(nx))));
-        entries.push((
-            "bit_order",
-            json!("little: the first cell of a byte is its lowest bit; every row along x starts a byte"),
-        ));
-    }
-    entries.extend([
-        ("unit", json!(mesh.unit)),
-        ("origin", json!(mesh.lines.origin)),
-        ("spacing", json!(mesh.lines.spacing)),
-        ("n_bytes", json!(written.n_bytes)),
-        ("sha256", json!(written.sha256)),
-        ("flags", Value::Array(flags)),
-        ("lines", json!({"x": lines(mesh, 0), "y": lines(mesh, 1), "z": lines(mesh, 2)})),
-    ]);
-    let entries: Vec<String> = entries.iter().map(|(key, value)| format!("  \"{key}\": {value}")).collect();
-    format!("{{\n{}\n}}\n", entries.join(",\n"))
+    // numbers, strings and lists always have a JSON form
+    sidecar(mesh, options, written, |fact| serde_json::to_string(fact).unwrap_or_default())
 }
 
-fn lines(mesh: &Mesh, axis: usize) -> Option<Vec<f64>> {
+/// [`sidecar_json`] by any writer of JSON.
+pub(crate) fn sidecar(mesh: &Mesh, options: &Options, written: &Written, json: impl Fn(&Fact) -> String) -> String {
+    let [nx, ny, nz] = mesh.dims();
+    let order = "x fastest, then y, then z: cell (x, y, z) is number x + nx * (y + ny * z)";
+    let mut facts = vec![
+        ("format", Fact::Text("hexcast raw")),
+        ("version", Fact::Number(VERSION)),
+        ("generator", Fact::Text(concat!("hexcast ", env!("CARGO_PKG_VERSION")))),
+        ("dims", Fact::Dims([nx, ny, nz])),
+        ("axis_order", Fact::Text(order)),
+        ("dtype", Fact::Text(if options.bits { "bit" } else { "uint8" })),
+    ];
+    if options.bits {
+        let order = "little: the first cell of a byte is its lowest bit; every row along x starts a byte";
+        facts.extend([("row_bytes", Fact::Number(bits::row_bytes(nx).into())), ("bit_order", Fact::Text(order))]);
+    }
+    let lines = AllLines { x: lines(mesh, 0), y: lines(mesh, 1), z: lines(mesh, 2) };
+    facts.extend([
+        ("unit", Fact::Perhaps(mesh.unit.as_deref())),
+        ("origin", Fact::Corner(mesh.lines.origin)),
+        ("spacing", Fact::Corner(mesh.lines.spacing)),
+        ("n_bytes", Fact::Number(written.n_bytes)),
+        ("sha256", Fact::Perhaps(written.sha256.as_deref())),
+        ("flags", Fact::Flags(flags(mesh))),
+        ("lines", Fact::Lines(lines)),
+    ]);
+    let facts: Vec<String> = facts.iter().map(|(key, fact)| format!("  \"{key}\": {}", json(fact))).collect();
+    format!("{{\n{}\n}}\n", facts.join(",\n"))
+}
+
+/// The flags in use, with names and numbers of cells.
+pub(super) fn flags(mesh: &Mesh) -> Vec<Flag<'_>> {
+    let cells = mesh.columns.cells_per_flag();
+    let name = |flag| mesh.names.iter().find(|named| usize::from(named.flag) == flag).map(|named| named.name.as_str());
+    let flag = |flag| Flag { flag, name: name(flag), cells: cells[flag] };
+    (1..cells.len()).map(flag).filter(|fact| fact.cells > 0 || fact.name.is_some()).collect()
+}
+
+/// Coordinates of the mesh lines of an axis; none where they are too many.
+pub(super) fn lines(mesh: &Mesh, axis: usize) -> Option<Vec<f64>> {
     let n = mesh.dims()[axis];
     (n <= MAX_LINES).then(|| (0..=n).map(|index| mesh.lines.line(axis, index)).collect())
 }

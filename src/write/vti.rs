@@ -15,6 +15,7 @@ use std::fmt::Write;
 
 use crate::control::Control;
 use crate::error::{Error, Result};
+use crate::flags::CellBox;
 use crate::mesh::Mesh;
 
 use super::zlib::Blocks;
@@ -53,6 +54,57 @@ pub(super) fn around(mesh: &Mesh) -> (Vec<u8>, Vec<u8>) {
     (before, FOOT.to_vec())
 }
 
+/// A compressed file in the making, a slab at a time, for callers that have other things to do between them. It keeps all
+/// blocks until the last is known.
+pub struct Encoder {
+    level: u8,
+    /// Slabs still to compress, the next one last.
+    slabs: Vec<CellBox>,
+    n_slabs: usize,
+    /// None once the last block is made.
+    blocks: Option<Blocks>,
+    table: Table,
+    is_done: bool,
+}
+
+impl Encoder {
+    /// Plans the file of a mesh with a zlib level of 1 to 9, in slabs of at most `slab_bytes` flags.
+    pub fn new(mesh: &Mesh, level: u8, slab_bytes: usize) -> Encoder {
+        let mut slabs: Vec<CellBox> = mesh.slabs(slab_bytes).collect();
+        slabs.reverse();
+        let table = Table { sizes: Vec::new(), kept: Vec::new(), n_kept: 0 };
+        let n_slabs = slabs.len();
+        Encoder { level, slabs, n_slabs, blocks: Some(Blocks::new(BLOCK_BYTES, level)), table, is_done: false }
+    }
+
+    /// Share of the flags that are compressed, 0 to 1.
+    pub fn share(&self) -> f64 {
+        1.0 - self.slabs.len() as f64 / self.n_slabs as f64
+    }
+
+    /// Compresses a slab and returns no bytes yet; after the last slab returns all bytes of the file, and then none.
+    ///
+    /// # Errors
+    /// `io` where zlib fails.
+    pub fn step(&mut self, mesh: &Mesh) -> Result<Option<Vec<u8>>> {
+        let made = match (self.slabs.pop(), &mut self.blocks) {
+            (Some(cells), Some(blocks)) => blocks.push(&mesh.box_flags(&cells)?)?,
+            _ => match self.blocks.take() {
+                Some(blocks) => blocks.finish()?.into_iter().collect(),
+                None if self.is_done => return Ok(None),
+                None => {
+                    self.is_done = true;
+                    let head = head(mesh, Compress::Zlib(self.level)).into_bytes();
+                    let kept = std::mem::take(&mut self.table.kept);
+                    return Ok(Some([head.as_slice(), &self.table.numbers(mesh), &kept, FOOT].concat()));
+                }
+            },
+        };
+        made.iter().for_each(|block| self.table.add(block, usize::MAX));
+        Ok(Some(Vec::new()))
+    }
+}
+
 /// The sizes of all compressed blocks, and the first of the blocks themselves.
 struct Table {
     sizes: Vec<u64>,
@@ -80,11 +132,15 @@ impl Table {
         self.sizes.push(block.len() as u64);
     }
 
-    fn write(self, mesh: &Mesh, options: &Options, level: u8, sink: &mut Sink, control: &Control) -> Result<()> {
+    /// What stands before the first block.
+    fn numbers(&self, mesh: &Mesh) -> Vec<u8> {
         let partial = mesh.n_cells() % BLOCK_BYTES as u64;
         let counts = [self.sizes.len() as u64, BLOCK_BYTES as u64, partial];
-        let table: Vec<u8> = counts.iter().chain(&self.sizes).flat_map(|number| number.to_le_bytes()).collect();
-        sink.put(&table)?;
+        counts.iter().chain(&self.sizes).flat_map(|number| number.to_le_bytes()).collect()
+    }
+
+    fn write(self, mesh: &Mesh, options: &Options, level: u8, sink: &mut Sink, control: &Control) -> Result<()> {
+        sink.put(&self.numbers(mesh))?;
         sink.put(&self.kept)?;
         if self.n_kept == self.sizes.len() {
             return Ok(());

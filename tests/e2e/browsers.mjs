@@ -29,6 +29,11 @@ export function openChromium(args = []) {
   return playwright.launch({ executablePath: chromium(), args: [...CHROMIUM_ARGS, ...args] });
 }
 
+/** Starts Chromium with a profile in a folder, which has room for large files; resolves to a Playwright context. */
+export function openChromiumProfile(folder, args = []) {
+  return playwright.launchPersistentContext(folder, { executablePath: chromium(), args: [...CHROMIUM_ARGS, ...args] });
+}
+
 /** Starts Firefox with a profile of its own; resolves to a Puppeteer browser. */
 export async function openFirefox() {
   const profile = mkdtempSync(path.join(tmpdir(), 'hexcast-firefox-'));

@@ -55,7 +55,7 @@ fn columns_in_bins(frame: &Frame, rays: &Rays, rule: Rule, bin: [u32; 2]) -> Col
 
 /// Flags of all cells, x fastest.
 pub(crate) fn flags(columns: &Columns) -> Vec<u8> {
-    flags_of_box(columns, &columns.dims().map(|n| 0..n))
+    flags_of_box(columns, &columns.dims().map(|n| 0..n)).expect("columns in memory")
 }
 
 /// Flags of a case from the CPU with rays along an axis.

@@ -389,3 +389,97 @@ fn files_are_as_readable_as_any_other_and_inputs_may_be_pipes() {
     std::fs::write(folder.path("plain"), "").unwrap();
     assert_eq!(mode(output.into()), mode(folder.path("plain").into()));
 }
+
+/// More rays than one round of the CPU, in 150 MB of columns and more.
+const MANY_RAYS: [&str; 9] = ["mesh", SPOT, "--dims", "8,5000,5000", "--axis", "x", "--backend", "cpu", "--json"];
+
+#[test]
+fn memory_stays_under_the_limit_and_what_does_not_fit_is_refused() {
+    let folder = Folder::new();
+    let refused = hexcast(&[&MANY_RAYS[..], &["--max-memory", "100MB"]].concat());
+    let error = String::from_utf8_lossy(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(5), "{error}");
+    assert!(error.contains("error[memory]") && error.contains("100.00 MB are allowed"), "{error}");
+    assert!(error.contains("--spill DIR"), "{error}");
+
+    let spill = ["--max-memory", "100MB", "--spill", &folder.path(""), "--hash", "always"];
+    let spilled = json(&[&MANY_RAYS[..], &spill].concat());
+    assert!(spilled["peak_bytes"]["aside"].as_u64().unwrap() > 0);
+    #[cfg(target_os = "linux")]
+    {
+        let host = spilled["peak_bytes"]["host"].as_u64().unwrap();
+        assert!(host < 100_000_000, "{host} bytes");
+    }
+    assert!(folder.names().is_empty(), "{:?}", folder.names());
+    let whole = json(&[&MANY_RAYS[..], &["--hash", "always"]].concat());
+    assert_eq!(spilled["flags_sha256"], whole["flags_sha256"]);
+
+    // before meshing: with more cells than any machine has memory
+    let flags = ["mesh", SPOT, "--dims", "100000,100000,100000", "--backend", "cpu", "--flags-in-memory"];
+    let refused = hexcast(&flags);
+    let error = String::from_utf8_lossy(&refused.stderr);
+    assert!(refused.status.code() == Some(5) && error.contains("leave out --flags-in-memory"), "{error}");
+}
+
+/// Ctrl-C while meshing with --resume, and the same command again.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_resumes() {
+    use std::time::{Duration, Instant};
+    let folder = Folder::new();
+    let (output, plain) = (folder.path("a.npy"), folder.path("plain.npy"));
+    let arguments = [&MANY_RAYS[..], &["--resume", "-o", &output]].concat();
+    let child = Command::new(env!("CARGO_BIN_EXE_hexcast"))
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args(&arguments)
+        .stderr(Stdio::piped())
+        .stdout(Stdio::null())
+        .spawn()
+        .expect("hexcast starts");
+    let start = Instant::now();
+    let partial = folder.path("a.npy.partial");
+    while std::fs::metadata(&partial).map_or(0, |metadata| metadata.len()) < 100_000 {
+        assert!(start.elapsed() < Duration::from_secs(60), "nothing was kept");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs").success());
+    let ended = child.wait_with_output().expect("hexcast ends");
+    let said = String::from_utf8_lossy(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(130), "{said}");
+    assert!(said.contains("the same command goes on from there"), "{said}");
+    assert_eq!(folder.names(), ["a.npy.partial"]);
+
+    let other = hexcast(&["mesh", SPOT, "--cells", "8", "--backend", "cpu", "--resume", "-o", &output]);
+    assert_eq!((other.status.code(), folder.names()), (Some(4), vec!["a.npy.partial".to_string()]));
+
+    let report = json(&arguments);
+    let (kept, rays) = (report["rays_kept"].as_u64().unwrap(), report["rays"].as_u64().unwrap());
+    assert!(kept > 0 && kept <= rays, "{kept} of {rays}");
+    assert_eq!(folder.names(), ["a.npy"]);
+    json(&[&MANY_RAYS[..], &["-o", &plain]].concat());
+    assert!(folder.bytes("a.npy") == folder.bytes("plain.npy"));
+}
+
+#[test]
+fn a_zarr_folder_is_written_whole_or_not_at_all() {
+    let folder = Folder::new();
+    let (zarr, hxc, copy) = (folder.path("a.zarr"), folder.path("a.hxc"), folder.path("b.zarr"));
+    let mesh = ["mesh", SPOT, "--cells", "100", "--backend", "cpu", "-q", "-o", &zarr];
+    done(&[&mesh[..], &["-o", &hxc]].concat());
+    done(&["convert", &hxc, &copy, "-q"]);
+    assert_eq!(folder.names(), ["a.hxc", "a.zarr", "b.zarr"]);
+    let array = folder.json("a.zarr/flag/zarr.json");
+    assert_eq!((&array["zarr_format"], &array["codecs"][0]["name"]), (&3.into(), &"sharding_indexed".into()));
+    assert_eq!(array["dimension_names"], serde_json::json!(["z", "y", "x"]));
+    assert_eq!(array["attributes"]["flags"][0]["name"], "spot");
+    assert_eq!(folder.bytes("a.zarr/flag/c/0/0/0"), folder.bytes("b.zarr/flag/c/0/0/0"));
+    // once more over the old one, and not over a folder of another kind
+    done(&mesh);
+    assert_eq!(folder.names(), ["a.hxc", "a.zarr", "b.zarr"]);
+    std::fs::create_dir(folder.path("mine.zarr")).unwrap();
+    std::fs::write(folder.path("mine.zarr/precious"), "").unwrap();
+    let refused = hexcast(&["mesh", SPOT, "--cells", "8", "-q", "-o", &folder.path("mine.zarr")]);
+    assert_eq!((refused.status.code(), folder.bytes("mine.zarr/precious")), (Some(7), vec![]));
+    let failed = hexcast(&["mesh", "tests/fixtures/bin_empty.stl", "-o", &folder.path("c.zarr")]);
+    assert_eq!((failed.status.code(), folder.names().len()), (Some(3), 4));
+}

@@ -189,7 +189,7 @@ fn sizes_671_and_672_are_alike() {
         let mut length = 0;
         for ray in 0..columns.rays.n_rays() {
             // a convex body has one run along any ray; streaks would be more, or longer than the ball is wide there
-            let flags: Vec<u32> = columns.ray(ray).iter().map(|run| run & 0xff).collect();
+            let flags: Vec<u32> = columns.ray(ray).unwrap().iter().map(|run| run & 0xff).collect();
             assert!(matches!(flags[..], [] | [1] | [1, 0]), "{n}: ray {ray} has runs {flags:?}");
             length += u64::from(!flags.is_empty());
         }
@@ -295,8 +295,8 @@ fn a_facet_given_twice_is_seen_by_its_rays_only() {
         assert!([15, 21].contains(&columns.odd_rays()), "{} odd rays", columns.odd_rays());
         // an odd ray cannot tell where the body ends; the others keep their cells 1 to 6
         let kept = [columns::run(1, 1), columns::run(7, 0)];
-        let n_kept = (0..64).filter(|&ray| columns.ray(ray) == kept).count() as u64;
-        let n_empty = (0..64).filter(|&ray| columns.ray(ray).is_empty()).count() as u64;
+        let n_kept = (0..64).filter(|&ray| *columns.ray(ray).unwrap() == kept).count() as u64;
+        let n_empty = (0..64).filter(|&ray| columns.ray(ray).unwrap().is_empty()).count() as u64;
         assert_eq!([n_kept, n_empty], [36 - columns.odd_rays(), 28 + columns.odd_rays()]);
     }
     // three times is once again, for parity

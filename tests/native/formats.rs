@@ -99,7 +99,7 @@ fn good_fixtures_hold_what_is_known_about_them() {
         assert_eq!((contents.format, names.as_slice()), (good.format, good.solids), "{file}");
         assert_eq!((contents.n_facets, contents.zero_normals), (good.n_facets, good.zero_normals), "{file}");
         assert_eq!((contents.has_colours, contents.warnings.len()), (good.has_colours, good.n_warnings), "{file}");
-        let facets: Vec<Facet> = contents.solids.into_iter().flat_map(|solid| solid.facets).collect();
+        let facets: Vec<Facet> = contents.solids.iter().flat_map(|solid| solid.facets.iter().copied()).collect();
         let found = surface(&facets);
         assert_eq!(
             (found.n_facets, found.open_edges, found.shells),

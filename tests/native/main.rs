@@ -10,9 +10,17 @@ mod cli;
 mod compare;
 mod famous_cases;
 mod formats;
+mod golden;
+mod golden_cpu;
+#[cfg(feature = "gpu")]
+mod kernel_checks;
 #[cfg(feature = "gpu")]
 mod kernels;
 mod layering;
+#[cfg(feature = "gpu")]
+mod lost_device;
+#[cfg(feature = "cli")]
+mod memory;
 mod models;
 mod oracle;
 mod properties;

@@ -2,13 +2,13 @@
 
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { mkdtempSync, readFileSync, rmSync, symlinkSync, writeFileSync } from 'node:fs';
-import { tmpdir } from 'node:os';
+import { readFileSync, symlinkSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
 
 import { swiftshaderEnv } from '../../scripts/machine.mjs';
 import { ROOT } from '../../scripts/run.mjs';
+import { SPOT, installedProject, nativeReport } from './project.mjs';
 
 const { version } = JSON.parse(readFileSync(path.join(ROOT, 'package.json'), 'utf8'));
 const SHOW_VERSION = `
@@ -17,21 +17,12 @@ const SHOW_VERSION = `
 `;
 
 let project;
-let packed;
-before(() => {
-  project = mkdtempSync(path.join(tmpdir(), 'hexcast-package-'));
-  [packed] = JSON.parse(npm(ROOT, 'pack', '--json', '--pack-destination', project));
-  writeFileSync(path.join(project, 'package.json'), '{"private": true, "type": "module"}');
-  npm(project, 'install', '--offline', '--no-audit', '--no-fund', path.join(project, packed.filename));
-});
-after(() => rmSync(project, { recursive: true, force: true }));
-
-function npm(cwd, ...args) {
-  return execFileSync('npm', args, { cwd, encoding: 'utf8', stdio: ['ignore', 'pipe', 'pipe'] });
-}
+let files;
+let remove;
+before(() => ({ folder: project, files, remove } = installedProject()));
+after(() => remove());
 
 test('the tarball holds the wasm, the glue and the shaders, and no sources', () => {
-  const files = packed.files.map((file) => file.path);
   for (const file of ['dist/hexcast.js', 'dist/hexcast_bg.wasm', 'dist/hexcast.d.ts', 'shaders/map.wgsl', 'package.json']) {
     assert.ok(files.includes(file), `${file} of ${files.join(' ')}`);
   }
@@ -71,16 +62,14 @@ const MESH = `
 `;
 
 test('Node meshes on the CPU, byte for byte like the native command', () => {
-  const stl = path.join(ROOT, 'tests/fixtures/spot.stl');
   writeFileSync(path.join(project, 'mesh.js'), MESH);
-  const made = JSON.parse(execFileSync(process.execPath, ['mesh.js', stl, 'cpu'], { cwd: project, encoding: 'utf8', maxBuffer: 1 << 26 }));
+  const made = JSON.parse(execFileSync(process.execPath, ['mesh.js', SPOT, 'cpu'], { cwd: project, encoding: 'utf8', maxBuffer: 1 << 26 }));
   assert.equal(made.backend, 'cpu');
-  assert.equal(made.intact, readFileSync(stl).length);
+  assert.equal(made.intact, readFileSync(SPOT).length);
   assert.deepEqual(made.error, { code: 'job-conflict', isOurs: true });
   assert.equal(made.reason, 'enough');
   const outputs = ['raw', 'npy', 'vti', 'hxc'].flatMap((format) => ['-o', path.join(project, `native.${format}`)]);
-  const arguments_ = ['run', '-q', '--', 'mesh', `${stl}:name=cow,flag=7`, '--cells', '40', '--unit', 'mm', '--backend', 'cpu', '--compress=none', '--json'];
-  const native = JSON.parse(execFileSync('cargo', [...arguments_, ...outputs], { cwd: ROOT, encoding: 'utf8' }));
+  const native = nativeReport(outputs);
   assert.deepEqual([made.dims, made.flags, made.sha256], [native.dims, native.flags, native.flags_sha256]);
   for (const [format, base64] of Object.entries(made.files)) {
     const expected = readFileSync(path.join(project, `native.${format}`));
@@ -89,10 +78,53 @@ test('Node meshes on the CPU, byte for byte like the native command', () => {
   assert.deepEqual(JSON.parse(made.sidecar), JSON.parse(readFileSync(path.join(project, 'native.raw.json'), 'utf8')));
 });
 
-test('Node with the package webgpu meshes on the GPU, the same bytes', () => {
+const REFUSE = `
+  import { readFileSync } from 'node:fs';
+  import { createMesher } from 'hexcast';
+  const [file, cases] = process.argv.slice(2);
+  const mesher = await createMesher({ backend: 'cpu' });
+  const problems = [];
+  for (const { geometry, ...job } of JSON.parse(cases)) {
+    const geometries = [{ source: readFileSync(file), file: 'spot.stl', ...geometry }];
+    problems.push(await mesher.mesh({ ...job, geometries }).then(() => 'meshed', ({ code, message }) => \`\${code}: \${message}\`));
+  }
+  console.log(JSON.stringify(problems));
+  mesher.dispose();
+`;
+
+test('a wrong job is refused by the name of its key, as the command line does', () => {
+  const cases = [
+    [{ cels: 3 }, 'cels: unknown field `cels`'],
+    [{ cells: -1 }, 'cells: invalid value: integer `-1`'],
+    [{ cells: 2.5 }, 'cells: invalid type: floating point `2.5`'],
+    [{ cells: '8' }, 'cells: invalid type: string "8"'],
+    [{ domain: [0, 0, 0, 1, 1, 1, 9] }, 'domain: invalid length 7, expected 6 numbers'],
+    [{ domain: [0, 0, 0, 1, 1, true] }, 'domain[5]: invalid type: boolean `true`'],
+    [{ cell_size: '1' }, 'cell_size: invalid type: string "1", expected a number or a list of three'],
+    [{ cell_size: [1, 2, 3, 4] }, 'cell_size: invalid length 4, expected a number or a list of three'],
+    [{ padding: { cell: 2 } }, 'padding'],
+    [{ padding: { cells: 0.5 } }, 'padding.cells: invalid type: floating point `0.5`'],
+    [{ padding: { cells: 1, length: 1 } }, 'padding'],
+    [{ rule: 'even' }, 'rule: unknown variant `even`, expected `parity` or `nonzero`'],
+    [{ unit: 5 }, 'unit: invalid type'],
+    [{ geometry: { flg: 1 } }, 'geometries[0].flg: unknown field'],
+    [{ geometry: { flag: 300 } }, 'geometries[0].flag: invalid value: integer `300`'],
+    [{ geometry: { rotate: [1, 2, 3, 4] } }, 'geometries[0].rotate: invalid length 4'],
+    [{ geometry: { split: 'yes' } }, 'geometries[0].split: invalid type: string "yes"'],
+  ];
+  writeFileSync(path.join(project, 'refuse.js'), REFUSE);
+  const jobs = JSON.stringify(cases.map(([job]) => job));
   const stl = path.join(ROOT, 'tests/fixtures/spot.stl');
+  const problems = JSON.parse(execFileSync(process.execPath, ['refuse.js', stl, jobs], { cwd: project, encoding: 'utf8' }));
+  assert.equal(problems.length, cases.length);
+  cases.forEach(([, expected], index) => {
+    assert.ok(problems[index].startsWith(`job-value: ${expected}`), `${problems[index]} instead of ${expected}`);
+  });
+});
+
+test('Node with the package webgpu meshes on the GPU, the same bytes', () => {
   const mesh = (backend, env) =>
-    JSON.parse(execFileSync(process.execPath, ['mesh.js', stl, backend], { cwd: project, encoding: 'utf8', maxBuffer: 1 << 26, env }));
+    JSON.parse(execFileSync(process.execPath, ['mesh.js', SPOT, backend], { cwd: project, encoding: 'utf8', maxBuffer: 1 << 26, env }));
   writeFileSync(path.join(project, 'mesh.js'), MESH);
   const cpu = mesh('auto', process.env);
   assert.equal(cpu.backend, 'cpu', 'without the package there is no GPU in Node');

@@ -1,4 +1,5 @@
-//! The tests that run in a real browser, in a dedicated worker as on the page: the same case table as the native ones.
+//! The tests that run in a real browser, in a dedicated worker as on the page: the same case table, checks of
+//! kernels and golden files as the native ones, from the same source.
 #![cfg(target_arch = "wasm32")]
 
 wasm_bindgen_test::wasm_bindgen_test_configure!(run_in_dedicated_worker);
@@ -6,6 +7,11 @@ wasm_bindgen_test::wasm_bindgen_test_configure!(run_in_dedicated_worker);
 #[allow(dead_code)] // the native tests use the rest
 #[path = "../native/cases.rs"]
 mod cases;
+#[path = "../native/golden.rs"]
+mod golden;
+#[path = "../native/kernel_checks.rs"]
+mod kernel_checks;
+mod kernels;
 mod line;
 #[allow(dead_code)] // the native tests use the rest
 #[path = "../native/models.rs"]

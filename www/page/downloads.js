@@ -2,6 +2,7 @@
 import { byId, make } from './dom.js';
 import { bytes } from './format.js';
 import { showError } from './messages.js';
+import { hasPrivateFiles, privateFile, removePrivate } from './private_files.js';
 import { baseName } from './share.js';
 import { on, state } from './state.js';
 
@@ -14,6 +15,9 @@ const FILES = [
   { id: 'npy', extension: 'npy', format: 'npy', label: 'NumPy', note: 'shape nz, ny, nx' },
   { id: 'raw', extension: 'raw', format: 'raw', label: 'Raw', note: 'one byte a cell, x fastest' },
   { id: 'sidecar', extension: 'raw.json', label: 'Raw: description', note: 'dims, lines, names' },
+  { id: 'npy-bits', extension: 'bits.npy', format: 'npy', options: { bits: true }, label: 'NumPy, packed', note: 'eight cells a byte' },
+  { id: 'raw-bits', extension: 'bits.raw', format: 'raw', options: { bits: true }, label: 'Raw, packed', note: 'eight cells a byte' },
+  { id: 'sidecar-bits', extension: 'bits.raw.json', options: { bits: true }, label: 'Packed: description', note: 'dims, lines, names' },
   { id: 'hxc', extension: 'hxc', format: 'hxc', label: 'Column file', note: 'small; opens here again' },
 ];
 
@@ -24,7 +28,9 @@ export function startDownloads() {
 
 function show() {
   const { mesh } = state;
-  byId('downloads').replaceChildren(...(mesh ? FILES.map((file) => entry(mesh, file)) : []));
+  // a bit tells one flag from the background, no more
+  const files = FILES.filter((file) => !file.options?.bits || mesh?.report.flags.length === 1);
+  byId('downloads').replaceChildren(...(mesh ? files.map((file) => entry(mesh, file)) : []));
 }
 
 function entry(mesh, file) {
@@ -39,7 +45,7 @@ function entry(mesh, file) {
 
 /** Sizes that depend on the flags. */
 function guess(mesh, { id }) {
-  if (id === 'sidecar') return 'a few kB';
+  if (id.startsWith('sidecar')) return 'a few kB';
   return id === 'hxc' ? `at most ${bytes(mesh.columns.bytes)}` : 'smaller';
 }
 
@@ -56,7 +62,7 @@ async function download(mesh, file, button, status) {
     const options = { ...file.options, signal: stop.signal, onProgress };
     if (!file.format) await saveTo(handle, new Blob([await mesh.sidecar(options)], { type: 'application/json' }), name);
     else if (handle) await mesh.stream(file.format, options).pipeTo(await handle.createWritable(), { signal: stop.signal });
-    else if ((mesh.size(file.format, file.options) ?? 0) >= BLOB_BYTES && navigator.storage?.getDirectory) await throughPrivate(mesh, file, options, name);
+    else if (sizeAtMost(mesh, file) >= BLOB_BYTES && hasPrivateFiles()) await throughPrivate(mesh, file, options, name);
     else saveAs(await mesh.blob(file.format, options), name);
     status.textContent = 'Saved.';
   } catch (error) {
@@ -68,6 +74,11 @@ async function download(mesh, file, button, status) {
   }
 }
 
+/** Bytes of a file, or more where they depend on the flags: compressed flags are smaller than the others. */
+function sizeAtMost(mesh, { format, options }) {
+  return mesh.size(format, options) ?? (format === 'hxc' ? mesh.columns.bytes : 0);
+}
+
 /** Asks for a place, or null where the browser has no such dialogue. */
 async function pick(name) {
   return (await globalThis.showSaveFilePicker?.({ suggestedName: name })) ?? null;
@@ -75,10 +86,14 @@ async function pick(name) {
 
 /** Streams into the origin's private file system and hands the file on from there: memory holds a few pieces only. */
 async function throughPrivate(mesh, file, options, name) {
-  const folder = await navigator.storage.getDirectory();
-  const handle = await folder.getFileHandle(name, { create: true });
-  await mesh.stream(file.format, options).pipeTo(await handle.createWritable(), { signal: options.signal });
-  saveAs(await handle.getFile(), name);
+  try {
+    const handle = await privateFile(name);
+    await mesh.stream(file.format, options).pipeTo(await handle.createWritable(), { signal: options.signal });
+    saveAs(await handle.getFile(), name);
+  } catch (error) {
+    await removePrivate(name);
+    throw error;
+  }
 }
 
 async function saveTo(handle, blob, name) {

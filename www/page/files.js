@@ -1,12 +1,13 @@
 /** Files on their way in: dropped anywhere, chosen, or a sample. */
 import { byId, make } from './dom.js';
+import { count } from './format.js';
 import { clearMessages, showError, showNotice } from './messages.js';
 import { SAMPLES, sampleFiles } from './samples.js';
 import { takeExpected } from './share.js';
 import { change, freeFlag, set, state } from './state.js';
 
 /** Beyond so many facets the preview in 3-D is left out: the browser would hold them three times. */
-const PREVIEW_FACETS = 4_000_000;
+export const PREVIEW_FACETS = 4_000_000;
 
 let nextId = 1;
 let queue = Promise.resolve();
@@ -113,7 +114,7 @@ async function addFile({ source, settings = {} }, sample) {
       const mesh = await state.mesher.open(source);
       change('mesh', { mesh, job: { geometries: [{ file: source.name }] }, skin: null });
     } else {
-      await addGeometry(await readSurface(source), source, sample, settings);
+      addGeometry(await readSurface(source), source, sample, settings);
     }
     byId('status').textContent = `Read ${source.name}.`;
   } catch (error) {
@@ -128,6 +129,7 @@ async function readSurface(source) {
   };
   const surface = await state.mesher.read(source, { file: source.name, onProgress });
   const corners = surface.info.facets <= PREVIEW_FACETS ? await surface.corners() : null;
+  if (!corners) showNotice(`${source.name} is not drawn before it is meshed: ${count(surface.info.facets)} facets are more than the ${count(PREVIEW_FACETS)} that the 3-D view takes. The mesh has them all`);
   return { surface, corners, info: surface.info };
 }
 

@@ -1,6 +1,6 @@
 /** The list of geometries: facts at once, and what can be set for each. */
 import { byId, make } from './dom.js';
-import { removeGeometry } from './files.js';
+import { PREVIEW_FACETS, removeGeometry } from './files.js';
 import { count, measure, readNumbers, times, writeNumbers } from './format.js';
 import { change, colourOf, on, state } from './state.js';
 
@@ -74,7 +74,7 @@ function facts(info) {
   const size = high.map((end, axis) => end - low[axis]);
   const list = make('dl', { className: 'facts' });
   const fact = (term, value, properties = {}) => list.append(make('dt', {}, term), make('dd', properties, value));
-  fact('Facets', count(info.facets));
+  fact('Facets', info.facets > PREVIEW_FACETS ? `${count(info.facets)}, not drawn` : count(info.facets));
   fact('Size', `${times(size)}${unit ? ` ${unit}` : ''}`, { title: `from ${times(low)} to ${times(high)}` });
   fact('Volume', measure(info.volume, unit, 3));
   fact('Surface', closedness(info), { className: info.closed_parity && info.closed_oriented ? 'good' : 'warn' });

@@ -2,6 +2,7 @@
 import { createMesher, version } from '../hexcast.js';
 
 import { byId } from './dom.js';
+import { clearPrivate } from './private_files.js';
 import { startDownloads } from './downloads.js';
 import { startEstimate } from './estimate.js';
 import { addSample, readAgain, startFiles } from './files.js';
@@ -12,6 +13,7 @@ import { startRun } from './run.js';
 import { startSettings } from './settings.js';
 import { isForeignHash, readHash, startSharing } from './share.js';
 import { startSlices } from './slices.js';
+import { startStale } from './stale.js';
 import { change, on, set, state } from './state.js';
 import { startTabs } from './tabs.js';
 import { startView3d } from './view3d.js';
@@ -31,7 +33,7 @@ async function open(backend) {
     const mesher = await createMesher({ backend });
     if (opened !== backend) return mesher.dispose();
     change('mesher', { mesher });
-    showDevice(mesher, await adapterName(mesher));
+    showDevice(mesher);
     await readAgain();
     change('phase', { phase: 'idle' });
   } catch (error) {
@@ -43,14 +45,8 @@ async function open(backend) {
   return undefined;
 }
 
-/** The adapter's name, from the browser where the driver gives none. */
-async function adapterName({ adapter }) {
-  if (!adapter || adapter.name) return adapter?.name;
-  const info = (await navigator.gpu?.requestAdapter())?.info;
-  return info?.description || [info?.vendor, info?.architecture].filter(Boolean).join(' ');
-}
-
-function showDevice({ backend, adapter, fallback }, name) {
+function showDevice({ backend, adapter, fallback }) {
+  const name = adapter?.name;
   const device = byId('device');
   device.dataset.backend = backend;
   device.dataset.software = String(Boolean(adapter?.software));
@@ -69,6 +65,7 @@ async function start() {
   startEstimate();
   startRun(restart);
   startResults();
+  startStale();
   startDownloads();
   startSharing();
   startSlices();
@@ -103,7 +100,7 @@ async function keepOffline() {
     const { active } = await navigator.serviceWorker.ready;
     const loaded = performance.getEntriesByType('resource').map(({ name }) => name).filter((name) => name.startsWith(location.origin));
     // what the worker loads, and what the 3-D view will
-    const later = ['worker.js', 'core.js', 'error.js', 'hexcast_wasm.js', 'hexcast_bg.wasm', 'page/scene.js', 'page/stair_material.js', 'vendor/OrbitControls.js', 'vendor/three.module.js', 'vendor/three.core.js'];
+    const later = ['worker.js', 'core.js', 'adapter.js', 'error.js', 'hexcast_wasm.js', 'hexcast_bg.wasm', 'page/scene.js', 'page/stair_material.js', 'vendor/OrbitControls.js', 'vendor/three.module.js', 'vendor/three.core.js'];
     active.postMessage({ keep: [location.href.split('#')[0], ...new Set([...loaded, ...later.map((file) => new URL(`../${file}`, import.meta.url).href)])] });
   } catch {
     // private windows may refuse; the page needs no service worker to work
@@ -112,3 +109,4 @@ async function keepOffline() {
 
 start();
 addEventListener('load', () => setTimeout(keepOffline, 1000));
+clearPrivate();

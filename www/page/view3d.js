@@ -54,15 +54,17 @@ async function withScene(action) {
 
 /** Shows the models anew where what is seen of them has changed: corners are large. */
 function showModels() {
-  const models = state.geometries.filter(({ corners }) => corners);
-  const look = JSON.stringify(models.map(({ id, flag, scale, rotate, translate }) => [id, colourOf(flag), scale, rotate, translate]));
+  const { geometries } = state;
+  const look = JSON.stringify(geometries.map(({ id, flag, scale, rotate, translate }) => [id, colourOf(flag), scale, rotate, translate]));
   if (look === modelsLook) return;
   modelsLook = look;
   choose('model');
   withScene((scene) => {
-    scene.setModels(models.map((geometry) => ({ ...geometry, colour: colourOf(geometry.flag) })));
-    const ids = models.map(({ id }) => id).join();
-    if (ids !== byId('canvas-3d').dataset.models && models.length > 0) fit();
+    // of a model that is too large to be drawn there is the box
+    const drawn = geometries.filter(({ corners }) => corners);
+    scene.setModels(drawn.map((geometry) => ({ ...geometry, colour: colourOf(geometry.flag) })));
+    const ids = geometries.map(({ id }) => id).join();
+    if (ids !== byId('canvas-3d').dataset.models && geometries.length > 0) fit();
     byId('canvas-3d').dataset.models = ids;
   });
 }

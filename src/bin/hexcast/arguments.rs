@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use hexcast::job::{AxisChoice, BackendChoice, GeometryJob, Job, Padding, PerAxis, Rule};
+use hexcast::job::{AxisChoice, BackendChoice, ByteSize, GeometryJob, Job, Padding, PerAxis, Rule};
 use hexcast::{Error, Result};
 use serde::de::DeserializeOwned;
 
@@ -63,6 +63,11 @@ pub(crate) struct JobArguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..), help_heading = "Method")]
     threads: Option<u16>,
 
+    /// Most memory to take, such as 2GB or 512MiB; a mesh that needs more is refused before it starts, unless its columns
+    /// may go to disk [default: 3/4 of what is available]
+    #[arg(long, value_name = "SIZE", help_heading = "Memory")]
+    max_memory: Option<ByteSize>,
+
     /// Unit of the files' lengths, repeated in every output, such as mm
     #[arg(long, value_name = "UNIT")]
     unit: Option<String>,
@@ -86,6 +91,7 @@ impl JobArguments {
         job.rule = self.rule.unwrap_or(job.rule);
         job.backend = self.backend.unwrap_or(job.backend);
         job.axis = self.axis.unwrap_or(job.axis);
+        job.max_memory = self.max_memory.or(job.max_memory).or_else(default_max_memory);
         job.unit = self.unit.clone().or(job.unit);
         if self.split {
             job.geometries.iter_mut().for_each(|geometry| geometry.split = true);
@@ -120,6 +126,11 @@ impl JobArguments {
             (job.domain, job.padding) = (None, padding);
         }
     }
+}
+
+/// Three quarters of the memory that is available; None where the system does not tell.
+fn default_max_memory() -> Option<ByteSize> {
+    super::memory::available_bytes().map(|bytes| ByteSize(bytes / 4 * 3))
 }
 
 /// Reads a job file and makes its file names relative to the current folder.

@@ -18,14 +18,14 @@ Examples:
     hexcast convert part.hxc part.vti
     hexcast convert part.hxc part.raw --bits";
 
-/// Convert a column file (.hxc) to .vti, .npy, .raw or .hxc; the same bytes as `hexcast mesh` would write
+/// Convert a column file (.hxc) to .vti, .npy, .raw, .zarr or .hxc; the same bytes as `hexcast mesh` would write
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     /// Column file
     #[arg(value_name = "IN.hxc")]
     input: PathBuf,
-    /// Output file, .vti, .npy, .raw or .hxc
+    /// Output, .vti, .npy, .raw, .zarr or .hxc
     #[arg(value_name = "OUT")]
     output: PathBuf,
     #[command(flatten)]
@@ -38,8 +38,13 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let name = arguments.input.display();
     let failed = |error| Error::io(format!("reading {name}"), error);
-    let mut outputs =
-        Outputs::open(std::slice::from_ref(&arguments.output), None, &arguments.formats, &[&arguments.input])?;
+    let mut outputs = Outputs::open(
+        std::slice::from_ref(&arguments.output),
+        None,
+        &arguments.formats,
+        &[&arguments.input],
+        u64::MAX,
+    )?;
     let file = File::open(&arguments.input).map_err(failed)?;
     let n_bytes = file.metadata().map_err(failed)?.len();
     let mut control = Control::default();

@@ -2,7 +2,8 @@
 
 use hexcast::Result;
 use hexcast::control::CancelToken;
-use hexcast::estimate::Estimate;
+use hexcast::estimate::{Allowed, Estimate};
+use hexcast::job::BackendChoice;
 use hexcast::pipeline::prepare;
 use indicatif::{BinaryBytes, HumanCount};
 
@@ -37,7 +38,12 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
         // a struct of numbers always has a JSON form
         return super::print(&format!("{}\n", serde_json::to_string_pretty(&estimate).unwrap_or_default()));
     }
-    super::print(&in_words(&estimate, job.unit.as_deref()))
+    let max_bytes = job.max_memory.map_or(u64::MAX, |size| size.0);
+    let on_gpu = job.backend != BackendChoice::Cpu;
+    let fits = estimate.check(&Allowed { max_bytes, on_gpu, can_spill: false, flags: false }).is_ok();
+    let verdict = if fits { "enough" } else { "too little without --spill or --resume" };
+    let text = in_words(&estimate, job.unit.as_deref());
+    super::print(&format!("{text}{:<11} {} allowed: {verdict}\n", "memory", BinaryBytes(max_bytes)))
 }
 
 fn in_words(estimate: &Estimate, unit: Option<&str>) -> String {

@@ -2,7 +2,7 @@
 
 use hexcast::Result;
 use hexcast::control::CancelToken;
-use hexcast::geometry::{Facet, Geometry};
+use hexcast::geometry::{Geometry, SharedFacets};
 use hexcast::sources::Source;
 use hexcast::surface::{Surface, surface};
 use indicatif::{BinaryBytes, HumanCount};
@@ -51,7 +51,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
 fn facts(mut source: Source) -> Facts {
     let solids = std::mem::take(&mut source.contents.solids);
     let names = solids.iter().map(|solid| (solid.name.clone(), solid.facets.len())).collect();
-    let facets: Vec<Facet> = solids.into_iter().flat_map(|solid| solid.facets).collect();
+    let facets = SharedFacets::join(&solids.into_iter().map(|solid| solid.facets).collect::<Vec<_>>());
     let surface = surface(&facets);
     Facts { solids: names, geometry: Geometry::new(source.file.clone(), 1, facets), surface, source }
 }

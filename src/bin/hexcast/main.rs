@@ -9,6 +9,7 @@ use hexcast::{Error, Result};
 
 mod adapters;
 mod arguments;
+mod aside;
 mod convert;
 mod estimate;
 mod info;
@@ -18,6 +19,7 @@ mod outputs;
 mod progress;
 mod reading;
 mod summary;
+mod zarr_folder;
 
 const EXIT_CODES: &str = "\
 Exit codes:

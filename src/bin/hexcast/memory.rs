@@ -9,7 +9,7 @@ pub(crate) fn peak_bytes() -> Option<u64> {
 }
 
 /// Bytes that can be taken without pushing others out; None where the system does not tell.
-fn available_bytes() -> Option<u64> {
+pub(crate) fn available_bytes() -> Option<u64> {
     kilobytes("/proc/meminfo", "MemAvailable:")
 }
 

@@ -7,13 +7,14 @@ use hexcast::control::{CancelToken, Control};
 use hexcast::flags::expand;
 use hexcast::job::Job;
 use hexcast::mesh::Mesh;
-use hexcast::pipeline::{self, Engine};
+use hexcast::pipeline::{self, Aside, Engine, Task};
 use hexcast::report::Report;
 use hexcast::sources::Source;
 use hexcast::{Error, Result};
 use serde::Deserialize;
 
 use super::arguments::{JobArguments, choice};
+use super::aside::AsideArguments;
 use super::outputs::{FormatArguments, Outputs};
 use super::progress::Progress;
 use super::{memory, reading, summary};
@@ -29,6 +30,7 @@ Formats, by the name of the output:
     .vti  VTK image data, for ParaView (zlib unless --compress=none)
     .npy  NumPy array of shape (nz, ny, nx)
     .raw  one byte a cell, x fastest; OUT.raw.json says what they mean
+    .zarr Zarr v3, a folder: flag (z, y, x) in shards, and the centres x, y, z; for zarr-python and xarray
     .hxc  columns, by far the smallest; `hexcast convert` makes any other from it";
 
 /// Mesh closed surfaces: cells between lines, each with the flag of the geometry it is in
@@ -37,11 +39,13 @@ Formats, by the name of the output:
 pub(crate) struct Arguments {
     #[command(flatten)]
     job: JobArguments,
-    /// Output file, .vti, .npy, .raw or .hxc; may be given several times. Without it only the report is made
-    #[arg(short, long = "output", value_name = "OUT", help_heading = "Output")]
+    /// Output, .vti, .npy, .raw, .zarr or .hxc; may be given several times. Without it only the report is made
+    #[arg(id = "outputs", short, long = "output", value_name = "OUT", help_heading = "Output")]
     outputs: Vec<PathBuf>,
     #[command(flatten)]
     formats: FormatArguments,
+    #[command(flatten)]
+    aside: AsideArguments,
     /// Write the report to a file, as JSON
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     report: Option<PathBuf>,
@@ -80,14 +84,34 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let inputs = job.geometries.iter().map(|geometry| Path::new(&geometry.file)).chain(arguments.job.job.as_deref());
     let inputs: Vec<&Path> = inputs.collect();
     let report_path = arguments.report.as_deref();
-    let mut outputs = Outputs::open(&arguments.outputs, report_path, &arguments.formats, &inputs)?;
+    let max_bytes = job.max_memory.map_or(u64::MAX, |size| size.0);
+    let outputs = Outputs::open(&arguments.outputs, report_path, &arguments.formats, &inputs, max_bytes)?;
     if arguments.formats.bits {
         check_single_flag(&job)?;
     }
     arguments.job.set_threads()?;
-    let progress = Progress::new(arguments.quiet);
+    let aside = arguments.aside.open(&arguments.outputs)?;
+    match mesh_and_write(arguments, &job, outputs, aside.aside.clone(), token) {
+        Ok(()) => {
+            aside.done();
+            Ok(())
+        }
+        Err(error) => {
+            aside.failed(&error);
+            Err(error)
+        }
+    }
+}
 
-    let (mut engine, sources, read_seconds) = open_and_read(arguments, &job, token, progress)?;
+fn mesh_and_write(
+    arguments: &Arguments,
+    job: &Job,
+    mut outputs: Outputs,
+    aside: Aside,
+    token: &CancelToken,
+) -> Result<()> {
+    let progress = Progress::new(arguments.quiet);
+    let (mut engine, sources, read_seconds) = open_and_read(arguments, job, token, progress)?;
     let bar = progress.rays("mesh");
     let moved = bar.clone();
     let mut control = Control::with_progress(move |now| {
@@ -95,7 +119,8 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
         moved.set_position(now.rays_done);
     });
     control.cancel = token.clone();
-    let meshed = pollster::block_on(pipeline::mesh(&job, sources, read_seconds, &mut engine, &control));
+    let task = Task { job, read_seconds, aside, flags_in_memory: arguments.flags_in_memory };
+    let meshed = pollster::block_on(pipeline::mesh_task(task, sources, &mut engine, &control));
     bar.finish_and_clear();
     let (mesh, mut report) = meshed?;
 
@@ -157,7 +182,7 @@ fn check_single_flag(job: &Job) -> Result<()> {
 fn expand_all(mesh: &Mesh, report: &mut Report) -> Result<()> {
     let start = Instant::now();
     let mut flags = memory::zeroed(mesh.n_cells())?;
-    expand(&mesh.columns, &mesh.dims().map(|n| 0..n), &mut flags);
+    expand(&mesh.columns, &mesh.dims().map(|n| 0..n), &mut flags)?;
     std::hint::black_box(&flags);
     let seconds = start.elapsed().as_secs_f64();
     report.seconds.flags = Some(seconds);
@@ -175,7 +200,7 @@ fn hash(choice: HashChoice, outputs: &Outputs, mesh: &Mesh, report: &mut Report,
     };
     if is_wanted && !outputs.will_hash() {
         let start = Instant::now();
-        report.flags_sha256 = Some(mesh.flags_sha256(control)?);
+        report.flags_sha256 = Some(mesh.flags_sha256_in_slabs(outputs.slab_bytes, control)?);
         report.seconds.hash = Some(start.elapsed().as_secs_f64());
     }
     Ok(())

@@ -1,4 +1,4 @@
-//! Output files: checked before the long work starts, written to a temporary file beside the target, and put in place at
+//! Output files and folders: checked before the long work starts, written to a temporary file beside the target, and put in place at
 //! the end, so that no half file is ever seen under the target's name.
 
 use std::fs::{File, Permissions};
@@ -6,6 +6,7 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use hexcast::control::Control;
+use hexcast::estimate::slab_bytes;
 use hexcast::mesh::Mesh;
 use hexcast::write::{Compress, Format, Options, exact_size, sidecar_json, write};
 use hexcast::{Error, Result};
@@ -13,12 +14,13 @@ use indicatif::ProgressBar;
 use tempfile::NamedTempFile;
 
 use super::progress::Progress;
+use super::zarr_folder::{ZarrFolder, is_zarr};
 
 /// How files are written.
 #[derive(clap::Args)]
 #[command(next_help_heading = "Output")]
 pub(crate) struct FormatArguments {
-    /// zlib level of .vti and .hxc, 1 (fast) to 9 (small), or none [default: 1]
+    /// zlib level of .vti, .hxc and .zarr, 1 (fast) to 9 (small), or none [default: 1]
     #[arg(long, value_name = "LEVEL", value_parser = compression, num_args = 0..=1, require_equals = true,
           default_missing_value = "1")]
     compress: Option<Compress>,
@@ -31,21 +33,29 @@ pub(crate) struct FormatArguments {
 const DEFAULT_COMPRESS: Compress = Compress::Zlib(1);
 
 impl FormatArguments {
-    /// The writer's options for a format: those arguments that apply to it.
-    fn options(&self, format: Format) -> Options {
+    /// The writer's options for a format: those arguments that apply to it, and its share of the memory allowed.
+    fn options(&self, format: Format, max_bytes: u64) -> Options {
         let (compress, bits) = match format {
             Format::Raw | Format::Npy => (Compress::None, self.bits),
             Format::Vti | Format::Columns => (self.compress.unwrap_or(DEFAULT_COMPRESS), false),
         };
-        Options { compress, bits, ..Options::default() }
+        Options { compress, bits, ..self.zarr_options(max_bytes) }
+    }
+
+    /// The options for a Zarr folder.
+    fn zarr_options(&self, max_bytes: u64) -> Options {
+        let compress = self.compress.unwrap_or(DEFAULT_COMPRESS);
+        let slab_bytes = slab_bytes(max_bytes) as usize;
+        let kept_bytes = Options::default().kept_bytes.min((max_bytes / 16) as usize);
+        Options { compress, bits: false, slab_bytes, kept_bytes }
     }
 
     /// Refuses an argument that none of the formats heeds.
-    fn check(&self, formats: &[Format]) -> Result<()> {
+    fn check(&self, formats: &[Format], has_zarr: bool) -> Result<()> {
         let has = |one: Format, other: Format| formats.contains(&one) || formats.contains(&other);
-        if matches!(self.compress, Some(Compress::Zlib(_))) && !has(Format::Vti, Format::Columns) {
+        if matches!(self.compress, Some(Compress::Zlib(_))) && !has_zarr && !has(Format::Vti, Format::Columns) {
             let message = "--compress is given, but no output can be compressed";
-            return Err(Error::new("job-conflict", message, "add an output that ends in .vti or .hxc"));
+            return Err(Error::new("job-conflict", message, "add an output that ends in .vti, .hxc or .zarr"));
         }
         if self.bits && !has(Format::Raw, Format::Npy) {
             let message = "--bits is given, but no output can be bit-packed";
@@ -70,11 +80,13 @@ pub(crate) struct OutputFile {
 }
 
 /// Files being written; dropped before [`Outputs::finish`] they leave nothing behind.
-#[derive(Default)]
 pub(crate) struct Outputs {
     meshes: Vec<MeshFile>,
+    folders: Vec<(ZarrFolder, Options)>,
     report: Option<PendingFile>,
     written: Vec<OutputFile>,
+    /// Bytes of flags to expand at a time.
+    pub(crate) slab_bytes: usize,
     /// SHA-256 of the flags, if a file that holds nothing else was written.
     pub(crate) flags_sha256: Option<String>,
 }
@@ -100,31 +112,42 @@ impl Outputs {
         report: Option<&Path>,
         arguments: &FormatArguments,
         inputs: &[&Path],
+        max_bytes: u64,
     ) -> Result<Outputs> {
+        let (folder_paths, paths): (Vec<&PathBuf>, Vec<&PathBuf>) = paths.iter().partition(|path| is_zarr(path));
         let formats =
             paths.iter().map(|path| Format::of_name(&path.to_string_lossy())).collect::<Result<Vec<Format>>>()?;
-        arguments.check(&formats)?;
+        arguments.check(&formats, !folder_paths.is_empty())?;
         let mut taken: Vec<PathBuf> = inputs.iter().filter_map(|input| input.canonicalize().ok()).collect();
         let n_inputs = taken.len();
+        let mut take = |path: &Path, place: PathBuf| match taken.iter().position(|other| *other == place) {
+            Some(index) if index < n_inputs => Err(twice(path, "is an input too")),
+            Some(_) => Err(twice(path, "is written twice")),
+            None => {
+                taken.push(place);
+                Ok(())
+            }
+        };
+        let mut folders = Vec::new();
+        for path in folder_paths {
+            let (place, folder) = ZarrFolder::open(path)?;
+            take(path, place)?;
+            folders.push((folder, arguments.zarr_options(max_bytes)));
+        }
         let mut open = |path: &Path| -> Result<PendingFile> {
             let (place, file) = PendingFile::open(path)?;
-            match taken.iter().position(|other| *other == place) {
-                Some(index) if index < n_inputs => Err(twice(path, "is an input too")),
-                Some(_) => Err(twice(path, "is written twice")),
-                None => {
-                    taken.push(place);
-                    Ok(file)
-                }
-            }
+            take(path, place)?;
+            Ok(file)
         };
         let mut meshes = Vec::new();
         for (path, format) in paths.iter().zip(formats) {
             let file = open(path)?;
             let sidecar = if format == Format::Raw { Some(open(&sidecar_path(path))?) } else { None };
-            meshes.push(MeshFile { format, options: arguments.options(format), file, sidecar });
+            meshes.push(MeshFile { format, options: arguments.options(format, max_bytes), file, sidecar });
         }
         let report = report.map(open).transpose()?;
-        Ok(Outputs { meshes, report, ..Outputs::default() })
+        let slab_bytes = slab_bytes(max_bytes) as usize;
+        Ok(Outputs { meshes, folders, report, written: Vec::new(), slab_bytes, flags_sha256: None })
     }
 
     /// Whether a `.raw` of one byte a cell will be written, whose hash is that of the flags.
@@ -134,7 +157,7 @@ impl Outputs {
 
     /// Number of meshes to write.
     pub(crate) fn n_meshes(&self) -> usize {
-        self.meshes.len()
+        self.meshes.len() + self.folders.len()
     }
 
     /// Writes the mesh to all its files.
@@ -156,6 +179,9 @@ impl Outputs {
             }
             self.flags_sha256 = self.flags_sha256.take().or(written.sha256.filter(|_| !output.options.bits));
         }
+        for (folder, options) in &self.folders {
+            self.written.push(folder.write(mesh, options, control, progress)?);
+        }
         Ok(())
     }
 
@@ -171,6 +197,7 @@ impl Outputs {
             let outcome = file.temporary.persist(&path);
             outcome.map_err(|error| Error::io(format!("writing {}", path.display()), error.error))?;
         }
+        self.folders.into_iter().try_for_each(|(folder, _)| folder.finish())?;
         Ok(self.written)
     }
 }

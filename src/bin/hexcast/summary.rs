@@ -94,6 +94,9 @@ fn grid(table: &mut Table, report: &Report) {
     table.line("cells", format!("{nx} x {ny} x {nz} = {cells}, each {}{unit}", size(report.spacing)));
     let (rays, crossings) = (HumanCount(report.rays), HumanCount(report.crossings));
     table.line("rays", format!("{rays} along {}, {crossings} crossings", report.ray_axis));
+    if report.rays_kept > 0 {
+        table.line("rays", format!("{} kept from the run before", HumanCount(report.rays_kept)));
+    }
 }
 
 fn end_points(table: &mut Table, report: &Report, verbose: bool) {
@@ -135,6 +138,9 @@ fn stages(table: &mut Table, report: &Report, verbose: bool) {
     table.line("time", texts.collect::<Vec<_>>().join("  "));
     let host = report.peak_bytes.host.map_or("unknown".into(), |bytes| BinaryBytes(bytes).to_string());
     table.line("peak memory", format!("{host}, on the device {}", BinaryBytes(report.peak_bytes.device)));
+    if report.peak_bytes.aside > 0 {
+        table.line("peak memory", format!("columns on disk {}", BinaryBytes(report.peak_bytes.aside)));
+    }
 }
 
 fn goal(report: &Report) -> &'static str {

@@ -5,15 +5,14 @@ use std::io::Read;
 use crate::parallel::*;
 use flate2::read::ZlibDecoder;
 
+use crate::columns::codec::{self, PIECE_RAYS, PIECE_RUNS};
 use crate::columns::{Band, Columns};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 
 use super::head::{self, Head};
-use super::{
-    END_MAGIC, END_TAG, MAGIC, MAX_BODY, PIECE_HEAD, PIECE_RAYS, PIECE_RUNS, PIECE_TAG, VERSION, corrupt, crc32, piece,
-};
+use super::{END_MAGIC, END_TAG, MAGIC, MAX_BODY, PIECE_HEAD, PIECE_TAG, VERSION, corrupt, crc32};
 
 /// Pieces read before they are decoded together.
 const BATCH: usize = 16;
@@ -144,7 +143,7 @@ impl Stored {
         if content.len() != self.n_content as usize {
             return Err(wrong(format!("its content has {} bytes, its head says {}", content.len(), self.n_content)));
         }
-        let band = piece::decode(content, self.n_rays, self.n_runs, head.rays.depth).map_err(wrong)?;
+        let band = codec::decode(content, self.n_rays, self.n_runs, head.rays.depth).map_err(wrong)?;
         let [odd_rays, n_crossings] = self.counts;
         Ok(Band { first_ray, odd_rays, n_crossings, ..band })
     }

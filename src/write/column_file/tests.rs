@@ -1,7 +1,7 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::columns::{Band, Columns, run};
+use crate::columns::{Band, Columns, codec, run};
 use crate::mesh::tests::pattern;
 use crate::rays::Rays;
 use crate::write::{Format, Options, write};
@@ -23,15 +23,15 @@ fn code(bytes: &[u8]) -> &'static str {
 
 /// The same mesh with its bands split after every `n` rays.
 fn split(mesh: &Mesh, n: usize) -> Mesh {
-    let whole = &mesh.columns.bands()[0];
-    let bands = (0..whole.ends.len()).step_by(n).map(|first| {
-        let rays = first..(first + n).min(whole.ends.len());
-        let runs: Vec<Vec<u32>> = rays.map(|ray| whole.ray(ray).to_vec()).collect();
+    let n_rays = mesh.columns.rays.n_rays() as usize;
+    let bands = (0..n_rays).step_by(n).map(|first| {
+        let rays = first..(first + n).min(n_rays);
+        let runs: Vec<Vec<u32>> = rays.map(|ray| mesh.columns.ray(ray as u64).unwrap().into_owned()).collect();
         let ends = runs.iter().scan(0, |end, runs| {
             *end += runs.len() as u32;
             Some(*end)
         });
-        let counts = if first == 0 { [whole.odd_rays, whole.n_crossings] } else { [0; 2] };
+        let counts = if first == 0 { [mesh.columns.odd_rays(), mesh.columns.n_crossings()] } else { [0; 2] };
         Band {
             first_ray: first as u64,
             ends: ends.collect(),
@@ -99,10 +99,10 @@ fn many_pieces_read_back_and_stay_within_their_limits() {
     let dims = [700, 700, 20];
     let runs = |ray: u32| (0..ray * 31 % 7).map(|k| run(2 * k + ray % 3, (k % 2 + 1) as u8)).collect();
     let mesh = mesh_of(dims, (0..490_000).map(runs));
-    let plan = piece::plan(&mesh.columns);
+    let plan = plan(&mesh.columns).unwrap();
     assert!(plan.len() > 7, "{}", plan.len());
     for rays in &plan {
-        let n_runs: usize = rays.clone().map(|ray| mesh.columns.ray(ray).len()).sum();
+        let n_runs: usize = rays.clone().map(|ray| mesh.columns.ray(ray).unwrap().len()).sum();
         assert!(rays.end - rays.start <= 1 << 16 && n_runs <= 1 << 18);
     }
     for zlib in [false, true] {
@@ -115,7 +115,7 @@ fn a_ray_may_have_more_runs_than_a_piece() {
     let depth = (1 << 18) + 5;
     let full = |_| (0..depth).map(|cell| run(cell, (1 + cell % 2) as u8)).collect();
     let mesh = mesh_of([1, 3, depth], (0..3).map(full));
-    assert_eq!(piece::plan(&mesh.columns), [0..1, 1..2, 2..3]);
+    assert_eq!(plan(&mesh.columns).unwrap(), [0..1, 1..2, 2..3]);
     assert_eq!(read_columns(&mut bytes(&mesh, true).as_slice()).unwrap(), mesh);
 }
 
@@ -277,7 +277,7 @@ proptest! {
         n_rays in 1..6u32,
         n_runs in 0..20u32,
     ) {
-        if let Ok(band) = piece::decode(&content, n_rays, n_runs, 60) {
+        if let Ok(band) = codec::decode(&content, n_rays, n_runs, 60) {
             prop_assert_eq!([band.ends.len(), band.runs.len()], [n_rays as usize, n_runs as usize]);
             for ray in 0..n_rays as usize {
                 prop_assert!(band.ray(ray).windows(2).all(|two| two[0] >> 8 < two[1] >> 8));

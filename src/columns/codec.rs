@@ -1,58 +1,84 @@
-//! Pieces of a column file: some rays as three lists of small numbers.
+//! Runs as bytes: pieces of some rays as three lists of small numbers, as the column file and the spill hold them.
+//!
+//! The layout is that of the content of a piece in [`crate::write::column_file`].
 
 use std::ops::Range;
 
-use crate::columns::{Band, Columns, run, run_cell, run_flag};
+use super::{Band, run, run_cell, run_flag};
 
-use super::{PIECE_RAYS, PIECE_RUNS};
+/// The most rays and runs of a piece, unless a single ray has more runs.
+pub(crate) const PIECE_RAYS: u32 = 1 << 16;
+pub(crate) const PIECE_RUNS: u32 = 1 << 18;
 
-/// Splits the rays in pieces; the same for any split in bands.
-pub(super) fn plan(columns: &Columns) -> Vec<Range<u64>> {
-    let mut pieces = Vec::new();
-    let (mut start, mut ray, mut runs) = (0, 0, 0);
-    for band in columns.bands() {
-        let mut last = 0;
-        for &end in &band.ends {
-            let count = end - last;
-            last = end;
-            let full = ray - start == u64::from(PIECE_RAYS) || runs + u64::from(count) > u64::from(PIECE_RUNS);
-            if full && ray > start {
-                pieces.push(start..ray);
-                (start, runs) = (ray, 0);
-            }
-            runs += u64::from(count);
-            ray += 1;
-        }
-    }
-    pieces.push(start..ray);
-    pieces
+/// The content of a piece in the making.
+#[derive(Default)]
+pub(crate) struct Encoder {
+    counts: Vec<u8>,
+    cells: Vec<u8>,
+    flags: Vec<u8>,
+    before: Vec<u32>,
 }
 
-/// Number of runs and content of a piece.
-pub(super) fn encode(columns: &Columns, rays: Range<u64>) -> (u32, Vec<u8>) {
-    let (mut counts, mut cells, mut flags) = (Vec::new(), Vec::new(), Vec::new());
-    let mut before: &[u32] = &[];
-    for ray in rays {
-        let runs = columns.ray(ray);
-        put_varint(&mut counts, runs.len() as u32);
+impl Encoder {
+    /// Adds the runs of the next ray.
+    pub(crate) fn push(&mut self, runs: &[u32]) {
+        put_varint(&mut self.counts, runs.len() as u32);
         let mut last = 0;
         for (k, &run) in runs.iter().enumerate() {
-            let guess = before.get(k).map_or(last, |&run| run_cell(run));
+            let guess = self.before.get(k).map_or(last, |&run| run_cell(run));
             let difference = run_cell(run) as i32 - guess as i32;
-            put_varint(&mut cells, (difference << 1 ^ difference >> 31) as u32);
-            flags.push(run_flag(run));
+            put_varint(&mut self.cells, (difference << 1 ^ difference >> 31) as u32);
+            self.flags.push(run_flag(run));
             last = run_cell(run);
         }
-        before = runs;
+        self.before.clear();
+        self.before.extend_from_slice(runs);
     }
-    let n_runs = flags.len() as u32;
-    counts.append(&mut cells);
-    counts.append(&mut flags);
-    (n_runs, counts)
+
+    /// Number of runs and content of the piece.
+    pub(crate) fn finish(mut self) -> (u32, Vec<u8>) {
+        let n_runs = self.flags.len() as u32;
+        self.counts.append(&mut self.cells);
+        self.counts.append(&mut self.flags);
+        (n_runs, self.counts)
+    }
+}
+
+/// Splits rays, from one on, by their numbers of runs: after at most [`PIECE_RAYS`] rays and [`PIECE_RUNS`] runs.
+pub(crate) struct Plan {
+    pieces: Vec<Range<u64>>,
+    start: u64,
+    ray: u64,
+    runs: u64,
+}
+
+impl Plan {
+    pub(crate) fn new(first_ray: u64) -> Plan {
+        Plan { pieces: Vec::new(), start: first_ray, ray: first_ray, runs: 0 }
+    }
+
+    /// Takes the next ray.
+    pub(crate) fn push(&mut self, n_runs: u64) {
+        let full = self.ray - self.start == u64::from(PIECE_RAYS) || self.runs + n_runs > u64::from(PIECE_RUNS);
+        if full && self.ray > self.start {
+            self.pieces.push(self.start..self.ray);
+            (self.start, self.runs) = (self.ray, 0);
+        }
+        self.runs += n_runs;
+        self.ray += 1;
+    }
+
+    /// The rays of every piece.
+    pub(crate) fn finish(mut self) -> Vec<Range<u64>> {
+        if self.ray > self.start {
+            self.pieces.push(self.start..self.ray);
+        }
+        self.pieces
+    }
 }
 
 /// Reads the content of a piece of `n_rays` rays of `depth` cells with `n_runs` runs; says what is wrong with it otherwise.
-pub(super) fn decode(content: &[u8], n_rays: u32, n_runs: u32, depth: u32) -> Result<Band, String> {
+pub(crate) fn decode(content: &[u8], n_rays: u32, n_runs: u32, depth: u32) -> Result<Band, String> {
     let n_cells_bytes = content.len().checked_sub(n_runs as usize).ok_or("its content is too short")?;
     let (numbers, flags) = content.split_at(n_cells_bytes);
     // a byte a number at least, so that nothing is allocated that the content does not pay for

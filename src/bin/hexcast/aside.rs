@@ -1,0 +1,124 @@
+//! Files for columns that do not fit in memory, or that shall outlive an interrupted run.
+
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use hexcast::columns::Store;
+use hexcast::pipeline::Aside;
+use hexcast::{Error, Result};
+
+/// Where columns go besides memory.
+#[derive(clap::Args)]
+#[command(next_help_heading = "Memory")]
+pub(crate) struct AsideArguments {
+    /// Folder for a temporary file that takes the columns when they outgrow the memory allowed; it has no name there and
+    /// is gone with the program
+    #[arg(long, value_name = "DIR", conflicts_with = "resume")]
+    spill: Option<PathBuf>,
+    /// Keep finished columns in OUT.partial, beside the first output, until all is written: the same command goes on from
+    /// them after Ctrl-C or a failure. They are also read from there when they outgrow the memory allowed
+    #[arg(long, requires = "outputs")]
+    resume: bool,
+}
+
+/// A file that columns go to, and what becomes of it.
+pub(crate) struct AsideFile {
+    pub(crate) aside: Aside,
+    /// A file to be kept unless all goes well.
+    kept: Option<(PathBuf, Arc<FileStore>)>,
+}
+
+impl AsideArguments {
+    /// Opens the file that the arguments ask for.
+    pub(crate) fn open(&self, outputs: &[PathBuf]) -> Result<AsideFile> {
+        if let Some(folder) = &self.spill {
+            let file = tempfile::tempfile_in(folder).map_err(|error| {
+                let message = format!("no temporary file can be made in {}: {error}", folder.display());
+                Error::new("io", message, "make sure that the folder exists and is yours")
+            })?;
+            return Ok(AsideFile { aside: Aside::Spill(Arc::new(FileStore(Mutex::new(file)))), kept: None });
+        }
+        match outputs.first().filter(|_| self.resume) {
+            Some(output) => keep(&partial_path(output)),
+            None => Ok(AsideFile { aside: Aside::Nowhere, kept: None }),
+        }
+    }
+}
+
+fn keep(path: &Path) -> Result<AsideFile> {
+    let name = path.display();
+    let failed = |error| Error::io(format!("opening {name}"), error);
+    let options = File::options().read(true).write(true).create(true).truncate(false).open(path);
+    let file = options.map_err(failed)?;
+    if file.try_lock().is_err() {
+        return Err(Error::new(
+            "io",
+            format!("{name} is in use by another run"),
+            "wait for it, or name another output",
+        ));
+    }
+    let store = Arc::new(FileStore(Mutex::new(file)));
+    Ok(AsideFile { aside: Aside::Keep(store.clone()), kept: Some((path.to_path_buf(), store)) })
+}
+
+fn partial_path(output: &Path) -> PathBuf {
+    let mut name = output.as_os_str().to_owned();
+    name.push(".partial");
+    name.into()
+}
+
+impl AsideFile {
+    /// Removes a kept file when all is written.
+    pub(crate) fn done(self) {
+        if let Some((path, _)) = &self.kept {
+            // a file that cannot be removed is refused, or taken up, next time
+            let _ = std::fs::remove_file(path);
+        }
+    }
+
+    /// Says how to go on after an error, if columns were kept for this job.
+    pub(crate) fn failed(self, error: &Error) {
+        let Some((path, store)) = &self.kept else { return };
+        if error.code() == "job-conflict" {
+            return;
+        }
+        let n_bytes = store.lock().metadata().map_or(0, |metadata| metadata.len());
+        if n_bytes > 0 {
+            let name = path.display();
+            eprintln!("kept: finished columns are in {name} ({n_bytes} bytes); the same command goes on from there");
+        } else {
+            let _ = std::fs::remove_file(path);
+        }
+    }
+}
+
+/// A file, read and appended under a lock.
+pub(crate) struct FileStore(Mutex<File>);
+
+impl FileStore {
+    fn lock(&self) -> std::sync::MutexGuard<'_, File> {
+        // a panic elsewhere leaves the file as it is
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Store for FileStore {
+    fn append(&self, bytes: &[u8]) -> io::Result<u64> {
+        let mut file = self.lock();
+        let at = file.seek(SeekFrom::End(0))?;
+        file.write_all(bytes)?;
+        Ok(at)
+    }
+
+    fn read(&self, at: u64, bytes: &mut [u8]) -> io::Result<()> {
+        let mut file = self.lock();
+        file.seek(SeekFrom::Start(at))?;
+        file.read_exact(bytes)
+    }
+
+    fn truncate(&self, n_bytes: u64) -> io::Result<()> {
+        self.lock().set_len(n_bytes)
+    }
+}

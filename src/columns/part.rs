@@ -1,0 +1,160 @@
+//! A part of the columns in memory: the runs of consecutive rays and a compact index to them.
+//!
+//! The index holds a byte a ray, its number of runs, and every [`BLOCK`] rays the place where their runs begin. A ray with
+//! [`WIDE`] runs or more stands in a list of its own besides. The runs of any ray are found by adding at most
+//! [`BLOCK`] - 1 bytes, those of the next ray by adding one.
+//! Cost in memory: 4 bytes a run and 1.07 bytes a ray.
+
+use super::Band;
+use super::run_cell;
+use crate::parallel::*;
+
+/// Rays of a block.
+const BLOCK: usize = 64;
+/// The count of a ray that stands in the list of wide rays.
+const WIDE: u32 = 255;
+/// Rays that one core takes at a time; whole blocks.
+const CHUNK: usize = 256 * BLOCK;
+
+/// Runs of consecutive rays.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Part {
+    /// Index of the first ray.
+    pub(crate) first_ray: u64,
+    /// Place in `runs` where those of every block of rays begin.
+    bases: Vec<u32>,
+    /// Number of runs of each ray, at most [`WIDE`].
+    counts: Vec<u8>,
+    /// Rays with [`WIDE`] runs and more: the ray, and how many more.
+    wide: Vec<(u32, u32)>,
+    /// Runs, ray after ray.
+    runs: Vec<u32>,
+}
+
+impl Part {
+    /// Packs the index of a band; the runs are taken as they are.
+    pub(crate) fn new(band: Band) -> Part {
+        let Band { first_ray, ends, runs, .. } = band;
+        let mut counts = vec![0u8; ends.len()];
+        let chunks = counts.par_chunks_mut(CHUNK).zip(ends.par_chunks(CHUNK)).enumerate();
+        let wide = chunks.map(|(chunk, (counts, chunk_ends))| {
+            let first = chunk * CHUNK;
+            let mut start = if first == 0 { 0 } else { ends[first - 1] };
+            let mut wide = Vec::new();
+            for (index, (count, &end)) in counts.iter_mut().zip(chunk_ends).enumerate() {
+                *count = (end - start).min(WIDE) as u8;
+                if end - start >= WIDE {
+                    wide.push(((first + index) as u32, end - start - WIDE));
+                }
+                start = end;
+            }
+            wide
+        });
+        let wide = wide.collect::<Vec<_>>().concat();
+        let bases = (0..ends.len()).step_by(BLOCK).map(|ray| if ray == 0 { 0 } else { ends[ray - 1] }).collect();
+        Part { first_ray, bases, counts, wide, runs }
+    }
+
+    /// Number of rays.
+    pub(crate) fn n_rays(&self) -> u64 {
+        self.counts.len() as u64
+    }
+
+    /// Index of the ray behind the last.
+    pub(crate) fn end_ray(&self) -> u64 {
+        self.first_ray + self.n_rays()
+    }
+
+    /// Number of runs.
+    pub(crate) fn n_runs(&self) -> u64 {
+        self.runs.len() as u64
+    }
+
+    /// Bytes held in memory.
+    pub(crate) fn n_bytes(&self) -> u64 {
+        let index = 4 * self.bases.capacity() + self.counts.capacity() + 8 * self.wide.capacity();
+        (index + 4 * self.runs.capacity()) as u64
+    }
+
+    /// Number of runs of a ray, counted from the first of the part.
+    fn count(&self, ray: usize) -> usize {
+        match u32::from(self.counts[ray]) {
+            WIDE => {
+                let place = self.wide.partition_point(|&(other, _)| (other as usize) < ray);
+                (WIDE + self.wide[place].1) as usize
+            }
+            count => count as usize,
+        }
+    }
+
+    /// Place in `runs` where those of a ray begin.
+    fn start(&self, ray: usize) -> usize {
+        let block = ray / BLOCK;
+        let before = block * BLOCK..ray;
+        let sum: u32 = self.counts[before.clone()].iter().map(|&count| u32::from(count)).sum();
+        let first_wide = self.wide.partition_point(|&(other, _)| (other as usize) < before.start);
+        let wide = self.wide[first_wide..].iter().take_while(|&&(other, _)| (other as usize) < ray);
+        (self.bases[block] + sum + wide.map(|(_, more)| more).sum::<u32>()) as usize
+    }
+
+    /// Runs of a ray, counted from the first of the part.
+    pub(crate) fn ray(&self, ray: usize) -> &[u32] {
+        let start = self.start(ray);
+        &self.runs[start..start + self.count(ray)]
+    }
+
+    /// Runs of the rays from one on, counted from the first of the part; cheaper than asking for each.
+    pub(crate) fn rays_from(&self, ray: usize) -> impl Iterator<Item = &[u32]> {
+        let mut next = if ray < self.counts.len() { self.start(ray) } else { self.runs.len() };
+        (ray..self.counts.len()).map(move |ray| {
+            let start = next;
+            next += self.count(ray);
+            &self.runs[start..next]
+        })
+    }
+
+    /// Adds the cells of every flag that runs name; cells before the first run of a ray are not counted.
+    pub(crate) fn add_cells(&self, depth: u32, cells: &mut [u64; 256]) {
+        for runs in self.rays_from(0) {
+            let mut end = depth;
+            for &run in runs.iter().rev() {
+                cells[usize::from(super::run_flag(run))] += u64::from(end - run_cell(run));
+                end = run_cell(run);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_ray_is_found_whatever_the_number_of_its_runs() {
+        // around the sizes of blocks, chunks and bytes
+        let count = |ray: u32| match ray {
+            63 => 254,
+            64 => 255,
+            70 | 16_384 => 256,
+            16_390 => 70_000,
+            _ => ray * 7 % 5,
+        };
+        let mut band = Band { first_ray: 9, ..Band::default() };
+        for ray in 0..40_000 {
+            band.runs.extend((0..count(ray)).map(|k| ray << 12 ^ k));
+            band.ends.push(band.runs.len() as u32);
+        }
+        let part = Part::new(band.clone());
+        assert_eq!((part.n_rays(), part.end_ray(), part.n_runs()), (40_000, 40_009, band.runs.len() as u64));
+        for ray in 0..40_000 {
+            assert_eq!(part.ray(ray), band.ray(ray), "ray {ray}");
+        }
+        for from in [0, 1, 63, 64, 65, 71, 16_383, 16_391, 39_999, 40_000] {
+            let found: Vec<&[u32]> = part.rays_from(from).collect();
+            let expected: Vec<&[u32]> = (from..40_000).map(|ray| band.ray(ray)).collect();
+            assert_eq!(found, expected, "from ray {from}");
+        }
+        let index = part.n_bytes() - 4 * band.runs.len() as u64;
+        assert!(index < 43_000, "{index} bytes for the index of 40,000 rays");
+    }
+}

@@ -1,0 +1,444 @@
+//! Plain data as JavaScript's values and back, through serde: the browser's own `JSON` reads and writes the text, so that
+//! the page does not load another.
+//!
+//! A failure to read knows the path of the key, such as `geometries[1].flag`, and says what was expected there.
+
+use std::fmt;
+
+use js_sys::{Array, JSON, Object, Reflect};
+use serde::de::value::StringDeserializer;
+use serde::de::{self, DeserializeOwned, DeserializeSeed, Deserializer, IntoDeserializer, Unexpected, Visitor};
+use serde::forward_to_deserialize_any;
+use serde::ser::{self, Impossible, Serialize, Serializer};
+use wasm_bindgen::prelude::*;
+
+/// Whole numbers up to here are exact in a JavaScript number.
+const MAX_EXACT: f64 = 9_007_199_254_740_992.0;
+
+/// Writes plain data as JSON.
+pub(super) fn json(value: &impl Serialize) -> String {
+    // structs of numbers, strings and lists always have a JSON form
+    let text = value.serialize(ToJs).ok().and_then(|value| JSON::stringify(&value).ok());
+    text.map(String::from).unwrap_or_default()
+}
+
+/// Reads plain data from JSON; None where the text is none.
+pub(super) fn from_json<T: DeserializeOwned>(text: &str) -> Option<Result<T, Problem>> {
+    JSON::parse(text).ok().map(|value| T::deserialize(FromJs(value)))
+}
+
+/// What is wrong, and with which key; an empty path is the value itself.
+#[derive(Debug, Default)]
+pub(super) struct Problem {
+    pub(super) path: String,
+    pub(super) message: String,
+}
+
+impl Problem {
+    /// Puts the key that holds the value in front of the path.
+    fn within(mut self, key: &str) -> Problem {
+        let dot = if self.path.is_empty() || self.path.starts_with('[') { "" } else { "." };
+        self.path = [key, dot, &self.path].concat();
+        self
+    }
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Problem {}
+
+impl de::Error for Problem {
+    fn custom<T: fmt::Display>(message: T) -> Problem {
+        Problem { path: String::new(), message: message.to_string() }
+    }
+}
+
+impl ser::Error for Problem {
+    fn custom<T: fmt::Display>(message: T) -> Problem {
+        de::Error::custom(message)
+    }
+}
+
+struct FromJs(JsValue);
+
+impl FromJs {
+    /// The error of a value of a wrong type.
+    fn refuse(&self, expected: &dyn de::Expected) -> Problem {
+        let text;
+        let found = match (self.0.as_f64(), self.0.as_string(), self.0.as_bool()) {
+            (Some(number), ..) if !is_whole(number) => Unexpected::Float(number),
+            (Some(number), ..) => Unexpected::Signed(number as i64),
+            (_, Some(string), _) => {
+                text = string;
+                Unexpected::Str(&text)
+            }
+            (_, _, Some(flag)) => Unexpected::Bool(flag),
+            _ if self.0.is_null() || self.0.is_undefined() => Unexpected::Unit,
+            _ if Array::is_array(&self.0) => Unexpected::Seq,
+            _ => Unexpected::Map,
+        };
+        de::Error::invalid_type(found, expected)
+    }
+}
+
+fn is_whole(number: f64) -> bool {
+    number.fract() == 0.0 && number.abs() <= MAX_EXACT
+}
+
+/// Methods of a trait that expect a number.
+macro_rules! expect_numbers {
+    ($($method:ident),*) => {
+        $(fn $method<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Problem> {
+            match self.0.as_f64() {
+                Some(number) if !is_whole(number) => visitor.visit_f64(number),
+                Some(number) if number >= 0.0 => visitor.visit_u64(number as u64),
+                Some(number) => visitor.visit_i64(number as i64),
+                None => Err(self.refuse(&visitor)),
+            }
+        })*
+    };
+}
+
+/// One method for each kind of value, so that no reader is compiled for kinds that it would refuse.
+impl<'de> Deserializer<'de> for FromJs {
+    type Error = Problem;
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Problem> {
+        // a number or a list of them is all that the job's readers leave open
+        if self.0.as_f64().is_some() { self.deserialize_f64(visitor) } else { self.deserialize_seq(visitor) }
+    }
+
+    expect_numbers! {
+        deserialize_i32, deserialize_i64, deserialize_u8, deserialize_u32, deserialize_u64, deserialize_f64
+    }
+
+    fn deserialize_bool<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Problem> {
+        match self.0.as_bool() {
+            Some(flag) => visitor.visit_bool(flag),
+            None => Err(self.refuse(&visitor)),
+        }
+    }
+
+    fn deserialize_string<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Problem> {
+        match self.0.as_string() {
+            Some(text) => visitor.visit_string(text),
+            None => Err(self.refuse(&visitor)),
+        }
+    }
+
+    fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Problem> {
+        match self.0.dyn_ref::<Array>() {
+            Some(items) => visitor.visit_seq(Items { items: items.clone(), next: 0 }),
+            None => Err(self.refuse(&visitor)),
+        }
+    }
+
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        _name: &'static str,
+        _fields: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Problem> {
+        if !self.0.is_object() || Array::is_array(&self.0) {
+            return Err(self.refuse(&visitor));
+        }
+        visitor.visit_map(Entries::new(self.0))
+    }
+
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Problem> {
+        if self.0.is_null() || self.0.is_undefined() { visitor.visit_none() } else { visitor.visit_some(self) }
+    }
+
+    fn deserialize_enum<V: Visitor<'de>>(
+        self,
+        _name: &'static str,
+        _variants: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Problem> {
+        if let Some(text) = self.0.as_string() {
+            return visitor.visit_enum(text.into_deserializer());
+        }
+        if !self.0.is_object() || Array::is_array(&self.0) {
+            return Err(self.refuse(&visitor));
+        }
+        let entries = Entries::new(self.0);
+        match entries.entries.length() {
+            1 => visitor.visit_enum(de::value::MapAccessDeserializer::new(entries)),
+            _ => Err(de::Error::invalid_value(Unexpected::Map, &"an object with a single key")),
+        }
+    }
+
+    forward_to_deserialize_any! {
+        i8 i16 i128 u16 u128 f32 char str bytes byte_buf unit unit_struct newtype_struct tuple tuple_struct map identifier
+        ignored_any
+    }
+}
+
+struct Items {
+    items: Array,
+    next: u32,
+}
+
+impl<'de> de::SeqAccess<'de> for Items {
+    type Error = Problem;
+
+    fn next_element_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<Option<T::Value>, Problem> {
+        let index = self.next;
+        if index == self.items.length() {
+            return Ok(None);
+        }
+        self.next += 1;
+        let item = seed.deserialize(FromJs(self.items.get(index)));
+        item.map(Some).map_err(|problem| problem.within(&format!("[{index}]")))
+    }
+}
+
+struct Entries {
+    /// Pairs of key and value.
+    entries: Array,
+    next: u32,
+    key: String,
+}
+
+impl Entries {
+    fn new(object: JsValue) -> Entries {
+        Entries { entries: Object::entries(object.unchecked_ref()), next: 0, key: String::new() }
+    }
+
+    fn entry(&self, index: u32, part: u32) -> JsValue {
+        self.entries.get(index).unchecked_into::<Array>().get(part)
+    }
+}
+
+impl<'de> de::MapAccess<'de> for Entries {
+    type Error = Problem;
+
+    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, Problem> {
+        if self.next == self.entries.length() {
+            return Ok(None);
+        }
+        self.key = self.entry(self.next, 0).as_string().unwrap_or_default();
+        self.next += 1;
+        let key: StringDeserializer<Problem> = self.key.clone().into_deserializer();
+        seed.deserialize(key).map(Some).map_err(|problem| problem.within(&self.key))
+    }
+
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Problem> {
+        let value = self.entry(self.next - 1, 1);
+        seed.deserialize(FromJs(value)).map_err(|problem| problem.within(&self.key))
+    }
+}
+
+#[derive(Clone, Copy)]
+struct ToJs;
+
+/// A list or an object in the making.
+struct Parts {
+    whole: JsValue,
+    key: JsValue,
+}
+
+impl Parts {
+    fn list() -> Parts {
+        Parts { whole: Array::new().into(), key: JsValue::NULL }
+    }
+
+    fn object() -> Parts {
+        Parts { whole: Object::new().into(), key: JsValue::NULL }
+    }
+
+    fn push(&mut self, item: &(impl Serialize + ?Sized)) -> Result<(), Problem> {
+        self.whole.unchecked_ref::<Array>().push(&item.serialize(ToJs)?);
+        Ok(())
+    }
+
+    fn put(&mut self, value: &(impl Serialize + ?Sized)) -> Result<(), Problem> {
+        // new objects take any key
+        let _ = Reflect::set(&self.whole, &self.key, &value.serialize(ToJs)?);
+        Ok(())
+    }
+}
+
+/// Methods of a trait that hand the value, as a JavaScript number, on.
+macro_rules! numbers {
+    ($($method:ident: $type:ty),*) => {
+        $(fn $method(self, value: $type) -> Result<JsValue, Problem> {
+            Ok(JsValue::from_f64(value as f64))
+        })*
+    };
+}
+
+impl Serializer for ToJs {
+    type Ok = JsValue;
+    type Error = Problem;
+    type SerializeSeq = Parts;
+    type SerializeTuple = Parts;
+    type SerializeTupleStruct = Impossible<JsValue, Problem>;
+    type SerializeTupleVariant = Impossible<JsValue, Problem>;
+    type SerializeMap = Parts;
+    type SerializeStruct = Parts;
+    type SerializeStructVariant = Impossible<JsValue, Problem>;
+
+    numbers! {
+        serialize_i8: i8, serialize_i16: i16, serialize_i32: i32, serialize_i64: i64, serialize_u8: u8, serialize_u16: u16,
+        serialize_u32: u32, serialize_u64: u64, serialize_f32: f32, serialize_f64: f64
+    }
+
+    fn serialize_bool(self, value: bool) -> Result<JsValue, Problem> {
+        Ok(value.into())
+    }
+
+    fn serialize_char(self, value: char) -> Result<JsValue, Problem> {
+        self.serialize_str(value.encode_utf8(&mut [0; 4]))
+    }
+
+    fn serialize_str(self, value: &str) -> Result<JsValue, Problem> {
+        Ok(JsValue::from_str(value))
+    }
+
+    fn serialize_bytes(self, _: &[u8]) -> Result<JsValue, Problem> {
+        Err(unsupported())
+    }
+
+    fn serialize_none(self) -> Result<JsValue, Problem> {
+        Ok(JsValue::NULL)
+    }
+
+    fn serialize_some<T: Serialize + ?Sized>(self, value: &T) -> Result<JsValue, Problem> {
+        value.serialize(self)
+    }
+
+    fn serialize_unit(self) -> Result<JsValue, Problem> {
+        Ok(JsValue::NULL)
+    }
+
+    fn serialize_unit_struct(self, _: &'static str) -> Result<JsValue, Problem> {
+        Ok(JsValue::NULL)
+    }
+
+    fn serialize_unit_variant(self, _: &'static str, _: u32, variant: &'static str) -> Result<JsValue, Problem> {
+        self.serialize_str(variant)
+    }
+
+    fn serialize_newtype_struct<T: Serialize + ?Sized>(self, _: &'static str, value: &T) -> Result<JsValue, Problem> {
+        value.serialize(self)
+    }
+
+    fn serialize_newtype_variant<T: Serialize + ?Sized>(
+        self,
+        _: &'static str,
+        _: u32,
+        variant: &'static str,
+        value: &T,
+    ) -> Result<JsValue, Problem> {
+        let mut object = Parts::object();
+        ser::SerializeStruct::serialize_field(&mut object, variant, value)?;
+        Ok(object.whole)
+    }
+
+    fn serialize_seq(self, _: Option<usize>) -> Result<Parts, Problem> {
+        Ok(Parts::list())
+    }
+
+    fn serialize_tuple(self, _: usize) -> Result<Parts, Problem> {
+        Ok(Parts::list())
+    }
+
+    fn serialize_tuple_struct(self, _: &'static str, _: usize) -> Result<Self::SerializeTupleStruct, Problem> {
+        Err(unsupported())
+    }
+
+    fn serialize_tuple_variant(
+        self,
+        _: &'static str,
+        _: u32,
+        _: &'static str,
+        _: usize,
+    ) -> Result<Self::SerializeTupleVariant, Problem> {
+        Err(unsupported())
+    }
+
+    fn serialize_map(self, _: Option<usize>) -> Result<Parts, Problem> {
+        Ok(Parts::object())
+    }
+
+    fn serialize_struct(self, _: &'static str, _: usize) -> Result<Parts, Problem> {
+        Ok(Parts::object())
+    }
+
+    fn serialize_struct_variant(
+        self,
+        _: &'static str,
+        _: u32,
+        _: &'static str,
+        _: usize,
+    ) -> Result<Self::SerializeStructVariant, Problem> {
+        Err(unsupported())
+    }
+}
+
+fn unsupported() -> Problem {
+    de::Error::custom("no JSON form is defined")
+}
+
+impl ser::SerializeSeq for Parts {
+    type Ok = JsValue;
+    type Error = Problem;
+
+    fn serialize_element<T: Serialize + ?Sized>(&mut self, item: &T) -> Result<(), Problem> {
+        self.push(item)
+    }
+
+    fn end(self) -> Result<JsValue, Problem> {
+        Ok(self.whole)
+    }
+}
+
+impl ser::SerializeTuple for Parts {
+    type Ok = JsValue;
+    type Error = Problem;
+
+    fn serialize_element<T: Serialize + ?Sized>(&mut self, item: &T) -> Result<(), Problem> {
+        self.push(item)
+    }
+
+    fn end(self) -> Result<JsValue, Problem> {
+        Ok(self.whole)
+    }
+}
+
+impl ser::SerializeMap for Parts {
+    type Ok = JsValue;
+    type Error = Problem;
+
+    fn serialize_key<T: Serialize + ?Sized>(&mut self, key: &T) -> Result<(), Problem> {
+        self.key = key.serialize(ToJs)?;
+        Ok(())
+    }
+
+    fn serialize_value<T: Serialize + ?Sized>(&mut self, value: &T) -> Result<(), Problem> {
+        self.put(value)
+    }
+
+    fn end(self) -> Result<JsValue, Problem> {
+        Ok(self.whole)
+    }
+}
+
+impl ser::SerializeStruct for Parts {
+    type Ok = JsValue;
+    type Error = Problem;
+
+    fn serialize_field<T: Serialize + ?Sized>(&mut self, key: &'static str, value: &T) -> Result<(), Problem> {
+        self.key = JsValue::from_str(key);
+        self.put(value)
+    }
+
+    fn end(self) -> Result<JsValue, Problem> {
+        Ok(self.whole)
+    }
+}

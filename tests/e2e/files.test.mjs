@@ -1,0 +1,107 @@
+// Files in: dropped, several at once, whole folders, malformed, and too large to be drawn.
+
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+
+import { LIMIT, hasGeometries, isIdle, run, useSite, withPage } from './visit.mjs';
+
+useSite();
+
+test('a malformed file gives a sentence and loses nothing', LIMIT, () =>
+  withPage('#cells=20&sample=gear', async (page) => {
+    await hasGeometries(page, 1);
+    await page.setInputFiles('#file-input', { name: 'letter.stl', mimeType: 'model/stl', buffer: Buffer.from('Dear Sir or Madam') });
+    await page.waitForSelector('#messages [role=alert]');
+    const text = await page.textContent('#messages [role=alert] p');
+    assert.match(text, /letter\.stl/);
+    assert.match(text, /[.!?]$/);
+    assert.match(await page.getAttribute('#messages [role=alert]', 'data-code'), /^stl-/);
+    await hasGeometries(page, 1);
+    await run(page);
+  }),
+);
+
+test('dropped files are read, several at once', LIMIT, () =>
+  withPage('', async (page) => {
+    await page.evaluate(async () => {
+      const { sampleFiles } = await import(new URL('page/samples.js', location.href).href);
+      const dataTransfer = new DataTransfer();
+      for (const { source } of [...sampleFiles('cubes'), ...sampleFiles('gear')]) dataTransfer.items.add(source);
+      document.querySelector('#canvas-3d').dispatchEvent(new DragEvent('drop', { dataTransfer, bubbles: true, cancelable: true }));
+    });
+    await hasGeometries(page, 3);
+    assert.deepEqual(await page.$$eval('.geometry .flag', (inputs) => inputs.map((input) => input.value)), ['1', '2', '3']);
+    await page.click('[aria-label="Remove epoxy"]');
+    await hasGeometries(page, 2);
+  }),
+);
+
+/**
+ * Drops entries as browsers hand them over: files, and folders that are read a part at a time.
+ *
+ * @param {[string, object]} tree names with the sample file that they hold, a text, or a folder of the same kind
+ */
+function dropTree(page, tree) {
+  return page.evaluate(async (tree) => {
+    const { sampleFiles } = await import(new URL('page/samples.js', location.href).href);
+    const entryOf = (name, value) => {
+      if (typeof value === 'string') {
+        const bytes = sampleFiles(value)[0]?.source ?? value;
+        return { isFile: true, isDirectory: false, name, file: (resolve) => resolve(new File([bytes], name)) };
+      }
+      const entries = Object.entries(value).map(([name, value]) => entryOf(name, value));
+      // two a call: a folder is read until nothing more comes
+      const createReader = () => ({ readEntries: (resolve) => resolve(entries.splice(0, 2)) });
+      return { isFile: false, isDirectory: true, name, createReader };
+    };
+    const items = Object.entries(tree).map(([name, value]) => ({ kind: 'file', webkitGetAsEntry: () => entryOf(name, value) }));
+    const event = new Event('drop', { bubbles: true, cancelable: true });
+    Object.defineProperty(event, 'dataTransfer', { value: { items: [{ kind: 'string' }, ...items] } });
+    document.body.dispatchEvent(event);
+  }, tree);
+}
+
+test('a dropped folder is searched for models, folders in it too', LIMIT, () =>
+  withPage('', async (page) => {
+    await dropTree(page, { parts: { 'a.stl': 'knot', 'notes.txt': 'read me', inner: { 'b.STL': 'gear', deeper: { 'c.stl': 'knot' } }, 'd.stl': 'gear' }, 'e.stl': 'knot' });
+    await hasGeometries(page, 5);
+    const names = await page.$$eval('.geometry', (cards) => cards.map((card) => card.dataset.file));
+    assert.deepEqual(names.sort(), ['a.stl', 'b.STL', 'c.stl', 'd.stl', 'e.stl']);
+    assert.equal(await page.textContent('#messages'), '');
+  }),
+);
+
+test('a folder without models, and a file that is none, are said to be that', LIMIT, () =>
+  withPage('', async (page) => {
+    await dropTree(page, { empty: { 'notes.txt': 'read me', 'more.txt': 'and me' } });
+    await page.waitForSelector('#messages [role=status]');
+    assert.match(await page.textContent('#messages'), /no STL file among the 2 files/);
+    await dropTree(page, { 'notes.txt': 'read me' });
+    await page.waitForSelector('#messages [role=alert]');
+    assert.match(await page.textContent('#messages [role=alert]'), /notes\.txt/);
+    await isIdle(page);
+  }),
+);
+
+test('a model with too many facets for the 3-D view is said not to be drawn, and is meshed', LIMIT, () =>
+  withPage('#cells=16', async (page) => {
+    await page.evaluate(() => {
+      const n_facets = 4_000_001;
+      const view = new DataView(new ArrayBuffer(84 + 50 * n_facets));
+      view.setUint32(80, n_facets, true);
+      // a tetrahedron; all other facets are points in its corner
+      const corners = [[0, 0, 0], [8, 0, 0], [0, 8, 0], [0, 0, 8]];
+      [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]].forEach((facet, at) =>
+        facet.flatMap((corner) => corners[corner]).forEach((number, place) => view.setFloat32(84 + 50 * at + 12 + 4 * place, number, true)),
+      );
+      const dataTransfer = new DataTransfer();
+      dataTransfer.items.add(new File([view], 'dust.stl'));
+      document.body.dispatchEvent(new DragEvent('drop', { dataTransfer, bubbles: true, cancelable: true }));
+    });
+    await page.waitForSelector('.geometry', { timeout: 120_000 });
+    await hasGeometries(page, 1);
+    assert.match(await page.textContent('#messages'), /dust\.stl is not drawn .* 4,000,001 facets are more than the 4,000,000/);
+    assert.match(await page.textContent('.geometry .facts'), /4,000,001, not drawn/);
+    await run(page);
+  }),
+);

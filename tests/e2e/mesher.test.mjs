@@ -1,0 +1,83 @@
+// The package's contract of calls, in a page: meshes wait for each other, aborts are heeded at once and lose nothing.
+
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+
+import { LIMIT, useSite, withPage } from './visit.mjs';
+
+useSite();
+
+/** Runs a function in the page with the package and a sample's file. */
+function inPage(page, act) {
+  const source = `(async () => {
+    const { createMesher } = await import(new URL('hexcast.js', location.href).href);
+    const { sampleFiles } = await import(new URL('page/samples.js', location.href).href);
+    const [{ source }] = sampleFiles('knot');
+    return (${act})(createMesher, source);
+  })()`;
+  return page.evaluate(source);
+}
+
+for (const worker of [true, false]) {
+  const where = worker ? 'in a worker' : 'on the calling thread';
+
+  test(`meshes asked for at once are made one after the other, ${where}`, LIMIT, () =>
+    withPage('', async (page) => {
+      const found = await inPage(page, `async (createMesher, source) => {
+        const mesher = await createMesher({ backend: 'cpu', worker: ${worker ? 'undefined' : 'false'} });
+        const job = (cells) => ({ geometries: [{ source }], cells });
+        const meshes = await Promise.all([mesher.mesh(job(300)), mesher.mesh(job(40)), mesher.mesh(job(40))]);
+        const hashes = await Promise.all(meshes.slice(1).map((mesh) => mesh.sha256()));
+        return { dims: meshes.map((mesh) => Math.max(...mesh.dims)), hashes };
+      }`);
+      assert.deepEqual(found.dims, [300, 40, 40]);
+      assert.equal(found.hashes[0], found.hashes[1]);
+    }),
+  );
+
+  test(`an aborted mesh rejects with the reason while the core is busy, and the next one is made, ${where}`, LIMIT, () =>
+    withPage('', async (page) => {
+      const found = await inPage(page, `async (createMesher, source) => {
+        const mesher = await createMesher({ backend: 'cpu', worker: ${worker ? 'undefined' : 'false'} });
+        const stop = new AbortController();
+        const events = [];
+        const onProgress = ({ stage }) => stage === 'mesh' && events.push(0) === 3 && stop.abort('enough');
+        const big = mesher.mesh({ geometries: [{ source }], cells: 3000 }, { signal: stop.signal, onProgress });
+        const waiting = mesher.mesh({ geometries: [{ source }], cells: 3000 }, { signal: stop.signal });
+        const reasons = await Promise.all([big, waiting].map((call) => call.catch((reason) => reason)));
+        const n_told = events.length;
+        const mesh = await mesher.mesh({ geometries: [{ source }], cells: 30 });
+        return { reasons, cells: mesh.report.cells, n_late: events.length - n_told, dims: mesh.dims };
+      }`);
+      assert.deepEqual(found.reasons, ['enough', 'enough']);
+      assert.equal(found.n_late, 0, 'who gave up hears no more');
+      assert.equal(Math.max(...found.dims), 30);
+    }),
+  );
+}
+
+test('a compressed file is made a slab at a time: others are answered meanwhile, and an abort ends it', LIMIT, () =>
+  withPage('', async (page) => {
+    const found = await inPage(page, `async (createMesher, source) => {
+      const mesher = await createMesher({ backend: 'cpu' });
+      const mesh = await mesher.mesh({ geometries: [{ source }], cells: 400 });
+      const stop = new AbortController();
+      const shares = [];
+      const asked = [];
+      const onProgress = ({ done, total }) => {
+        shares.push(done / total);
+        if (shares.length === 2) asked.push(mesh.slice(2, 7));
+        if (shares.length === 4) stop.abort('enough');
+      };
+      const reason = await mesh.blob('vti', { compress: 6, signal: stop.signal, onProgress }).catch((reason) => reason);
+      const [slice] = await Promise.all(asked);
+      const whole = await mesh.blob('vti', { compress: 1 });
+      return { reason, shares, width: slice.width, nx: mesh.dims[0], bytes: whole.size };
+    }`);
+    assert.equal(found.reason, 'enough');
+    assert.equal(found.shares.length, 4, `${found.shares}`);
+    assert.ok(found.shares.at(-1) < 1, `${found.shares}`);
+    assert.equal(found.width, found.nx);
+    assert.ok(found.bytes > 1000);
+  }),
+);

@@ -1,0 +1,48 @@
+// An empty project with the packed tarball installed, and what the native command makes of the same job.
+
+import { execFileSync } from 'node:child_process';
+import { cpSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import path from 'node:path';
+
+import { ROOT } from '../../scripts/run.mjs';
+
+/** The model that all tests of the package mesh. */
+export const SPOT = path.join(ROOT, 'tests/fixtures/spot.stl');
+/** The job of all tests of the package, for the native command. */
+const ARGUMENTS = ['mesh', `${SPOT}:name=cow,flag=7`, '--cells', '40', '--unit', 'mm', '--backend', 'cpu', '--compress=none', '--json'];
+
+export function npm(cwd, ...args) {
+  return execFileSync('npm', args, { cwd, encoding: 'utf8', stdio: ['ignore', 'pipe', 'pipe'] });
+}
+
+/**
+ * Packs the package and installs it into a new project, without a registry.
+ *
+ * @returns {{folder: string, tarball: string, files: string[], remove: () => void}} the project's folder, the tarball's
+ *   path, the paths within it
+ */
+export function installedProject() {
+  const folder = mkdtempSync(path.join(tmpdir(), 'hexcast-package-'));
+  const [packed] = JSON.parse(npm(ROOT, 'pack', '--json', '--pack-destination', folder));
+  const tarball = path.join(folder, packed.filename);
+  writeFileSync(path.join(folder, 'package.json'), '{"private": true, "type": "module"}');
+  npm(folder, 'install', '--offline', '--no-audit', '--no-fund', tarball);
+  const files = packed.files.map((file) => file.path);
+  return { folder, tarball, files, remove: () => rmSync(folder, { recursive: true, force: true }) };
+}
+
+/** Puts the page of `app/` into a folder, with these import map entries if any; its model goes into `models`. */
+export function writePage(folder, { imports, models = folder } = {}) {
+  cpSync(path.join(ROOT, 'tests/package/app'), folder, { recursive: true });
+  mkdirSync(models, { recursive: true });
+  cpSync(SPOT, path.join(models, 'spot.stl'));
+  const page = path.join(folder, 'index.html');
+  const map = imports ? `<script type="importmap">${JSON.stringify({ imports })}</script>` : '';
+  writeFileSync(page, readFileSync(page, 'utf8').replace('<!-- import map -->', map));
+}
+
+/** The native command's report of the job; `-o` outputs may be added. */
+export function nativeReport(outputs = []) {
+  return JSON.parse(execFileSync('cargo', ['run', '-q', '--', ...ARGUMENTS, ...outputs], { cwd: ROOT, encoding: 'utf8' }));
+}

@@ -1,0 +1,94 @@
+// The manifest, the types and the values: what publint, are-the-types-wrong and the TypeScript compiler say of the tarball.
+
+import assert from 'node:assert/strict';
+import { execFileSync, spawnSync } from 'node:child_process';
+import { readFileSync, writeFileSync } from 'node:fs';
+import path from 'node:path';
+import { after, before, test } from 'node:test';
+
+import { ROOT } from '../../scripts/run.mjs';
+import { SPOT, installedProject } from './project.mjs';
+
+let project;
+before(() => (project = installedProject()));
+after(() => project.remove());
+
+/** Runs a program of a development package; fails with all that it says. */
+function assertPasses(program, ...args) {
+  const { status, stdout, stderr } = spawnSync(path.join(ROOT, 'node_modules/.bin', program), args, { cwd: project.folder, encoding: 'utf8' });
+  assert.equal(status, 0, `${program} ${args.join(' ')}\n${stdout}${stderr}`);
+  return stdout;
+}
+
+test('the manifest exports the package, its worker, Node, the wasm and the shaders, types first', () => {
+  const { exports: entries } = JSON.parse(readFileSync(path.join(ROOT, 'package.json'), 'utf8'));
+  assert.deepEqual(Object.keys(entries), ['.', './worker', './node', './hexcast_bg.wasm', './shaders/*', './package.json']);
+  for (const name of ['.', './worker', './node']) assert.equal(Object.keys(entries[name])[0], 'types', name);
+  const resolved = ['hexcast', 'hexcast/worker', 'hexcast/node', 'hexcast/hexcast_bg.wasm', 'hexcast/shaders/map.wgsl'];
+  writeFileSync(path.join(project.folder, 'resolve.js'), `for (const name of ${JSON.stringify(resolved)}) console.log(import.meta.resolve(name));`);
+  const found = execFileSync(process.execPath, ['resolve.js'], { cwd: project.folder, encoding: 'utf8' }).trim().split('\n');
+  assert.deepEqual(found.map((url) => url.split('/node_modules/hexcast/')[1]), ['dist/node.js', 'dist/worker.js', 'dist/node.js', 'dist/hexcast_bg.wasm', 'shaders/map.wgsl']);
+});
+
+test('publint has nothing to say', () => {
+  assert.match(assertPasses('publint', '--strict', project.tarball), /All good!/);
+});
+
+test('are-the-types-wrong has nothing to say', () => {
+  // the wasm is a file to fetch, not a module to import
+  assertPasses('attw', project.tarball, '--profile', 'esm-only', '--exclude-entrypoints', './hexcast_bg.wasm');
+});
+
+const VALUES = `
+  import { readFileSync } from 'node:fs';
+  import * as hexcast from 'hexcast';
+  const mesher = await hexcast.createMesher({ backend: 'cpu' });
+  const surface = await mesher.read(readFileSync(process.argv[2]), { file: 'spot.stl' });
+  const job = { geometries: [{ source: surface }], cells: 20 };
+  const first = await mesher.estimate(job);
+  const mesh = await mesher.mesh(job);
+  const again = await mesher.open(await mesh.blob('hxc'));
+  console.log(JSON.stringify({
+    Report: [mesh.report, again.report],
+    SurfaceInfo: [surface.info],
+    Estimate: [first, await mesher.estimate(job)],
+    Lines: [mesh.lines],
+    exported: Object.keys(hexcast).sort(),
+  }));
+`;
+
+/** Uses that must compile, and uses that must not. */
+const USES = `
+  import { HexcastError, createMesher, type Mesh } from 'hexcast';
+  import * as hexcast from 'hexcast';
+  import 'hexcast/worker';
+  // @ts-expect-error the worker exports nothing
+  import { createMesher as none } from 'hexcast/worker';
+  using mesher = await createMesher({ backend: 'auto', worker: new URL('x.js', 'https://example.org') });
+  const mesh: Mesh = await mesher.mesh({ geometries: [{ source: new Blob([]), flag: 1 }], cells: 256 });
+  for await (const { flags, start } of mesh.slabs()) flags[start[0]]?.toFixed();
+  // @ts-expect-error a mesh that was read back has no volume of facets
+  mesh.report.flags[0]!.mesh_volume.toFixed();
+  // @ts-expect-error there is no such option
+  await mesher.mesh({ geometries: [], cels: 3 });
+  export const code = (error: unknown) => (error instanceof HexcastError ? error.code satisfies string : null);
+  export type Exported = keyof typeof hexcast;
+`;
+
+test('the types are those of the values, read back or not, and compile strictly without those of others', () => {
+  writeFileSync(path.join(project.folder, 'values.js'), VALUES);
+  const printed = execFileSync(process.execPath, ['values.js', SPOT], { cwd: project.folder, encoding: 'utf8' });
+  const { exported, ...values } = JSON.parse(printed);
+  const [meshed, reopened] = values.Report;
+  assert.equal(typeof meshed.flags[0].mesh_volume, 'number');
+  assert.equal(reopened.flags[0].mesh_volume, null);
+  const declared = Object.entries(values).flatMap(([type, list]) =>
+    list.map((value, index) => `export const a${type}${index}: hexcast.${type} = ${JSON.stringify(value)};`),
+  );
+  const all = `export const names: Record<Exported, true> = ${JSON.stringify(Object.fromEntries(exported.map((name) => [name, true])))};`;
+  writeFileSync(path.join(project.folder, 'uses.ts'), [USES, ...declared, all].join('\n'));
+  const strict = ['--noEmit', '--strict', '--noUncheckedIndexedAccess', '--target', 'es2022', '--lib', 'es2022,dom'];
+  for (const resolution of [['--module', 'nodenext'], ['--module', 'esnext', '--moduleResolution', 'bundler']]) {
+    assertPasses('tsc', ...strict, ...resolution, 'uses.ts');
+  }
+});

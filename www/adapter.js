@@ -1,0 +1,37 @@
+/** The browser's side of the GPU: what its adapter is called, and a device of the caller's own in place of a new one. */
+
+/**
+ * What the browser tells of the adapter that a backend takes, or of that of a device: `vendor`, `architecture` and
+ * `description`, empty where it does not tell, and `name`, the most telling of them.
+ */
+export async function describeAdapter(device) {
+  const adapter = device ? null : await navigator.gpu?.requestAdapter({ powerPreference: 'high-performance' });
+  const { vendor = '', architecture = '', description = '' } = device?.adapterInfo ?? adapter?.info ?? {};
+  return { name: description || [vendor, architecture].filter(Boolean).join(' '), vendor, architecture, description };
+}
+
+/**
+ * Lets `open` find a device of the caller's own. The wasm knows one way to a device, through `navigator.gpu`: what stands
+ * there is replaced until it has been asked once, and a later search, after the device was lost, finds the browser's again.
+ */
+export async function lendDevice(device, open) {
+  const before = Object.getOwnPropertyDescriptor(navigator, 'gpu');
+  const { features, limits, adapterInfo: info = {} } = device;
+  const lent = {
+    requestAdapter: async () => {
+      takeBack();
+      return { features, limits, info, requestDevice: async () => device };
+    },
+  };
+  const takeBack = () => {
+    if (navigator.gpu !== lent) return;
+    if (before) Object.defineProperty(navigator, 'gpu', before);
+    else delete navigator.gpu;
+  };
+  Object.defineProperty(navigator, 'gpu', { value: lent, configurable: true });
+  try {
+    return await open();
+  } finally {
+    takeBack();
+  }
+}
