@@ -70,7 +70,7 @@ fn measure_here(file: &Path, cells: u32) -> Result<Serial, Box<dyn Error>> {
         to_flags_s,
         n_tests,
         n_cells: flags.len() as u64,
-        n_differing: differing(&flags, &columns),
+        n_differing: differing(&flags, &columns)?,
     })
 }
 
@@ -131,11 +131,11 @@ fn flag_cells(points: &[f64], cells: &mut [u8]) {
 }
 
 /// Counts cells with different flags.
-fn differing(flags: &[u8], columns: &Columns) -> u64 {
+fn differing(flags: &[u8], columns: &Columns) -> hexcast::Result<u64> {
     let rows = flags.chunks_exact(columns.rays.depth as usize);
     let of_row = |(ray, row): (u64, &[u8])| {
-        let runs = columns.ray(ray);
-        (0..).zip(row).filter(|&(cell, &flag)| flag_at(runs, cell) != flag).count() as u64
+        let runs = columns.ray(ray)?;
+        Ok((0..).zip(row).filter(|&(cell, &flag)| flag_at(&runs, cell) != flag).count() as u64)
     };
     (0..).zip(rows).map(of_row).sum()
 }
