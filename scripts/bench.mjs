@@ -1,22 +1,25 @@
 // Times hexcast and VTK on the same files in the same run, in turn, and writes the tables of benches/RESULTS.md.
 // usage: node scripts/bench.mjs [page] [--quick] [--rounds R] [--runs K] [--largest N]
-// "page" times the page in Chromium instead, beside the command on the same driver: see bench_page.mjs.
+// "page" times the page in Chromium instead, beside the command on the same driver: see bench_page.mjs. "paper" has options of
+// its own: see paper.mjs.
 // Needs cargo, and python3 with venv for the peers; makes .tools/peers on first use. Takes some minutes.
 
 import { execFileSync } from 'node:child_process';
-import { existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
-import { cpus, loadavg, release, tmpdir, totalmem } from 'node:os';
+import { existsSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { loadavg, tmpdir } from 'node:os';
 import { join } from 'node:path';
-import { fileURLToPath } from 'node:url';
 import { parseArgs } from 'node:util';
 
 import { benchPage } from './bench_page.mjs';
+import { LIMIT_HEAD, LIMIT_LINES, limitCells } from './limits.mjs';
+import { paper } from './paper.mjs';
+import { build, jsonLines, machine, median, ms, output as run, table, write } from './results.mjs';
+import { ROOT as root } from './run.mjs';
 
-const root = fileURLToPath(new URL('..', import.meta.url));
-const results = join(root, 'benches/RESULTS.md');
 const { values: options, positionals } = parseArgs({
   allowPositionals: true,
   options: {
+    models: { type: 'string' },
     quick: { type: 'boolean', default: false },
     rounds: { type: 'string', default: '2' },
     runs: { type: 'string', default: '3' },
@@ -25,19 +28,7 @@ const { values: options, positionals } = parseArgs({
 });
 const sizes = options.quick ? [256] : [512, 1024];
 const rounds = Number(options.rounds);
-
-const run = (program, args) =>
-  execFileSync(program, args, { cwd: root, encoding: 'utf8', maxBuffer: 1 << 28, stdio: ['ignore', 'pipe', 'inherit'] });
-const jsonLines = (text) => text.split('\n').filter((line) => line.startsWith('{')).map((line) => JSON.parse(line));
-const median = (numbers) => [...numbers].sort((a, b) => a - b)[numbers.length >> 1];
-
-/** Builds a program and returns its path. */
-function built(name, ...args) {
-  const messages = jsonLines(run('cargo', [...args, '--message-format=json']));
-  return messages.find((message) => message.executable && message.target?.name === name).executable;
-}
-
-const buildBench = () => built('table', 'bench', '--bench', 'table', '--no-run');
+const ROUNDS = `* ${rounds} rounds, programs in turn; ${options.runs} runs a program and round after a first that does not count; medians.`;
 
 /** Makes the virtual environment of the peers and returns its python. */
 function peersPython() {
@@ -83,10 +74,6 @@ function differences(programs, file, n, scratch) {
   return { n, n_cells: vtk.length, n_differing };
 }
 
-const ms = (seconds) => (1000 * seconds).toFixed(seconds < 0.01 ? 2 : seconds < 0.1 ? 1 : 0);
-const table = (head, rows) =>
-  [head, head.map((_, column) => (column ? '---:' : '---')), ...rows].map((row) => `| ${row.join(' | ')} |`).join('\n');
-
 function raceTable({ n, seconds, last }) {
   const vtk = median(seconds.vtk);
   const row = (name, all, run) => {
@@ -113,79 +100,70 @@ function stageTable({ n, last }) {
   return table([`${n}^3, ms`, ...stages.map((stage) => stage.replaceAll('_', ' ')), '1e6 crossings/s'], [row('CPU', last.cpu), row('GPU', last.gpu)]);
 }
 
-function passTable(name, passes, isWhole = () => false) {
+function passTable(name, passes, counts, isWhole = () => false) {
   const total = passes.filter(([pass]) => !isWhole(pass)).reduce((sum, [, seconds]) => sum + seconds, 0);
   const share = (pass, seconds) => (isWhole(pass) ? '' : `${((100 * seconds) / total).toFixed(1)} %`);
-  return table([name, 'ms', 'share'], passes.map(([pass, seconds]) => [pass, ms(seconds), share(pass, seconds)]));
+  const row = ([pass, seconds]) => [pass, ms(seconds), share(pass, seconds), ...limitCells(pass, seconds, counts)];
+  return table([name, 'ms', 'share', ...LIMIT_HEAD], passes.map(row));
 }
 
 function gatherLine({ n, naive_gather: g }) {
   return [`${n}^3`, g.n_pairs, g.n_crossings, ms(g.naive_s), ms(g.ours_s), `${(g.naive_s / g.ours_s).toFixed(1)}x`];
 }
 
-/** Machine facts, as far as the system tells them. */
-function machine(adapter, load, how) {
-  const cores = cpus();
-  const memory = (totalmem() / 2 ** 30).toFixed(0);
-  return [
-    `* Processor: ${cores[0].model.trim()}, ${cores.length} cores; ${memory} GiB of memory; ${process.platform} ${release()}.`,
-    `* GPU backend on: ${adapter}.`,
-    `* Date: ${new Date().toISOString().slice(0, 10)}. Load before the run: ${load.toFixed(2)}.`,
-    `* ${rounds} rounds, programs in turn; ${options.runs} runs a program and round after a first that does not count; medians. ${how}`,
-    '',
-  ].join('\n');
-}
-
-/** Replaces what stands between two marks of RESULTS.md. */
-function write(text, mark) {
-  const marks = [`<!-- ${mark} -->`, `<!-- /${mark} -->`];
-  const [before, rest] = readFileSync(results, 'utf8').split(marks[0]);
-  const after = rest.split(marks[1])[1];
-  writeFileSync(results, `${before}${marks[0]}\n${text}\n${marks[1]}${after}`);
-}
-
-/** Times hexcast and VTK; returns the text for RESULTS.md. */
-function benchNative(scratch, load) {
-  const programs = { bench: buildBench(), python: peersPython() };
-  const spheres = join(scratch, 'spheres.stl');
-  run(programs.bench, ['--spheres', spheres]);
-  const spot = join(root, 'tests/fixtures/spot.stl');
-  const races = sizes.map((n) => race(programs, spheres, n));
-  const passes = sizes.map((n) => jsonLines(run(programs.bench, ['--file', spheres, '--cells', String(n), '--backends', 'cpu', '--runs', '5', '--passes']))[1]);
-  const compared = [['64 spheres', spheres], ['spot', spot]].flatMap(([name, file]) =>
-    [128, 256].map((n) => [name, differences(programs, file, n, scratch)]),
-  );
-  const whole = (pass) => pass.startsWith('all');
-  return [
-    machine(races[0].last.gpu.adapter, load, 'Of passes, the run that was disturbed least.'),
-    '## From file to flags in memory, 64 spheres\n',
-    races.map(raceTable).join('\n\n'),
-    '\n### Stage by stage\n',
-    races.map(stageTable).join('\n\n'),
-    '\n### Columns, pass by pass\n',
-    passes.flatMap((p) => [passTable(`GPU, ${p.n}^3`, p.gpu_passes), passTable(`CPU, ${p.n}^3`, p.cpu_passes, whole)]).join('\n\n'),
-    '\n## The paper\'s gather beside our intersection\n',
-    table(['GPU', '(facet, bin) pairs', 'crossings', 'gather, ms', 'ours, ms', 'gather / ours'], passes.map(gatherLine)),
-    '\n## Cells that differ from VTK\'s\n',
-    table(['model', 'cells', 'differing'], compared.map(([name, d]) => [`${name}, ${d.n}`, d.n_cells, d.n_differing])),
-  ].join('\n');
-}
-
-const load = loadavg()[0];
-const scratch = mkdtempSync(join(tmpdir(), 'hexcast-bench-'));
-const [what = 'native'] = positionals;
-try {
-  if (what === 'page') {
-    const command = built('hexcast', 'build', '--release', '--bin', 'hexcast');
-    const tools = { scratch, run, jsonLines, median, ms, table, command, bench: buildBench() };
-    const { adapter, text } = await benchPage({ ...options, rounds, sizes: options.quick ? [128] : sizes }, tools);
-    write(`${machine(adapter, load, '')}\n${text}`, 'measured page');
+/** Everything but the paper's tables. */
+function measured() {
+  const load = loadavg()[0];
+  const scratch = mkdtempSync(join(tmpdir(), 'hexcast-bench-'));
+  try {
+    const programs = { bench: build(['bench', 'table']), python: peersPython() };
+    const spheres = join(scratch, 'spheres.stl');
+    run(programs.bench, ['--spheres', spheres]);
+    const spot = join(root, 'tests/fixtures/spot.stl');
+    const races = sizes.map((n) => race(programs, spheres, n));
+    const passes = sizes.map((n) => jsonLines(run(programs.bench, ['--file', spheres, '--cells', String(n), '--backends', 'cpu', '--runs', '5', '--passes']))[1]);
+    const compared = [['64 spheres', spheres], ['spot', spot]].flatMap(([name, file]) =>
+      [128, 256].map((n) => [name, differences(programs, file, n, scratch)]),
+    );
+    const whole = (pass) => pass.startsWith('all');
+    const text = [
+      ...machine(races[0].last.gpu.adapter, load),
+      `${ROUNDS} Of passes, the run that was disturbed least.\n`,
+      '## From file to flags in memory, 64 spheres\n',
+      races.map(raceTable).join('\n\n'),
+      '\n### Stage by stage\n',
+      races.map(stageTable).join('\n\n'),
+      '\n### Columns, pass by pass\n',
+      `${LIMIT_LINES}\n`,
+      passes.flatMap((p) => [passTable(`GPU, ${p.n}^3`, p.gpu_passes, p.counts), passTable(`CPU, ${p.n}^3`, p.cpu_passes, p.counts, whole)]).join('\n\n'),
+      '\n## The paper\'s gather beside our intersection\n',
+      table(['GPU', '(facet, bin) pairs', 'crossings', 'gather, ms', 'ours, ms', 'gather / ours'], passes.map(gatherLine)),
+      '\n## Cells that differ from VTK\'s\n',
+      table(['model', 'cells', 'differing'], compared.map(([name, d]) => [`${name}, ${d.n}`, d.n_cells, d.n_differing])),
+    ].join('\n');
+    write('measured', text);
     console.log(text);
-  } else {
-    const text = benchNative(scratch, load);
-    write(text, 'measured');
-    console.log(text);
+  } finally {
+    rmSync(scratch, { recursive: true });
   }
-} finally {
-  rmSync(scratch, { recursive: true });
 }
+
+/** The page in Chromium. */
+async function page() {
+  const load = loadavg()[0];
+  const scratch = mkdtempSync(join(tmpdir(), 'hexcast-bench-'));
+  try {
+    const tools = { scratch, run, jsonLines, median, ms, table, command: build(['bin', 'hexcast']), bench: build(['bench', 'table']) };
+    const { adapter, text } = await benchPage({ ...options, rounds, sizes: options.quick ? [128] : sizes }, tools);
+    write('measured page', [...machine(adapter, load), `${ROUNDS}\n`, text].join('\n'));
+    console.log(text);
+  } finally {
+    rmSync(scratch, { recursive: true });
+  }
+}
+
+const [what = 'native', ...parts] = positionals;
+if (what === 'native') measured();
+else if (what === 'page') await page();
+else if (what === 'paper') paper(parts, { ...options, runs: Number(options.runs) });
+else throw new Error(`no bench is named ${what}: native, page or paper`);

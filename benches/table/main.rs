@@ -16,6 +16,7 @@ mod cases;
 mod line;
 mod naive_gather;
 mod passes;
+mod serial;
 mod spheres;
 
 use cases::Case;
@@ -44,6 +45,9 @@ struct Arguments {
     /// Also time every pass, and the paper's gather
     #[arg(long)]
     passes: bool,
+    /// Also time the traditional algorithm on one core
+    #[arg(long)]
+    serial: bool,
     /// Write the flags of the last run, u8, x fastest
     #[arg(long)]
     flags: Option<PathBuf>,
@@ -73,6 +77,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         if arguments.passes {
             every_pass(&case, arguments.runs)?;
+        }
+        if arguments.serial {
+            let serial = serial::measure(&case.file, case.cells)?;
+            println!("{}", json!({ "case": case.name, "n": case.cells, "serial": serial }));
         }
     }
     Ok(())
@@ -138,12 +146,14 @@ fn every_pass(case: &Case, runs: u32) -> Result<(), Box<dyn Error>> {
     let (ready, _) = line::ready(&case.file, case.cells)?;
     let cast = Cast { frame: &ready.frame, rays: &ready.prepared.rays, rule: Rule::Parity };
     let gpu = pollster::block_on(Gpu::open(None))?;
+    let cpu_passes = passes::least_disturbed(runs, || passes::of_cpu(&cast))?;
+    let gpu_passes = passes::least_disturbed(runs, || passes::of_gpu(&gpu, &cast))?;
     println!(
         "{}",
         json!({
             "case": case.name, "n": case.cells,
-            "cpu_passes": passes::least_disturbed(runs, || passes::of_cpu(&cast))?,
-            "gpu_passes": passes::least_disturbed(runs, || passes::of_gpu(&gpu, &cast))?,
+            "cpu_passes": cpu_passes.passes, "gpu_passes": gpu_passes.passes,
+            "counts": passes::counts(&cast, gpu_passes.n_bands)?,
             "naive_gather": naive_gather::compare(&gpu, &cast, runs)?,
         })
     );

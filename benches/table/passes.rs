@@ -10,18 +10,64 @@ use hexcast::gpu::{Cast, Gpu, Options};
 use hexcast::lattice::{Lattice, lattice};
 use hexcast::map::{Mapping, map};
 use rayon::prelude::*;
+use serde::Serialize;
 
 use crate::line::lap;
+
+/// Ray rows of a strip; `hexcast::cpu` takes more or fewer, by the length of a row.
+const STRIP: u32 = 16;
 
 /// Name and seconds of a pass.
 pub(crate) type Pass = (String, f64);
 
+/// The passes of one mesh.
+pub(crate) struct Passes {
+    pub(crate) passes: Vec<Pass>,
+    /// Bands of the mesh; on the CPU 1.
+    pub(crate) n_bands: u32,
+}
+
+/// What the passes of a mesh read and write, in numbers of things.
+#[derive(Debug, Clone, Serialize)]
+pub(crate) struct Counts {
+    pub(crate) n_facets: u64,
+    /// Bins of the GPU's lattice.
+    pub(crate) n_bins: u64,
+    /// (facet, bin) pairs of the GPU's lattice.
+    pub(crate) n_pairs: u64,
+    /// (facet, bin) pairs of the CPU's lattice.
+    pub(crate) n_cpu_pairs: u64,
+    pub(crate) n_rays: u64,
+    pub(crate) n_crossings: u64,
+    pub(crate) n_runs: u64,
+    /// Bands of the GPU's mesh; each reads all facets.
+    pub(crate) n_bands: u32,
+}
+
+/// Counts what passes read and write.
+pub(crate) fn counts(cast: &Cast, n_bands: u32) -> Result<Counts, Box<dyn Error>> {
+    let Cast { frame, rays, rule } = *cast;
+    let of_bins = |bin| lattice(frame, rays, bin, 0..Lattice::n_rows(rays, bin));
+    let of_gpu = of_bins([8, 8]);
+    let columns = cpu::columns(frame, rays, rule, &Control::default())?;
+    Ok(Counts {
+        n_facets: frame.facets.len() as u64,
+        n_bins: of_gpu.offsets.len() as u64 - 1,
+        n_pairs: of_gpu.facets.len() as u64,
+        n_cpu_pairs: of_bins([rays.counts[0], STRIP]).facets.len() as u64,
+        n_rays: rays.n_rays(),
+        n_crossings: columns.n_crossings(),
+        n_runs: columns.n_runs(),
+        n_bands,
+    })
+}
+
 /// Of the given number of meshes and one more, which compiles, the passes of the one that was disturbed least.
 pub(crate) fn least_disturbed(
     runs: u32,
-    passes: impl Fn() -> Result<Vec<Pass>, Box<dyn Error>>,
-) -> Result<Vec<Pass>, Box<dyn Error>> {
-    let sum = |passes: &[Pass]| passes.iter().map(|pass| pass.1).sum::<f64>();
+    passes: impl Fn() -> Result<Passes, Box<dyn Error>>,
+) -> Result<Passes, Box<dyn Error>> {
+    let sum = |all: &Passes| all.passes.iter().map(|pass| pass.1).sum::<f64>();
     let mut best = passes()?;
     for _ in 0..runs {
         let next = passes()?;
@@ -33,23 +79,23 @@ pub(crate) fn least_disturbed(
 }
 
 /// Seconds of each kernel; every dispatch is waited for, so that the sum is more than an undisturbed mesh takes.
-pub(crate) fn of_gpu(gpu: &Gpu, cast: &Cast) -> Result<Vec<Pass>, Box<dyn Error>> {
+pub(crate) fn of_gpu(gpu: &Gpu, cast: &Cast) -> Result<Passes, Box<dyn Error>> {
     let options = Options { profile: true, ..Options::default() };
     let mut bands = Vec::new();
     let start = Instant::now();
     let usage = pollster::block_on(gpu.continue_columns(cast, &options, &Control::default(), &mut bands))?;
     let total = start.elapsed().as_secs_f64();
     let mut passes: Vec<Pass> =
-        usage.profile.unwrap_or_default().iter().map(|(kernel, seconds)| (format!("{kernel:?}"), *seconds)).collect();
+        usage.profile.iter().flatten().map(|(kernel, seconds)| (format!("{kernel:?}"), *seconds)).collect();
     let in_kernels: f64 = passes.iter().map(|pass| pass.1).sum();
     passes.push(("upload, clears, readback".into(), total - in_kernels));
-    Ok(passes)
+    Ok(Passes { passes, n_bands: usage.n_bands })
 }
 
 /// Seconds of each stage, run one after another over the whole box; the mesh itself runs them strip by strip.
-pub(crate) fn of_cpu(cast: &Cast) -> Result<Vec<Pass>, Box<dyn Error>> {
+pub(crate) fn of_cpu(cast: &Cast) -> Result<Passes, Box<dyn Error>> {
     let Cast { frame, rays, rule } = *cast;
-    let bin = [rays.counts[0], 16];
+    let bin = [rays.counts[0], STRIP];
     let n_rows = Lattice::n_rows(rays, bin);
     let mapping = Mapping { rule, flag_of_rank: &frame.ranks.flag_of_rank, depth: rays.depth };
     let mut clock = Instant::now();
@@ -63,5 +109,6 @@ pub(crate) fn of_cpu(cast: &Cast) -> Result<Vec<Pass>, Box<dyn Error>> {
     let mut clock = Instant::now();
     cpu::columns(frame, rays, rule, &Control::default())?;
     let whole = ("all, strip by strip".into(), lap(&mut clock));
-    Ok(vec![("lattice".into(), lattice_s), ("crossings".into(), crossings_s), ("map".into(), map_s), whole])
+    let passes = vec![("lattice".into(), lattice_s), ("crossings".into(), crossings_s), ("map".into(), map_s), whole];
+    Ok(Passes { passes, n_bands: 1 })
 }
