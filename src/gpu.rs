@@ -21,6 +21,8 @@ mod passes;
 mod session;
 mod spares;
 mod stages;
+#[cfg(not(target_arch = "wasm32"))]
+mod warm_up;
 
 pub use device::{AdapterFacts, AdapterKind, Gpu, adapters};
 pub use kernels::{Kernel, sources};

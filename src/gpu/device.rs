@@ -96,6 +96,10 @@ impl Gpu {
         });
         let kernels = Kernels::new(&device);
         let gpu = Gpu { facts: facts(adapter), device, queue, kernels, spares: Spares::default(), failure };
+        #[cfg(not(target_arch = "wasm32"))]
+        if gpu.facts.kind == AdapterKind::Software {
+            gpu.warm_up()?;
+        }
         gpu.check()?;
         Ok(gpu)
     }
