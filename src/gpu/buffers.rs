@@ -31,7 +31,9 @@ impl Capacity {
         // counts are u32, and wgpu's validation of 4 GiB bindings is not everywhere the same
         let words = (bytes / 4).min(1 << 29) - 1;
         let n_bins = words / (2 * u64::from(BIN));
-        Capacity { n_rays: words, n_bins, n_pairs: bytes / PLANE_BYTES, n_events: words }
+        // so many pairs have at most 2^31 crossings, whose places are handed out with a u32
+        let n_pairs = (bytes / PLANE_BYTES).min(1 << 25);
+        Capacity { n_rays: words, n_bins, n_pairs, n_events: words }
     }
 
     /// Whether a band with these numbers fits.
