@@ -107,7 +107,7 @@ impl Gpu {
     ) -> Result<Usage> {
         let [n_i, n_j] = cast.rays.counts;
         let most_rows = u32::try_from(MAX_RAYS / u64::from(n_i)).unwrap_or(u32::MAX);
-        let most_rows = most_rows.min(options.most_rows.unwrap_or(u32::MAX)).max(1);
+        let mut most_rows = most_rows.min(options.most_rows.unwrap_or(u32::MAX)).max(1);
         let mut rows = options.rows_per_band.unwrap_or(whole_bins(FIRST_RAYS / u64::from(n_i)).min(most_rows));
         let mut next = first_row;
         let mut idle = vec![Session::new(self, *cast, rows.min(n_j))?];
@@ -140,6 +140,10 @@ impl Gpu {
                     in_flight.clear();
                     idle.clear();
                     rows = session.make_room(&range)?;
+                    if rows < range.end - range.start {
+                        // at the limit of the device: no later band is to try again
+                        most_rows = rows;
+                    }
                     next = range.start;
                     idle.push(session);
                     continue;
