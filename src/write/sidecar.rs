@@ -24,9 +24,10 @@ pub(crate) enum Fact<'a> {
     Perhaps(Option<&'a str>),
     Number(u64),
     Dims([u32; 3]),
-    Corner([f64; 3]),
     Flags(Vec<Flag<'a>>),
-    Lines(AllLines),
+    /// Numbers that are JSON already: every writer of JSON has its own way with them.
+    #[serde(skip)]
+    Numbers(String),
 }
 
 #[derive(Serialize)]
@@ -34,13 +35,6 @@ pub(crate) struct Flag<'a> {
     flag: usize,
     name: Option<&'a str>,
     cells: u64,
-}
-
-#[derive(Serialize)]
-pub(crate) struct AllLines {
-    x: Option<Vec<f64>>,
-    y: Option<Vec<f64>>,
-    z: Option<Vec<f64>>,
 }
 
 /// Describes a `.raw` file: layout, dims, origin, spacing, lines, flags with names and cells, unit, SHA-256.
@@ -65,18 +59,28 @@ pub(crate) fn sidecar(mesh: &Mesh, options: &Options, written: &Written, json: i
         let order = "little: the first cell of a byte is its lowest bit; every row along x starts a byte";
         facts.extend([("row_bytes", Fact::Number(bits::row_bytes(nx).into())), ("bit_order", Fact::Text(order))]);
     }
-    let lines = AllLines { x: lines(mesh, 0), y: lines(mesh, 1), z: lines(mesh, 2) };
+    let [x, y, z] = [0, 1, 2].map(|axis| lines(mesh, axis).map_or("null".into(), |lines| numbers(&lines)));
     facts.extend([
         ("unit", Fact::Perhaps(mesh.unit.as_deref())),
-        ("origin", Fact::Corner(mesh.lines.origin)),
-        ("spacing", Fact::Corner(mesh.lines.spacing)),
+        ("origin", Fact::Numbers(numbers(&mesh.lines.origin))),
+        ("spacing", Fact::Numbers(numbers(&mesh.lines.spacing))),
         ("n_bytes", Fact::Number(written.n_bytes)),
         ("sha256", Fact::Perhaps(written.sha256.as_deref())),
         ("flags", Fact::Flags(flags(mesh))),
-        ("lines", Fact::Lines(lines)),
+        ("lines", Fact::Numbers(format!("{{\"x\":{x},\"y\":{y},\"z\":{z}}}"))),
     ]);
-    let facts: Vec<String> = facts.iter().map(|(key, fact)| format!("  \"{key}\": {}", json(fact))).collect();
+    let text = |fact: &Fact| match fact {
+        Fact::Numbers(text) => text.clone(),
+        fact => json(fact),
+    };
+    let facts: Vec<String> = facts.iter().map(|(key, fact)| format!("  \"{key}\": {}", text(fact))).collect();
     format!("{{\n{}\n}}\n", facts.join(",\n"))
+}
+
+/// A list of numbers, finite ones, in the fewest digits that parse back to them.
+fn numbers(list: &[f64]) -> String {
+    let texts: Vec<String> = list.iter().map(|number| format!("{number:?}")).collect();
+    format!("[{}]", texts.join(","))
 }
 
 /// The flags in use, with names and numbers of cells.
