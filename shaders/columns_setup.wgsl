@@ -9,8 +9,6 @@
 //         cells of the steps, i in the low half, j in the high; fraction of step i; of step j; tag, where
 //         tag = margin << 10 | tie above << 9 | rank << 1 | exits.
 
-@group(0) @binding(2) var<storage, read> bin_offsets: array<u32>;
-@group(0) @binding(3) var<storage, read> pairs: array<vec2<u32>>;
 @group(0) @binding(4) var<storage, read_write> tiles: array<vec4<u32>>;
 
 @compute @workgroup_size(64)
@@ -19,9 +17,9 @@ fn columns_setup(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let n_pairs = min(bin_offsets[params.n_bins], params.pair_capacity);
+    let end = n_pairs();
     let n_threads = groups.x * groups.y * 64u;
-    for (var pair = thread_index(group, groups, local); pair < n_pairs; pair += n_threads) {
+    for (var pair = thread_index(group, groups, local); pair < end; pair += n_threads) {
         let f = load_facet(pairs[pair].x);
         let first = first_ray(pairs[pair].y);
         write_tile(pair, hits_of(facet_edges(f, first), first), f, facet_plane(f, first));
@@ -74,7 +72,7 @@ fn write_tile(pair: u32, hits: vec2<u32>, f: Facet, plane: FacetPlane) {
         step_j = Fixed(0u, 0u, false);
         margin = 16u;
     }
-    let tag = (margin << 10u) | (u32(plane.tie_is_above) << 9u) | (f.rank << 1u) | u32(f.exits);
+    let tag = (margin << 10u) | tag_of(f, plane);
     let steps = (step_i.cells & 0xffffu) | (step_j.cells << 16u);
     tiles[2u * pair] = vec4<u32>(hits, height.cells + bitcast<u32>(plane.base), height.fraction);
     tiles[2u * pair + 1u] = vec4<u32>(steps, step_i.fraction, step_j.fraction, tag);
@@ -88,14 +86,8 @@ fn is_steep(slope: vec2<u32>, area: vec2<u32>) -> bool {
 // value / area for a quotient within +-2^19, where the guesses in f32 are off by one at most; any other is garbage, and so
 // is the tile's height, but no ray hits it.
 fn fixed(value: vec3<u32>, area: vec2<u32>) -> Fixed {
-    let size = magnitude96(value);
+    let q = floor_quotient(value, area);
     let divisor = float96(vec3<u32>(area, 0u));
-    var q = mend_quotient(size.xy, u32(min(float96(size) / divisor, 1048576.0)), area);
-    if is_negative(value.yz) {
-        let is_whole = (q.rest.x | q.rest.y) == 0u;
-        q.whole = select(~q.whole, 0u - q.whole, is_whole);
-        q.rest = select(sub64(area, q.rest), q.rest, vec2<bool>(is_whole));
-    }
     let high = next_16_bits(q.rest, divisor, area);
     let low = next_16_bits(high.rest, divisor, area);
     return Fixed(q.whole, (high.whole << 16u) | low.whole, (low.rest.x | low.rest.y) == 0u);

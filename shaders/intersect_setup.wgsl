@@ -6,8 +6,6 @@
 //         Q = floor((height - base cell) * area) in cells, 96 bits; tag = tie above << 9 | rank << 1 | exits;
 //         slope i = cells * area + rest, the step of the height from ray to ray, with 0 <= rest < area.
 
-@group(0) @binding(2) var<storage, read> bin_offsets: array<u32>;
-@group(0) @binding(3) var<storage, read> pairs: array<vec2<u32>>;
 @group(0) @binding(4) var<storage, read_write> edges: array<vec4<i32>>;
 @group(0) @binding(5) var<storage, read_write> planes: array<vec4<u32>>;
 
@@ -17,9 +15,9 @@ fn intersect_setup(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let n_pairs = min(bin_offsets[params.n_bins], params.pair_capacity);
+    let end = n_pairs();
     let n_threads = groups.x * groups.y * 64u;
-    for (var pair = thread_index(group, groups, local); pair < n_pairs; pair += n_threads) {
+    for (var pair = thread_index(group, groups, local); pair < end; pair += n_threads) {
         let f = load_facet(pairs[pair].x);
         let first = first_ray(pairs[pair].y);
         let e = facet_edges(f, first);
@@ -29,32 +27,11 @@ fn intersect_setup(
     }
 }
 
+// Where the quotient of the step passes 2^18 it may be off and the remainder out of range, though
+// slope = cells * area + rest still holds: then no two neighbouring rays hit the facet, and nobody takes the step.
 fn write_plane(pair: u32, f: Facet, plane: FacetPlane) {
-    let tag = (u32(plane.tie_is_above) << 9u) | (f.rank << 1u) | u32(f.exits);
-    let step = step_of(plane.slope_i, f.area);
+    let step = floor_quotient(widen96(plane.slope_i), f.area);
     planes[3u * pair] = vec4<u32>(plane.height, bitcast<u32>(plane.base));
     planes[3u * pair + 1u] = vec4<u32>(plane.slope_j, f.area);
-    planes[3u * pair + 2u] = vec4<u32>(step.xyz, tag);
-}
-
-// Remainder and quotient of a slope by the area, rounding down. Where the quotient passes 2^18 it may be off and the remainder
-// out of range, though slope = cells * area + rest still holds: then no two neighbouring rays hit the facet, and nobody
-// takes the step.
-fn step_of(slope: vec2<u32>, area: vec2<u32>) -> vec3<u32> {
-    let falls = is_negative(slope);
-    let size = select_wide(slope, negate64(slope), falls);
-    let quotient = float96(vec3<u32>(size, 0u)) / float96(vec3<u32>(area, 0u));
-    let mended = mend_quotient(size, u32(min(quotient, 1073741824.0)), area);
-    var cells = mended.whole;
-    var rest = mended.rest;
-    if falls {
-        let is_whole = (rest.x | rest.y) == 0u;
-        cells = select(~cells, 0u - cells, is_whole);
-        rest = select_wide(sub64(area, rest), rest, is_whole);
-    }
-    return vec3<u32>(rest, cells);
-}
-
-fn select_wide(if_false: vec2<u32>, if_true: vec2<u32>, condition: bool) -> vec2<u32> {
-    return select(if_false, if_true, vec2<bool>(condition));
+    planes[3u * pair + 2u] = vec4<u32>(step.rest, step.whole, tag_of(f, plane));
 }

@@ -72,8 +72,6 @@ pub fn prepare(job: &Job, sources: Vec<Source>) -> Result<Prepared> {
 /// Most bytes that a mesh takes where neither the job nor the caller limits it: all that the system gives, or in wasm,
 /// which can address 4 GiB, what leaves room for the page's other data.
 pub const DEFAULT_MAX_BYTES: u64 = if cfg!(target_arch = "wasm32") { 3 << 30 } else { u64::MAX };
-/// Most rays of a band of the GPU where columns are kept for a later run: some seconds.
-const KEPT_BAND_RAYS: u64 = 1 << 24;
 
 /// Where columns go besides memory.
 #[derive(Clone, Default)]

@@ -22,6 +22,7 @@ const TEXT: &str = concat!(
     include_str!("../../shaders/shared/params.wgsl"),
     include_str!("../../shaders/shared/wide.wgsl"),
     include_str!("../../shaders/shared/facet.wgsl"),
+    include_str!("../../shaders/shared/bin_facet.wgsl"),
     include_str!("naive_gather.wgsl")
 );
 

@@ -1,5 +1,10 @@
 // A facet as the rays of one bin see it: its edge functions and its plane at the bin's first ray. Twin: `src/facet.rs`.
 
+// Reads: bin_offsets (total in the last entry), pairs: facet and bin of the band.
+
+@group(0) @binding(2) var<storage, read> bin_offsets: array<u32>;
+@group(0) @binding(3) var<storage, read> pairs: array<vec2<u32>>;
+
 // Edge values are clamped to +-2^30: a bin changes them by less than 2^30, so a clamped value keeps its sign and the
 // loops over rays need 32 bits only.
 struct Edges {
@@ -14,6 +19,16 @@ struct FacetPlane {
     slope_i: vec2<u32>, // steps of the height from ray to ray
     slope_j: vec2<u32>, // and from row to row
     tie_is_above: bool, // whether a centre that the facet goes through lies above it
+}
+
+// Pairs that the buffers hold.
+fn n_pairs() -> u32 {
+    return min(bin_offsets[params.n_bins], params.pair_capacity);
+}
+
+// What of a facet and its plane goes with every crossing: tie above << 9 | rank << 1 | exits.
+fn tag_of(f: Facet, plane: FacetPlane) -> u32 {
+    return (u32(plane.tie_is_above) << 9u) | (f.rank << 1u) | u32(f.exits);
 }
 
 // First ray of a bin of the band, in the domain.

@@ -122,3 +122,17 @@ fn mend_quotient(value: vec2<u32>, guess: u32, divisor: vec2<u32>) -> Quotient {
     }
     return q;
 }
+
+// Quotient and remainder of a signed value by a divisor, rounding down; the whole is modulo 2^32. Exact for quotients within
+// +-2^19, where a guess in f32 is off by one at most; beyond, value = whole * divisor + rest still holds modulo 2^64.
+fn floor_quotient(value: vec3<u32>, divisor: vec2<u32>) -> Quotient {
+    let size = magnitude96(value);
+    let guess = float96(size) / float96(vec3<u32>(divisor, 0u));
+    var q = mend_quotient(size.xy, u32(min(guess, 1073741824.0)), divisor);
+    if is_negative(value.yz) {
+        let is_whole = (q.rest.x | q.rest.y) == 0u;
+        q.whole = select(~q.whole, 0u - q.whole, is_whole);
+        q.rest = select(sub64(divisor, q.rest), q.rest, vec2<bool>(is_whole));
+    }
+    return q;
+}

@@ -15,19 +15,15 @@ use super::session::{Launched, Session};
 use crate::columns::{Band, Columns};
 use crate::control::Control;
 use crate::error::Result;
+use crate::estimate::{FIRST_BAND, MOST_BAND};
 use crate::frame::Frame;
 use crate::map::Rule;
 use crate::rays::Rays;
 
 /// Time that a submit aims at: long enough to hide its overhead, short enough that no driver gives up on it.
 const TARGET_SECONDS: f64 = 0.08;
-/// Rays of the first band, before anything is known about the device's speed.
-const FIRST_RAYS: u64 = 1 << 18;
 /// Bands on the device at once: while one comes home and one runs, the next waits its turn.
 const BANDS_IN_FLIGHT: usize = 3;
-/// Most rays of a band.
-const MAX_RAYS: u64 = 1 << 22;
-
 /// What is meshed: the input of the lattice, intersection and mapping.
 #[derive(Debug, Clone, Copy)]
 pub struct Cast<'a> {
@@ -106,9 +102,9 @@ impl Gpu {
         take: &mut impl FnMut(Band) -> Result<()>,
     ) -> Result<Usage> {
         let [n_i, n_j] = cast.rays.counts;
-        let most_rows = u32::try_from(MAX_RAYS / u64::from(n_i)).unwrap_or(u32::MAX);
+        let most_rows = u32::try_from(MOST_BAND / u64::from(n_i)).unwrap_or(u32::MAX);
         let mut most_rows = most_rows.min(options.most_rows.unwrap_or(u32::MAX)).max(1);
-        let mut rows = options.rows_per_band.unwrap_or(whole_bins(FIRST_RAYS / u64::from(n_i)).min(most_rows));
+        let mut rows = options.rows_per_band.unwrap_or(whole_bins(FIRST_BAND / u64::from(n_i)).min(most_rows));
         let mut next = first_row;
         let mut idle = vec![Session::new(self, *cast, rows.min(n_j))?];
         idle[0].usage.profile = options.profile.then(Profile::new);

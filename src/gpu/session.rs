@@ -14,6 +14,7 @@ use super::passes::Passes;
 use super::spares::Spare;
 use crate::columns::Band;
 use crate::error::{Error, Result};
+use crate::rays::Rays;
 
 /// The device, what is meshed, and the buffers for one band of it.
 pub(crate) struct Session<'a> {
@@ -58,8 +59,7 @@ impl<'a> Session<'a> {
         let limits = gpu.device.limits();
         let n_facets = frame.facets.len() as u64;
         check_facets(n_facets, &limits)?;
-        let n_rays = u64::from(rows) * u64::from(rays.counts[0]);
-        let n_bins = u64::from(rows.div_ceil(BIN)) * u64::from(rays.counts[0].div_ceil(BIN));
+        let (n_rays, n_bins) = rays_and_bins(rays, rows);
         let limit = Capacity::limit(&limits);
         let capacity = Capacity {
             n_rays: n_rays.min(limit.n_rays),
@@ -105,9 +105,7 @@ impl<'a> Session<'a> {
 
     /// The parameters of a band, written to the device; makes the buffers larger if its rays do not fit.
     pub(crate) fn begin(&mut self, rows: &Range<u32>) -> Result<Params> {
-        let n_rays = u64::from(rows.end - rows.start) * u64::from(self.cast.rays.counts[0]);
-        let n_bins =
-            u64::from((rows.end - rows.start).div_ceil(BIN)) * u64::from(self.cast.rays.counts[0].div_ceil(BIN));
+        let (n_rays, n_bins) = rays_and_bins(self.cast.rays, rows.end - rows.start);
         let capacity = self.buffers.capacity;
         if n_rays > capacity.n_rays || n_bins > capacity.n_bins {
             let grow = n_rays as f64 / capacity.n_rays as f64;
@@ -296,6 +294,12 @@ impl<'a> Session<'a> {
         }
         Ok(n_rows.div_ceil(2))
     }
+}
+
+/// Number of rays and of bins of so many ray rows.
+fn rays_and_bins(rays: &Rays, rows: u32) -> (u64, u64) {
+    let n_i = rays.counts[0];
+    (u64::from(rows) * u64::from(n_i), u64::from(rows.div_ceil(BIN)) * u64::from(n_i.div_ceil(BIN)))
 }
 
 /// The words of a mapped buffer, where they lie if they are aligned there.

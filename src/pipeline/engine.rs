@@ -164,10 +164,9 @@ impl Engine {
         let cast = crate::gpu::Cast { frame, rays, rule };
         let n_i = u64::from(rays.counts[0]);
         let mut options = crate::gpu::Options { most_rows: Some(most_rows), ..Default::default() };
-        let mut reopenings = 0;
+        let (mut reopenings, mut last_rows) = (0, 64);
         while let Some(gpu) = &self.gpu {
             let first_row = (growing.n_rays() / n_i) as u32;
-            let mut last_rows = 64;
             let take = &mut |band: Band| {
                 last_rows = band.ends.len() as u64 / n_i;
                 growing.push(vec![band])

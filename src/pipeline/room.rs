@@ -2,7 +2,7 @@
 
 use sha2::{Digest, Sha256};
 
-use super::{Aside, DEFAULT_MAX_BYTES, Engine, KEPT_BAND_RAYS, Prepared, Task};
+use super::{Aside, DEFAULT_MAX_BYTES, Engine, Prepared, Task};
 use crate::columns::Growing;
 use crate::error::Result;
 use crate::estimate::{Allowed, Estimate, MOST_BAND, band_bytes, slab_bytes};
@@ -40,13 +40,10 @@ impl Room {
         let left = max_bytes - working;
         // a small budget keeps a share for the columns, a large one everything else
         let others = (RESERVE + 2 * slab_bytes(max_bytes)).min(left / 2);
-        let mut rays_of_band = match estimate.host.band {
+        let rays_of_band = match estimate.host.band {
             0 => rays.n_rays(),
             bytes => (rays.n_rays().min(MOST_BAND) as f64 * (band_bytes as f64 / bytes as f64).min(1.0)) as u64,
         };
-        if matches!(task.aside, Aside::Keep(_)) {
-            rays_of_band = rays_of_band.min(KEPT_BAND_RAYS);
-        }
         let most_rows = (rays_of_band / u64::from(rays.counts[0])).clamp(1, u64::from(rays.counts[1])) as u32;
         Ok(Room { columns: left - others, most_rows })
     }

@@ -150,29 +150,10 @@ fn the_words_say_what_was_done() {
     assert!((10..=20).contains(&text.lines().count()), "{text}");
     assert_eq!(done(&["mesh", SPOT, "--cells", "16", "--backend", "cpu", "-q"]), "");
     // a surface with holes is never silent
-    let open = hexcast(&[
-        "mesh",
-        "tests/fixtures/featuretype.stl",
-        "--cells",
-        "16",
-        "--backend",
-        "cpu",
-        "-q",
-        "--padding-cells",
-        "1",
-    ]);
-    let warned = String::from_utf8_lossy(&open.stderr).contains("warning: ");
-    let odd = json(&[
-        "mesh",
-        "tests/fixtures/featuretype.stl",
-        "--cells",
-        "16",
-        "--backend",
-        "cpu",
-        "--json",
-        "--padding-cells",
-        "1",
-    ]);
+    let open = ["mesh", "tests/fixtures/featuretype.stl", "--cells", "16", "--backend", "cpu", "--padding-cells", "1"];
+    let quiet = hexcast(&[&open[..], &["-q"]].concat());
+    let warned = String::from_utf8_lossy(&quiet.stderr).contains("warning: ");
+    let odd = json(&[&open[..], &["--json"]].concat());
     assert_eq!(warned, !odd["warnings"].as_array().unwrap().is_empty());
 }
 
