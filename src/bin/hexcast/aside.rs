@@ -9,6 +9,8 @@ use hexcast::columns::Store;
 use hexcast::pipeline::Aside;
 use hexcast::{Error, Result};
 
+use super::outputs::with_ending;
+
 /// Where columns go besides memory.
 #[derive(clap::Args)]
 #[command(next_help_heading = "Memory")]
@@ -41,7 +43,7 @@ impl AsideArguments {
             return Ok(AsideFile { aside: Aside::Spill(Arc::new(FileStore(Mutex::new(file)))), kept: None });
         }
         match outputs.first().filter(|_| self.resume) {
-            Some(output) => keep(&partial_path(output)),
+            Some(output) => keep(&with_ending(output, ".partial")),
             None => Ok(AsideFile { aside: Aside::Nowhere, kept: None }),
         }
     }
@@ -61,12 +63,6 @@ fn keep(path: &Path) -> Result<AsideFile> {
     }
     let store = Arc::new(FileStore(Mutex::new(file)));
     Ok(AsideFile { aside: Aside::Keep(store.clone()), kept: Some((path.to_path_buf(), store)) })
-}
-
-fn partial_path(output: &Path) -> PathBuf {
-    let mut name = output.as_os_str().to_owned();
-    name.push(".partial");
-    name.into()
 }
 
 impl AsideFile {

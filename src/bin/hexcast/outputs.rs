@@ -142,7 +142,7 @@ impl Outputs {
         let mut meshes = Vec::new();
         for (path, format) in paths.iter().zip(formats) {
             let file = open(path)?;
-            let sidecar = if format == Format::Raw { Some(open(&sidecar_path(path))?) } else { None };
+            let sidecar = if format == Format::Raw { Some(open(&with_ending(path, ".json"))?) } else { None };
             meshes.push(MeshFile { format, options: arguments.options(format, max_bytes), file, sidecar });
         }
         let report = report.map(open).transpose()?;
@@ -206,9 +206,10 @@ fn twice(path: &Path, what: &str) -> Error {
     Error::new("job-conflict", format!("{} {what}", path.display()), "give the output another name")
 }
 
-fn sidecar_path(path: &Path) -> PathBuf {
+/// The path with an ending behind the one that it has.
+pub(crate) fn with_ending(path: &Path, ending: &str) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
-    name.push(".json");
+    name.push(ending);
     name.into()
 }
 
