@@ -44,7 +44,7 @@ impl fmt::Display for Problem {
 
 /// What to do where memory is too small, where no better advice is known.
 pub(crate) const MORE_MEMORY: &str =
-    "allow more with max_memory (--max-memory), let columns go to disk (--spill DIR), or use larger cells";
+    "allow more with max_memory (--max-memory), let columns go to disk (spill, --spill DIR), or use larger cells";
 
 /// Shorthand for results of this crate.
 pub type Result<T> = std::result::Result<T, Error>;

@@ -5,6 +5,7 @@
 
 use std::cell::RefCell;
 use std::rc::Rc;
+use std::sync::Arc;
 
 use js_sys::{Function, Promise};
 use sha2::{Digest, Sha256};
@@ -17,14 +18,17 @@ use crate::estimate::Estimate;
 use crate::geometry::Facet;
 use crate::job::{self, BackendChoice, Job};
 use crate::mesh::hex;
-use crate::pipeline::{self, Engine};
+use crate::pipeline::{self, Aside, Engine, Task};
 use crate::read::{Contents, Format, Reader, Solid};
 use crate::sources::Source;
 
+mod aside;
 mod info;
 mod mesh;
 mod value;
 
+pub use aside::AsideFile;
+use aside::WebStore;
 pub use mesh::{WebEncoder, WebHash, WebMesh, WebSkin};
 
 type JsResult<T> = std::result::Result<T, JsValue>;
@@ -194,26 +198,26 @@ impl WebJob {
 }
 
 thread_local! {
-    /// JavaScript functions in use, by number: a closure that holds a number can be sent between threads, one that holds a
-    /// function cannot.
-    static FUNCTIONS: RefCell<Vec<Option<Function>>> = RefCell::default();
+    /// JavaScript values in use, by number: a closure that holds a number can be sent between threads, one that holds such a
+    /// value cannot.
+    static KEPT: RefCell<Vec<JsValue>> = RefCell::default();
 }
 
-fn keep(function: &Function) -> usize {
-    FUNCTIONS.with_borrow_mut(|functions| {
-        let id = functions.iter().position(Option::is_none).unwrap_or(functions.len());
-        functions.resize(functions.len().max(id + 1), None);
-        functions[id] = Some(function.clone());
+fn keep(value: JsValue) -> usize {
+    KEPT.with_borrow_mut(|all| {
+        let id = all.iter().position(JsValue::is_undefined).unwrap_or(all.len());
+        all.resize(all.len().max(id + 1), JsValue::UNDEFINED);
+        all[id] = value;
         id
     })
 }
 
 fn forget(id: usize) {
-    FUNCTIONS.with_borrow_mut(|functions| functions[id] = None);
+    KEPT.with_borrow_mut(|all| all[id] = JsValue::UNDEFINED);
 }
 
-fn kept(id: usize) -> Option<Function> {
-    FUNCTIONS.with_borrow(|functions| functions[id].clone())
+fn kept(id: usize) -> JsValue {
+    KEPT.with_borrow(|all| all[id].clone())
 }
 
 /// Who meshes.
@@ -242,7 +246,7 @@ impl WebEngine {
         let adapter = engine.adapter().map(|(name, driver)| info::AdapterInfo { name, driver, software });
         let facts = info::EngineFacts { backend: engine.backend(), adapter, fallback: engine.fallback.as_deref() };
         let facts = value::json(&facts);
-        Ok(WebEngine { engine: Rc::new(RefCell::new(Some(engine))), pause: keep(&pause), facts })
+        Ok(WebEngine { engine: Rc::new(RefCell::new(Some(engine))), pause: keep(pause.into()), facts })
     }
 
     /// `{backend, adapter, fallback}` as JSON.
@@ -250,14 +254,24 @@ impl WebEngine {
         self.facts.clone()
     }
 
-    /// Meshes a job; `progress` is called with rays done and rays in all.
-    pub async fn mesh(&self, job: WebJob, read_seconds: f64, progress: Function) -> JsResult<WebMesh> {
+    /// Meshes a job; `progress` is called with rays done and rays in all. Columns that outgrow the memory allowed go to
+    /// `aside`, if it is given.
+    pub async fn mesh(
+        &self,
+        job: WebJob,
+        read_seconds: f64,
+        progress: Function,
+        aside: Option<AsideFile>,
+    ) -> JsResult<WebMesh> {
+        // first of all, so that every way out closes the file
+        let aside = aside.map_or(Aside::Nowhere, |file| Aside::Spill(Arc::new(WebStore::new(file))));
         let Some(mut engine) = self.engine.borrow_mut().take() else {
             return Err(js_error(Error::new("device-failed", "a mesh is already being made", "wait for it")));
         };
-        let progress = keep(&progress);
+        let progress = keep(progress.into());
         let control = self.control(job.token.clone(), progress);
-        let result = pipeline::mesh(&job.job, job.sources(), read_seconds, &mut engine, &control).await;
+        let task = Task { job: &job.job, read_seconds, aside, flags_in_memory: false };
+        let result = pipeline::mesh_task(task, job.sources(), &mut engine, &control).await;
         forget(progress);
         *self.engine.borrow_mut() = Some(engine);
         let (mesh, report) = result.map_err(js_error)?;
@@ -266,17 +280,16 @@ impl WebEngine {
 
     fn control(&self, token: CancelToken, progress: usize) -> Control {
         let mut control = Control::with_progress(move |at: Progress| {
-            if let Some(progress) = kept(progress) {
-                // an exception in the caller's function is the caller's
-                let _ = progress.call2(&JsValue::NULL, &(at.rays_done as f64).into(), &(at.n_rays as f64).into());
-            }
+            let progress: Function = kept(progress).unchecked_into();
+            // an exception in the caller's function is the caller's
+            let _ = progress.call2(&JsValue::NULL, &(at.rays_done as f64).into(), &(at.n_rays as f64).into());
         });
         control.cancel = token;
         let pause = self.pause;
         control.pausing(move || {
             Box::pin(async move {
-                let promise = kept(pause).and_then(|pause| pause.call0(&JsValue::NULL).ok());
-                if let Some(promise) = promise.and_then(|value| value.dyn_into::<Promise>().ok()) {
+                let promise = kept(pause).unchecked_into::<Function>().call0(&JsValue::NULL);
+                if let Some(promise) = promise.ok().and_then(|value| value.dyn_into::<Promise>().ok()) {
                     let _ = JsFuture::from(promise).await;
                 }
             })

@@ -2,7 +2,9 @@
  * The work itself, on the thread it is called from: wasm, surfaces and meshes by number. `worker.js` runs it in a worker,
  * `hexcast.js` talks to it there or, without a worker, directly. Everything in and out can be cloned.
  */
+import { clearAside, hasAside, openAside } from './aside.js';
 import { describeAdapter, lendDevice } from './adapter.js';
+import { errorFrom } from './error.js';
 import init, { WebEngine, WebJob, WebMesh, WebReader, WebSurface, WebSwitch, version } from './hexcast_wasm.js';
 
 /** Bytes of a Blob read at once. */
@@ -36,6 +38,7 @@ export class Core {
 
   /** Loads the wasm and opens a backend; resolves to `{backend, adapter, fallback, version}`. */
   async open({ backend, wasm, device }) {
+    clearAside();
     await init({ module_or_path: wasm });
     const open = () => WebEngine.open(device ? 'gpu' : backend, pause);
     this.#engine = await (device ? lendDevice(device, open) : open());
@@ -105,13 +108,30 @@ export class Core {
   }
 
   async #mesh(args, progress, state) {
-    const job = this.#job(args, state);
-    const mesh = await this.#engine.mesh(job, args.readSeconds, (done, total) => progress({ stage: 'mesh', done, total }));
+    const told = (done, total) => progress({ stage: 'mesh', done, total });
+    const mesh = await this.#spilling(args.spill, (aside) => this.#engine.mesh(this.#job(args, state), args.readSeconds, told, aside));
     const facts = this.#describe(mesh);
     const { rays, crossings, seconds } = facts.report;
     // half the time goes with the rays, half with what they cross: good enough to tell seconds from minutes
     this.#pace = { ray: seconds.columns / 2 / Math.max(rays, 1), crossing: seconds.columns / 2 / Math.max(crossings, 1) };
     return facts;
+  }
+
+  /** Makes a mesh with its columns in memory or, as `spill` says, in a file once they outgrow that. */
+  async #spilling(spill, make) {
+    if (spill === true) {
+      if (!hasAside()) throw NO_SPILL;
+      return make(await openAside());
+    }
+    try {
+      return await make();
+    } catch (error) {
+      // most find out from their estimate, before a ray is cast
+      if (spill === false || !hasAside() || errorFrom(error).code !== 'memory') throw error;
+      const aside = await openAside().catch(() => null);
+      if (!aside) throw error;
+      return make(aside);
+    }
   }
 
   openColumns({ bytes }) {
@@ -198,6 +218,12 @@ export class Core {
     }
   }
 }
+
+const NO_SPILL = JSON.stringify({
+  code: 'io',
+  message: 'columns cannot spill here: there is no private file system that this thread can write without waiting',
+  hint: 'leave out spill, or mesh in a worker of a secure page',
+});
 
 function cancelled() {
   return JSON.stringify({ code: 'cancelled', message: 'cancelled', hint: '' });

@@ -141,7 +141,10 @@ export interface Job {
   rule?: 'parity' | 'nonzero';
   /** Axis of the rays; the result does not depend on it. Default `auto`: the longest. */
   axis?: 'auto' | 'x' | 'y' | 'z';
-  /** Most memory to take, in bytes or as text such as `2GB`; by default 3 GiB. A mesh that needs more fails with `memory`. */
+  /**
+   * Most memory to take, in bytes or as text such as `2GB`; by default 3 GiB. A mesh that needs more fails with `memory`, but
+   * for columns that {@link MeshOptions.spill}.
+   */
   max_memory?: number | string;
   /** Unit of the files' lengths, such as `mm`; repeated in every output. */
   unit?: string;
@@ -165,6 +168,15 @@ export interface CallOptions {
   signal?: AbortSignal;
   /** Called from time to time, at most once a band. */
   onProgress?: (progress: Progress) => void;
+}
+
+export interface MeshOptions extends CallOptions {
+  /**
+   * Whether columns that outgrow `max_memory` go to a temporary file in the browser's private file system (OPFS), as the
+   * command's `--spill` does it; the result is the same, and the file goes with the mesh. Default `auto`: where there is such
+   * a file system, which is in workers of secure pages and not in Node. With `true` its absence is the error `io`.
+   */
+  spill?: 'auto' | boolean;
 }
 
 /** Facts of a surface that was read. */
@@ -342,7 +354,7 @@ export interface Columns {
   /** Axis of the rays: 0, 1 or 2. */
   readonly axis: 0 | 1 | 2;
   readonly runs: number;
-  /** Bytes held in memory. */
+  /** Bytes held in memory; those of columns that spilled are `report.peak_bytes.aside`. */
   readonly bytes: number;
   /** Runs of the ray through cell (i, j) of the two axes across, in the order x, y, z. */
   ray(i: number, j: number): Promise<Runs>;
@@ -400,7 +412,7 @@ export interface Mesher extends Disposable {
   /** Reads and checks a surface without meshing it. */
   read(source: Exclude<GeometrySource, Surface>, options?: CallOptions & { file?: string }): Promise<Surface>;
   /** Meshes a job. Calls wait for each other. */
-  mesh(job: Job, options?: CallOptions): Promise<Mesh>;
+  mesh(job: Job, options?: MeshOptions): Promise<Mesh>;
   /** What a mesh would cost, without making it. */
   estimate(job: Job, options?: CallOptions): Promise<Estimate>;
   /** Reads a column file back. */

@@ -1,4 +1,5 @@
 /** The package's entry: see `hexcast.d.ts` for everything public. */
+import { clearAside } from './aside.js';
 import { HexcastError } from './error.js';
 import { Mesh } from './mesh.js';
 import { connect } from './connection.js';
@@ -76,9 +77,11 @@ class Mesher {
 
   async mesh(job, options = {}) {
     const start = performance.now();
+    const { spill = 'auto' } = options;
+    if (!['auto', true, false].includes(spill)) throw new HexcastError('job-value', `spill is ${spill}; allowed: 'auto', true, false`);
     return this.#withSurfaces(job, options, async (prepared) => {
       const readSeconds = prepared.readAny ? (performance.now() - start) / 1000 : 0;
-      return new Mesh(this.#connection, await this.#connection.call('mesh', { ...prepared, readSeconds }, options));
+      return new Mesh(this.#connection, await this.#connection.call('mesh', { ...prepared, readSeconds, spill }, options));
     });
   }
 
@@ -93,6 +96,8 @@ class Mesher {
 
   dispose() {
     this.#connection.close();
+    // its worker cannot any more
+    clearAside();
   }
 
   [Symbol.dispose ?? Symbol.for('Symbol.dispose')]() {

@@ -39,10 +39,18 @@ impl FromStr for ByteSize {
         let (number, unit) = text.split_at(split);
         let unit = unit.trim().to_ascii_lowercase();
         let (_, factor) = UNITS.iter().find(|(name, _)| *name == unit).ok_or_else(wrong)?;
-        let number: f64 = number.trim().parse().map_err(|_| wrong())?;
-        let bytes = number * *factor as f64;
-        if bytes >= 1.0 && bytes < u64::MAX as f64 { Ok(ByteSize(bytes as u64)) } else { Err(wrong()) }
+        scaled(number.trim(), *factor).filter(|bytes| *bytes > 0).map(ByteSize).ok_or_else(wrong)
     }
+}
+
+/// A decimal number times a factor, rounded down; six digits behind the point count. None where it is no number, or too
+/// large. In integers: a page would load a reader of floating-point numbers for nothing else.
+fn scaled(number: &str, factor: u64) -> Option<u64> {
+    let (whole, fraction) = number.split_once('.').unwrap_or((number, "0"));
+    let digits = |text: &str| (!text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit())).then_some(());
+    digits(whole).and(digits(fraction))?;
+    let parts = fraction.bytes().chain([b'0'; 6]).take(6).fold(0, |parts, digit| 10 * parts + u64::from(digit - b'0'));
+    whole.parse::<u64>().ok()?.checked_mul(factor)?.checked_add(factor * parts / 1_000_000)
 }
 
 impl fmt::Display for ByteSize {
@@ -101,12 +109,14 @@ mod tests {
             ("2GB", 2_000_000_000),
             ("1.5 gib", 3 << 29),
             (" 3k ", 3000),
+            ("0.25 kB", 250),
+            ("1.9999999MB", 1_999_999),
             ("2TiB", 2 << 40),
         ];
         for (text, bytes) in table {
             assert_eq!(text.parse(), Ok(ByteSize(bytes)), "{text}");
         }
-        for text in ["", "GB", "-1GB", "0", "1e30", "2 parsecs", "nan", "0.1b"] {
+        for text in ["", "GB", "-1GB", "0", "1e30", "2 parsecs", "nan", "0.1b", "1.", ".5GB", "1.5.2kB", "20000000TB"] {
             assert!(text.parse::<ByteSize>().unwrap_err().contains("512MiB"), "{text}");
         }
         let job = |json: &str| {

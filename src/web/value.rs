@@ -108,8 +108,12 @@ impl<'de> Deserializer<'de> for FromJs {
     type Error = Problem;
 
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Problem> {
-        // a number or a list of them is all that the job's readers leave open
-        if self.0.as_f64().is_some() { self.deserialize_f64(visitor) } else { self.deserialize_seq(visitor) }
+        // a number, a text or a list of numbers is all that the job's readers leave open
+        match self.0.as_string() {
+            Some(text) => visitor.visit_string(text),
+            None if self.0.as_f64().is_some() => self.deserialize_f64(visitor),
+            None => self.deserialize_seq(visitor),
+        }
     }
 
     expect_numbers! {

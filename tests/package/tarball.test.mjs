@@ -122,6 +122,28 @@ test('a wrong job is refused by the name of its key, as the command line does', 
   });
 });
 
+const SPILL = `
+  import { readFileSync } from 'node:fs';
+  import { createMesher } from 'hexcast';
+  const mesher = await createMesher({ backend: 'cpu' });
+  const job = { geometries: [{ source: readFileSync(process.argv[2]) }], dims: [16, 600, 600], axis: 'x', max_memory: '1.5MB' };
+  const problems = [];
+  for (const spill of ['auto', false, true]) problems.push(await mesher.mesh(job, { spill }).catch(({ code, message, hint }) => ({ code, message, hint })));
+  console.log(JSON.stringify(problems));
+  mesher.dispose();
+`;
+
+test('columns cannot go aside in Node, and both errors say what can be done', () => {
+  writeFileSync(path.join(project, 'spill.js'), SPILL);
+  const stl = path.join(ROOT, 'tests/fixtures/spot.stl');
+  const [auto, never, always] = JSON.parse(execFileSync(process.execPath, ['spill.js', stl], { cwd: project, encoding: 'utf8' }));
+  assert.equal(auto.code, 'memory');
+  assert.match(auto.message, /takes about .*1\.50 MB are allowed/);
+  assert.match(auto.hint, /max_memory.*spill/);
+  assert.deepEqual(never, auto);
+  assert.deepEqual([always.code, always.hint], ['io', 'leave out spill, or mesh in a worker of a secure page']);
+});
+
 test('Node with the package webgpu meshes on the GPU, the same bytes', () => {
   const mesh = (backend, env) =>
     JSON.parse(execFileSync(process.execPath, ['mesh.js', SPOT, backend], { cwd: project, encoding: 'utf8', maxBuffer: 1 << 26, env }));

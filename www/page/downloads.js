@@ -46,7 +46,7 @@ function entry(mesh, file) {
 /** Sizes that depend on the flags. */
 function guess(mesh, { id }) {
   if (id.startsWith('sidecar')) return 'a few kB';
-  return id === 'hxc' ? `at most ${bytes(mesh.columns.bytes)}` : 'smaller';
+  return id === 'hxc' ? `at most ${bytes(columnBytes(mesh))}` : 'smaller';
 }
 
 async function download(mesh, file, button, status) {
@@ -76,7 +76,12 @@ async function download(mesh, file, button, status) {
 
 /** Bytes of a file, or more where they depend on the flags: compressed flags are smaller than the others. */
 function sizeAtMost(mesh, { format, options }) {
-  return mesh.size(format, options) ?? (format === 'hxc' ? mesh.columns.bytes : 0);
+  return mesh.size(format, options) ?? (format === 'hxc' ? columnBytes(mesh) : 0);
+}
+
+/** Bytes of the columns, in memory and aside. */
+function columnBytes({ columns, report }) {
+  return columns.bytes + (report.peak_bytes?.aside ?? 0);
 }
 
 /** Asks for a place, or null where the browser has no such dialogue. */

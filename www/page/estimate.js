@@ -5,8 +5,8 @@ import { currentJob } from './job.js';
 import { sentence } from './messages.js';
 import { change, on, state } from './state.js';
 
-/** Columns beyond this do not fit into the 4 GB that wasm can address, with what sorting needs beside them. */
-const COLUMNS_LIMIT = 1.6e9;
+/** Columns beyond this do not fit into what a mesh takes of the 4 GB that wasm can address, with what it needs beside them. */
+const COLUMNS_LIMIT = 2.8e9;
 /** Columns from here on are much for a machine with little memory. */
 const COLUMNS_MUCH = 5e8;
 
@@ -61,6 +61,9 @@ function problem({ message, hint }) {
 /** A sentence where it will not fit, or may not; else null. */
 function fits({ column_bytes: columns }) {
   const device = (navigator.deviceMemory ?? 8) * 1e9;
+  if (columns > COLUMNS_LIMIT && navigator.storage?.getDirectory) {
+    return `A page has no room in memory for ${bytes(columns)}: the mesh is kept in the browser's private files, which takes as much of the disk and is slower to look at.`;
+  }
   if (columns > COLUMNS_LIMIT) {
     return `This will not fit: it needs about ${bytes(columns)}, and a page has room for ${bytes(COLUMNS_LIMIT)}. Take larger cells, or mesh it with the command line.`;
   }

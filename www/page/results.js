@@ -34,7 +34,9 @@ function show() {
   const fact = (id, term, value) => value && list.append(make('dt', {}, term), make('dd', { id }, value));
   fact('result-dims', 'Cells', `${times(mesh.dims, String)} = ${roughly(report.cells)}`);
   fact('result-spacing', 'Cell', cellSize(report.spacing, report.unit));
-  fact('result-columns', 'Held as', `${count(mesh.columns.runs)} runs, ${bytes(mesh.columns.bytes)}`);
+  const aside = report.peak_bytes?.aside ?? 0;
+  const held = aside > 0 ? `${bytes(aside)} in the browser's private files` : bytes(mesh.columns.bytes);
+  fact('result-columns', 'Held as', `${count(mesh.columns.runs)} runs, ${held}`);
   fact('result-time', 'Time', report.seconds?.total ? `${duration(report.seconds.total)}, ${roughly(report.cells_per_second)} cells/s` : '');
   fact('result-backend', 'Meshed by', report.adapter ?? (report.backend === 'cpu' ? 'the processor' : report.backend));
   showLegend();

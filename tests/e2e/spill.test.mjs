@@ -1,0 +1,94 @@
+// Columns that outgrow the memory allowed: in both browsers they go to the private file system, and leave nothing there.
+
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+
+import { serve } from '../../scripts/serve.mjs';
+import { complaintsOf, openChromium, openFirefox } from './browsers.mjs';
+
+const LIMIT = { timeout: 240_000 };
+
+/** In the page: meshes in memory and with its columns aside, on one backend, and tells what came out and what was left. */
+async function meshAside(backend) {
+  const { createMesher } = await import(new URL('hexcast.js', location.href).href);
+  const { sampleFiles } = await import(new URL('page/samples.js', location.href).href);
+  const [{ source }] = sampleFiles('knot');
+  const files = async () => {
+    const root = await navigator.storage.getDirectory();
+    const names = [];
+    for await (const name of (await root.getDirectoryHandle('hexcast-columns', { create: true })).keys()) names.push(name);
+    return names.length;
+  };
+  const untilGone = async () => {
+    for (const end = performance.now() + 20_000; (await files()) > 0 && performance.now() < end; ) await new Promise((resolve) => setTimeout(resolve, 20));
+    return files();
+  };
+  const bytesOf = async (mesh) => {
+    const hash = await crypto.subtle.digest('SHA-256', await (await mesh.blob('hxc')).arrayBuffer());
+    return [...new Uint8Array(hash), await mesh.sha256(), await mesh.flag(8, 700, 300)].join();
+  };
+  const job = { geometries: [{ source }], dims: [16, 2000, 1000], axis: 'x' };
+  const tight = { ...job, max_memory: '8MB' };
+  const code = (made) => made.then(() => 'meshed', (error) => error.code ?? error);
+
+  const mesher = await createMesher({ backend });
+  const held = await mesher.mesh(job);
+  const facts = { backend: mesher.backend, held: await bytesOf(held), asideOfHeld: held.report.peak_bytes.aside };
+  facts.refused = await code(mesher.mesh(tight, { spill: false }));
+  facts.none = await files();
+  const spilled = [await mesher.mesh(tight), await mesher.mesh(tight, { spill: true })];
+  facts.files = await files();
+  facts.aside = spilled.map((mesh) => mesh.report.peak_bytes.aside);
+  facts.memory = [held.columns.bytes, ...spilled.map((mesh) => mesh.columns.bytes)];
+  facts.spilled = [await bytesOf(spilled[0]), await bytesOf(spilled[1])];
+  for (const mesh of spilled) mesh.dispose();
+  facts.afterMeshes = await untilGone();
+  const stop = new AbortController();
+  const abort = ({ stage }) => stage === 'mesh' && stop.abort('enough');
+  facts.aborted = await code(mesher.mesh(tight, { spill: true, signal: stop.signal, onProgress: abort }));
+  facts.afterAbort = await untilGone();
+  await mesher.mesh(tight);
+  facts.again = await files();
+  mesher.dispose();
+  facts.afterMesher = await untilGone();
+  const here = await createMesher({ backend, worker: false });
+  facts.here = [await code(here.mesh(tight)), await code(here.mesh(job, { spill: true })), await code(here.mesh(job, { spill: 'yes' }))];
+  here.dispose();
+  return facts;
+}
+
+for (const [name, open] of Object.entries({ Chromium: openChromium, Firefox: openFirefox })) {
+  test(`columns go aside in ${name} and come back the same, and no file is left`, LIMIT, async () => {
+    const server = await serve();
+    const browser = await open();
+    try {
+      for (const backend of ['cpu', 'gpu']) {
+        const page = await browser.newPage();
+        const complaints = complaintsOf(page, server.url);
+        await page.goto(server.url);
+        const { held, memory, aside, ...found } = await page.evaluate(meshAside, backend);
+        assert.ok(aside.every((bytes) => bytes > 1e6) && memory[1] < memory[0] / 10, `${aside} bytes aside, ${memory} in memory`);
+        const expected = {
+          backend,
+          asideOfHeld: 0,
+          refused: 'memory',
+          none: 0,
+          files: 2,
+          spilled: [held, held],
+          afterMeshes: 0,
+          aborted: 'enough',
+          afterAbort: 0,
+          again: 1,
+          afterMesher: 0,
+          here: ['memory', 'io', 'job-value'],
+        };
+        assert.deepEqual(found, expected);
+        assert.deepEqual(complaints, []);
+        await page.close();
+      }
+    } finally {
+      await browser.close();
+      await server.close();
+    }
+  });
+}
