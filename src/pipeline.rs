@@ -3,7 +3,8 @@
 //! # Theory
 //! Sources -> geometries -> domain -> lines -> frame -> (lattice -> crossings -> columns). Everything up to the frame runs on
 //! the host; the rest on the GPU or the CPU, with equal results. A device that is lost is opened again up to three times,
-//! and the mesh goes on with the band at which it stopped, in bands of half the size.
+//! and the mesh goes on with the band at which it stopped, in bands of half the size; where that fails, and the CPU will do
+//! too, it goes on there.
 //!
 //! Before a ray is cast the estimate is held against the memory allowed. Columns that outgrow it go to a store, if the caller
 //! gives one; a store that keeps them lets an interrupted mesh go on.

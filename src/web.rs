@@ -225,7 +225,6 @@ fn kept(id: usize) -> JsValue {
 pub struct WebEngine {
     engine: Rc<RefCell<Option<Engine>>>,
     pause: usize,
-    facts: String,
 }
 
 #[wasm_bindgen]
@@ -242,16 +241,12 @@ impl WebEngine {
             }
         };
         let engine = Engine::open(choice, None).await.map_err(js_error)?;
-        let software = engine.is_software();
-        let adapter = engine.adapter().map(|(name, driver)| info::AdapterInfo { name, driver, software });
-        let facts = info::EngineFacts { backend: engine.backend(), adapter, fallback: engine.fallback.as_deref() };
-        let facts = value::json(&facts);
-        Ok(WebEngine { engine: Rc::new(RefCell::new(Some(engine))), pause: keep(pause.into()), facts })
+        Ok(WebEngine { engine: Rc::new(RefCell::new(Some(engine))), pause: keep(pause.into()) })
     }
 
-    /// `{backend, adapter, fallback}` as JSON.
+    /// `{backend, adapter, fallback}` as JSON, which a mesh may have changed; empty while one is made.
     pub fn facts(&self) -> String {
-        self.facts.clone()
+        self.engine.borrow().as_ref().map(info::engine_facts).unwrap_or_default()
     }
 
     /// Meshes a job; `progress` is called with rays done and rays in all. Columns that outgrow the memory allowed go to

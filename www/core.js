@@ -40,9 +40,10 @@ export class Core {
   async open({ backend, wasm, device }) {
     clearAside();
     await init({ module_or_path: wasm });
-    const open = () => WebEngine.open(device ? 'gpu' : backend, pause);
+    const open = () => WebEngine.open(backend, pause);
     this.#engine = await (device ? lendDevice(device, open) : open());
     const facts = JSON.parse(this.#engine.facts());
+    if (device && !facts.adapter) throw notMeshedOn(facts.fallback);
     if (facts.adapter) {
       Object.assign(facts.adapter, await describeAdapter(device));
       this.#adapterName = facts.adapter.name;
@@ -111,6 +112,9 @@ export class Core {
     const told = (done, total) => progress({ stage: 'mesh', done, total });
     const mesh = await this.#spilling(args.spill, (aside) => this.#engine.mesh(this.#job(args, state), args.readSeconds, told, aside));
     const facts = this.#describe(mesh);
+    const engine = JSON.parse(this.#engine.facts());
+    // the GPU may have been lost for good
+    if (!engine.adapter) facts.engine = engine;
     const { rays, crossings, seconds } = facts.report;
     // half the time goes with the rays, half with what they cross: good enough to tell seconds from minutes
     this.#pace = { ray: seconds.columns / 2 / Math.max(rays, 1), crossing: seconds.columns / 2 / Math.max(crossings, 1) };
@@ -217,6 +221,10 @@ export class Core {
       map.delete(id);
     }
   }
+}
+
+function notMeshedOn(why) {
+  return JSON.stringify({ code: 'device-failed', message: `the device that was given cannot be meshed on: ${why}`, hint: 'give another, or none' });
 }
 
 const NO_SPILL = JSON.stringify({

@@ -61,7 +61,7 @@ export class HexcastError extends Error {
 export type BackendChoice = 'auto' | 'gpu' | 'cpu';
 
 export interface MesherOptions {
-  /** Default `auto`. With `gpu`, a missing adapter is the error `no-adapter`. */
+  /** Default `auto`. With `gpu`, a missing adapter is the error `no-adapter`, and one lost for good `device-lost`. */
   backend?: BackendChoice;
   /** Where the wasm module is, or its bytes, or the compiled module; by default beside this script. */
   wasm?: string | URL | ArrayBuffer | Uint8Array | WebAssembly.Module;
@@ -403,11 +403,11 @@ export interface Adapter {
 }
 
 export interface Mesher extends Disposable {
-  /** Who meshes. */
+  /** Who meshes; no longer the GPU where `auto` has lost it, and no other could be opened: the CPU goes on, with the same result. */
   readonly backend: 'gpu' | 'cpu';
   /** The GPU; null on the CPU. */
   readonly adapter: Adapter | null;
-  /** Why the CPU meshes although `auto` looked for a GPU; null otherwise. */
+  /** Why the CPU meshes although `auto` looked for a GPU, or had one; null otherwise. */
   readonly fallback: string | null;
   /** Reads and checks a surface without meshing it. */
   read(source: Exclude<GeometrySource, Surface>, options?: CallOptions & { file?: string }): Promise<Surface>;

@@ -81,7 +81,10 @@ class Mesher {
     if (!['auto', true, false].includes(spill)) throw new HexcastError('job-value', `spill is ${spill}; allowed: 'auto', true, false`);
     return this.#withSurfaces(job, options, async (prepared) => {
       const readSeconds = prepared.readAny ? (performance.now() - start) / 1000 : 0;
-      return new Mesh(this.#connection, await this.#connection.call('mesh', { ...prepared, readSeconds, spill }, options));
+      const { engine, ...made } = await this.#connection.call('mesh', { ...prepared, readSeconds, spill }, options);
+      // on the CPU from now on, where the GPU was lost for good
+      if (this.backend === 'gpu') Object.assign(this, engine);
+      return new Mesh(this.#connection, made);
     });
   }
 

@@ -7,6 +7,8 @@ use crate::columns::Band;
 use crate::columns::{Columns, Growing};
 use crate::control::Control;
 use crate::cpu;
+#[cfg(feature = "gpu")]
+use crate::error::Error;
 use crate::error::Result;
 #[cfg(feature = "gpu")]
 use crate::estimate::UPLOAD_FACET_BYTES;
@@ -40,7 +42,10 @@ pub struct Engine {
     gpu: Option<crate::gpu::Gpu>,
     #[cfg(feature = "gpu")]
     wanted_adapter: Option<String>,
-    /// Why the CPU meshes although a GPU was looked for.
+    /// Whether the CPU takes over where the GPU is lost for good.
+    #[cfg(feature = "gpu")]
+    or_cpu: bool,
+    /// Why the CPU meshes although a GPU was looked for, or had begun to.
     pub fallback: Option<String>,
     /// Seconds that opening took.
     pub seconds: f64,
@@ -54,28 +59,40 @@ impl Engine {
             gpu: None,
             #[cfg(feature = "gpu")]
             wanted_adapter: None,
+            #[cfg(feature = "gpu")]
+            or_cpu: false,
             fallback: None,
             seconds: 0.0,
         }
     }
 
-    /// Opens the backend of a job; `adapter` is a part of the name of the GPU to use, where there are several.
+    /// Opens the backend of a job; `adapter` is a part of the name of the GPU to use, where there are several. With `Auto`
+    /// and no such name the CPU takes over where no GPU can be opened, and later where it is lost for good; `fallback` then
+    /// says why.
     ///
     /// # Errors
-    /// `no-adapter`, `device-failed`: only if the GPU was asked for; otherwise the CPU takes over and `fallback` says why.
+    /// `no-adapter`, `device-failed`: only if the GPU was asked for.
     pub async fn open(choice: BackendChoice, adapter: Option<&str>) -> Result<Engine> {
         if choice == BackendChoice::Cpu {
             return Ok(Engine::cpu());
         }
         let start = Instant::now();
-        let mut engine = Engine::open_gpu(adapter).await;
-        if let Err(error) = &engine
-            && choice == BackendChoice::Auto
-            && adapter.is_none()
-        {
-            engine = Ok(Engine { fallback: Some(error.to_string()), ..Engine::cpu() });
+        let or_cpu = choice == BackendChoice::Auto && adapter.is_none();
+        let engine = match Engine::open_gpu(adapter).await {
+            Ok(engine) if or_cpu => engine.or_cpu(),
+            Err(error) if or_cpu => Engine { fallback: Some(error.to_string()), ..Engine::cpu() },
+            engine => engine?,
+        };
+        Ok(Engine { seconds: start.elapsed().as_secs_f64(), ..engine })
+    }
+
+    /// Lets the CPU take over where the GPU is lost and cannot be opened again.
+    pub fn or_cpu(self) -> Engine {
+        Engine {
+            #[cfg(feature = "gpu")]
+            or_cpu: true,
+            ..self
         }
-        engine.map(|engine| Engine { seconds: start.elapsed().as_secs_f64(), ..engine })
     }
 
     #[cfg(feature = "gpu")]
@@ -84,7 +101,8 @@ impl Engine {
         Ok(Engine { gpu: Some(gpu), wanted_adapter: adapter.map(String::from), ..Engine::cpu() })
     }
 
-    /// Prepares a GPU that the caller has opened. Where its device is lost, one of an adapter of the same name takes its place.
+    /// Prepares a GPU that the caller has opened. Where its device is lost, one of an adapter of the same name takes its place;
+    /// there being none is an error, unless [`Engine::or_cpu`] says otherwise.
     #[cfg(feature = "gpu")]
     pub fn with_gpu(gpu: crate::gpu::Gpu) -> Engine {
         let wanted_adapter = Some(gpu.facts.name.clone());
@@ -120,7 +138,8 @@ impl Engine {
     /// Meshes a frame; also returns the most bytes held on the device.
     ///
     /// # Errors
-    /// `cancelled`, the limits of the device, and `device-lost` when it was lost too often.
+    /// `cancelled`, the limits of the device, and `device-lost` when it was lost too often, or for good, and the CPU is not to
+    /// take over.
     pub async fn columns(
         &mut self,
         frame: &Frame,
@@ -146,7 +165,14 @@ impl Engine {
     ) -> Result<Used> {
         #[cfg(feature = "gpu")]
         if self.gpu.is_some() {
-            return self.grow_on_gpu(casting, growing, control).await;
+            match self.grow_on_gpu(casting, growing, control).await {
+                // what the GPU has finished stays
+                Err(error) if self.or_cpu && error.code() == "device-lost" => {
+                    self.gpu = None;
+                    self.fallback = Some(error.to_string());
+                }
+                result => return result,
+            }
         }
         let Casting { frame, rays, rule, .. } = *casting;
         let mut strips = cpu::Strips::new(frame, rays, rule, None).from_ray(growing.n_rays());
@@ -179,11 +205,18 @@ impl Engine {
                 Err(error) if error.code() == "device-lost" && reopenings < MAX_REOPENINGS => {
                     reopenings += 1;
                     options.rows_per_band = Some((last_rows / 2).max(1) as u32);
-                    self.gpu = Some(crate::gpu::Gpu::open(self.wanted_adapter.as_deref()).await?);
+                    let gpu = crate::gpu::Gpu::open(self.wanted_adapter.as_deref()).await;
+                    self.gpu = Some(gpu.map_err(|again| lost_for_good(&error, &again))?);
                 }
                 Err(error) => return Err(error),
             }
         }
         unreachable!("a GPU mesh has a GPU")
     }
+}
+
+/// The error of a device that was lost and cannot be opened again.
+#[cfg(feature = "gpu")]
+fn lost_for_good(lost: &Error, again: &Error) -> Error {
+    Error::new("device-lost", format!("{lost}; opening it again: {again}"), lost.hint())
 }

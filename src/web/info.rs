@@ -6,6 +6,7 @@ use super::value::json;
 use crate::geometry::{Geometry, SharedFacets};
 use crate::lines::Lines;
 use crate::mesh::Mesh;
+use crate::pipeline::Engine;
 use crate::sources::Source;
 use crate::surface::surface;
 
@@ -17,19 +18,25 @@ pub(super) struct ErrorFacts<'a> {
     pub(super) hint: &'a str,
 }
 
-/// Who meshes, and why nobody faster.
 #[derive(Serialize)]
-pub(super) struct EngineFacts<'a> {
-    pub(super) backend: &'a str,
-    pub(super) adapter: Option<AdapterInfo<'a>>,
-    pub(super) fallback: Option<&'a str>,
+struct EngineFacts<'a> {
+    backend: &'a str,
+    adapter: Option<AdapterInfo<'a>>,
+    fallback: Option<&'a str>,
 }
 
 #[derive(Serialize)]
-pub(super) struct AdapterInfo<'a> {
-    pub(super) name: &'a str,
-    pub(super) driver: &'a str,
-    pub(super) software: bool,
+struct AdapterInfo<'a> {
+    name: &'a str,
+    driver: &'a str,
+    software: bool,
+}
+
+/// Who meshes, and why nobody faster.
+pub(super) fn engine_facts(engine: &Engine) -> String {
+    let software = engine.is_software();
+    let adapter = engine.adapter().map(|(name, driver)| AdapterInfo { name, driver, software });
+    json(&EngineFacts { backend: engine.backend(), adapter, fallback: engine.fallback.as_deref() })
 }
 
 #[derive(Serialize)]

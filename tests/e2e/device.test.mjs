@@ -1,29 +1,12 @@
 // No adapter, a device of the caller's own, a device that is lost: the same mesh, and the page says who made it.
 
 import assert from 'node:assert/strict';
-import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
-import { tmpdir } from 'node:os';
-import path from 'node:path';
 import { test } from 'node:test';
 
-import { DIST } from '../../scripts/build.mjs';
-import { serve } from '../../scripts/serve.mjs';
 import { LIMIT, hasGeometries, isIdle, legend, run, site, useSite, withPage } from './visit.mjs';
+import { loseFirstDevice, withWorker } from './workers.mjs';
 
 useSite();
-
-/** Serves the page with a worker that first does something else: workers have a navigator and devices of their own. */
-async function withWorker(code, visit) {
-  const folder = mkdtempSync(path.join(tmpdir(), 'hexcast-'));
-  writeFileSync(path.join(folder, 'worker.js'), `${readFileSync(path.join(DIST, 'worker.js'), 'utf8')}\n${code}\n`);
-  const server = await serve({ roots: [folder, DIST] });
-  try {
-    await visit(server.url);
-  } finally {
-    await server.close();
-    rmSync(folder, { recursive: true });
-  }
-}
 
 test('without an adapter the processor does the same work, and the page says so', LIMIT, () =>
   withWorker("Object.defineProperty(navigator, 'gpu', { value: { requestAdapter: async () => null } });", async (url) => {
@@ -57,45 +40,38 @@ test('the page and the report name the GPU as the browser does', LIMIT, () =>
   }),
 );
 
-/** Destroys the worker's first device once it has been given a few bands, and tells how many devices it opens. */
-const LOSE_FIRST_DEVICE = `
-  const told = new BroadcastChannel('devices');
-  const open = GPUAdapter.prototype.requestDevice;
-  let n_devices = 0;
-  GPUAdapter.prototype.requestDevice = async function (...options) {
-    const device = await open.apply(this, options);
-    n_devices += 1;
-    if (n_devices === 1) {
-      const { queue } = device;
-      const submit = queue.submit.bind(queue);
-      let n_submits = 0;
-      queue.submit = (commands) => {
-        submit(commands);
-        n_submits += 1;
-        if (n_submits === 4) device.destroy();
-      };
-      device.lost.then(({ reason }) => told.postMessage({ reason }));
-    }
-    told.postMessage({ n_devices });
-    return device;
-  };
-`;
+/** Where the page hears what its worker tells of devices. */
+function hearOfDevices() {
+  window.told = [];
+  new BroadcastChannel('devices').onmessage = ({ data }) => window.told.push(data);
+}
+
+/** The SHA-256 of all flags, as the page shows it. */
+async function hashOf(page) {
+  await page.click('#results summary');
+  await page.click('#hash');
+  await page.waitForFunction(() => document.querySelector('#result-hash').textContent.length === 64, null, { timeout: 120_000 });
+  return page.textContent('#result-hash');
+}
+
+/** A job of many bands. */
+const LONG_JOB = '#dims=16 2000 1000&axis=x&sample=knot';
+
+/** The hash of that job, made on the processor. */
+async function hashOnProcessor() {
+  let hash;
+  await withPage(`${LONG_JOB}&backend=cpu`, async (page) => {
+    await hasGeometries(page, 1);
+    await run(page);
+    hash = await hashOf(page);
+  });
+  return hash;
+}
 
 test('a device that is lost while the page meshes costs no cell', LIMIT, () =>
-  withWorker(LOSE_FIRST_DEVICE, async (url) => {
-    const prepare = () => {
-      window.told = [];
-      new BroadcastChannel('devices').onmessage = ({ data }) => window.told.push(data);
-    };
-    const hash = async (page) => {
-      await page.click('#results summary');
-      await page.click('#hash');
-      await page.waitForFunction(() => document.querySelector('#result-hash').textContent.length === 64, null, { timeout: 120_000 });
-      return page.textContent('#result-hash');
-    };
-    const job = '#dims=16 2000 1000&axis=x&sample=knot';
-    const hashes = [];
-    await withPage(job, async (page) => {
+  withWorker(loseFirstDevice(), async (url) => {
+    let hash;
+    await withPage(LONG_JOB, async (page) => {
       await hasGeometries(page, 1);
       await run(page);
       const told = await page.evaluate(() => window.told);
@@ -103,15 +79,43 @@ test('a device that is lost while the page meshes costs no cell', LIMIT, () =>
       assert.ok(told.some(({ n_devices }) => n_devices === 2), 'and another one opened');
       assert.equal(await page.getAttribute('#device', 'data-backend'), 'gpu');
       assert.equal(await page.textContent('#messages'), '');
-      hashes.push(await hash(page));
-    }, { url, prepare });
-    await withPage(`${job}&backend=cpu`, async (page) => {
-      await hasGeometries(page, 1);
-      await run(page);
-      hashes.push(await hash(page));
-    });
-    assert.equal(hashes[0], hashes[1]);
+      hash = await hashOf(page);
+    }, { url, prepare: hearOfDevices });
+    assert.equal(hash, await hashOnProcessor());
   }),
+);
+
+test('where no other device can be opened the processor goes on, and the page says so', LIMIT, () =>
+  withWorker(loseFirstDevice(1), async (url) => {
+    let hash;
+    await withPage(LONG_JOB, async (page) => {
+      await hasGeometries(page, 1);
+      assert.equal(await page.getAttribute('#device', 'data-backend'), 'gpu');
+      await run(page);
+      assert.deepEqual((await page.evaluate(() => window.told)).filter(({ reason }) => reason), [{ reason: 'destroyed' }]);
+      assert.equal(await page.getAttribute('#device', 'data-backend'), 'cpu');
+      assert.match(await page.textContent('#result-warnings'), /^meshed on the CPU: the GPU device was lost .*; opening it again: /);
+      assert.equal(await page.textContent('#result-backend'), 'the processor');
+      assert.equal(await page.textContent('#messages'), '');
+      hash = await hashOf(page);
+      // and stays there
+      await run(page);
+      assert.equal(await page.getAttribute('#device', 'data-backend'), 'cpu');
+    }, { url, prepare: hearOfDevices });
+    assert.equal(hash, await hashOnProcessor());
+  }),
+);
+
+test('where the GPU was asked for, its loss for good is a sentence, and another try is offered', LIMIT, () =>
+  withWorker(loseFirstDevice(1), (url) =>
+    withPage(`${LONG_JOB}&backend=gpu`, async (page) => {
+      await hasGeometries(page, 1);
+      await page.click('#run');
+      await page.waitForSelector('#messages [role=alert]', { timeout: 120_000 });
+      assert.equal(await page.getAttribute('#messages [role=alert]', 'data-code'), 'device-lost');
+      assert.match(await page.textContent('#messages [role=alert]'), /was lost .* opening it again: .*Open the GPU again/s);
+    }, { url }),
+  ),
 );
 
 /** Meshes on a device of the page's own, which is destroyed after the first band; and on the processor. */
@@ -142,13 +146,15 @@ async function meshOnOwnDevice(cornersOf) {
     if (done.length === 0) own.destroy();
     done.push(rays);
   });
-  const conflicts = [];
-  for (const options of [{ device: own, backend: 'cpu' }, { device: own, worker: 'worker.js' }]) {
-    await createMesher(options).catch(({ code }) => conflicts.push(code));
+  const refused = [];
+  const failing = await open.call(await navigator.gpu.requestAdapter());
+  failing.popErrorScope = async () => new GPUValidationError('no kernel is good enough');
+  for (const options of [{ device: own, backend: 'cpu' }, { device: own, worker: 'worker.js' }, { device: failing }]) {
+    await createMesher(options).catch(({ code }) => refused.push(code));
   }
   const cpu = await hashOn({ backend: 'cpu' });
   const { reason } = await own.lost;
-  return { intact, lost, cpu, n_forIntact, n_opened, done, conflicts, reason, isBack: navigator.gpu === before };
+  return { intact, lost, cpu, n_forIntact, n_opened, done, refused, reason, isBack: navigator.gpu === before };
 }
 
 test("a device of the caller's own is meshed on, and one of the mesher's where it is destroyed", LIMIT, () =>
@@ -163,7 +169,7 @@ test("a device of the caller's own is meshed on, and one of the mesher's where i
     assert.ok(found.isBack, 'navigator.gpu is what it was');
     assert.notEqual(found.intact.adapter.name, '');
     assert.equal(found.cpu.adapter, null);
-    assert.deepEqual(found.conflicts, ['job-conflict', 'job-conflict']);
+    assert.deepEqual(found.refused, ['job-conflict', 'job-conflict', 'device-failed']);
     assert.ok(found.done.length > 4 && found.done.every((rays, at) => at === 0 || rays > found.done[at - 1]), `bands in order: ${found.done}`);
     assert.equal(found.lost.sha256, found.cpu.sha256);
     assert.equal(found.intact.sha256, found.cpu.sha256);

@@ -5,6 +5,7 @@ import { test } from 'node:test';
 
 import { serve } from '../../scripts/serve.mjs';
 import { openFirefox } from './browsers.mjs';
+import { loseFirstDevice, withWorker } from './workers.mjs';
 
 test('Firefox meshes two touching blocks, as Chromium does', { timeout: 240_000 }, async (context) => {
   const server = await serve();
@@ -25,3 +26,38 @@ test('Firefox meshes two touching blocks, as Chromium does', { timeout: 240_000 
     await server.close();
   }
 });
+
+/** In the page: meshes with a worker that loses its device, and on the processor. */
+async function meshAndLose() {
+  const { createMesher } = await import(new URL('hexcast.js', location.href).href);
+  const { sampleFiles } = await import(new URL('page/samples.js', location.href).href);
+  const [{ source }] = sampleFiles('knot');
+  const found = [];
+  for (const backend of ['auto', 'cpu']) {
+    const mesher = await createMesher({ backend });
+    const before = mesher.backend;
+    const mesh = await mesher.mesh({ geometries: [{ source }], dims: [16, 2000, 1000], axis: 'x' });
+    found.push({ backends: [before, mesher.backend, mesh.report.backend], warnings: mesh.report.warnings, sha256: await mesh.sha256() });
+    mesher.dispose();
+  }
+  return found;
+}
+
+for (const [what, n_devices, backend] of [['another is opened', Infinity, 'gpu'], ['the processor goes on', 1, 'cpu']]) {
+  test(`where Firefox loses its device ${what}, with the same result`, { timeout: 240_000 }, () =>
+    withWorker(loseFirstDevice(n_devices), async (url) => {
+      const browser = await openFirefox();
+      try {
+        const page = await browser.newPage();
+        await page.goto(url);
+        const [lost, cpu] = await page.evaluate(meshAndLose);
+        assert.deepEqual(lost.backends, ['gpu', backend, backend]);
+        assert.equal(lost.warnings.length, backend === 'cpu' ? 1 : 0);
+        assert.ok(lost.warnings.every((warning) => /meshed on the CPU: the GPU device was lost/.test(warning)), `${lost.warnings}`);
+        assert.equal(lost.sha256, cpu.sha256);
+      } finally {
+        await browser.close();
+      }
+    }),
+  );
+}

@@ -1,7 +1,8 @@
-//! A device that is lost in the middle of a mesh is opened again, and the mesh goes on where it stopped.
+//! A device that is lost in the middle of a mesh is opened again, or else the CPU takes over: the mesh goes on where it stopped.
 
 use std::sync::{Arc, Mutex};
 
+use hexcast::columns::Columns;
 use hexcast::control::Control;
 use hexcast::cpu;
 use hexcast::frame::Frame;
@@ -15,14 +16,20 @@ use hexcast::rays::Rays;
 use super::kernels;
 use super::models;
 
-/// Meshes a sphere in many bands and destroys the device after the first: none of its bands can come home any more.
-#[test]
-fn a_destroyed_device_costs_no_ray() {
-    let Some(known) = kernels::gpu() else { return };
-    let gpu = pollster::block_on(Gpu::open(Some(&known.facts.name))).expect("it was opened before");
-    let device = gpu.device().clone();
-    let mut engine = Engine::with_gpu(gpu);
+/// What meshing a sphere in many bands came to, on an engine whose device is destroyed after the first: none of its bands can
+/// come home any more.
+struct Outcome {
+    engine: Engine,
+    meshed: hexcast::Result<Columns>,
+    /// Rays that were done at each progress.
+    seen: Vec<u64>,
+    rays: Rays,
+    expected: Columns,
+}
 
+fn mesh_and_destroy(gpu: Gpu, prepare: impl FnOnce(Gpu) -> Engine) -> Outcome {
+    let device = gpu.device().clone();
+    let mut engine = prepare(gpu);
     let geometries = [Geometry::new("ball", 1, models::sphere([0.0; 3], 1.0, 24))];
     let lines = Lines::new([-1.1; 3], [2.2 / 1024.0, 2.2 / 2048.0, 2.2 / 16.0], [1024, 2048, 16]).expect("lines");
     let frame = Frame::new(&geometries, &lines).expect("frame");
@@ -36,13 +43,66 @@ fn a_destroyed_device_costs_no_ray() {
         }
         seen.push(at.rays_done);
     });
-    let meshed = pollster::block_on(engine.columns(&frame, &rays, Rule::Parity, &control));
-    let (columns, _) = meshed.expect("another device takes over");
+    let meshed = pollster::block_on(engine.columns(&frame, &rays, Rule::Parity, &control)).map(|(columns, _)| columns);
+    let seen = seen.lock().expect("no other thread panics").clone();
+    let expected = cpu::columns(&frame, &rays, Rule::Parity, &Control::default()).expect("columns");
+    Outcome { engine, meshed, seen, rays, expected }
+}
 
-    assert_eq!(engine.backend(), "gpu");
-    assert_eq!(columns, cpu::columns(&frame, &rays, Rule::Parity, &Control::default()).expect("columns"));
-    let seen = seen.lock().expect("no other thread panics");
-    assert!(seen.len() > 4 && seen.is_sorted_by(|a, b| a < b), "every band is done once, in order: {seen:?}");
+/// Another device of the adapter that the kernel tests use.
+fn open(known: &Gpu) -> Gpu {
+    pollster::block_on(Gpu::open(Some(&known.facts.name))).expect("it was opened before")
+}
+
+/// The same under a name that no adapter has: once lost it cannot be opened again.
+fn open_once(known: &Gpu) -> Gpu {
+    let mut gpu = open(known);
+    gpu.facts.name = "an adapter that is gone".into();
+    gpu
+}
+
+fn assert_all_rays(Outcome { meshed, seen, rays, expected, .. }: Outcome) {
+    assert_eq!(meshed.expect("somebody takes over"), expected);
+    assert!(seen.len() > 2 && seen.is_sorted_by(|a, b| a < b), "every band is done once, in order: {seen:?}");
     assert_eq!(seen.last(), Some(&rays.n_rays()));
-    println!("{} of {} rays were done when {} was destroyed", seen[0], rays.n_rays(), known.facts.name);
+    println!("{} of {} rays were done when the device was destroyed", seen[0], rays.n_rays());
+}
+
+#[test]
+fn a_destroyed_device_costs_no_ray() {
+    let Some(known) = kernels::gpu() else { return };
+    let outcome = mesh_and_destroy(open(known), Engine::with_gpu);
+    assert_eq!((outcome.engine.backend(), &outcome.engine.fallback), ("gpu", &None));
+    assert_all_rays(outcome);
+}
+
+#[test]
+fn the_cpu_goes_on_where_no_device_can_be_opened_again() {
+    let Some(known) = kernels::gpu() else { return };
+    let outcome = mesh_and_destroy(open_once(known), |gpu| Engine::with_gpu(gpu).or_cpu());
+    assert_eq!(outcome.engine.backend(), "cpu");
+    let why = outcome.engine.fallback.clone().expect("the reason is told");
+    assert!(why.contains("was lost") && why.contains("opening it again") && why.contains("is gone"), "{why}");
+    assert!(outcome.seen[0] < outcome.rays.n_rays(), "the GPU had begun");
+    assert_all_rays(outcome);
+}
+
+#[test]
+fn a_device_lost_for_good_is_an_error_where_the_gpu_was_asked_for() {
+    let Some(known) = kernels::gpu() else { return };
+    let Outcome { mut engine, meshed, .. } = mesh_and_destroy(open_once(known), Engine::with_gpu);
+    let error = meshed.expect_err("there is no other");
+    assert_eq!((error.code(), engine.backend()), ("device-lost", "gpu"));
+    assert!(error.to_string().contains("is gone") && error.hint().contains("CPU"), "{error}: {}", error.hint());
+    // the engine is still there, and says the same again
+    let (frame, lines) = small();
+    let again =
+        pollster::block_on(engine.columns(&frame, &Rays::new(2, lines.dims), Rule::Parity, &Control::default()));
+    assert_eq!(again.expect_err("it is still lost").code(), "device-lost");
+}
+
+fn small() -> (Frame, Lines) {
+    let lines = Lines::new([-1.1; 3], [0.1; 3], [22; 3]).expect("lines");
+    let geometries = [Geometry::new("ball", 1, models::sphere([0.0; 3], 1.0, 8))];
+    (Frame::new(&geometries, &lines).expect("frame"), lines)
 }

@@ -77,6 +77,8 @@ async function start() {
   on('settings', () => {
     if (state.settings.backend !== opened) open(state.settings.backend);
   });
+  // the GPU may have been lost for good meanwhile
+  on('mesh', () => state.mesh && showDevice(state.mesher));
   await open(state.settings.backend);
   takeSample(sample);
 }
