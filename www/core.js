@@ -43,7 +43,6 @@ export class Core {
     const open = () => WebEngine.open(backend, pause);
     this.#engine = await (device ? lendDevice(device, open) : open());
     const facts = JSON.parse(this.#engine.facts());
-    if (device && !facts.adapter) throw notMeshedOn(facts.fallback);
     if (facts.adapter) {
       Object.assign(facts.adapter, await describeAdapter(device));
       this.#adapterName = facts.adapter.name;
@@ -221,10 +220,6 @@ export class Core {
       map.delete(id);
     }
   }
-}
-
-function notMeshedOn(why) {
-  return JSON.stringify({ code: 'device-failed', message: `the device that was given cannot be meshed on: ${why}`, hint: 'give another, or none' });
 }
 
 const NO_SPILL = JSON.stringify({
