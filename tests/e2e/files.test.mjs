@@ -1,8 +1,12 @@
 // Files in: dropped, several at once, whole folders, malformed, and too large to be drawn.
 
 import assert from 'node:assert/strict';
+import { copyFileSync, mkdirSync, mkdtempSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import path from 'node:path';
 import { test } from 'node:test';
 
+import { ROOT } from '../../scripts/run.mjs';
 import { LIMIT, hasGeometries, isIdle, run, useSite, withPage } from './visit.mjs';
 
 useSite();
@@ -70,6 +74,49 @@ test('a dropped folder is searched for models, folders in it too', LIMIT, () =>
     assert.equal(await page.textContent('#messages'), '');
   }),
 );
+
+/** Drops files and folders of this machine onto the page: the browser's own drag, as from a file manager. */
+async function dropPaths(page, files) {
+  const session = await page.context().newCDPSession(page);
+  const { x, y, width, height } = await page.locator('#canvas-3d').boundingBox();
+  const data = { items: [], files, dragOperationsMask: 1 };
+  for (const type of ['dragEnter', 'dragOver', 'drop']) {
+    await session.send('Input.dispatchDragEvent', { type, x: x + width / 2, y: y + height / 2, data });
+  }
+  await session.detach();
+}
+
+test('a folder of the disk is dropped, with folders in it and files beside it', LIMIT, async () => {
+  const folder = mkdtempSync(path.join(tmpdir(), 'hexcast-drop-'));
+  const put = (name, from) => {
+    const file = path.join(folder, name);
+    mkdirSync(path.dirname(file), { recursive: true });
+    if (from) copyFileSync(path.join(ROOT, 'tests/fixtures', from), file);
+    else writeFileSync(file, 'read me');
+    return file;
+  };
+  // more files than a browser hands over at once
+  const names = Array.from({ length: 120 }, (_, index) => `parts/notes/${index}.txt`);
+  for (const name of names) put(name);
+  put('parts/cow.stl', 'spot.stl');
+  put('parts/inner/deeper/CUBE.STL', 'bin_header_solid_cube.stl');
+  const beside = put('beside.stl', 'ascii_two_solids_mixed_case.stl');
+  try {
+    await withPage('', async (page) => {
+      await dropPaths(page, [path.join(folder, 'parts'), beside]);
+      await hasGeometries(page, 3);
+      const files = await page.$$eval('.geometry', (cards) => cards.map((card) => card.dataset.file));
+      assert.deepEqual(files.sort(), ['CUBE.STL', 'beside.stl', 'cow.stl']);
+      assert.equal(await page.textContent('#messages'), '');
+      await run(page);
+      await dropPaths(page, [path.join(folder, 'parts/notes')]);
+      await page.waitForSelector('#messages [role=status]');
+      assert.match(await page.textContent('#messages'), /no STL file among the 120 files/);
+    });
+  } finally {
+    rmSync(folder, { recursive: true });
+  }
+});
 
 test('a folder without models, and a file that is none, are said to be that', LIMIT, () =>
   withPage('', async (page) => {
