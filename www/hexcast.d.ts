@@ -70,7 +70,8 @@ export interface MesherOptions {
   /**
    * A `GPUDevice` of your own to mesh on, on the calling thread: devices cannot leave theirs, so that no worker is started.
    * It is never destroyed here; its `onuncapturederror` is taken. Where it is lost meanwhile, also by `device.destroy()`,
-   * the mesher opens one of its own and goes on with the band at which it stopped, with the same result.
+   * the mesher opens one of its own, or with `auto` else takes the CPU, and goes on with the band at which it stopped, with the
+   * same result.
    */
   device?: Device;
   /** Stops the start. */

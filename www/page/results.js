@@ -69,7 +69,7 @@ function row({ flag, name, cells, volume, mesh_volume: meshVolume }, unit) {
   swatch.style.background = colourOf(flag);
   // a mesh from a column file no longer knows its facets
   const off = meshVolume ? (100 * (volume - meshVolume)) / Math.abs(meshVolume) : null;
-  const difference = off === null ? '' : `${off >= 0 ? '+' : '−'}${Math.abs(off).toFixed(Math.abs(off) < 1 ? 2 : 1)} % vs facets`;
+  const difference = off === null ? '' : `${percent(off)} vs facets`;
   return make(
     'tr',
     { 'data-flag': flag },
@@ -78,6 +78,13 @@ function row({ flag, name, cells, volume, mesh_volume: meshVolume }, unit) {
     make('td', { className: 'number cells', 'data-cells': cells }, count(cells)),
     make('td', { className: 'number', title: meshVolume ? `volume of the facets: ${measure(meshVolume, unit, 3)}` : null }, measure(volume, unit, 3), make('small', {}, difference)),
   );
+}
+
+/** A difference with its sign, if it has one once it is rounded. */
+function percent(off) {
+  const digits = Math.abs(off).toFixed(Math.abs(off) < 1 ? 2 : 1);
+  const sign = off > 0 ? '+' : '−';
+  return `${Number(digits) === 0 ? '' : sign}${digits} %`;
 }
 
 async function hash() {
