@@ -237,8 +237,8 @@ fn device_bytes(facets: u64, rays: &Rays) -> u64 {
     3 * (facets * FACET + first.saturating_mul(most_rows.div_ceil(first_rows)))
 }
 
-/// Rays of the first band on the GPU, before anything is known about the device's speed.
-pub(crate) const FIRST_BAND: u64 = 1 << 18;
+/// Rays of the first band on the GPU, before anything is known about the device's speed: fewer where a page waits.
+pub(crate) const FIRST_BAND: u64 = if cfg!(target_arch = "wasm32") { 1 << 18 } else { 1 << 20 };
 /// Most rays of a band on the GPU.
 pub(crate) const MOST_BAND: u64 = 1 << 22;
 
