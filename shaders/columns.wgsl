@@ -4,11 +4,11 @@
 // Left to columns_deep are rows with a deeper ray or with a height too near to a centre for the tile's numbers; all rows with
 // more than 32 geometries, or several under the rule nonzero; and rays that do not leave one of several geometries.
 // Twins: `src/crossings.rs`, `src/map.rs`.
-// Reads: bin_offsets, tiles (8 words a pair, see columns_setup); flag_of_rank.
+// Reads: bin_offsets, tiles (2 vec4 a pair, see columns_setup); flag_of_rank.
 // Writes: chunks[see rays.wgsl] = (start, number of runs of each of its 8 rays, 4 bits each), or (0, DEEP);
 //         runs[start ..], ray after ray, chunks in no order; adds to totals.
 
-@group(0) @binding(3) var<storage, read> tiles: array<u32>;
+@group(0) @binding(3) var<storage, read> tiles: array<vec4<u32>>;
 @group(0) @binding(5) var<storage, read_write> runs: array<u32>;
 
 @compute @workgroup_size(64)
@@ -75,14 +75,14 @@ struct Height {
 // Lists the crossings of a facet with the eight rays of a row, where they hit. Written out: drivers that run 8 threads in
 // a vector pay more for an index into a vector than for a whole crossing.
 fn cross_row(pair: u32, row: u32, lists: ptr<function, Lists>) {
-    let tile = 8u * pair;
-    let steps = tiles[tile + 4u];
-    let tag = tiles[tile + 7u];
-    let hits = (tiles[tile + row / 4u] >> (8u * (row % 4u))) & 0xffu;
-    let step_i = bitcast<u32>(bitcast<i32>(steps << 16u) >> 16u);
-    let slope = Slope(hits, step_i, tiles[tile + 5u], tag >> 10u, 1u - ((tag >> 9u) & 1u), tag & 0x1ffu);
-    let step_j = Height(bitcast<u32>(bitcast<i32>(steps) >> 16u), tiles[tile + 6u]);
-    var height = height_of_row(Height(tiles[tile + 2u], tiles[tile + 3u]), step_j, row);
+    let first = tiles[2u * pair];
+    let steps = tiles[2u * pair + 1u];
+    let tag = steps.w;
+    let hits = (select(first.y, first.x, row < 4u) >> (8u * (row % 4u))) & 0xffu;
+    let step_i = bitcast<u32>(bitcast<i32>(steps.x << 16u) >> 16u);
+    let slope = Slope(hits, step_i, steps.y, tag >> 10u, 1u - ((tag >> 9u) & 1u), tag & 0x1ffu);
+    let step_j = Height(bitcast<u32>(bitcast<i32>(steps.x) >> 16u), steps.z);
+    var height = height_of_row(Height(first.z, first.w), step_j, row);
     var l = *lists;
     var overflows = l.overflows;
     l.l0 = insert(l.l0, cross(0u, slope, &height, &overflows), &overflows);

@@ -189,7 +189,7 @@ pub fn band_bytes(max_bytes: u64) -> u64 {
 /// Bytes of a facet: 36 as read, 37 snapped.
 const FACET_BYTES: u64 = 73;
 /// Bytes of a facet on its way to the device.
-pub const UPLOAD_FACET_BYTES: u64 = 40;
+pub const UPLOAD_FACET_BYTES: u64 = 48;
 
 fn host_bytes(facets: u64, expected: &Expected, lines: &Lines, rays: &Rays) -> HostBytes {
     let (n_rays, runs) = (rays.n_rays(), expected.runs);
@@ -218,7 +218,7 @@ fn host_bytes(facets: u64, expected: &Expected, lines: &Lines, rays: &Rays) -> H
 /// Up to [`FIRST_BAND`] rays a mesh is one band, and the bytes follow; beyond that bands grow with the speed of the device,
 /// and this is the most they grow to.
 fn device_bytes(facets: u64, rays: &Rays) -> u64 {
-    const FACET: u64 = 44;
+    const FACET: u64 = 52;
     const BIN: u64 = 72;
     const PAIR: u64 = 40;
     const EVENT: u64 = 4;
