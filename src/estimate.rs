@@ -227,8 +227,8 @@ fn device_bytes(facets: u64, rays: &Rays) -> u64 {
     let first_rows = whole_bins(FIRST_BAND / n_i);
     let first_rays = first_rows * n_i;
     let bins = n_i.div_ceil(8) * first_rows.div_ceil(8);
-    // room is made for 16 pairs a bin and 3 pairs a facet, and for 6 crossings a ray
-    let first = bins * BIN + first_rays * 6 * EVENT + (16 * bins + 3 * facets) * PAIR;
+    // room is made for 16 pairs a bin and 3 pairs a facet, and for 8 runs a ray
+    let first = bins * BIN + first_rays * 8 * EVENT + (16 * bins + 3 * facets) * PAIR;
     if first_rows == n_j {
         return facets * FACET + first;
     }

@@ -74,7 +74,7 @@ fn ours(gpu: &Gpu, cast: &Cast) -> Result<f64, Box<dyn Error>> {
     let kernels = [
         Kernel::ColumnsSetup,
         Kernel::Columns,
-        Kernel::ColumnsOneRank,
+        Kernel::ColumnsAlternating,
         Kernel::IntersectSetup,
         Kernel::ColumnsDeep,
         Kernel::ColumnsDeepOneRank,
