@@ -38,6 +38,7 @@ export class Core {
 
   /** Loads the wasm and opens a backend; resolves to `{backend, adapter, fallback, version}`. */
   async open({ backend, wasm, device }) {
+    // what earlier visits left; nobody waits for it
     clearAside();
     await init({ module_or_path: wasm });
     const open = () => WebEngine.open(backend, pause);
@@ -109,7 +110,11 @@ export class Core {
 
   async #mesh(args, progress, state) {
     const told = (done, total) => progress({ stage: 'mesh', done, total });
-    const mesh = await this.#spilling(args.spill, (aside) => this.#engine.mesh(this.#job(args, state), args.readSeconds, told, aside));
+    const mesh = await spilling(args.spill, async (open) => {
+      // first of all: a job that is refused opens no file
+      const job = this.#job(args, state);
+      return this.#engine.mesh(job, args.readSeconds, told, await open?.());
+    });
     const facts = this.#describe(mesh);
     const engine = JSON.parse(this.#engine.facts());
     // the GPU may have been lost for good
@@ -118,23 +123,6 @@ export class Core {
     // half the time goes with the rays, half with what they cross: good enough to tell seconds from minutes
     this.#pace = { ray: seconds.columns / 2 / Math.max(rays, 1), crossing: seconds.columns / 2 / Math.max(crossings, 1) };
     return facts;
-  }
-
-  /** Makes a mesh with its columns in memory or, as `spill` says, in a file once they outgrow that. */
-  async #spilling(spill, make) {
-    if (spill === true) {
-      if (!hasAside()) throw NO_SPILL;
-      return make(await openAside());
-    }
-    try {
-      return await make();
-    } catch (error) {
-      // most find out from their estimate, before a ray is cast
-      if (spill === false || !hasAside() || errorFrom(error).code !== 'memory') throw error;
-      const aside = await openAside().catch(() => null);
-      if (!aside) throw error;
-      return make(aside);
-    }
   }
 
   openColumns({ bytes }) {
@@ -220,6 +208,21 @@ export class Core {
       map.delete(id);
     }
   }
+}
+
+/** Makes a mesh with its columns in memory or, as `spill` says, in a file once they outgrow that. */
+async function spilling(spill, make) {
+  const open = async () => {
+    if (!hasAside()) throw NO_SPILL;
+    // a private window may refuse
+    return openAside().catch(() => Promise.reject(NO_SPILL));
+  };
+  if (spill === true) return make(open);
+  return make().catch((error) => {
+    // most find out from their estimate, before a ray is cast
+    if (spill === false || errorFrom(error).code !== 'memory') throw error;
+    return make(open).catch((again) => Promise.reject(again === NO_SPILL ? error : again));
+  });
 }
 
 const NO_SPILL = JSON.stringify({

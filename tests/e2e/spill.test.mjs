@@ -5,6 +5,7 @@ import { test } from 'node:test';
 
 import { serve } from '../../scripts/serve.mjs';
 import { complaintsOf, openChromium, openFirefox } from './browsers.mjs';
+import { withWorker } from './workers.mjs';
 
 const LIMIT = { timeout: 240_000 };
 
@@ -31,9 +32,13 @@ async function meshAside(backend) {
   const tight = { ...job, max_memory: '8MB' };
   const code = (made) => made.then(() => 'meshed', (error) => error.code ?? error);
 
+  // what an earlier visit left is gone with the next one
+  const folder = await (await navigator.storage.getDirectory()).getDirectoryHandle('hexcast-columns', { create: true });
+  await folder.getFileHandle('left behind', { create: true });
   const mesher = await createMesher({ backend });
+  const atStart = await untilGone();
   const held = await mesher.mesh(job);
-  const facts = { backend: mesher.backend, held: await bytesOf(held), asideOfHeld: held.report.peak_bytes.aside };
+  const facts = { backend: mesher.backend, held: await bytesOf(held), asideOfHeld: held.report.peak_bytes.aside, atStart };
   facts.refused = await code(mesher.mesh(tight, { spill: false }));
   facts.none = await files();
   const spilled = [await mesher.mesh(tight), await mesher.mesh(tight, { spill: true })];
@@ -71,6 +76,7 @@ for (const [name, open] of Object.entries({ Chromium: openChromium, Firefox: ope
         const expected = {
           backend,
           asideOfHeld: 0,
+          atStart: 0,
           refused: 'memory',
           none: 0,
           files: 2,
@@ -92,3 +98,44 @@ for (const [name, open] of Object.entries({ Chromium: openChromium, Firefox: ope
     }
   });
 }
+
+/** In the page: the hash of a mesh whose columns go aside, or its error. */
+async function hashAside() {
+  const { createMesher } = await import(new URL('hexcast.js', location.href).href);
+  const { sampleFiles } = await import(new URL('page/samples.js', location.href).href);
+  const [{ source }] = sampleFiles('knot');
+  const mesher = await createMesher({ backend: 'cpu' });
+  const job = { geometries: [{ source }], dims: [16, 1000, 1000], axis: 'x', max_memory: '5MB' };
+  const found = await mesher.mesh(job).then((mesh) => mesh.sha256(), ({ code, message }) => ({ code, message }));
+  mesher.dispose();
+  return found;
+}
+
+const WHOLE = '';
+const IN_PARTS = `for (const name of ['read', 'write']) {
+  const whole = FileSystemSyncAccessHandle.prototype[name];
+  FileSystemSyncAccessHandle.prototype[name] = function (bytes, options) { return whole.call(this, bytes.subarray(0, 1000), options); };
+}`;
+const FULL = "FileSystemSyncAccessHandle.prototype.write = () => { throw new DOMException('no room', 'QuotaExceededError'); };";
+
+test('a file system that takes and gives bytes in parts will do, and one that is full is a sentence', LIMIT, async () => {
+  const browser = await openChromium();
+  try {
+    const found = [];
+    for (const code of [WHOLE, IN_PARTS, FULL]) {
+      await withWorker(code, async (url) => {
+        const page = await browser.newPage();
+        await page.goto(url);
+        found.push(await page.evaluate(hashAside));
+        await page.close();
+      });
+    }
+    const [whole, inParts, full] = found;
+    assert.equal(whole.length, 64);
+    assert.equal(inParts, whole);
+    assert.equal(full.code, 'io');
+    assert.match(full.message, /putting columns aside: .*"no room"; make room on the disk/);
+  } finally {
+    await browser.close();
+  }
+});
