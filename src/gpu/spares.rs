@@ -41,6 +41,11 @@ impl Spares {
         Some(spares.swap_remove(place))
     }
 
+    /// Drops all.
+    pub(crate) fn clear(&self) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).clear();
+    }
+
     /// Keeps buffers, and drops the oldest of those that become too many.
     pub(crate) fn keep(&self, spare: Spare) {
         let mut spares = self.0.lock().unwrap_or_else(PoisonError::into_inner);

@@ -374,6 +374,9 @@ fn files_are_as_readable_as_any_other_and_inputs_may_be_pipes() {
 /// More rays than one round of the CPU, in 150 MB of columns and more.
 const MANY_RAYS: [&str; 9] = ["mesh", SPOT, "--dims", "8,5000,5000", "--axis", "x", "--backend", "cpu", "--json"];
 
+/// The same on the GPU.
+const MANY_RAYS_GPU: [&str; 9] = ["mesh", SPOT, "--dims", "8,5000,5000", "--axis", "x", "--backend", "gpu", "--json"];
+
 #[test]
 fn memory_stays_under_the_limit_and_what_does_not_fit_is_refused() {
     let folder = Folder::new();
@@ -394,6 +397,22 @@ fn memory_stays_under_the_limit_and_what_does_not_fit_is_refused() {
     assert!(folder.names().is_empty(), "{:?}", folder.names());
     let whole = json(&[&MANY_RAYS[..], &["--hash", "always"]].concat());
     assert_eq!(spilled["flags_sha256"], whole["flags_sha256"]);
+
+    // the driver and its buffers count where the processor is the GPU
+    let [small, enough] = ["64MB", "256MB"].map(|max| {
+        let folder = folder.path("");
+        hexcast(&[&MANY_RAYS_GPU[..], &["--max-memory", max, "--spill", &folder, "--hash", "always"]].concat())
+    });
+    let error = String::from_utf8_lossy(&small.stderr);
+    assert_eq!(small.status.code(), Some(5), "{error}");
+    assert!(error.contains("program and driver") && error.contains("64.00 MB are allowed"), "{error}");
+    let report: Value = serde_json::from_slice(&enough.stdout).expect("a report");
+    assert_eq!(report["flags_sha256"], whole["flags_sha256"]);
+    #[cfg(target_os = "linux")]
+    {
+        let host = report["peak_bytes"]["host"].as_u64().unwrap();
+        assert!(host < 256_000_000, "{host} bytes");
+    }
 
     // before meshing: with more cells than any machine has memory
     let flags = ["mesh", SPOT, "--dims", "100000,100000,100000", "--backend", "cpu", "--flags-in-memory"];

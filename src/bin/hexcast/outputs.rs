@@ -6,7 +6,7 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use hexcast::control::Control;
-use hexcast::estimate::slab_bytes;
+use hexcast::estimate::{kept_bytes, slab_bytes};
 use hexcast::mesh::Mesh;
 use hexcast::write::{Compress, Format, Options, exact_size, sidecar_json, write};
 use hexcast::{Error, Result};
@@ -46,7 +46,7 @@ impl FormatArguments {
     fn zarr_options(&self, max_bytes: u64) -> Options {
         let compress = self.compress.unwrap_or(DEFAULT_COMPRESS);
         let slab_bytes = slab_bytes(max_bytes) as usize;
-        let kept_bytes = Options::default().kept_bytes.min((max_bytes / 16) as usize);
+        let kept_bytes = kept_bytes(max_bytes) as usize;
         Options { compress, bits: false, slab_bytes, kept_bytes }
     }
 
