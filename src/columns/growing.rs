@@ -39,7 +39,7 @@ impl Growing {
         Growing {
             rays,
             max_bytes,
-            spill: store.map(|store| Arc::new(Spill::new(store, rays.depth))),
+            spill: store.map(|store| Arc::new(Spill::new(store, rays.depth, max_bytes))),
             keeps: false,
             held: Vec::new(),
             held_bytes: 0,
