@@ -19,7 +19,7 @@ use crate::columns::Store;
 use crate::control::Control;
 use crate::domain::{BoundingBox, Domain};
 use crate::error::Result;
-use crate::frame::Frame;
+use crate::frame::{Frame, check_limits};
 use crate::geometry::Geometry;
 use crate::job::{AxisChoice, Job};
 use crate::lines::{Lines, lines, residuals};
@@ -52,13 +52,14 @@ pub struct Prepared {
 /// Makes geometries, domain, lines and rays of a job.
 ///
 /// # Errors
-/// Those of [`Job::validate`], [`geometries`], [`Domain::new`] and [`lines`].
+/// Those of [`Job::validate`], [`geometries`], [`Domain::new`], [`lines`], and the limits of [`Frame::new`].
 pub fn prepare(job: &Job, sources: Vec<Source>) -> Result<Prepared> {
     job.validate()?;
     let geometries = geometries(job, sources)?;
     let boxes: Vec<BoundingBox> = geometries.iter().filter_map(Geometry::bounding_box).collect();
     let domain = Domain::new(job, &boxes)?;
     let lines = lines(job, &domain)?;
+    check_limits(&geometries, &lines)?;
     let axis = match job.axis {
         AxisChoice::Auto => Rays::longest_axis(lines.dims),
         AxisChoice::X => 0,

@@ -227,7 +227,17 @@ fn too_little(estimate: &Estimate, allowed: &Allowed, needed: u64) -> Error {
                 "allow {needed_text} with max_memory (--max-memory), or use the CPU (--backend cpu), which takes less"
             )
         }
-        (_, false) => MORE_MEMORY.into(),
+        (_, false) => {
+            let spilled = Plan::unchecked(estimate, &Allowed { can_spill: true, ..*allowed }).needed;
+            if spilled <= max_bytes {
+                MORE_MEMORY.into()
+            } else {
+                let spilled = ByteSize(spilled);
+                format!(
+                    "allow {needed_text} with max_memory (--max-memory), or {spilled} and let columns go to disk (--spill DIR)"
+                )
+            }
+        }
         (_, true) => format!("allow {needed_text} with max_memory (--max-memory), or mesh fewer facets"),
     };
     Error::new("memory", message, hint)
