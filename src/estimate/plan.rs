@@ -25,6 +25,13 @@ pub enum Device {
     Shared,
 }
 
+impl Device {
+    /// The part of the memory, one in so many, that allocators and drivers keep of what was freed; measured.
+    fn slack(self) -> u64 {
+        if self == Device::None { 10 } else { 6 }
+    }
+}
+
 /// What a mesh may take.
 #[derive(Debug, Clone, Copy)]
 pub struct Allowed {
@@ -62,8 +69,6 @@ const RECORD_BYTES: u64 = 64;
 const UNEVEN: f64 = 1.5;
 /// Bands on the device at once.
 const IN_FLIGHT: u64 = 3;
-/// Allocators and drivers keep this part of the memory, of what was freed.
-const SLACK: u64 = 10;
 /// Ray rows of a row of bins on the GPU: no band takes less.
 const BIN: u64 = 8;
 
@@ -93,7 +98,7 @@ impl Plan {
         let fixed = estimate.host.facets + work.fixed();
         let least_columns = least_columns(estimate, can_spill);
         let own = max_bytes.saturating_sub(program_bytes);
-        let left = (own - own / SLACK).saturating_sub(fixed);
+        let left = (own - own / device.slack()).saturating_sub(fixed);
         // a quarter more than estimated; where columns may go elsewhere they leave half of the memory to the work
         let wanted = estimate.host.columns.saturating_add(estimate.host.columns / 4);
         let mut for_work = left.saturating_sub(wanted);
@@ -114,7 +119,8 @@ fn needed(allowed: &Allowed, work: &Work) -> u64 {
     let Work { estimate, .. } = *work;
     let columns = least_columns(estimate, allowed.can_spill);
     let meshing = estimate.host.facets + work.fixed() + work.cost(work.least()) + columns;
-    let meshing = allowed.program_bytes.saturating_add(meshing / (SLACK - 1) * SLACK);
+    let slack = allowed.device.slack();
+    let meshing = allowed.program_bytes.saturating_add((meshing / (slack - 1) + 1) * slack);
     let building = allowed.program_bytes + estimate.host.facets + work.building();
     let held = (allowed.program_bytes + columns).saturating_add(flag_bytes(estimate, allowed));
     // slabs and kept blocks are three sixteenths of what is allowed, up to their own limits
