@@ -171,7 +171,7 @@ impl Estimate {
 /// Bytes of a facet: 36 as read, 37 snapped.
 const FACET_BYTES: u64 = 73;
 /// Bytes of a facet on its way to the device.
-pub const UPLOAD_FACET_BYTES: u64 = 40;
+pub const UPLOAD_FACET_BYTES: u64 = 48;
 
 fn host_bytes(facets: u64, expected: &Expected, lines: &Lines, rays: &Rays) -> HostBytes {
     let (n_rays, runs) = (rays.n_rays(), expected.runs);
@@ -195,8 +195,8 @@ fn host_bytes(facets: u64, expected: &Expected, lines: &Lines, rays: &Rays) -> H
     }
 }
 
-/// Rays of the first band on the GPU, before anything is known about the device's speed.
-pub(crate) const FIRST_BAND: u64 = 1 << 18;
+/// Rays of the first band on the GPU, before anything is known about the device's speed: fewer where a page waits.
+pub(crate) const FIRST_BAND: u64 = if cfg!(target_arch = "wasm32") { 1 << 18 } else { 1 << 20 };
 /// Most rays of a band on the GPU.
 pub(crate) const MOST_BAND: u64 = 1 << 22;
 

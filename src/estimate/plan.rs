@@ -186,7 +186,7 @@ impl Work<'_> {
         let rows = if self.device == Device::None { units * estimate.strip_rows() } else { units }.min(estimate.rows());
         let rays = (rows * estimate.rays_across()) as f64;
         let uneven = if rows == estimate.rows() { 1.0 } else { UNEVEN };
-        let (runs, crossings) = (self.per_ray(estimate.runs) * uneven, self.per_ray(estimate.crossings) * uneven);
+        let runs = self.per_ray(estimate.runs) * uneven;
         // as they come they stand beside the packed ones, and what is put aside is encoded first
         let at_home = rays * (4.0 + if self.can_spill { 1.0 + 6.0 * runs } else { 0.0 });
         if self.device == Device::None {
@@ -194,7 +194,8 @@ impl Work<'_> {
         }
         let in_flight = IN_FLIGHT.min(estimate.rows().div_ceil(rows)) as f64;
         // what comes home comes by a buffer that the host can see
-        let staging = in_flight * rays * (1.0 + 4.0 * crossings);
+        let words = words(estimate) / estimate.rays as f64 * uneven;
+        let staging = in_flight * rays * (1.0 + 4.0 * words);
         let shared = if self.device == Device::Shared { estimate.device_bytes_of(rows) } else { 0 };
         (at_home + staging) as u64 + shared
     }
@@ -249,13 +250,18 @@ fn too_little(estimate: &Estimate, allowed: &Allowed, needed: u64) -> Error {
     Error::new("memory", message, hint)
 }
 
+/// Words of the runs on a GPU, which hands them out four at a time: about two more a ray than there are, of rays that have some.
+fn words(estimate: &Estimate) -> f64 {
+    (estimate.runs + 2 * estimate.rays.min(estimate.runs / 2)) as f64
+}
+
 /// Bytes of GPU buffers of a mesh in bands of at most so many ray rows: facets, and rays, (facet, bin) pairs and crossings of the
 /// bands in flight.
 ///
-/// The first band has room for [`FIRST_BAND`] rays, 16 pairs a bin and 3 a facet, and 6 crossings a ray; where that is too
+/// The first band has room for [`FIRST_BAND`] rays, 16 pairs a bin and 3 a facet, and 8 runs a ray; where that is too
 /// little it is doubled, and later bands are larger in proportion to their rays.
 pub(super) fn device_bytes(estimate: &Estimate, most_rows: u64) -> u64 {
-    const FACET: u64 = 44;
+    const FACET: u64 = 52;
     const BIN_BYTES: u64 = 72;
     const PAIR: u64 = 40;
     const EVENT: u64 = 4;
@@ -264,10 +270,10 @@ pub(super) fn device_bytes(estimate: &Estimate, most_rows: u64) -> u64 {
     let first_rows = whole_bins(FIRST_BAND / n_i).min(most_rows).min(n_j);
     let first_rays = first_rows * n_i;
     let bins = n_i.div_ceil(BIN) * first_rows.div_ceil(BIN);
-    let (events, pairs) = (6 * first_rays, 16 * bins + 3 * estimate.facets);
+    let (events, pairs) = (8 * first_rays, 16 * bins + 3 * estimate.facets);
     let uneven = if first_rows == n_j { 1.0 } else { UNEVEN };
     let share = first_rows as f64 / n_j as f64 * uneven;
-    let lack = (estimate.crossings as f64 * share / events as f64).max(estimate.pairs as f64 * share / pairs as f64);
+    let lack = (words(estimate) * share / events as f64).max(estimate.pairs as f64 * share / pairs as f64);
     let times = (lack.ceil().max(1.0) as u64).next_power_of_two();
     let first = bins * BIN_BYTES + times * (events * EVENT + pairs * PAIR);
     if first_rows == n_j {
