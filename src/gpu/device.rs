@@ -132,9 +132,9 @@ impl Gpu {
         &self.queue
     }
 
-    /// Frees the buffers that are kept for the next mesh.
-    pub(crate) fn forget_buffers(&self) {
-        self.spares.clear();
+    /// Frees the buffers that are kept for the next mesh if they have more than so many bytes.
+    pub(crate) fn forget_buffers_over(&self, max_bytes: u64) {
+        self.spares.clear_over(max_bytes);
         // natively buffers go when the device is asked how it is; what it returns is told elsewhere
         let _ = self.device.poll(wgpu::PollType::Poll);
     }

@@ -129,12 +129,14 @@ impl Engine {
         Device::None
     }
 
-    /// Frees what is kept on the device for the next mesh.
-    pub fn forget_buffers(&self) {
+    /// Frees what is kept on the device for the next mesh if it has more than so many bytes.
+    pub fn forget_buffers_over(&self, max_bytes: u64) {
         #[cfg(feature = "gpu")]
         if let Some(gpu) = &self.gpu {
-            gpu.forget_buffers();
+            gpu.forget_buffers_over(max_bytes);
         }
+        #[cfg(not(feature = "gpu"))]
+        let _ = max_bytes;
     }
 
     /// Meshes a frame; also returns the most bytes held on the device.

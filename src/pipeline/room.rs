@@ -7,7 +7,7 @@ use super::{Aside, DEFAULT_MAX_BYTES, Engine, Prepared, Task};
 use crate::columns::Growing;
 use crate::cpu;
 use crate::error::Result;
-use crate::estimate::{Allowed, Estimate, Plan};
+use crate::estimate::{Allowed, Device, Estimate, Plan};
 use crate::frame::Frame;
 use crate::job::{BackendChoice, Job, Rule};
 use crate::rays::Rays;
@@ -31,6 +31,10 @@ impl Room {
         }
         let estimate = Estimate::new(&prepared.geometries, &prepared.lines, rays);
         let (program_bytes, device) = (task.program_bytes, engine.device());
+        if device == Device::Shared {
+            // those of a larger mesh before this one would be taken as they are
+            engine.forget_buffers_over(max_bytes / 16);
+        }
         let allowed = Allowed { max_bytes, program_bytes, device, can_spill, flags: task.flags_in_memory };
         Plan::new(&estimate, &allowed).map(Room)
     }
