@@ -39,7 +39,7 @@ pub(crate) fn measure() -> Machine {
     });
     let clear = fastest(|| words.par_chunks_mut(ROW * 64).for_each(|words| black_box(words).fill(0)));
     let hits = fastest(|| {
-        black_box((0..N_BINS as i64).into_par_iter().with_min_len(4096).map(hits_of_bin).sum::<u64>());
+        black_box((0..N_BINS).into_par_iter().with_min_len(4096).map(|bin| hits_of_bin(bin as i64)).sum::<u64>());
     });
     let n_tests = N_BINS as f64 * (BIN * BIN) as f64;
     Machine { scan: 2.0 * BYTES as f64 / scan, clear: BYTES as f64 / clear, hits: n_tests / hits }
