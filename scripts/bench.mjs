@@ -106,10 +106,10 @@ function stageTable({ n, last }) {
   return table([`${n}^3, ms`, ...stages.map((stage) => stage.replaceAll('_', ' ')), '1e6 crossings/s'], [row('CPU', last.cpu), row('GPU', last.gpu)]);
 }
 
-function passTable(name, passes, counts, isWhole = () => false) {
+function passTable(name, passes, { counts, machine }, isWhole = () => false) {
   const total = passes.filter(([pass]) => !isWhole(pass)).reduce((sum, [, seconds]) => sum + seconds, 0);
   const share = (pass, seconds) => (isWhole(pass) ? '' : `${((100 * seconds) / total).toFixed(1)} %`);
-  const row = ([pass, seconds]) => [pass, ms(seconds), share(pass, seconds), ...limitCells(pass, seconds, counts)];
+  const row = ([pass, seconds]) => [pass, ms(seconds), share(pass, seconds), ...limitCells(pass, seconds, counts, machine)];
   return table([name, 'ms', 'share', ...LIMIT_HEAD], passes.map(row));
 }
 
@@ -141,7 +141,7 @@ function measured() {
       races.map(stageTable).join('\n\n'),
       '\n### Columns, pass by pass\n',
       `${LIMIT_LINES}\n`,
-      passes.flatMap((p) => [passTable(`GPU, ${p.n}^3`, p.gpu_passes, p.counts), passTable(`CPU, ${p.n}^3`, p.cpu_passes, p.counts, whole)]).join('\n\n'),
+      passes.flatMap((p) => [passTable(`GPU, ${p.n}^3`, p.gpu_passes, p), passTable(`CPU, ${p.n}^3`, p.cpu_passes, p, whole)]).join('\n\n'),
       '\n## The paper\'s gather beside our intersection\n',
       table(['GPU', '(facet, bin) pairs', 'crossings', 'gather, ms', 'ours, ms', 'gather / ours'], passes.map(gatherLine)),
       '\n## Cells that differ from VTK\'s\n',

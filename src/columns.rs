@@ -14,6 +14,7 @@ use crate::error::{Error, Result};
 use crate::parallel::*;
 use crate::rays::Rays;
 
+mod clip;
 pub(crate) mod codec;
 mod growing;
 mod part;

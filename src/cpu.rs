@@ -45,6 +45,8 @@ pub struct Strips<'a> {
     next: u32,
     /// Rays of the next strip that are there already.
     skipped: usize,
+    /// Strips of a round.
+    per_round: u32,
 }
 
 impl<'a> Strips<'a> {
@@ -52,7 +54,12 @@ impl<'a> Strips<'a> {
     pub fn new(frame: &'a Frame, rays: &'a Rays, rule: Rule, rows: Option<u32>) -> Strips<'a> {
         let bin = [rays.counts[0], rows.unwrap_or(rows_of_strip(rays)).max(1)];
         let lattice = lattice(frame, rays, bin, 0..Lattice::n_rows(rays, bin));
-        Strips { frame, rays, rule, lattice, next: 0, skipped: 0 }
+        Strips { frame, rays, rule, lattice, next: 0, skipped: 0, per_round: STRIPS_PER_ROUND }
+    }
+
+    /// Makes at most so many strips, at least one, in a round instead of [`STRIPS_PER_ROUND`].
+    pub fn in_rounds_of(self, strips: u32) -> Strips<'a> {
+        Strips { per_round: strips.clamp(1, STRIPS_PER_ROUND), ..self }
     }
 
     /// Begins with the ray of this index instead of the first.
@@ -79,7 +86,7 @@ impl<'a> Strips<'a> {
         if self.next >= n_strips {
             return Ok(None);
         }
-        let end = self.next.saturating_add(STRIPS_PER_ROUND).min(n_strips);
+        let end = self.next.saturating_add(self.per_round).min(n_strips);
         let mapping = Mapping { rule: self.rule, flag_of_rank: &self.frame.ranks.flag_of_rank, depth: self.rays.depth };
         let first = self.next;
         let band_of = |strip| {

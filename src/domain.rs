@@ -37,7 +37,7 @@ impl Domain {
         for axis in 0..3 {
             let name = ["x", "y", "z"][axis];
             if !(high[axis] - low[axis]).is_finite() {
-                let message = format!("the geometries reach from {} to {} along {name}", low[axis], high[axis]);
+                let message = format!("the domain reaches from {:?} to {:?} along {name}", low[axis], high[axis]);
                 return Err(Error::new("job-value", message, "use a smaller scale or translate"));
             }
             if low[axis] >= high[axis] {

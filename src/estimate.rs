@@ -14,17 +14,17 @@
 use serde::Serialize;
 
 use crate::cpu;
-use crate::error::{Error, MORE_MEMORY, Result};
 use crate::geometry::Geometry;
-use crate::job::ByteSize;
 use crate::lines::Lines;
 use crate::mesh::SLAB_BYTES;
 use crate::rays::Rays;
 use crate::write::{npy, raw};
 
 mod expected;
+mod plan;
 
 use expected::Expected;
+pub use plan::{Allowed, Device, Plan, kept_bytes, slab_bytes};
 
 /// What a mesh would hold and take.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -55,6 +55,15 @@ pub struct Estimate {
     pub device_bytes: u64,
     /// Bytes of the files.
     pub file_bytes: FileBytes,
+    /// Expected number of runs.
+    #[serde(skip)]
+    pub(crate) runs: u64,
+    /// Expected number of (facet, bin) pairs on the GPU.
+    #[serde(skip)]
+    pub(crate) pairs: u64,
+    /// Rays along both axes across, and ray rows of a strip of the CPU backend.
+    #[serde(skip)]
+    pub(crate) shape: [u32; 3],
 }
 
 /// Bytes of memory on the host.
@@ -77,14 +86,9 @@ pub struct HostBytes {
 }
 
 impl HostBytes {
-    /// Bytes besides the columns while they are made; the GPU brings them in bands of at most `band_bytes`.
-    pub fn working(&self, on_gpu: bool, band_bytes: u64) -> u64 {
-        self.facets + if on_gpu { self.upload + self.band.min(band_bytes) } else { self.lattice + self.round }
-    }
-
     /// Most bytes held at once by meshing, if all columns stay in memory.
     pub fn meshing(&self, on_gpu: bool) -> u64 {
-        self.columns + self.working(on_gpu, u64::MAX)
+        self.columns + self.facets + if on_gpu { self.upload + self.band } else { self.lattice + self.round }
     }
 }
 
@@ -116,7 +120,7 @@ impl Estimate {
         let expected = Expected::new(geometries, lines, rays);
         let crossings = expected.crossings.round() as u64;
         let host = host_bytes(facets, &expected, lines, rays);
-        Estimate {
+        let mut estimate = Estimate {
             dims: lines.dims,
             origin: lines.origin,
             spacing: lines.spacing,
@@ -128,62 +132,40 @@ impl Estimate {
             column_bytes: host.columns,
             host_bytes: host.meshing(false).max(host.meshing(true)).max(host.columns + host.slabs),
             host,
-            device_bytes: device_bytes(facets, rays),
+            device_bytes: 0,
             file_bytes: file_bytes(lines, rays.n_rays(), expected.runs as u64),
-        }
-    }
-
-    /// Refuses a mesh that takes more memory than allowed.
-    ///
-    /// # Errors
-    /// `memory`, with the numbers.
-    pub fn check(&self, allowed: &Allowed) -> Result<()> {
-        let Allowed { max_bytes, on_gpu, can_spill, flags } = *allowed;
-        let flags = if flags { self.cells } else { 0 };
-        let columns = if can_spill { 0 } else { self.host.columns };
-        let meshing = self.host.working(on_gpu, band_bytes(max_bytes)) + columns;
-        let needed = meshing.max((columns + flags).saturating_add(2 * slab_bytes(max_bytes)));
-        if needed <= max_bytes {
-            return Ok(());
-        }
-        let flags_text = if flags > 0 { format!(", flags in memory {}", ByteSize(flags)) } else { String::new() };
-        let message = format!(
-            "the mesh takes about {} of memory (columns {}, facets {}{flags_text}); {} are allowed",
-            ByteSize(needed),
-            ByteSize(self.host.columns),
-            ByteSize(self.host.facets),
-            ByteSize(max_bytes),
-        );
-        let hint = match (flags > 0, can_spill) {
-            (true, _) => "leave out --flags-in-memory: files are written without it; or allow more with --max-memory",
-            (_, false) => MORE_MEMORY,
-            (_, true) => "allow more with max_memory (--max-memory), or mesh fewer facets",
+            runs: expected.runs as u64,
+            pairs: expected.bin_facets as u64,
+            shape: [rays.counts[0], rays.counts[1], cpu::rows_of_strip(rays)],
         };
-        Err(Error::new("memory", message, hint))
+        estimate.device_bytes = estimate.device_bytes_of(estimate.rows());
+        estimate
     }
-}
 
-/// What a mesh may take.
-#[derive(Debug, Clone, Copy)]
-pub struct Allowed {
-    /// Most bytes of memory.
-    pub max_bytes: u64,
-    /// Whether the GPU meshes.
-    pub on_gpu: bool,
-    /// Whether columns may go elsewhere.
-    pub can_spill: bool,
-    /// Whether all flags will be held in memory.
-    pub flags: bool,
-}
+    /// Bytes of GPU buffers in bands of at most so many ray rows.
+    pub(crate) fn device_bytes_of(&self, most_rows: u64) -> u64 {
+        plan::device_bytes(self, most_rows)
+    }
 
-/// Bytes of flags to write at a time within a budget: two of these slabs are held, beside the columns.
-pub fn slab_bytes(max_bytes: u64) -> u64 {
-    (max_bytes / 16).clamp(1 << 16, SLAB_BYTES as u64)
-}
+    /// Rays of a ray row.
+    fn rays_across(&self) -> u64 {
+        self.shape[0].into()
+    }
 
-/// Bytes of columns that the GPU may bring home, within a budget, before they are packed.
-pub fn band_bytes(max_bytes: u64) -> u64 {
-    max_bytes / 8
+    /// Ray rows.
+    fn rows(&self) -> u64 {
+        self.shape[1].into()
+    }
+
+    /// Ray rows of a strip of the CPU backend.
+    fn strip_rows(&self) -> u64 {
+        self.shape[2].into()
+    }
+
+    /// Rays of a strip of the CPU backend.
+    fn strip_rays(&self) -> u64 {
+        self.strip_rows() * self.rays_across()
+    }
 }
 
 /// Bytes of a facet: 36 as read, 37 snapped.
@@ -211,30 +193,6 @@ fn host_bytes(facets: u64, expected: &Expected, lines: &Lines, rays: &Rays) -> H
         band: extra(n_rays.min(MOST_BAND)),
         slabs: 2 * lines.n_cells().min(SLAB_BYTES as u64),
     }
-}
-
-/// GPU buffers: the facets, and the rays, (facet, bin) pairs and crossings of the bands in flight.
-///
-/// Up to [`FIRST_BAND`] rays a mesh is one band, and the bytes follow; beyond that bands grow with the speed of the device,
-/// and this is the most they grow to.
-fn device_bytes(facets: u64, rays: &Rays) -> u64 {
-    const FACET: u64 = 52;
-    const BIN: u64 = 72;
-    const PAIR: u64 = 40;
-    const EVENT: u64 = 4;
-    let [n_i, n_j] = rays.counts.map(u64::from);
-    let whole_bins = |rows: u64| (rows / 8 * 8).max(8).min(n_j);
-    let first_rows = whole_bins(FIRST_BAND / n_i);
-    let first_rays = first_rows * n_i;
-    let bins = n_i.div_ceil(8) * first_rows.div_ceil(8);
-    // room is made for 16 pairs a bin and 3 pairs a facet, and for 8 runs a ray
-    let first = bins * BIN + first_rays * 8 * EVENT + (16 * bins + 3 * facets) * PAIR;
-    if first_rows == n_j {
-        return facets * FACET + first;
-    }
-    // the buffers grow with the band; three are in flight
-    let most_rows = whole_bins(MOST_BAND / n_i).min(n_j.div_ceil(2));
-    3 * (facets * FACET + first.saturating_mul(most_rows.div_ceil(first_rows)))
 }
 
 /// Rays of the first band on the GPU, before anything is known about the device's speed: fewer where a page waits.

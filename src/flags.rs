@@ -135,6 +135,7 @@ fn fill_rows<P: Packing>(columns: &Columns, [i, j]: [u32; 2], along: &Range<u32>
 fn fill_row<P: Packing>(runs: &[u32], along: &Range<u32>, out: &mut [u8]) {
     let mut flag = flag_at(runs, along.start);
     let mut at = along.start;
+    P::begin(out);
     let mut fill = |from, to, flag| P::fill(out, (from - along.start) as usize, (to - along.start) as usize, flag);
     for &run in &runs[runs.partition_point(|&run| run_cell(run) <= along.start)..] {
         let cell = run_cell(run).min(along.end);

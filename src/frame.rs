@@ -96,7 +96,11 @@ impl Frame {
     }
 }
 
-fn check_limits(geometries: &[Geometry], lines: &Lines) -> Result<()> {
+/// Refuses what the exact arithmetic cannot index.
+///
+/// # Errors
+/// `too-many-geometries`, `too-many-facets`, `too-many-cells`, as for [`Frame::new`].
+pub(crate) fn check_limits(geometries: &[Geometry], lines: &Lines) -> Result<()> {
     if geometries.len() > 255 {
         let message = format!("{} geometries: a flag is one byte, so at most 255 fit", geometries.len());
         return Err(Error::new("too-many-geometries", message, "join geometries of the same substance in one file"));

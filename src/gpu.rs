@@ -24,7 +24,7 @@ mod stages;
 #[cfg(not(target_arch = "wasm32"))]
 mod warm_up;
 
-pub use device::{AdapterFacts, AdapterKind, Gpu, adapters};
+pub use device::{AdapterFacts, AdapterKind, Gpu, adapter, adapters};
 pub use kernels::{Kernel, sources};
 pub use layout::Params;
 pub use line::{Cast, Options, Usage};

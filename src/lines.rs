@@ -42,7 +42,7 @@ impl Lines {
         for axis in 0..3 {
             let name = ["x", "y", "z"][axis];
             if !(spacing[axis] > 0.0 && spacing[axis].is_finite()) || dims[axis] == 0 {
-                let message = format!("{} cells of size {} along {name}", dims[axis], spacing[axis]);
+                let message = format!("{} cells of size {:?} along {name}", dims[axis], spacing[axis]);
                 return Err(Error::new("domain-empty", message, "give the domain an extent along every axis"));
             }
             if !origin[axis].is_finite() {
@@ -101,7 +101,8 @@ pub fn lines(job: &Job, domain: &Domain) -> Result<Lines> {
         };
         let padded = cells + 2.0 * f64::from(padding);
         if padded > f64::from(u32::MAX) {
-            let message = format!("{padded:.0} cells of size {} along {}", spacing[axis], ["x", "y", "z"][axis]);
+            let cells = if padded < 1e15 { format!("{padded:.0}") } else { format!("{padded:?}") };
+            let message = format!("{cells} cells of size {:?} along {}", spacing[axis], ["x", "y", "z"][axis]);
             return Err(Error::new("too-many-cells", message, "use larger cells"));
         }
         dims[axis] = padded as u32;

@@ -82,7 +82,11 @@ impl Mesh {
         if (0..3).any(|axis| cells[axis].end > self.dims()[axis] || cells[axis].start > cells[axis].end) {
             return Err(self.outside(format!("box {cells:?}")));
         }
-        flags_of_box(&self.columns, cells)
+        let n_rays: u64 = self.columns.rays.across.iter().map(|&axis| cells[axis].len() as u64).product();
+        if 2 * n_rays < self.columns.rays.n_rays() {
+            return flags_of_box(&self.columns, cells);
+        }
+        flags_of_box(&*self.columns.near(&cells[self.columns.rays.axis])?, cells)
     }
 
     /// Splits the mesh, in file order, in slabs of whole z planes of at most `max_bytes` flags, or of whole rows along x
@@ -113,7 +117,7 @@ impl Mesh {
     ) -> Result<()> {
         let fill = |cells: &CellBox, out: &mut Vec<u8>| {
             out.resize(n_cells(cells), 0);
-            expand(&self.columns, cells, out)
+            expand(&*self.columns.near(&cells[self.columns.rays.axis])?, cells, out)
         };
         self.hand_slabs(&mut self.slabs(max_bytes), control, &fill, &mut consume)
     }

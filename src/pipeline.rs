@@ -20,7 +20,7 @@ use crate::columns::Store;
 use crate::control::Control;
 use crate::domain::{BoundingBox, Domain};
 use crate::error::Result;
-use crate::frame::Frame;
+use crate::frame::{Frame, check_limits};
 use crate::geometry::Geometry;
 use crate::job::{AxisChoice, Job};
 use crate::lines::{Lines, lines, residuals};
@@ -34,7 +34,6 @@ mod engine;
 mod room;
 
 use cellless::geometries_without_cells;
-use engine::Casting;
 pub use engine::Engine;
 use room::{Room, identity};
 
@@ -54,13 +53,14 @@ pub struct Prepared {
 /// Makes geometries, domain, lines and rays of a job.
 ///
 /// # Errors
-/// Those of [`Job::validate`], [`geometries`], [`Domain::new`] and [`lines`].
+/// Those of [`Job::validate`], [`geometries`], [`Domain::new`], [`lines`], and the limits of [`Frame::new`].
 pub fn prepare(job: &Job, sources: Vec<Source>) -> Result<Prepared> {
     job.validate()?;
     let geometries = geometries(job, sources)?;
     let boxes: Vec<BoundingBox> = geometries.iter().filter_map(Geometry::bounding_box).collect();
     let domain = Domain::new(job, &boxes)?;
     let lines = lines(job, &domain)?;
+    check_limits(&geometries, &lines)?;
     let axis = match job.axis {
         AxisChoice::Auto => Rays::longest_axis(lines.dims),
         AxisChoice::X => 0,
@@ -96,6 +96,9 @@ pub struct Task<'a> {
     pub aside: Aside,
     /// Whether the caller will hold all flags in memory, a byte a cell, which counts against the job's `max_memory`.
     pub flags_in_memory: bool,
+    /// Bytes that the program and its GPU driver hold besides, which count against the job's `max_memory`; 0 where only
+    /// what the mesh takes shall count.
+    pub program_bytes: u64,
 }
 
 /// Meshes a job: `sources[i]` is the file of `job.geometries[i]`, read in `read_seconds`.
@@ -109,14 +112,14 @@ pub async fn mesh(
     engine: &mut Engine,
     control: &Control,
 ) -> Result<(Mesh, Report)> {
-    let task = Task { job, read_seconds, aside: Aside::Nowhere, flags_in_memory: false };
+    let task = Task { job, read_seconds, aside: Aside::Nowhere, flags_in_memory: false, program_bytes: 0 };
     mesh_task(task, sources, engine, control).await
 }
 
 /// Meshes the job of a task: `sources[i]` is the file of `job.geometries[i]`.
 ///
 /// # Errors
-/// Those of [`prepare`], [`Frame::new`], [`Engine::columns`], [`crate::estimate::Estimate::check`] and
+/// Those of [`prepare`], [`Frame::new`], [`Engine::columns`], [`crate::estimate::Plan::new`] and
 /// [`crate::columns::Growing::keeping`].
 pub async fn mesh_task(
     task: Task<'_>,
@@ -136,7 +139,7 @@ pub async fn mesh_task(
     seconds.snap = lap(&mut clock);
     let mut growing = room.growing(&task.aside, &prepared, || identity(job, &prepared, &inputs))?;
     let rays_kept = growing.n_rays();
-    let casting = Casting { frame: &frame, rays: &prepared.rays, rule: job.rule, most_rows: room.most_rows };
+    let casting = room.casting(&frame, &prepared.rays, job.rule);
     let used = engine.grow(&casting, &mut growing, control).await?;
     let columns_peak = growing.peak_bytes;
     let columns = growing.finish();

@@ -64,8 +64,20 @@ fn parts(entry: &GeometryJob, solids: Vec<Solid>) -> Result<Vec<(String, SharedF
         let names: Vec<String> = solids.iter().map(|solid| solid.name.clone()).collect();
         let taken = joined(solids.into_iter().filter(|solid| solid.name == *wanted));
         if taken.is_empty() {
-            let message = format!("{}: there is no solid \"{wanted}\"; it has: {}", entry.file, names.join(", "));
-            return Err(Error::new("job-value", message, "name one of these"));
+            let missing = format!("{}: there is no solid \"{wanted}\"", entry.file);
+            if names.iter().all(String::is_empty) {
+                let message = format!("{missing}; its {} have no names", names.len());
+                return Err(Error::new(
+                    "job-value",
+                    message,
+                    "leave out solid: binary files hold one, and not every ASCII file names its own",
+                ));
+            }
+            return Err(Error::new(
+                "job-value",
+                format!("{missing}; it has: {}", names.join(", ")),
+                "name one of these",
+            ));
         }
         return Ok(vec![(entry.name.clone().unwrap_or_else(|| format!("{stem}:{wanted}")), taken)]);
     }

@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use hexcast::columns::Columns;
 use hexcast::control::Control;
-use hexcast::flags::{CellBox, bits_of_box, expand, flags_of_box};
+use hexcast::flags::{expand, expand_bits, flags_of_box, n_bytes_of_bits, n_cells};
 use hexcast::frame::Frame;
 use hexcast::job::{GeometryJob, Job, Rule};
 use hexcast::pipeline::{Engine, Prepared, prepare};
@@ -38,7 +38,7 @@ pub(crate) struct Seconds {
     pub(crate) flags_again: f64,
     /// Flags in a plain vector, its making included.
     pub(crate) flags_in_vec: f64,
-    /// Flags, a bit a cell, in a plain vector, its making included.
+    /// Flags, a bit a cell, in large pages, the making of these pages included.
     pub(crate) bits: f64,
     /// As many bytes written once to new large pages, on all cores: what no program can do without.
     pub(crate) bytes_once: f64,
@@ -96,10 +96,15 @@ pub(crate) fn run(file: &Path, cells: u32, engine: &mut Engine) -> Result<Run, B
     expand(&columns, &columns.dims().map(|n| 0..n), &mut pages).expect("columns in memory");
     let flags_again = lap(&mut clock);
     drop(pages);
-    let flags_in_vec = seconds_in_vec(&columns, flags_of_box);
-    let bits = seconds_in_vec(&columns, bits_of_box);
+    let flags_in_vec = seconds_in_vec(&columns);
     let mut clock = Instant::now();
-    let mut pages = new_pages(&columns)?;
+    let everything = columns.dims().map(|n| 0..n);
+    let mut pages = new_pages(n_bytes_of_bits(&everything))?;
+    expand_bits(&columns, &everything, &mut pages)?;
+    let bits = lap(&mut clock);
+    drop(pages);
+    let mut clock = Instant::now();
+    let mut pages = new_pages(n_cells(&everything))?;
     pages.par_chunks_mut(1 << 21).for_each(|page| page.fill(1));
     std::hint::black_box(&pages);
     let seconds = Seconds {
@@ -118,23 +123,23 @@ pub(crate) fn run(file: &Path, cells: u32, engine: &mut Engine) -> Result<Run, B
 
 /// Flags of all cells in large pages, x fastest.
 pub(crate) fn flags(columns: &Columns) -> Result<MmapMut, Box<dyn Error>> {
-    let mut flags = new_pages(columns)?;
-    expand(columns, &columns.dims().map(|n| 0..n), &mut flags)?;
+    let everything = columns.dims().map(|n| 0..n);
+    let mut flags = new_pages(n_cells(&everything))?;
+    expand(columns, &everything, &mut flags)?;
     Ok(flags)
 }
 
-/// A byte for each cell in pages that nobody has touched, large ones if the system has any.
-fn new_pages(columns: &Columns) -> Result<MmapMut, Box<dyn Error>> {
-    let n_cells = usize::try_from(columns.rays.n_rays() * u64::from(columns.rays.depth))?;
-    let pages = MmapOptions::new().len(n_cells).map_anon()?;
+/// Pages that nobody has touched, large ones if the system has any.
+fn new_pages(n_bytes: usize) -> Result<MmapMut, Box<dyn Error>> {
+    let pages = MmapOptions::new().len(n_bytes).map_anon()?;
     #[cfg(target_os = "linux")]
     pages.advise(memmap2::Advice::HugePage)?;
     Ok(pages)
 }
 
-fn seconds_in_vec(columns: &Columns, expand: impl Fn(&Columns, &CellBox) -> hexcast::Result<Vec<u8>>) -> f64 {
+fn seconds_in_vec(columns: &Columns) -> f64 {
     let start = Instant::now();
-    let flags = expand(columns, &columns.dims().map(|n| 0..n)).expect("columns in memory");
+    let flags = flags_of_box(columns, &columns.dims().map(|n| 0..n)).expect("columns in memory");
     let seconds = start.elapsed().as_secs_f64();
     // the optimiser must not see that nobody reads them
     std::hint::black_box(&flags);

@@ -14,6 +14,7 @@ use serde_json::json;
 
 mod cases;
 mod line;
+mod machine;
 mod naive_gather;
 mod passes;
 mod serial;
@@ -155,6 +156,7 @@ fn every_pass(case: &Case, runs: u32) -> Result<(), Box<dyn Error>> {
             "case": case.name, "n": case.cells,
             "cpu_passes": cpu_passes.passes, "gpu_passes": gpu_passes.passes,
             "counts": passes::counts(&cast, gpu_passes.n_bands)?,
+            "machine": machine::measure(),
             "naive_gather": naive_gather::compare(&gpu, &cast, runs)?,
         })
     );

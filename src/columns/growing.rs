@@ -39,7 +39,7 @@ impl Growing {
         Growing {
             rays,
             max_bytes,
-            spill: store.map(|store| Arc::new(Spill::new(store, rays.depth))),
+            spill: store.map(|store| Arc::new(Spill::new(store, rays.depth, max_bytes))),
             keeps: false,
             held: Vec::new(),
             held_bytes: 0,
@@ -73,6 +73,12 @@ impl Growing {
             let end = growing.take_kept(KEPT_HEAD as u64)?;
             store.truncate(end).map_err(failed)?;
         } else {
+            let begun = begun(&*store);
+            if !expected.starts_with(&begun) {
+                let message =
+                    format!("{} bytes are where columns should be kept, and no beginning of them", begun.len());
+                return Err(Error::new("job-conflict", message, "move the file away, or name another output"));
+            }
             // not even the head was finished
             store.truncate(0).map_err(failed)?;
             store.append(&expected).map_err(failed)?;
@@ -199,6 +205,13 @@ impl Growing {
     }
 }
 
+/// The bytes of a store that is shorter than a head.
+fn begun(store: &dyn Store) -> Vec<u8> {
+    let mut head = [0; KEPT_HEAD];
+    let n_bytes = (1..KEPT_HEAD).rev().find(|&n| store.read(0, &mut head[..n]).is_ok());
+    head[..n_bytes.unwrap_or(0)].to_vec()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -296,6 +309,13 @@ mod tests {
         let error = Growing::keeping(rays, 0, store.clone(), &[8; 32]).err().unwrap();
         assert!(error.code() == "job-conflict" && error.hint().contains("delete"), "{error}");
         assert_eq!(*store.0.lock().unwrap(), before);
+        // a file that happens to have the name, shorter than a head
+        store.0.lock().unwrap().truncate(20);
+        for foreign in [&before[..20], b"notes", &[0]] {
+            *store.0.lock().unwrap() = foreign.to_vec();
+            let error = Growing::keeping(rays, 0, store.clone(), &[8; 32]).err().unwrap();
+            assert_eq!((error.code(), &store.0.lock().unwrap()[..]), ("job-conflict", foreign));
+        }
     }
 
     #[test]

@@ -23,6 +23,7 @@ use std::io;
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use super::clip::Clip;
 use super::codec::{self, Encoder, Plan};
 use super::{Band, Part};
 use crate::error::{Error, Result};
@@ -35,7 +36,7 @@ const KEPT_MAGIC: [u8; 8] = *b"\x89HXP\r\n\x1a\n";
 const KEPT_VERSION: u32 = 1;
 /// Bytes of the head of such a store.
 pub(crate) const KEPT_HEAD: usize = 48;
-/// Decoded pieces kept at hand: a few a core, so that neighbours need not be read twice.
+/// Most bytes of decoded pieces kept at hand: a few a core, so that neighbours need not be read twice.
 const CACHE_BYTES: u64 = 16 << 20;
 
 /// A place for bytes outside memory, such as a file. Calls may come from several threads.
@@ -110,7 +111,11 @@ impl Record {
 pub(crate) struct Spill {
     pub(crate) store: Arc<dyn Store>,
     depth: u32,
+    /// Bytes that may be held of what is read back.
+    pub(super) room: u64,
+    pub(super) clip: Mutex<Clip>,
     cache: Mutex<VecDeque<(u64, Arc<Part>)>>,
+    cache_bytes: u64,
 }
 
 impl fmt::Debug for Spill {
@@ -120,9 +125,11 @@ impl fmt::Debug for Spill {
 }
 
 impl Spill {
-    /// Uses a store for rays of `depth` cells.
-    pub(crate) fn new(store: Arc<dyn Store>, depth: u32) -> Spill {
-        Spill { store, depth, cache: Mutex::default() }
+    /// Uses a store for rays of `depth` cells, and at most `max_bytes` of memory for what is read back.
+    pub(crate) fn new(store: Arc<dyn Store>, depth: u32, max_bytes: u64) -> Spill {
+        let cache_bytes = CACHE_BYTES.min(max_bytes / 4);
+        let room = max_bytes - cache_bytes;
+        Spill { store, depth, room, clip: Mutex::default(), cache: Mutex::default(), cache_bytes }
     }
 
     /// Appends parts, each with its odd rays and crossings.
@@ -164,7 +171,7 @@ impl Spill {
         cache = self.cache.lock().unwrap_or_else(PoisonError::into_inner);
         cache.push_back((record.at, part.clone()));
         let held = |cache: &VecDeque<(u64, Arc<Part>)>| cache.iter().map(|(_, part)| part.n_bytes()).sum::<u64>();
-        while cache.len() > 1 && held(&cache) > CACHE_BYTES {
+        while cache.len() > 1 && held(&cache) > self.cache_bytes {
             cache.pop_front();
         }
         Ok(part)

@@ -17,13 +17,18 @@ pub(super) struct Expected {
     pub(super) runs: f64,
     /// (facet, strip) pairs of the CPU backend.
     pub(super) strip_facets: f64,
+    /// (facet, bin) pairs of the GPU backend, at most: bins under the boxes of the facets.
+    pub(super) bin_facets: f64,
 }
+
+/// Rays of a bin of the GPU backend along both axes across.
+const BIN: f64 = 8.0;
 
 impl Expected {
     pub(super) fn new(geometries: &[Geometry], lines: &Lines, rays: &Rays) -> Expected {
-        let rows = f64::from(cpu::rows_of_strip(rays));
-        let add = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|k| a[k] + b[k]);
-        let mut sum = [0.0; 3];
+        let strip = [f64::from(rays.counts[0]), f64::from(cpu::rows_of_strip(rays))];
+        let add = |a: [f64; 4], b: [f64; 4]| [0, 1, 2, 3].map(|k| a[k] + b[k]);
+        let mut sum = [0.0; 4];
         for geometry in geometries {
             let project = |corner: [f32; 3]| {
                 let world = geometry.world_from_corner(corner);
@@ -33,22 +38,26 @@ impl Expected {
             let of_facet = |facet: &Facet| {
                 let corners = facet.map(project);
                 let [crossings, runs] = covered_areas(corners, rays.counts.map(f64::from), f64::from(rays.depth));
-                [crossings, runs, if crossings > 0.0 { strips(&corners, rows, rays.counts) } else { 0.0 }]
+                let pairs = if crossings > 0.0 {
+                    [strip, [BIN; 2]].map(|bin| bins(&corners, bin, rays.counts))
+                } else {
+                    [0.0; 2]
+                };
+                [crossings, runs, pairs[0], pairs[1]]
             };
             // blocks of fixed size, so that the number of threads does not change the last bits
-            let of_block = |block: &[Facet]| block.iter().map(of_facet).fold([0.0; 3], add);
-            let blocks: Vec<[f64; 3]> = geometry.facets.par_chunks(4096).map(of_block).collect();
+            let of_block = |block: &[Facet]| block.iter().map(of_facet).fold([0.0; 4], add);
+            let blocks: Vec<[f64; 4]> = geometry.facets.par_chunks(4096).map(of_block).collect();
             sum = blocks.into_iter().fold(sum, add);
         }
-        let [crossings, runs, strip_facets] = sum;
-        Expected { crossings, runs, strip_facets }
+        let [crossings, runs, strip_facets, bin_facets] = sum;
+        Expected { crossings, runs, strip_facets, bin_facets }
     }
 }
 
-/// Number of strips of so many ray rows that hold a ray under the box of a facet; none where the box holds no ray.
-fn strips(corners: &[Point; 3], rows: f64, counts: [u32; 2]) -> f64 {
-    let mut last = 0.0;
-    let mut first = 0.0;
+/// Number of bins of so many rays that hold a ray under the box of a facet; none where the box holds no ray.
+fn bins(corners: &[Point; 3], bin: [f64; 2], counts: [u32; 2]) -> f64 {
+    let mut n_bins = 1.0;
     for side in 0..2 {
         let [a, b, c] = corners.map(|corner| corner[side]);
         // ray k stands at k + 1/2
@@ -57,9 +66,9 @@ fn strips(corners: &[Point; 3], rows: f64, counts: [u32; 2]) -> f64 {
         if low > high {
             return 0.0;
         }
-        (first, last) = (low, high);
+        n_bins *= (high / bin[side]).floor() - (low / bin[side]).floor() + 1.0;
     }
-    (last / rows).floor() - (first / rows).floor() + 1.0
+    n_bins
 }
 
 /// A point in cells: the two axes across, then along the rays.

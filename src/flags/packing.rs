@@ -17,7 +17,9 @@ pub(super) trait Packing {
     fn row(nx: usize) -> usize;
     /// Sets one cell.
     fn put(out: &mut [u8], place: usize, flag: u8);
-    /// Sets the cells from one place to another, exclusive, in a row of which nothing after `from` is set yet.
+    /// Prepares a row whose cells are to be filled from end to end.
+    fn begin(row: &mut [u8]);
+    /// Sets the cells from one place to another, exclusive, in a row that has begun.
     fn fill(row: &mut [u8], from: usize, to: usize, flag: u8);
 }
 
@@ -36,6 +38,8 @@ impl Packing for Bytes {
     fn put(out: &mut [u8], place: usize, flag: u8) {
         out[place] = flag;
     }
+
+    fn begin(_: &mut [u8]) {}
 
     fn fill(row: &mut [u8], from: usize, to: usize, flag: u8) {
         row[from..to].fill(flag);
@@ -60,16 +64,22 @@ impl Packing for Bits {
         *byte = if flag == 0 { *byte & !bit } else { *byte | bit };
     }
 
-    /// The byte in which the last stretch ended keeps its bits; all others are written whole.
+    fn begin(row: &mut [u8]) {
+        row.fill(0);
+    }
+
     fn fill(row: &mut [u8], from: usize, to: usize, flag: u8) {
-        if from == to {
+        if flag == 0 || from == to {
             return;
         }
-        let ones = if flag == 0 { 0 } else { 0xff };
         let (first, last) = (from / 8, (to - 1) / 8);
-        let kept = row[first] & !(0xff << (from % 8));
-        row[first..=last].fill(ones);
-        row[first] = kept | (ones << (from % 8));
-        row[last] &= 0xff >> (7 - (to - 1) % 8);
+        let (after, before) = (0xff << (from % 8), 0xff >> (7 - (to - 1) % 8));
+        if first == last {
+            row[first] |= after & before;
+            return;
+        }
+        row[first] |= after;
+        row[first + 1..last].fill(0xff);
+        row[last] |= before;
     }
 }

@@ -27,6 +27,13 @@ pub enum AdapterKind {
     Unknown,
 }
 
+impl AdapterKind {
+    /// Whether buffers lie in the host's memory.
+    pub fn shares_memory(self) -> bool {
+        matches!(self, AdapterKind::Software | AdapterKind::Integrated)
+    }
+}
+
 /// What is known of an adapter.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct AdapterFacts {
@@ -58,6 +65,21 @@ pub async fn adapters() -> Vec<AdapterFacts> {
     instance().enumerate_adapters(wgpu::Backends::all()).await.iter().map(facts).collect()
 }
 
+/// Finds the adapter that [`Gpu::open`] would open.
+///
+/// # Errors
+/// `no-adapter`, as for [`Gpu::open`].
+pub async fn adapter(wanted: Option<&str>) -> Result<AdapterFacts> {
+    find(wanted).await.map(|adapter| facts(&adapter))
+}
+
+async fn find(wanted: Option<&str>) -> Result<Adapter> {
+    match wanted {
+        None => preferred_adapter().await,
+        Some(name) => named_adapter(name).await,
+    }
+}
+
 impl Gpu {
     /// Opens the adapter that the system prefers for heavy work, or the first whose name contains `wanted`.
     ///
@@ -65,11 +87,7 @@ impl Gpu {
     /// - `no-adapter`: there is none, or none of that name.
     /// - `device-failed`: the driver refused the device or a kernel.
     pub async fn open(wanted: Option<&str>) -> Result<Gpu> {
-        let adapter = match wanted {
-            None => preferred_adapter().await?,
-            Some(name) => named_adapter(name).await?,
-        };
-        Gpu::with_adapter(&adapter).await
+        Gpu::with_adapter(&find(wanted).await?).await
     }
 
     async fn with_adapter(adapter: &Adapter) -> Result<Gpu> {
@@ -112,6 +130,13 @@ impl Gpu {
     /// The queue of the device.
     pub fn queue(&self) -> &wgpu::Queue {
         &self.queue
+    }
+
+    /// Frees the buffers that are kept for the next mesh if they have more than so many bytes.
+    pub(crate) fn forget_buffers_over(&self, max_bytes: u64) {
+        self.spares.clear_over(max_bytes);
+        // natively buffers go when the device is asked how it is; what it returns is told elsewhere
+        let _ = self.device.poll(wgpu::PollType::Poll);
     }
 
     /// Returns the failure that the driver reported, if it did.

@@ -41,6 +41,14 @@ impl Spares {
         Some(spares.swap_remove(place))
     }
 
+    /// Drops all if they have more than so many bytes.
+    pub(crate) fn clear_over(&self, max_bytes: u64) {
+        let mut spares = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if spares.iter().map(Spare::n_bytes).sum::<u64>() > max_bytes {
+            spares.clear();
+        }
+    }
+
     /// Keeps buffers, and drops the oldest of those that become too many.
     pub(crate) fn keep(&self, spare: Spare) {
         let mut spares = self.0.lock().unwrap_or_else(PoisonError::into_inner);

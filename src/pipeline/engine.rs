@@ -10,6 +10,7 @@ use crate::cpu;
 #[cfg(feature = "gpu")]
 use crate::error::Error;
 use crate::error::Result;
+use crate::estimate::Device;
 #[cfg(feature = "gpu")]
 use crate::estimate::UPLOAD_FACET_BYTES;
 use crate::frame::Frame;
@@ -28,6 +29,8 @@ pub(super) struct Casting<'a> {
     pub(super) rule: Rule,
     /// Most ray rows that the GPU may bring home at once, before they are packed.
     pub(super) most_rows: u32,
+    /// Most strips that the CPU makes before they are packed.
+    pub(super) most_strips: u32,
 }
 
 /// Most bytes that meshing took, besides facets and columns.
@@ -135,6 +138,25 @@ impl Engine {
         false
     }
 
+    /// Who meshes, as far as memory goes. Drivers on the processor, and GPUs on its chip, have their buffers in the host's memory.
+    pub fn device(&self) -> Device {
+        #[cfg(feature = "gpu")]
+        if let Some(gpu) = &self.gpu {
+            return if gpu.facts.kind.shares_memory() { Device::Shared } else { Device::Own };
+        }
+        Device::None
+    }
+
+    /// Frees what is kept on the device for the next mesh if it has more than so many bytes.
+    pub fn forget_buffers_over(&self, max_bytes: u64) {
+        #[cfg(feature = "gpu")]
+        if let Some(gpu) = &self.gpu {
+            gpu.forget_buffers_over(max_bytes);
+        }
+        #[cfg(not(feature = "gpu"))]
+        let _ = max_bytes;
+    }
+
     /// Meshes a frame; also returns the most bytes held on the device.
     ///
     /// # Errors
@@ -148,8 +170,8 @@ impl Engine {
         control: &Control,
     ) -> Result<(Columns, u64)> {
         let mut growing = Growing::new(*rays, u64::MAX, None);
-        let most_rows = rays.counts[1];
-        let used = self.grow(&Casting { frame, rays, rule, most_rows }, &mut growing, control).await?;
+        let (most_rows, most_strips) = (rays.counts[1], cpu::STRIPS_PER_ROUND);
+        let used = self.grow(&Casting { frame, rays, rule, most_rows, most_strips }, &mut growing, control).await?;
         Ok((growing.finish(), used.device_bytes))
     }
 
@@ -174,8 +196,9 @@ impl Engine {
                 result => return result,
             }
         }
-        let Casting { frame, rays, rule, .. } = *casting;
-        let mut strips = cpu::Strips::new(frame, rays, rule, None).from_ray(growing.n_rays());
+        let Casting { frame, rays, rule, most_strips, .. } = *casting;
+        let strips = cpu::Strips::new(frame, rays, rule, None).in_rounds_of(most_strips);
+        let mut strips = strips.from_ray(growing.n_rays());
         while let Some(bands) = strips.round(control)? {
             growing.push(bands)?;
             control.pause().await;
@@ -186,7 +209,7 @@ impl Engine {
     /// Meshes band after band: each is packed, and put aside where it must be, while the device works on the next.
     #[cfg(feature = "gpu")]
     async fn grow_on_gpu(&mut self, casting: &Casting<'_>, growing: &mut Growing, control: &Control) -> Result<Used> {
-        let Casting { frame, rays, rule, most_rows } = *casting;
+        let Casting { frame, rays, rule, most_rows, .. } = *casting;
         let cast = crate::gpu::Cast { frame, rays, rule };
         let n_i = u64::from(rays.counts[0]);
         let mut options = crate::gpu::Options { most_rows: Some(most_rows), ..Default::default() };

@@ -2,23 +2,19 @@
 
 use sha2::{Digest, Sha256};
 
+use super::engine::Casting;
 use super::{Aside, DEFAULT_MAX_BYTES, Engine, Prepared, Task};
 use crate::columns::Growing;
+use crate::cpu;
 use crate::error::Result;
-use crate::estimate::{Allowed, Estimate, MOST_BAND, band_bytes, slab_bytes};
-use crate::job::{BackendChoice, Job};
+use crate::estimate::{Allowed, Device, Estimate, Plan};
+use crate::frame::Frame;
+use crate::job::{BackendChoice, Job, Rule};
+use crate::rays::Rays;
 use crate::report::InputReport;
 
-/// Bytes left to what is not counted: the program, its threads, the pieces at hand of columns put aside.
-const RESERVE: u64 = 32 << 20;
-
 /// The memory of a mesh.
-pub(super) struct Room {
-    /// Bytes for the columns.
-    columns: u64,
-    /// Most ray rows that the GPU brings home at once, before they are packed.
-    pub(super) most_rows: u32,
-}
+pub(super) struct Room(Plan);
 
 impl Room {
     /// Holds the estimate of a task against the memory allowed.
@@ -28,24 +24,24 @@ impl Room {
     pub(super) fn new(task: &Task, prepared: &Prepared, engine: &Engine) -> Result<Room> {
         let max_bytes = task.job.max_memory.map_or(DEFAULT_MAX_BYTES, |size| size.0);
         let rays = &prepared.rays;
-        if max_bytes == u64::MAX && matches!(task.aside, Aside::Nowhere) {
-            return Ok(Room { columns: u64::MAX, most_rows: rays.counts[1] });
+        let can_spill = !matches!(task.aside, Aside::Nowhere);
+        if max_bytes == u64::MAX && !can_spill {
+            let (most_rows, most_strips) = (rays.counts[1], cpu::STRIPS_PER_ROUND);
+            return Ok(Room(Plan { columns: u64::MAX, most_rows, most_strips, needed: 0 }));
         }
         let estimate = Estimate::new(&prepared.geometries, &prepared.lines, rays);
-        let on_gpu = engine.backend() == "gpu";
-        let can_spill = !matches!(task.aside, Aside::Nowhere);
-        estimate.check(&Allowed { max_bytes, on_gpu, can_spill, flags: task.flags_in_memory })?;
-        let band_bytes = band_bytes(max_bytes);
-        let working = estimate.host.working(on_gpu, band_bytes);
-        let left = max_bytes - working;
-        // a small budget keeps a share for the columns, a large one everything else
-        let others = (RESERVE + 2 * slab_bytes(max_bytes)).min(left / 2);
-        let rays_of_band = match estimate.host.band {
-            0 => rays.n_rays(),
-            bytes => (rays.n_rays().min(MOST_BAND) as f64 * (band_bytes as f64 / bytes as f64).min(1.0)) as u64,
-        };
-        let most_rows = (rays_of_band / u64::from(rays.counts[0])).clamp(1, u64::from(rays.counts[1])) as u32;
-        Ok(Room { columns: left - others, most_rows })
+        let (program_bytes, device) = (task.program_bytes, engine.device());
+        if device == Device::Shared {
+            // those of a larger mesh before this one would be taken as they are
+            engine.forget_buffers_over(max_bytes / 16);
+        }
+        let allowed = Allowed { max_bytes, program_bytes, device, can_spill, flags: task.flags_in_memory };
+        Plan::new(&estimate, &allowed).map(Room)
+    }
+
+    /// What to mesh, in bands or rounds of a size that the memory allows.
+    pub(super) fn casting<'a>(&self, frame: &'a Frame, rays: &'a Rays, rule: Rule) -> Casting<'a> {
+        Casting { frame, rays, rule, most_rows: self.0.most_rows, most_strips: self.0.most_strips }
     }
 
     /// Columns without rays yet, or with those that were kept; `identity` stands for what is meshed.
@@ -59,9 +55,9 @@ impl Room {
         identity: impl FnOnce() -> [u8; 32],
     ) -> Result<Growing> {
         match aside {
-            Aside::Nowhere => Ok(Growing::new(prepared.rays, self.columns, None)),
-            Aside::Spill(store) => Ok(Growing::new(prepared.rays, self.columns, Some(store.clone()))),
-            Aside::Keep(store) => Growing::keeping(prepared.rays, self.columns, store.clone(), &identity()),
+            Aside::Nowhere => Ok(Growing::new(prepared.rays, self.0.columns, None)),
+            Aside::Spill(store) => Ok(Growing::new(prepared.rays, self.0.columns, Some(store.clone()))),
+            Aside::Keep(store) => Growing::keeping(prepared.rays, self.0.columns, store.clone(), &identity()),
         }
     }
 }

@@ -221,6 +221,30 @@ fn a_failing_output_and_cancel_end_the_writing() {
 }
 
 #[test]
+fn files_do_not_depend_on_the_threads() {
+    let options = |format, slab_bytes| match format {
+        Format::Vti | Format::Columns => Options { slab_bytes, ..zlib() },
+        Format::Raw | Format::Npy => Options { slab_bytes, ..Options::default() },
+    };
+    for axis in 0..3 {
+        let mesh = pattern(axis, [190, 170, 160], 3);
+        for (format, slab_bytes) in Format::ALL.iter().flat_map(|&format| [(format, 3_000_000), (format, 1 << 25)]) {
+            let written_by = |threads| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                pool.install(|| bytes(&mesh, format, &options(format, slab_bytes)))
+            };
+            let one = written_by(1);
+            for threads in [1, 2, 7] {
+                assert!(
+                    written_by(threads) == one,
+                    "{format:?} along {axis}, slabs of {slab_bytes}, {threads} threads"
+                );
+            }
+        }
+    }
+}
+
+#[test]
 fn a_file_made_slab_by_slab_is_the_file() {
     let mesh = pattern(0, [9, 5, 7], 3);
     let mut made_of_slabs = 0;

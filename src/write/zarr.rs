@@ -104,7 +104,8 @@ pub fn write(
     for batch in shards.chunks(current_num_threads().min(MAX_SHARDS)) {
         control.check()?;
         batch.par_iter().try_for_each(|(index, cells)| {
-            let shard = padded(flags_of_box(&mesh.columns, cells)?, cells, layout.shard);
+            let columns = mesh.columns.near(&cells[mesh.columns.rays.axis])?;
+            let shard = padded(flags_of_box(&columns, cells)?, cells, layout.shard);
             array.store_chunk_opt(index, shard, &serial).map_err(failed)
         })?;
         advance(batch.iter().map(|(_, cells)| n_cells(cells) as u64).sum());

@@ -314,6 +314,44 @@ fn every_failure_has_its_exit_code() {
 }
 
 #[test]
+fn what_people_get_wrong_is_told_with_what_to_do() {
+    let folder = Folder::new();
+    let (here, vti, txt) = (folder.path(""), folder.path("a.vti"), folder.path("a.txt"));
+    let (nowhere, zarr) = (folder.path("nowhere/a.vti"), folder.path("nowhere/a.zarr"));
+    let no_solid = format!("{SPOT}:solid=lid");
+    std::fs::write(folder.path("a.vti.partial"), "notes").unwrap();
+    let cases: &[(&[&str], i32, &str)] = &[
+        (&["estimate", SPOT, "--dims", "1000000,1000000,1000000"], 5, "1000000 cells along x: at most 262142 fit"),
+        (&["estimate", SPOT, "--cells", "4294967295"], 5, "at most 262142 fit"),
+        (&["mesh", SPOT, "--cell-size", "1e-30"], 5, "cells of size 1e-30 along x"),
+        (&["mesh", SPOT, "--domain=-1e308,0,0,1e308,1,1"], 4, "the domain reaches from -1e308 to 1e308 along x"),
+        (&["mesh", SPOT, "--backend", "cpu", "--max-memory", "10MB"], 5, "program and driver 12.00 MB"),
+        (&["mesh", SPOT, "--threads", "65535"], 2, "1..=1024"),
+        (&["mesh", &no_solid], 4, "its 1 have no names"),
+        (&["mesh", "--job", &here], 7, "is a folder"),
+        (&["mesh", "--job", SPOT], 4, "is not UTF-8 text"),
+        (&["mesh", "--job", "no-such.toml"], 7, "there is no such file"),
+        (&["convert", &here, &vti], 7, "is a folder"),
+        (&["convert", "no-such.hxc", &vti], 7, "there is no such file"),
+        (&["mesh", SPOT, "-o", &txt], 4, ".zarr"),
+        (&["mesh", SPOT, "-o", &nowhere], 7, "there is no folder"),
+        (&["mesh", SPOT, "-o", &zarr], 7, "there is no folder"),
+        (&["mesh", SPOT, "--spill", &nowhere], 7, "no temporary file can be made"),
+        (&["mesh", SPOT, "--cells", "9", "--backend", "cpu", "--resume", "-o", &vti], 4, "5 bytes are where columns"),
+    ];
+    for (arguments, code, part) in cases {
+        let output = hexcast(arguments);
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(*code), "{arguments:?}: {error}");
+        assert!(error.contains(part), "{arguments:?}: {error}");
+        // clap has its own way of saying what to do
+        assert!(*code == 2 || error.contains("\nhint: "), "{arguments:?}: {error}");
+    }
+    assert_eq!(folder.names(), ["a.vti.partial"]);
+    assert_eq!(folder.bytes("a.vti.partial"), b"notes");
+}
+
+#[test]
 fn an_output_that_is_there_is_replaced_only_at_the_end() {
     let folder = Folder::new();
     std::fs::write(folder.path("a.vti"), "precious").unwrap();
@@ -374,6 +412,9 @@ fn files_are_as_readable_as_any_other_and_inputs_may_be_pipes() {
 /// More rays than one round of the CPU, in 150 MB of columns and more.
 const MANY_RAYS: [&str; 9] = ["mesh", SPOT, "--dims", "8,5000,5000", "--axis", "x", "--backend", "cpu", "--json"];
 
+/// The same on the GPU.
+const MANY_RAYS_GPU: [&str; 9] = ["mesh", SPOT, "--dims", "8,5000,5000", "--axis", "x", "--backend", "gpu", "--json"];
+
 #[test]
 fn memory_stays_under_the_limit_and_what_does_not_fit_is_refused() {
     let folder = Folder::new();
@@ -394,6 +435,22 @@ fn memory_stays_under_the_limit_and_what_does_not_fit_is_refused() {
     assert!(folder.names().is_empty(), "{:?}", folder.names());
     let whole = json(&[&MANY_RAYS[..], &["--hash", "always"]].concat());
     assert_eq!(spilled["flags_sha256"], whole["flags_sha256"]);
+
+    // the driver and its buffers count where the processor is the GPU
+    let [small, enough] = ["64MB", "256MB"].map(|max| {
+        let folder = folder.path("");
+        hexcast(&[&MANY_RAYS_GPU[..], &["--max-memory", max, "--spill", &folder, "--hash", "always"]].concat())
+    });
+    let error = String::from_utf8_lossy(&small.stderr);
+    assert_eq!(small.status.code(), Some(5), "{error}");
+    assert!(error.contains("program and driver") && error.contains("64.00 MB are allowed"), "{error}");
+    let report: Value = serde_json::from_slice(&enough.stdout).expect("a report");
+    assert_eq!(report["flags_sha256"], whole["flags_sha256"]);
+    #[cfg(target_os = "linux")]
+    {
+        let host = report["peak_bytes"]["host"].as_u64().unwrap();
+        assert!(host < 256_000_000, "{host} bytes");
+    }
 
     // before meshing: with more cells than any machine has memory
     let flags = ["mesh", SPOT, "--dims", "100000,100000,100000", "--backend", "cpu", "--flags-in-memory"];

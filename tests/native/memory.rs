@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 
 use hexcast::columns::Store;
 use hexcast::control::{CancelToken, Control};
-use hexcast::estimate::Estimate;
+use hexcast::estimate::{Device, Estimate};
 use hexcast::job::{AxisChoice, BackendChoice, ByteSize, GeometryJob, Job};
 use hexcast::mesh::Mesh;
 use hexcast::pipeline::{Aside, Engine, Task, mesh_task, prepare};
@@ -56,7 +56,7 @@ fn engine(backend: BackendChoice) -> Engine {
 }
 
 fn run(job: &Job, engine: &mut Engine, aside: Aside, control: &Control) -> hexcast::Result<(Mesh, Report)> {
-    let task = Task { job, read_seconds: 0.0, aside, flags_in_memory: false };
+    let task = Task { job, read_seconds: 0.0, aside, flags_in_memory: false, program_bytes: 0 };
     pollster::block_on(mesh_task(task, sources(job), engine, control))
 }
 
@@ -112,6 +112,12 @@ fn estimates_are_within_a_quarter_of_what_meshes_take() {
     assert!(far.0.is_empty(), "{}", far.0.join("\n"));
 }
 
+/// Bytes of the host's memory that meshing took, the device's if it has none of its own.
+fn of_host(report: &Report, engine: &Engine) -> u64 {
+    let shared = if engine.device() == Device::Shared { report.peak_bytes.device } else { 0 };
+    report.peak_bytes.meshing + shared
+}
+
 /// More rays than one round of the CPU and than the first band of the GPU.
 fn long_job() -> Job {
     job("spot.stl", [9, 1100, 1100], AxisChoice::X)
@@ -131,7 +137,7 @@ fn columns_put_aside_make_the_same_files() {
             assert_eq!(mesh.columns.is_spilled(), report.peak_bytes.aside > 0);
             if axis == AxisChoice::X {
                 assert!(mesh.columns.is_spilled() && mesh.columns.n_bytes() < 100_000);
-                assert!(report.peak_bytes.meshing < 12_000_000, "{:?}", report.peak_bytes);
+                assert!(of_host(&report, &engine) < 12_000_000, "{:?}", report.peak_bytes);
             }
             assert_eq!(mesh.columns.cells_per_flag(), whole.columns.cells_per_flag());
             for format in Format::ALL {
@@ -203,8 +209,54 @@ fn a_mesh_that_does_not_fit_is_refused_before_it_starts() {
     assert!(error.hint().contains("--spill"), "{}", error.hint());
 
     let job = Job { max_memory: Some(ByteSize(100_000_000)), cells: Some(700), dims: None, ..long_job() };
-    let task = Task { job: &job, read_seconds: 0.0, aside: Aside::Nowhere, flags_in_memory: true };
+    let task = Task { job: &job, read_seconds: 0.0, aside: Aside::Nowhere, flags_in_memory: true, program_bytes: 0 };
     let error = pollster::block_on(mesh_task(task, sources(&job), &mut cpu, &control)).unwrap_err();
     assert_eq!((error.code(), n_rounds.load(Ordering::Relaxed)), ("memory", 0));
     assert!(error.to_string().contains("flags in memory") && error.hint().contains("--flags-in-memory"), "{error}");
+}
+
+#[test]
+fn bands_and_rounds_are_made_as_small_as_the_budget_asks() {
+    let job = job("spot.stl", [900, 1000, 1100], AxisChoice::X);
+    for backend in [BackendChoice::Cpu, BackendChoice::Gpu] {
+        let mut engine = engine(backend);
+        let (whole, _) = run(&job, &mut engine, Aside::Nowhere, &Control::default()).unwrap();
+        let mut n_meshed = 0;
+        for mega in [1, 2, 4, 8, 12, 16, 24, 40, 80, 200] {
+            let max_memory = Some(ByteSize(mega * 1_000_000));
+            for aside in [Aside::Nowhere, Aside::Spill(Arc::new(Bytes::default()))] {
+                match run(&Job { max_memory, ..job.clone() }, &mut engine, aside, &Control::default()) {
+                    Ok((mesh, report)) => {
+                        let bytes = of_host(&report, &engine);
+                        assert!(bytes <= mega * 1_000_000, "{backend:?}, {mega} MB: {:?}", report.peak_bytes);
+                        assert!(mesh == whole, "{backend:?}, {mega} MB");
+                        n_meshed += 1;
+                    }
+                    Err(error) => {
+                        assert_eq!(error.code(), "memory", "{error}");
+                        assert!(mega < 80, "{backend:?}, {mega} MB: {error}");
+                    }
+                }
+            }
+        }
+        assert!(n_meshed >= 6, "{n_meshed} on {backend:?}");
+    }
+}
+
+#[test]
+fn buffers_of_a_device_without_memory_of_its_own_count_as_the_hosts() {
+    let job = Job { max_memory: Some(ByteSize(5_000_000)), ..long_job() };
+    let (cpu, mut gpu) = (&mut engine(BackendChoice::Cpu), engine(BackendChoice::Gpu));
+    let spill = || Aside::Spill(Arc::new(Bytes::default()));
+    run(&job, cpu, spill(), &Control::default()).unwrap();
+    if gpu.device() == Device::Shared {
+        let error = run(&job, &mut gpu, spill(), &Control::default()).unwrap_err();
+        let text = error.to_string();
+        assert!(error.code() == "memory" && text.contains("bands on the GPU"), "{text}");
+        assert!(error.hint().contains("--backend cpu"), "{}", error.hint());
+    }
+    // what the program takes counts, too
+    let task = Task { job: &job, read_seconds: 0.0, aside: spill(), flags_in_memory: false, program_bytes: 4_500_000 };
+    let error = pollster::block_on(mesh_task(task, sources(&job), cpu, &Control::default())).unwrap_err();
+    assert!(error.to_string().contains("program and driver 4.50 MB"), "{error}");
 }

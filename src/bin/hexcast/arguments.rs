@@ -1,5 +1,6 @@
 //! Arguments that decide a mesh, and the job they make, alone or on top of a job file.
 
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -7,6 +8,8 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use hexcast::job::{AxisChoice, BackendChoice, ByteSize, GeometryJob, Job, Padding, PerAxis, Rule};
 use hexcast::{Error, Result};
 use serde::de::DeserializeOwned;
+
+use super::reading::open_file;
 
 /// What to mesh and how finely.
 #[derive(clap::Args)]
@@ -60,7 +63,7 @@ pub(crate) struct JobArguments {
     #[arg(long, value_parser = choice::<AxisChoice>(&["auto", "x", "y", "z"]), help_heading = "Method")]
     axis: Option<AxisChoice>,
     /// Number of threads [default: one a core]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..), help_heading = "Method")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), help_heading = "Method")]
     threads: Option<u16>,
 
     /// Most memory to take, such as 2GB or 512MiB; a mesh that needs more is refused before it starts, unless its columns
@@ -136,7 +139,13 @@ fn default_max_memory() -> Option<ByteSize> {
 /// Reads a job file and makes its file names relative to the current folder.
 fn read_job(path: &Path) -> Result<Job> {
     let name = path.display();
-    let text = std::fs::read_to_string(path).map_err(|error| Error::io(format!("reading {name}"), error))?;
+    let mut bytes = Vec::new();
+    let read = open_file(path)?.read_to_end(&mut bytes);
+    read.map_err(|error| Error::io(format!("reading {name}"), error))?;
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let message = format!("{name}: byte {} is not UTF-8 text", error.utf8_error().valid_up_to());
+        Error::new("job-syntax", message, "name a job file, TOML or JSON")
+    })?;
     let is_json = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"));
     let read = if is_json { Job::from_json(&text) } else { Job::from_toml(&text) };
     let mut job = read.map_err(|error| error.at(name))?;

@@ -51,7 +51,10 @@ impl AsideArguments {
 
 fn keep(path: &Path) -> Result<AsideFile> {
     let name = path.display();
-    let failed = |error| Error::io(format!("opening {name}"), error);
+    let failed = |error| {
+        let message = format!("{name}, which would keep the columns, cannot be opened: {error}");
+        Error::new("io", message, "move what has this name, or name another output")
+    };
     let options = File::options().read(true).write(true).create(true).truncate(false).open(path);
     let file = options.map_err(failed)?;
     if file.try_lock().is_err() {

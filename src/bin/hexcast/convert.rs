@@ -1,6 +1,5 @@
 //! `hexcast convert`: a column file to any format.
 
-use std::fs::File;
 use std::io::BufReader;
 use std::path::PathBuf;
 
@@ -11,6 +10,7 @@ use indicatif::BinaryBytes;
 
 use super::outputs::{FormatArguments, Outputs};
 use super::progress::Progress;
+use super::reading::open_file;
 use super::summary::Table;
 
 const EXAMPLES: &str = "\
@@ -38,6 +38,7 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let name = arguments.input.display();
     let failed = |error| Error::io(format!("reading {name}"), error);
+    let file = open_file(&arguments.input)?;
     let mut outputs = Outputs::open(
         std::slice::from_ref(&arguments.output),
         None,
@@ -45,7 +46,6 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
         &[&arguments.input],
         u64::MAX,
     )?;
-    let file = File::open(&arguments.input).map_err(failed)?;
     let n_bytes = file.metadata().map_err(failed)?.len();
     let mut control = Control::default();
     control.cancel = token.clone();

@@ -2,12 +2,14 @@
 
 use hexcast::Result;
 use hexcast::control::CancelToken;
-use hexcast::estimate::{Allowed, Estimate};
-use hexcast::job::BackendChoice;
+use hexcast::estimate::{Allowed, Device, Estimate, Plan};
+use hexcast::gpu::adapter;
+use hexcast::job::{BackendChoice, Job};
 use hexcast::pipeline::prepare;
 use indicatif::{BinaryBytes, HumanCount};
 
 use super::arguments::JobArguments;
+use super::memory;
 use super::progress::Progress;
 use super::reading::read_job_files;
 use super::summary::{Table, size, three};
@@ -34,19 +36,51 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let sources = read_job_files(&job, token, Progress::new(false))?;
     let prepared = prepare(&job, sources)?;
     let estimate = Estimate::new(&prepared.geometries, &prepared.lines, &prepared.rays);
+    let device = device(&job, arguments.job.adapter.as_deref())?;
+    let program_bytes = memory::program_bytes(device != Device::None);
     if arguments.json {
         // a struct of numbers always has a JSON form
-        return super::print(&format!("{}\n", serde_json::to_string_pretty(&estimate).unwrap_or_default()));
+        let mut json = serde_json::to_value(&estimate).unwrap_or_default();
+        json["program_bytes"] = program_bytes.into();
+        json["device_shares_memory"] = (device == Device::Shared).into();
+        return super::print(&format!("{json:#}\n"));
     }
     let max_bytes = job.max_memory.map_or(u64::MAX, |size| size.0);
-    let on_gpu = job.backend != BackendChoice::Cpu;
-    let fits = estimate.check(&Allowed { max_bytes, on_gpu, can_spill: false, flags: false }).is_ok();
-    let verdict = if fits { "enough" } else { "too little without --spill or --resume" };
-    let text = in_words(&estimate, job.unit.as_deref());
-    super::print(&format!("{text}{:<11} {} allowed: {verdict}\n", "memory", BinaryBytes(max_bytes)))
+    let allowed = |can_spill| Allowed { max_bytes, program_bytes, device, can_spill, flags: false };
+    let verdict = match (Plan::new(&estimate, &allowed(false)), Plan::new(&estimate, &allowed(true))) {
+        (Ok(plan), _) => format!("enough; {} would do", BinaryBytes(plan.needed)),
+        (_, Ok(plan)) => {
+            format!("too little without --spill or --resume; with one of them {} would do", BinaryBytes(plan.needed))
+        }
+        (_, Err(error)) => format!("too little: {error}"),
+    };
+    let mut table = in_words(&estimate, job.unit.as_deref());
+    let what = if device == Device::None { "for the program" } else { "for the program and the driver" };
+    table.line("memory", format!("besides about {} {what}", BinaryBytes(program_bytes)));
+    if device == Device::Shared {
+        table.line(
+            "memory",
+            "buffers of this GPU lie in the same memory, and their bands are made as small as it allows",
+        );
+    }
+    table.line("memory", format!("{} allowed: {verdict}", BinaryBytes(max_bytes)));
+    super::print(&files(table, &estimate))
 }
 
-fn in_words(estimate: &Estimate, unit: Option<&str>) -> String {
+/// Who would mesh.
+fn device(job: &Job, wanted: Option<&str>) -> Result<Device> {
+    if job.backend == BackendChoice::Cpu {
+        return Ok(Device::None);
+    }
+    match pollster::block_on(adapter(wanted)) {
+        Ok(facts) if facts.kind.shares_memory() => Ok(Device::Shared),
+        Ok(_) => Ok(Device::Own),
+        Err(_) if job.backend == BackendChoice::Auto && wanted.is_none() => Ok(Device::None),
+        Err(error) => Err(error),
+    }
+}
+
+fn in_words(estimate: &Estimate, unit: Option<&str>) -> Table {
     let mut table = Table::default();
     let [nx, ny, nz] = estimate.dims;
     let unit = unit.map_or(String::new(), |unit| format!(" {unit}"));
@@ -59,6 +93,10 @@ fn in_words(estimate: &Estimate, unit: Option<&str>) -> String {
     let (columns, host) = (BinaryBytes(estimate.column_bytes), BinaryBytes(estimate.host_bytes));
     table.line("memory", format!("about {host}, of which columns {columns}"));
     table.line("memory", format!("on a GPU at most about {}", BinaryBytes(estimate.device_bytes)));
+    table
+}
+
+fn files(mut table: Table, estimate: &Estimate) -> String {
     let files = &estimate.file_bytes;
     table.line("files", format!(".raw {}, with --bits {}", BinaryBytes(files.raw), BinaryBytes(files.raw_bits)));
     table.line("files", format!(".npy {}, with --bits {}", BinaryBytes(files.npy), BinaryBytes(files.npy_bits)));

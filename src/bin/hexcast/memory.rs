@@ -8,6 +8,21 @@ pub(crate) fn peak_bytes() -> Option<u64> {
     kilobytes("/proc/self/status", "VmHWM:")
 }
 
+/// Bytes of the program itself, and of a GPU's driver: lavapipe takes 93 MB, most of it the compiler of its kernels, SwiftShader 123.
+const PROGRAM_BYTES: u64 = 12_000_000;
+const DRIVER_BYTES: u64 = 96_000_000;
+
+/// Bytes that the program and, if it meshes, the driver of a GPU take, whatever they mesh.
+pub(crate) fn program_bytes(on_gpu: bool) -> u64 {
+    PROGRAM_BYTES + if on_gpu { DRIVER_BYTES } else { 0 }
+}
+
+/// The same beside facets of so many bytes, by what this process holds now if that is more.
+pub(crate) fn program_bytes_now(on_gpu: bool, facets: u64) -> u64 {
+    let held = kilobytes("/proc/self/status", "VmRSS:").unwrap_or(0);
+    program_bytes(on_gpu).max(held.saturating_sub(facets))
+}
+
 /// Bytes that can be taken without pushing others out; None where the system does not tell.
 pub(crate) fn available_bytes() -> Option<u64> {
     kilobytes("/proc/meminfo", "MemAvailable:")

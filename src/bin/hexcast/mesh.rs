@@ -119,10 +119,14 @@ fn mesh_and_write(
         moved.set_position(now.rays_done);
     });
     control.cancel = token.clone();
-    let task = Task { job, read_seconds, aside, flags_in_memory: arguments.flags_in_memory };
+    let facet_bytes = sources.iter().map(|source| 36 * source.contents.n_facets).sum();
+    let program_bytes = memory::program_bytes_now(engine.adapter().is_some(), facet_bytes);
+    let task = Task { job, read_seconds, aside, flags_in_memory: arguments.flags_in_memory, program_bytes };
     let meshed = pollster::block_on(pipeline::mesh_task(task, sources, &mut engine, &control));
     bar.finish_and_clear();
     let (mesh, mut report) = meshed?;
+    // there is no next mesh
+    engine.forget_buffers_over(0);
 
     if arguments.flags_in_memory {
         expand_all(&mesh, &mut report)?;

@@ -2,11 +2,11 @@
 //! the end, so that no half file is ever seen under the target's name.
 
 use std::fs::{File, Permissions};
-use std::io::{BufWriter, Write};
+use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use hexcast::control::Control;
-use hexcast::estimate::slab_bytes;
+use hexcast::estimate::{kept_bytes, slab_bytes};
 use hexcast::mesh::Mesh;
 use hexcast::write::{Compress, Format, Options, exact_size, sidecar_json, write};
 use hexcast::{Error, Result};
@@ -46,7 +46,7 @@ impl FormatArguments {
     fn zarr_options(&self, max_bytes: u64) -> Options {
         let compress = self.compress.unwrap_or(DEFAULT_COMPRESS);
         let slab_bytes = slab_bytes(max_bytes) as usize;
-        let kept_bytes = Options::default().kept_bytes.min((max_bytes / 16) as usize);
+        let kept_bytes = kept_bytes(max_bytes) as usize;
         Options { compress, bits: false, slab_bytes, kept_bytes }
     }
 
@@ -63,6 +63,14 @@ impl FormatArguments {
         }
         Ok(())
     }
+}
+
+/// The format of a file's name.
+fn format_of(path: &Path) -> Result<Format> {
+    Format::of_name(&path.to_string_lossy()).map_err(|error| {
+        let hint = format!("{}, .zarr", error.hint());
+        Error::new("job-value", error.to_string(), hint)
+    })
 }
 
 fn compression(text: &str) -> std::result::Result<Compress, String> {
@@ -115,8 +123,7 @@ impl Outputs {
         max_bytes: u64,
     ) -> Result<Outputs> {
         let (folder_paths, paths): (Vec<&PathBuf>, Vec<&PathBuf>) = paths.iter().partition(|path| is_zarr(path));
-        let formats =
-            paths.iter().map(|path| Format::of_name(&path.to_string_lossy())).collect::<Result<Vec<Format>>>()?;
+        let formats = paths.iter().map(|path| format_of(path)).collect::<Result<Vec<Format>>>()?;
         arguments.check(&formats, !folder_paths.is_empty())?;
         let mut taken: Vec<PathBuf> = inputs.iter().filter_map(|input| input.canonicalize().ok()).collect();
         let n_inputs = taken.len();
@@ -202,6 +209,21 @@ impl Outputs {
     }
 }
 
+/// The error of a folder in which no file can be made; the name of the temporary file is nobody's concern.
+pub(crate) fn refused(path: &Path, folder: &Path, error: &std::io::Error) -> Error {
+    let (name, folder) = (path.display(), folder.display());
+    match error.kind() {
+        ErrorKind::NotFound => {
+            let message = format!("{name} cannot be written: there is no folder {folder}");
+            Error::new("io", message, "make the folder first, or name another")
+        }
+        kind => {
+            let message = format!("{name} cannot be written: the folder {folder} says \"{kind}\"");
+            Error::new("io", message, "make sure that the folder is yours and has room")
+        }
+    }
+}
+
 fn twice(path: &Path, what: &str) -> Error {
     Error::new("job-conflict", format!("{} {what}", path.display()), "give the output another name")
 }
@@ -216,15 +238,11 @@ pub(crate) fn with_ending(path: &Path, ending: &str) -> PathBuf {
 impl PendingFile {
     /// Opens a temporary file in the folder of `path`; also returns the path without links.
     fn open(path: &Path) -> Result<(PathBuf, PendingFile)> {
-        let name = path.display();
         if path.is_dir() {
-            return Err(Error::new("io", format!("{name} is a folder"), "name a file in it"));
+            return Err(Error::new("io", format!("{} is a folder", path.display()), "name a file in it"));
         }
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let refused = |error: std::io::Error| {
-            let message = format!("{name} cannot be written: {error}");
-            Error::new("io", message, format!("make sure that the folder {} exists and is yours", folder.display()))
-        };
+        let refused = |error: std::io::Error| refused(path, folder, &error);
         let mut builder = tempfile::Builder::new();
         builder.prefix(".hexcast-").suffix(".part");
         // as any new file, not only for its owner

@@ -2,6 +2,7 @@
 
 use std::fs::File;
 use std::io::{Cursor, ErrorKind, Read};
+use std::path::Path;
 
 use hexcast::control::CancelToken;
 use hexcast::job::Job;
@@ -57,16 +58,8 @@ fn read_file(file: &str, token: &CancelToken, bar: &ProgressBar) -> Result<Sourc
 /// Opens a file and tells its length; what has no length, such as a pipe, is taken to memory first.
 fn open(file: &str) -> Result<(Box<dyn Read + Send>, u64)> {
     let failed = |error| Error::io(format!("reading {file}"), error);
-    let mut input = File::open(file).map_err(|error| match error.kind() {
-        ErrorKind::NotFound => {
-            Error::new("io", format!("{file}: there is no such file"), "look at its name and at the current folder")
-        }
-        _ => failed(error),
-    })?;
+    let mut input = open_file(Path::new(file))?;
     let metadata = input.metadata().map_err(failed)?;
-    if metadata.is_dir() {
-        return Err(Error::new("io", format!("{file} is a folder"), "name the files in it"));
-    }
     if metadata.is_file() {
         return Ok((Box::new(input), metadata.len()));
     }
@@ -74,6 +67,22 @@ fn open(file: &str) -> Result<(Box<dyn Read + Send>, u64)> {
     input.read_to_end(&mut bytes).map_err(failed)?;
     let n_bytes = bytes.len() as u64;
     Ok((Box::new(Cursor::new(bytes)), n_bytes))
+}
+
+/// Opens a file that is none of the things that people name by mistake.
+pub(crate) fn open_file(path: &Path) -> Result<File> {
+    let name = path.display();
+    let failed = |error: std::io::Error| match error.kind() {
+        ErrorKind::NotFound => {
+            Error::new("io", format!("{name}: there is no such file"), "look at its name and at the current folder")
+        }
+        _ => Error::new("io", format!("{name} cannot be read: {error}"), "make sure that it is yours to read"),
+    };
+    let file = File::open(path).map_err(failed)?;
+    if file.metadata().map_err(failed)?.is_dir() {
+        return Err(Error::new("io", format!("{name} is a folder"), "name the files in it"));
+    }
+    Ok(file)
 }
 
 fn hexadecimal(bytes: &[u8]) -> String {

@@ -10,7 +10,7 @@ use hexcast::{Error, Result};
 use tempfile::TempDir;
 use zarrs::filesystem::FilesystemStore;
 
-use super::outputs::OutputFile;
+use super::outputs::{OutputFile, refused};
 use super::progress::Progress;
 
 /// A folder in the making; dropped before [`ZarrFolder::finish`] it leaves nothing behind.
@@ -32,10 +32,7 @@ impl ZarrFolder {
             return Err(Error::new("io", format!("{name} is there and is no Zarr folder"), "name another"));
         }
         let parent = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let refused = |error: std::io::Error| {
-            let message = format!("{name} cannot be written: {error}");
-            Error::new("io", message, format!("make sure that the folder {} exists and is yours", parent.display()))
-        };
+        let refused = |error: std::io::Error| refused(path, parent, &error);
         let temporary = tempfile::Builder::new().prefix(".hexcast-").suffix(".part").tempdir_in(parent);
         let temporary = temporary.map_err(refused)?;
         let place = parent.canonicalize().map_err(refused)?.join(path.file_name().unwrap_or_default());

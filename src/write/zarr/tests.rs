@@ -1,5 +1,5 @@
-use zarrs::storage::ReadableWritableListableStorage;
 use zarrs::storage::store::MemoryStore;
+use zarrs::storage::{ListableStorageTraits, ReadableStorageTraits, ReadableWritableListableStorage, StoreKey};
 use zarrs_codec::{Codec, CodecRuntimePluginV3, register_codec_v3};
 
 use super::*;
@@ -35,6 +35,32 @@ fn flags_centres_and_attributes_read_back() {
                 let x = Array::open(store, "/x").unwrap();
                 let x: Vec<f64> = x.retrieve_array_subset(&x.subset_all()).unwrap();
                 assert_eq!((x.len(), x[0]), (70, -1.5 + 0.25));
+            }
+        }
+    }
+}
+
+/// Every key of what is written by so many threads, with its bytes.
+fn stored(mesh: &Mesh, compress: Compress, slab_bytes: usize, threads: usize) -> Vec<(String, Vec<u8>)> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let (store, _) = pool.install(|| written(mesh, compress, slab_bytes));
+    let bytes = |key: &StoreKey| store.get(key).unwrap().expect("a value").to_vec();
+    store.list().unwrap().iter().map(|key| (key.to_string(), bytes(key))).collect()
+}
+
+#[test]
+fn the_bytes_do_not_depend_on_the_threads_or_the_run() {
+    for axis in 0..3 {
+        let mesh = pattern(axis, [150, 90, 140], 3);
+        for (compress, slab_bytes) in
+            [(Compress::None, 1 << 20), (Compress::Zlib(1), 1 << 20), (Compress::Zlib(6), 1 << 24)]
+        {
+            let one = stored(&mesh, compress, slab_bytes, 1);
+            let shards = one.iter().filter(|(key, _)| key.starts_with("flag/c/")).count();
+            assert!(shards >= if slab_bytes == 1 << 20 { 4 } else { 1 }, "{shards} shards");
+            for threads in [1, 2, 3, 8] {
+                let again = stored(&mesh, compress, slab_bytes, threads);
+                assert!(again == one, "axis {axis}, {compress:?}, slabs of {slab_bytes}, {threads} threads");
             }
         }
     }

@@ -1,0 +1,238 @@
+//! Columns in a store that are walked across their rays: a stretch of all rays at a time, in memory.
+//!
+//! Columns in a store, cells along the rays -> columns in memory that agree with them on those cells. With rays along z every
+//! slab of a file needs a little of every ray, and pieces in the store hold rays whole. Instead of reading all pieces for every
+//! slab, one reading takes as many slabs ahead as the memory holds that the columns were allowed before they went to the store.
+//! Cost: the store is read once for every stretch; a stretch holds 1.07 bytes a ray, 4 bytes a ray that enters it flagged and 4
+//! bytes a run. So the readings are about as many as the memory would have to be larger, once it is larger than that index;
+//! where it is not, every slab reads all.
+
+use std::ops::{Deref, Range};
+use std::sync::{Arc, PoisonError};
+
+use super::{Band, Columns, Content, Part, Record, Spill, run_cell, run_flag};
+use crate::error::Result;
+use crate::parallel::*;
+
+/// The stretch that was taken last.
+#[derive(Default)]
+pub(super) struct Clip {
+    taken: Option<(Range<u32>, Arc<Columns>)>,
+    /// Whether not even one slab fits.
+    is_hopeless: bool,
+}
+
+/// Columns, or a stretch of them in memory.
+pub(crate) enum Near<'a> {
+    Whole(&'a Columns),
+    Stretch(Arc<Columns>),
+}
+
+impl Deref for Near<'_> {
+    type Target = Columns;
+
+    fn deref(&self) -> &Columns {
+        match self {
+            Near::Whole(columns) => columns,
+            Near::Stretch(columns) => columns,
+        }
+    }
+}
+
+impl Columns {
+    /// Columns that have the same flags in some cells along the rays and are cheap to expand there, for callers that go on
+    /// with the cells behind these.
+    ///
+    /// # Errors
+    /// `io` where the columns are in a store that fails.
+    pub(crate) fn near(&self, along: &Range<u32>) -> Result<Near<'_>> {
+        // along x and y a slab needs few rays or all of them whole
+        let Content::Spilled { spill, records, .. } = &self.content else { return Ok(Near::Whole(self)) };
+        if self.rays.axis != 2 {
+            return Ok(Near::Whole(self));
+        }
+        let mut clip = spill.clip.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut likely = self.rays.depth;
+        if let Some((range, columns)) = &clip.taken {
+            if range.start <= along.start && along.end <= range.end {
+                return Ok(Near::Stretch(columns.clone()));
+            }
+            likely = 2 * (range.end - range.start).max(1);
+            // who looks back is late, unless another walk begins
+            if along.start < range.start && along.start > 0 {
+                return Ok(Near::Whole(self));
+            }
+        }
+        if clip.is_hopeless {
+            return Ok(Near::Whole(self));
+        }
+        clip.taken = None;
+        let end = along.start.saturating_add(likely).clamp(along.end, self.rays.depth);
+        match take(spill, records, along, end)? {
+            Some((range, parts)) => {
+                let columns = Columns { rays: self.rays, content: Content::Held(parts), odd_rays: 0, n_crossings: 0 };
+                let columns = Arc::new(columns);
+                clip.taken = Some((range, columns.clone()));
+                Ok(Near::Stretch(columns))
+            }
+            None => {
+                clip.is_hopeless = true;
+                Ok(Near::Whole(self))
+            }
+        }
+    }
+}
+
+/// Reads the store once and keeps the cells along the rays from the first of `least` on up to `end`, or as many of them as fit.
+fn take(
+    spill: &Spill,
+    records: &[Record],
+    least: &Range<u32>,
+    mut end: u32,
+) -> Result<Option<(Range<u32>, Vec<Part>)>> {
+    let mut parts: Vec<Part> = Vec::new();
+    let bytes = |parts: &[Part]| parts.iter().map(Part::n_bytes).sum::<u64>();
+    for batch in records.chunks(2 * current_num_threads()) {
+        let read = |record: &Record| Ok(spill.read(record)?.clipped(&(least.start..end)));
+        parts.extend(batch.par_iter().map(read).collect::<Result<Vec<Part>>>()?);
+        while bytes(&parts) > spill.room {
+            if end == least.end {
+                return Ok(None);
+            }
+            end = (least.start + (end - least.start) / 2).max(least.end);
+            parts = parts.into_par_iter().map(|part| part.clipped(&(least.start..end))).collect();
+        }
+    }
+    Ok(Some((least.start..end, parts)))
+}
+
+impl Part {
+    /// The runs that decide the flags of some cells along the rays.
+    fn clipped(&self, along: &Range<u32>) -> Part {
+        let mut band = Band { first_ray: self.first_ray, ..Band::default() };
+        band.ends.reserve_exact(self.n_rays() as usize);
+        for runs in self.rays_from(0) {
+            let inside = runs.partition_point(|&run| run_cell(run) <= along.start);
+            // a ray begins as background: only what is not needs telling
+            let entry = runs[..inside].last().filter(|&&run| run_flag(run) != 0);
+            let inner = runs[inside..].iter().take_while(|&&run| run_cell(run) < along.end);
+            band.runs.extend(entry.into_iter().chain(inner));
+            band.ends.push(band.runs.len() as u32);
+        }
+        band.runs.shrink_to_fit();
+        Part::new(band)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicU64, Ordering};
+
+    use super::*;
+    use crate::columns::spill::tests::Memory;
+    use crate::columns::{Growing, Store, run};
+    use crate::control::Control;
+    use crate::lines::Lines;
+    use crate::mesh::Mesh;
+    use crate::rays::Rays;
+
+    /// A store that counts the bytes read from it.
+    #[derive(Default)]
+    struct Counting {
+        memory: Memory,
+        n_read: AtomicU64,
+    }
+
+    impl Store for Counting {
+        fn append(&self, bytes: &[u8]) -> std::io::Result<u64> {
+            self.memory.append(bytes)
+        }
+
+        fn read(&self, at: u64, bytes: &mut [u8]) -> std::io::Result<()> {
+            self.n_read.fetch_add(bytes.len() as u64, Ordering::Relaxed);
+            self.memory.read(at, bytes)
+        }
+
+        fn truncate(&self, n_bytes: u64) -> std::io::Result<()> {
+            self.memory.truncate(n_bytes)
+        }
+    }
+
+    const SIDE: u32 = 60;
+    const DEPTH: u32 = 400;
+
+    /// Rays with some 50 runs each, in bands of 10 rows.
+    fn bands() -> Vec<Band> {
+        let rows = |first: u32| {
+            let mut band = Band { first_ray: u64::from(first * SIDE), ..Band::default() };
+            for ray in first * SIDE..(first + 10) * SIDE {
+                let cells = (0..50).map(|k| k * 8 + (ray * 7 + k * 3) % 8);
+                band.runs.extend(cells.zip([3, 0, 1, 2].into_iter().cycle()).map(|(cell, flag)| run(cell, flag)));
+                band.ends.push(band.runs.len() as u32);
+            }
+            band
+        };
+        (0..SIDE).step_by(10).map(rows).collect()
+    }
+
+    fn mesh(max_bytes: u64, store: Option<Arc<dyn Store>>) -> Mesh {
+        let dims = [SIDE, SIDE, DEPTH];
+        let mut growing = Growing::new(Rays::new(2, dims), max_bytes, store);
+        bands().into_iter().for_each(|band| growing.push(vec![band]).unwrap());
+        Mesh::new(Lines::new([0.0; 3], [1.0; 3], dims).unwrap(), growing.finish(), vec![], None).unwrap()
+    }
+
+    fn walked(mesh: &Mesh, slab_bytes: usize) -> Vec<u8> {
+        let mut flags = Vec::new();
+        mesh.for_each_slab(slab_bytes, &Control::default(), |slab| {
+            flags.extend_from_slice(slab);
+            Ok(())
+        })
+        .unwrap();
+        flags
+    }
+
+    #[test]
+    fn a_walk_across_the_rays_reads_the_store_a_few_times() {
+        let whole = mesh(u64::MAX, None);
+        let expected = walked(&whole, 1 << 20);
+        let n_bytes = whole.columns.n_bytes();
+        // planes of 3600 cells: one a slab, five, or half a one
+        for slab_bytes in [3600, 18_000, 1800] {
+            for (max_bytes, most_readings) in
+                [(n_bytes - 1, 3), (n_bytes / 2, 6), (n_bytes / 8, 24), (n_bytes / 20, 80)]
+            {
+                let store = Arc::new(Counting::default());
+                let mesh = mesh(max_bytes, Some(store.clone()));
+                assert!(mesh.columns.is_spilled());
+                // twice: a second walk begins anew
+                for _ in 0..2 {
+                    store.n_read.store(0, Ordering::Relaxed);
+                    assert!(walked(&mesh, slab_bytes) == expected, "slabs of {slab_bytes} in {max_bytes}");
+                    let readings = store.n_read.load(Ordering::Relaxed) as f64 / mesh.columns.spilled_bytes() as f64;
+                    assert!(
+                        readings <= f64::from(most_readings),
+                        "{readings} readings, slabs of {slab_bytes} in {max_bytes}"
+                    );
+                }
+                let stretch = mesh.columns.near(&(200..201)).unwrap();
+                assert!(stretch.n_bytes() <= max_bytes, "{} held of {max_bytes}", stretch.n_bytes());
+            }
+        }
+    }
+
+    #[test]
+    fn boxes_and_columns_without_room_are_read_where_they_are() {
+        let expected = mesh(u64::MAX, None);
+        for max_bytes in [0, 3000, 100_000] {
+            let mesh = mesh(max_bytes, Some(Arc::new(Memory::default())));
+            assert!(walked(&mesh, 50_000) == walked(&expected, 50_000), "{max_bytes} bytes");
+            let boxes =
+                [[0..60, 0..60, 399..400], [0..60, 0..60, 17..90], [3..4, 5..50, 100..380], [0..60, 0..60, 7..7]];
+            for cells in boxes {
+                let flags = expected.box_flags(&cells).unwrap();
+                assert!(mesh.box_flags(&cells).unwrap() == flags, "{cells:?} of {max_bytes} bytes");
+            }
+        }
+    }
+}

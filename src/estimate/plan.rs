@@ -1,0 +1,348 @@
+//! The plan: how the memory allowed is shared out among what meshing holds, or why it is too little.
+//!
+//! Estimate, what is allowed -> [`Plan`]. The work in hand, a round of strips on the CPU or the bands in flight on a GPU, is made
+//! as small as it must be. Bytes that a device holds count too where its memory is the host's: drivers on the processor
+//! (lavapipe, SwiftShader, WARP) and GPUs on the processor's chip, which take their buffers from the same memory.
+//! Weakness: rays are taken to be as crowded everywhere as half again the mean; buffers that turn out too small are
+//! doubled by the GPU backend without asking.
+
+use super::{Estimate, FIRST_BAND, MOST_BAND};
+use crate::cpu;
+use crate::error::{Error, MORE_MEMORY, Result};
+use crate::job::ByteSize;
+use crate::mesh::SLAB_BYTES;
+use crate::parallel::current_num_threads;
+use crate::write::Options;
+
+/// Whose memory holds the buffers of the device.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Device {
+    /// There is none: the CPU meshes.
+    None,
+    /// The device has memory of its own.
+    Own,
+    /// They lie in the host's memory.
+    Shared,
+}
+
+impl Device {
+    /// The part of the memory, one in so many, that allocators and drivers keep of what was freed; measured.
+    fn slack(self) -> u64 {
+        if self == Device::None { 10 } else { 6 }
+    }
+}
+
+/// What a mesh may take.
+#[derive(Debug, Clone, Copy)]
+pub struct Allowed {
+    /// Most bytes of memory.
+    pub max_bytes: u64,
+    /// Bytes of these that the program and its driver take, whatever they mesh.
+    pub program_bytes: u64,
+    /// Who meshes.
+    pub device: Device,
+    /// Whether columns may go elsewhere.
+    pub can_spill: bool,
+    /// Whether all flags will be held in memory.
+    pub flags: bool,
+}
+
+/// Shares of the memory allowed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Plan {
+    /// Bytes for the columns.
+    pub columns: u64,
+    /// Most ray rows of a band on the GPU.
+    pub most_rows: u32,
+    /// Most strips of a round on the CPU.
+    pub most_strips: u32,
+    /// Least bytes of memory that the mesh takes.
+    pub needed: u64,
+}
+
+/// What stays in memory of columns that were put aside, besides their records, and the pieces of them at hand.
+const LEAST_COLUMNS: u64 = 1 << 20;
+/// Rays of a piece in the store at least, on average, and bytes of its record.
+const PIECE_RAYS: u64 = 1 << 15;
+const RECORD_BYTES: u64 = 64;
+/// How much more crowded some rays are than others.
+const UNEVEN: f64 = 1.5;
+/// Bands on the device at once.
+const IN_FLIGHT: u64 = 3;
+/// Ray rows of a row of bins on the GPU: no band takes less.
+const BIN: u64 = 8;
+
+/// Bytes of flags to write at a time within a budget: two of these slabs are held, beside the columns.
+pub fn slab_bytes(max_bytes: u64) -> u64 {
+    (max_bytes / 16).clamp(1 << 16, SLAB_BYTES as u64)
+}
+
+/// Compressed bytes to keep until a file's table of blocks is known, within a budget.
+pub fn kept_bytes(max_bytes: u64) -> u64 {
+    (Options::default().kept_bytes as u64).min(max_bytes / 16)
+}
+
+impl Plan {
+    /// Shares out the memory allowed.
+    ///
+    /// # Errors
+    /// `memory` where it is too little, with the numbers.
+    pub fn new(estimate: &Estimate, allowed: &Allowed) -> Result<Plan> {
+        let plan = Plan::unchecked(estimate, allowed);
+        if plan.needed <= allowed.max_bytes { Ok(plan) } else { Err(too_little(estimate, allowed, plan.needed)) }
+    }
+
+    fn unchecked(estimate: &Estimate, allowed: &Allowed) -> Plan {
+        let Allowed { max_bytes, program_bytes, device, can_spill, .. } = *allowed;
+        let work = Work { estimate, device, can_spill };
+        let fixed = estimate.host.facets + work.fixed();
+        let least_columns = least_columns(estimate, can_spill);
+        let own = max_bytes.saturating_sub(program_bytes);
+        let left = (own - own / device.slack()).saturating_sub(fixed);
+        // a quarter more than estimated; where columns may go elsewhere they leave half of the memory to the work
+        let wanted = estimate.host.columns.saturating_add(estimate.host.columns / 4);
+        let mut for_work = left.saturating_sub(wanted);
+        if can_spill {
+            for_work = for_work.max(left / 2);
+        }
+        let units = work.most_within(for_work);
+        let writing = flag_bytes(estimate, allowed).saturating_add(2 * slab_bytes(max_bytes) + kept_bytes(max_bytes));
+        let columns = left.saturating_sub(work.cost(units)).min(own.saturating_sub(writing)).max(least_columns);
+        let (most_rows, most_strips) =
+            if device == Device::None { (estimate.rows() as u32, units as u32) } else { (units as u32, 1) };
+        Plan { columns, most_rows, most_strips, needed: needed(allowed, &work) }
+    }
+}
+
+/// Least bytes of memory that a mesh takes.
+fn needed(allowed: &Allowed, work: &Work) -> u64 {
+    let Work { estimate, .. } = *work;
+    let columns = least_columns(estimate, allowed.can_spill);
+    let meshing = estimate.host.facets + work.fixed() + work.cost(work.least()) + columns;
+    let slack = allowed.device.slack();
+    let meshing = allowed.program_bytes.saturating_add((meshing / (slack - 1) + 1) * slack);
+    let building = allowed.program_bytes + estimate.host.facets + work.building();
+    let held = (allowed.program_bytes + columns).saturating_add(flag_bytes(estimate, allowed));
+    // slabs and kept blocks are three sixteenths of what is allowed, up to their own limits
+    let most = held.saturating_add(2 * SLAB_BYTES as u64 + kept_bytes(u64::MAX));
+    meshing.max(building).max(held.saturating_add(held / 13 * 3).min(most))
+}
+
+fn least_columns(estimate: &Estimate, can_spill: bool) -> u64 {
+    let records = estimate.rays.div_ceil(PIECE_RAYS) * RECORD_BYTES;
+    if can_spill { estimate.host.columns.min(LEAST_COLUMNS + records) } else { estimate.host.columns }
+}
+
+fn flag_bytes(estimate: &Estimate, allowed: &Allowed) -> u64 {
+    if allowed.flags { estimate.cells } else { 0 }
+}
+
+/// The work in hand, by its size: strips of a round on the CPU, ray rows of a band on a GPU.
+struct Work<'a> {
+    estimate: &'a Estimate,
+    device: Device,
+    can_spill: bool,
+}
+
+impl Work<'_> {
+    /// Bytes of host memory that do not depend on the size.
+    fn fixed(&self) -> u64 {
+        let estimate = self.estimate;
+        if self.device != Device::None {
+            return estimate.host.upload;
+        }
+        // crossings of a strip on every core, as they are found and in order
+        let rays = estimate.strip_rays().min(estimate.rays) as f64;
+        let of_core = rays * (8.0 + 12.0 * UNEVEN * self.per_ray(estimate.crossings));
+        estimate.host.lattice + current_num_threads() as u64 * of_core as u64
+    }
+
+    /// Bytes of the lattice of the CPU backend in the making: its pairs, in lists that grow, stand beside it.
+    fn building(&self) -> u64 {
+        if self.device == Device::None { 4 * self.estimate.host.lattice } else { 0 }
+    }
+
+    /// The least size.
+    fn least(&self) -> u64 {
+        if self.device == Device::None { 1 } else { BIN.min(self.estimate.rows()) }
+    }
+
+    /// The largest size that takes at most so many bytes, or the least.
+    fn most_within(&self, max_bytes: u64) -> u64 {
+        let mut units = match self.device {
+            Device::None => u64::from(cpu::STRIPS_PER_ROUND),
+            _ => self.estimate.rows().min((MOST_BAND / self.estimate.rays_across()).max(BIN)),
+        };
+        while units > self.least() && self.cost(units) > max_bytes {
+            let fewer = units * 3 / 4;
+            units = if self.device == Device::None { fewer } else { fewer / BIN * BIN }.max(self.least());
+        }
+        units
+    }
+
+    /// Bytes of host memory that work of a size takes, the device's if it shares that.
+    fn cost(&self, units: u64) -> u64 {
+        let estimate = self.estimate;
+        let rows = if self.device == Device::None { units * estimate.strip_rows() } else { units }.min(estimate.rows());
+        let rays = (rows * estimate.rays_across()) as f64;
+        let uneven = if rows == estimate.rows() { 1.0 } else { UNEVEN };
+        let runs = self.per_ray(estimate.runs) * uneven;
+        // as they come they stand beside the packed ones, and what is put aside is encoded first
+        let at_home = rays * (4.0 + if self.can_spill { 1.0 + 6.0 * runs } else { 0.0 });
+        if self.device == Device::None {
+            return at_home as u64;
+        }
+        let in_flight = IN_FLIGHT.min(estimate.rows().div_ceil(rows)) as f64;
+        // what comes home comes by a buffer that the host can see
+        let words = words(estimate) / estimate.rays as f64 * uneven;
+        let staging = in_flight * rays * (1.0 + 4.0 * words);
+        let shared = if self.device == Device::Shared { estimate.device_bytes_of(rows) } else { 0 };
+        (at_home + staging) as u64 + shared
+    }
+
+    fn per_ray(&self, n: u64) -> f64 {
+        n as f64 / self.estimate.rays as f64
+    }
+}
+
+fn too_little(estimate: &Estimate, allowed: &Allowed, needed: u64) -> Error {
+    let Allowed { max_bytes, program_bytes, device, can_spill, flags } = *allowed;
+    let work = Work { estimate, device, can_spill };
+    let mut parts = vec![
+        ("columns", least_columns(estimate, can_spill)),
+        ("facets", estimate.host.facets),
+        (
+            if device == Device::None { "rays at work" } else { "bands on the GPU" },
+            (work.fixed() + work.cost(work.least())).max(work.building()),
+        ),
+    ];
+    parts.extend((program_bytes > 0).then_some(("program and driver", program_bytes)));
+    parts.extend(flags.then_some(("flags in memory", estimate.cells)));
+    let rest = parts.iter().fold(needed, |rest, (_, bytes)| rest.saturating_sub(*bytes));
+    parts.push(("output and allocator", rest));
+    let parts: Vec<String> = parts.iter().map(|(what, bytes)| format!("{what} {}", ByteSize(*bytes))).collect();
+    let (needed_text, max_text) = (ByteSize(needed), ByteSize(max_bytes));
+    let message =
+        format!("the mesh takes about {needed_text} of memory ({}); {max_text} are allowed", parts.join(", "));
+    let on_cpu = || Plan::unchecked(estimate, &Allowed { device: Device::None, ..*allowed }).needed;
+    let hint = match (flags, can_spill) {
+        (true, _) => {
+            "leave out --flags-in-memory: files are written without it; or allow more with --max-memory".into()
+        }
+        _ if device == Device::Shared && on_cpu() < needed => {
+            format!(
+                "allow {needed_text} with max_memory (--max-memory), or use the CPU (--backend cpu), which takes less"
+            )
+        }
+        (_, false) => {
+            let spilled = Plan::unchecked(estimate, &Allowed { can_spill: true, ..*allowed }).needed;
+            if spilled <= max_bytes {
+                MORE_MEMORY.into()
+            } else {
+                let spilled = ByteSize(spilled);
+                format!(
+                    "allow {needed_text} with max_memory (--max-memory), or {spilled} and let columns go to disk (--spill DIR)"
+                )
+            }
+        }
+        (_, true) => format!("allow {needed_text} with max_memory (--max-memory), or mesh fewer facets"),
+    };
+    Error::new("memory", message, hint)
+}
+
+/// Words of the runs on a GPU, which hands them out four at a time: about two more a ray than there are, of rays that have some.
+fn words(estimate: &Estimate) -> f64 {
+    (estimate.runs + 2 * estimate.rays.min(estimate.runs / 2)) as f64
+}
+
+/// Bytes of GPU buffers of a mesh in bands of at most so many ray rows: facets, and rays, (facet, bin) pairs and crossings of the
+/// bands in flight.
+///
+/// The first band has room for [`FIRST_BAND`] rays, 16 pairs a bin and 3 a facet, and 8 runs a ray; where that is too
+/// little it is doubled, and later bands are larger in proportion to their rays.
+pub(super) fn device_bytes(estimate: &Estimate, most_rows: u64) -> u64 {
+    const FACET: u64 = 52;
+    const BIN_BYTES: u64 = 72;
+    const PAIR: u64 = 40;
+    const EVENT: u64 = 4;
+    let (n_i, n_j) = (estimate.rays_across(), estimate.rows());
+    let whole_bins = |rows: u64| (rows / BIN * BIN).max(BIN);
+    let first_rows = whole_bins(FIRST_BAND / n_i).min(most_rows).min(n_j);
+    let first_rays = first_rows * n_i;
+    let bins = n_i.div_ceil(BIN) * first_rows.div_ceil(BIN);
+    let (events, pairs) = (8 * first_rays, 16 * bins + 3 * estimate.facets);
+    let uneven = if first_rows == n_j { 1.0 } else { UNEVEN };
+    let share = first_rows as f64 / n_j as f64 * uneven;
+    let lack = (words(estimate) * share / events as f64).max(estimate.pairs as f64 * share / pairs as f64);
+    let times = (lack.ceil().max(1.0) as u64).next_power_of_two();
+    let first = bins * BIN_BYTES + times * (events * EVENT + pairs * PAIR);
+    if first_rows == n_j {
+        return estimate.facets * FACET + first;
+    }
+    let rows = whole_bins(MOST_BAND / n_i).min(most_rows).min(n_j.div_ceil(2)).max(first_rows);
+    let in_flight = IN_FLIGHT.min(n_j.div_ceil(first_rows));
+    in_flight * (estimate.facets * FACET + (first as f64 * rows as f64 / first_rows as f64) as u64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Geometry;
+    use crate::lines::Lines;
+    use crate::rays::Rays;
+
+    /// What a wall of facets across all rays of a box would take.
+    fn estimate(dims: [u32; 3]) -> Estimate {
+        let n = 20;
+        let corner = |i: u32, j: u32, height: f32| [height, i as f32 / n as f32, j as f32 / n as f32];
+        let wall = |height| {
+            let place = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+            place.flat_map(move |(i, j)| {
+                let [a, b, c, d] = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(di, dj)| corner(i + di, j + dj, height));
+                [[a, b, c], [b, c, d]]
+            })
+        };
+        let geometry = Geometry::new("walls", 1, wall(0.2).chain(wall(0.8)).collect::<Vec<_>>());
+        let lines = Lines::new([0.0; 3], dims.map(|n| 1.0 / f64::from(n)), dims).unwrap();
+        Estimate::new(&[geometry], &lines, &Rays::new(0, dims))
+    }
+
+    #[test]
+    fn what_is_needed_is_enough_and_shares_fit() {
+        for dims in [[8, 40, 60], [8, 700, 900], [8, 5000, 3000]] {
+            let estimate = estimate(dims);
+            for (device, can_spill) in [Device::None, Device::Own, Device::Shared]
+                .map(|d| [(d, false), (d, true)])
+                .as_flattened()
+                .iter()
+                .copied()
+            {
+                let allowed =
+                    |max_bytes| Allowed { max_bytes, program_bytes: 10_000_000, device, can_spill, flags: false };
+                let needed = Plan::unchecked(&estimate, &allowed(0)).needed;
+                let what = format!("{dims:?}, {device:?}, {can_spill}");
+                for max_bytes in [needed, 2 * needed, 10 * needed] {
+                    let plan = Plan::new(&estimate, &allowed(max_bytes)).unwrap();
+                    assert_eq!(plan.needed, needed, "{what}");
+                    let work = Work { estimate: &estimate, device, can_spill };
+                    let units = if device == Device::None { plan.most_strips } else { plan.most_rows };
+                    let held = 10_000_000 + estimate.host.facets + work.fixed() + work.cost(units.into());
+                    let sum = held + plan.columns.min(estimate.host.columns);
+                    assert!(units > 0 && sum <= max_bytes, "{what}: {sum} of {max_bytes}");
+                }
+                let error = Plan::new(&estimate, &allowed(needed - 1)).unwrap_err();
+                assert!(error.code() == "memory" && !error.hint().is_empty(), "{what}: {error}");
+            }
+        }
+    }
+
+    #[test]
+    fn only_devices_without_memory_of_their_own_take_the_hosts() {
+        let estimate = estimate([8, 700, 900]);
+        let needed = [Device::None, Device::Own, Device::Shared].map(|device| {
+            let allowed = Allowed { max_bytes: 1, program_bytes: 0, device, can_spill: true, flags: false };
+            Plan::unchecked(&estimate, &allowed).needed
+        });
+        assert!(needed[2] > needed[1] + estimate.device_bytes_of(BIN), "{needed:?}");
+    }
+}
