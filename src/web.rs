@@ -265,7 +265,7 @@ impl WebEngine {
         };
         let progress = keep(progress.into());
         let control = self.control(job.token.clone(), progress);
-        let task = Task { job: &job.job, read_seconds, aside, flags_in_memory: false };
+        let task = Task { job: &job.job, read_seconds, aside, flags_in_memory: false, program_bytes: 0 };
         let result = pipeline::mesh_task(task, job.sources(), &mut engine, &control).await;
         forget(progress);
         *self.engine.borrow_mut() = Some(engine);
