@@ -66,8 +66,9 @@ impl Gpu {
     /// - `device-failed`: the driver refused the device or a kernel.
     pub async fn open(wanted: Option<&str>) -> Result<Gpu> {
         let adapter = match wanted {
-            None => preferred_adapter().await?,
-            Some(name) => named_adapter(name).await?,
+            // browsers offer one adapter, without a name
+            Some(name) if cfg!(not(target_arch = "wasm32")) => named_adapter(name).await?,
+            _ => preferred_adapter().await?,
         };
         Gpu::with_adapter(&adapter).await
     }
@@ -151,7 +152,9 @@ fn note(failure: &Mutex<Option<Error>>, error: Error) {
 }
 
 fn instance() -> Instance {
-    Instance::new(InstanceDescriptor::new_without_display_handle().with_env())
+    let descriptor = InstanceDescriptor::new_without_display_handle();
+    // browsers have no environment variables
+    Instance::new(if cfg!(target_arch = "wasm32") { descriptor } else { descriptor.with_env() })
 }
 
 async fn preferred_adapter() -> Result<Adapter> {

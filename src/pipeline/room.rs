@@ -52,6 +52,7 @@ impl Room {
     ///
     /// # Errors
     /// Those of [`Growing::keeping`].
+    #[cfg_attr(target_arch = "wasm32", expect(unused_variables, reason = "wasm keeps nothing"))]
     pub(super) fn growing(
         &self,
         aside: &Aside,
@@ -61,6 +62,7 @@ impl Room {
         match aside {
             Aside::Nowhere => Ok(Growing::new(prepared.rays, self.columns, None)),
             Aside::Spill(store) => Ok(Growing::new(prepared.rays, self.columns, Some(store.clone()))),
+            #[cfg(not(target_arch = "wasm32"))]
             Aside::Keep(store) => Growing::keeping(prepared.rays, self.columns, store.clone(), &identity()),
         }
     }
