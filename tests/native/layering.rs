@@ -13,6 +13,7 @@ const CORE: &[&str] = &[
     "error",
     "control",
     "parallel",
+    "checksum",
     "geometry",
     "surface",
     "read",
