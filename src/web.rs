@@ -22,6 +22,7 @@ use crate::read::{Contents, Format, Reader, Solid};
 use crate::sources::Source;
 
 mod info;
+mod json;
 mod mesh;
 mod value;
 
@@ -32,7 +33,7 @@ type JsResult<T> = std::result::Result<T, JsValue>;
 /// An error as `www/core.js` takes it apart.
 fn js_error(error: Error) -> JsValue {
     let message = error.to_string();
-    JsValue::from_str(&value::json(&info::ErrorFacts { code: error.code(), message: &message, hint: error.hint() }))
+    JsValue::from_str(&json::json(&info::ErrorFacts { code: error.code(), message: &message, hint: error.hint() }))
 }
 
 /// Version of hexcast.
@@ -184,7 +185,7 @@ impl WebJob {
     pub fn estimate(&self) -> JsResult<String> {
         let prepared = pipeline::prepare(&self.job, self.sources()).map_err(js_error)?;
         let estimate = Estimate::new(&prepared.geometries, &prepared.lines, &prepared.rays);
-        Ok(value::json(&estimate))
+        Ok(json::json(&estimate))
     }
 
     /// The sources, whose facets stay shared.
@@ -241,7 +242,7 @@ impl WebEngine {
         let software = engine.is_software();
         let adapter = engine.adapter().map(|(name, driver)| info::AdapterInfo { name, driver, software });
         let facts = info::EngineFacts { backend: engine.backend(), adapter, fallback: engine.fallback.as_deref() };
-        let facts = value::json(&facts);
+        let facts = json::json(&facts);
         Ok(WebEngine { engine: Rc::new(RefCell::new(Some(engine))), pause: keep(&pause), facts })
     }
 
@@ -261,7 +262,7 @@ impl WebEngine {
         forget(progress);
         *self.engine.borrow_mut() = Some(engine);
         let (mesh, report) = result.map_err(js_error)?;
-        Ok(WebMesh::new(mesh, value::json(&report)))
+        Ok(WebMesh::new(mesh, json::json(&report)))
     }
 
     fn control(&self, token: CancelToken, progress: usize) -> Control {
