@@ -12,6 +12,7 @@ use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 
 use crate::control::{CancelToken, Control, Progress};
+use crate::digits::Number;
 use crate::error::Error;
 use crate::estimate::Estimate;
 use crate::geometry::Facet;
@@ -95,7 +96,8 @@ impl WebSurface {
             return Err(js_error(Error::new("job-value", message, "give x y z of three corners a facet")));
         }
         if let Some(place) = corners.iter().position(|number| !number.is_finite()) {
-            let message = format!("{file}: number {} of facet {} is {}", place % 9, place / 9, corners[place]);
+            let message =
+                format!("{file}: number {} of facet {} is {}", place % 9, place / 9, Number(corners[place].into()));
             return Err(js_error(Error::new("stl-not-finite", message, "remove the facet")));
         }
         let facet = |f: &[f32; 9]| -> Facet { [[f[0], f[1], f[2]], [f[3], f[4], f[5]], [f[6], f[7], f[8]]] };
@@ -169,7 +171,10 @@ impl WebJob {
     pub fn new(json: &str, switch: &WebSwitch) -> JsResult<WebJob> {
         let job: Job = match value::from_json(json) {
             Some(Ok(job)) => job,
-            Some(Err(problem)) => return Err(js_error(job::wrong_value(&problem.path, &problem.message))),
+            Some(Err(problem)) => {
+                let place = problem.place();
+                return Err(js_error(job::wrong_value(&place.path, &place.message)));
+            }
             None => return Err(js_error(job::not_valid("JSON", "JSON.parse refuses it"))),
         };
         job.validate().map_err(js_error)?;

@@ -10,6 +10,8 @@ use serde::de::{self, DeserializeOwned, DeserializeSeed, Deserializer, IntoDeser
 use serde::forward_to_deserialize_any;
 use wasm_bindgen::prelude::*;
 
+use crate::digits::Number;
+
 /// Whole numbers up to here are exact in a JavaScript number.
 const MAX_EXACT: f64 = 9_007_199_254_740_992.0;
 
@@ -19,24 +21,57 @@ pub(super) fn from_json<T: DeserializeOwned>(text: &str) -> Option<Result<T, Pro
 }
 
 /// What is wrong, and with which key; an empty path is the value itself.
-#[derive(Debug, Default)]
-pub(super) struct Problem {
+#[derive(Debug)]
+pub(super) struct Problem(Box<Place>);
+
+/// The key and what is wrong with it.
+#[derive(Debug)]
+pub(super) struct Place {
     pub(super) path: String,
     pub(super) message: String,
 }
 
 impl Problem {
+    fn new(message: String) -> Problem {
+        Problem(Box::new(Place { path: String::new(), message }))
+    }
+
+    /// The path of the key, and what is wrong with it.
+    pub(super) fn place(&self) -> &Place {
+        &self.0
+    }
+
+    /// The words of serde, which writes numbers with code that would be loaded for them alone.
+    fn unexpected(what: &str, found: Unexpected, expected: &dyn de::Expected) -> Problem {
+        let found = match found {
+            Unexpected::Bool(flag) => format!("boolean `{flag}`"),
+            Unexpected::Unsigned(number) => format!("integer `{number}`"),
+            Unexpected::Signed(number) => format!("integer `{number}`"),
+            Unexpected::Float(number) => format!("floating point `{:?}`", Number(number)),
+            Unexpected::Str(text) => format!("string \"{text}\""),
+            Unexpected::Unit => "unit value".into(),
+            Unexpected::Seq => "sequence".into(),
+            Unexpected::Map => "map".into(),
+            Unexpected::UnitVariant => "unit variant".into(),
+            Unexpected::NewtypeVariant => "newtype variant".into(),
+            Unexpected::Other(text) => text.into(),
+            _ => "another value".into(),
+        };
+        Problem::new(format!("invalid {what}: {found}, expected {expected}"))
+    }
+
     /// Puts the key that holds the value in front of the path.
     fn within(mut self, key: &str) -> Problem {
-        let dot = if self.path.is_empty() || self.path.starts_with('[') { "" } else { "." };
-        self.path = [key, dot, &self.path].concat();
+        let path = &mut self.0.path;
+        let dot = if path.is_empty() || path.starts_with('[') { "" } else { "." };
+        *path = [key, dot, path].concat();
         self
     }
 }
 
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.message)
+        f.write_str(&self.0.message)
     }
 }
 
@@ -44,7 +79,15 @@ impl std::error::Error for Problem {}
 
 impl de::Error for Problem {
     fn custom<T: fmt::Display>(message: T) -> Problem {
-        Problem { path: String::new(), message: message.to_string() }
+        Problem::new(message.to_string())
+    }
+
+    fn invalid_type(found: Unexpected, expected: &dyn de::Expected) -> Problem {
+        Problem::unexpected("type", found, expected)
+    }
+
+    fn invalid_value(found: Unexpected, expected: &dyn de::Expected) -> Problem {
+        Problem::unexpected("value", found, expected)
     }
 }
 

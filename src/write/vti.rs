@@ -14,6 +14,7 @@
 use std::fmt::Write;
 
 use crate::control::Control;
+use crate::digits::Number;
 use crate::error::{Error, Result};
 use crate::flags::CellBox;
 use crate::mesh::Mesh;
@@ -190,7 +191,8 @@ fn head(mesh: &Mesh, compress: Compress) -> String {
 }
 
 /// Three numbers that parse back to the same f64.
-fn three([x, y, z]: [f64; 3]) -> String {
+fn three(numbers: [f64; 3]) -> String {
+    let [x, y, z] = numbers.map(Number);
     format!("{x:?} {y:?} {z:?}")
 }
 

@@ -14,6 +14,7 @@ const CORE: &[&str] = &[
     "control",
     "parallel",
     "checksum",
+    "digits",
     "geometry",
     "surface",
     "read",
