@@ -72,6 +72,7 @@ impl Projected {
         Some(projected)
     }
 
+    #[inline(always)]
     fn set_edges(&mut self, corners: &[[i64; 3]; 3], origin: [i64; 2], fraction_bits: u32) {
         for edge in 0..3 {
             let [x, y, _] = corners[edge];
@@ -85,6 +86,7 @@ impl Projected {
         }
     }
 
+    #[inline(always)]
     fn set_plane(&mut self, corners: &[[i64; 3]; 3], origin: [i64; 2], axis: usize) {
         let [x, y, z] = corners[0].map(i128::from);
         let [slope_x, slope_y] = self.slope.map(i128::from);
@@ -100,17 +102,20 @@ impl Projected {
     }
 }
 
+#[inline(always)]
 fn twice_area(corners: &[[i64; 3]; 3]) -> i64 {
     let [[x0, y0, _], [x1, y1, _], [x2, y2, _]] = *corners;
     (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
 }
 
+#[inline(always)]
 fn slope(corners: &[[i64; 3]; 3]) -> [i64; 2] {
     let [[x0, y0, z0], [x1, y1, z1], [x2, y2, z2]] = *corners;
     [(z1 - z0) * (y2 - y0) - (z2 - z0) * (y1 - y0), (x1 - x0) * (z2 - z0) - (x2 - x0) * (z1 - z0)]
 }
 
 /// First and last ray whose centre lies within the corners along one axis across, clipped to 0 .. count.
+#[inline(always)]
 fn ray_range(corners: &[[i64; 3]; 3], axis: usize, fraction_bits: u32, count: u32) -> Option<[u32; 2]> {
     let low = corners[0][axis].min(corners[1][axis]).min(corners[2][axis]);
     let high = corners[0][axis].max(corners[1][axis]).max(corners[2][axis]);

@@ -84,7 +84,8 @@ impl Frame {
         let mut rank_of_facet = Vec::new();
         for (rank, &index) in ranks.geometry_of_rank.iter().enumerate() {
             let geometry = &geometries[index];
-            let snap = |corner: [f32; 3]| snap(geometry.world_from_corner(corner), lines, fraction_bits);
+            let placing = geometry.placing();
+            let snap = |corner: [f32; 3]| snap(placing(corner), lines, fraction_bits);
             facets.par_extend(geometry.facets.par_iter().map(|facet| facet.map(snap)));
             rank_of_facet.resize(facets.len(), rank as u8);
         }
@@ -117,10 +118,12 @@ fn check_limits(geometries: &[Geometry], lines: &Lines) -> Result<()> {
 }
 
 /// Position relative to the centre of cell 0, in cells.
+#[inline(always)]
 fn cells_from_world(world: [f64; 3], lines: &Lines) -> [f64; 3] {
     std::array::from_fn(|axis| (world[axis] - lines.origin[axis]) / lines.spacing[axis] - 0.5)
 }
 
+#[inline(always)]
 fn snap(world: [f64; 3], lines: &Lines, fraction_bits: u32) -> [i32; 3] {
     let scale = f64::from(1u32 << fraction_bits);
     // rint (ties to even) is one instruction; any fixed rule serves

@@ -37,11 +37,16 @@ impl Geometry {
 
     /// World coordinates of a corner, in the unit of the file. The identity transform returns the file's number exactly.
     pub fn world_from_corner(&self, corner: [f32; 3]) -> [f64; 3] {
-        let file = DVec3::new(corner[0].into(), corner[1].into(), corner[2].into());
-        if self.world_from_file == DAffine3::IDENTITY {
-            return file.to_array();
+        self.placing()(corner)
+    }
+
+    /// [`Geometry::world_from_corner`] for many corners.
+    pub(crate) fn placing(&self) -> impl Fn([f32; 3]) -> [f64; 3] + Sync {
+        let (place, stays) = (self.world_from_file, self.world_from_file == DAffine3::IDENTITY);
+        move |corner| {
+            let file = corner.map(f64::from);
+            if stays { file } else { place.transform_point3(file.into()).to_array() }
         }
-        self.world_from_file.transform_point3(file).to_array()
     }
 
     /// Least and greatest world coordinates, or None without facets.
@@ -51,8 +56,9 @@ impl Geometry {
         }
         let mut low = [f64::INFINITY; 3];
         let mut high = [f64::NEG_INFINITY; 3];
+        let placing = self.placing();
         for corner in self.facets.as_flattened() {
-            let world = self.world_from_corner(*corner);
+            let world = placing(*corner);
             for axis in 0..3 {
                 low[axis] = low[axis].min(world[axis]);
                 high[axis] = high[axis].max(world[axis]);
@@ -68,7 +74,8 @@ impl Geometry {
     pub fn signed_volume(&self) -> f64 {
         let Some([low, high]) = self.bounding_box() else { return 0.0 };
         let centre = (DVec3::from(low) + DVec3::from(high)) * 0.5;
-        let corner = |c: [f32; 3]| DVec3::from(self.world_from_corner(c)) - centre;
+        let placing = self.placing();
+        let corner = |c: [f32; 3]| DVec3::from(placing(c)) - centre;
         let six_volumes: f64 =
             self.facets.iter().map(|facet| corner(facet[0]).dot(corner(facet[1]).cross(corner(facet[2])))).sum();
         six_volumes / 6.0
