@@ -48,7 +48,7 @@ function nameWasm() {
 /** Optimizes the wasm; returns the names of a letter or two that its imports and exports got. */
 async function optimize(file) {
   const features = FEATURES.map((feature) => `--enable-${feature}`);
-  const options = [...features, '-Oz', '--minify-imports-and-exports', file, '-o', file];
+  const options = [...features, '-O3', '--minify-imports-and-exports', file, '-o', file];
   const output = await run(process.execPath, [path.join(ROOT, 'node_modules/binaryen/bin/wasm-opt'), ...options]);
   return JSON.parse(output.slice(output.indexOf('{')));
 }

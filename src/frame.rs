@@ -120,14 +120,19 @@ fn check_limits(geometries: &[Geometry], lines: &Lines) -> Result<()> {
 /// Position relative to the centre of cell 0, in cells.
 #[inline(always)]
 fn cells_from_world(world: [f64; 3], lines: &Lines) -> [f64; 3] {
-    std::array::from_fn(|axis| (world[axis] - lines.origin[axis]) / lines.spacing[axis] - 0.5)
+    let mut cells = world;
+    for axis in 0..3 {
+        cells[axis] = (world[axis] - lines.origin[axis]) / lines.spacing[axis] - 0.5;
+    }
+    cells
 }
 
 #[inline(always)]
 fn snap(world: [f64; 3], lines: &Lines, fraction_bits: u32) -> [i32; 3] {
     let scale = f64::from(1u32 << fraction_bits);
     // rint (ties to even) is one instruction; any fixed rule serves
-    cells_from_world(world, lines).map(|u| libm::rint(u * scale) as i32)
+    let [x, y, z] = cells_from_world(world, lines);
+    [libm::rint(x * scale) as i32, libm::rint(y * scale) as i32, libm::rint(z * scale) as i32]
 }
 
 /// The largest F for which corners and centres of every axis span at most 2^SPAN_BITS units.

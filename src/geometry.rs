@@ -44,7 +44,7 @@ impl Geometry {
     pub(crate) fn placing(&self) -> impl Fn([f32; 3]) -> [f64; 3] + Sync {
         let (place, stays) = (self.world_from_file, self.world_from_file == DAffine3::IDENTITY);
         move |corner| {
-            let file = corner.map(f64::from);
+            let file = [f64::from(corner[0]), f64::from(corner[1]), f64::from(corner[2])];
             if stays { file } else { place.transform_point3(file.into()).to_array() }
         }
     }
