@@ -34,7 +34,7 @@ pub(crate) fn adler32(bytes: &[u8]) -> u32 {
         sum += u64::from(byte);
         sums += sum;
     }
-    (sums as u32 % ADLER_BASE) << 16 | sum as u32 % ADLER_BASE
+    ((sums as u32 % ADLER_BASE) << 16) | (sum as u32 % ADLER_BASE)
 }
 
 /// CRC-32 of bytes, little-endian.

@@ -123,12 +123,12 @@ fn digits(value: f64) -> (String, i32) {
         if reaches(next, &scale) {
             break;
         }
-        [&mut rest, &mut below, &mut above].map(Big::times_ten);
+        [&mut rest, &mut below, &mut above].into_iter().for_each(Big::times_ten);
         point -= 1;
     }
     let mut digits = Vec::new();
     loop {
-        [&mut rest, &mut below, &mut above].map(Big::times_ten);
+        [&mut rest, &mut below, &mut above].into_iter().for_each(Big::times_ten);
         let mut digit = b'0';
         while rest >= scale {
             rest.subtract(&scale);
