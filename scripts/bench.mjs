@@ -47,6 +47,7 @@ function peersPython() {
 /** Times VTK and both backends in turn; seconds from file to flags in memory of every warm run. */
 function race(programs, file, n) {
   const seconds = { vtk: [], cpu: [], gpu: [] };
+  const bits = { cpu: [], gpu: [] };
   const last = {};
   for (let round = 0; round < rounds; round++) {
     const args = ['benches/peers.py', file, String(n), 'vtk', '--runs', options.runs];
@@ -56,10 +57,12 @@ function race(programs, file, n) {
     for (const backend of ['cpu', 'gpu']) {
       const args = ['--file', file, '--cells', String(n), '--backends', backend, '--runs', options.runs];
       [last[backend]] = jsonLines(run(programs.bench, args));
-      seconds[backend].push(...last[backend].runs.map((s) => s.read + s.lines + s.snap + s.columns + s.flags));
+      const untilColumns = (s) => s.read + s.lines + s.snap + s.columns;
+      seconds[backend].push(...last[backend].runs.map((s) => untilColumns(s) + s.flags));
+      bits[backend].push(...last[backend].runs.map((s) => untilColumns(s) + s.bits));
     }
   }
-  return { n, seconds, last, load: loadavg()[0] };
+  return { n, seconds, bits, last, load: loadavg()[0] };
 }
 
 /** Counts the cells in which VTK and hexcast differ. */
@@ -74,28 +77,31 @@ function differences(programs, file, n, scratch) {
   return { n, n_cells: vtk.length, n_differing };
 }
 
-function raceTable({ n, seconds, last }) {
+function raceTable({ n, seconds, bits, last }) {
   const vtk = median(seconds.vtk);
-  const row = (name, all, run) => {
+  const times = (middle) => `${(vtk / middle).toFixed(1)}x`;
+  const row = (name, all, run, allBits) => {
     const middle = median(all);
+    const middleBits = allBits ? median(allBits) : NaN;
     const columns = run.to_columns_s ? ms(run.to_columns_s) : '';
     const again = run.to_flags_again_s ? ms(run.to_flags_again_s) : '';
     const vec = run.to_flags_in_vec_s ? ms(run.to_flags_in_vec_s) : '';
     const spread = `${ms(Math.min(...all))} - ${ms(Math.max(...all))}`;
-    return [name, columns, ms(middle), spread, again, vec, (n ** 3 / middle / 1e9).toFixed(2), `${(vtk / middle).toFixed(1)}x`];
+    const packed = allBits ? [ms(middleBits), times(middleBits)] : ['', ''];
+    return [name, columns, ms(middle), spread, again, vec, (n ** 3 / middle / 1e9).toFixed(2), times(middle), ...packed];
   };
   return table(
-    [`${n}^3`, 'columns, ms', 'flags, ms', 'from - to', 'flags again, ms', 'flags in Vec, ms', '1e9 cells/s', 'against VTK'],
+    [`${n}^3`, 'columns, ms', 'flags, ms', 'from - to', 'flags again, ms', 'flags in Vec, ms', '1e9 cells/s', 'against VTK', 'bits, ms', 'against VTK'],
     [
       row('VTK', seconds.vtk, last.vtk),
-      row('hexcast, CPU', seconds.cpu, last.cpu),
-      row(`hexcast, GPU (${last.gpu.adapter.split(' (')[0]})`, seconds.gpu, last.gpu),
+      row('hexcast, CPU', seconds.cpu, last.cpu, bits.cpu),
+      row(`hexcast, GPU (${last.gpu.adapter.split(' (')[0]})`, seconds.gpu, last.gpu, bits.gpu),
     ],
   );
 }
 
 function stageTable({ n, last }) {
-  const stages = ['read', 'lines', 'snap', 'columns', 'flags', 'flags_again', 'flags_in_vec', 'bytes_once'];
+  const stages = ['read', 'lines', 'snap', 'columns', 'flags', 'flags_again', 'flags_in_vec', 'bits', 'bytes_once'];
   const row = (name, run) => [name, ...stages.map((stage) => ms(run[`${stage}_s`])), (run.crossings_per_s / 1e6).toFixed(1)];
   return table([`${n}^3, ms`, ...stages.map((stage) => stage.replaceAll('_', ' ')), '1e6 crossings/s'], [row('CPU', last.cpu), row('GPU', last.gpu)]);
 }

@@ -8,21 +8,21 @@ const LIMITS = { scan: [36e9, 'B'], clear: [10e9, 'B'], hits: [783e6, 'hits'] };
 
 /**
  * What a pass moves, from the formulas at the head of its kernel: every array that it reads or writes counts once, caches are
- * perfect. Facets (40 bytes) are read by each band. Keys are the names of `passTable`.
+ * perfect. Facets (48 bytes) are read by each band. Keys are the names of `passTable`.
  */
 const WORK = {
-  LatticeRows: ({ n_bands, n_facets }) => ['scan', n_bands * n_facets * 44],
-  LatticeCount: ({ n_bands, n_facets, n_bins, n_pairs }) => ['scan', n_bands * n_facets * 44 + 4 * n_bins + 8 * n_pairs],
-  LatticeFill: ({ n_bands, n_facets, n_pairs }) => ['scan', n_bands * n_facets * 44 + 16 * n_pairs],
+  LatticeRows: ({ n_bands, n_facets }) => ['scan', n_bands * n_facets * 52],
+  LatticeCount: ({ n_bands, n_facets, n_bins, n_pairs }) => ['scan', n_bands * n_facets * 52 + 4 * n_bins + 8 * n_pairs],
+  LatticeFill: ({ n_bands, n_facets, n_pairs }) => ['scan', n_bands * n_facets * 52 + 16 * n_pairs],
   ColumnsSetup: ({ n_pairs }) => ['hits', 64 * n_pairs],
-  ColumnsOneRank: ({ n_crossings }) => ['hits', n_crossings],
+  ColumnsAlternating: ({ n_crossings }) => ['hits', n_crossings],
   Columns: ({ n_crossings }) => ['hits', n_crossings],
   ScanReduce: ({ n_bands, n_facets, n_bins }) => ['scan', 4 * (n_bands * n_facets + n_bins)],
   ScanApply: ({ n_bands, n_facets, n_bins }) => ['scan', 8 * (n_bands * n_facets + n_bins)],
   // up: facets once; cleared: offsets; home: runs and chunks, which are read once more to put them in order
   'upload, clears, readback': ({ n_bands, n_facets, n_bins, n_runs }) => [
     'clear',
-    40 * n_facets + 4 * (n_bands * n_facets + n_bins) + 2 * (4 * n_runs + 64 * n_bins),
+    48 * n_facets + 4 * (n_bands * n_facets + n_bins) + 2 * (4 * n_runs + 64 * n_bins),
   ],
   lattice: ({ n_facets, n_cpu_pairs }) => ['scan', 36 * n_facets + 20 * n_cpu_pairs],
   crossings: ({ n_crossings }) => ['hits', n_crossings],

@@ -4,12 +4,15 @@
 // Left to columns_deep are rows with a deeper ray or with a height too near to a centre for the tile's numbers; all rows with
 // more than 32 geometries, or several under the rule nonzero; and rays that do not leave one of several geometries.
 // Twins: `src/crossings.rs`, `src/map.rs`.
-// Reads: bin_offsets, tiles (8 words a pair, see columns_setup); flag_of_rank.
+// Reads: bin_offsets, tiles (2 vec4 a pair, see columns_setup); flag_of_rank.
 // Writes: chunks[see rays.wgsl] = (start, number of runs of each of its 8 rays, 4 bits each), or (0, DEEP);
-//         runs[start ..], ray after ray, chunks in no order; adds to totals.
+//         runs[start ..], ray after ray, four runs a place and each ray from a new place on, chunks in no order; adds to totals.
 
-@group(0) @binding(3) var<storage, read> tiles: array<u32>;
-@group(0) @binding(5) var<storage, read_write> runs: array<u32>;
+@group(0) @binding(3) var<storage, read> tiles: array<vec4<u32>>;
+@group(0) @binding(5) var<storage, read_write> runs: array<vec4<u32>>;
+
+// Whether there is only one geometry, under the rule parity. A constant of the pipeline, like ONE_RANK.
+override ALTERNATES: bool = false;
 
 @compute @workgroup_size(64)
 fn columns(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
@@ -22,8 +25,11 @@ fn columns(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_in
         rotate(&lists, empty_list());
     }
     let end = min(bin_offsets[rays.bin + 1u], params.pair_capacity);
-    for (var pair = bin_offsets[rays.bin]; pair < end; pair++) {
-        cross_row(pair, rays.row, &lists);
+    // two at a time, since drivers that run 8 threads in a vector pay for each variable that a loop carries
+    for (var pair = bin_offsets[rays.bin]; pair < end; pair += 2u) {
+        let next = min(pair + 1u, end - 1u);
+        cross_row(pair, rays.row, 0xffu, &lists);
+        cross_row(next, rays.row, select(0u, 0xffu, next != pair), &lists);
     }
     sweep_row(rays, &lists);
 }
@@ -72,17 +78,17 @@ struct Height {
     fraction: u32,
 }
 
-// Lists the crossings of a facet with the eight rays of a row, where they hit. Written out: drivers that run 8 threads in
+// Lists the crossings of a facet with the rays of a row, a bit each, where they hit. Written out: drivers that run 8 threads in
 // a vector pay more for an index into a vector than for a whole crossing.
-fn cross_row(pair: u32, row: u32, lists: ptr<function, Lists>) {
-    let tile = 8u * pair;
-    let steps = tiles[tile + 4u];
-    let tag = tiles[tile + 7u];
-    let hits = (tiles[tile + row / 4u] >> (8u * (row % 4u))) & 0xffu;
-    let step_i = bitcast<u32>(bitcast<i32>(steps << 16u) >> 16u);
-    let slope = Slope(hits, step_i, tiles[tile + 5u], tag >> 10u, 1u - ((tag >> 9u) & 1u), tag & 0x1ffu);
-    let step_j = Height(bitcast<u32>(bitcast<i32>(steps) >> 16u), tiles[tile + 6u]);
-    var height = height_of_row(Height(tiles[tile + 2u], tiles[tile + 3u]), step_j, row);
+fn cross_row(pair: u32, row: u32, rays: u32, lists: ptr<function, Lists>) {
+    let first = tiles[2u * pair];
+    let steps = tiles[2u * pair + 1u];
+    let tag = steps.w;
+    let hits = (select(first.y, first.x, row < 4u) >> (8u * (row % 4u))) & rays;
+    let step_i = bitcast<u32>(bitcast<i32>(steps.x << 16u) >> 16u);
+    let slope = Slope(hits, step_i, steps.y, tag >> 10u, 1u - ((tag >> 9u) & 1u), tag & 0x1ffu);
+    let step_j = Height(bitcast<u32>(bitcast<i32>(steps.x) >> 16u), steps.z);
+    var height = height_of_row(Height(first.z, first.w), step_j, row);
     var l = *lists;
     var overflows = l.overflows;
     l.l0 = insert(l.l0, cross(0u, slope, &height, &overflows), &overflows);
@@ -128,33 +134,146 @@ fn insert(list: List, event: u32, overflows: ptr<function, u32>) -> List {
     );
 }
 
-// Sweeps the crossings of each ray of a row into runs.
+// Sweeps the crossings of each ray of a row into runs, and writes them four at a time.
 fn sweep_row(rays: RayRow, lists: ptr<function, Lists>) {
     if !can_sweep(*lists) || (*lists).overflows != 0u {
         chunks[rays.chunk] = vec2<u32>(0u, DEEP);
         atomicAdd(&totals.n_deep, 1u);
         return;
     }
-    let start = atomicAdd(&totals.n_slots, (*lists).n_crossings);
-    var runs_of_rays = 0u;
-    var n_runs = 0u;
-    var n_odd = 0u;
+    var row = Swept();
+    if ALTERNATES {
+        cancel_twins(lists);
+    }
     for (var i = 0u; i < 8u; i++) {
-        var sweep = start_sweep(start + n_runs);
-        feed4(&sweep, (*lists).l0.low, (*lists).l0.high.x);
-        feed4(&sweep, (*lists).l0.high, NO_EVENT);
-        if sweep.flag != 0u {
-            n_odd += 1u;
-            sweep.runs -= sweep.last_change_is_run;
-        }
-        runs_of_rays |= sweep.runs << (4u * i);
-        n_runs += sweep.runs;
+        rotate(lists, runs_of((*lists).l0, i, &row));
+    }
+    let start = atomicAdd(&totals.n_places, row.n_places);
+    chunks[rays.chunk] = vec2<u32>(start, row.n_runs);
+    var place = start;
+    for (var i = 0u; i < 8u; i++) {
+        write_runs(&place, (*lists).l0.low);
+        write_runs(&place, (*lists).l0.high);
         rotate(lists, (*lists).l0);
     }
-    chunks[rays.chunk] = vec2<u32>(start, runs_of_rays);
-    if n_odd != 0u {
-        atomicAdd(&totals.n_odd, n_odd);
+    let n_lost = (*lists).n_crossings - row.n_all_runs;
+    if n_lost != 0u {
+        atomicAdd(&totals.n_lost, n_lost);
     }
+    if row.n_odd != 0u {
+        atomicAdd(&totals.n_odd, row.n_odd);
+    }
+}
+
+// What the sweep of a row finds.
+struct Swept {
+    n_runs: u32,        // of each ray, 4 bits each
+    n_all_runs: u32,
+    n_places: u32,      // that the runs take, four each
+    n_odd: u32,         // rays on which a counter stays open
+}
+
+// Writes the runs of a half list, if there are any.
+fn write_runs(place: ptr<function, u32>, half: vec4<u32>) {
+    if half.x != NO_EVENT {
+        if *place < params.event_capacity / 4u {
+            runs[*place] = half;
+        }
+        *place += 1u;
+    }
+}
+
+// The runs of a ray, in order, from its crossings.
+fn runs_of(crossings: List, ray: u32, row: ptr<function, Swept>) -> List {
+    var list = List();
+    if ALTERNATES {
+        list = alternating_runs(crossings, row);
+    } else {
+        list = swept_runs(crossings, row);
+    }
+    let is_run = vec4<u32>(list.low != vec4<u32>(NO_EVENT)) + vec4<u32>(list.high != vec4<u32>(NO_EVENT));
+    let n_runs = is_run.x + is_run.y + is_run.z + is_run.w;
+    (*row).n_runs |= n_runs << (4u * ray);
+    (*row).n_all_runs += n_runs;
+    (*row).n_places += (n_runs + 3u) / 4u;
+    return list;
+}
+
+// One geometry under the rule parity: each crossing begins a run, by turns inside and outside. Crossings past the end of the
+// ray begin none, nor does the last of an odd number.
+fn alternating_runs(crossings: List, row: ptr<function, Swept>) -> List {
+    let low = crossings.low;
+    let high = crossings.high;
+    let none = vec4<u32>(NO_EVENT);
+    let no_next_low = vec2<bool>(low.y == NO_EVENT, low.w == NO_EVENT);
+    let no_next_high = vec2<bool>(high.y == NO_EVENT, high.w == NO_EVENT);
+    let is_odd = (low.x != NO_EVENT && no_next_low.x) || (low.z != NO_EVENT && no_next_low.y)
+        || (high.x != NO_EVENT && no_next_high.x) || (high.z != NO_EVENT && no_next_high.y);
+    (*row).n_odd += u32(is_odd);
+    let flags = vec4<u32>(flag_of(0u), 0u, flag_of(0u), 0u);
+    let depth = vec4<u32>(params.depth);
+    let ends_low = vec4<bool>(no_next_low.x, false, no_next_low.y, false) | ((low >> vec4<u32>(9u)) >= depth);
+    let ends_high = vec4<bool>(no_next_high.x, false, no_next_high.y, false) | ((high >> vec4<u32>(9u)) >= depth);
+    return List(
+        select(((low >> vec4<u32>(9u)) << vec4<u32>(8u)) | flags, none, ends_low),
+        select(((high >> vec4<u32>(9u)) << vec4<u32>(8u)) | flags, none, ends_high),
+    );
+}
+
+// Takes out pairs of crossings of the same cell, at most four a ray: nothing lies between them. They are rare.
+fn cancel_twins(lists: ptr<function, Lists>) {
+    for (var left = select(0u, 4u * 8u, have_twins(*lists)); left != 0u; left--) {
+        rotate(lists, without_twins((*lists).l0));
+    }
+}
+
+fn have_twins(lists: Lists) -> bool {
+    return any(twins_in(lists.l0) | twins_in(lists.l1) | twins_in(lists.l2) | twins_in(lists.l3)
+        | twins_in(lists.l4) | twins_in(lists.l5) | twins_in(lists.l6) | twins_in(lists.l7));
+}
+
+// Whether a crossing at one of four places is of the cell of the next, before or after the middle.
+fn twins_in(list: List) -> vec4<bool> {
+    return twins(list.low, vec4<u32>(list.low.yzw, list.high.x)) | twins(list.high, vec4<u32>(list.high.yzw, NO_EVENT));
+}
+
+fn twins(crossings: vec4<u32>, next: vec4<u32>) -> vec4<bool> {
+    return ((crossings ^ next) < vec4<u32>(512u)) & (next != vec4<u32>(NO_EVENT));
+}
+
+// A list without its first pair of crossings of the same cell.
+fn without_twins(list: List) -> List {
+    let low = twins(list.low, vec4<u32>(list.low.yzw, list.high.x));
+    let high = twins(list.high, vec4<u32>(list.high.yzw, NO_EVENT));
+    let until = vec4<bool>(low.x, low.x || low.y, low.x || low.y || low.z, any(low));
+    let until_high = vec4<bool>(high.x, high.x || high.y, high.x || high.y || high.z, any(high)) | vec4<bool>(until.w);
+    return List(
+        select(list.low, vec4<u32>(list.low.zw, list.high.xy), until),
+        select(list.high, vec4<u32>(list.high.zw, NO_EVENT, NO_EVENT), until_high),
+    );
+}
+
+// Any geometries and either rule: crossing after crossing.
+fn swept_runs(crossings: List, row: ptr<function, Swept>) -> List {
+    swept = List(vec4<u32>(NO_EVENT), vec4<u32>(NO_EVENT));
+    var sweep = start_sweep(0u);
+    feed4(&sweep, crossings.low, crossings.high.x);
+    feed4(&sweep, crossings.high, NO_EVENT);
+    if sweep.flag != 0u {
+        (*row).n_odd += 1u;
+        if sweep.last_change_is_run != 0u {
+            write_run(sweep.runs - 1u, NO_EVENT);
+        }
+    }
+    return swept;
+}
+
+// The runs so far of the ray that is swept.
+var<private> swept: List;
+
+fn write_run(slot: u32, run: u32) {
+    swept.low = select(swept.low, vec4<u32>(run), vec4<u32>(slot) == vec4<u32>(0u, 1u, 2u, 3u));
+    swept.high = select(swept.high, vec4<u32>(run), vec4<u32>(slot) == vec4<u32>(4u, 5u, 6u, 7u));
 }
 
 // Whether a bit is enough to count each geometry, and all rays leave all that they enter.
@@ -176,10 +295,4 @@ fn open_in(list: List) -> u32 {
 fn bits_of(events: vec4<u32>) -> vec4<u32> {
     let bits = vec4<u32>(1u) << ((events >> vec4<u32>(1u)) & vec4<u32>(31u));
     return select(bits, vec4<u32>(0u), events == vec4<u32>(NO_EVENT));
-}
-
-fn write_run(slot: u32, run: u32) {
-    if slot < params.event_capacity {
-        runs[slot] = run;
-    }
 }

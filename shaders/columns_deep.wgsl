@@ -1,9 +1,9 @@
 // Casts the rows of rays that columns leaves, with any number of crossings and any geometries: by way of memory, a thread a row.
 // Twins: `src/crossings.rs`, `src/map.rs`.
 // Reads: bin_offsets, edges, planes (see intersect_setup); flag_of_rank. Reads and writes chunks: where the second number is DEEP,
-// the first becomes the start of the row's results. Adds to totals.
-// Writes: events[start .. start + 8], the number of runs of each ray, then their runs, ray after ray. This is the buffer `runs`;
-//         beyond event_capacity nothing is written, and the host sees it by n_slots.
+// the first becomes the place of the row's results, in four words. Adds to totals.
+// Writes: events[4 place .. 4 place + 8], the number of runs of each ray, then their runs, ray after ray. This is the buffer
+//         `runs`; beyond event_capacity nothing is written, and the host sees it by n_places.
 
 @group(0) @binding(5) var<storage, read_write> events: array<u32>;
 
@@ -26,13 +26,16 @@ fn columns_deep(
     let n_low = low.w + counts.low.w;
     let high = before_each(counts.high);
     let n = n_low + high.w + counts.high.w;
-    let start = atomicAdd(&totals.n_slots, n + BIN);
-    if start + BIN + n > params.event_capacity {
+    let n_places = (n + BIN + 3u) / 4u;
+    let place = atomicAdd(&totals.n_places, n_places);
+    if place + n_places > params.event_capacity / 4u {
         return;
     }
+    let start = 4u * place;
     emit_rays(rays, low + start + BIN, high + start + BIN + n_low);
-    chunks[chunk].x = start;
-    map_row(start, counts);
+    chunks[chunk].x = place;
+    let n_runs = map_row(start, counts);
+    atomicAdd(&totals.n_lost, n - n_runs);
 }
 
 // The sums of the numbers before each.
@@ -40,8 +43,8 @@ fn before_each(n: vec4<u32>) -> vec4<u32> {
     return vec4<u32>(0u, n.x, n.x + n.y, n.x + n.y + n.z);
 }
 
-// Maps ray after ray and moves its runs behind those of the ray before.
-fn map_row(start: u32, counts: Hits) {
+// Maps ray after ray and moves its runs behind those of the ray before; returns their number.
+fn map_row(start: u32, counts: Hits) -> u32 {
     var source = start + BIN;
     var next = source;
     for (var i = 0u; i < BIN; i++) {
@@ -58,4 +61,5 @@ fn map_row(start: u32, counts: Hits) {
             atomicAdd(&totals.n_odd, 1u);
         }
     }
+    return next - start - BIN;
 }

@@ -5,7 +5,7 @@
 // exact. If all three numbers are exact, so are all heights.
 // Twin: `src/facet.rs`.
 // Reads: corners, bin_offsets (total in the last entry), pairs.
-// Writes: tiles[8 p ..] = hits of rows 0 to 3, of rows 4 to 7, 8 bits a row; cell and fraction of the height;
+// Writes: tiles[2 p ..] = hits of rows 0 to 3, of rows 4 to 7, 8 bits a row; cell and fraction of the height;
 //         cells of the steps, i in the low half, j in the high; fraction of step i; of step j; tag, where
 //         tag = margin << 10 | tie above << 9 | rank << 1 | exits.
 

@@ -189,7 +189,7 @@ pub fn band_bytes(max_bytes: u64) -> u64 {
 /// Bytes of a facet: 36 as read, 37 snapped.
 const FACET_BYTES: u64 = 73;
 /// Bytes of a facet on its way to the device.
-pub const UPLOAD_FACET_BYTES: u64 = 40;
+pub const UPLOAD_FACET_BYTES: u64 = 48;
 
 fn host_bytes(facets: u64, expected: &Expected, lines: &Lines, rays: &Rays) -> HostBytes {
     let (n_rays, runs) = (rays.n_rays(), expected.runs);
@@ -218,7 +218,7 @@ fn host_bytes(facets: u64, expected: &Expected, lines: &Lines, rays: &Rays) -> H
 /// Up to [`FIRST_BAND`] rays a mesh is one band, and the bytes follow; beyond that bands grow with the speed of the device,
 /// and this is the most they grow to.
 fn device_bytes(facets: u64, rays: &Rays) -> u64 {
-    const FACET: u64 = 44;
+    const FACET: u64 = 52;
     const BIN: u64 = 72;
     const PAIR: u64 = 40;
     const EVENT: u64 = 4;
@@ -227,8 +227,8 @@ fn device_bytes(facets: u64, rays: &Rays) -> u64 {
     let first_rows = whole_bins(FIRST_BAND / n_i);
     let first_rays = first_rows * n_i;
     let bins = n_i.div_ceil(8) * first_rows.div_ceil(8);
-    // room is made for 16 pairs a bin and 3 pairs a facet, and for 6 crossings a ray
-    let first = bins * BIN + first_rays * 6 * EVENT + (16 * bins + 3 * facets) * PAIR;
+    // room is made for 16 pairs a bin and 3 pairs a facet, and for 8 runs a ray
+    let first = bins * BIN + first_rays * 8 * EVENT + (16 * bins + 3 * facets) * PAIR;
     if first_rows == n_j {
         return facets * FACET + first;
     }
@@ -237,8 +237,8 @@ fn device_bytes(facets: u64, rays: &Rays) -> u64 {
     3 * (facets * FACET + first.saturating_mul(most_rows.div_ceil(first_rows)))
 }
 
-/// Rays of the first band on the GPU, before anything is known about the device's speed.
-pub(crate) const FIRST_BAND: u64 = 1 << 18;
+/// Rays of the first band on the GPU, before anything is known about the device's speed: fewer where a page waits.
+pub(crate) const FIRST_BAND: u64 = if cfg!(target_arch = "wasm32") { 1 << 18 } else { 1 << 20 };
 /// Most rays of a band on the GPU.
 pub(crate) const MOST_BAND: u64 = 1 << 22;
 

@@ -11,7 +11,7 @@ use sha2::{Digest, Sha256};
 use crate::columns::Columns;
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::flags::{CellBox, expand, flags_of_box, n_cells};
+use crate::flags::{CellBox, expand, expand_bits, flags_of_box, n_bytes_of_bits, n_cells};
 use crate::lines::Lines;
 use crate::parallel::beside;
 
@@ -111,22 +111,39 @@ impl Mesh {
         control: &Control,
         mut consume: impl FnMut(&[u8]) -> Result<()>,
     ) -> Result<()> {
-        self.hand_slabs(max_bytes, control, &mut consume)
-    }
-
-    /// [`Mesh::for_each_slab`], compiled once.
-    fn hand_slabs(
-        &self,
-        max_bytes: usize,
-        control: &Control,
-        consume: &mut dyn FnMut(&[u8]) -> Result<()>,
-    ) -> Result<()> {
-        let mut slabs = self.slabs(max_bytes);
-        let (mut now, mut next) = (Vec::new(), Vec::new());
         let fill = |cells: &CellBox, out: &mut Vec<u8>| {
             out.resize(n_cells(cells), 0);
             expand(&self.columns, cells, out)
         };
+        self.hand_slabs(&mut self.slabs(max_bytes), control, &fill, &mut consume)
+    }
+
+    /// Like [`Mesh::for_each_slab`], with a bit a cell as [`expand_bits`] has them.
+    ///
+    /// # Errors
+    /// Those of [`Mesh::for_each_slab`].
+    pub fn for_each_slab_of_bits(
+        &self,
+        max_bytes: usize,
+        control: &Control,
+        mut consume: impl FnMut(&[u8]) -> Result<()>,
+    ) -> Result<()> {
+        let fill = |cells: &CellBox, out: &mut Vec<u8>| {
+            out.resize(n_bytes_of_bits(cells), 0);
+            expand_bits(&self.columns, cells, out)
+        };
+        self.hand_slabs(&mut self.slabs(max_bytes.saturating_mul(8)), control, &fill, &mut consume)
+    }
+
+    /// Hands slabs to `consume` while `fill` makes the next; compiled once.
+    fn hand_slabs(
+        &self,
+        slabs: &mut dyn Iterator<Item = CellBox>,
+        control: &Control,
+        fill: &(dyn Fn(&CellBox, &mut Vec<u8>) -> Result<()> + Sync),
+        consume: &mut dyn FnMut(&[u8]) -> Result<()>,
+    ) -> Result<()> {
+        let (mut now, mut next) = (Vec::new(), Vec::new());
         control.check()?;
         let mut ahead = slabs.next();
         ahead.iter().try_for_each(|cells| fill(cells, &mut now))?;

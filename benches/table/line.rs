@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use hexcast::columns::Columns;
 use hexcast::control::Control;
-use hexcast::flags::expand;
+use hexcast::flags::{CellBox, bits_of_box, expand, flags_of_box};
 use hexcast::frame::Frame;
 use hexcast::job::{GeometryJob, Job, Rule};
 use hexcast::pipeline::{Engine, Prepared, prepare};
@@ -38,6 +38,8 @@ pub(crate) struct Seconds {
     pub(crate) flags_again: f64,
     /// Flags in a plain vector, its making included.
     pub(crate) flags_in_vec: f64,
+    /// Flags, a bit a cell, in a plain vector, its making included.
+    pub(crate) bits: f64,
     /// As many bytes written once to new large pages, on all cores: what no program can do without.
     pub(crate) bytes_once: f64,
 }
@@ -94,7 +96,8 @@ pub(crate) fn run(file: &Path, cells: u32, engine: &mut Engine) -> Result<Run, B
     expand(&columns, &columns.dims().map(|n| 0..n), &mut pages).expect("columns in memory");
     let flags_again = lap(&mut clock);
     drop(pages);
-    let flags_in_vec = seconds_in_vec(&columns);
+    let flags_in_vec = seconds_in_vec(&columns, flags_of_box);
+    let bits = seconds_in_vec(&columns, bits_of_box);
     let mut clock = Instant::now();
     let mut pages = new_pages(&columns)?;
     pages.par_chunks_mut(1 << 21).for_each(|page| page.fill(1));
@@ -107,6 +110,7 @@ pub(crate) fn run(file: &Path, cells: u32, engine: &mut Engine) -> Result<Run, B
         flags: seconds_of_flags,
         flags_again,
         flags_in_vec,
+        bits,
         bytes_once: lap(&mut clock),
     };
     Ok(Run { seconds, n_facets: frame.facets.len(), columns })
@@ -128,9 +132,9 @@ fn new_pages(columns: &Columns) -> Result<MmapMut, Box<dyn Error>> {
     Ok(pages)
 }
 
-fn seconds_in_vec(columns: &Columns) -> f64 {
+fn seconds_in_vec(columns: &Columns, expand: impl Fn(&Columns, &CellBox) -> hexcast::Result<Vec<u8>>) -> f64 {
     let start = Instant::now();
-    let flags = hexcast::flags::flags_of_box(columns, &columns.dims().map(|n| 0..n)).expect("columns in memory");
+    let flags = expand(columns, &columns.dims().map(|n| 0..n)).expect("columns in memory");
     let seconds = start.elapsed().as_secs_f64();
     // the optimiser must not see that nobody reads them
     std::hint::black_box(&flags);

@@ -128,6 +128,7 @@ fn whole_line(case: &Case, choice: BackendChoice, arguments: &Arguments) -> Resu
             "to_columns_s": to_columns, "to_flags_s": to_flags,
             "to_flags_again_s": of(|s| s.until_columns() + s.flags_again),
             "to_flags_in_vec_s": of(|s| s.until_columns() + s.flags_in_vec),
+            "to_bits_s": of(|s| s.until_columns() + s.bits), "bits_s": of(|s| s.bits),
             "cells_per_s": cells as f64 / to_flags, "crossings_per_s": columns.n_crossings() as f64 / of(|s| s.columns),
             "read_s": of(|s| s.read), "lines_s": of(|s| s.lines), "snap_s": of(|s| s.snap),
             "columns_s": of(|s| s.columns), "flags_s": of(|s| s.flags), "flags_again_s": of(|s| s.flags_again), "flags_in_vec_s": of(|s| s.flags_in_vec),

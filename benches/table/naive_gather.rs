@@ -74,7 +74,7 @@ fn ours(gpu: &Gpu, cast: &Cast) -> Result<f64, Box<dyn Error>> {
     let kernels = [
         Kernel::ColumnsSetup,
         Kernel::Columns,
-        Kernel::ColumnsOneRank,
+        Kernel::ColumnsAlternating,
         Kernel::IntersectSetup,
         Kernel::ColumnsDeep,
         Kernel::ColumnsDeepOneRank,
@@ -218,8 +218,9 @@ fn corners(cast: &Cast) -> Vec<u32> {
     let facets = cast.frame.facets.iter().zip(&cast.frame.rank_of_facet);
     facets
         .flat_map(|(facet, &rank)| {
-            let projected = facet.map(|corner| cast.rays.project(corner));
-            projected.into_iter().flatten().map(i32::cast_unsigned).chain([u32::from(rank)])
+            let corners = facet.map(|corner| cast.rays.project(corner).map(i32::cast_unsigned));
+            let axis = |axis: usize, last: u32| [corners[0][axis], corners[1][axis], corners[2][axis], last];
+            [axis(0, u32::from(rank)), axis(1, 0), axis(2, 0)].concat()
         })
         .collect()
 }

@@ -1,9 +1,10 @@
 // What the kernels that make columns tell the host.
 
 struct Totals {
-    n_slots: atomic<u32>,   // places of `runs` given away: the crossings, and 8 for each deep row
+    n_places: atomic<u32>,  // of four words of `runs`, given away
     n_odd: atomic<u32>,     // rays on which a counter stays open
     n_deep: atomic<u32>,    // rows of rays for columns_deep
+    n_lost: atomic<u32>,    // crossings that begin no run
 }
 
 // Marks a chunk of columns_deep: no eight counts of at most 8 look like this.

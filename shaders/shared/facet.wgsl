@@ -1,7 +1,8 @@
 // A facet as the rays see it. Twin of `src/facet.rs`, which proves the widths.
-// Reads: corners[10 f + 3 c + axis], snapped, axes in the order (across, across, along); corners[10 f + 9]: rank.
+// Reads: corners[3 f + axis].xyz: the three corners, snapped, axes in the order (across, across, along); corners[3 f].w: rank.
+// Four words at a time: drivers that run 8 threads in a vector load thread by thread, and pay a load, not a word.
 
-@group(0) @binding(1) var<storage, read> corners: array<i32>;
+@group(0) @binding(1) var<storage, read> corners: array<vec4<i32>>;
 
 struct Facet {
     x: vec3<i32>,       // of the three corners, ordered so that the area is positive
@@ -15,12 +16,12 @@ struct Facet {
 }
 
 fn load_facet(index: u32) -> Facet {
-    let base = index * 10u;
+    let x = corners[3u * index];
     var f: Facet;
-    f.x = vec3<i32>(corners[base], corners[base + 3u], corners[base + 6u]);
-    f.y = vec3<i32>(corners[base + 1u], corners[base + 4u], corners[base + 7u]);
-    f.z = vec3<i32>(corners[base + 2u], corners[base + 5u], corners[base + 8u]);
-    f.rank = bitcast<u32>(corners[base + 9u]);
+    f.x = x.xyz;
+    f.y = corners[3u * index + 1u].xyz;
+    f.z = corners[3u * index + 2u].xyz;
+    f.rank = bitcast<u32>(x.w);
     f.area = sub64(multiply_signed(f.x.y - f.x.x, f.y.z - f.y.x), multiply_signed(f.x.z - f.x.x, f.y.y - f.y.x));
     let flipped = is_negative(f.area);
     if flipped {

@@ -20,7 +20,7 @@ pub(crate) struct Capacity {
     pub(crate) n_rays: u64,
     pub(crate) n_bins: u64,
     pub(crate) n_pairs: u64,
-    /// Crossings, or runs with what stands between them.
+    /// Crossings, or runs with what stands between them; a multiple of 4.
     pub(crate) n_events: u64,
 }
 
@@ -109,7 +109,7 @@ impl Buffers {
             tiles: storage("tiles", TILE_BYTES * capacity.n_pairs),
             runs: storage("runs", 4 * capacity.n_events),
             chunks: storage("chunks", 8 * u64::from(BIN) * capacity.n_bins),
-            totals: storage("totals", 12),
+            totals: storage("totals", 16),
             sums,
             params: uniform(device, "params", size_of::<Params>() as u64),
             facets,

@@ -1,7 +1,8 @@
 //! Puts the runs that `shaders/columns.wgsl` and `columns_deep.wgsl` wrote, chunk by chunk in no order, into the order of the rays.
 //!
-//! A chunk is one row of rays of one bin, at most [`BIN`] rays: where its runs start, and how many each ray has, 4 bits each;
-//! or, if some have more, [`DEEP`]: then the counts stand before the runs, a word each.
+//! A chunk is one row of rays of one bin, at most [`BIN`] rays: the place of its runs, and how many each ray has, 4 bits each;
+//! a place holds [`PLACE`] runs, and each ray begins a new one. Or, if some have more, [`DEEP`]: then the counts stand before
+//! the runs, a word each, without gaps.
 //! Cost: each run is copied once, as it has to be anyway to come out of the device's memory.
 
 use super::layout::{BIN, Params};
@@ -9,44 +10,66 @@ use crate::parallel::*;
 
 /// Marks a chunk with its counts before its runs; `DEEP` in `shaders/shared/chunks.wgsl`.
 const DEEP: u32 = u32::MAX;
+/// Words of a place.
+const PLACE: usize = 4;
+/// Most runs of a ray of a chunk that is not deep.
+const MOST_RUNS: usize = 2 * PLACE;
 /// Ray rows that one task puts in order.
 const ROWS: usize = 16;
 
 /// Where a chunk's runs are in `raw`, and how many each ray has.
 #[derive(Clone, Copy)]
-struct Chunk<'a> {
-    start: usize,
-    counts: Counts<'a>,
-}
-
-#[derive(Clone, Copy)]
-enum Counts<'a> {
-    Packed(u32),
-    Words(&'a [u32]),
+enum Chunk<'a> {
+    Packed { raw: &'a [u32], counts: u32 },
+    Deep { runs: &'a [u32], counts: &'a [u32] },
 }
 
 impl Chunk<'_> {
-    fn new([start, counts]: [u32; 2], raw: &[u32]) -> Chunk<'_> {
-        let start = start as usize;
+    fn new([place, counts]: [u32; 2], raw: &[u32]) -> Chunk<'_> {
+        let raw = &raw[PLACE * place as usize..];
         if counts == DEEP {
-            let first = start + BIN as usize;
-            return Chunk { start: first, counts: Counts::Words(&raw[start..first]) };
+            let (counts, runs) = raw.split_at(BIN as usize);
+            return Chunk::Deep { runs, counts };
         }
-        Chunk { start, counts: Counts::Packed(counts) }
+        Chunk::Packed { raw, counts }
     }
 
     fn n_runs(&self) -> usize {
-        match self.counts {
-            Counts::Packed(counts) => sum_of_counts(counts),
-            Counts::Words(words) => words.iter().map(|&n| n as usize).sum(),
+        match *self {
+            Chunk::Packed { counts, .. } => sum_of_counts(counts),
+            Chunk::Deep { counts, .. } => counts.iter().map(|&n| n as usize).sum(),
         }
     }
 
-    fn count(&self, ray: usize) -> u32 {
-        match self.counts {
-            Counts::Packed(counts) => (counts >> (4 * ray)) & 15,
-            Counts::Words(words) => words[ray],
+    /// Copies the runs of its rays to the front of `out`, which may be overwritten beyond them, and notes where each ends;
+    /// returns their number.
+    fn copy_to(&self, out: &mut [u32], first: u32, ends: &mut [u32]) -> usize {
+        let mut at = 0;
+        match *self {
+            Chunk::Packed { mut raw, counts } => {
+                for (ray, end) in ends.iter_mut().enumerate() {
+                    let n = (counts >> (4 * ray)) as usize & 15;
+                    // always as many, where there is room: far cheaper than as many as there are
+                    match (out.get_mut(at..at + MOST_RUNS), raw.get(..MOST_RUNS)) {
+                        (Some(out), Some(runs)) => out.copy_from_slice(runs),
+                        _ => out[at..at + n].copy_from_slice(&raw[..n]),
+                    }
+                    raw = &raw[n.next_multiple_of(PLACE)..];
+                    at += n;
+                    *end = first + at as u32;
+                }
+            }
+            Chunk::Deep { runs, counts } => {
+                for (end, &n) in ends.iter_mut().zip(counts) {
+                    at += n as usize;
+                    *end = first + at as u32;
+                }
+                let n = self.n_runs();
+                out[..n].copy_from_slice(&runs[..n]);
+                at = n;
+            }
         }
+        at
     }
 }
 
@@ -74,15 +97,7 @@ pub(crate) fn gather(params: &Params, chunks: &[[u32; 2]], raw: &[u32]) -> (Vec<
         let mut at = 0;
         for (row, ends) in part.chunks(n_across).zip(ends.chunks_mut(n_i)) {
             for (&chunk, ends) in row.iter().zip(ends.chunks_mut(BIN as usize)) {
-                let chunk = Chunk::new(chunk, raw);
-                let n = chunk.n_runs();
-                own[at..at + n].copy_from_slice(&raw[chunk.start..chunk.start + n]);
-                let mut end = (before + at) as u32;
-                for (ray, slot) in ends.iter_mut().enumerate() {
-                    end += chunk.count(ray);
-                    *slot = end;
-                }
-                at += n;
+                at += Chunk::new(chunk, raw).copy_to(&mut own[at..], (before + at) as u32, ends);
             }
         }
     });
@@ -109,11 +124,17 @@ mod tests {
     fn runs_come_out_in_the_order_of_the_rays() {
         // two rows of 10 rays: chunks of 8 and 2 rays, written in another order than that of the rays
         let params = Params { n_i: 10, n_across: 2, first_row: 4, end_row: 6, ..bytemuck::Zeroable::zeroed() };
-        let chunks = [[6, 0x2000_0001], [1, 0x12], [9, DEEP], [4, 0x11]];
-        let raw = [99, 10, 11, 12, 20, 21, 1, 2, 3, 0, 0, 2, 0, 0, 0, 0, 0, 14, 15];
+        let chunks = [[5, 0x2000_0001], [0, 0x12], [2, DEEP], [7, 0x50]];
+        #[rustfmt::skip]
+        let raw = [
+            10, 11, 99, 99, 12, 99, 99, 99,
+            0, 0, 2, 0, 0, 0, 0, 0, 14, 15, 99, 99,
+            1, 99, 99, 99, 2, 3, 99, 99,
+            20, 21, 22, 23, 24, 99, 99, 99,
+        ];
         let (ends, runs) = gather(&params, &chunks, &raw);
-        assert_eq!(runs, [1, 2, 3, 10, 11, 12, 14, 15, 20, 21]);
+        assert_eq!(runs, [1, 2, 3, 10, 11, 12, 14, 15, 20, 21, 22, 23, 24]);
         assert_eq!(ends[..10], [1, 1, 1, 1, 1, 1, 1, 3, 5, 6]);
-        assert_eq!(ends[10..], [6, 6, 8, 8, 8, 8, 8, 8, 9, 10]);
+        assert_eq!(ends[10..], [6, 6, 8, 8, 8, 8, 8, 8, 8, 13]);
     }
 }

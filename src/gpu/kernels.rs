@@ -80,6 +80,7 @@ pub enum Kernel {
     ColumnsSetup,
     Columns,
     ColumnsOneRank,
+    ColumnsAlternating,
     ColumnsDeep,
     ColumnsDeepOneRank,
     IntersectCount,
@@ -110,7 +111,7 @@ macro_rules! source {
     };
 }
 
-static SOURCES: [Source; 16] = [
+static SOURCES: [Source; 17] = [
     source!(LatticeRows, "lattice_rows", PARAMS, WIDE, FACET),
     source!(LatticeCount, "lattice_count", PARAMS, WIDE, FACET, BINS),
     source!(LatticeFill, "lattice_fill", PARAMS, WIDE, FACET, BINS),
@@ -118,6 +119,7 @@ static SOURCES: [Source; 16] = [
     source!(ColumnsSetup, "columns_setup", PARAMS, WIDE, FACET, BIN_FACET),
     source!(Columns, "columns", PARAMS, RAYS, SWEEP, CHUNKS),
     one_rank(source!(ColumnsOneRank, "columns", PARAMS, RAYS, SWEEP, CHUNKS)),
+    alternating(source!(ColumnsAlternating, "columns", PARAMS, RAYS, SWEEP, CHUNKS)),
     source!(ColumnsDeep, "columns_deep", PARAMS, WIDE, RAYS, PLANE, EMIT_ROW, SORT, SWEEP, MAP_RAY, CHUNKS),
     one_rank(source!(
         ColumnsDeepOneRank,
@@ -146,19 +148,24 @@ const fn one_rank(source: Source) -> Source {
     Source { constants: &[("ONE_RANK", 1.0)], ..source }
 }
 
+/// The kernel for a single geometry under the rule parity.
+const fn alternating(source: Source) -> Source {
+    Source { constants: &[("ONE_RANK", 1.0), ("ALTERNATES", 1.0)], ..source }
+}
+
 /// Name and complete WGSL text of every kernel, as it is compiled; one of several pipelines of the same text.
 pub fn sources() -> Vec<(&'static str, String)> {
     let distinct = SOURCES.iter().filter(|source| source.constants.is_empty());
     distinct.map(|source| (source.name, source.parts.join("\n"))).collect()
 }
 
-/// Kernels that every mesh of one geometry needs.
+/// Kernels that every mesh of one geometry under the rule parity needs.
 const COMMON: [Kernel; 7] = [
     Kernel::LatticeRows,
     Kernel::LatticeCount,
     Kernel::LatticeFill,
     Kernel::ColumnsSetup,
-    Kernel::ColumnsOneRank,
+    Kernel::ColumnsAlternating,
     Kernel::ScanReduce,
     Kernel::ScanApply,
 ];

@@ -85,18 +85,20 @@ impl Params {
 }
 
 /// Words of a facet in the `corners` buffer.
-pub(crate) const FACET_WORDS: usize = 10;
+pub(crate) const FACET_WORDS: usize = 12;
 
-/// Packs the facets for the `corners` buffer: corners in (across, across, along) order, then the rank.
+/// Packs the facets for the `corners` buffer: four words an axis, in the order (across, across, along), which are its places
+/// of the three corners and, the first time, the rank.
 pub(crate) fn corners(frame: &Frame, rays: &Rays) -> Vec<i32> {
     use crate::parallel::*;
     let mut words = vec![0; frame.facets.len() * FACET_WORDS];
     words.par_chunks_mut(FACET_WORDS).zip(&frame.facets).zip(&frame.rank_of_facet).for_each(
         |((words, facet), &rank)| {
-            for corner in 0..3 {
-                words[3 * corner..3 * corner + 3].copy_from_slice(&rays.project(facet[corner]));
+            let corners = facet.map(|corner| rays.project(corner));
+            for axis in 0..3 {
+                words[4 * axis..4 * axis + 3].copy_from_slice(&corners.map(|corner| corner[axis]));
             }
-            words[9] = i32::from(rank);
+            words[3] = i32::from(rank);
         },
     );
     words

@@ -20,10 +20,12 @@ use crate::frame::Frame;
 use crate::map::Rule;
 use crate::rays::Rays;
 
-/// Time that a submit aims at: long enough to hide its overhead, short enough that no driver gives up on it.
-const TARGET_SECONDS: f64 = 0.08;
+/// Time that a submit aims at: long enough to hide its overhead, short enough that no driver gives up on it, and that a page
+/// stays smooth.
+const TARGET_SECONDS: f64 = if cfg!(target_arch = "wasm32") { 0.08 } else { 0.25 };
 /// Bands on the device at once: while one comes home and one runs, the next waits its turn.
 const BANDS_IN_FLIGHT: usize = 3;
+
 /// What is meshed: the input of the lattice, intersection and mapping.
 #[derive(Debug, Clone, Copy)]
 pub struct Cast<'a> {

@@ -52,7 +52,11 @@ impl Passes<'_> {
         let setup = [(1, &b.facets.corners), (2, &b.bin_offsets), (3, &b.pairs), (4, &b.tiles)];
         self.run(Kernel::ColumnsSetup, &setup, SHARING_THREADS);
         self.encoder.clear_buffer(&b.totals, 0, None);
-        let kernel = if self.params.n_ranks == 1 { Kernel::ColumnsOneRank } else { Kernel::Columns };
+        let kernel = match (self.params.n_ranks, self.params.rule) {
+            (1, 0) => Kernel::ColumnsAlternating,
+            (1, _) => Kernel::ColumnsOneRank,
+            _ => Kernel::Columns,
+        };
         let columns = [
             (2, &b.bin_offsets),
             (3, &b.tiles),

@@ -45,11 +45,13 @@ pub(crate) struct Pending<const N: usize> {
 #[derive(Debug, Clone, Copy)]
 struct Totals {
     n_pairs: u64,
-    /// Places in `runs`.
-    n_slots: u64,
+    /// Words of `runs` in use.
+    n_words: u64,
     n_odd: u64,
     /// Rows of rays for `columns_deep`.
     n_deep: u64,
+    /// Crossings that begin no run.
+    n_lost: u64,
 }
 
 impl<'a> Session<'a> {
@@ -65,7 +67,7 @@ impl<'a> Session<'a> {
             n_rays: n_rays.min(limit.n_rays),
             n_bins: n_bins.min(limit.n_bins),
             n_pairs: (16 * n_bins + 3 * n_facets).min(limit.n_pairs),
-            n_events: (6 * n_rays).min(limit.n_events),
+            n_events: (8 * n_rays).min(limit.n_events),
         };
         let spare = gpu.spares.take(n_facets, capacity);
         // those of a spare may be shared with others, which another mesh may have taken
@@ -166,7 +168,7 @@ impl<'a> Session<'a> {
             let pending = self.submit_totals(encoder, &params);
             totals = self.finish_totals(pending).await?;
         }
-        if !self.buffers.capacity.holds(totals.n_pairs, totals.n_slots) {
+        if !self.buffers.capacity.holds(totals.n_pairs, totals.n_words) {
             return Ok(None);
         }
         Ok(Some(self.finish_band(&params, &totals).await?))
@@ -182,27 +184,27 @@ impl<'a> Session<'a> {
     async fn finish_band(&mut self, params: &Params, totals: &Totals) -> Result<Band> {
         let encoder = self.gpu.device.create_command_encoder(&Default::default());
         let (chunks, runs) = (self.buffers.chunks.clone(), self.buffers.runs.clone());
-        let pending = self.submit(encoder, [(&chunks, 0, 8 * params.n_chunks()), (&runs, 0, 4 * totals.n_slots)]);
+        let pending = self.submit(encoder, [(&chunks, 0, 8 * params.n_chunks()), (&runs, 0, 4 * totals.n_words)]);
         let in_order = |[chunks, runs]: [&[u8]; 2]| gather(params, &words_of(chunks), &words_of(runs));
         let (ends, runs) = self.finish_with(pending, in_order).await?;
         Ok(Band {
             first_ray: u64::from(params.first_row) * u64::from(params.n_i),
+            odd_rays: totals.n_odd,
+            n_crossings: runs.len() as u64 + totals.n_lost,
             ends,
             runs,
-            odd_rays: totals.n_odd,
-            n_crossings: totals.n_slots - u64::from(BIN) * totals.n_deep,
         })
     }
 
     fn submit_totals(&mut self, encoder: CommandEncoder, params: &Params) -> Pending<2> {
         let (bins, totals) = (self.buffers.bin_offsets.clone(), self.buffers.totals.clone());
-        self.submit(encoder, [(&bins, 4 * u64::from(params.n_bins), 4), (&totals, 0, 12)])
+        self.submit(encoder, [(&bins, 4 * u64::from(params.n_bins), 4), (&totals, 0, 16)])
     }
 
     async fn finish_totals(&mut self, pending: Pending<2>) -> Result<Totals> {
         let [bins, totals] = self.finish(pending).await?;
-        let [n_slots, n_odd, n_deep] = [0, 1, 2].map(|i| u64::from(totals[i]));
-        Ok(Totals { n_pairs: u64::from(bins[0]), n_slots, n_odd, n_deep })
+        let [n_places, n_odd, n_deep, n_lost] = [0, 1, 2, 3].map(|i| u64::from(totals[i]));
+        Ok(Totals { n_pairs: u64::from(bins[0]), n_words: 4 * n_places, n_odd, n_deep, n_lost })
     }
 
     /// Finishes the commands, then brings parts of buffers home: (buffer, first byte, bytes), as words.

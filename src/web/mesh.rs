@@ -9,10 +9,10 @@ use wasm_bindgen::prelude::*;
 use super::{JsResult, js_error, json};
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::flags::CellBox;
+use crate::flags::{CellBox, bits_of_box};
 use crate::mesh::{Mesh, hex};
 use crate::skin::{skin, slice};
-use crate::write::{self, Compress, Format, Options, Written, bits, column_file, vti};
+use crate::write::{self, Compress, Format, Options, Written, column_file, vti};
 
 /// Bytes of a piece of a file.
 const PIECE_BYTES: usize = 4 << 20;
@@ -175,13 +175,7 @@ impl Work {
                     let tail = std::mem::take(tail);
                     return Ok((!tail.is_empty()).then_some(tail));
                 };
-                let flags = mesh.box_flags(&cells)?;
-                if !*bits {
-                    return Ok(Some(flags));
-                }
-                let mut packed = Vec::new();
-                bits::pack_rows(&flags, mesh.dims()[0], &mut packed);
-                Ok(Some(packed))
+                if *bits { bits_of_box(&mesh.columns, &cells) } else { mesh.box_flags(&cells) }.map(Some)
             }
         }
     }

@@ -1,11 +1,12 @@
 //! `.npy`: a NumPy array of shape (nz, ny, nx), C order, one unsigned byte a cell.
 //!
 //! Version 1.0: magic, header length, a Python dictionary padded with spaces so that the data starts at a multiple of 64;
-//! then the same bytes as `.raw`. Bit-packed the shape is (nz, ny, ceil(nx / 8)), bits as in [`super::bits`].
+//! then the same bytes as `.raw`. Bit-packed the shape is (nz, ny, ceil(nx / 8)), bits as [`expand_bits`](crate::flags::expand_bits) has them.
 //! Source: NumPy's `numpy.lib.format`. Cost: two slabs of memory.
 
 use crate::control::Control;
 use crate::error::Result;
+use crate::flags::row_bytes;
 use crate::mesh::Mesh;
 
 use super::{Options, Sink, bits, raw};
@@ -27,7 +28,7 @@ pub(super) fn write(mesh: &Mesh, options: &Options, sink: &mut Sink, control: &C
 /// Everything before the data.
 pub(super) fn header([nx, ny, nz]: [u32; 3], bits: bool) -> Vec<u8> {
     const PREFIX: usize = 10;
-    let nx = if bits { bits::row_bytes(nx) } else { nx };
+    let nx = if bits { row_bytes(nx) } else { nx };
     let mut text = format!("{{'descr': '|u1', 'fortran_order': False, 'shape': ({nz}, {ny}, {nx}), }}");
     let padded = (PREFIX + text.len() + 1).next_multiple_of(64);
     text.extend(std::iter::repeat_n(' ', padded - PREFIX - 1 - text.len()));

@@ -9,7 +9,8 @@ use serde::Serialize;
 use crate::digits::Number;
 use crate::mesh::Mesh;
 
-use super::{Options, Written, bits};
+use super::{Options, Written};
+use crate::flags::row_bytes;
 
 /// Most cells along an axis whose lines are listed: some 2 MB of text.
 pub const MAX_LINES: u32 = 100_000;
@@ -58,7 +59,7 @@ pub(crate) fn sidecar(mesh: &Mesh, options: &Options, written: &Written, json: i
     ];
     if options.bits {
         let order = "little: the first cell of a byte is its lowest bit; every row along x starts a byte";
-        facts.extend([("row_bytes", Fact::Number(bits::row_bytes(nx).into())), ("bit_order", Fact::Text(order))]);
+        facts.extend([("row_bytes", Fact::Number(row_bytes(nx).into())), ("bit_order", Fact::Text(order))]);
     }
     let [x, y, z] = [0, 1, 2].map(|axis| lines(mesh, axis).map_or("null".into(), |lines| numbers(&lines)));
     facts.extend([

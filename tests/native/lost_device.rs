@@ -42,7 +42,8 @@ fn a_destroyed_device_costs_no_ray() {
     assert_eq!(engine.backend(), "gpu");
     assert_eq!(columns, cpu::columns(&frame, &rays, Rule::Parity, &Control::default()).expect("columns"));
     let seen = seen.lock().expect("no other thread panics");
-    assert!(seen.len() > 4 && seen.is_sorted_by(|a, b| a < b), "every band is done once, in order: {seen:?}");
+    assert!(seen[0] < rays.n_rays(), "all was done before the device was destroyed");
+    assert!(seen.is_sorted_by(|a, b| a < b), "every band is done once, in order: {seen:?}");
     assert_eq!(seen.last(), Some(&rays.n_rays()));
     println!("{} of {} rays were done when {} was destroyed", seen[0], rays.n_rays(), known.facts.name);
 }
