@@ -48,7 +48,7 @@ function nameWasm() {
 /** Optimizes the wasm; returns the names of a letter or two that its imports and exports got. */
 async function optimize(file) {
   const features = FEATURES.map((feature) => `--enable-${feature}`);
-  const options = [...features, '-O3', '--minify-imports-and-exports', file, '-o', file];
+  const options = [...features, '-O3', '--minify-imports-and-exports-and-modules', file, '-o', file];
   const output = await run(process.execPath, [path.join(ROOT, 'node_modules/binaryen/bin/wasm-opt'), ...options]);
   return JSON.parse(output.slice(output.indexOf('{')));
 }
@@ -58,6 +58,7 @@ function shorten({ imports, exports }) {
   const [given, taken] = [new Map(imports.map(([, name, short]) => [name, short])), new Map(exports)];
   const glue = readFileSync(GLUE, 'utf8')
     .replace(/^( {8})(\w+)(?=: )/gm, (line, indent, name) => (given.has(name) ? indent + given.get(name) : line))
+    .replace(/"\.\/hexcast_wasm_bg\.js"(?=: import0)/, 'a')
     .replace(/\bwasm\.(\w+)/g, (use, name) => (taken.has(name) ? `wasm.${taken.get(name)}` : use));
   writeFileSync(GLUE, glue);
 }
