@@ -45,6 +45,7 @@ impl Crossings {
 }
 
 /// Packs a crossing.
+#[inline(always)]
 pub fn event(cell: u32, rank: u8, exits: bool) -> u32 {
     cell << 9 | u32::from(rank) << 1 | u32::from(exits)
 }
@@ -62,9 +63,8 @@ pub fn crossings(frame: &Frame, rays: &Rays, lattice: &Lattice, row: u32) -> Cro
             let Some(projected) = Projected::new(&frame.facets[facet as usize], frame, rays) else { continue };
             let walk = Walk::new(&projected, frame.fraction_bits, rays.depth);
             let tag = event(0, frame.rank_of_facet[facet as usize], projected.exits);
-            walk.hits(&window, |i, j, cell| {
-                hits.push(((j - ray_rows.start) * rays.counts[0] + i, cell << 9 | tag));
-            });
+            let hit = |i, j, cell| ((j - ray_rows.start) * rays.counts[0] + i, cell << 9 | tag);
+            walk.hits(&window, hit, &mut hits);
         }
     }
     let (offsets, events) = gather(&hits, n_rays);
@@ -90,6 +90,14 @@ fn gather(hits: &[(u32, u32)], n_rays: usize) -> (Vec<u32>, Vec<u32>) {
     (offsets, events)
 }
 
+/// Quotient, rounded down, and remainder by a positive number. Euclid's, but compiled where it is used also where all code is
+/// compiled for size.
+#[inline(always)]
+fn divided(value: i64, by: i64) -> (i64, i64) {
+    let (quotient, rest) = (value / by, value % by);
+    if rest < 0 { (quotient - 1, rest + by) } else { (quotient, rest) }
+}
+
 /// A facet prepared for walking its rays row by row.
 struct Walk<'a> {
     facet: &'a Projected,
@@ -103,13 +111,14 @@ struct Walk<'a> {
 
 impl<'a> Walk<'a> {
     fn new(facet: &'a Projected, fraction_bits: u32, depth: u32) -> Walk<'a> {
-        let step = (facet.slope[0].div_euclid(facet.area), facet.slope[0].rem_euclid(facet.area));
+        let step = divided(facet.slope[0], facet.area);
         let on_unit = facet.height & ((1 << fraction_bits) - 1) == 0;
         Walk { facet, fraction_bits, depth: i64::from(depth), step, on_unit }
     }
 
-    /// Calls `hit(i, j, first cell above)` for every ray of the window that hits the facet.
-    fn hits(&self, window: &[Range<u32>; 2], mut hit: impl FnMut(u32, u32, u32)) {
+    /// Appends `hit(i, j, first cell above)` for every ray of the window that hits the facet.
+    #[inline(always)]
+    fn hits<T>(&self, window: &[Range<u32>; 2], hit: impl Fn(u32, u32, u32) -> T, hits: &mut Vec<T>) {
         let [across, down] = self.facet.rays;
         let tie_is_above = self.facet.tie_is_above && self.on_unit;
         for j in window[1].start.max(down[0])..window[1].end.min(down[1] + 1) {
@@ -119,29 +128,30 @@ impl<'a> Walk<'a> {
                 continue;
             };
             let (mut cell, mut rest) = self.cell_below(start, dj);
-            for di in start..end {
+            hits.extend((start..end).map(|di| {
                 let above = cell + i64::from(!(rest == 0 && tie_is_above));
-                hit(across[0] + di as u32, j, above.clamp(0, self.depth) as u32);
                 cell += self.step.0;
                 rest += self.step.1;
                 if rest >= self.facet.area {
                     rest -= self.facet.area;
                     cell += 1;
                 }
-            }
+                hit(across[0] + di as u32, j, above.clamp(0, self.depth) as u32)
+            }));
         }
     }
 
     /// The rays [start, end) of a row that lie inside all three edges, of those within the limits.
+    #[inline(always)]
     fn span(&self, dj: i64, [mut start, mut end]: [i64; 2]) -> Option<[i64; 2]> {
         for edge in 0..3 {
             let q = self.facet.q[edge] + self.facet.b[edge] * dj;
             let a = self.facet.a[edge];
             // q + a di >= 0
             if a > 0 {
-                start = start.max(-q.div_euclid(a));
+                start = start.max(-divided(q, a).0);
             } else if a < 0 {
-                end = end.min(q.div_euclid(-a) + 1);
+                end = end.min(divided(q, -a).0 + 1);
             } else if q < 0 {
                 return None;
             }
@@ -150,11 +160,12 @@ impl<'a> Walk<'a> {
     }
 
     /// Quotient and remainder of the height over D 2^F at a ray of the facet's box.
+    #[inline(always)]
     fn cell_below(&self, di: i64, dj: i64) -> (i64, i64) {
-        let [x, y] = self.facet.slope.map(i128::from);
+        let [x, y] = [i128::from(self.facet.slope[0]), i128::from(self.facet.slope[1])];
         let height = (self.facet.height >> self.fraction_bits) + x * i128::from(di) + y * i128::from(dj);
         match i64::try_from(height) {
-            Ok(height) => (height.div_euclid(self.facet.area), height.rem_euclid(self.facet.area)),
+            Ok(height) => divided(height, self.facet.area),
             Err(_) => {
                 let area = i128::from(self.facet.area);
                 (height.div_euclid(area) as i64, height.rem_euclid(area) as i64)

@@ -18,19 +18,19 @@ pub struct Problem {
 pub enum Error {
     /// An input file cannot be understood.
     #[error("{0}")]
-    File(Problem),
+    File(Box<Problem>),
     /// The job asks for something contradictory or impossible.
     #[error("{0}")]
-    Caller(Problem),
+    Caller(Box<Problem>),
     /// The job is sound but larger than a limit of the format, the program or the machine.
     #[error("{0}")]
-    Limit(Problem),
+    Limit(Box<Problem>),
     /// The GPU or its driver failed.
     #[error("{0}")]
-    Device(Problem),
+    Device(Box<Problem>),
     /// The operating system refused to read or write.
     #[error("{0}")]
-    System(Problem),
+    System(Box<Problem>),
     /// The caller asked to stop.
     #[error("cancelled")]
     Cancelled,
@@ -98,7 +98,11 @@ pub const CODES: &[(&str, Actor, &str)] = &[
 impl Error {
     /// Builds the error of a code of [`CODES`]; the code decides the variant.
     pub fn new(code: &'static str, message: impl Into<String>, hint: impl Into<String>) -> Error {
-        let problem = Problem { code, message: message.into(), hint: hint.into() };
+        Error::of(Problem { code, message: message.into(), hint: hint.into() })
+    }
+
+    fn of(problem: Problem) -> Error {
+        let (code, problem) = (problem.code, Box::new(problem));
         let actor = CODES.iter().find(|(known, ..)| *known == code).map(|(_, actor, _)| *actor);
         match actor {
             Some(Actor::File) => Error::File(problem),

@@ -43,7 +43,11 @@ pub struct Projected {
 impl Projected {
     /// Projects a facet, or returns None if no ray of the domain can hit it.
     pub fn new(facet: &SnappedFacet, frame: &Frame, rays: &Rays) -> Option<Projected> {
-        let mut corners = facet.map(|corner| rays.project(corner).map(i64::from));
+        let mut corners = [[0; 3]; 3];
+        for corner in 0..3 {
+            let [x, y, z] = rays.project(facet[corner]);
+            corners[corner] = [x.into(), y.into(), z.into()];
+        }
         let area = twice_area(&corners);
         if area == 0 {
             return None;
@@ -53,8 +57,8 @@ impl Projected {
         }
         // (x, z, y) is an odd permutation of the axes, so along y the orientation reads the other way round
         let exits = (area > 0) != (rays.axis == 1);
-        let ranges = [0, 1].map(|axis| ray_range(&corners, axis, frame.fraction_bits, rays.counts[axis]));
-        let [Some(across), Some(down)] = ranges else { return None };
+        let across = ray_range(&corners, 0, frame.fraction_bits, rays.counts[0])?;
+        let down = ray_range(&corners, 1, frame.fraction_bits, rays.counts[1])?;
         let origin = [i64::from(across[0]) << frame.fraction_bits, i64::from(down[0]) << frame.fraction_bits];
         let mut projected = Projected {
             q: [0; 3],
@@ -72,6 +76,7 @@ impl Projected {
         Some(projected)
     }
 
+    #[inline(always)]
     fn set_edges(&mut self, corners: &[[i64; 3]; 3], origin: [i64; 2], fraction_bits: u32) {
         for edge in 0..3 {
             let [x, y, _] = corners[edge];
@@ -85,9 +90,11 @@ impl Projected {
         }
     }
 
+    #[inline(always)]
     fn set_plane(&mut self, corners: &[[i64; 3]; 3], origin: [i64; 2], axis: usize) {
-        let [x, y, z] = corners[0].map(i128::from);
-        let [slope_x, slope_y] = self.slope.map(i128::from);
+        let [x, y, z] = corners[0];
+        let (x, y, z) = (i128::from(x), i128::from(y), i128::from(z));
+        let (slope_x, slope_y) = (i128::from(self.slope[0]), i128::from(self.slope[1]));
         self.height =
             z * i128::from(self.area) + slope_x * (i128::from(origin[0]) - x) + slope_y * (i128::from(origin[1]) - y);
         // The centre stands for P - (e1, e2, e3), e1 >> e2 >> e3 along x, y, z. Relative to the plane it sits at
@@ -100,17 +107,20 @@ impl Projected {
     }
 }
 
+#[inline(always)]
 fn twice_area(corners: &[[i64; 3]; 3]) -> i64 {
     let [[x0, y0, _], [x1, y1, _], [x2, y2, _]] = *corners;
     (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
 }
 
+#[inline(always)]
 fn slope(corners: &[[i64; 3]; 3]) -> [i64; 2] {
     let [[x0, y0, z0], [x1, y1, z1], [x2, y2, z2]] = *corners;
     [(z1 - z0) * (y2 - y0) - (z2 - z0) * (y1 - y0), (x1 - x0) * (z2 - z0) - (x2 - x0) * (z1 - z0)]
 }
 
 /// First and last ray whose centre lies within the corners along one axis across, clipped to 0 .. count.
+#[inline(always)]
 fn ray_range(corners: &[[i64; 3]; 3], axis: usize, fraction_bits: u32, count: u32) -> Option<[u32; 2]> {
     let low = corners[0][axis].min(corners[1][axis]).min(corners[2][axis]);
     let high = corners[0][axis].max(corners[1][axis]).max(corners[2][axis]);

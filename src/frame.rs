@@ -13,6 +13,7 @@
 //! line or a point are kept and never hit. Source: the paper, Eq. 7-10 (positions); the snap is ours.
 //! Cost: one pass over the corners; 37 bytes a facet.
 
+use crate::digits::Number;
 use crate::error::{Error, Result};
 use crate::geometry::Geometry;
 use crate::lines::Lines;
@@ -83,7 +84,8 @@ impl Frame {
         let mut rank_of_facet = Vec::new();
         for (rank, &index) in ranks.geometry_of_rank.iter().enumerate() {
             let geometry = &geometries[index];
-            let snap = |corner: [f32; 3]| snap(geometry.world_from_corner(corner), lines, fraction_bits);
+            let placing = geometry.placing();
+            let snap = |corner: [f32; 3]| snap(placing(corner), lines, fraction_bits);
             facets.par_extend(geometry.facets.par_iter().map(|facet| facet.map(snap)));
             rank_of_facet.resize(facets.len(), rank as u8);
         }
@@ -120,14 +122,21 @@ pub(crate) fn check_limits(geometries: &[Geometry], lines: &Lines) -> Result<()>
 }
 
 /// Position relative to the centre of cell 0, in cells.
+#[inline(always)]
 fn cells_from_world(world: [f64; 3], lines: &Lines) -> [f64; 3] {
-    std::array::from_fn(|axis| (world[axis] - lines.origin[axis]) / lines.spacing[axis] - 0.5)
+    let mut cells = world;
+    for axis in 0..3 {
+        cells[axis] = (world[axis] - lines.origin[axis]) / lines.spacing[axis] - 0.5;
+    }
+    cells
 }
 
+#[inline(always)]
 fn snap(world: [f64; 3], lines: &Lines, fraction_bits: u32) -> [i32; 3] {
     let scale = f64::from(1u32 << fraction_bits);
     // rint (ties to even) is one instruction; any fixed rule serves
-    cells_from_world(world, lines).map(|u| libm::rint(u * scale) as i32)
+    let [x, y, z] = cells_from_world(world, lines);
+    [libm::rint(x * scale) as i32, libm::rint(y * scale) as i32, libm::rint(z * scale) as i32]
 }
 
 /// The largest F for which corners and centres of every axis span at most 2^SPAN_BITS units.
@@ -156,8 +165,9 @@ fn fraction_bits(geometries: &[Geometry], lines: &Lines) -> Result<u32> {
         _ => {
             let limit = 1u32 << (SPAN_BITS - MIN_FRACTION_BITS);
             let message = format!(
-                "geometry \"{widest_name}\" and the domain together span {widest:.0} cells along an axis: \
-                 the exact arithmetic holds {limit}"
+                "geometry \"{widest_name}\" and the domain together span {} cells along an axis: \
+                 the exact arithmetic holds {limit}",
+                Number(widest.round()),
             );
             Err(Error::new("geometry-too-far", message, "remove the far facets, enlarge the cells or move the domain"))
         }

@@ -37,11 +37,16 @@ impl Geometry {
 
     /// World coordinates of a corner, in the unit of the file. The identity transform returns the file's number exactly.
     pub fn world_from_corner(&self, corner: [f32; 3]) -> [f64; 3] {
-        let file = DVec3::new(corner[0].into(), corner[1].into(), corner[2].into());
-        if self.world_from_file == DAffine3::IDENTITY {
-            return file.to_array();
+        self.placing()(corner)
+    }
+
+    /// [`Geometry::world_from_corner`] for many corners.
+    pub(crate) fn placing(&self) -> impl Fn([f32; 3]) -> [f64; 3] + Sync {
+        let (place, stays) = (self.world_from_file, self.world_from_file == DAffine3::IDENTITY);
+        move |corner| {
+            let file = [f64::from(corner[0]), f64::from(corner[1]), f64::from(corner[2])];
+            if stays { file } else { place.transform_point3(file.into()).to_array() }
         }
-        self.world_from_file.transform_point3(file).to_array()
     }
 
     /// Least and greatest world coordinates, or None without facets.
@@ -51,8 +56,9 @@ impl Geometry {
         }
         let mut low = [f64::INFINITY; 3];
         let mut high = [f64::NEG_INFINITY; 3];
+        let placing = self.placing();
         for corner in self.facets.as_flattened() {
-            let world = self.world_from_corner(*corner);
+            let world = placing(*corner);
             for axis in 0..3 {
                 low[axis] = low[axis].min(world[axis]);
                 high[axis] = high[axis].max(world[axis]);
@@ -68,7 +74,8 @@ impl Geometry {
     pub fn signed_volume(&self) -> f64 {
         let Some([low, high]) = self.bounding_box() else { return 0.0 };
         let centre = (DVec3::from(low) + DVec3::from(high)) * 0.5;
-        let corner = |c: [f32; 3]| DVec3::from(self.world_from_corner(c)) - centre;
+        let placing = self.placing();
+        let corner = |c: [f32; 3]| DVec3::from(placing(c)) - centre;
         let six_volumes: f64 =
             self.facets.iter().map(|facet| corner(facet[0]).dot(corner(facet[1]).cross(corner(facet[2])))).sum();
         six_volumes / 6.0
@@ -77,8 +84,8 @@ impl Geometry {
 
 /// Builds the placing of a geometry: first scale, then rotate by degrees about x, y and z in this order, then translate.
 ///
-/// Sines and cosines come from `libm`, not from the platform, so that every machine snaps to the same bits; multiples of
-/// 90 degrees are exact.
+/// Sines and cosines do not come from the platform, so that every machine snaps to the same bits; multiples of 90 degrees are
+/// exact.
 pub fn world_from_file(scale: [f64; 3], rotate_degrees: [f64; 3], translate: [f64; 3]) -> DAffine3 {
     let [x, y, z] = rotate_degrees.map(sine_cosine_of_degrees);
     let about_x = DMat3::from_cols_array_2d(&[[1.0, 0.0, 0.0], [0.0, x.1, x.0], [0.0, -x.0, x.1]]);
@@ -88,22 +95,74 @@ pub fn world_from_file(scale: [f64; 3], rotate_degrees: [f64; 3], translate: [f6
     DAffine3::from_mat3_translation(rotation * DMat3::from_diagonal(DVec3::from(scale)), DVec3::from(translate))
 }
 
+/// Sine and cosine. What is left of whole quarter turns, at most 45 degrees, is exact, so that no reduction by multiples of pi is
+/// needed, which is most of the code of `libm::sincos`. Off by less than an ulp or so.
+///
+/// Source: the polynomials of FDLIBM 5.3, k_sin.c and k_cos.c (Sun Microsystems, 1993).
 fn sine_cosine_of_degrees(degrees: f64) -> (f64, f64) {
-    let quarter_turns = degrees / 90.0;
-    if quarter_turns == libm::floor(quarter_turns) {
-        return match quarter_turns.rem_euclid(4.0) as u8 {
-            0 => (0.0, 1.0),
-            1 => (1.0, 0.0),
-            2 => (0.0, -1.0),
-            _ => (-1.0, 0.0),
-        };
+    // exact for any angle
+    let degrees = degrees % 360.0;
+    let quarter_turns = libm::rint(degrees / 90.0);
+    let x = (degrees - 90.0 * quarter_turns).to_radians();
+    let z = x * x;
+    let sine = polynomial(
+        z,
+        [
+            1.58969099521155e-10,
+            -2.5050760253406863e-08,
+            2.7557313707070068e-06,
+            -0.0001984126982985795,
+            0.00833333333332249,
+            -0.16666666666666632,
+        ],
+    );
+    let sine = x + z * x * sine;
+    let cosine = polynomial(
+        z,
+        [
+            -1.1359647557788195e-11,
+            2.087572321298175e-09,
+            -2.7557314351390663e-07,
+            2.480158728947673e-05,
+            -0.001388888888887411,
+            0.0416666666666666,
+        ],
+    );
+    let near = 1.0 - 0.5 * z;
+    let cosine = near + ((1.0 - near - 0.5 * z) + z * z * cosine);
+    match quarter_turns.rem_euclid(4.0) as u8 {
+        0 => (sine, cosine),
+        1 => (cosine, -sine),
+        2 => (-sine, -cosine),
+        _ => (-cosine, sine),
     }
-    libm::sincos(degrees.to_radians())
+}
+
+/// The value of a polynomial, its highest coefficient first.
+fn polynomial(x: f64, coefficients: [f64; 6]) -> f64 {
+    coefficients.into_iter().fold(0.0, |sum, coefficient| sum * x + coefficient)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn sines_and_cosines_are_those_of_libm() {
+        for step in -9000..9000 {
+            let degrees = f64::from(step) * 0.123;
+            let (sine, cosine) = sine_cosine_of_degrees(degrees);
+            let expected = libm::sincos((degrees % 360.0).to_radians());
+            // radians of several turns are off by more than ours
+            assert!((sine - expected.0).abs() < 1e-15 && (cosine - expected.1).abs() < 1e-15, "{degrees}");
+            assert!((sine * sine + cosine * cosine - 1.0).abs() < 4e-16, "{degrees}");
+        }
+        assert_eq!(
+            [720.0, -1e9].map(sine_cosine_of_degrees),
+            [(0.0, 1.0), (libm::sin(80f64.to_radians()), libm::cos(80f64.to_radians()))]
+        );
+        assert!(sine_cosine_of_degrees(f64::INFINITY).0.is_nan());
+    }
 
     #[test]
     fn quarter_turns_are_exact_and_follow_the_right_hand_rule() {

@@ -78,6 +78,7 @@ pub fn lattice(frame: &Frame, rays: &Rays, bin: [u32; 2], rows: Range<u32>) -> L
 }
 
 /// Calls `found` with the index in the band of every bin that the facet overlaps.
+#[inline(always)]
 fn for_each_bin(facet: &Projected, bin: [u32; 2], n_across: u32, rows: &Range<u32>, mut found: impl FnMut(u32)) {
     let columns = facet.rays[0].map(|ray| ray / bin[0]);
     let first_row = (facet.rays[1][0] / bin[1]).max(rows.start);

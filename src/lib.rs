@@ -1,9 +1,11 @@
 //! hexcast: exact Cartesian meshing of closed surfaces by parallel ray casting.
 
+mod checksum;
 pub mod columns;
 pub mod control;
 pub mod cpu;
 pub mod crossings;
+mod digits;
 pub mod domain;
 pub mod error;
 pub mod estimate;

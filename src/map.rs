@@ -67,11 +67,13 @@ fn count(crossings: &Crossings, mapping: &Mapping, band: &mut Band) {
 }
 
 /// A crossing as `rank << 24 | cell << 1 | direction`: sorted by rank, then by cell.
+#[inline(always)]
 fn by_rank(event: u32) -> u32 {
     event << 23 & 0xff00_0000 | event >> 9 << 1 | event & 1
 }
 
 /// Finds where each geometry begins and ends along a ray, as `cell << 8 | rank`; true if a counter stays open.
+#[inline(always)]
 fn insides(events: &mut [u32], rule: Rule, changes: &mut Vec<u32>) -> bool {
     events.sort_unstable();
     let mut odd = false;
@@ -105,6 +107,7 @@ fn insides(events: &mut [u32], rule: Rule, changes: &mut Vec<u32>) -> bool {
 }
 
 /// Sweeps the beginnings and ends of all geometries along a ray and appends a run wherever the winning flag changes.
+#[inline(always)]
 fn sweep(changes: &mut [u32], mapping: &Mapping, runs: &mut Vec<u32>) {
     if mapping.flag_of_rank.len() > 1 {
         changes.sort_unstable();
@@ -130,6 +133,7 @@ fn sweep(changes: &mut [u32], mapping: &Mapping, runs: &mut Vec<u32>) {
     }
 }
 
+#[inline(always)]
 fn highest_rank(inside: &[u32; 8]) -> Option<usize> {
     let word = (0..8).rev().find(|&word| inside[word] != 0)?;
     Some(word * 32 + 31 - inside[word].leading_zeros() as usize)

@@ -38,6 +38,7 @@ impl Rays {
     }
 
     /// Coordinates of a point reordered to (first axis across, second axis across, along the ray).
+    #[inline(always)]
     pub fn project(&self, point: [i32; 3]) -> [i32; 3] {
         [point[self.across[0]], point[self.across[1]], point[self.axis]]
     }

@@ -13,6 +13,7 @@ use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 
 use crate::control::{CancelToken, Control, Progress};
+use crate::digits::Number;
 use crate::error::Error;
 use crate::estimate::Estimate;
 use crate::geometry::Facet;
@@ -24,6 +25,7 @@ use crate::sources::Source;
 
 mod aside;
 mod info;
+mod json;
 mod mesh;
 mod value;
 
@@ -36,7 +38,7 @@ type JsResult<T> = std::result::Result<T, JsValue>;
 /// An error as `www/core.js` takes it apart.
 fn js_error(error: Error) -> JsValue {
     let message = error.to_string();
-    JsValue::from_str(&value::json(&info::ErrorFacts { code: error.code(), message: &message, hint: error.hint() }))
+    JsValue::from_str(&json::json(&info::ErrorFacts { code: error.code(), message: &message, hint: error.hint() }))
 }
 
 /// Version of hexcast.
@@ -98,7 +100,8 @@ impl WebSurface {
             return Err(js_error(Error::new("job-value", message, "give x y z of three corners a facet")));
         }
         if let Some(place) = corners.iter().position(|number| !number.is_finite()) {
-            let message = format!("{file}: number {} of facet {} is {}", place % 9, place / 9, corners[place]);
+            let message =
+                format!("{file}: number {} of facet {} is {}", place % 9, place / 9, Number(corners[place].into()));
             return Err(js_error(Error::new("stl-not-finite", message, "remove the facet")));
         }
         let facet = |f: &[f32; 9]| -> Facet { [[f[0], f[1], f[2]], [f[3], f[4], f[5]], [f[6], f[7], f[8]]] };
@@ -172,7 +175,10 @@ impl WebJob {
     pub fn new(json: &str, switch: &WebSwitch) -> JsResult<WebJob> {
         let job: Job = match value::from_json(json) {
             Some(Ok(job)) => job,
-            Some(Err(problem)) => return Err(js_error(job::wrong_value(&problem.path, &problem.message))),
+            Some(Err(problem)) => {
+                let place = problem.place();
+                return Err(js_error(job::wrong_value(&place.path, &place.message)));
+            }
             None => return Err(js_error(job::not_valid("JSON", "JSON.parse refuses it"))),
         };
         job.validate().map_err(js_error)?;
@@ -188,7 +194,7 @@ impl WebJob {
     pub fn estimate(&self) -> JsResult<String> {
         let prepared = pipeline::prepare(&self.job, self.sources()).map_err(js_error)?;
         let estimate = Estimate::new(&prepared.geometries, &prepared.lines, &prepared.rays);
-        Ok(value::json(&estimate))
+        Ok(json::json(&estimate))
     }
 
     /// The sources, whose facets stay shared.
@@ -270,7 +276,7 @@ impl WebEngine {
         forget(progress);
         *self.engine.borrow_mut() = Some(engine);
         let (mesh, report) = result.map_err(js_error)?;
-        Ok(WebMesh::new(mesh, value::json(&report)))
+        Ok(WebMesh::new(mesh, json::json(&report)))
     }
 
     fn control(&self, token: CancelToken, progress: usize) -> Control {

@@ -77,6 +77,7 @@ impl Part {
     }
 
     /// Number of runs of a ray, counted from the first of the part.
+    #[inline(always)]
     fn count(&self, ray: usize) -> usize {
         match u32::from(self.counts[ray]) {
             WIDE => {

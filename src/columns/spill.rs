@@ -26,6 +26,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use super::clip::Clip;
 use super::codec::{self, Encoder, Plan};
 use super::{Band, Part};
+use crate::checksum::crc32;
 use crate::error::{Error, Result};
 use crate::parallel::*;
 
@@ -213,12 +214,6 @@ fn encode(part: &Part, rays: &Range<u64>, closes: Option<[u64; 2]>) -> (Record, 
     let (n_runs, content) = encoder.finish();
     let (n_bytes, crc) = (content.len() as u32, crc32(&content));
     (Record { at: 0, first_ray: rays.start, n_rays, n_runs, n_bytes, closes, crc }, content)
-}
-
-pub(crate) fn crc32(bytes: &[u8]) -> [u8; 4] {
-    let mut crc = flate2::Crc::new();
-    crc.update(bytes);
-    crc.sum().to_le_bytes()
 }
 
 #[cfg(test)]

@@ -30,8 +30,9 @@ impl Expected {
         let add = |a: [f64; 4], b: [f64; 4]| [0, 1, 2, 3].map(|k| a[k] + b[k]);
         let mut sum = [0.0; 4];
         for geometry in geometries {
+            let placing = geometry.placing();
             let project = |corner: [f32; 3]| {
-                let world = geometry.world_from_corner(corner);
+                let world = placing(corner);
                 let cells = |axis: usize| (world[axis] - lines.origin[axis]) / lines.spacing[axis];
                 [cells(rays.across[0]), cells(rays.across[1]), cells(rays.axis)]
             };

@@ -75,8 +75,9 @@ pub async fn adapter(wanted: Option<&str>) -> Result<AdapterFacts> {
 
 async fn find(wanted: Option<&str>) -> Result<Adapter> {
     match wanted {
-        None => preferred_adapter().await,
-        Some(name) => named_adapter(name).await,
+        // browsers offer one adapter, without a name
+        Some(name) if cfg!(not(target_arch = "wasm32")) => named_adapter(name).await,
+        _ => preferred_adapter().await,
     }
 }
 
@@ -176,7 +177,9 @@ fn note(failure: &Mutex<Option<Error>>, error: Error) {
 }
 
 fn instance() -> Instance {
-    Instance::new(InstanceDescriptor::new_without_display_handle().with_env())
+    let descriptor = InstanceDescriptor::new_without_display_handle();
+    // browsers have no environment variables
+    Instance::new(if cfg!(target_arch = "wasm32") { descriptor } else { descriptor.with_env() })
 }
 
 async fn preferred_adapter() -> Result<Adapter> {

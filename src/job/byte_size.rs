@@ -59,8 +59,11 @@ impl fmt::Display for ByteSize {
         let bytes = self.0 as f64;
         let scaled = [(1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB")].into_iter().find(|(unit, _)| bytes >= *unit);
         match scaled {
-            Some((unit, name)) => write!(f, "{:.2} {name}", bytes / unit),
-            None => write!(f, "{bytes} bytes"),
+            Some((unit, name)) => {
+                let hundredths = (bytes / unit * 100.0).round() as u64;
+                write!(f, "{}.{:02} {name}", hundredths / 100, hundredths % 100)
+            }
+            None => write!(f, "{} bytes", self.0),
         }
     }
 }

@@ -16,8 +16,8 @@ pub(super) fn alternate(crossings: &Crossings, flag: u8, depth: u32, band: &mut 
         let mut few = [u32::MAX; FEW];
         let cells = match events.len() {
             0..=FEW => {
-                for (cell, event) in few.iter_mut().zip(events) {
-                    *cell = event >> 9;
+                for index in 0..events.len() {
+                    few[index] = events[index] >> 9;
                 }
                 if events.len() > 4 {
                     sort8(&mut few)
@@ -38,14 +38,18 @@ pub(super) fn alternate(crossings: &Crossings, flag: u8, depth: u32, band: &mut 
             n = cancel_twins(cells);
         }
         band.odd_rays += n as u64 % 2;
-        let inside_or_not = [flag, 0].into_iter().cycle();
-        let runs = cells[..n - n % 2].iter().zip(inside_or_not).take_while(|&(&cell, _)| cell < depth);
-        band.runs.extend(runs.map(|(&cell, flag)| run(cell, flag)));
+        let (n, mut end) = (n - n % 2, 0);
+        while end < n && cells[end] < depth {
+            cells[end] = run(cells[end], if end % 2 == 0 { flag } else { 0 });
+            end += 1;
+        }
+        band.runs.extend_from_slice(&cells[..end]);
         band.ends.push(band.runs.len() as u32);
     }
 }
 
 /// Takes pairs of equal cells out of sorted ones; returns how many are left, at the front.
+#[inline(always)]
 fn cancel_twins(cells: &mut [u32]) -> usize {
     let mut n = 0;
     for index in 0..cells.len() {
@@ -61,6 +65,7 @@ fn cancel_twins(cells: &mut [u32]) -> usize {
 }
 
 /// Sorts the first four with a network of five comparisons.
+#[inline(always)]
 fn sort4(v: &mut [u32; FEW]) {
     for [a, b] in [[0, 1], [2, 3], [0, 2], [1, 3], [1, 2]] {
         (v[a], v[b]) = (v[a].min(v[b]), v[a].max(v[b]));
@@ -68,6 +73,7 @@ fn sort4(v: &mut [u32; FEW]) {
 }
 
 /// Sorts all eight with Batcher's odd-even merge network.
+#[inline(always)]
 fn sort8(v: &mut [u32; FEW]) {
     #[rustfmt::skip]
     let network = [

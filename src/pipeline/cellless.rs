@@ -3,6 +3,7 @@
 use super::Prepared;
 use crate::control::Control;
 use crate::cpu;
+use crate::digits::Number;
 use crate::domain::{BoundingBox, Domain};
 use crate::frame::Frame;
 use crate::job::Rule;
@@ -34,8 +35,8 @@ pub(super) fn geometries_without_cells(
                  look at its place in the domain and at the priorities",
                 geometry.name,
                 geometry.flag,
-                high[axis] - low[axis],
-                prepared.lines.spacing[axis],
+                Number(high[axis] - low[axis]),
+                Number(prepared.lines.spacing[axis]),
             ));
         }
     }

@@ -48,6 +48,7 @@ impl Room {
     ///
     /// # Errors
     /// Those of [`Growing::keeping`].
+    #[cfg_attr(target_arch = "wasm32", expect(unused_variables, reason = "wasm keeps nothing"))]
     pub(super) fn growing(
         &self,
         aside: &Aside,
@@ -57,6 +58,7 @@ impl Room {
         match aside {
             Aside::Nowhere => Ok(Growing::new(prepared.rays, self.0.columns, None)),
             Aside::Spill(store) => Ok(Growing::new(prepared.rays, self.0.columns, Some(store.clone()))),
+            #[cfg(not(target_arch = "wasm32"))]
             Aside::Keep(store) => Growing::keeping(prepared.rays, self.0.columns, store.clone(), &identity()),
         }
     }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::value::json;
+use super::json::json;
 use crate::geometry::{Geometry, SharedFacets};
 use crate::lines::Lines;
 use crate::mesh::Mesh;

@@ -1,26 +1,19 @@
-//! Plain data as JavaScript's values and back, through serde: the browser's own `JSON` reads and writes the text, so that
-//! the page does not load another.
+//! Plain data from JSON, through serde: the browser's own `JSON` reads the text, so that the page does not load another.
 //!
 //! A failure to read knows the path of the key, such as `geometries[1].flag`, and says what was expected there.
 
 use std::fmt;
 
-use js_sys::{Array, JSON, Object, Reflect};
+use js_sys::{Array, JSON, Object};
 use serde::de::value::StringDeserializer;
 use serde::de::{self, DeserializeOwned, DeserializeSeed, Deserializer, IntoDeserializer, Unexpected, Visitor};
 use serde::forward_to_deserialize_any;
-use serde::ser::{self, Impossible, Serialize, Serializer};
 use wasm_bindgen::prelude::*;
+
+use crate::digits::Number;
 
 /// Whole numbers up to here are exact in a JavaScript number.
 const MAX_EXACT: f64 = 9_007_199_254_740_992.0;
-
-/// Writes plain data as JSON.
-pub(super) fn json(value: &impl Serialize) -> String {
-    // structs of numbers, strings and lists always have a JSON form
-    let text = value.serialize(ToJs).ok().and_then(|value| JSON::stringify(&value).ok());
-    text.map(String::from).unwrap_or_default()
-}
 
 /// Reads plain data from JSON; None where the text is none.
 pub(super) fn from_json<T: DeserializeOwned>(text: &str) -> Option<Result<T, Problem>> {
@@ -28,24 +21,57 @@ pub(super) fn from_json<T: DeserializeOwned>(text: &str) -> Option<Result<T, Pro
 }
 
 /// What is wrong, and with which key; an empty path is the value itself.
-#[derive(Debug, Default)]
-pub(super) struct Problem {
+#[derive(Debug)]
+pub(super) struct Problem(Box<Place>);
+
+/// The key and what is wrong with it.
+#[derive(Debug)]
+pub(super) struct Place {
     pub(super) path: String,
     pub(super) message: String,
 }
 
 impl Problem {
+    fn new(message: String) -> Problem {
+        Problem(Box::new(Place { path: String::new(), message }))
+    }
+
+    /// The path of the key, and what is wrong with it.
+    pub(super) fn place(&self) -> &Place {
+        &self.0
+    }
+
+    /// The words of serde, which writes numbers with code that would be loaded for them alone.
+    fn unexpected(what: &str, found: Unexpected, expected: &dyn de::Expected) -> Problem {
+        let found = match found {
+            Unexpected::Bool(flag) => format!("boolean `{flag}`"),
+            Unexpected::Unsigned(number) => format!("integer `{number}`"),
+            Unexpected::Signed(number) => format!("integer `{number}`"),
+            Unexpected::Float(number) => format!("floating point `{:?}`", Number(number)),
+            Unexpected::Str(text) => format!("string \"{text}\""),
+            Unexpected::Unit => "unit value".into(),
+            Unexpected::Seq => "sequence".into(),
+            Unexpected::Map => "map".into(),
+            Unexpected::UnitVariant => "unit variant".into(),
+            Unexpected::NewtypeVariant => "newtype variant".into(),
+            Unexpected::Other(text) => text.into(),
+            _ => "another value".into(),
+        };
+        Problem::new(format!("invalid {what}: {found}, expected {expected}"))
+    }
+
     /// Puts the key that holds the value in front of the path.
     fn within(mut self, key: &str) -> Problem {
-        let dot = if self.path.is_empty() || self.path.starts_with('[') { "" } else { "." };
-        self.path = [key, dot, &self.path].concat();
+        let path = &mut self.0.path;
+        let dot = if path.is_empty() || path.starts_with('[') { "" } else { "." };
+        *path = [key, dot, path].concat();
         self
     }
 }
 
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.message)
+        f.write_str(&self.0.message)
     }
 }
 
@@ -53,13 +79,15 @@ impl std::error::Error for Problem {}
 
 impl de::Error for Problem {
     fn custom<T: fmt::Display>(message: T) -> Problem {
-        Problem { path: String::new(), message: message.to_string() }
+        Problem::new(message.to_string())
     }
-}
 
-impl ser::Error for Problem {
-    fn custom<T: fmt::Display>(message: T) -> Problem {
-        de::Error::custom(message)
+    fn invalid_type(found: Unexpected, expected: &dyn de::Expected) -> Problem {
+        Problem::unexpected("type", found, expected)
+    }
+
+    fn invalid_value(found: Unexpected, expected: &dyn de::Expected) -> Problem {
+        Problem::unexpected("value", found, expected)
     }
 }
 
@@ -234,215 +262,5 @@ impl<'de> de::MapAccess<'de> for Entries {
     fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Problem> {
         let value = self.entry(self.next - 1, 1);
         seed.deserialize(FromJs(value)).map_err(|problem| problem.within(&self.key))
-    }
-}
-
-#[derive(Clone, Copy)]
-struct ToJs;
-
-/// A list or an object in the making.
-struct Parts {
-    whole: JsValue,
-    key: JsValue,
-}
-
-impl Parts {
-    fn list() -> Parts {
-        Parts { whole: Array::new().into(), key: JsValue::NULL }
-    }
-
-    fn object() -> Parts {
-        Parts { whole: Object::new().into(), key: JsValue::NULL }
-    }
-
-    fn push(&mut self, item: &(impl Serialize + ?Sized)) -> Result<(), Problem> {
-        self.whole.unchecked_ref::<Array>().push(&item.serialize(ToJs)?);
-        Ok(())
-    }
-
-    fn put(&mut self, value: &(impl Serialize + ?Sized)) -> Result<(), Problem> {
-        // new objects take any key
-        let _ = Reflect::set(&self.whole, &self.key, &value.serialize(ToJs)?);
-        Ok(())
-    }
-}
-
-/// Methods of a trait that hand the value, as a JavaScript number, on.
-macro_rules! numbers {
-    ($($method:ident: $type:ty),*) => {
-        $(fn $method(self, value: $type) -> Result<JsValue, Problem> {
-            Ok(JsValue::from_f64(value as f64))
-        })*
-    };
-}
-
-impl Serializer for ToJs {
-    type Ok = JsValue;
-    type Error = Problem;
-    type SerializeSeq = Parts;
-    type SerializeTuple = Parts;
-    type SerializeTupleStruct = Impossible<JsValue, Problem>;
-    type SerializeTupleVariant = Impossible<JsValue, Problem>;
-    type SerializeMap = Parts;
-    type SerializeStruct = Parts;
-    type SerializeStructVariant = Impossible<JsValue, Problem>;
-
-    numbers! {
-        serialize_i8: i8, serialize_i16: i16, serialize_i32: i32, serialize_i64: i64, serialize_u8: u8, serialize_u16: u16,
-        serialize_u32: u32, serialize_u64: u64, serialize_f32: f32, serialize_f64: f64
-    }
-
-    fn serialize_bool(self, value: bool) -> Result<JsValue, Problem> {
-        Ok(value.into())
-    }
-
-    fn serialize_char(self, value: char) -> Result<JsValue, Problem> {
-        self.serialize_str(value.encode_utf8(&mut [0; 4]))
-    }
-
-    fn serialize_str(self, value: &str) -> Result<JsValue, Problem> {
-        Ok(JsValue::from_str(value))
-    }
-
-    fn serialize_bytes(self, _: &[u8]) -> Result<JsValue, Problem> {
-        Err(unsupported())
-    }
-
-    fn serialize_none(self) -> Result<JsValue, Problem> {
-        Ok(JsValue::NULL)
-    }
-
-    fn serialize_some<T: Serialize + ?Sized>(self, value: &T) -> Result<JsValue, Problem> {
-        value.serialize(self)
-    }
-
-    fn serialize_unit(self) -> Result<JsValue, Problem> {
-        Ok(JsValue::NULL)
-    }
-
-    fn serialize_unit_struct(self, _: &'static str) -> Result<JsValue, Problem> {
-        Ok(JsValue::NULL)
-    }
-
-    fn serialize_unit_variant(self, _: &'static str, _: u32, variant: &'static str) -> Result<JsValue, Problem> {
-        self.serialize_str(variant)
-    }
-
-    fn serialize_newtype_struct<T: Serialize + ?Sized>(self, _: &'static str, value: &T) -> Result<JsValue, Problem> {
-        value.serialize(self)
-    }
-
-    fn serialize_newtype_variant<T: Serialize + ?Sized>(
-        self,
-        _: &'static str,
-        _: u32,
-        variant: &'static str,
-        value: &T,
-    ) -> Result<JsValue, Problem> {
-        let mut object = Parts::object();
-        ser::SerializeStruct::serialize_field(&mut object, variant, value)?;
-        Ok(object.whole)
-    }
-
-    fn serialize_seq(self, _: Option<usize>) -> Result<Parts, Problem> {
-        Ok(Parts::list())
-    }
-
-    fn serialize_tuple(self, _: usize) -> Result<Parts, Problem> {
-        Ok(Parts::list())
-    }
-
-    fn serialize_tuple_struct(self, _: &'static str, _: usize) -> Result<Self::SerializeTupleStruct, Problem> {
-        Err(unsupported())
-    }
-
-    fn serialize_tuple_variant(
-        self,
-        _: &'static str,
-        _: u32,
-        _: &'static str,
-        _: usize,
-    ) -> Result<Self::SerializeTupleVariant, Problem> {
-        Err(unsupported())
-    }
-
-    fn serialize_map(self, _: Option<usize>) -> Result<Parts, Problem> {
-        Ok(Parts::object())
-    }
-
-    fn serialize_struct(self, _: &'static str, _: usize) -> Result<Parts, Problem> {
-        Ok(Parts::object())
-    }
-
-    fn serialize_struct_variant(
-        self,
-        _: &'static str,
-        _: u32,
-        _: &'static str,
-        _: usize,
-    ) -> Result<Self::SerializeStructVariant, Problem> {
-        Err(unsupported())
-    }
-}
-
-fn unsupported() -> Problem {
-    de::Error::custom("no JSON form is defined")
-}
-
-impl ser::SerializeSeq for Parts {
-    type Ok = JsValue;
-    type Error = Problem;
-
-    fn serialize_element<T: Serialize + ?Sized>(&mut self, item: &T) -> Result<(), Problem> {
-        self.push(item)
-    }
-
-    fn end(self) -> Result<JsValue, Problem> {
-        Ok(self.whole)
-    }
-}
-
-impl ser::SerializeTuple for Parts {
-    type Ok = JsValue;
-    type Error = Problem;
-
-    fn serialize_element<T: Serialize + ?Sized>(&mut self, item: &T) -> Result<(), Problem> {
-        self.push(item)
-    }
-
-    fn end(self) -> Result<JsValue, Problem> {
-        Ok(self.whole)
-    }
-}
-
-impl ser::SerializeMap for Parts {
-    type Ok = JsValue;
-    type Error = Problem;
-
-    fn serialize_key<T: Serialize + ?Sized>(&mut self, key: &T) -> Result<(), Problem> {
-        self.key = key.serialize(ToJs)?;
-        Ok(())
-    }
-
-    fn serialize_value<T: Serialize + ?Sized>(&mut self, value: &T) -> Result<(), Problem> {
-        self.put(value)
-    }
-
-    fn end(self) -> Result<JsValue, Problem> {
-        Ok(self.whole)
-    }
-}
-
-impl ser::SerializeStruct for Parts {
-    type Ok = JsValue;
-    type Error = Problem;
-
-    fn serialize_field<T: Serialize + ?Sized>(&mut self, key: &'static str, value: &T) -> Result<(), Problem> {
-        self.key = JsValue::from_str(key);
-        self.put(value)
-    }
-
-    fn end(self) -> Result<JsValue, Problem> {
-        Ok(self.whole)
     }
 }

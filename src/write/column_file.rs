@@ -66,6 +66,7 @@ pub use read::{read_columns, read_columns_within};
 
 use std::ops::Range;
 
+use crate::checksum::crc32;
 use crate::columns::Columns;
 use crate::columns::codec::{self, Plan};
 use crate::control::Control;
@@ -82,12 +83,6 @@ const PIECE_TAG: [u8; 4] = *b"PIEC";
 const PIECE_HEAD: usize = 44;
 const END_TAG: [u8; 4] = *b"ENDS";
 const END_MAGIC: [u8; 8] = *b"HXC END\n";
-
-fn crc32(bytes: &[u8]) -> [u8; 4] {
-    let mut crc = flate2::Crc::new();
-    crc.update(bytes);
-    crc.sum().to_le_bytes()
-}
 
 fn corrupt(message: String) -> Error {
     Error::new("columns-corrupt", message, "copy or write the file again")
@@ -198,7 +193,7 @@ fn encode_piece(mesh: &Mesh, rays: Range<u64>, level: Option<u8>) -> Result<(Vec
     let n_content = content.len() as u32;
     let stored = match level {
         None => content,
-        Some(level) => zlib::compress(&content, level)?,
+        Some(level) => zlib::compress(&content, level),
     };
     let numbers = [n_rays, n_runs, n_content, stored.len() as u32];
     let mut head = PIECE_TAG.to_vec();

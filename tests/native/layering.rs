@@ -13,6 +13,8 @@ const CORE: &[&str] = &[
     "error",
     "control",
     "parallel",
+    "checksum",
+    "digits",
     "geometry",
     "surface",
     "read",

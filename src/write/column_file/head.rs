@@ -1,11 +1,12 @@
 //! The head of a column file.
 
+use crate::checksum::crc32;
 use crate::error::{Error, Result};
 use crate::lines::Lines;
 use crate::mesh::{Mesh, Named};
 use crate::rays::Rays;
 
-use super::{MAGIC, MAX_BODY, MAX_DIM, VERSION, corrupt, crc32};
+use super::{MAGIC, MAX_BODY, MAX_DIM, VERSION, corrupt};
 
 /// What the head says.
 #[derive(Debug)]

@@ -3,16 +3,17 @@
 use std::io::Read;
 
 use crate::parallel::*;
-use flate2::read::ZlibDecoder;
 
+use crate::checksum::crc32;
 use crate::columns::codec::{self, PIECE_RAYS, PIECE_RUNS};
 use crate::columns::{Band, Columns};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
+use crate::write::zlib;
 
 use super::head::{self, Head};
-use super::{END_MAGIC, END_TAG, MAGIC, MAX_BODY, PIECE_HEAD, PIECE_TAG, VERSION, corrupt, crc32};
+use super::{END_MAGIC, END_TAG, MAGIC, MAX_BODY, PIECE_HEAD, PIECE_TAG, VERSION, corrupt};
 
 /// Pieces read before they are decoded together.
 const BATCH: usize = 16;
@@ -151,11 +152,9 @@ impl Stored {
     fn inflate(&self) -> std::result::Result<Vec<u8>, String> {
         // five bytes a number and one a flag are the most that rays and runs can need
         let most = 5 * u64::from(self.n_rays) + 6 * u64::from(self.n_runs);
-        let mut content = Vec::new();
-        let mut decoder = ZlibDecoder::new(self.bytes.as_slice());
         let limit = most.min(u64::from(self.n_content)) + 1;
-        decoder.by_ref().take(limit).read_to_end(&mut content).map_err(|error| error.to_string())?;
-        if decoder.total_in() != self.bytes.len() as u64 {
+        let (content, used) = zlib::expand(&self.bytes, limit)?;
+        if used != self.bytes.len() as u64 {
             return Err("bytes follow its zlib stream".into());
         }
         Ok(content)
