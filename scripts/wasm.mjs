@@ -4,7 +4,7 @@
 // rustc-web does, building the standard library from rust-web-src. HEXCAST_WASM_RUST=rustup|debian decides instead.
 //
 // What is shipped is compiled by itself: with the source of the standard library at hand, that is compiled for size too, and
-// a panic, whose message nobody could read anyway, is a mere trap. That takes some 70 kB off the file.
+// a panic, whose message nobody could read anyway, is a mere trap. That takes some 70 kB off the file; sorting takes longer.
 
 import { existsSync, readFileSync } from 'node:fs';
 import path from 'node:path';
@@ -98,7 +98,7 @@ async function shippingRust() {
 function rebuilding(rust) {
   const flags = [rust.env[RUSTFLAGS], ...TRAP_FLAGS].join(' ');
   const args = rust.args.filter((argument) => !argument.startsWith('-Zbuild-std'));
-  return { ...rust, args: [...args, '-Zbuild-std=std'], env: { ...rust.env, ...BOOTSTRAP, [RUSTFLAGS]: flags } };
+  return { ...rust, args: [...args, '-Zbuild-std=std', '-Zbuild-std-features=optimize_for_size'], env: { ...rust.env, ...BOOTSTRAP, [RUSTFLAGS]: flags } };
 }
 
 /** Whether rustup's toolchain has the source of the standard library and knows the flags. */
