@@ -6,14 +6,14 @@
 //!
 //! Source: G. L. Steele and J. L. White, How to print floating-point numbers accurately (1990), free-format algorithm.
 
-use std::fmt;
-
 /// A number that is written like an f64: `{}`, `{:?}` or `{:e}`.
 pub(crate) struct Number(pub(crate) f64);
 
 #[cfg(not(target_arch = "wasm32"))]
 mod by_std {
-    use super::*;
+    use std::fmt;
+
+    use crate::digits::Number;
 
     impl fmt::Display for Number {
         fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -36,7 +36,9 @@ mod by_std {
 
 #[cfg(target_arch = "wasm32")]
 mod by_us {
-    use super::*;
+    use std::fmt;
+
+    use crate::digits::{Form, Number, text};
 
     impl fmt::Display for Number {
         fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -39,7 +39,7 @@ impl Domain {
             let name = ["x", "y", "z"][axis];
             if !(high[axis] - low[axis]).is_finite() {
                 let [from, to] = [low[axis], high[axis]].map(Number);
-                let message = format!("the domain reaches from {from} to {to} along {name}");
+                let message = format!("the domain reaches from {from:?} to {to:?} along {name}");
                 return Err(Error::new("job-value", message, "use a smaller scale or translate"));
             }
             if low[axis] >= high[axis] {

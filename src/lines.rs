@@ -43,7 +43,7 @@ impl Lines {
         for axis in 0..3 {
             let name = ["x", "y", "z"][axis];
             if !(spacing[axis] > 0.0 && spacing[axis].is_finite()) || dims[axis] == 0 {
-                let message = format!("{} cells of size {} along {name}", dims[axis], Number(spacing[axis]));
+                let message = format!("{} cells of size {:?} along {name}", dims[axis], Number(spacing[axis]));
                 return Err(Error::new("domain-empty", message, "give the domain an extent along every axis"));
             }
             if !origin[axis].is_finite() {
@@ -106,8 +106,9 @@ pub fn lines(job: &Job, domain: &Domain) -> Result<Lines> {
         };
         let padded = cells + 2.0 * f64::from(padding);
         if padded > f64::from(u32::MAX) {
-            let [padded, size] = [padded.round(), spacing[axis]].map(Number);
-            let message = format!("{padded} cells of size {size} along {}", ["x", "y", "z"][axis]);
+            let [cells, size] = [padded.round(), spacing[axis]].map(Number);
+            let cells = if padded < 1e15 { format!("{cells}") } else { format!("{cells:?}") };
+            let message = format!("{cells} cells of size {size:?} along {}", ["x", "y", "z"][axis]);
             return Err(Error::new("too-many-cells", message, "use larger cells"));
         }
         dims[axis] = padded as u32;
