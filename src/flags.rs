@@ -15,7 +15,7 @@ use crate::parallel::*;
 mod packing;
 
 pub use packing::row_bytes;
-use packing::{Bits, Bytes, Packing};
+use packing::{Bits, Bytes, BytesInZeros, Packing};
 
 /// Bytes that one core takes at a time.
 const ROWS_BYTES: usize = 1 << 16;
@@ -39,6 +39,19 @@ pub fn expand(columns: &Columns, cells: &CellBox, out: &mut [u8]) -> Result<()> 
     expand_as::<Bytes>(columns, cells, out)
 }
 
+/// Expands the flags of a box into memory that is all 0, as [`expand`] does into any: what is background needs no writing.
+///
+/// Where `out` is not 0 and the flag is, what comes out may be either.
+///
+/// # Errors
+/// Those of [`expand`].
+///
+/// # Panics
+/// As [`expand`].
+pub fn expand_into_zeros(columns: &Columns, cells: &CellBox, out: &mut [u8]) -> Result<()> {
+    expand_as::<BytesInZeros>(columns, cells, out)
+}
+
 /// Expands the flags of a box into `out`, a bit a cell, 1 where the flag is not 0; each row along x takes [`row_bytes`]
 /// bytes, its first cell in the lowest bit of the first. What `out` held is overwritten.
 ///
@@ -57,7 +70,7 @@ pub fn expand_bits(columns: &Columns, cells: &CellBox, out: &mut [u8]) -> Result
 /// Those of [`expand`].
 pub fn flags_of_box(columns: &Columns, cells: &CellBox) -> Result<Vec<u8>> {
     let mut out = vec![0; n_cells(cells)];
-    expand(columns, cells, &mut out)?;
+    expand_into_zeros(columns, cells, &mut out)?;
     Ok(out)
 }
 
@@ -250,6 +263,9 @@ mod tests {
                     }
                 }
                 assert_eq!(flags_of_box(&columns, cells).unwrap(), expected, "axis {axis}, box {cells:?}");
+                let mut flags = vec![0xa5; expected.len()];
+                expand(&columns, cells, &mut flags).unwrap();
+                assert_eq!(flags, expected, "axis {axis}, box {cells:?}");
                 let rows = expected.chunks(cells[0].len());
                 let packed: Vec<u8> = rows.flat_map(|row| row.chunks(8).map(byte_of)).collect();
                 // what was there before does not matter

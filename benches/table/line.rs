@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use hexcast::columns::Columns;
 use hexcast::control::Control;
-use hexcast::flags::{expand, expand_bits, flags_of_box, n_bytes_of_bits, n_cells};
+use hexcast::flags::{expand, expand_bits, expand_into_zeros, flags_of_box, n_bytes_of_bits, n_cells};
 use hexcast::frame::Frame;
 use hexcast::job::{GeometryJob, Job, Rule};
 use hexcast::pipeline::{Engine, Prepared, prepare};
@@ -125,7 +125,7 @@ pub(crate) fn run(file: &Path, cells: u32, engine: &mut Engine) -> Result<Run, B
 pub(crate) fn flags(columns: &Columns) -> Result<MmapMut, Box<dyn Error>> {
     let everything = columns.dims().map(|n| 0..n);
     let mut flags = new_pages(n_cells(&everything))?;
-    expand(columns, &everything, &mut flags)?;
+    expand_into_zeros(columns, &everything, &mut flags)?;
     Ok(flags)
 }
 

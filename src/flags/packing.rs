@@ -46,6 +46,31 @@ impl Packing for Bytes {
     }
 }
 
+/// A byte a cell, in memory that is all 0 as the system gives it: where the flag is 0 nothing is written.
+pub(super) struct BytesInZeros;
+
+impl Packing for BytesInZeros {
+    fn n_bytes(places: usize) -> usize {
+        places
+    }
+
+    fn row(nx: usize) -> usize {
+        nx
+    }
+
+    fn put(out: &mut [u8], place: usize, flag: u8) {
+        out[place] = flag;
+    }
+
+    fn begin(_: &mut [u8]) {}
+
+    fn fill(row: &mut [u8], from: usize, to: usize, flag: u8) {
+        if flag != 0 {
+            row[from..to].fill(flag);
+        }
+    }
+}
+
 /// A bit a cell.
 pub(super) struct Bits;
 
