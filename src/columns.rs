@@ -20,6 +20,7 @@ mod growing;
 mod part;
 mod spill;
 
+pub(crate) use clip::Near;
 pub use growing::Growing;
 pub(crate) use part::Part;
 pub use spill::Store;

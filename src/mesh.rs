@@ -8,15 +8,18 @@ use std::fmt::Write;
 
 use sha2::{Digest, Sha256};
 
-use crate::columns::Columns;
+use crate::columns::{Columns, Near};
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::flags::{CellBox, expand, expand_bits, flags_of_box, n_bytes_of_bits, n_cells};
+use crate::flags::{CellBox, bits_of_box, expand, expand_bits, flags_of_box, n_bytes_of_bits, n_cells};
 use crate::lines::Lines;
 use crate::parallel::beside;
 
 /// Bytes of a slab where the caller has no opinion: long enough to keep all cores busy, short enough for a browser.
 pub const SLAB_BYTES: usize = 32 << 20;
+
+/// Expands a slab from columns into a buffer, which it makes as long as it must be.
+type Fill = dyn Fn(&Columns, &CellBox, &mut Vec<u8>) -> Result<()> + Sync;
 
 /// A flag in use and what it stands for.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -79,14 +82,27 @@ impl Mesh {
     /// # Errors
     /// `job-value` where the box reaches past the mesh or ends before it starts; `io` as for [`Mesh::flag`].
     pub fn box_flags(&self, cells: &CellBox) -> Result<Vec<u8>> {
+        flags_of_box(&*self.columns_of_box(cells)?, cells)
+    }
+
+    /// Expands the flags of a box of cells, a bit a cell as [`expand_bits`] has them; its end is exclusive.
+    ///
+    /// # Errors
+    /// Those of [`Mesh::box_flags`].
+    pub fn box_bits(&self, cells: &CellBox) -> Result<Vec<u8>> {
+        bits_of_box(&*self.columns_of_box(cells)?, cells)
+    }
+
+    /// Columns that are cheap to expand in a box.
+    fn columns_of_box(&self, cells: &CellBox) -> Result<Near<'_>> {
         if (0..3).any(|axis| cells[axis].end > self.dims()[axis] || cells[axis].start > cells[axis].end) {
             return Err(self.outside(format!("box {cells:?}")));
         }
         let n_rays: u64 = self.columns.rays.across.iter().map(|&axis| cells[axis].len() as u64).product();
         if 2 * n_rays < self.columns.rays.n_rays() {
-            return flags_of_box(&self.columns, cells);
+            return Ok(Near::Whole(&self.columns));
         }
-        flags_of_box(&*self.columns.near(&cells[self.columns.rays.axis])?, cells)
+        self.columns.near(&cells[self.columns.rays.axis])
     }
 
     /// Splits the mesh, in file order, in slabs of whole z planes of at most `max_bytes` flags, or of whole rows along x
@@ -115,9 +131,9 @@ impl Mesh {
         control: &Control,
         mut consume: impl FnMut(&[u8]) -> Result<()>,
     ) -> Result<()> {
-        let fill = |cells: &CellBox, out: &mut Vec<u8>| {
+        let fill = |columns: &Columns, cells: &CellBox, out: &mut Vec<u8>| {
             out.resize(n_cells(cells), 0);
-            expand(&*self.columns.near(&cells[self.columns.rays.axis])?, cells, out)
+            expand(columns, cells, out)
         };
         self.hand_slabs(&mut self.slabs(max_bytes), control, &fill, &mut consume)
     }
@@ -132,21 +148,23 @@ impl Mesh {
         control: &Control,
         mut consume: impl FnMut(&[u8]) -> Result<()>,
     ) -> Result<()> {
-        let fill = |cells: &CellBox, out: &mut Vec<u8>| {
+        let fill = |columns: &Columns, cells: &CellBox, out: &mut Vec<u8>| {
             out.resize(n_bytes_of_bits(cells), 0);
-            expand_bits(&self.columns, cells, out)
+            expand_bits(columns, cells, out)
         };
         self.hand_slabs(&mut self.slabs(max_bytes.saturating_mul(8)), control, &fill, &mut consume)
     }
 
-    /// Hands slabs to `consume` while `fill` makes the next; compiled once.
+    /// Hands slabs to `consume` while `fill` makes the next from columns that are cheap to expand there; compiled once.
     fn hand_slabs(
         &self,
         slabs: &mut dyn Iterator<Item = CellBox>,
         control: &Control,
-        fill: &(dyn Fn(&CellBox, &mut Vec<u8>) -> Result<()> + Sync),
+        fill: &Fill,
         consume: &mut dyn FnMut(&[u8]) -> Result<()>,
     ) -> Result<()> {
+        let axis = self.columns.rays.axis;
+        let fill = |cells: &CellBox, out: &mut Vec<u8>| fill(&*self.columns.near(&cells[axis])?, cells, out);
         let (mut now, mut next) = (Vec::new(), Vec::new());
         control.check()?;
         let mut ahead = slabs.next();

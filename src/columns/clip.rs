@@ -192,10 +192,21 @@ mod tests {
         flags
     }
 
+    fn walked_in_bits(mesh: &Mesh, slab_bytes: usize) -> Vec<u8> {
+        let mut bits = Vec::new();
+        mesh.for_each_slab_of_bits(slab_bytes, &Control::default(), |slab| {
+            bits.extend_from_slice(slab);
+            Ok(())
+        })
+        .unwrap();
+        bits
+    }
+
     #[test]
     fn a_walk_across_the_rays_reads_the_store_a_few_times() {
         let whole = mesh(u64::MAX, None);
         let expected = walked(&whole, 1 << 20);
+        let expected_bits = walked_in_bits(&whole, 1 << 20);
         let n_bytes = whole.columns.n_bytes();
         // planes of 3600 cells: one a slab, five, or half a one
         for slab_bytes in [3600, 18_000, 1800] {
@@ -215,6 +226,10 @@ mod tests {
                         "{readings} readings, slabs of {slab_bytes} in {max_bytes}"
                     );
                 }
+                store.n_read.store(0, Ordering::Relaxed);
+                assert!(walked_in_bits(&mesh, slab_bytes / 8) == expected_bits, "bits, slabs of {slab_bytes}");
+                let readings = store.n_read.load(Ordering::Relaxed) as f64 / mesh.columns.spilled_bytes() as f64;
+                assert!(readings <= f64::from(most_readings), "{readings} readings for bits in {max_bytes}");
                 let stretch = mesh.columns.near(&(200..201)).unwrap();
                 assert!(stretch.n_bytes() <= max_bytes, "{} held of {max_bytes}", stretch.n_bytes());
             }
@@ -232,6 +247,7 @@ mod tests {
             for cells in boxes {
                 let flags = expected.box_flags(&cells).unwrap();
                 assert!(mesh.box_flags(&cells).unwrap() == flags, "{cells:?} of {max_bytes} bytes");
+                assert!(mesh.box_bits(&cells).unwrap() == expected.box_bits(&cells).unwrap(), "bits of {cells:?}");
             }
         }
     }

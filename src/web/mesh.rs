@@ -9,7 +9,7 @@ use wasm_bindgen::prelude::*;
 use super::{JsResult, js_error, json};
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::flags::{CellBox, bits_of_box};
+use crate::flags::CellBox;
 use crate::mesh::{Mesh, hex};
 use crate::skin::{skin, slice};
 use crate::write::{self, Compress, Format, Options, Written, column_file, vti};
@@ -175,7 +175,7 @@ impl Work {
                     let tail = std::mem::take(tail);
                     return Ok((!tail.is_empty()).then_some(tail));
                 };
-                if *bits { bits_of_box(&mesh.columns, &cells) } else { mesh.box_flags(&cells) }.map(Some)
+                if *bits { mesh.box_bits(&cells) } else { mesh.box_flags(&cells) }.map(Some)
             }
         }
     }
