@@ -15,7 +15,7 @@ use crate::parallel::*;
 mod packing;
 
 pub use packing::row_bytes;
-use packing::{Bits, Bytes, BytesInZeros, Packing};
+use packing::{Bits, Bytes, Packing};
 
 /// Bytes that one core takes at a time.
 const ROWS_BYTES: usize = 1 << 16;
@@ -36,7 +36,7 @@ pub fn n_cells(cells: &CellBox) -> usize {
 /// # Panics
 /// If `out` does not have the box's number of cells or the box reaches past the columns: a bug of the caller.
 pub fn expand(columns: &Columns, cells: &CellBox, out: &mut [u8]) -> Result<()> {
-    expand_as::<Bytes>(columns, cells, out)
+    expand_as::<Bytes<false>>(columns, cells, out)
 }
 
 /// Expands the flags of a box into memory that is all 0, as [`expand`] does into any: what is background needs no writing.
@@ -49,7 +49,7 @@ pub fn expand(columns: &Columns, cells: &CellBox, out: &mut [u8]) -> Result<()> 
 /// # Panics
 /// As [`expand`].
 pub fn expand_into_zeros(columns: &Columns, cells: &CellBox, out: &mut [u8]) -> Result<()> {
-    expand_as::<BytesInZeros>(columns, cells, out)
+    expand_as::<Bytes<true>>(columns, cells, out)
 }
 
 /// Expands the flags of a box into `out`, a bit a cell, 1 where the flag is not 0; each row along x takes [`row_bytes`]
@@ -173,7 +173,7 @@ fn fill_sheets<P: Packing>(
     let sheet = P::n_bytes(row_places * across[1].len());
     let mut changes: Vec<(u32, u32)> = Vec::new();
     let mut ends = vec![0u32; along.len() + 1];
-    out[..sheet].fill(0);
+    P::begin(&mut out[..sheet]);
     for (index, j) in across[1].clone().enumerate() {
         let mut place = index * row_places;
         let row = u64::from(across[0].start) + u64::from(columns.rays.counts[0]) * u64::from(j);

@@ -17,16 +17,16 @@ pub(super) trait Packing {
     fn row(nx: usize) -> usize;
     /// Sets one cell.
     fn put(out: &mut [u8], place: usize, flag: u8);
-    /// Prepares a row whose cells are to be filled from end to end.
-    fn begin(row: &mut [u8]);
+    /// Prepares rows whose cells are to be set, every one.
+    fn begin(rows: &mut [u8]);
     /// Sets the cells from one place to another, exclusive, in a row that has begun.
     fn fill(row: &mut [u8], from: usize, to: usize, flag: u8);
 }
 
-/// A byte a cell.
-pub(super) struct Bytes;
+/// A byte a cell; in memory that is all 0, as the system gives it, nothing is written where the flag is 0.
+pub(super) struct Bytes<const IN_ZEROS: bool>;
 
-impl Packing for Bytes {
+impl<const IN_ZEROS: bool> Packing for Bytes<IN_ZEROS> {
     fn n_bytes(places: usize) -> usize {
         places
     }
@@ -42,30 +42,7 @@ impl Packing for Bytes {
     fn begin(_: &mut [u8]) {}
 
     fn fill(row: &mut [u8], from: usize, to: usize, flag: u8) {
-        row[from..to].fill(flag);
-    }
-}
-
-/// A byte a cell, in memory that is all 0 as the system gives it: where the flag is 0 nothing is written.
-pub(super) struct BytesInZeros;
-
-impl Packing for BytesInZeros {
-    fn n_bytes(places: usize) -> usize {
-        places
-    }
-
-    fn row(nx: usize) -> usize {
-        nx
-    }
-
-    fn put(out: &mut [u8], place: usize, flag: u8) {
-        out[place] = flag;
-    }
-
-    fn begin(_: &mut [u8]) {}
-
-    fn fill(row: &mut [u8], from: usize, to: usize, flag: u8) {
-        if flag != 0 {
+        if !IN_ZEROS || flag != 0 {
             row[from..to].fill(flag);
         }
     }
@@ -89,8 +66,8 @@ impl Packing for Bits {
         *byte = if flag == 0 { *byte & !bit } else { *byte | bit };
     }
 
-    fn begin(row: &mut [u8]) {
-        row.fill(0);
+    fn begin(rows: &mut [u8]) {
+        rows.fill(0);
     }
 
     fn fill(row: &mut [u8], from: usize, to: usize, flag: u8) {
