@@ -64,9 +64,7 @@ impl Chunk<'_> {
                     at += n as usize;
                     *end = first + at as u32;
                 }
-                let n = self.n_runs();
-                out[..n].copy_from_slice(&runs[..n]);
-                at = n;
+                out[..at].copy_from_slice(&runs[..at]);
             }
         }
         at
