@@ -10,8 +10,8 @@
 //! only up to the last cell where its counter was zero.
 //!
 //! Source: the paper, section 2.4 and Eq. 20; the counters are ours. Twin: `shaders/map.wgsl`.
-//! Cost: O(c log c) time for c crossings of a ray; 4 bytes a run. A single geometry under `parity` has a way of its own in
-//! `map/alternate.rs`, three times as fast.
+//! Cost: O(c log c) time for c crossings of a ray; 4 bytes a run. A single geometry under `parity` needs no
+//! counters: `map/alternate.rs`.
 
 use crate::columns::{Band, run};
 use crate::crossings::Crossings;
