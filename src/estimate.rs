@@ -20,6 +20,7 @@ use crate::mesh::SLAB_BYTES;
 use crate::rays::Rays;
 use crate::write::{npy, raw};
 
+pub(crate) mod bands;
 mod expected;
 mod plan;
 
@@ -171,7 +172,7 @@ impl Estimate {
 /// Bytes of a facet: 36 as read, 37 snapped.
 const FACET_BYTES: u64 = 73;
 /// Bytes of a facet on its way to the device.
-pub const UPLOAD_FACET_BYTES: u64 = 48;
+pub const UPLOAD_FACET_BYTES: u64 = 4 * bands::FACET_WORDS as u64;
 
 fn host_bytes(facets: u64, expected: &Expected, lines: &Lines, rays: &Rays) -> HostBytes {
     let (n_rays, runs) = (rays.n_rays(), expected.runs);
@@ -190,15 +191,10 @@ fn host_bytes(facets: u64, expected: &Expected, lines: &Lines, rays: &Rays) -> H
         upload: facets * UPLOAD_FACET_BYTES,
         columns,
         round: extra(round_rays),
-        band: extra(n_rays.min(MOST_BAND)),
+        band: extra(n_rays.min(bands::MOST_BAND)),
         slabs: 2 * lines.n_cells().min(SLAB_BYTES as u64),
     }
 }
-
-/// Rays of the first band on the GPU, before anything is known about the device's speed: fewer where a page waits.
-pub(crate) const FIRST_BAND: u64 = if cfg!(target_arch = "wasm32") { 1 << 18 } else { 1 << 20 };
-/// Most rays of a band on the GPU.
-pub(crate) const MOST_BAND: u64 = 1 << 22;
 
 fn file_bytes(lines: &Lines, rays: u64, runs: u64) -> FileBytes {
     const VTI_HEAD: u64 = 1000;

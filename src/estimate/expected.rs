@@ -3,6 +3,7 @@
 //! Geometries, lines, rays -> [`Expected`]. See the top of the module above for why an area is a number of crossings.
 //! Cost: one pass over the corners.
 
+use super::bands::BIN;
 use crate::cpu;
 use crate::geometry::{Facet, Geometry};
 use crate::lines::Lines;
@@ -21,9 +22,6 @@ pub(super) struct Expected {
     pub(super) bin_facets: f64,
 }
 
-/// Rays of a bin of the GPU backend along both axes across.
-const BIN: f64 = 8.0;
-
 impl Expected {
     pub(super) fn new(geometries: &[Geometry], lines: &Lines, rays: &Rays) -> Expected {
         let strip = [f64::from(rays.counts[0]), f64::from(cpu::rows_of_strip(rays))];
@@ -40,7 +38,7 @@ impl Expected {
                 let corners = facet.map(project);
                 let [crossings, runs] = covered_areas(corners, rays.counts.map(f64::from), f64::from(rays.depth));
                 let pairs = if crossings > 0.0 {
-                    [strip, [BIN; 2]].map(|bin| bins(&corners, bin, rays.counts))
+                    [strip, [f64::from(BIN); 2]].map(|bin| bins(&corners, bin, rays.counts))
                 } else {
                     [0.0; 2]
                 };

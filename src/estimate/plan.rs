@@ -6,7 +6,8 @@
 //! Weakness: rays are taken to be as crowded everywhere as half again the mean; buffers that turn out too small are
 //! doubled by the GPU backend without asking.
 
-use super::{Estimate, FIRST_BAND, MOST_BAND};
+use super::bands::{BANDS_IN_FLIGHT, FIRST_BAND, MOST_BAND, first_pairs, first_words, whole_bins};
+use super::{Estimate, UPLOAD_FACET_BYTES, bands};
 use crate::cpu;
 use crate::error::{Error, MORE_MEMORY, Result};
 use crate::job::ByteSize;
@@ -67,10 +68,10 @@ const PIECE_RAYS: u64 = 1 << 15;
 const RECORD_BYTES: u64 = 64;
 /// How much more crowded some rays are than others.
 const UNEVEN: f64 = 1.5;
-/// Bands on the device at once.
-const IN_FLIGHT: u64 = 3;
 /// Ray rows of a row of bins on the GPU: no band takes less.
-const BIN: u64 = 8;
+const BIN: u64 = bands::BIN as u64;
+/// Bands on the device at once.
+const IN_FLIGHT: u64 = BANDS_IN_FLIGHT as u64;
 
 /// Bytes of flags to write at a time within a budget: two of these slabs are held, beside the columns.
 pub fn slab_bytes(max_bytes: u64) -> u64 {
@@ -175,7 +176,7 @@ impl Work<'_> {
         };
         while units > self.least() && self.cost(units) > max_bytes {
             let fewer = units * 3 / 4;
-            units = if self.device == Device::None { fewer } else { fewer / BIN * BIN }.max(self.least());
+            units = if self.device == Device::None { fewer } else { whole_bins(fewer) }.max(self.least());
         }
         units
     }
@@ -258,19 +259,19 @@ fn words(estimate: &Estimate) -> f64 {
 /// Bytes of GPU buffers of a mesh in bands of at most so many ray rows: facets, and rays, (facet, bin) pairs and crossings of the
 /// bands in flight.
 ///
-/// The first band has room for [`FIRST_BAND`] rays, 16 pairs a bin and 3 a facet, and 8 runs a ray; where that is too
-/// little it is doubled, and later bands are larger in proportion to their rays.
+/// Where the room that the first band has for pairs and runs is too little it is doubled, and later bands are larger in
+/// proportion to their rays.
 pub(super) fn device_bytes(estimate: &Estimate, most_rows: u64) -> u64 {
-    const FACET: u64 = 52;
+    // its row of bins besides
+    const FACET: u64 = UPLOAD_FACET_BYTES + 4;
     const BIN_BYTES: u64 = 72;
     const PAIR: u64 = 40;
     const EVENT: u64 = 4;
     let (n_i, n_j) = (estimate.rays_across(), estimate.rows());
-    let whole_bins = |rows: u64| (rows / BIN * BIN).max(BIN);
     let first_rows = whole_bins(FIRST_BAND / n_i).min(most_rows).min(n_j);
     let first_rays = first_rows * n_i;
     let bins = n_i.div_ceil(BIN) * first_rows.div_ceil(BIN);
-    let (events, pairs) = (8 * first_rays, 16 * bins + 3 * estimate.facets);
+    let (events, pairs) = (first_words(first_rays), first_pairs(bins, estimate.facets));
     let uneven = if first_rows == n_j { 1.0 } else { UNEVEN };
     let share = first_rows as f64 / n_j as f64 * uneven;
     let lack = (words(estimate) * share / events as f64).max(estimate.pairs as f64 * share / pairs as f64);

@@ -3,12 +3,10 @@
 use std::ops::Range;
 
 use super::line::Cast;
+pub(crate) use crate::estimate::bands::{BIN, FACET_WORDS};
 use crate::frame::Frame;
 use crate::map::Rule;
 use crate::rays::Rays;
-
-/// Rays of a bin along both axes across; `BIN` in `shaders/shared/params.wgsl`.
-pub(crate) const BIN: u32 = 8;
 
 /// The numbers of one band; `Params` in `shaders/shared/params.wgsl`.
 #[repr(C)]
@@ -83,9 +81,6 @@ impl Params {
         (self.end_row - self.first_row) * self.n_i
     }
 }
-
-/// Words of a facet in the `corners` buffer.
-pub(crate) const FACET_WORDS: usize = 12;
 
 /// Packs the facets for the `corners` buffer: four words an axis, in the order (across, across, along), which are its places
 /// of the three corners and, the first time, the rank.

@@ -9,13 +9,12 @@ use std::collections::VecDeque;
 use web_time::Instant;
 
 use super::device::Gpu;
-use super::layout::BIN;
 use super::passes::Profile;
 use super::session::{Launched, Session};
 use crate::columns::{Band, Columns};
 use crate::control::Control;
 use crate::error::Result;
-use crate::estimate::{FIRST_BAND, MOST_BAND};
+use crate::estimate::bands::{BANDS_IN_FLIGHT, FIRST_BAND, MOST_BAND, whole_bins};
 use crate::frame::Frame;
 use crate::map::Rule;
 use crate::rays::Rays;
@@ -23,8 +22,6 @@ use crate::rays::Rays;
 /// Time that a submit aims at: long enough to hide its overhead, short enough that no driver gives up on it, and that a page
 /// stays smooth.
 const TARGET_SECONDS: f64 = if cfg!(target_arch = "wasm32") { 0.08 } else { 0.25 };
-/// Bands on the device at once: while one comes home and one runs, the next waits its turn.
-const BANDS_IN_FLIGHT: usize = 3;
 
 /// What is meshed: the input of the lattice, intersection and mapping.
 #[derive(Debug, Clone, Copy)]
@@ -106,7 +103,7 @@ impl Gpu {
         let [n_i, n_j] = cast.rays.counts;
         let most_rows = u32::try_from(MOST_BAND / u64::from(n_i)).unwrap_or(u32::MAX);
         let mut most_rows = most_rows.min(options.most_rows.unwrap_or(u32::MAX)).max(1);
-        let mut rows = options.rows_per_band.unwrap_or(whole_bins(FIRST_BAND / u64::from(n_i)).min(most_rows));
+        let mut rows = options.rows_per_band.unwrap_or(rows_of(FIRST_BAND / u64::from(n_i)).min(most_rows));
         let mut next = first_row;
         let mut idle = vec![Session::new(self, *cast, rows.min(n_j))?];
         idle[0].usage.profile = options.profile.then(Profile::new);
@@ -151,7 +148,7 @@ impl Gpu {
             control.advance(u64::from(range.end) * u64::from(n_i), cast.rays.n_rays());
             if options.rows_per_band.is_none() && range.end - range.start == rows {
                 let speed_up = (TARGET_SECONDS / lap.elapsed().as_secs_f64().max(1e-4)).clamp(0.5, 2.0);
-                rows = whole_bins((f64::from(rows) * speed_up) as u64).min(most_rows);
+                rows = rows_of((f64::from(rows) * speed_up) as u64).min(most_rows);
             }
             lap = Instant::now();
             usage.n_bands += 1;
@@ -163,8 +160,7 @@ impl Gpu {
     }
 }
 
-/// Rounds a number of rows down to whole bins, at least one.
-fn whole_bins(rows: u64) -> u32 {
-    let rows = rows.min(1 << 30) as u32;
-    (rows / BIN * BIN).max(BIN)
+/// Whole bins of so many ray rows or fewer.
+fn rows_of(rows: u64) -> u32 {
+    whole_bins(rows.min(1 << 30)) as u32
 }

@@ -14,6 +14,7 @@ use super::passes::Passes;
 use super::spares::Spare;
 use crate::columns::Band;
 use crate::error::{Error, Result};
+use crate::estimate::bands::{first_pairs, first_words};
 use crate::rays::Rays;
 
 /// The device, what is meshed, and the buffers for one band of it.
@@ -66,8 +67,8 @@ impl<'a> Session<'a> {
         let capacity = Capacity {
             n_rays: n_rays.min(limit.n_rays),
             n_bins: n_bins.min(limit.n_bins),
-            n_pairs: (16 * n_bins + 3 * n_facets).min(limit.n_pairs),
-            n_events: (8 * n_rays).min(limit.n_events),
+            n_pairs: first_pairs(n_bins, n_facets).min(limit.n_pairs),
+            n_events: first_words(n_rays).min(limit.n_events),
         };
         let spare = gpu.spares.take(n_facets, capacity);
         // those of a spare may be shared with others, which another mesh may have taken
