@@ -21,16 +21,17 @@ export function showError(error, subject, way) {
   box.scrollIntoView?.({ block: 'nearest' });
 }
 
-/** Shows a remark that needs no action. */
-export function showNotice(text) {
-  const box = make('div', { className: 'message', role: 'status' }, make('p', {}, sentence(text)));
+/** Shows a remark that needs no action; one about the mesh that is shown stays until `clearMessages('mesh')`. */
+export function showNotice(text, about = 'files') {
+  const box = make('div', { className: 'message', role: 'status', 'data-about': about }, make('p', {}, sentence(text)));
   box.append(dismissButton(box));
   byId('messages').append(box);
 }
 
-/** Removes all messages: what they spoke of was done anew. */
-export function clearMessages() {
-  byId('messages').replaceChildren();
+/** Removes the messages of what is done anew; by default all but those about the mesh that is shown. */
+export function clearMessages(about) {
+  const chosen = about ? `[data-about=${about}]` : ':not([data-about=mesh])';
+  for (const box of byId('messages').querySelectorAll(`.message${chosen}`)) box.remove();
 }
 
 /** First letter upper case, a full stop at the end. */

@@ -2,7 +2,7 @@
 import { byId } from './dom.js';
 import { count } from './format.js';
 import { save } from './downloads.js';
-import { showError, showNotice } from './messages.js';
+import { clearMessages, showError, showNotice } from './messages.js';
 import { domainOf } from './settings.js';
 import { baseName } from './share.js';
 import { colourOf, on, state } from './state.js';
@@ -93,14 +93,15 @@ function choose(what) {
 
 async function showMesh() {
   const { mesh, skin: promised } = state;
-  if (!mesh) return;
+  if (!mesh) return clearMessages('mesh');
   byId('section-axis').value = '';
   await withScene(async (scene) => {
     byId('view-status').textContent = 'Extracting the surface …';
     const skin = await (promised ?? mesh.skin());
     if (mesh !== state.mesh) return;
     byId('view-status').textContent = '';
-    if (skin.step > 1) showNotice(`the surface in 3-D is drawn with cells of ${skin.step} × ${skin.step} × ${skin.step}, because it has too many faces; slices and files have every cell`);
+    clearMessages('mesh');
+    if (skin.step > 1) showNotice(`the surface in 3-D is drawn with cells of ${skin.step} × ${skin.step} × ${skin.step}, because it has too many faces; slices and files have every cell`, 'mesh');
     scene.setSkin(skin, mesh.lines, colourOf);
     const isEmpty = skin.parts.length === 0;
     choose(isEmpty ? 'model' : 'cells');
