@@ -12,19 +12,20 @@ import { copyThree } from './three.mjs';
 import { compileWasm, ensureBindgen } from './wasm.mjs';
 
 export const DIST = path.join(ROOT, 'dist');
-/** Between the wasm and the package's modules, by wasm-bindgen. */
-const GLUE = path.join(DIST, 'hexcast_wasm.js');
-/** Most kilobytes (1000 bytes) of the wasm file, as it is and after gzip -9. */
+/**
+ * Most kilobytes (1000 bytes) of a wasm file, as it is and after gzip -9: of the one that meshes, which every page loads, and
+ * of zlib, for compressed files.
+ */
 const LIMITS = {
   /** with the standard library compiled for size */
-  rebuilt: { wasm: 400, gzip: 160 },
+  rebuilt: { hexcast: { wasm: 400, gzip: 160 }, hexcast_zlib: { wasm: 100, gzip: 50 } },
   /** with the one that comes with the compiler */
-  prebuilt: { wasm: 430, gzip: 190 },
+  prebuilt: { hexcast: { wasm: 430, gzip: 190 }, hexcast_zlib: { wasm: 120, gzip: 60 } },
 };
 /** Every browser with WebGPU has these; without them wasm-opt would refuse the code or leave it slower. */
 const FEATURES = ['simd', 'bulk-memory', 'nontrapping-float-to-int', 'sign-ext', 'mutable-globals', 'reference-types', 'multivalue'];
 
-/** Builds dist/ and returns a line with the sizes; fails where the wasm is too large. */
+/** Builds dist/ and returns a line with the sizes; fails where a wasm is too large. */
 export async function build() {
   await ensureNodeModules();
   const bindgen = await ensureBindgen();
@@ -33,16 +34,24 @@ export async function build() {
   mkdirSync(DIST, { recursive: true });
   cpSync(path.join(ROOT, 'www'), DIST, { recursive: true });
   copyThree(path.join(DIST, 'vendor'));
-  await run(bindgen, ['--target', 'web', '--no-typescript', '--out-dir', DIST, '--out-name', 'hexcast_wasm', wasm.file]);
-  nameWasm();
-  shorten(await optimize(path.join(DIST, 'hexcast_bg.wasm')));
-  return checkSizes(path.join(DIST, 'hexcast_bg.wasm'), wasm.isRebuilt ? LIMITS.rebuilt : LIMITS.prebuilt);
+  const limits = wasm.isRebuilt ? LIMITS.rebuilt : LIMITS.prebuilt;
+  const sizes = [];
+  for (const [name, file] of [['hexcast', wasm.mesher], ['hexcast_zlib', wasm.zlib]]) {
+    await run(bindgen, ['--target', 'web', '--no-typescript', '--out-dir', DIST, '--out-name', `${name}_wasm`, file]);
+    const glue = path.join(DIST, `${name}_wasm.js`);
+    const made = nameWasm(name, glue);
+    shorten(glue, await optimize(made));
+    sizes.push(checkSizes(made, limits[name]));
+  }
+  return sizes.join('; ');
 }
 
-/** Gives the wasm its public name; the glue, which nobody imports by name, keeps its own. */
-function nameWasm() {
-  renameSync(path.join(DIST, 'hexcast_wasm_bg.wasm'), path.join(DIST, 'hexcast_bg.wasm'));
-  writeFileSync(GLUE, readFileSync(GLUE, 'utf8').replaceAll('hexcast_wasm_bg.wasm', 'hexcast_bg.wasm'));
+/** Gives a wasm its public name; the glue, which nobody imports by name, keeps its own. Returns its path. */
+function nameWasm(name, glue) {
+  const made = path.join(DIST, `${name}_bg.wasm`);
+  renameSync(path.join(DIST, `${name}_wasm_bg.wasm`), made);
+  writeFileSync(glue, readFileSync(glue, 'utf8').replaceAll(`${name}_wasm_bg.wasm`, `${name}_bg.wasm`));
+  return made;
 }
 
 /** Optimizes the wasm; returns the names of a letter or two that its imports and exports got. */
@@ -53,21 +62,22 @@ async function optimize(file) {
   return JSON.parse(output.slice(output.indexOf('{')));
 }
 
-/** Gives the glue the names that the wasm has now; those of wasm-bindgen, with a hash each, are a fortieth of the file. */
-function shorten({ imports, exports }) {
+/** Gives a glue the names that its wasm has now; those of wasm-bindgen, with a hash each, are a fortieth of the file. */
+function shorten(file, { imports, exports }) {
   const [given, taken] = [new Map(imports.map(([, name, short]) => [name, short])), new Map(exports)];
-  const glue = readFileSync(GLUE, 'utf8')
+  const glue = readFileSync(file, 'utf8')
     .replace(/^( {8})(\w+)(?=: )/gm, (line, indent, name) => (given.has(name) ? indent + given.get(name) : line))
-    .replace(/"\.\/hexcast_wasm_bg\.js"(?=: import0)/, 'a')
+    .replace(/"\.\/\w+_bg\.js"(?=: import0)/, 'a')
     .replace(/\bwasm\.(\w+)/g, (use, name) => (taken.has(name) ? `wasm.${taken.get(name)}` : use));
-  writeFileSync(GLUE, glue);
+  writeFileSync(file, glue);
 }
 
 function checkSizes(file, limits) {
   const sizes = { wasm: statSync(file).size / 1000, gzip: gzipSync(readFileSync(file), { level: 9 }).length / 1000 };
-  const line = Object.entries(sizes).map(([name, size]) => `${name} ${size.toFixed(1)} kB of ${limits[name]}`).join(', ');
+  const parts = Object.entries(sizes).map(([name, size]) => `${name} ${size.toFixed(1)} kB of ${limits[name]}`);
+  const line = `${path.basename(file)}: ${parts.join(', ')}`;
   if (sizes.wasm > limits.wasm || sizes.gzip > limits.gzip) {
-    throw new Error(`the wasm file is too large: ${line}. See what grew with "npx wasm-opt --func-metrics dist/hexcast_bg.wasm"`);
+    throw new Error(`a wasm file is too large: ${line}. See what grew with "npx wasm-opt --func-metrics dist/${path.basename(file)}"`);
   }
   return line;
 }

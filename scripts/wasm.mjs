@@ -6,7 +6,7 @@
 // What is shipped is compiled by itself: with the source of the standard library at hand, that is compiled for size too, and
 // a panic, whose message nobody could read anyway, is a mere trap. That takes some 70 kB off the file; sorting takes longer.
 
-import { existsSync, readFileSync } from 'node:fs';
+import { copyFileSync, existsSync, readFileSync } from 'node:fs';
 import path from 'node:path';
 
 import { installDebian } from './machine.mjs';
@@ -21,7 +21,11 @@ const DEBIAN = {
   programs: ['/usr/bin/rustc', '/usr/bin/cargo', '/usr/bin/cargo-clippy', '/usr/bin/wasm-ld-19'],
 };
 /** One set of these for all tests and lints, so that nothing is compiled twice. */
-const CARGO_ARGS = ['--target', TARGET, '--target-dir', 'target/wasm', '--profile', 'wasm', '--no-default-features', '--features', 'web'];
+const CARGO_ARGS = ['--target', TARGET, '--target-dir', 'target/wasm', '--profile', 'wasm', '--no-default-features'];
+/** Of the wasm that meshes, which the tests are of too. */
+const WEB = ['--features', 'web'];
+/** Of the one that has zlib alone. */
+const ZLIB = ['--features', 'zlib-wasm'];
 /** Flags of the compiler for what is shipped; behind the same switch as building the standard library. */
 const TRAP_FLAGS = ['-Zunstable-options', '-Cpanic=immediate-abort', '-Zlocation-detail=none'];
 const BOOTSTRAP = { RUSTC_BOOTSTRAP: '1' };
@@ -148,21 +152,32 @@ export async function ensureBindgen() {
 }
 
 /**
- * Compiles the library to one wasm file.
+ * Compiles the library to its two wasm files.
  *
- * @returns {Promise<{file: string, isRebuilt: boolean}>} its path, and whether the standard library was rebuilt for size
+ * @returns {Promise<{mesher: string, zlib: string, isRebuilt: boolean}>} their paths, and whether the standard library was
+ *   rebuilt for size
  */
 export async function compileWasm() {
   const rust = await shippingRust();
-  // a library that is an rlib too would be compiled without link-time optimisation
-  await run(rust.cargo, ['rustc', '--lib', '--crate-type', 'cdylib', ...rust.args], { env: rust.env });
-  return { file: path.join(ROOT, 'target/wasm', TARGET, 'wasm/hexcast.wasm'), isRebuilt: rust.isRebuilt };
+  const compile = async (features, name) => {
+    // a library that is an rlib too would be compiled without link-time optimisation
+    await run(rust.cargo, ['rustc', '--lib', '--crate-type', 'cdylib', ...rust.args, ...features], { env: rust.env });
+    const folder = path.join(ROOT, 'target/wasm', TARGET, 'wasm');
+    const kept = path.join(folder, name);
+    // the next one gets the same name
+    copyFileSync(path.join(folder, 'hexcast.wasm'), kept);
+    return kept;
+  };
+  return { mesher: await compile(WEB, 'mesher.wasm'), zlib: await compile(ZLIB, 'zlib.wasm'), isRebuilt: rust.isRebuilt };
 }
 
 /** Runs clippy on all that is compiled to wasm; warnings are failures. */
 export async function clippyWasm() {
   const rust = await wasmRust();
-  await run(rust.cargoClippy, ['clippy', '--lib', '--test', 'web', ...rust.args, '--', '-D', 'warnings'], { env: rust.env });
+  // without `gpu` much would be said to be unused
+  for (const part of [['--lib', '--test', 'web', ...WEB], ['--lib', ...ZLIB, '--features', 'gpu']]) {
+    await run(rust.cargoClippy, ['clippy', ...rust.args, ...part, '--', '-D', 'warnings'], { env: rust.env });
+  }
 }
 
 /** Runs the browser tests in Chromium and returns what they printed. */
@@ -174,13 +189,13 @@ export async function testWasm(chromedriver) {
     WASM_BINDGEN_TEST_WEBDRIVER_JSON: path.join(ROOT, 'tests/web/webdriver.json'),
     WASM_BINDGEN_TEST_TIMEOUT: '900',
   };
-  return run(rust.cargo, ['test', '--test', 'web', ...rust.args, '--', '--nocapture'], { env });
+  return run(rust.cargo, ['test', '--test', 'web', ...rust.args, ...WEB, '--', '--nocapture'], { env });
 }
 
 /** Compiles the browser tests and returns the path of their wasm file. */
 export async function compileWasmTests() {
   const rust = await wasmRust();
-  const output = await run(rust.cargo, ['test', '--test', 'web', ...rust.args, '--no-run', '--message-format', 'json'], { env: rust.env });
+  const output = await run(rust.cargo, ['test', '--test', 'web', ...rust.args, ...WEB, '--no-run', '--message-format', 'json'], { env: rust.env });
   const artifacts = output.split('\n').filter((line) => line.startsWith('{')).map((line) => JSON.parse(line));
   return artifacts.find(({ target, executable }) => target?.name === 'web' && executable).executable;
 }

@@ -28,10 +28,12 @@ mod info;
 mod json;
 mod mesh;
 mod value;
+mod zlib;
 
 pub use aside::AsideFile;
 use aside::WebStore;
 pub use mesh::{WebEncoder, WebHash, WebMesh, WebSkin};
+pub use zlib::lend_zlib;
 
 type JsResult<T> = std::result::Result<T, JsValue>;
 

@@ -60,11 +60,20 @@ export class HexcastError extends Error {
 /** Who meshes: the GPU where there is an adapter and else the CPU, or one of them alone. */
 export type BackendChoice = 'auto' | 'gpu' | 'cpu';
 
+/** Where a wasm module is, or its bytes, or the compiled module. */
+export type WasmSource = string | URL | ArrayBuffer | Uint8Array | WebAssembly.Module;
+
 export interface MesherOptions {
   /** Default `auto`. With `gpu`, a missing adapter is the error `no-adapter`, and one lost for good `device-lost`. */
   backend?: BackendChoice;
-  /** Where the wasm module is, or its bytes, or the compiled module; by default beside this script. */
-  wasm?: string | URL | ArrayBuffer | Uint8Array | WebAssembly.Module;
+  /** The wasm that meshes; by default `hexcast_bg.wasm` beside this script. */
+  wasm?: WasmSource;
+  /**
+   * The same for zlib, a wasm of its own that is loaded before the first compressed file is written or read, once a thread;
+   * by default `hexcast_zlib_bg.wasm` beside this script, also where `wasm` is given. A page without it does all but that: where
+   * it cannot be loaded, `compress` and a compressed file that is opened are the error `io`.
+   */
+  zlib?: WasmSource;
   /** Where the worker script is (another origin is fine), or `false` to work on the calling thread. */
   worker?: string | URL | false;
   /**
@@ -337,7 +346,7 @@ export interface Skin {
 export type Format = 'vti' | 'npy' | 'raw' | 'hxc';
 
 export interface WriteOptions extends CallOptions {
-  /** zlib level 1 to 9 for vti and hxc; 0 (the default) does not compress. */
+  /** zlib level 1 (fast) to 9 (small) for vti and hxc, 6 is a good one; 0 (the default) does not compress. */
   compress?: number;
   /** Eight cells a byte, for raw and npy of meshes with one flag. */
   bits?: boolean;

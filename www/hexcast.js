@@ -7,18 +7,26 @@ import { connect } from './connection.js';
 export { HexcastError };
 export const version = '0.1.0';
 
-export async function createMesher({ backend = 'auto', wasm, worker, device, signal } = {}) {
+export async function createMesher({ backend = 'auto', wasm, zlib, worker, device, signal } = {}) {
   signal?.throwIfAborted();
   if (device) checkDevice(backend, worker);
   const connection = await connect(device ? false : worker);
   try {
-    const source = wasm instanceof URL ? wasm.href : (wasm ?? new URL('./hexcast_bg.wasm', import.meta.url).href);
-    const facts = await connection.call('open', { backend, wasm: source, device }, { signal });
+    const sources = {
+      wasm: place(wasm ?? new URL('./hexcast_bg.wasm', import.meta.url)),
+      zlib: place(zlib ?? new URL('./hexcast_zlib_bg.wasm', import.meta.url)),
+    };
+    const facts = await connection.call('open', { backend, ...sources, device }, { signal });
     return new Mesher(connection, facts);
   } catch (error) {
     connection.close();
     throw error;
   }
+}
+
+/** A place as workers can be told it; bytes and modules are as they are. */
+function place(source) {
+  return source instanceof URL ? source.href : source;
 }
 
 function checkDevice(backend, worker) {

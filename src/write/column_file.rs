@@ -77,12 +77,19 @@ use crate::write::{Compress, Sink, zlib};
 
 const MAGIC: [u8; 8] = *b"\x89HXC\r\n\x1a\n";
 const VERSION: u32 = 1;
+/// Where the head says whether pieces are compressed.
+const ZLIB_AT: usize = 29;
 const MAX_BODY: usize = 1 << 20;
 const MAX_DIM: u32 = 1 << 24;
 const PIECE_TAG: [u8; 4] = *b"PIEC";
 const PIECE_HEAD: usize = 44;
 const END_TAG: [u8; 4] = *b"ENDS";
 const END_MAGIC: [u8; 8] = *b"HXC END\n";
+
+/// Whether what starts with these bytes is a column file with zlib in it; 32 are enough to tell.
+pub fn is_compressed(start: &[u8]) -> bool {
+    start.starts_with(&MAGIC) && start.get(ZLIB_AT) == Some(&1)
+}
 
 fn corrupt(message: String) -> Error {
     Error::new("columns-corrupt", message, "copy or write the file again")
@@ -193,7 +200,7 @@ fn encode_piece(mesh: &Mesh, rays: Range<u64>, level: Option<u8>) -> Result<(Vec
     let n_content = content.len() as u32;
     let stored = match level {
         None => content,
-        Some(level) => zlib::compress(&content, level),
+        Some(level) => zlib::compress(&content, level)?,
     };
     let numbers = [n_rays, n_runs, n_content, stored.len() as u32];
     let mut head = PIECE_TAG.to_vec();

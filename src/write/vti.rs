@@ -89,9 +89,9 @@ impl Encoder {
     /// `io` where zlib fails.
     pub fn step(&mut self, mesh: &Mesh) -> Result<Option<Vec<u8>>> {
         let made = match (self.slabs.pop(), &mut self.blocks) {
-            (Some(cells), Some(blocks)) => blocks.push(&mesh.box_flags(&cells)?),
+            (Some(cells), Some(blocks)) => blocks.push(&mesh.box_flags(&cells)?)?,
             _ => match self.blocks.take() {
-                Some(blocks) => blocks.finish().into_iter().collect(),
+                Some(blocks) => blocks.finish()?.into_iter().collect(),
                 None if self.is_done => return Ok(None),
                 None => {
                     self.is_done = true;
@@ -118,10 +118,10 @@ impl Table {
         let mut table = Table { sizes: Vec::new(), kept: Vec::new(), n_kept: 0 };
         let mut blocks = Blocks::new(BLOCK_BYTES, level);
         mesh.for_each_slab(options.slab_bytes, control, |flags| {
-            blocks.push(flags).iter().for_each(|block| table.add(block, options.kept_bytes));
+            blocks.push(flags)?.iter().for_each(|block| table.add(block, options.kept_bytes));
             Ok(())
         })?;
-        blocks.finish().iter().for_each(|block| table.add(block, options.kept_bytes));
+        blocks.finish()?.iter().for_each(|block| table.add(block, options.kept_bytes));
         Ok(table)
     }
 
@@ -158,9 +158,9 @@ impl Table {
         mesh.for_each_slab(options.slab_bytes, control, |flags| {
             let skipped = to_skip.min(flags.len() as u64);
             to_skip -= skipped;
-            blocks.push(&flags[skipped as usize..]).iter().try_for_each(|block| put(block))
+            blocks.push(&flags[skipped as usize..])?.iter().try_for_each(|block| put(block))
         })?;
-        blocks.finish().iter().try_for_each(|block| put(block))
+        blocks.finish()?.iter().try_for_each(|block| put(block))
     }
 }
 

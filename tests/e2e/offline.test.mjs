@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
 import { serve } from '../../scripts/serve.mjs';
-import { LIMIT, hasGeometries, isIdle, legend, run, site, useSite } from './visit.mjs';
+import { LIMIT, hasGeometries, isIdle, legend, run, saved, site, useSite } from './visit.mjs';
 
 useSite();
 
@@ -19,7 +19,7 @@ test('once loaded the page works without a network', LIMIT, async () => {
       const cache = await caches.open('hexcast');
       for (;;) {
         const kept = (await cache.keys()).map(({ url }) => new URL(url).pathname);
-        if (['/', '/hexcast_bg.wasm', '/worker.js', '/core.js', '/vendor/three.module.js', '/page/scene.js'].every((file) => kept.includes(file))) return;
+        if (['/', '/hexcast_bg.wasm', '/hexcast_zlib_bg.wasm', '/zlib.js', '/worker.js', '/core.js', '/vendor/three.module.js', '/page/scene.js'].every((file) => kept.includes(file))) return;
         await new Promise((resolve) => setTimeout(resolve, 100));
       }
     };
@@ -31,6 +31,8 @@ test('once loaded the page works without a network', LIMIT, async () => {
     await hasGeometries(page, 2);
     await run(page);
     assert.deepEqual(await legend(page), [[1, 1000], [2, 500]]);
+    const { bytes } = await saved(page, '#download-vtiz');
+    assert.match(bytes.toString('latin1'), /vtkZLibDataCompressor[^]*<\/VTKFile>/);
   } finally {
     await context.close();
     await own.close().catch(() => {});

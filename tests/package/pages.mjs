@@ -18,7 +18,7 @@ export const BROWSERS = { Chromium: openChromium, Firefox: openFirefox };
  *
  * @param {object} browser
  * @param {string} url of the page, without parameters
- * @param {object} native the native command's report
+ * @param {object} native the native command's report, and `vti`, the hash of its compressed file
  * @param {string[]} [others] origins that the page may ask too; none
  */
 export async function assertMeshes(browser, url, native, others = []) {
@@ -29,7 +29,8 @@ export async function assertMeshes(browser, url, native, others = []) {
     // options are the second argument of Puppeteer's and the third of Playwright's
     const outcome = await (await page.waitForFunction(() => globalThis.outcome, PATIENCE, PATIENCE)).jsonValue();
     assert.equal(outcome.failed, undefined, complaints.join('\n'));
-    const expected = { version, backend, dims: native.dims, flags: native.flags, sha256: native.flags_sha256, code: 'job-conflict' };
+    const hashes = { sha256: native.flags_sha256, again: native.flags_sha256, vti: native.vti };
+    const expected = { version, backend, dims: native.dims, flags: native.flags, ...hashes, code: 'job-conflict' };
     assert.deepEqual(outcome, expected);
     const isAllowed = (line) => others.some((origin) => line.startsWith(`another origin: ${origin}/`));
     assert.deepEqual(complaints.filter((line) => !isAllowed(line)), []);

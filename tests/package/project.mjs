@@ -1,6 +1,7 @@
 // An empty project with the packed tarball installed, and what the native command makes of the same job.
 
 import { execFileSync } from 'node:child_process';
+import { createHash } from 'node:crypto';
 import { cpSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
@@ -10,7 +11,7 @@ import { ROOT } from '../../scripts/run.mjs';
 /** The model that all tests of the package mesh. */
 export const SPOT = path.join(ROOT, 'tests/fixtures/spot.stl');
 /** The job of all tests of the package, for the native command. */
-const ARGUMENTS = ['mesh', `${SPOT}:name=cow,flag=7`, '--cells', '40', '--unit', 'mm', '--backend', 'cpu', '--compress=none', '--json'];
+const ARGUMENTS = ['mesh', `${SPOT}:name=cow,flag=7`, '--cells', '40', '--unit', 'mm', '--backend', 'cpu', '--json'];
 
 export function npm(cwd, ...args) {
   return execFileSync('npm', args, { cwd, encoding: 'utf8', stdio: ['ignore', 'pipe', 'pipe'] });
@@ -42,7 +43,15 @@ export function writePage(folder, { imports, models = folder } = {}) {
   writeFileSync(page, readFileSync(page, 'utf8').replace('<!-- import map -->', map));
 }
 
-/** The native command's report of the job; `-o` outputs may be added. */
-export function nativeReport(outputs = []) {
-  return JSON.parse(execFileSync('cargo', ['run', '-q', '--', ...ARGUMENTS, ...outputs], { cwd: ROOT, encoding: 'utf8' }));
+/** The native command's report of the job; `-o` outputs may be added, compressed at a level. */
+export function nativeReport(outputs = [], compress = 'none') {
+  const options = outputs.length > 0 ? [`--compress=${compress}`, ...outputs] : [];
+  return JSON.parse(execFileSync('cargo', ['run', '-q', '--', ...ARGUMENTS, ...options], { cwd: ROOT, encoding: 'utf8' }));
+}
+
+/** SHA-256 of the compressed `.vti` of the job by the native command, which writes it into a folder. */
+export function nativeVti(folder) {
+  const file = path.join(folder, 'native.vti');
+  nativeReport(['-o', file], 6);
+  return createHash('sha256').update(readFileSync(file)).digest('hex');
 }

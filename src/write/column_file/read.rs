@@ -153,11 +153,7 @@ impl Stored {
         // five bytes a number and one a flag are the most that rays and runs can need
         let most = 5 * u64::from(self.n_rays) + 6 * u64::from(self.n_runs);
         let limit = most.min(u64::from(self.n_content)) + 1;
-        let (content, used) = zlib::expand(&self.bytes, limit)?;
-        if used != self.bytes.len() as u64 {
-            return Err("bytes follow its zlib stream".into());
-        }
-        Ok(content)
+        zlib::inflate(&self.bytes, limit).map_err(|error| error.to_string())
     }
 }
 
