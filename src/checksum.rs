@@ -10,34 +10,13 @@ pub(crate) fn crc32(bytes: &[u8]) -> [u8; 4] {
     crc.sum().to_le_bytes()
 }
 
-/// CRC-32 of bytes, little-endian.
+/// CRC-32 of bytes, little-endian; slower than flate2, whose tables are 16 KiB that a page would load. This one is made here.
 #[cfg(target_arch = "wasm32")]
 pub(crate) fn crc32(bytes: &[u8]) -> [u8; 4] {
-    small_crc32(bytes)
-}
+    use std::sync::LazyLock;
 
-/// CRC-32 four bits at a time. Natively flate2 does it, faster; its tables are 8 KiB that a page would load.
-#[cfg(any(target_arch = "wasm32", test))]
-fn small_crc32(bytes: &[u8]) -> [u8; 4] {
-    let mut table = [0u32; 16];
-    for (index, entry) in table.iter_mut().enumerate() {
-        *entry = (0..4).fold(index as u32, |value, _| value >> 1 ^ if value & 1 == 1 { 0xedb8_8320 } else { 0 });
-    }
-    let step = |crc: u32| crc >> 4 ^ table[(crc & 15) as usize];
-    let crc = bytes.iter().fold(!0, |crc, &byte| step(step(crc ^ u32::from(byte))));
-    (!crc).to_le_bytes()
-}
+    use crc::{CRC_32_ISO_HDLC, Crc, Table};
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_sum_is_that_of_the_standard_and_of_flate2() {
-        assert_eq!(small_crc32(b"123456789"), 0xcbf4_3926u32.to_le_bytes());
-        let bytes: Vec<u8> = (0..70_123u32).map(|i| (i.wrapping_mul(i) >> 5) as u8).collect();
-        for end in [0, 1, 15, 16, 17, 5000, bytes.len()] {
-            assert_eq!(small_crc32(&bytes[..end]), crc32(&bytes[..end]));
-        }
-    }
+    static CRC: LazyLock<Crc<u32, Table<1>>> = LazyLock::new(|| Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC));
+    CRC.checksum(bytes).to_le_bytes()
 }
