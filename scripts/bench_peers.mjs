@@ -10,7 +10,7 @@ import { ROOT } from './run.mjs';
 
 const WINDOWS = process.platform === 'win32';
 
-/** The wheel without CUDA is a fifth of the other; it is made for Linux on x86-64 only. */
+/** The wheel without CUDA, which is there for Linux on x86-64 only. */
 const OPEN3D = process.platform === 'linux' && process.arch === 'x64' ? 'open3d-cpu' : 'open3d';
 
 /** Peers of benches/peers.py, what they import, and the packages that bring it. */
@@ -22,7 +22,7 @@ const PEERS = [
   { id: 'warp', name: 'Warp', what: 'rays restarted', imports: 'numpy, warp', packages: ['numpy', 'warp-lang'] },
 ];
 
-/** All finish a run of the first within a minute on two cores: trimesh, the slowest, takes 10 s to 40 s, and 6.5 GiB. */
+/** All finish a run of the first within a minute on two cores: trimesh, the slowest, takes 35 s to 41 s, and 6.2 GiB. */
 const SIZES = [256, 512];
 const QUICK_SIZES = [128];
 
