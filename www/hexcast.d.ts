@@ -140,7 +140,7 @@ export interface Job {
   tolerance?: number;
   /** Inside is an odd number of crossings, or a winding number other than zero. Default `parity`. */
   rule?: 'parity' | 'nonzero';
-  /** Axis of the rays; the result does not depend on it. Default `auto`: the longest. */
+  /** Axis of the rays; the result does not depend on it. Default `auto`: the longest, the first of those less than an eighth shorter. */
   axis?: 'auto' | 'x' | 'y' | 'z';
   /**
    * Most memory to take, in bytes or as text such as `2GB`; by default 3 GiB. A mesh that needs more fails with `memory`, but

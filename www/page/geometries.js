@@ -1,7 +1,8 @@
 /** The list of geometries: facts at once, and what can be set for each. */
 import { byId, make } from './dom.js';
 import { PREVIEW_FACETS, removeGeometry } from './files.js';
-import { count, measure, readNumbers, times, writeNumbers } from './format.js';
+import { count, measure, readNumbers, short, times, writeNumbers } from './format.js';
+import { sentence } from './messages.js';
 import { change, colourOf, on, state } from './state.js';
 
 const TRANSFORMS = [
@@ -72,23 +73,31 @@ function facts(info) {
   const { unit } = state.settings;
   const [low, high] = info.bounding_box;
   const size = high.map((end, axis) => end - low[axis]);
+  const isClosed = info.closed_parity && info.closed_oriented;
   const list = make('dl', { className: 'facts' });
   const fact = (term, value, properties = {}) => list.append(make('dt', {}, term), make('dd', properties, value));
   fact('Facets', info.facets > PREVIEW_FACETS ? `${count(info.facets)}, not drawn` : count(info.facets));
-  fact('Size', `${times(size)}${unit ? ` ${unit}` : ''}`, { title: `from ${times(low)} to ${times(high)}` });
-  fact('Volume', measure(info.volume, unit, 3));
-  fact('Surface', closedness(info), { className: info.closed_parity && info.closed_oriented ? 'good' : 'warn' });
+  fact('Size', `${times(size)}${unit ? ` ${unit}` : ''}`);
+  fact('From', low.map(short).join(', '));
+  fact('To', high.map(short).join(', '));
+  // what no surface encloses depends on where the origin is
+  fact('Volume', `${isClosed ? '' : 'about '}${measure(info.volume, unit, 3)}`);
+  fact('Surface', closedness(info), { className: isClosed ? 'good' : 'warn' });
   const parts = [list];
   if (info.warnings.length > 0) {
-    parts.push(make('ul', { className: 'warnings' }, ...info.warnings.map((warning) => make('li', {}, warning))));
+    parts.push(make('ul', { className: 'warnings' }, ...info.warnings.map((warning) => make('li', {}, sentence(warning)))));
   }
   return parts;
 }
 
 function closedness(info) {
   if (info.closed_parity && info.closed_oriented) return info.shells > 1 ? `closed, ${count(info.shells)} shells` : 'closed';
-  if (info.closed_parity) return `closed, but ${count(info.flipped_edges)} edges are flipped: use the rule “odd crossings”`;
-  return `not closed: ${count(info.open_edges)} open edges`;
+  if (info.closed_parity) return `closed, but ${info.flipped_edges > 0 ? edges(info.flipped_edges, 'flipped') : 'facets face both ways'}: inside is where the number of crossings is odd`;
+  return `not closed: ${info.open_edges > 0 ? edges(info.open_edges, 'open') : 'odd numbers of facets meet'}`;
+}
+
+function edges(n, what) {
+  return `${count(n)} ${what} edge${n === 1 ? '' : 's'}`;
 }
 
 function whole(geometry, key, label, min, max) {
@@ -128,7 +137,7 @@ function placeField(geometry, key, label, hint) {
       input: ({ target }) => {
         const value = readNumbers(target.value);
         const isRight = value === null || Array.isArray(value) || (value !== undefined && key === 'scale');
-        target.setCustomValidity(isRight ? '' : `${hint}: numbers apart by blanks`);
+        target.setCustomValidity(isRight ? '' : 'numbers, apart by blanks');
         if (isRight) edit(geometry.id, key, value);
       },
     },

@@ -2,6 +2,7 @@
 import { byId, oncePerFrame } from './dom.js';
 import { count, duration, roughly } from './format.js';
 import { currentJob } from './job.js';
+import { wrongField } from './fields.js';
 import { clearMessages, showError } from './messages.js';
 import { change, on, state } from './state.js';
 
@@ -23,7 +24,7 @@ export function startRun(restart) {
     if (event.key === 'Enter' && (event.ctrlKey || event.metaKey) && !byId('run').disabled) run(restart);
     if (event.key === 'Escape') stop?.abort(new DOMException('cancelled', 'AbortError'));
   });
-  on(['phase', 'geometries', 'mesher', 'estimate'], show);
+  on(['phase', 'geometries', 'settings', 'fields', 'mesher', 'estimate'], show);
   show();
 }
 
@@ -32,7 +33,7 @@ function show() {
   byId('run').hidden = isMeshing;
   byId('cancel').hidden = !isMeshing;
   byId('progress').hidden = !isMeshing;
-  byId('run').disabled = !state.mesher || state.phase !== 'idle' || state.geometries.length === 0 || Boolean(state.estimate?.error);
+  byId('run').disabled = !state.mesher || state.phase !== 'idle' || state.geometries.length === 0 || Boolean(state.estimate?.error) || wrongField() !== null;
   document.body.dataset.phase = state.phase;
 }
 

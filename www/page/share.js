@@ -24,9 +24,16 @@ let written = null;
 /** Writes the hash whenever a parameter changes. */
 export function startSharing() {
   on(['settings', 'geometries', 'colours'], later(writeHash, 200));
+  on('geometries', showCopies);
+  showCopies();
   byId('copy-command').addEventListener('click', (event) => copy(commandOf(currentJob()), event.currentTarget));
   byId('copy-js').addEventListener('click', (event) => copy(javascriptOf(currentJob()), event.currentTarget));
   byId('copy-link').addEventListener('click', (event) => (writeHash(), copy(location.href, event.currentTarget)));
+}
+
+/** Without a file there is nothing that a command or a program could mesh. */
+function showCopies() {
+  for (const id of ['copy-command', 'copy-js']) byId(id).disabled = state.geometries.length === 0;
 }
 
 function writeHash() {
@@ -144,7 +151,7 @@ export function commandOf(job) {
 
 /** A program that does this job with the package. */
 export function javascriptOf({ geometries, ...rest }) {
-  const names = geometries.map(({ file }) => JSON.stringify(file)).join(', ') || 'none yet';
+  const names = geometries.map(({ file }) => JSON.stringify(file)).join(', ');
   const options = state.settings.backend === 'auto' ? '' : `{ backend: '${state.settings.backend}' }`;
   return [
     "import { createMesher } from 'hexcast';",

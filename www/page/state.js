@@ -1,6 +1,6 @@
 /**
  * What the page knows, in one place. Modules read it freely and change it through `change(topic, patch)`; `on(topics, listener)`
- * hears of it. Topics: mesher, geometries, settings, estimate, phase, mesh, colours, legend.
+ * hears of it. Topics: mesher, geometries, settings, fields, estimate, phase, mesh, colours, legend.
  */
 
 /** What is asked for where the user says nothing: the defaults of the job. */
@@ -27,7 +27,7 @@ export const state = {
   /** `{id, source, sample, surface, info, corners, name, flag, priority, scale, rotate, translate, split}` in meshing order. */
   geometries: [],
   settings: { ...DEFAULTS },
-  /** `{result}` or `{error}` of the last estimate; null without geometries. */
+  /** `{result, room}` or `{error, room}` of the last estimate; null without geometries. */
   estimate: null,
   /** starting, idle, reading, meshing or failed. */
   phase: 'starting',
