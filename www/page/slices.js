@@ -59,6 +59,7 @@ async function load() {
   const { mesh } = state;
   byId('slices-empty').hidden = Boolean(mesh);
   byId('slices-tools').disabled = !mesh;
+  byId('canvas-slice').tabIndex = mesh ? 0 : -1;
   if (!mesh) return;
   const { axis } = view;
   const index = view.index[axis];
