@@ -3,7 +3,7 @@ import { byId, make } from './dom.js';
 import { PREVIEW_FACETS, removeGeometry } from './files.js';
 import { count, measure, readNumbers, short, times, writeNumbers } from './format.js';
 import { sentence } from './messages.js';
-import { change, colourOf, on, state } from './state.js';
+import { change, colourOf, flagsOf, freeFlag, on, state } from './state.js';
 
 const TRANSFORMS = [
   ['scale', 'Scale', 'one factor, or one an axis'],
@@ -23,9 +23,9 @@ export function startGeometries() {
   });
 }
 
-/** Changes one key of a geometry. */
-function edit(id, key, value) {
-  change('geometries', { geometries: state.geometries.map((geometry) => (geometry.id === id ? { ...geometry, [key]: value } : geometry)) });
+/** Changes keys of a geometry. */
+function edit(id, patch) {
+  change('geometries', { geometries: state.geometries.map((geometry) => (geometry.id === id ? { ...geometry, ...patch } : geometry)) });
 }
 
 function showColour(geometry) {
@@ -46,9 +46,10 @@ function card(geometry) {
     type: 'text',
     className: 'name',
     value: name,
+    disabled: geometry.split,
     maxLength: 64,
     'aria-label': `Name of ${info.file}`,
-    on: { input: ({ target }) => edit(id, 'name', target.value.replace(/[,:]/g, ' ').trim() || null) },
+    on: { input: ({ target }) => edit(id, { name: target.value.replace(/[,:]/g, ' ').trim() || null }) },
   });
   const remove = make('button', { type: 'button', className: 'icon', 'aria-label': `Remove ${name}`, on: { click: () => removeGeometry(id) } }, '×');
   return make(
@@ -112,16 +113,29 @@ function whole(geometry, key, label, min, max) {
     'aria-label': `${label} of ${geometry.name}`,
     on: {
       input: ({ target }) => {
-        if (target.value !== '' && target.checkValidity()) edit(geometry.id, key, Number(target.value));
+        if (target.value !== '' && target.checkValidity()) edit(geometry.id, { [key]: Number(target.value) });
       },
     },
   });
   return make('label', {}, label, input);
 }
 
-function splitBox(geometry) {
-  const box = make('input', { type: 'checkbox', checked: geometry.split, on: { change: ({ target }) => edit(geometry.id, 'split', target.checked) } });
-  return make('label', { className: 'check' }, box, `Each of the ${geometry.info.solids.length} solids is a geometry`);
+function splitBox({ id, split, info }) {
+  const box = make('input', { type: 'checkbox', className: 'split', checked: split, on: { change: ({ target }) => splitSolids(id, target) } });
+  return make('label', { className: 'check' }, box, `Each of the ${info.solids.length} solids is a geometry, with its own name and the next flag`);
+}
+
+/** Makes solids geometries or one again; where other geometries have the flags that they would get, they get others. */
+function splitSolids(id, box) {
+  const geometry = state.geometries.find((geometry) => geometry.id === id);
+  const others = new Set(state.geometries.filter((other) => other !== geometry).flatMap(flagsOf));
+  const wanted = flagsOf({ ...geometry, split: box.checked });
+  const isFree = wanted.at(-1) <= 255 && !wanted.slice(1).some((flag) => others.has(flag));
+  const flag = isFree ? geometry.flag : freeFlag(wanted.length, geometry);
+  const card = box.closest('.geometry');
+  card.querySelector('.flag').value = flag;
+  card.querySelector('.name').disabled = box.checked;
+  edit(id, { split: box.checked, flag });
 }
 
 function placeField(geometry, key, label, hint) {
@@ -138,7 +152,7 @@ function placeField(geometry, key, label, hint) {
         const value = readNumbers(target.value);
         const isRight = value === null || Array.isArray(value) || (value !== undefined && key === 'scale');
         target.setCustomValidity(isRight ? '' : 'numbers, apart by blanks');
-        if (isRight) edit(geometry.id, key, value);
+        if (isRight) edit(geometry.id, { [key]: value });
       },
     },
   });

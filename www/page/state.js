@@ -72,9 +72,18 @@ export function rgb(colour) {
   return [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16));
 }
 
-/** The smallest flag that no geometry has. */
-export function freeFlag() {
-  const taken = new Set(state.geometries.map((geometry) => geometry.flag));
-  for (let flag = 1; flag < 256; flag += 1) if (!taken.has(flag)) return flag;
-  return 255;
+/** The smallest flag that, with as many after it as asked for, no geometry but `except` has. */
+export function freeFlag(n_flags = 1, except = null) {
+  const taken = new Set(state.geometries.filter((geometry) => geometry !== except).flatMap(flagsOf));
+  for (let flag = 1; flag + n_flags <= 256; flag += 1) if (!range(flag, n_flags).some((one) => taken.has(one))) return flag;
+  return 256 - n_flags;
+}
+
+/** The flags of a geometry: one, or with `split` one a solid from its first on. */
+export function flagsOf({ flag, split, info }) {
+  return range(flag, split ? info.solids.length : 1);
+}
+
+function range(first, n) {
+  return Array.from({ length: n }, (_, at) => first + at);
 }
