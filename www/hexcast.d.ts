@@ -241,7 +241,7 @@ export interface Estimate {
   host: Record<string, number>;
   /** Expected bytes of GPU buffers at most. */
   device_bytes: number;
-  /** Bytes of the files: exact for raw and npy, near for the others; `_bits` a bit a cell, `_zlib` compressed. */
+  /** Bytes of the files: exact for raw and npy, near for vti and hxc; `_bits` a bit a cell; `_zlib` compressed, some times too large. */
   file_bytes: Record<'raw' | 'raw_bits' | 'npy' | 'npy_bits' | 'vti' | 'vti_zlib' | 'hxc' | 'hxc_zlib', number>;
   /** Expected seconds, from the speed of this mesher's last meshes; null before the first. */
   seconds: number | null;

@@ -112,7 +112,8 @@ async function addFile({ source, settings = {} }, sample) {
   try {
     if (/\.hxc$/i.test(source.name)) {
       const mesh = await state.mesher.open(source);
-      change('mesh', { mesh, job: { geometries: [{ file: source.name }] }, skin: null });
+      state.mesh?.dispose();
+      change('mesh', { mesh, job: { geometries: [{ file: source.name }] }, skin: null, expected: null });
     } else {
       addGeometry(await readSurface(source), source, sample, settings);
     }

@@ -40,7 +40,7 @@ function show() {
 async function run(restart) {
   clearMessages();
   const job = currentJob();
-  const cells = state.estimate?.result?.cells ?? 0;
+  const expected = state.estimate?.result ?? null;
   const status = byId('status');
   const start = performance.now();
   stop = new AbortController();
@@ -50,14 +50,14 @@ async function run(restart) {
   const hadFocus = document.activeElement === document.body || document.activeElement === byId('run');
   if (hadFocus) byId('cancel').focus();
   try {
-    const mesh = await state.mesher.mesh(job, { signal: stop.signal, onProgress: watch(start, cells) });
+    const mesh = await state.mesher.mesh(job, { signal: stop.signal, onProgress: watch(start, expected?.cells ?? 0) });
     state.mesh?.dispose();
     // the skin is asked for before others hear of the mesh, so that it is the worker's next work
     const skin = mesh.skin({ maxQuads: MAX_QUADS });
     const seconds = (performance.now() - start) / 1000;
     status.textContent = `Meshed ${count(mesh.report.cells)} cells in ${duration(seconds)}.`;
     change('phase', { phase: 'idle' });
-    change('mesh', { mesh, job, skin });
+    change('mesh', { mesh, job, skin, expected });
   } catch (error) {
     // another mesher may be starting: then the page is not idle yet
     if (state.phase === 'meshing') change('phase', { phase: 'idle' });

@@ -134,7 +134,9 @@ function numbersOf(text) {
 /** The native command that does this job. */
 export function commandOf(job) {
   const words = ['hexcast', 'mesh'];
-  for (const { source: _, file, ...settings } of job.geometries) {
+  for (const { source: _, file: name, ...settings } of job.geometries) {
+    // else it would be an option
+    const file = name.startsWith('-') ? `./${name}` : name;
     const pairs = Object.entries(settings).map(([key, value]) => `${key}=${Array.isArray(value) ? value.join('/') : value}`);
     words.push(quote(pairs.length > 0 ? `${file}:${pairs.join(',')}` : file));
   }

@@ -35,6 +35,8 @@ export const state = {
   /** The job that made the mesh, and its skin once that is there. */
   job: null,
   skin: null,
+  /** The estimate of that job; null where there was none. */
+  expected: null,
   /** Colours that the user chose, by flag. */
   colours: new Map(),
   /** Flags that are switched off in the legend. */
