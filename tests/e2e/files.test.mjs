@@ -40,6 +40,17 @@ test('dropped files are read, several at once', LIMIT, () =>
   }),
 );
 
+test('a sample takes the place of what there is, also of one that is still being read', LIMIT, () =>
+  withPage('', async (page) => {
+    await page.evaluate(() => {
+      for (const id of ['gear', 'knot', 'cubes']) document.querySelector(`#empty [data-sample=${id}]`).click();
+    });
+    await hasGeometries(page, 2);
+    await isIdle(page);
+    assert.deepEqual(await page.$$eval('.geometry', (cards) => cards.map((card) => card.dataset.file)), ['copper.stl', 'epoxy.stl']);
+  }),
+);
+
 /**
  * Drops entries as browsers hand them over: files, and folders that are read a part at a time.
  *

@@ -49,13 +49,14 @@ async function cancel() {
 
 for (const backend of ['gpu', 'cpu']) {
   test(`Cancel is heeded at the next band, within half a second, and the next mesh is made (${backend})`, LIMIT, (context) =>
-    withPage(`#cells=4000&sample=knot&backend=${backend}`, async (page) => {
+    withPage(`#cells=6000&sample=knot&backend=${backend}`, async (page) => {
       await hasGeometries(page, 1);
       await page.click('#run');
+      await page.fill('#cells', '30');
       await page.waitForFunction(() => window.heard.length >= 3, null, { timeout: 60_000 });
       const { n_before, seconds, untilFree } = await page.evaluate(cancel);
       assert.match(await page.textContent('#status'), /Cancelled/);
-      await page.fill('#cells', '30');
+      // what was set meanwhile counts now
       await page.waitForFunction(() => document.querySelector('#dims-y').value === '30');
       const before = await page.evaluate(() => window.heard.length);
       await run(page);

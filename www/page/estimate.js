@@ -17,6 +17,8 @@ let running = null;
 export function startEstimate() {
   on(['settings', 'geometries', 'mesher'], later(estimate, 60));
   on(['mesh'], estimate);
+  // what was set meanwhile
+  on(['phase'], () => state.phase === 'idle' && estimate());
   on(['estimate', 'fields'], show);
 }
 

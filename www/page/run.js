@@ -46,6 +46,8 @@ async function run(restart) {
   stop = new AbortController();
   byId('progress').removeAttribute('value');
   status.textContent = 'Meshing …';
+  // read aloud are the beginning and the end; the progress bar tells who asks
+  status.ariaLive = 'off';
   change('phase', { phase: 'meshing' });
   const hadFocus = document.activeElement === document.body || document.activeElement === byId('run');
   if (hadFocus) byId('cancel').focus();
@@ -55,6 +57,7 @@ async function run(restart) {
     // the skin is asked for before others hear of the mesh, so that it is the worker's next work
     const skin = mesh.skin({ maxQuads: MAX_QUADS });
     const seconds = (performance.now() - start) / 1000;
+    status.ariaLive = 'polite';
     status.textContent = `Meshed ${count(mesh.report.cells)} cells in ${duration(seconds)}.`;
     change('phase', { phase: 'idle' });
     change('mesh', { mesh, job, skin, expected });
@@ -62,6 +65,7 @@ async function run(restart) {
     // another mesher may be starting: then the page is not idle yet
     if (state.phase === 'meshing') change('phase', { phase: 'idle' });
     const isAbort = stop.signal.aborted;
+    status.ariaLive = 'polite';
     status.textContent = isAbort ? 'Cancelled; nothing was lost.' : '';
     if (!isAbort) showError(error, undefined, wayOut(error, restart));
   } finally {
