@@ -105,7 +105,7 @@ async function showMesh() {
   if (!mesh) return clearMessages('mesh');
   byId('section-axis').value = '';
   await withScene(async (scene) => {
-    byId('view-status').textContent = 'Extracting the surface …';
+    byId('view-status').textContent = 'Extracting …';
     const skin = await (promised ?? mesh.skin());
     if (mesh !== state.mesh) return;
     byId('view-status').textContent = '';
