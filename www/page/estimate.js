@@ -60,7 +60,7 @@ function show() {
   const fact = (id, term, value) => list.append(make('dt', {}, term), make('dd', { id }, value));
   fact('estimate-cells', 'Cells', `${roughly(result.cells)} (${times(result.dims, String)})`);
   fact('estimate-size', 'Cell', cellSize(result.spacing, state.settings.unit));
-  const onGpu = state.mesher?.backend === 'gpu' ? `, and ${bytes(result.device_bytes)} of the GPU` : '';
+  const onGpu = state.mesher?.backend === 'gpu' ? `, GPU ${bytes(result.device_bytes)}` : '';
   fact('estimate-memory', 'Memory', `about ${bytes(result.host_bytes)}${onGpu}`);
   fact('estimate-file', 'File', `${bytes(result.file_bytes.raw)}, a byte a cell`);
   fact('estimate-time', 'Time', result.seconds === null ? 'known after the first mesh' : `about ${duration(result.seconds)}`);
