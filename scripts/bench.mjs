@@ -1,16 +1,17 @@
-// Times hexcast and VTK on the same files in the same run, in turn, and writes the tables of benches/RESULTS.md.
-// usage: node scripts/bench.mjs [page] [--quick] [--rounds R] [--runs K] [--largest N]
+// Times hexcast and other programs on the same files in the same run, in turn, and writes the tables of benches/RESULTS.md.
+// usage: node scripts/bench.mjs [peers | page] [--quick] [--rounds R] [--runs K] [--largest N]
+// Without a word: all stages beside VTK, then "peers", which is all the programs of benches/peers.py: see bench_peers.mjs.
 // "page" times the page in Chromium instead, beside the command on the same driver: see bench_page.mjs. "paper" has options of
 // its own: see paper.mjs.
-// Needs cargo, and python3 with venv for the peers; makes .tools/peers on first use. Takes some minutes.
+// Needs cargo, and python3 with venv for the peers; makes .tools/peers on first use. Takes some ten minutes.
 
-import { execFileSync } from 'node:child_process';
-import { existsSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { mkdtempSync, rmSync } from 'node:fs';
 import { loadavg, tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { parseArgs } from 'node:util';
 
 import { benchPage } from './bench_page.mjs';
+import { benchPeers, countDiffering, peersPython } from './bench_peers.mjs';
 import { LIMIT_HEAD, LIMIT_LINES, limitCells } from './limits.mjs';
 import { paper } from './paper.mjs';
 import { build, jsonLines, machine, median, ms, output as run, table, write } from './results.mjs';
@@ -30,17 +31,10 @@ const sizes = options.quick ? [256] : [512, 1024];
 const rounds = Number(options.rounds);
 const ROUNDS = `* ${rounds} rounds, programs in turn; ${options.runs} runs a program and round after a first that does not count; medians.`;
 
-/** Makes the virtual environment of the peers and returns its python. */
-function peersPython() {
-  const folder = join(root, '.tools/peers');
-  const windows = process.platform === 'win32';
-  const python = join(folder, windows ? 'Scripts/python.exe' : 'bin/python');
-  if (!existsSync(python)) run(windows ? 'python' : 'python3', ['-m', 'venv', folder]);
-  try {
-    execFileSync(python, ['-c', 'import numpy, vtk'], { stdio: 'ignore' });
-  } catch {
-    run(python, ['-m', 'pip', 'install', '--quiet', 'numpy', 'vtk']);
-  }
+/** The Python that has VTK, without which the tables beside it cannot be made. */
+function vtkPython() {
+  const { python, missing } = peersPython(['vtk']);
+  if (missing.vtk) throw new Error(`VTK: ${missing.vtk}; "npm run bench -- peers" does without`);
   return python;
 }
 
@@ -70,11 +64,7 @@ function differences(programs, file, n, scratch) {
   const prefix = join(scratch, 'flags');
   run(programs.python, ['benches/peers.py', file, String(n), 'vtk', '--flags', prefix]);
   run(programs.bench, ['--file', file, '--cells', String(n), '--backends', 'cpu', '--runs', '0', '--flags', `${prefix}.ours`]);
-  const [vtk, ours] = [`${prefix}.vtk.u8`, `${prefix}.ours`].map((path) => readFileSync(path));
-  if (vtk.length !== ours.length) throw new Error(`${vtk.length} cells by VTK, ${ours.length} by hexcast`);
-  let n_differing = 0;
-  for (let cell = 0; cell < vtk.length; cell++) n_differing += vtk[cell] !== ours[cell];
-  return { n, n_cells: vtk.length, n_differing };
+  return { n, ...countDiffering(`${prefix}.vtk.u8`, `${prefix}.ours`) };
 }
 
 function raceTable({ n, seconds, bits, last }) {
@@ -117,12 +107,12 @@ function gatherLine({ n, naive_gather: g }) {
   return [`${n}^3`, g.n_pairs, g.n_crossings, ms(g.naive_s), ms(g.ours_s), `${(g.naive_s / g.ours_s).toFixed(1)}x`];
 }
 
-/** Everything but the paper's tables. */
+/** All stages, beside VTK. */
 function measured() {
   const load = loadavg()[0];
   const scratch = mkdtempSync(join(tmpdir(), 'hexcast-bench-'));
   try {
-    const programs = { bench: build(['bench', 'table']), python: peersPython() };
+    const programs = { bench: build(['bench', 'table']), python: vtkPython() };
     const spheres = join(scratch, 'spheres.stl');
     run(programs.bench, ['--spheres', spheres]);
     const spot = join(root, 'tests/fixtures/spot.stl');
@@ -154,6 +144,22 @@ function measured() {
   }
 }
 
+/** All peers, beside both backends. */
+function peers() {
+  const load = loadavg()[0];
+  const scratch = mkdtempSync(join(tmpdir(), 'hexcast-bench-'));
+  try {
+    const [bench, command] = [build(['bench', 'table']), build(['bin', 'hexcast'])];
+    const file = join(scratch, 'spheres.stl');
+    run(bench, ['--spheres', file]);
+    const { adapter, text } = benchPeers({ file, scratch, bench, command, rounds, runs: options.runs, quick: options.quick });
+    write('peers', [...machine(adapter, load), ROUNDS, text].join('\n'));
+    console.log(text);
+  } finally {
+    rmSync(scratch, { recursive: true });
+  }
+}
+
 /** The page in Chromium. */
 async function page() {
   const load = loadavg()[0];
@@ -169,7 +175,10 @@ async function page() {
 }
 
 const [what = 'native', ...parts] = positionals;
-if (what === 'native') measured();
+if (what === 'native') {
+  measured();
+  peers();
+} else if (what === 'peers') peers();
 else if (what === 'page') await page();
 else if (what === 'paper') paper(parts, { ...options, runs: Number(options.runs) });
-else throw new Error(`no bench is named ${what}: native, page or paper`);
+else throw new Error(`no bench is named ${what}: native, peers, page or paper`);

@@ -93,6 +93,7 @@ async function runInPage({ context, url, file }, n, backend, runs) {
     const made = [];
     for (let run = 0; run <= runs; run += 1) {
       await page.waitForSelector('#run:enabled');
+      await page.evaluate(pictureIsDrawn);
       made.push(await page.evaluate(clickAndWait));
       // the surface for the 3-D view is made after the mesh, and must not count as the next one's
       await page.waitForFunction(() => /triangles|No cell/.test(document.querySelector('#view-status').textContent), null, { timeout: 0 });
@@ -100,6 +101,16 @@ async function runInPage({ context, url, file }, n, backend, runs) {
     return made.slice(1);
   } finally {
     await page.close();
+  }
+}
+
+/** In the page: resolves once the 3-D view stands still, which takes a driver on the processor a second after a mesh. */
+async function pictureIsDrawn() {
+  const gl = document.querySelector('#canvas-3d').getContext('webgl2');
+  for (let frame = 0; frame < 3; frame += 1) {
+    await new Promise(requestAnimationFrame);
+    // reading waits for all that was drawn
+    gl?.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
   }
 }
 

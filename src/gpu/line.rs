@@ -1,6 +1,6 @@
 //! The line on the GPU: bands of ray rows, from facets to columns.
 //!
-//! A band is as many ray rows as fit the buffers and take about [`TARGET_SECONDS`] a submit. What a band needs is known only
+//! A band is as many ray rows as fit the buffers and take about [`BAND_SECONDS`], on a page's GPU [`FRAME_SECONDS`]. What a band needs is known only
 //! when it has run: a band that found more pairs or crossings than its buffers hold is thrown away and run again with
 //! larger buffers, or, at the limit of the device, in halves. Neither changes the result.
 
@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 
 use web_time::Instant;
 
-use super::device::Gpu;
+use super::device::{AdapterKind, Gpu};
 use super::passes::Profile;
 use super::session::{Launched, Session};
 use crate::columns::{Band, Columns};
@@ -19,9 +19,11 @@ use crate::frame::Frame;
 use crate::map::Rule;
 use crate::rays::Rays;
 
-/// Time that a submit aims at: long enough to hide its overhead, short enough that no driver gives up on it, and that a page
-/// stays smooth.
-const TARGET_SECONDS: f64 = if cfg!(target_arch = "wasm32") { 0.08 } else { 0.25 };
+/// Time that a band aims at: long enough to hide its overhead, which on a software driver is tens of milliseconds; short
+/// enough that no driver gives up on it, and that Cancel does not wait.
+const BAND_SECONDS: f64 = 0.25;
+/// The same where a browser draws its pages with the same GPU: a frame at 60 a second.
+const FRAME_SECONDS: f64 = 0.016;
 
 /// What is meshed: the input of the lattice, intersection and mapping.
 #[derive(Debug, Clone, Copy)]
@@ -147,7 +149,7 @@ impl Gpu {
             control.pause().await;
             control.advance(u64::from(range.end) * u64::from(n_i), cast.rays.n_rays());
             if options.rows_per_band.is_none() && range.end - range.start == rows {
-                let speed_up = (TARGET_SECONDS / lap.elapsed().as_secs_f64().max(1e-4)).clamp(0.5, 2.0);
+                let speed_up = (self.band_seconds() / lap.elapsed().as_secs_f64().max(1e-4)).clamp(0.5, 2.0);
                 rows = rows_of((f64::from(rows) * speed_up) as u64).min(most_rows);
             }
             lap = Instant::now();
@@ -157,6 +159,13 @@ impl Gpu {
         }
         idle.into_iter().for_each(Session::end);
         Ok(usage)
+    }
+}
+
+impl Gpu {
+    fn band_seconds(&self) -> f64 {
+        let draws_pages = cfg!(target_arch = "wasm32") && self.facts.kind != AdapterKind::Software;
+        if draws_pages { FRAME_SECONDS } else { BAND_SECONDS }
     }
 }
 

@@ -1,0 +1,181 @@
+// Times hexcast beside other programs that flag the cells of a closed surface: "npm run bench -- peers". bench.mjs writes the
+// table into benches/RESULTS.md; benches/peers.py has the programs.
+
+import { execFileSync } from 'node:child_process';
+import { existsSync, readFileSync } from 'node:fs';
+import { join } from 'node:path';
+
+import { jsonLines, median, output, table } from './results.mjs';
+import { ROOT } from './run.mjs';
+
+const WINDOWS = process.platform === 'win32';
+
+/** The wheel without CUDA, which is there for Linux on x86-64 only. */
+const OPEN3D = process.platform === 'linux' && process.arch === 'x64' ? 'open3d-cpu' : 'open3d';
+
+/** Peers of benches/peers.py, what they import, and the packages that bring it. */
+const PEERS = [
+  { id: 'vtk', name: 'VTK', what: 'polydata to image stencil', imports: 'numpy, vtk', packages: ['numpy', 'vtk'] },
+  { id: 'open3d', name: 'Open3D', what: 'a ray a cell', imports: 'numpy, open3d', packages: ['numpy', OPEN3D] },
+  { id: 'columns', name: 'Open3D', what: 'a ray a column', imports: 'numpy, open3d', packages: ['numpy', OPEN3D] },
+  { id: 'trimesh', name: 'trimesh', what: 'voxelized, filled', imports: 'scipy.ndimage, trimesh', packages: ['numpy', 'scipy', 'trimesh'] },
+  { id: 'warp', name: 'Warp', what: 'rays restarted', imports: 'numpy, warp', packages: ['numpy', 'warp-lang'] },
+];
+
+/** All finish a run of the first within a minute on two cores: trimesh, the slowest, takes 35 s to 41 s, and 6.2 GiB. */
+const SIZES = [256, 512];
+const QUICK_SIZES = [128];
+
+/** Seconds: who would take longer than this at the next size, by the number of cells, has no part in it. */
+const SLOW = 20;
+
+/** Seconds of runs after which a process begins no other. */
+const ENOUGH = 20;
+
+/** Seconds that a process may take, start of Python and first compilation included. */
+const LIMIT = 180;
+
+/** The last error that a command printed. */
+function lastError({ stderr, message }) {
+  const lines = String(stderr ?? message).trim().split('\n').filter((line) => !line.startsWith('[notice]'));
+  return (lines.filter((line) => line.startsWith('ERROR: ')).at(-1) ?? lines.at(-1)).replace(/^ERROR: /, '').replaceAll('|', '/');
+}
+
+/** Runs a command and returns what went wrong, or null. */
+function failure(program, args) {
+  try {
+    execFileSync(program, args, { stdio: ['ignore', 'ignore', 'pipe'] });
+    return null;
+  } catch (error) {
+    return lastError(error);
+  }
+}
+
+/**
+ * Makes the virtual environment of the peers, or adds what it lacks.
+ *
+ * @param {string[]} ids peers that are wanted
+ * @returns {{python: string, missing: Record<string, string>}} its Python, and a sentence for each peer that cannot be had
+ */
+export function peersPython(ids) {
+  const folder = join(ROOT, '.tools/peers');
+  const python = join(folder, WINDOWS ? 'Scripts/python.exe' : 'bin/python');
+  if (!existsSync(python)) output(WINDOWS ? 'python' : 'python3', ['-m', 'venv', folder]);
+  const version = output(python, ['-c', 'import platform; print("Python", platform.python_version())']).trim();
+  const missing = {};
+  for (const { id, imports, packages } of PEERS.filter((peer) => ids.includes(peer.id))) {
+    if (!failure(python, ['-c', `import ${imports}`])) continue;
+    console.log(`${id}: ${packages.join(', ')} into .tools/peers`);
+    const reason = failure(python, ['-m', 'pip', 'install', '--quiet', ...packages]) ?? failure(python, ['-c', `import ${imports}`]);
+    if (reason) missing[id] = `not to be had for ${version} on ${process.platform}, ${process.arch}: ${reason}`;
+  }
+  return { python, missing };
+}
+
+/** Counts the bytes in which two files differ; throws where their lengths do. */
+export function countDiffering(path, other) {
+  const [a, b] = [readFileSync(path), readFileSync(other)];
+  if (a.length !== b.length) throw new Error(`${a.length} cells in ${path}, ${b.length} in ${other}`);
+  let n_differing = 0;
+  for (let cell = 0; cell < a.length; cell++) n_differing += a[cell] !== b[cell];
+  return { n_cells: a.length, n_differing };
+}
+
+/** One process of a peer: what it printed, with the seconds of its runs. */
+function runPeer(id, { python, file, n, runs, flags }) {
+  const args = ['benches/peers.py', file, String(n), id, '--runs', runs, '--enough', String(ENOUGH), '--limit', String(LIMIT)];
+  const [said] = jsonLines(output(python, [...args, ...(flags ? ['--flags', flags] : [])]));
+  return { ...said, seconds: said.runs_s, flags: flags && `${flags}.${id}.u8` };
+}
+
+/** One process of hexcast's bench, in the same form; in the last round also one of the command, for its memory. */
+function runHexcast(backend, { bench, command, file, n, runs, flags }) {
+  const out = flags && `${flags}.${backend}.u8`;
+  const args = ['--file', file, '--cells', String(n), '--backends', backend, '--runs', runs, ...(out ? ['--flags', out] : [])];
+  const [said] = jsonLines(output(bench, args));
+  const result = { ...said, seconds: said.runs.map((s) => s.read + s.lines + s.snap + s.columns + s.flags), flags: out, same_grid: true };
+  if (!out) return result;
+  const mesh = ['mesh', file, '--cells', String(n), '--backend', backend, '--hash', 'never', '--flags-in-memory', '--json'];
+  const host = JSON.parse(output(command, mesh)).peak_bytes.host;
+  return { ...result, peak_mib: host && Math.round(host / 2 ** 20) };
+}
+
+const HEXCAST = ['cpu', 'gpu'].map((id) => ({ id, isOurs: true }));
+
+/** All programs at one size, in turn: seconds of every warm run, and what each said last. */
+function race(n, given, skipped) {
+  const racers = [...PEERS, ...HEXCAST].map((racer) => ({ ...racer, seconds: [], why: skipped[racer.id] }));
+  for (let round = 1; round <= given.rounds; round++) {
+    const task = { ...given, n, flags: round === given.rounds ? join(given.scratch, `peers${n}`) : null };
+    for (const racer of racers.filter(({ why }) => !why)) {
+      racer.last = (racer.isOurs ? runHexcast : runPeer)(racer.id, task);
+      if (racer.last.error) racer.why = `failed: ${racer.last.error.replaceAll('|', '/')}`;
+      else racer.seconds.push(...racer.last.seconds);
+    }
+  }
+  return racers;
+}
+
+/** Cells in which a program's flags differ from those of hexcast's CPU backend, or why that is no number. */
+function differing({ last }, ours) {
+  if (!last.same_grid) return `another grid, ${last.dims.join(' x ')}`;
+  return countDiffering(last.flags, ours.last.flags).n_differing;
+}
+
+function nameOf({ id, name, what, isOurs, last }) {
+  if (isOurs) return id === 'cpu' ? 'hexcast, CPU' : `hexcast, GPU (${last.adapter.split(' (')[0]})`;
+  if (!last?.version) return `${name}, ${what}`;
+  return `${name} ${last.version}, ${what}${last.device === 'cpu' ? '' : ` on ${last.device}`}`;
+}
+
+const digits = (seconds) => seconds.toFixed(seconds < 0.1 ? 4 : seconds < 10 ? 3 : 1);
+
+function raceTable(n, racers) {
+  const ours = racers.find(({ id }) => id === 'cpu');
+  const rows = racers.map((racer) => {
+    if (racer.why) return [nameOf(racer), racer.why, '', '', '', '', '', ''];
+    const middle = median(racer.seconds);
+    return [
+      nameOf(racer),
+      digits(middle),
+      `${digits(Math.min(...racer.seconds))} - ${digits(Math.max(...racer.seconds))}`,
+      (racer.last.dims.reduce((cells, side) => cells * side, 1) / middle / 1e6).toFixed(1),
+      `${(middle / median(ours.seconds)).toFixed(1)}x`,
+      racer.last.peak_mib ?? 'unknown',
+      racer.last.inside,
+      differing(racer, ours),
+    ];
+  });
+  return table([`${n}^3`, 'flags, s', 'from - to', '1e6 cells/s', 'time, of hexcast on the CPU', 'peak, MiB', 'inside', 'differing'], rows);
+}
+
+/** Who is left out at the next size, and why: who cannot be had, has failed, or would be slow. */
+function leftOut(racers, n, next) {
+  const why = (racer) => {
+    if (racer.why) return racer.last ? `not run: failed at ${n}^3` : racer.why;
+    const middle = median(racer.seconds);
+    return !racer.isOurs && middle * (next / n) ** 3 > SLOW ? `not run: ${digits(middle)} s at ${n}^3, so more than ${SLOW} s here` : undefined;
+  };
+  return Object.fromEntries(racers.map((racer) => [racer.id, why(racer)]));
+}
+
+/**
+ * Times all peers and both backends in turn.
+ *
+ * @param {{file: string, scratch: string, bench: string, command: string, rounds: number, runs: string, quick: boolean}} given
+ *   the STL file, a folder for flags, the two programs of hexcast, and how often
+ * @returns {{adapter: string, text: string}} the name of hexcast's GPU, and the tables
+ */
+export function benchPeers(given) {
+  const { python, missing } = peersPython(PEERS.map(({ id }) => id));
+  const sizes = given.quick ? QUICK_SIZES : SIZES;
+  const tables = [];
+  let [skipped, adapter] = [missing, ''];
+  for (const [at, n] of sizes.entries()) {
+    const racers = race(n, { ...given, python }, skipped);
+    tables.push(raceTable(n, racers));
+    skipped = leftOut(racers, n, sizes[at + 1]);
+    adapter = racers.find(({ id }) => id === 'gpu').last.adapter;
+  }
+  return { adapter, text: [`* A process that has run for ${ENOUGH} s begins no other run; where its first run is the only one, it counts.`, ...tables].join('\n\n') };
+}
