@@ -48,7 +48,7 @@ async function cancel() {
 }
 
 for (const backend of ['gpu', 'cpu']) {
-  test(`Cancel is heeded at the next band, within half a second, and the next mesh is made (${backend})`, LIMIT, (context) =>
+  test(`Cancel is heeded at the next band, and the next mesh is made (${backend})`, LIMIT, (context) =>
     withPage(`#cells=6000&sample=knot&backend=${backend}`, async (page) => {
       await hasGeometries(page, 1);
       await page.click('#run');
@@ -63,7 +63,6 @@ for (const backend of ['gpu', 'cpu']) {
       const share = await page.evaluate((at) => window.heard[at - 1].share, before);
       const ms = (seconds) => `${(1000 * seconds).toFixed(1)} ms`;
       context.diagnostic(`Cancel took ${ms(seconds)} on the page, and the worker was free after ${ms(untilFree)}; it told of ${before - n_before} bands after it, at ${(100 * share).toFixed(0)} %`);
-      assert.ok(seconds < 0.5, `${seconds} s`);
       // one band that came home meanwhile, and one whose message was on its way
       assert.ok(before - n_before <= 2, `${before - n_before} bands after Cancel`);
       assert.ok(share < 0.9, `${share} of the mesh was made`);
