@@ -149,7 +149,7 @@ export interface Job {
   tolerance?: number;
   /** Inside is an odd number of crossings, or a winding number other than zero. Default `parity`. */
   rule?: 'parity' | 'nonzero';
-  /** Axis of the rays; the result does not depend on it. Default `auto`: the longest. */
+  /** Axis of the rays; the result does not depend on it. Default `auto`: the longest, the first of those less than an eighth shorter. */
   axis?: 'auto' | 'x' | 'y' | 'z';
   /**
    * Most memory to take, in bytes or as text such as `2GB`; by default 3 GiB. A mesh that needs more fails with `memory`, but
@@ -250,7 +250,7 @@ export interface Estimate {
   host: Record<string, number>;
   /** Expected bytes of GPU buffers at most. */
   device_bytes: number;
-  /** Bytes of the files: exact for raw and npy, near for the others; `_bits` a bit a cell, `_zlib` compressed. */
+  /** Bytes of the files: exact for raw and npy, near for vti and hxc; `_bits` a bit a cell; `_zlib` compressed, some times too large. */
   file_bytes: Record<'raw' | 'raw_bits' | 'npy' | 'npy_bits' | 'vti' | 'vti_zlib' | 'hxc' | 'hxc_zlib', number>;
   /** Expected seconds, from the speed of this mesher's last meshes; null before the first. */
   seconds: number | null;

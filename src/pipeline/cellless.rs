@@ -31,7 +31,7 @@ pub(super) fn geometries_without_cells(
         if is_lost {
             let name = ["x", "y", "z"][axis];
             sentences.push(format!(
-                "geometry \"{}\" (flag {}) got no cell: it is {:e} thick along {name}, a cell is {:e}; use smaller cells, or \
+                "geometry \"{}\" (flag {}) got no cell: it is {:?} thick along {name}, a cell is {:?}; use smaller cells, or \
                  look at its place in the domain and at the priorities",
                 geometry.name,
                 geometry.flag,

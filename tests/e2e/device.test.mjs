@@ -94,7 +94,7 @@ test('where no other device can be opened the processor goes on, and the page sa
       await run(page);
       assert.deepEqual((await page.evaluate(() => window.told)).filter(({ reason }) => reason), [{ reason: 'destroyed' }]);
       assert.equal(await page.getAttribute('#device', 'data-backend'), 'cpu');
-      assert.match(await page.textContent('#result-warnings'), /^meshed on the CPU: the GPU device was lost .*; opening it again: /);
+      assert.match(await page.textContent('#result-warnings'), /^Meshed on the CPU: the GPU device was lost .*; opening it again: /);
       assert.equal(await page.textContent('#result-backend'), 'the processor');
       assert.equal(await page.textContent('#messages'), '');
       hash = await hashOf(page);

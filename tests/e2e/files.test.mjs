@@ -40,6 +40,17 @@ test('dropped files are read, several at once', LIMIT, () =>
   }),
 );
 
+test('a sample takes the place of what there is, also of one that is still being read', LIMIT, () =>
+  withPage('', async (page) => {
+    await page.evaluate(() => {
+      for (const id of ['gear', 'knot', 'cubes']) document.querySelector(`#empty [data-sample=${id}]`).click();
+    });
+    await hasGeometries(page, 2);
+    await isIdle(page);
+    assert.deepEqual(await page.$$eval('.geometry', (cards) => cards.map((card) => card.dataset.file)), ['copper.stl', 'epoxy.stl']);
+  }),
+);
+
 /**
  * Drops entries as browsers hand them over: files, and folders that are read a part at a time.
  *
@@ -150,5 +161,53 @@ test('a model with too many facets for the 3-D view is said not to be drawn, and
     assert.match(await page.textContent('#messages'), /dust\.stl is not drawn .* 4,000,001 facets are more than the 4,000,000/);
     assert.match(await page.textContent('.geometry .facts'), /4,000,001, not drawn/);
     await run(page);
+  }),
+);
+
+test('before it is meshed a model says its facets, its box, its volume and whether it is closed', LIMIT, () =>
+  withPage('', async (page) => {
+    await page.setInputFiles('#file-input', ['spot.stl', 'featuretype.stl'].map((file) => path.join(ROOT, 'tests/fixtures', file)));
+    await hasGeometries(page, 2);
+    const facts = await page.$$eval('.geometry', (cards) =>
+      cards.map((card) => Object.fromEntries([...card.querySelectorAll('dt')].map((term) => [term.textContent, term.nextElementSibling.textContent]))),
+    );
+    assert.deepEqual(facts[0], {
+      Facets: '5,856',
+      Size: '0.943104 × 1.69043 × 1.71791',
+      From: '-0.471552, -0.736784, -0.668909',
+      To: '0.471552, 0.953646, 1.049',
+      Volume: '0.718259',
+      Surface: 'closed',
+    });
+    assert.equal(facts[1].Volume, 'about 11.6277');
+    assert.equal(facts[1].Surface, 'not closed: 576 open edges');
+    await page.selectOption('#unit', 'mm');
+    assert.match(await page.textContent('.geometry .facts'), /0\.718259 mm³/);
+  }),
+);
+
+test('the solids of a file are one geometry or several, with flags that no other has', LIMIT, () =>
+  withPage('#cells=60', async (page) => {
+    const files = ['ascii_two_solids_mixed_case.stl', 'bin_header_solid_cube.stl'].map((file) => path.join(ROOT, 'tests/fixtures', file));
+    await page.setInputFiles('#file-input', files);
+    await hasGeometries(page, 2);
+    await page.fill('.geometry:nth-child(2) .name', 'block');
+    await page.click('.geometry:nth-child(2) summary');
+    // 100 long: as long as a solid, and beside both
+    await page.fill('.geometry:nth-child(2) .scale', '0.01');
+    await page.fill('.geometry:nth-child(2) .translate', '2.5 0.5 0.5');
+    const flags = () => page.$$eval('.geometry .flag', (inputs) => inputs.map((input) => Number(input.value)));
+    const meshed = async () => {
+      await page.waitForSelector('#run:enabled');
+      await run(page);
+      return page.$$eval('#legend tr', (rows) => rows.map((row) => `${row.querySelector('th').textContent}: ${row.querySelector('.cells').dataset.cells}`));
+    };
+    assert.deepEqual(await meshed(), ['1 ascii_two_solids_mixed_case: 2000', '2 block: 1000']);
+    await page.check('.split');
+    assert.deepEqual(await flags(), [3, 2]);
+    assert.ok(await page.isDisabled('.geometry .name'));
+    assert.deepEqual(await meshed(), ['2 block: 1000', '3 CubeExportedFromCAD: 1000', '4 TranslatedCubeExportedFromCAD: 1000']);
+    await page.uncheck('.split');
+    assert.deepEqual(await meshed(), ['2 block: 1000', '3 ascii_two_solids_mixed_case: 2000']);
   }),
 );

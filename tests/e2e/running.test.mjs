@@ -32,28 +32,37 @@ function watchWorker() {
   };
 }
 
+/** In the page: cancels; seconds until it is idle, and until the worker has answered another question. */
+async function cancel() {
+  const { state } = await import(new URL('page/state.js', location.href).href);
+  const { currentJob } = await import(new URL('page/job.js', location.href).href);
+  const [start, n_before] = [performance.now(), window.heard.length];
+  const since = () => (performance.now() - start) / 1000;
+  const stopped = new Promise((resolve) => {
+    new MutationObserver(() => resolve(since())).observe(document.body, { attributeFilter: ['data-phase'] });
+  });
+  document.querySelector('#cancel').click();
+  const seconds = await stopped;
+  await state.mesher.estimate(currentJob());
+  return { n_before, seconds, untilFree: since() };
+}
+
 for (const backend of ['gpu', 'cpu']) {
   test(`Cancel is heeded at the next band, and the next mesh is made (${backend})`, LIMIT, (context) =>
-    withPage(`#cells=4000&sample=knot&backend=${backend}`, async (page) => {
+    withPage(`#cells=6000&sample=knot&backend=${backend}`, async (page) => {
       await hasGeometries(page, 1);
       await page.click('#run');
-      await page.waitForFunction(() => window.heard.length >= 3, null, { timeout: 60_000 });
-      const { n_before, seconds } = await page.evaluate(
-        () =>
-          new Promise((resolve) => {
-            const [start, n_before] = [performance.now(), window.heard.length];
-            const stopped = () => resolve({ n_before, seconds: (performance.now() - start) / 1000 });
-            new MutationObserver(stopped).observe(document.body, { attributeFilter: ['data-phase'] });
-            document.querySelector('#cancel').click();
-          }),
-      );
-      assert.match(await page.textContent('#status'), /Cancelled/);
       await page.fill('#cells', '30');
+      await page.waitForFunction(() => window.heard.length >= 3, null, { timeout: 60_000 });
+      const { n_before, seconds, untilFree } = await page.evaluate(cancel);
+      assert.match(await page.textContent('#status'), /Cancelled/);
+      // what was set meanwhile counts now
       await page.waitForFunction(() => document.querySelector('#dims-y').value === '30');
       const before = await page.evaluate(() => window.heard.length);
       await run(page);
       const share = await page.evaluate((at) => window.heard[at - 1].share, before);
-      context.diagnostic(`Cancel took ${(1000 * seconds).toFixed(1)} ms on the page; the worker told of ${before - n_before} bands after it, at ${(100 * share).toFixed(0)} %`);
+      const ms = (seconds) => `${(1000 * seconds).toFixed(1)} ms`;
+      context.diagnostic(`Cancel took ${ms(seconds)} on the page, and the worker was free after ${ms(untilFree)}; it told of ${before - n_before} bands after it, at ${(100 * share).toFixed(0)} %`);
       // one band that came home meanwhile, and one whose message was on its way
       assert.ok(before - n_before <= 2, `${before - n_before} bands after Cancel`);
       assert.ok(share < 0.9, `${share} of the mesh was made`);

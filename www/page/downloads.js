@@ -43,10 +43,12 @@ function entry(mesh, file) {
   return make('li', {}, button, status);
 }
 
-/** Sizes that depend on the flags. */
+/** Sizes that depend on the flags, and on the digits of the mesh lines. */
 function guess(mesh, { id }) {
-  if (id.startsWith('sidecar')) return 'a few kB';
-  return id === 'hxc' ? `at most ${bytes(columnBytes(mesh))}` : 'smaller';
+  if (id.startsWith('sidecar')) return `about ${bytes(700 + 20 * mesh.dims.reduce((sum, n) => sum + n + 1, 0))}`;
+  if (id === 'hxc') return `up to ${bytes(columnBytes(mesh))}`;
+  // a mesh that was read back has no estimate
+  return state.expected ? `up to ${bytes(state.expected.file_bytes.vti_zlib)}` : `less than ${bytes(mesh.size('vti'))}`;
 }
 
 async function download(mesh, file, button, status) {

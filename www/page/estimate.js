@@ -1,6 +1,7 @@
 /** What the mesh would cost, live, and whether it will fit. */
 import { byId, later, make } from './dom.js';
 import { bytes, cellSize, duration, roughly, times } from './format.js';
+import { wrongField } from './fields.js';
 import { currentJob } from './job.js';
 import { sentence } from './messages.js';
 import { change, on, state } from './state.js';
@@ -16,7 +17,9 @@ let running = null;
 export function startEstimate() {
   on(['settings', 'geometries', 'mesher'], later(estimate, 60));
   on(['mesh'], estimate);
-  on(['estimate'], show);
+  // what was set meanwhile
+  on(['phase'], () => state.phase === 'idle' && estimate());
+  on(['estimate', 'fields'], show);
 }
 
 async function estimate() {
@@ -26,10 +29,19 @@ async function estimate() {
   if (!state.mesher || state.geometries.length === 0) return change('estimate', { estimate: null });
   // the worker meshes; the numbers on the page are those of the job that runs
   if (state.phase === 'meshing') return undefined;
-  const job = currentJob();
-  const estimate = await state.mesher.estimate(job, { signal: stop.signal }).then((result) => ({ result }), (error) => ({ error }));
-  if (!stop.signal.aborted) change('estimate', { estimate });
+  const [estimate, room] = await Promise.all([
+    state.mesher.estimate(currentJob(), { signal: stop.signal }).then((result) => ({ result }), (error) => ({ error })),
+    roomAside(),
+  ]);
+  if (!stop.signal.aborted) change('estimate', { estimate: { ...estimate, room } });
   return undefined;
+}
+
+/** Bytes that the browser's private files may still take: 0 where there are none, Infinity where the browser does not say. */
+async function roomAside() {
+  if (!navigator.storage?.getDirectory) return 0;
+  const { quota = Infinity, usage = 0 } = await navigator.storage.estimate().catch(() => ({}));
+  return Math.max(quota - usage, 0);
 }
 
 function show() {
@@ -38,34 +50,38 @@ function show() {
   box.hidden = !estimate;
   box.replaceChildren();
   if (!estimate) return;
+  const wrong = wrongField();
+  if (wrong) return box.append(make('p', { className: 'warn', id: 'field-error' }, wrong));
   if (estimate.error) {
-    box.append(make('p', { className: 'warn', id: 'estimate-error', 'data-code': estimate.error.code }, problem(estimate.error)));
-    return;
+    return box.append(make('p', { className: 'warn', id: 'estimate-error', 'data-code': estimate.error.code }, problem(estimate.error)));
   }
   const { result } = estimate;
   const list = make('dl', { className: 'facts' });
   const fact = (id, term, value) => list.append(make('dt', {}, term), make('dd', { id }, value));
   fact('estimate-cells', 'Cells', `${roughly(result.cells)} (${times(result.dims, String)})`);
   fact('estimate-size', 'Cell', cellSize(result.spacing, state.settings.unit));
-  fact('estimate-memory', 'Memory', `about ${bytes(Math.ceil(result.column_bytes))}; a file ${bytes(result.file_bytes.raw)}`);
+  const onGpu = state.mesher?.backend === 'gpu' ? `, GPU ${bytes(result.device_bytes)}` : '';
+  fact('estimate-memory', 'Memory', `about ${bytes(result.host_bytes)}${onGpu}`);
+  fact('estimate-file', 'File', `${bytes(result.file_bytes.raw)}, a byte a cell`);
   fact('estimate-time', 'Time', result.seconds === null ? 'known after the first mesh' : `about ${duration(result.seconds)}`);
   box.append(list);
-  const warning = fits(result);
+  const warning = fits(result, estimate.room);
   if (warning) box.append(make('p', { className: 'warn', id: 'estimate-warning' }, warning));
+  return undefined;
 }
 
 function problem({ message, hint }) {
   return hint ? `${sentence(message)} ${sentence(hint)}` : sentence(message);
 }
 
-/** A sentence where it will not fit, or may not; else null. */
-function fits({ column_bytes: columns }) {
+/** A sentence where it will not fit, or may not; else null. `room` is that of the browser's private files, in bytes. */
+function fits({ column_bytes: columns }, room) {
   const device = (navigator.deviceMemory ?? 8) * 1e9;
-  if (columns > COLUMNS_LIMIT && navigator.storage?.getDirectory) {
+  if (columns > COLUMNS_LIMIT && columns <= room) {
     return `A page has no room in memory for ${bytes(columns)}: the mesh is kept in the browser's private files, which takes as much of the disk and is slower to look at.`;
   }
   if (columns > COLUMNS_LIMIT) {
-    return `This will not fit: it needs about ${bytes(columns)}, and a page has room for ${bytes(COLUMNS_LIMIT)}. Take larger cells, or mesh it with the command line.`;
+    return `This will not fit: it needs about ${bytes(columns)}, and a page has room for ${bytes(COLUMNS_LIMIT)} in memory${room > 0 ? `, or ${bytes(room)} on the disk` : ''}. Take larger cells, or mesh it with the command line.`;
   }
   if (columns > COLUMNS_MUCH || columns > device / 4) {
     return `This is much for a page: about ${bytes(columns)} of memory. Close other tabs, or take larger cells.`;

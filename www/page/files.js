@@ -71,10 +71,7 @@ async function filesOf(entry) {
 
 /** Takes a sample in place of all geometries. */
 export function addSample(id) {
-  const files = sampleFiles(id);
-  if (files.length === 0) return;
-  removeAll();
-  addFiles(files, { sample: id });
+  addFiles(sampleFiles(id), { sample: id });
 }
 
 function removeAll() {
@@ -83,7 +80,8 @@ function removeAll() {
 }
 
 /**
- * Reads files one after another and adds what can be read; what cannot is told, and changes nothing.
+ * Reads files one after another and adds what can be read, or takes those of a sample in place of all; what cannot be read is
+ * told, and changes nothing.
  *
  * @param {{source: File, settings?: object}[]} files
  */
@@ -93,6 +91,7 @@ export function addFiles(files, { isFolder = false, sample = null } = {}) {
     await isQuiet();
     if (!state.mesher) return;
     clearMessages();
+    if (sample) removeAll();
     const wanted = isFolder ? files.filter(({ source }) => /\.(stl|hxc)$/i.test(source.name)) : files;
     if (wanted.length === 0) showNotice(`there is no STL file among the ${files.length} files of the folder`);
     change('phase', { phase: 'reading' });
@@ -112,7 +111,8 @@ async function addFile({ source, settings = {} }, sample) {
   try {
     if (/\.hxc$/i.test(source.name)) {
       const mesh = await state.mesher.open(source);
-      change('mesh', { mesh, job: { geometries: [{ file: source.name }] }, skin: null });
+      state.mesh?.dispose();
+      change('mesh', { mesh, job: { geometries: [{ file: source.name }] }, skin: null, expected: null });
     } else {
       addGeometry(await readSurface(source), source, sample, settings);
     }
@@ -154,6 +154,7 @@ export async function readAgain() {
     }
   }
   change('geometries', { geometries: kept });
+  byId('status').textContent = '';
 }
 
 /** Removes one geometry. */

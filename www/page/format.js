@@ -9,26 +9,27 @@ export function count(n) {
 
 /** 9591000000 -> "9.59 billion"; small counts in full. */
 export function roughly(n) {
-  for (const [size, word] of [[1e12, 'trillion'], [1e9, 'billion'], [1e6, 'million']]) {
-    if (n >= size) return `${(n / size).toPrecision(3)} ${word}`;
-  }
-  return count(n);
+  return scaled(n, [[1e15, 'quadrillion'], [1e12, 'trillion'], [1e9, 'billion'], [1e6, 'million']]) ?? count(n);
 }
 
 /** Decimal units, as disks and downloads count: 1234567 -> "1.23 MB". */
 export function bytes(n) {
-  for (const [size, unit] of [[1e12, 'TB'], [1e9, 'GB'], [1e6, 'MB'], [1e3, 'kB']]) {
-    if (n >= size) return `${(n / size).toPrecision(3)} ${unit}`;
-  }
-  return `${n} bytes`;
+  return scaled(n, [[1e15, 'PB'], [1e12, 'TB'], [1e9, 'GB'], [1e6, 'MB'], [1e3, 'kB']]) ?? `${n} byte${n === 1 ? '' : 's'}`;
+}
+
+/** Three digits of the largest unit that there is one of, once rounded; null below all units. */
+function scaled(n, units) {
+  for (const [size, unit] of units) if (n / size >= 0.9995) return `${(n / size).toPrecision(3)} ${unit}`;
+  return null;
 }
 
 /** 0.0123 -> "12 ms", 75 -> "1 min 15 s" */
 export function duration(seconds) {
   if (seconds < 0.9995) return `${Math.max(1, Math.round(seconds * 1000))} ms`;
-  if (seconds < 60) return `${seconds.toPrecision(2)} s`;
-  const minutes = Math.floor(seconds / 60);
-  if (minutes < 60) return `${minutes} min ${Math.round(seconds % 60)} s`;
+  if (seconds < 59.5) return `${seconds.toPrecision(2)} s`;
+  const whole = Math.round(seconds);
+  const minutes = Math.floor(whole / 60);
+  if (minutes < 60) return `${minutes} min ${whole % 60} s`;
   return `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
 }
 

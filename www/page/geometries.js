@@ -1,8 +1,9 @@
 /** The list of geometries: facts at once, and what can be set for each. */
 import { byId, make } from './dom.js';
 import { PREVIEW_FACETS, removeGeometry } from './files.js';
-import { count, measure, readNumbers, times, writeNumbers } from './format.js';
-import { change, colourOf, on, state } from './state.js';
+import { count, measure, readNumbers, short, times, writeNumbers } from './format.js';
+import { sentence } from './messages.js';
+import { change, colourOf, flagsOf, freeFlag, on, state } from './state.js';
 
 const TRANSFORMS = [
   ['scale', 'Scale', 'one factor, or one an axis'],
@@ -22,9 +23,9 @@ export function startGeometries() {
   });
 }
 
-/** Changes one key of a geometry. */
-function edit(id, key, value) {
-  change('geometries', { geometries: state.geometries.map((geometry) => (geometry.id === id ? { ...geometry, [key]: value } : geometry)) });
+/** Changes keys of a geometry. */
+function edit(id, patch) {
+  change('geometries', { geometries: state.geometries.map((geometry) => (geometry.id === id ? { ...geometry, ...patch } : geometry)) });
 }
 
 function showColour(geometry) {
@@ -45,9 +46,10 @@ function card(geometry) {
     type: 'text',
     className: 'name',
     value: name,
+    disabled: geometry.split,
     maxLength: 64,
     'aria-label': `Name of ${info.file}`,
-    on: { input: ({ target }) => edit(id, 'name', target.value.replace(/[,:]/g, ' ').trim() || null) },
+    on: { input: ({ target }) => edit(id, { name: target.value.replace(/[,:]/g, ' ').trim() || null }) },
   });
   const remove = make('button', { type: 'button', className: 'icon', 'aria-label': `Remove ${name}`, on: { click: () => removeGeometry(id) } }, '×');
   return make(
@@ -72,23 +74,31 @@ function facts(info) {
   const { unit } = state.settings;
   const [low, high] = info.bounding_box;
   const size = high.map((end, axis) => end - low[axis]);
+  const isClosed = info.closed_parity && info.closed_oriented;
   const list = make('dl', { className: 'facts' });
   const fact = (term, value, properties = {}) => list.append(make('dt', {}, term), make('dd', properties, value));
   fact('Facets', info.facets > PREVIEW_FACETS ? `${count(info.facets)}, not drawn` : count(info.facets));
-  fact('Size', `${times(size)}${unit ? ` ${unit}` : ''}`, { title: `from ${times(low)} to ${times(high)}` });
-  fact('Volume', measure(info.volume, unit, 3));
-  fact('Surface', closedness(info), { className: info.closed_parity && info.closed_oriented ? 'good' : 'warn' });
+  fact('Size', `${times(size)}${unit ? ` ${unit}` : ''}`);
+  fact('From', low.map(short).join(', '));
+  fact('To', high.map(short).join(', '));
+  // what no surface encloses depends on where the origin is
+  fact('Volume', `${isClosed ? '' : 'about '}${measure(info.volume, unit, 3)}`);
+  fact('Surface', closedness(info), { className: isClosed ? 'good' : 'warn' });
   const parts = [list];
   if (info.warnings.length > 0) {
-    parts.push(make('ul', { className: 'warnings' }, ...info.warnings.map((warning) => make('li', {}, warning))));
+    parts.push(make('ul', { className: 'warnings' }, ...info.warnings.map((warning) => make('li', {}, sentence(warning)))));
   }
   return parts;
 }
 
 function closedness(info) {
   if (info.closed_parity && info.closed_oriented) return info.shells > 1 ? `closed, ${count(info.shells)} shells` : 'closed';
-  if (info.closed_parity) return `closed, but ${count(info.flipped_edges)} edges are flipped: use the rule “odd crossings”`;
-  return `not closed: ${count(info.open_edges)} open edges`;
+  if (info.closed_parity) return `closed, but ${info.flipped_edges > 0 ? edges(info.flipped_edges, 'flipped') : 'facets face both ways'}: inside is where the number of crossings is odd`;
+  return `not closed: ${info.open_edges > 0 ? edges(info.open_edges, 'open') : 'odd numbers of facets meet'}`;
+}
+
+function edges(n, what) {
+  return `${count(n)} ${what} edge${n === 1 ? '' : 's'}`;
 }
 
 function whole(geometry, key, label, min, max) {
@@ -103,16 +113,29 @@ function whole(geometry, key, label, min, max) {
     'aria-label': `${label} of ${geometry.name}`,
     on: {
       input: ({ target }) => {
-        if (target.value !== '' && target.checkValidity()) edit(geometry.id, key, Number(target.value));
+        if (target.value !== '' && target.checkValidity()) edit(geometry.id, { [key]: Number(target.value) });
       },
     },
   });
   return make('label', {}, label, input);
 }
 
-function splitBox(geometry) {
-  const box = make('input', { type: 'checkbox', checked: geometry.split, on: { change: ({ target }) => edit(geometry.id, 'split', target.checked) } });
-  return make('label', { className: 'check' }, box, `Each of the ${geometry.info.solids.length} solids is a geometry`);
+function splitBox({ id, split, info }) {
+  const box = make('input', { type: 'checkbox', className: 'split', checked: split, on: { change: ({ target }) => splitSolids(id, target) } });
+  return make('label', { className: 'check' }, box, `Each of the ${info.solids.length} solids is a geometry, with its own name and the next flag`);
+}
+
+/** Makes solids geometries or one again; where other geometries have the flags that they would get, they get others. */
+function splitSolids(id, box) {
+  const geometry = state.geometries.find((geometry) => geometry.id === id);
+  const others = new Set(state.geometries.filter((other) => other !== geometry).flatMap(flagsOf));
+  const wanted = flagsOf({ ...geometry, split: box.checked });
+  const isFree = wanted.at(-1) <= 255 && !wanted.slice(1).some((flag) => others.has(flag));
+  const flag = isFree ? geometry.flag : freeFlag(wanted.length, geometry);
+  const card = box.closest('.geometry');
+  card.querySelector('.flag').value = flag;
+  card.querySelector('.name').disabled = box.checked;
+  edit(id, { split: box.checked, flag });
 }
 
 function placeField(geometry, key, label, hint) {
@@ -128,8 +151,8 @@ function placeField(geometry, key, label, hint) {
       input: ({ target }) => {
         const value = readNumbers(target.value);
         const isRight = value === null || Array.isArray(value) || (value !== undefined && key === 'scale');
-        target.setCustomValidity(isRight ? '' : `${hint}: numbers apart by blanks`);
-        if (isRight) edit(geometry.id, key, value);
+        target.setCustomValidity(isRight ? '' : 'numbers, apart by blanks');
+        if (isRight) edit(geometry.id, { [key]: value });
       },
     },
   });

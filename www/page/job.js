@@ -21,6 +21,8 @@ function geometryJob(geometry) {
   const job = { source: geometry.surface, file: geometry.source.name };
   for (const [key, unsaid] of GEOMETRY_KEYS) {
     const value = geometry[key];
+    // solids have the names that they have in the file
+    if (key === 'name' && geometry.split) continue;
     if (value !== unsaid && value !== null && value !== undefined) job[key] = value;
   }
   return job;

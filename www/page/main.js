@@ -5,6 +5,7 @@ import { byId } from './dom.js';
 import { clearPrivate } from './private_files.js';
 import { startDownloads } from './downloads.js';
 import { startEstimate } from './estimate.js';
+import { startFields } from './fields.js';
 import { addSample, readAgain, startFiles } from './files.js';
 import { startGeometries } from './geometries.js';
 import { clearMessages, showError } from './messages.js';
@@ -62,6 +63,7 @@ async function start() {
   startFiles();
   startGeometries();
   startSettings();
+  startFields();
   startEstimate();
   startRun(restart);
   startResults();

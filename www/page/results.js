@@ -2,7 +2,7 @@
 import { byId, make } from './dom.js';
 import { save } from './downloads.js';
 import { bytes, cellSize, count, duration, measure, roughly, times } from './format.js';
-import { showError } from './messages.js';
+import { sentence, showError } from './messages.js';
 import { baseName } from './share.js';
 import { change, colourOf, on, state } from './state.js';
 
@@ -41,7 +41,7 @@ function show() {
   fact('result-backend', 'Meshed by', report.adapter ?? (report.backend === 'cpu' ? 'the processor' : report.backend));
   showLegend();
   const warnings = [...(report.warnings ?? [])];
-  byId('result-warnings').replaceChildren(...warnings.map((warning) => make('li', {}, warning)));
+  byId('result-warnings').replaceChildren(...warnings.map((warning) => make('li', {}, sentence(warning))));
   byId('result-warnings').hidden = warnings.length === 0;
   byId('report').textContent = reportText();
   byId('result-hash').textContent = report.flags_sha256 ?? '';

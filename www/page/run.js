@@ -2,6 +2,7 @@
 import { byId, oncePerFrame } from './dom.js';
 import { count, duration, roughly } from './format.js';
 import { currentJob } from './job.js';
+import { wrongField } from './fields.js';
 import { clearMessages, showError } from './messages.js';
 import { change, on, state } from './state.js';
 
@@ -23,7 +24,7 @@ export function startRun(restart) {
     if (event.key === 'Enter' && (event.ctrlKey || event.metaKey) && !byId('run').disabled) run(restart);
     if (event.key === 'Escape') stop?.abort(new DOMException('cancelled', 'AbortError'));
   });
-  on(['phase', 'geometries', 'mesher', 'estimate'], show);
+  on(['phase', 'geometries', 'settings', 'fields', 'mesher', 'estimate'], show);
   show();
 }
 
@@ -32,35 +33,39 @@ function show() {
   byId('run').hidden = isMeshing;
   byId('cancel').hidden = !isMeshing;
   byId('progress').hidden = !isMeshing;
-  byId('run').disabled = !state.mesher || state.phase !== 'idle' || state.geometries.length === 0 || Boolean(state.estimate?.error);
+  byId('run').disabled = !state.mesher || state.phase !== 'idle' || state.geometries.length === 0 || Boolean(state.estimate?.error) || wrongField() !== null;
   document.body.dataset.phase = state.phase;
 }
 
 async function run(restart) {
   clearMessages();
   const job = currentJob();
-  const cells = state.estimate?.result?.cells ?? 0;
+  const expected = state.estimate?.result ?? null;
   const status = byId('status');
   const start = performance.now();
   stop = new AbortController();
   byId('progress').removeAttribute('value');
   status.textContent = 'Meshing …';
+  // read aloud are the beginning and the end; the progress bar tells who asks
+  status.ariaLive = 'off';
   change('phase', { phase: 'meshing' });
   const hadFocus = document.activeElement === document.body || document.activeElement === byId('run');
   if (hadFocus) byId('cancel').focus();
   try {
-    const mesh = await state.mesher.mesh(job, { signal: stop.signal, onProgress: watch(start, cells) });
+    const mesh = await state.mesher.mesh(job, { signal: stop.signal, onProgress: watch(start, expected?.cells ?? 0) });
     state.mesh?.dispose();
     // the skin is asked for before others hear of the mesh, so that it is the worker's next work
     const skin = mesh.skin({ maxQuads: MAX_QUADS });
     const seconds = (performance.now() - start) / 1000;
+    status.ariaLive = 'polite';
     status.textContent = `Meshed ${count(mesh.report.cells)} cells in ${duration(seconds)}.`;
     change('phase', { phase: 'idle' });
-    change('mesh', { mesh, job, skin });
+    change('mesh', { mesh, job, skin, expected });
   } catch (error) {
     // another mesher may be starting: then the page is not idle yet
     if (state.phase === 'meshing') change('phase', { phase: 'idle' });
     const isAbort = stop.signal.aborted;
+    status.ariaLive = 'polite';
     status.textContent = isAbort ? 'Cancelled; nothing was lost.' : '';
     if (!isAbort) showError(error, undefined, wayOut(error, restart));
   } finally {

@@ -20,6 +20,7 @@ export class Scene {
   #skin = new THREE.Group();
   #section = new THREE.Group();
   #box = null;
+  #boxCorners = null;
   #plane = new THREE.Plane();
   /** Sphere around what is shown, in world lengths. */
   #centre = new THREE.Vector3();
@@ -109,6 +110,8 @@ export class Scene {
 
   /** Draws the edges of a box of six numbers, or none. */
   setBox(corners) {
+    if (String(corners) === String(this.#boxCorners)) return;
+    this.#boxCorners = corners;
     if (this.#box) {
       this.#world.remove(this.#box);
       this.#box.geometry.dispose();

@@ -3,13 +3,15 @@ import { byId } from './dom.js';
 import { readNumbers, short, writeNumbers } from './format.js';
 import { on, set, state } from './state.js';
 
+/** Largest number that a job can say; it is far beyond those that fit. */
+const MAX_CELLS = 2 ** 32 - 1;
 const DIMS = ['dims-x', 'dims-y', 'dims-z'];
 const DOMAIN = ['x0', 'y0', 'z0', 'x1', 'y1', 'z1'].map((name) => `domain-${name}`);
 
 /** Connects the fields, both ways. */
 export function startSettings() {
   byId('cells').addEventListener('input', ({ target }) => {
-    if (isPositive(target, true)) set({ sizing: 'cells', cells: Number(target.value) });
+    if (isNumberOfCells(target)) set({ sizing: 'cells', cells: numberOfCells(target) });
   });
   byId('cell-size').addEventListener('input', readCellSize);
   byId('fit-lines').addEventListener('change', ({ target }) => {
@@ -27,21 +29,28 @@ export function startSettings() {
     byId(key).addEventListener('change', ({ target }) => set({ [key]: target.value }));
   }
   byId('settings').addEventListener('submit', (event) => event.preventDefault());
+  // a field that was left empty has what counts again
+  byId('settings').addEventListener('focusout', ({ target }) => target.value === '' && target.validity.valid && setTimeout(show));
   on(['settings', 'estimate', 'geometries'], show);
   show();
 }
 
-function isPositive(input, isWhole) {
+/** Whether a field holds a number of cells; how many fit, the estimate says. */
+function isNumberOfCells(input) {
   const value = Number(input.value);
-  const isRight = input.value !== '' && value > 0 && (!isWhole || Number.isInteger(value));
-  input.setCustomValidity(isRight || input.value === '' ? '' : isWhole ? 'a whole number from 1' : 'a number greater than 0');
+  const isRight = input.value !== '' && value > 0 && Number.isInteger(value);
+  input.setCustomValidity(isRight || input.value === '' ? '' : 'this is a whole number from 1 on');
   return isRight;
+}
+
+function numberOfCells(input) {
+  return Math.min(Number(input.value), MAX_CELLS);
 }
 
 function readCellSize({ target }) {
   const value = readNumbers(target.value);
   const isRight = value !== null && value !== undefined && [].concat(value).every((size) => size > 0);
-  target.setCustomValidity(isRight || value === null ? '' : 'a length greater than 0, or three');
+  target.setCustomValidity(isRight || value === null ? '' : 'this is a length greater than 0, such as 0.5, or three, apart by blanks');
   if (!isRight) return;
   const fits = byId('fit-lines').checked && !Array.isArray(value);
   set({ sizing: fits ? 'max_cell_size' : 'cell_size', cell_size: value });
@@ -49,7 +58,7 @@ function readCellSize({ target }) {
 
 function readDims() {
   const inputs = DIMS.map(byId);
-  if (inputs.every((input) => isPositive(input, true))) set({ sizing: 'dims', dims: inputs.map((input) => Number(input.value)) });
+  if (inputs.every(isNumberOfCells)) set({ sizing: 'dims', dims: inputs.map(numberOfCells) });
 }
 
 function readDomain() {
@@ -64,7 +73,7 @@ function readPadding() {
   const input = byId('padding');
   const value = readNumbers(input.value) ?? (input.value.trim() === '' ? 0 : undefined);
   const isRight = value !== undefined && [].concat(value).every((room) => room >= 0 && (by === 'length' || Number.isInteger(room)));
-  input.setCustomValidity(isRight ? '' : by === 'cells' ? 'whole cells, one number or three' : 'a length, one number or three');
+  input.setCustomValidity(isRight ? '' : `this is ${by === 'cells' ? 'a whole number of cells' : 'a length'} from 0, or three, apart by blanks`);
   if (isRight) set({ padding: value, padding_by: by });
 }
 
@@ -90,7 +99,10 @@ function show() {
   byId('domain-given').checked = settings.domain !== null;
   byId('domain-fields').hidden = settings.domain === null;
   byId('padding-fields').hidden = settings.domain !== null;
-  DOMAIN.forEach((id, at) => put(id, settings.domain?.[at] ?? ''));
+  DOMAIN.forEach((id, at) => {
+    byId(id).required = settings.domain !== null;
+    put(id, settings.domain?.[at] ?? '');
+  });
   put('padding', writeNumbers(settings.padding));
   for (const key of ['rule', 'axis', 'unit', 'backend', 'padding_by']) byId(key.replace('_', '-')).value = settings[key];
   for (const unit of document.querySelectorAll('.unit')) unit.textContent = settings.unit;
@@ -98,7 +110,9 @@ function show() {
 
 function put(id, value) {
   const input = byId(id);
-  if (input !== document.activeElement) input.value = value;
+  if (input === document.activeElement) return;
+  input.value = value;
+  input.setCustomValidity('');
 }
 
 /** The lengths of a cell, once where they are equal. */

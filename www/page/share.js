@@ -24,9 +24,16 @@ let written = null;
 /** Writes the hash whenever a parameter changes. */
 export function startSharing() {
   on(['settings', 'geometries', 'colours'], later(writeHash, 200));
+  on('geometries', showCopies);
+  showCopies();
   byId('copy-command').addEventListener('click', (event) => copy(commandOf(currentJob()), event.currentTarget));
   byId('copy-js').addEventListener('click', (event) => copy(javascriptOf(currentJob()), event.currentTarget));
   byId('copy-link').addEventListener('click', (event) => (writeHash(), copy(location.href, event.currentTarget)));
+}
+
+/** Without a file there is nothing that a command or a program could mesh. */
+function showCopies() {
+  for (const id of ['copy-command', 'copy-js']) byId(id).disabled = state.geometries.length === 0;
 }
 
 function writeHash() {
@@ -127,7 +134,9 @@ function numbersOf(text) {
 /** The native command that does this job. */
 export function commandOf(job) {
   const words = ['hexcast', 'mesh'];
-  for (const { source: _, file, ...settings } of job.geometries) {
+  for (const { source: _, file: name, ...settings } of job.geometries) {
+    // else it would be an option
+    const file = name.startsWith('-') ? `./${name}` : name;
     const pairs = Object.entries(settings).map(([key, value]) => `${key}=${Array.isArray(value) ? value.join('/') : value}`);
     words.push(quote(pairs.length > 0 ? `${file}:${pairs.join(',')}` : file));
   }
@@ -144,7 +153,7 @@ export function commandOf(job) {
 
 /** A program that does this job with the package. */
 export function javascriptOf({ geometries, ...rest }) {
-  const names = geometries.map(({ file }) => JSON.stringify(file)).join(', ') || 'none yet';
+  const names = geometries.map(({ file }) => JSON.stringify(file)).join(', ');
   const options = state.settings.backend === 'auto' ? '' : `{ backend: '${state.settings.backend}' }`;
   return [
     "import { createMesher } from 'hexcast';",

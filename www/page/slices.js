@@ -31,6 +31,7 @@ export function startSlices() {
   for (const [axis, name] of AXES.entries()) byId(`slice-${name}`).addEventListener('change', () => (view.axis = axis, resetZoom(), load()));
   byId('slice-at').addEventListener('input', ({ target }) => go(Number(target.value)));
   byId('slice-number').addEventListener('input', ({ target }) => target.value !== '' && go(Number(target.value)));
+  byId('slice-number').addEventListener('change', ({ target }) => (target.value = view.index[view.axis]));
   byId('mesh-lines').addEventListener('change', draw);
   byId('zoom-in').addEventListener('click', () => zoomBy(1.5));
   byId('zoom-out').addEventListener('click', () => zoomBy(1 / 1.5));
@@ -58,6 +59,7 @@ async function load() {
   const { mesh } = state;
   byId('slices-empty').hidden = Boolean(mesh);
   byId('slices-tools').disabled = !mesh;
+  byId('canvas-slice').tabIndex = mesh ? 0 : -1;
   if (!mesh) return;
   const { axis } = view;
   const index = view.index[axis];

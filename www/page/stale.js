@@ -6,7 +6,7 @@ import { on, state } from './state.js';
 /** Compares the job of the mesh with that of the fields whenever either changes. */
 export function startStale() {
   byId('mesh-again').addEventListener('click', () => byId('run').click());
-  on(['settings', 'geometries', 'mesh', 'phase', 'estimate'], show);
+  on(['settings', 'geometries', 'mesh', 'phase', 'fields', 'estimate'], show);
 }
 
 function show() {

@@ -1,6 +1,6 @@
 /**
  * What the page knows, in one place. Modules read it freely and change it through `change(topic, patch)`; `on(topics, listener)`
- * hears of it. Topics: mesher, geometries, settings, estimate, phase, mesh, colours, legend.
+ * hears of it. Topics: mesher, geometries, settings, fields, estimate, phase, mesh, colours, legend.
  */
 
 /** What is asked for where the user says nothing: the defaults of the job. */
@@ -27,7 +27,7 @@ export const state = {
   /** `{id, source, sample, surface, info, corners, name, flag, priority, scale, rotate, translate, split}` in meshing order. */
   geometries: [],
   settings: { ...DEFAULTS },
-  /** `{result}` or `{error}` of the last estimate; null without geometries. */
+  /** `{result, room}` or `{error, room}` of the last estimate; null without geometries. */
   estimate: null,
   /** starting, idle, reading, meshing or failed. */
   phase: 'starting',
@@ -35,6 +35,8 @@ export const state = {
   /** The job that made the mesh, and its skin once that is there. */
   job: null,
   skin: null,
+  /** The estimate of that job; null where there was none. */
+  expected: null,
   /** Colours that the user chose, by flag. */
   colours: new Map(),
   /** Flags that are switched off in the legend. */
@@ -72,9 +74,18 @@ export function rgb(colour) {
   return [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16));
 }
 
-/** The smallest flag that no geometry has. */
-export function freeFlag() {
-  const taken = new Set(state.geometries.map((geometry) => geometry.flag));
-  for (let flag = 1; flag < 256; flag += 1) if (!taken.has(flag)) return flag;
-  return 255;
+/** The smallest flag that, with as many after it as asked for, no geometry but `except` has. */
+export function freeFlag(n_flags = 1, except = null) {
+  const taken = new Set(state.geometries.filter((geometry) => geometry !== except).flatMap(flagsOf));
+  for (let flag = 1; flag + n_flags <= 256; flag += 1) if (!range(flag, n_flags).some((one) => taken.has(one))) return flag;
+  return 256 - n_flags;
+}
+
+/** The flags of a geometry: one, or with `split` one a solid from its first on. */
+export function flagsOf({ flag, split, info }) {
+  return range(flag, split ? info.solids.length : 1);
+}
+
+function range(first, n) {
+  return Array.from({ length: n }, (_, at) => first + at);
 }

@@ -21,6 +21,8 @@ let side = 1;
 
 /** Connects the view. */
 export function startView3d() {
+  on(['geometries', 'mesh'], showTools);
+  showTools();
   on('geometries', () => showModels());
   on('colours', () => recolour());
   on('estimate', () => withScene((scene) => scene.setBox(state.geometries.length > 0 && state.estimate?.result ? domainOf(state.estimate.result) : null)));
@@ -50,6 +52,13 @@ async function withScene(action) {
   } catch (error) {
     if (isFirst) showError(error, 'The 3-D view cannot be opened; slices work without it');
   }
+}
+
+/** Without anything to show nothing can be turned or saved. */
+function showTools() {
+  const isEmpty = state.geometries.length === 0 && !state.mesh;
+  byId('canvas-3d').tabIndex = isEmpty ? -1 : 0;
+  for (const id of ['fit', 'save-3d']) byId(id).disabled = isEmpty;
 }
 
 /** Shows the models anew where what is seen of them has changed: corners are large. */
@@ -96,7 +105,7 @@ async function showMesh() {
   if (!mesh) return clearMessages('mesh');
   byId('section-axis').value = '';
   await withScene(async (scene) => {
-    byId('view-status').textContent = 'Extracting the surface …';
+    byId('view-status').textContent = 'Extracting …';
     const skin = await (promised ?? mesh.skin());
     if (mesh !== state.mesh) return;
     byId('view-status').textContent = '';

@@ -59,7 +59,8 @@ pub(crate) struct JobArguments {
     /// Part of the name of the GPU to use, see `hexcast adapters`
     #[arg(long, value_name = "NAME", help_heading = "Method")]
     pub(crate) adapter: Option<String>,
-    /// Axis of the rays; the result does not depend on it [default: auto, the longest]
+    /// Axis of the rays; the result does not depend on it [default: auto, the longest or the
+    /// first of those nearly as long]
     #[arg(long, value_parser = choice::<AxisChoice>(&["auto", "x", "y", "z"]), help_heading = "Method")]
     axis: Option<AxisChoice>,
     /// Number of threads [default: one a core]
