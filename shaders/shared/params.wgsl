@@ -10,7 +10,7 @@ struct Params {
     end_row: u32,
     n_across: u32,        // bins in a row of bins: ceil(n_i / BIN)
     n_bins: u32,          // bins of the band
-    n_facets: u32,
+    n_facets: u32,        // that rays of the band may hit
     pair_capacity: u32,   // (facet, bin) pairs that the buffers hold
     event_capacity: u32,  // crossings that the buffer holds
     rule: u32,            // 0 parity, 1 nonzero

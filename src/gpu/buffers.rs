@@ -42,9 +42,10 @@ impl Capacity {
     }
 }
 
-/// What all bands of a mesh share.
+/// The facets of a band, and the flags of all.
 #[derive(Clone)]
 pub(crate) struct Facets {
+    /// Facets of the mesh: so many there is room for.
     pub(crate) n_facets: u64,
     pub(crate) corners: Buffer,
     pub(crate) flag_of_rank: Buffer,

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::line::Cast;
 pub(crate) use crate::estimate::bands::{BIN, FACET_WORDS};
-use crate::frame::Frame;
+use crate::frame::{Frame, SnappedFacet};
 use crate::map::Rule;
 use crate::rays::Rays;
 
@@ -30,7 +30,7 @@ pub struct Params {
     pub n_across: u32,
     /// Bins of the band.
     pub n_bins: u32,
-    /// Facets of all geometries.
+    /// Facets that rays of the band may hit.
     pub n_facets: u32,
     /// (facet, bin) pairs that the buffers hold.
     pub pair_capacity: u32,
@@ -45,8 +45,8 @@ pub struct Params {
 }
 
 impl Params {
-    /// Describes a band of ray rows.
-    pub(crate) fn new(cast: &Cast, rows: &Range<u32>, pairs: u32, events: u32) -> Params {
+    /// Describes a band of ray rows with so many facets, and buffers for so many pairs and crossings.
+    pub(crate) fn new(cast: &Cast, rows: &Range<u32>, [n_facets, pairs, events]: [u32; 3]) -> Params {
         let Cast { frame, rays, rule } = *cast;
         let n_across = rays.counts[0].div_ceil(BIN);
         Params {
@@ -59,7 +59,7 @@ impl Params {
             end_row: rows.end,
             n_across,
             n_bins: n_across * (rows.end - rows.start).div_ceil(BIN),
-            n_facets: frame.facets.len() as u32,
+            n_facets,
             pair_capacity: pairs,
             event_capacity: events,
             rule: match rule {
@@ -82,20 +82,27 @@ impl Params {
     }
 }
 
-/// Packs the facets for the `corners` buffer: four words an axis, in the order (across, across, along), which are its places
-/// of the three corners and, the first time, the rank.
-pub(crate) fn corners(frame: &Frame, rays: &Rays) -> Vec<i32> {
+/// Packs the facets whose boxes reach rays of some rows for the `corners` buffer: four words an axis, in the order (across,
+/// across, along), which are its places of the three corners and, the first time, the rank. For all rows these are all facets.
+pub(crate) fn corners(frame: &Frame, rays: &Rays, rows: &Range<u32>) -> Vec<i32> {
     use crate::parallel::*;
-    let mut words = vec![0; frame.facets.len() * FACET_WORDS];
-    words.par_chunks_mut(FACET_WORDS).zip(&frame.facets).zip(&frame.rank_of_facet).for_each(
-        |((words, facet), &rank)| {
-            let corners = facet.map(|corner| rays.project(corner));
-            for axis in 0..3 {
-                words[4 * axis..4 * axis + 3].copy_from_slice(&corners.map(|corner| corner[axis]));
-            }
-            words[3] = i32::from(rank);
-        },
-    );
+    let height = |row: u32| (row as i32) << frame.fraction_bits;
+    let (low, high) = (height(rows.start), height(rows.end - 1));
+    let is_whole = rows.len() as u32 == rays.counts[1];
+    let reaches = |facet: &SnappedFacet| {
+        let [a, b, c] = facet.map(|corner| corner[rays.across[1]]);
+        is_whole || (a.min(b).min(c) <= high && a.max(b).max(c) >= low)
+    };
+    let chosen: Vec<usize> =
+        (0..frame.facets.len()).into_par_iter().filter(|&index| reaches(&frame.facets[index])).collect();
+    let mut words = vec![0; chosen.len() * FACET_WORDS];
+    words.par_chunks_mut(FACET_WORDS).zip(&chosen).for_each(|(words, &index)| {
+        let corners = frame.facets[index].map(|corner| rays.project(corner));
+        for axis in 0..3 {
+            words[4 * axis..4 * axis + 3].copy_from_slice(&corners.map(|corner| corner[axis]));
+        }
+        words[3] = i32::from(frame.rank_of_facet[index]);
+    });
     words
 }
 

@@ -4,7 +4,7 @@ use web_time::Instant;
 use wgpu::{BindGroupDescriptor, BindGroupEntry, BindingResource, Buffer, BufferBinding, CommandEncoder};
 
 use super::buffers::{Buffers, CrossingBuffers, PairBuffers, SCAN_BLOCK};
-use super::device::Gpu;
+use super::device::{AdapterKind, Gpu};
 use super::kernels::Kernel;
 use super::layout::Params;
 
@@ -12,8 +12,10 @@ use super::layout::Params;
 const GROUP: u64 = 64;
 /// Most workgroups along a dimension of a dispatch.
 const MAX_GROUPS: u64 = 65_535;
-/// Threads that share a list whose length only the device knows.
+/// Threads that share a list whose length only the device knows: enough for any GPU.
 const SHARING_THREADS: u64 = 1 << 16;
+/// The same where a driver computes on the processor, and a workgroup that finds nothing to do costs it 10 microseconds.
+const SHARING_THREADS_SOFTWARE: u64 = 1 << 12;
 
 /// Records the commands of one band.
 pub(crate) struct Passes<'a> {
@@ -39,18 +41,18 @@ impl Passes<'_> {
         self.run(Kernel::LatticeRows, &[(1, &b.facets.corners), (2, &b.row_offsets)], n_facets);
         self.scan(&b.row_offsets, n_facets + 1, 0);
         let walk = [(1, &b.facets.corners), (2, &b.row_offsets), (3, &b.bin_offsets)];
-        self.run(Kernel::LatticeCount, &walk, SHARING_THREADS);
+        self.run(Kernel::LatticeCount, &walk, self.sharing_threads());
         self.scan(&b.bin_offsets, n_bins + 1, 0);
         self.encoder.copy_buffer_to_buffer(&b.bin_offsets, 0, &b.next_pair, 0, 4 * (n_bins + 1));
         let fill = [(1, &b.facets.corners), (2, &b.row_offsets), (3, &b.next_pair), (4, &b.pairs)];
-        self.run(Kernel::LatticeFill, &fill, SHARING_THREADS);
+        self.run(Kernel::LatticeFill, &fill, self.sharing_threads());
     }
 
     /// Casts the rays and maps their crossings, all but the deep rows: from `bin_offsets` and `pairs` to `chunks` and `runs`.
     pub(crate) fn columns(&mut self) {
         let b = self.buffers;
         let setup = [(1, &b.facets.corners), (2, &b.bin_offsets), (3, &b.pairs), (4, &b.tiles)];
-        self.run(Kernel::ColumnsSetup, &setup, SHARING_THREADS);
+        self.run(Kernel::ColumnsSetup, &setup, self.sharing_threads());
         self.encoder.clear_buffer(&b.totals, 0, None);
         let kernel = match (self.params.n_ranks, self.params.rule) {
             (1, 0) => Kernel::ColumnsAlternating,
@@ -89,7 +91,7 @@ impl Passes<'_> {
     fn setup(&mut self, pairs: &PairBuffers) {
         let b = self.buffers;
         let setup = [(1, &b.facets.corners), (2, &b.bin_offsets), (3, &b.pairs), (4, &pairs.edges), (5, &pairs.planes)];
-        self.run(Kernel::IntersectSetup, &setup, SHARING_THREADS);
+        self.run(Kernel::IntersectSetup, &setup, self.sharing_threads());
     }
 
     /// Casts the rays: from `bin_offsets` and `pairs` to `ray_offsets` and `events`.
@@ -140,6 +142,13 @@ impl Passes<'_> {
             self.scan(bases, n_blocks, level + 1);
         }
         self.encode(Kernel::ScanApply, &bindings, groups);
+    }
+
+    fn sharing_threads(&self) -> u64 {
+        match self.gpu.facts.kind {
+            AdapterKind::Software => SHARING_THREADS_SOFTWARE,
+            _ => SHARING_THREADS,
+        }
     }
 
     fn run(&mut self, kernel: Kernel, bindings: &[(u32, &Buffer)], n_threads: u64) {

@@ -8,7 +8,7 @@ use wgpu::{Buffer, BufferDescriptor, BufferUsages, CommandEncoder};
 use super::buffers::{Buffers, Capacity, Facets, PairBuffers, check_facets};
 use super::device::Gpu;
 use super::gather::gather;
-use super::layout::{BIN, Params, corners, flag_words};
+use super::layout::{BIN, FACET_WORDS, Params, corners, flag_words};
 use super::line::{Cast, Usage};
 use super::passes::Passes;
 use super::spares::Spare;
@@ -56,13 +56,12 @@ struct Totals {
 }
 
 impl<'a> Session<'a> {
-    /// Uploads the facets and allocates buffers for bands of `rows` ray rows.
+    /// Allocates buffers for bands of `rows` ray rows.
     pub(crate) fn new(gpu: &'a Gpu, cast: Cast<'a>, rows: u32) -> Result<Session<'a>> {
-        let Cast { frame, rays, .. } = cast;
         let limits = gpu.device.limits();
-        let n_facets = frame.facets.len() as u64;
+        let n_facets = cast.frame.facets.len() as u64;
         check_facets(n_facets, &limits)?;
-        let (n_rays, n_bins) = rays_and_bins(rays, rows);
+        let (n_rays, n_bins) = rays_and_bins(cast.rays, rows);
         let limit = Capacity::limit(&limits);
         let capacity = Capacity {
             n_rays: n_rays.min(limit.n_rays),
@@ -70,33 +69,22 @@ impl<'a> Session<'a> {
             n_pairs: first_pairs(n_bins, n_facets).min(limit.n_pairs),
             n_events: first_words(n_rays).min(limit.n_events),
         };
-        let spare = gpu.spares.take(n_facets, capacity);
-        // those of a spare may be shared with others, which another mesh may have taken
-        let facets = Facets::new(&gpu.device, n_facets);
-        gpu.queue.write_buffer(&facets.corners, 0, bytemuck::cast_slice(&corners(frame, rays)));
-        let flags = flag_words(&frame.ranks.flag_of_rank);
-        gpu.queue.write_buffer(&facets.flag_of_rank, 0, bytemuck::cast_slice(&flags));
-        Ok(Session::with_facets(gpu, cast, facets, capacity, spare))
+        Ok(Session::with_capacity(gpu, cast, capacity))
     }
 
     /// A session of the same mesh with buffers of its own, so that two bands can be in flight.
     pub(crate) fn sibling(&self) -> Session<'a> {
-        let facets = self.buffers.facets.clone();
-        let spare = self.gpu.spares.take(facets.n_facets, self.buffers.capacity);
-        Session::with_facets(self.gpu, self.cast, facets, self.buffers.capacity, spare)
+        Session::with_capacity(self.gpu, self.cast, self.buffers.capacity)
     }
 
-    fn with_facets(
-        gpu: &'a Gpu,
-        cast: Cast<'a>,
-        facets: Facets,
-        capacity: Capacity,
-        spare: Option<Spare>,
-    ) -> Session<'a> {
-        let (buffers, staging) = match spare {
-            Some(spare) => (Buffers { facets, ..spare.buffers }, spare.staging),
-            None => (Buffers::new(&gpu.device, facets, capacity), None),
+    fn with_capacity(gpu: &'a Gpu, cast: Cast<'a>, capacity: Capacity) -> Session<'a> {
+        let n_facets = cast.frame.facets.len() as u64;
+        let (buffers, staging) = match gpu.spares.take(n_facets, capacity) {
+            Some(spare) => (spare.buffers, spare.staging),
+            None => (Buffers::new(&gpu.device, Facets::new(&gpu.device, n_facets), capacity), None),
         };
+        let flags = flag_words(&cast.frame.ranks.flag_of_rank);
+        gpu.queue.write_buffer(&buffers.facets.flag_of_rank, 0, bytemuck::cast_slice(&flags));
         let usage = Usage { peak_bytes: buffers.n_bytes, ..Usage::default() };
         Session { gpu, cast, buffers, usage, staging }
     }
@@ -106,7 +94,8 @@ impl<'a> Session<'a> {
         self.gpu.spares.keep(Spare { buffers: self.buffers, staging: self.staging });
     }
 
-    /// The parameters of a band, written to the device; makes the buffers larger if its rays do not fit.
+    /// The parameters of a band, written to the device with the facets that its rays may hit; makes the buffers larger if its
+    /// rays do not fit.
     pub(crate) fn begin(&mut self, rows: &Range<u32>) -> Result<Params> {
         let (n_rays, n_bins) = rays_and_bins(self.cast.rays, rows.end - rows.start);
         let capacity = self.buffers.capacity;
@@ -121,8 +110,11 @@ impl<'a> Session<'a> {
             })?;
         }
         let capacity = self.buffers.capacity;
-        let (pairs, events) = (capacity.n_pairs as u32, capacity.n_events as u32);
-        let params = Params::new(&self.cast, rows, pairs, events);
+        let corners = corners(self.cast.frame, self.cast.rays, rows);
+        let n_facets = (corners.len() / FACET_WORDS) as u64;
+        let counts = [n_facets, capacity.n_pairs, capacity.n_events].map(|count| count as u32);
+        let params = Params::new(&self.cast, rows, counts);
+        self.gpu.queue.write_buffer(&self.buffers.facets.corners, 0, bytemuck::cast_slice(&corners));
         self.gpu.queue.write_buffer(&self.buffers.params, 0, bytemuck::bytes_of(&params));
         Ok(params)
     }
