@@ -1,7 +1,7 @@
 //! The line on the GPU: bands of ray rows, from facets to columns.
 //!
-//! A band is as many ray rows as fit the buffers and take about [`BAND_SECONDS`], on a page's GPU [`FRAME_SECONDS`]. What a band needs is known only
-//! when it has run: a band that found more pairs or crossings than its buffers hold is thrown away and run again with
+//! A band is as many ray rows as fit the buffers and take about [`BAND_SECONDS`], on a page's GPU [`FRAME_SECONDS`]. What a
+//! band needs is known only when it has run: a band that found more pairs or crossings than its buffers hold is thrown away and run again with
 //! larger buffers, or, at the limit of the device, in halves. Neither changes the result.
 
 use std::collections::VecDeque;
@@ -19,7 +19,7 @@ use crate::frame::Frame;
 use crate::map::Rule;
 use crate::rays::Rays;
 
-/// Time that a band aims at: long enough to hide its overhead, which on a software driver is tens of milliseconds; short
+/// Time that a band aims at: long enough to hide its overhead, which on a software driver is some ten milliseconds; short
 /// enough that no driver gives up on it, and that Cancel does not wait.
 const BAND_SECONDS: f64 = 0.25;
 /// The same where a browser draws its pages with the same GPU: a frame at 60 a second.
@@ -160,9 +160,7 @@ impl Gpu {
         idle.into_iter().for_each(Session::end);
         Ok(usage)
     }
-}
 
-impl Gpu {
     fn band_seconds(&self) -> f64 {
         let draws_pages = cfg!(target_arch = "wasm32") && self.facts.kind != AdapterKind::Software;
         if draws_pages { FRAME_SECONDS } else { BAND_SECONDS }
