@@ -1,6 +1,7 @@
-// Counts the facets of each bin (Eq. 13-15). A thread takes an equal share of the (facet, row of bins) items: no facet, however large,
-// is one thread's work. Twin: `src/lattice.rs`.
-// Reads: corners, row_offsets. Writes: bin_counts[bin], n_bins + 1 entries, cleared before.
+// Counts the facets that hit rays of each bin (Eq. 13-15), by the layer of their lowest corner.
+// Twins: `src/lattice.rs`, and `src/facet.rs` for the hits.
+// Reads: corners, item_offsets. Writes: bin_counts[bin * n_layers + layer], one entry more than these, cleared before.
+// Bound: see walk.wgsl.
 
 @group(0) @binding(3) var<storage, read_write> bin_counts: array<atomic<u32>>;
 
@@ -17,12 +18,14 @@ fn lattice_count(
     var facet = facet_of_item(items.x);
     for (var item = items.x; item < items.y; item++) {
         facet = facet_after(facet, item);
-        var walk = start_walk(facet, item);
+        let f = load_facet(facet);
+        var walk = start_walk(f, item - item_offsets[facet]);
         while walk.column < walk.end {
-            if overlaps(walk) {
-                atomicAdd(&bin_counts[walk.row * params.n_across + u32(walk.column)], 1u);
+            let bin = walk.row * params.n_across + u32(walk.column);
+            let hits = next_hits(&walk);
+            if (hits.x | hits.y) != 0u {
+                atomicAdd(&bin_counts[bin * params.n_layers + f.layer], 1u);
             }
-            advance(&walk);
         }
     }
 }

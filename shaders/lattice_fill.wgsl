@@ -1,9 +1,11 @@
-// Writes the facets of each bin, in no order within a bin. Twin: `src/lattice.rs`.
-// Reads: corners, row_offsets. Reads and writes: next_pair[bin], a copy of the scanned bin counts.
-// Writes: pairs[slot] = (facet, bin of the band), up to pair_capacity.
+// Writes what each facet hits in each bin, layer by layer, in no order within a layer: the beginnings of tiles.
+// Twins: `src/lattice.rs`, and `src/facet.rs` for the hits.
+// Reads: corners, item_offsets. Reads and writes: next_tile[bin * n_layers + layer], a copy of the scanned counts.
+// Writes: tiles[2 t] = (facet, bin of the band, hits of rows 0 to 3, of rows 4 to 7), for t < tile_capacity.
+// Bound: see walk.wgsl.
 
-@group(0) @binding(3) var<storage, read_write> next_pair: array<atomic<u32>>;
-@group(0) @binding(4) var<storage, read_write> pairs: array<vec2<u32>>;
+@group(0) @binding(3) var<storage, read_write> next_tile: array<atomic<u32>>;
+@group(0) @binding(4) var<storage, read_write> tiles: array<vec4<u32>>;
 
 @compute @workgroup_size(64)
 fn lattice_fill(
@@ -18,16 +20,17 @@ fn lattice_fill(
     var facet = facet_of_item(items.x);
     for (var item = items.x; item < items.y; item++) {
         facet = facet_after(facet, item);
-        var walk = start_walk(facet, item);
+        let f = load_facet(facet);
+        var walk = start_walk(f, item - item_offsets[facet]);
         while walk.column < walk.end {
-            if overlaps(walk) {
-                let bin = walk.row * params.n_across + u32(walk.column);
-                let slot = atomicAdd(&next_pair[bin], 1u);
-                if slot < params.pair_capacity {
-                    pairs[slot] = vec2<u32>(walk.facet, bin);
+            let bin = walk.row * params.n_across + u32(walk.column);
+            let hits = next_hits(&walk);
+            if (hits.x | hits.y) != 0u {
+                let tile = atomicAdd(&next_tile[bin * params.n_layers + f.layer], 1u);
+                if tile < params.tile_capacity {
+                    tiles[2u * tile] = vec4<u32>(facet, bin, hits);
                 }
             }
-            advance(&walk);
         }
     }
 }

@@ -1,32 +1,365 @@
-// Sorts the crossings of each ray and sweeps them once into runs, in place. Twin: `src/map.rs`.
-// Reads: ray_offsets[ray of the band], rays + 1 entries; flag_of_rank.
-// Reads and writes: events: crossings in, runs out (cell << 8 | flag), never more of them than crossings.
-// Writes: run_counts[ray], rays + 1 entries; adds to n_odd the rays on which a counter stays open.
+// Casts the rays and sweeps their crossings into runs in one pass, in registers, for any number of geometries and either rule.
+// A thread casts the 8 rays of one row of one bin. It goes through the tiles of the bin layer by layer, so that crossings come roughly in
+// order, and keeps for each ray the 8 that are not swept yet, sorted: a new one finds its place by a minimum and a maximum a place.
+// Where a row gets crowded, the crossings before the end of the layer are swept, and only those that opened a geometry stay.
+// Left to the deep kernels are rows with more open crossings than places, with a height too near to a centre for the tile's numbers,
+// rays that do not leave all they enter (but for one geometry), and bins with more than MAX_TILES tiles.
+// Twins: `src/crossings.rs`, `src/map.rs`.
+// Reads: bin_offsets, tiles (see intersect), layer_ends[layer]: no crossing of a later layer is in a cell before it.
+// Writes: chunks (see chunks.wgsl), runs, and adds to totals. A run is cell << 8 | (rank + 1 of the geometry that wins, or 0).
+//         A segment holds the runs of a part of the row: ray after ray, four runs a place and each ray from a new place on.
+//         chunk = (LINKED? | odd rays << 27 | place, counts): if LINKED, the first place holds the same two words of the segment
+//         before. Segments are in no order; beyond place_capacity nothing is written, and the host sees it by n_places.
+// Bound: MAX_TILES / 2 pairs of tiles, 64 layers, each with a sweep of 8 rays of 4 loops: under 2^14 loops an invocation.
 
-@group(0) @binding(1) var<storage, read> ray_offsets: array<u32>;
-@group(0) @binding(2) var<storage, read_write> events: array<u32>;
-@group(0) @binding(3) var<storage, read_write> run_counts: array<u32>;
-@group(0) @binding(4) var<storage, read_write> n_odd: atomic<u32>;
+@group(0) @binding(2) var<storage, read> bin_offsets: array<u32>;
+@group(0) @binding(3) var<storage, read> tiles: array<vec4<u32>>;
+@group(0) @binding(5) var<storage, read_write> runs: array<vec4<u32>>;
+
+struct Totals {
+    n_places: atomic<u32>,  // of four words of `runs`, given away
+    n_deep: atomic<u32>,    // rows of rays for the deep kernels
+    n_lost: atomic<u32>,    // crossings that begin no run
+    unused: u32,
+}
+
+@group(0) @binding(7) var<storage, read_write> totals: Totals;
+@group(0) @binding(8) var<uniform> layer_ends: array<vec4<u32>, 16>;
+
+// Most tiles of a bin.
+const MAX_TILES: u32 = 8192u;
+// Stands for no crossing, and for no run; sorts above all.
+const NO_EVENT: u32 = 0xffffffffu;
+const LINKED: u32 = 0x80000000u;
 
 @compute @workgroup_size(64)
-fn map(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let ray = thread_index(group, groups, local);
-    if ray >= (params.end_row - params.first_row) * params.n_i {
+fn map(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let rays = ray_row(group, local);
+    if rays.count == 0u {
         return;
     }
-    let start = ray_offsets[ray];
-    let end = min(ray_offsets[ray + 1u], params.event_capacity);
-    if start >= end {
-        run_counts[ray] = 0u;
+    let first_layer = rays.bin * params.n_layers;
+    var tile = bin_offsets[first_layer];
+    let end = bin_offsets[first_layer + params.n_layers];
+    if end - tile > MAX_TILES || end > params.tile_capacity {
+        leave_to_deep(rays.chunk);
         return;
     }
-    let result = map_ray(start, end - start);
-    if (result & ODD) != 0u {
-        atomicAdd(&n_odd, 1u);
+    var row = Row(no_lists(), 0u, 0u, 0u, 0u, 0u, 0u);
+    for (var layer = 0u; tile < end && layer < params.n_layers; layer++) {
+        let layer_end = bin_offsets[first_layer + layer + 1u];
+        // two at a time, since drivers that run 8 threads in a vector pay for each variable that a loop carries
+        for (; tile < layer_end; tile += 2u) {
+            let next = min(tile + 1u, layer_end - 1u);
+            cross_row(tile, rays.row, 0xffu, &row);
+            cross_row(next, rays.row, select(0u, 0xffu, next != tile), &row);
+        }
+        tile = layer_end;
+        if tile != end && is_crowded(row.lists) {
+            sweep_until(&row, layer_ends[layer / 4u][layer % 4u]);
+        }
     }
-    run_counts[ray] = result & ~ODD;
+    let open = sweep_rest(&row);
+    if row.undecided != 0u {
+        leave_to_deep(rays.chunk);
+        return;
+    }
+    chunks[rays.chunk] = vec2<u32>(row.place | (countOneBits(open) << 27u), row.counts);
+    if row.n_crossings != row.n_runs {
+        atomicAdd(&totals.n_lost, row.n_crossings - row.n_runs);
+    }
+}
+
+fn leave_to_deep(chunk: u32) {
+    chunks[chunk] = vec2<u32>(atomicAdd(&totals.n_deep, 1u), DEEP);
+}
+
+// The rays of a row on the way.
+struct Row {
+    lists: Lists,
+    n_crossings: u32,
+    n_runs: u32,        // written
+    undecided: u32,     // whether a crossing found no place, or none is certain
+    swept: u32,         // the crossings of cells before it are swept
+    place: u32,         // of the last segment, and LINKED; and the counts of its runs, 0 if there is none
+    counts: u32,
+}
+
+// The crossings of 8 rays, or their runs.
+struct Lists {
+    l0: List, l1: List, l2: List, l3: List, l4: List, l5: List, l6: List, l7: List,
+}
+
+// Crossings or runs of a ray, sorted; free places hold NO_EVENT.
+struct List {
+    low: vec4<u32>,
+    high: vec4<u32>,
+}
+
+fn no_list() -> List {
+    return List(vec4<u32>(NO_EVENT), vec4<u32>(NO_EVENT));
+}
+
+fn no_lists() -> Lists {
+    let none = no_list();
+    return Lists(none, none, none, none, none, none, none, none);
+}
+
+// The lists but the first, and one more behind them.
+fn rotated(l: Lists, last: List) -> Lists {
+    return Lists(l.l1, l.l2, l.l3, l.l4, l.l5, l.l6, l.l7, last);
+}
+
+// A facet along the rays of a row.
+struct Slope {
+    hits: u32,          // a bit a ray
+    step_cells: u32,    // change of the height from ray to ray
+    step_fraction: u32,
+    margin: u32,        // how near below a centre the height is uncertain, in 2^-32, plus 16
+    tie_is_below: u32,  // 0 if a centre at the height lies above the facet
+    label: u32,         // rank << 1 | exits
+}
+
+struct Height {
+    cells: u32,         // wraps around
+    fraction: u32,
+}
+
+// Lists the crossings of a facet with the rays of a row, a bit each, where they hit. Written out: drivers that run 8 threads in
+// a vector pay more for an index into a vector than for a whole crossing.
+fn cross_row(tile: u32, row_of_bin: u32, rays: u32, row: ptr<function, Row>) {
+    let first = tiles[2u * tile];
+    let steps = tiles[2u * tile + 1u];
+    let tag = steps.w;
+    let hits = (select(first.y, first.x, row_of_bin < 4u) >> (8u * (row_of_bin % 4u))) & rays;
+    let step_i = bitcast<u32>(bitcast<i32>(steps.x << 16u) >> 16u);
+    let slope = Slope(hits, step_i, steps.y, tag >> 10u, 1u - ((tag >> 9u) & 1u), tag & 0x1ffu);
+    let step_j = Height(bitcast<u32>(bitcast<i32>(steps.x) >> 16u), steps.z);
+    var height = height_of_row(Height(first.z, first.w), step_j, row_of_bin);
+    var l = (*row).lists;
+    var undecided = (*row).undecided;
+    l.l0 = insert(l.l0, cross(0u, slope, &height, &undecided), &undecided);
+    l.l1 = insert(l.l1, cross(1u, slope, &height, &undecided), &undecided);
+    l.l2 = insert(l.l2, cross(2u, slope, &height, &undecided), &undecided);
+    l.l3 = insert(l.l3, cross(3u, slope, &height, &undecided), &undecided);
+    l.l4 = insert(l.l4, cross(4u, slope, &height, &undecided), &undecided);
+    l.l5 = insert(l.l5, cross(5u, slope, &height, &undecided), &undecided);
+    l.l6 = insert(l.l6, cross(6u, slope, &height, &undecided), &undecided);
+    l.l7 = insert(l.l7, cross(7u, slope, &height, &undecided), &undecided);
+    (*row).lists = l;
+    (*row).n_crossings += countOneBits(hits);
+    (*row).undecided = undecided;
+}
+
+// The height at the first ray of a row.
+fn height_of_row(first: Height, step: Height, row: u32) -> Height {
+    let low = (step.fraction & 0xffffu) * row;
+    let high = (step.fraction >> 16u) * row + (low >> 16u);
+    let fraction = first.fraction + ((high << 16u) | (low & 0xffffu));
+    return Height(first.cells + step.cells * row + (high >> 16u) + u32(fraction < first.fraction), fraction);
+}
+
+// The crossing of one ray, NO_EVENT if it does not hit; steps to the next ray.
+fn cross(ray: u32, slope: Slope, height: ptr<function, Height>, undecided: ptr<function, u32>) -> u32 {
+    let h = *height;
+    let hits = ((slope.hits >> ray) & 1u) != 0u;
+    *undecided |= u32(hits && h.fraction + 16u < slope.margin);
+    let first_above = h.cells + select(1u, 0u, (h.fraction | slope.tie_is_below) == 0u);
+    let cell = clamp(bitcast<i32>(first_above), 0, i32(params.depth));
+    let fraction = h.fraction + slope.step_fraction;
+    *height = Height(h.cells + slope.step_cells + u32(fraction < h.fraction), fraction);
+    return select(NO_EVENT, (u32(cell) << 9u) | slope.label, hits);
+}
+
+// A list with one more crossing, or none if it is NO_EVENT.
+fn insert(list: List, event: u32, undecided: ptr<function, u32>) -> List {
+    let v = vec4<u32>(event);
+    *undecided |= u32(max(list.high.w, event) != NO_EVENT);
+    return List(
+        min(list.low, max(vec4<u32>(0u, list.low.xyz), v)),
+        min(list.high, max(vec4<u32>(list.low.w, list.high.xyz), v)),
+    );
+}
+
+// Whether a ray has hardly a place left.
+fn is_crowded(l: Lists) -> bool {
+    return (l.l0.high.z & l.l1.high.z & l.l2.high.z & l.l3.high.z
+        & l.l4.high.z & l.l5.high.z & l.l6.high.z & l.l7.high.z) != NO_EVENT;
+}
+
+// Sweeps the crossings of all rays in cells before `until` into a segment of runs. What stays are crossings of later cells and
+// those that opened a geometry, put into cell 0.
+fn sweep_until(row: ptr<function, Row>, until: u32) {
+    var lists = (*row).lists;
+    var stay = lists;
+    var written = Written(0u, 0u, 0u);
+    var undecided = (*row).undecided;
+    for (var ray = 0u; ray < 8u; ray++) {
+        let list = lists.l0;
+        let s = sweep(list, (*row).swept, until);
+        written = with_ray(written, s.n_runs, ray);
+        stay = rotated(stay, what_stays(s, list, until, &undecided));
+        lists = rotated(lists, s.runs);
+    }
+    write_segment(row, lists, written);
+    (*row).undecided = undecided;
+    (*row).lists = stay;
+    (*row).swept = until;
+}
+
+// Sweeps all crossings that are left into the last segment. Returns a bit for each ray that is inside of something at its end: what
+// it does not leave it has not entered. That takes back the last run of a ray with one geometry, if this segment has it.
+fn sweep_rest(row: ptr<function, Row>) -> u32 {
+    var lists = (*row).lists;
+    var written = Written(0u, 0u, 0u);
+    var open = 0u;
+    for (var ray = 0u; ray < 8u; ray++) {
+        let s = sweep(lists.l0, (*row).swept, params.depth + 1u);
+        let is_open = s.code != 0u;
+        let n_runs = s.n_runs - select(0u, s.last_is_run, is_open);
+        open |= u32(is_open) << ray;
+        written = with_ray(written, n_runs, ray);
+        lists = rotated(lists, without_runs_from(s.runs, n_runs));
+    }
+    if open != 0u && (params.n_ranks != 1u || (*row).swept != 0u) {
+        (*row).undecided = 1u;
+    }
+    write_segment(row, lists, written);
+    return open;
+}
+
+// What a segment has: numbers of runs of its rays, 4 bits each, of all, and places.
+struct Written {
+    counts: u32,
+    n_runs: u32,
+    n_places: u32,
+}
+
+fn with_ray(w: Written, n_runs: u32, ray: u32) -> Written {
+    return Written(w.counts | (n_runs << (4u * ray)), w.n_runs + n_runs, w.n_places + (n_runs + 3u) / 4u);
+}
+
+// Writes runs as the next segment of a row, if there are any.
+fn write_segment(row: ptr<function, Row>, runs_of_rays: Lists, written: Written) {
+    if written.counts == 0u {
+        return;
+    }
+    let is_linked = (*row).counts != 0u;
+    let start = atomicAdd(&totals.n_places, written.n_places + u32(is_linked));
+    var place = start;
+    if is_linked {
+        write_place(&place, vec4<u32>((*row).place, (*row).counts, 0u, 0u));
+    }
+    var lists = runs_of_rays;
+    for (var i = 0u; i < 8u; i++) {
+        write_place(&place, lists.l0.low);
+        write_place(&place, lists.l0.high);
+        lists = rotated(lists, lists.l0);
+    }
+    (*row).place = start | select(0u, LINKED, is_linked);
+    (*row).counts = written.counts;
+    (*row).n_runs += written.n_runs;
+}
+
+// Writes four words, if there are any.
+fn write_place(place: ptr<function, u32>, words: vec4<u32>) {
+    if words.x != NO_EVENT {
+        if *place < params.place_capacity {
+            runs[*place] = words;
+        }
+        *place += 1u;
+    }
+}
+
+// The crossings of a ray that are still needed once those before `until` are swept.
+fn what_stays(s: Swept, list: List, until: u32, undecided: ptr<function, u32>) -> List {
+    var due = List(later(list.low, until), later(list.high, until));
+    var open = List(marks(s.open.low), marks(s.open.high));
+    var all = no_list();
+    for (var i = 0u; i < 4u; i++) {
+        all = insert(insert(all, due.low.x, undecided), due.high.x, undecided);
+        all = insert(insert(all, open.low.x, undecided), open.high.x, undecided);
+        due = List(due.low.yzwx, due.high.yzwx);
+        open = List(open.low.yzwx, open.high.yzwx);
+    }
+    return all;
+}
+
+fn later(events: vec4<u32>, until: u32) -> vec4<u32> {
+    return select(events, vec4<u32>(NO_EVENT), (events >> vec4<u32>(9u)) < vec4<u32>(until));
+}
+
+fn marks(open: vec4<u32>) -> vec4<u32> {
+    return select(open & vec4<u32>(0x1ffu), vec4<u32>(NO_EVENT), open == vec4<u32>(0u));
+}
+
+// What the sweep of a ray finds.
+struct Swept {
+    runs: List,
+    n_runs: u32,
+    last_is_run: u32,   // 0 if the last change lies past the end of the ray
+    code: u32,          // of the geometry that wins now: rank + 1, or 0
+    open: List,         // what the ray is inside of, the newest first: OPEN | rank << 1 | direction of the crossing, or 0
+}
+
+const OPEN: u32 = 0x200u;
+
+// Sweeps the sorted crossings of a ray in cells before `until`; those before `done` have begun their runs. Without branches: drivers
+// that run 8 threads in a vector pay for each variable that a branch changes.
+fn sweep(list: List, done: u32, until: u32) -> Swept {
+    var s = Swept(no_list(), 0u, 0u, 0u, List());
+    s = step(s, list.low.x, list.low.y, done, until);
+    s = step(s, list.low.y, list.low.z, done, until);
+    s = step(s, list.low.z, list.low.w, done, until);
+    s = step(s, list.low.w, list.high.x, done, until);
+    s = step(s, list.high.x, list.high.y, done, until);
+    s = step(s, list.high.y, list.high.z, done, until);
+    s = step(s, list.high.z, list.high.w, done, until);
+    return step(s, list.high.w, NO_EVENT, done, until);
+}
+
+// A crossing closes what one of the same geometry opened, under the rule nonzero the newest of the other direction; else it opens.
+// The crossings of a cell count together: a run may begin when the next is in another cell.
+fn step(before: Swept, event: u32, next: u32, done: u32, until: u32) -> Swept {
+    var s = before;
+    let cell = event >> 9u;
+    let is_due = cell < until;
+    let key = OPEN | (event & 0x1ffu) | (1u - params.rule);
+    let low = s.open.low == vec4<u32>(key ^ params.rule);
+    let high = s.open.high == vec4<u32>(key ^ params.rule);
+    let low_xy = low.x | low.y;
+    let in_low = low_xy | low.z | low.w;
+    let high_xy = high.x | high.y;
+    let newest_low = vec4<bool>(low.x, low.y & !low.x, low.z & !low_xy, low.w & !(low_xy | low.z));
+    let newest_high = vec4<bool>(high.x, high.y & !high.x, high.z & !high_xy, high.w & !(high_xy | high.z))
+        & vec4<bool>(!in_low);
+    let closes = is_due & (in_low | high_xy | high.z | high.w);
+    let opens = is_due & !closes;
+    let shifted = List(vec4<u32>(key, s.open.low.xyz), vec4<u32>(s.open.low.w, s.open.high.xyz));
+    s.open.low = select(s.open.low, vec4<u32>(0u), newest_low & vec4<bool>(closes));
+    s.open.high = select(s.open.high, vec4<u32>(0u), newest_high & vec4<bool>(closes));
+    s.open.low = select(s.open.low, shifted.low, vec4<bool>(opens));
+    s.open.high = select(s.open.high, shifted.high, vec4<bool>(opens));
+    let two = max(s.open.low, s.open.high);
+    let winner = max(max(two.x, two.y), max(two.z, two.w));
+    let code = ((winner >> 1u) & 0xffu) + (winner >> 9u);
+    let changes = is_due & (cell != next >> 9u) & (code != s.code);
+    let is_run = changes & (cell < params.depth);
+    s.code = select(s.code, code, changes);
+    s.last_is_run = select(s.last_is_run, u32(is_run), changes);
+    let writes = is_run & (cell >= done);
+    let place = vec4<u32>(select(8u, s.n_runs, writes));
+    let run = vec4<u32>((cell << 8u) | code);
+    s.runs.low = select(s.runs.low, run, place == vec4<u32>(0u, 1u, 2u, 3u));
+    s.runs.high = select(s.runs.high, run, place == vec4<u32>(4u, 5u, 6u, 7u));
+    s.n_runs += u32(writes);
+    return s;
+}
+
+fn without_runs_from(runs_of_ray: List, n: u32) -> List {
+    let none = vec4<u32>(NO_EVENT);
+    return List(
+        select(none, runs_of_ray.low, vec4<u32>(0u, 1u, 2u, 3u) < vec4<u32>(n)),
+        select(none, runs_of_ray.high, vec4<u32>(4u, 5u, 6u, 7u) < vec4<u32>(n)),
+    );
 }

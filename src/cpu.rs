@@ -1,16 +1,19 @@
 //! The CPU backend: the stages in order over strips of ray rows, on all cores.
 //!
-//! Frame, rays, a rule -> columns. This is the definition that the GPU kernels are held to, and the fallback wherever there
+//! [`Cast`] -> columns. This is the definition that the GPU kernels are held to, and the fallback wherever there
 //! is no GPU. A strip is one bin row of a lattice whose bins are as wide as the domain; strips share nothing, so
 //! any number of threads gives the same columns. Memory: the columns, the lattice, and one strip's crossings a thread.
 
+use std::ops::Range;
+
+use crate::cast::Cast;
 use crate::columns::{Band, Columns};
 use crate::control::Control;
-use crate::crossings::crossings;
+use crate::crossings::{crossings, crossings_of_window};
 use crate::error::Result;
-use crate::frame::Frame;
+use crate::frame::SnappedFacet;
 use crate::lattice::{Lattice, lattice};
-use crate::map::{Mapping, Rule, map};
+use crate::map::{Mapping, map};
 use crate::parallel::*;
 use crate::rays::Rays;
 
@@ -24,23 +27,76 @@ pub const STRIPS_PER_ROUND: u32 = if cfg!(target_arch = "wasm32") { 4 } else { 6
 ///
 /// # Errors
 /// `cancelled` when the control says so.
-pub fn columns(frame: &Frame, rays: &Rays, rule: Rule, control: &Control) -> Result<Columns> {
-    Strips::new(frame, rays, rule, None).columns(control)
+pub fn columns(cast: &Cast, control: &Control) -> Result<Columns> {
+    Strips::new(cast, None).columns(control)
 }
 
 /// Meshes the box on the CPU in strips of the given number of ray rows; the result does not depend on it.
 ///
 /// # Errors
 /// `cancelled` when the control says so.
-pub fn columns_in_strips(frame: &Frame, rays: &Rays, rule: Rule, rows: u32, control: &Control) -> Result<Columns> {
-    Strips::new(frame, rays, rule, Some(rows)).columns(control)
+pub fn columns_in_strips(cast: &Cast, rows: u32, control: &Control) -> Result<Columns> {
+    Strips::new(cast, Some(rows)).columns(control)
+}
+
+/// Rays of a window by themselves: ranges of rays along both axes across, a part of one row or whole rows.
+pub type Window = [Range<u32>; 2];
+
+/// Windows whose facets are looked for together, if there are not many groups.
+const WINDOWS_OF_GROUP: usize = 256;
+/// Facets that one task looks at.
+const CHUNK: usize = 8192;
+
+/// Casts and maps the rays of some windows, in the order of their first rows, on all cores: a band each.
+///
+/// Cost: a look at the box of every facet for each 256 windows, or for each eighth of them, and then what the windows' own rays cost.
+pub fn windows(cast: &Cast, windows: &[Window]) -> Vec<Band> {
+    let group = WINDOWS_OF_GROUP.max(windows.len().div_ceil(8));
+    windows.chunks(group).flat_map(|group| windows_of_group(cast, group)).collect()
+}
+
+fn windows_of_group(cast: &Cast, windows: &[Window]) -> Vec<Band> {
+    let Cast { frame, rays, .. } = *cast;
+    // (window, facet) of a chunk of facets: those whose boxes reach rays of the window
+    let pairs_of_chunk = |(chunk, facets): (usize, &[SnappedFacet])| {
+        let mut pairs = Vec::new();
+        for (index, facet) in (chunk * CHUNK..).zip(facets) {
+            let [across, down] = rays_under(facet, frame.fraction_bits, rays);
+            let first = windows.partition_point(|window| i64::from(window[1].end) <= down[0]);
+            let near = (first..windows.len()).take_while(|&at| i64::from(windows[at][1].start) <= down[1]);
+            let reaches =
+                |[rays, _]: &Window| across[0].max(rays.start.into()) <= across[1].min(i64::from(rays.end) - 1);
+            pairs.extend(near.filter(|&at| reaches(&windows[at])).map(|at| (at, index as u32)));
+        }
+        pairs
+    };
+    let pairs: Vec<Vec<(usize, u32)>> = frame.facets.par_chunks(CHUNK).enumerate().map(pairs_of_chunk).collect();
+    let mut facets = vec![Vec::new(); windows.len()];
+    for &(window, facet) in pairs.iter().flatten() {
+        facets[window].push(facet);
+    }
+    let mapping = mapping(cast);
+    let band_of =
+        |(window, facets): (&Window, Vec<u32>)| map(&crossings_of_window(frame, rays, &facets, window), &mapping);
+    windows.iter().zip(facets).collect::<Vec<_>>().into_par_iter().map(band_of).collect()
+}
+
+/// First and last ray under the box of a facet along both axes across, not clipped; none where the last comes before the first.
+fn rays_under(facet: &SnappedFacet, fraction_bits: u32, rays: &Rays) -> [[i64; 2]; 2] {
+    rays.across.map(|axis| {
+        let [a, b, c] = facet.map(|corner| i64::from(corner[axis]));
+        let unit = 1 << fraction_bits;
+        [(a.min(b).min(c) + unit - 1) >> fraction_bits, a.max(b).max(c) >> fraction_bits]
+    })
+}
+
+fn mapping<'a>(cast: &Cast<'a>) -> Mapping<'a> {
+    Mapping { rule: cast.rule, flag_of_rank: &cast.frame.ranks.flag_of_rank, depth: cast.rays.depth }
 }
 
 /// A mesh on the CPU in rounds of strips, for callers that have other things to do between them.
 pub struct Strips<'a> {
-    frame: &'a Frame,
-    rays: &'a Rays,
-    rule: Rule,
+    cast: Cast<'a>,
     lattice: Lattice,
     next: u32,
     /// Rays of the next strip that are there already.
@@ -51,10 +107,11 @@ pub struct Strips<'a> {
 
 impl<'a> Strips<'a> {
     /// Builds the lattice of the box, in strips of `rows` ray rows or of a size that suits a core's cache.
-    pub fn new(frame: &'a Frame, rays: &'a Rays, rule: Rule, rows: Option<u32>) -> Strips<'a> {
+    pub fn new(cast: &Cast<'a>, rows: Option<u32>) -> Strips<'a> {
+        let Cast { frame, rays, .. } = *cast;
         let bin = [rays.counts[0], rows.unwrap_or(rows_of_strip(rays)).max(1)];
         let lattice = lattice(frame, rays, bin, 0..Lattice::n_rows(rays, bin));
-        Strips { frame, rays, rule, lattice, next: 0, skipped: 0, per_round: STRIPS_PER_ROUND }
+        Strips { cast: *cast, lattice, next: 0, skipped: 0, per_round: STRIPS_PER_ROUND }
     }
 
     /// Makes at most so many strips, at least one, in a round instead of [`STRIPS_PER_ROUND`].
@@ -64,10 +121,10 @@ impl<'a> Strips<'a> {
 
     /// Begins with the ray of this index instead of the first.
     pub fn from_ray(self, ray: u64) -> Strips<'a> {
-        if ray >= self.rays.n_rays() {
+        if ray >= self.cast.rays.n_rays() {
             return Strips { next: self.lattice.rows.end, ..self };
         }
-        let rays_of_strip = u64::from(self.rays.counts[0]) * u64::from(self.lattice.bin[1]);
+        let rays_of_strip = u64::from(self.cast.rays.counts[0]) * u64::from(self.lattice.bin[1]);
         Strips { next: (ray / rays_of_strip) as u32, skipped: (ray % rays_of_strip) as usize, ..self }
     }
 
@@ -87,15 +144,16 @@ impl<'a> Strips<'a> {
             return Ok(None);
         }
         let end = self.next.saturating_add(self.per_round).min(n_strips);
-        let mapping = Mapping { rule: self.rule, flag_of_rank: &self.frame.ranks.flag_of_rank, depth: self.rays.depth };
+        let Cast { frame, rays, .. } = self.cast;
+        let mapping = mapping(&self.cast);
         let first = self.next;
         let band_of = |strip| {
             let skipped = if strip == first { self.skipped } else { 0 };
-            map(&crossings(self.frame, self.rays, &self.lattice, strip).without_first(skipped), &mapping)
+            map(&crossings(frame, rays, &self.lattice, strip).without_first(skipped), &mapping)
         };
         let bands = (first..end).into_par_iter().map(band_of).collect();
         (self.next, self.skipped) = (end, 0);
-        control.advance(u64::from(end) * self.rays.n_rays() / u64::from(n_strips), self.rays.n_rays());
+        control.advance(u64::from(end) * rays.n_rays() / u64::from(n_strips), rays.n_rays());
         Ok(Some(bands))
     }
 
@@ -104,7 +162,7 @@ impl<'a> Strips<'a> {
         while let Some(mut more) = self.round(control)? {
             bands.append(&mut more);
         }
-        Ok(Columns::new(*self.rays, bands))
+        Ok(Columns::new(*self.cast.rays, bands))
     }
 }
 

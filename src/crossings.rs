@@ -8,7 +8,7 @@
 //! above is `floor(Z / 2^F) + 1`, or `floor(Z / 2^F)` if the centre lies exactly on the facet and the tie rule puts it above.
 //! Rays of a row are walked without division: quotient and remainder of height / (D 2^F) advance by a constant step.
 //!
-//! Source: the paper, Eq. 16-19. Twins: `shaders/intersect_setup.wgsl`, `intersect_count.wgsl`, `intersect_emit.wgsl`, and in one pass `columns.wgsl`.
+//! Source: the paper, Eq. 16-19. Twins: `shaders/intersect.wgsl` with `map.wgsl`, `shaders/intersect_deep.wgsl`.
 //! Cost: O(rows of facets + crossings) time; 4 bytes a crossing and 4 a ray.
 
 use std::ops::Range;
@@ -53,26 +53,51 @@ pub fn event(cell: u32, rank: u8, exits: bool) -> u32 {
 /// Casts the rays of one bin row of a lattice.
 pub fn crossings(frame: &Frame, rays: &Rays, lattice: &Lattice, row: u32) -> Crossings {
     let first = row * lattice.bin[1];
-    let ray_rows = first..(first + lattice.bin[1]).min(rays.counts[1]);
-    let n_rays = (rays.counts[0] * (ray_rows.end - ray_rows.start)) as usize;
-    let mut hits: Vec<(u32, u32)> = Vec::new();
+    let window = [0..rays.counts[0], first..(first + lattice.bin[1]).min(rays.counts[1])];
+    let mut hits = Vec::new();
     for column in 0..lattice.n_across {
         let start = column * lattice.bin[0];
-        let window = [start..(start + lattice.bin[0]).min(rays.counts[0]), ray_rows.clone()];
-        for &facet in lattice.bin_facets(column, row) {
-            let Some(projected) = Projected::new(&frame.facets[facet as usize], frame, rays) else { continue };
-            let walk = Walk::new(&projected, frame.fraction_bits, rays.depth);
-            let tag = event(0, frame.rank_of_facet[facet as usize], projected.exits);
-            let hit = |i, j, cell| ((j - ray_rows.start) * rays.counts[0] + i, cell << 9 | tag);
-            walk.hits(&window, hit, &mut hits);
-        }
+        let bin = [start..(start + lattice.bin[0]).min(rays.counts[0]), window[1].clone()];
+        cast(frame, rays, lattice.bin_facets(column, row), &bin, &window, &mut hits);
     }
-    let (offsets, events) = gather(&hits, n_rays);
-    Crossings { first_ray: u64::from(first) * u64::from(rays.counts[0]), offsets, events }
+    in_order(&hits, rays, &window)
+}
+
+/// Casts the rays of a window, ranges of rays along both axes across, against some facets; at least all that these rays hit.
+/// The window is a part of one row, or whole rows.
+pub fn crossings_of_window(frame: &Frame, rays: &Rays, facets: &[u32], window: &[Range<u32>; 2]) -> Crossings {
+    let mut hits = Vec::new();
+    cast(frame, rays, facets, window, window, &mut hits);
+    in_order(&hits, rays, window)
+}
+
+/// Appends (ray of the window, crossing) for all hits of facets with the rays of a bin of the window.
+fn cast(
+    frame: &Frame,
+    rays: &Rays,
+    facets: &[u32],
+    bin: &[Range<u32>; 2],
+    window: &[Range<u32>; 2],
+    hits: &mut Vec<(u32, u32)>,
+) {
+    let n_across = window[0].end - window[0].start;
+    for &facet in facets {
+        let Some(projected) = Projected::new(&frame.facets[facet as usize], frame, rays) else { continue };
+        let walk = Walk::new(&projected, frame.fraction_bits, rays.depth);
+        let tag = event(0, frame.rank_of_facet[facet as usize], projected.exits);
+        let hit = |i, j, cell| ((j - window[1].start) * n_across + i - window[0].start, cell << 9 | tag);
+        walk.hits(bin, hit, hits);
+    }
+}
+
+fn in_order(hits: &[(u32, u32)], rays: &Rays, window: &[Range<u32>; 2]) -> Crossings {
+    let (offsets, events) = by_ray(hits, window[0].len() * window[1].len());
+    let first_ray = u64::from(window[1].start) * u64::from(rays.counts[0]) + u64::from(window[0].start);
+    Crossings { first_ray, offsets, events }
 }
 
 /// Sorts (ray, event) pairs by ray: count, scan, place.
-fn gather(hits: &[(u32, u32)], n_rays: usize) -> (Vec<u32>, Vec<u32>) {
+fn by_ray(hits: &[(u32, u32)], n_rays: usize) -> (Vec<u32>, Vec<u32>) {
     let mut offsets = vec![0u32; n_rays + 2];
     for (ray, _) in hits {
         offsets[*ray as usize + 2] += 1;

@@ -87,10 +87,11 @@ pub const CODES: &[(&str, Actor, &str)] = &[
     ("geometry-too-far", Actor::Limit, "a geometry lies so far outside the domain that the snap would be too coarse"),
     ("too-many-facets", Actor::Limit, "more facets than fit the 32-bit index"),
     ("too-many-geometries", Actor::Limit, "more than 255 geometries"),
-    ("too-many-crossings", Actor::Limit, "one row of rays has more crossings than a device buffer holds"),
+    ("too-many-crossings", Actor::Limit, "a box has more crossings than one device buffer holds"),
     ("memory", Actor::Limit, "the job needs more memory than the budget allows"),
     ("no-adapter", Actor::Device, "no GPU adapter was found"),
     ("device-failed", Actor::Device, "the GPU driver reported an error"),
+    ("device-wrong", Actor::Device, "the GPU driver computes wrongly, and what it returned was thrown away"),
     ("device-lost", Actor::Device, "the GPU device was lost and could not be brought back"),
     ("io", Actor::System, "reading or writing a file failed"),
 ];

@@ -13,6 +13,7 @@
 
 use serde::Serialize;
 
+use crate::cast::sizes::{FACET_WORDS, MOST_BAND};
 use crate::cpu;
 use crate::geometry::Geometry;
 use crate::lines::Lines;
@@ -20,7 +21,6 @@ use crate::mesh::SLAB_BYTES;
 use crate::rays::Rays;
 use crate::write::{npy, raw};
 
-pub(crate) mod bands;
 mod expected;
 mod plan;
 
@@ -172,7 +172,7 @@ impl Estimate {
 /// Bytes of a facet: 36 as read, 37 snapped.
 const FACET_BYTES: u64 = 73;
 /// Bytes of a facet on its way to the device.
-pub const UPLOAD_FACET_BYTES: u64 = 4 * bands::FACET_WORDS as u64;
+pub const UPLOAD_FACET_BYTES: u64 = 4 * FACET_WORDS as u64;
 
 fn host_bytes(facets: u64, expected: &Expected, lines: &Lines, rays: &Rays) -> HostBytes {
     let (n_rays, runs) = (rays.n_rays(), expected.runs);
@@ -191,7 +191,7 @@ fn host_bytes(facets: u64, expected: &Expected, lines: &Lines, rays: &Rays) -> H
         upload: facets * UPLOAD_FACET_BYTES,
         columns,
         round: extra(round_rays),
-        band: extra(n_rays.min(bands::MOST_BAND)),
+        band: extra(n_rays.min(MOST_BAND)),
         slabs: 2 * lines.n_cells().min(SLAB_BYTES as u64),
     }
 }
@@ -242,7 +242,11 @@ mod tests {
                     let lines = Lines::new(origin, spacing, dims).unwrap();
                     let rays = Rays::new(axis, dims);
                     let frame = Frame::new(&geometries, &lines).unwrap();
-                    let columns = cpu::columns(&frame, &rays, Rule::Parity, &Control::default()).unwrap();
+                    let columns = cpu::columns(
+                        &crate::cast::Cast { frame: &frame, rays: &rays, rule: Rule::Parity },
+                        &Control::default(),
+                    )
+                    .unwrap();
                     let found = Estimate::new(&geometries, &lines, &rays);
                     let what = format!("{name}, part {part}, axis {axis}");
                     assert_within_a_quarter(found.crossings, columns.n_crossings(), &what);

@@ -1,31 +1,303 @@
-//! The GPU backend: every stage as a WGSL kernel, in bands of ray rows.
+//! The GPU backend: the stages as WGSL kernels, in bands of ray rows.
 //!
 //! # Theory
-//! The stages and their values are those of the CPU definition; nothing but their types is shared. A band of ray rows goes
-//! through: `lattice_rows` -> scan -> `lattice_count` -> scan -> `lattice_fill` -> `intersect_setup` -> `intersect_count` -> scan
-//! -> `intersect_emit` -> `map` -> scan -> `compact`. Atomics only count and hand out places; the order they give is sorted
-//! away in `map`, so the columns are the same bytes on every device and for every band.
+//! The stages and their values are those of the CPU definition; nothing but their types is shared. A band goes through
+//! `lattice_count` -> scan -> `lattice_fill` -> `intersect` -> `map`, and rows that these cannot decide through `intersect_deep` ->
+//! scan -> `map_deep`. Atomics only count and hand out places; the order they give is sorted away, so the columns are the
+//! same bytes on every device and for every band. No invocation of any kernel runs more than 2^14 loops (`passes.rs`).
+//!
+//! A device is not trusted. It is probed when it is opened; all that it returns is checked for what is possible (`runs.rs`); one ray in 256
+//! is cast again by the CPU definition (`check.rs`). Where it is wrong its band is thrown away, and the mesh is the error `device-wrong`:
+//! the engine then goes on with the CPU.
 //!
 //! # Practice
-//! [`Gpu`] holds a device and its compiled kernels and is expensive (a tenth of a second to seconds): make one, use it for
-//! many meshes. [`Gpu::columns`] runs a mesh. Its buffers live as long as the call. All calls are async because a browser
-//! cannot block; natively they complete on the calling thread under any executor.
+//! - [`Gpu`]: a device, its compiled kernels and its pool. Expensive (a tenth of a second to seconds): make one, use it for many meshes.
+//! - `Worker`: the buffers of one band at a time; up to three of them work on a mesh. It lives as long as the mesh; its buffers go
+//!   to the pool, which keeps 256 MiB of them for the next mesh.
+//! - `Launched`: a band on the device; lives until its results are read back.
+//!
+//! All calls are async because a browser cannot block; natively they complete on the calling thread under any executor.
 
+use std::collections::VecDeque;
+
+use web_time::Instant;
+
+use crate::cast::Cast;
+use crate::cast::sizes::{BANDS_IN_FLIGHT, BIN, FIRST_BAND, MOST_BAND, whole_bins};
+use crate::columns::{Band, Columns};
+use crate::control::Control;
+use crate::error::{Error, Result};
+
+mod band;
 mod buffers;
+mod check;
 mod device;
-mod gather;
+mod inspect;
 mod kernels;
 mod layout;
-mod line;
 mod passes;
-mod session;
-mod spares;
-mod stages;
+mod pool;
+mod probe;
+mod readback;
+mod runs;
 #[cfg(not(target_arch = "wasm32"))]
 mod warm_up;
 
-pub use device::{AdapterFacts, AdapterKind, Gpu, adapter, adapters};
-pub use kernels::{Kernel, sources};
+pub use band::Forced;
+use band::{Context, Launched, Outcome, Worker};
+pub use buffers::SCAN_BLOCK;
+pub use device::{AdapterFacts, AdapterKind, adapter, adapters};
+use device::{Opened, find};
+pub use inspect::{DeepCrossings, Tiles};
+use kernels::Kernels;
+pub use kernels::{Edit, Kernel, KernelText, Slot, kernel_texts};
 pub use layout::Params;
-pub use line::{Cast, Options, Usage};
-pub use passes::Profile;
+pub use passes::{DEEP_ITEMS_OF_THREAD, ITEMS_OF_THREAD, Profile, TILES_OF_THREAD};
+use pool::BufferPool;
+pub use probe::MOST_LOOPS;
+pub use runs::{DEEP, LEFT, LINKED};
+
+/// Time that a band aims at: long enough to hide its overhead, which on a software driver is some ten milliseconds; short
+/// enough that no driver gives up on it, and that Cancel does not wait.
+const BAND_SECONDS: f64 = 0.25;
+/// The same where a browser draws its pages with the same GPU: a frame at 60 a second.
+const FRAME_SECONDS: f64 = 0.016;
+
+/// An open device with all kernels compiled.
+pub struct Gpu {
+    /// What it runs on.
+    pub facts: AdapterFacts,
+    opened: Opened,
+    kernels: Kernels,
+    pool: BufferPool,
+}
+
+/// How a mesh is run; no choice changes the result.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Options {
+    /// Fixes the number of ray rows of a band; otherwise it follows from the limits and the speed of the device.
+    pub rows_per_band: Option<u32>,
+    /// Most ray rows of a band, if not what the device allows.
+    pub most_rows: Option<u32>,
+    /// Waits for every kernel and measures it.
+    pub profile: bool,
+    /// For tests.
+    pub forced: Forced,
+}
+
+/// What a mesh has used of the device, and what was found in its results.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Usage {
+    /// Most bytes of buffers held at once.
+    pub peak_bytes: u64,
+    /// Bands that were finished.
+    pub n_bands: u32,
+    /// Rays that the CPU cast again, and those of them whose cells differed.
+    pub checked: [u64; 2],
+    /// Seconds in each kernel, if asked for.
+    pub profile: Option<Profile>,
+}
+
+impl Gpu {
+    /// Opens the adapter that the system prefers for heavy work, or the first whose name contains `wanted`.
+    ///
+    /// # Errors
+    /// - `no-adapter`: there is none, or none of that name.
+    /// - `device-failed`: the driver refused the device or a kernel.
+    /// - `device-wrong`: the driver fails a check of what every mesh relies on.
+    pub async fn open(wanted: Option<&str>) -> Result<Gpu> {
+        Gpu::open_edited(wanted, None).await
+    }
+
+    /// The same, with kernels whose text is changed before they are compiled: for tests of what a broken driver would do.
+    ///
+    /// # Errors
+    /// Those of [`Gpu::open`].
+    pub async fn open_edited(wanted: Option<&str>, edit: Option<Edit>) -> Result<Gpu> {
+        let adapter = find(wanted).await?;
+        let opened = Opened::new(&adapter).await?;
+        let kernels = Kernels::new(&opened.device, edit);
+        kernels.compile_common();
+        let gpu = Gpu { facts: device::facts(&adapter), opened, kernels, pool: BufferPool::default() };
+        #[cfg(not(target_arch = "wasm32"))]
+        if gpu.facts.kind == AdapterKind::Software {
+            warm_up::warm_up(gpu.context())?;
+        }
+        probe::probe(&gpu.opened, &gpu.kernels, &gpu.facts.to_string()).await?;
+        gpu.opened.check()?;
+        Ok(gpu)
+    }
+
+    /// The device, for kernels of the caller's own beside ours.
+    pub fn device(&self) -> &wgpu::Device {
+        &self.opened.device
+    }
+
+    /// The queue of the device.
+    pub fn queue(&self) -> &wgpu::Queue {
+        &self.opened.queue
+    }
+
+    /// Frees the buffers that are kept for the next mesh if they have more than so many bytes.
+    pub(crate) fn clear_pool_over(&self, max_bytes: u64) {
+        self.pool.clear_over(max_bytes);
+        // natively buffers go when the device is asked how it is; what it returns is told elsewhere
+        let _ = self.opened.device.poll(wgpu::PollType::Poll);
+    }
+
+    /// Meshes the box.
+    ///
+    /// # Errors
+    /// `cancelled`; `device-failed`, `device-lost`; `device-wrong` where the results of the device cannot be right.
+    pub async fn columns(&self, cast: &Cast<'_>, control: &Control) -> Result<Columns> {
+        let mut bands = Vec::new();
+        self.continue_columns(cast, &Options::default(), control, &mut bands).await?;
+        Ok(Columns::new(*cast.rays, bands))
+    }
+
+    /// Meshes the rays after those of `bands` and appends theirs; on an error `bands` holds all that was finished.
+    ///
+    /// # Errors
+    /// Those of [`Gpu::columns`].
+    pub async fn continue_columns(
+        &self,
+        cast: &Cast<'_>,
+        options: &Options,
+        control: &Control,
+        bands: &mut Vec<Band>,
+    ) -> Result<Usage> {
+        let n_rays: u64 = bands.iter().map(|band| band.ends.len() as u64).sum();
+        let first_row = (n_rays / u64::from(cast.rays.counts[0])) as u32;
+        let mut usage = Usage::default();
+        let take = &mut |band| {
+            bands.push(band);
+            Ok(())
+        };
+        self.hand_out_bands(cast, options, control, first_row..cast.rays.counts[1], &mut usage, take).await?;
+        Ok(usage)
+    }
+
+    /// Meshes some ray rows and hands out band after band, in order, while the device works on the next; adds to `usage`.
+    ///
+    /// # Errors
+    /// Those of [`Gpu::columns`], and those of `take`.
+    pub async fn hand_out_bands(
+        &self,
+        cast: &Cast<'_>,
+        options: &Options,
+        control: &Control,
+        ray_rows: std::ops::Range<u32>,
+        usage: &mut Usage,
+        take: &mut impl FnMut(Band) -> Result<()>,
+    ) -> Result<()> {
+        let n_i = cast.rays.counts[0];
+        let mut pace = Pace::new(options, n_i, self.band_seconds());
+        let mut next = ray_rows.start;
+        let mut idle = vec![Worker::new(self.context(), *cast, options.forced)];
+        idle[0].profile = options.profile.then(Profile::new);
+        let in_flight_most = if options.profile { 1 } else { BANDS_IN_FLIGHT };
+        let mut in_flight: VecDeque<(Worker, Launched)> = VecDeque::new();
+        loop {
+            control.check()?;
+            while next < ray_rows.end && in_flight.len() < in_flight_most {
+                let range = next..next.saturating_add(pace.rows).min(ray_rows.end);
+                let Some(mut worker) = idle.pop().or_else(|| in_flight.front().map(|(first, _)| first.sibling()))
+                else {
+                    break;
+                };
+                match worker.launch(range.clone())? {
+                    Some(launched) => {
+                        in_flight.push_back((worker, launched));
+                        next = range.end;
+                    }
+                    None => {
+                        pace.limit((range.end - range.start).div_ceil(2));
+                        idle.push(worker);
+                    }
+                }
+            }
+            let held = in_flight.iter().map(|(worker, _)| worker.peak_bytes).sum();
+            usage.peak_bytes = usage.peak_bytes.max(held);
+            let Some((mut worker, launched)) = in_flight.pop_front() else { break };
+            let range = launched.rows.clone();
+            match worker.complete(launched).await {
+                Err(error) => return Err(self.opened.cause(error, control).await),
+                Ok(Outcome::Done(band, n_checked)) => {
+                    usage.checked[0] += n_checked;
+                    take(band)?;
+                }
+                Ok(Outcome::Wrong(what, checked)) => {
+                    usage.checked = [0, 1].map(|i| usage.checked[i] + checked[i]);
+                    let message = format!("the results of {} are wrong: {what}", self.facts);
+                    return Err(Error::new("device-wrong", message, device::USE_CPU));
+                }
+                Ok(Outcome::Again) => {
+                    // the bands behind it stand on their own, but columns are handed out in order: start again from here
+                    in_flight.clear();
+                    idle.clear();
+                    next = range.start;
+                    idle.push(worker);
+                    continue;
+                }
+            }
+            usage.peak_bytes = usage.peak_bytes.max(held.max(worker.peak_bytes));
+            control.pause().await;
+            control.advance(u64::from(range.end) * u64::from(n_i), cast.rays.n_rays());
+            pace.finished(range.end - range.start);
+            usage.n_bands += 1;
+            usage.profile = worker.profile.clone();
+            idle.push(worker);
+        }
+        idle.into_iter().for_each(Worker::end);
+        Ok(())
+    }
+
+    pub(crate) fn context(&self) -> Context<'_> {
+        let is_software = self.facts.kind == AdapterKind::Software;
+        Context { opened: &self.opened, kernels: &self.kernels, pool: &self.pool, is_software }
+    }
+
+    fn band_seconds(&self) -> f64 {
+        let draws_pages = cfg!(target_arch = "wasm32") && self.facts.kind != AdapterKind::Software;
+        if draws_pages { FRAME_SECONDS } else { BAND_SECONDS }
+    }
+}
+
+/// How many ray rows a band gets, by the time that those before took.
+struct Pace {
+    rows: u32,
+    most_rows: u32,
+    is_fixed: bool,
+    band_seconds: f64,
+    last: Instant,
+}
+
+impl Pace {
+    fn new(options: &Options, n_i: u32, band_seconds: f64) -> Pace {
+        let n_i = u64::from(n_i);
+        let most_rows = u32::try_from(MOST_BAND / n_i).unwrap_or(u32::MAX);
+        let most_rows = most_rows.min(options.most_rows.unwrap_or(u32::MAX)).max(1);
+        let rows = options.rows_per_band.unwrap_or(rows_of(FIRST_BAND / n_i).min(most_rows));
+        Pace { rows, most_rows, is_fixed: options.rows_per_band.is_some(), band_seconds, last: Instant::now() }
+    }
+
+    /// Allows at most so many rows from now on.
+    fn limit(&mut self, rows: u32) {
+        self.most_rows = if rows > BIN { rows_of(rows.into()) } else { rows };
+        self.rows = self.rows.min(self.most_rows);
+    }
+
+    /// Notes that a band of so many rows is done.
+    fn finished(&mut self, rows: u32) {
+        if !self.is_fixed && rows == self.rows {
+            let speed_up = (self.band_seconds / self.last.elapsed().as_secs_f64().max(1e-4)).clamp(0.5, 2.0);
+            self.rows = rows_of((f64::from(rows) * speed_up) as u64).min(self.most_rows);
+        }
+        self.last = Instant::now();
+    }
+}
+
+/// Whole bins of so many ray rows or fewer.
+fn rows_of(rows: u64) -> u32 {
+    whole_bins(rows.min(1 << 30)) as u32
+}

@@ -1,5 +1,6 @@
 //! hexcast: exact Cartesian meshing of closed surfaces by parallel ray casting.
 
+pub mod cast;
 mod checksum;
 pub mod columns;
 pub mod control;

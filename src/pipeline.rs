@@ -16,6 +16,7 @@ use std::sync::Arc;
 
 use web_time::Instant;
 
+use crate::cast::Cast;
 use crate::columns::Store;
 use crate::control::Control;
 use crate::domain::{BoundingBox, Domain};
@@ -26,7 +27,7 @@ use crate::job::{AxisChoice, Job};
 use crate::lines::{Lines, lines, residuals};
 use crate::mesh::{Mesh, Named};
 use crate::rays::Rays;
-use crate::report::{GeometryReport, InputReport, PeakBytes, Report, Seconds, flag_reports};
+use crate::report::{DeviceCheck, GeometryReport, InputReport, PeakBytes, Report, Seconds, flag_reports};
 use crate::sources::{Source, geometries};
 
 mod cellless;
@@ -141,7 +142,7 @@ pub async fn mesh_task(
     seconds.snap = lap(&mut clock);
     let mut growing = room.growing(&task.aside, &prepared, || identity(job, &prepared, &inputs))?;
     let rays_kept = growing.n_rays();
-    let casting = room.casting(&frame, &prepared.rays, job.rule);
+    let casting = room.casting(Cast { frame: &frame, rays: &prepared.rays, rule: job.rule });
     let used = engine.grow(&casting, &mut growing, control).await?;
     let columns_peak = growing.peak_bytes;
     let columns = growing.finish();
@@ -156,6 +157,7 @@ pub async fn mesh_task(
     let facets = facets + 36 * frame.facets.capacity() + frame.rank_of_facet.capacity();
     report.peak_bytes.meshing = facets as u64 + used.host_bytes + columns_peak;
     report.peak_bytes.device = used.device_bytes;
+    report.device_check = used.checked.map(|[rays, differing]| DeviceCheck { rays, differing });
     report.peak_bytes.aside = mesh.columns.spilled_bytes();
     report.cells_per_second = report.cells as f64 / seconds.total.max(1e-9);
     seconds.report = lap(&mut clock);
@@ -197,6 +199,7 @@ fn report(job: &Job, prepared: &Prepared, frame: &Frame, mesh: &Mesh, engine: &E
         backend: engine.backend(),
         adapter,
         driver,
+        device_check: None,
         unit: job.unit.clone(),
         inputs: Vec::new(),
         geometries,

@@ -132,6 +132,15 @@ pub struct PeakBytes {
     pub aside: u64,
 }
 
+/// Rays of a GPU's that the CPU cast again.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct DeviceCheck {
+    /// Their number.
+    pub rays: u64,
+    /// Those of them whose cells differed; the CPU then meshed again what was not right.
+    pub differing: u64,
+}
+
 /// Everything about a mesh but its cells.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Report {
@@ -143,6 +152,8 @@ pub struct Report {
     pub adapter: Option<String>,
     /// Driver of the adapter.
     pub driver: Option<String>,
+    /// What came of casting a sample of the GPU's rays again; None if no GPU meshed.
+    pub device_check: Option<DeviceCheck>,
     /// Unit of lengths, if the caller named one.
     pub unit: Option<String>,
     /// The files.

@@ -5,18 +5,19 @@ struct Params {
     axis: u32,            // ray axis: 0, 1 or 2
     depth: u32,           // cells of a ray
     n_i: u32,             // rays along the first axis across
-    n_j: u32,             // rays along the second axis across, of the whole domain
     first_row: u32,       // the band's ray rows: first_row <= j < end_row
     end_row: u32,
     n_across: u32,        // bins in a row of bins: ceil(n_i / BIN)
     n_bins: u32,          // bins of the band
+    n_layers: u32,        // layers of a bin along the rays, 1 to 64
     n_facets: u32,        // that rays of the band may hit
-    pair_capacity: u32,   // (facet, bin) pairs that the buffers hold
-    event_capacity: u32,  // crossings that the buffer holds
+    n_items: u32,         // of the walk over the lattice, see walk.wgsl
+    tile_capacity: u32,   // tiles that the buffer holds
+    place_capacity: u32,  // places of four runs that the buffer holds
+    event_capacity: u32,  // crossings of deep rows that the buffer holds; 0 to count them only
     rule: u32,            // 0 parity, 1 nonzero
     n_ranks: u32,         // geometries
-    unused_0: u32,
-    unused_1: u32,
+    all_deep: u32,        // 1: every row of rays is deep, and its index is that of its chunk
 }
 
 @group(0) @binding(0) var<uniform> params: Params;

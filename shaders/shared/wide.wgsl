@@ -106,29 +106,68 @@ fn clamp_to_2_30(a: vec2<u32>) -> i32 {
     return clamp(value, -0x40000000, 0x40000000);
 }
 
+// a number, not negative, in f32
+fn float64(a: vec2<u32>) -> f32 {
+    return f32(a.y) * 4294967296.0 + f32(a.x);
+}
+
 struct Quotient {
     whole: u32,
     rest: vec2<u32>,
 }
 
-// Mends a guess of value / divisor that is off by one at most: quotient and remainder with 0 <= rest < divisor < 2^62. Only the
-// low 64 bits of the value are needed. Where the guess is off by more, value = whole * divisor + rest still holds modulo 2^64.
-fn mend_quotient(value: vec2<u32>, guess: u32, divisor: vec2<u32>) -> Quotient {
-    var q = Quotient(guess, sub64(value, multiply_unsigned(guess, divisor.x) + vec2<u32>(0u, guess * divisor.y)));
+// A guess of a quotient in f32, the only arithmetic in f32 that reaches a result. It may be wrong by 2^-16 of itself: f32 and WGSL's
+// 2.5 ULP of division under any rounding are wrong by less than 2^-19.
+fn guess(value: f32, divisor: f32) -> f32 {
+    return value / divisor;
+}
+
+// Quotient and remainder of a value, not negative, by a divisor under 2^57: exact for quotients below 2^19. Only the low 64 bits of the
+// value are needed, and `size`, all of it in f32.
+// Proof. Let Q be the quotient and rho = value / divisor < Q + 1. The first guess, rounded down, is off by less than 2^19 * 2^-16 + 1 =
+// 9, so the rest is within +-10 divisors and fits 64 bits. The guess of what it lacks is wrong by less than 10 * 2^-16; rounded
+// down it leaves a rest of more than -0.01 and less than 1.01 divisors, which the first of the two steps puts into 0 .. divisor. The
+// second step is to spare: it mends guesses that are another whole off.
+// Where the quotient is larger, value = whole * divisor + rest still holds modulo 2^64.
+fn quotient(value: vec2<u32>, size: f32, divisor: vec2<u32>) -> Quotient {
+    let by = float64(divisor);
+    let first = u32(min(guess(size, by), 1073741824.0));
+    var rest = sub64(value, times64(divisor, first));
+    // |rest| in f32: the sign is taken out first
+    let lacks = is_negative(rest);
+    let missing = guess(float64(select(rest, negate64(rest), vec2<bool>(lacks))), by);
+    let more = i32(clamp(floor(select(missing, -missing, lacks)), -1048576.0, 1048576.0));
+    rest = sub64(rest, times64_signed(divisor, more));
+    let one = corrected(Quotient(first + bitcast<u32>(more), rest), divisor);
+    return corrected(one, divisor);
+}
+
+// One step towards 0 <= rest < divisor.
+fn corrected(q: Quotient, divisor: vec2<u32>) -> Quotient {
     if is_negative(q.rest) {
-        q = Quotient(guess - 1u, add64(q.rest, divisor));
-    } else if at_least64(q.rest, divisor) {
-        q = Quotient(guess + 1u, sub64(q.rest, divisor));
+        return Quotient(q.whole - 1u, add64(q.rest, divisor));
+    }
+    if at_least64(q.rest, divisor) {
+        return Quotient(q.whole + 1u, sub64(q.rest, divisor));
     }
     return q;
 }
 
+// a * b modulo 2^64
+fn times64(a: vec2<u32>, b: u32) -> vec2<u32> {
+    return multiply_unsigned(a.x, b) + vec2<u32>(0u, a.y * b);
+}
+
+fn times64_signed(a: vec2<u32>, b: i32) -> vec2<u32> {
+    let product = times64(a, bitcast<u32>(abs(b)));
+    return select(product, negate64(product), vec2<bool>(b < 0));
+}
+
 // Quotient and remainder of a signed value by a divisor, rounding down; the whole is modulo 2^32. Exact for quotients within
-// +-2^19, where a guess in f32 is off by one at most; beyond, value = whole * divisor + rest still holds modulo 2^64.
+// +-2^19; beyond, value = whole * divisor + rest still holds modulo 2^64.
 fn floor_quotient(value: vec3<u32>, divisor: vec2<u32>) -> Quotient {
     let size = magnitude96(value);
-    let guess = float96(size) / float96(vec3<u32>(divisor, 0u));
-    var q = mend_quotient(size.xy, u32(min(guess, 1073741824.0)), divisor);
+    var q = quotient(size.xy, float96(size), divisor);
     if is_negative(value.yz) {
         let is_whole = (q.rest.x | q.rest.y) == 0u;
         q.whole = select(~q.whole, 0u - q.whole, is_whole);

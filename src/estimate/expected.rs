@@ -3,7 +3,7 @@
 //! Geometries, lines, rays -> [`Expected`]. See the top of the module above for why an area is a number of crossings.
 //! Cost: one pass over the corners.
 
-use super::bands::BIN;
+use crate::cast::sizes::BIN;
 use crate::cpu;
 use crate::geometry::{Facet, Geometry};
 use crate::lines::Lines;

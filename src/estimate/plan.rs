@@ -6,8 +6,10 @@
 //! Weakness: rays are taken to be as crowded everywhere as half again the mean; buffers that turn out too small are
 //! doubled by the GPU backend without asking.
 
-use super::bands::{BANDS_IN_FLIGHT, FIRST_BAND, MOST_BAND, first_pairs, first_words, whole_bins};
-use super::{Estimate, UPLOAD_FACET_BYTES, bands};
+use super::Estimate;
+use crate::cast::sizes::{
+    self, BANDS_IN_FLIGHT, BandSize, Capacity, FIRST_BAND, MAX_LAYERS, MOST_BAND, layers, whole_bins,
+};
 use crate::cpu;
 use crate::error::{Error, MORE_MEMORY, Result};
 use crate::job::ByteSize;
@@ -69,7 +71,7 @@ const RECORD_BYTES: u64 = 64;
 /// How much more crowded some rays are than others.
 const UNEVEN: f64 = 1.5;
 /// Ray rows of a row of bins on the GPU: no band takes less.
-const BIN: u64 = bands::BIN as u64;
+const BIN: u64 = sizes::BIN as u64;
 /// Bands on the device at once.
 const IN_FLIGHT: u64 = BANDS_IN_FLIGHT as u64;
 
@@ -188,17 +190,17 @@ impl Work<'_> {
         let rays = (rows * estimate.rays_across()) as f64;
         let uneven = if rows == estimate.rows() { 1.0 } else { UNEVEN };
         let runs = self.per_ray(estimate.runs) * uneven;
-        // as they come they stand beside the packed ones, and what is put aside is encoded first
-        let at_home = rays * (4.0 + if self.can_spill { 1.0 + 6.0 * runs } else { 0.0 });
+        // as they come they stand beside the packed ones, and what is spilled is encoded first
+        let unpacked = rays * (4.0 + if self.can_spill { 1.0 + 6.0 * runs } else { 0.0 });
         if self.device == Device::None {
-            return at_home as u64;
+            return unpacked as u64;
         }
         let in_flight = IN_FLIGHT.min(estimate.rows().div_ceil(rows)) as f64;
-        // what comes home comes by a buffer that the host can see
-        let words = words(estimate) / estimate.rays as f64 * uneven;
-        let staging = in_flight * rays * (1.0 + 4.0 * words);
+        // what is read back comes by a buffer that the host can see
+        let places = places(estimate) / estimate.rays as f64 * uneven;
+        let staging = in_flight * rays * (1.0 + 16.0 * places);
         let shared = if self.device == Device::Shared { estimate.device_bytes_of(rows) } else { 0 };
-        (at_home + staging) as u64 + shared
+        (unpacked + staging) as u64 + shared
     }
 
     fn per_ray(&self, n: u64) -> f64 {
@@ -251,38 +253,47 @@ fn too_little(estimate: &Estimate, allowed: &Allowed, needed: u64) -> Error {
     Error::new("memory", message, hint)
 }
 
-/// Words of the runs on a GPU, which hands them out four at a time: about two more a ray than there are, of rays that have some.
-fn words(estimate: &Estimate) -> f64 {
-    (estimate.runs + 2 * estimate.rays.min(estimate.runs / 2)) as f64
+/// Places of four runs on a GPU: each ray that has runs begins a new one.
+fn places(estimate: &Estimate) -> f64 {
+    (estimate.runs + 2 * estimate.rays.min(estimate.runs / 2)) as f64 / 4.0
 }
 
-/// Bytes of GPU buffers of a mesh in bands of at most so many ray rows: facets, and rays, (facet, bin) pairs and crossings of the
-/// bands in flight.
+/// Bytes of GPU buffers of a mesh in bands of at most so many ray rows: those of the bands in flight.
 ///
-/// Where the room that the first band has for pairs and runs is too little it is doubled, and later bands are larger in
-/// proportion to their rays.
+/// A first band gets what `Capacity::first` says. One that needs more tiles or places runs again with an eighth more than it needs,
+/// and the bands after it get as much.
 pub(super) fn device_bytes(estimate: &Estimate, most_rows: u64) -> u64 {
-    // its row of bins besides
-    const FACET: u64 = UPLOAD_FACET_BYTES + 4;
-    const BIN_BYTES: u64 = 72;
-    const PAIR: u64 = 40;
-    const EVENT: u64 = 4;
     let (n_i, n_j) = (estimate.rays_across(), estimate.rows());
     let first_rows = whole_bins(FIRST_BAND / n_i).min(most_rows).min(n_j);
-    let first_rays = first_rows * n_i;
-    let bins = n_i.div_ceil(BIN) * first_rows.div_ceil(BIN);
-    let (events, pairs) = (first_words(first_rays), first_pairs(bins, estimate.facets));
-    let uneven = if first_rows == n_j { 1.0 } else { UNEVEN };
-    let share = first_rows as f64 / n_j as f64 * uneven;
-    let lack = (words(estimate) * share / events as f64).max(estimate.pairs as f64 * share / pairs as f64);
-    let times = (lack.ceil().max(1.0) as u64).next_power_of_two();
-    let first = bins * BIN_BYTES + times * (events * EVENT + pairs * PAIR);
     if first_rows == n_j {
-        return estimate.facets * FACET + first;
+        return band_bytes(estimate, n_j);
     }
     let rows = whole_bins(MOST_BAND / n_i).min(most_rows).min(n_j.div_ceil(2)).max(first_rows);
-    let in_flight = IN_FLIGHT.min(n_j.div_ceil(first_rows));
-    in_flight * (estimate.facets * FACET + (first as f64 * rows as f64 / first_rows as f64) as u64)
+    IN_FLIGHT.min(n_j.div_ceil(first_rows)) * band_bytes(estimate, rows)
+}
+
+/// Bytes of the buffers of a band.
+fn band_bytes(estimate: &Estimate, rows: u64) -> u64 {
+    let (n_i, n_j) = (estimate.rays_across(), estimate.rows());
+    let n_chunks = rows * n_i.div_ceil(BIN);
+    let uneven = if rows == n_j { 1.0 } else { UNEVEN };
+    let share = |n: u64| (n as f64 * rows as f64 / n_j as f64 * uneven).min(n as f64) as u64;
+    let per_ray = estimate.crossings as f64 / estimate.rays as f64;
+    let n_facets = estimate.facets.min(share(estimate.pairs));
+    let first = Capacity::first(&BandSize {
+        n_facets,
+        n_box_bins: share(estimate.pairs),
+        n_crossings: share(estimate.crossings),
+        n_rays: rows * n_i,
+        n_chunks,
+        n_layers: layers(UNEVEN * per_ray),
+    });
+    // rays with more crossings than that in a layer are deep: two words a crossing
+    let is_deep = per_ray > f64::from(4 * MAX_LAYERS);
+    let n_tiles = share(estimate.pairs.min(estimate.crossings)) * 9 / 8;
+    let n_places = if is_deep { 0 } else { share(places(estimate) as u64) * 9 / 8 };
+    let needed = first.max(Capacity { n_tiles, n_places, ..Capacity::default() });
+    needed.n_bytes() + if is_deep { 8 * share(estimate.crossings) } else { 0 }
 }
 
 #[cfg(test)]

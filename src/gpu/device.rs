@@ -1,13 +1,12 @@
 //! Finding an adapter, opening a device, and hearing of its failures.
 
+use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use serde::Serialize;
 use web_time::{Duration, Instant};
 use wgpu::{Adapter, DeviceDescriptor, DeviceType, Instance, InstanceDescriptor, Limits, RequestAdapterOptions};
 
-use super::kernels::Kernels;
-use super::spares::Spares;
 use crate::control::Control;
 use crate::error::{Error, Result};
 
@@ -49,14 +48,16 @@ pub struct AdapterFacts {
     pub max_binding_bytes: u64,
 }
 
-/// An open device with all kernels compiled.
-pub struct Gpu {
-    /// What it runs on.
-    pub facts: AdapterFacts,
+impl fmt::Display for AdapterFacts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "the GPU adapter \"{}\" (driver {})", self.name, self.driver)
+    }
+}
+
+/// An open device, and what its driver has said since.
+pub(crate) struct Opened {
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
-    pub(crate) kernels: Kernels,
-    pub(crate) spares: Spares,
     failure: Arc<Mutex<Option<Error>>>,
 }
 
@@ -65,15 +66,15 @@ pub async fn adapters() -> Vec<AdapterFacts> {
     instance().enumerate_adapters(wgpu::Backends::all()).await.iter().map(facts).collect()
 }
 
-/// Finds the adapter that [`Gpu::open`] would open.
+/// Finds the adapter that [`super::Gpu::open`] would open.
 ///
 /// # Errors
-/// `no-adapter`, as for [`Gpu::open`].
+/// `no-adapter`, as for [`super::Gpu::open`].
 pub async fn adapter(wanted: Option<&str>) -> Result<AdapterFacts> {
     find(wanted).await.map(|adapter| facts(&adapter))
 }
 
-async fn find(wanted: Option<&str>) -> Result<Adapter> {
+pub(crate) async fn find(wanted: Option<&str>) -> Result<Adapter> {
     match wanted {
         // browsers offer one adapter, without a name
         Some(name) if cfg!(not(target_arch = "wasm32")) => named_adapter(name).await,
@@ -81,17 +82,12 @@ async fn find(wanted: Option<&str>) -> Result<Adapter> {
     }
 }
 
-impl Gpu {
-    /// Opens the adapter that the system prefers for heavy work, or the first whose name contains `wanted`.
+impl Opened {
+    /// Opens a device with the buffer sizes that the adapter offers, and WebGPU's default limits for everything else.
     ///
     /// # Errors
-    /// - `no-adapter`: there is none, or none of that name.
-    /// - `device-failed`: the driver refused the device or a kernel.
-    pub async fn open(wanted: Option<&str>) -> Result<Gpu> {
-        Gpu::with_adapter(&find(wanted).await?).await
-    }
-
-    async fn with_adapter(adapter: &Adapter) -> Result<Gpu> {
+    /// `device-failed`: the driver refused.
+    pub(crate) async fn new(adapter: &Adapter) -> Result<Opened> {
         let offered = adapter.limits();
         let limits = Limits {
             max_storage_buffer_binding_size: offered.max_storage_buffer_binding_size,
@@ -113,31 +109,7 @@ impl Gpu {
                 Error::new("device-lost", format!("the GPU device was lost ({reason:?}): {message}"), USE_CPU),
             );
         });
-        let kernels = Kernels::new(&device);
-        let gpu = Gpu { facts: facts(adapter), device, queue, kernels, spares: Spares::default(), failure };
-        #[cfg(not(target_arch = "wasm32"))]
-        if gpu.facts.kind == AdapterKind::Software {
-            gpu.warm_up()?;
-        }
-        gpu.check()?;
-        Ok(gpu)
-    }
-
-    /// The device, for kernels of the caller's own beside ours.
-    pub fn device(&self) -> &wgpu::Device {
-        &self.device
-    }
-
-    /// The queue of the device.
-    pub fn queue(&self) -> &wgpu::Queue {
-        &self.queue
-    }
-
-    /// Frees the buffers that are kept for the next mesh if they have more than so many bytes.
-    pub(crate) fn forget_buffers_over(&self, max_bytes: u64) {
-        self.spares.clear_over(max_bytes);
-        // natively buffers go when the device is asked how it is; what it returns is told elsewhere
-        let _ = self.device.poll(wgpu::PollType::Poll);
+        Ok(Opened { device, queue, failure })
     }
 
     /// Returns the failure that the driver reported, if it did.
@@ -150,7 +122,7 @@ impl Gpu {
     /// only some moments later.
     pub(crate) async fn cause(&self, error: Error, control: &Control) -> Error {
         let start = Instant::now();
-        while error.code() == "device-failed" && start.elapsed() < LOSS_IS_TOLD_WITHIN {
+        while error.code() == "device-failed" && start.elapsed() < DEVICE_LOST_GRACE {
             control.pause().await;
             // natively callbacks come from here; what it returns is what the callbacks tell
             let _ = self.device.poll(wgpu::PollType::Poll);
@@ -164,9 +136,9 @@ impl Gpu {
 }
 
 /// Time within which a browser tells that a device was lost: a message between two of its processes, on a busy machine.
-const LOSS_IS_TOLD_WITHIN: Duration = Duration::from_millis(500);
+const DEVICE_LOST_GRACE: Duration = Duration::from_millis(500);
 
-const USE_CPU: &str = "use the CPU backend, or update the GPU driver";
+pub(crate) const USE_CPU: &str = "use the CPU backend, or update the GPU driver";
 
 /// Keeps the first failure, except that a lost device explains all others.
 fn note(failure: &Mutex<Option<Error>>, error: Error) {
@@ -209,7 +181,7 @@ async fn named_adapter(name: &str) -> Result<Adapter> {
     }
 }
 
-fn facts(adapter: &Adapter) -> AdapterFacts {
+pub(crate) fn facts(adapter: &Adapter) -> AdapterFacts {
     let info = adapter.get_info();
     let kind = match info.device_type {
         DeviceType::DiscreteGpu => AdapterKind::Discrete,

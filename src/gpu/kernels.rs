@@ -1,8 +1,9 @@
-//! The kernels: which shader files make each, compiled once. The only place that includes shader text.
+//! The kernels: which shader files make each, what each binds, compiled once. The only place that includes shader text.
 //!
-//! Comments and indentation, half of the text, stay at home; line breaks do not, so that lines keep their numbers.
+//! Comments and indentation, half of the text, are left out; line breaks stay, so that lines keep their numbers. A test holds names, slots,
+//! strides and workgroup sizes of the table to what naga reads from the text.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use wgpu::{ComputePipeline, Device, ShaderModuleDescriptor, ShaderSource};
 
@@ -58,155 +59,163 @@ const fn strip(text: &[u8], out: &mut [u8]) -> usize {
 const PARAMS: &str = wgsl!("shared/params");
 const WIDE: &str = wgsl!("shared/wide");
 const FACET: &str = wgsl!("shared/facet");
-const BINS: &str = wgsl!("shared/bins");
-const RAYS: &str = wgsl!("shared/rays");
-const BIN_FACET: &str = wgsl!("shared/bin_facet");
+const WALK: &str = wgsl!("shared/walk");
 const PLANE: &str = wgsl!("shared/plane");
-const SWEEP: &str = wgsl!("shared/sweep");
+const RAYS: &str = wgsl!("shared/rays");
 const CHUNKS: &str = wgsl!("shared/chunks");
-const EMIT_ROW: &str = wgsl!("shared/emit_row");
-const MAP_RAY: &str = wgsl!("shared/map_ray");
-const SORT: &str = wgsl!("shared/sort");
 const SCAN: &str = wgsl!("shared/scan");
 
-/// A compute kernel; its entry point is named like its file in `shaders/`.
+/// A compute kernel; its entry point is named like its file in `shaders/`, whose head says what it does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-#[allow(missing_docs)] // each variant is documented at the head of its shader
+#[allow(missing_docs)]
 pub enum Kernel {
-    LatticeRows,
     LatticeCount,
     LatticeFill,
-    IntersectSetup,
-    ColumnsSetup,
-    Columns,
-    ColumnsOneRank,
-    ColumnsAlternating,
-    ColumnsDeep,
-    ColumnsDeepOneRank,
-    IntersectCount,
-    IntersectEmit,
+    Intersect,
     Map,
-    MapOneRank,
-    Compact,
+    IntersectDeep,
+    MapDeep,
     ScanReduce,
     ScanApply,
+    Probe,
 }
+
+/// A buffer that a kernel binds: its slot, its name in the shader, and the words of an element, 0 where it is a struct.
+pub type Slot = (u32, &'static str, u32);
 
 struct Source {
     kernel: Kernel,
     name: &'static str,
     parts: &'static [&'static str],
-    /// Values of its `override`s.
-    constants: &'static [(&'static str, f64)],
+    /// Threads of a workgroup.
+    group: u32,
+    slots: &'static [Slot],
 }
 
 macro_rules! source {
-    ($kernel:ident, $name:literal, $($part:expr),*) => {
+    ($kernel:ident, $name:literal, [$($part:expr),*], $group:literal, $slots:expr) => {
         Source {
             kernel: Kernel::$kernel,
             name: $name,
             parts: const { &[$($part,)* wgsl!($name)] },
-            constants: &[],
+            group: $group,
+            slots: $slots,
         }
     };
 }
 
-static SOURCES: [Source; 17] = [
-    source!(LatticeRows, "lattice_rows", PARAMS, WIDE, FACET),
-    source!(LatticeCount, "lattice_count", PARAMS, WIDE, FACET, BINS),
-    source!(LatticeFill, "lattice_fill", PARAMS, WIDE, FACET, BINS),
-    source!(IntersectSetup, "intersect_setup", PARAMS, WIDE, FACET, BIN_FACET),
-    source!(ColumnsSetup, "columns_setup", PARAMS, WIDE, FACET, BIN_FACET),
-    source!(Columns, "columns", PARAMS, RAYS, SWEEP, CHUNKS),
-    one_rank(source!(ColumnsOneRank, "columns", PARAMS, RAYS, SWEEP, CHUNKS)),
-    alternating(source!(ColumnsAlternating, "columns", PARAMS, RAYS, SWEEP, CHUNKS)),
-    source!(ColumnsDeep, "columns_deep", PARAMS, WIDE, RAYS, PLANE, EMIT_ROW, SORT, SWEEP, MAP_RAY, CHUNKS),
-    one_rank(source!(
-        ColumnsDeepOneRank,
-        "columns_deep",
-        PARAMS,
-        WIDE,
-        RAYS,
-        PLANE,
-        EMIT_ROW,
-        SORT,
-        SWEEP,
-        MAP_RAY,
-        CHUNKS
-    )),
-    source!(IntersectCount, "intersect_count", PARAMS, RAYS),
-    source!(IntersectEmit, "intersect_emit", PARAMS, WIDE, RAYS, PLANE, EMIT_ROW),
-    source!(Map, "map", PARAMS, SORT, SWEEP, MAP_RAY),
-    one_rank(source!(MapOneRank, "map", PARAMS, SORT, SWEEP, MAP_RAY)),
-    source!(Compact, "compact", PARAMS),
-    source!(ScanReduce, "scan_reduce", SCAN),
-    source!(ScanApply, "scan_apply", SCAN),
+const PARAMS_SLOT: Slot = (0, "params", 0);
+const CORNERS: Slot = (1, "corners", 4);
+const ITEM_OFFSETS: Slot = (2, "item_offsets", 1);
+const BIN_OFFSETS: Slot = (2, "bin_offsets", 1);
+const CHUNKS_SLOT: Slot = (6, "chunks", 2);
+
+#[rustfmt::skip]
+static SOURCES: [Source; 9] = [
+    source!(LatticeCount, "lattice_count", [PARAMS, WIDE, FACET, WALK], 64,
+        &[PARAMS_SLOT, CORNERS, ITEM_OFFSETS, (3, "bin_counts", 1)]),
+    source!(LatticeFill, "lattice_fill", [PARAMS, WIDE, FACET, WALK], 64,
+        &[PARAMS_SLOT, CORNERS, ITEM_OFFSETS, (3, "next_tile", 1), (4, "tiles", 4)]),
+    source!(Intersect, "intersect", [PARAMS, WIDE, FACET, PLANE], 64,
+        &[PARAMS_SLOT, CORNERS, BIN_OFFSETS, (4, "tiles", 4)]),
+    source!(Map, "map", [PARAMS, RAYS, CHUNKS], 64,
+        &[PARAMS_SLOT, BIN_OFFSETS, (3, "tiles", 4), (5, "runs", 4), CHUNKS_SLOT, (7, "totals", 0), (8, "layer_ends", 4)]),
+    source!(IntersectDeep, "intersect_deep", [PARAMS, WIDE, FACET, WALK, PLANE, CHUNKS], 64,
+        &[PARAMS_SLOT, CORNERS, ITEM_OFFSETS, (3, "next_event", 1), (4, "events", 1), CHUNKS_SLOT]),
+    source!(MapDeep, "map_deep", [PARAMS], 128,
+        &[PARAMS_SLOT, (2, "event_offsets", 1), (4, "events", 1), (5, "deep_rows", 1)]),
+    source!(ScanReduce, "scan_reduce", [SCAN], 256, &[(0, "numbers", 1), (1, "sums", 1)]),
+    source!(ScanApply, "scan_apply", [SCAN], 256, &[(0, "numbers", 1), (1, "bases", 1)]),
+    source!(Probe, "probe", [], 64,
+        &[(0, "answers", 0), (1, "buffer_1", 1), (2, "buffer_2", 1), (3, "buffer_3", 1), (4, "buffer_4", 1),
+          (5, "buffer_5", 1), (6, "buffer_6", 1), (7, "buffer_7", 1)]),
 ];
 
-/// The kernel for a single geometry.
-const fn one_rank(source: Source) -> Source {
-    Source { constants: &[("ONE_RANK", 1.0)], ..source }
+/// A kernel as it is compiled.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct KernelText {
+    /// Name of its file and entry point.
+    pub name: &'static str,
+    /// Its complete WGSL.
+    pub text: String,
+    /// Threads of a workgroup.
+    pub group: u32,
+    /// What it binds, in the order in which the passes give it.
+    pub slots: &'static [Slot],
 }
 
-/// The kernel for a single geometry under the rule parity.
-const fn alternating(source: Source) -> Source {
-    Source { constants: &[("ONE_RANK", 1.0), ("ALTERNATES", 1.0)], ..source }
+/// All kernels.
+pub fn kernel_texts() -> Vec<KernelText> {
+    let text_of = |source: &Source| KernelText {
+        name: source.name,
+        text: source.parts.join("\n"),
+        group: source.group,
+        slots: source.slots,
+    };
+    SOURCES.iter().map(text_of).collect()
 }
 
-/// Name and complete WGSL text of every kernel, as it is compiled; one of several pipelines of the same text.
-pub fn sources() -> Vec<(&'static str, String)> {
-    let distinct = SOURCES.iter().filter(|source| source.constants.is_empty());
-    distinct.map(|source| (source.name, source.parts.join("\n"))).collect()
-}
+/// Changes the text of a kernel, given its name, before it is compiled: for tests of what a broken driver would do.
+pub type Edit = Arc<dyn Fn(&str, String) -> String + Send + Sync>;
 
-/// Kernels that every mesh of one geometry under the rule parity needs.
-const COMMON: [Kernel; 7] = [
-    Kernel::LatticeRows,
-    Kernel::LatticeCount,
-    Kernel::LatticeFill,
-    Kernel::ColumnsSetup,
-    Kernel::ColumnsAlternating,
-    Kernel::ScanReduce,
-    Kernel::ScanApply,
-];
+/// Kernels that every mesh needs.
+const COMMON: [Kernel; 6] =
+    [Kernel::LatticeCount, Kernel::LatticeFill, Kernel::Intersect, Kernel::Map, Kernel::ScanReduce, Kernel::ScanApply];
 
 /// All kernels, compiled for a device: the common ones when it is opened, the others when they are first used.
 pub(crate) struct Kernels {
     device: Device,
+    edit: Option<Edit>,
     compiled: Vec<OnceLock<ComputePipeline>>,
 }
 
 impl Kernels {
+    /// Takes kernels for a device; none is compiled yet.
+    pub(crate) fn new(device: &Device, edit: Option<Edit>) -> Kernels {
+        Kernels { device: device.clone(), edit, compiled: SOURCES.iter().map(|_| OnceLock::new()).collect() }
+    }
+
     /// Compiles the common kernels; natively on all cores.
-    pub(crate) fn new(device: &Device) -> Kernels {
-        let compiled = SOURCES.iter().map(|_| OnceLock::new()).collect();
-        let kernels = Kernels { device: device.clone(), compiled };
+    pub(crate) fn compile_common(&self) {
         COMMON.into_par_iter().for_each(|kernel| {
-            kernels.get(kernel);
+            self.get(kernel);
         });
-        kernels
     }
 
     pub(crate) fn get(&self, kernel: Kernel) -> &ComputePipeline {
-        self.compiled[kernel as usize].get_or_init(|| compile(&self.device, kernel))
+        self.compiled[kernel as usize].get_or_init(|| self.compile(kernel))
+    }
+
+    fn compile(&self, kernel: Kernel) -> ComputePipeline {
+        let source = kernel.source();
+        let text = source.parts.join("\n");
+        let text = self.edit.as_ref().map_or(text.clone(), |edit| edit(source.name, text));
+        let module = self.device.create_shader_module(ShaderModuleDescriptor {
+            label: Some(source.name),
+            source: ShaderSource::Wgsl(text.into()),
+        });
+        self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(source.name),
+            layout: None,
+            module: &module,
+            entry_point: Some(source.name),
+            compilation_options: Default::default(),
+            cache: None,
+        })
     }
 }
 
-fn compile(device: &Device, kernel: Kernel) -> ComputePipeline {
-    let source = &SOURCES[kernel as usize];
-    debug_assert_eq!(source.kernel, kernel, "SOURCES is in the order of Kernel");
-    let module = device.create_shader_module(ShaderModuleDescriptor {
-        label: Some(source.name),
-        source: ShaderSource::Wgsl(source.parts.join("\n").into()),
-    });
-    device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some(source.name),
-        layout: None,
-        module: &module,
-        entry_point: Some(source.name),
-        compilation_options: wgpu::PipelineCompilationOptions { constants: source.constants, ..Default::default() },
-        cache: None,
-    })
+impl Kernel {
+    fn source(self) -> &'static Source {
+        let source = &SOURCES[self as usize];
+        debug_assert_eq!(source.kernel, self, "SOURCES is in the order of Kernel");
+        source
+    }
+
+    /// What it binds.
+    pub(crate) fn slots(self) -> &'static [Slot] {
+        self.source().slots
+    }
 }
 
 #[cfg(test)]
@@ -222,7 +231,7 @@ mod tests {
         assert_eq!(str::from_utf8(&out[..len]), str::from_utf8(expected));
         assert!(out[len..].iter().all(|&byte| byte == b'#'));
         assert_eq!(strip(text, &mut []), len);
-        for (name, text) in sources() {
+        for KernelText { name, text, .. } in kernel_texts() {
             assert!(!text.contains("//") && !text.contains("\n ") && text.contains(&format!("fn {name}(")), "{name}");
         }
     }

@@ -1,52 +1,42 @@
-//! The `repr(C)` twins of the structs in the shaders. A test compares them with what naga reads from the WGSL.
+//! What the kernels read of a band: its parameters, and the facets that its rays may hit. A test compares the parameters and the
+//! constants of `cast::sizes` with what naga reads from the shaders.
 
 use std::ops::Range;
 
-use super::line::Cast;
-pub(crate) use crate::estimate::bands::{BIN, FACET_WORDS};
-use crate::frame::{Frame, SnappedFacet};
-use crate::map::Rule;
+use crate::cast::Cast;
+use crate::cast::sizes::{BIN, FACET_WORDS, MAX_LAYERS, SEGMENT, layers};
+use crate::frame::SnappedFacet;
+use crate::job::Rule;
+use crate::parallel::*;
 use crate::rays::Rays;
 
-/// The numbers of one band; `Params` in `shaders/shared/params.wgsl`.
+/// The numbers of one band; `Params` in `shaders/shared/params.wgsl`, where each is explained.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+#[allow(missing_docs)]
 pub struct Params {
-    /// F: a cell is 2^F units.
     pub fraction_bits: u32,
-    /// Ray axis: 0, 1 or 2.
     pub axis: u32,
-    /// Cells of a ray.
     pub depth: u32,
-    /// Rays along the first axis across.
     pub n_i: u32,
-    /// Rays along the second axis across, of the whole domain.
-    pub n_j: u32,
-    /// First ray row of the band.
     pub first_row: u32,
-    /// End of the band's ray rows.
     pub end_row: u32,
-    /// Bins in a row of bins.
     pub n_across: u32,
-    /// Bins of the band.
     pub n_bins: u32,
-    /// Facets that rays of the band may hit.
+    pub n_layers: u32,
     pub n_facets: u32,
-    /// (facet, bin) pairs that the buffers hold.
-    pub pair_capacity: u32,
-    /// Crossings that the buffer holds.
+    pub n_items: u32,
+    pub tile_capacity: u32,
+    pub place_capacity: u32,
     pub event_capacity: u32,
-    /// 0 parity, 1 nonzero.
     pub rule: u32,
-    /// Geometries.
     pub n_ranks: u32,
-    /// Padding to a multiple of 16 bytes.
-    pub unused: [u32; 2],
+    pub all_deep: u32,
 }
 
 impl Params {
-    /// Describes a band of ray rows with so many facets, and buffers for so many pairs and crossings.
-    pub(crate) fn new(cast: &Cast, rows: &Range<u32>, [n_facets, pairs, events]: [u32; 3]) -> Params {
+    /// Describes a band of ray rows, with no facets and no room yet.
+    pub(crate) fn new(cast: &Cast, rows: &Range<u32>) -> Params {
         let Cast { frame, rays, rule } = *cast;
         let n_across = rays.counts[0].div_ceil(BIN);
         Params {
@@ -54,20 +44,17 @@ impl Params {
             axis: rays.axis as u32,
             depth: rays.depth,
             n_i: rays.counts[0],
-            n_j: rays.counts[1],
             first_row: rows.start,
             end_row: rows.end,
             n_across,
             n_bins: n_across * (rows.end - rows.start).div_ceil(BIN),
-            n_facets,
-            pair_capacity: pairs,
-            event_capacity: events,
+            n_layers: 1,
             rule: match rule {
                 Rule::Parity => 0,
                 Rule::Nonzero => 1,
             },
             n_ranks: frame.ranks.flag_of_rank.len() as u32,
-            unused: [0; 2],
+            ..bytemuck::Zeroable::zeroed()
         }
     }
 
@@ -80,37 +67,193 @@ impl Params {
     pub fn n_rays(&self) -> u32 {
         (self.end_row - self.first_row) * self.n_i
     }
-}
 
-/// Packs the facets whose boxes reach rays of some rows for the `corners` buffer: four words an axis, in the order (across,
-/// across, along), which are its places of the three corners and, the first time, the rank. For all rows these are all facets.
-pub(crate) fn corners(frame: &Frame, rays: &Rays, rows: &Range<u32>) -> Vec<i32> {
-    use crate::parallel::*;
-    let height = |row: u32| (row as i32) << frame.fraction_bits;
-    let (low, high) = (height(rows.start), height(rows.end - 1));
-    let is_whole = rows.len() as u32 == rays.counts[1];
-    let reaches = |facet: &SnappedFacet| {
-        let [a, b, c] = facet.map(|corner| corner[rays.across[1]]);
-        is_whole || (a.min(b).min(c) <= high && a.max(b).max(c) >= low)
-    };
-    let chosen: Vec<usize> =
-        (0..frame.facets.len()).into_par_iter().filter(|&index| reaches(&frame.facets[index])).collect();
-    let mut words = vec![0; chosen.len() * FACET_WORDS];
-    words.par_chunks_mut(FACET_WORDS).zip(&chosen).for_each(|(words, &index)| {
-        let corners = frame.facets[index].map(|corner| rays.project(corner));
-        for axis in 0..3 {
-            words[4 * axis..4 * axis + 3].copy_from_slice(&corners.map(|corner| corner[axis]));
-        }
-        words[3] = i32::from(frame.rank_of_facet[index]);
-    });
-    words
-}
-
-/// Packs the flag of each rank, four a word, for the `flag_of_rank` uniform.
-pub(crate) fn flag_words(flag_of_rank: &[u8]) -> [u32; 64] {
-    let mut words = [0; 64];
-    for (rank, &flag) in flag_of_rank.iter().enumerate() {
-        words[rank / 4] |= u32::from(flag) << (8 * (rank % 4));
+    /// Counters of the lattice: the layers of all bins.
+    pub(crate) fn n_counters(&self) -> u64 {
+        u64::from(self.n_bins) * u64::from(self.n_layers)
     }
-    words
+}
+
+/// A facet whose box holds rays of a band.
+#[derive(Debug, Clone, Copy)]
+struct Chosen {
+    index: u32,
+    /// Bins under its box, and items of the walk over them.
+    n_bins: u32,
+    n_items: u32,
+    /// Rays that it hits, nearly: its area, at most those under its box.
+    n_rays: f32,
+    /// First and last ray under its box along both axes across, counted from the first of the band.
+    rays: [[u32; 2]; 2],
+}
+
+/// The facets that rays of a band may hit, and the layers that part them along the rays.
+#[derive(Debug, Default)]
+pub(crate) struct BandFacets {
+    chosen: Vec<Chosen>,
+    /// First cell of each layer but the first.
+    boundaries: Vec<u32>,
+    /// Bins under all boxes.
+    pub(crate) n_box_bins: u64,
+    /// Crossings of the band's rays, nearly.
+    pub(crate) n_crossings: u64,
+}
+
+/// Cells along each side of the map of crowded places.
+const MAP: usize = 16;
+
+impl BandFacets {
+    /// Chooses the facets whose boxes hold rays of some rows, and layers for crossings as crowded as their areas say.
+    pub(crate) fn new(cast: &Cast, rows: &Range<u32>) -> BandFacets {
+        let Cast { frame, rays, .. } = *cast;
+        let ends = [0..rays.counts[0], rows.clone()];
+        let choose = |index| choose(index, &frame.facets[index], frame.fraction_bits, rays, &ends);
+        let chosen: Vec<Chosen> = (0..frame.facets.len()).into_par_iter().filter_map(choose).collect();
+        let most = most_crossings(&chosen, &ends);
+        let n_box_bins = chosen.iter().map(|facet| u64::from(facet.n_bins)).sum();
+        let n_crossings = chosen.iter().map(|facet| f64::from(facet.n_rays)).sum::<f64>() as u64;
+        let mut facets = BandFacets { chosen, boundaries: Vec::new(), n_box_bins, n_crossings };
+        facets.part(cast, layers(f64::from(most)));
+        facets
+    }
+
+    /// Parts the facets into so many layers or fewer, about as crowded as each other.
+    pub(crate) fn part(&mut self, cast: &Cast, n_layers: u32) {
+        // some thousand facets tell enough
+        let some = self.chosen.iter().step_by(self.chosen.len() / 4096 + 1);
+        let mut lowest: Vec<(u32, f32)> =
+            some.map(|facet| (lowest_cell(cast, facet.index), facet.n_rays.max(1e-6))).collect();
+        lowest.sort_unstable_by_key(|&(cell, _)| cell);
+        let share = lowest.iter().map(|(_, weight)| weight).sum::<f32>() / n_layers as f32;
+        self.boundaries.clear();
+        let mut before = 0.0;
+        for (cell, weight) in lowest {
+            let is_due = before >= share * (self.boundaries.len() + 1) as f32;
+            if is_due && cell > self.boundaries.last().copied().unwrap_or(0) {
+                self.boundaries.push(cell);
+            }
+            before += weight;
+        }
+        self.boundaries.truncate(n_layers.clamp(1, MAX_LAYERS) as usize - 1);
+    }
+
+    /// Number of facets.
+    pub(crate) fn len(&self) -> usize {
+        self.chosen.len()
+    }
+
+    /// Index in the frame of a facet.
+    pub(crate) fn index(&self, facet: usize) -> u32 {
+        self.chosen.get(facet).map_or(u32::MAX, |chosen| chosen.index)
+    }
+
+    /// Number of layers.
+    pub(crate) fn n_layers(&self) -> u32 {
+        self.boundaries.len() as u32 + 1
+    }
+
+    /// The first cell after each layer, for the uniform `layer_ends`.
+    pub(crate) fn layer_ends(&self) -> [u32; MAX_LAYERS as usize] {
+        std::array::from_fn(|layer| self.boundaries.get(layer).copied().unwrap_or(u32::MAX))
+    }
+
+    /// Packs some of the facets for the buffers `corners` and `item_offsets`: four words an axis, in the order (across, across, along),
+    /// which are its places of the three corners and rank, layer, or nothing; and the items before each facet and of all.
+    pub(crate) fn pack(&self, cast: &Cast, range: Range<usize>) -> (Vec<i32>, Vec<u32>) {
+        let chosen = &self.chosen[range];
+        let mut words = vec![0; chosen.len() * FACET_WORDS];
+        words.par_chunks_mut(FACET_WORDS).zip(chosen).for_each(|(words, &Chosen { index, .. })| {
+            let corners = cast.frame.facets[index as usize].map(|corner| cast.rays.project(corner));
+            for axis in 0..3 {
+                words[4 * axis..4 * axis + 3].copy_from_slice(&corners.map(|corner| corner[axis]));
+            }
+            words[3] = i32::from(cast.frame.rank_of_facet[index as usize]);
+            let lowest = lowest_cell(cast, index);
+            words[7] = self.boundaries.partition_point(|&cell| cell <= lowest) as i32;
+        });
+        let mut offsets = Vec::with_capacity(chosen.len() + 1);
+        let mut before = 0;
+        for facet in chosen {
+            offsets.push(before);
+            before += facet.n_items;
+        }
+        offsets.push(before);
+        (words, offsets)
+    }
+
+    /// Ranges of facets that are packed together: at most so many facets, and items.
+    pub(crate) fn batches(&self, most_facets: usize, most_items: u64) -> Vec<Range<usize>> {
+        let mut batches = Vec::new();
+        let (mut start, mut items) = (0, 0);
+        for (index, facet) in self.chosen.iter().enumerate() {
+            items += u64::from(facet.n_items);
+            if index > start && (index - start == most_facets || items > most_items) {
+                batches.push(start..index);
+                (start, items) = (index, u64::from(facet.n_items));
+            }
+        }
+        batches.push(start..self.chosen.len());
+        batches
+    }
+}
+
+/// The first cell in which a facet may have a crossing: its lowest corner is not below the centre of that cell.
+fn lowest_cell(cast: &Cast, index: u32) -> u32 {
+    let [a, b, c] = cast.frame.facets[index as usize].map(|corner| corner[cast.rays.axis]);
+    (a.min(b).min(c) >> cast.frame.fraction_bits).clamp(0, cast.rays.depth as i32) as u32
+}
+
+/// Crossings of a ray where rays are most crowded, nearly: the rays of each facet are spread evenly over its box.
+fn most_crossings(chosen: &[Chosen], ends: &[Range<u32>; 2]) -> f32 {
+    let cell = ends.clone().map(|side| (side.len() as f32 / MAP as f32).max(1.0));
+    let mut crowd = [0.0; MAP * MAP];
+    for facet in chosen {
+        let [columns, rows] = [0, 1].map(|side| {
+            let [first, last] = facet.rays[side].map(|ray| ray as f32);
+            let [first, end] = [first, last + 1.0].map(|ray| ray / cell[side]);
+            (first as usize..(end.ceil() as usize).min(MAP)).map(move |at| {
+                let share = (end.min(at as f32 + 1.0) - first.max(at as f32)) / (end - first);
+                (at, share)
+            })
+        });
+        for (row, down) in rows {
+            for (column, across) in columns.clone() {
+                crowd[row * MAP + column] += facet.n_rays * down * across;
+            }
+        }
+    }
+    crowd.into_iter().fold(0.0, f32::max) / (cell[0] * cell[1])
+}
+
+fn choose(
+    index: usize,
+    facet: &SnappedFacet,
+    fraction_bits: u32,
+    rays: &Rays,
+    ends: &[Range<u32>; 2],
+) -> Option<Chosen> {
+    let corners = facet.map(|corner| rays.project(corner));
+    let unit = 1 << fraction_bits;
+    let mut under = [[0; 2]; 2];
+    for side in 0..2 {
+        let [a, b, c] = corners.map(|corner| corner[side]);
+        let first = ((a.min(b).min(c) + unit - 1) >> fraction_bits).max(ends[side].start as i32);
+        let last = (a.max(b).max(c) >> fraction_bits).min(ends[side].end as i32 - 1);
+        if first > last {
+            return None;
+        }
+        // bins, too, are counted from the first ray of the band
+        under[side] = [first, last].map(|ray| ray as u32 - ends[side].start);
+    }
+    let [columns, rows] = under.map(|[first, last]| last / BIN - first / BIN + 1);
+    let [[x0, y0, _], [x1, y1, _], [x2, y2, _]] = corners.map(|corner| corner.map(|word| word as f32 / unit as f32));
+    let area = 0.5 * ((x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)).abs();
+    let rays_under = under.map(|[first, last]| (last - first + 1) as f32).iter().product();
+    Some(Chosen {
+        index: index as u32,
+        n_bins: columns * rows,
+        n_items: columns.div_ceil(SEGMENT) * rows,
+        n_rays: area.min(rays_under),
+        rays: under,
+    })
 }

@@ -1,30 +1,27 @@
 //! A first mesh that nobody waits for: drivers on the processor compile a kernel when it first runs, which takes longer
 //! than a mesh of 10^9 cells. So they do while the caller reads files.
 
-use super::device::Gpu;
-use super::line::Cast;
-use super::session::Session;
+use super::band::{Context, Forced, Worker};
+use crate::cast::Cast;
 use crate::error::Result;
 use crate::frame::{Frame, Ranks};
-use crate::map::Rule;
+use crate::job::Rule;
 use crate::rays::Rays;
 
-impl Gpu {
-    /// Sends the commands of a mesh of 8 x 8 rays and one facet to the device.
-    ///
-    /// # Errors
-    /// Those of [`Gpu::columns`].
-    pub(crate) fn warm_up(&self) -> Result<()> {
-        let frame = Frame {
-            fraction_bits: 16,
-            dims: [8; 3],
-            facets: vec![[[0, 0, 0], [0, 5 << 16, 1 << 16], [0, 1 << 16, 5 << 16]]],
-            rank_of_facet: vec![0],
-            ranks: Ranks { geometry_of_rank: vec![0], flag_of_rank: vec![1] },
-        };
-        let rays = Rays::new(0, frame.dims);
-        let cast = Cast { frame: &frame, rays: &rays, rule: Rule::Parity };
-        Session::new(self, cast, 8)?.launch(0..8)?;
-        Ok(())
-    }
+/// Sends the commands of a mesh of 8 x 8 rays and one facet to the device.
+///
+/// # Errors
+/// `device-failed`, `device-lost`.
+pub(crate) fn warm_up(context: Context) -> Result<()> {
+    let frame = Frame {
+        fraction_bits: 16,
+        dims: [8; 3],
+        facets: vec![[[0, 0, 0], [0, 5 << 16, 1 << 16], [0, 1 << 16, 5 << 16]]],
+        rank_of_facet: vec![0],
+        ranks: Ranks { geometry_of_rank: vec![0], flag_of_rank: vec![1] },
+    };
+    let rays = Rays::new(0, frame.dims);
+    let cast = Cast { frame: &frame, rays: &rays, rule: Rule::Parity };
+    Worker::new(context, cast, Forced::default()).launch(0..8)?;
+    Ok(())
 }

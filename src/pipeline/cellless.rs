@@ -1,6 +1,7 @@
 //! Which geometries got no cell: thinner than the cells, outside the domain, or covered by others.
 
 use super::Prepared;
+use crate::cast::Cast;
 use crate::control::Control;
 use crate::cpu;
 use crate::digits::Number;
@@ -59,5 +60,6 @@ fn is_alone_without_cells(prepared: &Prepared, frame: &Frame, geometry: usize, r
         ranks: frame.ranks.clone(),
         ..*frame
     };
-    cpu::columns(&alone, &prepared.rays, rule, &Control::default()).is_ok_and(|columns| columns.n_runs() == 0)
+    let cast = Cast { frame: &alone, rays: &prepared.rays, rule };
+    cpu::columns(&cast, &Control::default()).is_ok_and(|columns| columns.n_runs() == 0)
 }

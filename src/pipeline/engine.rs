@@ -2,6 +2,7 @@
 
 use web_time::Instant;
 
+use crate::cast::Cast;
 #[cfg(feature = "gpu")]
 use crate::columns::Band;
 use crate::columns::{Columns, Growing};
@@ -13,9 +14,9 @@ use crate::error::Result;
 use crate::estimate::Device;
 #[cfg(feature = "gpu")]
 use crate::estimate::UPLOAD_FACET_BYTES;
-use crate::frame::Frame;
-use crate::job::{BackendChoice, Rule};
-use crate::rays::Rays;
+#[cfg(feature = "gpu")]
+use crate::gpu::{AdapterKind, Gpu, Options, Usage};
+use crate::job::BackendChoice;
 
 /// Times that a lost device is opened again.
 #[cfg(feature = "gpu")]
@@ -24,30 +25,33 @@ const MAX_REOPENINGS: u32 = 3;
 /// What is meshed, and in which bands.
 #[derive(Clone, Copy)]
 pub(super) struct Casting<'a> {
-    pub(super) frame: &'a Frame,
-    pub(super) rays: &'a Rays,
-    pub(super) rule: Rule,
-    /// Most ray rows that the GPU may bring home at once, before they are packed.
+    pub(super) cast: Cast<'a>,
+    /// Most ray rows that the GPU may read back at once, before they are packed.
     pub(super) most_rows: u32,
     /// Most strips that the CPU makes before they are packed.
     pub(super) most_strips: u32,
 }
 
-/// Most bytes that meshing took, besides facets and columns.
-pub(super) struct Used {
-    pub(super) device_bytes: u64,
-    pub(super) host_bytes: u64,
+/// What meshing took, besides facets and columns, and what was found of the device.
+#[derive(Debug, Default, Clone, Copy)]
+pub struct Used {
+    /// Most bytes on the device.
+    pub device_bytes: u64,
+    /// Most bytes on the host.
+    pub host_bytes: u64,
+    /// Rays of the GPU's that the CPU cast again, and those of them whose cells differed; None if no GPU meshed.
+    pub checked: Option<[u64; 2]>,
 }
 
 /// Who meshes, ready to work.
 pub struct Engine {
     #[cfg(feature = "gpu")]
-    gpu: Option<crate::gpu::Gpu>,
+    gpu: Option<Gpu>,
     #[cfg(feature = "gpu")]
     wanted_adapter: Option<String>,
-    /// Whether the CPU takes over where the GPU is lost for good.
+    /// Whether the CPU takes over where the GPU is lost for good. Where it is wrong the CPU always does.
     #[cfg(feature = "gpu")]
-    or_cpu: bool,
+    has_cpu_fallback: bool,
     /// Why the CPU meshes although a GPU was looked for, or had begun to.
     pub fallback: Option<String>,
     /// Seconds that opening took.
@@ -63,51 +67,66 @@ impl Engine {
             #[cfg(feature = "gpu")]
             wanted_adapter: None,
             #[cfg(feature = "gpu")]
-            or_cpu: false,
+            has_cpu_fallback: false,
             fallback: None,
             seconds: 0.0,
         }
     }
 
     /// Opens the backend of a job; `adapter` is a part of the name of the GPU to use, where there are several. With `Auto`
-    /// and no such name the CPU takes over where no GPU can be opened, and later where it is lost for good; `fallback` then
-    /// says why.
+    /// and no such name the CPU takes over where no GPU can be opened, or only one that computes on the processor, which is slower, and
+    /// later where it is lost for good; `fallback` then says why.
     ///
     /// # Errors
-    /// `no-adapter`, `device-failed`: only if the GPU was asked for.
+    /// `no-adapter`, `device-failed`, `device-wrong`: only if the GPU was asked for.
     pub async fn open(choice: BackendChoice, adapter: Option<&str>) -> Result<Engine> {
         if choice == BackendChoice::Cpu {
             return Ok(Engine::cpu());
         }
         let start = Instant::now();
-        let or_cpu = choice == BackendChoice::Auto && adapter.is_none();
-        let engine = match Engine::open_gpu(adapter).await {
-            Ok(engine) if or_cpu => engine.or_cpu(),
-            Err(error) if or_cpu => Engine { fallback: Some(error.to_string()), ..Engine::cpu() },
-            engine => engine?,
+        let engine = if choice == BackendChoice::Auto && adapter.is_none() {
+            match Engine::open_hardware().await {
+                Ok(engine) => engine.with_cpu_fallback(),
+                Err(error) => Engine { fallback: Some(error.to_string()), ..Engine::cpu() },
+            }
+        } else {
+            Engine::open_gpu(adapter).await?
         };
         Ok(Engine { seconds: start.elapsed().as_secs_f64(), ..engine })
     }
 
-    /// Lets the CPU take over where the GPU is lost and cannot be opened again.
-    pub fn or_cpu(self) -> Engine {
+    /// Lets the CPU take over where the GPU is lost for good.
+    pub fn with_cpu_fallback(self) -> Engine {
         Engine {
             #[cfg(feature = "gpu")]
-            or_cpu: true,
+            has_cpu_fallback: true,
             ..self
         }
     }
 
+    /// Opens the preferred GPU unless it is one in name only.
+    async fn open_hardware() -> Result<Engine> {
+        #[cfg(feature = "gpu")]
+        {
+            let facts = crate::gpu::adapter(None).await?;
+            if facts.kind == AdapterKind::Software {
+                let message = format!("{facts} computes on the processor, where the CPU backend is faster");
+                return Err(Error::new("no-adapter", message, "ask for the GPU backend to use it all the same"));
+            }
+        }
+        Engine::open_gpu(None).await
+    }
+
     #[cfg(feature = "gpu")]
     async fn open_gpu(adapter: Option<&str>) -> Result<Engine> {
-        let gpu = crate::gpu::Gpu::open(adapter).await?;
+        let gpu = Gpu::open(adapter).await?;
         Ok(Engine { gpu: Some(gpu), wanted_adapter: adapter.map(String::from), ..Engine::cpu() })
     }
 
     /// Prepares a GPU that the caller has opened. Where its device is lost, one of an adapter of the same name takes its place;
-    /// there being none is an error, unless [`Engine::or_cpu`] says otherwise.
+    /// there being none is an error, unless [`Engine::with_cpu_fallback`] says otherwise.
     #[cfg(feature = "gpu")]
-    pub fn with_gpu(gpu: crate::gpu::Gpu) -> Engine {
+    pub fn with_gpu(gpu: Gpu) -> Engine {
         let wanted_adapter = Some(gpu.facts.name.clone());
         Engine { gpu: Some(gpu), wanted_adapter, ..Engine::cpu() }
     }
@@ -133,7 +152,7 @@ impl Engine {
     /// Whether the GPU is one in name only: a driver that computes on the processor.
     pub fn is_software(&self) -> bool {
         #[cfg(feature = "gpu")]
-        return self.gpu.as_ref().is_some_and(|gpu| gpu.facts.kind == crate::gpu::AdapterKind::Software);
+        return self.gpu.as_ref().is_some_and(|gpu| gpu.facts.kind == AdapterKind::Software);
         #[cfg(not(feature = "gpu"))]
         false
     }
@@ -148,31 +167,24 @@ impl Engine {
     }
 
     /// Frees what is kept on the device for the next mesh if it has more than so many bytes.
-    pub fn forget_buffers_over(&self, max_bytes: u64) {
+    pub fn clear_pool_over(&self, max_bytes: u64) {
         #[cfg(feature = "gpu")]
         if let Some(gpu) = &self.gpu {
-            gpu.forget_buffers_over(max_bytes);
+            gpu.clear_pool_over(max_bytes);
         }
         #[cfg(not(feature = "gpu"))]
         let _ = max_bytes;
     }
 
-    /// Meshes a frame; also returns the most bytes held on the device.
+    /// Meshes a frame; also returns what that took.
     ///
     /// # Errors
-    /// `cancelled`, the limits of the device, and `device-lost` when it was lost too often, or for good, and the CPU is not to
-    /// take over.
-    pub async fn columns(
-        &mut self,
-        frame: &Frame,
-        rays: &Rays,
-        rule: Rule,
-        control: &Control,
-    ) -> Result<(Columns, u64)> {
-        let mut growing = Growing::new(*rays, u64::MAX, None);
-        let (most_rows, most_strips) = (rays.counts[1], cpu::STRIPS_PER_ROUND);
-        let used = self.grow(&Casting { frame, rays, rule, most_rows, most_strips }, &mut growing, control).await?;
-        Ok((growing.finish(), used.device_bytes))
+    /// `cancelled`, and `device-lost` when it was lost too often, or for good, and the CPU is not to take over.
+    pub async fn columns(&mut self, cast: &Cast<'_>, control: &Control) -> Result<(Columns, Used)> {
+        let mut growing = Growing::new(*cast.rays, u64::MAX, None);
+        let (most_rows, most_strips) = (cast.rays.counts[1], cpu::STRIPS_PER_ROUND);
+        let used = self.grow(&Casting { cast: *cast, most_rows, most_strips }, &mut growing, control).await?;
+        Ok((growing.finish(), used))
     }
 
     /// Meshes the rays after those that have grown already, and lets the columns grow by them.
@@ -185,53 +197,62 @@ impl Engine {
         growing: &mut Growing,
         control: &Control,
     ) -> Result<Used> {
+        #[cfg_attr(not(feature = "gpu"), expect(unused_mut))]
+        let mut used = Used::default();
         #[cfg(feature = "gpu")]
         if self.gpu.is_some() {
-            match self.grow_on_gpu(casting, growing, control).await {
-                // what the GPU has finished stays
-                Err(error) if self.or_cpu && error.code() == "device-lost" => {
+            match self.grow_on_gpu(casting, growing, control, &mut used).await {
+                // what the GPU has finished stays: it was checked
+                Err(error)
+                    if error.code() == "device-wrong" || self.has_cpu_fallback && error.code() == "device-lost" =>
+                {
                     self.gpu = None;
                     self.fallback = Some(error.to_string());
                 }
-                result => return result,
+                result => return result.map(|()| used),
             }
         }
-        let Casting { frame, rays, rule, most_strips, .. } = *casting;
-        let strips = cpu::Strips::new(frame, rays, rule, None).in_rounds_of(most_strips);
+        let strips = cpu::Strips::new(&casting.cast, None).in_rounds_of(casting.most_strips);
         let mut strips = strips.from_ray(growing.n_rays());
         while let Some(bands) = strips.round(control)? {
             growing.push(bands)?;
             control.pause().await;
         }
-        Ok(Used { device_bytes: 0, host_bytes: strips.n_bytes() })
+        Ok(Used { host_bytes: used.host_bytes.max(strips.n_bytes()), ..used })
     }
 
-    /// Meshes band after band: each is packed, and put aside where it must be, while the device works on the next.
+    /// Meshes band after band: each is packed, and stored where it must be, while the device works on the next.
     #[cfg(feature = "gpu")]
-    async fn grow_on_gpu(&mut self, casting: &Casting<'_>, growing: &mut Growing, control: &Control) -> Result<Used> {
-        let Casting { frame, rays, rule, most_rows, .. } = *casting;
-        let cast = crate::gpu::Cast { frame, rays, rule };
-        let n_i = u64::from(rays.counts[0]);
-        let mut options = crate::gpu::Options { most_rows: Some(most_rows), ..Default::default() };
+    async fn grow_on_gpu(
+        &mut self,
+        casting: &Casting<'_>,
+        growing: &mut Growing,
+        control: &Control,
+        used: &mut Used,
+    ) -> Result<()> {
+        let Casting { cast, most_rows, .. } = casting;
+        let n_i = u64::from(cast.rays.counts[0]);
+        let mut options = Options { most_rows: Some(*most_rows), ..Default::default() };
         let (mut reopenings, mut last_rows) = (0, 64);
+        let mut usage = Usage::default();
         while let Some(gpu) = &self.gpu {
             let first_row = (growing.n_rays() / n_i) as u32;
             let take = &mut |band: Band| {
                 last_rows = band.ends.len() as u64 / n_i;
                 growing.push(vec![band])
             };
-            match gpu.hand_out_bands(&cast, &options, control, first_row, take).await {
-                Ok(usage) => {
-                    let host_bytes = UPLOAD_FACET_BYTES * frame.facets.len() as u64;
-                    return Ok(Used { device_bytes: usage.peak_bytes, host_bytes });
-                }
+            let rows = first_row..cast.rays.counts[1];
+            let result = gpu.hand_out_bands(cast, &options, control, rows, &mut usage, take).await;
+            let host_bytes = UPLOAD_FACET_BYTES * cast.frame.facets.len() as u64;
+            *used = Used { device_bytes: usage.peak_bytes, host_bytes, checked: Some(usage.checked) };
+            match result {
                 Err(error) if error.code() == "device-lost" && reopenings < MAX_REOPENINGS => {
                     reopenings += 1;
                     options.rows_per_band = Some((last_rows / 2).max(1) as u32);
-                    let gpu = crate::gpu::Gpu::open(self.wanted_adapter.as_deref()).await;
+                    let gpu = Gpu::open(self.wanted_adapter.as_deref()).await;
                     self.gpu = Some(gpu.map_err(|again| lost_for_good(&error, &again))?);
                 }
-                Err(error) => return Err(error),
+                result => return result,
             }
         }
         unreachable!("a GPU mesh has a GPU")

@@ -4,13 +4,12 @@ use sha2::{Digest, Sha256};
 
 use super::engine::Casting;
 use super::{Aside, DEFAULT_MAX_BYTES, Engine, Prepared, Task};
+use crate::cast::Cast;
 use crate::columns::Growing;
 use crate::cpu;
 use crate::error::Result;
 use crate::estimate::{Allowed, Device, Estimate, Plan};
-use crate::frame::Frame;
-use crate::job::{BackendChoice, Job, Rule};
-use crate::rays::Rays;
+use crate::job::{BackendChoice, Job};
 use crate::report::InputReport;
 
 /// The memory of a mesh.
@@ -33,15 +32,15 @@ impl Room {
         let (program_bytes, device) = (task.program_bytes, engine.device());
         if device == Device::Shared {
             // those of a larger mesh before this one would be taken as they are
-            engine.forget_buffers_over(max_bytes / 16);
+            engine.clear_pool_over(max_bytes / 16);
         }
         let allowed = Allowed { max_bytes, program_bytes, device, can_spill, flags: task.flags_in_memory };
         Plan::new(&estimate, &allowed).map(Room)
     }
 
     /// What to mesh, in bands or rounds of a size that the memory allows.
-    pub(super) fn casting<'a>(&self, frame: &'a Frame, rays: &'a Rays, rule: Rule) -> Casting<'a> {
-        Casting { frame, rays, rule, most_rows: self.0.most_rows, most_strips: self.0.most_strips }
+    pub(super) fn casting<'a>(&self, cast: Cast<'a>) -> Casting<'a> {
+        Casting { cast, most_rows: self.0.most_rows, most_strips: self.0.most_strips }
     }
 
     /// Columns without rays yet, or with those that were kept; `identity` stands for what is meshed.

@@ -333,7 +333,11 @@ fn an_stl_reads_back_and_meshes_to_the_same_cells() {
 fn meshed_again(bytes: &[u8], mesh: &Mesh) -> Columns {
     let facets = crate::read::read_bytes(bytes).unwrap().solids.remove(0).facets;
     let frame = Frame::new(&[Geometry::new("skin", 1, facets)], &mesh.lines).unwrap();
-    crate::cpu::columns(&frame, &mesh.columns.rays, Rule::default(), &Control::default()).unwrap()
+    crate::cpu::columns(
+        &crate::cast::Cast { frame: &frame, rays: &mesh.columns.rays, rule: Rule::default() },
+        &Control::default(),
+    )
+    .unwrap()
 }
 
 #[test]

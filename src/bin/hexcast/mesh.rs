@@ -126,7 +126,7 @@ fn mesh_and_write(
     bar.finish_and_clear();
     let (mesh, mut report) = meshed?;
     // there is no next mesh
-    engine.forget_buffers_over(0);
+    engine.clear_pool_over(0);
 
     if arguments.flags_in_memory {
         expand_all(&mesh, &mut report)?;

@@ -1,0 +1,73 @@
+// Casts the rays of the deep rows against a batch of facets, with exact quotients, and writes their crossings row by row.
+// Twin: `src/crossings.rs`.
+// Reads: corners, item_offsets; chunks (see chunks.wgsl), unless all rows are deep.
+// Reads and writes: next_event[row], where the next crossing of a deep row goes, counted up; with event_capacity 0 it only counts.
+// Writes: events[next_event ..] = ray of the row << 27 | cell << 9 | rank << 1 | direction, in no order within a row.
+// Bound: that of walk.wgsl, and for each bin 64 crossings: ITEMS is smaller here.
+
+@group(0) @binding(3) var<storage, read_write> next_event: array<atomic<u32>>;
+@group(0) @binding(4) var<storage, read_write> events: array<u32>;
+
+@compute @workgroup_size(64)
+fn intersect_deep(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let items = own_items(thread_index(group, groups, local), groups.x * groups.y * 64u);
+    if items.x == items.y {
+        return;
+    }
+    var facet = facet_of_item(items.x);
+    for (var item = items.x; item < items.y; item++) {
+        facet = facet_after(facet, item);
+        let f = load_facet(facet);
+        var walk = start_walk(f, item - item_offsets[facet]);
+        while walk.column < walk.end {
+            let bin = walk.row * params.n_across + u32(walk.column);
+            let hits = next_hits(&walk);
+            if (hits.x | hits.y) != 0u {
+                cross_bin(f, bin, hits);
+            }
+        }
+    }
+}
+
+fn cross_bin(f: Facet, bin: u32, hits: vec2<u32>) {
+    let plane = plane_of(f, first_ray(bin));
+    let first_chunk = bin / params.n_across * BIN * params.n_across + bin % params.n_across;
+    for (var row = 0u; row < BIN; row++) {
+        let of_row = (select(hits.y, hits.x, row < 4u) >> (8u * (row % 4u))) & 0xffu;
+        if of_row != 0u {
+            let index = deep_index(first_chunk + row * params.n_across);
+            if index != DEEP {
+                cross_row(plane, f.area, row, of_row, atomicAdd(&next_event[index], countOneBits(of_row)));
+            }
+        }
+    }
+}
+
+// Index of a chunk among the deep rows, or DEEP if it is not one of them.
+fn deep_index(chunk: u32) -> u32 {
+    if params.all_deep == 1u {
+        return chunk;
+    }
+    return select(DEEP, chunks[chunk].x, chunks[chunk].y == DEEP);
+}
+
+// Writes the crossings of the rays of a row, a bit each, from a place on.
+fn cross_row(plane: Plane, area: vec2<u32>, row: u32, hits: u32, first: u32) {
+    let height = add96(plane.height, multiply96(plane.slope_j, i32(row)));
+    var left = hits;
+    for (var place = first; left != 0u; place++) {
+        let ray = firstTrailingBit(left);
+        left &= left - 1u;
+        if place < params.event_capacity {
+            let q = floor_quotient(add96(height, multiply96(plane.slope_i, i32(ray))), area);
+            let centre_is_above = (q.rest.x | q.rest.y) == 0u && (plane.tag >> 9u) == 1u;
+            let first_above = plane.base + bitcast<i32>(q.whole) + select(1, 0, centre_is_above);
+            let cell = u32(clamp(first_above, 0, i32(params.depth)));
+            events[place] = (ray << 27u) | (cell << 9u) | (plane.tag & 0x1ffu);
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! How large the bands of the GPU backend and the buffers of a band are, in u64, before anything is allocated. The backend allocates
+//! by these numbers; the estimate and the plan count by them.
+
+/// Rays of a bin along both axes across; `BIN` in `shaders/shared/params.wgsl`.
+pub(crate) const BIN: u32 = 8;
+/// Bins of one item of the walk over the lattice at most; `SEGMENT` in `shaders/shared/walk.wgsl`.
+pub(crate) const SEGMENT: u32 = 16;
+/// Most layers of a bin along the rays; `layer_ends` in `shaders/map.wgsl` has as many entries.
+pub(crate) const MAX_LAYERS: u32 = 64;
+/// Words of a facet on the device.
+pub(crate) const FACET_WORDS: usize = 12;
+/// Rays of the first band, before anything is known about the device's speed: fewer where a page waits.
+pub(crate) const FIRST_BAND: u64 = if cfg!(target_arch = "wasm32") { 1 << 18 } else { 1 << 20 };
+/// Most rays of a band.
+pub(crate) const MOST_BAND: u64 = 1 << 22;
+/// Bands on the device at once: while one is read back and one runs, the next waits its turn.
+pub(crate) const BANDS_IN_FLIGHT: usize = 3;
+
+/// Bytes of a facet: its corners and its first item.
+const FACET_BYTES: u64 = 4 * FACET_WORDS as u64 + 4;
+/// Bytes of a tile.
+const TILE_BYTES: u64 = 32;
+/// Bytes of a place of four runs.
+const PLACE_BYTES: u64 = 16;
+/// Bytes of a chunk, a row of rays of one bin.
+const CHUNK_BYTES: u64 = 8;
+/// Bytes of a counter, one a layer of a bin: its count, the next tile, and its part in the sums of the scan.
+const COUNTER_BYTES: u64 = 9;
+
+/// What is known of a band before it runs.
+pub(crate) struct BandSize {
+    pub(crate) n_facets: u64,
+    pub(crate) n_box_bins: u64,
+    pub(crate) n_crossings: u64,
+    pub(crate) n_rays: u64,
+    pub(crate) n_chunks: u64,
+    pub(crate) n_layers: u32,
+}
+
+/// How much the buffers of a band hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) struct Capacity {
+    /// Facets that rays of the band may hit.
+    pub(crate) n_facets: u64,
+    /// Rows of rays of one bin.
+    pub(crate) n_chunks: u64,
+    /// Layers of all bins.
+    pub(crate) n_counters: u64,
+    /// Facets over a bin of which they hit a ray.
+    pub(crate) n_tiles: u64,
+    /// Places of four runs.
+    pub(crate) n_places: u64,
+}
+
+impl Capacity {
+    /// The most that buffers of at most so many bytes can hold.
+    pub(crate) fn limit(binding_bytes: u64) -> Capacity {
+        // counts are u32; a place has 27 bits; validation of bindings of 4 GiB is not everywhere the same
+        let bytes = binding_bytes.min(1 << 31);
+        Capacity {
+            n_facets: bytes / (4 * FACET_WORDS as u64),
+            n_chunks: bytes / CHUNK_BYTES,
+            n_counters: bytes / 4 - 1,
+            n_tiles: bytes / TILE_BYTES,
+            n_places: (bytes / PLACE_BYTES).min((1 << 27) - 1),
+        }
+    }
+
+    /// What the first try at a band gets, which has nearly `n_crossings`: tiles and places are known only when it has run. No facet has
+    /// more tiles than there are bins under its box, `n_box_bins` in all; each ray with runs begins a place.
+    pub(crate) fn first(params: &BandSize) -> Capacity {
+        let &BandSize { n_facets, n_box_bins, n_crossings, n_rays, n_chunks, n_layers } = params;
+        let n_bins = n_chunks.div_ceil(u64::from(BIN));
+        Capacity {
+            n_facets,
+            n_chunks,
+            n_counters: n_bins * u64::from(n_layers),
+            n_tiles: n_box_bins.min(16 * n_bins + 3 * n_facets),
+            n_places: n_rays + n_crossings / 8 * 3,
+        }
+    }
+
+    /// The larger of both in everything.
+    pub(crate) fn max(self, other: Capacity) -> Capacity {
+        self.with(other, u64::max)
+    }
+
+    /// The smaller of both in everything.
+    pub(crate) fn min(self, other: Capacity) -> Capacity {
+        self.with(other, u64::min)
+    }
+
+    fn with(self, other: Capacity, choose: impl Fn(u64, u64) -> u64) -> Capacity {
+        Capacity {
+            n_facets: choose(self.n_facets, other.n_facets),
+            n_chunks: choose(self.n_chunks, other.n_chunks),
+            n_counters: choose(self.n_counters, other.n_counters),
+            n_tiles: choose(self.n_tiles, other.n_tiles),
+            n_places: choose(self.n_places, other.n_places),
+        }
+    }
+
+    /// Whether it holds all of another.
+    pub(crate) fn holds(self, other: Capacity) -> bool {
+        self.max(other) == self
+    }
+
+    /// Bytes of its buffers on the device.
+    pub(crate) fn n_bytes(self) -> u64 {
+        FACET_BYTES * self.n_facets
+            + CHUNK_BYTES * self.n_chunks
+            + COUNTER_BYTES * self.n_counters
+            + TILE_BYTES * self.n_tiles
+            + PLACE_BYTES * self.n_places
+    }
+}
+
+/// Rounds a number of ray rows down to whole bins, at least one.
+pub(crate) fn whole_bins(rows: u64) -> u64 {
+    let bin = u64::from(BIN);
+    (rows / bin * bin).max(bin)
+}
+
+/// Layers of a bin for so many crossings a ray where it is most crowded: map keeps eight crossings of a ray at a time, and has to find
+/// the next ones in later layers.
+pub(crate) fn layers(crossings_of_ray: f64) -> u32 {
+    if crossings_of_ray <= 8.5 {
+        1
+    } else {
+        ((crossings_of_ray / 2.0).ceil() as u32).next_power_of_two().min(MAX_LAYERS)
+    }
+}

@@ -1,0 +1,385 @@
+//! A band on the device: its facets sent, its passes run, its runs read back, checked, and put in order.
+//!
+//! What a band needs is known only when it has run. One that found more tiles or runs than its buffers hold runs again in larger
+//! ones. Rows that `map` leaves go through the deep kernels, and what these leave is cast by the CPU. Where one row of bins has more
+//! facets or tiles than buffers can hold, all its rows are deep: the deep kernels take facets in batches.
+
+use std::ops::Range;
+
+use super::buffers::{Buffers, DeepBuffers};
+use super::check::{differing, sample};
+use super::device::Opened;
+use super::kernels::Kernels;
+use super::layout::{BandFacets, Params};
+use super::passes::{Passes, Profile};
+use super::pool::{BufferPool, Pooled};
+use super::readback::{Pending, Staging, elements};
+use super::runs::{DEEP, DeepRows, LEFT, Returned};
+use crate::cast::Cast;
+use crate::cast::sizes::{BIN, BandSize, Capacity, MAX_LAYERS};
+use crate::columns::Band;
+use crate::cpu::{self, Window};
+use crate::error::Result;
+
+/// What bands are run on.
+#[derive(Clone, Copy)]
+pub(crate) struct Context<'a> {
+    pub(crate) opened: &'a Opened,
+    pub(crate) kernels: &'a Kernels,
+    pub(crate) pool: &'a BufferPool,
+    /// Whether the driver computes on the processor.
+    pub(crate) is_software: bool,
+}
+
+/// The buffers of a band, and what is known of the bands before.
+pub(crate) struct Worker<'a> {
+    context: Context<'a>,
+    cast: Cast<'a>,
+    forced: Forced,
+    limit: Capacity,
+    /// What bands before have needed.
+    least: Capacity,
+    least_layers: u32,
+    pub(crate) buffers: Option<Buffers>,
+    pub(crate) staging: Staging,
+    /// Most bytes held on the device.
+    pub(crate) peak_bytes: u64,
+    pub(crate) profile: Option<Profile>,
+}
+
+/// What tests ask for that no mesh would; none of it changes a result.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Forced {
+    /// Sends all rows through the deep kernels.
+    pub deep: bool,
+    /// Most facets of a batch of the deep kernels.
+    pub facets_of_batch: Option<usize>,
+    /// Layers of a bin, if there are as many facets.
+    pub layers: Option<u32>,
+}
+
+/// A band on the device.
+pub(crate) struct Launched {
+    /// Its ray rows.
+    pub(crate) rows: Range<u32>,
+    pub(crate) params: Params,
+    pub(crate) facets: BandFacets,
+    /// Whether all its rows are.
+    is_deep: bool,
+    totals: Option<Pending<2>>,
+}
+
+/// What became of a band.
+pub(crate) enum Outcome {
+    /// Its columns, and the rays that were cast again.
+    Done(Band, u64),
+    /// It has to run again: the worker knows now what it needs.
+    Again,
+    /// The device was wrong: a sentence, the rays that were looked at, and those that were wrong.
+    Wrong(String, [u64; 2]),
+}
+
+impl<'a> Worker<'a> {
+    pub(crate) fn new(context: Context<'a>, cast: Cast<'a>, forced: Forced) -> Worker<'a> {
+        let limits = context.opened.device.limits();
+        let limit = Capacity::limit(limits.max_storage_buffer_binding_size.min(limits.max_buffer_size));
+        Worker {
+            context,
+            cast,
+            forced,
+            limit,
+            least: Capacity::default(),
+            least_layers: forced.layers.unwrap_or(1),
+            buffers: None,
+            staging: Staging::default(),
+            peak_bytes: 0,
+            profile: None,
+        }
+    }
+
+    /// A worker of the same mesh with buffers of its own, so that two bands can be on the device.
+    pub(crate) fn sibling(&self) -> Worker<'a> {
+        let (least, least_layers) = (self.least, self.least_layers);
+        Worker { least, least_layers, ..Worker::new(self.context, self.cast, self.forced) }
+    }
+
+    /// Keeps the buffers for the next mesh.
+    pub(crate) fn end(self) {
+        if let Some(buffers) = self.buffers {
+            self.context.pool.keep(Pooled { buffers, staging: self.staging.0 });
+        }
+    }
+
+    /// Sends the commands of a band to the device; None where fewer rows would fit better.
+    pub(crate) fn launch(&mut self, rows: Range<u32>) -> Result<Option<Launched>> {
+        let Some(mut launched) = self.prepare(rows)? else { return Ok(None) };
+        let Some(buffers) = self.buffers.take_if(|_| !launched.is_deep) else { return Ok(Some(launched)) };
+        let mut passes = self.passes();
+        passes.lattice(&buffers, &launched.params);
+        passes.intersect(&buffers, &launched.params);
+        passes.map(&buffers, &launched.params);
+        let encoder = passes.encoder;
+        let parts = [buffers.bin_offsets.part(launched.params.n_counters(), 1), buffers.totals.all()];
+        launched.totals = Some(self.staging.submit(self.context.opened, encoder, parts));
+        self.buffers = Some(buffers);
+        Ok(Some(launched))
+    }
+
+    /// Chooses the facets of a band and sends them to the device; None where fewer rows would fit better.
+    pub(crate) fn prepare(&mut self, rows: Range<u32>) -> Result<Option<Launched>> {
+        let mut facets = BandFacets::new(&self.cast, &rows);
+        if self.least_layers > facets.n_layers() {
+            facets.part(&self.cast, self.least_layers);
+        }
+        let mut params = Params { n_layers: facets.n_layers(), ..Params::new(&self.cast, &rows) };
+        let first = Capacity::first(&BandSize {
+            n_facets: facets.len() as u64,
+            n_box_bins: facets.n_box_bins,
+            n_crossings: facets.n_crossings,
+            n_rays: params.n_rays().into(),
+            n_chunks: params.n_chunks(),
+            n_layers: params.n_layers,
+        });
+        let fits = self.limit.holds(Capacity { n_tiles: 0, n_places: 0, ..first.max(self.least) })
+            && self.limit.holds(self.least)
+            && facets.n_box_bins < 1 << 31;
+        if self.forced.deep || !fits {
+            if !fits && rows.end - rows.start > BIN {
+                return Ok(None);
+            }
+            return Ok(Some(Launched { rows, params, facets, is_deep: true, totals: None }));
+        }
+        self.make_room(first.max(self.least).min(self.limit));
+        let Some(buffers) = &self.buffers else { unreachable!("there is room") };
+        params.tile_capacity = buffers.capacity.n_tiles as u32;
+        params.place_capacity = buffers.capacity.n_places as u32;
+        let ends: [[u32; 4]; MAX_LAYERS as usize / 4] = bytemuck::cast(facets.layer_ends());
+        buffers.layer_ends.write(&self.context.opened.queue, &ends);
+        self.send(&mut params, &facets, 0..facets.len());
+        Ok(Some(Launched { rows, params, facets, is_deep: false, totals: None }))
+    }
+
+    /// Waits for a band.
+    pub(crate) async fn complete(&mut self, launched: Launched) -> Result<Outcome> {
+        let Launched { rows, params, facets, totals, .. } = launched;
+        let windows = sample(&rows, params.n_i);
+        let n_chunks = params.n_chunks();
+        let (mut chunks, mut places, mut n_lost) =
+            ((0..n_chunks as u32).map(|index| [index, DEEP]).collect(), vec![], 0);
+        let mut deep = DeepRows::default();
+        if let Some(pending) = totals {
+            let [tiles, totals] = self.staging.words(self.context.opened, pending).await?;
+            let (n_tiles, n_places, n_deep) = (u64::from(tiles[0]), u64::from(totals[0]), u64::from(totals[1]));
+            if std::env::var("DBG").is_ok() {
+                eprintln!(
+                    "tiles {n_tiles} places {n_places} deep {n_deep} of {n_chunks} layers {} facets {} box bins {} cap {:?}",
+                    facets.n_layers(),
+                    facets.len(),
+                    facets.n_box_bins,
+                    self.buffers.as_ref().map(|b| b.capacity)
+                );
+            }
+            if n_deep > n_chunks {
+                return Ok(wrong(&params, format!("{n_deep} rows of {n_chunks} are deep")));
+            }
+            if self.has_outgrown(Capacity { n_tiles, n_places, ..Capacity::default() }) {
+                return Ok(Outcome::Again);
+            }
+            // so many rows are crowded: more layers, unless there are no more
+            if n_deep > n_chunks / 16 && facets.n_layers() == self.least_layers.max(facets.n_layers()) {
+                let more = (4 * facets.n_layers()).min(MAX_LAYERS);
+                if more > self.least_layers && self.forced.layers.is_none() {
+                    self.least_layers = more;
+                    return Ok(Outcome::Again);
+                }
+            }
+            if n_deep > 0 {
+                deep = self.deep_rows(params, &facets, n_deep, true).await?;
+            }
+            n_lost = totals[2].into();
+            (chunks, places) = self.chunks_and_places(n_chunks, n_places).await?;
+        } else if facets.len() > 0 {
+            deep = self.deep_rows(Params { all_deep: 1, ..params }, &facets, n_chunks, true).await?;
+        } else {
+            deep = DeepRows {
+                offsets: vec![0; n_chunks as usize + 1],
+                rows: vec![0; 16 * n_chunks as usize],
+                events: vec![],
+            };
+        }
+        let mut flags = vec![0];
+        flags.extend(&self.cast.frame.ranks.flag_of_rank);
+        let mut returned = Returned {
+            params: &params,
+            chunks: &chunks,
+            places: &places,
+            n_lost,
+            deep: &deep,
+            cast_again: &[],
+            flags: &flags,
+        };
+        let left = returned.left();
+        let bands = cpu::windows(&self.cast, &left.iter().map(|&chunk| window(&params, chunk)).collect::<Vec<_>>());
+        let cast_again: Vec<(usize, Band)> = left.into_iter().zip(bands).collect();
+        returned.cast_again = &cast_again;
+        let band = match returned.band() {
+            Ok(band) => band,
+            Err(fault) => return Ok(wrong(&params, fault)),
+        };
+        let sampled = cpu::windows(&self.cast, &windows);
+        let n_sampled = sampled.iter().map(|band| band.ends.len() as u64).sum();
+        match differing(&band, &sampled) {
+            0 => Ok(Outcome::Done(band, n_sampled)),
+            n => Ok(Outcome::Wrong(
+                format!("{n} of {n_sampled} rays of a sample have other cells than the CPU finds"),
+                [n_sampled, n],
+            )),
+        }
+    }
+
+    async fn chunks_and_places(&mut self, n_chunks: u64, n_places: u64) -> Result<(Vec<[u32; 2]>, Vec<u32>)> {
+        let Some(buffers) = self.buffers.take() else { unreachable!("the band has run") };
+        let encoder = self.context.opened.device.create_command_encoder(&Default::default());
+        let parts = [buffers.chunks.first(n_chunks), buffers.runs.first(n_places)];
+        let pending = self.staging.submit(self.context.opened, encoder, parts);
+        self.buffers = Some(buffers);
+        let copy = |[chunks, places]: [&[u8]; 2]| (elements(chunks).into_owned(), elements(places).into_owned());
+        self.staging.parts(self.context.opened, pending, copy).await
+    }
+
+    /// Casts and maps `n_rows` deep rows: against facets that are on the device, or all in batches. What is too much for the device is
+    /// marked as left.
+    ///
+    /// Without `maps` the crossings stay as they are.
+    pub(crate) async fn deep_rows(
+        &mut self,
+        mut params: Params,
+        facets: &BandFacets,
+        n_rows: u64,
+        maps: bool,
+    ) -> Result<DeepRows> {
+        let Context { opened, .. } = self.context;
+        let batches = if params.all_deep == 0 {
+            vec![]
+        } else {
+            let most = self.forced.facets_of_batch.unwrap_or(usize::MAX).min(self.limit.n_facets as usize);
+            facets.batches(most, 1 << 28)
+        };
+        let largest = batches.iter().map(|batch| batch.len() as u64).max().unwrap_or(0);
+        self.make_room(Capacity { n_facets: largest, ..Capacity::default() });
+        let mut buffers = DeepBuffers::new(&opened.device, n_rows);
+        // an emptied buffer begins as zeros
+        self.cast_deep(&mut params, facets, &batches, &buffers);
+        let mut passes = self.passes();
+        passes.scan_deep(&buffers, n_rows);
+        let encoder = passes.encoder;
+        let pending = self.staging.submit(opened, encoder, [buffers.event_offsets.first(n_rows + 1)]);
+        let [offsets] = self.staging.words(opened, pending).await?;
+        let n_events = u64::from(offsets[n_rows as usize]);
+        let mut deep = DeepRows { offsets, rows: vec![0; 16 * n_rows as usize], events: vec![] };
+        if n_events == 0 {
+            return Ok(deep);
+        }
+        if 2 * n_events > self.limit.n_counters || !deep.offsets.is_sorted() {
+            deep.rows.iter_mut().step_by(16).for_each(|first| *first = LEFT);
+            return Ok(deep);
+        }
+        buffers = buffers.with_events(&opened.device, n_events);
+        let held = self.buffers.as_ref().map_or(0, |buffers| buffers.capacity.n_bytes());
+        self.peak_bytes = self.peak_bytes.max(held + buffers.n_bytes());
+        params.event_capacity = n_events as u32;
+        self.cast_deep(&mut params, facets, &batches, &buffers);
+        let Some(of_band) = self.buffers.take() else { unreachable!("there is room") };
+        let mut passes = self.passes();
+        if maps {
+            passes.map_deep(&of_band, &buffers, n_rows);
+        }
+        let encoder = passes.encoder;
+        self.buffers = Some(of_band);
+        let parts = [buffers.deep_rows.first(16 * n_rows), buffers.events.first(n_events)];
+        let pending = self.staging.submit(opened, encoder, parts);
+        [deep.rows, deep.events] = self.staging.words(opened, pending).await?;
+        Ok(deep)
+    }
+
+    /// Submits `intersect_deep` for each batch of facets, or for those that are on the device.
+    fn cast_deep(&mut self, params: &mut Params, facets: &BandFacets, batches: &[Range<usize>], deep: &DeepBuffers) {
+        if batches.is_empty() {
+            self.submit_cast(params, deep);
+        }
+        for batch in batches {
+            self.send(params, facets, batch.clone());
+            self.submit_cast(params, deep);
+        }
+    }
+
+    fn submit_cast(&mut self, params: &Params, deep: &DeepBuffers) {
+        let Some(buffers) = self.buffers.take() else { unreachable!("there is room") };
+        let opened = self.context.opened;
+        buffers.params.write(&opened.queue, &[*params]);
+        let mut passes = self.passes();
+        passes.intersect_deep(&buffers, deep, params);
+        opened.queue.submit([passes.encoder.finish()]);
+        self.buffers = Some(buffers);
+    }
+
+    /// Writes some facets to the device, and the parameters with their numbers.
+    fn send(&self, params: &mut Params, facets: &BandFacets, range: Range<usize>) {
+        let Some(buffers) = &self.buffers else { unreachable!("there is room") };
+        let (corners, item_offsets) = facets.pack(&self.cast, range);
+        params.n_facets = item_offsets.len() as u32 - 1;
+        params.n_items = item_offsets[item_offsets.len() - 1];
+        let queue = &self.context.opened.queue;
+        buffers.corners.write(queue, bytemuck::cast_slice(&corners));
+        buffers.item_offsets.write(queue, &item_offsets);
+        buffers.params.write(queue, &[*params]);
+    }
+
+    /// Whether a band needs more than its buffers have; what that is counts for the bands after it, too.
+    fn has_outgrown(&mut self, needs: Capacity) -> bool {
+        let has = self.buffers.as_ref().map_or(Capacity::default(), |buffers| buffers.capacity);
+        let grown = |needs: u64, has: u64| if needs > has { needs + needs / 8 } else { 0 };
+        let least = Capacity {
+            n_tiles: grown(needs.n_tiles, has.n_tiles),
+            n_places: grown(needs.n_places, has.n_places),
+            ..Capacity::default()
+        };
+        self.least = self.least.max(least);
+        least != Capacity::default()
+    }
+
+    /// Sees to it that there are buffers of a capacity.
+    fn make_room(&mut self, wanted: Capacity) {
+        let has = self.buffers.as_ref().map(|buffers| buffers.capacity);
+        if !has.is_some_and(|has| has.holds(wanted)) {
+            // what there was goes first
+            self.buffers = None;
+            let wanted = wanted.max(has.unwrap_or_default());
+            self.buffers = Some(match self.context.pool.take(wanted) {
+                Some(pooled) => {
+                    self.staging = Staging(pooled.staging);
+                    pooled.buffers
+                }
+                None => Buffers::new(&self.context.opened.device, wanted),
+            });
+        }
+        let n_bytes = self.buffers.as_ref().map_or(0, |buffers| buffers.capacity.n_bytes());
+        self.peak_bytes = self.peak_bytes.max(n_bytes);
+    }
+
+    pub(crate) fn passes(&mut self) -> Passes<'_> {
+        let Context { opened, kernels, is_software, .. } = self.context;
+        let encoder = opened.device.create_command_encoder(&Default::default());
+        Passes { opened, kernels, is_software, encoder, profile: self.profile.as_mut() }
+    }
+}
+
+fn wrong(params: &Params, fault: String) -> Outcome {
+    Outcome::Wrong(format!("it returned what cannot be: {fault}"), [u64::from(params.n_rays()); 2])
+}
+
+/// The rays of a chunk.
+fn window(params: &Params, chunk: usize) -> Window {
+    let (column, row) = (chunk as u32 % params.n_across, params.first_row + chunk as u32 / params.n_across);
+    [column * BIN..((column + 1) * BIN).min(params.n_i), row..row + 1]
+}

@@ -1,0 +1,421 @@
+//! Puts the runs that `map` and the deep kernels wrote, chunk by chunk in no order, into the order of the rays, and checks all that
+//! the device says on the way: no index of its is used, and no run of its handed on, before it is known to be possible.
+//!
+//! A chunk is one row of rays of one bin, at most [`BIN`] rays. Its runs are in segments, each linked to the one before (`map.wgsl`), or
+//! it was a deep row (`map_deep.wgsl`), or the CPU has cast it. A run names the rank of the geometry that wins; flags are put in here.
+//! Cost: each run is copied once, as it has to be anyway to come out of the device's memory.
+
+use super::layout::Params;
+use crate::cast::sizes::{BIN, MAX_LAYERS};
+use crate::columns::Band;
+use crate::parallel::*;
+
+/// Marks a chunk of a deep row; `DEEP` in `shaders/shared/chunks.wgsl`.
+pub const DEEP: u32 = u32::MAX;
+/// Marks a deep row that is left to the CPU; `LEFT` in `shaders/map_deep.wgsl`.
+pub const LEFT: u32 = u32::MAX;
+/// Marks the place of a segment that has one before it; `LINKED` in `shaders/map.wgsl`.
+pub const LINKED: u32 = 1 << 31;
+/// Bits of a place, under those of the number of odd rays.
+const PLACE_BITS: u32 = 27;
+/// Words of a place.
+const PLACE: usize = 4;
+/// Most runs of a ray in a segment.
+const MOST_RUNS: usize = 2 * PLACE;
+/// Ray rows that one task puts in order.
+const ROWS: usize = 16;
+
+/// What a device returned of a band, unchecked.
+pub(crate) struct Returned<'a> {
+    pub(crate) params: &'a Params,
+    /// Two words a chunk, `n_across` chunks a ray row.
+    pub(crate) chunks: &'a [[u32; 2]],
+    /// Places of four words that the segments lie in.
+    pub(crate) places: &'a [u32],
+    /// Crossings of rows that are not deep and begin no run.
+    pub(crate) n_lost: u64,
+    pub(crate) deep: &'a DeepRows,
+    /// Chunks that the CPU has cast, in order.
+    pub(crate) cast_again: &'a [(usize, Band)],
+    /// Flag of each code of a run: rank + 1, or 0.
+    pub(crate) flags: &'a [u8],
+}
+
+/// What the deep kernels returned.
+#[derive(Debug, Default)]
+pub(crate) struct DeepRows {
+    /// First crossing of each row in `events`, then the end.
+    pub(crate) offsets: Vec<u32>,
+    /// Of each row the first run of each ray in `events`, then their numbers.
+    pub(crate) rows: Vec<u32>,
+    pub(crate) events: Vec<u32>,
+}
+
+/// What is wrong with what a device returned.
+pub(crate) type Fault = String;
+
+/// A part of a chunk's runs: the word of its next ray, and how many runs each ray has, 4 bits each.
+#[derive(Clone, Copy)]
+struct Segment {
+    at: usize,
+    counts: u32,
+}
+
+/// Where the runs of a chunk are.
+enum Chunk<'a> {
+    /// In segments, in order.
+    Segments,
+    Deep(&'a [u32]),
+    Again(&'a Band),
+}
+
+/// What a task adds to.
+#[derive(Default, Clone, Copy)]
+struct Counts {
+    n_runs: usize,
+    n_places: usize,
+    odd_rays: u64,
+    n_crossings: u64,
+}
+
+impl<'a> Returned<'a> {
+    /// Chunks that no kernel could decide.
+    pub(crate) fn left(&self) -> Vec<usize> {
+        let is_left = |&(_, &[index, counts]): &(usize, &[u32; 2])| {
+            counts == DEEP && self.deep.rows.get(16 * index as usize).is_none_or(|&first| first == LEFT)
+        };
+        self.chunks.iter().enumerate().filter(is_left).map(|(chunk, _)| chunk).collect()
+    }
+
+    /// The columns of the band.
+    ///
+    /// # Errors
+    /// What cannot be as the device says.
+    pub(crate) fn band(&self) -> Result<Band, Fault> {
+        let (n_i, n_across) = (self.params.n_i as usize, self.params.n_across as usize);
+        let per_task = ROWS * n_across;
+        let count = |(task, chunks): (usize, &[[u32; 2]])| self.count(task * per_task, chunks);
+        let counts: Vec<Result<Counts, Fault>> = self.chunks.par_chunks(per_task).enumerate().map(count).collect();
+        let counts = counts.into_iter().collect::<Result<Vec<Counts>, Fault>>()?;
+        let n_places: usize = counts.iter().map(|task| task.n_places).sum();
+        if PLACE * n_places != self.places.len() {
+            return Err(format!("{n_places} places of runs are used of {}", self.places.len() / PLACE));
+        }
+        let mut ends = vec![0; self.params.n_rays() as usize];
+        let mut runs = vec![0; counts.iter().map(|task| task.n_runs).sum()];
+        let mut tasks = Vec::with_capacity(counts.len());
+        let (mut rest, mut before) = (&mut runs[..], 0);
+        for (task, (ends, counts)) in ends.chunks_mut(ROWS * n_i).zip(&counts).enumerate() {
+            let (own, after) = rest.split_at_mut(counts.n_runs);
+            tasks.push((task * per_task, ends, own, before));
+            rest = after;
+            before += counts.n_runs;
+        }
+        let copied: Vec<Result<(), Fault>> = tasks
+            .into_par_iter()
+            .map(|(first_chunk, ends, own, before)| self.copy_task(first_chunk, ends, own, before))
+            .collect();
+        copied.into_iter().collect::<Result<(), Fault>>()?;
+        let mut band = Band {
+            first_ray: u64::from(self.params.first_row) * u64::from(self.params.n_i),
+            odd_rays: counts.iter().map(|task| task.odd_rays).sum(),
+            n_crossings: self.n_lost + counts.iter().map(|task| task.n_crossings).sum::<u64>(),
+            ends,
+            runs,
+        };
+        if has_twice(self.flags) {
+            join_equal(&mut band);
+        }
+        Ok(band)
+    }
+
+    /// Counts what the chunks of a task hold, and checks where they say it is.
+    fn count(&self, first_chunk: usize, chunks: &[[u32; 2]]) -> Result<Counts, Fault> {
+        let mut sum = Counts::default();
+        let mut segments = Vec::new();
+        for index in first_chunk..first_chunk + chunks.len() {
+            match self.chunk(index, &mut segments)? {
+                Chunk::Segments => {
+                    let n_runs: usize = segments.iter().map(|segment| sum_of_counts(segment.counts)).sum();
+                    let links = segments.len().saturating_sub(1);
+                    sum.n_places += segments.iter().map(|segment| n_places(segment.counts)).sum::<usize>() + links;
+                    sum.n_runs += n_runs;
+                    sum.n_crossings += n_runs as u64;
+                    let odd_rays = (self.chunks[index][0] & !LINKED) >> PLACE_BITS;
+                    sum.odd_rays += u64::from(odd_rays);
+                    if odd_rays > BIN {
+                        return Err(format!("chunk {index} has {odd_rays} odd rays of {BIN}"));
+                    }
+                }
+                Chunk::Deep(row) => {
+                    sum.n_runs += row[8..].iter().map(|&n| n as usize).sum::<usize>();
+                    let row = self.chunks[index][0] as usize;
+                    sum.n_crossings += u64::from(self.deep.offsets[row + 1] - self.deep.offsets[row]);
+                }
+                Chunk::Again(band) => {
+                    sum.n_runs += band.runs.len();
+                    sum.odd_rays += band.odd_rays;
+                    sum.n_crossings += band.n_crossings;
+                }
+            }
+        }
+        Ok(sum)
+    }
+
+    /// Finds the runs of a chunk; `segments` becomes its segments, if it has any.
+    fn chunk(&self, index: usize, segments: &mut Vec<Segment>) -> Result<Chunk<'a>, Fault> {
+        segments.clear();
+        let [mut word, mut counts] = self.chunks[index];
+        if counts == DEEP {
+            if let Ok(found) = self.cast_again.binary_search_by_key(&index, |(chunk, _)| *chunk) {
+                return Ok(Chunk::Again(&self.cast_again[found].1));
+            }
+            return self.deep_row(word as usize).map(Chunk::Deep);
+        }
+        while counts != 0 {
+            let is_linked = word & LINKED != 0;
+            let place = (word & ((1 << PLACE_BITS) - 1)) as usize;
+            let end = place + n_places(counts) + usize::from(is_linked);
+            let largest = (0..BIN).map(|ray| count_of(counts, ray as usize)).max().unwrap_or(0);
+            if PLACE * end > self.places.len() || largest > MOST_RUNS || segments.len() > MAX_LAYERS as usize {
+                return Err(format!(
+                    "chunk {index} has runs {counts:#x} at places {place}..{end} of {}",
+                    self.places.len() / 4
+                ));
+            }
+            segments.push(Segment { at: PLACE * (place + usize::from(is_linked)), counts });
+            if !is_linked {
+                break;
+            }
+            [word, counts] = [self.places[PLACE * place], self.places[PLACE * place + 1]];
+        }
+        segments.reverse();
+        Ok(Chunk::Segments)
+    }
+
+    fn deep_row(&self, row: usize) -> Result<&'a [u32], Fault> {
+        let words = self.deep.rows.get(16 * row..16 * row + 16);
+        let (Some(words), Some(&[start, end])) =
+            (words, self.deep.offsets.get(row..row + 2).and_then(|o| o.first_chunk()))
+        else {
+            return Err(format!("deep row {row} of {}", self.deep.rows.len() / 16));
+        };
+        let (firsts, counts) = words.split_at(8);
+        let is_inside =
+            |(&first, &count): (&u32, &u32)| start <= first && u64::from(first) + u64::from(count) <= end.into();
+        if end as usize > self.deep.events.len() || !firsts.iter().zip(counts).all(is_inside) {
+            return Err(format!("deep row {row} has runs {words:?}, of its crossings {start}..{end}"));
+        }
+        Ok(words)
+    }
+
+    /// Copies the runs of some rows of rays to the front of `out`, and notes where each ray's end.
+    fn copy_task(&self, first_chunk: usize, ends: &mut [u32], out: &mut [u32], before: usize) -> Result<(), Fault> {
+        let (n_i, n_across) = (self.params.n_i as usize, self.params.n_across as usize);
+        let relabel = !self.flags.iter().enumerate().all(|(code, &flag)| code == usize::from(flag));
+        let (mut at, mut index) = (0, first_chunk);
+        let mut segments = Vec::new();
+        for row in ends.chunks_mut(n_i) {
+            for ends in row.chunks_mut(BIN as usize) {
+                let chunk = self.chunk(index, &mut segments)?;
+                for (ray, end) in ends.iter_mut().enumerate() {
+                    let start = at;
+                    match &chunk {
+                        Chunk::Segments => at = copy_segments(self.places, &mut segments, ray, out, at),
+                        Chunk::Deep(row) => {
+                            let first = row[ray] as usize;
+                            let runs = &self.deep.events[first..first + row[8 + ray] as usize];
+                            out[at..at + runs.len()].copy_from_slice(runs);
+                            at += runs.len();
+                        }
+                        Chunk::Again(band) => {
+                            let runs = band.ray(ray);
+                            out[at..at + runs.len()].copy_from_slice(runs);
+                            at += runs.len();
+                        }
+                    }
+                    *end = (before + at) as u32;
+                    if matches!(chunk, Chunk::Again(_)) {
+                        continue;
+                    }
+                    if !self.are_possible(&out[start..at]) {
+                        return Err(format!("ray {ray} of chunk {index} has the runs {:x?}", &out[start..at]));
+                    }
+                    if relabel {
+                        out[start..at]
+                            .iter_mut()
+                            .for_each(|run| *run = *run & !0xff | u32::from(self.flags[(*run & 0xff) as usize]));
+                    }
+                }
+                index += 1;
+            }
+            debug_assert_eq!(index % n_across, 0);
+        }
+        Ok(())
+    }
+
+    /// Whether runs are in order, inside the ray, of geometries that there are, and differ from their neighbours.
+    #[inline(always)]
+    fn are_possible(&self, runs: &[u32]) -> bool {
+        let n_codes = self.flags.len() as u32;
+        let mut is_possible = true;
+        let (mut next_cell, mut code) = (0, 0);
+        for &run in runs {
+            is_possible &= (run >> 8 >= next_cell) & (run & 0xff != code) & (run & 0xff < n_codes);
+            (next_cell, code) = ((run >> 8) + 1, run & 0xff);
+        }
+        is_possible & (next_cell <= self.params.depth)
+    }
+}
+
+/// Copies the runs of a ray from all segments of its chunk, and steps these to the next ray; returns the end.
+#[inline(always)]
+fn copy_segments(places: &[u32], segments: &mut [Segment], ray: usize, out: &mut [u32], mut at: usize) -> usize {
+    for segment in segments {
+        let n = count_of(segment.counts, ray);
+        // always as many, where there is room: far cheaper than as many as there are
+        match (out.get_mut(at..at + MOST_RUNS), places.get(segment.at..segment.at + MOST_RUNS)) {
+            (Some(out), Some(runs)) => out.copy_from_slice(runs),
+            _ => out[at..at + n].copy_from_slice(&places[segment.at..segment.at + n]),
+        }
+        segment.at += n.next_multiple_of(PLACE);
+        at += n;
+    }
+    at
+}
+
+/// Whether a flag is that of several codes.
+fn has_twice(flags: &[u8]) -> bool {
+    let mut seen = [false; 256];
+    flags.iter().any(|&flag| std::mem::replace(&mut seen[usize::from(flag)], true))
+}
+
+/// Joins neighbouring runs of a ray that have the same flag.
+fn join_equal(band: &mut Band) {
+    let (mut kept, mut start) = (0, 0);
+    for end in &mut band.ends {
+        let mut flag = 0;
+        for at in start..*end as usize {
+            let run = band.runs[at];
+            if run & 0xff != flag {
+                flag = run & 0xff;
+                band.runs[kept] = run;
+                kept += 1;
+            }
+        }
+        start = *end as usize;
+        *end = kept as u32;
+    }
+    band.runs.truncate(kept);
+}
+
+/// One of eight counts of 4 bits.
+#[inline(always)]
+fn count_of(counts: u32, ray: usize) -> usize {
+    (counts >> (4 * ray)) as usize & 15
+}
+
+/// The sum of eight counts of 4 bits.
+fn sum_of_counts(counts: u32) -> usize {
+    let pairs = (counts & 0x0f0f_0f0f) + ((counts >> 4) & 0x0f0f_0f0f);
+    (pairs.wrapping_mul(0x0101_0101) >> 24) as usize
+}
+
+/// Places of the runs of eight rays, each of which begins a new one.
+fn n_places(counts: u32) -> usize {
+    (0..BIN as usize).map(|ray| count_of(counts, ray).div_ceil(PLACE)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two rows of 10 rays: chunks of 8 and 2 rays, in another order than that of the rays; the second linked, the third deep.
+    fn returned<'a>(chunks: &'a [[u32; 2]], places: &'a [u32], deep: &'a DeepRows, params: &'a Params) -> Returned<'a> {
+        Returned { params, chunks, places, n_lost: 3, deep, cast_again: &[], flags: &[0, 1, 2] }
+    }
+
+    fn params() -> Params {
+        Params { n_i: 10, n_across: 2, first_row: 4, end_row: 6, depth: 100, ..bytemuck::Zeroable::zeroed() }
+    }
+
+    const CHUNKS: [[u32; 2]; 4] = [[4, 0x2000_0001], [LINKED | 1 << PLACE_BITS | 2, 0x10], [0, DEEP], [7, 0x50]];
+
+    #[rustfmt::skip]
+    const PLACES: [u32; 36] = [
+        0x101, 0x200, 9, 9,  0x102, 9, 9, 9,  // the first segment of the second chunk
+        0, 0x12, 0, 0,  0x301, 9, 9, 9,       // the second, with its link
+        0x001, 9, 9, 9,  0x102, 0x201, 9, 9,
+        9, 9, 9, 9, // of nobody
+        0x001, 0x102, 0x201, 0x302,  0x401, 9, 9, 9,
+    ];
+
+    fn deep() -> DeepRows {
+        let rows = vec![0, 0, 0, 2, 2, 2, 2, 2, 0, 0, 2, 0, 0, 0, 0, 1];
+        DeepRows { offsets: vec![0, 5], rows, events: vec![0x101, 0x302, 0x001, 9, 9] }
+    }
+
+    fn without_nobody() -> Vec<u32> {
+        [&PLACES[..24], &PLACES[28..]].concat()
+    }
+
+    #[test]
+    fn runs_come_out_in_the_order_of_the_rays() {
+        let (params, deep, places) = (params(), deep(), without_nobody());
+        let mut chunks = CHUNKS;
+        chunks[3][0] = 6;
+        let band = returned(&chunks, &places, &deep, &params).band().expect("all is possible");
+        assert_eq!(band.runs[..6], [0x001, 0x102, 0x201, 0x101, 0x200, 0x102]);
+        assert_eq!(band.runs[6..], [0x301, 0x101, 0x302, 0x001, 0x001, 0x102, 0x201, 0x302, 0x401]);
+        assert_eq!(band.ends[..10], [1, 1, 1, 1, 1, 1, 1, 3, 5, 7]);
+        assert_eq!(band.ends[10..], [7, 7, 9, 9, 9, 9, 9, 10, 10, 15]);
+        assert_eq!((band.odd_rays, band.n_crossings, band.first_ray), (1, 3 + 12 + 5, 40));
+    }
+
+    #[test]
+    fn what_cannot_be_is_a_fault() {
+        let (params, right, places) = (params(), deep(), without_nobody());
+        let mut chunks = CHUNKS;
+        chunks[3][0] = 6;
+        let fault = |chunks: &[[u32; 2]], places: &[u32], deep: &DeepRows| {
+            returned(chunks, places, deep, &params).band().expect_err("a fault")
+        };
+        let changed = |chunk: usize, word: usize, to: u32| {
+            let mut changed = chunks;
+            changed[chunk][word] = to;
+            changed
+        };
+        assert!(fault(&changed(0, 0, 99), &places, &right).contains("places 99"), "beyond the places");
+        assert!(fault(&changed(0, 1, 0x9), &places, &right).contains("0x9"), "nine runs of a ray");
+        assert!(fault(&changed(0, 1, 0), &places, &right).contains("places of runs are used"), "a chunk dropped");
+        assert!(fault(&changed(0, 0, 4 | 9 << PLACE_BITS), &places, &right).contains("9 odd rays"));
+        assert!(fault(&changed(2, 0, 1), &places, &right).contains("deep row 1 of 1"));
+        let mut ring = places.clone();
+        ring[8] = LINKED | 2;
+        assert!(fault(&chunks, &ring, &right).contains("chunk 1"), "segments in a ring");
+        for wrong in [0x064_01, 0x0_03, 0x0_00, 0x001_02] {
+            let mut places = places.clone();
+            places[17 + 4] = wrong;
+            assert!(fault(&chunks, &places, &right).contains("ray 7 of chunk 0"), "{wrong:x}");
+        }
+        for (word, to) in [(8, 6), (7, 6), (0, 9)] {
+            let mut deep = deep();
+            deep.rows[word] = to;
+            assert!(fault(&chunks, &places, &deep).contains("deep row 0"), "{word}");
+        }
+    }
+
+    #[test]
+    fn equal_flags_are_joined() {
+        let mut band = Band { ends: vec![3, 3, 4], runs: vec![0x101, 0x201, 0x300, 0x101], ..Band::default() };
+        join_equal(&mut band);
+        assert_eq!((band.ends, band.runs), (vec![2, 2, 3], vec![0x101, 0x300, 0x101]));
+        assert!(has_twice(&[0, 4, 4]) && !has_twice(&[0, 4, 5]));
+    }
+
+    #[test]
+    fn counts_are_four_bits_each() {
+        assert_eq!((sum_of_counts(0x8888_8888), sum_of_counts(0x8000_0001)), (64, 9));
+        assert_eq!((n_places(0x8888_8888), n_places(0x5000_0041)), (16, 4));
+    }
+}
