@@ -20,7 +20,7 @@ struct Totals {
     n_places: atomic<u32>,  // of four words of `runs`, given away
     n_deep: atomic<u32>,    // rows of rays for the deep kernels
     n_lost: atomic<u32>,    // crossings that begin no run
-    unused: u32,
+    n_unused: atomic<u32>,  // places given to rows that turned out to be deep
 }
 
 @group(0) @binding(7) var<storage, read_write> totals: Totals;
@@ -45,7 +45,7 @@ fn map(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
         leave_to_deep(rays.chunk);
         return;
     }
-    var row = Row(no_lists(), 0u, 0u, 0u, 0u, 0u, 0u);
+    var row = Row(no_lists(), 0u, 0u, 0u, 0u, 0u, 0u, 0u);
     for (var layer = 0u; tile < end && layer < params.n_layers; layer++) {
         let layer_end = bin_offsets[first_layer + layer + 1u];
         // two at a time, since drivers that run 8 threads in a vector pay for each variable that a loop carries
@@ -61,6 +61,9 @@ fn map(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index)
     }
     let open = sweep_rest(&row);
     if row.undecided != 0u {
+        if row.n_places != 0u {
+            atomicAdd(&totals.n_unused, row.n_places);
+        }
         leave_to_deep(rays.chunk);
         return;
     }
@@ -79,6 +82,7 @@ struct Row {
     lists: Lists,
     n_crossings: u32,
     n_runs: u32,        // written
+    n_places: u32,      // taken for them
     undecided: u32,     // whether a crossing found no place, or none is certain
     swept: u32,         // the crossings of cells before it are swept
     place: u32,         // of the last segment, and LINKED; and the counts of its runs, 0 if there is none
@@ -241,11 +245,12 @@ fn with_ray(w: Written, n_runs: u32, ray: u32) -> Written {
 
 // Writes runs as the next segment of a row, if there are any.
 fn write_segment(row: ptr<function, Row>, runs_of_rays: Lists, written: Written) {
-    if written.counts == 0u {
+    if written.counts == 0u || (*row).undecided != 0u {
         return;
     }
     let is_linked = (*row).counts != 0u;
-    let start = atomicAdd(&totals.n_places, written.n_places + u32(is_linked));
+    let n_places = written.n_places + u32(is_linked);
+    let start = atomicAdd(&totals.n_places, n_places);
     var place = start;
     if is_linked {
         write_place(&place, vec4<u32>((*row).place, (*row).counts, 0u, 0u));
@@ -259,6 +264,7 @@ fn write_segment(row: ptr<function, Row>, runs_of_rays: Lists, written: Written)
     (*row).place = start | select(0u, LINKED, is_linked);
     (*row).counts = written.counts;
     (*row).n_runs += written.n_runs;
+    (*row).n_places += n_places;
 }
 
 // Writes four words, if there are any.

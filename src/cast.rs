@@ -7,6 +7,8 @@ use crate::rays::Rays;
 
 pub(crate) mod sizes;
 
+pub use sizes::{BIN, SEGMENT};
+
 /// What is meshed: the input of the lattice, intersection and mapping.
 #[derive(Debug, Clone, Copy)]
 pub struct Cast<'a> {

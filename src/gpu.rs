@@ -94,6 +94,8 @@ pub struct Usage {
     pub n_bands: u32,
     /// Rays that the CPU cast again, and those of them whose cells differed.
     pub checked: [u64; 2],
+    /// Rays that the CPU cast because no kernel could.
+    pub left: u64,
     /// Seconds in each kernel, if asked for.
     pub profile: Option<Profile>,
 }
@@ -222,8 +224,9 @@ impl Gpu {
             let range = launched.rows.clone();
             match worker.complete(launched).await {
                 Err(error) => return Err(self.opened.cause(error, control).await),
-                Ok(Outcome::Done(band, n_checked)) => {
+                Ok(Outcome::Done(band, [n_checked, n_left])) => {
                     usage.checked[0] += n_checked;
+                    usage.left += n_left;
                     take(band)?;
                 }
                 Ok(Outcome::Wrong(what, checked)) => {

@@ -89,7 +89,8 @@ pub(crate) fn run(file: &Path, cells: u32, engine: &mut Engine) -> Result<Run, B
     let (Ready { prepared, frame }, [read, lines, snap]) = ready(file, cells)?;
     let mut clock = Instant::now();
     let control = Control::default();
-    let (columns, _) = pollster::block_on(engine.columns(&frame, &prepared.rays, Rule::Parity, &control))?;
+    let cast = Cast { frame: &frame, rays: &prepared.rays, rule: Rule::Parity };
+    let (columns, _) = pollster::block_on(engine.columns(&cast, &control))?;
     let seconds_of_columns = lap(&mut clock);
     let mut pages = flags(&columns)?;
     let seconds_of_flags = lap(&mut clock);

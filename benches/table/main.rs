@@ -7,7 +7,8 @@ use std::error::Error;
 use std::path::PathBuf;
 
 use clap::Parser;
-use hexcast::gpu::{Cast, Gpu};
+use hexcast::cast::Cast;
+use hexcast::gpu::Gpu;
 use hexcast::job::{BackendChoice, Rule};
 use hexcast::pipeline::Engine;
 use serde_json::json;

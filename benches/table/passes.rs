@@ -3,10 +3,11 @@
 use std::error::Error;
 use std::time::Instant;
 
+use hexcast::cast::Cast;
 use hexcast::control::Control;
 use hexcast::cpu;
 use hexcast::crossings::crossings;
-use hexcast::gpu::{Cast, Gpu, Options};
+use hexcast::gpu::{Gpu, Options};
 use hexcast::lattice::{Lattice, lattice};
 use hexcast::map::{Mapping, map};
 use rayon::prelude::*;
@@ -40,7 +41,7 @@ pub(crate) struct Counts {
     pub(crate) n_rays: u64,
     pub(crate) n_crossings: u64,
     pub(crate) n_runs: u64,
-    /// Bands of the GPU's mesh; each reads all facets.
+    /// Bands of the GPU's mesh; each gets the facets that its rays may hit.
     pub(crate) n_bands: u32,
 }
 
@@ -49,7 +50,7 @@ pub(crate) fn counts(cast: &Cast, n_bands: u32) -> Result<Counts, Box<dyn Error>
     let Cast { frame, rays, rule } = *cast;
     let of_bins = |bin| lattice(frame, rays, bin, 0..Lattice::n_rows(rays, bin));
     let of_gpu = of_bins([8, 8]);
-    let columns = cpu::columns(frame, rays, rule, &Control::default())?;
+    let columns = cpu::columns(cast, &Control::default())?;
     Ok(Counts {
         n_facets: frame.facets.len() as u64,
         n_bins: of_gpu.offsets.len() as u64 - 1,
@@ -107,7 +108,7 @@ pub(crate) fn of_cpu(cast: &Cast) -> Result<Passes, Box<dyn Error>> {
     let map_s = lap(&mut clock);
     drop((strips, bands));
     let mut clock = Instant::now();
-    cpu::columns(frame, rays, rule, &Control::default())?;
+    cpu::columns(cast, &Control::default())?;
     let whole = ("all, strip by strip".into(), lap(&mut clock));
     let passes = vec![("lattice".into(), lattice_s), ("crossings".into(), crossings_s), ("map".into(), map_s), whole];
     Ok(Passes { passes, n_bands: 1 })

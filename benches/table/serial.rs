@@ -62,7 +62,7 @@ fn measure_here(file: &Path, cells: u32) -> Result<Serial, Box<dyn Error>> {
     let (flags, n_tests) = cast(&ready, &lattice);
     let rays_s = lap(&mut clock);
     let to_flags_s = start.elapsed().as_secs_f64();
-    let columns = cpu::columns(&ready.frame, rays, Rule::Parity, &Control::default())?;
+    let columns = cpu::columns(&Cast { frame: &ready.frame, rays, rule: Rule::Parity }, &Control::default())?;
     Ok(Serial {
         before_s: before.iter().sum(),
         lattice_s,

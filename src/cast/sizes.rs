@@ -2,9 +2,9 @@
 //! by these numbers; the estimate and the plan count by them.
 
 /// Rays of a bin along both axes across; `BIN` in `shaders/shared/params.wgsl`.
-pub(crate) const BIN: u32 = 8;
+pub const BIN: u32 = 8;
 /// Bins of one item of the walk over the lattice at most; `SEGMENT` in `shaders/shared/walk.wgsl`.
-pub(crate) const SEGMENT: u32 = 16;
+pub const SEGMENT: u32 = 16;
 /// Most layers of a bin along the rays; `layer_ends` in `shaders/map.wgsl` has as many entries.
 pub(crate) const MAX_LAYERS: u32 = 64;
 /// Words of a facet on the device.
@@ -33,6 +33,7 @@ pub(crate) struct BandSize {
     pub(crate) n_box_bins: u64,
     pub(crate) n_crossings: u64,
     pub(crate) n_rays: u64,
+    pub(crate) n_bins: u64,
     pub(crate) n_chunks: u64,
     pub(crate) n_layers: u32,
 }
@@ -69,8 +70,7 @@ impl Capacity {
     /// What the first try at a band gets, which has nearly `n_crossings`: tiles and places are known only when it has run. No facet has
     /// more tiles than there are bins under its box, `n_box_bins` in all; each ray with runs begins a place.
     pub(crate) fn first(params: &BandSize) -> Capacity {
-        let &BandSize { n_facets, n_box_bins, n_crossings, n_rays, n_chunks, n_layers } = params;
-        let n_bins = n_chunks.div_ceil(u64::from(BIN));
+        let &BandSize { n_facets, n_box_bins, n_crossings, n_rays, n_bins, n_chunks, n_layers } = params;
         Capacity {
             n_facets,
             n_chunks,

@@ -285,6 +285,7 @@ fn band_bytes(estimate: &Estimate, rows: u64) -> u64 {
         n_box_bins: share(estimate.pairs),
         n_crossings: share(estimate.crossings),
         n_rays: rows * n_i,
+        n_bins: rows.div_ceil(BIN) * n_i.div_ceil(BIN),
         n_chunks,
         n_layers: layers(UNEVEN * per_ray),
     });

@@ -14,7 +14,7 @@ use super::layout::{BandFacets, Params};
 use super::passes::{Passes, Profile};
 use super::pool::{BufferPool, Pooled};
 use super::readback::{Pending, Staging, elements};
-use super::runs::{DEEP, DeepRows, LEFT, Returned};
+use super::runs::{DEEP, DeepRows, LEFT, Raw, Returned, left};
 use crate::cast::Cast;
 use crate::cast::sizes::{BIN, BandSize, Capacity, MAX_LAYERS};
 use crate::columns::Band;
@@ -71,8 +71,8 @@ pub(crate) struct Launched {
 
 /// What became of a band.
 pub(crate) enum Outcome {
-    /// Its columns, and the rays that were cast again.
-    Done(Band, u64),
+    /// Its columns, the rays that were cast again, and those that the CPU had to cast.
+    Done(Band, [u64; 2]),
     /// It has to run again: the worker knows now what it needs.
     Again,
     /// The device was wrong: a sentence, the rays that were looked at, and those that were wrong.
@@ -137,6 +137,7 @@ impl<'a> Worker<'a> {
             n_box_bins: facets.n_box_bins,
             n_crossings: facets.n_crossings,
             n_rays: params.n_rays().into(),
+            n_bins: params.n_bins.into(),
             n_chunks: params.n_chunks(),
             n_layers: params.n_layers,
         });
@@ -159,82 +160,74 @@ impl<'a> Worker<'a> {
         Ok(Some(Launched { rows, params, facets, is_deep: false, totals: None }))
     }
 
-    /// Waits for a band.
-    pub(crate) async fn complete(&mut self, launched: Launched) -> Result<Outcome> {
-        let Launched { rows, params, facets, totals, .. } = launched;
-        let windows = sample(&rows, params.n_i);
-        let n_chunks = params.n_chunks();
-        let (mut chunks, mut places, mut n_lost) =
-            ((0..n_chunks as u32).map(|index| [index, DEEP]).collect(), vec![], 0);
-        let mut deep = DeepRows::default();
-        if let Some(pending) = totals {
-            let [tiles, totals] = self.staging.words(self.context.opened, pending).await?;
-            let (n_tiles, n_places, n_deep) = (u64::from(tiles[0]), u64::from(totals[0]), u64::from(totals[1]));
-            if std::env::var("DBG").is_ok() {
-                eprintln!(
-                    "tiles {n_tiles} places {n_places} deep {n_deep} of {n_chunks} layers {} facets {} box bins {} cap {:?}",
-                    facets.n_layers(),
-                    facets.len(),
-                    facets.n_box_bins,
-                    self.buffers.as_ref().map(|b| b.capacity)
-                );
-            }
-            if n_deep > n_chunks {
-                return Ok(wrong(&params, format!("{n_deep} rows of {n_chunks} are deep")));
-            }
-            if self.has_outgrown(Capacity { n_tiles, n_places, ..Capacity::default() }) {
-                return Ok(Outcome::Again);
-            }
-            // so many rows are crowded: more layers, unless there are no more
-            if n_deep > n_chunks / 16 && facets.n_layers() == self.least_layers.max(facets.n_layers()) {
-                let more = (4 * facets.n_layers()).min(MAX_LAYERS);
-                if more > self.least_layers && self.forced.layers.is_none() {
-                    self.least_layers = more;
-                    return Ok(Outcome::Again);
-                }
-            }
-            if n_deep > 0 {
-                deep = self.deep_rows(params, &facets, n_deep, true).await?;
-            }
-            n_lost = totals[2].into();
-            (chunks, places) = self.chunks_and_places(n_chunks, n_places).await?;
-        } else if facets.len() > 0 {
-            deep = self.deep_rows(Params { all_deep: 1, ..params }, &facets, n_chunks, true).await?;
-        } else {
-            deep = DeepRows {
-                offsets: vec![0; n_chunks as usize + 1],
-                rows: vec![0; 16 * n_chunks as usize],
-                events: vec![],
-            };
-        }
+    /// Waits for a band, lets the CPU cast what no kernel could, and checks the rest.
+    pub(crate) async fn complete(&mut self, mut launched: Launched) -> Result<Outcome> {
+        let raw = match launched.totals.take() {
+            Some(totals) => match self.raw(&mut launched, totals).await? {
+                Ok(raw) => raw,
+                Err(outcome) => return Ok(outcome),
+            },
+            None => self.raw_of_deep(&launched).await?,
+        };
+        let Launched { rows, params, .. } = launched;
         let mut flags = vec![0];
         flags.extend(&self.cast.frame.ranks.flag_of_rank);
-        let mut returned = Returned {
-            params: &params,
-            chunks: &chunks,
-            places: &places,
-            n_lost,
-            deep: &deep,
-            cast_again: &[],
-            flags: &flags,
-        };
-        let left = returned.left();
+        let left = left(&raw.chunks, &raw.deep);
         let bands = cpu::windows(&self.cast, &left.iter().map(|&chunk| window(&params, chunk)).collect::<Vec<_>>());
         let cast_again: Vec<(usize, Band)> = left.into_iter().zip(bands).collect();
-        returned.cast_again = &cast_again;
-        let band = match returned.band() {
+        let n_left = cast_again.iter().map(|(_, band)| band.ends.len() as u64).sum();
+        let band = match (Returned { params: &params, raw: &raw, cast_again: &cast_again, flags: &flags }).band() {
             Ok(band) => band,
-            Err(fault) => return Ok(wrong(&params, fault)),
+            Err(fault) => return Ok(wrong(&params, &fault)),
         };
-        let sampled = cpu::windows(&self.cast, &windows);
+        let sampled = cpu::windows(&self.cast, &sample(&rows, params.n_i));
         let n_sampled = sampled.iter().map(|band| band.ends.len() as u64).sum();
-        match differing(&band, &sampled) {
-            0 => Ok(Outcome::Done(band, n_sampled)),
-            n => Ok(Outcome::Wrong(
-                format!("{n} of {n_sampled} rays of a sample have other cells than the CPU finds"),
-                [n_sampled, n],
-            )),
+        Ok(match differing(&band, &sampled) {
+            0 => Outcome::Done(band, [n_sampled, n_left]),
+            n => {
+                let what = format!("{n} of {n_sampled} rays of a sample have other cells than the CPU finds");
+                Outcome::Wrong(what, [n_sampled, n])
+            }
+        })
+    }
+
+    /// What the kernels found, or what has to become of the band before they can.
+    async fn raw(&mut self, launched: &mut Launched, totals: Pending<2>) -> Result<std::result::Result<Raw, Outcome>> {
+        let Launched { params, facets, .. } = launched;
+        let n_chunks = params.n_chunks();
+        let [tiles, totals] = self.staging.words(self.context.opened, totals).await?;
+        let (n_tiles, n_places, n_deep) = (u64::from(tiles[0]), u64::from(totals[0]), u64::from(totals[1]));
+        if n_deep > n_chunks {
+            return Ok(Err(wrong(params, &format!("{n_deep} rows of {n_chunks} are deep"))));
         }
+        if self.has_outgrown(Capacity { n_tiles, n_places, ..Capacity::default() }) {
+            return Ok(Err(Outcome::Again));
+        }
+        // where many rows are too crowded, more layers may help
+        let n_layers = facets.n_layers();
+        if n_deep > n_chunks / 16 && n_layers < MAX_LAYERS && self.forced.layers.is_none() {
+            facets.part(&self.cast, 4 * n_layers);
+            if facets.n_layers() > n_layers {
+                self.least_layers = 4 * n_layers;
+                return Ok(Err(Outcome::Again));
+            }
+        }
+        let deep =
+            if n_deep == 0 { DeepRows::default() } else { self.deep_rows(*params, facets, n_deep, true).await? };
+        let (chunks, places) = self.chunks_and_places(n_chunks, n_places).await?;
+        Ok(Ok(Raw { chunks, places, n_lost: totals[2].into(), n_unused: totals[3] as usize, deep }))
+    }
+
+    /// What the deep kernels found, where all rows are deep.
+    async fn raw_of_deep(&mut self, Launched { params, facets, .. }: &Launched) -> Result<Raw> {
+        let n_chunks = params.n_chunks();
+        let deep = if facets.len() == 0 {
+            DeepRows { offsets: vec![0; n_chunks as usize + 1], rows: vec![0; 16 * n_chunks as usize], events: vec![] }
+        } else {
+            self.deep_rows(Params { all_deep: 1, ..*params }, facets, n_chunks, true).await?
+        };
+        let chunks = (0..n_chunks as u32).map(|index| [index, DEEP]).collect();
+        Ok(Raw { chunks, places: vec![], n_lost: 0, n_unused: 0, deep })
     }
 
     async fn chunks_and_places(&mut self, n_chunks: u64, n_places: u64) -> Result<(Vec<[u32; 2]>, Vec<u32>)> {
@@ -374,7 +367,7 @@ impl<'a> Worker<'a> {
     }
 }
 
-fn wrong(params: &Params, fault: String) -> Outcome {
+fn wrong(params: &Params, fault: &str) -> Outcome {
     Outcome::Wrong(format!("it returned what cannot be: {fault}"), [u64::from(params.n_rays()); 2])
 }
 

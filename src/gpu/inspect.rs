@@ -51,9 +51,10 @@ impl Gpu {
         let Some(buffers) = worker.buffers.take() else { return Err(too_large()) };
         let mut read = async |is_complete: bool| {
             let mut passes = worker.passes();
-            passes.lattice(&buffers, &params);
             if is_complete {
                 passes.intersect(&buffers, &params);
+            } else {
+                passes.lattice(&buffers, &params);
             }
             let encoder = passes.encoder;
             let parts = [buffers.bin_offsets.first(params.n_counters() + 1), buffers.tiles.all()];

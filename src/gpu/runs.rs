@@ -26,15 +26,22 @@ const MOST_RUNS: usize = 2 * PLACE;
 const ROWS: usize = 16;
 
 /// What a device returned of a band, unchecked.
-pub(crate) struct Returned<'a> {
-    pub(crate) params: &'a Params,
+pub(crate) struct Raw {
     /// Two words a chunk, `n_across` chunks a ray row.
-    pub(crate) chunks: &'a [[u32; 2]],
+    pub(crate) chunks: Vec<[u32; 2]>,
     /// Places of four words that the segments lie in.
-    pub(crate) places: &'a [u32],
+    pub(crate) places: Vec<u32>,
     /// Crossings of rows that are not deep and begin no run.
     pub(crate) n_lost: u64,
-    pub(crate) deep: &'a DeepRows,
+    /// Places that were given to rows before they turned out to be deep.
+    pub(crate) n_unused: usize,
+    pub(crate) deep: DeepRows,
+}
+
+/// A band to be put in order.
+pub(crate) struct Returned<'a> {
+    pub(crate) params: &'a Params,
+    pub(crate) raw: &'a Raw,
     /// Chunks that the CPU has cast, in order.
     pub(crate) cast_again: &'a [(usize, Band)],
     /// Flag of each code of a run: rank + 1, or 0.
@@ -78,15 +85,15 @@ struct Counts {
     n_crossings: u64,
 }
 
-impl<'a> Returned<'a> {
-    /// Chunks that no kernel could decide.
-    pub(crate) fn left(&self) -> Vec<usize> {
-        let is_left = |&(_, &[index, counts]): &(usize, &[u32; 2])| {
-            counts == DEEP && self.deep.rows.get(16 * index as usize).is_none_or(|&first| first == LEFT)
-        };
-        self.chunks.iter().enumerate().filter(is_left).map(|(chunk, _)| chunk).collect()
-    }
+/// Chunks that no kernel could decide.
+pub(crate) fn left(chunks: &[[u32; 2]], deep: &DeepRows) -> Vec<usize> {
+    let is_left = |&(_, &[index, counts]): &(usize, &[u32; 2])| {
+        counts == DEEP && deep.rows.get(16 * index as usize).is_none_or(|&first| first == LEFT)
+    };
+    chunks.iter().enumerate().filter(is_left).map(|(chunk, _)| chunk).collect()
+}
 
+impl<'a> Returned<'a> {
     /// The columns of the band.
     ///
     /// # Errors
@@ -95,11 +102,12 @@ impl<'a> Returned<'a> {
         let (n_i, n_across) = (self.params.n_i as usize, self.params.n_across as usize);
         let per_task = ROWS * n_across;
         let count = |(task, chunks): (usize, &[[u32; 2]])| self.count(task * per_task, chunks);
-        let counts: Vec<Result<Counts, Fault>> = self.chunks.par_chunks(per_task).enumerate().map(count).collect();
+        let counts: Vec<Result<Counts, Fault>> = self.raw.chunks.par_chunks(per_task).enumerate().map(count).collect();
         let counts = counts.into_iter().collect::<Result<Vec<Counts>, Fault>>()?;
         let n_places: usize = counts.iter().map(|task| task.n_places).sum();
-        if PLACE * n_places != self.places.len() {
-            return Err(format!("{n_places} places of runs are used of {}", self.places.len() / PLACE));
+        if PLACE * (n_places + self.raw.n_unused) != self.raw.places.len() {
+            let all = self.raw.places.len() / PLACE;
+            return Err(format!("{n_places} places of runs are used and {} are not, of {all}", self.raw.n_unused));
         }
         let mut ends = vec![0; self.params.n_rays() as usize];
         let mut runs = vec![0; counts.iter().map(|task| task.n_runs).sum()];
@@ -119,7 +127,7 @@ impl<'a> Returned<'a> {
         let mut band = Band {
             first_ray: u64::from(self.params.first_row) * u64::from(self.params.n_i),
             odd_rays: counts.iter().map(|task| task.odd_rays).sum(),
-            n_crossings: self.n_lost + counts.iter().map(|task| task.n_crossings).sum::<u64>(),
+            n_crossings: self.raw.n_lost + counts.iter().map(|task| task.n_crossings).sum::<u64>(),
             ends,
             runs,
         };
@@ -141,7 +149,7 @@ impl<'a> Returned<'a> {
                     sum.n_places += segments.iter().map(|segment| n_places(segment.counts)).sum::<usize>() + links;
                     sum.n_runs += n_runs;
                     sum.n_crossings += n_runs as u64;
-                    let odd_rays = (self.chunks[index][0] & !LINKED) >> PLACE_BITS;
+                    let odd_rays = (self.raw.chunks[index][0] & !LINKED) >> PLACE_BITS;
                     sum.odd_rays += u64::from(odd_rays);
                     if odd_rays > BIN {
                         return Err(format!("chunk {index} has {odd_rays} odd rays of {BIN}"));
@@ -149,8 +157,8 @@ impl<'a> Returned<'a> {
                 }
                 Chunk::Deep(row) => {
                     sum.n_runs += row[8..].iter().map(|&n| n as usize).sum::<usize>();
-                    let row = self.chunks[index][0] as usize;
-                    sum.n_crossings += u64::from(self.deep.offsets[row + 1] - self.deep.offsets[row]);
+                    let row = self.raw.chunks[index][0] as usize;
+                    sum.n_crossings += u64::from(self.raw.deep.offsets[row + 1] - self.raw.deep.offsets[row]);
                 }
                 Chunk::Again(band) => {
                     sum.n_runs += band.runs.len();
@@ -165,7 +173,7 @@ impl<'a> Returned<'a> {
     /// Finds the runs of a chunk; `segments` becomes its segments, if it has any.
     fn chunk(&self, index: usize, segments: &mut Vec<Segment>) -> Result<Chunk<'a>, Fault> {
         segments.clear();
-        let [mut word, mut counts] = self.chunks[index];
+        let [mut word, mut counts] = self.raw.chunks[index];
         if counts == DEEP {
             if let Ok(found) = self.cast_again.binary_search_by_key(&index, |(chunk, _)| *chunk) {
                 return Ok(Chunk::Again(&self.cast_again[found].1));
@@ -177,33 +185,33 @@ impl<'a> Returned<'a> {
             let place = (word & ((1 << PLACE_BITS) - 1)) as usize;
             let end = place + n_places(counts) + usize::from(is_linked);
             let largest = (0..BIN).map(|ray| count_of(counts, ray as usize)).max().unwrap_or(0);
-            if PLACE * end > self.places.len() || largest > MOST_RUNS || segments.len() > MAX_LAYERS as usize {
+            if PLACE * end > self.raw.places.len() || largest > MOST_RUNS || segments.len() > MAX_LAYERS as usize {
                 return Err(format!(
                     "chunk {index} has runs {counts:#x} at places {place}..{end} of {}",
-                    self.places.len() / 4
+                    self.raw.places.len() / 4
                 ));
             }
             segments.push(Segment { at: PLACE * (place + usize::from(is_linked)), counts });
             if !is_linked {
                 break;
             }
-            [word, counts] = [self.places[PLACE * place], self.places[PLACE * place + 1]];
+            [word, counts] = [self.raw.places[PLACE * place], self.raw.places[PLACE * place + 1]];
         }
         segments.reverse();
         Ok(Chunk::Segments)
     }
 
     fn deep_row(&self, row: usize) -> Result<&'a [u32], Fault> {
-        let words = self.deep.rows.get(16 * row..16 * row + 16);
+        let words = self.raw.deep.rows.get(16 * row..16 * row + 16);
         let (Some(words), Some(&[start, end])) =
-            (words, self.deep.offsets.get(row..row + 2).and_then(|o| o.first_chunk()))
+            (words, self.raw.deep.offsets.get(row..row + 2).and_then(|o| o.first_chunk()))
         else {
-            return Err(format!("deep row {row} of {}", self.deep.rows.len() / 16));
+            return Err(format!("deep row {row} of {}", self.raw.deep.rows.len() / 16));
         };
         let (firsts, counts) = words.split_at(8);
         let is_inside =
             |(&first, &count): (&u32, &u32)| start <= first && u64::from(first) + u64::from(count) <= end.into();
-        if end as usize > self.deep.events.len() || !firsts.iter().zip(counts).all(is_inside) {
+        if end as usize > self.raw.deep.events.len() || !firsts.iter().zip(counts).all(is_inside) {
             return Err(format!("deep row {row} has runs {words:?}, of its crossings {start}..{end}"));
         }
         Ok(words)
@@ -221,10 +229,10 @@ impl<'a> Returned<'a> {
                 for (ray, end) in ends.iter_mut().enumerate() {
                     let start = at;
                     match &chunk {
-                        Chunk::Segments => at = copy_segments(self.places, &mut segments, ray, out, at),
+                        Chunk::Segments => at = copy_segments(&self.raw.places, &mut segments, ray, out, at),
                         Chunk::Deep(row) => {
                             let first = row[ray] as usize;
-                            let runs = &self.deep.events[first..first + row[8 + ray] as usize];
+                            let runs = &self.raw.deep.events[first..first + row[8 + ray] as usize];
                             out[at..at + runs.len()].copy_from_slice(runs);
                             at += runs.len();
                         }
@@ -331,8 +339,9 @@ mod tests {
     use super::*;
 
     /// Two rows of 10 rays: chunks of 8 and 2 rays, in another order than that of the rays; the second linked, the third deep.
-    fn returned<'a>(chunks: &'a [[u32; 2]], places: &'a [u32], deep: &'a DeepRows, params: &'a Params) -> Returned<'a> {
-        Returned { params, chunks, places, n_lost: 3, deep, cast_again: &[], flags: &[0, 1, 2] }
+    fn band(chunks: &[[u32; 2]], places: &[u32], deep: DeepRows) -> Result<Band, Fault> {
+        let raw = Raw { chunks: chunks.to_vec(), places: places.to_vec(), n_lost: 3, n_unused: 0, deep };
+        Returned { params: &params(), raw: &raw, cast_again: &[], flags: &[0, 1, 2] }.band()
     }
 
     fn params() -> Params {
@@ -361,10 +370,10 @@ mod tests {
 
     #[test]
     fn runs_come_out_in_the_order_of_the_rays() {
-        let (params, deep, places) = (params(), deep(), without_nobody());
+        let places = without_nobody();
         let mut chunks = CHUNKS;
         chunks[3][0] = 6;
-        let band = returned(&chunks, &places, &deep, &params).band().expect("all is possible");
+        let band = band(&chunks, &places, deep()).expect("all is possible");
         assert_eq!(band.runs[..6], [0x001, 0x102, 0x201, 0x101, 0x200, 0x102]);
         assert_eq!(band.runs[6..], [0x301, 0x101, 0x302, 0x001, 0x001, 0x102, 0x201, 0x302, 0x401]);
         assert_eq!(band.ends[..10], [1, 1, 1, 1, 1, 1, 1, 3, 5, 7]);
@@ -374,34 +383,32 @@ mod tests {
 
     #[test]
     fn what_cannot_be_is_a_fault() {
-        let (params, right, places) = (params(), deep(), without_nobody());
+        let places = without_nobody();
         let mut chunks = CHUNKS;
         chunks[3][0] = 6;
-        let fault = |chunks: &[[u32; 2]], places: &[u32], deep: &DeepRows| {
-            returned(chunks, places, deep, &params).band().expect_err("a fault")
-        };
+        let fault = |chunks: &[[u32; 2]], places: &[u32], deep| band(chunks, places, deep).expect_err("a fault");
         let changed = |chunk: usize, word: usize, to: u32| {
             let mut changed = chunks;
             changed[chunk][word] = to;
             changed
         };
-        assert!(fault(&changed(0, 0, 99), &places, &right).contains("places 99"), "beyond the places");
-        assert!(fault(&changed(0, 1, 0x9), &places, &right).contains("0x9"), "nine runs of a ray");
-        assert!(fault(&changed(0, 1, 0), &places, &right).contains("places of runs are used"), "a chunk dropped");
-        assert!(fault(&changed(0, 0, 4 | 9 << PLACE_BITS), &places, &right).contains("9 odd rays"));
-        assert!(fault(&changed(2, 0, 1), &places, &right).contains("deep row 1 of 1"));
+        assert!(fault(&changed(0, 0, 99), &places, deep()).contains("places 99"), "beyond the places");
+        assert!(fault(&changed(0, 1, 0x9), &places, deep()).contains("0x9"), "nine runs of a ray");
+        assert!(fault(&changed(0, 1, 0), &places, deep()).contains("places of runs are used"), "a chunk dropped");
+        assert!(fault(&changed(0, 0, 4 | 9 << PLACE_BITS), &places, deep()).contains("9 odd rays"));
+        assert!(fault(&changed(2, 0, 1), &places, deep()).contains("deep row 1 of 1"));
         let mut ring = places.clone();
         ring[8] = LINKED | 2;
-        assert!(fault(&chunks, &ring, &right).contains("chunk 1"), "segments in a ring");
+        assert!(fault(&chunks, &ring, deep()).contains("chunk 1"), "segments in a ring");
         for wrong in [0x064_01, 0x0_03, 0x0_00, 0x001_02] {
             let mut places = places.clone();
             places[17 + 4] = wrong;
-            assert!(fault(&chunks, &places, &right).contains("ray 7 of chunk 0"), "{wrong:x}");
+            assert!(fault(&chunks, &places, deep()).contains("ray 7 of chunk 0"), "{wrong:x}");
         }
         for (word, to) in [(8, 6), (7, 6), (0, 9)] {
             let mut deep = deep();
             deep.rows[word] = to;
-            assert!(fault(&chunks, &places, &deep).contains("deep row 0"), "{word}");
+            assert!(fault(&chunks, &places, deep).contains("deep row 0"), "{word}");
         }
     }
 

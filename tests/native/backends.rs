@@ -1,5 +1,6 @@
 //! The backends under test: one function that meshes a case, whoever does the work.
 
+use hexcast::cast::Cast;
 use hexcast::columns::Columns;
 use hexcast::control::Control;
 use hexcast::cpu;
@@ -38,9 +39,10 @@ pub(crate) fn mesh(backend: Backend, case: &Case, axis: usize) -> Columns {
     let frame = Frame::new(&case.geometries, &case.lines).unwrap_or_else(|error| panic!("{}: {error}", case.name));
     let rays = Rays::new(axis, case.lines.dims);
     let control = Control::default();
+    let cast = Cast { frame: &frame, rays: &rays, rule: case.rule };
     let columns = match backend {
-        Backend::Cpu => cpu::columns(&frame, &rays, case.rule, &control),
-        Backend::CpuInStrips(rows) => cpu::columns_in_strips(&frame, &rays, case.rule, rows, &control),
+        Backend::Cpu => cpu::columns(&cast, &control),
+        Backend::CpuInStrips(rows) => cpu::columns_in_strips(&cast, rows, &control),
         Backend::CpuInBins(bin) => Ok(columns_in_bins(&frame, &rays, case.rule, bin)),
     };
     columns.unwrap_or_else(|error| panic!("{}: {error}", case.name))

@@ -60,8 +60,18 @@ pub(crate) fn lines(origin: [f64; 3], spacing: [f64; 3], dims: [u32; 3]) -> Line
 
 /// All cases.
 pub(crate) fn cases() -> Vec<Case> {
-    let groups =
-        [domains(), ties(), shapes(), sizes(), shells(), materials(), open_meshes(), placings(), random_soups()];
+    let groups = [
+        domains(),
+        ties(),
+        shapes(),
+        sizes(),
+        depths(),
+        shells(),
+        materials(),
+        open_meshes(),
+        placings(),
+        random_soups(),
+    ];
     groups.into_iter().flatten().collect()
 }
 
@@ -194,6 +204,37 @@ fn sizes() -> Vec<Case> {
         one("wide", "rays of one cell, many bins", unit_cells([130, 130, 1]), sphere([64.0, 65.0, 0.5], 61.7, 32)),
         one("row", "one row of cells along x", unit_cells([300, 1, 1]), sphere([150.0, 0.5, 0.5], 120.3, 16)),
     ]
+}
+
+/// Rays with hundreds and thousands of crossings, which the GPU's kernels for few crossings leave to those for many, and these to the
+/// CPU: 1 ray and 100, one geometry and several, both rules.
+fn depths() -> Vec<Case> {
+    let mut cases = Vec::new();
+    for n_crossings in [200u32, 2000, 9000] {
+        for side in [1, 10] {
+            for n_geometries in [1, 3] {
+                // each geometry has every third plate; those of several are thicker and overlap
+                let plate = |i: u32| {
+                    let z = i as f32 * 2.0 + 0.3;
+                    cuboid(
+                        [-1.0, -1.0, z],
+                        [side as f32 + 0.5, side as f32 - 0.3, z + if n_geometries == 1 { 1.1 } else { 3.2 }],
+                    )
+                };
+                let of_geometry =
+                    |g: u32| (g..n_crossings / 2).step_by(n_geometries as usize).flat_map(plate).collect::<Facets>();
+                let name = format!("plates-{n_crossings}-{side}-{n_geometries}");
+                let geometries: Vec<Geometry> = (0..n_geometries)
+                    .map(|g| Geometry::new(format!("plates {g}"), 7 - g as u8, of_geometry(g)))
+                    .collect();
+                let lines = unit_cells([side, side, n_crossings + 2]);
+                let why = "as many crossings on every ray";
+                cases.push(several(&format!("{name}-parity"), why, lines, geometries.clone()));
+                cases.push(several(&format!("{name}-nonzero"), why, lines, geometries).nonzero());
+            }
+        }
+    }
+    cases
 }
 
 /// Shells of one geometry: where the two rules differ.

@@ -1,36 +1,46 @@
 //! Every kernel against its CPU definition on the case table, then the whole line and the golden files: what the native
 //! tests (`kernels.rs`) and those in a browser (`tests/web/kernels.rs`) both run, each on a device of its own.
 //!
-//! The kernels run as they ship. A check returns how many cases it ran, for the reader of the test's output.
+//! The kernels run as they ship. A check returns how many cases it ran, or a sentence that names the kernel and the case.
 
+use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::future::poll_fn;
 use std::pin::Pin;
 use std::task::Poll;
 
+use hexcast::cast::Cast;
 use hexcast::columns::{Band, Columns};
 use hexcast::control::{CancelToken, Control};
 use hexcast::cpu;
-use hexcast::crossings::{Crossings, crossings};
+use hexcast::crossings::crossings;
+use hexcast::facet::Projected;
 use hexcast::frame::Frame;
-use hexcast::gpu::{Cast, Gpu, Options};
-use hexcast::lattice::{Lattice, lattice};
-use hexcast::map::{Mapping, map};
+use hexcast::gpu::{Forced, Gpu, Options, Tiles, Usage};
+use hexcast::lattice::lattice;
 use hexcast::rays::Rays;
 
 use super::cases::{Case, cases};
 use super::golden::{assert_complete, assert_golden};
+use super::soups::Random;
 
-const BIN: [u32; 2] = [8, 8];
+/// What a check found: the number of cases, or what is wrong.
+pub(crate) type Checked = Result<usize, String>;
+
+/// Rays of a bin along both axes across.
+const BIN: u32 = 8;
 
 /// Declares a test of each check: `$test` makes a test of a name and a function of `&Gpu`, so that no check is forgotten
 /// in one of the two places.
 macro_rules! every_check {
     ($test:ident) => {
-        $test!(the_lattice_kernels_find_the_facets_of_every_bin);
-        $test!(the_intersection_kernels_find_every_crossing_from_the_definitions_lattice);
-        $test!(the_mapping_kernels_make_the_runs_from_the_definitions_crossings);
-        $test!(the_definition_goes_on_from_any_stage_of_the_kernels);
-        $test!(the_whole_line_gives_the_definitions_columns);
+        $test!(scans_sum_all_numbers_before_each);
+        $test!(the_lattice_finds_what_each_facet_hits);
+        $test!(intersect_makes_the_tiles_of_the_definition);
+        $test!(map_gives_the_definitions_columns);
+        $test!(intersect_deep_finds_every_crossing);
+        $test!(map_deep_gives_the_definitions_columns);
+        $test!(batches_of_facets_change_nothing);
         $test!(the_whole_line_gives_the_golden_files);
         $test!(bands_of_any_number_of_ray_rows_give_the_same_columns);
         $test!(a_mesh_goes_on_where_it_was_left);
@@ -58,161 +68,317 @@ async fn together<'a>(futures: impl IntoIterator<Item = impl Future<Output = ()>
     .await;
 }
 
-/// Runs a check on every case of the table.
-async fn on_every_case(check: impl AsyncFn(&Case)) -> usize {
-    let cases = cases();
+/// Runs a check of a kernel on cases; the first sentence that it returns, with the kernel and the case.
+async fn on_cases(kernel: &str, cases: &[Case], check: impl AsyncFn(&Case) -> Result<(), String>) -> Checked {
+    let found = RefCell::new(None);
     for some in cases.chunks(AT_ONCE) {
-        together(some.iter().map(|case| check(case))).await;
+        let one = async |case: &Case| {
+            if let Err(what) = check(case).await {
+                found.borrow_mut().get_or_insert(format!("{kernel}: {}: {what}", case.name));
+            }
+        };
+        together(some.iter().map(one)).await;
     }
-    cases.len()
+    found.into_inner().map_or(Ok(cases.len()), Err)
 }
 
-/// Runs a check on every case of the table with rays along every axis.
-async fn on_every_cast(check: impl AsyncFn(&Case, &Cast<'_>)) -> usize {
-    on_every_case(async |case| {
+/// Runs a check on cases with rays along every axis.
+async fn on_casts(kernel: &str, cases: &[Case], check: impl AsyncFn(&Cast<'_>) -> Result<(), String>) -> Checked {
+    on_cases(kernel, cases, async |case| {
         let frame = frame(case);
         for axis in 0..3 {
             let rays = Rays::new(axis, case.lines.dims);
-            check(case, &Cast { frame: &frame, rays: &rays, rule: case.rule }).await;
+            let cast = Cast { frame: &frame, rays: &rays, rule: case.rule };
+            check(&cast).await.map_err(|what| format!("along {axis}: {what}"))?;
         }
+        Ok(())
     })
     .await
 }
 
-/// The CPU's lattice with the kernels' bins.
-fn cpu_lattice(cast: &Cast) -> Lattice {
-    lattice(cast.frame, cast.rays, BIN, 0..Lattice::n_rows(cast.rays, BIN))
+fn text<T>(result: hexcast::Result<T>) -> Result<T, String> {
+    result.map_err(|error| error.to_string())
 }
 
-/// The CPU's crossings of all rays, sorted within a ray.
-fn cpu_crossings(cast: &Cast, lattice: &Lattice) -> Crossings {
-    let mut all = Crossings { first_ray: 0, offsets: vec![0], events: vec![] };
-    for row in lattice.rows.clone() {
-        let part = crossings(cast.frame, cast.rays, lattice, row);
-        let base = all.events.len() as u32;
-        all.offsets.extend(part.offsets[1..].iter().map(|offset| base + offset));
-        all.events.extend(part.events);
-    }
-    sorted(all)
+fn expect(is_so: bool, otherwise: impl FnOnce() -> String) -> Result<(), String> {
+    if is_so { Ok(()) } else { Err(otherwise()) }
 }
 
-/// Crossings are a set: their order within a ray means nothing.
-fn sorted(mut crossings: Crossings) -> Crossings {
-    for ray in crossings.offsets.windows(2) {
-        crossings.events[ray[0] as usize..ray[1] as usize].sort_unstable();
-    }
-    crossings
+fn cpu_columns(cast: &Cast) -> Columns {
+    cpu::columns(cast, &Control::default()).expect("nobody cancels")
 }
 
-fn cpu_band(cast: &Cast, crossings: &Crossings) -> Band {
-    let flag_of_rank = &cast.frame.ranks.flag_of_rank;
-    map(crossings, &Mapping { rule: cast.rule, flag_of_rank, depth: cast.rays.depth })
+async fn gpu_columns(gpu: &Gpu, cast: &Cast<'_>, options: &Options) -> Result<(Columns, Usage), String> {
+    let mut bands = Vec::new();
+    let usage = text(gpu.continue_columns(cast, options, &Control::default(), &mut bands).await)?;
+    Ok((Columns::new(*cast.rays, bands), usage))
 }
 
-fn ok<T>(case: &Case, result: hexcast::Result<T>) -> T {
-    result.unwrap_or_else(|error| panic!("{}: {error}", case.name))
+async fn same_columns(gpu: &Gpu, cast: &Cast<'_>, options: &Options) -> Result<Usage, String> {
+    let (found, usage) = gpu_columns(gpu, cast, options).await?;
+    let expected = cpu_columns(cast);
+    expect(found == expected, || format!("other columns with {options:?}"))?;
+    let counts = [&found, &expected].map(|columns| (columns.odd_rays(), columns.n_crossings()));
+    expect(counts[0] == counts[1], || format!("odd rays and crossings: {counts:?}"))?;
+    Ok(usage)
 }
 
-pub(crate) async fn the_lattice_kernels_find_the_facets_of_every_bin(gpu: &Gpu) -> usize {
-    on_every_cast(async |case, cast| {
-        let mut found = ok(case, gpu.lattice(cast).await);
-        let expected = cpu_lattice(cast);
-        for bin in found.offsets.clone().windows(2) {
-            found.facets[bin[0] as usize..bin[1] as usize].sort_unstable();
+pub(crate) async fn scans_sum_all_numbers_before_each(gpu: &Gpu) -> Checked {
+    let mut random = Random::new(77);
+    let lengths = [1, 2, 5, 255, 4095, 4096, 4097, 70_000];
+    for n in lengths {
+        for most in [3, u64::from(u32::MAX)] {
+            let numbers: Vec<u32> = (0..n).map(|_| random.below(most) as u32).collect();
+            let mut sum = 0u32;
+            let mut before = |number| {
+                let before = sum;
+                sum = sum.saturating_add(number);
+                before
+            };
+            let expected: Vec<u32> = numbers.iter().map(|&number| before(number)).collect();
+            let found = text(gpu.scanned(&numbers).await)?;
+            expect(found == expected, || format!("scan_reduce, scan_apply: {n} numbers below {most}"))?;
         }
-        assert!(found == expected, "{} along {}: {found:?}\nexpected {expected:?}", case.name, cast.rays.axis);
+    }
+    Ok(2 * lengths.len())
+}
+
+/// What the definition says of a facet over a bin: hits of rows 0 to 3 and 4 to 7.
+fn hits_of(facet: &Projected, [column, row]: [u32; 2], counts: [u32; 2]) -> [u32; 2] {
+    let mut hits = [0; 2];
+    for (j, i) in (0..BIN).flat_map(|j| (0..BIN).map(move |i| (j, i))) {
+        let ray = [column * BIN + i, row * BIN + j];
+        let [di, dj] = [0, 1].map(|side| i64::from(ray[side]) - i64::from(facet.rays[side][0]));
+        let is_hit = (0..3).all(|e| facet.q[e] + facet.a[e] * di + facet.b[e] * dj >= 0);
+        if is_hit && ray[0] < counts[0] && ray[1] < counts[1] {
+            hits[j as usize / 4] |= 1 << (8 * (j % 4) + i);
+        }
+    }
+    hits
+}
+
+/// (bin, layer, facet) -> hits, as the definition says.
+fn expected_hits(cast: &Cast, tiles: &Tiles) -> BTreeMap<(u32, u32, u32), [u32; 2]> {
+    let mut expected = BTreeMap::new();
+    for (index, corners) in cast.frame.facets.iter().enumerate() {
+        let Some(facet) = Projected::new(corners, cast.frame, cast.rays) else { continue };
+        let lowest = corners.iter().map(|corner| corner[cast.rays.axis] >> cast.frame.fraction_bits).min();
+        let lowest = lowest.unwrap_or(0).clamp(0, cast.rays.depth as i32) as u32;
+        let layer = tiles.layer_ends.iter().take(tiles.n_layers as usize - 1).filter(|&&end| end <= lowest).count();
+        let [columns, rows] = facet.rays.map(|[first, last]| first / BIN..=last / BIN);
+        for row in rows {
+            for column in columns.clone() {
+                let hits = hits_of(&facet, [column, row], cast.rays.counts);
+                if hits != [0; 2] {
+                    let bin = row * tiles.n_across + column;
+                    expected.insert((bin, layer as u32, index as u32), hits);
+                }
+            }
+        }
+    }
+    expected
+}
+
+/// Layers that checks ask for: none beside each other, and as many as there can be.
+const LAYERS: [u32; 2] = [1, 64];
+
+pub(crate) async fn the_lattice_finds_what_each_facet_hits(gpu: &Gpu) -> Checked {
+    check_lattice(gpu, &cases()).await
+}
+
+pub(crate) async fn check_lattice(gpu: &Gpu, cases: &[Case]) -> Checked {
+    on_casts("lattice_count, lattice_fill", cases, async |cast| {
+        for layers in LAYERS {
+            let tiles = text(gpu.tiles(cast, layers).await)?;
+            let mut found = BTreeMap::new();
+            for (slot, ends) in tiles.offsets.windows(2).enumerate() {
+                let (bin, layer) = (slot as u32 / tiles.n_layers, slot as u32 % tiles.n_layers);
+                for tile in ends[0]..ends[1] {
+                    let Some(&[facet, of_bin, low, high]) = tiles.begun.get(tile as usize) else {
+                        return Err(format!("tile {tile} of {}", tiles.begun.len()));
+                    };
+                    expect(of_bin == bin, || format!("tile {tile} of bin {of_bin} lies in bin {bin}"))?;
+                    let before = found.insert((bin, layer, facet), [low, high]);
+                    expect(before.is_none(), || format!("facet {facet} is twice in bin {bin}"))?;
+                }
+            }
+            let expected = expected_hits(cast, &tiles);
+            expect(found == expected, || format!("{layers} layers: {found:x?}, expected {expected:x?}"))?;
+        }
+        Ok(())
     })
     .await
 }
 
-pub(crate) async fn the_intersection_kernels_find_every_crossing_from_the_definitions_lattice(gpu: &Gpu) -> usize {
-    on_every_cast(async |case, cast| {
-        let lattice = cpu_lattice(cast);
-        let found = sorted(ok(case, gpu.crossings(cast, &lattice).await));
-        let expected = cpu_crossings(cast, &lattice);
-        assert!(found == expected, "{} along {}: {found:?}\nexpected {expected:?}", case.name, cast.rays.axis);
+/// The eight words of a tile, by the definition's numbers; None where a step is nearly too steep for them.
+fn expected_tile(cast: &Cast, tiles: &Tiles, begun: [u32; 4]) -> Option<[u32; 8]> {
+    let [index, bin, low, high] = begun;
+    let Cast { frame, rays, .. } = *cast;
+    let f = frame.fraction_bits;
+    let facet = Projected::new(&frame.facets[index as usize], frame, rays)?;
+    let first = [bin % tiles.n_across * BIN, bin / tiles.n_across * BIN];
+    let [di, dj] = [0, 1].map(|side| i128::from(first[side]) - i128::from(facet.rays[side][0]));
+    let [slope_i, slope_j] = facet.slope.map(i128::from);
+    let area = i128::from(facet.area);
+    let height = facet.height + ((slope_i * di + slope_j * dj) << f);
+    let on_unit = height & ((1 << f) - 1) == 0;
+    let tie = u32::from(facet.tie_is_above && on_unit);
+    let tag = tie << 9 | u32::from(frame.rank_of_facet[index as usize]) << 1 | u32::from(facet.exits);
+    let steepest = slope_i.abs().max(slope_j.abs());
+    if steepest > 16_010 * area {
+        return Some([low, high, expected_base(cast, index), 0xffff_fff0, 0, 0, 0, 16 << 10 | tag]);
+    }
+    if steepest > 15_990 * area {
+        return None;
+    }
+    let fixed = |value: i128| ((value << 32).div_euclid(area), (value << 32).rem_euclid(area) == 0);
+    let [(z, z_exact), (si, i_exact), (sj, j_exact)] = [height >> f, slope_i, slope_j].map(fixed);
+    let margin = if z_exact && i_exact && j_exact { 0 } else { 16 + tie };
+    let steps = (si >> 32) as u32 & 0xffff | ((sj >> 32) as u32) << 16;
+    Some([low, high, (z >> 32) as u32, z as u32, steps, si as u32, sj as u32, margin << 10 | tag])
+}
+
+/// The cell of the lowest corner of a facet.
+fn expected_base(cast: &Cast, index: u32) -> u32 {
+    let corners = &cast.frame.facets[index as usize];
+    corners.iter().map(|corner| corner[cast.rays.axis] >> cast.frame.fraction_bits).min().unwrap_or(0) as u32
+}
+
+pub(crate) async fn intersect_makes_the_tiles_of_the_definition(gpu: &Gpu) -> Checked {
+    check_intersect(gpu, &cases()).await
+}
+
+pub(crate) async fn check_intersect(gpu: &Gpu, cases: &[Case]) -> Checked {
+    on_casts("intersect", cases, async |cast| {
+        let tiles = text(gpu.tiles(cast, 1).await)?;
+        for (&begun, tile) in tiles.begun.iter().zip(&tiles.tiles) {
+            if let Some(expected) = expected_tile(cast, &tiles, begun) {
+                expect(*tile == expected, || format!("{begun:x?} became {tile:x?}, expected {expected:x?}"))?;
+            }
+        }
+        expect(tiles.begun.len() == tiles.tiles.len(), || "fewer tiles than were begun".into())
     })
     .await
 }
 
-pub(crate) async fn the_mapping_kernels_make_the_runs_from_the_definitions_crossings(gpu: &Gpu) -> usize {
-    on_every_cast(async |case, cast| {
-        let crossings = cpu_crossings(cast, &cpu_lattice(cast));
-        let found = ok(case, gpu.map(cast, &crossings).await);
-        let expected = cpu_band(cast, &crossings);
-        assert!(found == expected, "{} along {}: {found:?}\nexpected {expected:?}", case.name, cast.rays.axis);
+pub(crate) async fn map_gives_the_definitions_columns(gpu: &Gpu) -> Checked {
+    check_map(gpu, &cases()).await
+}
+
+pub(crate) async fn check_map(gpu: &Gpu, cases: &[Case]) -> Checked {
+    on_casts("map", cases, async |cast| {
+        for layers in [None, Some(1), Some(64)] {
+            let forced = Forced { layers, ..Forced::default() };
+            same_columns(gpu, cast, &Options { forced, ..Options::default() }).await?;
+        }
+        Ok(())
     })
     .await
 }
 
-pub(crate) async fn the_definition_goes_on_from_any_stage_of_the_kernels(gpu: &Gpu) -> usize {
-    on_every_cast(async |case, cast| {
-        let lattice = ok(case, gpu.lattice(cast).await);
-        let expected = cpu_crossings(cast, &cpu_lattice(cast));
-        assert!(cpu_crossings(cast, &lattice) == expected, "{}: crossings from the kernels' lattice", case.name);
-        let crossings = ok(case, gpu.crossings(cast, &lattice).await);
-        let band = cpu_band(cast, &crossings);
-        assert!(band == cpu_band(cast, &expected), "{}: runs from the kernels' crossings", case.name);
+pub(crate) async fn intersect_deep_finds_every_crossing(gpu: &Gpu) -> Checked {
+    check_intersect_deep(gpu, &cases()).await
+}
+
+pub(crate) async fn check_intersect_deep(gpu: &Gpu, cases: &[Case]) -> Checked {
+    on_casts("intersect_deep", cases, async |cast| {
+        let mut found = text(gpu.deep_crossings(cast).await)?;
+        let (mut offsets, mut events) = (vec![0], Vec::new());
+        let lattice = lattice(cast.frame, cast.rays, [BIN, 1], 0..cast.rays.counts[1]);
+        for row in 0..cast.rays.counts[1] {
+            let of_row = crossings(cast.frame, cast.rays, &lattice, row);
+            let rays: Vec<&[u32]> =
+                of_row.offsets.windows(2).map(|ends| &of_row.events[ends[0] as usize..ends[1] as usize]).collect();
+            for chunk in rays.chunks(BIN as usize) {
+                let start = events.len();
+                for (ray, of_ray) in chunk.iter().enumerate() {
+                    events.extend(of_ray.iter().map(|event| (ray as u32) << 27 | event));
+                }
+                events[start..].sort_unstable();
+                offsets.push(events.len() as u32);
+            }
+        }
+        expect(found.offsets == offsets, || format!("crossings of rows {:?}, expected {offsets:?}", found.offsets))?;
+        for ends in offsets.windows(2) {
+            found.events[ends[0] as usize..ends[1] as usize].sort_unstable();
+        }
+        expect(found.events == events, || format!("{:x?}, expected {events:x?}", found.events))
     })
     .await
 }
 
-pub(crate) async fn the_whole_line_gives_the_definitions_columns(gpu: &Gpu) -> usize {
-    on_every_cast(async |case, cast| {
-        let found = ok(case, gpu.columns(cast, &Control::default()).await);
-        let expected = ok(case, cpu::columns(cast.frame, cast.rays, cast.rule, &Control::default()));
-        assert!(found == expected, "{} along {}", case.name, cast.rays.axis);
-        assert_eq!(found.odd_rays(), expected.odd_rays(), "{}: odd rays", case.name);
-        assert_eq!(found.n_crossings(), expected.n_crossings(), "{}: crossings", case.name);
+pub(crate) async fn map_deep_gives_the_definitions_columns(gpu: &Gpu) -> Checked {
+    check_map_deep(gpu, &cases()).await
+}
+
+/// All rows are deep. The CPU casts what is left; so closed surfaces with at most 8192 crossings a ray must leave nothing.
+pub(crate) async fn check_map_deep(gpu: &Gpu, cases: &[Case]) -> Checked {
+    on_casts("map_deep", cases, async |cast| {
+        let forced = Forced { deep: true, ..Forced::default() };
+        let usage = same_columns(gpu, cast, &Options { forced, ..Options::default() }).await?;
+        let columns = cpu_columns(cast);
+        let most = 8 * 8192.min(columns.n_crossings());
+        if columns.odd_rays() == 0 && columns.n_crossings() <= most.min(8192) {
+            expect(usage.left == 0, || format!("{} rays of {} are left", usage.left, cast.rays.n_rays()))?;
+        }
+        Ok(())
     })
     .await
 }
 
-pub(crate) async fn the_whole_line_gives_the_golden_files(gpu: &Gpu) -> usize {
-    assert_complete(&cases());
-    on_every_case(async |case| {
+pub(crate) async fn batches_of_facets_change_nothing(gpu: &Gpu) -> Checked {
+    let small: Vec<Case> = cases().into_iter().filter(|case| case.n_facets() <= 300).collect();
+    on_casts("intersect_deep in batches", &small, async |cast| {
+        let forced = Forced { deep: true, facets_of_batch: Some(7), ..Forced::default() };
+        same_columns(gpu, cast, &Options { forced, ..Options::default() }).await.map(|_| ())
+    })
+    .await
+}
+
+pub(crate) async fn the_whole_line_gives_the_golden_files(gpu: &Gpu) -> Checked {
+    let cases = cases();
+    assert_complete(&cases);
+    on_cases("all kernels", &cases, async |case| {
         let frame = frame(case);
         let mut along = Vec::new();
         for axis in 0..3 {
             let rays = Rays::new(axis, case.lines.dims);
             let cast = Cast { frame: &frame, rays: &rays, rule: case.rule };
-            along.push(ok(case, gpu.columns(&cast, &Control::default()).await));
+            along.push(text(gpu.columns(&cast, &Control::default()).await)?);
         }
         assert_golden(case, &along.try_into().expect("three axes"));
+        Ok(())
     })
     .await
 }
 
-pub(crate) async fn bands_of_any_number_of_ray_rows_give_the_same_columns(gpu: &Gpu) -> usize {
-    on_every_cast(async |case, cast| {
-        let expected = ok(case, cpu::columns(cast.frame, cast.rays, cast.rule, &Control::default()));
+pub(crate) async fn bands_of_any_number_of_ray_rows_give_the_same_columns(gpu: &Gpu) -> Checked {
+    on_casts("all kernels", &cases(), async |cast| {
         // a band is a trip to the device, up to a tenth of a second in a browser: single rows only where there are few
-        let most = |rows| if rows == 1 || cfg!(target_arch = "wasm32") { 12 } else { u32::MAX };
+        let most = |rows| if rows == 1 || cfg!(target_arch = "wasm32") { 12 } else { 30 };
         for rows in [1, 3, 13].into_iter().filter(|&rows| cast.rays.counts[1].div_ceil(rows) <= most(rows)) {
-            let options = Options { rows_per_band: Some(rows), ..Options::default() };
-            let mut bands = Vec::new();
-            ok(case, gpu.continue_columns(cast, &options, &Control::default(), &mut bands).await);
-            assert!(Columns::new(*cast.rays, bands) == expected, "{} in bands of {rows} rows", case.name);
+            same_columns(gpu, cast, &Options { rows_per_band: Some(rows), ..Options::default() }).await?;
         }
+        Ok(())
     })
     .await
 }
 
-pub(crate) async fn a_mesh_goes_on_where_it_was_left(gpu: &Gpu) -> usize {
+pub(crate) async fn a_mesh_goes_on_where_it_was_left(gpu: &Gpu) -> Checked {
     let case = &cases()[0];
     let frame = frame(case);
     let rays = Rays::new(0, case.lines.dims);
     let cast = Cast { frame: &frame, rays: &rays, rule: case.rule };
-    let whole = ok(case, gpu.columns(&cast, &Control::default()).await);
+    let whole = text(gpu.columns(&cast, &Control::default()).await)?;
     let options = Options { rows_per_band: Some(2), ..Options::default() };
     let token = CancelToken::default();
     let stop = token.clone();
     let mut stopping = Control::with_progress(move |_| stop.cancel());
     stopping.cancel = token;
-    let mut bands = Vec::new();
+    let mut bands: Vec<Band> = Vec::new();
     let error = gpu.continue_columns(&cast, &options, &stopping, &mut bands).await.unwrap_err();
     assert_eq!((error.code(), bands.len()), ("cancelled", 1));
-    ok(case, gpu.continue_columns(&cast, &options, &Control::default(), &mut bands).await);
-    assert!(bands.len() > 1 && Columns::new(rays, bands) == whole);
-    1
+    text(gpu.continue_columns(&cast, &options, &Control::default(), &mut bands).await)?;
+    expect(bands.len() > 1 && Columns::new(rays, bands) == whole, || "other columns".into())?;
+    Ok(1)
 }

@@ -36,7 +36,7 @@ macro_rules! native_test {
         #[test]
         fn $name() {
             let Some(gpu) = gpu() else { return };
-            let n_cases = pollster::block_on(kernel_checks::$name(gpu));
+            let n_cases = pollster::block_on(kernel_checks::$name(gpu)).unwrap_or_else(|what| panic!("{what}"));
             println!("{n_cases} cases on {}", gpu.facts.name);
         }
     };

@@ -24,6 +24,7 @@ const CORE: &[&str] = &[
     "lines",
     "frame",
     "rays",
+    "cast",
     "facet",
     "lattice",
     "crossings",
@@ -74,7 +75,8 @@ const UNKNOWN_TO_CORE: &[&str] = &[
 ];
 /// A kernel whose host code called its definition would prove nothing: it uses the stages' types only.
 const UNKNOWN_TO_GPU: &[&str] = &[
-    "crate::cpu",
+    "crate::cpu::columns",
+    "crate::cpu::Strips",
     "crate::facet",
     "crate::lattice::lattice",
     "crate::crossings::crossings",

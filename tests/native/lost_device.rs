@@ -2,6 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
+use hexcast::cast::Cast;
 use hexcast::columns::Columns;
 use hexcast::control::Control;
 use hexcast::cpu;
@@ -43,9 +44,10 @@ fn mesh_and_destroy(gpu: Gpu, prepare: impl FnOnce(Gpu) -> Engine) -> Outcome {
         }
         seen.push(at.rays_done);
     });
-    let meshed = pollster::block_on(engine.columns(&frame, &rays, Rule::Parity, &control)).map(|(columns, _)| columns);
+    let cast = Cast { frame: &frame, rays: &rays, rule: Rule::Parity };
+    let meshed = pollster::block_on(engine.columns(&cast, &control)).map(|(columns, _)| columns);
     let seen = seen.lock().expect("no other thread panics").clone();
-    let expected = cpu::columns(&frame, &rays, Rule::Parity, &Control::default()).expect("columns");
+    let expected = cpu::columns(&cast, &Control::default()).expect("columns");
     Outcome { engine, meshed, seen, rays, expected }
 }
 
@@ -80,7 +82,7 @@ fn a_destroyed_device_costs_no_ray() {
 #[test]
 fn the_cpu_goes_on_where_no_device_can_be_opened_again() {
     let Some(known) = kernels::gpu() else { return };
-    let outcome = mesh_and_destroy(open_once(known), |gpu| Engine::with_gpu(gpu).or_cpu());
+    let outcome = mesh_and_destroy(open_once(known), |gpu| Engine::with_gpu(gpu).with_cpu_fallback());
     assert_eq!(outcome.engine.backend(), "cpu");
     let why = outcome.engine.fallback.clone().expect("the reason is told");
     assert!(why.contains("was lost") && why.contains("opening it again") && why.contains("is gone"), "{why}");
@@ -96,8 +98,9 @@ fn a_device_lost_for_good_is_an_error_where_the_gpu_was_asked_for() {
     assert!(error.to_string().contains("is gone") && error.hint().contains("CPU"), "{error}: {}", error.hint());
     // the engine is still there, and says the same again
     let (frame, lines) = small();
-    let again =
-        pollster::block_on(engine.columns(&frame, &Rays::new(2, lines.dims), Rule::Parity, &Control::default()));
+    let rays = Rays::new(2, lines.dims);
+    let cast = Cast { frame: &frame, rays: &rays, rule: Rule::Parity };
+    let again = pollster::block_on(engine.columns(&cast, &Control::default()));
     assert_eq!(again.expect_err("it is still lost").code(), "device-lost");
 }
 

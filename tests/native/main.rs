@@ -4,6 +4,8 @@
 
 mod agreement;
 mod backends;
+#[cfg(feature = "gpu")]
+mod broken_drivers;
 mod cases;
 #[cfg(feature = "cli")]
 mod cli;

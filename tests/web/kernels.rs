@@ -12,7 +12,7 @@ macro_rules! web_test {
         async fn $name() {
             let gpu = Gpu::open(None).await.expect("an adapter");
             let start = Date::now();
-            let n_cases = kernel_checks::$name(&gpu).await;
+            let n_cases = kernel_checks::$name(&gpu).await.unwrap_or_else(|what| panic!("{what}"));
             console_log!("{n_cases} cases on the browser's GPU in {:.1} s", (Date::now() - start) / 1e3);
         }
     };

@@ -1,10 +1,11 @@
 //! The line in the browser: the CPU definition in wasm, and the browser's WebGPU held to it.
 
+use hexcast::cast::Cast;
 use hexcast::columns::Columns;
 use hexcast::control::Control;
 use hexcast::cpu;
 use hexcast::frame::Frame;
-use hexcast::gpu::{Cast, Gpu};
+use hexcast::gpu::Gpu;
 use hexcast::rays::Rays;
 use js_sys::{Function, Promise, Reflect};
 use wasm_bindgen::{JsCast, JsValue};
@@ -21,7 +22,7 @@ fn cube_case() -> Case {
 }
 
 fn cpu_columns(cast: &Cast) -> Columns {
-    cpu::columns(cast.frame, cast.rays, cast.rule, &Control::default()).expect("nobody cancels")
+    cpu::columns(cast, &Control::default()).expect("nobody cancels")
 }
 
 async fn gpu_columns(gpu: &Gpu, case: &Case, cast: &Cast<'_>) -> Columns {

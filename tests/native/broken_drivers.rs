@@ -1,0 +1,264 @@
+//! What a broken driver would do, by changing the text of kernels before they are compiled: every change that changes a result is caught
+//! by the check that names the kernel; guesses that are off change nothing; and where a device is wrong the cells are right all
+//! the same, with a warning that names it.
+
+use std::sync::Arc;
+
+use hexcast::cast::Cast;
+use hexcast::control::Control;
+use hexcast::cpu;
+use hexcast::frame::Frame;
+use hexcast::geometry::Geometry;
+use hexcast::gpu::{Gpu, kernel_texts};
+use hexcast::lines::Lines;
+use hexcast::map::Rule;
+use hexcast::pipeline::Engine;
+use hexcast::rays::Rays;
+
+use super::cases::{Case, cases};
+use super::kernel_checks::{self, Checked};
+use super::kernels;
+use super::models;
+
+/// Opens the adapter of the kernel tests with one kernel changed, or all; each text must hold the place once at least.
+fn open(known: &Gpu, kernel: Option<&'static str>, from: &str, to: &str) -> hexcast::Result<Gpu> {
+    let concerned: Vec<_> =
+        kernel_texts().into_iter().filter(|text| kernel.is_none_or(|name| name == text.name)).collect();
+    assert!(concerned.iter().any(|text| text.text.contains(from)), "{kernel:?} has no {from}");
+    let (from, to) = (from.to_string(), to.to_string());
+    let edit = move |name: &str, text: String| {
+        if kernel.is_none_or(|kernel| kernel == name) { text.replace(&from, &to) } else { text }
+    };
+    pollster::block_on(Gpu::open_edited(Some(&known.facts.name), Some(Arc::new(edit))))
+}
+
+/// A few cases that between them reach every branch of every kernel.
+fn some_cases() -> Vec<Case> {
+    const NAMES: [&str; 15] = [
+        "sphere",
+        "terrain-on-rays",
+        "roofs",
+        "tiny-facets",
+        "many-crossings",
+        "wide",
+        "crowd",
+        "priorities-nonzero",
+        "overlapping-shells-nonzero",
+        "soup-3",
+        "crumbs-1",
+        "no-lid-z",
+        "plates-200-1-3-nonzero",
+        "large-and-small",
+        "micrometres",
+    ];
+    let found: Vec<Case> = cases().into_iter().filter(|case| NAMES.contains(&case.name.as_str())).collect();
+    assert_eq!(found.len(), NAMES.len());
+    found
+}
+
+/// One token of a kernel's text, and what stands in its place.
+const MUTATIONS: &[(&str, &str, &str)] = &[
+    ("scan_reduce", "sums[block] = partial[0]", "sums[block] = partial[1]"),
+    ("scan_reduce", "min(b, 0xffffffffu - a)", "max(b, 0xffffffffu - a)"),
+    ("scan_apply", "partial[local - 1u]", "partial[local]"),
+    ("scan_apply", "before = bases[block]", "before = 0u"),
+    ("scan_apply", "reach *= 2u", "reach *= 4u"),
+    ("lattice_count", "bin * params.n_layers + f.layer], 1u", "bin * params.n_layers + f.layer], 2u"),
+    ("lattice_count", "(hits.x | hits.y) != 0u", "(hits.x & hits.y) != 0u"),
+    ("lattice_fill", "vec4<u32>(facet, bin, hits)", "vec4<u32>(facet, bin, hits.yx)"),
+    ("lattice_fill", "let n_rows = min(", "let n_rows = max("),
+    ("lattice_fill", "select(1u, 0u, tie_is_inside)", "select(0u, 1u, tie_is_inside)"),
+    ("lattice_fill", "a < 0 || (a == 0 && b < 0)", "a < 0 || (a == 0 && b > 0)"),
+    ("lattice_fill", "q += w.b;", "q += w.a;"),
+    ("lattice_fill", "(1u << n_inside) - 1u", "0xffu"),
+    ("lattice_fill", "index / segments", "index % segments"),
+    ("lattice_fill", "vec4<i32>(0, 1, 2, 3)", "vec4<i32>(0, 1, 2, 2)"),
+    ("lattice_fill", "w.column * i32(BIN), i32(params.first_row", "w.column * i32(BIN) + 1, i32(params.first_row"),
+    ("lattice_fill", "flipped == (params.axis == 1u)", "flipped == (params.axis == 2u)"),
+    ("intersect", "flipped == (params.axis == 1u)", "flipped == (params.axis == 2u)"),
+    ("intersect", "select(16u + (plane.tag >> 9u), 0u, is_exact)", "select(15u + (plane.tag >> 9u), 0u, is_exact)"),
+    ("intersect", "step_j.cells << 16u", "step_j.cells << 15u"),
+    ("intersect", "(high.whole << 16u) | low.whole", "(high.whole << 16u) & low.whole"),
+    ("intersect", "16000.0 *", "1.0 *"),
+    ("intersect", "params.axis == 2u && i_is_level", "params.axis == 1u && i_is_level"),
+    ("intersect", "multiply_signed(dz.y, dy.z)", "multiply_signed(dz.z, dy.z)"),
+    ("intersect", "select(~q.whole, 0u - q.whole, is_whole)", "select(~q.whole, ~q.whole, is_whole)"),
+    ("intersect", "f.z.x - (base << params.fraction_bits)", "f.z.y - (base << params.fraction_bits)"),
+    ("map", "(1u - params.rule)", "params.rule"),
+    ("map", "cell < params.depth", "cell <= params.depth"),
+    ("map", "select(1u, 0u, (h.fraction", "select(0u, 1u, (h.fraction"),
+    ("map", "(winner >> 9u)", "(winner >> 10u)"),
+    ("map", "opens = is_due & !closes", "opens = is_due & closes"),
+    ("map", "cell != next >> 9u", "cell == next >> 9u"),
+    ("map", "countOneBits(open) << 27u", "countOneBits(open) << 28u"),
+    ("map", "row.n_crossings - row.n_runs", "row.n_crossings"),
+    ("map", "step.cells * row", "step.cells"),
+    ("map", "events >> vec4<u32>(9u)) < vec4<u32>(until)", "events >> vec4<u32>(9u)) <= vec4<u32>(until)"),
+    ("map", "cell >= done", "cell > done"),
+    ("map", "open & vec4<u32>(0x1ffu)", "open & vec4<u32>(0x0ffu)"),
+    ("map", "written.n_places + u32(is_linked)", "written.n_places"),
+    ("map", "max(vec4<u32>(list.low.w, list.high.xyz), v)", "max(vec4<u32>(list.low.z, list.high.xyz), v)"),
+    ("map", "params.n_ranks != 1u || row.swept != 0u", "params.n_ranks != 1u && row.swept != 0u"),
+    ("intersect_deep", "select(1, 0, centre_is_above)", "select(0, 1, centre_is_above)"),
+    ("intersect_deep", "(ray << 27u)", "(ray << 26u)"),
+    ("intersect_deep", "left &= left - 1u", "left = 0u"),
+    ("intersect_deep", "multiply96(plane.slope_j, i32(row))", "multiply96(plane.slope_i, i32(row))"),
+    ("intersect_deep", "i32(params.depth)", "i32(params.depth) - 1"),
+    ("intersect_deep", "row * params.n_across", "row"),
+    ("map_deep", "cell < params.depth", "cell <= params.depth"),
+    ("map_deep", "params.rule == 0u", "params.rule != 0u"),
+    ("map_deep", "vec4<u32>(1u, 33u, 65u, 97u)", "vec4<u32>(1u, 33u, 65u, 96u)"),
+    ("map_deep", "pass_of_sort < 8u", "pass_of_sort < 6u"),
+    ("map_deep", "events[to_half + counters[counter]] = event", "events[to_half + counters[counter] + 1u] = event"),
+    ("map_deep", "is_last && winner != code", "winner != code"),
+    ("map_deep", "sum += counters", "sum = counters"),
+];
+
+/// Runs the check that names a kernel.
+fn check(gpu: &Gpu, kernel: &str, cases: &[Case]) -> Checked {
+    pollster::block_on(async {
+        match kernel {
+            "scan_reduce" | "scan_apply" => kernel_checks::scans_sum_all_numbers_before_each(gpu).await,
+            "lattice_count" | "lattice_fill" => kernel_checks::check_lattice(gpu, cases).await,
+            "intersect" => kernel_checks::check_intersect(gpu, cases).await,
+            "map" => kernel_checks::check_map(gpu, cases).await,
+            "intersect_deep" => kernel_checks::check_intersect_deep(gpu, cases).await,
+            "map_deep" => kernel_checks::check_map_deep(gpu, cases).await,
+            _ => panic!("no check of {kernel}"),
+        }
+    })
+}
+
+/// Changes that change no result: a facet's direction is no matter of the lattice.
+const EQUAL: &[&str] = &["lattice_fill: flipped == (params.axis == 1u)"];
+
+#[test]
+fn every_mutation_of_a_kernel_is_caught_by_its_check() {
+    let Some(known) = kernels::gpu() else { return };
+    let cases = some_cases();
+    for kernel in kernel_texts().iter().map(|kernel| kernel.name).filter(|name| *name != "probe") {
+        let found = check(known, kernel, &cases);
+        assert!(found.is_ok(), "{kernel} as it is: {found:?}");
+        assert!(MUTATIONS.iter().any(|(name, ..)| *name == kernel), "no mutation of {kernel}");
+    }
+    let mut survivors = Vec::new();
+    for &(kernel, from, to) in MUTATIONS {
+        // one that the probe or the compiler refuses is caught as well
+        let caught = match open(known, Some(kernel), from, to) {
+            Ok(gpu) => check(&gpu, kernel, &cases).err(),
+            Err(error) => Some(format!("{kernel}: {error}")),
+        };
+        let name = format!("{kernel}: {from}");
+        match caught {
+            Some(what) => assert!(what.contains(kernel), "{name} was caught by another check: {what}"),
+            None if EQUAL.contains(&name.as_str()) => {}
+            None => survivors.push(format!("{name} -> {to}")),
+        }
+    }
+    assert!(MUTATIONS.len() >= 40 && survivors.is_empty(), "not caught:\n{}", survivors.join("\n"));
+    println!("{} mutations on {}", MUTATIONS.len(), known.facts.name);
+}
+
+#[test]
+fn guesses_of_quotients_may_be_off() {
+    let Some(known) = kernels::gpu() else { return };
+    let faults = [
+        ("return value / divisor;", "return value / divisor * (1.0 + 1.0 / 131072.0);"),
+        ("return value / divisor;", "return value / divisor * (1.0 - 1.0 / 131072.0);"),
+        ("return value / divisor;", "return value / divisor * (1.0 + 1.0 / 65536.0);"),
+        (
+            "let first = u32(min(guess(size, by), 1073741824.0));",
+            "let first = u32(min(guess(size, by), 1073741824.0)) + 1u;",
+        ),
+        (
+            "let first = u32(min(guess(size, by), 1073741824.0));",
+            "let first = max(u32(min(guess(size, by), 1073741824.0)), 1u) - 1u;",
+        ),
+    ];
+    for (from, to) in &faults {
+        let gpu = open(known, None, from, to).expect("it is a device like any other");
+        for check in [
+            pollster::block_on(kernel_checks::intersect_makes_the_tiles_of_the_definition(&gpu)),
+            pollster::block_on(kernel_checks::intersect_deep_finds_every_crossing(&gpu)),
+            pollster::block_on(kernel_checks::the_whole_line_gives_the_golden_files(&gpu)),
+        ] {
+            check.unwrap_or_else(|what| panic!("{to}: {what}"));
+        }
+    }
+    // larger errors than the proof allows are caught
+    let gpu = open(known, None, faults[0].0, "return value / divisor * 1.01;").expect("it is a device like any other");
+    assert!(pollster::block_on(kernel_checks::intersect_makes_the_tiles_of_the_definition(&gpu)).is_err());
+}
+
+/// A sphere in several bands.
+fn ball() -> (Frame, Rays) {
+    let geometries = [
+        Geometry::new("ball", 3, models::sphere([0.0; 3], 1.0, 24)),
+        Geometry::new("shell", 5, models::sphere([0.0, 0.1, 0.0], 0.9, 20)),
+    ];
+    let lines = Lines::new([-1.1; 3], [2.2 / 130.0, 2.2 / 120.0, 2.2 / 110.0], [130, 120, 110]).expect("lines");
+    (Frame::new(&geometries, &lines).expect("frame"), Rays::new(2, lines.dims))
+}
+
+#[test]
+fn a_device_that_is_wrong_costs_no_cell_and_is_named() {
+    let Some(known) = kernels::gpu() else { return };
+    let (frame, rays) = ball();
+    let cast = Cast { frame: &frame, rays: &rays, rule: Rule::Parity };
+    let expected = cpu::columns(&cast, &Control::default()).expect("nobody cancels");
+    let faults = [
+        ("drops work", "map", "tile < layer_end; tile += 2u", "tile + 2u < layer_end; tile += 2u"),
+        (
+            "drops chunks",
+            "map",
+            "chunks[rays.chunk] = vec2<u32>(row.place",
+            "chunks[rays.chunk ^ 1u] = vec2<u32>(row.place",
+        ),
+        ("wrong order", "map", "List(vec4<u32>(key, s.open.low.xyz)", "List(vec4<u32>(key ^ 2u, s.open.low.xyz)"),
+        ("wrong cell", "map", "vec4<u32>((cell << 8u) | code)", "vec4<u32>(((cell + 1u) << 8u) | code)"),
+        ("cells past the end", "map", "vec4<u32>((cell << 8u) | code)", "vec4<u32>(((cell + 4000u) << 8u) | code)"),
+        ("unknown geometry", "map", "vec4<u32>((cell << 8u) | code)", "vec4<u32>((cell << 8u) | (code * 77u))"),
+        ("huge count", "map", "row.counts);\n", "row.counts | 0x0fu);\n"),
+        ("huge place", "map", "vec2<u32>(row.place |", "vec2<u32>(0x7ffffffu |"),
+        ("many deep rows", "map", "atomicAdd(&totals.n_deep, 1u)", "atomicAdd(&totals.n_deep, 99999u)"),
+        ("garbage", "map", "runs[*place] = words", "runs[*place] = words * 2654435761u"),
+        ("garbage in tiles", "intersect", "height.fraction);", "height.fraction * 3u);"),
+        ("facets lost", "lattice_fill", "(hits.x | hits.y) != 0u", "hits.x != 0u"),
+    ];
+    for (what, kernel, from, to) in faults {
+        let gpu = open(known, Some(kernel), from, to).expect("the probe does not see it");
+        let mut engine = Engine::with_gpu(gpu);
+        let (columns, used) = pollster::block_on(engine.columns(&cast, &Control::default())).expect(what);
+        assert!(columns == expected, "{what}: other cells");
+        let [rays, differing] = used.checked.expect("a GPU has begun");
+        if what == "many deep rows" && engine.fallback.is_none() {
+            // no row is deep here, so the fault shows nowhere
+            continue;
+        }
+        let why = engine.fallback.clone().unwrap_or_else(|| panic!("{what}: nothing was said"));
+        assert!(why.contains(&known.facts.name) && why.contains(&known.facts.driver), "{what}: {why}");
+        assert!(rays >= differing && differing > 0 && engine.backend() == "cpu", "{what}: {differing} of {rays}");
+    }
+}
+
+#[test]
+fn a_driver_that_fails_the_probe_is_refused() {
+    let Some(known) = kernels::gpu() else { return };
+    let faults = [
+        ("i < LOOPS; i++", "i < min(LOOPS, 16000u); i++", "loops"),
+        ("state * 1664525u", "min(state, 0x7fffffffu) * 1664525u", "wrap around"),
+        ("bits << by", "bits << min(by, 30u)", "shifts"),
+        ("countOneBits(bits)", "countOneBits(bits >> 1u)", "bit counts"),
+        ("f32(2u * local + 3u))", "f32(2u * local + 3u) * 1.00001)", "division"),
+        ("atomicAdd(&answers.sum, local + 1u)", "atomicStore(&answers.sum, local + 1u)", "atomic"),
+        ("garbage |= zeros[i]", "garbage |= zeros[i] + 1u", "workgroup memory"),
+        ("buffer_7[0] = 7u", "buffer_6[0] = 7u", "storage buffers"),
+    ];
+    for (from, to, check) in faults {
+        let error = open(known, Some("probe"), from, to).err().unwrap_or_else(|| panic!("{check} was not asked for"));
+        let text = error.to_string();
+        assert_eq!(error.code(), "device-wrong", "{text}");
+        assert!(text.contains(&known.facts.name) && text.contains(&known.facts.driver), "{text}");
+        assert!(text.contains(check) && error.hint().contains("CPU"), "{text}");
+    }
+}
