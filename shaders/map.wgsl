@@ -10,7 +10,7 @@
 //         A segment holds the runs of a part of the row: ray after ray, four runs a place and each ray from a new place on.
 //         chunk = (LINKED? | odd rays << 27 | place, counts): if LINKED, the first place holds the same two words of the segment
 //         before. Segments are in no order; beyond place_capacity nothing is written, and the host sees it by n_places.
-// Bound: MAX_TILES / 2 pairs of tiles, 64 layers, each with a sweep of 8 rays of 4 loops: under 2^14 loops an invocation.
+// Bound: MAX_TILES / 2 pairs of tiles, 128 layers, each with a sweep of 8 rays of 4 loops: under 2^14 loops an invocation.
 
 @group(0) @binding(2) var<storage, read> bin_offsets: array<u32>;
 @group(0) @binding(3) var<storage, read> tiles: array<vec4<u32>>;
@@ -24,7 +24,7 @@ struct Totals {
 }
 
 @group(0) @binding(7) var<storage, read_write> totals: Totals;
-@group(0) @binding(8) var<uniform> layer_ends: array<vec4<u32>, 16>;
+@group(0) @binding(8) var<uniform> layer_ends: array<vec4<u32>, 32>;
 
 // Most tiles of a bin.
 const MAX_TILES: u32 = 8192u;
@@ -185,10 +185,10 @@ fn insert(list: List, event: u32, undecided: ptr<function, u32>) -> List {
     );
 }
 
-// Whether a ray has hardly a place left.
+// Whether a ray has two places left, or fewer.
 fn is_crowded(l: Lists) -> bool {
-    return (l.l0.high.z & l.l1.high.z & l.l2.high.z & l.l3.high.z
-        & l.l4.high.z & l.l5.high.z & l.l6.high.z & l.l7.high.z) != NO_EVENT;
+    return (l.l0.high.y & l.l1.high.y & l.l2.high.y & l.l3.high.y
+        & l.l4.high.y & l.l5.high.y & l.l6.high.y & l.l7.high.y) != NO_EVENT;
 }
 
 // Sweeps the crossings of all rays in cells before `until` into a segment of runs. What stays are crossings of later cells and

@@ -94,6 +94,8 @@ pub struct Usage {
     pub n_bands: u32,
     /// Rays that the CPU cast again, and those of them whose cells differed.
     pub checked: [u64; 2],
+    /// Rows of eight rays that were left to the deep kernels.
+    pub deep: u64,
     /// Rays that the CPU cast because no kernel could.
     pub left: u64,
     /// Seconds in each kernel, if asked for.
@@ -224,8 +226,9 @@ impl Gpu {
             let range = launched.rows.clone();
             match worker.complete(launched).await {
                 Err(error) => return Err(self.opened.cause(error, control).await),
-                Ok(Outcome::Done(band, [n_checked, n_left])) => {
+                Ok(Outcome::Done(band, [n_checked, n_deep, n_left])) => {
                     usage.checked[0] += n_checked;
+                    usage.deep += n_deep;
                     usage.left += n_left;
                     take(band)?;
                 }

@@ -9,7 +9,7 @@ struct Params {
     end_row: u32,
     n_across: u32,        // bins in a row of bins: ceil(n_i / BIN)
     n_bins: u32,          // bins of the band
-    n_layers: u32,        // layers of a bin along the rays, 1 to 64
+    n_layers: u32,        // layers of a bin along the rays, 1 to 128
     n_facets: u32,        // that rays of the band may hit
     n_items: u32,         // of the walk over the lattice, see walk.wgsl
     tile_capacity: u32,   // tiles that the buffer holds

@@ -6,7 +6,7 @@ pub const BIN: u32 = 8;
 /// Bins of one item of the walk over the lattice at most; `SEGMENT` in `shaders/shared/walk.wgsl`.
 pub const SEGMENT: u32 = 16;
 /// Most layers of a bin along the rays; `layer_ends` in `shaders/map.wgsl` has as many entries.
-pub(crate) const MAX_LAYERS: u32 = 64;
+pub(crate) const MAX_LAYERS: u32 = 128;
 /// Words of a facet on the device.
 pub(crate) const FACET_WORDS: usize = 12;
 /// Rays of the first band, before anything is known about the device's speed: fewer where a page waits.

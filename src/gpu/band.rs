@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use super::buffers::{Buffers, DeepBuffers};
-use super::check::{differing, sample};
+use super::check::{differing, sample, window};
 use super::device::Opened;
 use super::kernels::Kernels;
 use super::layout::{BandFacets, Params};
@@ -18,7 +18,7 @@ use super::runs::{DEEP, DeepRows, LEFT, Raw, Returned, left};
 use crate::cast::Cast;
 use crate::cast::sizes::{BIN, BandSize, Capacity, MAX_LAYERS};
 use crate::columns::Band;
-use crate::cpu::{self, Window};
+use crate::cpu;
 use crate::error::Result;
 
 /// What bands are run on.
@@ -66,13 +66,13 @@ pub(crate) struct Launched {
     pub(crate) facets: BandFacets,
     /// Whether all its rows are.
     is_deep: bool,
-    totals: Option<Pending<2>>,
+    totals: Option<Pending<3>>,
 }
 
 /// What became of a band.
 pub(crate) enum Outcome {
-    /// Its columns, the rays that were cast again, and those that the CPU had to cast.
-    Done(Band, [u64; 2]),
+    /// Its columns, the rays that were cast again, the deep rows, and the rays that the CPU had to cast.
+    Done(Band, [u64; 3]),
     /// It has to run again: the worker knows now what it needs.
     Again,
     /// The device was wrong: a sentence, the rays that were looked at, and those that were wrong.
@@ -119,7 +119,8 @@ impl<'a> Worker<'a> {
         passes.intersect(&buffers, &launched.params);
         passes.map(&buffers, &launched.params);
         let encoder = passes.encoder;
-        let parts = [buffers.bin_offsets.part(launched.params.n_counters(), 1), buffers.totals.all()];
+        let n_tiles = buffers.bin_offsets.part(launched.params.n_counters(), 1);
+        let parts = [n_tiles, buffers.n_hits.first(1), buffers.totals.first(4)];
         launched.totals = Some(self.staging.submit(self.context.opened, encoder, parts));
         self.buffers = Some(buffers);
         Ok(Some(launched))
@@ -169,21 +170,22 @@ impl<'a> Worker<'a> {
             },
             None => self.raw_of_deep(&launched).await?,
         };
-        let Launched { rows, params, .. } = launched;
+        let Launched { params, .. } = launched;
         let mut flags = vec![0];
         flags.extend(&self.cast.frame.ranks.flag_of_rank);
         let left = left(&raw.chunks, &raw.deep);
         let bands = cpu::windows(&self.cast, &left.iter().map(|&chunk| window(&params, chunk)).collect::<Vec<_>>());
         let cast_again: Vec<(usize, Band)> = left.into_iter().zip(bands).collect();
+        let n_deep = raw.deep.rows.len() as u64 / 16;
         let n_left = cast_again.iter().map(|(_, band)| band.ends.len() as u64).sum();
         let band = match (Returned { params: &params, raw: &raw, cast_again: &cast_again, flags: &flags }).band() {
             Ok(band) => band,
             Err(fault) => return Ok(wrong(&params, &fault)),
         };
-        let sampled = cpu::windows(&self.cast, &sample(&rows, params.n_i));
+        let sampled = cpu::windows(&self.cast, &sample(&params));
         let n_sampled = sampled.iter().map(|band| band.ends.len() as u64).sum();
         Ok(match differing(&band, &sampled) {
-            0 => Outcome::Done(band, [n_sampled, n_left]),
+            0 => Outcome::Done(band, [n_sampled, n_deep, n_left]),
             n => {
                 let what = format!("{n} of {n_sampled} rays of a sample have other cells than the CPU finds");
                 Outcome::Wrong(what, [n_sampled, n])
@@ -192,10 +194,10 @@ impl<'a> Worker<'a> {
     }
 
     /// What the kernels found, or what has to become of the band before they can.
-    async fn raw(&mut self, launched: &mut Launched, totals: Pending<2>) -> Result<std::result::Result<Raw, Outcome>> {
+    async fn raw(&mut self, launched: &mut Launched, totals: Pending<3>) -> Result<std::result::Result<Raw, Outcome>> {
         let Launched { params, facets, .. } = launched;
         let n_chunks = params.n_chunks();
-        let [tiles, totals] = self.staging.words(self.context.opened, totals).await?;
+        let [tiles, hits, totals] = self.staging.words(self.context.opened, totals).await?;
         let (n_tiles, n_places, n_deep) = (u64::from(tiles[0]), u64::from(totals[0]), u64::from(totals[1]));
         if n_deep > n_chunks {
             return Ok(Err(wrong(params, &format!("{n_deep} rows of {n_chunks} are deep"))));
@@ -215,7 +217,14 @@ impl<'a> Worker<'a> {
         let deep =
             if n_deep == 0 { DeepRows::default() } else { self.deep_rows(*params, facets, n_deep, true).await? };
         let (chunks, places) = self.chunks_and_places(n_chunks, n_places).await?;
-        Ok(Ok(Raw { chunks, places, n_lost: totals[2].into(), n_unused: totals[3] as usize, deep }))
+        Ok(Ok(Raw {
+            chunks,
+            places,
+            n_lost: totals[2].into(),
+            n_unused: totals[3] as usize,
+            n_hits: Some(hits[0]),
+            deep,
+        }))
     }
 
     /// What the deep kernels found, where all rows are deep.
@@ -227,7 +236,7 @@ impl<'a> Worker<'a> {
             self.deep_rows(Params { all_deep: 1, ..*params }, facets, n_chunks, true).await?
         };
         let chunks = (0..n_chunks as u32).map(|index| [index, DEEP]).collect();
-        Ok(Raw { chunks, places: vec![], n_lost: 0, n_unused: 0, deep })
+        Ok(Raw { chunks, places: vec![], n_lost: 0, n_unused: 0, n_hits: None, deep })
     }
 
     async fn chunks_and_places(&mut self, n_chunks: u64, n_places: u64) -> Result<(Vec<[u32; 2]>, Vec<u32>)> {
@@ -369,10 +378,4 @@ impl<'a> Worker<'a> {
 
 fn wrong(params: &Params, fault: &str) -> Outcome {
     Outcome::Wrong(format!("it returned what cannot be: {fault}"), [u64::from(params.n_rays()); 2])
-}
-
-/// The rays of a chunk.
-fn window(params: &Params, chunk: usize) -> Window {
-    let (column, row) = (chunk as u32 % params.n_across, params.first_row + chunk as u32 / params.n_across);
-    [column * BIN..((column + 1) * BIN).min(params.n_i), row..row + 1]
 }

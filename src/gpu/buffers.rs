@@ -85,6 +85,8 @@ pub(crate) struct Buffers {
     pub(crate) bin_offsets: Array<u32>,
     pub(crate) next_tile: Array<u32>,
     pub(crate) tiles: Array<[u32; 4]>,
+    /// Rays that all facets hit, in the first word.
+    pub(crate) n_hits: Array<u32>,
     pub(crate) runs: Array<[u32; 4]>,
     pub(crate) chunks: Array<[u32; 2]>,
     /// `Totals` in `shaders/map.wgsl`.
@@ -104,6 +106,7 @@ impl Buffers {
             bin_offsets: Array::storage(device, "bin offsets", capacity.n_counters + 1),
             next_tile: Array::storage(device, "next tile", capacity.n_counters + 1),
             tiles: Array::storage(device, "tiles", 2 * capacity.n_tiles),
+            n_hits: Array::storage(device, "hits", 1),
             runs: Array::storage(device, "runs", capacity.n_places),
             chunks: Array::storage(device, "chunks", capacity.n_chunks),
             totals: Array::storage(device, "totals", 4),

@@ -1,28 +1,34 @@
 //! The check of a band: a sample of its rays, cast again by the CPU definition. A driver that is wrong is wrong in many rays, so a few
 //! tell; cost: as many rays of the CPU's as are in the sample, 1 in 256.
 
-use std::ops::Range;
-
+use super::layout::Params;
+use crate::cast::sizes::BIN;
 use crate::columns::Band;
 use crate::cpu::Window;
 
-/// Of so many rays one is cast again.
-const ONE_IN: u32 = 256;
-/// Least rays of a sample, if there are as many.
-const LEAST_RAYS: u32 = 64;
+/// Of so many chunks, rows of 8 rays, one is cast again.
+const ONE_IN: u64 = 256;
+/// Least chunks of a sample, if there are as many: 64 rays.
+const LEAST: u64 = 8;
 
-/// The ray rows of the sample of a band with rows of `n_i` rays: one of each stretch of equal length, in a place that is different in
-/// each, but the same in every run.
-pub(crate) fn sample(rows: &Range<u32>, n_i: u32) -> Vec<Window> {
-    let n_rows = rows.end - rows.start;
-    let n = n_rows.div_ceil(ONE_IN).max(LEAST_RAYS.div_ceil(n_i)).min(n_rows);
-    let row = |index: u32| {
-        let [start, end] = [index, index + 1].map(|k| (u64::from(k) * u64::from(n_rows) / u64::from(n)) as u32);
-        // Knuth's multiplicative hash: rows at equal distances could all miss what is wrong
-        let hash = (rows.start + start).wrapping_mul(2_654_435_761) >> 7;
-        rows.start + start + hash % (end - start)
+/// The sample of a band: a chunk of each of some stretches of equal length, in a place that is different in each, but the same in every
+/// run.
+pub(crate) fn sample(params: &Params) -> Vec<Window> {
+    let n_chunks = params.n_chunks();
+    let n = n_chunks.div_ceil(ONE_IN).max(LEAST).min(n_chunks);
+    let chunk = |index: u64| {
+        let [start, end] = [index, index + 1].map(|k| k * n_chunks / n);
+        // Knuth's multiplicative hash: chunks at equal distances could all miss what is wrong
+        let hash = (params.first_row.wrapping_add(start as u32)).wrapping_mul(2_654_435_761) >> 7;
+        (start + u64::from(hash) % (end - start)) as usize
     };
-    (0..n).map(|index| [0..n_i, row(index)..row(index) + 1]).collect()
+    (0..n).map(|index| window(params, chunk(index))).collect()
+}
+
+/// The rays of a chunk.
+pub(crate) fn window(params: &Params, chunk: usize) -> Window {
+    let (column, row) = (chunk as u32 % params.n_across, params.first_row + chunk as u32 / params.n_across);
+    [column * BIN..((column + 1) * BIN).min(params.n_i), row..row + 1]
 }
 
 /// Rays of the sample whose runs differ from those of a band.
@@ -40,11 +46,18 @@ mod tests {
 
     #[test]
     fn a_sample_is_spread_over_its_band() {
-        for (rows, n_i, n) in [(0..1024, 1024, 4), (8..9, 5, 1), (0..40, 2, 32), (100..4196, 1, 64), (0..3, 7, 3)] {
-            let sample = sample(&rows, n_i);
+        for (rows, n_i, n) in [(0..1024, 1024, 512), (8..9, 5, 1), (0..40, 2, 8), (100..4196, 1, 16), (0..3, 17, 8)] {
+            let n_across = n_i.div_ceil(BIN);
+            let (first_row, end_row) = (rows.start, rows.end);
+            let params = Params { n_i, n_across, first_row, end_row, ..bytemuck::Zeroable::zeroed() };
+            let sample = sample(&params);
             assert_eq!(sample.len(), n, "{rows:?}");
-            let starts: Vec<u32> = sample.iter().map(|window| window[1].start).collect();
-            assert!(starts.is_sorted_by(|a, b| a < b) && starts.iter().all(|row| rows.contains(row)), "{starts:?}");
+            let starts: Vec<(u32, u32)> = sample.iter().map(|[i, j]| (j.start, i.start)).collect();
+            assert!(starts.is_sorted_by(|a, b| a < b), "{starts:?}");
+            assert!(
+                sample.iter().all(|[i, j]| i.end <= n_i && i.start < i.end && rows.contains(&j.start)),
+                "{sample:?}"
+            );
         }
     }
 

@@ -115,7 +115,7 @@ static SOURCES: [Source; 9] = [
     source!(LatticeCount, "lattice_count", [PARAMS, WIDE, FACET, WALK], 64,
         &[PARAMS_SLOT, CORNERS, ITEM_OFFSETS, (3, "bin_counts", 1)]),
     source!(LatticeFill, "lattice_fill", [PARAMS, WIDE, FACET, WALK], 64,
-        &[PARAMS_SLOT, CORNERS, ITEM_OFFSETS, (3, "next_tile", 1), (4, "tiles", 4)]),
+        &[PARAMS_SLOT, CORNERS, ITEM_OFFSETS, (3, "next_tile", 1), (4, "tiles", 4), (5, "n_hits", 1)]),
     source!(Intersect, "intersect", [PARAMS, WIDE, FACET, PLANE], 64,
         &[PARAMS_SLOT, CORNERS, BIN_OFFSETS, (4, "tiles", 4)]),
     source!(Map, "map", [PARAMS, RAYS, CHUNKS], 64,

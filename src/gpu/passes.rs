@@ -42,12 +42,14 @@ impl Passes<'_> {
     pub(crate) fn lattice(&mut self, b: &Buffers, params: &Params) {
         let n = params.n_counters() + 1;
         self.encoder.clear_buffer(&b.bin_offsets.buffer, 0, Some(4 * n));
+        self.encoder.clear_buffer(&b.n_hits.buffer, 0, None);
         let threads = self.sharing(params.n_items.into(), ITEMS_OF_THREAD);
         let count = [b.params.all(), b.corners.all(), b.item_offsets.all(), b.bin_offsets.all()];
         self.dispatch(Kernel::LatticeCount, &count, square(threads));
         self.scan(b.bin_offsets.first(n), &b.sums, 0);
         self.encoder.copy_buffer_to_buffer(&b.bin_offsets.buffer, 0, &b.next_tile.buffer, 0, 4 * n);
-        let fill = [b.params.all(), b.corners.all(), b.item_offsets.all(), b.next_tile.all(), b.tiles.all()];
+        let fill =
+            [b.params.all(), b.corners.all(), b.item_offsets.all(), b.next_tile.all(), b.tiles.all(), b.n_hits.all()];
         self.dispatch(Kernel::LatticeFill, &fill, square(threads));
     }
 

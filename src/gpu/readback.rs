@@ -61,6 +61,8 @@ impl Staging {
         take: impl FnOnce([&[u8]; N]) -> T,
     ) -> Result<T> {
         let Pending { staging, submission, mapped, sizes } = pending;
+        // what was refused is not waited for: it never ends
+        opened.check()?;
         // natively this blocks until this submission is done; in a browser it does nothing and the await waits
         let wait = wgpu::PollType::Wait { submission_index: Some(submission), timeout: None };
         let polled = opened.device.poll(wait);

@@ -35,6 +35,8 @@ pub(crate) struct Raw {
     pub(crate) n_lost: u64,
     /// Places that were given to rows before they turned out to be deep.
     pub(crate) n_unused: usize,
+    /// Rays that all facets hit, as the lattice has counted them, modulo 2^32.
+    pub(crate) n_hits: Option<u32>,
     pub(crate) deep: DeepRows,
 }
 
@@ -109,6 +111,10 @@ impl<'a> Returned<'a> {
             let all = self.raw.places.len() / PLACE;
             return Err(format!("{n_places} places of runs are used and {} are not, of {all}", self.raw.n_unused));
         }
+        let n_crossings = self.raw.n_lost + counts.iter().map(|task| task.n_crossings).sum::<u64>();
+        if let Some(n_hits) = self.raw.n_hits.filter(|&n_hits| n_hits != n_crossings as u32) {
+            return Err(format!("the rays have {n_crossings} crossings, where facets hit {n_hits} times"));
+        }
         let mut ends = vec![0; self.params.n_rays() as usize];
         let mut runs = vec![0; counts.iter().map(|task| task.n_runs).sum()];
         let mut tasks = Vec::with_capacity(counts.len());
@@ -127,7 +133,7 @@ impl<'a> Returned<'a> {
         let mut band = Band {
             first_ray: u64::from(self.params.first_row) * u64::from(self.params.n_i),
             odd_rays: counts.iter().map(|task| task.odd_rays).sum(),
-            n_crossings: self.raw.n_lost + counts.iter().map(|task| task.n_crossings).sum::<u64>(),
+            n_crossings,
             ends,
             runs,
         };
@@ -340,7 +346,8 @@ mod tests {
 
     /// Two rows of 10 rays: chunks of 8 and 2 rays, in another order than that of the rays; the second linked, the third deep.
     fn band(chunks: &[[u32; 2]], places: &[u32], deep: DeepRows) -> Result<Band, Fault> {
-        let raw = Raw { chunks: chunks.to_vec(), places: places.to_vec(), n_lost: 3, n_unused: 0, deep };
+        let raw =
+            Raw { chunks: chunks.to_vec(), places: places.to_vec(), n_lost: 3, n_unused: 0, n_hits: Some(20), deep };
         Returned { params: &params(), raw: &raw, cast_again: &[], flags: &[0, 1, 2] }.band()
     }
 

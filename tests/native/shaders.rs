@@ -135,7 +135,7 @@ fn no_invocation_runs_more_loops_than_the_probe_asks_for() {
     // and in a bin of a deep row its rows again, and a crossing for each ray
     let deep_item = item + segment * (bin + bin * bin);
     let threads = u64::from(c["THREADS"]);
-    let layers = 64;
+    let layers = 128;
     let sort = 8 * (2 * u64::from(c["MAX_EVENTS"]).div_ceil(threads) + 3 * u64::from(c["DIGITS"]) + 7);
     let loops = [
         ("lattice_count", 32 + ITEMS_OF_THREAD * item),
