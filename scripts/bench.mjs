@@ -81,7 +81,18 @@ function raceTable({ n, seconds, bits, last }) {
     return [name, columns, ms(middle), spread, again, vec, (n ** 3 / middle / 1e9).toFixed(2), times(middle), ...packed];
   };
   return table(
-    [`${n}^3`, 'columns, ms', 'flags, ms', 'from - to', 'flags again, ms', 'flags in Vec, ms', '1e9 cells/s', 'against VTK', 'bits, ms', 'against VTK'],
+    [
+      `${n}^3`,
+      'columns, ms',
+      'flags, ms',
+      'from - to',
+      'flags again, ms',
+      'flags in Vec, ms',
+      '1e9 cells/s',
+      'against VTK',
+      'bits, ms',
+      'against VTK',
+    ],
     [
       row('VTK', seconds.vtk, last.vtk),
       row('hexcast, CPU', seconds.cpu, last.cpu, bits.cpu),
@@ -93,7 +104,10 @@ function raceTable({ n, seconds, bits, last }) {
 function stageTable({ n, last }) {
   const stages = ['read', 'lines', 'snap', 'columns', 'flags', 'flags_again', 'flags_in_vec', 'bits', 'bytes_once'];
   const row = (name, run) => [name, ...stages.map((stage) => ms(run[`${stage}_s`])), (run.crossings_per_s / 1e6).toFixed(1)];
-  return table([`${n}^3, ms`, ...stages.map((stage) => stage.replaceAll('_', ' ')), '1e6 crossings/s'], [row('CPU', last.cpu), row('GPU', last.gpu)]);
+  return table(
+    [`${n}^3, ms`, ...stages.map((stage) => stage.replaceAll('_', ' ')), '1e6 crossings/s'],
+    [row('CPU', last.cpu), row('GPU', last.gpu)],
+  );
 }
 
 function passTable(name, passes, { counts, machine }, isWhole = () => false) {
@@ -117,10 +131,16 @@ function measured() {
     run(programs.bench, ['--spheres', spheres]);
     const spot = join(root, 'tests/fixtures/spot.stl');
     const races = sizes.map((n) => race(programs, spheres, n));
-    const passes = sizes.map((n) => jsonLines(run(programs.bench, ['--file', spheres, '--cells', String(n), '--backends', 'cpu', '--runs', '5', '--passes']))[1]);
-    const compared = [['64 spheres', spheres], ['spot', spot]].flatMap(([name, file]) =>
-      [128, 256].map((n) => [name, differences(programs, file, n, scratch)]),
+    const passes = sizes.map(
+      (n) =>
+        jsonLines(
+          run(programs.bench, ['--file', spheres, '--cells', String(n), '--backends', 'cpu', '--runs', '5', '--passes']),
+        )[1],
     );
+    const compared = [
+      ['64 spheres', spheres],
+      ['spot', spot],
+    ].flatMap(([name, file]) => [128, 256].map((n) => [name, differences(programs, file, n, scratch)]));
     const whole = (pass) => pass.startsWith('all');
     const text = [
       ...machine(races[0].last.gpu.adapter, load),
@@ -131,11 +151,16 @@ function measured() {
       races.map(stageTable).join('\n\n'),
       '\n### Columns, pass by pass\n',
       `${LIMIT_LINES}\n`,
-      passes.flatMap((p) => [passTable(`GPU, ${p.n}^3`, p.gpu_passes, p), passTable(`CPU, ${p.n}^3`, p.cpu_passes, p, whole)]).join('\n\n'),
-      '\n## The paper\'s gather beside our intersection\n',
+      passes
+        .flatMap((p) => [passTable(`GPU, ${p.n}^3`, p.gpu_passes, p), passTable(`CPU, ${p.n}^3`, p.cpu_passes, p, whole)])
+        .join('\n\n'),
+      "\n## The paper's gather beside our intersection\n",
       table(['GPU', '(facet, bin) pairs', 'crossings', 'gather, ms', 'ours, ms', 'gather / ours'], passes.map(gatherLine)),
-      '\n## Cells that differ from VTK\'s\n',
-      table(['model', 'cells', 'differing'], compared.map(([name, d]) => [`${name}, ${d.n}`, d.n_cells, d.n_differing])),
+      "\n## Cells that differ from VTK's\n",
+      table(
+        ['model', 'cells', 'differing'],
+        compared.map(([name, d]) => [`${name}, ${d.n}`, d.n_cells, d.n_differing]),
+      ),
     ].join('\n');
     write('measured', text);
     console.log(text);
@@ -165,7 +190,16 @@ async function page() {
   const load = loadavg()[0];
   const scratch = mkdtempSync(join(tmpdir(), 'hexcast-bench-'));
   try {
-    const tools = { scratch, run, jsonLines, median, ms, table, command: build(['bin', 'hexcast']), bench: build(['bench', 'table']) };
+    const tools = {
+      scratch,
+      run,
+      jsonLines,
+      median,
+      ms,
+      table,
+      command: build(['bin', 'hexcast']),
+      bench: build(['bench', 'table']),
+    };
     const { adapter, text } = await benchPage({ ...options, rounds, sizes: options.quick ? [128] : sizes }, tools);
     write('measured page', [...machine(adapter, load), `${ROUNDS}\n`, text].join('\n'));
     console.log(text);

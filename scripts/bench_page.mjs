@@ -23,7 +23,7 @@ const LARGEST = 2155;
  */
 export async function benchPage({ sizes, rounds, runs, largest, quick }, tools) {
   const driver = swiftshaderEnv();
-  if (!driver) throw new Error('missing: SwiftShader as a Vulkan driver, which Debian\'s package chromium brings');
+  if (!driver) throw new Error("missing: SwiftShader as a Vulkan driver, which Debian's package chromium brings");
   console.log(await build());
   const file = path.join(tools.scratch, 'spheres.stl');
   tools.run(tools.bench, ['--spheres', file]);
@@ -73,7 +73,9 @@ async function race(site, tools, { n, rounds, runs }) {
       } else {
         const args = ['--file', site.file, '--cells', String(n), '--backends', backend, '--runs', runs];
         const environment = { ...process.env, ...NATIVE_ENV, ...(backend === 'gpu' ? site.driver : {}), ...env };
-        const [made] = tools.jsonLines(execFileSync(tools.bench, args, { encoding: 'utf8', env: environment, stdio: ['ignore', 'pipe', 'ignore'] }));
+        const [made] = tools.jsonLines(
+          execFileSync(tools.bench, args, { encoding: 'utf8', env: environment, stdio: ['ignore', 'pipe', 'ignore'] }),
+        );
         stages[id].push(...made.runs.map(sum));
       }
     }
@@ -96,7 +98,9 @@ async function runInPage({ context, url, file }, n, backend, runs) {
       await page.evaluate(pictureIsDrawn);
       made.push(await page.evaluate(clickAndWait));
       // the surface for the 3-D view is made after the mesh, and must not count as the next one's
-      await page.waitForFunction(() => /triangles|No cell/.test(document.querySelector('#view-status').textContent), null, { timeout: 0 });
+      await page.waitForFunction(() => /triangles|No cell/.test(document.querySelector('#view-status').textContent), null, {
+        timeout: 0,
+      });
     }
     return made.slice(1);
   } finally {
@@ -145,7 +149,10 @@ async function largestInPage({ context, url }, n) {
     const mesh = await mesher.mesh({ geometries: [{ source }], cells: n });
     const root = await navigator.storage.getDirectory();
     const files = {};
-    for (const [id, format, options] of [['hxc', 'hxc', {}], ['bits', 'raw', { bits: true }]]) {
+    for (const [id, format, options] of [
+      ['hxc', 'hxc', {}],
+      ['bits', 'raw', { bits: true }],
+    ]) {
       const start = performance.now();
       const handle = await root.getFileHandle(`largest.${id}`, { create: true });
       await mesh.stream(format, options).pipeTo(await handle.createWritable());
@@ -167,16 +174,38 @@ async function largestInPage({ context, url }, n) {
 function largestNatively({ file, driver }, tools, n) {
   const command = tools.command;
   const write = (name, ...options) => {
-    const args = ['mesh', file, '--cells', String(n), '--backend', 'gpu', '--hash', 'never', '--quiet', '--json', ...options, '-o', path.join(tools.scratch, name)];
+    const args = [
+      'mesh',
+      file,
+      '--cells',
+      String(n),
+      '--backend',
+      'gpu',
+      '--hash',
+      'never',
+      '--quiet',
+      '--json',
+      ...options,
+      '-o',
+      path.join(tools.scratch, name),
+    ];
     const env = { ...process.env, ...driver };
     return JSON.parse(execFileSync(command, args, { encoding: 'utf8', env, stdio: ['ignore', 'pipe', 'ignore'] }));
   };
   const bytes = (name) => statSync(path.join(tools.scratch, name)).size;
   const [hxc, bits] = [write('largest.hxc', '--compress=none'), write('largest.raw', '--bits')];
-  const hash = [...createHash('sha256').update(readFileSync(path.join(tools.scratch, 'largest.hxc'))).digest()];
+  const hash = [
+    ...createHash('sha256')
+      .update(readFileSync(path.join(tools.scratch, 'largest.hxc')))
+      .digest(),
+  ];
   return {
     report: hxc,
-    files: { hxc: { seconds: hxc.seconds.write, bytes: bytes('largest.hxc') }, bits: { seconds: bits.seconds.write, bytes: bytes('largest.raw') }, hash },
+    files: {
+      hxc: { seconds: hxc.seconds.write, bytes: bytes('largest.hxc') },
+      bits: { seconds: bits.seconds.write, bytes: bytes('largest.raw') },
+      hash,
+    },
   };
 }
 
@@ -186,19 +215,30 @@ function raceTable({ n, stages, clicks }, { median, ms, table }) {
     const other = beside && RACERS.find((racer) => racer.id === beside);
     const ratio = other ? `${(middle / median(stages[other.id])).toFixed(2)} of ${other.name}` : '';
     const click = clicks[id].length > 0 ? ms(median(clicks[id])) : '';
-    return [name, ms(middle), `${ms(Math.min(...all))} - ${ms(Math.max(...all))}`, click, (n ** 3 / middle / 1e9).toFixed(2), ratio];
+    return [
+      name,
+      ms(middle),
+      `${ms(Math.min(...all))} - ${ms(Math.max(...all))}`,
+      click,
+      (n ** 3 / middle / 1e9).toFixed(2),
+      ratio,
+    ];
   });
   return table([`${n}^3`, 'columns, ms', 'from - to', 'click to result, ms', '1e9 cells/s', 'time'], rows);
 }
 
 function largestTable({ n, page, native }, { table }) {
-  if (page.files.hash.join() !== native.files.hash.join()) throw new Error('the page\'s column file is not that of the native command');
+  if (page.files.hash.join() !== native.files.hash.join())
+    throw new Error("the page's column file is not that of the native command");
   const s = (seconds) => seconds.toFixed(2);
   const stages = ({ seconds: { lines, snap, columns } }) => s(lines + snap + columns);
   const row = (name, { report, files }) => [name, stages(report), s(files.hxc.seconds), s(files.bits.seconds)];
   const { report } = page;
   return [
-    table([`${n}^3 = ${report.cells} cells, SwiftShader`, 'columns, s', 'column file, s', 'packed file, s'], [row('page', page), row('native', native)]),
+    table(
+      [`${n}^3 = ${report.cells} cells, SwiftShader`, 'columns, s', 'column file, s', 'packed file, s'],
+      [row('page', page), row('native', native)],
+    ),
     '',
     `The columns take ${page.columnBytes} bytes of memory (${report.runs} runs, ${report.rays} rays), the device's buffers ${report.peak_bytes.device}; ` +
       `the column file has ${page.files.hxc.bytes} bytes, the same as the native command's, the packed file ${page.files.bits.bytes}.`,

@@ -18,7 +18,13 @@ const PEERS = [
   { id: 'vtk', name: 'VTK', what: 'polydata to image stencil', imports: 'numpy, vtk', packages: ['numpy', 'vtk'] },
   { id: 'open3d', name: 'Open3D', what: 'a ray a cell', imports: 'numpy, open3d', packages: ['numpy', OPEN3D] },
   { id: 'columns', name: 'Open3D', what: 'a ray a column', imports: 'numpy, open3d', packages: ['numpy', OPEN3D] },
-  { id: 'trimesh', name: 'trimesh', what: 'voxelized, filled', imports: 'scipy.ndimage, trimesh', packages: ['numpy', 'scipy', 'trimesh'] },
+  {
+    id: 'trimesh',
+    name: 'trimesh',
+    what: 'voxelized, filled',
+    imports: 'scipy.ndimage, trimesh',
+    packages: ['numpy', 'scipy', 'trimesh'],
+  },
   { id: 'warp', name: 'Warp', what: 'rays restarted', imports: 'numpy, warp', packages: ['numpy', 'warp-lang'] },
 ];
 
@@ -37,7 +43,10 @@ const LIMIT = 180;
 
 /** The last error that a command printed. */
 function lastError({ stderr, message }) {
-  const lines = String(stderr ?? message).trim().split('\n').filter((line) => !line.startsWith('[notice]'));
+  const lines = String(stderr ?? message)
+    .trim()
+    .split('\n')
+    .filter((line) => !line.startsWith('[notice]'));
   return (lines.filter((line) => line.startsWith('ERROR: ')).at(-1) ?? lines.at(-1)).replace(/^ERROR: /, '').replaceAll('|', '/');
 }
 
@@ -66,7 +75,8 @@ export function peersPython(ids) {
   for (const { id, imports, packages } of PEERS.filter((peer) => ids.includes(peer.id))) {
     if (!failure(python, ['-c', `import ${imports}`])) continue;
     console.log(`${id}: ${packages.join(', ')} into .tools/peers`);
-    const reason = failure(python, ['-m', 'pip', 'install', '--quiet', ...packages]) ?? failure(python, ['-c', `import ${imports}`]);
+    const reason =
+      failure(python, ['-m', 'pip', 'install', '--quiet', ...packages]) ?? failure(python, ['-c', `import ${imports}`]);
     if (reason) missing[id] = `not to be had for ${version} on ${process.platform}, ${process.arch}: ${reason}`;
   }
   return { python, missing };
@@ -93,7 +103,12 @@ function runHexcast(backend, { bench, command, file, n, runs, flags }) {
   const out = flags && `${flags}.${backend}.u8`;
   const args = ['--file', file, '--cells', String(n), '--backends', backend, '--runs', runs, ...(out ? ['--flags', out] : [])];
   const [said] = jsonLines(output(bench, args));
-  const result = { ...said, seconds: said.runs.map((s) => s.read + s.lines + s.snap + s.columns + s.flags), flags: out, same_grid: true };
+  const result = {
+    ...said,
+    seconds: said.runs.map((s) => s.read + s.lines + s.snap + s.columns + s.flags),
+    flags: out,
+    same_grid: true,
+  };
   if (!out) return result;
   const mesh = ['mesh', file, '--cells', String(n), '--backend', backend, '--hash', 'never', '--flags-in-memory', '--json'];
   const host = JSON.parse(output(command, mesh)).peak_bytes.host;
@@ -146,7 +161,10 @@ function raceTable(n, racers) {
       differing(racer, ours),
     ];
   });
-  return table([`${n}^3`, 'flags, s', 'from - to', '1e6 cells/s', 'time, of hexcast on the CPU', 'peak, MiB', 'inside', 'differing'], rows);
+  return table(
+    [`${n}^3`, 'flags, s', 'from - to', '1e6 cells/s', 'time, of hexcast on the CPU', 'peak, MiB', 'inside', 'differing'],
+    rows,
+  );
 }
 
 /** Who is left out at the next size, and why: who cannot be had, has failed, or would be slow. */
@@ -154,7 +172,9 @@ function leftOut(racers, n, next) {
   const why = (racer) => {
     if (racer.why) return racer.last ? `not run: failed at ${n}^3` : racer.why;
     const middle = median(racer.seconds);
-    return !racer.isOurs && middle * (next / n) ** 3 > SLOW ? `not run: ${digits(middle)} s at ${n}^3, so more than ${SLOW} s here` : undefined;
+    return !racer.isOurs && middle * (next / n) ** 3 > SLOW
+      ? `not run: ${digits(middle)} s at ${n}^3, so more than ${SLOW} s here`
+      : undefined;
   };
   return Object.fromEntries(racers.map((racer) => [racer.id, why(racer)]));
 }
@@ -177,5 +197,11 @@ export function benchPeers(given) {
     skipped = leftOut(racers, n, sizes[at + 1]);
     adapter = racers.find(({ id }) => id === 'gpu').last.adapter;
   }
-  return { adapter, text: [`* A process that has run for ${ENOUGH} s begins no other run; where its first run is the only one, it counts.`, ...tables].join('\n\n') };
+  return {
+    adapter,
+    text: [
+      `* A process that has run for ${ENOUGH} s begins no other run; where its first run is the only one, it counts.`,
+      ...tables,
+    ].join('\n\n'),
+  };
 }

@@ -23,7 +23,15 @@ const LIMITS = {
   prebuilt: { hexcast: { wasm: 430, gzip: 190 }, hexcast_zlib: { wasm: 120, gzip: 60 } },
 };
 /** Every browser with WebGPU has these; without them wasm-opt would refuse the code or leave it slower. */
-const FEATURES = ['simd', 'bulk-memory', 'nontrapping-float-to-int', 'sign-ext', 'mutable-globals', 'reference-types', 'multivalue'];
+const FEATURES = [
+  'simd',
+  'bulk-memory',
+  'nontrapping-float-to-int',
+  'sign-ext',
+  'mutable-globals',
+  'reference-types',
+  'multivalue',
+];
 
 /** Builds dist/ and returns a line with the sizes; fails where a wasm is too large. */
 export async function build() {
@@ -36,7 +44,10 @@ export async function build() {
   copyThree(path.join(DIST, 'vendor'));
   const limits = wasm.isRebuilt ? LIMITS.rebuilt : LIMITS.prebuilt;
   const sizes = [];
-  for (const [name, file] of [['hexcast', wasm.mesher], ['hexcast_zlib', wasm.zlib]]) {
+  for (const [name, file] of [
+    ['hexcast', wasm.mesher],
+    ['hexcast_zlib', wasm.zlib],
+  ]) {
     await run(bindgen, ['--target', 'web', '--no-typescript', '--out-dir', DIST, '--out-name', `${name}_wasm`, file]);
     const glue = path.join(DIST, `${name}_wasm.js`);
     const made = nameWasm(name, glue);
@@ -77,7 +88,9 @@ function checkSizes(file, limits) {
   const parts = Object.entries(sizes).map(([name, size]) => `${name} ${size.toFixed(1)} kB of ${limits[name]}`);
   const line = `${path.basename(file)}: ${parts.join(', ')}`;
   if (sizes.wasm > limits.wasm || sizes.gzip > limits.gzip) {
-    throw new Error(`a wasm file is too large: ${line}. See what grew with "npx wasm-opt --func-metrics dist/${path.basename(file)}"`);
+    throw new Error(
+      `a wasm file is too large: ${line}. See what grew with "npx wasm-opt --func-metrics dist/${path.basename(file)}"`,
+    );
   }
   return line;
 }

@@ -47,7 +47,11 @@ export function limitCells(pass, seconds, counts, machine) {
 }
 
 function scaled(number) {
-  const [size, prefix] = [[1e9, 'G'], [1e6, 'M'], [1e3, 'k']].find(([size]) => number >= size) ?? [1, ''];
+  const [size, prefix] = [
+    [1e9, 'G'],
+    [1e6, 'M'],
+    [1e3, 'k'],
+  ].find(([size]) => number >= size) ?? [1, ''];
   return `${(number / size).toPrecision(3)} ${prefix}`;
 }
 

@@ -16,7 +16,14 @@ import { readStl, subdivide, writeStl } from './subdivide.mjs';
 /** Table 1 of the paper: facets, cells, seconds of its GPU and of its serial algorithm. `files`: the nearest free model that is there. */
 const MODELS = [
   { name: 'model 1, Hubble', files: ['hubble_hst.stl'], n_facets: 19_000, n_cells: 9.6e9, paper: 35.37, serial: 520 },
-  { name: 'model 2, aircraft', files: ['airplane.stl', 'jet_saab_viggen.stl'], n_facets: 134_473, n_cells: 2.43e11, paper: 1130, serial: 17_000 },
+  {
+    name: 'model 2, aircraft',
+    files: ['airplane.stl', 'jet_saab_viggen.stl'],
+    n_facets: 134_473,
+    n_cells: 2.43e11,
+    paper: 1130,
+    serial: 17_000,
+  },
   { name: 'model 3, house', files: ['house.stl'], n_facets: 45_000, n_cells: 1.2e9, paper: 8.45, serial: 120 },
   { name: 'model 4, 64 spheres', files: [], n_facets: 94_976, n_cells: 4.1e9, paper: 61.23, serial: 890 },
 ];
@@ -54,7 +61,9 @@ class Bench {
   /** The report of several meshes, with the median of each of their seconds. */
   meshes(file, args, backend, runs = this.runs) {
     const reports = Array.from({ length: runs }, () => this.mesh(file, args, backend));
-    const seconds = Object.fromEntries(Object.keys(reports[0].seconds).map((part) => [part, median(reports.map((r) => r.seconds[part]))]));
+    const seconds = Object.fromEntries(
+      Object.keys(reports[0].seconds).map((part) => [part, median(reports.map((r) => r.seconds[part]))]),
+    );
     return { ...reports[0], seconds, process_s: median(reports.map((r) => r.process_s)) };
   }
 
@@ -96,12 +105,28 @@ function table1(bench) {
       flags.push(flagsRow(bench, wanted, model.file, args, backend, report.cells));
     }
   }
-  const head = ['model', 'file', 'backend', 'facets', 'cells', 'rays', 'crossings', 'columns, s', 'process, s', 'the paper, GPU, s', 'ratio', 'peak host, MiB'];
+  const head = [
+    'model',
+    'file',
+    'backend',
+    'facets',
+    'cells',
+    'rays',
+    'crossings',
+    'columns, s',
+    'process, s',
+    'the paper, GPU, s',
+    'ratio',
+    'peak host, MiB',
+  ];
   return [
     '## Table 1 of the paper\n',
     table(head, columns),
     '\nThe same meshes on to flags. Seconds are from the file on, columns included; *file* is bit-packed, eight cells a byte.\n',
-    table(['model', 'backend', 'flags in memory, s', 'the paper / ours', 'flags in a file, s', 'file, GB', 'written, GB/s'], flags),
+    table(
+      ['model', 'backend', 'flags in memory, s', 'the paper / ours', 'flags in a file, s', 'file, GB', 'written, GB/s'],
+      flags,
+    ),
   ].join('\n');
 }
 
@@ -137,7 +162,12 @@ function flagsRow(bench, wanted, file, args, backend, n_cells) {
   const report = bench.meshes(file, [...args, '--bits', '-o', out], backend, n_bytes > LARGE_FILE ? 1 : bench.runs);
   const written = statSync(out).size;
   rmSync(out);
-  return [...row, seconds(report.seconds.total + report.seconds.write), (written / 1e9).toFixed(2), (written / 1e9 / report.seconds.write).toFixed(2)];
+  return [
+    ...row,
+    seconds(report.seconds.total + report.seconds.write),
+    (written / 1e9).toFixed(2),
+    (written / 1e9 / report.seconds.write).toFixed(2),
+  ];
 }
 
 /** 1e12 cells of model 4 on the CPU backend. */
@@ -146,7 +176,10 @@ function trillion(bench) {
   const row = ['64 spheres', report.dims.join(' x '), power(report.cells, 2), power(report.rays, 2), power(report.crossings, 2)];
   return [
     '## 10^12 cells, CPU backend\n',
-    table(['model', 'dims', 'cells', 'rays', 'crossings', 'columns, s', 'peak host, MiB'], [[...row, seconds(report.seconds.total), (report.peak_bytes.host / 2 ** 20).toFixed(0)]]),
+    table(
+      ['model', 'dims', 'cells', 'rays', 'crossings', 'columns, s', 'peak host, MiB'],
+      [[...row, seconds(report.seconds.total), (report.peak_bytes.host / 2 ** 20).toFixed(0)]],
+    ),
   ].join('\n');
 }
 
@@ -188,12 +221,18 @@ function fig15(bench) {
 function figure(bench, name, { title, x, ours, times, from }) {
   const slopes = BACKENDS.map((backend) => slope(ours[backend]).toFixed(2));
   const scale = bench.cells(1);
-  const theirs = [['GPU', MODELS[3].paper], ['serial', MODELS[3].serial]].map(([algorithm, seconds]) => ({
+  const theirs = [
+    ['GPU', MODELS[3].paper],
+    ['serial', MODELS[3].serial],
+  ].map(([algorithm, seconds]) => ({
     name: `the paper, ${algorithm}: ${seconds} s in its Table 1; "proportional to" ${x}: slope 1`,
     points: times.map((factor) => [factor * from, factor * scale * seconds]),
     marked: [[from, scale * seconds]],
   }));
-  const series = BACKENDS.map((backend, k) => ({ name: `hexcast, ${backend.toUpperCase()} backend: slope ${slopes[k]}`, points: ours[backend] }));
+  const series = BACKENDS.map((backend, k) => ({
+    name: `hexcast, ${backend.toUpperCase()} backend: slope ${slopes[k]}`,
+    points: ours[backend],
+  }));
   const svg = logLogPlot({ title, x, y: 'seconds', series: [...series, ...theirs] });
   writeFileSync(join(ROOT, bench.quick ? 'target' : 'docs', `${name}.svg`), svg);
   const all = [ours.cpu, ours.gpu, ...theirs.map((one) => one.points)];
@@ -216,7 +255,16 @@ function depth(bench) {
       const report = bench.meshes(bench.spheres, ['--dims', `${across},${across},${deep}`, '--axis', 'z'], backend);
       first ??= report.seconds;
       const change = (100 * (report.seconds.total / first.total - 1)).toFixed(1);
-      rows.push([backend, report.dims.join(' x '), power(report.cells, 0), report.rays, report.crossings, ms(report.seconds.columns), ms(report.seconds.total), `${change} %`]);
+      rows.push([
+        backend,
+        report.dims.join(' x '),
+        power(report.cells, 0),
+        report.rays,
+        report.crossings,
+        ms(report.seconds.columns),
+        ms(report.seconds.total),
+        `${change} %`,
+      ]);
     }
   }
   return [
@@ -244,10 +292,13 @@ function serial(bench) {
   }
   return [
     '## Beside the traditional algorithm\n',
-    '64 spheres, from the file to flags in memory. *Traditional* is the paper\'s baseline, which its speed-up is relative to',
+    "64 spheres, from the file to flags in memory. *Traditional* is the paper's baseline, which its speed-up is relative to",
     '(`benches/table/serial.rs`): one core, a loop over the facets of the bin for every ray, the same lattice, then a loop over all',
-    'cells. The paper\'s speed-ups, models 1 to 4: 14.3, 15.3, 14.4, 14.6. Nothing here is extrapolated.\n',
-    table(['cells', 'ray and facet tests', 'traditional, ms', 'CPU, ms', 'speed-up', 'GPU, ms', 'speed-up', 'cells that differ'], rows),
+    "cells. The paper's speed-ups, models 1 to 4: 14.3, 15.3, 14.4, 14.6. Nothing here is extrapolated.\n",
+    table(
+      ['cells', 'ray and facet tests', 'traditional, ms', 'CPU, ms', 'speed-up', 'GPU, ms', 'speed-up', 'cells that differ'],
+      rows,
+    ),
   ].join('\n');
 }
 
@@ -262,7 +313,11 @@ export function paper(names, options) {
     const load = loadavg()[0];
     const bench = new Bench(options, scratch);
     const { adapter } = bench.mesh(join(ROOT, 'tests/fixtures/spot.stl'), ['--cells', '16'], 'gpu');
-    const facts = [...machine(adapter, load), `* Medians of ${bench.runs} processes; 10^12 cells and files over 8 GB once.`, ''].join('\n');
+    const facts = [
+      ...machine(adapter, load),
+      `* Medians of ${bench.runs} processes; 10^12 cells and files over 8 GB once.`,
+      '',
+    ].join('\n');
     for (const name of names.length ? names : Object.keys(PARTS)) {
       const text = `${PARTS[name](bench)}\n\n${facts}`;
       if (!bench.quick) write(name, text);

@@ -16,8 +16,16 @@ const COLOURS = ['#0b6e99', '#c2571a', '#6b7280', '#4d7c0f'];
  */
 export function logLogPlot({ title, x, y, series }) {
   const points = series.flatMap((one) => one.points);
-  const across = scale(points.map((point) => point[0]), BOX.left, BOX.right);
-  const up = scale(points.map((point) => point[1]), BOX.bottom, BOX.top);
+  const across = scale(
+    points.map((point) => point[0]),
+    BOX.left,
+    BOX.right,
+  );
+  const up = scale(
+    points.map((point) => point[1]),
+    BOX.bottom,
+    BOX.top,
+  );
   const middle = (BOX.top + BOX.bottom) / 2;
   return [
     `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${WIDTH} ${HEIGHT}" font-family="system-ui, sans-serif" font-size="13" fill="#1f2937">`,
@@ -33,7 +41,9 @@ export function logLogPlot({ title, x, y, series }) {
     ...series.flatMap((one, index) => drawn(one, COLOURS[index % COLOURS.length], across.to, up.to)),
     ...legend(series),
     '</svg>\n',
-  ].filter(Boolean).join('\n');
+  ]
+    .filter(Boolean)
+    .join('\n');
 }
 
 /** The slope of the line through points in log-log, least squares: 1 means proportional. */

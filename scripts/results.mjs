@@ -19,7 +19,11 @@ export const output = (program, args, env = {}) =>
     stdio: ['ignore', 'pipe', 'inherit'],
   });
 
-export const jsonLines = (text) => text.split('\n').filter((line) => line.startsWith('{')).map((line) => JSON.parse(line));
+export const jsonLines = (text) =>
+  text
+    .split('\n')
+    .filter((line) => line.startsWith('{'))
+    .map((line) => JSON.parse(line));
 
 /** The middle one of some numbers, the upper of two. */
 export const median = (numbers) => [...numbers].sort((a, b) => a - b)[numbers.length >> 1];
@@ -28,7 +32,8 @@ export const median = (numbers) => [...numbers].sort((a, b) => a - b)[numbers.le
 export function build([kind, name]) {
   const command = kind === 'bench' ? ['bench', '--bench', name, '--no-run'] : ['build', '--release', '--bin', name];
   const messages = jsonLines(output('cargo', [...command, '--message-format=json']));
-  return messages.find((message) => message.executable && message.target?.name === name && message.target.kind.includes(kind)).executable;
+  return messages.find((message) => message.executable && message.target?.name === name && message.target.kind.includes(kind))
+    .executable;
 }
 
 /** Seconds as text in ms. */

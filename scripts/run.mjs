@@ -32,7 +32,12 @@ export function run(command, args, { env = {}, cwd = ROOT, minutes = 20 } = {}) 
   const line = [command, ...args].join(' ');
   return new Promise((resolve, reject) => {
     // a group of its own, so that a browser that hangs goes with the test that started it
-    const child = spawn(command, args, { cwd, env: { ...process.env, ...env }, detached: true, stdio: ['ignore', 'pipe', 'pipe'] });
+    const child = spawn(command, args, {
+      cwd,
+      env: { ...process.env, ...env },
+      detached: true,
+      stdio: ['ignore', 'pipe', 'pipe'],
+    });
     const chunks = [];
     let reason = null;
     const keep = (chunk) => {

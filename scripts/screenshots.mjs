@@ -45,7 +45,14 @@ const shots = [
   ['empty', {}, async () => {}],
   ['model', {}, load],
   ['mesh', {}, mesh],
-  ['slices', {}, async (page) => { await mesh(page); await page.click('#tab-slices'); }],
+  [
+    'slices',
+    {},
+    async (page) => {
+      await mesh(page);
+      await page.click('#tab-slices');
+    },
+  ],
   ['error', {}, async (page) => page.setInputFiles('#file-input', path.join(ROOT, 'tests/fixtures/bin_count_too_big.stl'))],
   ['dark', { colorScheme: 'dark' }, mesh],
   ['phone', { viewport: { width: 390, height: 844 } }, mesh],

@@ -55,7 +55,9 @@ function answer(roots, base, extra, request, response) {
   response.writeHead(200, { 'Content-Type': type, 'Content-Length': file.size, 'Cache-Control': 'no-cache', ...extra });
   if (request.method === 'HEAD') return response.end();
   // a file that vanishes meanwhile breaks the connection, which is what the browser should see
-  return createReadStream(file.path).on('error', (error) => response.destroy(error)).pipe(response);
+  return createReadStream(file.path)
+    .on('error', (error) => response.destroy(error))
+    .pipe(response);
 }
 
 /** The file that a request means, or null; never one outside the folders. */

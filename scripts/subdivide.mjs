@@ -46,7 +46,10 @@ class Edges {
 
   constructor(corners) {
     for (let at = 0; at < corners.length; at += 9) {
-      this.#add([0, 3, 6].map((k) => this.#id(corners[at + k], corners[at + k + 1], corners[at + k + 2])), this.facets.length);
+      this.#add(
+        [0, 3, 6].map((k) => this.#id(corners[at + k], corners[at + k + 1], corners[at + k + 2])),
+        this.facets.length,
+      );
     }
   }
 
@@ -61,8 +64,14 @@ class Edges {
     for (const facet of [...this.#facetsOf.get(key)]) {
       const old = this.facets[facet];
       this.#remove(old, facet);
-      this.#add(old.map((id) => (id === a ? middle : id)), facet);
-      this.#add(old.map((id) => (id === b ? middle : id)), this.facets.length);
+      this.#add(
+        old.map((id) => (id === a ? middle : id)),
+        facet,
+      );
+      this.#add(
+        old.map((id) => (id === b ? middle : id)),
+        this.facets.length,
+      );
     }
     return true;
   }
@@ -108,7 +117,11 @@ class Edges {
 
 /** The edges of a facet, each the same number in both directions; an edge from a point to itself is none. */
 function edgeKeys([a, b, c]) {
-  const ends = [[a, b], [b, c], [c, a]].filter(([from, to]) => from !== to);
+  const ends = [
+    [a, b],
+    [b, c],
+    [c, a],
+  ].filter(([from, to]) => from !== to);
   return new Set(ends.map(([from, to]) => Math.min(from, to) * 2 ** 26 + Math.max(from, to)));
 }
 

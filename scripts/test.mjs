@@ -67,7 +67,9 @@ function cargoTests(output) {
 
 /** Runs the *.test.mjs of a folder with Node's test runner, one file after another. */
 async function nodeTests(folder) {
-  const files = readdirSync(path.join(ROOT, folder)).filter((name) => name.endsWith('.test.mjs')).sort();
+  const files = readdirSync(path.join(ROOT, folder))
+    .filter((name) => name.endsWith('.test.mjs'))
+    .sort();
   if (files.length === 0) throw new Error(`${folder} has no *.test.mjs`);
   const args = ['--test', '--test-concurrency=1', '--test-reporter=spec', ...files.map((name) => path.join(folder, name))];
   const output = await run(process.execPath, args);

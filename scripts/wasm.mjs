@@ -102,7 +102,11 @@ async function shippingRust() {
 function rebuilding(rust) {
   const flags = [rust.env[RUSTFLAGS], ...TRAP_FLAGS].join(' ');
   const args = rust.args.filter((argument) => !argument.startsWith('-Zbuild-std'));
-  return { ...rust, args: [...args, '-Zbuild-std=std', '-Zbuild-std-features=optimize_for_size'], env: { ...rust.env, ...BOOTSTRAP, [RUSTFLAGS]: flags } };
+  return {
+    ...rust,
+    args: [...args, '-Zbuild-std=std', '-Zbuild-std-features=optimize_for_size'],
+    env: { ...rust.env, ...BOOTSTRAP, [RUSTFLAGS]: flags },
+  };
 }
 
 /** Whether rustup's toolchain has the source of the standard library and knows the flags. */
@@ -175,7 +179,10 @@ export async function compileWasm() {
 export async function clippyWasm() {
   const rust = await wasmRust();
   // without `gpu` much would be said to be unused
-  for (const part of [['--lib', '--test', 'web', ...WEB], ['--lib', ...ZLIB, '--features', 'gpu']]) {
+  for (const part of [
+    ['--lib', '--test', 'web', ...WEB],
+    ['--lib', ...ZLIB, '--features', 'gpu'],
+  ]) {
     await run(rust.cargoClippy, ['clippy', ...rust.args, ...part, '--', '-D', 'warnings'], { env: rust.env });
   }
 }
@@ -195,7 +202,12 @@ export async function testWasm(chromedriver) {
 /** Compiles the browser tests and returns the path of their wasm file. */
 export async function compileWasmTests() {
   const rust = await wasmRust();
-  const output = await run(rust.cargo, ['test', '--test', 'web', ...rust.args, ...WEB, '--no-run', '--message-format', 'json'], { env: rust.env });
-  const artifacts = output.split('\n').filter((line) => line.startsWith('{')).map((line) => JSON.parse(line));
+  const output = await run(rust.cargo, ['test', '--test', 'web', ...rust.args, ...WEB, '--no-run', '--message-format', 'json'], {
+    env: rust.env,
+  });
+  const artifacts = output
+    .split('\n')
+    .filter((line) => line.startsWith('{'))
+    .map((line) => JSON.parse(line));
   return artifacts.find(({ target, executable }) => target?.name === 'web' && executable).executable;
 }

@@ -9,7 +9,9 @@ const WAITS = [0, 50, 200, 1000, 4000];
 
 /** Whether columns can go aside on this thread: in workers of secure pages, not in Node. */
 export function hasAside() {
-  return Boolean(globalThis.navigator?.storage?.getDirectory && globalThis.FileSystemFileHandle?.prototype.createSyncAccessHandle);
+  return Boolean(
+    globalThis.navigator?.storage?.getDirectory && globalThis.FileSystemFileHandle?.prototype.createSyncAccessHandle,
+  );
 }
 
 /** Opens a file for the columns of one mesh. @returns {Promise<AsideFile>} */
@@ -31,7 +33,14 @@ async function clear() {
   const names = [];
   for await (const name of folder.keys()) names.push(name);
   // one that is open refuses
-  const removed = await Promise.all(names.map((name) => folder.removeEntry(name).then(() => true, () => false)));
+  const removed = await Promise.all(
+    names.map((name) =>
+      folder.removeEntry(name).then(
+        () => true,
+        () => false,
+      ),
+    ),
+  );
   return removed.every(Boolean);
 }
 

@@ -27,7 +27,8 @@ class Connection {
       this.#calls.delete(id);
       error === undefined ? call.resolve(result) : call.reject(errorFrom(error));
     };
-    port.onfailure = (message) => this.#fail(new HexcastError('device-failed', `the worker failed: ${message}`, 'check that its script can be loaded'));
+    port.onfailure = (message) =>
+      this.#fail(new HexcastError('device-failed', `the worker failed: ${message}`, 'check that its script can be loaded'));
   }
 
   /**

@@ -82,7 +82,8 @@ export class Core {
   }
 
   async read({ file, source }, progress, state) {
-    const surface = source instanceof Float32Array ? WebSurface.fromCorners(file, source) : await readFile(file, source, progress, state);
+    const surface =
+      source instanceof Float32Array ? WebSurface.fromCorners(file, source) : await readFile(file, source, progress, state);
     return { surface: this.#keep(this.#surfaces, surface), info: JSON.parse(surface.info()) };
   }
 
@@ -170,7 +171,11 @@ export class Core {
 
   skin({ mesh, maxQuads }) {
     const skin = this.#meshes.get(mesh).skin(maxQuads);
-    const parts = Array.from(skin.flags(), (flag, part) => ({ flag, positions: skin.positions(part), indices: skin.indices(part) }));
+    const parts = Array.from(skin.flags(), (flag, part) => ({
+      flag,
+      positions: skin.positions(part),
+      indices: skin.indices(part),
+    }));
     const step = skin.step();
     skin.free();
     return { step, parts };
@@ -220,7 +225,11 @@ export class Core {
 
   /** Frees what is named. */
   release({ surface, mesh, encoder }) {
-    for (const [map, id] of [[this.#surfaces, surface], [this.#meshes, mesh], [this.#encoders, encoder]]) {
+    for (const [map, id] of [
+      [this.#surfaces, surface],
+      [this.#meshes, mesh],
+      [this.#encoders, encoder],
+    ]) {
       map.get(id)?.free();
       map.delete(id);
     }

@@ -15,6 +15,10 @@ export function errorFrom(text) {
     const { code, message, hint, ...details } = JSON.parse(text);
     return new HexcastError(code, message, hint, details);
   } catch {
-    return new HexcastError('device-failed', `hexcast failed inside: ${text}`, 'please report this with the file and the settings');
+    return new HexcastError(
+      'device-failed',
+      `hexcast failed inside: ${text}`,
+      'please report this with the file and the settings',
+    );
   }
 }

@@ -30,9 +30,14 @@ function place(source) {
 }
 
 function checkDevice(backend, worker) {
-  if (backend === 'cpu') throw new HexcastError('job-conflict', 'a device is given, and the backend "cpu"', 'leave out one of them');
+  if (backend === 'cpu')
+    throw new HexcastError('job-conflict', 'a device is given, and the backend "cpu"', 'leave out one of them');
   if (worker !== undefined && worker !== false) {
-    throw new HexcastError('job-conflict', 'a device is given, and a worker: devices cannot leave their thread', 'leave out one of them');
+    throw new HexcastError(
+      'job-conflict',
+      'a device is given, and a worker: devices cannot leave their thread',
+      'leave out one of them',
+    );
   }
 }
 
@@ -50,7 +55,11 @@ class Surface {
   /** Its number there, for a connection that is the same. */
   idFor(connection) {
     if (connection !== this.#connection || this.#id === undefined) {
-      throw new HexcastError('job-value', `surface "${this.info.file}" was disposed of or belongs to another mesher`, 'read it again');
+      throw new HexcastError(
+        'job-value',
+        `surface "${this.info.file}" was disposed of or belongs to another mesher`,
+        'read it again',
+      );
     }
     return this.#id;
   }
@@ -86,7 +95,8 @@ class Mesher {
   async mesh(job, options = {}) {
     const start = performance.now();
     const { spill = 'auto' } = options;
-    if (!['auto', true, false].includes(spill)) throw new HexcastError('job-value', `spill is ${spill}; allowed: 'auto', true, false`);
+    if (!['auto', true, false].includes(spill))
+      throw new HexcastError('job-value', `spill is ${spill}; allowed: 'auto', true, false`);
     return this.#withSurfaces(job, options, async (prepared) => {
       const readSeconds = prepared.readAny ? (performance.now() - start) / 1000 : 0;
       const { engine, ...made } = await this.#connection.call('mesh', { ...prepared, readSeconds, spill }, options);
@@ -118,7 +128,11 @@ class Mesher {
   #read(source, file, options) {
     const bytes = source instanceof ArrayBuffer ? new Uint8Array(source) : source;
     if (!(bytes instanceof Blob || bytes instanceof Uint8Array || bytes instanceof Float32Array)) {
-      throw new HexcastError('job-value', `the source of "${file}" is no Blob, ArrayBuffer, Uint8Array, Float32Array or Surface`, '');
+      throw new HexcastError(
+        'job-value',
+        `the source of "${file}" is no Blob, ArrayBuffer, Uint8Array, Float32Array or Surface`,
+        '',
+      );
     }
     return this.#connection.call('read', { file, source: bytes }, options);
   }
@@ -143,4 +157,3 @@ class Mesher {
     }
   }
 }
-

@@ -4,7 +4,12 @@ const SLAB_BYTES = 16 << 20;
 /** Bytes of a file gathered before they go into a Blob, which browsers keep on disk. */
 const BLOB_PART_BYTES = 64 << 20;
 
-const MIME = { vti: 'application/vnd.vtk.vti+xml', npy: 'application/octet-stream', raw: 'application/octet-stream', hxc: 'application/octet-stream' };
+const MIME = {
+  vti: 'application/vnd.vtk.vti+xml',
+  npy: 'application/octet-stream',
+  raw: 'application/octet-stream',
+  hxc: 'application/octet-stream',
+};
 
 export class Mesh {
   #connection;

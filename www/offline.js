@@ -5,7 +5,10 @@ addEventListener('install', () => skipWaiting());
 addEventListener('activate', (event) => event.waitUntil(clients.claim()));
 addEventListener('message', ({ data }) => {
   // the page tells what it had loaded before this worker was there
-  caches.open(CACHE).then((cache) => cache.addAll(data.keep)).catch(() => {});
+  caches
+    .open(CACHE)
+    .then((cache) => cache.addAll(data.keep))
+    .catch(() => {});
 });
 addEventListener('fetch', (event) => {
   const { request } = event;

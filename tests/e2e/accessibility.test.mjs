@@ -17,18 +17,29 @@ const PHONE = { width: 390, height: 844 };
 /** Fails where axe-core finds anything in what is shown now: in the light, its colours in the dark, and on a phone. */
 async function isSound(page, what) {
   const screen = page.viewportSize();
-  const looks = { light: { colorScheme: 'light', rules: RULES }, dark: { colorScheme: 'dark', rules: ['color-contrast'] }, phone: { size: PHONE, rules: RULES } };
+  const looks = {
+    light: { colorScheme: 'light', rules: RULES },
+    dark: { colorScheme: 'dark', rules: ['color-contrast'] },
+    phone: { size: PHONE, rules: RULES },
+  };
   for (const [look, { colorScheme = 'light', size = screen, rules }] of Object.entries(looks)) {
     // colours change at once where motion is not wanted
     await page.emulateMedia({ colorScheme, reducedMotion: 'reduce' });
     await page.setViewportSize(size);
     const found = await page.evaluate(async (rules) => {
       const { violations, passes } = await globalThis.axe.run({ runOnly: rules });
-      return { n_passed: passes.length, violations: violations.map(({ id, nodes }) => `${id}: ${nodes.map(({ target }) => target.join(' ')).join(', ')}`) };
+      return {
+        n_passed: passes.length,
+        violations: violations.map(({ id, nodes }) => `${id}: ${nodes.map(({ target }) => target.join(' ')).join(', ')}`),
+      };
     }, rules);
     assert.deepEqual(found.violations, [], `${what}, ${look}`);
     assert.ok(found.n_passed >= (rules === RULES ? 30 : 1), `${what}, ${look}: ${found.n_passed} rules applied`);
-    assert.equal(await page.evaluate(() => document.documentElement.scrollWidth - innerWidth), 0, `${what}, ${look}: nothing lies beside the screen`);
+    assert.equal(
+      await page.evaluate(() => document.documentElement.scrollWidth - innerWidth),
+      0,
+      `${what}, ${look}: nothing lies beside the screen`,
+    );
   }
   await page.setViewportSize(screen);
 }
@@ -58,7 +69,8 @@ test('axe-core finds nothing: empty, models and mistakes, a mesh and its slices'
 
 test('from the sample to a file with the keyboard alone, and nothing that has the focus is covered', LIMIT, () =>
   withPage('#cells=20', async (page) => {
-    const isAt = () => page.evaluate(() => document.activeElement.id || document.activeElement.dataset.sample || document.activeElement.className);
+    const isAt = () =>
+      page.evaluate(() => document.activeElement.id || document.activeElement.dataset.sample || document.activeElement.className);
     /** Presses Tab until an element has the focus; whatever gets it on the way can be seen. */
     const tabTo = async (wanted) => {
       for (let presses = 0; presses < 80; presses += 1) {
@@ -91,7 +103,10 @@ test('from the sample to a file with the keyboard alone, and nothing that has th
     await page.keyboard.press('x');
     await page.keyboard.press('Home');
     assert.equal((await slice(page, 'x', 0))[0][0], COPPER);
-    const [download] = await Promise.all([page.waitForEvent('download'), tabTo('download-npy').then(() => page.keyboard.press('Enter'))]);
+    const [download] = await Promise.all([
+      page.waitForEvent('download'),
+      tabTo('download-npy').then(() => page.keyboard.press('Enter')),
+    ]);
     assert.equal(download.suggestedFilename(), 'copper.npy');
   }),
 );

@@ -18,7 +18,10 @@ test('without an adapter the processor does the same work, and the page says so'
       assert.equal(await page.getAttribute('#device', 'data-backend'), 'cpu');
       assert.match(await page.textContent('#device'), /No GPU/);
       await run(page);
-      assert.deepEqual(await legend(page), [[1, 1000], [2, 500]]);
+      assert.deepEqual(await legend(page), [
+        [1, 1000],
+        [2, 500],
+      ]);
     } finally {
       await page.close();
     }
@@ -29,7 +32,8 @@ test('the page and the report name the GPU as the browser does', LIMIT, () =>
   withPage('#cells=20&sample=cubes', async (page) => {
     await hasGeometries(page, 2);
     const name = await page.evaluate(async () => {
-      const { vendor, architecture, description } = (await navigator.gpu.requestAdapter({ powerPreference: 'high-performance' })).info;
+      const { vendor, architecture, description } = (await navigator.gpu.requestAdapter({ powerPreference: 'high-performance' }))
+        .info;
       return description || `${vendor} ${architecture}`.trim();
     });
     assert.notEqual(name, '');
@@ -71,16 +75,27 @@ async function hashOnProcessor() {
 test('a device that is lost while the page meshes costs no cell', LIMIT, () =>
   withWorker(loseFirstDevice(), async (url) => {
     let hash;
-    await withPage(LONG_JOB, async (page) => {
-      await hasGeometries(page, 1);
-      await run(page);
-      const told = await page.evaluate(() => window.told);
-      assert.deepEqual(told.filter(({ reason }) => reason), [{ reason: 'destroyed' }], 'the device was lost');
-      assert.ok(told.some(({ n_devices }) => n_devices === 2), 'and another one opened');
-      assert.equal(await page.getAttribute('#device', 'data-backend'), 'gpu');
-      assert.equal(await page.textContent('#messages'), '');
-      hash = await hashOf(page);
-    }, { url, prepare: hearOfDevices });
+    await withPage(
+      LONG_JOB,
+      async (page) => {
+        await hasGeometries(page, 1);
+        await run(page);
+        const told = await page.evaluate(() => window.told);
+        assert.deepEqual(
+          told.filter(({ reason }) => reason),
+          [{ reason: 'destroyed' }],
+          'the device was lost',
+        );
+        assert.ok(
+          told.some(({ n_devices }) => n_devices === 2),
+          'and another one opened',
+        );
+        assert.equal(await page.getAttribute('#device', 'data-backend'), 'gpu');
+        assert.equal(await page.textContent('#messages'), '');
+        hash = await hashOf(page);
+      },
+      { url, prepare: hearOfDevices },
+    );
     assert.equal(hash, await hashOnProcessor());
   }),
 );
@@ -88,33 +103,47 @@ test('a device that is lost while the page meshes costs no cell', LIMIT, () =>
 test('where no other device can be opened the processor goes on, and the page says so', LIMIT, () =>
   withWorker(loseFirstDevice(1), async (url) => {
     let hash;
-    await withPage(LONG_JOB, async (page) => {
-      await hasGeometries(page, 1);
-      assert.equal(await page.getAttribute('#device', 'data-backend'), 'gpu');
-      await run(page);
-      assert.deepEqual((await page.evaluate(() => window.told)).filter(({ reason }) => reason), [{ reason: 'destroyed' }]);
-      assert.equal(await page.getAttribute('#device', 'data-backend'), 'cpu');
-      assert.match(await page.textContent('#result-warnings'), /^Meshed on the CPU: the GPU device was lost .*; opening it again: /);
-      assert.equal(await page.textContent('#result-backend'), 'the processor');
-      assert.equal(await page.textContent('#messages'), '');
-      hash = await hashOf(page);
-      // and stays there
-      await run(page);
-      assert.equal(await page.getAttribute('#device', 'data-backend'), 'cpu');
-    }, { url, prepare: hearOfDevices });
+    await withPage(
+      LONG_JOB,
+      async (page) => {
+        await hasGeometries(page, 1);
+        assert.equal(await page.getAttribute('#device', 'data-backend'), 'gpu');
+        await run(page);
+        assert.deepEqual(
+          (await page.evaluate(() => window.told)).filter(({ reason }) => reason),
+          [{ reason: 'destroyed' }],
+        );
+        assert.equal(await page.getAttribute('#device', 'data-backend'), 'cpu');
+        assert.match(
+          await page.textContent('#result-warnings'),
+          /^Meshed on the CPU: the GPU device was lost .*; opening it again: /,
+        );
+        assert.equal(await page.textContent('#result-backend'), 'the processor');
+        assert.equal(await page.textContent('#messages'), '');
+        hash = await hashOf(page);
+        // and stays there
+        await run(page);
+        assert.equal(await page.getAttribute('#device', 'data-backend'), 'cpu');
+      },
+      { url, prepare: hearOfDevices },
+    );
     assert.equal(hash, await hashOnProcessor());
   }),
 );
 
 test('where the GPU was asked for, its loss for good is a sentence, and another try is offered', LIMIT, () =>
   withWorker(loseFirstDevice(1), (url) =>
-    withPage(`${LONG_JOB}&backend=gpu`, async (page) => {
-      await hasGeometries(page, 1);
-      await page.click('#run');
-      await page.waitForSelector('#messages [role=alert]', { timeout: 120_000 });
-      assert.equal(await page.getAttribute('#messages [role=alert]', 'data-code'), 'device-lost');
-      assert.match(await page.textContent('#messages [role=alert]'), /was lost .* opening it again: .*Open the GPU again/s);
-    }, { url }),
+    withPage(
+      `${LONG_JOB}&backend=gpu`,
+      async (page) => {
+        await hasGeometries(page, 1);
+        await page.click('#run');
+        await page.waitForSelector('#messages [role=alert]', { timeout: 120_000 });
+        assert.equal(await page.getAttribute('#messages [role=alert]', 'data-code'), 'device-lost');
+        assert.match(await page.textContent('#messages [role=alert]'), /was lost .* opening it again: .*Open the GPU again/s);
+      },
+      { url },
+    ),
   ),
 );
 
@@ -147,7 +176,10 @@ async function meshOnOwnDevice(cornersOf) {
     done.push(rays);
   });
   const refused = [];
-  for (const options of [{ device: own, backend: 'cpu' }, { device: own, worker: 'worker.js' }]) {
+  for (const options of [
+    { device: own, backend: 'cpu' },
+    { device: own, worker: 'worker.js' },
+  ]) {
     await createMesher(options).catch(({ code }) => refused.push(code));
   }
   const cpu = await hashOn({ backend: 'cpu' });
@@ -157,8 +189,18 @@ async function meshOnOwnDevice(cornersOf) {
 
 test("a device of the caller's own is meshed on, and one of the mesher's where it is destroyed", LIMIT, () =>
   withPage('', async (page) => {
-    const tetrahedron = [[0, 0, 0], [9, 0, 0], [0, 7, 0], [0, 0, 5]];
-    const corners = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]].flatMap((facet) => facet.flatMap((corner) => tetrahedron[corner]));
+    const tetrahedron = [
+      [0, 0, 0],
+      [9, 0, 0],
+      [0, 7, 0],
+      [0, 0, 5],
+    ];
+    const corners = [
+      [0, 2, 1],
+      [0, 1, 3],
+      [0, 3, 2],
+      [1, 2, 3],
+    ].flatMap((facet) => facet.flatMap((corner) => tetrahedron[corner]));
     const found = await page.evaluate(meshOnOwnDevice, corners);
     assert.deepEqual([found.intact.backend, found.lost.backend, found.cpu.backend], ['gpu', 'gpu', 'cpu']);
     assert.equal(found.n_forIntact, 0, 'no other device was opened');
@@ -168,7 +210,10 @@ test("a device of the caller's own is meshed on, and one of the mesher's where i
     assert.notEqual(found.intact.adapter.name, '');
     assert.equal(found.cpu.adapter, null);
     assert.deepEqual(found.refused, ['job-conflict', 'job-conflict']);
-    assert.ok(found.done.length > 4 && found.done.every((rays, at) => at === 0 || rays > found.done[at - 1]), `bands in order: ${found.done}`);
+    assert.ok(
+      found.done.length > 4 && found.done.every((rays, at) => at === 0 || rays > found.done[at - 1]),
+      `bands in order: ${found.done}`,
+    );
     assert.equal(found.lost.sha256, found.cpu.sha256);
     assert.equal(found.intact.sha256, found.cpu.sha256);
   }),

@@ -14,8 +14,19 @@ useSite();
 useNative();
 
 /** The page's download and the name that the native command gives the same file. */
-const FILES = [['vti', 'plain.vti'], ['vtiz', 'zlib.vti'], ['npy', 'plain.npy'], ['raw', 'plain.raw'], ['sidecar', 'plain.raw.json'], ['hxc', 'plain.hxc']];
-const PACKED = [['npy-bits', 'bits.npy'], ['raw-bits', 'bits.raw'], ['sidecar-bits', 'bits.raw.json']];
+const FILES = [
+  ['vti', 'plain.vti'],
+  ['vtiz', 'zlib.vti'],
+  ['npy', 'plain.npy'],
+  ['raw', 'plain.raw'],
+  ['sidecar', 'plain.raw.json'],
+  ['hxc', 'plain.hxc'],
+];
+const PACKED = [
+  ['npy-bits', 'bits.npy'],
+  ['raw-bits', 'bits.raw'],
+  ['sidecar-bits', 'bits.raw.json'],
+];
 
 /** Saves every file of a job from the page and from the native command, and compares them. */
 async function compareWithNative(sample, n_files, settings, isPacked) {
@@ -26,7 +37,10 @@ async function compareWithNative(sample, n_files, settings, isPacked) {
       await run(page);
       await writeSample(page, sample, folder);
       const outputs = (...names) => names.flatMap((name) => ['-o', name]);
-      const report = await runCopied(page, folder, ['--compress=none', ...outputs('plain.vti', 'plain.npy', 'plain.raw', 'plain.hxc')]);
+      const report = await runCopied(page, folder, [
+        '--compress=none',
+        ...outputs('plain.vti', 'plain.npy', 'plain.raw', 'plain.hxc'),
+      ]);
       await runCopied(page, folder, ['--compress=6', ...outputs('zlib.vti')]);
       if (isPacked) await runCopied(page, folder, ['--bits', '--compress=none', ...outputs('bits.npy', 'bits.raw')]);
       for (const [id, name] of isPacked ? [...FILES, ...PACKED] : FILES) {
@@ -38,7 +52,10 @@ async function compareWithNative(sample, n_files, settings, isPacked) {
       }
       assert.equal(await page.isVisible('#download-npy-bits'), isPacked);
       const cells = await legend(page);
-      assert.deepEqual(cells, report.flags.map(({ flag, cells }) => [flag, cells]));
+      assert.deepEqual(
+        cells,
+        report.flags.map(({ flag, cells }) => [flag, cells]),
+      );
       await page.click('#results summary');
       await page.click('#hash');
       await page.waitForFunction(() => document.querySelector('#result-hash').textContent.length === 64);
@@ -49,10 +66,18 @@ async function compareWithNative(sample, n_files, settings, isPacked) {
   }
 }
 
-test('a sample: every download is the native file, packed ones too', LIMIT, () => compareWithNative('knot', 1, 'cells=53&unit=mm', true));
+test('a sample: every download is the native file, packed ones too', LIMIT, () =>
+  compareWithNative('knot', 1, 'cells=53&unit=mm', true),
+);
 
 test('two geometries with priorities: every download is the native file', LIMIT, () =>
-  compareWithNative('shells', 2, 'dims=31+29+37&padding=2&rule=nonzero&axis=y&g=file%3Dcore.stl%26name%3Dcore+of+it%26flag%3D9%26priority%3D2%26translate%3D6+0+1', false));
+  compareWithNative(
+    'shells',
+    2,
+    'dims=31+29+37&padding=2&rule=nonzero&axis=y&g=file%3Dcore.stl%26name%3Dcore+of+it%26flag%3D9%26priority%3D2%26translate%3D6+0+1',
+    false,
+  ),
+);
 
 test('a column file opens again, and files are named after the model', LIMIT, () =>
   withPage('#cells=20&sample=cubes&unit=mm', async (page) => {
@@ -69,7 +94,10 @@ test('a column file opens again, and files are named after the model', LIMIT, ()
     await isIdle(page);
     await page.setInputFiles('#file-input', { name: 'again.hxc', mimeType: '', buffer: columns });
     await page.waitForSelector('#legend tr');
-    assert.deepEqual(await legend(page), [[1, 1000], [2, 500]]);
+    assert.deepEqual(await legend(page), [
+      [1, 1000],
+      [2, 500],
+    ]);
     assert.equal(await page.isVisible('#stale'), false);
   }),
 );
@@ -88,17 +116,27 @@ test('where the browser lets one pick a place, files are streamed to it', LIMIT,
         const file = await (await (await navigator.storage.getDirectory()).getFileHandle(name)).getFile();
         return [...new Uint8Array(await file.arrayBuffer())];
       }, name);
-    for (const [id, name] of [['npy', 'copper.npy'], ['sidecar', 'copper.raw.json']]) {
+    for (const [id, name] of [
+      ['npy', 'copper.npy'],
+      ['sidecar', 'copper.raw.json'],
+    ]) {
       await page.click(`#download-${id}`);
       await page.waitForFunction((id) => document.querySelector(`#download-${id} + [role=status]`).textContent === 'Saved.', id);
       const picked = Buffer.from(await read(name));
-      await page.evaluate(() => { window.picker = window.showSaveFilePicker; window.showSaveFilePicker = undefined; });
+      await page.evaluate(() => {
+        window.picker = window.showSaveFilePicker;
+        window.showSaveFilePicker = undefined;
+      });
       assert.ok(picked.equals((await saved(page, `#download-${id}`)).bytes), name);
-      await page.evaluate(() => { window.showSaveFilePicker = window.picker; });
+      await page.evaluate(() => {
+        window.showSaveFilePicker = window.picker;
+      });
     }
     // whoever closes the dialogue has changed his mind: nothing is saved, and nothing is wrong
     await page.evaluate(() => {
-      window.showSaveFilePicker = async () => { throw new DOMException('closed', 'AbortError'); };
+      window.showSaveFilePicker = async () => {
+        throw new DOMException('closed', 'AbortError');
+      };
     });
     await page.click('#download-raw');
     await page.waitForFunction(() => document.querySelector('#download-raw + [role=status]').textContent === 'Cancelled.');
@@ -134,7 +172,10 @@ test('without a picker large files go through the private file system, which is 
     await isIdle(page);
     await page.waitForFunction(async () => {
       const root = await navigator.storage.getDirectory();
-      return root.getDirectoryHandle('hexcast-downloads').then(() => false, () => true);
+      return root.getDirectoryHandle('hexcast-downloads').then(
+        () => false,
+        () => true,
+      );
     });
   }),
 );

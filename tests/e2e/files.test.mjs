@@ -14,7 +14,11 @@ useSite();
 test('a malformed file gives a sentence and loses nothing', LIMIT, () =>
   withPage('#cells=20&sample=gear', async (page) => {
     await hasGeometries(page, 1);
-    await page.setInputFiles('#file-input', { name: 'letter.stl', mimeType: 'model/stl', buffer: Buffer.from('Dear Sir or Madam') });
+    await page.setInputFiles('#file-input', {
+      name: 'letter.stl',
+      mimeType: 'model/stl',
+      buffer: Buffer.from('Dear Sir or Madam'),
+    });
     await page.waitForSelector('#messages [role=alert]');
     const text = await page.textContent('#messages [role=alert] p');
     assert.match(text, /letter\.stl/);
@@ -31,7 +35,9 @@ test('dropped files are read, several at once', LIMIT, () =>
       const { sampleFiles } = await import(new URL('page/samples.js', location.href).href);
       const dataTransfer = new DataTransfer();
       for (const { source } of [...sampleFiles('cubes'), ...sampleFiles('gear')]) dataTransfer.items.add(source);
-      document.querySelector('#canvas-3d').dispatchEvent(new DragEvent('drop', { dataTransfer, bubbles: true, cancelable: true }));
+      document
+        .querySelector('#canvas-3d')
+        .dispatchEvent(new DragEvent('drop', { dataTransfer, bubbles: true, cancelable: true }));
     });
     await hasGeometries(page, 3);
     assert.deepEqual(await page.$$eval('.geometry .flag', (inputs) => inputs.map((input) => input.value)), ['1', '2', '3']);
@@ -47,7 +53,10 @@ test('a sample takes the place of what there is, also of one that is still being
     });
     await hasGeometries(page, 2);
     await isIdle(page);
-    assert.deepEqual(await page.$$eval('.geometry', (cards) => cards.map((card) => card.dataset.file)), ['copper.stl', 'epoxy.stl']);
+    assert.deepEqual(await page.$$eval('.geometry', (cards) => cards.map((card) => card.dataset.file)), [
+      'copper.stl',
+      'epoxy.stl',
+    ]);
   }),
 );
 
@@ -78,7 +87,15 @@ function dropTree(page, tree) {
 
 test('a dropped folder is searched for models, folders in it too', LIMIT, () =>
   withPage('', async (page) => {
-    await dropTree(page, { parts: { 'a.stl': 'knot', 'notes.txt': 'read me', inner: { 'b.STL': 'gear', deeper: { 'c.stl': 'knot' } }, 'd.stl': 'gear' }, 'e.stl': 'knot' });
+    await dropTree(page, {
+      parts: {
+        'a.stl': 'knot',
+        'notes.txt': 'read me',
+        inner: { 'b.STL': 'gear', deeper: { 'c.stl': 'knot' } },
+        'd.stl': 'gear',
+      },
+      'e.stl': 'knot',
+    });
     await hasGeometries(page, 5);
     const names = await page.$$eval('.geometry', (cards) => cards.map((card) => card.dataset.file));
     assert.deepEqual(names.sort(), ['a.stl', 'b.STL', 'c.stl', 'd.stl', 'e.stl']);
@@ -148,9 +165,21 @@ test('a model with too many facets for the 3-D view is said not to be drawn, and
       const view = new DataView(new ArrayBuffer(84 + 50 * n_facets));
       view.setUint32(80, n_facets, true);
       // a tetrahedron; all other facets are points in its corner
-      const corners = [[0, 0, 0], [8, 0, 0], [0, 8, 0], [0, 0, 8]];
-      [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]].forEach((facet, at) =>
-        facet.flatMap((corner) => corners[corner]).forEach((number, place) => view.setFloat32(84 + 50 * at + 12 + 4 * place, number, true)),
+      const corners = [
+        [0, 0, 0],
+        [8, 0, 0],
+        [0, 8, 0],
+        [0, 0, 8],
+      ];
+      [
+        [0, 2, 1],
+        [0, 1, 3],
+        [0, 3, 2],
+        [1, 2, 3],
+      ].forEach((facet, at) =>
+        facet
+          .flatMap((corner) => corners[corner])
+          .forEach((number, place) => view.setFloat32(84 + 50 * at + 12 + 4 * place, number, true)),
       );
       const dataTransfer = new DataTransfer();
       dataTransfer.items.add(new File([view], 'dust.stl'));
@@ -166,10 +195,17 @@ test('a model with too many facets for the 3-D view is said not to be drawn, and
 
 test('before it is meshed a model says its facets, its box, its volume and whether it is closed', LIMIT, () =>
   withPage('', async (page) => {
-    await page.setInputFiles('#file-input', ['spot.stl', 'featuretype.stl'].map((file) => path.join(ROOT, 'tests/fixtures', file)));
+    await page.setInputFiles(
+      '#file-input',
+      ['spot.stl', 'featuretype.stl'].map((file) => path.join(ROOT, 'tests/fixtures', file)),
+    );
     await hasGeometries(page, 2);
     const facts = await page.$$eval('.geometry', (cards) =>
-      cards.map((card) => Object.fromEntries([...card.querySelectorAll('dt')].map((term) => [term.textContent, term.nextElementSibling.textContent]))),
+      cards.map((card) =>
+        Object.fromEntries(
+          [...card.querySelectorAll('dt')].map((term) => [term.textContent, term.nextElementSibling.textContent]),
+        ),
+      ),
     );
     assert.deepEqual(facts[0], {
       Facets: '5,856',
@@ -188,7 +224,9 @@ test('before it is meshed a model says its facets, its box, its volume and wheth
 
 test('the solids of a file are one geometry or several, with flags that no other has', LIMIT, () =>
   withPage('#cells=60', async (page) => {
-    const files = ['ascii_two_solids_mixed_case.stl', 'bin_header_solid_cube.stl'].map((file) => path.join(ROOT, 'tests/fixtures', file));
+    const files = ['ascii_two_solids_mixed_case.stl', 'bin_header_solid_cube.stl'].map((file) =>
+      path.join(ROOT, 'tests/fixtures', file),
+    );
     await page.setInputFiles('#file-input', files);
     await hasGeometries(page, 2);
     await page.fill('.geometry:nth-child(2) .name', 'block');
@@ -200,7 +238,9 @@ test('the solids of a file are one geometry or several, with flags that no other
     const meshed = async () => {
       await page.waitForSelector('#run:enabled');
       await run(page);
-      return page.$$eval('#legend tr', (rows) => rows.map((row) => `${row.querySelector('th').textContent}: ${row.querySelector('.cells').dataset.cells}`));
+      return page.$$eval('#legend tr', (rows) =>
+        rows.map((row) => `${row.querySelector('th').textContent}: ${row.querySelector('.cells').dataset.cells}`),
+      );
     };
     assert.deepEqual(await meshed(), ['1 ascii_two_solids_mixed_case: 2000', '2 block: 1000']);
     await page.check('.split');

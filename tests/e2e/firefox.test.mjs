@@ -37,13 +37,20 @@ async function meshAndLose() {
     const mesher = await createMesher({ backend });
     const before = mesher.backend;
     const mesh = await mesher.mesh({ geometries: [{ source }], dims: [16, 2000, 1000], axis: 'x' });
-    found.push({ backends: [before, mesher.backend, mesh.report.backend], warnings: mesh.report.warnings, sha256: await mesh.sha256() });
+    found.push({
+      backends: [before, mesher.backend, mesh.report.backend],
+      warnings: mesh.report.warnings,
+      sha256: await mesh.sha256(),
+    });
     mesher.dispose();
   }
   return found;
 }
 
-for (const [what, n_devices, backend] of [['another is opened', Infinity, 'gpu'], ['the processor goes on', 1, 'cpu']]) {
+for (const [what, n_devices, backend] of [
+  ['another is opened', Infinity, 'gpu'],
+  ['the processor goes on', 1, 'cpu'],
+]) {
   test(`where Firefox loses its device ${what}, with the same result`, { timeout: 240_000 }, () =>
     withWorker(loseFirstDevice(n_devices), async (url) => {
       const browser = await openFirefox();
@@ -53,7 +60,10 @@ for (const [what, n_devices, backend] of [['another is opened', Infinity, 'gpu']
         const [lost, cpu] = await page.evaluate(meshAndLose);
         assert.deepEqual(lost.backends, ['gpu', backend, backend]);
         assert.equal(lost.warnings.length, backend === 'cpu' ? 1 : 0);
-        assert.ok(lost.warnings.every((warning) => /meshed on the CPU: the GPU device was lost/.test(warning)), `${lost.warnings}`);
+        assert.ok(
+          lost.warnings.every((warning) => /meshed on the CPU: the GPU device was lost/.test(warning)),
+          `${lost.warnings}`,
+        );
         assert.equal(lost.sha256, cpu.sha256);
       } finally {
         await browser.close();

@@ -23,13 +23,16 @@ for (const worker of [true, false]) {
 
   test(`meshes asked for at once are made one after the other, ${where}`, LIMIT, () =>
     withPage('', async (page) => {
-      const found = await inPage(page, `async (createMesher, source) => {
+      const found = await inPage(
+        page,
+        `async (createMesher, source) => {
         const mesher = await createMesher({ backend: 'cpu', worker: ${worker ? 'undefined' : 'false'} });
         const job = (cells) => ({ geometries: [{ source }], cells });
         const meshes = await Promise.all([mesher.mesh(job(300)), mesher.mesh(job(40)), mesher.mesh(job(40))]);
         const hashes = await Promise.all(meshes.slice(1).map((mesh) => mesh.sha256()));
         return { dims: meshes.map((mesh) => Math.max(...mesh.dims)), hashes };
-      }`);
+      }`,
+      );
       assert.deepEqual(found.dims, [300, 40, 40]);
       assert.equal(found.hashes[0], found.hashes[1]);
     }),
@@ -37,7 +40,9 @@ for (const worker of [true, false]) {
 
   test(`an aborted mesh rejects with the reason while the core is busy, and the next one is made, ${where}`, LIMIT, () =>
     withPage('', async (page) => {
-      const found = await inPage(page, `async (createMesher, source) => {
+      const found = await inPage(
+        page,
+        `async (createMesher, source) => {
         const mesher = await createMesher({ backend: 'cpu', worker: ${worker ? 'undefined' : 'false'} });
         const stop = new AbortController();
         const events = [];
@@ -48,7 +53,8 @@ for (const worker of [true, false]) {
         const n_told = events.length;
         const mesh = await mesher.mesh({ geometries: [{ source }], cells: 30 });
         return { reasons, cells: mesh.report.cells, n_late: events.length - n_told, dims: mesh.dims };
-      }`);
+      }`,
+      );
       assert.deepEqual(found.reasons, ['enough', 'enough']);
       assert.equal(found.n_late, 0, 'who gave up hears no more');
       assert.equal(Math.max(...found.dims), 30);
@@ -58,7 +64,9 @@ for (const worker of [true, false]) {
 
 test('zlib is loaded once, with the first compressed file, and a mesher that cannot load it does all else', LIMIT, () =>
   withPage('', async (page) => {
-    const found = await inPage(page, `async (createMesher, source) => {
+    const found = await inPage(
+      page,
+      `async (createMesher, source) => {
       const make = async (options) => {
         const mesher = await createMesher({ backend: 'cpu', ...options });
         const mesh = await mesher.mesh({ geometries: [{ source }], cells: 60 });
@@ -74,9 +82,13 @@ test('zlib is loaded once, with the first compressed file, and a mesher that can
       const without = await make({ zlib: Uint8Array.of(1, 2, 3) });
       const { code, message, hint } = await without.mesh.blob('vti', { compress: 6 }).catch((error) => error);
       return { n_loads, sizes, dims: [again.dims, mesh.dims], plain: [plain, without.plain], code, message, hint };
-    }`);
+    }`,
+    );
     assert.deepEqual(found.n_loads, [0, 1]);
-    assert.ok(found.sizes.every((size) => size < found.plain[0] / 4), `${found.sizes} of ${found.plain}`);
+    assert.ok(
+      found.sizes.every((size) => size < found.plain[0] / 4),
+      `${found.sizes} of ${found.plain}`,
+    );
     assert.deepEqual(found.dims[0], found.dims[1]);
     assert.equal(found.plain[0], found.plain[1]);
     assert.equal(found.code, 'io');
@@ -87,7 +99,9 @@ test('zlib is loaded once, with the first compressed file, and a mesher that can
 
 test('a compressed file is made a slab at a time: others are answered meanwhile, and an abort ends it', LIMIT, () =>
   withPage('', async (page) => {
-    const found = await inPage(page, `async (createMesher, source) => {
+    const found = await inPage(
+      page,
+      `async (createMesher, source) => {
       const mesher = await createMesher({ backend: 'cpu' });
       const mesh = await mesher.mesh({ geometries: [{ source }], cells: 400 });
       const stop = new AbortController();
@@ -102,7 +116,8 @@ test('a compressed file is made a slab at a time: others are answered meanwhile,
       const [slice] = await Promise.all(asked);
       const whole = await mesh.blob('vti', { compress: 1 });
       return { reason, shares, width: slice.width, nx: mesh.dims[0], bytes: whole.size };
-    }`);
+    }`,
+    );
     assert.equal(found.reason, 'enough');
     assert.equal(found.shares.length, 4, `${found.shares}`);
     assert.ok(found.shares.at(-1) < 1, `${found.shares}`);

@@ -12,11 +12,17 @@ test('two touching blocks: every cell of two slices has its colour', LIMIT, () =
     await take(page, 'cubes', 2);
     assert.deepEqual(await page.$$eval('[id^=dims-]', (inputs) => inputs.map((input) => input.value)), ['20', '10', '10']);
     await run(page);
-    assert.deepEqual(await legend(page), [[1, 1000], [2, 500]]);
+    assert.deepEqual(await legend(page), [
+      [1, 1000],
+      [2, 500],
+    ]);
     const row = (right) => Array.from({ length: 20 }, (_, i) => (i < 10 ? COPPER : right));
     assert.deepEqual(await slice(page, 'z', 2), Array(10).fill(row(EPOXY)));
     assert.deepEqual(await slice(page, 'z', 7), Array(10).fill(row(null)));
-    assert.deepEqual(await slice(page, 'x', 15), Array.from({ length: 10 }, (_, k) => Array(10).fill(k < 5 ? EPOXY : null)));
+    assert.deepEqual(
+      await slice(page, 'x', 15),
+      Array.from({ length: 10 }, (_, k) => Array(10).fill(k < 5 ? EPOXY : null)),
+    );
   }),
 );
 
@@ -68,7 +74,11 @@ async function coloursIn3d(page) {
     const pixels = new Uint32Array(context.getImageData(0, 0, bitmap.width, bitmap.height).data.buffer);
     const isDrawn = pixels.filter((pixel) => pixel >>> 24 > 0);
     const near = (pixel) => [0x3a, 0x8f, 0xc9].every((part, at) => Math.abs(((pixel >>> (8 * at)) & 255) - part) <= 1);
-    return { n_colours: new Set(pixels).size, share: isDrawn.length / pixels.length, exact: isDrawn.filter(near).length / pixels.length };
+    return {
+      n_colours: new Set(pixels).size,
+      share: isDrawn.length / pixels.length,
+      exact: isDrawn.filter(near).length / pixels.length,
+    };
   }, bytes.toString('base64'));
 }
 
@@ -90,6 +100,9 @@ test('the processor does the work where it is asked to', LIMIT, () =>
     await hasGeometries(page, 2);
     assert.equal(await page.getAttribute('#device', 'data-backend'), 'cpu');
     await run(page);
-    assert.deepEqual(await legend(page), [[1, 1000], [2, 500]]);
+    assert.deepEqual(await legend(page), [
+      [1, 1000],
+      [2, 500],
+    ]);
   }),
 );

@@ -17,7 +17,9 @@ export async function writeSample(page, sample, folder) {
   mkdirSync(folder, { recursive: true });
   const files = await page.evaluate(async (sample) => {
     const { sampleFiles } = await import(new URL('page/samples.js', location.href).href);
-    return Promise.all(sampleFiles(sample).map(async ({ source }) => [source.name, [...new Uint8Array(await source.arrayBuffer())]]));
+    return Promise.all(
+      sampleFiles(sample).map(async ({ source }) => [source.name, [...new Uint8Array(await source.arrayBuffer())]]),
+    );
   }, sample);
   for (const [name, bytes] of files) writeFileSync(path.join(folder, name), Uint8Array.from(bytes));
 }

@@ -19,7 +19,19 @@ test('once loaded the page works without a network', LIMIT, async () => {
       const cache = await caches.open('hexcast');
       for (;;) {
         const kept = (await cache.keys()).map(({ url }) => new URL(url).pathname);
-        if (['/', '/hexcast_bg.wasm', '/hexcast_zlib_bg.wasm', '/zlib.js', '/worker.js', '/core.js', '/vendor/three.module.js', '/page/scene.js'].every((file) => kept.includes(file))) return;
+        if (
+          [
+            '/',
+            '/hexcast_bg.wasm',
+            '/hexcast_zlib_bg.wasm',
+            '/zlib.js',
+            '/worker.js',
+            '/core.js',
+            '/vendor/three.module.js',
+            '/page/scene.js',
+          ].every((file) => kept.includes(file))
+        )
+          return;
         await new Promise((resolve) => setTimeout(resolve, 100));
       }
     };
@@ -30,7 +42,10 @@ test('once loaded the page works without a network', LIMIT, async () => {
     await isIdle(page);
     await hasGeometries(page, 2);
     await run(page);
-    assert.deepEqual(await legend(page), [[1, 1000], [2, 500]]);
+    assert.deepEqual(await legend(page), [
+      [1, 1000],
+      [2, 500],
+    ]);
     // compressed, which takes the second wasm; no test can answer the dialogue for a place
     await page.evaluate(() => delete window.showSaveFilePicker);
     const { bytes } = await saved(page, '#download-vtiz');

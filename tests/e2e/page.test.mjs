@@ -11,7 +11,8 @@ import { complaintsOf, openChromium, openFirefox } from './browsers.mjs';
 
 const { version } = JSON.parse(readFileSync(path.join(ROOT, 'package.json'), 'utf8'));
 const SHOWN = "document.querySelector('#version').value !== ''";
-const ADAPTER = "navigator.gpu.requestAdapter().then((a) => a && [a.info.vendor, a.info.architecture, a.info.description].join(' ').trim())";
+const ADAPTER =
+  "navigator.gpu.requestAdapter().then((a) => a && [a.info.vendor, a.info.architecture, a.info.description].join(' ').trim())";
 const BASES = ['/', '/some/where/'];
 
 let servers;
@@ -20,7 +21,10 @@ before(async () => {
 });
 after(() => Promise.all(servers.map((server) => server.close())));
 
-for (const [name, open] of [['Chromium', openChromium], ['Firefox', openFirefox]]) {
+for (const [name, open] of [
+  ['Chromium', openChromium],
+  ['Firefox', openFirefox],
+]) {
   test(`${name} shows the version and complains about nothing`, { timeout: 120_000 }, async () => {
     const browser = await open();
     try {
@@ -57,11 +61,16 @@ test('a complaint is heard', { timeout: 120_000 }, async () => {
     const page = await browser.newPage();
     const complaints = complaintsOf(page, servers[0].url);
     await page.goto(servers[0].url);
-    await page.evaluate("console.error('one'); setTimeout(() => { throw new Error('two') }); fetch('missing').then(() => { window.isDone = true })");
+    await page.evaluate(
+      "console.error('one'); setTimeout(() => { throw new Error('two') }); fetch('missing').then(() => { window.isDone = true })",
+    );
     await page.waitForFunction('window.isDone');
     assert.ok(complaints.includes('console: one'), complaints.join('\n'));
     assert.ok(complaints.includes('uncaught: two'), complaints.join('\n'));
-    assert.ok(complaints.some((complaint) => complaint.startsWith('status 404')), complaints.join('\n'));
+    assert.ok(
+      complaints.some((complaint) => complaint.startsWith('status 404')),
+      complaints.join('\n'),
+    );
   } finally {
     await browser.close();
   }

@@ -49,44 +49,58 @@ async function cancel() {
 
 for (const backend of ['gpu', 'cpu']) {
   test(`Cancel is heeded at the next band, and the next mesh is made (${backend})`, LIMIT, (context) =>
-    withPage(`#cells=6000&sample=knot&backend=${backend}`, async (page) => {
-      await hasGeometries(page, 1);
-      await page.click('#run');
-      await page.fill('#cells', '30');
-      await page.waitForFunction(() => window.heard.length >= 3, null, { timeout: 60_000 });
-      const { n_before, seconds, untilFree } = await page.evaluate(cancel);
-      assert.match(await page.textContent('#status'), /Cancelled/);
-      // what was set meanwhile counts now
-      await page.waitForFunction(() => document.querySelector('#dims-y').value === '30');
-      const before = await page.evaluate(() => window.heard.length);
-      await run(page);
-      const share = await page.evaluate((at) => window.heard[at - 1].share, before);
-      const ms = (seconds) => `${(1000 * seconds).toFixed(1)} ms`;
-      context.diagnostic(`Cancel took ${ms(seconds)} on the page, and the worker was free after ${ms(untilFree)}; it told of ${before - n_before} bands after it, at ${(100 * share).toFixed(0)} %`);
-      // one band that came home meanwhile, and one whose message was on its way
-      assert.ok(before - n_before <= 2, `${before - n_before} bands after Cancel`);
-      assert.ok(share < 0.9, `${share} of the mesh was made`);
-      assert.equal((await legend(page)).length, 1);
-    }, { prepare: watchWorker }),
+    withPage(
+      `#cells=6000&sample=knot&backend=${backend}`,
+      async (page) => {
+        await hasGeometries(page, 1);
+        await page.click('#run');
+        await page.fill('#cells', '30');
+        await page.waitForFunction(() => window.heard.length >= 3, null, { timeout: 60_000 });
+        const { n_before, seconds, untilFree } = await page.evaluate(cancel);
+        assert.match(await page.textContent('#status'), /Cancelled/);
+        // what was set meanwhile counts now
+        await page.waitForFunction(() => document.querySelector('#dims-y').value === '30');
+        const before = await page.evaluate(() => window.heard.length);
+        await run(page);
+        const share = await page.evaluate((at) => window.heard[at - 1].share, before);
+        const ms = (seconds) => `${(1000 * seconds).toFixed(1)} ms`;
+        context.diagnostic(
+          `Cancel took ${ms(seconds)} on the page, and the worker was free after ${ms(untilFree)}; it told of ${before - n_before} bands after it, at ${(100 * share).toFixed(0)} %`,
+        );
+        // one band that came home meanwhile, and one whose message was on its way
+        assert.ok(before - n_before <= 2, `${before - n_before} bands after Cancel`);
+        assert.ok(share < 0.9, `${share} of the mesh was made`);
+        assert.equal((await legend(page)).length, 1);
+      },
+      { prepare: watchWorker },
+    ),
   );
 }
 
 test('frames go on while the page meshes', LIMIT, (context) =>
-  withPage('#cells=6000&sample=knot&backend=cpu', async (page) => {
-    await hasGeometries(page, 1);
-    await page.evaluate(() => { window.gaps.length = 0; });
-    await page.click('#run');
-    await page.waitForFunction(() => window.heard.at(-1)?.share === 1, null, { timeout: 180_000 });
-    const { heard, gaps } = await page.evaluate(() => ({ heard: window.heard, gaps: window.gaps.sort((a, b) => a - b) }));
-    context.diagnostic(`${gaps.length} frames; ${gaps[gaps.length >> 1].toFixed(1)} ms between them in the middle, ${gaps.at(-1).toFixed(1)} at most`);
-    // in every tenth of the work at least one frame was drawn
-    const firstAfter = (share) => heard.find((entry) => entry.share >= share).frame;
-    for (let tenth = 1; tenth < 10; tenth += 1) {
-      const n_frames = firstAfter((tenth + 1) / 10) - firstAfter(tenth / 10);
-      assert.ok(n_frames > 0, `${n_frames} frames in tenth ${tenth + 1} of the work`);
-    }
-    await isIdle(page);
-  }, { prepare: watchWorker }),
+  withPage(
+    '#cells=6000&sample=knot&backend=cpu',
+    async (page) => {
+      await hasGeometries(page, 1);
+      await page.evaluate(() => {
+        window.gaps.length = 0;
+      });
+      await page.click('#run');
+      await page.waitForFunction(() => window.heard.at(-1)?.share === 1, null, { timeout: 180_000 });
+      const { heard, gaps } = await page.evaluate(() => ({ heard: window.heard, gaps: window.gaps.sort((a, b) => a - b) }));
+      context.diagnostic(
+        `${gaps.length} frames; ${gaps[gaps.length >> 1].toFixed(1)} ms between them in the middle, ${gaps.at(-1).toFixed(1)} at most`,
+      );
+      // in every tenth of the work at least one frame was drawn
+      const firstAfter = (share) => heard.find((entry) => entry.share >= share).frame;
+      for (let tenth = 1; tenth < 10; tenth += 1) {
+        const n_frames = firstAfter((tenth + 1) / 10) - firstAfter(tenth / 10);
+        assert.ok(n_frames > 0, `${n_frames} frames in tenth ${tenth + 1} of the work`);
+      }
+      await isIdle(page);
+    },
+    { prepare: watchWorker },
+  ),
 );
 
 test('after a change of settings what is shown is said to be of the last mesh', LIMIT, () =>
@@ -105,7 +119,10 @@ test('after a change of settings what is shown is said to be of the last mesh', 
     await page.click('#mesh-again');
     await page.waitForSelector('#stale', { state: 'hidden' });
     await isIdle(page);
-    assert.deepEqual(await legend(page), [[1, 1000], [2, 500]]);
+    assert.deepEqual(await legend(page), [
+      [1, 1000],
+      [2, 500],
+    ]);
     // a colour is no setting of the mesh, another model is
     await page.fill('.geometry[data-file="epoxy.stl"] input[type=color]', '#123456');
     assert.equal(await isStale(), false);

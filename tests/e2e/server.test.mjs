@@ -21,7 +21,8 @@ test('files have their type, also below a path', async () => {
     assert.deepEqual(await get(url, '/a/b/'), { status: 200, type: 'text/html; charset=utf-8' });
     assert.deepEqual(await get(url, '/a/b/page/main.js?x=1'), { status: 200, type: 'text/javascript; charset=utf-8' });
     assert.deepEqual(await get(url, '/a/b/hexcast_bg.wasm'), { status: 200, type: 'application/wasm' });
-    for (const path of ['/', '/a/page/main.js', '/a/b', '/a/b/nothing.js']) assert.equal((await get(url, path)).status, 404, path);
+    for (const path of ['/', '/a/page/main.js', '/a/b', '/a/b/nothing.js'])
+      assert.equal((await get(url, path)).status, 404, path);
   } finally {
     await close();
   }
@@ -30,7 +31,15 @@ test('files have their type, also below a path', async () => {
 test('nothing outside the folder is served', async () => {
   const { url, close } = await serve();
   try {
-    for (const path of ['/../package.json', '/%2e%2e/package.json', '/..%2fpackage.json', '/x/../../package.json', '/%00', '/%zz', '//package.json']) {
+    for (const path of [
+      '/../package.json',
+      '/%2e%2e/package.json',
+      '/..%2fpackage.json',
+      '/x/../../package.json',
+      '/%00',
+      '/%zz',
+      '//package.json',
+    ]) {
       assert.equal((await get(url, path)).status, 404, path);
     }
   } finally {

@@ -123,23 +123,31 @@ function smallDisk() {
 }
 
 test('what will not fit is said before it is tried', LIMIT, () =>
-  withPage('#sample=knot', async (page) => {
-    await hasGeometries(page, 1);
-    /** Asks for so many cells, and waits until the page says this of it. */
-    const says = async (cells, sentence) => {
-      await page.fill('#cells', String(cells));
-      const isSaid = (text) => new RegExp(text).test([...document.querySelectorAll('#estimate .warn')].map((element) => element.textContent).join());
-      await page.waitForFunction(isSaid, sentence.source, { timeout: 20_000 }).catch(() => {});
-      assert.match((await page.locator('#estimate .warn').allTextContents()).join(), sentence);
-    };
-    await says(1000, /^$/);
-    await says(12_000, /^This is much for a page: about \d+ MB of memory\./);
-    await says(30_000, /^A page has no room in memory for [\d.]+ GB: the mesh is kept in the browser's private files/);
-    await says(50_000, /^This will not fit: it needs about [\d.]+ GB, and a page has room for 2\.80 GB in memory, or 10\.0 GB on the disk\. Take larger cells/);
-    await says(300_000, /^\d+ cells along \w: at most 262142 fit\. /);
-    await says(1e11, /^4\d{9} cells along \w: at most 262142 fit\. /);
-    assert.ok(await page.isDisabled('#run'));
-    await says(64, /^$/);
-    await page.waitForSelector('#run:enabled');
-  }, { prepare: smallDisk }),
+  withPage(
+    '#sample=knot',
+    async (page) => {
+      await hasGeometries(page, 1);
+      /** Asks for so many cells, and waits until the page says this of it. */
+      const says = async (cells, sentence) => {
+        await page.fill('#cells', String(cells));
+        const isSaid = (text) =>
+          new RegExp(text).test([...document.querySelectorAll('#estimate .warn')].map((element) => element.textContent).join());
+        await page.waitForFunction(isSaid, sentence.source, { timeout: 20_000 }).catch(() => {});
+        assert.match((await page.locator('#estimate .warn').allTextContents()).join(), sentence);
+      };
+      await says(1000, /^$/);
+      await says(12_000, /^This is much for a page: about \d+ MB of memory\./);
+      await says(30_000, /^A page has no room in memory for [\d.]+ GB: the mesh is kept in the browser's private files/);
+      await says(
+        50_000,
+        /^This will not fit: it needs about [\d.]+ GB, and a page has room for 2\.80 GB in memory, or 10\.0 GB on the disk\. Take larger cells/,
+      );
+      await says(300_000, /^\d+ cells along \w: at most 262142 fit\. /);
+      await says(1e11, /^4\d{9} cells along \w: at most 262142 fit\. /);
+      assert.ok(await page.isDisabled('#run'));
+      await says(64, /^$/);
+      await page.waitForSelector('#run:enabled');
+    },
+    { prepare: smallDisk },
+  ),
 );

@@ -21,7 +21,8 @@ async function meshAside(backend) {
     return names.length;
   };
   const untilGone = async () => {
-    for (const end = performance.now() + 20_000; (await files()) > 0 && performance.now() < end; ) await new Promise((resolve) => setTimeout(resolve, 20));
+    for (const end = performance.now() + 20_000; (await files()) > 0 && performance.now() < end; )
+      await new Promise((resolve) => setTimeout(resolve, 20));
     return files();
   };
   const bytesOf = async (mesh) => {
@@ -31,7 +32,11 @@ async function meshAside(backend) {
   const job = { geometries: [{ source }], dims: [16, 2000, 1000], axis: 'x' };
   // the buffers of a software GPU lie in the same memory
   const tight = { ...job, max_memory: backend === 'gpu' ? '17MB' : '8MB' };
-  const code = (made) => made.then(() => 'meshed', (error) => error.code ?? error);
+  const code = (made) =>
+    made.then(
+      () => 'meshed',
+      (error) => error.code ?? error,
+    );
 
   // what an earlier visit left is gone with the next one
   const folder = await (await navigator.storage.getDirectory()).getDirectoryHandle('hexcast-columns', { create: true });
@@ -58,7 +63,11 @@ async function meshAside(backend) {
   mesher.dispose();
   facts.afterMesher = await untilGone();
   const here = await createMesher({ backend, worker: false });
-  facts.here = [await code(here.mesh(tight)), await code(here.mesh(job, { spill: true })), await code(here.mesh(job, { spill: 'yes' }))];
+  facts.here = [
+    await code(here.mesh(tight)),
+    await code(here.mesh(job, { spill: true })),
+    await code(here.mesh(job, { spill: 'yes' })),
+  ];
   here.dispose();
   return facts;
 }
@@ -107,7 +116,10 @@ async function hashAside() {
   const [{ source }] = sampleFiles('knot');
   const mesher = await createMesher({ backend: 'cpu' });
   const job = { geometries: [{ source }], dims: [16, 1000, 1000], axis: 'x', max_memory: '5MB' };
-  const found = await mesher.mesh(job).then((mesh) => mesh.sha256(), ({ code, message }) => ({ code, message }));
+  const found = await mesher.mesh(job).then(
+    (mesh) => mesh.sha256(),
+    ({ code, message }) => ({ code, message }),
+  );
   mesher.dispose();
   return found;
 }

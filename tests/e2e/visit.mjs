@@ -47,7 +47,10 @@ export async function withPage(hash, visit, { url = site.url, prepare = withoutP
     await page.goto(url + hash);
     await isIdle(page);
     await visit(page);
-    assert.deepEqual(complaints.filter((complaint) => !DRIVER_REMARK.test(complaint)), []);
+    assert.deepEqual(
+      complaints.filter((complaint) => !DRIVER_REMARK.test(complaint)),
+      [],
+    );
   } finally {
     await context.close();
   }
@@ -82,7 +85,9 @@ export async function run(page) {
 
 /** Cells of each flag as the legend has them. */
 export function legend(page) {
-  return page.$$eval('#legend tr', (rows) => rows.map((row) => [Number(row.dataset.flag), Number(row.querySelector('.cells').dataset.cells)]));
+  return page.$$eval('#legend tr', (rows) =>
+    rows.map((row) => [Number(row.dataset.flag), Number(row.querySelector('.cells').dataset.cells)]),
+  );
 }
 
 /** Shows a slice and reads the colour in the middle of every cell: `[j][i]`, `null` for the background. */
@@ -96,12 +101,15 @@ export async function slice(page, axis, index) {
   };
   await page.waitForFunction(isThere, [axis, index]);
   return page.$eval('#canvas-slice', (canvas) => {
-    const [left, top, dx, dy, width, height] = ['left', 'top', 'scaleX', 'scaleY', 'width', 'height'].map((key) => Number(canvas.dataset[key]));
+    const [left, top, dx, dy, width, height] = ['left', 'top', 'scaleX', 'scaleY', 'width', 'height'].map((key) =>
+      Number(canvas.dataset[key]),
+    );
     const background = getComputedStyle(canvas).getPropertyValue('--cells-background').trim();
     const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext('2d', { willReadFrequently: true });
     copy.drawImage(canvas, 0, 0);
     const { data } = copy.getImageData(0, 0, canvas.width, canvas.height);
-    const colour = (x, y) => `#${[...data.slice(4 * (x + canvas.width * y), 4 * (x + canvas.width * y) + 3)].map((part) => part.toString(16).padStart(2, '0')).join('')}`;
+    const colour = (x, y) =>
+      `#${[...data.slice(4 * (x + canvas.width * y), 4 * (x + canvas.width * y) + 3)].map((part) => part.toString(16).padStart(2, '0')).join('')}`;
     return Array.from({ length: height }, (_, j) =>
       Array.from({ length: width }, (_, i) => {
         const found = colour(Math.floor(left + (i + 0.5) * dx), Math.floor(top + (height - j - 0.5) * dy));

@@ -23,10 +23,21 @@ before(() => ({ folder: project, files, remove } = installedProject()));
 after(() => remove());
 
 test('the tarball holds the wasm, the glue and the shaders, and no sources', () => {
-  for (const file of ['dist/hexcast.js', 'dist/hexcast_bg.wasm', 'dist/zlib.js', 'dist/hexcast_zlib_bg.wasm', 'dist/hexcast.d.ts', 'shaders/map.wgsl', 'package.json']) {
+  for (const file of [
+    'dist/hexcast.js',
+    'dist/hexcast_bg.wasm',
+    'dist/zlib.js',
+    'dist/hexcast_zlib_bg.wasm',
+    'dist/hexcast.d.ts',
+    'shaders/map.wgsl',
+    'package.json',
+  ]) {
     assert.ok(files.includes(file), `${file} of ${files.join(' ')}`);
   }
-  assert.deepEqual(files.filter((file) => /^(src|tests|scripts|target|www)\/|page|index\.html/.test(file)), []);
+  assert.deepEqual(
+    files.filter((file) => /^(src|tests|scripts|target|www)\/|page|index\.html/.test(file)),
+    [],
+  );
 });
 
 test('the crate and the package are the same version', () => {
@@ -63,7 +74,9 @@ const MESH = `
 
 test('Node meshes on the CPU, byte for byte like the native command', () => {
   writeFileSync(path.join(project, 'mesh.js'), MESH);
-  const made = JSON.parse(execFileSync(process.execPath, ['mesh.js', SPOT, 'cpu'], { cwd: project, encoding: 'utf8', maxBuffer: 1 << 26 }));
+  const made = JSON.parse(
+    execFileSync(process.execPath, ['mesh.js', SPOT, 'cpu'], { cwd: project, encoding: 'utf8', maxBuffer: 1 << 26 }),
+  );
   assert.equal(made.backend, 'cpu');
   assert.equal(made.intact, readFileSync(SPOT).length);
   assert.deepEqual(made.error, { code: 'job-conflict', isOurs: true });
@@ -221,7 +234,9 @@ test('columns cannot go aside in Node, and both errors say what can be done', ()
 
 test('Node with the package webgpu meshes on the GPU, the same bytes', () => {
   const mesh = (backend, env) =>
-    JSON.parse(execFileSync(process.execPath, ['mesh.js', SPOT, backend], { cwd: project, encoding: 'utf8', maxBuffer: 1 << 26, env }));
+    JSON.parse(
+      execFileSync(process.execPath, ['mesh.js', SPOT, backend], { cwd: project, encoding: 'utf8', maxBuffer: 1 << 26, env }),
+    );
   writeFileSync(path.join(project, 'mesh.js'), MESH);
   const cpu = mesh('auto', process.env);
   assert.equal(cpu.backend, 'cpu', 'without the package there is no GPU in Node');
@@ -236,8 +251,18 @@ test('Node with the package webgpu meshes on the GPU, the same bytes', () => {
 test('the types name the error codes of the native library, no more and no fewer', () => {
   const rust = readFileSync(path.join(ROOT, 'src/error.rs'), 'utf8');
   const types = readFileSync(path.join(ROOT, 'www/hexcast.d.ts'), 'utf8');
-  const ofRust = [...rust.slice(rust.indexOf('pub const CODES')).split('];')[0].matchAll(/\("([a-z-]+)", Actor/g)].map((match) => match[1]);
-  const ofTypes = [...types.split('export type ErrorCode =')[1].split(';')[0].matchAll(/'([a-z-]+)'/g)].map((match) => match[1]);
+  const ofRust = [
+    ...rust
+      .slice(rust.indexOf('pub const CODES'))
+      .split('];')[0]
+      .matchAll(/\("([a-z-]+)", Actor/g),
+  ].map((match) => match[1]);
+  const ofTypes = [
+    ...types
+      .split('export type ErrorCode =')[1]
+      .split(';')[0]
+      .matchAll(/'([a-z-]+)'/g),
+  ].map((match) => match[1]);
   assert.ok(ofRust.length > 20);
   assert.deepEqual(ofTypes.sort(), ofRust.sort());
 });

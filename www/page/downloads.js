@@ -11,13 +11,40 @@ const BLOB_BYTES = 256e6;
 
 const FILES = [
   { id: 'vti', extension: 'vti', format: 'vti', label: 'VTK image', note: 'ParaView, VisIt' },
-  { id: 'vtiz', extension: 'vti', format: 'vti', options: { compress: 6 }, label: 'VTK image, compressed', note: 'ParaView, VisIt' },
+  {
+    id: 'vtiz',
+    extension: 'vti',
+    format: 'vti',
+    options: { compress: 6 },
+    label: 'VTK image, compressed',
+    note: 'ParaView, VisIt',
+  },
   { id: 'npy', extension: 'npy', format: 'npy', label: 'NumPy', note: 'shape nz, ny, nx' },
   { id: 'raw', extension: 'raw', format: 'raw', label: 'Raw', note: 'one byte a cell, x fastest' },
   { id: 'sidecar', extension: 'raw.json', label: 'Raw: description', note: 'dims, lines, names' },
-  { id: 'npy-bits', extension: 'bits.npy', format: 'npy', options: { bits: true }, label: 'NumPy, packed', note: 'eight cells a byte' },
-  { id: 'raw-bits', extension: 'bits.raw', format: 'raw', options: { bits: true }, label: 'Raw, packed', note: 'eight cells a byte' },
-  { id: 'sidecar-bits', extension: 'bits.raw.json', options: { bits: true }, label: 'Packed: description', note: 'dims, lines, names' },
+  {
+    id: 'npy-bits',
+    extension: 'bits.npy',
+    format: 'npy',
+    options: { bits: true },
+    label: 'NumPy, packed',
+    note: 'eight cells a byte',
+  },
+  {
+    id: 'raw-bits',
+    extension: 'bits.raw',
+    format: 'raw',
+    options: { bits: true },
+    label: 'Raw, packed',
+    note: 'eight cells a byte',
+  },
+  {
+    id: 'sidecar-bits',
+    extension: 'bits.raw.json',
+    options: { bits: true },
+    label: 'Packed: description',
+    note: 'dims, lines, names',
+  },
   { id: 'hxc', extension: 'hxc', format: 'hxc', label: 'Column file', note: 'small; opens here again' },
 ];
 
@@ -36,7 +63,11 @@ function show() {
 function entry(mesh, file) {
   const size = file.format ? mesh.size(file.format, file.options) : null;
   const text = size !== null ? bytes(size) : guess(mesh, file);
-  const button = make('button', { type: 'button', id: `download-${file.id}`, on: { click: () => download(mesh, file, button, status) } });
+  const button = make('button', {
+    type: 'button',
+    id: `download-${file.id}`,
+    on: { click: () => download(mesh, file, button, status) },
+  });
   const status = make('span', { className: 'note', role: 'status' });
   const label = make('span', {}, file.label, make('small', {}, `.${file.extension}: ${file.note}`));
   button.append(label, make('span', { className: 'size', 'data-bytes': size }, text));

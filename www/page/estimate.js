@@ -30,7 +30,10 @@ async function estimate() {
   // the worker meshes; the numbers on the page are those of the job that runs
   if (state.phase === 'meshing') return undefined;
   const [estimate, room] = await Promise.all([
-    state.mesher.estimate(currentJob(), { signal: stop.signal }).then((result) => ({ result }), (error) => ({ error })),
+    state.mesher.estimate(currentJob(), { signal: stop.signal }).then(
+      (result) => ({ result }),
+      (error) => ({ error }),
+    ),
     roomAside(),
   ]);
   if (!stop.signal.aborted) change('estimate', { estimate: { ...estimate, room } });
@@ -53,7 +56,9 @@ function show() {
   const wrong = wrongField();
   if (wrong) return box.append(make('p', { className: 'warn', id: 'field-error' }, wrong));
   if (estimate.error) {
-    return box.append(make('p', { className: 'warn', id: 'estimate-error', 'data-code': estimate.error.code }, problem(estimate.error)));
+    return box.append(
+      make('p', { className: 'warn', id: 'estimate-error', 'data-code': estimate.error.code }, problem(estimate.error)),
+    );
   }
   const { result } = estimate;
   const list = make('dl', { className: 'facts' });

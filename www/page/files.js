@@ -17,7 +17,10 @@ export function startFiles() {
   const choose = (input, button) => {
     byId(button).addEventListener('click', () => byId(input).click());
     byId(input).addEventListener('change', ({ target }) => {
-      addFiles([...target.files].map((source) => ({ source })), { isFolder: input === 'folder-input' });
+      addFiles(
+        [...target.files].map((source) => ({ source })),
+        { isFolder: input === 'folder-input' },
+      );
       target.value = '';
     });
   };
@@ -42,11 +45,16 @@ function startDropping() {
     depth = 0;
     over(false);
     // entries must be taken before the first await: the list is emptied after the event
-    const entries = [...event.dataTransfer.items].filter((item) => item.kind === 'file').map((item) => item.webkitGetAsEntry?.() ?? item.getAsFile());
+    const entries = [...event.dataTransfer.items]
+      .filter((item) => item.kind === 'file')
+      .map((item) => item.webkitGetAsEntry?.() ?? item.getAsFile());
     try {
       const isFolder = entries.some((entry) => entry?.isDirectory);
       const files = (await Promise.all(entries.map(filesOf))).flat();
-      addFiles(files.map((source) => ({ source })), { isFolder });
+      addFiles(
+        files.map((source) => ({ source })),
+        { isFolder },
+      );
     } catch (error) {
       showError(error);
     }
@@ -129,7 +137,10 @@ async function readSurface(source) {
   };
   const surface = await state.mesher.read(source, { file: source.name, onProgress });
   const corners = surface.info.facets <= PREVIEW_FACETS ? await surface.corners() : null;
-  if (!corners) showNotice(`${source.name} is not drawn before it is meshed: ${count(surface.info.facets)} facets are more than the ${count(PREVIEW_FACETS)} that the 3-D view takes. The mesh has them all`);
+  if (!corners)
+    showNotice(
+      `${source.name} is not drawn before it is meshed: ${count(surface.info.facets)} facets are more than the ${count(PREVIEW_FACETS)} that the 3-D view takes. The mesh has them all`,
+    );
   return { surface, corners, info: surface.info };
 }
 

@@ -9,12 +9,27 @@ export function count(n) {
 
 /** 9591000000 -> "9.59 billion"; small counts in full. */
 export function roughly(n) {
-  return scaled(n, [[1e15, 'quadrillion'], [1e12, 'trillion'], [1e9, 'billion'], [1e6, 'million']]) ?? count(n);
+  return (
+    scaled(n, [
+      [1e15, 'quadrillion'],
+      [1e12, 'trillion'],
+      [1e9, 'billion'],
+      [1e6, 'million'],
+    ]) ?? count(n)
+  );
 }
 
 /** Decimal units, as disks and downloads count: 1234567 -> "1.23 MB". */
 export function bytes(n) {
-  return scaled(n, [[1e15, 'PB'], [1e12, 'TB'], [1e9, 'GB'], [1e6, 'MB'], [1e3, 'kB']]) ?? `${n} byte${n === 1 ? '' : 's'}`;
+  return (
+    scaled(n, [
+      [1e15, 'PB'],
+      [1e12, 'TB'],
+      [1e9, 'GB'],
+      [1e6, 'MB'],
+      [1e3, 'kB'],
+    ]) ?? `${n} byte${n === 1 ? '' : 's'}`
+  );
 }
 
 /** Three digits of the largest unit that there is one of, once rounded; null below all units. */
@@ -55,7 +70,10 @@ export function times(numbers, write = short) {
  * @returns {number | number[] | null | undefined} null where the field is empty, undefined where it is neither
  */
 export function readNumbers(text) {
-  const parts = text.trim().split(/[\s,;/×]+/).filter(Boolean);
+  const parts = text
+    .trim()
+    .split(/[\s,;/×]+/)
+    .filter(Boolean);
   const numbers = parts.map(Number);
   if (parts.length === 0) return null;
   if (numbers.some((number) => !Number.isFinite(number))) return undefined;

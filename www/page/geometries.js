@@ -25,7 +25,9 @@ export function startGeometries() {
 
 /** Changes keys of a geometry. */
 function edit(id, patch) {
-  change('geometries', { geometries: state.geometries.map((geometry) => (geometry.id === id ? { ...geometry, ...patch } : geometry)) });
+  change('geometries', {
+    geometries: state.geometries.map((geometry) => (geometry.id === id ? { ...geometry, ...patch } : geometry)),
+  });
 }
 
 function showColour(geometry) {
@@ -51,13 +53,22 @@ function card(geometry) {
     'aria-label': `Name of ${info.file}`,
     on: { input: ({ target }) => edit(id, { name: target.value.replace(/[,:]/g, ' ').trim() || null }) },
   });
-  const remove = make('button', { type: 'button', className: 'icon', 'aria-label': `Remove ${name}`, on: { click: () => removeGeometry(id) } }, '×');
+  const remove = make(
+    'button',
+    { type: 'button', className: 'icon', 'aria-label': `Remove ${name}`, on: { click: () => removeGeometry(id) } },
+    '×',
+  );
   return make(
     'li',
     { className: 'geometry', 'data-file': info.file },
     make('div', { className: 'row' }, colour, nameField, remove),
     ...facts(info),
-    make('div', { className: 'row fields' }, whole(geometry, 'flag', 'Flag', 1, 255), whole(geometry, 'priority', 'Priority', -1000, 1000)),
+    make(
+      'div',
+      { className: 'row fields' },
+      whole(geometry, 'flag', 'Flag', 1, 255),
+      whole(geometry, 'priority', 'Priority', -1000, 1000),
+    ),
     ...(info.solids.length > 1 ? [splitBox(geometry)] : []),
     make('details', {}, make('summary', {}, 'Place'), ...TRANSFORMS.map((transform) => placeField(geometry, ...transform))),
   );
@@ -93,7 +104,8 @@ function facts(info) {
 
 function closedness(info) {
   if (info.closed_parity && info.closed_oriented) return info.shells > 1 ? `closed, ${count(info.shells)} shells` : 'closed';
-  if (info.closed_parity) return `closed, but ${info.flipped_edges > 0 ? edges(info.flipped_edges, 'flipped') : 'facets face both ways'}: inside is where the number of crossings is odd`;
+  if (info.closed_parity)
+    return `closed, but ${info.flipped_edges > 0 ? edges(info.flipped_edges, 'flipped') : 'facets face both ways'}: inside is where the number of crossings is odd`;
   return `not closed: ${info.open_edges > 0 ? edges(info.open_edges, 'open') : 'odd numbers of facets meet'}`;
 }
 
@@ -121,8 +133,18 @@ function whole(geometry, key, label, min, max) {
 }
 
 function splitBox({ id, split, info }) {
-  const box = make('input', { type: 'checkbox', className: 'split', checked: split, on: { change: ({ target }) => splitSolids(id, target) } });
-  return make('label', { className: 'check' }, box, `Each of the ${info.solids.length} solids is a geometry, with its own name and the next flag`);
+  const box = make('input', {
+    type: 'checkbox',
+    className: 'split',
+    checked: split,
+    on: { change: ({ target }) => splitSolids(id, target) },
+  });
+  return make(
+    'label',
+    { className: 'check' },
+    box,
+    `Each of the ${info.solids.length} solids is a geometry, with its own name and the next flag`,
+  );
 }
 
 /** Makes solids geometries or one again; where other geometries have the flags that they would get, they get others. */

@@ -2,7 +2,15 @@
 import { state } from './state.js';
 
 /** Geometry keys in the order in which they are written, with the value that goes without saying. */
-export const GEOMETRY_KEYS = [['name', null], ['flag', null], ['priority', 0], ['split', false], ['scale', null], ['rotate', null], ['translate', null]];
+export const GEOMETRY_KEYS = [
+  ['name', null],
+  ['flag', null],
+  ['priority', 0],
+  ['split', false],
+  ['scale', null],
+  ['rotate', null],
+  ['translate', null],
+];
 
 /** The job with its surfaces as sources. */
 export function currentJob() {

@@ -41,7 +41,11 @@ async function open(backend) {
     if (opened !== backend) return undefined;
     change('phase', { phase: 'failed' });
     byId('device').textContent = 'hexcast could not start';
-    showError(error, undefined, backend === 'cpu' ? undefined : { label: 'Use the processor', act: () => set({ backend: 'cpu' }) });
+    showError(
+      error,
+      undefined,
+      backend === 'cpu' ? undefined : { label: 'Use the processor', act: () => set({ backend: 'cpu' }) },
+    );
   }
   return undefined;
 }
@@ -51,9 +55,13 @@ function showDevice({ backend, adapter, fallback }) {
   const device = byId('device');
   device.dataset.backend = backend;
   device.dataset.software = String(Boolean(adapter?.software));
-  if (backend === 'gpu' && adapter.software) device.textContent = `Software GPU${name ? ` (${name})` : ''}: it works, but slower than a real one`;
+  if (backend === 'gpu' && adapter.software)
+    device.textContent = `Software GPU${name ? ` (${name})` : ''}: it works, but slower than a real one`;
   else if (backend === 'gpu') device.textContent = name ? `GPU: ${name}` : 'GPU, which the browser does not name';
-  else device.textContent = fallback ? 'No GPU here: the processor does the work, with the same result' : 'The processor does the work';
+  else
+    device.textContent = fallback
+      ? 'No GPU here: the processor does the work, with the same result'
+      : 'The processor does the work';
   device.title = fallback ?? adapter?.driver ?? '';
 }
 
@@ -102,10 +110,34 @@ async function keepOffline() {
   try {
     await navigator.serviceWorker.register(new URL('../offline.js', import.meta.url));
     const { active } = await navigator.serviceWorker.ready;
-    const loaded = performance.getEntriesByType('resource').map(({ name }) => name).filter((name) => name.startsWith(location.origin));
+    const loaded = performance
+      .getEntriesByType('resource')
+      .map(({ name }) => name)
+      .filter((name) => name.startsWith(location.origin));
     // what the worker loads, and what the 3-D view will
-    const later = ['worker.js', 'core.js', 'adapter.js', 'aside.js', 'error.js', 'hexcast_wasm.js', 'hexcast_bg.wasm', 'zlib.js', 'hexcast_zlib_wasm.js', 'hexcast_zlib_bg.wasm', 'page/scene.js', 'page/stair_material.js', 'vendor/OrbitControls.js', 'vendor/three.module.js', 'vendor/three.core.js'];
-    active.postMessage({ keep: [location.href.split('#')[0], ...new Set([...loaded, ...later.map((file) => new URL(`../${file}`, import.meta.url).href)])] });
+    const later = [
+      'worker.js',
+      'core.js',
+      'adapter.js',
+      'aside.js',
+      'error.js',
+      'hexcast_wasm.js',
+      'hexcast_bg.wasm',
+      'zlib.js',
+      'hexcast_zlib_wasm.js',
+      'hexcast_zlib_bg.wasm',
+      'page/scene.js',
+      'page/stair_material.js',
+      'vendor/OrbitControls.js',
+      'vendor/three.module.js',
+      'vendor/three.core.js',
+    ];
+    active.postMessage({
+      keep: [
+        location.href.split('#')[0],
+        ...new Set([...loaded, ...later.map((file) => new URL(`../${file}`, import.meta.url).href)]),
+      ],
+    });
   } catch {
     // private windows may refuse; the page needs no service worker to work
   }

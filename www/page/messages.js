@@ -15,7 +15,8 @@ export function showError(error, subject, way) {
   box.append(make('p', {}, subject && !text.includes(subject) ? `${subject}: ${text}` : text));
   if (error?.hint) box.append(make('p', { className: 'hint' }, `${sentence(error.hint)}`));
   if (error?.code) box.dataset.code = error.code;
-  if (way) box.append(make('button', { type: 'button', className: 'small', on: { click: () => (box.remove(), way.act()) } }, way.label));
+  if (way)
+    box.append(make('button', { type: 'button', className: 'small', on: { click: () => (box.remove(), way.act()) } }, way.label));
   box.append(dismissButton(box));
   byId('messages').append(box);
   box.scrollIntoView?.({ block: 'nearest' });
@@ -42,5 +43,9 @@ export function sentence(text) {
 }
 
 function dismissButton(box) {
-  return make('button', { type: 'button', className: 'icon', 'aria-label': 'Dismiss message', on: { click: () => box.remove() } }, '×');
+  return make(
+    'button',
+    { type: 'button', className: 'icon', 'aria-label': 'Dismiss message', on: { click: () => box.remove() } },
+    '×',
+  );
 }

@@ -31,11 +31,13 @@ export async function removePrivate(name) {
  */
 export async function clearPrivate() {
   if (!hasPrivateFiles() || !navigator.locks) return;
-  await navigator.locks.request(FOLDER, { ifAvailable: true }, async (lock) => {
-    if (!lock) return;
-    const root = await navigator.storage.getDirectory();
-    await root.removeEntry(FOLDER, { recursive: true });
-  }).catch(() => {}); // there was nothing, or a private window has no such file system
+  await navigator.locks
+    .request(FOLDER, { ifAvailable: true }, async (lock) => {
+      if (!lock) return;
+      const root = await navigator.storage.getDirectory();
+      await root.removeEntry(FOLDER, { recursive: true });
+    })
+    .catch(() => {}); // there was nothing, or a private window has no such file system
 }
 
 /** Keeps other pages from clearing the folder as long as this one lives. */

@@ -37,7 +37,11 @@ function show() {
   const aside = report.peak_bytes?.aside ?? 0;
   const held = aside > 0 ? `${bytes(aside)} in the browser's private files` : bytes(mesh.columns.bytes);
   fact('result-columns', 'Held as', `${count(mesh.columns.runs)} runs, ${held}`);
-  fact('result-time', 'Time', report.seconds?.total ? `${duration(report.seconds.total)}, ${roughly(report.cells_per_second)} cells/s` : '');
+  fact(
+    'result-time',
+    'Time',
+    report.seconds?.total ? `${duration(report.seconds.total)}, ${roughly(report.cells_per_second)} cells/s` : '',
+  );
   fact('result-backend', 'Meshed by', report.adapter ?? (report.backend === 'cpu' ? 'the processor' : report.backend));
   showLegend();
   const warnings = [...(report.warnings ?? [])];
@@ -76,7 +80,12 @@ function row({ flag, name, cells, volume, mesh_volume: meshVolume }, unit) {
     make('td', {}, box),
     make('th', { scope: 'row' }, swatch, make('span', { className: 'number' }, String(flag)), ` ${name}`),
     make('td', { className: 'number cells', 'data-cells': cells }, count(cells)),
-    make('td', { className: 'number', title: meshVolume ? `volume of the facets: ${measure(meshVolume, unit, 3)}` : null }, measure(volume, unit, 3), make('small', {}, difference)),
+    make(
+      'td',
+      { className: 'number', title: meshVolume ? `volume of the facets: ${measure(meshVolume, unit, 3)}` : null },
+      measure(volume, unit, 3),
+      make('small', {}, difference),
+    ),
   );
 }
 

@@ -33,7 +33,12 @@ function show() {
   byId('run').hidden = isMeshing;
   byId('cancel').hidden = !isMeshing;
   byId('progress').hidden = !isMeshing;
-  byId('run').disabled = !state.mesher || state.phase !== 'idle' || state.geometries.length === 0 || Boolean(state.estimate?.error) || wrongField() !== null;
+  byId('run').disabled =
+    !state.mesher ||
+    state.phase !== 'idle' ||
+    state.geometries.length === 0 ||
+    Boolean(state.estimate?.error) ||
+    wrongField() !== null;
   document.body.dataset.phase = state.phase;
 }
 

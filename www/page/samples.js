@@ -51,7 +51,9 @@ export function stl(triangles) {
 /** Triangles between the points of a grid that is closed in both directions. */
 function torusOf(n_u, n_v, point) {
   const triangles = [];
-  const grid = Array.from({ length: n_u }, (_, u) => Array.from({ length: n_v }, (_, v) => point((TAU * u) / n_u, (TAU * v) / n_v)));
+  const grid = Array.from({ length: n_u }, (_, u) =>
+    Array.from({ length: n_v }, (_, v) => point((TAU * u) / n_u, (TAU * v) / n_v)),
+  );
   for (let u = 0; u < n_u; u += 1) {
     for (let v = 0; v < n_v; v += 1) {
       const [a, b] = [grid[u][v], grid[(u + 1) % n_u][v]];
@@ -83,7 +85,14 @@ function knot() {
 
 function block([x0, y0, z0], [x1, y1, z1]) {
   const corner = (bits) => [bits & 1 ? x1 : x0, bits & 2 ? y1 : y0, bits & 4 ? z1 : z0];
-  const faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+  const faces = [
+    [0, 2, 3, 1],
+    [4, 5, 7, 6],
+    [0, 1, 5, 4],
+    [2, 6, 7, 3],
+    [0, 4, 6, 2],
+    [1, 3, 7, 5],
+  ];
   return faces.flatMap(([a, b, c, d]) => [a, b, c, a, c, d].flatMap(corner));
 }
 
@@ -93,13 +102,24 @@ function gear() {
   const [bore, root, tip, height] = [5, 16, 20, 7];
   const outline = [];
   for (let tooth = 0; tooth < n_teeth; tooth += 1) {
-    for (const [part, radius] of [[0, root], [0.22, root], [0.34, tip], [0.66, tip], [0.78, root]]) {
+    for (const [part, radius] of [
+      [0, root],
+      [0.22, root],
+      [0.34, tip],
+      [0.66, tip],
+      [0.78, root],
+    ]) {
       outline.push([(TAU * (tooth + part)) / n_teeth, radius]);
     }
   }
   // profile round the section: bore below, rim below, rim above, bore above
   const ring = outline.map(([angle, radius]) =>
-    [[bore, 0], [radius, 0], [radius, height], [bore, height]].map(([r, z]) => [r * Math.cos(angle), r * Math.sin(angle), z]),
+    [
+      [bore, 0],
+      [radius, 0],
+      [radius, height],
+      [bore, height],
+    ].map(([r, z]) => [r * Math.cos(angle), r * Math.sin(angle), z]),
   );
   const triangles = [];
   ring.forEach((here, at) => {

@@ -63,7 +63,12 @@ export class Scene {
     for (const { corners, colour, scale, rotate, translate } of models) {
       const geometry = new THREE.BufferGeometry();
       geometry.setAttribute('position', new THREE.BufferAttribute(corners, 3));
-      const material = new THREE.MeshStandardMaterial({ color: colour, flatShading: true, side: THREE.DoubleSide, roughness: 0.7 });
+      const material = new THREE.MeshStandardMaterial({
+        color: colour,
+        flatShading: true,
+        side: THREE.DoubleSide,
+        roughness: 0.7,
+      });
       const mesh = new THREE.Mesh(geometry, material);
       mesh.scale.fromArray([].concat(scale ?? 1).length === 3 ? scale : Array(3).fill(scale ?? 1));
       // about x first, then y, then z
@@ -87,7 +92,13 @@ export class Scene {
       const geometry = new THREE.BufferGeometry();
       geometry.setAttribute('position', new THREE.BufferAttribute(positions, 3));
       geometry.setIndex(new THREE.BufferAttribute(indices, 1));
-      const mesh = new THREE.Mesh(geometry, stairMaterial(colourOf(flag), lines.spacing.map((size) => size * skin.step)));
+      const mesh = new THREE.Mesh(
+        geometry,
+        stairMaterial(
+          colourOf(flag),
+          lines.spacing.map((size) => size * skin.step),
+        ),
+      );
       mesh.userData.flag = flag;
       this.#skin.add(mesh);
     }
@@ -156,7 +167,10 @@ export class Scene {
       return point;
     };
     const geometry = new THREE.BufferGeometry();
-    geometry.setAttribute('position', new THREE.Float32BufferAttribute([corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)].flat(), 3));
+    geometry.setAttribute(
+      'position',
+      new THREE.Float32BufferAttribute([corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)].flat(), 3),
+    );
     geometry.setAttribute('uv', new THREE.Float32BufferAttribute([0, 0, 1, 0, 1, 1, 0, 1], 2));
     geometry.setIndex([0, 1, 2, 0, 2, 3]);
     const material = new THREE.MeshBasicMaterial({ map: texture, side: THREE.DoubleSide, alphaTest: 0.5 });

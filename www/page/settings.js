@@ -50,7 +50,9 @@ function numberOfCells(input) {
 function readCellSize({ target }) {
   const value = readNumbers(target.value);
   const isRight = value !== null && value !== undefined && [].concat(value).every((size) => size > 0);
-  target.setCustomValidity(isRight || value === null ? '' : 'this is a length greater than 0, such as 0.5, or three, apart by blanks');
+  target.setCustomValidity(
+    isRight || value === null ? '' : 'this is a length greater than 0, such as 0.5, or three, apart by blanks',
+  );
   if (!isRight) return;
   const fits = byId('fit-lines').checked && !Array.isArray(value);
   set({ sizing: fits ? 'max_cell_size' : 'cell_size', cell_size: value });
@@ -72,8 +74,11 @@ function readPadding() {
   const by = byId('padding-by').value;
   const input = byId('padding');
   const value = readNumbers(input.value) ?? (input.value.trim() === '' ? 0 : undefined);
-  const isRight = value !== undefined && [].concat(value).every((room) => room >= 0 && (by === 'length' || Number.isInteger(room)));
-  input.setCustomValidity(isRight ? '' : `this is ${by === 'cells' ? 'a whole number of cells' : 'a length'} from 0, or three, apart by blanks`);
+  const isRight =
+    value !== undefined && [].concat(value).every((room) => room >= 0 && (by === 'length' || Number.isInteger(room)));
+  input.setCustomValidity(
+    isRight ? '' : `this is ${by === 'cells' ? 'a whole number of cells' : 'a length'} from 0, or three, apart by blanks`,
+  );
   if (isRight) set({ padding: value, padding_by: by });
 }
 

@@ -57,7 +57,8 @@ function hashOf() {
   for (const key of ['padding', ...Object.keys(CHOICES), 'unit']) {
     if (String(settings[key]) !== String(DEFAULTS[key])) query.set(key, writeNumbers(settings[key]));
   }
-  const sample = geometries.length > 0 && geometries.every((geometry) => geometry.sample === geometries[0].sample) && geometries[0].sample;
+  const sample =
+    geometries.length > 0 && geometries.every((geometry) => geometry.sample === geometries[0].sample) && geometries[0].sample;
   if (sample) query.set('sample', sample);
   for (const geometry of geometries) query.append('g', geometryQuery(geometry));
   // before files come, the settings of a link stay in the address
@@ -146,7 +147,8 @@ export function commandOf(job) {
   option('domain', job.domain);
   option('padding-cells', job.padding?.cells);
   option('padding-length', job.padding?.length);
-  for (const key of ['cells', 'dims', 'cell_size', 'max_cell_size', 'rule', 'axis', 'unit']) option(key.replaceAll('_', '-'), job[key]);
+  for (const key of ['cells', 'dims', 'cell_size', 'max_cell_size', 'rule', 'axis', 'unit'])
+    option(key.replaceAll('_', '-'), job[key]);
   if (state.settings.backend !== 'auto') option('backend', state.settings.backend);
   return [...words, '-o', quote(`${baseName(job)}.vti`)].join(' ');
 }
@@ -174,7 +176,9 @@ export function javascriptOf({ geometries, ...rest }) {
 
 /** The keys of an object literal, without its braces. */
 function inside(value) {
-  return Object.entries(value).map(([key, part]) => `${key}: ${JSON.stringify(part)}`).join(', ');
+  return Object.entries(value)
+    .map(([key, part]) => `${key}: ${JSON.stringify(part)}`)
+    .join(', ');
 }
 
 /** Name for files of a job: that of its first geometry. */

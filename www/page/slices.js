@@ -28,7 +28,8 @@ export function startSlices() {
     load();
   });
   on(['colours', 'legend'], () => (repaint(), draw()));
-  for (const [axis, name] of AXES.entries()) byId(`slice-${name}`).addEventListener('change', () => (view.axis = axis, resetZoom(), load()));
+  for (const [axis, name] of AXES.entries())
+    byId(`slice-${name}`).addEventListener('change', () => ((view.axis = axis), resetZoom(), load()));
   byId('slice-at').addEventListener('input', ({ target }) => go(Number(target.value)));
   byId('slice-number').addEventListener('input', ({ target }) => target.value !== '' && go(Number(target.value)));
   byId('slice-number').addEventListener('change', ({ target }) => (target.value = view.index[view.axis]));
@@ -128,7 +129,16 @@ function drawNow() {
   context.strokeRect(left + 0.5, top + 0.5, width - 1, height - 1);
   byId('slice-note').textContent = slice.step > 1 ? `every ${slice.step}th cell is drawn` : '';
   // facts for whoever wants to find a cell on the canvas
-  Object.assign(canvas.dataset, { axis: AXES[axis], index, left, top, scaleX: scale[0], scaleY: scale[1], width: slice.width, height: slice.height });
+  Object.assign(canvas.dataset, {
+    axis: AXES[axis],
+    index,
+    left,
+    top,
+    scaleX: scale[0],
+    scaleY: scale[1],
+    width: slice.width,
+    height: slice.height,
+  });
 }
 
 function drawLines(context, { left, top, scale, slice }, colour) {
@@ -162,7 +172,9 @@ function zoomBy(factor, at) {
 
 function startPointer(canvas) {
   const at = (event) => [event.offsetX * devicePixelRatio, event.offsetY * devicePixelRatio];
-  canvas.addEventListener('wheel', (event) => (event.preventDefault(), zoomBy(2 ** (-event.deltaY / 300), at(event))), { passive: false });
+  canvas.addEventListener('wheel', (event) => (event.preventDefault(), zoomBy(2 ** (-event.deltaY / 300), at(event))), {
+    passive: false,
+  });
   canvas.addEventListener('pointerdown', (event) => canvas.setPointerCapture(event.pointerId));
   canvas.addEventListener('pointermove', (event) => {
     if (event.buttons & 1 && view.zoom > 1) {
@@ -188,18 +200,28 @@ function tell(canvas, [x, y]) {
   [cell[axis], cell[first], cell[second]] = [index, i * slice.step, j * slice.step];
   const flag = slice.flags[i + slice.width * j];
   const name = state.mesh.report.flags.find((entry) => entry.flag === flag)?.name;
-  byId('slice-cell').textContent = `cell ${cell.join(', ')}: ${flag === 0 ? 'background' : `flag ${flag}${name ? `, ${name}` : ''}`}`;
+  byId('slice-cell').textContent =
+    `cell ${cell.join(', ')}: ${flag === 0 ? 'background' : `flag ${flag}${name ? `, ${name}` : ''}`}`;
 }
 
 function moveByKey(event) {
   if (!state.mesh || event.ctrlKey || event.metaKey || event.altKey) return;
   const here = view.index[view.axis];
-  const steps = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1, PageUp: 10, PageDown: -10, Home: -here, End: Infinity };
+  const steps = {
+    ArrowLeft: -1,
+    ArrowDown: -1,
+    ArrowRight: 1,
+    ArrowUp: 1,
+    PageUp: 10,
+    PageDown: -10,
+    Home: -here,
+    End: Infinity,
+  };
   if (event.key in steps) go(Math.min(here + steps[event.key], state.mesh.dims[view.axis]));
   else if (AXES.includes(event.key)) byId(`slice-${event.key}`).click();
   else if (event.key === '+' || event.key === '=') zoomBy(1.5);
   else if (event.key === '-') zoomBy(1 / 1.5);
-  else if (event.key === '0') (resetZoom(), draw());
+  else if (event.key === '0') resetZoom(), draw();
   else return;
   event.preventDefault();
 }

@@ -25,12 +25,18 @@ export function startView3d() {
   showTools();
   on('geometries', () => showModels());
   on('colours', () => recolour());
-  on('estimate', () => withScene((scene) => scene.setBox(state.geometries.length > 0 && state.estimate?.result ? domainOf(state.estimate.result) : null)));
+  on('estimate', () =>
+    withScene((scene) =>
+      scene.setBox(state.geometries.length > 0 && state.estimate?.result ? domainOf(state.estimate.result) : null),
+    ),
+  );
   on('mesh', () => showMesh());
   on('legend', () => (withScene((scene) => scene.show(shown, state.hidden)), cut()));
   for (const what of ['model', 'cells']) byId(`show-${what}`).addEventListener('change', () => choose(what));
   byId('fit').addEventListener('click', () => fit());
-  byId('save-3d').addEventListener('click', () => withScene(async (scene) => save(await scene.picture(), `${baseName(state.job)}-3d.png`)));
+  byId('save-3d').addEventListener('click', () =>
+    withScene(async (scene) => save(await scene.picture(), `${baseName(state.job)}-3d.png`)),
+  );
   byId('section-axis').addEventListener('change', () => cut(true));
   byId('section-at').addEventListener('input', () => cut());
   byId('canvas-3d').addEventListener('keydown', turnByKey);
@@ -64,7 +70,9 @@ function showTools() {
 /** Shows the models anew where what is seen of them has changed: corners are large. */
 function showModels() {
   const { geometries } = state;
-  const look = JSON.stringify(geometries.map(({ id, flag, scale, rotate, translate }) => [id, colourOf(flag), scale, rotate, translate]));
+  const look = JSON.stringify(
+    geometries.map(({ id, flag, scale, rotate, translate }) => [id, colourOf(flag), scale, rotate, translate]),
+  );
   if (look === modelsLook) return;
   modelsLook = look;
   choose('model');
@@ -96,7 +104,10 @@ function choose(what) {
   byId('section').hidden = shown !== 'cells';
   withScene((scene) => {
     scene.show(shown, state.hidden);
-    byId('canvas-3d').setAttribute('aria-label', shown === 'cells' ? 'Stair-step surface of the mesh; arrow keys turn it' : 'The model; arrow keys turn it');
+    byId('canvas-3d').setAttribute(
+      'aria-label',
+      shown === 'cells' ? 'Stair-step surface of the mesh; arrow keys turn it' : 'The model; arrow keys turn it',
+    );
   });
 }
 
@@ -110,7 +121,11 @@ async function showMesh() {
     if (mesh !== state.mesh) return;
     byId('view-status').textContent = '';
     clearMessages('mesh');
-    if (skin.step > 1) showNotice(`the surface in 3-D is drawn with cells of ${skin.step} × ${skin.step} × ${skin.step}, because it has too many faces; slices and files have every cell`, 'mesh');
+    if (skin.step > 1)
+      showNotice(
+        `the surface in 3-D is drawn with cells of ${skin.step} × ${skin.step} × ${skin.step}, because it has too many faces; slices and files have every cell`,
+        'mesh',
+      );
     scene.setSkin(skin, mesh.lines, colourOf);
     const isEmpty = skin.parts.length === 0;
     choose(isEmpty ? 'model' : 'cells');
@@ -134,7 +149,12 @@ function boxOfModels() {
   const box = [Infinity, Infinity, Infinity, -Infinity, -Infinity, -Infinity];
   for (const { info, scale, rotate, translate } of state.geometries) {
     for (let corner = 0; corner < 8; corner += 1) {
-      const point = place([0, 1, 2].map((axis) => info.bounding_box[(corner >> axis) & 1][axis]), scale, rotate, translate);
+      const point = place(
+        [0, 1, 2].map((axis) => info.bounding_box[(corner >> axis) & 1][axis]),
+        scale,
+        rotate,
+        translate,
+      );
       point.forEach((x, axis) => {
         box[axis] = Math.min(box[axis], x);
         box[3 + axis] = Math.max(box[3 + axis], x);
@@ -184,14 +204,25 @@ async function cut(isNew = false) {
       at: origin[axis] + (index + 0.5) * spacing[axis],
       image: paint(slice, { isUp: false, hidden: state.hidden }),
       low: [origin[first], origin[second]],
-      high: [origin[first] + slice.width * slice.step * spacing[first], origin[second] + slice.height * slice.step * spacing[second]],
+      high: [
+        origin[first] + slice.width * slice.step * spacing[first],
+        origin[second] + slice.height * slice.step * spacing[second],
+      ],
     });
   });
 }
 
 function turnByKey(event) {
   const step = event.shiftKey ? 0.02 : 0.1;
-  const turns = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, step], ArrowDown: [0, -step], '+': [0, 0, 1.15], '=': [0, 0, 1.15], '-': [0, 0, 1 / 1.15] };
+  const turns = {
+    ArrowLeft: [-step, 0],
+    ArrowRight: [step, 0],
+    ArrowUp: [0, step],
+    ArrowDown: [0, -step],
+    '+': [0, 0, 1.15],
+    '=': [0, 0, 1.15],
+    '-': [0, 0, 1 / 1.15],
+  };
   if (event.key === 'Home') fit();
   else if (turns[event.key] && !event.ctrlKey && !event.metaKey) withScene((scene) => scene.turn(...turns[event.key]));
   else return;
