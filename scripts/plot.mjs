@@ -29,7 +29,7 @@ export function logLogPlot({ title, x, y, series }) {
   const middle = (BOX.top + BOX.bottom) / 2;
   return [
     `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${WIDTH} ${HEIGHT}" font-family="system-ui, sans-serif" font-size="13" fill="#1f2937">`,
-    `<title>${escape(title)}</title>`,
+    `<title>${escapeXml(title)}</title>`,
     `<rect width="${WIDTH}" height="${HEIGHT}" fill="#ffffff"/>`,
     text(BOX.left, 28, title, 'font-size="15" font-weight="600"'),
     ...across.ticks.map((tick) => line([tick.at, BOX.top], [tick.at, BOX.bottom], tick.label ? '#d1d5db' : '#f0f1f3')),
@@ -90,5 +90,5 @@ function legend(series) {
 }
 
 const line = ([x1, y1], [x2, y2], colour) => `<path d="M${x1} ${y1}L${x2} ${y2}" stroke="${colour}"/>`;
-const text = (x, y, words, attributes = '') => words && `<text x="${x}" y="${y}" ${attributes}>${escape(words)}</text>`;
-const escape = (words) => words.replaceAll('&', '&amp;').replaceAll('<', '&lt;');
+const text = (x, y, words, attributes = '') => words && `<text x="${x}" y="${y}" ${attributes}>${escapeXml(words)}</text>`;
+const escapeXml = (words) => words.replaceAll('&', '&amp;').replaceAll('<', '&lt;');

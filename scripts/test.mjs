@@ -24,6 +24,7 @@ const NEEDS = {
 const steps = new Steps();
 
 async function lint() {
+  await steps.step('Biome', async () => void (await run('npx', ['biome', 'check', '--error-on-warnings'])));
   await steps.step('rustfmt', async () => void (await run('cargo', ['fmt', '--check'])));
   await steps.step('clippy', async () => void (await run('cargo', ['clippy', '--all-targets', '--', '-D', 'warnings'])));
   await steps.step('clippy for wasm32', clippyWasm);

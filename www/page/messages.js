@@ -15,8 +15,11 @@ export function showError(error, subject, way) {
   box.append(make('p', {}, subject && !text.includes(subject) ? `${subject}: ${text}` : text));
   if (error?.hint) box.append(make('p', { className: 'hint' }, `${sentence(error.hint)}`));
   if (error?.code) box.dataset.code = error.code;
-  if (way)
-    box.append(make('button', { type: 'button', className: 'small', on: { click: () => (box.remove(), way.act()) } }, way.label));
+  const act = () => {
+    box.remove();
+    way?.act();
+  };
+  if (way) box.append(make('button', { type: 'button', className: 'small', on: { click: act } }, way.label));
   box.append(dismissButton(box));
   byId('messages').append(box);
   box.scrollIntoView?.({ block: 'nearest' });

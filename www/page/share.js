@@ -28,7 +28,10 @@ export function startSharing() {
   showCopies();
   byId('copy-command').addEventListener('click', (event) => copy(commandOf(currentJob()), event.currentTarget));
   byId('copy-js').addEventListener('click', (event) => copy(javascriptOf(currentJob()), event.currentTarget));
-  byId('copy-link').addEventListener('click', (event) => (writeHash(), copy(location.href, event.currentTarget)));
+  byId('copy-link').addEventListener('click', (event) => {
+    writeHash();
+    copy(location.href, event.currentTarget);
+  });
 }
 
 /** Without a file there is nothing that a command or a program could mesh. */

@@ -27,16 +27,18 @@ export function startSlices() {
     resetZoom();
     load();
   });
-  on(['colours', 'legend'], () => (repaint(), draw()));
-  for (const [axis, name] of AXES.entries())
-    byId(`slice-${name}`).addEventListener('change', () => ((view.axis = axis), resetZoom(), load()));
+  on(['colours', 'legend'], () => {
+    repaint();
+    draw();
+  });
+  for (const [axis, name] of AXES.entries()) byId(`slice-${name}`).addEventListener('change', () => cross(axis));
   byId('slice-at').addEventListener('input', ({ target }) => go(Number(target.value)));
   byId('slice-number').addEventListener('input', ({ target }) => target.value !== '' && go(Number(target.value)));
   byId('slice-number').addEventListener('change', ({ target }) => (target.value = view.index[view.axis]));
   byId('mesh-lines').addEventListener('change', draw);
   byId('zoom-in').addEventListener('click', () => zoomBy(1.5));
   byId('zoom-out').addEventListener('click', () => zoomBy(1 / 1.5));
-  byId('zoom-fit').addEventListener('click', () => (resetZoom(), draw()));
+  byId('zoom-fit').addEventListener('click', fit);
   byId('save-slice').addEventListener('click', savePicture);
   startPointer(byId('canvas-slice'));
   byId('canvas-slice').addEventListener('keydown', moveByKey);
@@ -47,6 +49,18 @@ export function startSlices() {
 function resetZoom() {
   view.zoom = 1;
   view.pan = [0, 0];
+}
+
+function fit() {
+  resetZoom();
+  draw();
+}
+
+/** Shows planes across another axis. */
+function cross(axis) {
+  view.axis = axis;
+  resetZoom();
+  load();
 }
 
 function go(index) {
@@ -172,9 +186,11 @@ function zoomBy(factor, at) {
 
 function startPointer(canvas) {
   const at = (event) => [event.offsetX * devicePixelRatio, event.offsetY * devicePixelRatio];
-  canvas.addEventListener('wheel', (event) => (event.preventDefault(), zoomBy(2 ** (-event.deltaY / 300), at(event))), {
-    passive: false,
-  });
+  const turn = (event) => {
+    event.preventDefault();
+    zoomBy(2 ** (-event.deltaY / 300), at(event));
+  };
+  canvas.addEventListener('wheel', turn, { passive: false });
   canvas.addEventListener('pointerdown', (event) => canvas.setPointerCapture(event.pointerId));
   canvas.addEventListener('pointermove', (event) => {
     if (event.buttons & 1 && view.zoom > 1) {
@@ -194,7 +210,10 @@ function tell(canvas, [x, y]) {
   const i = Math.floor((x - left) / scale[0]);
   const j = slice.height - 1 - Math.floor((y - top) / scale[1]);
   const isInside = i >= 0 && j >= 0 && i < slice.width && j < slice.height;
-  if (!isInside) return void (byId('slice-cell').textContent = '');
+  if (!isInside) {
+    byId('slice-cell').textContent = '';
+    return;
+  }
   const cell = [0, 0, 0];
   const [first, second] = across(axis);
   [cell[axis], cell[first], cell[second]] = [index, i * slice.step, j * slice.step];
@@ -221,7 +240,7 @@ function moveByKey(event) {
   else if (AXES.includes(event.key)) byId(`slice-${event.key}`).click();
   else if (event.key === '+' || event.key === '=') zoomBy(1.5);
   else if (event.key === '-') zoomBy(1 / 1.5);
-  else if (event.key === '0') resetZoom(), draw();
+  else if (event.key === '0') fit();
   else return;
   event.preventDefault();
 }

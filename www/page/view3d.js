@@ -31,7 +31,10 @@ export function startView3d() {
     ),
   );
   on('mesh', () => showMesh());
-  on('legend', () => (withScene((scene) => scene.show(shown, state.hidden)), cut()));
+  on('legend', () => {
+    withScene((scene) => scene.show(shown, state.hidden));
+    cut();
+  });
   for (const what of ['model', 'cells']) byId(`show-${what}`).addEventListener('change', () => choose(what));
   byId('fit').addEventListener('click', () => fit());
   byId('save-3d').addEventListener('click', () =>
