@@ -6,20 +6,10 @@ import { readdirSync } from 'node:fs';
 import path from 'node:path';
 
 import { build } from './build.mjs';
-import { NATIVE_ENV, chromedriver, ensure, ensureNodeModules, requireRust, swiftshaderEnv } from './machine.mjs';
+import { NATIVE_ENV, chromedriver, swiftshaderEnv } from './machine.mjs';
 import { ROOT, Steps, run } from './run.mjs';
-import { bindgenTool, clippyWasm, compileWasmTests, ensureBindgen, testWasm, wasmRust } from './wasm.mjs';
-
-const GROUPS = ['lint', 'native', 'wasm', 'e2e', 'package'];
-
-/** What each group needs from the machine. */
-const NEEDS = {
-  lint: ['linker'],
-  native: ['linker', 'vulkan', 'chromium'],
-  wasm: ['linker', 'vulkan', 'chromium', 'chromedriver', 'firefox'],
-  e2e: ['linker', 'vulkan', 'chromium', 'firefox'],
-  package: ['linker', 'vulkan', 'chromium', 'firefox'],
-};
+import { GROUPS, setup } from './setup.mjs';
+import { bindgenTool, clippyWasm, compileWasmTests, testWasm } from './wasm.mjs';
 
 const steps = new Steps();
 
@@ -86,16 +76,6 @@ function remark(output, n_passed, n_left_out) {
   return [`${n_passed} tests`, ...adapters].join(', ');
 }
 
-async function setup(groups) {
-  await steps.step('Node packages', ensureNodeModules);
-  await steps.step('Rust', async () => requireRust());
-  await steps.step('linker, drivers, browsers', () => ensure(...new Set(groups.flatMap((group) => NEEDS[group]))));
-  if (groups.some((group) => group !== 'native')) await steps.step('Rust for wasm32', async () => (await wasmRust()).name);
-  if (groups.some((group) => group !== 'native' && group !== 'lint')) {
-    await steps.step('wasm-bindgen', async () => void (await ensureBindgen()));
-  }
-}
-
 const asked = process.argv.slice(2);
 const unknown = asked.filter((group) => !GROUPS.includes(group));
 if (unknown.length > 0) {
@@ -104,7 +84,7 @@ if (unknown.length > 0) {
 }
 const groups = asked.length > 0 ? asked : GROUPS;
 const wanted = (group) => groups.includes(group);
-await setup(groups);
+await setup(steps, groups);
 if (wanted('lint')) await lint();
 if (wanted('native')) await native();
 if (wanted('wasm')) await wasm();

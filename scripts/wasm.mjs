@@ -9,17 +9,13 @@
 import { copyFileSync, existsSync, readFileSync } from 'node:fs';
 import path from 'node:path';
 
-import { installDebian } from './machine.mjs';
-import { ROOT, ask, isExecutable, run, which } from './run.mjs';
+import { DEBIAN_RUST, ensure, has } from './machine.mjs';
+import { ROOT, ask, run, which } from './run.mjs';
 
 const TARGET = 'wasm32-unknown-unknown';
 const RUSTFLAGS = 'CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS';
 /** Seconds that rustup gets to download the target, and the source of the standard library. */
 const RUSTUP_SECONDS = 30;
-const DEBIAN = {
-  packages: ['rustc-web', 'cargo-web', 'rust-web-src', 'rust-web-clippy', 'lld-19'],
-  programs: ['/usr/bin/rustc', '/usr/bin/cargo', '/usr/bin/cargo-clippy', '/usr/bin/wasm-ld-19'],
-};
 /** One set of these for all tests and lints, so that nothing is compiled twice. */
 const CARGO_ARGS = ['--target', TARGET, '--target-dir', 'target/wasm', '--profile', 'wasm', '--no-default-features'];
 /** Of the wasm that meshes, which the tests are of too. */
@@ -50,10 +46,9 @@ export function wasmRust() {
 async function choose() {
   const wanted = process.env.HEXCAST_WASM_RUST;
   if (wanted !== 'debian' && (hasTarget() || (await addTarget()))) return rustup();
-  if (wanted !== 'rustup' && (hasDebian() || ((await installDebian(DEBIAN.packages)) && hasDebian()))) return debian();
-  throw new Error(
-    `missing: Rust's target ${TARGET}. Run "rustup target add ${TARGET}"; on Debian "apt-get install ${DEBIAN.packages.join(' ')}" does too`,
-  );
+  if (wanted === 'rustup') throw new Error(`missing: Rust's target ${TARGET}. Run "rustup target add ${TARGET}"`);
+  await ensure('wasm32');
+  return debian();
 }
 
 function hasTarget() {
@@ -71,16 +66,12 @@ async function addTarget() {
   return hasTarget();
 }
 
-function hasDebian() {
-  return DEBIAN.programs.every(isExecutable);
-}
-
 function rustup() {
   return { name: ask('rustc', ['--version']), cargo: 'cargo', cargoClippy: 'cargo-clippy', args: CARGO_ARGS, env: wasmEnv() };
 }
 
 function debian() {
-  const [rustc, cargo, cargoClippy, linker] = DEBIAN.programs;
+  const { rustc, cargo, cargoClippy, linker } = DEBIAN_RUST;
   // building the standard library is behind a switch of the nightly compiler, which this variable opens
   const env = { ...wasmEnv(), ...BOOTSTRAP, RUSTC: rustc, CARGO: cargo, CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER: linker };
   return { name: ask(rustc, ['--version']), cargo, cargoClippy, args: [...CARGO_ARGS, '-Zbuild-std=std,panic_abort'], env };
@@ -91,11 +82,15 @@ async function shippingRust() {
   const rust = await wasmRust();
   const wanted = process.env.HEXCAST_WASM_RUST;
   if (wanted !== 'debian' && hasTarget() && hasSource()) return { ...rebuilding(rustup()), isRebuilt: true };
-  if (wanted !== 'rustup' && hasDebian()) return { ...rebuilding(debian()), isRebuilt: true };
+  if (wanted !== 'rustup' && has('wasm32')) return { ...rebuilding(debian()), isRebuilt: true };
   if (wanted !== 'debian' && hasTarget() && (await addSource())) return { ...rebuilding(rustup()), isRebuilt: true };
-  if (wanted !== 'rustup' && (await installDebian(DEBIAN.packages).catch(() => null)) && hasDebian()) {
-    return { ...rebuilding(debian()), isRebuilt: true };
-  }
+  const isDebian =
+    wanted !== 'rustup' &&
+    (await ensure('wasm32').then(
+      () => true,
+      () => false,
+    ));
+  if (isDebian) return { ...rebuilding(debian()), isRebuilt: true };
   return { ...rust, isRebuilt: false };
 }
 
