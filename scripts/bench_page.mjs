@@ -3,7 +3,7 @@
 
 import { createHash } from 'node:crypto';
 import { execFileSync } from 'node:child_process';
-import { readFileSync, statSync } from 'node:fs';
+import { cpSync, readFileSync, statSync } from 'node:fs';
 import path from 'node:path';
 
 import { openChromiumProfile } from '../tests/e2e/browsers.mjs';
@@ -25,9 +25,11 @@ export async function benchPage({ sizes, rounds, runs, largest, quick }, tools) 
   const driver = swiftshaderEnv();
   if (!driver) throw new Error("missing: SwiftShader as a Vulkan driver, which Debian's package chromium brings");
   console.log(await build());
-  const file = path.join(tools.scratch, 'spheres.stl');
+  const root = path.join(tools.scratch, 'site');
+  cpSync(DIST, root, { recursive: true });
+  const file = path.join(root, 'spheres.stl');
   tools.run(tools.bench, ['--spheres', file]);
-  const server = await serve({ roots: [DIST, tools.scratch] });
+  const server = await serve({ root });
   const context = await openChromiumProfile(path.join(tools.scratch, 'profile'), ['--enable-unsafe-swiftshader']);
   try {
     const site = { context, url: server.url, file, driver };

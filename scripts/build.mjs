@@ -1,17 +1,19 @@
-// Builds dist/: the page and the package's modules from www/, the library as wasm with its glue beside them. The same
-// folder is what a static host serves and, without the page, what the npm package ships.
+// Builds dist/: the package's modules from www/, the library as wasm with its glue beside them, and with Vite the page. The
+// same folder is what a static host serves and, without the page, what the npm package ships.
 
-import { cpSync, mkdirSync, readFileSync, renameSync, rmSync, statSync, writeFileSync } from 'node:fs';
+import { cpSync, mkdirSync, readFileSync, readdirSync, renameSync, rmSync, statSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { gzipSync } from 'node:zlib';
 
 import { ensureNodeModules } from './machine.mjs';
 import { ROOT, run } from './run.mjs';
-import { copyThree } from './three.mjs';
 import { compileWasm, ensureBindgen } from './wasm.mjs';
 
 export const DIST = path.join(ROOT, 'dist');
+const WWW = path.join(ROOT, 'www');
+/** The rest of www/ is the page. */
+const PACKAGE_MODULES = readdirSync(WWW).filter((name) => /\.(js|d\.ts)$/.test(name));
 /**
  * Most kilobytes (1000 bytes) of a wasm file, as it is and after gzip -9: of the one that meshes, which every page loads, and
  * of zlib, for compressed files.
@@ -40,8 +42,7 @@ export async function build() {
   const wasm = await compileWasm();
   rmSync(DIST, { recursive: true, force: true });
   mkdirSync(DIST, { recursive: true });
-  cpSync(path.join(ROOT, 'www'), DIST, { recursive: true });
-  copyThree(path.join(DIST, 'vendor'));
+  for (const name of PACKAGE_MODULES) cpSync(path.join(WWW, name), path.join(DIST, name));
   const limits = wasm.isRebuilt ? LIMITS.rebuilt : LIMITS.prebuilt;
   const sizes = [];
   for (const [name, file] of [
@@ -54,7 +55,14 @@ export async function build() {
     shorten(glue, await optimize(made));
     sizes.push(checkSizes(made, limits[name]));
   }
+  await buildPage();
   return sizes.join('; ');
+}
+
+async function buildPage() {
+  // loaded late: it needs the Node packages
+  const vite = await import('vite');
+  await vite.build({ configFile: path.join(ROOT, 'vite.config.mjs'), logLevel: 'warn' });
 }
 
 /** Gives a wasm its public name; the glue, which nobody imports by name, keeps its own. Returns its path. */

@@ -4,7 +4,7 @@ import { mkdirSync } from 'node:fs';
 import path from 'node:path';
 
 import { openChromium } from '../tests/e2e/browsers.mjs';
-import { DIST, build } from './build.mjs';
+import { build } from './build.mjs';
 import { ROOT } from './run.mjs';
 import { serve } from './serve.mjs';
 
@@ -39,7 +39,7 @@ async function mesh(page) {
 
 console.log(await build());
 mkdirSync(DOCS, { recursive: true });
-const server = await serve({ roots: [DIST] });
+const server = await serve();
 const browser = await openChromium();
 const shots = [
   ['empty', {}, async () => {}],

@@ -99,9 +99,10 @@ function workerPort(script) {
   return port;
 }
 
-/** A file beside this one; in words that no bundler takes for an asset of its own. */
+/** A file beside this one; in two steps, as a bundler copies all that a URL made in one may mean. */
 function beside(file) {
-  return new URL(file, import.meta.url);
+  const { url } = import.meta;
+  return new URL(file, url);
 }
 
 function foreignWorker(script, here) {

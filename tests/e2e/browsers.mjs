@@ -5,12 +5,13 @@ import { mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 
-import { chromium as playwright } from 'playwright-core';
+import { chromium as playwright } from '@playwright/test';
 import puppeteer from 'puppeteer-core';
 
 import { NATIVE_ENV, chromium, firefox } from '../../scripts/machine.mjs';
 
-const CHROMIUM_ARGS = [
+/** Of every Chromium that tests start. */
+export const CHROMIUM_ARGS = [
   '--no-sandbox',
   '--disable-dev-shm-usage',
   '--disable-background-networking',

@@ -3,25 +3,14 @@
 import { execFileSync } from 'node:child_process';
 import { mkdirSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
-import { before } from 'node:test';
 
-import { ROOT, run } from '../../scripts/run.mjs';
+import { ROOT } from '../../scripts/run.mjs';
+import { sampleTexts } from './samples.mjs';
 
-/** Builds the command before the tests of a file: a compiler's minutes are no test's. */
-export function useNative() {
-  before(() => run('cargo', ['build', '--bin', 'hexcast']));
-}
-
-/** Saves the files of the page's geometries, as bytes, into a folder: what a user has on disk. */
-export async function writeSample(page, sample, folder) {
+/** Saves the files of a sample into a folder: what a user has on disk. */
+export async function writeSample(sample, folder) {
   mkdirSync(folder, { recursive: true });
-  const files = await page.evaluate(async (sample) => {
-    const { sampleFiles } = await import(new URL('page/samples.js', location.href).href);
-    return Promise.all(
-      sampleFiles(sample).map(async ({ source }) => [source.name, [...new Uint8Array(await source.arrayBuffer())]]),
-    );
-  }, sample);
-  for (const [name, bytes] of files) writeFileSync(path.join(folder, name), Uint8Array.from(bytes));
+  for (const [name, text] of await sampleTexts(sample)) writeFileSync(path.join(folder, name), text, 'latin1');
 }
 
 /**

@@ -3,7 +3,8 @@
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import path from 'node:path';
-import { after, before, test } from 'node:test';
+
+import { test } from '@playwright/test';
 
 import { ROOT } from '../../scripts/run.mjs';
 import { serve } from '../../scripts/serve.mjs';
@@ -16,16 +17,16 @@ const ADAPTER =
 const BASES = ['/', '/some/where/'];
 
 let servers;
-before(async () => {
+test.beforeAll(async () => {
   servers = await Promise.all(BASES.map((base) => serve({ base })));
 });
-after(() => Promise.all(servers.map((server) => server.close())));
+test.afterAll(() => Promise.all(servers.map((server) => server.close())));
 
 for (const [name, open] of [
   ['Chromium', openChromium],
   ['Firefox', openFirefox],
 ]) {
-  test(`${name} shows the version and complains about nothing`, { timeout: 120_000 }, async () => {
+  test(`${name} shows the version and complains about nothing`, async () => {
     const browser = await open();
     try {
       for (const { url } of servers) {
@@ -41,21 +42,21 @@ for (const [name, open] of [
     }
   });
 
-  test(`${name} has a WebGPU adapter`, { timeout: 120_000 }, async (context) => {
+  test(`${name} has a WebGPU adapter`, async () => {
     const browser = await open();
     try {
       const page = await browser.newPage();
       await page.goto(servers[0].url);
       const adapter = await page.evaluate(ADAPTER);
       assert.notEqual(adapter, null);
-      context.diagnostic(`adapter: ${adapter || 'unnamed'} (${name})`);
+      console.log(`adapter: ${adapter || 'unnamed'} (${name})`);
     } finally {
       await browser.close();
     }
   });
 }
 
-test('a complaint is heard', { timeout: 120_000 }, async () => {
+test('a complaint is heard', async () => {
   const browser = await openChromium();
   try {
     const page = await browser.newPage();

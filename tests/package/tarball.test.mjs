@@ -35,7 +35,7 @@ test('the tarball holds the wasm, the glue and the shaders, and no sources', () 
     assert.ok(files.includes(file), `${file} of ${files.join(' ')}`);
   }
   assert.deepEqual(
-    files.filter((file) => /^(src|tests|scripts|target|www)\/|page|index\.html/.test(file)),
+    files.filter((file) => /^(src|tests|scripts|target|www)\/|page|index\.html|assets|offline/.test(file)),
     [],
   );
 });

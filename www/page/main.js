@@ -1,5 +1,5 @@
 /** The page: starts every part, opens a mesher and says who it is. Only the public interface of the package is used. */
-import { createMesher, version } from '../hexcast.js';
+import { createMesher, version } from 'hexcast';
 
 import { byId } from './dom.js';
 import { clearPrivate } from './private_files.js';
@@ -104,43 +104,10 @@ function takeSample(sample) {
   if (sample) addSample(sample);
 }
 
-/** Keeps what was loaded for when there is no network; a browser without service workers does without. */
-async function keepOffline() {
-  if (!navigator.serviceWorker || !isSecureContext) return;
-  try {
-    await navigator.serviceWorker.register(new URL('../offline.js', import.meta.url));
-    const { active } = await navigator.serviceWorker.ready;
-    const loaded = performance
-      .getEntriesByType('resource')
-      .map(({ name }) => name)
-      .filter((name) => name.startsWith(location.origin));
-    // what the worker loads, and what the 3-D view will
-    const later = [
-      'worker.js',
-      'core.js',
-      'adapter.js',
-      'aside.js',
-      'error.js',
-      'hexcast_wasm.js',
-      'hexcast_bg.wasm',
-      'zlib.js',
-      'hexcast_zlib_wasm.js',
-      'hexcast_zlib_bg.wasm',
-      'page/scene.js',
-      'page/stair_material.js',
-      'vendor/OrbitControls.js',
-      'vendor/three.module.js',
-      'vendor/three.core.js',
-    ];
-    active.postMessage({
-      keep: [
-        location.href.split('#')[0],
-        ...new Set([...loaded, ...later.map((file) => new URL(`../${file}`, import.meta.url).href)]),
-      ],
-    });
-  } catch {
-    // private windows may refuse; the page needs no service worker to work
-  }
+/** Keeps the page for when there is no network; a browser without service workers does without. */
+function keepOffline() {
+  // private windows may refuse; the page needs no service worker to work
+  if (isSecureContext) navigator.serviceWorker?.register('offline.js').catch(() => {});
 }
 
 start();

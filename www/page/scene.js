@@ -3,8 +3,8 @@
  *
  * World lengths may be far from zero, so everything hangs in one group that is moved to the origin.
  */
-import * as THREE from '../vendor/three.module.js';
-import { OrbitControls } from '../vendor/OrbitControls.js';
+import * as THREE from 'three';
+import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 
 import { oncePerFrame } from './dom.js';
 import { stairMaterial } from './stair_material.js';

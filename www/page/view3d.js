@@ -43,12 +43,16 @@ export function startView3d() {
   byId('section-axis').addEventListener('change', () => cut(true));
   byId('section-at').addEventListener('input', () => cut());
   byId('canvas-3d').addEventListener('keydown', turnByKey);
-  // the page works offline once it has been opened: what it may need later is fetched while nothing else happens
-  (globalThis.requestIdleCallback ?? setTimeout)(() => import('../vendor/OrbitControls.js').catch(() => {}));
+  // three.js is large: it is loaded while nothing else happens
+  (globalThis.requestIdleCallback ?? setTimeout)(() => loadScene().catch(() => {}));
+}
+
+function loadScene() {
+  return import('./scene.js');
 }
 
 function load() {
-  loading ??= import('./scene.js').then(({ Scene }) => new Scene(byId('canvas-3d')));
+  loading ??= loadScene().then(({ Scene }) => new Scene(byId('canvas-3d')));
   return loading;
 }
 
