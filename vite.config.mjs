@@ -20,7 +20,9 @@ function offline() {
       order: 'post',
       handler(_options, bundle) {
         const files = JSON.stringify(['./', ...Object.keys(bundle).sort()]);
-        const source = `const FILES = ${files};\n${readFileSync(path.join(WWW, 'page/offline.js'), 'utf8')}`;
+        const worker = readFileSync(path.join(WWW, 'page/offline.js'), 'utf8');
+        const source = worker.replace("const FILES = ['./'];", `const FILES = ${files};`);
+        if (source === worker) throw new Error('the service worker has no list of files to replace');
         this.emitFile({ type: 'asset', fileName: 'offline.js', source });
       },
     },

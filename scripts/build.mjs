@@ -7,8 +7,13 @@ import { fileURLToPath } from 'node:url';
 import { gzipSync } from 'node:zlib';
 
 import { ensureNodeModules } from './machine.mjs';
-import { ROOT, run } from './run.mjs';
+import { CommandFailed, ROOT, run } from './run.mjs';
 import { compileWasm, ensureBindgen } from './wasm.mjs';
+
+/**
+ * @typedef {{ wasm: number, gzip: number }} Sizes kilobytes of a wasm file
+ * @typedef {{ imports: [string, string, string][], exports: [string, string][] }} Names of a wasm, and the short ones in their place
+ */
 
 export const DIST = path.join(ROOT, 'dist');
 const WWW = path.join(ROOT, 'www');
@@ -43,13 +48,14 @@ export async function build() {
   rmSync(DIST, { recursive: true, force: true });
   mkdirSync(DIST, { recursive: true });
   for (const name of PACKAGE_MODULES) cpSync(path.join(WWW, name), path.join(DIST, name));
+  /** @type {Record<string, Sizes>} */
   const limits = wasm.isRebuilt ? LIMITS.rebuilt : LIMITS.prebuilt;
   const sizes = [];
   for (const [name, file] of [
     ['hexcast', wasm.mesher],
     ['hexcast_zlib', wasm.zlib],
   ]) {
-    await run(bindgen, ['--target', 'web', '--no-typescript', '--out-dir', DIST, '--out-name', `${name}_wasm`, file]);
+    await run(bindgen, ['--target', 'web', '--out-dir', DIST, '--out-name', `${name}_wasm`, file]);
     const glue = path.join(DIST, `${name}_wasm.js`);
     const made = nameWasm(name, glue);
     shorten(glue, await optimize(made));
@@ -65,15 +71,26 @@ async function buildPage() {
   await vite.build({ configFile: path.join(ROOT, 'vite.config.mjs'), logLevel: 'warn' });
 }
 
-/** Gives a wasm its public name; the glue, which nobody imports by name, keeps its own. Returns its path. */
+/**
+ * Gives a wasm its public name; the glue, which nobody imports by name, keeps its own. Returns its path.
+ *
+ * @param {string} name
+ * @param {string} glue
+ */
 function nameWasm(name, glue) {
   const made = path.join(DIST, `${name}_bg.wasm`);
   renameSync(path.join(DIST, `${name}_wasm_bg.wasm`), made);
+  rmSync(path.join(DIST, `${name}_wasm_bg.wasm.d.ts`));
   writeFileSync(glue, readFileSync(glue, 'utf8').replaceAll(`${name}_wasm_bg.wasm`, `${name}_bg.wasm`));
   return made;
 }
 
-/** Optimizes the wasm; returns the names of a letter or two that its imports and exports got. */
+/**
+ * Optimizes the wasm; returns the names of a letter or two that its imports and exports got.
+ *
+ * @param {string} file
+ * @returns {Promise<Names>}
+ */
 async function optimize(file) {
   const features = FEATURES.map((feature) => `--enable-${feature}`);
   const options = [...features, '-O3', '--minify-imports-and-exports-and-modules', file, '-o', file];
@@ -81,7 +98,12 @@ async function optimize(file) {
   return JSON.parse(output.slice(output.indexOf('{')));
 }
 
-/** Gives a glue the names that its wasm has now; those of wasm-bindgen, with a hash each, are a fortieth of the file. */
+/**
+ * Gives a glue the names that its wasm has now; those of wasm-bindgen, with a hash each, are a fortieth of the file.
+ *
+ * @param {string} file
+ * @param {Names} names
+ */
 function shorten(file, { imports, exports }) {
   const [given, taken] = [new Map(imports.map(([, name, short]) => [name, short])), new Map(exports)];
   const glue = readFileSync(file, 'utf8')
@@ -91,9 +113,10 @@ function shorten(file, { imports, exports }) {
   writeFileSync(file, glue);
 }
 
+/** @param {string} file @param {Sizes} limits */
 function checkSizes(file, limits) {
   const sizes = { wasm: statSync(file).size / 1000, gzip: gzipSync(readFileSync(file), { level: 9 }).length / 1000 };
-  const parts = Object.entries(sizes).map(([name, size]) => `${name} ${size.toFixed(1)} kB of ${limits[name]}`);
+  const parts = /** @type {const} */ (['wasm', 'gzip']).map((name) => `${name} ${sizes[name].toFixed(1)} kB of ${limits[name]}`);
   const line = `${path.basename(file)}: ${parts.join(', ')}`;
   if (sizes.wasm > limits.wasm || sizes.gzip > limits.gzip) {
     throw new Error(
@@ -107,7 +130,8 @@ if (process.argv[1] === fileURLToPath(import.meta.url)) {
   try {
     console.log(`dist/: ${await build()}`);
   } catch (error) {
-    console.error([error.output, error.message].filter(Boolean).join('\n'));
+    if (error instanceof CommandFailed) console.error(error.output);
+    console.error(error instanceof Error ? error.message : error);
     process.exitCode = 1;
   }
 }

@@ -42,7 +42,7 @@ const NEEDS = {
   },
 };
 
-/** Whether a need is met. */
+/** Whether a need is met. @param {keyof typeof NEEDS} name */
 export function has(name) {
   return NEEDS[name].found();
 }
@@ -66,7 +66,11 @@ export async function ensure(...names) {
   return installed;
 }
 
-/** Installs Debian packages if this is Debian and we are root; else does nothing and resolves to null. */
+/**
+ * Installs Debian packages if this is Debian and we are root; else does nothing and resolves to null.
+ *
+ * @param {string[]} packages
+ */
 async function installDebian(packages) {
   if (!which('apt-get') || process.getuid?.() !== 0) return null;
   const env = { DEBIAN_FRONTEND: 'noninteractive' };
@@ -86,7 +90,9 @@ function hasVulkan() {
 }
 
 function debianTriple() {
-  return { x64: 'x86_64-linux-gnu', arm64: 'aarch64-linux-gnu' }[process.arch] ?? process.arch;
+  /** @type {Record<string, string>} */
+  const triples = { x64: 'x86_64-linux-gnu', arm64: 'aarch64-linux-gnu' };
+  return triples[process.arch] ?? process.arch;
 }
 
 /** Environment of native tests: the Vulkan loader warns where it has no runtime folder. */

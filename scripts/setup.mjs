@@ -7,6 +7,7 @@ import { Steps } from './run.mjs';
 import { ensureBindgen, wasmRust } from './wasm.mjs';
 
 /** What each group of tests needs from the machine; the names are those of the list in machine.mjs. */
+/** @type {Record<string, Parameters<typeof ensure>>} */
 const NEEDS = {
   lint: ['linker'],
   native: ['linker', 'vulkan', 'chromium'],
@@ -18,7 +19,7 @@ const NEEDS = {
 /** The groups of tests. */
 export const GROUPS = Object.keys(NEEDS);
 
-/** Sees to it that the machine has what these groups need. */
+/** Sees to it that the machine has what these groups need. @param {Steps} steps @param {string[]} [groups] */
 export async function setup(steps, groups = GROUPS) {
   await steps.step('Node packages', ensureNodeModules);
   await steps.step('Rust', async () => requireRust());

@@ -23,6 +23,13 @@ async function lint() {
   });
 }
 
+/** The types of the wasm are made with it. */
+async function types() {
+  for (const project of ['tsconfig.json', 'tsconfig.worker.json']) {
+    await steps.step(`types, ${project}`, async () => void (await run('npx', ['tsc', '-p', project])));
+  }
+}
+
 async function native() {
   await steps.step('native tests', async () => cargoTests(await run('cargo', ['test'], { env: NATIVE_ENV, minutes: 30 })));
   const env = swiftshaderEnv();
@@ -33,10 +40,11 @@ async function native() {
 }
 
 async function wasm() {
-  await steps.step('wasm tests in Chromium', async () => cargoTests(await testWasm(chromedriver())));
+  await steps.step('wasm tests in Chromium', async () => cargoTests(await testWasm(chromedriver() ?? 'chromedriver')));
   await steps.step('wasm tests in Firefox', async () => {
-    // loaded late: it needs the Node packages
-    const { testInFirefox } = await import('../tests/web/firefox.mjs');
+    // loaded late: it needs the Node packages; by a name that the compiler does not follow, as it does not check tests
+    const tests = '../tests/web/firefox.mjs';
+    const { testInFirefox } = await import(tests);
     return cargoTests(await testInFirefox(bindgenTool('wasm-bindgen-test-runner'), await compileWasmTests()));
   });
 }
@@ -49,7 +57,7 @@ async function packageTests() {
   await steps.step('package tests', () => nodeTests('tests/package'));
 }
 
-/** Counts the tests of a cargo run: none at all, or one left out, is a failure. */
+/** Counts the tests of a cargo run: none at all, or one left out, is a failure. @param {string} output */
 function cargoTests(output) {
   const results = [...output.matchAll(/test result: \w+\. (\d+) passed; (\d+) failed; (\d+) ignored/g)];
   const [n_passed, , n_ignored] = [1, 2, 3].map((field) => results.reduce((sum, result) => sum + Number(result[field]), 0));
@@ -63,7 +71,7 @@ async function playwrightTests() {
   return remark(output, stats.expected, stats.skipped + stats.flaky);
 }
 
-/** Runs the *.test.mjs of a folder with Node's test runner, one file after another. */
+/** Runs the *.test.mjs of a folder with Node's test runner, one file after another. @param {string} folder */
 async function nodeTests(folder) {
   const files = readdirSync(path.join(ROOT, folder))
     .filter((name) => name.endsWith('.test.mjs'))
@@ -71,10 +79,11 @@ async function nodeTests(folder) {
   if (files.length === 0) throw new Error(`${folder} has no *.test.mjs`);
   const args = ['--test', '--test-concurrency=1', '--test-reporter=spec', ...files.map((name) => path.join(folder, name))];
   const output = await run(process.execPath, args);
-  const count = (field) => Number(new RegExp(`^\\S+ ${field} (\\d+)$`, 'm').exec(output)?.[1] ?? 0);
+  const count = (/** @type {string} */ field) => Number(new RegExp(`^\\S+ ${field} (\\d+)$`, 'm').exec(output)?.[1] ?? 0);
   return remark(output, count('pass'), count('skipped') + count('todo') + count('cancelled'));
 }
 
+/** @param {string} output @param {number} n_passed @param {number} n_left_out */
 function remark(output, n_passed, n_left_out) {
   if (n_passed === 0 || n_left_out > 0) {
     throw Object.assign(new Error(`${n_passed} tests ran, ${n_left_out} were left out`), { output });
@@ -90,12 +99,13 @@ if (unknown.length > 0) {
   process.exit(2);
 }
 const groups = asked.length > 0 ? asked : GROUPS;
-const wanted = (group) => groups.includes(group);
+const wanted = (/** @type {string} */ group) => groups.includes(group);
 await setup(steps, groups);
 if (wanted('lint')) await lint();
+if (['lint', 'e2e', 'package'].some(wanted)) await steps.step('build', build);
+if (wanted('lint')) await types();
 if (wanted('native')) await native();
 if (wanted('wasm')) await wasm();
-if (wanted('e2e') || wanted('package')) await steps.step('build', build);
 if (wanted('e2e')) await e2e();
 if (wanted('package')) await packageTests();
 steps.done();

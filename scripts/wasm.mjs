@@ -35,6 +35,7 @@ const BOOTSTRAP = { RUSTC_BOOTSTRAP: '1' };
  * @property {Record<string, string>} env
  */
 
+/** @type {Promise<Rust> | null} */
 let chosen = null;
 
 /** Chooses the Rust that compiles to wasm32; installs it if need be. @returns {Promise<Rust>} */
@@ -66,15 +67,29 @@ async function addTarget() {
   return hasTarget();
 }
 
+/** @returns {Rust} */
 function rustup() {
-  return { name: ask('rustc', ['--version']), cargo: 'cargo', cargoClippy: 'cargo-clippy', args: CARGO_ARGS, env: wasmEnv() };
+  return {
+    name: ask('rustc', ['--version']) ?? 'rustc',
+    cargo: 'cargo',
+    cargoClippy: 'cargo-clippy',
+    args: CARGO_ARGS,
+    env: wasmEnv(),
+  };
 }
 
+/** @returns {Rust} */
 function debian() {
   const { rustc, cargo, cargoClippy, linker } = DEBIAN_RUST;
   // building the standard library is behind a switch of the nightly compiler, which this variable opens
   const env = { ...wasmEnv(), ...BOOTSTRAP, RUSTC: rustc, CARGO: cargo, CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER: linker };
-  return { name: ask(rustc, ['--version']), cargo, cargoClippy, args: [...CARGO_ARGS, '-Zbuild-std=std,panic_abort'], env };
+  return {
+    name: ask(rustc, ['--version']) ?? rustc,
+    cargo,
+    cargoClippy,
+    args: [...CARGO_ARGS, '-Zbuild-std=std,panic_abort'],
+    env,
+  };
 }
 
 /** Chooses the Rust that compiles what is shipped; its standard library is rebuilt where its source can be had. */
@@ -94,6 +109,7 @@ async function shippingRust() {
   return { ...rust, isRebuilt: false };
 }
 
+/** @param {Rust} rust @returns {Rust} */
 function rebuilding(rust) {
   const flags = [rust.env[RUSTFLAGS], ...TRAP_FLAGS].join(' ');
   const args = rust.args.filter((argument) => !argument.startsWith('-Zbuild-std'));
@@ -128,7 +144,7 @@ function wasmEnv() {
   };
 }
 
-/** Path of a program of wasm-bindgen, of the crate's version once `ensureBindgen` has run. */
+/** Path of a program of wasm-bindgen, of the crate's version once `ensureBindgen` has run. @param {string} name */
 export function bindgenTool(name) {
   return path.join(ROOT, '.tools/bin', name);
 }
@@ -140,7 +156,8 @@ export function bindgenTool(name) {
  */
 export async function ensureBindgen() {
   const lock = readFileSync(path.join(ROOT, 'Cargo.lock'), 'utf8');
-  const version = /name = "wasm-bindgen"\r?\nversion = "([^"]+)"/.exec(lock)[1];
+  const version = /name = "wasm-bindgen"\r?\nversion = "([^"]+)"/.exec(lock)?.[1];
+  if (!version) throw new Error('Cargo.lock has no wasm-bindgen');
   const tool = bindgenTool('wasm-bindgen');
   if (ask(tool, ['--version']) !== `wasm-bindgen ${version}`) {
     // without --locked: a mirror of the registry may not have the very newest of its dependencies yet
@@ -158,7 +175,7 @@ export async function ensureBindgen() {
  */
 export async function compileWasm() {
   const rust = await shippingRust();
-  const compile = async (features, name) => {
+  const compile = async (/** @type {string[]} */ features, /** @type {string} */ name) => {
     // a library that is an rlib too would be compiled without link-time optimisation
     await run(rust.cargo, ['rustc', '--lib', '--crate-type', 'cdylib', ...rust.args, ...features], { env: rust.env });
     const folder = path.join(ROOT, 'target/wasm', TARGET, 'wasm');
@@ -182,7 +199,7 @@ export async function clippyWasm() {
   }
 }
 
-/** Runs the browser tests in Chromium and returns what they printed. */
+/** Runs the browser tests in Chromium and returns what they printed. @param {string} chromedriver */
 export async function testWasm(chromedriver) {
   const rust = await wasmRust();
   const env = {

@@ -3,20 +3,29 @@
 /**
  * What the browser tells of the adapter that a backend takes, or of that of a device: `vendor`, `architecture` and
  * `description`, empty where it does not tell, and `name`, the most telling of them.
+ *
+ * @param {GPUDevice} [device]
  */
 export async function describeAdapter(device) {
   const adapter = device ? null : await navigator.gpu?.requestAdapter({ powerPreference: 'high-performance' });
-  const { vendor = '', architecture = '', description = '' } = device?.adapterInfo ?? adapter?.info ?? {};
+  /** @type {Partial<GPUAdapterInfo>} */
+  const info = device?.adapterInfo ?? adapter?.info ?? {};
+  const { vendor = '', architecture = '', description = '' } = info;
   return { name: description || [vendor, architecture].filter(Boolean).join(' '), vendor, architecture, description };
 }
 
 /**
  * Lets `open` find a device of the caller's own. The wasm knows one way to a device, through `navigator.gpu`: what stands
  * there is replaced until it has been asked once, and a later search, after the device was lost, finds the browser's again.
+ *
+ * @template T
+ * @param {GPUDevice} device
+ * @param {() => Promise<T>} open
  */
 export async function lendDevice(device, open) {
   const before = Object.getOwnPropertyDescriptor(navigator, 'gpu');
   const { features, limits, adapterInfo: info = {} } = device;
+  /** @type {object} */
   const lent = {
     requestAdapter: async () => {
       takeBack();
@@ -26,7 +35,7 @@ export async function lendDevice(device, open) {
   const takeBack = () => {
     if (navigator.gpu !== lent) return;
     if (before) Object.defineProperty(navigator, 'gpu', before);
-    else delete navigator.gpu;
+    else Reflect.deleteProperty(navigator, 'gpu');
   };
   Object.defineProperty(navigator, 'gpu', { value: lent, configurable: true });
   try {

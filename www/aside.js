@@ -2,26 +2,29 @@
  * Columns outside memory: a temporary file in the origin's private file system (OPFS), which workers read and write without
  * waiting. It is removed with the mesh; those of workers that were ended meanwhile are removed later by others.
  */
+import { errorFrom } from './error.js';
 
 const FOLDER = 'hexcast-columns';
 /** Milliseconds between attempts: a worker that was ended lets go of its files a moment later. */
 const WAITS = [0, 50, 200, 1000, 4000];
 
 /** Whether columns can go aside on this thread: in workers of secure pages, not in Node. */
-export function hasAside() {
-  return Boolean(
-    globalThis.navigator?.storage?.getDirectory && globalThis.FileSystemFileHandle?.prototype.createSyncAccessHandle,
-  );
+function hasAside() {
+  const { navigator, FileSystemFileHandle } = globalThis;
+  const hasFiles = typeof navigator?.storage?.getDirectory === 'function';
+  return hasFiles && typeof FileSystemFileHandle?.prototype.createSyncAccessHandle === 'function';
 }
 
 /** Opens a file for the columns of one mesh. @returns {Promise<AsideFile>} */
-export async function openAside() {
+async function openAside() {
   return alone(async () => {
     const root = await navigator.storage.getDirectory();
     const folder = await root.getDirectoryHandle(FOLDER, { create: true });
     const name = crypto.randomUUID();
     const file = await folder.getFileHandle(name, { create: true });
-    return new AsideFile(await file.createSyncAccessHandle(), () => folder.removeEntry(name));
+    const handle = await file.createSyncAccessHandle?.();
+    if (!handle) throw new Error('files cannot be written here without waiting');
+    return new AsideFile(handle, () => folder.removeEntry(name));
   });
 }
 
@@ -54,8 +57,42 @@ export async function clearAside() {
   }
 }
 
-/** Keeps files from being removed between their making and their opening. */
-function alone(act) {
+/**
+ * Makes a mesh with its columns in memory or, as `spill` says, in a file once they outgrow that.
+ *
+ * @template T
+ * @param {'auto' | boolean} spill
+ * @param {(open?: () => Promise<AsideFile>) => Promise<T>} make
+ * @returns {Promise<T>}
+ */
+export async function spilling(spill, make) {
+  const open = async () => {
+    if (!hasAside()) throw NO_SPILL;
+    // a private window may refuse
+    return openAside().catch(() => Promise.reject(NO_SPILL));
+  };
+  if (spill === true) return make(open);
+  return make().catch((error) => {
+    // most find out from their estimate, before a ray is cast
+    if (spill === false || errorFrom(error).code !== 'memory') throw error;
+    return make(open).catch((again) => Promise.reject(again === NO_SPILL ? error : again));
+  });
+}
+
+const NO_SPILL = JSON.stringify({
+  code: 'io',
+  message: 'columns cannot spill here: there is no private file system that this thread can write without waiting',
+  hint: 'leave out spill, or mesh in a worker of a secure page',
+});
+
+/**
+ * Keeps files from being removed between their making and their opening.
+ *
+ * @template T
+ * @param {() => Promise<T>} act
+ * @returns {Promise<T>}
+ */
+async function alone(act) {
   return navigator.locks.request(FOLDER, act);
 }
 
@@ -65,12 +102,20 @@ class AsideFile {
   #remove;
   #bytes = 0;
 
+  /**
+   * @param {FileSystemSyncAccessHandle} handle
+   * @param {() => Promise<void>} remove
+   */
   constructor(handle, remove) {
     this.#handle = handle;
     this.#remove = remove;
   }
 
-  /** Appends bytes and returns the place of the first. */
+  /**
+   * Appends bytes and returns the place of the first.
+   *
+   * @param {Uint8Array} bytes
+   */
   append(bytes) {
     const at = this.#bytes;
     for (let done = 0; done < bytes.length; ) done += this.#act('write', bytes.subarray(done), at + done);
@@ -78,23 +123,35 @@ class AsideFile {
     return at;
   }
 
-  /** Reads bytes at a place. */
+  /**
+   * Reads bytes at a place.
+   *
+   * @param {number} at
+   * @param {Uint8Array} bytes
+   */
   read(at, bytes) {
     for (let done = 0; done < bytes.length; ) done += this.#act('read', bytes.subarray(done), at + done);
   }
 
+  /** @param {number} bytes */
   truncate(bytes) {
     this.#handle.truncate(bytes);
     this.#bytes = bytes;
   }
 
-  /** Reads or writes; returns the number of bytes, which may be fewer than asked for. */
+  /**
+   * Reads or writes; returns the number of bytes, which may be fewer than asked for.
+   *
+   * @param {'read' | 'write'} operation
+   * @param {Uint8Array} bytes
+   * @param {number} at
+   */
   #act(operation, bytes, at) {
     let done;
     try {
       done = this.#handle[operation](bytes, { at });
     } catch (error) {
-      throw `the browser's private files fail with "${error.message}"; make room on the disk, or use larger cells`;
+      throw `the browser's private files fail with "${error instanceof Error ? error.message : error}"; make room on the disk, or use larger cells`;
     }
     if (done === 0) throw `the browser's private files end at byte ${at}`;
     return done;

@@ -1,5 +1,11 @@
 /** Errors with the codes of the native library. */
 export class HexcastError extends Error {
+  /**
+   * @param {import('./hexcast.js').ErrorCode} code
+   * @param {string} message
+   * @param {string} [hint]
+   * @param {Record<string, unknown>} [details]
+   */
   constructor(code, message, hint = '', details = {}) {
     super(message);
     this.name = 'HexcastError';
@@ -9,7 +15,11 @@ export class HexcastError extends Error {
   }
 }
 
-/** The error that the core sent: JSON of `{code, message, hint}`, or anything else that went wrong in there. */
+/**
+ * The error that the core sent: JSON of `{code, message, hint}`, or anything else that went wrong in there.
+ *
+ * @param {string} text
+ */
 export function errorFrom(text) {
   try {
     const { code, message, hint, ...details } = JSON.parse(text);

@@ -5,6 +5,9 @@ import { count, measure, readNumbers, short, times, writeNumbers } from './forma
 import { sentence } from './messages.js';
 import { change, colourOf, flagsOf, freeFlag, on, state } from './state.js';
 
+/** @typedef {import('./state.js').Geometry} Geometry */
+
+/** @type {['scale' | 'rotate' | 'translate', string, string][]} */
 const TRANSFORMS = [
   ['scale', 'Scale', 'one factor, or one an axis'],
   ['rotate', 'Rotate', 'degrees about x, then y, then z'],
@@ -23,18 +26,20 @@ export function startGeometries() {
   });
 }
 
-/** Changes keys of a geometry. */
+/** Changes keys of a geometry. @param {number} id @param {Partial<Geometry>} patch */
 function edit(id, patch) {
   change('geometries', {
     geometries: state.geometries.map((geometry) => (geometry.id === id ? { ...geometry, ...patch } : geometry)),
   });
 }
 
+/** @param {Geometry} geometry */
 function showColour(geometry) {
   const input = document.getElementById(`colour-${geometry.id}`);
-  if (input) input.value = colourOf(geometry.flag);
+  if (input instanceof HTMLInputElement) input.value = colourOf(geometry.flag);
 }
 
+/** @param {Geometry} geometry */
 function card(geometry) {
   const { id, info, name } = geometry;
   const colour = make('input', {
@@ -74,20 +79,23 @@ function card(geometry) {
   );
 }
 
+/** @param {number} id @param {string} colour */
 function recolour(id, colour) {
-  const { flag } = state.geometries.find((geometry) => geometry.id === id);
-  state.colours.set(flag, colour);
+  const geometry = state.geometries.find((geometry) => geometry.id === id);
+  if (!geometry) return;
+  state.colours.set(geometry.flag, colour);
   change('colours');
 }
 
-/** Facets, box, closed or not, volume, and what the reader had to say. */
+/** Facets, box, closed or not, volume, and what the reader had to say. @param {import('hexcast').SurfaceInfo} info */
 function facts(info) {
   const { unit } = state.settings;
   const [low, high] = info.bounding_box;
   const size = high.map((end, axis) => end - low[axis]);
   const isClosed = info.closed_parity && info.closed_oriented;
   const list = make('dl', { className: 'facts' });
-  const fact = (term, value, properties = {}) => list.append(make('dt', {}, term), make('dd', properties, value));
+  const fact = (/** @type {string} */ term, /** @type {string} */ value, properties = {}) =>
+    list.append(make('dt', {}, term), make('dd', properties, value));
   fact('Facets', info.facets > PREVIEW_FACETS ? `${count(info.facets)}, not drawn` : count(info.facets));
   fact('Size', `${times(size)}${unit ? ` ${unit}` : ''}`);
   fact('From', low.map(short).join(', '));
@@ -95,6 +103,7 @@ function facts(info) {
   // what no surface encloses depends on where the origin is
   fact('Volume', `${isClosed ? '' : 'about '}${measure(info.volume, unit, 3)}`);
   fact('Surface', closedness(info), { className: isClosed ? 'good' : 'warn' });
+  /** @type {HTMLElement[]} */
   const parts = [list];
   if (info.warnings.length > 0) {
     parts.push(make('ul', { className: 'warnings' }, ...info.warnings.map((warning) => make('li', {}, sentence(warning)))));
@@ -102,6 +111,7 @@ function facts(info) {
   return parts;
 }
 
+/** @param {import('hexcast').SurfaceInfo} info */
 function closedness(info) {
   if (info.closed_parity && info.closed_oriented) return info.shells > 1 ? `closed, ${count(info.shells)} shells` : 'closed';
   if (info.closed_parity)
@@ -109,10 +119,12 @@ function closedness(info) {
   return `not closed: ${info.open_edges > 0 ? edges(info.open_edges, 'open') : 'odd numbers of facets meet'}`;
 }
 
+/** @param {number} n @param {string} what */
 function edges(n, what) {
   return `${count(n)} ${what} edge${n === 1 ? '' : 's'}`;
 }
 
+/** @param {Geometry} geometry @param {'flag' | 'priority'} key @param {string} label @param {number} min @param {number} max */
 function whole(geometry, key, label, min, max) {
   const input = make('input', {
     type: 'number',
@@ -132,6 +144,7 @@ function whole(geometry, key, label, min, max) {
   return make('label', {}, label, input);
 }
 
+/** @param {Geometry} geometry */
 function splitBox({ id, split, info }) {
   const box = make('input', {
     type: 'checkbox',
@@ -147,19 +160,28 @@ function splitBox({ id, split, info }) {
   );
 }
 
-/** Makes solids geometries or one again; where other geometries have the flags that they would get, they get others. */
+/**
+ * Makes solids geometries or one again; where other geometries have the flags that they would get, they get others.
+ *
+ * @param {number} id
+ * @param {HTMLInputElement} box
+ */
 function splitSolids(id, box) {
   const geometry = state.geometries.find((geometry) => geometry.id === id);
+  if (!geometry) return;
   const others = new Set(state.geometries.filter((other) => other !== geometry).flatMap(flagsOf));
   const wanted = flagsOf({ ...geometry, split: box.checked });
-  const isFree = wanted.at(-1) <= 255 && !wanted.slice(1).some((flag) => others.has(flag));
+  const isFree = wanted[wanted.length - 1] <= 255 && !wanted.slice(1).some((flag) => others.has(flag));
   const flag = isFree ? geometry.flag : freeFlag(wanted.length, geometry);
-  const card = box.closest('.geometry');
-  card.querySelector('.flag').value = flag;
-  card.querySelector('.name').disabled = box.checked;
+  const [flagInput, nameInput] = ['.flag', '.name'].map(
+    (name) => /** @type {HTMLInputElement} */ (box.closest('.geometry')?.querySelector(name)),
+  );
+  flagInput.value = String(flag);
+  nameInput.disabled = box.checked;
   edit(id, { split: box.checked, flag });
 }
 
+/** @param {Geometry} geometry @param {'scale' | 'rotate' | 'translate'} key @param {string} label @param {string} hint */
 function placeField(geometry, key, label, hint) {
   const input = make('input', {
     type: 'text',

@@ -19,9 +19,12 @@ import { change, on, set, state } from './state.js';
 import { startTabs } from './tabs.js';
 import { startView3d } from './view3d.js';
 
+/** @typedef {import('hexcast').BackendChoice} BackendChoice */
+
+/** The backend that was asked for last. @type {BackendChoice | null} */
 let opened = null;
 
-/** Opens a mesher; one that there was goes, and its surfaces are read again. */
+/** Opens a mesher; one that there was goes, and its surfaces are read again. @param {BackendChoice} backend */
 async function open(backend) {
   opened = backend;
   state.mesher?.dispose();
@@ -35,7 +38,7 @@ async function open(backend) {
     if (opened !== backend) return mesher.dispose();
     change('mesher', { mesher });
     showDevice(mesher);
-    await readAgain();
+    await readAgain(mesher);
     change('phase', { phase: 'idle' });
   } catch (error) {
     if (opened !== backend) return undefined;
@@ -50,12 +53,13 @@ async function open(backend) {
   return undefined;
 }
 
+/** @param {import('hexcast').Mesher} mesher */
 function showDevice({ backend, adapter, fallback }) {
   const name = adapter?.name;
   const device = byId('device');
   device.dataset.backend = backend;
   device.dataset.software = String(Boolean(adapter?.software));
-  if (backend === 'gpu' && adapter.software)
+  if (backend === 'gpu' && adapter?.software)
     device.textContent = `Software GPU${name ? ` (${name})` : ''}: it works, but slower than a real one`;
   else if (backend === 'gpu') device.textContent = name ? `GPU: ${name}` : 'GPU, which the browser does not name';
   else
@@ -66,7 +70,7 @@ function showDevice({ backend, adapter, fallback }) {
 }
 
 async function start() {
-  byId('version').value = version;
+  /** @type {HTMLOutputElement} */ (byId('version')).value = version;
   startTabs();
   startFiles();
   startGeometries();
@@ -88,18 +92,19 @@ async function start() {
     if (state.settings.backend !== opened) open(state.settings.backend);
   });
   // the GPU may have been lost for good meanwhile
-  on('mesh', () => state.mesh && showDevice(state.mesher));
+  on('mesh', () => state.mesh && state.mesher && showDevice(state.mesher));
   await open(state.settings.backend);
   takeSample(sample);
 }
 
-/** Opens another mesher after a failure; nothing else is lost. */
+/** Opens another mesher after a failure; nothing else is lost. @param {BackendChoice} backend */
 function restart(backend) {
   clearMessages();
   if (state.settings.backend === backend) open(backend);
   else set({ backend });
 }
 
+/** @param {string | null} sample */
 function takeSample(sample) {
   if (sample) addSample(sample);
 }

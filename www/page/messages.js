@@ -25,26 +25,31 @@ export function showError(error, subject, way) {
   box.scrollIntoView?.({ block: 'nearest' });
 }
 
-/** Shows a remark that needs no action; one about the mesh that is shown stays until `clearMessages('mesh')`. */
+/**
+ * Shows a remark that needs no action; one about the mesh that is shown stays until `clearMessages('mesh')`.
+ *
+ * @param {string} text
+ */
 export function showNotice(text, about = 'files') {
   const box = make('div', { className: 'message', role: 'status', 'data-about': about }, make('p', {}, sentence(text)));
   box.append(dismissButton(box));
   byId('messages').append(box);
 }
 
-/** Removes the messages of what is done anew; by default all but those about the mesh that is shown. */
+/** Removes the messages of what is done anew; by default all but those about the mesh that is shown. @param {string} [about] */
 export function clearMessages(about) {
   const chosen = about ? `[data-about=${about}]` : ':not([data-about=mesh])';
   for (const box of byId('messages').querySelectorAll(`.message${chosen}`)) box.remove();
 }
 
-/** First letter upper case, a full stop at the end. */
+/** First letter upper case, a full stop at the end. @param {string} text */
 export function sentence(text) {
   const trimmed = text.trim();
   const start = /^[a-z][a-z]*[ ,]/.test(trimmed) ? trimmed[0].toUpperCase() + trimmed.slice(1) : trimmed;
   return /[.!?]$/.test(start) ? start : `${start}.`;
 }
 
+/** @param {HTMLElement} box */
 function dismissButton(box) {
   return make(
     'button',

@@ -1,14 +1,13 @@
-/**
- * The service worker: keeps the page for when there is no network. The network comes first, then what was kept. The build puts
- * `FILES`, the names of all files of the page, above.
- *
- * @type {string[]} FILES
- */
+/** The service worker: keeps the page for when there is no network. The network comes first, then what was kept. */
+const worker = /** @type {ServiceWorkerGlobalScope} */ (/** @type {unknown} */ (self));
+
+/** All files of the page: the build replaces this list. */
+const FILES = ['./'];
 const CACHE = 'hexcast';
 
-addEventListener('install', (event) => event.waitUntil(keep().then(() => skipWaiting())));
-addEventListener('activate', (event) => event.waitUntil(forgetOthers().then(() => clients.claim())));
-addEventListener('fetch', (event) => {
+worker.addEventListener('install', (event) => event.waitUntil(keep().then(() => worker.skipWaiting())));
+worker.addEventListener('activate', (event) => event.waitUntil(forgetOthers().then(() => worker.clients.claim())));
+worker.addEventListener('fetch', (event) => {
   const { request } = event;
   if (request.method !== 'GET' || new URL(request.url).origin !== location.origin) return;
   event.respondWith(answer(request));
@@ -22,11 +21,13 @@ async function keep() {
 /** Removes the files of earlier builds. */
 async function forgetOthers() {
   const cache = await caches.open(CACHE);
-  const wanted = new Set(FILES.map((file) => new URL(file, location.href).href));
-  const old = (await cache.keys()).filter(({ url }) => url.startsWith(registration.scope) && !wanted.has(url));
+  const { scope } = worker.registration;
+  const wanted = new Set(FILES.map((file) => new URL(file, scope).href));
+  const old = (await cache.keys()).filter(({ url }) => url.startsWith(scope) && !wanted.has(url));
   await Promise.all(old.map((request) => cache.delete(request)));
 }
 
+/** @param {Request} request */
 async function answer(request) {
   try {
     return await fetch(request);

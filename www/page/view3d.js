@@ -1,5 +1,5 @@
 /** The 3-D view: loads three.js when there is first something to draw, and connects the tools above the picture. */
-import { byId } from './dom.js';
+import { buttonOf, byId, canvasOf, inputOf, selectOf } from './dom.js';
 import { count } from './format.js';
 import { save } from './downloads.js';
 import { clearMessages, showError, showNotice } from './messages.js';
@@ -8,11 +8,13 @@ import { baseName } from './share.js';
 import { colourOf, on, state } from './state.js';
 import { paint } from './paint.js';
 
+/** @typedef {import('./scene.js').Scene} Scene */
+
 /** Most pixels a side of the picture of a section. */
 const SECTION_PIXELS = 1024;
 
 /** The scene once three.js is there; a promise, so that it is loaded once. */
-let loading = null;
+let loading = /** @type {Promise<Scene> | null} */ (null);
 let shown = 'model';
 let section = 0;
 let modelsLook = '[]';
@@ -37,9 +39,7 @@ export function startView3d() {
   });
   for (const what of ['model', 'cells']) byId(`show-${what}`).addEventListener('change', () => choose(what));
   byId('fit').addEventListener('click', () => fit());
-  byId('save-3d').addEventListener('click', () =>
-    withScene(async (scene) => save(await scene.picture(), `${baseName(state.job)}-3d.png`)),
-  );
+  byId('save-3d').addEventListener('click', () => withScene(savePicture));
   byId('section-axis').addEventListener('change', () => cut(true));
   byId('section-at').addEventListener('input', () => cut());
   byId('canvas-3d').addEventListener('keydown', turnByKey);
@@ -52,11 +52,15 @@ function loadScene() {
 }
 
 function load() {
-  loading ??= loadScene().then(({ Scene }) => new Scene(byId('canvas-3d')));
+  loading ??= loadScene().then(({ Scene }) => new Scene(canvasOf('canvas-3d')));
   return loading;
 }
 
-/** Does something with the scene once there is anything to show; a browser without WebGL is told once. */
+/**
+ * Does something with the scene once there is anything to show; a browser without WebGL is told once.
+ *
+ * @param {(scene: Scene) => unknown} action
+ */
 async function withScene(action) {
   if (!loading && state.geometries.length === 0 && !state.mesh) return;
   const isFirst = !loading;
@@ -71,7 +75,7 @@ async function withScene(action) {
 function showTools() {
   const isEmpty = state.geometries.length === 0 && !state.mesh;
   byId('canvas-3d').tabIndex = isEmpty ? -1 : 0;
-  for (const id of ['fit', 'save-3d']) byId(id).disabled = isEmpty;
+  for (const id of ['fit', 'save-3d']) buttonOf(id).disabled = isEmpty;
 }
 
 /** Shows the models anew where what is seen of them has changed: corners are large. */
@@ -85,8 +89,10 @@ function showModels() {
   choose('model');
   withScene((scene) => {
     // of a model that is too large to be drawn there is the box
-    const drawn = geometries.filter(({ corners }) => corners);
-    scene.setModels(drawn.map((geometry) => ({ ...geometry, colour: colourOf(geometry.flag) })));
+    const models = geometries.flatMap(({ corners, ...rest }) =>
+      corners ? [{ ...rest, corners, colour: colourOf(rest.flag) }] : [],
+    );
+    scene.setModels(models);
     const ids = geometries.map(({ id }) => id).join();
     if (ids !== byId('canvas-3d').dataset.models && geometries.length > 0) fit();
     byId('canvas-3d').dataset.models = ids;
@@ -103,11 +109,11 @@ function recolour() {
   });
 }
 
-/** Shows the models or the cells. */
+/** Shows the models or the cells. @param {string} what */
 function choose(what) {
   shown = what === 'cells' && state.mesh ? 'cells' : 'model';
-  byId('show-cells').disabled = !state.mesh;
-  byId(`show-${shown}`).checked = true;
+  inputOf('show-cells').disabled = !state.mesh;
+  inputOf(`show-${shown}`).checked = true;
   byId('section').hidden = shown !== 'cells';
   withScene((scene) => {
     scene.show(shown, state.hidden);
@@ -121,7 +127,7 @@ function choose(what) {
 async function showMesh() {
   const { mesh, skin: promised } = state;
   if (!mesh) return clearMessages('mesh');
-  byId('section-axis').value = '';
+  selectOf('section-axis').value = '';
   await withScene(async (scene) => {
     byId('view-status').textContent = 'Extracting …';
     const skin = await (promised ?? mesh.skin());
@@ -140,7 +146,7 @@ async function showMesh() {
     scene.setBox(domainOf(mesh.report));
     if (state.geometries.length === 0) fit();
     const n_triangles = skin.parts.reduce((sum, part) => sum + part.indices.length / 3, 0);
-    byId('canvas-3d').dataset.triangles = n_triangles;
+    byId('canvas-3d').dataset.triangles = String(n_triangles);
     // on a phone the picture lies below the fields
     if (matchMedia('(max-width: 760px)').matches) byId('view').scrollIntoView({ behavior: 'smooth' });
     byId('view-status').textContent = isEmpty ? 'No cell has a flag.' : `${count(n_triangles)} triangles`;
@@ -148,7 +154,16 @@ async function showMesh() {
 }
 
 function fit() {
-  withScene((scene) => scene.fit(shown === 'cells' || !state.geometries.length ? domainOf(state.mesh.report) : boxOfModels()));
+  const { mesh } = state;
+  withScene((scene) =>
+    scene.fit(mesh && (shown === 'cells' || state.geometries.length === 0) ? domainOf(mesh.report) : boxOfModels()),
+  );
+}
+
+/** @param {Scene} scene */
+async function savePicture(scene) {
+  const picture = await scene.picture();
+  if (picture) save(picture, `${baseName(state.job)}-3d.png`);
 }
 
 /** The box around all models as they stand, from the corners of their own boxes. */
@@ -171,9 +186,16 @@ function boxOfModels() {
   return box;
 }
 
-/** Scales, rotates about x, y and z, and moves, as the job does. */
+/**
+ * Scales, rotates about x, y and z, and moves, as the job does.
+ *
+ * @param {number[]} point
+ * @param {number | number[] | null} scale
+ * @param {number[] | null} rotate
+ * @param {number[] | null} translate
+ */
 function place(point, scale, rotate, translate) {
-  const factors = [].concat(scale ?? 1);
+  const factors = [scale ?? 1].flat();
   let placed = point.map((x, axis) => x * (factors[axis] ?? factors[0]));
   (rotate ?? []).forEach((degrees, axis) => {
     const [c, s] = [Math.cos((degrees * Math.PI) / 180), Math.sin((degrees * Math.PI) / 180)];
@@ -189,14 +211,14 @@ function place(point, scale, rotate, translate) {
 /** Puts the section where its tools say; `isNew` starts in the middle. The last request wins. */
 async function cut(isNew = false) {
   const { mesh } = state;
-  const choice = byId('section-axis').value;
-  const slider = byId('section-at');
+  const choice = selectOf('section-axis').value;
+  const slider = inputOf('section-at');
   slider.disabled = choice === '';
   const request = ++section;
   if (!mesh || choice === '') return withScene((scene) => scene.setSection(null));
-  const axis = Number(choice);
-  slider.max = mesh.dims[axis] - 1;
-  if (isNew) slider.value = Math.floor(mesh.dims[axis] / 2);
+  const axis = /** @type {0 | 1 | 2} */ (Number(choice));
+  slider.max = String(mesh.dims[axis] - 1);
+  if (isNew) slider.value = String(Math.floor(mesh.dims[axis] / 2));
   const index = Number(slider.value);
   slider.setAttribute('aria-valuetext', `cell ${index} of ${mesh.dims[axis]}`);
   const slice = await mesh.slice(axis, index, SECTION_PIXELS);
@@ -219,8 +241,10 @@ async function cut(isNew = false) {
   });
 }
 
+/** @param {KeyboardEvent} event */
 function turnByKey(event) {
   const step = event.shiftKey ? 0.02 : 0.1;
+  /** @type {Record<string, [number, number, number?]>} */
   const turns = {
     ArrowLeft: [-step, 0],
     ArrowRight: [step, 0],
