@@ -34,6 +34,8 @@ export default defineConfig({
   // any path of any host
   base: './',
   publicDir: false,
+  // a file that is missing is an error, and not index.html
+  appType: 'mpa',
   plugins: [offline()],
   build: {
     outDir: path.join(import.meta.dirname, 'dist'),
