@@ -28,7 +28,7 @@ const WORK = {
   Columns: ({ n_crossings }) => ['hits', n_crossings],
   ScanReduce: ({ n_bands, n_facets, n_bins }) => ['scan', 4 * (n_bands * n_facets + n_bins)],
   ScanApply: ({ n_bands, n_facets, n_bins }) => ['scan', 8 * (n_bands * n_facets + n_bins)],
-  // up: facets once; cleared: offsets; home: runs and chunks, which are read once more to put them in order
+  // upload: facets once; clears: offsets; readback: runs and chunks, which are read once more to put them in order
   'upload, clears, readback': ({ n_bands, n_facets, n_bins, n_runs }) => [
     'clear',
     48 * n_facets + 4 * (n_bands * n_facets + n_bins) + 2 * (4 * n_runs + 64 * n_bins),

@@ -3,7 +3,7 @@
  * `hexcast.js` talks to it there or, without a worker, directly. Everything in and out can be cloned.
  */
 import { describeAdapter, lendDevice } from './adapter.js';
-import { clearAside, spilling } from './aside.js';
+import { clearSpillFiles, spilling } from './spill.js';
 import { cancelled, pause } from './call.js';
 import { Held } from './held.js';
 import init, { WebEngine, WebJob, WebMesh, WebSurface, WebSwitch, lendZlib, version } from './hexcast_wasm.js';
@@ -65,7 +65,7 @@ export class Core {
   async open({ backend, wasm, zlib, device }) {
     this.#zlib = zlib;
     // what earlier visits left; nobody waits for it
-    clearAside();
+    clearSpillFiles();
     await init({ module_or_path: wasm });
     const open = () => WebEngine.open(backend, pause);
     this.#engine = await (device ? lendDevice(device, open) : open());

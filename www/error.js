@@ -4,14 +4,12 @@ export class HexcastError extends Error {
    * @param {import('./hexcast.js').ErrorCode} code
    * @param {string} message
    * @param {string} [hint]
-   * @param {Record<string, unknown>} [details]
    */
-  constructor(code, message, hint = '', details = {}) {
+  constructor(code, message, hint = '') {
     super(message);
     this.name = 'HexcastError';
     this.code = code;
     this.hint = hint;
-    this.details = details;
   }
 }
 
@@ -22,8 +20,8 @@ export class HexcastError extends Error {
  */
 export function errorFrom(text) {
   try {
-    const { code, message, hint, ...details } = JSON.parse(text);
-    return new HexcastError(code, message, hint, details);
+    const { code, message, hint } = JSON.parse(text);
+    return new HexcastError(code, message, hint);
   } catch {
     return new HexcastError(
       'device-failed',

@@ -14,7 +14,7 @@
  * mesher.dispose();
  * ```
  *
- * All work happens in a dedicated worker. Inputs are never detached or changed; every typed array that comes back belongs
+ * The work happens in a dedicated worker; with `worker: false`, with a `device` and in Node on the calling thread. Inputs are never detached or changed; every typed array that comes back belongs
  * to the caller. Lengths are in the unit of the files, cells are counted from 0, ends of ranges are exclusive, and
  * the flags of a box lie with x fastest: `flags[x + nx * (y + ny * z)]`.
  */
@@ -53,11 +53,9 @@ export class HexcastError extends Error {
   readonly code: ErrorCode;
   /** What to do about it, for people; may be empty. */
   readonly hint: string;
-  /** Further facts, such as the name of the file; depends on the code. */
-  readonly details: Record<string, unknown>;
 }
 
-/** Who meshes: the GPU where there is an adapter and else the CPU, or one of them alone. */
+/** Who meshes: with `auto` the GPU where there is an adapter, otherwise the CPU; or one of them alone. */
 export type BackendChoice = 'auto' | 'gpu' | 'cpu';
 
 /** Where a wasm module is, or its bytes, or the compiled module. */
@@ -79,8 +77,8 @@ export interface MesherOptions {
   /**
    * A `GPUDevice` of your own to mesh on, on the calling thread: devices cannot leave theirs, so that no worker is started.
    * It is never destroyed here; its `onuncapturederror` is taken. Where it is lost meanwhile, also by `device.destroy()`,
-   * the mesher opens one of its own, or with `auto` else takes the CPU, and goes on with the band at which it stopped, with the
-   * same result.
+   * the mesher opens one of its own or, with `auto`, falls back to the CPU, and goes on with the band at which it stopped, with
+   * the same result.
    */
   device?: Device;
   /** Stops the start. */

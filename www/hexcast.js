@@ -1,5 +1,5 @@
 /** The package's entry: see `hexcast.d.ts` for everything public. */
-import { clearAside } from './aside.js';
+import { clearSpillFiles } from './spill.js';
 import { HexcastError } from './error.js';
 import { Mesh } from './mesh.js';
 import { connect } from './connection.js';
@@ -143,7 +143,7 @@ class Mesher {
   dispose() {
     this.#connection.close();
     // its worker cannot any more
-    clearAside();
+    clearSpillFiles();
   }
 
   [Symbol.dispose ?? Symbol.for('Symbol.dispose')]() {

@@ -31,6 +31,8 @@ function watchWorker() {
 
 /** In the page: cancels; seconds until it is idle, and until the worker has estimated the job with so many cells on y. */
 async function cancel(cells) {
+  // what the worker has told already is heard first
+  for (let turn = 0; turn < 2; turn += 1) await new Promise((resolve) => setTimeout(resolve));
   const [start, n_before] = [performance.now(), window.heard.length];
   const since = () => (performance.now() - start) / 1000;
   const stopped = new Promise((resolve) => {

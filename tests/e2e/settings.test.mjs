@@ -83,7 +83,7 @@ test('a field that holds what it must not is a sentence, and nothing is meshed u
     ['#padding', '1.5', /^Padding: this is a whole number of cells from 0/, '2'],
     ['.geometry .flag', '256', /^Flag of copper: .*255\.$/, '7'],
     ['.geometry .priority', '', /^Priority of copper: .+\.$/, '1'],
-    ['.geometry .rotate', '90', /^Rotate copper.*: numbers, apart by blanks\.$/, '0 0 90'],
+    ['.geometry .rotate', '90', /^Rotate copper.*: numbers, separated by spaces\.$/, '0 0 90'],
   ];
   for (const [field, value, sentence, right] of wrong) {
     await page.fill(field, value);

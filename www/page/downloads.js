@@ -137,13 +137,13 @@ function sizeAtMost(mesh, format, options) {
   return mesh.size(format, options) ?? (format === 'hxc' ? columnBytes(mesh) : 0);
 }
 
-/** Bytes of the columns, in memory and aside. @param {Mesh} mesh */
+/** Bytes of the columns, in memory and spilled. @param {Mesh} mesh */
 function columnBytes({ columns, report }) {
-  return columns.bytes + asideBytes(report);
+  return columns.bytes + spilledBytes(report);
 }
 
-/** Bytes of columns that are in a file. @param {import('hexcast').Report} report */
-export function asideBytes(report) {
+/** Bytes of the columns that spilled. @param {import('hexcast').Report} report */
+export function spilledBytes(report) {
   const { aside } = /** @type {{ aside?: number }} */ (report.peak_bytes ?? {});
   return aside ?? 0;
 }

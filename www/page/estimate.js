@@ -35,14 +35,14 @@ async function estimate() {
       (result) => ({ result }),
       (error) => ({ error }),
     ),
-    roomAside(),
+    roomForSpill(),
   ]);
   if (!stop.signal.aborted) change('estimate', { estimate: { ...estimate, room } });
   return undefined;
 }
 
 /** Bytes that the browser's private files may still take: 0 where there are none, Infinity where the browser does not say. */
-async function roomAside() {
+async function roomForSpill() {
   if (!navigator.storage?.getDirectory) return 0;
   /** @type {StorageEstimate} */
   const { quota = Infinity, usage = 0 } = await navigator.storage.estimate().catch(() => ({}));

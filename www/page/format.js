@@ -75,7 +75,7 @@ export function times(numbers, write = short) {
 }
 
 /**
- * Reads one number or three from a field, apart by blanks, commas or slashes.
+ * Reads one number or three from a field, separated by spaces, commas or slashes.
  *
  * @returns {number | [number, number, number] | null | undefined} null where the field is empty, undefined where it is neither
  * @param {string} text

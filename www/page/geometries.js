@@ -195,7 +195,7 @@ function placeField(geometry, key, label, hint) {
       input: ({ target }) => {
         const value = readNumbers(target.value);
         const isRight = value === null || Array.isArray(value) || (value !== undefined && key === 'scale');
-        target.setCustomValidity(isRight ? '' : 'numbers, apart by blanks');
+        target.setCustomValidity(isRight ? '' : 'numbers, separated by spaces');
         if (isRight) edit(geometry.id, { [key]: value });
       },
     },

@@ -1,6 +1,6 @@
 /** What came out: facts, legend, warnings, the report. */
 import { byId, make } from './dom.js';
-import { asideBytes, save } from './downloads.js';
+import { spilledBytes, save } from './downloads.js';
 import { bytes, cellSize, count, duration, measure, roughly, times } from './format.js';
 import { sentence, showError } from './messages.js';
 import { baseName } from './share.js';
@@ -35,8 +35,8 @@ function show() {
     value && list.append(make('dt', {}, term), make('dd', { id }, value));
   fact('result-dims', 'Cells', `${times(mesh.dims, String)} = ${roughly(report.cells)}`);
   fact('result-spacing', 'Cell', cellSize(report.spacing, report.unit));
-  const aside = asideBytes(report);
-  const held = aside > 0 ? `${bytes(aside)} in the browser's private files` : bytes(mesh.columns.bytes);
+  const spilled = spilledBytes(report);
+  const held = spilled > 0 ? `${bytes(spilled)} in the browser's private files` : bytes(mesh.columns.bytes);
   fact('result-columns', 'Held as', `${count(mesh.columns.runs)} runs, ${held}`);
   fact(
     'result-time',

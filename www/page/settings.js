@@ -59,7 +59,7 @@ function readCellSize(input) {
   const value = readNumbers(input.value);
   const isRight = value !== null && value !== undefined && [value].flat().every((size) => size > 0);
   input.setCustomValidity(
-    isRight || value === null ? '' : 'this is a length greater than 0, such as 0.5, or three, apart by blanks',
+    isRight || value === null ? '' : 'this is a length greater than 0, such as 0.5, or three, separated by spaces',
   );
   if (!isRight) return;
   const fits = inputOf('fit-lines').checked && !Array.isArray(value);
@@ -84,7 +84,7 @@ function readPadding() {
   const value = readNumbers(input.value) ?? (input.value.trim() === '' ? 0 : undefined);
   const isRight = value !== undefined && [value].flat().every((room) => room >= 0 && (by === 'length' || Number.isInteger(room)));
   input.setCustomValidity(
-    isRight ? '' : `this is ${by === 'cells' ? 'a whole number of cells' : 'a length'} from 0, or three, apart by blanks`,
+    isRight ? '' : `this is ${by === 'cells' ? 'a whole number of cells' : 'a length'} from 0, or three, separated by spaces`,
   );
   if (isRight) set({ padding: value, padding_by: by });
 }

@@ -8,15 +8,15 @@ const FOLDER = 'hexcast-columns';
 /** Milliseconds between attempts: a worker that was ended lets go of its files a moment later. */
 const WAITS = [0, 50, 200, 1000, 4000];
 
-/** Whether columns can go aside on this thread: in workers of secure pages, not in Node. */
-function hasAside() {
+/** Whether columns can spill on this thread: in workers of secure pages, not in Node. */
+function canSpill() {
   const { navigator, FileSystemFileHandle } = globalThis;
   const hasFiles = typeof navigator?.storage?.getDirectory === 'function';
   return hasFiles && typeof FileSystemFileHandle?.prototype.createSyncAccessHandle === 'function';
 }
 
-/** Opens a file for the columns of one mesh. @returns {Promise<AsideFile>} */
-async function openAside() {
+/** Opens a file for the columns of one mesh. @returns {Promise<SpillFile>} */
+async function openSpillFile() {
   return alone(async () => {
     const root = await navigator.storage.getDirectory();
     const folder = await root.getDirectoryHandle(FOLDER, { create: true });
@@ -24,7 +24,7 @@ async function openAside() {
     const file = await folder.getFileHandle(name, { create: true });
     const handle = await file.createSyncAccessHandle?.();
     if (!handle) throw new Error('files cannot be written here without waiting');
-    return new AsideFile(handle, () => folder.removeEntry(name));
+    return new SpillFile(handle, () => folder.removeEntry(name));
   });
 }
 
@@ -48,7 +48,7 @@ async function clear() {
 }
 
 /** Removes what was left behind by workers that were ended with their meshes. */
-export async function clearAside() {
+export async function clearSpillFiles() {
   if (!globalThis.navigator?.storage?.getDirectory || !navigator.locks) return;
   for (const wait of WAITS) {
     await new Promise((resolve) => setTimeout(resolve, wait));
@@ -62,14 +62,14 @@ export async function clearAside() {
  *
  * @template T
  * @param {'auto' | boolean} spill
- * @param {(open?: () => Promise<AsideFile>) => Promise<T>} make
+ * @param {(open?: () => Promise<SpillFile>) => Promise<T>} make
  * @returns {Promise<T>}
  */
 export async function spilling(spill, make) {
   const open = async () => {
-    if (!hasAside()) throw NO_SPILL;
+    if (!canSpill()) throw NO_SPILL;
     // a private window may refuse
-    return openAside().catch(() => Promise.reject(NO_SPILL));
+    return openSpillFile().catch(() => Promise.reject(NO_SPILL));
   };
   if (spill === true) return make(open);
   return make().catch((error) => {
@@ -97,7 +97,7 @@ async function alone(act) {
 }
 
 /** What the wasm calls; a failure is thrown as a sentence. */
-class AsideFile {
+class SpillFile {
   #handle;
   #remove;
   #bytes = 0;
