@@ -18,51 +18,15 @@ mod clip;
 pub(crate) mod codec;
 mod growing;
 mod part;
+mod run;
 mod spill;
 
-pub(crate) use clip::Near;
+pub(crate) use clip::SlabColumns;
 pub use growing::Growing;
 pub(crate) use part::Part;
+pub use run::{Band, flag_at, run, run_cell, run_flag};
 pub use spill::Store;
 pub(crate) use spill::{Record, Spill};
-
-/// Packs a run.
-pub fn run(cell: u32, flag: u8) -> u32 {
-    cell << 8 | u32::from(flag)
-}
-
-/// First cell of a packed run.
-pub fn run_cell(run: u32) -> u32 {
-    run >> 8
-}
-
-/// Flag of a packed run.
-pub fn run_flag(run: u32) -> u8 {
-    (run & 0xff) as u8
-}
-
-/// Runs of consecutive rays.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Band {
-    /// Index of the first ray.
-    pub first_ray: u64,
-    /// End in `runs` of the runs of each ray; one entry a ray.
-    pub ends: Vec<u32>,
-    /// Runs, ray after ray.
-    pub runs: Vec<u32>,
-    /// Rays that do not leave every geometry they enter: the mesh is not closed there.
-    pub odd_rays: u64,
-    /// Number of crossings of the rays.
-    pub n_crossings: u64,
-}
-
-impl Band {
-    /// Runs of a ray of this band, counted from its first.
-    pub fn ray(&self, index: usize) -> &[u32] {
-        let start = if index == 0 { 0 } else { self.ends[index - 1] };
-        &self.runs[start as usize..self.ends[index] as usize]
-    }
-}
 
 /// Runs of all rays of the box.
 #[derive(Debug, Clone)]
@@ -77,7 +41,7 @@ pub struct Columns {
 #[derive(Debug, Clone)]
 enum Content {
     /// In memory.
-    Held(Vec<Part>),
+    Held(Arc<Vec<Part>>),
     /// In a store: the pieces, and the cells that their runs name.
     Spilled { spill: Arc<Spill>, records: Vec<Record>, cells: Box<[u64; 256]> },
 }
@@ -119,7 +83,7 @@ impl Columns {
             n_crossings += band.n_crossings;
         }
         assert_eq!(next, rays.n_rays(), "bands must cover all rays");
-        let content = Content::Held(bands.into_iter().map(Part::new).collect());
+        let content = Content::Held(Arc::new(bands.into_iter().map(Part::new).collect()));
         Columns { rays, content, odd_rays, n_crossings }
     }
 
@@ -252,14 +216,6 @@ fn cells_of(parts: &[Part], depth: u32) -> [u64; 256] {
         sum.iter_mut().zip(cells).for_each(|(sum, cells)| *sum += cells);
         sum
     })
-}
-
-/// Flag of a cell of a ray with the given runs.
-pub fn flag_at(runs: &[u32], cell: u32) -> u8 {
-    match runs.partition_point(|&run| run_cell(run) <= cell) {
-        0 => 0,
-        after => run_flag(runs[after - 1]),
-    }
 }
 
 #[cfg(test)]

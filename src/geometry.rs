@@ -8,10 +8,7 @@ use glam::{DAffine3, DMat3, DVec3};
 
 mod facets;
 
-pub use facets::SharedFacets;
-
-/// One triangular facet: three corners of three coordinates, in the order of the file.
-pub type Facet = [[f32; 3]; 3];
+pub use facets::{Facet, SharedFacets};
 
 /// A surface that bounds one substance.
 #[derive(Debug, Clone, PartialEq)]

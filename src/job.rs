@@ -25,10 +25,12 @@ use crate::error::{Error, Result};
 mod byte_size;
 mod geometry_job;
 mod numbers;
+mod per_axis;
 mod validate;
 
 pub use byte_size::ByteSize;
 pub use geometry_job::GeometryJob;
+pub use per_axis::PerAxis;
 
 /// Cells along the longest axis where the job does not say.
 pub const DEFAULT_CELLS: u32 = 128;
@@ -75,26 +77,6 @@ pub enum AxisChoice {
     Y,
     /// Along z.
     Z,
-}
-
-/// One number for all axes, or one an axis.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[serde(untagged)]
-pub enum PerAxis<T> {
-    /// The same for x, y and z.
-    All(T),
-    /// x, y and z.
-    Each([T; 3]),
-}
-
-impl<T: Copy> PerAxis<T> {
-    /// The three numbers.
-    pub fn each(self) -> [T; 3] {
-        match self {
-            PerAxis::All(value) => [value; 3],
-            PerAxis::Each(values) => values,
-        }
-    }
 }
 
 /// Room around the geometries on both sides of every axis.

@@ -8,7 +8,7 @@ use std::fmt::Write;
 
 use sha2::{Digest, Sha256};
 
-use crate::columns::{Columns, Near};
+use crate::columns::{Columns, SlabColumns};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::flags::{CellBox, bits_of_box, expand, expand_bits, flags_of_box, n_bytes_of_bits, n_cells};
@@ -94,13 +94,13 @@ impl Mesh {
     }
 
     /// Columns that are cheap to expand in a box.
-    fn columns_of_box(&self, cells: &CellBox) -> Result<Near<'_>> {
+    fn columns_of_box(&self, cells: &CellBox) -> Result<SlabColumns<'_>> {
         if (0..3).any(|axis| cells[axis].end > self.dims()[axis] || cells[axis].start > cells[axis].end) {
             return Err(self.outside(format!("box {cells:?}")));
         }
         let n_rays: u64 = self.columns.rays.across.iter().map(|&axis| cells[axis].len() as u64).product();
         if 2 * n_rays < self.columns.rays.n_rays() {
-            return Ok(Near::Whole(&self.columns));
+            return Ok(SlabColumns::Whole(&self.columns));
         }
         self.columns.near(&cells[self.columns.rays.axis])
     }

@@ -23,18 +23,16 @@ mod faces;
 mod level;
 mod slice;
 mod stl;
+mod stretches;
 
 use faces::{Quad, Sweep, row_faces};
-use level::{Level, by_rarity};
+use level::{Level, ROWS, by_rarity};
 
 pub use slice::{Slice, slice};
 pub use stl::write_stl;
 
 /// Most rectangles of a skin: their corners must fit a 32-bit index.
 pub const MAX_QUADS: usize = 1 << 30;
-
-/// Rows of rays whose strips are held at once: enough to keep all cores busy.
-const ROWS: usize = 64;
 
 /// The stair-step surface of a box of cells.
 #[derive(Debug, Clone, PartialEq)]

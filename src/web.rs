@@ -28,20 +28,14 @@ mod info;
 mod json;
 mod mesh;
 mod value;
+mod values;
 mod zlib;
 
 pub use aside::AsideFile;
 use aside::WebStore;
 pub use mesh::{WebEncoder, WebHash, WebMesh, WebSkin};
+use values::{JsResult, forget, js_error, keep, kept};
 pub use zlib::lend_zlib;
-
-type JsResult<T> = std::result::Result<T, JsValue>;
-
-/// An error as `www/core.js` takes it apart.
-fn js_error(error: Error) -> JsValue {
-    let message = error.to_string();
-    JsValue::from_str(&json::json(&info::ErrorFacts { code: error.code(), message: &message, hint: error.hint() }))
-}
 
 /// Version of hexcast.
 #[wasm_bindgen]
@@ -203,29 +197,6 @@ impl WebJob {
     fn sources(&self) -> Vec<Source> {
         self.sources.iter().map(|source| (**source).clone()).collect()
     }
-}
-
-thread_local! {
-    /// JavaScript values in use, by number: a closure that holds a number can be sent between threads, one that holds such a
-    /// value cannot.
-    static KEPT: RefCell<Vec<JsValue>> = RefCell::default();
-}
-
-fn keep(value: JsValue) -> usize {
-    KEPT.with_borrow_mut(|all| {
-        let id = all.iter().position(JsValue::is_undefined).unwrap_or(all.len());
-        all.resize(all.len().max(id + 1), JsValue::UNDEFINED);
-        all[id] = value;
-        id
-    })
-}
-
-fn forget(id: usize) {
-    KEPT.with_borrow_mut(|all| all[id] = JsValue::UNDEFINED);
-}
-
-fn kept(id: usize) -> JsValue {
-    KEPT.with_borrow(|all| all[id].clone())
 }
 
 /// Who meshes.

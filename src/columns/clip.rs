@@ -10,31 +10,26 @@
 use std::ops::{Deref, Range};
 use std::sync::{Arc, PoisonError};
 
-use super::{Band, Columns, Content, Part, Record, Spill, run_cell, run_flag};
+use super::part::Part;
+use super::run::{Band, run_cell, run_flag};
+use super::spill::{Record, Spill};
+use super::{Columns, Content};
 use crate::error::Result;
 use crate::parallel::*;
 
-/// The stretch that was taken last.
-#[derive(Default)]
-pub(super) struct Clip {
-    taken: Option<(Range<u32>, Arc<Columns>)>,
-    /// Whether not even one slab fits.
-    is_hopeless: bool,
-}
-
 /// Columns, or a stretch of them in memory.
-pub(crate) enum Near<'a> {
+pub(crate) enum SlabColumns<'a> {
     Whole(&'a Columns),
-    Stretch(Arc<Columns>),
+    Stretch(Columns),
 }
 
-impl Deref for Near<'_> {
+impl Deref for SlabColumns<'_> {
     type Target = Columns;
 
     fn deref(&self) -> &Columns {
         match self {
-            Near::Whole(columns) => columns,
-            Near::Stretch(columns) => columns,
+            SlabColumns::Whole(columns) => columns,
+            SlabColumns::Stretch(columns) => columns,
         }
     }
 }
@@ -45,41 +40,44 @@ impl Columns {
     ///
     /// # Errors
     /// `io` where the columns are in a store that fails.
-    pub(crate) fn near(&self, along: &Range<u32>) -> Result<Near<'_>> {
+    pub(crate) fn near(&self, along: &Range<u32>) -> Result<SlabColumns<'_>> {
         // along x and y a slab needs few rays or all of them whole
-        let Content::Spilled { spill, records, .. } = &self.content else { return Ok(Near::Whole(self)) };
+        let Content::Spilled { spill, records, .. } = &self.content else { return Ok(SlabColumns::Whole(self)) };
         if self.rays.axis != 2 {
-            return Ok(Near::Whole(self));
+            return Ok(SlabColumns::Whole(self));
         }
         let mut clip = spill.clip.lock().unwrap_or_else(PoisonError::into_inner);
         let mut likely = self.rays.depth;
-        if let Some((range, columns)) = &clip.taken {
+        if let Some((range, parts)) = &clip.taken {
             if range.start <= along.start && along.end <= range.end {
-                return Ok(Near::Stretch(columns.clone()));
+                return Ok(self.stretch(parts.clone()));
             }
             likely = 2 * (range.end - range.start).max(1);
-            // who looks back is late, unless another walk begins
+            // requests before the cached range bypass the cache, except those for the first cell
             if along.start < range.start && along.start > 0 {
-                return Ok(Near::Whole(self));
+                return Ok(SlabColumns::Whole(self));
             }
         }
-        if clip.is_hopeless {
-            return Ok(Near::Whole(self));
+        if clip.slab_exceeds_budget {
+            return Ok(SlabColumns::Whole(self));
         }
         clip.taken = None;
         let end = along.start.saturating_add(likely).clamp(along.end, self.rays.depth);
         match take(spill, records, along, end)? {
             Some((range, parts)) => {
-                let columns = Columns { rays: self.rays, content: Content::Held(parts), odd_rays: 0, n_crossings: 0 };
-                let columns = Arc::new(columns);
-                clip.taken = Some((range, columns.clone()));
-                Ok(Near::Stretch(columns))
+                let parts = Arc::new(parts);
+                clip.taken = Some((range, parts.clone()));
+                Ok(self.stretch(parts))
             }
             None => {
-                clip.is_hopeless = true;
-                Ok(Near::Whole(self))
+                clip.slab_exceeds_budget = true;
+                Ok(SlabColumns::Whole(self))
             }
         }
+    }
+
+    fn stretch(&self, parts: Arc<Vec<Part>>) -> SlabColumns<'_> {
+        SlabColumns::Stretch(Columns { rays: self.rays, content: Content::Held(parts), odd_rays: 0, n_crossings: 0 })
     }
 }
 

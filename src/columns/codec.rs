@@ -4,7 +4,7 @@
 
 use std::ops::Range;
 
-use super::{Band, run, run_cell, run_flag};
+use super::run::{Band, run, run_cell, run_flag};
 
 /// The most rays and runs of a piece, unless a single ray has more runs.
 pub(crate) const PIECE_RAYS: u32 = 1 << 16;

@@ -199,7 +199,7 @@ impl Growing {
         let Growing { rays, held, records, cells, odd_rays, n_crossings, .. } = self;
         let content = match self.spill.filter(|_| self.is_spilled) {
             Some(spill) => Content::Spilled { spill, records, cells },
-            None => Content::Held(held),
+            None => Content::Held(Arc::new(held)),
         };
         Columns { rays, content, odd_rays, n_crossings }
     }

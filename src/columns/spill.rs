@@ -23,9 +23,9 @@ use std::io;
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::clip::Clip;
 use super::codec::{self, Encoder, Plan};
-use super::{Band, Part};
+use super::part::Part;
+use super::run::Band;
 use crate::checksum::crc32;
 use crate::error::{Error, Result};
 use crate::parallel::*;
@@ -108,13 +108,21 @@ impl Record {
     }
 }
 
+/// The cells along the rays that were read last, for the slabs that need some of every ray.
+#[derive(Default)]
+pub(super) struct SlabCache {
+    pub(super) taken: Option<(Range<u32>, Arc<Vec<Part>>)>,
+    /// Whether not even one slab fits.
+    pub(super) slab_exceeds_budget: bool,
+}
+
 /// A store, and the pieces read from it last.
 pub(crate) struct Spill {
     pub(crate) store: Arc<dyn Store>,
     depth: u32,
     /// Bytes that may be held of what is read back.
     pub(super) room: u64,
-    pub(super) clip: Mutex<Clip>,
+    pub(super) clip: Mutex<SlabCache>,
     cache: Mutex<VecDeque<(u64, Arc<Part>)>>,
     cache_bytes: u64,
 }

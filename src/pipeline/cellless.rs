@@ -1,6 +1,6 @@
 //! Which geometries got no cell: thinner than the cells, outside the domain, or covered by others.
 
-use super::Prepared;
+use super::task::Prepared;
 use crate::control::Control;
 use crate::cpu;
 use crate::digits::Number;

@@ -2,8 +2,8 @@
 
 use sha2::{Digest, Sha256};
 
-use super::engine::Casting;
-use super::{Aside, DEFAULT_MAX_BYTES, Engine, Prepared, Task};
+use super::engine::{Casting, Engine};
+use super::task::{Aside, DEFAULT_MAX_BYTES, Prepared, Task};
 use crate::columns::Growing;
 use crate::cpu;
 use crate::error::Result;

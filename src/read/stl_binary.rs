@@ -4,7 +4,7 @@
 //! The count must fit the length of the file before anything is allocated. Bytes behind the last facet are left out with
 //! a warning, unless they look as if the count was wrong.
 
-use super::{Contents, Format, Solid, Tally, Warnings, reserve, sniff};
+use super::contents::{self, Contents, Format, Solid, Tally, Warnings, reserve};
 use crate::digits::Number;
 use crate::error::{Error, Result};
 use crate::geometry::Facet;
@@ -154,7 +154,7 @@ fn check_count(count: u32, n_bytes: u64) -> Result<()> {
         return Err(wrong_count(count.into(), n_room, n_bytes));
     }
     if count == 0 {
-        return Err(sniff::empty("the count at byte 80 announces 0 facets"));
+        return Err(contents::empty("the count at byte 80 announces 0 facets"));
     }
     Ok(())
 }

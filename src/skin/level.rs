@@ -11,12 +11,14 @@ use std::ops::Range;
 
 use crate::parallel::*;
 
-use super::ROWS;
-use super::faces::stretches;
+use super::stretches::stretches;
 use crate::columns::{Band, Columns, run};
 use crate::control::Control;
 use crate::error::Result;
 use crate::flags::CellBox;
+
+/// Rows of rays that are taken at once: enough to keep all cores busy.
+pub(super) const ROWS: usize = 64;
 
 /// A box of cells of one size.
 #[derive(Debug)]

@@ -4,7 +4,7 @@ use std::io;
 
 use wasm_bindgen::prelude::*;
 
-use super::{forget, keep, kept};
+use super::values::{forget, keep, kept};
 use crate::columns::Store;
 
 #[wasm_bindgen]

@@ -6,7 +6,8 @@ use std::rc::Rc;
 use sha2::{Digest, Sha256};
 use wasm_bindgen::prelude::*;
 
-use super::{JsResult, js_error, json};
+use super::json;
+use super::values::{JsResult, js_error};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::flags::CellBox;

@@ -58,10 +58,12 @@
 //! run while reading. Smooth surfaces take 2 bytes a run and 1 a ray, and an eighth of that or less with zlib.
 
 mod head;
+mod layout;
 mod read;
 #[cfg(test)]
 mod tests;
 
+use layout::{END_MAGIC, END_TAG, MAGIC, PIECE_TAG, ZLIB_AT};
 pub use read::{read_columns, read_columns_within};
 
 use std::ops::Range;
@@ -70,29 +72,14 @@ use crate::checksum::crc32;
 use crate::columns::Columns;
 use crate::columns::codec::{self, Plan};
 use crate::control::Control;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::mesh::Mesh;
 use crate::parallel::*;
 use crate::write::{Compress, Sink, zlib};
 
-const MAGIC: [u8; 8] = *b"\x89HXC\r\n\x1a\n";
-const VERSION: u32 = 1;
-/// Where the head says whether pieces are compressed.
-const ZLIB_AT: usize = 29;
-const MAX_BODY: usize = 1 << 20;
-const MAX_DIM: u32 = 1 << 24;
-const PIECE_TAG: [u8; 4] = *b"PIEC";
-const PIECE_HEAD: usize = 44;
-const END_TAG: [u8; 4] = *b"ENDS";
-const END_MAGIC: [u8; 8] = *b"HXC END\n";
-
 /// Whether what starts with these bytes is a column file with zlib in it; 32 are enough to tell.
 pub fn is_compressed(start: &[u8]) -> bool {
     start.starts_with(&MAGIC) && start.get(ZLIB_AT) == Some(&1)
-}
-
-fn corrupt(message: String) -> Error {
-    Error::new("columns-corrupt", message, "copy or write the file again")
 }
 
 /// Writes a mesh as a column file.

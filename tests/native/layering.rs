@@ -8,6 +8,8 @@ use std::iter::Peekable;
 use std::path::{Path, PathBuf};
 use std::str::Chars;
 
+mod circles;
+
 /// The modules of the core in the order of the line: each may use those before it.
 const CORE: &[&str] = &[
     "error",
@@ -99,6 +101,13 @@ struct Source {
     code: String,
 }
 
+impl Source {
+    fn new(name: &str, text: &str) -> Source {
+        let module = name.split('/').next().unwrap_or_default().trim_end_matches(".rs").to_string();
+        Source { module, code: code_of(text), name: name.into() }
+    }
+}
+
 fn sources() -> Vec<Source> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let mut paths = Vec::new();
@@ -109,8 +118,7 @@ fn sources() -> Vec<Source> {
     names
         .map(|name| {
             let text = std::fs::read_to_string(root.join(&name)).expect("source is readable");
-            let module = name.split('/').next().unwrap_or_default().trim_end_matches(".rs").to_string();
-            Source { module, code: code_of(&text), name }
+            Source::new(&name, &text)
         })
         .collect()
 }
@@ -165,7 +173,8 @@ fn without_strings_and_comments(line: &str) -> String {
 /// Every path of code that starts with `root`, such as `crate::a::b`, groups in braces taken apart.
 fn paths(code: &str, root: &str) -> BTreeSet<String> {
     let start = format!("{root}::");
-    let is_whole = |at: usize| !code[..at].chars().next_back().is_some_and(is_word);
+    // `std::read::x` is no path that starts with `read`
+    let is_whole = |at: usize| !code[..at].chars().next_back().is_some_and(|c| is_word(c) || c == ':');
     let starts = code.match_indices(&start).filter(|(at, _)| is_whole(*at));
     let mut found = BTreeSet::new();
     for (at, _) in starts {
@@ -174,7 +183,7 @@ fn paths(code: &str, root: &str) -> BTreeSet<String> {
     found
 }
 
-/// Reads `a::b`, or `{a, b::{c, d}}` and adds every full path to `found`.
+/// Reads `a::b`, `a::*` or `{a, b::{self, c}}` and adds every full path to `found`.
 fn expand(prefix: &str, rest: &mut Peekable<Chars>, found: &mut BTreeSet<String>) {
     let skip_space = |rest: &mut Peekable<Chars>| while rest.next_if(|c| c.is_whitespace()).is_some() {};
     skip_space(rest);
@@ -189,13 +198,16 @@ fn expand(prefix: &str, rest: &mut Peekable<Chars>, found: &mut BTreeSet<String>
         }
     }
     let mut path = prefix.to_string();
+    if rest.next_if_eq(&'*').is_some() {
+        path.push('*');
+    }
     while let Some(c) = rest.next_if(|&c| is_word(c)) {
         path.push(c);
     }
     if rest.next_if_eq(&':').is_some() && rest.next_if_eq(&':').is_some() {
         expand(&format!("{path}::"), rest, found);
     } else if path != prefix {
-        found.insert(path);
+        found.insert(path.strip_suffix("::self").map_or(path.clone(), str::to_string));
     }
 }
 
@@ -275,10 +287,7 @@ fn the_crate_root_only_lists_modules() {
 
 #[test]
 fn breaches_are_found() {
-    let breaches_of = |name: &str, text: &str| {
-        let module = name.split('/').next().unwrap_or_default().trim_end_matches(".rs").to_string();
-        breaches(&Source { name: name.into(), module, code: code_of(text) })
-    };
+    let breaches_of = |name: &str, text: &str| breaches(&Source::new(name, text));
     let table = [
         ("lines.rs", "use crate::frame::Frame;", 1),
         ("frame.rs", "use crate::lines::Lines;", 0),

@@ -9,7 +9,7 @@ use hexcast::columns::Store;
 use hexcast::pipeline::Aside;
 use hexcast::{Error, Result};
 
-use super::outputs::with_ending;
+use super::output_file::with_ending;
 
 /// Where columns go besides memory.
 #[derive(clap::Args)]

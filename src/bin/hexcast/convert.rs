@@ -67,5 +67,5 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     for file in files {
         table.line("written", format!("{} ({})", file.path.display(), BinaryBytes(file.n_bytes)));
     }
-    super::print(&table.finish())
+    super::terminal::print(&table.finish())
 }

@@ -42,10 +42,10 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let facts: Vec<Facts> = read_files(&files, token, Progress::new(false))?.into_iter().map(facts).collect();
     if arguments.json {
         let list: Value = facts.iter().map(in_json).collect();
-        return super::print(&format!("{list:#}\n"));
+        return super::terminal::print(&format!("{list:#}\n"));
     }
     let texts: Vec<String> = facts.iter().map(in_words).collect();
-    super::print(&texts.join("\n"))
+    super::terminal::print(&texts.join("\n"))
 }
 
 fn facts(mut source: Source) -> Facts {

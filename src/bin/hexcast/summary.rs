@@ -5,7 +5,7 @@ use std::fmt::{Display, Write};
 use hexcast::report::Report;
 use indicatif::{BinaryBytes, HumanCount};
 
-use super::outputs::OutputFile;
+use super::output_file::OutputFile;
 
 /// What else to show.
 #[derive(Clone, Copy)]

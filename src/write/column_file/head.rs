@@ -6,7 +6,7 @@ use crate::lines::Lines;
 use crate::mesh::{Mesh, Named};
 use crate::rays::Rays;
 
-use super::{MAGIC, MAX_BODY, MAX_DIM, VERSION, corrupt};
+use super::layout::{MAGIC, MAX_BODY, MAX_DIM, VERSION, corrupt};
 
 /// What the head says.
 #[derive(Debug)]

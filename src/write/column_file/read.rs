@@ -13,7 +13,7 @@ use crate::mesh::Mesh;
 use crate::write::zlib;
 
 use super::head::{self, Head};
-use super::{END_MAGIC, END_TAG, MAGIC, MAX_BODY, PIECE_HEAD, PIECE_TAG, VERSION, corrupt};
+use super::layout::{END_MAGIC, END_TAG, MAGIC, MAX_BODY, PIECE_HEAD, PIECE_TAG, VERSION, corrupt};
 
 /// Pieces read before they are decoded together.
 const BATCH: usize = 16;

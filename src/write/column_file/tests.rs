@@ -1,5 +1,6 @@
 use proptest::prelude::*;
 
+use super::layout::*;
 use super::*;
 use crate::columns::{Band, Columns, codec, run};
 use crate::mesh::tests::pattern;
