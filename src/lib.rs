@@ -5,7 +5,6 @@ pub mod columns;
 pub mod control;
 pub mod cpu;
 pub mod crossings;
-mod digits;
 pub mod domain;
 pub mod error;
 pub mod estimate;

@@ -10,7 +10,6 @@
 use crate::error::{Error, Result};
 
 mod contents;
-mod decimal;
 mod sniff;
 mod stl_ascii;
 mod stl_binary;

@@ -13,7 +13,6 @@ use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 
 use crate::control::{CancelToken, Control, Progress};
-use crate::digits::Number;
 use crate::error::Error;
 use crate::estimate::Estimate;
 use crate::geometry::Facet;
@@ -96,8 +95,7 @@ impl WebSurface {
             return Err(js_error(Error::new("job-value", message, "give x y z of three corners a facet")));
         }
         if let Some(place) = corners.iter().position(|number| !number.is_finite()) {
-            let message =
-                format!("{file}: number {} of facet {} is {}", place % 9, place / 9, Number(corners[place].into()));
+            let message = format!("{file}: number {} of facet {} is {}", place % 9, place / 9, corners[place]);
             return Err(js_error(Error::new("stl-not-finite", message, "remove the facet")));
         }
         let facet = |f: &[f32; 9]| -> Facet { [[f[0], f[1], f[2]], [f[3], f[4], f[5]], [f[6], f[7], f[8]]] };

@@ -15,7 +15,7 @@
 //! nearest f32. A line may be [`MAX_LINE`] bytes long, so that garbage cannot fill the memory.
 
 use super::contents::{self, Contents, Format, Solid, Tally, Warnings, reserve};
-use super::{decimal, text};
+use super::text;
 use crate::error::{Error, Result};
 use crate::geometry::{Facet, SharedFacets};
 
@@ -209,7 +209,7 @@ impl Parser {
         let mut numbers = [0.0; 3];
         for axis in 0..3 {
             let (word, behind) = first_word(rest);
-            numbers[axis] = match decimal::parse(word) {
+            numbers[axis] = match number(word) {
                 Some(value) if value.is_finite() => value,
                 found => return Err(self.bad_number(word, found.is_some(), corner, axis)),
             };
@@ -326,8 +326,13 @@ fn normal(rest: &[u8]) -> [f32; 3] {
     std::array::from_fn(|_| {
         let (word, behind) = first_word(rest);
         rest = behind;
-        decimal::parse(word).unwrap_or(f32::NAN)
+        number(word).unwrap_or(f32::NAN)
     })
+}
+
+/// Reads the f32 nearest to a decimal number; None where the word is not a number. Numbers beyond f32 come out infinite.
+fn number(word: &[u8]) -> Option<f32> {
+    str::from_utf8(word).ok()?.parse().ok()
 }
 
 /// Whether a word is how some C library prints NaN or infinity, such as `-nan(ind)` or `1.#INF`.

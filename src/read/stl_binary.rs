@@ -5,7 +5,6 @@
 //! a warning, unless they look as if the count was wrong.
 
 use super::contents::{self, Contents, Format, Solid, Tally, Warnings, reserve};
-use crate::digits::Number;
 use crate::error::{Error, Result};
 use crate::geometry::Facet;
 
@@ -169,7 +168,7 @@ fn not_finite(facet: &Facet, index: usize, n_facets: usize) -> Error {
     let place = facet.as_flattened().iter().position(|c| !c.is_finite()).unwrap_or(0);
     let (number, corner, axis) = (index + 1, place / 3 + 1, ["x", "y", "z"][place % 3]);
     let byte = HEADER as u64 + RECORD as u64 * index as u64 + 12 + 4 * place as u64;
-    let value = Number(facet.as_flattened()[place].into());
+    let value = facet.as_flattened()[place];
     let message = format!("facet {number} of {n_facets}: {axis} of corner {corner} is {value} (byte {byte})");
     Error::new("stl-not-finite", message, "repair the model where it was made; a corner needs three finite numbers")
 }

@@ -6,7 +6,6 @@
 
 use serde::Serialize;
 
-use crate::digits::Number;
 use crate::mesh::Mesh;
 
 use super::{Options, Written};
@@ -81,7 +80,7 @@ pub(crate) fn sidecar(mesh: &Mesh, options: &Options, written: &Written, json: i
 
 /// A list of numbers, finite ones, in the fewest digits that parse back to them.
 fn numbers(list: &[f64]) -> String {
-    let texts: Vec<String> = list.iter().map(|number| format!("{:?}", Number(*number))).collect();
+    let texts: Vec<String> = list.iter().map(|number| format!("{number:?}")).collect();
     format!("[{}]", texts.join(","))
 }
 

@@ -14,7 +14,6 @@
 use std::fmt::Write;
 
 use crate::control::Control;
-use crate::digits::Number;
 use crate::error::{Error, Result};
 use crate::flags::CellBox;
 use crate::mesh::Mesh;
@@ -192,7 +191,7 @@ fn head(mesh: &Mesh, compress: Compress) -> String {
 
 /// Three numbers that parse back to the same f64.
 fn three(numbers: [f64; 3]) -> String {
-    let [x, y, z] = numbers.map(Number);
+    let [x, y, z] = numbers;
     format!("{x:?} {y:?} {z:?}")
 }
 

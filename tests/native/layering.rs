@@ -16,7 +16,6 @@ const CORE: &[&str] = &[
     "control",
     "parallel",
     "checksum",
-    "digits",
     "geometry",
     "surface",
     "read",
