@@ -12,20 +12,12 @@ import { copyThree } from './three.mjs';
 import { compileWasm, ensureBindgen } from './wasm.mjs';
 
 export const DIST = path.join(ROOT, 'dist');
-/**
- * Most kilobytes (1000 bytes) of a wasm file, as it is and after gzip -9: of the one that meshes, which every page loads, and
- * of zlib, for compressed files.
- */
-const LIMITS = {
-  /** with the standard library compiled for size */
-  rebuilt: { hexcast: { wasm: 400, gzip: 160 }, hexcast_zlib: { wasm: 100, gzip: 50 } },
-  /** with the one that comes with the compiler */
-  prebuilt: { hexcast: { wasm: 430, gzip: 190 }, hexcast_zlib: { wasm: 120, gzip: 60 } },
-};
+/** Most kilobytes (1000 bytes) of the wasm file, as it is and after gzip -9. */
+const LIMITS = { wasm: 1200, gzip: 450 };
 /** Every browser with WebGPU has these; without them wasm-opt would refuse the code or leave it slower. */
 const FEATURES = ['simd', 'bulk-memory', 'nontrapping-float-to-int', 'sign-ext', 'mutable-globals', 'reference-types', 'multivalue'];
 
-/** Builds dist/ and returns a line with the sizes; fails where a wasm is too large. */
+/** Builds dist/ and returns a line with its sizes; fails where the wasm is too large. */
 export async function build() {
   await ensureNodeModules();
   const bindgen = await ensureBindgen();
@@ -34,23 +26,18 @@ export async function build() {
   mkdirSync(DIST, { recursive: true });
   cpSync(path.join(ROOT, 'www'), DIST, { recursive: true });
   copyThree(path.join(DIST, 'vendor'));
-  const limits = wasm.isRebuilt ? LIMITS.rebuilt : LIMITS.prebuilt;
-  const sizes = [];
-  for (const [name, file] of [['hexcast', wasm.mesher], ['hexcast_zlib', wasm.zlib]]) {
-    await run(bindgen, ['--target', 'web', '--no-typescript', '--out-dir', DIST, '--out-name', `${name}_wasm`, file]);
-    const glue = path.join(DIST, `${name}_wasm.js`);
-    const made = nameWasm(name, glue);
-    shorten(glue, await optimize(made));
-    sizes.push(checkSizes(made, limits[name]));
-  }
-  return sizes.join('; ');
+  await run(bindgen, ['--target', 'web', '--no-typescript', '--out-dir', DIST, '--out-name', 'hexcast_wasm', wasm]);
+  const glue = path.join(DIST, 'hexcast_wasm.js');
+  const made = nameWasm(glue);
+  shorten(glue, await optimize(made));
+  return checkSizes(made);
 }
 
-/** Gives a wasm its public name; the glue, which nobody imports by name, keeps its own. Returns its path. */
-function nameWasm(name, glue) {
-  const made = path.join(DIST, `${name}_bg.wasm`);
-  renameSync(path.join(DIST, `${name}_wasm_bg.wasm`), made);
-  writeFileSync(glue, readFileSync(glue, 'utf8').replaceAll(`${name}_wasm_bg.wasm`, `${name}_bg.wasm`));
+/** Gives the wasm its public name; the glue, which nobody imports by name, keeps its own. Returns its path. */
+function nameWasm(glue) {
+  const made = path.join(DIST, 'hexcast_bg.wasm');
+  renameSync(path.join(DIST, 'hexcast_wasm_bg.wasm'), made);
+  writeFileSync(glue, readFileSync(glue, 'utf8').replaceAll('hexcast_wasm_bg.wasm', 'hexcast_bg.wasm'));
   return made;
 }
 
@@ -72,12 +59,12 @@ function shorten(file, { imports, exports }) {
   writeFileSync(file, glue);
 }
 
-function checkSizes(file, limits) {
+function checkSizes(file) {
   const sizes = { wasm: statSync(file).size / 1000, gzip: gzipSync(readFileSync(file), { level: 9 }).length / 1000 };
-  const parts = Object.entries(sizes).map(([name, size]) => `${name} ${size.toFixed(1)} kB of ${limits[name]}`);
+  const parts = Object.entries(sizes).map(([name, size]) => `${name} ${size.toFixed(1)} kB of ${LIMITS[name]}`);
   const line = `${path.basename(file)}: ${parts.join(', ')}`;
-  if (sizes.wasm > limits.wasm || sizes.gzip > limits.gzip) {
-    throw new Error(`a wasm file is too large: ${line}. See what grew with "npx wasm-opt --func-metrics dist/${path.basename(file)}"`);
+  if (sizes.wasm > LIMITS.wasm || sizes.gzip > LIMITS.gzip) {
+    throw new Error(`the wasm file is too large: ${line}. See what grew with "npx wasm-opt --func-metrics dist/${path.basename(file)}"`);
   }
   return line;
 }

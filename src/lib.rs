@@ -30,8 +30,6 @@ pub mod surface;
 #[cfg(all(feature = "web", target_arch = "wasm32"))]
 pub mod web;
 pub mod write;
-#[cfg(all(feature = "zlib-wasm", not(feature = "web"), target_arch = "wasm32"))]
-pub mod zlib_wasm;
 
 pub use error::{Error, Result};
 pub use write::column_file;

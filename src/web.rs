@@ -28,13 +28,11 @@ mod json;
 mod mesh;
 mod value;
 mod values;
-mod zlib;
 
 pub use aside::AsideFile;
 use aside::WebStore;
 pub use mesh::{WebEncoder, WebHash, WebMesh, WebSkin};
 use values::{JsResult, forget, js_error, keep, kept};
-pub use zlib::lend_zlib;
 
 /// Version of hexcast.
 #[wasm_bindgen]

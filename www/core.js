@@ -5,8 +5,7 @@
 import { clearAside, hasAside, openAside } from './aside.js';
 import { describeAdapter, lendDevice } from './adapter.js';
 import { errorFrom } from './error.js';
-import init, { WebEngine, WebJob, WebMesh, WebReader, WebSurface, WebSwitch, lendZlib, version } from './hexcast_wasm.js';
-import { loadZlib } from './zlib.js';
+import init, { WebEngine, WebJob, WebMesh, WebReader, WebSurface, WebSwitch, version } from './hexcast_wasm.js';
 
 /** Bytes of a Blob read at once. */
 const SLICE_BYTES = 4 << 20;
@@ -36,12 +35,9 @@ export class Core {
   #adapterName = '';
   /** Seconds a ray and a crossing took last, for estimates. */
   #pace = null;
-  /** Where zlib is. */
-  #zlib;
 
   /** Loads the wasm and opens a backend; resolves to `{backend, adapter, fallback, version}`. */
-  async open({ backend, wasm, zlib, device }) {
-    this.#zlib = zlib;
+  async open({ backend, wasm, device }) {
     // what earlier visits left; nobody waits for it
     clearAside();
     await init({ module_or_path: wasm });
@@ -129,8 +125,7 @@ export class Core {
     return facts;
   }
 
-  async openColumns({ bytes }) {
-    if (WebMesh.needsZlib(bytes.subarray(0, 32))) await this.#needZlib();
+  openColumns({ bytes }) {
     return this.#describe(WebMesh.open(bytes));
   }
 
@@ -176,20 +171,8 @@ export class Core {
     return { step, parts };
   }
 
-  async encode({ mesh, format, compress, bits }) {
-    // first of all: the mesh may be released while zlib is loaded
-    const encoder = this.#keep(this.#encoders, this.#meshes.get(mesh).encode(format, compress, bits));
-    try {
-      if (compress > 0) await this.#needZlib();
-    } catch (error) {
-      this.release({ encoder });
-      throw error;
-    }
-    return encoder;
-  }
-
-  async #needZlib() {
-    lendZlib(await loadZlib(this.#zlib));
+  encode({ mesh, format, compress, bits }) {
+    return this.#keep(this.#encoders, this.#meshes.get(mesh).encode(format, compress, bits));
   }
 
   /** The next bytes of a file, or the share of the work before the first of them that is done, or null at the end. */

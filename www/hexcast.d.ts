@@ -66,14 +66,8 @@ export type WasmSource = string | URL | ArrayBuffer | Uint8Array | WebAssembly.M
 export interface MesherOptions {
   /** Default `auto`. With `gpu`, a missing adapter is the error `no-adapter`, and one lost for good `device-lost`. */
   backend?: BackendChoice;
-  /** The wasm that meshes; by default `hexcast_bg.wasm` beside this script. */
+  /** The wasm; by default `hexcast_bg.wasm` beside this script. */
   wasm?: WasmSource;
-  /**
-   * The same for zlib, a wasm of its own that is loaded before the first compressed file is written or read, once a thread;
-   * by default `hexcast_zlib_bg.wasm` beside this script, also where `wasm` is given. A page without it does all but that: where
-   * it cannot be loaded, `compress` and a compressed file that is opened are the error `io`.
-   */
-  zlib?: WasmSource;
   /** Where the worker script is (another origin is fine), or `false` to work on the calling thread. */
   worker?: string | URL | false;
   /**

@@ -7,16 +7,13 @@ import { connect } from './connection.js';
 export { HexcastError };
 export const version = '0.1.0';
 
-export async function createMesher({ backend = 'auto', wasm, zlib, worker, device, signal } = {}) {
+export async function createMesher({ backend = 'auto', wasm, worker, device, signal } = {}) {
   signal?.throwIfAborted();
   if (device) checkDevice(backend, worker);
   const connection = await connect(device ? false : worker);
   try {
-    const sources = {
-      wasm: place(wasm ?? new URL('./hexcast_bg.wasm', import.meta.url)),
-      zlib: place(zlib ?? new URL('./hexcast_zlib_bg.wasm', import.meta.url)),
-    };
-    const facts = await connection.call('open', { backend, ...sources, device }, { signal });
+    const source = place(wasm ?? new URL('./hexcast_bg.wasm', import.meta.url));
+    const facts = await connection.call('open', { backend, wasm: source, device }, { signal });
     return new Mesher(connection, facts);
   } catch (error) {
     connection.close();

@@ -53,12 +53,6 @@ impl WebMesh {
         Ok(WebMesh::new(mesh, report))
     }
 
-    /// Whether the file that starts with these bytes, 32 of them, is read with zlib.
-    #[wasm_bindgen(js_name = needsZlib)]
-    pub fn needs_zlib(start: &[u8]) -> bool {
-        column_file::is_compressed(start)
-    }
-
     /// The report as JSON.
     pub fn report(&self) -> String {
         self.report.clone()

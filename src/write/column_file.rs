@@ -63,7 +63,7 @@ mod read;
 #[cfg(test)]
 mod tests;
 
-use layout::{END_MAGIC, END_TAG, MAGIC, PIECE_TAG, ZLIB_AT};
+use layout::{END_MAGIC, END_TAG, PIECE_TAG};
 pub use read::{read_columns, read_columns_within};
 
 use std::ops::Range;
@@ -76,11 +76,6 @@ use crate::error::Result;
 use crate::mesh::Mesh;
 use crate::parallel::*;
 use crate::write::{Compress, Sink, zlib};
-
-/// Whether what starts with these bytes is a column file with zlib in it; 32 are enough to tell.
-pub fn is_compressed(start: &[u8]) -> bool {
-    start.starts_with(&MAGIC) && start.get(ZLIB_AT) == Some(&1)
-}
 
 /// Writes a mesh as a column file.
 pub(crate) fn write(mesh: &Mesh, compress: Compress, sink: &mut Sink, control: &Control) -> Result<()> {

@@ -19,7 +19,7 @@ test('once loaded the page works without a network', LIMIT, async () => {
       const cache = await caches.open('hexcast');
       for (;;) {
         const kept = (await cache.keys()).map(({ url }) => new URL(url).pathname);
-        if (['/', '/hexcast_bg.wasm', '/hexcast_zlib_bg.wasm', '/zlib.js', '/worker.js', '/core.js', '/vendor/three.module.js', '/page/scene.js'].every((file) => kept.includes(file))) return;
+        if (['/', '/hexcast_bg.wasm', '/worker.js', '/core.js', '/vendor/three.module.js', '/page/scene.js'].every((file) => kept.includes(file))) return;
         await new Promise((resolve) => setTimeout(resolve, 100));
       }
     };

@@ -1,6 +1,6 @@
 //! The architecture, held to the source: who may use whom, and what the core must not know.
 //!
-//! core <- gpu <- pipeline <- (web, zlib_wasm, bin). Within the core a module may use earlier ones of the line only. The test reads
+//! core <- gpu <- pipeline <- (web, bin). Within the core a module may use earlier ones of the line only. The test reads
 //! every `crate::` path of `src/`, unit tests apart. A file that has no place in the table fails: give it one.
 
 use std::collections::BTreeSet;
@@ -39,7 +39,7 @@ const CORE: &[&str] = &[
     "estimate",
 ];
 /// The layers above the core, each on those before it. `bin` and `web` stand side by side.
-const ABOVE: &[&str] = &["gpu", "pipeline", "web", "zlib_wasm", "bin"];
+const ABOVE: &[&str] = &["gpu", "pipeline", "web", "bin"];
 
 /// What the core must not know: devices, browsers, files, clocks, terminals, processes.
 const UNKNOWN_TO_CORE: &[&str] = &[
@@ -244,10 +244,7 @@ fn breaches(source: &Source) -> Vec<String> {
         // the crate's root re-exports its error
         let used = if ["Error", "Result"].contains(&used.as_str()) { "error".into() } else { used };
         match place(&used) {
-            Some(place)
-                if place <= own
-                    && !(module == "bin" && ["web", "zlib_wasm"].contains(&used.as_str()))
-                    && !(module == "zlib_wasm" && used == "web") => {}
+            Some(place) if place <= own && !(module == "bin" && used == "web") => {}
             Some(_) => found.push(format!("src/{name} uses `{used}`, which comes after `{module}`")),
             None => found.push(format!("src/{name} uses `crate::{used}`, which has no place in the layers")),
         }
@@ -258,7 +255,7 @@ fn breaches(source: &Source) -> Vec<String> {
     let unknown = match module.as_str() {
         "gpu" => UNKNOWN_TO_GPU,
         "pipeline" => UNKNOWN_TO_PIPELINE,
-        "web" | "zlib_wasm" | "bin" => &[],
+        "web" | "bin" => &[],
         _ => UNKNOWN_TO_CORE,
     };
     found.extend(unknown.iter().filter(|word| names(code, word)).map(|word| format!("src/{name} names `{word}`")));

@@ -4,8 +4,6 @@ use crate::error::Error;
 
 pub(super) const MAGIC: [u8; 8] = *b"\x89HXC\r\n\x1a\n";
 pub(super) const VERSION: u32 = 1;
-/// Where the head says whether pieces are compressed.
-pub(super) const ZLIB_AT: usize = 29;
 pub(super) const MAX_BODY: usize = 1 << 20;
 pub(super) const MAX_DIM: u32 = 1 << 24;
 pub(super) const PIECE_TAG: [u8; 4] = *b"PIEC";
