@@ -16,7 +16,7 @@ use crate::control::{CancelToken, Control, Progress};
 use crate::error::Error;
 use crate::estimate::Estimate;
 use crate::geometry::Facet;
-use crate::job::{self, BackendChoice, Job};
+use crate::job::{BackendChoice, Job};
 use crate::mesh::hex;
 use crate::pipeline::{self, Aside, Engine, Task};
 use crate::read::{Contents, Format, Reader, Solid};
@@ -24,9 +24,7 @@ use crate::sources::Source;
 
 mod aside;
 mod info;
-mod json;
 mod mesh;
-mod value;
 mod values;
 
 pub use aside::AsideFile;
@@ -165,15 +163,7 @@ impl WebJob {
     /// Reads a job from JSON, with a `file` for each geometry; a switch can stop its mesh.
     #[wasm_bindgen(constructor)]
     pub fn new(json: &str, switch: &WebSwitch) -> JsResult<WebJob> {
-        let job: Job = match value::from_json(json) {
-            Some(Ok(job)) => job,
-            Some(Err(problem)) => {
-                let place = problem.place();
-                return Err(js_error(job::wrong_value(&place.path, &place.message)));
-            }
-            None => return Err(js_error(job::not_valid("JSON", "JSON.parse refuses it"))),
-        };
-        job.validate().map_err(js_error)?;
+        let job = Job::from_plain_json(json).map_err(js_error)?;
         Ok(WebJob { job, sources: Vec::new(), token: switch.token.clone() })
     }
 
@@ -186,7 +176,7 @@ impl WebJob {
     pub fn estimate(&self) -> JsResult<String> {
         let prepared = pipeline::prepare(&self.job, self.sources()).map_err(js_error)?;
         let estimate = Estimate::new(&prepared.geometries, &prepared.lines, &prepared.rays);
-        Ok(json::json(&estimate))
+        Ok(info::json(&estimate))
     }
 
     /// The sources, whose facets stay shared.
@@ -245,7 +235,7 @@ impl WebEngine {
         forget(progress);
         *self.engine.borrow_mut() = Some(engine);
         let (mesh, report) = result.map_err(js_error)?;
-        Ok(WebMesh::new(mesh, json::json(&report)))
+        Ok(WebMesh::new(mesh, info::json(&report)))
     }
 
     fn control(&self, token: CancelToken, progress: usize) -> Control {

@@ -2,13 +2,18 @@
 
 use serde::Serialize;
 
-use super::json::json;
 use crate::geometry::{Geometry, SharedFacets};
 use crate::lines::Lines;
 use crate::mesh::Mesh;
 use crate::pipeline::Engine;
 use crate::sources::Source;
 use crate::surface::surface;
+
+/// Writes plain data as JSON.
+pub(super) fn json(value: &impl Serialize) -> String {
+    // structs of numbers, strings and lists always have a JSON form
+    serde_json::to_string(value).unwrap_or_default()
+}
 
 /// What `www/error.js` makes an error of.
 #[derive(Serialize)]

@@ -6,7 +6,6 @@ use std::rc::Rc;
 use sha2::{Digest, Sha256};
 use wasm_bindgen::prelude::*;
 
-use super::json;
 use super::values::{JsResult, js_error};
 use crate::control::Control;
 use crate::error::{Error, Result};
@@ -130,7 +129,7 @@ impl WebMesh {
     pub fn sidecar(&self, bits: bool, n_bytes: f64, sha256: String) -> String {
         let options = Options { bits, ..Options::default() };
         let written = Written { n_bytes: n_bytes as u64, sha256: Some(sha256) };
-        write::sidecar::sidecar(&self.mesh, &options, &written, |fact| json::json(fact))
+        write::sidecar_json(&self.mesh, &options, &written)
     }
 
     /// Starts a file.

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 
 use wasm_bindgen::prelude::*;
 
-use super::{info, json};
+use super::info;
 use crate::error::Error;
 
 pub(super) type JsResult<T> = std::result::Result<T, JsValue>;
@@ -12,7 +12,7 @@ pub(super) type JsResult<T> = std::result::Result<T, JsValue>;
 /// An error as `www/core.js` takes it apart.
 pub(super) fn js_error(error: Error) -> JsValue {
     let message = error.to_string();
-    JsValue::from_str(&json::json(&info::ErrorFacts { code: error.code(), message: &message, hint: error.hint() }))
+    JsValue::from_str(&info::json(&info::ErrorFacts { code: error.code(), message: &message, hint: error.hint() }))
 }
 
 thread_local! {

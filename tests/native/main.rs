@@ -3,6 +3,7 @@
 //! `cases` is the table that everything runs, made by `models` and `soups`; `backends` meshes it; `oracle` knows the truth.
 
 mod agreement;
+mod angles;
 mod backends;
 mod cases;
 #[cfg(feature = "cli")]
