@@ -167,7 +167,9 @@ fn no_files_import_each_other_in_a_circle() {
 
 #[test]
 fn planted_circles_are_found() {
-    let table: &[(&str, &[(&str, &str)], usize)] = &[
+    // what it is; files and their text; circles in them
+    type Case = (&'static str, &'static [(&'static str, &'static str)], usize);
+    let table: &[Case] = &[
         (
             "two files of a folder",
             &[("a.rs", "mod b;\nmod c;"), ("a/b.rs", "use super::c::C;"), ("a/c.rs", "use super::b;")],
