@@ -16,17 +16,22 @@ use crate::rays::Rays;
 
 mod clip;
 pub(crate) mod codec;
+pub(crate) mod file;
 mod growing;
 mod part;
 mod run;
-mod spill;
+pub(crate) mod store;
+mod stored;
+mod target;
 
 pub(crate) use clip::SlabColumns;
+use file::end::Totals;
+pub use file::head::{Head, Named};
 pub use growing::Growing;
 pub(crate) use part::Part;
 pub use run::{Band, flag_at, run, run_cell, run_flag};
-pub use spill::Store;
-pub(crate) use spill::{Record, Spill};
+pub use store::Store;
+pub(crate) use stored::{Record, Stored};
 
 /// Runs of all rays of the box.
 #[derive(Debug, Clone)]
@@ -42,8 +47,8 @@ pub struct Columns {
 enum Content {
     /// In memory.
     Held(Arc<Vec<Part>>),
-    /// In a store: the pieces, and the cells that their runs name.
-    Spilled { spill: Arc<Spill>, records: Vec<Record>, cells: Box<[u64; 256]> },
+    /// In a store: the pieces, what all of them hold, and their bytes.
+    Spilled { stored: Arc<Stored>, records: Arc<[Record]>, totals: Totals, n_bytes: u64 },
 }
 
 impl PartialEq for Columns {
@@ -87,6 +92,13 @@ impl Columns {
         Columns { rays, content, odd_rays, n_crossings }
     }
 
+    /// Takes the columns of a file that stay there.
+    pub(crate) fn in_file(rays: Rays, stored: Stored, records: Vec<Record>, totals: Totals, n_bytes: u64) -> Columns {
+        let [odd_rays, n_crossings] = [totals.odd_rays, totals.n_crossings];
+        let content = Content::Spilled { stored: Arc::new(stored), records: records.into(), totals, n_bytes };
+        Columns { rays, content, odd_rays, n_crossings }
+    }
+
     /// Number of cells on x, y and z.
     pub fn dims(&self) -> [u32; 3] {
         let mut dims = [self.rays.depth; 3];
@@ -110,10 +122,10 @@ impl Columns {
                 let first = parts.partition_point(|part| part.end_ray() <= rays.start);
                 parts[first..].iter().take_while(|part| part.first_ray < rays.end).for_each(of_part);
             }
-            Content::Spilled { spill, records, .. } => {
+            Content::Spilled { stored, records, .. } => {
                 let first = records.partition_point(|record| record.end_ray() <= rays.start);
                 for record in records[first..].iter().take_while(|record| record.first_ray < rays.end) {
-                    of_part(&*spill.part(record)?);
+                    of_part(&*stored.part(record)?);
                 }
             }
         }
@@ -130,8 +142,8 @@ impl Columns {
     pub fn ray(&self, ray: u64) -> Result<Cow<'_, [u32]>> {
         match &self.content {
             Content::Held(_) => Ok(Cow::Borrowed(self.held_ray(ray))),
-            Content::Spilled { spill, records, .. } => {
-                let part = spill.part(&records[records.partition_point(|record| record.end_ray() <= ray)])?;
+            Content::Spilled { stored, records, .. } => {
+                let part = stored.part(&records[records.partition_point(|record| record.end_ray() <= ray)])?;
                 Ok(Cow::Owned(part.ray((ray - part.first_ray) as usize).to_vec()))
             }
         }
@@ -157,7 +169,7 @@ impl Columns {
     pub fn n_runs(&self) -> u64 {
         match &self.content {
             Content::Held(parts) => parts.iter().map(Part::n_runs).sum(),
-            Content::Spilled { records, .. } => records.iter().map(|record| u64::from(record.n_runs)).sum(),
+            Content::Spilled { totals, .. } => totals.n_runs,
         }
     }
 
@@ -176,11 +188,19 @@ impl Columns {
         matches!(self.content, Content::Spilled { .. })
     }
 
+    /// Most bytes of an opened file that may be in memory at once; none for other columns.
+    pub(crate) fn most_held(&self) -> Option<u64> {
+        match &self.content {
+            Content::Held(_) => None,
+            Content::Spilled { stored, .. } => stored.most_held(),
+        }
+    }
+
     /// Bytes held in memory.
     pub fn n_bytes(&self) -> u64 {
         match &self.content {
             Content::Held(parts) => parts.iter().map(Part::n_bytes).sum(),
-            Content::Spilled { records, .. } => size_of_val(records.as_slice()) as u64,
+            Content::Spilled { records, .. } => size_of_val(&**records) as u64,
         }
     }
 
@@ -188,7 +208,7 @@ impl Columns {
     pub fn spilled_bytes(&self) -> u64 {
         match &self.content {
             Content::Held(_) => 0,
-            Content::Spilled { records, .. } => records.iter().map(Record::n_stored).sum(),
+            Content::Spilled { n_bytes, .. } => *n_bytes,
         }
     }
 
@@ -196,7 +216,7 @@ impl Columns {
     pub fn cells_per_flag(&self) -> [u64; 256] {
         let mut cells = match &self.content {
             Content::Held(parts) => cells_of(parts, self.rays.depth),
-            Content::Spilled { cells, .. } => **cells,
+            Content::Spilled { totals, .. } => *totals.cells,
         };
         let flagged: u64 = cells.iter().sum();
         cells[0] += self.rays.n_rays() * u64::from(self.rays.depth) - flagged;

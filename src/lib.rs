@@ -30,6 +30,7 @@ pub mod surface;
 #[cfg(all(feature = "web", target_arch = "wasm32"))]
 pub mod web;
 pub mod write;
+mod zlib;
 
 pub use error::{Error, Result};
 pub use write::column_file;

@@ -8,6 +8,7 @@ use std::fmt::Write;
 
 use sha2::{Digest, Sha256};
 
+pub use crate::columns::Named;
 use crate::columns::{Columns, SlabColumns};
 use crate::control::Control;
 use crate::error::{Error, Result};
@@ -20,15 +21,6 @@ pub const SLAB_BYTES: usize = 32 << 20;
 
 /// Expands a slab from columns into a buffer, which it makes as long as it must be.
 type Fill = dyn Fn(&Columns, &CellBox, &mut Vec<u8>) -> Result<()> + Sync;
-
-/// A flag in use and what it stands for.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Named {
-    /// The flag, 1 to 255.
-    pub flag: u8,
-    /// Name of the geometry that carries it.
-    pub name: String,
-}
 
 /// A Cartesian mesh: cells between lines, each with a property flag.
 #[derive(Debug, Clone, PartialEq)]

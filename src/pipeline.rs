@@ -31,7 +31,7 @@ mod task;
 
 use cellless::geometries_without_cells;
 pub use engine::Engine;
-use room::{Room, identity};
+use room::Room;
 pub use task::{Aside, DEFAULT_MAX_BYTES, Prepared, Task, prepare};
 
 /// Meshes a job: `sources[i]` is the file of `job.geometries[i]`, read in `read_seconds`.
@@ -70,15 +70,16 @@ pub async fn mesh_task(
     let frame = Frame::new(&prepared.geometries, &prepared.lines)?;
     let room = Room::new(&task, &prepared, engine)?;
     seconds.snap = lap(&mut clock);
-    let mut growing = room.growing(&task.aside, &prepared, || identity(job, &prepared, &inputs))?;
+    let names = names(&prepared.geometries);
+    let mut growing = room.growing(&task, &prepared, &names, &inputs)?;
     let rays_kept = growing.n_rays();
     let casting = room.casting(&frame, &prepared.rays, job.rule);
     let used = engine.grow(&casting, &mut growing, control).await?;
+    growing.close()?;
     let columns_peak = growing.peak_bytes;
     let columns = growing.finish();
     seconds.columns = lap(&mut clock);
     seconds.total = seconds.read + seconds.lines + seconds.snap + seconds.columns;
-    let names = names(&prepared.geometries);
     let mesh = Mesh::new(prepared.lines, columns, names, job.unit.clone())?;
     let mut report = report(job, &prepared, &frame, &mesh, engine);
     report.inputs = inputs;

@@ -25,11 +25,13 @@ use crate::sources::Source;
 mod aside;
 mod info;
 mod mesh;
+mod opened;
 mod values;
 
 pub use aside::AsideFile;
 use aside::WebStore;
 pub use mesh::{WebEncoder, WebHash, WebMesh, WebSkin};
+pub use opened::ColumnFile;
 use values::{JsResult, forget, js_error, keep, kept};
 
 /// Version of hexcast.

@@ -13,7 +13,6 @@ mod sink;
 pub mod vti;
 #[cfg(all(feature = "zarr", not(target_arch = "wasm32")))]
 pub mod zarr;
-pub(crate) mod zlib;
 
 use std::io;
 

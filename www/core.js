@@ -4,6 +4,7 @@
  */
 import { clearAside, hasAside, openAside } from './aside.js';
 import { describeAdapter, lendDevice } from './adapter.js';
+import { columnFile } from './column_file.js';
 import { errorFrom } from './error.js';
 import init, { WebEngine, WebJob, WebMesh, WebReader, WebSurface, WebSwitch, version } from './hexcast_wasm.js';
 
@@ -125,8 +126,9 @@ export class Core {
     return facts;
   }
 
-  openColumns({ bytes }) {
-    return this.#describe(WebMesh.open(bytes));
+  async openColumns({ source }) {
+    const file = await columnFile(source);
+    return this.#describe(WebMesh.open(file, file.size));
   }
 
   #describe(mesh) {

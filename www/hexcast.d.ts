@@ -419,7 +419,10 @@ export interface Mesher extends Disposable {
   mesh(job: Job, options?: MeshOptions): Promise<Mesh>;
   /** What a mesh would cost, without making it. */
   estimate(job: Job, options?: CallOptions): Promise<Estimate>;
-  /** Reads a column file back. */
+  /**
+   * Opens a column file. In a worker a Blob stays where it is: the mesh reads pieces of it as they are needed, so that a file may
+   * be larger than the memory. It must not change meanwhile; damage of a piece shows when it is read, as `columns-corrupt`.
+   */
   open(file: Blob | Uint8Array | ArrayBuffer, options?: CallOptions): Promise<Mesh>;
   /** Ends the worker and frees everything; pending calls reject with `cancelled`. */
   dispose(): void;

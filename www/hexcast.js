@@ -98,8 +98,9 @@ class Mesher {
   }
 
   async open(file, options = {}) {
-    const bytes = file instanceof Uint8Array ? file : new Uint8Array(file instanceof Blob ? await file.arrayBuffer() : file);
-    return new Mesh(this.#connection, await this.#connection.call('openColumns', { bytes }, options));
+    // bytes are copied: the mesh reads them as long as it lives
+    const source = file instanceof Blob ? file : new Uint8Array(file instanceof ArrayBuffer ? file.slice(0) : file);
+    return new Mesh(this.#connection, await this.#connection.call('openColumns', { source }, options));
   }
 
   dispose() {

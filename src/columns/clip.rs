@@ -12,7 +12,7 @@ use std::sync::{Arc, PoisonError};
 
 use super::part::Part;
 use super::run::{Band, run_cell, run_flag};
-use super::spill::{Record, Spill};
+use super::stored::{Record, Stored};
 use super::{Columns, Content};
 use crate::error::Result;
 use crate::parallel::*;
@@ -42,11 +42,11 @@ impl Columns {
     /// `io` where the columns are in a store that fails.
     pub(crate) fn near(&self, along: &Range<u32>) -> Result<SlabColumns<'_>> {
         // along x and y a slab needs few rays or all of them whole
-        let Content::Spilled { spill, records, .. } = &self.content else { return Ok(SlabColumns::Whole(self)) };
+        let Content::Spilled { stored, records, .. } = &self.content else { return Ok(SlabColumns::Whole(self)) };
         if self.rays.axis != 2 {
             return Ok(SlabColumns::Whole(self));
         }
-        let mut clip = spill.clip.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut clip = stored.clip.lock().unwrap_or_else(PoisonError::into_inner);
         let mut likely = self.rays.depth;
         if let Some((range, parts)) = &clip.taken {
             if range.start <= along.start && along.end <= range.end {
@@ -63,7 +63,7 @@ impl Columns {
         }
         clip.taken = None;
         let end = along.start.saturating_add(likely).clamp(along.end, self.rays.depth);
-        match take(spill, records, along, end)? {
+        match take(stored, records, along, end)? {
             Some((range, parts)) => {
                 let parts = Arc::new(parts);
                 clip.taken = Some((range, parts.clone()));
@@ -83,7 +83,7 @@ impl Columns {
 
 /// Reads the store once and keeps the cells along the rays from the first of `least` on up to `end`, or as many of them as fit.
 fn take(
-    spill: &Spill,
+    stored: &Stored,
     records: &[Record],
     least: &Range<u32>,
     mut end: u32,
@@ -91,9 +91,9 @@ fn take(
     let mut parts: Vec<Part> = Vec::new();
     let bytes = |parts: &[Part]| parts.iter().map(Part::n_bytes).sum::<u64>();
     for batch in records.chunks(2 * current_num_threads()) {
-        let read = |record: &Record| Ok(spill.read(record)?.clipped(&(least.start..end)));
+        let read = |record: &Record| Ok(stored.read(record)?.clipped(&(least.start..end)));
         parts.extend(batch.par_iter().map(read).collect::<Result<Vec<Part>>>()?);
-        while bytes(&parts) > spill.room {
+        while bytes(&parts) > stored.room {
             if end == least.end {
                 return Ok(None);
             }
@@ -127,8 +127,8 @@ mod tests {
     use std::sync::atomic::{AtomicU64, Ordering};
 
     use super::*;
-    use crate::columns::spill::tests::Memory;
-    use crate::columns::{Growing, Store, run};
+    use crate::columns::store::tests::Memory;
+    use crate::columns::{Growing, Head, Store, run};
     use crate::control::Control;
     use crate::lines::Lines;
     use crate::mesh::Mesh;
@@ -175,9 +175,12 @@ mod tests {
 
     fn mesh(max_bytes: u64, store: Option<Arc<dyn Store>>) -> Mesh {
         let dims = [SIDE, SIDE, DEPTH];
-        let mut growing = Growing::new(Rays::new(2, dims), max_bytes, store);
+        let (rays, lines) = (Rays::new(2, dims), Lines::new([0.0; 3], [1.0; 3], dims).unwrap());
+        let head = Head { identity: None, rays, zlib: false, lines: lines.clone(), unit: None, names: vec![] };
+        let head = head.encode().unwrap();
+        let mut growing = Growing::new(rays, max_bytes, store.map(|store| (head, store)));
         bands().into_iter().for_each(|band| growing.push(vec![band]).unwrap());
-        Mesh::new(Lines::new([0.0; 3], [1.0; 3], dims).unwrap(), growing.finish(), vec![], None).unwrap()
+        Mesh::new(lines, growing.finish(), vec![], None).unwrap()
     }
 
     fn walked(mesh: &Mesh, slab_bytes: usize) -> Vec<u8> {

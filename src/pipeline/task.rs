@@ -57,9 +57,7 @@ pub enum Aside {
     Nowhere,
     /// To a store, when they outgrow the memory allowed.
     Spill(Arc<dyn Store>),
-    /// To a store that outlives an interrupted run: columns that it holds of the same job are not made again. Not in wasm,
-    /// where the code for it would be loaded for nobody.
-    #[cfg(not(target_arch = "wasm32"))]
+    /// To a store that outlives an interrupted run: columns that it holds of the same job are not made again.
     Keep(Arc<dyn Store>),
 }
 

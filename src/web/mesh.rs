@@ -1,21 +1,26 @@
 //! A mesh in JavaScript's hands: queries, pictures, and files made piece by piece as they are read.
 
-use std::io;
 use std::rc::Rc;
+use std::sync::Arc;
 
 use sha2::{Digest, Sha256};
 use wasm_bindgen::prelude::*;
 
+use super::opened::{ColumnFile, FileInPage};
 use super::values::{JsResult, js_error};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::flags::CellBox;
 use crate::mesh::{Mesh, hex};
+use crate::report::ColumnsReport;
 use crate::skin::{skin, slice};
 use crate::write::{self, Compress, Format, Options, Written, column_file, vti};
 
 /// Bytes of a piece of a file.
 const PIECE_BYTES: usize = 4 << 20;
+
+/// Most bytes taken for the index of a file that was opened, and for what was read of it last.
+const OPENED_BYTES: u64 = 1 << 30;
 
 /// A finished mesh.
 #[wasm_bindgen]
@@ -45,10 +50,11 @@ fn options(format: &str, compress: u8, bits: bool) -> JsResult<(Format, Options)
 
 #[wasm_bindgen]
 impl WebMesh {
-    /// Reads a column file back.
-    pub fn open(bytes: &[u8]) -> JsResult<WebMesh> {
-        let mesh = crate::write::column_file::read_columns(&mut io::Cursor::new(bytes)).map_err(js_error)?;
-        let report = super::info::report_of_columns(&mesh);
+    /// Opens a column file of so many bytes, which stays where it is.
+    pub fn open(file: ColumnFile, n_bytes: f64) -> JsResult<WebMesh> {
+        let store = Arc::new(FileInPage::new(file));
+        let mesh = column_file::open(store, n_bytes as u64, OPENED_BYTES, &Control::default()).map_err(js_error)?;
+        let report = super::info::json(&ColumnsReport::new(&mesh));
         Ok(WebMesh::new(mesh, report))
     }
 

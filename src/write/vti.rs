@@ -17,8 +17,8 @@ use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::flags::CellBox;
 use crate::mesh::Mesh;
+use crate::zlib::Blocks;
 
-use super::zlib::Blocks;
 use super::{Compress, Options, Sink, raw};
 
 const BLOCK_BYTES: usize = 1 << 20;

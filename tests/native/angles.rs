@@ -35,7 +35,7 @@ const TABLE: &[(f64, u64, u64)] = &[
 ];
 
 /// Holds what a turn about z makes of the unit vector along x to the table.
-pub fn assert_fixed_bits() {
+pub(crate) fn assert_fixed_bits() {
     for &(degrees, sine, cosine) in TABLE {
         let turn = world_from_file([1.0; 3], [0.0, 0.0, degrees], [0.0; 3]);
         let found = [turn.matrix3.x_axis.y, turn.matrix3.x_axis.x].map(f64::to_bits);

@@ -16,6 +16,7 @@ const CORE: &[&str] = &[
     "control",
     "parallel",
     "checksum",
+    "zlib",
     "geometry",
     "surface",
     "read",

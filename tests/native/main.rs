@@ -8,6 +8,8 @@ mod backends;
 mod cases;
 #[cfg(feature = "cli")]
 mod cli;
+#[cfg(feature = "cli")]
+mod column_files;
 mod compare;
 mod famous_cases;
 mod formats;

@@ -104,7 +104,7 @@ async function keepOffline() {
     const { active } = await navigator.serviceWorker.ready;
     const loaded = performance.getEntriesByType('resource').map(({ name }) => name).filter((name) => name.startsWith(location.origin));
     // what the worker loads, and what the 3-D view will
-    const later = ['worker.js', 'core.js', 'adapter.js', 'aside.js', 'error.js', 'hexcast_wasm.js', 'hexcast_bg.wasm', 'page/scene.js', 'page/stair_material.js', 'vendor/OrbitControls.js', 'vendor/three.module.js', 'vendor/three.core.js'];
+    const later = ['worker.js', 'core.js', 'adapter.js', 'aside.js', 'column_file.js', 'error.js', 'hexcast_wasm.js', 'hexcast_bg.wasm', 'page/scene.js', 'page/stair_material.js', 'vendor/OrbitControls.js', 'vendor/three.module.js', 'vendor/three.core.js'];
     active.postMessage({ keep: [location.href.split('#')[0], ...new Set([...loaded, ...later.map((file) => new URL(`../${file}`, import.meta.url).href)])] });
   } catch {
     // private windows may refuse; the page needs no service worker to work

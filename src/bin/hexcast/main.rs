@@ -11,6 +11,7 @@ mod arguments;
 mod aside;
 mod convert;
 mod estimate;
+mod file_store;
 mod info;
 mod memory;
 mod mesh;
