@@ -59,7 +59,7 @@ impl Room {
         let head = |identity: Option<[u8; 32]>| {
             // a job is the same in another unit
             let unit = task.job.unit.clone().filter(|_| identity.is_none());
-            let (lines, names) = (prepared.lines.clone(), names.to_vec());
+            let (lines, names) = (prepared.lines, names.to_vec());
             Head { identity, rays: prepared.rays, zlib: false, lines, unit, names }.encode()
         };
         let (rays, max_bytes) = (prepared.rays, self.0.columns);

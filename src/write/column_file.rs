@@ -109,7 +109,7 @@ impl Encoder {
 /// The head of the file of a mesh.
 fn head(mesh: &Mesh, zlib: bool) -> Head {
     let Mesh { lines, columns, names, unit } = mesh;
-    Head { identity: None, rays: columns.rays, zlib, lines: lines.clone(), unit: unit.clone(), names: names.clone() }
+    Head { identity: None, rays: columns.rays, zlib, lines: *lines, unit: unit.clone(), names: names.clone() }
 }
 
 fn totals(columns: &Columns) -> Totals {
