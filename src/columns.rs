@@ -16,7 +16,7 @@ use crate::rays::Rays;
 
 mod clip;
 pub(crate) mod codec;
-pub(crate) mod file;
+pub mod file;
 mod growing;
 mod part;
 mod run;

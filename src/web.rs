@@ -1,4 +1,4 @@
-//! What JavaScript calls: the only `#[wasm_bindgen]`. `www/core.js` is its only caller; people use `www/hexcast.js`.
+//! What JavaScript calls: with `web/`, the only `#[wasm_bindgen]`. `www/core.js` is its only caller; people use `www/hexcast.js`.
 //!
 //! Facts cross as JSON, numbers of cells as f64 (exact to 2^53), bytes as copies: nothing of JavaScript is kept or detached.
 //! An error becomes the JSON of `{code, message, hint}`. Long calls are async and look at their switch between rounds.

@@ -1,6 +1,6 @@
 //! Runs as bytes: pieces of some rays as three lists of small numbers, as the column file and the spill hold them.
 //!
-//! The layout is that of the content of a piece in [`crate::write::column_file`].
+//! The layout is that of the content of a piece in [`super::file`].
 
 use std::ops::Range;
 

@@ -45,14 +45,6 @@ impl Format {
             Format::Columns => "hxc",
         }
     }
-
-    /// Media type.
-    pub fn mime(self) -> &'static str {
-        match self {
-            Format::Vti => "application/vnd.vtk.vti+xml",
-            _ => "application/octet-stream",
-        }
-    }
 }
 
 /// How a format that can compress does so.
