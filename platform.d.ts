@@ -11,6 +11,10 @@ interface FileSystemFileHandle {
   createSyncAccessHandle?(): Promise<FileSystemSyncAccessHandle>;
 }
 
+declare class FileReaderSync {
+  readAsArrayBuffer(blob: Blob): ArrayBuffer;
+}
+
 interface Navigator {
   readonly deviceMemory?: number;
 }

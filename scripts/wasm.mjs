@@ -6,7 +6,7 @@
 // What is shipped is compiled by itself: with the source of the standard library at hand, that is compiled for size too, and
 // a panic, whose message nobody could read anyway, is a mere trap. That takes some 70 kB off the file; sorting takes longer.
 
-import { copyFileSync, existsSync, readFileSync } from 'node:fs';
+import { existsSync, readFileSync } from 'node:fs';
 import path from 'node:path';
 
 import { DEBIAN_RUST, ensure, has } from './machine.mjs';
@@ -18,10 +18,8 @@ const RUSTFLAGS = 'CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS';
 const RUSTUP_SECONDS = 30;
 /** One set of these for all tests and lints, so that nothing is compiled twice. */
 const CARGO_ARGS = ['--target', TARGET, '--target-dir', 'target/wasm', '--profile', 'wasm', '--no-default-features'];
-/** Of the wasm that meshes, which the tests are of too. */
+/** What is shipped and what is tested. */
 const WEB = ['--features', 'web'];
-/** Of the one that has zlib alone. */
-const ZLIB = ['--features', 'zlib-wasm'];
 /** Flags of the compiler for what is shipped; behind the same switch as building the standard library. */
 const TRAP_FLAGS = ['-Zunstable-options', '-Cpanic=immediate-abort', '-Zlocation-detail=none'];
 const BOOTSTRAP = { RUSTC_BOOTSTRAP: '1' };
@@ -96,17 +94,16 @@ function debian() {
 async function shippingRust() {
   const rust = await wasmRust();
   const wanted = process.env.HEXCAST_WASM_RUST;
-  if (wanted !== 'debian' && hasTarget() && hasSource()) return { ...rebuilding(rustup()), isRebuilt: true };
-  if (wanted !== 'rustup' && has('wasm32')) return { ...rebuilding(debian()), isRebuilt: true };
-  if (wanted !== 'debian' && hasTarget() && (await addSource())) return { ...rebuilding(rustup()), isRebuilt: true };
+  if (wanted !== 'debian' && hasTarget() && hasSource()) return rebuilding(rustup());
+  if (wanted !== 'rustup' && has('wasm32')) return rebuilding(debian());
+  if (wanted !== 'debian' && hasTarget() && (await addSource())) return rebuilding(rustup());
   const isDebian =
     wanted !== 'rustup' &&
     (await ensure('wasm32').then(
       () => true,
       () => false,
     ));
-  if (isDebian) return { ...rebuilding(debian()), isRebuilt: true };
-  return { ...rust, isRebuilt: false };
+  return isDebian ? rebuilding(debian()) : rust;
 }
 
 /** @param {Rust} rust @returns {Rust} */
@@ -167,36 +164,20 @@ export async function ensureBindgen() {
   return tool;
 }
 
-/**
- * Compiles the library to its two wasm files.
- *
- * @returns {Promise<{mesher: string, zlib: string, isRebuilt: boolean}>} their paths, and whether the standard library was
- *   rebuilt for size
- */
+/** Compiles the library to wasm. @returns {Promise<string>} its path */
 export async function compileWasm() {
   const rust = await shippingRust();
-  const compile = async (/** @type {string[]} */ features, /** @type {string} */ name) => {
-    // a library that is an rlib too would be compiled without link-time optimisation
-    await run(rust.cargo, ['rustc', '--lib', '--crate-type', 'cdylib', ...rust.args, ...features], { env: rust.env });
-    const folder = path.join(ROOT, 'target/wasm', TARGET, 'wasm');
-    const kept = path.join(folder, name);
-    // the next one gets the same name
-    copyFileSync(path.join(folder, 'hexcast.wasm'), kept);
-    return kept;
-  };
-  return { mesher: await compile(WEB, 'mesher.wasm'), zlib: await compile(ZLIB, 'zlib.wasm'), isRebuilt: rust.isRebuilt };
+  // a library that is an rlib too would be compiled without link-time optimisation
+  await run(rust.cargo, ['rustc', '--lib', '--crate-type', 'cdylib', ...rust.args, ...WEB], { env: rust.env });
+  return path.join(ROOT, 'target/wasm', TARGET, 'wasm/hexcast.wasm');
 }
 
 /** Runs clippy on all that is compiled to wasm; warnings are failures. */
 export async function clippyWasm() {
   const rust = await wasmRust();
-  // without `gpu` much would be said to be unused
-  for (const part of [
-    ['--lib', '--test', 'web', ...WEB],
-    ['--lib', ...ZLIB, '--features', 'gpu'],
-  ]) {
-    await run(rust.cargoClippy, ['clippy', ...rust.args, ...part, '--', '-D', 'warnings'], { env: rust.env });
-  }
+  await run(rust.cargoClippy, ['clippy', ...rust.args, '--lib', '--test', 'web', ...WEB, '--', '-D', 'warnings'], {
+    env: rust.env,
+  });
 }
 
 /** Runs the browser tests in Chromium and returns what they printed. @param {string} chromedriver */

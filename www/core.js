@@ -5,10 +5,10 @@
 import { describeAdapter, lendDevice } from './adapter.js';
 import { clearSpillFiles, spilling } from './spill.js';
 import { cancelled, pause } from './call.js';
+import { columnFile } from './column_file.js';
 import { Held } from './held.js';
-import init, { WebEngine, WebJob, WebMesh, WebSurface, WebSwitch, lendZlib, version } from './hexcast_wasm.js';
+import init, { WebEngine, WebJob, WebMesh, WebSurface, WebSwitch, version } from './hexcast_wasm.js';
 import { readSurface } from './read.js';
-import { loadZlib } from './zlib.js';
 
 /**
  * @typedef {import('./call.js').State} State
@@ -36,8 +36,6 @@ export class Core {
   #adapterName = '';
   /** Seconds a ray and a crossing took last, for estimates. @type {{ ray: number, crossing: number } | null} */
   #pace = null;
-  /** Where zlib is. @type {unknown} */
-  #zlib;
 
   /**
    * Answers a request with the result of its operation or an error; `tell` hears of progress.
@@ -59,11 +57,10 @@ export class Core {
   /**
    * Loads the wasm and opens a backend.
    *
-   * @param {{ backend: string, wasm: any, zlib: unknown, device?: GPUDevice }} args
+   * @param {{ backend: import('./hexcast.js').BackendChoice, wasm: any, device?: GPUDevice }} args
    * @returns {Promise<Facts & { version: string }>}
    */
-  async open({ backend, wasm, zlib, device }) {
-    this.#zlib = zlib;
+  async open({ backend, wasm, device }) {
     // what earlier visits left; nobody waits for it
     clearSpillFiles();
     await init({ module_or_path: wasm });
@@ -174,10 +171,10 @@ export class Core {
     return engine.adapter ? facts : { ...facts, engine };
   }
 
-  /** @param {{ bytes: Uint8Array }} args */
-  async openColumns({ bytes }) {
-    if (WebMesh.needsZlib(bytes.subarray(0, 32))) await this.#needZlib();
-    return this.#describe(WebMesh.open(bytes));
+  /** @param {{ source: Blob | Uint8Array }} args */
+  async openColumns({ source }) {
+    const file = await columnFile(source);
+    return this.#describe(WebMesh.open(file, file.size));
   }
 
   /** @param {WebMesh} mesh */
@@ -233,20 +230,8 @@ export class Core {
   }
 
   /** @param {{ mesh: number, format: string, compress: number, bits: boolean }} args */
-  async encode({ mesh, format, compress, bits }) {
-    // first of all: the mesh may be released while zlib is loaded
-    const encoder = this.#encoders.keep(this.#meshes.get(mesh).encode(format, compress, bits));
-    try {
-      if (compress > 0) await this.#needZlib();
-    } catch (error) {
-      this.release({ encoder });
-      throw error;
-    }
-    return encoder;
-  }
-
-  async #needZlib() {
-    lendZlib(await loadZlib(this.#zlib));
+  encode({ mesh, format, compress, bits }) {
+    return this.#encoders.keep(this.#meshes.get(mesh).encode(format, compress, bits));
   }
 
   /**

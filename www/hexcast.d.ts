@@ -64,14 +64,8 @@ export type WasmSource = string | URL | ArrayBuffer | Uint8Array | WebAssembly.M
 export interface MesherOptions {
   /** Default `auto`. With `gpu`, a missing adapter is the error `no-adapter`, and one lost for good `device-lost`. */
   backend?: BackendChoice;
-  /** The wasm that meshes; by default `hexcast_bg.wasm` beside this script. */
+  /** The wasm; by default `hexcast_bg.wasm` beside this script. */
   wasm?: WasmSource;
-  /**
-   * The same for zlib, a wasm of its own that is loaded before the first compressed file is written or read, once a thread;
-   * by default `hexcast_zlib_bg.wasm` beside this script, also where `wasm` is given. A page without it does all but that: where
-   * it cannot be loaded, `compress` and a compressed file that is opened are the error `io`.
-   */
-  zlib?: WasmSource;
   /** Where the worker script is (another origin is fine), or `false` to work on the calling thread. */
   worker?: string | URL | false;
   /**
@@ -423,7 +417,10 @@ export interface Mesher extends Disposable {
   mesh(job: Job, options?: MeshOptions): Promise<Mesh>;
   /** What a mesh would cost, without making it. */
   estimate(job: Job, options?: CallOptions): Promise<Estimate>;
-  /** Reads a column file back. */
+  /**
+   * Opens a column file. In a worker a Blob stays where it is: the mesh reads pieces of it as they are needed, so that a file may
+   * be larger than the memory. It must not change meanwhile; damage of a piece shows when it is read, as `columns-corrupt`.
+   */
   open(file: Blob | Uint8Array | ArrayBuffer, options?: CallOptions): Promise<Mesh>;
   /** Ends the worker and frees everything; pending calls reject with `cancelled`. */
   dispose(): void;

@@ -17,18 +17,15 @@ export { HexcastError };
 export const version = '0.1.0';
 
 /** @type {typeof import('./hexcast.js').createMesher} */
-export async function createMesher({ backend = 'auto', wasm, zlib, worker, device, signal } = {}) {
+export async function createMesher({ backend = 'auto', wasm, worker, device, signal } = {}) {
   signal?.throwIfAborted();
   if (device) checkDevice(backend, worker);
   const connection = await connect(device ? false : worker);
   try {
-    const sources = {
-      wasm: place(wasm ?? new URL('./hexcast_bg.wasm', import.meta.url)),
-      zlib: place(zlib ?? new URL('./hexcast_zlib_bg.wasm', import.meta.url)),
-    };
+    const source = place(wasm ?? new URL('./hexcast_bg.wasm', import.meta.url));
     const facts = await connection.call(
       'open',
-      { backend, ...sources, device: /** @type {GPUDevice | undefined} */ (device) },
+      { backend, wasm: source, device: /** @type {GPUDevice | undefined} */ (device) },
       { signal },
     );
     return disposable(new Mesher(connection, facts));
@@ -136,8 +133,9 @@ class Mesher {
 
   /** @param {Blob | Uint8Array | ArrayBuffer} file @param {CallOptions} [options] */
   async open(file, options = {}) {
-    const bytes = file instanceof Uint8Array ? file : new Uint8Array(file instanceof Blob ? await file.arrayBuffer() : file);
-    return disposable(new Mesh(this.#connection, await this.#connection.call('openColumns', { bytes }, options)));
+    // bytes are copied: the mesh reads them as long as it lives
+    const source = file instanceof Blob ? file : new Uint8Array(file instanceof ArrayBuffer ? file.slice(0) : file);
+    return disposable(new Mesh(this.#connection, await this.#connection.call('openColumns', { source }, options)));
   }
 
   dispose() {

@@ -26,8 +26,8 @@ test('once loaded the page works without a network', async ({ browser }) => {
     await page.goto(own.url);
     await isIdle(page);
     const assets = readdirSync(path.join(DIST, 'assets'));
-    // the page, its style, the 3-D view, a worker, a core for this thread, two wasm files
-    assert.ok(assets.length >= 7, `${assets}`);
+    // the page, its style, the 3-D view, a worker, a core for this thread, the wasm
+    assert.ok(assets.length >= 6, `${assets}`);
     await page.evaluate(isKept, ['/', ...assets.map((name) => `/assets/${name}`)]);
     await own.close();
     await page.goto(`${own.url}#cells=20&sample=cubes`);
@@ -39,7 +39,7 @@ test('once loaded the page works without a network', async ({ browser }) => {
       [1, 1000],
       [2, 500],
     ]);
-    // compressed, which takes the second wasm; no test can answer the dialogue for a place
+    // no test can answer the dialogue for a place
     await page.evaluate(() => delete window.showSaveFilePicker);
     const { bytes } = await saved(page, '#download-vtiz');
     assert.match(bytes.toString('latin1'), /vtkZLibDataCompressor[\s\S]*<\/VTKFile>/);

@@ -140,5 +140,5 @@ test('a file system that takes and gives bytes in parts will do, and one that is
   assert.equal(whole.length, 64);
   assert.equal(inParts, whole);
   assert.equal(full.code, 'io');
-  assert.match(full.message, /putting columns aside: .*"no room"; make room on the disk/);
+  assert.match(full.message, /writing columns to the disk: .*"no room"; make room on the disk/);
 });

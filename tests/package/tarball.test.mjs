@@ -23,15 +23,7 @@ before(() => ({ folder: project, files, remove } = installedProject()));
 after(() => remove());
 
 test('the tarball holds the wasm, the glue and the shaders, and no sources', () => {
-  for (const file of [
-    'dist/hexcast.js',
-    'dist/hexcast_bg.wasm',
-    'dist/zlib.js',
-    'dist/hexcast_zlib_bg.wasm',
-    'dist/hexcast.d.ts',
-    'shaders/map.wgsl',
-    'package.json',
-  ]) {
+  for (const file of ['dist/hexcast.js', 'dist/hexcast_bg.wasm', 'dist/hexcast.d.ts', 'shaders/map.wgsl', 'package.json']) {
     assert.ok(files.includes(file), `${file} of ${files.join(' ')}`);
   }
   assert.deepEqual(
@@ -97,7 +89,6 @@ const COMPRESS = `
   const mesher = await createMesher({ backend: 'cpu' });
   const geometries = [{ source: readFileSync(process.argv[2]), file: 'spot.stl', name: 'cow', flag: 7 }];
   const mesh = await mesher.mesh({ geometries, cells: 130, padding: { cells: 20 } });
-  // more files at once than there are to load zlib
   const names = [];
   for (const format of ['vti', 'hxc']) for (let compress = 1; compress <= 9; compress += 1) names.push([format, compress]);
   await Promise.all(names.map(async ([format, compress]) => {
@@ -123,47 +114,6 @@ test('files compressed in Node are those of the native command at every level, a
       assert.ok(expected.equals(ours), `${name}: ${ours.length} bytes, ${expected.length} by the native command`);
     }
   }
-});
-
-const WITHOUT_ZLIB = `
-  import { readFileSync } from 'node:fs';
-  import { createMesher, HexcastError } from 'hexcast';
-  const [file, compressed] = process.argv.slice(2);
-  const beside = new URL('node_modules/hexcast/dist/hexcast_zlib_bg.wasm', import.meta.url);
-  const problems = [];
-  for (const zlib of [Uint8Array.of(1, 2, 3), 'http://127.0.0.1:9/none.wasm']) {
-    const mesher = await createMesher({ backend: 'cpu', zlib });
-    const mesh = await mesher.mesh({ geometries: [{ source: readFileSync(file) }], cells: 10 });
-    for (const call of [() => mesh.blob('vti', { compress: 6 }), () => mesher.open(readFileSync(compressed))]) {
-      const error = await call().catch((error) => error);
-      problems.push({ isOurs: error instanceof HexcastError, code: error.code, message: error.message, hint: error.hint });
-    }
-    problems.push((await (await mesher.open(await mesh.blob('hxc'))).sha256()) === (await mesh.sha256()));
-    mesher.dispose();
-  }
-  // a failure is no reason for the next
-  const mesher = await createMesher({ backend: 'cpu', zlib: await WebAssembly.compile(readFileSync(beside)) });
-  problems.push((await mesher.open(readFileSync(compressed))).dims);
-  console.log(JSON.stringify(problems));
-  mesher.dispose();
-`;
-
-test('without its zlib the package says what still works, and all else does', () => {
-  const compressed = path.join(project, 'compressed.hxc');
-  const { dims } = nativeReport(['-o', compressed], 1);
-  writeFileSync(path.join(project, 'without.js'), WITHOUT_ZLIB);
-  const found = JSON.parse(execFileSync(process.execPath, ['without.js', SPOT, compressed], { cwd: project, encoding: 'utf8' }));
-  assert.equal(found.length, 7);
-  for (const [index, problem] of found.slice(0, 6).entries()) {
-    if (index % 3 === 2) {
-      assert.equal(problem, true, 'files that are not compressed are written and read');
-      continue;
-    }
-    assert.deepEqual([problem.isOurs, problem.code], [true, 'io']);
-    assert.match(problem.message, /^zlib cannot be loaded: ./);
-    assert.match(problem.hint, /leave out compress/);
-  }
-  assert.deepEqual(found[6], dims);
 });
 
 const REFUSE = `

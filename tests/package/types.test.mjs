@@ -25,24 +25,9 @@ function assertPasses(program, ...args) {
 
 test('the manifest exports the package, its worker, Node, the wasm and the shaders, types first', () => {
   const { exports: entries } = JSON.parse(readFileSync(path.join(ROOT, 'package.json'), 'utf8'));
-  assert.deepEqual(Object.keys(entries), [
-    '.',
-    './worker',
-    './node',
-    './hexcast_bg.wasm',
-    './hexcast_zlib_bg.wasm',
-    './shaders/*',
-    './package.json',
-  ]);
+  assert.deepEqual(Object.keys(entries), ['.', './worker', './node', './hexcast_bg.wasm', './shaders/*', './package.json']);
   for (const name of ['.', './worker', './node']) assert.equal(Object.keys(entries[name])[0], 'types', name);
-  const resolved = [
-    'hexcast',
-    'hexcast/worker',
-    'hexcast/node',
-    'hexcast/hexcast_bg.wasm',
-    'hexcast/hexcast_zlib_bg.wasm',
-    'hexcast/shaders/map.wgsl',
-  ];
+  const resolved = ['hexcast', 'hexcast/worker', 'hexcast/node', 'hexcast/hexcast_bg.wasm', 'hexcast/shaders/map.wgsl'];
   writeFileSync(
     path.join(project.folder, 'resolve.js'),
     `for (const name of ${JSON.stringify(resolved)}) console.log(import.meta.resolve(name));`,
@@ -50,7 +35,7 @@ test('the manifest exports the package, its worker, Node, the wasm and the shade
   const found = execFileSync(process.execPath, ['resolve.js'], { cwd: project.folder, encoding: 'utf8' }).trim().split('\n');
   assert.deepEqual(
     found.map((url) => url.split('/node_modules/hexcast/')[1]),
-    ['dist/node.js', 'dist/worker.js', 'dist/node.js', 'dist/hexcast_bg.wasm', 'dist/hexcast_zlib_bg.wasm', 'shaders/map.wgsl'],
+    ['dist/node.js', 'dist/worker.js', 'dist/node.js', 'dist/hexcast_bg.wasm', 'shaders/map.wgsl'],
   );
 });
 
@@ -60,15 +45,7 @@ test('publint has nothing to say', () => {
 
 test('are-the-types-wrong has nothing to say', () => {
   // a wasm is a file to fetch, not a module to import
-  assertPasses(
-    'attw',
-    project.tarball,
-    '--profile',
-    'esm-only',
-    '--exclude-entrypoints',
-    './hexcast_bg.wasm',
-    './hexcast_zlib_bg.wasm',
-  );
+  assertPasses('attw', project.tarball, '--profile', 'esm-only', '--exclude-entrypoints', './hexcast_bg.wasm');
 });
 
 const VALUES = `
@@ -96,7 +73,7 @@ const USES = `
   import 'hexcast/worker';
   // @ts-expect-error the worker exports nothing
   import { createMesher as none } from 'hexcast/worker';
-  using mesher = await createMesher({ backend: 'auto', worker: new URL('x.js', 'https://example.org'), zlib: new Uint8Array(8) });
+  using mesher = await createMesher({ backend: 'auto', worker: new URL('x.js', 'https://example.org'), wasm: new Uint8Array(8) });
   const mesh: Mesh = await mesher.mesh({ geometries: [{ source: new Blob([]), flag: 1 }], cells: 256 });
   for await (const { flags, start } of mesh.slabs()) flags[start[0]]?.toFixed();
   // @ts-expect-error a mesh that was read back has no volume of facets

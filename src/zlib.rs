@@ -1,28 +1,39 @@
 //! zlib, and zlib in blocks on all cores.
 //!
 //! flate2 does it, with zlib-rs: Rust alone, and the same bytes for the same input and level on every target, as its vector
-//! instructions compare and move bytes and decide nothing. In the browser that is a wasm of its own, loaded when the first
-//! compressed file is written or read; the wasm that meshes is lent its functions.
+//! instructions compare and move bytes and decide nothing.
+
+use std::io::{self, Read};
+
+use flate2::Compression;
+use flate2::bufread::{ZlibDecoder, ZlibEncoder};
 
 use crate::error::{Error, Result};
 use crate::parallel::*;
-
-#[cfg(all(feature = "web", target_arch = "wasm32"))]
-mod lent;
-#[cfg(not(all(feature = "web", target_arch = "wasm32")))]
-mod library;
-
-#[cfg(all(feature = "web", target_arch = "wasm32"))]
-pub(crate) use lent::{Zlib, deflate, inflate, lend};
-#[cfg(not(all(feature = "web", target_arch = "wasm32")))]
-pub(crate) use library::{deflate, inflate};
 
 /// Compresses bytes to one zlib stream, the same for the same input and level, 1 to 9.
 ///
 /// # Errors
 /// `io` where zlib fails.
 pub(crate) fn compress(bytes: &[u8], level: u8) -> Result<Vec<u8>> {
-    deflate(bytes, level).map_err(|error| Error::io("compressing", error))
+    let mut stream = Vec::new();
+    let mut encoder = ZlibEncoder::new(bytes, Compression::new(level.into()));
+    encoder.read_to_end(&mut stream).map_err(|error| Error::io("compressing", error))?;
+    Ok(stream)
+}
+
+/// Expands a zlib stream to at most `most` bytes; a stream that goes on is cut there.
+///
+/// # Errors
+/// What is no zlib stream, ends early, or does not have the checksum that it says; bytes that follow the stream.
+pub(crate) fn inflate(stream: &[u8], most: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let mut decoder = ZlibDecoder::new(stream);
+    decoder.by_ref().take(most).read_to_end(&mut bytes)?;
+    if (bytes.len() as u64) < most && decoder.total_in() < stream.len() as u64 {
+        return Err(io::Error::other("bytes follow its zlib stream"));
+    }
+    Ok(bytes)
 }
 
 /// Cuts a stream of bytes in blocks of one size, the last may be shorter, and compresses each by itself.
@@ -86,6 +97,30 @@ mod tests {
             for (block, expected) in done.iter().zip(bytes[..950].chunks(100)) {
                 assert_eq!(inflate(block, u64::MAX).unwrap(), expected, "parts of {step}");
             }
+        }
+    }
+
+    #[test]
+    fn a_stream_is_expanded_as_far_as_allowed() {
+        let bytes: Vec<u8> = (0..200_000u32).map(|i| (i / 700) as u8).collect();
+        for level in 1..=9 {
+            let stream = compress(&bytes, level).unwrap();
+            assert!(stream.len() < 10_000, "level {level}: {} bytes", stream.len());
+            for most in [0, 1, 199_999, 200_000, 200_001, u64::MAX] {
+                let n_expected = bytes.len().min(most as usize);
+                assert_eq!(inflate(&stream, most).unwrap(), bytes[..n_expected], "level {level}, at most {most}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_not_one_whole_stream_is_refused() {
+        let stream = compress(b"flags, flags, flags", 6).unwrap();
+        let mut damaged = stream.clone();
+        damaged[stream.len() - 1] ^= 1;
+        let cases = [&stream[..stream.len() - 1], &stream[..7], &[], &damaged, &[&stream[..], b"x"].concat()];
+        for (index, case) in cases.into_iter().enumerate() {
+            assert!(inflate(case, 100).is_err(), "case {index}");
         }
     }
 }
