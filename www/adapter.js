@@ -1,8 +1,15 @@
 /** The browser's side of the GPU: what its adapter is called, and a device of the caller's own in place of a new one. */
 
+/** The software adapters, by what browsers tell of them. @type {[RegExp, string][]} */
+const SOFTWARE = [
+  [/swiftshader/i, 'SwiftShader'],
+  [/llvmpipe/i, 'llvmpipe'],
+];
+
 /**
  * What the browser tells of the adapter that a backend takes, or of that of a device: `vendor`, `architecture` and
- * `description`, empty where it does not tell, and `name`, the most telling of them.
+ * `description`, empty where it does not tell, `name`, the most telling of them, and whether it is `software`, which computes
+ * on the processor.
  *
  * @param {GPUDevice} [device]
  */
@@ -11,7 +18,25 @@ export async function describeAdapter(device) {
   /** @type {Partial<GPUAdapterInfo>} */
   const info = device?.adapterInfo ?? adapter?.info ?? {};
   const { vendor = '', architecture = '', description = '' } = info;
-  return { name: description || [vendor, architecture].filter(Boolean).join(' '), vendor, architecture, description };
+  const name = description || [vendor, architecture].filter(Boolean).join(' ');
+  return { name, vendor, architecture, description, software: Boolean(info.isFallbackAdapter || softwareName(info)) };
+}
+
+/** The name of a software adapter, if it is a known one. @param {Partial<GPUAdapterInfo>} info */
+function softwareName({ vendor, architecture, description }) {
+  const told = [vendor, architecture, description].join(' ');
+  return SOFTWARE.find(([pattern]) => pattern.test(told))?.[1];
+}
+
+/**
+ * Why an adapter is worse than none: a software one is slower than the CPU backend. Null for one of hardware.
+ *
+ * @param {Awaited<ReturnType<typeof describeAdapter>>} adapter
+ */
+export function whyNotTaken(adapter) {
+  if (!adapter.software) return null;
+  const name = softwareName(adapter) ?? adapter.name;
+  return `the only GPU adapter${name && `, ${name},`} computes on the processor, where the CPU backend is faster`;
 }
 
 /**

@@ -2,7 +2,7 @@
  * The work itself, on the thread it is called from: wasm, surfaces and meshes by number. `worker.js` runs it in a worker,
  * `hexcast.js` talks to it there or, without a worker, directly. Everything in and out can be cloned.
  */
-import { describeAdapter, lendDevice } from './adapter.js';
+import { describeAdapter, lendDevice, whyNotTaken } from './adapter.js';
 import { clearSpillFiles, spilling } from './spill.js';
 import { cancelled, pause } from './call.js';
 import { columnFile } from './column_file.js';
@@ -34,6 +34,8 @@ export class Core {
   #turn = Promise.resolve();
   /** What the browser calls the GPU. */
   #adapterName = '';
+  /** Why the CPU meshes although there is an adapter. @type {string | null} */
+  #notTaken = null;
   /** Seconds a ray and a crossing took last, for estimates. @type {{ ray: number, crossing: number } | null} */
   #pace = null;
 
@@ -55,7 +57,7 @@ export class Core {
   }
 
   /**
-   * Loads the wasm and opens a backend.
+   * Loads the wasm and opens a backend; with `auto` a software adapter is left alone, unless its device is the caller's.
    *
    * @param {{ backend: import('./hexcast.js').BackendChoice, wasm: any, device?: GPUDevice }} args
    * @returns {Promise<Facts & { version: string }>}
@@ -64,14 +66,17 @@ export class Core {
     // what earlier visits left; nobody waits for it
     clearSpillFiles();
     await init({ module_or_path: wasm });
-    const open = () => WebEngine.open(backend, pause);
+    // a search that fails is told of by the wasm, which searches too
+    const adapter = backend === 'cpu' ? null : await describeAdapter(device).catch(() => null);
+    if (backend === 'auto' && !device && adapter) this.#notTaken = whyNotTaken(adapter);
+    const open = () => WebEngine.open(this.#notTaken ? 'cpu' : backend, pause);
     this.#engine = await (device ? lendDevice(device, open) : open());
     const facts = JSON.parse(this.#engine.facts());
     if (facts.adapter) {
-      Object.assign(facts.adapter, await describeAdapter(device));
+      Object.assign(facts.adapter, adapter);
       this.#adapterName = facts.adapter.name;
     }
-    return { ...facts, version: version() };
+    return { ...facts, fallback: this.#notTaken ?? facts.fallback, version: version() };
   }
 
   /**
@@ -163,6 +168,7 @@ export class Core {
     const facts = this.#describe(mesh);
     /** @type {Facts} */
     const engine = JSON.parse(this.#engine.facts());
+    if (this.#notTaken) facts.report.warnings.unshift(`meshed on the CPU: ${this.#notTaken}`);
     const { rays, crossings, seconds } = facts.report;
     const columns = seconds.columns ?? 0;
     // half the time goes with the rays, half with what they cross: good enough to tell seconds from minutes

@@ -44,6 +44,8 @@ export type ErrorCode =
   | 'memory'
   | 'no-adapter'
   | 'device-failed'
+  /** The GPU driver computes wrongly, and what it returned was thrown away. */
+  | 'device-wrong'
   | 'device-lost'
   | 'io';
 
@@ -55,7 +57,10 @@ export class HexcastError extends Error {
   readonly hint: string;
 }
 
-/** Who meshes: with `auto` the GPU where there is an adapter, otherwise the CPU; or one of them alone. */
+/**
+ * Who meshes: with `auto` the GPU where there is one, otherwise the CPU, which is faster than an adapter that computes on the
+ * processor; or one of them alone.
+ */
 export type BackendChoice = 'auto' | 'gpu' | 'cpu';
 
 /** Where a wasm module is, or its bytes, or the compiled module. */
@@ -268,6 +273,11 @@ export interface Report {
   /** Name of the GPU; null on the CPU. */
   adapter: string | null;
   driver: string | null;
+  /**
+   * What came of casting a sample of the GPU's rays again on the CPU: the number of these rays, and of those among them whose
+   * cells differed; null if no GPU meshed.
+   */
+  device_check: { rays: number; differing: number } | null;
   unit: string | null;
   dims: [number, number, number];
   origin: [number, number, number];
@@ -400,7 +410,7 @@ export interface Adapter {
   architecture: string;
   description: string;
   driver: string;
-  /** Whether it computes on the processor. */
+  /** Whether it computes on the processor, such as SwiftShader or llvmpipe. */
   software: boolean;
 }
 
@@ -409,7 +419,7 @@ export interface Mesher extends Disposable {
   readonly backend: 'gpu' | 'cpu';
   /** The GPU; null on the CPU. */
   readonly adapter: Adapter | null;
-  /** Why the CPU meshes although `auto` looked for a GPU, or had one; null otherwise. */
+  /** Why the CPU meshes although `auto` looked for a GPU, found one that computes on the processor, or had one; null otherwise. */
   readonly fallback: string | null;
   /** Reads and checks a surface without meshing it. */
   read(source: Exclude<GeometrySource, Surface>, options?: CallOptions & { file?: string }): Promise<Surface>;

@@ -13,6 +13,7 @@ pub struct ColumnsReport<'a> {
     backend: (),
     adapter: (),
     driver: (),
+    device_check: (),
     /// Unit of lengths, if the file names one.
     pub unit: Option<&'a str>,
     /// Number of cells on x, y and z.
@@ -70,6 +71,7 @@ impl ColumnsReport<'_> {
             backend: (),
             adapter: (),
             driver: (),
+            device_check: (),
             unit: mesh.unit.as_deref(),
             dims,
             origin,

@@ -42,7 +42,7 @@ async function isSound(page, what) {
 }
 
 test('axe-core finds nothing: empty, models and mistakes, a mesh and its slices', async ({ visit }) => {
-  const page = await visit('#cells=20');
+  const page = await visit('#cells=20&backend=gpu');
   await page.evaluate(AXE);
   await isSound(page, 'empty');
   const files = ['ascii_two_solids_mixed_case', 'featuretype', 'bin_count_too_big'].map((file) => `tests/fixtures/${file}.stl`);
@@ -64,7 +64,7 @@ test('axe-core finds nothing: empty, models and mistakes, a mesh and its slices'
 });
 
 test('from the sample to a file with the keyboard alone, and nothing that has the focus is covered', async ({ visit }) => {
-  const page = await visit('#cells=20');
+  const page = await visit('#cells=20&backend=gpu');
   const isAt = () =>
     page.evaluate(() => document.activeElement.id || document.activeElement.dataset.sample || document.activeElement.className);
   /** Presses Tab until an element has the focus; whatever gets it on the way can be seen. */

@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 
 import { hasGeometries, legend, run, test } from './visit.mjs';
-import { loseFirstDevice } from './workers.mjs';
+import { AS_HARDWARE, loseFirstDevice, tellOfAdapter } from './workers.mjs';
 
 const WITHOUT_ADAPTER = "Object.defineProperty(navigator, 'gpu', { value: { requestAdapter: async () => null } });";
 
@@ -19,8 +19,59 @@ test('without an adapter the processor does the same work, and the page says so'
   ]);
 });
 
-test('the page and the report name the GPU as the browser does', async ({ visit }) => {
+test('where the only adapter computes on the processor the CPU meshes, and the page and the report say why', async ({
+  visit,
+}) => {
   const page = await visit('#cells=20&sample=cubes');
+  await hasGeometries(page, 2);
+  const why = 'the only GPU adapter, SwiftShader, computes on the processor, where the CPU backend is faster';
+  assert.equal(await page.getAttribute('#device', 'data-backend'), 'cpu');
+  assert.match(await page.textContent('#device'), /No GPU/);
+  assert.equal(await page.getAttribute('#device', 'title'), why);
+  await run(page);
+  assert.deepEqual(await legend(page), [
+    [1, 1000],
+    [2, 500],
+  ]);
+  assert.equal(await page.textContent('#result-backend'), 'the processor');
+  assert.deepEqual(JSON.parse(await page.textContent('#report')).warnings, [`meshed on the CPU: ${why}`]);
+});
+
+/** Meshers for `auto` and for the GPU, in a page. */
+async function openBoth() {
+  const { createMesher } = await import(new URL('hexcast.js', location.href).href);
+  const open = async (backend) => {
+    const mesher = await createMesher({ backend });
+    const facts = { backend: mesher.backend, fallback: mesher.fallback, software: mesher.adapter?.software ?? null };
+    mesher.dispose();
+    return facts;
+  };
+  return [await open('auto'), await open('gpu')];
+}
+
+const SLOW = 'computes on the processor, where the CPU backend is faster';
+for (const [what, info, fallback] of [
+  [
+    'SwiftShader by its architecture',
+    { vendor: 'google', architecture: 'swiftshader' },
+    `the only GPU adapter, SwiftShader, ${SLOW}`,
+  ],
+  ['llvmpipe by its description', { description: 'llvmpipe (LLVM 19.1, 256 bits)' }, `the only GPU adapter, llvmpipe, ${SLOW}`],
+  ['another fallback adapter', { vendor: 'x', isFallbackAdapter: true }, `the only GPU adapter, x, ${SLOW}`],
+  ['one without a name', { isFallbackAdapter: true }, `the only GPU adapter ${SLOW}`],
+  ['one of hardware', { vendor: 'nvidia', architecture: 'hopper' }, null],
+]) {
+  test(`auto and gpu, where the adapter is ${what}`, async ({ visit, siteWithWorker }) => {
+    const page = await visit('#backend=cpu', { url: await siteWithWorker(tellOfAdapter(info)) });
+    const [auto, gpu] = await page.evaluate(openBoth);
+    const isSoftware = fallback !== null;
+    assert.deepEqual(gpu, { backend: 'gpu', fallback: null, software: isSoftware });
+    assert.deepEqual(auto, isSoftware ? { backend: 'cpu', fallback, software: null } : gpu);
+  });
+}
+
+test('the page and the report name the GPU as the browser does', async ({ visit }) => {
+  const page = await visit('#cells=20&sample=cubes&backend=gpu');
   await hasGeometries(page, 2);
   const name = await page.evaluate(async () => {
     const { vendor, architecture, description } = (await navigator.gpu.requestAdapter({ powerPreference: 'high-performance' }))
@@ -60,7 +111,8 @@ async function hashOnProcessor(visit) {
 }
 
 test('a device that is lost while the page meshes costs no cell', async ({ visit, siteWithWorker }) => {
-  const page = await visit(LONG_JOB, { url: await siteWithWorker(loseFirstDevice()), prepare: hearOfDevices });
+  const url = await siteWithWorker(loseFirstDevice());
+  const page = await visit(`${LONG_JOB}&backend=gpu`, { url, prepare: hearOfDevices });
   await hasGeometries(page, 1);
   await run(page);
   const told = await page.evaluate(() => window.told);
@@ -74,7 +126,7 @@ test('a device that is lost while the page meshes costs no cell', async ({ visit
 });
 
 test('where no other device can be opened the processor goes on, and the page says so', async ({ visit, siteWithWorker }) => {
-  const page = await visit(LONG_JOB, { url: await siteWithWorker(loseFirstDevice(1)), prepare: hearOfDevices });
+  const page = await visit(LONG_JOB, { url: await siteWithWorker(AS_HARDWARE + loseFirstDevice(1)), prepare: hearOfDevices });
   await hasGeometries(page, 1);
   assert.equal(await page.getAttribute('#device', 'data-backend'), 'gpu');
   await run(page);

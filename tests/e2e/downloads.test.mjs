@@ -28,7 +28,7 @@ const PACKED = [
 async function compareWithNative(visit, sample, n_files, settings, isPacked) {
   const folder = mkdtempSync(path.join(tmpdir(), 'hexcast-'));
   try {
-    const page = await visit(`#${settings}&sample=${sample}`);
+    const page = await visit(`#${settings}&sample=${sample}&backend=gpu`);
     await hasGeometries(page, n_files);
     await run(page);
     await writeSample(sample, folder);
@@ -74,7 +74,7 @@ test('two geometries with priorities: every download is the native file', ({ vis
   ));
 
 test('a column file opens again, and files are named after the model', async ({ site, visit }) => {
-  const page = await visit('#cells=20&sample=cubes&unit=mm');
+  const page = await visit('#cells=20&sample=cubes&unit=mm&backend=gpu');
   await hasGeometries(page, 2);
   await run(page);
   const { bytes: sidecar } = await saved(page, '#download-sidecar');
@@ -96,7 +96,7 @@ test('a column file opens again, and files are named after the model', async ({ 
 });
 
 test('where the browser lets one pick a place, files are streamed to it', async ({ visit }) => {
-  const page = await visit('#cells=20&sample=cubes');
+  const page = await visit('#cells=20&sample=cubes&backend=gpu');
   await hasGeometries(page, 2);
   await run(page);
   // the private file system stands for the place that the user would pick
@@ -151,7 +151,7 @@ test('without a picker large files go through the private file system, which is 
   site,
   visit,
 }) => {
-  const page = await visit('#dims=1024 512 490&sample=cubes');
+  const page = await visit('#dims=1024 512 490&sample=cubes&backend=gpu');
   await hasGeometries(page, 2);
   await run(page);
   const [download] = await Promise.all([page.waitForEvent('download', { timeout: 120_000 }), page.click('#download-raw')]);

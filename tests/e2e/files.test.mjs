@@ -10,7 +10,7 @@ import { sampleTexts } from './samples.mjs';
 import { hasGeometries, isIdle, run, test } from './visit.mjs';
 
 test('a malformed file gives a sentence and loses nothing', async ({ visit }) => {
-  const page = await visit('#cells=20&sample=gear');
+  const page = await visit('#cells=20&sample=gear&backend=gpu');
   await hasGeometries(page, 1);
   await page.setInputFiles('#file-input', {
     name: 'letter.stl',
@@ -154,7 +154,7 @@ test('a folder without models, and a file that is none, are said to be that', as
 });
 
 test('a model with too many facets for the 3-D view is said not to be drawn, and is meshed', async ({ visit }) => {
-  const page = await visit('#cells=16');
+  const page = await visit('#cells=16&backend=gpu');
   await page.evaluate(() => {
     const n_facets = 4_000_001;
     const view = new DataView(new ArrayBuffer(84 + 50 * n_facets));
@@ -214,7 +214,7 @@ test('before it is meshed a model says its facets, its box, its volume and wheth
 });
 
 test('the solids of a file are one geometry or several, with flags that no other has', async ({ visit }) => {
-  const page = await visit('#cells=60');
+  const page = await visit('#cells=60&backend=gpu');
   const files = ['ascii_two_solids_mixed_case.stl', 'bin_header_solid_cube.stl'].map((file) =>
     path.join(ROOT, 'tests/fixtures', file),
   );

@@ -4,11 +4,11 @@ import assert from 'node:assert/strict';
 
 import { knotText } from './samples.mjs';
 import { test } from './visit.mjs';
-import { loseFirstDevice } from './workers.mjs';
+import { AS_HARDWARE, loseFirstDevice } from './workers.mjs';
 
 test('Firefox meshes two touching blocks, as Chromium does', async ({ firefox, site }) => {
   const page = await firefox.newPage();
-  await page.goto(`${site}#cells=20&sample=cubes`);
+  await page.goto(`${site}#cells=20&sample=cubes&backend=gpu`);
   await page.waitForSelector('.geometry:nth-child(2)', { timeout: 120_000 });
   await page.waitForSelector('#run:enabled');
   console.log(`${await page.$eval('#device', (element) => element.textContent)} (Firefox)`);
@@ -44,7 +44,7 @@ for (const [what, n_devices, backend] of [
 ]) {
   test(`where Firefox loses its device ${what}, with the same result`, async ({ firefox, siteWithWorker }) => {
     const page = await firefox.newPage();
-    await page.goto(await siteWithWorker(loseFirstDevice(n_devices)));
+    await page.goto(await siteWithWorker(AS_HARDWARE + loseFirstDevice(n_devices)));
     const [lost, cpu] = await page.evaluate(meshAndLose, await knotText());
     assert.deepEqual(lost.backends, ['gpu', backend, backend]);
     assert.equal(lost.warnings.length, backend === 'cpu' ? 1 : 0);

@@ -5,7 +5,7 @@ import assert from 'node:assert/strict';
 import { COPPER, EPOXY, hasGeometries, legend, run, saved, slice, take, test } from './visit.mjs';
 
 test('two touching blocks: every cell of two slices has its colour', async ({ visit }) => {
-  const page = await visit('#cells=20');
+  const page = await visit('#cells=20&backend=gpu');
   await take(page, 'cubes', 2);
   assert.deepEqual(await page.$$eval('[id^=dims-]', (inputs) => inputs.map((input) => input.value)), ['20', '10', '10']);
   await run(page);
@@ -23,7 +23,7 @@ test('two touching blocks: every cell of two slices has its colour', async ({ vi
 });
 
 test('arrow keys move the slice', async ({ visit }) => {
-  const page = await visit('#cells=20&sample=cubes');
+  const page = await visit('#cells=20&sample=cubes&backend=gpu');
   await hasGeometries(page, 2);
   await run(page);
   await slice(page, 'z', 4);
@@ -35,7 +35,7 @@ test('arrow keys move the slice', async ({ visit }) => {
 });
 
 test('the model, the cells and a section are drawn in 3-D', async ({ visit }) => {
-  const page = await visit('#cells=32');
+  const page = await visit('#cells=32&backend=gpu');
   await take(page, 'shells', 2);
   const counts = [await coloursIn3d(page)];
   await run(page);
@@ -77,7 +77,7 @@ async function coloursIn3d(page) {
 }
 
 test('where two geometries overlap the higher priority wins', async ({ visit }) => {
-  const page = await visit('#cells=20');
+  const page = await visit('#cells=20&backend=gpu');
   await take(page, 'shells', 2);
   await run(page);
   assert.equal((await slice(page, 'z', 10))[10][10], EPOXY);

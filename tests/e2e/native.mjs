@@ -14,13 +14,13 @@ export async function writeSample(sample, folder) {
 }
 
 /**
- * Runs the command that the page copies for its job, in a folder, and returns its report.
+ * Runs the command that the page copies for its job, but on the CPU, in a folder, and returns its report.
  *
  * @param {string[]} more further options, such as outputs beside the one that is copied
  */
 export async function runCopied(page, folder, more) {
   await page.click('#copy-command');
-  const words = wordsOf(await page.inputValue('#copied-text'));
+  const words = wordsOf(await page.inputValue('#copied-text')).filter((word) => !word.startsWith('--backend='));
   const program = path.join(ROOT, 'target/debug/hexcast');
   const options = { cwd: folder, encoding: 'utf8', stdio: ['ignore', 'pipe', 'ignore'] };
   return JSON.parse(execFileSync(program, [...words.slice(1), ...more, '--backend=cpu', '--quiet', '--json'], options));

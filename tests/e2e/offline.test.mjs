@@ -30,7 +30,7 @@ test('once loaded the page works without a network', async ({ browser }) => {
     assert.ok(assets.length >= 6, `${assets}`);
     await page.evaluate(isKept, ['/', ...assets.map((name) => `/assets/${name}`)]);
     await own.close();
-    await page.goto(`${own.url}#cells=20&sample=cubes`);
+    await page.goto(`${own.url}#cells=20&sample=cubes&backend=gpu`);
     await page.reload();
     await isIdle(page);
     await hasGeometries(page, 2);

@@ -91,7 +91,7 @@ test('frames go on while the page meshes', async ({ visit }) => {
 });
 
 test('after a change of settings what is shown is said to be of the last mesh', async ({ visit }) => {
-  const page = await visit('#cells=20');
+  const page = await visit('#cells=20&backend=gpu');
   await take(page, 'cubes', 2);
   await run(page);
   const isStale = () => page.isVisible('#stale');

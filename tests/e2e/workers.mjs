@@ -28,6 +28,23 @@ export async function serveWithWorker(code) {
 }
 
 /**
+ * Has the worker's adapter tell something else of itself.
+ *
+ * @param {Partial<GPUAdapterInfo>} info nothing of what it leaves out
+ */
+export function tellOfAdapter(info) {
+  const told = { vendor: '', architecture: '', description: '', isFallbackAdapter: false, ...info };
+  return `
+  for (const [key, value] of Object.entries(${JSON.stringify(told)})) {
+    Object.defineProperty(GPUAdapterInfo.prototype, key, { get: () => value, configurable: true });
+  }
+`;
+}
+
+/** So that the software adapters of the tests pass for one of hardware, which `auto` takes. */
+export const AS_HARDWARE = tellOfAdapter({ description: 'a GPU' });
+
+/**
  * Destroys the worker's first device once it has been given a few bands, and tells how many devices are asked for.
  *
  * @param {number} n_devices that it may open; the browser has no adapter for more
