@@ -17,6 +17,23 @@ import { paper } from './paper.mjs';
 import { build, jsonLines, machine, median, ms, output as run, table, write } from './results.mjs';
 import { ROOT as root } from './run.mjs';
 
+/**
+ * @typedef {{ python: string, bench: string }} Programs
+ *
+ * What a process printed of its runs: seconds of each stage, as `columns_s`, and the medians from the file on.
+ *
+ * @typedef {Record<string, number> & { adapter: string }} Said
+ * @typedef {{ n: number, seconds: Record<'vtk' | 'cpu' | 'gpu', number[]>, bits: Record<'cpu' | 'gpu', number[]>, last: Record<'vtk' | 'cpu' | 'gpu', Said>, load: number }} Race
+ *
+ * @typedef {object} Passes
+ * @property {number} n
+ * @property {[string, number][]} gpu_passes
+ * @property {[string, number][]} cpu_passes
+ * @property {import('./limits.mjs').Counts} counts
+ * @property {Record<import('./limits.mjs').Limit, number>} machine
+ * @property {{ n_pairs: number, n_crossings: number, naive_s: number, ours_s: number }} naive_gather
+ */
+
 const { values: options, positionals } = parseArgs({
   allowPositionals: true,
   options: {
@@ -38,28 +55,44 @@ function vtkPython() {
   return python;
 }
 
-/** Times VTK and both backends in turn; seconds from file to flags in memory of every warm run. */
+/**
+ * Times VTK and both backends in turn; seconds from file to flags in memory of every warm run.
+ *
+ * @param {Programs} programs
+ * @param {string} file
+ * @param {number} n
+ * @returns {Race}
+ */
 function race(programs, file, n) {
+  /** @type {Race['seconds']} */
   const seconds = { vtk: [], cpu: [], gpu: [] };
+  /** @type {Race['bits']} */
   const bits = { cpu: [], gpu: [] };
-  const last = {};
+  const last = /** @type {Record<'vtk' | 'cpu' | 'gpu', any>} */ ({});
   for (let round = 0; round < rounds; round++) {
     const args = ['benches/peers.py', file, String(n), 'vtk', '--runs', options.runs];
     [last.vtk] = jsonLines(run(programs.python, args));
     if (last.vtk.error) throw new Error(`VTK failed: ${last.vtk.error}`);
     seconds.vtk.push(...last.vtk.runs_s);
-    for (const backend of ['cpu', 'gpu']) {
+    for (const backend of /** @type {const} */ (['cpu', 'gpu'])) {
       const args = ['--file', file, '--cells', String(n), '--backends', backend, '--runs', options.runs];
       [last[backend]] = jsonLines(run(programs.bench, args));
-      const untilColumns = (s) => s.read + s.lines + s.snap + s.columns;
-      seconds[backend].push(...last[backend].runs.map((s) => untilColumns(s) + s.flags));
-      bits[backend].push(...last[backend].runs.map((s) => untilColumns(s) + s.bits));
+      const untilColumns = (/** @type {Record<string, number>} */ s) => s.read + s.lines + s.snap + s.columns;
+      seconds[backend].push(...last[backend].runs.map((/** @type {Record<string, number>} */ s) => untilColumns(s) + s.flags));
+      bits[backend].push(...last[backend].runs.map((/** @type {Record<string, number>} */ s) => untilColumns(s) + s.bits));
     }
   }
   return { n, seconds, bits, last, load: loadavg()[0] };
 }
 
-/** Counts the cells in which VTK and hexcast differ. */
+/**
+ * Counts the cells in which VTK and hexcast differ.
+ *
+ * @param {Programs} programs
+ * @param {string} file
+ * @param {number} n
+ * @param {string} scratch
+ */
 function differences(programs, file, n, scratch) {
   const prefix = join(scratch, 'flags');
   run(programs.python, ['benches/peers.py', file, String(n), 'vtk', '--flags', prefix]);
@@ -67,9 +100,16 @@ function differences(programs, file, n, scratch) {
   return { n, ...countDiffering(`${prefix}.vtk.u8`, `${prefix}.ours`) };
 }
 
+/** @param {Race} race */
 function raceTable({ n, seconds, bits, last }) {
   const vtk = median(seconds.vtk);
-  const times = (middle) => `${(vtk / middle).toFixed(1)}x`;
+  const times = (/** @type {number} */ middle) => `${(vtk / middle).toFixed(1)}x`;
+  /**
+   * @param {string} name
+   * @param {number[]} all
+   * @param {Said} run
+   * @param {number[]} [allBits]
+   */
   const row = (name, all, run, allBits) => {
     const middle = median(all);
     const middleBits = allBits ? median(allBits) : NaN;
@@ -81,7 +121,18 @@ function raceTable({ n, seconds, bits, last }) {
     return [name, columns, ms(middle), spread, again, vec, (n ** 3 / middle / 1e9).toFixed(2), times(middle), ...packed];
   };
   return table(
-    [`${n}^3`, 'columns, ms', 'flags, ms', 'from - to', 'flags again, ms', 'flags in Vec, ms', '1e9 cells/s', 'against VTK', 'bits, ms', 'against VTK'],
+    [
+      `${n}^3`,
+      'columns, ms',
+      'flags, ms',
+      'from - to',
+      'flags again, ms',
+      'flags in Vec, ms',
+      '1e9 cells/s',
+      'against VTK',
+      'bits, ms',
+      'against VTK',
+    ],
     [
       row('VTK', seconds.vtk, last.vtk),
       row('hexcast, CPU', seconds.cpu, last.cpu, bits.cpu),
@@ -90,19 +141,35 @@ function raceTable({ n, seconds, bits, last }) {
   );
 }
 
+/** @param {Race} race */
 function stageTable({ n, last }) {
   const stages = ['read', 'lines', 'snap', 'columns', 'flags', 'flags_again', 'flags_in_vec', 'bits', 'bytes_once'];
-  const row = (name, run) => [name, ...stages.map((stage) => ms(run[`${stage}_s`])), (run.crossings_per_s / 1e6).toFixed(1)];
-  return table([`${n}^3, ms`, ...stages.map((stage) => stage.replaceAll('_', ' ')), '1e6 crossings/s'], [row('CPU', last.cpu), row('GPU', last.gpu)]);
+  const row = (/** @type {string} */ name, /** @type {Said} */ run) => [
+    name,
+    ...stages.map((stage) => ms(run[`${stage}_s`])),
+    (run.crossings_per_s / 1e6).toFixed(1),
+  ];
+  return table(
+    [`${n}^3, ms`, ...stages.map((stage) => stage.replaceAll('_', ' ')), '1e6 crossings/s'],
+    [row('CPU', last.cpu), row('GPU', last.gpu)],
+  );
 }
 
-function passTable(name, passes, { counts, machine }, isWhole = () => false) {
+/** @param {string} name @param {[string, number][]} passes @param {Passes} all */
+function passTable(name, passes, { counts, machine }, isWhole = (/** @type {string} */ _pass) => false) {
   const total = passes.filter(([pass]) => !isWhole(pass)).reduce((sum, [, seconds]) => sum + seconds, 0);
-  const share = (pass, seconds) => (isWhole(pass) ? '' : `${((100 * seconds) / total).toFixed(1)} %`);
-  const row = ([pass, seconds]) => [pass, ms(seconds), share(pass, seconds), ...limitCells(pass, seconds, counts, machine)];
+  const share = (/** @type {string} */ pass, /** @type {number} */ seconds) =>
+    isWhole(pass) ? '' : `${((100 * seconds) / total).toFixed(1)} %`;
+  const row = (/** @type {[string, number]} */ [pass, seconds]) => [
+    pass,
+    ms(seconds),
+    share(pass, seconds),
+    ...limitCells(pass, seconds, counts, machine),
+  ];
   return table([name, 'ms', 'share', ...LIMIT_HEAD], passes.map(row));
 }
 
+/** @param {Passes} passes */
 function gatherLine({ n, naive_gather: g }) {
   return [`${n}^3`, g.n_pairs, g.n_crossings, ms(g.naive_s), ms(g.ours_s), `${(g.naive_s / g.ours_s).toFixed(1)}x`];
 }
@@ -117,11 +184,17 @@ function measured() {
     run(programs.bench, ['--spheres', spheres]);
     const spot = join(root, 'tests/fixtures/spot.stl');
     const races = sizes.map((n) => race(programs, spheres, n));
-    const passes = sizes.map((n) => jsonLines(run(programs.bench, ['--file', spheres, '--cells', String(n), '--backends', 'cpu', '--runs', '5', '--passes']))[1]);
-    const compared = [['64 spheres', spheres], ['spot', spot]].flatMap(([name, file]) =>
-      [128, 256].map((n) => [name, differences(programs, file, n, scratch)]),
+    /** @type {Passes[]} */
+    const passes = sizes.map(
+      (n) =>
+        jsonLines(
+          run(programs.bench, ['--file', spheres, '--cells', String(n), '--backends', 'cpu', '--runs', '5', '--passes']),
+        )[1],
     );
-    const whole = (pass) => pass.startsWith('all');
+    const compared = Object.entries({ '64 spheres': spheres, spot }).flatMap(([name, file]) =>
+      [128, 256].map((n) => ({ name, ...differences(programs, file, n, scratch) })),
+    );
+    const whole = (/** @type {string} */ pass) => pass.startsWith('all');
     const text = [
       ...machine(races[0].last.gpu.adapter, load),
       `${ROUNDS} Of passes, the run that was disturbed least.\n`,
@@ -131,11 +204,16 @@ function measured() {
       races.map(stageTable).join('\n\n'),
       '\n### Columns, pass by pass\n',
       `${LIMIT_LINES}\n`,
-      passes.flatMap((p) => [passTable(`GPU, ${p.n}^3`, p.gpu_passes, p), passTable(`CPU, ${p.n}^3`, p.cpu_passes, p, whole)]).join('\n\n'),
-      '\n## The paper\'s gather beside our intersection\n',
+      passes
+        .flatMap((p) => [passTable(`GPU, ${p.n}^3`, p.gpu_passes, p), passTable(`CPU, ${p.n}^3`, p.cpu_passes, p, whole)])
+        .join('\n\n'),
+      "\n## The paper's gather beside our intersection\n",
       table(['GPU', '(facet, bin) pairs', 'crossings', 'gather, ms', 'ours, ms', 'gather / ours'], passes.map(gatherLine)),
-      '\n## Cells that differ from VTK\'s\n',
-      table(['model', 'cells', 'differing'], compared.map(([name, d]) => [`${name}, ${d.n}`, d.n_cells, d.n_differing])),
+      "\n## Cells that differ from VTK's\n",
+      table(
+        ['model', 'cells', 'differing'],
+        compared.map(({ name, n, n_cells, n_differing }) => [`${name}, ${n}`, n_cells, n_differing]),
+      ),
     ].join('\n');
     write('measured', text);
     console.log(text);
@@ -165,7 +243,16 @@ async function page() {
   const load = loadavg()[0];
   const scratch = mkdtempSync(join(tmpdir(), 'hexcast-bench-'));
   try {
-    const tools = { scratch, run, jsonLines, median, ms, table, command: build(['bin', 'hexcast']), bench: build(['bench', 'table']) };
+    const tools = {
+      scratch,
+      run,
+      jsonLines,
+      median,
+      ms,
+      table,
+      command: build(['bin', 'hexcast']),
+      bench: build(['bench', 'table']),
+    };
     const { adapter, text } = await benchPage({ ...options, rounds, sizes: options.quick ? [128] : sizes }, tools);
     write('measured page', [...machine(adapter, load), `${ROUNDS}\n`, text].join('\n'));
     console.log(text);

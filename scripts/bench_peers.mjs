@@ -13,12 +13,45 @@ const WINDOWS = process.platform === 'win32';
 /** The wheel without CUDA, which is there for Linux on x86-64 only. */
 const OPEN3D = process.platform === 'linux' && process.arch === 'x64' ? 'open3d-cpu' : 'open3d';
 
+/**
+ * @typedef {{ id: string, name: string, what: string, imports: string, packages: string[] }} Peer
+ *
+ * A program in the race; `why` it has no part in it, else `last`, what it said last.
+ *
+ * @typedef {Partial<Peer> & { id: string, isOurs?: boolean, seconds: number[], why?: string, last?: Said }} Racer
+ *
+ * What a process printed.
+ *
+ * @typedef {object} Said
+ * @property {string} [error]
+ * @property {string} [version]
+ * @property {string} [device]
+ * @property {string} [adapter]
+ * @property {number[]} dims
+ * @property {number} inside
+ * @property {number | null} [peak_mib]
+ * @property {boolean} same_grid
+ * @property {number[]} seconds of its runs
+ * @property {string | null} flags the file that has them
+ *
+ * What is run: an STL file, a folder for flags, the programs, and how often.
+ *
+ * @typedef {{ file: string, scratch: string, bench: string, command: string, python: string, rounds: number, runs: string }} Given
+ * @typedef {Given & { n: number, flags: string | null }} Task
+ */
+
 /** Peers of benches/peers.py, what they import, and the packages that bring it. */
 const PEERS = [
   { id: 'vtk', name: 'VTK', what: 'polydata to image stencil', imports: 'numpy, vtk', packages: ['numpy', 'vtk'] },
   { id: 'open3d', name: 'Open3D', what: 'a ray a cell', imports: 'numpy, open3d', packages: ['numpy', OPEN3D] },
   { id: 'columns', name: 'Open3D', what: 'a ray a column', imports: 'numpy, open3d', packages: ['numpy', OPEN3D] },
-  { id: 'trimesh', name: 'trimesh', what: 'voxelized, filled', imports: 'scipy.ndimage, trimesh', packages: ['numpy', 'scipy', 'trimesh'] },
+  {
+    id: 'trimesh',
+    name: 'trimesh',
+    what: 'voxelized, filled',
+    imports: 'scipy.ndimage, trimesh',
+    packages: ['numpy', 'scipy', 'trimesh'],
+  },
   { id: 'warp', name: 'Warp', what: 'rays restarted', imports: 'numpy, warp', packages: ['numpy', 'warp-lang'] },
 ];
 
@@ -35,19 +68,24 @@ const ENOUGH = 20;
 /** Seconds that a process may take, start of Python and first compilation included. */
 const LIMIT = 180;
 
-/** The last error that a command printed. */
+/** The last error that a command printed. @param {{ stderr?: Buffer, message: string }} error */
 function lastError({ stderr, message }) {
-  const lines = String(stderr ?? message).trim().split('\n').filter((line) => !line.startsWith('[notice]'));
-  return (lines.filter((line) => line.startsWith('ERROR: ')).at(-1) ?? lines.at(-1)).replace(/^ERROR: /, '').replaceAll('|', '/');
+  const lines = String(stderr ?? message)
+    .trim()
+    .split('\n')
+    .filter((line) => !line.startsWith('[notice]'));
+  return (lines.filter((line) => line.startsWith('ERROR: ')).pop() ?? lines[lines.length - 1])
+    .replace(/^ERROR: /, '')
+    .replaceAll('|', '/');
 }
 
-/** Runs a command and returns what went wrong, or null. */
+/** Runs a command and returns what went wrong, or null. @param {string} program @param {string[]} args */
 function failure(program, args) {
   try {
     execFileSync(program, args, { stdio: ['ignore', 'ignore', 'pipe'] });
     return null;
   } catch (error) {
-    return lastError(error);
+    return lastError(/** @type {{ stderr?: Buffer, message: string }} */ (error));
   }
 }
 
@@ -62,38 +100,51 @@ export function peersPython(ids) {
   const python = join(folder, WINDOWS ? 'Scripts/python.exe' : 'bin/python');
   if (!existsSync(python)) output(WINDOWS ? 'python' : 'python3', ['-m', 'venv', folder]);
   const version = output(python, ['-c', 'import platform; print("Python", platform.python_version())']).trim();
+  /** @type {Record<string, string>} */
   const missing = {};
   for (const { id, imports, packages } of PEERS.filter((peer) => ids.includes(peer.id))) {
     if (!failure(python, ['-c', `import ${imports}`])) continue;
     console.log(`${id}: ${packages.join(', ')} into .tools/peers`);
-    const reason = failure(python, ['-m', 'pip', 'install', '--quiet', ...packages]) ?? failure(python, ['-c', `import ${imports}`]);
+    const reason =
+      failure(python, ['-m', 'pip', 'install', '--quiet', ...packages]) ?? failure(python, ['-c', `import ${imports}`]);
     if (reason) missing[id] = `not to be had for ${version} on ${process.platform}, ${process.arch}: ${reason}`;
   }
   return { python, missing };
 }
 
-/** Counts the bytes in which two files differ; throws where their lengths do. */
+/** Counts the bytes in which two files differ; throws where their lengths do. @param {string} path @param {string} other */
 export function countDiffering(path, other) {
   const [a, b] = [readFileSync(path), readFileSync(other)];
   if (a.length !== b.length) throw new Error(`${a.length} cells in ${path}, ${b.length} in ${other}`);
   let n_differing = 0;
-  for (let cell = 0; cell < a.length; cell++) n_differing += a[cell] !== b[cell];
+  for (let cell = 0; cell < a.length; cell++) n_differing += Number(a[cell] !== b[cell]);
   return { n_cells: a.length, n_differing };
 }
 
-/** One process of a peer: what it printed, with the seconds of its runs. */
+/** One process of a peer: what it printed, with the seconds of its runs. @param {string} id @param {Task} task @returns {Said} */
 function runPeer(id, { python, file, n, runs, flags }) {
   const args = ['benches/peers.py', file, String(n), id, '--runs', runs, '--enough', String(ENOUGH), '--limit', String(LIMIT)];
   const [said] = jsonLines(output(python, [...args, ...(flags ? ['--flags', flags] : [])]));
   return { ...said, seconds: said.runs_s, flags: flags && `${flags}.${id}.u8` };
 }
 
-/** One process of hexcast's bench, in the same form; in the last round also one of the command, for its memory. */
+/**
+ * One process of hexcast's bench, in the same form; in the last round also one of the command, for its memory.
+ *
+ * @param {string} backend
+ * @param {Task} task
+ * @returns {Said}
+ */
 function runHexcast(backend, { bench, command, file, n, runs, flags }) {
   const out = flags && `${flags}.${backend}.u8`;
   const args = ['--file', file, '--cells', String(n), '--backends', backend, '--runs', runs, ...(out ? ['--flags', out] : [])];
   const [said] = jsonLines(output(bench, args));
-  const result = { ...said, seconds: said.runs.map((s) => s.read + s.lines + s.snap + s.columns + s.flags), flags: out, same_grid: true };
+  const result = {
+    ...said,
+    seconds: said.runs.map((/** @type {Record<string, number>} */ s) => s.read + s.lines + s.snap + s.columns + s.flags),
+    flags: out,
+    same_grid: true,
+  };
   if (!out) return result;
   const mesh = ['mesh', file, '--cells', String(n), '--backend', backend, '--hash', 'never', '--flags-in-memory', '--json'];
   const host = JSON.parse(output(command, mesh)).peak_bytes.host;
@@ -102,38 +153,56 @@ function runHexcast(backend, { bench, command, file, n, runs, flags }) {
 
 const HEXCAST = ['cpu', 'gpu'].map((id) => ({ id, isOurs: true }));
 
-/** All programs at one size, in turn: seconds of every warm run, and what each said last. */
+/**
+ * All programs at one size, in turn: seconds of every warm run, and what each said last.
+ *
+ * @param {number} n
+ * @param {Given} given
+ * @param {Record<string, string | undefined>} skipped
+ */
 function race(n, given, skipped) {
+  /** @type {Racer[]} */
   const racers = [...PEERS, ...HEXCAST].map((racer) => ({ ...racer, seconds: [], why: skipped[racer.id] }));
   for (let round = 1; round <= given.rounds; round++) {
     const task = { ...given, n, flags: round === given.rounds ? join(given.scratch, `peers${n}`) : null };
     for (const racer of racers.filter(({ why }) => !why)) {
-      racer.last = (racer.isOurs ? runHexcast : runPeer)(racer.id, task);
-      if (racer.last.error) racer.why = `failed: ${racer.last.error.replaceAll('|', '/')}`;
-      else racer.seconds.push(...racer.last.seconds);
+      const last = (racer.isOurs ? runHexcast : runPeer)(racer.id, task);
+      racer.last = last;
+      if (last.error) racer.why = `failed: ${last.error.replaceAll('|', '/')}`;
+      else racer.seconds.push(...last.seconds);
     }
   }
   return racers;
 }
 
-/** Cells in which a program's flags differ from those of hexcast's CPU backend, or why that is no number. */
+/**
+ * Cells in which a program's flags differ from those of hexcast's CPU backend, or why that is no number.
+ *
+ * @param {Racer} racer
+ * @param {Racer} ours
+ */
 function differing({ last }, ours) {
+  if (!last?.flags || !ours.last?.flags) return 'unknown';
   if (!last.same_grid) return `another grid, ${last.dims.join(' x ')}`;
   return countDiffering(last.flags, ours.last.flags).n_differing;
 }
 
+/** @param {Racer} racer */
 function nameOf({ id, name, what, isOurs, last }) {
-  if (isOurs) return id === 'cpu' ? 'hexcast, CPU' : `hexcast, GPU (${last.adapter.split(' (')[0]})`;
+  if (isOurs) return id === 'cpu' ? 'hexcast, CPU' : `hexcast, GPU (${last?.adapter?.split(' (')[0]})`;
   if (!last?.version) return `${name}, ${what}`;
   return `${name} ${last.version}, ${what}${last.device === 'cpu' ? '' : ` on ${last.device}`}`;
 }
 
+/** @param {number} seconds */
 const digits = (seconds) => seconds.toFixed(seconds < 0.1 ? 4 : seconds < 10 ? 3 : 1);
 
+/** @param {number} n @param {Racer[]} racers */
 function raceTable(n, racers) {
   const ours = racers.find(({ id }) => id === 'cpu');
+  if (!ours) throw new Error('hexcast has no part in the race');
   const rows = racers.map((racer) => {
-    if (racer.why) return [nameOf(racer), racer.why, '', '', '', '', '', ''];
+    if (racer.why || !racer.last) return [nameOf(racer), racer.why, '', '', '', '', '', ''];
     const middle = median(racer.seconds);
     return [
       nameOf(racer),
@@ -146,15 +215,26 @@ function raceTable(n, racers) {
       differing(racer, ours),
     ];
   });
-  return table([`${n}^3`, 'flags, s', 'from - to', '1e6 cells/s', 'time, of hexcast on the CPU', 'peak, MiB', 'inside', 'differing'], rows);
+  return table(
+    [`${n}^3`, 'flags, s', 'from - to', '1e6 cells/s', 'time, of hexcast on the CPU', 'peak, MiB', 'inside', 'differing'],
+    rows,
+  );
 }
 
-/** Who is left out at the next size, and why: who cannot be had, has failed, or would be slow. */
+/**
+ * Who is left out at the next size, and why: who cannot be had, has failed, or would be slow.
+ *
+ * @param {Racer[]} racers
+ * @param {number} n
+ * @param {number} next
+ */
 function leftOut(racers, n, next) {
-  const why = (racer) => {
+  const why = (/** @type {Racer} */ racer) => {
     if (racer.why) return racer.last ? `not run: failed at ${n}^3` : racer.why;
     const middle = median(racer.seconds);
-    return !racer.isOurs && middle * (next / n) ** 3 > SLOW ? `not run: ${digits(middle)} s at ${n}^3, so more than ${SLOW} s here` : undefined;
+    return !racer.isOurs && middle * (next / n) ** 3 > SLOW
+      ? `not run: ${digits(middle)} s at ${n}^3, so more than ${SLOW} s here`
+      : undefined;
   };
   return Object.fromEntries(racers.map((racer) => [racer.id, why(racer)]));
 }
@@ -162,20 +242,27 @@ function leftOut(racers, n, next) {
 /**
  * Times all peers and both backends in turn.
  *
- * @param {{file: string, scratch: string, bench: string, command: string, rounds: number, runs: string, quick: boolean}} given
- *   the STL file, a folder for flags, the two programs of hexcast, and how often
+ * @param {Omit<Given, 'python'> & { quick: boolean }} given
  * @returns {{adapter: string, text: string}} the name of hexcast's GPU, and the tables
  */
 export function benchPeers(given) {
   const { python, missing } = peersPython(PEERS.map(({ id }) => id));
   const sizes = given.quick ? QUICK_SIZES : SIZES;
   const tables = [];
-  let [skipped, adapter] = [missing, ''];
+  /** @type {Record<string, string | undefined>} */
+  let skipped = missing;
+  let adapter = '';
   for (const [at, n] of sizes.entries()) {
     const racers = race(n, { ...given, python }, skipped);
     tables.push(raceTable(n, racers));
     skipped = leftOut(racers, n, sizes[at + 1]);
-    adapter = racers.find(({ id }) => id === 'gpu').last.adapter;
+    adapter = racers.find(({ id }) => id === 'gpu')?.last?.adapter ?? 'unknown';
   }
-  return { adapter, text: [`* A process that has run for ${ENOUGH} s begins no other run; where its first run is the only one, it counts.`, ...tables].join('\n\n') };
+  return {
+    adapter,
+    text: [
+      `* A process that has run for ${ENOUGH} s begins no other run; where its first run is the only one, it counts.`,
+      ...tables,
+    ].join('\n\n'),
+  };
 }

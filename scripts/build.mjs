@@ -1,60 +1,79 @@
-// Builds dist/: the page and the package's modules from www/, the library as wasm with its glue beside them. The same
-// folder is what a static host serves and, without the page, what the npm package ships.
+// Builds dist/: the package's modules from www/, the library as wasm with its glue beside them, and with Vite the page. The
+// same folder is what a static host serves and, without the page, what the npm package ships.
 
-import { cpSync, mkdirSync, readFileSync, renameSync, rmSync, statSync, writeFileSync } from 'node:fs';
+import { cpSync, mkdirSync, readFileSync, readdirSync, renameSync, rmSync, statSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { gzipSync } from 'node:zlib';
 
 import { ensureNodeModules } from './machine.mjs';
-import { ROOT, run } from './run.mjs';
-import { copyThree } from './three.mjs';
+import { CommandFailed, ROOT, run } from './run.mjs';
 import { compileWasm, ensureBindgen } from './wasm.mjs';
 
-export const DIST = path.join(ROOT, 'dist');
 /**
- * Most kilobytes (1000 bytes) of a wasm file, as it is and after gzip -9: of the one that meshes, which every page loads, and
- * of zlib, for compressed files.
+ * @typedef {{ wasm: number, gzip: number }} Sizes kilobytes of a wasm file
+ * @typedef {{ imports: [string, string, string][], exports: [string, string][] }} Names of a wasm, and the short ones in their place
  */
-const LIMITS = {
-  /** with the standard library compiled for size */
-  rebuilt: { hexcast: { wasm: 400, gzip: 160 }, hexcast_zlib: { wasm: 100, gzip: 50 } },
-  /** with the one that comes with the compiler */
-  prebuilt: { hexcast: { wasm: 430, gzip: 190 }, hexcast_zlib: { wasm: 120, gzip: 60 } },
-};
-/** Every browser with WebGPU has these; without them wasm-opt would refuse the code or leave it slower. */
-const FEATURES = ['simd', 'bulk-memory', 'nontrapping-float-to-int', 'sign-ext', 'mutable-globals', 'reference-types', 'multivalue'];
 
-/** Builds dist/ and returns a line with the sizes; fails where a wasm is too large. */
+export const DIST = path.join(ROOT, 'dist');
+const WWW = path.join(ROOT, 'www');
+/** The rest of www/ is the page. */
+const PACKAGE_MODULES = readdirSync(WWW).filter((name) => /\.(js|d\.ts)$/.test(name));
+/** Most kilobytes (1000 bytes) of the wasm file, as it is and after gzip -9. */
+const LIMITS = { wasm: 1200, gzip: 450 };
+/** Every browser with WebGPU has these; without them wasm-opt would refuse the code or leave it slower. */
+const FEATURES = [
+  'simd',
+  'bulk-memory',
+  'nontrapping-float-to-int',
+  'sign-ext',
+  'mutable-globals',
+  'reference-types',
+  'multivalue',
+];
+
+/** Builds dist/ and returns a line with its sizes; fails where the wasm is too large. */
 export async function build() {
   await ensureNodeModules();
   const bindgen = await ensureBindgen();
   const wasm = await compileWasm();
   rmSync(DIST, { recursive: true, force: true });
   mkdirSync(DIST, { recursive: true });
-  cpSync(path.join(ROOT, 'www'), DIST, { recursive: true });
-  copyThree(path.join(DIST, 'vendor'));
-  const limits = wasm.isRebuilt ? LIMITS.rebuilt : LIMITS.prebuilt;
-  const sizes = [];
-  for (const [name, file] of [['hexcast', wasm.mesher], ['hexcast_zlib', wasm.zlib]]) {
-    await run(bindgen, ['--target', 'web', '--no-typescript', '--out-dir', DIST, '--out-name', `${name}_wasm`, file]);
-    const glue = path.join(DIST, `${name}_wasm.js`);
-    const made = nameWasm(name, glue);
-    shorten(glue, await optimize(made));
-    sizes.push(checkSizes(made, limits[name]));
-  }
-  return sizes.join('; ');
+  for (const name of PACKAGE_MODULES) cpSync(path.join(WWW, name), path.join(DIST, name));
+  await run(bindgen, ['--target', 'web', '--out-dir', DIST, '--out-name', 'hexcast_wasm', wasm]);
+  const glue = path.join(DIST, 'hexcast_wasm.js');
+  const made = nameWasm(glue);
+  shorten(glue, await optimize(made));
+  const sizes = checkSizes(made);
+  await buildPage();
+  return sizes;
 }
 
-/** Gives a wasm its public name; the glue, which nobody imports by name, keeps its own. Returns its path. */
-function nameWasm(name, glue) {
-  const made = path.join(DIST, `${name}_bg.wasm`);
-  renameSync(path.join(DIST, `${name}_wasm_bg.wasm`), made);
-  writeFileSync(glue, readFileSync(glue, 'utf8').replaceAll(`${name}_wasm_bg.wasm`, `${name}_bg.wasm`));
+async function buildPage() {
+  // loaded late: it needs the Node packages
+  const vite = await import('vite');
+  await vite.build({ configFile: path.join(ROOT, 'vite.config.mjs'), logLevel: 'warn' });
+}
+
+/**
+ * Gives the wasm its public name; the glue, which nobody imports by name, keeps its own. Returns its path.
+ *
+ * @param {string} glue
+ */
+function nameWasm(glue) {
+  const made = path.join(DIST, 'hexcast_bg.wasm');
+  renameSync(path.join(DIST, 'hexcast_wasm_bg.wasm'), made);
+  rmSync(path.join(DIST, 'hexcast_wasm_bg.wasm.d.ts'));
+  writeFileSync(glue, readFileSync(glue, 'utf8').replaceAll('hexcast_wasm_bg.wasm', 'hexcast_bg.wasm'));
   return made;
 }
 
-/** Optimizes the wasm; returns the names of a letter or two that its imports and exports got. */
+/**
+ * Optimizes the wasm; returns the names of a letter or two that its imports and exports got.
+ *
+ * @param {string} file
+ * @returns {Promise<Names>}
+ */
 async function optimize(file) {
   const features = FEATURES.map((feature) => `--enable-${feature}`);
   const options = [...features, '-O3', '--minify-imports-and-exports-and-modules', file, '-o', file];
@@ -62,7 +81,12 @@ async function optimize(file) {
   return JSON.parse(output.slice(output.indexOf('{')));
 }
 
-/** Gives a glue the names that its wasm has now; those of wasm-bindgen, with a hash each, are a fortieth of the file. */
+/**
+ * Gives a glue the names that its wasm has now; those of wasm-bindgen, with a hash each, are a fortieth of the file.
+ *
+ * @param {string} file
+ * @param {Names} names
+ */
 function shorten(file, { imports, exports }) {
   const [given, taken] = [new Map(imports.map(([, name, short]) => [name, short])), new Map(exports)];
   const glue = readFileSync(file, 'utf8')
@@ -72,12 +96,16 @@ function shorten(file, { imports, exports }) {
   writeFileSync(file, glue);
 }
 
-function checkSizes(file, limits) {
+/** @param {string} file */
+function checkSizes(file) {
+  /** @type {Sizes} */
   const sizes = { wasm: statSync(file).size / 1000, gzip: gzipSync(readFileSync(file), { level: 9 }).length / 1000 };
-  const parts = Object.entries(sizes).map(([name, size]) => `${name} ${size.toFixed(1)} kB of ${limits[name]}`);
+  const parts = /** @type {const} */ (['wasm', 'gzip']).map((name) => `${name} ${sizes[name].toFixed(1)} kB of ${LIMITS[name]}`);
   const line = `${path.basename(file)}: ${parts.join(', ')}`;
-  if (sizes.wasm > limits.wasm || sizes.gzip > limits.gzip) {
-    throw new Error(`a wasm file is too large: ${line}. See what grew with "npx wasm-opt --func-metrics dist/${path.basename(file)}"`);
+  if (sizes.wasm > LIMITS.wasm || sizes.gzip > LIMITS.gzip) {
+    throw new Error(
+      `the wasm file is too large: ${line}. See what grew with "npx wasm-opt --func-metrics dist/${path.basename(file)}"`,
+    );
   }
   return line;
 }
@@ -86,7 +114,8 @@ if (process.argv[1] === fileURLToPath(import.meta.url)) {
   try {
     console.log(`dist/: ${await build()}`);
   } catch (error) {
-    console.error([error.output, error.message].filter(Boolean).join('\n'));
+    if (error instanceof CommandFailed) console.error(error.output);
+    console.error(error instanceof Error ? error.message : error);
     process.exitCode = 1;
   }
 }

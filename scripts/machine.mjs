@@ -1,11 +1,11 @@
-// What the tests need from the machine: packages from npm, a Vulkan driver, browsers. Installs what is missing where it
-// can (Debian, as root) and says what to install where it cannot; silent and quick where nothing is missing.
+// What a machine must have: packages from npm, a C linker, a Vulkan driver, browsers, a Rust for wasm32. Installs what is
+// missing where it can (Debian, as root) and says what to install where it cannot; silent and quick where nothing is missing.
 
 import { createHash } from 'node:crypto';
 import { existsSync, readFileSync, readdirSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 
-import { ROOT, ask, run, which } from './run.mjs';
+import { ROOT, ask, isExecutable, run, which } from './run.mjs';
 
 const NODE_MODULES = path.join(ROOT, 'node_modules');
 
@@ -20,14 +20,32 @@ export async function ensureNodeModules() {
   return 'installed';
 }
 
-/** Things the tests need, how to see that they are there, and the Debian packages that bring them. */
+/** Programs of Debian's Rust for wasm32, for machines where rustup cannot download its target. */
+export const DEBIAN_RUST = {
+  rustc: '/usr/bin/rustc',
+  cargo: '/usr/bin/cargo',
+  cargoClippy: '/usr/bin/cargo-clippy',
+  linker: '/usr/bin/wasm-ld-19',
+};
+
+/** The list: how to see that a thing is there, the Debian packages that bring it, and what to call it. */
 const NEEDS = {
   linker: { found: () => which('cc', 'gcc', 'clang'), packages: ['build-essential'], what: 'a C linker' },
   vulkan: { found: hasVulkan, packages: ['mesa-vulkan-drivers', 'libvulkan1'], what: 'a Vulkan driver such as lavapipe' },
   chromium: { found: chromium, packages: ['chromium'], what: 'Chromium, or CHROMIUM with its path' },
   chromedriver: { found: chromedriver, packages: ['chromium-driver'], what: 'chromedriver, or CHROMEDRIVER with its path' },
   firefox: { found: firefox, packages: ['firefox-esr'], what: 'Firefox, or FIREFOX with its path' },
+  wasm32: {
+    found: () => Object.values(DEBIAN_RUST).every(isExecutable),
+    packages: ['rustc-web', 'cargo-web', 'rust-web-src', 'rust-web-clippy', 'lld-19'],
+    what: 'a Rust for wasm32, which "rustup target add wasm32-unknown-unknown" brings too',
+  },
 };
+
+/** Whether a need is met. @param {keyof typeof NEEDS} name */
+export function has(name) {
+  return NEEDS[name].found();
+}
 
 /**
  * Sees to it that these needs are met.
@@ -48,8 +66,12 @@ export async function ensure(...names) {
   return installed;
 }
 
-/** Installs Debian packages if this is Debian and we are root; else does nothing and resolves to null. */
-export async function installDebian(packages) {
+/**
+ * Installs Debian packages if this is Debian and we are root; else does nothing and resolves to null.
+ *
+ * @param {string[]} packages
+ */
+async function installDebian(packages) {
   if (!which('apt-get') || process.getuid?.() !== 0) return null;
   const env = { DEBIAN_FRONTEND: 'noninteractive' };
   await run('apt-get', ['update'], { env });
@@ -68,7 +90,9 @@ function hasVulkan() {
 }
 
 function debianTriple() {
-  return { x64: 'x86_64-linux-gnu', arm64: 'aarch64-linux-gnu' }[process.arch] ?? process.arch;
+  /** @type {Record<string, string>} */
+  const triples = { x64: 'x86_64-linux-gnu', arm64: 'aarch64-linux-gnu' };
+  return triples[process.arch] ?? process.arch;
 }
 
 /** Environment of native tests: the Vulkan loader warns where it has no runtime folder. */

@@ -1,5 +1,11 @@
 // A plot of points with both axes logarithmic, as SVG without fonts or scripts from elsewhere.
 
+/**
+ * @typedef {[number, number]} Point
+ * @typedef {{ name: string, points: Point[], marked?: Point[] }} Series
+ * @typedef {(number: number) => number} Scale
+ */
+
 const WIDTH = 640;
 const HEIGHT = 440;
 const BOX = { left: 72, right: 616, top: 44, bottom: 316 };
@@ -9,19 +15,27 @@ const COLOURS = ['#0b6e99', '#c2571a', '#6b7280', '#4d7c0f'];
 /**
  * Draws series of points.
  *
- * @param {{title: string, x: string, y: string, series: {name: string, points: [number, number][], marked?: [number, number][]}[]}} plot
+ * @param {{title: string, x: string, y: string, series: Series[]}} plot
  *   `x` and `y` name the axes with their units; all numbers are greater than 0; a series with `marked` is drawn dashed, with
  *   marks at these points alone
  * @returns {string} the SVG
  */
 export function logLogPlot({ title, x, y, series }) {
   const points = series.flatMap((one) => one.points);
-  const across = scale(points.map((point) => point[0]), BOX.left, BOX.right);
-  const up = scale(points.map((point) => point[1]), BOX.bottom, BOX.top);
+  const across = scale(
+    points.map((point) => point[0]),
+    BOX.left,
+    BOX.right,
+  );
+  const up = scale(
+    points.map((point) => point[1]),
+    BOX.bottom,
+    BOX.top,
+  );
   const middle = (BOX.top + BOX.bottom) / 2;
   return [
     `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${WIDTH} ${HEIGHT}" font-family="system-ui, sans-serif" font-size="13" fill="#1f2937">`,
-    `<title>${escape(title)}</title>`,
+    `<title>${escapeXml(title)}</title>`,
     `<rect width="${WIDTH}" height="${HEIGHT}" fill="#ffffff"/>`,
     text(BOX.left, 28, title, 'font-size="15" font-weight="600"'),
     ...across.ticks.map((tick) => line([tick.at, BOX.top], [tick.at, BOX.bottom], tick.label ? '#d1d5db' : '#f0f1f3')),
@@ -33,22 +47,31 @@ export function logLogPlot({ title, x, y, series }) {
     ...series.flatMap((one, index) => drawn(one, COLOURS[index % COLOURS.length], across.to, up.to)),
     ...legend(series),
     '</svg>\n',
-  ].filter(Boolean).join('\n');
+  ]
+    .filter(Boolean)
+    .join('\n');
 }
 
-/** The slope of the line through points in log-log, least squares: 1 means proportional. */
+/** The slope of the line through points in log-log, least squares: 1 means proportional. @param {Point[]} points */
 export function slope(points) {
   const logs = points.map((point) => point.map(Math.log));
-  const mean = (axis) => logs.reduce((sum, log) => sum + log[axis], 0) / logs.length;
+  const mean = (/** @type {number} */ axis) => logs.reduce((sum, log) => sum + log[axis], 0) / logs.length;
   const [mx, my] = [mean(0), mean(1)];
-  const sum = (term) => logs.reduce((total, log) => total + term(log), 0);
+  const sum = (/** @type {(log: number[]) => number} */ term) => logs.reduce((total, log) => total + term(log), 0);
   return sum(([x, y]) => (x - mx) * (y - my)) / sum(([x]) => (x - mx) ** 2);
 }
 
-/** A logarithmic scale over numbers with some room: where each falls, and ticks at 1, 2, ... 9 of every decade. */
+/**
+ * A logarithmic scale over numbers with some room: where each falls, and ticks at 1, 2, ... 9 of every decade.
+ *
+ * @param {number[]} numbers
+ * @param {number} from
+ * @param {number} to
+ */
 function scale(numbers, from, to) {
   const [low, high] = [Math.log10(Math.min(...numbers)) - 0.12, Math.log10(Math.max(...numbers)) + 0.12];
-  const at = (number) => round(from + ((Math.log10(number) - low) / (high - low)) * (to - from));
+  const at = (/** @type {number} */ number) => round(from + ((Math.log10(number) - low) / (high - low)) * (to - from));
+  /** @type {{ at: number, label: string }[]} */
   const ticks = [];
   for (let decade = Math.floor(low); decade <= high; decade++) {
     for (let digit = 1; digit < 10; digit++) {
@@ -61,16 +84,19 @@ function scale(numbers, from, to) {
   return { to: at, ticks };
 }
 
+/** @param {number} digit @param {number} decade */
 const numeral = (digit, decade) => (decade >= -3 && decade < 4 ? String(Number(`${digit}e${decade}`)) : `${digit}e${decade}`);
+/** @param {number} number */
 const round = (number) => Math.round(10 * number) / 10;
 
+/** @param {Series} series @param {string} colour @param {Scale} x @param {Scale} y */
 function drawn({ points, marked }, colour, x, y) {
   const [places, marks] = [points, marked ?? points].map((list) => list.map((point) => [x(point[0]), y(point[1])]));
   const path = `<polyline points="${places.join(' ')}" fill="none" stroke="${colour}" stroke-width="2"${marked ? DASHES : ''}/>`;
   return [path, ...marks.map(([cx, cy]) => `<circle cx="${cx}" cy="${cy}" r="4.5" fill="${colour}"/>`)];
 }
 
-/** Names under the plot, one line each. */
+/** Names under the plot, one line each. @param {Series[]} series */
 function legend(series) {
   return series.flatMap(({ name, marked }, index) => {
     const [colour, y] = [COLOURS[index % COLOURS.length], BOX.bottom + 58 + 18 * index];
@@ -79,6 +105,9 @@ function legend(series) {
   });
 }
 
+/** @param {Point} from @param {Point} to @param {string} colour */
 const line = ([x1, y1], [x2, y2], colour) => `<path d="M${x1} ${y1}L${x2} ${y2}" stroke="${colour}"/>`;
-const text = (x, y, words, attributes = '') => words && `<text x="${x}" y="${y}" ${attributes}>${escape(words)}</text>`;
-const escape = (words) => words.replaceAll('&', '&amp;').replaceAll('<', '&lt;');
+/** @param {number} x @param {number} y @param {string} words */
+const text = (x, y, words, attributes = '') => words && `<text x="${x}" y="${y}" ${attributes}>${escapeXml(words)}</text>`;
+/** @param {string} words */
+const escapeXml = (words) => words.replaceAll('&', '&amp;').replaceAll('<', '&lt;');

@@ -9,10 +9,12 @@ import { fileURLToPath } from 'node:url';
 export const ROOT = path.dirname(path.dirname(fileURLToPath(import.meta.url)));
 
 /** Process groups of the commands that are running, ended with us. */
+/** @type {Set<number>} */
 const groups = new Set();
 
 /** A command that failed, with all that it printed. */
 export class CommandFailed extends Error {
+  /** @param {string} command @param {string} reason @param {string} output all that it printed */
   constructor(command, reason, output) {
     super(`${command}: ${reason}`);
     this.output = output;
@@ -32,10 +34,18 @@ export function run(command, args, { env = {}, cwd = ROOT, minutes = 20 } = {}) 
   const line = [command, ...args].join(' ');
   return new Promise((resolve, reject) => {
     // a group of its own, so that a browser that hangs goes with the test that started it
-    const child = spawn(command, args, { cwd, env: { ...process.env, ...env }, detached: true, stdio: ['ignore', 'pipe', 'pipe'] });
+    const child = spawn(command, args, {
+      cwd,
+      env: { ...process.env, ...env },
+      detached: true,
+      stdio: ['ignore', 'pipe', 'pipe'],
+    });
+    const { pid } = child;
+    /** @type {Buffer[]} */
     const chunks = [];
+    /** @type {string | null} */
     let reason = null;
-    const keep = (chunk) => {
+    const keep = (/** @type {Buffer} */ chunk) => {
       chunks.push(chunk);
       if (process.env.HEXCAST_VERBOSE) process.stdout.write(chunk);
     };
@@ -43,21 +53,22 @@ export function run(command, args, { env = {}, cwd = ROOT, minutes = 20 } = {}) 
     child.stderr.on('data', keep);
     const timer = setTimeout(() => {
       reason = `not done after ${minutes} minutes`;
-      endGroup(child.pid);
+      if (pid) endGroup(pid);
     }, minutes * 60_000);
-    const settle = (failure) => {
+    const settle = (/** @type {string | null} */ failure) => {
       clearTimeout(timer);
-      groups.delete(child.pid);
+      if (pid) groups.delete(pid);
       const output = Buffer.concat(chunks).toString();
       if (failure) reject(new CommandFailed(line, failure, output));
       else resolve(output);
     };
-    child.on('spawn', () => groups.add(child.pid));
+    if (pid) groups.add(pid);
     child.on('error', (error) => settle(error.message));
     child.on('close', (code, signal) => settle(reason ?? (code === 0 ? null : `ended with ${signal ?? `code ${code}`}`)));
   });
 }
 
+/** @param {number} pid */
 function endGroup(pid) {
   try {
     process.kill(-pid, 'SIGKILL');
@@ -73,13 +84,19 @@ for (const signal of ['SIGINT', 'SIGTERM']) {
   });
 }
 
-/** First line that a short command prints, or null if it fails or does not exist. */
+/**
+ * First line that a short command prints, or null if it fails or does not exist.
+ *
+ * @param {string} command
+ * @param {string[]} args
+ * @param {Record<string, string>} [env]
+ */
 export function ask(command, args, env = {}) {
   const result = spawnSync(command, args, { cwd: ROOT, encoding: 'utf8', env: { ...process.env, ...env } });
   return result.status === 0 ? result.stdout.split('\n')[0].trim() : null;
 }
 
-/** Path of the first of these commands that PATH has, or null. */
+/** Path of the first of these commands that PATH has, or null. @param {...string} names */
 export function which(...names) {
   for (const name of names) {
     for (const folder of (process.env.PATH ?? '').split(path.delimiter)) {
@@ -90,7 +107,7 @@ export function which(...names) {
   return null;
 }
 
-/** Whether a path is a program. */
+/** Whether a path is a program. @param {string} file */
 export function isExecutable(file) {
   try {
     accessSync(file, constants.X_OK);
@@ -109,7 +126,7 @@ export class Steps {
    * Runs one step; a failure prints its output and ends the process with code 1.
    *
    * @param {string} name heading
-   * @param {() => Promise<string | void>} action resolves to a remark for the heading's line, such as a number of tests
+   * @param {() => Promise<string | null | void>} action resolves to a remark for the heading's line, such as a number of tests
    */
   async step(name, action) {
     const start = Date.now();
@@ -120,8 +137,9 @@ export class Steps {
       console.log(`${seconds(start)}${remark ? `, ${remark}` : ''}`);
     } catch (error) {
       console.log(`FAILED after ${seconds(start)}\n`);
-      if (error.output) console.log(error.output);
-      console.log(error instanceof CommandFailed ? error.message : error.stack);
+      if (error instanceof Error && 'output' in error) console.log(error.output);
+      if (error instanceof CommandFailed) console.log(error.message);
+      else console.log(error instanceof Error ? error.stack : error);
       this.#finish(1);
     }
   }
@@ -131,6 +149,7 @@ export class Steps {
     this.#finish(0);
   }
 
+  /** @param {number} n_failed */
   #finish(n_failed) {
     console.log(`\n${seconds(this.#start)} in all`);
     console.log(`${this.#passed} passed, ${n_failed} failed`);
@@ -138,6 +157,7 @@ export class Steps {
   }
 }
 
+/** @param {number} start */
 function seconds(start) {
   return `${((Date.now() - start) / 1000).toFixed(1)} s`;
 }

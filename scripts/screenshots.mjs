@@ -4,15 +4,28 @@ import { mkdirSync } from 'node:fs';
 import path from 'node:path';
 
 import { openChromium } from '../tests/e2e/browsers.mjs';
-import { DIST, build } from './build.mjs';
+import { build } from './build.mjs';
 import { ROOT } from './run.mjs';
 import { serve } from './serve.mjs';
+
+/**
+ * @typedef {{ viewport?: { width: number, height: number }, colorScheme?: 'light' | 'dark' }} Look
+ * @typedef {(page: import('@playwright/test').Page) => Promise<unknown>} Act
+ */
 
 const DOCS = path.join(ROOT, 'docs');
 const SPOT = path.join(ROOT, 'tests/fixtures/spot.stl');
 const WIDE = { width: 1280, height: 800 };
 
-/** Opens the page, does what the picture needs, takes it. */
+/**
+ * Opens the page, does what the picture needs, takes it.
+ *
+ * @param {import('@playwright/test').Browser} browser
+ * @param {string} url
+ * @param {string} name
+ * @param {Look} look
+ * @param {Act} act
+ */
 async function picture(browser, url, name, { viewport = WIDE, colorScheme = 'light' }, act) {
   const context = await browser.newContext({ viewport, colorScheme });
   const page = await context.newPage();
@@ -24,11 +37,13 @@ async function picture(browser, url, name, { viewport = WIDE, colorScheme = 'lig
   await context.close();
 }
 
+/** @param {import('@playwright/test').Page} page */
 async function load(page) {
   await page.setInputFiles('#file-input', SPOT);
   await page.waitForSelector('.geometry[data-file]');
 }
 
+/** @param {import('@playwright/test').Page} page */
 async function mesh(page) {
   await load(page);
   await page.fill('#cells', '96');
@@ -39,13 +54,21 @@ async function mesh(page) {
 
 console.log(await build());
 mkdirSync(DOCS, { recursive: true });
-const server = await serve({ roots: [DIST] });
+const server = await serve();
 const browser = await openChromium();
+/** @type {[string, Look, Act][]} */
 const shots = [
   ['empty', {}, async () => {}],
   ['model', {}, load],
   ['mesh', {}, mesh],
-  ['slices', {}, async (page) => { await mesh(page); await page.click('#tab-slices'); }],
+  [
+    'slices',
+    {},
+    async (page) => {
+      await mesh(page);
+      await page.click('#tab-slices');
+    },
+  ],
   ['error', {}, async (page) => page.setInputFiles('#file-input', path.join(ROOT, 'tests/fixtures/bin_count_too_big.stl'))],
   ['dark', { colorScheme: 'dark' }, mesh],
   ['phone', { viewport: { width: 390, height: 844 } }, mesh],

@@ -3,10 +3,12 @@
 
 import { readFileSync, writeFileSync } from 'node:fs';
 
+/** @typedef {{ key: number, length: number }} Edge */
+
 const HEADER_BYTES = 84;
 const FACET_BYTES = 50;
 
-/** Reads the corners of a binary STL file: 9 numbers a facet. */
+/** Reads the corners of a binary STL file: 9 numbers a facet. @param {string} path */
 export function readStl(path) {
   const bytes = readFileSync(path);
   const n_facets = bytes.readUInt32LE(80);
@@ -18,7 +20,7 @@ export function readStl(path) {
   return corners;
 }
 
-/** Writes corners as binary STL, normals zero. */
+/** Writes corners as binary STL, normals zero. @param {string} path @param {Float32Array} corners */
 export function writeStl(path, corners) {
   const n_facets = corners.length / 9;
   const bytes = Buffer.alloc(HEADER_BYTES + FACET_BYTES * n_facets);
@@ -29,7 +31,12 @@ export function writeStl(path, corners) {
   writeFileSync(path, bytes);
 }
 
-/** Splits longest edges until there are at least so many facets; returns all corners, 9 numbers a facet. */
+/**
+ * Splits longest edges until there are at least so many facets; returns all corners, 9 numbers a facet.
+ *
+ * @param {Float32Array} corners
+ * @param {number} n_wanted
+ */
 export function subdivide(corners, n_wanted) {
   const mesh = new Edges(corners);
   while (mesh.facets.length < n_wanted && mesh.splitLongest());
@@ -38,15 +45,24 @@ export function subdivide(corners, n_wanted) {
 
 /** Points by number, facets as three of them, and which facets have an edge; edges in a heap, longest first. */
 class Edges {
+  /** @type {number[][]} */
   facets = [];
+  /** @type {number[][]} */
   #points = [];
+  /** @type {Map<string, number>} */
   #ids = new Map();
+  /** @type {Map<number, Set<number>>} */
   #facetsOf = new Map();
+  /** @type {Edge[]} */
   #heap = [];
 
+  /** @param {Float32Array} corners */
   constructor(corners) {
     for (let at = 0; at < corners.length; at += 9) {
-      this.#add([0, 3, 6].map((k) => this.#id(corners[at + k], corners[at + k + 1], corners[at + k + 2])), this.facets.length);
+      this.#add(
+        [0, 3, 6].map((k) => this.#id(corners[at + k], corners[at + k + 1], corners[at + k + 2])),
+        this.facets.length,
+      );
     }
   }
 
@@ -58,11 +74,17 @@ class Edges {
     const middle = this.#id(...this.#points[a].map((x, axis) => Math.fround((x + this.#points[b][axis]) / 2)));
     // an edge between neighbouring numbers has no middle: it stays as it is, and is not asked for again
     if (middle === a || middle === b) return this.#heap.length > 0;
-    for (const facet of [...this.#facetsOf.get(key)]) {
+    for (const facet of [...(this.#facetsOf.get(key) ?? [])]) {
       const old = this.facets[facet];
       this.#remove(old, facet);
-      this.#add(old.map((id) => (id === a ? middle : id)), facet);
-      this.#add(old.map((id) => (id === b ? middle : id)), this.facets.length);
+      this.#add(
+        old.map((id) => (id === a ? middle : id)),
+        facet,
+      );
+      this.#add(
+        old.map((id) => (id === b ? middle : id)),
+        this.facets.length,
+      );
     }
     return true;
   }
@@ -73,6 +95,7 @@ class Edges {
     return corners;
   }
 
+  /** @param {...number} point */
   #id(...point) {
     // 0 and -0 are the same point
     const key = point.map((x) => x + 0).join();
@@ -84,6 +107,7 @@ class Edges {
     return id;
   }
 
+  /** @param {number[]} facet @param {number} index */
   #add(facet, index) {
     this.facets[index] = facet;
     for (const key of edgeKeys(facet)) {
@@ -96,22 +120,33 @@ class Edges {
     }
   }
 
+  /** @param {number[]} facet @param {number} index */
   #remove(facet, index) {
-    for (const key of edgeKeys(facet)) this.#facetsOf.get(key).delete(index);
+    for (const key of edgeKeys(facet)) this.#facetsOf.get(key)?.delete(index);
   }
 
+  /** @param {number} key */
   #length(key) {
     const [a, b] = [this.#points[Math.floor(key / 2 ** 26)], this.#points[key % 2 ** 26]];
     return Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
   }
 }
 
-/** The edges of a facet, each the same number in both directions; an edge from a point to itself is none. */
+/**
+ * The edges of a facet, each the same number in both directions; an edge from a point to itself is none.
+ *
+ * @param {number[]} facet
+ */
 function edgeKeys([a, b, c]) {
-  const ends = [[a, b], [b, c], [c, a]].filter(([from, to]) => from !== to);
+  const ends = [
+    [a, b],
+    [b, c],
+    [c, a],
+  ].filter(([from, to]) => from !== to);
   return new Set(ends.map(([from, to]) => Math.min(from, to) * 2 ** 26 + Math.max(from, to)));
 }
 
+/** @param {Edge[]} heap @param {Edge} edge */
 function push(heap, edge) {
   let at = heap.push(edge) - 1;
   while (at > 0) {
@@ -123,10 +158,11 @@ function push(heap, edge) {
   heap[at] = edge;
 }
 
+/** @param {Edge[]} heap */
 function pop(heap) {
-  const top = heap[0] ?? { length: 0 };
+  const top = heap[0] ?? { key: 0, length: 0 };
   const last = heap.pop();
-  if (heap.length === 0) return top;
+  if (!last || heap.length === 0) return top;
   let at = 0;
   for (let child = 1; child < heap.length; child = 2 * at + 1) {
     if (child + 1 < heap.length && heap[child + 1].length > heap[child].length) child += 1;

@@ -2,28 +2,19 @@
 //
 // Order: what fails soonest comes first. One profile and one set of features per target: nothing is compiled twice.
 
-import { readdirSync } from 'node:fs';
+import { readFileSync, readdirSync } from 'node:fs';
 import path from 'node:path';
 
 import { build } from './build.mjs';
-import { NATIVE_ENV, chromedriver, ensure, ensureNodeModules, requireRust, swiftshaderEnv } from './machine.mjs';
+import { NATIVE_ENV, chromedriver, swiftshaderEnv } from './machine.mjs';
 import { ROOT, Steps, run } from './run.mjs';
-import { bindgenTool, clippyWasm, compileWasmTests, ensureBindgen, testWasm, wasmRust } from './wasm.mjs';
-
-const GROUPS = ['lint', 'native', 'wasm', 'e2e', 'package'];
-
-/** What each group needs from the machine. */
-const NEEDS = {
-  lint: ['linker'],
-  native: ['linker', 'vulkan', 'chromium'],
-  wasm: ['linker', 'vulkan', 'chromium', 'chromedriver', 'firefox'],
-  e2e: ['linker', 'vulkan', 'chromium', 'firefox'],
-  package: ['linker', 'vulkan', 'chromium', 'firefox'],
-};
+import { GROUPS, setup } from './setup.mjs';
+import { bindgenTool, clippyWasm, compileWasmTests, testWasm } from './wasm.mjs';
 
 const steps = new Steps();
 
 async function lint() {
+  await steps.step('Biome', async () => void (await run('npx', ['biome', 'check', '--error-on-warnings'])));
   await steps.step('rustfmt', async () => void (await run('cargo', ['fmt', '--check'])));
   await steps.step('clippy', async () => void (await run('cargo', ['clippy', '--all-targets', '--', '-D', 'warnings'])));
   await steps.step('clippy for wasm32', clippyWasm);
@@ -32,65 +23,73 @@ async function lint() {
   });
 }
 
+/** The types of the wasm are made with it. */
+async function types() {
+  for (const project of ['tsconfig.json', 'tsconfig.worker.json']) {
+    await steps.step(`types, ${project}`, async () => void (await run('npx', ['tsc', '-p', project])));
+  }
+}
+
 async function native() {
   await steps.step('native tests', async () => cargoTests(await run('cargo', ['test'], { env: NATIVE_ENV, minutes: 30 })));
   const env = swiftshaderEnv();
-  if (!env) return console.log('kernel tests on SwiftShader: not run, this Chromium brings no Vulkan driver');
-  return steps.step('kernel tests on SwiftShader', async () =>
-    cargoTests(await run('cargo', ['test', '--test', 'native', 'kernels', '--', '--show-output'], { env, minutes: 30 })),
-  );
+  await steps.step('kernel tests on SwiftShader', async () => {
+    if (!env) throw new Error("missing: SwiftShader as a Vulkan driver, which Debian's package chromium brings");
+    return cargoTests(await run('cargo', ['test', '--test', 'native', 'kernels', '--', '--show-output'], { env, minutes: 30 }));
+  });
 }
 
 async function wasm() {
-  await steps.step('wasm tests in Chromium', async () => cargoTests(await testWasm(chromedriver())));
+  await steps.step('wasm tests in Chromium', async () => cargoTests(await testWasm(chromedriver() ?? 'chromedriver')));
   await steps.step('wasm tests in Firefox', async () => {
-    // loaded late: it needs the Node packages
-    const { testInFirefox } = await import('../tests/web/firefox.mjs');
+    // loaded late: it needs the Node packages; by a name that the compiler does not follow, as it does not check tests
+    const tests = '../tests/web/firefox.mjs';
+    const { testInFirefox } = await import(tests);
     return cargoTests(await testInFirefox(bindgenTool('wasm-bindgen-test-runner'), await compileWasmTests()));
   });
 }
 
 async function e2e() {
-  await steps.step('page tests', () => nodeTests('tests/e2e'));
+  await steps.step('page tests', playwrightTests);
 }
 
 async function packageTests() {
   await steps.step('package tests', () => nodeTests('tests/package'));
 }
 
-/** Counts the tests of a cargo run: none at all, or one left out, is a failure. */
+/** Counts the tests of a cargo run: none at all, or one left out, is a failure. @param {string} output */
 function cargoTests(output) {
   const results = [...output.matchAll(/test result: \w+\. (\d+) passed; (\d+) failed; (\d+) ignored/g)];
   const [n_passed, , n_ignored] = [1, 2, 3].map((field) => results.reduce((sum, result) => sum + Number(result[field]), 0));
   return remark(output, n_passed, n_ignored);
 }
 
-/** Runs the *.test.mjs of a folder with Node's test runner, one file after another. */
+/** Runs the tests of the page; one that passed only when it was tried again counts as left out. */
+async function playwrightTests() {
+  const output = await run('npx', ['playwright', 'test'], { minutes: 40 });
+  const { stats } = JSON.parse(readFileSync(path.join(ROOT, 'target/e2e.json'), 'utf8'));
+  return remark(output, stats.expected, stats.skipped + stats.flaky);
+}
+
+/** Runs the *.test.mjs of a folder with Node's test runner, one file after another. @param {string} folder */
 async function nodeTests(folder) {
-  const files = readdirSync(path.join(ROOT, folder)).filter((name) => name.endsWith('.test.mjs')).sort();
+  const files = readdirSync(path.join(ROOT, folder))
+    .filter((name) => name.endsWith('.test.mjs'))
+    .sort();
   if (files.length === 0) throw new Error(`${folder} has no *.test.mjs`);
   const args = ['--test', '--test-concurrency=1', '--test-reporter=spec', ...files.map((name) => path.join(folder, name))];
   const output = await run(process.execPath, args);
-  const count = (field) => Number(new RegExp(`^\\S+ ${field} (\\d+)$`, 'm').exec(output)?.[1] ?? 0);
+  const count = (/** @type {string} */ field) => Number(new RegExp(`^\\S+ ${field} (\\d+)$`, 'm').exec(output)?.[1] ?? 0);
   return remark(output, count('pass'), count('skipped') + count('todo') + count('cancelled'));
 }
 
+/** @param {string} output @param {number} n_passed @param {number} n_left_out */
 function remark(output, n_passed, n_left_out) {
   if (n_passed === 0 || n_left_out > 0) {
     throw Object.assign(new Error(`${n_passed} tests ran, ${n_left_out} were left out`), { output });
   }
   const adapters = new Set([...output.matchAll(/adapter: (.+)$/gm)].map((match) => match[1].trim()));
   return [`${n_passed} tests`, ...adapters].join(', ');
-}
-
-async function setup(groups) {
-  await steps.step('Node packages', ensureNodeModules);
-  await steps.step('Rust', async () => requireRust());
-  await steps.step('linker, drivers, browsers', () => ensure(...new Set(groups.flatMap((group) => NEEDS[group]))));
-  if (groups.some((group) => group !== 'native')) await steps.step('Rust for wasm32', async () => (await wasmRust()).name);
-  if (groups.some((group) => group !== 'native' && group !== 'lint')) {
-    await steps.step('wasm-bindgen', async () => void (await ensureBindgen()));
-  }
 }
 
 const asked = process.argv.slice(2);
@@ -100,12 +99,13 @@ if (unknown.length > 0) {
   process.exit(2);
 }
 const groups = asked.length > 0 ? asked : GROUPS;
-const wanted = (group) => groups.includes(group);
-await setup(groups);
+const wanted = (/** @type {string} */ group) => groups.includes(group);
+await setup(steps, groups);
 if (wanted('lint')) await lint();
+if (['lint', 'e2e', 'package'].some(wanted)) await steps.step('build', build);
+if (wanted('lint')) await types();
 if (wanted('native')) await native();
 if (wanted('wasm')) await wasm();
-if (wanted('e2e') || wanted('package')) await steps.step('build', build);
 if (wanted('e2e')) await e2e();
 if (wanted('package')) await packageTests();
 steps.done();

@@ -6,26 +6,20 @@
 // What is shipped is compiled by itself: with the source of the standard library at hand, that is compiled for size too, and
 // a panic, whose message nobody could read anyway, is a mere trap. That takes some 70 kB off the file; sorting takes longer.
 
-import { copyFileSync, existsSync, readFileSync } from 'node:fs';
+import { existsSync, readFileSync } from 'node:fs';
 import path from 'node:path';
 
-import { installDebian } from './machine.mjs';
-import { ROOT, ask, isExecutable, run, which } from './run.mjs';
+import { DEBIAN_RUST, ensure, has } from './machine.mjs';
+import { ROOT, ask, run, which } from './run.mjs';
 
 const TARGET = 'wasm32-unknown-unknown';
 const RUSTFLAGS = 'CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS';
 /** Seconds that rustup gets to download the target, and the source of the standard library. */
 const RUSTUP_SECONDS = 30;
-const DEBIAN = {
-  packages: ['rustc-web', 'cargo-web', 'rust-web-src', 'rust-web-clippy', 'lld-19'],
-  programs: ['/usr/bin/rustc', '/usr/bin/cargo', '/usr/bin/cargo-clippy', '/usr/bin/wasm-ld-19'],
-};
 /** One set of these for all tests and lints, so that nothing is compiled twice. */
 const CARGO_ARGS = ['--target', TARGET, '--target-dir', 'target/wasm', '--profile', 'wasm', '--no-default-features'];
-/** Of the wasm that meshes, which the tests are of too. */
+/** What is shipped and what is tested. */
 const WEB = ['--features', 'web'];
-/** Of the one that has zlib alone. */
-const ZLIB = ['--features', 'zlib-wasm'];
 /** Flags of the compiler for what is shipped; behind the same switch as building the standard library. */
 const TRAP_FLAGS = ['-Zunstable-options', '-Cpanic=immediate-abort', '-Zlocation-detail=none'];
 const BOOTSTRAP = { RUSTC_BOOTSTRAP: '1' };
@@ -39,6 +33,7 @@ const BOOTSTRAP = { RUSTC_BOOTSTRAP: '1' };
  * @property {Record<string, string>} env
  */
 
+/** @type {Promise<Rust> | null} */
 let chosen = null;
 
 /** Chooses the Rust that compiles to wasm32; installs it if need be. @returns {Promise<Rust>} */
@@ -50,10 +45,9 @@ export function wasmRust() {
 async function choose() {
   const wanted = process.env.HEXCAST_WASM_RUST;
   if (wanted !== 'debian' && (hasTarget() || (await addTarget()))) return rustup();
-  if (wanted !== 'rustup' && (hasDebian() || ((await installDebian(DEBIAN.packages)) && hasDebian()))) return debian();
-  throw new Error(
-    `missing: Rust's target ${TARGET}. Run "rustup target add ${TARGET}"; on Debian "apt-get install ${DEBIAN.packages.join(' ')}" does too`,
-  );
+  if (wanted === 'rustup') throw new Error(`missing: Rust's target ${TARGET}. Run "rustup target add ${TARGET}"`);
+  await ensure('wasm32');
+  return debian();
 }
 
 function hasTarget() {
@@ -71,38 +65,56 @@ async function addTarget() {
   return hasTarget();
 }
 
-function hasDebian() {
-  return DEBIAN.programs.every(isExecutable);
-}
-
+/** @returns {Rust} */
 function rustup() {
-  return { name: ask('rustc', ['--version']), cargo: 'cargo', cargoClippy: 'cargo-clippy', args: CARGO_ARGS, env: wasmEnv() };
+  return {
+    name: ask('rustc', ['--version']) ?? 'rustc',
+    cargo: 'cargo',
+    cargoClippy: 'cargo-clippy',
+    args: CARGO_ARGS,
+    env: wasmEnv(),
+  };
 }
 
+/** @returns {Rust} */
 function debian() {
-  const [rustc, cargo, cargoClippy, linker] = DEBIAN.programs;
+  const { rustc, cargo, cargoClippy, linker } = DEBIAN_RUST;
   // building the standard library is behind a switch of the nightly compiler, which this variable opens
   const env = { ...wasmEnv(), ...BOOTSTRAP, RUSTC: rustc, CARGO: cargo, CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER: linker };
-  return { name: ask(rustc, ['--version']), cargo, cargoClippy, args: [...CARGO_ARGS, '-Zbuild-std=std,panic_abort'], env };
+  return {
+    name: ask(rustc, ['--version']) ?? rustc,
+    cargo,
+    cargoClippy,
+    args: [...CARGO_ARGS, '-Zbuild-std=std,panic_abort'],
+    env,
+  };
 }
 
 /** Chooses the Rust that compiles what is shipped; its standard library is rebuilt where its source can be had. */
 async function shippingRust() {
   const rust = await wasmRust();
   const wanted = process.env.HEXCAST_WASM_RUST;
-  if (wanted !== 'debian' && hasTarget() && hasSource()) return { ...rebuilding(rustup()), isRebuilt: true };
-  if (wanted !== 'rustup' && hasDebian()) return { ...rebuilding(debian()), isRebuilt: true };
-  if (wanted !== 'debian' && hasTarget() && (await addSource())) return { ...rebuilding(rustup()), isRebuilt: true };
-  if (wanted !== 'rustup' && (await installDebian(DEBIAN.packages).catch(() => null)) && hasDebian()) {
-    return { ...rebuilding(debian()), isRebuilt: true };
-  }
-  return { ...rust, isRebuilt: false };
+  if (wanted !== 'debian' && hasTarget() && hasSource()) return rebuilding(rustup());
+  if (wanted !== 'rustup' && has('wasm32')) return rebuilding(debian());
+  if (wanted !== 'debian' && hasTarget() && (await addSource())) return rebuilding(rustup());
+  const isDebian =
+    wanted !== 'rustup' &&
+    (await ensure('wasm32').then(
+      () => true,
+      () => false,
+    ));
+  return isDebian ? rebuilding(debian()) : rust;
 }
 
+/** @param {Rust} rust @returns {Rust} */
 function rebuilding(rust) {
   const flags = [rust.env[RUSTFLAGS], ...TRAP_FLAGS].join(' ');
   const args = rust.args.filter((argument) => !argument.startsWith('-Zbuild-std'));
-  return { ...rust, args: [...args, '-Zbuild-std=std', '-Zbuild-std-features=optimize_for_size'], env: { ...rust.env, ...BOOTSTRAP, [RUSTFLAGS]: flags } };
+  return {
+    ...rust,
+    args: [...args, '-Zbuild-std=std', '-Zbuild-std-features=optimize_for_size'],
+    env: { ...rust.env, ...BOOTSTRAP, [RUSTFLAGS]: flags },
+  };
 }
 
 /** Whether rustup's toolchain has the source of the standard library and knows the flags. */
@@ -129,7 +141,7 @@ function wasmEnv() {
   };
 }
 
-/** Path of a program of wasm-bindgen, of the crate's version once `ensureBindgen` has run. */
+/** Path of a program of wasm-bindgen, of the crate's version once `ensureBindgen` has run. @param {string} name */
 export function bindgenTool(name) {
   return path.join(ROOT, '.tools/bin', name);
 }
@@ -141,7 +153,8 @@ export function bindgenTool(name) {
  */
 export async function ensureBindgen() {
   const lock = readFileSync(path.join(ROOT, 'Cargo.lock'), 'utf8');
-  const version = /name = "wasm-bindgen"\r?\nversion = "([^"]+)"/.exec(lock)[1];
+  const version = /name = "wasm-bindgen"\r?\nversion = "([^"]+)"/.exec(lock)?.[1];
+  if (!version) throw new Error('Cargo.lock has no wasm-bindgen');
   const tool = bindgenTool('wasm-bindgen');
   if (ask(tool, ['--version']) !== `wasm-bindgen ${version}`) {
     // without --locked: a mirror of the registry may not have the very newest of its dependencies yet
@@ -151,36 +164,23 @@ export async function ensureBindgen() {
   return tool;
 }
 
-/**
- * Compiles the library to its two wasm files.
- *
- * @returns {Promise<{mesher: string, zlib: string, isRebuilt: boolean}>} their paths, and whether the standard library was
- *   rebuilt for size
- */
+/** Compiles the library to wasm. @returns {Promise<string>} its path */
 export async function compileWasm() {
   const rust = await shippingRust();
-  const compile = async (features, name) => {
-    // a library that is an rlib too would be compiled without link-time optimisation
-    await run(rust.cargo, ['rustc', '--lib', '--crate-type', 'cdylib', ...rust.args, ...features], { env: rust.env });
-    const folder = path.join(ROOT, 'target/wasm', TARGET, 'wasm');
-    const kept = path.join(folder, name);
-    // the next one gets the same name
-    copyFileSync(path.join(folder, 'hexcast.wasm'), kept);
-    return kept;
-  };
-  return { mesher: await compile(WEB, 'mesher.wasm'), zlib: await compile(ZLIB, 'zlib.wasm'), isRebuilt: rust.isRebuilt };
+  // a library that is an rlib too would be compiled without link-time optimisation
+  await run(rust.cargo, ['rustc', '--lib', '--crate-type', 'cdylib', ...rust.args, ...WEB], { env: rust.env });
+  return path.join(ROOT, 'target/wasm', TARGET, 'wasm/hexcast.wasm');
 }
 
 /** Runs clippy on all that is compiled to wasm; warnings are failures. */
 export async function clippyWasm() {
   const rust = await wasmRust();
-  // without `gpu` much would be said to be unused
-  for (const part of [['--lib', '--test', 'web', ...WEB], ['--lib', ...ZLIB, '--features', 'gpu']]) {
-    await run(rust.cargoClippy, ['clippy', ...rust.args, ...part, '--', '-D', 'warnings'], { env: rust.env });
-  }
+  await run(rust.cargoClippy, ['clippy', ...rust.args, '--lib', '--test', 'web', ...WEB, '--', '-D', 'warnings'], {
+    env: rust.env,
+  });
 }
 
-/** Runs the browser tests in Chromium and returns what they printed. */
+/** Runs the browser tests in Chromium and returns what they printed. @param {string} chromedriver */
 export async function testWasm(chromedriver) {
   const rust = await wasmRust();
   const env = {
@@ -195,7 +195,12 @@ export async function testWasm(chromedriver) {
 /** Compiles the browser tests and returns the path of their wasm file. */
 export async function compileWasmTests() {
   const rust = await wasmRust();
-  const output = await run(rust.cargo, ['test', '--test', 'web', ...rust.args, ...WEB, '--no-run', '--message-format', 'json'], { env: rust.env });
-  const artifacts = output.split('\n').filter((line) => line.startsWith('{')).map((line) => JSON.parse(line));
+  const output = await run(rust.cargo, ['test', '--test', 'web', ...rust.args, ...WEB, '--no-run', '--message-format', 'json'], {
+    env: rust.env,
+  });
+  const artifacts = output
+    .split('\n')
+    .filter((line) => line.startsWith('{'))
+    .map((line) => JSON.parse(line));
   return artifacts.find(({ target, executable }) => target?.name === 'web' && executable).executable;
 }

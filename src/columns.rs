@@ -16,53 +16,22 @@ use crate::rays::Rays;
 
 mod clip;
 pub(crate) mod codec;
+pub mod file;
 mod growing;
 mod part;
-mod spill;
+mod run;
+pub(crate) mod store;
+mod stored;
+mod target;
 
-pub(crate) use clip::Near;
+pub(crate) use clip::SlabColumns;
+use file::end::Totals;
+pub use file::head::{Head, Named};
 pub use growing::Growing;
 pub(crate) use part::Part;
-pub use spill::Store;
-pub(crate) use spill::{Record, Spill};
-
-/// Packs a run.
-pub fn run(cell: u32, flag: u8) -> u32 {
-    cell << 8 | u32::from(flag)
-}
-
-/// First cell of a packed run.
-pub fn run_cell(run: u32) -> u32 {
-    run >> 8
-}
-
-/// Flag of a packed run.
-pub fn run_flag(run: u32) -> u8 {
-    (run & 0xff) as u8
-}
-
-/// Runs of consecutive rays.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Band {
-    /// Index of the first ray.
-    pub first_ray: u64,
-    /// End in `runs` of the runs of each ray; one entry a ray.
-    pub ends: Vec<u32>,
-    /// Runs, ray after ray.
-    pub runs: Vec<u32>,
-    /// Rays that do not leave every geometry they enter: the mesh is not closed there.
-    pub odd_rays: u64,
-    /// Number of crossings of the rays.
-    pub n_crossings: u64,
-}
-
-impl Band {
-    /// Runs of a ray of this band, counted from its first.
-    pub fn ray(&self, index: usize) -> &[u32] {
-        let start = if index == 0 { 0 } else { self.ends[index - 1] };
-        &self.runs[start as usize..self.ends[index] as usize]
-    }
-}
+pub use run::{Band, flag_at, run, run_cell, run_flag};
+pub use store::Store;
+pub(crate) use stored::{Record, Stored};
 
 /// Runs of all rays of the box.
 #[derive(Debug, Clone)]
@@ -77,9 +46,9 @@ pub struct Columns {
 #[derive(Debug, Clone)]
 enum Content {
     /// In memory.
-    Held(Vec<Part>),
-    /// In a store: the pieces, and the cells that their runs name.
-    Spilled { spill: Arc<Spill>, records: Vec<Record>, cells: Box<[u64; 256]> },
+    Held(Arc<Vec<Part>>),
+    /// In a store: the pieces, what all of them hold, and their bytes.
+    Spilled { stored: Arc<Stored>, records: Arc<[Record]>, totals: Totals, n_bytes: u64 },
 }
 
 impl PartialEq for Columns {
@@ -119,7 +88,14 @@ impl Columns {
             n_crossings += band.n_crossings;
         }
         assert_eq!(next, rays.n_rays(), "bands must cover all rays");
-        let content = Content::Held(bands.into_iter().map(Part::new).collect());
+        let content = Content::Held(Arc::new(bands.into_iter().map(Part::new).collect()));
+        Columns { rays, content, odd_rays, n_crossings }
+    }
+
+    /// Takes the columns of a file that stay there.
+    pub(crate) fn in_file(rays: Rays, stored: Stored, records: Vec<Record>, totals: Totals, n_bytes: u64) -> Columns {
+        let [odd_rays, n_crossings] = [totals.odd_rays, totals.n_crossings];
+        let content = Content::Spilled { stored: Arc::new(stored), records: records.into(), totals, n_bytes };
         Columns { rays, content, odd_rays, n_crossings }
     }
 
@@ -146,10 +122,10 @@ impl Columns {
                 let first = parts.partition_point(|part| part.end_ray() <= rays.start);
                 parts[first..].iter().take_while(|part| part.first_ray < rays.end).for_each(of_part);
             }
-            Content::Spilled { spill, records, .. } => {
+            Content::Spilled { stored, records, .. } => {
                 let first = records.partition_point(|record| record.end_ray() <= rays.start);
                 for record in records[first..].iter().take_while(|record| record.first_ray < rays.end) {
-                    of_part(&*spill.part(record)?);
+                    of_part(&*stored.part(record)?);
                 }
             }
         }
@@ -166,8 +142,8 @@ impl Columns {
     pub fn ray(&self, ray: u64) -> Result<Cow<'_, [u32]>> {
         match &self.content {
             Content::Held(_) => Ok(Cow::Borrowed(self.held_ray(ray))),
-            Content::Spilled { spill, records, .. } => {
-                let part = spill.part(&records[records.partition_point(|record| record.end_ray() <= ray)])?;
+            Content::Spilled { stored, records, .. } => {
+                let part = stored.part(&records[records.partition_point(|record| record.end_ray() <= ray)])?;
                 Ok(Cow::Owned(part.ray((ray - part.first_ray) as usize).to_vec()))
             }
         }
@@ -193,7 +169,7 @@ impl Columns {
     pub fn n_runs(&self) -> u64 {
         match &self.content {
             Content::Held(parts) => parts.iter().map(Part::n_runs).sum(),
-            Content::Spilled { records, .. } => records.iter().map(|record| u64::from(record.n_runs)).sum(),
+            Content::Spilled { totals, .. } => totals.n_runs,
         }
     }
 
@@ -212,11 +188,19 @@ impl Columns {
         matches!(self.content, Content::Spilled { .. })
     }
 
+    /// Most bytes of an opened file that may be in memory at once; none for other columns.
+    pub(crate) fn most_held(&self) -> Option<u64> {
+        match &self.content {
+            Content::Held(_) => None,
+            Content::Spilled { stored, .. } => stored.most_held(),
+        }
+    }
+
     /// Bytes held in memory.
     pub fn n_bytes(&self) -> u64 {
         match &self.content {
             Content::Held(parts) => parts.iter().map(Part::n_bytes).sum(),
-            Content::Spilled { records, .. } => size_of_val(records.as_slice()) as u64,
+            Content::Spilled { records, .. } => size_of_val(&**records) as u64,
         }
     }
 
@@ -224,7 +208,7 @@ impl Columns {
     pub fn spilled_bytes(&self) -> u64 {
         match &self.content {
             Content::Held(_) => 0,
-            Content::Spilled { records, .. } => records.iter().map(Record::n_stored).sum(),
+            Content::Spilled { n_bytes, .. } => *n_bytes,
         }
     }
 
@@ -232,7 +216,7 @@ impl Columns {
     pub fn cells_per_flag(&self) -> [u64; 256] {
         let mut cells = match &self.content {
             Content::Held(parts) => cells_of(parts, self.rays.depth),
-            Content::Spilled { cells, .. } => **cells,
+            Content::Spilled { totals, .. } => *totals.cells,
         };
         let flagged: u64 = cells.iter().sum();
         cells[0] += self.rays.n_rays() * u64::from(self.rays.depth) - flagged;
@@ -252,14 +236,6 @@ fn cells_of(parts: &[Part], depth: u32) -> [u64; 256] {
         sum.iter_mut().zip(cells).for_each(|(sum, cells)| *sum += cells);
         sum
     })
-}
-
-/// Flag of a cell of a ray with the given runs.
-pub fn flag_at(runs: &[u32], cell: u32) -> u8 {
-    match runs.partition_point(|&run| run_cell(run) <= cell) {
-        0 => 0,
-        after => run_flag(runs[after - 1]),
-    }
 }
 
 #[cfg(test)]

@@ -4,7 +4,6 @@
 //! plus the job's padding by length. The end points X_i, Y_j, Z_k are the ends of the box and those ends of the geometries'
 //! boxes that lie inside it, ascending, each once. Source: the paper, section 2.2, Eq. 4-6.
 
-use crate::digits::Number;
 use crate::error::{Error, Result};
 use crate::job::{Job, Padding};
 
@@ -38,12 +37,12 @@ impl Domain {
         for axis in 0..3 {
             let name = ["x", "y", "z"][axis];
             if !(high[axis] - low[axis]).is_finite() {
-                let [from, to] = [low[axis], high[axis]].map(Number);
+                let [from, to] = [low[axis], high[axis]];
                 let message = format!("the domain reaches from {from:?} to {to:?} along {name}");
                 return Err(Error::new("job-value", message, "use a smaller scale or translate"));
             }
             if low[axis] >= high[axis] {
-                let message = format!("the geometries have no extent along {name}: all lie at {}", Number(low[axis]));
+                let message = format!("the geometries have no extent along {name}: all lie at {}", low[axis]);
                 return Err(Error::new("domain-empty", message, "give a padding by length, or a domain of two points"));
             }
         }

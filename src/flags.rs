@@ -123,16 +123,6 @@ fn expand_as<P: Packing>(columns: &Columns, cells: &CellBox, out: &mut [u8]) -> 
     }
 }
 
-/// Splits a box in slabs of whole z planes of at most `max_bytes` flags, at least one plane each.
-pub fn slabs(dims: [u32; 3], max_bytes: usize) -> impl Iterator<Item = CellBox> {
-    let plane = u64::from(dims[0]) * u64::from(dims[1]);
-    let thickness = (max_bytes as u64 / plane).clamp(1, u64::from(dims[2])) as usize;
-    (0..dims[2]).step_by(thickness).map(move |start| {
-        let end = (u64::from(start) + thickness as u64).min(u64::from(dims[2])) as u32;
-        [0..dims[0], 0..dims[1], start..end]
-    })
-}
-
 /// Fills stretches of consecutive rays, from ray (i, j) on.
 fn fill_rows<P: Packing>(columns: &Columns, [i, j]: [u32; 2], along: &Range<u32>, out: &mut [u8]) -> Result<()> {
     let first = u64::from(i) + u64::from(columns.rays.counts[0]) * u64::from(j);
@@ -274,13 +264,5 @@ mod tests {
                 assert_eq!(bits, packed, "axis {axis}, box {cells:?}");
             }
         }
-    }
-
-    #[test]
-    fn slabs_cover_all_planes_in_order() {
-        let planes: Vec<_> = slabs([10, 10, 7], 250).map(|cells| cells[2].clone()).collect();
-        assert_eq!(planes, [0..2, 2..4, 4..6, 6..7]);
-        assert_eq!(slabs([10, 10, 7], 1).count(), 7);
-        assert_eq!(slabs([10, 10, 7], usize::MAX).count(), 1);
     }
 }

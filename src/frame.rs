@@ -13,7 +13,6 @@
 //! line or a point are kept and never hit. Source: the paper, Eq. 7-10 (positions); the snap is ours.
 //! Cost: one pass over the corners; 37 bytes a facet.
 
-use crate::digits::Number;
 use crate::error::{Error, Result};
 use crate::geometry::Geometry;
 use crate::lines::Lines;
@@ -167,7 +166,7 @@ fn fraction_bits(geometries: &[Geometry], lines: &Lines) -> Result<u32> {
             let message = format!(
                 "geometry \"{widest_name}\" and the domain together span {} cells along an axis: \
                  the exact arithmetic holds {limit}",
-                Number(widest.round()),
+                widest.round(),
             );
             Err(Error::new("geometry-too-far", message, "remove the far facets, enlarge the cells or move the domain"))
         }

@@ -8,10 +8,7 @@ use glam::{DAffine3, DMat3, DVec3};
 
 mod facets;
 
-pub use facets::SharedFacets;
-
-/// One triangular facet: three corners of three coordinates, in the order of the file.
-pub type Facet = [[f32; 3]; 3];
+pub use facets::{Facet, SharedFacets};
 
 /// A surface that bounds one substance.
 #[derive(Debug, Clone, PartialEq)]
@@ -95,52 +92,19 @@ pub fn world_from_file(scale: [f64; 3], rotate_degrees: [f64; 3], translate: [f6
     DAffine3::from_mat3_translation(rotation * DMat3::from_diagonal(DVec3::from(scale)), DVec3::from(translate))
 }
 
-/// Sine and cosine. What is left of whole quarter turns, at most 45 degrees, is exact, so that no reduction by multiples of pi is
-/// needed, which is most of the code of `libm::sincos`. Off by less than an ulp or so.
-///
-/// Source: the polynomials of FDLIBM 5.3, k_sin.c and k_cos.c (Sun Microsystems, 1993).
+/// Sine and cosine. What is left of whole quarter turns, at most 45 degrees, is exact, and `libm` does the rest: FDLIBM in Rust,
+/// which has the same bits on every target. Off by less than an ulp or so.
 fn sine_cosine_of_degrees(degrees: f64) -> (f64, f64) {
     // exact for any angle
     let degrees = degrees % 360.0;
     let quarter_turns = libm::rint(degrees / 90.0);
-    let x = (degrees - 90.0 * quarter_turns).to_radians();
-    let z = x * x;
-    let sine = polynomial(
-        z,
-        [
-            1.58969099521155e-10,
-            -2.5050760253406863e-08,
-            2.7557313707070068e-06,
-            -0.0001984126982985795,
-            0.00833333333332249,
-            -0.16666666666666632,
-        ],
-    );
-    let sine = x + z * x * sine;
-    let cosine = polynomial(
-        z,
-        [
-            -1.1359647557788195e-11,
-            2.087572321298175e-09,
-            -2.7557314351390663e-07,
-            2.480158728947673e-05,
-            -0.001388888888887411,
-            0.0416666666666666,
-        ],
-    );
-    let near = 1.0 - 0.5 * z;
-    let cosine = near + ((1.0 - near - 0.5 * z) + z * z * cosine);
+    let (sine, cosine) = libm::sincos((degrees - 90.0 * quarter_turns).to_radians());
     match quarter_turns.rem_euclid(4.0) as u8 {
         0 => (sine, cosine),
         1 => (cosine, -sine),
         2 => (-sine, -cosine),
         _ => (-cosine, sine),
     }
-}
-
-/// The value of a polynomial, its highest coefficient first.
-fn polynomial(x: f64, coefficients: [f64; 6]) -> f64 {
-    coefficients.into_iter().fold(0.0, |sum, coefficient| sum * x + coefficient)
 }
 
 #[cfg(test)]

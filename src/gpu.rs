@@ -142,6 +142,30 @@ impl Gpu {
         &self.opened.queue
     }
 
+    /// Runs the lattice and `intersect` by themselves, with up to so many layers: for tests.
+    ///
+    /// # Errors
+    /// Those of [`Gpu::columns`]; `too-many-crossings` where the box does not fit one band.
+    pub async fn tiles(&self, cast: &Cast<'_>, layers: u32) -> Result<Tiles> {
+        inspect::tiles(self.context(), cast, layers).await
+    }
+
+    /// Runs `intersect_deep` by itself on all rows: for tests.
+    ///
+    /// # Errors
+    /// Those of [`Gpu::tiles`].
+    pub async fn deep_crossings(&self, cast: &Cast<'_>) -> Result<DeepCrossings> {
+        inspect::deep_crossings(self.context(), cast).await
+    }
+
+    /// Replaces numbers by the sums of all before them, as the scan kernels do: for tests.
+    ///
+    /// # Errors
+    /// Those of [`Gpu::columns`].
+    pub async fn scanned(&self, numbers: &[u32]) -> Result<Vec<u32>> {
+        inspect::scanned(self.context(), numbers).await
+    }
+
     /// Frees the buffers that are kept for the next mesh if they have more than so many bytes.
     pub(crate) fn clear_pool_over(&self, max_bytes: u64) {
         self.pool.clear_over(max_bytes);
@@ -258,7 +282,7 @@ impl Gpu {
         Ok(())
     }
 
-    pub(crate) fn context(&self) -> Context<'_> {
+    fn context(&self) -> Context<'_> {
         let is_software = self.facts.kind == AdapterKind::Software;
         Context { opened: &self.opened, kernels: &self.kernels, pool: &self.pool, is_software }
     }

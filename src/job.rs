@@ -25,10 +25,12 @@ use crate::error::{Error, Result};
 mod byte_size;
 mod geometry_job;
 mod numbers;
+mod per_axis;
 mod validate;
 
 pub use byte_size::ByteSize;
 pub use geometry_job::GeometryJob;
+pub use per_axis::PerAxis;
 
 /// Cells along the longest axis where the job does not say.
 pub const DEFAULT_CELLS: u32 = 128;
@@ -75,26 +77,6 @@ pub enum AxisChoice {
     Y,
     /// Along z.
     Z,
-}
-
-/// One number for all axes, or one an axis.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[serde(untagged)]
-pub enum PerAxis<T> {
-    /// The same for x, y and z.
-    All(T),
-    /// x, y and z.
-    Each([T; 3]),
-}
-
-impl<T: Copy> PerAxis<T> {
-    /// The three numbers.
-    pub fn each(self) -> [T; 3] {
-        match self {
-            PerAxis::All(value) => [value; 3],
-            PerAxis::Each(values) => values,
-        }
-    }
 }
 
 /// Room around the geometries on both sides of every axis.
@@ -182,6 +164,21 @@ impl Job {
         Ok(job)
     }
 
+    /// Reads a job from JSON that a program wrote and nobody sees, and validates it: errors name the key, no line and column.
+    ///
+    /// # Errors
+    /// Those of [`Job::from_toml`].
+    #[cfg(any(test, all(feature = "web", target_arch = "wasm32")))]
+    pub(crate) fn from_plain_json(text: &str) -> Result<Job> {
+        // a value knows no places
+        let value: serde_json::Value =
+            serde_json::from_str(text).map_err(|error| not_valid("JSON", &error.to_string()))?;
+        let job: Job = serde_path_to_error::deserialize(value)
+            .map_err(|error| wrong_value(&error.path().to_string(), &error.inner().to_string()))?;
+        job.validate()?;
+        Ok(job)
+    }
+
     /// Writes the job as JSON; reading it back gives the same job.
     pub fn to_json(&self) -> String {
         // a struct of numbers, strings and lists always has a JSON form
@@ -195,11 +192,11 @@ impl Job {
     }
 }
 
-pub(crate) fn not_valid(language: &str, problem: &str) -> Error {
+fn not_valid(language: &str, problem: &str) -> Error {
     Error::new("job-syntax", format!("the job is not valid {language}: {}", problem.trim_end()), HINT)
 }
 
-pub(crate) fn wrong_value(key: &str, problem: &str) -> Error {
+fn wrong_value(key: &str, problem: &str) -> Error {
     // the path of the job itself is "." or nothing
     let key = if matches!(key, "." | "") { "the job" } else { key };
     Error::new("job-value", format!("{key}: {}", problem.trim_end()), HINT)

@@ -6,7 +6,6 @@ pub mod columns;
 pub mod control;
 pub mod cpu;
 pub mod crossings;
-mod digits;
 pub mod domain;
 pub mod error;
 pub mod estimate;
@@ -32,8 +31,7 @@ pub mod surface;
 #[cfg(all(feature = "web", target_arch = "wasm32"))]
 pub mod web;
 pub mod write;
-#[cfg(all(feature = "zlib-wasm", not(feature = "web"), target_arch = "wasm32"))]
-pub mod zlib_wasm;
+mod zlib;
 
 pub use error::{Error, Result};
 pub use write::column_file;

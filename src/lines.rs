@@ -8,7 +8,6 @@
 
 use serde::Serialize;
 
-use crate::digits::Number;
 use crate::domain::Domain;
 use crate::error::{Error, Result};
 use crate::job::{DEFAULT_CELLS, DEFAULT_TOLERANCE, Job, Padding};
@@ -43,15 +42,11 @@ impl Lines {
         for axis in 0..3 {
             let name = ["x", "y", "z"][axis];
             if !(spacing[axis] > 0.0 && spacing[axis].is_finite()) || dims[axis] == 0 {
-                let message = format!("{} cells of size {:?} along {name}", dims[axis], Number(spacing[axis]));
+                let message = format!("{} cells of size {:?} along {name}", dims[axis], spacing[axis]);
                 return Err(Error::new("domain-empty", message, "give the domain an extent along every axis"));
             }
             if !origin[axis].is_finite() {
-                return Err(Error::new(
-                    "job-value",
-                    format!("the domain starts at {} along {name}", Number(origin[axis])),
-                    "",
-                ));
+                return Err(Error::new("job-value", format!("the domain starts at {} along {name}", origin[axis]), ""));
             }
         }
         Ok(Lines { origin, spacing, dims })
@@ -106,7 +101,7 @@ pub fn lines(job: &Job, domain: &Domain) -> Result<Lines> {
         };
         let padded = cells + 2.0 * f64::from(padding);
         if padded > f64::from(u32::MAX) {
-            let [cells, size] = [padded.round(), spacing[axis]].map(Number);
+            let [cells, size] = [padded.round(), spacing[axis]];
             let cells = if padded < 1e15 { format!("{cells}") } else { format!("{cells:?}") };
             let message = format!("{cells} cells of size {size:?} along {}", ["x", "y", "z"][axis]);
             return Err(Error::new("too-many-cells", message, "use larger cells"));
@@ -157,7 +152,7 @@ fn whole_cells(job: &Job, domain: &Domain, size: f64, axis: usize) -> f64 {
 fn no_size(axis: usize, intervals: &Intervals, s_max: f64, tolerance: f64) -> Error {
     let name = ["x", "y", "z"][axis];
     let [least, greatest] = intervals.searched(s_max, tolerance);
-    let [greatest_size, least_size, within] = [greatest, least, tolerance].map(Number);
+    let [greatest_size, least_size, within] = [greatest, least, tolerance];
     let message = format!(
         "no cell size from {greatest_size} down to {least_size} puts the {} end points along {name} on mesh lines within {within} cells",
         intervals.distances.len() + 1,
@@ -165,7 +160,7 @@ fn no_size(axis: usize, intervals: &Intervals, s_max: f64, tolerance: f64) -> Er
     let wider = [0.1, 0.2, 0.3, 0.4, 0.5].into_iter().filter(|&wider| wider > tolerance);
     let found = wider.filter_map(|wider| Some((wider, intervals.optimal_cell_size(s_max, wider)?))).next();
     let offer = found.map_or(String::new(), |(wider, size)| {
-        let [wider, size] = [wider, size].map(Number);
+        let [wider, size] = [wider, size];
         format!("a tolerance of {wider} would give cells of {size} along {name}; ")
     });
     let hint = format!("{offer}allow a larger tolerance or a smaller max_cell_size, or give cell_size");

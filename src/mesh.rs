@@ -8,7 +8,8 @@ use std::fmt::Write;
 
 use sha2::{Digest, Sha256};
 
-use crate::columns::{Columns, Near};
+pub use crate::columns::Named;
+use crate::columns::{Columns, SlabColumns};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::flags::{CellBox, bits_of_box, expand, expand_bits, flags_of_box, n_bytes_of_bits, n_cells};
@@ -20,15 +21,6 @@ pub const SLAB_BYTES: usize = 32 << 20;
 
 /// Expands a slab from columns into a buffer, which it makes as long as it must be.
 type Fill = dyn Fn(&Columns, &CellBox, &mut Vec<u8>) -> Result<()> + Sync;
-
-/// A flag in use and what it stands for.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Named {
-    /// The flag, 1 to 255.
-    pub flag: u8,
-    /// Name of the geometry that carries it.
-    pub name: String,
-}
 
 /// A Cartesian mesh: cells between lines, each with a property flag.
 #[derive(Debug, Clone, PartialEq)]
@@ -94,13 +86,13 @@ impl Mesh {
     }
 
     /// Columns that are cheap to expand in a box.
-    fn columns_of_box(&self, cells: &CellBox) -> Result<Near<'_>> {
+    fn columns_of_box(&self, cells: &CellBox) -> Result<SlabColumns<'_>> {
         if (0..3).any(|axis| cells[axis].end > self.dims()[axis] || cells[axis].start > cells[axis].end) {
             return Err(self.outside(format!("box {cells:?}")));
         }
         let n_rays: u64 = self.columns.rays.across.iter().map(|&axis| cells[axis].len() as u64).product();
         if 2 * n_rays < self.columns.rays.n_rays() {
-            return Ok(Near::Whole(&self.columns));
+            return Ok(SlabColumns::Whole(&self.columns));
         }
         self.columns.near(&cells[self.columns.rays.axis])
     }

@@ -8,64 +8,14 @@
 //! on the word of a header: the announced number of facets must fit the length of the file first.
 
 use crate::error::{Error, Result};
-use crate::geometry::{Facet, SharedFacets};
-use crate::surface::doubled_area_vector;
 
-mod decimal;
+mod contents;
 mod sniff;
 mod stl_ascii;
 mod stl_binary;
+mod text;
 
-/// One `solid` block of an ASCII file, or the whole of a binary one.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Solid {
-    /// The name that the file gives, without surrounding blanks; empty where it gives none, as in every binary file.
-    pub name: String,
-    /// Facets in the order of the file; at least one. The solids of a file are consecutive parts of one list.
-    pub facets: SharedFacets,
-}
-
-/// File formats that can be read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Format {
-    /// 80 bytes of header, a 32-bit count, 50 bytes a facet, little-endian.
-    StlBinary,
-    /// Lines of keywords and decimal numbers.
-    StlAscii,
-}
-
-impl Format {
-    /// Names the format in reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Format::StlBinary => "STL, binary",
-            Format::StlAscii => "STL, ASCII",
-        }
-    }
-}
-
-/// Everything that a file held.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Contents {
-    /// How the file was written.
-    pub format: Format,
-    /// Its solids in the order of the file; at least one.
-    pub solids: Vec<Solid>,
-    /// Number of facets of all solids; at least 1.
-    pub n_facets: u64,
-    /// Length of the file in bytes.
-    pub n_bytes: u64,
-    /// Number of facets whose normal in the file is non-zero, finite and points against the corners' normal.
-    pub wrong_normals: u64,
-    /// Number of facets whose normal in the file is zero.
-    pub zero_normals: u64,
-    /// Number of facets whose corners span no area in f64. They are kept.
-    pub zero_area: u64,
-    /// Whether a binary file has colours: a `COLOR=` in its header or an attribute word other than 0.
-    pub has_colours: bool,
-    /// Sentences about what was accepted although it is not as it should be; at most 16 and one about the rest.
-    pub warnings: Vec<String>,
-}
+pub use contents::{Contents, Format, Solid};
 
 /// Reads a file that comes in chunks.
 ///
@@ -145,7 +95,7 @@ impl Reader {
         match self.stage {
             Stage::Binary(parser) => parser.finish(),
             Stage::Ascii(parser) => parser.finish(self.n_bytes),
-            Stage::Head(_) => Err(sniff::empty("the file was never opened")),
+            Stage::Head(_) => Err(contents::empty("the file was never opened")),
         }
     }
 
@@ -218,62 +168,6 @@ pub fn read_from(source: &mut impl std::io::Read, n_bytes: u64) -> Result<Conten
             Err(error) => return Err(Error::io("reading the model", error)),
         }
     }
-}
-
-/// Counts of what the facets of a file say about its writer.
-#[derive(Debug, Default)]
-struct Tally {
-    wrong_normals: u64,
-    zero_normals: u64,
-    zero_area: u64,
-}
-
-impl Tally {
-    #[inline]
-    fn count(&mut self, normal: [f32; 3], facet: &Facet) {
-        let area = doubled_area_vector(facet);
-        let cosine: f64 = (0..3).map(|axis| f64::from(normal[axis]) * area[axis]).sum();
-        self.zero_area += u64::from(area == [0.0; 3]);
-        self.zero_normals += u64::from(normal == [0.0; 3]);
-        // a NaN fails the comparison; an infinite normal is meaningless too
-        self.wrong_normals += u64::from(cosine < 0.0 && cosine.is_finite());
-    }
-}
-
-/// Warnings, bounded however odd the file is.
-#[derive(Debug, Default)]
-struct Warnings {
-    sentences: Vec<String>,
-    n_left_out: u64,
-}
-
-impl Warnings {
-    const MAX: usize = 16;
-
-    fn push(&mut self, sentence: String) {
-        if self.sentences.len() < Warnings::MAX {
-            self.sentences.push(sentence);
-        } else {
-            self.n_left_out += 1;
-        }
-    }
-
-    fn finish(mut self) -> Vec<String> {
-        if self.n_left_out > 0 {
-            self.sentences.push(format!("{} more warnings of these kinds", self.n_left_out));
-        }
-        self.sentences
-    }
-}
-
-/// Makes room for more facets, or says how much memory is missing.
-fn reserve(facets: &mut Vec<Facet>, n_more: usize, exact: bool) -> Result<()> {
-    let outcome = if exact { facets.try_reserve_exact(n_more) } else { facets.try_reserve(n_more) };
-    outcome.map_err(|_| {
-        let n = facets.len() as u64 + n_more as u64;
-        let message = format!("{n} facets of 36 bytes ({} MiB) do not fit the memory", (n * 36) >> 20);
-        Error::new("memory", message, "simplify the model, or read it on a machine with more memory")
-    })
 }
 
 #[cfg(test)]

@@ -9,6 +9,10 @@ use crate::job::Rule;
 use crate::lines::{Lines, Residual};
 use crate::sources::Source;
 
+mod of_columns;
+
+pub use of_columns::{ColumnsFlag, ColumnsReport};
+
 /// One input file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct InputReport {

@@ -1,4 +1,4 @@
-//! The skin: the stair-step surface of a mesh, for a view in three dimensions and for export.
+//! The skin: the stair-step surface of a mesh, for a view in three dimensions.
 //!
 //! Mesh, a box of its cells -> [`Skin`], rectangles a flag. A face lies between two cells of different flags, or between a
 //! flagged cell and the outside of the box, and belongs to the flagged cell; between two flags it is there for both. So
@@ -22,19 +22,15 @@ use crate::mesh::Mesh;
 mod faces;
 mod level;
 mod slice;
-mod stl;
+mod stretches;
 
 use faces::{Quad, Sweep, row_faces};
-use level::{Level, by_rarity};
+use level::{Level, ROWS, by_rarity};
 
 pub use slice::{Slice, slice};
-pub use stl::write_stl;
 
 /// Most rectangles of a skin: their corners must fit a 32-bit index.
 pub const MAX_QUADS: usize = 1 << 30;
-
-/// Rows of rays whose strips are held at once: enough to keep all cores busy.
-const ROWS: usize = 64;
 
 /// The stair-step surface of a box of cells.
 #[derive(Debug, Clone, PartialEq)]
@@ -77,18 +73,6 @@ impl SkinPart {
     /// Direction of a rectangle: 0 to 5 for -x, +x, -y, +y, -z, +z.
     pub fn direction(&self, quad: usize) -> usize {
         self.ends.partition_point(|&end| end as usize <= quad)
-    }
-
-    /// Builds the outward normal of every corner, x, y, z, in 127ths (a normalised signed byte); length `12 * n_quads`.
-    pub fn normals(&self) -> Vec<i8> {
-        let mut normals = Vec::with_capacity(12 * self.n_quads());
-        for quad in 0..self.n_quads() {
-            let direction = self.direction(quad);
-            let mut normal = [0i8; 3];
-            normal[direction / 2] = if direction % 2 == 1 { 127 } else { -127 };
-            normals.extend([normal; 4].as_flattened());
-        }
-        normals
     }
 }
 

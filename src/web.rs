@@ -1,4 +1,4 @@
-//! What JavaScript calls: the only `#[wasm_bindgen]`. `www/core.js` is its only caller; people use `www/hexcast.js`.
+//! What JavaScript calls: with `web/`, the only `#[wasm_bindgen]`. `www/core.js` is its only caller; people use `www/hexcast.js`.
 //!
 //! Facts cross as JSON, numbers of cells as f64 (exact to 2^53), bytes as copies: nothing of JavaScript is kept or detached.
 //! An error becomes the JSON of `{code, message, hint}`. Long calls are async and look at their switch between rounds.
@@ -13,11 +13,10 @@ use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 
 use crate::control::{CancelToken, Control, Progress};
-use crate::digits::Number;
 use crate::error::Error;
 use crate::estimate::Estimate;
 use crate::geometry::Facet;
-use crate::job::{self, BackendChoice, Job};
+use crate::job::{BackendChoice, Job};
 use crate::mesh::hex;
 use crate::pipeline::{self, Aside, Engine, Task};
 use crate::read::{Contents, Format, Reader, Solid};
@@ -25,23 +24,15 @@ use crate::sources::Source;
 
 mod aside;
 mod info;
-mod json;
 mod mesh;
-mod value;
-mod zlib;
+mod opened;
+mod values;
 
 pub use aside::AsideFile;
 use aside::WebStore;
 pub use mesh::{WebEncoder, WebHash, WebMesh, WebSkin};
-pub use zlib::lend_zlib;
-
-type JsResult<T> = std::result::Result<T, JsValue>;
-
-/// An error as `www/core.js` takes it apart.
-fn js_error(error: Error) -> JsValue {
-    let message = error.to_string();
-    JsValue::from_str(&json::json(&info::ErrorFacts { code: error.code(), message: &message, hint: error.hint() }))
-}
+pub use opened::ColumnFile;
+use values::{JsResult, forget, js_error, keep, kept};
 
 /// Version of hexcast.
 #[wasm_bindgen]
@@ -102,8 +93,7 @@ impl WebSurface {
             return Err(js_error(Error::new("job-value", message, "give x y z of three corners a facet")));
         }
         if let Some(place) = corners.iter().position(|number| !number.is_finite()) {
-            let message =
-                format!("{file}: number {} of facet {} is {}", place % 9, place / 9, Number(corners[place].into()));
+            let message = format!("{file}: number {} of facet {} is {}", place % 9, place / 9, corners[place]);
             return Err(js_error(Error::new("stl-not-finite", message, "remove the facet")));
         }
         let facet = |f: &[f32; 9]| -> Facet { [[f[0], f[1], f[2]], [f[3], f[4], f[5]], [f[6], f[7], f[8]]] };
@@ -175,15 +165,7 @@ impl WebJob {
     /// Reads a job from JSON, with a `file` for each geometry; a switch can stop its mesh.
     #[wasm_bindgen(constructor)]
     pub fn new(json: &str, switch: &WebSwitch) -> JsResult<WebJob> {
-        let job: Job = match value::from_json(json) {
-            Some(Ok(job)) => job,
-            Some(Err(problem)) => {
-                let place = problem.place();
-                return Err(js_error(job::wrong_value(&place.path, &place.message)));
-            }
-            None => return Err(js_error(job::not_valid("JSON", "JSON.parse refuses it"))),
-        };
-        job.validate().map_err(js_error)?;
+        let job = Job::from_plain_json(json).map_err(js_error)?;
         Ok(WebJob { job, sources: Vec::new(), token: switch.token.clone() })
     }
 
@@ -196,36 +178,13 @@ impl WebJob {
     pub fn estimate(&self) -> JsResult<String> {
         let prepared = pipeline::prepare(&self.job, self.sources()).map_err(js_error)?;
         let estimate = Estimate::new(&prepared.geometries, &prepared.lines, &prepared.rays);
-        Ok(json::json(&estimate))
+        Ok(info::json(&estimate))
     }
 
     /// The sources, whose facets stay shared.
     fn sources(&self) -> Vec<Source> {
         self.sources.iter().map(|source| (**source).clone()).collect()
     }
-}
-
-thread_local! {
-    /// JavaScript values in use, by number: a closure that holds a number can be sent between threads, one that holds such a
-    /// value cannot.
-    static KEPT: RefCell<Vec<JsValue>> = RefCell::default();
-}
-
-fn keep(value: JsValue) -> usize {
-    KEPT.with_borrow_mut(|all| {
-        let id = all.iter().position(JsValue::is_undefined).unwrap_or(all.len());
-        all.resize(all.len().max(id + 1), JsValue::UNDEFINED);
-        all[id] = value;
-        id
-    })
-}
-
-fn forget(id: usize) {
-    KEPT.with_borrow_mut(|all| all[id] = JsValue::UNDEFINED);
-}
-
-fn kept(id: usize) -> JsValue {
-    KEPT.with_borrow(|all| all[id].clone())
 }
 
 /// Who meshes.
@@ -278,7 +237,7 @@ impl WebEngine {
         forget(progress);
         *self.engine.borrow_mut() = Some(engine);
         let (mesh, report) = result.map_err(js_error)?;
-        Ok(WebMesh::new(mesh, json::json(&report)))
+        Ok(WebMesh::new(mesh, info::json(&report)))
     }
 
     fn control(&self, token: CancelToken, progress: usize) -> Control {

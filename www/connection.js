@@ -1,7 +1,56 @@
 /** Calls to the core: in a worker of this or another origin, or on this thread. */
 import { HexcastError, errorFrom } from './error.js';
 
-/** Connects to a new worker, or to a core on this thread where `worker` is false. */
+/**
+ * @typedef {import('./core.js').Core} Core
+ * @typedef {import('./core.js').Operation} Operation
+ * @typedef {import('./hexcast.js').Progress} Progress
+ */
+
+/**
+ * @template {Operation} K
+ * @typedef {Parameters<Core[K]>[0]} Arguments
+ */
+
+/**
+ * @template {Operation} K
+ * @typedef {Awaited<ReturnType<Core[K]>>} Result
+ */
+
+/** @typedef {{ id: number, operation: Operation, args: object } | { cancel: number }} Request what goes to the core */
+
+/**
+ * What comes from the core.
+ *
+ * @typedef {object} Answer
+ * @property {number} id of the call
+ * @property {any} [result] that of its operation
+ * @property {string} [error]
+ * @property {Progress} [progress]
+ */
+
+/**
+ * A way to a core and back.
+ *
+ * @typedef {object} Port
+ * @property {(request: Request) => void} send
+ * @property {() => void} close
+ * @property {(answer: Answer) => void} onanswer
+ * @property {(message: string) => void} onfailure
+ */
+
+/**
+ * @typedef {object} Call
+ * @property {(result: any) => void} resolve
+ * @property {(error: unknown) => void} reject
+ * @property {((progress: Progress) => void) | undefined} onProgress
+ */
+
+/**
+ * Connects to a new worker, or to a core on this thread where `worker` is false.
+ *
+ * @param {string | URL | false} [worker]
+ */
 export async function connect(worker) {
   if (worker === false || typeof Worker === 'undefined') {
     const { Core } = await import('./core.js');
@@ -11,13 +60,16 @@ export async function connect(worker) {
   return new Connection(workerPort(script));
 }
 
-class Connection {
+export class Connection {
+  /** @type {Port | null} */
   #port;
+  /** @type {Map<number, Call>} */
   #calls = new Map();
-  /** Operations of calls that were given up and are not answered yet, by id. */
+  /** Operations of calls that were given up and are not answered yet, by id. @type {Map<number, Operation>} */
   #abandoned = new Map();
   #next = 1;
 
+  /** @param {Port} port */
   constructor(port) {
     this.#port = port;
     port.onanswer = ({ id, result, error, progress }) => {
@@ -27,12 +79,19 @@ class Connection {
       this.#calls.delete(id);
       error === undefined ? call.resolve(result) : call.reject(errorFrom(error));
     };
-    port.onfailure = (message) => this.#fail(new HexcastError('device-failed', `the worker failed: ${message}`, 'check that its script can be loaded'));
+    port.onfailure = (message) =>
+      this.#fail(new HexcastError('device-failed', `the worker failed: ${message}`, 'check that its script can be loaded'));
   }
 
   /**
    * Calls an operation. An abort rejects with the signal's reason at once, whatever the core is busy with; the core stops at
    * its next look at its messages.
+   *
+   * @template {Operation} K
+   * @param {K} operation
+   * @param {Arguments<K>} args
+   * @param {import('./hexcast.js').CallOptions} [options]
+   * @returns {Promise<Result<K>>}
    */
   async call(operation, args, { signal, onProgress } = {}) {
     signal?.throwIfAborted();
@@ -45,20 +104,27 @@ class Connection {
       this.#calls.delete(id);
       this.#abandoned.set(id, operation);
       port.send({ cancel: id });
-      call.reject(signal.reason);
+      call.reject(signal?.reason);
     };
     try {
-      return await new Promise((resolve, reject) => {
+      /** @type {Promise<any>} */
+      const result = new Promise((resolve, reject) => {
         this.#calls.set(id, { resolve, reject, onProgress });
         signal?.addEventListener('abort', stop, { once: true });
         port.send({ id, operation, args });
       });
+      return await result;
     } finally {
       signal?.removeEventListener('abort', stop);
     }
   }
 
-  /** Frees what a call that was given up has made all the same. */
+  /**
+   * Frees what a call that was given up has made all the same.
+   *
+   * @param {number} id
+   * @param {any} result
+   */
   #forget(id, result) {
     const operation = this.#abandoned.get(id);
     this.#abandoned.delete(id);
@@ -66,7 +132,13 @@ class Connection {
     else if (result?.surface || result?.mesh) this.send('release', { surface: result.surface, mesh: result.mesh });
   }
 
-  /** Calls an operation whose result nobody waits for. */
+  /**
+   * Calls an operation whose result nobody waits for.
+   *
+   * @template {Operation} K
+   * @param {K} operation
+   * @param {Arguments<K>} args
+   */
   send(operation, args) {
     this.#port?.send({ id: this.#next++, operation, args });
   }
@@ -77,6 +149,7 @@ class Connection {
     this.#fail(new HexcastError('cancelled', 'the mesher was disposed of', ''));
   }
 
+  /** @param {Error} error */
   #fail(error) {
     for (const call of this.#calls.values()) call.reject(error);
     this.#calls.clear();
@@ -84,7 +157,12 @@ class Connection {
   }
 }
 
-/** A worker. One of another origin is started from a Blob that imports it. */
+/**
+ * A worker. One of another origin is started from a Blob that imports it.
+ *
+ * @param {URL | null} script
+ * @returns {Port}
+ */
 function workerPort(script) {
   const here = globalThis.location?.origin;
   const worker =
@@ -92,17 +170,23 @@ function workerPort(script) {
       ? // spelt out, as bundlers look for it
         new Worker(new URL('./worker.js', import.meta.url), { type: 'module', name: 'hexcast' })
       : foreignWorker(script ?? beside('worker.js'), here);
-  const port = { send: (message) => worker.postMessage(message), close: () => worker.terminate() };
+  /** @type {Port} */
+  const port = { send: (request) => worker.postMessage(request), close: () => worker.terminate(), onanswer() {}, onfailure() {} };
   worker.onmessage = ({ data }) => port.onanswer(data);
   worker.onerror = (event) => port.onfailure(event.message ?? 'its script could not be loaded');
   return port;
 }
 
-/** A file beside this one; in words that no bundler takes for an asset of its own. */
+/** A file beside this one; in two steps, as a bundler copies all that a URL made in one may mean. @param {string} file */
 function beside(file) {
-  return new URL(file, import.meta.url);
+  const { url } = import.meta;
+  return new URL(file, url);
 }
 
+/**
+ * @param {URL} script
+ * @param {string | undefined} here the origin of the page
+ */
 function foreignWorker(script, here) {
   if (script.origin === here) return new Worker(script, { type: 'module', name: 'hexcast' });
   const blob = new Blob([`import ${JSON.stringify(script.href)};`], { type: 'text/javascript' });
@@ -112,20 +196,21 @@ function foreignWorker(script, here) {
   return worker;
 }
 
-/** A core on this thread that answers like a worker. */
+/**
+ * A core on this thread that answers like a worker.
+ *
+ * @param {Core} core
+ */
 function localPort(core) {
+  /** @type {Port} */
   const port = {
-    async send({ cancel, id, operation, args }) {
-      if (cancel !== undefined) return core.cancel(cancel);
-      try {
-        const progress = (at) => port.onanswer({ id, progress: at });
-        const result = operation === 'open' ? await core.open(args) : await core.run(operation, id, args, progress);
-        port.onanswer({ id, result });
-      } catch (error) {
-        port.onanswer({ id, error: typeof error === 'string' ? error : String(error?.stack ?? error) });
-      }
+    async send(request) {
+      if ('cancel' in request) return core.cancel(request.cancel);
+      port.onanswer(await core.answer(request, (progress) => port.onanswer(progress)));
     },
     close() {},
+    onanswer() {},
+    onfailure() {},
   };
   return port;
 }

@@ -2,71 +2,106 @@
  * The work itself, on the thread it is called from: wasm, surfaces and meshes by number. `worker.js` runs it in a worker,
  * `hexcast.js` talks to it there or, without a worker, directly. Everything in and out can be cloned.
  */
-import { clearAside, hasAside, openAside } from './aside.js';
-import { describeAdapter, lendDevice } from './adapter.js';
-import { errorFrom } from './error.js';
-import init, { WebEngine, WebJob, WebMesh, WebReader, WebSurface, WebSwitch, lendZlib, version } from './hexcast_wasm.js';
-import { loadZlib } from './zlib.js';
+import { describeAdapter, lendDevice, whyNotTaken } from './adapter.js';
+import { clearSpillFiles, spilling } from './spill.js';
+import { cancelled, pause } from './call.js';
+import { columnFile } from './column_file.js';
+import { Held } from './held.js';
+import init, { WebEngine, WebJob, WebMesh, WebSurface, WebSwitch, version } from './hexcast_wasm.js';
+import { readSurface } from './read.js';
 
-/** Bytes of a Blob read at once. */
-const SLICE_BYTES = 4 << 20;
-
-/** Resolves once messages that were waiting have been handled. */
-function pause() {
-  return new Promise((resolve) => {
-    const { port1, port2 } = new MessageChannel();
-    port1.onmessage = () => {
-      port1.close();
-      resolve();
-    };
-    port2.postMessage(null);
-  });
-}
+/**
+ * @typedef {import('./call.js').State} State
+ * @typedef {import('./call.js').Listener} Listener
+ * @typedef {{ json: string, surfaces: number[] }} JobArguments a job, and its surfaces by number
+ * @typedef {JobArguments & { readSeconds: number, spill: 'auto' | boolean }} MeshArguments
+ * @typedef {{ backend: 'gpu' | 'cpu', adapter: import('./hexcast.js').Adapter | null, fallback: string | null }} Facts of a backend
+ * @typedef {Exclude<keyof Core, 'run' | 'cancel' | 'answer'>} Operation
+ */
 
 export class Core {
-  #engine;
-  #surfaces = new Map();
-  #meshes = new Map();
-  #encoders = new Map();
+  /** There once it is opened. @type {WebEngine} */
+  #engine = /** @type {never} */ (null);
+  /** @type {Held<WebSurface>} */
+  #surfaces = new Held();
+  /** @type {Held<WebMesh>} */
+  #meshes = new Held();
+  /** @type {Held<import('./hexcast_wasm.js').WebEncoder>} */
+  #encoders = new Held();
+  /** @type {Map<number, State>} */
   #switches = new Map();
-  #next = 1;
-  /** Resolves when the mesh before has ended. */
+  /** Resolves when the mesh before has ended. @type {Promise<unknown>} */
   #turn = Promise.resolve();
   /** What the browser calls the GPU. */
   #adapterName = '';
-  /** Seconds a ray and a crossing took last, for estimates. */
+  /** Why the CPU meshes although there is an adapter. @type {string | null} */
+  #notTaken = null;
+  /** Seconds a ray and a crossing took last, for estimates. @type {{ ray: number, crossing: number } | null} */
   #pace = null;
-  /** Where zlib is. */
-  #zlib;
 
-  /** Loads the wasm and opens a backend; resolves to `{backend, adapter, fallback, version}`. */
-  async open({ backend, wasm, zlib, device }) {
-    this.#zlib = zlib;
+  /**
+   * Answers a request with the result of its operation or an error; `tell` hears of progress.
+   *
+   * @param {{ id: number, operation: Operation, args: any }} request
+   * @param {(answer: { id: number, progress: import('./hexcast.js').Progress }) => void} tell
+   * @returns {Promise<{ id: number, result?: unknown, error?: string }>}
+   */
+  async answer({ id, operation, args }, tell) {
+    try {
+      const progress = (/** @type {import('./hexcast.js').Progress} */ at) => tell({ id, progress: at });
+      const result = operation === 'open' ? await this.open(args) : await this.run(operation, id, args, progress);
+      return { id, result };
+    } catch (error) {
+      return { id, error: typeof error === 'string' ? error : String((error instanceof Error && error.stack) || error) };
+    }
+  }
+
+  /**
+   * Loads the wasm and opens a backend; with `auto` a software adapter is left alone, unless its device is the caller's.
+   *
+   * @param {{ backend: import('./hexcast.js').BackendChoice, wasm: any, device?: GPUDevice }} args
+   * @returns {Promise<Facts & { version: string }>}
+   */
+  async open({ backend, wasm, device }) {
     // what earlier visits left; nobody waits for it
-    clearAside();
+    clearSpillFiles();
     await init({ module_or_path: wasm });
-    const open = () => WebEngine.open(backend, pause);
+    // a search that fails is told of by the wasm, which searches too
+    const adapter = backend === 'cpu' ? null : await describeAdapter(device).catch(() => null);
+    if (backend === 'auto' && !device && adapter) this.#notTaken = whyNotTaken(adapter);
+    const open = () => WebEngine.open(this.#notTaken ? 'cpu' : backend, pause);
     this.#engine = await (device ? lendDevice(device, open) : open());
     const facts = JSON.parse(this.#engine.facts());
     if (facts.adapter) {
-      Object.assign(facts.adapter, await describeAdapter(device));
+      Object.assign(facts.adapter, adapter);
       this.#adapterName = facts.adapter.name;
     }
-    return { ...facts, version: version() };
+    return { ...facts, fallback: this.#notTaken ?? facts.fallback, version: version() };
   }
 
-  /** Calls an operation by name; `call` names it for `cancel`, `progress` hears how far it is. */
+  /**
+   * Calls an operation by name; `call` names it for `cancel`, `progress` hears how far it is.
+   *
+   * @param {Operation} operation
+   * @param {number} call
+   * @param {object} args
+   * @param {Listener} progress
+   */
   async run(operation, call, args, progress) {
     const stop = new WebSwitch();
     const state = { stop, cancelled: false };
     this.#switches.set(call, state);
     try {
-      return await this[operation](args, progress, state);
+      const act = /** @type {(args: object, progress: Listener, state: State) => unknown} */ (
+        /** @type {unknown} */ (this[operation])
+      );
+      return await act.call(this, args, progress, state);
     } finally {
       this.#switches.delete(call);
     }
   }
 
+  /** @param {number} call */
   cancel(call) {
     const state = this.#switches.get(call);
     if (state) {
@@ -75,141 +110,165 @@ export class Core {
     }
   }
 
-  #keep(map, value) {
-    const id = this.#next++;
-    map.set(id, value);
-    return id;
-  }
-
+  /**
+   * @param {{ file: string, source: Blob | Uint8Array | Float32Array }} args
+   * @param {Listener} progress
+   * @param {State} state
+   * @returns {Promise<{ surface: number, info: import('./hexcast.js').SurfaceInfo }>}
+   */
   async read({ file, source }, progress, state) {
-    const surface = source instanceof Float32Array ? WebSurface.fromCorners(file, source) : await readFile(file, source, progress, state);
-    return { surface: this.#keep(this.#surfaces, surface), info: JSON.parse(surface.info()) };
+    const surface =
+      source instanceof Float32Array ? WebSurface.fromCorners(file, source) : await readSurface(file, source, progress, state);
+    return { surface: this.#surfaces.keep(surface), info: JSON.parse(surface.info()) };
   }
 
+  /** @param {{ surface: number | undefined }} args */
   corners({ surface }) {
     return this.#surfaces.get(surface).corners();
   }
 
+  /** @param {JobArguments} args @param {State} state */
   #job({ json, surfaces }, state) {
     const job = new WebJob(json, state.stop);
     for (const id of surfaces) job.add(this.#surfaces.get(id));
     return job;
   }
 
+  /** @param {JobArguments} args @param {Listener} _progress @param {State} state @returns {import('./hexcast.js').Estimate} */
   estimate(args, _progress, state) {
     const estimate = JSON.parse(this.#job(args, state).estimate());
     const seconds = this.#pace && this.#pace.ray * estimate.rays + this.#pace.crossing * estimate.crossings;
     return { ...estimate, seconds };
   }
 
-  /** Meshes wait for each other: there is one engine. */
+  /**
+   * Meshes wait for each other: there is one engine.
+   *
+   * @param {MeshArguments} args
+   * @param {Listener} progress
+   * @param {State} state
+   */
   mesh(args, progress, state) {
     const made = this.#turn.then(() => {
       if (state.cancelled) throw cancelled();
-      return this.#mesh(args, progress, state);
+      return this.#make(args, progress, state);
     });
     this.#turn = made.catch(() => {});
     return made;
   }
 
-  async #mesh(args, progress, state) {
-    const told = (done, total) => progress({ stage: 'mesh', done, total });
+  /** @param {MeshArguments} args @param {Listener} progress @param {State} state */
+  async #make(args, progress, state) {
+    const told = (/** @type {number} */ done, /** @type {number} */ total) => progress({ stage: 'mesh', done, total });
     const mesh = await spilling(args.spill, async (open) => {
       // first of all: a job that is refused opens no file
       const job = this.#job(args, state);
       return this.#engine.mesh(job, args.readSeconds, told, await open?.());
     });
     const facts = this.#describe(mesh);
+    /** @type {Facts} */
     const engine = JSON.parse(this.#engine.facts());
-    // the GPU may have been lost for good
-    if (!engine.adapter) facts.engine = engine;
+    if (this.#notTaken) facts.report.warnings.unshift(`meshed on the CPU: ${this.#notTaken}`);
     const { rays, crossings, seconds } = facts.report;
+    const columns = seconds.columns ?? 0;
     // half the time goes with the rays, half with what they cross: good enough to tell seconds from minutes
-    this.#pace = { ray: seconds.columns / 2 / Math.max(rays, 1), crossing: seconds.columns / 2 / Math.max(crossings, 1) };
-    return facts;
+    this.#pace = { ray: columns / 2 / Math.max(rays, 1), crossing: columns / 2 / Math.max(crossings, 1) };
+    // the GPU may have been lost for good
+    return engine.adapter ? facts : { ...facts, engine };
   }
 
-  async openColumns({ bytes }) {
-    if (WebMesh.needsZlib(bytes.subarray(0, 32))) await this.#needZlib();
-    return this.#describe(WebMesh.open(bytes));
+  /** @param {{ source: Blob | Uint8Array }} args */
+  async openColumns({ source }) {
+    const file = await columnFile(source);
+    return this.#describe(WebMesh.open(file, file.size));
   }
 
+  /** @param {WebMesh} mesh */
   #describe(mesh) {
     const [runs, bytes] = mesh.columnFacts();
+    /** @type {Record<string, number | undefined>} */
     const sizes = {};
     for (const format of ['vti', 'npy', 'raw', 'hxc']) sizes[format] = mesh.size(format, false);
     for (const format of ['npy', 'raw']) sizes[`${format}-bits`] = mesh.size(format, true);
+    /** @type {import('./hexcast.js').Report} */
     const report = JSON.parse(mesh.report());
     // the wasm is told no name
     if (report.adapter === '') report.adapter = this.#adapterName;
-    return { mesh: this.#keep(this.#meshes, mesh), report, axis: mesh.rayAxis(), runs, bytes, sizes };
+    return { mesh: this.#meshes.keep(mesh), report, axis: /** @type {0 | 1 | 2} */ (mesh.rayAxis()), runs, bytes, sizes };
   }
 
+  /** @param {{ mesh: number, cell: [number, number, number] }} args */
   flag({ mesh, cell }) {
     return this.#meshes.get(mesh).flag(...cell);
   }
 
+  /** @param {{ mesh: number, start: number[], end: number[] }} args */
   box({ mesh, start, end }) {
     return this.#meshes.get(mesh).box(new Uint32Array([...start, ...end]));
   }
 
+  /** @param {{ mesh: number, maxBytes: number }} args */
   slabs({ mesh, maxBytes }) {
     return this.#meshes.get(mesh).slabs(maxBytes);
   }
 
+  /** @param {{ mesh: number, i: number, j: number }} args */
   ray({ mesh, i, j }) {
     const runs = this.#meshes.get(mesh).ray(i, j);
     return { starts: runs.map((run) => run >>> 8), flags: Uint8Array.from(runs, (run) => run & 255) };
   }
 
+  /** @param {{ mesh: number, axis: number, index: number, maxPixels: number }} args */
   slice({ mesh, axis, index, maxPixels }) {
     const bytes = this.#meshes.get(mesh).slice(axis, index, maxPixels);
     const [width, height, step] = new Uint32Array(bytes.slice(0, 12).buffer);
     return { width, height, step, flags: bytes.slice(12) };
   }
 
+  /** @param {{ mesh: number, maxQuads: number }} args */
   skin({ mesh, maxQuads }) {
     const skin = this.#meshes.get(mesh).skin(maxQuads);
-    const parts = Array.from(skin.flags(), (flag, part) => ({ flag, positions: skin.positions(part), indices: skin.indices(part) }));
+    const part = (/** @type {number} */ at) => ({ positions: skin.positions(at), indices: skin.indices(at) });
+    const parts = Array.from(skin.flags(), (flag, at) => ({ flag, ...part(at) }));
     const step = skin.step();
     skin.free();
     return { step, parts };
   }
 
-  async encode({ mesh, format, compress, bits }) {
-    // first of all: the mesh may be released while zlib is loaded
-    const encoder = this.#keep(this.#encoders, this.#meshes.get(mesh).encode(format, compress, bits));
-    try {
-      if (compress > 0) await this.#needZlib();
-    } catch (error) {
-      this.release({ encoder });
-      throw error;
-    }
-    return encoder;
+  /** @param {{ mesh: number, format: string, compress: number, bits: boolean }} args */
+  encode({ mesh, format, compress, bits }) {
+    return this.#encoders.keep(this.#meshes.get(mesh).encode(format, compress, bits));
   }
 
-  async #needZlib() {
-    lendZlib(await loadZlib(this.#zlib));
-  }
-
-  /** The next bytes of a file, or the share of the work before the first of them that is done, or null at the end. */
+  /**
+   * The next bytes of a file, or the share of the work before the first of them that is done, or null at the end.
+   *
+   * @param {{ encoder: number }} args
+   */
   next({ encoder }) {
-    const held = this.#encoders.get(encoder);
-    const bytes = held.nextPiece();
-    if (bytes) return bytes.length > 0 ? bytes : { share: held.share() };
+    const made = this.#encoders.get(encoder);
+    const bytes = made.nextPiece();
+    if (bytes) return bytes.length > 0 ? bytes : { share: made.share() };
     this.release({ encoder });
     return null;
   }
 
+  /** @param {{ mesh: number, bits: boolean, bytes: number, sha256: string }} args */
   sidecar({ mesh, bits, bytes, sha256 }) {
     return this.#meshes.get(mesh).sidecar(bits, bytes, sha256);
   }
 
-  /** SHA-256 and length of the raw file. */
+  /**
+   * SHA-256 and length of the raw file.
+   *
+   * @param {{ mesh: number, bits: boolean }} args
+   * @param {Listener} progress
+   * @param {State} state
+   */
   async sha256({ mesh, bits }, progress, state) {
-    const held = this.#meshes.get(mesh);
-    const total = held.size('raw', bits);
-    const hash = held.hash(bits);
+    const made = this.#meshes.get(mesh);
+    const total = made.size('raw', bits) ?? 0;
+    const hash = made.hash(bits);
     while (hash.step()) {
       progress({ stage: 'write', done: hash.nBytes(), total });
       await pause();
@@ -218,52 +277,14 @@ export class Core {
     return { bytes: hash.nBytes(), sha256: hash.finish() };
   }
 
-  /** Frees what is named. */
+  /**
+   * Frees what is named.
+   *
+   * @param {{ surface?: number, mesh?: number, encoder?: number }} args
+   */
   release({ surface, mesh, encoder }) {
-    for (const [map, id] of [[this.#surfaces, surface], [this.#meshes, mesh], [this.#encoders, encoder]]) {
-      map.get(id)?.free();
-      map.delete(id);
-    }
+    this.#surfaces.release(surface);
+    this.#meshes.release(mesh);
+    this.#encoders.release(encoder);
   }
-}
-
-/** Makes a mesh with its columns in memory or, as `spill` says, in a file once they outgrow that. */
-async function spilling(spill, make) {
-  const open = async () => {
-    if (!hasAside()) throw NO_SPILL;
-    // a private window may refuse
-    return openAside().catch(() => Promise.reject(NO_SPILL));
-  };
-  if (spill === true) return make(open);
-  return make().catch((error) => {
-    // most find out from their estimate, before a ray is cast
-    if (spill === false || errorFrom(error).code !== 'memory') throw error;
-    return make(open).catch((again) => Promise.reject(again === NO_SPILL ? error : again));
-  });
-}
-
-const NO_SPILL = JSON.stringify({
-  code: 'io',
-  message: 'columns cannot spill here: there is no private file system that this thread can write without waiting',
-  hint: 'leave out spill, or mesh in a worker of a secure page',
-});
-
-function cancelled() {
-  return JSON.stringify({ code: 'cancelled', message: 'cancelled', hint: '' });
-}
-
-/** Feeds a file to the reader in slices: a Blob is never read as a whole. */
-async function readFile(file, source, progress, state) {
-  const total = source.size ?? source.byteLength;
-  const reader = new WebReader(file, total);
-  for (let at = 0; at < total; at += SLICE_BYTES) {
-    const end = Math.min(at + SLICE_BYTES, total);
-    const slice = source.slice ? source.slice(at, end) : source.subarray(at, end);
-    reader.push(slice instanceof Uint8Array ? slice : new Uint8Array(slice.arrayBuffer ? await slice.arrayBuffer() : slice));
-    progress({ stage: 'read', done: end, total });
-    // bytes in memory come without a wait in which a message could
-    if (!source.arrayBuffer) await pause();
-    if (state.cancelled) throw cancelled();
-  }
-  return reader.finish();
 }

@@ -1,20 +1,32 @@
 /** Errors with the codes of the native library. */
 export class HexcastError extends Error {
-  constructor(code, message, hint = '', details = {}) {
+  /**
+   * @param {import('./hexcast.js').ErrorCode} code
+   * @param {string} message
+   * @param {string} [hint]
+   */
+  constructor(code, message, hint = '') {
     super(message);
     this.name = 'HexcastError';
     this.code = code;
     this.hint = hint;
-    this.details = details;
   }
 }
 
-/** The error that the core sent: JSON of `{code, message, hint}`, or anything else that went wrong in there. */
+/**
+ * The error that the core sent: JSON of `{code, message, hint}`, or anything else that went wrong in there.
+ *
+ * @param {string} text
+ */
 export function errorFrom(text) {
   try {
-    const { code, message, hint, ...details } = JSON.parse(text);
-    return new HexcastError(code, message, hint, details);
+    const { code, message, hint } = JSON.parse(text);
+    return new HexcastError(code, message, hint);
   } catch {
-    return new HexcastError('device-failed', `hexcast failed inside: ${text}`, 'please report this with the file and the settings');
+    return new HexcastError(
+      'device-failed',
+      `hexcast failed inside: ${text}`,
+      'please report this with the file and the settings',
+    );
   }
 }

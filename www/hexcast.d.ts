@@ -14,7 +14,7 @@
  * mesher.dispose();
  * ```
  *
- * All work happens in a dedicated worker. Inputs are never detached or changed; every typed array that comes back belongs
+ * The work happens in a dedicated worker; with `worker: false`, with a `device` and in Node on the calling thread. Inputs are never detached or changed; every typed array that comes back belongs
  * to the caller. Lengths are in the unit of the files, cells are counted from 0, ends of ranges are exclusive, and
  * the flags of a box lie with x fastest: `flags[x + nx * (y + ny * z)]`.
  */
@@ -44,6 +44,8 @@ export type ErrorCode =
   | 'memory'
   | 'no-adapter'
   | 'device-failed'
+  /** The GPU driver computes wrongly, and what it returned was thrown away. */
+  | 'device-wrong'
   | 'device-lost'
   | 'io';
 
@@ -53,11 +55,12 @@ export class HexcastError extends Error {
   readonly code: ErrorCode;
   /** What to do about it, for people; may be empty. */
   readonly hint: string;
-  /** Further facts, such as the name of the file; depends on the code. */
-  readonly details: Record<string, unknown>;
 }
 
-/** Who meshes: the GPU where there is an adapter and else the CPU, or one of them alone. */
+/**
+ * Who meshes: with `auto` the GPU where there is one, otherwise the CPU, which is faster than an adapter that computes on the
+ * processor; or one of them alone.
+ */
 export type BackendChoice = 'auto' | 'gpu' | 'cpu';
 
 /** Where a wasm module is, or its bytes, or the compiled module. */
@@ -66,21 +69,15 @@ export type WasmSource = string | URL | ArrayBuffer | Uint8Array | WebAssembly.M
 export interface MesherOptions {
   /** Default `auto`. With `gpu`, a missing adapter is the error `no-adapter`, and one lost for good `device-lost`. */
   backend?: BackendChoice;
-  /** The wasm that meshes; by default `hexcast_bg.wasm` beside this script. */
+  /** The wasm; by default `hexcast_bg.wasm` beside this script. */
   wasm?: WasmSource;
-  /**
-   * The same for zlib, a wasm of its own that is loaded before the first compressed file is written or read, once a thread;
-   * by default `hexcast_zlib_bg.wasm` beside this script, also where `wasm` is given. A page without it does all but that: where
-   * it cannot be loaded, `compress` and a compressed file that is opened are the error `io`.
-   */
-  zlib?: WasmSource;
   /** Where the worker script is (another origin is fine), or `false` to work on the calling thread. */
   worker?: string | URL | false;
   /**
    * A `GPUDevice` of your own to mesh on, on the calling thread: devices cannot leave theirs, so that no worker is started.
    * It is never destroyed here; its `onuncapturederror` is taken. Where it is lost meanwhile, also by `device.destroy()`,
-   * the mesher opens one of its own, or with `auto` else takes the CPU, and goes on with the band at which it stopped, with the
-   * same result.
+   * the mesher opens one of its own or, with `auto`, falls back to the CPU, and goes on with the band at which it stopped, with
+   * the same result.
    */
   device?: Device;
   /** Stops the start. */
@@ -276,6 +273,11 @@ export interface Report {
   /** Name of the GPU; null on the CPU. */
   adapter: string | null;
   driver: string | null;
+  /**
+   * What came of casting a sample of the GPU's rays again on the CPU: the number of these rays, and of those among them whose
+   * cells differed; null if no GPU meshed.
+   */
+  device_check: { rays: number; differing: number } | null;
   unit: string | null;
   dims: [number, number, number];
   origin: [number, number, number];
@@ -408,7 +410,7 @@ export interface Adapter {
   architecture: string;
   description: string;
   driver: string;
-  /** Whether it computes on the processor. */
+  /** Whether it computes on the processor, such as SwiftShader or llvmpipe. */
   software: boolean;
 }
 
@@ -417,7 +419,7 @@ export interface Mesher extends Disposable {
   readonly backend: 'gpu' | 'cpu';
   /** The GPU; null on the CPU. */
   readonly adapter: Adapter | null;
-  /** Why the CPU meshes although `auto` looked for a GPU, or had one; null otherwise. */
+  /** Why the CPU meshes although `auto` looked for a GPU, found one that computes on the processor, or had one; null otherwise. */
   readonly fallback: string | null;
   /** Reads and checks a surface without meshing it. */
   read(source: Exclude<GeometrySource, Surface>, options?: CallOptions & { file?: string }): Promise<Surface>;
@@ -425,7 +427,10 @@ export interface Mesher extends Disposable {
   mesh(job: Job, options?: MeshOptions): Promise<Mesh>;
   /** What a mesh would cost, without making it. */
   estimate(job: Job, options?: CallOptions): Promise<Estimate>;
-  /** Reads a column file back. */
+  /**
+   * Opens a column file. In a worker a Blob stays where it is: the mesh reads pieces of it as they are needed, so that a file may
+   * be larger than the memory. It must not change meanwhile; damage of a piece shows when it is read, as `columns-corrupt`.
+   */
   open(file: Blob | Uint8Array | ArrayBuffer, options?: CallOptions): Promise<Mesh>;
   /** Ends the worker and frees everything; pending calls reject with `cancelled`. */
   dispose(): void;

@@ -1,56 +1,79 @@
 /** The package's entry: see `hexcast.d.ts` for everything public. */
-import { clearAside } from './aside.js';
+import { clearSpillFiles } from './spill.js';
 import { HexcastError } from './error.js';
 import { Mesh } from './mesh.js';
 import { connect } from './connection.js';
 
+/**
+ * @typedef {import('./hexcast.js').MesherOptions} MesherOptions
+ * @typedef {import('./hexcast.js').CallOptions} CallOptions
+ * @typedef {import('./hexcast.js').Job} Job
+ * @typedef {import('./hexcast.js').GeometrySource} GeometrySource
+ * @typedef {import('./connection.js').Connection} Connection
+ * @typedef {{ json: string, surfaces: number[], readAny: boolean }} Prepared a job as the core takes it
+ */
+
 export { HexcastError };
 export const version = '0.1.0';
 
-export async function createMesher({ backend = 'auto', wasm, zlib, worker, device, signal } = {}) {
+/** @type {typeof import('./hexcast.js').createMesher} */
+export async function createMesher({ backend = 'auto', wasm, worker, device, signal } = {}) {
   signal?.throwIfAborted();
   if (device) checkDevice(backend, worker);
   const connection = await connect(device ? false : worker);
   try {
-    const sources = {
-      wasm: place(wasm ?? new URL('./hexcast_bg.wasm', import.meta.url)),
-      zlib: place(zlib ?? new URL('./hexcast_zlib_bg.wasm', import.meta.url)),
-    };
-    const facts = await connection.call('open', { backend, ...sources, device }, { signal });
-    return new Mesher(connection, facts);
+    const source = place(wasm ?? new URL('./hexcast_bg.wasm', import.meta.url));
+    const facts = await connection.call(
+      'open',
+      { backend, wasm: source, device: /** @type {GPUDevice | undefined} */ (device) },
+      { signal },
+    );
+    return disposable(new Mesher(connection, facts));
   } catch (error) {
     connection.close();
     throw error;
   }
 }
 
-/** A place as workers can be told it; bytes and modules are as they are. */
+/** A place as workers can be told it; bytes and modules are as they are. @param {import('./hexcast.js').WasmSource} source */
 function place(source) {
   return source instanceof URL ? source.href : source;
 }
 
+/** @param {MesherOptions['backend']} backend @param {MesherOptions['worker']} worker */
 function checkDevice(backend, worker) {
-  if (backend === 'cpu') throw new HexcastError('job-conflict', 'a device is given, and the backend "cpu"', 'leave out one of them');
+  if (backend === 'cpu')
+    throw new HexcastError('job-conflict', 'a device is given, and the backend "cpu"', 'leave out one of them');
   if (worker !== undefined && worker !== false) {
-    throw new HexcastError('job-conflict', 'a device is given, and a worker: devices cannot leave their thread', 'leave out one of them');
+    throw new HexcastError(
+      'job-conflict',
+      'a device is given, and a worker: devices cannot leave their thread',
+      'leave out one of them',
+    );
   }
 }
 
 /** A surface in the worker. */
 class Surface {
   #connection;
+  /** @type {number | undefined} */
   #id;
 
+  /** @param {Connection} connection @param {{ surface: number, info: import('./hexcast.js').SurfaceInfo }} made */
   constructor(connection, { surface, info }) {
     this.#connection = connection;
     this.#id = surface;
     this.info = info;
   }
 
-  /** Its number there, for a connection that is the same. */
+  /** Its number there, for a connection that is the same. @param {Connection} connection */
   idFor(connection) {
     if (connection !== this.#connection || this.#id === undefined) {
-      throw new HexcastError('job-value', `surface "${this.info.file}" was disposed of or belongs to another mesher`, 'read it again');
+      throw new HexcastError(
+        'job-value',
+        `surface "${this.info.file}" was disposed of or belongs to another mesher`,
+        'read it again',
+      );
     }
     return this.#id;
   }
@@ -72,6 +95,7 @@ class Surface {
 class Mesher {
   #connection;
 
+  /** @param {Connection} connection @param {import('./core.js').Facts} facts */
   constructor(connection, { backend, adapter, fallback }) {
     this.#connection = connection;
     this.backend = backend;
@@ -79,51 +103,73 @@ class Mesher {
     this.fallback = fallback;
   }
 
+  /**
+   * @param {Exclude<GeometrySource, import('./hexcast.js').Surface>} source
+   * @param {CallOptions & { file?: string }} [options]
+   */
   async read(source, { file, ...options } = {}) {
-    return new Surface(this.#connection, await this.#read(source, file ?? source.name ?? 'geometry', options));
+    return disposable(new Surface(this.#connection, await this.#read(source, file ?? nameOf(source) ?? 'geometry', options)));
   }
 
+  /** @param {Job} job @param {import('./hexcast.js').MeshOptions} [options] */
   async mesh(job, options = {}) {
     const start = performance.now();
     const { spill = 'auto' } = options;
-    if (!['auto', true, false].includes(spill)) throw new HexcastError('job-value', `spill is ${spill}; allowed: 'auto', true, false`);
+    if (!['auto', true, false].includes(spill))
+      throw new HexcastError('job-value', `spill is ${spill}; allowed: 'auto', true, false`);
     return this.#withSurfaces(job, options, async (prepared) => {
       const readSeconds = prepared.readAny ? (performance.now() - start) / 1000 : 0;
-      const { engine, ...made } = await this.#connection.call('mesh', { ...prepared, readSeconds, spill }, options);
+      const made = await this.#connection.call('mesh', { ...prepared, readSeconds, spill }, options);
       // on the CPU from now on, where the GPU was lost for good
-      if (this.backend === 'gpu') Object.assign(this, engine);
-      return new Mesh(this.#connection, made);
+      if (this.backend === 'gpu' && 'engine' in made) Object.assign(this, made.engine);
+      return disposable(new Mesh(this.#connection, made));
     });
   }
 
+  /** @param {Job} job @param {CallOptions} [options] */
   async estimate(job, options = {}) {
     return this.#withSurfaces(job, options, (prepared) => this.#connection.call('estimate', prepared, options));
   }
 
+  /** @param {Blob | Uint8Array | ArrayBuffer} file @param {CallOptions} [options] */
   async open(file, options = {}) {
-    const bytes = file instanceof Uint8Array ? file : new Uint8Array(file instanceof Blob ? await file.arrayBuffer() : file);
-    return new Mesh(this.#connection, await this.#connection.call('openColumns', { bytes }, options));
+    // bytes are copied: the mesh reads them as long as it lives
+    const source = file instanceof Blob ? file : new Uint8Array(file instanceof ArrayBuffer ? file.slice(0) : file);
+    return disposable(new Mesh(this.#connection, await this.#connection.call('openColumns', { source }, options)));
   }
 
   dispose() {
     this.#connection.close();
     // its worker cannot any more
-    clearAside();
+    clearSpillFiles();
   }
 
   [Symbol.dispose ?? Symbol.for('Symbol.dispose')]() {
     this.dispose();
   }
 
+  /** @param {GeometrySource} source @param {string} file @param {CallOptions} options */
   #read(source, file, options) {
     const bytes = source instanceof ArrayBuffer ? new Uint8Array(source) : source;
     if (!(bytes instanceof Blob || bytes instanceof Uint8Array || bytes instanceof Float32Array)) {
-      throw new HexcastError('job-value', `the source of "${file}" is no Blob, ArrayBuffer, Uint8Array, Float32Array or Surface`, '');
+      throw new HexcastError(
+        'job-value',
+        `the source of "${file}" is no Blob, ArrayBuffer, Uint8Array, Float32Array or Surface`,
+        '',
+      );
     }
     return this.#connection.call('read', { file, source: bytes }, options);
   }
 
-  /** Reads what was not read yet, runs a call with the job as the core takes it, and frees what was read for it. */
+  /**
+   * Reads what was not read yet, runs a call with the job as the core takes it, and frees what was read for it.
+   *
+   * @template T
+   * @param {Job} job
+   * @param {CallOptions} options
+   * @param {(prepared: Prepared) => Promise<T>} run
+   * @returns {Promise<T>}
+   */
   async #withSurfaces(job, options, run) {
     const temporary = [];
     try {
@@ -131,7 +177,7 @@ class Mesher {
       const geometries = [];
       for (const [index, { source, file, ...geometry }] of (job?.geometries ?? []).entries()) {
         const isSurface = source instanceof Surface;
-        const name = file ?? (isSurface ? source.info.file : source?.name) ?? `geometry-${index + 1}`;
+        const name = file ?? (isSurface ? source.info.file : nameOf(source)) ?? `geometry-${index + 1}`;
         const id = isSurface ? source.idFor(this.#connection) : (await this.#read(source, name, options)).surface;
         if (!isSurface) temporary.push(id);
         surfaces.push(id);
@@ -144,3 +190,17 @@ class Mesher {
   }
 }
 
+/** The name of a File. @param {GeometrySource} source */
+function nameOf(source) {
+  return source instanceof File ? source.name : undefined;
+}
+
+/**
+ * The same thing, known to `using`: TypeScript does not see that a method is called `Symbol.dispose` where there is one.
+ *
+ * @template {{ dispose(): void }} T
+ * @param {T} thing
+ */
+function disposable(thing) {
+  return /** @type {T & Disposable} */ (/** @type {unknown} */ (thing));
+}

@@ -4,13 +4,29 @@ const SLAB_BYTES = 16 << 20;
 /** Bytes of a file gathered before they go into a Blob, which browsers keep on disk. */
 const BLOB_PART_BYTES = 64 << 20;
 
-const MIME = { vti: 'application/vnd.vtk.vti+xml', npy: 'application/octet-stream', raw: 'application/octet-stream', hxc: 'application/octet-stream' };
+const MIME = {
+  vti: 'application/vnd.vtk.vti+xml',
+  npy: 'application/octet-stream',
+  raw: 'application/octet-stream',
+  hxc: 'application/octet-stream',
+};
+
+/**
+ * @typedef {import('./hexcast.js').Format} Format
+ * @typedef {import('./hexcast.js').WriteOptions} WriteOptions
+ * @typedef {import('./hexcast.js').CallOptions} CallOptions
+ * @typedef {[number, number, number]} Cell
+ */
+
+/** @template {import('./core.js').Operation} K @typedef {import('./connection.js').Arguments<K>} Arguments */
 
 export class Mesh {
   #connection;
+  /** @type {number | undefined} */
   #id;
   #sizes;
 
+  /** @param {import('./connection.js').Connection} connection @param {import('./connection.js').Result<'openColumns'>} made */
   constructor(connection, { mesh, report, axis, runs, bytes, sizes }) {
     this.#connection = connection;
     this.#id = mesh;
@@ -18,53 +34,74 @@ export class Mesh {
     this.report = report;
     this.dims = report.dims;
     this.lines = { origin: report.origin, spacing: report.spacing, dims: report.dims };
-    this.columns = Object.freeze({ axis, runs, bytes, ray: (i, j) => this.#call('ray', { i, j }) });
+    this.columns = Object.freeze({
+      axis,
+      runs,
+      bytes,
+      ray: (/** @type {number} */ i, /** @type {number} */ j) => this.#call('ray', { i, j }),
+    });
   }
 
+  /**
+   * @template {import('./core.js').Operation} K
+   * @param {K} operation
+   * @param {Omit<Arguments<K>, 'mesh'>} args
+   * @param {CallOptions} [options]
+   */
   #call(operation, args, options) {
-    return this.#connection.call(operation, { mesh: this.#id, ...args }, options);
+    return this.#connection.call(operation, /** @type {Arguments<K>} */ ({ mesh: this.#id, ...args }), options);
   }
 
+  /** @param {number} x @param {number} y @param {number} z */
   flag(x, y, z) {
     return this.#call('flag', { cell: [x, y, z] });
   }
 
+  /** @param {Cell} start @param {Cell} end */
   async box(start, end) {
     return { start, end, flags: await this.#call('box', { start, end }) };
   }
 
+  /** @param {{ maxBytes?: number, signal?: AbortSignal }} [options] */
   async *slabs({ maxBytes = SLAB_BYTES, signal } = {}) {
     const boxes = await this.#call('slabs', { maxBytes });
-    const load = (at) => (at < boxes.length ? this.box([...boxes.slice(at, at + 3)], [...boxes.slice(at + 3, at + 6)]) : null);
-    let next = load(0);
-    for (let at = 0; at < boxes.length; at += 6) {
+    const cell = (/** @type {number} */ at) => /** @type {Cell} */ ([...boxes.slice(at, at + 3)]);
+    const load = (/** @type {number} */ at) => this.box(cell(at), cell(at + 3));
+    let next = boxes.length > 0 ? load(0) : null;
+    for (let at = 6; next; at += 6) {
       signal?.throwIfAborted();
       const now = await next;
-      next = load(at + 6);
+      next = at < boxes.length ? load(at) : null;
       // if the caller stops here nobody will wait for it
       next?.catch(() => {});
       yield now;
     }
   }
 
+  /** @param {0 | 1 | 2} axis @param {number} index */
   slice(axis, index, maxPixels = 2048) {
     return this.#call('slice', { axis, index, maxPixels });
   }
 
+  /** @param {{ maxQuads?: number, signal?: AbortSignal }} [options] */
   skin({ maxQuads = 2_000_000, signal } = {}) {
     return this.#call('skin', { maxQuads }, { signal });
   }
 
+  /** @param {CallOptions} [options] */
   async sha256(options) {
     return (await this.#call('sha256', { bits: false }, options)).sha256;
   }
 
+  /** @param {Format} format @param {WriteOptions} [options] */
   size(format, { compress = 0, bits = false } = {}) {
     if (compress > 0) return null;
     return this.#sizes[bits ? `${format}-bits` : format] ?? null;
   }
 
+  /** @param {Format} format @param {WriteOptions} [options] */
   stream(format, { compress = 0, bits = false, signal, onProgress } = {}) {
+    /** @type {number} */
     let encoder;
     let done = 0;
     const total = this.size(format, { compress, bits }) ?? 0;
@@ -82,7 +119,7 @@ export class Mesh {
             signal?.throwIfAborted();
             bytes = await this.#connection.call('next', { encoder });
             if (bytes === null) return controller.close();
-            if (bytes.share === undefined) break;
+            if (!('share' in bytes)) break;
             onProgress?.({ stage: 'write', done: Math.floor(bytes.share * flags), total: flags });
           }
           done += bytes.byteLength;
@@ -95,8 +132,10 @@ export class Mesh {
     );
   }
 
+  /** @param {Format} format @param {WriteOptions} [options] */
   async blob(format, options) {
     const parts = [];
+    /** @type {Uint8Array<ArrayBuffer>[]} */
     let gathered = [];
     let bytes = 0;
     for await (const piece of iterate(this.stream(format, options))) {
@@ -110,6 +149,7 @@ export class Mesh {
     return new Blob([...parts, ...gathered], { type: MIME[format] });
   }
 
+  /** @param {WriteOptions} [options] */
   async sidecar({ bits = false, signal, onProgress } = {}) {
     const { sha256, bytes } = await this.#call('sha256', { bits }, { signal, onProgress });
     return this.#call('sidecar', { bits, bytes, sha256 });
@@ -125,7 +165,12 @@ export class Mesh {
   }
 }
 
-/** Reads a stream with `for await` where streams are not iterable by themselves. */
+/**
+ * Reads a stream with `for await` where streams are not iterable by themselves.
+ *
+ * @template T
+ * @param {ReadableStream<T>} stream
+ */
 async function* iterate(stream) {
   const reader = stream.getReader();
   try {

@@ -4,22 +4,21 @@
  */
 import { readFile } from 'node:fs/promises';
 
-import { HexcastError, createMesher as create } from './hexcast.js';
+import { HexcastError } from './error.js';
+import { createMesher as create } from './hexcast.js';
 
 export { HexcastError, version } from './hexcast.js';
 
 const NO_GPU = 'Node has no GPU of its own and the npm package webgpu is not installed';
 
+/** @type {typeof import('./hexcast.js').createMesher} */
 export async function createMesher(options = {}) {
   const { backend = 'auto' } = options;
   const wasm = options.wasm ?? (await readFile(new URL('./hexcast_bg.wasm', import.meta.url)));
-  // read when it is needed
-  const zlib = options.zlib ?? (() => readFile(new URL('./hexcast_zlib_bg.wasm', import.meta.url)));
-  if (backend === 'cpu' || (await provideGpu())) return create({ ...options, wasm, zlib, worker: false });
+  if (backend === 'cpu' || (await provideGpu())) return create({ ...options, wasm, worker: false });
   if (backend === 'gpu') throw new HexcastError('no-adapter', NO_GPU, 'install webgpu beside hexcast, or use the CPU backend');
-  const mesher = await create({ ...options, backend: 'cpu', wasm, zlib, worker: false });
-  mesher.fallback = NO_GPU;
-  return mesher;
+  const mesher = await create({ ...options, backend: 'cpu', wasm, worker: false });
+  return Object.assign(mesher, { fallback: NO_GPU });
 }
 
 /** Puts `navigator.gpu` where the wasm looks for it, if the package `webgpu` is installed; false if there is none. */

@@ -11,21 +11,20 @@ addEventListener('message', async ({ data }) => {
     core.cancel(data.cancel);
     return;
   }
-  const { id, operation, args } = data;
-  try {
-    const progress = (at) => postMessage({ id, progress: at });
-    const result = operation === 'open' ? await core.open(args) : await core.run(operation, id, args, progress);
-    postMessage({ id, result }, buffers(result));
-  } catch (error) {
-    postMessage({ id, error: typeof error === 'string' ? error : String(error?.stack ?? error) });
-  }
+  const answer = await core.answer(data, (progress) => postMessage(progress));
+  postMessage(answer, { transfer: buffers(answer.result) });
 });
 
-/** The buffers of a result that was made for this answer alone. */
+/**
+ * The buffers of a result that was made for this answer alone.
+ *
+ * @param {unknown} result
+ */
 function buffers(result) {
+  /** @type {ArrayBuffer[]} */
   const found = [];
-  const look = (value) => {
-    if (ArrayBuffer.isView(value)) found.push(value.buffer);
+  const look = (/** @type {unknown} */ value) => {
+    if (ArrayBuffer.isView(value)) found.push(/** @type {ArrayBuffer} */ (value.buffer));
     else if (value && typeof value === 'object') Object.values(value).forEach(look);
   };
   look(result);

@@ -10,31 +10,26 @@
 use std::ops::{Deref, Range};
 use std::sync::{Arc, PoisonError};
 
-use super::{Band, Columns, Content, Part, Record, Spill, run_cell, run_flag};
+use super::part::Part;
+use super::run::{Band, run_cell, run_flag};
+use super::stored::{Record, Stored};
+use super::{Columns, Content};
 use crate::error::Result;
 use crate::parallel::*;
 
-/// The stretch that was taken last.
-#[derive(Default)]
-pub(super) struct Clip {
-    taken: Option<(Range<u32>, Arc<Columns>)>,
-    /// Whether not even one slab fits.
-    is_hopeless: bool,
-}
-
 /// Columns, or a stretch of them in memory.
-pub(crate) enum Near<'a> {
+pub(crate) enum SlabColumns<'a> {
     Whole(&'a Columns),
-    Stretch(Arc<Columns>),
+    Stretch(Columns),
 }
 
-impl Deref for Near<'_> {
+impl Deref for SlabColumns<'_> {
     type Target = Columns;
 
     fn deref(&self) -> &Columns {
         match self {
-            Near::Whole(columns) => columns,
-            Near::Stretch(columns) => columns,
+            SlabColumns::Whole(columns) => columns,
+            SlabColumns::Stretch(columns) => columns,
         }
     }
 }
@@ -45,47 +40,50 @@ impl Columns {
     ///
     /// # Errors
     /// `io` where the columns are in a store that fails.
-    pub(crate) fn near(&self, along: &Range<u32>) -> Result<Near<'_>> {
+    pub(crate) fn near(&self, along: &Range<u32>) -> Result<SlabColumns<'_>> {
         // along x and y a slab needs few rays or all of them whole
-        let Content::Spilled { spill, records, .. } = &self.content else { return Ok(Near::Whole(self)) };
+        let Content::Spilled { stored, records, .. } = &self.content else { return Ok(SlabColumns::Whole(self)) };
         if self.rays.axis != 2 {
-            return Ok(Near::Whole(self));
+            return Ok(SlabColumns::Whole(self));
         }
-        let mut clip = spill.clip.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut clip = stored.clip.lock().unwrap_or_else(PoisonError::into_inner);
         let mut likely = self.rays.depth;
-        if let Some((range, columns)) = &clip.taken {
+        if let Some((range, parts)) = &clip.taken {
             if range.start <= along.start && along.end <= range.end {
-                return Ok(Near::Stretch(columns.clone()));
+                return Ok(self.stretch(parts.clone()));
             }
             likely = 2 * (range.end - range.start).max(1);
-            // who looks back is late, unless another walk begins
+            // requests before the cached range bypass the cache, except those for the first cell
             if along.start < range.start && along.start > 0 {
-                return Ok(Near::Whole(self));
+                return Ok(SlabColumns::Whole(self));
             }
         }
-        if clip.is_hopeless {
-            return Ok(Near::Whole(self));
+        if clip.slab_exceeds_budget {
+            return Ok(SlabColumns::Whole(self));
         }
         clip.taken = None;
         let end = along.start.saturating_add(likely).clamp(along.end, self.rays.depth);
-        match take(spill, records, along, end)? {
+        match take(stored, records, along, end)? {
             Some((range, parts)) => {
-                let columns = Columns { rays: self.rays, content: Content::Held(parts), odd_rays: 0, n_crossings: 0 };
-                let columns = Arc::new(columns);
-                clip.taken = Some((range, columns.clone()));
-                Ok(Near::Stretch(columns))
+                let parts = Arc::new(parts);
+                clip.taken = Some((range, parts.clone()));
+                Ok(self.stretch(parts))
             }
             None => {
-                clip.is_hopeless = true;
-                Ok(Near::Whole(self))
+                clip.slab_exceeds_budget = true;
+                Ok(SlabColumns::Whole(self))
             }
         }
+    }
+
+    fn stretch(&self, parts: Arc<Vec<Part>>) -> SlabColumns<'_> {
+        SlabColumns::Stretch(Columns { rays: self.rays, content: Content::Held(parts), odd_rays: 0, n_crossings: 0 })
     }
 }
 
 /// Reads the store once and keeps the cells along the rays from the first of `least` on up to `end`, or as many of them as fit.
 fn take(
-    spill: &Spill,
+    stored: &Stored,
     records: &[Record],
     least: &Range<u32>,
     mut end: u32,
@@ -93,9 +91,9 @@ fn take(
     let mut parts: Vec<Part> = Vec::new();
     let bytes = |parts: &[Part]| parts.iter().map(Part::n_bytes).sum::<u64>();
     for batch in records.chunks(2 * current_num_threads()) {
-        let read = |record: &Record| Ok(spill.read(record)?.clipped(&(least.start..end)));
+        let read = |record: &Record| Ok(stored.read(record)?.clipped(&(least.start..end)));
         parts.extend(batch.par_iter().map(read).collect::<Result<Vec<Part>>>()?);
-        while bytes(&parts) > spill.room {
+        while bytes(&parts) > stored.room {
             if end == least.end {
                 return Ok(None);
             }
@@ -129,8 +127,8 @@ mod tests {
     use std::sync::atomic::{AtomicU64, Ordering};
 
     use super::*;
-    use crate::columns::spill::tests::Memory;
-    use crate::columns::{Growing, Store, run};
+    use crate::columns::store::tests::Memory;
+    use crate::columns::{Growing, Head, Store, run};
     use crate::control::Control;
     use crate::lines::Lines;
     use crate::mesh::Mesh;
@@ -177,9 +175,12 @@ mod tests {
 
     fn mesh(max_bytes: u64, store: Option<Arc<dyn Store>>) -> Mesh {
         let dims = [SIDE, SIDE, DEPTH];
-        let mut growing = Growing::new(Rays::new(2, dims), max_bytes, store);
+        let (rays, lines) = (Rays::new(2, dims), Lines::new([0.0; 3], [1.0; 3], dims).unwrap());
+        let head = Head { identity: None, rays, zlib: false, lines, unit: None, names: vec![] };
+        let head = head.encode().unwrap();
+        let mut growing = Growing::new(rays, max_bytes, store.map(|store| (head, store)));
         bands().into_iter().for_each(|band| growing.push(vec![band]).unwrap());
-        Mesh::new(Lines::new([0.0; 3], [1.0; 3], dims).unwrap(), growing.finish(), vec![], None).unwrap()
+        Mesh::new(lines, growing.finish(), vec![], None).unwrap()
     }
 
     fn walked(mesh: &Mesh, slab_bytes: usize) -> Vec<u8> {

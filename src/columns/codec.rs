@@ -1,10 +1,10 @@
 //! Runs as bytes: pieces of some rays as three lists of small numbers, as the column file and the spill hold them.
 //!
-//! The layout is that of the content of a piece in [`crate::write::column_file`].
+//! The layout is that of the content of a piece in [`super::file`].
 
 use std::ops::Range;
 
-use super::{Band, run, run_cell, run_flag};
+use super::run::{Band, run, run_cell, run_flag};
 
 /// The most rays and runs of a piece, unless a single ray has more runs.
 pub(crate) const PIECE_RAYS: u32 = 1 << 16;

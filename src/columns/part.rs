@@ -5,8 +5,7 @@
 //! [`BLOCK`] - 1 bytes, those of the next ray by adding one.
 //! Cost in memory: 4 bytes a run and 1.07 bytes a ray.
 
-use super::Band;
-use super::run_cell;
+use super::run::{Band, run_cell, run_flag};
 use crate::parallel::*;
 
 /// Rays of a block.
@@ -119,7 +118,7 @@ impl Part {
         for runs in self.rays_from(0) {
             let mut end = depth;
             for &run in runs.iter().rev() {
-                cells[usize::from(super::run_flag(run))] += u64::from(end - run_cell(run));
+                cells[usize::from(run_flag(run))] += u64::from(end - run_cell(run));
                 end = run_cell(run);
             }
         }

@@ -20,13 +20,15 @@ pub(super) struct Expected {
     pub(super) strip_facets: f64,
     /// (facet, bin) pairs of the GPU backend, at most: bins under the boxes of the facets.
     pub(super) bin_facets: f64,
+    /// Facets with a ray under their boxes.
+    pub(super) facets: f64,
 }
 
 impl Expected {
     pub(super) fn new(geometries: &[Geometry], lines: &Lines, rays: &Rays) -> Expected {
         let strip = [f64::from(rays.counts[0]), f64::from(cpu::rows_of_strip(rays))];
-        let add = |a: [f64; 4], b: [f64; 4]| [0, 1, 2, 3].map(|k| a[k] + b[k]);
-        let mut sum = [0.0; 4];
+        let add = |a: [f64; 5], b: [f64; 5]| [0, 1, 2, 3, 4].map(|k| a[k] + b[k]);
+        let mut sum = [0.0; 5];
         for geometry in geometries {
             let placing = geometry.placing();
             let project = |corner: [f32; 3]| {
@@ -42,15 +44,15 @@ impl Expected {
                 } else {
                     [0.0; 2]
                 };
-                [crossings, runs, pairs[0], pairs[1]]
+                [crossings, runs, pairs[0], pairs[1], f64::from(u8::from(pairs[1] > 0.0))]
             };
             // blocks of fixed size, so that the number of threads does not change the last bits
-            let of_block = |block: &[Facet]| block.iter().map(of_facet).fold([0.0; 4], add);
-            let blocks: Vec<[f64; 4]> = geometry.facets.par_chunks(4096).map(of_block).collect();
+            let of_block = |block: &[Facet]| block.iter().map(of_facet).fold([0.0; 5], add);
+            let blocks: Vec<[f64; 5]> = geometry.facets.par_chunks(4096).map(of_block).collect();
             sum = blocks.into_iter().fold(sum, add);
         }
-        let [crossings, runs, strip_facets, bin_facets] = sum;
-        Expected { crossings, runs, strip_facets, bin_facets }
+        let [crossings, runs, strip_facets, bin_facets, facets] = sum;
+        Expected { crossings, runs, strip_facets, bin_facets, facets }
     }
 }
 

@@ -6,10 +6,9 @@
 //! Weakness: rays are taken to be as crowded everywhere as half again the mean; buffers that turn out too small are
 //! doubled by the GPU backend without asking.
 
-use super::Estimate;
-use crate::cast::sizes::{
-    self, BANDS_IN_FLIGHT, BandSize, Capacity, FIRST_BAND, MAX_LAYERS, MOST_BAND, layers, whole_bins,
-};
+use super::costs::Estimate;
+use super::device::{BIN, IN_FLIGHT, UNEVEN};
+use crate::cast::sizes::{MOST_BAND, whole_bins};
 use crate::cpu;
 use crate::error::{Error, MORE_MEMORY, Result};
 use crate::job::ByteSize;
@@ -68,12 +67,6 @@ const LEAST_COLUMNS: u64 = 1 << 20;
 /// Rays of a piece in the store at least, on average, and bytes of its record.
 const PIECE_RAYS: u64 = 1 << 15;
 const RECORD_BYTES: u64 = 64;
-/// How much more crowded some rays are than others.
-const UNEVEN: f64 = 1.5;
-/// Ray rows of a row of bins on the GPU: no band takes less.
-const BIN: u64 = sizes::BIN as u64;
-/// Bands on the device at once.
-const IN_FLIGHT: u64 = BANDS_IN_FLIGHT as u64;
 
 /// Bytes of flags to write at a time within a budget: two of these slabs are held, beside the columns.
 pub fn slab_bytes(max_bytes: u64) -> u64 {
@@ -197,7 +190,7 @@ impl Work<'_> {
         }
         let in_flight = IN_FLIGHT.min(estimate.rows().div_ceil(rows)) as f64;
         // what is read back comes by a buffer that the host can see
-        let places = places(estimate) / estimate.rays as f64 * uneven;
+        let places = estimate.places() / estimate.rays as f64 * uneven;
         let staging = in_flight * rays * (1.0 + 16.0 * places);
         let shared = if self.device == Device::Shared { estimate.device_bytes_of(rows) } else { 0 };
         (unpacked + staging) as u64 + shared
@@ -251,50 +244,6 @@ fn too_little(estimate: &Estimate, allowed: &Allowed, needed: u64) -> Error {
         (_, true) => format!("allow {needed_text} with max_memory (--max-memory), or mesh fewer facets"),
     };
     Error::new("memory", message, hint)
-}
-
-/// Places of four runs on a GPU: each ray that has runs begins a new one.
-fn places(estimate: &Estimate) -> f64 {
-    (estimate.runs + 2 * estimate.rays.min(estimate.runs / 2)) as f64 / 4.0
-}
-
-/// Bytes of GPU buffers of a mesh in bands of at most so many ray rows: those of the bands in flight.
-///
-/// A first band gets what `Capacity::first` says. One that needs more tiles or places runs again with an eighth more than it needs,
-/// and the bands after it get as much.
-pub(super) fn device_bytes(estimate: &Estimate, most_rows: u64) -> u64 {
-    let (n_i, n_j) = (estimate.rays_across(), estimate.rows());
-    let first_rows = whole_bins(FIRST_BAND / n_i).min(most_rows).min(n_j);
-    if first_rows == n_j {
-        return band_bytes(estimate, n_j);
-    }
-    let rows = whole_bins(MOST_BAND / n_i).min(most_rows).min(n_j.div_ceil(2)).max(first_rows);
-    IN_FLIGHT.min(n_j.div_ceil(first_rows)) * band_bytes(estimate, rows)
-}
-
-/// Bytes of the buffers of a band.
-fn band_bytes(estimate: &Estimate, rows: u64) -> u64 {
-    let (n_i, n_j) = (estimate.rays_across(), estimate.rows());
-    let n_chunks = rows * n_i.div_ceil(BIN);
-    let uneven = if rows == n_j { 1.0 } else { UNEVEN };
-    let share = |n: u64| (n as f64 * rows as f64 / n_j as f64 * uneven).min(n as f64) as u64;
-    let per_ray = estimate.crossings as f64 / estimate.rays as f64;
-    let n_facets = estimate.facets.min(share(estimate.pairs));
-    let first = Capacity::first(&BandSize {
-        n_facets,
-        n_box_bins: share(estimate.pairs),
-        n_crossings: share(estimate.crossings),
-        n_rays: rows * n_i,
-        n_bins: rows.div_ceil(BIN) * n_i.div_ceil(BIN),
-        n_chunks,
-        n_layers: layers(UNEVEN * per_ray),
-    });
-    // rays with more crossings than that in a layer are deep: two words a crossing
-    let is_deep = per_ray > f64::from(4 * MAX_LAYERS);
-    let n_tiles = share(estimate.pairs.min(estimate.crossings)) * 9 / 8;
-    let n_places = if is_deep { 0 } else { share(places(estimate) as u64) * 9 / 8 };
-    let needed = first.max(Capacity { n_tiles, n_places, ..Capacity::default() });
-    needed.n_bytes() + if is_deep { 8 * share(estimate.crossings) } else { 0 }
 }
 
 #[cfg(test)]

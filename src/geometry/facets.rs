@@ -6,7 +6,8 @@
 use std::ops::{Deref, Range};
 use std::sync::Arc;
 
-use super::Facet;
+/// One triangular facet: three corners of three coordinates, in the order of the file.
+pub type Facet = [[f32; 3]; 3];
 
 /// A part of a shared list of facets; reads like a slice.
 #[derive(Clone, Default)]

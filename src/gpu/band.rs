@@ -14,7 +14,7 @@ use super::layout::{BandFacets, Params};
 use super::passes::{Passes, Profile};
 use super::pool::{BufferPool, Pooled};
 use super::readback::{Pending, Staging, elements};
-use super::runs::{DEEP, DeepRows, LEFT, Raw, Returned, left};
+use super::runs::{DEEP, DeepRows, LEFT, Raw, Returned};
 use crate::cast::Cast;
 use crate::cast::sizes::{BIN, BandSize, Capacity, MAX_LAYERS};
 use crate::columns::Band;
@@ -162,91 +162,61 @@ impl<'a> Worker<'a> {
     }
 
     /// Waits for a band, lets the CPU cast what no kernel could, and checks the rest.
-    pub(crate) async fn complete(&mut self, mut launched: Launched) -> Result<Outcome> {
-        let raw = match launched.totals.take() {
-            Some(totals) => match self.raw(&mut launched, totals).await? {
-                Ok(raw) => raw,
-                Err(outcome) => return Ok(outcome),
-            },
-            None => self.raw_of_deep(&launched).await?,
-        };
-        let Launched { params, .. } = launched;
-        let mut flags = vec![0];
-        flags.extend(&self.cast.frame.ranks.flag_of_rank);
-        let left = left(&raw.chunks, &raw.deep);
-        let bands = cpu::windows(&self.cast, &left.iter().map(|&chunk| window(&params, chunk)).collect::<Vec<_>>());
-        let cast_again: Vec<(usize, Band)> = left.into_iter().zip(bands).collect();
-        let n_deep = raw.deep.rows.len() as u64 / 16;
-        let n_left = cast_again.iter().map(|(_, band)| band.ends.len() as u64).sum();
-        let band = match (Returned { params: &params, raw: &raw, cast_again: &cast_again, flags: &flags }).band() {
-            Ok(band) => band,
-            Err(fault) => return Ok(wrong(&params, &fault)),
-        };
-        let sampled = cpu::windows(&self.cast, &sample(&params));
-        let n_sampled = sampled.iter().map(|band| band.ends.len() as u64).sum();
-        Ok(match differing(&band, &sampled) {
-            0 => Outcome::Done(band, [n_sampled, n_deep, n_left]),
-            n => {
-                let what = format!("{n} of {n_sampled} rays of a sample have other cells than the CPU finds");
-                Outcome::Wrong(what, [n_sampled, n])
-            }
-        })
-    }
-
-    /// What the kernels found, or what has to become of the band before they can.
-    async fn raw(&mut self, launched: &mut Launched, totals: Pending<3>) -> Result<std::result::Result<Raw, Outcome>> {
-        let Launched { params, facets, .. } = launched;
+    pub(crate) async fn complete(&mut self, launched: Launched) -> Result<Outcome> {
+        let Launched { params, mut facets, totals, .. } = launched;
         let n_chunks = params.n_chunks();
+        let Some(totals) = totals else { return self.complete_deep(&params, &facets).await };
         let [tiles, hits, totals] = self.staging.words(self.context.opened, totals).await?;
         let (n_tiles, n_places, n_deep) = (u64::from(tiles[0]), u64::from(totals[0]), u64::from(totals[1]));
         if n_deep > n_chunks {
-            return Ok(Err(wrong(params, &format!("{n_deep} rows of {n_chunks} are deep"))));
+            return Ok(wrong(&params, &format!("{n_deep} rows of {n_chunks} are deep")));
         }
-        if self.has_outgrown(Capacity { n_tiles, n_places, ..Capacity::default() }) {
-            return Ok(Err(Outcome::Again));
-        }
-        // where many rows are too crowded, more layers may help
-        let n_layers = facets.n_layers();
-        if n_deep > n_chunks / 16 && n_layers < MAX_LAYERS && self.forced.layers.is_none() {
-            facets.part(&self.cast, 4 * n_layers);
-            if facets.n_layers() > n_layers {
-                self.least_layers = 4 * n_layers;
-                return Ok(Err(Outcome::Again));
-            }
+        if self.has_outgrown(Capacity { n_tiles, n_places, ..Capacity::default() })
+            || n_deep > n_chunks / 16 && self.gets_more_layers(&mut facets)
+        {
+            return Ok(Outcome::Again);
         }
         let deep =
-            if n_deep == 0 { DeepRows::default() } else { self.deep_rows(*params, facets, n_deep, true).await? };
-        let (chunks, places) = self.chunks_and_places(n_chunks, n_places).await?;
-        Ok(Ok(Raw {
-            chunks,
-            places,
-            n_lost: totals[2].into(),
-            n_unused: totals[3] as usize,
-            n_hits: Some(hits[0]),
-            deep,
-        }))
+            if n_deep == 0 { DeepRows::default() } else { self.deep_rows(params, &facets, n_deep, true).await? };
+        let Some(buffers) = self.buffers.take() else { unreachable!("the band has run") };
+        let encoder = self.context.opened.device.create_command_encoder(&Default::default());
+        let parts = [buffers.chunks.first(n_chunks), buffers.runs.first(n_places)];
+        let pending = self.staging.submit(self.context.opened, encoder, parts);
+        self.buffers = Some(buffers);
+        let cast = self.cast;
+        let finish = |[chunks, places]: [&[u8]; 2]| {
+            let (chunks, places) = (elements(chunks), elements(places));
+            let (n_lost, n_unused) = (totals[2].into(), totals[3] as usize);
+            let raw = Raw { chunks: &chunks, places: &places, n_lost, n_unused, n_hits: Some(hits[0]), deep: &deep };
+            finish(&cast, &params, &raw)
+        };
+        self.staging.parts(self.context.opened, pending, finish).await
     }
 
-    /// What the deep kernels found, where all rows are deep.
-    async fn raw_of_deep(&mut self, Launched { params, facets, .. }: &Launched) -> Result<Raw> {
+    /// The same where all rows are deep.
+    async fn complete_deep(&mut self, params: &Params, facets: &BandFacets) -> Result<Outcome> {
         let n_chunks = params.n_chunks();
         let deep = if facets.len() == 0 {
             DeepRows { offsets: vec![0; n_chunks as usize + 1], rows: vec![0; 16 * n_chunks as usize], events: vec![] }
         } else {
             self.deep_rows(Params { all_deep: 1, ..*params }, facets, n_chunks, true).await?
         };
-        let chunks = (0..n_chunks as u32).map(|index| [index, DEEP]).collect();
-        Ok(Raw { chunks, places: vec![], n_lost: 0, n_unused: 0, n_hits: None, deep })
+        let chunks: Vec<[u32; 2]> = (0..n_chunks as u32).map(|index| [index, DEEP]).collect();
+        let raw = Raw { chunks: &chunks, places: &[], n_lost: 0, n_unused: 0, n_hits: None, deep: &deep };
+        Ok(finish(&self.cast, params, &raw))
     }
 
-    async fn chunks_and_places(&mut self, n_chunks: u64, n_places: u64) -> Result<(Vec<[u32; 2]>, Vec<u32>)> {
-        let Some(buffers) = self.buffers.take() else { unreachable!("the band has run") };
-        let encoder = self.context.opened.device.create_command_encoder(&Default::default());
-        let parts = [buffers.chunks.first(n_chunks), buffers.runs.first(n_places)];
-        let pending = self.staging.submit(self.context.opened, encoder, parts);
-        self.buffers = Some(buffers);
-        let copy = |[chunks, places]: [&[u8]; 2]| (elements(chunks).into_owned(), elements(places).into_owned());
-        self.staging.parts(self.context.opened, pending, copy).await
+    /// Whether a band of which many rows are too crowded can be parted into more layers; that counts for the bands after it, too.
+    fn gets_more_layers(&mut self, facets: &mut BandFacets) -> bool {
+        let n_layers = facets.n_layers();
+        if n_layers >= MAX_LAYERS || self.forced.layers.is_some() {
+            return false;
+        }
+        facets.part(&self.cast, 4 * n_layers);
+        if facets.n_layers() > n_layers {
+            self.least_layers = 4 * n_layers;
+        }
+        facets.n_layers() > n_layers
     }
 
     /// Casts and maps `n_rows` deep rows: against facets that are on the device, or all in batches. What is too much for the device is
@@ -373,6 +343,30 @@ impl<'a> Worker<'a> {
         let Context { opened, kernels, is_software, .. } = self.context;
         let encoder = opened.device.create_command_encoder(&Default::default());
         Passes { opened, kernels, is_software, encoder, profile: self.profile.as_mut() }
+    }
+}
+
+/// Puts what the device returned in order, casts what it left, and checks all.
+fn finish(cast: &Cast, params: &Params, raw: &Raw) -> Outcome {
+    let mut flags = vec![0];
+    flags.extend(&cast.frame.ranks.flag_of_rank);
+    let left = raw.left();
+    let bands = cpu::windows(cast, &left.iter().map(|&chunk| window(params, chunk)).collect::<Vec<_>>());
+    let cast_again: Vec<(usize, Band)> = left.into_iter().zip(bands).collect();
+    let n_deep = raw.deep.rows.len() as u64 / 16;
+    let n_left = cast_again.iter().map(|(_, band)| band.ends.len() as u64).sum();
+    let band = match (Returned { params, raw, cast_again: &cast_again, flags: &flags }).band() {
+        Ok(band) => band,
+        Err(fault) => return wrong(params, &fault),
+    };
+    let sampled = cpu::windows(cast, &sample(params));
+    let n_sampled = sampled.iter().map(|band| band.ends.len() as u64).sum();
+    match differing(&band, &sampled) {
+        0 => Outcome::Done(band, [n_sampled, n_deep, n_left]),
+        n => {
+            let what = format!("{n} of {n_sampled} rays of a sample have other cells than the CPU finds");
+            Outcome::Wrong(what, [n_sampled, n])
+        }
     }
 }
 

@@ -46,7 +46,8 @@ mod tests {
 
     #[test]
     fn a_sample_is_spread_over_its_band() {
-        for (rows, n_i, n) in [(0..1024, 1024, 512), (8..9, 5, 1), (0..40, 2, 8), (100..4196, 1, 16), (0..3, 17, 8)] {
+        for (rows, n_i, n) in [(0..1024, 1024u32, 512), (8..9, 5, 1), (0..40, 2, 8), (100..4196, 1, 16), (0..3, 17, 8)]
+        {
             let n_across = n_i.div_ceil(BIN);
             let (first_row, end_row) = (rows.start, rows.end);
             let params = Params { n_i, n_across, first_row, end_row, ..bytemuck::Zeroable::zeroed() };

@@ -26,24 +26,24 @@ const MOST_RUNS: usize = 2 * PLACE;
 const ROWS: usize = 16;
 
 /// What a device returned of a band, unchecked.
-pub(crate) struct Raw {
+pub(crate) struct Raw<'a> {
     /// Two words a chunk, `n_across` chunks a ray row.
-    pub(crate) chunks: Vec<[u32; 2]>,
+    pub(crate) chunks: &'a [[u32; 2]],
     /// Places of four words that the segments lie in.
-    pub(crate) places: Vec<u32>,
+    pub(crate) places: &'a [u32],
     /// Crossings of rows that are not deep and begin no run.
     pub(crate) n_lost: u64,
     /// Places that were given to rows before they turned out to be deep.
     pub(crate) n_unused: usize,
     /// Rays that all facets hit, as the lattice has counted them, modulo 2^32.
     pub(crate) n_hits: Option<u32>,
-    pub(crate) deep: DeepRows,
+    pub(crate) deep: &'a DeepRows,
 }
 
 /// A band to be put in order.
 pub(crate) struct Returned<'a> {
     pub(crate) params: &'a Params,
-    pub(crate) raw: &'a Raw,
+    pub(crate) raw: &'a Raw<'a>,
     /// Chunks that the CPU has cast, in order.
     pub(crate) cast_again: &'a [(usize, Band)],
     /// Flag of each code of a run: rank + 1, or 0.
@@ -87,12 +87,14 @@ struct Counts {
     n_crossings: u64,
 }
 
-/// Chunks that no kernel could decide.
-pub(crate) fn left(chunks: &[[u32; 2]], deep: &DeepRows) -> Vec<usize> {
-    let is_left = |&(_, &[index, counts]): &(usize, &[u32; 2])| {
-        counts == DEEP && deep.rows.get(16 * index as usize).is_none_or(|&first| first == LEFT)
-    };
-    chunks.iter().enumerate().filter(is_left).map(|(chunk, _)| chunk).collect()
+impl Raw<'_> {
+    /// Chunks that no kernel could decide.
+    pub(crate) fn left(&self) -> Vec<usize> {
+        let is_left = |&(_, &[index, counts]): &(usize, &[u32; 2])| {
+            counts == DEEP && self.deep.rows.get(16 * index as usize).is_none_or(|&first| first == LEFT)
+        };
+        self.chunks.iter().enumerate().filter(is_left).map(|(chunk, _)| chunk).collect()
+    }
 }
 
 impl<'a> Returned<'a> {
@@ -235,7 +237,7 @@ impl<'a> Returned<'a> {
                 for (ray, end) in ends.iter_mut().enumerate() {
                     let start = at;
                     match &chunk {
-                        Chunk::Segments => at = copy_segments(&self.raw.places, &mut segments, ray, out, at),
+                        Chunk::Segments => at = copy_segments(self.raw.places, &mut segments, ray, out, at),
                         Chunk::Deep(row) => {
                             let first = row[ray] as usize;
                             let runs = &self.raw.deep.events[first..first + row[8 + ray] as usize];

@@ -52,6 +52,7 @@ fn what_is_no_toml_or_json_is_a_syntax_error() {
     }
     for text in ["{", "", "{} {}", r#"{"cells": NaN}"#] {
         assert_eq!(Job::from_json(text).unwrap_err().code(), "job-syntax", "{text}");
+        assert_eq!(Job::from_plain_json(text).unwrap_err().code(), "job-syntax", "{text}");
     }
 }
 
@@ -77,8 +78,10 @@ fn unknown_keys_and_wrong_types_name_the_key() {
     ];
     for (value, key, said) in cases {
         let text = value.to_string();
-        for error in [Job::from_json(&text), Job::from_toml(&toml::to_string(&value).unwrap())].map(Result::unwrap_err)
-        {
+        let plain = Job::from_plain_json(&text);
+        assert!(!plain.clone().unwrap_err().to_string().contains("line"), "{plain:?}");
+        let toml = toml::to_string(&value).unwrap();
+        for error in [Job::from_json(&text), plain, Job::from_toml(&toml)].map(Result::unwrap_err) {
             let message = error.to_string();
             assert_eq!(error.code(), "job-value", "{text}: {message}");
             assert!(message.starts_with(key) && message.contains(said), "{text}: {message}");

@@ -1,10 +1,9 @@
 //! Which geometries got no cell: thinner than the cells, outside the domain, or covered by others.
 
-use super::Prepared;
+use super::task::Prepared;
 use crate::cast::Cast;
 use crate::control::Control;
 use crate::cpu;
-use crate::digits::Number;
 use crate::domain::{BoundingBox, Domain};
 use crate::frame::Frame;
 use crate::job::Rule;
@@ -36,8 +35,8 @@ pub(super) fn geometries_without_cells(
                  look at its place in the domain and at the priorities",
                 geometry.name,
                 geometry.flag,
-                Number(high[axis] - low[axis]),
-                Number(prepared.lines.spacing[axis]),
+                high[axis] - low[axis],
+                prepared.lines.spacing[axis],
             ));
         }
     }

@@ -2,10 +2,10 @@
 
 use sha2::{Digest, Sha256};
 
-use super::engine::Casting;
-use super::{Aside, DEFAULT_MAX_BYTES, Engine, Prepared, Task};
+use super::engine::{Casting, Engine};
+use super::task::{Aside, DEFAULT_MAX_BYTES, Prepared, Task};
 use crate::cast::Cast;
-use crate::columns::Growing;
+use crate::columns::{Growing, Head, Named};
 use crate::cpu;
 use crate::error::Result;
 use crate::estimate::{Allowed, Device, Estimate, Plan};
@@ -43,29 +43,36 @@ impl Room {
         Casting { cast, most_rows: self.0.most_rows, most_strips: self.0.most_strips }
     }
 
-    /// Columns without rays yet, or with those that were kept; `identity` stands for what is meshed.
+    /// Columns without rays yet, or with those that were kept of the same job.
     ///
     /// # Errors
-    /// Those of [`Growing::keeping`].
-    #[cfg_attr(target_arch = "wasm32", expect(unused_variables, reason = "wasm keeps nothing"))]
+    /// Those of [`Growing::keeping`] and [`Head::encode`].
     pub(super) fn growing(
         &self,
-        aside: &Aside,
+        task: &Task,
         prepared: &Prepared,
-        identity: impl FnOnce() -> [u8; 32],
+        names: &[Named],
+        inputs: &[InputReport],
     ) -> Result<Growing> {
-        match aside {
-            Aside::Nowhere => Ok(Growing::new(prepared.rays, self.0.columns, None)),
-            Aside::Spill(store) => Ok(Growing::new(prepared.rays, self.0.columns, Some(store.clone()))),
-            #[cfg(not(target_arch = "wasm32"))]
-            Aside::Keep(store) => Growing::keeping(prepared.rays, self.0.columns, store.clone(), &identity()),
+        let identity = || identity(task.job, prepared, inputs);
+        let head = |identity: Option<[u8; 32]>| {
+            // a job is the same in another unit
+            let unit = task.job.unit.clone().filter(|_| identity.is_none());
+            let (lines, names) = (prepared.lines, names.to_vec());
+            Head { identity, rays: prepared.rays, zlib: false, lines, unit, names }.encode()
+        };
+        let (rays, max_bytes) = (prepared.rays, self.0.columns);
+        match &task.aside {
+            Aside::Nowhere => Ok(Growing::new(rays, max_bytes, None)),
+            Aside::Spill(store) => Ok(Growing::new(rays, max_bytes, Some((head(None)?, store.clone())))),
+            Aside::Keep(store) => Growing::keeping(rays, max_bytes, head(Some(identity()))?, store.clone()),
         }
     }
 }
 
 /// Stands for everything that decides the columns: the version, the job but for who does it in how much memory, the bytes
 /// of its files, the lines and the rays.
-pub(super) fn identity(job: &Job, prepared: &Prepared, inputs: &[InputReport]) -> [u8; 32] {
+fn identity(job: &Job, prepared: &Prepared, inputs: &[InputReport]) -> [u8; 32] {
     let job = Job { backend: BackendChoice::Auto, max_memory: None, unit: None, ..job.clone() };
     let files: Vec<&str> = inputs.iter().map(|input| input.sha256.as_str()).collect();
     let facts = [

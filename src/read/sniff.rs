@@ -7,7 +7,9 @@
 //!
 //! Cost: at most [`HEAD`] bytes are looked at.
 
-use super::{Format, stl_binary};
+use super::contents::{Format, empty};
+use super::stl_binary;
+use super::text::{excerpt, without_mark};
 use crate::error::{Error, Result};
 
 /// How many bytes of a file decide; less where the file is shorter.
@@ -54,35 +56,6 @@ pub(super) fn format(head: &[u8], n_bytes: u64) -> Result<Format> {
         return Err(Error::new("stl-not-stl", message, "copy or export the file again"));
     }
     Ok(Format::StlBinary)
-}
-
-/// The error of a file without facets.
-pub(super) fn empty(message: &str) -> Error {
-    Error::new("stl-empty", message, "export the model again; a mesh needs at least one facet")
-}
-
-/// Strips a UTF-8 byte order mark.
-pub(super) fn without_mark(bytes: &[u8]) -> &[u8] {
-    bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
-}
-
-/// The beginning of the first line, fit to be shown in a message.
-pub(super) fn excerpt(line: &[u8]) -> String {
-    let line = line.split(|byte| matches!(byte, b'\n' | b'\r')).next().unwrap_or_default();
-    let shown = String::from_utf8_lossy(&line[..line.len().min(120)]);
-    let mut short = String::new();
-    for character in shown.trim().chars().take(40) {
-        match character {
-            '\0' => short.push_str("\\0"),
-            '"' | '\'' | '\\' => short.extend(['\\', character]),
-            _ if character.is_control() => short.extend(character.escape_default()),
-            _ => short.push(character),
-        }
-    }
-    if shown.trim().chars().count() > 40 {
-        short.push_str("...");
-    }
-    short
 }
 
 fn is_control(byte: u8) -> bool {

@@ -14,7 +14,8 @@
 //! any text for the numbers of a normal, bytes of value 0 or 26 behind the last solid. Numbers are rounded to the
 //! nearest f32. A line may be [`MAX_LINE`] bytes long, so that garbage cannot fill the memory.
 
-use super::{Contents, Format, Solid, Tally, Warnings, decimal, reserve, sniff};
+use super::contents::{self, Contents, Format, Solid, Tally, Warnings, reserve};
+use super::text;
 use crate::error::{Error, Result};
 use crate::geometry::{Facet, SharedFacets};
 
@@ -100,7 +101,7 @@ impl Parser {
         }
         let n_facets = self.facets.len() as u64;
         if n_facets == 0 {
-            return Err(sniff::empty(&format!("no facet in {} lines of ASCII STL", self.line)));
+            return Err(contents::empty(&format!("no facet in {} lines of ASCII STL", self.line)));
         }
         let (names, starts): (Vec<String>, Vec<usize>) = self.solids.into_iter().unzip();
         let parts = SharedFacets::cut(self.facets, &starts);
@@ -139,7 +140,7 @@ impl Parser {
         if line.len() > MAX_LINE {
             return Err(self.too_long());
         }
-        let line = if self.line == 1 { sniff::without_mark(line) } else { line };
+        let line = if self.line == 1 { text::without_mark(line) } else { line };
         let (word, rest) = first_word(line);
         if word.is_empty() { Ok(()) } else { self.statement(Keyword::of(word), rest, line) }
     }
@@ -184,7 +185,7 @@ impl Parser {
     fn end_solid(&mut self) {
         self.expect = Expect::Solid;
         if let Some((name, _)) = self.solids.pop_if(|(_, start)| *start == self.facets.len()) {
-            let name = sniff::excerpt(name.as_bytes());
+            let name = text::excerpt(name.as_bytes());
             self.warnings.push(format!("line {}: solid \"{name}\" without facets left out", self.solid_line));
         }
     }
@@ -208,7 +209,7 @@ impl Parser {
         let mut numbers = [0.0; 3];
         for axis in 0..3 {
             let (word, behind) = first_word(rest);
-            numbers[axis] = match decimal::parse(word) {
+            numbers[axis] = match number(word) {
                 Some(value) if value.is_finite() => value,
                 found => return Err(self.bad_number(word, found.is_some(), corner, axis)),
             };
@@ -218,7 +219,7 @@ impl Parser {
         if word.is_empty() {
             return Ok(numbers);
         }
-        let message = format!("line {}: \"{}\" behind the three numbers of a vertex", self.line, sniff::excerpt(word));
+        let message = format!("line {}: \"{}\" behind the three numbers of a vertex", self.line, text::excerpt(word));
         Err(Error::new("stl-syntax", message, "write three coordinates a vertex"))
     }
 
@@ -229,7 +230,7 @@ impl Parser {
             let message = format!("{place} is missing; a vertex has three numbers");
             return Error::new("stl-syntax", message, "copy or export the file again");
         }
-        let found = sniff::excerpt(word);
+        let found = text::excerpt(word);
         if is_number && word.iter().any(u8::is_ascii_digit) {
             let message = format!("{place} is {found}, beyond the largest single-precision number, 3.4e38");
             return Error::new("stl-not-finite", message, "choose a larger unit of length for the model");
@@ -250,7 +251,7 @@ impl Parser {
             );
             return Error::new("stl-syntax", message, "triangulate the model on export");
         }
-        let (found, expected) = (sniff::excerpt(line), self.expected());
+        let (found, expected) = (text::excerpt(line), self.expected());
         let message = format!("line {}: \"{found}\" where {expected} should stand", self.line);
         Error::new("stl-syntax", message, "copy or export the file again")
     }
@@ -325,8 +326,13 @@ fn normal(rest: &[u8]) -> [f32; 3] {
     std::array::from_fn(|_| {
         let (word, behind) = first_word(rest);
         rest = behind;
-        decimal::parse(word).unwrap_or(f32::NAN)
+        number(word).unwrap_or(f32::NAN)
     })
+}
+
+/// Reads the f32 nearest to a decimal number; None where the word is not a number. Numbers beyond f32 come out infinite.
+fn number(word: &[u8]) -> Option<f32> {
+    str::from_utf8(word).ok()?.parse().ok()
 }
 
 /// Whether a word is how some C library prints NaN or infinity, such as `-nan(ind)` or `1.#INF`.

@@ -4,8 +4,7 @@
 //! The count must fit the length of the file before anything is allocated. Bytes behind the last facet are left out with
 //! a warning, unless they look as if the count was wrong.
 
-use super::{Contents, Format, Solid, Tally, Warnings, reserve, sniff};
-use crate::digits::Number;
+use super::contents::{self, Contents, Format, Solid, Tally, Warnings, reserve};
 use crate::error::{Error, Result};
 use crate::geometry::Facet;
 
@@ -154,7 +153,7 @@ fn check_count(count: u32, n_bytes: u64) -> Result<()> {
         return Err(wrong_count(count.into(), n_room, n_bytes));
     }
     if count == 0 {
-        return Err(sniff::empty("the count at byte 80 announces 0 facets"));
+        return Err(contents::empty("the count at byte 80 announces 0 facets"));
     }
     Ok(())
 }
@@ -169,7 +168,7 @@ fn not_finite(facet: &Facet, index: usize, n_facets: usize) -> Error {
     let place = facet.as_flattened().iter().position(|c| !c.is_finite()).unwrap_or(0);
     let (number, corner, axis) = (index + 1, place / 3 + 1, ["x", "y", "z"][place % 3]);
     let byte = HEADER as u64 + RECORD as u64 * index as u64 + 12 + 4 * place as u64;
-    let value = Number(facet.as_flattened()[place].into());
+    let value = facet.as_flattened()[place];
     let message = format!("facet {number} of {n_facets}: {axis} of corner {corner} is {value} (byte {byte})");
     Error::new("stl-not-finite", message, "repair the model where it was made; a corner needs three finite numbers")
 }

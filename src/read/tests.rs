@@ -1,4 +1,5 @@
 use super::*;
+use crate::geometry::Facet;
 
 mod ascii;
 

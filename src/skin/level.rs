@@ -8,15 +8,18 @@
 //! Cost: O(n log n) time in the runs of a block of four rays; memory at most that of the level before, mostly a quarter.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::parallel::*;
 
-use super::ROWS;
-use super::faces::stretches;
+use super::stretches::stretches;
 use crate::columns::{Band, Columns, run};
 use crate::control::Control;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::flags::CellBox;
+
+/// Rows of rays that are taken at once: enough to keep all cores busy.
+pub(super) const ROWS: usize = 64;
 
 /// A box of cells of one size.
 #[derive(Debug)]
@@ -114,7 +117,12 @@ impl<'a> Level<'a> {
 }
 
 /// Reads the rays of a box, a band a row.
+///
+/// # Errors
+/// `memory` where they are too many of an opened file; `io` where the store fails.
 fn bands_of(columns: &Columns, [rays, rows]: &[Range<u32>; 2]) -> Result<Vec<Band>> {
+    let n_held = AtomicU64::new(0);
+    let most = columns.most_held().unwrap_or(u64::MAX);
     let band_of = |row: u32| {
         let mut band = Band::default();
         let first = u64::from(columns.rays.counts[0]) * u64::from(row);
@@ -122,6 +130,11 @@ fn bands_of(columns: &Columns, [rays, rows]: &[Range<u32>; 2]) -> Result<Vec<Ban
             band.runs.extend_from_slice(runs);
             band.ends.push(band.runs.len() as u32);
         })?;
+        let n_bytes = 4 * (band.ends.len() + band.runs.len()) as u64;
+        if n_held.fetch_add(n_bytes, Ordering::Relaxed) + n_bytes > most {
+            let message = format!("the surface of this mesh takes more than {most} bytes of runs");
+            return Err(Error::new("memory", message, "cut a box from it, or look at slices"));
+        }
         Ok(band)
     };
     rows.clone().into_par_iter().map(band_of).collect()

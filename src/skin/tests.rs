@@ -1,10 +1,9 @@
 use std::collections::BTreeMap;
-use std::io;
 
 use super::*;
 use crate::columns::{Band, Columns, run};
 use crate::frame::Frame;
-use crate::geometry::Geometry;
+use crate::geometry::{Facet, Geometry};
 use crate::lines::Lines;
 use crate::map::Rule;
 use crate::mesh::tests::pattern;
@@ -113,14 +112,16 @@ fn a_cell_has_six_faces_that_look_outside() {
         let part = &skin.parts[0];
         assert_eq!((part.flag, part.ends, volume(part)), (9, [1, 2, 3, 4, 5, 6], 1.0));
         let low_z: Vec<_> = part.positions[48..60].chunks(3).map(|c| [c[0], c[1], c[2]]).collect();
-        assert_eq!(part.normals()[48..60], [0, 0, -127, 0, 0, -127, 0, 0, -127, 0, 0, -127]);
+        assert_eq!(part.direction(4), 4);
         let expected = [[1.0, 2.0, 3.0], [1.0, 3.0, 3.0], [2.0, 3.0, 3.0], [2.0, 2.0, 3.0]];
         assert_eq!(low_z, expected, "axis {axis}");
         for (triangle, corners) in part.indices.chunks(3).enumerate() {
             let corner = |at: usize| [0, 1, 2].map(|axis| part.positions[3 * corners[at] as usize + axis]);
             let normal = crate::surface::doubled_area_vector(&[corner(0), corner(1), corner(2)]);
-            let claimed = part.normals()[6 * triangle..][..3].iter().map(|&n| f64::from(n) / 127.0).collect::<Vec<_>>();
-            assert_eq!(normal.to_vec(), claimed, "triangle {triangle}");
+            let direction = part.direction(triangle / 2);
+            let mut claimed = [0.0; 3];
+            claimed[direction / 2] = if direction % 2 == 1 { 1.0 } else { -1.0 };
+            assert_eq!(normal, claimed, "triangle {triangle}");
         }
     }
 }
@@ -312,49 +313,31 @@ fn slices_show_the_flags_of_their_cells() {
 }
 
 #[test]
-fn an_stl_reads_back_and_meshes_to_the_same_cells() {
+fn a_surface_meshes_to_the_same_cells() {
     let mesh = mesh_of(2, [9, 12, 10], noise);
     let skin = exact(&mesh, None);
     for part in &skin.parts {
-        let mut bytes = Vec::new();
-        assert_eq!(write_stl(&skin, &mesh, Some(part.flag), &mut bytes), Ok(bytes.len() as u64));
-        let contents = crate::read::read_bytes(&bytes).unwrap();
-        assert_eq!((contents.format, contents.n_facets), (crate::read::Format::StlBinary, 2 * part.n_quads() as u64));
-        assert_eq!((contents.wrong_normals, contents.zero_normals, contents.zero_area), (0, 0, 0));
-        assert_eq!((contents.warnings, contents.has_colours), (vec![], false));
-        let again = meshed_again(&bytes, &mesh);
+        let again = meshed_again(part, &mesh);
         let expected = mesh_of(2, [9, 12, 10], |cell| u8::from(noise(cell) == part.flag));
         assert_eq!(again, expected.columns, "flag {}", part.flag);
         assert_eq!(again.odd_rays(), 0);
     }
 }
 
-/// Meshes an STL over the lines of a mesh, as flag 1.
-fn meshed_again(bytes: &[u8], mesh: &Mesh) -> Columns {
-    let facets = crate::read::read_bytes(bytes).unwrap().solids.remove(0).facets;
+/// Meshes a surface over the lines of its mesh, as flag 1.
+fn meshed_again(part: &SkinPart, mesh: &Mesh) -> Columns {
+    let corner = |&corner: &u32| {
+        // positions are whole numbers of lines
+        let line = |axis: usize| part.positions[3 * corner as usize + axis] as u32;
+        [0, 1, 2].map(|axis| mesh.lines.line(axis, line(axis)) as f32)
+    };
+    let facet = |corners: &[u32]| [corner(&corners[0]), corner(&corners[1]), corner(&corners[2])];
+    let facets: Vec<Facet> = part.indices.chunks_exact(3).map(facet).collect();
+    assert_eq!(facets.len(), 2 * part.n_quads());
     let frame = Frame::new(&[Geometry::new("skin", 1, facets)], &mesh.lines).unwrap();
     crate::cpu::columns(
         &crate::cast::Cast { frame: &frame, rays: &mesh.columns.rays, rule: Rule::default() },
         &Control::default(),
     )
     .unwrap()
-}
-
-#[test]
-fn an_stl_of_all_flags_holds_one_after_the_other() {
-    let mesh = mesh_of(1, [4, 5, 6], noise);
-    let skin = exact(&mesh, None);
-    let (mut all, mut one_by_one) = (Vec::new(), Vec::new());
-    write_stl(&skin, &mesh, None, &mut all).unwrap();
-    for part in &skin.parts {
-        let mut bytes = Vec::new();
-        write_stl(&skin, &mesh, Some(part.flag), &mut bytes).unwrap();
-        one_by_one.extend_from_slice(&bytes[84..]);
-    }
-    assert_eq!(all[84..], one_by_one);
-    assert_eq!(all[80..84], (2 * skin.n_quads() as u32).to_le_bytes());
-    assert_eq!(write_stl(&skin, &mesh, Some(77), &mut Vec::new()).unwrap_err().code(), "job-value");
-    let mut short = [0u8; 100];
-    let mut full: &mut [u8] = &mut short;
-    assert_eq!(write_stl(&skin, &mesh, None, &mut full as &mut dyn io::Write).unwrap_err().code(), "io");
 }

@@ -4,12 +4,12 @@ use std::io;
 
 use wasm_bindgen::prelude::*;
 
-use super::{forget, keep, kept};
+use super::values::{forget, keep, kept};
 use crate::columns::Store;
 
 #[wasm_bindgen]
 extern "C" {
-    /// A file as `www/aside.js` opens it: its methods throw a sentence.
+    /// A file as `www/spill.js` opens it: its methods throw a sentence.
     pub type AsideFile;
 
     #[wasm_bindgen(method, catch)]

@@ -2,13 +2,16 @@
 
 use serde::Serialize;
 
-use super::json::json;
 use crate::geometry::{Geometry, SharedFacets};
-use crate::lines::Lines;
-use crate::mesh::Mesh;
 use crate::pipeline::Engine;
 use crate::sources::Source;
 use crate::surface::surface;
+
+/// Writes plain data as JSON.
+pub(super) fn json(value: &impl Serialize) -> String {
+    // structs of numbers, strings and lists always have a JSON form
+    serde_json::to_string(value).unwrap_or_default()
+}
 
 /// What `www/error.js` makes an error of.
 #[derive(Serialize)]
@@ -83,83 +86,4 @@ pub(super) fn surface_info(source: &Source) -> String {
         shells: checked.shells,
         warnings: &contents.warnings,
     })
-}
-
-/// A report without what only the making of a mesh could tell.
-#[derive(Serialize)]
-struct ColumnsReport<'a> {
-    version: &'a str,
-    backend: (),
-    adapter: (),
-    driver: (),
-    device_check: (),
-    unit: Option<&'a str>,
-    dims: [u32; 3],
-    origin: [f64; 3],
-    spacing: [f64; 3],
-    rule: (),
-    ray_axis: &'a str,
-    rays: u64,
-    crossings: u64,
-    runs: u64,
-    odd_rays: u64,
-    cells: u64,
-    flags: Vec<ColumnsFlag<'a>>,
-    flags_sha256: (),
-    warnings: [(); 0],
-    cells_per_second: (),
-    seconds: NoSeconds,
-}
-
-#[derive(Serialize)]
-struct NoSeconds {}
-
-#[derive(Serialize)]
-struct ColumnsFlag<'a> {
-    flag: u8,
-    name: &'a str,
-    cells: u64,
-    volume: f64,
-    mesh_volume: (),
-}
-
-/// The report of a mesh that was read back: what the column file tells, null for what only a meshing knows.
-pub(super) fn report_of_columns(mesh: &Mesh) -> String {
-    let Lines { dims, origin, spacing } = mesh.lines;
-    let columns = &mesh.columns;
-    json(&ColumnsReport {
-        version: env!("CARGO_PKG_VERSION"),
-        backend: (),
-        adapter: (),
-        driver: (),
-        device_check: (),
-        unit: mesh.unit.as_deref(),
-        dims,
-        origin,
-        spacing,
-        rule: (),
-        ray_axis: ["x", "y", "z"][columns.rays.axis],
-        rays: columns.rays.n_rays(),
-        crossings: columns.n_crossings(),
-        runs: columns.n_runs(),
-        odd_rays: columns.odd_rays(),
-        cells: mesh.lines.n_cells(),
-        flags: flags_of_columns(mesh),
-        flags_sha256: (),
-        warnings: [],
-        cells_per_second: (),
-        seconds: NoSeconds {},
-    })
-}
-
-fn flags_of_columns(mesh: &Mesh) -> Vec<ColumnsFlag<'_>> {
-    let all_cells = mesh.columns.cells_per_flag();
-    let fact = |flag: u8| {
-        let cells = all_cells[usize::from(flag)];
-        let named = mesh.names.iter().find(|named| named.flag == flag);
-        let volume = cells as f64 * mesh.lines.cell_volume();
-        let name = named.map_or("", |named| named.name.as_str());
-        (cells > 0 || named.is_some()).then_some(ColumnsFlag { flag, name, cells, volume, mesh_volume: () })
-    };
-    (1..=255).filter_map(fact).collect()
 }

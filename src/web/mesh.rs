@@ -1,21 +1,26 @@
 //! A mesh in JavaScript's hands: queries, pictures, and files made piece by piece as they are read.
 
-use std::io;
 use std::rc::Rc;
+use std::sync::Arc;
 
 use sha2::{Digest, Sha256};
 use wasm_bindgen::prelude::*;
 
-use super::{JsResult, js_error, json};
+use super::opened::{ColumnFile, FileInPage};
+use super::values::{JsResult, js_error};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::flags::CellBox;
 use crate::mesh::{Mesh, hex};
+use crate::report::ColumnsReport;
 use crate::skin::{skin, slice};
 use crate::write::{self, Compress, Format, Options, Written, column_file, vti};
 
 /// Bytes of a piece of a file.
 const PIECE_BYTES: usize = 4 << 20;
+
+/// Most bytes taken for the index of a file that was opened, and for what was read of it last.
+const OPENED_BYTES: u64 = 1 << 30;
 
 /// A finished mesh.
 #[wasm_bindgen]
@@ -45,17 +50,12 @@ fn options(format: &str, compress: u8, bits: bool) -> JsResult<(Format, Options)
 
 #[wasm_bindgen]
 impl WebMesh {
-    /// Reads a column file back.
-    pub fn open(bytes: &[u8]) -> JsResult<WebMesh> {
-        let mesh = crate::write::column_file::read_columns(&mut io::Cursor::new(bytes)).map_err(js_error)?;
-        let report = super::info::report_of_columns(&mesh);
+    /// Opens a column file of so many bytes, which stays where it is.
+    pub fn open(file: ColumnFile, n_bytes: f64) -> JsResult<WebMesh> {
+        let store = Arc::new(FileInPage::new(file));
+        let mesh = column_file::open(store, n_bytes as u64, OPENED_BYTES, &Control::default()).map_err(js_error)?;
+        let report = super::info::json(&ColumnsReport::new(&mesh));
         Ok(WebMesh::new(mesh, report))
-    }
-
-    /// Whether the file that starts with these bytes, 32 of them, is read with zlib.
-    #[wasm_bindgen(js_name = needsZlib)]
-    pub fn needs_zlib(start: &[u8]) -> bool {
-        column_file::is_compressed(start)
     }
 
     /// The report as JSON.
@@ -135,7 +135,7 @@ impl WebMesh {
     pub fn sidecar(&self, bits: bool, n_bytes: f64, sha256: String) -> String {
         let options = Options { bits, ..Options::default() };
         let written = Written { n_bytes: n_bytes as u64, sha256: Some(sha256) };
-        write::sidecar::sidecar(&self.mesh, &options, &written, |fact| json::json(fact))
+        write::sidecar_json(&self.mesh, &options, &written)
     }
 
     /// Starts a file.

@@ -6,7 +6,6 @@
 
 use serde::Serialize;
 
-use crate::digits::Number;
 use crate::mesh::Mesh;
 
 use super::{Options, Written};
@@ -21,13 +20,13 @@ const VERSION: u64 = 1;
 /// A value of the sidecar.
 #[derive(Serialize)]
 #[serde(untagged)]
-pub(crate) enum Fact<'a> {
+enum Fact<'a> {
     Text(&'a str),
     Perhaps(Option<&'a str>),
     Number(u64),
     Dims([u32; 3]),
     Flags(Vec<Flag<'a>>),
-    /// Numbers that are JSON already: every writer of JSON has its own way with them.
+    /// Numbers that are JSON already, on one line.
     #[serde(skip)]
     Numbers(String),
 }
@@ -41,12 +40,6 @@ pub(crate) struct Flag<'a> {
 
 /// Describes a `.raw` file: layout, dims, origin, spacing, lines, flags with names and cells, unit, SHA-256.
 pub fn sidecar_json(mesh: &Mesh, options: &Options, written: &Written) -> String {
-    // numbers, strings and lists always have a JSON form
-    sidecar(mesh, options, written, |fact| serde_json::to_string(fact).unwrap_or_default())
-}
-
-/// [`sidecar_json`] by any writer of JSON.
-pub(crate) fn sidecar(mesh: &Mesh, options: &Options, written: &Written, json: impl Fn(&Fact) -> String) -> String {
     let [nx, ny, nz] = mesh.dims();
     let order = "x fastest, then y, then z: cell (x, y, z) is number x + nx * (y + ny * z)";
     let mut facts = vec![
@@ -73,7 +66,8 @@ pub(crate) fn sidecar(mesh: &Mesh, options: &Options, written: &Written, json: i
     ]);
     let text = |fact: &Fact| match fact {
         Fact::Numbers(text) => text.clone(),
-        fact => json(fact),
+        // numbers, strings and lists always have a JSON form
+        fact => serde_json::to_string(fact).unwrap_or_default(),
     };
     let facts: Vec<String> = facts.iter().map(|(key, fact)| format!("  \"{key}\": {}", text(fact))).collect();
     format!("{{\n{}\n}}\n", facts.join(",\n"))
@@ -81,7 +75,7 @@ pub(crate) fn sidecar(mesh: &Mesh, options: &Options, written: &Written, json: i
 
 /// A list of numbers, finite ones, in the fewest digits that parse back to them.
 fn numbers(list: &[f64]) -> String {
-    let texts: Vec<String> = list.iter().map(|number| format!("{:?}", Number(*number))).collect();
+    let texts: Vec<String> = list.iter().map(|number| format!("{number:?}")).collect();
     format!("[{}]", texts.join(","))
 }
 

@@ -14,12 +14,11 @@
 use std::fmt::Write;
 
 use crate::control::Control;
-use crate::digits::Number;
 use crate::error::{Error, Result};
 use crate::flags::CellBox;
 use crate::mesh::Mesh;
+use crate::zlib::Blocks;
 
-use super::zlib::Blocks;
 use super::{Compress, Options, Sink, raw};
 
 const BLOCK_BYTES: usize = 1 << 20;
@@ -192,7 +191,7 @@ fn head(mesh: &Mesh, compress: Compress) -> String {
 
 /// Three numbers that parse back to the same f64.
 fn three(numbers: [f64; 3]) -> String {
-    let [x, y, z] = numbers.map(Number);
+    let [x, y, z] = numbers;
     format!("{x:?} {y:?} {z:?}")
 }
 

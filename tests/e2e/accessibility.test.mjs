@@ -3,11 +3,8 @@
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
-import { test } from 'node:test';
 
-import { COPPER, LIMIT, hasGeometries, run, slice, useSite, withPage } from './visit.mjs';
-
-useSite();
+import { COPPER, hasGeometries, run, slice, test } from './visit.mjs';
 
 const AXE = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
 /** The rules of WCAG 2.2 up to AA, and what else axe-core holds to be good practice. */
@@ -17,84 +14,97 @@ const PHONE = { width: 390, height: 844 };
 /** Fails where axe-core finds anything in what is shown now: in the light, its colours in the dark, and on a phone. */
 async function isSound(page, what) {
   const screen = page.viewportSize();
-  const looks = { light: { colorScheme: 'light', rules: RULES }, dark: { colorScheme: 'dark', rules: ['color-contrast'] }, phone: { size: PHONE, rules: RULES } };
+  const looks = {
+    light: { colorScheme: 'light', rules: RULES },
+    dark: { colorScheme: 'dark', rules: ['color-contrast'] },
+    phone: { size: PHONE, rules: RULES },
+  };
   for (const [look, { colorScheme = 'light', size = screen, rules }] of Object.entries(looks)) {
     // colours change at once where motion is not wanted
     await page.emulateMedia({ colorScheme, reducedMotion: 'reduce' });
     await page.setViewportSize(size);
     const found = await page.evaluate(async (rules) => {
       const { violations, passes } = await globalThis.axe.run({ runOnly: rules });
-      return { n_passed: passes.length, violations: violations.map(({ id, nodes }) => `${id}: ${nodes.map(({ target }) => target.join(' ')).join(', ')}`) };
+      return {
+        n_passed: passes.length,
+        violations: violations.map(({ id, nodes }) => `${id}: ${nodes.map(({ target }) => target.join(' ')).join(', ')}`),
+      };
     }, rules);
     assert.deepEqual(found.violations, [], `${what}, ${look}`);
     assert.ok(found.n_passed >= (rules === RULES ? 30 : 1), `${what}, ${look}: ${found.n_passed} rules applied`);
-    assert.equal(await page.evaluate(() => document.documentElement.scrollWidth - innerWidth), 0, `${what}, ${look}: nothing lies beside the screen`);
+    assert.equal(
+      await page.evaluate(() => document.documentElement.scrollWidth - innerWidth),
+      0,
+      `${what}, ${look}: nothing lies beside the screen`,
+    );
   }
   await page.setViewportSize(screen);
 }
 
-test('axe-core finds nothing: empty, models and mistakes, a mesh and its slices', LIMIT, () =>
-  withPage('#cells=20', async (page) => {
-    await page.evaluate(AXE);
-    await isSound(page, 'empty');
-    const files = ['ascii_two_solids_mixed_case', 'featuretype', 'bin_count_too_big'].map((file) => `tests/fixtures/${file}.stl`);
-    await page.setInputFiles('#file-input', files);
-    await page.waitForSelector('#messages [role=alert]');
-    await hasGeometries(page, 2);
-    for (const summary of await page.$$('.side summary:visible')) await summary.click();
-    await page.fill('#padding', '-1');
-    await isSound(page, 'models and mistakes');
-    await page.fill('#padding', '1');
-    await page.waitForSelector('#run:enabled');
-    await run(page);
-    await page.click('#results summary');
-    await page.selectOption('#section-axis', '0');
-    await isSound(page, 'a mesh');
-    await page.fill('#cells', '21');
-    await slice(page, 'x', 4);
-    await isSound(page, 'slices, of other settings');
-  }),
-);
+test('axe-core finds nothing: empty, models and mistakes, a mesh and its slices', async ({ visit }) => {
+  const page = await visit('#cells=20&backend=gpu');
+  await page.evaluate(AXE);
+  await isSound(page, 'empty');
+  const files = ['ascii_two_solids_mixed_case', 'featuretype', 'bin_count_too_big'].map((file) => `tests/fixtures/${file}.stl`);
+  await page.setInputFiles('#file-input', files);
+  await page.waitForSelector('#messages [role=alert]');
+  await hasGeometries(page, 2);
+  for (const summary of await page.$$('.side summary:visible')) await summary.click();
+  await page.fill('#padding', '-1');
+  await isSound(page, 'models and mistakes');
+  await page.fill('#padding', '1');
+  await page.waitForSelector('#run:enabled');
+  await run(page);
+  await page.click('#results summary');
+  await page.selectOption('#section-axis', '0');
+  await isSound(page, 'a mesh');
+  await page.fill('#cells', '21');
+  await slice(page, 'x', 4);
+  await isSound(page, 'slices, of other settings');
+});
 
-test('from the sample to a file with the keyboard alone, and nothing that has the focus is covered', LIMIT, () =>
-  withPage('#cells=20', async (page) => {
-    const isAt = () => page.evaluate(() => document.activeElement.id || document.activeElement.dataset.sample || document.activeElement.className);
-    /** Presses Tab until an element has the focus; whatever gets it on the way can be seen. */
-    const tabTo = async (wanted) => {
-      for (let presses = 0; presses < 80; presses += 1) {
-        await page.keyboard.press('Tab');
-        const { at, isSeen } = await page.evaluate(focused);
-        assert.ok(isSeen, `${at} is covered`);
-        if (at === wanted) return;
-      }
-      assert.fail(`${wanted} is not reached`);
-    };
-    await page.keyboard.press('Tab');
-    await page.keyboard.press('Enter');
-    assert.equal(await isAt(), 'view', 'the first link leads to the view');
-    await tabTo('cubes');
-    await page.keyboard.press('Enter');
-    await hasGeometries(page, 2);
-    await tabTo('cell-size');
-    await page.keyboard.type('1');
-    await tabTo('run');
-    await page.keyboard.press('Enter');
-    await page.waitForSelector('#legend tr', { timeout: 180_000 });
-    assert.equal(await isAt(), 'run', 'the focus is where it was');
-    await tabTo('tab-3d');
-    await page.keyboard.press('ArrowRight');
-    await tabTo('slice-number');
-    await page.keyboard.press('ControlOrMeta+a');
-    await page.keyboard.type('7.4');
-    await tabTo('canvas-slice');
-    assert.equal(await page.inputValue('#slice-number'), '7');
-    await page.keyboard.press('x');
-    await page.keyboard.press('Home');
-    assert.equal((await slice(page, 'x', 0))[0][0], COPPER);
-    const [download] = await Promise.all([page.waitForEvent('download'), tabTo('download-npy').then(() => page.keyboard.press('Enter'))]);
-    assert.equal(download.suggestedFilename(), 'copper.npy');
-  }),
-);
+test('from the sample to a file with the keyboard alone, and nothing that has the focus is covered', async ({ visit }) => {
+  const page = await visit('#cells=20&backend=gpu');
+  const isAt = () =>
+    page.evaluate(() => document.activeElement.id || document.activeElement.dataset.sample || document.activeElement.className);
+  /** Presses Tab until an element has the focus; whatever gets it on the way can be seen. */
+  const tabTo = async (wanted) => {
+    for (let presses = 0; presses < 80; presses += 1) {
+      await page.keyboard.press('Tab');
+      const { at, isSeen } = await page.evaluate(focused);
+      assert.ok(isSeen, `${at} is covered`);
+      if (at === wanted) return;
+    }
+    assert.fail(`${wanted} is not reached`);
+  };
+  await page.keyboard.press('Tab');
+  await page.keyboard.press('Enter');
+  assert.equal(await isAt(), 'view', 'the first link leads to the view');
+  await tabTo('cubes');
+  await page.keyboard.press('Enter');
+  await hasGeometries(page, 2);
+  await tabTo('cell-size');
+  await page.keyboard.type('1');
+  await tabTo('run');
+  await page.keyboard.press('Enter');
+  await page.waitForSelector('#legend tr', { timeout: 180_000 });
+  assert.equal(await isAt(), 'run', 'the focus is where it was');
+  await tabTo('tab-3d');
+  await page.keyboard.press('ArrowRight');
+  await tabTo('slice-number');
+  await page.keyboard.press('ControlOrMeta+a');
+  await page.keyboard.type('7.4');
+  await tabTo('canvas-slice');
+  assert.equal(await page.inputValue('#slice-number'), '7');
+  await page.keyboard.press('x');
+  await page.keyboard.press('Home');
+  assert.equal((await slice(page, 'x', 0))[0][0], COPPER);
+  const [download] = await Promise.all([
+    page.waitForEvent('download'),
+    tabTo('download-npy').then(() => page.keyboard.press('Enter')),
+  ]);
+  assert.equal(download.suggestedFilename(), 'copper.npy');
+});
 
 /** In the page: the element that has the focus, and whether it, or the label that stands for it, is what is seen in its place. */
 function focused() {

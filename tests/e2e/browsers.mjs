@@ -5,12 +5,13 @@ import { mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 
-import { chromium as playwright } from 'playwright-core';
+import { chromium as playwright } from '@playwright/test';
 import puppeteer from 'puppeteer-core';
 
 import { NATIVE_ENV, chromium, firefox } from '../../scripts/machine.mjs';
 
-const CHROMIUM_ARGS = [
+/** Of every Chromium that tests start. */
+export const CHROMIUM_ARGS = [
   '--no-sandbox',
   '--disable-dev-shm-usage',
   '--disable-background-networking',
@@ -24,14 +25,22 @@ const FIREFOX_PREFS = {
   'gfx.webgpu.ignore-blocklist': true,
 };
 
-/** Starts Chromium; resolves to a Playwright browser. */
+/** Starts Chromium; resolves to a Playwright browser. @param {string[]} [args] */
 export function openChromium(args = []) {
-  return playwright.launch({ executablePath: chromium(), args: [...CHROMIUM_ARGS, ...args] });
+  return playwright.launch({ executablePath: chromium() ?? undefined, args: [...CHROMIUM_ARGS, ...args] });
 }
 
-/** Starts Chromium with a profile in a folder, which has room for large files; resolves to a Playwright context. */
+/**
+ * Starts Chromium with a profile in a folder, which has room for large files; resolves to a Playwright context.
+ *
+ * @param {string} folder
+ * @param {string[]} [args]
+ */
 export function openChromiumProfile(folder, args = []) {
-  return playwright.launchPersistentContext(folder, { executablePath: chromium(), args: [...CHROMIUM_ARGS, ...args] });
+  return playwright.launchPersistentContext(folder, {
+    executablePath: chromium() ?? undefined,
+    args: [...CHROMIUM_ARGS, ...args],
+  });
 }
 
 /** Starts Firefox with a profile of its own; resolves to a Puppeteer browser. */
@@ -39,14 +48,14 @@ export async function openFirefox() {
   const profile = mkdtempSync(path.join(tmpdir(), 'hexcast-firefox-'));
   const browser = await puppeteer.launch({
     browser: 'firefox',
-    executablePath: firefox(),
+    executablePath: firefox() ?? undefined,
     headless: true,
     userDataDir: profile,
     extraPrefsFirefox: FIREFOX_PREFS,
     // as root its content sandbox cannot reach the driver
     env: { ...process.env, ...NATIVE_ENV, MOZ_DISABLE_CONTENT_SANDBOX: '1' },
   });
-  browser.process().once('exit', () => rmSync(profile, { recursive: true, force: true }));
+  browser.process()?.once('exit', () => rmSync(profile, { recursive: true, force: true }));
   return browser;
 }
 
@@ -54,22 +63,25 @@ export async function openFirefox() {
  * Collects what must stay empty: errors and warnings on the console, uncaught errors, failed requests, and requests to
  * another origin. Works on pages of both browsers.
  *
+ * @param {any} page Playwright's or Puppeteer's: what is used of it is the same
+ * @param {string} url
  * @returns {string[]} grows as the page lives
  */
 export function complaintsOf(page, url) {
+  /** @type {string[]} */
   const complaints = [];
   const { origin } = new URL(url);
-  page.on('console', (message) => {
+  page.on('console', (/** @type {{ type(): string, text(): string }} */ message) => {
     if (['error', 'warning', 'warn'].includes(message.type())) complaints.push(`console: ${message.text()}`);
   });
-  page.on('pageerror', (error) => complaints.push(`uncaught: ${error.message}`));
-  page.on('requestfailed', (request) => complaints.push(`failed: ${request.url()}`));
-  page.on('request', (request) => {
+  page.on('pageerror', (/** @type {Error} */ error) => complaints.push(`uncaught: ${error.message}`));
+  page.on('requestfailed', (/** @type {{ url(): string }} */ request) => complaints.push(`failed: ${request.url()}`));
+  page.on('request', (/** @type {{ url(): string }} */ request) => {
     const target = new URL(request.url());
     const isLocal = target.origin === origin || ['data:', 'blob:'].includes(target.protocol);
     if (!isLocal) complaints.push(`another origin: ${target.href}`);
   });
-  page.on('response', (response) => {
+  page.on('response', (/** @type {{ url(): string, status(): number }} */ response) => {
     if (response.status() >= 400) complaints.push(`status ${response.status()}: ${response.url()}`);
   });
   return complaints;

@@ -1,44 +1,89 @@
 // No adapter, a device of the caller's own, a device that is lost: the same mesh, and the page says who made it.
 
 import assert from 'node:assert/strict';
-import { test } from 'node:test';
 
-import { LIMIT, hasGeometries, isIdle, legend, run, site, useSite, withPage } from './visit.mjs';
-import { loseFirstDevice, withWorker } from './workers.mjs';
+import { hasGeometries, legend, run, test } from './visit.mjs';
+import { AS_HARDWARE, loseFirstDevice, tellOfAdapter } from './workers.mjs';
 
-useSite();
+const WITHOUT_ADAPTER = "Object.defineProperty(navigator, 'gpu', { value: { requestAdapter: async () => null } });";
 
-test('without an adapter the processor does the same work, and the page says so', LIMIT, () =>
-  withWorker("Object.defineProperty(navigator, 'gpu', { value: { requestAdapter: async () => null } });", async (url) => {
-    const page = await site.browser.newPage();
-    try {
-      await page.goto(`${url}#cells=20&sample=cubes`);
-      await isIdle(page);
-      await hasGeometries(page, 2);
-      assert.equal(await page.getAttribute('#device', 'data-backend'), 'cpu');
-      assert.match(await page.textContent('#device'), /No GPU/);
-      await run(page);
-      assert.deepEqual(await legend(page), [[1, 1000], [2, 500]]);
-    } finally {
-      await page.close();
-    }
-  }),
-);
+test('without an adapter the processor does the same work, and the page says so', async ({ visit, siteWithWorker }) => {
+  const page = await visit('#cells=20&sample=cubes', { url: await siteWithWorker(WITHOUT_ADAPTER) });
+  await hasGeometries(page, 2);
+  assert.equal(await page.getAttribute('#device', 'data-backend'), 'cpu');
+  assert.match(await page.textContent('#device'), /No GPU/);
+  await run(page);
+  assert.deepEqual(await legend(page), [
+    [1, 1000],
+    [2, 500],
+  ]);
+});
 
-test('the page and the report name the GPU as the browser does', LIMIT, () =>
-  withPage('#cells=20&sample=cubes', async (page) => {
-    await hasGeometries(page, 2);
-    const name = await page.evaluate(async () => {
-      const { vendor, architecture, description } = (await navigator.gpu.requestAdapter({ powerPreference: 'high-performance' })).info;
-      return description || `${vendor} ${architecture}`.trim();
-    });
-    assert.notEqual(name, '');
-    assert.ok((await page.textContent('#device')).includes(name), await page.textContent('#device'));
-    await run(page);
-    assert.equal(await page.textContent('#result-backend'), name);
-    assert.equal(JSON.parse(await page.textContent('#report')).adapter, name);
-  }),
-);
+test('where the only adapter computes on the processor the CPU meshes, and the page and the report say why', async ({
+  visit,
+}) => {
+  const page = await visit('#cells=20&sample=cubes');
+  await hasGeometries(page, 2);
+  const why = 'the only GPU adapter, SwiftShader, computes on the processor, where the CPU backend is faster';
+  assert.equal(await page.getAttribute('#device', 'data-backend'), 'cpu');
+  assert.match(await page.textContent('#device'), /No GPU/);
+  assert.equal(await page.getAttribute('#device', 'title'), why);
+  await run(page);
+  assert.deepEqual(await legend(page), [
+    [1, 1000],
+    [2, 500],
+  ]);
+  assert.equal(await page.textContent('#result-backend'), 'the processor');
+  assert.deepEqual(JSON.parse(await page.textContent('#report')).warnings, [`meshed on the CPU: ${why}`]);
+});
+
+/** Meshers for `auto` and for the GPU, in a page. */
+async function openBoth() {
+  const { createMesher } = await import(new URL('hexcast.js', location.href).href);
+  const open = async (backend) => {
+    const mesher = await createMesher({ backend });
+    const facts = { backend: mesher.backend, fallback: mesher.fallback, software: mesher.adapter?.software ?? null };
+    mesher.dispose();
+    return facts;
+  };
+  return [await open('auto'), await open('gpu')];
+}
+
+const SLOW = 'computes on the processor, where the CPU backend is faster';
+for (const [what, info, fallback] of [
+  [
+    'SwiftShader by its architecture',
+    { vendor: 'google', architecture: 'swiftshader' },
+    `the only GPU adapter, SwiftShader, ${SLOW}`,
+  ],
+  ['llvmpipe by its description', { description: 'llvmpipe (LLVM 19.1, 256 bits)' }, `the only GPU adapter, llvmpipe, ${SLOW}`],
+  ['another fallback adapter', { vendor: 'x', isFallbackAdapter: true }, `the only GPU adapter, x, ${SLOW}`],
+  ['one without a name', { isFallbackAdapter: true }, `the only GPU adapter ${SLOW}`],
+  ['one of hardware', { vendor: 'nvidia', architecture: 'hopper' }, null],
+]) {
+  test(`auto and gpu, where the adapter is ${what}`, async ({ visit, siteWithWorker }) => {
+    const page = await visit('#backend=cpu', { url: await siteWithWorker(tellOfAdapter(info)) });
+    const [auto, gpu] = await page.evaluate(openBoth);
+    const isSoftware = fallback !== null;
+    assert.deepEqual(gpu, { backend: 'gpu', fallback: null, software: isSoftware });
+    assert.deepEqual(auto, isSoftware ? { backend: 'cpu', fallback, software: null } : gpu);
+  });
+}
+
+test('the page and the report name the GPU as the browser does', async ({ visit }) => {
+  const page = await visit('#cells=20&sample=cubes&backend=gpu');
+  await hasGeometries(page, 2);
+  const name = await page.evaluate(async () => {
+    const { vendor, architecture, description } = (await navigator.gpu.requestAdapter({ powerPreference: 'high-performance' }))
+      .info;
+    return description || `${vendor} ${architecture}`.trim();
+  });
+  assert.notEqual(name, '');
+  assert.ok((await page.textContent('#device')).includes(name), await page.textContent('#device'));
+  await run(page);
+  assert.equal(await page.textContent('#result-backend'), name);
+  assert.equal(JSON.parse(await page.textContent('#report')).adapter, name);
+});
 
 /** Where the page hears what its worker tells of devices. */
 function hearOfDevices() {
@@ -58,65 +103,58 @@ async function hashOf(page) {
 const LONG_JOB = '#dims=16 2000 1000&axis=x&sample=knot';
 
 /** The hash of that job, made on the processor. */
-async function hashOnProcessor() {
-  let hash;
-  await withPage(`${LONG_JOB}&backend=cpu`, async (page) => {
-    await hasGeometries(page, 1);
-    await run(page);
-    hash = await hashOf(page);
-  });
-  return hash;
+async function hashOnProcessor(visit) {
+  const page = await visit(`${LONG_JOB}&backend=cpu`);
+  await hasGeometries(page, 1);
+  await run(page);
+  return hashOf(page);
 }
 
-test('a device that is lost while the page meshes costs no cell', LIMIT, () =>
-  withWorker(loseFirstDevice(), async (url) => {
-    let hash;
-    await withPage(LONG_JOB, async (page) => {
-      await hasGeometries(page, 1);
-      await run(page);
-      const told = await page.evaluate(() => window.told);
-      assert.deepEqual(told.filter(({ reason }) => reason), [{ reason: 'destroyed' }], 'the device was lost');
-      assert.ok(told.some(({ n_devices }) => n_devices === 2), 'and another one opened');
-      assert.equal(await page.getAttribute('#device', 'data-backend'), 'gpu');
-      assert.equal(await page.textContent('#messages'), '');
-      hash = await hashOf(page);
-    }, { url, prepare: hearOfDevices });
-    assert.equal(hash, await hashOnProcessor());
-  }),
-);
+test('a device that is lost while the page meshes costs no cell', async ({ visit, siteWithWorker }) => {
+  const url = await siteWithWorker(loseFirstDevice());
+  const page = await visit(`${LONG_JOB}&backend=gpu`, { url, prepare: hearOfDevices });
+  await hasGeometries(page, 1);
+  await run(page);
+  const told = await page.evaluate(() => window.told);
+  const losses = told.filter(({ reason }) => reason);
+  assert.deepEqual(losses, [{ reason: 'destroyed' }], 'the device was lost');
+  const isReopened = told.some(({ n_devices }) => n_devices === 2);
+  assert.ok(isReopened, 'and another one opened');
+  assert.equal(await page.getAttribute('#device', 'data-backend'), 'gpu');
+  assert.equal(await page.textContent('#messages'), '');
+  assert.equal(await hashOf(page), await hashOnProcessor(visit));
+});
 
-test('where no other device can be opened the processor goes on, and the page says so', LIMIT, () =>
-  withWorker(loseFirstDevice(1), async (url) => {
-    let hash;
-    await withPage(LONG_JOB, async (page) => {
-      await hasGeometries(page, 1);
-      assert.equal(await page.getAttribute('#device', 'data-backend'), 'gpu');
-      await run(page);
-      assert.deepEqual((await page.evaluate(() => window.told)).filter(({ reason }) => reason), [{ reason: 'destroyed' }]);
-      assert.equal(await page.getAttribute('#device', 'data-backend'), 'cpu');
-      assert.match(await page.textContent('#result-warnings'), /^Meshed on the CPU: the GPU device was lost .*; opening it again: /);
-      assert.equal(await page.textContent('#result-backend'), 'the processor');
-      assert.equal(await page.textContent('#messages'), '');
-      hash = await hashOf(page);
-      // and stays there
-      await run(page);
-      assert.equal(await page.getAttribute('#device', 'data-backend'), 'cpu');
-    }, { url, prepare: hearOfDevices });
-    assert.equal(hash, await hashOnProcessor());
-  }),
-);
+test('where no other device can be opened the processor goes on, and the page says so', async ({ visit, siteWithWorker }) => {
+  const page = await visit(LONG_JOB, { url: await siteWithWorker(AS_HARDWARE + loseFirstDevice(1)), prepare: hearOfDevices });
+  await hasGeometries(page, 1);
+  assert.equal(await page.getAttribute('#device', 'data-backend'), 'gpu');
+  await run(page);
+  const losses = (await page.evaluate(() => window.told)).filter(({ reason }) => reason);
+  assert.deepEqual(losses, [{ reason: 'destroyed' }]);
+  assert.equal(await page.getAttribute('#device', 'data-backend'), 'cpu');
+  const warnings = await page.textContent('#result-warnings');
+  assert.match(warnings, /^Meshed on the CPU: the GPU device was lost .*; opening it again: /);
+  assert.equal(await page.textContent('#result-backend'), 'the processor');
+  assert.equal(await page.textContent('#messages'), '');
+  const hash = await hashOf(page);
+  // and stays there
+  await run(page);
+  assert.equal(await page.getAttribute('#device', 'data-backend'), 'cpu');
+  assert.equal(hash, await hashOnProcessor(visit));
+});
 
-test('where the GPU was asked for, its loss for good is a sentence, and another try is offered', LIMIT, () =>
-  withWorker(loseFirstDevice(1), (url) =>
-    withPage(`${LONG_JOB}&backend=gpu`, async (page) => {
-      await hasGeometries(page, 1);
-      await page.click('#run');
-      await page.waitForSelector('#messages [role=alert]', { timeout: 120_000 });
-      assert.equal(await page.getAttribute('#messages [role=alert]', 'data-code'), 'device-lost');
-      assert.match(await page.textContent('#messages [role=alert]'), /was lost .* opening it again: .*Open the GPU again/s);
-    }, { url }),
-  ),
-);
+test('where the GPU was asked for, its loss for good is a sentence, and another try is offered', async ({
+  visit,
+  siteWithWorker,
+}) => {
+  const page = await visit(`${LONG_JOB}&backend=gpu`, { url: await siteWithWorker(loseFirstDevice(1)) });
+  await hasGeometries(page, 1);
+  await page.click('#run');
+  await page.waitForSelector('#messages [role=alert]', { timeout: 120_000 });
+  assert.equal(await page.getAttribute('#messages [role=alert]', 'data-code'), 'device-lost');
+  assert.match(await page.textContent('#messages [role=alert]'), /was lost .* opening it again: .*Open the GPU again/s);
+});
 
 /** Meshes on a device of the page's own, which is destroyed after the first band; and on the processor. */
 async function meshOnOwnDevice(cornersOf) {
@@ -147,7 +185,10 @@ async function meshOnOwnDevice(cornersOf) {
     done.push(rays);
   });
   const refused = [];
-  for (const options of [{ device: own, backend: 'cpu' }, { device: own, worker: 'worker.js' }]) {
+  for (const options of [
+    { device: own, backend: 'cpu' },
+    { device: own, worker: 'worker.js' },
+  ]) {
     await createMesher(options).catch(({ code }) => refused.push(code));
   }
   const cpu = await hashOn({ backend: 'cpu' });
@@ -155,21 +196,33 @@ async function meshOnOwnDevice(cornersOf) {
   return { intact, lost, cpu, n_forIntact, n_opened, done, refused, reason, isBack: navigator.gpu === before };
 }
 
-test("a device of the caller's own is meshed on, and one of the mesher's where it is destroyed", LIMIT, () =>
-  withPage('', async (page) => {
-    const tetrahedron = [[0, 0, 0], [9, 0, 0], [0, 7, 0], [0, 0, 5]];
-    const corners = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]].flatMap((facet) => facet.flatMap((corner) => tetrahedron[corner]));
-    const found = await page.evaluate(meshOnOwnDevice, corners);
-    assert.deepEqual([found.intact.backend, found.lost.backend, found.cpu.backend], ['gpu', 'gpu', 'cpu']);
-    assert.equal(found.n_forIntact, 0, 'no other device was opened');
-    assert.equal(found.reason, 'destroyed');
-    assert.equal(found.n_opened, 1, 'the mesher opened one of its own');
-    assert.ok(found.isBack, 'navigator.gpu is what it was');
-    assert.notEqual(found.intact.adapter.name, '');
-    assert.equal(found.cpu.adapter, null);
-    assert.deepEqual(found.refused, ['job-conflict', 'job-conflict']);
-    assert.ok(found.done.length > 4 && found.done.every((rays, at) => at === 0 || rays > found.done[at - 1]), `bands in order: ${found.done}`);
-    assert.equal(found.lost.sha256, found.cpu.sha256);
-    assert.equal(found.intact.sha256, found.cpu.sha256);
-  }),
-);
+test("a device of the caller's own is meshed on, and one of the mesher's where it is destroyed", async ({ visit }) => {
+  const page = await visit('');
+  const tetrahedron = [
+    [0, 0, 0],
+    [9, 0, 0],
+    [0, 7, 0],
+    [0, 0, 5],
+  ];
+  const corners = [
+    [0, 2, 1],
+    [0, 1, 3],
+    [0, 3, 2],
+    [1, 2, 3],
+  ].flatMap((facet) => facet.flatMap((corner) => tetrahedron[corner]));
+  const found = await page.evaluate(meshOnOwnDevice, corners);
+  assert.deepEqual([found.intact.backend, found.lost.backend, found.cpu.backend], ['gpu', 'gpu', 'cpu']);
+  assert.equal(found.n_forIntact, 0, 'no other device was opened');
+  assert.equal(found.reason, 'destroyed');
+  assert.equal(found.n_opened, 1, 'the mesher opened one of its own');
+  assert.ok(found.isBack, 'navigator.gpu is what it was');
+  assert.notEqual(found.intact.adapter.name, '');
+  assert.equal(found.cpu.adapter, null);
+  assert.deepEqual(found.refused, ['job-conflict', 'job-conflict']);
+  assert.ok(
+    found.done.length > 4 && found.done.every((rays, at) => at === 0 || rays > found.done[at - 1]),
+    `bands in order: ${found.done}`,
+  );
+  assert.equal(found.lost.sha256, found.cpu.sha256);
+  assert.equal(found.intact.sha256, found.cpu.sha256);
+});

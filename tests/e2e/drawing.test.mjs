@@ -1,11 +1,8 @@
 // What the 3-D view draws while a mesh is made that takes the place of another: nothing, and nothing moves.
 
 import assert from 'node:assert/strict';
-import { test } from 'node:test';
 
-import { LIMIT, hasGeometries, isIdle, useSite, withPage } from './visit.mjs';
-
-useSite();
+import { hasGeometries, isIdle, test } from './visit.mjs';
 
 /** Before the page's scripts: counts WebGL's draws, those of the surface too, and lets a surface have so few faces that this one is coarsened. */
 function countDraws() {
@@ -40,7 +37,11 @@ async function isDrawn(page) {
 
 /** In the page: makes the mesh; draws and sizes of the view at the click and when the mesh is there, and the notice meanwhile. */
 function watchRun() {
-  const facts = () => ({ n_draws: window.n_draws, height: document.querySelector('#canvas-3d').clientHeight, notice: document.querySelector('#messages').textContent });
+  const facts = () => ({
+    n_draws: window.n_draws,
+    height: document.querySelector('#canvas-3d').clientHeight,
+    notice: document.querySelector('#messages').textContent,
+  });
   return new Promise((resolve) => {
     const found = { before: facts(), frames: [] };
     const frame = () => {
@@ -56,20 +57,23 @@ function watchRun() {
   });
 }
 
-test('while the same job is meshed again nothing is drawn in 3-D and the notice of the coarsened surface stays; the new one is drawn once', LIMIT, (context) =>
-  withPage('#dims=60 2000 2000&axis=x&sample=knot&backend=cpu', async (page) => {
-    await hasGeometries(page, 1);
-    await page.click('#run');
-    await isDrawn(page);
-    await page.evaluate(() => { window.n_surfaces = 0; });
-    const { before, frames, after } = await page.evaluate(watchRun);
-    context.diagnostic(`${frames.length} frames while the mesh was made`);
-    assert.match(before.notice, /drawn with cells of (\d+) × \1 × \1, because it has too many faces/);
-    assert.ok(frames.length > 3, `${frames.length} frames`);
-    for (const facts of [...frames, after]) assert.deepEqual(facts, before);
-    // the new surface is drawn, and said of anew, once
-    await isDrawn(page);
-    assert.equal(await page.evaluate(() => window.n_surfaces), 1);
-    assert.equal(await page.locator('#messages .message').count(), 1);
-  }, { prepare: countDraws }),
-);
+test('while the same job is meshed again nothing is drawn in 3-D and the notice of the coarsened surface stays; the new one is drawn once', async ({
+  visit,
+}) => {
+  const page = await visit('#dims=60 2000 2000&axis=x&sample=knot&backend=cpu', { prepare: countDraws });
+  await hasGeometries(page, 1);
+  await page.click('#run');
+  await isDrawn(page);
+  await page.evaluate(() => {
+    window.n_surfaces = 0;
+  });
+  const { before, frames, after } = await page.evaluate(watchRun);
+  console.log(`${frames.length} frames while the mesh was made`);
+  assert.match(before.notice, /drawn with cells of (\d+) × \1 × \1, because it has too many faces/);
+  assert.ok(frames.length > 3, `${frames.length} frames`);
+  for (const facts of [...frames, after]) assert.deepEqual(facts, before);
+  // the new surface is drawn, and said of anew, once
+  await isDrawn(page);
+  assert.equal(await page.evaluate(() => window.n_surfaces), 1);
+  assert.equal(await page.locator('#messages .message').count(), 1);
+});

@@ -1,43 +1,46 @@
 // The package's contract of calls, in a page: meshes wait for each other, aborts are heeded at once and lose nothing.
 
 import assert from 'node:assert/strict';
-import { test } from 'node:test';
 
-import { LIMIT, useSite, withPage } from './visit.mjs';
+import { knotText } from './samples.mjs';
+import { test } from './visit.mjs';
 
-useSite();
-
-/** Runs a function in the page with the package and a sample's file. */
-function inPage(page, act) {
-  const source = `(async () => {
+/** Runs a function, given as text, in the page with the package and a sample's file. */
+async function inPage(page, act) {
+  const source = `async (knot) => {
     const { createMesher } = await import(new URL('hexcast.js', location.href).href);
-    const { sampleFiles } = await import(new URL('page/samples.js', location.href).href);
-    const [{ source }] = sampleFiles('knot');
+    const source = new File([Uint8Array.from(knot, (letter) => letter.charCodeAt(0))], 'knot.stl');
     return (${act})(createMesher, source);
-  })()`;
-  return page.evaluate(source);
+  }`;
+  return page.evaluate(`(${source})(${JSON.stringify(await knotText())})`);
 }
 
 for (const worker of [true, false]) {
   const where = worker ? 'in a worker' : 'on the calling thread';
 
-  test(`meshes asked for at once are made one after the other, ${where}`, LIMIT, () =>
-    withPage('', async (page) => {
-      const found = await inPage(page, `async (createMesher, source) => {
+  test(`meshes asked for at once are made one after the other, ${where}`, async ({ visit }) => {
+    const page = await visit('');
+    const found = await inPage(
+      page,
+      `async (createMesher, source) => {
         const mesher = await createMesher({ backend: 'cpu', worker: ${worker ? 'undefined' : 'false'} });
         const job = (cells) => ({ geometries: [{ source }], cells });
         const meshes = await Promise.all([mesher.mesh(job(300)), mesher.mesh(job(40)), mesher.mesh(job(40))]);
         const hashes = await Promise.all(meshes.slice(1).map((mesh) => mesh.sha256()));
         return { dims: meshes.map((mesh) => Math.max(...mesh.dims)), hashes };
-      }`);
-      assert.deepEqual(found.dims, [300, 40, 40]);
-      assert.equal(found.hashes[0], found.hashes[1]);
-    }),
-  );
+      }`,
+    );
+    assert.deepEqual(found.dims, [300, 40, 40]);
+    assert.equal(found.hashes[0], found.hashes[1]);
+  });
 
-  test(`an aborted mesh rejects with the reason while the core is busy, and the next one is made, ${where}`, LIMIT, () =>
-    withPage('', async (page) => {
-      const found = await inPage(page, `async (createMesher, source) => {
+  test(`an aborted mesh rejects with the reason while the core is busy, and the next one is made, ${where}`, async ({
+    visit,
+  }) => {
+    const page = await visit('');
+    const found = await inPage(
+      page,
+      `async (createMesher, source) => {
         const mesher = await createMesher({ backend: 'cpu', worker: ${worker ? 'undefined' : 'false'} });
         const stop = new AbortController();
         const events = [];
@@ -48,46 +51,39 @@ for (const worker of [true, false]) {
         const n_told = events.length;
         const mesh = await mesher.mesh({ geometries: [{ source }], cells: 30 });
         return { reasons, cells: mesh.report.cells, n_late: events.length - n_told, dims: mesh.dims };
-      }`);
-      assert.deepEqual(found.reasons, ['enough', 'enough']);
-      assert.equal(found.n_late, 0, 'who gave up hears no more');
-      assert.equal(Math.max(...found.dims), 30);
-    }),
-  );
+      }`,
+    );
+    assert.deepEqual(found.reasons, ['enough', 'enough']);
+    assert.equal(found.n_late, 0, 'who gave up hears no more');
+    assert.equal(Math.max(...found.dims), 30);
+  });
 }
 
-test('zlib is loaded once, with the first compressed file, and a mesher that cannot load it does all else', LIMIT, () =>
-  withPage('', async (page) => {
-    const found = await inPage(page, `async (createMesher, source) => {
-      const make = async (options) => {
-        const mesher = await createMesher({ backend: 'cpu', ...options });
-        const mesh = await mesher.mesh({ geometries: [{ source }], cells: 60 });
-        return { mesher, mesh, plain: (await mesh.blob('vti')).size };
-      };
-      const countLoads = () => performance.getEntriesByName(new URL('hexcast_zlib_bg.wasm', location.href).href).length;
-      const { mesher, mesh, plain } = await make({ worker: false });
-      const n_before = countLoads();
+test('compressed files are smaller, and read back', async ({ visit }) => {
+  const page = await visit('');
+  const found = await inPage(
+    page,
+    `async (createMesher, source) => {
+      const mesher = await createMesher({ backend: 'cpu', worker: false });
+      const mesh = await mesher.mesh({ geometries: [{ source }], cells: 60 });
+      const plain = (await mesh.blob('vti')).size;
       const sizes = await Promise.all([1, 6, 9].map(async (compress) => (await mesh.blob('vti', { compress })).size));
       const again = await mesher.open(await mesh.blob('hxc', { compress: 6 }));
-      const n_loads = [n_before, countLoads()];
-      // one whose worker has none
-      const without = await make({ zlib: Uint8Array.of(1, 2, 3) });
-      const { code, message, hint } = await without.mesh.blob('vti', { compress: 6 }).catch((error) => error);
-      return { n_loads, sizes, dims: [again.dims, mesh.dims], plain: [plain, without.plain], code, message, hint };
-    }`);
-    assert.deepEqual(found.n_loads, [0, 1]);
-    assert.ok(found.sizes.every((size) => size < found.plain[0] / 4), `${found.sizes} of ${found.plain}`);
-    assert.deepEqual(found.dims[0], found.dims[1]);
-    assert.equal(found.plain[0], found.plain[1]);
-    assert.equal(found.code, 'io');
-    assert.match(found.message, /^zlib cannot be loaded: ./);
-    assert.match(found.hint, /leave out compress/);
-  }),
-);
+      return { sizes, dims: [again.dims, mesh.dims], plain };
+    }`,
+  );
+  assert.ok(
+    found.sizes.every((size) => size < found.plain / 4),
+    `${found.sizes} of ${found.plain}`,
+  );
+  assert.deepEqual(found.dims[0], found.dims[1]);
+});
 
-test('a compressed file is made a slab at a time: others are answered meanwhile, and an abort ends it', LIMIT, () =>
-  withPage('', async (page) => {
-    const found = await inPage(page, `async (createMesher, source) => {
+test('a compressed file is made a slab at a time: others are answered meanwhile, and an abort ends it', async ({ visit }) => {
+  const page = await visit('');
+  const found = await inPage(
+    page,
+    `async (createMesher, source) => {
       const mesher = await createMesher({ backend: 'cpu' });
       const mesh = await mesher.mesh({ geometries: [{ source }], cells: 400 });
       const stop = new AbortController();
@@ -102,11 +98,11 @@ test('a compressed file is made a slab at a time: others are answered meanwhile,
       const [slice] = await Promise.all(asked);
       const whole = await mesh.blob('vti', { compress: 1 });
       return { reason, shares, width: slice.width, nx: mesh.dims[0], bytes: whole.size };
-    }`);
-    assert.equal(found.reason, 'enough');
-    assert.equal(found.shares.length, 4, `${found.shares}`);
-    assert.ok(found.shares.at(-1) < 1, `${found.shares}`);
-    assert.equal(found.width, found.nx);
-    assert.ok(found.bytes > 1000);
-  }),
-);
+    }`,
+  );
+  assert.equal(found.reason, 'enough');
+  assert.equal(found.shares.length, 4, `${found.shares}`);
+  assert.ok(found.shares.at(-1) < 1, `${found.shares}`);
+  assert.equal(found.width, found.nx);
+  assert.ok(found.bytes > 1000);
+});

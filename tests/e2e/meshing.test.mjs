@@ -1,60 +1,60 @@
 // From a sample to a mesh that can be looked at, in Chromium: slices, 3-D, priorities, either backend.
 
 import assert from 'node:assert/strict';
-import { test } from 'node:test';
 
-import { COPPER, EPOXY, LIMIT, hasGeometries, legend, run, saved, slice, take, useSite, withPage } from './visit.mjs';
+import { COPPER, EPOXY, hasGeometries, legend, run, saved, slice, take, test } from './visit.mjs';
 
-useSite();
+test('two touching blocks: every cell of two slices has its colour', async ({ visit }) => {
+  const page = await visit('#cells=20&backend=gpu');
+  await take(page, 'cubes', 2);
+  assert.deepEqual(await page.$$eval('[id^=dims-]', (inputs) => inputs.map((input) => input.value)), ['20', '10', '10']);
+  await run(page);
+  assert.deepEqual(await legend(page), [
+    [1, 1000],
+    [2, 500],
+  ]);
+  const row = (right) => Array.from({ length: 20 }, (_, i) => (i < 10 ? COPPER : right));
+  assert.deepEqual(await slice(page, 'z', 2), Array(10).fill(row(EPOXY)));
+  assert.deepEqual(await slice(page, 'z', 7), Array(10).fill(row(null)));
+  assert.deepEqual(
+    await slice(page, 'x', 15),
+    Array.from({ length: 10 }, (_, k) => Array(10).fill(k < 5 ? EPOXY : null)),
+  );
+});
 
-test('two touching blocks: every cell of two slices has its colour', LIMIT, () =>
-  withPage('#cells=20', async (page) => {
-    await take(page, 'cubes', 2);
-    assert.deepEqual(await page.$$eval('[id^=dims-]', (inputs) => inputs.map((input) => input.value)), ['20', '10', '10']);
-    await run(page);
-    assert.deepEqual(await legend(page), [[1, 1000], [2, 500]]);
-    const row = (right) => Array.from({ length: 20 }, (_, i) => (i < 10 ? COPPER : right));
-    assert.deepEqual(await slice(page, 'z', 2), Array(10).fill(row(EPOXY)));
-    assert.deepEqual(await slice(page, 'z', 7), Array(10).fill(row(null)));
-    assert.deepEqual(await slice(page, 'x', 15), Array.from({ length: 10 }, (_, k) => Array(10).fill(k < 5 ? EPOXY : null)));
-  }),
-);
+test('arrow keys move the slice', async ({ visit }) => {
+  const page = await visit('#cells=20&sample=cubes&backend=gpu');
+  await hasGeometries(page, 2);
+  await run(page);
+  await slice(page, 'z', 4);
+  await page.focus('#canvas-slice');
+  await page.keyboard.press('ArrowUp');
+  await page.waitForFunction(() => document.querySelector('#canvas-slice').dataset.index === '5');
+  assert.equal((await slice(page, 'z', 5))[0][15], null);
+  await page.keyboard.press('Home');
+});
 
-test('arrow keys move the slice', LIMIT, () =>
-  withPage('#cells=20&sample=cubes', async (page) => {
-    await hasGeometries(page, 2);
-    await run(page);
-    await slice(page, 'z', 4);
-    await page.focus('#canvas-slice');
-    await page.keyboard.press('ArrowUp');
-    await page.waitForFunction(() => document.querySelector('#canvas-slice').dataset.index === '5');
-    assert.equal((await slice(page, 'z', 5))[0][15], null);
-    await page.keyboard.press('Home');
-  }),
-);
-
-test('the model, the cells and a section are drawn in 3-D', LIMIT, () =>
-  withPage('#cells=32', async (page) => {
-    await take(page, 'shells', 2);
-    const counts = [await coloursIn3d(page)];
-    await run(page);
-    await page.waitForSelector('#canvas-3d[data-triangles]', { timeout: 60_000 });
-    counts.push(await coloursIn3d(page));
-    const whole = await page.$eval('#canvas-3d', (canvas) => Number(canvas.dataset.triangles));
-    assert.ok(whole > 1000, `${whole} triangles`);
-    await page.selectOption('#section-axis', '0');
-    await page.waitForFunction(() => !document.querySelector('#section-at').disabled);
-    await page.waitForTimeout(500);
-    counts.push(await coloursIn3d(page));
-    for (const { n_colours, share } of counts) {
-      assert.ok(n_colours > 20, `${n_colours} colours`);
-      assert.ok(share > 0.05 && share < 0.9, `${share} of the picture is drawn on`);
-    }
-    // the section shows the core, in its own colour and unlit
-    assert.ok(counts[2].exact > 0.005, `${counts[2].exact} of the picture is the core`);
-    assert.equal(counts[1].exact, 0);
-  }),
-);
+test('the model, the cells and a section are drawn in 3-D', async ({ visit }) => {
+  const page = await visit('#cells=32&backend=gpu');
+  await take(page, 'shells', 2);
+  const counts = [await coloursIn3d(page)];
+  await run(page);
+  await page.waitForSelector('#canvas-3d[data-triangles]', { timeout: 60_000 });
+  counts.push(await coloursIn3d(page));
+  const whole = await page.$eval('#canvas-3d', (canvas) => Number(canvas.dataset.triangles));
+  assert.ok(whole > 1000, `${whole} triangles`);
+  await page.selectOption('#section-axis', '0');
+  await page.waitForFunction(() => !document.querySelector('#section-at').disabled);
+  await page.waitForTimeout(500);
+  counts.push(await coloursIn3d(page));
+  for (const { n_colours, share } of counts) {
+    assert.ok(n_colours > 20, `${n_colours} colours`);
+    assert.ok(share > 0.05 && share < 0.9, `${share} of the picture is drawn on`);
+  }
+  // the section shows the core, in its own colour and unlit
+  assert.ok(counts[2].exact > 0.005, `${counts[2].exact} of the picture is the core`);
+  assert.equal(counts[1].exact, 0);
+});
 
 /** Number of colours, share of pixels that are drawn on, and share in the second flag's very colour, of the saved picture. */
 async function coloursIn3d(page) {
@@ -68,28 +68,33 @@ async function coloursIn3d(page) {
     const pixels = new Uint32Array(context.getImageData(0, 0, bitmap.width, bitmap.height).data.buffer);
     const isDrawn = pixels.filter((pixel) => pixel >>> 24 > 0);
     const near = (pixel) => [0x3a, 0x8f, 0xc9].every((part, at) => Math.abs(((pixel >>> (8 * at)) & 255) - part) <= 1);
-    return { n_colours: new Set(pixels).size, share: isDrawn.length / pixels.length, exact: isDrawn.filter(near).length / pixels.length };
+    return {
+      n_colours: new Set(pixels).size,
+      share: isDrawn.length / pixels.length,
+      exact: isDrawn.filter(near).length / pixels.length,
+    };
   }, bytes.toString('base64'));
 }
 
-test('where two geometries overlap the higher priority wins', LIMIT, () =>
-  withPage('#cells=20', async (page) => {
-    await take(page, 'shells', 2);
-    await run(page);
-    assert.equal((await slice(page, 'z', 10))[10][10], EPOXY);
-    await page.fill('.geometry[data-file="core.stl"] .priority', '-1');
-    await run(page);
-    assert.equal((await slice(page, 'z', 10))[10][10], COPPER);
-    assert.equal(new Map(await legend(page)).get(2) ?? 0, 0);
-    assert.notEqual(await page.textContent('#result-warnings'), '');
-  }),
-);
+test('where two geometries overlap the higher priority wins', async ({ visit }) => {
+  const page = await visit('#cells=20&backend=gpu');
+  await take(page, 'shells', 2);
+  await run(page);
+  assert.equal((await slice(page, 'z', 10))[10][10], EPOXY);
+  await page.fill('.geometry[data-file="core.stl"] .priority', '-1');
+  await run(page);
+  assert.equal((await slice(page, 'z', 10))[10][10], COPPER);
+  assert.equal(new Map(await legend(page)).get(2) ?? 0, 0);
+  assert.notEqual(await page.textContent('#result-warnings'), '');
+});
 
-test('the processor does the work where it is asked to', LIMIT, () =>
-  withPage('#cells=20&sample=cubes&backend=cpu', async (page) => {
-    await hasGeometries(page, 2);
-    assert.equal(await page.getAttribute('#device', 'data-backend'), 'cpu');
-    await run(page);
-    assert.deepEqual(await legend(page), [[1, 1000], [2, 500]]);
-  }),
-);
+test('the processor does the work where it is asked to', async ({ visit }) => {
+  const page = await visit('#cells=20&sample=cubes&backend=cpu');
+  await hasGeometries(page, 2);
+  assert.equal(await page.getAttribute('#device', 'data-backend'), 'cpu');
+  await run(page);
+  assert.deepEqual(await legend(page), [
+    [1, 1000],
+    [2, 500],
+  ]);
+});

@@ -3,7 +3,8 @@
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import path from 'node:path';
-import { after, before, test } from 'node:test';
+
+import { test } from '@playwright/test';
 
 import { ROOT } from '../../scripts/run.mjs';
 import { serve } from '../../scripts/serve.mjs';
@@ -11,17 +12,21 @@ import { complaintsOf, openChromium, openFirefox } from './browsers.mjs';
 
 const { version } = JSON.parse(readFileSync(path.join(ROOT, 'package.json'), 'utf8'));
 const SHOWN = "document.querySelector('#version').value !== ''";
-const ADAPTER = "navigator.gpu.requestAdapter().then((a) => a && [a.info.vendor, a.info.architecture, a.info.description].join(' ').trim())";
+const ADAPTER =
+  "navigator.gpu.requestAdapter().then((a) => a && [a.info.vendor, a.info.architecture, a.info.description].join(' ').trim())";
 const BASES = ['/', '/some/where/'];
 
 let servers;
-before(async () => {
+test.beforeAll(async () => {
   servers = await Promise.all(BASES.map((base) => serve({ base })));
 });
-after(() => Promise.all(servers.map((server) => server.close())));
+test.afterAll(() => Promise.all(servers.map((server) => server.close())));
 
-for (const [name, open] of [['Chromium', openChromium], ['Firefox', openFirefox]]) {
-  test(`${name} shows the version and complains about nothing`, { timeout: 120_000 }, async () => {
+for (const [name, open] of [
+  ['Chromium', openChromium],
+  ['Firefox', openFirefox],
+]) {
+  test(`${name} shows the version and complains about nothing`, async () => {
     const browser = await open();
     try {
       for (const { url } of servers) {
@@ -37,31 +42,36 @@ for (const [name, open] of [['Chromium', openChromium], ['Firefox', openFirefox]
     }
   });
 
-  test(`${name} has a WebGPU adapter`, { timeout: 120_000 }, async (context) => {
+  test(`${name} has a WebGPU adapter`, async () => {
     const browser = await open();
     try {
       const page = await browser.newPage();
       await page.goto(servers[0].url);
       const adapter = await page.evaluate(ADAPTER);
       assert.notEqual(adapter, null);
-      context.diagnostic(`adapter: ${adapter || 'unnamed'} (${name})`);
+      console.log(`adapter: ${adapter || 'unnamed'} (${name})`);
     } finally {
       await browser.close();
     }
   });
 }
 
-test('a complaint is heard', { timeout: 120_000 }, async () => {
+test('a complaint is heard', async () => {
   const browser = await openChromium();
   try {
     const page = await browser.newPage();
     const complaints = complaintsOf(page, servers[0].url);
     await page.goto(servers[0].url);
-    await page.evaluate("console.error('one'); setTimeout(() => { throw new Error('two') }); fetch('missing').then(() => { window.isDone = true })");
+    await page.evaluate(
+      "console.error('one'); setTimeout(() => { throw new Error('two') }); fetch('missing').then(() => { window.isDone = true })",
+    );
     await page.waitForFunction('window.isDone');
     assert.ok(complaints.includes('console: one'), complaints.join('\n'));
     assert.ok(complaints.includes('uncaught: two'), complaints.join('\n'));
-    assert.ok(complaints.some((complaint) => complaint.startsWith('status 404')), complaints.join('\n'));
+    assert.ok(
+      complaints.some((complaint) => complaint.startsWith('status 404')),
+      complaints.join('\n'),
+    );
   } finally {
     await browser.close();
   }

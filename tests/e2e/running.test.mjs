@@ -1,11 +1,8 @@
 // While the page meshes: frames go on, Cancel is heeded, and what is shown says which settings it was made with.
 
 import assert from 'node:assert/strict';
-import { test } from 'node:test';
 
-import { LIMIT, hasGeometries, isIdle, legend, run, take, useSite, withPage } from './visit.mjs';
-
-useSite();
+import { hasGeometries, isIdle, legend, run, take, test } from './visit.mjs';
 
 /** Before the page's scripts: counts frames, and notes the frame of every word that the worker says of its progress. */
 function watchWorker() {
@@ -32,10 +29,10 @@ function watchWorker() {
   };
 }
 
-/** In the page: cancels; seconds until it is idle, and until the worker has answered another question. */
-async function cancel() {
-  const { state } = await import(new URL('page/state.js', location.href).href);
-  const { currentJob } = await import(new URL('page/job.js', location.href).href);
+/** In the page: cancels; seconds until it is idle, and until the worker has estimated the job with so many cells on y. */
+async function cancel(cells) {
+  // what the worker has told already is heard first
+  for (let turn = 0; turn < 2; turn += 1) await new Promise((resolve) => setTimeout(resolve));
   const [start, n_before] = [performance.now(), window.heard.length];
   const since = () => (performance.now() - start) / 1000;
   const stopped = new Promise((resolve) => {
@@ -43,73 +40,79 @@ async function cancel() {
   });
   document.querySelector('#cancel').click();
   const seconds = await stopped;
-  await state.mesher.estimate(currentJob());
+  while (document.querySelector('#dims-y').value !== cells) await new Promise((resolve) => setTimeout(resolve, 2));
   return { n_before, seconds, untilFree: since() };
 }
 
 for (const backend of ['gpu', 'cpu']) {
-  test(`Cancel is heeded at the next band, and the next mesh is made (${backend})`, LIMIT, (context) =>
-    withPage(`#cells=6000&sample=knot&backend=${backend}`, async (page) => {
-      await hasGeometries(page, 1);
-      await page.click('#run');
-      await page.fill('#cells', '30');
-      await page.waitForFunction(() => window.heard.length >= 3, null, { timeout: 60_000 });
-      const { n_before, seconds, untilFree } = await page.evaluate(cancel);
-      assert.match(await page.textContent('#status'), /Cancelled/);
-      // what was set meanwhile counts now
-      await page.waitForFunction(() => document.querySelector('#dims-y').value === '30');
-      const before = await page.evaluate(() => window.heard.length);
-      await run(page);
-      const share = await page.evaluate((at) => window.heard[at - 1].share, before);
-      const ms = (seconds) => `${(1000 * seconds).toFixed(1)} ms`;
-      context.diagnostic(`Cancel took ${ms(seconds)} on the page, and the worker was free after ${ms(untilFree)}; it told of ${before - n_before} bands after it, at ${(100 * share).toFixed(0)} %`);
-      // one band that came home meanwhile, and one whose message was on its way
-      assert.ok(before - n_before <= 2, `${before - n_before} bands after Cancel`);
-      assert.ok(share < 0.9, `${share} of the mesh was made`);
-      assert.equal((await legend(page)).length, 1);
-    }, { prepare: watchWorker }),
-  );
+  test(`Cancel is heeded at the next band, and the next mesh is made (${backend})`, async ({ visit }) => {
+    const page = await visit(`#cells=6000&sample=knot&backend=${backend}`, { prepare: watchWorker });
+    await hasGeometries(page, 1);
+    await page.click('#run');
+    await page.fill('#cells', '30');
+    await page.waitForFunction(() => window.heard.length >= 3, null, { timeout: 60_000 });
+    const { n_before, seconds, untilFree } = await page.evaluate(cancel, '30');
+    assert.match(await page.textContent('#status'), /Cancelled/);
+    // what was set meanwhile counts now
+    assert.equal(await page.inputValue('#dims-y'), '30');
+    const before = await page.evaluate(() => window.heard.length);
+    await run(page);
+    const share = await page.evaluate((at) => window.heard[at - 1].share, before);
+    const ms = (seconds) => `${(1000 * seconds).toFixed(1)} ms`;
+    console.log(
+      `Cancel took ${ms(seconds)} on the page, and the worker was free after ${ms(untilFree)}; it told of ${before - n_before} bands after it, at ${(100 * share).toFixed(0)} %`,
+    );
+    // one band that came home meanwhile, and one whose message was on its way
+    assert.ok(before - n_before <= 2, `${before - n_before} bands after Cancel`);
+    assert.ok(share < 0.9, `${share} of the mesh was made`);
+    assert.equal((await legend(page)).length, 1);
+  });
 }
 
-test('frames go on while the page meshes', LIMIT, (context) =>
-  withPage('#cells=6000&sample=knot&backend=cpu', async (page) => {
-    await hasGeometries(page, 1);
-    await page.evaluate(() => { window.gaps.length = 0; });
-    await page.click('#run');
-    await page.waitForFunction(() => window.heard.at(-1)?.share === 1, null, { timeout: 180_000 });
-    const { heard, gaps } = await page.evaluate(() => ({ heard: window.heard, gaps: window.gaps.sort((a, b) => a - b) }));
-    context.diagnostic(`${gaps.length} frames; ${gaps[gaps.length >> 1].toFixed(1)} ms between them in the middle, ${gaps.at(-1).toFixed(1)} at most`);
-    // in every tenth of the work at least one frame was drawn
-    const firstAfter = (share) => heard.find((entry) => entry.share >= share).frame;
-    for (let tenth = 1; tenth < 10; tenth += 1) {
-      const n_frames = firstAfter((tenth + 1) / 10) - firstAfter(tenth / 10);
-      assert.ok(n_frames > 0, `${n_frames} frames in tenth ${tenth + 1} of the work`);
-    }
-    await isIdle(page);
-  }, { prepare: watchWorker }),
-);
+test('frames go on while the page meshes', async ({ visit }) => {
+  const page = await visit('#cells=6000&sample=knot&backend=cpu', { prepare: watchWorker });
+  await hasGeometries(page, 1);
+  await page.evaluate(() => {
+    window.gaps.length = 0;
+  });
+  await page.click('#run');
+  await page.waitForFunction(() => window.heard.at(-1)?.share === 1, null, { timeout: 180_000 });
+  const { heard, gaps } = await page.evaluate(() => ({ heard: window.heard, gaps: window.gaps.sort((a, b) => a - b) }));
+  console.log(
+    `${gaps.length} frames; ${gaps[gaps.length >> 1].toFixed(1)} ms between them in the middle, ${gaps.at(-1).toFixed(1)} at most`,
+  );
+  // in every tenth of the work at least one frame was drawn
+  const firstAfter = (share) => heard.find((entry) => entry.share >= share).frame;
+  for (let tenth = 1; tenth < 10; tenth += 1) {
+    const n_frames = firstAfter((tenth + 1) / 10) - firstAfter(tenth / 10);
+    assert.ok(n_frames > 0, `${n_frames} frames in tenth ${tenth + 1} of the work`);
+  }
+  await isIdle(page);
+});
 
-test('after a change of settings what is shown is said to be of the last mesh', LIMIT, () =>
-  withPage('#cells=20', async (page) => {
-    await take(page, 'cubes', 2);
-    await run(page);
-    const isStale = () => page.isVisible('#stale');
-    assert.equal(await isStale(), false);
-    await page.fill('#cells', '24');
-    assert.equal(await isStale(), true);
-    await page.fill('#cells', '20');
-    assert.equal(await isStale(), false);
-    await page.fill('.geometry[data-file="epoxy.stl"] .priority', '1');
-    assert.equal(await isStale(), true);
-    await page.waitForSelector('#mesh-again:enabled');
-    await page.click('#mesh-again');
-    await page.waitForSelector('#stale', { state: 'hidden' });
-    await isIdle(page);
-    assert.deepEqual(await legend(page), [[1, 1000], [2, 500]]);
-    // a colour is no setting of the mesh, another model is
-    await page.fill('.geometry[data-file="epoxy.stl"] input[type=color]', '#123456');
-    assert.equal(await isStale(), false);
-    await page.click('[aria-label="Remove epoxy"]');
-    assert.equal(await isStale(), true);
-  }),
-);
+test('after a change of settings what is shown is said to be of the last mesh', async ({ visit }) => {
+  const page = await visit('#cells=20&backend=gpu');
+  await take(page, 'cubes', 2);
+  await run(page);
+  const isStale = () => page.isVisible('#stale');
+  assert.equal(await isStale(), false);
+  await page.fill('#cells', '24');
+  assert.equal(await isStale(), true);
+  await page.fill('#cells', '20');
+  assert.equal(await isStale(), false);
+  await page.fill('.geometry[data-file="epoxy.stl"] .priority', '1');
+  assert.equal(await isStale(), true);
+  await page.waitForSelector('#mesh-again:enabled');
+  await page.click('#mesh-again');
+  await page.waitForSelector('#stale', { state: 'hidden' });
+  await isIdle(page);
+  assert.deepEqual(await legend(page), [
+    [1, 1000],
+    [2, 500],
+  ]);
+  // a colour is no setting of the mesh, another model is
+  await page.fill('.geometry[data-file="epoxy.stl"] input[type=color]', '#123456');
+  assert.equal(await isStale(), false);
+  await page.click('[aria-label="Remove epoxy"]');
+  assert.equal(await isStale(), true);
+});

@@ -1,19 +1,15 @@
 // Columns that outgrow the memory allowed: in both browsers they go to the private file system, and leave nothing there.
 
 import assert from 'node:assert/strict';
-import { test } from 'node:test';
 
-import { serve } from '../../scripts/serve.mjs';
 import { complaintsOf, openChromium, openFirefox } from './browsers.mjs';
-import { withWorker } from './workers.mjs';
-
-const LIMIT = { timeout: 240_000 };
+import { knotText } from './samples.mjs';
+import { test } from './visit.mjs';
 
 /** In the page: meshes in memory and with its columns aside, on one backend, and tells what came out and what was left. */
-async function meshAside(backend) {
+async function meshAside({ backend, knot }) {
   const { createMesher } = await import(new URL('hexcast.js', location.href).href);
-  const { sampleFiles } = await import(new URL('page/samples.js', location.href).href);
-  const [{ source }] = sampleFiles('knot');
+  const source = Uint8Array.from(knot, (letter) => letter.charCodeAt(0));
   const files = async () => {
     const root = await navigator.storage.getDirectory();
     const names = [];
@@ -21,7 +17,8 @@ async function meshAside(backend) {
     return names.length;
   };
   const untilGone = async () => {
-    for (const end = performance.now() + 20_000; (await files()) > 0 && performance.now() < end; ) await new Promise((resolve) => setTimeout(resolve, 20));
+    for (const end = performance.now() + 20_000; (await files()) > 0 && performance.now() < end; )
+      await new Promise((resolve) => setTimeout(resolve, 20));
     return files();
   };
   const bytesOf = async (mesh) => {
@@ -31,7 +28,11 @@ async function meshAside(backend) {
   const job = { geometries: [{ source }], dims: [16, 2000, 1000], axis: 'x' };
   // the buffers of a software GPU lie in the same memory
   const tight = { ...job, max_memory: backend === 'gpu' ? '17MB' : '8MB' };
-  const code = (made) => made.then(() => 'meshed', (error) => error.code ?? error);
+  const code = (made) =>
+    made.then(
+      () => 'meshed',
+      (error) => error.code ?? error,
+    );
 
   // what an earlier visit left is gone with the next one
   const folder = await (await navigator.storage.getDirectory()).getDirectoryHandle('hexcast-columns', { create: true });
@@ -58,21 +59,25 @@ async function meshAside(backend) {
   mesher.dispose();
   facts.afterMesher = await untilGone();
   const here = await createMesher({ backend, worker: false });
-  facts.here = [await code(here.mesh(tight)), await code(here.mesh(job, { spill: true })), await code(here.mesh(job, { spill: 'yes' }))];
+  facts.here = [
+    await code(here.mesh(tight)),
+    await code(here.mesh(job, { spill: true })),
+    await code(here.mesh(job, { spill: 'yes' })),
+  ];
   here.dispose();
   return facts;
 }
 
 for (const [name, open] of Object.entries({ Chromium: openChromium, Firefox: openFirefox })) {
-  test(`columns go aside in ${name} and come back the same, and no file is left`, LIMIT, async () => {
-    const server = await serve();
+  test(`columns go aside in ${name} and come back the same, and no file is left`, async ({ site }) => {
+    const knot = await knotText();
     const browser = await open();
     try {
       for (const backend of ['cpu', 'gpu']) {
         const page = await browser.newPage();
-        const complaints = complaintsOf(page, server.url);
-        await page.goto(server.url);
-        const { held, memory, aside, ...found } = await page.evaluate(meshAside, backend);
+        const complaints = complaintsOf(page, site);
+        await page.goto(site);
+        const { held, memory, aside, ...found } = await page.evaluate(meshAside, { backend, knot });
         assert.ok(aside.every((bytes) => bytes > 1e6) && memory[1] < memory[0] / 10, `${aside} bytes aside, ${memory} in memory`);
         const expected = {
           backend,
@@ -95,19 +100,20 @@ for (const [name, open] of Object.entries({ Chromium: openChromium, Firefox: ope
       }
     } finally {
       await browser.close();
-      await server.close();
     }
   });
 }
 
 /** In the page: the hash of a mesh whose columns go aside, or its error. */
-async function hashAside() {
+async function hashAside(knot) {
   const { createMesher } = await import(new URL('hexcast.js', location.href).href);
-  const { sampleFiles } = await import(new URL('page/samples.js', location.href).href);
-  const [{ source }] = sampleFiles('knot');
+  const source = Uint8Array.from(knot, (letter) => letter.charCodeAt(0));
   const mesher = await createMesher({ backend: 'cpu' });
   const job = { geometries: [{ source }], dims: [16, 1000, 1000], axis: 'x', max_memory: '5MB' };
-  const found = await mesher.mesh(job).then((mesh) => mesh.sha256(), ({ code, message }) => ({ code, message }));
+  const found = await mesher.mesh(job).then(
+    (mesh) => mesh.sha256(),
+    ({ code, message }) => ({ code, message }),
+  );
   mesher.dispose();
   return found;
 }
@@ -119,24 +125,20 @@ const IN_PARTS = `for (const name of ['read', 'write']) {
 }`;
 const FULL = "FileSystemSyncAccessHandle.prototype.write = () => { throw new DOMException('no room', 'QuotaExceededError'); };";
 
-test('a file system that takes and gives bytes in parts will do, and one that is full is a sentence', LIMIT, async () => {
-  const browser = await openChromium();
-  try {
-    const found = [];
-    for (const code of [WHOLE, IN_PARTS, FULL]) {
-      await withWorker(code, async (url) => {
-        const page = await browser.newPage();
-        await page.goto(url);
-        found.push(await page.evaluate(hashAside));
-        await page.close();
-      });
-    }
-    const [whole, inParts, full] = found;
-    assert.equal(whole.length, 64);
-    assert.equal(inParts, whole);
-    assert.equal(full.code, 'io');
-    assert.match(full.message, /putting columns aside: .*"no room"; make room on the disk/);
-  } finally {
-    await browser.close();
+test('a file system that takes and gives bytes in parts will do, and one that is full is a sentence', async ({
+  browser,
+  siteWithWorker,
+}) => {
+  const found = [];
+  for (const code of [WHOLE, IN_PARTS, FULL]) {
+    const page = await browser.newPage();
+    await page.goto(await siteWithWorker(code));
+    found.push(await page.evaluate(hashAside, await knotText()));
+    await page.close();
   }
+  const [whole, inParts, full] = found;
+  assert.equal(whole.length, 64);
+  assert.equal(inParts, whole);
+  assert.equal(full.code, 'io');
+  assert.match(full.message, /writing columns to the disk: .*"no room"; make room on the disk/);
 });

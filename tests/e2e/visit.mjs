@@ -2,56 +2,73 @@
 
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
-import { after, before } from 'node:test';
+
+import { test as base } from '@playwright/test';
 
 import { serve } from '../../scripts/serve.mjs';
-import { complaintsOf, openChromium } from './browsers.mjs';
+import { complaintsOf, openFirefox } from './browsers.mjs';
+import { serveWithWorker } from './workers.mjs';
 
 export const COPPER = '#d98324';
 export const EPOXY = '#3a8fc9';
-export const LIMIT = { timeout: 240_000 };
 /** Chromium's remark where WebGL is drawn on the processor: it says nothing about the page. */
 const DRIVER_REMARK = /GL Driver Message \(OpenGL, Performance/;
 
-/** Chromium and a server for the tests of a file: `url` is where the page lives. */
-export const site = { browser: null, url: null };
-
-/** Starts both before the tests of a file and ends them after. */
-export function useSite() {
-  let server;
-  before(async () => {
-    server = await serve({ base: '/below/a/path/' });
-    site.url = server.url;
-    // three.js draws on the processor here
-    site.browser = await openChromium(['--enable-unsafe-swiftshader']);
-  });
-  after(async () => {
-    await site.browser?.close();
-    await server?.close();
-  });
-}
-
 /**
- * Opens the page with parameters and hands it over once it is ready; nothing may be complained about.
+ * A test of the page. Its fixtures:
  *
- * @param {string} hash
- * @param {(page: import('playwright-core').Page) => Promise<void>} visit
- * @param {{url?: string, prepare?: () => void}} [options] another server's page; a script that runs before the page's
+ * - `site`: where the page is;
+ * - `visit(hash, { url, prepare })`: opens the page with parameters, in a context of its own, and resolves to it once it is
+ *   ready. `url` is that of another server's page, `prepare` a script that runs before the page's. Where the page complains of
+ *   anything until the test ends, the test fails;
+ * - `siteWithWorker(code)`: where a page is whose worker runs this code, too;
+ * - `firefox`: a Puppeteer browser.
  */
-export async function withPage(hash, visit, { url = site.url, prepare = withoutPicker } = {}) {
-  const context = await site.browser.newContext({ acceptDownloads: true });
-  await context.addInitScript(prepare);
-  const page = await context.newPage();
-  const complaints = complaintsOf(page, url);
-  try {
-    await page.goto(url + hash);
-    await isIdle(page);
-    await visit(page);
-    assert.deepEqual(complaints.filter((complaint) => !DRIVER_REMARK.test(complaint)), []);
-  } finally {
-    await context.close();
-  }
-}
+export const test = base.extend({
+  site: [
+    // biome-ignore lint/correctness/noEmptyPattern: Playwright reads from the pattern what a fixture needs
+    async ({}, use) => {
+      const server = await serve({ base: '/below/a/path/' });
+      await use(server.url);
+      await server.close();
+    },
+    { scope: 'worker' },
+  ],
+
+  // biome-ignore lint/correctness/noEmptyPattern: as above
+  siteWithWorker: async ({}, use) => {
+    const servers = [];
+    await use(async (code) => {
+      const server = await serveWithWorker(code);
+      servers.push(server);
+      return server.url;
+    });
+    for (const server of servers) await server.close();
+  },
+
+  visit: async ({ browser, site, siteWithWorker: _closedLater }, use) => {
+    const visits = [];
+    await use(async (hash, { url = site, prepare = withoutPicker } = {}) => {
+      const context = await browser.newContext();
+      await context.addInitScript(prepare);
+      const page = await context.newPage();
+      visits.push({ context, complaints: complaintsOf(page, url) });
+      await page.goto(url + hash);
+      await isIdle(page);
+      return page;
+    });
+    const complaints = visits.flatMap(({ complaints }) => complaints.filter((complaint) => !DRIVER_REMARK.test(complaint)));
+    for (const { context } of visits) await context.close();
+    assert.deepEqual(complaints, []);
+  },
+
+  // biome-ignore lint/correctness/noEmptyPattern: as above
+  firefox: async ({}, use) => {
+    const browser = await openFirefox();
+    await use(browser);
+    await browser.close();
+  },
+});
 
 /** The dialogue for a place to save is the browser's own: no test can answer it. */
 function withoutPicker() {
@@ -82,7 +99,9 @@ export async function run(page) {
 
 /** Cells of each flag as the legend has them. */
 export function legend(page) {
-  return page.$$eval('#legend tr', (rows) => rows.map((row) => [Number(row.dataset.flag), Number(row.querySelector('.cells').dataset.cells)]));
+  return page.$$eval('#legend tr', (rows) =>
+    rows.map((row) => [Number(row.dataset.flag), Number(row.querySelector('.cells').dataset.cells)]),
+  );
 }
 
 /** Shows a slice and reads the colour in the middle of every cell: `[j][i]`, `null` for the background. */
@@ -96,12 +115,17 @@ export async function slice(page, axis, index) {
   };
   await page.waitForFunction(isThere, [axis, index]);
   return page.$eval('#canvas-slice', (canvas) => {
-    const [left, top, dx, dy, width, height] = ['left', 'top', 'scaleX', 'scaleY', 'width', 'height'].map((key) => Number(canvas.dataset[key]));
-    const background = getComputedStyle(canvas).getPropertyValue('--cells-background').trim();
+    const [left, top, dx, dy, width, height] = ['left', 'top', 'scaleX', 'scaleY', 'width', 'height'].map((key) =>
+      Number(canvas.dataset[key]),
+    );
     const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext('2d', { willReadFrequently: true });
+    // set and read again a colour has six digits
+    copy.fillStyle = getComputedStyle(canvas).getPropertyValue('--cells-background').trim();
+    const background = copy.fillStyle;
     copy.drawImage(canvas, 0, 0);
     const { data } = copy.getImageData(0, 0, canvas.width, canvas.height);
-    const colour = (x, y) => `#${[...data.slice(4 * (x + canvas.width * y), 4 * (x + canvas.width * y) + 3)].map((part) => part.toString(16).padStart(2, '0')).join('')}`;
+    const colour = (x, y) =>
+      `#${[...data.slice(4 * (x + canvas.width * y), 4 * (x + canvas.width * y) + 3)].map((part) => part.toString(16).padStart(2, '0')).join('')}`;
     return Array.from({ length: height }, (_, j) =>
       Array.from({ length: width }, (_, i) => {
         const found = colour(Math.floor(left + (i + 0.5) * dx), Math.floor(top + (height - j - 0.5) * dy));

@@ -1,24 +1,48 @@
 // Pages whose worker meets misfortune: no adapter, a device that is lost, and one that cannot be opened again.
 
-import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { appendFileSync, cpSync, mkdtempSync, readdirSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 
 import { DIST } from '../../scripts/build.mjs';
 import { serve } from '../../scripts/serve.mjs';
 
-/** Serves the page with a worker that first does something else: workers have a navigator and devices of their own. */
-export async function withWorker(code, visit) {
-  const folder = mkdtempSync(path.join(tmpdir(), 'hexcast-'));
-  writeFileSync(path.join(folder, 'worker.js'), `${readFileSync(path.join(DIST, 'worker.js'), 'utf8')}\n${code}\n`);
-  const server = await serve({ roots: [folder, DIST] });
-  try {
-    await visit(server.url);
-  } finally {
+/**
+ * Serves the page and the package with workers that do something else, too: workers have a navigator and devices of their own.
+ *
+ * @param {string} code runs in the worker after its own script
+ * @returns {Promise<{url: string, close: () => Promise<void>}>}
+ */
+export async function serveWithWorker(code) {
+  const root = mkdtempSync(path.join(tmpdir(), 'hexcast-'));
+  cpSync(DIST, root, { recursive: true });
+  const ofPage = readdirSync(path.join(root, 'assets')).filter((name) => /^worker-.*\.js$/.test(name));
+  if (ofPage.length !== 1) throw new Error(`the page has ${ofPage.length} workers`);
+  for (const file of ['worker.js', path.join('assets', ofPage[0])]) appendFileSync(path.join(root, file), `\n{\n${code}\n}\n`);
+  const server = await serve({ root });
+  const close = async () => {
     await server.close();
-    rmSync(folder, { recursive: true });
-  }
+    rmSync(root, { recursive: true });
+  };
+  return { url: server.url, close };
 }
+
+/**
+ * Has the worker's adapter tell something else of itself.
+ *
+ * @param {Partial<GPUAdapterInfo>} info nothing of what it leaves out
+ */
+export function tellOfAdapter(info) {
+  const told = { vendor: '', architecture: '', description: '', isFallbackAdapter: false, ...info };
+  return `
+  for (const [key, value] of Object.entries(${JSON.stringify(told)})) {
+    Object.defineProperty(GPUAdapterInfo.prototype, key, { get: () => value, configurable: true });
+  }
+`;
+}
+
+/** So that the software adapters of the tests pass for one of hardware, which `auto` takes. */
+export const AS_HARDWARE = tellOfAdapter({ description: 'a GPU' });
 
 /**
  * Destroys the worker's first device once it has been given a few bands, and tells how many devices are asked for.

@@ -372,7 +372,10 @@ mod tests {
         for case in cases() {
             let is_plain = case.name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-');
             assert!(is_plain && !case.why.is_empty(), "{}", case.name);
-            assert!(case.lines.n_cells() <= 50_000 && case.n_facets() <= 8_000, "{} is not small", case.name);
+            // thousands of crossings a ray take thousands of plates
+            let (cells, facets) = if case.name.starts_with("plates") { (1_000_000, 60_000) } else { (50_000, 8_000) };
+            let is_small = case.lines.n_cells() <= cells && case.n_facets() <= facets;
+            assert!(is_small, "{} is not small", case.name);
         }
     }
 }

@@ -337,7 +337,11 @@ fn what_people_get_wrong_is_told_with_what_to_do() {
         (&["mesh", SPOT, "-o", &nowhere], 7, "there is no folder"),
         (&["mesh", SPOT, "-o", &zarr], 7, "there is no folder"),
         (&["mesh", SPOT, "--spill", &nowhere], 7, "no temporary file can be made"),
-        (&["mesh", SPOT, "--cells", "9", "--backend", "cpu", "--resume", "-o", &vti], 4, "5 bytes are where columns"),
+        (
+            &["mesh", SPOT, "--cells", "9", "--backend", "cpu", "--resume", "-o", &vti],
+            4,
+            "the file exists but is not a hexcast file",
+        ),
     ];
     for (arguments, code, part) in cases {
         let output = hexcast(arguments);
@@ -489,6 +493,10 @@ fn an_interrupted_run_resumes() {
 
     let other = hexcast(&["mesh", SPOT, "--cells", "8", "--backend", "cpu", "--resume", "-o", &output]);
     assert_eq!((other.status.code(), folder.names()), (Some(4), vec!["a.npy.partial".to_string()]));
+
+    let info = hexcast(&["info", &partial]);
+    let said = String::from_utf8_lossy(&info.stderr);
+    assert!(info.status.code() == Some(3) && said.contains("was never finished"), "{said}");
 
     let report = json(&arguments);
     let (kept, rays) = (report["rays_kept"].as_u64().unwrap(), report["rays"].as_u64().unwrap());

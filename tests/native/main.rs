@@ -3,12 +3,15 @@
 //! `cases` is the table that everything runs, made by `models` and `soups`; `backends` meshes it; `oracle` knows the truth.
 
 mod agreement;
+mod angles;
 mod backends;
 #[cfg(feature = "gpu")]
 mod broken_drivers;
 mod cases;
 #[cfg(feature = "cli")]
 mod cli;
+#[cfg(feature = "cli")]
+mod column_files;
 mod compare;
 mod famous_cases;
 mod formats;

@@ -21,17 +21,17 @@ after(() => project.remove());
 for (const [name, open] of Object.entries(BROWSERS)) {
   test(`a plain page with an import map meshes in ${name}, below a path too`, LONG, async () => {
     writePage(project.folder, { imports: { hexcast: './node_modules/hexcast/dist/hexcast.js' } });
-    const server = await serve({ roots: [project.folder], base: '/some/page/' });
+    const server = await serve({ root: project.folder, base: '/some/page/' });
     await withBrowser(open, server, (browser) => assertMeshes(browser, server.url, native));
   });
 
   test(`a page meshes with the package of another origin in ${name}`, LONG, async () => {
-    const cdn = await serve({ roots: [path.join(project.folder, 'node_modules')], base: '/npm/', cors: true });
+    const cdn = await serve({ root: path.join(project.folder, 'node_modules'), base: '/npm/', cors: true });
     const site = path.join(project.folder, 'site');
     mkdirSync(site, { recursive: true });
     writePage(site, { imports: { hexcast: `${cdn.url}hexcast/dist/hexcast.js` } });
     try {
-      const server = await serve({ roots: [site] });
+      const server = await serve({ root: site });
       await withBrowser(open, server, (browser) => assertMeshes(browser, server.url, native, [new URL(cdn.url).origin]));
     } finally {
       await cdn.close();

@@ -33,8 +33,15 @@ export async function assertMeshes(browser, url, native, others = []) {
     const expected = { version, backend, dims: native.dims, flags: native.flags, ...hashes, code: 'job-conflict' };
     assert.deepEqual(outcome, expected);
     const isAllowed = (line) => others.some((origin) => line.startsWith(`another origin: ${origin}/`));
-    assert.deepEqual(complaints.filter((line) => !isAllowed(line)), []);
-    for (const origin of others) assert.ok(complaints.some((line) => line.startsWith(`another origin: ${origin}/`)), `${origin} was asked`);
+    assert.deepEqual(
+      complaints.filter((line) => !isAllowed(line)),
+      [],
+    );
+    for (const origin of others)
+      assert.ok(
+        complaints.some((line) => line.startsWith(`another origin: ${origin}/`)),
+        `${origin} was asked`,
+      );
     await page.close();
   }
 }

@@ -23,10 +23,13 @@ before(() => ({ folder: project, files, remove } = installedProject()));
 after(() => remove());
 
 test('the tarball holds the wasm, the glue and the shaders, and no sources', () => {
-  for (const file of ['dist/hexcast.js', 'dist/hexcast_bg.wasm', 'dist/zlib.js', 'dist/hexcast_zlib_bg.wasm', 'dist/hexcast.d.ts', 'shaders/map.wgsl', 'package.json']) {
+  for (const file of ['dist/hexcast.js', 'dist/hexcast_bg.wasm', 'dist/hexcast.d.ts', 'shaders/map.wgsl', 'package.json']) {
     assert.ok(files.includes(file), `${file} of ${files.join(' ')}`);
   }
-  assert.deepEqual(files.filter((file) => /^(src|tests|scripts|target|www)\/|page|index\.html/.test(file)), []);
+  assert.deepEqual(
+    files.filter((file) => /^(src|tests|scripts|target|www)\/|page|index\.html|assets|offline/.test(file)),
+    [],
+  );
 });
 
 test('the crate and the package are the same version', () => {
@@ -63,7 +66,9 @@ const MESH = `
 
 test('Node meshes on the CPU, byte for byte like the native command', () => {
   writeFileSync(path.join(project, 'mesh.js'), MESH);
-  const made = JSON.parse(execFileSync(process.execPath, ['mesh.js', SPOT, 'cpu'], { cwd: project, encoding: 'utf8', maxBuffer: 1 << 26 }));
+  const made = JSON.parse(
+    execFileSync(process.execPath, ['mesh.js', SPOT, 'cpu'], { cwd: project, encoding: 'utf8', maxBuffer: 1 << 26 }),
+  );
   assert.equal(made.backend, 'cpu');
   assert.equal(made.intact, readFileSync(SPOT).length);
   assert.deepEqual(made.error, { code: 'job-conflict', isOurs: true });
@@ -84,7 +89,6 @@ const COMPRESS = `
   const mesher = await createMesher({ backend: 'cpu' });
   const geometries = [{ source: readFileSync(process.argv[2]), file: 'spot.stl', name: 'cow', flag: 7 }];
   const mesh = await mesher.mesh({ geometries, cells: 130, padding: { cells: 20 } });
-  // more files at once than there are to load zlib
   const names = [];
   for (const format of ['vti', 'hxc']) for (let compress = 1; compress <= 9; compress += 1) names.push([format, compress]);
   await Promise.all(names.map(async ([format, compress]) => {
@@ -110,47 +114,6 @@ test('files compressed in Node are those of the native command at every level, a
       assert.ok(expected.equals(ours), `${name}: ${ours.length} bytes, ${expected.length} by the native command`);
     }
   }
-});
-
-const WITHOUT_ZLIB = `
-  import { readFileSync } from 'node:fs';
-  import { createMesher, HexcastError } from 'hexcast';
-  const [file, compressed] = process.argv.slice(2);
-  const beside = new URL('node_modules/hexcast/dist/hexcast_zlib_bg.wasm', import.meta.url);
-  const problems = [];
-  for (const zlib of [Uint8Array.of(1, 2, 3), 'http://127.0.0.1:9/none.wasm']) {
-    const mesher = await createMesher({ backend: 'cpu', zlib });
-    const mesh = await mesher.mesh({ geometries: [{ source: readFileSync(file) }], cells: 10 });
-    for (const call of [() => mesh.blob('vti', { compress: 6 }), () => mesher.open(readFileSync(compressed))]) {
-      const error = await call().catch((error) => error);
-      problems.push({ isOurs: error instanceof HexcastError, code: error.code, message: error.message, hint: error.hint });
-    }
-    problems.push((await (await mesher.open(await mesh.blob('hxc'))).sha256()) === (await mesh.sha256()));
-    mesher.dispose();
-  }
-  // a failure is no reason for the next
-  const mesher = await createMesher({ backend: 'cpu', zlib: await WebAssembly.compile(readFileSync(beside)) });
-  problems.push((await mesher.open(readFileSync(compressed))).dims);
-  console.log(JSON.stringify(problems));
-  mesher.dispose();
-`;
-
-test('without its zlib the package says what still works, and all else does', () => {
-  const compressed = path.join(project, 'compressed.hxc');
-  const { dims } = nativeReport(['-o', compressed], 1);
-  writeFileSync(path.join(project, 'without.js'), WITHOUT_ZLIB);
-  const found = JSON.parse(execFileSync(process.execPath, ['without.js', SPOT, compressed], { cwd: project, encoding: 'utf8' }));
-  assert.equal(found.length, 7);
-  for (const [index, problem] of found.slice(0, 6).entries()) {
-    if (index % 3 === 2) {
-      assert.equal(problem, true, 'files that are not compressed are written and read');
-      continue;
-    }
-    assert.deepEqual([problem.isOurs, problem.code], [true, 'io']);
-    assert.match(problem.message, /^zlib cannot be loaded: ./);
-    assert.match(problem.hint, /leave out compress/);
-  }
-  assert.deepEqual(found[6], dims);
 });
 
 const REFUSE = `
@@ -221,7 +184,9 @@ test('columns cannot go aside in Node, and both errors say what can be done', ()
 
 test('Node with the package webgpu meshes on the GPU, the same bytes', () => {
   const mesh = (backend, env) =>
-    JSON.parse(execFileSync(process.execPath, ['mesh.js', SPOT, backend], { cwd: project, encoding: 'utf8', maxBuffer: 1 << 26, env }));
+    JSON.parse(
+      execFileSync(process.execPath, ['mesh.js', SPOT, backend], { cwd: project, encoding: 'utf8', maxBuffer: 1 << 26, env }),
+    );
   writeFileSync(path.join(project, 'mesh.js'), MESH);
   const cpu = mesh('auto', process.env);
   assert.equal(cpu.backend, 'cpu', 'without the package there is no GPU in Node');
@@ -236,8 +201,18 @@ test('Node with the package webgpu meshes on the GPU, the same bytes', () => {
 test('the types name the error codes of the native library, no more and no fewer', () => {
   const rust = readFileSync(path.join(ROOT, 'src/error.rs'), 'utf8');
   const types = readFileSync(path.join(ROOT, 'www/hexcast.d.ts'), 'utf8');
-  const ofRust = [...rust.slice(rust.indexOf('pub const CODES')).split('];')[0].matchAll(/\("([a-z-]+)", Actor/g)].map((match) => match[1]);
-  const ofTypes = [...types.split('export type ErrorCode =')[1].split(';')[0].matchAll(/'([a-z-]+)'/g)].map((match) => match[1]);
+  const ofRust = [
+    ...rust
+      .slice(rust.indexOf('pub const CODES'))
+      .split('];')[0]
+      .matchAll(/\("([a-z-]+)", Actor/g),
+  ].map((match) => match[1]);
+  const ofTypes = [
+    ...types
+      .split('export type ErrorCode =')[1]
+      .split(';')[0]
+      .matchAll(/'([a-z-]+)'/g),
+  ].map((match) => match[1]);
   assert.ok(ofRust.length > 20);
   assert.deepEqual(ofTypes.sort(), ofRust.sort());
 });

@@ -15,19 +15,28 @@ after(() => project.remove());
 
 /** Runs a program of a development package; fails with all that it says. */
 function assertPasses(program, ...args) {
-  const { status, stdout, stderr } = spawnSync(path.join(ROOT, 'node_modules/.bin', program), args, { cwd: project.folder, encoding: 'utf8' });
+  const { status, stdout, stderr } = spawnSync(path.join(ROOT, 'node_modules/.bin', program), args, {
+    cwd: project.folder,
+    encoding: 'utf8',
+  });
   assert.equal(status, 0, `${program} ${args.join(' ')}\n${stdout}${stderr}`);
   return stdout;
 }
 
 test('the manifest exports the package, its worker, Node, the wasm and the shaders, types first', () => {
   const { exports: entries } = JSON.parse(readFileSync(path.join(ROOT, 'package.json'), 'utf8'));
-  assert.deepEqual(Object.keys(entries), ['.', './worker', './node', './hexcast_bg.wasm', './hexcast_zlib_bg.wasm', './shaders/*', './package.json']);
+  assert.deepEqual(Object.keys(entries), ['.', './worker', './node', './hexcast_bg.wasm', './shaders/*', './package.json']);
   for (const name of ['.', './worker', './node']) assert.equal(Object.keys(entries[name])[0], 'types', name);
-  const resolved = ['hexcast', 'hexcast/worker', 'hexcast/node', 'hexcast/hexcast_bg.wasm', 'hexcast/hexcast_zlib_bg.wasm', 'hexcast/shaders/map.wgsl'];
-  writeFileSync(path.join(project.folder, 'resolve.js'), `for (const name of ${JSON.stringify(resolved)}) console.log(import.meta.resolve(name));`);
+  const resolved = ['hexcast', 'hexcast/worker', 'hexcast/node', 'hexcast/hexcast_bg.wasm', 'hexcast/shaders/map.wgsl'];
+  writeFileSync(
+    path.join(project.folder, 'resolve.js'),
+    `for (const name of ${JSON.stringify(resolved)}) console.log(import.meta.resolve(name));`,
+  );
   const found = execFileSync(process.execPath, ['resolve.js'], { cwd: project.folder, encoding: 'utf8' }).trim().split('\n');
-  assert.deepEqual(found.map((url) => url.split('/node_modules/hexcast/')[1]), ['dist/node.js', 'dist/worker.js', 'dist/node.js', 'dist/hexcast_bg.wasm', 'dist/hexcast_zlib_bg.wasm', 'shaders/map.wgsl']);
+  assert.deepEqual(
+    found.map((url) => url.split('/node_modules/hexcast/')[1]),
+    ['dist/node.js', 'dist/worker.js', 'dist/node.js', 'dist/hexcast_bg.wasm', 'shaders/map.wgsl'],
+  );
 });
 
 test('publint has nothing to say', () => {
@@ -36,7 +45,7 @@ test('publint has nothing to say', () => {
 
 test('are-the-types-wrong has nothing to say', () => {
   // a wasm is a file to fetch, not a module to import
-  assertPasses('attw', project.tarball, '--profile', 'esm-only', '--exclude-entrypoints', './hexcast_bg.wasm', './hexcast_zlib_bg.wasm');
+  assertPasses('attw', project.tarball, '--profile', 'esm-only', '--exclude-entrypoints', './hexcast_bg.wasm');
 });
 
 const VALUES = `
@@ -64,7 +73,7 @@ const USES = `
   import 'hexcast/worker';
   // @ts-expect-error the worker exports nothing
   import { createMesher as none } from 'hexcast/worker';
-  using mesher = await createMesher({ backend: 'auto', worker: new URL('x.js', 'https://example.org'), zlib: new Uint8Array(8) });
+  using mesher = await createMesher({ backend: 'auto', worker: new URL('x.js', 'https://example.org'), wasm: new Uint8Array(8) });
   const mesh: Mesh = await mesher.mesh({ geometries: [{ source: new Blob([]), flag: 1 }], cells: 256 });
   for await (const { flags, start } of mesh.slabs()) flags[start[0]]?.toFixed();
   // @ts-expect-error a mesh that was read back has no volume of facets
@@ -88,7 +97,10 @@ test('the types are those of the values, read back or not, and compile strictly 
   const all = `export const names: Record<Exported, true> = ${JSON.stringify(Object.fromEntries(exported.map((name) => [name, true])))};`;
   writeFileSync(path.join(project.folder, 'uses.ts'), [USES, ...declared, all].join('\n'));
   const strict = ['--noEmit', '--strict', '--noUncheckedIndexedAccess', '--target', 'es2022', '--lib', 'es2022,dom'];
-  for (const resolution of [['--module', 'nodenext'], ['--module', 'esnext', '--moduleResolution', 'bundler']]) {
+  for (const resolution of [
+    ['--module', 'nodenext'],
+    ['--module', 'esnext', '--moduleResolution', 'bundler'],
+  ]) {
     assertPasses('tsc', ...strict, ...resolution, 'uses.ts');
   }
 });

@@ -26,7 +26,7 @@ const settings = () => ({ root: project.folder, configFile: false, logLevel: 'wa
 for (const [name, open] of Object.entries(BROWSERS)) {
   test(`what Vite builds meshes in ${name}`, LONG, async () => {
     await build(settings());
-    const server = await serve({ roots: [path.join(project.folder, 'dist')] });
+    const server = await serve({ root: path.join(project.folder, 'dist') });
     await withBrowser(open, server, (browser) => assertMeshes(browser, server.url, native));
   });
 

@@ -16,6 +16,11 @@ use super::cases::{Case, cases, one, unit_cells};
 use super::golden::{assert_complete, assert_golden};
 use super::models::cube;
 
+#[wasm_bindgen_test]
+fn sines_have_their_fixed_bits() {
+    super::angles::assert_fixed_bits();
+}
+
 /// A cube of 4 x 4 x 4 cells whose faces go through centres.
 fn cube_case() -> Case {
     one("cube", "64 cells, whoever counts", unit_cells([8; 3]), cube([1.5; 3], 4.0))

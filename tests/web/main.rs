@@ -4,6 +4,8 @@
 
 wasm_bindgen_test::wasm_bindgen_test_configure!(run_in_dedicated_worker);
 
+#[path = "../native/angles.rs"]
+mod angles;
 #[allow(dead_code)] // the native tests use the rest
 #[path = "../native/cases.rs"]
 mod cases;

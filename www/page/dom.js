@@ -1,33 +1,78 @@
 /** Elements without a framework. */
 
-/** The element of an id; a missing one is a mistake in the page. */
+/** The element of an id; a missing one is a mistake in the page. @param {string} id */
 export function byId(id) {
+  return the(HTMLElement, id);
+}
+
+/**
+ * The element of an id that is of a kind, such as `HTMLInputElement`; any other is a mistake in the page.
+ *
+ * @template {HTMLElement} T
+ * @param {new () => T} kind
+ * @param {string} id
+ */
+function the(kind, id) {
   const element = document.getElementById(id);
-  if (!element) throw new Error(`the page has no element "${id}"`);
+  if (!(element instanceof kind)) throw new Error(`the page has no ${kind.name} "${id}"`);
   return element;
+}
+
+/** The input of an id. @param {string} id */
+export function inputOf(id) {
+  return the(HTMLInputElement, id);
+}
+
+/** The button of an id. @param {string} id */
+export function buttonOf(id) {
+  return the(HTMLButtonElement, id);
+}
+
+/** The list of choices of an id. @param {string} id */
+export function selectOf(id) {
+  return the(HTMLSelectElement, id);
+}
+
+/** The canvas of an id. @param {string} id */
+export function canvasOf(id) {
+  return the(HTMLCanvasElement, id);
+}
+
+/**
+ * Calls a listener with the input whenever an event happens to it.
+ *
+ * @param {string} id
+ * @param {'input' | 'change'} event
+ * @param {(input: HTMLInputElement) => void} listener
+ */
+export function onInput(id, event, listener) {
+  const input = inputOf(id);
+  input.addEventListener(event, () => listener(input));
 }
 
 /**
  * Makes an element. Properties are set as such where the element has them, else as attributes; `on` holds listeners.
  *
- * @param {string} tag
- * @param {Record<string, any>} [properties]
+ * @template {keyof HTMLElementTagNameMap} K
+ * @param {K} tag
+ * @param {Record<string, unknown> & { on?: Record<string, (event: any) => void> }} [properties]
  * @param {...(Node | string)} children
  */
 export function make(tag, { on = {}, ...properties } = {}, ...children) {
   const element = document.createElement(tag);
   for (const [key, value] of Object.entries(properties)) {
     if (value === undefined || value === null || value === false) continue;
-    if (key in element && key !== 'list' && key !== 'role') element[key] = value;
-    else element.setAttribute(key, value);
+    if (key in element && key !== 'list' && key !== 'role') Object.assign(element, { [key]: value });
+    else element.setAttribute(key, String(value));
   }
   for (const [event, listener] of Object.entries(on)) element.addEventListener(event, listener);
   element.append(...children);
   return element;
 }
 
-/** Calls `action` once things have been quiet for so many milliseconds. */
+/** Calls `action` once things have been quiet for so many milliseconds. @param {() => void} action @param {number} milliseconds */
 export function later(action, milliseconds) {
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
   let timer;
   return () => {
     clearTimeout(timer);
@@ -35,7 +80,7 @@ export function later(action, milliseconds) {
   };
 }
 
-/** A function that calls `draw` at most once a frame, however often it is called. */
+/** A function that calls `draw` at most once a frame, however often it is called. @param {() => void} draw */
 export function oncePerFrame(draw) {
   let isWaiting = false;
   return () => {

@@ -11,6 +11,7 @@ const COLUMNS_LIMIT = 2.8e9;
 /** Columns from here on are much for a machine with little memory. */
 const COLUMNS_MUCH = 5e8;
 
+/** @type {AbortController | null} */
 let running = null;
 
 /** Estimates anew whenever the job changes. */
@@ -30,16 +31,20 @@ async function estimate() {
   // the worker meshes; the numbers on the page are those of the job that runs
   if (state.phase === 'meshing') return undefined;
   const [estimate, room] = await Promise.all([
-    state.mesher.estimate(currentJob(), { signal: stop.signal }).then((result) => ({ result }), (error) => ({ error })),
-    roomAside(),
+    state.mesher.estimate(currentJob(), { signal: stop.signal }).then(
+      (result) => ({ result }),
+      (error) => ({ error }),
+    ),
+    roomForSpill(),
   ]);
   if (!stop.signal.aborted) change('estimate', { estimate: { ...estimate, room } });
   return undefined;
 }
 
 /** Bytes that the browser's private files may still take: 0 where there are none, Infinity where the browser does not say. */
-async function roomAside() {
+async function roomForSpill() {
   if (!navigator.storage?.getDirectory) return 0;
+  /** @type {StorageEstimate} */
   const { quota = Infinity, usage = 0 } = await navigator.storage.estimate().catch(() => ({}));
   return Math.max(quota - usage, 0);
 }
@@ -53,11 +58,15 @@ function show() {
   const wrong = wrongField();
   if (wrong) return box.append(make('p', { className: 'warn', id: 'field-error' }, wrong));
   if (estimate.error) {
-    return box.append(make('p', { className: 'warn', id: 'estimate-error', 'data-code': estimate.error.code }, problem(estimate.error)));
+    return box.append(
+      make('p', { className: 'warn', id: 'estimate-error', 'data-code': estimate.error.code }, problem(estimate.error)),
+    );
   }
   const { result } = estimate;
+  if (!result) return;
   const list = make('dl', { className: 'facts' });
-  const fact = (id, term, value) => list.append(make('dt', {}, term), make('dd', { id }, value));
+  const fact = (/** @type {string} */ id, /** @type {string} */ term, /** @type {string} */ value) =>
+    list.append(make('dt', {}, term), make('dd', { id }, value));
   fact('estimate-cells', 'Cells', `${roughly(result.cells)} (${times(result.dims, String)})`);
   fact('estimate-size', 'Cell', cellSize(result.spacing, state.settings.unit));
   const onGpu = state.mesher?.backend === 'gpu' ? `, GPU ${bytes(result.device_bytes)}` : '';
@@ -70,11 +79,17 @@ function show() {
   return undefined;
 }
 
+/** @param {import('hexcast').HexcastError} error */
 function problem({ message, hint }) {
   return hint ? `${sentence(message)} ${sentence(hint)}` : sentence(message);
 }
 
-/** A sentence where it will not fit, or may not; else null. `room` is that of the browser's private files, in bytes. */
+/**
+ * A sentence where it will not fit, or may not; else null. `room` is that of the browser's private files, in bytes.
+ *
+ * @param {import('hexcast').Estimate} estimate
+ * @param {number} room
+ */
 function fits({ column_bytes: columns }, room) {
   const device = (navigator.deviceMemory ?? 8) * 1e9;
   if (columns > COLUMNS_LIMIT && columns <= room) {

@@ -16,6 +16,6 @@ export function wrongField() {
   const inputs = FORMS.flatMap((form) => [...byId(form).querySelectorAll('input')]);
   const wrong = inputs.find((input) => !input.validity.valid);
   if (!wrong) return null;
-  const name = wrong.getAttribute('aria-label') ?? wrong.labels[0].textContent;
+  const name = wrong.getAttribute('aria-label') ?? wrong.labels?.[0].textContent ?? '';
   return sentence(`${name.replace(/\s+/g, ' ').trim()}: ${wrong.validationMessage}`);
 }

@@ -1,23 +1,32 @@
 /** Files on their way in: dropped anywhere, chosen, or a sample. */
-import { byId, make } from './dom.js';
+import { byId, make, onInput } from './dom.js';
 import { count } from './format.js';
 import { clearMessages, showError, showNotice } from './messages.js';
 import { SAMPLES, sampleFiles } from './samples.js';
 import { takeExpected } from './share.js';
 import { change, freeFlag, set, state } from './state.js';
 
+/**
+ * @typedef {Partial<import('./state.js').Geometry>} GeometrySettings
+ * @typedef {{ source: File, settings?: GeometrySettings }} FileIn
+ */
+
 /** Beyond so many facets the preview in 3-D is left out: the browser would hold them three times. */
 export const PREVIEW_FACETS = 4_000_000;
 
 let nextId = 1;
+/** @type {Promise<void>} */
 let queue = Promise.resolve();
 
 /** Connects the drop zone, the choosers and the samples. */
 export function startFiles() {
-  const choose = (input, button) => {
+  const choose = (/** @type {string} */ input, /** @type {string} */ button) => {
     byId(button).addEventListener('click', () => byId(input).click());
-    byId(input).addEventListener('change', ({ target }) => {
-      addFiles([...target.files].map((source) => ({ source })), { isFolder: input === 'folder-input' });
+    onInput(input, 'change', (target) => {
+      addFiles(
+        [...(target.files ?? [])].map((source) => ({ source })),
+        { isFolder: input === 'folder-input' },
+      );
       target.value = '';
     });
   };
@@ -33,7 +42,7 @@ export function startFiles() {
 
 function startDropping() {
   let depth = 0;
-  const over = (isOver) => document.body.classList.toggle('dropping', isOver);
+  const over = (/** @type {boolean} */ isOver) => document.body.classList.toggle('dropping', isOver);
   addEventListener('dragenter', () => over(++depth > 0));
   addEventListener('dragleave', () => over(--depth > 0));
   addEventListener('dragover', (event) => event.preventDefault());
@@ -42,26 +51,36 @@ function startDropping() {
     depth = 0;
     over(false);
     // entries must be taken before the first await: the list is emptied after the event
-    const entries = [...event.dataTransfer.items].filter((item) => item.kind === 'file').map((item) => item.webkitGetAsEntry?.() ?? item.getAsFile());
+    const entries = [...(event.dataTransfer?.items ?? [])]
+      .filter((item) => item.kind === 'file')
+      .map((item) => item.webkitGetAsEntry?.() ?? item.getAsFile());
     try {
-      const isFolder = entries.some((entry) => entry?.isDirectory);
+      const isFolder = entries.some((entry) => entry && 'isDirectory' in entry && entry.isDirectory);
       const files = (await Promise.all(entries.map(filesOf))).flat();
-      addFiles(files.map((source) => ({ source })), { isFolder });
+      addFiles(
+        files.map((source) => ({ source })),
+        { isFolder },
+      );
     } catch (error) {
       showError(error);
     }
   });
 }
 
-/** All files of an entry, folders opened. */
+/** All files of an entry, folders opened. @param {FileSystemEntry | File | null} entry @returns {Promise<File[]>} */
 async function filesOf(entry) {
   if (!entry) return [];
   if (entry instanceof File) return [entry];
-  if (entry.isFile) return [await new Promise((resolve, reject) => entry.file(resolve, reject))];
-  const reader = entry.createReader();
+  if (entry.isFile) {
+    const ofFile = /** @type {FileSystemFileEntry} */ (entry);
+    return [await new Promise((resolve, reject) => ofFile.file(resolve, reject))];
+  }
+  const reader = /** @type {FileSystemDirectoryEntry} */ (entry).createReader();
+  /** @type {FileSystemEntry[]} */
   const entries = [];
   for (;;) {
     // a call gives at most a hundred
+    /** @type {FileSystemEntry[]} */
     const some = await new Promise((resolve, reject) => reader.readEntries(resolve, reject));
     if (some.length === 0) break;
     entries.push(...some);
@@ -69,7 +88,7 @@ async function filesOf(entry) {
   return (await Promise.all(entries.map(filesOf))).flat();
 }
 
-/** Takes a sample in place of all geometries. */
+/** Takes a sample in place of all geometries. @param {string} id */
 export function addSample(id) {
   addFiles(sampleFiles(id), { sample: id });
 }
@@ -83,19 +102,21 @@ function removeAll() {
  * Reads files one after another and adds what can be read, or takes those of a sample in place of all; what cannot be read is
  * told, and changes nothing.
  *
- * @param {{source: File, settings?: object}[]} files
+ * @param {FileIn[]} files
+ * @param {{ isFolder?: boolean, sample?: string | null }} [options]
  */
 export function addFiles(files, { isFolder = false, sample = null } = {}) {
   queue = queue.then(async () => {
     if (files.length === 0) return;
     await isQuiet();
-    if (!state.mesher) return;
+    const { mesher } = state;
+    if (!mesher) return;
     clearMessages();
     if (sample) removeAll();
     const wanted = isFolder ? files.filter(({ source }) => /\.(stl|hxc)$/i.test(source.name)) : files;
     if (wanted.length === 0) showNotice(`there is no STL file among the ${files.length} files of the folder`);
     change('phase', { phase: 'reading' });
-    for (const file of wanted) await addFile(file, sample);
+    for (const file of wanted) await addFile(mesher, file, sample);
     change('phase', { phase: 'idle' });
   });
   return queue;
@@ -106,15 +127,16 @@ async function isQuiet() {
   while (state.phase === 'starting' || state.phase === 'meshing') await new Promise((resolve) => setTimeout(resolve, 50));
 }
 
-async function addFile({ source, settings = {} }, sample) {
+/** @param {import('hexcast').Mesher} mesher @param {FileIn} file @param {string | null} sample */
+async function addFile(mesher, { source, settings = {} }, sample) {
   byId('status').textContent = `Reading ${source.name} …`;
   try {
     if (/\.hxc$/i.test(source.name)) {
-      const mesh = await state.mesher.open(source);
+      const mesh = await mesher.open(source);
       state.mesh?.dispose();
       change('mesh', { mesh, job: { geometries: [{ file: source.name }] }, skin: null, expected: null });
     } else {
-      addGeometry(await readSurface(source), source, sample, settings);
+      addGeometry(await readSurface(mesher, source), source, sample, settings);
     }
     byId('status').textContent = `Read ${source.name}.`;
   } catch (error) {
@@ -123,16 +145,26 @@ async function addFile({ source, settings = {} }, sample) {
   }
 }
 
-async function readSurface(source) {
-  const onProgress = ({ done, total }) => {
+/** @param {import('hexcast').Mesher} mesher @param {File} source */
+async function readSurface(mesher, source) {
+  const onProgress = (/** @type {import('hexcast').Progress} */ { done, total }) => {
     byId('status').textContent = `Reading ${source.name}: ${Math.floor((100 * done) / Math.max(total, 1))} %`;
   };
-  const surface = await state.mesher.read(source, { file: source.name, onProgress });
+  const surface = await mesher.read(source, { file: source.name, onProgress });
   const corners = surface.info.facets <= PREVIEW_FACETS ? await surface.corners() : null;
-  if (!corners) showNotice(`${source.name} is not drawn before it is meshed: ${count(surface.info.facets)} facets are more than the ${count(PREVIEW_FACETS)} that the 3-D view takes. The mesh has them all`);
+  if (!corners)
+    showNotice(
+      `${source.name} is not drawn before it is meshed: ${count(surface.info.facets)} facets are more than the ${count(PREVIEW_FACETS)} that the 3-D view takes. The mesh has them all`,
+    );
   return { surface, corners, info: surface.info };
 }
 
+/**
+ * @param {Awaited<ReturnType<typeof readSurface>>} read
+ * @param {File} source
+ * @param {string | null} sample
+ * @param {GeometrySettings} given
+ */
 function addGeometry(read, source, sample, given) {
   const { colour, ...linked } = takeExpected(source.name);
   // commas and colons would part the words of the command line
@@ -143,12 +175,12 @@ function addGeometry(read, source, sample, given) {
   change('geometries', { geometries: [...state.geometries, geometry] });
 }
 
-/** Reads all files again into a new mesher; the settings stay. */
-export async function readAgain() {
+/** Reads all files again into a new mesher; the settings stay. @param {import('hexcast').Mesher} mesher */
+export async function readAgain(mesher) {
   const kept = [];
   for (const geometry of state.geometries) {
     try {
-      kept.push({ ...geometry, ...(await readSurface(geometry.source)) });
+      kept.push({ ...geometry, ...(await readSurface(mesher, geometry.source)) });
     } catch (error) {
       showError(error, geometry.source.name);
     }
@@ -157,7 +189,7 @@ export async function readAgain() {
   byId('status').textContent = '';
 }
 
-/** Removes one geometry. */
+/** Removes one geometry. @param {number} id */
 export function removeGeometry(id) {
   state.geometries.find((geometry) => geometry.id === id)?.surface.dispose();
   change('geometries', { geometries: state.geometries.filter((geometry) => geometry.id !== id) });

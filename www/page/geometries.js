@@ -5,6 +5,9 @@ import { count, measure, readNumbers, short, times, writeNumbers } from './forma
 import { sentence } from './messages.js';
 import { change, colourOf, flagsOf, freeFlag, on, state } from './state.js';
 
+/** @typedef {import('./state.js').Geometry} Geometry */
+
+/** @type {['scale' | 'rotate' | 'translate', string, string][]} */
 const TRANSFORMS = [
   ['scale', 'Scale', 'one factor, or one an axis'],
   ['rotate', 'Rotate', 'degrees about x, then y, then z'],
@@ -23,16 +26,20 @@ export function startGeometries() {
   });
 }
 
-/** Changes keys of a geometry. */
+/** Changes keys of a geometry. @param {number} id @param {Partial<Geometry>} patch */
 function edit(id, patch) {
-  change('geometries', { geometries: state.geometries.map((geometry) => (geometry.id === id ? { ...geometry, ...patch } : geometry)) });
+  change('geometries', {
+    geometries: state.geometries.map((geometry) => (geometry.id === id ? { ...geometry, ...patch } : geometry)),
+  });
 }
 
+/** @param {Geometry} geometry */
 function showColour(geometry) {
   const input = document.getElementById(`colour-${geometry.id}`);
-  if (input) input.value = colourOf(geometry.flag);
+  if (input instanceof HTMLInputElement) input.value = colourOf(geometry.flag);
 }
 
+/** @param {Geometry} geometry */
 function card(geometry) {
   const { id, info, name } = geometry;
   const colour = make('input', {
@@ -51,32 +58,44 @@ function card(geometry) {
     'aria-label': `Name of ${info.file}`,
     on: { input: ({ target }) => edit(id, { name: target.value.replace(/[,:]/g, ' ').trim() || null }) },
   });
-  const remove = make('button', { type: 'button', className: 'icon', 'aria-label': `Remove ${name}`, on: { click: () => removeGeometry(id) } }, '×');
+  const remove = make(
+    'button',
+    { type: 'button', className: 'icon', 'aria-label': `Remove ${name}`, on: { click: () => removeGeometry(id) } },
+    '×',
+  );
   return make(
     'li',
     { className: 'geometry', 'data-file': info.file },
     make('div', { className: 'row' }, colour, nameField, remove),
     ...facts(info),
-    make('div', { className: 'row fields' }, whole(geometry, 'flag', 'Flag', 1, 255), whole(geometry, 'priority', 'Priority', -1000, 1000)),
+    make(
+      'div',
+      { className: 'row fields' },
+      whole(geometry, 'flag', 'Flag', 1, 255),
+      whole(geometry, 'priority', 'Priority', -1000, 1000),
+    ),
     ...(info.solids.length > 1 ? [splitBox(geometry)] : []),
     make('details', {}, make('summary', {}, 'Place'), ...TRANSFORMS.map((transform) => placeField(geometry, ...transform))),
   );
 }
 
+/** @param {number} id @param {string} colour */
 function recolour(id, colour) {
-  const { flag } = state.geometries.find((geometry) => geometry.id === id);
-  state.colours.set(flag, colour);
+  const geometry = state.geometries.find((geometry) => geometry.id === id);
+  if (!geometry) return;
+  state.colours.set(geometry.flag, colour);
   change('colours');
 }
 
-/** Facets, box, closed or not, volume, and what the reader had to say. */
+/** Facets, box, closed or not, volume, and what the reader had to say. @param {import('hexcast').SurfaceInfo} info */
 function facts(info) {
   const { unit } = state.settings;
   const [low, high] = info.bounding_box;
   const size = high.map((end, axis) => end - low[axis]);
   const isClosed = info.closed_parity && info.closed_oriented;
   const list = make('dl', { className: 'facts' });
-  const fact = (term, value, properties = {}) => list.append(make('dt', {}, term), make('dd', properties, value));
+  const fact = (/** @type {string} */ term, /** @type {string} */ value, properties = {}) =>
+    list.append(make('dt', {}, term), make('dd', properties, value));
   fact('Facets', info.facets > PREVIEW_FACETS ? `${count(info.facets)}, not drawn` : count(info.facets));
   fact('Size', `${times(size)}${unit ? ` ${unit}` : ''}`);
   fact('From', low.map(short).join(', '));
@@ -84,6 +103,7 @@ function facts(info) {
   // what no surface encloses depends on where the origin is
   fact('Volume', `${isClosed ? '' : 'about '}${measure(info.volume, unit, 3)}`);
   fact('Surface', closedness(info), { className: isClosed ? 'good' : 'warn' });
+  /** @type {HTMLElement[]} */
   const parts = [list];
   if (info.warnings.length > 0) {
     parts.push(make('ul', { className: 'warnings' }, ...info.warnings.map((warning) => make('li', {}, sentence(warning)))));
@@ -91,16 +111,20 @@ function facts(info) {
   return parts;
 }
 
+/** @param {import('hexcast').SurfaceInfo} info */
 function closedness(info) {
   if (info.closed_parity && info.closed_oriented) return info.shells > 1 ? `closed, ${count(info.shells)} shells` : 'closed';
-  if (info.closed_parity) return `closed, but ${info.flipped_edges > 0 ? edges(info.flipped_edges, 'flipped') : 'facets face both ways'}: inside is where the number of crossings is odd`;
+  if (info.closed_parity)
+    return `closed, but ${info.flipped_edges > 0 ? edges(info.flipped_edges, 'flipped') : 'facets face both ways'}: inside is where the number of crossings is odd`;
   return `not closed: ${info.open_edges > 0 ? edges(info.open_edges, 'open') : 'odd numbers of facets meet'}`;
 }
 
+/** @param {number} n @param {string} what */
 function edges(n, what) {
   return `${count(n)} ${what} edge${n === 1 ? '' : 's'}`;
 }
 
+/** @param {Geometry} geometry @param {'flag' | 'priority'} key @param {string} label @param {number} min @param {number} max */
 function whole(geometry, key, label, min, max) {
   const input = make('input', {
     type: 'number',
@@ -120,24 +144,44 @@ function whole(geometry, key, label, min, max) {
   return make('label', {}, label, input);
 }
 
+/** @param {Geometry} geometry */
 function splitBox({ id, split, info }) {
-  const box = make('input', { type: 'checkbox', className: 'split', checked: split, on: { change: ({ target }) => splitSolids(id, target) } });
-  return make('label', { className: 'check' }, box, `Each of the ${info.solids.length} solids is a geometry, with its own name and the next flag`);
+  const box = make('input', {
+    type: 'checkbox',
+    className: 'split',
+    checked: split,
+    on: { change: ({ target }) => splitSolids(id, target) },
+  });
+  return make(
+    'label',
+    { className: 'check' },
+    box,
+    `Each of the ${info.solids.length} solids is a geometry, with its own name and the next flag`,
+  );
 }
 
-/** Makes solids geometries or one again; where other geometries have the flags that they would get, they get others. */
+/**
+ * Makes solids geometries or one again; where other geometries have the flags that they would get, they get others.
+ *
+ * @param {number} id
+ * @param {HTMLInputElement} box
+ */
 function splitSolids(id, box) {
   const geometry = state.geometries.find((geometry) => geometry.id === id);
+  if (!geometry) return;
   const others = new Set(state.geometries.filter((other) => other !== geometry).flatMap(flagsOf));
   const wanted = flagsOf({ ...geometry, split: box.checked });
-  const isFree = wanted.at(-1) <= 255 && !wanted.slice(1).some((flag) => others.has(flag));
+  const isFree = wanted[wanted.length - 1] <= 255 && !wanted.slice(1).some((flag) => others.has(flag));
   const flag = isFree ? geometry.flag : freeFlag(wanted.length, geometry);
-  const card = box.closest('.geometry');
-  card.querySelector('.flag').value = flag;
-  card.querySelector('.name').disabled = box.checked;
+  const [flagInput, nameInput] = ['.flag', '.name'].map(
+    (name) => /** @type {HTMLInputElement} */ (box.closest('.geometry')?.querySelector(name)),
+  );
+  flagInput.value = String(flag);
+  nameInput.disabled = box.checked;
   edit(id, { split: box.checked, flag });
 }
 
+/** @param {Geometry} geometry @param {'scale' | 'rotate' | 'translate'} key @param {string} label @param {string} hint */
 function placeField(geometry, key, label, hint) {
   const input = make('input', {
     type: 'text',
@@ -151,7 +195,7 @@ function placeField(geometry, key, label, hint) {
       input: ({ target }) => {
         const value = readNumbers(target.value);
         const isRight = value === null || Array.isArray(value) || (value !== undefined && key === 'scale');
-        target.setCustomValidity(isRight ? '' : 'numbers, apart by blanks');
+        target.setCustomValidity(isRight ? '' : 'numbers, separated by spaces');
         if (isRight) edit(geometry.id, { [key]: value });
       },
     },

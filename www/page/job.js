@@ -1,15 +1,31 @@
 /** The job that the page's fields ask for, in the form of the public interface. */
 import { state } from './state.js';
 
-/** Geometry keys in the order in which they are written, with the value that goes without saying. */
-export const GEOMETRY_KEYS = [['name', null], ['flag', null], ['priority', 0], ['split', false], ['scale', null], ['rotate', null], ['translate', null]];
+/**
+ * @typedef {import('hexcast').Job} Job
+ * @typedef {import('hexcast').GeometryJob & { source: import('hexcast').Surface, file: string }} SurfaceJob
+ * @typedef {'name' | 'flag' | 'priority' | 'split' | 'scale' | 'rotate' | 'translate'} GeometryKey
+ */
+
+/** Geometry keys in the order in which they are written, with the value that goes without saying. @type {[GeometryKey, unknown][]} */
+export const GEOMETRY_KEYS = [
+  ['name', null],
+  ['flag', null],
+  ['priority', 0],
+  ['split', false],
+  ['scale', null],
+  ['rotate', null],
+  ['translate', null],
+];
 
 /** The job with its surfaces as sources. */
 export function currentJob() {
   const { settings } = state;
+  /** @type {Job & { geometries: SurfaceJob[] }} */
   const job = { geometries: state.geometries.map(geometryJob) };
   if (settings.domain) job.domain = settings.domain;
-  else if (hasPadding(settings.padding)) job.padding = { [settings.padding_by]: settings.padding };
+  else if (hasPadding(settings.padding))
+    job.padding = settings.padding_by === 'cells' ? { cells: settings.padding } : { length: settings.padding };
   Object.assign(job, sizing(settings));
   if (settings.rule !== 'parity') job.rule = settings.rule;
   if (settings.axis !== 'auto') job.axis = settings.axis;
@@ -17,24 +33,27 @@ export function currentJob() {
   return job;
 }
 
+/** @param {import('./state.js').Geometry} geometry */
 function geometryJob(geometry) {
+  /** @type {SurfaceJob} */
   const job = { source: geometry.surface, file: geometry.source.name };
   for (const [key, unsaid] of GEOMETRY_KEYS) {
     const value = geometry[key];
     // solids have the names that they have in the file
     if (key === 'name' && geometry.split) continue;
-    if (value !== unsaid && value !== null && value !== undefined) job[key] = value;
+    if (value !== unsaid && value !== null && value !== undefined) Object.assign(job, { [key]: value });
   }
   return job;
 }
 
-/** Exactly one of the four ways to say how fine. */
+/** Exactly one of the four ways to say how fine. @param {import('./state.js').Settings} settings */
 function sizing({ sizing, cells, dims, cell_size }) {
   if (sizing === 'dims') return { dims };
   if (sizing === 'cell_size' || sizing === 'max_cell_size') return { [sizing]: cell_size };
   return { cells };
 }
 
+/** @param {number | number[]} padding */
 function hasPadding(padding) {
-  return [].concat(padding).some((number) => number !== 0);
+  return [padding].flat().some((number) => number !== 0);
 }

@@ -1,5 +1,5 @@
 /** The page: starts every part, opens a mesher and says who it is. Only the public interface of the package is used. */
-import { createMesher, version } from '../hexcast.js';
+import { createMesher, version } from 'hexcast';
 
 import { byId } from './dom.js';
 import { clearPrivate } from './private_files.js';
@@ -19,9 +19,12 @@ import { change, on, set, state } from './state.js';
 import { startTabs } from './tabs.js';
 import { startView3d } from './view3d.js';
 
+/** @typedef {import('hexcast').BackendChoice} BackendChoice */
+
+/** The backend that was asked for last. @type {BackendChoice | null} */
 let opened = null;
 
-/** Opens a mesher; one that there was goes, and its surfaces are read again. */
+/** Opens a mesher; one that there was goes, and its surfaces are read again. @param {BackendChoice} backend */
 async function open(backend) {
   opened = backend;
   state.mesher?.dispose();
@@ -35,30 +38,39 @@ async function open(backend) {
     if (opened !== backend) return mesher.dispose();
     change('mesher', { mesher });
     showDevice(mesher);
-    await readAgain();
+    await readAgain(mesher);
     change('phase', { phase: 'idle' });
   } catch (error) {
     if (opened !== backend) return undefined;
     change('phase', { phase: 'failed' });
     byId('device').textContent = 'hexcast could not start';
-    showError(error, undefined, backend === 'cpu' ? undefined : { label: 'Use the processor', act: () => set({ backend: 'cpu' }) });
+    showError(
+      error,
+      undefined,
+      backend === 'cpu' ? undefined : { label: 'Use the processor', act: () => set({ backend: 'cpu' }) },
+    );
   }
   return undefined;
 }
 
+/** @param {import('hexcast').Mesher} mesher */
 function showDevice({ backend, adapter, fallback }) {
   const name = adapter?.name;
   const device = byId('device');
   device.dataset.backend = backend;
   device.dataset.software = String(Boolean(adapter?.software));
-  if (backend === 'gpu' && adapter.software) device.textContent = `Software GPU${name ? ` (${name})` : ''}: it works, but slower than a real one`;
+  if (backend === 'gpu' && adapter?.software)
+    device.textContent = `Software GPU${name ? ` (${name})` : ''}: it works, but slower than a real one`;
   else if (backend === 'gpu') device.textContent = name ? `GPU: ${name}` : 'GPU, which the browser does not name';
-  else device.textContent = fallback ? 'No GPU here: the processor does the work, with the same result' : 'The processor does the work';
+  else
+    device.textContent = fallback
+      ? 'No GPU here: the processor does the work, with the same result'
+      : 'The processor does the work';
   device.title = fallback ?? adapter?.driver ?? '';
 }
 
 async function start() {
-  byId('version').value = version;
+  /** @type {HTMLOutputElement} */ (byId('version')).value = version;
   startTabs();
   startFiles();
   startGeometries();
@@ -80,35 +92,27 @@ async function start() {
     if (state.settings.backend !== opened) open(state.settings.backend);
   });
   // the GPU may have been lost for good meanwhile
-  on('mesh', () => state.mesh && showDevice(state.mesher));
+  on('mesh', () => state.mesh && state.mesher && showDevice(state.mesher));
   await open(state.settings.backend);
   takeSample(sample);
 }
 
-/** Opens another mesher after a failure; nothing else is lost. */
+/** Opens another mesher after a failure; nothing else is lost. @param {BackendChoice} backend */
 function restart(backend) {
   clearMessages();
   if (state.settings.backend === backend) open(backend);
   else set({ backend });
 }
 
+/** @param {string | null} sample */
 function takeSample(sample) {
   if (sample) addSample(sample);
 }
 
-/** Keeps what was loaded for when there is no network; a browser without service workers does without. */
-async function keepOffline() {
-  if (!navigator.serviceWorker || !isSecureContext) return;
-  try {
-    await navigator.serviceWorker.register(new URL('../offline.js', import.meta.url));
-    const { active } = await navigator.serviceWorker.ready;
-    const loaded = performance.getEntriesByType('resource').map(({ name }) => name).filter((name) => name.startsWith(location.origin));
-    // what the worker loads, and what the 3-D view will
-    const later = ['worker.js', 'core.js', 'adapter.js', 'aside.js', 'error.js', 'hexcast_wasm.js', 'hexcast_bg.wasm', 'zlib.js', 'hexcast_zlib_wasm.js', 'hexcast_zlib_bg.wasm', 'page/scene.js', 'page/stair_material.js', 'vendor/OrbitControls.js', 'vendor/three.module.js', 'vendor/three.core.js'];
-    active.postMessage({ keep: [location.href.split('#')[0], ...new Set([...loaded, ...later.map((file) => new URL(`../${file}`, import.meta.url).href)])] });
-  } catch {
-    // private windows may refuse; the page needs no service worker to work
-  }
+/** Keeps the page for when there is no network; a browser without service workers does without. */
+function keepOffline() {
+  // private windows may refuse; the page needs no service worker to work
+  if (isSecureContext) navigator.serviceWorker?.register('offline.js').catch(() => {});
 }
 
 start();

@@ -15,32 +15,45 @@ export function showError(error, subject, way) {
   box.append(make('p', {}, subject && !text.includes(subject) ? `${subject}: ${text}` : text));
   if (error?.hint) box.append(make('p', { className: 'hint' }, `${sentence(error.hint)}`));
   if (error?.code) box.dataset.code = error.code;
-  if (way) box.append(make('button', { type: 'button', className: 'small', on: { click: () => (box.remove(), way.act()) } }, way.label));
+  const act = () => {
+    box.remove();
+    way?.act();
+  };
+  if (way) box.append(make('button', { type: 'button', className: 'small', on: { click: act } }, way.label));
   box.append(dismissButton(box));
   byId('messages').append(box);
   box.scrollIntoView?.({ block: 'nearest' });
 }
 
-/** Shows a remark that needs no action; one about the mesh that is shown stays until `clearMessages('mesh')`. */
+/**
+ * Shows a remark that needs no action; one about the mesh that is shown stays until `clearMessages('mesh')`.
+ *
+ * @param {string} text
+ */
 export function showNotice(text, about = 'files') {
   const box = make('div', { className: 'message', role: 'status', 'data-about': about }, make('p', {}, sentence(text)));
   box.append(dismissButton(box));
   byId('messages').append(box);
 }
 
-/** Removes the messages of what is done anew; by default all but those about the mesh that is shown. */
+/** Removes the messages of what is done anew; by default all but those about the mesh that is shown. @param {string} [about] */
 export function clearMessages(about) {
   const chosen = about ? `[data-about=${about}]` : ':not([data-about=mesh])';
   for (const box of byId('messages').querySelectorAll(`.message${chosen}`)) box.remove();
 }
 
-/** First letter upper case, a full stop at the end. */
+/** First letter upper case, a full stop at the end. @param {string} text */
 export function sentence(text) {
   const trimmed = text.trim();
   const start = /^[a-z][a-z]*[ ,]/.test(trimmed) ? trimmed[0].toUpperCase() + trimmed.slice(1) : trimmed;
   return /[.!?]$/.test(start) ? start : `${start}.`;
 }
 
+/** @param {HTMLElement} box */
 function dismissButton(box) {
-  return make('button', { type: 'button', className: 'icon', 'aria-label': 'Dismiss message', on: { click: () => box.remove() } }, '×');
+  return make(
+    'button',
+    { type: 'button', className: 'icon', 'aria-label': 'Dismiss message', on: { click: () => box.remove() } },
+    '×',
+  );
 }

@@ -7,7 +7,11 @@ const FOLDER = 'hexcast-downloads';
 
 let isHeld = false;
 
-/** Opens a file for writing; its handle gives the file once that is closed. @returns {Promise<FileSystemFileHandle>} */
+/**
+ * Opens a file for writing; its handle gives the file once that is closed. @returns {Promise<FileSystemFileHandle>}
+ *
+ * @param {string} name
+ */
 export async function privateFile(name) {
   holdFolder();
   const root = await navigator.storage.getDirectory();
@@ -16,10 +20,11 @@ export async function privateFile(name) {
 
 /** Whether there is such a file system, and one that can be written from a page. */
 export function hasPrivateFiles() {
-  return Boolean(navigator.storage?.getDirectory && globalThis.FileSystemFileHandle?.prototype.createWritable);
+  const hasFiles = typeof navigator.storage?.getDirectory === 'function';
+  return hasFiles && typeof globalThis.FileSystemFileHandle?.prototype.createWritable === 'function';
 }
 
-/** Removes a file that will not be handed on. */
+/** Removes a file that will not be handed on. @param {string} name */
 export async function removePrivate(name) {
   const root = await navigator.storage.getDirectory();
   await (await root.getDirectoryHandle(FOLDER)).removeEntry(name).catch(() => {});
@@ -31,11 +36,13 @@ export async function removePrivate(name) {
  */
 export async function clearPrivate() {
   if (!hasPrivateFiles() || !navigator.locks) return;
-  await navigator.locks.request(FOLDER, { ifAvailable: true }, async (lock) => {
-    if (!lock) return;
-    const root = await navigator.storage.getDirectory();
-    await root.removeEntry(FOLDER, { recursive: true });
-  }).catch(() => {}); // there was nothing, or a private window has no such file system
+  await navigator.locks
+    .request(FOLDER, { ifAvailable: true }, async (lock) => {
+      if (!lock) return;
+      const root = await navigator.storage.getDirectory();
+      await root.removeEntry(FOLDER, { recursive: true });
+    })
+    .catch(() => {}); // there was nothing, or a private window has no such file system
 }
 
 /** Keeps other pages from clearing the folder as long as this one lives. */

@@ -1,6 +1,6 @@
 /** What came out: facts, legend, warnings, the report. */
 import { byId, make } from './dom.js';
-import { save } from './downloads.js';
+import { spilledBytes, save } from './downloads.js';
 import { bytes, cellSize, count, duration, measure, roughly, times } from './format.js';
 import { sentence, showError } from './messages.js';
 import { baseName } from './share.js';
@@ -20,7 +20,7 @@ export function startResults() {
 }
 
 function reportText() {
-  return `${JSON.stringify(state.mesh.report, null, 2)}\n`;
+  return `${JSON.stringify(state.mesh?.report, null, 2)}\n`;
 }
 
 function show() {
@@ -31,14 +31,19 @@ function show() {
   const { report } = mesh;
   const list = byId('result-facts');
   list.replaceChildren();
-  const fact = (id, term, value) => value && list.append(make('dt', {}, term), make('dd', { id }, value));
+  const fact = (/** @type {string} */ id, /** @type {string} */ term, /** @type {string} */ value) =>
+    value && list.append(make('dt', {}, term), make('dd', { id }, value));
   fact('result-dims', 'Cells', `${times(mesh.dims, String)} = ${roughly(report.cells)}`);
   fact('result-spacing', 'Cell', cellSize(report.spacing, report.unit));
-  const aside = report.peak_bytes?.aside ?? 0;
-  const held = aside > 0 ? `${bytes(aside)} in the browser's private files` : bytes(mesh.columns.bytes);
+  const spilled = spilledBytes(report);
+  const held = spilled > 0 ? `${bytes(spilled)} in the browser's private files` : bytes(mesh.columns.bytes);
   fact('result-columns', 'Held as', `${count(mesh.columns.runs)} runs, ${held}`);
-  fact('result-time', 'Time', report.seconds?.total ? `${duration(report.seconds.total)}, ${roughly(report.cells_per_second)} cells/s` : '');
-  fact('result-backend', 'Meshed by', report.adapter ?? (report.backend === 'cpu' ? 'the processor' : report.backend));
+  fact(
+    'result-time',
+    'Time',
+    report.seconds?.total ? `${duration(report.seconds.total)}, ${roughly(report.cells_per_second ?? 0)} cells/s` : '',
+  );
+  fact('result-backend', 'Meshed by', report.adapter ?? (report.backend === 'cpu' ? 'the processor' : (report.backend ?? '')));
   showLegend();
   const warnings = [...(report.warnings ?? [])];
   byId('result-warnings').replaceChildren(...warnings.map((warning) => make('li', {}, sentence(warning))));
@@ -49,10 +54,12 @@ function show() {
 
 /** One row a flag: on or off, colour, name, cells, volume beside the volume of its facets. */
 function showLegend() {
+  if (!state.mesh) return;
   const { report } = state.mesh;
   byId('legend').replaceChildren(...report.flags.map((entry) => row(entry, report.unit)));
 }
 
+/** @param {import('hexcast').FlagReport} entry @param {string | null} unit */
 function row({ flag, name, cells, volume, mesh_volume: meshVolume }, unit) {
   const box = make('input', {
     type: 'checkbox',
@@ -76,11 +83,16 @@ function row({ flag, name, cells, volume, mesh_volume: meshVolume }, unit) {
     make('td', {}, box),
     make('th', { scope: 'row' }, swatch, make('span', { className: 'number' }, String(flag)), ` ${name}`),
     make('td', { className: 'number cells', 'data-cells': cells }, count(cells)),
-    make('td', { className: 'number', title: meshVolume ? `volume of the facets: ${measure(meshVolume, unit, 3)}` : null }, measure(volume, unit, 3), make('small', {}, difference)),
+    make(
+      'td',
+      { className: 'number', title: meshVolume ? `volume of the facets: ${measure(meshVolume, unit, 3)}` : null },
+      measure(volume, unit, 3),
+      make('small', {}, difference),
+    ),
   );
 }
 
-/** A difference with its sign, if it has one once it is rounded. */
+/** A difference with its sign, if it has one once it is rounded. @param {number} off */
 function percent(off) {
   const digits = Math.abs(off).toFixed(Math.abs(off) < 1 ? 2 : 1);
   const sign = off > 0 ? '+' : '−';
@@ -89,9 +101,11 @@ function percent(off) {
 
 async function hash() {
   const { mesh } = state;
+  if (!mesh) return;
   const output = byId('result-hash');
   try {
-    const onProgress = ({ done, total }) => (output.textContent = `${Math.floor((100 * done) / Math.max(total, 1))} %`);
+    const onProgress = (/** @type {import('hexcast').Progress} */ { done, total }) =>
+      (output.textContent = `${Math.floor((100 * done) / Math.max(total, 1))} %`);
     const sha256 = await mesh.sha256({ onProgress });
     if (mesh === state.mesh) output.textContent = sha256;
   } catch (error) {

@@ -1,27 +1,32 @@
 /** Run and Cancel, with progress in words and as a bar. */
-import { byId, oncePerFrame } from './dom.js';
+import { HexcastError } from 'hexcast';
+
+import { buttonOf, byId, oncePerFrame } from './dom.js';
 import { count, duration, roughly } from './format.js';
 import { currentJob } from './job.js';
 import { wrongField } from './fields.js';
 import { clearMessages, showError } from './messages.js';
 import { change, on, state } from './state.js';
 
+/** @typedef {import('hexcast').BackendChoice} BackendChoice */
+
 const STAGES = { read: 'Reading', mesh: 'Meshing', write: 'Writing' };
 /** Faces of the surface in 3-D: what phones still turn smoothly. */
 const MAX_QUADS = 1_000_000;
 
+/** @type {AbortController | null} */
 let stop = null;
 
 /**
  * Connects the buttons.
  *
- * @param {(backend: string) => void} restart starts another mesher, where the device was lost
+ * @param {(backend: BackendChoice) => void} restart starts another mesher, where the device was lost
  */
 export function startRun(restart) {
   byId('run').addEventListener('click', () => run(restart));
   byId('cancel').addEventListener('click', () => stop?.abort(new DOMException('cancelled', 'AbortError')));
   document.addEventListener('keydown', (event) => {
-    if (event.key === 'Enter' && (event.ctrlKey || event.metaKey) && !byId('run').disabled) run(restart);
+    if (event.key === 'Enter' && (event.ctrlKey || event.metaKey) && !buttonOf('run').disabled) run(restart);
     if (event.key === 'Escape') stop?.abort(new DOMException('cancelled', 'AbortError'));
   });
   on(['phase', 'geometries', 'settings', 'fields', 'mesher', 'estimate'], show);
@@ -33,11 +38,19 @@ function show() {
   byId('run').hidden = isMeshing;
   byId('cancel').hidden = !isMeshing;
   byId('progress').hidden = !isMeshing;
-  byId('run').disabled = !state.mesher || state.phase !== 'idle' || state.geometries.length === 0 || Boolean(state.estimate?.error) || wrongField() !== null;
+  buttonOf('run').disabled =
+    !state.mesher ||
+    state.phase !== 'idle' ||
+    state.geometries.length === 0 ||
+    Boolean(state.estimate?.error) ||
+    wrongField() !== null;
   document.body.dataset.phase = state.phase;
 }
 
+/** @param {(backend: BackendChoice) => void} restart */
 async function run(restart) {
+  const { mesher } = state;
+  if (!mesher) return;
   clearMessages();
   const job = currentJob();
   const expected = state.estimate?.result ?? null;
@@ -52,7 +65,7 @@ async function run(restart) {
   const hadFocus = document.activeElement === document.body || document.activeElement === byId('run');
   if (hadFocus) byId('cancel').focus();
   try {
-    const mesh = await state.mesher.mesh(job, { signal: stop.signal, onProgress: watch(start, expected?.cells ?? 0) });
+    const mesh = await mesher.mesh(job, { signal: stop.signal, onProgress: watch(start, expected?.cells ?? 0) });
     state.mesh?.dispose();
     // the skin is asked for before others hear of the mesh, so that it is the worker's next work
     const skin = mesh.skin({ maxQuads: MAX_QUADS });
@@ -74,28 +87,35 @@ async function run(restart) {
   }
 }
 
-/** A lost or failing device is worth another try. */
-function wayOut({ code }, restart) {
+/** A lost or failing device is worth another try. @param {unknown} error @param {(backend: BackendChoice) => void} restart */
+function wayOut(error, restart) {
+  const code = error instanceof HexcastError ? error.code : null;
   if (code === 'device-lost') return { label: 'Open the GPU again', act: () => restart(state.settings.backend) };
   if (code === 'device-failed' || code === 'no-adapter') return { label: 'Use the processor', act: () => restart('cpu') };
   return undefined;
 }
 
-/** Hears progress and writes it once a frame: stage, percent, cells a second, time left. */
+/**
+ * Hears progress and writes it once a frame: stage, percent, cells a second, time left.
+ *
+ * @param {number} start
+ * @param {number} cells
+ */
 function watch(start, cells) {
+  /** @type {import('hexcast').Progress | null} */
   let last = null;
   let stageStart = start;
   const draw = oncePerFrame(() => {
     if (!stop || !last) return;
     const share = last.total > 0 ? last.done / last.total : 0;
     const seconds = (performance.now() - stageStart) / 1000;
-    byId('progress').value = share;
+    /** @type {HTMLProgressElement} */ (byId('progress')).value = share;
     const words = [`${STAGES[last.stage]}: ${Math.floor(100 * share)} %`];
     if (last.stage === 'mesh' && cells && seconds > 0.2) words.push(`${roughly((cells * share) / seconds)} cells/s`);
     if (share > 0.02 && seconds > 0.5) words.push(`${duration((seconds * (1 - share)) / share)} left`);
     byId('status').textContent = words.join(', ');
   });
-  return (progress) => {
+  return (/** @type {import('hexcast').Progress} */ progress) => {
     if (last?.stage !== progress.stage) stageStart = performance.now();
     last = progress;
     draw();

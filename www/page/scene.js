@@ -3,23 +3,32 @@
  *
  * World lengths may be far from zero, so everything hangs in one group that is moved to the origin.
  */
-import * as THREE from '../vendor/three.module.js';
-import { OrbitControls } from '../vendor/OrbitControls.js';
+import * as THREE from 'three';
+import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 
 import { oncePerFrame } from './dom.js';
 import { stairMaterial } from './stair_material.js';
 
+/**
+ * @typedef {{ axis: number, side: number, at: number, image: ImageData, low: number[], high: number[] }} Cut
+ * @typedef {THREE.Mesh<THREE.BufferGeometry, THREE.MeshStandardMaterial | THREE.MeshBasicMaterial>} Drawn
+ * @typedef {{ corners: Float32Array, colour: string, scale: number | number[] | null, rotate: number[] | null, translate: number[] | null }} Model
+ */
+
 export class Scene {
   #canvas;
+  #frame;
   #renderer;
   #scene = new THREE.Scene();
   #camera = new THREE.PerspectiveCamera(35, 1, 0.01, 1000);
   #controls;
   #world = new THREE.Group();
-  #models = new THREE.Group();
-  #skin = new THREE.Group();
-  #section = new THREE.Group();
+  #models = groupOfDrawn();
+  #skin = groupOfDrawn();
+  #section = groupOfDrawn();
+  /** @type {THREE.Box3Helper | null} */
   #box = null;
+  /** @type {number[] | null} */
   #boxCorners = null;
   #plane = new THREE.Plane();
   /** Sphere around what is shown, in world lengths. */
@@ -29,6 +38,7 @@ export class Scene {
   /** @param {HTMLCanvasElement} canvas */
   constructor(canvas) {
     this.#canvas = canvas;
+    this.#frame = /** @type {HTMLElement} */ (canvas.parentElement);
     this.#renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
     this.#renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.#camera.up.set(0, 0, 1);
@@ -40,12 +50,12 @@ export class Scene {
     this.#scene.add(this.#world, this.#camera, new THREE.HemisphereLight(0xffffff, 0xaab2bb, 2));
     this.invalidate = oncePerFrame(() => this.draw());
     this.#controls.addEventListener('change', this.invalidate);
-    new ResizeObserver(() => this.#resize()).observe(canvas.parentElement);
+    new ResizeObserver(() => this.#resize()).observe(this.#frame);
     this.#resize();
   }
 
   #resize() {
-    const { clientWidth: width, clientHeight: height } = this.#canvas.parentElement;
+    const { clientWidth: width, clientHeight: height } = this.#frame;
     if (width === 0 || height === 0) return;
     this.#renderer.setSize(width, height, false);
     this.#camera.aspect = width / height;
@@ -57,17 +67,23 @@ export class Scene {
     this.#renderer.render(this.#scene, this.#camera);
   }
 
-  /** Shows models: `{corners, colour, scale, rotate, translate}` each. */
+  /** Shows models. @param {Model[]} models */
   setModels(models) {
     discard(this.#models);
     for (const { corners, colour, scale, rotate, translate } of models) {
       const geometry = new THREE.BufferGeometry();
       geometry.setAttribute('position', new THREE.BufferAttribute(corners, 3));
-      const material = new THREE.MeshStandardMaterial({ color: colour, flatShading: true, side: THREE.DoubleSide, roughness: 0.7 });
+      const material = new THREE.MeshStandardMaterial({
+        color: colour,
+        flatShading: true,
+        side: THREE.DoubleSide,
+        roughness: 0.7,
+      });
       const mesh = new THREE.Mesh(geometry, material);
-      mesh.scale.fromArray([].concat(scale ?? 1).length === 3 ? scale : Array(3).fill(scale ?? 1));
+      mesh.scale.fromArray(Array.isArray(scale) ? scale : Array(3).fill(scale ?? 1));
       // about x first, then y, then z
-      mesh.rotation.set(...(rotate ?? [0, 0, 0]).map(THREE.MathUtils.degToRad), 'ZYX');
+      const [x, y, z] = (rotate ?? [0, 0, 0]).map(THREE.MathUtils.degToRad);
+      mesh.rotation.set(x, y, z, 'ZYX');
       mesh.position.fromArray(translate ?? [0, 0, 0]);
       this.#models.add(mesh);
     }
@@ -79,6 +95,7 @@ export class Scene {
    *
    * @param {import('../hexcast.js').Skin} skin
    * @param {{origin: number[], spacing: number[]}} lines
+   * @param {(flag: number) => string} colourOf
    */
   setSkin(skin, lines, colourOf) {
     discard(this.#skin);
@@ -87,19 +104,26 @@ export class Scene {
       const geometry = new THREE.BufferGeometry();
       geometry.setAttribute('position', new THREE.BufferAttribute(positions, 3));
       geometry.setIndex(new THREE.BufferAttribute(indices, 1));
-      const mesh = new THREE.Mesh(geometry, stairMaterial(colourOf(flag), lines.spacing.map((size) => size * skin.step)));
+      const mesh = new THREE.Mesh(
+        geometry,
+        stairMaterial(
+          colourOf(flag),
+          lines.spacing.map((size) => size * skin.step),
+        ),
+      );
       mesh.userData.flag = flag;
       this.#skin.add(mesh);
     }
     this.invalidate();
   }
 
+  /** @param {(flag: number) => string} colourOf */
   setColours(colourOf) {
     for (const mesh of this.#skin.children) mesh.material.color.set(colourOf(mesh.userData.flag));
     this.invalidate();
   }
 
-  /** Shows either the models or the cells, and of these the flags that are not hidden. */
+  /** Shows either the models or the cells, and of these the flags that are not hidden. @param {string} what @param {Set<number>} hidden */
   show(what, hidden) {
     this.#models.visible = what === 'model';
     this.#skin.visible = what === 'cells';
@@ -108,7 +132,7 @@ export class Scene {
     this.invalidate();
   }
 
-  /** Draws the edges of a box of six numbers, or none. */
+  /** Draws the edges of a box of six numbers, or none. @param {number[] | null} corners */
   setBox(corners) {
     if (String(corners) === String(this.#boxCorners)) return;
     this.#boxCorners = corners;
@@ -128,7 +152,7 @@ export class Scene {
   /**
    * Cuts away what lies beyond a plane across an axis and draws the cells that it cuts.
    *
-   * @param {null | {axis: number, side: 1 | -1, at: number, image: ImageData, low: number[], high: number[]}} cut `at` in
+   * @param {null | Cut} cut `at` in
    *   world lengths; what lies on `side` of it goes; the image covers low to high on the two axes across
    */
   setSection(cut) {
@@ -136,34 +160,38 @@ export class Scene {
     if (cut) this.#cap(cut);
     const normal = [0, 1, 2].map((axis) => (axis === cut?.axis ? -cut.side : 0));
     // planes are in the scene's lengths, where the centre of the world is the origin
-    this.#plane.set(new THREE.Vector3(...normal), cut ? cut.side * (cut.at - this.#centre.getComponent(cut.axis)) : 0);
+    this.#plane.set(new THREE.Vector3().fromArray(normal), cut ? cut.side * (cut.at - this.#centre.getComponent(cut.axis)) : 0);
     const planes = cut ? [this.#plane] : [];
     for (const group of [this.#skin, this.#models]) for (const mesh of group.children) mesh.material.clippingPlanes = planes;
     this.#renderer.localClippingEnabled = Boolean(cut);
     this.invalidate();
   }
 
+  /** @param {Cut} cut */
   #cap({ axis, at, image, low, high }) {
     const texture = new THREE.DataTexture(new Uint8Array(image.data.buffer), image.width, image.height);
     texture.magFilter = THREE.NearestFilter;
     texture.colorSpace = THREE.SRGBColorSpace;
     texture.needsUpdate = true;
     const [first, second] = [0, 1, 2].filter((other) => other !== axis);
-    const corner = (i, j) => {
+    const corner = (/** @type {number} */ i, /** @type {number} */ j) => {
       const point = [at, at, at];
       point[first] = [low[0], high[0]][i];
       point[second] = [low[1], high[1]][j];
       return point;
     };
     const geometry = new THREE.BufferGeometry();
-    geometry.setAttribute('position', new THREE.Float32BufferAttribute([corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)].flat(), 3));
+    geometry.setAttribute(
+      'position',
+      new THREE.Float32BufferAttribute([corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)].flat(), 3),
+    );
     geometry.setAttribute('uv', new THREE.Float32BufferAttribute([0, 0, 1, 0, 1, 1, 0, 1], 2));
     geometry.setIndex([0, 1, 2, 0, 2, 3]);
     const material = new THREE.MeshBasicMaterial({ map: texture, side: THREE.DoubleSide, alphaTest: 0.5 });
     this.#section.add(new THREE.Mesh(geometry, material));
   }
 
-  /** Moves the camera so that a box of six numbers fills the view, seen from a corner or along `direction`. */
+  /** Moves the camera so that a box of six numbers fills the view, seen from a corner or along `direction`. @param {number[]} corners */
   fit(corners, direction = [1.1, -1.6, 0.9]) {
     const [low, high] = [corners.slice(0, 3), corners.slice(3)].map((at) => new THREE.Vector3().fromArray(at));
     this.#centre.addVectors(low, high).multiplyScalar(0.5);
@@ -180,7 +208,7 @@ export class Scene {
     this.invalidate();
   }
 
-  /** Turns by angles around z and up (radians), and comes nearer by a factor. */
+  /** Turns by angles around z and up (radians), and comes nearer by a factor. @param {number} around @param {number} up */
   turn(around, up, nearer = 1) {
     const offset = this.#camera.position.clone().sub(this.#controls.target);
     const turned = new THREE.Spherical().setFromVector3(new THREE.Vector3(offset.x, offset.z, -offset.y));
@@ -193,12 +221,12 @@ export class Scene {
     this.invalidate();
   }
 
-  /** On which side of the middle the camera stands, along an axis: 1 or -1. */
+  /** On which side of the middle the camera stands, along an axis: 1 or -1. @param {number} axis */
   sideOf(axis) {
     return this.#camera.position.getComponent(axis) < this.#controls.target.getComponent(axis) ? -1 : 1;
   }
 
-  /** The picture as it is. @returns {Promise<Blob>} PNG */
+  /** The picture as it is. @returns {Promise<Blob | null>} PNG */
   picture() {
     // drawing and reading in one go: the buffer is gone after the frame
     this.draw();
@@ -206,7 +234,12 @@ export class Scene {
   }
 }
 
-/** Empties a group and frees what its meshes hold on the graphics card. */
+/** @returns {THREE.Group & { children: Drawn[] }} */
+function groupOfDrawn() {
+  return /** @type {THREE.Group & { children: Drawn[] }} */ (new THREE.Group());
+}
+
+/** Empties a group and frees what its meshes hold on the graphics card. @param {ReturnType<typeof groupOfDrawn>} group */
 function discard(group) {
   for (const mesh of group.children) {
     mesh.geometry.dispose();

@@ -1,7 +1,9 @@
 /** The form: linked sizes, domain and padding, rule, axis, unit, backend. */
-import { byId } from './dom.js';
+import { byId, inputOf, onInput, selectOf } from './dom.js';
 import { readNumbers, short, writeNumbers } from './format.js';
 import { on, set, state } from './state.js';
+
+/** @typedef {import('./state.js').Triple} Triple @typedef {import('./state.js').Box} Box */
 
 /** Largest number that a job can say; it is far beyond those that fit. */
 const MAX_CELLS = 2 ** 32 - 1;
@@ -10,32 +12,36 @@ const DOMAIN = ['x0', 'y0', 'z0', 'x1', 'y1', 'z1'].map((name) => `domain-${name
 
 /** Connects the fields, both ways. */
 export function startSettings() {
-  byId('cells').addEventListener('input', ({ target }) => {
-    if (isNumberOfCells(target)) set({ sizing: 'cells', cells: numberOfCells(target) });
+  onInput('cells', 'input', (input) => {
+    if (isNumberOfCells(input)) set({ sizing: 'cells', cells: numberOfCells(input) });
   });
-  byId('cell-size').addEventListener('input', readCellSize);
-  byId('fit-lines').addEventListener('change', ({ target }) => {
+  onInput('cell-size', 'input', readCellSize);
+  onInput('fit-lines', 'change', ({ checked }) => {
     const size = state.settings.cell_size ?? Math.max(...(state.estimate?.result?.spacing ?? [1]));
-    set({ sizing: target.checked ? 'max_cell_size' : 'cell_size', cell_size: [].concat(size)[0] });
+    set({ sizing: checked ? 'max_cell_size' : 'cell_size', cell_size: [size].flat()[0] });
   });
-  for (const id of DIMS) byId(id).addEventListener('input', readDims);
-  for (const id of DOMAIN) byId(id).addEventListener('input', readDomain);
-  byId('domain-given').addEventListener('change', ({ target }) => {
-    set({ domain: target.checked ? domainOf(state.estimate?.result) : null });
+  for (const id of DIMS) onInput(id, 'input', readDims);
+  for (const id of DOMAIN) onInput(id, 'input', readDomain);
+  onInput('domain-given', 'change', ({ checked }) => {
+    set({ domain: checked ? domainOf(state.estimate?.result) : null });
   });
-  byId('padding').addEventListener('input', readPadding);
+  onInput('padding', 'input', readPadding);
   byId('padding-by').addEventListener('change', readPadding);
-  for (const key of ['rule', 'axis', 'unit', 'backend']) {
-    byId(key).addEventListener('change', ({ target }) => set({ [key]: target.value }));
+  for (const key of /** @type {const} */ (['rule', 'axis', 'unit', 'backend'])) {
+    const select = selectOf(key);
+    select.addEventListener('change', () => set({ [key]: select.value }));
   }
-  byId('settings').addEventListener('submit', (event) => event.preventDefault());
+  const form = byId('settings');
+  form.addEventListener('submit', (event) => event.preventDefault());
   // a field that was left empty has what counts again
-  byId('settings').addEventListener('focusout', ({ target }) => target.value === '' && target.validity.valid && setTimeout(show));
+  form.addEventListener('focusout', ({ target }) => {
+    if (target instanceof HTMLInputElement && target.value === '' && target.validity.valid) setTimeout(show);
+  });
   on(['settings', 'estimate', 'geometries'], show);
   show();
 }
 
-/** Whether a field holds a number of cells; how many fit, the estimate says. */
+/** Whether a field holds a number of cells; how many fit, the estimate says. @param {HTMLInputElement} input */
 function isNumberOfCells(input) {
   const value = Number(input.value);
   const isRight = input.value !== '' && value > 0 && Number.isInteger(value);
@@ -43,45 +49,54 @@ function isNumberOfCells(input) {
   return isRight;
 }
 
+/** @param {HTMLInputElement} input */
 function numberOfCells(input) {
   return Math.min(Number(input.value), MAX_CELLS);
 }
 
-function readCellSize({ target }) {
-  const value = readNumbers(target.value);
-  const isRight = value !== null && value !== undefined && [].concat(value).every((size) => size > 0);
-  target.setCustomValidity(isRight || value === null ? '' : 'this is a length greater than 0, such as 0.5, or three, apart by blanks');
+/** @param {HTMLInputElement} input */
+function readCellSize(input) {
+  const value = readNumbers(input.value);
+  const isRight = value !== null && value !== undefined && [value].flat().every((size) => size > 0);
+  input.setCustomValidity(
+    isRight || value === null ? '' : 'this is a length greater than 0, such as 0.5, or three, separated by spaces',
+  );
   if (!isRight) return;
-  const fits = byId('fit-lines').checked && !Array.isArray(value);
+  const fits = inputOf('fit-lines').checked && !Array.isArray(value);
   set({ sizing: fits ? 'max_cell_size' : 'cell_size', cell_size: value });
 }
 
 function readDims() {
-  const inputs = DIMS.map(byId);
-  if (inputs.every(isNumberOfCells)) set({ sizing: 'dims', dims: inputs.map(numberOfCells) });
+  const inputs = DIMS.map(inputOf);
+  if (inputs.every(isNumberOfCells)) set({ sizing: 'dims', dims: /** @type {Triple} */ (inputs.map(numberOfCells)) });
 }
 
 function readDomain() {
-  const inputs = DOMAIN.map(byId);
+  const inputs = DOMAIN.map(inputOf);
   if (inputs.every((input) => input.value !== '' && Number.isFinite(Number(input.value)))) {
-    set({ domain: inputs.map((input) => Number(input.value)) });
+    set({ domain: /** @type {Box} */ (inputs.map((input) => Number(input.value))) });
   }
 }
 
 function readPadding() {
-  const by = byId('padding-by').value;
-  const input = byId('padding');
+  const by = selectOf('padding-by').value === 'length' ? 'length' : 'cells';
+  const input = inputOf('padding');
   const value = readNumbers(input.value) ?? (input.value.trim() === '' ? 0 : undefined);
-  const isRight = value !== undefined && [].concat(value).every((room) => room >= 0 && (by === 'length' || Number.isInteger(room)));
-  input.setCustomValidity(isRight ? '' : `this is ${by === 'cells' ? 'a whole number of cells' : 'a length'} from 0, or three, apart by blanks`);
+  const isRight = value !== undefined && [value].flat().every((room) => room >= 0 && (by === 'length' || Number.isInteger(room)));
+  input.setCustomValidity(
+    isRight ? '' : `this is ${by === 'cells' ? 'a whole number of cells' : 'a length'} from 0, or three, separated by spaces`,
+  );
   if (isRight) set({ padding: value, padding_by: by });
 }
 
-/** The box that an estimate meshes. */
+/** The box that an estimate meshes. @param {{ origin: Triple, spacing: Triple, dims: Triple }} [estimate] @returns {Box} */
 export function domainOf(estimate) {
   if (!estimate) return [0, 0, 0, 1, 1, 1];
   const { origin, spacing, dims } = estimate;
-  return [...origin, ...origin.map((start, axis) => Number((start + spacing[axis] * dims[axis]).toPrecision(12)))];
+  return /** @type {Box} */ ([
+    ...origin,
+    ...origin.map((start, axis) => Number((start + spacing[axis] * dims[axis]).toPrecision(12))),
+  ]);
 }
 
 /** Writes all fields but the one being typed in; those that were not set follow the estimate. */
@@ -93,29 +108,32 @@ function show() {
   const isSize = settings.sizing === 'cell_size' || settings.sizing === 'max_cell_size';
   put('cell-size', isSize ? writeNumbers(settings.cell_size) : result ? sizeText(result.spacing) : '');
   DIMS.forEach((id, axis) => put(id, dims?.[axis] ?? ''));
-  byId('fit-lines').checked = settings.sizing === 'max_cell_size';
+  inputOf('fit-lines').checked = settings.sizing === 'max_cell_size';
   const leading = { cells: 'cells', dims: 'dims', cell_size: 'cell-size', max_cell_size: 'cell-size' }[settings.sizing];
-  for (const field of document.querySelectorAll('[data-size]')) field.classList.toggle('leads', field.dataset.size === leading);
-  byId('domain-given').checked = settings.domain !== null;
+  const sizes = /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll('[data-size]'));
+  for (const field of sizes) field.classList.toggle('leads', field.dataset.size === leading);
+  inputOf('domain-given').checked = settings.domain !== null;
   byId('domain-fields').hidden = settings.domain === null;
   byId('padding-fields').hidden = settings.domain !== null;
   DOMAIN.forEach((id, at) => {
-    byId(id).required = settings.domain !== null;
+    inputOf(id).required = settings.domain !== null;
     put(id, settings.domain?.[at] ?? '');
   });
   put('padding', writeNumbers(settings.padding));
-  for (const key of ['rule', 'axis', 'unit', 'backend', 'padding_by']) byId(key.replace('_', '-')).value = settings[key];
+  for (const key of /** @type {const} */ (['rule', 'axis', 'unit', 'backend', 'padding_by']))
+    selectOf(key.replace('_', '-')).value = settings[key];
   for (const unit of document.querySelectorAll('.unit')) unit.textContent = settings.unit;
 }
 
+/** @param {string} id @param {string | number} value */
 function put(id, value) {
-  const input = byId(id);
+  const input = inputOf(id);
   if (input === document.activeElement) return;
-  input.value = value;
+  input.value = String(value);
   input.setCustomValidity('');
 }
 
-/** The lengths of a cell, once where they are equal. */
+/** The lengths of a cell, once where they are equal. @param {number[]} spacing */
 function sizeText(spacing) {
   const texts = spacing.map(short);
   return texts.every((text) => text === texts[0]) ? texts[0] : texts.join(' ');

@@ -3,12 +3,20 @@
  *
  * The hash holds only what differs from the defaults, such as `#cells=256&padding=2&sample=knot&g=file%3Dknot.stl%26flag%3D7`.
  */
-import { byId, later } from './dom.js';
+import { buttonOf, byId, later } from './dom.js';
 import { GEOMETRY_KEYS, currentJob } from './job.js';
 import { writeNumbers } from './format.js';
 import { showNotice } from './messages.js';
 import { DEFAULTS, colourOf, on, set, state } from './state.js';
 
+/**
+ * @typedef {import('hexcast').Job} Job
+ * @typedef {import('./state.js').Settings} Settings
+ * @typedef {import('./state.js').Geometry} Geometry
+ * @typedef {Partial<Geometry> & { colour?: string }} GeometrySettings what a link says of a geometry
+ */
+
+/** @type {Record<'padding_by' | 'rule' | 'axis' | 'backend', string[]>} */
 const CHOICES = {
   padding_by: ['cells', 'length'],
   rule: ['parity', 'nonzero'],
@@ -17,23 +25,32 @@ const CHOICES = {
 };
 
 /** Settings of geometries that a link has and whose files have not come yet, in order. */
-let expected = [];
+let expected = /** @type {{ query: string, file: string | null, settings: GeometrySettings }[]} */ ([]);
 /** Hash that this page wrote last, so that it does not read its own. */
-let written = null;
+let written = /** @type {string | null} */ (null);
 
 /** Writes the hash whenever a parameter changes. */
 export function startSharing() {
   on(['settings', 'geometries', 'colours'], later(writeHash, 200));
   on('geometries', showCopies);
   showCopies();
-  byId('copy-command').addEventListener('click', (event) => copy(commandOf(currentJob()), event.currentTarget));
-  byId('copy-js').addEventListener('click', (event) => copy(javascriptOf(currentJob()), event.currentTarget));
-  byId('copy-link').addEventListener('click', (event) => (writeHash(), copy(location.href, event.currentTarget)));
+  const copies = {
+    'copy-command': () => commandOf(currentJob()),
+    'copy-js': () => javascriptOf(currentJob()),
+    'copy-link': () => {
+      writeHash();
+      return location.href;
+    },
+  };
+  for (const [id, textOf] of Object.entries(copies)) {
+    const button = buttonOf(id);
+    button.addEventListener('click', () => copy(textOf(), button.textContent));
+  }
 }
 
 /** Without a file there is nothing that a command or a program could mesh. */
 function showCopies() {
-  for (const id of ['copy-command', 'copy-js']) byId(id).disabled = state.geometries.length === 0;
+  for (const id of ['copy-command', 'copy-js']) buttonOf(id).disabled = state.geometries.length === 0;
 }
 
 function writeHash() {
@@ -54,10 +71,11 @@ function hashOf() {
   const sizes = settings.sizing === 'max_cell_size' ? 'cell_size' : settings.sizing;
   if (settings.sizing !== 'cells' || settings.cells !== DEFAULTS.cells) query.set(settings.sizing, writeNumbers(settings[sizes]));
   if (settings.domain) query.set('domain', settings.domain.join(' '));
-  for (const key of ['padding', ...Object.keys(CHOICES), 'unit']) {
+  for (const key of /** @type {const} */ (['padding', 'padding_by', 'rule', 'axis', 'backend', 'unit'])) {
     if (String(settings[key]) !== String(DEFAULTS[key])) query.set(key, writeNumbers(settings[key]));
   }
-  const sample = geometries.length > 0 && geometries.every((geometry) => geometry.sample === geometries[0].sample) && geometries[0].sample;
+  const sample =
+    geometries.length > 0 && geometries.every((geometry) => geometry.sample === geometries[0].sample) && geometries[0].sample;
   if (sample) query.set('sample', sample);
   for (const geometry of geometries) query.append('g', geometryQuery(geometry));
   // before files come, the settings of a link stay in the address
@@ -65,6 +83,7 @@ function hashOf() {
   return query.toString();
 }
 
+/** @param {Geometry} geometry */
 function geometryQuery(geometry) {
   const query = new URLSearchParams({ file: geometry.source.name });
   for (const [key, unsaid] of GEOMETRY_KEYS) {
@@ -82,56 +101,66 @@ function geometryQuery(geometry) {
 export function readHash() {
   const query = new URLSearchParams(location.hash.slice(1));
   written = location.hash.slice(1);
+  /** @type {Settings} */
   const patch = { ...DEFAULTS };
-  for (const key of ['cells', 'dims', 'cell_size', 'max_cell_size']) {
+  for (const key of /** @type {const} */ (['cells', 'dims', 'cell_size', 'max_cell_size'])) {
     const numbers = numbersOf(query.get(key));
     const fits = key === 'dims' ? numbers?.length === 3 : numbers?.length === 1 || (key === 'cell_size' && numbers?.length === 3);
-    if (!fits || numbers.some((number) => !(number > 0))) continue;
+    if (!fits || !numbers || numbers.some((number) => !(number > 0))) continue;
     patch.sizing = key;
-    patch[key === 'max_cell_size' ? 'cell_size' : key] = numbers.length === 1 ? numbers[0] : numbers;
+    const value = numbers.length === 1 ? numbers[0] : numbers;
+    Object.assign(patch, { [key === 'max_cell_size' ? 'cell_size' : key]: value });
   }
   const domain = numbersOf(query.get('domain'));
-  if (domain?.length === 6) patch.domain = domain;
+  if (domain?.length === 6) patch.domain = /** @type {Settings['domain']} */ (domain);
   const padding = numbersOf(query.get('padding'));
-  if (padding?.length === 1 || padding?.length === 3) patch.padding = padding.length === 1 ? padding[0] : padding;
-  for (const [key, choices] of Object.entries(CHOICES)) if (choices.includes(query.get(key))) patch[key] = query.get(key);
-  if (query.has('unit')) patch.unit = query.get('unit').slice(0, 16);
+  if (padding?.length === 1) patch.padding = padding[0];
+  if (padding?.length === 3) patch.padding = /** @type {import('./state.js').Triple} */ (padding);
+  for (const [key, choices] of Object.entries(CHOICES)) {
+    const value = query.get(key);
+    if (value !== null && choices.includes(value)) Object.assign(patch, { [key]: value });
+  }
+  patch.unit = (query.get('unit') ?? DEFAULTS.unit).slice(0, 16);
   expected = query.getAll('g').map(readGeometry);
   set(patch);
   return query.get('sample');
 }
 
+/** @param {string} text */
 function readGeometry(text) {
   const query = new URLSearchParams(text);
+  /** @type {GeometrySettings} */
   const settings = {};
   const flag = Number(query.get('flag'));
   if (Number.isInteger(flag) && flag >= 1 && flag <= 255) settings.flag = flag;
   const priority = Number(query.get('priority') ?? NaN);
   if (Number.isInteger(priority)) settings.priority = priority;
   if (query.get('split') === 'true') settings.split = true;
-  if (query.get('name')) settings.name = query.get('name');
+  const name = query.get('name');
+  if (name) settings.name = name;
   for (const key of ['scale', 'rotate', 'translate']) {
     const numbers = numbersOf(query.get(key));
-    if (numbers?.length === 3) settings[key] = numbers;
-    else if (numbers?.length === 1 && key === 'scale') settings[key] = numbers[0];
+    if (numbers?.length === 3) Object.assign(settings, { [key]: numbers });
+    else if (numbers?.length === 1 && key === 'scale') settings.scale = numbers[0];
   }
   if (/^[0-9a-f]{6}$/.test(query.get('colour') ?? '')) settings.colour = `#${query.get('colour')}`;
   return { query: text, file: query.get('file'), settings };
 }
 
-/** Takes the settings that the link has for a file of this name, once. */
+/** Takes the settings that the link has for a file of this name, once. @param {string} file @returns {GeometrySettings} */
 export function takeExpected(file) {
   const at = expected.findIndex((entry) => entry.file === file);
   return at < 0 ? {} : expected.splice(at, 1)[0].settings;
 }
 
+/** @param {string | null} text */
 function numbersOf(text) {
   if (!text) return null;
   const numbers = text.split(/[\s,]+/).map(Number);
   return numbers.every(Number.isFinite) ? numbers : null;
 }
 
-/** The native command that does this job. */
+/** The native command that does this job. @param {ReturnType<typeof currentJob>} job */
 export function commandOf(job) {
   const words = ['hexcast', 'mesh'];
   for (const { source: _, file: name, ...settings } of job.geometries) {
@@ -140,18 +169,19 @@ export function commandOf(job) {
     const pairs = Object.entries(settings).map(([key, value]) => `${key}=${Array.isArray(value) ? value.join('/') : value}`);
     words.push(quote(pairs.length > 0 ? `${file}:${pairs.join(',')}` : file));
   }
-  const option = (name, value) => {
-    if (value !== undefined) words.push(`--${name}=${quote([].concat(value).join(','))}`);
+  const option = (/** @type {string} */ name, /** @type {unknown} */ value) => {
+    if (value !== undefined) words.push(`--${name}=${quote([value].flat().join(','))}`);
   };
   option('domain', job.domain);
-  option('padding-cells', job.padding?.cells);
-  option('padding-length', job.padding?.length);
-  for (const key of ['cells', 'dims', 'cell_size', 'max_cell_size', 'rule', 'axis', 'unit']) option(key.replaceAll('_', '-'), job[key]);
+  if (job.padding && 'cells' in job.padding) option('padding-cells', job.padding.cells);
+  if (job.padding && 'length' in job.padding) option('padding-length', job.padding.length);
+  for (const key of /** @type {const} */ (['cells', 'dims', 'cell_size', 'max_cell_size', 'rule', 'axis', 'unit']))
+    option(key.replaceAll('_', '-'), job[key]);
   if (state.settings.backend !== 'auto') option('backend', state.settings.backend);
   return [...words, '-o', quote(`${baseName(job)}.vti`)].join(' ');
 }
 
-/** A program that does this job with the package. */
+/** A program that does this job with the package. @param {ReturnType<typeof currentJob>} job */
 export function javascriptOf({ geometries, ...rest }) {
   const names = geometries.map(({ file }) => JSON.stringify(file)).join(', ');
   const options = state.settings.backend === 'auto' ? '' : `{ backend: '${state.settings.backend}' }`;
@@ -172,30 +202,34 @@ export function javascriptOf({ geometries, ...rest }) {
   ].join('\n');
 }
 
-/** The keys of an object literal, without its braces. */
+/** The keys of an object literal, without its braces. @param {object} value */
 function inside(value) {
-  return Object.entries(value).map(([key, part]) => `${key}: ${JSON.stringify(part)}`).join(', ');
+  return Object.entries(value)
+    .map(([key, part]) => `${key}: ${JSON.stringify(part)}`)
+    .join(', ');
 }
 
-/** Name for files of a job: that of its first geometry. */
+/** Name for files of a job: that of its first geometry. @param {import('./state.js').ShownJob | null} job */
 export function baseName(job) {
   const name = job?.geometries[0]?.name ?? job?.geometries[0]?.file?.replace(/\.[^.]*$/, '') ?? 'mesh';
   return name.replace(/[^\p{L}\p{N}._-]+/gu, '-') || 'mesh';
 }
 
-/** A word for a POSIX shell. */
+/** A word for a POSIX shell. @param {string} word */
 function quote(word) {
   return /^[\w./:=,+-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`;
 }
 
-async function copy(text, button) {
-  byId('copied-text').value = text;
+/** @param {string} text @param {string} what */
+async function copy(text, what) {
+  const field = /** @type {HTMLTextAreaElement} */ (byId('copied-text'));
+  field.value = text;
   byId('copied').hidden = false;
   try {
     await navigator.clipboard.writeText(text);
-    byId('share-status').textContent = `${button.textContent} copied.`;
+    byId('share-status').textContent = `${what} copied.`;
   } catch {
-    byId('copied-text').select();
+    field.select();
     byId('share-status').textContent = 'The browser does not let pages copy here; the text is selected below.';
     if (!document.execCommand?.('copy')) showNotice('press Ctrl+C to copy the selected text');
   }

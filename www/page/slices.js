@@ -1,11 +1,16 @@
 /** Slices across x, y and z: crisp cells, mesh lines, zoom, keys. */
-import { byId, oncePerFrame } from './dom.js';
+import { byId, canvasOf, inputOf, onInput, oncePerFrame } from './dom.js';
 import { save } from './downloads.js';
 import { short } from './format.js';
 import { showError } from './messages.js';
 import { paint } from './paint.js';
 import { baseName } from './share.js';
 import { on, state } from './state.js';
+
+/**
+ * @typedef {0 | 1 | 2} Axis
+ * @typedef {{ slice: import('hexcast').Slice, mesh: import('hexcast').Mesh, axis: Axis, index: number, bitmap: OffscreenCanvas }} Picture
+ */
 
 const AXES = ['x', 'y', 'z'];
 /** Mesh lines are drawn where a cell has at least so many pixels. */
@@ -14,9 +19,10 @@ const LINE_PIXELS = 4;
 const MAX_PIXELS = 4096;
 
 /** Plane shown, and the plane of each axis to come back to. */
+/** @type {{ axis: Axis, index: number[], zoom: number, pan: number[] }} */
 const view = { axis: 2, index: [0, 0, 0], zoom: 1, pan: [0, 0] };
 /** The slice on the screen, painted. */
-let picture = null;
+let picture = /** @type {Picture | null} */ (null);
 let request = 0;
 const draw = oncePerFrame(drawNow);
 
@@ -27,20 +33,33 @@ export function startSlices() {
     resetZoom();
     load();
   });
-  on(['colours', 'legend'], () => (repaint(), draw()));
-  for (const [axis, name] of AXES.entries()) byId(`slice-${name}`).addEventListener('change', () => (view.axis = axis, resetZoom(), load()));
-  byId('slice-at').addEventListener('input', ({ target }) => go(Number(target.value)));
-  byId('slice-number').addEventListener('input', ({ target }) => target.value !== '' && go(Number(target.value)));
-  byId('slice-number').addEventListener('change', ({ target }) => (target.value = view.index[view.axis]));
+  on(['colours', 'legend'], () => {
+    repaint();
+    draw();
+  });
+  for (const [axis, name] of AXES.entries())
+    byId(`slice-${name}`).addEventListener('change', () => cross(/** @type {Axis} */ (axis)));
+  onInput('slice-at', 'input', ({ value }) => go(Number(value)));
+  onInput('slice-number', 'input', ({ value }) => value !== '' && go(Number(value)));
+  onInput('slice-number', 'change', (input) => {
+    input.value = String(view.index[view.axis]);
+  });
   byId('mesh-lines').addEventListener('change', draw);
   byId('zoom-in').addEventListener('click', () => zoomBy(1.5));
   byId('zoom-out').addEventListener('click', () => zoomBy(1 / 1.5));
-  byId('zoom-fit').addEventListener('click', () => (resetZoom(), draw()));
+  byId('zoom-fit').addEventListener('click', fit);
   byId('save-slice').addEventListener('click', savePicture);
-  startPointer(byId('canvas-slice'));
+  startPointer(canvasOf('canvas-slice'));
   byId('canvas-slice').addEventListener('keydown', moveByKey);
-  new ResizeObserver(draw).observe(byId('canvas-slice').parentElement);
+  new ResizeObserver(draw).observe(stage());
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', draw);
+}
+
+/** What the canvas fills. */
+function stage() {
+  const { parentElement } = byId('canvas-slice');
+  if (!parentElement) throw new Error('the canvas of slices stands alone');
+  return parentElement;
 }
 
 function resetZoom() {
@@ -48,7 +67,21 @@ function resetZoom() {
   view.pan = [0, 0];
 }
 
+function fit() {
+  resetZoom();
+  draw();
+}
+
+/** Shows planes across another axis. @param {Axis} axis */
+function cross(axis) {
+  view.axis = axis;
+  resetZoom();
+  load();
+}
+
+/** @param {number} index */
 function go(index) {
+  if (!state.mesh) return;
   const last = state.mesh.dims[view.axis] - 1;
   view.index[view.axis] = Math.min(Math.max(Math.round(index) || 0, 0), last);
   load();
@@ -58,15 +91,15 @@ function go(index) {
 async function load() {
   const { mesh } = state;
   byId('slices-empty').hidden = Boolean(mesh);
-  byId('slices-tools').disabled = !mesh;
+  /** @type {HTMLFieldSetElement} */ (byId('slices-tools')).disabled = !mesh;
   byId('canvas-slice').tabIndex = mesh ? 0 : -1;
   if (!mesh) return;
   const { axis } = view;
   const index = view.index[axis];
-  const slider = byId('slice-at');
-  slider.max = byId('slice-number').max = mesh.dims[axis] - 1;
-  slider.value = index;
-  if (byId('slice-number') !== document.activeElement) byId('slice-number').value = index;
+  const [slider, number] = [inputOf('slice-at'), inputOf('slice-number')];
+  slider.max = number.max = String(mesh.dims[axis] - 1);
+  slider.value = String(index);
+  if (number !== document.activeElement) number.value = String(index);
   const centre = mesh.lines.origin[axis] + (index + 0.5) * mesh.lines.spacing[axis];
   slider.setAttribute('aria-valuetext', `cell ${index} of ${mesh.dims[axis]}, ${AXES[axis]} = ${short(centre)}`);
   byId('slice-where').textContent = `${AXES[axis]} = ${short(centre)}${mesh.report.unit ? ` ${mesh.report.unit}` : ''}`;
@@ -83,15 +116,20 @@ async function load() {
 }
 
 function repaint() {
-  picture?.bitmap.getContext('2d').putImageData(paint(picture.slice, { isUp: true, hidden: state.hidden }), 0, 0);
+  picture?.bitmap.getContext('2d')?.putImageData(paint(picture.slice, { isUp: true, hidden: state.hidden }), 0, 0);
 }
 
-/** The axes across the plane, in the order x, y, z. */
+/** The axes across the plane, in the order x, y, z. @param {Axis} axis */
 function across(axis) {
   return [0, 1, 2].filter((other) => other !== axis);
 }
 
-/** Where the plane lies on the canvas, in device pixels: left, top, and pixels a sample on both axes. */
+/**
+ * Where the plane lies on the canvas, in device pixels: left, top, and pixels a sample on both axes.
+ *
+ * @param {HTMLCanvasElement} canvas
+ * @param {Picture} picture
+ */
 function layout(canvas, { slice, mesh, axis }) {
   const [first, second] = across(axis);
   const size = [slice.width * slice.step * mesh.lines.spacing[first], slice.height * slice.step * mesh.lines.spacing[second]];
@@ -105,9 +143,9 @@ function layout(canvas, { slice, mesh, axis }) {
 }
 
 function drawNow() {
-  const canvas = byId('canvas-slice');
+  const canvas = canvasOf('canvas-slice');
   const ratio = devicePixelRatio || 1;
-  const { clientWidth, clientHeight } = canvas.parentElement;
+  const { clientWidth, clientHeight } = stage();
   if (clientWidth === 0) return;
   canvas.width = Math.round(clientWidth * ratio);
   canvas.height = Math.round(clientHeight * ratio);
@@ -115,22 +153,37 @@ function drawNow() {
   const { slice, bitmap, axis, index } = picture;
   const { left, top, scale } = layout(canvas, picture);
   const context = canvas.getContext('2d');
+  if (!context) return;
   const style = getComputedStyle(canvas);
   context.fillStyle = style.getPropertyValue('--cells-background');
   const [width, height] = [scale[0] * slice.width, scale[1] * slice.height];
   context.fillRect(left, top, width, height);
   context.imageSmoothingEnabled = false;
   context.drawImage(bitmap, left, top, width, height);
-  if (byId('mesh-lines').checked && Math.min(...scale) >= LINE_PIXELS && slice.step === 1) {
+  if (inputOf('mesh-lines').checked && Math.min(...scale) >= LINE_PIXELS && slice.step === 1) {
     drawLines(context, { left, top, scale, slice }, style.getPropertyValue('--cells-line'));
   }
   context.strokeStyle = style.getPropertyValue('--cells-edge');
   context.strokeRect(left + 0.5, top + 0.5, width - 1, height - 1);
   byId('slice-note').textContent = slice.step > 1 ? `every ${slice.step}th cell is drawn` : '';
   // facts for whoever wants to find a cell on the canvas
-  Object.assign(canvas.dataset, { axis: AXES[axis], index, left, top, scaleX: scale[0], scaleY: scale[1], width: slice.width, height: slice.height });
+  Object.assign(canvas.dataset, {
+    axis: AXES[axis],
+    index,
+    left,
+    top,
+    scaleX: scale[0],
+    scaleY: scale[1],
+    width: slice.width,
+    height: slice.height,
+  });
 }
 
+/**
+ * @param {CanvasRenderingContext2D} context
+ * @param {ReturnType<typeof layout> & { slice: import('hexcast').Slice }} where
+ * @param {string} colour
+ */
 function drawLines(context, { left, top, scale, slice }, colour) {
   const { width, height } = context.canvas;
   context.beginPath();
@@ -149,9 +202,9 @@ function drawLines(context, { left, top, scale, slice }, colour) {
   context.stroke();
 }
 
-/** Zooms about a point of the canvas, its middle by default. */
+/** Zooms about a point of the canvas, its middle by default. @param {number} factor @param {number[]} [at] */
 function zoomBy(factor, at) {
-  const canvas = byId('canvas-slice');
+  const canvas = canvasOf('canvas-slice');
   const zoom = Math.min(Math.max(view.zoom * factor, 1), 400);
   const from = at ? [at[0] - canvas.width / 2, at[1] - canvas.height / 2] : [0, 0];
   const real = zoom / view.zoom;
@@ -160,9 +213,14 @@ function zoomBy(factor, at) {
   draw();
 }
 
+/** @param {HTMLCanvasElement} canvas */
 function startPointer(canvas) {
-  const at = (event) => [event.offsetX * devicePixelRatio, event.offsetY * devicePixelRatio];
-  canvas.addEventListener('wheel', (event) => (event.preventDefault(), zoomBy(2 ** (-event.deltaY / 300), at(event))), { passive: false });
+  const at = (/** @type {MouseEvent} */ event) => [event.offsetX * devicePixelRatio, event.offsetY * devicePixelRatio];
+  const turn = (/** @type {WheelEvent} */ event) => {
+    event.preventDefault();
+    zoomBy(2 ** (-event.deltaY / 300), at(event));
+  };
+  canvas.addEventListener('wheel', turn, { passive: false });
   canvas.addEventListener('pointerdown', (event) => canvas.setPointerCapture(event.pointerId));
   canvas.addEventListener('pointermove', (event) => {
     if (event.buttons & 1 && view.zoom > 1) {
@@ -174,37 +232,53 @@ function startPointer(canvas) {
   canvas.addEventListener('pointerleave', () => (byId('slice-cell').textContent = ''));
 }
 
-/** Names the cell under the pointer. */
+/** Names the cell under the pointer. @param {HTMLCanvasElement} canvas @param {number[]} at */
 function tell(canvas, [x, y]) {
   if (!picture) return;
-  const { slice, axis, index } = picture;
+  const { slice, mesh, axis, index } = picture;
   const { left, top, scale } = layout(canvas, picture);
   const i = Math.floor((x - left) / scale[0]);
   const j = slice.height - 1 - Math.floor((y - top) / scale[1]);
   const isInside = i >= 0 && j >= 0 && i < slice.width && j < slice.height;
-  if (!isInside) return void (byId('slice-cell').textContent = '');
+  if (!isInside) {
+    byId('slice-cell').textContent = '';
+    return;
+  }
   const cell = [0, 0, 0];
   const [first, second] = across(axis);
   [cell[axis], cell[first], cell[second]] = [index, i * slice.step, j * slice.step];
   const flag = slice.flags[i + slice.width * j];
-  const name = state.mesh.report.flags.find((entry) => entry.flag === flag)?.name;
-  byId('slice-cell').textContent = `cell ${cell.join(', ')}: ${flag === 0 ? 'background' : `flag ${flag}${name ? `, ${name}` : ''}`}`;
+  const name = mesh.report.flags.find((entry) => entry.flag === flag)?.name;
+  byId('slice-cell').textContent =
+    `cell ${cell.join(', ')}: ${flag === 0 ? 'background' : `flag ${flag}${name ? `, ${name}` : ''}`}`;
 }
 
+/** @param {KeyboardEvent} event */
 function moveByKey(event) {
   if (!state.mesh || event.ctrlKey || event.metaKey || event.altKey) return;
   const here = view.index[view.axis];
-  const steps = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1, PageUp: 10, PageDown: -10, Home: -here, End: Infinity };
+  /** @type {Record<string, number>} */
+  const steps = {
+    ArrowLeft: -1,
+    ArrowDown: -1,
+    ArrowRight: 1,
+    ArrowUp: 1,
+    PageUp: 10,
+    PageDown: -10,
+    Home: -here,
+    End: Infinity,
+  };
   if (event.key in steps) go(Math.min(here + steps[event.key], state.mesh.dims[view.axis]));
   else if (AXES.includes(event.key)) byId(`slice-${event.key}`).click();
   else if (event.key === '+' || event.key === '=') zoomBy(1.5);
   else if (event.key === '-') zoomBy(1 / 1.5);
-  else if (event.key === '0') (resetZoom(), draw());
+  else if (event.key === '0') fit();
   else return;
   event.preventDefault();
 }
 
 function savePicture() {
+  if (!picture) return;
   const { axis, index } = picture;
-  byId('canvas-slice').toBlob((blob) => save(blob, `${baseName(state.job)}-${AXES[axis]}${index}.png`), 'image/png');
+  canvasOf('canvas-slice').toBlob((blob) => blob && save(blob, `${baseName(state.job)}-${AXES[axis]}${index}.png`), 'image/png');
 }

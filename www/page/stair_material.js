@@ -1,5 +1,5 @@
 /** The material of stair-step surfaces: faces flat, back faces darker, mesh lines where cells are large enough to see. */
-import * as THREE from '../vendor/three.module.js';
+import * as THREE from 'three';
 
 /**
  * Makes a material for faces that lie on mesh lines.

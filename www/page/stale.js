@@ -1,5 +1,5 @@
 /** Says so where what is shown was made with other settings than those in the fields. */
-import { byId } from './dom.js';
+import { buttonOf, byId } from './dom.js';
 import { currentJob } from './job.js';
 import { on, state } from './state.js';
 
@@ -10,18 +10,23 @@ export function startStale() {
 }
 
 function show() {
-  const isStale = Boolean(state.mesh) && isComparable(state.job) && keyOf(state.job) !== keyOf(currentJob());
+  const { job } = state;
+  const isStale = state.mesh !== null && job !== null && isComparable(job) && keyOf(job) !== keyOf(currentJob());
   byId('stale').hidden = !isStale;
   document.body.classList.toggle('stale', isStale);
-  byId('mesh-again').disabled = byId('run').disabled;
+  buttonOf('mesh-again').disabled = buttonOf('run').disabled;
 }
 
-/** A mesh from a column file was made elsewhere: no field speaks of it. */
+/** A mesh from a column file was made elsewhere: no field speaks of it. @param {import('./state.js').ShownJob} job */
 function isComparable(job) {
   return job.geometries.every(({ source }) => source);
 }
 
-/** Everything that the cells and the files follow from; of surfaces, the hash of their bytes. */
+/**
+ * Everything that the cells and the files follow from; of surfaces, the hash of their bytes.
+ *
+ * @param {import('./state.js').ShownJob} job
+ */
 function keyOf({ geometries, ...rest }) {
-  return JSON.stringify([rest, geometries.map(({ source, ...settings }) => ({ ...settings, sha256: source.info.sha256 }))]);
+  return JSON.stringify([rest, geometries.map(({ source, ...settings }) => ({ ...settings, sha256: source?.info.sha256 }))]);
 }

@@ -1,18 +1,80 @@
 /**
  * What the page knows, in one place. Modules read it freely and change it through `change(topic, patch)`; `on(topics, listener)`
- * hears of it. Topics: mesher, geometries, settings, fields, estimate, phase, mesh, colours, legend.
+ * hears of it.
  */
 
-/** What is asked for where the user says nothing: the defaults of the job. */
+/**
+ * @typedef {import('hexcast').Mesher} Mesher
+ * @typedef {import('hexcast').Mesh} Mesh
+ * @typedef {import('hexcast').Skin} Skin
+ * @typedef {import('hexcast').Job} Job
+ * @typedef {import('hexcast').Surface} Surface
+ * @typedef {[number, number, number]} Triple
+ * @typedef {[number, number, number, number, number, number]} Box
+ */
+
+/**
+ * What the fields hold.
+ *
+ * @typedef {object} Settings
+ * @property {'cells' | 'dims' | 'cell_size' | 'max_cell_size'} sizing which of the linked fields was set
+ * @property {number} cells
+ * @property {Triple | null} dims
+ * @property {number | Triple | null} cell_size
+ * @property {Box | null} domain null for the box around all geometries
+ * @property {number | Triple} padding
+ * @property {'cells' | 'length'} padding_by
+ * @property {'parity' | 'nonzero'} rule
+ * @property {'auto' | 'x' | 'y' | 'z'} axis
+ * @property {string} unit
+ * @property {import('hexcast').BackendChoice} backend
+ */
+
+/**
+ * A geometry on the page.
+ *
+ * @typedef {object} Geometry
+ * @property {number} id
+ * @property {File} source
+ * @property {string | null} sample that it is of
+ * @property {Surface} surface
+ * @property {import('hexcast').SurfaceInfo} info
+ * @property {Float32Array | null} corners null where it is too large to be drawn
+ * @property {string | null} name
+ * @property {number} flag
+ * @property {number} priority
+ * @property {number | Triple | null} scale
+ * @property {Triple | null} rotate
+ * @property {Triple | null} translate
+ * @property {boolean} split
+ */
+
+/**
+ * @typedef {object} State
+ * @property {Mesher | null} mesher null while it starts
+ * @property {Geometry[]} geometries in meshing order
+ * @property {Settings} settings
+ * @property {Estimated | null} estimate the last; null without geometries
+ * @property {'starting' | 'idle' | 'reading' | 'meshing' | 'failed'} phase
+ * @property {Mesh | null} mesh
+ * @property {ShownJob | null} job that made the mesh
+ * @property {Promise<Skin> | null} skin of the mesh
+ * @property {import('hexcast').Estimate | null} expected the estimate of that job; null where there was none
+ * @property {Map<number, string>} colours that the user chose, by flag
+ * @property {Set<number>} hidden flags that are switched off in the legend
+ *
+ * @typedef {{ result?: import('hexcast').Estimate, error?: import('hexcast').HexcastError, room: number }} Estimated
+ * @typedef {{ geometries: { file?: string, name?: string, source?: Surface }[] }} ShownJob as much of a job as is shown
+ * @typedef {'mesher' | 'geometries' | 'settings' | 'fields' | 'estimate' | 'phase' | 'mesh' | 'colours' | 'legend'} Topic
+ */
+
+/** What is asked for where the user says nothing: the defaults of the job. @type {Readonly<Settings>} */
 export const DEFAULTS = Object.freeze({
-  /** Which of the linked fields was set: cells, dims, cell_size or max_cell_size. */
   sizing: 'cells',
   cells: 128,
   dims: null,
   cell_size: null,
-  /** Six numbers, or null for the box around all geometries. */
   domain: null,
-  /** One number or three. */
   padding: 0,
   padding_by: 'cells',
   rule: 'parity',
@@ -21,42 +83,36 @@ export const DEFAULTS = Object.freeze({
   backend: 'auto',
 });
 
+/** @type {State} */
 export const state = {
-  /** The Mesher, null while it starts. */
   mesher: null,
-  /** `{id, source, sample, surface, info, corners, name, flag, priority, scale, rotate, translate, split}` in meshing order. */
   geometries: [],
   settings: { ...DEFAULTS },
-  /** `{result, room}` or `{error, room}` of the last estimate; null without geometries. */
   estimate: null,
-  /** starting, idle, reading, meshing or failed. */
   phase: 'starting',
   mesh: null,
-  /** The job that made the mesh, and its skin once that is there. */
   job: null,
   skin: null,
-  /** The estimate of that job; null where there was none. */
   expected: null,
-  /** Colours that the user chose, by flag. */
   colours: new Map(),
-  /** Flags that are switched off in the legend. */
   hidden: new Set(),
 };
 
+/** @type {{ topics: Set<Topic>, listener: (topic: Topic) => void }[]} */
 const listeners = [];
 
-/** Hears of topics. */
+/** Hears of topics. @param {Topic | Topic[]} topics @param {(topic: Topic) => void} listener */
 export function on(topics, listener) {
-  listeners.push({ topics: new Set([].concat(topics)), listener });
+  listeners.push({ topics: new Set([topics].flat()), listener });
 }
 
-/** Changes the state and tells who listens. */
+/** Changes the state and tells who listens. @param {Topic} topic @param {Partial<State>} [patch] */
 export function change(topic, patch = {}) {
   Object.assign(state, patch);
   for (const { topics, listener } of listeners) if (topics.has(topic)) listener(topic);
 }
 
-/** Changes settings. */
+/** Changes settings. @param {Partial<Settings>} patch */
 export function set(patch) {
   change('settings', { settings: { ...state.settings, ...patch } });
 }
@@ -64,28 +120,33 @@ export function set(patch) {
 /** Apart in hue and lightness, also for the colour-blind (after Okabe and Ito), on light and on dark. */
 const PALETTE = ['#d98324', '#3a8fc9', '#2f9e77', '#c9599a', '#8a6fd1', '#b8a51e', '#d1584a', '#5d7f99', '#7d9b3c', '#a9744f'];
 
-/** Colour of a flag as #rrggbb. */
+/** Colour of a flag as #rrggbb. @param {number} flag */
 export function colourOf(flag) {
   return state.colours.get(flag) ?? PALETTE[(flag - 1) % PALETTE.length];
 }
 
-/** Red, green and blue of a colour, 0 to 255. */
+/** Red, green and blue of a colour, 0 to 255. @param {string} colour */
 export function rgb(colour) {
   return [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16));
 }
 
-/** The smallest flag that, with as many after it as asked for, no geometry but `except` has. */
+/** The smallest flag that, with as many after it as asked for, no geometry but `except` has. @param {Geometry | null} except */
 export function freeFlag(n_flags = 1, except = null) {
   const taken = new Set(state.geometries.filter((geometry) => geometry !== except).flatMap(flagsOf));
   for (let flag = 1; flag + n_flags <= 256; flag += 1) if (!range(flag, n_flags).some((one) => taken.has(one))) return flag;
   return 256 - n_flags;
 }
 
-/** The flags of a geometry: one, or with `split` one a solid from its first on. */
+/**
+ * The flags of a geometry: one, or with `split` one a solid from its first on.
+ *
+ * @param {{ flag: number, split: boolean, info: import('hexcast').SurfaceInfo }} geometry
+ */
 export function flagsOf({ flag, split, info }) {
   return range(flag, split ? info.solids.length : 1);
 }
 
+/** @param {number} first @param {number} n */
 function range(first, n) {
   return Array.from({ length: n }, (_, at) => first + at);
 }

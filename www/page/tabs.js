@@ -18,7 +18,7 @@ export function startTabs() {
   }
 }
 
-/** Shows a tab's panel. */
+/** Shows a tab's panel. @param {string} name */
 export function select(name) {
   for (const other of TABS) {
     const isThis = other === name;

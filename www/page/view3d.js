@@ -1,5 +1,5 @@
 /** The 3-D view: loads three.js when there is first something to draw, and connects the tools above the picture. */
-import { byId } from './dom.js';
+import { buttonOf, byId, canvasOf, inputOf, selectOf } from './dom.js';
 import { count } from './format.js';
 import { save } from './downloads.js';
 import { clearMessages, showError, showNotice } from './messages.js';
@@ -8,11 +8,13 @@ import { baseName } from './share.js';
 import { colourOf, on, state } from './state.js';
 import { paint } from './paint.js';
 
+/** @typedef {import('./scene.js').Scene} Scene */
+
 /** Most pixels a side of the picture of a section. */
 const SECTION_PIXELS = 1024;
 
 /** The scene once three.js is there; a promise, so that it is loaded once. */
-let loading = null;
+let loading = /** @type {Promise<Scene> | null} */ (null);
 let shown = 'model';
 let section = 0;
 let modelsLook = '[]';
@@ -25,25 +27,40 @@ export function startView3d() {
   showTools();
   on('geometries', () => showModels());
   on('colours', () => recolour());
-  on('estimate', () => withScene((scene) => scene.setBox(state.geometries.length > 0 && state.estimate?.result ? domainOf(state.estimate.result) : null)));
+  on('estimate', () =>
+    withScene((scene) =>
+      scene.setBox(state.geometries.length > 0 && state.estimate?.result ? domainOf(state.estimate.result) : null),
+    ),
+  );
   on('mesh', () => showMesh());
-  on('legend', () => (withScene((scene) => scene.show(shown, state.hidden)), cut()));
+  on('legend', () => {
+    withScene((scene) => scene.show(shown, state.hidden));
+    cut();
+  });
   for (const what of ['model', 'cells']) byId(`show-${what}`).addEventListener('change', () => choose(what));
   byId('fit').addEventListener('click', () => fit());
-  byId('save-3d').addEventListener('click', () => withScene(async (scene) => save(await scene.picture(), `${baseName(state.job)}-3d.png`)));
+  byId('save-3d').addEventListener('click', () => withScene(savePicture));
   byId('section-axis').addEventListener('change', () => cut(true));
   byId('section-at').addEventListener('input', () => cut());
   byId('canvas-3d').addEventListener('keydown', turnByKey);
-  // the page works offline once it has been opened: what it may need later is fetched while nothing else happens
-  (globalThis.requestIdleCallback ?? setTimeout)(() => import('../vendor/OrbitControls.js').catch(() => {}));
+  // three.js is large: it is loaded while nothing else happens
+  (globalThis.requestIdleCallback ?? setTimeout)(() => loadScene().catch(() => {}));
+}
+
+function loadScene() {
+  return import('./scene.js');
 }
 
 function load() {
-  loading ??= import('./scene.js').then(({ Scene }) => new Scene(byId('canvas-3d')));
+  loading ??= loadScene().then(({ Scene }) => new Scene(canvasOf('canvas-3d')));
   return loading;
 }
 
-/** Does something with the scene once there is anything to show; a browser without WebGL is told once. */
+/**
+ * Does something with the scene once there is anything to show; a browser without WebGL is told once.
+ *
+ * @param {(scene: Scene) => unknown} action
+ */
 async function withScene(action) {
   if (!loading && state.geometries.length === 0 && !state.mesh) return;
   const isFirst = !loading;
@@ -58,20 +75,24 @@ async function withScene(action) {
 function showTools() {
   const isEmpty = state.geometries.length === 0 && !state.mesh;
   byId('canvas-3d').tabIndex = isEmpty ? -1 : 0;
-  for (const id of ['fit', 'save-3d']) byId(id).disabled = isEmpty;
+  for (const id of ['fit', 'save-3d']) buttonOf(id).disabled = isEmpty;
 }
 
 /** Shows the models anew where what is seen of them has changed: corners are large. */
 function showModels() {
   const { geometries } = state;
-  const look = JSON.stringify(geometries.map(({ id, flag, scale, rotate, translate }) => [id, colourOf(flag), scale, rotate, translate]));
+  const look = JSON.stringify(
+    geometries.map(({ id, flag, scale, rotate, translate }) => [id, colourOf(flag), scale, rotate, translate]),
+  );
   if (look === modelsLook) return;
   modelsLook = look;
   choose('model');
   withScene((scene) => {
     // of a model that is too large to be drawn there is the box
-    const drawn = geometries.filter(({ corners }) => corners);
-    scene.setModels(drawn.map((geometry) => ({ ...geometry, colour: colourOf(geometry.flag) })));
+    const models = geometries.flatMap(({ corners, ...rest }) =>
+      corners ? [{ ...rest, corners, colour: colourOf(rest.flag) }] : [],
+    );
+    scene.setModels(models);
     const ids = geometries.map(({ id }) => id).join();
     if (ids !== byId('canvas-3d').dataset.models && geometries.length > 0) fit();
     byId('canvas-3d').dataset.models = ids;
@@ -88,29 +109,36 @@ function recolour() {
   });
 }
 
-/** Shows the models or the cells. */
+/** Shows the models or the cells. @param {string} what */
 function choose(what) {
   shown = what === 'cells' && state.mesh ? 'cells' : 'model';
-  byId('show-cells').disabled = !state.mesh;
-  byId(`show-${shown}`).checked = true;
+  inputOf('show-cells').disabled = !state.mesh;
+  inputOf(`show-${shown}`).checked = true;
   byId('section').hidden = shown !== 'cells';
   withScene((scene) => {
     scene.show(shown, state.hidden);
-    byId('canvas-3d').setAttribute('aria-label', shown === 'cells' ? 'Stair-step surface of the mesh; arrow keys turn it' : 'The model; arrow keys turn it');
+    byId('canvas-3d').setAttribute(
+      'aria-label',
+      shown === 'cells' ? 'Stair-step surface of the mesh; arrow keys turn it' : 'The model; arrow keys turn it',
+    );
   });
 }
 
 async function showMesh() {
   const { mesh, skin: promised } = state;
   if (!mesh) return clearMessages('mesh');
-  byId('section-axis').value = '';
+  selectOf('section-axis').value = '';
   await withScene(async (scene) => {
     byId('view-status').textContent = 'Extracting …';
     const skin = await (promised ?? mesh.skin());
     if (mesh !== state.mesh) return;
     byId('view-status').textContent = '';
     clearMessages('mesh');
-    if (skin.step > 1) showNotice(`the surface in 3-D is drawn with cells of ${skin.step} × ${skin.step} × ${skin.step}, because it has too many faces; slices and files have every cell`, 'mesh');
+    if (skin.step > 1)
+      showNotice(
+        `the surface in 3-D is drawn with cells of ${skin.step} × ${skin.step} × ${skin.step}, because it has too many faces; slices and files have every cell`,
+        'mesh',
+      );
     scene.setSkin(skin, mesh.lines, colourOf);
     const isEmpty = skin.parts.length === 0;
     choose(isEmpty ? 'model' : 'cells');
@@ -118,7 +146,7 @@ async function showMesh() {
     scene.setBox(domainOf(mesh.report));
     if (state.geometries.length === 0) fit();
     const n_triangles = skin.parts.reduce((sum, part) => sum + part.indices.length / 3, 0);
-    byId('canvas-3d').dataset.triangles = n_triangles;
+    byId('canvas-3d').dataset.triangles = String(n_triangles);
     // on a phone the picture lies below the fields
     if (matchMedia('(max-width: 760px)').matches) byId('view').scrollIntoView({ behavior: 'smooth' });
     byId('view-status').textContent = isEmpty ? 'No cell has a flag.' : `${count(n_triangles)} triangles`;
@@ -126,7 +154,16 @@ async function showMesh() {
 }
 
 function fit() {
-  withScene((scene) => scene.fit(shown === 'cells' || !state.geometries.length ? domainOf(state.mesh.report) : boxOfModels()));
+  const { mesh } = state;
+  withScene((scene) =>
+    scene.fit(mesh && (shown === 'cells' || state.geometries.length === 0) ? domainOf(mesh.report) : boxOfModels()),
+  );
+}
+
+/** @param {Scene} scene */
+async function savePicture(scene) {
+  const picture = await scene.picture();
+  if (picture) save(picture, `${baseName(state.job)}-3d.png`);
 }
 
 /** The box around all models as they stand, from the corners of their own boxes. */
@@ -134,7 +171,12 @@ function boxOfModels() {
   const box = [Infinity, Infinity, Infinity, -Infinity, -Infinity, -Infinity];
   for (const { info, scale, rotate, translate } of state.geometries) {
     for (let corner = 0; corner < 8; corner += 1) {
-      const point = place([0, 1, 2].map((axis) => info.bounding_box[(corner >> axis) & 1][axis]), scale, rotate, translate);
+      const point = place(
+        [0, 1, 2].map((axis) => info.bounding_box[(corner >> axis) & 1][axis]),
+        scale,
+        rotate,
+        translate,
+      );
       point.forEach((x, axis) => {
         box[axis] = Math.min(box[axis], x);
         box[3 + axis] = Math.max(box[3 + axis], x);
@@ -144,9 +186,16 @@ function boxOfModels() {
   return box;
 }
 
-/** Scales, rotates about x, y and z, and moves, as the job does. */
+/**
+ * Scales, rotates about x, y and z, and moves, as the job does.
+ *
+ * @param {number[]} point
+ * @param {number | number[] | null} scale
+ * @param {number[] | null} rotate
+ * @param {number[] | null} translate
+ */
 function place(point, scale, rotate, translate) {
-  const factors = [].concat(scale ?? 1);
+  const factors = [scale ?? 1].flat();
   let placed = point.map((x, axis) => x * (factors[axis] ?? factors[0]));
   (rotate ?? []).forEach((degrees, axis) => {
     const [c, s] = [Math.cos((degrees * Math.PI) / 180), Math.sin((degrees * Math.PI) / 180)];
@@ -162,14 +211,14 @@ function place(point, scale, rotate, translate) {
 /** Puts the section where its tools say; `isNew` starts in the middle. The last request wins. */
 async function cut(isNew = false) {
   const { mesh } = state;
-  const choice = byId('section-axis').value;
-  const slider = byId('section-at');
+  const choice = selectOf('section-axis').value;
+  const slider = inputOf('section-at');
   slider.disabled = choice === '';
   const request = ++section;
   if (!mesh || choice === '') return withScene((scene) => scene.setSection(null));
-  const axis = Number(choice);
-  slider.max = mesh.dims[axis] - 1;
-  if (isNew) slider.value = Math.floor(mesh.dims[axis] / 2);
+  const axis = /** @type {0 | 1 | 2} */ (Number(choice));
+  slider.max = String(mesh.dims[axis] - 1);
+  if (isNew) slider.value = String(Math.floor(mesh.dims[axis] / 2));
   const index = Number(slider.value);
   slider.setAttribute('aria-valuetext', `cell ${index} of ${mesh.dims[axis]}`);
   const slice = await mesh.slice(axis, index, SECTION_PIXELS);
@@ -184,14 +233,27 @@ async function cut(isNew = false) {
       at: origin[axis] + (index + 0.5) * spacing[axis],
       image: paint(slice, { isUp: false, hidden: state.hidden }),
       low: [origin[first], origin[second]],
-      high: [origin[first] + slice.width * slice.step * spacing[first], origin[second] + slice.height * slice.step * spacing[second]],
+      high: [
+        origin[first] + slice.width * slice.step * spacing[first],
+        origin[second] + slice.height * slice.step * spacing[second],
+      ],
     });
   });
 }
 
+/** @param {KeyboardEvent} event */
 function turnByKey(event) {
   const step = event.shiftKey ? 0.02 : 0.1;
-  const turns = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, step], ArrowDown: [0, -step], '+': [0, 0, 1.15], '=': [0, 0, 1.15], '-': [0, 0, 1 / 1.15] };
+  /** @type {Record<string, [number, number, number?]>} */
+  const turns = {
+    ArrowLeft: [-step, 0],
+    ArrowRight: [step, 0],
+    ArrowUp: [0, step],
+    ArrowDown: [0, -step],
+    '+': [0, 0, 1.15],
+    '=': [0, 0, 1.15],
+    '-': [0, 0, 1 / 1.15],
+  };
   if (event.key === 'Home') fit();
   else if (turns[event.key] && !event.ctrlKey && !event.metaKey) withScene((scene) => scene.turn(...turns[event.key]));
   else return;

@@ -17,12 +17,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let adapters = pollster::block_on(adapters());
     if arguments.json {
         // a list of strings and numbers always has a JSON form
-        return super::print(&format!("{}\n", serde_json::to_string_pretty(&adapters).unwrap_or_default()));
+        return super::terminal::print(&format!("{}\n", serde_json::to_string_pretty(&adapters).unwrap_or_default()));
     }
     if adapters.is_empty() {
-        return super::print("no GPU adapter: `hexcast mesh` uses the CPU\n");
+        return super::terminal::print("no GPU adapter: `hexcast mesh` uses the CPU\n");
     }
-    super::print(&adapters.iter().map(in_words).collect::<String>())
+    super::terminal::print(&adapters.iter().map(in_words).collect::<String>())
 }
 
 fn in_words(adapter: &AdapterFacts) -> String {

@@ -133,7 +133,7 @@ impl JobArguments {
 }
 
 /// Three quarters of the memory that is available; None where the system does not tell.
-fn default_max_memory() -> Option<ByteSize> {
+pub(crate) fn default_max_memory() -> Option<ByteSize> {
     super::memory::available_bytes().map(|bytes| ByteSize(bytes / 4 * 3))
 }
 

@@ -1,15 +1,14 @@
 //! Files for columns that do not fit in memory, or that shall outlive an interrupted run.
 
 use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
-use hexcast::columns::Store;
 use hexcast::pipeline::Aside;
 use hexcast::{Error, Result};
 
-use super::outputs::with_ending;
+use super::file_store::FileStore;
+use super::output_file::with_ending;
 
 /// Where columns go besides memory.
 #[derive(clap::Args)]
@@ -40,7 +39,7 @@ impl AsideArguments {
                 let message = format!("no temporary file can be made in {}: {error}", folder.display());
                 Error::new("io", message, "make sure that the folder exists and is yours")
             })?;
-            return Ok(AsideFile { aside: Aside::Spill(Arc::new(FileStore(Mutex::new(file)))), kept: None });
+            return Ok(AsideFile { aside: Aside::Spill(Arc::new(FileStore::new(file))), kept: None });
         }
         match outputs.first().filter(|_| self.resume) {
             Some(output) => keep(&with_ending(output, ".partial")),
@@ -64,7 +63,7 @@ fn keep(path: &Path) -> Result<AsideFile> {
             "wait for it, or name another output",
         ));
     }
-    let store = Arc::new(FileStore(Mutex::new(file)));
+    let store = Arc::new(FileStore::new(file));
     Ok(AsideFile { aside: Aside::Keep(store.clone()), kept: Some((path.to_path_buf(), store)) })
 }
 
@@ -83,41 +82,12 @@ impl AsideFile {
         if error.code() == "job-conflict" {
             return;
         }
-        let n_bytes = store.lock().metadata().map_or(0, |metadata| metadata.len());
+        let n_bytes = store.n_bytes();
         if n_bytes > 0 {
             let name = path.display();
             eprintln!("kept: finished columns are in {name} ({n_bytes} bytes); the same command goes on from there");
         } else {
             let _ = std::fs::remove_file(path);
         }
-    }
-}
-
-/// A file, read and appended under a lock.
-pub(crate) struct FileStore(Mutex<File>);
-
-impl FileStore {
-    fn lock(&self) -> std::sync::MutexGuard<'_, File> {
-        // a panic elsewhere leaves the file as it is
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-impl Store for FileStore {
-    fn append(&self, bytes: &[u8]) -> io::Result<u64> {
-        let mut file = self.lock();
-        let at = file.seek(SeekFrom::End(0))?;
-        file.write_all(bytes)?;
-        Ok(at)
-    }
-
-    fn read(&self, at: u64, bytes: &mut [u8]) -> io::Result<()> {
-        let mut file = self.lock();
-        file.seek(SeekFrom::Start(at))?;
-        file.read_exact(bytes)
-    }
-
-    fn truncate(&self, n_bytes: u64) -> io::Result<()> {
-        self.lock().set_len(n_bytes)
     }
 }

@@ -1,16 +1,16 @@
 //! `hexcast convert`: a column file to any format.
 
-use std::io::BufReader;
 use std::path::PathBuf;
 
-use hexcast::column_file::read_columns_within;
+use hexcast::Result;
 use hexcast::control::{CancelToken, Control};
-use hexcast::{Error, Result};
+use hexcast::job::ByteSize;
 use indicatif::BinaryBytes;
 
+use super::arguments::default_max_memory;
 use super::outputs::{FormatArguments, Outputs};
 use super::progress::Progress;
-use super::reading::open_file;
+use super::reading::{open_columns, open_file};
 use super::summary::Table;
 
 const EXAMPLES: &str = "\
@@ -30,31 +30,30 @@ pub(crate) struct Arguments {
     output: PathBuf,
     #[command(flatten)]
     formats: FormatArguments,
+    /// Most memory to take, such as 2GB or 512MiB; the columns stay in their file [default: 3/4 of what is available]
+    #[arg(long, value_name = "SIZE", help_heading = "Memory")]
+    max_memory: Option<ByteSize>,
     /// Print nothing but errors
     #[arg(short, long)]
     quiet: bool,
 }
 
 pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
-    let name = arguments.input.display();
-    let failed = |error| Error::io(format!("reading {name}"), error);
-    let file = open_file(&arguments.input)?;
+    let max_bytes = arguments.max_memory.or_else(default_max_memory).map_or(u64::MAX, |size| size.0);
+    // first of all: a file that is not there is the more useful message
+    open_file(&arguments.input)?;
     let mut outputs = Outputs::open(
         std::slice::from_ref(&arguments.output),
         None,
         &arguments.formats,
         &[&arguments.input],
-        u64::MAX,
+        max_bytes,
     )?;
-    let n_bytes = file.metadata().map_err(failed)?.len();
     let mut control = Control::default();
     control.cancel = token.clone();
     let progress = Progress::new(arguments.quiet);
-    let bar = progress.bytes("read", Some(n_bytes));
-    let mut input = BufReader::with_capacity(1 << 20, bar.wrap_read(file));
-    let mesh = read_columns_within(&mut input, u64::MAX, &control);
-    bar.finish_and_clear();
-    let mesh = mesh.map_err(|error| error.at(name))?;
+    // the other half is for what is written
+    let mesh = open_columns(&arguments.input, max_bytes / 2, &control)?;
     outputs.write(&mesh, &control, progress)?;
     control.check()?;
     let files = outputs.finish("")?;
@@ -67,5 +66,5 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     for file in files {
         table.line("written", format!("{} ({})", file.path.display(), BinaryBytes(file.n_bytes)));
     }
-    super::print(&table.finish())
+    super::terminal::print(&table.finish())
 }

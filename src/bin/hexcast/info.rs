@@ -1,27 +1,33 @@
-//! `hexcast info`: what files hold and whether their surfaces are closed.
+//! `hexcast info`: what files hold, and whether surfaces are closed; the report of column files.
+
+use std::path::Path;
 
 use hexcast::Result;
-use hexcast::control::CancelToken;
+use hexcast::control::{CancelToken, Control};
 use hexcast::geometry::{Geometry, SharedFacets};
+use hexcast::mesh::Mesh;
+use hexcast::report::ColumnsReport;
 use hexcast::sources::Source;
 use hexcast::surface::{Surface, surface};
 use indicatif::{BinaryBytes, HumanCount};
 use serde_json::{Value, json};
 
+use super::arguments::default_max_memory;
 use super::progress::Progress;
-use super::reading::read_files;
 use super::summary::{Table, three};
+use super::{reading, summary};
 
 const EXAMPLES: &str = "\
 Examples:
     hexcast info part.stl
+    hexcast info part.hxc
     hexcast info *.stl --json | jq '.[] | {file, watertight, open_edges}'";
 
-/// Tell what STL files hold: facets, solids, box, volume, and whether the surface is closed
+/// Tell what files hold: of STL the facets, solids, box, volume, and whether the surface is closed; of column files the report
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
-    /// STL files
+    /// STL files and column files (.hxc)
     #[arg(value_name = "FILE", required = true)]
     files: Vec<String>,
     /// Print a JSON list with one object a file
@@ -37,15 +43,62 @@ struct Facts {
     surface: Surface,
 }
 
+/// What a file holds.
+enum Found {
+    Surface(Box<Facts>),
+    Columns { file: String, n_bytes: u64, mesh: Box<Mesh> },
+}
+
 pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
+    let is_columns = |file: &&str| reading::is_columns(Path::new(file));
     let files: Vec<&str> = arguments.files.iter().map(String::as_str).collect();
-    let facts: Vec<Facts> = read_files(&files, token, Progress::new(false))?.into_iter().map(facts).collect();
-    if arguments.json {
-        let list: Value = facts.iter().map(in_json).collect();
-        return super::print(&format!("{list:#}\n"));
+    let surfaces: Vec<&str> = files.iter().filter(|file| !is_columns(file)).copied().collect();
+    let mut surfaces = reading::read_files(&surfaces, token, Progress::new(false))?.into_iter();
+    let mut found = Vec::new();
+    for file in files {
+        found.extend(match is_columns(&file) {
+            true => Some(columns(file, token)?),
+            false => surfaces.next().map(|source| Found::Surface(Box::new(facts(source)))),
+        });
     }
-    let texts: Vec<String> = facts.iter().map(in_words).collect();
-    super::print(&texts.join("\n"))
+    if arguments.json {
+        let list: Value = found.iter().map(in_json).collect();
+        return super::terminal::print(&format!("{list:#}\n"));
+    }
+    let texts: Vec<String> = found.iter().map(in_words).collect();
+    super::terminal::print(&texts.join("\n"))
+}
+
+/// Opens a column file, of which no more than the index is taken to memory.
+fn columns(file: &str, token: &CancelToken) -> Result<Found> {
+    let mut control = Control::default();
+    control.cancel = token.clone();
+    let max_bytes = default_max_memory().map_or(u64::MAX, |size| size.0);
+    let mesh = Box::new(reading::open_columns(Path::new(file), max_bytes, &control)?);
+    let n_bytes = std::fs::metadata(file).map_or(0, |metadata| metadata.len());
+    Ok(Found::Columns { file: file.into(), n_bytes, mesh })
+}
+
+fn in_json(found: &Found) -> Value {
+    match found {
+        Found::Surface(facts) => surface_in_json(facts),
+        Found::Columns { file, n_bytes, mesh } => {
+            let mut report = json!({"file": file, "format": "column file", "bytes": n_bytes});
+            if let (Some(facts), Ok(Value::Object(more))) =
+                (report.as_object_mut(), serde_json::to_value(ColumnsReport::new(mesh)))
+            {
+                facts.extend(more);
+            }
+            report
+        }
+    }
+}
+
+fn in_words(found: &Found) -> String {
+    match found {
+        Found::Surface(facts) => surface_in_words(facts),
+        Found::Columns { file, n_bytes, mesh } => summary::of_columns(file, *n_bytes, &ColumnsReport::new(mesh)),
+    }
 }
 
 fn facts(mut source: Source) -> Facts {
@@ -56,7 +109,7 @@ fn facts(mut source: Source) -> Facts {
     Facts { solids: names, geometry: Geometry::new(source.file.clone(), 1, facets), surface, source }
 }
 
-fn in_json(facts: &Facts) -> Value {
+fn surface_in_json(facts: &Facts) -> Value {
     let Facts { source, solids, geometry, surface } = facts;
     let contents = &source.contents;
     let solids: Value = solids.iter().map(|(name, facets)| json!({"name": name, "facets": facets})).collect();
@@ -87,7 +140,7 @@ fn in_json(facts: &Facts) -> Value {
     })
 }
 
-fn in_words(facts: &Facts) -> String {
+fn surface_in_words(facts: &Facts) -> String {
     let Facts { source, solids, geometry, surface } = facts;
     let contents = &source.contents;
     let mut table = Table::default();

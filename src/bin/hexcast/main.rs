@@ -1,6 +1,5 @@
 //! The command line: reads what is asked for, calls the library, prints. One file a command.
 
-use std::io::Write;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
@@ -12,13 +11,16 @@ mod arguments;
 mod aside;
 mod convert;
 mod estimate;
+mod file_store;
 mod info;
 mod memory;
 mod mesh;
+mod output_file;
 mod outputs;
 mod progress;
 mod reading;
 mod summary;
+mod terminal;
 mod zarr_folder;
 
 const EXIT_CODES: &str = "\
@@ -82,7 +84,7 @@ fn run(command: Command, token: &CancelToken) -> Result<()> {
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "hexcast", &mut script);
-            print(&String::from_utf8_lossy(&script))
+            terminal::print(&String::from_utf8_lossy(&script))
         }
     }
 }
@@ -95,14 +97,6 @@ fn exit_code(error: &Error) -> u8 {
         Error::Device(_) => 6,
         Error::System(_) => 7,
         Error::Cancelled => 130,
-    }
-}
-
-/// Prints to standard output; a reader that has gone away, as in `| head`, is no failure.
-fn print(text: &str) -> Result<()> {
-    match std::io::stdout().write_all(text.as_bytes()) {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::io("printing", error)),
-        _ => Ok(()),
     }
 }
 

@@ -139,13 +139,13 @@ fn mesh_and_write(
 
     report.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
     if arguments.json {
-        return super::print(&format!("{}\n", report.to_json()));
+        return super::terminal::print(&format!("{}\n", report.to_json()));
     }
     if arguments.quiet {
         return Ok(());
     }
     let shown = summary::Shown { ends: job.max_cell_size.is_some(), verbose: arguments.verbose };
-    super::print(&summary::of_mesh(&report, engine.is_software(), &files, shown))
+    super::terminal::print(&summary::of_mesh(&report, engine.is_software(), &files, shown))
 }
 
 /// Opens the backend and reads the files, side by side; also returns the seconds that reading took.

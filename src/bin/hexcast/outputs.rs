@@ -1,8 +1,8 @@
 //! Output files and folders: checked before the long work starts, written to a temporary file beside the target, and put in place at
 //! the end, so that no half file is ever seen under the target's name.
 
-use std::fs::{File, Permissions};
-use std::io::{BufWriter, ErrorKind, Write};
+use std::fs::File;
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use hexcast::control::Control;
@@ -11,8 +11,8 @@ use hexcast::mesh::Mesh;
 use hexcast::write::{Compress, Format, Options, exact_size, sidecar_json, write};
 use hexcast::{Error, Result};
 use indicatif::ProgressBar;
-use tempfile::NamedTempFile;
 
+use super::output_file::{OutputFile, PendingFile, with_ending};
 use super::progress::Progress;
 use super::zarr_folder::{ZarrFolder, is_zarr};
 
@@ -81,12 +81,6 @@ fn compression(text: &str) -> std::result::Result<Compress, String> {
     }
 }
 
-/// A file that was written.
-pub(crate) struct OutputFile {
-    pub(crate) path: PathBuf,
-    pub(crate) n_bytes: u64,
-}
-
 /// Files being written; dropped before [`Outputs::finish`] they leave nothing behind.
 pub(crate) struct Outputs {
     meshes: Vec<MeshFile>,
@@ -105,12 +99,6 @@ struct MeshFile {
     file: PendingFile,
     /// Beside `.raw`.
     sidecar: Option<PendingFile>,
-}
-
-/// A temporary file and the name that it will have.
-struct PendingFile {
-    path: PathBuf,
-    temporary: NamedTempFile,
 }
 
 impl Outputs {
@@ -200,64 +188,15 @@ impl Outputs {
         }
         let meshes = self.meshes.into_iter().flat_map(|mesh| [Some(mesh.file), mesh.sidecar]);
         for file in meshes.chain([self.report]).flatten() {
-            let path = file.path.clone();
-            let outcome = file.temporary.persist(&path);
-            outcome.map_err(|error| Error::io(format!("writing {}", path.display()), error.error))?;
+            file.persist()?;
         }
         self.folders.into_iter().try_for_each(|(folder, _)| folder.finish())?;
         Ok(self.written)
     }
 }
 
-/// The error of a folder in which no file can be made; the name of the temporary file is nobody's concern.
-pub(crate) fn refused(path: &Path, folder: &Path, error: &std::io::Error) -> Error {
-    let (name, folder) = (path.display(), folder.display());
-    match error.kind() {
-        ErrorKind::NotFound => {
-            let message = format!("{name} cannot be written: there is no folder {folder}");
-            Error::new("io", message, "make the folder first, or name another")
-        }
-        kind => {
-            let message = format!("{name} cannot be written: the folder {folder} says \"{kind}\"");
-            Error::new("io", message, "make sure that the folder is yours and has room")
-        }
-    }
-}
-
 fn twice(path: &Path, what: &str) -> Error {
     Error::new("job-conflict", format!("{} {what}", path.display()), "give the output another name")
-}
-
-/// The path with an ending behind the one that it has.
-pub(crate) fn with_ending(path: &Path, ending: &str) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push(ending);
-    name.into()
-}
-
-impl PendingFile {
-    /// Opens a temporary file in the folder of `path`; also returns the path without links.
-    fn open(path: &Path) -> Result<(PathBuf, PendingFile)> {
-        if path.is_dir() {
-            return Err(Error::new("io", format!("{} is a folder", path.display()), "name a file in it"));
-        }
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let refused = |error: std::io::Error| refused(path, folder, &error);
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".hexcast-").suffix(".part");
-        // as any new file, not only for its owner
-        #[cfg(unix)]
-        builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
-        let temporary = builder.tempfile_in(folder).map_err(refused)?;
-        let folder = folder.canonicalize().map_err(refused)?;
-        let place = path.canonicalize().unwrap_or_else(|_| folder.join(path.file_name().unwrap_or_default()));
-        Ok((place, PendingFile { path: path.to_path_buf(), temporary }))
-    }
-
-    fn put(&mut self, text: &str) -> Result<()> {
-        let outcome = self.temporary.write_all(text.as_bytes());
-        outcome.map_err(|error| Error::io(format!("writing {}", self.path.display()), error))
-    }
 }
 
 /// A writer that moves a progress bar.

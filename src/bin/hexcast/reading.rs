@@ -3,9 +3,12 @@
 use std::fs::File;
 use std::io::{Cursor, ErrorKind, Read};
 use std::path::Path;
+use std::sync::Arc;
 
-use hexcast::control::CancelToken;
+use hexcast::column_file::{self, is_column_file};
+use hexcast::control::{CancelToken, Control};
 use hexcast::job::Job;
+use hexcast::mesh::Mesh;
 use hexcast::read::Reader;
 use hexcast::sources::Source;
 use hexcast::{Error, Result};
@@ -13,6 +16,7 @@ use indicatif::ProgressBar;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
+use super::file_store::FileStore;
 use super::progress::Progress;
 
 const CHUNK_BYTES: usize = 1 << 20;
@@ -83,6 +87,30 @@ pub(crate) fn open_file(path: &Path) -> Result<File> {
         return Err(Error::new("io", format!("{name} is a folder"), "name the files in it"));
     }
     Ok(file)
+}
+
+/// Whether a file begins like a column file; what is no file, or cannot be read, does not.
+pub(crate) fn is_columns(path: &Path) -> bool {
+    let mut start = [0; 8];
+    let is_read = File::open(path).and_then(|mut file| {
+        let is_file = file.metadata()?.is_file();
+        if is_file { file.read_exact(&mut start) } else { Ok(()) }
+    });
+    is_read.is_ok() && is_column_file(&start)
+}
+
+/// Opens a column file, which stays where it is; what has no length, such as a pipe, is taken to memory. Both take at most
+/// `max_bytes`.
+pub(crate) fn open_columns(path: &Path, max_bytes: u64, control: &Control) -> Result<Mesh> {
+    let name = path.display();
+    let mut file = open_file(path)?;
+    let metadata = file.metadata().map_err(|error| Error::io(format!("reading {name}"), error))?;
+    let opened = if metadata.is_file() {
+        column_file::open(Arc::new(FileStore::new(file)), metadata.len(), max_bytes, control)
+    } else {
+        column_file::read_columns_within(&mut file, max_bytes, control)
+    };
+    opened.map_err(|error| error.at(name))
 }
 
 fn hexadecimal(bytes: &[u8]) -> String {

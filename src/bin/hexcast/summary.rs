@@ -2,10 +2,10 @@
 
 use std::fmt::{Display, Write};
 
-use hexcast::report::Report;
+use hexcast::report::{ColumnsReport, Report};
 use indicatif::{BinaryBytes, HumanCount};
 
-use super::outputs::OutputFile;
+use super::output_file::OutputFile;
 
 /// What else to show.
 #[derive(Clone, Copy)]
@@ -61,6 +61,30 @@ pub(crate) fn of_mesh(report: &Report, is_software: bool, files: &[OutputFile], 
     }
     for file in files {
         table.line("written", format!("{} ({})", file.path.display(), BinaryBytes(file.n_bytes)));
+    }
+    table.finish()
+}
+
+/// The report of a column file.
+pub(crate) fn of_columns(file: &str, n_bytes: u64, report: &ColumnsReport) -> String {
+    let mut table = Table::default();
+    table.line("file", format!("{file} ({})", BinaryBytes(n_bytes)));
+    table.line("format", "column file");
+    let unit = report.unit.map_or(String::new(), |unit| format!(" {unit}"));
+    let [nx, ny, nz] = report.dims;
+    table.line("cells", format!("{nx} x {ny} x {nz} = {}", HumanCount(report.cells)));
+    table.line("lines", format!("from {}, cells of {}{unit}", three(report.origin), size(report.spacing)));
+    let (rays, crossings) = (HumanCount(report.rays), HumanCount(report.crossings));
+    table.line(
+        "rays",
+        format!("{rays} along {}, {crossings} crossings, {} runs", report.ray_axis, HumanCount(report.runs)),
+    );
+    if report.odd_rays > 0 {
+        table.line("odd rays", HumanCount(report.odd_rays));
+    }
+    for flag in &report.flags {
+        let name = if flag.name.is_empty() { String::new() } else { format!(" \"{}\"", flag.name) };
+        table.line("flag", format!("{}{name}: {} cells, volume {}", flag.flag, HumanCount(flag.cells), flag.volume));
     }
     table.finish()
 }

@@ -10,7 +10,7 @@ use hexcast::{Error, Result};
 use tempfile::TempDir;
 use zarrs::filesystem::FilesystemStore;
 
-use super::outputs::{OutputFile, refused};
+use super::output_file::{OutputFile, refused};
 use super::progress::Progress;
 
 /// A folder in the making; dropped before [`ZarrFolder::finish`] it leaves nothing behind.

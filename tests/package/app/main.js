@@ -7,8 +7,9 @@ async function meshSpot() {
   const mesher = await createMesher({ backend });
   const job = { geometries: [{ source, file: 'spot.stl', name: 'cow', flag: 7 }], cells: 40, unit: 'mm' };
   const mesh = await mesher.mesh(job);
-  const code = await mesher.mesh({ ...job, dims: [1, 1, 1] }).catch((error) => (error instanceof HexcastError ? error.code : String(error)));
-  // compressed files take the second wasm
+  const code = await mesher
+    .mesh({ ...job, dims: [1, 1, 1] })
+    .catch((error) => (error instanceof HexcastError ? error.code : String(error)));
   const vti = await sha256(await mesh.blob('vti', { compress: 6 }));
   const again = await mesher.open(await mesh.blob('hxc', { compress: 6 }));
   const hashes = { sha256: await mesh.sha256(), again: await again.sha256(), vti };

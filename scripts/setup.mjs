@@ -1,0 +1,36 @@
+// npm run setup: installs what the tests need from the machine, or says what to install.
+
+import { fileURLToPath } from 'node:url';
+
+import { ensure, ensureNodeModules, requireRust } from './machine.mjs';
+import { Steps } from './run.mjs';
+import { ensureBindgen, wasmRust } from './wasm.mjs';
+
+/** What each group of tests needs from the machine; the names are those of the list in machine.mjs. */
+/** @type {Record<string, Parameters<typeof ensure>>} */
+const NEEDS = {
+  lint: ['linker'],
+  native: ['linker', 'vulkan', 'chromium'],
+  wasm: ['linker', 'vulkan', 'chromium', 'chromedriver', 'firefox'],
+  e2e: ['linker', 'vulkan', 'chromium', 'firefox'],
+  package: ['linker', 'vulkan', 'chromium', 'firefox'],
+};
+
+/** The groups of tests. */
+export const GROUPS = Object.keys(NEEDS);
+
+/** Sees to it that the machine has what these groups need. @param {Steps} steps @param {string[]} [groups] */
+export async function setup(steps, groups = GROUPS) {
+  await steps.step('Node packages', ensureNodeModules);
+  await steps.step('Rust', async () => requireRust());
+  await steps.step('linker, drivers, browsers', () => ensure(...new Set(groups.flatMap((group) => NEEDS[group]))));
+  if (groups.every((group) => group === 'native')) return;
+  await steps.step('Rust for wasm32', async () => (await wasmRust()).name);
+  await steps.step('wasm-bindgen', async () => void (await ensureBindgen()));
+}
+
+if (process.argv[1] === fileURLToPath(import.meta.url)) {
+  const steps = new Steps();
+  await setup(steps);
+  steps.done();
+}

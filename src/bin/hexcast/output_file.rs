@@ -1,0 +1,76 @@
+//! One output file: written to a temporary file beside its target, and given its name at the end.
+
+#[cfg(unix)]
+use std::fs::Permissions;
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+use hexcast::{Error, Result};
+use tempfile::NamedTempFile;
+
+/// A file that was written.
+pub(crate) struct OutputFile {
+    pub(crate) path: PathBuf,
+    pub(crate) n_bytes: u64,
+}
+
+/// A temporary file and the name that it will have.
+pub(crate) struct PendingFile {
+    pub(crate) path: PathBuf,
+    pub(crate) temporary: NamedTempFile,
+}
+
+impl PendingFile {
+    /// Opens a temporary file in the folder of `path`; also returns the path without links.
+    pub(crate) fn open(path: &Path) -> Result<(PathBuf, PendingFile)> {
+        if path.is_dir() {
+            return Err(Error::new("io", format!("{} is a folder", path.display()), "name a file in it"));
+        }
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let refused = |error: std::io::Error| refused(path, folder, &error);
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".hexcast-").suffix(".part");
+        // as any new file, not only for its owner
+        #[cfg(unix)]
+        builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
+        let temporary = builder.tempfile_in(folder).map_err(refused)?;
+        let folder = folder.canonicalize().map_err(refused)?;
+        let place = path.canonicalize().unwrap_or_else(|_| folder.join(path.file_name().unwrap_or_default()));
+        Ok((place, PendingFile { path: path.to_path_buf(), temporary }))
+    }
+
+    /// Writes a text.
+    pub(crate) fn put(&mut self, text: &str) -> Result<()> {
+        let outcome = self.temporary.write_all(text.as_bytes());
+        outcome.map_err(|error| Error::io(format!("writing {}", self.path.display()), error))
+    }
+
+    /// Gives the file its name.
+    pub(crate) fn persist(self) -> Result<()> {
+        let outcome = self.temporary.persist(&self.path);
+        outcome.map_err(|error| Error::io(format!("writing {}", self.path.display()), error.error))?;
+        Ok(())
+    }
+}
+
+/// The error of a folder in which no file can be made; the name of the temporary file is nobody's concern.
+pub(crate) fn refused(path: &Path, folder: &Path, error: &std::io::Error) -> Error {
+    let (name, folder) = (path.display(), folder.display());
+    match error.kind() {
+        ErrorKind::NotFound => {
+            let message = format!("{name} cannot be written: there is no folder {folder}");
+            Error::new("io", message, "make the folder first, or name another")
+        }
+        kind => {
+            let message = format!("{name} cannot be written: the folder {folder} says \"{kind}\"");
+            Error::new("io", message, "make sure that the folder is yours and has room")
+        }
+    }
+}
+
+/// The path with an ending behind the one that it has.
+pub(crate) fn with_ending(path: &Path, ending: &str) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(ending);
+    name.into()
+}

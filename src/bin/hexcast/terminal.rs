@@ -1,0 +1,13 @@
+//! Standard output.
+
+use std::io::Write;
+
+use hexcast::{Error, Result};
+
+/// Prints to standard output; a reader that has gone away, as in `| head`, is no failure.
+pub(crate) fn print(text: &str) -> Result<()> {
+    match std::io::stdout().write_all(text.as_bytes()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::io("printing", error)),
+        _ => Ok(()),
+    }
+}

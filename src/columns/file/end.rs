@@ -1,0 +1,83 @@
+//! The end of a column file: where its pieces are, and what all of them hold.
+
+use super::bytes::{corrupt, u32_at, u64_at};
+use crate::checksum::crc32;
+use crate::error::Result;
+
+const END_TAG: [u8; 4] = *b"ENDS";
+const END_MAGIC: [u8; 8] = *b"HXC END\n";
+/// Bytes behind the checksum: the place of the end, and the magic.
+pub(crate) const TAIL: usize = 16;
+
+/// What all pieces hold.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Totals {
+    pub(crate) n_runs: u64,
+    pub(crate) odd_rays: u64,
+    pub(crate) n_crossings: u64,
+    /// Cells of every flag; those of flag 0 may be left out.
+    pub(crate) cells: Box<[u64; 256]>,
+}
+
+/// Lays out the end of a version, which starts at byte `at`; `index` has the start and the first ray of each piece.
+pub(crate) fn encode(version: u32, index: &[[u64; 2]], totals: &Totals, at: u64) -> Vec<u8> {
+    let mut end = END_TAG.to_vec();
+    let mut put = |number: u64| end.extend(number.to_le_bytes());
+    put(index.len() as u64);
+    index.as_flattened().iter().for_each(|&number| put(number));
+    put(totals.n_runs);
+    if version > 1 {
+        put(totals.odd_rays);
+        put(totals.n_crossings);
+        let flags = (1..=255u8).filter(|&flag| totals.cells[usize::from(flag)] > 0);
+        end.extend((flags.clone().count() as u32).to_le_bytes());
+        for flag in flags {
+            end.push(flag);
+            end.extend(totals.cells[usize::from(flag)].to_le_bytes());
+        }
+    }
+    end.extend(crc32(&end));
+    end.extend(at.to_le_bytes());
+    end.extend(END_MAGIC);
+    end
+}
+
+/// Where the end stands, by the last [`TAIL`] bytes of a file; None where they do not belong to an end.
+pub(crate) fn place(tail: &[u8; TAIL]) -> Option<u64> {
+    (tail[8..] == END_MAGIC).then(|| u64_at(tail, 0))
+}
+
+/// Reads an end without its tail, which starts at byte `at`: index and totals, those of version 1 but for the runs unknown.
+///
+/// # Errors
+/// `columns-corrupt` where the checksum is wrong or the parts do not fill the bytes.
+pub(crate) fn decode(version: u32, end: &[u8], at: u64) -> Result<(Vec<[u64; 2]>, Option<Totals>)> {
+    let wrong = |what: &str| corrupt(format!("the end at byte {at}: {what}"));
+    let (body, crc) = end.split_last_chunk::<4>().ok_or_else(|| wrong("it is too short"))?;
+    if body.len() < 20 || body[..4] != END_TAG || *crc != crc32(body) {
+        return Err(wrong("its checksum is wrong"));
+    }
+    let n_pieces = u64_at(body, 4);
+    let (numbers, rest) = body[12..].as_chunks::<8>();
+    let n_numbers = n_pieces.checked_mul(2).and_then(|n| usize::try_from(n).ok()).filter(|n| *n < numbers.len());
+    let n_numbers = n_numbers.ok_or_else(|| wrong("it has fewer pieces than it says"))?;
+    let (index, _) = numbers[..n_numbers].as_chunks::<2>();
+    let index = index.iter().map(|pair| pair.map(u64::from_le_bytes)).collect();
+    if version == 1 {
+        let fits = numbers.len() == n_numbers + 1 && rest.is_empty();
+        return if fits { Ok((index, None)) } else { Err(wrong("it has other bytes besides")) };
+    }
+    let totals = totals(&body[12 + 8 * n_numbers..]).ok_or_else(|| wrong("its totals do not fill it"))?;
+    Ok((index, Some(totals)))
+}
+
+fn totals(bytes: &[u8]) -> Option<Totals> {
+    let (counts, flags) = bytes.split_at_checked(28)?;
+    let [n_runs, odd_rays, n_crossings] = [0, 8, 16].map(|at| u64_at(counts, at));
+    let (flags, rest) = flags.as_chunks::<9>();
+    let mut cells = Box::new([0; 256]);
+    flags.iter().for_each(|flag| cells[usize::from(flag[0])] = u64_at(flag, 1));
+    let ascend = flags.is_sorted_by(|a, b| a[0] < b[0]) && flags.first().is_none_or(|flag| flag[0] > 0);
+    let fits = rest.is_empty() && flags.len() == u32_at(counts, 24) as usize && ascend;
+    fits.then_some(Totals { n_runs, odd_rays, n_crossings, cells })
+}

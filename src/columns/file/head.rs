@@ -1,0 +1,179 @@
+//! The head of a column file.
+
+use super::bytes::{corrupt, u32_at};
+use crate::checksum::crc32;
+use crate::error::{Error, Result};
+use crate::lines::Lines;
+use crate::rays::Rays;
+
+/// What a file starts with.
+pub(crate) const MAGIC: [u8; 8] = *b"\x89HXC\r\n\x1a\n";
+/// The version that is written.
+pub(crate) const VERSION: u32 = 2;
+/// Bytes before the body.
+pub(crate) const START: usize = 16;
+const MAX_BODY: usize = 1 << 20;
+const MAX_DIM: u32 = 1 << 24;
+
+/// A flag in use and what it stands for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Named {
+    /// The flag, 1 to 255.
+    pub flag: u8,
+    /// Name of the geometry that carries it.
+    pub name: String,
+}
+
+/// What the head of a column file says.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Head {
+    /// What is meshed, where the file is not finished yet.
+    pub identity: Option<[u8; 32]>,
+    /// The rays.
+    pub rays: Rays,
+    /// Whether pieces are compressed.
+    pub zlib: bool,
+    /// The mesh lines.
+    pub lines: Lines,
+    /// Unit of lengths, if one was named.
+    pub unit: Option<String>,
+    /// Names of flags.
+    pub names: Vec<Named>,
+}
+
+impl Head {
+    /// Lays out the head, checksum included.
+    ///
+    /// # Errors
+    /// `job-value` where the names are longer than a head may be.
+    pub(crate) fn encode(&self) -> Result<Vec<u8>> {
+        let mut body = vec![u8::from(self.identity.is_some())];
+        body.extend(self.identity.iter().flatten());
+        self.lines.dims.iter().for_each(|n| body.extend(n.to_le_bytes()));
+        body.extend([self.rays.axis as u8, u8::from(self.zlib), 0, 0]);
+        let numbers = [self.lines.origin, self.lines.spacing];
+        numbers.as_flattened().iter().for_each(|number| body.extend(number.to_le_bytes()));
+        body.push(u8::from(self.unit.is_some()));
+        self.unit.iter().for_each(|unit| text(&mut body, unit));
+        body.extend((self.names.len() as u32).to_le_bytes());
+        for named in &self.names {
+            body.push(named.flag);
+            text(&mut body, &named.name);
+        }
+        if body.len() > MAX_BODY {
+            let message = format!("names of {} bytes; a column file holds {MAX_BODY}", body.len());
+            return Err(Error::new("job-value", message, "give the geometries shorter names"));
+        }
+        let mut head = [&MAGIC[..], &VERSION.to_le_bytes(), &(body.len() as u32).to_le_bytes(), &body].concat();
+        head.extend(crc32(&head));
+        Ok(head)
+    }
+}
+
+fn text(body: &mut Vec<u8>, text: &str) {
+    body.extend((text.len() as u32).to_le_bytes());
+    body.extend(text.as_bytes());
+}
+
+/// Version and number of bytes of the body of a head that starts with these [`START`] bytes.
+///
+/// # Errors
+/// `columns-corrupt` where they start no column file; `columns-version` where a newer hexcast wrote it.
+pub(crate) fn start(bytes: &[u8]) -> Result<(u32, usize)> {
+    if bytes[..8] != MAGIC {
+        return Err(corrupt("this is no column file: byte 0 does not start with its signature".into()));
+    }
+    let (version, n_body) = (u32_at(bytes, 8), u32_at(bytes, 12) as usize);
+    if version > VERSION {
+        let message = format!("the column file has version {version}; this hexcast reads up to {VERSION}");
+        return Err(Error::new("columns-version", message, "use a newer hexcast"));
+    }
+    if version == 0 || n_body > MAX_BODY {
+        return Err(corrupt(format!("the head says, at byte 8: version {version}, {n_body} bytes")));
+    }
+    Ok((version, n_body))
+}
+
+/// Reads the body of a head whose checksum was right.
+///
+/// # Errors
+/// `columns-corrupt` where a value is out of range or the body ends early or late.
+pub(crate) fn decode(version: u32, body: &[u8]) -> Result<Head> {
+    let mut at = Cursor { body, at: 0, start: START as u64 };
+    let identity = match version {
+        1 => None,
+        _ => match at.array()? {
+            [0] => None,
+            [1] => Some(at.array()?),
+            [other] => return Err(at.wrong(format!("{other} where 0 or 1 says whether there is an identity"))),
+        },
+    };
+    let dims = [at.u32()?, at.u32()?, at.u32()?];
+    let n_cells = dims.iter().try_fold(1i64, |product, &n| product.checked_mul(n.into()));
+    if dims.iter().any(|n| !(1..=MAX_DIM).contains(n)) || n_cells.is_none() {
+        return Err(at.wrong(format!("{dims:?} cells")));
+    }
+    let [axis, zlib, kind, zero] = at.array()?;
+    if axis > 2 || zlib > 1 || kind != 0 || zero != 0 {
+        return Err(at.wrong(format!("ray axis {axis}, compression {zlib}, lines of kind {kind}, {zero}")));
+    }
+    let origin = [at.f64()?, at.f64()?, at.f64()?];
+    let spacing = [at.f64()?, at.f64()?, at.f64()?];
+    let lines = Lines::new(origin, spacing, dims).map_err(|error| at.wrong(error.to_string()))?;
+    let unit = match at.array()? {
+        [0] => None,
+        [1] => Some(at.text()?),
+        [other] => return Err(at.wrong(format!("{other} where 0 or 1 says whether there is a unit"))),
+    };
+    let mut names = Vec::new();
+    for _ in 0..at.u32()? {
+        let [flag] = at.array()?;
+        if flag == 0 {
+            return Err(at.wrong("a name for flag 0".into()));
+        }
+        names.push(Named { flag, name: at.text()? });
+    }
+    if at.at != body.len() {
+        return Err(at.wrong(format!("{} bytes after the names", body.len() - at.at)));
+    }
+    Ok(Head { identity, rays: Rays::new(usize::from(axis), dims), zlib: zlib == 1, lines, unit, names })
+}
+
+struct Cursor<'a> {
+    body: &'a [u8],
+    at: usize,
+    start: u64,
+}
+
+impl<'a> Cursor<'a> {
+    fn wrong(&self, what: String) -> Error {
+        corrupt(format!("the head says, before byte {}: {what}", self.start + self.at as u64))
+    }
+
+    fn bytes(&mut self, n: usize) -> Result<&'a [u8]> {
+        let rest = &self.body[self.at..];
+        let bytes = rest.get(..n).ok_or_else(|| self.wrong(format!("{n} bytes, and {} follow", rest.len())))?;
+        self.at += n;
+        Ok(bytes)
+    }
+
+    fn array<const N: usize>(&mut self) -> Result<[u8; N]> {
+        let mut array = [0; N];
+        array.copy_from_slice(self.bytes(N)?);
+        Ok(array)
+    }
+
+    fn u32(&mut self) -> Result<u32> {
+        self.array().map(u32::from_le_bytes)
+    }
+
+    fn f64(&mut self) -> Result<f64> {
+        self.array().map(f64::from_le_bytes)
+    }
+
+    fn text(&mut self) -> Result<String> {
+        let n = self.u32()? as usize;
+        let bytes = self.bytes(n)?;
+        String::from_utf8(bytes.to_vec()).map_err(|error| self.wrong(error.to_string()))
+    }
+}

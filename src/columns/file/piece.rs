@@ -1,0 +1,126 @@
+//! A piece of a column file: some consecutive rays.
+
+use super::bytes::{u32_at, u64_at};
+use crate::checksum::crc32;
+use crate::columns::codec::{self, PIECE_RAYS, PIECE_RUNS};
+use crate::columns::run::Band;
+use crate::error::Result;
+use crate::zlib;
+
+/// Bytes of the head of a piece.
+pub(crate) const PIECE_HEAD: usize = 44;
+const PIECE_TAG: [u8; 4] = *b"PIEC";
+const BAND_TAG: [u8; 4] = *b"BAND";
+
+/// The head of a piece.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct PieceHead {
+    pub(crate) n_rays: u32,
+    pub(crate) n_runs: u32,
+    pub(crate) n_content: u32,
+    pub(crate) n_stored: u32,
+    /// Of the stored bytes.
+    pub(crate) crc: [u8; 4],
+    /// Odd rays and crossings.
+    pub(crate) counts: [u64; 2],
+    pub(crate) ends_band: bool,
+}
+
+impl PieceHead {
+    pub(crate) fn to_bytes(self) -> Vec<u8> {
+        let mut head = if self.ends_band { BAND_TAG } else { PIECE_TAG }.to_vec();
+        let numbers = [self.n_rays, self.n_runs, self.n_content, self.n_stored];
+        numbers.iter().for_each(|number| head.extend(number.to_le_bytes()));
+        head.extend(self.crc);
+        self.counts.iter().for_each(|count| head.extend(count.to_le_bytes()));
+        head.extend(crc32(&head));
+        head
+    }
+
+    /// Understands the bytes before the checksum; None where their tag is that of no piece.
+    pub(crate) fn from_bytes(head: &[u8]) -> Option<PieceHead> {
+        let [n_rays, n_runs, n_content, n_stored] = [4, 8, 12, 16].map(|at| u32_at(head, at));
+        let crc = u32_at(head, 20).to_le_bytes();
+        let counts = [24, 32].map(|at| u64_at(head, at));
+        let ends_band = head[..4] == BAND_TAG;
+        let is_piece = ends_band || head[..4] == PIECE_TAG;
+        is_piece.then_some(PieceHead { n_rays, n_runs, n_content, n_stored, crc, counts, ends_band })
+    }
+
+    /// The same with the checksum behind them; None where that is wrong, too.
+    pub(crate) fn from_checked_bytes(head: &[u8; PIECE_HEAD]) -> Option<PieceHead> {
+        let (head, crc) = head.split_at(PIECE_HEAD - 4);
+        PieceHead::from_bytes(head).filter(|_| crc == crc32(head))
+    }
+
+    /// Whether a piece of rays of `depth` cells may say this where so many rays are missing.
+    pub(crate) fn is_sound(&self, rays_left: u64, depth: u32) -> bool {
+        (1..=PIECE_RAYS).contains(&self.n_rays)
+            && u64::from(self.n_rays) <= rays_left
+            && (self.n_runs <= PIECE_RUNS || self.n_rays == 1)
+            && u64::from(self.n_runs) <= u64::from(self.n_rays) * u64::from(depth)
+    }
+
+    /// Most bytes that its rays and runs can need: five a number and one a flag.
+    pub(crate) fn most_content(&self) -> u64 {
+        5 * u64::from(self.n_rays) + 6 * u64::from(self.n_runs)
+    }
+
+    /// Whether the stored bytes can be as many as they are said to be; zlib adds five bytes to 16 kB that it cannot shrink.
+    pub(crate) fn stores_no_more_than_needed(&self) -> bool {
+        u64::from(self.n_stored) <= self.most_content() + self.most_content() / 1000 + 64
+    }
+
+    /// Decodes stored bytes whose checksum was right; says what is wrong with them otherwise.
+    pub(crate) fn decode(&self, stored: &[u8], zlib: bool, depth: u32) -> std::result::Result<Band, String> {
+        let inflated;
+        let content = if zlib {
+            let limit = self.most_content().min(u64::from(self.n_content)) + 1;
+            inflated = zlib::inflate(stored, limit).map_err(|error| error.to_string())?;
+            &inflated
+        } else {
+            stored
+        };
+        if content.len() != self.n_content as usize {
+            return Err(format!("its content has {} bytes, its head says {}", content.len(), self.n_content));
+        }
+        let [odd_rays, n_crossings] = self.counts;
+        let band = codec::decode(content, self.n_rays, self.n_runs, depth)?;
+        Ok(Band { odd_rays, n_crossings, ..band })
+    }
+}
+
+/// The head, without counts, and the stored bytes of a piece that an encoder was given the rays of.
+///
+/// # Errors
+/// `io` where zlib fails.
+pub(crate) fn encode(n_rays: u32, encoder: codec::Encoder, level: Option<u8>) -> Result<(PieceHead, Vec<u8>)> {
+    let (n_runs, content) = encoder.finish();
+    let n_content = content.len() as u32;
+    let stored = match level {
+        None => content,
+        Some(level) => zlib::compress(&content, level)?,
+    };
+    let (n_stored, crc) = (stored.len() as u32, crc32(&stored));
+    Ok((PieceHead { n_rays, n_runs, n_content, n_stored, crc, counts: [0; 2], ends_band: false }, stored))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn heads_read_back_and_damage_shows() {
+        for ends_band in [false, true] {
+            let (n_rays, n_runs, crc, counts) = (3, 9, [1, 2, 3, 4], [1, 1 << 33]);
+            let piece = PieceHead { n_rays, n_runs, n_content: 77, n_stored: 70, crc, counts, ends_band };
+            let head: [u8; PIECE_HEAD] = piece.to_bytes().try_into().unwrap();
+            assert_eq!(PieceHead::from_checked_bytes(&head), Some(piece));
+            for byte in 0..PIECE_HEAD {
+                let mut head = head;
+                head[byte] ^= 4;
+                assert!(PieceHead::from_checked_bytes(&head).is_none(), "byte {byte}");
+            }
+        }
+    }
+}

@@ -1,0 +1,140 @@
+use super::*;
+use crate::columns::file::head::Head;
+use crate::columns::file::piece::PIECE_HEAD;
+use crate::columns::run;
+use crate::columns::store::tests::Memory;
+use crate::flags::flags_of_box;
+use crate::lines::Lines;
+
+/// Bands of some rows of a box of 5 x 7 rays with up to 4 runs each.
+fn bands(rays: &Rays, rows: u32) -> Vec<Band> {
+    let starts = (0..rays.counts[1]).step_by(rows as usize);
+    starts
+        .map(|start| {
+            let first_ray = u64::from(start * rays.counts[0]);
+            let mut band = Band { first_ray, odd_rays: 1, n_crossings: 3, ..Band::default() };
+            for ray in start * rays.counts[0]..(start + rows).min(rays.counts[1]) * rays.counts[0] {
+                band.runs.extend((0..ray % 5).map(|k| run(ray % 3 + 2 * k, 1 + (k % 2) as u8)));
+                band.ends.push(band.runs.len() as u32);
+            }
+            band
+        })
+        .collect()
+}
+
+/// The head of a file of these rays.
+fn head(rays: &Rays, dims: [u32; 3], identity: Option<[u8; 32]>) -> Vec<u8> {
+    let lines = Lines::new([0.0; 3], [1.0; 3], dims).unwrap();
+    Head { identity, rays: *rays, zlib: false, lines, unit: None, names: Vec::new() }.encode().unwrap()
+}
+
+fn grown(mut growing: Growing, bands: Vec<Band>) -> Columns {
+    bands.into_iter().for_each(|band| growing.push(vec![band]).unwrap());
+    growing.close().unwrap();
+    growing.finish()
+}
+
+#[test]
+fn columns_in_a_store_answer_as_those_in_memory() {
+    for axis in 0..3 {
+        let mut dims = [5, 5, 7];
+        dims[axis] = 12;
+        let rays = Rays::new(axis, dims);
+        let held = Columns::new(rays, bands(&rays, 2));
+        // from the first band on, in the middle, never
+        for max_bytes in [0, 150, u64::MAX] {
+            let store = Arc::new(Memory::default());
+            let target = (head(&rays, dims, None), store.clone() as Arc<dyn Store>);
+            let columns = grown(Growing::new(rays, max_bytes, Some(target)), bands(&rays, 2));
+            assert_eq!(columns.is_spilled(), max_bytes < u64::MAX);
+            assert_eq!(columns, held);
+            assert_eq!(columns.cells_per_flag(), held.cells_per_flag());
+            let counts = |columns: &Columns| [columns.n_runs(), columns.n_crossings(), columns.odd_rays()];
+            assert_eq!(counts(&columns), counts(&held));
+            for cells in [dims.map(|n| 0..n), dims.map(|n| 1..n - 1)] {
+                let flags = flags_of_box(&held, &cells).unwrap();
+                assert_eq!(flags_of_box(&columns, &cells).unwrap(), flags);
+            }
+            assert_eq!(columns.flag([3, 4, 2]), held.flag([3, 4, 2]));
+            // what spilled is a column file
+            if columns.is_spilled() {
+                let file = store.0.lock().unwrap().clone();
+                let read = crate::column_file::read_columns(&mut &file[..]).unwrap();
+                assert_eq!((&read.columns, counts(&read.columns)), (&held, counts(&held)));
+            }
+        }
+    }
+}
+
+#[test]
+fn without_a_store_the_limit_is_an_error_with_numbers() {
+    let rays = Rays::new(0, [12, 5, 7]);
+    let mut growing = Growing::new(rays, 100, None);
+    let error = bands(&rays, 1).into_iter().find_map(|band| growing.push(vec![band]).err()).unwrap();
+    assert!(error.code() == "memory" && error.to_string().contains("and 100 are left"), "{error}");
+}
+
+#[test]
+fn a_store_that_was_cut_short_is_taken_up_at_the_last_whole_row() {
+    let rays = Rays::new(0, [12, 5, 7]);
+    let whole = Columns::new(rays, bands(&rays, 2));
+    let store = Arc::new(Memory::default());
+    let keep = |store: &Arc<Memory>, max_bytes| {
+        Growing::keeping(rays, max_bytes, head(&rays, [12, 5, 7], Some([7; 32])), store.clone()).unwrap()
+    };
+    assert_eq!(grown(keep(&store, u64::MAX), bands(&rays, 2)), whole);
+    let bytes = store.0.lock().unwrap().clone();
+    for max_bytes in [0, u64::MAX] {
+        let mut taken = std::collections::BTreeSet::new();
+        for length in 0..=bytes.len() {
+            let store = Arc::new(Memory::default());
+            store.0.lock().unwrap().extend(&bytes[..length]);
+            let growing = keep(&store, max_bytes);
+            let n_rays = growing.n_rays();
+            assert!(n_rays <= rays.n_rays());
+            taken.insert(n_rays);
+            let rest = bands(&rays, 2).into_iter().filter(|band| band.first_ray >= n_rays).collect();
+            let columns = grown(growing, rest);
+            assert_eq!(columns, whole, "{length} bytes");
+            assert_eq!([columns.odd_rays(), columns.n_crossings()], [4, 12], "{length} bytes");
+            assert_eq!(*store.0.lock().unwrap(), bytes, "{length} bytes");
+        }
+        assert_eq!(taken.into_iter().collect::<Vec<_>>(), [0, 10, 20, 30, 35]);
+    }
+}
+
+#[test]
+fn a_store_of_something_else_is_refused_and_left_alone() {
+    let rays = Rays::new(0, [12, 5, 7]);
+    let store = Arc::new(Memory::default());
+    let keep = |store: &Arc<Memory>, identity: u8| {
+        Growing::keeping(rays, 0, head(&rays, [12, 5, 7], Some([identity; 32])), store.clone())
+    };
+    grown(keep(&store, 7).unwrap(), bands(&rays, 2));
+    let before = store.0.lock().unwrap().clone();
+    let error = keep(&store, 8).err().unwrap();
+    assert!(error.code() == "job-conflict" && error.hint().contains("delete"), "{error}");
+    assert_eq!(*store.0.lock().unwrap(), before);
+    // a file that happens to have the name, shorter than a head
+    store.0.lock().unwrap().truncate(20);
+    for foreign in [&before[..20], b"notes", &[0]] {
+        *store.0.lock().unwrap() = foreign.to_vec();
+        let error = keep(&store, 8).err().unwrap();
+        assert_eq!((error.code(), &store.0.lock().unwrap()[..]), ("job-conflict", foreign));
+    }
+}
+
+#[test]
+fn what_the_store_gives_back_is_checked() {
+    let rays = Rays::new(0, [12, 5, 7]);
+    let store = Arc::new(Memory::default());
+    let head = head(&rays, [12, 5, 7], None);
+    let first = head.len();
+    let columns = grown(Growing::new(rays, 0, Some((head, store.clone()))), bands(&rays, 7));
+    store.0.lock().unwrap()[first + PIECE_HEAD] ^= 1;
+    let error = columns.ray(0).unwrap_err();
+    assert!(error.code() == "io" && error.to_string().contains(&format!("damaged at byte {first}")), "{error}");
+    store.0.lock().unwrap().clear();
+    assert_eq!(columns.for_rays(0..1, |_| ()).unwrap_err().code(), "io");
+    assert_ne!(columns, columns.clone());
+}

@@ -1,0 +1,47 @@
+//! Runs, and bands of them as the backends make them.
+
+/// Packs a run.
+pub fn run(cell: u32, flag: u8) -> u32 {
+    cell << 8 | u32::from(flag)
+}
+
+/// First cell of a packed run.
+pub fn run_cell(run: u32) -> u32 {
+    run >> 8
+}
+
+/// Flag of a packed run.
+pub fn run_flag(run: u32) -> u8 {
+    (run & 0xff) as u8
+}
+
+/// Runs of consecutive rays.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Band {
+    /// Index of the first ray.
+    pub first_ray: u64,
+    /// End in `runs` of the runs of each ray; one entry a ray.
+    pub ends: Vec<u32>,
+    /// Runs, ray after ray.
+    pub runs: Vec<u32>,
+    /// Rays that do not leave every geometry they enter: the mesh is not closed there.
+    pub odd_rays: u64,
+    /// Number of crossings of the rays.
+    pub n_crossings: u64,
+}
+
+impl Band {
+    /// Runs of a ray of this band, counted from its first.
+    pub fn ray(&self, index: usize) -> &[u32] {
+        let start = if index == 0 { 0 } else { self.ends[index - 1] };
+        &self.runs[start as usize..self.ends[index] as usize]
+    }
+}
+
+/// Flag of a cell of a ray with the given runs.
+pub fn flag_at(runs: &[u32], cell: u32) -> u8 {
+    match runs.partition_point(|&run| run_cell(run) <= cell) {
+        0 => 0,
+        after => run_flag(runs[after - 1]),
+    }
+}

@@ -1,0 +1,105 @@
+//! The report of a mesh that was read back: what a column file tells.
+
+use serde::Serialize;
+
+use crate::lines::Lines;
+use crate::mesh::Mesh;
+
+/// A report without what only the meshing could tell: null where [`super::Report`] has that.
+#[derive(Debug, Serialize)]
+pub struct ColumnsReport<'a> {
+    /// Version of hexcast that reads it.
+    pub version: &'a str,
+    backend: (),
+    adapter: (),
+    driver: (),
+    device_check: (),
+    /// Unit of lengths, if the file names one.
+    pub unit: Option<&'a str>,
+    /// Number of cells on x, y and z.
+    pub dims: [u32; 3],
+    /// First mesh line on each axis.
+    pub origin: [f64; 3],
+    /// Cell size on each axis.
+    pub spacing: [f64; 3],
+    rule: (),
+    /// Axis of the rays: x, y or z.
+    pub ray_axis: &'a str,
+    /// Number of rays.
+    pub rays: u64,
+    /// Number of their crossings.
+    pub crossings: u64,
+    /// Number of their runs.
+    pub runs: u64,
+    /// Rays that do not leave every geometry they enter.
+    pub odd_rays: u64,
+    /// Number of cells.
+    pub cells: u64,
+    /// Every flag in use.
+    pub flags: Vec<ColumnsFlag<'a>>,
+    flags_sha256: (),
+    warnings: [(); 0],
+    cells_per_second: (),
+    seconds: NoSeconds,
+}
+
+#[derive(Debug, Serialize)]
+struct NoSeconds {}
+
+/// A flag of columns.
+#[derive(Debug, Serialize)]
+#[expect(clippy::manual_non_exhaustive, reason = "the private key is null in its JSON")]
+pub struct ColumnsFlag<'a> {
+    /// The flag, 1 to 255.
+    pub flag: u8,
+    /// Its name, empty where the file has none.
+    pub name: &'a str,
+    /// Number of its cells.
+    pub cells: u64,
+    /// Their volume.
+    pub volume: f64,
+    mesh_volume: (),
+}
+
+impl ColumnsReport<'_> {
+    /// Describes a mesh.
+    pub fn new(mesh: &Mesh) -> ColumnsReport<'_> {
+        let Lines { dims, origin, spacing } = mesh.lines;
+        let columns = &mesh.columns;
+        ColumnsReport {
+            version: env!("CARGO_PKG_VERSION"),
+            backend: (),
+            adapter: (),
+            driver: (),
+            device_check: (),
+            unit: mesh.unit.as_deref(),
+            dims,
+            origin,
+            spacing,
+            rule: (),
+            ray_axis: ["x", "y", "z"][columns.rays.axis],
+            rays: columns.rays.n_rays(),
+            crossings: columns.n_crossings(),
+            runs: columns.n_runs(),
+            odd_rays: columns.odd_rays(),
+            cells: mesh.lines.n_cells(),
+            flags: flags_of_columns(mesh),
+            flags_sha256: (),
+            warnings: [],
+            cells_per_second: (),
+            seconds: NoSeconds {},
+        }
+    }
+}
+
+fn flags_of_columns(mesh: &Mesh) -> Vec<ColumnsFlag<'_>> {
+    let all_cells = mesh.columns.cells_per_flag();
+    let fact = |flag: u8| {
+        let cells = all_cells[usize::from(flag)];
+        let named = mesh.names.iter().find(|named| named.flag == flag);
+        let volume = cells as f64 * mesh.lines.cell_volume();
+        let name = named.map_or("", |named| named.name.as_str());
+        (cells > 0 || named.is_some()).then_some(ColumnsFlag { flag, name, cells, volume, mesh_volume: () })
+    };
+    (1..=255).filter_map(fact).collect()
+}

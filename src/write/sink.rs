@@ -1,0 +1,33 @@
+//! Where a writer puts its bytes.
+
+use std::io;
+
+use sha2::{Digest, Sha256};
+
+use crate::error::{Error, Result};
+use crate::parallel::beside;
+
+/// The output of a writer, which counts and, where asked, hashes what passes.
+pub(crate) struct Sink<'a> {
+    pub(super) out: &'a mut dyn io::Write,
+    pub(super) n_bytes: u64,
+    pub(super) hash: Option<Sha256>,
+}
+
+impl Sink<'_> {
+    /// Writes all bytes.
+    ///
+    /// # Errors
+    /// `io`.
+    pub(crate) fn put(&mut self, bytes: &[u8]) -> Result<()> {
+        let out = &mut self.out;
+        let done = match &mut self.hash {
+            None => out.write_all(bytes),
+            // hashing takes as long as writing: beside it
+            Some(hash) => beside(|| hash.update(bytes), || out.write_all(bytes)),
+        };
+        done.map_err(|error| Error::io("writing the mesh", error))?;
+        self.n_bytes += bytes.len() as u64;
+        Ok(())
+    }
+}

@@ -1,0 +1,50 @@
+// The page: from www/ into dist/, beside the package, which scripts/build.mjs puts there first and which the page imports by
+// its name, as any other page would.
+
+import { readFileSync } from 'node:fs';
+import path from 'node:path';
+import { defineConfig } from 'vite';
+
+const WWW = path.join(import.meta.dirname, 'www');
+
+/**
+ * Writes the service worker with the names of all files of the page.
+ *
+ * @returns {import('vite').Plugin}
+ */
+function offline() {
+  return {
+    name: 'hexcast:offline',
+    generateBundle: {
+      // after index.html is there
+      order: 'post',
+      handler(_options, bundle) {
+        const files = JSON.stringify(['./', ...Object.keys(bundle).sort()]);
+        const worker = readFileSync(path.join(WWW, 'page/offline.js'), 'utf8');
+        const source = worker.replace("const FILES = ['./'];", `const FILES = ${files};`);
+        if (source === worker) throw new Error('the service worker has no list of files to replace');
+        this.emitFile({ type: 'asset', fileName: 'offline.js', source });
+      },
+    },
+  };
+}
+
+export default defineConfig({
+  root: WWW,
+  // any path of any host
+  base: './',
+  publicDir: false,
+  // a file that is missing is an error, and not index.html
+  appType: 'mpa',
+  plugins: [offline()],
+  build: {
+    outDir: path.join(import.meta.dirname, 'dist'),
+    // the package is there
+    emptyOutDir: false,
+    modulePreload: { polyfill: false },
+    license: { fileName: 'licenses.md' },
+    // three.js
+    chunkSizeWarningLimit: 700,
+  },
+  preview: { host: '127.0.0.1', port: 8080, strictPort: true },
+});

@@ -1,0 +1,23 @@
+/**
+ * A call of the core while it runs: whether it is cancelled, and who hears how far it is.
+ *
+ * @typedef {{ stop: import('./hexcast_wasm.js').WebSwitch, cancelled: boolean }} State
+ * @typedef {(progress: import('./hexcast.js').Progress) => void} Listener
+ */
+
+/** Resolves once messages that were waiting have been handled, one that cancels among them. */
+export function pause() {
+  return new Promise((resolve) => {
+    const { port1, port2 } = new MessageChannel();
+    port1.onmessage = () => {
+      port1.close();
+      resolve(undefined);
+    };
+    port2.postMessage(null);
+  });
+}
+
+/** The error of a call that was cancelled, as the wasm writes it. */
+export function cancelled() {
+  return JSON.stringify({ code: 'cancelled', message: 'cancelled', hint: '' });
+}
