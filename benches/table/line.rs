@@ -9,6 +9,7 @@ use std::fs::File;
 use std::path::Path;
 use std::time::Instant;
 
+use hexcast::cast::Cast;
 use hexcast::columns::Columns;
 use hexcast::control::Control;
 use hexcast::flags::{expand, expand_bits, expand_into_zeros, flags_of_box, n_bytes_of_bits, n_cells};

@@ -5,10 +5,11 @@
 use std::error::Error;
 use std::time::Instant;
 
+use hexcast::cast::{BIN, Cast};
 use hexcast::control::Control;
-use hexcast::crossings::Crossings;
-use hexcast::gpu::{Cast, Gpu, Kernel, Options, Params};
-use hexcast::lattice::Lattice;
+use hexcast::crossings::{Crossings, crossings_of_window};
+use hexcast::gpu::{Gpu, Kernel, Options, Params};
+use hexcast::lattice::{Lattice, lattice};
 use serde::Serialize;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{BindGroupEntry, Buffer, BufferUsages, ComputePipeline};
@@ -22,7 +23,7 @@ const TEXT: &str = concat!(
     include_str!("../../shaders/shared/params.wgsl"),
     include_str!("../../shaders/shared/wide.wgsl"),
     include_str!("../../shaders/shared/facet.wgsl"),
-    include_str!("../../shaders/shared/bin_facet.wgsl"),
+    include_str!("../../shaders/shared/plane.wgsl"),
     include_str!("naive_gather.wgsl")
 );
 
@@ -31,7 +32,7 @@ const TEXT: &str = concat!(
 pub(crate) struct Comparison {
     /// Seconds of the gather.
     pub(crate) naive_s: f64,
-    /// Seconds of set-up, count, emit and every scan of the mesh.
+    /// Seconds of intersection and mapping of the mesh.
     pub(crate) ours_s: f64,
     /// Rays.
     pub(crate) n_rays: u64,
@@ -43,8 +44,11 @@ pub(crate) struct Comparison {
 
 /// Times both on the rays of a cast.
 pub(crate) fn compare(gpu: &Gpu, cast: &Cast, runs: u32) -> Result<Comparison, Box<dyn Error>> {
-    let lattice = pollster::block_on(gpu.lattice(cast))?;
-    let expected = pollster::block_on(gpu.crossings(cast, &lattice))?;
+    let bin = [BIN; 2];
+    let lattice = lattice(cast.frame, cast.rays, bin, 0..Lattice::n_rows(cast.rays, bin));
+    let facets: Vec<u32> = (0..cast.frame.facets.len() as u32).collect();
+    let [n_i, n_j] = cast.rays.counts;
+    let expected = crossings_of_window(cast.frame, cast.rays, &facets, &[0..n_i, 0..n_j]);
     let gather = Gather::new(gpu, cast, &lattice);
     let mut seconds = Vec::new();
     // in turn, so that whatever else the machine does meets both; the first run compiles
@@ -71,14 +75,7 @@ fn ours(gpu: &Gpu, cast: &Cast) -> Result<f64, Box<dyn Error>> {
         return Err("a band ran twice: its time would count twice".into());
     }
     let profile = usage.profile.unwrap_or_default();
-    let kernels = [
-        Kernel::ColumnsSetup,
-        Kernel::Columns,
-        Kernel::ColumnsAlternating,
-        Kernel::IntersectSetup,
-        Kernel::ColumnsDeep,
-        Kernel::ColumnsDeepOneRank,
-    ];
+    let kernels = [Kernel::Intersect, Kernel::Map, Kernel::IntersectDeep, Kernel::MapDeep];
     Ok(profile.iter().filter(|(kernel, _)| kernels.contains(kernel)).map(|(_, seconds)| seconds).sum())
 }
 
@@ -169,7 +166,7 @@ impl<'a> Gather<'a> {
         Ok(start.elapsed().as_secs_f64())
     }
 
-    /// Brings a buffer home.
+    /// Reads a buffer back.
     fn read(&self, buffer: &Buffer) -> Result<Vec<u32>, Box<dyn Error>> {
         let device = self.gpu.device();
         let staging = device.create_buffer(&wgpu::BufferDescriptor {
@@ -199,17 +196,13 @@ fn params(cast: &Cast, lattice: &Lattice) -> Params {
         axis: cast.rays.axis as u32,
         depth: cast.rays.depth,
         n_i: cast.rays.counts[0],
-        n_j: cast.rays.counts[1],
-        first_row: 0,
         end_row: cast.rays.counts[1],
         n_across: lattice.n_across,
         n_bins: lattice.offsets.len() as u32 - 1,
+        n_layers: 1,
         n_facets: cast.frame.facets.len() as u32,
-        pair_capacity: lattice.facets.len() as u32,
-        event_capacity: 0,
-        rule: 0,
         n_ranks: 1,
-        unused: [0; 2],
+        ..bytemuck::Zeroable::zeroed()
     }
 }
 

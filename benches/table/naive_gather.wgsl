@@ -4,6 +4,7 @@
 // Reads: corners; bin_offsets[bin], n_bins + 1 entries; bin_facets, bin after bin.
 // Writes: ray_counts[ray]; events[SLOTS * ray ..], the first SLOTS crossings of a ray in the order of its bin.
 
+@group(0) @binding(2) var<storage, read> bin_offsets: array<u32>;
 @group(0) @binding(3) var<storage, read> bin_facets: array<u32>;
 @group(0) @binding(4) var<storage, read_write> ray_counts: array<u32>;
 @group(0) @binding(5) var<storage, read_write> events: array<u32>;
@@ -17,7 +18,7 @@ fn naive_gather(
     @builtin(local_invocation_index) local: u32,
 ) {
     let ray = thread_index(group, groups, local);
-    if ray >= params.n_i * params.n_j {
+    if ray >= params.n_i * params.end_row {
         return;
     }
     let place = vec2<u32>(ray % params.n_i, ray / params.n_i);
@@ -44,11 +45,10 @@ fn is_hit(f: Facet, ray: vec2<i32>) -> bool {
     return ((q0.y | q1.y | q2.y) >> 31u) == 0u;
 }
 
-// Height over the facet's lowest whole cell times the area, divided by it: guessed in f32, mended by one exact step.
+// Height over the facet's lowest whole cell times the area, divided by it.
 fn crossing(f: Facet, ray: vec2<i32>) -> u32 {
-    let plane = facet_plane(f, ray);
-    let guess = float96(plane.height) / float96(vec3<u32>(f.area, 0u));
-    let q = mend_quotient(plane.height.xy, u32(guess), f.area);
-    let above = i32(q.whole) + select(1, 0, plane.tie_is_above && (q.rest.x | q.rest.y) == 0u);
-    return (u32(clamp(plane.base + above, 0, i32(params.depth))) << 9u) | (f.rank << 1u) | u32(f.exits);
+    let plane = plane_of(f, ray);
+    let q = floor_quotient(plane.height, f.area);
+    let above = i32(q.whole) + select(1, 0, (plane.tag >> 9u) == 1u && (q.rest.x | q.rest.y) == 0u);
+    return (u32(clamp(plane.base + above, 0, i32(params.depth))) << 9u) | (plane.tag & 0x1ffu);
 }

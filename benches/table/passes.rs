@@ -47,7 +47,7 @@ pub(crate) struct Counts {
 
 /// Counts what passes read and write.
 pub(crate) fn counts(cast: &Cast, n_bands: u32) -> Result<Counts, Box<dyn Error>> {
-    let Cast { frame, rays, rule } = *cast;
+    let Cast { frame, rays, .. } = *cast;
     let of_bins = |bin| lattice(frame, rays, bin, 0..Lattice::n_rows(rays, bin));
     let of_gpu = of_bins([8, 8]);
     let columns = cpu::columns(cast, &Control::default())?;

@@ -9,6 +9,7 @@ use std::error::Error;
 use std::path::Path;
 use std::time::Instant;
 
+use hexcast::cast::Cast;
 use hexcast::columns::{Columns, flag_at};
 use hexcast::control::Control;
 use hexcast::cpu;

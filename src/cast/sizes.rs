@@ -16,6 +16,8 @@ pub(crate) const MOST_BAND: u64 = 1 << 22;
 /// Bands on the device at once: while one is read back and one runs, the next waits its turn.
 pub(crate) const BANDS_IN_FLIGHT: usize = 3;
 
+/// So many facets have a place each in every band.
+const FEW_FACETS: u64 = 1 << 16;
 /// Bytes of a facet: its corners and its first item.
 const FACET_BYTES: u64 = 4 * FACET_WORDS as u64 + 4;
 /// Bytes of a tile.
@@ -30,7 +32,8 @@ const COUNTER_BYTES: u64 = 9;
 /// What is known of a band before it runs.
 pub(crate) struct BandSize {
     pub(crate) n_facets: u64,
-    pub(crate) n_box_bins: u64,
+    /// Facets of the mesh.
+    pub(crate) n_all_facets: u64,
     pub(crate) n_crossings: u64,
     pub(crate) n_rays: u64,
     pub(crate) n_bins: u64,
@@ -67,17 +70,23 @@ impl Capacity {
         }
     }
 
-    /// What the first try at a band gets, which has nearly `n_crossings`: tiles and places are known only when it has run. No facet has
-    /// more tiles than there are bins under its box, `n_box_bins` in all; each ray with runs begins a place.
-    pub(crate) fn first(params: &BandSize) -> Capacity {
-        let &BandSize { n_facets, n_box_bins, n_crossings, n_rays, n_bins, n_chunks, n_layers } = params;
+    /// What the first try at a band gets, which has nearly `n_crossings`: tiles and places are known only when it has run. As far as can be
+    /// it does not depend on what the band holds, so that the next needs no buffers of its own.
+    pub(crate) fn first(size: &BandSize) -> Capacity {
+        let &BandSize { n_facets, n_all_facets, n_crossings, n_rays, n_bins, n_chunks, n_layers } = size;
+        let n_facets = if n_all_facets <= FEW_FACETS { n_all_facets } else { n_facets };
         Capacity {
             n_facets,
             n_chunks,
             n_counters: n_bins * u64::from(n_layers),
-            n_tiles: n_box_bins.min(16 * n_bins + 3 * n_facets),
-            n_places: n_rays + n_crossings / 8 * 3,
+            n_tiles: 16 * n_bins + 3 * n_facets,
+            n_places: (2 * n_rays).max(n_rays + n_crossings / 8 * 3),
         }
+    }
+
+    /// A little more, up to a quarter, so that bands that are nearly alike need no buffers of their own.
+    pub(crate) fn rounded(self) -> Capacity {
+        self.with(self, |n, _| n.next_multiple_of((n / 8 + 1).next_power_of_two()))
     }
 
     /// The larger of both in everything.

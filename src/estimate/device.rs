@@ -40,7 +40,7 @@ impl Estimate {
         let per_ray = self.crossings as f64 / self.rays as f64;
         let first = Capacity::first(&BandSize {
             n_facets: self.box_facets.min(share(self.pairs)),
-            n_box_bins: share(self.pairs),
+            n_all_facets: self.facets,
             n_crossings: share(self.crossings),
             n_rays: rows * n_i,
             n_bins: rows.div_ceil(BIN) * n_i.div_ceil(BIN),
@@ -51,10 +51,10 @@ impl Estimate {
         if per_ray > f64::from(4 * MAX_LAYERS) {
             let n_facets = first.n_facets;
             let n_tiles = first.n_tiles.max(share(self.pairs.min(self.crossings)));
-            return Capacity { n_facets, n_tiles, ..first }.n_bytes() + 8 * share(self.crossings);
+            return Capacity { n_facets, n_tiles, ..first }.rounded().n_bytes() + 8 * share(self.crossings);
         }
         let n_tiles = share(self.pairs.min(self.crossings)) * 9 / 8;
         let n_places = share(self.places() as u64) * 9 / 8;
-        first.max(Capacity { n_tiles, n_places, ..Capacity::default() }).n_bytes()
+        first.max(Capacity { n_tiles, n_places, ..Capacity::default() }).rounded().n_bytes()
     }
 }

@@ -30,7 +30,7 @@ pub enum Device {
 impl Device {
     /// The part of the memory, one in so many, that allocators and drivers keep of what was freed; measured.
     fn slack(self) -> u64 {
-        if self == Device::None { 10 } else { 6 }
+        if self == Device::None { 10 } else { 5 }
     }
 }
 
@@ -191,7 +191,8 @@ impl Work<'_> {
         let in_flight = IN_FLIGHT.min(estimate.rows().div_ceil(rows)) as f64;
         // what is read back comes by a buffer that the host can see
         let places = estimate.places() / estimate.rays as f64 * uneven;
-        let staging = in_flight * rays * (1.0 + 16.0 * places);
+        // that buffer has a quarter to spare
+        let staging = in_flight * rays * 1.25 * (1.0 + 16.0 * places);
         let shared = if self.device == Device::Shared { estimate.device_bytes_of(rows) } else { 0 };
         (unpacked + staging) as u64 + shared
     }

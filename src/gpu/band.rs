@@ -135,7 +135,7 @@ impl<'a> Worker<'a> {
         let mut params = Params { n_layers: facets.n_layers(), ..Params::new(&self.cast, &rows) };
         let first = Capacity::first(&BandSize {
             n_facets: facets.len() as u64,
-            n_box_bins: facets.n_box_bins,
+            n_all_facets: self.cast.frame.facets.len() as u64,
             n_crossings: facets.n_crossings,
             n_rays: params.n_rays().into(),
             n_bins: params.n_bins.into(),
@@ -324,9 +324,10 @@ impl<'a> Worker<'a> {
     fn make_room(&mut self, wanted: Capacity) {
         let has = self.buffers.as_ref().map(|buffers| buffers.capacity);
         if !has.is_some_and(|has| has.holds(wanted)) {
-            // what there was goes first
+            // what there was goes first: the device frees it when it is asked how it is, and what else it says is told elsewhere
             self.buffers = None;
-            let wanted = wanted.max(has.unwrap_or_default());
+            let _ = self.context.opened.device.poll(wgpu::PollType::Poll);
+            let wanted = wanted.max(has.unwrap_or_default()).rounded().min(self.limit);
             self.buffers = Some(match self.context.pool.take(wanted) {
                 Some(pooled) => {
                     self.staging = Staging(pooled.staging);

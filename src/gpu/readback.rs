@@ -89,7 +89,8 @@ impl Staging {
             Some(staging) if staging.size() >= size => staging,
             _ => opened.device.create_buffer(&BufferDescriptor {
                 label: Some("staging"),
-                size: size.next_power_of_two().max(256),
+                // bands are not all as crowded
+                size: (size + size / 4).next_multiple_of(1 << 12),
                 usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             }),

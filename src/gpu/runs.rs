@@ -348,8 +348,7 @@ mod tests {
 
     /// Two rows of 10 rays: chunks of 8 and 2 rays, in another order than that of the rays; the second linked, the third deep.
     fn band(chunks: &[[u32; 2]], places: &[u32], deep: DeepRows) -> Result<Band, Fault> {
-        let raw =
-            Raw { chunks: chunks.to_vec(), places: places.to_vec(), n_lost: 3, n_unused: 0, n_hits: Some(20), deep };
+        let raw = Raw { chunks, places, n_lost: 3, n_unused: 0, n_hits: Some(20), deep: &deep };
         Returned { params: &params(), raw: &raw, cast_again: &[], flags: &[0, 1, 2] }.band()
     }
 
@@ -409,7 +408,7 @@ mod tests {
         let mut ring = places.clone();
         ring[8] = LINKED | 2;
         assert!(fault(&chunks, &ring, deep()).contains("chunk 1"), "segments in a ring");
-        for wrong in [0x064_01, 0x0_03, 0x0_00, 0x001_02] {
+        for wrong in [0x6401, 3, 0, 0x102] {
             let mut places = places.clone();
             places[17 + 4] = wrong;
             assert!(fault(&chunks, &places, deep()).contains("ray 7 of chunk 0"), "{wrong:x}");
