@@ -265,6 +265,26 @@ pub(crate) async fn map_gives_the_definitions_columns(gpu: &Gpu) -> Checked {
     check_map(gpu, &cases()).await
 }
 
+/// Rays along z, as the kernels choose and with all rows deep; some ray has thousands of crossings.
+pub(crate) async fn check_stacks(gpu: &Gpu, cases: &[Case]) -> Checked {
+    let most = RefCell::new(0);
+    let n = on_cases("all kernels", cases, async |case| {
+        let frame = frame(case);
+        let rays = Rays::new(2, case.lines.dims);
+        let cast = Cast { frame: &frame, rays: &rays, rule: case.rule };
+        for deep in [false, true] {
+            let forced = Forced { deep, ..Forced::default() };
+            same_columns(gpu, &cast, &Options { forced, ..Options::default() }).await?;
+        }
+        let of_ray = cpu_columns(&cast).n_crossings() / rays.n_rays();
+        most.replace_with(|&mut most| of_ray.max(most));
+        Ok(())
+    })
+    .await?;
+    expect(most.take() > 3000, || "no ray has thousands of crossings".into())?;
+    Ok(n)
+}
+
 /// Cases with many crossings a ray, far enough from each other for 128 layers.
 const LAYERED: [&str; 4] =
     ["many-crossings", "plates-200-1-1-parity", "plates-200-1-3-parity", "plates-200-1-3-nonzero"];

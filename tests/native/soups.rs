@@ -164,3 +164,29 @@ pub(crate) fn crumbs(seed: u64) -> Case {
     let geometry = Geometry::new("crumbs", 1, shuffled(facets, &mut random));
     Case { name: format!("crumbs-{seed}"), why: "near misses", geometries: vec![geometry], lines, rule: Rule::Parity }
 }
+
+/// Makes the stack of a seed: bodies across a few rays, one above the other or through each other, with up to some 5,000 crossings a
+/// ray; one to forty geometries, either rule.
+pub(crate) fn stack(seed: u64) -> Case {
+    let mut random = Random::new(seed);
+    let dims = [random.between(1, 4), random.between(1, 4), random.one_of(&[5, 40, 300, 3000])];
+    let n_bodies = random.one_of(&[3, 30, 200, 700, 4000]);
+    let n_geometries = random.one_of(&[1, 2, 40]);
+    let mut bodies = vec![Vec::new(); n_geometries];
+    for _ in 0..random.between(1, n_bodies) {
+        // low and high corners in eighths of a cell, so that many faces go through centres
+        let low = random.between(-8, 8 * dims[2]);
+        let high = low + random.between(1, 40);
+        let across = [0, 1].map(|axis| [random.between(-8, 4), random.between(4, 8 * dims[axis] + 8)]);
+        let corner = |side: usize, z: i32| [across[0][side], across[1][side], z].map(|eighths| eighths as f32 / 8.0);
+        let tilted = [corner(0, low), corner(1, high), corner(0, high), corner(1, low)];
+        let made = body(random.one_of(&[Body::Cuboid, Body::Cuboid, Body::Octahedron, Body::Tetrahedron]), tilted);
+        let turned = if random.below(4) == 0 { models::flipped(made) } else { made };
+        bodies[random.below(n_geometries as u64) as usize].extend(turned);
+    }
+    let geometry = |(index, facets)| Geometry::new(format!("stack {index}"), 1 + (index % 7) as u8, facets);
+    let geometries = bodies.into_iter().enumerate().map(geometry).collect();
+    let lines = Lines::new([0.0; 3], [1.0; 3], dims.map(|n| n as u32)).expect("sizes are positive");
+    let rule = random.one_of(&[Rule::Parity, Rule::Nonzero]);
+    Case { name: format!("stack-{seed}"), why: "many crossings a ray", geometries, lines, rule }
+}
