@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use super::buffers::{Buffers, DeepBuffers};
+use super::buffers::Buffers;
 use super::check::{differing, sample, window};
 use super::device::Opened;
 use super::kernels::Kernels;
@@ -14,12 +14,14 @@ use super::layout::{BandFacets, Params};
 use super::passes::{Passes, Profile};
 use super::pool::{BufferPool, Pooled};
 use super::readback::{Pending, Staging, elements};
-use super::runs::{DEEP, DeepRows, LEFT, Raw, Returned};
+use super::runs::{DEEP, DeepRows, Raw, Returned};
 use crate::cast::Cast;
 use crate::cast::sizes::{BIN, BandSize, Capacity, MAX_LAYERS};
 use crate::columns::Band;
 use crate::cpu;
 use crate::error::Result;
+
+mod deep;
 
 /// What bands are run on.
 #[derive(Clone, Copy)]
@@ -217,82 +219,6 @@ impl<'a> Worker<'a> {
             self.least_layers = 4 * n_layers;
         }
         facets.n_layers() > n_layers
-    }
-
-    /// Casts and maps `n_rows` deep rows: against facets that are on the device, or all in batches. What is too much for the device is
-    /// marked as left.
-    ///
-    /// Without `maps` the crossings stay as they are.
-    pub(crate) async fn deep_rows(
-        &mut self,
-        mut params: Params,
-        facets: &BandFacets,
-        n_rows: u64,
-        maps: bool,
-    ) -> Result<DeepRows> {
-        let Context { opened, .. } = self.context;
-        let batches = if params.all_deep == 0 {
-            vec![]
-        } else {
-            let most = self.forced.facets_of_batch.unwrap_or(usize::MAX).min(self.limit.n_facets as usize);
-            facets.batches(most, 1 << 28)
-        };
-        let largest = batches.iter().map(|batch| batch.len() as u64).max().unwrap_or(0);
-        self.make_room(Capacity { n_facets: largest, ..Capacity::default() });
-        let mut buffers = DeepBuffers::new(&opened.device, n_rows);
-        // an emptied buffer begins as zeros
-        self.cast_deep(&mut params, facets, &batches, &buffers);
-        let mut passes = self.passes();
-        passes.scan_deep(&buffers, n_rows);
-        let encoder = passes.encoder;
-        let pending = self.staging.submit(opened, encoder, [buffers.event_offsets.first(n_rows + 1)]);
-        let [offsets] = self.staging.words(opened, pending).await?;
-        let n_events = u64::from(offsets[n_rows as usize]);
-        let mut deep = DeepRows { offsets, rows: vec![0; 16 * n_rows as usize], events: vec![] };
-        if n_events == 0 {
-            return Ok(deep);
-        }
-        if 2 * n_events > self.limit.n_counters || !deep.offsets.is_sorted() {
-            deep.rows.iter_mut().step_by(16).for_each(|first| *first = LEFT);
-            return Ok(deep);
-        }
-        buffers = buffers.with_events(&opened.device, n_events);
-        let held = self.buffers.as_ref().map_or(0, |buffers| buffers.capacity.n_bytes());
-        self.peak_bytes = self.peak_bytes.max(held + buffers.n_bytes());
-        params.event_capacity = n_events as u32;
-        self.cast_deep(&mut params, facets, &batches, &buffers);
-        let Some(of_band) = self.buffers.take() else { unreachable!("there is room") };
-        let mut passes = self.passes();
-        if maps {
-            passes.map_deep(&of_band, &buffers, n_rows);
-        }
-        let encoder = passes.encoder;
-        self.buffers = Some(of_band);
-        let parts = [buffers.deep_rows.first(16 * n_rows), buffers.events.first(n_events)];
-        let pending = self.staging.submit(opened, encoder, parts);
-        [deep.rows, deep.events] = self.staging.words(opened, pending).await?;
-        Ok(deep)
-    }
-
-    /// Submits `intersect_deep` for each batch of facets, or for those that are on the device.
-    fn cast_deep(&mut self, params: &mut Params, facets: &BandFacets, batches: &[Range<usize>], deep: &DeepBuffers) {
-        if batches.is_empty() {
-            self.submit_cast(params, deep);
-        }
-        for batch in batches {
-            self.send(params, facets, batch.clone());
-            self.submit_cast(params, deep);
-        }
-    }
-
-    fn submit_cast(&mut self, params: &Params, deep: &DeepBuffers) {
-        let Some(buffers) = self.buffers.take() else { unreachable!("there is room") };
-        let opened = self.context.opened;
-        buffers.params.write(&opened.queue, &[*params]);
-        let mut passes = self.passes();
-        passes.intersect_deep(&buffers, deep, params);
-        opened.queue.submit([passes.encoder.finish()]);
-        self.buffers = Some(buffers);
     }
 
     /// Writes some facets to the device, and the parameters with their numbers.

@@ -63,6 +63,7 @@ const WALK: &str = wgsl!("shared/walk");
 const PLANE: &str = wgsl!("shared/plane");
 const RAYS: &str = wgsl!("shared/rays");
 const CHUNKS: &str = wgsl!("shared/chunks");
+const SWEEP: &str = wgsl!("shared/sweep");
 const SCAN: &str = wgsl!("shared/scan");
 
 /// A compute kernel; its entry point is named like its file in `shaders/`, whose head says what it does.
@@ -118,7 +119,7 @@ static SOURCES: [Source; 9] = [
         &[PARAMS_SLOT, CORNERS, ITEM_OFFSETS, (3, "next_tile", 1), (4, "tiles", 4), (5, "n_hits", 1)]),
     source!(Intersect, "intersect", [PARAMS, WIDE, FACET, PLANE], 64,
         &[PARAMS_SLOT, CORNERS, BIN_OFFSETS, (4, "tiles", 4)]),
-    source!(Map, "map", [PARAMS, RAYS, CHUNKS], 64,
+    source!(Map, "map", [PARAMS, RAYS, CHUNKS, SWEEP], 64,
         &[PARAMS_SLOT, BIN_OFFSETS, (3, "tiles", 4), (5, "runs", 4), CHUNKS_SLOT, (7, "totals", 0), (8, "layer_ends", 4)]),
     source!(IntersectDeep, "intersect_deep", [PARAMS, WIDE, FACET, WALK, PLANE, CHUNKS], 64,
         &[PARAMS_SLOT, CORNERS, ITEM_OFFSETS, (3, "next_event", 1), (4, "events", 1), CHUNKS_SLOT]),
