@@ -104,9 +104,9 @@ impl Engine {
         }
     }
 
-    /// Opens the preferred GPU unless it is one in name only.
+    /// Opens the preferred GPU unless it is one in name only. In browsers `www/adapter.js` knows that, and has asked.
     async fn open_hardware() -> Result<Engine> {
-        #[cfg(feature = "gpu")]
+        #[cfg(all(feature = "gpu", not(target_arch = "wasm32")))]
         {
             let facts = crate::gpu::adapter(None).await?;
             if facts.kind == AdapterKind::Software {
