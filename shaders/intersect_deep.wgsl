@@ -14,26 +14,10 @@ fn intersect_deep(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let items = own_items(thread_index(group, groups, local), groups.x * groups.y * 64u);
-    if items.x == items.y {
-        return;
-    }
-    var facet = facet_of_item(items.x);
-    for (var item = items.x; item < items.y; item++) {
-        facet = facet_after(facet, item);
-        let f = load_facet(facet);
-        var walk = start_walk(f, item - item_offsets[facet]);
-        while walk.column < walk.end {
-            let bin = walk.row * params.n_across + u32(walk.column);
-            let hits = next_hits(&walk);
-            if (hits.x | hits.y) != 0u {
-                cross_bin(f, bin, hits);
-            }
-        }
-    }
+    walk_items(thread_index(group, groups, local), groups.x * groups.y * 64u);
 }
 
-fn cross_bin(f: Facet, bin: u32, hits: vec2<u32>) {
+fn visit(facet: u32, f: Facet, bin: u32, hits: vec2<u32>) {
     let plane = plane_of(f, first_ray(bin));
     let first_chunk = bin / params.n_across * BIN * params.n_across + bin % params.n_across;
     for (var row = 0u; row < BIN; row++) {

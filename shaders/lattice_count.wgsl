@@ -11,21 +11,9 @@ fn lattice_count(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let items = own_items(thread_index(group, groups, local), groups.x * groups.y * 64u);
-    if items.x == items.y {
-        return;
-    }
-    var facet = facet_of_item(items.x);
-    for (var item = items.x; item < items.y; item++) {
-        facet = facet_after(facet, item);
-        let f = load_facet(facet);
-        var walk = start_walk(f, item - item_offsets[facet]);
-        while walk.column < walk.end {
-            let bin = walk.row * params.n_across + u32(walk.column);
-            let hits = next_hits(&walk);
-            if (hits.x | hits.y) != 0u {
-                atomicAdd(&bin_counts[bin * params.n_layers + f.layer], 1u);
-            }
-        }
-    }
+    walk_items(thread_index(group, groups, local), groups.x * groups.y * 64u);
+}
+
+fn visit(facet: u32, f: Facet, bin: u32, hits: vec2<u32>) {
+    atomicAdd(&bin_counts[bin * params.n_layers + f.layer], 1u);
 }

@@ -15,27 +15,16 @@ fn lattice_fill(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let items = own_items(thread_index(group, groups, local), groups.x * groups.y * 64u);
-    if items.x == items.y {
-        return;
-    }
-    var facet = facet_of_item(items.x);
-    var own_hits = 0u;
-    for (var item = items.x; item < items.y; item++) {
-        facet = facet_after(facet, item);
-        let f = load_facet(facet);
-        var walk = start_walk(f, item - item_offsets[facet]);
-        while walk.column < walk.end {
-            let bin = walk.row * params.n_across + u32(walk.column);
-            let hits = next_hits(&walk);
-            if (hits.x | hits.y) != 0u {
-                own_hits += countOneBits(hits.x) + countOneBits(hits.y);
-                let tile = atomicAdd(&next_tile[bin * params.n_layers + f.layer], 1u);
-                if tile < params.tile_capacity {
-                    tiles[2u * tile] = vec4<u32>(facet, bin, hits);
-                }
-            }
-        }
-    }
+    walk_items(thread_index(group, groups, local), groups.x * groups.y * 64u);
     atomicAdd(&n_hits[0], own_hits);
+}
+
+var<private> own_hits: u32;
+
+fn visit(facet: u32, f: Facet, bin: u32, hits: vec2<u32>) {
+    own_hits += countOneBits(hits.x) + countOneBits(hits.y);
+    let tile = atomicAdd(&next_tile[bin * params.n_layers + f.layer], 1u);
+    if tile < params.tile_capacity {
+        tiles[2u * tile] = vec4<u32>(facet, bin, hits);
+    }
 }

@@ -11,6 +11,7 @@ use crate::columns::{Band, Columns};
 use crate::control::Control;
 use crate::crossings::{crossings, crossings_of_window};
 use crate::error::Result;
+use crate::facet::rays_under;
 use crate::frame::SnappedFacet;
 use crate::lattice::{Lattice, lattice};
 use crate::map::{Mapping, map};
@@ -61,11 +62,10 @@ fn windows_of_group(cast: &Cast, windows: &[Window]) -> Vec<Band> {
     let pairs_of_chunk = |(chunk, facets): (usize, &[SnappedFacet])| {
         let mut pairs = Vec::new();
         for (index, facet) in (chunk * CHUNK..).zip(facets) {
-            let [across, down] = rays_under(facet, frame.fraction_bits, rays);
-            let first = windows.partition_point(|window| i64::from(window[1].end) <= down[0]);
-            let near = (first..windows.len()).take_while(|&at| i64::from(windows[at][1].start) <= down[1]);
-            let reaches =
-                |[rays, _]: &Window| across[0].max(rays.start.into()) <= across[1].min(i64::from(rays.end) - 1);
+            let Some([across, down]) = rays_under(facet, frame.fraction_bits, rays) else { continue };
+            let first = windows.partition_point(|window| window[1].end <= down[0]);
+            let near = (first..windows.len()).take_while(|&at| windows[at][1].start <= down[1]);
+            let reaches = |[rays, _]: &Window| across[0].max(rays.start) < (across[1] + 1).min(rays.end);
             pairs.extend(near.filter(|&at| reaches(&windows[at])).map(|at| (at, index as u32)));
         }
         pairs
@@ -79,15 +79,6 @@ fn windows_of_group(cast: &Cast, windows: &[Window]) -> Vec<Band> {
     let band_of =
         |(window, facets): (&Window, Vec<u32>)| map(&crossings_of_window(frame, rays, &facets, window), &mapping);
     windows.iter().zip(facets).collect::<Vec<_>>().into_par_iter().map(band_of).collect()
-}
-
-/// First and last ray under the box of a facet along both axes across, not clipped; none where the last comes before the first.
-fn rays_under(facet: &SnappedFacet, fraction_bits: u32, rays: &Rays) -> [[i64; 2]; 2] {
-    rays.across.map(|axis| {
-        let [a, b, c] = facet.map(|corner| i64::from(corner[axis]));
-        let unit = 1 << fraction_bits;
-        [(a.min(b).min(c) + unit - 1) >> fraction_bits, a.max(b).max(c) >> fraction_bits]
-    })
 }
 
 fn mapping<'a>(cast: &Cast<'a>) -> Mapping<'a> {

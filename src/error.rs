@@ -13,7 +13,7 @@ pub struct Problem {
     pub hint: String,
 }
 
-/// Every failure of hexcast, by who can mend it.
+/// Every failure of hexcast, by who can fix it.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Error {
     /// An input file cannot be understood.

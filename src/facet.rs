@@ -57,8 +57,7 @@ impl Projected {
         }
         // (x, z, y) is an odd permutation of the axes, so along y the orientation reads the other way round
         let exits = (area > 0) != (rays.axis == 1);
-        let across = ray_range(&corners, 0, frame.fraction_bits, rays.counts[0])?;
-        let down = ray_range(&corners, 1, frame.fraction_bits, rays.counts[1])?;
+        let [across, down] = rays_under(facet, frame.fraction_bits, rays)?;
         let origin = [i64::from(across[0]) << frame.fraction_bits, i64::from(down[0]) << frame.fraction_bits];
         let mut projected = Projected {
             q: [0; 3],
@@ -119,14 +118,21 @@ fn slope(corners: &[[i64; 3]; 3]) -> [i64; 2] {
     [(z1 - z0) * (y2 - y0) - (z2 - z0) * (y1 - y0), (x1 - x0) * (z2 - z0) - (x2 - x0) * (z1 - z0)]
 }
 
-/// First and last ray whose centre lies within the corners along one axis across, clipped to 0 .. count.
+/// First and last ray, inclusive, whose centres lie within the box of a facet along both axes across, clipped to the domain; None if there
+/// is no such ray.
 #[inline(always)]
-fn ray_range(corners: &[[i64; 3]; 3], axis: usize, fraction_bits: u32, count: u32) -> Option<[u32; 2]> {
-    let low = corners[0][axis].min(corners[1][axis]).min(corners[2][axis]);
-    let high = corners[0][axis].max(corners[1][axis]).max(corners[2][axis]);
-    let first = ((low + (1 << fraction_bits) - 1) >> fraction_bits).max(0);
-    let last = (high >> fraction_bits).min(i64::from(count) - 1);
-    (first <= last).then_some([first as u32, last as u32])
+pub(crate) fn rays_under(facet: &SnappedFacet, fraction_bits: u32, rays: &Rays) -> Option<[[u32; 2]; 2]> {
+    let mut under = [[0; 2]; 2];
+    for side in 0..2 {
+        let [a, b, c] = facet.map(|corner| i64::from(corner[rays.across[side]]));
+        let first = ((a.min(b).min(c) + (1 << fraction_bits) - 1) >> fraction_bits).max(0);
+        let last = (a.max(b).max(c) >> fraction_bits).min(i64::from(rays.counts[side]) - 1);
+        if first > last {
+            return None;
+        }
+        under[side] = [first as u32, last as u32];
+    }
+    Some(under)
 }
 
 #[cfg(test)]

@@ -20,6 +20,27 @@ struct Walk {
     reach: vec3<i32>,   // the most that q grows within a bin
 }
 
+// Walks the items of a thread and calls the kernel's visit(facet, its numbers, bin of the band, hits) where a facet hits rays of a bin.
+fn walk_items(thread: u32, n_threads: u32) {
+    let items = own_items(thread, n_threads);
+    if items.x == items.y {
+        return;
+    }
+    var facet = facet_of_item(items.x);
+    for (var item = items.x; item < items.y; item++) {
+        facet = facet_after(facet, item);
+        let f = load_facet(facet);
+        var walk = start_walk(f, item - item_offsets[facet]);
+        while walk.column < walk.end {
+            let bin = walk.row * params.n_across + u32(walk.column);
+            let hits = next_hits(&walk);
+            if (hits.x | hits.y) != 0u {
+                visit(facet, f, bin, hits);
+            }
+        }
+    }
+}
+
 // The items of a thread: neighbours, equally many for every thread.
 fn own_items(thread: u32, n_threads: u32) -> vec2<u32> {
     let n_own = (params.n_items + n_threads - 1u) / n_threads;

@@ -127,7 +127,7 @@ fn guess(value: f32, divisor: f32) -> f32 {
 // Proof. Let Q be the quotient and rho = value / divisor < Q + 1. The first guess, rounded down, is off by less than 2^19 * 2^-16 + 1 =
 // 9, so the rest is within +-10 divisors and fits 64 bits. The guess of what it lacks is wrong by less than 10 * 2^-16; rounded
 // down it leaves a rest of more than -0.01 and less than 1.01 divisors, which the first of the two steps puts into 0 .. divisor. The
-// second step is to spare: it mends guesses that are another whole off.
+// second step is to spare: it corrects guesses that are another whole off.
 // Where the quotient is larger, value = whole * divisor + rest still holds modulo 2^64.
 fn quotient(value: vec2<u32>, size: f32, divisor: vec2<u32>) -> Quotient {
     let by = float64(divisor);

@@ -130,10 +130,7 @@ impl<'a> Worker<'a> {
 
     /// Chooses the facets of a band and sends them to the device; None where fewer rows would fit better.
     pub(crate) fn prepare(&mut self, rows: Range<u32>) -> Result<Option<Launched>> {
-        let mut facets = BandFacets::new(&self.cast, &rows);
-        if self.least_layers > facets.n_layers() {
-            facets.part(&self.cast, self.least_layers);
-        }
+        let facets = BandFacets::new(&self.cast, &rows, self.least_layers);
         let mut params = Params { n_layers: facets.n_layers(), ..Params::new(&self.cast, &rows) };
         let first = Capacity::first(&BandSize {
             n_facets: facets.len() as u64,
@@ -149,6 +146,8 @@ impl<'a> Worker<'a> {
             && facets.n_box_bins < 1 << 31;
         if self.forced.deep || !fits {
             if !fits && rows.end - rows.start > BIN {
+                // fewer rows need less than bands before have
+                self.least = Capacity::default();
                 return Ok(None);
             }
             return Ok(Some(Launched { rows, params, facets, is_deep: true, totals: None }));

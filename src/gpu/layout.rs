@@ -103,8 +103,8 @@ pub(crate) struct BandFacets {
 const MAP: usize = 16;
 
 impl BandFacets {
-    /// Chooses the facets whose boxes hold rays of some rows, and layers for crossings as crowded as their areas say.
-    pub(crate) fn new(cast: &Cast, rows: &Range<u32>) -> BandFacets {
+    /// Chooses the facets whose boxes hold rays of some rows, and layers for crossings as crowded as their areas say, or `least_layers`.
+    pub(crate) fn new(cast: &Cast, rows: &Range<u32>, least_layers: u32) -> BandFacets {
         let Cast { frame, rays, .. } = *cast;
         let ends = [0..rays.counts[0], rows.clone()];
         let choose = |index| choose(index, &frame.facets[index], frame.fraction_bits, rays, &ends);
@@ -113,19 +113,22 @@ impl BandFacets {
         let n_box_bins = chosen.iter().map(|facet| u64::from(facet.n_bins)).sum();
         let n_crossings = chosen.iter().map(|facet| f64::from(facet.n_rays)).sum::<f64>() as u64;
         let mut facets = BandFacets { chosen, boundaries: Vec::new(), n_box_bins, n_crossings };
-        facets.part(cast, layers(f64::from(most)));
+        facets.part(cast, layers(f64::from(most)).max(least_layers));
         facets
     }
 
     /// Parts the facets into so many layers or fewer, about as crowded as each other.
     pub(crate) fn part(&mut self, cast: &Cast, n_layers: u32) {
+        self.boundaries.clear();
+        if n_layers == 1 {
+            return;
+        }
         // some thousand facets tell enough
         let some = self.chosen.iter().step_by(self.chosen.len() / 4096 + 1);
         let mut lowest: Vec<(u32, f32)> =
             some.map(|facet| (lowest_cell(cast, facet.index), facet.n_rays.max(1e-6))).collect();
         lowest.sort_unstable_by_key(|&(cell, _)| cell);
         let share = lowest.iter().map(|(_, weight)| weight).sum::<f32>() / n_layers as f32;
-        self.boundaries.clear();
         let mut before = 0.0;
         for (cell, weight) in lowest {
             let is_due = before >= share * (self.boundaries.len() + 1) as f32;
@@ -134,7 +137,7 @@ impl BandFacets {
             }
             before += weight;
         }
-        self.boundaries.truncate(n_layers.clamp(1, MAX_LAYERS) as usize - 1);
+        self.boundaries.truncate(n_layers.min(MAX_LAYERS) as usize - 1);
     }
 
     /// Number of facets.

@@ -7,9 +7,7 @@ use std::sync::OnceLock;
 
 use hexcast::gpu::Gpu;
 
-use super::cases::Case;
 use super::kernel_checks::{self, every_check};
-use super::soups::stack;
 
 /// The device, opened once; None only where a variable says that there is none.
 pub(crate) fn gpu() -> Option<&'static Gpu> {
@@ -44,11 +42,3 @@ macro_rules! native_test {
     };
 }
 every_check!(native_test);
-
-#[test]
-fn hundreds_of_stacks_with_thousands_of_crossings_agree_with_the_definition() {
-    let Some(gpu) = gpu() else { return };
-    let cases: Vec<Case> = (0..500).map(stack).collect();
-    pollster::block_on(kernel_checks::check_stacks(gpu, &cases)).unwrap_or_else(|what| panic!("{what}"));
-    println!("{} stacks on {}", cases.len(), gpu.facts.name);
-}
