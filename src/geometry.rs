@@ -1,4 +1,4 @@
-//! A geometry: named facets with a property flag, a priority and a place in the world.
+//! A geometry: named facets with a property flag, a priority and a position in the world.
 //!
 //! Input: the facets of one or several solids of a file -> output: [`Geometry`], the first noun of the line.
 //! The corners stay the f32 numbers of the file; the transform is applied in f64 where they are used, so that equal
@@ -26,7 +26,7 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// Builds a geometry of priority 0 that stands where the file puts it.
+    /// Builds a geometry of priority 0, not transformed.
     pub fn new(name: impl Into<String>, flag: u8, facets: impl Into<SharedFacets>) -> Geometry {
         let facets = facets.into();
         Geometry { name: name.into(), flag, priority: 0, facets, world_from_file: DAffine3::IDENTITY }

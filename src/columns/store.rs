@@ -1,25 +1,25 @@
-//! Where columns go besides memory.
+//! A store for columns outside memory.
 
 use std::io;
 
-/// A place for bytes outside memory, such as a file. Calls may come from several threads.
+/// Bytes outside memory, such as a file. Calls may come from several threads.
 pub trait Store: Send + Sync {
-    /// Appends bytes and returns the place of the first.
+    /// Appends bytes and returns the offset of the first.
     ///
     /// # Errors
-    /// Whatever the medium fails with.
+    /// The error of the medium.
     fn append(&self, bytes: &[u8]) -> io::Result<u64>;
 
-    /// Reads the bytes at a place that was appended before.
+    /// Reads bytes that were appended before, from an offset on.
     ///
     /// # Errors
-    /// Whatever the medium fails with.
+    /// The error of the medium.
     fn read(&self, at: u64, bytes: &mut [u8]) -> io::Result<()>;
 
-    /// Drops everything from a place on; the next append goes there.
+    /// Drops all bytes from an offset on; the next append starts there.
     ///
     /// # Errors
-    /// Whatever the medium fails with.
+    /// The error of the medium.
     fn truncate(&self, n_bytes: u64) -> io::Result<()>;
 }
 

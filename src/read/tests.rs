@@ -174,10 +174,10 @@ fn trailing_bytes_are_left_out_with_their_number() {
 
 #[test]
 fn a_count_below_the_facets_of_the_file_is_an_error() {
-    assert_bad(binary_with(b"", 3, &TETRAHEDRON, 0), "stl-count", &["3 facets", "284 bytes", "room for 4"]);
-    assert_bad(binary_with(b"", 0, &TETRAHEDRON, 0), "stl-count", &["0 facets", "room for 4"]);
+    assert_bad(binary_with(b"", 3, &TETRAHEDRON, 0), "stl-count", &["3 facets", "284 bytes", "can hold 4"]);
+    assert_bad(binary_with(b"", 0, &TETRAHEDRON, 0), "stl-count", &["0 facets", "can hold 4"]);
     let many: Vec<Facet> = TETRAHEDRON.iter().copied().cycle().take(200).collect();
-    assert_bad(binary_with(b"", 7, &many, 0), "stl-count", &["7 facets", "room for 200"]);
+    assert_bad(binary_with(b"", 7, &many, 0), "stl-count", &["7 facets", "can hold 200"]);
 }
 
 #[test]

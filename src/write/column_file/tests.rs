@@ -119,9 +119,9 @@ fn many_pieces_read_back_and_stay_within_their_limits() {
     let dims = [700, 700, 20];
     let runs = |ray: u32| (0..ray * 31 % 7).map(|k| run(2 * k + ray % 3, (k % 2 + 1) as u8)).collect();
     let mesh = mesh_of(dims, (0..490_000).map(runs));
-    let plan = plan(&mesh.columns).unwrap();
-    assert!(plan.len() > 7, "{}", plan.len());
-    for rays in &plan {
+    let pieces = super::pieces(&mesh.columns).unwrap();
+    assert!(pieces.len() > 7, "{}", pieces.len());
+    for rays in &pieces {
         let n_runs: usize = rays.clone().map(|ray| mesh.columns.ray(ray).unwrap().len()).sum();
         assert!(rays.end - rays.start <= 1 << 16 && n_runs <= 1 << 18);
     }
@@ -137,7 +137,7 @@ fn a_ray_may_have_more_runs_than_a_piece() {
     let depth = (1 << 18) + 5;
     let full = |_| (0..depth).map(|cell| run(cell, (1 + cell % 2) as u8)).collect();
     let mesh = mesh_of([1, 3, depth], (0..3).map(full));
-    assert_eq!(plan(&mesh.columns).unwrap(), [0..1, 1..2, 2..3]);
+    assert_eq!(super::pieces(&mesh.columns).unwrap(), [0..1, 1..2, 2..3]);
     assert_eq!(read_columns(&mut bytes(&mesh, true).as_slice()).unwrap(), mesh);
 }
 

@@ -28,10 +28,9 @@ fn head(rays: &Rays, dims: [u32; 3], identity: Option<[u8; 32]>) -> Vec<u8> {
     Head { identity, rays: *rays, zlib: false, lines, unit: None, names: Vec::new() }.encode().unwrap()
 }
 
-fn grown(mut growing: Growing, bands: Vec<Band>) -> Columns {
-    bands.into_iter().for_each(|band| growing.push(vec![band]).unwrap());
-    growing.close().unwrap();
-    growing.finish()
+fn built(mut builder: ColumnsBuilder, bands: Vec<Band>) -> Columns {
+    bands.into_iter().for_each(|band| builder.push(vec![band]).unwrap());
+    builder.finish().unwrap()
 }
 
 #[test]
@@ -45,7 +44,7 @@ fn columns_in_a_store_answer_as_those_in_memory() {
         for max_bytes in [0, 150, u64::MAX] {
             let store = Arc::new(Memory::default());
             let target = (head(&rays, dims, None), store.clone() as Arc<dyn Store>);
-            let columns = grown(Growing::new(rays, max_bytes, Some(target)), bands(&rays, 2));
+            let columns = built(ColumnsBuilder::new(rays, max_bytes, Some(target)), bands(&rays, 2));
             assert_eq!(columns.is_spilled(), max_bytes < u64::MAX);
             assert_eq!(columns, held);
             assert_eq!(columns.cells_per_flag(), held.cells_per_flag());
@@ -69,8 +68,8 @@ fn columns_in_a_store_answer_as_those_in_memory() {
 #[test]
 fn without_a_store_the_limit_is_an_error_with_numbers() {
     let rays = Rays::new(0, [12, 5, 7]);
-    let mut growing = Growing::new(rays, 100, None);
-    let error = bands(&rays, 1).into_iter().find_map(|band| growing.push(vec![band]).err()).unwrap();
+    let mut builder = ColumnsBuilder::new(rays, 100, None);
+    let error = bands(&rays, 1).into_iter().find_map(|band| builder.push(vec![band]).err()).unwrap();
     assert!(error.code() == "memory" && error.to_string().contains("and 100 are left"), "{error}");
 }
 
@@ -80,21 +79,21 @@ fn a_store_that_was_cut_short_is_taken_up_at_the_last_whole_row() {
     let whole = Columns::new(rays, bands(&rays, 2));
     let store = Arc::new(Memory::default());
     let keep = |store: &Arc<Memory>, max_bytes| {
-        Growing::keeping(rays, max_bytes, head(&rays, [12, 5, 7], Some([7; 32])), store.clone()).unwrap()
+        ColumnsBuilder::resume(rays, max_bytes, head(&rays, [12, 5, 7], Some([7; 32])), store.clone()).unwrap()
     };
-    assert_eq!(grown(keep(&store, u64::MAX), bands(&rays, 2)), whole);
+    assert_eq!(built(keep(&store, u64::MAX), bands(&rays, 2)), whole);
     let bytes = store.0.lock().unwrap().clone();
     for max_bytes in [0, u64::MAX] {
         let mut taken = std::collections::BTreeSet::new();
         for length in 0..=bytes.len() {
             let store = Arc::new(Memory::default());
             store.0.lock().unwrap().extend(&bytes[..length]);
-            let growing = keep(&store, max_bytes);
-            let n_rays = growing.n_rays();
+            let builder = keep(&store, max_bytes);
+            let n_rays = builder.n_rays();
             assert!(n_rays <= rays.n_rays());
             taken.insert(n_rays);
             let rest = bands(&rays, 2).into_iter().filter(|band| band.first_ray >= n_rays).collect();
-            let columns = grown(growing, rest);
+            let columns = built(builder, rest);
             assert_eq!(columns, whole, "{length} bytes");
             assert_eq!([columns.odd_rays(), columns.n_crossings()], [4, 12], "{length} bytes");
             assert_eq!(*store.0.lock().unwrap(), bytes, "{length} bytes");
@@ -108,9 +107,9 @@ fn a_store_of_something_else_is_refused_and_left_alone() {
     let rays = Rays::new(0, [12, 5, 7]);
     let store = Arc::new(Memory::default());
     let keep = |store: &Arc<Memory>, identity: u8| {
-        Growing::keeping(rays, 0, head(&rays, [12, 5, 7], Some([identity; 32])), store.clone())
+        ColumnsBuilder::resume(rays, 0, head(&rays, [12, 5, 7], Some([identity; 32])), store.clone())
     };
-    grown(keep(&store, 7).unwrap(), bands(&rays, 2));
+    built(keep(&store, 7).unwrap(), bands(&rays, 2));
     let before = store.0.lock().unwrap().clone();
     let error = keep(&store, 8).err().unwrap();
     assert!(error.code() == "job-conflict" && error.hint().contains("delete"), "{error}");
@@ -130,7 +129,7 @@ fn what_the_store_gives_back_is_checked() {
     let store = Arc::new(Memory::default());
     let head = head(&rays, [12, 5, 7], None);
     let first = head.len();
-    let columns = grown(Growing::new(rays, 0, Some((head, store.clone()))), bands(&rays, 7));
+    let columns = built(ColumnsBuilder::new(rays, 0, Some((head, store.clone()))), bands(&rays, 7));
     store.0.lock().unwrap()[first + PIECE_HEAD] ^= 1;
     let error = columns.ray(0).unwrap_err();
     assert!(error.code() == "io" && error.to_string().contains(&format!("damaged at byte {first}")), "{error}");
