@@ -20,7 +20,7 @@ mod packed_band;
 mod piece_store;
 mod run;
 mod slab;
-pub(crate) mod store;
+mod store;
 
 pub use builder::ColumnsBuilder;
 use file::end::Totals;
@@ -30,7 +30,7 @@ pub(crate) use piece_store::{PieceEntry, PieceStore};
 pub(crate) use run::spans;
 pub use run::{Band, flag_at, run, run_cell, run_flag};
 pub(crate) use slab::SlabColumns;
-pub use store::Store;
+pub use store::{MemoryStore, Store};
 
 /// Runs of all rays of the box.
 #[derive(Debug, Clone)]

@@ -32,12 +32,8 @@ impl Geometry {
         Geometry { name: name.into(), flag, priority: 0, facets, world_from_file: DAffine3::IDENTITY }
     }
 
-    /// World coordinates of a corner, in the unit of the file. The identity transform returns the file's number exactly.
-    pub fn world_from_corner(&self, corner: [f32; 3]) -> [f64; 3] {
-        self.placing()(corner)
-    }
-
-    /// [`Geometry::world_from_corner`] for many corners.
+    /// Returns the function from a corner to its world coordinates, in the unit of the file. The identity transform returns the
+    /// file's number exactly.
     pub(crate) fn placing(&self) -> impl Fn([f32; 3]) -> [f64; 3] + Sync {
         let (place, stays) = (self.world_from_file, self.world_from_file == DAffine3::IDENTITY);
         move |corner| {

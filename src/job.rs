@@ -184,12 +184,6 @@ impl Job {
         // a struct of numbers, strings and lists always has a JSON form
         serde_json::to_string_pretty(self).unwrap_or_default()
     }
-
-    /// Writes the job as TOML; reading it back gives the same job.
-    pub fn to_toml(&self) -> String {
-        // a struct of numbers, strings and lists always has a TOML form
-        toml::to_string(self).unwrap_or_default()
-    }
 }
 
 fn not_valid(language: &str, problem: &str) -> Error {

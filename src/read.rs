@@ -153,22 +153,5 @@ pub fn read_bytes(bytes: &[u8]) -> Result<Contents> {
     reader.finish()
 }
 
-/// Reads a source of `n_bytes` bytes to its end, in chunks of 1 MiB.
-///
-/// # Errors
-/// Those of [`Reader::push`] and [`Reader::finish`]; `io` where the source fails.
-pub fn read_from(source: &mut impl std::io::Read, n_bytes: u64) -> Result<Contents> {
-    let mut reader = Reader::new(n_bytes);
-    let mut chunk = vec![0; 1 << 20];
-    loop {
-        match source.read(&mut chunk) {
-            Ok(0) => return reader.finish(),
-            Ok(n) => reader.push(&chunk[..n])?,
-            Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
-            Err(error) => return Err(Error::io("reading the model", error)),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests;

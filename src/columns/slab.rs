@@ -113,8 +113,7 @@ mod tests {
     use std::sync::atomic::{AtomicU64, Ordering};
 
     use super::*;
-    use crate::columns::store::tests::Memory;
-    use crate::columns::{ColumnsBuilder, Head, Store, run};
+    use crate::columns::{ColumnsBuilder, Head, MemoryStore, Store, run};
     use crate::control::Control;
     use crate::lines::Lines;
     use crate::mesh::Mesh;
@@ -123,7 +122,7 @@ mod tests {
     /// A store that counts the bytes read from it.
     #[derive(Default)]
     struct Counting {
-        memory: Memory,
+        memory: MemoryStore,
         n_read: AtomicU64,
     }
 
@@ -227,7 +226,7 @@ mod tests {
     fn boxes_and_columns_without_memory_for_slabs_are_read_from_the_store() {
         let expected = mesh(u64::MAX, None);
         for max_bytes in [0, 3000, 100_000] {
-            let mesh = mesh(max_bytes, Some(Arc::new(Memory::default())));
+            let mesh = mesh(max_bytes, Some(Arc::new(MemoryStore::default())));
             assert!(all_flags(&mesh, 50_000) == all_flags(&expected, 50_000), "{max_bytes} bytes");
             let boxes =
                 [[0..60, 0..60, 399..400], [0..60, 0..60, 17..90], [3..4, 5..50, 100..380], [0..60, 0..60, 7..7]];

@@ -1,16 +1,13 @@
 //! Writing and reading a mesh as a column file; its layout is in [`crate::columns::file`].
 //!
-//! The bytes do not depend on how the columns were split into bands. Cost: a piece a core while writing; 4 bytes a ray and a run
-//! while reading to memory, only an index where the file is opened. Smooth surfaces take 2 bytes a run and 1 a ray, and an
-//! eighth of that or less with zlib.
+//! The bytes do not depend on how the columns were split into bands. Cost: a piece a core while writing, an index while the file
+//! is open. Smooth surfaces take 2 bytes a run and 1 a ray, and an eighth of that or less with zlib.
 
 mod open;
-mod read;
 #[cfg(test)]
 mod tests;
 
-pub use open::{is_column_file, open};
-pub use read::{read_columns, read_columns_within};
+pub use open::{is_column_file, open, read};
 
 use std::ops::Range;
 

@@ -2,7 +2,7 @@
 //! areas summed by an independent program.
 
 use hexcast::geometry::{Facet, Geometry};
-use hexcast::read::{Contents, Format, read_from};
+use hexcast::read::{Contents, Format, read_bytes};
 use hexcast::surface::surface;
 use std::path::PathBuf;
 
@@ -85,9 +85,7 @@ fn folder() -> PathBuf {
 }
 
 fn read(file: &str) -> hexcast::Result<Contents> {
-    let mut source = std::fs::File::open(folder().join(file)).expect("the fixture is there");
-    let n_bytes = source.metadata().expect("the fixture has a length").len();
-    read_from(&mut source, n_bytes)
+    read_bytes(&std::fs::read(folder().join(file)).expect("the fixture is there"))
 }
 
 #[track_caller]

@@ -1,9 +1,9 @@
 //! Memory: estimates beside what meshes took; meshes whose columns spill; meshes that stop and continue.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::{Arc, Mutex};
 
-use hexcast::columns::Store;
+use hexcast::columns::MemoryStore;
 use hexcast::control::{CancelToken, Control};
 use hexcast::estimate::{Device, Estimate};
 use hexcast::job::{AxisChoice, BackendChoice, ByteSize, GeometryJob, Job};
@@ -14,30 +14,6 @@ use hexcast::sources::Source;
 use hexcast::write::{Format, Options, write};
 
 use super::tolerances::far_off;
-
-/// A store in memory.
-#[derive(Default)]
-struct Bytes(Mutex<Vec<u8>>);
-
-impl Store for Bytes {
-    fn append(&self, bytes: &[u8]) -> std::io::Result<u64> {
-        let mut held = self.0.lock().unwrap();
-        held.extend_from_slice(bytes);
-        Ok((held.len() - bytes.len()) as u64)
-    }
-
-    fn read(&self, at: u64, bytes: &mut [u8]) -> std::io::Result<()> {
-        let held = self.0.lock().unwrap();
-        let found = held.get(at as usize..at as usize + bytes.len()).ok_or(std::io::ErrorKind::UnexpectedEof)?;
-        bytes.copy_from_slice(found);
-        Ok(())
-    }
-
-    fn truncate(&self, n_bytes: u64) -> std::io::Result<()> {
-        self.0.lock().unwrap().truncate(n_bytes as usize);
-        Ok(())
-    }
-}
 
 fn sources(job: &Job) -> Vec<Source> {
     let read = |geometry: &GeometryJob| {
@@ -133,7 +109,7 @@ fn columns_that_spill_make_the_same_files_on_cpu_and_gpu() {
             let (whole, facts) = run(&job, &mut engine, SpillTarget::None, &Control::default()).unwrap();
             assert_eq!(facts.peak_bytes.spilled, 0, "{what}");
             let tight = Job { max_memory: Some(ByteSize(12_000_000)), ..job };
-            let store = Arc::new(Bytes::default());
+            let store = Arc::new(MemoryStore::default());
             let (mesh, facts) = run(&tight, &mut engine, SpillTarget::Temporary(store), &Control::default()).unwrap();
             assert!(mesh.columns.is_spilled() && facts.peak_bytes.spilled > 1_000_000, "{what}");
             assert!(mesh.columns.n_bytes() < 100_000, "{what}: {}", mesh.columns.n_bytes());
@@ -172,7 +148,7 @@ fn an_interrupted_mesh_continues_from_its_last_band_on_cpu_and_gpu() {
     for (first, second) in [(0, 0), (1, 1), (0, 1), (1, 0)] {
         let (control, n_whole) = stopping_after(u32::MAX);
         let (whole, _) = run(&job, &mut engines[second], SpillTarget::None, &control).unwrap();
-        let store = Arc::new(Bytes::default());
+        let store = Arc::new(MemoryStore::default());
         let (control, n_first) = stopping_after(1);
         let error = run(&job, &mut engines[first], SpillTarget::Resumable(store.clone()), &control).unwrap_err();
         assert_eq!((error.code(), n_first.load(Ordering::Relaxed)), ("cancelled", 1));
@@ -223,7 +199,7 @@ fn bands_and_rounds_are_as_small_as_the_budget_demands_on_cpu_and_gpu() {
         let mut n_meshed = 0;
         for mega in [1, 2, 4, 8, 12, 16, 24, 40, 80, 200] {
             let max_memory = Some(ByteSize(mega * 1_000_000));
-            for spill in [SpillTarget::None, SpillTarget::Temporary(Arc::new(Bytes::default()))] {
+            for spill in [SpillTarget::None, SpillTarget::Temporary(Arc::new(MemoryStore::default()))] {
                 match run(&Job { max_memory, ..job.clone() }, &mut engine, spill, &Control::default()) {
                     Ok((mesh, report)) => {
                         let bytes = of_host(&report, &engine);
@@ -246,7 +222,7 @@ fn bands_and_rounds_are_as_small_as_the_budget_demands_on_cpu_and_gpu() {
 fn buffers_of_a_gpu_count_as_the_hosts_memory_only_where_they_are_in_it() {
     let job = Job { max_memory: Some(ByteSize(3_500_000)), ..long_job() };
     let (cpu, mut gpu) = (&mut engine(BackendChoice::Cpu), engine(BackendChoice::Gpu));
-    let spill = || SpillTarget::Temporary(Arc::new(Bytes::default()));
+    let spill = || SpillTarget::Temporary(Arc::new(MemoryStore::default()));
     run(&job, cpu, spill(), &Control::default()).unwrap();
     let on_gpu = run(&job, &mut gpu, spill(), &Control::default());
     match gpu.device() {

@@ -108,7 +108,7 @@ pub(crate) fn open_columns(path: &Path, max_bytes: u64, control: &Control) -> Re
     let opened = if metadata.is_file() {
         column_file::open(Arc::new(FileStore::new(file)), metadata.len(), max_bytes, control)
     } else {
-        column_file::read_columns_within(&mut file, max_bytes, control)
+        column_file::read(&mut file, max_bytes, control)
     };
     opened.map_err(|error| error.at(name))
 }

@@ -3,7 +3,7 @@
 //! Store -> [`Mesh`] whose columns stay in the store. Cost: 24 bytes of memory a piece; a file of version 1, which has no
 //! totals, is read once, a piece a core at a time.
 
-use std::io;
+use std::io::{self, Read};
 use std::sync::Arc;
 
 use crate::checksum::crc32;
@@ -11,7 +11,7 @@ use crate::columns::codec::PIECE_RAYS;
 use crate::columns::file::corrupt;
 use crate::columns::file::end::{self, TAIL, Totals};
 use crate::columns::file::head::{self, MAGIC, START};
-use crate::columns::{Columns, Head, PackedBand, PieceEntry, PieceStore, Store};
+use crate::columns::{Columns, Head, MemoryStore, PackedBand, PieceEntry, PieceStore, Store};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
@@ -48,6 +48,23 @@ pub fn open(store: Arc<dyn Store>, n_bytes: u64, max_bytes: u64, control: &Contr
     }
     let columns = Columns::in_store(head.rays, pieces, totals);
     Mesh::new(head.lines, columns, head.names, head.unit)
+}
+
+/// Reads a column file to memory and opens it there, for input that is not a file; both take half of `max_bytes`.
+///
+/// # Errors
+/// Those of [`open()`]; `memory` where the file does not fit; `io` where `input` fails.
+pub fn read(input: &mut dyn Read, max_bytes: u64, control: &Control) -> Result<Mesh> {
+    let mut bytes = Vec::new();
+    let most = max_bytes / 2;
+    let read = input.take(most.saturating_add(1)).read_to_end(&mut bytes);
+    read.map_err(|error| Error::io(format_args!("reading the column file at byte {}", bytes.len()), error))?;
+    let n_bytes = bytes.len() as u64;
+    if n_bytes > most {
+        let message = format!("the column file has more than {most} bytes, which are allowed for it");
+        return Err(Error::new("memory", message, "write it to a file first, or allow more memory"));
+    }
+    open(Arc::new(MemoryStore::new(bytes)), n_bytes, most, control)
 }
 
 /// The bytes of a file.
