@@ -1,7 +1,7 @@
 //! Reading: bytes of a file, in chunks of any size -> [`Contents`], its solids and what is odd about them.
 //!
 //! The caller pushes slices as they come, so that neither a browser's Blob nor a file need be in memory at once; the
-//! result does not depend on where the slices are cut. Binary and ASCII STL are told apart by length and content, never
+//! result does not depend on where the slices are cut. Binary and ASCII STL are distinguished by length and content, never
 //! by the word "solid" alone: see `sniff`. The file's normals are compared with the corners' and then dropped.
 //!
 //! Memory: 36 bytes a facet, at most twice that while an ASCII file is read, and one line or record. The number of facets

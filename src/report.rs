@@ -127,7 +127,7 @@ pub struct Seconds {
 /// Most bytes held at once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct PeakBytes {
-    /// By the whole process, where the system tells.
+    /// By the whole process, where the system says.
     pub host: Option<u64>,
     /// In facets, lattice and columns while meshing, as the library counts them.
     pub meshing: u64,

@@ -6,8 +6,8 @@
 //!
 //! The cells are never expanded. Runs of neighbouring rays give spans of faces; spans of consecutive rows that begin and
 //! end alike become one rectangle: see `faces`. Where that still gives more rectangles than the caller wants, the mesh is
-//! coarsened by two on every axis: see `level`. Rectangles meet in T-junctions, but their corners stand on mesh lines, so
-//! that no two of them gape. Which rectangles cover a surface depends on the ray axis; the surface does not.
+//! coarsened by two on every axis: see `level`. Rectangles meet in T-junctions, but their corners are on mesh lines, so
+//! that there are no gaps. Which rectangles cover a surface depends on the ray axis; the surface does not.
 //!
 //! Cost: O(runs + rectangles) time; 72 bytes a rectangle for the result and 24 to 48 more while it grows, the spans of
 //! some rows, and when coarsened a set of coarse runs of about a quarter of the columns.

@@ -136,7 +136,7 @@ fn number_vertices(facets: &[Facet]) -> Vec<[u64; 3]> {
 struct Use(u128);
 
 impl Use {
-    /// Sorts after every use; stands in for the edges that collapsed facets do not have.
+    /// Sorts after every use; for the edges that collapsed facets do not have.
     const NONE: u128 = u128::MAX;
 
     fn bits(from: u64, to: u64, facet: usize) -> u128 {

@@ -1,7 +1,7 @@
 //! Writing a mesh: one format a file, each nothing but bytes in file order to an `io::Write`.
 //!
 //! Mesh, format, options -> bytes. No writer seeks or holds the cells: flags come slab by slab from the columns, so a
-//! file of any size needs a few slabs of memory. What a format costs besides is said at the top of its file.
+//! file of any size needs a few slabs of memory. What else a format costs is at the top of its file.
 
 pub mod bits;
 pub mod column_file;
@@ -68,7 +68,7 @@ pub fn around(mesh: &Mesh, format: Format, options: &Options) -> Result<Option<(
     })
 }
 
-/// Tells the size of a file before it is written, in bytes; nothing where it depends on the flags.
+/// Returns the size of a file before it is written, in bytes; None where it depends on the flags.
 pub fn exact_size(mesh: &Mesh, format: Format, options: &Options) -> Option<u64> {
     match (format, options.compress) {
         (Format::Raw, _) => raw::n_bytes(mesh.dims(), options.bits),

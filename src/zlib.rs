@@ -22,7 +22,7 @@ pub(crate) fn compress(bytes: &[u8], level: u8) -> Result<Vec<u8>> {
     Ok(stream)
 }
 
-/// Expands a zlib stream to at most `most` bytes; a stream that goes on is cut there.
+/// Expands a zlib stream to at most `most` bytes; a longer one is cut there.
 ///
 /// # Errors
 /// What is not a zlib stream, ends early, or has a wrong checksum; bytes after the stream.

@@ -34,7 +34,7 @@ impl Deref for SlabColumns<'_> {
 }
 
 impl Columns {
-    /// Columns that have the same flags in some cells along the rays and are cheap to expand there, for callers that go on
+    /// Columns that have the same flags in some cells along the rays and are cheap to expand there, for callers that continue
     /// with the next cells.
     ///
     /// # Errors

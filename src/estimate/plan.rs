@@ -1,6 +1,6 @@
 //! The memory budget: how the memory allowed is divided among what meshing holds, or why it is too little.
 //!
-//! Estimate, what is allowed -> [`MemoryBudget`]. The work in hand, a round of strips on the CPU or the bands in flight on a GPU, is made
+//! Estimate, what is allowed -> [`MemoryBudget`]. The current work, a round of strips on the CPU or the bands in flight on a GPU, is made
 //! as small as it must be. Bytes that a device holds count too where its memory is the host's: drivers on the processor
 //! (lavapipe, SwiftShader, WARP) and GPUs on the processor's chip, which take their buffers from the same memory.
 //! Weakness: rays are taken to be as crowded everywhere as half again the mean; buffers that turn out too small are
@@ -74,7 +74,7 @@ pub fn slab_bytes(max_bytes: u64) -> u64 {
     (max_bytes / 16).clamp(1 << 16, SLAB_BYTES as u64)
 }
 
-/// Compressed bytes to keep until a file's table of blocks is known, within a budget.
+/// Compressed bytes to hold until the sizes of all blocks of a file are known, within a budget.
 pub fn block_cache_bytes(max_bytes: u64) -> u64 {
     (Options::default().block_cache_bytes as u64).min(max_bytes / 16)
 }
@@ -127,7 +127,7 @@ fn needed(allowed: &Allowed, work: &Work) -> u64 {
     let meshing = allowed.program_bytes.saturating_add((meshing / (slack - 1) + 1) * slack);
     let building = allowed.program_bytes + estimate.host.facets + work.building();
     let held = (allowed.program_bytes + columns).saturating_add(flag_bytes(estimate, allowed));
-    // slabs and kept blocks are three sixteenths of what is allowed, up to their own limits
+    // slabs and cached blocks are three sixteenths of what is allowed, up to their own limits
     let most = held.saturating_add(2 * SLAB_BYTES as u64 + block_cache_bytes(u64::MAX));
     meshing.max(building).max(held.saturating_add(held / 13 * 3).min(most))
 }
@@ -141,7 +141,7 @@ fn flag_bytes(estimate: &Estimate, allowed: &Allowed) -> u64 {
     if allowed.flags { estimate.cells } else { 0 }
 }
 
-/// The work in hand, by its size: strips of a round on the CPU, ray rows of a band on a GPU.
+/// The current work, by its size: strips of a round on the CPU, ray rows of a band on a GPU.
 struct Work<'a> {
     estimate: &'a Estimate,
     device: Device,
@@ -161,7 +161,7 @@ impl Work<'_> {
         estimate.host.lattice + current_num_threads() as u64 * of_core as u64
     }
 
-    /// Bytes of the lattice of the CPU backend in the making: its pairs, in lists that grow, stand beside it.
+    /// Bytes that building the lattice of the CPU backend takes besides it: its pairs, in lists that grow.
     fn building(&self) -> u64 {
         if self.device == Device::None { 4 * self.estimate.host.lattice } else { 0 }
     }
@@ -199,7 +199,7 @@ impl Work<'_> {
         let in_flight = IN_FLIGHT.min(estimate.rows().div_ceil(rows)) as f64;
         // what is read back comes by a buffer that the host can see
         let places = estimate.places() / estimate.rays as f64 * uneven;
-        // that buffer has a quarter to spare
+        // that buffer is a quarter larger than needed
         let staging = in_flight * rays * 1.25 * (1.0 + 16.0 * places);
         let shared = if self.device == Device::Shared { estimate.device_bytes_of(rows) } else { 0 };
         (unpacked + staging) as u64 + shared

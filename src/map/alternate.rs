@@ -1,4 +1,4 @@
-//! The mapping of a single geometry under `parity`: sorted, its crossings begin runs by turns inside and outside.
+//! The mapping of a single geometry under `parity`: its sorted crossings begin runs inside and outside in turn.
 //!
 //! Two crossings of the same cell cancel. Of an odd number the last begins nothing. Twin: `alternating_runs` in `shaders/columns.wgsl`.
 

@@ -101,7 +101,7 @@ impl Engine {
             let facts = crate::gpu::adapter(None).await?;
             if facts.kind == AdapterKind::Software {
                 let message = format!("{facts} computes on the processor, where the CPU backend is faster");
-                return Err(Error::new("no-adapter", message, "ask for the GPU backend to use it all the same"));
+                return Err(Error::new("no-adapter", message, "choose the GPU backend to use it nevertheless"));
             }
         }
         Engine::open_gpu(None).await
@@ -156,7 +156,7 @@ impl Engine {
         Device::None
     }
 
-    /// Frees what is kept on the device for the next mesh if it has more than so many bytes.
+    /// Frees the buffers that wait on the device for the next mesh if they have more than so many bytes.
     pub fn clear_pool_over(&self, max_bytes: u64) {
         #[cfg(feature = "gpu")]
         if let Some(gpu) = &self.gpu {

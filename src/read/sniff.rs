@@ -1,4 +1,4 @@
-//! Tells formats apart by length and content: the first bytes of a file and its length -> [`Format`].
+//! Distinguishes formats by length and content: the first bytes of a file and its length -> [`Format`].
 //!
 //! 1. A file of exactly 84 + 50 n bytes, n the count at byte 80, is binary, whatever its header says: in text these
 //!    four bytes make a count of more than 150 million.

@@ -11,7 +11,7 @@ use crate::mesh::Mesh;
 
 use super::{Options, Sink, bits, raw};
 
-/// Number of bytes of the file; nothing where it would not fit 64 bits.
+/// Number of bytes of the file; None where it would not fit 64 bits.
 pub fn n_bytes(dims: [u32; 3], bits: bool) -> Option<u64> {
     raw::n_bytes(dims, bits)?.checked_add(header(dims, bits).len() as u64)
 }

@@ -20,7 +20,7 @@ impl Format {
     /// Every format, in the order of the documentation.
     pub const ALL: [Format; 4] = [Format::Raw, Format::Npy, Format::Vti, Format::Columns];
 
-    /// Tells the format from the extension of a file name, upper or lower case.
+    /// Finds the format by the extension of a file name, upper or lower case.
     ///
     /// # Errors
     /// `job-value` where the extension is none of those of [`Format::ALL`].

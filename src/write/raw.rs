@@ -10,7 +10,7 @@ use crate::mesh::Mesh;
 use super::{Options, Sink, bits};
 use crate::flags::row_bytes;
 
-/// Number of bytes of the file; nothing where it would not fit 64 bits.
+/// Number of bytes of the file; None where it would not fit 64 bits.
 pub fn n_bytes([nx, ny, nz]: [u32; 3], bits: bool) -> Option<u64> {
     let row = if bits { row_bytes(nx) } else { nx };
     (u64::from(row) * u64::from(ny)).checked_mul(u64::from(nz))

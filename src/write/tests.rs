@@ -90,7 +90,7 @@ fn vti_appends_the_flags_after_their_length() {
 }
 
 #[test]
-fn vti_blocks_follow_their_table_whatever_is_kept() {
+fn vti_blocks_follow_their_table_whatever_is_cached() {
     // 2.6 blocks of 1 MiB
     let dims = [160, 130, 131];
     let mesh = pattern(2, dims, 3);
@@ -114,7 +114,7 @@ fn vti_blocks_follow_their_table_whatever_is_kept() {
     let first = number(3) as usize;
     for block_cache_bytes in [0, first - 1, first, first + 1] {
         let (again, _) = bytes(&mesh, Format::Vti, &Options { block_cache_bytes, ..options });
-        assert!(again == file, "{block_cache_bytes} bytes kept");
+        assert!(again == file, "{block_cache_bytes} bytes cached");
     }
 }
 
@@ -154,7 +154,7 @@ fn bytes_written() -> Written {
 }
 
 #[test]
-fn names_tell_the_format() {
+fn names_have_the_format() {
     for format in Format::ALL {
         assert_eq!(Format::of_name(&format!("a.b/c.{}", format.extension())), Ok(format));
     }

@@ -142,7 +142,7 @@ fn cpu_and_gpu_any_axis_and_number_of_threads_give_the_same_flags() {
 }
 
 #[test]
-fn the_words_say_what_was_done() {
+fn the_summary_says_what_was_done() {
     let folder = Folder::new();
     let output = folder.path("a.vti");
     let text = done(&["mesh", SPOT, "--cells", "16", "--backend", "cpu", "--unit", "mm", "-o", &output]);
@@ -210,7 +210,7 @@ fn a_job_file_is_the_same_as_its_command_line() {
 }
 
 #[test]
-fn a_json_job_with_max_cell_size_tells_residuals() {
+fn the_report_of_a_job_with_max_cell_size_has_residuals() {
     let folder = Folder::new();
     let stl = Path::new(env!("CARGO_MANIFEST_DIR")).join(SPOT);
     let job = serde_json::json!({"geometries": [{"file": stl}], "max_cell_size": 0.1, "backend": "cpu"});
@@ -232,9 +232,9 @@ fn converting_gives_the_bytes_of_writing() {
         for name in names {
             let compresses =
                 name.ends_with("vti") || name.ends_with("hxc") || options.first() == Some(&"--compress=none");
-            let heeded = if compresses { options } else { &[] };
+            let applicable = if compresses { options } else { &[] };
             let converted = folder.path(&name.replace("a.", "b."));
-            done(&[&["convert", &folder.path("a.hxc"), &converted], heeded].concat());
+            done(&[&["convert", &folder.path("a.hxc"), &converted], applicable].concat());
             assert_eq!(std::fs::read(&converted).unwrap(), folder.bytes(name), "{name} {options:?}");
         }
         assert_eq!(folder.bytes("b.raw.json"), folder.bytes("a.raw.json"));
@@ -246,7 +246,7 @@ fn converting_gives_the_bytes_of_writing() {
 }
 
 #[test]
-fn info_tells_whether_a_surface_is_closed() {
+fn info_says_whether_a_surface_is_closed() {
     let files = [SPOT, "tests/fixtures/featuretype.stl", "tests/fixtures/ascii_two_solids_mixed_case.stl"];
     let list = json(&[&["info", "--json"], &files[..]].concat());
     let [cow, part, cubes] = [&list[0], &list[1], &list[2]];
@@ -352,7 +352,7 @@ fn every_failure_has_its_exit_code() {
 }
 
 #[test]
-fn what_people_get_wrong_is_told_with_what_to_do() {
+fn errors_say_what_to_do() {
     let folder = Folder::new();
     let (here, vti, txt) = (folder.path(""), folder.path("a.vti"), folder.path("a.txt"));
     let (nowhere, zarr) = (folder.path("nowhere/a.vti"), folder.path("nowhere/a.zarr"));

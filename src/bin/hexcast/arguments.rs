@@ -108,7 +108,7 @@ impl JobArguments {
     pub(crate) fn set_threads(&self) -> Result<()> {
         let Some(threads) = self.threads else { return Ok(()) };
         let outcome = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
-        outcome.map_err(|error| Error::new("io", format!("starting {threads} threads: {error}"), "ask for fewer"))
+        outcome.map_err(|error| Error::new("io", format!("starting {threads} threads: {error}"), "use fewer"))
     }
 
     fn override_cells(&self, job: &mut Job) {

@@ -15,7 +15,7 @@ pub(crate) const START: usize = 16;
 const MAX_BODY: usize = 1 << 20;
 const MAX_DIM: u32 = 1 << 24;
 
-/// A flag in use and what it stands for.
+/// A flag in use and its name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Named {
     /// The flag, 1 to 255.
