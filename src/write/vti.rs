@@ -19,36 +19,21 @@ use crate::flags::CellBox;
 use crate::mesh::Mesh;
 use crate::zlib::Blocks;
 
-use super::{Compress, Options, Sink, raw};
+use super::{Compress, Options, Sink};
 
 const BLOCK_BYTES: usize = 1 << 20;
 const FOOT: &[u8] = b"\n  </AppendedData>\n</VTKFile>\n";
 
-/// Number of bytes of the uncompressed file; None where it would not fit 64 bits.
-pub fn n_bytes(mesh: &Mesh) -> Option<u64> {
-    let around = head(mesh, Compress::None).len() + 8 + FOOT.len();
-    raw::n_bytes(mesh.dims(), false)?.checked_add(around as u64)
-}
-
-pub(super) fn write(mesh: &Mesh, options: &Options, sink: &mut Sink, control: &Control) -> Result<()> {
-    match options.compress {
-        Compress::None => {
-            let (head, foot) = around(mesh);
-            sink.put(&head)?;
-            raw::write(mesh, options, sink, control)?;
-            sink.put(&foot)
-        }
-        Compress::Zlib(level) => {
-            let table = BlockTable::new(mesh, options, level, control)?;
-            sink.put(head(mesh, options.compress).as_bytes())?;
-            table.write(mesh, options, level, sink, control)?;
-            sink.put(FOOT)
-        }
-    }
+/// Writes a compressed file.
+pub(super) fn write(mesh: &Mesh, level: u8, options: &Options, sink: &mut Sink, control: &Control) -> Result<()> {
+    let table = BlockTable::new(mesh, options, level, control)?;
+    sink.put(head(mesh, options.compress).as_bytes())?;
+    table.write(mesh, options, level, sink, control)?;
+    sink.put(FOOT)
 }
 
 /// Everything before and after the flags of an uncompressed file.
-pub(super) fn around(mesh: &Mesh) -> (Vec<u8>, Vec<u8>) {
+pub(super) fn head_and_tail(mesh: &Mesh) -> (Vec<u8>, Vec<u8>) {
     let mut before = head(mesh, Compress::None).into_bytes();
     before.extend(mesh.n_cells().to_le_bytes());
     (before, FOOT.to_vec())
