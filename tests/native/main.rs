@@ -38,4 +38,5 @@ mod shaders;
 mod soups;
 #[cfg(feature = "cli")]
 mod tolerances;
+#[cfg(feature = "cli")]
 mod warnings;
