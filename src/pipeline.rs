@@ -18,11 +18,12 @@ use crate::cast::Cast;
 use crate::control::Control;
 use crate::error::Result;
 use crate::frame::Frame;
-use crate::geometry::Geometry;
+use crate::geometry::{Geometry, Open};
 use crate::job::Job;
 use crate::lines::residuals;
 use crate::mesh::{Mesh, Named};
-use crate::report::{DeviceCheck, GeometryReport, InputReport, PeakBytes, Report, Seconds, flag_reports};
+use crate::open::{self, Overlay};
+use crate::report::{DeviceCheck, GeometryReport, InputReport, OpenReport, PeakBytes, Report, Seconds, flag_reports};
 use crate::sources::Source;
 
 mod cellless;
@@ -69,13 +70,18 @@ pub async fn mesh_task(
         Seconds { read: read_seconds, device: engine.seconds, lines: lap(&mut clock), ..Seconds::default() };
     control.check()?;
     let frame = Frame::new(&prepared.geometries, &prepared.lines)?;
+    let flags = frame.ranks.flag_of_rank.clone();
+    let policies: Vec<(Open, &str)> = prepared.geometries.iter().map(|of| (of.open, &*of.name)).collect();
+    let (frame, open) = open::split(frame, job.rule, &prepared.lines, &policies)?;
     let room = Room::new(&task, &prepared, engine)?;
     seconds.snap = lap(&mut clock);
     let names = names(&prepared.geometries);
     let mut growing = room.growing(&task, &prepared, &names, &inputs)?;
     let rays_kept = growing.n_rays();
     let casting = room.casting(Cast { frame: &frame, rays: &prepared.rays, rule: job.rule });
-    let used = engine.grow(&casting, &mut growing, control).await?;
+    let mut overlay = Overlay::new(open, &casting.cast, &flags, &prepared.lines);
+    let overlay_bytes = overlay.as_ref().map_or(0, Overlay::n_bytes);
+    let used = engine.grow(&casting, &mut growing, &mut overlay, control).await?;
     growing.close()?;
     let columns_peak = growing.peak_bytes;
     let columns = growing.finish();
@@ -84,10 +90,14 @@ pub async fn mesh_task(
     let mesh = Mesh::new(prepared.lines, columns, names, job.unit.clone())?;
     let mut report = report(job, &prepared, &frame, &mesh, engine);
     report.inputs = inputs;
+    let found = overlay.map(Overlay::found).unwrap_or_default();
+    report.open = found.iter().map(|found| OpenReport::new(found, &report.geometries)).collect();
+    let sentences = report.open.iter().map(|open| open.warning(report.cells));
+    report.warnings.splice(0..0, sentences.collect::<Vec<_>>());
     report.rays_kept = rays_kept;
     let facets: usize = prepared.geometries.iter().map(|geometry| 36 * geometry.facets.len()).sum();
     let facets = facets + 36 * frame.facets.capacity() + frame.rank_of_facet.capacity();
-    report.peak_bytes.meshing = facets as u64 + used.host_bytes + columns_peak;
+    report.peak_bytes.meshing = facets as u64 + used.host_bytes + overlay_bytes + columns_peak;
     report.peak_bytes.device = used.device_bytes;
     report.device_check = used.checked.map(|[rays, differing]| DeviceCheck { rays, differing });
     report.peak_bytes.aside = mesh.columns.spilled_bytes();
@@ -147,6 +157,7 @@ fn report(job: &Job, prepared: &Prepared, frame: &Frame, mesh: &Mesh, engine: &E
         crossings: mesh.columns.n_crossings(),
         runs: mesh.columns.n_runs(),
         odd_rays: mesh.columns.odd_rays(),
+        open: Vec::new(),
         cells: lines.n_cells(),
         flags,
         flags_sha256: None,

@@ -3,9 +3,7 @@
 use web_time::Instant;
 
 use crate::cast::Cast;
-#[cfg(feature = "gpu")]
-use crate::columns::Band;
-use crate::columns::{Columns, Growing};
+use crate::columns::{Band, Columns, Growing};
 use crate::control::Control;
 use crate::cpu;
 #[cfg(feature = "gpu")]
@@ -17,6 +15,7 @@ use crate::estimate::UPLOAD_FACET_BYTES;
 #[cfg(feature = "gpu")]
 use crate::gpu::{AdapterKind, Gpu, Options, Usage};
 use crate::job::BackendChoice;
+use crate::open::Overlay;
 
 /// Times that a lost device is opened again.
 #[cfg(feature = "gpu")]
@@ -183,7 +182,8 @@ impl Engine {
     pub async fn columns(&mut self, cast: &Cast<'_>, control: &Control) -> Result<(Columns, Used)> {
         let mut growing = Growing::new(*cast.rays, u64::MAX, None);
         let (most_rows, most_strips) = (cast.rays.counts[1], cpu::STRIPS_PER_ROUND);
-        let used = self.grow(&Casting { cast: *cast, most_rows, most_strips }, &mut growing, control).await?;
+        let used =
+            self.grow(&Casting { cast: *cast, most_rows, most_strips }, &mut growing, &mut None, control).await?;
         Ok((growing.finish(), used))
     }
 
@@ -195,13 +195,14 @@ impl Engine {
         &mut self,
         casting: &Casting<'_>,
         growing: &mut Growing,
+        overlay: &mut Option<Overlay>,
         control: &Control,
     ) -> Result<Used> {
         #[cfg_attr(not(feature = "gpu"), expect(unused_mut))]
         let mut used = Used::default();
         #[cfg(feature = "gpu")]
         if self.gpu.is_some() {
-            match self.grow_on_gpu(casting, growing, control, &mut used).await {
+            match self.grow_on_gpu(casting, growing, overlay, control, &mut used).await {
                 // what the GPU has finished stays: it was checked
                 Err(error)
                     if error.code() == "device-wrong" || self.has_cpu_fallback && error.code() == "device-lost" =>
@@ -215,7 +216,7 @@ impl Engine {
         let strips = cpu::Strips::new(&casting.cast, None).in_rounds_of(casting.most_strips);
         let mut strips = strips.from_ray(growing.n_rays());
         while let Some(bands) = strips.round(control)? {
-            growing.push(bands)?;
+            growing.push(laid(overlay, bands))?;
             control.pause().await;
         }
         Ok(Used { host_bytes: used.host_bytes.max(strips.n_bytes()), ..used })
@@ -227,6 +228,7 @@ impl Engine {
         &mut self,
         casting: &Casting<'_>,
         growing: &mut Growing,
+        overlay: &mut Option<Overlay>,
         control: &Control,
         used: &mut Used,
     ) -> Result<()> {
@@ -239,7 +241,7 @@ impl Engine {
             let first_row = (growing.n_rays() / n_i) as u32;
             let take = &mut |band: Band| {
                 last_rows = band.ends.len() as u64 / n_i;
-                growing.push(vec![band])
+                growing.push(laid(overlay, vec![band]))
             };
             let rows = first_row..cast.rays.counts[1];
             let result = gpu.hand_out_bands(cast, &options, control, rows, &mut usage, take).await;
@@ -256,6 +258,14 @@ impl Engine {
             }
         }
         unreachable!("a GPU mesh has a GPU")
+    }
+}
+
+/// Bands with the open geometries put over them, if there are any.
+fn laid(overlay: &mut Option<Overlay>, bands: Vec<Band>) -> Vec<Band> {
+    match overlay {
+        Some(overlay) => overlay.lay(bands),
+        None => bands,
     }
 }
 

@@ -27,6 +27,8 @@ mod lost_device;
 #[cfg(feature = "cli")]
 mod memory;
 mod models;
+#[cfg(feature = "gpu")]
+mod open_surfaces;
 mod oracle;
 mod properties;
 mod seven_cases;
