@@ -1,4 +1,4 @@
-//! A geometry: named facets with a property flag, a priority and a place in the world.
+//! A geometry: named facets with a property flag, a priority and a position in the world.
 //!
 //! Input: the facets of one or several solids of a file -> output: [`Geometry`], the first noun of the line.
 //! The corners stay the f32 numbers of the file; the transform is applied in f64 where they are used, so that equal
@@ -44,19 +44,15 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// Builds a geometry of priority 0 that stands where the file puts it.
+    /// Builds a geometry of priority 0, not transformed.
     pub fn new(name: impl Into<String>, flag: u8, facets: impl Into<SharedFacets>) -> Geometry {
         let facets = facets.into();
         let name = name.into();
         Geometry { name, flag, priority: 0, open: Open::default(), facets, world_from_file: DAffine3::IDENTITY }
     }
 
-    /// World coordinates of a corner, in the unit of the file. The identity transform returns the file's number exactly.
-    pub fn world_from_corner(&self, corner: [f32; 3]) -> [f64; 3] {
-        self.placing()(corner)
-    }
-
-    /// [`Geometry::world_from_corner`] for many corners.
+    /// Returns the function from a corner to its world coordinates, in the unit of the file. The identity transform returns the
+    /// file's number exactly.
     pub(crate) fn placing(&self) -> impl Fn([f32; 3]) -> [f64; 3] + Sync {
         let (place, stays) = (self.world_from_file, self.world_from_file == DAffine3::IDENTITY);
         move |corner| {

@@ -1,6 +1,7 @@
 //! The report: what a mesh was made of, by whom, what came out, and what the reader should know about it.
 //!
-//! Its JSON form is stable: keys are added, never renamed. Lengths are in the unit of the files, times in seconds.
+//! Facts of the mesh, facts of the caller -> [`Report`], built once, when all is done. Its JSON form is stable: keys are added,
+//! never renamed. Lengths are in the unit of the files, times in seconds.
 
 use serde::Serialize;
 
@@ -127,14 +128,14 @@ pub struct Seconds {
 /// Most bytes held at once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct PeakBytes {
-    /// By the whole process, where the system tells.
+    /// By the whole process, where the system says.
     pub host: Option<u64>,
     /// In facets, lattice and columns while meshing, as the library counts them.
     pub meshing: u64,
     /// In buffers on the device.
     pub device: u64,
-    /// Outside memory: columns that were put aside.
-    pub aside: u64,
+    /// Outside memory: columns that spilled.
+    pub spilled: u64,
 }
 
 /// A geometry whose surface is not closed, and how its cells were decided.
@@ -197,9 +198,9 @@ pub struct DeviceCheck {
     pub differing: u64,
 }
 
-/// Everything about a mesh but its cells.
+/// What is known of a mesh once its columns are made.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Report {
+pub struct MeshFacts {
     /// Version of hexcast.
     pub version: &'static str,
     /// "gpu" or "cpu".
@@ -246,10 +247,41 @@ pub struct Report {
     pub cells: u64,
     /// Cells of every flag of the job, ascending.
     pub flags: Vec<FlagReport>,
-    /// SHA-256 of the flags of all cells, x fastest, one byte each; null where it was not asked for.
-    pub flags_sha256: Option<String>,
     /// Sentences that the reader should see.
     pub warnings: Vec<String>,
+    /// Memory, without that of the whole process.
+    #[serde(skip)]
+    pub peak_bytes: PeakBytes,
+    /// Times of the stages; those of the caller are 0 or null.
+    #[serde(skip)]
+    pub seconds: Seconds,
+}
+
+/// What only the caller of a mesh knows: what it did before and after.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct CallerFacts {
+    /// Seconds that reading the files took.
+    pub read: f64,
+    /// Seconds that expanding all flags took, where asked for.
+    pub flags: Option<f64>,
+    /// Seconds that hashing the flags took.
+    pub hash: Option<f64>,
+    /// Seconds that writing the files took.
+    pub write: Option<f64>,
+    /// SHA-256 of the flags.
+    pub flags_sha256: Option<String>,
+    /// Most bytes that the process has held.
+    pub host_bytes: Option<u64>,
+}
+
+/// Everything about a mesh but its cells.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Report {
+    /// What was known once the columns were made.
+    #[serde(flatten)]
+    pub mesh: MeshFacts,
+    /// SHA-256 of the flags of all cells, x fastest, one byte each; null where it was not asked for.
+    pub flags_sha256: Option<String>,
     /// Cells per second of `seconds.total`.
     pub cells_per_second: f64,
     /// Memory.
@@ -259,6 +291,20 @@ pub struct Report {
 }
 
 impl Report {
+    /// Joins what is known of a mesh and of what its caller did.
+    pub fn new(mesh: MeshFacts, caller: CallerFacts) -> Report {
+        let CallerFacts { read, flags, hash, write, flags_sha256, host_bytes } = caller;
+        let Seconds { lines, snap, columns, .. } = mesh.seconds;
+        let total = read + lines + snap + columns + flags.unwrap_or(0.0);
+        Report {
+            flags_sha256,
+            cells_per_second: mesh.cells as f64 / total.max(1e-9),
+            peak_bytes: PeakBytes { host: host_bytes, ..mesh.peak_bytes },
+            seconds: Seconds { total, read, flags, hash, write, ..mesh.seconds },
+            mesh,
+        }
+    }
+
     /// Writes the report as JSON.
     pub fn to_json(&self) -> String {
         // a struct of numbers, strings and lists always has a JSON form

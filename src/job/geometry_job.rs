@@ -7,7 +7,7 @@ use super::{Open, PerAxis, numbers};
 use crate::error::{Error, Result};
 use crate::geometry::world_from_file;
 
-/// A file, what its cells are called, and where it stands.
+/// A file, the name and flag of its cells, and its transform.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GeometryJob {
@@ -42,7 +42,7 @@ pub struct GeometryJob {
 }
 
 impl GeometryJob {
-    /// A file as it stands.
+    /// A file, without settings.
     pub fn new(file: impl Into<String>) -> GeometryJob {
         GeometryJob { file: file.into(), ..GeometryJob::default() }
     }
@@ -58,7 +58,7 @@ impl GeometryJob {
     /// belong to the file, as in `C:\run=3\part.stl`.
     ///
     /// # Errors
-    /// - `job-value`: no file, an unknown key or a value that is no number, with what was expected.
+    /// - `job-value`: no file, an unknown key or a value that is not a number, with what was expected.
     /// - `job-conflict`: a key given twice.
     pub fn from_argument(argument: &str) -> Result<GeometryJob> {
         let Some((file, settings)) = file_and_settings(argument) else {
@@ -87,7 +87,9 @@ impl GeometryJob {
     fn set(&mut self, key: &str, value: &str) -> std::result::Result<(), String> {
         match key {
             "flag" => self.flag = Some(value.parse().map_err(|_| format!("flag={value}: flags are 1 to 255"))?),
-            "priority" => self.priority = value.parse().map_err(|_| format!("priority={value} is no whole number"))?,
+            "priority" => {
+                self.priority = value.parse().map_err(|_| format!("priority={value} is not a whole number"))?
+            }
             "open" => self.open = Some(policy(value)?),
             "name" => self.name = Some(value.to_string()),
             "solid" => self.solid = Some(value.to_string()),
@@ -120,7 +122,7 @@ fn policy(text: &str) -> std::result::Result<Open, String> {
 }
 
 fn number(key: &str, text: &str) -> std::result::Result<f64, String> {
-    text.parse().map_err(|_| format!("{key}: \"{text}\" is no number"))
+    text.parse().map_err(|_| format!("{key}: \"{text}\" is not a number"))
 }
 
 fn three(key: &str, text: &str) -> std::result::Result<[f64; 3], String> {

@@ -1,11 +1,11 @@
-//! The report of a mesh that was read back: what a column file tells.
+//! The report of a mesh that was read back: what a column file says.
 
 use serde::Serialize;
 
 use crate::lines::Lines;
 use crate::mesh::Mesh;
 
-/// A report without what only the meshing could tell: null where [`super::Report`] has that.
+/// A report of what the file holds; null where [`super::Report`] has what only the meshing knew.
 #[derive(Debug, Serialize)]
 pub struct ColumnsReport<'a> {
     /// Version of hexcast that reads it.

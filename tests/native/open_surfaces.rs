@@ -5,26 +5,29 @@
 
 use hexcast::control::Control;
 use hexcast::geometry::{Facet, Geometry};
-use hexcast::gpu::Gpu;
 use hexcast::job::{AxisChoice, GeometryJob, Job, Open, Rule};
 use hexcast::lines::Lines;
 use hexcast::mesh::Mesh;
-use hexcast::pipeline::{self, Engine};
+use hexcast::pipeline::{self, Engine, MeshOptions};
 use hexcast::read::{Contents, read_bytes};
-use hexcast::report::Report;
+use hexcast::report::MeshFacts;
 use hexcast::sources::Source;
 use num_bigint::{BigInt, Sign};
 
-use super::kernels;
 use super::models::{self, Facets};
 use super::oracle;
-use super::soups::{Random, shuffled};
+use super::soups::Random;
 
 const ONE: &str =
     "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n";
 
 /// Meshes facets, a geometry each, in a box that is a little larger.
-fn meshed(parts: &[Facets], job: &Job, axis: usize, engine: &mut Engine) -> hexcast::Result<(Mesh, Report)> {
+pub(crate) fn meshed(
+    parts: &[Facets],
+    job: &Job,
+    axis: usize,
+    engine: &mut Engine,
+) -> hexcast::Result<(Mesh, MeshFacts)> {
     let axis = [AxisChoice::X, AxisChoice::Y, AxisChoice::Z][axis];
     let geometries = (0..parts.len()).map(|index| GeometryJob::new(format!("{index}.stl"))).collect();
     let job = Job { geometries, axis, ..job.clone() };
@@ -34,7 +37,7 @@ fn meshed(parts: &[Facets], job: &Job, axis: usize, engine: &mut Engine) -> hexc
         sha256: String::new(),
     };
     let sources = parts.iter().enumerate().map(source).collect();
-    pollster::block_on(pipeline::mesh(&job, sources, 0.0, engine, &Control::default()))
+    pollster::block_on(pipeline::mesh(&job, sources, &MeshOptions::default(), engine, &Control::default()))
 }
 
 fn contents(facets: &Facets) -> Contents {
@@ -43,11 +46,11 @@ fn contents(facets: &Facets) -> Contents {
     contents
 }
 
-fn flags_of(mesh: &Mesh) -> Vec<u8> {
+pub(crate) fn flags_of(mesh: &Mesh) -> Vec<u8> {
     mesh.box_flags(&mesh.dims().map(|n| 0..n)).expect("columns in memory")
 }
 
-fn without(facets: &[Facet], share: f64, seed: u64) -> Facets {
+pub(crate) fn without(facets: &[Facet], share: f64, seed: u64) -> Facets {
     let mut random = Random::new(seed);
     facets.iter().filter(|_| random.below(1 << 20) as f64 >= share * f64::from(1 << 20)).copied().collect()
 }
@@ -201,34 +204,6 @@ fn every_cell_of_a_surface_with_holes_is_as_defined() {
     }
     println!("{} sure, {} doubtful inside, {} outside", n_sure.get(), n_inside.get(), n_outside.get());
     assert!(n_sure.get() > 10_000 && n_inside.get() > 1000 && n_outside.get() > 1000);
-}
-
-#[test]
-fn the_axis_the_backend_and_the_order_of_facets_change_nothing() {
-    let Some(known) = kernels::gpu() else { return };
-    let gpu = pollster::block_on(Gpu::open(Some(&known.facts.name))).expect("it was opened before");
-    let mut engines = [Engine::cpu(), Engine::with_gpu(gpu)];
-    let mut random = Random::new(5);
-    let ball = without(&models::sphere([4.0; 3], 3.4, 40), 0.05, 1);
-    let ring = without(&models::torus([4.5; 3], [2.4, 1.1], 40), 0.02, 2);
-    let whole = models::cuboid([2.0; 3], [6.0, 5.0, 7.0]);
-    let parts = [ball, whole, ring];
-    for rule in [Rule::Parity, Rule::Nonzero] {
-        let job = Job { dims: Some([70, 67, 130]), rule, ..Job::default() };
-        let (first, _) = meshed(&parts, &job, 0, &mut engines[0]).expect("a mesh");
-        let flags = flags_of(&first);
-        assert!((1..=3).all(|flag| flags.contains(&flag)), "every geometry has cells");
-        for axis in 0..3 {
-            for engine in &mut engines {
-                let (mesh, report) = meshed(&parts, &job, axis, engine).expect("a mesh");
-                assert_eq!(flags_of(&mesh), flags, "axis {axis}, {}", engine.backend());
-                assert_eq!(report.open.len(), 2);
-            }
-        }
-        let other = parts.clone().map(|facets| shuffled(facets, &mut random));
-        let (mesh, _) = meshed(&other, &job, 1, &mut engines[0]).expect("a mesh");
-        assert_eq!(flags_of(&mesh), flags, "facets in another order");
-    }
 }
 
 #[test]

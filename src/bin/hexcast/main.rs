@@ -8,7 +8,6 @@ use hexcast::{Error, Result};
 
 mod adapters;
 mod arguments;
-mod aside;
 mod convert;
 mod estimate;
 mod file_store;
@@ -19,6 +18,7 @@ mod output_file;
 mod outputs;
 mod progress;
 mod reading;
+mod spill;
 mod summary;
 mod terminal;
 mod zarr_folder;
