@@ -75,6 +75,7 @@ pub const CODES: &[(&str, Actor, &str)] = &[
     ("stl-not-stl", Actor::File, "the bytes are neither binary nor ASCII STL"),
     ("stl-syntax", Actor::File, "an ASCII STL breaks the grammar on the named line"),
     ("stl-not-finite", Actor::File, "a vertex coordinate is NaN or infinite"),
+    ("surface-open", Actor::File, "a geometry is not closed, and the job asks for an error then"),
     ("columns-corrupt", Actor::File, "a column file is damaged or cut short"),
     ("columns-version", Actor::File, "a column file was written by a newer hexcast"),
     ("job-syntax", Actor::Caller, "the job file is not valid TOML or JSON"),

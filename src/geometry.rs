@@ -5,10 +5,26 @@
 //! f32 corners stay equal and a closed surface stays closed.
 
 use glam::{DAffine3, DMat3, DVec3};
+use serde::{Deserialize, Serialize};
 
 mod facets;
 
 pub use facets::{Facet, SharedFacets};
+
+/// How the cells of a geometry are decided whose surface is not closed. One that is closed is not affected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Open {
+    /// By the rays of three axes where they agree, elsewhere by the generalised winding number.
+    #[default]
+    Winding,
+    /// By most of the three axes whose rays cross it an even number of times: for surfaces that cannot be oriented.
+    Vote,
+    /// Not at all: an error.
+    Error,
+    /// By the rays of one axis, up to the last matched pair of crossings of each.
+    Parity,
+}
 
 /// A surface that bounds one substance.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,6 +35,8 @@ pub struct Geometry {
     pub flag: u8,
     /// Where geometries overlap the higher priority wins; at equal priority the later geometry.
     pub priority: i32,
+    /// How cells are decided where the surface is not closed.
+    pub open: Open,
     /// Facets in file coordinates, shared with the file that they came from.
     pub facets: SharedFacets,
     /// Places file coordinates in the world: `world = world_from_file * file`.
@@ -29,7 +47,8 @@ impl Geometry {
     /// Builds a geometry of priority 0, not transformed.
     pub fn new(name: impl Into<String>, flag: u8, facets: impl Into<SharedFacets>) -> Geometry {
         let facets = facets.into();
-        Geometry { name: name.into(), flag, priority: 0, facets, world_from_file: DAffine3::IDENTITY }
+        let name = name.into();
+        Geometry { name, flag, priority: 0, open: Open::default(), facets, world_from_file: DAffine3::IDENTITY }
     }
 
     /// Returns the function from a corner to its world coordinates, in the unit of the file. The identity transform returns the

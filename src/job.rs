@@ -21,6 +21,7 @@ use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
+pub use crate::geometry::Open;
 
 mod byte_size;
 mod geometry_job;
@@ -118,6 +119,8 @@ pub struct Job {
     pub tolerance: Option<f64>,
     /// What is inside a surface.
     pub rule: Rule,
+    /// How cells are decided where a surface is not closed; a geometry may say otherwise.
+    pub open: Open,
     /// Who meshes.
     pub backend: BackendChoice,
     /// Along which axis the rays run.

@@ -18,11 +18,14 @@ use crate::cast::Cast;
 use crate::control::Control;
 use crate::error::Result;
 use crate::frame::Frame;
-use crate::geometry::Geometry;
+use crate::geometry::{Geometry, Open};
 use crate::job::Job;
 use crate::lines::residuals;
 use crate::mesh::{Mesh, Named};
-use crate::report::{DeviceCheck, GeometryReport, InputReport, MeshFacts, PeakBytes, Seconds, flag_reports};
+use crate::open::{self, Overlay};
+use crate::report::{
+    DeviceCheck, GeometryReport, InputReport, MeshFacts, OpenReport, PeakBytes, Seconds, flag_reports,
+};
 use crate::sources::Source;
 
 mod engine;
@@ -54,13 +57,18 @@ pub async fn mesh(
     let lines_seconds = lap(&mut clock);
     control.check()?;
     let frame = Frame::new(&prepared.geometries, &prepared.lines)?;
+    let flags = frame.ranks.flag_of_rank.clone();
+    let policies: Vec<(Open, &str)> = prepared.geometries.iter().map(|of| (of.open, &*of.name)).collect();
+    let (frame, open) = open::split(frame, job.rule, &prepared.lines, &policies)?;
     let budget = memory_budget(job, options, &prepared, engine)?;
     let snap_seconds = lap(&mut clock);
     let names = names(&prepared.geometries);
     let mut builder = columns_builder(job, &options.spill, budget.columns, &prepared, (&names, &inputs))?;
     let rays_resumed = builder.n_rays();
     let cast = Cast { frame: &frame, rays: &prepared.rays, rule: job.rule };
-    let used = engine.build(&cast, &budget, &mut builder, control).await?;
+    let mut overlay = Overlay::new(open, &cast, &flags, &prepared.lines);
+    let overlay_bytes = overlay.as_ref().map_or(0, Overlay::n_bytes);
+    let used = engine.build(&cast, &budget, &mut builder, &mut overlay, control).await?;
     let columns_peak = builder.peak_bytes;
     let columns = builder.finish()?;
     let columns_seconds = lap(&mut clock);
@@ -68,7 +76,10 @@ pub async fn mesh(
     let (lines, rays) = (prepared.lines, prepared.rays);
     let geometries: Vec<GeometryReport> = prepared.geometries.iter().map(GeometryReport::new).collect();
     let cells = columns.cells_per_flag();
+    let found = overlay.map(Overlay::found).unwrap_or_default();
+    let open: Vec<OpenReport> = found.iter().map(|found| OpenReport::new(found, &geometries)).collect();
     let mut warnings: Vec<String> = engine.fallback.iter().map(|why| format!("meshed on the CPU: {why}")).collect();
+    warnings.extend(open.iter().map(|open| open.warning(lines.n_cells())));
     warnings.extend(warnings::about_odd_rays(columns.odd_rays(), rays.n_rays()));
     warnings.extend(warnings::about_geometries_without_cells(&prepared, &frame, &cells));
     let (adapter, driver) = engine.adapter().map(|(name, driver)| (name.into(), driver.into())).unzip();
@@ -94,13 +105,14 @@ pub async fn mesh(
         crossings: columns.n_crossings(),
         runs: columns.n_runs(),
         odd_rays: columns.odd_rays(),
+        open,
         cells: lines.n_cells(),
         flags: flag_reports(&geometries, &cells, &lines),
         geometries,
         warnings,
         peak_bytes: PeakBytes {
             host: None,
-            meshing: facet_bytes as u64 + used.host_bytes + columns_peak,
+            meshing: facet_bytes as u64 + used.host_bytes + overlay_bytes + columns_peak,
             device: used.device_bytes,
             spilled: columns.spilled_bytes(),
         },

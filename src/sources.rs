@@ -39,6 +39,7 @@ pub fn geometries(job: &Job, sources: Vec<Source>) -> Result<Vec<Geometry>> {
             };
             let mut geometry = Geometry::new(name, flag, facets);
             geometry.priority = entry.priority;
+            geometry.open = entry.open.unwrap_or(job.open);
             geometry.world_from_file = entry.world_from_file();
             geometries.push(geometry);
         }

@@ -28,6 +28,8 @@ export type ErrorCode =
   | 'stl-not-stl'
   | 'stl-syntax'
   | 'stl-not-finite'
+  /** A geometry is not closed, and its `open` is `error`. */
+  | 'surface-open'
   | 'columns-corrupt'
   | 'columns-version'
   | 'job-syntax'
@@ -118,6 +120,8 @@ export interface GeometryJob {
   flag?: number;
   /** Where geometries overlap the higher priority wins, at equal priority the later. Default 0. */
   priority?: number;
+  /** How cells are decided where its surface is not closed; by default as the job says. */
+  open?: Job['open'];
   /** Scales first; one factor or one an axis. */
   scale?: number | [number, number, number];
   /** Then rotates about x, y and z, in degrees. */
@@ -146,6 +150,13 @@ export interface Job {
   tolerance?: number;
   /** Inside is an odd number of crossings, or a winding number other than zero. Default `parity`. */
   rule?: 'parity' | 'nonzero';
+  /**
+   * How cells are decided where a surface is not closed. `winding`: by the rays of three axes where they are even and agree, elsewhere
+   * by the generalised winding number; `vote`: by most of the axes whose rays are even, for surfaces that cannot be oriented;
+   * `error`: not at all, the mesh fails with `surface-open`; `parity`: by the rays of one axis, up to the last matched pair of
+   * crossings. Closed surfaces are not affected. Default `winding`.
+   */
+  open?: 'winding' | 'vote' | 'error' | 'parity';
   /** Axis of the rays; the result does not depend on it. Default `auto`: the longest, the first of those less than an eighth shorter. */
   axis?: 'auto' | 'x' | 'y' | 'z';
   /**
@@ -289,6 +300,8 @@ export interface Report {
   crossings: number;
   runs: number;
   odd_rays: number;
+  /** Geometries that are not closed, unless their `open` is `parity`; null for a mesh read back. */
+  open: OpenReport[] | null;
   cells: number;
   flags: FlagReport[];
   flags_sha256: string | null;
@@ -298,6 +311,24 @@ export interface Report {
   /** Seconds of each stage, null for one that was not asked for; empty for a mesh read back. */
   seconds: Record<string, number | null>;
   [key: string]: unknown;
+}
+
+/** A geometry whose surface is not closed, and how its cells were decided. */
+export interface OpenReport {
+  geometry: string;
+  policy: 'winding' | 'vote';
+  /** Edges that facets use an odd number of times, or for the rule `nonzero` more often one way than the other. */
+  open_edges: number;
+  /** Loops of these edges. */
+  holes: number;
+  /** Middle of the longest of them. */
+  longest_at: [number, number, number];
+  /** Facets that were turned to agree with their neighbours. */
+  turned: number;
+  /** Rays along x, y and z that do not leave it as often as they enter. */
+  odd_rays: [number, number, number];
+  /** Cells whose three rays are not all even, or do not agree. */
+  doubtful_cells: number;
 }
 
 /** Mesh lines: line i of an axis is `origin + i * spacing`, i = 0 ..= dims. */

@@ -3,7 +3,7 @@
 use glam::DAffine3;
 use serde::{Deserialize, Serialize};
 
-use super::{PerAxis, numbers};
+use super::{Open, PerAxis, numbers};
 use crate::error::{Error, Result};
 use crate::geometry::world_from_file;
 
@@ -27,6 +27,9 @@ pub struct GeometryJob {
     pub flag: Option<u8>,
     /// Where geometries overlap the higher priority wins.
     pub priority: i32,
+    /// How cells are decided where its surface is not closed, if not as the job says.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub open: Option<Open>,
     /// Scales first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scale: Option<PerAxis<f64>>,
@@ -50,7 +53,7 @@ impl GeometryJob {
         world_from_file(scale, self.rotate.unwrap_or_default(), self.translate.unwrap_or_default())
     }
 
-    /// Reads `FILE` or `FILE:key=value,...` with the keys flag, priority, name, solid, split, scale, rotate and translate;
+    /// Reads `FILE` or `FILE:key=value,...` with the keys flag, priority, open, name, solid, split, scale, rotate and translate;
     /// three numbers are joined by `/`. The settings begin after the first colon that a word and `=` follow, so other colons
     /// belong to the file, as in `C:\run=3\part.stl`.
     ///
@@ -87,6 +90,7 @@ impl GeometryJob {
             "priority" => {
                 self.priority = value.parse().map_err(|_| format!("priority={value} is not a whole number"))?
             }
+            "open" => self.open = Some(policy(value)?),
             "name" => self.name = Some(value.to_string()),
             "solid" => self.solid = Some(value.to_string()),
             "split" => self.split = value.parse().map_err(|_| format!("split={value}: write true or false"))?,
@@ -95,7 +99,7 @@ impl GeometryJob {
             "rotate" => self.rotate = Some(three(key, value)?),
             "translate" => self.translate = Some(three(key, value)?),
             _ => {
-                let keys = "flag, priority, name, solid, split, scale, rotate, translate";
+                let keys = "flag, priority, open, name, solid, split, scale, rotate, translate";
                 return Err(format!("there is no key \"{key}\"; keys are {keys}"));
             }
         }
@@ -110,6 +114,11 @@ fn file_and_settings(argument: &str) -> Option<(&str, &str)> {
     };
     let mut colons = argument.match_indices(':').map(|(at, _)| (&argument[..at], &argument[at + 1..]));
     colons.find(|(_, rest)| begins_with_key(rest))
+}
+
+fn policy(text: &str) -> std::result::Result<Open, String> {
+    let value = serde::de::value::StrDeserializer::<serde::de::value::Error>::new(text);
+    Open::deserialize(value).map_err(|_| format!("open={text}: write winding, vote, error or parity"))
 }
 
 fn number(key: &str, text: &str) -> std::result::Result<f64, String> {

@@ -3,9 +3,7 @@
 use web_time::Instant;
 
 use crate::cast::Cast;
-#[cfg(feature = "gpu")]
-use crate::columns::Band;
-use crate::columns::{Columns, ColumnsBuilder};
+use crate::columns::{Band, Columns, ColumnsBuilder};
 use crate::control::Control;
 use crate::cpu;
 #[cfg(feature = "gpu")]
@@ -17,6 +15,7 @@ use crate::estimate::{Device, MemoryBudget};
 #[cfg(feature = "gpu")]
 use crate::gpu::{AdapterKind, Gpu, Options, Usage};
 use crate::job::BackendChoice;
+use crate::open::Overlay;
 
 /// Times that a lost device is opened again.
 #[cfg(feature = "gpu")]
@@ -172,11 +171,11 @@ impl Engine {
     /// `cancelled`; `device-lost` when the device was lost too often, or for good, and there is no CPU fallback.
     pub async fn columns(&mut self, cast: &Cast<'_>, control: &Control) -> Result<(Columns, Used)> {
         let mut builder = ColumnsBuilder::new(*cast.rays, u64::MAX, None);
-        let used = self.build(cast, &MemoryBudget::unlimited(cast.rays), &mut builder, control).await?;
+        let used = self.build(cast, &MemoryBudget::unlimited(cast.rays), &mut builder, &mut None, control).await?;
         Ok((builder.finish()?, used))
     }
 
-    /// Meshes the rays after those that the builder has.
+    /// Meshes the rays after those that the builder has, and puts open geometries over them.
     ///
     /// # Errors
     /// Those of [`Engine::columns`] and [`ColumnsBuilder::push`]; the builder keeps what was finished before.
@@ -185,13 +184,14 @@ impl Engine {
         cast: &Cast<'_>,
         budget: &MemoryBudget,
         builder: &mut ColumnsBuilder,
+        overlay: &mut Option<Overlay>,
         control: &Control,
     ) -> Result<Used> {
         #[cfg_attr(not(feature = "gpu"), expect(unused_mut))]
         let mut used = Used::default();
         #[cfg(feature = "gpu")]
         if self.gpu.is_some() {
-            match self.build_on_gpu((cast, budget.most_rows), builder, control, &mut used).await {
+            match self.build_on_gpu((cast, budget.most_rows), (builder, overlay), control, &mut used).await {
                 // what the GPU has finished stays: it was checked
                 Err(error)
                     if error.code() == "device-wrong" || self.has_cpu_fallback && error.code() == "device-lost" =>
@@ -205,7 +205,7 @@ impl Engine {
         let strips = cpu::Strips::new(cast, None).in_rounds_of(budget.most_strips);
         let mut strips = strips.from_ray(builder.n_rays());
         while let Some(bands) = strips.round(control)? {
-            builder.push(bands)?;
+            builder.push(laid(overlay, bands))?;
             control.pause().await;
         }
         Ok(Used { host_bytes: used.host_bytes.max(strips.n_bytes()), ..used })
@@ -217,7 +217,7 @@ impl Engine {
     async fn build_on_gpu(
         &mut self,
         (cast, most_rows): (&Cast<'_>, u32),
-        builder: &mut ColumnsBuilder,
+        (builder, overlay): (&mut ColumnsBuilder, &mut Option<Overlay>),
         control: &Control,
         used: &mut Used,
     ) -> Result<()> {
@@ -229,7 +229,7 @@ impl Engine {
             let first_row = (builder.n_rays() / n_i) as u32;
             let take = &mut |band: Band| {
                 last_rows = band.ends.len() as u64 / n_i;
-                builder.push(vec![band])
+                builder.push(laid(overlay, vec![band]))
             };
             let rows = first_row..cast.rays.counts[1];
             let result = gpu.hand_out_bands(cast, &options, control, rows, &mut usage, take).await;
@@ -246,6 +246,14 @@ impl Engine {
             }
         }
         unreachable!("a GPU mesh has a GPU")
+    }
+}
+
+/// Bands with the open geometries put over them, if there are any.
+fn laid(overlay: &mut Option<Overlay>, bands: Vec<Band>) -> Vec<Band> {
+    match overlay {
+        Some(overlay) => overlay.lay(bands),
+        None => bands,
     }
 }
 

@@ -56,6 +56,10 @@ fn axis_without_centre(frame: &Frame, geometry: usize) -> Option<usize> {
     // facets are stored rank after rank
     let end_of = |n_ranks: usize| frame.rank_of_facet.partition_point(|&other| usize::from(other) < n_ranks);
     let corners = frame.facets[end_of(rank)..end_of(rank + 1)].as_flattened();
+    // one that is not closed has been taken out of the frame
+    if corners.is_empty() {
+        return None;
+    }
     (0..3).find(|&axis| {
         let low = corners.iter().map(|corner| corner[axis]).min().unwrap_or(0);
         let high = corners.iter().map(|corner| corner[axis]).max().unwrap_or(0);

@@ -33,6 +33,7 @@ pub struct ColumnsReport<'a> {
     pub runs: u64,
     /// Rays that do not leave every geometry they enter.
     pub odd_rays: u64,
+    open: (),
     /// Number of cells.
     pub cells: u64,
     /// Every flag in use.
@@ -81,6 +82,7 @@ impl ColumnsReport<'_> {
             rays: columns.rays.n_rays(),
             crossings: columns.n_crossings(),
             runs: columns.n_runs(),
+            open: (),
             odd_rays: columns.odd_rays(),
             cells: mesh.lines.n_cells(),
             flags: flags_of_columns(mesh),

@@ -23,6 +23,7 @@ mod gpu {
     mod broken_drivers;
     mod kernels;
     mod lost_device;
+    mod open_surfaces;
 }
 #[cfg(feature = "gpu")]
 mod kernel_checks;
@@ -30,6 +31,7 @@ mod layering;
 #[cfg(feature = "cli")]
 mod memory;
 mod models;
+mod open_surfaces;
 mod oracle;
 mod properties;
 mod seven_cases;

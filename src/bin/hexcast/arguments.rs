@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use hexcast::job::{AxisChoice, BackendChoice, ByteSize, GeometryJob, Job, Padding, PerAxis, Rule};
+use hexcast::job::{AxisChoice, BackendChoice, ByteSize, GeometryJob, Job, Open, Padding, PerAxis, Rule};
 use hexcast::{Error, Result};
 use serde::de::DeserializeOwned;
 
@@ -53,6 +53,10 @@ pub(crate) struct JobArguments {
     /// What is inside: an odd number of crossings, or a winding number that is not zero [default: parity]
     #[arg(long, value_parser = choice::<Rule>(&["parity", "nonzero"]), help_heading = "Method")]
     rule: Option<Rule>,
+    /// What decides cells where a surface is not closed: the winding number, a vote of the rays of three axes, nothing (an error), or
+    /// the rays of one axis as they are [default: winding]
+    #[arg(long, value_parser = choice::<Open>(&["winding", "vote", "error", "parity"]), help_heading = "Method")]
+    open: Option<Open>,
     /// Who meshes; auto is the GPU where there is one [default: auto]
     #[arg(long, value_parser = choice::<BackendChoice>(&["auto", "gpu", "cpu"]), help_heading = "Method")]
     backend: Option<BackendChoice>,
@@ -93,6 +97,7 @@ impl JobArguments {
         self.override_cells(&mut job);
         self.override_domain(&mut job);
         job.rule = self.rule.unwrap_or(job.rule);
+        job.open = self.open.unwrap_or(job.open);
         job.backend = self.backend.unwrap_or(job.backend);
         job.axis = self.axis.unwrap_or(job.axis);
         job.max_memory = self.max_memory.or(job.max_memory).or_else(default_max_memory);
