@@ -178,11 +178,20 @@ fn an_open_surface_that_rays_enter_is_never_silent() {
     let lid = folder.path("lid.stl");
     let mesh = ["mesh", &lid, "--domain=-1,0,0,1,1,1", "--dims", "8,8,8", "--axis", "x", "--backend", "cpu"];
     let report = json(&[&mesh[..], &["--json"]].concat());
-    assert_eq!(report["odd_rays"], 64);
-    let warning = report["warnings"][0].as_str().unwrap();
-    assert!(warning.starts_with("64 of 64 rays do not leave"), "{warning}");
+    assert_eq!(report["open"][0]["odd_rays"], serde_json::json!([64, 0, 0]));
+    assert_eq!(report["open"][0]["doubtful_cells"], 512);
     let quiet = hexcast(&[&mesh[..], &["-q"]].concat());
-    assert!(String::from_utf8_lossy(&quiet.stderr).starts_with("warning: 64 of 64 rays"));
+    let warning = String::from_utf8_lossy(&quiet.stderr);
+    assert!(warning.starts_with("warning: geometry \"lid\" is not closed: open edges 4, in 1 loops"), "{warning}");
+
+    let report = json(&[&mesh[..], &["--json", "--open", "parity"]].concat());
+    assert_eq!(report["odd_rays"], 64);
+    let quiet = hexcast(&[&mesh[..], &["-q", "--open", "parity"]].concat());
+    assert!(String::from_utf8_lossy(&quiet.stderr).starts_with("warning: 64 of 64 rays do not leave"));
+
+    let refused = hexcast(&[&mesh[..], &["--open", "error"]].concat());
+    assert_eq!(refused.status.code(), Some(3));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("error[surface-open]: geometry \"lid\" is not closed"));
 }
 
 #[test]
