@@ -42,7 +42,7 @@ pub(super) fn about_geometries_without_cells(prepared: &Prepared, frame: &Frame,
             let axis = thin_axis.unwrap_or(thinnest);
             let (thick, size, name) = (high[axis] - low[axis], lines.spacing[axis], AXES[axis]);
             let advice =
-                if thin_axis.is_some() { "" } else { ", or look at the priorities of the geometries around it" };
+                if thin_axis.is_some() { "" } else { ", or check the priorities of the geometries that overlap it" };
             format!("it is {thick:?} thick along {name}, a cell is {size:?}; use smaller cells{advice}")
         };
         sentences.push(format!("geometry \"{}\" (flag {}) got no cell: {cause}", geometry.name, geometry.flag));

@@ -127,6 +127,11 @@ fn flags_in_memory_and_hashes_are_made_where_asked_for() {
     let sum: f64 =
         ["read", "lines", "snap", "columns", "flags"].iter().map(|s| asked["seconds"][s].as_f64().unwrap()).sum();
     assert!((asked["seconds"]["total"].as_f64().unwrap() - sum).abs() < 1e-9);
+    for report in [&plain, &asked] {
+        let [cells, total, rate] = [&report["cells"], &report["seconds"]["total"], &report["cells_per_second"]]
+            .map(|number| number.as_f64().unwrap());
+        assert!((rate * total / cells - 1.0).abs() < 1e-9, "{cells} cells in {total} s: {rate} a second");
+    }
 }
 
 #[test]

@@ -40,4 +40,5 @@ mod shaders;
 mod soups;
 #[cfg(feature = "cli")]
 mod tolerances;
+#[cfg(feature = "cli")]
 mod warnings;

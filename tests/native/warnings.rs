@@ -100,7 +100,7 @@ fn a_geometry_without_cells_is_named_with_the_cause() {
             "a body covered by one of higher priority",
             &[([[0.0; 3], [8.0; 3]], 1, 1), body([1.0, 1.0, 1.0], [4.0, 7.0, 7.0], 2)],
             &["geometry \"box 1\" (flag 2) got no cell: it is 3.0 thick along x, a cell is 1.0; use smaller cells, \
-               or look at the priorities of the geometries around it"],
+               or check the priorities of the geometries that overlap it"],
         ),
     ];
     for (what, bodies, expected) in cases {
