@@ -90,7 +90,7 @@ pub async fn mesh_task(
     report.peak_bytes.meshing = facets as u64 + used.host_bytes + columns_peak;
     report.peak_bytes.device = used.device_bytes;
     report.device_check = used.checked.map(|[rays, differing]| DeviceCheck { rays, differing });
-    report.peak_bytes.aside = mesh.columns.spilled_bytes();
+    report.peak_bytes.spilled = mesh.columns.spilled_bytes();
     report.cells_per_second = report.cells as f64 / seconds.total.max(1e-9);
     seconds.report = lap(&mut clock);
     report.seconds = seconds;

@@ -132,8 +132,8 @@ pub struct PeakBytes {
     pub meshing: u64,
     /// In buffers on the device.
     pub device: u64,
-    /// Outside memory: columns that were put aside.
-    pub aside: u64,
+    /// On disk: columns that spilled.
+    pub spilled: u64,
 }
 
 /// Rays of a GPU's that the CPU cast again.

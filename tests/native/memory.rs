@@ -130,11 +130,11 @@ fn columns_put_aside_make_the_same_files() {
         for axis in [AxisChoice::X, AxisChoice::Z] {
             let job = Job { axis, ..long_job() };
             let (whole, report) = run(&job, &mut engine, Aside::Nowhere, &Control::default()).unwrap();
-            assert_eq!(report.peak_bytes.aside, 0);
+            assert_eq!(report.peak_bytes.spilled, 0);
             let tight = Job { max_memory: Some(ByteSize(12_000_000)), ..job.clone() };
             let store = Arc::new(Bytes::default());
             let (mesh, report) = run(&tight, &mut engine, Aside::Spill(store), &Control::default()).unwrap();
-            assert_eq!(mesh.columns.is_spilled(), report.peak_bytes.aside > 0);
+            assert_eq!(mesh.columns.is_spilled(), report.peak_bytes.spilled > 0);
             if axis == AxisChoice::X {
                 assert!(mesh.columns.is_spilled() && mesh.columns.n_bytes() < 100_000);
                 assert!(of_host(&report, &engine) < 12_000_000, "{:?}", report.peak_bytes);

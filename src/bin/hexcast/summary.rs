@@ -162,8 +162,8 @@ fn stages(table: &mut Table, report: &Report, verbose: bool) {
     table.line("time", texts.collect::<Vec<_>>().join("  "));
     let host = report.peak_bytes.host.map_or("unknown".into(), |bytes| BinaryBytes(bytes).to_string());
     table.line("peak memory", format!("{host}, on the device {}", BinaryBytes(report.peak_bytes.device)));
-    if report.peak_bytes.aside > 0 {
-        table.line("peak memory", format!("columns on disk {}", BinaryBytes(report.peak_bytes.aside)));
+    if report.peak_bytes.spilled > 0 {
+        table.line("peak memory", format!("columns on disk {}", BinaryBytes(report.peak_bytes.spilled)));
     }
 }
 
