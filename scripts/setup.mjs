@@ -11,7 +11,7 @@ import { ensureBindgen, wasmRust } from './wasm.mjs';
 const NEEDS = {
   lint: ['linker'],
   native: ['linker', 'vulkan', 'chromium'],
-  wasm: ['linker', 'vulkan', 'chromium', 'chromedriver', 'firefox'],
+  wasm: ['linker', 'vulkan', 'chromium', 'firefox'],
   e2e: ['linker', 'vulkan', 'chromium', 'firefox'],
   package: ['linker', 'vulkan', 'chromium', 'firefox'],
 };

@@ -6,10 +6,10 @@ import { readFileSync, readdirSync } from 'node:fs';
 import path from 'node:path';
 
 import { build } from './build.mjs';
-import { NATIVE_ENV, chromedriver, swiftshaderEnv } from './machine.mjs';
+import { swiftshaderEnv } from './machine.mjs';
 import { ROOT, Steps, run } from './run.mjs';
 import { GROUPS, setup } from './setup.mjs';
-import { bindgenTool, clippyWasm, compileWasmTests, testWasm } from './wasm.mjs';
+import { bindgenTool, clippyWasm, compileWasmTests } from './wasm.mjs';
 
 const steps = new Steps();
 
@@ -31,7 +31,7 @@ async function types() {
 }
 
 async function native() {
-  await steps.step('native tests', async () => cargoTests(await run('cargo', ['test'], { env: NATIVE_ENV, minutes: 30 })));
+  await steps.step('native tests', async () => cargoTests(await run('cargo', ['test'], { minutes: 30 })));
   const env = swiftshaderEnv();
   await steps.step('kernel tests on SwiftShader', async () => {
     if (!env) throw new Error("missing: SwiftShader as a Vulkan driver, which Debian's package chromium brings");
@@ -40,13 +40,14 @@ async function native() {
 }
 
 async function wasm() {
-  await steps.step('wasm tests in Chromium', async () => cargoTests(await testWasm(chromedriver() ?? 'chromedriver')));
-  await steps.step('wasm tests in Firefox', async () => {
-    // loaded late: it needs the Node packages; by a name that the compiler does not follow, as it does not check tests
-    const tests = '../tests/web/firefox.mjs';
-    const { testInFirefox } = await import(tests);
-    return cargoTests(await testInFirefox(bindgenTool('wasm-bindgen-test-runner'), await compileWasmTests()));
-  });
+  // loaded late: they need the Node packages; by names that the compiler does not follow, as it does not check tests
+  const [runTests, browsers] = ['../tests/web/browser.mjs', '../tests/e2e/browsers.mjs'];
+  const [{ testInBrowser }, { openChromium, openFirefox }] = await Promise.all([import(runTests), import(browsers)]);
+  for (const [name, open] of Object.entries({ Chromium: openChromium, Firefox: openFirefox })) {
+    await steps.step(`wasm tests in ${name}`, async () =>
+      cargoTests(await testInBrowser(open, bindgenTool('wasm-bindgen-test-runner'), await compileWasmTests())),
+    );
+  }
 }
 
 async function e2e() {
