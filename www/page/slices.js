@@ -15,10 +15,10 @@ import { on, state } from './state.js';
 const AXES = ['x', 'y', 'z'];
 /** Mesh lines are drawn where a cell has at least so many pixels. */
 const LINE_PIXELS = 4;
-/** A screen has no more pixels; zooming in asks for no finer slice than this. */
+/** Most pixels a side that a slice is requested with: screens have no more. */
 const MAX_PIXELS = 4096;
 
-/** Plane shown, and the plane of each axis to come back to. */
+/** The plane shown, and the last plane of each axis. */
 /** @type {{ axis: Axis, index: number[], zoom: number, pan: number[] }} */
 const view = { axis: 2, index: [0, 0, 0], zoom: 1, pan: [0, 0] };
 /** The slice on the screen, painted. */
@@ -58,7 +58,7 @@ export function startSlices() {
 /** What the canvas fills. */
 function stage() {
   const { parentElement } = byId('canvas-slice');
-  if (!parentElement) throw new Error('the canvas of slices stands alone');
+  if (!parentElement) throw new Error('the canvas of slices has no parent');
   return parentElement;
 }
 
@@ -87,7 +87,7 @@ function go(index) {
   load();
 }
 
-/** Fetches the plane; of several requests under way the last wins. */
+/** Requests the plane; an earlier request that is still running is ignored. */
 async function load() {
   const { mesh } = state;
   byId('slices-empty').hidden = Boolean(mesh);
@@ -166,7 +166,7 @@ function drawNow() {
   context.strokeStyle = style.getPropertyValue('--cells-edge');
   context.strokeRect(left + 0.5, top + 0.5, width - 1, height - 1);
   byId('slice-note').textContent = slice.step > 1 ? `every ${slice.step}th cell is drawn` : '';
-  // facts for whoever wants to find a cell on the canvas
+  // where the cells are on the canvas, for tests
   Object.assign(canvas.dataset, {
     axis: AXES[axis],
     index,
@@ -227,13 +227,13 @@ function startPointer(canvas) {
       view.pan = [view.pan[0] + event.movementX * devicePixelRatio, view.pan[1] + event.movementY * devicePixelRatio];
       draw();
     }
-    tell(canvas, at(event));
+    nameCell(canvas, at(event));
   });
   canvas.addEventListener('pointerleave', () => (byId('slice-cell').textContent = ''));
 }
 
 /** Names the cell under the pointer. @param {HTMLCanvasElement} canvas @param {number[]} at */
-function tell(canvas, [x, y]) {
+function nameCell(canvas, [x, y]) {
   if (!picture) return;
   const { slice, mesh, axis, index } = picture;
   const { left, top, scale } = layout(canvas, picture);
