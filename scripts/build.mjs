@@ -17,15 +17,8 @@ const PACKAGE_MODULES = readdirSync(WWW).filter((name) => /\.(js|d\.ts)$/.test(n
 /** Most kilobytes (1000 bytes) of the wasm file, as it is and after gzip -9. */
 const LIMITS = { wasm: 1200, gzip: 450 };
 /** Every browser with WebGPU has these; without them wasm-opt refuses the code. */
-const FEATURES = [
-  'simd',
-  'bulk-memory',
-  'nontrapping-float-to-int',
-  'sign-ext',
-  'mutable-globals',
-  'reference-types',
-  'multivalue',
-].map((feature) => `--enable-${feature}`);
+const FEATURES =
+  '--enable-simd --enable-bulk-memory --enable-nontrapping-float-to-int --enable-sign-ext --enable-mutable-globals --enable-reference-types --enable-multivalue';
 
 /** Builds dist/ and returns a line with its sizes; fails where the wasm is too large. */
 export async function build() {
@@ -37,7 +30,14 @@ export async function build() {
   for (const name of PACKAGE_MODULES) cpSync(path.join(WWW, name), path.join(DIST, name));
   await run(bindgen, ['--target', 'web', '--out-dir', DIST, '--out-name', 'hexcast_wasm', compiled]);
   const wasm = nameWasm();
-  await run(process.execPath, [path.join(ROOT, 'node_modules/binaryen/bin/wasm-opt'), ...FEATURES, '-O3', wasm, '-o', wasm]);
+  await run(process.execPath, [
+    path.join(ROOT, 'node_modules/binaryen/bin/wasm-opt'),
+    ...FEATURES.split(' '),
+    '-O3',
+    wasm,
+    '-o',
+    wasm,
+  ]);
   await buildPage();
   return checkSizes(wasm);
 }

@@ -32,5 +32,5 @@ export async function setup(steps, groups = GROUPS) {
 if (process.argv[1] === fileURLToPath(import.meta.url)) {
   const steps = new Steps();
   await setup(steps);
-  steps.done();
+  steps.finish();
 }

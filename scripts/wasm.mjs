@@ -13,17 +13,7 @@ const TARGET = 'wasm32-unknown-unknown';
 /** Seconds that rustup gets to download the target. */
 const RUSTUP_SECONDS = 30;
 /** The same for what is shipped, tested and linted, so that nothing is compiled twice. */
-const CARGO_ARGS = [
-  '--target',
-  TARGET,
-  '--target-dir',
-  'target/wasm',
-  '--profile',
-  'wasm',
-  '--no-default-features',
-  '--features',
-  'web',
-];
+const CARGO_ARGS = `--target ${TARGET} --target-dir target/wasm --profile wasm --no-default-features --features web`.split(' ');
 const ENV = { CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS: '-C target-feature=+simd128' };
 
 /**
