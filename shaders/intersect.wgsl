@@ -68,5 +68,5 @@ fn fixed(value: vec3<u32>, area: vec2<u32>) -> Fixed {
 
 // 16 more bits of a quotient: rest * 2^16 / area and its rest.
 fn next_16_bits(rest: vec2<u32>, area: vec2<u32>) -> Quotient {
-    return quotient(vec2<u32>(rest.x << 16u, (rest.y << 16u) | (rest.x >> 16u)), float64(rest) * 65536.0, area);
+    return small_quotient(vec2<u32>(rest.x << 16u, (rest.y << 16u) | (rest.x >> 16u)), float64(rest) * 65536.0, area);
 }

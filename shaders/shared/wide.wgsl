@@ -22,11 +22,6 @@ fn negate64(a: vec2<u32>) -> vec2<u32> {
     return sub64(vec2<u32>(0u, 0u), a);
 }
 
-// a >= b for non-negative numbers
-fn at_least64(a: vec2<u32>, b: vec2<u32>) -> bool {
-    return a.y > b.y || (a.y == b.y && a.x >= b.x);
-}
-
 // a >> bits, rounding down, for 1 <= bits <= 31
 fn shift_right64(a: vec2<u32>, bits: u32) -> vec2<u32> {
     return vec2<u32>((a.x >> bits) | (a.y << (32u - bits)), bitcast<u32>(bitcast<i32>(a.y) >> bits));
@@ -142,15 +137,22 @@ fn quotient(value: vec2<u32>, size: f32, divisor: vec2<u32>) -> Quotient {
     return corrected(one, divisor);
 }
 
-// One step towards 0 <= rest < divisor.
+// The same for quotients below 2^16, of which one guess is wrong by less than 1: rounded down it is within 1 of the quotient, one step
+// puts the rest into 0 .. divisor, and the second is to spare.
+fn small_quotient(value: vec2<u32>, size: f32, divisor: vec2<u32>) -> Quotient {
+    let by = float64(divisor);
+    let first = u32(min(guess(size, by), 1073741824.0));
+    let one = corrected(Quotient(first, sub64(value, times64(divisor, first))), divisor);
+    return corrected(one, divisor);
+}
+
+// One step towards 0 <= rest < divisor. Without branches: see sweep.wgsl.
 fn corrected(q: Quotient, divisor: vec2<u32>) -> Quotient {
-    if is_negative(q.rest) {
-        return Quotient(q.whole - 1u, add64(q.rest, divisor));
-    }
-    if at_least64(q.rest, divisor) {
-        return Quotient(q.whole + 1u, sub64(q.rest, divisor));
-    }
-    return q;
+    let less = sub64(q.rest, divisor);
+    let is_low = is_negative(q.rest);
+    let is_high = !is_low && !is_negative(less);
+    let raised = select(q.rest, add64(q.rest, divisor), vec2<bool>(is_low));
+    return Quotient(q.whole + u32(is_high) - u32(is_low), select(raised, less, vec2<bool>(is_high)));
 }
 
 // a * b modulo 2^64
