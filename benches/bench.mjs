@@ -1,7 +1,7 @@
 // Measures hexcast and other programs on the same files, in turn, and writes the tables of RESULTS.md.
 // usage: npm run bench -- [native | peers | page] [--quick] [--rounds R] [--runs K] [--largest N]
-// By default "native" and "peers": all stages beside VTK, then every program of peers.py. "page" measures the page in Chromium
-// beside the command on the same driver. Needs cargo, and python3 with venv for the peers; takes some ten minutes.
+// By default "native" and "peers": all stages compared with VTK, then every program of peers.py. "page" measures the page in Chromium
+// and the command on the same driver. Needs cargo, and python3 with venv for the peers; takes some ten minutes.
 
 import { mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';

@@ -1,4 +1,4 @@
-// Times every stage of the native program beside VTK, and every pass of the columns, for bench.mjs.
+// Times the native program and VTK, stage by stage, and every pass of the columns, for bench.mjs.
 
 import path from 'node:path';
 
@@ -112,7 +112,7 @@ function gatherRow({ n, naive_gather: g }) {
   return [`${n}^3`, g.n_pairs, g.n_crossings, ms(g.naive_s), ms(g.ours_s), `${(g.naive_s / g.ours_s).toFixed(1)}x`];
 }
 
-/** Measures all stages beside VTK. @param {Bench} bench */
+/** Measures all stages, and VTK. @param {Bench} bench */
 export function benchNative(bench) {
   const { stages, spheres, sizes } = bench;
   const { python, missing } = peersPython(['vtk']);

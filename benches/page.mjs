@@ -1,4 +1,4 @@
-// Times the page in Chromium beside the native program, both on SwiftShader, then the largest mesh, for bench.mjs.
+// Times the page in Chromium and the native program, both on SwiftShader, then the largest mesh, for bench.mjs.
 
 import path from 'node:path';
 

@@ -1,4 +1,4 @@
-// Times hexcast beside other programs that flag the cells of a closed surface, for bench.mjs; peers.py has the programs.
+// Times hexcast and other programs that flag the cells of a closed surface, for bench.mjs; peers.py has the programs.
 
 import { execFileSync } from 'node:child_process';
 import { existsSync, readFileSync } from 'node:fs';
@@ -91,7 +91,7 @@ function failure(program, args) {
  * Makes the virtual environment of the peers, or adds what it lacks.
  *
  * @param {string[]} ids peers that are wanted
- * @returns {{python: string, missing: Record<string, string>}} its Python, and a sentence for each peer that cannot be had
+ * @returns {{python: string, missing: Record<string, string>}} its Python, and a sentence for each peer that cannot be installed
  */
 export function peersPython(ids) {
   const folder = join(ROOT, '.tools/peers');
@@ -105,7 +105,7 @@ export function peersPython(ids) {
     console.log(`${id}: ${packages.join(', ')} into .tools/peers`);
     const reason =
       failure(python, ['-m', 'pip', 'install', '--quiet', ...packages]) ?? failure(python, ['-c', `import ${imports}`]);
-    if (reason) missing[id] = `not to be had for ${version} on ${process.platform}, ${process.arch}: ${reason}`;
+    if (reason) missing[id] = `not available for ${version} on ${process.platform}, ${process.arch}: ${reason}`;
   }
   return { python, missing };
 }
@@ -215,7 +215,7 @@ function raceTable(n, racers) {
 }
 
 /**
- * Who is left out at the next size, and why: who cannot be had, has failed, or would be slow.
+ * Why programs are left out at the next size: they could not be installed, failed, or would be slow.
  *
  * @param {Racer[]} racers
  * @param {number} n

@@ -146,7 +146,7 @@ function depth(bench) {
   ].join('\n');
 }
 
-/** The traditional algorithm on one core beside both backends, from the file to flags in memory. @param {Bench} bench */
+/** The traditional algorithm on one core, and both backends, from the file to flags in memory. @param {Bench} bench */
 function serial(bench) {
   const rows = [];
   for (const n of bench.quick ? [64, 128] : [256, 512, 1024]) {

@@ -1,5 +1,5 @@
-// Builds dist/: the package's modules from www/, the library as wasm with its glue beside them, and with Vite the page. The
-// same folder is what a static host serves and, without the page, what the npm package ships.
+// Builds dist/: the package's modules from www/, the library as wasm with its glue, and the page with Vite. A static host serves this
+// folder; the npm package ships it without the page.
 
 import { cpSync, mkdirSync, readFileSync, readdirSync, renameSync, rmSync, statSync, writeFileSync } from 'node:fs';
 import path from 'node:path';

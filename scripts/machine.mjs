@@ -46,7 +46,7 @@ const NEEDS = {
 };
 
 /**
- * Sees to it that these needs are met.
+ * Installs these needs where they are missing.
  *
  * @param {(keyof typeof NEEDS)[]} names
  * @returns {Promise<string | null>} what was installed; rejects with a sentence that names what is missing

@@ -33,7 +33,7 @@ export class CommandFailed extends Error {
 export function run(command, args, { env = {}, cwd = ROOT, minutes = 20 } = {}) {
   const line = [command, ...args].join(' ');
   return new Promise((resolve, reject) => {
-    // a group of its own, so that a browser that hangs goes with the test that started it
+    // a group of its own, so that a browser that hangs is ended with the test that started it
     const child = spawn(command, args, {
       cwd,
       env: { ...process.env, ...env },

@@ -19,7 +19,7 @@ const NEEDS = {
 /** The groups of tests. */
 export const GROUPS = Object.keys(NEEDS);
 
-/** Sees to it that the machine has what these groups need. @param {Steps} steps @param {string[]} [groups] */
+/** Installs what the machine lacks for these groups. @param {Steps} steps @param {string[]} [groups] */
 export async function setup(steps, groups = GROUPS) {
   await steps.step('Node packages', ensureNodeModules);
   await steps.step('Rust', async () => requireRust());

@@ -8,7 +8,7 @@ import { change, freeFlag, set, state } from './state.js';
 
 /**
  * @typedef {Partial<import('./state.js').Geometry>} GeometrySettings
- * @typedef {{ source: File, settings?: GeometrySettings }} FileIn
+ * @typedef {{ source: File, settings?: GeometrySettings }} FileIn a file, and settings of its geometry
  */
 
 /** Beyond so many facets the preview in 3-D is left out: the browser would hold them three times. */
@@ -23,10 +23,7 @@ export function startFiles() {
   const choose = (/** @type {string} */ input, /** @type {string} */ button) => {
     byId(button).addEventListener('click', () => byId(input).click());
     onInput(input, 'change', (target) => {
-      addFiles(
-        [...(target.files ?? [])].map((source) => ({ source })),
-        { isFolder: input === 'folder-input' },
-      );
+      addFiles(withoutSettings(target.files ?? []), { isFolder: input === 'folder-input' });
       target.value = '';
     });
   };
@@ -39,6 +36,9 @@ export function startFiles() {
   }
   startDropping();
 }
+
+/** @param {Iterable<File>} files */
+const withoutSettings = (files) => Array.from(files, (source) => ({ source }));
 
 function startDropping() {
   let depth = 0;
@@ -56,11 +56,7 @@ function startDropping() {
       .map((item) => item.webkitGetAsEntry?.() ?? item.getAsFile());
     try {
       const isFolder = entries.some((entry) => entry && 'isDirectory' in entry && entry.isDirectory);
-      const files = (await Promise.all(entries.map(filesOf))).flat();
-      addFiles(
-        files.map((source) => ({ source })),
-        { isFolder },
-      );
+      addFiles(withoutSettings((await Promise.all(entries.map(filesOf))).flat()), { isFolder });
     } catch (error) {
       showError(error);
     }

@@ -24,10 +24,10 @@ let stop = null;
  */
 export function startRun(restart) {
   byId('run').addEventListener('click', () => run(restart));
-  byId('cancel').addEventListener('click', () => stop?.abort(new DOMException('cancelled', 'AbortError')));
+  byId('cancel').addEventListener('click', () => stop?.abort());
   document.addEventListener('keydown', (event) => {
     if (event.key === 'Enter' && (event.ctrlKey || event.metaKey) && !buttonOf('run').disabled) run(restart);
-    if (event.key === 'Escape') stop?.abort(new DOMException('cancelled', 'AbortError'));
+    if (event.key === 'Escape') stop?.abort();
   });
   on(['phase', 'geometries', 'settings', 'fields', 'mesher', 'estimate'], show);
   show();

@@ -1,4 +1,4 @@
-/** The models of the samples, made by three.js: nothing is downloaded, nobody's licence applies. */
+/** The models of the samples, made by three.js: they are not downloaded and need no licence. */
 import { BoxGeometry, ExtrudeGeometry, Mesh, Path, Shape, SphereGeometry, TorusKnotGeometry, Vector2 } from 'three';
 import { STLExporter } from 'three/addons/exporters/STLExporter.js';
 import { mergeVertices } from 'three/addons/utils/BufferGeometryUtils.js';

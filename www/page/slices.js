@@ -25,6 +25,8 @@ const view = { axis: 2, index: [0, 0, 0], zoom: 1, pan: [0, 0] };
 let picture = /** @type {Picture | null} */ (null);
 let request = 0;
 const draw = oncePerFrame(drawNow);
+/** The element that the canvas fills. */
+const canvasFrame = () => /** @type {HTMLElement} */ (byId('canvas-slice').parentElement);
 
 /** Connects the view. */
 export function startSlices() {
@@ -51,15 +53,8 @@ export function startSlices() {
   byId('save-slice').addEventListener('click', savePicture);
   startPointer(canvasOf('canvas-slice'));
   byId('canvas-slice').addEventListener('keydown', moveByKey);
-  new ResizeObserver(draw).observe(stage());
+  new ResizeObserver(draw).observe(canvasFrame());
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', draw);
-}
-
-/** What the canvas fills. */
-function stage() {
-  const { parentElement } = byId('canvas-slice');
-  if (!parentElement) throw new Error('the canvas of slices has no parent');
-  return parentElement;
 }
 
 function resetZoom() {
@@ -119,7 +114,7 @@ function repaint() {
   picture?.bitmap.getContext('2d')?.putImageData(paint(picture.slice, { isUp: true, hidden: state.hidden }), 0, 0);
 }
 
-/** The axes across the plane, in the order x, y, z. @param {Axis} axis */
+/** The axes of the plane, in the order x, y, z. @param {Axis} axis */
 function across(axis) {
   return [0, 1, 2].filter((other) => other !== axis);
 }
@@ -145,7 +140,7 @@ function layout(canvas, { slice, mesh, axis }) {
 function drawNow() {
   const canvas = canvasOf('canvas-slice');
   const ratio = devicePixelRatio || 1;
-  const { clientWidth, clientHeight } = stage();
+  const { clientWidth, clientHeight } = canvasFrame();
   if (clientWidth === 0) return;
   canvas.width = Math.round(clientWidth * ratio);
   canvas.height = Math.round(clientHeight * ratio);
