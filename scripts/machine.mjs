@@ -3,15 +3,11 @@
 
 import { createHash } from 'node:crypto';
 import { existsSync, readFileSync, readdirSync, writeFileSync } from 'node:fs';
-import { tmpdir } from 'node:os';
 import path from 'node:path';
 
 import { ROOT, ask, isExecutable, run, which } from './run.mjs';
 
 const NODE_MODULES = path.join(ROOT, 'node_modules');
-
-// a layer of Mesa's Vulkan driver complains in every process that is started without one
-process.env.XDG_RUNTIME_DIR ??= tmpdir();
 
 /** Installs the packages of package-lock.json unless exactly these are there. */
 export async function ensureNodeModules() {

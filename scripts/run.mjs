@@ -2,11 +2,15 @@
 
 import { spawn, spawnSync } from 'node:child_process';
 import { accessSync, constants } from 'node:fs';
+import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 
 /** Root of the repository. */
 export const ROOT = path.dirname(path.dirname(fileURLToPath(import.meta.url)));
+
+// a layer of Mesa's Vulkan driver complains in every process that is started without one
+process.env.XDG_RUNTIME_DIR ??= tmpdir();
 
 /** Process groups of the commands that are running, ended with us. */
 /** @type {Set<number>} */
