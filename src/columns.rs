@@ -2,8 +2,8 @@
 //!
 //! A run is one u32, `first cell << 8 | flag`. The runs of a ray are sorted by cell; a run ends where the next begins, the
 //! last at the end of the ray; cells before the first run are background; neighbouring runs differ in flag.
-//! Bands come as the backends make them, with 4 bytes a ray; joined they take 1.07 (see `part.rs`). Columns larger than
-//! the memory allowed go to a [`Store`] and are read back piece by piece.
+//! A band, some consecutive rays, comes from a backend with 4 bytes a ray; packed it has 1.07 (see `packed_band.rs`). Columns
+//! that exceed the memory allowed go to a [`Store`] and are read back piece by piece.
 //! Cost in memory: 4 bytes a run and 1.07 bytes a ray.
 
 use std::borrow::Cow;
@@ -11,27 +11,26 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::error::{Error, Result};
-use crate::parallel::*;
 use crate::rays::Rays;
 
-mod clip;
+mod builder;
 pub(crate) mod codec;
 pub mod file;
-mod growing;
-mod part;
+mod packed_band;
+mod piece_store;
 mod run;
-pub(crate) mod store;
-mod stored;
-mod target;
+mod slab;
+mod store;
 
-pub(crate) use clip::SlabColumns;
+pub use builder::ColumnsBuilder;
 use file::end::Totals;
 pub use file::head::{Head, Named};
-pub use growing::Growing;
-pub(crate) use part::Part;
+pub(crate) use packed_band::PackedBand;
+pub(crate) use piece_store::{PieceEntry, PieceStore};
+pub(crate) use run::spans;
 pub use run::{Band, flag_at, run, run_cell, run_flag};
-pub use store::Store;
-pub(crate) use stored::{Record, Stored};
+pub(crate) use slab::SlabColumns;
+pub use store::{MemoryStore, Store};
 
 /// Runs of all rays of the box.
 #[derive(Debug, Clone)]
@@ -39,16 +38,12 @@ pub struct Columns {
     /// The rays.
     pub rays: Rays,
     content: Content,
-    odd_rays: u64,
-    n_crossings: u64,
 }
 
 #[derive(Debug, Clone)]
 enum Content {
-    /// In memory.
-    Held(Arc<Vec<Part>>),
-    /// In a store: the pieces, what all of them hold, and their bytes.
-    Spilled { stored: Arc<Stored>, records: Arc<[Record]>, totals: Totals, n_bytes: u64 },
+    InMemory(Arc<Vec<PackedBand>>),
+    InStore { pieces: Arc<PieceStore>, totals: Totals },
 }
 
 impl PartialEq for Columns {
@@ -80,23 +75,21 @@ impl Columns {
     /// If the bands do not cover every ray once, in order: a bug of the caller.
     pub fn new(rays: Rays, bands: Vec<Band>) -> Columns {
         let mut next = 0;
-        let [mut odd_rays, mut n_crossings] = [0; 2];
         for band in &bands {
             assert_eq!(band.first_ray, next, "bands must follow each other");
             next += band.ends.len() as u64;
-            odd_rays += band.odd_rays;
-            n_crossings += band.n_crossings;
         }
         assert_eq!(next, rays.n_rays(), "bands must cover all rays");
-        let content = Content::Held(Arc::new(bands.into_iter().map(Part::new).collect()));
-        Columns { rays, content, odd_rays, n_crossings }
+        Columns::in_memory(rays, Arc::new(bands.into_iter().map(PackedBand::new).collect()))
+    }
+
+    fn in_memory(rays: Rays, bands: Arc<Vec<PackedBand>>) -> Columns {
+        Columns { rays, content: Content::InMemory(bands) }
     }
 
     /// Takes the columns of a file that stay there.
-    pub(crate) fn in_file(rays: Rays, stored: Stored, records: Vec<Record>, totals: Totals, n_bytes: u64) -> Columns {
-        let [odd_rays, n_crossings] = [totals.odd_rays, totals.n_crossings];
-        let content = Content::Spilled { stored: Arc::new(stored), records: records.into(), totals, n_bytes };
-        Columns { rays, content, odd_rays, n_crossings }
+    pub(crate) fn in_store(rays: Rays, pieces: PieceStore, totals: Totals) -> Columns {
+        Columns { rays, content: Content::InStore { pieces: Arc::new(pieces), totals } }
     }
 
     /// Number of cells on x, y and z.
@@ -112,20 +105,20 @@ impl Columns {
     /// # Errors
     /// `io` where the columns are in a store that fails.
     pub fn for_rays(&self, rays: Range<u64>, mut found: impl FnMut(&[u32])) -> Result<()> {
-        let mut of_part = |part: &Part| {
-            let start = rays.start.max(part.first_ray) - part.first_ray;
-            let n = rays.end.min(part.end_ray()) - part.first_ray - start;
-            part.rays_from(start as usize).take(n as usize).for_each(&mut found);
+        let mut of_band = |band: &PackedBand| {
+            let start = rays.start.max(band.first_ray) - band.first_ray;
+            let n = rays.end.min(band.end_ray()) - band.first_ray - start;
+            band.rays_from(start as usize).take(n as usize).for_each(&mut found);
         };
         match &self.content {
-            Content::Held(parts) => {
-                let first = parts.partition_point(|part| part.end_ray() <= rays.start);
-                parts[first..].iter().take_while(|part| part.first_ray < rays.end).for_each(of_part);
+            Content::InMemory(bands) => {
+                let first = bands.partition_point(|band| band.end_ray() <= rays.start);
+                bands[first..].iter().take_while(|band| band.first_ray < rays.end).for_each(of_band);
             }
-            Content::Spilled { stored, records, .. } => {
-                let first = records.partition_point(|record| record.end_ray() <= rays.start);
-                for record in records[first..].iter().take_while(|record| record.first_ray < rays.end) {
-                    of_part(&*stored.part(record)?);
+            Content::InStore { pieces, .. } => {
+                let first = pieces.entries.partition_point(|entry| entry.end_ray() <= rays.start);
+                for entry in pieces.entries[first..].iter().take_while(|entry| entry.first_ray < rays.end) {
+                    of_band(&*pieces.cached(entry)?);
                 }
             }
         }
@@ -141,19 +134,20 @@ impl Columns {
     /// If there is no such ray: a bug of the caller.
     pub fn ray(&self, ray: u64) -> Result<Cow<'_, [u32]>> {
         match &self.content {
-            Content::Held(_) => Ok(Cow::Borrowed(self.held_ray(ray))),
-            Content::Spilled { stored, records, .. } => {
-                let part = stored.part(&records[records.partition_point(|record| record.end_ray() <= ray)])?;
-                Ok(Cow::Owned(part.ray((ray - part.first_ray) as usize).to_vec()))
+            Content::InMemory(_) => Ok(Cow::Borrowed(self.ray_in_memory(ray))),
+            Content::InStore { pieces, .. } => {
+                let entry = pieces.entries.partition_point(|entry| entry.end_ray() <= ray);
+                let band = pieces.cached(&pieces.entries[entry])?;
+                Ok(Cow::Owned(band.ray((ray - band.first_ray) as usize).to_vec()))
             }
         }
     }
 
     /// Runs of a ray of columns in memory; none where they are not.
-    pub(crate) fn held_ray(&self, ray: u64) -> &[u32] {
-        let Content::Held(parts) = &self.content else { return &[] };
-        let part = &parts[parts.partition_point(|part| part.end_ray() <= ray)];
-        part.ray((ray - part.first_ray) as usize)
+    pub(crate) fn ray_in_memory(&self, ray: u64) -> &[u32] {
+        let Content::InMemory(bands) = &self.content else { return &[] };
+        let band = &bands[bands.partition_point(|band| band.end_ray() <= ray)];
+        band.ray((ray - band.first_ray) as usize)
     }
 
     /// Flag of the cell (x, y, z), each below [`Columns::dims`].
@@ -167,75 +161,70 @@ impl Columns {
 
     /// Number of runs of all rays.
     pub fn n_runs(&self) -> u64 {
-        match &self.content {
-            Content::Held(parts) => parts.iter().map(Part::n_runs).sum(),
-            Content::Spilled { totals, .. } => totals.n_runs,
-        }
+        self.sum(PackedBand::n_runs, |totals| totals.n_runs)
     }
 
     /// Number of crossings that the rays had.
     pub fn n_crossings(&self) -> u64 {
-        self.n_crossings
+        self.sum(|band| band.n_crossings, |totals| totals.n_crossings)
     }
 
     /// Rays that do not leave every geometry they enter.
     pub fn odd_rays(&self) -> u64 {
-        self.odd_rays
+        self.sum(|band| band.odd_rays, |totals| totals.odd_rays)
     }
 
     /// Whether the runs are in a store outside memory.
     pub fn is_spilled(&self) -> bool {
-        matches!(self.content, Content::Spilled { .. })
+        matches!(self.content, Content::InStore { .. })
     }
 
-    /// Most bytes of an opened file that may be in memory at once; none for other columns.
-    pub(crate) fn most_held(&self) -> Option<u64> {
+    /// Most bytes of an opened file that may be in memory at once; None for other columns.
+    pub(crate) fn max_bytes(&self) -> Option<u64> {
         match &self.content {
-            Content::Held(_) => None,
-            Content::Spilled { stored, .. } => stored.most_held(),
+            Content::InMemory(_) => None,
+            Content::InStore { pieces, .. } => pieces.is_foreign.then_some(pieces.max_bytes),
         }
     }
 
-    /// Bytes held in memory.
+    /// Bytes in memory.
     pub fn n_bytes(&self) -> u64 {
         match &self.content {
-            Content::Held(parts) => parts.iter().map(Part::n_bytes).sum(),
-            Content::Spilled { records, .. } => size_of_val(&**records) as u64,
+            Content::InMemory(bands) => bands.iter().map(PackedBand::n_bytes).sum(),
+            Content::InStore { pieces, .. } => size_of_val(&*pieces.entries) as u64,
         }
     }
 
     /// Bytes in a store outside memory.
     pub fn spilled_bytes(&self) -> u64 {
         match &self.content {
-            Content::Held(_) => 0,
-            Content::Spilled { n_bytes, .. } => *n_bytes,
+            Content::InMemory(_) => 0,
+            Content::InStore { pieces, .. } => pieces.n_bytes,
         }
     }
 
     /// Number of cells of every flag, 0 to 255.
     pub fn cells_per_flag(&self) -> [u64; 256] {
-        let mut cells = match &self.content {
-            Content::Held(parts) => cells_of(parts, self.rays.depth),
-            Content::Spilled { totals, .. } => *totals.cells,
-        };
+        let mut cells = *self.totals().cells;
         let flagged: u64 = cells.iter().sum();
         cells[0] += self.rays.n_rays() * u64::from(self.rays.depth) - flagged;
         cells
     }
-}
 
-/// Cells of every flag that runs of the parts name; cells before the first run of a ray are not counted.
-fn cells_of(parts: &[Part], depth: u32) -> [u64; 256] {
-    let of_part = |part: &Part| {
-        let mut cells = [0; 256];
-        part.add_cells(depth, &mut cells);
-        cells
-    };
-    let of_parts: Vec<[u64; 256]> = parts.par_iter().map(of_part).collect();
-    of_parts.into_iter().fold([0; 256], |mut sum, cells| {
-        sum.iter_mut().zip(cells).for_each(|(sum, cells)| *sum += cells);
-        sum
-    })
+    /// Counts what all rays hold.
+    pub(crate) fn totals(&self) -> Totals {
+        match &self.content {
+            Content::InMemory(bands) => Totals::of(bands, self.rays.depth),
+            Content::InStore { totals, .. } => totals.clone(),
+        }
+    }
+
+    fn sum(&self, of_band: impl Fn(&PackedBand) -> u64, of_totals: impl Fn(&Totals) -> u64) -> u64 {
+        match &self.content {
+            Content::InMemory(bands) => bands.iter().map(of_band).sum(),
+            Content::InStore { totals, .. } => of_totals(totals),
+        }
+    }
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::error::{Error, Result};
 
-/// A switch that asks a running mesh to stop; clones share it.
+/// Asks a running mesh to stop; clones share the request.
 #[derive(Debug, Clone, Default)]
 pub struct CancelToken(Arc<AtomicBool>);
 
@@ -17,7 +17,7 @@ impl CancelToken {
         self.0.store(true, Ordering::Relaxed);
     }
 
-    /// Whether somebody asked to stop.
+    /// Whether the mesh was asked to stop.
     pub fn is_cancelled(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
@@ -50,7 +50,7 @@ impl Control {
         Control { on_progress: Some(Arc::new(on_progress)), ..Control::default() }
     }
 
-    /// Returns `cancelled` if somebody asked to stop.
+    /// Returns `cancelled` if the mesh was asked to stop.
     ///
     /// # Errors
     /// `cancelled`.
@@ -58,14 +58,14 @@ impl Control {
         if self.cancel.is_cancelled() { Err(Error::Cancelled) } else { Ok(()) }
     }
 
-    /// Lets others run between two rounds of work: in a browser's worker, messages such as the one that cancels arrive only
-    /// while nothing runs.
+    /// Yields between two rounds of work: in a browser's worker, messages such as the one that cancels arrive only while
+    /// nothing runs.
     pub fn pausing(mut self, pause: impl Fn() -> Pin<Box<dyn Future<Output = ()>>> + Send + Sync + 'static) -> Control {
         self.pause = Some(Arc::new(pause));
         self
     }
 
-    /// Waits until others have run; at once where nobody asked for it.
+    /// Yields, if [`Control::pausing`] said how.
     pub async fn pause(&self) {
         if let Some(pause) = &self.pause {
             pause().await;
@@ -85,7 +85,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn clones_share_the_switch() {
+    fn clones_share_the_request() {
         let control = Control::default();
         let token = control.cancel.clone();
         assert_eq!(control.check(), Ok(()));

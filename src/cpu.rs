@@ -20,8 +20,8 @@ use crate::rays::Rays;
 
 /// Rays of a strip, if the rows are not longer: small enough that its crossings stay in a core's cache.
 const RAYS_PER_STRIP: u32 = 16_384;
-/// Strips handed to the cores between two looks at progress and cancel: enough to keep cores busy, and on the one core of
-/// a browser's worker few enough to stop within a fraction of a second.
+/// Strips of a round, after which progress is reported and cancel is checked: enough to keep all cores busy, and on the one
+/// core of a browser's worker few enough to stop within a fraction of a second.
 pub const STRIPS_PER_ROUND: u32 = if cfg!(target_arch = "wasm32") { 4 } else { 64 };
 
 /// Meshes the box on the CPU.
@@ -40,17 +40,17 @@ pub fn columns_in_strips(cast: &Cast, rows: u32, control: &Control) -> Result<Co
     Strips::new(cast, Some(rows)).columns(control)
 }
 
-/// Rays of a window by themselves: ranges of rays along both axes across, a part of one row or whole rows.
+/// Some rays: ranges along both axes across, one row or less, or whole rows.
 pub type Window = [Range<u32>; 2];
 
-/// Windows whose facets are looked for together, if there are not many groups.
+/// Least number of windows whose facets are searched together.
 const WINDOWS_OF_GROUP: usize = 256;
-/// Facets that one task looks at.
+/// Facets that one task searches.
 const CHUNK: usize = 8192;
 
 /// Casts and maps the rays of some windows, in the order of their first rows, on all cores: a band each.
 ///
-/// Cost: a look at the box of every facet for each 256 windows, or for each eighth of them, and then what the windows' own rays cost.
+/// Cost: a pass over the boxes of all facets for every 256 windows, or at most eight passes, and the casting of the rays.
 pub fn windows(cast: &Cast, windows: &[Window]) -> Vec<Band> {
     let group = WINDOWS_OF_GROUP.max(windows.len().div_ceil(8));
     windows.chunks(group).flat_map(|group| windows_of_group(cast, group)).collect()
@@ -85,12 +85,12 @@ fn mapping<'a>(cast: &Cast<'a>) -> Mapping<'a> {
     Mapping { rule: cast.rule, flag_of_rank: &cast.frame.ranks.flag_of_rank, depth: cast.rays.depth }
 }
 
-/// A mesh on the CPU in rounds of strips, for callers that have other things to do between them.
+/// Meshes on the CPU in rounds of strips, for callers that do other work in between.
 pub struct Strips<'a> {
     cast: Cast<'a>,
     lattice: Lattice,
     next: u32,
-    /// Rays of the next strip that are there already.
+    /// Rays of the next strip to leave out.
     skipped: usize,
     /// Strips of a round.
     per_round: u32,
@@ -157,7 +157,7 @@ impl<'a> Strips<'a> {
     }
 }
 
-/// Ray rows of a strip where the caller has no opinion.
+/// Ray rows of a strip where the caller does not say.
 pub fn rows_of_strip(rays: &Rays) -> u32 {
     (RAYS_PER_STRIP / rays.counts[0]).clamp(1, rays.counts[1].div_ceil(16))
 }

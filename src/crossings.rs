@@ -6,7 +6,7 @@
 //!
 //! A ray hits a facet iff all three `q >= 0` (see `facet`). Its height there is `Z = height / D` units, so the first cell
 //! above is `floor(Z / 2^F) + 1`, or `floor(Z / 2^F)` if the centre lies exactly on the facet and the tie rule puts it above.
-//! Rays of a row are walked without division: quotient and remainder of height / (D 2^F) advance by a constant step.
+//! The rays of a row need no division: quotient and remainder of height / (D 2^F) advance by a constant step.
 //!
 //! Source: the paper, Eq. 16-19. Twins: `shaders/intersect.wgsl` with `map.wgsl`, `shaders/intersect_deep.wgsl`.
 //! Cost: O(rows of facets + crossings) time; 4 bytes a crossing and 4 a ray.
@@ -64,7 +64,7 @@ pub fn crossings(frame: &Frame, rays: &Rays, lattice: &Lattice, row: u32) -> Cro
 }
 
 /// Casts the rays of a window, ranges of rays along both axes across, against some facets; at least all that these rays hit.
-/// The window is a part of one row, or whole rows.
+/// The window is one row or less, or whole rows.
 pub fn crossings_of_window(frame: &Frame, rays: &Rays, facets: &[u32], window: &[Range<u32>; 2]) -> Crossings {
     let mut hits = Vec::new();
     cast(frame, rays, facets, window, window, &mut hits);
@@ -83,10 +83,10 @@ fn cast(
     let n_across = window[0].end - window[0].start;
     for &facet in facets {
         let Some(projected) = Projected::new(&frame.facets[facet as usize], frame, rays) else { continue };
-        let walk = Walk::new(&projected, frame.fraction_bits, rays.depth);
+        let caster = RowCaster::new(&projected, frame.fraction_bits, rays.depth);
         let tag = event(0, frame.rank_of_facet[facet as usize], projected.exits);
         let hit = |i, j, cell| ((j - window[1].start) * n_across + i - window[0].start, cell << 9 | tag);
-        walk.hits(bin, hit, hits);
+        caster.hits(bin, hit, hits);
     }
 }
 
@@ -96,7 +96,7 @@ fn in_order(hits: &[(u32, u32)], rays: &Rays, window: &[Range<u32>; 2]) -> Cross
     Crossings { first_ray, offsets, events }
 }
 
-/// Sorts (ray, event) pairs by ray: count, scan, place.
+/// Sorts (ray, event) pairs by ray: a counting sort.
 fn by_ray(hits: &[(u32, u32)], n_rays: usize) -> (Vec<u32>, Vec<u32>) {
     let mut offsets = vec![0u32; n_rays + 2];
     for (ray, _) in hits {
@@ -123,8 +123,8 @@ fn divided(value: i64, by: i64) -> (i64, i64) {
     if rest < 0 { (quotient - 1, rest + by) } else { (quotient, rest) }
 }
 
-/// A facet prepared for walking its rays row by row.
-struct Walk<'a> {
+/// Casts rows of rays at a facet.
+struct RowCaster<'a> {
     facet: &'a Projected,
     fraction_bits: u32,
     depth: i64,
@@ -134,11 +134,11 @@ struct Walk<'a> {
     on_unit: bool,
 }
 
-impl<'a> Walk<'a> {
-    fn new(facet: &'a Projected, fraction_bits: u32, depth: u32) -> Walk<'a> {
+impl<'a> RowCaster<'a> {
+    fn new(facet: &'a Projected, fraction_bits: u32, depth: u32) -> RowCaster<'a> {
         let step = divided(facet.slope[0], facet.area);
         let on_unit = facet.height & ((1 << fraction_bits) - 1) == 0;
-        Walk { facet, fraction_bits, depth: i64::from(depth), step, on_unit }
+        RowCaster { facet, fraction_bits, depth: i64::from(depth), step, on_unit }
     }
 
     /// Appends `hit(i, j, first cell above)` for every ray of the window that hits the facet.
@@ -149,7 +149,7 @@ impl<'a> Walk<'a> {
         for j in window[1].start.max(down[0])..window[1].end.min(down[1] + 1) {
             let dj = i64::from(j - down[0]);
             let limits = [window[0].start.max(across[0]), window[0].end.min(across[1] + 1)];
-            let Some([start, end]) = self.span(dj, limits.map(|i| i64::from(i) - i64::from(across[0]))) else {
+            let Some([start, end]) = self.hit_range(dj, limits.map(|i| i64::from(i) - i64::from(across[0]))) else {
                 continue;
             };
             let (mut cell, mut rest) = self.cell_below(start, dj);
@@ -168,7 +168,7 @@ impl<'a> Walk<'a> {
 
     /// The rays [start, end) of a row that lie inside all three edges, of those within the limits.
     #[inline(always)]
-    fn span(&self, dj: i64, [mut start, mut end]: [i64; 2]) -> Option<[i64; 2]> {
+    fn hit_range(&self, dj: i64, [mut start, mut end]: [i64; 2]) -> Option<[i64; 2]> {
         for edge in 0..3 {
             let q = self.facet.q[edge] + self.facet.b[edge] * dj;
             let a = self.facet.a[edge];

@@ -44,7 +44,7 @@ impl fmt::Display for Problem {
 
 /// What to do where memory is too small, where no better advice is known.
 pub(crate) const MORE_MEMORY: &str =
-    "allow more with max_memory (--max-memory), let columns go to disk (spill, --spill DIR), or use larger cells";
+    "allow more with max_memory (--max-memory), let columns spill to disk (spill, --spill DIR), or use larger cells";
 
 /// Shorthand for results of this crate.
 pub type Result<T> = std::result::Result<T, Error>;
@@ -75,6 +75,7 @@ pub const CODES: &[(&str, Actor, &str)] = &[
     ("stl-not-stl", Actor::File, "the bytes are neither binary nor ASCII STL"),
     ("stl-syntax", Actor::File, "an ASCII STL breaks the grammar on the named line"),
     ("stl-not-finite", Actor::File, "a vertex coordinate is NaN or infinite"),
+    ("surface-open", Actor::File, "a geometry is not closed, and the job asks for an error then"),
     ("columns-corrupt", Actor::File, "a column file is damaged or cut short"),
     ("columns-version", Actor::File, "a column file was written by a newer hexcast"),
     ("job-syntax", Actor::Caller, "the job file is not valid TOML or JSON"),
@@ -91,7 +92,7 @@ pub const CODES: &[(&str, Actor, &str)] = &[
     ("memory", Actor::Limit, "the job needs more memory than the budget allows"),
     ("no-adapter", Actor::Device, "no GPU adapter was found"),
     ("device-failed", Actor::Device, "the GPU driver reported an error"),
-    ("device-wrong", Actor::Device, "the GPU driver computes wrongly, and what it returned was thrown away"),
+    ("device-wrong", Actor::Device, "the GPU driver computes wrongly, and its result was discarded"),
     ("device-lost", Actor::Device, "the GPU device was lost and could not be brought back"),
     ("io", Actor::System, "reading or writing a file failed"),
 ];
@@ -131,10 +132,10 @@ impl Error {
         self.problem().map_or("", |problem| &problem.hint)
     }
 
-    /// Puts a place, such as a file name, in front of the message.
-    pub fn at(mut self, place: impl fmt::Display) -> Error {
+    /// Puts a location, such as a file name, before the message.
+    pub fn at(mut self, location: impl fmt::Display) -> Error {
         if let Error::File(p) | Error::Caller(p) | Error::Limit(p) | Error::Device(p) | Error::System(p) = &mut self {
-            p.message = format!("{place}: {}", p.message);
+            p.message = format!("{location}: {}", p.message);
         }
         self
     }
@@ -170,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn a_place_is_put_in_front() {
+    fn a_location_is_put_before_the_message() {
         let error = Error::new("stl-empty", "no facet", "").at("a.stl");
         assert_eq!(error.to_string(), "a.stl: no facet");
     }

@@ -17,4 +17,4 @@ mod expected;
 mod plan;
 
 pub use costs::{Estimate, FileBytes, HostBytes, UPLOAD_FACET_BYTES};
-pub use plan::{Allowed, Device, Plan, kept_bytes, slab_bytes};
+pub use plan::{Allowed, Device, MemoryBudget, block_cache_bytes, slab_bytes};

@@ -1,14 +1,14 @@
 //! Flags: the property flag of every cell of a box, expanded from columns where they are consumed.
 //!
 //! Columns, a box of cells -> `flags[x + nx * (y + ny * z)]`, u8, x fastest, counted from the box's first cell (Eq. 20).
-//! Along x a run is a stretch of memory: filled. Along y and z the runs are first sorted by the row or plane in which they
+//! Along x a run is contiguous in memory: filled. Along y and z the runs are first sorted by the row or plane in which they
 //! begin; then each row or plane is a copy of the one before with a few flags changed. Both run at the speed of memory.
-//! Where one flag is in use, a bit a cell says as much in an eighth of the memory and time: [`expand_bits`].
+//! Where one flag is in use, [`expand_bits`] takes a bit a cell: an eighth of the memory and time.
 //! Cost: O(cells of the box) time; 8 bytes a run of the box besides the output.
 
 use std::ops::Range;
 
-use crate::columns::{Columns, flag_at, run_cell, run_flag};
+use crate::columns::{Columns, run_cell, run_flag, spans};
 use crate::error::Result;
 use crate::parallel::*;
 
@@ -92,7 +92,7 @@ pub fn n_bytes_of_bits(cells: &CellBox) -> usize {
 fn expand_as<P: Packing>(columns: &Columns, cells: &CellBox, out: &mut [u8]) -> Result<()> {
     let [nx, ny, nz] = [0, 1, 2].map(|axis| cells[axis].len());
     let row = P::n_bytes(P::row(nx));
-    assert_eq!(out.len(), row * ny * nz, "one place a cell");
+    assert_eq!(out.len(), row * ny * nz, "one slot a cell");
     assert!((0..3).all(|axis| cells[axis].end <= columns.dims()[axis]), "box {cells:?} reaches past the columns");
     if out.is_empty() {
         return Ok(());
@@ -107,23 +107,22 @@ fn expand_as<P: Packing>(columns: &Columns, cells: &CellBox, out: &mut [u8]) -> 
                 })
             })
         }
-        1 => out
-            .par_chunks_mut(row * ny)
-            .zip(cells[2].clone().into_par_iter())
-            .try_for_each(|(plane, z)| fill_sheets::<P>(columns, [cells[0].clone(), z..z + 1], &cells[1], plane)),
+        1 => out.par_chunks_mut(row * ny).zip(cells[2].clone().into_par_iter()).try_for_each(|(plane, z)| {
+            fill_cross_sections::<P>(columns, [cells[0].clone(), z..z + 1], &cells[1], plane)
+        }),
         _ => {
-            // one thick piece a core: each piece looks at every ray
+            // one thick slab a core: each slab reads every ray
             let planes = nz.div_ceil(current_num_threads());
-            out.par_chunks_mut(row * ny * planes).enumerate().try_for_each(|(piece, out)| {
-                let start = cells[2].start + (piece * planes) as u32;
+            out.par_chunks_mut(row * ny * planes).enumerate().try_for_each(|(slab, out)| {
+                let start = cells[2].start + (slab * planes) as u32;
                 let along = start..(start + planes as u32).min(cells[2].end);
-                fill_sheets::<P>(columns, [cells[0].clone(), cells[1].clone()], &along, out)
+                fill_cross_sections::<P>(columns, [cells[0].clone(), cells[1].clone()], &along, out)
             })
         }
     }
 }
 
-/// Fills stretches of consecutive rays, from ray (i, j) on.
+/// Fills rows with cells of consecutive rays, from ray (i, j) on.
 fn fill_rows<P: Packing>(columns: &Columns, [i, j]: [u32; 2], along: &Range<u32>, out: &mut [u8]) -> Result<()> {
     let first = u64::from(i) + u64::from(columns.rays.counts[0]) * u64::from(j);
     let mut rows = out.chunks_exact_mut(P::n_bytes(P::row(along.len())));
@@ -134,71 +133,61 @@ fn fill_rows<P: Packing>(columns: &Columns, [i, j]: [u32; 2], along: &Range<u32>
     })
 }
 
-/// Fills a stretch of one ray.
+/// Fills a row with cells of one ray.
 fn fill_row<P: Packing>(runs: &[u32], along: &Range<u32>, out: &mut [u8]) {
-    let mut flag = flag_at(runs, along.start);
-    let mut at = along.start;
     P::begin(out);
-    let mut fill = |from, to, flag| P::fill(out, (from - along.start) as usize, (to - along.start) as usize, flag);
-    for &run in &runs[runs.partition_point(|&run| run_cell(run) <= along.start)..] {
-        let cell = run_cell(run).min(along.end);
-        fill(at, cell, flag);
-        flag = run_flag(run);
-        at = cell;
-        if cell == along.end {
-            break;
-        }
-    }
-    fill(at, along.end, flag);
+    spans(runs, along, |from, to, flag| {
+        P::fill(out, (from - along.start) as usize, (to - along.start) as usize, flag);
+    });
 }
 
-/// Fills sheets of cells across the rays, one sheet per cell along them, each a changed copy of the one before.
-fn fill_sheets<P: Packing>(
+/// Fills cross-sections of a box, one for each cell along the rays, each a changed copy of the one before.
+fn fill_cross_sections<P: Packing>(
     columns: &Columns,
     across: [Range<u32>; 2],
     along: &Range<u32>,
     out: &mut [u8],
 ) -> Result<()> {
-    let row_places = P::row(across[0].len());
-    let sheet = P::n_bytes(row_places * across[1].len());
+    let row_slots = P::row(across[0].len());
+    let n_bytes = P::n_bytes(row_slots * across[1].len());
     let mut changes: Vec<(u32, u32)> = Vec::new();
     let mut ends = vec![0u32; along.len() + 1];
-    P::begin(&mut out[..sheet]);
+    P::begin(&mut out[..n_bytes]);
     for (index, j) in across[1].clone().enumerate() {
-        let mut place = index * row_places;
+        let mut slot = index * row_slots;
         let row = u64::from(across[0].start) + u64::from(columns.rays.counts[0]) * u64::from(j);
         columns.for_rays(row..row + across[0].len() as u64, |runs| {
             let first = runs.partition_point(|&run| run_cell(run) <= along.start);
-            P::put(out, place, if first == 0 { 0 } else { run_flag(runs[first - 1]) });
+            P::put(out, slot, if first == 0 { 0 } else { run_flag(runs[first - 1]) });
             for &run in runs[first..].iter().take_while(|&&run| run_cell(run) < along.end) {
-                changes.push((place as u32, run));
+                changes.push((slot as u32, run));
                 ends[(run_cell(run) - along.start) as usize] += 1;
             }
-            place += 1;
+            slot += 1;
         })?;
     }
-    let changes = sorted_by_sheet(&changes, &mut ends, along.start);
+    let changes = sorted_by_cell(&changes, &mut ends, along.start);
     for index in 1..along.len() {
-        let (before, now) = out.split_at_mut(index * sheet);
-        now[..sheet].copy_from_slice(&before[(index - 1) * sheet..]);
-        for &(place, flag) in &changes[ends[index - 1] as usize..ends[index] as usize] {
-            P::put(now, place as usize, flag);
+        let (before, now) = out.split_at_mut(index * n_bytes);
+        now[..n_bytes].copy_from_slice(&before[(index - 1) * n_bytes..]);
+        for &(slot, flag) in &changes[ends[index - 1] as usize..ends[index] as usize] {
+            P::put(now, slot as usize, flag);
         }
     }
     Ok(())
 }
 
-/// Sorts changes by the sheet in which they begin; `ends` holds counts a sheet and receives the end of each.
-fn sorted_by_sheet(changes: &[(u32, u32)], ends: &mut [u32], first_cell: u32) -> Vec<(u32, u8)> {
+/// Sorts changes by the cell in which they begin; `ends` holds counts a cell and receives the end of each.
+fn sorted_by_cell(changes: &[(u32, u32)], ends: &mut [u32], first_cell: u32) -> Vec<(u32, u8)> {
     let mut next = 0;
     for end in ends.iter_mut() {
         next += std::mem::replace(end, next);
     }
     let mut sorted = vec![(0, 0); changes.len()];
-    for &(place, run) in changes {
-        let slot = &mut ends[(run_cell(run) - first_cell) as usize];
-        sorted[*slot as usize] = (place, run_flag(run));
-        *slot += 1;
+    for &(slot, run) in changes {
+        let next = &mut ends[(run_cell(run) - first_cell) as usize];
+        sorted[*next as usize] = (slot, run_flag(run));
+        *next += 1;
     }
     sorted
 }

@@ -1,14 +1,30 @@
-//! A geometry: named facets with a property flag, a priority and a place in the world.
+//! A geometry: named facets with a property flag, a priority and a position in the world.
 //!
 //! Input: the facets of one or several solids of a file -> output: [`Geometry`], the first noun of the line.
 //! The corners stay the f32 numbers of the file; the transform is applied in f64 where they are used, so that equal
 //! f32 corners stay equal and a closed surface stays closed.
 
 use glam::{DAffine3, DMat3, DVec3};
+use serde::{Deserialize, Serialize};
 
 mod facets;
 
 pub use facets::{Facet, SharedFacets};
+
+/// How the cells of a geometry are decided whose surface is not closed. One that is closed is not affected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Open {
+    /// By the rays of three axes where they agree, elsewhere by the generalised winding number.
+    #[default]
+    Winding,
+    /// By most of the three axes whose rays cross it an even number of times: for surfaces that cannot be oriented.
+    Vote,
+    /// Not at all: an error.
+    Error,
+    /// By the rays of one axis, up to the last matched pair of crossings of each.
+    Parity,
+}
 
 /// A surface that bounds one substance.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,6 +35,8 @@ pub struct Geometry {
     pub flag: u8,
     /// Where geometries overlap the higher priority wins; at equal priority the later geometry.
     pub priority: i32,
+    /// How cells are decided where the surface is not closed.
+    pub open: Open,
     /// Facets in file coordinates, shared with the file that they came from.
     pub facets: SharedFacets,
     /// Places file coordinates in the world: `world = world_from_file * file`.
@@ -26,18 +44,15 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// Builds a geometry of priority 0 that stands where the file puts it.
+    /// Builds a geometry of priority 0, not transformed.
     pub fn new(name: impl Into<String>, flag: u8, facets: impl Into<SharedFacets>) -> Geometry {
         let facets = facets.into();
-        Geometry { name: name.into(), flag, priority: 0, facets, world_from_file: DAffine3::IDENTITY }
+        let name = name.into();
+        Geometry { name, flag, priority: 0, open: Open::default(), facets, world_from_file: DAffine3::IDENTITY }
     }
 
-    /// World coordinates of a corner, in the unit of the file. The identity transform returns the file's number exactly.
-    pub fn world_from_corner(&self, corner: [f32; 3]) -> [f64; 3] {
-        self.placing()(corner)
-    }
-
-    /// [`Geometry::world_from_corner`] for many corners.
+    /// Returns the function from a corner to its world coordinates, in the unit of the file. The identity transform returns the
+    /// file's number exactly.
     pub(crate) fn placing(&self) -> impl Fn([f32; 3]) -> [f64; 3] + Sync {
         let (place, stays) = (self.world_from_file, self.world_from_file == DAffine3::IDENTITY);
         move |corner| {

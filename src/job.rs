@@ -21,6 +21,7 @@ use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
+pub use crate::geometry::Open;
 
 mod byte_size;
 mod geometry_job;
@@ -79,7 +80,7 @@ pub enum AxisChoice {
     Z,
 }
 
-/// Room around the geometries on both sides of every axis.
+/// Space around the geometries on both sides of every axis.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
 pub enum Padding {
@@ -98,7 +99,7 @@ pub struct Job {
     /// Two corners of the box, x0 y0 z0 x1 y1 z1; otherwise the box around all geometries.
     #[serde(deserialize_with = "numbers::list", skip_serializing_if = "Option::is_none")]
     pub domain: Option<[f64; 6]>,
-    /// Room around the box of the geometries.
+    /// Space around the box of the geometries.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub padding: Option<Padding>,
     /// Cubic cells, so many along the longest axis.
@@ -118,6 +119,8 @@ pub struct Job {
     pub tolerance: Option<f64>,
     /// What is inside a surface.
     pub rule: Rule,
+    /// How cells are decided where a surface is not closed; a geometry may say otherwise.
+    pub open: Open,
     /// Who meshes.
     pub backend: BackendChoice,
     /// Along which axis the rays run.
@@ -134,17 +137,17 @@ impl Job {
     /// Reads a job from TOML and validates it.
     ///
     /// # Errors
-    /// - `job-syntax`: the text is not TOML, with the place.
-    /// - `job-value`: an unknown key or a value of a wrong type, with key and place.
+    /// - `job-syntax`: the text is not TOML, with line and column.
+    /// - `job-value`: an unknown key or a value of a wrong type, with the key, and line and column.
     /// - Those of [`Job::validate`].
     pub fn from_toml(text: &str) -> Result<Job> {
-        let place = |error: toml::de::Error| error.to_string();
-        let toml = toml::Deserializer::parse(text).map_err(|error| not_valid("TOML", &place(error)))?;
+        let text_of = |error: toml::de::Error| error.to_string();
+        let toml = toml::Deserializer::parse(text).map_err(|error| not_valid("TOML", &text_of(error)))?;
         let job: Job = serde_path_to_error::deserialize(toml).map_err(|error| {
             let key = error.path().to_string();
             let mut inner = error.into_inner();
             inner.set_input(Some(text));
-            wrong_value(&key, &place(inner))
+            wrong_value(&key, &text_of(inner))
         })?;
         job.validate()?;
         Ok(job)
@@ -164,13 +167,13 @@ impl Job {
         Ok(job)
     }
 
-    /// Reads a job from JSON that a program wrote and nobody sees, and validates it: errors name the key, no line and column.
+    /// Reads a job from JSON that a program wrote, and validates it: errors name the key, but no line and column.
     ///
     /// # Errors
     /// Those of [`Job::from_toml`].
     #[cfg(any(test, all(feature = "web", target_arch = "wasm32")))]
     pub(crate) fn from_plain_json(text: &str) -> Result<Job> {
-        // a value knows no places
+        // a value has no lines and columns
         let value: serde_json::Value =
             serde_json::from_str(text).map_err(|error| not_valid("JSON", &error.to_string()))?;
         let job: Job = serde_path_to_error::deserialize(value)
@@ -183,12 +186,6 @@ impl Job {
     pub fn to_json(&self) -> String {
         // a struct of numbers, strings and lists always has a JSON form
         serde_json::to_string_pretty(self).unwrap_or_default()
-    }
-
-    /// Writes the job as TOML; reading it back gives the same job.
-    pub fn to_toml(&self) -> String {
-        // a struct of numbers, strings and lists always has a TOML form
-        toml::to_string(self).unwrap_or_default()
     }
 }
 

@@ -20,6 +20,7 @@ pub mod lattice;
 pub mod lines;
 pub mod map;
 pub mod mesh;
+pub mod open;
 mod parallel;
 pub mod pipeline;
 pub mod rays;

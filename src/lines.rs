@@ -1,4 +1,4 @@
-//! Mesh lines: where the planes between cells stand on each axis.
+//! Mesh lines: the planes between cells on each axis.
 //!
 //! A job, a domain -> [`Lines`]. Uniform: line i of an axis is `origin + i * spacing`, i = 0 ..= n cells, and starts at the
 //! domain's minimum. The number of cells is `ceil(extent / spacing)`, where an excess that rounding explains counts as none:

@@ -1,7 +1,7 @@
-//! The finished mesh: lines, columns and the names of the flags, with the queries and the walk that every output uses.
+//! The finished mesh: lines, columns and the names of the flags, with the queries and the slabs that every output uses.
 //!
-//! Lines, columns, names -> [`Mesh`]. The flags of all cells exist nowhere at once: [`Mesh::for_each_slab`] expands them
-//! in file order, `flags[x + nx * (y + ny * z)]`, one slab ahead of whoever consumes them.
+//! Lines, columns, names -> [`Mesh`]. The flags of all cells are never in memory at once: [`Mesh::for_each_slab`] expands them
+//! in file order, `flags[x + nx * (y + ny * z)]`, one slab ahead of the consumer.
 //! Cost: two slabs of memory; expansion runs at the speed of memory, beside the consumer.
 
 use std::fmt::Write;
@@ -16,7 +16,7 @@ use crate::flags::{CellBox, bits_of_box, expand, expand_bits, flags_of_box, n_by
 use crate::lines::Lines;
 use crate::parallel::beside;
 
-/// Bytes of a slab where the caller has no opinion: long enough to keep all cores busy, short enough for a browser.
+/// Bytes of a slab where the caller does not say: long enough to keep all cores busy, short enough for a browser.
 pub const SLAB_BYTES: usize = 32 << 20;
 
 /// Expands a slab from columns into a buffer, which it makes as long as it must be.
@@ -25,7 +25,7 @@ type Fill = dyn Fn(&Columns, &CellBox, &mut Vec<u8>) -> Result<()> + Sync;
 /// A Cartesian mesh: cells between lines, each with a property flag.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh {
-    /// Where the planes between cells stand.
+    /// The planes between cells.
     pub lines: Lines,
     /// The flags, as runs along rays.
     pub columns: Columns,
@@ -94,7 +94,7 @@ impl Mesh {
         if 2 * n_rays < self.columns.rays.n_rays() {
             return Ok(SlabColumns::Whole(&self.columns));
         }
-        self.columns.near(&cells[self.columns.rays.axis])
+        self.columns.for_slab(&cells[self.columns.rays.axis])
     }
 
     /// Splits the mesh, in file order, in slabs of whole z planes of at most `max_bytes` flags, or of whole rows along x
@@ -156,7 +156,7 @@ impl Mesh {
         consume: &mut dyn FnMut(&[u8]) -> Result<()>,
     ) -> Result<()> {
         let axis = self.columns.rays.axis;
-        let fill = |cells: &CellBox, out: &mut Vec<u8>| fill(&*self.columns.near(&cells[axis])?, cells, out);
+        let fill = |cells: &CellBox, out: &mut Vec<u8>| fill(&*self.columns.for_slab(&cells[axis])?, cells, out);
         let (mut now, mut next) = (Vec::new(), Vec::new());
         control.check()?;
         let mut ahead = slabs.next();

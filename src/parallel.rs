@@ -1,5 +1,5 @@
 //! Loops over all cores: rayon's where there are threads; in wasm, which has one, the same calls as plain iterators, so
-//! that the page does not load a scheduler without anything to schedule.
+//! that the page does not load a scheduler that it cannot use.
 
 #[cfg(not(target_arch = "wasm32"))]
 pub(crate) use rayon::{current_num_threads, prelude::*};

@@ -1,11 +1,11 @@
-//! Reading: bytes of a file, in chunks of any size -> [`Contents`], its solids and what was found odd about them.
+//! Reading: bytes of a file, in chunks of any size -> [`Contents`], its solids and what is odd about them.
 //!
 //! The caller pushes slices as they come, so that neither a browser's Blob nor a file need be in memory at once; the
-//! result does not depend on where the slices are cut. Binary and ASCII STL are told apart by length and content, never
+//! result does not depend on where the slices are cut. Binary and ASCII STL are distinguished by length and content, never
 //! by the word "solid" alone: see `sniff`. The file's normals are compared with the corners' and then dropped.
 //!
-//! Memory: 36 bytes a facet, at most twice that while an ASCII file grows, and one line or record. Nothing is allocated
-//! on the word of a header: the announced number of facets must fit the length of the file first.
+//! Memory: 36 bytes a facet, at most twice that while an ASCII file is read, and one line or record. The number of facets
+//! that a header announces must fit the length of the file before anything is allocated.
 
 use crate::error::{Error, Result};
 
@@ -79,7 +79,7 @@ impl Reader {
     /// - those of [`Reader::push`];
     /// - `stl-empty`: the file holds no facet;
     /// - `stl-truncated`: an ASCII file ends inside a facet;
-    /// - `stl-count`: behind the facets that a binary header announces there are more, bit for bit plausible ones;
+    /// - `stl-count`: after the facets that a binary header announces there are more that look like facets;
     /// - `io`: fewer bytes came than were announced.
     pub fn finish(mut self) -> Result<Contents> {
         if let Some(error) = self.failed {
@@ -151,23 +151,6 @@ pub fn read_bytes(bytes: &[u8]) -> Result<Contents> {
     let mut reader = Reader::new(bytes.len() as u64);
     reader.push(bytes)?;
     reader.finish()
-}
-
-/// Reads a source of `n_bytes` bytes to its end, in chunks of 1 MiB.
-///
-/// # Errors
-/// Those of [`Reader::push`] and [`Reader::finish`]; `io` where the source fails.
-pub fn read_from(source: &mut impl std::io::Read, n_bytes: u64) -> Result<Contents> {
-    let mut reader = Reader::new(n_bytes);
-    let mut chunk = vec![0; 1 << 20];
-    loop {
-        match source.read(&mut chunk) {
-            Ok(0) => return reader.finish(),
-            Ok(n) => reader.push(&chunk[..n])?,
-            Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
-            Err(error) => return Err(Error::io("reading the model", error)),
-        }
-    }
 }
 
 #[cfg(test)]

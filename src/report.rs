@@ -1,12 +1,14 @@
 //! The report: what a mesh was made of, by whom, what came out, and what the reader should know about it.
 //!
-//! Its JSON form is stable: keys are added, never renamed. Lengths are in the unit of the files, times in seconds.
+//! Facts of the mesh, facts of the caller -> [`Report`], built once, when all is done. Its JSON form is stable: keys are added,
+//! never renamed. Lengths are in the unit of the files, times in seconds.
 
 use serde::Serialize;
 
-use crate::geometry::Geometry;
+use crate::geometry::{Geometry, Open};
 use crate::job::Rule;
 use crate::lines::{Lines, Residual};
+use crate::open::Found;
 use crate::sources::Source;
 
 mod of_columns;
@@ -126,14 +128,65 @@ pub struct Seconds {
 /// Most bytes held at once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct PeakBytes {
-    /// By the whole process, where the system tells.
+    /// By the whole process, where the system says.
     pub host: Option<u64>,
     /// In facets, lattice and columns while meshing, as the library counts them.
     pub meshing: u64,
     /// In buffers on the device.
     pub device: u64,
-    /// On disk: columns that spilled.
+    /// Outside memory: columns that spilled.
     pub spilled: u64,
+}
+
+/// A geometry whose surface is not closed, and how its cells were decided.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OpenReport {
+    /// Its name.
+    pub geometry: String,
+    /// How its cells were decided.
+    pub policy: Open,
+    /// Edges that facets use an odd number of times, or for the rule `nonzero` more often one way than the other.
+    pub open_edges: u64,
+    /// Loops of these edges.
+    pub holes: u64,
+    /// Middle of the longest of them.
+    pub longest_at: [f64; 3],
+    /// Facets that were turned to agree with their neighbours.
+    pub turned: u64,
+    /// Rays along x, y and z that cross it an odd number of times, or for `nonzero` do not leave as often as they enter.
+    pub odd_rays: [u64; 3],
+    /// Cells whose three rays are not all even, or do not agree.
+    pub doubtful_cells: u64,
+}
+
+impl OpenReport {
+    /// Describes what was found of an open geometry.
+    pub fn new(found: &Found, geometries: &[GeometryReport]) -> OpenReport {
+        OpenReport {
+            geometry: geometries[found.geometry].name.clone(),
+            policy: found.policy,
+            open_edges: found.surface.open_edges,
+            holes: found.surface.holes,
+            longest_at: found.surface.longest_at,
+            turned: found.surface.turned,
+            odd_rays: found.odd_rays,
+            doubtful_cells: found.doubtful_cells,
+        }
+    }
+
+    /// Says it in a sentence, of a mesh of `n_cells`.
+    pub fn warning(&self, n_cells: u64) -> String {
+        let decided = match self.policy {
+            Open::Vote => "by most of their even rays",
+            _ => "by the winding number",
+        };
+        let ([x, y, z], [of_x, of_y, of_z]) = (self.longest_at, self.odd_rays);
+        format!(
+            "geometry \"{}\" is not closed: {} open edges around {} holes, the longest at ({x}, {y}, {z}); {of_x}, {of_y} and \
+             {of_z} rays along x, y and z are odd; {} of {n_cells} cells were doubtful and were decided {decided}",
+            self.geometry, self.open_edges, self.holes, self.doubtful_cells,
+        )
+    }
 }
 
 /// Rays of a GPU's that the CPU cast again.
@@ -145,9 +198,9 @@ pub struct DeviceCheck {
     pub differing: u64,
 }
 
-/// Everything about a mesh but its cells.
+/// What is known of a mesh once its columns are made.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Report {
+pub struct MeshFacts {
     /// Version of hexcast.
     pub version: &'static str,
     /// "gpu" or "cpu".
@@ -188,14 +241,47 @@ pub struct Report {
     pub runs: u64,
     /// Rays that do not leave every geometry they enter: the surface is open there.
     pub odd_rays: u64,
+    /// Geometries that are not closed, unless the rays of one axis decided them as they are.
+    pub open: Vec<OpenReport>,
     /// Number of cells.
     pub cells: u64,
     /// Cells of every flag of the job, ascending.
     pub flags: Vec<FlagReport>,
-    /// SHA-256 of the flags of all cells, x fastest, one byte each; null where it was not asked for.
-    pub flags_sha256: Option<String>,
     /// Sentences that the reader should see.
     pub warnings: Vec<String>,
+    /// Memory, without that of the whole process.
+    #[serde(skip)]
+    pub peak_bytes: PeakBytes,
+    /// Times of the stages; those of the caller are 0 or null.
+    #[serde(skip)]
+    pub seconds: Seconds,
+}
+
+/// What only the caller of a mesh knows: what it did before and after.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct CallerFacts {
+    /// Seconds that reading the files took.
+    pub read: f64,
+    /// Seconds that expanding all flags took, where asked for.
+    pub flags: Option<f64>,
+    /// Seconds that hashing the flags took.
+    pub hash: Option<f64>,
+    /// Seconds that writing the files took.
+    pub write: Option<f64>,
+    /// SHA-256 of the flags.
+    pub flags_sha256: Option<String>,
+    /// Most bytes that the process has held.
+    pub host_bytes: Option<u64>,
+}
+
+/// Everything about a mesh but its cells.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Report {
+    /// What was known once the columns were made.
+    #[serde(flatten)]
+    pub mesh: MeshFacts,
+    /// SHA-256 of the flags of all cells, x fastest, one byte each; null where it was not asked for.
+    pub flags_sha256: Option<String>,
     /// Cells per second of `seconds.total`.
     pub cells_per_second: f64,
     /// Memory.
@@ -205,6 +291,20 @@ pub struct Report {
 }
 
 impl Report {
+    /// Joins what is known of a mesh and of what its caller did.
+    pub fn new(mesh: MeshFacts, caller: CallerFacts) -> Report {
+        let CallerFacts { read, flags, hash, write, flags_sha256, host_bytes } = caller;
+        let Seconds { lines, snap, columns, .. } = mesh.seconds;
+        let total = read + lines + snap + columns + flags.unwrap_or(0.0);
+        Report {
+            flags_sha256,
+            cells_per_second: mesh.cells as f64 / total.max(1e-9),
+            peak_bytes: PeakBytes { host: host_bytes, ..mesh.peak_bytes },
+            seconds: Seconds { total, read, flags, hash, write, ..mesh.seconds },
+            mesh,
+        }
+    }
+
     /// Writes the report as JSON.
     pub fn to_json(&self) -> String {
         // a struct of numbers, strings and lists always has a JSON form

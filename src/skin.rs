@@ -4,12 +4,12 @@
 //! flagged cell and the outside of the box, and belongs to the flagged cell; between two flags it is there for both. So
 //! the faces of every flag are a closed surface by themselves, whatever else is hidden.
 //!
-//! The cells are never expanded. Runs of neighbouring rays give strips of faces, strips of consecutive rows that begin and
+//! The cells are never expanded. Runs of neighbouring rays give spans of faces; spans of consecutive rows that begin and
 //! end alike become one rectangle: see `faces`. Where that still gives more rectangles than the caller wants, the mesh is
-//! coarsened by two on every axis: see `level`. Rectangles meet in T-junctions, but their corners stand on mesh lines, so
-//! that no two of them gape. Which rectangles cover a surface depends on the ray axis; the surface does not.
+//! coarsened by two on every axis: see `level`. Rectangles meet in T-junctions, but their corners are on mesh lines, so
+//! that there are no gaps. Which rectangles cover a surface depends on the ray axis; the surface does not.
 //!
-//! Cost: O(runs + rectangles) time; 72 bytes a rectangle for the result and 24 to 48 more while it grows, the strips of
+//! Cost: O(runs + rectangles) time; 72 bytes a rectangle for the result and 24 to 48 more while it grows, the spans of
 //! some rows, and when coarsened a set of coarse runs of about a quarter of the columns.
 
 use crate::parallel::*;
@@ -22,7 +22,6 @@ use crate::mesh::Mesh;
 mod faces;
 mod level;
 mod slice;
-mod stretches;
 
 use faces::{Quad, Sweep, row_faces};
 use level::{Level, ROWS, by_rarity};
@@ -121,7 +120,7 @@ fn level_quads(level: &Level, max_quads: usize, control: &Control) -> Result<Opt
     let mut sweeps: [Sweep; 4] = Default::default();
     let mut between: [Vec<Quad>; 2] = Default::default();
     let mut n_faces = 0;
-    // one more row than there are rays: the faces behind the last ray
+    // one more row than there are rays: the faces after the last ray
     let rows = level.across[1].start..level.across[1].end + 1;
     for start in rows.clone().step_by(ROWS) {
         control.check()?;
@@ -129,7 +128,7 @@ fn level_quads(level: &Level, max_quads: usize, control: &Control) -> Result<Opt
         let mut found: Vec<_> = (start..end).into_par_iter().map(|row| row_faces(level, row)).collect();
         sweeps.par_iter_mut().enumerate().for_each(|(index, sweep)| {
             for (row, faces) in (start..end).zip(&found) {
-                sweep.push(row, &faces.strips[index / 2][index % 2]);
+                sweep.push(row, &faces.spans[index / 2][index % 2]);
             }
         });
         for faces in &mut found {
@@ -143,7 +142,7 @@ fn level_quads(level: &Level, max_quads: usize, control: &Control) -> Result<Opt
             return Ok(None);
         }
     }
-    // the row behind the last ray has no strips and so has closed every rectangle
+    // the row after the last ray has no spans and so has closed every rectangle
     let [ends_down, ends_up, sides_down, sides_up] = sweeps.map(|sweep| sweep.quads);
     Ok(Some((n_faces, [[ends_down, ends_up], [sides_down, sides_up], between])))
 }
@@ -152,10 +151,10 @@ fn level_quads(level: &Level, max_quads: usize, control: &Control) -> Result<Opt
 fn parts(mesh: &Mesh, cells: &CellBox, step: u32, quads: &Quads) -> Vec<SkinPart> {
     let rays = &mesh.columns.rays;
     let [first, second] = rays.across;
-    // axes of the plane, of the strips and of the rows
+    // axes of the plane, of the spans and of the rows
     let axes = [[rays.axis, first, second], [first, rays.axis, second], [second, rays.axis, first]];
     let mut n_quads = [0usize; 256];
-    quads.iter().flatten().flatten().for_each(|quad| n_quads[usize::from(quad.strip.flag)] += 1);
+    quads.iter().flatten().flatten().for_each(|quad| n_quads[usize::from(quad.span.flag)] += 1);
     let mut parts: Vec<SkinPart> = Vec::new();
     let mut index = [0usize; 256];
     for flag in (0..=255u8).filter(|&flag| n_quads[usize::from(flag)] > 0) {
@@ -168,7 +167,7 @@ fn parts(mesh: &Mesh, cells: &CellBox, step: u32, quads: &Quads) -> Vec<SkinPart
         // every axis is that of the plane in exactly one of the three
         let kind = (0..3).find(|&kind| axes[kind][0] == direction / 2).unwrap_or(0);
         for quad in &quads[kind][direction % 2] {
-            let part = &mut parts[index[usize::from(quad.strip.flag)]];
+            let part = &mut parts[index[usize::from(quad.span.flag)]];
             push_quad(
                 part,
                 corners(quad, axes[kind], direction % 2 == 1, |axis, line| {
@@ -185,8 +184,8 @@ fn parts(mesh: &Mesh, cells: &CellBox, step: u32, quads: &Quads) -> Vec<SkinPart
 /// Corners of a rectangle, counter-clockwise seen from where it faces: up, or down its plane's axis.
 fn corners(quad: &Quad, axes: [usize; 3], up: bool, line: impl Fn(usize, u32) -> f32) -> [[f32; 3]; 4] {
     let [plane, along, across] = axes;
-    let height = line(plane, quad.strip.plane);
-    let ends = [line(along, quad.strip.start), line(along, quad.strip.end)];
+    let height = line(plane, quad.span.plane);
+    let ends = [line(along, quad.span.start), line(along, quad.span.end)];
     let rows = [line(across, quad.rows[0]), line(across, quad.rows[1])];
     let corner = |end: usize, row: usize| {
         let mut corner = [0.0; 3];
@@ -195,7 +194,7 @@ fn corners(quad: &Quad, axes: [usize; 3], up: bool, line: impl Fn(usize, u32) ->
         corner[across] = rows[row];
         corner
     };
-    // strips x rows points up the plane's axis where the three axes are in cyclic order
+    // spans x rows points up the plane's axis where the three axes are in cyclic order
     if up == ((plane + 1) % 3 == along) {
         [corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)]
     } else {

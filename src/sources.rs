@@ -21,7 +21,7 @@ pub struct Source {
 
 /// Makes the geometries of a job from its files: `sources[i]` is the file of `job.geometries[i]`.
 ///
-/// A geometry without a flag gets its place in the resulting list, from 1; without a name, that of its solid or file.
+/// A geometry without a flag gets its position in the resulting list, from 1; without a name, that of its solid or file.
 ///
 /// # Errors
 /// `job-value`: a solid that the file does not have, or a flag past 255; `too-many-geometries`.
@@ -39,6 +39,7 @@ pub fn geometries(job: &Job, sources: Vec<Source>) -> Result<Vec<Geometry>> {
             };
             let mut geometry = Geometry::new(name, flag, facets);
             geometry.priority = entry.priority;
+            geometry.open = entry.open.unwrap_or(job.open);
             geometry.world_from_file = entry.world_from_file();
             geometries.push(geometry);
         }

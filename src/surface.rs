@@ -13,6 +13,7 @@
 
 use crate::geometry::Facet;
 use crate::parallel::*;
+
 /// What the edges and areas of facets say about the surface they form.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Surface {
@@ -135,7 +136,7 @@ fn number_vertices(facets: &[Facet]) -> Vec<[u64; 3]> {
 struct Use(u128);
 
 impl Use {
-    /// Sorts after every use; stands in for the edges that collapsed facets do not have.
+    /// Sorts after every use; for the edges that collapsed facets do not have.
     const NONE: u128 = u128::MAX;
 
     fn bits(from: u64, to: u64, facet: usize) -> u128 {
@@ -223,9 +224,9 @@ fn longest_open_edges(facets: &[Facet], vertices: &[[u64; 3]], edges: &[Use]) ->
         });
         let squared: f64 = (0..3).map(|axis| (f64::from(ends[1][axis]) - f64::from(ends[0][axis])).powi(2)).sum();
         // equal lengths stay in the order of the vertices' keys, whatever the order of the facets
-        let place = longest.partition_point(|(other, _)| *other >= squared);
-        if place < MAX_WORST_OPEN_EDGES {
-            longest.insert(place, (squared, ends));
+        let index = longest.partition_point(|(other, _)| *other >= squared);
+        if index < MAX_WORST_OPEN_EDGES {
+            longest.insert(index, (squared, ends));
             longest.truncate(MAX_WORST_OPEN_EDGES);
         }
     }

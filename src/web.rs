@@ -1,7 +1,7 @@
-//! What JavaScript calls: with `web/`, the only `#[wasm_bindgen]`. `www/core.js` is its only caller; people use `www/hexcast.js`.
+//! What JavaScript calls, in this file and `web/`. `www/core.js` is its only caller; people use `www/hexcast.js`.
 //!
-//! Facts cross as JSON, numbers of cells as f64 (exact to 2^53), bytes as copies: nothing of JavaScript is kept or detached.
-//! An error becomes the JSON of `{code, message, hint}`. Long calls are async and look at their switch between rounds.
+//! Facts cross as JSON, numbers of cells as f64 (exact to 2^53), bytes as copies: no array of JavaScript is kept or detached.
+//! An error becomes the JSON of `{code, message, hint}`. Long calls are async and check for cancellation between rounds.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -18,20 +18,19 @@ use crate::estimate::Estimate;
 use crate::geometry::Facet;
 use crate::job::{BackendChoice, Job};
 use crate::mesh::hex;
-use crate::pipeline::{self, Aside, Engine, Task};
+use crate::pipeline::{self, Engine, MeshOptions, SpillTarget};
 use crate::read::{Contents, Format, Reader, Solid};
+use crate::report::{CallerFacts, Report};
 use crate::sources::Source;
 
-mod aside;
+mod file;
 mod info;
 mod mesh;
-mod opened;
 mod values;
 
-pub use aside::AsideFile;
-use aside::WebStore;
+pub use file::JsFile;
+use file::JsFileStore;
 pub use mesh::{WebEncoder, WebHash, WebMesh, WebSkin};
-pub use opened::ColumnFile;
 use values::{JsResult, forget, js_error, keep, kept};
 
 /// Version of hexcast.
@@ -46,7 +45,7 @@ pub fn error_codes() -> String {
     crate::error::CODES.iter().map(|(code, ..)| *code).collect::<Vec<_>>().join(",")
 }
 
-/// A file on its way in, slice by slice.
+/// Reads a file, slice by slice.
 #[wasm_bindgen]
 pub struct WebReader {
     file: String,
@@ -131,7 +130,7 @@ impl WebSurface {
     }
 }
 
-/// A switch that stops one call.
+/// Cancels one call.
 #[wasm_bindgen]
 pub struct WebSwitch {
     token: CancelToken,
@@ -139,14 +138,14 @@ pub struct WebSwitch {
 
 #[wasm_bindgen]
 impl WebSwitch {
-    /// Makes a switch that is off.
+    /// Makes a switch that has not been used.
     #[wasm_bindgen(constructor)]
     #[expect(clippy::new_without_default, reason = "a JavaScript constructor")]
     pub fn new() -> WebSwitch {
         WebSwitch { token: CancelToken::default() }
     }
 
-    /// Stops the call.
+    /// Cancels the call.
     pub fn cancel(&self) {
         self.token.cancel();
     }
@@ -162,7 +161,7 @@ pub struct WebJob {
 
 #[wasm_bindgen]
 impl WebJob {
-    /// Reads a job from JSON, with a `file` for each geometry; a switch can stop its mesh.
+    /// Reads a job from JSON, with a `file` for each geometry; a switch can cancel its mesh.
     #[wasm_bindgen(constructor)]
     pub fn new(json: &str, switch: &WebSwitch) -> JsResult<WebJob> {
         let job = Job::from_plain_json(json).map_err(js_error)?;
@@ -187,7 +186,7 @@ impl WebJob {
     }
 }
 
-/// Who meshes.
+/// An open backend.
 #[wasm_bindgen]
 pub struct WebEngine {
     engine: Rc<RefCell<Option<Engine>>>,
@@ -216,27 +215,28 @@ impl WebEngine {
         self.engine.borrow().as_ref().map(info::engine_facts).unwrap_or_default()
     }
 
-    /// Meshes a job; `progress` is called with rays done and rays in all. Columns that outgrow the memory allowed go to
-    /// `aside`, if it is given.
+    /// Meshes a job; `progress` is called with rays done and rays in all. Columns that exceed the memory allowed go to
+    /// `spill`, if it is given.
     pub async fn mesh(
         &self,
         job: WebJob,
         read_seconds: f64,
         progress: Function,
-        aside: Option<AsideFile>,
+        spill: Option<JsFile>,
     ) -> JsResult<WebMesh> {
-        // first of all, so that every way out closes the file
-        let aside = aside.map_or(Aside::Nowhere, |file| Aside::Spill(Arc::new(WebStore::new(file))));
+        // first of all, so that the file is closed whatever happens
+        let spill = spill.map_or(SpillTarget::None, |file| SpillTarget::Temporary(Arc::new(JsFileStore::new(file))));
         let Some(mut engine) = self.engine.borrow_mut().take() else {
             return Err(js_error(Error::new("device-failed", "a mesh is already being made", "wait for it")));
         };
         let progress = keep(progress.into());
         let control = self.control(job.token.clone(), progress);
-        let task = Task { job: &job.job, read_seconds, aside, flags_in_memory: false, program_bytes: 0 };
-        let result = pipeline::mesh_task(task, job.sources(), &mut engine, &control).await;
+        let options = MeshOptions { spill, ..MeshOptions::default() };
+        let result = pipeline::mesh(&job.job, job.sources(), &options, &mut engine, &control).await;
         forget(progress);
         *self.engine.borrow_mut() = Some(engine);
-        let (mesh, report) = result.map_err(js_error)?;
+        let (mesh, facts) = result.map_err(js_error)?;
+        let report = Report::new(facts, CallerFacts { read: read_seconds, ..CallerFacts::default() });
         Ok(WebMesh::new(mesh, info::json(&report)))
     }
 

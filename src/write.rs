@@ -1,7 +1,7 @@
 //! Writing a mesh: one format a file, each nothing but bytes in file order to an `io::Write`.
 //!
 //! Mesh, format, options -> bytes. No writer seeks or holds the cells: flags come slab by slab from the columns, so a
-//! file of any size needs a few slabs of memory. What a format costs besides is said at the top of its file.
+//! file of any size needs a few slabs of memory. What else a format costs is at the top of its file.
 
 pub mod bits;
 pub mod column_file;
@@ -38,13 +38,20 @@ pub fn write(
     out: &mut dyn io::Write,
     control: &Control,
 ) -> Result<Written> {
-    check(format, options)?;
+    let around = around(mesh, format, options)?;
     let mut sink = Sink { out, n_bytes: 0, hash: (format == Format::Raw).then(Sha256::new) };
-    match format {
-        Format::Raw => raw::write(mesh, options, &mut sink, control)?,
-        Format::Npy => npy::write(mesh, options, &mut sink, control)?,
-        Format::Vti => vti::write(mesh, options, &mut sink, control)?,
-        Format::Columns => column_file::write(mesh, options.compress, &mut sink, control)?,
+    match (around, options.compress) {
+        (Some((head, tail)), _) => {
+            sink.put(&head)?;
+            if options.bits {
+                mesh.for_each_slab_of_bits(options.slab_bytes, control, |flags| sink.put(flags))?;
+            } else {
+                mesh.for_each_slab(options.slab_bytes, control, |flags| sink.put(flags))?;
+            }
+            sink.put(&tail)?;
+        }
+        (None, Compress::Zlib(level)) if format == Format::Vti => vti::write(mesh, level, options, &mut sink, control)?,
+        (None, compress) => column_file::write(mesh, compress, &mut sink, control)?,
     }
     sink.out.flush().map_err(|error| Error::io("writing the mesh", error))?;
     Ok(Written { n_bytes: sink.n_bytes, sha256: sink.hash.map(|hash| hex(&hash.finalize())) })
@@ -60,22 +67,22 @@ pub fn around(mesh: &Mesh, format: Format, options: &Options) -> Result<Option<(
     if options.bits {
         bits::check(mesh)?;
     }
-    Ok(match (format, options.compress) {
-        (Format::Raw, _) => Some((Vec::new(), Vec::new())),
-        (Format::Npy, _) => Some((npy::header(mesh.dims(), options.bits), Vec::new())),
-        (Format::Vti, Compress::None) => Some(vti::around(mesh)),
-        _ => None,
-    })
+    Ok(head_and_tail(mesh, format, options))
 }
 
-/// Tells the size of a file before it is written, in bytes; nothing where it depends on the flags.
-pub fn exact_size(mesh: &Mesh, format: Format, options: &Options) -> Option<u64> {
+fn head_and_tail(mesh: &Mesh, format: Format, options: &Options) -> Option<(Vec<u8>, Vec<u8>)> {
     match (format, options.compress) {
-        (Format::Raw, _) => raw::n_bytes(mesh.dims(), options.bits),
-        (Format::Npy, _) => npy::n_bytes(mesh.dims(), options.bits),
-        (Format::Vti, Compress::None) => vti::n_bytes(mesh),
+        (Format::Raw, _) => Some((Vec::new(), Vec::new())),
+        (Format::Npy, _) => Some((npy::header(mesh.dims(), options.bits), Vec::new())),
+        (Format::Vti, Compress::None) => Some(vti::head_and_tail(mesh)),
         _ => None,
     }
+}
+
+/// Returns the size of a file before it is written, in bytes; None where it depends on the flags.
+pub fn exact_size(mesh: &Mesh, format: Format, options: &Options) -> Option<u64> {
+    let (head, tail) = head_and_tail(mesh, format, options)?;
+    raw::n_bytes(mesh.dims(), options.bits)?.checked_add((head.len() + tail.len()) as u64)
 }
 
 /// Refuses options that the format would silently ignore.

@@ -1,7 +1,7 @@
 //! zlib, and zlib in blocks on all cores.
 //!
-//! flate2 does it, with zlib-rs: Rust alone, and the same bytes for the same input and level on every target, as its vector
-//! instructions compare and move bytes and decide nothing.
+//! By flate2 with zlib-rs, which is pure Rust and gives the same bytes for the same input and level on every target: its vector
+//! instructions only compare and copy.
 
 use std::io::{self, Read};
 
@@ -22,25 +22,25 @@ pub(crate) fn compress(bytes: &[u8], level: u8) -> Result<Vec<u8>> {
     Ok(stream)
 }
 
-/// Expands a zlib stream to at most `most` bytes; a stream that goes on is cut there.
+/// Expands a zlib stream to at most `most` bytes; a longer one is cut there.
 ///
 /// # Errors
-/// What is no zlib stream, ends early, or does not have the checksum that it says; bytes that follow the stream.
+/// What is not a zlib stream, ends early, or has a wrong checksum; bytes after the stream.
 pub(crate) fn inflate(stream: &[u8], most: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let mut decoder = ZlibDecoder::new(stream);
     decoder.by_ref().take(most).read_to_end(&mut bytes)?;
     if (bytes.len() as u64) < most && decoder.total_in() < stream.len() as u64 {
-        return Err(io::Error::other("bytes follow its zlib stream"));
+        return Err(io::Error::other("there are bytes after its zlib stream"));
     }
     Ok(bytes)
 }
 
-/// Cuts a stream of bytes in blocks of one size, the last may be shorter, and compresses each by itself.
+/// Splits a stream of bytes into blocks of one size, the last may be shorter, and compresses each by itself.
 pub(crate) struct Blocks {
     size: usize,
     level: u8,
-    /// The beginning of a block whose end has not come yet.
+    /// The beginning of the block that is not full yet.
     pending: Vec<u8>,
 }
 

@@ -32,6 +32,8 @@ export type ErrorCode =
   | 'stl-not-stl'
   | 'stl-syntax'
   | 'stl-not-finite'
+  /** A geometry is not closed, and its `open` is `error`. */
+  | 'surface-open'
   | 'columns-corrupt'
   | 'columns-version'
   | 'job-syntax'

@@ -25,6 +25,8 @@ export interface GeometryJob {
   flag?: number;
   /** Where geometries overlap, the higher priority wins; at equal priority the later geometry wins. Default 0. */
   priority?: number;
+  /** How cells are decided where its surface is not closed; by default as the job says. */
+  open?: Job['open'];
   /** Scales first: one factor, or one for each axis. */
   scale?: number | [number, number, number];
   /** Then rotates about x, y and z, in degrees. */
@@ -53,6 +55,13 @@ export interface Job {
   tolerance?: number;
   /** Inside is an odd number of crossings, or a winding number other than zero. Default `parity`. */
   rule?: 'parity' | 'nonzero';
+  /**
+   * How cells are decided where a surface is not closed. `winding`: by the rays of three axes where they are even and agree, elsewhere
+   * by the generalised winding number. `vote`: by most of the axes whose rays are even, for surfaces that cannot be oriented.
+   * `error`: the mesh fails with `surface-open`. `parity`: by the rays of one axis, up to the last matched pair of crossings.
+   * Closed surfaces are not affected. Default `winding`.
+   */
+  open?: 'winding' | 'vote' | 'error' | 'parity';
   /** Axis of the rays; the result does not depend on it. Default `auto`: the longest, the first of those less than an eighth shorter. */
   axis?: 'auto' | 'x' | 'y' | 'z';
   /**

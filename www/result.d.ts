@@ -49,6 +49,8 @@ export interface Report {
   crossings: number;
   runs: number;
   odd_rays: number;
+  /** Geometries that are not closed, unless their `open` is `parity`; null for an opened mesh. */
+  open: OpenReport[] | null;
   cells: number;
   flags: FlagReport[];
   flags_sha256: string | null;
@@ -60,6 +62,24 @@ export interface Report {
   /** Missing for an opened mesh. */
   peak_bytes?: PeakBytes;
   [key: string]: unknown;
+}
+
+/** A geometry whose surface is not closed, and how its cells were decided. */
+export interface OpenReport {
+  geometry: string;
+  policy: 'winding' | 'vote';
+  /** Edges that facets use an odd number of times, or for the rule `nonzero` more often one way than the other. */
+  open_edges: number;
+  /** Loops of these edges. */
+  holes: number;
+  /** Middle of the longest loop. */
+  longest_at: [number, number, number];
+  /** Facets that were turned to agree with their neighbours. */
+  turned: number;
+  /** Rays along x, y and z that do not leave it as often as they enter. */
+  odd_rays: [number, number, number];
+  /** Cells whose three rays are not all even, or do not agree. */
+  doubtful_cells: number;
 }
 
 /** Mesh lines: line i of an axis is `origin + i * spacing`, i = 0 ..= dims. */

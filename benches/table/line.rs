@@ -6,6 +6,7 @@
 
 use std::error::Error;
 use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 use std::time::Instant;
 
@@ -16,7 +17,7 @@ use hexcast::flags::{expand, expand_bits, expand_into_zeros, flags_of_box, n_byt
 use hexcast::frame::Frame;
 use hexcast::job::{GeometryJob, Job, Rule};
 use hexcast::pipeline::{Engine, Prepared, prepare};
-use hexcast::read::read_from;
+use hexcast::read::Reader;
 use hexcast::sources::Source;
 use memmap2::{MmapMut, MmapOptions};
 use rayon::prelude::*;
@@ -77,7 +78,14 @@ pub(crate) fn ready(file: &Path, cells: u32) -> Result<(Ready, [f64; 3]), Box<dy
     let mut clock = Instant::now();
     let mut source = File::open(file)?;
     let n_bytes = source.metadata()?.len();
-    let contents = read_from(&mut source, n_bytes)?;
+    let (mut reader, mut chunk) = (Reader::new(n_bytes), vec![0; 1 << 20]);
+    loop {
+        match source.read(&mut chunk)? {
+            0 => break,
+            n => reader.push(&chunk[..n])?,
+        }
+    }
+    let contents = reader.finish()?;
     let read = lap(&mut clock);
     let prepared = prepare(&job, vec![Source { file: name, contents, sha256: String::new() }])?;
     let lines = lap(&mut clock);

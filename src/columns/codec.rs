@@ -1,6 +1,6 @@
-//! Runs as bytes: pieces of some rays as three lists of small numbers, as the column file and the spill hold them.
+//! Runs as bytes: the content of a piece of a column file, three lists of small numbers.
 //!
-//! The layout is that of the content of a piece in [`super::file`].
+//! The layout is in [`super::file`].
 
 use std::ops::Range;
 
@@ -10,16 +10,17 @@ use super::run::{Band, run, run_cell, run_flag};
 pub(crate) const PIECE_RAYS: u32 = 1 << 16;
 pub(crate) const PIECE_RUNS: u32 = 1 << 18;
 
-/// The content of a piece in the making.
+/// Encodes the content of a piece, ray by ray.
 #[derive(Default)]
-pub(crate) struct Encoder {
+pub(crate) struct PieceEncoder {
     counts: Vec<u8>,
     cells: Vec<u8>,
     flags: Vec<u8>,
+    /// Runs of the ray before.
     before: Vec<u32>,
 }
 
-impl Encoder {
+impl PieceEncoder {
     /// Adds the runs of the next ray.
     pub(crate) fn push(&mut self, runs: &[u32]) {
         put_varint(&mut self.counts, runs.len() as u32);
@@ -44,17 +45,17 @@ impl Encoder {
     }
 }
 
-/// Splits rays, from one on, by their numbers of runs: after at most [`PIECE_RAYS`] rays and [`PIECE_RUNS`] runs.
-pub(crate) struct Plan {
+/// Splits consecutive rays into pieces of at most [`PIECE_RAYS`] rays and [`PIECE_RUNS`] runs.
+pub(crate) struct PieceSplitter {
     pieces: Vec<Range<u64>>,
     start: u64,
     ray: u64,
     runs: u64,
 }
 
-impl Plan {
-    pub(crate) fn new(first_ray: u64) -> Plan {
-        Plan { pieces: Vec::new(), start: first_ray, ray: first_ray, runs: 0 }
+impl PieceSplitter {
+    pub(crate) fn new(first_ray: u64) -> PieceSplitter {
+        PieceSplitter { pieces: Vec::new(), start: first_ray, ray: first_ray, runs: 0 }
     }
 
     /// Takes the next ray.
@@ -81,7 +82,7 @@ impl Plan {
 pub(crate) fn decode(content: &[u8], n_rays: u32, n_runs: u32, depth: u32) -> Result<Band, String> {
     let n_cells_bytes = content.len().checked_sub(n_runs as usize).ok_or("its content is too short")?;
     let (numbers, flags) = content.split_at(n_cells_bytes);
-    // a byte a number at least, so that nothing is allocated that the content does not pay for
+    // a number takes at least a byte, so that allocations are bounded by the length of the content
     if numbers.len() < n_rays as usize + n_runs as usize {
         return Err("its content is too short".into());
     }
@@ -108,7 +109,7 @@ pub(crate) fn decode(content: &[u8], n_rays: u32, n_runs: u32, depth: u32) -> Re
     if rest.is_empty() { Ok(band) } else { Err(format!("{} bytes too many before the flags", rest.len())) }
 }
 
-/// Appends the runs of one ray; `before` is where those of the ray before stand.
+/// Appends the runs of one ray; `before` is the range of those of the ray before.
 fn decode_ray(
     runs: &mut Vec<u32>,
     before: Range<usize>,
@@ -123,7 +124,7 @@ fn decode_ray(
         let difference = i64::from(coded >> 1) ^ -i64::from(coded & 1);
         let cell = i64::from(guess) + difference;
         if cell < last.map_or(0, |(cell, _)| i64::from(cell) + 1) || cell >= i64::from(depth) {
-            return Err(format!("run {k} starts at cell {cell} of {depth}, not behind the one before"));
+            return Err(format!("run {k} starts at cell {cell} of {depth}, not after the one before"));
         }
         if flag == last.map_or(0, |(_, flag)| flag) {
             return Err(format!("run {k} repeats flag {flag}"));

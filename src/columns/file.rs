@@ -1,13 +1,13 @@
 //! The column file, `.hxc`: a mesh as its runs, some bytes a ray instead of one a cell; lossless, and it reads back.
 //!
-//! It is the one form of columns on disk: columns that outgrow the memory go to a file that is not finished yet, an interrupted
-//! mesh goes on from such a file, and with its end it is a file like any other.
+//! It is the one form of columns on disk: columns that exceed the memory spill to an unfinished file, an interrupted mesh
+//! continues from one, and once it has its end it is a file like any other.
 //!
 //! All numbers are little-endian. `u8`, `u32`, `u64` are unsigned integers, `f64` is IEEE 754, a *text* is a u32 number
 //! of bytes and that many bytes of UTF-8, a *varint* is LEB128: seven bits a byte, lowest first, the top bit set on all
 //! bytes but the last, at most five bytes and below 2^32. `crc32` is that of zlib and PNG.
 //!
-//! A file is a head, pieces, an end; nothing follows. Without an end it is not finished, and good up to its last whole band.
+//! A file is a head, pieces, an end; nothing follows. A file without an end is unfinished; its bands are valid up to the last whole one.
 //!
 //! **Head.**
 //!
@@ -16,7 +16,7 @@
 //! | 8 | `89 48 58 43 0d 0a 1a 0a` (`.HXC`, CR LF, ctrl-Z, LF) |
 //! | u32 | version of the layout: 2. A reader refuses a higher one here |
 //! | u32 | number of bytes of the body, at most 2^20 |
-//! | body | u8 1 and 32 bytes that identify what is meshed, while the file is not finished; or u8 0 |
+//! | body | u8 1 and 32 bytes that identify what is meshed, in a file to resume from; or u8 0 |
 //! | | 3 u32 `dims`: cells on x, y, z, 1 to 2^24 each, their product below 2^63 |
 //! | | u8 `axis` of the rays: 0, 1, 2; u8 compression of pieces: 0 none, 1 zlib; u8 kind of lines: 0 uniform; u8 zero |
 //! | | 3 f64 `origin`, 3 f64 `spacing`: line i of an axis is origin + i * spacing |
@@ -57,11 +57,11 @@
 //! | u64 | odd rays; u64 crossings of all pieces |
 //! | u32 | number of flags in use besides 0; for each, ascending, a u8, the flag, and a u64, its number of cells |
 //! | u32 | crc32 of the bytes from `ENDS` on |
-//! | u64 | the byte at which `ENDS` stands, so that the index is found from the end of the file |
+//! | u64 | the byte at which `ENDS` starts, so that the index is found from the end of the file |
 //! | 8 | `HXC END` and LF |
 //!
 //! **Version 1** has no u8 of the identity in its head, only `PIEC` in its pieces, and in its end nothing between the number of
-//! runs and the crc32. It is read as ever; who opens it without reading it whole reads it once to count.
+//! runs and the crc32. It can still be read; opening it reads all of it once, to count.
 
 mod bytes;
 pub(crate) mod end;

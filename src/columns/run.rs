@@ -1,4 +1,6 @@
-//! Runs, and bands of them as the backends make them.
+//! Runs, and bands of them as the backends return them.
+
+use std::ops::Range;
 
 /// Packs a run.
 pub fn run(cell: u32, flag: u8) -> u32 {
@@ -44,4 +46,18 @@ pub fn flag_at(runs: &[u32], cell: u32) -> u8 {
         0 => 0,
         after => run_flag(runs[after - 1]),
     }
+}
+
+/// Calls `found(start, end, flag)` for every span of cells of one flag that a ray has in `along`, flag 0 included.
+#[inline(always)]
+pub(crate) fn spans(runs: &[u32], along: &Range<u32>, mut found: impl FnMut(u32, u32, u8)) {
+    let (mut start, mut flag) = (along.start, flag_at(runs, along.start));
+    for &run in &runs[runs.partition_point(|&run| run_cell(run) <= along.start)..] {
+        if run_cell(run) >= along.end {
+            break;
+        }
+        found(start, run_cell(run), flag);
+        (start, flag) = (run_cell(run), run_flag(run));
+    }
+    found(start, along.end, flag);
 }

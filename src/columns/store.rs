@@ -1,55 +1,63 @@
-//! Where columns go besides memory.
+//! A store for columns outside memory.
 
 use std::io;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// A place for bytes outside memory, such as a file. Calls may come from several threads.
+/// Bytes outside memory, such as a file. Calls may come from several threads.
 pub trait Store: Send + Sync {
-    /// Appends bytes and returns the place of the first.
+    /// Appends bytes and returns the offset of the first.
     ///
     /// # Errors
-    /// Whatever the medium fails with.
+    /// The error of the medium.
     fn append(&self, bytes: &[u8]) -> io::Result<u64>;
 
-    /// Reads the bytes at a place that was appended before.
+    /// Reads bytes that were appended before, from an offset on.
     ///
     /// # Errors
-    /// Whatever the medium fails with.
+    /// The error of the medium.
     fn read(&self, at: u64, bytes: &mut [u8]) -> io::Result<()>;
 
-    /// Drops everything from a place on; the next append goes there.
+    /// Drops all bytes from an offset on; the next append starts there.
     ///
     /// # Errors
-    /// Whatever the medium fails with.
+    /// The error of the medium.
     fn truncate(&self, n_bytes: u64) -> io::Result<()>;
 }
 
-#[cfg(test)]
-pub(crate) mod tests {
-    use std::sync::Mutex;
+/// A store in memory, for a file that is there already and for tests.
+#[derive(Debug, Default)]
+pub struct MemoryStore(Mutex<Vec<u8>>);
 
-    use super::*;
+impl MemoryStore {
+    /// Holds the bytes of a file.
+    pub fn new(bytes: Vec<u8>) -> MemoryStore {
+        MemoryStore(Mutex::new(bytes))
+    }
 
-    /// A store for tests.
-    #[derive(Default)]
-    pub(crate) struct Memory(pub(crate) Mutex<Vec<u8>>);
+    /// The bytes, locked.
+    pub fn bytes(&self) -> MutexGuard<'_, Vec<u8>> {
+        // no operation leaves them half done
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
 
-    impl Store for Memory {
-        fn append(&self, bytes: &[u8]) -> io::Result<u64> {
-            let mut held = self.0.lock().unwrap();
-            held.extend_from_slice(bytes);
-            Ok((held.len() - bytes.len()) as u64)
-        }
+impl Store for MemoryStore {
+    fn append(&self, bytes: &[u8]) -> io::Result<u64> {
+        let mut all = self.bytes();
+        all.extend_from_slice(bytes);
+        Ok((all.len() - bytes.len()) as u64)
+    }
 
-        fn read(&self, at: u64, bytes: &mut [u8]) -> io::Result<()> {
-            let held = self.0.lock().unwrap();
-            let found = held.get(at as usize..at as usize + bytes.len()).ok_or(io::ErrorKind::UnexpectedEof)?;
-            bytes.copy_from_slice(found);
-            Ok(())
-        }
+    fn read(&self, at: u64, bytes: &mut [u8]) -> io::Result<()> {
+        let all = self.bytes();
+        let start = usize::try_from(at).unwrap_or(usize::MAX);
+        let found = all.get(start..start.saturating_add(bytes.len())).ok_or(io::ErrorKind::UnexpectedEof)?;
+        bytes.copy_from_slice(found);
+        Ok(())
+    }
 
-        fn truncate(&self, n_bytes: u64) -> io::Result<()> {
-            self.0.lock().unwrap().truncate(n_bytes as usize);
-            Ok(())
-        }
+    fn truncate(&self, n_bytes: u64) -> io::Result<()> {
+        self.bytes().truncate(n_bytes as usize);
+        Ok(())
     }
 }

@@ -166,7 +166,7 @@ fn host_bytes(facets: u64, expected: &Expected, lines: &Lines, rays: &Rays) -> H
         .saturating_mul(u64::from(rays.counts[0]))
         .min(n_rays);
     let strips = u64::from(rays.counts[1].div_ceil(cpu::rows_of_strip(rays)));
-    // the last round stands unpacked behind the columns before it
+    // the last round is unpacked, after the packed columns before it
     let extra = |rays: u64| ((4 * n_rays - index.min(4 * n_rays)) as f64 * (rays as f64 / n_rays as f64)) as u64;
     HostBytes {
         facets: facets * FACET_BYTES,

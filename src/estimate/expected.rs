@@ -61,7 +61,7 @@ fn bins(corners: &[Point; 3], bin: [f64; 2], counts: [u32; 2]) -> f64 {
     let mut n_bins = 1.0;
     for side in 0..2 {
         let [a, b, c] = corners.map(|corner| corner[side]);
-        // ray k stands at k + 1/2
+        // ray k is at k + 1/2
         let low = (a.min(b).min(c) - 0.5).ceil().max(0.0);
         let high = (a.max(b).max(c) - 0.5).floor().min(f64::from(counts[side]) - 1.0);
         if low > high {
@@ -135,7 +135,7 @@ mod tests {
         assert_eq!(areas(triangle, 10.0), [8.0; 2]);
         assert_eq!(areas([[3.0, 0.0], [4.0, 0.0], [3.0, 1.0]], 2.0), [0.0; 2]);
         assert_eq!(areas([[0.0, 0.0], [0.0, 2.0], [2.0, 0.0]], 2.0), [2.0; 2]);
-        // it rises with x, and the last centre stands at 1
+        // it rises with x, and the last centre is at 1
         assert_eq!(covered_areas(at([[0.0, 0.0], [0.0, 2.0], [2.0, 0.0]]), [2.0; 2], 1.5), [2.0, 1.5]);
     }
 }

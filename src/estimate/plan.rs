@@ -1,6 +1,6 @@
-//! The plan: how the memory allowed is shared out among what meshing holds, or why it is too little.
+//! The memory budget: how the memory allowed is divided among what meshing holds, or why it is too little.
 //!
-//! Estimate, what is allowed -> [`Plan`]. The work in hand, a round of strips on the CPU or the bands in flight on a GPU, is made
+//! Estimate, what is allowed -> [`MemoryBudget`]. The current work, a round of strips on the CPU or the bands in flight on a GPU, is made
 //! as small as it must be. Bytes that a device holds count too where its memory is the host's: drivers on the processor
 //! (lavapipe, SwiftShader, WARP) and GPUs on the processor's chip, which take their buffers from the same memory.
 //! Weakness: rays are taken to be as crowded everywhere as half again the mean; buffers that turn out too small are
@@ -14,6 +14,7 @@ use crate::error::{Error, MORE_MEMORY, Result};
 use crate::job::ByteSize;
 use crate::mesh::SLAB_BYTES;
 use crate::parallel::current_num_threads;
+use crate::rays::Rays;
 use crate::write::Options;
 
 /// Whose memory holds the buffers of the device.
@@ -30,7 +31,11 @@ pub enum Device {
 impl Device {
     /// The part of the memory, one in so many, that allocators and drivers keep of what was freed; measured.
     fn slack(self) -> u64 {
-        if self == Device::None { 10 } else { 5 }
+        match self {
+            Device::None => 10,
+            Device::Own => 5,
+            Device::Shared => 4,
+        }
     }
 }
 
@@ -51,7 +56,7 @@ pub struct Allowed {
 
 /// Shares of the memory allowed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Plan {
+pub struct MemoryBudget {
     /// Bytes for the columns.
     pub columns: u64,
     /// Most ray rows of a band on the GPU.
@@ -62,7 +67,7 @@ pub struct Plan {
     pub needed: u64,
 }
 
-/// What stays in memory of columns that were put aside, besides their records, and the pieces of them at hand.
+/// What stays in memory of columns that spilled, besides their index: the pieces read last.
 const LEAST_COLUMNS: u64 = 1 << 20;
 /// Rays of a piece in the store at least, on average, and bytes of its record.
 const PIECE_RAYS: u64 = 1 << 15;
@@ -73,22 +78,28 @@ pub fn slab_bytes(max_bytes: u64) -> u64 {
     (max_bytes / 16).clamp(1 << 16, SLAB_BYTES as u64)
 }
 
-/// Compressed bytes to keep until a file's table of blocks is known, within a budget.
-pub fn kept_bytes(max_bytes: u64) -> u64 {
-    (Options::default().kept_bytes as u64).min(max_bytes / 16)
+/// Compressed bytes to hold until the sizes of all blocks of a file are known, within a budget.
+pub fn block_cache_bytes(max_bytes: u64) -> u64 {
+    (Options::default().block_cache_bytes as u64).min(max_bytes / 16)
 }
 
-impl Plan {
+impl MemoryBudget {
+    /// The budget where memory is not limited.
+    pub fn unlimited(rays: &Rays) -> MemoryBudget {
+        let (most_rows, most_strips) = (rays.counts[1], cpu::STRIPS_PER_ROUND);
+        MemoryBudget { columns: u64::MAX, most_rows, most_strips, needed: 0 }
+    }
+
     /// Shares out the memory allowed.
     ///
     /// # Errors
     /// `memory` where it is too little, with the numbers.
-    pub fn new(estimate: &Estimate, allowed: &Allowed) -> Result<Plan> {
-        let plan = Plan::unchecked(estimate, allowed);
-        if plan.needed <= allowed.max_bytes { Ok(plan) } else { Err(too_little(estimate, allowed, plan.needed)) }
+    pub fn new(estimate: &Estimate, allowed: &Allowed) -> Result<MemoryBudget> {
+        let budget = MemoryBudget::unchecked(estimate, allowed);
+        if budget.needed <= allowed.max_bytes { Ok(budget) } else { Err(too_little(estimate, allowed, budget.needed)) }
     }
 
-    fn unchecked(estimate: &Estimate, allowed: &Allowed) -> Plan {
+    fn unchecked(estimate: &Estimate, allowed: &Allowed) -> MemoryBudget {
         let Allowed { max_bytes, program_bytes, device, can_spill, .. } = *allowed;
         let work = Work { estimate, device, can_spill };
         let fixed = estimate.host.facets + work.fixed();
@@ -102,11 +113,12 @@ impl Plan {
             for_work = for_work.max(left / 2);
         }
         let units = work.most_within(for_work);
-        let writing = flag_bytes(estimate, allowed).saturating_add(2 * slab_bytes(max_bytes) + kept_bytes(max_bytes));
+        let writing =
+            flag_bytes(estimate, allowed).saturating_add(2 * slab_bytes(max_bytes) + block_cache_bytes(max_bytes));
         let columns = left.saturating_sub(work.cost(units)).min(own.saturating_sub(writing)).max(least_columns);
         let (most_rows, most_strips) =
             if device == Device::None { (estimate.rows() as u32, units as u32) } else { (units as u32, 1) };
-        Plan { columns, most_rows, most_strips, needed: needed(allowed, &work) }
+        MemoryBudget { columns, most_rows, most_strips, needed: needed(allowed, &work) }
     }
 }
 
@@ -119,8 +131,8 @@ fn needed(allowed: &Allowed, work: &Work) -> u64 {
     let meshing = allowed.program_bytes.saturating_add((meshing / (slack - 1) + 1) * slack);
     let building = allowed.program_bytes + estimate.host.facets + work.building();
     let held = (allowed.program_bytes + columns).saturating_add(flag_bytes(estimate, allowed));
-    // slabs and kept blocks are three sixteenths of what is allowed, up to their own limits
-    let most = held.saturating_add(2 * SLAB_BYTES as u64 + kept_bytes(u64::MAX));
+    // slabs and cached blocks are three sixteenths of what is allowed, up to their own limits
+    let most = held.saturating_add(2 * SLAB_BYTES as u64 + block_cache_bytes(u64::MAX));
     meshing.max(building).max(held.saturating_add(held / 13 * 3).min(most))
 }
 
@@ -133,7 +145,7 @@ fn flag_bytes(estimate: &Estimate, allowed: &Allowed) -> u64 {
     if allowed.flags { estimate.cells } else { 0 }
 }
 
-/// The work in hand, by its size: strips of a round on the CPU, ray rows of a band on a GPU.
+/// The current work, by its size: strips of a round on the CPU, ray rows of a band on a GPU.
 struct Work<'a> {
     estimate: &'a Estimate,
     device: Device,
@@ -153,7 +165,7 @@ impl Work<'_> {
         estimate.host.lattice + current_num_threads() as u64 * of_core as u64
     }
 
-    /// Bytes of the lattice of the CPU backend in the making: its pairs, in lists that grow, stand beside it.
+    /// Bytes that building the lattice of the CPU backend takes besides it: its pairs, in lists that grow.
     fn building(&self) -> u64 {
         if self.device == Device::None { 4 * self.estimate.host.lattice } else { 0 }
     }
@@ -183,7 +195,7 @@ impl Work<'_> {
         let rays = (rows * estimate.rays_across()) as f64;
         let uneven = if rows == estimate.rows() { 1.0 } else { UNEVEN };
         let runs = self.per_ray(estimate.runs) * uneven;
-        // as they come they stand beside the packed ones, and what is spilled is encoded first
+        // unpacked bands are in memory beside the packed ones, and what spills is encoded first
         let unpacked = rays * (4.0 + if self.can_spill { 1.0 + 6.0 * runs } else { 0.0 });
         if self.device == Device::None {
             return unpacked as u64;
@@ -191,7 +203,7 @@ impl Work<'_> {
         let in_flight = IN_FLIGHT.min(estimate.rows().div_ceil(rows)) as f64;
         // what is read back comes by a buffer that the host can see
         let places = estimate.places() / estimate.rays as f64 * uneven;
-        // that buffer has a quarter to spare
+        // that buffer is a quarter larger than needed
         let staging = in_flight * rays * 1.25 * (1.0 + 16.0 * places);
         let shared = if self.device == Device::Shared { estimate.device_bytes_of(rows) } else { 0 };
         (unpacked + staging) as u64 + shared
@@ -221,7 +233,7 @@ fn too_little(estimate: &Estimate, allowed: &Allowed, needed: u64) -> Error {
     let (needed_text, max_text) = (ByteSize(needed), ByteSize(max_bytes));
     let message =
         format!("the mesh takes about {needed_text} of memory ({}); {max_text} are allowed", parts.join(", "));
-    let on_cpu = || Plan::unchecked(estimate, &Allowed { device: Device::None, ..*allowed }).needed;
+    let on_cpu = || MemoryBudget::unchecked(estimate, &Allowed { device: Device::None, ..*allowed }).needed;
     let hint = match (flags, can_spill) {
         (true, _) => {
             "leave out --flags-in-memory: files are written without it; or allow more with --max-memory".into()
@@ -232,7 +244,7 @@ fn too_little(estimate: &Estimate, allowed: &Allowed, needed: u64) -> Error {
             )
         }
         (_, false) => {
-            let spilled = Plan::unchecked(estimate, &Allowed { can_spill: true, ..*allowed }).needed;
+            let spilled = MemoryBudget::unchecked(estimate, &Allowed { can_spill: true, ..*allowed }).needed;
             if spilled <= max_bytes {
                 MORE_MEMORY.into()
             } else {
@@ -252,7 +264,6 @@ mod tests {
     use super::*;
     use crate::geometry::Geometry;
     use crate::lines::Lines;
-    use crate::rays::Rays;
 
     /// What a wall of facets across all rays of a box would take.
     fn estimate(dims: [u32; 3]) -> Estimate {
@@ -282,18 +293,18 @@ mod tests {
             {
                 let allowed =
                     |max_bytes| Allowed { max_bytes, program_bytes: 10_000_000, device, can_spill, flags: false };
-                let needed = Plan::unchecked(&estimate, &allowed(0)).needed;
+                let needed = MemoryBudget::unchecked(&estimate, &allowed(0)).needed;
                 let what = format!("{dims:?}, {device:?}, {can_spill}");
                 for max_bytes in [needed, 2 * needed, 10 * needed] {
-                    let plan = Plan::new(&estimate, &allowed(max_bytes)).unwrap();
-                    assert_eq!(plan.needed, needed, "{what}");
+                    let budget = MemoryBudget::new(&estimate, &allowed(max_bytes)).unwrap();
+                    assert_eq!(budget.needed, needed, "{what}");
                     let work = Work { estimate: &estimate, device, can_spill };
-                    let units = if device == Device::None { plan.most_strips } else { plan.most_rows };
+                    let units = if device == Device::None { budget.most_strips } else { budget.most_rows };
                     let held = 10_000_000 + estimate.host.facets + work.fixed() + work.cost(units.into());
-                    let sum = held + plan.columns.min(estimate.host.columns);
+                    let sum = held + budget.columns.min(estimate.host.columns);
                     assert!(units > 0 && sum <= max_bytes, "{what}: {sum} of {max_bytes}");
                 }
-                let error = Plan::new(&estimate, &allowed(needed - 1)).unwrap_err();
+                let error = MemoryBudget::new(&estimate, &allowed(needed - 1)).unwrap_err();
                 assert!(error.code() == "memory" && !error.hint().is_empty(), "{what}: {error}");
             }
         }
@@ -304,7 +315,7 @@ mod tests {
         let estimate = estimate([8, 700, 900]);
         let needed = [Device::None, Device::Own, Device::Shared].map(|device| {
             let allowed = Allowed { max_bytes: 1, program_bytes: 0, device, can_spill: true, flags: false };
-            Plan::unchecked(&estimate, &allowed).needed
+            MemoryBudget::unchecked(&estimate, &allowed).needed
         });
         assert!(needed[2] > needed[1] + estimate.device_bytes_of(BIN), "{needed:?}");
     }

@@ -1,4 +1,4 @@
-//! How cells lie in memory: a byte or a bit each.
+//! The layout of cells in memory: a byte or a bit each.
 //!
 //! Bits hold a single flag: 1 where the flag of the cell is not 0. The first cell along x is the least significant bit of a
 //! byte; every row along x starts a new byte, and the unused high bits of its last byte are 0: [`row_bytes`] a row, rows in
@@ -9,34 +9,34 @@ pub fn row_bytes(nx: u32) -> u32 {
     nx.div_ceil(8)
 }
 
-/// Cells in memory. A place counts cells from the start of a slice, with those that pad the end of each row.
+/// Cells in memory. A slot is the index of a cell in a slice, where rows are padded to whole bytes.
 pub(super) trait Packing {
-    /// Bytes of so many cells, which start at a byte and end at the end of a row.
-    fn n_bytes(places: usize) -> usize;
-    /// Places of a row of `nx` cells.
+    /// Bytes of whole rows with so many slots.
+    fn n_bytes(slots: usize) -> usize;
+    /// Slots of a row of `nx` cells.
     fn row(nx: usize) -> usize;
     /// Sets one cell.
-    fn put(out: &mut [u8], place: usize, flag: u8);
-    /// Prepares rows whose cells are to be set, every one.
+    fn put(out: &mut [u8], slot: usize, flag: u8);
+    /// Prepares rows of which every cell will be set.
     fn begin(rows: &mut [u8]);
-    /// Sets the cells from one place to another, exclusive, in a row that has begun.
+    /// Sets the cells from one slot to another, exclusive, in a row that was prepared.
     fn fill(row: &mut [u8], from: usize, to: usize, flag: u8);
 }
 
-/// A byte a cell; in memory that is all 0, as the system gives it, nothing is written where the flag is 0.
+/// A byte a cell. With `IN_ZEROS` the memory is all 0 before, and nothing is written where the flag is 0.
 pub(super) struct Bytes<const IN_ZEROS: bool>;
 
 impl<const IN_ZEROS: bool> Packing for Bytes<IN_ZEROS> {
-    fn n_bytes(places: usize) -> usize {
-        places
+    fn n_bytes(slots: usize) -> usize {
+        slots
     }
 
     fn row(nx: usize) -> usize {
         nx
     }
 
-    fn put(out: &mut [u8], place: usize, flag: u8) {
-        out[place] = flag;
+    fn put(out: &mut [u8], slot: usize, flag: u8) {
+        out[slot] = flag;
     }
 
     fn begin(_: &mut [u8]) {}
@@ -52,17 +52,17 @@ impl<const IN_ZEROS: bool> Packing for Bytes<IN_ZEROS> {
 pub(super) struct Bits;
 
 impl Packing for Bits {
-    fn n_bytes(places: usize) -> usize {
-        places / 8
+    fn n_bytes(slots: usize) -> usize {
+        slots / 8
     }
 
     fn row(nx: usize) -> usize {
         nx.next_multiple_of(8)
     }
 
-    fn put(out: &mut [u8], place: usize, flag: u8) {
-        let bit = 1 << (place % 8);
-        let byte = &mut out[place / 8];
+    fn put(out: &mut [u8], slot: usize, flag: u8) {
+        let bit = 1 << (slot % 8);
+        let byte = &mut out[slot / 8];
         *byte = if flag == 0 { *byte & !bit } else { *byte | bit };
     }
 

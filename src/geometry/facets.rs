@@ -1,7 +1,7 @@
-//! Facets that many may read and nobody copies: a part of a list that is shared.
+//! Facets that are shared and not copied: a range of a list.
 //!
-//! A file is read into one list; its solids, and the geometries that jobs make of them, are parts of it. Cloning costs
-//! nothing however large the model is, so that an estimate at every keystroke needs no second copy of it.
+//! A file is read into one list; its solids, and the geometries of jobs, are ranges of it. A clone shares the list, so that an
+//! estimate at every keystroke needs no second copy of a large model.
 
 use std::ops::{Deref, Range};
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use std::sync::Arc;
 /// One triangular facet: three corners of three coordinates, in the order of the file.
 pub type Facet = [[f32; 3]; 3];
 
-/// A part of a shared list of facets; reads like a slice.
+/// A range of a shared list of facets; derefs to a slice.
 #[derive(Clone, Default)]
 pub struct SharedFacets {
     all: Arc<Vec<Facet>>,
@@ -17,10 +17,10 @@ pub struct SharedFacets {
 }
 
 impl SharedFacets {
-    /// Cuts a list into consecutive parts that begin at the given places, ascending; the last reaches to the end.
+    /// Cuts a list into consecutive parts that begin at the given indices, ascending; the last reaches to the end.
     ///
     /// # Panics
-    /// If a place lies beyond the end or before the one before it: a bug of the caller.
+    /// If an index is beyond the end or less than the one before it: a bug of the caller.
     pub fn cut(all: Vec<Facet>, starts: &[usize]) -> Vec<SharedFacets> {
         let all = Arc::new(all);
         let ends = starts.iter().skip(1).copied().chain([all.len()]);
@@ -31,7 +31,7 @@ impl SharedFacets {
         starts.iter().zip(ends).map(part).collect()
     }
 
-    /// Joins parts: without a copy where each goes on in its list where the one before ends, as the solids of a file do.
+    /// Joins parts: without a copy where they are consecutive ranges of one list, as the solids of a file are.
     pub fn join(parts: &[SharedFacets]) -> SharedFacets {
         let Some((first, last)) = parts.first().zip(parts.last()) else { return SharedFacets::default() };
         let goes_on =

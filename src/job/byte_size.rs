@@ -33,7 +33,7 @@ impl FromStr for ByteSize {
 
     /// Reads a size such as `512MiB`, `2GB`, `1.5 TB` or `4096`.
     fn from_str(text: &str) -> Result<ByteSize, String> {
-        let wrong = || format!("\"{text}\" is no size: a number and a unit such as 512MiB or 2GB is needed");
+        let wrong = || format!("\"{text}\" is not a size: a number and a unit such as 512MiB or 2GB is needed");
         let text = text.trim();
         let split = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
         let (number, unit) = text.split_at(split);
@@ -43,8 +43,8 @@ impl FromStr for ByteSize {
     }
 }
 
-/// A decimal number times a factor, rounded down; six digits behind the point count. None where it is no number, or too
-/// large. In integers: a page would load a reader of floating-point numbers for nothing else.
+/// A decimal number times a factor, rounded down; six digits after the point count. None where it is not a number, or too
+/// large.
 fn scaled(number: &str, factor: u64) -> Option<u64> {
     let (whole, fraction) = number.split_once('.').unwrap_or((number, "0"));
     let digits = |text: &str| (!text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit())).then_some(());

@@ -3,11 +3,11 @@
 use glam::DAffine3;
 use serde::{Deserialize, Serialize};
 
-use super::{PerAxis, numbers};
+use super::{Open, PerAxis, numbers};
 use crate::error::{Error, Result};
 use crate::geometry::world_from_file;
 
-/// A file, what its cells are called, and where it stands.
+/// A file, the name and flag of its cells, and its transform.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GeometryJob {
@@ -27,6 +27,9 @@ pub struct GeometryJob {
     pub flag: Option<u8>,
     /// Where geometries overlap the higher priority wins.
     pub priority: i32,
+    /// How cells are decided where its surface is not closed, if not as the job says.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub open: Option<Open>,
     /// Scales first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scale: Option<PerAxis<f64>>,
@@ -39,7 +42,7 @@ pub struct GeometryJob {
 }
 
 impl GeometryJob {
-    /// A file as it stands.
+    /// A file, without settings.
     pub fn new(file: impl Into<String>) -> GeometryJob {
         GeometryJob { file: file.into(), ..GeometryJob::default() }
     }
@@ -50,12 +53,12 @@ impl GeometryJob {
         world_from_file(scale, self.rotate.unwrap_or_default(), self.translate.unwrap_or_default())
     }
 
-    /// Reads `FILE` or `FILE:key=value,...` with the keys flag, priority, name, solid, split, scale, rotate and translate;
+    /// Reads `FILE` or `FILE:key=value,...` with the keys flag, priority, open, name, solid, split, scale, rotate and translate;
     /// three numbers are joined by `/`. The settings begin after the first colon that a word and `=` follow, so other colons
     /// belong to the file, as in `C:\run=3\part.stl`.
     ///
     /// # Errors
-    /// - `job-value`: no file, an unknown key or a value that is no number, with what was expected.
+    /// - `job-value`: no file, an unknown key or a value that is not a number, with what was expected.
     /// - `job-conflict`: a key given twice.
     pub fn from_argument(argument: &str) -> Result<GeometryJob> {
         let Some((file, settings)) = file_and_settings(argument) else {
@@ -84,7 +87,10 @@ impl GeometryJob {
     fn set(&mut self, key: &str, value: &str) -> std::result::Result<(), String> {
         match key {
             "flag" => self.flag = Some(value.parse().map_err(|_| format!("flag={value}: flags are 1 to 255"))?),
-            "priority" => self.priority = value.parse().map_err(|_| format!("priority={value} is no whole number"))?,
+            "priority" => {
+                self.priority = value.parse().map_err(|_| format!("priority={value} is not a whole number"))?
+            }
+            "open" => self.open = Some(policy(value)?),
             "name" => self.name = Some(value.to_string()),
             "solid" => self.solid = Some(value.to_string()),
             "split" => self.split = value.parse().map_err(|_| format!("split={value}: write true or false"))?,
@@ -93,7 +99,7 @@ impl GeometryJob {
             "rotate" => self.rotate = Some(three(key, value)?),
             "translate" => self.translate = Some(three(key, value)?),
             _ => {
-                let keys = "flag, priority, name, solid, split, scale, rotate, translate";
+                let keys = "flag, priority, open, name, solid, split, scale, rotate, translate";
                 return Err(format!("there is no key \"{key}\"; keys are {keys}"));
             }
         }
@@ -110,8 +116,13 @@ fn file_and_settings(argument: &str) -> Option<(&str, &str)> {
     colons.find(|(_, rest)| begins_with_key(rest))
 }
 
+fn policy(text: &str) -> std::result::Result<Open, String> {
+    let value = serde::de::value::StrDeserializer::<serde::de::value::Error>::new(text);
+    Open::deserialize(value).map_err(|_| format!("open={text}: write winding, vote, error or parity"))
+}
+
 fn number(key: &str, text: &str) -> std::result::Result<f64, String> {
-    text.parse().map_err(|_| format!("{key}: \"{text}\" is no number"))
+    text.parse().map_err(|_| format!("{key}: \"{text}\" is not a number"))
 }
 
 fn three(key: &str, text: &str) -> std::result::Result<[f64; 3], String> {

@@ -1,7 +1,7 @@
 //! Numbers of a job file: lists of exactly so many, one number or three, flags.
 //!
-//! Serde reads a list of three from the first three numbers of a longer one and leaves the rest to the language, which may
-//! ignore it; here a number too many is an error, as one too few is. Messages say what is expected, the caller adds the key.
+//! Serde takes the first three numbers of a longer list, and some formats ignore the rest; here a number too many is an error,
+//! as one too few is. Messages say what is expected, the caller adds the key.
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -21,7 +21,7 @@ where
     list.map(|list| exactly(list, &format!("{N} numbers").as_str())).transpose()
 }
 
-/// Reads an optional flag; a number that is none is told the range, not a Rust type.
+/// Reads an optional flag; the error of another number names the range, not a Rust type.
 pub(super) fn flag<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<u8>, D::Error> {
     let number = Option::<i64>::deserialize(deserializer)?;
     let flag = |number| {

@@ -7,9 +7,9 @@
 //!
 //! 1. The largest allowed size decides which line is whose, m_i = round(d_i / s), and so the number of cells. The sizes that
 //!    an end point allows are intervals, `d_i / (m + tolerance) ..= d_i / (m - tolerance)`: from s_max downwards, as long as
-//!    an end point objects, s jumps to the top of the next lower interval of the one that objects most. No size between is
-//!    allowed, so the first size that nobody objects to is the largest of all.
-//! 2. The tolerance is no goal: of the sizes d_i / m_i, which put one end point exactly on its line, and the size of step 1,
+//!    an end point does not allow s, s jumps to the top of the next lower interval of the one that needs the largest jump. No size between is
+//!    allowed, so the first size that all end points allow is the largest of all.
+//! 2. Within the tolerance nearer is still better: of the sizes d_i / m_i, which put one end point exactly on its line, and the size of step 1,
 //!    the one with the least greatest residual `|d_i / s - m_i|` is taken, if it is not above s_max. So a common divisor is
 //!    met exactly, and the number of cells stays.
 //!

@@ -1,4 +1,4 @@
-//! The mapping of a single geometry under `parity`: sorted, its crossings begin runs by turns inside and outside.
+//! The mapping of a single geometry under `parity`: its sorted crossings begin runs inside and outside in turn.
 //!
 //! Two crossings of the same cell cancel. Of an odd number the last begins nothing. Twin: `alternating_runs` in `shaders/columns.wgsl`.
 
@@ -35,7 +35,7 @@ pub(super) fn alternate(crossings: &Crossings, flag: u8, depth: u32, band: &mut 
         };
         let mut n = cells.len();
         if cells.windows(2).any(|two| two[0] == two[1]) {
-            n = cancel_twins(cells);
+            n = cancel_equal_pairs(cells);
         }
         band.odd_rays += n as u64 % 2;
         let (n, mut end) = (n - n % 2, 0);
@@ -50,7 +50,7 @@ pub(super) fn alternate(crossings: &Crossings, flag: u8, depth: u32, band: &mut 
 
 /// Takes pairs of equal cells out of sorted ones; returns how many are left, at the front.
 #[inline(always)]
-fn cancel_twins(cells: &mut [u32]) -> usize {
+fn cancel_equal_pairs(cells: &mut [u32]) -> usize {
     let mut n = 0;
     for index in 0..cells.len() {
         let cell = cells[index];

@@ -1,38 +1,27 @@
-//! Who meshes: the GPU or the CPU, chosen once, used for many meshes.
+//! The backend: the GPU or the CPU, chosen once, used for many meshes.
 
 use web_time::Instant;
 
 use crate::cast::Cast;
-#[cfg(feature = "gpu")]
-use crate::columns::Band;
-use crate::columns::{Columns, Growing};
+use crate::columns::{Band, Columns, ColumnsBuilder};
 use crate::control::Control;
 use crate::cpu;
 #[cfg(feature = "gpu")]
 use crate::error::Error;
 use crate::error::Result;
-use crate::estimate::Device;
 #[cfg(feature = "gpu")]
 use crate::estimate::UPLOAD_FACET_BYTES;
+use crate::estimate::{Device, MemoryBudget};
 #[cfg(feature = "gpu")]
 use crate::gpu::{AdapterKind, Gpu, Options, Usage};
 use crate::job::BackendChoice;
+use crate::open::Overlay;
 
 /// Times that a lost device is opened again.
 #[cfg(feature = "gpu")]
 const MAX_REOPENINGS: u32 = 3;
 
-/// What is meshed, and in which bands.
-#[derive(Clone, Copy)]
-pub(super) struct Casting<'a> {
-    pub(super) cast: Cast<'a>,
-    /// Most ray rows that the GPU may read back at once, before they are packed.
-    pub(super) most_rows: u32,
-    /// Most strips that the CPU makes before they are packed.
-    pub(super) most_strips: u32,
-}
-
-/// What meshing took, besides facets and columns, and what was found of the device.
+/// Memory that meshing used, besides facets and columns, and what the check of the device found.
 #[derive(Debug, Default, Clone, Copy)]
 pub struct Used {
     /// Most bytes on the device.
@@ -43,16 +32,16 @@ pub struct Used {
     pub checked: Option<[u64; 2]>,
 }
 
-/// Who meshes, ready to work.
+/// An open backend.
 pub struct Engine {
     #[cfg(feature = "gpu")]
     gpu: Option<Gpu>,
     #[cfg(feature = "gpu")]
     wanted_adapter: Option<String>,
-    /// Whether the CPU takes over where the GPU is lost for good. Where it is wrong the CPU always does.
+    /// Whether the CPU continues where the GPU is lost for good. Where the GPU is wrong the CPU always does.
     #[cfg(feature = "gpu")]
     has_cpu_fallback: bool,
-    /// Why the CPU meshes although a GPU was looked for, or had begun to.
+    /// Why the CPU meshes although a GPU was looked for, or had begun.
     pub fallback: Option<String>,
     /// Seconds that opening took.
     pub seconds: f64,
@@ -104,14 +93,14 @@ impl Engine {
         }
     }
 
-    /// Opens the preferred GPU unless it is one in name only. In browsers `www/adapter.js` knows that, and has asked.
+    /// Opens the preferred GPU unless it is a driver that computes on the processor. In browsers `www/adapter.js` knows that, and has asked.
     async fn open_hardware() -> Result<Engine> {
         #[cfg(all(feature = "gpu", not(target_arch = "wasm32")))]
         {
             let facts = crate::gpu::adapter(None).await?;
             if facts.kind == AdapterKind::Software {
                 let message = format!("{facts} computes on the processor, where the CPU backend is faster");
-                return Err(Error::new("no-adapter", message, "ask for the GPU backend to use it all the same"));
+                return Err(Error::new("no-adapter", message, "choose the GPU backend to use it nevertheless"));
             }
         }
         Engine::open_gpu(None).await
@@ -149,7 +138,7 @@ impl Engine {
         None
     }
 
-    /// Whether the GPU is one in name only: a driver that computes on the processor.
+    /// Whether the GPU is a driver that computes on the processor.
     pub fn is_software(&self) -> bool {
         #[cfg(feature = "gpu")]
         return self.gpu.as_ref().is_some_and(|gpu| gpu.facts.kind == AdapterKind::Software);
@@ -157,7 +146,7 @@ impl Engine {
         false
     }
 
-    /// Who meshes, as far as memory goes. Drivers on the processor, and GPUs on its chip, have their buffers in the host's memory.
+    /// Whose memory holds the buffers. Drivers on the processor, and GPUs on its chip, have them in the host's memory.
     pub fn device(&self) -> Device {
         #[cfg(feature = "gpu")]
         if let Some(gpu) = &self.gpu {
@@ -166,7 +155,7 @@ impl Engine {
         Device::None
     }
 
-    /// Frees what is kept on the device for the next mesh if it has more than so many bytes.
+    /// Frees the buffers that wait on the device for the next mesh if they have more than so many bytes.
     pub fn clear_pool_over(&self, max_bytes: u64) {
         #[cfg(feature = "gpu")]
         if let Some(gpu) = &self.gpu {
@@ -176,32 +165,33 @@ impl Engine {
         let _ = max_bytes;
     }
 
-    /// Meshes a frame; also returns what that took.
+    /// Meshes a frame; also returns the memory used.
     ///
     /// # Errors
-    /// `cancelled`, and `device-lost` when it was lost too often, or for good, and the CPU is not to take over.
+    /// `cancelled`; `device-lost` when the device was lost too often, or for good, and there is no CPU fallback.
     pub async fn columns(&mut self, cast: &Cast<'_>, control: &Control) -> Result<(Columns, Used)> {
-        let mut growing = Growing::new(*cast.rays, u64::MAX, None);
-        let (most_rows, most_strips) = (cast.rays.counts[1], cpu::STRIPS_PER_ROUND);
-        let used = self.grow(&Casting { cast: *cast, most_rows, most_strips }, &mut growing, control).await?;
-        Ok((growing.finish(), used))
+        let mut builder = ColumnsBuilder::new(*cast.rays, u64::MAX, None);
+        let used = self.build(cast, &MemoryBudget::unlimited(cast.rays), &mut builder, &mut None, control).await?;
+        Ok((builder.finish()?, used))
     }
 
-    /// Meshes the rays after those that have grown already, and lets the columns grow by them.
+    /// Meshes the rays after those that the builder has, and puts open geometries over them.
     ///
     /// # Errors
-    /// Those of [`Engine::columns`] and [`Growing::push`]; what was finished before has grown all the same.
-    pub(super) async fn grow(
+    /// Those of [`Engine::columns`] and [`ColumnsBuilder::push`]; the builder keeps what was finished before.
+    pub(super) async fn build(
         &mut self,
-        casting: &Casting<'_>,
-        growing: &mut Growing,
+        cast: &Cast<'_>,
+        budget: &MemoryBudget,
+        builder: &mut ColumnsBuilder,
+        overlay: &mut Option<Overlay>,
         control: &Control,
     ) -> Result<Used> {
         #[cfg_attr(not(feature = "gpu"), expect(unused_mut))]
         let mut used = Used::default();
         #[cfg(feature = "gpu")]
         if self.gpu.is_some() {
-            match self.grow_on_gpu(casting, growing, control, &mut used).await {
+            match self.build_on_gpu((cast, budget.most_rows), (builder, overlay), control, &mut used).await {
                 // what the GPU has finished stays: it was checked
                 Err(error)
                     if error.code() == "device-wrong" || self.has_cpu_fallback && error.code() == "device-lost" =>
@@ -212,34 +202,34 @@ impl Engine {
                 result => return result.map(|()| used),
             }
         }
-        let strips = cpu::Strips::new(&casting.cast, None).in_rounds_of(casting.most_strips);
-        let mut strips = strips.from_ray(growing.n_rays());
+        let strips = cpu::Strips::new(cast, None).in_rounds_of(budget.most_strips);
+        let mut strips = strips.from_ray(builder.n_rays());
         while let Some(bands) = strips.round(control)? {
-            growing.push(bands)?;
+            builder.push(laid(overlay, bands))?;
             control.pause().await;
         }
         Ok(Used { host_bytes: used.host_bytes.max(strips.n_bytes()), ..used })
     }
 
-    /// Meshes band after band: each is packed, and stored where it must be, while the device works on the next.
+    /// Meshes band after band, of at most so many ray rows: each is packed, and spills if it must, while the device works on the
+    /// next.
     #[cfg(feature = "gpu")]
-    async fn grow_on_gpu(
+    async fn build_on_gpu(
         &mut self,
-        casting: &Casting<'_>,
-        growing: &mut Growing,
+        (cast, most_rows): (&Cast<'_>, u32),
+        (builder, overlay): (&mut ColumnsBuilder, &mut Option<Overlay>),
         control: &Control,
         used: &mut Used,
     ) -> Result<()> {
-        let Casting { cast, most_rows, .. } = casting;
         let n_i = u64::from(cast.rays.counts[0]);
-        let mut options = Options { most_rows: Some(*most_rows), ..Default::default() };
+        let mut options = Options { most_rows: Some(most_rows), ..Default::default() };
         let (mut reopenings, mut last_rows) = (0, 64);
         let mut usage = Usage::default();
         while let Some(gpu) = &self.gpu {
-            let first_row = (growing.n_rays() / n_i) as u32;
+            let first_row = (builder.n_rays() / n_i) as u32;
             let take = &mut |band: Band| {
                 last_rows = band.ends.len() as u64 / n_i;
-                growing.push(vec![band])
+                builder.push(laid(overlay, vec![band]))
             };
             let rows = first_row..cast.rays.counts[1];
             let result = gpu.hand_out_bands(cast, &options, control, rows, &mut usage, take).await;
@@ -256,6 +246,14 @@ impl Engine {
             }
         }
         unreachable!("a GPU mesh has a GPU")
+    }
+}
+
+/// Bands with the open geometries put over them, if there are any.
+fn laid(overlay: &mut Option<Overlay>, bands: Vec<Band>) -> Vec<Band> {
+    match overlay {
+        Some(overlay) => overlay.lay(bands),
+        None => bands,
     }
 }
 

@@ -1,4 +1,4 @@
-//! What a file held: solids, counts, warnings; and what both parsers need to find it out.
+//! What a file held: solids, counts, warnings; and what both parsers need to count.
 
 use crate::error::{Error, Result};
 use crate::geometry::{Facet, SharedFacets};
@@ -7,7 +7,7 @@ use crate::surface::doubled_area_vector;
 /// One `solid` block of an ASCII file, or the whole of a binary one.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Solid {
-    /// The name that the file gives, without surrounding blanks; empty where it gives none, as in every binary file.
+    /// The name that the file gives, without surrounding spaces; empty where it gives none, as in every binary file.
     pub name: String,
     /// Facets in the order of the file; at least one. The solids of a file are consecutive parts of one list.
     pub facets: SharedFacets,
@@ -101,7 +101,7 @@ impl Warnings {
     }
 }
 
-/// Makes room for more facets, or says how much memory is missing.
+/// Reserves memory for more facets, or says how much is missing.
 pub(super) fn reserve(facets: &mut Vec<Facet>, n_more: usize, exact: bool) -> Result<()> {
     let outcome = if exact { facets.try_reserve_exact(n_more) } else { facets.try_reserve(n_more) };
     outcome.map_err(|_| {

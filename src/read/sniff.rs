@@ -1,9 +1,9 @@
-//! Tells formats apart by length and content: the first bytes of a file and its length -> [`Format`].
+//! Distinguishes formats by length and content: the first bytes of a file and its length -> [`Format`].
 //!
 //! 1. A file of exactly 84 + 50 n bytes, n the count at byte 80, is binary, whatever its header says: in text these
 //!    four bytes make a count of more than 150 million.
 //! 2. Otherwise a file is ASCII where the first word is "solid" and what follows is text.
-//! 3. Otherwise it is binary with bytes missing or too many, unless it is text or a known other format.
+//! 3. Otherwise it is binary with missing or extra bytes, unless it is text or a known other format.
 //!
 //! Cost: at most [`HEAD`] bytes are looked at.
 
@@ -15,7 +15,7 @@ use crate::error::{Error, Result};
 /// How many bytes of a file decide; less where the file is shorter.
 pub(super) const HEAD: usize = 1024;
 
-/// First bytes of what is sometimes taken for an STL, its name, and what to do.
+/// First bytes of files that people mistake for STL, their name, and what to do.
 const OTHERS: &[(&[u8], &str, &str)] = &[
     (b"\x1f\x8b", "gzip-compressed data", "unpack it first (gunzip)"),
     (b"PK\x03\x04", "a ZIP archive (or 3MF)", "unpack it, or export the model as STL"),
@@ -52,7 +52,7 @@ pub(super) fn format(head: &[u8], n_bytes: u64) -> Result<Format> {
         return Err(Error::new("stl-not-stl", message, "export the model as STL"));
     }
     if n_bytes < stl_binary::HEADER as u64 {
-        let message = format!("{n_bytes} bytes that are no text; a binary STL has at least 84");
+        let message = format!("{n_bytes} bytes that are not text; a binary STL has at least 84");
         return Err(Error::new("stl-not-stl", message, "copy or export the file again"));
     }
     Ok(Format::StlBinary)

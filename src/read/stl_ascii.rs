@@ -1,4 +1,4 @@
-//! ASCII STL: one statement a line, in any case, with any blanks, ended by LF, CRLF or CR.
+//! ASCII STL: one statement a line, in any case, separated by any spaces, ended by LF, CRLF or CR.
 //!
 //! ```text
 //! solid NAME
@@ -11,7 +11,7 @@
 //! ```
 //!
 //! Accepted beyond it: blank lines, a byte order mark, no final line end, an `endsolid` that is missing (warned about),
-//! any text for the numbers of a normal, bytes of value 0 or 26 behind the last solid. Numbers are rounded to the
+//! any text for the numbers of a normal, bytes of value 0 or 26 after the last solid. Numbers are rounded to the
 //! nearest f32. A line may be [`MAX_LINE`] bytes long, so that garbage cannot fill the memory.
 
 use super::contents::{self, Contents, Format, Solid, Tally, Warnings, reserve};
@@ -204,7 +204,7 @@ impl Parser {
         Ok(())
     }
 
-    /// Reads the three numbers behind "vertex".
+    /// Reads the three numbers after "vertex".
     fn vertex(&self, mut rest: &[u8], corner: usize) -> Result<[f32; 3]> {
         let mut numbers = [0.0; 3];
         for axis in 0..3 {
@@ -219,7 +219,7 @@ impl Parser {
         if word.is_empty() {
             return Ok(numbers);
         }
-        let message = format!("line {}: \"{}\" behind the three numbers of a vertex", self.line, text::excerpt(word));
+        let message = format!("line {}: \"{}\" after the three numbers of a vertex", self.line, text::excerpt(word));
         Err(Error::new("stl-syntax", message, "write three coordinates a vertex"))
     }
 
@@ -240,7 +240,7 @@ impl Parser {
             return Error::new("stl-not-finite", format!("{place} is {found}"), hint);
         }
         let hint = "write numbers like -1.5e-3, with a decimal point";
-        Error::new("stl-syntax", format!("{place}: \"{found}\" is no number"), hint)
+        Error::new("stl-syntax", format!("{place}: \"{found}\" is not a number"), hint)
     }
 
     fn unexpected(&self, keyword: Keyword, line: &[u8]) -> Error {
@@ -252,13 +252,13 @@ impl Parser {
             return Error::new("stl-syntax", message, "triangulate the model on export");
         }
         let (found, expected) = (text::excerpt(line), self.expected());
-        let message = format!("line {}: \"{found}\" where {expected} should stand", self.line);
+        let message = format!("line {}: \"{found}\" where {expected} is expected", self.line);
         Error::new("stl-syntax", message, "copy or export the file again")
     }
 
     fn cut_short(&self) -> Error {
         let message = format!(
-            "the file ends after line {}, inside the facet of line {}, where {} should stand; {} facets are whole",
+            "the file ends after line {}, inside the facet of line {}, where {} is expected; {} facets are whole",
             self.line,
             self.facet_line,
             self.expected(),
@@ -269,7 +269,7 @@ impl Parser {
 
     fn too_long(&self) -> Error {
         let message = format!("line {} is longer than {MAX_LINE} bytes", self.line);
-        Error::new("stl-syntax", message, "copy or export the file again; this is no ASCII STL")
+        Error::new("stl-syntax", message, "copy or export the file again; this is not an ASCII STL")
     }
 
     fn expected(&self) -> String {
@@ -313,14 +313,14 @@ impl Keyword {
     }
 }
 
-/// Splits off the first word; empty where only blanks are left.
+/// Splits off the first word; empty where only spaces are left.
 fn first_word(line: &[u8]) -> (&[u8], &[u8]) {
     let line = line.trim_ascii_start();
     let end = line.iter().position(u8::is_ascii_whitespace).unwrap_or(line.len());
     line.split_at(end)
 }
 
-/// Reads what stands behind "facet": normals are only reported, so that any text will do, and counts as not a number.
+/// Reads what follows "facet": normals are only reported, so that any text is accepted, and counts as not a number.
 fn normal(rest: &[u8]) -> [f32; 3] {
     let (_, mut rest) = first_word(rest);
     std::array::from_fn(|_| {

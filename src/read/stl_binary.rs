@@ -1,7 +1,7 @@
 //! Binary STL: 80 bytes of anything, the number of facets as u32, then 50 bytes a facet, all little-endian.
 //!
 //! A facet is twelve f32 (normal, three corners) and a 16-bit attribute word, which some programs use for colours.
-//! The count must fit the length of the file before anything is allocated. Bytes behind the last facet are left out with
+//! The count must fit the length of the file before anything is allocated. Bytes after the last facet are ignored, with
 //! a warning, unless they look as if the count was wrong.
 
 use super::contents::{self, Contents, Format, Solid, Tally, Warnings, reserve};
@@ -12,7 +12,7 @@ use crate::geometry::Facet;
 pub(super) const HEADER: usize = 84;
 /// Length of a facet, in bytes.
 const RECORD: usize = 50;
-/// Bytes behind the facets that are accepted, beside as many as the facets and the header have.
+/// Bytes after the facets that are accepted, besides as many as the header and the facets take.
 const MAX_TRAILING: u64 = 4096;
 
 /// The number of facets that a file with these first bytes announces, if it has a whole header.
@@ -36,13 +36,13 @@ pub(super) struct Parser {
     n_partial: usize,
     tally: Tally,
     has_colours: bool,
-    /// Records behind the announced ones, and whether all of them look like facets.
+    /// Records after the announced ones, and whether all of them look like facets.
     n_extra: u64,
     extra_are_facets: bool,
 }
 
 impl Parser {
-    /// Checks the header against the length of the file and makes room for the facets.
+    /// Checks the header against the length of the file and reserves memory for the facets.
     ///
     /// # Errors
     /// `stl-truncated`, `stl-count`, `stl-empty`, `stl-not-stl`, `memory` as in [`super::Reader::push`].
@@ -122,7 +122,7 @@ impl Parser {
         if n_trailing > 0 {
             let end = self.n_bytes - n_trailing;
             warnings
-                .push(format!("{n_trailing} bytes behind the last of {n_facets} facets (from byte {end}) left out"));
+                .push(format!("{n_trailing} bytes after the last of {n_facets} facets (from byte {end}) are ignored"));
         }
         Ok(Contents {
             format: Format::StlBinary,
@@ -146,7 +146,7 @@ fn check_count(count: u32, n_bytes: u64) -> Result<()> {
             "the count at byte 80 announces {count} facets, which end at byte {expected}, but the file ends at byte \
              {n_bytes}, after {n_room} whole facets"
         );
-        return Err(Error::new("stl-truncated", message, "copy or export the file again; it is cut short or no STL"));
+        return Err(Error::new("stl-truncated", message, "copy or export the file again; it is cut short or not STL"));
     }
     let n_trailing = n_bytes - expected;
     if (count == 0 && n_room > 0) || n_trailing > expected + MAX_TRAILING {
@@ -160,7 +160,7 @@ fn check_count(count: u32, n_bytes: u64) -> Result<()> {
 
 fn wrong_count(count: u64, n_room: u64, n_bytes: u64) -> Error {
     let message =
-        format!("the count at byte 80 announces {count} facets, but the file of {n_bytes} bytes has room for {n_room}");
+        format!("the count at byte 80 announces {count} facets, but the file of {n_bytes} bytes can hold {n_room}");
     Error::new("stl-count", message, "export the file again, so that count and length agree")
 }
 
@@ -182,8 +182,8 @@ fn facet_of(record: &[u8; RECORD]) -> ([f32; 3], Facet) {
     (vector(0), [vector(3), vector(6), vector(9)])
 }
 
-/// Whether bytes behind the announced facets read as one more facet: padding is all zero, and text or other data make
-/// numbers of wild size.
+/// Whether bytes after the announced facets look like one more facet: padding is all zero, and text or other data give
+/// numbers far too large or small.
 fn is_plausible(facet: &Facet) -> bool {
     let corners = facet.as_flattened();
     corners.iter().all(|c| *c == 0.0 || (1e-15..1e15).contains(&c.abs())) && corners.iter().any(|c| *c != 0.0)

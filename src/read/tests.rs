@@ -102,7 +102,6 @@ fn chunks_of_any_size_give_the_same() {
         for size in 1..=file.len() {
             assert_eq!(in_chunks(file, size), whole, "file {index}, chunks of {size}");
         }
-        assert_eq!(read_from(&mut &file[..], file.len() as u64), whole, "file {index}");
     }
 }
 
@@ -114,7 +113,7 @@ fn files_longer_than_the_head_and_the_chunk_are_read_whole() {
         format!("solid\n{body}endsolid")
     });
     for file in [&from_binary[..], from_ascii.as_bytes()] {
-        let contents = read_from(&mut &file[..], file.len() as u64).expect("good");
+        let contents = read_bytes(file).expect("good");
         assert_eq!(*contents.solids[0].facets, facets);
         for size in [49, 1023, 1024, 1025, 65_537] {
             assert_eq!(in_chunks(file, size), Ok(contents.clone()), "chunks of {size}");
@@ -174,10 +173,10 @@ fn trailing_bytes_are_left_out_with_their_number() {
 
 #[test]
 fn a_count_below_the_facets_of_the_file_is_an_error() {
-    assert_bad(binary_with(b"", 3, &TETRAHEDRON, 0), "stl-count", &["3 facets", "284 bytes", "room for 4"]);
-    assert_bad(binary_with(b"", 0, &TETRAHEDRON, 0), "stl-count", &["0 facets", "room for 4"]);
+    assert_bad(binary_with(b"", 3, &TETRAHEDRON, 0), "stl-count", &["3 facets", "284 bytes", "can hold 4"]);
+    assert_bad(binary_with(b"", 0, &TETRAHEDRON, 0), "stl-count", &["0 facets", "can hold 4"]);
     let many: Vec<Facet> = TETRAHEDRON.iter().copied().cycle().take(200).collect();
-    assert_bad(binary_with(b"", 7, &many, 0), "stl-count", &["7 facets", "room for 200"]);
+    assert_bad(binary_with(b"", 7, &many, 0), "stl-count", &["7 facets", "can hold 200"]);
 }
 
 #[test]
@@ -250,7 +249,10 @@ fn colours_are_noticed() {
 #[test]
 fn a_file_that_changes_its_length_is_an_error() {
     let bytes = binary(&TETRAHEDRON);
-    let read = |n_bytes| read_from(&mut bytes.as_slice(), n_bytes).map_err(|error| error.code());
+    let read = |n_bytes| {
+        let mut reader = Reader::new(n_bytes);
+        reader.push(&bytes).and_then(|()| reader.finish()).map_err(|error| error.code())
+    };
     assert_eq!(read(283), Err("io"));
     assert_eq!(read(285), Err("io"));
     assert!(read(284).is_ok());
@@ -264,20 +266,6 @@ fn an_error_is_returned_again() {
     assert_eq!(first.as_ref().map_err(Error::code), Err("stl-syntax"));
     assert_eq!(reader.push(b""), first);
     assert_eq!(reader.finish().map(|_| ()), first);
-}
-
-#[test]
-fn a_source_that_fails_is_an_error_unless_it_was_only_interrupted() {
-    struct Source(Vec<std::io::ErrorKind>);
-    impl std::io::Read for Source {
-        fn read(&mut self, _: &mut [u8]) -> std::io::Result<usize> {
-            self.0.pop().map_or(Ok(0), |kind| Err(kind.into()))
-        }
-    }
-    use std::io::ErrorKind::{Interrupted, PermissionDenied};
-    assert_eq!(read_from(&mut Source(vec![Interrupted]), 0).map_err(|error| error.code()), Err("stl-empty"));
-    let outcome = read_from(&mut Source(vec![PermissionDenied, Interrupted]), 0);
-    assert_eq!(outcome.map_err(|error| error.code()), Err("io"));
 }
 
 #[test]

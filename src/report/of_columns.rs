@@ -1,11 +1,11 @@
-//! The report of a mesh that was read back: what a column file tells.
+//! The report of a mesh that was read back: what a column file says.
 
 use serde::Serialize;
 
 use crate::lines::Lines;
 use crate::mesh::Mesh;
 
-/// A report without what only the meshing could tell: null where [`super::Report`] has that.
+/// A report of what the file holds; null where [`super::Report`] has what only the meshing knew.
 #[derive(Debug, Serialize)]
 pub struct ColumnsReport<'a> {
     /// Version of hexcast that reads it.
@@ -33,6 +33,7 @@ pub struct ColumnsReport<'a> {
     pub runs: u64,
     /// Rays that do not leave every geometry they enter.
     pub odd_rays: u64,
+    open: (),
     /// Number of cells.
     pub cells: u64,
     /// Every flag in use.
@@ -81,6 +82,7 @@ impl ColumnsReport<'_> {
             rays: columns.rays.n_rays(),
             crossings: columns.n_crossings(),
             runs: columns.n_runs(),
+            open: (),
             odd_rays: columns.odd_rays(),
             cells: mesh.lines.n_cells(),
             flags: flags_of_columns(mesh),

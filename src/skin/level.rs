@@ -2,7 +2,7 @@
 //!
 //! Columns, a box -> [`Level`] of step 1; a level -> one of twice the step. Coarse cell c holds the cells 2 c and 2 c + 1 on
 //! every axis, as far as they lie in the box. It is flagged if any of them is, and of several flags takes the rarest of
-//! the mesh: that keeps sheets and wires of one cell, alone or inside a thicker part, which a sample or the majority
+//! the mesh: that keeps plates and wires of one cell, alone or inside a thicker body, which a sample or the majority
 //! would drop. "Any" and "rarest" are the same in one step or in many, so each level is made from the one before.
 //!
 //! Cost: O(n log n) time in the runs of a block of four rays; memory at most that of the level before, mostly a quarter.
@@ -12,8 +12,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::parallel::*;
 
-use super::stretches::stretches;
-use crate::columns::{Band, Columns, run};
+use crate::columns::{Band, Columns, run, spans};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::flags::CellBox;
@@ -67,7 +66,7 @@ impl<'a> Level<'a> {
         match &self.runs {
             Runs::Fine(columns) => {
                 let first = u64::from(columns.rays.counts[0]) * u64::from(row);
-                rays.clone().map(|ray| columns.held_ray(first + u64::from(ray))).collect()
+                rays.clone().map(|ray| columns.ray_in_memory(first + u64::from(ray))).collect()
             }
             Runs::Own(bands) => {
                 let band = &bands[(row - rows.start) as usize];
@@ -102,9 +101,11 @@ impl<'a> Level<'a> {
             let end = (2 * ray + 2).min(self.across[0].end) - self.across[0].start;
             for row in pair.iter().filter(|row| !row.is_empty()) {
                 for runs in &row[first as usize..end as usize] {
-                    stretches(runs, &self.along, |start, end, flag| {
-                        let rank = rank[usize::from(flag)];
-                        edges.extend([edge(start / 2, rank, true), edge(end.div_ceil(2), rank, false)]);
+                    spans(runs, &self.along, |start, end, flag| {
+                        if flag != 0 {
+                            let rank = rank[usize::from(flag)];
+                            edges.extend([edge(start / 2, rank, true), edge(end.div_ceil(2), rank, false)]);
+                        }
                     });
                 }
             }
@@ -122,7 +123,7 @@ impl<'a> Level<'a> {
 /// `memory` where they are too many of an opened file; `io` where the store fails.
 fn bands_of(columns: &Columns, [rays, rows]: &[Range<u32>; 2]) -> Result<Vec<Band>> {
     let n_held = AtomicU64::new(0);
-    let most = columns.most_held().unwrap_or(u64::MAX);
+    let max_bytes = columns.max_bytes().unwrap_or(u64::MAX);
     let band_of = |row: u32| {
         let mut band = Band::default();
         let first = u64::from(columns.rays.counts[0]) * u64::from(row);
@@ -131,8 +132,8 @@ fn bands_of(columns: &Columns, [rays, rows]: &[Range<u32>; 2]) -> Result<Vec<Ban
             band.ends.push(band.runs.len() as u32);
         })?;
         let n_bytes = 4 * (band.ends.len() + band.runs.len()) as u64;
-        if n_held.fetch_add(n_bytes, Ordering::Relaxed) + n_bytes > most {
-            let message = format!("the surface of this mesh takes more than {most} bytes of runs");
+        if n_held.fetch_add(n_bytes, Ordering::Relaxed) + n_bytes > max_bytes {
+            let message = format!("the surface of this mesh takes more than {max_bytes} bytes of runs");
             return Err(Error::new("memory", message, "cut a box from it, or look at slices"));
         }
         Ok(band)
@@ -140,12 +141,12 @@ fn bands_of(columns: &Columns, [rays, rows]: &[Range<u32>; 2]) -> Result<Vec<Ban
     rows.clone().into_par_iter().map(band_of).collect()
 }
 
-/// Where a stretch of a flag begins or ends; sorts by cell. As wide as faces are, so that one sort is compiled for both.
+/// Where a span of a flag begins or ends; sorts by cell. A u128 like a face, so that one sort is compiled for both.
 fn edge(cell: u32, rank: u8, begins: bool) -> u128 {
     u128::from(cell) << 9 | u128::from(rank) << 1 | u128::from(begins)
 }
 
-/// Appends the runs of a ray over which stretches of flags lie, the [`edge`]s of which are sorted. The lowest rank is seen.
+/// Appends the runs of a ray that overlapping spans of flags form, given by their sorted [`edge`]s. The lowest rank wins.
 fn push_runs(edges: &[u128], order: &[u8], end: u32, runs: &mut Vec<u32>) {
     let mut n_open = [0u32; 256];
     let mut last = 0;

@@ -35,7 +35,7 @@ struct AdapterInfo<'a> {
     software: bool,
 }
 
-/// Who meshes, and why nobody faster.
+/// The backend, and why it is not the GPU.
 pub(super) fn engine_facts(engine: &Engine) -> String {
     let software = engine.is_software();
     let adapter = engine.adapter().map(|(name, driver)| AdapterInfo { name, driver, software });

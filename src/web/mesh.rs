@@ -1,4 +1,4 @@
-//! A mesh in JavaScript's hands: queries, pictures, and files made piece by piece as they are read.
+//! A mesh for JavaScript: queries, pictures, and files encoded piece by piece as they are read.
 
 use std::rc::Rc;
 use std::sync::Arc;
@@ -6,7 +6,7 @@ use std::sync::Arc;
 use sha2::{Digest, Sha256};
 use wasm_bindgen::prelude::*;
 
-use super::opened::{ColumnFile, FileInPage};
+use super::file::{JsFile, JsFileStore};
 use super::values::{JsResult, js_error};
 use crate::control::Control;
 use crate::error::{Error, Result};
@@ -19,7 +19,7 @@ use crate::write::{self, Compress, Format, Options, Written, column_file, vti};
 /// Bytes of a piece of a file.
 const PIECE_BYTES: usize = 4 << 20;
 
-/// Most bytes taken for the index of a file that was opened, and for what was read of it last.
+/// Most bytes for the index of an opened file and for what was read of it last.
 const OPENED_BYTES: u64 = 1 << 30;
 
 /// A finished mesh.
@@ -51,8 +51,8 @@ fn options(format: &str, compress: u8, bits: bool) -> JsResult<(Format, Options)
 #[wasm_bindgen]
 impl WebMesh {
     /// Opens a column file of so many bytes, which stays where it is.
-    pub fn open(file: ColumnFile, n_bytes: f64) -> JsResult<WebMesh> {
-        let store = Arc::new(FileInPage::new(file));
+    pub fn open(file: JsFile, n_bytes: f64) -> JsResult<WebMesh> {
+        let store = Arc::new(JsFileStore::new(file));
         let mesh = column_file::open(store, n_bytes as u64, OPENED_BYTES, &Control::default()).map_err(js_error)?;
         let report = super::info::json(&ColumnsReport::new(&mesh));
         Ok(WebMesh::new(mesh, report))
@@ -149,10 +149,10 @@ impl WebMesh {
                 (Work::Flags { bits, pieces, tail }, head)
             }
             (None, Compress::Zlib(level)) if format == Format::Vti => {
-                (Work::Image(vti::Encoder::new(&self.mesh, level, PIECE_BYTES)), Vec::new())
+                (Work::Image(vti::VtiEncoder::new(&self.mesh, level, PIECE_BYTES)), Vec::new())
             }
             (None, compress) => {
-                let encoder = column_file::Encoder::new(&self.mesh, compress).map_err(js_error)?;
+                let encoder = column_file::ColumnFileEncoder::new(&self.mesh, compress).map_err(js_error)?;
                 (Work::Columns(encoder), Vec::new())
             }
         };
@@ -160,18 +160,18 @@ impl WebMesh {
     }
 }
 
-/// How the bytes of a file come about.
+/// How a file is encoded.
 enum Work {
-    /// Flags as they are, or a bit each: boxes still to come, the next one last, and what follows them.
+    /// Flags as they are, or a bit each: boxes still to encode, the next one last, and what follows them.
     Flags { bits: bool, pieces: Vec<CellBox>, tail: Vec<u8> },
     /// A compressed `.vti`.
-    Image(vti::Encoder),
+    Image(vti::VtiEncoder),
     /// A column file.
-    Columns(column_file::Encoder),
+    Columns(column_file::ColumnFileEncoder),
 }
 
 impl Work {
-    /// The next bytes, maybe none yet; None at the end.
+    /// The next bytes, possibly none yet; None at the end.
     fn step(&mut self, mesh: &Mesh) -> Result<Option<Vec<u8>>> {
         match self {
             Work::Image(encoder) => encoder.step(mesh),
@@ -187,12 +187,12 @@ impl Work {
     }
 }
 
-/// A file in the making, piece by piece.
+/// Encodes a file, piece by piece.
 #[wasm_bindgen]
 pub struct WebEncoder {
     mesh: Rc<Mesh>,
     work: Work,
-    /// Bytes ready to go, and how many of them went.
+    /// Bytes that are encoded, and how many of them were taken.
     made: Vec<u8>,
     n_taken: usize,
 }
@@ -224,7 +224,7 @@ impl WebEncoder {
     }
 }
 
-/// A hash in the making, piece by piece so that others can run in between.
+/// Hashes all flags, piece by piece, so that other work can run in between.
 #[wasm_bindgen]
 pub struct WebHash {
     pieces: WebEncoder,

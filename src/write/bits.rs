@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 
-/// Refuses meshes that bits cannot tell apart from others.
+/// Refuses meshes with several flags, which a bit a cell cannot distinguish.
 ///
 /// # Errors
 /// `job-conflict` where more than one flag besides the background is in use.

@@ -4,25 +4,12 @@
 //! then the same bytes as `.raw`. Bit-packed the shape is (nz, ny, ceil(nx / 8)), bits as [`expand_bits`](crate::flags::expand_bits) has them.
 //! Source: NumPy's `numpy.lib.format`. Cost: two slabs of memory.
 
-use crate::control::Control;
-use crate::error::Result;
+use super::raw;
 use crate::flags::row_bytes;
-use crate::mesh::Mesh;
 
-use super::{Options, Sink, bits, raw};
-
-/// Number of bytes of the file; nothing where it would not fit 64 bits.
+/// Number of bytes of the file; None where it would not fit 64 bits.
 pub fn n_bytes(dims: [u32; 3], bits: bool) -> Option<u64> {
     raw::n_bytes(dims, bits)?.checked_add(header(dims, bits).len() as u64)
-}
-
-pub(super) fn write(mesh: &Mesh, options: &Options, sink: &mut Sink, control: &Control) -> Result<()> {
-    if options.bits {
-        // before the first byte leaves
-        bits::check(mesh)?;
-    }
-    sink.put(&header(mesh.dims(), options.bits))?;
-    raw::write(mesh, options, sink, control)
 }
 
 /// Everything before the data.

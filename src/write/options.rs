@@ -20,7 +20,7 @@ impl Format {
     /// Every format, in the order of the documentation.
     pub const ALL: [Format; 4] = [Format::Raw, Format::Npy, Format::Vti, Format::Columns];
 
-    /// Tells the format from the extension of a file name, upper or lower case.
+    /// Finds the format by the extension of a file name, upper or lower case.
     ///
     /// # Errors
     /// `job-value` where the extension is none of those of [`Format::ALL`].
@@ -67,13 +67,13 @@ pub struct Options {
     pub bits: bool,
     /// Flags held at once, twice; at least one row of cells is.
     pub slab_bytes: usize,
-    /// Compressed bytes of a `.vti` kept until its block table is known; what exceeds them is compressed twice.
-    pub kept_bytes: usize,
+    /// Compressed bytes of a `.vti` in memory until all block sizes are known; what exceeds them is compressed twice.
+    pub block_cache_bytes: usize,
 }
 
 impl Default for Options {
     fn default() -> Options {
-        Options { compress: Compress::None, bits: false, slab_bytes: SLAB_BYTES, kept_bytes: 256 << 20 }
+        Options { compress: Compress::None, bits: false, slab_bytes: SLAB_BYTES, block_cache_bytes: 256 << 20 }
     }
 }
 

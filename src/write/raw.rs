@@ -3,23 +3,10 @@
 //! One byte a cell, or eight cells a byte (see [`row_bytes`]); no header. The sidecar says what the numbers mean.
 //! Cost: two slabs of memory.
 
-use crate::control::Control;
-use crate::error::Result;
-use crate::mesh::Mesh;
-
-use super::{Options, Sink, bits};
 use crate::flags::row_bytes;
 
-/// Number of bytes of the file; nothing where it would not fit 64 bits.
+/// Number of bytes of the file; None where it would not fit 64 bits.
 pub fn n_bytes([nx, ny, nz]: [u32; 3], bits: bool) -> Option<u64> {
     let row = if bits { row_bytes(nx) } else { nx };
     (u64::from(row) * u64::from(ny)).checked_mul(u64::from(nz))
-}
-
-pub(super) fn write(mesh: &Mesh, options: &Options, sink: &mut Sink, control: &Control) -> Result<()> {
-    if !options.bits {
-        return mesh.for_each_slab(options.slab_bytes, control, |flags| sink.put(flags));
-    }
-    bits::check(mesh)?;
-    mesh.for_each_slab_of_bits(options.slab_bytes, control, |bits| sink.put(bits))
 }

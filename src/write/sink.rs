@@ -1,4 +1,4 @@
-//! Where a writer puts its bytes.
+//! The output of a writer.
 
 use std::io;
 

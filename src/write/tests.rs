@@ -90,7 +90,7 @@ fn vti_appends_the_flags_after_their_length() {
 }
 
 #[test]
-fn vti_blocks_follow_their_table_whatever_is_kept() {
+fn vti_blocks_follow_their_table_whatever_is_cached() {
     // 2.6 blocks of 1 MiB
     let dims = [160, 130, 131];
     let mesh = pattern(2, dims, 3);
@@ -112,9 +112,9 @@ fn vti_blocks_follow_their_table_whatever_is_kept() {
     assert!(flags == pattern_flags(dims, 3), "the blocks do not hold the flags");
     assert_eq!(file[at..], *b"\n  </AppendedData>\n</VTKFile>\n");
     let first = number(3) as usize;
-    for kept_bytes in [0, first - 1, first, first + 1] {
-        let (again, _) = bytes(&mesh, Format::Vti, &Options { kept_bytes, ..options });
-        assert!(again == file, "{kept_bytes} bytes kept");
+    for block_cache_bytes in [0, first - 1, first, first + 1] {
+        let (again, _) = bytes(&mesh, Format::Vti, &Options { block_cache_bytes, ..options });
+        assert!(again == file, "{block_cache_bytes} bytes cached");
     }
 }
 
@@ -154,7 +154,7 @@ fn bytes_written() -> Written {
 }
 
 #[test]
-fn names_tell_the_format() {
+fn names_have_the_format() {
     for format in Format::ALL {
         assert_eq!(Format::of_name(&format!("a.b/c.{}", format.extension())), Ok(format));
     }
@@ -266,7 +266,7 @@ fn a_file_made_slab_by_slab_is_the_file() {
 fn encoders_that_go_step_by_step_make_the_file() {
     let mesh = pattern(0, [300, 90, 80], 3);
     let (expected, _) = bytes(&mesh, Format::Vti, &zlib());
-    let mut encoder = vti::Encoder::new(&mesh, 6, 1000);
+    let mut encoder = vti::VtiEncoder::new(&mesh, 6, 1000);
     let (mut file, mut shares) = (Vec::new(), vec![encoder.share()]);
     while let Some(piece) = encoder.step(&mesh).unwrap() {
         assert!(piece.is_empty() || encoder.share() == 1.0, "no byte before the last slab");
@@ -279,7 +279,7 @@ fn encoders_that_go_step_by_step_make_the_file() {
     for compress in [Compress::None, Compress::Zlib(1)] {
         let options = Options { compress, ..Options::default() };
         let (expected, _) = bytes(&mesh, Format::Columns, &options);
-        let mut encoder = column_file::Encoder::new(&mesh, compress).unwrap();
+        let mut encoder = column_file::ColumnFileEncoder::new(&mesh, compress).unwrap();
         let steps = std::iter::from_fn(|| encoder.step(&mesh).unwrap());
         assert_eq!(steps.collect::<Vec<_>>().concat(), expected);
     }

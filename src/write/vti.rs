@@ -4,10 +4,10 @@
 //! cell array is `flag` (UInt8, x fastest); the field data carry `unit`, `flag_values` and `flag_names`.
 //! `header_type` is UInt64, so that nothing ends at 4 GiB.
 //!
-//! Compressed, the sizes of all blocks precede the first block. The blocks are made once, in parallel, and kept while
-//! they fit `kept_bytes`; those beyond, if any, are made a second time when their turn comes. Flags of fine
+//! Compressed, the sizes of all blocks precede the first block. The blocks are made once, in parallel, and cached while
+//! they fit `block_cache_bytes`; those beyond, if any, are made a second time when their turn comes. Flags of fine
 //! meshes compress fiftyfold and more, so that the second time is for 1e10 cells and up, and memory is bounded for all.
-//! Cost: two slabs, the kept blocks, and 8 bytes a block of 1 MiB.
+//! Cost: two slabs, the cached blocks, and 8 bytes a block of 1 MiB.
 //!
 //! Source: the VTK XML formats, `vtkXMLDataReader` and `vtkZLibDataCompressor`.
 
@@ -19,62 +19,47 @@ use crate::flags::CellBox;
 use crate::mesh::Mesh;
 use crate::zlib::Blocks;
 
-use super::{Compress, Options, Sink, raw};
+use super::{Compress, Options, Sink};
 
 const BLOCK_BYTES: usize = 1 << 20;
 const FOOT: &[u8] = b"\n  </AppendedData>\n</VTKFile>\n";
 
-/// Number of bytes of the uncompressed file; nothing where it would not fit 64 bits.
-pub fn n_bytes(mesh: &Mesh) -> Option<u64> {
-    let around = head(mesh, Compress::None).len() + 8 + FOOT.len();
-    raw::n_bytes(mesh.dims(), false)?.checked_add(around as u64)
-}
-
-pub(super) fn write(mesh: &Mesh, options: &Options, sink: &mut Sink, control: &Control) -> Result<()> {
-    match options.compress {
-        Compress::None => {
-            let (head, foot) = around(mesh);
-            sink.put(&head)?;
-            raw::write(mesh, options, sink, control)?;
-            sink.put(&foot)
-        }
-        Compress::Zlib(level) => {
-            let table = Table::new(mesh, options, level, control)?;
-            sink.put(head(mesh, options.compress).as_bytes())?;
-            table.write(mesh, options, level, sink, control)?;
-            sink.put(FOOT)
-        }
-    }
+/// Writes a compressed file.
+pub(super) fn write(mesh: &Mesh, level: u8, options: &Options, sink: &mut Sink, control: &Control) -> Result<()> {
+    let table = BlockTable::new(mesh, options, level, control)?;
+    sink.put(head(mesh, options.compress).as_bytes())?;
+    table.write(mesh, options, level, sink, control)?;
+    sink.put(FOOT)
 }
 
 /// Everything before and after the flags of an uncompressed file.
-pub(super) fn around(mesh: &Mesh) -> (Vec<u8>, Vec<u8>) {
+pub(super) fn head_and_tail(mesh: &Mesh) -> (Vec<u8>, Vec<u8>) {
     let mut before = head(mesh, Compress::None).into_bytes();
     before.extend(mesh.n_cells().to_le_bytes());
     (before, FOOT.to_vec())
 }
 
-/// A compressed file in the making, a slab at a time, for callers that have other things to do between them. It keeps all
-/// blocks until the last is known.
-pub struct Encoder {
+/// Encodes a compressed file, a slab at a time, for callers that do other work in between. All blocks stay in memory until the
+/// last is known.
+pub struct VtiEncoder {
     level: u8,
     /// Slabs still to compress, the next one last.
     slabs: Vec<CellBox>,
     n_slabs: usize,
     /// None once the last block is made.
     blocks: Option<Blocks>,
-    table: Table,
+    table: BlockTable,
     is_done: bool,
 }
 
-impl Encoder {
+impl VtiEncoder {
     /// Plans the file of a mesh with a zlib level of 1 to 9, in slabs of at most `slab_bytes` flags.
-    pub fn new(mesh: &Mesh, level: u8, slab_bytes: usize) -> Encoder {
+    pub fn new(mesh: &Mesh, level: u8, slab_bytes: usize) -> VtiEncoder {
         let mut slabs: Vec<CellBox> = mesh.slabs(slab_bytes).collect();
         slabs.reverse();
-        let table = Table { sizes: Vec::new(), kept: Vec::new(), n_kept: 0 };
+        let table = BlockTable { sizes: Vec::new(), cached: Vec::new(), n_cached: 0 };
         let n_slabs = slabs.len();
-        Encoder { level, slabs, n_slabs, blocks: Some(Blocks::new(BLOCK_BYTES, level)), table, is_done: false }
+        VtiEncoder { level, slabs, n_slabs, blocks: Some(Blocks::new(BLOCK_BYTES, level)), table, is_done: false }
     }
 
     /// Share of the flags that are compressed, 0 to 1.
@@ -95,8 +80,8 @@ impl Encoder {
                 None => {
                     self.is_done = true;
                     let head = head(mesh, Compress::Zlib(self.level)).into_bytes();
-                    let kept = std::mem::take(&mut self.table.kept);
-                    return Ok(Some([head.as_slice(), &self.table.numbers(mesh), &kept, FOOT].concat()));
+                    let cached = std::mem::take(&mut self.table.cached);
+                    return Ok(Some([head.as_slice(), &self.table.numbers(mesh), &cached, FOOT].concat()));
                 }
             },
         };
@@ -106,33 +91,33 @@ impl Encoder {
 }
 
 /// The sizes of all compressed blocks, and the first of the blocks themselves.
-struct Table {
+struct BlockTable {
     sizes: Vec<u64>,
-    kept: Vec<u8>,
-    n_kept: usize,
+    cached: Vec<u8>,
+    n_cached: usize,
 }
 
-impl Table {
-    fn new(mesh: &Mesh, options: &Options, level: u8, control: &Control) -> Result<Table> {
-        let mut table = Table { sizes: Vec::new(), kept: Vec::new(), n_kept: 0 };
+impl BlockTable {
+    fn new(mesh: &Mesh, options: &Options, level: u8, control: &Control) -> Result<BlockTable> {
+        let mut table = BlockTable { sizes: Vec::new(), cached: Vec::new(), n_cached: 0 };
         let mut blocks = Blocks::new(BLOCK_BYTES, level);
         mesh.for_each_slab(options.slab_bytes, control, |flags| {
-            blocks.push(flags)?.iter().for_each(|block| table.add(block, options.kept_bytes));
+            blocks.push(flags)?.iter().for_each(|block| table.add(block, options.block_cache_bytes));
             Ok(())
         })?;
-        blocks.finish()?.iter().for_each(|block| table.add(block, options.kept_bytes));
+        blocks.finish()?.iter().for_each(|block| table.add(block, options.block_cache_bytes));
         Ok(table)
     }
 
-    fn add(&mut self, block: &[u8], kept_bytes: usize) {
-        if self.n_kept == self.sizes.len() && self.kept.len() + block.len() <= kept_bytes {
-            self.kept.extend_from_slice(block);
-            self.n_kept += 1;
+    fn add(&mut self, block: &[u8], block_cache_bytes: usize) {
+        if self.n_cached == self.sizes.len() && self.cached.len() + block.len() <= block_cache_bytes {
+            self.cached.extend_from_slice(block);
+            self.n_cached += 1;
         }
         self.sizes.push(block.len() as u64);
     }
 
-    /// What stands before the first block.
+    /// Everything before the first block.
     fn numbers(&self, mesh: &Mesh) -> Vec<u8> {
         let partial = mesh.n_cells() % BLOCK_BYTES as u64;
         let counts = [self.sizes.len() as u64, BLOCK_BYTES as u64, partial];
@@ -141,18 +126,18 @@ impl Table {
 
     fn write(self, mesh: &Mesh, options: &Options, level: u8, sink: &mut Sink, control: &Control) -> Result<()> {
         sink.put(&self.numbers(mesh))?;
-        sink.put(&self.kept)?;
-        if self.n_kept == self.sizes.len() {
+        sink.put(&self.cached)?;
+        if self.n_cached == self.sizes.len() {
             return Ok(());
         }
-        let mut sizes = self.sizes[self.n_kept..].iter();
+        let mut sizes = self.sizes[self.n_cached..].iter();
         let mut put = |block: &[u8]| match sizes.next() {
             Some(&size) if size == block.len() as u64 => sink.put(block),
             _ => {
                 Err(Error::new("io", "a block compressed to another size the second time", "write without compression"))
             }
         };
-        let mut to_skip = self.n_kept as u64 * BLOCK_BYTES as u64;
+        let mut to_skip = self.n_cached as u64 * BLOCK_BYTES as u64;
         let mut blocks = Blocks::new(BLOCK_BYTES, level);
         mesh.for_each_slab(options.slab_bytes, control, |flags| {
             let skipped = to_skip.min(flags.len() as u64);

@@ -68,7 +68,7 @@ impl Layout {
     }
 }
 
-/// Writes a mesh to a store; `advance` is told the number of cells of every batch of shards that was written.
+/// Writes a mesh to a store; `advance` is called with the number of cells of every batch of shards that was written.
 ///
 /// # Errors
 /// `job-conflict` for bits, which Zarr does not have; `io` where the store fails; `cancelled`, looked at before every batch of shards.
@@ -99,12 +99,12 @@ pub fn write(
             ([k as u64, j as u64, 0], cells)
         })
         .collect();
-    // chunks of one shard made side by side would stand in it in the order in which they are done: a shard a core instead
+    // chunks of one shard encoded in parallel would be stored in the order in which they are done: a shard a core instead
     let serial = CodecOptions::default().with_concurrent_target(1);
     for batch in shards.chunks(current_num_threads().min(MAX_SHARDS)) {
         control.check()?;
         batch.par_iter().try_for_each(|(index, cells)| {
-            let columns = mesh.columns.near(&cells[mesh.columns.rays.axis])?;
+            let columns = mesh.columns.for_slab(&cells[mesh.columns.rays.axis])?;
             let shard = padded(flags_of_box(&columns, cells)?, cells, layout.shard);
             array.store_chunk_opt(index, shard, &serial).map_err(failed)
         })?;

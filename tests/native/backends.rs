@@ -1,4 +1,4 @@
-//! The backends under test: one function that meshes a case, whoever does the work.
+//! The backends under test: one function meshes a case on any of them.
 
 use hexcast::cast::Cast;
 use hexcast::columns::Columns;
@@ -13,7 +13,7 @@ use hexcast::rays::Rays;
 
 use super::cases::Case;
 
-/// Who meshes.
+/// A way to mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Backend {
     /// The definition, strips of its own choice.

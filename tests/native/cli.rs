@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use tempfile::TempDir;
 
+use super::tolerances::far_off;
+
 const SPOT: &str = "tests/fixtures/spot.stl";
 
 fn hexcast(arguments: &[&str]) -> Output {
@@ -128,7 +130,7 @@ fn flags_in_memory_and_hashes_are_made_where_asked_for() {
 }
 
 #[test]
-fn any_backend_axis_and_number_of_threads_give_the_same_flags() {
+fn cpu_and_gpu_any_axis_and_number_of_threads_give_the_same_flags() {
     let hash = |options: &[&str]| {
         json(&[&["mesh", SPOT, "--cells", "40", "--json"], options].concat())["flags_sha256"].clone()
     };
@@ -140,7 +142,7 @@ fn any_backend_axis_and_number_of_threads_give_the_same_flags() {
 }
 
 #[test]
-fn the_words_say_what_was_done() {
+fn the_summary_says_what_was_done() {
     let folder = Folder::new();
     let output = folder.path("a.vti");
     let text = done(&["mesh", SPOT, "--cells", "16", "--backend", "cpu", "--unit", "mm", "-o", &output]);
@@ -149,12 +151,38 @@ fn the_words_say_what_was_done() {
     }
     assert!((10..=20).contains(&text.lines().count()), "{text}");
     assert_eq!(done(&["mesh", SPOT, "--cells", "16", "--backend", "cpu", "-q"]), "");
-    // a surface with holes is never silent
-    let open = ["mesh", "tests/fixtures/featuretype.stl", "--cells", "16", "--backend", "cpu", "--padding-cells", "1"];
-    let quiet = hexcast(&[&open[..], &["-q"]].concat());
-    let warned = String::from_utf8_lossy(&quiet.stderr).contains("warning: ");
-    let odd = json(&[&open[..], &["--json"]].concat());
-    assert_eq!(warned, !odd["warnings"].as_array().unwrap().is_empty());
+}
+
+/// What happens today: 576 open edges, and no warning, as no ray along the chosen axis meets an opening.
+#[test]
+fn an_open_surface_that_no_ray_enters_is_silent_except_in_info() {
+    const OPEN: &str = "tests/fixtures/featuretype.stl";
+    assert_eq!(json(&["info", "--json", OPEN])[0]["open_edges"], 576);
+    let mesh = ["mesh", OPEN, "--cells", "16", "--backend", "cpu", "--padding-cells", "1"];
+    let report = json(&[&mesh[..], &["--json"]].concat());
+    assert_eq!((&report["odd_rays"], &report["warnings"]), (&0.into(), &Value::Array(vec![])));
+    let quiet = hexcast(&[&mesh[..], &["-q"]].concat());
+    assert_eq!((quiet.status.code(), String::from_utf8_lossy(&quiet.stderr)), (Some(0), "".into()));
+}
+
+/// A square across all rays along x: every ray enters the body and none leaves it.
+#[test]
+fn an_open_surface_that_rays_enter_is_never_silent() {
+    let folder = Folder::new();
+    let facets = ["0 0 0 0 1 0 0 1 1", "0 0 0 0 1 1 0 0 1"].map(|corners| {
+        let numbers: Vec<&str> = corners.split(' ').collect();
+        let vertices: Vec<String> = numbers.chunks(3).map(|corner| format!("vertex {}\n", corner.join(" "))).collect();
+        format!("facet normal 0 0 0\nouter loop\n{}endloop\nendfacet\n", vertices.concat())
+    });
+    std::fs::write(folder.path("lid.stl"), format!("solid lid\n{}endsolid\n", facets.concat())).unwrap();
+    let lid = folder.path("lid.stl");
+    let mesh = ["mesh", &lid, "--domain=-1,0,0,1,1,1", "--dims", "8,8,8", "--axis", "x", "--backend", "cpu"];
+    let report = json(&[&mesh[..], &["--json"]].concat());
+    assert_eq!(report["odd_rays"], 64);
+    let warning = report["warnings"][0].as_str().unwrap();
+    assert!(warning.starts_with("64 of 64 rays do not leave"), "{warning}");
+    let quiet = hexcast(&[&mesh[..], &["-q"]].concat());
+    assert!(String::from_utf8_lossy(&quiet.stderr).starts_with("warning: 64 of 64 rays"));
 }
 
 #[test]
@@ -182,7 +210,7 @@ fn a_job_file_is_the_same_as_its_command_line() {
 }
 
 #[test]
-fn a_json_job_with_max_cell_size_tells_residuals() {
+fn the_report_of_a_job_with_max_cell_size_has_residuals() {
     let folder = Folder::new();
     let stl = Path::new(env!("CARGO_MANIFEST_DIR")).join(SPOT);
     let job = serde_json::json!({"geometries": [{"file": stl}], "max_cell_size": 0.1, "backend": "cpu"});
@@ -204,9 +232,9 @@ fn converting_gives_the_bytes_of_writing() {
         for name in names {
             let compresses =
                 name.ends_with("vti") || name.ends_with("hxc") || options.first() == Some(&"--compress=none");
-            let heeded = if compresses { options } else { &[] };
+            let applicable = if compresses { options } else { &[] };
             let converted = folder.path(&name.replace("a.", "b."));
-            done(&[&["convert", &folder.path("a.hxc"), &converted], heeded].concat());
+            done(&[&["convert", &folder.path("a.hxc"), &converted], applicable].concat());
             assert_eq!(std::fs::read(&converted).unwrap(), folder.bytes(name), "{name} {options:?}");
         }
         assert_eq!(folder.bytes("b.raw.json"), folder.bytes("a.raw.json"));
@@ -218,7 +246,7 @@ fn converting_gives_the_bytes_of_writing() {
 }
 
 #[test]
-fn info_tells_whether_a_surface_is_closed() {
+fn info_says_whether_a_surface_is_closed() {
     let files = [SPOT, "tests/fixtures/featuretype.stl", "tests/fixtures/ascii_two_solids_mixed_case.stl"];
     let list = json(&[&["info", "--json"], &files[..]].concat());
     let [cow, part, cubes] = [&list[0], &list[1], &list[2]];
@@ -234,7 +262,7 @@ fn info_tells_whether_a_surface_is_closed() {
 }
 
 #[test]
-fn an_estimate_is_near_the_mesh() {
+fn an_estimate_is_near_the_mesh_on_cpu_and_gpu() {
     let folder = Folder::new();
     let (npy, vti, hxc) = (folder.path("a.npy"), folder.path("a.vti"), folder.path("a.hxc"));
     let common = [SPOT, "--cells", "64", "--padding-length", "0.2"];
@@ -244,16 +272,18 @@ fn an_estimate_is_near_the_mesh() {
     for key in ["dims", "origin", "spacing", "cells", "rays", "ray_axis"] {
         assert_eq!(estimate[key], report[key], "{key}");
     }
-    let within = |estimated: &Value, real: f64, factor: f64| {
-        let ratio = estimated.as_f64().unwrap() / real;
-        assert!((1.0 / factor..factor).contains(&ratio), "{estimated} estimated, {real} real");
-    };
-    within(&estimate["crossings"], report["crossings"].as_f64().unwrap(), 1.25);
     let on_gpu = json(&[&["mesh", "--json", "--backend", "gpu"], &common[..]].concat());
-    within(&estimate["device_bytes"], on_gpu["peak_bytes"]["device"].as_f64().unwrap(), 4.0);
-    assert_eq!(estimate["file_bytes"]["npy"], folder.bytes("a.npy").len());
-    within(&estimate["file_bytes"]["vti_zlib"], folder.bytes("a.vti").len() as f64, 3.0);
-    within(&estimate["file_bytes"]["hxc_zlib"], folder.bytes("a.hxc").len() as f64, 3.0);
+    let files = &estimate["file_bytes"];
+    assert_eq!(files["npy"], folder.bytes("a.npy").len());
+    let pairs = [
+        ("crossings", &estimate["crossings"], report["crossings"].as_u64().unwrap()),
+        ("device", &estimate["device_bytes"], on_gpu["peak_bytes"]["device"].as_u64().unwrap()),
+        ("vti_zlib", &files["vti_zlib"], folder.bytes("a.vti").len() as u64),
+        ("hxc_zlib", &files["hxc_zlib"], folder.bytes("a.hxc").len() as u64),
+    ];
+    for (name, estimated, real) in pairs {
+        assert_eq!(far_off(name, estimated.as_u64().unwrap(), real), None);
+    }
     assert!(done(&[&["estimate"], &common[..]].concat()).contains("crossings   about"));
 }
 
@@ -268,9 +298,17 @@ fn nothing_complains_where_no_session_runs() {
 }
 
 #[test]
-fn adapters_and_completions_are_listed() {
+fn gpu_adapters_are_listed() {
     let adapters = json(&["adapters", "--json"]);
-    assert!(adapters.as_array().unwrap().iter().all(|adapter| adapter["name"].is_string()));
+    let adapters = adapters.as_array().unwrap();
+    assert!(!adapters.is_empty(), "install a Vulkan driver such as lavapipe, or leave this test out with --skip gpu");
+    for adapter in adapters {
+        assert!(["name", "driver", "kind"].iter().all(|key| adapter[key].is_string()), "{adapter}");
+    }
+}
+
+#[test]
+fn completions_and_help_are_printed() {
     assert!(done(&["completions", "bash"]).contains("hexcast"));
     assert!(done(&["--help"]).contains("Exit codes:"));
     for command in ["mesh", "info", "estimate", "adapters", "convert", "completions"] {
@@ -324,7 +362,7 @@ fn every_failure_has_its_exit_code() {
 }
 
 #[test]
-fn what_people_get_wrong_is_told_with_what_to_do() {
+fn errors_say_what_to_do() {
     let folder = Folder::new();
     let (here, vti, txt) = (folder.path(""), folder.path("a.vti"), folder.path("a.txt"));
     let (nowhere, zarr) = (folder.path("nowhere/a.vti"), folder.path("nowhere/a.zarr"));
@@ -430,7 +468,7 @@ const MANY_RAYS: [&str; 9] = ["mesh", SPOT, "--dims", "8,5000,5000", "--axis", "
 const MANY_RAYS_GPU: [&str; 9] = ["mesh", SPOT, "--dims", "8,5000,5000", "--axis", "x", "--backend", "gpu", "--json"];
 
 #[test]
-fn memory_stays_under_the_limit_and_what_does_not_fit_is_refused() {
+fn memory_of_cpu_and_gpu_stays_under_the_limit_and_what_does_not_fit_is_refused() {
     let folder = Folder::new();
     let refused = hexcast(&[&MANY_RAYS[..], &["--max-memory", "100MB"]].concat());
     let error = String::from_utf8_lossy(&refused.stderr);
@@ -498,7 +536,7 @@ fn an_interrupted_run_resumes() {
     let ended = child.wait_with_output().expect("hexcast ends");
     let said = String::from_utf8_lossy(&ended.stderr);
     assert_eq!(ended.status.code(), Some(130), "{said}");
-    assert!(said.contains("the same command goes on from there"), "{said}");
+    assert!(said.contains("the same command continues from there"), "{said}");
     assert_eq!(folder.names(), ["a.npy.partial"]);
 
     let other = hexcast(&["mesh", SPOT, "--cells", "8", "--backend", "cpu", "--resume", "-o", &output]);

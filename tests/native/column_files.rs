@@ -1,4 +1,4 @@
-//! Column files of strangers, by the command line: memory stays within the limit, whatever they hold.
+//! Column files from outside, by the command line: memory stays within the limit, whatever they hold.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -103,7 +103,7 @@ fn a_small_file_of_many_runs_is_opened_and_converted_in_little_memory() {
 }
 
 #[test]
-fn info_tells_of_a_column_file_what_the_report_told() {
+fn info_says_of_a_column_file_what_the_report_said() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("a.hxc").to_str().expect("UTF-8").to_string();
     let spot = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/fixtures/spot.stl");

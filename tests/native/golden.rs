@@ -1,4 +1,4 @@
-//! The golden files: what every case of the table gives, in one short text a case, whoever meshes it.
+//! The golden files: what every case of the table gives, in one short text a case, on every backend.
 //!
 //! `tests/golden/NAME.txt` is compared as a whole with what the CPU, a GPU, the browser's CPU and the browser's GPU make of
 //! case NAME. `HEXCAST_BLESS=1 cargo test --test native golden_cpu` writes them anew, with the CPU definition; read the

@@ -34,6 +34,7 @@ const CORE: &[&str] = &[
     "map",
     "flags",
     "cpu",
+    "open",
     "mesh",
     "skin",
     "report",

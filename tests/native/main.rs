@@ -1,12 +1,13 @@
 //! The native integration tests: one binary.
 //!
 //! `cases` is the table that everything runs, made by `models` and `soups`; `backends` meshes it; `oracle` knows the truth.
+//!
+//! Tests that need a GPU have "gpu" in their path, and fail where there is none. On a machine without one
+//! `cargo test --test native -- --skip gpu` leaves them out, and says how many.
 
 mod agreement;
 mod angles;
 mod backends;
-#[cfg(feature = "gpu")]
-mod broken_drivers;
 mod cases;
 #[cfg(feature = "cli")]
 mod cli;
@@ -18,18 +19,25 @@ mod formats;
 mod golden;
 mod golden_cpu;
 #[cfg(feature = "gpu")]
+mod gpu {
+    mod broken_drivers;
+    mod kernels;
+    mod lost_device;
+    mod open_surfaces;
+}
+#[cfg(feature = "gpu")]
 mod kernel_checks;
-#[cfg(feature = "gpu")]
-mod kernels;
 mod layering;
-#[cfg(feature = "gpu")]
-mod lost_device;
 #[cfg(feature = "cli")]
 mod memory;
 mod models;
+mod open_surfaces;
 mod oracle;
 mod properties;
 mod seven_cases;
 #[cfg(feature = "gpu")]
 mod shaders;
 mod soups;
+#[cfg(feature = "cli")]
+mod tolerances;
+mod warnings;

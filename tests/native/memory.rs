@@ -1,41 +1,19 @@
-//! Memory: what the estimate says beside what a mesh took, and meshes that put their columns aside, stop and go on.
+//! Memory: estimates beside what meshes took; meshes whose columns spill; meshes that stop and continue.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::{Arc, Mutex};
 
-use hexcast::columns::Store;
+use hexcast::columns::MemoryStore;
 use hexcast::control::{CancelToken, Control};
 use hexcast::estimate::{Device, Estimate};
 use hexcast::job::{AxisChoice, BackendChoice, ByteSize, GeometryJob, Job};
 use hexcast::mesh::Mesh;
-use hexcast::pipeline::{Aside, Engine, Task, mesh_task, prepare};
-use hexcast::report::Report;
+use hexcast::pipeline::{self, Engine, MeshOptions, SpillTarget, prepare};
+use hexcast::report::MeshFacts;
 use hexcast::sources::Source;
 use hexcast::write::{Format, Options, write};
 
-/// A store in memory.
-#[derive(Default)]
-struct Bytes(Mutex<Vec<u8>>);
-
-impl Store for Bytes {
-    fn append(&self, bytes: &[u8]) -> std::io::Result<u64> {
-        let mut held = self.0.lock().unwrap();
-        held.extend_from_slice(bytes);
-        Ok((held.len() - bytes.len()) as u64)
-    }
-
-    fn read(&self, at: u64, bytes: &mut [u8]) -> std::io::Result<()> {
-        let held = self.0.lock().unwrap();
-        let found = held.get(at as usize..at as usize + bytes.len()).ok_or(std::io::ErrorKind::UnexpectedEof)?;
-        bytes.copy_from_slice(found);
-        Ok(())
-    }
-
-    fn truncate(&self, n_bytes: u64) -> std::io::Result<()> {
-        self.0.lock().unwrap().truncate(n_bytes as usize);
-        Ok(())
-    }
-}
+use super::tolerances::far_off;
 
 fn sources(job: &Job) -> Vec<Source> {
     let read = |geometry: &GeometryJob| {
@@ -55,27 +33,22 @@ fn engine(backend: BackendChoice) -> Engine {
     pollster::block_on(Engine::open(backend, None)).unwrap_or_else(|error| panic!("{backend:?}: {error}"))
 }
 
-fn run(job: &Job, engine: &mut Engine, aside: Aside, control: &Control) -> hexcast::Result<(Mesh, Report)> {
-    let task = Task { job, read_seconds: 0.0, aside, flags_in_memory: false, program_bytes: 0 };
-    pollster::block_on(mesh_task(task, sources(job), engine, control))
+fn run(job: &Job, engine: &mut Engine, spill: SpillTarget, control: &Control) -> hexcast::Result<(Mesh, MeshFacts)> {
+    mesh(job, engine, &MeshOptions { spill, ..MeshOptions::default() }, control)
 }
 
-/// What is estimated too far from what is real.
-#[derive(Default)]
-struct Far(Vec<String>);
-
-impl Far {
-    fn compare(&mut self, estimated: u64, real: u64, what: &str) {
-        let ratio = estimated as f64 / real as f64;
-        if !(0.75..1.25).contains(&ratio) {
-            self.0.push(format!("{what}: {estimated} estimated, {real} real, {ratio:.2}"));
-        }
-    }
+fn mesh(
+    job: &Job,
+    engine: &mut Engine,
+    options: &MeshOptions,
+    control: &Control,
+) -> hexcast::Result<(Mesh, MeshFacts)> {
+    pollster::block_on(pipeline::mesh(job, sources(job), options, engine, control))
 }
 
 #[test]
-fn estimates_are_within_a_quarter_of_what_meshes_take() {
-    let mut far = Far::default();
+fn estimates_are_near_what_meshes_take_on_cpu_and_gpu() {
+    let mut wrong = Vec::new();
     for backend in [BackendChoice::Cpu, BackendChoice::Gpu] {
         let on_gpu = backend == BackendChoice::Gpu;
         for file in ["spot.stl", "featuretype.stl", "bin_color_magics.stl", "bin_header_solid_cube.stl"] {
@@ -86,67 +59,69 @@ fn estimates_are_within_a_quarter_of_what_meshes_take() {
                     let prepared = prepare(&job, sources(&job)).unwrap();
                     let estimate = Estimate::new(&prepared.geometries, &prepared.lines, &prepared.rays);
                     // one of its own: an engine that has meshed before has larger buffers
-                    let (mesh, report) = run(&job, &mut engine(backend), Aside::Nowhere, &Control::default()).unwrap();
-                    far.compare(estimate.crossings, report.crossings, &format!("{what}: crossings"));
-                    far.compare(estimate.host.columns, mesh.columns.n_bytes(), &format!("{what}: columns"));
-                    far.compare(
-                        estimate.host.meshing(on_gpu),
-                        report.peak_bytes.meshing,
-                        &format!("{what}: host bytes"),
-                    );
-                    if on_gpu {
-                        far.compare(estimate.device_bytes, report.peak_bytes.device, &format!("{what}: device bytes"));
-                    }
+                    let (mesh, facts) =
+                        run(&job, &mut engine(backend), SpillTarget::None, &Control::default()).unwrap();
                     let size = |format| {
                         let mut out = std::io::sink();
                         write(&mesh, format, &Options::default(), &mut out, &Control::default()).unwrap().n_bytes
                     };
                     let files = &estimate.file_bytes;
                     assert_eq!([size(Format::Raw), size(Format::Npy)], [files.raw, files.npy], "{what}");
-                    far.compare(files.vti, size(Format::Vti), &format!("{what}: .vti"));
-                    far.compare(files.hxc, size(Format::Columns), &format!("{what}: .hxc"));
+                    let mut pairs = vec![
+                        ("crossings", estimate.crossings, facts.crossings),
+                        ("columns", estimate.host.columns, mesh.columns.n_bytes()),
+                        ("host", estimate.host.meshing(on_gpu), facts.peak_bytes.meshing),
+                        ("vti", files.vti, size(Format::Vti)),
+                        ("hxc", files.hxc, size(Format::Columns)),
+                    ];
+                    pairs.extend(on_gpu.then_some(("device", estimate.device_bytes, facts.peak_bytes.device)));
+                    let far = pairs.iter().filter_map(|&(name, estimated, real)| far_off(name, estimated, real));
+                    wrong.extend(far.map(|far| format!("{what}: {far}")));
                 }
             }
         }
     }
-    assert!(far.0.is_empty(), "{}", far.0.join("\n"));
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
 /// Bytes of the host's memory that meshing took, the device's if it has none of its own.
-fn of_host(report: &Report, engine: &Engine) -> u64 {
+fn of_host(report: &MeshFacts, engine: &Engine) -> u64 {
     let shared = if engine.device() == Device::Shared { report.peak_bytes.device } else { 0 };
     report.peak_bytes.meshing + shared
 }
 
-/// More rays than one round of the CPU and than the first band of the GPU.
+/// A job with more rays than one round of the CPU and than the first band of the GPU.
 fn long_job() -> Job {
     job("spot.stl", [9, 1100, 1100], AxisChoice::X)
 }
 
+/// The same with rays along z.
+fn long_job_along_z() -> Job {
+    job("spot.stl", [1100, 1100, 9], AxisChoice::Z)
+}
+
 #[test]
-fn columns_put_aside_make_the_same_files() {
+fn columns_that_spill_make_the_same_files_on_cpu_and_gpu() {
     for backend in [BackendChoice::Cpu, BackendChoice::Gpu] {
         let mut engine = engine(backend);
-        for axis in [AxisChoice::X, AxisChoice::Z] {
-            let job = Job { axis, ..long_job() };
-            let (whole, report) = run(&job, &mut engine, Aside::Nowhere, &Control::default()).unwrap();
-            assert_eq!(report.peak_bytes.spilled, 0);
-            let tight = Job { max_memory: Some(ByteSize(12_000_000)), ..job.clone() };
-            let store = Arc::new(Bytes::default());
-            let (mesh, report) = run(&tight, &mut engine, Aside::Spill(store), &Control::default()).unwrap();
-            assert_eq!(mesh.columns.is_spilled(), report.peak_bytes.spilled > 0);
-            if axis == AxisChoice::X {
-                assert!(mesh.columns.is_spilled() && mesh.columns.n_bytes() < 100_000);
-                assert!(of_host(&report, &engine) < 12_000_000, "{:?}", report.peak_bytes);
-            }
-            assert_eq!(mesh.columns.cells_per_flag(), whole.columns.cells_per_flag());
+        for job in [long_job(), long_job_along_z()] {
+            let what = format!("{backend:?} along {:?}", job.axis);
+            let (whole, facts) = run(&job, &mut engine, SpillTarget::None, &Control::default()).unwrap();
+            assert_eq!(facts.peak_bytes.spilled, 0, "{what}");
+            let tight = Job { max_memory: Some(ByteSize(12_000_000)), ..job };
+            let store = Arc::new(MemoryStore::default());
+            let (mesh, facts) = run(&tight, &mut engine, SpillTarget::Temporary(store), &Control::default()).unwrap();
+            assert!(mesh.columns.is_spilled() && facts.peak_bytes.spilled > 1_000_000, "{what}");
+            assert!(mesh.columns.n_bytes() < 100_000, "{what}: {}", mesh.columns.n_bytes());
+            assert!(of_host(&facts, &engine) < 12_000_000, "{what}: {:?}", facts.peak_bytes);
+            assert_eq!(mesh.columns.cells_per_flag(), whole.columns.cells_per_flag(), "{what}");
             for format in Format::ALL {
                 let bytes = |mesh: &Mesh| {
                     let mut out = Vec::new();
                     write(mesh, format, &Options::default(), &mut out, &Control::default()).unwrap();
                     out
                 };
-                assert!(bytes(&mesh) == bytes(&whole), "{format:?} on {backend:?} along {axis:?}");
+                assert!(bytes(&mesh) == bytes(&whole), "{format:?} on {what}");
             }
         }
     }
@@ -166,19 +141,19 @@ fn stopping_after(n: u32) -> (Control, Arc<AtomicU32>) {
 }
 
 #[test]
-fn an_interrupted_mesh_goes_on_from_its_last_band() {
+fn an_interrupted_mesh_continues_from_its_last_band_on_cpu_and_gpu() {
     let job = long_job();
     let mut engines = [engine(BackendChoice::Cpu), engine(BackendChoice::Gpu)];
-    // whoever began it and whoever goes on
+    // the backend that begins, and the one that continues
     for (first, second) in [(0, 0), (1, 1), (0, 1), (1, 0)] {
         let (control, n_whole) = stopping_after(u32::MAX);
-        let (whole, _) = run(&job, &mut engines[second], Aside::Nowhere, &control).unwrap();
-        let store = Arc::new(Bytes::default());
+        let (whole, _) = run(&job, &mut engines[second], SpillTarget::None, &control).unwrap();
+        let store = Arc::new(MemoryStore::default());
         let (control, n_first) = stopping_after(1);
-        let error = run(&job, &mut engines[first], Aside::Keep(store.clone()), &control).unwrap_err();
+        let error = run(&job, &mut engines[first], SpillTarget::Resumable(store.clone()), &control).unwrap_err();
         assert_eq!((error.code(), n_first.load(Ordering::Relaxed)), ("cancelled", 1));
         let (control, n_second) = stopping_after(u32::MAX);
-        let (mesh, report) = run(&job, &mut engines[second], Aside::Keep(store.clone()), &control).unwrap();
+        let (mesh, report) = run(&job, &mut engines[second], SpillTarget::Resumable(store.clone()), &control).unwrap();
         assert!(report.rays_kept > 0 && report.rays_kept < report.rays, "{} kept", report.rays_kept);
         let [n_whole, n_second] = [n_whole, n_second].map(|n| n.load(Ordering::Relaxed));
         if first == second && first == 0 {
@@ -189,10 +164,10 @@ fn an_interrupted_mesh_goes_on_from_its_last_band() {
         assert_eq!(counts(&mesh), counts(&whole));
         // all is there now
         let (control, n_third) = stopping_after(1);
-        let (again, report) = run(&job, &mut engines[first], Aside::Keep(store.clone()), &control).unwrap();
+        let (again, report) = run(&job, &mut engines[first], SpillTarget::Resumable(store.clone()), &control).unwrap();
         assert_eq!((again == whole, report.rays_kept, n_third.load(Ordering::Relaxed)), (true, report.rays, 0));
         let other = Job { dims: Some([10, 1100, 1100]), ..job.clone() };
-        let error = run(&other, &mut engines[first], Aside::Keep(store), &Control::default()).unwrap_err();
+        let error = run(&other, &mut engines[first], SpillTarget::Resumable(store), &Control::default()).unwrap_err();
         assert_eq!(error.code(), "job-conflict");
     }
 }
@@ -202,30 +177,30 @@ fn a_mesh_that_does_not_fit_is_refused_before_it_starts() {
     let mut cpu = engine(BackendChoice::Cpu);
     let (control, n_rounds) = stopping_after(u32::MAX);
     let job = Job { max_memory: Some(ByteSize(4_000_000)), ..long_job() };
-    let error = run(&job, &mut cpu, Aside::Nowhere, &control).unwrap_err();
+    let error = run(&job, &mut cpu, SpillTarget::None, &control).unwrap_err();
     assert_eq!((error.code(), n_rounds.load(Ordering::Relaxed)), ("memory", 0));
     let text = error.to_string();
     assert!(text.contains("(columns 6.51 MB, facets") && text.contains("4.00 MB are allowed"), "{text}");
     assert!(error.hint().contains("--spill"), "{}", error.hint());
 
     let job = Job { max_memory: Some(ByteSize(100_000_000)), cells: Some(700), dims: None, ..long_job() };
-    let task = Task { job: &job, read_seconds: 0.0, aside: Aside::Nowhere, flags_in_memory: true, program_bytes: 0 };
-    let error = pollster::block_on(mesh_task(task, sources(&job), &mut cpu, &control)).unwrap_err();
+    let options = MeshOptions { flags_in_memory: true, ..MeshOptions::default() };
+    let error = mesh(&job, &mut cpu, &options, &control).unwrap_err();
     assert_eq!((error.code(), n_rounds.load(Ordering::Relaxed)), ("memory", 0));
     assert!(error.to_string().contains("flags in memory") && error.hint().contains("--flags-in-memory"), "{error}");
 }
 
 #[test]
-fn bands_and_rounds_are_made_as_small_as_the_budget_asks() {
+fn bands_and_rounds_are_as_small_as_the_budget_demands_on_cpu_and_gpu() {
     let job = job("spot.stl", [900, 1000, 1100], AxisChoice::X);
     for backend in [BackendChoice::Cpu, BackendChoice::Gpu] {
         let mut engine = engine(backend);
-        let (whole, _) = run(&job, &mut engine, Aside::Nowhere, &Control::default()).unwrap();
+        let (whole, _) = run(&job, &mut engine, SpillTarget::None, &Control::default()).unwrap();
         let mut n_meshed = 0;
         for mega in [1, 2, 4, 8, 12, 16, 24, 40, 80, 200] {
             let max_memory = Some(ByteSize(mega * 1_000_000));
-            for aside in [Aside::Nowhere, Aside::Spill(Arc::new(Bytes::default()))] {
-                match run(&Job { max_memory, ..job.clone() }, &mut engine, aside, &Control::default()) {
+            for spill in [SpillTarget::None, SpillTarget::Temporary(Arc::new(MemoryStore::default()))] {
+                match run(&Job { max_memory, ..job.clone() }, &mut engine, spill, &Control::default()) {
                     Ok((mesh, report)) => {
                         let bytes = of_host(&report, &engine);
                         assert!(bytes <= mega * 1_000_000, "{backend:?}, {mega} MB: {:?}", report.peak_bytes);
@@ -244,19 +219,23 @@ fn bands_and_rounds_are_made_as_small_as_the_budget_asks() {
 }
 
 #[test]
-fn buffers_of_a_device_without_memory_of_its_own_count_as_the_hosts() {
+fn buffers_of_a_gpu_count_as_the_hosts_memory_only_where_they_are_in_it() {
     let job = Job { max_memory: Some(ByteSize(3_500_000)), ..long_job() };
     let (cpu, mut gpu) = (&mut engine(BackendChoice::Cpu), engine(BackendChoice::Gpu));
-    let spill = || Aside::Spill(Arc::new(Bytes::default()));
+    let spill = || SpillTarget::Temporary(Arc::new(MemoryStore::default()));
     run(&job, cpu, spill(), &Control::default()).unwrap();
-    if gpu.device() == Device::Shared {
-        let error = run(&job, &mut gpu, spill(), &Control::default()).unwrap_err();
-        let text = error.to_string();
-        assert!(error.code() == "memory" && text.contains("bands on the GPU"), "{text}");
-        assert!(error.hint().contains("--backend cpu"), "{}", error.hint());
+    let on_gpu = run(&job, &mut gpu, spill(), &Control::default());
+    match gpu.device() {
+        Device::Shared => {
+            let error = on_gpu.unwrap_err();
+            assert!(error.code() == "memory" && error.to_string().contains("bands on the GPU"), "{error}");
+            assert!(error.hint().contains("--backend cpu"), "{}", error.hint());
+        }
+        Device::Own => assert!(on_gpu.unwrap().1.peak_bytes.device > 3_500_000),
+        Device::None => panic!("a GPU was asked for"),
     }
     // what the program takes counts, too
-    let task = Task { job: &job, read_seconds: 0.0, aside: spill(), flags_in_memory: false, program_bytes: 3_200_000 };
-    let error = pollster::block_on(mesh_task(task, sources(&job), cpu, &Control::default())).unwrap_err();
+    let options = MeshOptions { spill: spill(), program_bytes: 3_200_000, ..MeshOptions::default() };
+    let error = mesh(&job, cpu, &options, &Control::default()).unwrap_err();
     assert!(error.to_string().contains("program and driver 3.20 MB"), "{error}");
 }

@@ -23,7 +23,7 @@ use hexcast::lines::Lines;
 use hexcast::map::Rule;
 use num_bigint::{BigInt, Sign};
 
-type Vector = [BigInt; 3];
+pub(crate) type Vector = [BigInt; 3];
 
 /// Binary places of the least f64: every f64 is an integer over 2^1074.
 const F64_PLACES: u64 = 1074;
@@ -161,6 +161,12 @@ fn dot(a: &Vector, b: &Vector) -> BigInt {
 fn cells_from_file(geometry: &Geometry, corner: [f32; 3], lines: &Lines) -> [f64; 3] {
     let world = geometry.world_from_file.transform_point3(corner.map(f64::from).into());
     std::array::from_fn(|axis| (world[axis] - lines.origin[axis]) / lines.spacing[axis] - 0.5)
+}
+
+/// Corners of a geometry that is alone in a box, in units of the snap, and the binary places of a cell.
+pub(crate) fn snapped_facets(geometry: &Geometry, lines: &Lines) -> (Vec<[Vector; 3]>, u64) {
+    let fraction_bits = fraction_bits(std::slice::from_ref(geometry), lines);
+    (snapped(geometry, lines, fraction_bits), fraction_bits)
 }
 
 fn snapped(geometry: &Geometry, lines: &Lines, fraction_bits: u64) -> Vec<[Vector; 3]> {

@@ -1,11 +1,11 @@
-//! Arguments that decide a mesh, and the job they make, alone or on top of a job file.
+//! Arguments that decide a mesh, and the job that they make, alone or together with a job file.
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use hexcast::job::{AxisChoice, BackendChoice, ByteSize, GeometryJob, Job, Padding, PerAxis, Rule};
+use hexcast::job::{AxisChoice, BackendChoice, ByteSize, GeometryJob, Job, Open, Padding, PerAxis, Rule};
 use hexcast::{Error, Result};
 use serde::de::DeserializeOwned;
 
@@ -53,6 +53,10 @@ pub(crate) struct JobArguments {
     /// What is inside: an odd number of crossings, or a winding number that is not zero [default: parity]
     #[arg(long, value_parser = choice::<Rule>(&["parity", "nonzero"]), help_heading = "Method")]
     rule: Option<Rule>,
+    /// What decides cells where a surface is not closed: the winding number, a vote of the rays of three axes, nothing (an error), or
+    /// the rays of one axis as they are [default: winding]
+    #[arg(long, value_parser = choice::<Open>(&["winding", "vote", "error", "parity"]), help_heading = "Method")]
+    open: Option<Open>,
     /// Who meshes; auto is the GPU where there is one [default: auto]
     #[arg(long, value_parser = choice::<BackendChoice>(&["auto", "gpu", "cpu"]), help_heading = "Method")]
     backend: Option<BackendChoice>,
@@ -68,7 +72,7 @@ pub(crate) struct JobArguments {
     threads: Option<u16>,
 
     /// Most memory to take, such as 2GB or 512MiB; a mesh that needs more is refused before it starts, unless its columns
-    /// may go to disk [default: 3/4 of what is available]
+    /// may spill to disk [default: 3/4 of what is available]
     #[arg(long, value_name = "SIZE", help_heading = "Memory")]
     max_memory: Option<ByteSize>,
 
@@ -93,6 +97,7 @@ impl JobArguments {
         self.override_cells(&mut job);
         self.override_domain(&mut job);
         job.rule = self.rule.unwrap_or(job.rule);
+        job.open = self.open.unwrap_or(job.open);
         job.backend = self.backend.unwrap_or(job.backend);
         job.axis = self.axis.unwrap_or(job.axis);
         job.max_memory = self.max_memory.or(job.max_memory).or_else(default_max_memory);
@@ -108,14 +113,14 @@ impl JobArguments {
     pub(crate) fn set_threads(&self) -> Result<()> {
         let Some(threads) = self.threads else { return Ok(()) };
         let outcome = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
-        outcome.map_err(|error| Error::new("io", format!("starting {threads} threads: {error}"), "ask for fewer"))
+        outcome.map_err(|error| Error::new("io", format!("starting {threads} threads: {error}"), "use fewer"))
     }
 
     fn override_cells(&self, job: &mut Job) {
         if self.cells.is_some() || self.dims.is_some() || self.cell_size.is_some() || self.max_cell_size.is_some() {
             (job.cells, job.dims) = (self.cells, self.dims);
             (job.cell_size, job.max_cell_size) = (self.cell_size, self.max_cell_size);
-            // a tolerance belongs to the way that was overridden
+            // a tolerance belongs to the setting that was overridden
             job.tolerance = job.tolerance.filter(|_| self.max_cell_size.is_some());
         }
         job.tolerance = self.tolerance.or(job.tolerance);
@@ -132,7 +137,7 @@ impl JobArguments {
     }
 }
 
-/// Three quarters of the memory that is available; None where the system does not tell.
+/// Three quarters of the memory that is available; None where the system does not say.
 pub(crate) fn default_max_memory() -> Option<ByteSize> {
     super::memory::available_bytes().map(|bytes| ByteSize(bytes / 4 * 3))
 }
@@ -158,14 +163,14 @@ fn read_job(path: &Path) -> Result<Job> {
     Ok(job)
 }
 
-/// Reads N values joined by commas.
+/// Reads N values separated by commas.
 pub(crate) fn list<T: FromStr, const N: usize>(text: &str) -> std::result::Result<[T; N], String> {
     let values: Vec<T> = text
         .split(',')
-        .map(|part| part.trim().parse().map_err(|_| format!("\"{part}\" is no number of the kind needed")))
+        .map(|part| part.trim().parse().map_err(|_| format!("\"{part}\" is not a number")))
         .collect::<std::result::Result<_, _>>()?;
     let found = values.len();
-    <[T; N]>::try_from(values).map_err(|_| format!("{N} numbers joined by commas are needed, {found} were given"))
+    <[T; N]>::try_from(values).map_err(|_| format!("{N} numbers separated by commas are needed, {found} were given"))
 }
 
 fn per_axis<T: FromStr>(text: &str) -> std::result::Result<PerAxis<T>, String> {

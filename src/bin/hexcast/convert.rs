@@ -40,7 +40,7 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let max_bytes = arguments.max_memory.or_else(default_max_memory).map_or(u64::MAX, |size| size.0);
-    // first of all: a file that is not there is the more useful message
+    // first: a missing input is the more useful message
     open_file(&arguments.input)?;
     let mut outputs = Outputs::open(
         std::slice::from_ref(&arguments.output),
@@ -52,7 +52,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let mut control = Control::default();
     control.cancel = token.clone();
     let progress = Progress::new(arguments.quiet);
-    // the other half is for what is written
+    // the other half is for the outputs
     let mesh = open_columns(&arguments.input, max_bytes / 2, &control)?;
     outputs.write(&mesh, &control, progress)?;
     control.check()?;

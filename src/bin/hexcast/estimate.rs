@@ -2,7 +2,7 @@
 
 use hexcast::Result;
 use hexcast::control::CancelToken;
-use hexcast::estimate::{Allowed, Device, Estimate, Plan};
+use hexcast::estimate::{Allowed, Device, Estimate, MemoryBudget};
 use hexcast::gpu::adapter;
 use hexcast::job::{BackendChoice, Job};
 use hexcast::pipeline::prepare;
@@ -19,7 +19,7 @@ Examples:
     hexcast estimate part.stl --cells 4096
     hexcast estimate --job antenna.toml --max-cell-size 0.1 --json";
 
-/// Tell what a mesh would cost in cells, memory and bytes on disk, without making it
+/// Show what a mesh would cost in cells, memory and bytes on disk, without making it
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
@@ -47,10 +47,10 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     }
     let max_bytes = job.max_memory.map_or(u64::MAX, |size| size.0);
     let allowed = |can_spill| Allowed { max_bytes, program_bytes, device, can_spill, flags: false };
-    let verdict = match (Plan::new(&estimate, &allowed(false)), Plan::new(&estimate, &allowed(true))) {
-        (Ok(plan), _) => format!("enough; {} would do", BinaryBytes(plan.needed)),
-        (_, Ok(plan)) => {
-            format!("too little without --spill or --resume; with one of them {} would do", BinaryBytes(plan.needed))
+    let verdict = match (MemoryBudget::new(&estimate, &allowed(false)), MemoryBudget::new(&estimate, &allowed(true))) {
+        (Ok(budget), _) => format!("enough; {} would do", BinaryBytes(budget.needed)),
+        (_, Ok(budget)) => {
+            format!("too little without --spill or --resume; with one of them {} would do", BinaryBytes(budget.needed))
         }
         (_, Err(error)) => format!("too little: {error}"),
     };
@@ -58,16 +58,13 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let what = if device == Device::None { "for the program" } else { "for the program and the driver" };
     table.line("memory", format!("besides about {} {what}", BinaryBytes(program_bytes)));
     if device == Device::Shared {
-        table.line(
-            "memory",
-            "buffers of this GPU lie in the same memory, and their bands are made as small as it allows",
-        );
+        table.line("memory", "buffers of this GPU are in the same memory, and bands are as small as it demands");
     }
     table.line("memory", format!("{} allowed: {verdict}", BinaryBytes(max_bytes)));
     super::terminal::print(&files(table, &estimate))
 }
 
-/// Who would mesh.
+/// The device that would mesh.
 fn device(job: &Job, wanted: Option<&str>) -> Result<Device> {
     if job.backend == BackendChoice::Cpu {
         return Ok(Device::None);

@@ -15,7 +15,7 @@ impl FileStore {
         FileStore(Mutex::new(file))
     }
 
-    /// Its length; 0 where the system does not tell.
+    /// Its length; 0 where the system does not say.
     pub(crate) fn n_bytes(&self) -> u64 {
         self.lock().metadata().map_or(0, |metadata| metadata.len())
     }

@@ -23,7 +23,7 @@ Examples:
     hexcast info part.hxc
     hexcast info *.stl --json | jq '.[] | {file, watertight, open_edges}'";
 
-/// Tell what files hold: of STL the facets, solids, box, volume, and whether the surface is closed; of column files the report
+/// Show what files hold: of STL the facets, solids, box, volume, and whether the surface is closed; of column files the report
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
@@ -69,7 +69,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     super::terminal::print(&texts.join("\n"))
 }
 
-/// Opens a column file, of which no more than the index is taken to memory.
+/// Opens a column file, of which only the index is read to memory.
 fn columns(file: &str, token: &CancelToken) -> Result<Found> {
     let mut control = Control::default();
     control.cancel = token.clone();

@@ -8,7 +8,6 @@ use hexcast::{Error, Result};
 
 mod adapters;
 mod arguments;
-mod aside;
 mod convert;
 #[cfg(target_os = "linux")]
 mod device_select;
@@ -21,6 +20,7 @@ mod output_file;
 mod outputs;
 mod progress;
 mod reading;
+mod spill;
 mod summary;
 mod terminal;
 mod zarr_folder;

@@ -3,7 +3,7 @@
 use hexcast::{Error, Result};
 use memmap2::{MmapMut, MmapOptions};
 
-/// Most bytes that this process has held; None where the system does not tell.
+/// Most bytes that this process has held; None where the system does not say.
 pub(crate) fn peak_bytes() -> Option<u64> {
     kilobytes("/proc/self/status", "VmHWM:")
 }
@@ -17,13 +17,13 @@ pub(crate) fn program_bytes(on_gpu: bool) -> u64 {
     PROGRAM_BYTES + if on_gpu { DRIVER_BYTES } else { 0 }
 }
 
-/// The same beside facets of so many bytes, by what this process holds now if that is more.
+/// The same, or what this process holds now without facets of so many bytes, if that is more.
 pub(crate) fn program_bytes_now(on_gpu: bool, facets: u64) -> u64 {
     let held = kilobytes("/proc/self/status", "VmRSS:").unwrap_or(0);
     program_bytes(on_gpu).max(held.saturating_sub(facets))
 }
 
-/// Bytes that can be taken without pushing others out; None where the system does not tell.
+/// Bytes that are available without swapping; None where the system does not say.
 pub(crate) fn available_bytes() -> Option<u64> {
     kilobytes("/proc/meminfo", "MemAvailable:")
 }

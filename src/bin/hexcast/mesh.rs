@@ -7,16 +7,16 @@ use hexcast::control::{CancelToken, Control};
 use hexcast::flags::expand;
 use hexcast::job::Job;
 use hexcast::mesh::Mesh;
-use hexcast::pipeline::{self, Aside, Engine, Task};
-use hexcast::report::Report;
+use hexcast::pipeline::{self, Engine, MeshOptions, SpillTarget};
+use hexcast::report::{CallerFacts, Report};
 use hexcast::sources::Source;
 use hexcast::{Error, Result};
 use serde::Deserialize;
 
 use super::arguments::{JobArguments, choice};
-use super::aside::AsideArguments;
 use super::outputs::{FormatArguments, Outputs};
 use super::progress::Progress;
+use super::spill::SpillArguments;
 use super::{memory, reading, summary};
 
 const EXAMPLES: &str = "\
@@ -45,7 +45,7 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     formats: FormatArguments,
     #[command(flatten)]
-    aside: AsideArguments,
+    spill: SpillArguments,
     /// Write the report to a file, as JSON
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     report: Option<PathBuf>,
@@ -76,8 +76,18 @@ enum HashChoice {
     Never,
 }
 
-/// Most cells that are hashed unasked: some seconds.
+/// Most cells that `auto` hashes: some seconds.
 const MAX_CELLS_HASHED: u64 = 1 << 32;
+
+impl HashChoice {
+    fn is_wanted(self, mesh: &Mesh) -> bool {
+        match self {
+            HashChoice::Auto => mesh.n_cells() <= MAX_CELLS_HASHED,
+            HashChoice::Always => true,
+            HashChoice::Never => false,
+        }
+    }
+}
 
 pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let job = arguments.job.job()?;
@@ -90,28 +100,24 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
         check_single_flag(&job)?;
     }
     arguments.job.set_threads()?;
-    let aside = arguments.aside.open(&arguments.outputs)?;
-    match mesh_and_write(arguments, &job, outputs, aside.aside.clone(), token) {
-        Ok(()) => {
-            aside.done();
-            Ok(())
-        }
-        Err(error) => {
-            aside.failed(&error);
-            Err(error)
-        }
+    let file = arguments.spill.open(&arguments.outputs)?;
+    let meshed = mesh_and_write(arguments, &job, outputs, file.target.clone(), token);
+    match &meshed {
+        Ok(()) => file.remove(),
+        Err(error) => file.keep_after(error),
     }
+    meshed
 }
 
 fn mesh_and_write(
     arguments: &Arguments,
     job: &Job,
     mut outputs: Outputs,
-    aside: Aside,
+    spill: SpillTarget,
     token: &CancelToken,
 ) -> Result<()> {
     let progress = Progress::new(arguments.quiet);
-    let (mut engine, sources, read_seconds) = open_and_read(arguments, job, token, progress)?;
+    let (mut engine, sources, read) = open_and_read(arguments, job, token, progress)?;
     let bar = progress.rays("mesh");
     let moved = bar.clone();
     let mut control = Control::with_progress(move |now| {
@@ -121,23 +127,34 @@ fn mesh_and_write(
     control.cancel = token.clone();
     let facet_bytes = sources.iter().map(|source| 36 * source.contents.n_facets).sum();
     let program_bytes = memory::program_bytes_now(engine.adapter().is_some(), facet_bytes);
-    let task = Task { job, read_seconds, aside, flags_in_memory: arguments.flags_in_memory, program_bytes };
-    let meshed = pollster::block_on(pipeline::mesh_task(task, sources, &mut engine, &control));
+    let options = MeshOptions { spill, flags_in_memory: arguments.flags_in_memory, program_bytes };
+    let meshed = pollster::block_on(pipeline::mesh(job, sources, &options, &mut engine, &control));
     bar.finish_and_clear();
-    let (mesh, mut report) = meshed?;
+    let (mesh, facts) = meshed?;
     // there is no next mesh
     engine.clear_pool_over(0);
 
-    if arguments.flags_in_memory {
-        expand_all(&mesh, &mut report)?;
-    }
-    hash(arguments.hash, &outputs, &mesh, &mut report, &control)?;
-    write(arguments.hash, &mut outputs, &mesh, &mut report, &control, progress)?;
-    report.peak_bytes.host = memory::peak_bytes();
+    let flags = arguments.flags_in_memory.then(|| timed(|| expand_all(&mesh))).transpose()?;
+    // a `.raw` is hashed as it is written
+    let hashes_first = arguments.hash.is_wanted(&mesh) && !outputs.will_hash();
+    let hashed =
+        hashes_first.then(|| timed(|| mesh.flags_sha256_in_slabs(outputs.slab_bytes, &control))).transpose()?;
+    let writes = outputs.n_meshes() > 0;
+    let written = writes.then(|| timed(|| outputs.write(&mesh, &control, progress))).transpose()?;
+    let (sha256, hash) = hashed.unzip();
+    let caller = CallerFacts {
+        read,
+        flags: flags.map(|(_, seconds)| seconds),
+        hash,
+        write: written.map(|(_, seconds)| seconds),
+        flags_sha256: sha256.or(outputs.flags_sha256.take()).filter(|_| arguments.hash != HashChoice::Never),
+        host_bytes: memory::peak_bytes(),
+    };
+    let report = Report::new(facts, caller);
     control.check()?;
     let files = outputs.finish(&format!("{}\n", report.to_json()))?;
 
-    report.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    report.mesh.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
     if arguments.json {
         return super::terminal::print(&format!("{}\n", report.to_json()));
     }
@@ -146,6 +163,13 @@ fn mesh_and_write(
     }
     let shown = summary::Shown { ends: job.max_cell_size.is_some(), verbose: arguments.verbose };
     super::terminal::print(&summary::of_mesh(&report, engine.is_software(), &files, shown))
+}
+
+/// Does something, and returns its result and the seconds that it took.
+fn timed<T>(act: impl FnOnce() -> Result<T>) -> Result<(T, f64)> {
+    let start = Instant::now();
+    let result = act()?;
+    Ok((result, start.elapsed().as_secs_f64()))
 }
 
 /// Opens the backend and reads the files, side by side; also returns the seconds that reading took.
@@ -162,16 +186,16 @@ fn open_and_read(
         let sources = reading::read_job_files(job, token, progress);
         let seconds = start.elapsed().as_secs_f64();
         let engine = opening.join().unwrap_or_else(|_| {
-            let message = "the GPU driver broke off while it was opened";
+            let message = "the GPU driver crashed while it was opened";
             Err(Error::new("device-failed", message, "use --backend cpu, or update the GPU driver"))
         });
-        // a wrong file is the more useful message of the two
+        // of two errors that of a file is the more useful one
         let sources = sources?;
         Ok((engine?, sources, seconds))
     })
 }
 
-/// Refuses early what the writer of bit-packed files would refuse in the end.
+/// Refuses before meshing what the writer of bit-packed files would refuse after it.
 fn check_single_flag(job: &Job) -> Result<()> {
     let flags = job.geometries.iter().enumerate().map(|(index, geometry)| geometry.flag.unwrap_or(index as u8 + 1));
     let flags: Vec<u8> = flags.collect();
@@ -182,50 +206,10 @@ fn check_single_flag(job: &Job) -> Result<()> {
     Ok(())
 }
 
-/// Expands the flags of all cells in memory, for the clock alone.
-fn expand_all(mesh: &Mesh, report: &mut Report) -> Result<()> {
-    let start = Instant::now();
+/// Expands the flags of all cells in memory, only to take the time.
+fn expand_all(mesh: &Mesh) -> Result<()> {
     let mut flags = memory::zeroed(mesh.n_cells())?;
     expand(&mesh.columns, &mesh.dims().map(|n| 0..n), &mut flags)?;
     std::hint::black_box(&flags);
-    let seconds = start.elapsed().as_secs_f64();
-    report.seconds.flags = Some(seconds);
-    report.seconds.total += seconds;
-    report.cells_per_second = report.cells as f64 / report.seconds.total.max(1e-9);
-    Ok(())
-}
-
-/// Hashes the flags, unless writing will do it on the way.
-fn hash(choice: HashChoice, outputs: &Outputs, mesh: &Mesh, report: &mut Report, control: &Control) -> Result<()> {
-    let is_wanted = match choice {
-        HashChoice::Auto => mesh.n_cells() <= MAX_CELLS_HASHED,
-        HashChoice::Always => true,
-        HashChoice::Never => false,
-    };
-    if is_wanted && !outputs.will_hash() {
-        let start = Instant::now();
-        report.flags_sha256 = Some(mesh.flags_sha256_in_slabs(outputs.slab_bytes, control)?);
-        report.seconds.hash = Some(start.elapsed().as_secs_f64());
-    }
-    Ok(())
-}
-
-fn write(
-    choice: HashChoice,
-    outputs: &mut Outputs,
-    mesh: &Mesh,
-    report: &mut Report,
-    control: &Control,
-    progress: Progress,
-) -> Result<()> {
-    if outputs.n_meshes() == 0 {
-        return Ok(());
-    }
-    let start = Instant::now();
-    outputs.write(mesh, control, progress)?;
-    report.seconds.write = Some(start.elapsed().as_secs_f64());
-    if choice != HashChoice::Never {
-        report.flags_sha256 = report.flags_sha256.take().or(outputs.flags_sha256.take());
-    }
     Ok(())
 }

@@ -53,7 +53,7 @@ impl PendingFile {
     }
 }
 
-/// The error of a folder in which no file can be made; the name of the temporary file is nobody's concern.
+/// The error of a folder in which no file can be made; it does not name the temporary file.
 pub(crate) fn refused(path: &Path, folder: &Path, error: &std::io::Error) -> Error {
     let (name, folder) = (path.display(), folder.display());
     match error.kind() {
@@ -68,7 +68,7 @@ pub(crate) fn refused(path: &Path, folder: &Path, error: &std::io::Error) -> Err
     }
 }
 
-/// The path with an ending behind the one that it has.
+/// The path with an ending appended.
 pub(crate) fn with_ending(path: &Path, ending: &str) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(ending);

@@ -6,7 +6,7 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use hexcast::control::Control;
-use hexcast::estimate::{kept_bytes, slab_bytes};
+use hexcast::estimate::{block_cache_bytes, slab_bytes};
 use hexcast::mesh::Mesh;
 use hexcast::write::{Compress, Format, Options, exact_size, sidecar_json, write};
 use hexcast::{Error, Result};
@@ -29,7 +29,7 @@ pub(crate) struct FormatArguments {
     pub(crate) bits: bool,
 }
 
-/// zlib level where the caller has no opinion: a quarter of what 1 makes of flags, in twice the time, and little more than 9.
+/// zlib level where the caller does not say: files a quarter as large as at 1, in twice the time, and little larger than at 9.
 const DEFAULT_COMPRESS: Compress = Compress::Zlib(6);
 
 impl FormatArguments {
@@ -46,11 +46,11 @@ impl FormatArguments {
     fn zarr_options(&self, max_bytes: u64) -> Options {
         let compress = self.compress.unwrap_or(DEFAULT_COMPRESS);
         let slab_bytes = slab_bytes(max_bytes) as usize;
-        let kept_bytes = kept_bytes(max_bytes) as usize;
-        Options { compress, bits: false, slab_bytes, kept_bytes }
+        let block_cache_bytes = block_cache_bytes(max_bytes) as usize;
+        Options { compress, bits: false, slab_bytes, block_cache_bytes }
     }
 
-    /// Refuses an argument that none of the formats heeds.
+    /// Refuses an argument that applies to none of the formats.
     fn check(&self, formats: &[Format], has_zarr: bool) -> Result<()> {
         let has = |one: Format, other: Format| formats.contains(&one) || formats.contains(&other);
         if matches!(self.compress, Some(Compress::Zlib(_))) && !has_zarr && !has(Format::Vti, Format::Columns) {
@@ -81,7 +81,7 @@ fn compression(text: &str) -> std::result::Result<Compress, String> {
     }
 }
 
-/// Files being written; dropped before [`Outputs::finish`] they leave nothing behind.
+/// Files being written; none is left where this is dropped before [`Outputs::finish`].
 pub(crate) struct Outputs {
     meshes: Vec<MeshFile>,
     folders: Vec<(ZarrFolder, Options)>,

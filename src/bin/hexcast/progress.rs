@@ -1,4 +1,4 @@
-//! Progress on a terminal: one bar a phase, gone when the phase is over. Silent where standard error is no terminal.
+//! Progress on a terminal: one bar a phase, gone when the phase is over. Silent where standard error is not a terminal.
 
 use std::io::IsTerminal;
 

@@ -1,4 +1,4 @@
-//! Reading input files: in chunks, hashed on the way, several files side by side.
+//! Reads input files: in chunks, hashed at the same time, several files in parallel.
 
 use std::fs::File;
 use std::io::{Cursor, ErrorKind, Read};
@@ -59,7 +59,7 @@ fn read_file(file: &str, token: &CancelToken, bar: &ProgressBar) -> Result<Sourc
     Ok(Source { file: file.into(), contents, sha256: hexadecimal(&hash.finalize()) })
 }
 
-/// Opens a file and tells its length; what has no length, such as a pipe, is taken to memory first.
+/// Opens a file and returns its length; what has no length, such as a pipe, is read to memory first.
 fn open(file: &str) -> Result<(Box<dyn Read + Send>, u64)> {
     let failed = |error| Error::io(format!("reading {file}"), error);
     let mut input = open_file(Path::new(file))?;
@@ -73,7 +73,7 @@ fn open(file: &str) -> Result<(Box<dyn Read + Send>, u64)> {
     Ok((Box::new(Cursor::new(bytes)), n_bytes))
 }
 
-/// Opens a file that is none of the things that people name by mistake.
+/// Opens a file; the errors of a missing file and of a folder say so.
 pub(crate) fn open_file(path: &Path) -> Result<File> {
     let name = path.display();
     let failed = |error: std::io::Error| match error.kind() {
@@ -89,7 +89,7 @@ pub(crate) fn open_file(path: &Path) -> Result<File> {
     Ok(file)
 }
 
-/// Whether a file begins like a column file; what is no file, or cannot be read, does not.
+/// Whether this is a column file; false for what is not a file or cannot be read.
 pub(crate) fn is_columns(path: &Path) -> bool {
     let mut start = [0; 8];
     let is_read = File::open(path).and_then(|mut file| {
@@ -99,7 +99,7 @@ pub(crate) fn is_columns(path: &Path) -> bool {
     is_read.is_ok() && is_column_file(&start)
 }
 
-/// Opens a column file, which stays where it is; what has no length, such as a pipe, is taken to memory. Both take at most
+/// Opens a column file without reading it; what has no length, such as a pipe, is read to memory. Both take at most
 /// `max_bytes`.
 pub(crate) fn open_columns(path: &Path, max_bytes: u64, control: &Control) -> Result<Mesh> {
     let name = path.display();
@@ -108,7 +108,7 @@ pub(crate) fn open_columns(path: &Path, max_bytes: u64, control: &Control) -> Re
     let opened = if metadata.is_file() {
         column_file::open(Arc::new(FileStore::new(file)), metadata.len(), max_bytes, control)
     } else {
-        column_file::read_columns_within(&mut file, max_bytes, control)
+        column_file::read(&mut file, max_bytes, control)
     };
     opened.map_err(|error| error.at(name))
 }

@@ -1,8 +1,8 @@
-//! The report in words: aligned lines for a terminal.
+//! The report as text: aligned lines for a terminal.
 
 use std::fmt::{Display, Write};
 
-use hexcast::report::{ColumnsReport, Report};
+use hexcast::report::{ColumnsReport, MeshFacts, Report};
 use indicatif::{BinaryBytes, HumanCount};
 
 use super::output_file::OutputFile;
@@ -40,21 +40,21 @@ impl Table {
 
 /// Describes a mesh.
 pub(crate) fn of_mesh(report: &Report, is_software: bool, files: &[OutputFile], shown: Shown) -> String {
-    let mut table = Table::default();
-    table.line("backend", backend(report, is_software));
-    for input in &report.inputs {
+    let (mesh, mut table) = (&report.mesh, Table::default());
+    table.line("backend", backend(mesh, is_software));
+    for input in &mesh.inputs {
         let facts = format!("{}, {} facets, {}", input.format, HumanCount(input.facets), BinaryBytes(input.bytes));
         table.line("input", format!("{}: {facts}", input.file));
         input.warnings.iter().for_each(|warning| table.line("", format!("note: {warning}")));
     }
     if shown.verbose {
-        geometries(&mut table, report);
+        geometries(&mut table, mesh);
     }
-    grid(&mut table, report);
+    grid(&mut table, mesh);
     if shown.ends || shown.verbose {
-        end_points(&mut table, report, shown.verbose);
+        end_points(&mut table, mesh, shown.verbose);
     }
-    flags(&mut table, report);
+    flags(&mut table, mesh);
     stages(&mut table, report, shown.verbose);
     if let Some(hash) = &report.flags_sha256 {
         table.line("flags", format!("sha256 {hash}"));
@@ -89,8 +89,8 @@ pub(crate) fn of_columns(file: &str, n_bytes: u64, report: &ColumnsReport) -> St
     table.finish()
 }
 
-fn backend(report: &Report, is_software: bool) -> String {
-    match (&report.adapter, &report.driver) {
+fn backend(mesh: &MeshFacts, is_software: bool) -> String {
+    match (&mesh.adapter, &mesh.driver) {
         (Some(adapter), driver) => {
             let kind = if is_software { "a GPU in software" } else { "GPU" };
             format!("{kind}: {adapter}, driver {}", driver.as_deref().unwrap_or("unknown"))
@@ -100,31 +100,31 @@ fn backend(report: &Report, is_software: bool) -> String {
     }
 }
 
-fn geometries(table: &mut Table, report: &Report) {
-    for geometry in &report.geometries {
+fn geometries(table: &mut Table, mesh: &MeshFacts) {
+    for geometry in &mesh.geometries {
         let [low, high] = geometry.bounding_box.map(three);
         let facts = format!("flag {}, priority {}, box {low} to {high}", geometry.flag, geometry.priority);
         table.line("geometry", format!("\"{}\": {facts}", geometry.name));
     }
-    report.inputs.iter().for_each(|input| table.line("sha256", format!("{} {}", input.sha256, input.file)));
+    mesh.inputs.iter().for_each(|input| table.line("sha256", format!("{} {}", input.sha256, input.file)));
 }
 
-fn grid(table: &mut Table, report: &Report) {
-    let unit = unit(report);
-    let high = [0, 1, 2].map(|axis| report.origin[axis] + f64::from(report.dims[axis]) * report.spacing[axis]);
-    table.line("domain", format!("{} to {}{unit}", three(report.origin), three(high)));
-    let [nx, ny, nz] = report.dims;
-    let cells = HumanCount(report.cells);
-    table.line("cells", format!("{nx} x {ny} x {nz} = {cells}, each {}{unit}", size(report.spacing)));
-    let (rays, crossings) = (HumanCount(report.rays), HumanCount(report.crossings));
-    table.line("rays", format!("{rays} along {}, {crossings} crossings", report.ray_axis));
-    if report.rays_kept > 0 {
-        table.line("rays", format!("{} kept from the run before", HumanCount(report.rays_kept)));
+fn grid(table: &mut Table, mesh: &MeshFacts) {
+    let unit = unit(mesh);
+    let high = [0, 1, 2].map(|axis| mesh.origin[axis] + f64::from(mesh.dims[axis]) * mesh.spacing[axis]);
+    table.line("domain", format!("{} to {}{unit}", three(mesh.origin), three(high)));
+    let [nx, ny, nz] = mesh.dims;
+    let cells = HumanCount(mesh.cells);
+    table.line("cells", format!("{nx} x {ny} x {nz} = {cells}, each {}{unit}", size(mesh.spacing)));
+    let (rays, crossings) = (HumanCount(mesh.rays), HumanCount(mesh.crossings));
+    table.line("rays", format!("{rays} along {}, {crossings} crossings", mesh.ray_axis));
+    if mesh.rays_kept > 0 {
+        table.line("rays", format!("{} resumed from the interrupted run", HumanCount(mesh.rays_kept)));
     }
 }
 
-fn end_points(table: &mut Table, report: &Report, verbose: bool) {
-    for (axis, residuals) in ["x", "y", "z"].into_iter().zip(&report.end_points) {
+fn end_points(table: &mut Table, mesh: &MeshFacts, verbose: bool) {
+    for (axis, residuals) in ["x", "y", "z"].into_iter().zip(&mesh.end_points) {
         for residual in residuals.iter().filter(|residual| verbose || residual.cells.abs() > 1e-6) {
             let text = format!("{axis} = {} lies {:.3e} cells off its line", residual.end_point, residual.cells);
             table.line("end point", text);
@@ -132,11 +132,11 @@ fn end_points(table: &mut Table, report: &Report, verbose: bool) {
     }
 }
 
-fn flags(table: &mut Table, report: &Report) {
-    for flag in &report.flags {
+fn flags(table: &mut Table, mesh: &MeshFacts) {
+    for flag in &mesh.flags {
         let difference = match flag.mesh_volume {
             0.0 => String::new(),
-            mesh => format!(", {:+.3} %", 100.0 * (flag.volume - mesh) / mesh.abs()),
+            surface => format!(", {:+.3} %", 100.0 * (flag.volume - surface) / surface.abs()),
         };
         let volumes = format!("volume {:.6e}, of the surface {:.6e}{difference}", flag.volume, flag.mesh_volume);
         table.line("flag", format!("{} \"{}\": {} cells, {volumes}", flag.flag, flag.name, HumanCount(flag.cells)));
@@ -171,8 +171,8 @@ fn goal(report: &Report) -> &'static str {
     if report.seconds.flags.is_some() { "flags" } else { "columns" }
 }
 
-fn unit(report: &Report) -> String {
-    report.unit.as_ref().map_or(String::new(), |unit| format!(" {unit}"))
+fn unit(mesh: &MeshFacts) -> String {
+    mesh.unit.as_ref().map_or(String::new(), |unit| format!(" {unit}"))
 }
 
 /// A point, short.

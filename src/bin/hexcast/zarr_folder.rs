@@ -13,7 +13,7 @@ use zarrs::filesystem::FilesystemStore;
 use super::output_file::{OutputFile, refused};
 use super::progress::Progress;
 
-/// A folder in the making; dropped before [`ZarrFolder::finish`] it leaves nothing behind.
+/// A temporary folder; nothing is left where this is dropped before [`ZarrFolder::finish`].
 pub(crate) struct ZarrFolder {
     pub(crate) path: PathBuf,
     temporary: TempDir,
@@ -29,7 +29,7 @@ impl ZarrFolder {
     pub(crate) fn open(path: &Path) -> Result<(PathBuf, ZarrFolder)> {
         let name = path.display();
         if path.exists() && !path.join("zarr.json").is_file() {
-            return Err(Error::new("io", format!("{name} is there and is no Zarr folder"), "name another"));
+            return Err(Error::new("io", format!("{name} exists and is not a Zarr folder"), "name another"));
         }
         let parent = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let refused = |error: std::io::Error| refused(path, parent, &error);

@@ -2,11 +2,13 @@
 
 use super::bytes::{corrupt, u32_at, u64_at};
 use crate::checksum::crc32;
+use crate::columns::packed_band::PackedBand;
 use crate::error::Result;
+use crate::parallel::*;
 
 const END_TAG: [u8; 4] = *b"ENDS";
 const END_MAGIC: [u8; 8] = *b"HXC END\n";
-/// Bytes behind the checksum: the place of the end, and the magic.
+/// Bytes after the checksum: the offset of the end, and the magic.
 pub(crate) const TAIL: usize = 16;
 
 /// What all pieces hold.
@@ -15,8 +17,33 @@ pub(crate) struct Totals {
     pub(crate) n_runs: u64,
     pub(crate) odd_rays: u64,
     pub(crate) n_crossings: u64,
-    /// Cells of every flag; those of flag 0 may be left out.
+    /// Cells of every flag that the runs name: those before the first run of a ray are not counted.
     pub(crate) cells: Box<[u64; 256]>,
+}
+
+impl Totals {
+    /// Counts what bands of rays of `depth` cells hold.
+    pub(crate) fn of(bands: &[PackedBand], depth: u32) -> Totals {
+        let mut totals = Totals { n_runs: 0, odd_rays: 0, n_crossings: 0, cells: Box::new([0; 256]) };
+        totals.add(bands, depth);
+        totals
+    }
+
+    /// Adds what more bands hold. Sums that do not fit 64 bits, as a crafted file may have them, stay at `u64::MAX`.
+    pub(crate) fn add(&mut self, bands: &[PackedBand], depth: u32) {
+        for band in bands {
+            self.n_runs = self.n_runs.saturating_add(band.n_runs());
+            self.odd_rays = self.odd_rays.saturating_add(band.odd_rays);
+            self.n_crossings = self.n_crossings.saturating_add(band.n_crossings);
+        }
+        // some bands at a time: what they return takes 2 kB each
+        for bands in bands.chunks(256) {
+            let cells: Vec<[u64; 256]> = bands.par_iter().map(|band| band.cells_per_flag(depth)).collect();
+            for cells in cells {
+                self.cells.iter_mut().zip(cells).for_each(|(sum, cells)| *sum += cells);
+            }
+        }
+    }
 }
 
 /// Lays out the end of a version, which starts at byte `at`; `index` has the start and the first ray of each piece.
@@ -42,15 +69,15 @@ pub(crate) fn encode(version: u32, index: &[[u64; 2]], totals: &Totals, at: u64)
     end
 }
 
-/// Where the end stands, by the last [`TAIL`] bytes of a file; None where they do not belong to an end.
-pub(crate) fn place(tail: &[u8; TAIL]) -> Option<u64> {
+/// The byte at which the end starts, by the last [`TAIL`] bytes of a file; None where they are not the last of an end.
+pub(crate) fn start(tail: &[u8; TAIL]) -> Option<u64> {
     (tail[8..] == END_MAGIC).then(|| u64_at(tail, 0))
 }
 
-/// Reads an end without its tail, which starts at byte `at`: index and totals, those of version 1 but for the runs unknown.
+/// Reads an end without its tail, which starts at byte `at`: index and totals, which version 1 does not have.
 ///
 /// # Errors
-/// `columns-corrupt` where the checksum is wrong or the parts do not fill the bytes.
+/// `columns-corrupt` where the checksum is wrong or a number does not fit the length of the end.
 pub(crate) fn decode(version: u32, end: &[u8], at: u64) -> Result<(Vec<[u64; 2]>, Option<Totals>)> {
     let wrong = |what: &str| corrupt(format!("the end at byte {at}: {what}"));
     let (body, crc) = end.split_last_chunk::<4>().ok_or_else(|| wrong("it is too short"))?;
@@ -60,14 +87,14 @@ pub(crate) fn decode(version: u32, end: &[u8], at: u64) -> Result<(Vec<[u64; 2]>
     let n_pieces = u64_at(body, 4);
     let (numbers, rest) = body[12..].as_chunks::<8>();
     let n_numbers = n_pieces.checked_mul(2).and_then(|n| usize::try_from(n).ok()).filter(|n| *n < numbers.len());
-    let n_numbers = n_numbers.ok_or_else(|| wrong("it has fewer pieces than it says"))?;
+    let n_numbers = n_numbers.ok_or_else(|| wrong("it is too short for the number of pieces"))?;
     let (index, _) = numbers[..n_numbers].as_chunks::<2>();
     let index = index.iter().map(|pair| pair.map(u64::from_le_bytes)).collect();
     if version == 1 {
         let fits = numbers.len() == n_numbers + 1 && rest.is_empty();
-        return if fits { Ok((index, None)) } else { Err(wrong("it has other bytes besides")) };
+        return if fits { Ok((index, None)) } else { Err(wrong("it has more bytes than its numbers need")) };
     }
-    let totals = totals(&body[12 + 8 * n_numbers..]).ok_or_else(|| wrong("its totals do not fill it"))?;
+    let totals = totals(&body[12 + 8 * n_numbers..]).ok_or_else(|| wrong("its length does not fit its totals"))?;
     Ok((index, Some(totals)))
 }
 

@@ -15,7 +15,7 @@ pub(crate) const START: usize = 16;
 const MAX_BODY: usize = 1 << 20;
 const MAX_DIM: u32 = 1 << 24;
 
-/// A flag in use and what it stands for.
+/// A flag in use and its name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Named {
     /// The flag, 1 to 255.
@@ -78,10 +78,10 @@ fn text(body: &mut Vec<u8>, text: &str) {
 /// Version and number of bytes of the body of a head that starts with these [`START`] bytes.
 ///
 /// # Errors
-/// `columns-corrupt` where they start no column file; `columns-version` where a newer hexcast wrote it.
+/// `columns-corrupt` where they do not start a column file; `columns-version` where a newer hexcast wrote it.
 pub(crate) fn start(bytes: &[u8]) -> Result<(u32, usize)> {
     if bytes[..8] != MAGIC {
-        return Err(corrupt("this is no column file: byte 0 does not start with its signature".into()));
+        return Err(corrupt("this is not a column file: it does not start with the signature of one".into()));
     }
     let (version, n_body) = (u32_at(bytes, 8), u32_at(bytes, 12) as usize);
     if version > VERSION {
@@ -105,7 +105,7 @@ pub(crate) fn decode(version: u32, body: &[u8]) -> Result<Head> {
         _ => match at.array()? {
             [0] => None,
             [1] => Some(at.array()?),
-            [other] => return Err(at.wrong(format!("{other} where 0 or 1 says whether there is an identity"))),
+            [other] => return Err(at.wrong(format!("{other} where 0 or 1 must say whether there is an identity"))),
         },
     };
     let dims = [at.u32()?, at.u32()?, at.u32()?];
@@ -123,7 +123,7 @@ pub(crate) fn decode(version: u32, body: &[u8]) -> Result<Head> {
     let unit = match at.array()? {
         [0] => None,
         [1] => Some(at.text()?),
-        [other] => return Err(at.wrong(format!("{other} where 0 or 1 says whether there is a unit"))),
+        [other] => return Err(at.wrong(format!("{other} where 0 or 1 must say whether there is a unit"))),
     };
     let mut names = Vec::new();
     for _ in 0..at.u32()? {

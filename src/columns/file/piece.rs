@@ -2,7 +2,7 @@
 
 use super::bytes::{u32_at, u64_at};
 use crate::checksum::crc32;
-use crate::columns::codec::{self, PIECE_RAYS, PIECE_RUNS};
+use crate::columns::codec::{self, PIECE_RAYS, PIECE_RUNS, PieceEncoder};
 use crate::columns::run::Band;
 use crate::error::Result;
 use crate::zlib;
@@ -37,7 +37,7 @@ impl PieceHead {
         head
     }
 
-    /// Understands the bytes before the checksum; None where their tag is that of no piece.
+    /// Decodes the bytes before the checksum; None where their tag is not that of a piece.
     pub(crate) fn from_bytes(head: &[u8]) -> Option<PieceHead> {
         let [n_rays, n_runs, n_content, n_stored] = [4, 8, 12, 16].map(|at| u32_at(head, at));
         let crc = u32_at(head, 20).to_le_bytes();
@@ -47,13 +47,13 @@ impl PieceHead {
         is_piece.then_some(PieceHead { n_rays, n_runs, n_content, n_stored, crc, counts, ends_band })
     }
 
-    /// The same with the checksum behind them; None where that is wrong, too.
+    /// Decodes a head with its checksum; None where the tag or the checksum is wrong.
     pub(crate) fn from_checked_bytes(head: &[u8; PIECE_HEAD]) -> Option<PieceHead> {
         let (head, crc) = head.split_at(PIECE_HEAD - 4);
         PieceHead::from_bytes(head).filter(|_| crc == crc32(head))
     }
 
-    /// Whether a piece of rays of `depth` cells may say this where so many rays are missing.
+    /// Whether a piece of rays of `depth` cells may have these numbers where `rays_left` rays are missing.
     pub(crate) fn is_sound(&self, rays_left: u64, depth: u32) -> bool {
         (1..=PIECE_RAYS).contains(&self.n_rays)
             && u64::from(self.n_rays) <= rays_left
@@ -90,11 +90,11 @@ impl PieceHead {
     }
 }
 
-/// The head, without counts, and the stored bytes of a piece that an encoder was given the rays of.
+/// Ends a piece of `n_rays` rays: returns its head, without counts, and its stored bytes.
 ///
 /// # Errors
 /// `io` where zlib fails.
-pub(crate) fn encode(n_rays: u32, encoder: codec::Encoder, level: Option<u8>) -> Result<(PieceHead, Vec<u8>)> {
+pub(crate) fn encode(n_rays: u32, encoder: PieceEncoder, level: Option<u8>) -> Result<(PieceHead, Vec<u8>)> {
     let (n_runs, content) = encoder.finish();
     let n_content = content.len() as u32;
     let stored = match level {

@@ -102,10 +102,10 @@ fn corners_that_are_no_numbers_are_named_by_line() {
     assert_bad(with("1e39"), "stl-not-finite", &["line 12", "1e39", "3.4e38"]);
     assert_bad(with("-3.5e38"), "stl-not-finite", &["line 12", "-3.5e38"]);
     for number in ["0,5", "1x", "0x10", "--1", "1e", "\u{fffd}"] {
-        assert_bad(with(number), "stl-syntax", &["line 12: y of corner 2 of facet 2", "is no number"]);
+        assert_bad(with(number), "stl-syntax", &["line 12: y of corner 2 of facet 2", "is not a number"]);
     }
     assert_bad(with(""), "stl-syntax", &["line 12: z of corner 2 of facet 2 is missing"]);
-    assert_bad(with("0 0"), "stl-syntax", &["line 12", "\"0\" behind the three numbers"]);
+    assert_bad(with("0 0"), "stl-syntax", &["line 12", "\"0\" after the three numbers"]);
 }
 
 #[test]

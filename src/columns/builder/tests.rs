@@ -1,8 +1,7 @@
 use super::*;
 use crate::columns::file::head::Head;
 use crate::columns::file::piece::PIECE_HEAD;
-use crate::columns::run;
-use crate::columns::store::tests::Memory;
+use crate::columns::{MemoryStore, run};
 use crate::flags::flags_of_box;
 use crate::lines::Lines;
 
@@ -28,10 +27,9 @@ fn head(rays: &Rays, dims: [u32; 3], identity: Option<[u8; 32]>) -> Vec<u8> {
     Head { identity, rays: *rays, zlib: false, lines, unit: None, names: Vec::new() }.encode().unwrap()
 }
 
-fn grown(mut growing: Growing, bands: Vec<Band>) -> Columns {
-    bands.into_iter().for_each(|band| growing.push(vec![band]).unwrap());
-    growing.close().unwrap();
-    growing.finish()
+fn built(mut builder: ColumnsBuilder, bands: Vec<Band>) -> Columns {
+    bands.into_iter().for_each(|band| builder.push(vec![band]).unwrap());
+    builder.finish().unwrap()
 }
 
 #[test]
@@ -43,9 +41,9 @@ fn columns_in_a_store_answer_as_those_in_memory() {
         let held = Columns::new(rays, bands(&rays, 2));
         // from the first band on, in the middle, never
         for max_bytes in [0, 150, u64::MAX] {
-            let store = Arc::new(Memory::default());
+            let store = Arc::new(MemoryStore::default());
             let target = (head(&rays, dims, None), store.clone() as Arc<dyn Store>);
-            let columns = grown(Growing::new(rays, max_bytes, Some(target)), bands(&rays, 2));
+            let columns = built(ColumnsBuilder::new(rays, max_bytes, Some(target)), bands(&rays, 2));
             assert_eq!(columns.is_spilled(), max_bytes < u64::MAX);
             assert_eq!(columns, held);
             assert_eq!(columns.cells_per_flag(), held.cells_per_flag());
@@ -58,8 +56,9 @@ fn columns_in_a_store_answer_as_those_in_memory() {
             assert_eq!(columns.flag([3, 4, 2]), held.flag([3, 4, 2]));
             // what spilled is a column file
             if columns.is_spilled() {
-                let file = store.0.lock().unwrap().clone();
-                let read = crate::column_file::read_columns(&mut &file[..]).unwrap();
+                let file = store.bytes().clone();
+                let control = crate::control::Control::default();
+                let read = crate::column_file::read(&mut &file[..], u64::MAX, &control).unwrap();
                 assert_eq!((&read.columns, counts(&read.columns)), (&held, counts(&held)));
             }
         }
@@ -69,8 +68,8 @@ fn columns_in_a_store_answer_as_those_in_memory() {
 #[test]
 fn without_a_store_the_limit_is_an_error_with_numbers() {
     let rays = Rays::new(0, [12, 5, 7]);
-    let mut growing = Growing::new(rays, 100, None);
-    let error = bands(&rays, 1).into_iter().find_map(|band| growing.push(vec![band]).err()).unwrap();
+    let mut builder = ColumnsBuilder::new(rays, 100, None);
+    let error = bands(&rays, 1).into_iter().find_map(|band| builder.push(vec![band]).err()).unwrap();
     assert!(error.code() == "memory" && error.to_string().contains("and 100 are left"), "{error}");
 }
 
@@ -78,26 +77,26 @@ fn without_a_store_the_limit_is_an_error_with_numbers() {
 fn a_store_that_was_cut_short_is_taken_up_at_the_last_whole_row() {
     let rays = Rays::new(0, [12, 5, 7]);
     let whole = Columns::new(rays, bands(&rays, 2));
-    let store = Arc::new(Memory::default());
-    let keep = |store: &Arc<Memory>, max_bytes| {
-        Growing::keeping(rays, max_bytes, head(&rays, [12, 5, 7], Some([7; 32])), store.clone()).unwrap()
+    let store = Arc::new(MemoryStore::default());
+    let keep = |store: &Arc<MemoryStore>, max_bytes| {
+        ColumnsBuilder::resume(rays, max_bytes, head(&rays, [12, 5, 7], Some([7; 32])), store.clone()).unwrap()
     };
-    assert_eq!(grown(keep(&store, u64::MAX), bands(&rays, 2)), whole);
-    let bytes = store.0.lock().unwrap().clone();
+    assert_eq!(built(keep(&store, u64::MAX), bands(&rays, 2)), whole);
+    let bytes = store.bytes().clone();
     for max_bytes in [0, u64::MAX] {
         let mut taken = std::collections::BTreeSet::new();
         for length in 0..=bytes.len() {
-            let store = Arc::new(Memory::default());
-            store.0.lock().unwrap().extend(&bytes[..length]);
-            let growing = keep(&store, max_bytes);
-            let n_rays = growing.n_rays();
+            let store = Arc::new(MemoryStore::default());
+            store.bytes().extend(&bytes[..length]);
+            let builder = keep(&store, max_bytes);
+            let n_rays = builder.n_rays();
             assert!(n_rays <= rays.n_rays());
             taken.insert(n_rays);
             let rest = bands(&rays, 2).into_iter().filter(|band| band.first_ray >= n_rays).collect();
-            let columns = grown(growing, rest);
+            let columns = built(builder, rest);
             assert_eq!(columns, whole, "{length} bytes");
             assert_eq!([columns.odd_rays(), columns.n_crossings()], [4, 12], "{length} bytes");
-            assert_eq!(*store.0.lock().unwrap(), bytes, "{length} bytes");
+            assert_eq!(*store.bytes(), bytes, "{length} bytes");
         }
         assert_eq!(taken.into_iter().collect::<Vec<_>>(), [0, 10, 20, 30, 35]);
     }
@@ -106,35 +105,35 @@ fn a_store_that_was_cut_short_is_taken_up_at_the_last_whole_row() {
 #[test]
 fn a_store_of_something_else_is_refused_and_left_alone() {
     let rays = Rays::new(0, [12, 5, 7]);
-    let store = Arc::new(Memory::default());
-    let keep = |store: &Arc<Memory>, identity: u8| {
-        Growing::keeping(rays, 0, head(&rays, [12, 5, 7], Some([identity; 32])), store.clone())
+    let store = Arc::new(MemoryStore::default());
+    let keep = |store: &Arc<MemoryStore>, identity: u8| {
+        ColumnsBuilder::resume(rays, 0, head(&rays, [12, 5, 7], Some([identity; 32])), store.clone())
     };
-    grown(keep(&store, 7).unwrap(), bands(&rays, 2));
-    let before = store.0.lock().unwrap().clone();
+    built(keep(&store, 7).unwrap(), bands(&rays, 2));
+    let before = store.bytes().clone();
     let error = keep(&store, 8).err().unwrap();
     assert!(error.code() == "job-conflict" && error.hint().contains("delete"), "{error}");
-    assert_eq!(*store.0.lock().unwrap(), before);
+    assert_eq!(*store.bytes(), before);
     // a file that happens to have the name, shorter than a head
-    store.0.lock().unwrap().truncate(20);
+    store.bytes().truncate(20);
     for foreign in [&before[..20], b"notes", &[0]] {
-        *store.0.lock().unwrap() = foreign.to_vec();
+        *store.bytes() = foreign.to_vec();
         let error = keep(&store, 8).err().unwrap();
-        assert_eq!((error.code(), &store.0.lock().unwrap()[..]), ("job-conflict", foreign));
+        assert_eq!((error.code(), &store.bytes()[..]), ("job-conflict", foreign));
     }
 }
 
 #[test]
 fn what_the_store_gives_back_is_checked() {
     let rays = Rays::new(0, [12, 5, 7]);
-    let store = Arc::new(Memory::default());
+    let store = Arc::new(MemoryStore::default());
     let head = head(&rays, [12, 5, 7], None);
     let first = head.len();
-    let columns = grown(Growing::new(rays, 0, Some((head, store.clone()))), bands(&rays, 7));
-    store.0.lock().unwrap()[first + PIECE_HEAD] ^= 1;
+    let columns = built(ColumnsBuilder::new(rays, 0, Some((head, store.clone()))), bands(&rays, 7));
+    store.bytes()[first + PIECE_HEAD] ^= 1;
     let error = columns.ray(0).unwrap_err();
     assert!(error.code() == "io" && error.to_string().contains(&format!("damaged at byte {first}")), "{error}");
-    store.0.lock().unwrap().clear();
+    store.bytes().clear();
     assert_eq!(columns.for_rays(0..1, |_| ()).unwrap_err().code(), "io");
     assert_ne!(columns, columns.clone());
 }

@@ -1,26 +1,25 @@
-//! Columns in a store that are walked across their rays: a stretch of all rays at a time, in memory.
+//! Columns in a store that are read across their rays: some slabs of all rays at a time, in memory.
 //!
 //! Columns in a store, cells along the rays -> columns in memory that agree with them on those cells. With rays along z every
 //! slab of a file needs a little of every ray, and pieces in the store hold rays whole. Instead of reading all pieces for every
-//! slab, one reading takes as many slabs ahead as the memory holds that the columns were allowed before they went to the store.
-//! Cost: the store is read once for every stretch; a stretch holds 1.07 bytes a ray, 4 bytes a ray that enters it flagged and 4
-//! bytes a run. So the readings are about as many as the memory would have to be larger, once it is larger than that index;
-//! where it is not, every slab reads all.
+//! slab, one reading takes as many slabs ahead as fit in the memory that the columns were allowed before they spilled.
+//! Cost: the store is read once for every such range of slabs, which holds 1.07 bytes a ray, 4 bytes a ray that enters it
+//! flagged and 4 bytes a run. Twice the memory halves the number of readings; where not even one slab fits, every slab reads all.
 
 use std::ops::{Deref, Range};
 use std::sync::{Arc, PoisonError};
 
-use super::part::Part;
+use super::packed_band::PackedBand;
+use super::piece_store::{PieceEntry, PieceStore};
 use super::run::{Band, run_cell, run_flag};
-use super::stored::{Record, Stored};
 use super::{Columns, Content};
 use crate::error::Result;
 use crate::parallel::*;
 
-/// Columns, or a stretch of them in memory.
+/// Columns, or their slabs in memory.
 pub(crate) enum SlabColumns<'a> {
     Whole(&'a Columns),
-    Stretch(Columns),
+    Slabs(Columns),
 }
 
 impl Deref for SlabColumns<'_> {
@@ -29,28 +28,28 @@ impl Deref for SlabColumns<'_> {
     fn deref(&self) -> &Columns {
         match self {
             SlabColumns::Whole(columns) => columns,
-            SlabColumns::Stretch(columns) => columns,
+            SlabColumns::Slabs(columns) => columns,
         }
     }
 }
 
 impl Columns {
-    /// Columns that have the same flags in some cells along the rays and are cheap to expand there, for callers that go on
-    /// with the cells behind these.
+    /// Columns that have the same flags in some cells along the rays and are cheap to expand there, for callers that continue
+    /// with the next cells.
     ///
     /// # Errors
     /// `io` where the columns are in a store that fails.
-    pub(crate) fn near(&self, along: &Range<u32>) -> Result<SlabColumns<'_>> {
+    pub(crate) fn for_slab(&self, along: &Range<u32>) -> Result<SlabColumns<'_>> {
         // along x and y a slab needs few rays or all of them whole
-        let Content::Spilled { stored, records, .. } = &self.content else { return Ok(SlabColumns::Whole(self)) };
+        let Content::InStore { pieces, .. } = &self.content else { return Ok(SlabColumns::Whole(self)) };
         if self.rays.axis != 2 {
             return Ok(SlabColumns::Whole(self));
         }
-        let mut clip = stored.clip.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut slab = pieces.slab.lock().unwrap_or_else(PoisonError::into_inner);
         let mut likely = self.rays.depth;
-        if let Some((range, parts)) = &clip.taken {
+        if let Some((range, bands)) = &slab.cached {
             if range.start <= along.start && along.end <= range.end {
-                return Ok(self.stretch(parts.clone()));
+                return Ok(SlabColumns::Slabs(Columns::in_memory(self.rays, bands.clone())));
             }
             likely = 2 * (range.end - range.start).max(1);
             // requests before the cached range bypass the cache, except those for the first cell
@@ -58,67 +57,54 @@ impl Columns {
                 return Ok(SlabColumns::Whole(self));
             }
         }
-        if clip.slab_exceeds_budget {
+        if slab.slab_exceeds_budget {
             return Ok(SlabColumns::Whole(self));
         }
-        clip.taken = None;
+        slab.cached = None;
         let end = along.start.saturating_add(likely).clamp(along.end, self.rays.depth);
-        match take(stored, records, along, end)? {
-            Some((range, parts)) => {
-                let parts = Arc::new(parts);
-                clip.taken = Some((range, parts.clone()));
-                Ok(self.stretch(parts))
-            }
-            None => {
-                clip.slab_exceeds_budget = true;
-                Ok(SlabColumns::Whole(self))
-            }
-        }
-    }
-
-    fn stretch(&self, parts: Arc<Vec<Part>>) -> SlabColumns<'_> {
-        SlabColumns::Stretch(Columns { rays: self.rays, content: Content::Held(parts), odd_rays: 0, n_crossings: 0 })
+        slab.cached = read_slabs(pieces, along, end)?.map(|(range, bands)| (range, Arc::new(bands)));
+        slab.slab_exceeds_budget = slab.cached.is_none();
+        Ok(match &slab.cached {
+            Some((_, bands)) => SlabColumns::Slabs(Columns::in_memory(self.rays, bands.clone())),
+            None => SlabColumns::Whole(self),
+        })
     }
 }
 
-/// Reads the store once and keeps the cells along the rays from the first of `least` on up to `end`, or as many of them as fit.
-fn take(
-    stored: &Stored,
-    records: &[Record],
-    least: &Range<u32>,
-    mut end: u32,
-) -> Result<Option<(Range<u32>, Vec<Part>)>> {
-    let mut parts: Vec<Part> = Vec::new();
-    let bytes = |parts: &[Part]| parts.iter().map(Part::n_bytes).sum::<u64>();
-    for batch in records.chunks(2 * current_num_threads()) {
-        let read = |record: &Record| Ok(stored.read(record)?.clipped(&(least.start..end)));
-        parts.extend(batch.par_iter().map(read).collect::<Result<Vec<Part>>>()?);
-        while bytes(&parts) > stored.room {
+/// Reads the store once and keeps the cells along the rays from the first of `least` to `end`, or as many of them as fit;
+/// None where not even `least` fits.
+fn read_slabs(pieces: &PieceStore, least: &Range<u32>, mut end: u32) -> Result<Option<(Range<u32>, Vec<PackedBand>)>> {
+    let mut bands: Vec<PackedBand> = Vec::new();
+    let n_bytes = |bands: &[PackedBand]| bands.iter().map(PackedBand::n_bytes).sum::<u64>();
+    for batch in pieces.entries.chunks(2 * current_num_threads()) {
+        let read = |entry: &PieceEntry| Ok(PackedBand::new(pieces.band(entry)?).clipped(&(least.start..end)));
+        bands.extend(batch.par_iter().map(read).collect::<Result<Vec<PackedBand>>>()?);
+        while n_bytes(&bands) > pieces.max_bytes {
             if end == least.end {
                 return Ok(None);
             }
             end = (least.start + (end - least.start) / 2).max(least.end);
-            parts = parts.into_par_iter().map(|part| part.clipped(&(least.start..end))).collect();
+            bands = bands.into_par_iter().map(|band| band.clipped(&(least.start..end))).collect();
         }
     }
-    Ok(Some((least.start..end, parts)))
+    Ok(Some((least.start..end, bands)))
 }
 
-impl Part {
+impl PackedBand {
     /// The runs that decide the flags of some cells along the rays.
-    fn clipped(&self, along: &Range<u32>) -> Part {
+    fn clipped(&self, along: &Range<u32>) -> PackedBand {
         let mut band = Band { first_ray: self.first_ray, ..Band::default() };
         band.ends.reserve_exact(self.n_rays() as usize);
         for runs in self.rays_from(0) {
             let inside = runs.partition_point(|&run| run_cell(run) <= along.start);
-            // a ray begins as background: only what is not needs telling
+            // a ray begins as background: a run of flag 0 before the range says nothing
             let entry = runs[..inside].last().filter(|&&run| run_flag(run) != 0);
             let inner = runs[inside..].iter().take_while(|&&run| run_cell(run) < along.end);
             band.runs.extend(entry.into_iter().chain(inner));
             band.ends.push(band.runs.len() as u32);
         }
         band.runs.shrink_to_fit();
-        Part::new(band)
+        PackedBand::new(band)
     }
 }
 
@@ -127,8 +113,7 @@ mod tests {
     use std::sync::atomic::{AtomicU64, Ordering};
 
     use super::*;
-    use crate::columns::store::tests::Memory;
-    use crate::columns::{Growing, Head, Store, run};
+    use crate::columns::{ColumnsBuilder, Head, MemoryStore, Store, run};
     use crate::control::Control;
     use crate::lines::Lines;
     use crate::mesh::Mesh;
@@ -137,7 +122,7 @@ mod tests {
     /// A store that counts the bytes read from it.
     #[derive(Default)]
     struct Counting {
-        memory: Memory,
+        memory: MemoryStore,
         n_read: AtomicU64,
     }
 
@@ -178,12 +163,12 @@ mod tests {
         let (rays, lines) = (Rays::new(2, dims), Lines::new([0.0; 3], [1.0; 3], dims).unwrap());
         let head = Head { identity: None, rays, zlib: false, lines, unit: None, names: vec![] };
         let head = head.encode().unwrap();
-        let mut growing = Growing::new(rays, max_bytes, store.map(|store| (head, store)));
-        bands().into_iter().for_each(|band| growing.push(vec![band]).unwrap());
-        Mesh::new(lines, growing.finish(), vec![], None).unwrap()
+        let mut builder = ColumnsBuilder::new(rays, max_bytes, store.map(|store| (head, store)));
+        bands().into_iter().for_each(|band| builder.push(vec![band]).unwrap());
+        Mesh::new(lines, builder.finish().unwrap(), vec![], None).unwrap()
     }
 
-    fn walked(mesh: &Mesh, slab_bytes: usize) -> Vec<u8> {
+    fn all_flags(mesh: &Mesh, slab_bytes: usize) -> Vec<u8> {
         let mut flags = Vec::new();
         mesh.for_each_slab(slab_bytes, &Control::default(), |slab| {
             flags.extend_from_slice(slab);
@@ -193,7 +178,7 @@ mod tests {
         flags
     }
 
-    fn walked_in_bits(mesh: &Mesh, slab_bytes: usize) -> Vec<u8> {
+    fn all_bits(mesh: &Mesh, slab_bytes: usize) -> Vec<u8> {
         let mut bits = Vec::new();
         mesh.for_each_slab_of_bits(slab_bytes, &Control::default(), |slab| {
             bits.extend_from_slice(slab);
@@ -204,10 +189,10 @@ mod tests {
     }
 
     #[test]
-    fn a_walk_across_the_rays_reads_the_store_a_few_times() {
+    fn slabs_across_the_rays_read_the_store_a_few_times() {
         let whole = mesh(u64::MAX, None);
-        let expected = walked(&whole, 1 << 20);
-        let expected_bits = walked_in_bits(&whole, 1 << 20);
+        let expected = all_flags(&whole, 1 << 20);
+        let expected_bits = all_bits(&whole, 1 << 20);
         let n_bytes = whole.columns.n_bytes();
         // planes of 3600 cells: one a slab, five, or half a one
         for slab_bytes in [3600, 18_000, 1800] {
@@ -217,10 +202,10 @@ mod tests {
                 let store = Arc::new(Counting::default());
                 let mesh = mesh(max_bytes, Some(store.clone()));
                 assert!(mesh.columns.is_spilled());
-                // twice: a second walk begins anew
+                // twice: the second begins again at the first cell
                 for _ in 0..2 {
                     store.n_read.store(0, Ordering::Relaxed);
-                    assert!(walked(&mesh, slab_bytes) == expected, "slabs of {slab_bytes} in {max_bytes}");
+                    assert!(all_flags(&mesh, slab_bytes) == expected, "slabs of {slab_bytes} in {max_bytes}");
                     let readings = store.n_read.load(Ordering::Relaxed) as f64 / mesh.columns.spilled_bytes() as f64;
                     assert!(
                         readings <= f64::from(most_readings),
@@ -228,21 +213,21 @@ mod tests {
                     );
                 }
                 store.n_read.store(0, Ordering::Relaxed);
-                assert!(walked_in_bits(&mesh, slab_bytes / 8) == expected_bits, "bits, slabs of {slab_bytes}");
+                assert!(all_bits(&mesh, slab_bytes / 8) == expected_bits, "bits, slabs of {slab_bytes}");
                 let readings = store.n_read.load(Ordering::Relaxed) as f64 / mesh.columns.spilled_bytes() as f64;
                 assert!(readings <= f64::from(most_readings), "{readings} readings for bits in {max_bytes}");
-                let stretch = mesh.columns.near(&(200..201)).unwrap();
-                assert!(stretch.n_bytes() <= max_bytes, "{} held of {max_bytes}", stretch.n_bytes());
+                let slabs = mesh.columns.for_slab(&(200..201)).unwrap();
+                assert!(slabs.n_bytes() <= max_bytes, "{} held of {max_bytes}", slabs.n_bytes());
             }
         }
     }
 
     #[test]
-    fn boxes_and_columns_without_room_are_read_where_they_are() {
+    fn boxes_and_columns_without_memory_for_slabs_are_read_from_the_store() {
         let expected = mesh(u64::MAX, None);
         for max_bytes in [0, 3000, 100_000] {
-            let mesh = mesh(max_bytes, Some(Arc::new(Memory::default())));
-            assert!(walked(&mesh, 50_000) == walked(&expected, 50_000), "{max_bytes} bytes");
+            let mesh = mesh(max_bytes, Some(Arc::new(MemoryStore::default())));
+            assert!(all_flags(&mesh, 50_000) == all_flags(&expected, 50_000), "{max_bytes} bytes");
             let boxes =
                 [[0..60, 0..60, 399..400], [0..60, 0..60, 17..90], [3..4, 5..50, 100..380], [0..60, 0..60, 7..7]];
             for cells in boxes {

@@ -1,8 +1,8 @@
-//! A part of the columns in memory: the runs of consecutive rays and a compact index to them.
+//! A packed band: the runs of consecutive rays, in memory, with a compact index.
 //!
-//! The index holds a byte a ray, its number of runs, and every [`BLOCK`] rays the place where their runs begin. A ray with
-//! [`WIDE`] runs or more stands in a list of its own besides. The runs of any ray are found by adding at most
-//! [`BLOCK`] - 1 bytes, those of the next ray by adding one.
+//! The index holds a byte a ray, its number of runs, and for every [`BLOCK`] rays the offset of their runs. A ray with [`WIDE`] runs
+//! or more is also in a list of wide rays. The runs of any ray are found by adding at most [`BLOCK`] - 1 bytes, those of the next
+//! ray by adding one.
 //! Cost in memory: 4 bytes a run and 1.07 bytes a ray.
 
 use super::run::{Band, run_cell, run_flag};
@@ -10,17 +10,21 @@ use crate::parallel::*;
 
 /// Rays of a block.
 const BLOCK: usize = 64;
-/// The count of a ray that stands in the list of wide rays.
+/// The count of a ray in the list of wide rays.
 const WIDE: u32 = 255;
 /// Rays that one core takes at a time; whole blocks.
 const CHUNK: usize = 256 * BLOCK;
 
 /// Runs of consecutive rays.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Part {
+pub(crate) struct PackedBand {
     /// Index of the first ray.
     pub(crate) first_ray: u64,
-    /// Place in `runs` where those of every block of rays begin.
+    /// Rays that do not leave every geometry they enter.
+    pub(crate) odd_rays: u64,
+    /// Number of crossings of the rays.
+    pub(crate) n_crossings: u64,
+    /// Offset in `runs` of the runs of every block of rays.
     bases: Vec<u32>,
     /// Number of runs of each ray, at most [`WIDE`].
     counts: Vec<u8>,
@@ -30,10 +34,10 @@ pub(crate) struct Part {
     runs: Vec<u32>,
 }
 
-impl Part {
+impl PackedBand {
     /// Packs the index of a band; the runs are taken as they are.
-    pub(crate) fn new(band: Band) -> Part {
-        let Band { first_ray, ends, runs, .. } = band;
+    pub(crate) fn new(band: Band) -> PackedBand {
+        let Band { first_ray, ends, runs, odd_rays, n_crossings } = band;
         let mut counts = vec![0u8; ends.len()];
         let chunks = counts.par_chunks_mut(CHUNK).zip(ends.par_chunks(CHUNK)).enumerate();
         let wide = chunks.map(|(chunk, (counts, chunk_ends))| {
@@ -51,7 +55,7 @@ impl Part {
         });
         let wide = wide.collect::<Vec<_>>().concat();
         let bases = (0..ends.len()).step_by(BLOCK).map(|ray| if ray == 0 { 0 } else { ends[ray - 1] }).collect();
-        Part { first_ray, bases, counts, wide, runs }
+        PackedBand { first_ray, odd_rays, n_crossings, bases, counts, wide, runs }
     }
 
     /// Number of rays.
@@ -59,7 +63,7 @@ impl Part {
         self.counts.len() as u64
     }
 
-    /// Index of the ray behind the last.
+    /// Index of the ray after the last.
     pub(crate) fn end_ray(&self) -> u64 {
         self.first_ray + self.n_rays()
     }
@@ -75,19 +79,19 @@ impl Part {
         (index + 4 * self.runs.capacity()) as u64
     }
 
-    /// Number of runs of a ray, counted from the first of the part.
+    /// Number of runs of a ray, counted from the first of the band.
     #[inline(always)]
     fn count(&self, ray: usize) -> usize {
         match u32::from(self.counts[ray]) {
             WIDE => {
-                let place = self.wide.partition_point(|&(other, _)| (other as usize) < ray);
-                (WIDE + self.wide[place].1) as usize
+                let index = self.wide.partition_point(|&(other, _)| (other as usize) < ray);
+                (WIDE + self.wide[index].1) as usize
             }
             count => count as usize,
         }
     }
 
-    /// Place in `runs` where those of a ray begin.
+    /// Offset in `runs` of the runs of a ray.
     fn start(&self, ray: usize) -> usize {
         let block = ray / BLOCK;
         let before = block * BLOCK..ray;
@@ -97,13 +101,13 @@ impl Part {
         (self.bases[block] + sum + wide.map(|(_, more)| more).sum::<u32>()) as usize
     }
 
-    /// Runs of a ray, counted from the first of the part.
+    /// Runs of a ray, counted from the first of the band.
     pub(crate) fn ray(&self, ray: usize) -> &[u32] {
         let start = self.start(ray);
         &self.runs[start..start + self.count(ray)]
     }
 
-    /// Runs of the rays from one on, counted from the first of the part; cheaper than asking for each.
+    /// Runs of the rays from one on, counted from the first of the band; cheaper than asking for each.
     pub(crate) fn rays_from(&self, ray: usize) -> impl Iterator<Item = &[u32]> {
         let mut next = if ray < self.counts.len() { self.start(ray) } else { self.runs.len() };
         (ray..self.counts.len()).map(move |ray| {
@@ -113,8 +117,9 @@ impl Part {
         })
     }
 
-    /// Adds the cells of every flag that runs name; cells before the first run of a ray are not counted.
-    pub(crate) fn add_cells(&self, depth: u32, cells: &mut [u64; 256]) {
+    /// Number of cells of every flag that the runs name; cells before the first run of a ray are not counted.
+    pub(crate) fn cells_per_flag(&self, depth: u32) -> [u64; 256] {
+        let mut cells = [0; 256];
         for runs in self.rays_from(0) {
             let mut end = depth;
             for &run in runs.iter().rev() {
@@ -122,6 +127,7 @@ impl Part {
                 end = run_cell(run);
             }
         }
+        cells
     }
 }
 
@@ -144,17 +150,17 @@ mod tests {
             band.runs.extend((0..count(ray)).map(|k| ray << 12 ^ k));
             band.ends.push(band.runs.len() as u32);
         }
-        let part = Part::new(band.clone());
-        assert_eq!((part.n_rays(), part.end_ray(), part.n_runs()), (40_000, 40_009, band.runs.len() as u64));
+        let packed = PackedBand::new(band.clone());
+        assert_eq!((packed.n_rays(), packed.end_ray(), packed.n_runs()), (40_000, 40_009, band.runs.len() as u64));
         for ray in 0..40_000 {
-            assert_eq!(part.ray(ray), band.ray(ray), "ray {ray}");
+            assert_eq!(packed.ray(ray), band.ray(ray), "ray {ray}");
         }
         for from in [0, 1, 63, 64, 65, 71, 16_383, 16_391, 39_999, 40_000] {
-            let found: Vec<&[u32]> = part.rays_from(from).collect();
+            let found: Vec<&[u32]> = packed.rays_from(from).collect();
             let expected: Vec<&[u32]> = (from..40_000).map(|ray| band.ray(ray)).collect();
             assert_eq!(found, expected, "from ray {from}");
         }
-        let index = part.n_bytes() - 4 * band.runs.len() as u64;
+        let index = packed.n_bytes() - 4 * band.runs.len() as u64;
         assert!(index < 43_000, "{index} bytes for the index of 40,000 rays");
     }
 }

@@ -1,0 +1,90 @@
+//! The file for columns that do not fit in memory, or that shall outlive an interrupted run.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use hexcast::pipeline::SpillTarget;
+use hexcast::{Error, Result};
+
+use super::file_store::FileStore;
+use super::output_file::with_ending;
+
+/// Where columns go that exceed the memory allowed.
+#[derive(clap::Args)]
+#[command(next_help_heading = "Memory")]
+pub(crate) struct SpillArguments {
+    /// Folder for a temporary file that columns spill to when they exceed the memory allowed; it has no name there and
+    /// is gone with the program
+    #[arg(long, value_name = "DIR", conflicts_with = "resume")]
+    spill: Option<PathBuf>,
+    /// Keep finished columns in OUT.partial, beside the first output, until all is written: after Ctrl-C or a failure the
+    /// same command continues from them. Columns that exceed the memory allowed are read from there too
+    #[arg(long, requires = "outputs")]
+    resume: bool,
+}
+
+/// A file that columns spill to, and its name if it outlives a failure.
+pub(crate) struct SpillFile {
+    pub(crate) target: SpillTarget,
+    resumable: Option<(PathBuf, Arc<FileStore>)>,
+}
+
+impl SpillArguments {
+    /// Opens the file that the arguments ask for.
+    pub(crate) fn open(&self, outputs: &[PathBuf]) -> Result<SpillFile> {
+        if let Some(folder) = &self.spill {
+            let file = tempfile::tempfile_in(folder).map_err(|error| {
+                let message = format!("no temporary file can be made in {}: {error}", folder.display());
+                Error::new("io", message, "make sure that the folder exists and is yours")
+            })?;
+            let target = SpillTarget::Temporary(Arc::new(FileStore::new(file)));
+            return Ok(SpillFile { target, resumable: None });
+        }
+        match outputs.first().filter(|_| self.resume) {
+            Some(output) => open_resumable(&with_ending(output, ".partial")),
+            None => Ok(SpillFile { target: SpillTarget::None, resumable: None }),
+        }
+    }
+}
+
+fn open_resumable(path: &Path) -> Result<SpillFile> {
+    let name = path.display();
+    let options = File::options().read(true).write(true).create(true).truncate(false).open(path);
+    let file = options.map_err(|error| {
+        let message = format!("{name}, the file to resume from, cannot be opened: {error}");
+        Error::new("io", message, "move what has this name, or name another output")
+    })?;
+    if file.try_lock().is_err() {
+        let message = format!("{name} is in use by another run");
+        return Err(Error::new("io", message, "wait for it, or name another output"));
+    }
+    let store = Arc::new(FileStore::new(file));
+    let target = SpillTarget::Resumable(store.clone());
+    Ok(SpillFile { target, resumable: Some((path.to_path_buf(), store)) })
+}
+
+impl SpillFile {
+    /// Removes the file when all is written.
+    pub(crate) fn remove(self) {
+        if let Some((path, _)) = &self.resumable {
+            // a file that cannot be removed is refused, or resumed from, next time
+            let _ = std::fs::remove_file(path);
+        }
+    }
+
+    /// After an error, says how to continue if the file holds columns of this job.
+    pub(crate) fn keep_after(self, error: &Error) {
+        let Some((path, store)) = &self.resumable else { return };
+        if error.code() == "job-conflict" {
+            return;
+        }
+        let n_bytes = store.n_bytes();
+        if n_bytes > 0 {
+            let name = path.display();
+            eprintln!("kept: finished columns are in {name} ({n_bytes} bytes); the same command continues from there");
+        } else {
+            self.remove();
+        }
+    }
+}

@@ -1,0 +1,221 @@
+//! Columns outside memory: the pieces of a column file, finished or not, read when they are needed.
+//!
+//! Cost: 24 bytes of memory a piece, and at most the bytes allowed for what was read last.
+
+use std::collections::VecDeque;
+use std::fmt;
+use std::io;
+use std::ops::Range;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use super::codec::{self, PieceEncoder, PieceSplitter};
+use super::file::corrupt;
+use super::file::piece::{self, PIECE_HEAD, PieceHead};
+use super::packed_band::PackedBand;
+use super::run::Band;
+use super::store::Store;
+use crate::checksum::crc32;
+use crate::error::{Error, Result};
+use crate::parallel::*;
+
+/// Most bytes of decoded pieces that are cached: a few a core, so that neighbours need not be read twice.
+const CACHE_BYTES: u64 = 16 << 20;
+
+/// Where a piece is in the store, and its rays.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PieceEntry {
+    /// Byte at which its head starts.
+    pub(crate) at: u64,
+    pub(crate) first_ray: u64,
+    pub(crate) n_rays: u32,
+}
+
+impl PieceEntry {
+    /// Index of the ray after the last.
+    pub(crate) fn end_ray(&self) -> u64 {
+        self.first_ray + u64::from(self.n_rays)
+    }
+}
+
+/// The slabs that were read last.
+#[derive(Default)]
+pub(super) struct SlabCache {
+    /// Cells along the rays, and the runs that decide their flags.
+    pub(super) cached: Option<(Range<u32>, Arc<Vec<PackedBand>>)>,
+    pub(super) slab_exceeds_budget: bool,
+}
+
+/// A store with the pieces of a column file, and those read from it last.
+pub(crate) struct PieceStore {
+    store: Arc<dyn Store>,
+    depth: u32,
+    zlib: bool,
+    /// Whether the file came from outside: then the file is to blame for damage, otherwise the medium.
+    pub(super) is_foreign: bool,
+    /// The pieces, in the order of their rays.
+    pub(crate) entries: Vec<PieceEntry>,
+    /// Bytes of the file.
+    pub(super) n_bytes: u64,
+    /// Most bytes of slabs in memory.
+    pub(super) max_bytes: u64,
+    pub(super) slab: Mutex<SlabCache>,
+    cache: Mutex<VecDeque<(u64, Arc<PackedBand>)>>,
+    cache_bytes: u64,
+}
+
+impl fmt::Debug for PieceStore {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("PieceStore").field("n_bytes", &self.n_bytes).finish_non_exhaustive()
+    }
+}
+
+impl PieceStore {
+    /// Uses an empty store for pieces that this program writes, not compressed, for rays of `depth` cells, and at most
+    /// `max_bytes` of memory for what is read back.
+    pub(crate) fn own(store: Arc<dyn Store>, depth: u32, max_bytes: u64) -> PieceStore {
+        let cache_bytes = CACHE_BYTES.min(max_bytes / 4);
+        PieceStore {
+            store,
+            depth,
+            zlib: false,
+            is_foreign: false,
+            entries: Vec::new(),
+            n_bytes: 0,
+            max_bytes: max_bytes - cache_bytes,
+            slab: Mutex::default(),
+            cache: Mutex::default(),
+            cache_bytes,
+        }
+    }
+
+    /// Uses the pieces of a file of `n_bytes` bytes that came from outside.
+    pub(crate) fn foreign(store: Arc<dyn Store>, n_bytes: u64, depth: u32, zlib: bool, max_bytes: u64) -> PieceStore {
+        PieceStore { n_bytes, zlib, is_foreign: true, ..PieceStore::own(store, depth, max_bytes) }
+    }
+
+    /// Appends bands as pieces, each of which ends with the counts of its band.
+    ///
+    /// # Errors
+    /// `io` where the store fails.
+    pub(crate) fn append(&mut self, bands: &[PackedBand]) -> Result<()> {
+        let mut pieces = Vec::new();
+        for band in bands {
+            let mut splitter = PieceSplitter::new(band.first_ray);
+            band.rays_from(0).for_each(|runs| splitter.push(runs.len() as u64));
+            pieces.extend(splitter.finish().into_iter().map(|rays| (band, rays)));
+        }
+        for pieces in pieces.chunks(4 * current_num_threads()) {
+            let encoded = pieces.par_iter().map(|(band, rays)| encode(band, rays));
+            for ((_, rays), bytes) in pieces.iter().zip(encoded.collect::<Result<Vec<_>>>()?) {
+                let at = self.append_bytes(&bytes)?;
+                self.entries.push(PieceEntry { at, first_ray: rays.start, n_rays: (rays.end - rays.start) as u32 });
+            }
+        }
+        Ok(())
+    }
+
+    /// Appends bytes; returns where they start.
+    ///
+    /// # Errors
+    /// `io` where the store fails.
+    pub(crate) fn append_bytes(&mut self, bytes: &[u8]) -> Result<u64> {
+        let at = self.store.append(bytes).map_err(|error| Error::io("writing columns to the disk", error))?;
+        self.n_bytes += bytes.len() as u64;
+        Ok(at)
+    }
+
+    /// Reads the rays of a piece, from the cache if they are there.
+    ///
+    /// # Errors
+    /// Those of [`PieceStore::band`].
+    pub(crate) fn cached(&self, entry: &PieceEntry) -> Result<Arc<PackedBand>> {
+        let mut cache = self.cache.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, band)) = cache.iter().find(|(at, _)| *at == entry.at) {
+            return Ok(band.clone());
+        }
+        // other threads may read other pieces meanwhile
+        drop(cache);
+        let band = Arc::new(PackedBand::new(self.band(entry)?));
+        cache = self.cache.lock().unwrap_or_else(PoisonError::into_inner);
+        cache.push_back((entry.at, band.clone()));
+        let n_bytes =
+            |cache: &VecDeque<(u64, Arc<PackedBand>)>| cache.iter().map(|(_, band)| band.n_bytes()).sum::<u64>();
+        while cache.len() > 1 && n_bytes(&cache) > self.cache_bytes {
+            cache.pop_front();
+        }
+        Ok(band)
+    }
+
+    /// Reads and decodes the rays of a piece.
+    ///
+    /// # Errors
+    /// `io` where the store fails, or gives back other bytes than it was given; `columns-corrupt` where a file from outside
+    /// is damaged; `memory` where a piece takes more than is allowed.
+    pub(crate) fn band(&self, entry: &PieceEntry) -> Result<Band> {
+        let head = self.head(entry.at)?;
+        let is_sound = head.n_rays == entry.n_rays && head.is_sound(u64::from(entry.n_rays), self.depth);
+        if !is_sound || !head.stores_no_more_than_needed() {
+            let PieceHead { n_rays, n_runs, n_stored, .. } = head;
+            return Err(
+                self.damaged(entry.at, &format!("its head says {n_rays} rays, {n_runs} runs, {n_stored} bytes"))
+            );
+        }
+        self.check_memory(entry.at, &head)?;
+        let mut stored = vec![0; head.n_stored as usize];
+        self.read(entry.at + PIECE_HEAD as u64, &mut stored)?;
+        if crc32(&stored) != head.crc {
+            return Err(self.damaged(entry.at, "the checksum is wrong"));
+        }
+        let band = head.decode(&stored, self.zlib, self.depth).map_err(|what| self.damaged(entry.at, &what))?;
+        Ok(Band { first_ray: entry.first_ray, ..band })
+    }
+
+    /// Reads the head of the piece that starts at a byte.
+    ///
+    /// # Errors
+    /// Those of [`PieceStore::band`].
+    pub(crate) fn head(&self, at: u64) -> Result<PieceHead> {
+        let mut head = [0; PIECE_HEAD];
+        self.read(at, &mut head)?;
+        PieceHead::from_checked_bytes(&head).ok_or_else(|| self.damaged(at, "the checksum of its head is wrong"))
+    }
+
+    /// Refuses a piece larger than any piece of several rays: a ray with millions of runs.
+    fn check_memory(&self, at: u64, head: &PieceHead) -> Result<()> {
+        let runs = 4 * (u64::from(head.n_rays) + u64::from(head.n_runs));
+        let needed = (2 * runs + head.most_content() + u64::from(head.n_stored)) * current_num_threads() as u64;
+        let allowed = self.max_bytes.saturating_add(self.cache_bytes).max(64 << 20);
+        if head.n_runs > codec::PIECE_RUNS && needed > allowed {
+            let message = format!("the piece at byte {at} of the columns takes {needed} bytes; {allowed} are allowed");
+            return Err(Error::new("memory", message, crate::error::MORE_MEMORY));
+        }
+        Ok(())
+    }
+
+    fn read(&self, at: u64, bytes: &mut [u8]) -> Result<()> {
+        self.store.read(at, bytes).map_err(|error| match error.kind() {
+            io::ErrorKind::UnexpectedEof if self.is_foreign => self.damaged(at, "the file ends before it does"),
+            _ => Error::io("reading columns from the disk", error),
+        })
+    }
+
+    fn damaged(&self, at: u64, what: &str) -> Error {
+        if self.is_foreign {
+            return corrupt(format!("the piece at byte {at}: {what}"));
+        }
+        let message = format!("columns that were written to the disk came back damaged at byte {at}: {what}");
+        Error::new("io", message, "check the disk, and mesh again")
+    }
+}
+
+/// The bytes of the piece of some rays of a band, with the counts of the band if they are its last rays.
+fn encode(band: &PackedBand, rays: &Range<u64>) -> Result<Vec<u8>> {
+    let n_rays = (rays.end - rays.start) as u32;
+    let mut encoder = PieceEncoder::default();
+    let runs = band.rays_from((rays.start - band.first_ray) as usize);
+    runs.take(n_rays as usize).for_each(|runs| encoder.push(runs));
+    let (head, stored) = piece::encode(n_rays, encoder, None)?;
+    let ends_band = rays.end == band.end_ray();
+    let counts = if ends_band { [band.odd_rays, band.n_crossings] } else { [0; 2] };
+    Ok([PieceHead { counts, ends_band, ..head }.to_bytes(), stored].concat())
+}

@@ -1,0 +1,77 @@
+//! How much memory the columns and the work get, and where columns go that do not fit.
+
+use sha2::{Digest, Sha256};
+
+use super::engine::Engine;
+use super::options::{DEFAULT_MAX_BYTES, MeshOptions, SpillTarget};
+use super::prepare::Prepared;
+use crate::columns::{ColumnsBuilder, Head, Named};
+use crate::error::Result;
+use crate::estimate::{Allowed, Device, Estimate, MemoryBudget};
+use crate::job::{BackendChoice, Job};
+use crate::report::InputReport;
+
+/// Compares the estimate of a job with the memory allowed.
+///
+/// # Errors
+/// `memory`.
+pub(super) fn memory_budget(
+    job: &Job,
+    options: &MeshOptions,
+    prepared: &Prepared,
+    engine: &Engine,
+) -> Result<MemoryBudget> {
+    let max_bytes = job.max_memory.map_or(DEFAULT_MAX_BYTES, |size| size.0);
+    let can_spill = !matches!(options.spill, SpillTarget::None);
+    if max_bytes == u64::MAX && !can_spill {
+        return Ok(MemoryBudget::unlimited(&prepared.rays));
+    }
+    let estimate = Estimate::new(&prepared.geometries, &prepared.lines, &prepared.rays);
+    let device = engine.device();
+    if device == Device::Shared {
+        // buffers of a larger mesh before this one would be reused as they are
+        engine.clear_pool_over(max_bytes / 16);
+    }
+    let (program_bytes, flags) = (options.program_bytes, options.flags_in_memory);
+    MemoryBudget::new(&estimate, &Allowed { max_bytes, program_bytes, device, can_spill, flags })
+}
+
+/// A builder without rays yet, or with those that an interrupted run of the same job left.
+///
+/// # Errors
+/// Those of [`ColumnsBuilder::resume`]; `job-value` where the names are too long for the head of a column file.
+pub(super) fn columns_builder(
+    job: &Job,
+    spill: &SpillTarget,
+    max_bytes: u64,
+    prepared: &Prepared,
+    (names, inputs): (&[Named], &[InputReport]),
+) -> Result<ColumnsBuilder> {
+    let rays = prepared.rays;
+    let head = |identity: Option<[u8; 32]>| {
+        // a job with another unit is the same job
+        let unit = job.unit.clone().filter(|_| identity.is_none());
+        Head { identity, rays, zlib: false, lines: prepared.lines, unit, names: names.to_vec() }.encode()
+    };
+    match spill {
+        SpillTarget::None => Ok(ColumnsBuilder::new(rays, max_bytes, None)),
+        SpillTarget::Temporary(store) => Ok(ColumnsBuilder::new(rays, max_bytes, Some((head(None)?, store.clone())))),
+        SpillTarget::Resumable(store) => {
+            ColumnsBuilder::resume(rays, max_bytes, head(Some(identity(job, prepared, inputs)))?, store.clone())
+        }
+    }
+}
+
+/// Hashes everything that decides the columns: the version, the job without backend and memory, the hashes of its files, the
+/// lines and the rays.
+fn identity(job: &Job, prepared: &Prepared, inputs: &[InputReport]) -> [u8; 32] {
+    let job = Job { backend: BackendChoice::Auto, max_memory: None, unit: None, ..job.clone() };
+    let files: Vec<&str> = inputs.iter().map(|input| input.sha256.as_str()).collect();
+    let facts = [
+        env!("CARGO_PKG_VERSION").to_string(),
+        job.to_json(),
+        files.join(" "),
+        format!("{:?} {:?}", prepared.lines, prepared.rays),
+    ];
+    Sha256::digest(facts.join("\n")).into()
+}

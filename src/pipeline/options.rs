@@ -1,0 +1,34 @@
+//! How a job is meshed; no choice changes the cells.
+
+use std::sync::Arc;
+
+use crate::columns::Store;
+
+/// Most bytes that a mesh takes where neither the job nor the caller limits it: all that the system gives, or in wasm,
+/// which can address 4 GiB, what leaves enough for the page's other data.
+pub const DEFAULT_MAX_BYTES: u64 = if cfg!(target_arch = "wasm32") { 3 << 30 } else { u64::MAX };
+
+/// Where columns go that exceed the memory allowed.
+#[derive(Clone, Default)]
+pub enum SpillTarget {
+    /// Nowhere: what does not fit in memory is an error.
+    #[default]
+    None,
+    /// To a store that is gone with the mesh.
+    Temporary(Arc<dyn Store>),
+    /// To a store that outlives an interrupted run, which gets all columns: those that it holds of the same job are not cast
+    /// again.
+    Resumable(Arc<dyn Store>),
+}
+
+/// How a job is meshed.
+#[derive(Clone, Default)]
+pub struct MeshOptions {
+    /// Where columns go that exceed the memory allowed.
+    pub spill: SpillTarget,
+    /// Whether the caller will hold all flags in memory, a byte a cell, which counts against the job's `max_memory`.
+    pub flags_in_memory: bool,
+    /// Bytes that the program and its GPU driver take besides, which count against the job's `max_memory`; 0 where only the
+    /// mesh shall count.
+    pub program_bytes: u64,
+}

@@ -1,0 +1,37 @@
+//! Surfaces with holes have the same cells on every backend.
+
+use hexcast::gpu::Gpu;
+use hexcast::job::{Job, Rule};
+use hexcast::pipeline::Engine;
+
+use super::kernels;
+use crate::models;
+use crate::open_surfaces::{flags_of, meshed, without};
+use crate::soups::{Random, shuffled};
+
+#[test]
+fn the_axis_the_backend_and_the_order_of_facets_change_nothing() {
+    let gpu = pollster::block_on(Gpu::open(Some(&kernels::gpu().facts.name))).expect("it was opened before");
+    let mut engines = [Engine::cpu(), Engine::with_gpu(gpu)];
+    let mut random = Random::new(5);
+    let ball = without(&models::sphere([4.0; 3], 3.4, 40), 0.05, 1);
+    let ring = without(&models::torus([4.5; 3], [2.4, 1.1], 40), 0.02, 2);
+    let whole = models::cuboid([2.0; 3], [6.0, 5.0, 7.0]);
+    let parts = [ball, whole, ring];
+    for rule in [Rule::Parity, Rule::Nonzero] {
+        let job = Job { dims: Some([70, 67, 130]), rule, ..Job::default() };
+        let (first, _) = meshed(&parts, &job, 0, &mut engines[0]).expect("a mesh");
+        let flags = flags_of(&first);
+        assert!((1..=3).all(|flag| flags.contains(&flag)), "every geometry has cells");
+        for axis in 0..3 {
+            for engine in &mut engines {
+                let (mesh, report) = meshed(&parts, &job, axis, engine).expect("a mesh");
+                assert_eq!(flags_of(&mesh), flags, "axis {axis}, {}", engine.backend());
+                assert_eq!(report.open.len(), 2);
+            }
+        }
+        let other = parts.clone().map(|facets| shuffled(facets, &mut random));
+        let (mesh, _) = meshed(&other, &job, 1, &mut engines[0]).expect("a mesh");
+        assert_eq!(flags_of(&mesh), flags, "facets in another order");
+    }
+}

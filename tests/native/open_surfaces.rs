@@ -1,0 +1,282 @@
+//! Surfaces with holes: every cell against the definition, computed another way, and the laws that hold for all.
+//!
+//! The definition: rays of three axes, counted in big integers against every facet; where they are not all even, or do not
+//! agree, the solid angle of all facets at the centre, summed in f64.
+
+use hexcast::control::Control;
+use hexcast::geometry::{Facet, Geometry};
+use hexcast::job::{AxisChoice, GeometryJob, Job, Open, Rule};
+use hexcast::lines::Lines;
+use hexcast::mesh::Mesh;
+use hexcast::pipeline::{self, Engine, MeshOptions};
+use hexcast::read::{Contents, read_bytes};
+use hexcast::report::MeshFacts;
+use hexcast::sources::Source;
+use num_bigint::{BigInt, Sign};
+
+use super::models::{self, Facets};
+use super::oracle;
+use super::soups::Random;
+
+const ONE: &str =
+    "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n";
+
+/// Meshes facets, a geometry each, in a box that is a little larger.
+pub(crate) fn meshed(
+    parts: &[Facets],
+    job: &Job,
+    axis: usize,
+    engine: &mut Engine,
+) -> hexcast::Result<(Mesh, MeshFacts)> {
+    let axis = [AxisChoice::X, AxisChoice::Y, AxisChoice::Z][axis];
+    let geometries = (0..parts.len()).map(|index| GeometryJob::new(format!("{index}.stl"))).collect();
+    let job = Job { geometries, axis, ..job.clone() };
+    let source = |(index, facets): (usize, &Facets)| Source {
+        file: format!("{index}.stl"),
+        contents: contents(facets),
+        sha256: String::new(),
+    };
+    let sources = parts.iter().enumerate().map(source).collect();
+    pollster::block_on(pipeline::mesh(&job, sources, &MeshOptions::default(), engine, &Control::default()))
+}
+
+fn contents(facets: &Facets) -> Contents {
+    let mut contents = read_bytes(ONE.as_bytes()).expect("it is ASCII");
+    contents.solids[0].facets = facets.clone().into();
+    contents
+}
+
+pub(crate) fn flags_of(mesh: &Mesh) -> Vec<u8> {
+    mesh.box_flags(&mesh.dims().map(|n| 0..n)).expect("columns in memory")
+}
+
+pub(crate) fn without(facets: &[Facet], share: f64, seed: u64) -> Facets {
+    let mut random = Random::new(seed);
+    facets.iter().filter(|_| random.below(1 << 20) as f64 >= share * f64::from(1 << 20)).copied().collect()
+}
+
+/// What decides a cell.
+#[derive(Debug, PartialEq)]
+enum Expected {
+    Sure(bool),
+    ByWinding(bool),
+    /// The winding number is too near to a half for f64.
+    Open,
+}
+
+/// A point or corner in units of 2^-200 of the snap, so that a centre can stand before itself by three very different lengths.
+type Exact = [BigInt; 3];
+
+/// Cells of one geometry, by the definition.
+fn expected(facets: &Facets, lines: &Lines, rule: Rule, fill: impl Fn([u32; 3], Expected)) {
+    let geometry = Geometry::new("g", 1, facets.clone());
+    let (snapped, bits) = oracle::snapped_facets(&geometry, lines);
+    let exact: Vec<[Exact; 3]> =
+        snapped.iter().map(|facet| facet.each_ref().map(|corner| corner.each_ref().map(|c| c << 200u32))).collect();
+    let ratio: [f64; 3] = std::array::from_fn(|axis| lines.spacing[axis] / f64::from(1u32 << bits));
+    let number = |c: &BigInt| -> f64 { i64::try_from(c).expect("26 bits") as f64 };
+    let placed: Vec<[[f64; 3]; 3]> = snapped
+        .iter()
+        .map(|facet| facet.each_ref().map(|corner| std::array::from_fn(|axis| number(&corner[axis]) * ratio[axis])))
+        .collect();
+    let [nx, ny, nz] = lines.dims;
+    for z in 0..nz {
+        for y in 0..ny {
+            for x in 0..nx {
+                let centre = [x, y, z].map(|i| BigInt::from(i) << bits);
+                let before = [130u32, 65, 0].map(|power| BigInt::from(1) << power);
+                let point: Exact = std::array::from_fn(|axis| (&centre[axis] << 200u32) - &before[axis]);
+                let rays: Vec<(i64, i64)> = (0..3).map(|axis| crossed(&exact, &point, axis)).collect();
+                let is_even = |&(below, above): &(i64, i64)| match rule {
+                    Rule::Parity => (below + above) % 2 == 0,
+                    Rule::Nonzero => below + above == 0,
+                };
+                let is_inside =
+                    |&(below, _): &(i64, i64)| if rule == Rule::Parity { below % 2 != 0 } else { below != 0 };
+                let insides: Vec<bool> = rays.iter().map(is_inside).collect();
+                let cell = if rays.iter().all(is_even) && insides.iter().all(|&inside| inside == insides[0]) {
+                    Expected::Sure(insides[0])
+                } else {
+                    let at: [f64; 3] =
+                        std::array::from_fn(|axis| (number(&centre[axis]) - [0.3, 0.2, 0.1][axis]) * ratio[axis]);
+                    let winding: f64 =
+                        placed.iter().map(|facet| solid_angle(facet, at)).sum::<f64>() / (4.0 * std::f64::consts::PI);
+                    let whole = winding.round();
+                    if ((winding - whole).abs() - 0.5).abs() < 1e-4 {
+                        Expected::Open
+                    } else if rule == Rule::Parity {
+                        Expected::ByWinding(whole.rem_euclid(2.0) == 1.0)
+                    } else {
+                        Expected::ByWinding(whole != 0.0)
+                    }
+                };
+                fill([x, y, z], cell);
+            }
+        }
+    }
+}
+
+/// Crossings of the line through a point along an axis, before and behind it, +1 where it enters.
+fn crossed(facets: &[[Exact; 3]], point: &Exact, axis: usize) -> (i64, i64) {
+    let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
+    let (mut below, mut above) = (0, 0);
+    for facet in facets {
+        let q: Vec<Exact> = facet.iter().map(|corner| std::array::from_fn(|k| &corner[k] - &point[k])).collect();
+        let turn = |a: &Exact, b: &Exact| &a[i] * &b[j] - &a[j] * &b[i];
+        let turns: Vec<BigInt> = (0..3).map(|k| turn(&q[(k + 1) % 3], &q[(k + 2) % 3])).collect();
+        if turns.iter().any(|turn| turn.sign() != turns[0].sign()) || turns[0].sign() == Sign::NoSign {
+            continue;
+        }
+        let area: BigInt = turns.iter().sum();
+        let height: BigInt = turns.iter().zip(&q).map(|(turn, corner)| turn * &corner[axis]).sum();
+        let is_above = height.sign() == area.sign();
+        // the normal points along the axis where the turn is positive: there the line leaves
+        let step = if area.sign() == Sign::Plus { -1 } else { 1 };
+        if is_above { above += step } else { below += step }
+    }
+    (below, above)
+}
+
+fn solid_angle(facet: &[[f64; 3]; 3], at: [f64; 3]) -> f64 {
+    let q: Vec<[f64; 3]> = facet.iter().map(|corner| std::array::from_fn(|k| corner[k] - at[k])).collect();
+    let dot = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|k| a[k] * b[k]).sum::<f64>();
+    let cross =
+        |a: &[f64; 3], b: &[f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+    let [a, b, c] = [&q[0], &q[1], &q[2]];
+    let [la, lb, lc] = [a, b, c].map(|v| dot(v, v).sqrt());
+    2.0 * dot(a, &cross(b, c)).atan2(la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb)
+}
+
+/// Surfaces with holes, small enough for the definition.
+fn small_cases() -> Vec<(String, Facets, Rule)> {
+    let bowl =
+        models::sphere([4.0, 4.2, 4.1], 3.3, 10).into_iter().filter(|facet| facet.iter().all(|c| c[2] < 4.7)).collect();
+    let mut open_box = models::cuboid([1.0, 1.5, 1.2], [7.0, 6.5, 7.3]);
+    open_box.truncate(10);
+    let mut cases: Vec<(String, Facets)> = vec![("bowl".into(), bowl), ("open box".into(), open_box)];
+    for seed in 0..12 {
+        let whole = match seed % 4 {
+            0 => models::sphere([4.0; 3], 3.4, 9),
+            1 => models::torus([4.0; 3], [2.4, 1.1], 9),
+            2 => models::outwards(models::cone([4.0, 4.0, 1.0], 3.0, [4.0, 4.5, 7.0], 12)),
+            _ => models::joined([models::sphere([3.0; 3], 2.4, 7), models::sphere([5.2; 3], 2.3, 6)]),
+        };
+        let share = [0.03, 0.1, 0.3][seed as usize % 3];
+        cases.push((format!("seed {seed}, {share} removed"), without(&whole, share, seed)));
+    }
+    let both = |(name, facets): (String, Facets)| {
+        [(name.clone(), facets.clone(), Rule::Parity), (name, facets, Rule::Nonzero)]
+    };
+    cases.into_iter().flat_map(both).collect()
+}
+
+#[test]
+fn every_cell_of_a_surface_with_holes_is_as_defined() {
+    let mut engine = Engine::cpu();
+    let (n_sure, n_inside, n_outside) = (std::cell::Cell::new(0), std::cell::Cell::new(0), std::cell::Cell::new(0));
+    for (index, (name, facets, rule)) in small_cases().into_iter().enumerate() {
+        let dims = [[11, 10, 12], [7, 13, 9]][index % 2];
+        let job = Job { dims: Some(dims), domain: Some([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]), rule, ..Job::default() };
+        let (mesh, report) = meshed(std::slice::from_ref(&facets), &job, index % 3, &mut engine).expect("a mesh");
+        let doubtful = std::cell::Cell::new(0);
+        expected(&facets, &mesh.lines, rule, |cell, expected| {
+            let is_inside = mesh.flag(cell).expect("columns in memory") != 0;
+            match expected {
+                Expected::Sure(inside) => assert_eq!(is_inside, inside, "{name}, {rule:?}: sure cell {cell:?}"),
+                Expected::ByWinding(inside) => {
+                    assert_eq!(is_inside, inside, "{name}, {rule:?}: doubtful cell {cell:?}")
+                }
+                Expected::Open => {}
+            }
+            match expected {
+                Expected::Sure(_) => n_sure.set(n_sure.get() + 1),
+                _ => doubtful.set(doubtful.get() + 1),
+            }
+            match expected {
+                Expected::ByWinding(true) => n_inside.set(n_inside.get() + 1),
+                Expected::ByWinding(false) => n_outside.set(n_outside.get() + 1),
+                _ => {}
+            }
+        });
+        let open = &report.open[0];
+        assert_eq!(open.doubtful_cells, doubtful.get(), "{name}");
+        assert!(open.open_edges > 0 && open.holes > 0, "{name}: {open:?}");
+    }
+    println!("{} sure, {} doubtful inside, {} outside", n_sure.get(), n_inside.get(), n_outside.get());
+    assert!(n_sure.get() > 10_000 && n_inside.get() > 1000 && n_outside.get() > 1000);
+}
+
+#[test]
+fn facets_that_are_turned_the_wrong_way_do_no_harm() {
+    let whole = without(&models::sphere([4.0; 3], 3.4, 24), 0.01, 3);
+    let mut random = Random::new(9);
+    let some_turned: Facets =
+        whole.iter().map(|&[a, b, c]| if random.below(4) == 0 { [a, c, b] } else { [a, b, c] }).collect();
+    for rule in [Rule::Parity, Rule::Nonzero] {
+        let job = Job { dims: Some([40; 3]), rule, ..Job::default() };
+        let (mesh, _) = meshed(std::slice::from_ref(&whole), &job, 0, &mut Engine::cpu()).expect("a mesh");
+        let (turned, report) = meshed(std::slice::from_ref(&some_turned), &job, 0, &mut Engine::cpu()).expect("a mesh");
+        assert_eq!(flags_of(&mesh), flags_of(&turned));
+        assert!(report.open[0].turned > 100, "{:?}", report.open[0]);
+    }
+}
+
+#[test]
+fn a_few_missing_facets_change_few_cells_and_no_streak_reaches_the_end() {
+    for (name, whole) in
+        [("ball", models::sphere([0.0; 3], 1.0, 48)), ("ring", models::torus([0.0; 3], [1.0, 0.4], 48))]
+    {
+        for (share, most) in [(0.01, 1e-4), (0.05, 5e-4), (0.1, 1e-3)] {
+            let job = Job {
+                cells: Some(100),
+                padding: Some(hexcast::job::Padding::Cells(hexcast::job::PerAxis::All(3))),
+                ..Job::default()
+            };
+            let (closed, report) = meshed(std::slice::from_ref(&whole), &job, 0, &mut Engine::cpu()).expect("a mesh");
+            assert!(report.open.is_empty(), "{name} is closed");
+            let job = Job {
+                dims: Some(closed.dims()),
+                domain: Some(report_domain(&closed)),
+                padding: None,
+                cells: None,
+                ..job
+            };
+            let (open, _) = meshed(&[without(&whole, share, 7)], &job, 0, &mut Engine::cpu()).expect("a mesh");
+            let (closed, open) = (flags_of(&closed), flags_of(&open));
+            let n_differ = closed.iter().zip(&open).filter(|(a, b)| a != b).count();
+            let differ = n_differ as f64 / closed.len() as f64;
+            println!("{name}, {share} removed: {differ:.6} of the cells differ");
+            assert!(differ <= most, "{name}, {share} removed: {differ}");
+        }
+    }
+}
+
+/// The box of a mesh.
+fn report_domain(mesh: &Mesh) -> [f64; 6] {
+    let lines = &mesh.lines;
+    let end = |axis: usize| lines.origin[axis] + f64::from(lines.dims[axis]) * lines.spacing[axis];
+    [lines.origin[0], lines.origin[1], lines.origin[2], end(0), end(1), end(2)]
+}
+
+#[test]
+fn policies_do_what_they_say() {
+    let mut open_box = models::cuboid([1.0; 3], [7.0; 3]);
+    open_box.truncate(10);
+    let job = |open| Job { dims: Some([16; 3]), domain: Some([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]), open, ..Job::default() };
+    let mut engine = Engine::cpu();
+    for axis in 0..3 {
+        for open in [Open::Winding, Open::Vote] {
+            let (mesh, report) =
+                meshed(std::slice::from_ref(&open_box), &job(open), axis, &mut engine).expect("a mesh");
+            let inside = mesh.columns.cells_per_flag()[1];
+            assert_eq!(inside, 12 * 12 * 12, "{open:?}, axis {axis}");
+            assert_eq!(report.open[0].odd_rays.iter().filter(|&&n| n == 144).count(), 1, "{:?}", report.open[0]);
+        }
+        let (_, report) =
+            meshed(std::slice::from_ref(&open_box), &job(Open::Parity), axis, &mut engine).expect("a mesh");
+        assert!(report.open.is_empty(), "{:?}", report.open);
+    }
+    let error = meshed(&[open_box], &job(Open::Error), 0, &mut engine).expect_err("it is open");
+    assert_eq!(error.code(), "surface-open");
+    assert!(error.to_string().contains("4 open edges around 1 holes"), "{error}");
+}
