@@ -301,6 +301,16 @@ fn an_estimate_is_near_the_mesh_on_cpu_and_gpu() {
     assert!(done(&[&["estimate"], &common[..]].concat()).contains("crossings   about"));
 }
 
+/// Mesa's layer asks Wayland for a device, and Wayland complains where no session runs.
+#[test]
+fn nothing_complains_where_no_session_runs() {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_hexcast"));
+    command.env_remove("XDG_RUNTIME_DIR").env_remove("NODEVICE_SELECT");
+    let output = command.arg("adapters").output().expect("hexcast starts");
+    assert!(output.status.success(), "{output:?}");
+    assert_eq!(String::from_utf8_lossy(&output.stderr), "");
+}
+
 #[test]
 fn gpu_adapters_are_listed() {
     let adapters = json(&["adapters", "--json"]);
