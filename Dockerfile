@@ -7,7 +7,7 @@ FROM rust:1-bookworm
 COPY --from=node /usr/local/bin/node /usr/local/bin/
 COPY --from=node /usr/local/lib/node_modules /usr/local/lib/node_modules
 RUN ln -s ../lib/node_modules/npm/bin/npm-cli.js /usr/local/bin/npm && ln -s ../lib/node_modules/npm/bin/npx-cli.js /usr/local/bin/npx
-RUN rustup component add clippy rustfmt rust-src && rustup target add wasm32-unknown-unknown
+RUN rustup component add clippy rustfmt && rustup target add wasm32-unknown-unknown
 WORKDIR /hexcast
 COPY . .
 RUN npm run setup

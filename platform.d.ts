@@ -8,7 +8,7 @@ interface FileSystemSyncAccessHandle {
 }
 
 interface FileSystemFileHandle {
-  createSyncAccessHandle?(): Promise<FileSystemSyncAccessHandle>;
+  createSyncAccessHandle(): Promise<FileSystemSyncAccessHandle>;
 }
 
 declare class FileReaderSync {

@@ -1,5 +1,5 @@
-// Builds dist/: the package's modules from www/, the library as wasm with its glue beside them, and with Vite the page. The
-// same folder is what a static host serves and, without the page, what the npm package ships.
+// Builds dist/: the package's modules from www/, the library as wasm with its glue, and the page with Vite. A static host serves this
+// folder; the npm package ships it without the page.
 
 import { cpSync, mkdirSync, readFileSync, readdirSync, renameSync, rmSync, statSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
@@ -10,43 +10,36 @@ import { ensureNodeModules } from './machine.mjs';
 import { CommandFailed, ROOT, run } from './run.mjs';
 import { compileWasm, ensureBindgen } from './wasm.mjs';
 
-/**
- * @typedef {{ wasm: number, gzip: number }} Sizes kilobytes of a wasm file
- * @typedef {{ imports: [string, string, string][], exports: [string, string][] }} Names of a wasm, and the short ones in their place
- */
-
 export const DIST = path.join(ROOT, 'dist');
 const WWW = path.join(ROOT, 'www');
 /** The rest of www/ is the page. */
 const PACKAGE_MODULES = readdirSync(WWW).filter((name) => /\.(js|d\.ts)$/.test(name));
 /** Most kilobytes (1000 bytes) of the wasm file, as it is and after gzip -9. */
 const LIMITS = { wasm: 1200, gzip: 450 };
-/** Every browser with WebGPU has these; without them wasm-opt would refuse the code or leave it slower. */
-const FEATURES = [
-  'simd',
-  'bulk-memory',
-  'nontrapping-float-to-int',
-  'sign-ext',
-  'mutable-globals',
-  'reference-types',
-  'multivalue',
-];
+/** Every browser with WebGPU has these; without them wasm-opt refuses the code. */
+const FEATURES =
+  '--enable-simd --enable-bulk-memory --enable-nontrapping-float-to-int --enable-sign-ext --enable-mutable-globals --enable-reference-types --enable-multivalue';
 
 /** Builds dist/ and returns a line with its sizes; fails where the wasm is too large. */
 export async function build() {
   await ensureNodeModules();
   const bindgen = await ensureBindgen();
-  const wasm = await compileWasm();
+  const compiled = await compileWasm();
   rmSync(DIST, { recursive: true, force: true });
   mkdirSync(DIST, { recursive: true });
   for (const name of PACKAGE_MODULES) cpSync(path.join(WWW, name), path.join(DIST, name));
-  await run(bindgen, ['--target', 'web', '--out-dir', DIST, '--out-name', 'hexcast_wasm', wasm]);
-  const glue = path.join(DIST, 'hexcast_wasm.js');
-  const made = nameWasm(glue);
-  shorten(glue, await optimize(made));
-  const sizes = checkSizes(made);
+  await run(bindgen, ['--target', 'web', '--out-dir', DIST, '--out-name', 'hexcast_wasm', compiled]);
+  const wasm = nameWasm();
+  await run(process.execPath, [
+    path.join(ROOT, 'node_modules/binaryen/bin/wasm-opt'),
+    ...FEATURES.split(' '),
+    '-O3',
+    wasm,
+    '-o',
+    wasm,
+  ]);
   await buildPage();
-  return sizes;
+  return checkSizes(wasm);
 }
 
 async function buildPage() {
@@ -55,50 +48,17 @@ async function buildPage() {
   await vite.build({ configFile: path.join(ROOT, 'vite.config.mjs'), logLevel: 'warn' });
 }
 
-/**
- * Gives the wasm its public name; the glue, which nobody imports by name, keeps its own. Returns its path.
- *
- * @param {string} glue
- */
-function nameWasm(glue) {
-  const made = path.join(DIST, 'hexcast_bg.wasm');
-  renameSync(path.join(DIST, 'hexcast_wasm_bg.wasm'), made);
+/** Gives the wasm its public name and returns its path; the glue, which nobody imports by name, keeps its own. */
+function nameWasm() {
+  const [glue, wasm] = ['hexcast_wasm.js', 'hexcast_bg.wasm'].map((name) => path.join(DIST, name));
+  renameSync(path.join(DIST, 'hexcast_wasm_bg.wasm'), wasm);
   rmSync(path.join(DIST, 'hexcast_wasm_bg.wasm.d.ts'));
   writeFileSync(glue, readFileSync(glue, 'utf8').replaceAll('hexcast_wasm_bg.wasm', 'hexcast_bg.wasm'));
-  return made;
-}
-
-/**
- * Optimizes the wasm; returns the names of a letter or two that its imports and exports got.
- *
- * @param {string} file
- * @returns {Promise<Names>}
- */
-async function optimize(file) {
-  const features = FEATURES.map((feature) => `--enable-${feature}`);
-  const options = [...features, '-O3', '--minify-imports-and-exports-and-modules', file, '-o', file];
-  const output = await run(process.execPath, [path.join(ROOT, 'node_modules/binaryen/bin/wasm-opt'), ...options]);
-  return JSON.parse(output.slice(output.indexOf('{')));
-}
-
-/**
- * Gives a glue the names that its wasm has now; those of wasm-bindgen, with a hash each, are a fortieth of the file.
- *
- * @param {string} file
- * @param {Names} names
- */
-function shorten(file, { imports, exports }) {
-  const [given, taken] = [new Map(imports.map(([, name, short]) => [name, short])), new Map(exports)];
-  const glue = readFileSync(file, 'utf8')
-    .replace(/^( {8})(\w+)(?=: )/gm, (line, indent, name) => (given.has(name) ? indent + given.get(name) : line))
-    .replace(/"\.\/\w+_bg\.js"(?=: import0)/, 'a')
-    .replace(/\bwasm\.(\w+)/g, (use, name) => (taken.has(name) ? `wasm.${taken.get(name)}` : use));
-  writeFileSync(file, glue);
+  return wasm;
 }
 
 /** @param {string} file */
 function checkSizes(file) {
-  /** @type {Sizes} */
   const sizes = { wasm: statSync(file).size / 1000, gzip: gzipSync(readFileSync(file), { level: 9 }).length / 1000 };
   const parts = /** @type {const} */ (['wasm', 'gzip']).map((name) => `${name} ${sizes[name].toFixed(1)} kB of ${LIMITS[name]}`);
   const line = `${path.basename(file)}: ${parts.join(', ')}`;

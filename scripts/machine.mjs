@@ -33,7 +33,6 @@ const NEEDS = {
   linker: { found: () => which('cc', 'gcc', 'clang'), packages: ['build-essential'], what: 'a C linker' },
   vulkan: { found: hasVulkan, packages: ['mesa-vulkan-drivers', 'libvulkan1'], what: 'a Vulkan driver such as lavapipe' },
   chromium: { found: chromium, packages: ['chromium'], what: 'Chromium, or CHROMIUM with its path' },
-  chromedriver: { found: chromedriver, packages: ['chromium-driver'], what: 'chromedriver, or CHROMEDRIVER with its path' },
   firefox: { found: firefox, packages: ['firefox-esr'], what: 'Firefox, or FIREFOX with its path' },
   wasm32: {
     found: () => Object.values(DEBIAN_RUST).every(isExecutable),
@@ -42,13 +41,8 @@ const NEEDS = {
   },
 };
 
-/** Whether a need is met. @param {keyof typeof NEEDS} name */
-export function has(name) {
-  return NEEDS[name].found();
-}
-
 /**
- * Sees to it that these needs are met.
+ * Installs these needs where they are missing.
  *
  * @param {(keyof typeof NEEDS)[]} names
  * @returns {Promise<string | null>} what was installed; rejects with a sentence that names what is missing
@@ -95,17 +89,9 @@ function debianTriple() {
   return triples[process.arch] ?? process.arch;
 }
 
-/** Environment of native tests: the Vulkan loader warns where it has no runtime folder. */
-export const NATIVE_ENV = { XDG_RUNTIME_DIR: process.env.XDG_RUNTIME_DIR ?? '/tmp' };
-
 /** Path of Chromium, or null. */
 export function chromium() {
   return process.env.CHROMIUM ?? which('chromium', 'chromium-browser', 'google-chrome', 'chrome');
-}
-
-/** Path of chromedriver, or null. */
-export function chromedriver() {
-  return process.env.CHROMEDRIVER ?? which('chromedriver');
 }
 
 /** Path of Firefox, or null. */
@@ -116,7 +102,7 @@ export function firefox() {
 /** Environment that makes SwiftShader, which comes with Chromium, the only Vulkan driver; null if it is not where Debian has it. */
 export function swiftshaderEnv() {
   const driver = '/usr/lib/chromium/vk_swiftshader_icd.json';
-  return existsSync(driver) ? { ...NATIVE_ENV, VK_DRIVER_FILES: driver, VK_ICD_FILENAMES: driver } : null;
+  return existsSync(driver) ? { VK_DRIVER_FILES: driver, VK_ICD_FILENAMES: driver } : null;
 }
 
 /** Fails with a sentence where there is no Rust. */

@@ -1,12 +1,16 @@
-// Runs commands and counts steps: a heading and a time each; the first failure shows its output and ends the run.
+// Runs commands and counts steps: a line with a time each; the first failure prints its output and ends the run.
 
 import { spawn, spawnSync } from 'node:child_process';
 import { accessSync, constants } from 'node:fs';
+import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 
 /** Root of the repository. */
 export const ROOT = path.dirname(path.dirname(fileURLToPath(import.meta.url)));
+
+// a layer of Mesa's Vulkan driver complains in every process that is started without one
+process.env.XDG_RUNTIME_DIR ??= tmpdir();
 
 /** Process groups of the commands that are running, ended with us. */
 /** @type {Set<number>} */
@@ -33,7 +37,7 @@ export class CommandFailed extends Error {
 export function run(command, args, { env = {}, cwd = ROOT, minutes = 20 } = {}) {
   const line = [command, ...args].join(' ');
   return new Promise((resolve, reject) => {
-    // a group of its own, so that a browser that hangs goes with the test that started it
+    // a group of its own, so that a browser that hangs is ended with the test that started it
     const child = spawn(command, args, {
       cwd,
       env: { ...process.env, ...env },
@@ -77,34 +81,19 @@ function endGroup(pid) {
   }
 }
 
-for (const signal of ['SIGINT', 'SIGTERM']) {
-  process.on(signal, () => {
-    groups.forEach(endGroup);
-    process.exit(130);
-  });
-}
+process.on('exit', () => groups.forEach(endGroup));
+for (const signal of ['SIGINT', 'SIGTERM']) process.on(signal, () => process.exit(130));
 
-/**
- * First line that a short command prints, or null if it fails or does not exist.
- *
- * @param {string} command
- * @param {string[]} args
- * @param {Record<string, string>} [env]
- */
-export function ask(command, args, env = {}) {
-  const result = spawnSync(command, args, { cwd: ROOT, encoding: 'utf8', env: { ...process.env, ...env } });
+/** First line that a short command prints, or null if it fails or does not exist. @param {string} command @param {string[]} args */
+export function ask(command, args) {
+  const result = spawnSync(command, args, { cwd: ROOT, encoding: 'utf8' });
   return result.status === 0 ? result.stdout.split('\n')[0].trim() : null;
 }
 
 /** Path of the first of these commands that PATH has, or null. @param {...string} names */
 export function which(...names) {
-  for (const name of names) {
-    for (const folder of (process.env.PATH ?? '').split(path.delimiter)) {
-      const file = path.join(folder, name);
-      if (isExecutable(file)) return file;
-    }
-  }
-  return null;
+  const folders = (process.env.PATH ?? '').split(path.delimiter);
+  return names.flatMap((name) => folders.map((folder) => path.join(folder, name))).find(isExecutable) ?? null;
 }
 
 /** Whether a path is a program. @param {string} file */
@@ -117,7 +106,7 @@ export function isExecutable(file) {
   }
 }
 
-/** Steps in order, counted. */
+/** Steps, counted; several may run at the same time. */
 export class Steps {
   #passed = 0;
   #start = Date.now();
@@ -125,32 +114,31 @@ export class Steps {
   /**
    * Runs one step; a failure prints its output and ends the process with code 1.
    *
-   * @param {string} name heading
-   * @param {() => Promise<string | null | void>} action resolves to a remark for the heading's line, such as a number of tests
+   * @param {string} name
+   * @param {() => Promise<string | null | void>} action resolves to a remark for the step's line, such as a number of tests
    */
   async step(name, action) {
     const start = Date.now();
-    process.stdout.write(`${name} ... `);
+    console.log(`${name} ...`);
     try {
       const remark = await action();
       this.#passed += 1;
-      console.log(`${seconds(start)}${remark ? `, ${remark}` : ''}`);
+      console.log(`${name}: ${seconds(start)}${remark ? `, ${remark}` : ''}`);
     } catch (error) {
-      console.log(`FAILED after ${seconds(start)}\n`);
+      console.log(`${name}: FAILED after ${seconds(start)}\n`);
       if (error instanceof Error && 'output' in error) console.log(error.output);
-      if (error instanceof CommandFailed) console.log(error.message);
-      else console.log(error instanceof Error ? error.stack : error);
-      this.#finish(1);
+      console.log(error instanceof CommandFailed ? error.message : error);
+      this.finish(1);
     }
   }
 
-  /** Prints the count as the last line. */
-  done() {
-    this.#finish(0);
+  /** Runs a command as a step. @param {string} name @param {string} command @param {string[]} args @param {Parameters<typeof run>[2]} [options] */
+  command(name, command, args, options) {
+    return this.step(name, async () => void (await run(command, args, options)));
   }
 
-  /** @param {number} n_failed */
-  #finish(n_failed) {
+  /** Prints the counts as the last line and ends the process. */
+  finish(n_failed = 0) {
     console.log(`\n${seconds(this.#start)} in all`);
     console.log(`${this.#passed} passed, ${n_failed} failed`);
     process.exit(n_failed);

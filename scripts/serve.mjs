@@ -18,7 +18,7 @@ export async function serve({ root = DIST, base = '/', cors = false } = {}) {
     configFile: false,
     root,
     base,
-    // nothing stands for a file that is missing
+    // a missing file is an error, not index.html
     appType: 'mpa',
     logLevel: 'error',
     build: { outDir: root },

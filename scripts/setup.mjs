@@ -11,7 +11,7 @@ import { ensureBindgen, wasmRust } from './wasm.mjs';
 const NEEDS = {
   lint: ['linker'],
   native: ['linker', 'vulkan', 'chromium'],
-  wasm: ['linker', 'vulkan', 'chromium', 'chromedriver', 'firefox'],
+  wasm: ['linker', 'vulkan', 'chromium', 'firefox'],
   e2e: ['linker', 'vulkan', 'chromium', 'firefox'],
   package: ['linker', 'vulkan', 'chromium', 'firefox'],
 };
@@ -19,7 +19,7 @@ const NEEDS = {
 /** The groups of tests. */
 export const GROUPS = Object.keys(NEEDS);
 
-/** Sees to it that the machine has what these groups need. @param {Steps} steps @param {string[]} [groups] */
+/** Installs what the machine lacks for these groups. @param {Steps} steps @param {string[]} [groups] */
 export async function setup(steps, groups = GROUPS) {
   await steps.step('Node packages', ensureNodeModules);
   await steps.step('Rust', async () => requireRust());
@@ -32,5 +32,5 @@ export async function setup(steps, groups = GROUPS) {
 if (process.argv[1] === fileURLToPath(import.meta.url)) {
   const steps = new Steps();
   await setup(steps);
-  steps.done();
+  steps.finish();
 }

@@ -1,37 +1,28 @@
 // npm test: everything, from a clean clone, on a machine with Node and Rust. "npm test -- native e2e" runs groups.
 //
-// Order: what fails soonest comes first. One profile and one set of features per target: nothing is compiled twice.
+// What is native and what is for browsers run at the same time, as neither keeps all cores busy alone; in each, what fails soonest
+// comes first. One profile and one set of features per target: nothing is compiled twice.
 
 import { readFileSync, readdirSync } from 'node:fs';
 import path from 'node:path';
 
 import { build } from './build.mjs';
-import { NATIVE_ENV, chromedriver, swiftshaderEnv } from './machine.mjs';
+import { swiftshaderEnv } from './machine.mjs';
 import { ROOT, Steps, run } from './run.mjs';
 import { GROUPS, setup } from './setup.mjs';
-import { bindgenTool, clippyWasm, compileWasmTests, testWasm } from './wasm.mjs';
+import { bindgenTool, clippyWasm, compileWasmTests } from './wasm.mjs';
 
 const steps = new Steps();
 
-async function lint() {
-  await steps.step('Biome', async () => void (await run('npx', ['biome', 'check', '--error-on-warnings'])));
-  await steps.step('rustfmt', async () => void (await run('cargo', ['fmt', '--check'])));
-  await steps.step('clippy', async () => void (await run('cargo', ['clippy', '--all-targets', '--', '-D', 'warnings'])));
-  await steps.step('clippy for wasm32', clippyWasm);
-  await steps.step('docs', async () => {
-    await run('cargo', ['doc', '--no-deps'], { env: { RUSTDOCFLAGS: '-D warnings' } });
-  });
-}
-
-/** The types of the wasm are made with it. */
-async function types() {
-  for (const project of ['tsconfig.json', 'tsconfig.worker.json']) {
-    await steps.step(`types, ${project}`, async () => void (await run('npx', ['tsc', '-p', project])));
-  }
+async function nativeLint() {
+  await steps.command('Biome', 'npx', ['biome', 'check', '--error-on-warnings']);
+  await steps.command('rustfmt', 'cargo', ['fmt', '--check']);
+  await steps.command('clippy', 'cargo', ['clippy', '--all-targets', '--', '-D', 'warnings']);
+  await steps.command('docs', 'cargo', ['doc', '--no-deps'], { env: { RUSTDOCFLAGS: '-D warnings' } });
 }
 
 async function native() {
-  await steps.step('native tests', async () => cargoTests(await run('cargo', ['test'], { env: NATIVE_ENV, minutes: 30 })));
+  await steps.step('native tests', async () => cargoTests(await run('cargo', ['test'], { minutes: 30 })));
   const env = swiftshaderEnv();
   await steps.step('kernel tests on SwiftShader', async () => {
     if (!env) throw new Error("missing: SwiftShader as a Vulkan driver, which Debian's package chromium brings");
@@ -40,21 +31,14 @@ async function native() {
 }
 
 async function wasm() {
-  await steps.step('wasm tests in Chromium', async () => cargoTests(await testWasm(chromedriver() ?? 'chromedriver')));
-  await steps.step('wasm tests in Firefox', async () => {
-    // loaded late: it needs the Node packages; by a name that the compiler does not follow, as it does not check tests
-    const tests = '../tests/web/firefox.mjs';
-    const { testInFirefox } = await import(tests);
-    return cargoTests(await testInFirefox(bindgenTool('wasm-bindgen-test-runner'), await compileWasmTests()));
-  });
-}
-
-async function e2e() {
-  await steps.step('page tests', playwrightTests);
-}
-
-async function packageTests() {
-  await steps.step('package tests', () => nodeTests('tests/package'));
+  // loaded late: they need the Node packages; by names that the compiler does not follow, as it does not check tests
+  const [runTests, browsers] = ['../tests/web/browser.mjs', '../tests/e2e/browsers.mjs'];
+  const [{ testInBrowser }, { openChromium, openFirefox }] = await Promise.all([import(runTests), import(browsers)]);
+  for (const [name, open] of Object.entries({ Chromium: openChromium, Firefox: openFirefox })) {
+    await steps.step(`wasm tests in ${name}`, async () =>
+      cargoTests(await testInBrowser(open, bindgenTool('wasm-bindgen-test-runner'), await compileWasmTests())),
+    );
+  }
 }
 
 /** Counts the tests of a cargo run: none at all, or one left out, is a failure. @param {string} output */
@@ -101,11 +85,23 @@ if (unknown.length > 0) {
 const groups = asked.length > 0 ? asked : GROUPS;
 const wanted = (/** @type {string} */ group) => groups.includes(group);
 await setup(steps, groups);
-if (wanted('lint')) await lint();
-if (['lint', 'e2e', 'package'].some(wanted)) await steps.step('build', build);
-if (wanted('lint')) await types();
-if (wanted('native')) await native();
-if (wanted('wasm')) await wasm();
-if (wanted('e2e')) await e2e();
-if (wanted('package')) await packageTests();
-steps.done();
+
+async function nativeGroups() {
+  if (wanted('lint')) await nativeLint();
+  if (wanted('native')) await native();
+}
+
+async function browserGroups() {
+  if (wanted('lint')) await steps.step('clippy for wasm32', clippyWasm);
+  if (['lint', 'e2e', 'package'].some(wanted)) await steps.step('build', build);
+  for (const project of wanted('lint') ? ['tsconfig.json', 'tsconfig.worker.json'] : []) {
+    // the types of the wasm are made with it
+    await steps.command(`types, ${project}`, 'npx', ['tsc', '-p', project]);
+  }
+  if (wanted('package')) await steps.step('package tests', () => nodeTests('tests/package'));
+  if (wanted('wasm')) await wasm();
+  if (wanted('e2e')) await steps.step('page tests', playwrightTests);
+}
+
+await Promise.all([nativeGroups(), browserGroups()]);
+steps.finish();

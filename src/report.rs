@@ -182,8 +182,9 @@ impl OpenReport {
         };
         let ([x, y, z], [of_x, of_y, of_z]) = (self.longest_at, self.odd_rays);
         format!(
-            "geometry \"{}\" is not closed: {} open edges around {} holes, the longest at ({x}, {y}, {z}); {of_x}, {of_y} and \
-             {of_z} rays along x, y and z are odd; {} of {n_cells} cells were doubtful and were decided {decided}",
+            "geometry \"{}\" is not closed: open edges {}, in {} loops, the longest edge at ({x}, {y}, {z}); rays that do not leave it \
+             as often as they enter: {of_x} along x, {of_y} along y, {of_z} along z; {} of {n_cells} cells were doubtful and were \
+             decided {decided}",
             self.geometry, self.open_edges, self.holes, self.doubtful_cells,
         )
     }

@@ -1,15 +1,14 @@
-/** The browser's side of the GPU: what its adapter is called, and a device of the caller's own in place of a new one. */
+/** The browser's GPU: how it describes its adapter, and how a device of the caller's reaches the wasm. */
 
-/** The software adapters, by what browsers tell of them. @type {[RegExp, string][]} */
+/** Adapters in software, by how browsers describe them. @type {[RegExp, string][]} */
 const SOFTWARE = [
   [/swiftshader/i, 'SwiftShader'],
   [/llvmpipe/i, 'llvmpipe'],
 ];
 
 /**
- * What the browser tells of the adapter that a backend takes, or of that of a device: `vendor`, `architecture` and
- * `description`, empty where it does not tell, `name`, the most telling of them, and whether it is `software`, which computes
- * on the processor.
+ * Describes the adapter that a backend takes, or that of a device. `vendor`, `architecture` and `description` are empty where the
+ * browser withholds them; `name` is the description, or vendor and architecture; `software` means that it computes on the processor.
  *
  * @param {GPUDevice} [device]
  */
@@ -24,12 +23,12 @@ export async function describeAdapter(device) {
 
 /** The name of a software adapter, if it is a known one. @param {Partial<GPUAdapterInfo>} info */
 function softwareName({ vendor, architecture, description }) {
-  const told = [vendor, architecture, description].join(' ');
-  return SOFTWARE.find(([pattern]) => pattern.test(told))?.[1];
+  const text = [vendor, architecture, description].join(' ');
+  return SOFTWARE.find(([pattern]) => pattern.test(text))?.[1];
 }
 
 /**
- * Why an adapter is worse than none: a software one is slower than the CPU backend. Null for one of hardware.
+ * Why `auto` does not take an adapter: one in software is slower than the CPU backend. Null for one of hardware.
  *
  * @param {Awaited<ReturnType<typeof describeAdapter>>} adapter
  */
@@ -40,32 +39,32 @@ export function whyNotTaken(adapter) {
 }
 
 /**
- * Lets `open` find a device of the caller's own. The wasm knows one way to a device, through `navigator.gpu`: what stands
- * there is replaced until it has been asked once, and a later search, after the device was lost, finds the browser's again.
+ * Calls `open`, which finds a device of the caller's own. The wasm requests devices from `navigator.gpu` only: that is replaced for
+ * one request. A later request, after the device was lost, reaches the browser again.
  *
  * @template T
  * @param {GPUDevice} device
  * @param {() => Promise<T>} open
  */
-export async function lendDevice(device, open) {
+export async function withDevice(device, open) {
   const before = Object.getOwnPropertyDescriptor(navigator, 'gpu');
   const { features, limits, adapterInfo: info = {} } = device;
   /** @type {object} */
-  const lent = {
+  const substitute = {
     requestAdapter: async () => {
-      takeBack();
+      restore();
       return { features, limits, info, requestDevice: async () => device };
     },
   };
-  const takeBack = () => {
-    if (navigator.gpu !== lent) return;
+  const restore = () => {
+    if (navigator.gpu !== substitute) return;
     if (before) Object.defineProperty(navigator, 'gpu', before);
     else Reflect.deleteProperty(navigator, 'gpu');
   };
-  Object.defineProperty(navigator, 'gpu', { value: lent, configurable: true });
+  Object.defineProperty(navigator, 'gpu', { value: substitute, configurable: true });
   try {
     return await open();
   } finally {
-    takeBack();
+    restore();
   }
 }

@@ -1,11 +1,11 @@
 /**
- * A call of the core while it runs: whether it is cancelled, and who hears how far it is.
+ * A call of the core while it runs: whether it is cancelled, and the function that receives its progress.
  *
  * @typedef {{ stop: import('./hexcast_wasm.js').WebSwitch, cancelled: boolean }} State
  * @typedef {(progress: import('./hexcast.js').Progress) => void} Listener
  */
 
-/** Resolves once messages that were waiting have been handled, one that cancels among them. */
+/** Resolves once all waiting messages were handled, also one that cancels. */
 export function pause() {
   return new Promise((resolve) => {
     const { port1, port2 } = new MessageChannel();

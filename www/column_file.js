@@ -1,18 +1,18 @@
-/** A column file that stays where it is: what the wasm reads of it, it reads piece by piece, without waiting. */
+/** A column file that is not copied to memory: the wasm reads parts of it, synchronously. */
 
 /**
  * A file of which any part can be read; a failure is thrown as a sentence.
  *
  * @typedef {object} ColumnFile
  * @property {number} size in bytes
- * @property {(at: number, bytes: Uint8Array) => void} read fills `bytes` with those at a place, all of which must be there
+ * @property {(at: number, bytes: Uint8Array) => void} read fills `bytes` from an offset; all of them must exist
  */
 
-/** Whether a Blob can be read without waiting on this thread: in workers of browsers. */
+/** Whether a Blob can be read synchronously on this thread: in workers of browsers. */
 const CAN_READ = typeof FileReaderSync !== 'undefined';
 
 /**
- * Makes a Blob, or bytes, readable at any place. A Blob that cannot be read without waiting is taken to memory.
+ * Makes a Blob, or bytes, readable at any offset. A Blob that cannot be read synchronously is copied to memory.
  *
  * @param {Blob | Uint8Array} source
  * @returns {Promise<ColumnFile>}

@@ -65,7 +65,7 @@ export class Connection {
   #port;
   /** @type {Map<number, Call>} */
   #calls = new Map();
-  /** Operations of calls that were given up and are not answered yet, by id. @type {Map<number, Operation>} */
+  /** Operations of calls that were aborted and are not answered yet, by id. @type {Map<number, Operation>} */
   #abandoned = new Map();
   #next = 1;
 
@@ -84,8 +84,7 @@ export class Connection {
   }
 
   /**
-   * Calls an operation. An abort rejects with the signal's reason at once, whatever the core is busy with; the core stops at
-   * its next look at its messages.
+   * Calls an operation. An abort rejects with the signal's reason at once; the core stops when it next handles its messages.
    *
    * @template {Operation} K
    * @param {K} operation
@@ -120,7 +119,7 @@ export class Connection {
   }
 
   /**
-   * Frees what a call that was given up has made all the same.
+   * Frees the result of a call that was aborted.
    *
    * @param {number} id
    * @param {any} result
@@ -133,7 +132,7 @@ export class Connection {
   }
 
   /**
-   * Calls an operation whose result nobody waits for.
+   * Calls an operation without waiting for its result.
    *
    * @template {Operation} K
    * @param {K} operation
@@ -167,9 +166,9 @@ function workerPort(script) {
   const here = globalThis.location?.origin;
   const worker =
     script === null && new URL(import.meta.url).origin === here
-      ? // spelt out, as bundlers look for it
+      ? // written so that bundlers find it
         new Worker(new URL('./worker.js', import.meta.url), { type: 'module', name: 'hexcast' })
-      : foreignWorker(script ?? beside('worker.js'), here);
+      : foreignWorker(script ?? siblingUrl('worker.js'), here);
   /** @type {Port} */
   const port = { send: (request) => worker.postMessage(request), close: () => worker.terminate(), onanswer() {}, onfailure() {} };
   worker.onmessage = ({ data }) => port.onanswer(data);
@@ -177,8 +176,8 @@ function workerPort(script) {
   return port;
 }
 
-/** A file beside this one; in two steps, as a bundler copies all that a URL made in one may mean. @param {string} file */
-function beside(file) {
+/** The URL of a file in this folder; in two steps, as a bundler would copy every file that it finds in one. @param {string} file */
+function siblingUrl(file) {
   const { url } = import.meta;
   return new URL(file, url);
 }

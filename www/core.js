@@ -1,8 +1,8 @@
 /**
- * The work itself, on the thread it is called from: wasm, surfaces and meshes by number. `worker.js` runs it in a worker,
- * `hexcast.js` talks to it there or, without a worker, directly. Everything in and out can be cloned.
+ * The operations of the package, on the calling thread: the wasm, surfaces and meshes by number. `worker.js` runs them in a worker;
+ * `hexcast.js` calls them there or, without a worker, directly. Arguments and results can be cloned.
  */
-import { describeAdapter, lendDevice, whyNotTaken } from './adapter.js';
+import { describeAdapter, withDevice, whyNotTaken } from './adapter.js';
 import { clearSpillFiles, spilling } from './spill.js';
 import { cancelled, pause } from './call.js';
 import { columnFile } from './column_file.js';
@@ -20,7 +20,7 @@ import { readSurface } from './read.js';
  */
 
 export class Core {
-  /** There once it is opened. @type {WebEngine} */
+  /** Set by `open`. @type {WebEngine} */
   #engine = /** @type {never} */ (null);
   /** @type {Held<WebSurface>} */
   #surfaces = new Held();
@@ -32,23 +32,23 @@ export class Core {
   #switches = new Map();
   /** Resolves when the mesh before has ended. @type {Promise<unknown>} */
   #turn = Promise.resolve();
-  /** What the browser calls the GPU. */
+  /** The browser's name of the GPU. */
   #adapterName = '';
-  /** Why the CPU meshes although there is an adapter. @type {string | null} */
+  /** Why `auto` meshes on the CPU although there is an adapter. @type {string | null} */
   #notTaken = null;
-  /** Seconds a ray and a crossing took last, for estimates. @type {{ ray: number, crossing: number } | null} */
+  /** Seconds per ray and per crossing of the last mesh, for estimates. @type {{ ray: number, crossing: number } | null} */
   #pace = null;
 
   /**
-   * Answers a request with the result of its operation or an error; `tell` hears of progress.
+   * Answers a request with the result of its operation or an error; `report` receives progress.
    *
    * @param {{ id: number, operation: Operation, args: any }} request
-   * @param {(answer: { id: number, progress: import('./hexcast.js').Progress }) => void} tell
+   * @param {(answer: { id: number, progress: import('./hexcast.js').Progress }) => void} report
    * @returns {Promise<{ id: number, result?: unknown, error?: string }>}
    */
-  async answer({ id, operation, args }, tell) {
+  async answer({ id, operation, args }, report) {
     try {
-      const progress = (/** @type {import('./hexcast.js').Progress} */ at) => tell({ id, progress: at });
+      const progress = (/** @type {import('./hexcast.js').Progress} */ at) => report({ id, progress: at });
       const result = operation === 'open' ? await this.open(args) : await this.run(operation, id, args, progress);
       return { id, result };
     } catch (error) {
@@ -57,20 +57,20 @@ export class Core {
   }
 
   /**
-   * Loads the wasm and opens a backend; with `auto` a software adapter is left alone, unless its device is the caller's.
+   * Loads the wasm and opens a backend; `auto` does not take an adapter in software, unless its device is the caller's.
    *
    * @param {{ backend: import('./hexcast.js').BackendChoice, wasm: any, device?: GPUDevice }} args
    * @returns {Promise<Facts & { version: string }>}
    */
   async open({ backend, wasm, device }) {
-    // what earlier visits left; nobody waits for it
+    // files that earlier visits left; not awaited
     clearSpillFiles();
     await init({ module_or_path: wasm });
-    // a search that fails is told of by the wasm, which searches too
+    // where the search fails, so does that of the wasm, which reports it
     const adapter = backend === 'cpu' ? null : await describeAdapter(device).catch(() => null);
     if (backend === 'auto' && !device && adapter) this.#notTaken = whyNotTaken(adapter);
     const open = () => WebEngine.open(this.#notTaken ? 'cpu' : backend, pause);
-    this.#engine = await (device ? lendDevice(device, open) : open());
+    this.#engine = await (device ? withDevice(device, open) : open());
     const facts = JSON.parse(this.#engine.facts());
     if (facts.adapter) {
       Object.assign(facts.adapter, adapter);
@@ -80,7 +80,7 @@ export class Core {
   }
 
   /**
-   * Calls an operation by name; `call` names it for `cancel`, `progress` hears how far it is.
+   * Calls an operation by name; `call` identifies it for `cancel`, `progress` receives its progress.
    *
    * @param {Operation} operation
    * @param {number} call
@@ -159,11 +159,11 @@ export class Core {
 
   /** @param {MeshArguments} args @param {Listener} progress @param {State} state */
   async #make(args, progress, state) {
-    const told = (/** @type {number} */ done, /** @type {number} */ total) => progress({ stage: 'mesh', done, total });
+    const onRays = (/** @type {number} */ done, /** @type {number} */ total) => progress({ stage: 'mesh', done, total });
     const mesh = await spilling(args.spill, async (open) => {
-      // first of all: a job that is refused opens no file
+      // before the file is opened: a job may be refused
       const job = this.#job(args, state);
-      return this.#engine.mesh(job, args.readSeconds, told, await open?.());
+      return this.#engine.mesh(job, args.readSeconds, onRays, await open?.());
     });
     const facts = this.#describe(mesh);
     /** @type {Facts} */
@@ -171,7 +171,7 @@ export class Core {
     if (this.#notTaken) facts.report.warnings.unshift(`meshed on the CPU: ${this.#notTaken}`);
     const { rays, crossings, seconds } = facts.report;
     const columns = seconds.columns ?? 0;
-    // half the time goes with the rays, half with what they cross: good enough to tell seconds from minutes
+    // half the time for the rays, half for their crossings: good enough to distinguish seconds from minutes
     this.#pace = { ray: columns / 2 / Math.max(rays, 1), crossing: columns / 2 / Math.max(crossings, 1) };
     // the GPU may have been lost for good
     return engine.adapter ? facts : { ...facts, engine };
@@ -192,7 +192,7 @@ export class Core {
     for (const format of ['npy', 'raw']) sizes[`${format}-bits`] = mesh.size(format, true);
     /** @type {import('./hexcast.js').Report} */
     const report = JSON.parse(mesh.report());
-    // the wasm is told no name
+    // browsers give the wasm no name
     if (report.adapter === '') report.adapter = this.#adapterName;
     return { mesh: this.#meshes.keep(mesh), report, axis: /** @type {0 | 1 | 2} */ (mesh.rayAxis()), runs, bytes, sizes };
   }

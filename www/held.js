@@ -1,5 +1,5 @@
 /**
- * What the core holds for its callers, by number: they can be told numbers, and not the things.
+ * The objects that the core holds for its callers, by number: a message can contain a number, but not the object.
  *
  * @template {{ free(): void }} T
  */

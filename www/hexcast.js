@@ -22,22 +22,18 @@ export async function createMesher({ backend = 'auto', wasm, worker, device, sig
   if (device) checkDevice(backend, worker);
   const connection = await connect(device ? false : worker);
   try {
-    const source = place(wasm ?? new URL('./hexcast_bg.wasm', import.meta.url));
+    const source = wasm ?? new URL('./hexcast_bg.wasm', import.meta.url);
     const facts = await connection.call(
       'open',
-      { backend, wasm: source, device: /** @type {GPUDevice | undefined} */ (device) },
+      // a URL cannot be sent to a worker
+      { backend, wasm: source instanceof URL ? source.href : source, device: /** @type {GPUDevice | undefined} */ (device) },
       { signal },
     );
-    return disposable(new Mesher(connection, facts));
+    return new Mesher(connection, facts);
   } catch (error) {
     connection.close();
     throw error;
   }
-}
-
-/** A place as workers can be told it; bytes and modules are as they are. @param {import('./hexcast.js').WasmSource} source */
-function place(source) {
-  return source instanceof URL ? source.href : source;
 }
 
 /** @param {MesherOptions['backend']} backend @param {MesherOptions['worker']} worker */
@@ -87,7 +83,7 @@ class Surface {
     this.#id = undefined;
   }
 
-  [Symbol.dispose ?? Symbol.for('Symbol.dispose')]() {
+  [Symbol.dispose]() {
     this.dispose();
   }
 }
@@ -108,7 +104,7 @@ class Mesher {
    * @param {CallOptions & { file?: string }} [options]
    */
   async read(source, { file, ...options } = {}) {
-    return disposable(new Surface(this.#connection, await this.#read(source, file ?? nameOf(source) ?? 'geometry', options)));
+    return new Surface(this.#connection, await this.#read(source, file ?? nameOf(source) ?? 'geometry', options));
   }
 
   /** @param {Job} job @param {import('./hexcast.js').MeshOptions} [options] */
@@ -120,9 +116,9 @@ class Mesher {
     return this.#withSurfaces(job, options, async (prepared) => {
       const readSeconds = prepared.readAny ? (performance.now() - start) / 1000 : 0;
       const made = await this.#connection.call('mesh', { ...prepared, readSeconds, spill }, options);
-      // on the CPU from now on, where the GPU was lost for good
+      // where the GPU was lost for good, the mesher stays on the CPU
       if (this.backend === 'gpu' && 'engine' in made) Object.assign(this, made.engine);
-      return disposable(new Mesh(this.#connection, made));
+      return new Mesh(this.#connection, made);
     });
   }
 
@@ -135,16 +131,16 @@ class Mesher {
   async open(file, options = {}) {
     // bytes are copied: the mesh reads them as long as it lives
     const source = file instanceof Blob ? file : new Uint8Array(file instanceof ArrayBuffer ? file.slice(0) : file);
-    return disposable(new Mesh(this.#connection, await this.#connection.call('openColumns', { source }, options)));
+    return new Mesh(this.#connection, await this.#connection.call('openColumns', { source }, options));
   }
 
   dispose() {
     this.#connection.close();
-    // its worker cannot any more
+    // the worker was ended before it could
     clearSpillFiles();
   }
 
-  [Symbol.dispose ?? Symbol.for('Symbol.dispose')]() {
+  [Symbol.dispose]() {
     this.dispose();
   }
 
@@ -193,14 +189,4 @@ class Mesher {
 /** The name of a File. @param {GeometrySource} source */
 function nameOf(source) {
   return source instanceof File ? source.name : undefined;
-}
-
-/**
- * The same thing, known to `using`: TypeScript does not see that a method is called `Symbol.dispose` where there is one.
- *
- * @template {{ dispose(): void }} T
- * @param {T} thing
- */
-function disposable(thing) {
-  return /** @type {T & Disposable} */ (/** @type {unknown} */ (thing));
 }

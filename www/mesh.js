@@ -1,7 +1,7 @@
 /** A mesh that the core holds: queries, pictures and files. */
 
 const SLAB_BYTES = 16 << 20;
-/** Bytes of a file gathered before they go into a Blob, which browsers keep on disk. */
+/** Bytes of a file that are collected in memory before they become a Blob, which browsers keep on disk. */
 const BLOB_PART_BYTES = 64 << 20;
 
 const MIME = {
@@ -72,7 +72,7 @@ export class Mesh {
       signal?.throwIfAborted();
       const now = await next;
       next = at < boxes.length ? load(at) : null;
-      // if the caller stops here nobody will wait for it
+      // a caller that stops here never awaits it
       next?.catch(() => {});
       yield now;
     }
@@ -105,7 +105,7 @@ export class Mesh {
     let encoder;
     let done = 0;
     const total = this.size(format, { compress, bits }) ?? 0;
-    // what is compressed first is counted in flags
+    // while flags are compressed, progress counts flags
     const flags = this.report.cells;
     return new ReadableStream(
       {
@@ -134,19 +134,20 @@ export class Mesh {
 
   /** @param {Format} format @param {WriteOptions} [options] */
   async blob(format, options) {
+    /** @type {Blob[]} */
     const parts = [];
     /** @type {Uint8Array<ArrayBuffer>[]} */
-    let gathered = [];
+    let pieces = [];
     let bytes = 0;
-    for await (const piece of iterate(this.stream(format, options))) {
-      gathered.push(piece);
+    const write = (/** @type {Uint8Array<ArrayBuffer>} */ piece) => {
+      pieces.push(piece);
       bytes += piece.byteLength;
-      if (bytes >= BLOB_PART_BYTES) {
-        parts.push(new Blob(gathered));
-        [gathered, bytes] = [[], 0];
-      }
-    }
-    return new Blob([...parts, ...gathered], { type: MIME[format] });
+      if (bytes < BLOB_PART_BYTES) return;
+      parts.push(new Blob(pieces));
+      [pieces, bytes] = [[], 0];
+    };
+    await this.stream(format, options).pipeTo(new WritableStream({ write }));
+    return new Blob([...parts, ...pieces], { type: MIME[format] });
   }
 
   /** @param {WriteOptions} [options] */
@@ -160,26 +161,7 @@ export class Mesh {
     this.#id = undefined;
   }
 
-  [Symbol.dispose ?? Symbol.for('Symbol.dispose')]() {
+  [Symbol.dispose]() {
     this.dispose();
-  }
-}
-
-/**
- * Reads a stream with `for await` where streams are not iterable by themselves.
- *
- * @template T
- * @param {ReadableStream<T>} stream
- */
-async function* iterate(stream) {
-  const reader = stream.getReader();
-  try {
-    for (;;) {
-      const { done, value } = await reader.read();
-      if (done) return;
-      yield value;
-    }
-  } finally {
-    await reader.cancel().catch(() => {});
   }
 }

@@ -1,6 +1,6 @@
 /**
- * The package in Node: the same interface on the calling thread. The GPU backend needs the npm package `webgpu` beside this
- * one; without it, or without an adapter, `backend: 'auto'` meshes on the CPU.
+ * The package in Node: the same interface on the calling thread. The GPU backend needs the npm package `webgpu` to be
+ * installed, too; without it, or without an adapter, `backend: 'auto'` meshes on the CPU.
  */
 import { readFile } from 'node:fs/promises';
 
@@ -16,7 +16,7 @@ export async function createMesher(options = {}) {
   const { backend = 'auto' } = options;
   const wasm = options.wasm ?? (await readFile(new URL('./hexcast_bg.wasm', import.meta.url)));
   if (backend === 'cpu' || (await provideGpu())) return create({ ...options, wasm, worker: false });
-  if (backend === 'gpu') throw new HexcastError('no-adapter', NO_GPU, 'install webgpu beside hexcast, or use the CPU backend');
+  if (backend === 'gpu') throw new HexcastError('no-adapter', NO_GPU, 'install webgpu, or use the CPU backend');
   const mesher = await create({ ...options, backend: 'cpu', wasm, worker: false });
   return Object.assign(mesher, { fallback: NO_GPU });
 }

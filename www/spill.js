@@ -1,30 +1,28 @@
 /**
- * Columns outside memory: a temporary file in the origin's private file system (OPFS), which workers read and write without
- * waiting. It is removed with the mesh; those of workers that were ended meanwhile are removed later by others.
+ * Columns on disk: a temporary file in the origin's private file system (OPFS), which workers read and write synchronously. It is
+ * removed with the mesh. A file of a worker that was ended before is removed by the next mesher.
  */
 import { errorFrom } from './error.js';
 
 const FOLDER = 'hexcast-columns';
-/** Milliseconds between attempts: a worker that was ended lets go of its files a moment later. */
+/** Milliseconds between attempts: the browser releases the files of a worker a moment after its end. */
 const WAITS = [0, 50, 200, 1000, 4000];
 
-/** Whether columns can spill on this thread: in workers of secure pages, not in Node. */
-function canSpill() {
-  const { navigator, FileSystemFileHandle } = globalThis;
-  const hasFiles = typeof navigator?.storage?.getDirectory === 'function';
-  return hasFiles && typeof FileSystemFileHandle?.prototype.createSyncAccessHandle === 'function';
-}
+const NO_SPILL = JSON.stringify({
+  code: 'io',
+  message: 'columns cannot spill here: this thread has no private file system that it can write synchronously',
+  hint: 'leave out spill, or mesh in a worker of a secure page',
+});
 
-/** Opens a file for the columns of one mesh. @returns {Promise<SpillFile>} */
+/** Opens a file for the columns of one mesh, which only workers of secure pages can. @returns {Promise<SpillFile>} */
 async function openSpillFile() {
-  return alone(async () => {
+  if (!globalThis.FileSystemFileHandle?.prototype.createSyncAccessHandle) throw NO_SPILL;
+  return withLock(async () => {
     const root = await navigator.storage.getDirectory();
     const folder = await root.getDirectoryHandle(FOLDER, { create: true });
     const name = crypto.randomUUID();
     const file = await folder.getFileHandle(name, { create: true });
-    const handle = await file.createSyncAccessHandle?.();
-    if (!handle) throw new Error('files cannot be written here without waiting');
-    return new SpillFile(handle, () => folder.removeEntry(name));
+    return new SpillFile(await file.createSyncAccessHandle(), () => folder.removeEntry(name));
   });
 }
 
@@ -35,25 +33,18 @@ async function clear() {
   if (!folder) return true;
   const names = [];
   for await (const name of folder.keys()) names.push(name);
-  // one that is open refuses
-  const removed = await Promise.all(
-    names.map((name) =>
-      folder.removeEntry(name).then(
-        () => true,
-        () => false,
-      ),
-    ),
-  );
-  return removed.every(Boolean);
+  // the browser does not remove a file that is open
+  const removed = await Promise.allSettled(names.map((name) => folder.removeEntry(name)));
+  return removed.every(({ status }) => status === 'fulfilled');
 }
 
-/** Removes what was left behind by workers that were ended with their meshes. */
+/** Removes the files of workers that were ended before their meshes were. */
 export async function clearSpillFiles() {
   if (!globalThis.navigator?.storage?.getDirectory || !navigator.locks) return;
   for (const wait of WAITS) {
     await new Promise((resolve) => setTimeout(resolve, wait));
-    // a private window may have no such file system: then there is nothing
-    if (await alone(clear).catch(() => true)) return;
+    // a private window may have no such file system, and no files
+    if (await withLock(clear).catch(() => true)) return;
   }
 }
 
@@ -66,33 +57,24 @@ export async function clearSpillFiles() {
  * @returns {Promise<T>}
  */
 export async function spilling(spill, make) {
-  const open = async () => {
-    if (!canSpill()) throw NO_SPILL;
-    // a private window may refuse
-    return openSpillFile().catch(() => Promise.reject(NO_SPILL));
-  };
+  // a private window may refuse
+  const open = () => openSpillFile().catch(() => Promise.reject(NO_SPILL));
   if (spill === true) return make(open);
   return make().catch((error) => {
-    // most find out from their estimate, before a ray is cast
+    // the estimate finds most of these errors, before a ray is cast
     if (spill === false || errorFrom(error).code !== 'memory') throw error;
     return make(open).catch((again) => Promise.reject(again === NO_SPILL ? error : again));
   });
 }
 
-const NO_SPILL = JSON.stringify({
-  code: 'io',
-  message: 'columns cannot spill here: there is no private file system that this thread can write without waiting',
-  hint: 'leave out spill, or mesh in a worker of a secure page',
-});
-
 /**
- * Keeps files from being removed between their making and their opening.
+ * Holds a lock, so that no file is removed between its creation and its opening.
  *
  * @template T
  * @param {() => Promise<T>} act
  * @returns {Promise<T>}
  */
-async function alone(act) {
+async function withLock(act) {
   return navigator.locks.request(FOLDER, act);
 }
 
@@ -112,7 +94,7 @@ class SpillFile {
   }
 
   /**
-   * Appends bytes and returns the place of the first.
+   * Appends bytes and returns the offset of the first.
    *
    * @param {Uint8Array} bytes
    */
@@ -124,7 +106,7 @@ class SpillFile {
   }
 
   /**
-   * Reads bytes at a place.
+   * Reads bytes from an offset.
    *
    * @param {number} at
    * @param {Uint8Array} bytes
@@ -160,7 +142,7 @@ class SpillFile {
   /** Closes and removes the file. */
   close() {
     this.#handle.close();
-    // what cannot be removed now is so later
+    // where this fails, the next mesher removes it
     this.#remove().catch(() => {});
   }
 }

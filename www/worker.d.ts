@@ -1,5 +1,5 @@
 /**
- * The worker script, for the option `worker` of `createMesher`, where a bundler is to be told where it is. It exports nothing: importing
- * it makes the thread it runs on answer a mesher.
+ * The worker script, for the option `worker` of `createMesher` where a bundler cannot find it by itself. It exports nothing; a thread
+ * that imports it answers a mesher.
  */
 export {};

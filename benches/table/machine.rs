@@ -1,6 +1,6 @@
 //! What the machine could do at most: loops over all cores that do nothing but what a pass cannot leave out.
 //!
-//! `scripts/limits.mjs` holds the passes against these. The drivers of GPUs in software share these cores. Cost: a second.
+//! `benches/limits.mjs` holds the passes against these. The drivers of GPUs in software share these cores. Cost: a second.
 
 use std::hint::black_box;
 use std::time::Instant;

@@ -81,7 +81,7 @@ impl Capacity {
             n_facets,
             n_chunks,
             n_counters: n_bins * u64::from(n_layers),
-            n_tiles: 16 * n_bins + 5 * n_facets / 2,
+            n_tiles: 16 * n_bins + 3 * n_facets,
             n_places: n_places.max(n_rays),
         }
     }

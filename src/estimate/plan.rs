@@ -34,7 +34,7 @@ impl Device {
         match self {
             Device::None => 10,
             Device::Own => 5,
-            Device::Shared => 4,
+            Device::Shared => 3,
         }
     }
 }

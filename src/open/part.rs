@@ -98,7 +98,7 @@ pub fn split(frame: Frame, rule: Rule, lines: &Lines, policies: &[(Open, &str)])
 fn refused(name: &str, surface: &Surface) -> Error {
     let [x, y, z] = surface.longest_at;
     let message = format!(
-        "geometry \"{name}\" is not closed: {} open edges around {} holes, the longest at ({x}, {y}, {z})",
+        "geometry \"{name}\" is not closed: open edges {}, in {} loops, the longest edge at ({x}, {y}, {z})",
         surface.open_edges, surface.holes
     );
     Error::new(

@@ -8,7 +8,7 @@ import path from 'node:path';
 import { chromium as playwright } from '@playwright/test';
 import puppeteer from 'puppeteer-core';
 
-import { NATIVE_ENV, chromium, firefox } from '../../scripts/machine.mjs';
+import { chromium, firefox } from '../../scripts/machine.mjs';
 
 /** Of every Chromium that tests start. */
 export const CHROMIUM_ARGS = [
@@ -53,7 +53,7 @@ export async function openFirefox() {
     userDataDir: profile,
     extraPrefsFirefox: FIREFOX_PREFS,
     // as root its content sandbox cannot reach the driver
-    env: { ...process.env, ...NATIVE_ENV, MOZ_DISABLE_CONTENT_SANDBOX: '1' },
+    env: { ...process.env, MOZ_DISABLE_CONTENT_SANDBOX: '1' },
   });
   browser.process()?.once('exit', () => rmSync(profile, { recursive: true, force: true }));
   return browser;

@@ -127,11 +127,11 @@ test('what will not fit is said before it is tried', async ({ visit }) => {
     assert.match((await page.locator('#estimate .warn').allTextContents()).join(), sentence);
   };
   await says(1000, /^$/);
-  await says(12_000, /^This is much for a page: about \d+ MB of memory\./);
-  await says(30_000, /^A page has no room in memory for [\d.]+ GB: the mesh is kept in the browser's private files/);
+  await says(12_000, /^This takes much memory: about \d+ MB\./);
+  await says(30_000, /^A page cannot hold [\d.]+ GB in memory: the mesh is stored in the browser's private files/);
   await says(
     50_000,
-    /^This will not fit: it needs about [\d.]+ GB, and a page has room for 2\.80 GB in memory, or 10\.0 GB on the disk\. Take larger cells/,
+    /^This will not fit: it needs about [\d.]+ GB, and a page can hold 2\.80 GB in memory or 10\.0 GB on disk\. Take larger cells/,
   );
   await says(300_000, /^\d+ cells along \w: at most 262142 fit\. /);
   await says(1e11, /^4\d{9} cells along \w: at most 262142 fit\. /);

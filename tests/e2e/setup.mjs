@@ -3,5 +3,6 @@
 import { run } from '../../scripts/run.mjs';
 
 export default async function setup() {
-  await run('cargo', ['build', '--bin', 'hexcast']);
+  // as the native tests build it: by itself it would be compiled again, as dependencies of tests switch on features of others
+  await run('cargo', ['test', '--test', 'native', '--no-run'], { minutes: 30 });
 }

@@ -6,8 +6,8 @@ import { complaintsOf, openChromium, openFirefox } from './browsers.mjs';
 import { knotText } from './samples.mjs';
 import { test } from './visit.mjs';
 
-/** In the page: meshes in memory and with its columns aside, on one backend, and tells what came out and what was left. */
-async function meshAside({ backend, knot }) {
+/** In the page: meshes in memory and with columns that spill, on one backend; returns the results and the files that remain. */
+async function meshSpilling({ backend, knot }) {
   const { createMesher } = await import(new URL('hexcast.js', location.href).href);
   const source = Uint8Array.from(knot, (letter) => letter.charCodeAt(0));
   const files = async () => {
@@ -40,12 +40,12 @@ async function meshAside({ backend, knot }) {
   const mesher = await createMesher({ backend });
   const atStart = await untilGone();
   const held = await mesher.mesh(job);
-  const facts = { backend: mesher.backend, held: await bytesOf(held), asideOfHeld: held.report.peak_bytes.aside, atStart };
+  const facts = { backend: mesher.backend, held: await bytesOf(held), spilledOfHeld: held.report.peak_bytes.spilled, atStart };
   facts.refused = await code(mesher.mesh(tight, { spill: false }));
   facts.none = await files();
   const spilled = [await mesher.mesh(tight), await mesher.mesh(tight, { spill: true })];
   facts.files = await files();
-  facts.aside = spilled.map((mesh) => mesh.report.peak_bytes.aside);
+  facts.spilledBytes = spilled.map((mesh) => mesh.report.peak_bytes.spilled);
   facts.memory = [held.columns.bytes, ...spilled.map((mesh) => mesh.columns.bytes)];
   facts.spilled = [await bytesOf(spilled[0]), await bytesOf(spilled[1])];
   for (const mesh of spilled) mesh.dispose();
@@ -69,7 +69,7 @@ async function meshAside({ backend, knot }) {
 }
 
 for (const [name, open] of Object.entries({ Chromium: openChromium, Firefox: openFirefox })) {
-  test(`columns go aside in ${name} and come back the same, and no file is left`, async ({ site }) => {
+  test(`columns spill in ${name}, read back the same, and no file is left`, async ({ site }) => {
     const knot = await knotText();
     const browser = await open();
     try {
@@ -77,11 +77,14 @@ for (const [name, open] of Object.entries({ Chromium: openChromium, Firefox: ope
         const page = await browser.newPage();
         const complaints = complaintsOf(page, site);
         await page.goto(site);
-        const { held, memory, aside, ...found } = await page.evaluate(meshAside, { backend, knot });
-        assert.ok(aside.every((bytes) => bytes > 1e6) && memory[1] < memory[0] / 10, `${aside} bytes aside, ${memory} in memory`);
+        const { held, memory, spilledBytes, ...found } = await page.evaluate(meshSpilling, { backend, knot });
+        assert.ok(
+          spilledBytes.every((bytes) => bytes > 1e6) && memory[1] < memory[0] / 10,
+          `${spilledBytes} bytes spilled, ${memory} in memory`,
+        );
         const expected = {
           backend,
-          asideOfHeld: 0,
+          spilledOfHeld: 0,
           atStart: 0,
           refused: 'memory',
           none: 0,
@@ -104,8 +107,8 @@ for (const [name, open] of Object.entries({ Chromium: openChromium, Firefox: ope
   });
 }
 
-/** In the page: the hash of a mesh whose columns go aside, or its error. */
-async function hashAside(knot) {
+/** In the page: the hash of a mesh whose columns spill, or its error. */
+async function hashSpilled(knot) {
   const { createMesher } = await import(new URL('hexcast.js', location.href).href);
   const source = Uint8Array.from(knot, (letter) => letter.charCodeAt(0));
   const mesher = await createMesher({ backend: 'cpu' });
@@ -133,7 +136,7 @@ test('a file system that takes and gives bytes in parts will do, and one that is
   for (const code of [WHOLE, IN_PARTS, FULL]) {
     const page = await browser.newPage();
     await page.goto(await siteWithWorker(code));
-    found.push(await page.evaluate(hashAside, await knotText()));
+    found.push(await page.evaluate(hashSpilled, await knotText()));
     await page.close();
   }
   const [whole, inParts, full] = found;

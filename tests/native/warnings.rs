@@ -2,7 +2,7 @@
 
 use hexcast::control::Control;
 use hexcast::geometry::{Facet, SharedFacets};
-use hexcast::job::{AxisChoice, GeometryJob, Job};
+use hexcast::job::{AxisChoice, GeometryJob, Job, Open};
 use hexcast::pipeline::{Engine, MeshOptions, mesh};
 use hexcast::read::{Contents, Format, Solid};
 use hexcast::sources::Source;
@@ -14,11 +14,11 @@ type Body = ([[f32; 3]; 2], u8, i32);
 
 const ROOM: Body = ([[0.0; 3], [8.0; 3]], 1, 0);
 
-/// Meshes boxes in a domain of 8 x 8 x 8 unit cells; returns the warnings. The last box may lack a facet.
-fn warnings(bodies: &[Body], is_open: bool, axis: AxisChoice) -> Vec<String> {
+/// Meshes boxes in a domain of 8 x 8 x 8 unit cells; returns the warnings. Where `open` says what to do then, boxes lack a facet.
+fn warnings(bodies: &[Body], open: Option<Open>, axis: AxisChoice) -> Vec<String> {
     let source = |&([low, high], ..): &Body| {
         let mut facets: Vec<Facet> = models::cuboid(low, high);
-        if is_open {
+        if open.is_some() {
             facets.truncate(facets.len() - 1);
         }
         let n_facets = facets.len() as u64;
@@ -44,7 +44,7 @@ fn warnings(bodies: &[Body], is_open: bool, axis: AxisChoice) -> Vec<String> {
     };
     let geometries = bodies.iter().enumerate().map(geometry).collect();
     let domain = Some([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]);
-    let job = Job { geometries, domain, dims: Some([8; 3]), axis, ..Job::default() };
+    let job = Job { geometries, domain, dims: Some([8; 3]), axis, open: open.unwrap_or_default(), ..Job::default() };
     let sources = bodies.iter().map(source).collect();
     let (options, mut engine, control) = (MeshOptions::default(), Engine::cpu(), Control::default());
     let meshed = pollster::block_on(mesh(&job, sources, &options, &mut engine, &control));
@@ -105,17 +105,34 @@ fn a_geometry_without_cells_is_named_with_the_cause() {
     ];
     for (what, bodies, expected) in cases {
         for axis in AXES {
-            assert_eq!(warnings(bodies, false, axis), *expected, "{what}, along {axis:?}");
+            assert_eq!(warnings(bodies, None, axis), *expected, "{what}, along {axis:?}");
         }
     }
 }
 
 #[test]
-fn a_geometry_that_is_not_closed_is_named() {
+fn a_surface_that_is_open_is_named_along_every_axis() {
+    let expected = "geometry \"box 0\" is not closed: open edges 3, in 1 loops, the longest edge at (4, 4, 8); ";
     for axis in AXES {
-        let found = warnings(&[ROOM], true, axis);
-        assert_eq!(found.len(), 1, "{found:?}");
-        let expected = "geometry \"box 0\" is not closed: 3 open edges around 1 holes, the longest at";
-        assert!(found[0].starts_with(expected), "{found:?}");
+        let found = warnings(&[ROOM], Some(Open::Winding), axis);
+        let [warning] = &found[..] else { panic!("{found:?}") };
+        assert!(warning.starts_with(expected) && warning.contains(" along x, 0 along y, "), "{warning}");
+        assert!(warning.ends_with("of 512 cells were doubtful and were decided by the winding number"), "{warning}");
+        assert_eq!(found, warnings(&[ROOM], Some(Open::Winding), AxisChoice::Auto));
+    }
+}
+
+#[test]
+fn rays_of_one_axis_that_find_a_surface_open_are_counted() {
+    let mut n_open = 0;
+    for axis in AXES {
+        let found = warnings(&[ROOM], Some(Open::Parity), axis);
+        assert!(found.len() < 2, "{found:?}");
+        // a facet of a side across the rays is missing: half of them enter and do not leave
+        if let Some(warning) = found.first() {
+            let n_odd: u32 = warning.split(' ').next().unwrap_or_default().parse().expect("a number");
+            assert!((28..=36).contains(&n_odd) && warning.contains(" of 64 rays do not leave"), "{warning}");
+            n_open += 1;
+        }
     }
 }

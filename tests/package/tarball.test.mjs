@@ -171,7 +171,7 @@ const SPILL = `
   mesher.dispose();
 `;
 
-test('columns cannot go aside in Node, and both errors say what can be done', () => {
+test('columns cannot spill in Node, and both errors say what to do', () => {
   writeFileSync(path.join(project, 'spill.js'), SPILL);
   const stl = path.join(ROOT, 'tests/fixtures/spot.stl');
   const [auto, never, always] = JSON.parse(execFileSync(process.execPath, ['spill.js', stl], { cwd: project, encoding: 'utf8' }));

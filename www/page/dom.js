@@ -1,12 +1,12 @@
-/** Elements without a framework. */
+/** Elements of the page. */
 
-/** The element of an id; a missing one is a mistake in the page. @param {string} id */
+/** The element of an id. @param {string} id */
 export function byId(id) {
   return the(HTMLElement, id);
 }
 
 /**
- * The element of an id that is of a kind, such as `HTMLInputElement`; any other is a mistake in the page.
+ * The element of an id and of a class, such as `HTMLInputElement`; throws where the page has none.
  *
  * @template {HTMLElement} T
  * @param {new () => T} kind
@@ -70,8 +70,8 @@ export function make(tag, { on = {}, ...properties } = {}, ...children) {
   return element;
 }
 
-/** Calls `action` once things have been quiet for so many milliseconds. @param {() => void} action @param {number} milliseconds */
-export function later(action, milliseconds) {
+/** A function that calls `action` when it was not called again for so many milliseconds. @param {() => void} action @param {number} milliseconds */
+export function debounce(action, milliseconds) {
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   let timer;
   return () => {

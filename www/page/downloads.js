@@ -1,4 +1,4 @@
-/** Files out: streamed to disk where the browser lets the user pick a place, through its private file system or a Blob elsewhere. */
+/** Downloads: streamed to disk where the browser lets the user pick a place, through its private file system or a Blob elsewhere. */
 import { byId, make } from './dom.js';
 import { bytes } from './format.js';
 import { showError } from './messages.js';
@@ -10,7 +10,7 @@ import { on, state } from './state.js';
 const BLOB_BYTES = 256e6;
 
 /**
- * A file that the page makes; one without a format is a description.
+ * A file that the page offers; one without a format is a description.
  *
  * @typedef {object} FileKind
  * @property {string} id
@@ -23,44 +23,19 @@ const BLOB_BYTES = 256e6;
  * @typedef {import('hexcast').Mesh} Mesh
  */
 
-/** @type {FileKind[]} */
+/** @type {(id: string, extension: string, label: string, note: string, more?: Partial<FileKind>) => FileKind} */
+const file = (id, extension, label, note, more) => ({ id, extension, label, note, ...more });
+const BITS = { bits: true };
 const FILES = [
-  { id: 'vti', extension: 'vti', format: 'vti', label: 'VTK image', note: 'ParaView, VisIt' },
-  {
-    id: 'vtiz',
-    extension: 'vti',
-    format: 'vti',
-    options: { compress: 6 },
-    label: 'VTK image, compressed',
-    note: 'ParaView, VisIt',
-  },
-  { id: 'npy', extension: 'npy', format: 'npy', label: 'NumPy', note: 'shape nz, ny, nx' },
-  { id: 'raw', extension: 'raw', format: 'raw', label: 'Raw', note: 'one byte a cell, x fastest' },
-  { id: 'sidecar', extension: 'raw.json', label: 'Raw: description', note: 'dims, lines, names' },
-  {
-    id: 'npy-bits',
-    extension: 'bits.npy',
-    format: 'npy',
-    options: { bits: true },
-    label: 'NumPy, packed',
-    note: 'eight cells a byte',
-  },
-  {
-    id: 'raw-bits',
-    extension: 'bits.raw',
-    format: 'raw',
-    options: { bits: true },
-    label: 'Raw, packed',
-    note: 'eight cells a byte',
-  },
-  {
-    id: 'sidecar-bits',
-    extension: 'bits.raw.json',
-    options: { bits: true },
-    label: 'Packed: description',
-    note: 'dims, lines, names',
-  },
-  { id: 'hxc', extension: 'hxc', format: 'hxc', label: 'Column file', note: 'small; opens here again' },
+  file('vti', 'vti', 'VTK image', 'ParaView, VisIt', { format: 'vti' }),
+  file('vtiz', 'vti', 'VTK image, compressed', 'ParaView, VisIt', { format: 'vti', options: { compress: 6 } }),
+  file('npy', 'npy', 'NumPy', 'shape nz, ny, nx', { format: 'npy' }),
+  file('raw', 'raw', 'Raw', 'one byte a cell, x fastest', { format: 'raw' }),
+  file('sidecar', 'raw.json', 'Raw: description', 'dims, lines, names'),
+  file('npy-bits', 'bits.npy', 'NumPy, packed', 'eight cells a byte', { format: 'npy', options: BITS }),
+  file('raw-bits', 'bits.raw', 'Raw, packed', 'eight cells a byte', { format: 'raw', options: BITS }),
+  file('sidecar-bits', 'bits.raw.json', 'Packed: description', 'dims, lines, names', { options: BITS }),
+  file('hxc', 'hxc', 'Column file', 'small; this page opens it again', { format: 'hxc' }),
 ];
 
 /** Draws the list of files whenever there is a mesh. */
@@ -70,7 +45,7 @@ export function startDownloads() {
 
 function show() {
   const { mesh } = state;
-  // a bit tells one flag from the background, no more
+  // a bit distinguishes one flag from the background
   const files = FILES.filter((file) => !file.options?.bits || mesh?.report.flags.length === 1);
   byId('downloads').replaceChildren(...(mesh ? files.map((file) => entry(mesh, file)) : []));
 }
@@ -111,11 +86,15 @@ async function download(mesh, file, button, status) {
     const onProgress = (/** @type {import('hexcast').Progress} */ { done, total }) =>
       (status.textContent = `${bytes(done)}${total > done ? ` of ${bytes(total)}` : ''}`);
     const options = { ...file.options, signal: stop.signal, onProgress };
-    if (!file.format) await saveTo(handle, new Blob([await mesh.sidecar(options)], { type: 'application/json' }), name);
-    else if (handle) await mesh.stream(file.format, options).pipeTo(await handle.createWritable(), { signal: stop.signal });
-    else if (sizeAtMost(mesh, file.format, options) >= BLOB_BYTES && hasPrivateFiles())
-      await throughPrivate(mesh, file.format, options, name);
-    else saveAs(await mesh.blob(file.format, options), name);
+    const { format } = file;
+    const blob = async () =>
+      format ? mesh.blob(format, options) : new Blob([await mesh.sidecar(options)], { type: 'application/json' });
+    if (handle) {
+      const stream = format ? mesh.stream(format, options) : (await blob()).stream();
+      await stream.pipeTo(await handle.createWritable(), { signal: stop.signal });
+    } else if (format && sizeAtMost(mesh, format, options) >= BLOB_BYTES && hasPrivateFiles()) {
+      await throughPrivate(mesh, format, options, name);
+    } else save(await blob(), name);
     status.textContent = 'Saved.';
   } catch (error) {
     status.textContent = error instanceof DOMException && error.name === 'AbortError' ? 'Cancelled.' : '';
@@ -144,8 +123,7 @@ function columnBytes({ columns, report }) {
 
 /** Bytes of the columns that spilled. @param {import('hexcast').Report} report */
 export function spilledBytes(report) {
-  const { aside } = /** @type {{ aside?: number }} */ (report.peak_bytes ?? {});
-  return aside ?? 0;
+  return report.peak_bytes?.spilled ?? 0;
 }
 
 /** Asks for a place, or null where the browser has no such dialogue. @param {string} name */
@@ -154,7 +132,7 @@ async function pick(name) {
 }
 
 /**
- * Streams into the origin's private file system and hands the file on from there: memory holds a few pieces only.
+ * Streams a file into the origin's private file system and saves it from there: memory holds a few pieces only.
  *
  * @param {Mesh} mesh
  * @param {import('hexcast').Format} format
@@ -165,28 +143,15 @@ async function throughPrivate(mesh, format, options, name) {
   try {
     const handle = await privateFile(name);
     await mesh.stream(format, options).pipeTo(await handle.createWritable(), { signal: options.signal });
-    saveAs(await handle.getFile(), name);
+    save(await handle.getFile(), name);
   } catch (error) {
     await removePrivate(name);
     throw error;
   }
 }
 
-/** @param {FileSystemFileHandle | null} handle @param {Blob} blob @param {string} name */
-async function saveTo(handle, blob, name) {
-  if (!handle) return saveAs(blob, name);
-  const writable = await handle.createWritable();
-  await writable.write(blob);
-  return writable.close();
-}
-
-/** Saves a small file, such as a picture or the report. @param {Blob} blob @param {string} name */
+/** Hands a file to the browser, which saves it. @param {Blob} blob @param {string} name */
 export function save(blob, name) {
-  saveAs(blob, name);
-}
-
-/** @param {Blob} blob @param {string} name */
-function saveAs(blob, name) {
   const url = URL.createObjectURL(blob);
   const link = make('a', { href: url, download: name });
   document.body.append(link);

@@ -1,14 +1,14 @@
-/** What the mesh would cost, live, and whether it will fit. */
-import { byId, later, make } from './dom.js';
+/** What the mesh would cost, updated with every change, and whether it fits. */
+import { byId, debounce, make } from './dom.js';
 import { bytes, cellSize, duration, roughly, times } from './format.js';
 import { wrongField } from './fields.js';
 import { currentJob } from './job.js';
 import { sentence } from './messages.js';
 import { change, on, state } from './state.js';
 
-/** Columns beyond this do not fit into what a mesh takes of the 4 GB that wasm can address, with what it needs beside them. */
+/** Largest columns, in bytes, that a mesh can hold in the 4 GB that wasm can address: the rest is for facets and files. */
 const COLUMNS_LIMIT = 2.8e9;
-/** Columns from here on are much for a machine with little memory. */
+/** Columns from this size on fill a machine with little memory. */
 const COLUMNS_MUCH = 5e8;
 
 /** @type {AbortController | null} */
@@ -16,9 +16,9 @@ let running = null;
 
 /** Estimates anew whenever the job changes. */
 export function startEstimate() {
-  on(['settings', 'geometries', 'mesher'], later(estimate, 60));
+  on(['settings', 'geometries', 'mesher'], debounce(estimate, 60));
   on(['mesh'], estimate);
-  // what was set meanwhile
+  // settings may have changed while meshing
   on(['phase'], () => state.phase === 'idle' && estimate());
   on(['estimate', 'fields'], show);
 }
@@ -28,21 +28,21 @@ async function estimate() {
   const stop = new AbortController();
   running = stop;
   if (!state.mesher || state.geometries.length === 0) return change('estimate', { estimate: null });
-  // the worker meshes; the numbers on the page are those of the job that runs
+  // the page keeps the numbers of the job that runs
   if (state.phase === 'meshing') return undefined;
-  const [estimate, room] = await Promise.all([
+  const [estimate, freeBytes] = await Promise.all([
     state.mesher.estimate(currentJob(), { signal: stop.signal }).then(
       (result) => ({ result }),
       (error) => ({ error }),
     ),
-    roomForSpill(),
+    freeBytesForSpill(),
   ]);
-  if (!stop.signal.aborted) change('estimate', { estimate: { ...estimate, room } });
+  if (!stop.signal.aborted) change('estimate', { estimate: { ...estimate, freeBytes } });
   return undefined;
 }
 
-/** Bytes that the browser's private files may still take: 0 where there are none, Infinity where the browser does not say. */
-async function roomForSpill() {
+/** Free bytes of the browser's private file system: 0 where there is none, Infinity where the browser does not report them. */
+async function freeBytesForSpill() {
   if (!navigator.storage?.getDirectory) return 0;
   /** @type {StorageEstimate} */
   const { quota = Infinity, usage = 0 } = await navigator.storage.estimate().catch(() => ({}));
@@ -74,7 +74,7 @@ function show() {
   fact('estimate-file', 'File', `${bytes(result.file_bytes.raw)}, a byte a cell`);
   fact('estimate-time', 'Time', result.seconds === null ? 'known after the first mesh' : `about ${duration(result.seconds)}`);
   box.append(list);
-  const warning = fits(result, estimate.room);
+  const warning = fits(result, estimate.freeBytes);
   if (warning) box.append(make('p', { className: 'warn', id: 'estimate-warning' }, warning));
   return undefined;
 }
@@ -85,21 +85,21 @@ function problem({ message, hint }) {
 }
 
 /**
- * A sentence where it will not fit, or may not; else null. `room` is that of the browser's private files, in bytes.
+ * A sentence where the mesh does not fit, or may not; else null. `freeBytes` are those of the browser's private file system.
  *
  * @param {import('hexcast').Estimate} estimate
- * @param {number} room
+ * @param {number} freeBytes
  */
-function fits({ column_bytes: columns }, room) {
+function fits({ column_bytes: columns }, freeBytes) {
   const device = (navigator.deviceMemory ?? 8) * 1e9;
-  if (columns > COLUMNS_LIMIT && columns <= room) {
-    return `A page has no room in memory for ${bytes(columns)}: the mesh is kept in the browser's private files, which takes as much of the disk and is slower to look at.`;
+  if (columns > COLUMNS_LIMIT && columns <= freeBytes) {
+    return `A page cannot hold ${bytes(columns)} in memory: the mesh is stored in the browser's private files. It takes as much of the disk, and slices are slower.`;
   }
   if (columns > COLUMNS_LIMIT) {
-    return `This will not fit: it needs about ${bytes(columns)}, and a page has room for ${bytes(COLUMNS_LIMIT)} in memory${room > 0 ? `, or ${bytes(room)} on the disk` : ''}. Take larger cells, or mesh it with the command line.`;
+    return `This will not fit: it needs about ${bytes(columns)}, and a page can hold ${bytes(COLUMNS_LIMIT)} in memory${freeBytes > 0 ? ` or ${bytes(freeBytes)} on disk` : ''}. Take larger cells, or use the command line.`;
   }
   if (columns > COLUMNS_MUCH || columns > device / 4) {
-    return `This is much for a page: about ${bytes(columns)} of memory. Close other tabs, or take larger cells.`;
+    return `This takes much memory: about ${bytes(columns)}. Close other tabs, or take larger cells.`;
   }
   return null;
 }

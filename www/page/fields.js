@@ -1,17 +1,17 @@
-/** Fields that hold what they must not: said in a sentence, and nothing is meshed until they are right. */
+/** Fields with values that are not allowed: the page says so, and meshes nothing until they are corrected. */
 import { byId } from './dom.js';
 import { sentence } from './messages.js';
 import { change } from './state.js';
 
 const FORMS = ['geometries', 'settings'];
 
-/** Hears of every change of a field; those that are wrong change nothing else. */
+/** Announces every change of a field, also one that changes no setting because the value is wrong. */
 export function startFields() {
   // a choice is read where it has changed, after its input
   for (const event of ['input', 'change']) for (const form of FORMS) byId(form).addEventListener(event, () => change('fields'));
 }
 
-/** What is wrong with the first field that is, with its name; null where all are right. */
+/** A sentence about the first wrong field; null where all are right. */
 export function wrongField() {
   const inputs = FORMS.flatMap((form) => [...byId(form).querySelectorAll('input')]);
   const wrong = inputs.find((input) => !input.validity.valid);

@@ -1,14 +1,14 @@
-/** Files on their way in: dropped anywhere, chosen, or a sample. */
+/** Files that are opened: dropped anywhere on the page, chosen, or a sample. */
 import { byId, make, onInput } from './dom.js';
 import { count } from './format.js';
 import { clearMessages, showError, showNotice } from './messages.js';
-import { SAMPLES, sampleFiles } from './samples.js';
+import { SAMPLES } from './samples.js';
 import { takeExpected } from './share.js';
 import { change, freeFlag, set, state } from './state.js';
 
 /**
  * @typedef {Partial<import('./state.js').Geometry>} GeometrySettings
- * @typedef {{ source: File, settings?: GeometrySettings }} FileIn
+ * @typedef {{ source: File, settings?: GeometrySettings }} FileIn a file, and settings of its geometry
  */
 
 /** Beyond so many facets the preview in 3-D is left out: the browser would hold them three times. */
@@ -23,10 +23,7 @@ export function startFiles() {
   const choose = (/** @type {string} */ input, /** @type {string} */ button) => {
     byId(button).addEventListener('click', () => byId(input).click());
     onInput(input, 'change', (target) => {
-      addFiles(
-        [...(target.files ?? [])].map((source) => ({ source })),
-        { isFolder: input === 'folder-input' },
-      );
+      addFiles(withoutSettings(target.files ?? []), { isFolder: input === 'folder-input' });
       target.value = '';
     });
   };
@@ -39,6 +36,9 @@ export function startFiles() {
   }
   startDropping();
 }
+
+/** @param {Iterable<File>} files */
+const withoutSettings = (files) => Array.from(files, (source) => ({ source }));
 
 function startDropping() {
   let depth = 0;
@@ -56,11 +56,7 @@ function startDropping() {
       .map((item) => item.webkitGetAsEntry?.() ?? item.getAsFile());
     try {
       const isFolder = entries.some((entry) => entry && 'isDirectory' in entry && entry.isDirectory);
-      const files = (await Promise.all(entries.map(filesOf))).flat();
-      addFiles(
-        files.map((source) => ({ source })),
-        { isFolder },
-      );
+      addFiles(withoutSettings((await Promise.all(entries.map(filesOf))).flat()), { isFolder });
     } catch (error) {
       showError(error);
     }
@@ -88,38 +84,42 @@ async function filesOf(entry) {
   return (await Promise.all(entries.map(filesOf))).flat();
 }
 
-/** Takes a sample in place of all geometries. @param {string} id */
+/** Replaces all geometries by a sample. @param {string} id */
 export function addSample(id) {
-  addFiles(sampleFiles(id), { sample: id });
-}
-
-function removeAll() {
-  for (const geometry of state.geometries) geometry.surface?.dispose();
-  change('geometries', { geometries: [] });
+  return addFiles(
+    import('./sample_models.js').then(({ sampleFiles }) => sampleFiles(id)),
+    { sample: id },
+  );
 }
 
 /**
- * Reads files one after another and adds what can be read, or takes those of a sample in place of all; what cannot be read is
- * told, and changes nothing.
+ * Reads files one after another and adds their geometries; those of a sample replace all others. A file that cannot be read is
+ * reported, and changes nothing.
  *
- * @param {FileIn[]} files
+ * @param {FileIn[] | Promise<FileIn[]>} files
  * @param {{ isFolder?: boolean, sample?: string | null }} [options]
  */
 export function addFiles(files, { isFolder = false, sample = null } = {}) {
-  queue = queue.then(async () => {
-    if (files.length === 0) return;
-    await isQuiet();
-    const { mesher } = state;
-    if (!mesher) return;
-    clearMessages();
-    if (sample) removeAll();
-    const wanted = isFolder ? files.filter(({ source }) => /\.(stl|hxc)$/i.test(source.name)) : files;
-    if (wanted.length === 0) showNotice(`there is no STL file among the ${files.length} files of the folder`);
-    change('phase', { phase: 'reading' });
-    for (const file of wanted) await addFile(mesher, file, sample);
-    change('phase', { phase: 'idle' });
-  });
+  queue = queue.then(async () => readFiles(await files, isFolder, sample)).catch((error) => showError(error));
   return queue;
+}
+
+/** @param {FileIn[]} files @param {boolean} isFolder @param {string | null} sample */
+async function readFiles(files, isFolder, sample) {
+  if (files.length === 0) return;
+  await isQuiet();
+  const { mesher } = state;
+  if (!mesher) return;
+  clearMessages();
+  if (sample) {
+    for (const geometry of state.geometries) geometry.surface.dispose();
+    change('geometries', { geometries: [] });
+  }
+  const wanted = isFolder ? files.filter(({ source }) => /\.(stl|hxc)$/i.test(source.name)) : files;
+  if (wanted.length === 0) showNotice(`there is no STL file among the ${files.length} files of the folder`);
+  change('phase', { phase: 'reading' });
+  for (const file of wanted) await addFile(mesher, file, sample);
+  change('phase', { phase: 'idle' });
 }
 
 /** Resolves once no mesher starts and no mesh is made. */
@@ -167,7 +167,7 @@ async function readSurface(mesher, source) {
  */
 function addGeometry(read, source, sample, given) {
   const { colour, ...linked } = takeExpected(source.name);
-  // commas and colons would part the words of the command line
+  // commas and colons separate the settings of a file on the command line
   const name = source.name.replace(/\.[^.]*$/, '').replace(/[,:]/g, ' ');
   const unsaid = { name, flag: freeFlag(), priority: 0, scale: null, rotate: null, translate: null, split: false };
   const geometry = { id: nextId++, source, sample, ...read, ...unsaid, ...given, ...linked };

@@ -74,29 +74,33 @@ export function times(numbers, write = short) {
   return numbers.map(write).join(' × ');
 }
 
+/** The numbers of a text, separated by spaces, commas or slashes; undefined where a part is none. @param {string} text */
+export function numbersOf(text) {
+  const numbers = text
+    .split(/[\s,;/×]+/)
+    .filter(Boolean)
+    .map(Number);
+  return numbers.every(Number.isFinite) ? numbers : undefined;
+}
+
 /**
- * Reads one number or three from a field, separated by spaces, commas or slashes.
+ * Reads one number or three from a field.
  *
- * @returns {number | [number, number, number] | null | undefined} null where the field is empty, undefined where it is neither
  * @param {string} text
+ * @returns {number | [number, number, number] | null | undefined} null where the field is empty, undefined where it is neither
  */
 export function readNumbers(text) {
-  const parts = text
-    .trim()
-    .split(/[\s,;/×]+/)
-    .filter(Boolean);
-  const numbers = parts.map(Number);
-  if (parts.length === 0) return null;
-  if (numbers.some((number) => !Number.isFinite(number))) return undefined;
-  if (numbers.length === 1) return numbers[0];
-  return numbers.length === 3 ? /** @type {[number, number, number]} */ (numbers) : undefined;
+  const numbers = numbersOf(text);
+  if (numbers?.length === 0) return null;
+  if (numbers?.length === 1) return numbers[0];
+  return numbers?.length === 3 ? /** @type {[number, number, number]} */ (numbers) : undefined;
 }
 
 /**
  * The lengths of a cell: once where they are equal, to the digits shown.
  *
  * @param {number[]} spacing
- * @param {string | null} unit
+ * @param {string | null} [unit]
  */
 export function cellSize(spacing, unit) {
   const texts = spacing.map(short);

@@ -1,4 +1,4 @@
-/** The list of geometries: facts at once, and what can be set for each. */
+/** The list of geometries: facts and settings of each. */
 import { byId, make } from './dom.js';
 import { PREVIEW_FACETS, removeGeometry } from './files.js';
 import { count, measure, readNumbers, short, times, writeNumbers } from './format.js';
@@ -14,7 +14,7 @@ const TRANSFORMS = [
   ['translate', 'Move', 'along x, y, z'],
 ];
 
-/** Keeps the list up to date; it is drawn anew only where geometries come or go, so that typing is never disturbed. */
+/** Keeps the list up to date; it is redrawn only when geometries are added or removed, so that typing is not disturbed. */
 export function startGeometries() {
   let drawn = '';
   on(['geometries', 'settings', 'colours'], (topic) => {
@@ -87,7 +87,7 @@ function recolour(id, colour) {
   change('colours');
 }
 
-/** Facets, box, closed or not, volume, and what the reader had to say. @param {import('hexcast').SurfaceInfo} info */
+/** Facets, box, closed or not, volume, and the warnings of the reader. @param {import('hexcast').SurfaceInfo} info */
 function facts(info) {
   const { unit } = state.settings;
   const [low, high] = info.bounding_box;
@@ -100,7 +100,7 @@ function facts(info) {
   fact('Size', `${times(size)}${unit ? ` ${unit}` : ''}`);
   fact('From', low.map(short).join(', '));
   fact('To', high.map(short).join(', '));
-  // what no surface encloses depends on where the origin is
+  // the volume of an open surface depends on the origin
   fact('Volume', `${isClosed ? '' : 'about '}${measure(info.volume, unit, 3)}`);
   fact('Surface', closedness(info), { className: isClosed ? 'good' : 'warn' });
   /** @type {HTMLElement[]} */
@@ -161,7 +161,7 @@ function splitBox({ id, split, info }) {
 }
 
 /**
- * Makes solids geometries or one again; where other geometries have the flags that they would get, they get others.
+ * Makes every solid a geometry, or all of them one again; flags that other geometries have are not used twice.
  *
  * @param {number} id
  * @param {HTMLInputElement} box

@@ -7,7 +7,7 @@ import { state } from './state.js';
  * @typedef {'name' | 'flag' | 'priority' | 'split' | 'scale' | 'rotate' | 'translate'} GeometryKey
  */
 
-/** Geometry keys in the order in which they are written, with the value that goes without saying. @type {[GeometryKey, unknown][]} */
+/** Geometry keys in the order in which they are written, with the value that is left out. @type {[GeometryKey, unknown][]} */
 export const GEOMETRY_KEYS = [
   ['name', null],
   ['flag', null],

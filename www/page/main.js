@@ -1,4 +1,4 @@
-/** The page: starts every part, opens a mesher and says who it is. Only the public interface of the package is used. */
+/** The page: starts every part, opens a mesher and names its device. It uses the public interface of the package only. */
 import { createMesher, version } from 'hexcast';
 
 import { byId } from './dom.js';
@@ -24,11 +24,11 @@ import { startView3d } from './view3d.js';
 /** The backend that was asked for last. @type {BackendChoice | null} */
 let opened = null;
 
-/** Opens a mesher; one that there was goes, and its surfaces are read again. @param {BackendChoice} backend */
+/** Opens a mesher in place of the last, and reads the files again. @param {BackendChoice} backend */
 async function open(backend) {
   opened = backend;
   state.mesher?.dispose();
-  // a mesh of the old mesher went with it
+  // the mesh was disposed of with its mesher
   change('mesh', { mesh: null, skin: null });
   change('phase', { mesher: null, phase: 'starting' });
   byId('device').textContent = 'Looking for a GPU …';
@@ -60,12 +60,10 @@ function showDevice({ backend, adapter, fallback }) {
   device.dataset.backend = backend;
   device.dataset.software = String(Boolean(adapter?.software));
   if (backend === 'gpu' && adapter?.software)
-    device.textContent = `Software GPU${name ? ` (${name})` : ''}: it works, but slower than a real one`;
-  else if (backend === 'gpu') device.textContent = name ? `GPU: ${name}` : 'GPU, which the browser does not name';
+    device.textContent = `Software GPU${name ? ` (${name})` : ''}: slower than a real one`;
+  else if (backend === 'gpu') device.textContent = name ? `GPU: ${name}` : 'GPU; the browser does not name it';
   else
-    device.textContent = fallback
-      ? 'No GPU here: the processor does the work, with the same result'
-      : 'The processor does the work';
+    device.textContent = fallback ? 'No GPU found: meshing on the processor, with the same result' : 'Meshing on the processor';
   device.title = fallback ?? adapter?.driver ?? '';
 }
 
@@ -91,7 +89,7 @@ async function start() {
   on('settings', () => {
     if (state.settings.backend !== opened) open(state.settings.backend);
   });
-  // the GPU may have been lost for good meanwhile
+  // the mesher may have lost its GPU
   on('mesh', () => state.mesh && state.mesher && showDevice(state.mesher));
   await open(state.settings.backend);
   takeSample(sample);
@@ -109,9 +107,9 @@ function takeSample(sample) {
   if (sample) addSample(sample);
 }
 
-/** Keeps the page for when there is no network; a browser without service workers does without. */
+/** Registers the service worker, which keeps the page for when there is no network. */
 function keepOffline() {
-  // private windows may refuse; the page needs no service worker to work
+  // private windows may refuse
   if (isSecureContext) navigator.serviceWorker?.register('offline.js').catch(() => {});
 }
 

@@ -5,21 +5,21 @@ import { byId, make } from './dom.js';
  * Shows what went wrong, with what to do about it. An abort is no error and shows nothing.
  *
  * @param {any} error a HexcastError or any other
- * @param {string} [subject] what it happened to, such as a file's name
- * @param {{label: string, act: () => void}} [way] a way out that one click takes
+ * @param {string} [subject] what failed, such as a file's name
+ * @param {{label: string, act: () => void}} [remedy] a button with what to do about it
  */
-export function showError(error, subject, way) {
+export function showError(error, subject, remedy) {
   if (error?.name === 'AbortError' || error?.code === 'cancelled') return;
   const text = sentence(error?.message ?? String(error));
   const box = make('div', { className: 'message error', role: 'alert' });
   box.append(make('p', {}, subject && !text.includes(subject) ? `${subject}: ${text}` : text));
-  if (error?.hint) box.append(make('p', { className: 'hint' }, `${sentence(error.hint)}`));
+  if (error?.hint) box.append(make('p', { className: 'hint' }, sentence(error.hint)));
   if (error?.code) box.dataset.code = error.code;
   const act = () => {
     box.remove();
-    way?.act();
+    remedy?.act();
   };
-  if (way) box.append(make('button', { type: 'button', className: 'small', on: { click: act } }, way.label));
+  if (remedy) box.append(make('button', { type: 'button', className: 'small', on: { click: act } }, remedy.label));
   box.append(dismissButton(box));
   byId('messages').append(box);
   box.scrollIntoView?.({ block: 'nearest' });

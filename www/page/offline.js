@@ -1,4 +1,4 @@
-/** The service worker: keeps the page for when there is no network. The network comes first, then what was kept. */
+/** The service worker: keeps the files of the page and answers with them where there is no network. */
 const worker = /** @type {ServiceWorkerGlobalScope} */ (/** @type {unknown} */ (self));
 
 /** All files of the page: the build replaces this list. */
@@ -6,7 +6,7 @@ const FILES = ['./'];
 const CACHE = 'hexcast';
 
 worker.addEventListener('install', (event) => event.waitUntil(keep().then(() => worker.skipWaiting())));
-worker.addEventListener('activate', (event) => event.waitUntil(forgetOthers().then(() => worker.clients.claim())));
+worker.addEventListener('activate', (event) => event.waitUntil(removeOthers().then(() => worker.clients.claim())));
 worker.addEventListener('fetch', (event) => {
   const { request } = event;
   if (request.method !== 'GET' || new URL(request.url).origin !== location.origin) return;
@@ -19,7 +19,7 @@ async function keep() {
 }
 
 /** Removes the files of earlier builds. */
-async function forgetOthers() {
+async function removeOthers() {
   const cache = await caches.open(CACHE);
   const { scope } = worker.registration;
   const wanted = new Set(FILES.map((file) => new URL(file, scope).href));

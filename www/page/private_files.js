@@ -1,17 +1,13 @@
 /**
- * The origin's private file system (OPFS), for files too large for memory where the browser cannot ask for a place: a file
- * is streamed there and handed on from there.
+ * The origin's private file system (OPFS), for files too large for memory where the browser cannot ask the user for a place: a file
+ * is streamed there and saved from there.
  */
 
 const FOLDER = 'hexcast-downloads';
 
 let isHeld = false;
 
-/**
- * Opens a file for writing; its handle gives the file once that is closed. @returns {Promise<FileSystemFileHandle>}
- *
- * @param {string} name
- */
+/** Opens a file for writing; its handle returns the file once that is closed. @param {string} name */
 export async function privateFile(name) {
   holdFolder();
   const root = await navigator.storage.getDirectory();
@@ -24,15 +20,15 @@ export function hasPrivateFiles() {
   return hasFiles && typeof globalThis.FileSystemFileHandle?.prototype.createWritable === 'function';
 }
 
-/** Removes a file that will not be handed on. @param {string} name */
+/** Removes a file that will not be saved. @param {string} name */
 export async function removePrivate(name) {
   const root = await navigator.storage.getDirectory();
   await (await root.getDirectoryHandle(FOLDER)).removeEntry(name).catch(() => {});
 }
 
 /**
- * Removes what earlier visits left: nobody tells when the browser has copied a file to its place, so that it stays until
- * the next visit. Another page of ours that still needs its files holds the lock.
+ * Removes the files of earlier visits: the browser does not report when it has copied a file to its place, so the file stays until
+ * the next visit. Another page that still needs its files holds the lock.
  */
 export async function clearPrivate() {
   if (!hasPrivateFiles() || !navigator.locks) return;
@@ -42,10 +38,10 @@ export async function clearPrivate() {
       const root = await navigator.storage.getDirectory();
       await root.removeEntry(FOLDER, { recursive: true });
     })
-    .catch(() => {}); // there was nothing, or a private window has no such file system
+    .catch(() => {}); // the folder does not exist, or a private window has no such file system
 }
 
-/** Keeps other pages from clearing the folder as long as this one lives. */
+/** Keeps other pages from clearing the folder while this page is open. */
 function holdFolder() {
   if (isHeld) return;
   isHeld = true;

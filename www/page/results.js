@@ -1,4 +1,4 @@
-/** What came out: facts, legend, warnings, the report. */
+/** The result: facts, legend, warnings, the report. */
 import { byId, make } from './dom.js';
 import { spilledBytes, save } from './downloads.js';
 import { bytes, cellSize, count, duration, measure, roughly, times } from './format.js';
@@ -37,22 +37,22 @@ function show() {
   fact('result-spacing', 'Cell', cellSize(report.spacing, report.unit));
   const spilled = spilledBytes(report);
   const held = spilled > 0 ? `${bytes(spilled)} in the browser's private files` : bytes(mesh.columns.bytes);
-  fact('result-columns', 'Held as', `${count(mesh.columns.runs)} runs, ${held}`);
+  fact('result-columns', 'Stored as', `${count(mesh.columns.runs)} runs, ${held}`);
   fact(
     'result-time',
     'Time',
-    report.seconds?.total ? `${duration(report.seconds.total)}, ${roughly(report.cells_per_second ?? 0)} cells/s` : '',
+    report.seconds.total ? `${duration(report.seconds.total)}, ${roughly(report.cells_per_second ?? 0)} cells/s` : '',
   );
   fact('result-backend', 'Meshed by', report.adapter ?? (report.backend === 'cpu' ? 'the processor' : (report.backend ?? '')));
   showLegend();
-  const warnings = [...(report.warnings ?? [])];
+  const { warnings } = report;
   byId('result-warnings').replaceChildren(...warnings.map((warning) => make('li', {}, sentence(warning))));
   byId('result-warnings').hidden = warnings.length === 0;
   byId('report').textContent = reportText();
   byId('result-hash').textContent = report.flags_sha256 ?? '';
 }
 
-/** One row a flag: on or off, colour, name, cells, volume beside the volume of its facets. */
+/** One row a flag: on or off, colour, name, cells, volume compared with that of its facets. */
 function showLegend() {
   if (!state.mesh) return;
   const { report } = state.mesh;
@@ -74,7 +74,7 @@ function row({ flag, name, cells, volume, mesh_volume: meshVolume }, unit) {
   });
   const swatch = make('span', { className: 'swatch' });
   swatch.style.background = colourOf(flag);
-  // a mesh from a column file no longer knows its facets
+  // a column file does not hold the volume of the facets
   const off = meshVolume ? (100 * (volume - meshVolume)) / Math.abs(meshVolume) : null;
   const difference = off === null ? '' : `${percent(off)} vs facets`;
   return make(

@@ -11,7 +11,7 @@ import { change, on, state } from './state.js';
 /** @typedef {import('hexcast').BackendChoice} BackendChoice */
 
 const STAGES = { read: 'Reading', mesh: 'Meshing', write: 'Writing' };
-/** Faces of the surface in 3-D: what phones still turn smoothly. */
+/** Faces of the surface in 3-D: phones turn as many smoothly. */
 const MAX_QUADS = 1_000_000;
 
 /** @type {AbortController | null} */
@@ -24,10 +24,10 @@ let stop = null;
  */
 export function startRun(restart) {
   byId('run').addEventListener('click', () => run(restart));
-  byId('cancel').addEventListener('click', () => stop?.abort(new DOMException('cancelled', 'AbortError')));
+  byId('cancel').addEventListener('click', () => stop?.abort());
   document.addEventListener('keydown', (event) => {
     if (event.key === 'Enter' && (event.ctrlKey || event.metaKey) && !buttonOf('run').disabled) run(restart);
-    if (event.key === 'Escape') stop?.abort(new DOMException('cancelled', 'AbortError'));
+    if (event.key === 'Escape') stop?.abort();
   });
   on(['phase', 'geometries', 'settings', 'fields', 'mesher', 'estimate'], show);
   show();
@@ -59,7 +59,7 @@ async function run(restart) {
   stop = new AbortController();
   byId('progress').removeAttribute('value');
   status.textContent = 'Meshing …';
-  // read aloud are the beginning and the end; the progress bar tells who asks
+  // a screen reader speaks the beginning and the end; for the rest there is the progress bar
   status.ariaLive = 'off';
   change('phase', { phase: 'meshing' });
   const hadFocus = document.activeElement === document.body || document.activeElement === byId('run');
@@ -67,7 +67,7 @@ async function run(restart) {
   try {
     const mesh = await mesher.mesh(job, { signal: stop.signal, onProgress: watch(start, expected?.cells ?? 0) });
     state.mesh?.dispose();
-    // the skin is asked for before others hear of the mesh, so that it is the worker's next work
+    // requested before listeners request anything, so that the worker extracts it first
     const skin = mesh.skin({ maxQuads: MAX_QUADS });
     const seconds = (performance.now() - start) / 1000;
     status.ariaLive = 'polite';
@@ -80,15 +80,15 @@ async function run(restart) {
     const isAbort = stop.signal.aborted;
     status.ariaLive = 'polite';
     status.textContent = isAbort ? 'Cancelled; nothing was lost.' : '';
-    if (!isAbort) showError(error, undefined, wayOut(error, restart));
+    if (!isAbort) showError(error, undefined, remedy(error, restart));
   } finally {
     stop = null;
     if (hadFocus) byId('run').focus();
   }
 }
 
-/** A lost or failing device is worth another try. @param {unknown} error @param {(backend: BackendChoice) => void} restart */
-function wayOut(error, restart) {
+/** What the user can do about a lost or failing device. @param {unknown} error @param {(backend: BackendChoice) => void} restart */
+function remedy(error, restart) {
   const code = error instanceof HexcastError ? error.code : null;
   if (code === 'device-lost') return { label: 'Open the GPU again', act: () => restart(state.settings.backend) };
   if (code === 'device-failed' || code === 'no-adapter') return { label: 'Use the processor', act: () => restart('cpu') };
@@ -96,7 +96,7 @@ function wayOut(error, restart) {
 }
 
 /**
- * Hears progress and writes it once a frame: stage, percent, cells a second, time left.
+ * Shows progress once a frame: stage, percent, cells a second, time left.
  *
  * @param {number} start
  * @param {number} cells

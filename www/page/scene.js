@@ -12,7 +12,8 @@ import { stairMaterial } from './stair_material.js';
 /**
  * @typedef {{ axis: number, side: number, at: number, image: ImageData, low: number[], high: number[] }} Cut
  * @typedef {THREE.Mesh<THREE.BufferGeometry, THREE.MeshStandardMaterial | THREE.MeshBasicMaterial>} Drawn
- * @typedef {{ corners: Float32Array, colour: string, scale: number | number[] | null, rotate: number[] | null, translate: number[] | null }} Model
+ * @typedef {{ scale: number | number[] | null, rotate: number[] | null, translate: number[] | null }} Placing
+ * @typedef {Placing & { corners: Float32Array, colour: string }} Model
  */
 
 export class Scene {
@@ -70,7 +71,7 @@ export class Scene {
   /** Shows models. @param {Model[]} models */
   setModels(models) {
     discard(this.#models);
-    for (const { corners, colour, scale, rotate, translate } of models) {
+    for (const { corners, colour, ...placing } of models) {
       const geometry = new THREE.BufferGeometry();
       geometry.setAttribute('position', new THREE.BufferAttribute(corners, 3));
       const material = new THREE.MeshStandardMaterial({
@@ -80,12 +81,7 @@ export class Scene {
         roughness: 0.7,
       });
       const mesh = new THREE.Mesh(geometry, material);
-      mesh.scale.fromArray(Array.isArray(scale) ? scale : Array(3).fill(scale ?? 1));
-      // about x first, then y, then z
-      const [x, y, z] = (rotate ?? [0, 0, 0]).map(THREE.MathUtils.degToRad);
-      mesh.rotation.set(x, y, z, 'ZYX');
-      mesh.position.fromArray(translate ?? [0, 0, 0]);
-      this.#models.add(mesh);
+      this.#models.add(place(mesh, placing));
     }
     this.invalidate();
   }
@@ -191,6 +187,17 @@ export class Scene {
     this.#section.add(new THREE.Mesh(geometry, material));
   }
 
+  /** Moves the camera so that all models fill the view. @param {(Placing & { info: import('hexcast').SurfaceInfo })[]} models */
+  fitModels(models) {
+    const all = new THREE.Box3();
+    for (const { info, ...placing } of models) {
+      const [low, high] = info.bounding_box.map((corner) => new THREE.Vector3(...corner));
+      const { matrix } = place(new THREE.Object3D(), placing);
+      all.union(new THREE.Box3(low, high).applyMatrix4(matrix));
+    }
+    this.fit([...all.min, ...all.max]);
+  }
+
   /** Moves the camera so that a box of six numbers fills the view, seen from a corner or along `direction`. @param {number[]} corners */
   fit(corners, direction = [1.1, -1.6, 0.9]) {
     const [low, high] = [corners.slice(0, 3), corners.slice(3)].map((at) => new THREE.Vector3().fromArray(at));
@@ -208,30 +215,40 @@ export class Scene {
     this.invalidate();
   }
 
-  /** Turns by angles around z and up (radians), and comes nearer by a factor. @param {number} around @param {number} up */
+  /** Turns by angles around z and up (radians), and moves nearer by a factor. @param {number} around @param {number} up */
   turn(around, up, nearer = 1) {
-    const offset = this.#camera.position.clone().sub(this.#controls.target);
-    const turned = new THREE.Spherical().setFromVector3(new THREE.Vector3(offset.x, offset.z, -offset.y));
-    turned.theta += around;
-    turned.phi = Math.min(Math.max(turned.phi - up, 0.01), Math.PI - 0.01);
-    turned.radius /= nearer;
-    const { x, y, z } = new THREE.Vector3().setFromSpherical(turned);
-    this.#camera.position.set(x, -z, y).add(this.#controls.target);
-    this.#controls.update();
-    this.invalidate();
+    this.#controls.rotateLeft(-around);
+    this.#controls.rotateUp(up);
+    this.#controls.dollyOut(nearer);
   }
 
-  /** On which side of the middle the camera stands, along an axis: 1 or -1. @param {number} axis */
+  /** The side of the target on which the camera is, along an axis: 1 or -1. @param {number} axis */
   sideOf(axis) {
     return this.#camera.position.getComponent(axis) < this.#controls.target.getComponent(axis) ? -1 : 1;
   }
 
   /** The picture as it is. @returns {Promise<Blob | null>} PNG */
   picture() {
-    // drawing and reading in one go: the buffer is gone after the frame
+    // drawn and read in the same task: the buffer is cleared after the frame
     this.draw();
     return new Promise((resolve) => this.#canvas.toBlob(resolve, 'image/png'));
   }
+}
+
+/**
+ * Scales an object, rotates it about x, y and z, and moves it, as the job does.
+ *
+ * @template {THREE.Object3D} T
+ * @param {T} object
+ * @param {Placing} placing
+ */
+function place(object, { scale, rotate, translate }) {
+  object.scale.fromArray([scale ?? 1, scale ?? 1, scale ?? 1].flat());
+  const [x, y, z] = (rotate ?? [0, 0, 0]).map(THREE.MathUtils.degToRad);
+  object.rotation.set(x, y, z, 'ZYX');
+  object.position.fromArray(translate ?? [0, 0, 0]);
+  object.updateMatrix();
+  return object;
 }
 
 /** @returns {THREE.Group & { children: Drawn[] }} */

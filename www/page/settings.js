@@ -1,11 +1,11 @@
 /** The form: linked sizes, domain and padding, rule, axis, unit, backend. */
 import { byId, inputOf, onInput, selectOf } from './dom.js';
-import { readNumbers, short, writeNumbers } from './format.js';
+import { cellSize, readNumbers, writeNumbers } from './format.js';
 import { on, set, state } from './state.js';
 
 /** @typedef {import('./state.js').Triple} Triple @typedef {import('./state.js').Box} Box */
 
-/** Largest number that a job can say; it is far beyond those that fit. */
+/** Largest number that a job can hold; no mesh of that size fits. */
 const MAX_CELLS = 2 ** 32 - 1;
 const DIMS = ['dims-x', 'dims-y', 'dims-z'];
 const DOMAIN = ['x0', 'y0', 'z0', 'x1', 'y1', 'z1'].map((name) => `domain-${name}`);
@@ -33,7 +33,7 @@ export function startSettings() {
   }
   const form = byId('settings');
   form.addEventListener('submit', (event) => event.preventDefault());
-  // a field that was left empty has what counts again
+  // a field that was left empty shows its value again
   form.addEventListener('focusout', ({ target }) => {
     if (target instanceof HTMLInputElement && target.value === '' && target.validity.valid) setTimeout(show);
   });
@@ -106,7 +106,7 @@ function show() {
   const dims = settings.sizing === 'dims' ? settings.dims : result?.dims;
   put('cells', settings.sizing === 'cells' ? settings.cells : dims ? Math.max(...dims) : '');
   const isSize = settings.sizing === 'cell_size' || settings.sizing === 'max_cell_size';
-  put('cell-size', isSize ? writeNumbers(settings.cell_size) : result ? sizeText(result.spacing) : '');
+  put('cell-size', isSize ? writeNumbers(settings.cell_size) : result ? cellSize(result.spacing).replaceAll(' × ', ' ') : '');
   DIMS.forEach((id, axis) => put(id, dims?.[axis] ?? ''));
   inputOf('fit-lines').checked = settings.sizing === 'max_cell_size';
   const leading = { cells: 'cells', dims: 'dims', cell_size: 'cell-size', max_cell_size: 'cell-size' }[settings.sizing];
@@ -131,10 +131,4 @@ function put(id, value) {
   if (input === document.activeElement) return;
   input.value = String(value);
   input.setCustomValidity('');
-}
-
-/** The lengths of a cell, once where they are equal. @param {number[]} spacing */
-function sizeText(spacing) {
-  const texts = spacing.map(short);
-  return texts.every((text) => text === texts[0]) ? texts[0] : texts.join(' ');
 }

@@ -3,9 +3,9 @@
  *
  * The hash holds only what differs from the defaults, such as `#cells=256&padding=2&sample=knot&g=file%3Dknot.stl%26flag%3D7`.
  */
-import { buttonOf, byId, later } from './dom.js';
+import { buttonOf, byId, debounce } from './dom.js';
 import { GEOMETRY_KEYS, currentJob } from './job.js';
-import { writeNumbers } from './format.js';
+import { numbersOf, writeNumbers } from './format.js';
 import { showNotice } from './messages.js';
 import { DEFAULTS, colourOf, on, set, state } from './state.js';
 
@@ -13,7 +13,7 @@ import { DEFAULTS, colourOf, on, set, state } from './state.js';
  * @typedef {import('hexcast').Job} Job
  * @typedef {import('./state.js').Settings} Settings
  * @typedef {import('./state.js').Geometry} Geometry
- * @typedef {Partial<Geometry> & { colour?: string }} GeometrySettings what a link says of a geometry
+ * @typedef {Partial<Geometry> & { colour?: string }} GeometrySettings settings that a link has for a geometry
  */
 
 /** @type {Record<'padding_by' | 'rule' | 'axis' | 'backend', string[]>} */
@@ -24,14 +24,14 @@ const CHOICES = {
   backend: ['auto', 'gpu', 'cpu'],
 };
 
-/** Settings of geometries that a link has and whose files have not come yet, in order. */
+/** Settings of a link for files that were not opened yet, in order. */
 let expected = /** @type {{ query: string, file: string | null, settings: GeometrySettings }[]} */ ([]);
-/** Hash that this page wrote last, so that it does not read its own. */
+/** Hash that this page wrote last: it does not read its own. */
 let written = /** @type {string | null} */ (null);
 
 /** Writes the hash whenever a parameter changes. */
 export function startSharing() {
-  on(['settings', 'geometries', 'colours'], later(writeHash, 200));
+  on(['settings', 'geometries', 'colours'], debounce(writeHash, 200));
   on('geometries', showCopies);
   showCopies();
   const copies = {
@@ -60,7 +60,7 @@ function writeHash() {
   history.replaceState(null, '', hash ? `#${hash}` : location.pathname + location.search);
 }
 
-/** Whether the address was changed by somebody else. */
+/** Whether the address was not changed by this page. */
 export function isForeignHash() {
   return location.hash.slice(1) !== (written ?? '');
 }
@@ -78,7 +78,7 @@ function hashOf() {
     geometries.length > 0 && geometries.every((geometry) => geometry.sample === geometries[0].sample) && geometries[0].sample;
   if (sample) query.set('sample', sample);
   for (const geometry of geometries) query.append('g', geometryQuery(geometry));
-  // before files come, the settings of a link stay in the address
+  // until files are opened, the settings of a link stay in the address
   if (geometries.length === 0) for (const entry of expected) query.append('g', entry.query);
   return query.toString();
 }
@@ -104,16 +104,16 @@ export function readHash() {
   /** @type {Settings} */
   const patch = { ...DEFAULTS };
   for (const key of /** @type {const} */ (['cells', 'dims', 'cell_size', 'max_cell_size'])) {
-    const numbers = numbersOf(query.get(key));
+    const numbers = numbersOf(query.get(key) ?? '');
     const fits = key === 'dims' ? numbers?.length === 3 : numbers?.length === 1 || (key === 'cell_size' && numbers?.length === 3);
     if (!fits || !numbers || numbers.some((number) => !(number > 0))) continue;
     patch.sizing = key;
     const value = numbers.length === 1 ? numbers[0] : numbers;
     Object.assign(patch, { [key === 'max_cell_size' ? 'cell_size' : key]: value });
   }
-  const domain = numbersOf(query.get('domain'));
+  const domain = numbersOf(query.get('domain') ?? '');
   if (domain?.length === 6) patch.domain = /** @type {Settings['domain']} */ (domain);
-  const padding = numbersOf(query.get('padding'));
+  const padding = numbersOf(query.get('padding') ?? '');
   if (padding?.length === 1) patch.padding = padding[0];
   if (padding?.length === 3) patch.padding = /** @type {import('./state.js').Triple} */ (padding);
   for (const [key, choices] of Object.entries(CHOICES)) {
@@ -139,7 +139,7 @@ function readGeometry(text) {
   const name = query.get('name');
   if (name) settings.name = name;
   for (const key of ['scale', 'rotate', 'translate']) {
-    const numbers = numbersOf(query.get(key));
+    const numbers = numbersOf(query.get(key) ?? '');
     if (numbers?.length === 3) Object.assign(settings, { [key]: numbers });
     else if (numbers?.length === 1 && key === 'scale') settings.scale = numbers[0];
   }
@@ -151,13 +151,6 @@ function readGeometry(text) {
 export function takeExpected(file) {
   const at = expected.findIndex((entry) => entry.file === file);
   return at < 0 ? {} : expected.splice(at, 1)[0].settings;
-}
-
-/** @param {string | null} text */
-function numbersOf(text) {
-  if (!text) return null;
-  const numbers = text.split(/[\s,]+/).map(Number);
-  return numbers.every(Number.isFinite) ? numbers : null;
 }
 
 /** The native command that does this job. @param {ReturnType<typeof currentJob>} job */

@@ -15,16 +15,18 @@ import { on, state } from './state.js';
 const AXES = ['x', 'y', 'z'];
 /** Mesh lines are drawn where a cell has at least so many pixels. */
 const LINE_PIXELS = 4;
-/** A screen has no more pixels; zooming in asks for no finer slice than this. */
+/** Most pixels a side that a slice is requested with: screens have no more. */
 const MAX_PIXELS = 4096;
 
-/** Plane shown, and the plane of each axis to come back to. */
+/** The plane shown, and the last plane of each axis. */
 /** @type {{ axis: Axis, index: number[], zoom: number, pan: number[] }} */
 const view = { axis: 2, index: [0, 0, 0], zoom: 1, pan: [0, 0] };
 /** The slice on the screen, painted. */
 let picture = /** @type {Picture | null} */ (null);
 let request = 0;
 const draw = oncePerFrame(drawNow);
+/** The element that the canvas fills. */
+const canvasFrame = () => /** @type {HTMLElement} */ (byId('canvas-slice').parentElement);
 
 /** Connects the view. */
 export function startSlices() {
@@ -51,15 +53,8 @@ export function startSlices() {
   byId('save-slice').addEventListener('click', savePicture);
   startPointer(canvasOf('canvas-slice'));
   byId('canvas-slice').addEventListener('keydown', moveByKey);
-  new ResizeObserver(draw).observe(stage());
+  new ResizeObserver(draw).observe(canvasFrame());
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', draw);
-}
-
-/** What the canvas fills. */
-function stage() {
-  const { parentElement } = byId('canvas-slice');
-  if (!parentElement) throw new Error('the canvas of slices stands alone');
-  return parentElement;
 }
 
 function resetZoom() {
@@ -87,7 +82,7 @@ function go(index) {
   load();
 }
 
-/** Fetches the plane; of several requests under way the last wins. */
+/** Requests the plane; an earlier request that is still running is ignored. */
 async function load() {
   const { mesh } = state;
   byId('slices-empty').hidden = Boolean(mesh);
@@ -119,7 +114,7 @@ function repaint() {
   picture?.bitmap.getContext('2d')?.putImageData(paint(picture.slice, { isUp: true, hidden: state.hidden }), 0, 0);
 }
 
-/** The axes across the plane, in the order x, y, z. @param {Axis} axis */
+/** The axes of the plane, in the order x, y, z. @param {Axis} axis */
 function across(axis) {
   return [0, 1, 2].filter((other) => other !== axis);
 }
@@ -145,7 +140,7 @@ function layout(canvas, { slice, mesh, axis }) {
 function drawNow() {
   const canvas = canvasOf('canvas-slice');
   const ratio = devicePixelRatio || 1;
-  const { clientWidth, clientHeight } = stage();
+  const { clientWidth, clientHeight } = canvasFrame();
   if (clientWidth === 0) return;
   canvas.width = Math.round(clientWidth * ratio);
   canvas.height = Math.round(clientHeight * ratio);
@@ -166,7 +161,7 @@ function drawNow() {
   context.strokeStyle = style.getPropertyValue('--cells-edge');
   context.strokeRect(left + 0.5, top + 0.5, width - 1, height - 1);
   byId('slice-note').textContent = slice.step > 1 ? `every ${slice.step}th cell is drawn` : '';
-  // facts for whoever wants to find a cell on the canvas
+  // where the cells are on the canvas, for tests
   Object.assign(canvas.dataset, {
     axis: AXES[axis],
     index,
@@ -227,13 +222,13 @@ function startPointer(canvas) {
       view.pan = [view.pan[0] + event.movementX * devicePixelRatio, view.pan[1] + event.movementY * devicePixelRatio];
       draw();
     }
-    tell(canvas, at(event));
+    nameCell(canvas, at(event));
   });
   canvas.addEventListener('pointerleave', () => (byId('slice-cell').textContent = ''));
 }
 
 /** Names the cell under the pointer. @param {HTMLCanvasElement} canvas @param {number[]} at */
-function tell(canvas, [x, y]) {
+function nameCell(canvas, [x, y]) {
   if (!picture) return;
   const { slice, mesh, axis, index } = picture;
   const { left, top, scale } = layout(canvas, picture);

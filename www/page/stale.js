@@ -1,4 +1,4 @@
-/** Says so where what is shown was made with other settings than those in the fields. */
+/** The notice that the mesh was made with other settings than those in the fields. */
 import { buttonOf, byId } from './dom.js';
 import { currentJob } from './job.js';
 import { on, state } from './state.js';
@@ -17,13 +17,13 @@ function show() {
   buttonOf('mesh-again').disabled = buttonOf('run').disabled;
 }
 
-/** A mesh from a column file was made elsewhere: no field speaks of it. @param {import('./state.js').ShownJob} job */
+/** A mesh from a column file has no source whose settings could be compared. @param {import('./state.js').ShownJob} job */
 function isComparable(job) {
   return job.geometries.every(({ source }) => source);
 }
 
 /**
- * Everything that the cells and the files follow from; of surfaces, the hash of their bytes.
+ * Everything that the cells and the files depend on; of surfaces, the hash of their bytes.
  *
  * @param {import('./state.js').ShownJob} job
  */

@@ -1,6 +1,6 @@
 /**
- * What the page knows, in one place. Modules read it freely and change it through `change(topic, patch)`; `on(topics, listener)`
- * hears of it.
+ * The state of the page. Modules read it freely and change it through `change(topic, patch)`, which calls the listeners of the topic;
+ * `on(topics, listener)` adds a listener.
  */
 
 /**
@@ -63,12 +63,12 @@
  * @property {Map<number, string>} colours that the user chose, by flag
  * @property {Set<number>} hidden flags that are switched off in the legend
  *
- * @typedef {{ result?: import('hexcast').Estimate, error?: import('hexcast').HexcastError, room: number }} Estimated
+ * @typedef {{ result?: import('hexcast').Estimate, error?: import('hexcast').HexcastError, freeBytes: number }} Estimated
  * @typedef {{ geometries: { file?: string, name?: string, source?: Surface }[] }} ShownJob as much of a job as is shown
  * @typedef {'mesher' | 'geometries' | 'settings' | 'fields' | 'estimate' | 'phase' | 'mesh' | 'colours' | 'legend'} Topic
  */
 
-/** What is asked for where the user says nothing: the defaults of the job. @type {Readonly<Settings>} */
+/** The defaults of the job. @type {Readonly<Settings>} */
 export const DEFAULTS = Object.freeze({
   sizing: 'cells',
   cells: 128,
@@ -101,12 +101,12 @@ export const state = {
 /** @type {{ topics: Set<Topic>, listener: (topic: Topic) => void }[]} */
 const listeners = [];
 
-/** Hears of topics. @param {Topic | Topic[]} topics @param {(topic: Topic) => void} listener */
+/** Adds a listener to topics. @param {Topic | Topic[]} topics @param {(topic: Topic) => void} listener */
 export function on(topics, listener) {
   listeners.push({ topics: new Set([topics].flat()), listener });
 }
 
-/** Changes the state and tells who listens. @param {Topic} topic @param {Partial<State>} [patch] */
+/** Changes the state and calls the listeners. @param {Topic} topic @param {Partial<State>} [patch] */
 export function change(topic, patch = {}) {
   Object.assign(state, patch);
   for (const { topics, listener } of listeners) if (topics.has(topic)) listener(topic);
@@ -117,7 +117,7 @@ export function set(patch) {
   change('settings', { settings: { ...state.settings, ...patch } });
 }
 
-/** Apart in hue and lightness, also for the colour-blind (after Okabe and Ito), on light and on dark. */
+/** Colours that differ in hue and lightness, also for the colour-blind (after Okabe and Ito), on light and on dark. */
 const PALETTE = ['#d98324', '#3a8fc9', '#2f9e77', '#c9599a', '#8a6fd1', '#b8a51e', '#d1584a', '#5d7f99', '#7d9b3c', '#a9744f'];
 
 /** Colour of a flag as #rrggbb. @param {number} flag */

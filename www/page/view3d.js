@@ -13,12 +13,12 @@ import { paint } from './paint.js';
 /** Most pixels a side of the picture of a section. */
 const SECTION_PIXELS = 1024;
 
-/** The scene once three.js is there; a promise, so that it is loaded once. */
+/** The scene, once three.js is loaded; a promise, so that it is loaded once. */
 let loading = /** @type {Promise<Scene> | null} */ (null);
 let shown = 'model';
 let section = 0;
 let modelsLook = '[]';
-/** The side that the section takes away: the one that the camera stood on when its axis was chosen. */
+/** The side that the section removes: the one of the camera when its axis was chosen. */
 let side = 1;
 
 /** Connects the view. */
@@ -43,7 +43,7 @@ export function startView3d() {
   byId('section-axis').addEventListener('change', () => cut(true));
   byId('section-at').addEventListener('input', () => cut());
   byId('canvas-3d').addEventListener('keydown', turnByKey);
-  // three.js is large: it is loaded while nothing else happens
+  // three.js is large: it is loaded while the browser is idle
   (globalThis.requestIdleCallback ?? setTimeout)(() => loadScene().catch(() => {}));
 }
 
@@ -57,7 +57,7 @@ function load() {
 }
 
 /**
- * Does something with the scene once there is anything to show; a browser without WebGL is told once.
+ * Calls an action with the scene once there is anything to show; where a browser has no WebGL, reports that once.
  *
  * @param {(scene: Scene) => unknown} action
  */
@@ -71,7 +71,7 @@ async function withScene(action) {
   }
 }
 
-/** Without anything to show nothing can be turned or saved. */
+/** Disables the tools while there is nothing to show. */
 function showTools() {
   const isEmpty = state.geometries.length === 0 && !state.mesh;
   byId('canvas-3d').tabIndex = isEmpty ? -1 : 0;
@@ -88,7 +88,7 @@ function showModels() {
   modelsLook = look;
   choose('model');
   withScene((scene) => {
-    // of a model that is too large to be drawn there is the box
+    // of a model that is too large to be drawn, the view shows the box
     const models = geometries.flatMap(({ corners, ...rest }) =>
       corners ? [{ ...rest, corners, colour: colourOf(rest.flag) }] : [],
     );
@@ -156,7 +156,9 @@ async function showMesh() {
 function fit() {
   const { mesh } = state;
   withScene((scene) =>
-    scene.fit(mesh && (shown === 'cells' || state.geometries.length === 0) ? domainOf(mesh.report) : boxOfModels()),
+    mesh && (shown === 'cells' || state.geometries.length === 0)
+      ? scene.fit(domainOf(mesh.report))
+      : scene.fitModels(state.geometries),
   );
 }
 
@@ -164,48 +166,6 @@ function fit() {
 async function savePicture(scene) {
   const picture = await scene.picture();
   if (picture) save(picture, `${baseName(state.job)}-3d.png`);
-}
-
-/** The box around all models as they stand, from the corners of their own boxes. */
-function boxOfModels() {
-  const box = [Infinity, Infinity, Infinity, -Infinity, -Infinity, -Infinity];
-  for (const { info, scale, rotate, translate } of state.geometries) {
-    for (let corner = 0; corner < 8; corner += 1) {
-      const point = place(
-        [0, 1, 2].map((axis) => info.bounding_box[(corner >> axis) & 1][axis]),
-        scale,
-        rotate,
-        translate,
-      );
-      point.forEach((x, axis) => {
-        box[axis] = Math.min(box[axis], x);
-        box[3 + axis] = Math.max(box[3 + axis], x);
-      });
-    }
-  }
-  return box;
-}
-
-/**
- * Scales, rotates about x, y and z, and moves, as the job does.
- *
- * @param {number[]} point
- * @param {number | number[] | null} scale
- * @param {number[] | null} rotate
- * @param {number[] | null} translate
- */
-function place(point, scale, rotate, translate) {
-  const factors = [scale ?? 1].flat();
-  let placed = point.map((x, axis) => x * (factors[axis] ?? factors[0]));
-  (rotate ?? []).forEach((degrees, axis) => {
-    const [c, s] = [Math.cos((degrees * Math.PI) / 180), Math.sin((degrees * Math.PI) / 180)];
-    const [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
-    const turned = [...placed];
-    turned[u] = c * placed[u] - s * placed[v];
-    turned[v] = s * placed[u] + c * placed[v];
-    placed = turned;
-  });
-  return placed.map((x, axis) => x + (translate?.[axis] ?? 0));
 }
 
 /** Puts the section where its tools say; `isNew` starts in the middle. The last request wins. */

@@ -9,6 +9,8 @@ use hexcast::{Error, Result};
 mod adapters;
 mod arguments;
 mod convert;
+#[cfg(target_os = "linux")]
+mod device_select;
 mod estimate;
 mod file_store;
 mod info;
@@ -57,6 +59,8 @@ enum Command {
 }
 
 fn main() -> ExitCode {
+    #[cfg(target_os = "linux")]
+    device_select::disable_without_session();
     let command = Cli::parse().command;
     let token = CancelToken::default();
     let handler_token = token.clone();

@@ -1,28 +1,28 @@
-// Times hexcast beside other programs that flag the cells of a closed surface: "npm run bench -- peers". bench.mjs writes the
-// table into benches/RESULTS.md; benches/peers.py has the programs.
+// Times hexcast and other programs that flag the cells of a closed surface, for bench.mjs; peers.py has the programs.
 
 import { execFileSync } from 'node:child_process';
 import { existsSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 
-import { jsonLines, median, output, table } from './results.mjs';
-import { ROOT } from './run.mjs';
+import { ROOT } from '../scripts/run.mjs';
+import { jsonLines, median, output, span, table, timeStages } from './results.mjs';
 
 const WINDOWS = process.platform === 'win32';
 
-/** The wheel without CUDA, which is there for Linux on x86-64 only. */
+/** The wheel without CUDA, which exists for Linux on x86-64 only. */
 const OPEN3D = process.platform === 'linux' && process.arch === 'x64' ? 'open3d-cpu' : 'open3d';
 
 /**
+ * @typedef {import('./bench.mjs').Bench} Bench
  * @typedef {{ id: string, name: string, what: string, imports: string, packages: string[] }} Peer
  *
- * A program in the race; `why` it has no part in it, else `last`, what it said last.
+ * A program in the race: `why` it is left out, or `last`, what it printed last.
  *
- * @typedef {Partial<Peer> & { id: string, isOurs?: boolean, seconds: number[], why?: string, last?: Said }} Racer
+ * @typedef {Partial<Peer> & { id: string, isOurs?: boolean, seconds: number[], why?: string, last?: Printed }} Racer
  *
  * What a process printed.
  *
- * @typedef {object} Said
+ * @typedef {object} Printed
  * @property {string} [error]
  * @property {string} [version]
  * @property {string} [device]
@@ -34,10 +34,9 @@ const OPEN3D = process.platform === 'linux' && process.arch === 'x64' ? 'open3d-
  * @property {number[]} seconds of its runs
  * @property {string | null} flags the file that has them
  *
- * What is run: an STL file, a folder for flags, the programs, and how often.
+ * One process of every program: cells along the longest axis, and the beginning of the names of files for flags.
  *
- * @typedef {{ file: string, scratch: string, bench: string, command: string, python: string, rounds: number, runs: string }} Given
- * @typedef {Given & { n: number, flags: string | null }} Task
+ * @typedef {Bench & { python: string, n: number, flags: string | null }} Task
  */
 
 /** Peers of benches/peers.py, what they import, and the packages that bring it. */
@@ -57,9 +56,8 @@ const PEERS = [
 
 /** All finish a run of the first within a minute on two cores: trimesh, the slowest, takes 35 s to 41 s, and 6.2 GiB. */
 const SIZES = [256, 512];
-const QUICK_SIZES = [128];
 
-/** Seconds: who would take longer than this at the next size, by the number of cells, has no part in it. */
+/** Seconds: a program that would take longer than this at the next size, by the number of cells, is left out. */
 const SLOW = 20;
 
 /** Seconds of runs after which a process begins no other. */
@@ -93,7 +91,7 @@ function failure(program, args) {
  * Makes the virtual environment of the peers, or adds what it lacks.
  *
  * @param {string[]} ids peers that are wanted
- * @returns {{python: string, missing: Record<string, string>}} its Python, and a sentence for each peer that cannot be had
+ * @returns {{python: string, missing: Record<string, string>}} its Python, and a sentence for each peer that cannot be installed
  */
 export function peersPython(ids) {
   const folder = join(ROOT, '.tools/peers');
@@ -107,7 +105,7 @@ export function peersPython(ids) {
     console.log(`${id}: ${packages.join(', ')} into .tools/peers`);
     const reason =
       failure(python, ['-m', 'pip', 'install', '--quiet', ...packages]) ?? failure(python, ['-c', `import ${imports}`]);
-    if (reason) missing[id] = `not to be had for ${version} on ${process.platform}, ${process.arch}: ${reason}`;
+    if (reason) missing[id] = `not available for ${version} on ${process.platform}, ${process.arch}: ${reason}`;
   }
   return { python, missing };
 }
@@ -121,11 +119,11 @@ export function countDiffering(path, other) {
   return { n_cells: a.length, n_differing };
 }
 
-/** One process of a peer: what it printed, with the seconds of its runs. @param {string} id @param {Task} task @returns {Said} */
-function runPeer(id, { python, file, n, runs, flags }) {
-  const args = ['benches/peers.py', file, String(n), id, '--runs', runs, '--enough', String(ENOUGH), '--limit', String(LIMIT)];
-  const [said] = jsonLines(output(python, [...args, ...(flags ? ['--flags', flags] : [])]));
-  return { ...said, seconds: said.runs_s, flags: flags && `${flags}.${id}.u8` };
+/** One process of a peer: what it printed, with the seconds of its runs. @param {string} id @param {Task} task @returns {Printed} */
+function runPeer(id, { python, spheres, n, runs, flags }) {
+  const args = ['benches/peers.py', spheres, String(n), id, '--runs', runs, '--enough', String(ENOUGH), '--limit', String(LIMIT)];
+  const [printed] = jsonLines(output(python, [...args, ...(flags ? ['--flags', flags] : [])]));
+  return { ...printed, seconds: printed.runs_s, flags: flags && `${flags}.${id}.u8` };
 }
 
 /**
@@ -133,38 +131,33 @@ function runPeer(id, { python, file, n, runs, flags }) {
  *
  * @param {string} backend
  * @param {Task} task
- * @returns {Said}
+ * @returns {Printed}
  */
-function runHexcast(backend, { bench, command, file, n, runs, flags }) {
+function runHexcast(backend, { stages, command, spheres, n, runs, flags }) {
   const out = flags && `${flags}.${backend}.u8`;
-  const args = ['--file', file, '--cells', String(n), '--backends', backend, '--runs', runs, ...(out ? ['--flags', out] : [])];
-  const [said] = jsonLines(output(bench, args));
-  const result = {
-    ...said,
-    seconds: said.runs.map((/** @type {Record<string, number>} */ s) => s.read + s.lines + s.snap + s.columns + s.flags),
-    flags: out,
-    same_grid: true,
-  };
+  const [printed] = timeStages(stages, spheres, { n, backend, runs, args: out ? ['--flags', out] : [] });
+  const seconds = printed.runs.map((/** @type {Record<string, number>} */ s) => s.read + s.lines + s.snap + s.columns + s.flags);
+  const result = { ...printed, seconds, flags: out, same_grid: true };
   if (!out) return result;
-  const mesh = ['mesh', file, '--cells', String(n), '--backend', backend, '--hash', 'never', '--flags-in-memory', '--json'];
-  const host = JSON.parse(output(command, mesh)).peak_bytes.host;
+  const mesh = ['mesh', spheres, '--cells', String(n), '--backend', backend, '--hash', 'never', '--flags-in-memory', '--json'];
+  const { host } = JSON.parse(output(command, mesh)).peak_bytes;
   return { ...result, peak_mib: host && Math.round(host / 2 ** 20) };
 }
 
 const HEXCAST = ['cpu', 'gpu'].map((id) => ({ id, isOurs: true }));
 
 /**
- * All programs at one size, in turn: seconds of every warm run, and what each said last.
+ * All programs at one size, in turn: seconds of every warm run, and what each printed last.
  *
+ * @param {Bench & { python: string }} bench
  * @param {number} n
- * @param {Given} given
  * @param {Record<string, string | undefined>} skipped
  */
-function race(n, given, skipped) {
+function race(bench, n, skipped) {
   /** @type {Racer[]} */
   const racers = [...PEERS, ...HEXCAST].map((racer) => ({ ...racer, seconds: [], why: skipped[racer.id] }));
-  for (let round = 1; round <= given.rounds; round++) {
-    const task = { ...given, n, flags: round === given.rounds ? join(given.scratch, `peers${n}`) : null };
+  for (let round = 1; round <= bench.rounds; round++) {
+    const task = { ...bench, n, flags: round === bench.rounds ? join(bench.folder, `peers${n}`) : null };
     for (const racer of racers.filter(({ why }) => !why)) {
       const last = (racer.isOurs ? runHexcast : runPeer)(racer.id, task);
       racer.last = last;
@@ -200,14 +193,14 @@ const digits = (seconds) => seconds.toFixed(seconds < 0.1 ? 4 : seconds < 10 ? 3
 /** @param {number} n @param {Racer[]} racers */
 function raceTable(n, racers) {
   const ours = racers.find(({ id }) => id === 'cpu');
-  if (!ours) throw new Error('hexcast has no part in the race');
+  if (!ours) throw new Error('hexcast is left out');
   const rows = racers.map((racer) => {
     if (racer.why || !racer.last) return [nameOf(racer), racer.why, '', '', '', '', '', ''];
     const middle = median(racer.seconds);
     return [
       nameOf(racer),
       digits(middle),
-      `${digits(Math.min(...racer.seconds))} - ${digits(Math.max(...racer.seconds))}`,
+      span(racer.seconds, digits),
       (racer.last.dims.reduce((cells, side) => cells * side, 1) / middle / 1e6).toFixed(1),
       `${(middle / median(ours.seconds)).toFixed(1)}x`,
       racer.last.peak_mib ?? 'unknown',
@@ -222,7 +215,7 @@ function raceTable(n, racers) {
 }
 
 /**
- * Who is left out at the next size, and why: who cannot be had, has failed, or would be slow.
+ * Why programs are left out at the next size: they could not be installed, failed, or would be slow.
  *
  * @param {Racer[]} racers
  * @param {number} n
@@ -239,30 +232,21 @@ function leftOut(racers, n, next) {
   return Object.fromEntries(racers.map((racer) => [racer.id, why(racer)]));
 }
 
-/**
- * Times all peers and both backends in turn.
- *
- * @param {Omit<Given, 'python'> & { quick: boolean }} given
- * @returns {{adapter: string, text: string}} the name of hexcast's GPU, and the tables
- */
-export function benchPeers(given) {
+/** Measures all peers and both backends. @param {Bench} bench */
+export function benchPeers(bench) {
   const { python, missing } = peersPython(PEERS.map(({ id }) => id));
-  const sizes = given.quick ? QUICK_SIZES : SIZES;
-  const tables = [];
+  const sizes = bench.quick ? [128] : SIZES;
+  const tables = [
+    `* A process that has run for ${ENOUGH} s begins no other run; where its first run is the only one, it counts.`,
+  ];
   /** @type {Record<string, string | undefined>} */
   let skipped = missing;
   let adapter = '';
   for (const [at, n] of sizes.entries()) {
-    const racers = race(n, { ...given, python }, skipped);
+    const racers = race({ ...bench, python }, n, skipped);
     tables.push(raceTable(n, racers));
     skipped = leftOut(racers, n, sizes[at + 1]);
     adapter = racers.find(({ id }) => id === 'gpu')?.last?.adapter ?? 'unknown';
   }
-  return {
-    adapter,
-    text: [
-      `* A process that has run for ${ENOUGH} s begins no other run; where its first run is the only one, it counts.`,
-      ...tables,
-    ].join('\n\n'),
-  };
+  return { adapter, text: tables.join('\n\n') };
 }

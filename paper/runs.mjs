@@ -1,14 +1,13 @@
-// What paper.mjs measures with: the programs, the models, and the meshes in processes of their own.
+// What paper.mjs measures with: the programs, the models, and meshes in processes of their own.
 
 import { statSync } from 'node:fs';
 import { join } from 'node:path';
 
-import { NATIVE_ENV } from './machine.mjs';
-import { build, median, output } from './results.mjs';
+import { median, output, programs } from '../benches/results.mjs';
 import { readStl, subdivide, writeStl } from './subdivide.mjs';
 
 /**
- * @typedef {import('./results.mjs').Report & { process_s: number }} Report
+ * @typedef {import('../benches/results.mjs').Report & { process_s: number }} Report
  * @typedef {{ name: string, files: string[], n_facets: number, n_cells: number, paper: number, serial: number }} Model of the paper
  */
 
@@ -41,10 +40,10 @@ export class Bench {
     this.scratch = scratch;
     this.quick = quick;
     this.runs = runs;
-    this.hexcast = build(['bin', 'hexcast']);
-    this.table = build(['bench', 'table']);
-    this.spheres = join(scratch, 'spheres.stl');
-    output(this.table, ['--spheres', this.spheres]);
+    const { command, stages, spheres } = programs(scratch);
+    this.command = command;
+    this.stages = stages;
+    this.spheres = spheres;
   }
 
   /** A number of cells, a thousandth of it where quick. @param {number} n_cells */
@@ -62,7 +61,7 @@ export class Bench {
    */
   mesh(file, args, backend) {
     const start = performance.now();
-    const text = output(this.hexcast, ['mesh', file, ...args, '--hash', 'never', '--backend', backend, '--json'], NATIVE_ENV);
+    const text = output(this.command, ['mesh', file, ...args, '--hash', 'never', '--backend', backend, '--json']);
     return { ...JSON.parse(text), process_s: (performance.now() - start) / 1000 };
   }
 
@@ -84,7 +83,7 @@ export class Bench {
   /** `--cells` that comes nearest to a number of cells. @param {string} file @param {number} n_cells */
   cellsFor(file, n_cells) {
     const count = (/** @type {number} */ n) =>
-      JSON.parse(output(this.hexcast, ['estimate', file, '--cells', String(n), '--json'], NATIVE_ENV)).cells;
+      JSON.parse(output(this.command, ['estimate', file, '--cells', String(n), '--json'])).cells;
     let n = Math.round(100 * Math.cbrt(n_cells / count(100)));
     for (let step = 0; step < 3; step++) n = Math.max(2, Math.round(n * Math.cbrt(n_cells / count(n))));
     const miss = (/** @type {number} */ n) => Math.abs(count(n) - n_cells);

@@ -1,17 +1,18 @@
-// The paper's Table 1 and Figures 14 and 15 again, cost against cells at equal rays, and the traditional algorithm; writes the
-// parts of benches/RESULTS.md between their marks and docs/fig14.svg, docs/fig15.svg.
-// usage: node scripts/bench.mjs paper [table1] [trillion] [fig14] [fig15] [depth] [serial] [--models DIR] [--quick] [--runs K]
-// Every number is of processes of their own; medians. --quick has a thousandth of the cells and only prints; plots go to target/.
+// Measures what the paper measured: its Table 1, its Figures 14 and 15, cost against cells at equal rays, and the traditional
+// algorithm. Writes the parts of RESULTS.md, and fig14.svg and fig15.svg.
+// usage: npm run paper -- [table1] [trillion] [fig14] [fig15] [depth] [serial] [--models DIR] [--quick] [--runs K]
+// By default all parts. Every number is a median of processes. --quick meshes a thousandth of the cells, prints, and writes plots
+// to target/.
 
 import { mkdtempSync, rmSync, statSync, statfsSync } from 'node:fs';
-import { loadavg, tmpdir, totalmem } from 'node:os';
+import { tmpdir, totalmem } from 'node:os';
 import { join } from 'node:path';
+import { parseArgs } from 'node:util';
 
-import { NATIVE_ENV } from './machine.mjs';
-import { fig14, fig15 } from './paper_figures.mjs';
-import { BACKENDS, Bench, MODELS, count, power, ratio, seconds } from './paper_runs.mjs';
-import { jsonLines, machine, ms, output, table, write } from './results.mjs';
-import { ROOT } from './run.mjs';
+import { machine, ms, table, timeStages, write } from '../benches/results.mjs';
+import { ROOT } from '../scripts/run.mjs';
+import { fig14, fig15 } from './figures.mjs';
+import { BACKENDS, Bench, MODELS, count, power, ratio, seconds } from './runs.mjs';
 
 /** Flags of all cells must leave the machine room for the rest. */
 const SHARE_OF_MEMORY = 0.45;
@@ -35,20 +36,8 @@ function table1(bench) {
       flags.push(flagsRow(bench, wanted, model.file, args, backend, report.cells));
     }
   }
-  const head = [
-    'model',
-    'file',
-    'backend',
-    'facets',
-    'cells',
-    'rays',
-    'crossings',
-    'columns, s',
-    'process, s',
-    'the paper, GPU, s',
-    'ratio',
-    'peak host, MiB',
-  ];
+  const head =
+    'model|file|backend|facets|cells|rays|crossings|columns, s|process, s|the paper, GPU, s|ratio|peak host, MiB'.split('|');
   return [
     '## Table 1 of the paper\n',
     table(head, columns),
@@ -61,10 +50,10 @@ function table1(bench) {
 }
 
 /**
- * @param {import('./paper_runs.mjs').Model} wanted
+ * @param {import('./runs.mjs').Model} wanted
  * @param {{ origin: string }} model
  * @param {string} backend
- * @param {import('./paper_runs.mjs').Report} report
+ * @param {import('./runs.mjs').Report} report
  */
 function columnsRow(wanted, { origin }, backend, report) {
   const n_facets = report.geometries.reduce((sum, geometry) => sum + geometry.facets, 0);
@@ -86,7 +75,7 @@ function columnsRow(wanted, { origin }, backend, report) {
 
 /**
  * @param {Bench} bench
- * @param {import('./paper_runs.mjs').Model} wanted
+ * @param {import('./runs.mjs').Model} wanted
  * @param {string} file
  * @param {string[]} args
  * @param {string} backend
@@ -157,12 +146,16 @@ function depth(bench) {
   ].join('\n');
 }
 
-/** The traditional algorithm on one core beside both backends, from the file to flags in memory. @param {Bench} bench */
+/** The traditional algorithm on one core, and both backends, from the file to flags in memory. @param {Bench} bench */
 function serial(bench) {
   const rows = [];
   for (const n of bench.quick ? [64, 128] : [256, 512, 1024]) {
-    const args = ['--file', bench.spheres, '--cells', String(n), '--runs', String(bench.runs), '--serial'];
-    const lines = jsonLines(output(bench.table, args, NATIVE_ENV));
+    const lines = timeStages(bench.stages, bench.spheres, {
+      n,
+      backend: 'cpu,gpu',
+      runs: String(bench.runs),
+      args: ['--serial'],
+    });
     const traditional = lines.find((line) => line.serial).serial;
     const [cpu, gpu] = BACKENDS.map((backend) => lines.find((line) => line.backend === backend));
     rows.push([
@@ -188,31 +181,23 @@ function serial(bench) {
 /** @type {Record<string, (bench: Bench) => string>} */
 const PARTS = { table1, trillion, fig14, fig15, depth, serial };
 
-/**
- * Runs the named parts, or all, and writes them.
- *
- * @param {string[]} names
- * @param {{ models?: string, quick: boolean, runs: number }} options
- */
-export function paper(names, options) {
-  const unknown = names.find((name) => !(name in PARTS));
-  if (unknown) throw new Error(`no part is named ${unknown}: ${Object.keys(PARTS).join(', ')}`);
-  const scratch = mkdtempSync(join(tmpdir(), 'hexcast-paper-'));
-  try {
-    const load = loadavg()[0];
-    const bench = new Bench(options, scratch);
-    const { adapter } = bench.mesh(join(ROOT, 'tests/fixtures/spot.stl'), ['--cells', '16'], 'gpu');
-    const facts = [
-      ...machine(adapter, load),
-      `* Medians of ${bench.runs} processes; 10^12 cells and files over 8 GB once.`,
-      '',
-    ].join('\n');
-    for (const name of names.length ? names : Object.keys(PARTS)) {
-      const text = `${PARTS[name](bench)}\n\n${facts}`;
-      if (!bench.quick) write(name, text);
-      console.log(text);
-    }
-  } finally {
-    rmSync(scratch, { recursive: true });
-  }
+const { values, positionals } = parseArgs({
+  allowPositionals: true,
+  options: {
+    models: { type: 'string' },
+    quick: { type: 'boolean', default: false },
+    runs: { type: 'string', default: '3' },
+  },
+});
+const unknown = positionals.find((name) => !(name in PARTS));
+if (unknown) throw new Error(`no part is named ${unknown}: ${Object.keys(PARTS).join(', ')}`);
+const scratch = mkdtempSync(join(tmpdir(), 'hexcast-paper-'));
+process.on('exit', () => rmSync(scratch, { recursive: true }));
+const bench = new Bench({ ...values, runs: Number(values.runs) }, scratch);
+const { adapter } = bench.mesh(join(ROOT, 'tests/fixtures/spot.stl'), ['--cells', '16'], 'gpu');
+const medians = `* Medians of ${bench.runs} processes; 10^12 cells and files over 8 GB once.\n`;
+for (const name of positionals.length > 0 ? positionals : Object.keys(PARTS)) {
+  const text = `${PARTS[name](bench)}\n\n${[...machine(adapter), medians].join('\n')}`;
+  if (bench.quick) console.log(text);
+  else write(name, text, 'paper/RESULTS.md');
 }

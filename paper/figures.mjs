@@ -1,15 +1,15 @@
-// Figures 14 and 15 of the paper again, for paper.mjs.
+// Figures 14 and 15 of the paper, for paper.mjs.
 
 import { writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 
-import { BACKENDS, MODELS, power, seconds } from './paper_runs.mjs';
+import { table } from '../benches/results.mjs';
+import { ROOT } from '../scripts/run.mjs';
 import { logLogPlot, slope } from './plot.mjs';
-import { table } from './results.mjs';
-import { ROOT } from './run.mjs';
+import { BACKENDS, MODELS, power, seconds } from './runs.mjs';
 import { readStl, subdivide, writeStl } from './subdivide.mjs';
 
-/** @typedef {import('./paper_runs.mjs').Bench} Bench @typedef {Record<'cpu' | 'gpu', import('./plot.mjs').Point[]>} Ours */
+/** @typedef {import('./runs.mjs').Bench} Bench @typedef {Record<'cpu' | 'gpu', import('./plot.mjs').Point[]>} Ours */
 
 /** Fig. 14: seconds against cells of model 4. @param {Bench} bench */
 export function fig14(bench) {
@@ -73,12 +73,12 @@ function figure(bench, name, { title, x, ours, times, from }) {
     points: ours[backend],
   }));
   const svg = logLogPlot({ title, x, y: 'seconds', series: [...series, ...theirs] });
-  writeFileSync(join(ROOT, bench.quick ? 'target' : 'docs', `${name}.svg`), svg);
+  writeFileSync(join(ROOT, bench.quick ? 'target' : 'paper', `${name}.svg`), svg);
   const all = [ours.cpu, ours.gpu, ...theirs.map((one) => one.points)];
   const rows = ours.cpu.map(([at], k) => [power(at, 2), ...all.map((points) => seconds(points[k][1]))]);
   return [
     `## Fig. ${name.slice(3)} of the paper\n`,
-    `![${title}](../docs/${name}.svg)\n`,
+    `![${title}](${name}.svg)\n`,
     table([x, 'CPU, s', 'GPU, s', 'the paper, GPU, s', 'the paper, serial, s'], [...rows, ['slope', ...slopes, 1, 1]]),
     '\nOf the paper each column is the one number that its text has, for model 4, scaled by what it says of the others: proportional.',
   ].join('\n');

@@ -20,12 +20,10 @@ const LIMITS = { scan: [36e9, 'B'], clear: [10e9, 'B'], hits: [783e6, 'hits'] };
  * @type {Record<string, (counts: Counts) => [Limit, number]>}
  */
 const WORK = {
-  LatticeRows: ({ n_bands, n_facets }) => ['scan', n_bands * n_facets * 52],
   LatticeCount: ({ n_bands, n_facets, n_bins, n_pairs }) => ['scan', n_bands * n_facets * 52 + 4 * n_bins + 8 * n_pairs],
   LatticeFill: ({ n_bands, n_facets, n_pairs }) => ['scan', n_bands * n_facets * 52 + 16 * n_pairs],
-  ColumnsSetup: ({ n_pairs }) => ['hits', 64 * n_pairs],
-  ColumnsAlternating: ({ n_crossings }) => ['hits', n_crossings],
-  Columns: ({ n_crossings }) => ['hits', n_crossings],
+  Intersect: ({ n_pairs }) => ['hits', 64 * n_pairs],
+  Map: ({ n_crossings }) => ['hits', n_crossings],
   ScanReduce: ({ n_bands, n_facets, n_bins }) => ['scan', 4 * (n_bands * n_facets + n_bins)],
   ScanApply: ({ n_bands, n_facets, n_bins }) => ['scan', 8 * (n_bands * n_facets + n_bins)],
   // upload: facets once; clears: offsets; readback: runs and chunks, which are read once more to put them in order
@@ -62,21 +60,6 @@ export function limitCells(pass, seconds, counts, machine) {
 
 /** @param {number} number */
 function scaled(number) {
-  /** @type {[number, string][]} */
-  const prefixes = [
-    [1e9, 'G'],
-    [1e6, 'M'],
-    [1e3, 'k'],
-  ];
-  const [size, prefix] = prefixes.find(([size]) => number >= size) ?? [1, ''];
+  const [size, prefix] = number >= 1e9 ? [1e9, 'G'] : number >= 1e6 ? [1e6, 'M'] : [1e3, 'k'];
   return `${(number / size).toPrecision(3)} ${prefix}`;
 }
-
-/** How to read the columns. */
-export const LIMIT_LINES = [
-  '*Work* is what the arrays a pass reads and writes hold, each counted once (`scripts/limits.mjs` has the formulas), or hits: in',
-  '`ColumnsSetup` the tests of a ray and a facet, 64 for each (facet, bin) pair; in `Columns` and `crossings` the crossings that come of it, which',
-  'is less than they look at. *Limit* is what two cores of this machine do in a loop that does nothing else: scan 21-36 GB/s (the upper end',
-  'here), clear 10 GB/s, 783e6 hits/s in exact 64-bit integers; a bin needs 32 bits only, so its tests may go beyond it. *In this run*',
-  'is what such loops in Rust reached beside these passes, in the same process on the same cores: a machine that is busy shows.',
-].join('\n');

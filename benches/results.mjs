@@ -1,14 +1,14 @@
-// benches/RESULTS.md: its marked parts, its tables, and what it says of the machine. Also builds what is measured.
+// The tables of RESULTS.md and of paper/RESULTS.md, what they say of the machine, and the programs that are measured.
 
 import { execFileSync } from 'node:child_process';
 import { readFileSync, writeFileSync } from 'node:fs';
-import { cpus, release, totalmem } from 'node:os';
-import { join } from 'node:path';
+import { cpus, loadavg, release, totalmem } from 'node:os';
+import path from 'node:path';
 
-import { ROOT } from './run.mjs';
+import { ROOT } from '../scripts/run.mjs';
 
 /**
- * The report of a mesh by the native command or the page, as far as it is used here.
+ * The report of a mesh, as far as it is used here.
  *
  * @typedef {object} Report
  * @property {Record<string, number>} seconds
@@ -22,7 +22,8 @@ import { ROOT } from './run.mjs';
  * @property {{ facets: number }[]} geometries
  */
 
-const RESULTS = join(ROOT, 'benches/RESULTS.md');
+/** Processes that were ready to run before the measurement. */
+const LOAD = loadavg()[0];
 
 /**
  * Runs a program in the repository and returns what it printed to stdout.
@@ -47,9 +48,6 @@ export const jsonLines = (text) =>
     .filter((line) => line.startsWith('{'))
     .map((line) => JSON.parse(line));
 
-/** The middle one of some numbers, the upper of two. @param {number[]} numbers */
-export const median = (numbers) => [...numbers].sort((a, b) => a - b)[numbers.length >> 1];
-
 /**
  * Builds a target in the release profile and returns the path of its program: `['bench', 'table']` or `['bin', 'hexcast']`.
  *
@@ -62,28 +60,63 @@ export function build([kind, name]) {
     .executable;
 }
 
+/**
+ * The programs of this repository that are measured, and the model: 64 spheres, in a folder that is removed in the end.
+ *
+ * @param {string} folder
+ */
+export function programs(folder) {
+  const [stages, command] = [build(['bench', 'table']), build(['bin', 'hexcast'])];
+  const spheres = path.join(folder, 'spheres.stl');
+  output(stages, ['--spheres', spheres]);
+  return { stages, command, spheres, folder };
+}
+
+/**
+ * Times the stages of meshing a file; returns the objects that the program printed.
+ *
+ * @param {string} program
+ * @param {string} file
+ * @param {{ n: number, backend: string, runs: string, args?: string[], env?: Record<string, string> }} options
+ */
+export const timeStages = (program, file, { n, backend, runs, args = [], env }) =>
+  jsonLines(output(program, ['--file', file, '--cells', String(n), '--backends', backend, '--runs', runs, ...args], env));
+
+/** The middle one of some numbers, the upper of two. @param {number[]} numbers */
+export const median = (numbers) => [...numbers].sort((a, b) => a - b)[numbers.length >> 1];
+
 /** Seconds as text in ms. @param {number} seconds */
 export const ms = (seconds) => (1000 * seconds).toFixed(seconds < 0.01 ? 2 : seconds < 0.1 ? 1 : 0);
+
+/** The least and the largest of some numbers as text. @param {number[]} numbers @param {(number: number) => string} write */
+export const span = (numbers, write) => `${write(Math.min(...numbers))} - ${write(Math.max(...numbers))}`;
 
 /** A Markdown table; all columns but the first to the right. @param {string[]} head @param {unknown[][]} rows */
 export const table = (head, rows) =>
   [head, head.map((_, column) => (column ? '---:' : '---')), ...rows].map((row) => `| ${row.join(' | ')} |`).join('\n');
 
-/** Lines about the machine, as far as the system tells it. @param {string} adapter @param {number} load */
-export function machine(adapter, load) {
+/** Lines about the machine. @param {string} adapter */
+export function machine(adapter) {
   const cores = cpus();
   const memory = (totalmem() / 2 ** 30).toFixed(0);
   return [
     `* Processor: ${cores[0].model.trim()}, ${cores.length} cores; ${memory} GiB of memory; ${process.platform} ${release()}.`,
     `* GPU backend on: ${adapter}.`,
-    `* Date: ${new Date().toISOString().slice(0, 10)}. Load before the run: ${load.toFixed(2)}.`,
+    `* Date: ${new Date().toISOString().slice(0, 10)}. Load before the run: ${LOAD.toFixed(2)}.`,
   ];
 }
 
-/** Replaces what stands between the marks of this name in RESULTS.md. @param {string} name @param {string} text */
-export function write(name, text) {
+/**
+ * Prints a part of a file of results and writes it between the marks of its name.
+ *
+ * @param {string} name
+ * @param {string} text
+ */
+export function write(name, text, file = 'benches/RESULTS.md') {
+  const results = path.join(ROOT, file);
   const marks = [`<!-- ${name} -->`, `<!-- /${name} -->`];
-  const [before, rest] = readFileSync(RESULTS, 'utf8').split(marks[0]);
+  const [before, rest] = readFileSync(results, 'utf8').split(marks[0]);
   const after = rest.split(marks[1])[1];
-  writeFileSync(RESULTS, `${before}${marks[0]}\n${text}\n${marks[1]}${after}`);
+  writeFileSync(results, `${before}${marks[0]}\n${text}\n${marks[1]}${after}`);
+  console.log(text);
 }

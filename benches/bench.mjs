@@ -1,0 +1,45 @@
+// Measures hexcast and other programs on the same files, in turn, and writes the tables of RESULTS.md.
+// usage: npm run bench -- [native | peers | page] [--quick] [--rounds R] [--runs K] [--largest N]
+// By default "native" and "peers": all stages compared with VTK, then every program of peers.py. "page" measures the page in Chromium
+// and the command on the same driver. Needs cargo, and python3 with venv for the peers; takes some ten minutes.
+
+import { mkdtempSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import path from 'node:path';
+import { parseArgs } from 'node:util';
+
+import { benchNative } from './native.mjs';
+import { benchPage } from './page.mjs';
+import { benchPeers } from './peers.mjs';
+import { machine, programs, write } from './results.mjs';
+
+/**
+ * What every bench gets: the programs, how often they run, and the numbers of cells along the longest axis.
+ *
+ * @typedef {ReturnType<typeof programs> & { rounds: number, runs: string, quick: boolean, sizes: number[], largest?: string }} Bench
+ * @typedef {{ adapter: string, text: string }} Measured the name of the GPU, and the tables
+ */
+
+/** @type {Record<string, (bench: Bench) => Measured | Promise<Measured>>} */
+const BENCHES = { native: benchNative, peers: benchPeers, page: benchPage };
+
+const { values, positionals } = parseArgs({
+  allowPositionals: true,
+  options: {
+    quick: { type: 'boolean', default: false },
+    rounds: { type: 'string', default: '2' },
+    runs: { type: 'string', default: '3' },
+    largest: { type: 'string' },
+  },
+});
+const names = positionals.length > 0 ? positionals : ['native', 'peers'];
+const unknown = names.find((name) => !(name in BENCHES));
+if (unknown) throw new Error(`no bench is named ${unknown}: ${Object.keys(BENCHES).join(', ')}`);
+const folder = mkdtempSync(path.join(tmpdir(), 'hexcast-bench-'));
+process.on('exit', () => rmSync(folder, { recursive: true }));
+const bench = { ...programs(folder), ...values, rounds: Number(values.rounds), sizes: values.quick ? [256] : [512, 1024] };
+for (const name of names) {
+  const { adapter, text } = await BENCHES[name](bench);
+  const rounds = `* ${bench.rounds} rounds, programs in turn; ${bench.runs} runs a program and round after a first that does not count; medians.`;
+  write(name, [...machine(adapter), rounds, text].join('\n'));
+}

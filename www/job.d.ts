@@ -1,0 +1,141 @@
+/** What goes in: surfaces, the job, and what a job would cost. */
+
+/** The bytes of an STL file, binary or ASCII, or facets. A Blob is read in slices, never as a whole. */
+export type GeometrySource =
+  | Blob
+  | ArrayBuffer
+  | Uint8Array
+  /** Corners of facets: 9 numbers a facet (x y z of three corners), in the unit of the job. */
+  | Float32Array
+  /** A surface that this mesher has read before with `Mesher.read`. */
+  | Surface;
+
+export interface GeometryJob {
+  /** The facets. */
+  source: GeometrySource;
+  /** Name of the file in reports; by default that of the File, or `geometry-1`, ... */
+  file?: string;
+  /** Takes only the solid of this name from an ASCII file of several. */
+  solid?: string;
+  /** Makes every solid of the file a geometry of its own. */
+  split?: boolean;
+  /** Name in reports and outputs; by default the file's without its extension. */
+  name?: string;
+  /** Property flag of its cells, 1 to 255; by default 1, 2, ... in order. */
+  flag?: number;
+  /** Where geometries overlap, the higher priority wins; at equal priority the later geometry wins. Default 0. */
+  priority?: number;
+  /** How cells are decided where its surface is not closed; by default as the job says. */
+  open?: Job['open'];
+  /** Scales first: one factor, or one for each axis. */
+  scale?: number | [number, number, number];
+  /** Then rotates about x, y and z, in degrees. */
+  rotate?: [number, number, number];
+  /** Then moves. */
+  translate?: [number, number, number];
+}
+
+/** What is meshed and how: the native job file, with sources in place of file names. */
+export interface Job {
+  /** In meshing order. */
+  geometries: GeometryJob[];
+  /** Two corners of the box, x0 y0 z0 x1 y1 z1; by default the bounding box of all geometries. */
+  domain?: [number, number, number, number, number, number];
+  /** Space added around the bounding box of the geometries, in whole cells or as a length. */
+  padding?: { cells: number | [number, number, number] } | { length: number | [number, number, number] };
+  /** Number of cubic cells along the longest axis; the default is 128. At most one of these four is given. */
+  cells?: number;
+  /** Number of cells on x, y, z. */
+  dims?: [number, number, number];
+  /** Cell size: one for all axes, or one for each. */
+  cell_size?: number | [number, number, number];
+  /** Upper limit of the cell size. The mesher takes the largest size for each axis that puts all bounding boxes on mesh lines. */
+  max_cell_size?: number;
+  /** How far from a line, in cells, `max_cell_size` lets the end of a bounding box lie: 0 to 0.5, default 0.05. */
+  tolerance?: number;
+  /** Inside is an odd number of crossings, or a winding number other than zero. Default `parity`. */
+  rule?: 'parity' | 'nonzero';
+  /**
+   * How cells are decided where a surface is not closed. `winding`: by the rays of three axes where they are even and agree, elsewhere
+   * by the generalised winding number. `vote`: by most of the axes whose rays are even, for surfaces that cannot be oriented.
+   * `error`: the mesh fails with `surface-open`. `parity`: by the rays of one axis, up to the last matched pair of crossings.
+   * Closed surfaces are not affected. Default `winding`.
+   */
+  open?: 'winding' | 'vote' | 'error' | 'parity';
+  /** Axis of the rays; the result does not depend on it. Default `auto`: the longest, the first of those less than an eighth shorter. */
+  axis?: 'auto' | 'x' | 'y' | 'z';
+  /**
+   * Memory limit in bytes, or as text such as `2GB`; by default 3 GiB. A mesh that needs more fails with `memory`, unless its
+   * columns can spill: see `MeshOptions.spill`.
+   */
+  max_memory?: number | string;
+  /** Unit of the files' lengths, such as `mm`; repeated in every output. */
+  unit?: string;
+}
+
+/** Facts of a surface that was read. */
+export interface SurfaceInfo {
+  /** Name of the file. */
+  file: string;
+  /** `STL, binary` or `STL, ASCII`. */
+  format: string;
+  /** Length of the file in bytes. */
+  bytes: number;
+  /** SHA-256 of its bytes, in hexadecimal. */
+  sha256: string;
+  /** Names of its solids, empty strings where the file gives none. */
+  solids: string[];
+  facets: number;
+  /** Least and greatest coordinates, in the file's own unit. */
+  bounding_box: [[number, number, number], [number, number, number]];
+  /** Signed volume enclosed; depends on the reference point where the surface is open. */
+  volume: number;
+  area: number;
+  /** Every edge is used equally often both ways: rule `nonzero` is well defined. */
+  closed_oriented: boolean;
+  /** Every edge is used an even number of times: rule `parity` is well defined. */
+  closed_parity: boolean;
+  /** Edges used once. */
+  open_edges: number;
+  nonmanifold_edges: number;
+  flipped_edges: number;
+  shells: number;
+  /** Defects of the file that the reader accepted. */
+  warnings: string[];
+}
+
+/** A surface held by the mesher's worker, ready to be meshed many times. */
+export interface Surface extends Disposable {
+  readonly info: SurfaceInfo;
+  /** Corners of all facets, 9 numbers a facet, for drawing. A copy. */
+  corners(): Promise<Float32Array>;
+  /** Frees it in the worker. */
+  dispose(): void;
+}
+
+/** What a mesh would cost. Numbers of cells and rays are exact, the others expected. */
+export interface Estimate {
+  dims: [number, number, number];
+  origin: [number, number, number];
+  spacing: [number, number, number];
+  cells: number;
+  /** Axis of the rays; what `auto` comes to. */
+  ray_axis: 'x' | 'y' | 'z';
+  rays: number;
+  /** Facets of all geometries. */
+  facets: number;
+  /** Expected number of crossings of rays and facets. */
+  crossings: number;
+  /** Expected bytes of the columns in memory. */
+  column_bytes: number;
+  /** Expected bytes of memory for meshing and writing. */
+  host_bytes: number;
+  /** The parts of `host_bytes`. */
+  host: Record<string, number>;
+  /** Upper limit of the bytes of GPU buffers, as expected. */
+  device_bytes: number;
+  /** Bytes of the files. Exact for raw and npy; for vti and hxc close; for `_zlib` up to several times too large. `_bits`: a bit a cell. */
+  file_bytes: Record<'raw' | 'raw_bits' | 'npy' | 'npy_bits' | 'vti' | 'vti_zlib' | 'hxc' | 'hxc_zlib', number>;
+  /** Expected seconds, from the speed of this mesher's last meshes; null before the first. */
+  seconds: number | null;
+}

@@ -1,0 +1,185 @@
+/** What comes out: the mesh, its report, its flags and its files. */
+import type { CallOptions } from './hexcast.js';
+
+export interface FlagReport {
+  flag: number;
+  name: string;
+  cells: number;
+  volume: number;
+  /** Sum of the signed volumes of its geometries' facets; null for a mesh that was opened from a column file. */
+  mesh_volume: number | null;
+}
+
+/** Peak sizes in bytes. */
+export interface PeakBytes {
+  /** Of the whole process; null where the system does not report it, as in browsers. */
+  host: number | null;
+  /** Of facets, lattice and columns while meshing, as the library counts them. */
+  meshing: number;
+  /** Of buffers on the device. */
+  device: number;
+  /** Of columns that spilled to disk. */
+  spilled: number;
+}
+
+/**
+ * The report, as the native `--report` writes it; further keys are documented there. A mesh that `Mesher.open` opened has no
+ * further keys, and null for what a column file does not hold.
+ */
+export interface Report {
+  version: string;
+  /** The backend that meshed; null for an opened mesh. */
+  backend: 'gpu' | 'cpu' | null;
+  /** Name of the GPU; null on the CPU. */
+  adapter: string | null;
+  driver: string | null;
+  /**
+   * The CPU casts a sample of the GPU's rays again: the number of these rays, and of those among them whose cells differed;
+   * null if no GPU meshed.
+   */
+  device_check: { rays: number; differing: number } | null;
+  unit: string | null;
+  dims: [number, number, number];
+  origin: [number, number, number];
+  spacing: [number, number, number];
+  /** Null for an opened mesh. */
+  rule: 'parity' | 'nonzero' | null;
+  ray_axis: 'x' | 'y' | 'z';
+  rays: number;
+  crossings: number;
+  runs: number;
+  odd_rays: number;
+  /** Geometries that are not closed, unless their `open` is `parity`; null for an opened mesh. */
+  open: OpenReport[] | null;
+  cells: number;
+  flags: FlagReport[];
+  flags_sha256: string | null;
+  warnings: string[];
+  /** Cells per second of `seconds.total`; null for an opened mesh. */
+  cells_per_second: number | null;
+  /** Seconds of each stage, null for a stage that was not asked for; empty for an opened mesh. */
+  seconds: Record<string, number | null>;
+  /** Missing for an opened mesh. */
+  peak_bytes?: PeakBytes;
+  [key: string]: unknown;
+}
+
+/** A geometry whose surface is not closed, and how its cells were decided. */
+export interface OpenReport {
+  geometry: string;
+  policy: 'winding' | 'vote';
+  /** Edges that facets use an odd number of times, or for the rule `nonzero` more often one way than the other. */
+  open_edges: number;
+  /** Loops of these edges. */
+  holes: number;
+  /** Middle of the longest loop. */
+  longest_at: [number, number, number];
+  /** Facets that were turned to agree with their neighbours. */
+  turned: number;
+  /** Rays along x, y and z that do not leave it as often as they enter. */
+  odd_rays: [number, number, number];
+  /** Cells whose three rays are not all even, or do not agree. */
+  doubtful_cells: number;
+}
+
+/** Mesh lines: line i of an axis is `origin + i * spacing`, i = 0 ..= dims. */
+export interface Lines {
+  origin: [number, number, number];
+  spacing: [number, number, number];
+  dims: [number, number, number];
+}
+
+/** A box of cells: first and end on x, y, z. */
+export interface CellBox {
+  start: [number, number, number];
+  end: [number, number, number];
+}
+
+/** Flags of a box of cells. */
+export interface Flags extends CellBox {
+  /** `flags[x + nx * (y + ny * z)]` counted from `start`; one byte a cell. */
+  flags: Uint8Array;
+}
+
+/** A plane of cells for drawing. */
+export interface Slice {
+  /** Pixels along the first and the second of the two other axes, in the order x, y, z. */
+  width: number;
+  height: number;
+  /** Cells a pixel. */
+  step: number;
+  /** `flags[i + width * j]`. */
+  flags: Uint8Array;
+}
+
+/** The stair-step surface of one flag. */
+export interface SkinPart {
+  flag: number;
+  /** Three coordinates a vertex, in world lengths relative to the mesh's origin. */
+  positions: Float32Array;
+  /** Three a triangle, counter-clockwise seen from outside. */
+  indices: Uint32Array;
+}
+
+export interface Skin {
+  /** Edge of a drawn cell in cells: 1, or a power of two where there would have been too many faces. */
+  step: number;
+  parts: SkinPart[];
+}
+
+export type Format = 'vti' | 'npy' | 'raw' | 'hxc';
+
+export interface WriteOptions extends CallOptions {
+  /** zlib level for vti and hxc: 0 (the default) does not compress, 1 is fast, 6 is a good compromise, 9 is small. */
+  compress?: number;
+  /** Eight cells a byte, for raw and npy of meshes with one flag. */
+  bits?: boolean;
+}
+
+/** The runs of one ray: flag `flags[r]` from cell `starts[r]` to the start of the next run or the end of the ray. */
+export interface Runs {
+  /** First cell of each run along the ray. */
+  starts: Uint32Array;
+  flags: Uint8Array;
+}
+
+/** The result as it is held: runs along rays. */
+export interface Columns {
+  /** Axis of the rays: 0, 1 or 2. */
+  readonly axis: 0 | 1 | 2;
+  readonly runs: number;
+  /** Bytes held in memory; `report.peak_bytes.spilled` has those that spilled. */
+  readonly bytes: number;
+  /** Runs of the ray through cell (i, j) of the two other axes, in the order x, y, z. */
+  ray(i: number, j: number): Promise<Runs>;
+}
+
+/** A mesh, held by the worker. */
+export interface Mesh extends Disposable {
+  readonly dims: [number, number, number];
+  readonly lines: Lines;
+  readonly report: Report;
+  readonly columns: Columns;
+  /** Flag of one cell. */
+  flag(x: number, y: number, z: number): Promise<number>;
+  /** Flags of a box of cells. */
+  box(start: [number, number, number], end: [number, number, number]): Promise<Flags>;
+  /** All flags in file order, in slabs of at most `maxBytes` (default 16 MiB); the next slab is expanded in advance. */
+  slabs(options?: { maxBytes?: number; signal?: AbortSignal }): AsyncIterableIterator<Flags>;
+  /** One plane of cells perpendicular to an axis (0, 1, 2), sub-sampled to at most `maxPixels` a side (default 2048). */
+  slice(axis: 0 | 1 | 2, index: number, maxPixels?: number): Promise<Slice>;
+  /** The stair-step surface, coarsened until it has at most `maxQuads` (default 2,000,000). */
+  skin(options?: { maxQuads?: number; signal?: AbortSignal }): Promise<Skin>;
+  /** SHA-256 of all flags, one byte each, x fastest: that of the raw file. */
+  sha256(options?: CallOptions): Promise<string>;
+  /** Bytes of a file before it is made; null where they depend on the flags (compressed, hxc). */
+  size(format: Format, options?: WriteOptions): number | null;
+  /** A file, byte for byte that of the native command, as a stream that is made as it is read. */
+  stream(format: Format, options?: WriteOptions): ReadableStream<Uint8Array>;
+  /** A file as a Blob. */
+  blob(format: Format, options?: WriteOptions): Promise<Blob>;
+  /** The `.raw.json` that describes a raw file. */
+  sidecar(options?: WriteOptions): Promise<string>;
+  /** Frees it in the worker. */
+  dispose(): void;
+}
