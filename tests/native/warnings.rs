@@ -135,4 +135,5 @@ fn rays_of_one_axis_that_find_a_surface_open_are_counted() {
             n_open += 1;
         }
     }
+    assert_eq!(n_open, 1, "the facet is missing across one axis");
 }
