@@ -2,14 +2,14 @@
 //!
 //! # Theory
 //! A geometry is closed if, after the snap, every edge has an even number of facets (rule `parity`), or as many one way as the
-//! other (`nonzero`). Its rays decide every cell. Of one that is open ([`Open::Winding`]):
+//! other (`nonzero`). Its rays decide every cell. Of one that is open ([`crate::geometry::Open::Winding`]):
 //!
-//! 1. Facets that share an edge with one other are turned to agree with it ([`orient`]).
+//! 1. Facets that share an edge with one other are turned to agree with it (`orient`).
 //! 2. Rays are cast along all three axes. A cell whose three rays cross the surface an even number of times, and agree, keeps
 //!    their answer. Every other cell is doubtful.
 //! 3. A doubtful cell is decided by the generalised winding number w at its centre (Jacobson, Kavan and Sorkine-Hornung 2013),
 //!    the solid angle of the surface over 4 pi: inside if round(w) is odd, or for `nonzero` if it is not 0. The open edges form
-//!    loops; a fan of triangles, a cap, closes each ([`caps`]). w is the winding number of surface and caps together, an
+//!    loops; a fan of triangles, a cap, closes each (`caps`). w is the winding number of surface and caps together, an
 //!    integer, which one exact ray counts, less the solid angle of the caps over 4 pi, which falls with the square of the
 //!    distance: far from all holes the exact ray decides alone.
 //!
@@ -22,7 +22,7 @@
 //! flag; [`Overlay`] puts the open ones over it, band by band, and the flags in.
 //!
 //! Degenerate cases: a surface of one sheet encloses little: round(w) is 0 in most cells. A surface that cannot be oriented has no
-//! winding number; [`Open::Vote`] decides it by the rays alone.
+//! winding number; [`crate::geometry::Open::Vote`] decides it by the rays alone.
 //! Cost: three casts, 32 bytes a crossing, a look at 64 cells at a time; near holes some microseconds a cell.
 
 mod caps;

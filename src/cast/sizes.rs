@@ -71,18 +71,16 @@ impl Capacity {
     }
 
     /// What the first try at a band gets, which has nearly `n_crossings`: tiles and places are known only when it has run. As far as can be
-    /// it does not depend on what the band holds, so that the next needs no buffers of its own. All of it is paid for: wgpu clears buffers.
+    /// it does not depend on what the band holds, so that the next needs no buffers of its own.
     pub(crate) fn first(size: &BandSize) -> Capacity {
         let &BandSize { n_facets, n_all_facets, n_crossings, n_rays, n_bins, n_chunks, n_layers } = size;
         let n_facets = if n_all_facets <= FEW_FACETS { n_all_facets } else { n_facets };
-        // rays cross closed surfaces an even number of times, and a ray begins a new place in each segment
-        let n_places = if n_layers == 1 { n_rays / 2 + n_crossings / 32 * 9 } else { n_rays + n_crossings / 8 * 3 };
         Capacity {
             n_facets,
             n_chunks,
             n_counters: n_bins * u64::from(n_layers),
             n_tiles: 16 * n_bins + 3 * n_facets,
-            n_places: n_places.max(n_rays),
+            n_places: (2 * n_rays).max(n_rays + n_crossings / 8 * 3),
         }
     }
 
