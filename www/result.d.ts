@@ -72,7 +72,7 @@ export interface OpenReport {
   open_edges: number;
   /** Loops of these edges. */
   holes: number;
-  /** Middle of the longest loop. */
+  /** Middle of the longest of these edges. */
   longest_at: [number, number, number];
   /** Facets that were turned to agree with their neighbours. */
   turned: number;

@@ -4,6 +4,7 @@ import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 
+import { OPEN_BOX } from './open_box.mjs';
 import { COPPER, hasGeometries, run, slice, test } from './visit.mjs';
 
 const AXE = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
@@ -50,6 +51,8 @@ test('axe-core finds nothing: empty, models and mistakes, a mesh and its slices'
   await page.waitForSelector('#messages [role=alert]');
   await hasGeometries(page, 2);
   for (const summary of await page.$$('.side summary:visible')) await summary.click();
+  await page.setInputFiles('#file-input', { name: 'box.stl', mimeType: 'model/stl', buffer: Buffer.from(OPEN_BOX) });
+  await hasGeometries(page, 3);
   await page.fill('#padding', '-1');
   await isSound(page, 'models and mistakes');
   await page.fill('#padding', '1');
@@ -57,6 +60,7 @@ test('axe-core finds nothing: empty, models and mistakes, a mesh and its slices'
   await run(page);
   await page.click('#results summary');
   await page.selectOption('#section-axis', '0');
+  assert.equal(await page.locator('#result-open button').count(), 1);
   await isSound(page, 'a mesh');
   await page.fill('#cells', '21');
   await slice(page, 'x', 4);

@@ -8,6 +8,7 @@ import { after, before, test } from 'node:test';
 
 import { swiftshaderEnv } from '../../scripts/machine.mjs';
 import { ROOT } from '../../scripts/run.mjs';
+import { CLOSED_BOX, OPEN_BOX } from '../e2e/open_box.mjs';
 import { SPOT, installedProject, nativeReport } from './project.mjs';
 
 const { version } = JSON.parse(readFileSync(path.join(ROOT, 'package.json'), 'utf8'));
@@ -144,9 +145,11 @@ test('a wrong job is refused by the name of its key, as the command line does', 
     [{ padding: { cells: 0.5 } }, 'padding.cells: invalid type: floating point `0.5`'],
     [{ padding: { cells: 1, length: 1 } }, 'padding'],
     [{ rule: 'even' }, 'rule: unknown variant `even`, expected `parity` or `nonzero`'],
+    [{ open: 'close' }, 'open: unknown variant `close`, expected one of `winding`, `vote`, `error`, `parity`'],
     [{ unit: 5 }, 'unit: invalid type'],
     [{ geometry: { flg: 1 } }, 'geometries[0].flg: unknown field'],
     [{ geometry: { flag: 300 } }, 'geometries[0].flag: invalid value: integer `300`'],
+    [{ geometry: { open: 'close' } }, 'geometries[0].open: unknown variant `close`'],
     [{ geometry: { rotate: [1, 2, 3, 4] } }, 'geometries[0].rotate: invalid length 4'],
     [{ geometry: { split: 'yes' } }, 'geometries[0].split: invalid type: string "yes"'],
   ];
@@ -158,6 +161,49 @@ test('a wrong job is refused by the name of its key, as the command line does', 
   cases.forEach(([, expected], index) => {
     assert.ok(problems[index].startsWith(`job-value: ${expected}`), `${problems[index]} instead of ${expected}`);
   });
+});
+
+const MESH_BOXES = `
+  import { createMesher } from 'hexcast';
+  const [closed, open] = process.argv.slice(2).map((text) => new TextEncoder().encode(text));
+  const mesher = await createMesher({ backend: 'cpu' });
+  const size = { cells: 40, padding: { cells: 3 } };
+  const whole = await mesher.mesh({ geometries: [{ source: closed }], ...size });
+  const policies = { default: {}, winding: { open: 'winding' }, vote: { open: 'vote' }, parity: { open: 'parity' } };
+  const meshes = {};
+  for (const [name, policy] of Object.entries(policies)) {
+    const mesh = await mesher.mesh({ geometries: [{ source: open, file: 'box.stl' }], ...size, ...policy });
+    meshes[name] = { isWhole: await mesh.sha256() === await whole.sha256(), open: mesh.report.open };
+  }
+  const refused = (job) => mesher.mesh({ ...job, ...size }).then(() => 'meshed', ({ code, message }) => \`\${code}: \${message}\`);
+  const ofJob = await refused({ geometries: [{ source: open, file: 'box.stl' }], open: 'error' });
+  const ofGeometry = await refused({ geometries: [{ source: closed }, { source: open, file: 'box.stl', open: 'error' }] });
+  const ofClosed = await refused({ geometries: [{ source: closed }], open: 'error' });
+  console.log(JSON.stringify({ found: whole.report.open, meshes, ofJob, ofGeometry, ofClosed }));
+  mesher.dispose();
+`;
+
+test('a box without a side is meshed whole, as its report says, or refused where it must not be open', () => {
+  writeFileSync(path.join(project, 'boxes.js'), MESH_BOXES);
+  const made = JSON.parse(execFileSync(process.execPath, ['boxes.js', CLOSED_BOX, OPEN_BOX], { cwd: project, encoding: 'utf8' }));
+  assert.deepEqual(made.found, [], 'a closed box is no finding');
+  assert.ok(made.meshes.default.isWhole);
+  const [found, ...others] = made.meshes.default.open;
+  assert.deepEqual(others, []);
+  const { geometry, policy, open_edges, holes, turned, odd_rays, longest_at, doubtful_cells } = found;
+  assert.deepEqual([geometry, policy, open_edges, holes, turned], ['box', 'winding', 4, 1, 0]);
+  // rays along z enter by the lower side, and there is no upper one
+  assert.deepEqual(odd_rays, [0, 0, 40 * 20]);
+  assert.ok(doubtful_cells >= 40 * 20 * 20, `${doubtful_cells} doubtful cells`);
+  const [x, y, z] = longest_at.map((number) => Math.round(1e3 * number) / 1e3);
+  assert.ok(x === 2 && (y === 0 || y === 2) && z === 2, `the longest edge is at ${longest_at}`);
+  assert.deepEqual(made.meshes.winding, made.meshes.default);
+  assert.deepEqual([made.meshes.vote.isWhole, made.meshes.vote.open[0].policy], [true, 'vote']);
+  assert.deepEqual(made.meshes.parity.open, [], 'rays of one axis do not look for holes');
+  for (const message of [made.ofJob, made.ofGeometry]) {
+    assert.match(message, /^surface-open: geometry "box" is not closed: open edges 4, in 1 loops/);
+  }
+  assert.equal(made.ofClosed, 'meshed');
 });
 
 const SPILL = `

@@ -28,6 +28,7 @@ export function currentJob() {
     job.padding = settings.padding_by === 'cells' ? { cells: settings.padding } : { length: settings.padding };
   Object.assign(job, sizing(settings));
   if (settings.rule !== 'parity') job.rule = settings.rule;
+  if (settings.open !== 'winding') job.open = settings.open;
   if (settings.axis !== 'auto') job.axis = settings.axis;
   if (settings.unit) job.unit = settings.unit;
   return job;

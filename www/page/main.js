@@ -7,6 +7,7 @@ import { startDownloads } from './downloads.js';
 import { startEstimate } from './estimate.js';
 import { startFields } from './fields.js';
 import { addSample, readAgain, startFiles } from './files.js';
+import { startFindings } from './findings.js';
 import { startGeometries } from './geometries.js';
 import { clearMessages, showError } from './messages.js';
 import { startResults } from './results.js';
@@ -77,6 +78,7 @@ async function start() {
   startEstimate();
   startRun(restart);
   startResults();
+  startFindings();
   startStale();
   startDownloads();
   startSharing();

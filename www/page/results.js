@@ -2,6 +2,7 @@
 import { byId, make } from './dom.js';
 import { spilledBytes, save } from './downloads.js';
 import { bytes, cellSize, count, duration, measure, roughly, times } from './format.js';
+import { otherWarnings } from './findings.js';
 import { sentence, showError } from './messages.js';
 import { baseName } from './share.js';
 import { change, colourOf, on, state } from './state.js';
@@ -45,7 +46,7 @@ function show() {
   );
   fact('result-backend', 'Meshed by', report.adapter ?? (report.backend === 'cpu' ? 'the processor' : (report.backend ?? '')));
   showLegend();
-  const { warnings } = report;
+  const warnings = otherWarnings(report);
   byId('result-warnings').replaceChildren(...warnings.map((warning) => make('li', {}, sentence(warning))));
   byId('result-warnings').hidden = warnings.length === 0;
   byId('report').textContent = reportText();
@@ -74,8 +75,8 @@ function row({ flag, name, cells, volume, mesh_volume: meshVolume }, unit) {
   });
   const swatch = make('span', { className: 'swatch' });
   swatch.style.background = colourOf(flag);
-  // a column file does not hold the volume of the facets
-  const off = meshVolume ? (100 * (volume - meshVolume)) / Math.abs(meshVolume) : null;
+  // a column file does not hold the volume of the facets, and that of an open surface depends on the origin
+  const off = meshVolume && !isOpen(name) ? (100 * (volume - meshVolume)) / Math.abs(meshVolume) : null;
   const difference = off === null ? '' : `${percent(off)} vs facets`;
   return make(
     'tr',
@@ -90,6 +91,12 @@ function row({ flag, name, cells, volume, mesh_volume: meshVolume }, unit) {
       make('small', {}, difference),
     ),
   );
+}
+
+/** Whether a surface of a flag is open. @param {string} names those of its geometries */
+function isOpen(names) {
+  const open = new Set(state.mesh?.report.open?.map(({ geometry }) => geometry));
+  return names.split(' + ').some((name) => open.has(name));
 }
 
 /** A difference with its sign, if it has one once it is rounded. @param {number} off */

@@ -6,7 +6,7 @@ import { count, duration, roughly } from './format.js';
 import { currentJob } from './job.js';
 import { wrongField } from './fields.js';
 import { clearMessages, showError } from './messages.js';
-import { change, on, state } from './state.js';
+import { change, on, set, state } from './state.js';
 
 /** @typedef {import('hexcast').BackendChoice} BackendChoice */
 
@@ -87,11 +87,12 @@ async function run(restart) {
   }
 }
 
-/** What the user can do about a lost or failing device. @param {unknown} error @param {(backend: BackendChoice) => void} restart */
+/** What the user can do about a lost or failing device, or an open surface. @param {unknown} error @param {(backend: BackendChoice) => void} restart */
 function remedy(error, restart) {
   const code = error instanceof HexcastError ? error.code : null;
   if (code === 'device-lost') return { label: 'Open the GPU again', act: () => restart(state.settings.backend) };
   if (code === 'device-failed' || code === 'no-adapter') return { label: 'Use the processor', act: () => restart('cpu') };
+  if (code === 'surface-open') return { label: 'Use the winding number', act: () => set({ open: 'winding' }) };
   return undefined;
 }
 

@@ -7,6 +7,7 @@ import * as THREE from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 
 import { oncePerFrame } from './dom.js';
+import { ring } from './marker.js';
 import { stairMaterial } from './stair_material.js';
 
 /**
@@ -27,6 +28,7 @@ export class Scene {
   #models = groupOfDrawn();
   #skin = groupOfDrawn();
   #section = groupOfDrawn();
+  #ring = ring();
   /** @type {THREE.Box3Helper | null} */
   #box = null;
   /** @type {number[] | null} */
@@ -44,7 +46,7 @@ export class Scene {
     this.#renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.#camera.up.set(0, 0, 1);
     this.#controls = new OrbitControls(this.#camera, canvas);
-    this.#world.add(this.#models, this.#skin, this.#section);
+    this.#world.add(this.#models, this.#skin, this.#section, this.#ring);
     const lamp = new THREE.DirectionalLight(0xffffff, 2.4);
     lamp.position.set(0.4, 0.8, 1);
     this.#camera.add(lamp);
@@ -212,6 +214,26 @@ export class Scene {
     this.#camera.updateProjectionMatrix();
     this.#controls.target.set(0, 0, 0);
     this.#controls.update();
+    this.invalidate();
+  }
+
+  /** Moves the camera near a place, outside of what is shown, and marks it. @param {number[]} place */
+  lookAt(place) {
+    const at = new THREE.Vector3().fromArray(place);
+    const target = at.clone().sub(this.#centre);
+    // outwards, and a little from where models are seen at first: a place in the middle has no outside
+    const outwards = new THREE.Vector3(0.22, -0.32, 0.18).add(target.clone().normalize());
+    this.#controls.target.copy(target);
+    this.#camera.position.copy(target).add(outwards.setLength(2 * this.#radius));
+    this.#controls.update();
+    this.#ring.position.copy(at);
+    this.#ring.visible = true;
+    this.invalidate();
+  }
+
+  /** Removes the mark. */
+  unmark() {
+    this.#ring.visible = false;
     this.invalidate();
   }
 

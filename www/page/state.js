@@ -25,6 +25,7 @@
  * @property {number | Triple} padding
  * @property {'cells' | 'length'} padding_by
  * @property {'parity' | 'nonzero'} rule
+ * @property {'winding' | 'vote' | 'error' | 'parity'} open how cells are decided where a surface is not closed
  * @property {'auto' | 'x' | 'y' | 'z'} axis
  * @property {string} unit
  * @property {import('hexcast').BackendChoice} backend
@@ -78,6 +79,7 @@ export const DEFAULTS = Object.freeze({
   padding: 0,
   padding_by: 'cells',
   rule: 'parity',
+  open: 'winding',
   axis: 'auto',
   unit: '',
   backend: 'auto',

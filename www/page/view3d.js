@@ -93,6 +93,7 @@ function showModels() {
       corners ? [{ ...rest, corners, colour: colourOf(rest.flag) }] : [],
     );
     scene.setModels(models);
+    scene.unmark();
     const ids = geometries.map(({ id }) => id).join();
     if (ids !== byId('canvas-3d').dataset.models && geometries.length > 0) fit();
     byId('canvas-3d').dataset.models = ids;
@@ -129,6 +130,7 @@ async function showMesh() {
   if (!mesh) return clearMessages('mesh');
   selectOf('section-axis').value = '';
   await withScene(async (scene) => {
+    scene.unmark();
     byId('view-status').textContent = 'Extracting …';
     const skin = await (promised ?? mesh.skin());
     if (mesh !== state.mesh) return;
@@ -147,8 +149,7 @@ async function showMesh() {
     if (state.geometries.length === 0) fit();
     const n_triangles = skin.parts.reduce((sum, part) => sum + part.indices.length / 3, 0);
     byId('canvas-3d').dataset.triangles = String(n_triangles);
-    // on a phone the picture lies below the fields
-    if (matchMedia('(max-width: 760px)').matches) byId('view').scrollIntoView({ behavior: 'smooth' });
+    scrollToView();
     byId('view-status').textContent = isEmpty ? 'No cell has a flag.' : `${count(n_triangles)} triangles`;
   });
 }
@@ -160,6 +161,27 @@ function fit() {
       ? scene.fit(domainOf(mesh.report))
       : scene.fitModels(state.geometries),
   );
+}
+
+/**
+ * Moves the view to a place of the models, which it shows uncut, and marks it until there is another mesh.
+ *
+ * @param {number[]} place in world lengths
+ */
+export function lookAt(place) {
+  selectOf('section-axis').value = '';
+  cut();
+  if (state.geometries.some(({ corners }) => corners)) choose('model');
+  withScene((scene) => {
+    scene.lookAt(place);
+    byId('canvas-3d').dataset.place = place.join(' ');
+  });
+  scrollToView();
+}
+
+/** On a phone the picture lies between the fields and the result. */
+function scrollToView() {
+  if (matchMedia('(max-width: 760px)').matches) byId('view').scrollIntoView({ behavior: 'smooth' });
 }
 
 /** @param {Scene} scene */
