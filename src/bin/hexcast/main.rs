@@ -25,13 +25,17 @@ mod summary;
 mod terminal;
 mod zarr_folder;
 
+/// Exit code of a run with warnings that was asked to be strict.
+const STRICT: u8 = 8;
+
 const EXIT_CODES: &str = "\
 Exit codes:
     0  done                                      5  larger than a limit or the memory
     1  unexpected: a bug                         6  the GPU or its driver failed
     2  wrong use of the command line             7  the system refused to read or write a file
-    3  an input file cannot be understood      130  cancelled (Ctrl-C)
-    4  the job contradicts itself or is impossible";
+    3  an input file cannot be understood        8  warnings, and --strict was given
+    4  the job contradicts itself or is        130  cancelled (Ctrl-C)
+       impossible";
 
 /// Turns closed surfaces (STL) into Cartesian meshes: exactly, on the GPU or the CPU.
 #[derive(Parser)]
@@ -67,7 +71,7 @@ fn main() -> ExitCode {
     // without a handler Ctrl-C still ends the program, only less politely
     let _ = ctrlc::set_handler(move || handler_token.cancel());
     match run(command, &token) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(code) => code,
         Err(error) => {
             eprintln!("error[{}]: {error}", error.code());
             if !error.hint().is_empty() {
@@ -78,9 +82,9 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(command: Command, token: &CancelToken) -> Result<()> {
+fn run(command: Command, token: &CancelToken) -> Result<ExitCode> {
     match command {
-        Command::Mesh(arguments) => mesh::run(&arguments, token),
+        Command::Mesh(arguments) => return mesh::run(&arguments, token),
         Command::Info(arguments) => info::run(&arguments, token),
         Command::Estimate(arguments) => estimate::run(&arguments, token),
         Command::Adapters(arguments) => adapters::run(&arguments),
@@ -90,7 +94,8 @@ fn run(command: Command, token: &CancelToken) -> Result<()> {
             clap_complete::generate(shell, &mut Cli::command(), "hexcast", &mut script);
             terminal::print(&String::from_utf8_lossy(&script))
         }
-    }
+    }?;
+    Ok(ExitCode::SUCCESS)
 }
 
 fn exit_code(error: &Error) -> u8 {
