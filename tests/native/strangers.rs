@@ -1,6 +1,9 @@
 //! What strangers and a failing system do to the command line: odd names and files, folders that vanish, disks that fill, runs
 //! that are killed.
 
+use std::path::Path;
+use std::process::{Command, Stdio};
+
 use super::cli::{Folder, SPOT, done, hexcast};
 
 /// Standard error of a run that must end with an exit code.
@@ -32,4 +35,180 @@ fn a_strict_run_with_warnings_writes_its_outputs_and_fails() {
 
     done(&["mesh", SPOT, "--cells", "8", "--backend", "cpu", "-q", "--strict"]);
     assert!(done(&["--help"]).contains("8  warnings, and --strict"));
+}
+
+/// Sends a signal.
+#[cfg(unix)]
+#[track_caller]
+fn signal(child: &std::process::Child, name: &str) {
+    let killed = Command::new("kill").args([name, &child.id().to_string()]).status().expect("kill runs");
+    assert!(killed.success());
+}
+
+/// Starts hexcast and waits until a condition holds.
+#[cfg(unix)]
+fn start_until(arguments: &[&str], is_reached: impl Fn() -> bool) -> std::process::Child {
+    use std::time::{Duration, Instant};
+    let mut command = Command::new(env!("CARGO_BIN_EXE_hexcast"));
+    command.current_dir(env!("CARGO_MANIFEST_DIR")).args(arguments).stdout(Stdio::null()).stderr(Stdio::piped());
+    let mut child = command.spawn().expect("hexcast starts");
+    let start = Instant::now();
+    while !is_reached() {
+        if start.elapsed() > Duration::from_secs(60) {
+            child.kill().expect("hexcast runs");
+            panic!("{arguments:?}: nothing happened");
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    child
+}
+
+/// Folders of the first shards, `flag/c/0` and so on, in the temporary folder of a Zarr output.
+#[cfg(unix)]
+fn shard_folders(folder: &Folder) -> Vec<std::path::PathBuf> {
+    let hidden = folder.names().into_iter().filter(|name| name.starts_with(".hexcast-"));
+    let chunks = hidden.map(|name| Path::new(&folder.path(&name)).join("new/flag/c"));
+    let entries = chunks.filter_map(|chunks| std::fs::read_dir(chunks).ok()).flatten().flatten();
+    entries.map(|entry| entry.path()).collect()
+}
+
+/// A folder of Zarr that is cleaned away, by a job that tidies temporary folders, while it is written.
+#[cfg(unix)]
+#[test]
+fn a_zarr_folder_that_loses_shards_is_an_error() {
+    for vanishes_whole in [false, true] {
+        let folder = Folder::new();
+        let zarr = folder.path("a.zarr");
+        let size =
+            ["mesh", SPOT, "--dims", "600,600,600", "--backend", "cpu", "--max-memory", "64MB", "--hash", "never"];
+        let child = start_until(&[&size[..], &["--axis", "z", "-q", "-o", &zarr]].concat(), || {
+            shard_folders(&folder).len() > 2
+        });
+        signal(&child, "-STOP");
+        let mut shards = shard_folders(&folder);
+        shards.sort();
+        let lost = if vanishes_whole { shards[0].ancestors().nth(4).expect("a folder") } else { &shards[0] };
+        std::fs::remove_dir_all(lost).unwrap();
+        signal(&child, "-CONT");
+        let ended = child.wait_with_output().expect("hexcast ends");
+        let error = String::from_utf8_lossy(&ended.stderr);
+        assert_eq!(ended.status.code(), Some(7), "{error}");
+        assert!(error.contains("error[io]") && error.contains("a.zarr") && error.contains("\nhint: "), "{error}");
+        assert!(error.contains("files that were written are missing or have another length"), "{error}");
+        assert!(!Path::new(&zarr).exists(), "{:?}", folder.names());
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn the_next_run_removes_what_a_killed_one_left() {
+    for name in ["a.vti", "a.zarr"] {
+        let folder = Folder::new();
+        let (output, other) = (folder.path(name), folder.path("b.vti"));
+        let size = ["mesh", SPOT, "--dims", "2000,2000,100000", "--axis", "z", "--hash", "never", "--backend", "cpu"];
+        let is_hidden = |name: &String| name.starts_with(".hexcast-");
+        let large = [&size[..], &["-q", "-o", &output]].concat();
+        let mut killed = start_until(&large, || folder.names().iter().any(is_hidden));
+        signal(&killed, "-KILL");
+        killed.wait().expect("hexcast ends");
+        let left: Vec<String> = folder.names().into_iter().filter(is_hidden).collect();
+        assert_eq!(left.len(), 1, "{left:?}");
+
+        // files of other makers and outputs, and of a run that is alive
+        std::fs::write(folder.path(".hexcast-mine.part"), "precious").unwrap();
+        let live = start_until(&large, || {
+            folder.names().iter().any(|name| name.starts_with(".hexcast-a") && !left.contains(name))
+        });
+        let small = ["mesh", SPOT, "--cells", "8", "--backend", "cpu", "-q", "-o"];
+        done(&[&small[..], &[&other]].concat());
+        done(&[&small[..], &[&output]].concat());
+        let hidden: Vec<String> = folder.names().into_iter().filter(is_hidden).collect();
+        signal(&live, "-INT");
+        assert_eq!(live.wait_with_output().expect("hexcast ends").status.code(), Some(130));
+        assert_eq!(hidden.len(), 2, "{hidden:?}");
+        assert!(hidden.iter().all(|name| !left.contains(name)), "{hidden:?}");
+        assert_eq!(folder.bytes(".hexcast-mine.part"), b"precious");
+        let mut names = vec![".hexcast-mine.part", name, "b.vti"];
+        names.sort_unstable();
+        assert_eq!(folder.names(), names);
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn what_is_not_a_file_of_hexcast_is_neither_written_nor_removed() {
+    use std::os::unix::fs::FileTypeExt;
+    let folder = Folder::new();
+    let output = folder.path("a.raw");
+    let partial = folder.path("a.raw.partial");
+    let make_fifo = |path: &str| assert!(Command::new("mkfifo").arg(path).status().expect("mkfifo runs").success());
+    let is_fifo = |path: &str| std::fs::symlink_metadata(path).is_ok_and(|metadata| metadata.file_type().is_fifo());
+    let mesh = ["mesh", SPOT, "--cells", "8", "--backend", "cpu", "-q", "-o", &output];
+    let resume = [&mesh[..], &["--resume"]].concat();
+
+    make_fifo(&partial);
+    assert!(fails(&resume, 7).contains("a.raw.partial exists and is not a file"));
+    assert!(is_fifo(&partial));
+    std::fs::remove_file(&partial).unwrap();
+
+    std::fs::create_dir(&partial).unwrap();
+    assert!(fails(&resume, 7).contains("a.raw.partial exists and is not a file"));
+    std::fs::remove_dir(&partial).unwrap();
+
+    std::fs::write(folder.path("mine"), "precious").unwrap();
+    std::os::unix::fs::symlink("mine", &partial).unwrap();
+    assert!(fails(&resume, 7).contains("a.raw.partial exists and is not a file"));
+    assert_eq!(folder.bytes("mine"), b"precious");
+    std::fs::remove_file(&partial).unwrap();
+
+    // also where the run fails before it looks into the file
+    std::fs::write(&partial, "notes").unwrap();
+    let early = fails(&["mesh", "no-such.stl", "--resume", "-o", &output], 4);
+    assert!(early.contains("is not a hexcast file") && !early.contains("kept:"), "{early}");
+    assert_eq!(folder.bytes("a.raw.partial"), b"notes");
+
+    let (pipe, null) = (folder.path("b.raw"), folder.path("null.json"));
+    make_fifo(&pipe);
+    std::os::unix::fs::symlink("/dev/null", &null).unwrap();
+    for arguments in [["mesh", SPOT, "-o", &pipe], ["mesh", SPOT, "--report", &null]] {
+        let error = fails(&[&arguments[..], &["--cells", "8", "--backend", "cpu", "-q"]].concat(), 7);
+        assert!(error.contains("exists and is not a file"), "{error}");
+    }
+    assert!(is_fifo(&pipe) && is_link(&null));
+}
+
+#[cfg(unix)]
+fn is_link(path: &str) -> bool {
+    std::fs::symlink_metadata(path).is_ok_and(|metadata| metadata.is_symlink())
+}
+
+#[cfg(unix)]
+#[test]
+fn an_output_that_is_a_link_writes_what_it_leads_to() {
+    let folder = Folder::new();
+    std::fs::create_dir(folder.path("disk")).unwrap();
+    let mesh = ["mesh", SPOT, "--cells", "8", "--backend", "cpu", "-q", "-o"];
+    std::fs::write(folder.path("disk/old.npy"), "old").unwrap();
+    // one to a file, one to a link to a file that is not there yet, one to a folder
+    for (link, target) in
+        [("a.npy", "disk/old.npy"), ("b.npy", "c.npy"), ("c.npy", "disk/new.npy"), ("d.zarr", "disk/d.zarr")]
+    {
+        std::os::unix::fs::symlink(target, folder.path(link)).unwrap();
+    }
+    done(&[&mesh[..], &[&folder.path("a.npy")]].concat());
+    done(&[&mesh[..], &[&folder.path("b.npy")]].concat());
+    // a second time over the folder that the first has made
+    done(&[&mesh[..], &[&folder.path("d.zarr")]].concat());
+    done(&[&mesh[..], &[&folder.path("d.zarr")]].concat());
+    assert!(["a.npy", "b.npy", "c.npy", "d.zarr"].iter().all(|link| is_link(&folder.path(link))));
+    assert_eq!(folder.bytes("disk/old.npy")[..6], *b"\x93NUMPY");
+    assert_eq!(folder.bytes("disk/new.npy"), folder.bytes("disk/old.npy"));
+    assert_eq!(folder.json("disk/d.zarr/zarr.json")["node_type"], "group");
+    assert_eq!(std::fs::read_dir(folder.path("disk")).unwrap().count(), 3);
+    assert_eq!(folder.names(), ["a.npy", "b.npy", "c.npy", "d.zarr", "disk"]);
+
+    let (old, link) = (folder.path("disk/old.npy"), folder.path("a.npy"));
+    assert!(fails(&[&mesh[..], &[&old, "-o", &link]].concat(), 4).contains("is written twice"));
+    std::os::unix::fs::symlink("e.npy", folder.path("e.npy")).unwrap();
+    assert!(fails(&[&mesh[..], &[&folder.path("e.npy")]].concat(), 7).contains("links in a circle"));
 }

@@ -14,14 +14,17 @@ mod device_select;
 mod estimate;
 mod file_store;
 mod info;
+mod ledger;
 mod memory;
 mod mesh;
 mod output_file;
 mod outputs;
+mod place;
 mod progress;
 mod reading;
 mod spill;
 mod summary;
+mod temporary;
 mod terminal;
 mod zarr_folder;
 

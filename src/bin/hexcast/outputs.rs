@@ -174,7 +174,7 @@ impl Outputs {
             }
             self.flags_sha256 = self.flags_sha256.take().or(written.sha256.filter(|_| !output.options.bits));
         }
-        for (folder, options) in &self.folders {
+        for (folder, options) in &mut self.folders {
             self.written.push(folder.write(mesh, options, control, progress)?);
         }
         Ok(())
