@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use super::cli::{Folder, SPOT, done, hexcast};
+use super::cli::{Folder, SPOT, done, hexcast, json};
 
 /// Standard error of a run that must end with an exit code.
 #[track_caller]
@@ -211,4 +211,53 @@ fn an_output_that_is_a_link_writes_what_it_leads_to() {
     assert!(fails(&[&mesh[..], &[&old, "-o", &link]].concat(), 4).contains("is written twice"));
     std::os::unix::fs::symlink("e.npy", folder.path("e.npy")).unwrap();
     assert!(fails(&[&mesh[..], &[&folder.path("e.npy")]].concat(), 7).contains("links in a circle"));
+}
+
+/// Two tetrahedra, one outside the domain, with the names given.
+fn two_solids(names: [&str; 2]) -> String {
+    let solid = |(name, shift): (&str, i32)| {
+        let corner = |[x, y, z]: [i32; 3]| format!("vertex {} {y} {z}\n", x + shift);
+        let corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]];
+        let facets = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]].map(|facet| {
+            let vertices: String = facet.iter().map(|&index: &usize| corner(corners[index])).collect();
+            format!("facet normal 0 0 0\nouter loop\n{vertices}endloop\nendfacet\n")
+        });
+        format!("solid {name}\n{}endsolid {name}\n", facets.concat())
+    };
+    names.into_iter().zip([0, 9]).map(solid).collect()
+}
+
+#[test]
+fn names_cannot_move_the_cursor() {
+    let folder = Folder::new();
+    let stl = folder.path("\u{1b}[31mred.stl");
+    let names = ["\u{1b}]0;title\u{7}steel", "\u{9b}2Jcopper\u{202e}"];
+    std::fs::write(&stl, two_solids(names)).unwrap();
+    let mesh = ["mesh", &stl, "--split", "--domain", "0,0,0,1,1,1", "--cells", "4", "--backend", "cpu"];
+    let runs: [Vec<&str>; 4] = [
+        [&mesh[..], &["-v"]].concat(),
+        vec!["info", &stl],
+        vec!["info", "no\u{1b}[2Jsuch.stl"],
+        vec!["mesh", &stl, "-o", "a\u{1b}c.txt"],
+    ];
+    let mut shown = String::new();
+    for arguments in runs {
+        let output = hexcast(&arguments);
+        let text = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned();
+        let odd = text.chars().find(|c| c.is_control() && *c != '\n' || ('\u{202a}'..='\u{202e}').contains(c));
+        assert_eq!(odd, None, "{arguments:?}: {text:?}");
+        shown += &text;
+    }
+    for part in ["\\u{1b}]0;title\\u{7}steel", "\\u{9b}2Jcopper\\u{202e}", "\\u{1b}[31mred.stl", "no\\u{1b}[2Jsuch"] {
+        assert!(shown.contains(part), "{part}: {shown}");
+    }
+    // a name does not make lines of its own
+    let named = json(&[&mesh[..], &["--json"]].concat());
+    assert_eq!(named["geometries"][0]["name"], names[0]);
+    assert_eq!(named["inputs"][0]["file"], *stl);
+    let forged = folder.path("a.stl");
+    std::fs::copy(SPOT, &forged).unwrap();
+    let argument = format!("{forged}:name=spot\nerror[io]: all is lost");
+    let text = done(&["mesh", &argument, "--cells", "4", "--backend", "cpu", "-v"]);
+    assert!(text.contains("spot\\nerror[io]") && !text.contains("\nerror[io]"), "{text}");
 }

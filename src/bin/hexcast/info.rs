@@ -63,7 +63,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     }
     if arguments.json {
         let list: Value = found.iter().map(in_json).collect();
-        return super::terminal::print(&format!("{list:#}\n"));
+        return super::terminal::print_exact(&format!("{list:#}\n"));
     }
     let texts: Vec<String> = found.iter().map(in_words).collect();
     super::terminal::print(&texts.join("\n"))

@@ -28,9 +28,6 @@ mod temporary;
 mod terminal;
 mod zarr_folder;
 
-/// Exit code of a run with warnings that was asked to be strict.
-const STRICT: u8 = 8;
-
 const EXIT_CODES: &str = "\
 Exit codes:
     0  done                                      5  larger than a limit or the memory
@@ -76,9 +73,9 @@ fn main() -> ExitCode {
     match run(command, &token) {
         Ok(code) => code,
         Err(error) => {
-            eprintln!("error[{}]: {error}", error.code());
+            terminal::complain(&format!("error[{}]: {error}", error.code()));
             if !error.hint().is_empty() {
-                eprintln!("hint: {}", error.hint());
+                terminal::complain(&format!("hint: {}", error.hint()));
             }
             ExitCode::from(exit_code(&error))
         }
@@ -95,7 +92,7 @@ fn run(command: Command, token: &CancelToken) -> Result<ExitCode> {
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "hexcast", &mut script);
-            terminal::print(&String::from_utf8_lossy(&script))
+            terminal::print_exact(&String::from_utf8_lossy(&script))
         }
     }?;
     Ok(ExitCode::SUCCESS)

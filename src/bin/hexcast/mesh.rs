@@ -18,7 +18,7 @@ use super::arguments::{JobArguments, choice};
 use super::outputs::{FormatArguments, Outputs};
 use super::progress::Progress;
 use super::spill::SpillArguments;
-use super::{memory, reading, summary};
+use super::{memory, reading, summary, terminal};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -71,6 +71,9 @@ pub(crate) struct Arguments {
     verbose: bool,
 }
 
+/// Exit code of a run with warnings that was asked to be strict.
+const STRICT: u8 = 8;
+
 /// When to hash the flags.
 #[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -110,7 +113,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
         Ok(_) => file.remove(),
         Err(error) => file.keep_after(error),
     }
-    Ok(if meshed? && arguments.strict { ExitCode::from(super::STRICT) } else { ExitCode::SUCCESS })
+    Ok(if meshed? && arguments.strict { ExitCode::from(STRICT) } else { ExitCode::SUCCESS })
 }
 
 /// Does the work, and returns whether there are warnings.
@@ -161,10 +164,10 @@ fn mesh_and_write(
 
     let n_warnings = warn(&report, arguments.strict);
     if arguments.json {
-        super::terminal::print(&format!("{}\n", report.to_json()))?;
+        terminal::print_exact(&format!("{}\n", report.to_json()))?;
     } else if !arguments.quiet {
         let shown = summary::Shown { ends: job.max_cell_size.is_some(), verbose: arguments.verbose };
-        super::terminal::print(&summary::of_mesh(&report, engine.is_software(), &files, shown))?;
+        terminal::print(&summary::of_mesh(&report, engine.is_software(), &files, shown))?;
     }
     Ok(n_warnings > 0)
 }
@@ -177,11 +180,12 @@ fn warn(report: &Report, is_strict: bool) -> usize {
         let inputs = &report.mesh.inputs;
         warnings.extend(inputs.iter().flat_map(|of| of.warnings.iter().map(|text| format!("{}: {text}", of.file))));
     }
-    warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    warnings.iter().for_each(|warning| terminal::complain(&terminal::one_line(&format!("warning: {warning}"))));
     let n = warnings.len();
     if is_strict && n > 0 {
         let plural = if n == 1 { "" } else { "s" };
-        eprintln!("strict: {n} warning{plural}, and --strict is given: the exit code is {}", super::STRICT);
+        let code = STRICT;
+        terminal::complain(&format!("strict: {n} warning{plural}, and --strict is given: the exit code is {code}"));
     }
     n
 }

@@ -12,6 +12,7 @@ use hexcast::{Error, Result};
 use super::file_store::FileStore;
 use super::output_file::with_ending;
 use super::place::not_a_file;
+use super::terminal;
 
 /// Where columns go that exceed the memory allowed.
 #[derive(clap::Args)]
@@ -104,7 +105,8 @@ impl SpillFile {
         let n_bytes = store.n_bytes();
         if n_bytes > 0 {
             let name = path.display();
-            eprintln!("kept: finished columns are in {name} ({n_bytes} bytes); the same command continues from there");
+            let text = "the same command continues from there";
+            terminal::complain(&format!("kept: finished columns are in {name} ({n_bytes} bytes); {text}"));
         } else {
             self.remove();
         }
