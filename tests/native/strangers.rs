@@ -261,3 +261,31 @@ fn names_cannot_move_the_cursor() {
     let text = done(&["mesh", &argument, "--cells", "4", "--backend", "cpu", "-v"]);
     assert!(text.contains("spot\\nerror[io]") && !text.contains("\nerror[io]"), "{text}");
 }
+
+#[test]
+fn an_error_of_a_job_file_quotes_little_of_a_long_line() {
+    let folder = Folder::new();
+    let long = "é".repeat(100_000);
+    let geometries = "geometries = [{file = \"a.stl\"}]";
+    let texts = [
+        ("a.toml", format!("unit = \"{long}\" oops \"{long}\"\n{geometries}\n")),
+        ("b.toml", format!("cells = \"{long}\"\n{geometries}\n")),
+        ("c.toml", format!("{long} = 1\n")),
+        ("d.toml", format!("{geometries}\n\"{long}\" = 1\n")),
+        ("e.json", format!("{{\"cells\": \"{long}\"}}")),
+        ("f.json", format!("{{\"{long}\": 1}}")),
+    ];
+    for (name, text) in texts {
+        let job = folder.path(name);
+        std::fs::write(&job, text).unwrap();
+        let error = fails(&["mesh", "--job", &job], 4);
+        assert!(error.len() < 2_000, "{name}: {} bytes", error.len());
+        assert!(error.contains("column") && error.contains("..."), "{name}: {error}");
+    }
+    // the caret is under the word that is wrong
+    let error = fails(&["mesh", "--job", &folder.path("a.toml")], 4);
+    let lines: Vec<Vec<char>> = error.lines().map(|line| line.chars().collect()).collect();
+    let caret = lines.iter().find_map(|line| line.iter().position(|c| *c == '^')).expect("a caret");
+    let quoted = lines.iter().find(|line| line.starts_with(&['1', ' ', '|'])).expect("the line");
+    assert!(quoted[caret..].starts_with(&['o', 'o', 'p', 's']), "{error}");
+}
