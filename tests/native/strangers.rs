@@ -289,3 +289,15 @@ fn an_error_of_a_job_file_quotes_little_of_a_long_line() {
     let quoted = lines.iter().find(|line| line.starts_with(&['1', ' ', '|'])).expect("the line");
     assert!(quoted[caret..].starts_with(&['o', 'o', 'p', 's']), "{error}");
 }
+
+#[test]
+fn info_prints_the_first_of_many_solids() {
+    let folder = Folder::new();
+    let stl = folder.path("many.stl");
+    let text: String = (0..50).map(|n| two_solids([&format!("left{n}"), &format!("right{n}")])).collect();
+    std::fs::write(&stl, text).unwrap();
+    let text = done(&["info", &stl]);
+    assert_eq!(text.matches("\": 4 facets").count(), 20, "{text}");
+    assert!(text.contains("80 more solids; --json lists all"), "{text}");
+    assert_eq!(json(&["info", "--json", &stl])[0]["solids"].as_array().unwrap().len(), 100);
+}

@@ -35,6 +35,9 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
+/// Most solids of a file that are listed for people.
+const MAX_SOLIDS: usize = 20;
+
 /// A file and what its facets form together.
 struct Facts {
     source: Source,
@@ -148,8 +151,11 @@ fn surface_in_words(facts: &Facts) -> String {
     let colours = if contents.has_colours { ", with colours" } else { "" };
     table.line("format", format!("{}{colours}", contents.format.name()));
     table.line("facets", HumanCount(contents.n_facets));
-    for (name, n_facets) in solids.iter().filter(|(name, _)| solids.len() > 1 || !name.is_empty()) {
+    for (name, n_facets) in solids.iter().filter(|(name, _)| solids.len() > 1 || !name.is_empty()).take(MAX_SOLIDS) {
         table.line("solid", format!("\"{name}\": {} facets", HumanCount(*n_facets as u64)));
+    }
+    if let Some(n_more @ 1..) = solids.len().checked_sub(MAX_SOLIDS) {
+        table.line("solid", format!("{} more solids; --json lists all", HumanCount(n_more as u64)));
     }
     let [low, high] = geometry.bounding_box().unwrap_or_default();
     let extent = [0, 1, 2].map(|axis| high[axis] - low[axis]);
