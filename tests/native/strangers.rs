@@ -134,6 +134,18 @@ fn the_next_run_removes_what_a_killed_one_left() {
     }
 }
 
+/// Killed after the old folder was moved away, and before the new one had its name.
+#[test]
+fn a_folder_that_a_killed_run_had_moved_away_comes_back() {
+    let folder = Folder::new();
+    let orphan = ".hexcast-a.zarr-AbCd12.part";
+    std::fs::create_dir_all(folder.path(&format!("{orphan}/new"))).unwrap();
+    std::fs::create_dir(folder.path(&format!("{orphan}/old"))).unwrap();
+    std::fs::write(folder.path(&format!("{orphan}/old/zarr.json")), "precious").unwrap();
+    fails(&["mesh", "tests/fixtures/bin_empty.stl", "-o", &folder.path("a.zarr")], 3);
+    assert_eq!((folder.names(), folder.bytes("a.zarr/zarr.json")), (vec!["a.zarr".to_string()], b"precious".to_vec()));
+}
+
 #[cfg(unix)]
 #[test]
 fn what_is_not_a_file_of_hexcast_is_neither_written_nor_removed() {
@@ -300,4 +312,28 @@ fn info_prints_the_first_of_many_solids() {
     assert_eq!(text.matches("\": 4 facets").count(), 20, "{text}");
     assert!(text.contains("80 more solids; --json lists all"), "{text}");
     assert_eq!(json(&["info", "--json", &stl])[0]["solids"].as_array().unwrap().len(), 100);
+}
+
+#[cfg(unix)]
+#[test]
+fn an_input_without_an_end_is_given_up_at_the_limit_of_memory() {
+    for command in [&["mesh", "/dev/zero", "--backend", "cpu"][..], &["estimate", "/dev/zero"]] {
+        let error = fails(&[command, &["--max-memory", "100MB"]].concat(), 5);
+        assert!(error.contains("error[memory]: /dev/zero"), "{error}");
+        assert!(error.contains("of 100.00 MB that are allowed") && error.contains("\nhint: "), "{error}");
+    }
+    let error = fails(&["mesh", "--job", "/dev/zero"], 4);
+    assert!(error.contains("error[job-syntax]: /dev/zero: more than 67108864 bytes"), "{error}");
+
+    // a pipe that would be small enough on disk
+    let mut zeros = Command::new("head").args(["-c", "60000000", "/dev/zero"]).stdout(Stdio::piped()).spawn().unwrap();
+    let pipe = zeros.stdout.take().expect("a pipe");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_hexcast"));
+    command.args(["mesh", "/dev/stdin", "--backend", "cpu", "--max-memory", "80MB"]).stdin(pipe);
+    let output = command.output().expect("hexcast starts");
+    // it holds the pipe, and head waits for a reader
+    drop(command);
+    zeros.wait().expect("head ends");
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.code() == Some(5) && error.contains("error[memory]: /dev/stdin"), "{error}");
 }

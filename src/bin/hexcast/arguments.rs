@@ -142,12 +142,19 @@ pub(crate) fn default_max_memory() -> Option<ByteSize> {
     super::memory::available_bytes().map(|bytes| ByteSize(bytes / 4 * 3))
 }
 
+/// Most bytes of a job file: 255 geometries take a ten-thousandth of it.
+const MAX_JOB_BYTES: u64 = 64 << 20;
+
 /// Reads a job file and makes its file names relative to the current folder.
 fn read_job(path: &Path) -> Result<Job> {
     let name = path.display();
     let mut bytes = Vec::new();
-    let read = open_file(path)?.read_to_end(&mut bytes);
+    let read = open_file(path)?.take(MAX_JOB_BYTES + 1).read_to_end(&mut bytes);
     read.map_err(|error| Error::io(format!("reading {name}"), error))?;
+    if bytes.len() as u64 > MAX_JOB_BYTES {
+        let message = format!("{name}: more than {MAX_JOB_BYTES} bytes, which no job file has");
+        return Err(Error::new("job-syntax", message, "name a job file, TOML or JSON"));
+    }
     let text = String::from_utf8(bytes).map_err(|error| {
         let message = format!("{name}: byte {} is not UTF-8 text", error.utf8_error().valid_up_to());
         Error::new("job-syntax", message, "name a job file, TOML or JSON")

@@ -56,7 +56,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let is_columns = |file: &&str| reading::is_columns(Path::new(file));
     let files: Vec<&str> = arguments.files.iter().map(String::as_str).collect();
     let surfaces: Vec<&str> = files.iter().filter(|file| !is_columns(file)).copied().collect();
-    let mut surfaces = reading::read_files(&surfaces, token, Progress::new(false))?.into_iter();
+    let mut surfaces = reading::read_files(&surfaces, default_max_memory(), token, Progress::new(false))?.into_iter();
     let mut found = Vec::new();
     for file in files {
         found.extend(match is_columns(&file) {
