@@ -337,3 +337,19 @@ fn an_input_without_an_end_is_given_up_at_the_limit_of_memory() {
     let error = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.code() == Some(5) && error.contains("error[memory]: /dev/stdin"), "{error}");
 }
+
+/// 4 TB, of which 20 bytes in a million are other than 0.
+#[cfg(unix)]
+#[test]
+fn outputs_that_the_disk_has_no_room_for_are_refused_before_they_are_written() {
+    let folder = Folder::new();
+    let size = ["mesh", SPOT, "--dims", "4000,4000,262142", "--axis", "z", "--backend", "cpu", "--hash", "never"];
+    let (raw, vti) = (folder.path("a.raw"), folder.path("a.vti"));
+    let outputs = ["--compress=none", "-o", &raw, "-o", &vti];
+    let error = fails(&[&size[..], &outputs].concat(), 7);
+    assert!(error.contains("error[io]") && error.contains("bytes are missing"), "{error}");
+    // both files count, and the second has a head and a tail
+    assert!(error.contains(&format!("take {}", 2 * 4_194_272_000_000_u64)[..9]), "{error}");
+    assert!(error.contains("a.raw and ") && error.contains("a.vti take "), "{error}");
+    assert!(folder.names().is_empty(), "{:?}", folder.names());
+}

@@ -11,6 +11,7 @@ mod arguments;
 mod convert;
 #[cfg(target_os = "linux")]
 mod device_select;
+mod disk;
 mod estimate;
 mod file_store;
 mod info;

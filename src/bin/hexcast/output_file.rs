@@ -40,6 +40,11 @@ impl PendingFile {
         Ok((place, PendingFile { path: path.to_path_buf(), target, temporary }))
     }
 
+    /// The folder that it is written in.
+    pub(crate) fn folder(&self) -> &Path {
+        folder_of(&self.target)
+    }
+
     /// Writes a text.
     pub(crate) fn put(&mut self, text: &str) -> Result<()> {
         let outcome = self.temporary.write_all(text.as_bytes());
