@@ -519,7 +519,17 @@ fn memory_of_cpu_and_gpu_stays_under_the_limit_and_what_does_not_fit_is_refused(
     }
 
     // before meshing: with more cells than any machine has memory
-    let flags = ["mesh", SPOT, "--dims", "100000,100000,100000", "--backend", "cpu", "--flags-in-memory"];
+    let flags = [
+        "mesh",
+        SPOT,
+        "--dims",
+        "100000,100000,100000",
+        "--backend",
+        "cpu",
+        "--flags-in-memory",
+        "--max-cells",
+        "1e15",
+    ];
     let refused = hexcast(&flags);
     let error = String::from_utf8_lossy(&refused.stderr);
     assert!(refused.status.code() == Some(5) && error.contains("leave out --flags-in-memory"), "{error}");

@@ -345,11 +345,51 @@ fn outputs_that_the_disk_has_no_room_for_are_refused_before_they_are_written() {
     let folder = Folder::new();
     let size = ["mesh", SPOT, "--dims", "4000,4000,262142", "--axis", "z", "--backend", "cpu", "--hash", "never"];
     let (raw, vti) = (folder.path("a.raw"), folder.path("a.vti"));
-    let outputs = ["--compress=none", "-o", &raw, "-o", &vti];
+    let outputs = ["--max-cells", "1e13", "--compress=none", "-o", &raw, "-o", &vti];
     let error = fails(&[&size[..], &outputs].concat(), 7);
     assert!(error.contains("error[io]") && error.contains("bytes are missing"), "{error}");
     // both files count, and the second has a head and a tail
     assert!(error.contains(&format!("take {}", 2 * 4_194_272_000_000_u64)[..9]), "{error}");
     assert!(error.contains("a.raw and ") && error.contains("a.vti take "), "{error}");
     assert!(folder.names().is_empty(), "{:?}", folder.names());
+}
+
+#[test]
+fn more_cells_than_a_typing_error_would_ask_for_need_an_argument() {
+    let job = |cells: &'static [&'static str]| [&["estimate", SPOT][..], cells].concat();
+    let ways: [&[&str]; 5] = [
+        &["--cells", "20000"],
+        &["--dims", "10001,10000,10000"],
+        &["--cell-size", "1e-4"],
+        &["--max-cell-size", "1e-4"],
+        &["--cells", "1000", "--padding-cells", "9000"],
+    ];
+    for way in ways {
+        let error = fails(&job(way), 5);
+        assert!(error.contains("error[too-many-cells]") && error.contains("at most 1000000000000"), "{error}");
+        assert!(error.contains("hint: ") && error.contains("--max-cells"), "{error}");
+    }
+    done(&[&job(ways[1])[..], &["--max-cells", "1000100000000"]].concat());
+    done(&[&job(ways[1])[..], &["--max-cells", "2e12"]].concat());
+    let error = fails(&["mesh", SPOT, "--dims", "10,10,10", "--max-cells", "999"], 5);
+    assert!(error.contains("10 x 10 x 10 = 1000 cells") && error.contains("at most 999"), "{error}");
+    fails(&["mesh", SPOT, "--max-cells", "0"], 2);
+}
+
+/// End points at 0, 1, 9 and 9.37: lengths whose common divisor is a thirtieth of the largest size.
+#[test]
+fn a_chosen_size_far_below_the_largest_is_a_warning() {
+    let folder = Folder::new();
+    let stl = folder.path("two.stl");
+    std::fs::write(&stl, two_solids(["left", "right"])).unwrap();
+    let mesh = ["mesh", &stl, "--split", "--backend", "cpu", "--hash", "never", "--max-cell-size", "0.3", "--json"];
+    let fine = json(&[&mesh[..], &["--tolerance", "0.2"]].concat());
+    assert_eq!(fine["warnings"], serde_json::json!([]), "{fine}");
+    std::fs::write(&stl, two_solids(["left", "right"]).replace("vertex 10 ", "vertex 9.37 ")).unwrap();
+    let report = json(&[&mesh[..], &["--tolerance", "0.001"]].concat());
+    let warning = report["warnings"][0].as_str().expect("a warning");
+    for part in ["along x", "less than half of 0.3", "a tolerance of", "cells off"] {
+        assert!(warning.contains(part), "{part}: {warning}");
+    }
+    assert_eq!(report["warnings"].as_array().unwrap().len(), 1, "{report}");
 }
