@@ -43,9 +43,6 @@ pub const DEFAULT_CELLS: u32 = 128;
 /// intervals, which rarely have a common divisor, find a size not far below the largest allowed.
 pub const DEFAULT_TOLERANCE: f64 = 0.05;
 
-/// Most cells where the job does not say: more are a typing error in a size more often than a wish.
-pub const DEFAULT_MAX_CELLS: u64 = 1_000_000_000_000;
-
 /// What is inside a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -122,7 +119,7 @@ pub struct Job {
     /// How far from a mesh line, in cells, `max_cell_size` lets an end point lie; 0 to 0.5, by default [`DEFAULT_TOLERANCE`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
-    /// Most cells, however they are chosen; by default [`DEFAULT_MAX_CELLS`]. A mesh of more is refused before it starts.
+    /// Most cells, however they are chosen; without it only those of an axis are limited. A mesh of more is refused before it starts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_cells: Option<u64>,
     /// What is inside a surface.

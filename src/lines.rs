@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::domain::Domain;
 use crate::error::{Error, Result};
-use crate::job::{DEFAULT_CELLS, DEFAULT_MAX_CELLS, DEFAULT_TOLERANCE, Job, Padding};
+use crate::job::{DEFAULT_CELLS, DEFAULT_TOLERANCE, Job, Padding};
 
 mod optimum;
 
@@ -117,7 +117,7 @@ pub fn lines(job: &Job, domain: &Domain) -> Result<Lines> {
 /// # Errors
 /// `too-many-cells`.
 pub fn check_n_cells(job: &Job, lines: &Lines) -> Result<()> {
-    let max = job.max_cells.unwrap_or(DEFAULT_MAX_CELLS);
+    let Some(max) = job.max_cells else { return Ok(()) };
     // 96 bits hold any three numbers of cells
     let n_cells: u128 = lines.dims.iter().map(|&n| u128::from(n)).product();
     if n_cells <= u128::from(max) {

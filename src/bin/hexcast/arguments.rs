@@ -127,7 +127,7 @@ impl JobArguments {
             job.tolerance = job.tolerance.filter(|_| self.max_cell_size.is_some());
         }
         job.tolerance = self.tolerance.or(job.tolerance);
-        job.max_cells = self.max_cells.or(job.max_cells);
+        job.max_cells = self.max_cells.or(job.max_cells).or(Some(DEFAULT_MAX_CELLS));
     }
 
     fn override_domain(&self, job: &mut Job) {
@@ -140,6 +140,9 @@ impl JobArguments {
         }
     }
 }
+
+/// Most cells where nobody says: more are a typing error in a size more often than a wish.
+const DEFAULT_MAX_CELLS: u64 = 1_000_000_000_000;
 
 /// Three quarters of the memory that is available; None where the system does not say.
 pub(crate) fn default_max_memory() -> Option<ByteSize> {
