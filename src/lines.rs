@@ -311,7 +311,7 @@ mod tests {
         let error = lines(&job, &Domain::new(&job, &boxes).unwrap()).unwrap_err();
         assert_eq!(error.code(), "lines-no-common-size");
         assert!(error.to_string().contains("along x"), "{error}");
-        assert!(error.hint().contains("tolerance of 0.1 would give cells of 0."), "{}", error.hint());
+        assert!(error.hint().contains("tolerance of 0.05 would give cells of 0."), "{}", error.hint());
     }
 
     #[test]

@@ -187,6 +187,16 @@ fn what_is_not_a_file_of_hexcast_is_neither_written_nor_removed() {
         assert!(error.contains("exists and is not a file"), "{error}");
     }
     assert!(is_fifo(&pipe) && is_link(&null));
+
+    #[cfg(target_os = "linux")]
+    {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_hexcast"));
+        command.args(["mesh", SPOT, "--cells", "8", "--backend", "cpu", "-q", "--report", "/dev/stdout"]);
+        let shown = std::fs::File::create(folder.path("shown")).expect("a file");
+        let output = command.stdout(shown).output().expect("hexcast starts");
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.code() == Some(7) && error.contains("exists and is not a file"), "{error}");
+    }
 }
 
 #[cfg(unix)]

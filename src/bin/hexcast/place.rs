@@ -10,10 +10,14 @@ const MAX_LINKS: usize = 40;
 /// The path of an output without the links at its end: a link stays, and what it leads to is written, there or not.
 ///
 /// # Errors
-/// `io` where the links form a circle.
+/// `io` where the links form a circle, or lead to a file by the number under which a process has it open.
 pub(crate) fn target_of(path: &Path) -> Result<PathBuf> {
     let mut target = path.to_path_buf();
     for _ in 0..MAX_LINKS {
+        // links to what a process has open, as /dev/stdout is: another file of that name would not be what is open
+        if target.starts_with("/proc") {
+            return Err(not_a_file(path));
+        }
         // fails for what is not a link and for what is not there
         let Ok(next) = std::fs::read_link(&target) else { return Ok(target) };
         target = folder_of(&target).join(next);
