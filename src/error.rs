@@ -84,7 +84,11 @@ pub const CODES: &[(&str, Actor, &str)] = &[
     ("job-empty", Actor::Caller, "the job names no geometry"),
     ("domain-empty", Actor::Caller, "the domain has no extent along an axis"),
     ("lines-no-common-size", Actor::Caller, "no cell size puts every end point on a mesh line within the tolerance"),
-    ("too-many-cells", Actor::Limit, "an axis has more cells than the exact arithmetic can index"),
+    (
+        "too-many-cells",
+        Actor::Limit,
+        "an axis has more cells than the exact arithmetic can index, or all have more than max_cells",
+    ),
     ("geometry-too-far", Actor::Limit, "a geometry lies so far outside the domain that the snap would be too coarse"),
     ("too-many-facets", Actor::Limit, "more facets than fit the 32-bit index"),
     ("too-many-geometries", Actor::Limit, "more than 255 geometries"),

@@ -27,11 +27,13 @@ mod byte_size;
 mod geometry_job;
 mod numbers;
 mod per_axis;
+mod quoted;
 mod validate;
 
 pub use byte_size::ByteSize;
 pub use geometry_job::GeometryJob;
 pub use per_axis::PerAxis;
+use quoted::{shortened, toml_problem};
 
 /// Cells along the longest axis where the job does not say.
 pub const DEFAULT_CELLS: u32 = 128;
@@ -117,6 +119,9 @@ pub struct Job {
     /// How far from a mesh line, in cells, `max_cell_size` lets an end point lie; 0 to 0.5, by default [`DEFAULT_TOLERANCE`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
+    /// Most cells, however they are chosen; without it only those of an axis are limited. A mesh of more is refused before it starts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_cells: Option<u64>,
     /// What is inside a surface.
     pub rule: Rule,
     /// How cells are decided where a surface is not closed; a geometry may say otherwise.
@@ -141,13 +146,12 @@ impl Job {
     /// - `job-value`: an unknown key or a value of a wrong type, with the key, and line and column.
     /// - Those of [`Job::validate`].
     pub fn from_toml(text: &str) -> Result<Job> {
-        let text_of = |error: toml::de::Error| error.to_string();
-        let toml = toml::Deserializer::parse(text).map_err(|error| not_valid("TOML", &text_of(error)))?;
+        let toml = toml::Deserializer::parse(text).map_err(|error| not_valid("TOML", &toml_problem(text, &error)))?;
         let job: Job = serde_path_to_error::deserialize(toml).map_err(|error| {
             let key = error.path().to_string();
             let mut inner = error.into_inner();
             inner.set_input(Some(text));
-            wrong_value(&key, &text_of(inner))
+            wrong_value(&key, &toml_problem(text, &inner))
         })?;
         job.validate()?;
         Ok(job)
@@ -190,13 +194,13 @@ impl Job {
 }
 
 fn not_valid(language: &str, problem: &str) -> Error {
-    Error::new("job-syntax", format!("the job is not valid {language}: {}", problem.trim_end()), HINT)
+    Error::new("job-syntax", format!("the job is not valid {language}: {}", shortened(problem.trim_end())), HINT)
 }
 
 fn wrong_value(key: &str, problem: &str) -> Error {
     // the path of the job itself is "." or nothing
     let key = if matches!(key, "." | "") { "the job" } else { key };
-    Error::new("job-value", format!("{key}: {}", problem.trim_end()), HINT)
+    Error::new("job-value", format!("{}: {}", shortened(key), shortened(problem.trim_end())), HINT)
 }
 
 const HINT: &str = "compare with the example in the documentation of the job file";

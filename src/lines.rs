@@ -112,6 +112,66 @@ pub fn lines(job: &Job, domain: &Domain) -> Result<Lines> {
     Lines::new(origin, spacing, dims)
 }
 
+/// Checks that the box has no more cells than the job allows.
+///
+/// # Errors
+/// `too-many-cells`.
+pub fn check_n_cells(job: &Job, lines: &Lines) -> Result<()> {
+    let Some(max) = job.max_cells else { return Ok(()) };
+    // 96 bits hold any three numbers of cells
+    let n_cells: u128 = lines.dims.iter().map(|&n| u128::from(n)).product();
+    if n_cells <= u128::from(max) {
+        return Ok(());
+    }
+    let [nx, ny, nz] = lines.dims;
+    let message = format!("{nx} x {ny} x {nz} = {n_cells} cells: at most {max} are allowed");
+    let hint =
+        "check the cell size against the unit of the files; if it is right, allow more with max_cells (--max-cells)";
+    Err(Error::new("too-many-cells", message, hint))
+}
+
+/// A sentence for every axis along which `max_cell_size` led to cells of less than half that size: what they cost, and the
+/// nearest size that costs less.
+pub fn about_fine_cells(job: &Job, domain: &Domain, lines: &Lines) -> Vec<String> {
+    let Some(s_max) = job.max_cell_size else { return Vec::new() };
+    let tolerance = job.tolerance.unwrap_or(DEFAULT_TOLERANCE);
+    let residuals = residuals(lines, domain);
+    let sentence = |axis: usize| {
+        let (size, name) = (lines.spacing[axis], ["x", "y", "z"][axis]);
+        let n_cells = |size: f64| (domain.extent(axis) / size).round();
+        // a single cell cannot be larger
+        if size >= 0.5 * s_max || n_cells(size) <= 1.0 {
+            return None;
+        }
+        let intervals = Intervals::new(domain, axis);
+        let farthest = residuals[axis].iter().map(|of| of.cells.abs()).fold(0.0, f64::max);
+        let cause = if intervals.thinnest < 2.0 * size {
+            format!("the thinnest geometry is {} thick", intervals.thinnest)
+        } else {
+            format!("no larger size puts all {} end points on lines within {tolerance} cells", residuals[axis].len())
+        };
+        let wider = WIDER.into_iter().filter(|&wider| wider > tolerance);
+        let cheaper = wider
+            .filter_map(|wider| Some((wider, intervals.optimal_cell_size(s_max, wider)?)))
+            .find(|(_, cheaper)| n_cells(*cheaper) < n_cells(size));
+        let offer = match cheaper {
+            Some((wider, cheaper)) => {
+                format!("a tolerance of {wider} would give cells of {cheaper}, {} along {name}", n_cells(cheaper))
+            }
+            None => "no tolerance gives larger ones; cell_size (--cell-size) does, off the end points".into(),
+        };
+        Some(format!(
+            "cells are {size} in size along {name}, less than half of {s_max}, which makes {} of them: {cause}. The end points lie at \
+             most {farthest:.1e} cells off their lines; {offer}",
+            n_cells(size),
+        ))
+    };
+    (0..3).filter_map(sentence).collect()
+}
+
+/// Tolerances that are offered where the one given leads to no size, or to a small one.
+const WIDER: [f64; 6] = [0.05, 0.1, 0.2, 0.3, 0.4, 0.5];
+
 /// Cell size on each axis.
 fn cell_sizes(job: &Job, domain: &Domain) -> Result<[f64; 3]> {
     if let Some(dims) = job.dims {
@@ -157,7 +217,7 @@ fn no_size(axis: usize, intervals: &Intervals, s_max: f64, tolerance: f64) -> Er
         "no cell size from {greatest_size} down to {least_size} puts the {} end points along {name} on mesh lines within {within} cells",
         intervals.distances.len() + 1,
     );
-    let wider = [0.1, 0.2, 0.3, 0.4, 0.5].into_iter().filter(|&wider| wider > tolerance);
+    let wider = WIDER.into_iter().filter(|&wider| wider > tolerance);
     let found = wider.filter_map(|wider| Some((wider, intervals.optimal_cell_size(s_max, wider)?))).next();
     let offer = found.map_or(String::new(), |(wider, size)| {
         let [wider, size] = [wider, size];
@@ -251,7 +311,7 @@ mod tests {
         let error = lines(&job, &Domain::new(&job, &boxes).unwrap()).unwrap_err();
         assert_eq!(error.code(), "lines-no-common-size");
         assert!(error.to_string().contains("along x"), "{error}");
-        assert!(error.hint().contains("tolerance of 0.1 would give cells of 0."), "{}", error.hint());
+        assert!(error.hint().contains("tolerance of 0.05 would give cells of 0."), "{}", error.hint());
     }
 
     #[test]

@@ -20,7 +20,7 @@ use crate::error::Result;
 use crate::frame::Frame;
 use crate::geometry::{Geometry, Open};
 use crate::job::Job;
-use crate::lines::residuals;
+use crate::lines::{about_fine_cells, residuals};
 use crate::mesh::{Mesh, Named};
 use crate::open::{self, Overlay};
 use crate::report::{
@@ -79,6 +79,7 @@ pub async fn mesh(
     let found = overlay.map(Overlay::found).unwrap_or_default();
     let open: Vec<OpenReport> = found.iter().map(|found| OpenReport::new(found, &geometries)).collect();
     let mut warnings: Vec<String> = engine.fallback.iter().map(|why| format!("meshed on the CPU: {why}")).collect();
+    warnings.extend(about_fine_cells(job, &prepared.domain, &lines));
     warnings.extend(open.iter().map(|open| open.warning(lines.n_cells())));
     warnings.extend(warnings::about_odd_rays(columns.odd_rays(), rays.n_rays()));
     warnings.extend(warnings::about_geometries_without_cells(&prepared, &frame, &cells));

@@ -77,6 +77,9 @@ impl Job {
         if self.cells == Some(0) {
             return Err(out_of_range("cells", 0, "at least 1"));
         }
+        if self.max_cells == Some(0) {
+            return Err(out_of_range("max_cells", 0, "at least 1"));
+        }
         if let Some(dims) = self.dims.filter(|dims| dims.contains(&0)) {
             return Err(out_of_range("dims", format!("{dims:?}"), "at least 1 on every axis"));
         }

@@ -5,7 +5,7 @@ use crate::error::Result;
 use crate::frame::check_limits;
 use crate::geometry::Geometry;
 use crate::job::{AxisChoice, Job};
-use crate::lines::{Lines, lines};
+use crate::lines::{Lines, check_n_cells, lines};
 use crate::rays::Rays;
 use crate::sources::{Source, geometries};
 
@@ -25,7 +25,8 @@ pub struct Prepared {
 /// Makes geometries, domain, lines and rays of a job.
 ///
 /// # Errors
-/// Those of [`Job::validate`], [`geometries`], [`Domain::new`], [`lines`], and the limits of [`crate::frame::Frame::new`].
+/// Those of [`Job::validate`], [`geometries`], [`Domain::new`], [`lines`], [`check_n_cells`], and the limits of
+/// [`crate::frame::Frame::new`].
 pub fn prepare(job: &Job, sources: Vec<Source>) -> Result<Prepared> {
     job.validate()?;
     let geometries = geometries(job, sources)?;
@@ -33,6 +34,7 @@ pub fn prepare(job: &Job, sources: Vec<Source>) -> Result<Prepared> {
     let domain = Domain::new(job, &boxes)?;
     let lines = lines(job, &domain)?;
     check_limits(&geometries, &lines)?;
+    check_n_cells(job, &lines)?;
     let axis = match job.axis {
         AxisChoice::Auto => Rays::longest_axis(lines.dims),
         AxisChoice::X => 0,

@@ -7,7 +7,7 @@ mod open;
 #[cfg(test)]
 mod tests;
 
-pub use open::{is_column_file, open, read};
+pub use open::{is_column_file, may_continue, open, read};
 
 use std::ops::Range;
 

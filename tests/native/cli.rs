@@ -8,16 +8,16 @@ use tempfile::TempDir;
 
 use super::tolerances::far_off;
 
-const SPOT: &str = "tests/fixtures/spot.stl";
+pub(super) const SPOT: &str = "tests/fixtures/spot.stl";
 
-fn hexcast(arguments: &[&str]) -> Output {
+pub(super) fn hexcast(arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_hexcast"));
     command.current_dir(env!("CARGO_MANIFEST_DIR")).args(arguments).output().expect("hexcast starts")
 }
 
 /// Runs hexcast, which must succeed, and returns its standard output.
 #[track_caller]
-fn done(arguments: &[&str]) -> String {
+pub(super) fn done(arguments: &[&str]) -> String {
     let output = hexcast(arguments);
     let error = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{arguments:?}: {:?}\n{error}", output.status);
@@ -25,32 +25,32 @@ fn done(arguments: &[&str]) -> String {
 }
 
 #[track_caller]
-fn json(arguments: &[&str]) -> Value {
+pub(super) fn json(arguments: &[&str]) -> Value {
     let text = done(arguments);
     serde_json::from_str(&text).unwrap_or_else(|error| panic!("{arguments:?}: {error}\n{text}"))
 }
 
 /// A folder and the names in it as arguments.
-struct Folder(TempDir);
+pub(super) struct Folder(TempDir);
 
 impl Folder {
-    fn new() -> Folder {
+    pub(super) fn new() -> Folder {
         Folder(tempfile::tempdir().expect("a folder"))
     }
 
-    fn path(&self, name: &str) -> String {
+    pub(super) fn path(&self, name: &str) -> String {
         self.0.path().join(name).to_str().expect("UTF-8").to_string()
     }
 
-    fn bytes(&self, name: &str) -> Vec<u8> {
+    pub(super) fn bytes(&self, name: &str) -> Vec<u8> {
         std::fs::read(self.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
     }
 
-    fn json(&self, name: &str) -> Value {
+    pub(super) fn json(&self, name: &str) -> Value {
         serde_json::from_slice(&self.bytes(name)).expect("JSON")
     }
 
-    fn names(&self) -> Vec<String> {
+    pub(super) fn names(&self) -> Vec<String> {
         let entries = std::fs::read_dir(self.0.path()).expect("the folder is there");
         let mut names: Vec<String> =
             entries.map(|entry| entry.expect("an entry").file_name().into_string().expect("UTF-8")).collect();
@@ -519,7 +519,17 @@ fn memory_of_cpu_and_gpu_stays_under_the_limit_and_what_does_not_fit_is_refused(
     }
 
     // before meshing: with more cells than any machine has memory
-    let flags = ["mesh", SPOT, "--dims", "100000,100000,100000", "--backend", "cpu", "--flags-in-memory"];
+    let flags = [
+        "mesh",
+        SPOT,
+        "--dims",
+        "100000,100000,100000",
+        "--backend",
+        "cpu",
+        "--flags-in-memory",
+        "--max-cells",
+        "1e15",
+    ];
     let refused = hexcast(&flags);
     let error = String::from_utf8_lossy(&refused.stderr);
     assert!(refused.status.code() == Some(5) && error.contains("leave out --flags-in-memory"), "{error}");

@@ -39,6 +39,8 @@ mod seven_cases;
 mod shaders;
 mod soups;
 #[cfg(feature = "cli")]
+mod strangers;
+#[cfg(feature = "cli")]
 mod tolerances;
 #[cfg(feature = "cli")]
 mod warnings;

@@ -17,7 +17,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let adapters = pollster::block_on(adapters());
     if arguments.json {
         // a list of strings and numbers always has a JSON form
-        return super::terminal::print(&format!("{}\n", serde_json::to_string_pretty(&adapters).unwrap_or_default()));
+        return super::terminal::print_exact(&format!(
+            "{}\n",
+            serde_json::to_string_pretty(&adapters).unwrap_or_default()
+        ));
     }
     if adapters.is_empty() {
         return super::terminal::print("no GPU adapter: `hexcast mesh` uses the CPU\n");

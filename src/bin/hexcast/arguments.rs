@@ -37,6 +37,9 @@ pub(crate) struct JobArguments {
     /// How far off a line, in cells, --max-cell-size lets an end point lie: 0 to 0.5 [default: 0.05]
     #[arg(long, value_name = "CELLS", help_heading = "Cells and domain")]
     tolerance: Option<f64>,
+    /// Most cells, such as 2e12; a mesh of more is refused before it starts [default: 1e12]
+    #[arg(long, value_name = "N", value_parser = whole_number, help_heading = "Cells and domain")]
+    max_cells: Option<u64>,
     /// Two corners of the box [default: the box around all geometries]
     #[arg(long, value_name = "X0,Y0,Z0,X1,Y1,Z1", value_parser = list::<f64, 6>, allow_hyphen_values = true,
           help_heading = "Cells and domain")]
@@ -124,6 +127,7 @@ impl JobArguments {
             job.tolerance = job.tolerance.filter(|_| self.max_cell_size.is_some());
         }
         job.tolerance = self.tolerance.or(job.tolerance);
+        job.max_cells = self.max_cells.or(job.max_cells).or(Some(DEFAULT_MAX_CELLS));
     }
 
     fn override_domain(&self, job: &mut Job) {
@@ -137,17 +141,27 @@ impl JobArguments {
     }
 }
 
+/// Most cells where nobody says: more are a typing error in a size more often than a wish.
+const DEFAULT_MAX_CELLS: u64 = 1_000_000_000_000;
+
 /// Three quarters of the memory that is available; None where the system does not say.
 pub(crate) fn default_max_memory() -> Option<ByteSize> {
     super::memory::available_bytes().map(|bytes| ByteSize(bytes / 4 * 3))
 }
 
+/// Most bytes of a job file: 255 geometries take a ten-thousandth of it.
+const MAX_JOB_BYTES: u64 = 64 << 20;
+
 /// Reads a job file and makes its file names relative to the current folder.
 fn read_job(path: &Path) -> Result<Job> {
     let name = path.display();
     let mut bytes = Vec::new();
-    let read = open_file(path)?.read_to_end(&mut bytes);
+    let read = open_file(path)?.take(MAX_JOB_BYTES + 1).read_to_end(&mut bytes);
     read.map_err(|error| Error::io(format!("reading {name}"), error))?;
+    if bytes.len() as u64 > MAX_JOB_BYTES {
+        let message = format!("{name}: more than {MAX_JOB_BYTES} bytes, which no job file has");
+        return Err(Error::new("job-syntax", message, "name a job file, TOML or JSON"));
+    }
     let text = String::from_utf8(bytes).map_err(|error| {
         let message = format!("{name}: byte {} is not UTF-8 text", error.utf8_error().valid_up_to());
         Error::new("job-syntax", message, "name a job file, TOML or JSON")
@@ -171,6 +185,14 @@ pub(crate) fn list<T: FromStr, const N: usize>(text: &str) -> std::result::Resul
         .collect::<std::result::Result<_, _>>()?;
     let found = values.len();
     <[T; N]>::try_from(values).map_err(|_| format!("{N} numbers separated by commas are needed, {found} were given"))
+}
+
+/// Reads a whole number of at least 1, also as 1e12.
+fn whole_number(text: &str) -> std::result::Result<u64, String> {
+    let (digits, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
+    let number = digits.parse::<u64>().ok().zip(exponent.parse::<u32>().ok());
+    let number = number.and_then(|(digits, exponent)| digits.checked_mul(10u64.checked_pow(exponent)?));
+    number.filter(|number| *number > 0).ok_or_else(|| "a whole number of at least 1 is needed, such as 2e12".into())
 }
 
 fn per_axis<T: FromStr>(text: &str) -> std::result::Result<PerAxis<T>, String> {

@@ -43,7 +43,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
         let mut json = serde_json::to_value(&estimate).unwrap_or_default();
         json["program_bytes"] = program_bytes.into();
         json["device_shares_memory"] = (device == Device::Shared).into();
-        return super::terminal::print(&format!("{json:#}\n"));
+        return super::terminal::print_exact(&format!("{json:#}\n"));
     }
     let max_bytes = job.max_memory.map_or(u64::MAX, |size| size.0);
     let allowed = |can_spill| Allowed { max_bytes, program_bytes, device, can_spill, flags: false };

@@ -35,6 +35,9 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
+/// Most solids of a file that are listed for people.
+const MAX_SOLIDS: usize = 20;
+
 /// A file and what its facets form together.
 struct Facts {
     source: Source,
@@ -53,7 +56,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let is_columns = |file: &&str| reading::is_columns(Path::new(file));
     let files: Vec<&str> = arguments.files.iter().map(String::as_str).collect();
     let surfaces: Vec<&str> = files.iter().filter(|file| !is_columns(file)).copied().collect();
-    let mut surfaces = reading::read_files(&surfaces, token, Progress::new(false))?.into_iter();
+    let mut surfaces = reading::read_files(&surfaces, default_max_memory(), token, Progress::new(false))?.into_iter();
     let mut found = Vec::new();
     for file in files {
         found.extend(match is_columns(&file) {
@@ -63,7 +66,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     }
     if arguments.json {
         let list: Value = found.iter().map(in_json).collect();
-        return super::terminal::print(&format!("{list:#}\n"));
+        return super::terminal::print_exact(&format!("{list:#}\n"));
     }
     let texts: Vec<String> = found.iter().map(in_words).collect();
     super::terminal::print(&texts.join("\n"))
@@ -148,8 +151,11 @@ fn surface_in_words(facts: &Facts) -> String {
     let colours = if contents.has_colours { ", with colours" } else { "" };
     table.line("format", format!("{}{colours}", contents.format.name()));
     table.line("facets", HumanCount(contents.n_facets));
-    for (name, n_facets) in solids.iter().filter(|(name, _)| solids.len() > 1 || !name.is_empty()) {
+    for (name, n_facets) in solids.iter().filter(|(name, _)| solids.len() > 1 || !name.is_empty()).take(MAX_SOLIDS) {
         table.line("solid", format!("\"{name}\": {} facets", HumanCount(*n_facets as u64)));
+    }
+    if let Some(n_more @ 1..) = solids.len().checked_sub(MAX_SOLIDS) {
+        table.line("solid", format!("{} more solids; --json lists all", HumanCount(n_more as u64)));
     }
     let [low, high] = geometry.bounding_box().unwrap_or_default();
     let extent = [0, 1, 2].map(|axis| high[axis] - low[axis]);

@@ -11,17 +11,21 @@ mod arguments;
 mod convert;
 #[cfg(target_os = "linux")]
 mod device_select;
+mod disk;
 mod estimate;
 mod file_store;
 mod info;
+mod ledger;
 mod memory;
 mod mesh;
 mod output_file;
 mod outputs;
+mod place;
 mod progress;
 mod reading;
 mod spill;
 mod summary;
+mod temporary;
 mod terminal;
 mod zarr_folder;
 
@@ -30,8 +34,9 @@ Exit codes:
     0  done                                      5  larger than a limit or the memory
     1  unexpected: a bug                         6  the GPU or its driver failed
     2  wrong use of the command line             7  the system refused to read or write a file
-    3  an input file cannot be understood      130  cancelled (Ctrl-C)
-    4  the job contradicts itself or is impossible";
+    3  an input file cannot be understood        8  warnings, and --strict was given
+    4  the job contradicts itself or is        130  cancelled (Ctrl-C)
+       impossible";
 
 /// Turns closed surfaces (STL) into Cartesian meshes: exactly, on the GPU or the CPU.
 #[derive(Parser)]
@@ -67,20 +72,20 @@ fn main() -> ExitCode {
     // without a handler Ctrl-C still ends the program, only less politely
     let _ = ctrlc::set_handler(move || handler_token.cancel());
     match run(command, &token) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(code) => code,
         Err(error) => {
-            eprintln!("error[{}]: {error}", error.code());
+            terminal::complain(&format!("error[{}]: {error}", error.code()));
             if !error.hint().is_empty() {
-                eprintln!("hint: {}", error.hint());
+                terminal::complain(&format!("hint: {}", error.hint()));
             }
             ExitCode::from(exit_code(&error))
         }
     }
 }
 
-fn run(command: Command, token: &CancelToken) -> Result<()> {
+fn run(command: Command, token: &CancelToken) -> Result<ExitCode> {
     match command {
-        Command::Mesh(arguments) => mesh::run(&arguments, token),
+        Command::Mesh(arguments) => return mesh::run(&arguments, token),
         Command::Info(arguments) => info::run(&arguments, token),
         Command::Estimate(arguments) => estimate::run(&arguments, token),
         Command::Adapters(arguments) => adapters::run(&arguments),
@@ -88,9 +93,10 @@ fn run(command: Command, token: &CancelToken) -> Result<()> {
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "hexcast", &mut script);
-            terminal::print(&String::from_utf8_lossy(&script))
+            terminal::print_exact(&String::from_utf8_lossy(&script))
         }
-    }
+    }?;
+    Ok(ExitCode::SUCCESS)
 }
 
 fn exit_code(error: &Error) -> u8 {

@@ -1,6 +1,7 @@
 //! `hexcast mesh`: files in, mesh files and a report out.
 
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 use std::time::Instant;
 
 use hexcast::control::{CancelToken, Control};
@@ -17,7 +18,7 @@ use super::arguments::{JobArguments, choice};
 use super::outputs::{FormatArguments, Outputs};
 use super::progress::Progress;
 use super::spill::SpillArguments;
-use super::{memory, reading, summary};
+use super::{memory, reading, summary, terminal};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -59,6 +60,9 @@ pub(crate) struct Arguments {
     /// Expand all flags in memory, and count that in the total: for comparisons with other meshers
     #[arg(long, help_heading = "Output")]
     flags_in_memory: bool,
+    /// End with exit code 8 if the report has warnings, also such about input files; the outputs are written all the same
+    #[arg(long, help_heading = "Output")]
+    strict: bool,
     /// Print nothing but warnings and errors
     #[arg(short, long, conflicts_with = "verbose", help_heading = "Output")]
     quiet: bool,
@@ -66,6 +70,9 @@ pub(crate) struct Arguments {
     #[arg(short, long, help_heading = "Output")]
     verbose: bool,
 }
+
+/// Exit code of a run with warnings that was asked to be strict.
+const STRICT: u8 = 8;
 
 /// When to hash the flags.
 #[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -89,7 +96,7 @@ impl HashChoice {
     }
 }
 
-pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
+pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode> {
     let job = arguments.job.job()?;
     let inputs = job.geometries.iter().map(|geometry| Path::new(&geometry.file)).chain(arguments.job.job.as_deref());
     let inputs: Vec<&Path> = inputs.collect();
@@ -103,19 +110,20 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let file = arguments.spill.open(&arguments.outputs)?;
     let meshed = mesh_and_write(arguments, &job, outputs, file.target.clone(), token);
     match &meshed {
-        Ok(()) => file.remove(),
+        Ok(_) => file.remove(),
         Err(error) => file.keep_after(error),
     }
-    meshed
+    Ok(if meshed? && arguments.strict { ExitCode::from(STRICT) } else { ExitCode::SUCCESS })
 }
 
+/// Does the work, and returns whether there are warnings.
 fn mesh_and_write(
     arguments: &Arguments,
     job: &Job,
     mut outputs: Outputs,
     spill: SpillTarget,
     token: &CancelToken,
-) -> Result<()> {
+) -> Result<bool> {
     let progress = Progress::new(arguments.quiet);
     let (mut engine, sources, read) = open_and_read(arguments, job, token, progress)?;
     let bar = progress.rays("mesh");
@@ -154,15 +162,32 @@ fn mesh_and_write(
     control.check()?;
     let files = outputs.finish(&format!("{}\n", report.to_json()))?;
 
-    report.mesh.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    let n_warnings = warn(&report, arguments.strict);
     if arguments.json {
-        return super::terminal::print(&format!("{}\n", report.to_json()));
+        terminal::print_exact(&format!("{}\n", report.to_json()))?;
+    } else if !arguments.quiet {
+        let shown = summary::Shown { ends: job.max_cell_size.is_some(), verbose: arguments.verbose };
+        terminal::print(&summary::of_mesh(&report, engine.is_software(), &files, shown))?;
     }
-    if arguments.quiet {
-        return Ok(());
+    Ok(n_warnings > 0)
+}
+
+/// Prints the warnings, and returns how many there are; those about input files, which the summary has as notes, only where
+/// they decide the exit code.
+fn warn(report: &Report, is_strict: bool) -> usize {
+    let mut warnings = report.mesh.warnings.clone();
+    if is_strict {
+        let inputs = &report.mesh.inputs;
+        warnings.extend(inputs.iter().flat_map(|of| of.warnings.iter().map(|text| format!("{}: {text}", of.file))));
     }
-    let shown = summary::Shown { ends: job.max_cell_size.is_some(), verbose: arguments.verbose };
-    super::terminal::print(&summary::of_mesh(&report, engine.is_software(), &files, shown))
+    warnings.iter().for_each(|warning| terminal::complain(&terminal::one_line(&format!("warning: {warning}"))));
+    let n = warnings.len();
+    if is_strict && n > 0 {
+        let plural = if n == 1 { "" } else { "s" };
+        let code = STRICT;
+        terminal::complain(&format!("strict: {n} warning{plural}, and --strict is given: the exit code is {code}"));
+    }
+    n
 }
 
 /// Does something, and returns its result and the seconds that it took.

@@ -1,12 +1,13 @@
 //! One output file: written to a temporary file beside its target, and given its name at the end.
 
-#[cfg(unix)]
-use std::fs::Permissions;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use hexcast::{Error, Result};
 use tempfile::NamedTempFile;
+
+use super::place::{check_kind, folder_of, target_of};
+use super::temporary;
 
 /// A file that was written.
 pub(crate) struct OutputFile {
@@ -16,27 +17,32 @@ pub(crate) struct OutputFile {
 
 /// A temporary file and the name that it will have.
 pub(crate) struct PendingFile {
+    /// The name that the caller gave.
     pub(crate) path: PathBuf,
+    /// What it leads to.
+    target: PathBuf,
     pub(crate) temporary: NamedTempFile,
 }
 
 impl PendingFile {
-    /// Opens a temporary file in the folder of `path`; also returns the path without links.
+    /// Opens a temporary file beside what `path` leads to; also returns that without links.
     pub(crate) fn open(path: &Path) -> Result<(PathBuf, PendingFile)> {
         if path.is_dir() {
             return Err(Error::new("io", format!("{} is a folder", path.display()), "name a file in it"));
         }
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        check_kind(path)?;
+        let target = target_of(path)?;
+        let folder = folder_of(&target);
         let refused = |error: std::io::Error| refused(path, folder, &error);
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".hexcast-").suffix(".part");
-        // as any new file, not only for its owner
-        #[cfg(unix)]
-        builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
-        let temporary = builder.tempfile_in(folder).map_err(refused)?;
+        let temporary = temporary::file_for(&target, folder).map_err(refused)?;
         let folder = folder.canonicalize().map_err(refused)?;
-        let place = path.canonicalize().unwrap_or_else(|_| folder.join(path.file_name().unwrap_or_default()));
-        Ok((place, PendingFile { path: path.to_path_buf(), temporary }))
+        let place = target.canonicalize().unwrap_or_else(|_| folder.join(target.file_name().unwrap_or_default()));
+        Ok((place, PendingFile { path: path.to_path_buf(), target, temporary }))
+    }
+
+    /// The folder that it is written in.
+    pub(crate) fn folder(&self) -> &Path {
+        folder_of(&self.target)
     }
 
     /// Writes a text.
@@ -47,7 +53,7 @@ impl PendingFile {
 
     /// Gives the file its name.
     pub(crate) fn persist(self) -> Result<()> {
-        let outcome = self.temporary.persist(&self.path);
+        let outcome = self.temporary.persist(&self.target);
         outcome.map_err(|error| Error::io(format!("writing {}", self.path.display()), error.error))?;
         Ok(())
     }

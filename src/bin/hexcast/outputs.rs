@@ -12,6 +12,7 @@ use hexcast::write::{Compress, Format, Options, exact_size, sidecar_json, write}
 use hexcast::{Error, Result};
 use indicatif::ProgressBar;
 
+use super::disk::{Planned, check_room};
 use super::output_file::{OutputFile, PendingFile, with_ending};
 use super::progress::Progress;
 use super::zarr_folder::{ZarrFolder, is_zarr};
@@ -155,8 +156,13 @@ impl Outputs {
         self.meshes.len() + self.folders.len()
     }
 
-    /// Writes the mesh to all its files.
+    /// Writes the mesh to all its files, if the disks have room for those whose size is known.
     pub(crate) fn write(&mut self, mesh: &Mesh, control: &Control, progress: Progress) -> Result<()> {
+        let planned = self.meshes.iter().filter_map(|output| {
+            let n_bytes = exact_size(mesh, output.format, &output.options)?;
+            Some(Planned { path: output.file.path.clone(), folder: output.file.folder().into(), n_bytes })
+        });
+        check_room(&planned.collect::<Vec<_>>())?;
         for output in &mut self.meshes {
             let bar = progress.bytes("write", exact_size(mesh, output.format, &output.options));
             let path = output.file.path.display().to_string();
@@ -174,7 +180,7 @@ impl Outputs {
             }
             self.flags_sha256 = self.flags_sha256.take().or(written.sha256.filter(|_| !output.options.bits));
         }
-        for (folder, options) in &self.folders {
+        for (folder, options) in &mut self.folders {
             self.written.push(folder.write(mesh, options, control, progress)?);
         }
         Ok(())

@@ -4,10 +4,11 @@ use std::fs::File;
 use std::io::{Cursor, ErrorKind, Read};
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use hexcast::column_file::{self, is_column_file};
 use hexcast::control::{CancelToken, Control};
-use hexcast::job::Job;
+use hexcast::job::{ByteSize, Job};
 use hexcast::mesh::Mesh;
 use hexcast::read::Reader;
 use hexcast::sources::Source;
@@ -24,20 +25,26 @@ const CHUNK_BYTES: usize = 1 << 20;
 /// Reads the file of every geometry of a job, in their order.
 pub(crate) fn read_job_files(job: &Job, token: &CancelToken, progress: Progress) -> Result<Vec<Source>> {
     let files: Vec<&str> = job.geometries.iter().map(|geometry| geometry.file.as_str()).collect();
-    read_files(&files, token, progress)
+    read_files(&files, job.max_memory, token, progress)
 }
 
-/// Reads files, in their order; the first that fails decides the error.
-pub(crate) fn read_files(files: &[&str], token: &CancelToken, progress: Progress) -> Result<Vec<Source>> {
+/// Reads files, in their order; the first that fails decides the error. Those that are not on disk take at most `max_memory`.
+pub(crate) fn read_files(
+    files: &[&str],
+    max_memory: Option<ByteSize>,
+    token: &CancelToken,
+    progress: Progress,
+) -> Result<Vec<Source>> {
+    let room = Room { max: max_memory, held: AtomicU64::new(0) };
     let total = files.iter().filter_map(|file| std::fs::metadata(file).ok()).map(|metadata| metadata.len()).sum();
     let bar = progress.bytes("read", Some(total));
-    let sources: Vec<Result<Source>> = files.par_iter().map(|file| read_file(file, token, &bar)).collect();
+    let sources: Vec<Result<Source>> = files.par_iter().map(|file| read_file(file, &room, token, &bar)).collect();
     bar.finish_and_clear();
     sources.into_iter().collect()
 }
 
-fn read_file(file: &str, token: &CancelToken, bar: &ProgressBar) -> Result<Source> {
-    let (mut input, n_bytes) = open(file)?;
+fn read_file(file: &str, room: &Room, token: &CancelToken, bar: &ProgressBar) -> Result<Source> {
+    let (mut input, n_bytes) = open(file, room, token)?;
     let mut reader = Reader::new(n_bytes);
     let mut hash = Sha256::new();
     let mut chunk = vec![0; CHUNK_BYTES];
@@ -59,8 +66,28 @@ fn read_file(file: &str, token: &CancelToken, bar: &ProgressBar) -> Result<Sourc
     Ok(Source { file: file.into(), contents, sha256: hexadecimal(&hash.finalize()) })
 }
 
+/// The memory for inputs that are not files on disk.
+struct Room {
+    max: Option<ByteSize>,
+    /// Bytes held, of all inputs together.
+    held: AtomicU64,
+}
+
+impl Room {
+    /// Makes room for more bytes of an input of which so many have come; the facets in them take almost as much again.
+    fn take(&self, more: u64, n_come: u64) -> Result<()> {
+        let held = self.held.fetch_add(2 * more, Ordering::Relaxed) + 2 * more;
+        let Some(max) = self.max.filter(|max| held > max.0) else { return Ok(()) };
+        let message = format!(
+            "it is not a file on disk and is held in memory, as are its facets: after {n_come} bytes nothing is left of {max} that \
+             are allowed"
+        );
+        Err(Error::new("memory", message, "allow more with --max-memory, or save it to a file and name that"))
+    }
+}
+
 /// Opens a file and returns its length; what has no length, such as a pipe, is read to memory first.
-fn open(file: &str) -> Result<(Box<dyn Read + Send>, u64)> {
+fn open(file: &str, room: &Room, token: &CancelToken) -> Result<(Box<dyn Read + Send>, u64)> {
     let failed = |error| Error::io(format!("reading {file}"), error);
     let mut input = open_file(Path::new(file))?;
     let metadata = input.metadata().map_err(failed)?;
@@ -68,7 +95,12 @@ fn open(file: &str) -> Result<(Box<dyn Read + Send>, u64)> {
         return Ok((Box::new(input), metadata.len()));
     }
     let mut bytes = Vec::new();
-    input.read_to_end(&mut bytes).map_err(failed)?;
+    while Read::take(&mut input, CHUNK_BYTES as u64).read_to_end(&mut bytes).map_err(failed)? > 0 {
+        if token.is_cancelled() {
+            return Err(Error::Cancelled);
+        }
+        room.take(CHUNK_BYTES as u64, bytes.len() as u64).map_err(|error| error.at(file))?;
+    }
     let n_bytes = bytes.len() as u64;
     Ok((Box::new(Cursor::new(bytes)), n_bytes))
 }

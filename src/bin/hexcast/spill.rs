@@ -1,14 +1,18 @@
 //! The file for columns that do not fit in memory, or that shall outlive an interrupted run.
 
 use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use hexcast::column_file::may_continue;
 use hexcast::pipeline::SpillTarget;
 use hexcast::{Error, Result};
 
 use super::file_store::FileStore;
 use super::output_file::with_ending;
+use super::place::not_a_file;
+use super::terminal;
 
 /// Where columns go that exceed the memory allowed.
 #[derive(clap::Args)]
@@ -50,6 +54,10 @@ impl SpillArguments {
 
 fn open_resumable(path: &Path) -> Result<SpillFile> {
     let name = path.display();
+    // a pipe would swallow the columns, and a link may lead to a file of somebody else
+    if path.symlink_metadata().is_ok_and(|metadata| !metadata.is_file()) {
+        return Err(not_a_file(path));
+    }
     let options = File::options().read(true).write(true).create(true).truncate(false).open(path);
     let file = options.map_err(|error| {
         let message = format!("{name}, the file to resume from, cannot be opened: {error}");
@@ -59,9 +67,24 @@ fn open_resumable(path: &Path) -> Result<SpillFile> {
         let message = format!("{name} is in use by another run");
         return Err(Error::new("io", message, "wait for it, or name another output"));
     }
+    check_is_ours(&file).map_err(|error| error.at(name))?;
     let store = Arc::new(FileStore::new(file));
     let target = SpillTarget::Resumable(store.clone());
     Ok(SpillFile { target, resumable: Some((path.to_path_buf(), store)) })
+}
+
+/// Refuses a file that does not begin as kept columns do, however short it is; nobody else would have made an empty one.
+fn check_is_ours(file: &File) -> Result<()> {
+    let failed = |error| Error::io("reading the columns of the interrupted run", error);
+    let mut start = Vec::new();
+    file.take(8).read_to_end(&mut start).map_err(failed)?;
+    if may_continue(&start) {
+        return Ok(());
+    }
+    let n_bytes = file.metadata().map_err(failed)?.len();
+    let message =
+        format!("the file exists but is not a hexcast file: it has {n_bytes} bytes and begins as no column file");
+    Err(Error::new("job-conflict", message, "move the file away, or name another output"))
 }
 
 impl SpillFile {
@@ -82,7 +105,8 @@ impl SpillFile {
         let n_bytes = store.n_bytes();
         if n_bytes > 0 {
             let name = path.display();
-            eprintln!("kept: finished columns are in {name} ({n_bytes} bytes); the same command continues from there");
+            let text = "the same command continues from there";
+            terminal::complain(&format!("kept: finished columns are in {name} ({n_bytes} bytes); {text}"));
         } else {
             self.remove();
         }

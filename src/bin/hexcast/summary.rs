@@ -6,6 +6,7 @@ use hexcast::report::{ColumnsReport, MeshFacts, Report};
 use indicatif::{BinaryBytes, HumanCount};
 
 use super::output_file::OutputFile;
+use super::terminal::one_line;
 
 /// What else to show.
 #[derive(Clone, Copy)]
@@ -28,7 +29,7 @@ impl Table {
     pub(crate) fn line(&mut self, label: &str, text: impl Display) {
         let shown = if self.last == label { "" } else { label };
         // writing to a String cannot fail
-        let _ = writeln!(self.text, "{shown:<11} {text}");
+        let _ = writeln!(self.text, "{shown:<11} {}", one_line(&text.to_string()));
         self.last = label.to_string();
     }
 

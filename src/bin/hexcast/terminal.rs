@@ -1,13 +1,48 @@
-//! Standard output.
+//! Standard output and standard error: the one place where text goes to a terminal.
 
+use std::borrow::Cow;
 use std::io::Write;
 
 use hexcast::{Error, Result};
 
-/// Prints to standard output; a reader that has closed the pipe, as in `| head`, is not a failure.
+/// Prints text for people to standard output.
 pub(crate) fn print(text: &str) -> Result<()> {
+    print_exact(&escaped(text))
+}
+
+/// Prints text for programs, such as JSON, to standard output as it is; a reader that has closed the pipe, as in `| head`, is
+/// not a failure.
+pub(crate) fn print_exact(text: &str) -> Result<()> {
     match std::io::stdout().write_all(text.as_bytes()) {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::io("printing", error)),
         _ => Ok(()),
     }
+}
+
+/// Prints lines to standard error: warnings, errors, hints. If that fails, there is nowhere left to say so.
+pub(crate) fn complain(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{}", escaped(text));
+}
+
+/// The text on one line: ends of lines as `\n`.
+pub(crate) fn one_line(text: &str) -> Cow<'_, str> {
+    if text.contains('\n') { text.replace('\n', "\\n").into() } else { text.into() }
+}
+
+/// The text with escapes, such as `\u{1b}`, in place of what a terminal would obey: names come from files of strangers.
+fn escaped(text: &str) -> Cow<'_, str> {
+    if !text.contains(is_obeyed) {
+        return text.into();
+    }
+    let mut escaped = String::with_capacity(text.len() + 16);
+    for letter in text.replace("\r\n", "\n").chars() {
+        if is_obeyed(letter) { escaped.extend(letter.escape_unicode()) } else { escaped.push(letter) }
+    }
+    escaped.into()
+}
+
+/// Control characters but the end of a line and the tab, and those that turn the direction of writing.
+fn is_obeyed(letter: char) -> bool {
+    let turns = matches!(letter, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    turns || letter.is_control() && !matches!(letter, '\n' | '\t')
 }

@@ -22,6 +22,11 @@ pub fn is_column_file(start: &[u8]) -> bool {
     start.starts_with(&MAGIC)
 }
 
+/// Whether a file that starts with these bytes, and may end after them, may become a column file when it is continued.
+pub fn may_continue(start: &[u8]) -> bool {
+    MAGIC.starts_with(&start[..start.len().min(MAGIC.len())])
+}
+
 /// Opens the column file of `n_bytes` bytes in a store; at most `max_bytes` of memory are taken for its index and for what is
 /// read of it later. Damage of a piece shows when it is read.
 ///
