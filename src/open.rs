@@ -31,6 +31,7 @@ mod orient;
 mod overlay;
 mod part;
 mod votes;
+mod words;
 
 pub use closed::is_closed;
 pub use overlay::{Found, Overlay};

@@ -60,7 +60,8 @@ pub async fn mesh(
     let flags = frame.ranks.flag_of_rank.clone();
     let policies: Vec<(Open, &str)> = prepared.geometries.iter().map(|of| (of.open, &*of.name)).collect();
     let (frame, open) = open::split(frame, job.rule, &prepared.lines, &policies)?;
-    let budget = memory_budget(job, options, &prepared, engine)?;
+    let open_bytes = open.iter().map(|part| part.n_bytes(&prepared.rays, frame.fraction_bits)).sum();
+    let budget = memory_budget(job, options, &prepared, engine, open_bytes)?;
     let snap_seconds = lap(&mut clock);
     let names = names(&prepared.geometries);
     let mut builder = columns_builder(job, &options.spill, budget.columns, &prepared, (&names, &inputs))?;

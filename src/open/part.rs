@@ -10,6 +10,7 @@ use crate::frame::{Frame, Ranks, SnappedFacet};
 use crate::geometry::Open;
 use crate::job::Rule;
 use crate::lines::Lines;
+use crate::rays::Rays;
 
 /// What the surface of an open geometry lacks.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -56,6 +57,22 @@ impl OpenPart {
             longest_at: [0, 1, 2].map(|axis| 0.5 * (longest[0][axis] + longest[1][axis])),
         };
         OpenPart { rank, policy, facets: oriented.facets, caps, surface }
+    }
+
+    /// Bytes that deciding it takes, about: a word a crossing of each axis, along the rays once more with the caps, and as much again
+    /// while crossings are grouped.
+    pub fn n_bytes(&self, rays: &Rays, fraction_bits: u32) -> u64 {
+        let cell = f64::from(1u32 << fraction_bits);
+        let crossings = |facets: &[SnappedFacet], axis: usize| -> f64 {
+            let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
+            let area = |[a, b, c]: &SnappedFacet| {
+                let side = |to: &[i32; 3], axis: usize| (f64::from(to[axis]) - f64::from(a[axis])) / cell;
+                0.5 * (side(b, i) * side(c, j) - side(c, i) * side(b, j)).abs()
+            };
+            facets.iter().map(area).sum()
+        };
+        let again = crossings(&self.facets, rays.axis) + crossings(&self.caps, rays.axis);
+        16 * ((0..3).map(|axis| crossings(&self.facets, axis)).sum::<f64>() + again) as u64
     }
 }
 

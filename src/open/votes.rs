@@ -4,40 +4,18 @@
 //! the axes across. A row of rays is a plane of cells along a and b; its cells are looked at 64 along b at a time. Rays along b
 //! lie in the plane, those along a start in it, those along c go through it: of these a bit each is kept from plane to plane.
 //!
-//! A crossing is one word, `c << 37 | a << 19 | b << 1 | direction`, the first cell whose centre counts as above it, in
-//! whatever direction its ray runs; in the order of planes and rows, so that each finds its own. Cost: 8 bytes a crossing of each axis, and of
-//! the caps; some 5 ns a crossing and 3 ns for 64 cells.
+//! Cost: some 5 ns a crossing and 3 ns for 64 cells.
 
 use std::ops::Range;
 
 use super::caps::{Shift, shifts};
 use super::part::OpenPart;
+use super::words::{EXITS, Words, grouped, of_planes, place_of, row_of, take_row, words};
 use crate::columns::{Band, run};
-use crate::cpu::rows_of_strip;
-use crate::crossings::crossings;
 use crate::frame::{Frame, Ranks, SnappedFacet};
 use crate::geometry::Open;
 use crate::job::Rule;
-use crate::lattice::{Lattice, lattice};
-use crate::parallel::*;
 use crate::rays::Rays;
-
-/// Crossings of all rays of an axis; the plane, row and place that they begin at, and a direction.
-type Words = Vec<u64>;
-
-const EXITS: u64 = 1;
-
-fn plane_of(word: u64) -> u32 {
-    (word >> 37) as u32
-}
-
-fn row_of(word: u64) -> u32 {
-    (word >> 19) as u32 & 0x3_ffff
-}
-
-fn place_of(word: u64) -> u32 {
-    (word >> 1) as u32 & 0x3_ffff
-}
 
 /// Everything that decides the cells of an open geometry.
 pub(super) struct Votes {
@@ -284,19 +262,6 @@ fn fill_between(bits: &mut [u64]) {
     }
 }
 
-fn of_planes<'a>(words: &'a [u64], planes: &Range<u32>) -> &'a [u64] {
-    let [start, end] = [planes.start, planes.end].map(|plane| words.partition_point(|&word| plane_of(word) < plane));
-    &words[start..end]
-}
-
-/// Takes the words of a row off the front.
-fn take_row<'a>(words: &mut &'a [u64], row: u32) -> &'a [u64] {
-    let n = words.iter().take_while(|&&word| row_of(word) == row).count();
-    let (own, rest) = words.split_at(n);
-    *words = rest;
-    own
-}
-
 /// Appends the rays of a row, given their changes in any order of the rays.
 fn append(changes: &[(u32, u32)], n_b: u32, band: &mut Band) {
     let before = band.runs.len();
@@ -313,92 +278,6 @@ fn append(changes: &[(u32, u32)], n_b: u32, band: &mut Band) {
         band.runs[before + next[place as usize] as usize] = run;
         next[place as usize] += 1;
     }
-}
-
-/// Crossings of a frame of one geometry with all rays along an axis, sorted, and the number of rays that do not leave what they
-/// enter; with `counted` only where the number of the facets that were entered, less those left, becomes 0 or ceases to be.
-fn words(frame: &Frame, axis: usize, main: &Rays, counted: bool) -> (Words, u64) {
-    let rays = Rays::new(axis, frame.dims);
-    let bin = [rays.counts[0], rows_of_strip(&rays)];
-    let n_rows = Lattice::n_rows(&rays, bin);
-    let lattice = lattice(frame, &rays, bin, 0..n_rows);
-    let of_row = |row: u32| {
-        let crossings = crossings(frame, &rays, &lattice, row);
-        let (mut words, mut n_odd) = (Vec::with_capacity(crossings.events.len()), 0);
-        let mut events = Vec::new();
-        for (ray, ends) in (crossings.first_ray..).zip(crossings.offsets.windows(2)) {
-            let of_ray = &crossings.events[ends[0] as usize..ends[1] as usize];
-            let n_i = u64::from(rays.counts[0]);
-            let mut cell = [0u64; 3];
-            (cell[rays.across[0]], cell[rays.across[1]]) = (ray % n_i, ray / n_i);
-            let mut push = |event: u32| {
-                cell[axis] = u64::from(event >> 9);
-                let [a, b, c] = [main.axis, main.across[0], main.across[1]].map(|axis| cell[axis]);
-                words.push(c << 37 | a << 19 | b << 1 | u64::from(event & 1));
-            };
-            if counted {
-                events.clear();
-                events.extend_from_slice(of_ray);
-                events.sort_unstable();
-                let mut winding = 0;
-                for &event in &events {
-                    let was_inside = winding != 0;
-                    winding += 1 - 2 * (event & 1) as i32;
-                    if was_inside != (winding != 0) {
-                        push(event);
-                    }
-                }
-                n_odd += u64::from(winding != 0);
-            } else {
-                of_ray.iter().for_each(|&event| push(event));
-                n_odd += of_ray.len() as u64 % 2;
-            }
-        }
-        (words, n_odd)
-    };
-    let parts: Vec<(Words, u64)> = (0..n_rows).into_par_iter().map(of_row).collect();
-    let n_odd = parts.iter().map(|part| part.1).sum();
-    (grouped(&parts.into_iter().map(|part| part.0).collect::<Vec<_>>()), n_odd)
-}
-
-/// Words in the order of their planes and rows, in any order within a row: by counting, planes first, then the rows of each.
-fn grouped(parts: &[Words]) -> Words {
-    let (mut words, ends) = counted(parts.iter().flatten().copied(), plane_of);
-    let mut planes = Vec::with_capacity(ends.len());
-    let (mut rest, mut start) = (&mut words[..], 0);
-    for end in ends {
-        let (plane, after) = rest.split_at_mut(end - start);
-        planes.push(plane);
-        (rest, start) = (after, end);
-    }
-    planes.into_par_iter().for_each(|plane| {
-        let by_row = counted(plane.iter().copied(), row_of).0;
-        plane.copy_from_slice(&by_row);
-    });
-    words
-}
-
-/// Words in the order of a part of each, and the end of those of every value of that part.
-fn counted(words: impl Iterator<Item = u64> + Clone, part: fn(u64) -> u32) -> (Words, Vec<usize>) {
-    let mut next = Vec::new();
-    for word in words.clone() {
-        let value = part(word) as usize;
-        if value >= next.len() {
-            next.resize(value + 1, 0);
-        }
-        next[value] += 1;
-    }
-    let mut n = 0;
-    for count in &mut next {
-        n += std::mem::replace(count, n);
-    }
-    let mut ordered = vec![0; n];
-    for word in words {
-        let at = &mut next[part(word) as usize];
-        ordered[*at] = word;
-        *at += 1;
-    }
-    (ordered, next)
 }
 
 /// Shifts of boxes as those of rows of planes, in order.

@@ -280,3 +280,18 @@ fn policies_do_what_they_say() {
     assert_eq!(error.code(), "surface-open");
     assert!(error.to_string().contains("open edges 4, in 1 loops"), "{error}");
 }
+
+#[test]
+fn what_deciding_takes_is_held_against_the_memory_allowed() {
+    let ball = without(&models::sphere([4.0; 3], 3.4, 24), 0.05, 3);
+    let job = |megabytes: u64| {
+        let max_memory = Some(hexcast::job::ByteSize(megabytes * 1_000_000));
+        Job { dims: Some([400; 3]), max_memory, ..Job::default() }
+    };
+    let error = meshed(std::slice::from_ref(&ball), &job(5), 0, &mut Engine::cpu()).expect_err("it takes more");
+    assert_eq!(error.code(), "memory");
+    assert!(error.to_string().contains("geometries that are not closed take about"), "{error}");
+    let (_, facts) = meshed(std::slice::from_ref(&ball), &job(60), 0, &mut Engine::cpu()).expect("a mesh");
+    let taken = facts.peak_bytes.meshing;
+    assert!((5_000_000..60_000_000).contains(&taken), "{taken} bytes");
+}
