@@ -251,7 +251,7 @@ test('the types name the error codes of the native library, no more and no fewer
     ...rust
       .slice(rust.indexOf('pub const CODES'))
       .split('];')[0]
-      .matchAll(/\("([a-z-]+)", Actor/g),
+      .matchAll(/\(\s*"([a-z-]+)",\s*Actor/g),
   ].map((match) => match[1]);
   const ofTypes = [
     ...types
