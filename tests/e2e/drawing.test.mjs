@@ -4,7 +4,10 @@ import assert from 'node:assert/strict';
 
 import { hasGeometries, isIdle, test } from './visit.mjs';
 
-/** Before the page's scripts: counts WebGL's draws, those of the surface too, and lets a surface have so few faces that this one is coarsened. */
+/**
+ * Before the page's scripts: counts WebGL's draws, those of the surface too, and lets a surface have so few faces that this one is
+ * coarsened. It comes some frames after the mesh, so that a frame drawn before it is counted.
+ */
 function countDraws() {
   delete window.showSaveFilePicker;
   window.n_draws = window.n_surfaces = 0;
@@ -19,8 +22,9 @@ function countDraws() {
   }
   const post = Worker.prototype.postMessage;
   Worker.prototype.postMessage = function (message, ...options) {
-    if (message.operation === 'skin') message.args.maxQuads = 2000;
-    return post.call(this, message, ...options);
+    if (message.operation !== 'skin') return post.call(this, message, ...options);
+    message.args.maxQuads = 2000;
+    return setTimeout(() => post.call(this, message, ...options), 100);
   };
 }
 

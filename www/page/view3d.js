@@ -130,10 +130,11 @@ async function showMesh() {
   if (!mesh) return clearMessages('mesh');
   selectOf('section-axis').value = '';
   await withScene(async (scene) => {
-    scene.unmark();
     byId('view-status').textContent = 'Extracting …';
     const skin = await (promised ?? mesh.skin());
     if (mesh !== state.mesh) return;
+    // here, with the new surface: earlier it would draw the old one once more
+    scene.unmark();
     byId('view-status').textContent = '';
     clearMessages('mesh');
     if (skin.step > 1)
