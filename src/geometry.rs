@@ -26,6 +26,30 @@ pub enum Open {
     Parity,
 }
 
+/// Which cells a geometry has besides those whose centres lie inside of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Fill {
+    /// None.
+    #[default]
+    Centre,
+    /// Every cell whose box the surface touches.
+    Conservative,
+    /// The cells that separate the two sides of the surface: no path from face neighbour to face neighbour leads through it.
+    Separating,
+}
+
+impl Fill {
+    /// Its name in jobs and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Fill::Centre => "centre",
+            Fill::Conservative => "conservative",
+            Fill::Separating => "separating",
+        }
+    }
+}
+
 /// A surface that bounds one substance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Geometry {
@@ -37,6 +61,10 @@ pub struct Geometry {
     pub priority: i32,
     /// How cells are decided where the surface is not closed.
     pub open: Open,
+    /// Which cells along the surface it has as well.
+    pub fill: Fill,
+    /// Whether it has those along the surface only, and none for being inside.
+    pub shell: bool,
     /// Facets in file coordinates, shared with the file that they came from.
     pub facets: SharedFacets,
     /// Places file coordinates in the world: `world = world_from_file * file`.
@@ -46,9 +74,16 @@ pub struct Geometry {
 impl Geometry {
     /// Builds a geometry of priority 0, not transformed.
     pub fn new(name: impl Into<String>, flag: u8, facets: impl Into<SharedFacets>) -> Geometry {
-        let facets = facets.into();
-        let name = name.into();
-        Geometry { name, flag, priority: 0, open: Open::default(), facets, world_from_file: DAffine3::IDENTITY }
+        Geometry {
+            name: name.into(),
+            flag,
+            priority: 0,
+            open: Open::default(),
+            fill: Fill::default(),
+            shell: false,
+            facets: facets.into(),
+            world_from_file: DAffine3::IDENTITY,
+        }
     }
 
     /// Returns the function from a corner to its world coordinates, in the unit of the file. The identity transform returns the

@@ -21,7 +21,7 @@ use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
-pub use crate::geometry::Open;
+pub use crate::geometry::{Fill, Open};
 
 mod byte_size;
 mod geometry_job;
@@ -126,6 +126,8 @@ pub struct Job {
     pub rule: Rule,
     /// How cells are decided where a surface is not closed; a geometry may say otherwise.
     pub open: Open,
+    /// Which cells geometries have besides those whose centres lie inside; a geometry may say otherwise.
+    pub fill: Fill,
     /// Who meshes.
     pub backend: BackendChoice,
     /// Along which axis the rays run.

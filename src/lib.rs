@@ -1,5 +1,6 @@
 //! hexcast: exact Cartesian meshing of closed surfaces by parallel ray casting.
 
+mod axis_crossings;
 pub mod cast;
 mod checksum;
 pub mod columns;
@@ -21,11 +22,13 @@ pub mod lines;
 pub mod map;
 pub mod mesh;
 pub mod open;
+pub mod overlay;
 mod parallel;
 pub mod pipeline;
 pub mod rays;
 pub mod read;
 pub mod report;
+mod sheet;
 pub mod skin;
 pub mod sources;
 pub mod surface;

@@ -18,8 +18,8 @@
 //! axis, on bands or on the backend: all of this is done on the host.
 //!
 //! # Practice
-//! [`split`] takes the open geometries out of a frame. What is left is cast as ever, by either backend, with the rank + 1 for a
-//! flag; [`Overlay`] puts the open ones over it, band by band, and the flags in.
+//! [`OpenPart`] turns and closes a surface, [`Votes`] casts its rays and decides its cells row after row of rays. [`crate::overlay`] puts
+//! them over those of the other geometries.
 //!
 //! Degenerate cases: a surface of one sheet encloses little: round(w) is 0 in most cells. A surface that cannot be oriented has no
 //! winding number; [`crate::geometry::Open::Vote`] decides it by the rays alone.
@@ -28,11 +28,9 @@
 mod caps;
 mod closed;
 mod orient;
-mod overlay;
 mod part;
 mod votes;
-mod words;
 
 pub use closed::is_closed;
-pub use overlay::{Found, Overlay};
-pub use part::{OpenPart, Surface, split};
+pub use part::{OpenPart, Surface};
+pub(crate) use votes::{Through, Votes};

@@ -18,13 +18,13 @@ use crate::cast::Cast;
 use crate::control::Control;
 use crate::error::Result;
 use crate::frame::Frame;
-use crate::geometry::{Geometry, Open};
+use crate::geometry::Geometry;
 use crate::job::Job;
 use crate::lines::{about_fine_cells, residuals};
 use crate::mesh::{Mesh, Named};
-use crate::open::{self, Overlay};
+use crate::overlay::{self, Overlay};
 use crate::report::{
-    DeviceCheck, GeometryReport, InputReport, MeshFacts, OpenReport, PeakBytes, Seconds, flag_reports,
+    DeviceCheck, FillReport, GeometryReport, InputReport, MeshFacts, OpenReport, PeakBytes, Seconds, flag_reports,
 };
 use crate::sources::Source;
 
@@ -58,16 +58,15 @@ pub async fn mesh(
     control.check()?;
     let frame = Frame::new(&prepared.geometries, &prepared.lines)?;
     let flags = frame.ranks.flag_of_rank.clone();
-    let policies: Vec<(Open, &str)> = prepared.geometries.iter().map(|of| (of.open, &*of.name)).collect();
-    let (frame, open) = open::split(frame, job.rule, &prepared.lines, &policies)?;
-    let open_bytes = open.iter().map(|part| part.n_bytes(&prepared.rays, frame.fraction_bits)).sum();
-    let budget = memory_budget(job, options, &prepared, engine, open_bytes)?;
+    let (frame, parts) = overlay::split(frame, job.rule, &prepared.lines, &prepared.geometries)?;
+    let parts_bytes = parts.iter().map(|part| part.n_bytes(&prepared.rays, frame.fraction_bits)).sum();
+    let budget = memory_budget(job, options, &prepared, engine, parts_bytes)?;
     let snap_seconds = lap(&mut clock);
     let names = names(&prepared.geometries);
     let mut builder = columns_builder(job, &options.spill, budget.columns, &prepared, (&names, &inputs))?;
     let rays_resumed = builder.n_rays();
     let cast = Cast { frame: &frame, rays: &prepared.rays, rule: job.rule };
-    let mut overlay = Overlay::new(open, &cast, &flags, &prepared.lines);
+    let mut overlay = Overlay::new(parts, &cast, &flags, &prepared.lines);
     let overlay_bytes = overlay.as_ref().map_or(0, Overlay::n_bytes);
     let used = engine.build(&cast, &budget, &mut builder, &mut overlay, control).await?;
     let columns_peak = builder.peak_bytes;
@@ -77,8 +76,9 @@ pub async fn mesh(
     let (lines, rays) = (prepared.lines, prepared.rays);
     let geometries: Vec<GeometryReport> = prepared.geometries.iter().map(GeometryReport::new).collect();
     let cells = columns.cells_per_flag();
-    let found = overlay.map(Overlay::found).unwrap_or_default();
-    let open: Vec<OpenReport> = found.iter().map(|found| OpenReport::new(found, &geometries)).collect();
+    let (open, along) = overlay.map(Overlay::found).unwrap_or_default();
+    let open: Vec<OpenReport> = open.iter().map(|found| OpenReport::new(found, &geometries)).collect();
+    let filled = along.iter().map(|found| FillReport::new(found, &geometries)).collect();
     let mut warnings: Vec<String> = engine.fallback.iter().map(|why| format!("meshed on the CPU: {why}")).collect();
     warnings.extend(about_fine_cells(job, &prepared.domain, &lines));
     warnings.extend(open.iter().map(|open| open.warning(lines.n_cells())));
@@ -108,6 +108,7 @@ pub async fn mesh(
         runs: columns.n_runs(),
         odd_rays: columns.odd_rays(),
         open,
+        filled,
         cells: lines.n_cells(),
         flags: flag_reports(&geometries, &cells, &lines),
         geometries,

@@ -5,10 +5,10 @@
 
 use serde::Serialize;
 
-use crate::geometry::{Geometry, Open};
+use crate::geometry::{Fill, Geometry, Open};
 use crate::job::Rule;
 use crate::lines::{Lines, Residual};
-use crate::open::Found;
+use crate::overlay::{Along, Found};
 use crate::sources::Source;
 
 mod of_columns;
@@ -190,6 +190,27 @@ impl OpenReport {
     }
 }
 
+/// A geometry that has the cells along its surface.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FillReport {
+    /// Its name.
+    pub geometry: String,
+    /// Which cells.
+    pub fill: Fill,
+    /// Whether it has no others.
+    pub shell: bool,
+    /// Cells that it has for no other reason.
+    pub added_cells: u64,
+}
+
+impl FillReport {
+    /// Describes what was added to a geometry.
+    pub fn new(found: &Along, geometries: &[GeometryReport]) -> FillReport {
+        let &Along { geometry, fill, shell, added_cells } = found;
+        FillReport { geometry: geometries[geometry].name.clone(), fill, shell, added_cells }
+    }
+}
+
 /// Rays of a GPU's that the CPU cast again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct DeviceCheck {
@@ -244,6 +265,8 @@ pub struct MeshFacts {
     pub odd_rays: u64,
     /// Geometries that are not closed, unless the rays of one axis decided them as they are.
     pub open: Vec<OpenReport>,
+    /// Geometries that have the cells along their surfaces.
+    pub filled: Vec<FillReport>,
     /// Number of cells.
     pub cells: u64,
     /// Cells of every flag of the job, ascending.

@@ -4,7 +4,7 @@
 //! geometry, unless the job takes one solid or splits them.
 
 use crate::error::{Error, Result};
-use crate::geometry::{Geometry, SharedFacets};
+use crate::geometry::{Fill, Geometry, SharedFacets};
 use crate::job::{GeometryJob, Job};
 use crate::read::{Contents, Solid};
 
@@ -40,6 +40,11 @@ pub fn geometries(job: &Job, sources: Vec<Source>) -> Result<Vec<Geometry>> {
             let mut geometry = Geometry::new(name, flag, facets);
             geometry.priority = entry.priority;
             geometry.open = entry.open.unwrap_or(job.open);
+            geometry.shell = entry.shell;
+            geometry.fill = match entry.fill.unwrap_or(job.fill) {
+                Fill::Centre if entry.shell => Fill::Separating,
+                fill => fill,
+            };
             geometry.world_from_file = entry.world_from_file();
             geometries.push(geometry);
         }

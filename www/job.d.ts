@@ -27,6 +27,10 @@ export interface GeometryJob {
   priority?: number;
   /** How cells are decided where its surface is not closed; by default as the job says. */
   open?: Job['open'];
+  /** Which cells along its surface it has as well; by default as the job says. */
+  fill?: Job['fill'];
+  /** Only the cells along its surface, and none for being inside; by default the `separating` ones. */
+  shell?: boolean;
   /** Scales first: one factor, or one for each axis. */
   scale?: number | [number, number, number];
   /** Then rotates about x, y and z, in degrees. */
@@ -64,6 +68,12 @@ export interface Job {
    * Closed surfaces are not affected. Default `winding`.
    */
   open?: 'winding' | 'vote' | 'error' | 'parity';
+  /**
+   * Which cells a geometry has besides those whose centres lie inside of it. `centre`: none. `conservative`: every cell whose closed box
+   * the surface touches. `separating`: those that separate the two sides of the surface, so that no path from face neighbour to face
+   * neighbour leads through it; a wall of any thickness has them. Default `centre`.
+   */
+  fill?: 'centre' | 'conservative' | 'separating';
   /** Axis of the rays; the result does not depend on it. Default `auto`: the longest, the first of those less than an eighth shorter. */
   axis?: 'auto' | 'x' | 'y' | 'z';
   /**

@@ -51,6 +51,8 @@ export interface Report {
   odd_rays: number;
   /** Geometries that are not closed, unless their `open` is `parity`; null for an opened mesh. */
   open: OpenReport[] | null;
+  /** Geometries that have the cells along their surfaces; null for an opened mesh. */
+  filled: FillReport[] | null;
   cells: number;
   flags: FlagReport[];
   flags_sha256: string | null;
@@ -80,6 +82,16 @@ export interface OpenReport {
   odd_rays: [number, number, number];
   /** Cells whose three rays are not all even, or do not agree. */
   doubtful_cells: number;
+}
+
+/** A geometry that has the cells along its surface. */
+export interface FillReport {
+  geometry: string;
+  fill: 'conservative' | 'separating';
+  /** Whether it has no others. */
+  shell: boolean;
+  /** Cells that it has for no other reason. */
+  added_cells: number;
 }
 
 /** Mesh lines: line i of an axis is `origin + i * spacing`, i = 0 ..= dims. */

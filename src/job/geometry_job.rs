@@ -3,7 +3,7 @@
 use glam::DAffine3;
 use serde::{Deserialize, Serialize};
 
-use super::{Open, PerAxis, numbers};
+use super::{Fill, Open, PerAxis, numbers};
 use crate::error::{Error, Result};
 use crate::geometry::world_from_file;
 
@@ -30,6 +30,12 @@ pub struct GeometryJob {
     /// How cells are decided where its surface is not closed, if not as the job says.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub open: Option<Open>,
+    /// Which cells along its surface it has as well, if not as the job says.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fill: Option<Fill>,
+    /// Only the cells along its surface, and none for being inside; by default the `separating` ones.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub shell: bool,
     /// Scales first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scale: Option<PerAxis<f64>>,
@@ -53,7 +59,7 @@ impl GeometryJob {
         world_from_file(scale, self.rotate.unwrap_or_default(), self.translate.unwrap_or_default())
     }
 
-    /// Reads `FILE` or `FILE:key=value,...` with the keys flag, priority, open, name, solid, split, scale, rotate and translate;
+    /// Reads `FILE` or `FILE:key=value,...` with the keys flag, priority, open, fill, shell, name, solid, split, scale, rotate and translate;
     /// three numbers are joined by `/`. The settings begin after the first colon that a word and `=` follow, so other colons
     /// belong to the file, as in `C:\run=3\part.stl`.
     ///
@@ -90,16 +96,18 @@ impl GeometryJob {
             "priority" => {
                 self.priority = value.parse().map_err(|_| format!("priority={value} is not a whole number"))?
             }
-            "open" => self.open = Some(policy(value)?),
+            "open" => self.open = Some(named(key, value, "winding, vote, error or parity")?),
+            "fill" => self.fill = Some(named(key, value, "centre, conservative or separating")?),
+            "shell" => self.shell = yes_or_no(key, value)?,
             "name" => self.name = Some(value.to_string()),
             "solid" => self.solid = Some(value.to_string()),
-            "split" => self.split = value.parse().map_err(|_| format!("split={value}: write true or false"))?,
+            "split" => self.split = yes_or_no(key, value)?,
             "scale" if !value.contains('/') => self.scale = Some(PerAxis::All(number(key, value)?)),
             "scale" => self.scale = Some(PerAxis::Each(three(key, value)?)),
             "rotate" => self.rotate = Some(three(key, value)?),
             "translate" => self.translate = Some(three(key, value)?),
             _ => {
-                let keys = "flag, priority, open, name, solid, split, scale, rotate, translate";
+                let keys = "flag, priority, open, fill, shell, name, solid, split, scale, rotate, translate";
                 return Err(format!("there is no key \"{key}\"; keys are {keys}"));
             }
         }
@@ -116,9 +124,13 @@ fn file_and_settings(argument: &str) -> Option<(&str, &str)> {
     colons.find(|(_, rest)| begins_with_key(rest))
 }
 
-fn policy(text: &str) -> std::result::Result<Open, String> {
+fn named<'a, T: Deserialize<'a>>(key: &str, text: &'a str, names: &str) -> std::result::Result<T, String> {
     let value = serde::de::value::StrDeserializer::<serde::de::value::Error>::new(text);
-    Open::deserialize(value).map_err(|_| format!("open={text}: write winding, vote, error or parity"))
+    T::deserialize(value).map_err(|_| format!("{key}={text}: write {names}"))
+}
+
+fn yes_or_no(key: &str, text: &str) -> std::result::Result<bool, String> {
+    text.parse().map_err(|_| format!("{key}={text}: write true or false"))
 }
 
 fn number(key: &str, text: &str) -> std::result::Result<f64, String> {

@@ -121,6 +121,8 @@ fn contradictions_are_refused() {
         job.padding = Some(Padding::Cells(PerAxis::All(1)));
     };
     assert_eq!(error(padded).code(), "job-conflict");
+    let empty_shell = |job: &mut Job| (job.geometries[0].shell, job.geometries[0].fill) = (true, Some(Fill::Centre));
+    assert_eq!(error(empty_shell).code(), "job-conflict");
     assert_eq!(error(|job| job.geometries.clear()).code(), "job-empty");
     assert_eq!(error(|job| job.geometries.resize(256, GeometryJob::new("a"))).code(), "too-many-geometries");
 }
@@ -140,6 +142,8 @@ fn arguments_of_the_command_line() {
     }
     let colon = GeometryJob::from_argument(r"C:\run=3\x.stl:name=a:b,flag=2").unwrap();
     assert_eq!((colon.file.as_str(), colon.name.as_deref(), colon.flag), (r"C:\run=3\x.stl", Some("a:b"), Some(2)));
+    let wall = GeometryJob::from_argument("x.stl:fill=conservative,shell=true,open=vote").unwrap();
+    assert_eq!((wall.fill, wall.shell, wall.open), (Some(Fill::Conservative), true, Some(Open::Vote)));
     assert_eq!(GeometryJob::from_argument("a.stl:flag=1,flag=2").unwrap_err().code(), "job-conflict");
     for (argument, name) in [
         (":flag=1", "no file"),
@@ -147,6 +151,8 @@ fn arguments_of_the_command_line() {
         ("a.stl:flg=3", "\"flg\""),
         ("a.stl:rotate=90", "rotate=90"),
         ("a.stl:scale=x", "\"x\""),
+        ("a.stl:fill=all", "fill=all: write centre, conservative or separating"),
+        ("a.stl:shell=1", "shell=1: write true or false"),
         ("a.stl:flag=1,oops", "\"oops\""),
     ] {
         let error = GeometryJob::from_argument(argument).unwrap_err();

@@ -1,6 +1,6 @@
 //! Checks of a job before anything is read: every value in its range, nothing asked for twice. Messages name the key.
 
-use super::{Job, Padding, PerAxis};
+use super::{Fill, Job, Padding, PerAxis};
 use crate::error::{Error, Result};
 
 impl Job {
@@ -44,6 +44,10 @@ impl Job {
                     message,
                     "split takes all solids and names them as the file does",
                 ));
+            }
+            if geometry.shell && geometry.fill == Some(Fill::Centre) {
+                let message = format!("{} is true beside fill = \"centre\": no cell would be left", key("shell"));
+                return Err(Error::new("job-conflict", message, "fill a shell \"separating\" or \"conservative\""));
             }
             let scale = geometry.scale.map_or([1.0; 3], PerAxis::each);
             for value in scale {

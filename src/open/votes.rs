@@ -10,7 +10,7 @@ use std::ops::Range;
 
 use super::caps::{Shift, shifts};
 use super::part::OpenPart;
-use super::words::{EXITS, Words, grouped, of_planes, place_of, row_of, take_row, words};
+use crate::axis_crossings::{EXITS, Words, grouped, of_planes, place_of, row_of, take_row, words};
 use crate::columns::{Band, run};
 use crate::frame::{Frame, Ranks, SnappedFacet};
 use crate::geometry::Open;
@@ -18,7 +18,7 @@ use crate::job::Rule;
 use crate::rays::Rays;
 
 /// Everything that decides the cells of an open geometry.
-pub(super) struct Votes {
+pub(crate) struct Votes {
     rays: Rays,
     rule: Rule,
     policy: Open,
@@ -31,27 +31,27 @@ pub(super) struct Votes {
     /// Odd bits of the rays along c: a bit a place, `n_words` words a row.
     odd_c: Vec<u64>,
     /// Rays of x, y and z that do not leave what they enter.
-    pub(super) odd_rays: [u64; 3],
+    pub(crate) odd_rays: [u64; 3],
     n_words: usize,
 }
 
 /// What rays along c know between two planes: whether they are inside.
 #[derive(Clone)]
-pub(super) struct Through {
+pub(crate) struct Through {
     /// The next plane.
-    pub(super) plane: u32,
+    pub(crate) plane: u32,
     inside: Vec<u64>,
 }
 
 /// The rows of one geometry.
-pub(super) struct Rows {
+pub(crate) struct Rows {
     /// Its columns, with the flag 1.
-    pub(super) band: Band,
-    pub(super) n_doubtful: u64,
+    pub(crate) band: Band,
+    pub(crate) n_doubtful: u64,
 }
 
 impl Votes {
-    pub(super) fn new(part: &OpenPart, frame: &Frame, rays: &Rays, rule: Rule, sizes: [f64; 3]) -> Votes {
+    pub(crate) fn new(part: &OpenPart, frame: &Frame, rays: &Rays, rule: Rule, sizes: [f64; 3]) -> Votes {
         let alone = |facets: &[SnappedFacet]| Frame {
             facets: facets.to_vec(),
             rank_of_facet: vec![0; facets.len()],
@@ -92,23 +92,23 @@ impl Votes {
     }
 
     /// Bytes of the crossings.
-    pub(super) fn n_bytes(&self) -> u64 {
+    pub(crate) fn n_bytes(&self) -> u64 {
         let words: usize = self.turns.iter().map(Vec::capacity).sum::<usize>() + self.closed.capacity();
         8 * words as u64
     }
 
     /// Crossings of the rays of some rows.
-    pub(super) fn n_crossings(&self, planes: &Range<u32>) -> u64 {
+    pub(crate) fn n_crossings(&self, planes: &Range<u32>) -> u64 {
         of_planes(&self.turns[0], planes).len() as u64
     }
 
     /// Before the first plane.
-    pub(super) fn start(&self) -> Through {
+    pub(crate) fn start(&self) -> Through {
         Through { plane: 0, inside: vec![0; self.n_words * self.rays.depth as usize] }
     }
 
     /// Goes on to a plane.
-    pub(super) fn go_through(&self, through: &mut Through, plane: u32) {
+    pub(crate) fn go_through(&self, through: &mut Through, plane: u32) {
         for &word in of_planes(&self.turns[2], &(through.plane..plane)) {
             through.inside[self.n_words * row_of(word) as usize + place_of(word) as usize / 64] ^=
                 1 << (place_of(word) % 64);
@@ -117,7 +117,7 @@ impl Votes {
     }
 
     /// The columns of the rays of some rows, from what is known before the first.
-    pub(super) fn rows(&self, mut through: Through, planes: Range<u32>) -> Rows {
+    pub(crate) fn rows(&self, mut through: Through, planes: Range<u32>) -> Rows {
         let n_b = self.rays.counts[0];
         let first_ray = u64::from(planes.start) * u64::from(n_b);
         let mut rows = Rows { band: Band { first_ray, ..Band::default() }, n_doubtful: 0 };

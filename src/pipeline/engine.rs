@@ -15,7 +15,7 @@ use crate::estimate::{Device, MemoryBudget};
 #[cfg(feature = "gpu")]
 use crate::gpu::{AdapterKind, Gpu, Options, Usage};
 use crate::job::BackendChoice;
-use crate::open::Overlay;
+use crate::overlay::Overlay;
 
 /// Times that a lost device is opened again.
 #[cfg(feature = "gpu")]

@@ -11,7 +11,7 @@ use crate::estimate::{Allowed, Device, Estimate, MemoryBudget};
 use crate::job::{BackendChoice, ByteSize, Job};
 use crate::report::InputReport;
 
-/// Compares the estimate of a job with the memory allowed, of which open geometries take `open_bytes`.
+/// Compares the estimate of a job with the memory allowed, of which open geometries and cells along surfaces take `parts_bytes`.
 ///
 /// # Errors
 /// `memory`.
@@ -20,15 +20,16 @@ pub(super) fn memory_budget(
     options: &MeshOptions,
     prepared: &Prepared,
     engine: &Engine,
-    open_bytes: u64,
+    parts_bytes: u64,
 ) -> Result<MemoryBudget> {
     let max_bytes = job.max_memory.map_or(DEFAULT_MAX_BYTES, |size| size.0);
-    if open_bytes > max_bytes.saturating_sub(options.program_bytes) {
-        let (needed, max) = (ByteSize(open_bytes), ByteSize(max_bytes));
-        let message =
-            format!("geometries that are not closed take about {needed} of memory to be decided; {max} are allowed");
-        let hint = "allow more with max_memory (--max-memory), use larger cells, close the surfaces, or leave them to the rays of \
-                    one axis with open = \"parity\" (--open parity)";
+    if parts_bytes > max_bytes.saturating_sub(options.program_bytes) {
+        let (needed, max) = (ByteSize(parts_bytes), ByteSize(max_bytes));
+        let message = format!(
+            "geometries that are not closed or are filled take about {needed} of memory to be decided; {max} are allowed"
+        );
+        let hint = "allow more with max_memory (--max-memory), use larger cells, close the surfaces, leave them to the rays of one \
+                    axis with open = \"parity\" (--open parity), or fill = \"centre\" (--fill centre)";
         return Err(Error::new("memory", message, hint));
     }
     let can_spill = !matches!(options.spill, SpillTarget::None);
@@ -41,7 +42,7 @@ pub(super) fn memory_budget(
         // buffers of a larger mesh before this one would be reused as they are
         engine.clear_pool_over(max_bytes / 16);
     }
-    let (program_bytes, flags) = (options.program_bytes + open_bytes, options.flags_in_memory);
+    let (program_bytes, flags) = (options.program_bytes + parts_bytes, options.flags_in_memory);
     MemoryBudget::new(&estimate, &Allowed { max_bytes, program_bytes, device, can_spill, flags })
 }
 

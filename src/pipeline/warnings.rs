@@ -2,6 +2,7 @@
 
 use super::prepare::Prepared;
 use crate::frame::Frame;
+use crate::geometry::Fill;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -26,7 +27,7 @@ pub(super) fn about_geometries_without_cells(prepared: &Prepared, frame: &Frame,
         let n_of_flag = prepared.geometries.iter().filter(|other| other.flag == geometry.flag).count();
         let has_cells = n_of_flag > 1 || cells[usize::from(geometry.flag)] > 0;
         let thin_axis = axis_without_centre(frame, index);
-        if thin_axis.is_none() && has_cells {
+        if has_cells && (thin_axis.is_none() || geometry.fill != Fill::Centre) {
             continue;
         }
         let lines = &prepared.lines;
@@ -41,9 +42,12 @@ pub(super) fn about_geometries_without_cells(prepared: &Prepared, frame: &Frame,
         } else {
             let axis = thin_axis.unwrap_or(thinnest);
             let (thick, size, name) = (high[axis] - low[axis], lines.spacing[axis], AXES[axis]);
-            let advice =
-                if thin_axis.is_some() { "" } else { ", or check the priorities of the geometries that overlap it" };
-            format!("it is {thick:?} thick along {name}, a cell is {size:?}; use smaller cells{advice}")
+            let advice = if thin_axis.is_some() {
+                "or keep it with fill = \"separating\" or \"conservative\""
+            } else {
+                "or check the priorities of the geometries that overlap it"
+            };
+            format!("it is {thick:?} thick along {name}, a cell is {size:?}; use smaller cells, {advice}")
         };
         sentences.push(format!("geometry \"{}\" (flag {}) got no cell: {cause}", geometry.name, geometry.flag));
     }

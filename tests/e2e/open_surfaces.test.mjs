@@ -103,6 +103,16 @@ test('the choice for open surfaces is in the job, the command, the program and t
     await run(page);
     assert.ok(await page.isHidden('#result-open'), 'rays of one axis do not look for holes');
     assert.match(await page.textContent('#result-warnings'), /200 of 200 rays do not leave every geometry they enter/);
+    // cells along surfaces are a choice, too
+    assert.doesNotMatch(await copied('command'), /--fill/);
+    await page.getByLabel('Cells along surfaces').selectOption('keep thin walls');
+    assert.match(await copied('link'), /[#&]fill=separating(&|$)/);
+    await page.selectOption('#open', 'winding');
+    await run(page);
+    const [filled] = (await report(page)).filled;
+    assert.deepEqual([filled.fill, filled.shell], ['separating', false]);
+    assert.deepEqual((await runCopied(page, folder, [])).filled, [filled]);
+    await page.selectOption('#fill', 'centre');
     // an error says what to do
     await page.selectOption('#open', 'error');
     const link = await copied('link');

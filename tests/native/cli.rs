@@ -156,6 +156,9 @@ fn the_summary_says_what_was_done() {
     }
     assert!((10..=20).contains(&text.lines().count()), "{text}");
     assert_eq!(done(&["mesh", SPOT, "--cells", "16", "--backend", "cpu", "-q"]), "");
+    let walls = done(&["mesh", &format!("{SPOT}:shell=true"), "--cells", "16", "--backend", "cpu", "--fill", "centre"]);
+    assert!(walls.contains("filled      \"spot\", a shell of separating fill: "), "{walls}");
+    assert!(!walls.contains('%'), "a wall has not the volume that its surface bounds: {walls}");
 }
 
 /// 576 edges are open by the bits of their corners, and no warning comes: `info` alone says so.

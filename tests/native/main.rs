@@ -37,6 +37,7 @@ mod properties;
 mod seven_cases;
 #[cfg(feature = "gpu")]
 mod shaders;
+mod sheets;
 mod soups;
 #[cfg(feature = "cli")]
 mod strangers;

@@ -62,18 +62,21 @@ fn a_geometry_without_cells_is_named_with_the_cause() {
         (
             "a plate between centres",
             &[ROOM, body([1.0, 1.0, 2.75], [7.0, 7.0, 3.25], 2)],
-            &["geometry \"box 1\" (flag 2) got no cell: it is 0.5 thick along z, a cell is 1.0; use smaller cells"],
+            &["geometry \"box 1\" (flag 2) got no cell: it is 0.5 thick along z, a cell is 1.0; use smaller cells, \
+              or keep it with fill = \"separating\" or \"conservative\""],
         ),
         (
             "the same with a flag that others have",
             &[ROOM, body([1.0, 2.75, 1.0], [7.0, 3.25, 7.0], 1)],
-            &["geometry \"box 1\" (flag 1) got no cell: it is 0.5 thick along y, a cell is 1.0; use smaller cells"],
+            &["geometry \"box 1\" (flag 1) got no cell: it is 0.5 thick along y, a cell is 1.0; use smaller cells, \
+              or keep it with fill = \"separating\" or \"conservative\""],
         ),
         (
             "a plate up to a centre: cell 2 ends the body, and cell 3 is not in it",
             &[ROOM, body([2.5, 1.0, 1.0], [3.4, 7.0, 7.0], 2)],
             &[
-                "geometry \"box 1\" (flag 2) got no cell: it is 0.9000000953674316 thick along x, a cell is 1.0; use smaller cells",
+                "geometry \"box 1\" (flag 2) got no cell: it is 0.9000000953674316 thick along x, a cell is 1.0; use smaller cells, \
+                  or keep it with fill = \"separating\" or \"conservative\"",
             ],
         ),
         ("a plate on the next centre", &[ROOM, body([2.5, 1.0, 1.0], [3.5, 7.0, 7.0], 2)], &[]),
@@ -94,7 +97,8 @@ fn a_geometry_without_cells_is_named_with_the_cause() {
         (
             "a body in the last half cell",
             &[ROOM, body([7.75, 1.0, 1.0], [7.875, 7.0, 7.0], 2)],
-            &["geometry \"box 1\" (flag 2) got no cell: it is 0.125 thick along x, a cell is 1.0; use smaller cells"],
+            &["geometry \"box 1\" (flag 2) got no cell: it is 0.125 thick along x, a cell is 1.0; use smaller cells, \
+              or keep it with fill = \"separating\" or \"conservative\""],
         ),
         (
             "a body covered by one of higher priority",

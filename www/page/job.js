@@ -29,6 +29,7 @@ export function currentJob() {
   Object.assign(job, sizing(settings));
   if (settings.rule !== 'parity') job.rule = settings.rule;
   if (settings.open !== 'winding') job.open = settings.open;
+  if (settings.fill !== 'centre') job.fill = settings.fill;
   if (settings.axis !== 'auto') job.axis = settings.axis;
   if (settings.unit) job.unit = settings.unit;
   return job;

@@ -75,8 +75,8 @@ function row({ flag, name, cells, volume, mesh_volume: meshVolume }, unit) {
   });
   const swatch = make('span', { className: 'swatch' });
   swatch.style.background = colourOf(flag);
-  // a column file does not hold the volume of the facets, and that of an open surface depends on the origin
-  const off = meshVolume && !isOpen(name) ? (100 * (volume - meshVolume)) / Math.abs(meshVolume) : null;
+  // a column file does not hold the volume of the facets, that of an open surface depends on the origin, and a filled one has more
+  const off = meshVolume && !hasOtherVolume(name) ? (100 * (volume - meshVolume)) / Math.abs(meshVolume) : null;
   const difference = off === null ? '' : `${percent(off)} vs facets`;
   return make(
     'tr',
@@ -93,10 +93,11 @@ function row({ flag, name, cells, volume, mesh_volume: meshVolume }, unit) {
   );
 }
 
-/** Whether a surface of a flag is open. @param {string} names those of its geometries */
-function isOpen(names) {
-  const open = new Set(state.mesh?.report.open?.map(({ geometry }) => geometry));
-  return names.split(' + ').some((name) => open.has(name));
+/** Whether a surface of a flag is open or filled. @param {string} names those of its geometries */
+function hasOtherVolume(names) {
+  const report = state.mesh?.report;
+  const others = new Set([...(report?.open ?? []), ...(report?.filled ?? [])].map(({ geometry }) => geometry));
+  return names.split(' + ').some((name) => others.has(name));
 }
 
 /** A difference with its sign, if it has one once it is rounded. @param {number} off */

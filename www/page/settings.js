@@ -1,4 +1,4 @@
-/** The form: linked sizes, domain and padding, rule, open surfaces, axis, unit, backend. */
+/** The form: linked sizes, domain and padding, rule, open surfaces, fill, axis, unit, backend. */
 import { byId, inputOf, onInput, selectOf } from './dom.js';
 import { cellSize, readNumbers, writeNumbers } from './format.js';
 import { on, set, state } from './state.js';
@@ -27,7 +27,7 @@ export function startSettings() {
   });
   onInput('padding', 'input', readPadding);
   byId('padding-by').addEventListener('change', readPadding);
-  for (const key of /** @type {const} */ (['rule', 'open', 'axis', 'unit', 'backend'])) {
+  for (const key of /** @type {const} */ (['rule', 'open', 'fill', 'axis', 'unit', 'backend'])) {
     const select = selectOf(key);
     select.addEventListener('change', () => set({ [key]: select.value }));
   }
@@ -120,7 +120,7 @@ function show() {
     put(id, settings.domain?.[at] ?? '');
   });
   put('padding', writeNumbers(settings.padding));
-  for (const key of /** @type {const} */ (['rule', 'open', 'axis', 'unit', 'backend', 'padding_by']))
+  for (const key of /** @type {const} */ (['rule', 'open', 'fill', 'axis', 'unit', 'backend', 'padding_by']))
     selectOf(key.replace('_', '-')).value = settings[key];
   for (const unit of document.querySelectorAll('.unit')) unit.textContent = settings.unit;
 }

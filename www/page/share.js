@@ -16,11 +16,12 @@ import { DEFAULTS, colourOf, on, set, state } from './state.js';
  * @typedef {Partial<Geometry> & { colour?: string }} GeometrySettings settings that a link has for a geometry
  */
 
-/** @type {Record<'padding_by' | 'rule' | 'open' | 'axis' | 'backend', string[]>} */
+/** @type {Record<'padding_by' | 'rule' | 'open' | 'fill' | 'axis' | 'backend', string[]>} */
 const CHOICES = {
   padding_by: ['cells', 'length'],
   rule: ['parity', 'nonzero'],
   open: ['winding', 'vote', 'error', 'parity'],
+  fill: ['centre', 'conservative', 'separating'],
   axis: ['auto', 'x', 'y', 'z'],
   backend: ['auto', 'gpu', 'cpu'],
 };
@@ -72,7 +73,7 @@ function hashOf() {
   const sizes = settings.sizing === 'max_cell_size' ? 'cell_size' : settings.sizing;
   if (settings.sizing !== 'cells' || settings.cells !== DEFAULTS.cells) query.set(settings.sizing, writeNumbers(settings[sizes]));
   if (settings.domain) query.set('domain', settings.domain.join(' '));
-  for (const key of /** @type {const} */ (['padding', 'padding_by', 'rule', 'open', 'axis', 'backend', 'unit'])) {
+  for (const key of /** @type {const} */ (['padding', 'padding_by', 'rule', 'open', 'fill', 'axis', 'backend', 'unit'])) {
     if (String(settings[key]) !== String(DEFAULTS[key])) query.set(key, writeNumbers(settings[key]));
   }
   const sample =
@@ -169,7 +170,17 @@ export function commandOf(job) {
   option('domain', job.domain);
   if (job.padding && 'cells' in job.padding) option('padding-cells', job.padding.cells);
   if (job.padding && 'length' in job.padding) option('padding-length', job.padding.length);
-  for (const key of /** @type {const} */ (['cells', 'dims', 'cell_size', 'max_cell_size', 'rule', 'open', 'axis', 'unit']))
+  for (const key of /** @type {const} */ ([
+    'cells',
+    'dims',
+    'cell_size',
+    'max_cell_size',
+    'rule',
+    'open',
+    'fill',
+    'axis',
+    'unit',
+  ]))
     option(key.replaceAll('_', '-'), job[key]);
   if (state.settings.backend !== 'auto') option('backend', state.settings.backend);
   return [...words, '-o', quote(`${baseName(job)}.vti`)].join(' ');

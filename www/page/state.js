@@ -26,6 +26,7 @@
  * @property {'cells' | 'length'} padding_by
  * @property {'parity' | 'nonzero'} rule
  * @property {'winding' | 'vote' | 'error' | 'parity'} open how cells are decided where a surface is not closed
+ * @property {'centre' | 'conservative' | 'separating'} fill which cells along surfaces geometries have as well
  * @property {'auto' | 'x' | 'y' | 'z'} axis
  * @property {string} unit
  * @property {import('hexcast').BackendChoice} backend
@@ -80,6 +81,7 @@ export const DEFAULTS = Object.freeze({
   padding_by: 'cells',
   rule: 'parity',
   open: 'winding',
+  fill: 'centre',
   axis: 'auto',
   unit: '',
   backend: 'auto',

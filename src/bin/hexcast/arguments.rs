@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use hexcast::job::{AxisChoice, BackendChoice, ByteSize, GeometryJob, Job, Open, Padding, PerAxis, Rule};
+use hexcast::job::{AxisChoice, BackendChoice, ByteSize, Fill, GeometryJob, Job, Open, Padding, PerAxis, Rule};
 use hexcast::{Error, Result};
 use serde::de::DeserializeOwned;
 
@@ -15,7 +15,7 @@ use super::reading::open_file;
 #[derive(clap::Args)]
 pub(crate) struct JobArguments {
     /// STL files; they get flags 1, 2, ... in order, unless set as in
-    /// coil.stl:flag=7,priority=2,name=copper (keys: flag, priority, name, solid, split, scale, rotate, translate)
+    /// coil.stl:flag=7,priority=2,name=copper (keys: flag, priority, open, fill, shell, name, solid, split, scale, rotate, translate)
     #[arg(value_name = "FILE", required_unless_present = "job", conflicts_with = "job")]
     files: Vec<String>,
     /// Take everything from a job file, TOML or JSON; its file names are relative to it, other options override it
@@ -60,6 +60,10 @@ pub(crate) struct JobArguments {
     /// the rays of one axis as they are [default: winding]
     #[arg(long, value_parser = choice::<Open>(&["winding", "vote", "error", "parity"]), help_heading = "Method")]
     open: Option<Open>,
+    /// Which cells a geometry has besides those whose centres lie inside of it: none, every cell that the surface touches, or those that
+    /// separate its two sides [default: centre]
+    #[arg(long, value_parser = choice::<Fill>(&["centre", "conservative", "separating"]), help_heading = "Method")]
+    fill: Option<Fill>,
     /// Who meshes; auto is the GPU where there is one [default: auto]
     #[arg(long, value_parser = choice::<BackendChoice>(&["auto", "gpu", "cpu"]), help_heading = "Method")]
     backend: Option<BackendChoice>,
@@ -101,6 +105,7 @@ impl JobArguments {
         self.override_domain(&mut job);
         job.rule = self.rule.unwrap_or(job.rule);
         job.open = self.open.unwrap_or(job.open);
+        job.fill = self.fill.unwrap_or(job.fill);
         job.backend = self.backend.unwrap_or(job.backend);
         job.axis = self.axis.unwrap_or(job.axis);
         job.max_memory = self.max_memory.or(job.max_memory).or_else(default_max_memory);

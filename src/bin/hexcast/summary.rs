@@ -1,5 +1,6 @@
 //! The report as text: aligned lines for a terminal.
 
+use std::collections::HashSet;
 use std::fmt::{Display, Write};
 
 use hexcast::report::{ColumnsReport, MeshFacts, Report};
@@ -56,6 +57,14 @@ pub(crate) fn of_mesh(report: &Report, is_software: bool, files: &[OutputFile], 
         end_points(&mut table, mesh, shown.verbose);
     }
     flags(&mut table, mesh);
+    for filled in &mesh.filled {
+        let kind = if filled.shell { "a shell of" } else { "with" };
+        let cells = HumanCount(filled.added_cells);
+        table.line(
+            "filled",
+            format!("\"{}\", {kind} {} fill: {cells} cells added", filled.geometry, filled.fill.name()),
+        );
+    }
     stages(&mut table, report, shown.verbose);
     if let Some(hash) = &report.flags_sha256 {
         table.line("flags", format!("sha256 {hash}"));
@@ -134,9 +143,13 @@ fn end_points(table: &mut Table, mesh: &MeshFacts, verbose: bool) {
 }
 
 fn flags(table: &mut Table, mesh: &MeshFacts) {
+    // an open surface bounds no volume, and a filled one has more
+    let others = mesh.open.iter().map(|open| &open.geometry).chain(mesh.filled.iter().map(|filled| &filled.geometry));
+    let others: HashSet<&str> = others.map(String::as_str).collect();
     for flag in &mesh.flags {
         let difference = match flag.mesh_volume {
             0.0 => String::new(),
+            _ if flag.name.split(" + ").any(|name| others.contains(name)) => String::new(),
             surface => format!(", {:+.3} %", 100.0 * (flag.volume - surface) / surface.abs()),
         };
         let volumes = format!("volume {:.6e}, of the surface {:.6e}{difference}", flag.volume, flag.mesh_volume);

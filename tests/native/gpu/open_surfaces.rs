@@ -1,13 +1,38 @@
 //! Surfaces with holes have the same cells on every backend.
 
 use hexcast::gpu::Gpu;
-use hexcast::job::{Job, Rule};
+use hexcast::job::{Fill, GeometryJob, Job, Rule};
 use hexcast::pipeline::Engine;
 
 use super::kernels;
 use crate::models;
 use crate::open_surfaces::{flags_of, meshed, without};
 use crate::soups::{Random, shuffled};
+
+#[test]
+fn cells_along_surfaces_are_the_same_on_every_backend() {
+    let gpu = pollster::block_on(Gpu::open(Some(&kernels::gpu().facts.name))).expect("it was opened before");
+    let mut engines = [Engine::cpu(), Engine::with_gpu(gpu)];
+    let parts = [
+        models::sphere([4.0; 3], 3.4, 40),
+        without(&models::torus([4.5; 3], [2.4, 1.1], 40), 0.02, 2),
+        models::cuboid([2.0; 3], [6.0, 5.0, 7.0]),
+    ];
+    let geometry = |fill: Fill, shell: bool| GeometryJob { fill: Some(fill), shell, ..GeometryJob::default() };
+    let geometries =
+        vec![geometry(Fill::Separating, true), geometry(Fill::Conservative, false), geometry(Fill::Separating, false)];
+    let job = Job { dims: Some([70, 67, 130]), geometries, ..Job::default() };
+    let mut all = Vec::new();
+    for axis in 0..3 {
+        for engine in &mut engines {
+            let (mesh, report) = meshed(&parts, &job, axis, engine).expect("a mesh");
+            let added: Vec<u64> = report.filled.iter().map(|filled| filled.added_cells).collect();
+            assert!(added.iter().all(|&added| added > 1000), "{added:?}");
+            all.push((flags_of(&mesh), added));
+        }
+    }
+    assert!(all.windows(2).all(|pair| pair[0] == pair[1]), "axes and backends agree");
+}
 
 #[test]
 fn the_axis_the_backend_and_the_order_of_facets_change_nothing() {

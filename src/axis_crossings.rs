@@ -1,4 +1,4 @@
-//! Words: the crossings of one geometry with all rays along an axis, in the order of planes and rows.
+//! The crossings of one geometry with all rays along an axis, in the order of planes and rows of cells.
 //!
 //! Facets, an axis -> [`Words`]. A crossing is one word, `c << 37 | a << 19 | b << 1 | direction`: a is the axis of the mesh's
 //! rays, b and c are the axes across; the first cell whose centre counts as above the crossing, in whatever direction its ray runs.
@@ -8,31 +8,42 @@ use std::ops::Range;
 
 use crate::cpu::rows_of_strip;
 use crate::crossings::crossings;
-use crate::frame::Frame;
+use crate::frame::{Frame, SnappedFacet};
 use crate::lattice::{Lattice, lattice};
 use crate::parallel::*;
 use crate::rays::Rays;
 
 /// Crossings of all rays of an axis; the plane, row and place that they begin at, and a direction.
-pub(super) type Words = Vec<u64>;
+pub(crate) type Words = Vec<u64>;
 
-pub(super) const EXITS: u64 = 1;
+pub(crate) const EXITS: u64 = 1;
 
-pub(super) fn plane_of(word: u64) -> u32 {
+pub(crate) fn plane_of(word: u64) -> u32 {
     (word >> 37) as u32
 }
 
-pub(super) fn row_of(word: u64) -> u32 {
+pub(crate) fn row_of(word: u64) -> u32 {
     (word >> 19) as u32 & 0x3_ffff
 }
 
-pub(super) fn place_of(word: u64) -> u32 {
+pub(crate) fn place_of(word: u64) -> u32 {
     (word >> 1) as u32 & 0x3_ffff
+}
+
+/// The lowest bit, in a word, of the cell along an axis.
+pub(crate) fn bit_of_axis(axis: usize, main: &Rays) -> u32 {
+    if axis == main.axis {
+        19
+    } else if axis == main.across[0] {
+        1
+    } else {
+        37
+    }
 }
 
 /// Crossings of a frame of one geometry with all rays along an axis, sorted, and the number of rays that do not leave what they
 /// enter; with `counted` only where the number of the facets that were entered, less those left, becomes 0 or ceases to be.
-pub(super) fn words(frame: &Frame, axis: usize, main: &Rays, counted: bool) -> (Words, u64) {
+pub(crate) fn words(frame: &Frame, axis: usize, main: &Rays, counted: bool) -> (Words, u64) {
     let rays = Rays::new(axis, frame.dims);
     let bin = [rays.counts[0], rows_of_strip(&rays)];
     let n_rows = Lattice::n_rows(&rays, bin);
@@ -48,8 +59,8 @@ pub(super) fn words(frame: &Frame, axis: usize, main: &Rays, counted: bool) -> (
             (cell[rays.across[0]], cell[rays.across[1]]) = (ray % n_i, ray / n_i);
             let mut push = |event: u32| {
                 cell[axis] = u64::from(event >> 9);
-                let [a, b, c] = [main.axis, main.across[0], main.across[1]].map(|axis| cell[axis]);
-                words.push(c << 37 | a << 19 | b << 1 | u64::from(event & 1));
+                let place: u64 = (0..3).map(|axis| cell[axis] << bit_of_axis(axis, main)).sum();
+                words.push(place | u64::from(event & 1));
             };
             if counted {
                 events.clear();
@@ -76,8 +87,19 @@ pub(super) fn words(frame: &Frame, axis: usize, main: &Rays, counted: bool) -> (
     (grouped(&parts.into_iter().map(|part| part.0).collect::<Vec<_>>()), n_odd)
 }
 
+/// Crossings of facets with all rays along an axis, about: one for each cell of the area that they cover across it.
+pub(crate) fn n_expected(facets: &[SnappedFacet], axis: usize, fraction_bits: u32) -> f64 {
+    let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
+    let cell = f64::from(1u32 << fraction_bits);
+    let area = |[a, b, c]: &SnappedFacet| {
+        let side = |to: &[i32; 3], axis: usize| (f64::from(to[axis]) - f64::from(a[axis])) / cell;
+        0.5 * (side(b, i) * side(c, j) - side(c, i) * side(b, j)).abs()
+    };
+    facets.iter().map(area).sum()
+}
+
 /// Words in the order of their planes and rows, in any order within a row: by counting, planes first, then the rows of each.
-pub(super) fn grouped(parts: &[Words]) -> Words {
+pub(crate) fn grouped(parts: &[Words]) -> Words {
     let (mut words, ends) = counted(parts.iter().flatten().copied(), plane_of);
     let mut planes = Vec::with_capacity(ends.len());
     let (mut rest, mut start) = (&mut words[..], 0);
@@ -116,13 +138,13 @@ fn counted(words: impl Iterator<Item = u64> + Clone, part: fn(u64) -> u32) -> (W
     (ordered, next)
 }
 
-pub(super) fn of_planes<'a>(words: &'a [u64], planes: &Range<u32>) -> &'a [u64] {
+pub(crate) fn of_planes<'a>(words: &'a [u64], planes: &Range<u32>) -> &'a [u64] {
     let [start, end] = [planes.start, planes.end].map(|plane| words.partition_point(|&word| plane_of(word) < plane));
     &words[start..end]
 }
 
 /// Takes the words of a row off the front.
-pub(super) fn take_row<'a>(words: &mut &'a [u64], row: u32) -> &'a [u64] {
+pub(crate) fn take_row<'a>(words: &mut &'a [u64], row: u32) -> &'a [u64] {
     let n = words.iter().take_while(|&&word| row_of(word) == row).count();
     let (own, rest) = words.split_at(n);
     *words = rest;

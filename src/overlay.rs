@@ -1,0 +1,234 @@
+//! The overlay: what is decided apart, over the columns of the other geometries.
+//!
+//! # Theory
+//! Rays of the mesh decide closed geometries. The cells of open ones ([`crate::open`]) and those along surfaces (`sheet`) are known
+//! apart, row after row of rays. Of two geometries in a cell the higher rank wins.
+//!
+//! # Practice
+//! [`split`] takes these parts out of a frame. What is left is cast as ever, by either backend, with rank + 1 for a flag;
+//! [`Overlay`] puts the parts over its bands, and the flags of the job in. Bands come in the order of their rays, as the backends
+//! hand them out.
+//! Cost: one pass over the runs of all.
+
+use std::ops::Range;
+
+use crate::cast::Cast;
+use crate::columns::Band;
+use crate::geometry::{Fill, Open};
+use crate::lines::Lines;
+use crate::open::{Surface, Through, Votes};
+use crate::parallel::*;
+use crate::sheet::Sheet;
+
+mod split;
+
+use split::Kind;
+pub use split::{Part, split};
+
+/// What was found of an open geometry.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Found {
+    /// Index in the job.
+    pub geometry: usize,
+    /// How its cells were decided.
+    pub policy: Open,
+    /// What its surface lacks.
+    pub surface: Surface,
+    /// Rays along x, y and z that do not leave it as often as they enter.
+    pub odd_rays: [u64; 3],
+    /// Cells whose three rays are not all even, or do not agree.
+    pub doubtful_cells: u64,
+}
+
+/// The cells along the surface of a geometry.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Along {
+    /// Index in the job.
+    pub geometry: usize,
+    /// Which cells.
+    pub fill: Fill,
+    /// Whether it has no others.
+    pub shell: bool,
+    /// Cells that it has for no other reason.
+    pub added_cells: u64,
+}
+
+enum Layer {
+    Open { votes: Box<Votes>, through: Through, found: Found },
+    Along { sheet: Sheet, found: Along },
+}
+
+/// Parts of geometries, ready to be put over bands.
+pub struct Overlay {
+    /// With their ranks: open geometries, then the cells along surfaces, highest ranks first, so that each knows what it adds.
+    layers: Vec<(u8, Layer)>,
+    /// Flag of each code of a run: rank + 1, or 0.
+    flags: Vec<u8>,
+    n_b: u64,
+    depth: u32,
+}
+
+impl Overlay {
+    /// Casts the rays of three axes at the parts, if there are any; `cast` is what [`split`] left, `flags` has the flag of each
+    /// rank.
+    pub fn new(parts: Vec<Part>, cast: &Cast, flags: &[u8], lines: &Lines) -> Option<Overlay> {
+        if parts.is_empty() {
+            return None;
+        }
+        let layer = |Part { rank, kind }: Part| {
+            let geometry = cast.frame.ranks.geometry_of_rank[usize::from(rank)];
+            let layer = match kind {
+                Kind::Open(part) => {
+                    let votes = Votes::new(&part, cast.frame, cast.rays, cast.rule, lines.spacing);
+                    let found = Found {
+                        geometry,
+                        policy: part.policy,
+                        surface: part.surface,
+                        odd_rays: votes.odd_rays,
+                        doubtful_cells: 0,
+                    };
+                    Layer::Open { through: votes.start(), votes: Box::new(votes), found }
+                }
+                Kind::Sheet { fill, shell, facets } => {
+                    let sheet = Sheet::new(&facets, fill, cast.frame, cast.rays);
+                    Layer::Along { sheet, found: Along { geometry, fill, shell, added_cells: 0 } }
+                }
+            };
+            (rank, layer)
+        };
+        let mut layers: Vec<(u8, Layer)> = parts.into_iter().map(layer).collect();
+        layers.sort_by_key(|(rank, layer)| (matches!(layer, Layer::Along { .. }), u8::MAX - rank));
+        Some(Overlay { layers, flags: [&[0], flags].concat(), n_b: cast.rays.counts[0].into(), depth: cast.rays.depth })
+    }
+
+    /// Bytes that it holds.
+    pub fn n_bytes(&self) -> u64 {
+        let of_layer = |(_, layer): &(u8, Layer)| match layer {
+            Layer::Open { votes, .. } => votes.n_bytes(),
+            Layer::Along { sheet, .. } => sheet.n_bytes(),
+        };
+        self.layers.iter().map(of_layer).sum()
+    }
+
+    /// What was found so far of open geometries, and of the cells along surfaces, in the order of the job.
+    pub fn found(self) -> (Vec<Found>, Vec<Along>) {
+        let (mut open, mut along) = (Vec::new(), Vec::new());
+        for (_, layer) in self.layers {
+            match layer {
+                Layer::Open { found, .. } => open.push(found),
+                Layer::Along { found, .. } => along.push(found),
+            }
+        }
+        open.sort_by_key(|found| found.geometry);
+        along.sort_by_key(|found| found.geometry);
+        (open, along)
+    }
+
+    /// Puts the parts over the next bands, which follow each other; the first may begin within a row of rays.
+    pub fn lay(&mut self, bands: Vec<Band>) -> Vec<Band> {
+        let (Some(first), Some(last)) = (bands.first(), bands.last()) else { return bands };
+        let end_ray = last.first_ray + last.ends.len() as u64;
+        let (start, end) = ((first.first_ray / self.n_b) as u32, end_ray.div_ceil(self.n_b) as u32);
+        let n_parts = (end - start).min(2 * current_num_threads() as u32);
+        let part = |index: u32| start + (u64::from(end - start) * u64::from(index) / u64::from(n_parts)) as u32;
+        let parts: Vec<Range<u32>> = (0..n_parts).map(|index| part(index)..part(index + 1)).collect();
+        let decided: Vec<Vec<Band>> = self.layers.iter_mut().map(|(_, layer)| layer.rows(&parts)).collect();
+        let (laid, added): (Vec<Band>, Vec<Vec<u64>>) =
+            bands.into_par_iter().map(|band| self.lay_one(band, &decided, &parts)).unzip();
+        for (index, (_, layer)) in self.layers.iter_mut().enumerate() {
+            if let Layer::Along { found, .. } = layer {
+                found.added_cells += added.iter().map(|added| added[index]).sum::<u64>();
+            }
+        }
+        laid
+    }
+
+    /// A band with all layers over it, and the cells that each changed.
+    fn lay_one(&self, band: Band, decided: &[Vec<Band>], parts: &[Range<u32>]) -> (Band, Vec<u64>) {
+        let rows =
+            (band.first_ray / self.n_b) as u32..(band.first_ray + band.ends.len() as u64).div_ceil(self.n_b) as u32;
+        let n_crossings = |(_, layer): &(u8, Layer)| match layer {
+            Layer::Open { votes, .. } => votes.n_crossings(&rows),
+            Layer::Along { .. } => 0,
+        };
+        let mut laid = Band {
+            first_ray: band.first_ray,
+            ends: Vec::with_capacity(band.ends.len()),
+            runs: Vec::with_capacity(band.runs.len()),
+            odd_rays: band.odd_rays,
+            n_crossings: band.n_crossings + self.layers.iter().map(n_crossings).sum::<u64>(),
+        };
+        let mut changed = vec![0; self.layers.len()];
+        let (mut now, mut next) = (Vec::new(), Vec::new());
+        for ray in 0..band.ends.len() {
+            let index = band.first_ray + ray as u64;
+            let part = parts.partition_point(|planes| planes.end <= (index / self.n_b) as u32);
+            now.clear();
+            now.extend_from_slice(band.ray(ray));
+            for (layer, (rank, _)) in self.layers.iter().enumerate() {
+                let over = &decided[layer][part];
+                next.clear();
+                let over = over.ray((index - over.first_ray) as usize);
+                changed[layer] += u64::from(higher(&now, over, rank + 1, self.depth, &mut next));
+                std::mem::swap(&mut now, &mut next);
+            }
+            let mut flag = 0;
+            for &run in &now {
+                let own = self.flags[(run & 0xff) as usize];
+                if own != flag {
+                    laid.runs.push(run & !0xff | u32::from(own));
+                    flag = own;
+                }
+            }
+            laid.ends.push(laid.runs.len() as u32);
+        }
+        (laid, changed)
+    }
+}
+
+impl Layer {
+    /// Its cells on the next rows of rays, with the flag 1, part by part.
+    fn rows(&mut self, parts: &[Range<u32>]) -> Vec<Band> {
+        match self {
+            Layer::Open { votes, through, found } => {
+                let mut starts = Vec::new();
+                for planes in parts {
+                    votes.go_through(through, planes.start);
+                    starts.push((through.clone(), planes.clone()));
+                }
+                let rows: Vec<_> =
+                    starts.into_par_iter().map(|(through, planes)| votes.rows(through, planes)).collect();
+                found.doubtful_cells += rows.iter().map(|rows| rows.n_doubtful).sum::<u64>();
+                rows.into_iter().map(|rows| rows.band).collect()
+            }
+            Layer::Along { sheet, .. } => parts.to_vec().into_par_iter().map(|planes| sheet.rows(planes)).collect(),
+        }
+    }
+}
+
+/// Runs that have, in every cell, the higher code of two lists; the flag 1 of the second stands for `code`. Returns the number of
+/// cells in which the second is higher.
+fn higher(one: &[u32], other: &[u32], code: u8, depth: u32, out: &mut Vec<u32>) -> u32 {
+    let (mut of_one, mut of_other, mut last) = (0, 0, 0);
+    let (mut i, mut j) = (0, 0);
+    let (mut n_changed, mut since) = (0, 0);
+    while i < one.len() || j < other.len() {
+        let cell = [one.get(i), other.get(j)].into_iter().flatten().map(|run| run >> 8).min().unwrap_or(0);
+        n_changed += if of_other > of_one { cell - since } else { 0 };
+        since = cell;
+        if let Some(run) = one.get(i).filter(|&&run| run >> 8 == cell) {
+            of_one = run & 0xff;
+            i += 1;
+        }
+        if let Some(run) = other.get(j).filter(|&&run| run >> 8 == cell) {
+            of_other = (run & 0xff) * u32::from(code);
+            j += 1;
+        }
+        let winner = of_one.max(of_other);
+        if winner != last {
+            out.push(cell << 8 | winner);
+            last = winner;
+        }
+    }
+    n_changed + if of_other > of_one { depth - since } else { 0 }
+}

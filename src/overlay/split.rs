@@ -1,0 +1,90 @@
+//! What is decided apart: geometries that are not closed, and the cells along surfaces, taken out of a frame.
+
+use crate::axis_crossings::n_expected;
+use crate::error::{Error, Result};
+use crate::frame::{Frame, Ranks, SnappedFacet};
+use crate::geometry::{Fill, Geometry, Open};
+use crate::job::Rule;
+use crate::lines::Lines;
+use crate::open::{OpenPart, Surface, is_closed};
+use crate::rays::Rays;
+
+/// A part of a geometry that rays of the frame do not decide.
+pub struct Part {
+    pub(super) rank: u8,
+    pub(super) kind: Kind,
+}
+
+pub(super) enum Kind {
+    Open(OpenPart),
+    Sheet { fill: Fill, shell: bool, facets: Vec<SnappedFacet> },
+}
+
+impl Part {
+    /// Bytes that deciding it takes, about.
+    pub(crate) fn n_bytes(&self, rays: &Rays, fraction_bits: u32) -> u64 {
+        match &self.kind {
+            Kind::Open(part) => part.n_bytes(rays, fraction_bits),
+            Kind::Sheet { fill: Fill::Separating, facets, .. } => {
+                let n_crossings: f64 = (0..3).map(|axis| n_expected(facets, axis, fraction_bits)).sum();
+                36 * facets.len() as u64 + 16 * n_crossings as u64
+            }
+            Kind::Sheet { facets, .. } => 80 * facets.len() as u64,
+        }
+    }
+}
+
+/// Takes out of a frame the geometries that are not closed, unless their rays shall decide as they are ([`Open::Parity`]), and the
+/// shells; notes the surfaces whose cells are filled. `geometries` are those of the frame.
+///
+/// # Errors
+/// `surface-open` where a geometry is open that must not be ([`Open::Error`]).
+pub fn split(frame: Frame, rule: Rule, lines: &Lines, geometries: &[Geometry]) -> Result<(Frame, Vec<Part>)> {
+    let (mut parts, mut gone) = (Vec::new(), Vec::new());
+    for (rank, &index) in frame.ranks.geometry_of_rank.iter().enumerate() {
+        let Geometry { open, fill, shell, ref name, .. } = geometries[index];
+        // facets are stored rank after rank
+        let [start, end] =
+            [rank, rank + 1].map(|rank| frame.rank_of_facet.partition_point(|&of| usize::from(of) < rank));
+        let facets = &frame.facets[start..end];
+        let rank = rank as u8;
+        if fill != Fill::Centre {
+            parts.push(Part { rank, kind: Kind::Sheet { fill, shell, facets: facets.to_vec() } });
+        }
+        if shell {
+            gone.push(start..end);
+        } else if open != Open::Parity && !is_closed(facets, rule) {
+            let part = OpenPart::new(open, facets, frame.fraction_bits, lines);
+            if open == Open::Error {
+                return Err(refused(name, &part.surface));
+            }
+            parts.push(Part { rank, kind: Kind::Open(part) });
+            gone.push(start..end);
+        }
+    }
+    if parts.is_empty() {
+        return Ok((frame, parts));
+    }
+    let is_left = |facet: usize| !gone.iter().any(|range| range.contains(&facet));
+    let left: Vec<usize> = (0..frame.facets.len()).filter(|&facet| is_left(facet)).collect();
+    let rest = Frame {
+        facets: left.iter().map(|&facet| frame.facets[facet]).collect(),
+        rank_of_facet: left.iter().map(|&facet| frame.rank_of_facet[facet]).collect(),
+        ranks: Ranks { flag_of_rank: (1..=frame.ranks.flag_of_rank.len() as u8).collect(), ..frame.ranks },
+        ..frame
+    };
+    Ok((rest, parts))
+}
+
+fn refused(name: &str, surface: &Surface) -> Error {
+    let [x, y, z] = surface.longest_at;
+    let message = format!(
+        "geometry \"{name}\" is not closed: open edges {}, in {} loops, the longest edge at ({x}, {y}, {z})",
+        surface.open_edges, surface.holes
+    );
+    Error::new(
+        "surface-open",
+        message,
+        "close it, or mesh it with open = \"winding\", which decides its cells by the winding number",
+    )
+}
