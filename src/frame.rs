@@ -91,6 +91,12 @@ impl Frame {
         Ok(Frame { fraction_bits, dims: lines.dims, facets, rank_of_facet, ranks })
     }
 
+    /// A frame of the same box, of one geometry with the flag 1.
+    pub(crate) fn with_facets(&self, facets: Vec<SnappedFacet>) -> Frame {
+        let ranks = Ranks { geometry_of_rank: vec![0], flag_of_rank: vec![1] };
+        Frame { rank_of_facet: vec![0; facets.len()], facets, ranks, ..*self }
+    }
+
     /// Largest distance that the snap moves a corner along an axis, in cells.
     pub fn snap_in_cells(&self) -> f64 {
         0.5 / f64::from(1u32 << self.fraction_bits)

@@ -65,6 +65,8 @@ pub struct Geometry {
     pub fill: Fill,
     /// Whether it has those along the surface only, and none for being inside.
     pub shell: bool,
+    /// Whether its cells are those outside of it in place of those inside.
+    pub invert: bool,
     /// Facets in file coordinates, shared with the file that they came from.
     pub facets: SharedFacets,
     /// Places file coordinates in the world: `world = world_from_file * file`.
@@ -81,6 +83,7 @@ impl Geometry {
             open: Open::default(),
             fill: Fill::default(),
             shell: false,
+            invert: false,
             facets: facets.into(),
             world_from_file: DAffine3::IDENTITY,
         }
@@ -116,7 +119,7 @@ impl Geometry {
 
     /// Signed volume by the divergence theorem, relative to the centre of the bounding box, in cubed file units.
     ///
-    /// Exact up to f64 rounding for closed surfaces; positive where normals (right-hand rule) point outwards; for
+    /// Exact up to f64 rounding for closed surfaces; positive where normals (right-hand rule, in the file) point outwards; for
     /// surfaces that are not closed the number depends on the reference point.
     pub fn signed_volume(&self) -> f64 {
         let Some([low, high]) = self.bounding_box() else { return 0.0 };
@@ -125,7 +128,8 @@ impl Geometry {
         let corner = |c: [f32; 3]| DVec3::from(placing(c)) - centre;
         let six_volumes: f64 =
             self.facets.iter().map(|facet| corner(facet[0]).dot(corner(facet[1]).cross(corner(facet[2])))).sum();
-        six_volumes / 6.0
+        // a mirrored surface has its normals inwards by the order of its corners alone
+        (six_volumes / 6.0).copysign(six_volumes * self.world_from_file.matrix3.determinant())
     }
 }
 
@@ -201,5 +205,8 @@ mod tests {
         let geometry = Geometry::new("tetrahedron", 1, facets);
         assert!((geometry.signed_volume() - 1.0 / 6.0).abs() < 1e-15);
         assert_eq!(geometry.bounding_box(), Some([[0.0; 3], [1.0; 3]]));
+        let mut mirrored = geometry.clone();
+        mirrored.world_from_file = world_from_file([-2.0, 1.0, 1.0], [0.0; 3], [0.0; 3]);
+        assert!((mirrored.signed_volume() - 2.0 / 6.0).abs() < 1e-15);
     }
 }

@@ -13,11 +13,15 @@
 use std::ops::Range;
 
 use crate::cast::Cast;
-use crate::columns::Band;
+use crate::columns::{Band, run};
+use crate::cpu::{self, Window};
+use crate::frame::Frame;
 use crate::geometry::{Fill, Open};
+use crate::job::Rule;
 use crate::lines::Lines;
 use crate::open::{Surface, Through, Votes};
 use crate::parallel::*;
+use crate::rays::Rays;
 use crate::sheet::Sheet;
 
 mod split;
@@ -53,15 +57,34 @@ pub struct Along {
     pub added_cells: u64,
 }
 
+struct Laid {
+    rank: u8,
+    invert: bool,
+    layer: Layer,
+}
+
 enum Layer {
-    Open { votes: Box<Votes>, through: Through, found: Found },
-    Along { sheet: Sheet, found: Along },
+    /// A geometry whose rays decide.
+    Cast {
+        frame: Frame,
+        rays: Rays,
+        rule: Rule,
+    },
+    Open {
+        votes: Box<Votes>,
+        through: Through,
+        found: Found,
+    },
+    Along {
+        sheet: Sheet,
+        found: Along,
+    },
 }
 
 /// Parts of geometries, ready to be put over bands.
 pub struct Overlay {
-    /// With their ranks: open geometries, then the cells along surfaces, highest ranks first, so that each knows what it adds.
-    layers: Vec<(u8, Layer)>,
+    /// Open and inverted geometries, then the cells along surfaces, highest ranks first, so that each knows what it adds.
+    layers: Vec<Laid>,
     /// Flag of each code of a run: rank + 1, or 0.
     flags: Vec<u8>,
     n_b: u64,
@@ -75,7 +98,7 @@ impl Overlay {
         if parts.is_empty() {
             return None;
         }
-        let layer = |Part { rank, kind }: Part| {
+        let layer = |Part { rank, invert, kind }: Part| {
             let geometry = cast.frame.ranks.geometry_of_rank[usize::from(rank)];
             let layer = match kind {
                 Kind::Open(part) => {
@@ -89,21 +112,23 @@ impl Overlay {
                     };
                     Layer::Open { through: votes.start(), votes: Box::new(votes), found }
                 }
+                Kind::Inverted(frame) => Layer::Cast { frame, rays: *cast.rays, rule: cast.rule },
                 Kind::Sheet { fill, shell, facets } => {
                     let sheet = Sheet::new(&facets, fill, cast.frame, cast.rays);
                     Layer::Along { sheet, found: Along { geometry, fill, shell, added_cells: 0 } }
                 }
             };
-            (rank, layer)
+            Laid { rank, invert, layer }
         };
-        let mut layers: Vec<(u8, Layer)> = parts.into_iter().map(layer).collect();
-        layers.sort_by_key(|(rank, layer)| (matches!(layer, Layer::Along { .. }), u8::MAX - rank));
+        let mut layers: Vec<Laid> = parts.into_iter().map(layer).collect();
+        layers.sort_by_key(|laid| (matches!(laid.layer, Layer::Along { .. }), u8::MAX - laid.rank));
         Some(Overlay { layers, flags: [&[0], flags].concat(), n_b: cast.rays.counts[0].into(), depth: cast.rays.depth })
     }
 
     /// Bytes that it holds.
     pub fn n_bytes(&self) -> u64 {
-        let of_layer = |(_, layer): &(u8, Layer)| match layer {
+        let of_layer = |laid: &Laid| match &laid.layer {
+            Layer::Cast { frame, .. } => 37 * frame.facets.len() as u64,
             Layer::Open { votes, .. } => votes.n_bytes(),
             Layer::Along { sheet, .. } => sheet.n_bytes(),
         };
@@ -113,8 +138,9 @@ impl Overlay {
     /// What was found so far of open geometries, and of the cells along surfaces, in the order of the job.
     pub fn found(self) -> (Vec<Found>, Vec<Along>) {
         let (mut open, mut along) = (Vec::new(), Vec::new());
-        for (_, layer) in self.layers {
-            match layer {
+        for laid in self.layers {
+            match laid.layer {
+                Layer::Cast { .. } => {}
                 Layer::Open { found, .. } => open.push(found),
                 Layer::Along { found, .. } => along.push(found),
             }
@@ -132,11 +158,15 @@ impl Overlay {
         let n_parts = (end - start).min(2 * current_num_threads() as u32);
         let part = |index: u32| start + (u64::from(end - start) * u64::from(index) / u64::from(n_parts)) as u32;
         let parts: Vec<Range<u32>> = (0..n_parts).map(|index| part(index)..part(index + 1)).collect();
-        let decided: Vec<Vec<Band>> = self.layers.iter_mut().map(|(_, layer)| layer.rows(&parts)).collect();
-        let (laid, added): (Vec<Band>, Vec<Vec<u64>>) =
+        let decided: Vec<Vec<Band>> = self.layers.iter_mut().map(|laid| laid.rows(&parts)).collect();
+        let (mut laid, added): (Vec<Band>, Vec<Vec<u64>>) =
             bands.into_par_iter().map(|band| self.lay_one(band, &decided, &parts)).unzip();
-        for (index, (_, layer)) in self.layers.iter_mut().enumerate() {
-            if let Layer::Along { found, .. } = layer {
+        if let Some(first) = laid.first_mut() {
+            first.n_crossings += decided.iter().flatten().map(|band| band.n_crossings).sum::<u64>();
+            first.odd_rays += decided.iter().flatten().map(|band| band.odd_rays).sum::<u64>();
+        }
+        for (index, laid) in self.layers.iter_mut().enumerate() {
+            if let Layer::Along { found, .. } = &mut laid.layer {
                 found.added_cells += added.iter().map(|added| added[index]).sum::<u64>();
             }
         }
@@ -145,18 +175,12 @@ impl Overlay {
 
     /// A band with all layers over it, and the cells that each changed.
     fn lay_one(&self, band: Band, decided: &[Vec<Band>], parts: &[Range<u32>]) -> (Band, Vec<u64>) {
-        let rows =
-            (band.first_ray / self.n_b) as u32..(band.first_ray + band.ends.len() as u64).div_ceil(self.n_b) as u32;
-        let n_crossings = |(_, layer): &(u8, Layer)| match layer {
-            Layer::Open { votes, .. } => votes.n_crossings(&rows),
-            Layer::Along { .. } => 0,
-        };
         let mut laid = Band {
             first_ray: band.first_ray,
             ends: Vec::with_capacity(band.ends.len()),
             runs: Vec::with_capacity(band.runs.len()),
             odd_rays: band.odd_rays,
-            n_crossings: band.n_crossings + self.layers.iter().map(n_crossings).sum::<u64>(),
+            n_crossings: band.n_crossings,
         };
         let mut changed = vec![0; self.layers.len()];
         let (mut now, mut next) = (Vec::new(), Vec::new());
@@ -165,7 +189,7 @@ impl Overlay {
             let part = parts.partition_point(|planes| planes.end <= (index / self.n_b) as u32);
             now.clear();
             now.extend_from_slice(band.ray(ray));
-            for (layer, (rank, _)) in self.layers.iter().enumerate() {
+            for (layer, Laid { rank, .. }) in self.layers.iter().enumerate() {
                 let over = &decided[layer][part];
                 next.clear();
                 let over = over.ray((index - over.first_ray) as usize);
@@ -186,10 +210,22 @@ impl Overlay {
     }
 }
 
-impl Layer {
+impl Laid {
     /// Its cells on the next rows of rays, with the flag 1, part by part.
     fn rows(&mut self, parts: &[Range<u32>]) -> Vec<Band> {
+        let rows = self.layer.rows(parts);
+        if self.invert { rows.into_iter().map(|band| inverted(&band)).collect() } else { rows }
+    }
+}
+
+impl Layer {
+    fn rows(&mut self, parts: &[Range<u32>]) -> Vec<Band> {
         match self {
+            Layer::Cast { frame, rays, rule } => {
+                let whole_rows = |planes: &Range<u32>| [0..rays.counts[0], planes.clone()];
+                let windows: Vec<Window> = parts.iter().map(whole_rows).collect();
+                cpu::windows(&Cast { frame, rays, rule: *rule }, &windows)
+            }
             Layer::Open { votes, through, found } => {
                 let mut starts = Vec::new();
                 for planes in parts {
@@ -204,6 +240,22 @@ impl Layer {
             Layer::Along { sheet, .. } => parts.to_vec().into_par_iter().map(|planes| sheet.rows(planes)).collect(),
         }
     }
+}
+
+/// A band with the flag 1 where another has 0, and 0 elsewhere.
+fn inverted(band: &Band) -> Band {
+    let mut other = Band { ends: Vec::new(), runs: Vec::new(), ..*band };
+    for ray in 0..band.ends.len() {
+        let runs = band.ray(ray);
+        if runs.first().is_none_or(|run| run >> 8 > 0) {
+            other.runs.push(run(0, 1));
+        }
+        // a run after the first cell changes the flag
+        let turned = runs.iter().map(|&of| run(of >> 8, (of & 0xff == 0).into()));
+        other.runs.extend(turned.filter(|of| of & 0xff != 0 || of >> 8 > 0));
+        other.ends.push(other.runs.len() as u32);
+    }
+    other
 }
 
 /// Runs that have, in every cell, the higher code of two lists; the flag 1 of the second stands for `code`. Returns the number of

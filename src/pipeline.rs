@@ -78,7 +78,8 @@ pub async fn mesh(
     let cells = columns.cells_per_flag();
     let (open, along) = overlay.map(Overlay::found).unwrap_or_default();
     let open: Vec<OpenReport> = open.iter().map(|found| OpenReport::new(found, &geometries)).collect();
-    let filled = along.iter().map(|found| FillReport::new(found, &geometries)).collect();
+    let filled: Vec<FillReport> = along.iter().map(|found| FillReport::new(found, &geometries)).collect();
+    let flags = flag_reports(&geometries, &open, &filled, &cells, &lines);
     let mut warnings: Vec<String> = engine.fallback.iter().map(|why| format!("meshed on the CPU: {why}")).collect();
     warnings.extend(about_fine_cells(job, &prepared.domain, &lines));
     warnings.extend(open.iter().map(|open| open.warning(lines.n_cells())));
@@ -110,7 +111,7 @@ pub async fn mesh(
         open,
         filled,
         cells: lines.n_cells(),
-        flags: flag_reports(&geometries, &cells, &lines),
+        flags,
         geometries,
         warnings,
         peak_bytes: PeakBytes {

@@ -5,15 +5,15 @@
 
 use serde::Serialize;
 
-use crate::geometry::{Fill, Geometry, Open};
 use crate::job::Rule;
-use crate::lines::{Lines, Residual};
-use crate::overlay::{Along, Found};
+use crate::lines::Residual;
 use crate::sources::Source;
 
 mod of_columns;
+mod of_geometries;
 
 pub use of_columns::{ColumnsFlag, ColumnsReport};
+pub use of_geometries::{FillReport, FlagReport, GeometryReport, OpenReport, flag_reports};
 
 /// One input file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -53,52 +53,6 @@ impl InputReport {
     }
 }
 
-/// One geometry.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct GeometryReport {
-    /// Its name.
-    pub name: String,
-    /// Its property flag.
-    pub flag: u8,
-    /// Its priority.
-    pub priority: i32,
-    /// Number of facets.
-    pub facets: u64,
-    /// Least and greatest coordinates.
-    pub bounding_box: [[f64; 3]; 2],
-    /// Signed volume enclosed by the facets.
-    pub mesh_volume: f64,
-}
-
-impl GeometryReport {
-    /// Describes a geometry that has facets.
-    pub fn new(geometry: &Geometry) -> GeometryReport {
-        GeometryReport {
-            name: geometry.name.clone(),
-            flag: geometry.flag,
-            priority: geometry.priority,
-            facets: geometry.facets.len() as u64,
-            bounding_box: geometry.bounding_box().unwrap_or_default(),
-            mesh_volume: geometry.signed_volume(),
-        }
-    }
-}
-
-/// The cells of one flag.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct FlagReport {
-    /// The flag.
-    pub flag: u8,
-    /// Names of its geometries, joined by " + ".
-    pub name: String,
-    /// Number of cells.
-    pub cells: u64,
-    /// Their volume.
-    pub volume: f64,
-    /// Sum of the signed volumes of its geometries' facets; differs from `volume` where geometries overlap or are cut.
-    pub mesh_volume: f64,
-}
-
 /// Seconds of each stage.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Seconds {
@@ -136,79 +90,6 @@ pub struct PeakBytes {
     pub device: u64,
     /// Outside memory: columns that spilled.
     pub spilled: u64,
-}
-
-/// A geometry whose surface is not closed, and how its cells were decided.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct OpenReport {
-    /// Its name.
-    pub geometry: String,
-    /// How its cells were decided.
-    pub policy: Open,
-    /// Edges that facets use an odd number of times, or for the rule `nonzero` more often one way than the other.
-    pub open_edges: u64,
-    /// Loops of these edges.
-    pub holes: u64,
-    /// Middle of the longest of them.
-    pub longest_at: [f64; 3],
-    /// Facets that were turned to agree with their neighbours.
-    pub turned: u64,
-    /// Rays along x, y and z that cross it an odd number of times, or for `nonzero` do not leave as often as they enter.
-    pub odd_rays: [u64; 3],
-    /// Cells whose three rays are not all even, or do not agree.
-    pub doubtful_cells: u64,
-}
-
-impl OpenReport {
-    /// Describes what was found of an open geometry.
-    pub fn new(found: &Found, geometries: &[GeometryReport]) -> OpenReport {
-        OpenReport {
-            geometry: geometries[found.geometry].name.clone(),
-            policy: found.policy,
-            open_edges: found.surface.open_edges,
-            holes: found.surface.holes,
-            longest_at: found.surface.longest_at,
-            turned: found.surface.turned,
-            odd_rays: found.odd_rays,
-            doubtful_cells: found.doubtful_cells,
-        }
-    }
-
-    /// Says it in a sentence, of a mesh of `n_cells`.
-    pub fn warning(&self, n_cells: u64) -> String {
-        let decided = match self.policy {
-            Open::Vote => "by most of their even rays",
-            _ => "by the winding number",
-        };
-        let ([x, y, z], [of_x, of_y, of_z]) = (self.longest_at, self.odd_rays);
-        format!(
-            "geometry \"{}\" is not closed: open edges {}, in {} loops, the longest edge at ({x}, {y}, {z}); rays that do not leave it \
-             as often as they enter: {of_x} along x, {of_y} along y, {of_z} along z; {} of {n_cells} cells were doubtful and were \
-             decided {decided}",
-            self.geometry, self.open_edges, self.holes, self.doubtful_cells,
-        )
-    }
-}
-
-/// A geometry that has the cells along its surface.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct FillReport {
-    /// Its name.
-    pub geometry: String,
-    /// Which cells.
-    pub fill: Fill,
-    /// Whether it has no others.
-    pub shell: bool,
-    /// Cells that it has for no other reason.
-    pub added_cells: u64,
-}
-
-impl FillReport {
-    /// Describes what was added to a geometry.
-    pub fn new(found: &Along, geometries: &[GeometryReport]) -> FillReport {
-        let &Along { geometry, fill, shell, added_cells } = found;
-        FillReport { geometry: geometries[geometry].name.clone(), fill, shell, added_cells }
-    }
 }
 
 /// Rays of a GPU's that the CPU cast again.
@@ -333,41 +214,5 @@ impl Report {
     pub fn to_json(&self) -> String {
         // a struct of numbers, strings and lists always has a JSON form
         serde_json::to_string_pretty(self).unwrap_or_default()
-    }
-}
-
-/// Joins the geometries of each flag and counts its cells.
-pub fn flag_reports(geometries: &[GeometryReport], cells: &[u64; 256], lines: &Lines) -> Vec<FlagReport> {
-    let report = |flag: u8| {
-        let members: Vec<&GeometryReport> = geometries.iter().filter(|geometry| geometry.flag == flag).collect();
-        let names: Vec<&str> = members.iter().map(|geometry| geometry.name.as_str()).collect();
-        FlagReport {
-            flag,
-            name: names.join(" + "),
-            cells: cells[usize::from(flag)],
-            volume: cells[usize::from(flag)] as f64 * lines.cell_volume(),
-            mesh_volume: members.iter().map(|geometry| geometry.mesh_volume).sum(),
-        }
-    };
-    let is_used = |flag: &u8| geometries.iter().any(|geometry| geometry.flag == *flag);
-    (0..=255).filter(is_used).map(report).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn geometries_of_one_flag_are_joined() {
-        let geometry = |name: &str, flag: u8| {
-            let facets = vec![[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]];
-            GeometryReport { mesh_volume: 2.0, ..GeometryReport::new(&Geometry::new(name, flag, facets)) }
-        };
-        let mut cells = [0; 256];
-        (cells[3], cells[1]) = (10, 5);
-        let lines = Lines::new([0.0; 3], [0.5; 3], [4; 3]).unwrap();
-        let flags = flag_reports(&[geometry("a", 3), geometry("b", 1), geometry("c", 3)], &cells, &lines);
-        let facts: Vec<_> = flags.iter().map(|f| (f.flag, f.name.as_str(), f.cells, f.volume, f.mesh_volume)).collect();
-        assert_eq!(facts, [(1, "b", 5, 0.625, 2.0), (3, "a + c", 10, 1.25, 4.0)]);
     }
 }

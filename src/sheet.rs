@@ -19,7 +19,7 @@ use std::ops::Range;
 
 use crate::axis_crossings::{Words, bit_of_axis, grouped, of_planes, place_of, plane_of, row_of, words};
 use crate::columns::{Band, run};
-use crate::frame::{Frame, Ranks, SnappedFacet};
+use crate::frame::{Frame, SnappedFacet};
 use crate::geometry::Fill;
 use crate::parallel::*;
 use crate::rays::Rays;
@@ -133,15 +133,8 @@ fn crossed(facets: &[SnappedFacet], axis: usize, frame: &Frame, main: &Rays) -> 
         facet.iter_mut().for_each(|corner| corner[axis] += half);
         facet
     };
-    let mut dims = frame.dims;
-    dims[axis] += 1;
-    let longer = Frame {
-        fraction_bits: frame.fraction_bits,
-        dims,
-        facets: facets.iter().copied().map(moved).collect(),
-        rank_of_facet: vec![0; facets.len()],
-        ranks: Ranks { geometry_of_rank: vec![0], flag_of_rank: vec![1] },
-    };
+    let mut longer = frame.with_facets(facets.iter().copied().map(moved).collect());
+    longer.dims[axis] += 1;
     let bit = bit_of_axis(axis, main);
     let is_within = |word: &u64| (1..=u64::from(frame.dims[axis])).contains(&(word >> bit & 0x3_ffff));
     let above = words(&longer, axis, main, false).0;

@@ -41,6 +41,7 @@ pub fn geometries(job: &Job, sources: Vec<Source>) -> Result<Vec<Geometry>> {
             geometry.priority = entry.priority;
             geometry.open = entry.open.unwrap_or(job.open);
             geometry.shell = entry.shell;
+            geometry.invert = entry.invert;
             geometry.fill = match entry.fill.unwrap_or(job.fill) {
                 Fill::Centre if entry.shell => Fill::Separating,
                 fill => fill,

@@ -31,6 +31,8 @@ export interface GeometryJob {
   fill?: Job['fill'];
   /** Only the cells along its surface, and none for being inside; by default the `separating` ones. */
   shell?: boolean;
+  /** The cells outside of it in place of those inside, such as the fluid around a body. */
+  invert?: boolean;
   /** Scales first: one factor, or one for each axis. */
   scale?: number | [number, number, number];
   /** Then rotates about x, y and z, in degrees. */

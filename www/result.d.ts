@@ -6,7 +6,10 @@ export interface FlagReport {
   name: string;
   cells: number;
   volume: number;
-  /** Sum of the signed volumes of its geometries' facets; null for a mesh that was opened from a column file. */
+  /**
+   * Sum of the volumes that its geometries' surfaces enclose; null where one is open, filled, inverted or cut by the domain, and for a
+   * mesh that was opened from a column file.
+   */
   mesh_volume: number | null;
 }
 

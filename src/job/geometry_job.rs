@@ -36,6 +36,9 @@ pub struct GeometryJob {
     /// Only the cells along its surface, and none for being inside; by default the `separating` ones.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub shell: bool,
+    /// The cells outside of it in place of those inside: the fluid around a body, or within a wall that fills the rest of the domain.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub invert: bool,
     /// Scales first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scale: Option<PerAxis<f64>>,
@@ -59,7 +62,7 @@ impl GeometryJob {
         world_from_file(scale, self.rotate.unwrap_or_default(), self.translate.unwrap_or_default())
     }
 
-    /// Reads `FILE` or `FILE:key=value,...` with the keys flag, priority, open, fill, shell, name, solid, split, scale, rotate and translate;
+    /// Reads `FILE` or `FILE:key=value,...` with the keys flag, priority, open, fill, shell, invert, name, solid, split, scale, rotate and translate;
     /// three numbers are joined by `/`. The settings begin after the first colon that a word and `=` follow, so other colons
     /// belong to the file, as in `C:\run=3\part.stl`.
     ///
@@ -99,6 +102,7 @@ impl GeometryJob {
             "open" => self.open = Some(named(key, value, "winding, vote, error or parity")?),
             "fill" => self.fill = Some(named(key, value, "centre, conservative or separating")?),
             "shell" => self.shell = yes_or_no(key, value)?,
+            "invert" => self.invert = yes_or_no(key, value)?,
             "name" => self.name = Some(value.to_string()),
             "solid" => self.solid = Some(value.to_string()),
             "split" => self.split = yes_or_no(key, value)?,
@@ -107,7 +111,7 @@ impl GeometryJob {
             "rotate" => self.rotate = Some(three(key, value)?),
             "translate" => self.translate = Some(three(key, value)?),
             _ => {
-                let keys = "flag, priority, open, fill, shell, name, solid, split, scale, rotate, translate";
+                let keys = "flag, priority, open, fill, shell, invert, name, solid, split, scale, rotate, translate";
                 return Err(format!("there is no key \"{key}\"; keys are {keys}"));
             }
         }

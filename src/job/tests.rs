@@ -123,6 +123,8 @@ fn contradictions_are_refused() {
     assert_eq!(error(padded).code(), "job-conflict");
     let empty_shell = |job: &mut Job| (job.geometries[0].shell, job.geometries[0].fill) = (true, Some(Fill::Centre));
     assert_eq!(error(empty_shell).code(), "job-conflict");
+    let outside_of_a_shell = |job: &mut Job| (job.geometries[0].shell, job.geometries[0].invert) = (true, true);
+    assert_eq!(error(outside_of_a_shell).code(), "job-conflict");
     assert_eq!(error(|job| job.geometries.clear()).code(), "job-empty");
     assert_eq!(error(|job| job.geometries.resize(256, GeometryJob::new("a"))).code(), "too-many-geometries");
 }

@@ -49,6 +49,10 @@ impl Job {
                 let message = format!("{} is true beside fill = \"centre\": no cell would be left", key("shell"));
                 return Err(Error::new("job-conflict", message, "fill a shell \"separating\" or \"conservative\""));
             }
+            if geometry.shell && geometry.invert {
+                let message = format!("{} is true beside shell: a shell has no inside to invert", key("invert"));
+                return Err(Error::new("job-conflict", message, "keep one of them"));
+            }
             let scale = geometry.scale.map_or([1.0; 3], PerAxis::each);
             for value in scale {
                 if !value.is_finite() || value == 0.0 {

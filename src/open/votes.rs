@@ -12,7 +12,7 @@ use super::caps::{Shift, shifts};
 use super::part::OpenPart;
 use crate::axis_crossings::{EXITS, Words, grouped, of_planes, place_of, row_of, take_row, words};
 use crate::columns::{Band, run};
-use crate::frame::{Frame, Ranks, SnappedFacet};
+use crate::frame::Frame;
 use crate::geometry::Open;
 use crate::job::Rule;
 use crate::rays::Rays;
@@ -52,13 +52,7 @@ pub(crate) struct Rows {
 
 impl Votes {
     pub(crate) fn new(part: &OpenPart, frame: &Frame, rays: &Rays, rule: Rule, sizes: [f64; 3]) -> Votes {
-        let alone = |facets: &[SnappedFacet]| Frame {
-            facets: facets.to_vec(),
-            rank_of_facet: vec![0; facets.len()],
-            ranks: Ranks { geometry_of_rank: vec![0], flag_of_rank: vec![1] },
-            ..*frame
-        };
-        let (surface, caps) = (alone(&part.facets), alone(&part.caps));
+        let [surface, caps] = [&part.facets, &part.caps].map(|facets| frame.with_facets(facets.clone()));
         let axes = [rays.axis, rays.across[0], rays.across[1]];
         let mut odd_rays = [0; 3];
         let turns = axes.map(|axis| {
@@ -97,11 +91,6 @@ impl Votes {
         8 * words as u64
     }
 
-    /// Crossings of the rays of some rows.
-    pub(crate) fn n_crossings(&self, planes: &Range<u32>) -> u64 {
-        of_planes(&self.turns[0], planes).len() as u64
-    }
-
     /// Before the first plane.
     pub(crate) fn start(&self) -> Through {
         Through { plane: 0, inside: vec![0; self.n_words * self.rays.depth as usize] }
@@ -120,7 +109,8 @@ impl Votes {
     pub(crate) fn rows(&self, mut through: Through, planes: Range<u32>) -> Rows {
         let n_b = self.rays.counts[0];
         let first_ray = u64::from(planes.start) * u64::from(n_b);
-        let mut rows = Rows { band: Band { first_ray, ..Band::default() }, n_doubtful: 0 };
+        let n_crossings = of_planes(&self.turns[0], &planes).len() as u64;
+        let mut rows = Rows { band: Band { first_ray, n_crossings, ..Band::default() }, n_doubtful: 0 };
         let mut changes = Vec::new();
         for plane in planes {
             self.go_through(&mut through, plane + 1);

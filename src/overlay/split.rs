@@ -12,12 +12,20 @@ use crate::rays::Rays;
 /// A part of a geometry that rays of the frame do not decide.
 pub struct Part {
     pub(super) rank: u8,
+    /// Whether its cells are those that it does not decide to be inside.
+    pub(super) invert: bool,
     pub(super) kind: Kind,
 }
 
 pub(super) enum Kind {
     Open(OpenPart),
-    Sheet { fill: Fill, shell: bool, facets: Vec<SnappedFacet> },
+    /// A geometry whose rays decide, to be inverted.
+    Inverted(Frame),
+    Sheet {
+        fill: Fill,
+        shell: bool,
+        facets: Vec<SnappedFacet>,
+    },
 }
 
 impl Part {
@@ -29,27 +37,28 @@ impl Part {
                 let n_crossings: f64 = (0..3).map(|axis| n_expected(facets, axis, fraction_bits)).sum();
                 36 * facets.len() as u64 + 16 * n_crossings as u64
             }
+            Kind::Inverted(frame) => 37 * frame.facets.len() as u64,
             Kind::Sheet { facets, .. } => 80 * facets.len() as u64,
         }
     }
 }
 
 /// Takes out of a frame the geometries that are not closed, unless their rays shall decide as they are ([`Open::Parity`]), and the
-/// shells; notes the surfaces whose cells are filled. `geometries` are those of the frame.
+/// shells, and those that are inverted; notes the surfaces that are filled. `geometries` are those of the frame.
 ///
 /// # Errors
 /// `surface-open` where a geometry is open that must not be ([`Open::Error`]).
 pub fn split(frame: Frame, rule: Rule, lines: &Lines, geometries: &[Geometry]) -> Result<(Frame, Vec<Part>)> {
     let (mut parts, mut gone) = (Vec::new(), Vec::new());
     for (rank, &index) in frame.ranks.geometry_of_rank.iter().enumerate() {
-        let Geometry { open, fill, shell, ref name, .. } = geometries[index];
+        let Geometry { open, fill, shell, invert, ref name, .. } = geometries[index];
         // facets are stored rank after rank
         let [start, end] =
             [rank, rank + 1].map(|rank| frame.rank_of_facet.partition_point(|&of| usize::from(of) < rank));
         let facets = &frame.facets[start..end];
         let rank = rank as u8;
         if fill != Fill::Centre {
-            parts.push(Part { rank, kind: Kind::Sheet { fill, shell, facets: facets.to_vec() } });
+            parts.push(Part { rank, invert: false, kind: Kind::Sheet { fill, shell, facets: facets.to_vec() } });
         }
         if shell {
             gone.push(start..end);
@@ -58,7 +67,10 @@ pub fn split(frame: Frame, rule: Rule, lines: &Lines, geometries: &[Geometry]) -
             if open == Open::Error {
                 return Err(refused(name, &part.surface));
             }
-            parts.push(Part { rank, kind: Kind::Open(part) });
+            parts.push(Part { rank, invert, kind: Kind::Open(part) });
+            gone.push(start..end);
+        } else if invert {
+            parts.push(Part { rank, invert, kind: Kind::Inverted(frame.with_facets(facets.to_vec())) });
             gone.push(start..end);
         }
     }

@@ -288,3 +288,32 @@ fn a_plate_that_would_have_no_cell_is_warned_about_unless_it_is_filled() {
         assert_eq!(warnings(fill), Vec::<String>::new());
     }
 }
+
+#[test]
+fn an_inverted_geometry_has_the_cells_that_are_outside() {
+    let ball = models::sphere([4.0; 3], 3.1, 12);
+    let bodies = [
+        ball.clone(),
+        without(&ball, 0.05, 1),
+        models::joined([models::sphere([3.0; 3], 2.4, 7), models::sphere([5.2; 3], 2.3, 6)]),
+        models::cuboid([-1.0; 3], [9.0, 9.0, 4.0]),
+        models::cuboid([20.0; 3], [21.0; 3]),
+    ];
+    for (index, body) in bodies.iter().enumerate() {
+        for rule in [Rule::Parity, Rule::Nonzero] {
+            for axis in 0..3 {
+                let with = |invert: bool| {
+                    let mut job = Job { rule, ..job([9, 8, 10], Fill::Centre, false) };
+                    job.geometries[0].invert = invert;
+                    let meshed = meshed(std::slice::from_ref(body), &job, axis, &mut Engine::cpu());
+                    let (mesh, report) = meshed.expect("a mesh");
+                    (flags_of(&mesh), report.crossings)
+                };
+                let ((inside, n_crossings), (outside, n_again)) = (with(false), with(true));
+                let other: Vec<u8> = inside.iter().map(|flag| 1 - flag).collect();
+                assert_eq!(outside, other, "body {index}, {rule:?}, axis {axis}");
+                assert_eq!(n_crossings, n_again);
+            }
+        }
+    }
+}

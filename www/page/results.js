@@ -75,8 +75,7 @@ function row({ flag, name, cells, volume, mesh_volume: meshVolume }, unit) {
   });
   const swatch = make('span', { className: 'swatch' });
   swatch.style.background = colourOf(flag);
-  // a column file does not hold the volume of the facets, that of an open surface depends on the origin, and a filled one has more
-  const off = meshVolume && !hasOtherVolume(name) ? (100 * (volume - meshVolume)) / Math.abs(meshVolume) : null;
+  const off = meshVolume ? (100 * (volume - meshVolume)) / meshVolume : null;
   const difference = off === null ? '' : `${percent(off)} vs facets`;
   return make(
     'tr',
@@ -91,13 +90,6 @@ function row({ flag, name, cells, volume, mesh_volume: meshVolume }, unit) {
       make('small', {}, difference),
     ),
   );
-}
-
-/** Whether a surface of a flag is open or filled. @param {string} names those of its geometries */
-function hasOtherVolume(names) {
-  const report = state.mesh?.report;
-  const others = new Set([...(report?.open ?? []), ...(report?.filled ?? [])].map(({ geometry }) => geometry));
-  return names.split(' + ').some((name) => others.has(name));
 }
 
 /** A difference with its sign, if it has one once it is rounded. @param {number} off */

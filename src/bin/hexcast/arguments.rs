@@ -15,7 +15,7 @@ use super::reading::open_file;
 #[derive(clap::Args)]
 pub(crate) struct JobArguments {
     /// STL files; they get flags 1, 2, ... in order, unless set as in
-    /// coil.stl:flag=7,priority=2,name=copper (keys: flag, priority, open, fill, shell, name, solid, split, scale, rotate, translate)
+    /// coil.stl:flag=7,priority=2,name=copper (keys: flag, priority, open, fill, shell, invert, name, solid, split, scale, rotate, translate)
     #[arg(value_name = "FILE", required_unless_present = "job", conflicts_with = "job")]
     files: Vec<String>,
     /// Take everything from a job file, TOML or JSON; its file names are relative to it, other options override it
@@ -89,6 +89,9 @@ pub(crate) struct JobArguments {
     /// Make every solid of every ASCII file a geometry of its own
     #[arg(long)]
     split: bool,
+    /// Give every geometry the cells outside of it in place of those inside, such as the fluid around a body
+    #[arg(long)]
+    invert: bool,
 }
 
 impl JobArguments {
@@ -112,6 +115,9 @@ impl JobArguments {
         job.unit = self.unit.clone().or(job.unit);
         if self.split {
             job.geometries.iter_mut().for_each(|geometry| geometry.split = true);
+        }
+        if self.invert {
+            job.geometries.iter_mut().for_each(|geometry| geometry.invert = true);
         }
         job.validate()?;
         Ok(job)

@@ -1,6 +1,5 @@
 //! The report as text: aligned lines for a terminal.
 
-use std::collections::HashSet;
 use std::fmt::{Display, Write};
 
 use hexcast::report::{ColumnsReport, MeshFacts, Report};
@@ -143,16 +142,11 @@ fn end_points(table: &mut Table, mesh: &MeshFacts, verbose: bool) {
 }
 
 fn flags(table: &mut Table, mesh: &MeshFacts) {
-    // an open surface bounds no volume, and a filled one has more
-    let others = mesh.open.iter().map(|open| &open.geometry).chain(mesh.filled.iter().map(|filled| &filled.geometry));
-    let others: HashSet<&str> = others.map(String::as_str).collect();
     for flag in &mesh.flags {
-        let difference = match flag.mesh_volume {
-            0.0 => String::new(),
-            _ if flag.name.split(" + ").any(|name| others.contains(name)) => String::new(),
-            surface => format!(", {:+.3} %", 100.0 * (flag.volume - surface) / surface.abs()),
-        };
-        let volumes = format!("volume {:.6e}, of the surface {:.6e}{difference}", flag.volume, flag.mesh_volume);
+        let of_surface = flag.mesh_volume.filter(|surface| *surface > 0.0).map_or(String::new(), |surface| {
+            format!(", of the surface {surface:.6e}, {:+.3} %", 100.0 * (flag.volume - surface) / surface)
+        });
+        let volumes = format!("volume {:.6e}{of_surface}", flag.volume);
         table.line("flag", format!("{} \"{}\": {} cells, {volumes}", flag.flag, flag.name, HumanCount(flag.cells)));
     }
 }

@@ -19,8 +19,8 @@ fn cells_along_surfaces_are_the_same_on_every_backend() {
         models::cuboid([2.0; 3], [6.0, 5.0, 7.0]),
     ];
     let geometry = |fill: Fill, shell: bool| GeometryJob { fill: Some(fill), shell, ..GeometryJob::default() };
-    let geometries =
-        vec![geometry(Fill::Separating, true), geometry(Fill::Conservative, false), geometry(Fill::Separating, false)];
+    let outside = GeometryJob { invert: true, priority: -1, ..geometry(Fill::Separating, false) };
+    let geometries = vec![geometry(Fill::Separating, true), geometry(Fill::Conservative, false), outside];
     let job = Job { dims: Some([70, 67, 130]), geometries, ..Job::default() };
     let mut all = Vec::new();
     for axis in 0..3 {
