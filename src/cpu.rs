@@ -9,7 +9,7 @@ use std::ops::Range;
 use crate::cast::Cast;
 use crate::columns::{Band, Columns};
 use crate::control::Control;
-use crate::crossings::{crossings, crossings_of_window};
+use crate::crossings::{Crossings, crossings, crossings_of_window};
 use crate::error::Result;
 use crate::facet::rays_under;
 use crate::frame::SnappedFacet;
@@ -52,11 +52,17 @@ const CHUNK: usize = 8192;
 ///
 /// Cost: a pass over the boxes of all facets for every 256 windows, or at most eight passes, and the casting of the rays.
 pub fn windows(cast: &Cast, windows: &[Window]) -> Vec<Band> {
-    let group = WINDOWS_OF_GROUP.max(windows.len().div_ceil(8));
-    windows.chunks(group).flat_map(|group| windows_of_group(cast, group)).collect()
+    let mapping = mapping(cast);
+    over_windows(cast, windows, |crossings| map(crossings, &mapping))
 }
 
-fn windows_of_group(cast: &Cast, windows: &[Window]) -> Vec<Band> {
+/// What becomes of the crossings of each window; cost as above.
+pub(crate) fn over_windows<T: Send>(cast: &Cast, windows: &[Window], of: impl Fn(&Crossings) -> T + Sync) -> Vec<T> {
+    let group = WINDOWS_OF_GROUP.max(windows.len().div_ceil(8));
+    windows.chunks(group).flat_map(|group| over_group(cast, group, &of)).collect()
+}
+
+fn over_group<T: Send>(cast: &Cast, windows: &[Window], of: impl Fn(&Crossings) -> T + Sync) -> Vec<T> {
     let Cast { frame, rays, .. } = *cast;
     // (window, facet) of a chunk of facets: those whose boxes reach rays of the window
     let pairs_of_chunk = |(chunk, facets): (usize, &[SnappedFacet])| {
@@ -75,10 +81,8 @@ fn windows_of_group(cast: &Cast, windows: &[Window]) -> Vec<Band> {
     for &(window, facet) in pairs.iter().flatten() {
         facets[window].push(facet);
     }
-    let mapping = mapping(cast);
-    let band_of =
-        |(window, facets): (&Window, Vec<u32>)| map(&crossings_of_window(frame, rays, &facets, window), &mapping);
-    windows.iter().zip(facets).collect::<Vec<_>>().into_par_iter().map(band_of).collect()
+    let of_window = |(window, facets): (&Window, Vec<u32>)| of(&crossings_of_window(frame, rays, &facets, window));
+    windows.iter().zip(facets).collect::<Vec<_>>().into_par_iter().map(of_window).collect()
 }
 
 fn mapping<'a>(cast: &Cast<'a>) -> Mapping<'a> {

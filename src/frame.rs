@@ -13,6 +13,8 @@
 //! line or a point are kept and never hit. Source: the paper, Eq. 7-10 (positions); the snap is ours.
 //! Cost: one pass over the corners; 37 bytes a facet.
 
+use std::ops::Range;
+
 use crate::error::{Error, Result};
 use crate::geometry::Geometry;
 use crate::lines::Lines;
@@ -89,6 +91,17 @@ impl Frame {
             rank_of_facet.resize(facets.len(), rank as u8);
         }
         Ok(Frame { fraction_bits, dims: lines.dims, facets, rank_of_facet, ranks })
+    }
+
+    /// The facets of a rank: facets are stored rank after rank.
+    pub(crate) fn facets_of_rank(&self, rank: usize) -> &[SnappedFacet] {
+        &self.facets[self.range_of_rank(rank)]
+    }
+
+    /// Where the facets of a rank are.
+    pub(crate) fn range_of_rank(&self, rank: usize) -> Range<usize> {
+        let end_of = |n_ranks: usize| self.rank_of_facet.partition_point(|&of| usize::from(of) < n_ranks);
+        end_of(rank)..end_of(rank + 1)
     }
 
     /// A frame of the same box, of one geometry with the flag 1.

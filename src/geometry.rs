@@ -57,6 +57,8 @@ pub struct Geometry {
     pub name: String,
     /// Property flag of its cells, 1 to 255 (0 is the background).
     pub flag: u8,
+    /// Whether nobody chose the flag: it is the position in the job.
+    pub has_default_flag: bool,
     /// Where geometries overlap the higher priority wins; at equal priority the later geometry.
     pub priority: i32,
     /// How cells are decided where the surface is not closed.
@@ -79,6 +81,7 @@ impl Geometry {
         Geometry {
             name: name.into(),
             flag,
+            has_default_flag: false,
             priority: 0,
             open: Open::default(),
             fill: Fill::default(),

@@ -29,6 +29,7 @@ pub mod rays;
 pub mod read;
 pub mod report;
 mod sheet;
+mod shells;
 pub mod skin;
 pub mod sources;
 pub mod surface;

@@ -84,7 +84,11 @@ pub async fn mesh(
     warnings.extend(about_fine_cells(job, &prepared.domain, &lines));
     warnings.extend(open.iter().map(|open| open.warning(lines.n_cells())));
     warnings.extend(warnings::about_odd_rays(columns.odd_rays(), rays.n_rays()));
-    warnings.extend(warnings::about_geometries_without_cells(&prepared, &frame, &cells));
+    warnings.extend(warnings::about_shared_flags(&prepared.geometries));
+    warnings.extend(warnings::about_overlapping_shells(&cast, &prepared.geometries));
+    let mesh = Mesh::new(lines, columns, names, job.unit.clone())?;
+    let columns = &mesh.columns;
+    warnings.extend(warnings::about_geometries_without_cells(&prepared, &cast, &mesh, &cells)?);
     let (adapter, driver) = engine.adapter().map(|(name, driver)| (name.into(), driver.into())).unzip();
     let n_facets: usize = prepared.geometries.iter().map(|geometry| geometry.facets.len()).sum();
     let facet_bytes = 36 * (n_facets + frame.facets.capacity()) + frame.rank_of_facet.capacity();
@@ -129,7 +133,7 @@ pub async fn mesh(
             ..Seconds::default()
         },
     };
-    Ok((Mesh::new(lines, columns, names, job.unit.clone())?, facts))
+    Ok((mesh, facts))
 }
 
 /// Seconds since the last call.

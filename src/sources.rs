@@ -38,6 +38,7 @@ pub fn geometries(job: &Job, sources: Vec<Source>) -> Result<Vec<Geometry>> {
                 return Err(Error::new("job-value", message, "give flags, or join geometries of the same substance"));
             };
             let mut geometry = Geometry::new(name, flag, facets);
+            geometry.has_default_flag = entry.flag.is_none();
             geometry.priority = entry.priority;
             geometry.open = entry.open.unwrap_or(job.open);
             geometry.shell = entry.shell;

@@ -52,26 +52,24 @@ pub fn split(frame: Frame, rule: Rule, lines: &Lines, geometries: &[Geometry]) -
     let (mut parts, mut gone) = (Vec::new(), Vec::new());
     for (rank, &index) in frame.ranks.geometry_of_rank.iter().enumerate() {
         let Geometry { open, fill, shell, invert, ref name, .. } = geometries[index];
-        // facets are stored rank after rank
-        let [start, end] =
-            [rank, rank + 1].map(|rank| frame.rank_of_facet.partition_point(|&of| usize::from(of) < rank));
-        let facets = &frame.facets[start..end];
+        let range = frame.range_of_rank(rank);
+        let facets = &frame.facets[range.clone()];
         let rank = rank as u8;
         if fill != Fill::Centre {
             parts.push(Part { rank, invert: false, kind: Kind::Sheet { fill, shell, facets: facets.to_vec() } });
         }
         if shell {
-            gone.push(start..end);
+            gone.push(range);
         } else if open != Open::Parity && !is_closed(facets, rule) {
             let part = OpenPart::new(open, facets, frame.fraction_bits, lines);
             if open == Open::Error {
                 return Err(refused(name, &part.surface));
             }
             parts.push(Part { rank, invert, kind: Kind::Open(part) });
-            gone.push(start..end);
+            gone.push(range);
         } else if invert {
             parts.push(Part { rank, invert, kind: Kind::Inverted(frame.with_facets(facets.to_vec())) });
-            gone.push(start..end);
+            gone.push(range);
         }
     }
     if parts.is_empty() {

@@ -1,8 +1,16 @@
-//! Warnings about a mesh: rays that found an open surface, and geometries without cells.
+//! Warnings about a mesh: rays that found an open surface, flags that two geometries have, shells that overlap, and geometries
+//! without cells.
 
 use super::prepare::Prepared;
-use crate::frame::Frame;
-use crate::geometry::Fill;
+use crate::cast::Cast;
+use crate::cpu::{self, Window};
+use crate::error::Result;
+use crate::frame::{Frame, SnappedFacet};
+use crate::geometry::{Facet, Fill, Geometry};
+use crate::job::Rule;
+use crate::lines::Lines;
+use crate::mesh::Mesh;
+use crate::shells::{Overlap, overlapping_shells};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -16,51 +24,137 @@ pub(super) fn about_odd_rays(odd_rays: u64, n_rays: u64) -> Option<String> {
     })
 }
 
+/// A sentence for every two geometries that have one flag although nobody gave it to one of them.
+pub(super) fn about_shared_flags(geometries: &[Geometry]) -> Vec<String> {
+    let shares = |(index, geometry): (usize, &Geometry)| {
+        let others = || geometries.iter().enumerate().filter(|(other, of)| *other != index && of.flag == geometry.flag);
+        // of two that nobody chose the later says it
+        let other = others().find(|(other, of)| *other < index || !of.has_default_flag).map(|(_, of)| of)?;
+        geometry.has_default_flag.then(|| {
+            format!(
+                "geometries \"{}\" and \"{}\" both have the flag {}, which nobody gave to \"{1}\": it is its position in the job; \
+                 give it a flag, for example {}",
+                other.name,
+                geometry.name,
+                geometry.flag,
+                (1..=255u8).find(|flag| geometries.iter().all(|of| of.flag != *flag)).unwrap_or(geometry.flag),
+            )
+        })
+    };
+    geometries.iter().enumerate().filter_map(shares).collect()
+}
+
+/// A sentence for every geometry whose shells overlap, where two of them are outside by the rule.
+pub(super) fn about_overlapping_shells(cast: &Cast, geometries: &[Geometry]) -> Vec<String> {
+    if cast.rule != Rule::Parity {
+        return Vec::new();
+    }
+    let sentence = |overlap: Overlap| {
+        let name = &geometries[cast.frame.ranks.geometry_of_rank[usize::from(overlap.rank)]].name;
+        format!(
+            "shells of geometry \"{name}\" overlap, or a cavity is turned the wrong way: {} cells on {} rays that were looked at lie in \
+             two or more shells, and the rule parity takes those in two for outside; rule = \"nonzero\" (--rule nonzero) takes them for \
+             inside",
+            overlap.n_cells, overlap.n_rays
+        )
+    };
+    overlapping_shells(cast).into_iter().map(sentence).collect()
+}
+
 /// A sentence for every geometry that is known to have no cell, with the cause; `cells` counts those of each flag.
 ///
 /// A geometry whose box holds no centre of a cell has none. Where the box does hold one, only the cells of its flag tell, and
 /// only if no other geometry has the same flag.
-pub(super) fn about_geometries_without_cells(prepared: &Prepared, frame: &Frame, cells: &[u64; 256]) -> Vec<String> {
+///
+/// # Errors
+/// Those of reading spilled columns.
+pub(super) fn about_geometries_without_cells(
+    prepared: &Prepared,
+    cast: &Cast,
+    mesh: &Mesh,
+    cells: &[u64; 256],
+) -> Result<Vec<String>> {
     let mut sentences = Vec::new();
     for (index, geometry) in prepared.geometries.iter().enumerate() {
-        let Some([low, high]) = geometry.bounding_box() else { continue };
+        let Some(bounding_box) = geometry.bounding_box() else { continue };
         let n_of_flag = prepared.geometries.iter().filter(|other| other.flag == geometry.flag).count();
         let has_cells = n_of_flag > 1 || cells[usize::from(geometry.flag)] > 0;
-        let thin_axis = axis_without_centre(frame, index);
+        let rank = cast.frame.ranks.geometry_of_rank.iter().position(|&of| of == index);
+        // of one that is decided apart the frame has no facets
+        let facets = rank.map_or(&[][..], |rank| cast.frame.facets_of_rank(rank));
+        let thin_axis = axis_without_centre(facets, cast.frame);
         if has_cells && (thin_axis.is_none() || geometry.fill != Fill::Centre) {
             continue;
         }
-        let lines = &prepared.lines;
-        let ends_of = |axis: usize| [lines.line(axis, 0), lines.line(axis, lines.dims[axis])];
-        let is_outside = |axis: &usize| high[*axis] <= ends_of(*axis)[0] || low[*axis] >= ends_of(*axis)[1];
-        let thickness = |axis: usize| (high[axis] - low[axis]) / lines.spacing[axis];
-        let thinnest = (0..3).min_by(|&a, &b| thickness(a).total_cmp(&thickness(b))).unwrap_or(0);
-        let cause = if let Some(axis) = (0..3).find(is_outside) {
-            let ([start, end], name) = (ends_of(axis), AXES[axis]);
-            let [from, to] = [low[axis], high[axis]];
-            format!("it reaches from {from:?} to {to:?} along {name}, the domain from {start:?} to {end:?}")
+        let cause = if let Some(cause) = outside(bounding_box, &prepared.lines) {
+            cause
+        } else if geometry.facets.iter().all(is_degenerate) {
+            "none of its facets has an area; repair the file".into()
+        } else if let Some(axis) = thin_axis {
+            let [low, high] = bounding_box.map(|corner| corner[axis]);
+            let (thick, size, name) = (high - low, prepared.lines.spacing[axis], AXES[axis]);
+            format!("it is {thick:?} thick along {name}, a cell is {size:?}; use smaller cells, {KEEP}")
+        } else if facets.is_empty() {
+            format!("its surface is not closed and encloses no centre of a cell; close it, {KEEP}")
+        } else if let Some(flag) = hidden_by(facets, cast, mesh)? {
+            let name = mesh.names.iter().find(|named| named.flag == flag).map_or("", |named| &named.name);
+            format!("its cells are those of \"{name}\" (flag {flag}), which wins; give it a higher priority")
         } else {
-            let axis = thin_axis.unwrap_or(thinnest);
-            let (thick, size, name) = (high[axis] - low[axis], lines.spacing[axis], AXES[axis]);
-            let advice = if thin_axis.is_some() {
-                "or keep it with fill = \"separating\" or \"conservative\""
-            } else {
-                "or check the priorities of the geometries that overlap it"
-            };
-            format!("it is {thick:?} thick along {name}, a cell is {size:?}; use smaller cells, {advice}")
+            format!("it encloses no centre of a cell; use smaller cells, {KEEP}")
         };
         sentences.push(format!("geometry \"{}\" (flag {}) got no cell: {cause}", geometry.name, geometry.flag));
     }
-    sentences
+    Ok(sentences)
 }
 
-/// The first axis along which the box of a geometry holds no centre of a cell.
-fn axis_without_centre(frame: &Frame, geometry: usize) -> Option<usize> {
-    let rank = frame.ranks.geometry_of_rank.iter().position(|&index| index == geometry)?;
-    // facets are stored rank after rank
-    let end_of = |n_ranks: usize| frame.rank_of_facet.partition_point(|&other| usize::from(other) < n_ranks);
-    let corners = frame.facets[end_of(rank)..end_of(rank + 1)].as_flattened();
-    // one that is not closed has been taken out of the frame
+/// What keeps a wall that is thinner than a cell.
+const KEEP: &str = "or keep it with fill = \"separating\" or \"conservative\"";
+
+/// How a box lies outside of the domain, if it does.
+fn outside([low, high]: [[f64; 3]; 2], lines: &Lines) -> Option<String> {
+    let ends_of = |axis: usize| [lines.line(axis, 0), lines.line(axis, lines.dims[axis])];
+    let axis = (0..3).find(|&axis| high[axis] <= ends_of(axis)[0] || low[axis] >= ends_of(axis)[1])?;
+    let ([start, end], name, [from, to]) = (ends_of(axis), AXES[axis], [low[axis], high[axis]]);
+    Some(format!("it reaches from {from:?} to {to:?} along {name}, the domain from {start:?} to {end:?}"))
+}
+
+fn is_degenerate([a, b, c]: &Facet) -> bool {
+    let side = |to: &[f32; 3]| [0, 1, 2].map(|axis| f64::from(to[axis]) - f64::from(a[axis]));
+    let ([ux, uy, uz], [vx, vy, vz]) = (side(b), side(c));
+    [uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx] == [0.0; 3]
+}
+
+/// Rows of rays that are cast to find a cell of a geometry, at most.
+const N_ROWS: u32 = 64;
+
+/// The flag that a mesh has in a cell that a geometry would have alone, if it would have one.
+fn hidden_by(facets: &[SnappedFacet], cast: &Cast, mesh: &Mesh) -> Result<Option<u8>> {
+    let alone = cast.frame.with_facets(facets.to_vec());
+    let (rays, down) = (cast.rays, cast.rays.across[1]);
+    let along = facets.as_flattened().iter().map(|corner| corner[down] >> cast.frame.fraction_bits);
+    let last_row = rays.counts[1] as i32 - 1;
+    let [first, last] = [along.clone().min(), along.max()].map(|row| row.unwrap_or(0).clamp(0, last_row) as u32);
+    let step = (last - first) / N_ROWS + 1;
+    let rows = (first..=last).step_by(step as usize);
+    let windows: Vec<Window> = rows.map(|row| [0..rays.counts[0], row..row + 1]).collect();
+    for band in cpu::windows(&Cast { frame: &alone, ..*cast }, &windows) {
+        for ray in 0..band.ends.len() {
+            if let Some(run) = band.ray(ray).first() {
+                let index = band.first_ray + ray as u64;
+                let mut cell = [run >> 8; 3];
+                cell[rays.across[0]] = (index % u64::from(rays.counts[0])) as u32;
+                cell[rays.across[1]] = (index / u64::from(rays.counts[0])) as u32;
+                let flag = mesh.flag(cell)?;
+                return Ok((flag != 0).then_some(flag));
+            }
+        }
+    }
+    Ok(None)
+}
+
+/// The first axis along which the box of some facets holds no centre of a cell; none where there is no facet.
+fn axis_without_centre(facets: &[SnappedFacet], frame: &Frame) -> Option<usize> {
+    let corners = facets.as_flattened();
     if corners.is_empty() {
         return None;
     }

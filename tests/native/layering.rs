@@ -36,6 +36,7 @@ const CORE: &[&str] = &[
     "cpu",
     "axis_crossings",
     "open",
+    "shells",
     "sheet",
     "overlay",
     "mesh",

@@ -2,7 +2,7 @@
 
 use hexcast::control::Control;
 use hexcast::geometry::{Facet, SharedFacets};
-use hexcast::job::{AxisChoice, GeometryJob, Job, Open};
+use hexcast::job::{AxisChoice, GeometryJob, Job, Open, Rule};
 use hexcast::pipeline::{Engine, MeshOptions, mesh};
 use hexcast::read::{Contents, Format, Solid};
 use hexcast::sources::Source;
@@ -16,11 +16,21 @@ const ROOM: Body = ([[0.0; 3], [8.0; 3]], 1, 0);
 
 /// Meshes boxes in a domain of 8 x 8 x 8 unit cells; returns the warnings. Where `open` says what to do then, boxes lack a facet.
 fn warnings(bodies: &[Body], open: Option<Open>, axis: AxisChoice) -> Vec<String> {
-    let source = |&([low, high], ..): &Body| {
+    let surfaces = bodies.iter().map(|&([low, high], flag, priority)| {
         let mut facets: Vec<Facet> = models::cuboid(low, high);
         if open.is_some() {
             facets.truncate(facets.len() - 1);
         }
+        (facets, Some(flag), priority)
+    });
+    let job = Job { axis, open: open.unwrap_or_default(), ..Job::default() };
+    warnings_of(&surfaces.collect::<Vec<_>>(), &job)
+}
+
+/// Meshes surfaces with flags and priorities in the same domain.
+fn warnings_of(surfaces: &[(Vec<Facet>, Option<u8>, i32)], job: &Job) -> Vec<String> {
+    let source = |(facets, ..): &(Vec<Facet>, Option<u8>, i32)| {
+        let facets = facets.clone();
         let n_facets = facets.len() as u64;
         let solids = vec![Solid { name: String::new(), facets: SharedFacets::from(facets) }];
         let contents = Contents {
@@ -36,16 +46,16 @@ fn warnings(bodies: &[Body], open: Option<Open>, axis: AxisChoice) -> Vec<String
         };
         Source { file: "box.stl".into(), contents, sha256: String::new() }
     };
-    let geometry = |(index, &(_, flag, priority)): (usize, &Body)| GeometryJob {
+    let geometry = |(index, &(_, flag, priority)): (usize, &(Vec<Facet>, Option<u8>, i32))| GeometryJob {
         name: Some(format!("box {index}")),
-        flag: Some(flag),
+        flag,
         priority,
         ..GeometryJob::new("box.stl")
     };
-    let geometries = bodies.iter().enumerate().map(geometry).collect();
+    let geometries = surfaces.iter().enumerate().map(geometry).collect();
     let domain = Some([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]);
-    let job = Job { geometries, domain, dims: Some([8; 3]), axis, open: open.unwrap_or_default(), ..Job::default() };
-    let sources = bodies.iter().map(source).collect();
+    let job = Job { geometries, domain, dims: Some([8; 3]), ..job.clone() };
+    let sources = surfaces.iter().map(source).collect();
     let (options, mut engine, control) = (MeshOptions::default(), Engine::cpu(), Control::default());
     let meshed = pollster::block_on(mesh(&job, sources, &options, &mut engine, &control));
     meshed.expect("a mesh").1.warnings
@@ -103,8 +113,9 @@ fn a_geometry_without_cells_is_named_with_the_cause() {
         (
             "a body covered by one of higher priority",
             &[([[0.0; 3], [8.0; 3]], 1, 1), body([1.0, 1.0, 1.0], [4.0, 7.0, 7.0], 2)],
-            &["geometry \"box 1\" (flag 2) got no cell: it is 3.0 thick along x, a cell is 1.0; use smaller cells, \
-               or check the priorities of the geometries that overlap it"],
+            &[
+                "geometry \"box 1\" (flag 2) got no cell: its cells are those of \"box 0\" (flag 1), which wins; give it a higher priority",
+            ],
         ),
     ];
     for (what, bodies, expected) in cases {
@@ -140,4 +151,71 @@ fn rays_of_one_axis_that_find_a_surface_open_are_counted() {
         }
     }
     assert_eq!(n_open, 1, "the facet is missing across one axis");
+}
+
+#[test]
+fn a_geometry_without_cells_says_whether_it_is_flat_or_open_or_misses_all_centres() {
+    let only = |facets: Vec<Facet>| {
+        let room = models::cuboid([0.0; 3], [8.0; 3]);
+        warnings_of(&[(room, None, 0), (facets, None, 0)], &Job::default())
+    };
+    let line = vec![[[1.0, 1.0, 1.0], [5.0, 5.0, 5.0], [3.0, 3.0, 3.0]]; 2];
+    let flat = "geometry \"box 1\" (flag 2) got no cell: none of its facets has an area; repair the file";
+    assert_eq!(only(line), [flat]);
+    let square =
+        vec![[[1.0, 1.0, 1.0], [7.0, 1.0, 1.0], [7.0, 7.0, 6.0]], [[1.0, 1.0, 1.0], [7.0, 7.0, 6.0], [1.0, 7.0, 6.0]]];
+    let found = only(square);
+    let sheet = "geometry \"box 1\" (flag 2) got no cell: its surface is not closed and encloses no centre of a cell; close it, or keep it \
+                 with fill = \"separating\" or \"conservative\"";
+    assert!(found.len() == 2 && found[0].contains("is not closed: open edges 4") && found[1] == sheet, "{found:?}");
+    // a slanted plate between the diagonals of centres
+    let plate = models::tetrahedron([[1.0, 1.0, 1.1], [5.0, 1.0, 5.1], [1.0, 5.0, 1.1], [5.0, 5.0, 5.15]]);
+    let found = only(plate);
+    assert!(
+        found.len() == 1 && found[0].contains("it encloses no centre of a cell; use smaller cells, or keep it"),
+        "{found:?}"
+    );
+}
+
+#[test]
+fn a_flag_that_two_geometries_have_by_chance_is_said() {
+    let at = |x: f32| models::cuboid([x, 1.0, 1.0], [x + 2.0, 7.0, 7.0]);
+    let found = |flags: [Option<u8>; 3]| {
+        let surfaces: Vec<_> = flags.iter().zip([0.0, 3.0, 6.0]).map(|(&flag, x)| (at(x), flag, 0)).collect();
+        warnings_of(&surfaces, &Job::default())
+    };
+    for flags in [[None; 3], [Some(1), Some(1), None], [Some(7), Some(7), Some(7)]] {
+        assert_eq!(found(flags), Vec::<String>::new(), "{flags:?}");
+    }
+    let sentence = "geometries \"box 0\" and \"box 1\" both have the flag 2, which nobody gave to \"box 1\": it is its position in the \
+                    job; give it a flag, for example 1";
+    assert_eq!(found([Some(2), None, None]), [sentence]);
+    assert_eq!(found([None, Some(1), None]).len(), 1);
+}
+
+#[test]
+fn shells_that_overlap_are_said_where_the_rule_leaves_two_of_them_outside() {
+    let balls = models::joined([models::sphere([3.2; 3], 2.6, 12), models::sphere([4.8; 3], 2.6, 12)]);
+    let cavity = |inner: Vec<Facet>| models::joined([models::cuboid([1.0; 3], [7.0; 3]), inner]);
+    let inner = models::cuboid([2.6; 3], [5.4; 3]);
+    let with = |facets: &Vec<Facet>, rule: Rule, axis: AxisChoice| {
+        warnings_of(&[(facets.clone(), None, 0)], &Job { rule, axis, ..Job::default() })
+    };
+    for axis in AXES {
+        let found = with(&balls, Rule::Parity, axis);
+        assert!(
+            matches!(&found[..], [one] if one.starts_with("shells of geometry \"box 0\" overlap, or a cavity")),
+            "{found:?}"
+        );
+        assert_eq!(with(&balls, Rule::Nonzero, axis), Vec::<String>::new());
+        // a hole that is turned inwards is one, and one that is turned outwards might be none
+        assert_eq!(with(&cavity(models::flipped(inner.clone())), Rule::Parity, axis), Vec::<String>::new());
+        let found = with(&cavity(inner.clone()), Rule::Parity, axis);
+        assert!(matches!(&found[..], [one] if one.contains("8 cells on 64 rays")), "{found:?}");
+        // facets that do not agree say nothing
+        let mut mixed = balls.clone();
+        mixed.iter_mut().step_by(3).for_each(|facet| facet.swap(1, 2));
+        assert_eq!(with(&mixed, Rule::Parity, axis), Vec::<String>::new());
+        assert_eq!(with(&models::flipped(models::sphere([4.0; 3], 3.0, 12)), Rule::Parity, axis), Vec::<String>::new());
+    }
 }
