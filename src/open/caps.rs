@@ -6,9 +6,11 @@
 //!
 //! The cells where it is not are found in blocks. Of a triangle of area A at a distance of at least d from every centre of a block
 //! of half diagonal r, theta differs from its value at the middle by at most A r / (2 pi d^3), and from that with its gradient
-//! by at most 3 A r^2 / (4 pi d^4): the integrand n.x / |x|^3, a dipole, has derivatives of at most 2 / |x|^3 and 6 / |x|^4.
+//! by at most 3 A r^2 / (4 pi d^4): the integrand n.x / |x|^3, a dipole, has a k-th derivative of at most (k + 1)! / |x|^(k + 2).
+//! A triangle that is small beside d is one dipole at its centre: that is off by at most A s / (48 pi d^4), with s the sum of its
+//! squared edges, as the first moment about the centre is 0; and with the second derivative, too, by A r^3 / (pi d^5) more.
 //! Where the sum of these leaves m in no doubt the whole block has it; else the block is split in eight, down to one cell, for
-//! which theta is computed. Triangles far from a block are not looked at again in its parts: their value and gradient at its
+//! which theta is computed. Triangles far from a block are not looked at again in its parts: their value and derivatives at its
 //! middle serve, unless the error leaves a cell in doubt. So every cell has the m that it has by itself.
 //!
 //! Centres are moved by a fraction of the snap's unit, so that none lies in the plane of a cap: there theta jumps by 1.
@@ -16,10 +18,14 @@
 
 use std::f64::consts::PI;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use crate::frame::SnappedFacet;
 use crate::parallel::*;
+
+mod triangle;
+
+use triangle::Triangle;
 
 /// Triangles this many half diagonals away from a block are evaluated once for all its cells.
 const FAR: f64 = 4.0;
@@ -85,77 +91,84 @@ pub(super) fn shifts(caps: &[SnappedFacet], dims: [u32; 3], fraction_bits: u32, 
     found.concat()
 }
 
-/// A triangle of a cap, in cells of the first axis.
-struct Triangle {
-    corners: [DVec3; 3],
-    low: DVec3,
-    high: DVec3,
-    normal: DVec3,
-    area: f64,
-}
-
-impl Triangle {
-    /// None for one without area, which has no solid angle.
-    fn new(corners: [DVec3; 3]) -> Option<Triangle> {
-        let [a, b, c] = corners;
-        let doubled = (b - a).cross(c - a);
-        let length = doubled.length();
-        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-        (length > 0.0).then(|| Triangle { corners, low, high, normal: doubled / length, area: 0.5 * length })
-    }
-
-    /// Solid angle at a point over 4 pi, positive where the triangle turns its back on it (van Oosterom and Strackee 1983).
-    fn theta(&self, point: DVec3) -> f64 {
-        let [a, b, c] = self.corners.map(|corner| corner - point);
-        let [la, lb, lc] = [a.length(), b.length(), c.length()];
-        let top = a.dot(b.cross(c));
-        let bottom = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-        libm::atan2(top, bottom) / (2.0 * PI)
-    }
-
-    /// Change of theta a unit of length: the field of a current around the triangle (Biot and Savart), over 4 pi.
-    fn gradient(&self, point: DVec3) -> DVec3 {
-        let corners = self.corners.map(|corner| corner - point);
-        let lengths = corners.map(DVec3::length);
-        let of_edge = |(from, to): (usize, usize)| {
-            let (a, b, la, lb) = (corners[from], corners[to], lengths[from], lengths[to]);
-            a.cross(b) * ((la + lb) / (la * lb * (la * lb + a.dot(b))))
-        };
-        [(0, 1), (1, 2), (2, 0)].map(of_edge).into_iter().fold(DVec3::ZERO, |sum, edge| sum + edge) / (4.0 * PI)
-    }
-
-    /// At most the distance from any point of a box.
-    fn distance(&self, middle: DVec3, half: DVec3) -> f64 {
-        let apart = (self.low - (middle + half)).max((middle - half) - self.high).max(DVec3::ZERO);
-        let across = self.normal.dot(middle - self.corners[0]).abs() - self.normal.abs().dot(half);
-        apart.length().max(across)
-    }
-}
-
 /// Triangles far from a block, evaluated at its middle.
 struct Evaluated {
     triangles: Vec<u32>,
+    /// Those that are dipoles.
+    dipoles: Vec<u32>,
     middle: DVec3,
     theta: f64,
     gradient: DVec3,
-    /// Of theta with the gradient, in the block.
+    /// Of the dipoles.
+    curvature: DMat3,
+    /// Of theta with its derivatives, in the block.
     error: f64,
+    /// The part of the error that is left where dipoles are evaluated at a point.
+    dipole_error: f64,
+}
+
+impl Evaluated {
+    fn new(middle: DVec3) -> Evaluated {
+        Evaluated {
+            triangles: Vec::new(),
+            dipoles: Vec::new(),
+            middle,
+            theta: 0.0,
+            gradient: DVec3::ZERO,
+            curvature: DMat3::ZERO,
+            error: 0.0,
+            dipole_error: 0.0,
+        }
+    }
+
+    /// Adds a triangle at a distance from a block of this radius, in the way that is less wrong.
+    fn add(&mut self, index: u32, triangle: &Triangle, distance: f64, radius: f64) {
+        let by_gradient = 3.0 * triangle.area * radius * radius / (4.0 * PI * distance.powi(4));
+        let dipole_error = triangle.dipole_error(distance);
+        let by_dipole = dipole_error + triangle.area * radius.powi(3) / (PI * distance.powi(5));
+        if by_dipole < by_gradient {
+            let (gradient, curvature) = triangle.dipole_derivatives(self.middle);
+            self.dipoles.push(index);
+            self.theta += triangle.dipole(self.middle);
+            self.gradient += gradient;
+            self.curvature += curvature;
+            self.error += by_dipole;
+            self.dipole_error += dipole_error;
+        } else {
+            self.triangles.push(index);
+            self.theta += triangle.theta(self.middle);
+            self.gradient += triangle.gradient(self.middle);
+            self.error += by_gradient;
+        }
+    }
 }
 
 /// Theta of some triangles at a point, how it changes around it, and how far all this may be wrong.
-#[derive(Clone, Copy, Default)]
 struct Known {
     theta: f64,
     gradient: DVec3,
+    curvature: DMat3,
     error: f64,
 }
 
 fn known(far: &[Evaluated], point: DVec3) -> Known {
-    far.iter().fold(Known::default(), |sum, one| Known {
-        theta: sum.theta + one.theta + one.gradient.dot(point - one.middle),
-        gradient: sum.gradient + one.gradient,
-        error: sum.error + one.error,
+    let nothing = Known { theta: 0.0, gradient: DVec3::ZERO, curvature: DMat3::ZERO, error: 0.0 };
+    far.iter().fold(nothing, |sum, one| {
+        let step = point - one.middle;
+        let turn = one.curvature * step;
+        Known {
+            theta: sum.theta + one.theta + (one.gradient + turn * 0.5).dot(step),
+            gradient: sum.gradient + one.gradient + turn,
+            curvature: sum.curvature + one.curvature,
+            error: sum.error + one.error,
+        }
     })
+}
+
+/// At most the change of what is known within a radius.
+fn change(known: &Known, radius: f64) -> f64 {
+    let [x, y, z] = [known.curvature.x_axis, known.curvature.y_axis, known.curvature.z_axis].map(DVec3::length_squared);
+    known.gradient.length() * radius + 0.5 * (x + y + z).sqrt() * radius * radius
 }
 
 struct Search {
@@ -172,16 +185,13 @@ impl Search {
         let (middle, half) = ((first + last) * 0.5, (last - first) * 0.5);
         let radius = half.length();
         let mut nearer = Vec::new();
-        let mut farther = Evaluated { triangles: Vec::new(), middle, theta: 0.0, gradient: DVec3::ZERO, error: 0.0 };
+        let mut farther = Evaluated::new(middle);
         let mut error = 0.0;
         for &index in near {
             let triangle = &self.triangles[index as usize];
             let distance = triangle.distance(middle, half);
             if radius > 0.0 && distance >= FAR * radius {
-                farther.triangles.push(index);
-                farther.theta += triangle.theta(middle);
-                farther.gradient += triangle.gradient(middle);
-                farther.error += 3.0 * triangle.area * radius * radius / (4.0 * PI * distance.powi(4));
+                farther.add(index, triangle, distance, radius);
             } else {
                 nearer.push(index);
                 if radius > 0.0 {
@@ -195,7 +205,7 @@ impl Search {
             Some(self.at(middle, &nearer, far))
         } else if error < 0.5 {
             let far = known(far, middle);
-            shift(far.theta + self.sum(&nearer, middle), error + far.error + far.gradient.length() * radius)
+            shift(far.theta + self.sum(&nearer, middle), error + far.error + change(&far, radius))
         } else {
             None
         };
@@ -217,15 +227,17 @@ impl Search {
         far.pop();
     }
 
-    /// m of one cell that its far triangles leave in doubt: these are evaluated there, the nearest first.
+    /// m of one cell. Where its far triangles leave it in doubt these are evaluated there, the nearest first.
     fn at(&self, point: DVec3, near: &[u32], far: &[Evaluated]) -> i32 {
-        let mut theta = self.sum(near, point);
+        let (mut theta, mut error) = (self.sum(near, point), 0.0);
         for n_known in (0..=far.len()).rev() {
             if let Some(evaluated) = far.get(n_known) {
-                theta += self.sum(&evaluated.triangles, point);
+                let dipoles = evaluated.dipoles.iter().map(|&index| self.triangles[index as usize].dipole(point));
+                theta += self.sum(&evaluated.triangles, point) + dipoles.sum::<f64>();
+                error += evaluated.dipole_error;
             }
             let rest = known(&far[..n_known], point);
-            if let Some(m) = shift(theta + rest.theta, rest.error) {
+            if let Some(m) = shift(theta + rest.theta, error + rest.error) {
                 return m;
             }
         }
@@ -245,61 +257,4 @@ fn shift(theta: f64, error: f64) -> Option<i32> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_gradient_is_that_of_theta() {
-        let corners = [[0.0, 0.1, 0.2], [3.0, 0.3, -0.1], [0.4, 2.0, 0.5]].map(DVec3::from);
-        let triangle = Triangle::new(corners).unwrap();
-        for point in [[1.0, 0.5, 2.0], [-3.0, 4.0, -2.0], [0.9, 0.8, -0.6]].map(DVec3::from) {
-            let step = 1e-5;
-            let difference = [DVec3::X, DVec3::Y, DVec3::Z]
-                .map(|axis| (triangle.theta(point + axis * step) - triangle.theta(point - axis * step)) / (2.0 * step));
-            let gradient = triangle.gradient(point);
-            assert!((gradient - DVec3::from(difference)).length() < 1e-8, "{gradient} {difference:?}");
-        }
-    }
-
-    #[test]
-    fn blocks_give_every_cell_what_it_has_by_itself() {
-        // a bent loop of 16 corners, one of 3, and one far outside, in boxes of cells that are not cubes
-        let bits = 8;
-        let bent: Vec<[i32; 3]> = (0..16)
-            .map(|k| {
-                let angle = f64::from(k) * PI / 8.0;
-                let place = [8.0 + 5.0 * angle.cos(), 7.0 + 5.0 * angle.sin(), 6.0 + 4.0 * (3.0 * angle).cos()];
-                place.map(|c| (c * 256.0) as i32)
-            })
-            .collect();
-        let small = vec![[300, 500, 700], [900, 520, 650], [610, 1100, 900]];
-        let beyond = vec![[-9000, 0, 0], [-9000, 4000, 0], [-9000, 4000, 4000], [-9000, 0, 4000]];
-        let caps = caps(&[bent, small, beyond]);
-        for (dims, sizes) in [([16, 16, 12], [1.0, 1.0, 1.0]), ([17, 5, 23], [0.1, 0.25, 0.07])] {
-            let unit = 1.0 / 256.0;
-            let scale = DVec3::from(sizes) / sizes[0];
-            let placed = caps.iter().map(|cap| cap.map(|corner| DVec3::from(corner.map(f64::from)) * unit * scale));
-            let triangles: Vec<Triangle> = placed.filter_map(Triangle::new).collect();
-            let found = shifts(&caps, dims, bits, sizes);
-            let mut n_moved = 0;
-            for z in 0..dims[2] {
-                for y in 0..dims[1] {
-                    for x in 0..dims[0] {
-                        let point = DVec3::from([x, y, z].map(f64::from)) * scale - BEFORE * unit * scale;
-                        let theta: f64 = triangles.iter().map(|triangle| triangle.theta(point)).sum();
-                        let holds = |shift: &&Shift| {
-                            [x, y, z]
-                                .iter()
-                                .zip(shift.low.iter().zip(shift.high))
-                                .all(|(&c, (&low, high))| low <= c && c < high)
-                        };
-                        let m: i32 = found.iter().filter(holds).map(|shift| shift.m).sum();
-                        assert_eq!(m, (0.5 - theta).floor() as i32, "cell {x} {y} {z}, theta {theta}");
-                        n_moved += usize::from(m != 0);
-                    }
-                }
-            }
-            assert!(n_moved > 0, "no cell is moved in {dims:?}");
-        }
-    }
-}
+mod tests;
