@@ -11,6 +11,7 @@ pub mod domain;
 pub mod error;
 pub mod estimate;
 pub mod facet;
+mod fingerprint;
 pub mod flags;
 pub mod frame;
 pub mod geometry;

@@ -17,6 +17,7 @@ use web_time::Instant;
 use crate::cast::Cast;
 use crate::control::Control;
 use crate::error::Result;
+use crate::fingerprint::flags_hash;
 use crate::frame::Frame;
 use crate::geometry::Geometry;
 use crate::job::Job;
@@ -89,6 +90,8 @@ pub async fn mesh(
     let mesh = Mesh::new(lines, columns, names, job.unit.clone())?;
     let columns = &mesh.columns;
     warnings.extend(warnings::about_geometries_without_cells(&prepared, &cast, &mesh, &cells)?);
+    // spilled columns would be read back for it
+    let flags_hash = (!columns.is_spilled()).then(|| flags_hash(columns)).transpose()?;
     let (adapter, driver) = engine.adapter().map(|(name, driver)| (name.into(), driver.into())).unzip();
     let n_facets: usize = prepared.geometries.iter().map(|geometry| geometry.facets.len()).sum();
     let facet_bytes = 36 * (n_facets + frame.facets.capacity()) + frame.rank_of_facet.capacity();
@@ -116,6 +119,7 @@ pub async fn mesh(
         filled,
         cells: lines.n_cells(),
         flags,
+        flags_hash,
         geometries,
         warnings,
         peak_bytes: PeakBytes {

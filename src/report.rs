@@ -152,6 +152,8 @@ pub struct MeshFacts {
     pub cells: u64,
     /// Cells of every flag of the job, ascending.
     pub flags: Vec<FlagReport>,
+    /// Hash of the flags, see `docs/flags_hash.md`; None where the columns have spilled.
+    pub flags_hash: Option<String>,
     /// Sentences that the reader should see.
     pub warnings: Vec<String>,
     /// Memory, without that of the whole process.

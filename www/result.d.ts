@@ -58,6 +58,8 @@ export interface Report {
   filled: FillReport[] | null;
   cells: number;
   flags: FlagReport[];
+  /** Hash of the flags, the same on every device and along every axis; null for an opened mesh and where the columns have spilled. */
+  flags_hash: string | null;
   flags_sha256: string | null;
   warnings: string[];
   /** Cells per second of `seconds.total`; null for an opened mesh. */

@@ -39,6 +39,7 @@ pub struct ColumnsReport<'a> {
     pub cells: u64,
     /// Every flag in use.
     pub flags: Vec<ColumnsFlag<'a>>,
+    flags_hash: (),
     flags_sha256: (),
     warnings: [(); 0],
     cells_per_second: (),
@@ -88,6 +89,7 @@ impl ColumnsReport<'_> {
             odd_rays: columns.odd_rays(),
             cells: mesh.lines.n_cells(),
             flags: flags_of_columns(mesh),
+            flags_hash: (),
             flags_sha256: (),
             warnings: [],
             cells_per_second: (),

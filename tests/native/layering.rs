@@ -31,6 +31,7 @@ const CORE: &[&str] = &[
     "lattice",
     "crossings",
     "columns",
+    "fingerprint",
     "map",
     "flags",
     "cpu",

@@ -65,6 +65,9 @@ pub(crate) fn of_mesh(report: &Report, is_software: bool, files: &[OutputFile], 
         );
     }
     stages(&mut table, report, shown.verbose);
+    if let Some(hash) = &mesh.flags_hash {
+        table.line("flags", format!("hash {hash}"));
+    }
     if let Some(hash) = &report.flags_sha256 {
         table.line("flags", format!("sha256 {hash}"));
     }
