@@ -17,6 +17,7 @@ pub mod geometry;
 pub mod gpu;
 pub mod job;
 pub mod lattice;
+pub mod leak;
 pub mod lines;
 pub mod map;
 pub mod mesh;

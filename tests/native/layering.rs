@@ -37,6 +37,7 @@ const CORE: &[&str] = &[
     "open",
     "mesh",
     "skin",
+    "leak",
     "report",
     "write",
     "estimate",

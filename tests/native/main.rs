@@ -28,6 +28,9 @@ mod gpu {
 #[cfg(feature = "gpu")]
 mod kernel_checks;
 mod layering;
+mod leak;
+#[cfg(feature = "cli")]
+mod leak_command;
 #[cfg(feature = "cli")]
 mod memory;
 mod models;

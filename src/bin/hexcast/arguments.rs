@@ -153,7 +153,7 @@ pub(crate) fn default_max_memory() -> Option<ByteSize> {
 const MAX_JOB_BYTES: u64 = 64 << 20;
 
 /// Reads a job file and makes its file names relative to the current folder.
-fn read_job(path: &Path) -> Result<Job> {
+pub(crate) fn read_job(path: &Path) -> Result<Job> {
     let name = path.display();
     let mut bytes = Vec::new();
     let read = open_file(path)?.take(MAX_JOB_BYTES + 1).read_to_end(&mut bytes);
