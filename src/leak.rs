@@ -9,8 +9,8 @@
 //! 3. `widest` finds the largest cube of cells that passes and the place that stops a larger one. That place need not be on
 //!    the shortest path: where two holes lead out, the shortest path takes the nearer one, and the cube the wider one.
 //!
-//! Cost: the rooms take some passes over the runs and 12 bytes a run; the paths take a search that grows with the runs of
-//! the rooms between the two points.
+//! Cost: the rooms take two passes over the runs, and rooms and runs together 12 bytes an open run and 4 a ray. Where there
+//! is a path, up to 11 passes for the widest cube, and two searches, at worst over all runs of the room.
 
 use serde::Serialize;
 
@@ -19,6 +19,7 @@ use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::lines::Lines;
 use crate::mesh::Mesh;
+use crate::parallel::beside;
 use crate::rays::Rays;
 
 mod facets;
@@ -30,7 +31,7 @@ mod widest;
 pub use facets::{NearFacet, facets_near};
 use passage::{Passage, Place};
 use rooms::Rooms;
-use shortest::shortest;
+use shortest::{Steps, shortest};
 pub use widest::MAX_WIDTH;
 use widest::{Cubes, Widest, widest};
 
@@ -125,26 +126,32 @@ pub fn leak(mesh: &Mesh, question: &Question, control: &Control) -> Result<Leak>
     for (end, room) in [&mut from, &mut to].into_iter().zip(room_of_end) {
         end.n_cells = room.map_or(0, |room| rooms.n_cells(&passage, room));
     }
-    let (mut path, mut narrowest) = (None, None);
-    if room_of_end[0] == room_of_end[1]
-        && let Some(steps) = shortest(&passage, ends[0], ends[1], max_bytes, control)?
-    {
-        let cells = steps.corners.iter().map(|&place| cell_of(&rays, place)).collect();
-        path = Some(Path::new(&mesh.lines, steps.n, cells));
-        let rank = |place| cell_of(&rays, place);
-        let widest = widest(Cubes { passage, rooms }, ends, &rank, max_bytes, control)?;
-        narrowest = widest.map(|widest| Narrowest::new(mesh, &widest));
+    if room_of_end[0] != room_of_end[1] {
+        return Ok(Leak { flags, from, to, path: None, narrowest: None });
     }
+    let cells = Cubes { passage, rooms };
+    let rank = |place| cell_of(&rays, place);
+    // both searches at the same time share what memory is left
+    let mut found = Ok(None);
+    let steps = beside(
+        || found = widest(&cells, ends, &rank, max_bytes / 2, control),
+        || shortest(&cells.passage, ends[0], ends[1], max_bytes / 2, control),
+    )?;
+    let path = steps.map(|steps| Path::new(&mesh.lines, &rays, &steps));
+    let narrowest = found?.map(|widest| Narrowest::new(mesh, &widest));
     Ok(Leak { flags, from, to, path, narrowest })
 }
 
 impl Path {
-    fn new(lines: &Lines, steps: u64, cells: Vec<[u32; 3]>) -> Path {
-        let points: Vec<[f64; 3]> =
-            cells.iter().map(|&cell| middle(bounds(lines, [cell, cell.map(|at| at + 1)]))).collect();
-        let length_of = |pair: &[[f64; 3]]| (0..3).map(|axis| (pair[1][axis] - pair[0][axis]).abs()).sum::<f64>();
-        let length = points.windows(2).map(length_of).sum();
-        Path { steps, length, cells, points }
+    fn new(lines: &Lines, rays: &Rays, steps: &Steps) -> Path {
+        let cells: Vec<[u32; 3]> = steps.corners.iter().map(|&place| cell_of(rays, place)).collect();
+        let points = cells.iter().map(|&cell| middle(bounds(lines, [cell, cell.map(|at| at + 1)]))).collect();
+        let steps_along = |axis: usize| {
+            let along = cells.windows(2).map(|pair| u64::from(pair[0][axis].abs_diff(pair[1][axis])));
+            along.sum::<u64>() as f64
+        };
+        let length = (0..3).map(|axis| steps_along(axis) * lines.spacing[axis]).sum();
+        Path { steps: steps.n, length, cells, points }
     }
 }
 

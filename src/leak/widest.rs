@@ -105,15 +105,15 @@ impl Cubes {
 /// # Errors
 /// `memory`; `cancelled`.
 pub(super) fn widest(
-    cells: Cubes,
+    cells: &Cubes,
     ends: [Place; 2],
     rank: &dyn Fn(Place) -> [u32; 3],
     max_bytes: u64,
     control: &Control,
 ) -> Result<Option<Widest>> {
-    let mut passing = cells;
-    let mut stuck: Option<Cubes> = None;
+    let (mut wider_passing, mut stuck): (Option<Cubes>, Option<Cubes>) = (None, None);
     let stuck = loop {
+        let passing = wider_passing.as_ref().unwrap_or(cells);
         let width = passing.passage.width;
         let wider = match stuck {
             Some(stuck) if stuck.passage.width == width + 1 => break stuck,
@@ -122,8 +122,9 @@ pub(super) fn widest(
             None => 2 * width,
         };
         let cubes = passing.wider(wider - width, control)?;
-        if cubes.rooms_between(ends).is_empty() { stuck = Some(cubes) } else { passing = cubes }
+        if cubes.rooms_between(ends).is_empty() { stuck = Some(cubes) } else { wider_passing = Some(cubes) }
     };
+    let passing = wider_passing.as_ref().unwrap_or(cells);
     let rooms = passing.rooms_between(ends);
     let Some(start) = passing.nearest(ends[0], &rooms, rank) else { return Ok(None) };
     let room: Vec<u32> = passing.rooms.at(&passing.passage, start).into_iter().collect();

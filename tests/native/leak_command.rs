@@ -166,7 +166,7 @@ fn wrong_questions_say_what_to_do() {
         (&[&mesh, "--to", "1,1,1", "--job", &job, "--surface", &stl], 2, "cannot be used with"),
         (&[&mesh, "--to", "1,1,1", "--max-memory", "1000"], 5, "bytes"),
         (&["no-such.hxc", "--to", "1,1,1"], 7, "there is no such file"),
-        (&[&stl, "--to", "1,1,1"], 3, "error[columns-corrupt]"),
+        (&[&stl, "--to", "1,1,1"], 3, "case.stl is not a column file\nhint: mesh it first"),
     ];
     for (arguments, code, part) in cases {
         let error = leak(*code, &[arguments, from].concat());

@@ -18,7 +18,7 @@ use serde_json::json;
 use super::arguments::{default_max_memory, list, read_job};
 use super::output_file::{OutputFile, PendingFile};
 use super::progress::Progress;
-use super::reading::{open_columns, open_file, read_job_files};
+use super::reading::{is_columns, open_columns, open_file, read_job_files};
 use super::summary::{Table, size, three};
 
 const EXAMPLES: &str = "\
@@ -80,6 +80,11 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     let max_bytes = max_memory.map_or(u64::MAX, |size| size.0);
     // first: a missing input is the more useful message
     open_file(&arguments.mesh)?;
+    if arguments.mesh.is_file() && !is_columns(&arguments.mesh) {
+        let message = format!("{} is not a column file", arguments.mesh.display());
+        let hint = "mesh it first: hexcast mesh PART.stl -o MESH.hxc, and name MESH.hxc here";
+        return Err(Error::new("columns-corrupt", message, hint));
+    }
     let output = arguments.output.as_deref().map(|path| open_output(path, &arguments.mesh)).transpose()?;
     let surfaces = read_surfaces(arguments, max_memory, token)?;
     let mut control = Control::default();
