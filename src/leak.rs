@@ -23,8 +23,8 @@ use crate::parallel::beside;
 use crate::rays::Rays;
 
 mod facets;
-mod passage;
-mod rooms;
+pub(crate) mod passage;
+pub(crate) mod rooms;
 mod shortest;
 mod widest;
 
@@ -130,7 +130,7 @@ pub fn leak(mesh: &Mesh, question: &Question, control: &Control) -> Result<Leak>
         return Ok(Leak { flags, from, to, path: None, narrowest: None });
     }
     let cells = Cubes { passage, rooms };
-    let rank = |place| cell_of(&rays, place);
+    let rank = |place| rays.cell(place);
     // both searches at the same time share what memory is left
     let mut found = Ok(None);
     let steps = beside(
@@ -144,7 +144,7 @@ pub fn leak(mesh: &Mesh, question: &Question, control: &Control) -> Result<Leak>
 
 impl Path {
     fn new(lines: &Lines, rays: &Rays, steps: &Steps) -> Path {
-        let cells: Vec<[u32; 3]> = steps.corners.iter().map(|&place| cell_of(rays, place)).collect();
+        let cells: Vec<[u32; 3]> = steps.corners.iter().map(|&place| rays.cell(place)).collect();
         let points = cells.iter().map(|&cell| middle(bounds(lines, [cell, cell.map(|at| at + 1)]))).collect();
         let steps_along = |axis: usize| {
             let along = cells.windows(2).map(|pair| u64::from(pair[0][axis].abs_diff(pair[1][axis])));
@@ -160,7 +160,7 @@ impl Narrowest {
         let (lines, rays) = (&mesh.lines, &mesh.columns.rays);
         // a place stands for the cells up to it; the cube may hang over the mesh
         let cells_of = |place: Place| {
-            let last = cell_of(rays, place);
+            let last = rays.cell(place);
             let low = last.map(|at| at.saturating_sub(widest.width - 1));
             [low, [0, 1, 2].map(|axis| (last[axis] + 1).min(lines.dims[axis]))]
         };
@@ -189,13 +189,6 @@ fn middle([low, high]: [[f64; 3]; 2]) -> [f64; 3] {
 
 fn place_of(rays: &Rays, cell: [u32; 3]) -> Place {
     [cell[rays.across[0]], cell[rays.across[1]], cell[rays.axis]]
-}
-
-fn cell_of(rays: &Rays, place: Place) -> [u32; 3] {
-    let mut cell = [place[2]; 3];
-    cell[rays.across[0]] = place[0];
-    cell[rays.across[1]] = place[1];
-    cell
 }
 
 /// Finds the cell that holds a point. A point on a line belongs to the cell above, on the last line to the cell below.

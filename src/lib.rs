@@ -12,6 +12,7 @@ pub mod estimate;
 pub mod facet;
 pub mod flags;
 pub mod frame;
+pub mod gaps;
 pub mod geometry;
 #[cfg(feature = "gpu")]
 pub mod gpu;

@@ -5,15 +5,17 @@
 
 use serde::Serialize;
 
-use crate::geometry::{Geometry, Open};
+use crate::gaps::Gaps;
+use crate::geometry::Geometry;
 use crate::job::Rule;
 use crate::lines::{Lines, Residual};
-use crate::open::Found;
 use crate::sources::Source;
 
 mod of_columns;
+mod of_open;
 
 pub use of_columns::{ColumnsFlag, ColumnsReport};
+pub use of_open::OpenReport;
 
 /// One input file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -138,58 +140,6 @@ pub struct PeakBytes {
     pub spilled: u64,
 }
 
-/// A geometry whose surface is not closed, and how its cells were decided.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct OpenReport {
-    /// Its name.
-    pub geometry: String,
-    /// How its cells were decided.
-    pub policy: Open,
-    /// Edges that facets use an odd number of times, or for the rule `nonzero` more often one way than the other.
-    pub open_edges: u64,
-    /// Loops of these edges.
-    pub holes: u64,
-    /// Middle of the longest of them.
-    pub longest_at: [f64; 3],
-    /// Facets that were turned to agree with their neighbours.
-    pub turned: u64,
-    /// Rays along x, y and z that cross it an odd number of times, or for `nonzero` do not leave as often as they enter.
-    pub odd_rays: [u64; 3],
-    /// Cells whose three rays are not all even, or do not agree.
-    pub doubtful_cells: u64,
-}
-
-impl OpenReport {
-    /// Describes what was found of an open geometry.
-    pub fn new(found: &Found, geometries: &[GeometryReport]) -> OpenReport {
-        OpenReport {
-            geometry: geometries[found.geometry].name.clone(),
-            policy: found.policy,
-            open_edges: found.surface.open_edges,
-            holes: found.surface.holes,
-            longest_at: found.surface.longest_at,
-            turned: found.surface.turned,
-            odd_rays: found.odd_rays,
-            doubtful_cells: found.doubtful_cells,
-        }
-    }
-
-    /// Says it in a sentence, of a mesh of `n_cells`.
-    pub fn warning(&self, n_cells: u64) -> String {
-        let decided = match self.policy {
-            Open::Vote => "by most of their even rays",
-            _ => "by the winding number",
-        };
-        let ([x, y, z], [of_x, of_y, of_z]) = (self.longest_at, self.odd_rays);
-        format!(
-            "geometry \"{}\" is not closed: open edges {}, in {} loops, the longest edge at ({x}, {y}, {z}); rays that do not leave it \
-             as often as they enter: {of_x} along x, {of_y} along y, {of_z} along z; {} of {n_cells} cells were doubtful and were \
-             decided {decided}",
-            self.geometry, self.open_edges, self.holes, self.doubtful_cells,
-        )
-    }
-}
-
 /// Rays of a GPU's that the CPU cast again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct DeviceCheck {
@@ -244,6 +194,8 @@ pub struct MeshFacts {
     pub odd_rays: u64,
     /// Geometries that are not closed, unless the rays of one axis decided them as they are.
     pub open: Vec<OpenReport>,
+    /// Openings that were closed; null where none were to be.
+    pub gaps: Option<Gaps>,
     /// Number of cells.
     pub cells: u64,
     /// Cells of every flag of the job, ascending.

@@ -51,6 +51,8 @@ export interface Report {
   odd_rays: number;
   /** Geometries that are not closed, unless their `open` is `parity`; null for an opened mesh. */
   open: OpenReport[] | null;
+  /** Openings that were closed; null where the job has no `close_gaps`, and for an opened mesh. */
+  gaps: GapsReport | null;
   cells: number;
   flags: FlagReport[];
   flags_sha256: string | null;
@@ -62,6 +64,20 @@ export interface Report {
   /** Missing for an opened mesh. */
   peak_bytes?: PeakBytes;
   [key: string]: unknown;
+}
+
+/** The openings that `close_gaps` closed. */
+export interface GapsReport {
+  /** Openings of fewer cells were closed. */
+  width: number;
+  /** Flag of the added cells. */
+  flag: number;
+  /** Number of added cells. */
+  cells: number;
+  /** Number of gaps: their cells are connected over faces. */
+  gaps: number;
+  /** The gaps of most cells, at most 100: number of cells, and the corners of the box around them. */
+  largest: { cells: number; bounds: [[number, number, number], [number, number, number]] }[];
 }
 
 /** A geometry whose surface is not closed, and how its cells were decided. */

@@ -22,30 +22,30 @@ use crate::parallel::*;
 const BLOCK_RAYS: u32 = 1 << 14;
 
 /// A cell by its index on the first and the second axis across the rays and along them.
-pub(super) type Place = [u32; 3];
+pub(crate) type Place = [u32; 3];
 
 /// Consecutive open cells of a ray.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct OpenRun {
-    pub(super) start: u32,
+pub(crate) struct OpenRun {
+    pub(crate) start: u32,
     /// The cell after the last.
-    pub(super) end: u32,
+    pub(crate) end: u32,
 }
 
 /// Open runs of all rays of a box.
 #[derive(Debug)]
-pub(super) struct Passage {
+pub(crate) struct Passage {
     /// Number of rays along the two axes across.
-    pub(super) counts: [u32; 2],
+    pub(crate) counts: [u32; 2],
     /// Number of cells on a ray.
-    depth: u32,
+    pub(crate) depth: u32,
     /// Edge in cells of the cube that moves through it.
-    pub(super) width: u32,
+    pub(crate) width: u32,
     /// Whether the cells beyond the box are open.
     is_open_beyond: bool,
     /// Index in `runs` of the first open run of every ray, and the number of runs at the end.
     firsts: Vec<u32>,
-    pub(super) runs: Vec<OpenRun>,
+    pub(crate) runs: Vec<OpenRun>,
 }
 
 /// Open runs of consecutive rays.
@@ -62,7 +62,7 @@ impl Passage {
     /// # Errors
     /// `io` where the columns are in a store that fails; `memory` where there are more open runs than fit a 32-bit index;
     /// `cancelled`.
-    pub(super) fn new(columns: &Columns, is_open: &[bool; 256], control: &Control) -> Result<Passage> {
+    pub(crate) fn new(columns: &Columns, is_open: &[bool; 256], control: &Control) -> Result<Passage> {
         let rays = &columns.rays;
         let depth = rays.depth;
         let fill = |row: u32, block: &mut Block| {
@@ -90,7 +90,7 @@ impl Passage {
     ///
     /// # Errors
     /// `memory` and `cancelled` as for [`Passage::new`].
-    pub(super) fn narrowed(&self, by: u32, control: &Control) -> Result<Passage> {
+    pub(crate) fn narrowed(&self, by: u32, control: &Control) -> Result<Passage> {
         debug_assert!(by <= self.width);
         let counts = self.counts.map(|n| n + by);
         let whole = [OpenRun { start: 0, end: self.depth }];
@@ -153,8 +153,22 @@ impl Passage {
         Ok(Passage { firsts, runs, ..self })
     }
 
+    /// The same rays with other open runs, ascending by ray and cell.
+    pub(crate) fn with_runs(&self, runs_of_rays: impl Iterator<Item = (u32, OpenRun)>) -> Passage {
+        let mut firsts = vec![0; self.firsts.len()];
+        let mut runs = Vec::new();
+        for (ray, run) in runs_of_rays {
+            firsts[ray as usize + 1] += 1;
+            runs.push(run);
+        }
+        for ray in 1..firsts.len() {
+            firsts[ray] += firsts[ray - 1];
+        }
+        Passage { firsts, runs, ..*self }
+    }
+
     /// Consecutive rows of rays for one core each.
-    pub(super) fn blocks(&self) -> Vec<Range<u32>> {
+    pub(crate) fn blocks(&self) -> Vec<Range<u32>> {
         let rows = (BLOCK_RAYS / self.counts[0]).max(1);
         let n_rows = self.counts[1];
         (0..n_rows).step_by(rows as usize).map(|row| row..row.saturating_add(rows).min(n_rows)).collect()
@@ -162,19 +176,19 @@ impl Passage {
 
     /// Index of a ray by its place across.
     #[inline]
-    pub(super) fn ray(&self, [i, j]: [u32; 2]) -> u32 {
+    pub(crate) fn ray(&self, [i, j]: [u32; 2]) -> u32 {
         i + self.counts[0] * j
     }
 
     /// Indices of the open runs of a ray.
     #[inline]
-    pub(super) fn runs_of(&self, ray: u32) -> Range<usize> {
+    pub(crate) fn runs_of(&self, ray: u32) -> Range<usize> {
         self.firsts[ray as usize] as usize..self.firsts[ray as usize + 1] as usize
     }
 
     /// Indices of the open runs of a ray that have cells in `along`.
     #[inline]
-    pub(super) fn runs_in(&self, ray: u32, along: Range<u32>) -> Range<usize> {
+    pub(crate) fn runs_in(&self, ray: u32, along: Range<u32>) -> Range<usize> {
         let of_ray = self.runs_of(ray);
         let runs = &self.runs[of_ray.clone()];
         let first = runs.partition_point(|run| run.end <= along.start);
@@ -183,7 +197,7 @@ impl Passage {
     }
 
     /// Index of the open run of a cell; none where the cell is not open or beyond the box.
-    pub(super) fn run_at(&self, [i, j, along]: Place) -> Option<usize> {
+    pub(crate) fn run_at(&self, [i, j, along]: Place) -> Option<usize> {
         let is_inside = i < self.counts[0] && j < self.counts[1] && along < self.depth;
         let run = is_inside.then(|| self.runs_in(self.ray([i, j]), along..along + 1))?;
         (!run.is_empty()).then_some(run.start)
@@ -191,7 +205,7 @@ impl Passage {
 
     /// The rays beside a ray, at most four.
     #[inline]
-    pub(super) fn beside(&self, ray: u32) -> impl Iterator<Item = u32> {
+    pub(crate) fn beside(&self, ray: u32) -> impl Iterator<Item = u32> {
         let [n, m] = self.counts;
         let (i, j) = (ray % n, ray / n);
         let beside = [

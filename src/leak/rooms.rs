@@ -15,7 +15,7 @@ use crate::parallel::*;
 
 /// The room of every open run.
 #[derive(Debug)]
-pub(super) struct Rooms {
+pub(crate) struct Rooms {
     /// The first open run of the same room; length: the number of runs.
     room_of_run: Vec<u32>,
 }
@@ -28,7 +28,7 @@ struct Roots<'a> {
 
 impl Rooms {
     /// Finds the rooms of a passage.
-    pub(super) fn new(passage: &Passage) -> Rooms {
+    pub(crate) fn new(passage: &Passage) -> Rooms {
         let mut room_of_run: Vec<u32> = (0..passage.runs.len() as u32).collect();
         let blocks = passage.blocks();
         divided(passage, &blocks, &mut room_of_run).into_par_iter().for_each(|(rows, mut roots)| {
@@ -48,17 +48,17 @@ impl Rooms {
     }
 
     /// The room of an open run.
-    pub(super) fn of(&self, run: usize) -> u32 {
+    pub(crate) fn of(&self, run: usize) -> u32 {
         self.room_of_run[run]
     }
 
     /// The room of a cell; none where the cell is not open.
-    pub(super) fn at(&self, passage: &Passage, place: Place) -> Option<u32> {
+    pub(crate) fn at(&self, passage: &Passage, place: Place) -> Option<u32> {
         passage.run_at(place).map(|run| self.of(run))
     }
 
     /// Number of cells of a room.
-    pub(super) fn n_cells(&self, passage: &Passage, room: u32) -> u64 {
+    pub(crate) fn n_cells(&self, passage: &Passage, room: u32) -> u64 {
         let runs = passage.runs.iter().zip(&self.room_of_run).filter(|(_, of)| **of == room);
         runs.map(|(run, _)| u64::from(run.end - run.start)).sum()
     }

@@ -34,6 +34,7 @@ pub struct ColumnsReport<'a> {
     /// Rays that do not leave every geometry they enter.
     pub odd_rays: u64,
     open: (),
+    gaps: (),
     /// Number of cells.
     pub cells: u64,
     /// Every flag in use.
@@ -83,6 +84,7 @@ impl ColumnsReport<'_> {
             crossings: columns.n_crossings(),
             runs: columns.n_runs(),
             open: (),
+            gaps: (),
             odd_rays: columns.odd_rays(),
             cells: mesh.lines.n_cells(),
             flags: flags_of_columns(mesh),

@@ -38,6 +38,7 @@ const CORE: &[&str] = &[
     "mesh",
     "skin",
     "leak",
+    "gaps",
     "report",
     "write",
     "estimate",

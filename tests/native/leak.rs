@@ -15,24 +15,24 @@ use hexcast::rays::Rays;
 use super::soups::Random;
 
 /// Flags of a box of cells, x fastest.
-struct Grid {
-    dims: [u32; 3],
-    flags: Vec<u8>,
+pub(super) struct Grid {
+    pub(super) dims: [u32; 3],
+    pub(super) flags: Vec<u8>,
 }
 
 /// Widths that the reference tries; larger cubes take it too long.
 const MAX_TRIED: u32 = 7;
 
 impl Grid {
-    fn filled(dims: [u32; 3], flag: u8) -> Grid {
+    pub(super) fn filled(dims: [u32; 3], flag: u8) -> Grid {
         Grid { dims, flags: vec![flag; dims.iter().product::<u32>() as usize] }
     }
 
-    fn index(&self, [x, y, z]: [u32; 3]) -> usize {
+    pub(super) fn index(&self, [x, y, z]: [u32; 3]) -> usize {
         (x + self.dims[0] * (y + self.dims[1] * z)) as usize
     }
 
-    fn set(&mut self, low: [u32; 3], high: [u32; 3], flag: u8) {
+    pub(super) fn set(&mut self, low: [u32; 3], high: [u32; 3], flag: u8) {
         for z in low[2]..high[2] {
             for y in low[1]..high[1] {
                 for x in low[0]..high[0] {
@@ -44,7 +44,7 @@ impl Grid {
     }
 
     /// The mesh of these flags with rays along an axis; cells of 1 x 2 x 0.5 from (-1, 0, 10).
-    fn mesh(&self, axis: usize) -> Mesh {
+    pub(super) fn mesh(&self, axis: usize) -> Mesh {
         let rays = Rays::new(axis, self.dims);
         let mut band = Band::default();
         for j in 0..rays.counts[1] {

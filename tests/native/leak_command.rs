@@ -175,3 +175,86 @@ fn wrong_questions_say_what_to_do() {
     }
     assert_eq!(folder.names(), ["case.hxc", "case.stl"]);
 }
+
+/// A casing with a hole of 3 x 2 cells in the wall of high z, cut with the flag 9.
+fn casing_to_close(folder: &Folder) -> [String; 2] {
+    let [stl, outside] = ["case.stl", "outside.stl"].map(|name| folder.path(name));
+    // the wall of high z in four parts around the hole
+    let parts = [
+        cuboid([0.0, 0.0, 9.0], [4.0, 10.0, 10.0]),
+        cuboid([7.0, 0.0, 9.0], [10.0, 10.0, 10.0]),
+        cuboid([4.0, 0.0, 9.0], [7.0, 6.0, 10.0]),
+        cuboid([4.0, 8.0, 9.0], [7.0, 10.0, 10.0]),
+    ];
+    let tub = joined([cuboid([0.0; 3], [10.0, 10.0, 9.0]), flipped(cuboid([1.0; 3], [9.0, 9.0, 9.0]))]);
+    write_stl(&stl, &tub);
+    write_stl(&outside, &parts.concat());
+    [stl, outside]
+}
+
+#[test]
+fn cpu_and_gpu_close_the_same_gaps_along_any_axis() {
+    let folder = Folder::new();
+    let [case, lid] = casing_to_close(&folder);
+    let mesh = folder.path("case.hxc");
+    let common = ["mesh", &case, &lid, "--cell-size", "1", "--padding-cells", "2", "-o", &mesh, "--json"];
+    let made = |options: &[&str]| -> Value { serde_json::from_str(&done(&[&common[..], options].concat())).unwrap() };
+    let leaks = || hexcast(&["leak", &mesh, ENDS[0], ENDS[1], ENDS[2], ENDS[3]]).status.code();
+    let plain = made(&["--backend", "cpu"]);
+    assert_eq!((&plain["gaps"], leaks()), (&Value::Null, Some(9)));
+    // the hole is two cells wide
+    let kept = made(&["--backend", "cpu", "--close-gaps", "2"]);
+    assert_eq!((&kept["gaps"]["cells"], &kept["flags_sha256"]), (&0.into(), &plain["flags_sha256"]));
+    let of = |axis: &str, backend: &str| made(&["--backend", backend, "--axis", axis, "--close-gaps", "3"]);
+    let closed = of("x", "cpu");
+    assert_eq!(leaks(), Some(0));
+    let gap = serde_json::json!({"cells": 6, "bounds": [[4.0, 6.0, 9.0], [7.0, 8.0, 10.0]]});
+    let gaps = serde_json::json!({"width": 3, "flag": 3, "cells": 6, "gaps": 1, "largest": [gap]});
+    assert_eq!(closed["gaps"], gaps);
+    assert_eq!((&closed["flags"][2]["name"], &closed["flags"][2]["cells"]), (&"closed gaps".into(), &6.into()));
+    for (axis, backend) in [("y", "cpu"), ("z", "cpu"), ("z", "gpu")] {
+        let other = of(axis, backend);
+        assert_eq!((&other["flags_sha256"], &other["gaps"]), (&closed["flags_sha256"], &gaps), "{axis}, {backend}");
+    }
+    let joined = made(&["--backend", "cpu", "--close-gaps", "3", "--gap-flag", "2"]);
+    assert_eq!((&joined["gaps"]["flag"], joined["flags"].as_array().unwrap().len()), (&2.into(), 2));
+    let text = done(&[
+        "mesh",
+        &case,
+        &lid,
+        "--cell-size",
+        "1",
+        "--padding-cells",
+        "2",
+        "--backend",
+        "cpu",
+        "--close-gaps",
+        "3",
+    ]);
+    for part in [
+        "flag        1 \"case\"",
+        "            3 \"closed gaps\": 6 cells, volume 6.000000e0\n",
+        "gaps        1 narrower than 3 cells closed, 6 cells got flag 3\n            6 cells from (4, 6, 9) to (7, 8, 10)\n",
+    ] {
+        assert!(text.contains(part), "{part}\n{text}");
+    }
+}
+
+#[test]
+fn wrong_widths_and_flags_of_gaps_are_errors() {
+    let folder = Folder::new();
+    let [case, _] = casing_to_close(&folder);
+    let raw = folder.path("case.raw");
+    let cases: &[(&[&str], &str)] = &[
+        (&["--close-gaps", "1"], "close_gaps is 1; allowed: at least 2"),
+        (&["--gap-flag", "3"], "gap_flag is given without close_gaps"),
+        (&["--close-gaps", "3", "--gap-flag", "0"], "gap_flag is 0"),
+        (&["--close-gaps", "3", "--bits", "-o", &raw], "closed gaps get a flag of their own\nhint: add --gap-flag 1"),
+    ];
+    for (options, part) in cases {
+        let output = hexcast(&[&["mesh", &case, "--backend", "cpu"], *options].concat());
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(4), "{options:?}: {error}");
+        assert!(error.contains(part), "{options:?}: {error}");
+    }
+}

@@ -60,6 +60,12 @@ pub(crate) struct JobArguments {
     /// the rays of one axis as they are [default: winding]
     #[arg(long, value_parser = choice::<Open>(&["winding", "vote", "error", "parity"]), help_heading = "Method")]
     open: Option<Open>,
+    /// Close openings narrower than K cells along x, y or z, at least 2, and no wider ones
+    #[arg(long, value_name = "K", help_heading = "Method")]
+    close_gaps: Option<u32>,
+    /// Flag of the cells that --close-gaps adds [default: one more than the greatest]
+    #[arg(long, value_name = "F", help_heading = "Method")]
+    gap_flag: Option<u8>,
     /// Who meshes; auto is the GPU where there is one [default: auto]
     #[arg(long, value_parser = choice::<BackendChoice>(&["auto", "gpu", "cpu"]), help_heading = "Method")]
     backend: Option<BackendChoice>,
@@ -101,6 +107,8 @@ impl JobArguments {
         self.override_domain(&mut job);
         job.rule = self.rule.unwrap_or(job.rule);
         job.open = self.open.unwrap_or(job.open);
+        job.close_gaps = self.close_gaps.or(job.close_gaps);
+        job.gap_flag = self.gap_flag.or(job.gap_flag);
         job.backend = self.backend.unwrap_or(job.backend);
         job.axis = self.axis.unwrap_or(job.axis);
         job.max_memory = self.max_memory.or(job.max_memory).or_else(default_max_memory);

@@ -56,6 +56,7 @@ pub(crate) fn of_mesh(report: &Report, is_software: bool, files: &[OutputFile], 
         end_points(&mut table, mesh, shown.verbose);
     }
     flags(&mut table, mesh);
+    gaps(&mut table, mesh);
     stages(&mut table, report, shown.verbose);
     if let Some(hash) = &report.flags_sha256 {
         table.line("flags", format!("sha256 {hash}"));
@@ -135,12 +136,33 @@ fn end_points(table: &mut Table, mesh: &MeshFacts, verbose: bool) {
 
 fn flags(table: &mut Table, mesh: &MeshFacts) {
     for flag in &mesh.flags {
+        if mesh.gaps.as_ref().is_some_and(|gaps| gaps.flag == flag.flag) && flag.mesh_volume == 0.0 {
+            let cells = HumanCount(flag.cells);
+            table.line("flag", format!("{} \"{}\": {cells} cells, volume {:.6e}", flag.flag, flag.name, flag.volume));
+            continue;
+        }
         let difference = match flag.mesh_volume {
             0.0 => String::new(),
             surface => format!(", {:+.3} %", 100.0 * (flag.volume - surface) / surface.abs()),
         };
         let volumes = format!("volume {:.6e}, of the surface {:.6e}{difference}", flag.volume, flag.mesh_volume);
         table.line("flag", format!("{} \"{}\": {} cells, {volumes}", flag.flag, flag.name, HumanCount(flag.cells)));
+    }
+}
+
+/// Gaps that are listed for people; JSON lists more.
+const MAX_GAPS: usize = 5;
+
+fn gaps(table: &mut Table, mesh: &MeshFacts) {
+    let Some(gaps) = &mesh.gaps else { return };
+    let (n, cells, width, flag) = (HumanCount(gaps.gaps), HumanCount(gaps.cells), gaps.width, gaps.flag);
+    table.line("gaps", format!("{n} narrower than {width} cells closed, {cells} cells got flag {flag}"));
+    for gap in gaps.largest.iter().take(MAX_GAPS) {
+        let [low, high] = gap.bounds.map(three);
+        table.line("gaps", format!("{} cells from {low} to {high}", HumanCount(gap.cells)));
+    }
+    if let Some(n_more @ 1..) = gaps.gaps.checked_sub(MAX_GAPS as u64) {
+        table.line("gaps", format!("{} more; --json lists the largest", HumanCount(n_more)));
     }
 }
 
