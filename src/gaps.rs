@@ -1,10 +1,11 @@
 //! Gaps: openings narrower than a number of cells get a flag, for casings that must be tight.
 //!
-//! Columns, K -> columns and [`Gaps`]. A background cell is in a gap if on its line of cells along x, y or z at least one and fewer than
-//! K background cells in a row lie between two flagged cells, and it is one of these. All three axes are looked at before a
+//! Columns, K -> columns and [`Gaps`]. A background cell is in a gap if on its line of cells along x, y or z fewer than K
+//! background cells in a row lie between two flagged cells, and it is one of these. All three axes are looked at before a
 //! cell changes, so the result does not depend on the ray axis. A hole of a x b cells through a wall is closed if the
 //! lesser of the two is below K, and keeps all its cells if it is not; a round hole of K cells and more keeps its middle.
-//! Dents, slits between parts and rooms narrower than K are gaps, too. Cells beyond the mesh are background without end.
+//! A slit across the axes is wider along them than it is: at 45 degrees by a factor of 1.4. Dents, slits between parts and
+//! rooms narrower than K are gaps, too. Cells beyond the mesh are background without end.
 //!
 //! Along the rays a gap is an open run. Across them a sweep goes from ray to ray and keeps, as pieces of the ray, where the
 //! background began; a piece that ends within K rays is a gap.

@@ -1,9 +1,10 @@
 //! The widest way: the largest cube of cells that passes, and where it is tightest.
 //!
-//! Rooms of single cells, two cells that are connected -> [`Widest`]. A cube of w cells *passes* if it can move, a cell at a time, from a
-//! place where it holds the first cell to one where it holds the second, and all its cells are open on the way. If a cube
-//! passes, so do all smaller ones inside it. So the width is found by doubling and bisection: each trial makes the passage
-//! of a cube at most twice as wide (see `passage`) and its rooms. The width does not depend on the ray axis.
+//! Rooms of single cells, two cells that are connected -> [`Widest`]. A cube of w cells *passes* if it can move, a cell at
+//! a time, from a place where it holds the first cell to one where it holds the second, and all its cells are open on the
+//! way. If a cube passes, so do all smaller ones inside it. So the width is found by doubling and bisection: each trial
+//! makes the passage of a cube at most twice as wide (see `passage`) and its rooms. The width does not depend on the ray
+//! axis.
 //!
 //! The cube one cell wider stays in some rooms around the first cell. The *narrowest place* begins where the widest cube
 //! sticks out of what the wider one sweeps in these rooms, for the last time on its way. It ends where any wider cube
@@ -99,8 +100,8 @@ impl Cubes {
     }
 }
 
-/// Finds the widest way between two cells that single cells connect; none where it is [`MAX_WIDTH`] wide or more. `rank` orders places alike
-/// for all ray axes.
+/// Finds the widest way between two cells that single cells connect; none where it is [`MAX_WIDTH`] wide or more. `rank`
+/// orders places alike for all ray axes.
 ///
 /// # Errors
 /// `memory`; `cancelled`.

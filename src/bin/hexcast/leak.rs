@@ -19,7 +19,7 @@ use super::arguments::{default_max_memory, list, read_job};
 use super::output_file::{OutputFile, PendingFile};
 use super::progress::Progress;
 use super::reading::{is_columns, open_columns, open_file, read_job_files};
-use super::summary::{Table, size, three};
+use super::summary::{Table, short, size, three};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -172,7 +172,7 @@ fn in_words(found: &Leak, mesh: &Mesh, facets: Option<&[NearFacet]>, file: Optio
         Some(path) => {
             table.line("leak", format!("a path through flag{plural} {flags} leads from cell {from} to cell {to}"));
             let steps = HumanCount(path.steps);
-            table.line("shortest", format!("{steps} steps from cell to cell, length {}{unit}", path.length));
+            table.line("shortest", format!("{steps} steps from cell to cell, length {}{unit}", short(path.length)));
         }
     }
     let [at_start, at_end] = [found.from, found.to].map(|end| HumanCount(end.n_cells));

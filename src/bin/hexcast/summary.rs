@@ -210,7 +210,7 @@ pub(crate) fn size([x, y, z]: [f64; 3]) -> String {
 }
 
 /// Seven significant digits, as f32 files hold, without trailing zeros.
-fn short(value: f64) -> String {
+pub(crate) fn short(value: f64) -> String {
     let rounded: f64 = format!("{value:.6e}").parse().unwrap_or(value);
     if rounded != 0.0 && !(1e-4..1e9).contains(&rounded.abs()) { format!("{rounded:e}") } else { rounded.to_string() }
 }
