@@ -128,6 +128,12 @@ pub struct Job {
     pub open: Open,
     /// Which cells geometries have besides those whose centres lie inside; a geometry may say otherwise.
     pub fill: Fill,
+    /// Openings of fewer cells are closed, at least 2: see [`crate::gaps`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub close_gaps: Option<u32>,
+    /// Flag of the cells that this adds, 1 to 255; by default one more than the greatest flag of a geometry.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gap_flag: Option<u8>,
     /// Who meshes.
     pub backend: BackendChoice,
     /// Along which axis the rays run.

@@ -14,11 +14,13 @@ pub mod facet;
 mod fingerprint;
 pub mod flags;
 pub mod frame;
+pub mod gaps;
 pub mod geometry;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod job;
 pub mod lattice;
+pub mod leak;
 pub mod lines;
 pub mod map;
 pub mod mesh;

@@ -15,17 +15,20 @@
 use web_time::Instant;
 
 use crate::cast::Cast;
+use crate::columns::Columns;
 use crate::control::Control;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::fingerprint::flags_hash;
 use crate::frame::Frame;
+use crate::gaps::{self, Gaps, NAME};
 use crate::geometry::Geometry;
 use crate::job::Job;
 use crate::lines::{about_fine_cells, residuals};
 use crate::mesh::{Mesh, Named};
 use crate::overlay::{self, Overlay};
 use crate::report::{
-    DeviceCheck, FillReport, GeometryReport, InputReport, MeshFacts, OpenReport, PeakBytes, Seconds, flag_reports,
+    DeviceCheck, FillReport, FlagReport, GeometryReport, InputReport, MeshFacts, OpenReport, PeakBytes, Seconds,
+    flag_reports,
 };
 use crate::sources::Source;
 
@@ -71,7 +74,8 @@ pub async fn mesh(
     let overlay_bytes = overlay.as_ref().map_or(0, Overlay::n_bytes);
     let used = engine.build(&cast, &budget, &mut builder, &mut overlay, control).await?;
     let columns_peak = builder.peak_bytes;
-    let columns = builder.finish()?;
+    let mut columns = builder.finish()?;
+    let gaps = close_gaps(job, &prepared, &mut columns, budget.columns, control)?;
     let columns_seconds = lap(&mut clock);
 
     let (lines, rays) = (prepared.lines, prepared.rays);
@@ -80,7 +84,14 @@ pub async fn mesh(
     let (open, along) = overlay.map(Overlay::found).unwrap_or_default();
     let open: Vec<OpenReport> = open.iter().map(|found| OpenReport::new(found, &geometries)).collect();
     let filled: Vec<FillReport> = along.iter().map(|found| FillReport::new(found, &geometries)).collect();
-    let flags = flag_reports(&geometries, &open, &filled, &cells, &lines);
+    let mut flags = flag_reports(&geometries, &open, &filled, &cells, &lines);
+    let mut names = names;
+    if let Some(gaps) = gaps.as_ref().filter(|gaps| geometries.iter().all(|geometry| geometry.flag != gaps.flag)) {
+        let volume = gaps.cells as f64 * lines.cell_volume();
+        flags.push(FlagReport { flag: gaps.flag, name: NAME.into(), cells: gaps.cells, volume, mesh_volume: None });
+        flags.sort_by_key(|report| report.flag);
+        names.push(Named { flag: gaps.flag, name: NAME.into() });
+    }
     let mut warnings: Vec<String> = engine.fallback.iter().map(|why| format!("meshed on the CPU: {why}")).collect();
     warnings.extend(about_fine_cells(job, &prepared.domain, &lines));
     warnings.extend(open.iter().map(|open| open.warning(lines.n_cells())));
@@ -120,6 +131,7 @@ pub async fn mesh(
         cells: lines.n_cells(),
         flags,
         flags_hash,
+        gaps,
         geometries,
         warnings,
         peak_bytes: PeakBytes {
@@ -138,6 +150,25 @@ pub async fn mesh(
         },
     };
     Ok((mesh, facts))
+}
+
+/// Closes gaps in columns, if the job asks for it.
+fn close_gaps(
+    job: &Job,
+    prepared: &Prepared,
+    columns: &mut Columns,
+    max_bytes: u64,
+    control: &Control,
+) -> Result<Option<Gaps>> {
+    let Some(width) = job.close_gaps else { return Ok(None) };
+    let greatest = prepared.geometries.iter().map(|geometry| geometry.flag).max().unwrap_or(0);
+    let Some(flag) = job.gap_flag.or_else(|| greatest.checked_add(1)) else {
+        let message = "a geometry has flag 255, so that none follows for the closed gaps";
+        return Err(Error::new("job-value", message, "give gap_flag (--gap-flag), which may be that of a geometry"));
+    };
+    let (closed, gaps) = gaps::close(columns, &prepared.lines, (width, flag), max_bytes, control)?;
+    *columns = closed;
+    Ok(Some(gaps))
 }
 
 /// Seconds since the last call.

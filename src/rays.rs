@@ -37,6 +37,13 @@ impl Rays {
         u64::from(self.counts[0]) * u64::from(self.counts[1])
     }
 
+    /// The cell x, y, z of its indices on the first axis across, the second and along the rays.
+    pub(crate) fn cell(&self, [first, second, along]: [u32; 3]) -> [u32; 3] {
+        let mut cell = [along; 3];
+        (cell[self.across[0]], cell[self.across[1]]) = (first, second);
+        cell
+    }
+
     /// Coordinates of a point reordered to (first axis across, second axis across, along the ray).
     #[inline(always)]
     pub fn project(&self, point: [i32; 3]) -> [i32; 3] {

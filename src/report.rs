@@ -5,6 +5,7 @@
 
 use serde::Serialize;
 
+use crate::gaps::Gaps;
 use crate::job::Rule;
 use crate::lines::Residual;
 use crate::sources::Source;
@@ -148,6 +149,8 @@ pub struct MeshFacts {
     pub open: Vec<OpenReport>,
     /// Geometries that have the cells along their surfaces.
     pub filled: Vec<FillReport>,
+    /// Openings that were closed; null where none were to be.
+    pub gaps: Option<Gaps>,
     /// Number of cells.
     pub cells: u64,
     /// Cells of every flag of the job, ascending.

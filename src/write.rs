@@ -11,6 +11,7 @@ pub mod raw;
 pub mod sidecar;
 mod sink;
 pub mod vti;
+mod vtp;
 #[cfg(all(feature = "zarr", not(target_arch = "wasm32")))]
 pub mod zarr;
 
@@ -25,6 +26,7 @@ use crate::mesh::{Mesh, hex};
 pub use options::{Compress, Format, Options, Written};
 pub use sidecar::sidecar_json;
 pub(crate) use sink::Sink;
+pub use vtp::leak_vtp;
 
 /// Writes a mesh in file order, slab by slab; never seeks. Flushes at the end.
 ///

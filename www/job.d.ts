@@ -76,6 +76,13 @@ export interface Job {
    * neighbour leads through it; a wall of any thickness has them. Default `centre`.
    */
   fill?: 'centre' | 'conservative' | 'separating';
+  /**
+   * Closes openings of fewer cells along x, y or z, at least 2, and no wider ones: background cells of which fewer in a row lie between
+   * flagged cells get `gap_flag`. Dents and slits that narrow are filled, too.
+   */
+  close_gaps?: number;
+  /** Flag of the cells that `close_gaps` adds, 1 to 255; by default one more than the greatest flag of a geometry. */
+  gap_flag?: number;
   /** Axis of the rays; the result does not depend on it. Default `auto`: the longest, the first of those less than an eighth shorter. */
   axis?: 'auto' | 'x' | 'y' | 'z';
   /**

@@ -56,6 +56,8 @@ export interface Report {
   open: OpenReport[] | null;
   /** Geometries that have the cells along their surfaces; null for an opened mesh. */
   filled: FillReport[] | null;
+  /** Openings that were closed; null where the job has no `close_gaps`, and for an opened mesh. */
+  gaps: GapsReport | null;
   cells: number;
   flags: FlagReport[];
   /** Hash of the flags, the same on every device and along every axis; null for an opened mesh and where the columns have spilled. */
@@ -69,6 +71,20 @@ export interface Report {
   /** Missing for an opened mesh. */
   peak_bytes?: PeakBytes;
   [key: string]: unknown;
+}
+
+/** The openings that `close_gaps` closed. */
+export interface GapsReport {
+  /** Openings of fewer cells were closed. */
+  width: number;
+  /** Flag of the added cells. */
+  flag: number;
+  /** Number of added cells. */
+  cells: number;
+  /** Number of gaps: their cells are connected over faces. */
+  gaps: number;
+  /** The gaps of most cells, at most 100: number of cells, and the corners of the box around them. */
+  largest: { cells: number; bounds: [[number, number, number], [number, number, number]] }[];
 }
 
 /** A geometry whose surface is not closed, and how its cells were decided. */

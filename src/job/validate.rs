@@ -25,7 +25,22 @@ impl Job {
         }
         self.validate_geometries()?;
         self.validate_cells()?;
+        self.validate_gaps()?;
         self.validate_domain()
+    }
+
+    fn validate_gaps(&self) -> Result<()> {
+        if let Some(width @ 0..2) = self.close_gaps {
+            return Err(out_of_range("close_gaps", width, "at least 2; openings of fewer cells are closed"));
+        }
+        if self.gap_flag == Some(0) {
+            return Err(out_of_range("gap_flag", 0, "1 to 255; 0 is the background"));
+        }
+        if self.gap_flag.is_some() && self.close_gaps.is_none() {
+            let message = "gap_flag is given without close_gaps, which alone uses it";
+            return Err(Error::new("job-conflict", message, "remove gap_flag or give close_gaps"));
+        }
+        Ok(())
     }
 
     fn validate_geometries(&self) -> Result<()> {

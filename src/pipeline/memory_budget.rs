@@ -75,7 +75,9 @@ pub(super) fn columns_builder(
 /// Hashes everything that decides the columns: the version, the job without backend and memory, the hashes of its files, the
 /// lines and the rays.
 fn identity(job: &Job, prepared: &Prepared, inputs: &[InputReport]) -> [u8; 32] {
-    let job = Job { backend: BackendChoice::Auto, max_memory: None, max_cells: None, unit: None, ..job.clone() };
+    // gaps are closed in finished columns
+    let job = Job { close_gaps: None, gap_flag: None, ..job.clone() };
+    let job = Job { backend: BackendChoice::Auto, max_memory: None, max_cells: None, unit: None, ..job };
     let files: Vec<&str> = inputs.iter().map(|input| input.sha256.as_str()).collect();
     let facts = [
         env!("CARGO_PKG_VERSION").to_string(),

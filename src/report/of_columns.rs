@@ -35,6 +35,7 @@ pub struct ColumnsReport<'a> {
     pub odd_rays: u64,
     open: (),
     filled: (),
+    gaps: (),
     /// Number of cells.
     pub cells: u64,
     /// Every flag in use.
@@ -86,6 +87,7 @@ impl ColumnsReport<'_> {
             runs: columns.n_runs(),
             open: (),
             filled: (),
+            gaps: (),
             odd_rays: columns.odd_rays(),
             cells: mesh.lines.n_cells(),
             flags: flags_of_columns(mesh),

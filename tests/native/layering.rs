@@ -42,6 +42,8 @@ const CORE: &[&str] = &[
     "overlay",
     "mesh",
     "skin",
+    "leak",
+    "gaps",
     "report",
     "write",
     "estimate",

@@ -16,6 +16,7 @@ mod column_files;
 mod compare;
 mod famous_cases;
 mod formats;
+mod gaps;
 mod golden;
 mod golden_cpu;
 #[cfg(feature = "gpu")]
@@ -28,6 +29,9 @@ mod gpu {
 #[cfg(feature = "gpu")]
 mod kernel_checks;
 mod layering;
+mod leak;
+#[cfg(feature = "cli")]
+mod leak_command;
 #[cfg(feature = "cli")]
 mod memory;
 mod models;

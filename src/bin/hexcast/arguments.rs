@@ -64,6 +64,12 @@ pub(crate) struct JobArguments {
     /// separate its two sides [default: centre]
     #[arg(long, value_parser = choice::<Fill>(&["centre", "conservative", "separating"]), help_heading = "Method")]
     fill: Option<Fill>,
+    /// Close openings narrower than K cells along x, y or z, at least 2, and no wider ones
+    #[arg(long, value_name = "K", help_heading = "Method")]
+    close_gaps: Option<u32>,
+    /// Flag of the cells that --close-gaps adds [default: one more than the greatest]
+    #[arg(long, value_name = "F", help_heading = "Method")]
+    gap_flag: Option<u8>,
     /// Who meshes; auto is the GPU where there is one [default: auto]
     #[arg(long, value_parser = choice::<BackendChoice>(&["auto", "gpu", "cpu"]), help_heading = "Method")]
     backend: Option<BackendChoice>,
@@ -109,6 +115,8 @@ impl JobArguments {
         job.rule = self.rule.unwrap_or(job.rule);
         job.open = self.open.unwrap_or(job.open);
         job.fill = self.fill.unwrap_or(job.fill);
+        job.close_gaps = self.close_gaps.or(job.close_gaps);
+        job.gap_flag = self.gap_flag.or(job.gap_flag);
         job.backend = self.backend.unwrap_or(job.backend);
         job.axis = self.axis.unwrap_or(job.axis);
         job.max_memory = self.max_memory.or(job.max_memory).or_else(default_max_memory);
@@ -164,7 +172,7 @@ pub(crate) fn default_max_memory() -> Option<ByteSize> {
 const MAX_JOB_BYTES: u64 = 64 << 20;
 
 /// Reads a job file and makes its file names relative to the current folder.
-fn read_job(path: &Path) -> Result<Job> {
+pub(crate) fn read_job(path: &Path) -> Result<Job> {
     let name = path.display();
     let mut bytes = Vec::new();
     let read = open_file(path)?.take(MAX_JOB_BYTES + 1).read_to_end(&mut bytes);

@@ -228,6 +228,10 @@ fn check_single_flag(job: &Job) -> Result<()> {
         let message = format!("--bits is given with {} geometries of different flags", flags.len());
         return Err(Error::new("job-conflict", message, "give all the same flag, or leave out --bits"));
     }
+    if job.close_gaps.is_some() && job.gap_flag != Some(flags[0]) {
+        let message = "--bits is given, and closed gaps get a flag of their own";
+        return Err(Error::new("job-conflict", message, format!("add --gap-flag {}, or leave out --bits", flags[0])));
+    }
     Ok(())
 }
 

@@ -64,6 +64,7 @@ pub(crate) fn of_mesh(report: &Report, is_software: bool, files: &[OutputFile], 
             format!("\"{}\", {kind} {} fill: {cells} cells added", filled.geometry, filled.fill.name()),
         );
     }
+    gaps(&mut table, mesh);
     stages(&mut table, report, shown.verbose);
     if let Some(hash) = &mesh.flags_hash {
         table.line("flags", format!("hash {hash}"));
@@ -154,6 +155,22 @@ fn flags(table: &mut Table, mesh: &MeshFacts) {
     }
 }
 
+/// Gaps that are listed for people; JSON lists more.
+const MAX_GAPS: usize = 5;
+
+fn gaps(table: &mut Table, mesh: &MeshFacts) {
+    let Some(gaps) = &mesh.gaps else { return };
+    let (n, cells, width, flag) = (HumanCount(gaps.gaps), HumanCount(gaps.cells), gaps.width, gaps.flag);
+    table.line("gaps", format!("{n} narrower than {width} cells closed, {cells} cells got flag {flag}"));
+    for gap in gaps.largest.iter().take(MAX_GAPS) {
+        let [low, high] = gap.bounds.map(three);
+        table.line("gaps", format!("{} cells from {low} to {high}", HumanCount(gap.cells)));
+    }
+    if let Some(n_more @ 1..) = gaps.gaps.checked_sub(MAX_GAPS as u64) {
+        table.line("gaps", format!("{} more; --json lists the largest", HumanCount(n_more)));
+    }
+}
+
 fn stages(table: &mut Table, report: &Report, verbose: bool) {
     let seconds = &report.seconds;
     let rate = report.cells_per_second;
@@ -198,7 +215,7 @@ pub(crate) fn size([x, y, z]: [f64; 3]) -> String {
 }
 
 /// Seven significant digits, as f32 files hold, without trailing zeros.
-fn short(value: f64) -> String {
+pub(crate) fn short(value: f64) -> String {
     let rounded: f64 = format!("{value:.6e}").parse().unwrap_or(value);
     if rounded != 0.0 && !(1e-4..1e9).contains(&rounded.abs()) { format!("{rounded:e}") } else { rounded.to_string() }
 }

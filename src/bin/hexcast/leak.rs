@@ -1,0 +1,230 @@
+//! `hexcast leak`: whether a path leads from one point to another, and where it is narrowest.
+
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use hexcast::control::{CancelToken, Control};
+use hexcast::geometry::Geometry;
+use hexcast::job::{ByteSize, GeometryJob, Job};
+use hexcast::leak::{Leak, MAX_WIDTH, Narrowest, NearFacet, Question, facets_near, leak};
+use hexcast::mesh::Mesh;
+use hexcast::sources::geometries;
+use hexcast::write::leak_vtp;
+use hexcast::{Error, Result};
+use indicatif::{BinaryBytes, HumanCount};
+use serde_json::json;
+
+use super::arguments::{default_max_memory, list, read_job};
+use super::output_file::{OutputFile, PendingFile};
+use super::progress::Progress;
+use super::reading::{is_columns, open_columns, open_file, read_job_files};
+use super::summary::{Table, short, size, three};
+
+const EXAMPLES: &str = "\
+Examples:
+    hexcast mesh case.stl --cells 500 --padding-cells 4 -o case.hxc
+    hexcast leak case.hxc --from 0,0,0 --to 60,0,0
+    hexcast leak case.hxc --from 0,0,0 --to 60,0,0 --surface case.stl -o path.vtp
+
+The exit code is 0 where there is no path, and 9 where there is one.
+
+The shortest path has the fewest steps from cell to cell over faces. The narrowest place is where the largest
+cube of cells that passes stops one that is a cell wider; cells beyond the mesh count as background. Where two
+holes lead out, the path takes the nearer one and the cube the wider one: the output has the ways of both.
+Part 0 of the output is the narrowest place, 1 the shortest path, 2 the way of the cube.";
+
+/// Look for a path between two points of a mesh: the shortest one, and its narrowest place
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Arguments {
+    /// Column file
+    #[arg(value_name = "MESH.hxc")]
+    mesh: PathBuf,
+    /// Point at which paths begin, in the unit of the mesh
+    #[arg(long, value_name = "X,Y,Z", value_parser = list::<f64, 3>, allow_hyphen_values = true)]
+    from: [f64; 3],
+    /// Point at which they end
+    #[arg(long, value_name = "X,Y,Z", value_parser = list::<f64, 3>, allow_hyphen_values = true)]
+    to: [f64; 3],
+    /// Flags of cells that a path may use [default: that of the cell at --from]
+    #[arg(long, value_name = "F,F,...", value_delimiter = ',')]
+    flags: Vec<u8>,
+    /// Name the facets within a cell of the narrowest place, from the surfaces of this job
+    #[arg(long, value_name = "JOB.toml|JOB.json", conflicts_with = "surfaces")]
+    job: Option<PathBuf>,
+    /// Name the facets within a cell of the narrowest place, from this STL file, placed as in
+    /// coil.stl:scale=2 if need be; may be given several times
+    #[arg(id = "surfaces", long = "surface", value_name = "FILE")]
+    surfaces: Vec<String>,
+    /// Write the paths and the narrowest place as lines, .vtp, for ParaView
+    #[arg(short, long, value_name = "OUT.vtp")]
+    output: Option<PathBuf>,
+    /// Print what was found as JSON
+    #[arg(long)]
+    json: bool,
+    /// Most memory to take, such as 2GB or 512MiB [default: 3/4 of what is available]
+    #[arg(long, value_name = "SIZE", help_heading = "Memory")]
+    max_memory: Option<ByteSize>,
+}
+
+/// Exit code where there is a path.
+const LEAKS: u8 = 9;
+/// Cells around the narrowest place in which facets are named.
+const CELLS_AROUND: u32 = 1;
+/// Most facets of a geometry that are listed for people.
+const MAX_FACETS: usize = 20;
+
+pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode> {
+    let max_memory = arguments.max_memory.or_else(default_max_memory);
+    let max_bytes = max_memory.map_or(u64::MAX, |size| size.0);
+    // first: a missing input is the more useful message
+    open_file(&arguments.mesh)?;
+    if arguments.mesh.is_file() && !is_columns(&arguments.mesh) {
+        let message = format!("{} is not a column file", arguments.mesh.display());
+        let hint = "mesh it first: hexcast mesh PART.stl -o MESH.hxc, and name MESH.hxc here";
+        return Err(Error::new("columns-corrupt", message, hint));
+    }
+    let output = arguments.output.as_deref().map(|path| open_output(path, &arguments.mesh)).transpose()?;
+    let surfaces = read_surfaces(arguments, max_memory, token)?;
+    let mut control = Control::default();
+    control.cancel = token.clone();
+    // the other half is for the open cells
+    let mesh = open_columns(&arguments.mesh, max_bytes / 2, &control)?;
+    let question = Question {
+        from: arguments.from,
+        to: arguments.to,
+        flags: arguments.flags.clone(),
+        max_bytes: max_bytes - max_bytes / 2,
+    };
+    let found = leak(&mesh, &question, &control)?;
+    let around = found.narrowest.as_ref().map(|place| place.bounds_with(&mesh.lines, CELLS_AROUND));
+    let facets = surfaces.map(|surfaces| around.map_or_else(Vec::new, |around| facets_near(&surfaces, around)));
+    let file = output.map(|file| write(file, &leak_vtp(&found))).transpose()?;
+    if arguments.json {
+        // a struct of numbers always has a JSON form
+        let mut json = serde_json::to_value(&found).unwrap_or_default();
+        json["is_tight"] = found.path.is_none().into();
+        json["unit"] = json!(mesh.unit);
+        json["facets"] = json!(facets);
+        super::terminal::print_exact(&format!("{json:#}\n"))?;
+    } else {
+        super::terminal::print(&in_words(&found, &mesh, facets.as_deref(), file.as_ref()))?;
+    }
+    Ok(if found.path.is_some() { ExitCode::from(LEAKS) } else { ExitCode::SUCCESS })
+}
+
+/// Opens a temporary file for the output, which must not be the input.
+fn open_output(path: &Path, mesh: &Path) -> Result<PendingFile> {
+    if !path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("vtp")) {
+        let message = format!("{}: paths are written to .vtp only", path.display());
+        return Err(Error::new("job-value", message, "name a file that ends in .vtp"));
+    }
+    let (place, file) = PendingFile::open(path)?;
+    if mesh.canonicalize().is_ok_and(|mesh| mesh == place) {
+        let message = format!("{} is an input too", path.display());
+        return Err(Error::new("job-conflict", message, "give the output another name"));
+    }
+    Ok(file)
+}
+
+fn write(mut file: PendingFile, text: &str) -> Result<OutputFile> {
+    file.put(text)?;
+    let path = file.path.clone();
+    file.persist()?;
+    Ok(OutputFile { path, n_bytes: text.len() as u64 })
+}
+
+/// Reads the surfaces in which facets are looked for; none where none are named.
+fn read_surfaces(
+    arguments: &Arguments,
+    max_memory: Option<ByteSize>,
+    token: &CancelToken,
+) -> Result<Option<Vec<Geometry>>> {
+    let mut job = match &arguments.job {
+        Some(path) => read_job(path)?,
+        None if arguments.surfaces.is_empty() => return Ok(None),
+        None => Job {
+            geometries: arguments
+                .surfaces
+                .iter()
+                .map(|file| GeometryJob::from_argument(file))
+                .collect::<Result<_>>()?,
+            ..Job::default()
+        },
+    };
+    job.max_memory = max_memory;
+    job.validate()?;
+    let sources = read_job_files(&job, token, Progress::new(arguments.json))?;
+    geometries(&job, sources).map(Some)
+}
+
+fn in_words(found: &Leak, mesh: &Mesh, facets: Option<&[NearFacet]>, file: Option<&OutputFile>) -> String {
+    let mut table = Table::default();
+    let unit = mesh.unit.as_ref().map_or(String::new(), |unit| format!(" {unit}"));
+    let flags = joined(&found.flags);
+    let plural = if found.flags.len() == 1 { "" } else { "s" };
+    let [from, to] = [found.from, found.to].map(|end| cell(end.cell));
+    match &found.path {
+        None => {
+            table.line("tight", format!("no path through flag{plural} {flags} leads from cell {from} to cell {to}"))
+        }
+        Some(path) => {
+            table.line("leak", format!("a path through flag{plural} {flags} leads from cell {from} to cell {to}"));
+            let steps = HumanCount(path.steps);
+            table.line("shortest", format!("{steps} steps from cell to cell, length {}{unit}", short(path.length)));
+        }
+    }
+    let [at_start, at_end] = [found.from, found.to].map(|end| HumanCount(end.n_cells));
+    match found.path {
+        None => table.line("reached", format!("{at_start} cells from the start, {at_end} from the end")),
+        Some(_) => table.line("reached", format!("{at_start} cells from both")),
+    }
+    match &found.narrowest {
+        Some(place) => narrowest(&mut table, place, mesh, &unit),
+        None if found.path.is_some() => {
+            table.line("widest", format!("a cube of {MAX_WIDTH} cells passes: no place on its way is narrow"));
+        }
+        None => {}
+    }
+    if let Some(facets) = facets.filter(|_| found.narrowest.is_some()) {
+        list_facets(&mut table, facets);
+    }
+    if let Some(file) = file {
+        table.line("written", format!("{} ({})", file.path.display(), BinaryBytes(file.n_bytes)));
+    }
+    table.finish()
+}
+
+fn narrowest(table: &mut Table, place: &Narrowest, mesh: &Mesh, unit: &str) {
+    let (width, wider) = (place.width, place.width + 1);
+    let plural = if width == 1 { "" } else { "s" };
+    let lengths = size(mesh.lines.spacing.map(|length| length * f64::from(width)));
+    table.line(
+        "widest",
+        format!("a cube of {width} cell{plural} passes, {lengths}{unit} wide; none of {wider} cells does"),
+    );
+    let [low, high] = place.cells;
+    let (low, last) = (cell(low), cell(high.map(|end| end - 1)));
+    table.line("narrowest", format!("at {}{unit}: cells {low} to {last}", three(place.centre)));
+}
+
+fn list_facets(table: &mut Table, facets: &[NearFacet]) {
+    if facets.is_empty() {
+        table.line("facets", "none within a cell of the narrowest place");
+    }
+    for of_geometry in facets.chunk_by(|one, other| one.geometry == other.geometry) {
+        let numbers: Vec<usize> = of_geometry.iter().take(MAX_FACETS).map(|near| near.facet).collect();
+        let n_more = of_geometry.len() - numbers.len();
+        let more = if n_more > 0 { format!(" and {n_more} more; --json lists all") } else { String::new() };
+        table.line("facets", format!("\"{}\": {}{more}", of_geometry[0].geometry, joined(&numbers)));
+    }
+}
+
+fn cell([x, y, z]: [u32; 3]) -> String {
+    format!("({x}, {y}, {z})")
+}
+
+fn joined(numbers: &[impl Display]) -> String {
+    numbers.iter().map(|number| number.to_string()).collect::<Vec<String>>().join(", ")
+}
