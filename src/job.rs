@@ -134,6 +134,12 @@ pub struct Job {
     /// Flag of the cells that this adds, 1 to 255; by default one more than the greatest flag of a geometry.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gap_flag: Option<u8>,
+    /// Looks for thin walls and for cells that two geometries claim: see [`crate::certificate`].
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub certify: bool,
+    /// Walls of fewer cells are thin, at least 1; by default [`crate::certificate::DEFAULT_THIN_CELLS`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub thin_cells: Option<u32>,
     /// Who meshes.
     pub backend: BackendChoice,
     /// Along which axis the rays run.

@@ -2,6 +2,7 @@
 
 mod axis_crossings;
 pub mod cast;
+pub mod certificate;
 mod checksum;
 pub mod columns;
 pub mod control;

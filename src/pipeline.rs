@@ -15,6 +15,7 @@
 use web_time::Instant;
 
 use crate::cast::Cast;
+use crate::certificate::{Certificate, DEFAULT_THIN_CELLS};
 use crate::columns::Columns;
 use crate::control::Control;
 use crate::error::{Error, Result};
@@ -27,8 +28,8 @@ use crate::lines::{about_fine_cells, residuals};
 use crate::mesh::{Mesh, Named};
 use crate::overlay::{self, Overlay};
 use crate::report::{
-    DeviceCheck, FillReport, FlagReport, GeometryReport, InputReport, MeshFacts, OpenReport, PeakBytes, Seconds,
-    flag_reports,
+    CertificateReport, DeviceCheck, FillReport, FlagReport, GeometryReport, InputReport, MeshFacts, OpenReport,
+    PeakBytes, Seconds, flag_reports,
 };
 use crate::sources::Source;
 
@@ -98,6 +99,12 @@ pub async fn mesh(
     warnings.extend(warnings::about_odd_rays(columns.odd_rays(), rays.n_rays()));
     warnings.extend(warnings::about_shared_flags(&prepared.geometries));
     warnings.extend(warnings::about_overlapping_shells(&cast, &prepared.geometries));
+    let certificate = job.certify.then(|| {
+        let thin_cells = job.thin_cells.unwrap_or(DEFAULT_THIN_CELLS);
+        let found = Certificate::new(&cast, &lines, &prepared.geometries, thin_cells);
+        CertificateReport::new(&found, &geometries, &lines)
+    });
+    warnings.extend(certificate.iter().flat_map(CertificateReport::warnings));
     let mesh = Mesh::new(lines, columns, names, job.unit.clone())?;
     let columns = &mesh.columns;
     warnings.extend(warnings::about_geometries_without_cells(&prepared, &cast, &mesh, &cells)?);
@@ -131,6 +138,7 @@ pub async fn mesh(
         cells: lines.n_cells(),
         flags,
         flags_hash,
+        certificate,
         gaps,
         geometries,
         warnings,

@@ -10,9 +10,11 @@ use crate::job::Rule;
 use crate::lines::Residual;
 use crate::sources::Source;
 
+mod of_certificate;
 mod of_columns;
 mod of_geometries;
 
+pub use of_certificate::{CertificateReport, OverlapReport, ThinWallReport};
 pub use of_columns::{ColumnsFlag, ColumnsReport};
 pub use of_geometries::{FillReport, FlagReport, GeometryReport, OpenReport, flag_reports};
 
@@ -155,6 +157,8 @@ pub struct MeshFacts {
     pub cells: u64,
     /// Cells of every flag of the job, ascending.
     pub flags: Vec<FlagReport>,
+    /// Thin walls and overlaps; null where the job did not ask for them.
+    pub certificate: Option<CertificateReport>,
     /// Hash of the flags, see `docs/flags_hash.md`; None where the columns have spilled.
     pub flags_hash: Option<String>,
     /// Sentences that the reader should see.

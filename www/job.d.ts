@@ -83,6 +83,10 @@ export interface Job {
   close_gaps?: number;
   /** Flag of the cells that `close_gaps` adds, 1 to 255; by default one more than the greatest flag of a geometry. */
   gap_flag?: number;
+  /** Looks for thin walls and for cells that two geometries claim; takes as long as some meshes on the CPU. */
+  certify?: boolean;
+  /** Walls of fewer cells are thin; default 2. */
+  thin_cells?: number;
   /** Axis of the rays; the result does not depend on it. Default `auto`: the longest, the first of those less than an eighth shorter. */
   axis?: 'auto' | 'x' | 'y' | 'z';
   /**

@@ -60,6 +60,8 @@ export interface Report {
   gaps: GapsReport | null;
   cells: number;
   flags: FlagReport[];
+  /** Thin walls and overlaps; null where the job did not ask for them, and for an opened mesh. */
+  certificate: CertificateReport | null;
   /** Hash of the flags, the same on every device and along every axis; null for an opened mesh and where the columns have spilled. */
   flags_hash: string | null;
   flags_sha256: string | null;
@@ -113,6 +115,23 @@ export interface FillReport {
   shell: boolean;
   /** Cells that it has for no other reason. */
   added_cells: number;
+}
+
+/** What a mesh may have lost, or decided between closed geometries. */
+export interface CertificateReport {
+  /** Walls of fewer cells are listed. */
+  thin_cells: number;
+  /** Walls that are thin along an axis: stretches of rays, those that hold no centre of a cell, the fewest centres and a place. */
+  thin_walls: {
+    geometry: string;
+    axis: 'x' | 'y' | 'z';
+    rays: number;
+    lost: number;
+    cells: number;
+    place: [number, number, number];
+  }[];
+  /** Pairs of geometries with common cells. */
+  overlaps: { winner: string; loser: string; cells: number; volume: number }[];
 }
 
 /** Mesh lines: line i of an axis is `origin + i * spacing`, i = 0 ..= dims. */

@@ -100,6 +100,9 @@ impl Job {
         if self.cells == Some(0) {
             return Err(out_of_range("cells", 0, "at least 1"));
         }
+        if self.thin_cells == Some(0) {
+            return Err(out_of_range("thin_cells", 0, "at least 1"));
+        }
         if self.max_cells == Some(0) {
             return Err(out_of_range("max_cells", 0, "at least 1"));
         }

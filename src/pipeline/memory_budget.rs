@@ -76,7 +76,7 @@ pub(super) fn columns_builder(
 /// lines and the rays.
 fn identity(job: &Job, prepared: &Prepared, inputs: &[InputReport]) -> [u8; 32] {
     // gaps are closed in finished columns
-    let job = Job { close_gaps: None, gap_flag: None, ..job.clone() };
+    let job = Job { close_gaps: None, gap_flag: None, certify: false, thin_cells: None, ..job.clone() };
     let job = Job { backend: BackendChoice::Auto, max_memory: None, max_cells: None, unit: None, ..job };
     let files: Vec<&str> = inputs.iter().map(|input| input.sha256.as_str()).collect();
     let facts = [

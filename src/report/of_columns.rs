@@ -40,6 +40,7 @@ pub struct ColumnsReport<'a> {
     pub cells: u64,
     /// Every flag in use.
     pub flags: Vec<ColumnsFlag<'a>>,
+    certificate: (),
     flags_hash: (),
     flags_sha256: (),
     warnings: [(); 0],
@@ -91,6 +92,7 @@ impl ColumnsReport<'_> {
             odd_rays: columns.odd_rays(),
             cells: mesh.lines.n_cells(),
             flags: flags_of_columns(mesh),
+            certificate: (),
             flags_hash: (),
             flags_sha256: (),
             warnings: [],

@@ -38,6 +38,7 @@ const CORE: &[&str] = &[
     "axis_crossings",
     "open",
     "shells",
+    "certificate",
     "sheet",
     "overlay",
     "mesh",

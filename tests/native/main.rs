@@ -9,6 +9,7 @@ mod agreement;
 mod angles;
 mod backends;
 mod cases;
+mod certificates;
 #[cfg(feature = "cli")]
 mod cli;
 #[cfg(feature = "cli")]

@@ -70,6 +70,12 @@ pub(crate) struct JobArguments {
     /// Flag of the cells that --close-gaps adds [default: one more than the greatest]
     #[arg(long, value_name = "F", help_heading = "Method")]
     gap_flag: Option<u8>,
+    /// Look for thin walls and for cells that two geometries claim; takes as long as some meshes on the CPU
+    #[arg(long, help_heading = "Method")]
+    certify: bool,
+    /// What --certify calls a thin wall: one of fewer cells [default: 2]
+    #[arg(long, value_name = "K", requires = "certify", help_heading = "Method")]
+    thin_cells: Option<u32>,
     /// Who meshes; auto is the GPU where there is one [default: auto]
     #[arg(long, value_parser = choice::<BackendChoice>(&["auto", "gpu", "cpu"]), help_heading = "Method")]
     backend: Option<BackendChoice>,
@@ -117,6 +123,8 @@ impl JobArguments {
         job.fill = self.fill.unwrap_or(job.fill);
         job.close_gaps = self.close_gaps.or(job.close_gaps);
         job.gap_flag = self.gap_flag.or(job.gap_flag);
+        job.certify |= self.certify;
+        job.thin_cells = self.thin_cells.or(job.thin_cells);
         job.backend = self.backend.unwrap_or(job.backend);
         job.axis = self.axis.unwrap_or(job.axis);
         job.max_memory = self.max_memory.or(job.max_memory).or_else(default_max_memory);

@@ -65,6 +65,13 @@ pub(crate) fn of_mesh(report: &Report, is_software: bool, files: &[OutputFile], 
         );
     }
     gaps(&mut table, mesh);
+    for overlap in mesh.certificate.iter().flat_map(|certificate| &certificate.overlaps) {
+        let cells = HumanCount(overlap.cells);
+        table.line(
+            "overlap",
+            format!("{cells} cells of \"{}\" lie in \"{}\", which wins", overlap.loser, overlap.winner),
+        );
+    }
     stages(&mut table, report, shown.verbose);
     if let Some(hash) = &mesh.flags_hash {
         table.line("flags", format!("hash {hash}"));

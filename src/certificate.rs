@@ -1,0 +1,40 @@
+//! The certificate: what a mesh may have lost, or decided between geometries, found by casting the closed geometries again.
+//!
+//! Frame, rays of three axes -> walls thinner than some cells, and the cells that two geometries claim. Made where the job asks for
+//! it: it costs some casts on the host. Geometries that are not closed are left out: they are decided apart.
+
+use crate::cast::Cast;
+use crate::geometry::Geometry;
+use crate::lines::Lines;
+
+mod overlaps;
+mod thin;
+
+pub use overlaps::Overlap;
+pub use thin::ThinWall;
+
+/// Walls of fewer cells are thin where the job does not say.
+pub const DEFAULT_THIN_CELLS: u32 = 2;
+
+/// What was found, by geometries of the job.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Certificate {
+    /// Walls of fewer cells were looked for.
+    pub thin_cells: u32,
+    /// Thin walls, a geometry and an axis each.
+    pub thin_walls: Vec<ThinWall>,
+    /// Pairs of geometries with common cells.
+    pub overlaps: Vec<Overlap>,
+}
+
+impl Certificate {
+    /// Looks at the closed geometries of a frame; `geometries` are those of the job.
+    pub fn new(cast: &Cast, lines: &Lines, geometries: &[Geometry], thin_cells: u32) -> Certificate {
+        let is_wanted = |geometry: usize| !geometries[geometry].shell;
+        Certificate {
+            thin_cells,
+            thin_walls: thin::thin_walls(cast, lines, thin_cells, is_wanted),
+            overlaps: overlaps::overlaps(cast),
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! Thin walls: where a geometry has fewer cells across than a solver needs, or none.
+//!
+//! # Theory
+//! A wall is thin along an axis if a ray enters through a facet whose normal lies nearest to that axis and leaves through another
+//! such, within fewer than k centres of cells. Facets that lie along the ray do not count: at the silhouette of a ball rays are
+//! short without a wall. So a wall at any angle is found along the axis nearest to its normal, where it is at most 1.7 times as
+//! thick as across.
+//!
+//! Degenerate cases: where a geometry reaches beyond the domain along an axis, what touches the domain's ends is left out.
+//! Cost: a cast of the rays of each axis that pass the box of a geometry.
+
+use crate::cast::Cast;
+use crate::cpu::{Window, over_windows};
+use crate::crossings::Crossings;
+use crate::frame::{Frame, SnappedFacet};
+use crate::job::Rule;
+use crate::lines::Lines;
+use crate::rays::Rays;
+
+/// Rows of rays that are cast together.
+const ROWS: usize = 1 << 10;
+
+/// Walls of a geometry that are thin along an axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ThinWall {
+    /// Index in the job.
+    pub geometry: usize,
+    /// 0, 1 or 2.
+    pub axis: usize,
+    /// Thin stretches of rays.
+    pub rays: u64,
+    /// Those that hold no centre: the wall is not in the mesh there.
+    pub lost: u64,
+    /// Fewest centres.
+    pub cells: u32,
+    /// A place with so few, in world coordinates.
+    pub place: [f64; 3],
+}
+
+/// A stretch of a ray: number of centres, the ray's indices across, first centre.
+type Thin = (u32, [u32; 2], u32);
+
+/// Finds the walls of fewer than `k` cells of the geometries that are wanted.
+pub(super) fn thin_walls(cast: &Cast, lines: &Lines, k: u32, is_wanted: impl Fn(usize) -> bool) -> Vec<ThinWall> {
+    let mut found = Vec::new();
+    for (rank, &geometry) in cast.frame.ranks.geometry_of_rank.iter().enumerate() {
+        let facets = cast.frame.facets_of_rank(rank);
+        if facets.is_empty() || !is_wanted(geometry) {
+            continue;
+        }
+        for axis in 0..3 {
+            let rays = Rays::new(axis, cast.frame.dims);
+            let frame = aligned_or_not(facets, axis, cast.frame);
+            let thin = thin_of(&Cast { frame: &frame, rays: &rays, rule: cast.rule }, k);
+            let Some(&(cells, across, first)) = thin.iter().min() else { continue };
+            let mut place = [0.0; 3];
+            for (across_axis, index) in rays.across.into_iter().zip(across) {
+                place[across_axis] = f64::from(index) + 0.5;
+            }
+            place[axis] = f64::from(first) + 0.5 * f64::from(cells);
+            found.push(ThinWall {
+                geometry,
+                axis,
+                rays: thin.len() as u64,
+                lost: thin.iter().filter(|thin| thin.0 == 0).count() as u64,
+                cells,
+                place: [0, 1, 2].map(|axis| lines.origin[axis] + place[axis] * lines.spacing[axis]),
+            });
+        }
+    }
+    found
+}
+
+/// A frame of some facets: rank 0 where the normal lies nearest to an axis, 1 elsewhere.
+fn aligned_or_not(facets: &[SnappedFacet], axis: usize, frame: &Frame) -> Frame {
+    let is_aligned = |[a, b, c]: &SnappedFacet| {
+        let side = |to: &[i32; 3]| [0, 1, 2].map(|k| i128::from(to[k]) - i128::from(a[k]));
+        let (u, v) = (side(b), side(c));
+        let n = [0, 1, 2].map(|k: usize| {
+            let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+            (u[i] * v[j] - u[j] * v[i]).abs()
+        });
+        n[axis] >= n[0].max(n[1]).max(n[2])
+    };
+    // facets are stored rank after rank
+    let (aligned, others): (Vec<SnappedFacet>, Vec<SnappedFacet>) = facets.iter().copied().partition(is_aligned);
+    let mut both = frame.with_facets([&aligned[..], &others[..]].concat());
+    both.rank_of_facet[aligned.len()..].fill(1);
+    both.ranks.geometry_of_rank.push(0);
+    both.ranks.flag_of_rank.push(1);
+    both
+}
+
+fn thin_of(cast: &Cast, k: u32) -> Vec<Thin> {
+    let (rays, corners) = (cast.rays, cast.frame.facets.as_flattened());
+    let bits = cast.frame.fraction_bits;
+    let span = |axis: usize| {
+        let along = corners.iter().map(|corner| corner[axis] >> bits);
+        [along.clone().min(), along.max()].map(|cell| cell.unwrap_or(0))
+    };
+    let within = |axis: usize, n: u32| {
+        let [low, high] = span(axis);
+        low.clamp(0, n as i32 - 1) as u32..(high.saturating_add(1)).clamp(0, n as i32) as u32
+    };
+    let [low, high] = span(rays.axis);
+    // beyond half a cell outside, what is at the ends may reach further
+    let is_cut = low < -1 || high >= rays.depth as i32;
+    let [across, down] = [0, 1].map(|index| within(rays.across[index], rays.counts[index]));
+    let windows: Vec<Window> = down.map(|row| [across.clone(), row..row + 1]).collect();
+    let of_row = |crossings: &Crossings| {
+        let mut found = Vec::new();
+        let mut events = Vec::new();
+        for (index, ends) in crossings.offsets.windows(2).enumerate() {
+            events.clear();
+            events.extend_from_slice(&crossings.events[ends[0] as usize..ends[1] as usize]);
+            events.sort_unstable();
+            let ray = crossings.first_ray + index as u64;
+            let n_across = u64::from(rays.counts[0]);
+            let place = [(ray % n_across) as u32, (ray / n_across) as u32];
+            for [start, end] in stretches(&events, cast.rule) {
+                let [(first, is_first), (last, is_last)] =
+                    [start, end].map(|event| (event >> 9, event >> 1 & 0xff == 0));
+                let touches_end = first == 0 || last == rays.depth;
+                if is_first && is_last && last - first < k && !(is_cut && touches_end) {
+                    found.push((last - first, place, first));
+                }
+            }
+        }
+        found
+    };
+    let rows = windows.chunks(ROWS).flat_map(|rows| over_windows(cast, rows, of_row));
+    rows.flatten().collect()
+}
+
+/// Where a ray enters and leaves a geometry, from its crossings in order.
+fn stretches(events: &[u32], rule: Rule) -> Vec<[u32; 2]> {
+    if rule == Rule::Parity {
+        return events.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect();
+    }
+    let (mut winding, mut start, mut found) = (0, 0, Vec::new());
+    for &event in events {
+        let was_inside = winding != 0;
+        winding += 1 - 2 * (event & 1) as i32;
+        match (was_inside, winding != 0) {
+            (false, true) => start = event,
+            (true, false) => found.push([start, event]),
+            _ => {}
+        }
+    }
+    found
+}
