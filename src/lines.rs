@@ -33,6 +33,17 @@ pub struct Lines {
 }
 
 impl Lines {
+    /// A place in world coordinates as text, to a thousandth of a cell.
+    pub(crate) fn text_of(&self, place: [f64; 3]) -> String {
+        let text = |axis: usize| {
+            let decimals = (3.0 - libm::log10(self.spacing[axis])).ceil().clamp(0.0, 300.0) as usize;
+            let number = format!("{:.decimals$}", place[axis]);
+            let short = if decimals > 0 { number.trim_end_matches('0').trim_end_matches('.') } else { &number };
+            if short == "-0" { "0".into() } else { short.to_string() }
+        };
+        format!("({}, {}, {})", text(0), text(1), text(2))
+    }
+
     /// Builds uniform lines.
     ///
     /// # Errors
@@ -239,104 +250,4 @@ pub fn residuals(lines: &Lines, domain: &Domain) -> [Vec<Residual>; 3] {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::job::PerAxis;
-
-    fn chosen(job: Job, low: [f64; 3], high: [f64; 3]) -> Lines {
-        lines(&job, &Domain::new(&job, &[[low, high]]).unwrap()).unwrap()
-    }
-
-    fn cells(n: u32) -> Job {
-        Job { cells: Some(n), ..Job::default() }
-    }
-
-    #[test]
-    fn cubic_cells_along_the_longest_axis() {
-        let lines = chosen(cells(8), [0.0; 3], [4.0, 2.0, 0.7]);
-        assert_eq!((lines.dims, lines.spacing, lines.origin), ([8, 4, 2], [0.5; 3], [0.0; 3]));
-    }
-
-    #[test]
-    fn rounding_never_adds_a_cell() {
-        for scale in [1e-6, 1e-3, 0.1, 1.0, 3.0, 1e3] {
-            for n in [8, 10, 671, 672, 1000] {
-                let lines = chosen(cells(n), [0.0; 3], [0.1 * scale, 0.1 * scale, 0.3 * scale / 3.0]);
-                assert_eq!(lines.dims, [n; 3], "scale {scale}");
-            }
-        }
-        let lines = chosen(cells(400), [150.1, 400.1, 150.1], [550.1, 800.1, 550.1]);
-        assert_eq!(lines.dims, [400; 3]);
-    }
-
-    #[test]
-    fn dims_give_exactly_that_grid() {
-        let job = Job { dims: Some([3, 7, 11]), domain: Some([-1.0, 0.0, 0.1, 2.0, 0.7, 0.2]), ..Job::default() };
-        let lines = chosen(job, [0.0; 3], [1.0; 3]);
-        assert_eq!((lines.dims, lines.origin, lines.spacing[0]), ([3, 7, 11], [-1.0, 0.0, 0.1], 1.0));
-    }
-
-    #[test]
-    fn padding_by_cells_keeps_the_lines() {
-        let job = Job { padding: Some(Padding::Cells(PerAxis::Each([1, 0, 2]))), ..cells(4) };
-        let lines = chosen(job, [0.0; 3], [4.0, 4.0, 2.0]);
-        assert_eq!((lines.dims, lines.origin), ([6, 4, 6], [-1.0, 0.0, -2.0]));
-    }
-
-    #[test]
-    fn cell_sizes_may_differ_and_overshoot() {
-        let job = Job { cell_size: Some(PerAxis::Each([1.0, 0.5, 0.3])), ..Job::default() };
-        let lines = chosen(job, [0.0; 3], [2.5, 2.0, 1.0]);
-        assert_eq!(lines.dims, [3, 4, 4]);
-    }
-
-    #[test]
-    fn the_optimum_meets_all_end_points_and_reports_the_rest() {
-        let job = Job { max_cell_size: Some(1.0), ..Job::default() };
-        let boxes = [[[0.0, 0.0, 0.0], [6.0, 1.0, 10.04]], [[1.5, 0.0, 0.0], [4.5, 1.0, 1.0]]];
-        let domain = Domain::new(&job, &boxes).unwrap();
-        let lines = lines(&job, &domain).unwrap();
-        assert_eq!(lines.spacing[0], 0.75);
-        assert!(lines.spacing.iter().all(|&size| size <= 1.0));
-        assert_eq!((lines.dims[1], lines.dims[2]), (1, 10));
-        for residual in residuals(&lines, &domain).iter().flatten() {
-            assert!(residual.cells.abs() <= DEFAULT_TOLERANCE + 1e-9, "{residual:?}");
-        }
-    }
-
-    #[test]
-    fn an_impossible_optimum_says_so() {
-        let job = Job { max_cell_size: Some(0.9), tolerance: Some(0.0001), ..Job::default() };
-        let boxes = [[[0.0; 3], [2.5, 1.0, 1.0]], [[0.0; 3], [std::f64::consts::SQRT_2, 1.0, 1.0]]];
-        let error = lines(&job, &Domain::new(&job, &boxes).unwrap()).unwrap_err();
-        assert_eq!(error.code(), "lines-no-common-size");
-        assert!(error.to_string().contains("along x"), "{error}");
-        assert!(error.hint().contains("tolerance of 0.05 would give cells of 0."), "{}", error.hint());
-    }
-
-    #[test]
-    fn the_rounding_of_a_file_adds_no_layer() {
-        let size = |size| Job { cell_size: Some(PerAxis::All(size)), ..Job::default() };
-        let [low, high] = [0.1f32, 1.1f32].map(f64::from);
-        assert_eq!(chosen(size(0.1), [low; 3], [high; 3]).dims, [10; 3]);
-        // sides of 400 and 200 whose f32 corners leave a little more than 400 and 200
-        for low in [150.1f32, 0.3, 1000.7, -77.7] {
-            let at = |length: f32| f64::from(low + length);
-            let lines = chosen(cells(400), [low.into(); 3], [at(400.0), at(200.0), at(100.0)]);
-            assert_eq!(lines.dims, [400, 200, 100], "{low}");
-        }
-        // a real excess does add one
-        assert_eq!(chosen(size(1.0), [0.0; 3], [10.001; 3]).dims, [11; 3]);
-        let given = Job { domain: Some([0.0, 0.0, 0.0, 10.0 + 1e-7, 10.0, 10.0]), ..size(1.0) };
-        assert_eq!(chosen(given, [0.0; 3], [10.0; 3]).dims, [11, 10, 10]);
-    }
-
-    #[test]
-    fn the_optimum_of_a_cube_divides_it() {
-        for scale in [1e-6, 1e-3, 1.0, 1e3] {
-            let job = Job { max_cell_size: Some(0.3 * scale), ..Job::default() };
-            let lines = chosen(job, [0.0; 3], [scale; 3]);
-            assert_eq!((lines.dims, lines.spacing), ([4; 3], [scale / 4.0; 3]));
-        }
-    }
-}
+mod tests;

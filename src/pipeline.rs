@@ -95,7 +95,7 @@ pub async fn mesh(
     }
     let mut warnings: Vec<String> = engine.fallback.iter().map(|why| format!("meshed on the CPU: {why}")).collect();
     warnings.extend(about_fine_cells(job, &prepared.domain, &lines));
-    warnings.extend(open.iter().map(|open| open.warning(lines.n_cells())));
+    warnings.extend(open.iter().map(|open| open.warning(&lines)));
     warnings.extend(warnings::about_odd_rays(columns.odd_rays(), rays.n_rays()));
     warnings.extend(warnings::about_shared_flags(&prepared.geometries));
     warnings.extend(warnings::about_overlapping_shells(&cast, &prepared.geometries));
@@ -104,7 +104,7 @@ pub async fn mesh(
         let found = Certificate::new(&cast, &lines, &prepared.geometries, thin_cells);
         CertificateReport::new(&found, &geometries, &lines)
     });
-    warnings.extend(certificate.iter().flat_map(CertificateReport::warnings));
+    warnings.extend(certificate.iter().flat_map(|certificate| certificate.warnings(&lines)));
     let mesh = Mesh::new(lines, columns, names, job.unit.clone())?;
     let columns = &mesh.columns;
     warnings.extend(warnings::about_geometries_without_cells(&prepared, &cast, &mesh, &cells)?);

@@ -63,7 +63,7 @@ pub fn split(frame: Frame, rule: Rule, lines: &Lines, geometries: &[Geometry]) -
         } else if open != Open::Parity && !is_closed(facets, rule) {
             let part = OpenPart::new(open, facets, frame.fraction_bits, lines);
             if open == Open::Error {
-                return Err(refused(name, &part.surface));
+                return Err(refused(name, &part.surface, lines));
             }
             parts.push(Part { rank, invert, kind: Kind::Open(part) });
             gone.push(range);
@@ -86,10 +86,10 @@ pub fn split(frame: Frame, rule: Rule, lines: &Lines, geometries: &[Geometry]) -
     Ok((rest, parts))
 }
 
-fn refused(name: &str, surface: &Surface) -> Error {
-    let [x, y, z] = surface.longest_at;
+fn refused(name: &str, surface: &Surface, lines: &Lines) -> Error {
+    let at = lines.text_of(surface.longest_at);
     let message = format!(
-        "geometry \"{name}\" is not closed: open edges {}, in {} loops, the longest edge at ({x}, {y}, {z})",
+        "geometry \"{name}\" is not closed: open edges {}, loops {}, the longest edge at {at}",
         surface.open_edges, surface.holes
     );
     Error::new(

@@ -73,13 +73,14 @@ impl CertificateReport {
     }
 
     /// A sentence for every thin wall.
-    pub fn warnings(&self) -> Vec<String> {
+    pub fn warnings(&self, lines: &Lines) -> Vec<String> {
         let sentence = |wall: &ThinWallReport| {
-            let ThinWallReport { geometry, axis, rays, lost, cells, place: [x, y, z] } = wall;
+            let ThinWallReport { geometry, axis, rays, lost, cells, place } = wall;
             format!(
                 "geometry \"{geometry}\" has walls of fewer than {} cells along {axis}: {rays} stretches of rays, {lost} of them without a \
-                 cell; at ({x}, {y}, {z}) there are {cells}; use smaller cells, or keep them with fill = \"separating\" or \"conservative\"",
-                self.thin_cells
+                 cell, the thinnest, of {cells} cells, at {}; use smaller cells, or keep them with fill = \"separating\" or \"conservative\"",
+                self.thin_cells,
+                lines.text_of(*place)
             )
         };
         self.thin_walls.iter().map(sentence).collect()

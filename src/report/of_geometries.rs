@@ -76,15 +76,15 @@ impl OpenReport {
         }
     }
 
-    /// Says it in a sentence, of a mesh of `n_cells`.
-    pub fn warning(&self, n_cells: u64) -> String {
+    /// Says it in a sentence.
+    pub fn warning(&self, lines: &Lines) -> String {
         let decided = match self.policy {
             Open::Vote => "by most of their even rays",
             _ => "by the winding number",
         };
-        let ([x, y, z], [of_x, of_y, of_z]) = (self.longest_at, self.odd_rays);
+        let ([of_x, of_y, of_z], at, n_cells) = (self.odd_rays, lines.text_of(self.longest_at), lines.n_cells());
         format!(
-            "geometry \"{}\" is not closed: open edges {}, in {} loops, the longest edge at ({x}, {y}, {z}); rays that do not leave it \
+            "geometry \"{}\" is not closed: open edges {}, loops {}, the longest edge at {at}; rays that do not leave it \
              as often as they enter: {of_x} along x, {of_y} along y, {of_z} along z; {} of {n_cells} cells were doubtful and were \
              decided {decided}",
             self.geometry, self.open_edges, self.holes, self.doubtful_cells,

@@ -190,7 +190,7 @@ fn an_open_surface_that_rays_enter_is_never_silent() {
     assert_eq!(report["open"][0]["doubtful_cells"], 512);
     let quiet = hexcast(&[&mesh[..], &["-q"]].concat());
     let warning = String::from_utf8_lossy(&quiet.stderr);
-    assert!(warning.starts_with("warning: geometry \"lid\" is not closed: open edges 4, in 1 loops"), "{warning}");
+    assert!(warning.starts_with("warning: geometry \"lid\" is not closed: open edges 4, loops 1"), "{warning}");
 
     let report = json(&[&mesh[..], &["--json", "--open", "parity"]].concat());
     assert_eq!(report["odd_rays"], 64);

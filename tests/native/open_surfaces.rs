@@ -280,7 +280,7 @@ fn policies_do_what_they_say() {
     }
     let error = meshed(&[open_box], &job(Open::Error), 0, &mut engine).expect_err("it is open");
     assert_eq!(error.code(), "surface-open");
-    assert!(error.to_string().contains("open edges 4, in 1 loops"), "{error}");
+    assert!(error.to_string().contains("open edges 4, loops 1"), "{error}");
 }
 
 #[test]

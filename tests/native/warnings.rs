@@ -127,7 +127,7 @@ fn a_geometry_without_cells_is_named_with_the_cause() {
 
 #[test]
 fn a_surface_that_is_open_is_named_along_every_axis() {
-    let expected = "geometry \"box 0\" is not closed: open edges 3, in 1 loops, the longest edge at (4, 4, 8); ";
+    let expected = "geometry \"box 0\" is not closed: open edges 3, loops 1, the longest edge at (4, 4, 8); ";
     for axis in AXES {
         let found = warnings(&[ROOM], Some(Open::Winding), axis);
         let [warning] = &found[..] else { panic!("{found:?}") };

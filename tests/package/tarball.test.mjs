@@ -201,7 +201,7 @@ test('a box without a side is meshed whole, as its report says, or refused where
   assert.deepEqual([made.meshes.vote.isWhole, made.meshes.vote.open[0].policy], [true, 'vote']);
   assert.deepEqual(made.meshes.parity.open, [], 'rays of one axis do not look for holes');
   for (const message of [made.ofJob, made.ofGeometry]) {
-    assert.match(message, /^surface-open: geometry "box" is not closed: open edges 4, in 1 loops/);
+    assert.match(message, /^surface-open: geometry "box" is not closed: open edges 4, loops 1/);
   }
   assert.equal(made.ofClosed, 'meshed');
 });
