@@ -43,4 +43,6 @@ mod strangers;
 #[cfg(feature = "cli")]
 mod tolerances;
 #[cfg(feature = "cli")]
+mod verify;
+#[cfg(feature = "cli")]
 mod warnings;

@@ -1,0 +1,115 @@
+//! `hexcast verify`: whether a column file holds the cells that its job defines.
+//!
+//! A second program in this one: it shares the job and the reader of column files with the mesher, and nothing else. It reads the
+//! STL files, snaps them and casts its own rays, across those of the mesh, through every cell.
+
+use std::ops::Range;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use hexcast::Result;
+use hexcast::control::{CancelToken, Control};
+use hexcast::mesh::Mesh;
+use indicatif::HumanCount;
+
+use super::arguments::{JobArguments, whole_number};
+use super::{reading, terminal};
+
+mod ray;
+mod scene;
+mod slabs;
+mod stl;
+mod surface;
+
+use scene::Scene;
+use slabs::{Check, Tally};
+
+const EXAMPLES: &str = "\
+Examples:
+    hexcast verify part.hxc part.stl --cells 256
+    hexcast verify part.hxc --job job.toml
+    hexcast verify large.hxc --job job.toml --sample 1e9 --seed 7";
+
+/// Exit code where the mesh is not that of the job.
+const DIFFERS: u8 = 9;
+/// Cells of a slab, which take three bytes each.
+const SLAB: u64 = 1 << 24;
+
+/// Check a column file (.hxc) against its job, cell by cell, by a second method: the job or the same arguments as for `mesh`
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Arguments {
+    /// Column file
+    #[arg(value_name = "MESH.hxc")]
+    mesh: PathBuf,
+    #[command(flatten)]
+    job: JobArguments,
+    /// Check only some planes of cells, evenly spaced, of about so many cells in all, such as 1e9 [default: all cells]
+    #[arg(long, value_name = "CELLS", value_parser = whole_number, help_heading = "Check")]
+    sample: Option<u64>,
+    /// Chooses the planes of --sample, and doubtful cells where there are too many
+    #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Check")]
+    seed: u64,
+}
+
+pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode> {
+    let job = arguments.job.job()?;
+    arguments.job.set_threads()?;
+    let mut control = Control::default();
+    control.cancel = token.clone();
+    let max_bytes = job.max_memory.map_or(u64::MAX, |size| size.0);
+    let mesh = reading::open_columns(&arguments.mesh, max_bytes / 2, &control)?;
+    let scene = Scene::new(&job, &mesh)?;
+    let (rays, seed) = (mesh.columns.rays, arguments.seed);
+    let axes = [rays.axis, rays.across[0], rays.across[1]];
+    let check = Check { scene: &scene, mesh: &mesh, axes, seed, token };
+    let tally = check.all(&slabs(&mesh, arguments.sample, seed))?;
+    terminal::print(&sentences(arguments, &scene, &mesh, &tally))?;
+    let is_right = tally.n_wrong == 0 && scene.wrong_lines.is_empty();
+    Ok(if is_right { ExitCode::SUCCESS } else { ExitCode::from(DIFFERS) })
+}
+
+/// Planes that hold about so many cells, evenly spaced; without a number all, many to a slab.
+fn slabs(mesh: &Mesh, sample: Option<u64>, seed: u64) -> Vec<Range<u32>> {
+    let n_planes = mesh.columns.rays.counts[1];
+    let cells = mesh.n_cells() / u64::from(n_planes);
+    let wanted = sample.map_or(u64::from(n_planes), |sample| sample.div_ceil(cells));
+    let step = (u64::from(n_planes) / wanted).max(1) as u32;
+    let thick = if step > 1 { 1 } else { (SLAB / cells).clamp(1, n_planes.div_ceil(16).into()) as u32 };
+    let first = if step > 1 { (seed % u64::from(step)) as u32 } else { 0 };
+    (first..n_planes).step_by(step.max(thick) as usize).map(|start| start..(start + thick).min(n_planes)).collect()
+}
+
+fn sentences(arguments: &Arguments, scene: &Scene, mesh: &Mesh, tally: &Tally) -> String {
+    let count = |n: u64| HumanCount(n).to_string();
+    let [nx, ny, nz] = mesh.dims();
+    let across = ["x", "y", "z"][mesh.columns.rays.across[0]];
+    let mut text = format!(
+        "{}: {} of {} cells ({nx} x {ny} x {nz}) checked against {} facets, by rays along {across}.\n",
+        arguments.mesh.display(),
+        count(tally.n_cells),
+        count(mesh.n_cells()),
+        count(scene.facets.len() as u64),
+    );
+    for body in scene.bodies.iter().filter(|body| body.open.is_some()) {
+        text += &format!("{} is not closed.\n", body.file);
+    }
+    if tally.n_doubtful > 0 {
+        let [doubtful, wound, undecided] = [tally.n_doubtful, tally.n_wound, tally.n_undecided].map(count);
+        text += &format!(
+            "The winding number decides {doubtful} doubtful cells: {wound} were looked at, of which {undecided} are too close to call.\n"
+        );
+    }
+    scene.wrong_lines.iter().for_each(|sentence| text += &format!("Wrong lines: {sentence}.\n"));
+    for &(cell, found, expected) in &tally.first {
+        let [x, y, z] =
+            [0, 1, 2].map(|axis| mesh.lines.origin[axis] + (f64::from(cell[axis]) + 0.5) * mesh.lines.spacing[axis]);
+        text += &format!("Wrong cell: {cell:?} at ({x}, {y}, {z}) has flag {found}, expected {expected}.\n");
+    }
+    text + &match tally.n_wrong {
+        0 if scene.wrong_lines.is_empty() => "The mesh is that of the job.\n".to_string(),
+        n => {
+            format!("The mesh is not that of the job: {} cells are wrong. Mesh again, or give its own job.\n", count(n))
+        }
+    }
+}
