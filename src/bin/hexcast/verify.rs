@@ -6,6 +6,7 @@
 use std::ops::Range;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::OnceLock;
 
 use hexcast::Result;
 use hexcast::control::{CancelToken, Control};
@@ -62,7 +63,8 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     let scene = Scene::new(&job, &mesh)?;
     let (rays, seed) = (mesh.columns.rays, arguments.seed);
     let axes = [rays.axis, rays.across[0], rays.across[1]];
-    let check = Check { scene: &scene, mesh: &mesh, axes, seed, token };
+    let through = scene.bodies.iter().map(|_| OnceLock::new()).collect();
+    let check = Check { scene: &scene, mesh: &mesh, axes, through, seed, token };
     let tally = check.all(&slabs(&mesh, arguments.sample, seed))?;
     terminal::print(&sentences(arguments, &scene, &mesh, &tally))?;
     let is_right = tally.n_wrong == 0 && scene.wrong_lines.is_empty();

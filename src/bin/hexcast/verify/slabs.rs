@@ -4,6 +4,7 @@
 //! decide the cells of closed bodies; open ones are decided as their policy says, by rays along all three axes and the winding number.
 
 use std::ops::Range;
+use std::sync::OnceLock;
 
 use hexcast::control::CancelToken;
 use hexcast::job::Open;
@@ -38,11 +39,16 @@ pub(super) struct Tally {
     pub(super) n_undecided: u64,
 }
 
+/// The plane, number and first cell above of a crossing of a ray, and 1 for in or -1 for out.
+type Crossing = (u32, u32, u32, i32);
+
 pub(super) struct Check<'a> {
     pub(super) scene: &'a Scene,
     pub(super) mesh: &'a Mesh,
     /// The axes a, b and c.
     pub(super) axes: [usize; 3],
+    /// Crossings of each body with the rays along c, which go through all slabs.
+    pub(super) through: Vec<OnceLock<Vec<Crossing>>>,
     pub(super) seed: u64,
     pub(super) token: &'a CancelToken,
 }
@@ -74,17 +80,17 @@ impl Check<'_> {
         let mut tally = Tally::default();
         // the cells of a ray along b follow each other, then those rays along a
         let mut expected = vec![0; self.steps()[2] * slab.len()];
-        for body in &self.scene.bodies {
+        for (rank, body) in self.scene.bodies.iter().enumerate() {
             if self.token.is_cancelled() {
                 return Err(Error::Cancelled);
             }
             let Some(policy) = body.open.filter(|&policy| policy != Open::Parity) else {
                 let along = if body.open.is_some() { 0 } else { 1 };
-                self.cast(body, along, slab, |at, _| expected[at] = body.flag);
+                self.cast(rank, along, slab, |at, _| expected[at] = body.flag);
                 continue;
             };
             let mut votes = vec![0; expected.len()];
-            (0..3).for_each(|along| self.cast(body, along, slab, |at, vote| votes[at] += vote));
+            (0..3).for_each(|along| self.cast(rank, along, slab, |at, vote| votes[at] += vote));
             for (at, votes) in votes.into_iter().enumerate().filter(|&(_, votes)| votes != 0) {
                 let (n_in, n_even) = (votes % ODD, 3 - votes / ODD);
                 let is_inside = match policy {
@@ -109,20 +115,32 @@ impl Check<'_> {
 
     /// Casts rays at a body along an axis, through a slab, and calls `vote` for the cells inside. A ray that does not leave the body as
     /// often as it enters is odd in all its cells, or, where such are counted as they are, inside up to where it last left.
-    fn cast(&self, body: &Body, along: usize, slab: &Range<u32>, mut vote: impl FnMut(usize, u8)) {
+    fn cast(&self, rank: usize, along: usize, slab: &Range<u32>, mut vote: impl FnMut(usize, u8)) {
         let (dims, bits) = (self.mesh.lines.dims, self.scene.bits);
         let [numbered, across] = [[1, 2], [0, 2], [1, 0]][along];
         let rays = Rays { axes: [numbered, across, along].map(|k| self.axes[k]), dims, bits };
         // cells of the slab along each axis
         let cells = [0, 1, 2].map(|k| if k == 2 { slab.clone() } else { 0..dims[self.axes[k]] });
-        let mut crossings = Vec::new();
-        for facet in &self.scene.facets[body.facets.clone()] {
-            let planes = rays.reach(facet);
-            for plane in planes.start.max(cells[across].start)..planes.end.min(cells[across].end) {
-                rays.cross(facet, plane, |ray, cell, step| crossings.push((plane, ray, cell, step)));
+        let body = &self.scene.bodies[rank];
+        let crossings = || {
+            let mut crossings: Vec<Crossing> = Vec::new();
+            for facet in &self.scene.facets[body.facets.clone()] {
+                let planes = rays.reach(facet);
+                for plane in planes.start.max(cells[across].start)..planes.end.min(cells[across].end) {
+                    rays.cross(facet, plane, |ray, cell, step| crossings.push((plane, ray, cell, step)));
+                }
             }
-        }
-        crossings.par_sort_unstable();
+            crossings.sort_unstable();
+            crossings
+        };
+        let of_slab;
+        let crossings: &[Crossing] = match along {
+            2 => self.through[rank].get_or_init(crossings),
+            _ => {
+                of_slab = crossings();
+                &of_slab
+            }
+        };
         for of_ray in crossings.chunk_by(|one, next| (one.0, one.1) == (next.0, next.1)) {
             let (mut inside, mut count, mut begin) = (Vec::new(), 0, None);
             for of_cell in of_ray.chunk_by(|one, next| one.2 == next.2) {

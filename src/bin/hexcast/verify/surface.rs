@@ -70,34 +70,42 @@ fn uses(facets: &[Facet]) -> Vec<Use> {
 
 /// The winding number of a surface at the centre of a cell, the solid angles of all facets over 4 pi; and how far it may be off.
 ///
-/// A facet's side of the centre is exact. Its angle is that at a point less than a unit before the centre; where that lies on
-/// the other side the angle is turned round, and what this may miss counts as doubt.
+/// A facet's side of the centre is exact. Its angle is that at a point before the centre, as the tie rule has it, by finite lengths.
+/// Where that point is on the other side, the angle is turned round, and what this may miss is doubt. Nothing is known at edges.
 pub(super) fn winding(facets: &[Facet], cell: [u32; 3], bits: u32, spacing: [f64; 3]) -> (f64, f64) {
+    const BEFORE: [f64; 3] = [0.25, 0.25 / 512.0, 0.25 / 512.0 / 512.0];
     let centre = cell.map(|index| i64::from(index) << bits);
     let (mut sum, mut doubt) = (0.0, 1e-6);
     for facet in facets {
-        let corners = facet.map(|corner| corner.map(i64::from));
+        let corners = facet.map(|corner| [0, 1, 2].map(|axis| i64::from(corner[axis]) - centre[axis]));
         let normal = normal(&corners);
-        let height = |axis: usize| i128::from(normal[axis]) * i128::from(corners[0][axis] - centre[axis]);
-        let heights = [height(0) + height(1) + height(2), normal[0].into(), normal[1].into(), normal[2].into()];
+        let height: i128 = (0..3).map(|axis| i128::from(normal[axis]) * i128::from(corners[0][axis])).sum();
+        let heights = [height, normal[0].into(), normal[1].into(), normal[2].into()];
         let Some(is_behind) = heights.into_iter().find(|&height| height != 0).map(|height| height > 0) else {
             continue;
         };
-        let before = [0.36, 0.23, 0.11];
-        let [a, b, c] = corners.map(|corner| {
-            [0, 1, 2].map(|axis| ((corner[axis] - centre[axis]) as f64 + before[axis]) * spacing[axis] / spacing[0])
-        });
+        let place = |corner: [i64; 3], axis: usize| (corner[axis] as f64 + BEFORE[axis]) * spacing[axis] / spacing[0];
+        let [a, b, c] = corners.map(|corner| [0, 1, 2].map(|axis| place(corner, axis)));
         let dot = |u: [f64; 3], v: [f64; 3]| u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
         let cross = [b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]];
         let [la, lb, lc] = [a, b, c].map(|v| dot(v, v).sqrt());
         let below = la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb;
-        let angle = 2.0 * dot(a, cross).atan2(below);
-        if (angle > 0.0) == is_behind {
-            sum += angle;
-        } else {
-            doubt += angle.abs().min(2.0 * PI - angle.abs()) / (2.0 * PI);
-            sum += if angle.abs() > PI { -angle } else { 0.0 };
-        }
+        let angle = dot(a, cross).atan2(below) / (2.0 * PI);
+        let is_before = (angle > 0.0) == is_behind;
+        sum += if is_before { angle } else { -angle };
+        doubt += match is_before {
+            _ if [(0, 1), (1, 2), (2, 0)].iter().any(|&(from, to)| is_at_edge(corners[from], corners[to])) => 1.0,
+            true => 0.0,
+            false => angle.abs().min(0.5 - angle.abs()),
+        };
     }
-    (sum / (4.0 * PI), doubt)
+    (sum, doubt)
+}
+
+/// Whether the origin is less than two units from an edge.
+fn is_at_edge(p: [i64; 3], q: [i64; 3]) -> bool {
+    let along = [0, 1, 2].map(|axis| (q[axis] - p[axis]) as f64);
+    let cross = normal(&[[0; 3], p, q]).map(|component| component as f64);
+    let squared = |v: [f64; 3]| v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    (0..3).all(|axis| p[axis].min(q[axis]) < 2 && p[axis].max(q[axis]) > -2) && squared(cross) <= 4.0 * squared(along)
 }
