@@ -8,9 +8,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::OnceLock;
 
-use hexcast::Result;
 use hexcast::control::{CancelToken, Control};
 use hexcast::mesh::Mesh;
+use hexcast::{Error, Result};
 use indicatif::HumanCount;
 
 use super::arguments::{JobArguments, whole_number};
@@ -33,8 +33,9 @@ Examples:
 
 /// Exit code where the mesh is not that of the job.
 const DIFFERS: u8 = 9;
-/// Cells of a slab, which take three bytes each.
+/// Cells of a slab, where its planes are not larger, and bytes that each takes.
 const SLAB: u64 = 1 << 24;
+const CELL_BYTES: u64 = 3;
 
 /// Check a column file (.hxc) against its job, cell by cell, by a second method: the job or the same arguments as for `mesh`
 #[derive(clap::Args)]
@@ -60,13 +61,17 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     control.cancel = token.clone();
     let max_bytes = job.max_memory.map_or(u64::MAX, |size| size.0);
     let mesh = reading::open_columns(&arguments.mesh, max_bytes / 2, &control)?;
+    let slabs = slabs(&mesh, arguments.sample, arguments.seed);
+    let n_cells = check_memory(&mesh, &slabs, max_bytes)?;
     let scene = Scene::new(&job, &mesh)?;
     let (rays, seed) = (mesh.columns.rays, arguments.seed);
     let axes = [rays.axis, rays.across[0], rays.across[1]];
     let through = scene.bodies.iter().map(|_| OnceLock::new()).collect();
     let check = Check { scene: &scene, mesh: &mesh, axes, through, seed, token };
-    let tally = check.all(&slabs(&mesh, arguments.sample, seed))?;
-    terminal::print(&sentences(arguments, &scene, &mesh, &tally))?;
+    let tally = check.all(&slabs)?;
+    let first =
+        format!("{}: {} of {} cells", arguments.mesh.display(), HumanCount(n_cells), HumanCount(mesh.n_cells()));
+    terminal::print(&format!("{first} {}", sentences(&scene, &mesh, &tally)))?;
     let is_right = tally.n_wrong == 0 && scene.wrong_lines.is_empty();
     Ok(if is_right { ExitCode::SUCCESS } else { ExitCode::from(DIFFERS) })
 }
@@ -77,30 +82,39 @@ fn slabs(mesh: &Mesh, sample: Option<u64>, seed: u64) -> Vec<Range<u32>> {
     let cells = mesh.n_cells() / u64::from(n_planes);
     let wanted = sample.map_or(u64::from(n_planes), |sample| sample.div_ceil(cells));
     let step = (u64::from(n_planes) / wanted).max(1) as u32;
-    let thick = if step > 1 { 1 } else { (SLAB / cells).clamp(1, n_planes.div_ceil(16).into()) as u32 };
-    let first = if step > 1 { (seed % u64::from(step)) as u32 } else { 0 };
-    (first..n_planes).step_by(step.max(thick) as usize).map(|start| start..(start + thick).min(n_planes)).collect()
+    if step > 1 {
+        let first = (seed % u64::from(step)) as u32;
+        return (first..n_planes).step_by(step as usize).map(|plane| plane..plane + 1).collect();
+    }
+    let thick = (SLAB / cells).clamp(1, n_planes.div_ceil(16).into()) as u32;
+    (0..n_planes).step_by(thick as usize).map(|start| start..(start + thick).min(n_planes)).collect()
 }
 
-fn sentences(arguments: &Arguments, scene: &Scene, mesh: &Mesh, tally: &Tally) -> String {
-    let count = |n: u64| HumanCount(n).to_string();
+/// The number of cells of some slabs, if these fit the memory.
+fn check_memory(mesh: &Mesh, slabs: &[Range<u32>], max_bytes: u64) -> Result<u64> {
+    let cells = mesh.n_cells() / u64::from(mesh.columns.rays.counts[1]);
+    let thickest = slabs.iter().map(|slab| slab.len() as u64).max().unwrap_or(0);
+    let needed = CELL_BYTES * thickest.saturating_mul(cells) * rayon::current_num_threads() as u64;
+    if needed > max_bytes {
+        let message =
+            format!("{thickest} planes of {cells} cells on each thread take {needed} bytes; {max_bytes} are allowed");
+        return Err(Error::new("memory", message, "use fewer --threads, or allow more with --max-memory"));
+    }
+    Ok(slabs.iter().map(|slab| slab.len() as u64 * cells).sum())
+}
+
+fn sentences(scene: &Scene, mesh: &Mesh, tally: &Tally) -> String {
     let [nx, ny, nz] = mesh.dims();
     let across = ["x", "y", "z"][mesh.columns.rays.across[0]];
-    let mut text = format!(
-        "{}: {} of {} cells ({nx} x {ny} x {nz}) checked against {} facets, by rays along {across}.\n",
-        arguments.mesh.display(),
-        count(tally.n_cells),
-        count(mesh.n_cells()),
-        count(scene.facets.len() as u64),
-    );
+    let facets = HumanCount(scene.facets.len() as u64);
+    let mut text = format!("({nx} x {ny} x {nz}) checked against {facets} facets, by rays along {across}.\n");
     for body in scene.bodies.iter().filter(|body| body.open.is_some()) {
         text += &format!("{} is not closed.\n", body.file);
     }
     if tally.n_doubtful > 0 {
-        let [doubtful, wound, undecided] = [tally.n_doubtful, tally.n_wound, tally.n_undecided].map(count);
-        text += &format!(
-            "The winding number decides {doubtful} doubtful cells: {wound} were looked at, of which {undecided} are too close to call.\n"
-        );
+        let [doubtful, wound, undecided] = [tally.n_doubtful, tally.n_wound, tally.n_undecided].map(HumanCount);
+        text += &format!("Doubtful cells: {doubtful}; the solid angles of all facets were summed at {wound}, ");
+        text += &format!("of which {undecided} are too close to call.\n");
     }
     scene.wrong_lines.iter().for_each(|sentence| text += &format!("Wrong lines: {sentence}.\n"));
     for &(cell, found, expected) in &tally.first {
@@ -108,10 +122,9 @@ fn sentences(arguments: &Arguments, scene: &Scene, mesh: &Mesh, tally: &Tally) -
             [0, 1, 2].map(|axis| mesh.lines.origin[axis] + (f64::from(cell[axis]) + 0.5) * mesh.lines.spacing[axis]);
         text += &format!("Wrong cell: {cell:?} at ({x}, {y}, {z}) has flag {found}, expected {expected}.\n");
     }
-    text + &match tally.n_wrong {
-        0 if scene.wrong_lines.is_empty() => "The mesh is that of the job.\n".to_string(),
-        n => {
-            format!("The mesh is not that of the job: {} cells are wrong. Mesh again, or give its own job.\n", count(n))
-        }
+    if tally.n_wrong == 0 && scene.wrong_lines.is_empty() {
+        return text + "The mesh is that of the job.\n";
     }
+    let n_wrong = HumanCount(tally.n_wrong);
+    text + &format!("The mesh is not that of the job; wrong cells: {n_wrong}. Mesh again, or give its own job.\n")
 }

@@ -46,11 +46,9 @@ impl Scene {
             let place = placing(entry);
             let placed = |facets: Vec<[[f32; 3]; 3]>| facets.iter().map(|facet| facet.map(&place)).collect::<Vec<_>>();
             let mut parts: Vec<_> = taken.into_iter().map(|(_, facets)| placed(facets)).collect();
+            let solid = entry.solid.as_deref().unwrap_or_default();
             if parts.is_empty() {
-                return Err(wrong(
-                    "job-value",
-                    format!("{file} has no solid {:?}", entry.solid.as_deref().unwrap_or_default()),
-                ));
+                return Err(wrong("job-value", format!("{file} has no solid {solid:?}")));
             }
             if !entry.split {
                 parts = vec![parts.concat()];
@@ -66,11 +64,11 @@ impl Scene {
         let corners = bodies.iter().flat_map(|(_, facets)| facets.as_flattened());
         let wrong_lines = wrong_lines(job, mesh, around(corners.clone().copied()));
         let [low, high] = around(corners.map(in_cells));
-        let spans = [0, 1, 2].map(|k| (high[k] + 1.0).max(lines.dims[k].into()) - (low[k] - 1.0).min(-1.0));
-        let span = spans.into_iter().fold(0.0, f64::max);
+        let of_axis = |k: usize| (high[k] + 1.0).max(lines.dims[k].into()) - (low[k] - 1.0).min(-1.0);
+        let span = (0..3).map(of_axis).fold(0.0, f64::max);
         let bits = (8..=26).rev().find(|&bits| span * f64::from(1u32 << bits) <= f64::from(1 << 26));
-        let too_far = || wrong("geometry-too-far", format!("the files span {span} cells of the mesh, 262144 at most"));
-        let bits = bits.ok_or_else(too_far)?;
+        let too_far = format!("the files span {span} cells of the mesh, 262144 at most");
+        let bits = bits.ok_or_else(|| wrong("geometry-too-far", too_far))?;
         bodies.sort_by_key(|(body, _)| body.priority);
         let mut scene = Scene { bodies: Vec::new(), facets: Vec::new(), rule: job.rule, bits, wrong_lines };
         for (mut body, world) in bodies {

@@ -3,6 +3,7 @@
 //! The runs of the mesh lie along an axis a; a slab is some planes of cells along a and b, one after the other along c. Rays along b
 //! decide the cells of closed bodies; open ones are decided as their policy says, by rays along all three axes and the winding number.
 
+use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::OnceLock;
 
@@ -29,7 +30,6 @@ const UNKNOWN: i16 = -1;
 /// What was found.
 #[derive(Default)]
 pub(super) struct Tally {
-    pub(super) n_cells: u64,
     pub(super) n_wrong: u64,
     /// The first wrong cells, with the flag found and the one expected.
     pub(super) first: Vec<([u32; 3], i16, i16)>,
@@ -66,7 +66,6 @@ impl Check<'_> {
         let tallies: Vec<Result<Tally>> = slabs.par_iter().map(|slab| self.slab(slab, stride)).collect();
         tallies.into_iter().try_fold(Tally::default(), |mut all, tally| {
             let tally = tally?;
-            all.n_cells += tally.n_cells;
             all.n_wrong += tally.n_wrong;
             all.first.extend(tally.first.into_iter().take(SHOWN - all.first.len()));
             all.n_doubtful += tally.n_doubtful;
@@ -133,13 +132,9 @@ impl Check<'_> {
             crossings.sort_unstable();
             crossings
         };
-        let of_slab;
-        let crossings: &[Crossing] = match along {
-            2 => self.through[rank].get_or_init(crossings),
-            _ => {
-                of_slab = crossings();
-                &of_slab
-            }
+        let crossings: Cow<[Crossing]> = match along {
+            2 => self.through[rank].get_or_init(crossings).into(),
+            _ => crossings().into(),
         };
         for of_ray in crossings.chunk_by(|one, next| (one.0, one.1) == (next.0, next.1)) {
             let (mut inside, mut count, mut begin) = (Vec::new(), 0, None);
@@ -192,7 +187,6 @@ impl Check<'_> {
 
     fn compare(&self, expected: &[i16], slab: &Range<u32>, tally: &mut Tally) -> Result<()> {
         let [n_b, _, plane] = self.steps();
-        tally.n_cells += expected.len() as u64;
         let [first_ray, end_ray] = [slab.start, slab.end].map(|index| u64::from(index) * n_b as u64);
         let mut ray = 0;
         self.mesh.columns.for_rays(first_ray..end_ray, |runs| {

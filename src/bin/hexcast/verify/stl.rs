@@ -8,41 +8,38 @@ pub(super) type Solid = (String, Vec<[[f32; 3]; 3]>);
 /// Reads a binary or ASCII STL; solids without facets are left out.
 pub(super) fn solids(file: &str) -> Result<Vec<Solid>> {
     let bytes = std::fs::read(file).map_err(|error| Error::io(format!("reading {file}"), error))?;
-    let announced = bytes.get(80..84).map(|count| u32::from_le_bytes([count[0], count[1], count[2], count[3]]));
-    let needed = announced.map(|n| 84 + 50 * u64::from(n));
+    let count = bytes.get(80..).and_then(<[u8]>::first_chunk).map_or(u32::MAX, |count| u32::from_le_bytes(*count));
+    let n_bytes = 84 + 50 * u64::from(count);
     let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes).trim_ascii_start();
-    let is_ascii =
-        needed != Some(bytes.len() as u64) && text.get(..5).is_some_and(|w| w.eq_ignore_ascii_case(b"solid"));
-    let mut solids = match (is_ascii, announced) {
-        (true, _) => ascii(text).map_err(|what| not_read(file, &what))?,
-        (_, Some(n)) if needed <= Some(bytes.len() as u64) => vec![(String::new(), binary(&bytes[84..], n))],
-        _ => return Err(not_read(file, &format!("{} bytes that are no whole STL", bytes.len()))),
+    let says_solid = text.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
+    let read = match n_bytes.cmp(&(bytes.len() as u64)) {
+        std::cmp::Ordering::Equal => Ok(binary(&bytes[84..])),
+        _ if says_solid => ascii(text),
+        std::cmp::Ordering::Less => Ok(binary(&bytes[84..n_bytes as usize])),
+        std::cmp::Ordering::Greater => Err(format!("{} bytes that are no whole STL", bytes.len())),
     };
-    solids.retain(|(_, facets)| !facets.is_empty());
-    let mut numbers = solids.iter().flat_map(|(_, facets)| facets.as_flattened().as_flattened());
-    if solids.is_empty() || numbers.any(|number| !number.is_finite()) {
-        return Err(not_read(file, "no facet, or a corner that is not three finite numbers"));
-    }
-    Ok(solids)
-}
-
-fn not_read(file: &str, what: &str) -> Error {
+    let checked = read.and_then(|mut solids| {
+        solids.retain(|(_, facets)| !facets.is_empty());
+        let mut numbers = solids.iter().flat_map(|(_, facets)| facets.as_flattened().as_flattened());
+        let is_sound = !solids.is_empty() && numbers.all(|number| number.is_finite());
+        if is_sound { Ok(solids) } else { Err("no facet, or a corner that is not three finite numbers".into()) }
+    });
     let hint = "give the file that was meshed; if it was, export it again as binary STL and mesh that";
-    Error::new("stl-not-stl", format!("{file}: {what}"), hint)
+    checked.map_err(|what| Error::new("stl-not-stl", format!("{file}: {what}"), hint))
 }
 
-fn binary(records: &[u8], n_facets: u32) -> Vec<[[f32; 3]; 3]> {
-    let number = |record: &[u8], index: usize| {
-        let at = 12 + 4 * index;
-        f32::from_le_bytes([record[at], record[at + 1], record[at + 2], record[at + 3]])
+fn binary(records: &[u8]) -> Vec<Solid> {
+    let facet = |record: &[u8]| {
+        let corner = |at: usize| {
+            [0, 4, 8].map(|axis| record[at + axis..].first_chunk().map_or(f32::NAN, |c| f32::from_le_bytes(*c)))
+        };
+        [12, 24, 36].map(corner)
     };
-    let facet = |record: &[u8]| [0, 3, 6].map(|first| [0, 1, 2].map(|axis| number(record, first + axis)));
-    records.chunks_exact(50).take(n_facets as usize).map(facet).collect()
+    vec![(String::new(), records.chunks_exact(50).map(facet).collect())]
 }
 
 fn ascii(text: &[u8]) -> std::result::Result<Vec<Solid>, String> {
-    let mut solids: Vec<Solid> = Vec::new();
-    let mut corners = Vec::new();
+    let (mut solids, mut corners) = (Vec::<Solid>::new(), Vec::new());
     for line in text.split(|byte| matches!(byte, b'\n' | b'\r')) {
         let line = String::from_utf8_lossy(line.trim_ascii());
         let (word, rest) = line.split_once(|c: char| c.is_ascii_whitespace()).unwrap_or((&line, ""));

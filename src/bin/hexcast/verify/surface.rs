@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::ray::{Facet, normal};
 
 /// The corners of an edge as numbers in their order, the facet that uses it, and whether it does so in this order.
-type Use = (usize, usize, usize, bool);
+type Use = (u32, u32, u32, bool);
 
 /// Turns the facets of a body to agree with their neighbours; None if it is closed.
 ///
@@ -19,18 +19,18 @@ pub(super) fn turned(facets: &[Facet], rule: Rule) -> Option<Vec<Facet>> {
     let uses = uses(facets);
     let edges = || uses.chunk_by(|one, next| (one.0, one.1) == (next.0, next.1));
     let is_closed = |edge: &[Use]| match rule {
-        Rule::Parity => edge.len() % 2 == 0,
+        Rule::Parity => edge.len().is_multiple_of(2),
         Rule::Nonzero => edge.iter().filter(|one| one.3).count() * 2 == edge.len(),
     };
     if edges().all(is_closed) {
         return None;
     }
-    // of each facet: its group, named after the first, and whether it differs from that; the smaller group joins the larger
+    // of each facet: its group, named after one of them, and whether it differs from that one; the smaller group joins the larger
     let mut group: Vec<(usize, bool)> = (0..facets.len()).map(|facet| (facet, false)).collect();
     let mut members: Vec<Vec<usize>> = (0..facets.len()).map(|facet| vec![facet]).collect();
     for edge in edges() {
         let [(.., one, one_way), (.., other, other_way)] = *edge else { continue };
-        let (mut to, mut from) = (group[one], group[other]);
+        let (mut to, mut from) = (group[one as usize], group[other as usize]);
         if members[to.0].len() < members[from.0].len() {
             (to, from) = (from, to);
         }
@@ -57,11 +57,11 @@ fn uses(facets: &[Facet]) -> Vec<Use> {
     let mut corners = facets.as_flattened().to_vec();
     corners.par_sort_unstable();
     corners.dedup();
-    let number = |corner: &[i32; 3]| corners.partition_point(|other| other < corner);
+    let number = |corner: &[i32; 3]| corners.partition_point(|other| other < corner) as u32;
     let of_facet = |(index, facet): (usize, &Facet)| {
         let [a, b, c] = facet.each_ref().map(number);
         let edges = [(a, b), (b, c), (c, a)].into_iter().filter(|(from, to)| from != to);
-        edges.map(move |(from, to)| (from.min(to), from.max(to), index, from < to))
+        edges.map(move |(from, to)| (from.min(to), from.max(to), index as u32, from < to))
     };
     let mut uses: Vec<Use> = facets.par_iter().enumerate().flat_map_iter(of_facet).collect();
     uses.par_sort_unstable();
