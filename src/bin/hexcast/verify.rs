@@ -94,7 +94,8 @@ fn slabs(mesh: &Mesh, sample: Option<u64>, seed: u64) -> Vec<Range<u32>> {
 fn check_memory(mesh: &Mesh, slabs: &[Range<u32>], max_bytes: u64) -> Result<u64> {
     let cells = mesh.n_cells() / u64::from(mesh.columns.rays.counts[1]);
     let thickest = slabs.iter().map(|slab| slab.len() as u64).max().unwrap_or(0);
-    let needed = CELL_BYTES * thickest.saturating_mul(cells) * rayon::current_num_threads() as u64;
+    let n_threads = rayon::current_num_threads() as u64;
+    let needed = thickest.saturating_mul(cells).saturating_mul(CELL_BYTES * n_threads);
     if needed > max_bytes {
         let message =
             format!("{thickest} planes of {cells} cells on each thread take {needed} bytes; {max_bytes} are allowed");
@@ -123,8 +124,8 @@ fn sentences(scene: &Scene, mesh: &Mesh, tally: &Tally) -> String {
         text += &format!("Wrong cell: {cell:?} at ({x}, {y}, {z}) has flag {found}, expected {expected}.\n");
     }
     if tally.n_wrong == 0 && scene.wrong_lines.is_empty() {
-        return text + "The mesh is that of the job.\n";
+        return text + "All cells that were checked are as the job defines them.\n";
     }
     let n_wrong = HumanCount(tally.n_wrong);
-    text + &format!("The mesh is not that of the job; wrong cells: {n_wrong}. Mesh again, or give its own job.\n")
+    text + &format!("The mesh is not that of the job. Wrong cells: {n_wrong}. Mesh again, or give its own job.\n")
 }

@@ -64,7 +64,7 @@ fn a_single_wrong_cell_is_named() {
             let [x, y, z] = [0, 1, 2].map(|k| wrong.lines.origin[k] + (place[k] as f64 + 0.5) * wrong.lines.spacing[k]);
             let named = format!("Wrong cell: {place:?} at ({x}, {y}, {z}) has flag 7, expected ");
             assert!(code == Some(9) && text.contains(&named), "{named}: {code:?}\n{text}");
-            assert!(text.contains("The mesh is not that of the job; wrong cells: 1."), "{text}");
+            assert!(text.contains("The mesh is not that of the job. Wrong cells: 1."), "{text}");
             meshed.write(&right);
         }
     }
@@ -82,7 +82,7 @@ fn all_wrong_cells_are_counted_and_the_first_are_named() {
     let (code, text) = meshed.verify(&[]);
     // 22 x 24 rays along x or their like
     let n = 7 * (0..wrong.columns.rays.n_rays()).filter(|ray| ray % 100 == 13).count();
-    assert!(code == Some(9) && text.contains(&format!("wrong cells: {n}.")), "{text}");
+    assert!(code == Some(9) && text.contains(&format!("Wrong cells: {n}.")), "{text}");
     assert_eq!(text.matches("Wrong cell: ").count(), 5, "{text}");
 }
 

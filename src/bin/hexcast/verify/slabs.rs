@@ -19,8 +19,8 @@ use super::surface::winding;
 
 /// Wrong cells that are named.
 const SHOWN: usize = 5;
-/// Solid angles that are computed: some ten seconds on two cores.
-const ANGLES: u64 = 200_000_000;
+/// Solid angles that are computed: some ten or twenty seconds on two cores.
+const ANGLES: u64 = 300_000_000;
 /// Votes of the rays through a cell: what one that is inside adds, and one that does not leave the body as often as it enters.
 const INSIDE: u8 = 1;
 const ODD: u8 = 16;

@@ -104,8 +104,9 @@ pub(super) fn winding(facets: &[Facet], cell: [u32; 3], bits: u32, spacing: [f64
 
 /// Whether the origin is less than two units from an edge.
 fn is_at_edge(p: [i64; 3], q: [i64; 3]) -> bool {
-    let along = [0, 1, 2].map(|axis| (q[axis] - p[axis]) as f64);
-    let cross = normal(&[[0; 3], p, q]).map(|component| component as f64);
-    let squared = |v: [f64; 3]| v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-    (0..3).all(|axis| p[axis].min(q[axis]) < 2 && p[axis].max(q[axis]) > -2) && squared(cross) <= 4.0 * squared(along)
+    if (0..3).any(|axis| p[axis].min(q[axis]) > 2 || p[axis].max(q[axis]) < -2) {
+        return false;
+    }
+    let squared = |v: [i64; 3]| v.iter().map(|&length| (length as f64).powi(2)).sum::<f64>();
+    squared(normal(&[[0; 3], p, q])) <= 4.0 * squared([0, 1, 2].map(|axis| q[axis] - p[axis]))
 }
