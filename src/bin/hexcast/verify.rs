@@ -61,8 +61,8 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     control.cancel = token.clone();
     let max_bytes = job.max_memory.map_or(u64::MAX, |size| size.0);
     let mesh = reading::open_columns(&arguments.mesh, max_bytes / 2, &control)?;
-    let slabs = slabs(&mesh, arguments.sample, arguments.seed);
-    let n_cells = check_memory(&mesh, &slabs, max_bytes)?;
+    let slabs = slabs(&mesh, arguments.sample, arguments.seed, max_bytes)?;
+    let n_cells = slabs.iter().map(|slab| slab.len() as u64).sum::<u64>() * cells_of_plane(&mesh);
     let scene = Scene::new(&job, &mesh)?;
     let (rays, seed) = (mesh.columns.rays, arguments.seed);
     let axes = [rays.axis, rays.across[0], rays.across[1]];
@@ -76,32 +76,27 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     Ok(if is_right { ExitCode::SUCCESS } else { ExitCode::from(DIFFERS) })
 }
 
-/// Planes that hold about so many cells, evenly spaced; without a number all, many to a slab.
-fn slabs(mesh: &Mesh, sample: Option<u64>, seed: u64) -> Vec<Range<u32>> {
-    let n_planes = mesh.columns.rays.counts[1];
-    let cells = mesh.n_cells() / u64::from(n_planes);
+fn cells_of_plane(mesh: &Mesh) -> u64 {
+    mesh.n_cells() / u64::from(mesh.columns.rays.counts[1])
+}
+
+/// Planes that hold about so many cells, evenly spaced; without a number all, as many to a slab as the memory holds.
+fn slabs(mesh: &Mesh, sample: Option<u64>, seed: u64, max_bytes: u64) -> Result<Vec<Range<u32>>> {
+    let (n_planes, cells) = (mesh.columns.rays.counts[1], cells_of_plane(mesh));
+    let held = max_bytes / CELL_BYTES / rayon::current_num_threads() as u64;
+    if cells > held {
+        let message =
+            format!("a plane of the mesh has {cells} cells; each thread can hold {held} in {max_bytes} bytes");
+        return Err(Error::new("memory", message, "use fewer --threads, or allow more with --max-memory"));
+    }
     let wanted = sample.map_or(u64::from(n_planes), |sample| sample.div_ceil(cells));
     let step = (u64::from(n_planes) / wanted).max(1) as u32;
     if step > 1 {
         let first = (seed % u64::from(step)) as u32;
-        return (first..n_planes).step_by(step as usize).map(|plane| plane..plane + 1).collect();
+        return Ok((first..n_planes).step_by(step as usize).map(|plane| plane..plane + 1).collect());
     }
-    let thick = (SLAB / cells).clamp(1, n_planes.div_ceil(16).into()) as u32;
-    (0..n_planes).step_by(thick as usize).map(|start| start..(start + thick).min(n_planes)).collect()
-}
-
-/// The number of cells of some slabs, if these fit the memory.
-fn check_memory(mesh: &Mesh, slabs: &[Range<u32>], max_bytes: u64) -> Result<u64> {
-    let cells = mesh.n_cells() / u64::from(mesh.columns.rays.counts[1]);
-    let thickest = slabs.iter().map(|slab| slab.len() as u64).max().unwrap_or(0);
-    let n_threads = rayon::current_num_threads() as u64;
-    let needed = thickest.saturating_mul(cells).saturating_mul(CELL_BYTES * n_threads);
-    if needed > max_bytes {
-        let message =
-            format!("{thickest} planes of {cells} cells on each thread take {needed} bytes; {max_bytes} are allowed");
-        return Err(Error::new("memory", message, "use fewer --threads, or allow more with --max-memory"));
-    }
-    Ok(slabs.iter().map(|slab| slab.len() as u64 * cells).sum())
+    let thick = (SLAB.min(held) / cells).clamp(1, n_planes.div_ceil(16).into()) as u32;
+    Ok((0..n_planes).step_by(thick as usize).map(|start| start..(start + thick).min(n_planes)).collect())
 }
 
 fn sentences(scene: &Scene, mesh: &Mesh, tally: &Tally) -> String {

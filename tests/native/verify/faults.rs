@@ -180,6 +180,7 @@ fn what_cannot_be_checked_is_an_error() {
         (&["verify", &mesh, "README.md"], 3, "give the file that was meshed"),
         (&["verify", &mesh, &format!("{SPOT}:solid=lid")], 4, "has no solid \"lid\""),
         (&["verify", &mesh, SPOT, "--sample", "0"], 2, "at least 1"),
+        (&["verify", &mesh, SPOT, "--max-memory", "2kB"], 5, "a plane of the mesh has 440 cells; each thread can hold"),
     ];
     for (arguments, code, part) in cases {
         let output = hexcast(arguments);
