@@ -8,6 +8,7 @@ use std::iter::Peekable;
 use std::path::{Path, PathBuf};
 use std::str::Chars;
 
+mod checker;
 mod circles;
 
 /// The modules of the core in the order of the line: each may use those before it.

@@ -49,4 +49,6 @@ mod strangers;
 #[cfg(feature = "cli")]
 mod tolerances;
 #[cfg(feature = "cli")]
+mod verify;
+#[cfg(feature = "cli")]
 mod warnings;

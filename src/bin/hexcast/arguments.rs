@@ -215,7 +215,7 @@ pub(crate) fn list<T: FromStr, const N: usize>(text: &str) -> std::result::Resul
 }
 
 /// Reads a whole number of at least 1, also as 1e12.
-fn whole_number(text: &str) -> std::result::Result<u64, String> {
+pub(crate) fn whole_number(text: &str) -> std::result::Result<u64, String> {
     let (digits, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
     let number = digits.parse::<u64>().ok().zip(exponent.parse::<u32>().ok());
     let number = number.and_then(|(digits, exponent)| digits.checked_mul(10u64.checked_pow(exponent)?));

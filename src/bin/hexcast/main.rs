@@ -28,6 +28,7 @@ mod spill;
 mod summary;
 mod temporary;
 mod terminal;
+mod verify;
 mod zarr_folder;
 
 const EXIT_CODES: &str = "\
@@ -36,7 +37,7 @@ Exit codes:
     1  unexpected: a bug                         6  the GPU or its driver failed
     2  wrong use of the command line             7  the system refused to read or write a file
     3  an input file cannot be understood        8  warnings, and --strict was given
-    4  the job contradicts itself or is          9  hexcast leak found a path
+    4  the job contradicts itself or is          9  found: leak a path, verify another mesh than the job's
        impossible                              130  cancelled (Ctrl-C)";
 
 /// Turns closed surfaces (STL) into Cartesian meshes: exactly, on the GPU or the CPU.
@@ -55,6 +56,7 @@ enum Command {
     Adapters(adapters::Arguments),
     Convert(convert::Arguments),
     Leak(leak::Arguments),
+    Verify(verify::Arguments),
     /// Write a completion script for a shell to standard output
     #[command(
         after_help = "Example:\n    hexcast completions bash > ~/.local/share/bash-completion/completions/hexcast"
@@ -89,6 +91,7 @@ fn run(command: Command, token: &CancelToken) -> Result<ExitCode> {
     match command {
         Command::Mesh(arguments) => return mesh::run(&arguments, token),
         Command::Leak(arguments) => return leak::run(&arguments, token),
+        Command::Verify(arguments) => return verify::run(&arguments, token),
         Command::Info(arguments) => info::run(&arguments, token),
         Command::Estimate(arguments) => estimate::run(&arguments, token),
         Command::Adapters(arguments) => adapters::run(&arguments),

@@ -1,9 +1,12 @@
 use super::*;
 
+fn tenths(corner: [i32; 3]) -> DVec3 {
+    DVec3::from(corner.map(f64::from)) / 10.0
+}
+
 #[test]
 fn the_gradient_is_that_of_theta() {
-    let corners = [[0.0, 0.1, 0.2], [3.0, 0.3, -0.1], [0.4, 2.0, 0.5]].map(DVec3::from);
-    let triangle = Triangle::new(corners).unwrap();
+    let triangle = Triangle::new([[0, 1, 2], [30, 3, -1], [4, 20, 5]], tenths).unwrap();
     for point in [[1.0, 0.5, 2.0], [-3.0, 4.0, -2.0], [0.9, 0.8, -0.6]].map(DVec3::from) {
         let step = 1e-5;
         let difference = [DVec3::X, DVec3::Y, DVec3::Z]
@@ -17,15 +20,18 @@ fn the_gradient_is_that_of_theta() {
 fn assert_alone(caps: &[SnappedFacet], dims: [u32; 3], sizes: [f64; 3]) {
     let unit = 1.0 / 256.0;
     let scale = DVec3::from(sizes) / sizes[0];
-    let placed = caps.iter().map(|cap| cap.map(|corner| DVec3::from(corner.map(f64::from)) * unit * scale));
-    let triangles: Vec<Triangle> = placed.filter_map(Triangle::new).collect();
+    let place = |corner: [i32; 3]| DVec3::from(corner.map(f64::from)) * unit * scale;
+    let triangles: Vec<Triangle> = caps.iter().filter_map(|&cap| Triangle::new(cap, place)).collect();
     let found = shifts(caps, dims, 8, sizes);
     let mut n_moved = 0;
     for z in 0..dims[2] {
         for y in 0..dims[1] {
             for x in 0..dims[0] {
                 let point = DVec3::from([x, y, z].map(f64::from)) * scale - BEFORE * unit * scale;
-                let theta: f64 = triangles.iter().map(|triangle| triangle.theta(point)).sum();
+                let theta: f64 = triangles
+                    .iter()
+                    .map(|triangle| triangle.theta_of_centre([x, y, z].map(|i| i64::from(i) << 8), point))
+                    .sum();
                 let holds = |shift: &&Shift| {
                     [x, y, z]
                         .iter()
@@ -43,8 +49,7 @@ fn assert_alone(caps: &[SnappedFacet], dims: [u32; 3], sizes: [f64; 3]) {
 
 #[test]
 fn a_dipole_is_the_triangle_from_afar_and_its_derivatives_are_those_of_its_theta() {
-    let corners = [[0.0, 0.1, 0.2], [3.0, 0.3, -0.1], [0.4, 2.0, 0.5]].map(DVec3::from);
-    let triangle = Triangle::new(corners).unwrap();
+    let triangle = Triangle::new([[0, 1, 2], [30, 3, -1], [4, 20, 5]], tenths).unwrap();
     for point in [[10.0, 5.0, 20.0], [-9.0, 12.0, -7.0], [2.0, 1.0, 9.0]].map(DVec3::from) {
         let distance = triangle.distance(point, DVec3::ZERO);
         let off = (triangle.dipole(point) - triangle.theta(point)).abs();

@@ -4,8 +4,11 @@ use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3};
 
+use crate::frame::SnappedFacet;
+
 /// A triangle of a cap, in cells of the first axis.
 pub(super) struct Triangle {
+    snapped: SnappedFacet,
     corners: [DVec3; 3],
     low: DVec3,
     high: DVec3,
@@ -18,12 +21,14 @@ pub(super) struct Triangle {
 
 impl Triangle {
     /// None for one without area, which has no solid angle.
-    pub(super) fn new(corners: [DVec3; 3]) -> Option<Triangle> {
+    pub(super) fn new(snapped: SnappedFacet, place: impl Fn([i32; 3]) -> DVec3) -> Option<Triangle> {
+        let corners = snapped.map(place);
         let [a, b, c] = corners;
         let doubled = (b - a).cross(c - a);
         let length = doubled.length();
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
         (length > 0.0).then(|| Triangle {
+            snapped,
             corners,
             low,
             high,
@@ -41,6 +46,30 @@ impl Triangle {
         let top = a.dot(b.cross(c));
         let bottom = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
         libm::atan2(top, bottom) / (2.0 * PI)
+    }
+
+    /// Theta at a centre, in units of the snap, where `point` is the point beside it at which theta is computed: of another side of
+    /// the triangle than the centre's, it is turned round.
+    pub(super) fn theta_of_centre(&self, centre: [i64; 3], point: DVec3) -> f64 {
+        let theta = self.theta(point);
+        // elsewhere theta does not jump
+        let is_turned =
+            theta.abs() > 0.25 && self.is_behind(centre).is_some_and(|is_behind| is_behind != (theta > 0.0));
+        if is_turned { -theta } else { theta }
+    }
+
+    /// Whether the triangle turns its back on a centre, which stands a little before itself, most along x, then y, then z; None for one
+    /// without area.
+    fn is_behind(&self, centre: [i64; 3]) -> Option<bool> {
+        let [a, b, c] = self.snapped.map(|corner| [0, 1, 2].map(|axis| i128::from(corner[axis])));
+        let side = |to: [i128; 3]| [0, 1, 2].map(|axis| to[axis] - a[axis]);
+        let (u, v) = (side(b), side(c));
+        let normal = [0, 1, 2].map(|axis: usize| {
+            let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
+            u[i] * v[j] - u[j] * v[i]
+        });
+        let height: i128 = (0..3).map(|axis| normal[axis] * (a[axis] - i128::from(centre[axis]))).sum();
+        [height, normal[0], normal[1], normal[2]].into_iter().find(|&of| of != 0).map(|of| of > 0)
     }
 
     /// Change of theta a unit of length: the field of a current around the triangle (Biot and Savart), over 4 pi.

@@ -1,0 +1,78 @@
+//! Rays through a plane of cells, and the facets that they cross: in exact integers, with the tie rule of the definition.
+//!
+//! A centre P stands for P - (e1, e2, e3) with e1 >> e2 >> e3 > 0 along x, y, z. A linear function that is 0 at P has there the sign
+//! of the first component of its gradient that is not 0, turned round. All coordinates are below 2^26: a 2 x 2 determinant
+//! and its products with a cell fit 64 bits, a 3 x 3 determinant 128.
+
+/// Corners in units of the snap.
+pub(super) type Facet = [[i32; 3]; 3];
+
+/// Rays along one axis through the centres of a plane of cells.
+#[derive(Clone, Copy)]
+pub(super) struct Rays {
+    /// The axis that numbers the rays, the axis across the plane, and the axis of the rays.
+    pub(super) axes: [usize; 3],
+    pub(super) dims: [u32; 3],
+    pub(super) bits: u32,
+}
+
+impl Rays {
+    /// Calls `found` for every ray of plane number `index` that crosses a facet, with the number of the ray, the first cell
+    /// above the crossing (0 to the number of cells), and 1 where the ray enters or -1 where it leaves.
+    pub(super) fn cross(&self, facet: &Facet, index: u32, mut found: impl FnMut(u32, u32, i32)) {
+        let [over, across, along] = self.axes;
+        let [p, q, r] = facet.map(|corner| corner.map(i64::from));
+        let normal = normal(&[p, q, r]);
+        let turn = normal[along].signum();
+        if turn == 0 {
+            return;
+        }
+        // whether the axes, in their order, are turned like x, y, z
+        let handed = if (over + 1) % 3 == across { turn } else { -turn };
+        let (cell, height) = (1i64 << self.bits, i64::from(index) << self.bits);
+        let (mut first, mut last) = (0, i64::from(self.dims[over]) - 1);
+        for (from, to) in [(p, q), (q, r), (r, p)] {
+            let (du, dv) = (handed * (to[over] - from[over]), handed * (to[across] - from[across]));
+            let mut gradient = [0; 3];
+            (gradient[over], gradient[across]) = (-dv, du);
+            // inside of the edge: at ray i the value is start + step i
+            let (start, step) = (du * (height - from[across]) + dv * from[over], -dv * cell);
+            let least = i64::from(!is_positive_at_zero(gradient));
+            match step {
+                1.. => first = first.max(-(start - least).div_euclid(step)),
+                0 if start < least => return,
+                0 => {}
+                _ => last = last.min((start - least).div_euclid(-step)),
+            }
+        }
+        let facing = normal.map(|component| turn * component);
+        let least = i128::from(!is_positive_at_zero(facing));
+        let [n_over, n_across, n_along] = [over, across, along].map(|axis| i128::from(facing[axis]));
+        let rest = n_across * i128::from(height - p[across]) - n_along * i128::from(p[along]);
+        for ray in first..=last {
+            let start = rest + n_over * i128::from((ray << self.bits) - p[over]);
+            let above = -(start - least).div_euclid(n_along << self.bits);
+            found(ray as u32, above.clamp(0, self.dims[along].into()) as u32, -turn as i32);
+        }
+    }
+
+    /// Planes that may have centres within a facet.
+    pub(super) fn reach(&self, facet: &Facet) -> std::ops::Range<u32> {
+        let places = facet.map(|corner| i64::from(corner[self.axes[1]]));
+        let (low, high) = (places[0].min(places[1]).min(places[2]), places[0].max(places[1]).max(places[2]));
+        let first = (low + (1 << self.bits) - 1) >> self.bits;
+        let end = (high >> self.bits) + 1;
+        let [first, end] = [first, end].map(|place| place.clamp(0, self.dims[self.axes[1]].into()) as u32);
+        first..end.max(first)
+    }
+}
+
+/// Whether a function that is 0 at a centre counts as positive there.
+fn is_positive_at_zero(gradient: [i64; 3]) -> bool {
+    gradient.into_iter().find(|&component| component != 0).is_some_and(|component| component < 0)
+}
+
+pub(super) fn normal([p, q, r]: &[[i64; 3]; 3]) -> [i64; 3] {
+    let [u, v] = [q, r].map(|end| [0, 1, 2].map(|axis| end[axis] - p[axis]));
+    [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
+}

@@ -1,0 +1,156 @@
+//! What a job asks for, made anew: bodies in units of the snap, and what the lines of the mesh must be.
+//!
+//! A corner w becomes round(((w - origin) / spacing - 1/2) 2^F) in f64, ties to even. F is the largest for which corners and
+//! centres, with one cell to spare at both ends, span at most 2^26 units an axis.
+
+use std::ops::Range;
+
+use hexcast::job::{DEFAULT_CELLS, GeometryJob, Job, Open, Padding, PerAxis, Rule};
+use hexcast::mesh::Mesh;
+use hexcast::{Error, Result};
+
+use super::ray::Facet;
+use super::stl::solids;
+use super::surface::turned;
+
+/// One geometry.
+pub(super) struct Body {
+    pub(super) file: String,
+    pub(super) flag: i16,
+    priority: i32,
+    /// What decides its cells if it is not closed; None if it is.
+    pub(super) open: Option<Open>,
+    /// Its part of all facets.
+    pub(super) facets: Range<usize>,
+}
+
+pub(super) struct Scene {
+    /// The bodies in the order in which they win, the last over all others.
+    pub(super) bodies: Vec<Body>,
+    pub(super) facets: Vec<Facet>,
+    rule: Rule,
+    pub(super) bits: u32,
+    /// Sentences about lines that are not those that the job asks for.
+    pub(super) wrong_lines: Vec<String>,
+}
+
+type Point = [f64; 3];
+
+impl Scene {
+    pub(super) fn new(job: &Job, mesh: &Mesh) -> Result<Scene> {
+        let wrong = |code, what| Error::new(code, what, "give the job and the files that this mesh was made of");
+        let mut bodies: Vec<(Body, Vec<[Point; 3]>)> = Vec::new();
+        for entry in &job.geometries {
+            let (file, mut taken) = (&entry.file, solids(&entry.file)?);
+            taken.retain(|(name, _)| entry.solid.as_ref().is_none_or(|wanted| wanted == name));
+            let place = placing(entry);
+            let placed = |facets: Vec<[[f32; 3]; 3]>| facets.iter().map(|facet| facet.map(&place)).collect::<Vec<_>>();
+            let mut parts: Vec<_> = taken.into_iter().map(|(_, facets)| placed(facets)).collect();
+            let solid = entry.solid.as_deref().unwrap_or_default();
+            if parts.is_empty() {
+                return Err(wrong("job-value", format!("{file} has no solid {solid:?}")));
+            }
+            if !entry.split {
+                parts = vec![parts.concat()];
+            }
+            for (index, facets) in parts.into_iter().enumerate() {
+                let flag = entry.flag.map_or(bodies.len() as i16 + 1, |flag| i16::from(flag) + index as i16);
+                let (file, open) = (file.clone(), entry.open.or(Some(job.open)));
+                bodies.push((Body { file, flag, priority: entry.priority, open, facets: 0..0 }, facets));
+            }
+        }
+        let lines = mesh.lines;
+        let in_cells = |world: &Point| [0, 1, 2].map(|k| (world[k] - lines.origin[k]) / lines.spacing[k] - 0.5);
+        let corners = bodies.iter().flat_map(|(_, facets)| facets.as_flattened());
+        let wrong_lines = wrong_lines(job, mesh, around(corners.clone().copied()));
+        let [low, high] = around(corners.map(in_cells));
+        let of_axis = |k: usize| (high[k] + 1.0).max(lines.dims[k].into()) - (low[k] - 1.0).min(-1.0);
+        let span = (0..3).map(of_axis).fold(0.0, f64::max);
+        let bits = (8..=26).rev().find(|&bits| span * f64::from(1u32 << bits) <= f64::from(1 << 26));
+        let too_far = format!("the files span {span} cells of the mesh, 262144 at most");
+        let bits = bits.ok_or_else(|| wrong("geometry-too-far", too_far))?;
+        bodies.sort_by_key(|(body, _)| body.priority);
+        let mut scene = Scene { bodies: Vec::new(), facets: Vec::new(), rule: job.rule, bits, wrong_lines };
+        for (mut body, world) in bodies {
+            let snap = |at: &Point| in_cells(at).map(|u| (u * f64::from(1u32 << bits)).round_ties_even() as i32);
+            let facets: Vec<Facet> = world.iter().map(|facet| facet.each_ref().map(snap)).collect();
+            let turned = turned(&facets, job.rule);
+            if turned.is_some() && body.open == Some(Open::Error) {
+                let what = format!("{} is not closed, which the job makes an error: no mesh fits it", body.file);
+                return Err(wrong("surface-open", what));
+            }
+            body.open = body.open.filter(|_| turned.is_some());
+            body.facets = scene.facets.len()..scene.facets.len() + facets.len();
+            // crossings that are counted as they are need no turning
+            scene.facets.extend(turned.filter(|_| body.open != Some(Open::Parity)).unwrap_or(facets));
+            scene.bodies.push(body);
+        }
+        Ok(scene)
+    }
+
+    /// Whether so many crossings, or a winding number, mean inside.
+    pub(super) fn is_inside(&self, count: i64) -> bool {
+        if self.rule == Rule::Parity { count % 2 != 0 } else { count != 0 }
+    }
+}
+
+/// The function from a corner of a file to the world: scaled, turned about x, y and z, moved; products summed from left to right.
+fn placing(entry: &GeometryJob) -> impl Fn([f32; 3]) -> Point + use<> {
+    let [x, y, z] = entry.rotate.unwrap_or_default().map(|degrees: f64| {
+        // what is left of whole quarter turns
+        let quarters = ((degrees % 360.0) / 90.0).round_ties_even();
+        let (sine, cosine) = libm::sincos((degrees % 360.0 - 90.0 * quarters).to_radians());
+        [(sine, cosine), (cosine, -sine), (-sine, -cosine), (-cosine, sine)][quarters.rem_euclid(4.0) as usize]
+    });
+    // columns of matrices
+    let times = |m: [Point; 3], v: Point| [0, 1, 2].map(|k| m[0][k] * v[0] + m[1][k] * v[1] + m[2][k] * v[2]);
+    let about_x = [[1.0, 0.0, 0.0], [0.0, x.1, x.0], [0.0, -x.0, x.1]];
+    let about_y = [[y.1, 0.0, -y.0], [0.0, 1.0, 0.0], [y.0, 0.0, y.1]];
+    let about_z = [[z.1, z.0, 0.0], [-z.0, z.1, 0.0], [0.0, 0.0, 1.0]];
+    let turn = about_x.map(|column| times(about_y.map(|column| times(about_z, column)), column));
+    let (scale, by) = (entry.scale.map_or([1.0; 3], PerAxis::each), entry.translate.unwrap_or_default());
+    let all = [0, 1, 2].map(|axis| turn[axis].map(|component| component * scale[axis]));
+    move |corner| {
+        let turned = times(all, corner.map(f64::from));
+        [0, 1, 2].map(|axis| turned[axis] + by[axis])
+    }
+}
+
+fn around(points: impl Iterator<Item = Point>) -> [Point; 2] {
+    points.fold([[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], |[low, high], point| {
+        [[0, 1, 2].map(|axis| low[axis].min(point[axis])), [0, 1, 2].map(|axis| high[axis].max(point[axis]))]
+    })
+}
+
+/// Holds origin, sizes and numbers of cells to the job.
+fn wrong_lines(job: &Job, mesh: &Mesh, around: [Point; 2]) -> Vec<String> {
+    let (length, cells) = match job.padding {
+        Some(Padding::Length(length)) => (length.each(), [0; 3]),
+        Some(Padding::Cells(cells)) => ([0.0; 3], cells.each()),
+        None => ([0.0; 3], [0; 3]),
+    };
+    let low = [0, 1, 2].map(|axis| job.domain.map_or(around[0][axis] - length[axis], |ends| ends[axis]));
+    let high = [0, 1, 2].map(|axis| job.domain.map_or(around[1][axis] + length[axis], |ends| ends[axis + 3]));
+    let extent = [0, 1, 2].map(|axis| high[axis] - low[axis]);
+    let longest = extent.into_iter().fold(0.0, f64::max);
+    let about = |axis: usize| {
+        let (n, size, start) = (mesh.lines.dims[axis], mesh.lines.spacing[axis], mesh.lines.origin[axis]);
+        let (asked, slack) = match (job.dims, job.cell_size, job.max_cell_size) {
+            (Some(dims), ..) => (extent[axis] / f64::from(dims[axis]), 0.001),
+            (_, Some(size), _) => (size.each()[axis], 0.011),
+            // that it is as large as can be is not checked
+            (.., Some(most)) => (size.min(most * (1.0 + 1e-12)), 0.501),
+            _ => (longest / f64::from(job.cells.unwrap_or(DEFAULT_CELLS)), 0.011),
+        };
+        let begin = low[axis] - f64::from(cells[axis]) * asked;
+        // the last cell holds the end, which the mesher may round
+        let inner = f64::from(n) - 2.0 * f64::from(cells[axis]);
+        let over = inner - extent[axis] / asked;
+        let is_covered = over >= -slack && over < job.dims.map_or(1.0, |_| slack) || inner == 1.0 && over >= 0.0;
+        (size != asked || start != begin || !is_covered).then(|| {
+            let found = format!("along {} it has {n} cells of {size} from {start}", ["x", "y", "z"][axis]);
+            format!("{found}, the job asks for cells of {asked} from {begin} to {}", high[axis])
+        })
+    };
+    (0..3).filter_map(about).collect()
+}

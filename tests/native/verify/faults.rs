@@ -1,0 +1,191 @@
+//! Faults: wrong cells, wrong lines and wrong jobs are found and named; what cannot be checked is an error.
+
+use hexcast::column_file;
+use hexcast::columns::{Band, Columns, run};
+use hexcast::control::Control;
+use hexcast::job::{GeometryJob, Job, Open, PerAxis, Rule};
+use hexcast::lines::Lines;
+use hexcast::mesh::Mesh;
+
+use super::super::cli::{Folder, SPOT, hexcast};
+use super::super::models;
+use super::super::open_surfaces::without;
+use super::{AXES, Meshed};
+
+/// The mesh of a file after its runs were changed: `change` gets each ray's index and the flags of its cells.
+fn changed(of: &Meshed, change: impl Fn(u64, &mut [u8])) -> Mesh {
+    let mut bytes = &of.folder.bytes("mesh.hxc")[..];
+    let mesh = column_file::read(&mut bytes, u64::MAX, &Control::default()).expect("a column file");
+    let rays = mesh.columns.rays;
+    let mut band = Band::default();
+    for ray in 0..rays.n_rays() {
+        let runs = mesh.columns.ray(ray).expect("in memory").into_owned();
+        let mut flags: Vec<u8> = (0..rays.depth).map(|cell| hexcast::columns::flag_at(&runs, cell)).collect();
+        change(ray, &mut flags);
+        let mut last = 0;
+        for (cell, &flag) in (0u32..).zip(&flags) {
+            if flag != last {
+                band.runs.push(run(cell, flag));
+            }
+            last = flag;
+        }
+        band.ends.push(band.runs.len() as u32);
+    }
+    Mesh { columns: Columns::new(rays, vec![band]), ..mesh }
+}
+
+fn spheres() -> Vec<models::Facets> {
+    vec![models::sphere([4.0; 3], 3.1, 24), models::sphere([5.0, 4.5, 4.2], 2.0, 16)]
+}
+
+fn job() -> Job {
+    Job { dims: Some([20, 22, 24]), domain: Some([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]), ..Job::default() }
+}
+
+#[test]
+fn a_single_wrong_cell_is_named() {
+    for axis in AXES {
+        let meshed = Meshed::new(&spheres(), Job { axis, ..job() });
+        meshed.is_right("spheres");
+        let right = changed(&meshed, |_, _| {});
+        // far from all surfaces, at the first and the last cell, and inside
+        for (ray, cell) in [(0, 0), (77, 3), (219, 11), (300, 19), (439, 0)] {
+            let wrong = changed(&meshed, |index, flags| {
+                if index == ray {
+                    flags[cell] = if flags[cell] == 7 { 8 } else { 7 };
+                }
+            });
+            let rays = wrong.columns.rays;
+            meshed.write(&wrong);
+            let (code, text) = meshed.verify(&[]);
+            let mut place = [cell as u64; 3];
+            (place[rays.across[0]], place[rays.across[1]]) =
+                (ray % u64::from(rays.counts[0]), ray / u64::from(rays.counts[0]));
+            let [x, y, z] = [0, 1, 2].map(|k| wrong.lines.origin[k] + (place[k] as f64 + 0.5) * wrong.lines.spacing[k]);
+            let named = format!("Wrong cell: {place:?} at ({x}, {y}, {z}) has flag 7, expected ");
+            assert!(code == Some(9) && text.contains(&named), "{named}: {code:?}\n{text}");
+            assert!(text.contains("The mesh is not that of the job. Wrong cells: 1."), "{text}");
+            meshed.write(&right);
+        }
+    }
+}
+
+#[test]
+fn all_wrong_cells_are_counted_and_the_first_are_named() {
+    let meshed = Meshed::new(&spheres(), job());
+    let wrong = changed(&meshed, |ray, flags| {
+        if ray % 100 == 13 {
+            flags[2..9].fill(99)
+        }
+    });
+    meshed.write(&wrong);
+    let (code, text) = meshed.verify(&[]);
+    // 22 x 24 rays along x or their like
+    let n = 7 * (0..wrong.columns.rays.n_rays()).filter(|ray| ray % 100 == 13).count();
+    assert!(code == Some(9) && text.contains(&format!("Wrong cells: {n}.")), "{text}");
+    assert_eq!(text.matches("Wrong cell: ").count(), 5, "{text}");
+}
+
+#[test]
+fn another_job_is_found() {
+    let meshed = Meshed::new(&spheres(), job());
+    let entry = |index: usize, entry: GeometryJob| {
+        let mut other = meshed.job.clone();
+        other.geometries[index] = GeometryJob { file: other.geometries[index].file.clone(), ..entry };
+        other
+    };
+    let one = Job { geometries: meshed.job.geometries[..1].to_vec(), ..meshed.job.clone() };
+    let others = [
+        ("moved by a cell", entry(0, GeometryJob { translate: Some([0.0, 0.4, 0.0]), ..GeometryJob::default() })),
+        ("moved by a twentieth", entry(1, GeometryJob { translate: Some([0.02, 0.0, 0.0]), ..GeometryJob::default() })),
+        ("turned", entry(1, GeometryJob { rotate: Some([0.0, 0.0, 5.0]), ..GeometryJob::default() })),
+        ("scaled", entry(0, GeometryJob { scale: Some(PerAxis::All(1.02)), ..GeometryJob::default() })),
+        ("priority", entry(0, GeometryJob { priority: 1, ..GeometryJob::default() })),
+        ("flag", entry(1, GeometryJob { flag: Some(5), ..GeometryJob::default() })),
+        ("one missing", one),
+    ];
+    for (what, other) in others {
+        meshed.write_job(&other);
+        let (code, text) = meshed.verify(&[]);
+        assert!(code == Some(9) && text.contains("Wrong cell: "), "{what}: {code:?}\n{text}");
+        assert!(!text.contains("Wrong lines"), "{what}: {text}");
+    }
+    let nested = vec![models::joined([models::cube([1.0; 3], 6.0), models::cube([2.0; 3], 3.0)])];
+    let meshed = Meshed::new(&nested, job());
+    meshed.write_job(&Job { rule: Rule::Nonzero, ..meshed.job.clone() });
+    let (code, text) = meshed.verify(&[]);
+    assert!(code == Some(9) && text.contains("has flag 0, expected 1"), "{code:?}\n{text}");
+}
+
+#[test]
+fn another_way_with_holes_is_found() {
+    let torn = without(&models::sphere([4.0; 3], 3.1, 24), 0.3, 1);
+    let meshed = Meshed::new(&[torn], job());
+    for open in [Open::Vote, Open::Parity] {
+        meshed.write_job(&Job { open, ..meshed.job.clone() });
+        let (code, text) = meshed.verify(&[]);
+        assert!(code == Some(9) && text.contains("Wrong cell: "), "{open:?}: {code:?}\n{text}");
+    }
+    meshed.write_job(&Job { open: Open::Error, ..meshed.job.clone() });
+    let (code, text) = meshed.verify(&[]);
+    assert!(code == Some(3) && text.contains("is not closed, which the job makes an error"), "{code:?}\n{text}");
+}
+
+#[test]
+fn other_lines_are_found() {
+    let meshed = Meshed::new(&spheres(), job());
+    let mesh = changed(&meshed, |_, _| {});
+    let Lines { origin, spacing, dims } = mesh.lines;
+    for lines in [
+        Lines { origin: [origin[0], origin[1] + 1e-9, origin[2]], spacing, dims },
+        Lines { spacing: [spacing[0], spacing[1], spacing[2] * 1.01], origin, dims },
+    ] {
+        meshed.write(&Mesh { lines, ..mesh.clone() });
+        let (code, text) = meshed.verify(&[]);
+        assert!(code == Some(9) && text.contains("Wrong lines: along "), "{code:?}\n{text}");
+    }
+    meshed.write(&mesh);
+    for other in [
+        Job { dims: Some([20, 22, 25]), ..meshed.job.clone() },
+        Job { dims: None, cells: Some(22), ..meshed.job.clone() },
+        Job { domain: None, ..meshed.job.clone() },
+        Job { dims: None, cell_size: Some(PerAxis::All(0.4)), ..meshed.job.clone() },
+    ] {
+        meshed.write_job(&other);
+        let (code, text) = meshed.verify(&[]);
+        assert!(code == Some(9) && text.contains("Wrong lines: along "), "{other:?}: {code:?}\n{text}");
+    }
+}
+
+#[test]
+fn a_sample_checks_some_planes() {
+    let meshed = Meshed::new(&spheres(), job());
+    let (code, text) = meshed.verify(&["--sample", "2000", "--seed", "5"]);
+    assert!(code == Some(0), "{text}");
+    let n: u64 = text.split(' ').nth(1).expect("a number").replace(',', "").parse().expect("a number");
+    assert!((2000..5280).contains(&n) && n.is_multiple_of(20 * 22), "{text}");
+}
+
+#[test]
+fn what_cannot_be_checked_is_an_error() {
+    let folder = Folder::new();
+    let meshed = Meshed::new(&spheres(), job());
+    let (mesh, vti) = (meshed.folder.path("mesh.hxc"), folder.path("a.vti"));
+    std::fs::write(&vti, "<?xml version=\"1.0\"?>").expect("the folder is there");
+    let cases: &[(&[&str], i32, &str)] = &[
+        (&["verify", &mesh], 2, "required"),
+        (&["verify", &vti, SPOT], 3, "error[columns-corrupt]"),
+        (&["verify", "no-such.hxc", SPOT], 7, "there is no such file"),
+        (&["verify", &mesh, "no-such.stl"], 7, "reading no-such.stl"),
+        (&["verify", &mesh, "README.md"], 3, "give the file that was meshed"),
+        (&["verify", &mesh, &format!("{SPOT}:solid=lid")], 4, "has no solid \"lid\""),
+        (&["verify", &mesh, SPOT, "--sample", "0"], 2, "at least 1"),
+        (&["verify", &mesh, SPOT, "--max-memory", "2kB"], 5, "a plane of the mesh has 440 cells; each thread can hold"),
+    ];
+    for (arguments, code, part) in cases {
+        let output = hexcast(arguments);
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.code() == Some(*code) && error.contains(part), "{arguments:?}: {error}");
+        assert!(output.stdout.is_empty(), "{arguments:?}");
+    }
+}
