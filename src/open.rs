@@ -18,7 +18,7 @@
 //! axis, on bands or on the backend: all of this is done on the host.
 //!
 //! # Practice
-//! [`OpenPart`] turns and closes a surface, [`Votes`] casts its rays and decides its cells row after row of rays. [`crate::overlay`] puts
+//! [`OpenPart`] turns and closes a surface, `Votes` casts its rays and decides its cells row after row of rays. [`crate::overlay`] puts
 //! them over those of the other geometries.
 //!
 //! Degenerate cases: a surface of one sheet encloses little: round(w) is 0 in most cells. A surface that cannot be oriented has no
