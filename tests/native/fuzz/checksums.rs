@@ -1,0 +1,56 @@
+//! Right checksums for a changed column file, so that what is behind them is read.
+
+use std::ops::Range;
+
+use flate2::Crc;
+
+/// Bytes of the head of a piece.
+const PIECE: usize = 44;
+
+fn u32_at(bytes: &[u8], at: usize) -> Option<usize> {
+    let number = bytes.get(at..at + 4)?;
+    Some(u32::from_le_bytes(number.try_into().expect("4 bytes")) as usize)
+}
+
+fn put_crc(bytes: &mut [u8], of: Range<usize>, at: usize) -> Option<()> {
+    let mut crc = Crc::new();
+    crc.update(bytes.get(of)?);
+    bytes.get_mut(at..at + 4)?.copy_from_slice(&crc.sum().to_le_bytes());
+    Some(())
+}
+
+fn find(bytes: &[u8], from: usize, tags: &[&[u8; 4]]) -> Option<usize> {
+    let windows = bytes.get(from..)?.windows(4);
+    windows.zip(from..).find(|(window, _)| tags.iter().any(|tag| *window == *tag)).map(|(_, at)| at)
+}
+
+/// Repairs magic, checksums, the index and the place of the end, as far as they are found.
+pub(super) fn repair(bytes: &mut Vec<u8>) -> Option<()> {
+    bytes.get_mut(..8)?.copy_from_slice(b"\x89HXC\r\n\x1a\n");
+    let start = 16 + u32_at(bytes, 12)?;
+    put_crc(bytes, 0..start, start)?;
+    let mut starts = Vec::new();
+    let mut next = start + 4;
+    while let Some(at) = find(bytes, next, &[b"PIEC", b"BAND"]) {
+        let Some(n_stored) = u32_at(bytes, at + 16) else { break };
+        starts.push(at as u64);
+        next = at + PIECE;
+        if put_crc(bytes, next..next.saturating_add(n_stored), at + 20).is_some() {
+            next += n_stored;
+        }
+        put_crc(bytes, at..at + PIECE - 4, at + PIECE - 4);
+    }
+    let end = find(bytes, next, &[b"ENDS"])?;
+    for (piece, at) in starts.into_iter().enumerate() {
+        // where the index has so many; a wrong count stays wrong
+        let entry = end + 12 + 16 * piece;
+        if entry + 28 <= bytes.len() {
+            bytes[entry..entry + 8].copy_from_slice(&at.to_le_bytes());
+        }
+    }
+    let tail = bytes.len().checked_sub(16).filter(|tail| *tail >= end + 4)?;
+    put_crc(bytes, end..tail - 4, tail - 4)?;
+    bytes[tail..tail + 8].copy_from_slice(&(end as u64).to_le_bytes());
+    bytes[tail + 8..].copy_from_slice(b"HXC END\n");
+    Some(())
+}
