@@ -36,8 +36,11 @@ fn assert_error_is_good(error: &Error, most: usize, may_have_lines: bool) {
 /// What a result was like, without its numbers and quotations: inputs with a new one are changed further.
 fn kind(error: &Error) -> String {
     let message = error.to_string();
-    let words = message.split('"').step_by(2).flat_map(str::chars).filter(|c| !c.is_numeric());
-    format!("{}: {}", error.code(), words.take(80).collect::<String>())
+    // the last line of an error of TOML, and its end, are the reader's own words
+    let line = message.lines().last().unwrap_or_default();
+    let words = line.split('"').step_by(2).flat_map(str::chars).filter(char::is_ascii_alphabetic);
+    let words: Vec<char> = words.collect();
+    format!("{}: {}", error.code(), words[words.len().saturating_sub(60)..].iter().collect::<String>())
 }
 
 /// Runs something and says how many bytes it had allocated at most on this thread.

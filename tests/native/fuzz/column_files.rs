@@ -118,7 +118,7 @@ fn on_one_thread<T: Send>(run: impl FnOnce() -> T + Send) -> T {
 fn column_file() {
     let repair = |bytes: &mut Vec<u8>, random: &mut Random| {
         if random.below(8) > 0 {
-            checksums::repair(bytes);
+            checksums::repair(bytes, random);
         }
     };
     let target = Target {
@@ -126,7 +126,7 @@ fn column_file() {
         fixtures: &["columns_v1.hxc"],
         dictionary: &["PIEC", "BAND", "ENDS", "HXC END\n", "\0\0\0\0", "\u{1}\0\0\0"],
         max_bytes: 6 << 10,
-        executions: 40_000,
+        executions: 80_000,
     };
     on_one_thread(|| target.fuzz(repair, check));
 }
