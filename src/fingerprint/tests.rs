@@ -39,7 +39,7 @@ fn the_hash_is_that_of_the_bytes_along_every_axis() {
             let mut flag = 0;
             let mut next = || {
                 state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                if (state >> 40) % 4 == 0 {
+                if (state >> 40).is_multiple_of(4) {
                     flag = [0, (state >> 50) as u8 & 1, (state >> 50) as u8][kind];
                 }
                 flag

@@ -31,9 +31,12 @@ fn put_u32(bytes: &mut [u8], at: usize, number: usize) -> Option<()> {
     Some(())
 }
 
-/// Repairs magic, checksums, the index and the place of the end, as far as they are found; mostly lengths, too.
+/// Repairs magic, checksums, the index and the place of the end, as far as they are found; mostly lengths and version, too.
 pub(super) fn repair(bytes: &mut [u8], random: &mut Random) -> Option<()> {
     bytes.get_mut(..8)?.copy_from_slice(b"\x89HXC\r\n\x1a\n");
+    if u32_at(bytes, 8)? > 2 && random.below(8) > 0 {
+        put_u32(bytes, 8, 2)?;
+    }
     if let Some(first) = find(bytes, 20, &[b"PIEC", b"BAND", b"ENDS"]).filter(|_| random.below(4) > 0) {
         put_u32(bytes, 12, first - 20)?;
     }

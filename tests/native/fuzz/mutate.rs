@@ -27,10 +27,11 @@ impl Random {
     }
 }
 
-/// An input of the pool after one to six changes.
+/// An input of the pool after one to six changes, rather few.
 pub(super) fn mutated(pool: &[Vec<u8>], dictionary: &[&str], max_bytes: usize, random: &mut Random) -> Vec<u8> {
     let mut bytes = pool[random.below(pool.len())].clone();
-    for _ in 0..1 + random.below(6) {
+    let n_more = random.below(6);
+    for _ in 0..1 + random.below(1 + n_more) {
         change(&mut bytes, pool, dictionary, random);
     }
     bytes.truncate(max_bytes);
