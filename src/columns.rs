@@ -21,6 +21,7 @@ mod piece_store;
 mod run;
 mod slab;
 mod store;
+mod totals_check;
 
 pub use builder::ColumnsBuilder;
 use file::end::Totals;
@@ -31,6 +32,7 @@ pub(crate) use run::spans;
 pub use run::{Band, flag_at, run, run_cell, run_flag};
 pub(crate) use slab::SlabColumns;
 pub use store::{MemoryStore, Store};
+pub(crate) use totals_check::TotalsCheck;
 
 /// Runs of all rays of the box.
 #[derive(Debug, Clone)]

@@ -33,7 +33,7 @@ mod validate;
 pub use byte_size::ByteSize;
 pub use geometry_job::GeometryJob;
 pub use per_axis::PerAxis;
-use quoted::{shortened, toml_problem};
+use quoted::{in_lines, on_one_line, toml_problem};
 
 /// Cells along the longest axis where the job does not say.
 pub const DEFAULT_CELLS: u32 = 128;
@@ -160,12 +160,13 @@ impl Job {
     /// - `job-value`: an unknown key or a value of a wrong type, with the key, and line and column.
     /// - Those of [`Job::validate`].
     pub fn from_toml(text: &str) -> Result<Job> {
-        let toml = toml::Deserializer::parse(text).map_err(|error| not_valid("TOML", &toml_problem(text, &error)))?;
+        let toml = toml::Deserializer::parse(text)
+            .map_err(|error| not_valid("TOML", &in_lines(&toml_problem(text, &error))))?;
         let job: Job = serde_path_to_error::deserialize(toml).map_err(|error| {
             let key = error.path().to_string();
             let mut inner = error.into_inner();
             inner.set_input(Some(text));
-            wrong_value(&key, &toml_problem(text, &inner))
+            wrong_value(&key, &in_lines(&toml_problem(text, &inner)))
         })?;
         job.validate()?;
         Ok(job)
@@ -177,10 +178,11 @@ impl Job {
     /// Those of [`Job::from_toml`].
     pub fn from_json(text: &str) -> Result<Job> {
         // first alone, since serde_json also calls some wrong values a syntax error
-        let _: IgnoredAny = serde_json::from_str(text).map_err(|error| not_valid("JSON", &error.to_string()))?;
+        let _: IgnoredAny =
+            serde_json::from_str(text).map_err(|error| not_valid("JSON", &on_one_line(&error.to_string())))?;
         let mut json = serde_json::Deserializer::from_str(text);
         let job: Job = serde_path_to_error::deserialize(&mut json)
-            .map_err(|error| wrong_value(&error.path().to_string(), &error.inner().to_string()))?;
+            .map_err(|error| wrong_value(&error.path().to_string(), &on_one_line(&error.inner().to_string())))?;
         job.validate()?;
         Ok(job)
     }
@@ -193,9 +195,9 @@ impl Job {
     pub(crate) fn from_plain_json(text: &str) -> Result<Job> {
         // a value has no lines and columns
         let value: serde_json::Value =
-            serde_json::from_str(text).map_err(|error| not_valid("JSON", &error.to_string()))?;
+            serde_json::from_str(text).map_err(|error| not_valid("JSON", &on_one_line(&error.to_string())))?;
         let job: Job = serde_path_to_error::deserialize(value)
-            .map_err(|error| wrong_value(&error.path().to_string(), &error.inner().to_string()))?;
+            .map_err(|error| wrong_value(&error.path().to_string(), &on_one_line(&error.inner().to_string())))?;
         job.validate()?;
         Ok(job)
     }
@@ -208,13 +210,13 @@ impl Job {
 }
 
 fn not_valid(language: &str, problem: &str) -> Error {
-    Error::new("job-syntax", format!("the job is not valid {language}: {}", shortened(problem.trim_end())), HINT)
+    Error::new("job-syntax", format!("the job is not valid {language}: {}", problem.trim_end()), HINT)
 }
 
 fn wrong_value(key: &str, problem: &str) -> Error {
     // the path of the job itself is "." or nothing
     let key = if matches!(key, "." | "") { "the job" } else { key };
-    Error::new("job-value", format!("{}: {}", shortened(key), shortened(problem.trim_end())), HINT)
+    Error::new("job-value", format!("{}: {}", on_one_line(key), problem.trim_end()), HINT)
 }
 
 const HINT: &str = "compare with the example in the documentation of the job file";

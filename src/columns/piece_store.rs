@@ -14,6 +14,7 @@ use super::file::piece::{self, PIECE_HEAD, PieceHead};
 use super::packed_band::PackedBand;
 use super::run::Band;
 use super::store::Store;
+use super::totals_check::TotalsCheck;
 use crate::checksum::crc32;
 use crate::error::{Error, Result};
 use crate::parallel::*;
@@ -61,6 +62,8 @@ pub(crate) struct PieceStore {
     pub(super) slab: Mutex<SlabCache>,
     cache: Mutex<VecDeque<(u64, Arc<PackedBand>)>>,
     cache_bytes: u64,
+    /// What the end of a file from outside says of its pieces.
+    pub(crate) totals_check: Option<TotalsCheck>,
 }
 
 impl fmt::Debug for PieceStore {
@@ -85,6 +88,7 @@ impl PieceStore {
             slab: Mutex::default(),
             cache: Mutex::default(),
             cache_bytes,
+            totals_check: None,
         }
     }
 
@@ -127,7 +131,7 @@ impl PieceStore {
     /// Reads the rays of a piece, from the cache if they are there.
     ///
     /// # Errors
-    /// Those of [`PieceStore::band`].
+    /// Those of [`PieceStore::packed`].
     pub(crate) fn cached(&self, entry: &PieceEntry) -> Result<Arc<PackedBand>> {
         let mut cache = self.cache.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, band)) = cache.iter().find(|(at, _)| *at == entry.at) {
@@ -135,13 +139,27 @@ impl PieceStore {
         }
         // other threads may read other pieces meanwhile
         drop(cache);
-        let band = Arc::new(PackedBand::new(self.band(entry)?));
+        let band = Arc::new(self.packed(entry)?);
         cache = self.cache.lock().unwrap_or_else(PoisonError::into_inner);
         cache.push_back((entry.at, band.clone()));
         let n_bytes =
             |cache: &VecDeque<(u64, Arc<PackedBand>)>| cache.iter().map(|(_, band)| band.n_bytes()).sum::<u64>();
         while cache.len() > 1 && n_bytes(&cache) > self.cache_bytes {
             cache.pop_front();
+        }
+        Ok(band)
+    }
+
+    /// Reads the rays of a piece of a file that has its end.
+    ///
+    /// # Errors
+    /// Those of [`PieceStore::band`]; `columns-corrupt` where the totals of a file from outside are not those of its pieces,
+    /// once all of them were read.
+    pub(crate) fn packed(&self, entry: &PieceEntry) -> Result<PackedBand> {
+        let band = PackedBand::new(self.band(entry)?);
+        if let Some(check) = &self.totals_check {
+            let piece = self.entries.partition_point(|other| other.first_ray < entry.first_ray);
+            check.add(piece, &band, self.depth)?;
         }
         Ok(band)
     }
@@ -159,6 +177,10 @@ impl PieceStore {
             return Err(
                 self.damaged(entry.at, &format!("its head says {n_rays} rays, {n_runs} runs, {n_stored} bytes"))
             );
+        }
+        let end = entry.at.saturating_add(PIECE_HEAD as u64 + u64::from(head.n_stored));
+        if self.is_foreign && end > self.n_bytes {
+            return Err(self.damaged(entry.at, "the file ends before it does"));
         }
         self.check_memory(entry.at, &head)?;
         let mut stored = vec![0; head.n_stored as usize];

@@ -77,7 +77,7 @@ fn read_slabs(pieces: &PieceStore, least: &Range<u32>, mut end: u32) -> Result<O
     let mut bands: Vec<PackedBand> = Vec::new();
     let n_bytes = |bands: &[PackedBand]| bands.iter().map(PackedBand::n_bytes).sum::<u64>();
     for batch in pieces.entries.chunks(2 * current_num_threads()) {
-        let read = |entry: &PieceEntry| Ok(PackedBand::new(pieces.band(entry)?).clipped(&(least.start..end)));
+        let read = |entry: &PieceEntry| Ok(pieces.packed(entry)?.clipped(&(least.start..end)));
         bands.extend(batch.par_iter().map(read).collect::<Result<Vec<PackedBand>>>()?);
         while n_bytes(&bands) > pieces.max_bytes {
             if end == least.end {

@@ -3,6 +3,7 @@
 use glam::DAffine3;
 use serde::{Deserialize, Serialize};
 
+use super::quoted::on_one_line;
 use super::{Fill, Open, PerAxis, numbers};
 use crate::error::{Error, Result};
 use crate::geometry::world_from_file;
@@ -84,7 +85,7 @@ impl GeometryJob {
             };
             let key = key.trim();
             if seen.contains(&key) {
-                let message = format!("geometry \"{argument}\": {key} is given twice");
+                let message = format!("geometry \"{}\": {key} is given twice", on_one_line(argument));
                 return Err(Error::new("job-conflict", message, "keep one of them"));
             }
             seen.push(key);
@@ -149,5 +150,5 @@ fn three(key: &str, text: &str) -> std::result::Result<[f64; 3], String> {
 
 fn wrong(argument: &str, problem: &str) -> Error {
     let hint = "write FILE:flag=7,priority=2,name=copper";
-    Error::new("job-value", format!("geometry \"{argument}\": {problem}"), hint)
+    Error::new("job-value", format!("geometry \"{}\": {}", on_one_line(argument), on_one_line(problem)), hint)
 }

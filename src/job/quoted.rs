@@ -1,4 +1,4 @@
-//! What an error quotes of a job file: the line around the place, never all of a long one.
+//! What an error quotes of a job: the line around the place, never all of a long one, and no control characters.
 
 /// Characters of a line that are quoted before and after the place.
 const AROUND: usize = 40;
@@ -28,6 +28,27 @@ pub(super) fn toml_problem(text: &str, error: &toml::de::Error) -> String {
     format!(
         "TOML parse error at line {n_line}, column {column}\n{margin} |\n{n_line} | {quoted}\n{margin} | {caret}^\n{message}"
     )
+}
+
+/// A text on one line, short, with escapes such as `\u{1b}` in place of control characters.
+pub(super) fn on_one_line(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for c in text.chars() {
+        if c.is_control() { escaped.extend(c.escape_default()) } else { escaped.push(c) }
+    }
+    shortened(&escaped)
+}
+
+/// A text of several lines with U+FFFD in place of other control characters: a caret under one stays where it is.
+pub(super) fn in_lines(text: &str) -> String {
+    let is_odd = |c: char| c.is_control() && !matches!(c, '\n' | '\t');
+    text.replace("\r\n", "\n").replace(is_odd, "\u{fffd}")
+}
+
+/// A number, in few characters also where it is very large or small.
+pub(super) fn short_number(number: f64) -> String {
+    let is_plain = number == 0.0 || (1e-5..1e15).contains(&number.abs());
+    if is_plain { format!("{number}") } else { format!("{number:?}") }
 }
 
 /// A message without its middle, if it is long: a value that it repeats stands there.

@@ -1,5 +1,6 @@
 //! Checks of a job before anything is read: every value in its range, nothing asked for twice. Messages name the key.
 
+use super::quoted::short_number;
 use super::{Fill, Job, Padding, PerAxis};
 use crate::error::{Error, Result};
 
@@ -71,13 +72,13 @@ impl Job {
             let scale = geometry.scale.map_or([1.0; 3], PerAxis::each);
             for value in scale {
                 if !value.is_finite() || value == 0.0 {
-                    return Err(out_of_range(&key("scale"), value, "a finite number other than 0"));
+                    return Err(out_of_range(&key("scale"), short_number(value), "a finite number other than 0"));
                 }
             }
             for (name, values) in [("rotate", geometry.rotate), ("translate", geometry.translate)] {
                 for value in values.unwrap_or_default() {
                     if !value.is_finite() {
-                        return Err(out_of_range(&key(name), value, "finite numbers"));
+                        return Err(out_of_range(&key(name), short_number(value), "finite numbers"));
                     }
                 }
             }
@@ -114,12 +115,12 @@ impl Job {
             sizes.iter().map(|&size| ("cell_size", size)).chain(self.max_cell_size.map(|s| ("max_cell_size", s)))
         {
             if !(value.is_finite() && value > 0.0) {
-                return Err(out_of_range(key, value, "a positive number"));
+                return Err(out_of_range(key, short_number(value), "a positive number"));
             }
         }
         if let Some(tolerance) = self.tolerance {
             if !(0.0..=0.5).contains(&tolerance) {
-                return Err(out_of_range("tolerance", tolerance, "0 to 0.5 cells"));
+                return Err(out_of_range("tolerance", short_number(tolerance), "0 to 0.5 cells"));
             }
             if self.max_cell_size.is_none() {
                 let message = "tolerance is given without max_cell_size, which alone uses it";
@@ -135,7 +136,7 @@ impl Job {
                 let (low, high) = (domain[axis], domain[axis + 3]);
                 if !(low.is_finite() && high.is_finite() && low < high) {
                     let name = ["x", "y", "z"][axis];
-                    let found = format!("{} to {} along {name}", low, high);
+                    let found = format!("{} to {} along {name}", short_number(low), short_number(high));
                     return Err(out_of_range("domain", found, "finite numbers, the first corner below the second"));
                 }
             }
@@ -147,7 +148,7 @@ impl Job {
         if let Some(Padding::Length(lengths)) = self.padding {
             for value in lengths.each() {
                 if !(value.is_finite() && value >= 0.0) {
-                    return Err(out_of_range("padding.length", value, "0 or a positive number"));
+                    return Err(out_of_range("padding.length", short_number(value), "0 or a positive number"));
                 }
             }
         }

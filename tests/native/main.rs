@@ -17,6 +17,7 @@ mod column_files;
 mod compare;
 mod famous_cases;
 mod formats;
+mod fuzz;
 mod gaps;
 mod golden;
 mod golden_cpu;

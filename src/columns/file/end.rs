@@ -31,11 +31,7 @@ impl Totals {
 
     /// Adds what more bands hold. Sums that do not fit 64 bits, as a crafted file may have them, stay at `u64::MAX`.
     pub(crate) fn add(&mut self, bands: &[PackedBand], depth: u32) {
-        for band in bands {
-            self.n_runs = self.n_runs.saturating_add(band.n_runs());
-            self.odd_rays = self.odd_rays.saturating_add(band.odd_rays);
-            self.n_crossings = self.n_crossings.saturating_add(band.n_crossings);
-        }
+        bands.iter().for_each(|band| self.add_counts(band));
         // some bands at a time: what they return takes 2 kB each
         for bands in bands.chunks(256) {
             let cells: Vec<[u64; 256]> = bands.par_iter().map(|band| band.cells_per_flag(depth)).collect();
@@ -43,6 +39,13 @@ impl Totals {
                 self.cells.iter_mut().zip(cells).for_each(|(sum, cells)| *sum += cells);
             }
         }
+    }
+
+    /// Adds what a band holds besides its cells.
+    pub(crate) fn add_counts(&mut self, band: &PackedBand) {
+        self.n_runs = self.n_runs.saturating_add(band.n_runs());
+        self.odd_rays = self.odd_rays.saturating_add(band.odd_rays);
+        self.n_crossings = self.n_crossings.saturating_add(band.n_crossings);
     }
 }
 

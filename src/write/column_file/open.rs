@@ -11,7 +11,7 @@ use crate::columns::codec::PIECE_RAYS;
 use crate::columns::file::corrupt;
 use crate::columns::file::end::{self, TAIL, Totals};
 use crate::columns::file::head::{self, MAGIC, START};
-use crate::columns::{Columns, Head, MemoryStore, PackedBand, PieceEntry, PieceStore, Store};
+use crate::columns::{Columns, Head, MemoryStore, PieceEntry, PieceStore, Store, TotalsCheck};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
@@ -28,7 +28,7 @@ pub fn may_continue(start: &[u8]) -> bool {
 }
 
 /// Opens the column file of `n_bytes` bytes in a store; at most `max_bytes` of memory are taken for its index and for what is
-/// read of it later. Damage of a piece shows when it is read.
+/// read of it later. Damage of a piece shows when it is read, totals that are not those of the pieces when all were read.
 ///
 /// # Errors
 /// `columns-corrupt` where head or end is damaged or the file is not finished; `columns-version` where a newer hexcast wrote
@@ -43,7 +43,10 @@ pub fn open(store: Arc<dyn Store>, n_bytes: u64, max_bytes: u64, control: &Contr
     let mut pieces = PieceStore::foreign(store, n_bytes, head.rays.depth, head.zlib, max_bytes);
     pieces.entries = entries;
     let totals = match totals {
-        Some(totals) => totals,
+        Some(totals) => {
+            pieces.totals_check = Some(TotalsCheck::new(totals.clone(), pieces.entries.len()));
+            totals
+        }
         None => count(&pieces, head.rays.depth, control)?,
     };
     let n_cells = head.lines.n_cells();
@@ -146,7 +149,7 @@ fn count(pieces: &PieceStore, depth: u32, control: &Control) -> Result<Totals> {
     let mut totals = Totals::of(&[], depth);
     for batch in pieces.entries.chunks(current_num_threads()) {
         control.check()?;
-        let read = |entry: &PieceEntry| Ok(PackedBand::new(pieces.band(entry)?));
+        let read = |entry: &PieceEntry| pieces.packed(entry);
         totals.add(&batch.par_iter().map(read).collect::<Result<Vec<_>>>()?, depth);
     }
     if totals.odd_rays == u64::MAX || totals.n_crossings == u64::MAX {
