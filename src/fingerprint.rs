@@ -48,22 +48,39 @@ fn sum(columns: &Columns, r: u128) -> Result<u128> {
     let (n_across, n_rays) = (u64::from(rays.counts[0]), rays.n_rays());
     let of_chunk = |chunk: u64| -> Result<u128> {
         let (mut ray, mut sum) = (chunk * CHUNK, 0);
+        // of the rays of a row
+        let (mut row, mut of_row) = (ray / n_across, 0);
         columns.for_rays(ray..n_rays.min(ray + CHUNK), |runs| {
+            if ray / n_across != row {
+                sum = reduced(sum + product(of_row, down[row as usize]));
+                (row, of_row) = (ray / n_across, 0);
+            }
             if !runs.is_empty() {
-                let ends = runs[1..].iter().map(|&next| run_cell(next)).chain([rays.depth]);
-                let of_ray = runs.iter().zip(ends).fold(0, |sum, (&run, end)| {
-                    let powers = along[end as usize] + (P - along[run_cell(run) as usize]);
-                    reduced(sum + product(reduced(powers), run_flag(run).into()))
-                });
-                let at = product(across[(ray % n_across) as usize], down[(ray / n_across) as usize]);
-                sum = reduced(sum + product(of_ray, at));
+                let at = across[(ray % n_across) as usize];
+                of_row = reduced(of_row + product(of_runs(runs, &along), at));
             }
             ray += 1;
         })?;
-        Ok(sum)
+        Ok(reduced(sum + product(of_row, down[row as usize])))
     };
     let chunks: Vec<Result<u128>> = (0..n_rays.div_ceil(CHUNK)).into_par_iter().map(of_chunk).collect();
     chunks.into_iter().try_fold(0, |sum, chunk| Ok(reduced(sum + chunk?)))
+}
+
+/// The sum of flag times power over the cells of a ray; `along` has the sums of powers.
+fn of_runs(runs: &[u32], along: &[u128]) -> u128 {
+    // halves of 64 bits times flags: neither can overflow, and nothing is divided before the end
+    let (mut low, mut high) = (0, 0);
+    for (index, &run) in runs.iter().enumerate() {
+        let flag = u128::from(run_flag(run));
+        if flag != 0 {
+            let end = runs.get(index + 1).map_or(along.len() - 1, |&next| run_cell(next) as usize);
+            let powers = along[end] + (P - along[run_cell(run) as usize]);
+            low += u128::from(powers as u64) * flag;
+            high += (powers >> 64) * flag;
+        }
+    }
+    reduced(reduced(low) + product(reduced(high), 1 << 64))
 }
 
 /// The powers 0 to n - 1.
