@@ -43,6 +43,11 @@ pub fn columns_in_strips(cast: &Cast, rows: u32, control: &Control) -> Result<Co
 /// Some rays: ranges along both axes across, one row or less, or whole rows.
 pub type Window = [Range<u32>; 2];
 
+/// The window of some whole rows of rays.
+pub(crate) fn window_of_rows(rays: &Rays, rows: Range<u32>) -> Window {
+    [0..rays.counts[0], rows]
+}
+
 /// Least number of windows whose facets are searched together.
 const WINDOWS_OF_GROUP: usize = 256;
 /// Facets that one task searches.

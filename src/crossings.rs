@@ -30,6 +30,17 @@ pub struct Crossings {
 }
 
 impl Crossings {
+    /// Calls `each` with the index of every ray and its crossings, sorted by cell.
+    pub(crate) fn for_each_ray(&self, mut each: impl FnMut(u64, &[u32])) {
+        let mut events = Vec::new();
+        for (ray, ends) in (self.first_ray..).zip(self.offsets.windows(2)) {
+            events.clear();
+            events.extend_from_slice(&self.events[ends[0] as usize..ends[1] as usize]);
+            events.sort_unstable();
+            each(ray, &events);
+        }
+    }
+
     /// Drops the first rays.
     pub fn without_first(self, n_rays: usize) -> Crossings {
         if n_rays == 0 {

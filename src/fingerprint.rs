@@ -16,6 +16,7 @@ use sha2::{Digest, Sha256};
 
 use crate::columns::{Columns, run_cell, run_flag};
 use crate::error::Result;
+use crate::mesh::hex;
 use crate::parallel::*;
 
 /// 2^127 - 1.
@@ -35,8 +36,7 @@ pub(crate) fn flags_hash(columns: &Columns) -> Result<String> {
     hash.update(NAME);
     columns.dims().iter().for_each(|n| hash.update(n.to_le_bytes()));
     hash.update(sum(columns, r)?.to_le_bytes());
-    let digits: String = hash.finalize()[..16].iter().map(|byte| format!("{byte:02x}")).collect();
-    Ok(format!("hx1-{digits}"))
+    Ok(format!("hx1-{}", hex(&hash.finalize()[..16])))
 }
 
 /// F, for this r.

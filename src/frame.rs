@@ -30,6 +30,16 @@ pub const MAX_CELLS_PER_AXIS: u32 = (1 << (SPAN_BITS - MIN_FRACTION_BITS)) - 2;
 /// Three corners of three fixed-point coordinates x, y, z.
 pub type SnappedFacet = [[i32; 3]; 3];
 
+/// Normal of a facet by the right-hand rule, twice its area long: at most 2^55 along each axis.
+pub(crate) fn normal([a, b, c]: &SnappedFacet) -> [i128; 3] {
+    let side = |to: &[i32; 3]| [0, 1, 2].map(|axis| i128::from(to[axis]) - i128::from(a[axis]));
+    let (u, v) = (side(b), side(c));
+    [0, 1, 2].map(|axis: usize| {
+        let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
+        u[i] * v[j] - u[j] * v[i]
+    })
+}
+
 /// All facets of all geometries in fixed-point coordinates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {

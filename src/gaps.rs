@@ -208,6 +208,5 @@ fn connected(columns: &Columns, lines: &Lines, added: &Passage) -> Vec<Gap> {
     }
     // of equal ones the first in the order of the cells, whatever the ray axis
     boxes.sort_unstable_by_key(|(_, n_cells, [low, high])| (u64::MAX - n_cells, [low[2], low[1], low[0]], *high));
-    let bounds = |cells: [[u32; 3]; 2]| cells.map(|cell| [0, 1, 2].map(|axis| lines.line(axis, cell[axis])));
-    boxes.into_iter().map(|(_, cells, around)| Gap { cells, bounds: bounds(around) }).collect()
+    boxes.into_iter().map(|(_, cells, around)| Gap { cells, bounds: lines.corners(around) }).collect()
 }

@@ -145,7 +145,7 @@ pub fn leak(mesh: &Mesh, question: &Question, control: &Control) -> Result<Leak>
 impl Path {
     fn new(lines: &Lines, rays: &Rays, steps: &Steps) -> Path {
         let cells: Vec<[u32; 3]> = steps.corners.iter().map(|&place| rays.cell(place)).collect();
-        let points = cells.iter().map(|&cell| middle(bounds(lines, [cell, cell.map(|at| at + 1)]))).collect();
+        let points = cells.iter().map(|&cell| middle(lines.corners([cell, cell.map(|at| at + 1)]))).collect();
         let steps_along = |axis: usize| {
             let along = cells.windows(2).map(|pair| u64::from(pair[0][axis].abs_diff(pair[1][axis])));
             along.sum::<u64>() as f64
@@ -164,9 +164,9 @@ impl Narrowest {
             let low = last.map(|at| at.saturating_sub(widest.width - 1));
             [low, [0, 1, 2].map(|axis| (last[axis] + 1).min(lines.dims[axis]))]
         };
-        let way = widest.way.iter().map(|&place| middle(bounds(lines, cells_of(place)))).collect();
+        let way = widest.way.iter().map(|&place| middle(lines.corners(cells_of(place)))).collect();
         let cells = cells_of(widest.narrowest);
-        let bounds = bounds(lines, cells);
+        let bounds = lines.corners(cells);
         Narrowest { width: widest.width, cells, bounds, centre: middle(bounds), way }
     }
 
@@ -174,13 +174,8 @@ impl Narrowest {
     pub fn bounds_with(&self, lines: &Lines, more: u32) -> [[f64; 3]; 2] {
         let [low, high] = self.cells;
         let high = [0, 1, 2].map(|axis| high[axis].saturating_add(more).min(lines.dims[axis]));
-        bounds(lines, [low.map(|at| at.saturating_sub(more)), high])
+        lines.corners([low.map(|at| at.saturating_sub(more)), high])
     }
-}
-
-/// Corners of a box of cells; its end is exclusive.
-fn bounds(lines: &Lines, cells: [[u32; 3]; 2]) -> [[f64; 3]; 2] {
-    cells.map(|cell| [0, 1, 2].map(|axis| lines.line(axis, cell[axis])))
 }
 
 fn middle([low, high]: [[f64; 3]; 2]) -> [f64; 3] {
@@ -207,7 +202,7 @@ fn end(mesh: &Mesh, point: [f64; 3], name: &str) -> Result<End> {
         near.rev().find(|&index| lines.line(axis, index) <= point[axis])
     };
     let [Some(x), Some(y), Some(z)] = [cell_on(0), cell_on(1), cell_on(2)] else {
-        let [low, high] = bounds(lines, [[0; 3], lines.dims]);
+        let [low, high] = lines.corners([[0; 3], lines.dims]);
         let message = format!(
             "the {name} {} lies outside of the mesh, which reaches from {} to {}",
             tuple(point),

@@ -33,6 +33,11 @@ pub struct Lines {
 }
 
 impl Lines {
+    /// World coordinates of the corners of a box of cells; its end is exclusive.
+    pub(crate) fn corners(&self, cells: [[u32; 3]; 2]) -> [[f64; 3]; 2] {
+        cells.map(|cell| [0, 1, 2].map(|axis| self.line(axis, cell[axis])))
+    }
+
     /// A place in world coordinates as text, to a thousandth of a cell.
     pub(crate) fn text_of(&self, place: [f64; 3]) -> String {
         let text = |axis: usize| {

@@ -222,8 +222,7 @@ impl Layer {
     fn rows(&mut self, parts: &[Range<u32>]) -> Vec<Band> {
         match self {
             Layer::Cast { frame, rays, rule } => {
-                let whole_rows = |planes: &Range<u32>| [0..rays.counts[0], planes.clone()];
-                let windows: Vec<Window> = parts.iter().map(whole_rows).collect();
+                let windows: Vec<Window> = parts.iter().map(|rows| cpu::window_of_rows(rays, rows.clone())).collect();
                 cpu::windows(&Cast { frame, rays, rule: *rule }, &windows)
             }
             Layer::Open { votes, through, found } => {

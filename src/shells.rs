@@ -13,7 +13,7 @@
 use std::collections::BTreeMap;
 
 use crate::cast::Cast;
-use crate::cpu::{Window, over_windows};
+use crate::cpu::{Window, over_windows, window_of_rows};
 use crate::crossings::Crossings;
 use crate::job::Rule;
 use crate::open::is_closed;
@@ -37,7 +37,8 @@ pub(crate) fn overlapping_shells(cast: &Cast) -> Vec<Overlap> {
     let [n_across, n_rows] = cast.rays.counts;
     let n_looked = u64::from(n_rows).min(N_ROWS);
     let row = |index: u64| ((2 * index + 1) * u64::from(n_rows) / (2 * n_looked)) as u32;
-    let windows: Vec<Window> = (0..n_looked).map(|index| [0..n_across, row(index)..row(index) + 1]).collect();
+    let windows: Vec<Window> =
+        (0..n_looked).map(|index| window_of_rows(cast.rays, row(index)..row(index) + 1)).collect();
     let mut n_cells = BTreeMap::new();
     for of_window in over_windows(cast, &windows, |crossings| cells_in_two(crossings, cast.rays.depth)) {
         for (rank, n) in of_window {
@@ -56,24 +57,17 @@ pub(crate) fn overlapping_shells(cast: &Cast) -> Vec<Overlap> {
 /// Cells of winding number 2 or more, either way, of each rank.
 fn cells_in_two(crossings: &Crossings, depth: u32) -> BTreeMap<u8, u64> {
     let mut n_cells = BTreeMap::new();
-    let mut events = Vec::new();
-    for ends in crossings.offsets.windows(2) {
-        events.clear();
-        events.extend(crossings.events[ends[0] as usize..ends[1] as usize].iter().map(|event| {
-            let (cell, rank, exits) = (event >> 9, (event >> 1) as u8, event & 1);
-            (rank, cell, 1 - 2 * exits as i32)
-        }));
-        events.sort_unstable();
-        let (mut winding, mut last) = (0i32, (0, 0));
-        for &(rank, cell, step) in &events {
-            if rank != last.0 {
-                winding = 0;
-            } else if winding.abs() > 1 && cell > last.1 {
-                *n_cells.entry(rank).or_insert(0) += u64::from(cell.min(depth) - last.1);
+    crossings.for_each_ray(|_, events| {
+        // winding number of each rank, and the cell from which it holds
+        let mut now: BTreeMap<u8, (i32, u32)> = BTreeMap::new();
+        for event in events {
+            let (cell, rank, step) = (event >> 9, (event >> 1) as u8, 1 - 2 * (event & 1) as i32);
+            let (winding, since) = now.entry(rank).or_insert((0, cell));
+            if winding.abs() > 1 && cell > *since {
+                *n_cells.entry(rank).or_insert(0) += u64::from(cell.min(depth) - *since);
             }
-            winding += step;
-            last = (rank, cell);
+            (*winding, *since) = (*winding + step, cell);
         }
-    }
+    });
     n_cells
 }

@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 
 use crate::cast::Cast;
-use crate::cpu::{Window, over_windows};
+use crate::cpu::{Window, over_windows, window_of_rows};
 use crate::crossings::Crossings;
 use crate::job::Rule;
 
@@ -28,10 +28,10 @@ pub(super) fn overlaps(cast: &Cast) -> Vec<Overlap> {
     if ranks.len() < 2 {
         return Vec::new();
     }
-    let [n_across, n_rows] = cast.rays.counts;
+    let n_rows = cast.rays.counts[1];
     for first in (0..n_rows).step_by(ROWS as usize) {
         let rows = first..n_rows.min(first.saturating_add(ROWS));
-        let windows: Vec<Window> = rows.map(|row| [0..n_across, row..row + 1]).collect();
+        let windows: Vec<Window> = rows.map(|row| window_of_rows(cast.rays, row..row + 1)).collect();
         let of_row = |crossings: &Crossings| common_cells(crossings, cast.rule, cast.rays.depth);
         for (pair, n) in over_windows(cast, &windows, of_row).into_iter().flatten() {
             *cells.entry(pair).or_insert(0) += n;
@@ -47,14 +47,10 @@ pub(super) fn overlaps(cast: &Cast) -> Vec<Overlap> {
 /// Cells of each pair of ranks, the higher first.
 fn common_cells(crossings: &Crossings, rule: Rule, depth: u32) -> BTreeMap<[u8; 2], u64> {
     let mut cells = BTreeMap::new();
-    let mut events = Vec::new();
-    for ends in crossings.offsets.windows(2) {
-        events.clear();
-        events.extend_from_slice(&crossings.events[ends[0] as usize..ends[1] as usize]);
-        events.sort_unstable();
+    crossings.for_each_ray(|_, events| {
         let mut counts: BTreeMap<u8, i32> = BTreeMap::new();
         let mut last = 0;
-        for &event in &events {
+        for &event in events {
             let cell = (event >> 9).min(depth);
             let is_inside = |(_, n): &(&u8, &i32)| if rule == Rule::Parity { *n & 1 != 0 } else { **n != 0 };
             if cell > last {
@@ -68,6 +64,6 @@ fn common_cells(crossings: &Crossings, rule: Rule, depth: u32) -> BTreeMap<[u8; 
             }
             *counts.entry((event >> 1) as u8).or_insert(0) += 1 - 2 * (event & 1) as i32;
         }
-    }
+    });
     cells
 }

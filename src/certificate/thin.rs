@@ -12,7 +12,7 @@
 use crate::cast::Cast;
 use crate::cpu::{Window, over_windows};
 use crate::crossings::Crossings;
-use crate::frame::{Frame, SnappedFacet};
+use crate::frame::{Frame, SnappedFacet, normal};
 use crate::job::Rule;
 use crate::lines::Lines;
 use crate::rays::Rays;
@@ -73,13 +73,8 @@ pub(super) fn thin_walls(cast: &Cast, lines: &Lines, k: u32, is_wanted: impl Fn(
 
 /// A frame of some facets: rank 0 where the normal lies nearest to an axis, 1 elsewhere.
 fn aligned_or_not(facets: &[SnappedFacet], axis: usize, frame: &Frame) -> Frame {
-    let is_aligned = |[a, b, c]: &SnappedFacet| {
-        let side = |to: &[i32; 3]| [0, 1, 2].map(|k| i128::from(to[k]) - i128::from(a[k]));
-        let (u, v) = (side(b), side(c));
-        let n = [0, 1, 2].map(|k: usize| {
-            let (i, j) = ((k + 1) % 3, (k + 2) % 3);
-            (u[i] * v[j] - u[j] * v[i]).abs()
-        });
+    let is_aligned = |facet: &SnappedFacet| {
+        let n = normal(facet).map(i128::abs);
         n[axis] >= n[0].max(n[1]).max(n[2])
     };
     // facets are stored rank after rank
@@ -109,15 +104,10 @@ fn thin_of(cast: &Cast, k: u32) -> Vec<Thin> {
     let windows: Vec<Window> = down.map(|row| [across.clone(), row..row + 1]).collect();
     let of_row = |crossings: &Crossings| {
         let mut found = Vec::new();
-        let mut events = Vec::new();
-        for (index, ends) in crossings.offsets.windows(2).enumerate() {
-            events.clear();
-            events.extend_from_slice(&crossings.events[ends[0] as usize..ends[1] as usize]);
-            events.sort_unstable();
-            let ray = crossings.first_ray + index as u64;
+        crossings.for_each_ray(|ray, events| {
             let n_across = u64::from(rays.counts[0]);
             let place = [(ray % n_across) as u32, (ray / n_across) as u32];
-            for [start, end] in stretches(&events, cast.rule) {
+            for [start, end] in stretches(events, cast.rule) {
                 let [(first, is_first), (last, is_last)] =
                     [start, end].map(|event| (event >> 9, event >> 1 & 0xff == 0));
                 let touches_end = first == 0 || last == rays.depth;
@@ -125,7 +115,7 @@ fn thin_of(cast: &Cast, k: u32) -> Vec<Thin> {
                     found.push((last - first, place, first));
                 }
             }
-        }
+        });
         found
     };
     let rows = windows.chunks(ROWS).flat_map(|rows| over_windows(cast, rows, of_row));

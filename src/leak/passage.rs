@@ -3,10 +3,10 @@
 //! Columns, the flags that are open -> [`Passage`]. An open run is a maximal interval of open cells along a ray, whatever
 //! their flags.
 //!
-//! Passage, k -> the passage of a cube that is k cells wider. A cube of w cells is at home where all its cells are open,
+//! Passage, k -> the passage of a cube that is k cells wider. A cube of w cells fits where all its cells are open,
 //! and its place is a cell of a box of its own: place p stands for the cells p - w + 1 ..= p on every axis, so that the box
 //! has w - 1 more cells an axis and the cube may hang over the mesh. Cells beyond the mesh are background: open if flag 0 is.
-//! For k <= w a segment of w + k cells is the union of two segments of w, k apart. So the wider cube is at home at p where
+//! For k <= w a segment of w + k cells is the union of two segments of w, k apart. So the wider cube fits at p where
 //! the narrower one is at p and k cells lower, on every axis: four rays are intersected, and the open runs lose k cells.
 //!
 //! Cost: 8 bytes an open run and 4 a ray; a pass over the runs on all cores.

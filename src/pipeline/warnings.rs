@@ -3,7 +3,8 @@
 
 use super::prepare::Prepared;
 use crate::cast::Cast;
-use crate::cpu::{self, Window};
+use crate::columns::run_cell;
+use crate::cpu::{self, Window, window_of_rows};
 use crate::error::Result;
 use crate::frame::{Frame, SnappedFacet};
 use crate::geometry::{Facet, Fill, Geometry};
@@ -136,15 +137,14 @@ fn hidden_by(facets: &[SnappedFacet], cast: &Cast, mesh: &Mesh) -> Result<Option
     let [first, last] = [along.clone().min(), along.max()].map(|row| row.unwrap_or(0).clamp(0, last_row) as u32);
     let step = (last - first) / N_ROWS + 1;
     let rows = (first..=last).step_by(step as usize);
-    let windows: Vec<Window> = rows.map(|row| [0..rays.counts[0], row..row + 1]).collect();
+    let windows: Vec<Window> = rows.map(|row| window_of_rows(rays, row..row + 1)).collect();
     for band in cpu::windows(&Cast { frame: &alone, ..*cast }, &windows) {
         for ray in 0..band.ends.len() {
             if let Some(run) = band.ray(ray).first() {
                 let index = band.first_ray + ray as u64;
-                let mut cell = [run >> 8; 3];
-                cell[rays.across[0]] = (index % u64::from(rays.counts[0])) as u32;
-                cell[rays.across[1]] = (index / u64::from(rays.counts[0])) as u32;
-                let flag = mesh.flag(cell)?;
+                let n_across = u64::from(rays.counts[0]);
+                let place = [(index % n_across) as u32, (index / n_across) as u32, run_cell(*run)];
+                let flag = mesh.flag(rays.cell(place))?;
                 return Ok((flag != 0).then_some(flag));
             }
         }

@@ -15,7 +15,7 @@
 
 use std::ops::RangeInclusive;
 
-use crate::frame::SnappedFacet;
+use crate::frame::{SnappedFacet, normal};
 use crate::rays::Rays;
 
 /// Cells between two planes: `low <= n . cell <= high`, across the rays twice, then along them; n along them is not negative.
@@ -52,10 +52,8 @@ impl Touched {
             [0, 1, 2].map(|axis| to[axis] - from[axis])
         };
         let [first, second, third] = [0, 1, 2].map(edge);
-        let normal = [0, 1, 2].map(|axis: usize| {
-            let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
-            first[i] * second[j] - first[j] * second[i]
-        });
+        let normal = normal(facet);
+        let normal = [normal[rays.across[0]], normal[rays.across[1]], normal[rays.axis]];
         let products = [first, second, third].map(|[x, y, z]| [[0, -z, y], [z, 0, -x], [-y, x, 0]]);
         let directions = products.iter().flatten().chain([&normal]).filter(|n| **n != [0; 3]);
         Some(Touched { slabs: directions.map(|n| slab(*n)).collect(), cells })

@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 
-import { COPPER, EPOXY, hasGeometries, legend, run, saved, slice, take, test } from './visit.mjs';
+import { COPPER, EPOXY, hasGeometries, legend, picture3d, run, slice, take, test } from './visit.mjs';
 
 test('two touching blocks: every cell of two slices has its colour', async ({ visit }) => {
   const page = await visit('#cells=20&backend=gpu');
@@ -59,21 +59,19 @@ test('the model, the cells and a section are drawn in 3-D', async ({ visit }) =>
 /** Number of colours, share of pixels that are drawn on, and share in the second flag's very colour, of the saved picture. */
 async function coloursIn3d(page) {
   await page.waitForTimeout(500);
-  const { bytes } = await saved(page, '#save-3d');
-  return page.evaluate(async (base64) => {
-    const blob = new Blob([Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0))]);
-    const bitmap = await createImageBitmap(blob);
-    const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext('2d');
-    context.drawImage(bitmap, 0, 0);
-    const pixels = new Uint32Array(context.getImageData(0, 0, bitmap.width, bitmap.height).data.buffer);
-    const isDrawn = pixels.filter((pixel) => pixel >>> 24 > 0);
-    const near = (pixel) => [0x3a, 0x8f, 0xc9].every((part, at) => Math.abs(((pixel >>> (8 * at)) & 255) - part) <= 1);
-    return {
-      n_colours: new Set(pixels).size,
-      share: isDrawn.length / pixels.length,
-      exact: isDrawn.filter(near).length / pixels.length,
-    };
-  }, bytes.toString('base64'));
+  return page.evaluate(
+    ({ data }) => {
+      const pixels = new Uint32Array(data.buffer);
+      const isDrawn = pixels.filter((pixel) => pixel >>> 24 > 0);
+      const near = (pixel) => [0x3a, 0x8f, 0xc9].every((part, at) => Math.abs(((pixel >>> (8 * at)) & 255) - part) <= 1);
+      return {
+        n_colours: new Set(pixels).size,
+        share: isDrawn.length / pixels.length,
+        exact: isDrawn.filter(near).length / pixels.length,
+      };
+    },
+    await picture3d(page),
+  );
 }
 
 test('where two geometries overlap the higher priority wins', async ({ visit }) => {

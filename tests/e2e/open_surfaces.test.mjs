@@ -7,7 +7,7 @@ import path from 'node:path';
 
 import { runCopied } from './native.mjs';
 import { OPEN_BOX } from './open_box.mjs';
-import { hasGeometries, legend, run, saved, slice, test } from './visit.mjs';
+import { hasGeometries, legend, picture3d, run, slice, test } from './visit.mjs';
 
 /** Drops the box onto the page. */
 async function dropBox(page) {
@@ -26,22 +26,19 @@ async function report(page) {
 
 /** Where the ring is in the saved picture: the mean of its pixels, as shares of width and height; null where there is none. */
 async function ringAt(page) {
-  const { bytes } = await saved(page, '#save-3d');
-  return page.evaluate(async (base64) => {
-    const blob = new Blob([Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0))]);
-    const bitmap = await createImageBitmap(blob);
-    const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext('2d');
-    context.drawImage(bitmap, 0, 0);
-    const { data } = context.getImageData(0, 0, bitmap.width, bitmap.height);
-    const sum = [0, 0, 0];
-    for (let at = 0; at < data.length; at += 4) {
-      if (![0xe0, 0x10, 0x3c].every((part, channel) => Math.abs(data[at + channel] - part) <= 2)) continue;
-      sum[0] += (at / 4) % bitmap.width;
-      sum[1] += Math.floor(at / 4 / bitmap.width);
-      sum[2] += 1;
-    }
-    return sum[2] > 0 ? [sum[0] / sum[2] / bitmap.width, sum[1] / sum[2] / bitmap.height] : null;
-  }, bytes.toString('base64'));
+  return page.evaluate(
+    ({ data, width, height }) => {
+      const sum = [0, 0, 0];
+      for (let at = 0; at < data.length; at += 4) {
+        if (![0xe0, 0x10, 0x3c].every((part, channel) => Math.abs(data[at + channel] - part) <= 2)) continue;
+        sum[0] += (at / 4) % width;
+        sum[1] += Math.floor(at / 4 / width);
+        sum[2] += 1;
+      }
+      return sum[2] > 0 ? [sum[0] / sum[2] / width, sum[1] / sum[2] / height] : null;
+    },
+    await picture3d(page),
+  );
 }
 
 test('an open surface is a finding, and its button shows the longest open edge', async ({ visit }) => {

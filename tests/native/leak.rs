@@ -76,8 +76,8 @@ impl Grid {
         found
     }
 
-    /// Whether a cube of w cells is at home where `last` are its last cells, counted from w - 1 cells before the mesh.
-    fn is_home(&self, last: [u32; 3], w: u32, flags: &[u8]) -> bool {
+    /// Whether a cube of w cells fits where `last` are its last cells, counted from w - 1 cells before the mesh.
+    fn fits(&self, last: [u32; 3], w: u32, flags: &[u8]) -> bool {
         let mut cells = (0..w * w * w).map(|k| [k % w, k / w % w, k / (w * w)]);
         cells.all(|offset| {
             let cell = [0, 1, 2].map(|axis| last[axis].checked_sub(offset[axis]).filter(|at| *at < self.dims[axis]));
@@ -97,7 +97,7 @@ impl Grid {
         for k in 0..w * w * w {
             let offset = [k % w, k / w % w, k / (w * w)];
             let place = [0, 1, 2].map(|axis| from[axis] + offset[axis]);
-            if self.is_home(place, w, flags) {
+            if self.fits(place, w, flags) {
                 steps[places.index(place)] = Some(0);
                 queue.push_back(place);
             }
@@ -108,7 +108,7 @@ impl Grid {
                 let mut beside = place;
                 beside[side / 2] = if side % 2 == 0 { place[side / 2].wrapping_sub(1) } else { place[side / 2] + 1 };
                 let is_inside = (0..3).all(|axis| beside[axis] < places.dims[axis]);
-                if is_inside && steps[places.index(beside)].is_none() && self.is_home(beside, w, flags) {
+                if is_inside && steps[places.index(beside)].is_none() && self.fits(beside, w, flags) {
                     steps[places.index(beside)] = next;
                     queue.push_back(beside);
                 }

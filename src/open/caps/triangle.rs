@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3};
 
-use crate::frame::SnappedFacet;
+use crate::frame::{SnappedFacet, normal};
 
 /// A triangle of a cap, in cells of the first axis.
 pub(super) struct Triangle {
@@ -61,14 +61,9 @@ impl Triangle {
     /// Whether the triangle turns its back on a centre, which stands a little before itself, most along x, then y, then z; None for one
     /// without area.
     fn is_behind(&self, centre: [i64; 3]) -> Option<bool> {
-        let [a, b, c] = self.snapped.map(|corner| [0, 1, 2].map(|axis| i128::from(corner[axis])));
-        let side = |to: [i128; 3]| [0, 1, 2].map(|axis| to[axis] - a[axis]);
-        let (u, v) = (side(b), side(c));
-        let normal = [0, 1, 2].map(|axis: usize| {
-            let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
-            u[i] * v[j] - u[j] * v[i]
-        });
-        let height: i128 = (0..3).map(|axis| normal[axis] * (a[axis] - i128::from(centre[axis]))).sum();
+        let normal = normal(&self.snapped);
+        let towards = |axis: usize| i128::from(self.snapped[0][axis]) - i128::from(centre[axis]);
+        let height: i128 = (0..3).map(|axis| normal[axis] * towards(axis)).sum();
         [height, normal[0], normal[1], normal[2]].into_iter().find(|&of| of != 0).map(|of| of > 0)
     }
 
