@@ -2,7 +2,8 @@
 // Twin: `src/crossings.rs`.
 // Reads: corners, item_offsets; chunks (see chunks.wgsl), unless all rows are deep.
 // Reads and writes: next_event[row], where the next crossing of a deep row goes, counted up; with event_capacity 0 it only counts.
-// Writes: events[next_event ..] = ray of the row << 27 | cell << 9 | rank << 1 | direction, in no order within a row.
+// Writes: events[next_event ..] = ray of the row << 27 | cell << 9 | rank << 1 | direction, in no order within a row; if wanted, the
+// facet of each goes to the same place of the second half of the buffer, from event_capacity on.
 // Bound: that of walk.wgsl, and for each bin 64 crossings: ITEMS is smaller here.
 
 @group(0) @binding(3) var<storage, read_write> next_event: array<atomic<u32>>;
@@ -25,7 +26,7 @@ fn visit(facet: u32, f: Facet, bin: u32, hits: vec2<u32>) {
         if of_row != 0u {
             let index = deep_index(first_chunk + row * params.n_across);
             if index != DEEP {
-                cross_row(plane, f.area, row, of_row, atomicAdd(&next_event[index], countOneBits(of_row)));
+                cross_row(facet, plane, f.area, row, of_row, atomicAdd(&next_event[index], countOneBits(of_row)));
             }
         }
     }
@@ -40,7 +41,7 @@ fn deep_index(chunk: u32) -> u32 {
 }
 
 // Writes the crossings of the rays of a row, a bit each, from a place on.
-fn cross_row(plane: Plane, area: vec2<u32>, row: u32, hits: u32, first: u32) {
+fn cross_row(facet: u32, plane: Plane, area: vec2<u32>, row: u32, hits: u32, first: u32) {
     let height = add96(plane.height, multiply96(plane.slope_j, i32(row)));
     var left = hits;
     for (var place = first; left != 0u; place++) {
@@ -52,6 +53,9 @@ fn cross_row(plane: Plane, area: vec2<u32>, row: u32, hits: u32, first: u32) {
             let first_above = plane.base + bitcast<i32>(q.whole) + select(1, 0, centre_is_above);
             let cell = u32(clamp(first_above, 0, i32(params.depth)));
             events[place] = (ray << 27u) | (cell << 9u) | (plane.tag & 0x1ffu);
+            if params.with_facets == 1u {
+                events[params.event_capacity + place] = params.first_facet + facet;
+            }
         }
     }
 }

@@ -1,15 +1,13 @@
 //! The crossings of one geometry with all rays along an axis, in the order of planes and rows of cells.
 //!
-//! Facets, an axis -> [`Words`]. A crossing is one word, `c << 37 | a << 19 | b << 1 | direction`: a is the axis of the mesh's
+//! [`Crossings`] of either backend -> [`AxisCrossings`]. A crossing is one word, `c << 37 | a << 19 | b << 1 | direction`: a is the axis of the mesh's
 //! rays, b and c are the axes across; the first cell whose centre counts as above the crossing, in whatever direction its ray runs.
-//! Cost: O(facets + crossings) time; 8 bytes a crossing, 16 while they are grouped.
+//! Cost: O(crossings) time; 8 bytes a crossing, 16 while they are grouped.
 
 use std::ops::Range;
 
-use crate::cpu::rows_of_strip;
-use crate::crossings::crossings;
+use crate::crossings::Crossings;
 use crate::frame::{Frame, SnappedFacet};
-use crate::lattice::{Lattice, lattice};
 use crate::parallel::*;
 use crate::rays::Rays;
 
@@ -41,50 +39,80 @@ pub(crate) fn bit_of_axis(axis: usize, main: &Rays) -> u32 {
     }
 }
 
-/// Crossings of a frame of one geometry with all rays along an axis, sorted, and the number of rays that do not leave what they
-/// enter; with `counted` only where the number of the facets that were entered, less those left, becomes 0 or ceases to be.
-pub(crate) fn words(frame: &Frame, axis: usize, main: &Rays, counted: bool) -> (Words, u64) {
-    let rays = Rays::new(axis, frame.dims);
-    let bin = [rays.counts[0], rows_of_strip(&rays)];
-    let n_rows = Lattice::n_rows(&rays, bin);
-    let lattice = lattice(frame, &rays, bin, 0..n_rows);
-    let of_row = |row: u32| {
-        let crossings = crossings(frame, &rays, &lattice, row);
-        let (mut words, mut n_odd) = (Vec::with_capacity(crossings.events.len()), 0);
-        let mut events = Vec::new();
-        for (ray, ends) in (crossings.first_ray..).zip(crossings.offsets.windows(2)) {
-            let of_ray = &crossings.events[ends[0] as usize..ends[1] as usize];
-            let n_i = u64::from(rays.counts[0]);
-            let mut cell = [0u64; 3];
-            (cell[rays.across[0]], cell[rays.across[1]]) = (ray % n_i, ray / n_i);
-            let mut push = |event: u32| {
-                cell[axis] = u64::from(event >> 9);
-                let place: u64 = (0..3).map(|axis| cell[axis] << bit_of_axis(axis, main)).sum();
-                words.push(place | u64::from(event & 1));
-            };
-            if counted {
-                events.clear();
-                events.extend_from_slice(of_ray);
-                events.sort_unstable();
-                let mut winding = 0;
-                for &event in &events {
-                    let was_inside = winding != 0;
-                    winding += 1 - 2 * (event & 1) as i32;
-                    if was_inside != (winding != 0) {
-                        push(event);
-                    }
-                }
-                n_odd += u64::from(winding != 0);
-            } else {
-                of_ray.iter().for_each(|&event| push(event));
-                n_odd += of_ray.len() as u64 % 2;
-            }
+/// A frame of one geometry, and the axes of the rays that shall be cast at it.
+pub(crate) struct AxisCasts {
+    /// The facets.
+    pub(crate) frame: Frame,
+    /// Axes; with true only those crossings count where the number of the facets that were entered, less those left, becomes 0 or
+    /// ceases to be.
+    pub(crate) axes: Vec<(usize, bool)>,
+}
+
+/// The crossings of a frame of one geometry with all rays along an axis.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(crate) struct AxisCrossings {
+    pub(crate) words: Words,
+    /// Rays that do not leave what they enter.
+    pub(crate) n_odd: u64,
+}
+
+/// Crossings of an axis, as they come.
+#[derive(Default)]
+pub(crate) struct Collected {
+    parts: Vec<Words>,
+    n_odd: u64,
+}
+
+impl Collected {
+    /// Adds the crossings of more rays, for a mesh whose rays are `main`; `is_counted` as in [`AxisCasts`].
+    pub(crate) fn add(&mut self, more: Vec<Crossings>, rays: &Rays, main: &Rays, is_counted: bool) {
+        let parts: Vec<(Words, u64)> =
+            more.into_par_iter().map(|crossings| words(&crossings, rays, main, is_counted)).collect();
+        for (words, n_odd) in parts {
+            self.parts.push(words);
+            self.n_odd += n_odd;
         }
-        (words, n_odd)
-    };
-    let parts: Vec<(Words, u64)> = (0..n_rows).into_par_iter().map(of_row).collect();
-    let n_odd = parts.iter().map(|part| part.1).sum();
-    (grouped(&parts.into_iter().map(|part| part.0).collect::<Vec<_>>()), n_odd)
+    }
+
+    /// All crossings, in order.
+    pub(crate) fn in_order(self) -> AxisCrossings {
+        AxisCrossings { words: grouped(&self.parts), n_odd: self.n_odd }
+    }
+}
+
+/// Crossings as words, ray after ray, and the number of rays that do not leave what they enter.
+fn words(crossings: &Crossings, rays: &Rays, main: &Rays, is_counted: bool) -> (Words, u64) {
+    let (mut words, mut n_odd) = (Vec::with_capacity(crossings.events.len()), 0);
+    let mut events = Vec::new();
+    for (ray, ends) in (crossings.first_ray..).zip(crossings.offsets.windows(2)) {
+        let of_ray = &crossings.events[ends[0] as usize..ends[1] as usize];
+        let n_i = u64::from(rays.counts[0]);
+        let mut cell = [0u64; 3];
+        (cell[rays.across[0]], cell[rays.across[1]]) = (ray % n_i, ray / n_i);
+        let mut push = |event: u32| {
+            cell[rays.axis] = u64::from(event >> 9);
+            let place: u64 = (0..3).map(|axis| cell[axis] << bit_of_axis(axis, main)).sum();
+            words.push(place | u64::from(event & 1));
+        };
+        if is_counted {
+            events.clear();
+            events.extend_from_slice(of_ray);
+            events.sort_unstable();
+            let mut winding = 0;
+            for &event in &events {
+                let was_inside = winding != 0;
+                winding += 1 - 2 * (event & 1) as i32;
+                if was_inside != (winding != 0) {
+                    push(event);
+                }
+            }
+            n_odd += u64::from(winding != 0);
+        } else {
+            of_ray.iter().for_each(|&event| push(event));
+            n_odd += of_ray.len() as u64 % 2;
+        }
+    }
+    (words, n_odd)
 }
 
 /// Crossings of facets with all rays along an axis, about: one for each cell of the area that they cover across it.
@@ -99,8 +127,8 @@ pub(crate) fn n_expected(facets: &[SnappedFacet], axis: usize, fraction_bits: u3
 }
 
 /// Words in the order of their planes and rows, in any order within a row: by counting, planes first, then the rows of each.
-pub(crate) fn grouped(parts: &[Words]) -> Words {
-    let (mut words, ends) = counted(parts.iter().flatten().copied(), plane_of);
+pub(crate) fn grouped(parts: &[impl AsRef<[u64]>]) -> Words {
+    let (mut words, ends) = counted(parts.iter().flat_map(AsRef::as_ref).copied(), plane_of);
     let mut planes = Vec::with_capacity(ends.len());
     let (mut rest, mut start) = (&mut words[..], 0);
     for end in ends {

@@ -58,16 +58,26 @@ const CHUNK: usize = 8192;
 /// Cost: a pass over the boxes of all facets for every 256 windows, or at most eight passes, and the casting of the rays.
 pub fn windows(cast: &Cast, windows: &[Window]) -> Vec<Band> {
     let mapping = mapping(cast);
-    over_windows(cast, windows, |crossings| map(crossings, &mapping))
+    over_windows(cast, windows, false, |crossings| map(crossings, &mapping))
 }
 
-/// What becomes of the crossings of each window; cost as above.
-pub(crate) fn over_windows<T: Send>(cast: &Cast, windows: &[Window], of: impl Fn(&Crossings) -> T + Sync) -> Vec<T> {
+/// What becomes of the crossings of each window, with their facets, if asked; cost as above.
+pub(crate) fn over_windows<T: Send>(
+    cast: &Cast,
+    windows: &[Window],
+    with_facets: bool,
+    of: impl Fn(&Crossings) -> T + Sync,
+) -> Vec<T> {
     let group = WINDOWS_OF_GROUP.max(windows.len().div_ceil(8));
-    windows.chunks(group).flat_map(|group| over_group(cast, group, &of)).collect()
+    windows.chunks(group).flat_map(|group| over_group(cast, group, with_facets, &of)).collect()
 }
 
-fn over_group<T: Send>(cast: &Cast, windows: &[Window], of: impl Fn(&Crossings) -> T + Sync) -> Vec<T> {
+fn over_group<T: Send>(
+    cast: &Cast,
+    windows: &[Window],
+    with_facets: bool,
+    of: impl Fn(&Crossings) -> T + Sync,
+) -> Vec<T> {
     let Cast { frame, rays, .. } = *cast;
     // (window, facet) of a chunk of facets: those whose boxes reach rays of the window
     let pairs_of_chunk = |(chunk, facets): (usize, &[SnappedFacet])| {
@@ -86,7 +96,8 @@ fn over_group<T: Send>(cast: &Cast, windows: &[Window], of: impl Fn(&Crossings) 
     for &(window, facet) in pairs.iter().flatten() {
         facets[window].push(facet);
     }
-    let of_window = |(window, facets): (&Window, Vec<u32>)| of(&crossings_of_window(frame, rays, &facets, window));
+    let of_window =
+        |(window, facets): (&Window, Vec<u32>)| of(&crossings_of_window(frame, rays, &facets, window, with_facets));
     windows.iter().zip(facets).collect::<Vec<_>>().into_par_iter().map(of_window).collect()
 }
 
@@ -138,23 +149,43 @@ impl<'a> Strips<'a> {
     /// # Errors
     /// `cancelled` when the control says so.
     pub fn round(&mut self, control: &Control) -> Result<Option<Vec<Band>>> {
+        let mapping = mapping(&self.cast);
+        let bands = self.round_of(false, control, |crossings| map(&crossings, &mapping))?;
+        let (n_rays, n_strips) = (self.cast.rays.n_rays(), self.lattice.rows.end);
+        if bands.is_some() {
+            control.advance(u64::from(self.next) * n_rays / u64::from(n_strips), n_rays);
+        }
+        Ok(bands)
+    }
+
+    /// Casts the rays of the next strips on all cores, with the facets of their crossings, if asked; none once all are done.
+    ///
+    /// # Errors
+    /// `cancelled` when the control says so.
+    pub fn crossings(&mut self, with_facets: bool, control: &Control) -> Result<Option<Vec<Crossings>>> {
+        self.round_of(with_facets, control, |crossings| crossings)
+    }
+
+    fn round_of<T: Send>(
+        &mut self,
+        with_facets: bool,
+        control: &Control,
+        of: impl Fn(Crossings) -> T + Sync,
+    ) -> Result<Option<Vec<T>>> {
         control.check()?;
-        let n_strips = self.lattice.rows.end;
-        if self.next >= n_strips {
+        let first = self.next;
+        if first >= self.lattice.rows.end {
             return Ok(None);
         }
-        let end = self.next.saturating_add(self.per_round).min(n_strips);
+        let end = first.saturating_add(self.per_round).min(self.lattice.rows.end);
         let Cast { frame, rays, .. } = self.cast;
-        let mapping = mapping(&self.cast);
-        let first = self.next;
-        let band_of = |strip| {
+        let of_strip = |strip| {
             let skipped = if strip == first { self.skipped } else { 0 };
-            map(&crossings(frame, rays, &self.lattice, strip).without_first(skipped), &mapping)
+            of(crossings(frame, rays, &self.lattice, strip, with_facets).without_first(skipped))
         };
-        let bands = (first..end).into_par_iter().map(band_of).collect();
+        let strips = (first..end).into_par_iter().map(of_strip).collect();
         (self.next, self.skipped) = (end, 0);
-        control.advance(u64::from(end) * rays.n_rays() / u64::from(n_strips), rays.n_rays());
-        Ok(Some(bands))
+        Ok(Some(strips))
     }
 
     fn columns(mut self, control: &Control) -> Result<Columns> {

@@ -9,7 +9,7 @@
 //! The rays of a row need no division: quotient and remainder of height / (D 2^F) advance by a constant step.
 //!
 //! Source: the paper, Eq. 16-19. Twins: `shaders/intersect.wgsl` with `map.wgsl`, `shaders/intersect_deep.wgsl`.
-//! Cost: O(rows of facets + crossings) time; 4 bytes a crossing and 4 a ray.
+//! Cost: O(rows of facets + crossings) time; 4 bytes a crossing, 8 with its facet, and 4 a ray.
 
 use std::ops::Range;
 
@@ -27,6 +27,8 @@ pub struct Crossings {
     pub offsets: Vec<u32>,
     /// `cell << 9 | rank << 1 | direction`, ray after ray.
     pub events: Vec<u32>,
+    /// The facet of each crossing, as an index of the frame; empty unless asked for.
+    pub facets: Vec<u32>,
 }
 
 impl Crossings {
@@ -41,6 +43,15 @@ impl Crossings {
         }
     }
 
+    /// The crossings of a ray with their facets, or 0 without, in order.
+    pub fn of_ray(&self, ray: usize) -> Vec<[u32; 2]> {
+        let places = self.offsets[ray] as usize..self.offsets[ray + 1] as usize;
+        let both = |place| [self.events[place], self.facets.get(place).copied().unwrap_or(0)];
+        let mut crossings: Vec<[u32; 2]> = places.map(both).collect();
+        crossings.sort_unstable();
+        crossings
+    }
+
     /// Drops the first rays.
     pub fn without_first(self, n_rays: usize) -> Crossings {
         if n_rays == 0 {
@@ -51,6 +62,7 @@ impl Crossings {
             first_ray: self.first_ray + n_rays as u64,
             offsets: self.offsets[n_rays..].iter().map(|offset| offset - start).collect(),
             events: self.events[start as usize..].to_vec(),
+            facets: self.facets.get(start as usize..).unwrap_or_default().to_vec(),
         }
     }
 }
@@ -61,54 +73,75 @@ pub fn event(cell: u32, rank: u8, exits: bool) -> u32 {
     cell << 9 | u32::from(rank) << 1 | u32::from(exits)
 }
 
-/// Casts the rays of one bin row of a lattice.
-pub fn crossings(frame: &Frame, rays: &Rays, lattice: &Lattice, row: u32) -> Crossings {
+/// Casts the rays of one bin row of a lattice; with their facets, if asked.
+pub fn crossings(frame: &Frame, rays: &Rays, lattice: &Lattice, row: u32, with_facets: bool) -> Crossings {
     let first = row * lattice.bin[1];
     let window = [0..rays.counts[0], first..(first + lattice.bin[1]).min(rays.counts[1])];
-    let mut hits = Vec::new();
-    for column in 0..lattice.n_across {
+    let bin_of = |column: u32| {
         let start = column * lattice.bin[0];
-        let bin = [start..(start + lattice.bin[0]).min(rays.counts[0]), window[1].clone()];
-        cast(frame, rays, lattice.bin_facets(column, row), &bin, &window, &mut hits);
-    }
-    in_order(&hits, rays, &window)
+        let across = start..(start + lattice.bin[0]).min(rays.counts[0]);
+        (lattice.bin_facets(column, row), [across, window[1].clone()])
+    };
+    crossings_of_bins((frame, rays), (0..lattice.n_across).map(bin_of), &window, with_facets)
 }
 
 /// Casts the rays of a window, ranges of rays along both axes across, against some facets; at least all that these rays hit.
 /// The window is one row or less, or whole rows.
-pub fn crossings_of_window(frame: &Frame, rays: &Rays, facets: &[u32], window: &[Range<u32>; 2]) -> Crossings {
-    let mut hits = Vec::new();
-    cast(frame, rays, facets, window, window, &mut hits);
-    in_order(&hits, rays, window)
-}
-
-/// Appends (ray of the window, crossing) for all hits of facets with the rays of a bin of the window.
-fn cast(
+pub fn crossings_of_window(
     frame: &Frame,
     rays: &Rays,
     facets: &[u32],
-    bin: &[Range<u32>; 2],
     window: &[Range<u32>; 2],
-    hits: &mut Vec<(u32, u32)>,
-) {
+    with_facets: bool,
+) -> Crossings {
+    crossings_of_bins((frame, rays), [(facets, window.clone())].into_iter(), window, with_facets)
+}
+
+/// The facets of a bin, and its rays.
+type Bin<'a> = (&'a [u32], [Range<u32>; 2]);
+
+fn crossings_of_bins<'a>(
+    onto: (&Frame, &Rays),
+    bins: impl Iterator<Item = Bin<'a>>,
+    window: &[Range<u32>; 2],
+    with_facets: bool,
+) -> Crossings {
+    let n_rays = window[0].len() * window[1].len();
+    let (offsets, events, facets) = if with_facets {
+        let (offsets, both) = by_ray(&cast(onto, bins, window, |event, facet| [event, facet]), n_rays);
+        (offsets, both.iter().map(|both| both[0]).collect(), both.iter().map(|both| both[1]).collect())
+    } else {
+        let (offsets, events) = by_ray(&cast(onto, bins, window, |event, _| event), n_rays);
+        (offsets, events, Vec::new())
+    };
+    let first_ray = u64::from(window[1].start) * u64::from(onto.1.counts[0]) + u64::from(window[0].start);
+    Crossings { first_ray, offsets, events, facets }
+}
+
+/// Ray of the window, and `of(crossing, facet)`, for all hits of facets with the rays of bins of the window.
+#[inline(always)]
+fn cast<'a, T>(
+    (frame, rays): (&Frame, &Rays),
+    bins: impl Iterator<Item = Bin<'a>>,
+    window: &[Range<u32>; 2],
+    of: impl Fn(u32, u32) -> T + Copy,
+) -> Vec<(u32, T)> {
     let n_across = window[0].end - window[0].start;
-    for &facet in facets {
-        let Some(projected) = Projected::new(&frame.facets[facet as usize], frame, rays) else { continue };
-        let caster = RowCaster::new(&projected, frame.fraction_bits, rays.depth);
-        let tag = event(0, frame.rank_of_facet[facet as usize], projected.exits);
-        let hit = |i, j, cell| ((j - window[1].start) * n_across + i - window[0].start, cell << 9 | tag);
-        caster.hits(bin, hit, hits);
+    let mut hits = Vec::new();
+    for (facets, bin) in bins {
+        for &facet in facets {
+            let Some(projected) = Projected::new(&frame.facets[facet as usize], frame, rays) else { continue };
+            let caster = RowCaster::new(&projected, frame.fraction_bits, rays.depth);
+            let tag = event(0, frame.rank_of_facet[facet as usize], projected.exits);
+            let hit = |i, j, cell| ((j - window[1].start) * n_across + i - window[0].start, of(cell << 9 | tag, facet));
+            caster.hits(&bin, hit, &mut hits);
+        }
     }
+    hits
 }
 
-fn in_order(hits: &[(u32, u32)], rays: &Rays, window: &[Range<u32>; 2]) -> Crossings {
-    let (offsets, events) = by_ray(hits, window[0].len() * window[1].len());
-    let first_ray = u64::from(window[1].start) * u64::from(rays.counts[0]) + u64::from(window[0].start);
-    Crossings { first_ray, offsets, events }
-}
-
-/// Sorts (ray, event) pairs by ray: a counting sort.
-fn by_ray(hits: &[(u32, u32)], n_rays: usize) -> (Vec<u32>, Vec<u32>) {
+/// Sorts what was hit by ray, a counting sort: the first of each ray, then the end, and what was hit.
+pub(crate) fn by_ray<T: Copy + Default>(hits: &[(u32, T)], n_rays: usize) -> (Vec<u32>, Vec<T>) {
     let mut offsets = vec![0u32; n_rays + 2];
     for (ray, _) in hits {
         offsets[*ray as usize + 2] += 1;
@@ -116,14 +149,14 @@ fn by_ray(hits: &[(u32, u32)], n_rays: usize) -> (Vec<u32>, Vec<u32>) {
     for ray in 2..n_rays + 2 {
         offsets[ray] += offsets[ray - 1];
     }
-    let mut events = vec![0u32; hits.len()];
-    for &(ray, event) in hits {
+    let mut sorted = vec![T::default(); hits.len()];
+    for &(ray, hit) in hits {
         let next = &mut offsets[ray as usize + 1];
-        events[*next as usize] = event;
+        sorted[*next as usize] = hit;
         *next += 1;
     }
     offsets.pop();
-    (offsets, events)
+    (offsets, sorted)
 }
 
 /// Quotient, rounded down, and remainder by a positive number. Euclid's, but compiled where it is used also where all code is
@@ -226,7 +259,7 @@ mod tests {
         let lattice = lattice::lattice(&frame, &rays, bin, 0..rows);
         let mut cells = Vec::new();
         for row in 0..rows {
-            let c = crossings(&frame, &rays, &lattice, row);
+            let c = crossings(&frame, &rays, &lattice, row, false);
             for ray in c.offsets.windows(2) {
                 cells.push(c.events[ray[0] as usize..ray[1] as usize].iter().map(|e| e >> 9).collect());
             }

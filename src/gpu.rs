@@ -31,6 +31,7 @@ use crate::error::{Error, Result};
 mod band;
 mod buffers;
 mod check;
+mod crossings;
 mod device;
 mod inspect;
 mod kernels;
@@ -48,7 +49,7 @@ use band::{Context, Launched, Outcome, Worker};
 pub use buffers::SCAN_BLOCK;
 pub use device::{AdapterFacts, AdapterKind, adapter, adapters};
 use device::{Opened, find};
-pub use inspect::{DeepCrossings, Tiles};
+pub use inspect::Tiles;
 use kernels::Kernels;
 pub use kernels::{Edit, Kernel, KernelText, Slot, kernel_texts};
 pub use layout::Params;
@@ -92,6 +93,8 @@ pub struct Usage {
     pub peak_bytes: u64,
     /// Bands that were finished.
     pub n_bands: u32,
+    /// Ray rows of the last of them.
+    pub rows_of_band: u32,
     /// Rays that the CPU cast again, and those of them whose cells differed.
     pub checked: [u64; 2],
     /// Rows of eight rays that were left to the deep kernels.
@@ -148,14 +151,6 @@ impl Gpu {
     /// Those of [`Gpu::columns`]; `too-many-crossings` where the box does not fit one band.
     pub async fn tiles(&self, cast: &Cast<'_>, layers: u32) -> Result<Tiles> {
         inspect::tiles(self.context(), cast, layers).await
-    }
-
-    /// Runs `intersect_deep` by itself on all rows: for tests.
-    ///
-    /// # Errors
-    /// Those of [`Gpu::tiles`].
-    pub async fn deep_crossings(&self, cast: &Cast<'_>) -> Result<DeepCrossings> {
-        inspect::deep_crossings(self.context(), cast).await
     }
 
     /// Replaces numbers by the sums of all before them, as the scan kernels do: for tests.
@@ -256,11 +251,7 @@ impl Gpu {
                     usage.left += n_left;
                     take(band)?;
                 }
-                Ok(Outcome::Wrong(what, checked)) => {
-                    usage.checked = [0, 1].map(|i| usage.checked[i] + checked[i]);
-                    let message = format!("the results of {} are wrong: {what}", self.facts);
-                    return Err(Error::new("device-wrong", message, device::USE_CPU));
-                }
+                Ok(Outcome::Wrong(what, checked)) => return Err(self.wrong(usage, &what, checked)),
                 Ok(Outcome::Again) => {
                     // the bands behind it stand on their own, but columns are handed out in order: start again from here
                     in_flight.clear();
@@ -275,11 +266,18 @@ impl Gpu {
             control.advance(u64::from(range.end) * u64::from(n_i), cast.rays.n_rays());
             pace.finished(range.end - range.start);
             usage.n_bands += 1;
+            usage.rows_of_band = range.end - range.start;
             usage.profile = worker.profile.clone();
             idle.push(worker);
         }
         idle.into_iter().for_each(Worker::end);
         Ok(())
+    }
+
+    /// The error of a device that returned what is wrong: a sentence, the rays that were looked at, and those that were wrong.
+    fn wrong(&self, usage: &mut Usage, what: &str, checked: [u64; 2]) -> Error {
+        usage.checked = [0, 1].map(|i| usage.checked[i] + checked[i]);
+        Error::new("device-wrong", format!("the results of {} are wrong: {what}", self.facts), device::USE_CPU)
     }
 
     fn context(&self) -> Context<'_> {

@@ -155,7 +155,7 @@ mod tests {
             if reversed {
                 packed.reverse();
             }
-            let crossings = Crossings { first_ray: 0, offsets: vec![0, packed.len() as u32], events: packed };
+            let crossings = Crossings { offsets: vec![0, packed.len() as u32], events: packed, ..Crossings::default() };
             let band = map(&crossings, &Mapping { rule, flag_of_rank: flags, depth: 100 });
             results.push((band.runs.iter().map(|r| (r >> 8, (r & 0xff) as u8)).collect::<Vec<_>>(), band.odd_rays));
         }

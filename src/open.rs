@@ -15,11 +15,11 @@
 //!
 //! So closed parts cost nothing, no tree of facets is needed, and what is computed in f64 is the caps alone: in the unit of the
 //! lines, in a fixed order, with `libm`, so that its bits are the same on every machine. The result does not depend on the ray
-//! axis, on bands or on the backend: all of this is done on the host.
+//! axis, on bands or on the backend: crossings are exact on both, and all else is done on the host.
 //!
 //! # Practice
-//! [`OpenPart`] turns and closes a surface, `Votes` casts its rays and decides its cells row after row of rays. [`crate::overlay`] puts
-//! them over those of the other geometries.
+//! [`OpenPart`] turns and closes a surface, `Votes` says which rays decide it, and then its cells, row after row of rays.
+//! [`crate::overlay`] puts them over those of the other geometries.
 //!
 //! Degenerate cases: a surface of one sheet encloses little: round(w) is 0 in most cells. A surface that cannot be oriented has no
 //! winding number; [`crate::geometry::Open::Vote`] decides it by the rays alone.

@@ -5,13 +5,14 @@
 //! apart, row after row of rays. Of two geometries in a cell the higher rank wins.
 //!
 //! # Practice
-//! [`split`] takes these parts out of a frame. What is left is cast as ever, by either backend, with rank + 1 for a flag;
+//! [`split`] takes these parts out of a frame, and says which rays decide them; either backend casts these. What is left is cast as ever, by either backend, with rank + 1 for a flag;
 //! [`Overlay`] puts the parts over its bands, and the flags of the job in. Bands come in the order of their rays, as the backends
 //! hand them out.
 //! Cost: one pass over the runs of all.
 
 use std::ops::Range;
 
+use crate::axis_crossings::AxisCrossings;
 use crate::cast::Cast;
 use crate::columns::{Band, run};
 use crate::cpu::{self, Window};
@@ -92,17 +93,22 @@ pub struct Overlay {
 }
 
 impl Overlay {
-    /// Casts the rays of three axes at the parts, if there are any; `cast` is what [`split`] left, `flags` has the flag of each
-    /// rank.
-    pub fn new(parts: Vec<Part>, cast: &Cast, flags: &[u8], lines: &Lines) -> Option<Overlay> {
+    /// Decides the parts, if there are any, each by the crossings of its [`Part::casts`]; `cast` is what [`split`] left, `flags` has
+    /// the flag of each rank.
+    pub(crate) fn new(
+        parts: Vec<(Part, Vec<AxisCrossings>)>,
+        cast: &Cast,
+        flags: &[u8],
+        lines: &Lines,
+    ) -> Option<Overlay> {
         if parts.is_empty() {
             return None;
         }
-        let layer = |Part { rank, invert, kind }: Part| {
+        let layer = |(Part { rank, invert, kind }, crossings): (Part, Vec<AxisCrossings>)| {
             let geometry = cast.frame.ranks.geometry_of_rank[usize::from(rank)];
             let layer = match kind {
                 Kind::Open(part) => {
-                    let votes = Votes::new(&part, cast.frame, cast.rays, cast.rule, lines.spacing);
+                    let votes = Votes::new(&part, crossings, cast.frame, cast.rays, cast.rule, lines.spacing);
                     let found = Found {
                         geometry,
                         policy: part.policy,
@@ -114,7 +120,7 @@ impl Overlay {
                 }
                 Kind::Inverted(frame) => Layer::Cast { frame, rays: *cast.rays, rule: cast.rule },
                 Kind::Sheet { fill, shell, facets } => {
-                    let sheet = Sheet::new(&facets, fill, cast.frame, cast.rays);
+                    let sheet = Sheet::new(&facets, fill, crossings, cast.frame, cast.rays);
                     Layer::Along { sheet, found: Along { geometry, fill, shell, added_cells: 0 } }
                 }
             };

@@ -39,7 +39,7 @@ mod options;
 mod prepare;
 mod warnings;
 
-pub use engine::Engine;
+pub use engine::{Engine, Used};
 use memory_budget::{columns_builder, memory_budget};
 pub use options::{DEFAULT_MAX_BYTES, MeshOptions, SpillTarget};
 pub use prepare::{Prepared, prepare};
@@ -71,9 +71,16 @@ pub async fn mesh(
     let mut builder = columns_builder(job, &options.spill, budget.columns, &prepared, (&names, &inputs))?;
     let rays_resumed = builder.n_rays();
     let cast = Cast { frame: &frame, rays: &prepared.rays, rule: job.rule };
-    let mut overlay = Overlay::new(parts, &cast, &flags, &prepared.lines);
+    let (mut decided, mut used) = (Vec::with_capacity(parts.len()), Used::default());
+    let most_rays = u64::from(budget.most_rows) * u64::from(cast.rays.counts[0]);
+    for part in parts {
+        let (crossings, more) = engine.axis_crossings(&part.casts(&cast), cast.rays, most_rays, control).await?;
+        decided.push((part, crossings));
+        used = used.and(more);
+    }
+    let mut overlay = Overlay::new(decided, &cast, &flags, &prepared.lines);
     let overlay_bytes = overlay.as_ref().map_or(0, Overlay::n_bytes);
-    let used = engine.build(&cast, &budget, &mut builder, &mut overlay, control).await?;
+    used = used.and(engine.build(&cast, &budget, &mut builder, &mut overlay, control).await?);
     let columns_peak = builder.peak_bytes;
     let mut columns = builder.finish()?;
     let gaps = close_gaps(job, &prepared, &mut columns, budget.columns, control)?;

@@ -11,13 +11,15 @@
 //!   those of the rays of three axes, with the same rule for ties, half a cell on: a ray crosses in the cell whose centre is nearest.
 //!
 //! # Practice
-//! All of it is done on the host, in whole numbers, so that the cells are the same whoever meshes and along whatever axis.
+//! All of it is in whole numbers, so that the cells are the same whoever meshes and along whatever axis.
 //! Degenerate cases: the surface need not be closed, and may have no thickness. Parts outside of the domain have no cell.
 //! Cost: `separating` three casts and 8 bytes a crossing; `conservative` 44 bytes a facet, and a few intervals for each.
 
 use std::ops::Range;
 
-use crate::axis_crossings::{Words, bit_of_axis, grouped, of_planes, place_of, plane_of, row_of, words};
+use crate::axis_crossings::{
+    AxisCasts, AxisCrossings, Words, bit_of_axis, grouped, of_planes, place_of, plane_of, row_of,
+};
 use crate::columns::{Band, run};
 use crate::frame::{Frame, SnappedFacet};
 use crate::geometry::Fill;
@@ -42,10 +44,33 @@ enum Cells {
 }
 
 impl Sheet {
-    /// The sheet of some facets of a frame; that of [`Fill::Centre`] has no cell.
-    pub(crate) fn new(facets: &[SnappedFacet], fill: Fill, frame: &Frame, rays: &Rays) -> Sheet {
+    /// The rays that decide the sheet of some facets of a frame.
+    ///
+    /// Half a cell on, a crossing in cell i is above the centre of cell i and below that of the next; so its first cell above is
+    /// i + 1. A domain of one cell more tells those beyond it, and 0 those before.
+    pub(crate) fn casts(facets: &[SnappedFacet], fill: Fill, frame: &Frame) -> Vec<AxisCasts> {
+        let half = 1 << frame.fraction_bits >> 1;
+        let cast = |axis: usize| {
+            let moved = |mut facet: SnappedFacet| {
+                facet.iter_mut().for_each(|corner| corner[axis] += half);
+                facet
+            };
+            let mut longer = frame.with_facets(facets.iter().copied().map(moved).collect());
+            longer.dims[axis] += 1;
+            AxisCasts { frame: longer, axes: vec![(axis, false)] }
+        };
+        if fill == Fill::Separating { [0, 1, 2].map(cast).into() } else { Vec::new() }
+    }
+
+    /// The sheet of some facets of a frame, by what [`Sheet::casts`] asked for.
+    pub(crate) fn new(
+        facets: &[SnappedFacet],
+        fill: Fill,
+        crossings: Vec<AxisCrossings>,
+        frame: &Frame,
+        rays: &Rays,
+    ) -> Sheet {
         let cells = match fill {
-            Fill::Centre => Cells::Crossed(Words::new()),
             Fill::Conservative => {
                 let fraction_bits = frame.fraction_bits;
                 let with_rows = |facet: &SnappedFacet| {
@@ -54,7 +79,14 @@ impl Sheet {
                 };
                 Cells::Touched { facets: facets.par_iter().filter_map(with_rows).collect(), fraction_bits }
             }
-            Fill::Separating => Cells::Crossed(grouped(&[0, 1, 2].map(|axis| crossed(facets, axis, frame, rays)))),
+            Fill::Centre | Fill::Separating => {
+                let of_axis = |(axis, crossings): (usize, AxisCrossings)| {
+                    let bit = bit_of_axis(axis, rays);
+                    let is_within = |word: &u64| (1..=u64::from(frame.dims[axis])).contains(&(word >> bit & 0x3_ffff));
+                    crossings.words.into_iter().filter(is_within).map(|word| word - (1 << bit)).collect::<Words>()
+                };
+                Cells::Crossed(grouped(&crossings.into_iter().enumerate().map(of_axis).collect::<Vec<_>>()))
+            }
         };
         Sheet { rays: *rays, cells }
     }
@@ -121,22 +153,4 @@ impl Sheet {
         }
         band
     }
-}
-
-/// Cells in which the rays along an axis cross facets, as crossings of the mesh's rays.
-///
-/// Half a cell on, a crossing in cell i is above the centre of cell i and below that of the next; so its first cell above is
-/// i + 1. A domain of one cell more tells those beyond it, and 0 those before.
-fn crossed(facets: &[SnappedFacet], axis: usize, frame: &Frame, main: &Rays) -> Words {
-    let half = 1 << frame.fraction_bits >> 1;
-    let moved = |mut facet: SnappedFacet| {
-        facet.iter_mut().for_each(|corner| corner[axis] += half);
-        facet
-    };
-    let mut longer = frame.with_facets(facets.iter().copied().map(moved).collect());
-    longer.dims[axis] += 1;
-    let bit = bit_of_axis(axis, main);
-    let is_within = |word: &u64| (1..=u64::from(frame.dims[axis])).contains(&(word >> bit & 0x3_ffff));
-    let above = words(&longer, axis, main, false).0;
-    above.into_iter().filter(is_within).map(|word| word - (1 << bit)).collect()
 }

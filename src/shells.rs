@@ -40,7 +40,7 @@ pub(crate) fn overlapping_shells(cast: &Cast) -> Vec<Overlap> {
     let windows: Vec<Window> =
         (0..n_looked).map(|index| window_of_rows(cast.rays, row(index)..row(index) + 1)).collect();
     let mut n_cells = BTreeMap::new();
-    for of_window in over_windows(cast, &windows, |crossings| cells_in_two(crossings, cast.rays.depth)) {
+    for of_window in over_windows(cast, &windows, false, |crossings| cells_in_two(crossings, cast.rays.depth)) {
         for (rank, n) in of_window {
             *n_cells.entry(rank).or_insert(0) += n;
         }

@@ -48,7 +48,7 @@ pub(crate) fn compare(gpu: &Gpu, cast: &Cast, runs: u32) -> Result<Comparison, B
     let lattice = lattice(cast.frame, cast.rays, bin, 0..Lattice::n_rows(cast.rays, bin));
     let facets: Vec<u32> = (0..cast.frame.facets.len() as u32).collect();
     let [n_i, n_j] = cast.rays.counts;
-    let expected = crossings_of_window(cast.frame, cast.rays, &facets, &[0..n_i, 0..n_j]);
+    let expected = crossings_of_window(cast.frame, cast.rays, &facets, &[0..n_i, 0..n_j], false);
     let gather = Gather::new(gpu, cast, &lattice);
     let mut seconds = Vec::new();
     // in turn, so that whatever else the machine does meets both; the first run compiles

@@ -102,7 +102,7 @@ pub(crate) fn of_cpu(cast: &Cast) -> Result<Passes, Box<dyn Error>> {
     let mut clock = Instant::now();
     let lattice = lattice(frame, rays, bin, 0..n_rows);
     let lattice_s = lap(&mut clock);
-    let strips: Vec<_> = (0..n_rows).into_par_iter().map(|row| crossings(frame, rays, &lattice, row)).collect();
+    let strips: Vec<_> = (0..n_rows).into_par_iter().map(|row| crossings(frame, rays, &lattice, row, false)).collect();
     let crossings_s = lap(&mut clock);
     let bands: Vec<_> = strips.par_iter().map(|strip| map(strip, &mapping)).collect();
     let map_s = lap(&mut clock);

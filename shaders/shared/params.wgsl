@@ -18,6 +18,8 @@ struct Params {
     rule: u32,            // 0 parity, 1 nonzero
     n_ranks: u32,         // geometries
     all_deep: u32,        // 1: every row of rays is deep, and its index is that of its chunk
+    with_facets: u32,     // 1: the facet of each crossing of a deep row is wanted
+    first_facet: u32,     // of those on the device, among all that rays of the band may hit
 }
 
 @group(0) @binding(0) var<uniform> params: Params;

@@ -33,7 +33,7 @@ pub(super) fn overlaps(cast: &Cast) -> Vec<Overlap> {
         let rows = first..n_rows.min(first.saturating_add(ROWS));
         let windows: Vec<Window> = rows.map(|row| window_of_rows(cast.rays, row..row + 1)).collect();
         let of_row = |crossings: &Crossings| common_cells(crossings, cast.rule, cast.rays.depth);
-        for (pair, n) in over_windows(cast, &windows, of_row).into_iter().flatten() {
+        for (pair, n) in over_windows(cast, &windows, false, of_row).into_iter().flatten() {
             *cells.entry(pair).or_insert(0) += n;
         }
     }

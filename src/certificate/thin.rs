@@ -118,7 +118,7 @@ fn thin_of(cast: &Cast, k: u32) -> Vec<Thin> {
         });
         found
     };
-    let rows = windows.chunks(ROWS).flat_map(|rows| over_windows(cast, rows, of_row));
+    let rows = windows.chunks(ROWS).flat_map(|rows| over_windows(cast, rows, false, of_row));
     rows.flatten().collect()
 }
 

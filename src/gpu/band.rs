@@ -36,7 +36,7 @@ pub(crate) struct Context<'a> {
 /// The buffers of a band, and what is known of the bands before.
 pub(crate) struct Worker<'a> {
     context: Context<'a>,
-    cast: Cast<'a>,
+    pub(crate) cast: Cast<'a>,
     forced: Forced,
     limit: Capacity,
     /// What bands before have needed.
@@ -177,8 +177,7 @@ impl<'a> Worker<'a> {
         {
             return Ok(Outcome::Again);
         }
-        let deep =
-            if n_deep == 0 { DeepRows::default() } else { self.deep_rows(params, &facets, n_deep, true).await? };
+        let deep = if n_deep == 0 { DeepRows::default() } else { self.deep_rows(params, &facets, n_deep).await? };
         let Some(buffers) = self.buffers.take() else { unreachable!("the band has run") };
         let encoder = self.context.opened.device.create_command_encoder(&Default::default());
         let parts = [buffers.chunks.first(n_chunks), buffers.runs.first(n_places)];
@@ -200,7 +199,7 @@ impl<'a> Worker<'a> {
         let deep = if facets.len() == 0 {
             DeepRows { offsets: vec![0; n_chunks as usize + 1], rows: vec![0; 16 * n_chunks as usize], events: vec![] }
         } else {
-            self.deep_rows(Params { all_deep: 1, ..*params }, facets, n_chunks, true).await?
+            self.deep_rows(Params { all_deep: 1, ..*params }, facets, n_chunks).await?
         };
         let chunks: Vec<[u32; 2]> = (0..n_chunks as u32).map(|index| [index, DEEP]).collect();
         let raw = Raw { chunks: &chunks, places: &[], n_lost: 0, n_unused: 0, n_hits: None, deep: &deep };
@@ -223,9 +222,10 @@ impl<'a> Worker<'a> {
     /// Writes some facets to the device, and the parameters with their numbers.
     fn send(&self, params: &mut Params, facets: &BandFacets, range: Range<usize>) {
         let Some(buffers) = &self.buffers else { unreachable!("there is room") };
-        let (corners, item_offsets) = facets.pack(&self.cast, range);
+        let (corners, item_offsets) = facets.pack(&self.cast, range.clone());
         params.n_facets = item_offsets.len() as u32 - 1;
         params.n_items = item_offsets[item_offsets.len() - 1];
+        params.first_facet = range.start as u32;
         let queue = &self.context.opened.queue;
         buffers.corners.write(queue, bytemuck::cast_slice(&corners));
         buffers.item_offsets.write(queue, &item_offsets);

@@ -3,7 +3,6 @@
 
 use super::band::{Context, Forced, Launched, Worker};
 use super::buffers::{Array, Sums};
-use super::layout::Params;
 use super::passes::Passes;
 use super::readback::Staging;
 use crate::cast::Cast;
@@ -24,17 +23,6 @@ pub struct Tiles {
     pub begun: Vec<[u32; 4]>,
     /// What `intersect` made of it: the two parts of each tile.
     pub tiles: Vec<[u32; 8]>,
-}
-
-/// What `intersect_deep` finds when all rows are deep.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct DeepCrossings {
-    /// Bins in a row of bins: row r of rays has the chunks from r * n_across on.
-    pub n_across: u32,
-    /// First crossing of each chunk, then the end.
-    pub offsets: Vec<u32>,
-    /// ray of the chunk << 27 | crossing, in no order within a chunk.
-    pub events: Vec<u32>,
 }
 
 /// Runs the lattice and `intersect`, with up to so many layers.
@@ -70,23 +58,6 @@ pub(crate) async fn tiles(context: Context<'_>, cast: &Cast<'_>, layers: u32) ->
     let tiles = tiles.chunks_exact(8).take(n_tiles).map(|tile| tile.try_into().unwrap_or_default()).collect();
     let layer_ends = facets.layer_ends().into();
     Ok(Tiles { n_layers: params.n_layers, n_across: params.n_across, layer_ends, offsets, begun, tiles })
-}
-
-/// Runs `intersect_deep` on all rows.
-///
-/// # Errors
-/// Those of [`super::Gpu::columns`]; `too-many-crossings` where they do not fit a buffer.
-pub(crate) async fn deep_crossings(context: Context<'_>, cast: &Cast<'_>) -> Result<DeepCrossings> {
-    let mut worker = Worker::new(context, *cast, Forced { deep: true, ..Forced::default() });
-    let launched = worker.prepare(0..cast.rays.counts[1])?.ok_or_else(too_large)?;
-    let Launched { params, facets, .. } = launched;
-    let params = Params { all_deep: 1, ..params };
-    let n_across = params.n_across;
-    if facets.len() == 0 {
-        return Ok(DeepCrossings { n_across, offsets: vec![0; params.n_chunks() as usize + 1], events: vec![] });
-    }
-    let deep = worker.deep_rows(params, &facets, params.n_chunks(), false).await?;
-    Ok(DeepCrossings { n_across, offsets: deep.offsets, events: deep.events })
 }
 
 /// Replaces numbers by the sums of all before them, as the scan kernels do.

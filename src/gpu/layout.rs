@@ -32,6 +32,8 @@ pub struct Params {
     pub rule: u32,
     pub n_ranks: u32,
     pub all_deep: u32,
+    pub with_facets: u32,
+    pub first_facet: u32,
 }
 
 impl Params {

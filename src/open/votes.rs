@@ -10,7 +10,7 @@ use std::ops::Range;
 
 use super::caps::{Shift, shifts};
 use super::part::OpenPart;
-use crate::axis_crossings::{EXITS, Words, grouped, of_planes, place_of, row_of, take_row, words};
+use crate::axis_crossings::{AxisCasts, AxisCrossings, EXITS, Words, grouped, of_planes, place_of, row_of, take_row};
 use crate::columns::{Band, run};
 use crate::frame::Frame;
 use crate::geometry::Open;
@@ -51,21 +51,47 @@ pub(crate) struct Rows {
 }
 
 impl Votes {
-    pub(crate) fn new(part: &OpenPart, frame: &Frame, rays: &Rays, rule: Rule, sizes: [f64; 3]) -> Votes {
-        let [surface, caps] = [&part.facets, &part.caps].map(|facets| frame.with_facets(facets.clone()));
-        let axes = [rays.axis, rays.across[0], rays.across[1]];
+    /// The rays that decide a part.
+    pub(crate) fn casts(part: &OpenPart, frame: &Frame, rays: &Rays, rule: Rule) -> Vec<AxisCasts> {
+        let is_counted = rule == Rule::Nonzero;
+        let mut axes: Vec<(usize, bool)> = axes(rays).map(|axis| (axis, is_counted)).into();
+        if part.policy != Open::Winding {
+            return vec![AxisCasts { frame: frame.with_facets(part.facets.clone()), axes }];
+        }
+        if is_counted {
+            axes.push((rays.axis, false));
+        }
+        vec![
+            AxisCasts { frame: frame.with_facets(part.facets.clone()), axes },
+            AxisCasts { frame: frame.with_facets(part.caps.clone()), axes: vec![(rays.axis, false)] },
+        ]
+    }
+
+    /// Decides a part by what [`Votes::casts`] asked for.
+    pub(crate) fn new(
+        part: &OpenPart,
+        crossings: Vec<AxisCrossings>,
+        frame: &Frame,
+        rays: &Rays,
+        rule: Rule,
+        sizes: [f64; 3],
+    ) -> Votes {
+        let mut crossings = crossings.into_iter();
         let mut odd_rays = [0; 3];
-        let turns = axes.map(|axis| {
-            let (words, n_odd) = words(&surface, axis, rays, rule == Rule::Nonzero);
+        let turns = axes(rays).map(|axis| {
+            let AxisCrossings { words, n_odd } = crossings.next().unwrap_or_default();
             odd_rays[axis] = n_odd;
             words
         });
-        let is_winding = part.policy == Open::Winding;
         let mut closed = Vec::new();
         let mut moved = Vec::new();
-        if is_winding {
-            closed = grouped(&[&surface, &caps].map(|frame| words(frame, rays.axis, rays, false).0));
-            moved = rows_of_shifts(&shifts(&part.caps, frame.dims, frame.fraction_bits, sizes), axes);
+        if part.policy == Open::Winding {
+            // under `parity` all crossings along a are there already
+            let again = if rule == Rule::Nonzero { crossings.next() } else { None };
+            let surface = again.as_ref().map_or(&turns[0], |again| &again.words);
+            let caps = crossings.next().unwrap_or_default();
+            closed = grouped(&[surface, &caps.words]);
+            moved = rows_of_shifts(&shifts(&part.caps, frame.dims, frame.fraction_bits, sizes), axes(rays));
         }
         let n_words = (rays.counts[0] as usize).div_ceil(64);
         let mut votes = Votes {
@@ -209,6 +235,11 @@ impl Votes {
             Rule::Nonzero => winding != 0,
         }
     }
+}
+
+/// a, b and c.
+fn axes(rays: &Rays) -> [usize; 3] {
+    [rays.axis, rays.across[0], rays.across[1]]
 }
 
 /// What the rays of one axis say of 64 cells.

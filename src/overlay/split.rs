@@ -1,13 +1,15 @@
 //! What is decided apart: geometries that are not closed, and the cells along surfaces, taken out of a frame.
 
-use crate::axis_crossings::n_expected;
+use crate::axis_crossings::{AxisCasts, n_expected};
+use crate::cast::Cast;
 use crate::error::{Error, Result};
 use crate::frame::{Frame, Ranks, SnappedFacet};
 use crate::geometry::{Fill, Geometry, Open};
 use crate::job::Rule;
 use crate::lines::Lines;
-use crate::open::{OpenPart, Surface, is_closed};
+use crate::open::{OpenPart, Surface, Votes, is_closed};
 use crate::rays::Rays;
+use crate::sheet::Sheet;
 
 /// A part of a geometry that rays of the frame do not decide.
 pub struct Part {
@@ -29,6 +31,15 @@ pub(super) enum Kind {
 }
 
 impl Part {
+    /// The rays that decide it, besides those of the mesh.
+    pub(crate) fn casts(&self, cast: &Cast) -> Vec<AxisCasts> {
+        match &self.kind {
+            Kind::Open(part) => Votes::casts(part, cast.frame, cast.rays, cast.rule),
+            Kind::Sheet { fill, facets, .. } => Sheet::casts(facets, *fill, cast.frame),
+            Kind::Inverted(_) => Vec::new(),
+        }
+    }
+
     /// Bytes that deciding it takes, about.
     pub(crate) fn n_bytes(&self, rays: &Rays, fraction_bits: u32) -> u64 {
         match &self.kind {

@@ -2,10 +2,12 @@
 
 use web_time::Instant;
 
+use crate::axis_crossings::{AxisCasts, AxisCrossings, Collected};
 use crate::cast::Cast;
 use crate::columns::{Band, Columns, ColumnsBuilder};
 use crate::control::Control;
 use crate::cpu;
+use crate::crossings::Crossings;
 #[cfg(feature = "gpu")]
 use crate::error::Error;
 use crate::error::Result;
@@ -14,8 +16,9 @@ use crate::estimate::UPLOAD_FACET_BYTES;
 use crate::estimate::{Device, MemoryBudget};
 #[cfg(feature = "gpu")]
 use crate::gpu::{AdapterKind, Gpu, Options, Usage};
-use crate::job::BackendChoice;
+use crate::job::{BackendChoice, Rule};
 use crate::overlay::Overlay;
+use crate::rays::Rays;
 
 /// Times that a lost device is opened again.
 #[cfg(feature = "gpu")]
@@ -30,6 +33,20 @@ pub struct Used {
     pub host_bytes: u64,
     /// Rays of the GPU's that the CPU cast again, and those of them whose cells differed; None if no GPU meshed.
     pub checked: Option<[u64; 2]>,
+}
+
+impl Used {
+    /// That of two things, one after the other.
+    pub(super) fn and(self, other: Used) -> Used {
+        let sum = |[a, b]: [u64; 2], [c, d]: [u64; 2]| [a + c, b + d];
+        Used {
+            device_bytes: self.device_bytes.max(other.device_bytes),
+            host_bytes: self.host_bytes.max(other.host_bytes),
+            checked: self
+                .checked
+                .map_or(other.checked, |checked| Some(sum(checked, other.checked.unwrap_or_default()))),
+        }
+    }
 }
 
 /// An open backend.
@@ -175,7 +192,73 @@ impl Engine {
         Ok((builder.finish()?, used))
     }
 
-    /// Meshes the rays after those that the builder has, and puts open geometries over them.
+    /// Casts all rays at a frame and hands out their crossings, some rows of rays after the other; with their facets, if asked. A GPU
+    /// casts at most so many rays at once.
+    ///
+    /// # Errors
+    /// Those of [`Engine::columns`].
+    pub async fn crossings(
+        &mut self,
+        cast: &Cast<'_>,
+        with_facets: bool,
+        most_rays: u64,
+        control: &Control,
+        take: &mut impl FnMut(Vec<Crossings>),
+    ) -> Result<Used> {
+        let n_i = cast.rays.counts[0];
+        #[cfg_attr(not(feature = "gpu"), expect(unused_mut))]
+        let (mut n_rows, mut used) = (0, Used::default());
+        #[cfg(feature = "gpu")]
+        {
+            let most_rows = u32::try_from(most_rays / u64::from(n_i)).unwrap_or(u32::MAX).max(1);
+            let run = async |gpu: &Gpu, options: &Options, usage: &mut Usage| {
+                let rows = n_rows..cast.rays.counts[1];
+                let take = &mut |more: Vec<Crossings>| {
+                    n_rows += more.iter().map(|crossings| (crossings.offsets.len() - 1) as u32 / n_i).sum::<u32>();
+                    take(more);
+                };
+                gpu.crossings(cast, (options, with_facets), control, rows, usage, take).await
+            };
+            if self.on_gpu(most_rows, &mut used, run).await? {
+                return Ok(used);
+            }
+        }
+        let mut strips = cpu::Strips::new(cast, None).from_ray(u64::from(n_rows) * u64::from(n_i));
+        while let Some(crossings) = strips.crossings(with_facets, control)? {
+            take(crossings);
+            control.pause().await;
+        }
+        Ok(Used { host_bytes: used.host_bytes.max(strips.n_bytes()), ..used })
+    }
+
+    /// Casts the rays that decide something apart from the rays of the mesh, `main`. A GPU casts at most so many at once.
+    ///
+    /// # Errors
+    /// Those of [`Engine::columns`].
+    pub(super) async fn axis_crossings(
+        &mut self,
+        casts: &[AxisCasts],
+        main: &Rays,
+        most_rays: u64,
+        control: &Control,
+    ) -> Result<(Vec<AxisCrossings>, Used)> {
+        let (mut found, mut used) = (Vec::new(), Used::default());
+        for AxisCasts { frame, axes } in casts {
+            for &(axis, is_counted) in axes {
+                let rays = Rays::new(axis, frame.dims);
+                // the crossings are the same under either rule
+                let cast = Cast { frame, rays: &rays, rule: Rule::Parity };
+                let mut collected = Collected::default();
+                let take = &mut |more| collected.add(more, &rays, main, is_counted);
+                used = used.and(self.crossings(&cast, false, most_rays, control, take).await?);
+                found.push(collected.in_order());
+            }
+        }
+        Ok((found, used))
+    }
+
+    /// Meshes the rays after those that the builder has, and puts open geometries over them. Each band is packed, and spills if it
+    /// must, while a GPU works on the next.
     ///
     /// # Errors
     /// Those of [`Engine::columns`] and [`ColumnsBuilder::push`]; the builder keeps what was finished before.
@@ -190,16 +273,15 @@ impl Engine {
         #[cfg_attr(not(feature = "gpu"), expect(unused_mut))]
         let mut used = Used::default();
         #[cfg(feature = "gpu")]
-        if self.gpu.is_some() {
-            match self.build_on_gpu((cast, budget.most_rows), (builder, overlay), control, &mut used).await {
-                // what the GPU has finished stays: it was checked
-                Err(error)
-                    if error.code() == "device-wrong" || self.has_cpu_fallback && error.code() == "device-lost" =>
-                {
-                    self.gpu = None;
-                    self.fallback = Some(error.to_string());
-                }
-                result => return result.map(|()| used),
+        {
+            let run = async |gpu: &Gpu, options: &Options, usage: &mut Usage| {
+                let first_row = (builder.n_rays() / u64::from(cast.rays.counts[0])) as u32;
+                let take = &mut |band: Band| builder.push(laid(overlay, vec![band]));
+                gpu.hand_out_bands(cast, options, control, first_row..cast.rays.counts[1], usage, take).await
+            };
+            // what the GPU has finished before it fails stays: it was checked
+            if self.on_gpu(budget.most_rows, &mut used, run).await? {
+                return Ok(Used { host_bytes: UPLOAD_FACET_BYTES * cast.frame.facets.len() as u64, ..used });
             }
         }
         let strips = cpu::Strips::new(cast, None).in_rounds_of(budget.most_strips);
@@ -211,41 +293,40 @@ impl Engine {
         Ok(Used { host_bytes: used.host_bytes.max(strips.n_bytes()), ..used })
     }
 
-    /// Meshes band after band, of at most so many ray rows: each is packed, and spills if it must, while the device works on the
-    /// next.
+    /// Runs something on the GPU, in bands of at most so many ray rows, and again on a new device where it is lost; `run` goes on where
+    /// it stopped. Returns false where there is no GPU, or where it fails and the CPU shall go on.
     #[cfg(feature = "gpu")]
-    async fn build_on_gpu(
+    async fn on_gpu(
         &mut self,
-        (cast, most_rows): (&Cast<'_>, u32),
-        (builder, overlay): (&mut ColumnsBuilder, &mut Option<Overlay>),
-        control: &Control,
+        most_rows: u32,
         used: &mut Used,
-    ) -> Result<()> {
-        let n_i = u64::from(cast.rays.counts[0]);
-        let mut options = Options { most_rows: Some(most_rows), ..Default::default() };
-        let (mut reopenings, mut last_rows) = (0, 64);
-        let mut usage = Usage::default();
+        mut run: impl AsyncFnMut(&Gpu, &Options, &mut Usage) -> Result<()>,
+    ) -> Result<bool> {
+        let mut options = Options { most_rows: Some(most_rows), ..Options::default() };
+        let (mut usage, mut reopenings) = (Usage { rows_of_band: 64, ..Usage::default() }, 0);
         while let Some(gpu) = &self.gpu {
-            let first_row = (builder.n_rays() / n_i) as u32;
-            let take = &mut |band: Band| {
-                last_rows = band.ends.len() as u64 / n_i;
-                builder.push(laid(overlay, vec![band]))
-            };
-            let rows = first_row..cast.rays.counts[1];
-            let result = gpu.hand_out_bands(cast, &options, control, rows, &mut usage, take).await;
-            let host_bytes = UPLOAD_FACET_BYTES * cast.frame.facets.len() as u64;
-            *used = Used { device_bytes: usage.peak_bytes, host_bytes, checked: Some(usage.checked) };
-            match result {
-                Err(error) if error.code() == "device-lost" && reopenings < MAX_REOPENINGS => {
-                    reopenings += 1;
-                    options.rows_per_band = Some((last_rows / 2).max(1) as u32);
-                    let gpu = Gpu::open(self.wanted_adapter.as_deref()).await;
-                    self.gpu = Some(gpu.map_err(|again| lost_for_good(&error, &again))?);
+            let result = run(gpu, &options, &mut usage).await;
+            *used = Used { device_bytes: usage.peak_bytes, checked: Some(usage.checked), ..*used };
+            let Err(mut error) = result else { return Ok(true) };
+            if error.code() == "device-lost" && reopenings < MAX_REOPENINGS {
+                reopenings += 1;
+                options.rows_per_band = Some((usage.rows_of_band / 2).max(1));
+                match Gpu::open(self.wanted_adapter.as_deref()).await {
+                    Ok(gpu) => {
+                        self.gpu = Some(gpu);
+                        continue;
+                    }
+                    Err(again) => error = lost_for_good(&error, &again),
                 }
-                result => return result,
             }
+            if error.code() == "device-wrong" || self.has_cpu_fallback && error.code() == "device-lost" {
+                self.gpu = None;
+                self.fallback = Some(error.to_string());
+                return Ok(false);
+            }
+            return Err(error);
         }
-        unreachable!("a GPU mesh has a GPU")
+        Ok(false)
     }
 }
 

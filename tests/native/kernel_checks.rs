@@ -13,7 +13,7 @@ use hexcast::cast::Cast;
 use hexcast::columns::{Band, Columns};
 use hexcast::control::{CancelToken, Control};
 use hexcast::cpu;
-use hexcast::crossings::crossings;
+use hexcast::crossings::{Crossings, crossings};
 use hexcast::facet::Projected;
 use hexcast::frame::Frame;
 use hexcast::gpu::{Forced, Gpu, Options, Tiles, Usage};
@@ -323,29 +323,35 @@ pub(crate) async fn intersect_deep_finds_every_crossing(gpu: &Gpu) -> Checked {
     check_intersect_deep(gpu, &cases_of_kernels()).await
 }
 
+/// The crossings of each ray, in order, each with its facet.
+fn rays(crossings: &Crossings) -> Vec<Vec<[u32; 2]>> {
+    (0..crossings.offsets.len() - 1).map(|ray| crossings.of_ray(ray)).collect()
+}
+
 pub(crate) async fn check_intersect_deep(gpu: &Gpu, cases: &[Case]) -> Checked {
     on_casts("intersect_deep", cases, async |cast| {
-        let mut found = text(gpu.deep_crossings(cast).await)?;
-        let (mut offsets, mut events) = (vec![0], Vec::new());
         let lattice = lattice(cast.frame, cast.rays, [BIN, 1], 0..cast.rays.counts[1]);
-        for row in 0..cast.rays.counts[1] {
-            let of_row = crossings(cast.frame, cast.rays, &lattice, row);
-            let rays: Vec<&[u32]> =
-                of_row.offsets.windows(2).map(|ends| &of_row.events[ends[0] as usize..ends[1] as usize]).collect();
-            for chunk in rays.chunks(BIN as usize) {
-                let start = events.len();
-                for (ray, of_ray) in chunk.iter().enumerate() {
-                    events.extend(of_ray.iter().map(|event| (ray as u32) << 27 | event));
-                }
-                events[start..].sort_unstable();
-                offsets.push(events.len() as u32);
-            }
+        let rows = (0..cast.rays.counts[1]).map(|row| crossings(cast.frame, cast.rays, &lattice, row, true));
+        let expected: Vec<Vec<[u32; 2]>> = rows.flat_map(|of_row| rays(&of_row)).collect();
+        let third = cast.frame.facets.len() / 3 + 1;
+        for (rows_per_band, facets_of_batch) in [(None, None), (Some(21), Some(third))] {
+            let with_facets = facets_of_batch.is_some();
+            let forced = Forced { facets_of_batch, ..Forced::default() };
+            let options = Options { rows_per_band, forced, ..Options::default() };
+            let (mut found, mut usage) = (Vec::new(), Usage::default());
+            let take = &mut |more: Vec<Crossings>| found.extend(more.iter().flat_map(rays));
+            let (asked, all) = ((&options, with_facets), 0..cast.rays.counts[1]);
+            text(gpu.crossings(cast, asked, &Control::default(), all, &mut usage, take).await)?;
+            let same = expected
+                .iter()
+                .flatten()
+                .zip(found.iter().flatten())
+                .all(|(one, other)| one[0] == other[0] && (!with_facets || one[1] == other[1]));
+            let numbers = |rays: &[Vec<[u32; 2]>]| rays.iter().map(Vec::len).collect::<Vec<_>>();
+            expect(usage.left == 0, || format!("the CPU casts {} rays", usage.left))?;
+            expect(same && numbers(&found) == numbers(&expected), || format!("{found:x?}, expected {expected:x?}"))?;
         }
-        expect(found.offsets == offsets, || format!("crossings of rows {:?}, expected {offsets:?}", found.offsets))?;
-        for ends in offsets.windows(2) {
-            found.events[ends[0] as usize..ends[1] as usize].sort_unstable();
-        }
-        expect(found.events == events, || format!("{:x?}, expected {events:x?}", found.events))
+        Ok(())
     })
     .await
 }

@@ -91,7 +91,7 @@ fn params_are_laid_out_like_their_twin() {
     }
     let twin = offsets!(
         fraction_bits axis depth n_i first_row end_row n_across n_bins n_layers n_facets n_items tile_capacity
-        place_capacity event_capacity rule n_ranks all_deep
+        place_capacity event_capacity rule n_ranks all_deep with_facets first_facet
     );
     assert_eq!(4 * twin.len(), size_of::<Params>(), "all fields are listed");
     let mut n_checked = 0;

@@ -3,26 +3,69 @@
 
 use std::ops::Range;
 
-use super::{Context, Worker};
+use super::Worker;
 use crate::cast::sizes::Capacity;
 use crate::error::Result;
 use crate::gpu::buffers::DeepBuffers;
 use crate::gpu::layout::{BandFacets, Params};
 use crate::gpu::runs::{DeepRows, LEFT};
 
+/// The crossings of rows of rays on the device.
+struct Written {
+    buffers: DeepBuffers,
+    n_events: u64,
+}
+
 impl Worker<'_> {
     /// Casts and maps `n_rows` deep rows: against facets that are on the device, or all in batches. What is too much for the device is
     /// marked as left.
-    ///
-    /// Without `maps` the crossings stay as they are.
-    pub(crate) async fn deep_rows(
+    pub(super) async fn deep_rows(&mut self, params: Params, facets: &BandFacets, n_rows: u64) -> Result<DeepRows> {
+        let (offsets, written) = self.write_crossings(params, facets, n_rows).await?;
+        let mut deep = DeepRows { offsets, rows: vec![0; 16 * n_rows as usize], events: vec![] };
+        match written {
+            Some(Written { n_events: 0, .. }) => {}
+            Some(Written { buffers, n_events }) => {
+                let Some(of_band) = self.buffers.take() else { unreachable!("there is room") };
+                let mut passes = self.passes();
+                passes.map_deep(&of_band, &buffers, n_rows);
+                let encoder = passes.encoder;
+                self.buffers = Some(of_band);
+                let parts = [buffers.deep_rows.first(16 * n_rows), buffers.events.first(n_events)];
+                let pending = self.staging.submit(self.context.opened, encoder, parts);
+                [deep.rows, deep.events] = self.staging.words(self.context.opened, pending).await?;
+            }
+            None => deep.rows.iter_mut().step_by(16).for_each(|first| *first = LEFT),
+        }
+        Ok(deep)
+    }
+
+    /// The first crossing of each of `n_rows` deep rows, then the end; and the crossings, in no order within a row, then the facet of
+    /// each if the parameters say so. None where they are too many for the device.
+    pub(in crate::gpu) async fn crossings(
+        &mut self,
+        params: Params,
+        facets: &BandFacets,
+        n_rows: u64,
+    ) -> Result<(Vec<u32>, Option<Vec<u32>>)> {
+        let (offsets, written) = self.write_crossings(params, facets, n_rows).await?;
+        let Some(Written { buffers, n_events }) = written else { return Ok((offsets, None)) };
+        if n_events == 0 {
+            return Ok((offsets, Some(vec![])));
+        }
+        let encoder = self.context.opened.device.create_command_encoder(&Default::default());
+        let parts = [buffers.events.first((1 + u64::from(params.with_facets)) * n_events)];
+        let pending = self.staging.submit(self.context.opened, encoder, parts);
+        let [events] = self.staging.words(self.context.opened, pending).await?;
+        Ok((offsets, Some(events)))
+    }
+
+    async fn write_crossings(
         &mut self,
         mut params: Params,
         facets: &BandFacets,
         n_rows: u64,
-        maps: bool,
-    ) -> Result<DeepRows> {
-        let Context { opened, .. } = self.context;
+    ) -> Result<(Vec<u32>, Option<Written>)> {
+        let opened = self.context.opened;
         let batches = if params.all_deep == 0 {
             vec![]
         } else {
@@ -40,30 +83,17 @@ impl Worker<'_> {
         let pending = self.staging.submit(opened, encoder, [buffers.event_offsets.first(n_rows + 1)]);
         let [offsets] = self.staging.words(opened, pending).await?;
         let n_events = u64::from(offsets[n_rows as usize]);
-        let mut deep = DeepRows { offsets, rows: vec![0; 16 * n_rows as usize], events: vec![] };
-        if n_events == 0 {
-            return Ok(deep);
+        if 2 * n_events > self.limit.n_counters || !offsets.is_sorted() {
+            return Ok((offsets, None));
         }
-        if 2 * n_events > self.limit.n_counters || !deep.offsets.is_sorted() {
-            deep.rows.iter_mut().step_by(16).for_each(|first| *first = LEFT);
-            return Ok(deep);
+        if n_events > 0 {
+            buffers = buffers.with_events(&opened.device, n_events);
+            params.event_capacity = n_events as u32;
+            self.cast_deep(&mut params, facets, &batches, &buffers);
         }
-        buffers = buffers.with_events(&opened.device, n_events);
         let held = self.buffers.as_ref().map_or(0, |buffers| buffers.capacity.n_bytes());
         self.peak_bytes = self.peak_bytes.max(held + buffers.n_bytes());
-        params.event_capacity = n_events as u32;
-        self.cast_deep(&mut params, facets, &batches, &buffers);
-        let Some(of_band) = self.buffers.take() else { unreachable!("there is room") };
-        let mut passes = self.passes();
-        if maps {
-            passes.map_deep(&of_band, &buffers, n_rows);
-        }
-        let encoder = passes.encoder;
-        self.buffers = Some(of_band);
-        let parts = [buffers.deep_rows.first(16 * n_rows), buffers.events.first(n_events)];
-        let pending = self.staging.submit(opened, encoder, parts);
-        [deep.rows, deep.events] = self.staging.words(opened, pending).await?;
-        Ok(deep)
+        Ok((offsets, Some(Written { buffers, n_events })))
     }
 
     /// Submits `intersect_deep` for each batch of facets, or for those that are on the device.

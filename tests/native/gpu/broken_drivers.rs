@@ -7,6 +7,7 @@ use std::sync::Arc;
 use hexcast::cast::Cast;
 use hexcast::control::Control;
 use hexcast::cpu;
+use hexcast::crossings::Crossings;
 use hexcast::frame::Frame;
 use hexcast::geometry::Geometry;
 use hexcast::gpu::{Gpu, kernel_texts};
@@ -106,6 +107,9 @@ const MUTATIONS: &[(&str, &str, &str)] = &[
     ("intersect_deep", "multiply96(plane.slope_j, i32(row))", "multiply96(plane.slope_i, i32(row))"),
     ("intersect_deep", "i32(params.depth)", "i32(params.depth) - 1"),
     ("intersect_deep", "row * params.n_across", "row"),
+    ("intersect_deep", "params.first_facet + facet", "facet"),
+    ("intersect_deep", "params.event_capacity + place]", "params.event_capacity + first]"),
+    ("intersect_deep", "params.with_facets == 1u", "params.with_facets == 2u"),
     ("map_deep", "cell < params.depth", "cell <= params.depth"),
     ("map_deep", "params.rule == 0u", "params.rule != 0u"),
     ("map_deep", "vec4<u32>(1u, 33u, 65u, 97u)", "vec4<u32>(1u, 33u, 65u, 96u)"),
@@ -239,6 +243,43 @@ fn a_device_that_is_wrong_costs_no_cell_and_is_named() {
         let why = engine.fallback.clone().unwrap_or_else(|| panic!("{what}: nothing was said"));
         assert!(why.contains(&known.facts.name) && why.contains(&known.facts.driver), "{what}: {why}");
         assert!(rays >= differing && differing > 0 && engine.backend() == "cpu", "{what}: {differing} of {rays}");
+    }
+}
+
+#[test]
+fn wrong_crossings_are_cast_again_by_the_cpu() {
+    let known = kernels::gpu();
+    let (frame, rays) = ball();
+    let cast = Cast { frame: &frame, rays: &rays, rule: Rule::Parity };
+    let found = |engine: &mut Engine| {
+        let mut all = Vec::new();
+        let rays = |crossings: &Crossings| {
+            (0..crossings.offsets.len() - 1).map(|ray| crossings.of_ray(ray)).collect::<Vec<_>>()
+        };
+        let take = &mut |more: Vec<Crossings>| all.extend(more.iter().flat_map(rays));
+        let control = Control::default();
+        let used = pollster::block_on(engine.crossings(&cast, true, 1 << 12, &control, take)).expect("crossings");
+        (all, used.checked)
+    };
+    let (expected, none) = found(&mut Engine::cpu());
+    assert!(none.is_none() && expected.iter().flatten().count() > 10_000);
+    let faults = [
+        ("another cell", "(cell << 9u)", "((cell ^ 1u) << 9u)"),
+        ("a cell past the end", "(cell << 9u)", "((cell + 400u) << 9u)"),
+        ("another ray", "(ray << 27u)", "((ray ^ 1u) << 27u)"),
+        ("an unknown geometry", "plane.tag & 0x1ffu", "plane.tag | 0x1feu"),
+        ("an unknown facet", "params.first_facet + facet", "99999999u"),
+        ("the facet beside it", "params.first_facet + facet", "facet ^ 1u"),
+        ("a crossing in place of another", "events[place] =", "events[first] ="),
+        ("crossings lost", "of_row != 0u", "of_row > 1u"),
+    ];
+    for (what, from, to) in faults {
+        let mut engine = Engine::with_gpu(open(known, Some("intersect_deep"), from, to).expect("it can be opened"));
+        let (crossings, checked) = found(&mut engine);
+        assert!(crossings == expected, "{what}: other crossings");
+        let [rays, differing] = checked.expect("a GPU has begun");
+        let why = engine.fallback.clone().unwrap_or_else(|| panic!("{what}: nothing was said"));
+        assert!(why.contains(&known.facts.name) && rays >= differing && differing > 0, "{what}: {why}");
     }
 }
 

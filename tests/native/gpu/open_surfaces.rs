@@ -53,6 +53,10 @@ fn the_axis_the_backend_and_the_order_of_facets_change_nothing() {
                 let (mesh, report) = meshed(&parts, &job, axis, engine).expect("a mesh");
                 assert_eq!(flags_of(&mesh), flags, "axis {axis}, {}", engine.backend());
                 assert_eq!(report.open.len(), 2);
+                // rays of the mesh, and of three axes at the open ones
+                let checked = report.device_check.map_or(0, |check| check.rays);
+                let least = if engine.backend() == "gpu" { 3 * 64 } else { 0 };
+                assert!(checked >= least && (checked > 0) == (engine.backend() == "gpu"), "{checked} rays");
             }
         }
         let other = parts.clone().map(|facets| shuffled(facets, &mut random));
