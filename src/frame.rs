@@ -120,10 +120,49 @@ impl Frame {
         Frame { rank_of_facet: vec![0; facets.len()], facets, ranks, ..*self }
     }
 
+    /// The frame of some cells of the box, the first and the end, exclusive: the same corners in the same units, counted from the centre
+    /// of the first of these cells, so that every cell is decided as in the whole box. Facets that no ray through these cells meets,
+    /// along any axis, are left out.
+    pub(crate) fn window(&self, cells: [[u32; 3]; 2]) -> Frame {
+        let mut window = Frame {
+            dims: [0, 1, 2].map(|axis| cells[1][axis] - cells[0][axis]),
+            facets: Vec::new(),
+            rank_of_facet: Vec::new(),
+            ranks: self.ranks.clone(),
+            ..*self
+        };
+        for (facet, &rank) in self.facets.iter().zip(&self.rank_of_facet) {
+            if let Some(moved) = in_window(facet, cells, self.fraction_bits) {
+                window.facets.push(moved);
+                window.rank_of_facet.push(rank);
+            }
+        }
+        window
+    }
+
     /// Largest distance that the snap moves a corner along an axis, in cells.
     pub fn snap_in_cells(&self) -> f64 {
         0.5 / f64::from(1u32 << self.fraction_bits)
     }
+}
+
+/// A facet, counted from the centre of the first cell of a window; None if the facet is nowhere near the rays through the window's
+/// cells, which would meet it along one axis and so have it within their reach along the two others.
+pub(crate) fn in_window(facet: &SnappedFacet, [first, end]: [[u32; 3]; 2], fraction_bits: u32) -> Option<SnappedFacet> {
+    let unit = 1i64 << fraction_bits;
+    let is_near = |axis: usize| {
+        let places = facet.map(|corner| i64::from(corner[axis]));
+        // a cell more: cells along a surface are touched by facets beside their centres
+        let [low, high] = [(i64::from(first[axis]) - 1) * unit, i64::from(end[axis]) * unit];
+        places.iter().any(|&place| place >= low) && places.iter().any(|&place| place <= high)
+    };
+    let is_in_reach = (0..3).filter(|&axis| is_near(axis)).count() >= 2;
+    is_in_reach.then(|| moved(facet, first.map(|cell| -((cell << fraction_bits) as i32))))
+}
+
+/// A facet moved by so many units along each axis.
+pub(crate) fn moved(facet: &SnappedFacet, by: [i32; 3]) -> SnappedFacet {
+    facet.map(|corner| [0, 1, 2].map(|axis| corner[axis] + by[axis]))
 }
 
 /// Refuses what the exact arithmetic cannot index.

@@ -122,6 +122,10 @@ pub struct Job {
     /// Most cells, however they are chosen; without it only those of an axis are limited. A mesh of more is refused before it starts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_cells: Option<u64>,
+    /// Meshes only some cells of the box, i0 j0 k0 i1 j1 k1: the first on each axis, and the end, exclusive. Lines, flags and all else
+    /// are those of the whole box.
+    #[serde(deserialize_with = "numbers::list", skip_serializing_if = "Option::is_none")]
+    pub window: Option<[u32; 6]>,
     /// What is inside a surface.
     pub rule: Rule,
     /// How cells are decided where a surface is not closed; a geometry may say otherwise.

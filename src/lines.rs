@@ -68,6 +68,15 @@ impl Lines {
         Ok(Lines { origin, spacing, dims })
     }
 
+    /// The lines of some of the cells: the first, and the end, exclusive.
+    pub fn window(&self, [first, end]: [[u32; 3]; 2]) -> Lines {
+        Lines {
+            origin: [0, 1, 2].map(|axis| self.line(axis, first[axis])),
+            dims: [0, 1, 2].map(|axis| end[axis] - first[axis]),
+            ..*self
+        }
+    }
+
     /// Coordinate of line `index` (0 ..= dims) of an axis.
     pub fn line(&self, axis: usize, index: u32) -> f64 {
         self.origin[axis] + f64::from(index) * self.spacing[axis]

@@ -29,7 +29,7 @@ use crate::mesh::{Mesh, Named};
 use crate::overlay::{self, Overlay};
 use crate::report::{
     CertificateReport, DeviceCheck, FillReport, FlagReport, GeometryReport, InputReport, MeshFacts, OpenReport,
-    PeakBytes, Seconds, flag_reports,
+    PeakBytes, Seconds, WindowReport, flag_reports,
 };
 use crate::sources::Source;
 
@@ -61,9 +61,14 @@ pub async fn mesh(
     let prepared = prepare(job, sources)?;
     let lines_seconds = lap(&mut clock);
     control.check()?;
-    let frame = Frame::new(&prepared.geometries, &prepared.lines)?;
+    let frame = Frame::new(&prepared.geometries, &prepared.whole)?;
     let flags = frame.ranks.flag_of_rank.clone();
-    let (frame, parts) = overlay::split(frame, job.rule, &prepared.lines, &prepared.geometries)?;
+    let (whole, is_for_window) = (&prepared.whole, prepared.window.is_some());
+    let (mut frame, mut parts) = overlay::split(frame, job.rule, whole, &prepared.geometries, is_for_window)?;
+    if let Some(cells) = prepared.window {
+        parts = parts.into_iter().map(|part| part.window(cells, frame.fraction_bits)).collect();
+        frame = frame.window(cells);
+    }
     let parts_bytes = parts.iter().map(|part| part.n_bytes(&prepared.rays, frame.fraction_bits)).sum();
     let budget = memory_budget(job, options, &prepared, engine, parts_bytes)?;
     let snap_seconds = lap(&mut clock);
@@ -101,7 +106,7 @@ pub async fn mesh(
         names.push(Named { flag: gaps.flag, name: NAME.into() });
     }
     let mut warnings: Vec<String> = engine.fallback.iter().map(|why| format!("meshed on the CPU: {why}")).collect();
-    warnings.extend(about_fine_cells(job, &prepared.domain, &lines));
+    warnings.extend(about_fine_cells(job, &prepared.domain, &prepared.whole));
     warnings.extend(open.iter().map(|open| open.warning(&lines)));
     warnings.extend(warnings::about_odd_rays(columns.odd_rays(), rays.n_rays()));
     warnings.extend(warnings::about_shared_flags(&prepared.geometries));
@@ -114,7 +119,10 @@ pub async fn mesh(
     warnings.extend(certificate.iter().flat_map(|certificate| certificate.warnings(&lines)));
     let mesh = Mesh::new(lines, columns, names, job.unit.clone())?;
     let columns = &mesh.columns;
-    warnings.extend(warnings::about_geometries_without_cells(&prepared, &cast, &mesh, &cells)?);
+    // a geometry may well have no cell in a window
+    if prepared.window.is_none() {
+        warnings.extend(warnings::about_geometries_without_cells(&prepared, &cast, &mesh, &cells)?);
+    }
     // spilled columns would be read back for it
     let flags_hash = (!columns.is_spilled()).then(|| flags_hash(columns)).transpose()?;
     let (adapter, driver) = engine.adapter().map(|(name, driver)| (name.into(), driver.into())).unzip();
@@ -131,7 +139,8 @@ pub async fn mesh(
         dims: lines.dims,
         origin: lines.origin,
         spacing: lines.spacing,
-        end_points: residuals(&lines, &prepared.domain),
+        window: prepared.window.map(|[first, end]| WindowReport { first, end, of: prepared.whole.dims }),
+        end_points: residuals(&prepared.whole, &prepared.domain),
         snap_in_cells: frame.snap_in_cells(),
         rule: job.rule,
         ray_axis: ["x", "y", "z"][rays.axis],

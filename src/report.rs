@@ -104,6 +104,17 @@ pub struct DeviceCheck {
     pub differing: u64,
 }
 
+/// Which cells of a box were meshed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct WindowReport {
+    /// The first, on x, y, z.
+    pub first: [u32; 3],
+    /// The end, exclusive.
+    pub end: [u32; 3],
+    /// Number of cells of the box on x, y, z.
+    pub of: [u32; 3],
+}
+
 /// What is known of a mesh once its columns are made.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MeshFacts {
@@ -125,6 +136,8 @@ pub struct MeshFacts {
     pub geometries: Vec<GeometryReport>,
     /// Number of cells on x, y, z.
     pub dims: [u32; 3],
+    /// Which cells of a larger box these are; null where they are all.
+    pub window: Option<WindowReport>,
     /// First corner of the box.
     pub origin: [f64; 3],
     /// Cell size on x, y, z.

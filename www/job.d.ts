@@ -61,6 +61,11 @@ export interface Job {
   tolerance?: number;
   /** Most cells, however they are chosen; without it only those of an axis are limited. A mesh of more fails with `too-many-cells`. */
   max_cells?: number;
+  /**
+   * Meshes only some cells of the box: the first on x, y and z, and the end, exclusive. Lines, flags and all else are those of the whole
+   * box.
+   */
+  window?: [number, number, number, number, number, number];
   /** Inside is an odd number of crossings, or a winding number other than zero. Default `parity`. */
   rule?: 'parity' | 'nonzero';
   /**

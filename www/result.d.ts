@@ -43,6 +43,8 @@ export interface Report {
   device_check: { rays: number; differing: number } | null;
   unit: string | null;
   dims: [number, number, number];
+  /** Which cells of a larger box these are: the first, and the end, exclusive; null where they are all, and for an opened mesh. */
+  window: { first: [number, number, number]; end: [number, number, number]; of: [number, number, number] } | null;
   origin: [number, number, number];
   spacing: [number, number, number];
   /** Null for an opened mesh. */

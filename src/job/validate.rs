@@ -27,6 +27,7 @@ impl Job {
         self.validate_geometries()?;
         self.validate_cells()?;
         self.validate_gaps()?;
+        self.validate_window()?;
         self.validate_domain()
     }
 
@@ -40,6 +41,23 @@ impl Job {
         if self.gap_flag.is_some() && self.close_gaps.is_none() {
             let message = "gap_flag is given without close_gaps, which alone uses it";
             return Err(Error::new("job-conflict", message, "remove gap_flag or give close_gaps"));
+        }
+        Ok(())
+    }
+
+    fn validate_window(&self) -> Result<()> {
+        let Some([i0, j0, k0, i1, j1, k1]) = self.window else { return Ok(()) };
+        for (name, first, end) in [("x", i0, i1), ("y", j0, j1), ("z", k0, k1)] {
+            if first >= end {
+                let found = format!("cells {first} to {end} along {name}");
+                return Err(out_of_range("window", found, "the first cell before the end, which is exclusive"));
+            }
+        }
+        for (key, is_given) in [("close_gaps", self.close_gaps.is_some()), ("certify", self.certify)] {
+            if is_given {
+                let message = format!("{key} and window are given together: it needs cells beyond the window");
+                return Err(Error::new("job-conflict", message, format!("mesh the whole box for {key}")));
+            }
         }
         Ok(())
     }

@@ -62,9 +62,15 @@ pub(super) fn caps(loops: &[Vec<[i32; 3]>]) -> Vec<SnappedFacet> {
     caps
 }
 
-/// Finds the cells of a box of `dims` cells where m is not 0. A cell is 2^`fraction_bits` units of the snap; `sizes` are its
-/// lengths along the axes, in any unit.
-pub(super) fn shifts(caps: &[SnappedFacet], dims: [u32; 3], fraction_bits: u32, sizes: [f64; 3]) -> Vec<Shift> {
+/// Finds the cells of a box of `dims` cells from `first` on where m is not 0, counted from `first`. Caps are counted from cell 0, so that
+/// numbers, and with them m, are the same whatever the box. A cell is 2^`fraction_bits` units of the snap; `sizes` are its lengths along
+/// the axes, in any unit.
+pub(super) fn shifts(
+    caps: &[SnappedFacet],
+    (first, dims): ([u32; 3], [u32; 3]),
+    fraction_bits: u32,
+    sizes: [f64; 3],
+) -> Vec<Shift> {
     let unit = 1.0 / f64::from(1u32 << fraction_bits);
     let scale = DVec3::from(sizes) / sizes[0];
     let place = |corner: [i32; 3]| DVec3::from(corner.map(f64::from)) * unit * scale;
@@ -80,7 +86,11 @@ pub(super) fn shifts(caps: &[SnappedFacet], dims: [u32; 3], fraction_bits: u32, 
         for y in starts(1) {
             for x in starts(0) {
                 let low = [x, y, z];
-                blocks.push((low, [0, 1, 2].map(|axis| (low[axis] + dims[axis].div_ceil(BLOCKS)).min(dims[axis]))));
+                let high = |axis: usize| (low[axis] + dims[axis].div_ceil(BLOCKS)).min(dims[axis]);
+                blocks.push((
+                    [0, 1, 2].map(|axis| first[axis] + low[axis]),
+                    [0, 1, 2].map(|axis| first[axis] + high(axis)),
+                ));
             }
         }
     }
@@ -90,7 +100,9 @@ pub(super) fn shifts(caps: &[SnappedFacet], dims: [u32; 3], fraction_bits: u32, 
         found
     };
     let found: Vec<Vec<Shift>> = blocks.into_par_iter().map(of_block).collect();
-    found.concat()
+    let from_first = |cell: [u32; 3]| [0, 1, 2].map(|axis| cell[axis] - first[axis]);
+    let of_box = |shift: Shift| Shift { low: from_first(shift.low), high: from_first(shift.high), ..shift };
+    found.into_iter().flatten().map(of_box).collect()
 }
 
 /// Triangles far from a block, evaluated at its middle.

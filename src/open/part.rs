@@ -28,8 +28,10 @@ pub struct OpenPart {
     pub(crate) policy: Open,
     /// Its facets, turned to agree with each other.
     pub(crate) facets: Vec<SnappedFacet>,
-    /// Triangles that close its holes.
+    /// Triangles that close its holes, counted from the first cell of the whole box.
     pub(crate) caps: Vec<SnappedFacet>,
+    /// The first of the cells that are meshed.
+    pub(crate) first: [u32; 3],
     pub(crate) surface: Surface,
 }
 
@@ -54,7 +56,7 @@ impl OpenPart {
             holes: oriented.loops.len() as u64,
             longest_at: [0, 1, 2].map(|axis| 0.5 * (longest[0][axis] + longest[1][axis])),
         };
-        OpenPart { policy, facets: oriented.facets, caps, surface }
+        OpenPart { policy, facets: oriented.facets, caps, first: [0; 3], surface }
     }
 
     /// Bytes that deciding it takes, about: a word a crossing of each axis, along the rays once more with the caps, and as much again

@@ -12,7 +12,7 @@ use super::caps::{Shift, shifts};
 use super::part::OpenPart;
 use crate::axis_crossings::{AxisCasts, AxisCrossings, EXITS, Words, grouped, of_planes, place_of, row_of, take_row};
 use crate::columns::{Band, run};
-use crate::frame::Frame;
+use crate::frame::{Frame, moved};
 use crate::geometry::Open;
 use crate::job::Rule;
 use crate::rays::Rays;
@@ -61,9 +61,11 @@ impl Votes {
         if is_counted {
             axes.push((rays.axis, false));
         }
+        let by = part.first.map(|cell| -((cell << frame.fraction_bits) as i32));
+        let caps = part.caps.iter().map(|cap| moved(cap, by)).collect();
         vec![
             AxisCasts { frame: frame.with_facets(part.facets.clone()), axes },
-            AxisCasts { frame: frame.with_facets(part.caps.clone()), axes: vec![(rays.axis, false)] },
+            AxisCasts { frame: frame.with_facets(caps), axes: vec![(rays.axis, false)] },
         ]
     }
 
@@ -91,7 +93,8 @@ impl Votes {
             let surface = again.as_ref().map_or(&turns[0], |again| &again.words);
             let caps = crossings.next().unwrap_or_default();
             closed = grouped(&[surface, &caps.words]);
-            moved = rows_of_shifts(&shifts(&part.caps, frame.dims, frame.fraction_bits, sizes), axes(rays));
+            moved =
+                rows_of_shifts(&shifts(&part.caps, (part.first, frame.dims), frame.fraction_bits, sizes), axes(rays));
         }
         let n_words = (rays.counts[0] as usize).div_ceil(64);
         let mut votes = Votes {

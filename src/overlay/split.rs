@@ -3,7 +3,7 @@
 use crate::axis_crossings::{AxisCasts, n_expected};
 use crate::cast::Cast;
 use crate::error::{Error, Result};
-use crate::frame::{Frame, Ranks, SnappedFacet};
+use crate::frame::{Frame, Ranks, SnappedFacet, in_window};
 use crate::geometry::{Fill, Geometry, Open};
 use crate::job::Rule;
 use crate::lines::Lines;
@@ -40,6 +40,19 @@ impl Part {
         }
     }
 
+    /// The same for some cells of the box: the first, and the end, exclusive.
+    pub(crate) fn window(self, cells: [[u32; 3]; 2], fraction_bits: u32) -> Part {
+        let near = |facets: &[SnappedFacet]| -> Vec<SnappedFacet> {
+            facets.iter().filter_map(|facet| in_window(facet, cells, fraction_bits)).collect()
+        };
+        let kind = match self.kind {
+            Kind::Open(part) => Kind::Open(OpenPart { facets: near(&part.facets), first: cells[0], ..part }),
+            Kind::Inverted(frame) => Kind::Inverted(frame.window(cells)),
+            Kind::Sheet { fill, shell, facets } => Kind::Sheet { fill, shell, facets: near(&facets) },
+        };
+        Part { kind, ..self }
+    }
+
     /// Bytes that deciding it takes, about.
     pub(crate) fn n_bytes(&self, rays: &Rays, fraction_bits: u32) -> u64 {
         match &self.kind {
@@ -58,8 +71,14 @@ impl Part {
 /// shells, and those that are inverted; notes the surfaces that are filled. `geometries` are those of the frame.
 ///
 /// # Errors
-/// `surface-open` where a geometry is open that must not be ([`Open::Error`]).
-pub fn split(frame: Frame, rule: Rule, lines: &Lines, geometries: &[Geometry]) -> Result<(Frame, Vec<Part>)> {
+/// `surface-open` where a geometry is open that must not be ([`Open::Error`]), or not for a window ([`Open::Parity`]).
+pub fn split(
+    frame: Frame,
+    rule: Rule,
+    lines: &Lines,
+    geometries: &[Geometry],
+    is_for_window: bool,
+) -> Result<(Frame, Vec<Part>)> {
     let (mut parts, mut gone) = (Vec::new(), Vec::new());
     for (rank, &index) in frame.ranks.geometry_of_rank.iter().enumerate() {
         let Geometry { open, fill, shell, invert, ref name, .. } = geometries[index];
@@ -71,7 +90,16 @@ pub fn split(frame: Frame, rule: Rule, lines: &Lines, geometries: &[Geometry]) -
         }
         if shell {
             gone.push(range);
-        } else if open != Open::Parity && !is_closed(facets, rule) {
+            continue;
+        }
+        if open == Open::Parity && is_for_window && !is_closed(facets, rule) {
+            // cells up to the last pair of crossings: a pair beyond the window would not be told from none
+            let message =
+                format!("geometry \"{name}\" is not closed, and open = \"parity\" needs whole rays to decide it");
+            let hint = "let open = \"winding\" (--open winding) decide it, or mesh without a window (--window)";
+            return Err(Error::new("surface-open", message, hint));
+        }
+        if open != Open::Parity && !is_closed(facets, rule) {
             let part = OpenPart::new(open, facets, frame.fraction_bits, lines);
             if open == Open::Error {
                 return Err(refused(name, &part.surface, lines));

@@ -27,6 +27,7 @@ mod gpu {
     mod kernels;
     mod lost_device;
     mod open_surfaces;
+    mod windows;
 }
 #[cfg(feature = "gpu")]
 mod kernel_checks;

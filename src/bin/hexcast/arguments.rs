@@ -44,6 +44,9 @@ pub(crate) struct JobArguments {
     #[arg(long, value_name = "X0,Y0,Z0,X1,Y1,Z1", value_parser = list::<f64, 6>, allow_hyphen_values = true,
           help_heading = "Cells and domain")]
     domain: Option<[f64; 6]>,
+    /// Mesh only some cells of the box: the first on each axis, and the end, exclusive; they are as they would be in the whole mesh
+    #[arg(long, value_name = "I0,J0,K0,I1,J1,K1", value_parser = list::<u32, 6>, help_heading = "Cells and domain")]
+    window: Option<[u32; 6]>,
     /// Cells added on both sides of each axis
     #[arg(long, value_name = "N|NX,NY,NZ", group = "padding", conflicts_with = "domain", value_parser = per_axis::<u32>,
           help_heading = "Cells and domain")]
@@ -118,6 +121,7 @@ impl JobArguments {
         };
         self.override_cells(&mut job);
         self.override_domain(&mut job);
+        job.window = self.window.or(job.window);
         job.rule = self.rule.unwrap_or(job.rule);
         job.open = self.open.unwrap_or(job.open);
         job.fill = self.fill.unwrap_or(job.fill);
