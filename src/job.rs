@@ -26,12 +26,14 @@ pub use crate::geometry::{Fill, Open};
 mod byte_size;
 mod geometry_job;
 mod numbers;
+mod part_job;
 mod per_axis;
 mod quoted;
 mod validate;
 
 pub use byte_size::ByteSize;
 pub use geometry_job::GeometryJob;
+pub use part_job::{PartJob, numbers_of_parts};
 pub use per_axis::PerAxis;
 use quoted::{in_lines, on_one_line, toml_problem};
 
@@ -126,6 +128,9 @@ pub struct Job {
     /// are those of the whole box.
     #[serde(deserialize_with = "numbers::list", skip_serializing_if = "Option::is_none")]
     pub window: Option<[u32; 6]>,
+    /// Meshes only one of the windows that the box is divided into: see [`crate::parts`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub part: Option<PartJob>,
     /// What is inside a surface.
     pub rule: Rule,
     /// How cells are decided where a surface is not closed; a geometry may say otherwise.

@@ -28,6 +28,7 @@ pub mod mesh;
 pub mod open;
 pub mod overlay;
 mod parallel;
+pub mod parts;
 pub mod pipeline;
 pub mod rays;
 pub mod read;

@@ -66,6 +66,8 @@ export interface Job {
    * box.
    */
   window?: [number, number, number, number, number, number];
+  /** Meshes only one of the windows that the box is divided into, from 1 on, x fastest: `of` has their numbers along x, y and z. */
+  part?: { index: number; of: [number, number, number] };
   /** Inside is an odd number of crossings, or a winding number other than zero. Default `parity`. */
   rule?: 'parity' | 'nonzero';
   /**

@@ -46,16 +46,32 @@ impl Job {
     }
 
     fn validate_window(&self) -> Result<()> {
-        let Some([i0, j0, k0, i1, j1, k1]) = self.window else { return Ok(()) };
-        for (name, first, end) in [("x", i0, i1), ("y", j0, j1), ("z", k0, k1)] {
-            if first >= end {
-                let found = format!("cells {first} to {end} along {name}");
-                return Err(out_of_range("window", found, "the first cell before the end, which is exclusive"));
+        if let Some([i0, j0, k0, i1, j1, k1]) = self.window {
+            for (name, first, end) in [("x", i0, i1), ("y", j0, j1), ("z", k0, k1)] {
+                if first >= end {
+                    let found = format!("cells {first} to {end} along {name}");
+                    return Err(out_of_range("window", found, "the first cell before the end, which is exclusive"));
+                }
             }
+        }
+        if let Some(part) = self.part {
+            if !(1..=part.n_parts()).contains(&part.index.into()) {
+                let found = format!("{} of {} parts", part.index, part.n_parts());
+                return Err(out_of_range("part", found, "an index from 1 to the number of parts"));
+            }
+        }
+        let given: Vec<&str> = [("window", self.window.is_some()), ("part", self.part.is_some())]
+            .into_iter()
+            .filter_map(|(key, is_given)| is_given.then_some(key))
+            .collect();
+        let Some(&key_of_window) = given.first() else { return Ok(()) };
+        if given.len() > 1 {
+            let message = "window and part are given together: each says which cells are meshed";
+            return Err(Error::new("job-conflict", message, "keep one of them"));
         }
         for (key, is_given) in [("close_gaps", self.close_gaps.is_some()), ("certify", self.certify)] {
             if is_given {
-                let message = format!("{key} and window are given together: it needs cells beyond the window");
+                let message = format!("{key} and {key_of_window} are given together: {key} needs cells beyond these");
                 return Err(Error::new("job-conflict", message, format!("mesh the whole box for {key}")));
             }
         }

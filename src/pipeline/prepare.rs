@@ -6,6 +6,7 @@ use crate::frame::check_limits;
 use crate::geometry::Geometry;
 use crate::job::{AxisChoice, Job};
 use crate::lines::{Lines, check_n_cells, lines};
+use crate::parts::parts;
 use crate::rays::Rays;
 use crate::sources::{Source, geometries};
 
@@ -30,7 +31,7 @@ pub struct Prepared {
 ///
 /// # Errors
 /// Those of [`Job::validate`], [`geometries`], [`Domain::new`], [`lines`], [`check_n_cells`], and the limits of
-/// [`crate::frame::Frame::new`]; `job-value` where the window ends beyond the box.
+/// [`crate::frame::Frame::new`]; `job-value` where the window ends beyond the box; those of [`parts`].
 pub fn prepare(job: &Job, sources: Vec<Source>) -> Result<Prepared> {
     job.validate()?;
     let geometries = geometries(job, sources)?;
@@ -38,16 +39,27 @@ pub fn prepare(job: &Job, sources: Vec<Source>) -> Result<Prepared> {
     let domain = Domain::new(job, &boxes)?;
     let whole = lines(job, &domain)?;
     check_limits(&geometries, &whole)?;
-    let window = window(job, &whole)?;
+    let rays = |lines: &Lines| Rays::new(axis(job, lines), lines.dims);
+    let window = match job.part {
+        Some(part) => {
+            let parts = parts(&geometries, &whole, &rays(&whole), part.of)?;
+            parts.get((part.index as usize).wrapping_sub(1)).copied()
+        }
+        None => window(job, &whole)?,
+    };
     let lines = window.map_or(whole, |cells| whole.window(cells));
     check_n_cells(job, &lines)?;
-    let axis = match job.axis {
+    Ok(Prepared { geometries, domain, whole, window, lines, rays: rays(&lines) })
+}
+
+/// The axis of the rays through cells.
+fn axis(job: &Job, lines: &Lines) -> usize {
+    match job.axis {
         AxisChoice::Auto => Rays::longest_axis(lines.dims),
         AxisChoice::X => 0,
         AxisChoice::Y => 1,
         AxisChoice::Z => 2,
-    };
-    Ok(Prepared { geometries, domain, whole, window, lines, rays: Rays::new(axis, lines.dims) })
+    }
 }
 
 /// The cells of the window of a job.

@@ -49,6 +49,7 @@ const CORE: &[&str] = &[
     "report",
     "write",
     "estimate",
+    "parts",
 ];
 /// The layers above the core, each on those before it. `bin` and `web` stand side by side.
 const ABOVE: &[&str] = &["gpu", "pipeline", "web", "bin"];

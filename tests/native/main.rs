@@ -40,6 +40,8 @@ mod memory;
 mod models;
 mod open_surfaces;
 mod oracle;
+#[cfg(feature = "cli")]
+mod parts;
 mod properties;
 mod seven_cases;
 #[cfg(feature = "gpu")]

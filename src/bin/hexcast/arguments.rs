@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use hexcast::job::{AxisChoice, BackendChoice, ByteSize, Fill, GeometryJob, Job, Open, Padding, PerAxis, Rule};
+use hexcast::job::{
+    AxisChoice, BackendChoice, ByteSize, Fill, GeometryJob, Job, Open, Padding, PartJob, PerAxis, Rule,
+};
 use hexcast::{Error, Result};
 use serde::de::DeserializeOwned;
 
@@ -47,6 +49,9 @@ pub(crate) struct JobArguments {
     /// Mesh only some cells of the box: the first on each axis, and the end, exclusive; they are as they would be in the whole mesh
     #[arg(long, value_name = "I0,J0,K0,I1,J1,K1", value_parser = list::<u32, 6>, help_heading = "Cells and domain")]
     window: Option<[u32; 6]>,
+    /// Mesh only part K of N slabs across z that cost about the same, K from 1 to N, or of NX x NY x NZ boxes; `hexcast parts` lists them
+    #[arg(long, value_name = "K/N|K/NXxNYxNZ", conflicts_with = "window", help_heading = "Cells and domain")]
+    part: Option<PartJob>,
     /// Cells added on both sides of each axis
     #[arg(long, value_name = "N|NX,NY,NZ", group = "padding", conflicts_with = "domain", value_parser = per_axis::<u32>,
           help_heading = "Cells and domain")]
@@ -121,7 +126,9 @@ impl JobArguments {
         };
         self.override_cells(&mut job);
         self.override_domain(&mut job);
-        job.window = self.window.or(job.window);
+        if self.window.is_some() || self.part.is_some() {
+            (job.window, job.part) = (self.window, self.part);
+        }
         job.rule = self.rule.unwrap_or(job.rule);
         job.open = self.open.unwrap_or(job.open);
         job.fill = self.fill.unwrap_or(job.fill);

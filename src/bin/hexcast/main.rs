@@ -21,6 +21,7 @@ mod memory;
 mod mesh;
 mod output_file;
 mod outputs;
+mod parts;
 mod place;
 mod progress;
 mod reading;
@@ -53,6 +54,7 @@ enum Command {
     Mesh(mesh::Arguments),
     Info(info::Arguments),
     Estimate(estimate::Arguments),
+    Parts(parts::Arguments),
     Adapters(adapters::Arguments),
     Convert(convert::Arguments),
     Leak(leak::Arguments),
@@ -93,6 +95,7 @@ fn run(command: Command, token: &CancelToken) -> Result<ExitCode> {
         Command::Leak(arguments) => return leak::run(&arguments, token),
         Command::Verify(arguments) => return verify::run(&arguments, token),
         Command::Info(arguments) => info::run(&arguments, token),
+        Command::Parts(arguments) => parts::run(&arguments, token),
         Command::Estimate(arguments) => estimate::run(&arguments, token),
         Command::Adapters(arguments) => adapters::run(&arguments),
         Command::Convert(arguments) => convert::run(&arguments, token),

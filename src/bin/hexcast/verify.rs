@@ -87,6 +87,7 @@ fn check_is_known(job: &Job) -> Result<()> {
         ("invert", has(|of| of.invert)),
         ("close_gaps", job.close_gaps.is_some()),
         ("window", job.window.is_some()),
+        ("part", job.part.is_some()),
     ];
     match unknown.iter().find(|(_, is_so)| *is_so) {
         None => Ok(()),

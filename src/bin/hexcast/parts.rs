@@ -1,0 +1,77 @@
+//! `hexcast parts`: the windows that a mesh can be divided into.
+
+use hexcast::control::CancelToken;
+use hexcast::job::{Job, numbers_of_parts};
+use hexcast::parts::parts;
+use hexcast::pipeline::prepare;
+use hexcast::{Error, Result};
+use serde::Serialize;
+
+use super::arguments::JobArguments;
+use super::progress::Progress;
+use super::reading::read_job_files;
+
+const EXAMPLES: &str = "\
+Examples:
+    hexcast parts --job ship.toml --n 64
+    hexcast parts ship.stl --cells 4000 --n 4x4x4";
+
+/// Divide a mesh into windows that take about as long as each other, as JSON; `hexcast mesh --part K/N` meshes one
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    job: JobArguments,
+    /// Number of slabs across z, or of parts along x, y and z
+    #[arg(long, value_name = "N|NXxNYxNZ", value_parser = numbers)]
+    n: Numbers,
+}
+
+/// Numbers of parts along x, y and z.
+#[derive(Clone, Copy)]
+struct Numbers([u32; 3]);
+
+#[derive(Serialize)]
+struct Part {
+    /// What `--part` takes.
+    part: String,
+    /// What `--window` takes.
+    window: [u32; 6],
+    cells: u64,
+}
+
+#[derive(Serialize)]
+struct Parts {
+    /// Number of cells on x, y, z.
+    dims: [u32; 3],
+    parts: Vec<Part>,
+}
+
+fn numbers(text: &str) -> std::result::Result<Numbers, String> {
+    let wrong = || format!("\"{text}\" is no number of parts: a number such as 64 is needed, or three such as 4x4x4");
+    numbers_of_parts(text).map(Numbers).ok_or_else(wrong)
+}
+
+pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
+    let Numbers(of) = arguments.n;
+    let job = arguments.job.job()?;
+    if job.window.is_some() || job.part.is_some() {
+        let message = "the job has a window or a part, and hexcast parts divides whole meshes";
+        return Err(Error::new("job-conflict", message, "remove window and part"));
+    }
+    arguments.job.set_threads()?;
+    let sources = read_job_files(&job, token, Progress::new(false))?;
+    // the limit on cells is for those that are meshed
+    let prepared = prepare(&Job { max_cells: None, ..job }, sources)?;
+    let windows = parts(&prepared.geometries, &prepared.whole, &prepared.rays, of)?;
+    let [nx, ny, nz] = of;
+    let part = |(index, [first, end]): (usize, [[u32; 3]; 2])| Part {
+        part: if [nx, ny] == [1, 1] { format!("{}/{nz}", index + 1) } else { format!("{}/{nx}x{ny}x{nz}", index + 1) },
+        window: [first[0], first[1], first[2], end[0], end[1], end[2]],
+        cells: (0..3).map(|axis| u64::from(end[axis] - first[axis])).product(),
+    };
+    let parts = Parts { dims: prepared.whole.dims, parts: windows.into_iter().enumerate().map(part).collect() };
+    // structs of numbers and names always have a JSON form
+    let json = serde_json::to_string_pretty(&parts).unwrap_or_default();
+    super::terminal::print_exact(&format!("{json}\n"))
+}
