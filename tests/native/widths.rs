@@ -9,10 +9,10 @@ use naga::Module;
 
 mod bits;
 mod formulas;
-//mod heights;
+mod heights;
 mod interpret;
-//mod kernels;
-//mod quotients;
+mod kernels;
+mod quotients;
 mod ranges;
 mod roundings;
 mod small;

@@ -21,6 +21,10 @@ pub(super) trait Domain: Clone {
     fn known_word(&self, word: &Self::Word) -> Option<u64>;
     fn word_op(&self, op: Op, is_signed: bool, a: &Self::Word, b: &Self::Word) -> Self::Word;
     fn compare(&self, op: Op, is_signed: bool, a: &Self::Word, b: &Self::Word) -> Self::Bool;
+    /// The lesser, or the greater, of two words: a, if it is in the order of the comparison.
+    fn ended(&self, op: Op, is_signed: bool, a: &Self::Word, b: &Self::Word) -> Self::Word {
+        self.choose(&self.compare(op, is_signed, a, b), a, b)
+    }
     fn bool_op(&self, op: Op, a: &Self::Bool, b: &Self::Bool) -> Self::Bool;
     fn float_op(&self, op: Op, a: &Self::Float, b: &Self::Float) -> Self::Float;
     fn float_math(&self, fun: MathFunction, arguments: &[Self::Float]) -> Self::Float;
@@ -264,7 +268,9 @@ impl<'a, D: Domain> Interpreter<'a, D> {
                 self.globals.get(name).unwrap_or_else(|| panic!("{name} has no value")).clone()
             }
             Expression::Load { pointer } => match value(*pointer) {
-                Value::Pointer(place, path) => within(&mut heap[place].clone(), &path).clone(),
+                Value::Pointer(place, path) => {
+                    path.into_iter().fold(heap[place].clone(), |value, at| self.element(value, at))
+                }
                 of_buffer => of_buffer,
             },
             Expression::AccessIndex { base, index } => self.element(value(*base), *index as usize),

@@ -104,8 +104,8 @@ impl<'a> Domain for Ranges<'a> {
             Op::Add => (a.0 + b.0, a.1 + b.1),
             Op::Subtract => (a.0 - b.1, a.1 - b.0),
             Op::Multiply => product(a, b),
-            Op::ShiftLeft => product(a, (1 << b.0, 1 << b.1)),
-            Op::ShiftRight => shifted_right(a, b),
+            Op::ShiftLeft if b.1 < 32 => product(a, (1 << b.0, 1 << b.1)),
+            Op::ShiftRight if b.1 < 32 => shifted_right(a, b),
             Op::Divide if b.0 > 0 => hull(&[a.0 / b.0, a.0 / b.1, a.1 / b.0, a.1 / b.1]),
             Op::Modulo if a.0 >= 0 && b.0 > 0 => (0, a.1.min(b.1 - 1)),
             Op::And if a.0 >= 0 && b.0 >= 0 => (0, a.1.min(b.1)),
@@ -137,6 +137,10 @@ impl<'a> Domain for Ranges<'a> {
             Op::NotEqual => not(equal),
             other => panic!("{other:?} is not understood"),
         }
+    }
+
+    fn ended(&self, op: Op, _is_signed: bool, a: &Range, b: &Range) -> Range {
+        if op == Op::Less { (a.0.min(b.0), a.1.min(b.1)) } else { (a.0.max(b.0), a.1.max(b.1)) }
     }
 
     fn bool_op(&self, op: Op, a: &[bool; 2], b: &[bool; 2]) -> [bool; 2] {

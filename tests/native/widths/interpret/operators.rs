@@ -90,9 +90,7 @@ impl<'a, D: Domain> Interpreter<'a, D> {
         }
         let Value::Word { is_signed, .. } = *of[0] else { panic!("{fun:?} is not understood") };
         let word = |index: usize| of[index].word().clone();
-        let ended = |op: Op, a: D::Word, b: D::Word| {
-            self.domain.choose(&self.domain.compare(op, is_signed, &a, &b), &a, &b)
-        };
+        let ended = |op: Op, a: D::Word, b: D::Word| self.domain.ended(op, is_signed, &a, &b);
         let word = match fun {
             MathFunction::Min => ended(Op::Less, word(0), word(1)),
             MathFunction::Max => ended(Op::Greater, word(0), word(1)),
