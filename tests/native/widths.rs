@@ -9,6 +9,7 @@ use naga::Module;
 
 mod bits;
 mod formulas;
+mod frames;
 mod heights;
 mod interpret;
 mod kernels;
@@ -16,6 +17,7 @@ mod quotients;
 mod ranges;
 mod roundings;
 mod small;
+mod tiles;
 mod wide;
 
 /// A kernel as it ships.

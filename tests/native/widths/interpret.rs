@@ -27,6 +27,9 @@ pub(super) trait Domain: Clone {
     }
     fn bool_op(&self, op: Op, a: &Self::Bool, b: &Self::Bool) -> Self::Bool;
     fn float_op(&self, op: Op, a: &Self::Float, b: &Self::Float) -> Self::Float;
+    fn compare_floats(&self, op: Op, _a: &Self::Float, _b: &Self::Float) -> Self::Bool {
+        panic!("{op:?} of floats is not understood")
+    }
     fn float_math(&self, fun: MathFunction, arguments: &[Self::Float]) -> Self::Float;
     fn choose(&self, of: &Self::Bool, yes: &Self::Word, no: &Self::Word) -> Self::Word;
     fn choose_bool(&self, of: &Self::Bool, yes: &Self::Bool, no: &Self::Bool) -> Self::Bool;
@@ -44,7 +47,10 @@ pub(super) trait Domain: Clone {
 
 #[derive(Clone)]
 pub(super) enum Value<D: Domain> {
-    Word { is_signed: bool, word: D::Word },
+    Word {
+        is_signed: bool,
+        word: D::Word,
+    },
     Bool(D::Bool),
     Float(D::Float),
     /// A vector, a struct or an array.
@@ -91,7 +97,7 @@ pub(super) fn signed<D: Domain>(word: D::Word) -> Value<D> {
 pub(super) struct Interpreter<'a, D: Domain> {
     pub(super) module: &'a Module,
     pub(super) domain: &'a D,
-    /// Values of buffers and uniforms.
+    /// Values of buffers and uniforms, or pointers to them.
     pub(super) globals: BTreeMap<&'static str, Value<D>>,
 }
 
@@ -146,13 +152,7 @@ impl<'a, D: Domain> Interpreter<'a, D> {
     }
 
     /// Runs statements, then those of `tail`.
-    fn run(
-        &self,
-        heap: &mut Heap<D>,
-        frame: &mut Frame<'a, D>,
-        body: &[Statement],
-        tail: &[&[Statement]],
-    ) -> Flow<D> {
+    fn run(&self, heap: &mut Heap<D>, frame: &mut Frame<'a, D>, body: &[Statement], tail: &[&[Statement]]) -> Flow<D> {
         for (at, statement) in body.iter().enumerate() {
             match statement {
                 Statement::Emit(range) => {
@@ -227,9 +227,7 @@ impl<'a, D: Domain> Interpreter<'a, D> {
             *value = self.choose(condition, value, other);
         }
         match (yes, no) {
-            (Flow::Return(Some(yes)), Flow::Return(Some(no))) => {
-                Flow::Return(Some(self.choose(condition, &yes, &no)))
-            }
+            (Flow::Return(Some(yes)), Flow::Return(Some(no))) => Flow::Return(Some(self.choose(condition, &yes, &no))),
             (Flow::Next, Flow::Next) => Flow::Next,
             (Flow::Next | Flow::Return(None), Flow::Next | Flow::Return(None)) => Flow::Return(None),
             _ => panic!("a condition that ends a loop is not known"),

@@ -14,9 +14,10 @@ use super::{changed, kernel};
 
 type Number<'a> = Value<Ranges<'a>>;
 
-/// Units that corners and centres span: one cell to spare beyond both ends is part of the 2^26 units.
+/// Units that corners and centres span: one cell to spare beyond both ends is part of the 2^26 units; both ends are rounded by half a
+/// unit at most.
 pub(super) fn hull(span_bits: u32, fraction_bits: u32) -> i128 {
-    (1 << span_bits) - (2 << fraction_bits)
+    (1 << span_bits) - (2 << fraction_bits) + 1
 }
 
 struct Prover<'a> {

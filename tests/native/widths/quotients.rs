@@ -33,7 +33,10 @@ fn wrong_by(module: &Module) -> f64 {
 fn a_guess_is_wrong_by_less_than_2_19() {
     let found = wrong_by(&kernel("intersect"));
     assert!(found < libm::exp2(-19.0) && found > libm::exp2(-22.0), "2^{}", libm::log2(found));
-    let wrong = ["return f32(a.y) * 4294967296.0 + f32(a.x);", "return f32(a.y) * 3.0 * 3.0 * 3.0 * 3.0 * 3.0 * 3.0 + f32(a.x);"];
+    let wrong = [
+        "return f32(a.y) * 4294967296.0 + f32(a.x);",
+        "return f32(a.y) * 3.0 * 3.0 * 3.0 * 3.0 * 3.0 * 3.0 + f32(a.x);",
+    ];
     let found = wrong_by(&changed("intersect", &[wrong]));
     assert!(found > libm::exp2(-19.0), "2^{}", libm::log2(found));
 }
@@ -108,12 +111,27 @@ fn a_quotient_corrects_every_guess_that_is_wrong_by_2_16() {
     let module = kernel("intersect");
     assert_eq!(first_wrong(&module, "quotient", WRONG_BY, &numbers(1 << 19, 57)), None);
     // the second step is to spare, the second guess is not
-    let one_step = changed("intersect", &[["let one = corrected(Quotient(first + bitcast<u32>(more), rest), divisor);\nreturn corrected(one, divisor);", "return corrected(Quotient(first + bitcast<u32>(more), rest), divisor);"]]);
+    let one_step = changed(
+        "intersect",
+        &[[
+            "let one = corrected(Quotient(first + bitcast<u32>(more), rest), divisor);\nreturn corrected(one, divisor);",
+            "return corrected(Quotient(first + bitcast<u32>(more), rest), divisor);",
+        ]],
+    );
     assert_eq!(first_wrong(&one_step, "quotient", WRONG_BY, &numbers(1 << 19, 57)), None);
-    let no_guess = changed("intersect", &[["rest = sub64(rest, times64_signed(divisor, more));", ""], ["Quotient(first + bitcast<u32>(more), rest)", "Quotient(first, rest)"]]);
+    let no_guess = changed(
+        "intersect",
+        &[
+            ["rest = sub64(rest, times64_signed(divisor, more));", ""],
+            ["Quotient(first + bitcast<u32>(more), rest)", "Quotient(first, rest)"],
+        ],
+    );
     assert!(first_wrong(&no_guess, "quotient", WRONG_BY, &numbers(1 << 19, 57)).is_some());
     assert!(first_wrong(&module, "quotient", WRONG_BY, &numbers(1 << 19, 62)).is_some(), "a divisor of 62 bits fits");
-    assert!(first_wrong(&module, "quotient", 2, &numbers(1 << 19, 57)).is_some(), "a guess that is wrong by a half will do");
+    assert!(
+        first_wrong(&module, "quotient", 2, &numbers(1 << 19, 57)).is_some(),
+        "a guess that is wrong by a half will do"
+    );
 }
 
 #[test]
@@ -121,7 +139,10 @@ fn a_small_quotient_needs_one_step() {
     let module = kernel("intersect");
     assert_eq!(first_wrong(&module, "small_quotient", WRONG_BY, &numbers(1 << 16, 57)), None);
     let step = "let one = corrected(Quotient(first, sub64(value, times64(divisor, first))), divisor);\nreturn corrected(one, divisor);";
-    let one_step = changed("intersect", &[[step, "return corrected(Quotient(first, sub64(value, times64(divisor, first))), divisor);"]]);
+    let one_step = changed(
+        "intersect",
+        &[[step, "return corrected(Quotient(first, sub64(value, times64(divisor, first))), divisor);"]],
+    );
     assert_eq!(first_wrong(&one_step, "small_quotient", WRONG_BY, &numbers(1 << 16, 57)), None);
     let no_step = changed("intersect", &[[step, "return Quotient(first, sub64(value, times64(divisor, first)));"]]);
     assert!(first_wrong(&no_step, "small_quotient", WRONG_BY, &numbers(1 << 16, 57)).is_some());

@@ -109,7 +109,9 @@ impl<'a> Domain for Ranges<'a> {
             Op::Divide if b.0 > 0 => hull(&[a.0 / b.0, a.0 / b.1, a.1 / b.0, a.1 / b.1]),
             Op::Modulo if a.0 >= 0 && b.0 > 0 => (0, a.1.min(b.1 - 1)),
             Op::And if a.0 >= 0 && b.0 >= 0 => (0, a.1.min(b.1)),
-            Op::InclusiveOr | Op::ExclusiveOr if a.0 >= 0 && b.0 >= 0 => (0, ((a.1 | b.1) as u128 + 1).next_power_of_two() as i128 - 1),
+            Op::InclusiveOr | Op::ExclusiveOr if a.0 >= 0 && b.0 >= 0 => {
+                (0, ((a.1 | b.1) as u128 + 1).next_power_of_two() as i128 - 1)
+            }
             _ if is_signed => SIGNED,
             _ => WORD,
         };

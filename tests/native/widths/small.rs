@@ -84,6 +84,7 @@ impl Domain for Small<'_> {
             Op::Add => a.wrapping_add(b),
             Op::Subtract => a.wrapping_sub(b),
             Op::Multiply => a.wrapping_mul(b),
+            Op::Modulo if !is_signed && b != 0 => a % b,
             Op::And => a & b,
             Op::InclusiveOr => a | b,
             Op::ExclusiveOr => a ^ b,
@@ -97,15 +98,11 @@ impl Domain for Small<'_> {
 
     fn compare(&self, op: Op, is_signed: bool, &a: &u64, &b: &u64) -> bool {
         let [a, b] = [a, b].map(|word| if is_signed { self.with_value(word) } else { word as i64 });
-        match op {
-            Op::Less => a < b,
-            Op::LessEqual => a <= b,
-            Op::Greater => a > b,
-            Op::GreaterEqual => a >= b,
-            Op::Equal => a == b,
-            Op::NotEqual => a != b,
-            other => panic!("{other:?} is not understood"),
-        }
+        compared(op, a, b)
+    }
+
+    fn compare_floats(&self, op: Op, a: &f64, b: &f64) -> bool {
+        compared(op, *a, *b)
     }
 
     fn bool_op(&self, op: Op, &a: &bool, &b: &bool) -> bool {
@@ -172,5 +169,17 @@ impl Domain for Small<'_> {
             }
             _ => None,
         }
+    }
+}
+
+fn compared<T: PartialOrd>(op: Op, a: T, b: T) -> bool {
+    match op {
+        Op::Less => a < b,
+        Op::LessEqual => a <= b,
+        Op::Greater => a > b,
+        Op::GreaterEqual => a >= b,
+        Op::Equal => a == b,
+        Op::NotEqual => a != b,
+        other => panic!("{other:?} is not understood"),
     }
 }

@@ -61,7 +61,10 @@ impl<'a, D: Domain> Interpreter<'a, D> {
             }
             (UnaryOperator::BitwiseNot, Value::Word { is_signed, word }) => {
                 let ones = self.domain.with_sign(&self.domain.literal(-1), *is_signed);
-                Value::Word { is_signed: *is_signed, word: self.domain.word_op(Op::ExclusiveOr, *is_signed, &ones, word) }
+                Value::Word {
+                    is_signed: *is_signed,
+                    word: self.domain.word_op(Op::ExclusiveOr, *is_signed, &ones, word),
+                }
             }
             _ => panic!("{op:?} is not understood"),
         })
@@ -77,6 +80,7 @@ impl<'a, D: Domain> Interpreter<'a, D> {
             (Value::Word { is_signed, word: a }, Value::Word { word: b, .. }) => {
                 Value::Word { is_signed: *is_signed, word: self.domain.word_op(op, *is_signed, a, b) }
             }
+            (Value::Float(a), Value::Float(b)) if is_comparison => Value::Bool(self.domain.compare_floats(op, a, b)),
             (Value::Bool(a), Value::Bool(b)) => Value::Bool(self.domain.bool_op(op, a, b)),
             (Value::Float(a), Value::Float(b)) => Value::Float(self.domain.float_op(op, a, b)),
             _ => panic!("{op:?} is not understood"),
@@ -99,6 +103,13 @@ impl<'a, D: Domain> Interpreter<'a, D> {
                 let negative = self.domain.word_op(Op::Subtract, true, &self.domain.literal(0), &word(0));
                 ended(Op::Greater, word(0), negative)
             }
+            MathFunction::CountOneBits => {
+                let bits = (0..32).map(|bit| {
+                    let shifted = self.domain.word_op(Op::ShiftRight, false, &word(0), &self.domain.literal(bit));
+                    self.domain.word_op(Op::And, false, &shifted, &self.domain.literal(1))
+                });
+                bits.reduce(|sum, bit| self.domain.word_op(Op::Add, false, &sum, &bit)).expect("bits")
+            }
             other => panic!("{other:?} is not understood"),
         };
         Value::Word { is_signed, word }
@@ -108,8 +119,7 @@ impl<'a, D: Domain> Interpreter<'a, D> {
         let to_signed = kind == ScalarKind::Sint;
         match (value, kind) {
             (Value::Word { is_signed, word }, ScalarKind::Sint | ScalarKind::Uint) => {
-                let word =
-                    if *is_signed == to_signed { word.clone() } else { self.domain.with_sign(word, to_signed) };
+                let word = if *is_signed == to_signed { word.clone() } else { self.domain.with_sign(word, to_signed) };
                 Value::Word { is_signed: to_signed, word }
             }
             (Value::Bool(value), ScalarKind::Sint | ScalarKind::Uint) => {
