@@ -234,24 +234,6 @@ impl<'a, D: Domain> Interpreter<'a, D> {
         }
     }
 
-    fn choose(&self, of: &D::Bool, yes: &Value<D>, no: &Value<D>) -> Value<D> {
-        match (yes, no) {
-            (Value::Word { is_signed, word: yes }, Value::Word { word: no, .. }) => {
-                Value::Word { is_signed: *is_signed, word: self.domain.choose(of, yes, no) }
-            }
-            (Value::Wide(yes), Value::Wide(no)) => Value::Wide(self.domain.choose(of, yes, no)),
-            (Value::Bool(yes), Value::Bool(no)) => Value::Bool(self.domain.choose_bool(of, yes, no)),
-            (Value::Float(yes), Value::Float(no)) => Value::Float(self.domain.choose_float(of, yes, no)),
-            (Value::Many(yes), Value::Many(no)) => {
-                assert_eq!(yes.len(), no.len());
-                Value::Many(yes.iter().zip(no).map(|(yes, no)| self.choose(of, yes, no)).collect())
-            }
-            // variables of a path that ends before their first value
-            (Value::Pointer(..), _) | (Value::Many(_), Value::Wide(_)) | (Value::Wide(_), Value::Many(_)) => no.clone(),
-            _ => panic!("values of different kinds"),
-        }
-    }
-
     fn value(&self, heap: &Heap<D>, frame: &Frame<'a, D>, handle: Handle<Expression>) -> Value<D> {
         frame.values[handle.index()].clone().unwrap_or_else(|| self.compute(heap, frame, handle))
     }

@@ -33,7 +33,7 @@ fn near_a_centre(random: &mut Random) -> Plane {
     };
     let steps = [any_step(random), any_step(random)];
     let ray = [random.below(8), random.below(8)].map(i128::from);
-    let off = (i128::from(random.below(41)) - 20) * area >> 32;
+    let off = ((i128::from(random.below(41)) - 20) * area) >> 32;
     let near = i128::from(random.below(900)) * area + off + i128::from(random.below(3)) - 1;
     Plane {
         area,

@@ -3,6 +3,24 @@
 use super::*;
 
 impl<'a, D: Domain> Interpreter<'a, D> {
+    pub(super) fn choose(&self, of: &D::Bool, yes: &Value<D>, no: &Value<D>) -> Value<D> {
+        match (yes, no) {
+            (Value::Word { is_signed, word: yes }, Value::Word { word: no, .. }) => {
+                Value::Word { is_signed: *is_signed, word: self.domain.choose(of, yes, no) }
+            }
+            (Value::Wide(yes), Value::Wide(no)) => Value::Wide(self.domain.choose(of, yes, no)),
+            (Value::Bool(yes), Value::Bool(no)) => Value::Bool(self.domain.choose_bool(of, yes, no)),
+            (Value::Float(yes), Value::Float(no)) => Value::Float(self.domain.choose_float(of, yes, no)),
+            (Value::Many(yes), Value::Many(no)) => {
+                assert_eq!(yes.len(), no.len());
+                Value::Many(yes.iter().zip(no).map(|(yes, no)| self.choose(of, yes, no)).collect())
+            }
+            // variables of a path that ends before their first value
+            (Value::Pointer(..), _) | (Value::Many(_), Value::Wide(_)) | (Value::Wide(_), Value::Many(_)) => no.clone(),
+            _ => panic!("values of different kinds"),
+        }
+    }
+
     pub(super) fn element(&self, value: Value<D>, at: usize) -> Value<D> {
         match value {
             Value::Many(mut parts) => parts.swap_remove(at),
@@ -137,12 +155,10 @@ impl<'a, D: Domain> Interpreter<'a, D> {
     }
 }
 
+type Operator<'f, D> = &'f dyn Fn(&Value<D>, &Value<D>) -> Value<D>;
+
 /// Applies an operator to two numbers, two vectors, or each part of one and a number.
-fn each_number<D: Domain>(
-    left: &Value<D>,
-    right: &Value<D>,
-    apply: &dyn Fn(&Value<D>, &Value<D>) -> Value<D>,
-) -> Value<D> {
+fn each_number<D: Domain>(left: &Value<D>, right: &Value<D>, apply: Operator<D>) -> Value<D> {
     match (left, right) {
         (Value::Many(left), Value::Many(right)) => {
             assert_eq!(left.len(), right.len());
