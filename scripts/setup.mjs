@@ -2,6 +2,7 @@
 
 import { fileURLToPath } from 'node:url';
 
+import { ensureDeny } from './deny.mjs';
 import { ensure, ensureNodeModules, requireRust } from './machine.mjs';
 import { Steps } from './run.mjs';
 import { ensureBindgen, wasmRust } from './wasm.mjs';
@@ -26,6 +27,7 @@ export async function setup(steps, groups = GROUPS) {
   await steps.step('linker, drivers, browsers', () => ensure(...new Set(groups.flatMap((group) => NEEDS[group]))));
   if (groups.every((group) => group === 'native')) return;
   await steps.step('Rust for wasm32', async () => (await wasmRust()).name);
+  if (groups.includes('lint')) await steps.step('cargo-deny', ensureDeny);
   await steps.step('wasm-bindgen', async () => void (await ensureBindgen()));
 }
 

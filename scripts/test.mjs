@@ -7,6 +7,7 @@ import { readFileSync, readdirSync } from 'node:fs';
 import path from 'node:path';
 
 import { build } from './build.mjs';
+import { checkAdvisories, checkCrates } from './deny.mjs';
 import { swiftshaderEnv } from './machine.mjs';
 import { ROOT, Steps, run } from './run.mjs';
 import { GROUPS, setup } from './setup.mjs';
@@ -16,6 +17,8 @@ const steps = new Steps();
 
 async function nativeLint() {
   await steps.command('Biome', 'npx', ['biome', 'check', '--error-on-warnings']);
+  await steps.step('licences, versions and sources of crates', checkCrates);
+  await steps.step('advisories of crates', checkAdvisories);
   await steps.command('rustfmt', 'cargo', ['fmt', '--check']);
   await steps.command('clippy', 'cargo', ['clippy', '--all-targets', '--', '-D', 'warnings']);
   await steps.command('docs', 'cargo', ['doc', '--no-deps'], { env: { RUSTDOCFLAGS: '-D warnings' } });

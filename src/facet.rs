@@ -11,7 +11,8 @@
 //! - plane: `Z(P) = Z_0 + (h_x (P_x - X_0) + h_y (P_y - Y_0)) / D` (Eq. 19).
 //!
 //! Degenerate case: D = 0 (the facet is parallel to the rays or collapsed) is never hit: None.
-//! Widths, with coordinates spanning 26 bits: A, B 27; E 54; D 53; h 54; the plane's numerator 82.
+//! Widths in bits, sign included, with coordinates that span 26 bits: A, B 27; E, D, h 53; the plane's numerator 80. A test below computes
+//! them; `docs/widths.md` lists what proves the widths of the kernels.
 //! Twin: `shaders/shared/facet.wgsl`.
 
 use crate::frame::{Frame, SnappedFacet};
@@ -138,7 +139,7 @@ pub(crate) fn rays_under(facet: &SnappedFacet, fraction_bits: u32, rays: &Rays) 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::Ranks;
+    use crate::frame::{MIN_FRACTION_BITS, Ranks, SPAN_BITS};
 
     fn frame(dims: [u32; 3]) -> Frame {
         let ranks = Ranks { geometry_of_rank: vec![0], flag_of_rank: vec![1] };
@@ -182,5 +183,72 @@ mod tests {
             (0..3).all(|e| p.q[e] + p.a[e] * di + p.b[e] * dj >= 0)
         });
         assert_eq!(owners.count(), 1);
+    }
+
+    /// Numbers of a facet, given its nine coordinates and the two of a ray: area, slopes, height, then q, a and b of the edges.
+    fn numbers(at: [i64; 11]) -> [i128; 13] {
+        let corners: [[i64; 3]; 3] = std::array::from_fn(|corner| std::array::from_fn(|axis| at[3 * corner + axis]));
+        let mut facet = Projected {
+            q: [0; 3],
+            a: [0; 3],
+            b: [0; 3],
+            rays: [[0; 2]; 2],
+            area: twice_area(&corners),
+            slope: slope(&corners),
+            height: 0,
+            tie_is_above: false,
+            exits: false,
+        };
+        facet.set_edges(&corners, [at[9], at[10]], 0);
+        facet.set_plane(&corners, [at[9], at[10]], 2);
+        let Projected { q, a, b, area, slope, height, .. } = facet;
+        let [[q0, q1, q2], [a0, a1, a2], [b0, b1, b2]] = [q, a, b].map(|of| of.map(i128::from));
+        [area.into(), slope[0].into(), slope[1].into(), height, q0, q1, q2, a0, a1, a2, b0, b1, b2]
+    }
+
+    /// Bits of the widest of each kind: area, slopes, height, q, steps of q. Corners and rays are as far from each other as the frame lets them.
+    ///
+    /// All are affine in each coordinate, with the others fixed, so that the extremes are where every coordinate is at an end of its range.
+    /// What does not fit on the way ends the test: it is compiled with checks for overflow.
+    fn widest(span: i64) -> [u32; 5] {
+        let mut most = [0u128; 5];
+        for ends in [[0, span], [-span, 0]] {
+            for choice in 0..1 << 11 {
+                let at: [i64; 11] = std::array::from_fn(|of| ends[choice >> of & 1]);
+                for (number, kind) in numbers(at).into_iter().zip([0, 1, 1, 2, 3, 3, 3, 4, 4, 4, 4, 4, 4]) {
+                    most[kind] = most[kind].max(if number < 0 { !number } else { number } as u128);
+                }
+            }
+        }
+        most.map(|number| 129 - number.leading_zeros())
+    }
+
+    #[test]
+    fn numbers_have_the_widths_that_the_head_says() {
+        // two of the cells that the frame counts hold no corner, but for half a unit of rounding at both ends
+        let span = (1 << SPAN_BITS) - (2 << MIN_FRACTION_BITS) + 1;
+        assert_eq!(widest(span), [53, 53, 80, 53, 27]);
+        assert_eq!(widest(2 * span), [55, 55, 83, 55, 28]);
+    }
+
+    #[test]
+    fn numbers_are_affine_in_each_coordinate() {
+        // twice that of the middle is the sum of those of the ends; with no tie, q is an edge function less 1
+        let span = 1 << 20;
+        for choice in 0..1 << 11 {
+            let at: [i64; 11] = std::array::from_fn(|of| (choice >> of & 1) * span + [3, -7, 11][of % 3]);
+            for of in 0..11 {
+                let [low, middle, high] = [-2, 0, 2].map(|step| {
+                    let mut at = at;
+                    at[of] += step * 5;
+                    numbers(at)
+                });
+                for (index, middle) in middle.into_iter().enumerate() {
+                    let off = (2 * middle - low[index] - high[index]).abs();
+                    let of_ties = if (4..7).contains(&index) { 2 } else { 0 };
+                    assert!(off <= of_ties, "number {index} bends by {off} along coordinate {of}");
+                }
+            }
+        }
     }
 }

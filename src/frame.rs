@@ -30,7 +30,7 @@ pub const MAX_CELLS_PER_AXIS: u32 = (1 << (SPAN_BITS - MIN_FRACTION_BITS)) - 2;
 /// Three corners of three fixed-point coordinates x, y, z.
 pub type SnappedFacet = [[i32; 3]; 3];
 
-/// Normal of a facet by the right-hand rule, twice its area long: at most 2^55 along each axis.
+/// Normal of a facet by the right-hand rule, twice its area long: less than 2^52 along each axis, as facets lie in a box of less than 2^26 units.
 pub(crate) fn normal([a, b, c]: &SnappedFacet) -> [i128; 3] {
     let side = |to: &[i32; 3]| [0, 1, 2].map(|axis| i128::from(to[axis]) - i128::from(a[axis]));
     let (u, v) = (side(b), side(c));

@@ -1,5 +1,5 @@
 // Wide integers in two's complement on u32 limbs, lowest first: vec2 holds 64 bits, vec3 holds 96.
-// All arithmetic is on u32, where wrap-around is defined. Used with the widths proved in `src/facet.rs`.
+// All arithmetic is on u32, where wrap-around is defined. `docs/widths.md` says what proves that they are exact, and their widths enough.
 
 fn is_negative(a: vec2<u32>) -> bool {
     return (a.y >> 31u) == 1u;

@@ -7,8 +7,8 @@
 //! must lie between the least and the greatest n . corner, widened by half a cell: a [`Slab`]. So the touched cells of a ray are
 //! one interval, the intersection of those of all slabs.
 //!
-//! Numbers: corners span 2^26 units, so an edge has 27 bits, n of a product 27, n of the normal 55, and n . corner 84 bits. Every
-//! quotient is of whole numbers, rounded inwards: nothing is approximate.
+//! Numbers, in bits with the sign: corners span less than 2^26 units, so an edge has 27, n of a product 27, n of the normal 53, and
+//! n . corner, widened, 80 (a test below computes them). Every quotient is of whole numbers, rounded inwards: nothing is approximate.
 //!
 //! Degenerate cases: of a facet that is a segment or a point some n are 0; what is left of the slabs is the sum all the same.
 //! Cost: up to ten quotients for each ray that passes the box of a facet, widened by half a cell.
@@ -99,4 +99,33 @@ fn divided(value: i128, by: i128) -> i128 {
 
 fn clamped(cell: i128) -> i64 {
     cell.clamp(-1 << 32, 1 << 32) as i64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::{MIN_FRACTION_BITS, SPAN_BITS};
+
+    /// n . corner is affine in each of the nine coordinates, and half a cell more is convex: the extremes are where every coordinate is at
+    /// an end of its range. What does not fit on the way ends the test: it is compiled with checks for overflow.
+    #[test]
+    fn numbers_have_the_widths_that_the_head_says() {
+        let span = (1 << SPAN_BITS) - (2 << MIN_FRACTION_BITS) + 1;
+        let rays = Rays::new(2, [1 << 19; 3]);
+        let width = |number: i128| 129 - number.unsigned_abs().leading_zeros();
+        let (mut of_n, mut of_ends) = (0, 0);
+        for ends in [[0, span], [-span, 0]] {
+            for choice in 0..1 << 9 {
+                let at = |of: usize| ends[choice >> of & 1];
+                let facet = [0, 1, 2].map(|corner| [0, 1, 2].map(|axis| at(3 * corner + axis)));
+                let Some(touched) = Touched::new(&facet, MIN_FRACTION_BITS, &rays) else { continue };
+                for Slab { n, low, high } in &touched.slabs {
+                    of_n = n.iter().map(|part| width(*part)).fold(of_n, u32::max);
+                    of_ends =
+                        [low, high].map(|end| width(end << MIN_FRACTION_BITS)).into_iter().fold(of_ends, u32::max);
+                }
+            }
+        }
+        assert_eq!([of_n, of_ends], [53, 80]);
+    }
 }

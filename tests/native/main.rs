@@ -56,3 +56,5 @@ mod tolerances;
 mod verify;
 #[cfg(feature = "cli")]
 mod warnings;
+#[cfg(feature = "gpu")]
+mod widths;
