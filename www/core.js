@@ -7,6 +7,7 @@ import { clearSpillFiles, spilling } from './spill.js';
 import { cancelled, pause } from './call.js';
 import { columnFile } from './column_file.js';
 import { Held } from './held.js';
+import { asError, failureOf } from './error.js';
 import init, { WebEngine, WebJob, WebMesh, WebSurface, WebSwitch, version } from './hexcast_wasm.js';
 import { readSurface } from './read.js';
 
@@ -16,7 +17,7 @@ import { readSurface } from './read.js';
  * @typedef {{ json: string, surfaces: number[] }} JobArguments a job, and its surfaces by number
  * @typedef {JobArguments & { readSeconds: number, spill: 'auto' | boolean }} MeshArguments
  * @typedef {{ backend: 'gpu' | 'cpu', adapter: import('./hexcast.js').Adapter | null, fallback: string | null }} Facts of a backend
- * @typedef {Exclude<keyof Core, 'run' | 'cancel' | 'answer'>} Operation
+ * @typedef {Exclude<keyof Core, 'run' | 'cancel' | 'answer' | 'dispose'>} Operation
  */
 
 export class Core {
@@ -44,7 +45,7 @@ export class Core {
    *
    * @param {{ id: number, operation: Operation, args: any }} request
    * @param {(answer: { id: number, progress: import('./hexcast.js').Progress }) => void} report
-   * @returns {Promise<{ id: number, result?: unknown, error?: string }>}
+   * @returns {Promise<{ id: number, result?: unknown, failure?: import('./error.js').Failure }>}
    */
   async answer({ id, operation, args }, report) {
     try {
@@ -52,7 +53,7 @@ export class Core {
       const result = operation === 'open' ? await this.open(args) : await this.run(operation, id, args, progress);
       return { id, result };
     } catch (error) {
-      return { id, error: typeof error === 'string' ? error : String((error instanceof Error && error.stack) || error) };
+      return { id, failure: failureOf(asError(error)) };
     }
   }
 
@@ -98,6 +99,7 @@ export class Core {
       return await act.call(this, args, progress, state);
     } finally {
       this.#switches.delete(call);
+      stop.free();
     }
   }
 
@@ -108,6 +110,14 @@ export class Core {
       state.cancelled = true;
       state.stop.cancel();
     }
+  }
+
+  /** Ends all calls and frees all that was made. */
+  dispose() {
+    for (const call of this.#switches.keys()) this.cancel(call);
+    for (const held of [this.#surfaces, this.#meshes, this.#encoders]) held.close();
+    // a mesh that is being made holds the engine
+    this.#turn.then(() => this.#engine?.free());
   }
 
   /**
@@ -136,7 +146,8 @@ export class Core {
 
   /** @param {JobArguments} args @param {Listener} _progress @param {State} state @returns {import('./hexcast.js').Estimate} */
   estimate(args, _progress, state) {
-    const estimate = JSON.parse(this.#job(args, state).estimate());
+    const job = this.#job(args, state);
+    const estimate = JSON.parse(freeAfter(job, () => job.estimate()));
     const seconds = this.#pace && this.#pace.ray * estimate.rays + this.#pace.crossing * estimate.crossings;
     return { ...estimate, seconds };
   }
@@ -269,10 +280,15 @@ export class Core {
     const made = this.#meshes.get(mesh);
     const total = made.size('raw', bits) ?? 0;
     const hash = made.hash(bits);
-    while (hash.step()) {
-      progress({ stage: 'write', done: hash.nBytes(), total });
-      await pause();
-      if (state.cancelled) throw cancelled();
+    try {
+      while (hash.step()) {
+        progress({ stage: 'write', done: hash.nBytes(), total });
+        await pause();
+        if (state.cancelled) throw cancelled();
+      }
+    } catch (error) {
+      hash.free();
+      throw error;
     }
     return { bytes: hash.nBytes(), sha256: hash.finish() };
   }
@@ -286,5 +302,21 @@ export class Core {
     this.#surfaces.release(surface);
     this.#meshes.release(mesh);
     this.#encoders.release(encoder);
+  }
+}
+
+/**
+ * Frees what was needed for a result only.
+ *
+ * @template T
+ * @param {{ free(): void }} thing
+ * @param {() => T} make
+ * @returns {T}
+ */
+function freeAfter(thing, make) {
+  try {
+    return make();
+  } finally {
+    thing.free();
   }
 }

@@ -1,8 +1,11 @@
 /** The package's entry: see `hexcast.d.ts` for everything public. */
 import { clearSpillFiles } from './spill.js';
+import { CALL, MESHER, kindOf, oneOf, optionsOf, text, wrongValue } from './check.js';
+import { connect } from './connection.js';
 import { HexcastError } from './error.js';
 import { Mesh } from './mesh.js';
-import { connect } from './connection.js';
+import { plainJson } from './plain.js';
+import { columnBytes, fileOf, nameOf, surfaceOf } from './source.js';
 
 /**
  * @typedef {import('./hexcast.js').MesherOptions} MesherOptions
@@ -17,7 +20,11 @@ export { HexcastError };
 export const version = '0.1.0';
 
 /** @type {typeof import('./hexcast.js').createMesher} */
-export async function createMesher({ backend = 'auto', wasm, worker, device, signal } = {}) {
+export async function createMesher(options) {
+  const { backend = 'auto', wasm, worker, device, signal } = optionsOf(options, MESHER);
+  oneOf('backend', backend, ['auto', 'gpu', 'cpu']);
+  checkWorker(worker);
+  if (wasm !== undefined) checkWasm(wasm);
   signal?.throwIfAborted();
   if (device) checkDevice(backend, worker);
   const connection = await connect(device ? false : worker);
@@ -39,14 +46,23 @@ export async function createMesher({ backend = 'auto', wasm, worker, device, sig
 /** @param {MesherOptions['backend']} backend @param {MesherOptions['worker']} worker */
 function checkDevice(backend, worker) {
   if (backend === 'cpu')
-    throw new HexcastError('job-conflict', 'a device is given, and the backend "cpu"', 'leave out one of them');
+    throw new HexcastError('job-conflict', 'a device is given, and the backend "cpu"', { hint: 'leave out one of them' });
   if (worker !== undefined && worker !== false) {
-    throw new HexcastError(
-      'job-conflict',
-      'a device is given, and a worker: devices cannot leave their thread',
-      'leave out one of them',
-    );
+    const message = 'a device is given, and a worker: devices cannot leave their thread';
+    throw new HexcastError('job-conflict', message, { hint: 'leave out one of them' });
   }
+}
+
+/** @param {unknown} worker */
+function checkWorker(worker) {
+  if (worker === undefined || worker === false || typeof worker === 'string' || worker instanceof URL) return;
+  throw wrongValue('worker', worker, 'a URL or false');
+}
+
+/** @param {unknown} wasm */
+function checkWasm(wasm) {
+  if (typeof wasm === 'string' || ['URL', 'WebAssembly.Module'].includes(kindOf(wasm)) || fileOf('wasm', wasm)) return;
+  throw wrongValue('wasm', wasm, 'a URL, bytes or a WebAssembly.Module');
 }
 
 /** A surface in the worker. */
@@ -64,18 +80,15 @@ class Surface {
 
   /** Its number there, for a connection that is the same. @param {Connection} connection */
   idFor(connection) {
-    if (connection !== this.#connection || this.#id === undefined) {
-      throw new HexcastError(
-        'job-value',
-        `surface "${this.info.file}" was disposed of or belongs to another mesher`,
-        'read it again',
-      );
-    }
-    return this.#id;
+    if (this.#id === undefined)
+      throw new HexcastError('disposed', `the surface "${this.info.file}" was disposed of`, { hint: 'read it again' });
+    if (connection === this.#connection) return this.#id;
+    const message = `the surface "${this.info.file}" belongs to another mesher`;
+    throw new HexcastError('job-value', message, { hint: 'read it with this one' });
   }
 
-  corners() {
-    return this.#connection.call('corners', { surface: this.#id });
+  async corners() {
+    return this.#connection.call('corners', { surface: this.idFor(this.#connection) });
   }
 
   dispose() {
@@ -103,19 +116,20 @@ class Mesher {
    * @param {Exclude<GeometrySource, import('./hexcast.js').Surface>} source
    * @param {CallOptions & { file?: string }} [options]
    */
-  async read(source, { file, ...options } = {}) {
-    return new Surface(this.#connection, await this.#read(source, file ?? nameOf(source) ?? 'geometry', options));
+  async read(source, options) {
+    const { file, ...call } = optionsOf(options, ['file', ...CALL]);
+    const name = text('file', file ?? (nameOf(source) || 'geometry'));
+    return new Surface(this.#connection, await this.#read('source', source, name, call));
   }
 
   /** @param {Job} job @param {import('./hexcast.js').MeshOptions} [options] */
-  async mesh(job, options = {}) {
+  async mesh(job, options) {
     const start = performance.now();
-    const { spill = 'auto' } = options;
-    if (!['auto', true, false].includes(spill))
-      throw new HexcastError('job-value', `spill is ${spill}; allowed: 'auto', true, false`);
-    return this.#withSurfaces(job, options, async (prepared) => {
+    const { spill = 'auto', ...call } = optionsOf(options, ['spill', ...CALL]);
+    oneOf('spill', spill, ['auto', true, false]);
+    return this.#withSurfaces(job, call, async (prepared) => {
       const readSeconds = prepared.readAny ? (performance.now() - start) / 1000 : 0;
-      const made = await this.#connection.call('mesh', { ...prepared, readSeconds, spill }, options);
+      const made = await this.#connection.call('mesh', { ...prepared, readSeconds, spill }, call);
       // where the GPU was lost for good, the mesher stays on the CPU
       if (this.backend === 'gpu' && 'engine' in made) Object.assign(this, made.engine);
       return new Mesh(this.#connection, made);
@@ -123,15 +137,18 @@ class Mesher {
   }
 
   /** @param {Job} job @param {CallOptions} [options] */
-  async estimate(job, options = {}) {
-    return this.#withSurfaces(job, options, (prepared) => this.#connection.call('estimate', prepared, options));
+  async estimate(job, options) {
+    const call = optionsOf(options, CALL);
+    return this.#withSurfaces(job, call, (prepared) => this.#connection.call('estimate', prepared, call));
   }
 
   /** @param {Blob | Uint8Array | ArrayBuffer} file @param {CallOptions} [options] */
-  async open(file, options = {}) {
+  async open(file, options) {
+    const call = optionsOf(options, CALL);
+    const bytes = columnBytes('file', file);
     // bytes are copied: the mesh reads them as long as it lives
-    const source = file instanceof Blob ? file : new Uint8Array(file instanceof ArrayBuffer ? file.slice(0) : file);
-    return new Mesh(this.#connection, await this.#connection.call('openColumns', { source }, options));
+    const source = bytes instanceof Uint8Array ? bytes.slice() : bytes;
+    return new Mesh(this.#connection, await this.#connection.call('openColumns', { source }, call));
   }
 
   dispose() {
@@ -144,17 +161,9 @@ class Mesher {
     this.dispose();
   }
 
-  /** @param {GeometrySource} source @param {string} file @param {CallOptions} options */
-  #read(source, file, options) {
-    const bytes = source instanceof ArrayBuffer ? new Uint8Array(source) : source;
-    if (!(bytes instanceof Blob || bytes instanceof Uint8Array || bytes instanceof Float32Array)) {
-      throw new HexcastError(
-        'job-value',
-        `the source of "${file}" is no Blob, ArrayBuffer, Uint8Array, Float32Array or Surface`,
-        '',
-      );
-    }
-    return this.#connection.call('read', { file, source: bytes }, options);
+  /** @param {string} key @param {GeometrySource} source @param {string} file @param {CallOptions} options */
+  #read(key, source, file, options) {
+    return this.#connection.call('read', { file, source: surfaceOf(key, source) }, options);
   }
 
   /**
@@ -167,26 +176,50 @@ class Mesher {
    * @returns {Promise<T>}
    */
   async #withSurfaces(job, options, run) {
+    /** @type {number[]} */
     const temporary = [];
+    const parts = partsOf(job);
     try {
       const surfaces = [];
-      const geometries = [];
-      for (const [index, { source, file, ...geometry }] of (job?.geometries ?? []).entries()) {
+      for (const [index, source] of parts.sources.entries()) {
         const isSurface = source instanceof Surface;
-        const name = file ?? (isSurface ? source.info.file : nameOf(source)) ?? `geometry-${index + 1}`;
-        const id = isSurface ? source.idFor(this.#connection) : (await this.#read(source, name, options)).surface;
+        const id = isSurface
+          ? source.idFor(this.#connection)
+          : (await this.#read(`geometries[${index}].source`, source, parts.files[index], options)).surface;
         if (!isSurface) temporary.push(id);
         surfaces.push(id);
-        geometries.push({ ...geometry, file: name });
       }
-      return await run({ json: JSON.stringify({ ...job, geometries }), surfaces, readAny: temporary.length > 0 });
+      return await run({ json: parts.json, surfaces, readAny: temporary.length > 0 });
     } finally {
       for (const surface of temporary) this.#connection.send('release', { surface });
     }
   }
 }
 
-/** The name of a File. @param {GeometrySource} source */
-function nameOf(source) {
-  return source instanceof File ? source.name : undefined;
+/**
+ * A job as JSON, its sources and their names; the JSON is made before any source is read.
+ *
+ * @param {Job} job
+ */
+function partsOf(job) {
+  if (kindOf(job) !== 'Object') throw wrongValue('the job', job, 'an object');
+  const { backend, geometries = [], ...others } = /** @type {Job & { backend?: unknown }} */ (job);
+  if (backend !== undefined) {
+    const hint = 'give it to createMesher';
+    throw new HexcastError('job-value', 'backend is no key of a job', { hint, details: { key: 'backend' } });
+  }
+  if (!Array.isArray(geometries)) throw wrongValue('geometries', geometries, 'a list of objects with a source');
+  const sources = [];
+  const files = [];
+  const plain = [];
+  for (const [index, geometry] of geometries.entries()) {
+    const key = `geometries[${index}]`;
+    if (kindOf(geometry) !== 'Object') throw wrongValue(key, geometry, 'an object with a source');
+    const { source, file, ...placing } = geometry;
+    const name = file ?? (source instanceof Surface ? source.info.file : nameOf(source)) ?? `geometry-${index + 1}`;
+    files.push(text(`${key}.file`, name));
+    sources.push(source);
+    plain.push({ ...placing, file: name });
+  }
+  return { json: plainJson({ ...others, geometries: plain }), sources, files };
 }

@@ -5,6 +5,7 @@
 import { readFile } from 'node:fs/promises';
 
 import { HexcastError } from './error.js';
+import { MESHER, optionsOf } from './check.js';
 import { createMesher as create } from './hexcast.js';
 
 export { HexcastError, version } from './hexcast.js';
@@ -12,11 +13,12 @@ export { HexcastError, version } from './hexcast.js';
 const NO_GPU = 'Node has no GPU of its own and the npm package webgpu is not installed';
 
 /** @type {typeof import('./hexcast.js').createMesher} */
-export async function createMesher(options = {}) {
+export async function createMesher(given) {
+  const options = optionsOf(given, MESHER);
   const { backend = 'auto' } = options;
   const wasm = options.wasm ?? (await readFile(new URL('./hexcast_bg.wasm', import.meta.url)));
   if (backend === 'cpu' || (await provideGpu())) return create({ ...options, wasm, worker: false });
-  if (backend === 'gpu') throw new HexcastError('no-adapter', NO_GPU, 'install webgpu, or use the CPU backend');
+  if (backend === 'gpu') throw new HexcastError('no-adapter', NO_GPU, { hint: 'install webgpu, or use the CPU backend' });
   const mesher = await create({ ...options, backend: 'cpu', wasm, worker: false });
   return Object.assign(mesher, { fallback: NO_GPU });
 }

@@ -134,6 +134,9 @@ export interface CertificateReport {
   overlaps: { winner: string; loser: string; cells: number; volume: number }[];
 }
 
+/** Three numbers, for x, y and z. */
+export type Triple = readonly [number, number, number];
+
 /** Mesh lines: line i of an axis is `origin + i * spacing`, i = 0 ..= dims. */
 export interface Lines {
   origin: [number, number, number];
@@ -214,10 +217,16 @@ export interface Mesh extends Disposable {
   readonly columns: Columns;
   /** Flag of one cell. */
   flag(x: number, y: number, z: number): Promise<number>;
-  /** Flags of a box of cells. */
-  box(start: [number, number, number], end: [number, number, number]): Promise<Flags>;
-  /** All flags in file order, in slabs of at most `maxBytes` (default 16 MiB); the next slab is expanded in advance. */
-  slabs(options?: { maxBytes?: number; signal?: AbortSignal }): AsyncIterableIterator<Flags>;
+  /**
+   * Flags of a box of cells: in a new array, or in the first bytes of `into`. A box of more cells than an array can have fails with
+   * `memory`: read slabs.
+   */
+  box(start: Triple, end: Triple, options?: { into?: Uint8Array; signal?: AbortSignal }): Promise<Flags>;
+  /**
+   * All flags in file order, in slabs of at most `maxBytes` (default 16 MiB, or those of `into`); the next slab is expanded in
+   * advance. With `into` every slab is put into the same first bytes of that array, which the next one overwrites.
+   */
+  slabs(options?: { maxBytes?: number; into?: Uint8Array; signal?: AbortSignal }): AsyncIterableIterator<Flags>;
   /** One plane of cells perpendicular to an axis (0, 1, 2), sub-sampled to at most `maxPixels` a side (default 2048). */
   slice(axis: 0 | 1 | 2, index: number, maxPixels?: number): Promise<Slice>;
   /** The stair-step surface, coarsened until it has at most `maxQuads` (default 2,000,000). */

@@ -17,7 +17,7 @@ impl Job {
             return Err(Error::new(
                 "job-empty",
                 "the job names no geometry",
-                "add at least one [[geometries]] with a file",
+                "give at least one geometry",
             ));
         }
         if self.geometries.len() > 255 {
