@@ -13,8 +13,18 @@ import { HexcastError, errorOf } from './error.js';
  */
 
 /**
+ * What arrives: arrays have buffers of their own.
+ *
+ * @template T
+ * @typedef {T extends Uint8Array ? Uint8Array<ArrayBuffer>
+ *   : T extends Uint32Array ? Uint32Array<ArrayBuffer>
+ *   : T extends Float32Array ? Float32Array<ArrayBuffer>
+ *   : T extends object ? { [K in keyof T]: Arrived<T[K]> } : T} Arrived
+ */
+
+/**
  * @template {Operation} K
- * @typedef {Awaited<ReturnType<Core[K]>>} Result
+ * @typedef {Arrived<Awaited<ReturnType<Core[K]>>>} Result
  */
 
 /** @typedef {{ id: number, operation: Operation, args: object } | { cancel: number }} Request what goes to the core */

@@ -13,7 +13,7 @@ use crate::error::Result;
 use crate::estimate::UPLOAD_FACET_BYTES;
 use crate::estimate::{Device, MemoryBudget};
 #[cfg(feature = "gpu")]
-use crate::gpu::{AdapterKind, Gpu, Options, Usage};
+use crate::gpu::{AdapterKind, Gpu, Options, Usage, instance};
 use crate::job::BackendChoice;
 use crate::overlay::Overlay;
 
@@ -38,6 +38,9 @@ pub struct Engine {
     gpu: Option<Gpu>,
     #[cfg(feature = "gpu")]
     wanted_adapter: Option<String>,
+    /// Where a lost device is opened again, if not where the system has its drivers.
+    #[cfg(feature = "gpu")]
+    instance: Option<wgpu::Instance>,
     /// Whether the CPU continues where the GPU is lost for good. Where the GPU is wrong the CPU always does.
     #[cfg(feature = "gpu")]
     has_cpu_fallback: bool,
@@ -55,6 +58,8 @@ impl Engine {
             gpu: None,
             #[cfg(feature = "gpu")]
             wanted_adapter: None,
+            #[cfg(feature = "gpu")]
+            instance: None,
             #[cfg(feature = "gpu")]
             has_cpu_fallback: false,
             fallback: None,
@@ -110,6 +115,25 @@ impl Engine {
     async fn open_gpu(adapter: Option<&str>) -> Result<Engine> {
         let gpu = Gpu::open(adapter).await?;
         Ok(Engine { gpu: Some(gpu), wanted_adapter: adapter.map(String::from), ..Engine::cpu() })
+    }
+
+    /// Opens the backend of a job as [`Engine::open`] does, with the adapters of an instance of the caller's.
+    ///
+    /// # Errors
+    /// Those of [`Engine::open`].
+    #[cfg(all(feature = "web", target_arch = "wasm32"))]
+    pub(crate) async fn open_in(instance: wgpu::Instance, choice: BackendChoice) -> Result<Engine> {
+        if choice == BackendChoice::Cpu {
+            return Ok(Engine::cpu());
+        }
+        let start = Instant::now();
+        let is_auto = choice == BackendChoice::Auto;
+        let engine = match Gpu::open_in(&instance, None, None).await {
+            Ok(gpu) => Engine { gpu: Some(gpu), instance: Some(instance), has_cpu_fallback: is_auto, ..Engine::cpu() },
+            Err(error) if is_auto => Engine { fallback: Some(error.to_string()), ..Engine::cpu() },
+            Err(error) => return Err(error),
+        };
+        Ok(Engine { seconds: start.elapsed().as_secs_f64(), ..engine })
     }
 
     /// Prepares a GPU that the caller has opened. Where its device is lost, one of an adapter of the same name takes its place;
@@ -239,7 +263,8 @@ impl Engine {
                 Err(error) if error.code() == "device-lost" && reopenings < MAX_REOPENINGS => {
                     reopenings += 1;
                     options.rows_per_band = Some((last_rows / 2).max(1) as u32);
-                    let gpu = Gpu::open(self.wanted_adapter.as_deref()).await;
+                    let instance = self.instance.get_or_insert_with(instance);
+                    let gpu = Gpu::open_in(instance, self.wanted_adapter.as_deref(), None).await;
                     self.gpu = Some(gpu.map_err(|again| lost_for_good(&error, &again))?);
                 }
                 result => return result,
