@@ -15,7 +15,7 @@ const MOST_BYTES = 2 ** 32 - 1;
  * @param {Cell} start
  * @param {Cell} end
  * @param {Uint8Array} [into]
- * @returns {Uint8Array}
+ * @returns {any} a `Uint8Array` of the kind of the caller's
  */
 export function placeFor(start, end, into) {
   const sizes = end.map((number, axis) => number - start[axis]);

@@ -17,7 +17,7 @@
  * never detached or changed; every typed array that a call returns belongs to the caller. Lengths are in the unit of the files,
  * cells are counted from 0, ends of ranges are exclusive, and x varies fastest: `flags[x + nx * (y + ny * z)]`.
  */
-import type { Estimate, GeometrySource, Job, Surface } from './job.js';
+import type { Estimate, FileSource, GeometrySource, Job, Surface } from './job.js';
 import type { Mesh } from './result.js';
 
 export type * from './job.js';
@@ -88,7 +88,7 @@ export interface ErrorDetails {
 export type BackendChoice = 'auto' | 'gpu' | 'cpu';
 
 /** Where a wasm module is, or its bytes, or the compiled module. */
-export type WasmSource = string | URL | ArrayBuffer | Uint8Array | WebAssembly.Module;
+export type WasmSource = string | URL | ArrayBufferLike | Uint8Array | WebAssembly.Module;
 
 export interface MesherOptions {
   /** Default `auto`. With `gpu`, a missing adapter is the error `no-adapter`, and one lost for good `device-lost`. */
@@ -175,7 +175,7 @@ export interface Mesher extends Disposable {
    * Opens a column file. In a worker a Blob is not copied: the mesh reads pieces of it as they are needed, so that a file may be
    * larger than the memory. It must not change meanwhile. A damaged piece shows when it is read, as `columns-corrupt`.
    */
-  open(file: Blob | Uint8Array | ArrayBuffer, options?: CallOptions): Promise<Mesh>;
+  open(file: FileSource, options?: CallOptions): Promise<Mesh>;
   /** Ends the worker and frees everything; pending calls reject with `cancelled`, later ones with `disposed`. */
   dispose(): void;
 }

@@ -1,5 +1,6 @@
 /** A mesh that the core holds: queries, pictures and files. */
 import { placeFor, piecesOf, SLAB_BYTES } from './box.js';
+import { byteStream } from './byte_stream.js';
 import { CALL, oneOf, optionsOf, wholeNumber, threeNumbers, yesOrNo } from './check.js';
 import { report } from './connection.js';
 import { HexcastError } from './error.js';
@@ -46,6 +47,7 @@ export class Mesh {
       runs,
       bytes,
       ray: (/** @type {number} */ i, /** @type {number} */ j) => this.#ray(i, j),
+      all: (/** @type {CallOptions | undefined} */ options) => this.#columns(options),
     });
   }
 
@@ -58,6 +60,12 @@ export class Mesh {
   async #call(operation, args, options) {
     if (this.#id === undefined) throw new HexcastError('disposed', 'the mesh was disposed of', { hint: 'mesh again' });
     return this.#connection.call(operation, /** @type {Arguments<K>} */ ({ mesh: this.#id, ...args }), options);
+  }
+
+  /** @param {CallOptions} [options] */
+  async #columns(options) {
+    const call = optionsOf(options, CALL);
+    return this.#call('columns', { rays: this.report.rays }, call);
   }
 
   /** @param {number} i @param {number} j */
@@ -158,29 +166,26 @@ export class Mesh {
     const total = this.size(format, { compress, bits }) ?? 0;
     // while flags are compressed, progress counts flags
     const flags = this.report.cells;
-    return new ReadableStream(
-      {
-        start: async () => {
-          signal?.throwIfAborted();
-          encoder = await this.#call('encode', { format, compress, bits }, { signal });
-        },
-        pull: async (controller) => {
-          let bytes;
-          for (;;) {
-            signal?.throwIfAborted();
-            bytes = await this.#connection.call('next', { encoder });
-            if (bytes === null) return controller.close();
-            if (!('share' in bytes)) break;
-            report(onProgress, { stage: 'write', done: Math.floor(bytes.share * flags), total: flags });
-          }
-          done += bytes.byteLength;
-          report(onProgress, { stage: 'write', done, total: Math.max(total, done) });
-          controller.enqueue(bytes);
-        },
-        cancel: () => this.#connection.send('release', { encoder }),
+    return byteStream({
+      start: async () => {
+        signal?.throwIfAborted();
+        encoder = await this.#call('encode', { format, compress, bits }, { signal });
       },
-      { highWaterMark: 2 },
-    );
+      next: async () => {
+        for (;;) {
+          signal?.throwIfAborted();
+          const bytes = await this.#connection.call('next', { encoder });
+          if (bytes === null) return null;
+          if ('share' in bytes) report(onProgress, { stage: 'write', done: Math.floor(bytes.share * flags), total: flags });
+          else {
+            done += bytes.byteLength;
+            report(onProgress, { stage: 'write', done, total: Math.max(total, done) });
+            return bytes;
+          }
+        }
+      },
+      cancel: () => this.#connection.send('release', { encoder }),
+    });
   }
 
   /** @param {Format} format @param {WriteOptions} [options] */
