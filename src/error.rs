@@ -99,6 +99,8 @@ pub const CODES: &[(&str, Actor, &str)] = &[
     ("device-wrong", Actor::Device, "the GPU driver computes wrongly, and its result was discarded"),
     ("device-lost", Actor::Device, "the GPU device was lost and could not be brought back"),
     ("io", Actor::System, "reading or writing a file failed"),
+    ("disposed", Actor::Caller, "in JavaScript: the mesher, mesh or surface was disposed of before the call"),
+    ("callback", Actor::Caller, "in JavaScript: the caller's function threw"),
 ];
 
 impl Error {

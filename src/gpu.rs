@@ -47,7 +47,7 @@ mod warm_up;
 pub use band::Forced;
 use band::{Context, Launched, Outcome, Worker};
 pub use buffers::SCAN_BLOCK;
-pub use device::{AdapterFacts, AdapterKind, adapter, adapters};
+pub use device::{AdapterFacts, AdapterKind, adapter, adapters, instance};
 use device::{Opened, find};
 pub use inspect::Tiles;
 use kernels::Kernels;
@@ -113,7 +113,7 @@ impl Gpu {
     /// - `device-failed`: the driver refused the device or a kernel.
     /// - `device-wrong`: the driver fails a check of what every mesh relies on.
     pub async fn open(wanted: Option<&str>) -> Result<Gpu> {
-        Gpu::open_edited(wanted, None).await
+        Gpu::open_in(&instance(), wanted, None).await
     }
 
     /// The same, with kernels whose text is changed before they are compiled: for tests of what a broken driver would do.
@@ -121,7 +121,15 @@ impl Gpu {
     /// # Errors
     /// Those of [`Gpu::open`].
     pub async fn open_edited(wanted: Option<&str>, edit: Option<Edit>) -> Result<Gpu> {
-        let adapter = find(wanted).await?;
+        Gpu::open_in(&instance(), wanted, edit).await
+    }
+
+    /// The same, of an instance that the caller has.
+    ///
+    /// # Errors
+    /// Those of [`Gpu::open`].
+    pub(crate) async fn open_in(instance: &wgpu::Instance, wanted: Option<&str>, edit: Option<Edit>) -> Result<Gpu> {
+        let adapter = find(instance, wanted).await?;
         let opened = Opened::new(&adapter).await?;
         let kernels = Kernels::new(&opened.device, edit);
         kernels.compile_common();

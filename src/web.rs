@@ -186,6 +186,22 @@ impl WebJob {
     }
 }
 
+/// Where devices come from: `navigator.gpu` as it is when this is made.
+#[wasm_bindgen]
+pub struct WebGpu {
+    instance: wgpu::Instance,
+}
+
+#[wasm_bindgen]
+impl WebGpu {
+    /// Looks for `navigator.gpu`, at once.
+    #[wasm_bindgen(constructor)]
+    #[expect(clippy::new_without_default, reason = "a JavaScript constructor")]
+    pub fn new() -> WebGpu {
+        WebGpu { instance: crate::gpu::instance() }
+    }
+}
+
 /// An open backend.
 #[wasm_bindgen]
 pub struct WebEngine {
@@ -196,7 +212,7 @@ pub struct WebEngine {
 #[wasm_bindgen]
 impl WebEngine {
     /// Opens a backend: "auto", "gpu" or "cpu". `pause` returns a promise that resolves once messages have been handled.
-    pub async fn open(backend: String, pause: Function) -> JsResult<WebEngine> {
+    pub async fn open(backend: String, gpu: WebGpu, pause: Function) -> JsResult<WebEngine> {
         let choice = match backend.as_str() {
             "auto" => BackendChoice::Auto,
             "gpu" => BackendChoice::Gpu,
@@ -206,7 +222,7 @@ impl WebEngine {
                 return Err(js_error(Error::new("job-value", message, "")));
             }
         };
-        let engine = Engine::open(choice, None).await.map_err(js_error)?;
+        let engine = Engine::open_in(gpu.instance, choice).await.map_err(js_error)?;
         Ok(WebEngine { engine: Rc::new(RefCell::new(Some(engine))), pause: keep(pause.into()) })
     }
 

@@ -1,3 +1,5 @@
+import { HexcastError } from './error.js';
+
 /**
  * A call of the core while it runs: whether it is cancelled, and the function that receives its progress.
  *
@@ -17,7 +19,7 @@ export function pause() {
   });
 }
 
-/** The error of a call that was cancelled, as the wasm writes it. */
+/** The error of a call that was cancelled. */
 export function cancelled() {
-  return JSON.stringify({ code: 'cancelled', message: 'cancelled', hint: '' });
+  return new HexcastError('cancelled', 'cancelled');
 }

@@ -1,5 +1,5 @@
 /** Calls to the core: in a worker of this or another origin, or on this thread. */
-import { HexcastError, errorFrom } from './error.js';
+import { HexcastError, errorOf } from './error.js';
 
 /**
  * @typedef {import('./core.js').Core} Core
@@ -13,8 +13,18 @@ import { HexcastError, errorFrom } from './error.js';
  */
 
 /**
+ * What arrives: arrays have buffers of their own.
+ *
+ * @template T
+ * @typedef {T extends Uint8Array ? Uint8Array<ArrayBuffer>
+ *   : T extends Uint32Array ? Uint32Array<ArrayBuffer>
+ *   : T extends Float32Array ? Float32Array<ArrayBuffer>
+ *   : T extends object ? { [K in keyof T]: Arrived<T[K]> } : T} Arrived
+ */
+
+/**
  * @template {Operation} K
- * @typedef {Awaited<ReturnType<Core[K]>>} Result
+ * @typedef {Arrived<Awaited<ReturnType<Core[K]>>>} Result
  */
 
 /** @typedef {{ id: number, operation: Operation, args: object } | { cancel: number }} Request what goes to the core */
@@ -25,7 +35,7 @@ import { HexcastError, errorFrom } from './error.js';
  * @typedef {object} Answer
  * @property {number} id of the call
  * @property {any} [result] that of its operation
- * @property {string} [error]
+ * @property {import('./error.js').Failure} [failure]
  * @property {Progress} [progress]
  */
 
@@ -41,6 +51,7 @@ import { HexcastError, errorFrom } from './error.js';
 
 /**
  * @typedef {object} Call
+ * @property {Operation} operation
  * @property {(result: any) => void} resolve
  * @property {(error: unknown) => void} reject
  * @property {((progress: Progress) => void) | undefined} onProgress
@@ -72,15 +83,36 @@ export class Connection {
   /** @param {Port} port */
   constructor(port) {
     this.#port = port;
-    port.onanswer = ({ id, result, error, progress }) => {
+    port.onanswer = ({ id, result, failure, progress }) => {
       const call = this.#calls.get(id);
       if (!call) return progress ? undefined : this.#forget(id, result);
-      if (progress) return call.onProgress?.(progress);
+      if (progress) return this.#report(id, call, progress);
       this.#calls.delete(id);
-      error === undefined ? call.resolve(result) : call.reject(errorFrom(error));
+      failure ? call.reject(errorOf(failure)) : call.resolve(result);
     };
-    port.onfailure = (message) =>
-      this.#fail(new HexcastError('device-failed', `the worker failed: ${message}`, 'check that its script can be loaded'));
+    port.onfailure = (message) => {
+      const hint = 'check that its script can be loaded';
+      this.#fail(new HexcastError('device-failed', `the worker failed: ${message}`, { hint }));
+    };
+  }
+
+  /** Calls the caller's function; where it throws, the call is over. @param {number} id @param {Call} call @param {Progress} progress */
+  #report(id, call, progress) {
+    try {
+      report(call.onProgress, progress);
+    } catch (error) {
+      this.#abandon(id, error);
+    }
+  }
+
+  /** Ends a call before its answer. @param {number} id @param {unknown} reason */
+  #abandon(id, reason) {
+    const call = this.#calls.get(id);
+    if (!call) return;
+    this.#calls.delete(id);
+    this.#abandoned.set(id, call.operation);
+    this.#port?.send({ cancel: id });
+    call.reject(reason);
   }
 
   /**
@@ -94,21 +126,14 @@ export class Connection {
    */
   async call(operation, args, { signal, onProgress } = {}) {
     signal?.throwIfAborted();
-    if (!this.#port) throw new HexcastError('cancelled', 'the mesher was disposed of', 'create another');
+    if (!this.#port) throw new HexcastError('disposed', 'the mesher was disposed of', { hint: 'create another' });
     const id = this.#next++;
     const port = this.#port;
-    const stop = () => {
-      const call = this.#calls.get(id);
-      if (!call) return;
-      this.#calls.delete(id);
-      this.#abandoned.set(id, operation);
-      port.send({ cancel: id });
-      call.reject(signal?.reason);
-    };
+    const stop = () => this.#abandon(id, signal?.reason);
     try {
       /** @type {Promise<any>} */
       const result = new Promise((resolve, reject) => {
-        this.#calls.set(id, { resolve, reject, onProgress });
+        this.#calls.set(id, { operation, resolve, reject, onProgress });
         signal?.addEventListener('abort', stop, { once: true });
         port.send({ id, operation, args });
       });
@@ -145,7 +170,7 @@ export class Connection {
   close() {
     this.#port?.close();
     this.#port = null;
-    this.#fail(new HexcastError('cancelled', 'the mesher was disposed of', ''));
+    this.#fail(new HexcastError('cancelled', 'the mesher was disposed of'));
   }
 
   /** @param {Error} error */
@@ -153,6 +178,21 @@ export class Connection {
     for (const call of this.#calls.values()) call.reject(error);
     this.#calls.clear();
     this.#abandoned.clear();
+  }
+}
+
+/**
+ * Calls the caller's function.
+ *
+ * @param {((progress: Progress) => void) | undefined} onProgress
+ * @param {Progress} progress
+ */
+export function report(onProgress, progress) {
+  try {
+    onProgress?.(progress);
+  } catch (cause) {
+    const what = cause instanceof Error ? cause.message : String(cause);
+    throw new HexcastError('callback', `onProgress threw: ${what}`, { hint: 'catch its errors in there', cause });
   }
 }
 
@@ -207,7 +247,7 @@ function localPort(core) {
       if ('cancel' in request) return core.cancel(request.cancel);
       port.onanswer(await core.answer(request, (progress) => port.onanswer(progress)));
     },
-    close() {},
+    close: () => core.dispose(),
     onanswer() {},
     onfailure() {},
   };

@@ -2,12 +2,13 @@
  * The operations of the package, on the calling thread: the wasm, surfaces and meshes by number. `worker.js` runs them in a worker;
  * `hexcast.js` calls them there or, without a worker, directly. Arguments and results can be cloned.
  */
-import { describeAdapter, withDevice, whyNotTaken } from './adapter.js';
+import { Devices, describeAdapter, whyNotTaken } from './adapter.js';
 import { clearSpillFiles, spilling } from './spill.js';
 import { cancelled, pause } from './call.js';
 import { columnFile } from './column_file.js';
 import { Held } from './held.js';
-import init, { WebEngine, WebJob, WebMesh, WebSurface, WebSwitch, version } from './hexcast_wasm.js';
+import { asError, failureOf } from './error.js';
+import init, { WebEngine, WebGpu, WebJob, WebMesh, WebSurface, WebSwitch, version } from './hexcast_wasm.js';
 import { readSurface } from './read.js';
 
 /**
@@ -16,12 +17,18 @@ import { readSurface } from './read.js';
  * @typedef {{ json: string, surfaces: number[] }} JobArguments a job, and its surfaces by number
  * @typedef {JobArguments & { readSeconds: number, spill: 'auto' | boolean }} MeshArguments
  * @typedef {{ backend: 'gpu' | 'cpu', adapter: import('./hexcast.js').Adapter | null, fallback: string | null }} Facts of a backend
- * @typedef {Exclude<keyof Core, 'run' | 'cancel' | 'answer'>} Operation
+ * @typedef {Exclude<keyof Core, 'run' | 'cancel' | 'answer' | 'dispose'>} Operation
  */
+
+/** Runs that are copied between two looks for messages. */
+const RUNS_AT_A_TIME = 1 << 20;
 
 export class Core {
   /** Set by `open`. @type {WebEngine} */
   #engine = /** @type {never} */ (null);
+  /** @type {Devices | null} */
+  #devices = null;
+  #isDisposed = false;
   /** @type {Held<WebSurface>} */
   #surfaces = new Held();
   /** @type {Held<WebMesh>} */
@@ -44,7 +51,7 @@ export class Core {
    *
    * @param {{ id: number, operation: Operation, args: any }} request
    * @param {(answer: { id: number, progress: import('./hexcast.js').Progress }) => void} report
-   * @returns {Promise<{ id: number, result?: unknown, error?: string }>}
+   * @returns {Promise<{ id: number, result?: unknown, failure?: import('./error.js').Failure }>}
    */
   async answer({ id, operation, args }, report) {
     try {
@@ -52,25 +59,27 @@ export class Core {
       const result = operation === 'open' ? await this.open(args) : await this.run(operation, id, args, progress);
       return { id, result };
     } catch (error) {
-      return { id, error: typeof error === 'string' ? error : String((error instanceof Error && error.stack) || error) };
+      return { id, failure: failureOf(asError(error)) };
     }
   }
 
   /**
    * Loads the wasm and opens a backend; `auto` does not take an adapter in software, unless its device is the caller's.
    *
-   * @param {{ backend: import('./hexcast.js').BackendChoice, wasm: any, device?: GPUDevice }} args
+   * @param {{ backend: import('./hexcast.js').BackendChoice, wasm: any, device?: GPUDevice, gpu?: GPU | null }} args
    * @returns {Promise<Facts & { version: string }>}
    */
-  async open({ backend, wasm, device }) {
+  async open({ backend, wasm, device, gpu = globalThis.navigator?.gpu }) {
     // files that earlier visits left; not awaited
     clearSpillFiles();
     await init({ module_or_path: wasm });
     // where the search fails, so does that of the wasm, which reports it
-    const adapter = backend === 'cpu' ? null : await describeAdapter(device).catch(() => null);
+    const adapter = backend === 'cpu' ? null : await describeAdapter(gpu, device).catch(() => null);
     if (backend === 'auto' && !device && adapter) this.#notTaken = whyNotTaken(adapter);
-    const open = () => WebEngine.open(this.#notTaken ? 'cpu' : backend, pause);
-    this.#engine = await (device ? withDevice(device, open) : open());
+    this.#devices = new Devices(gpu, device);
+    const found = this.#devices.whileFound(() => new WebGpu());
+    this.#engine = await WebEngine.open(this.#notTaken ? 'cpu' : backend, found, pause);
+    if (this.#isDisposed) this.#free();
     const facts = JSON.parse(this.#engine.facts());
     if (facts.adapter) {
       Object.assign(facts.adapter, adapter);
@@ -98,6 +107,7 @@ export class Core {
       return await act.call(this, args, progress, state);
     } finally {
       this.#switches.delete(call);
+      stop.free();
     }
   }
 
@@ -108,6 +118,21 @@ export class Core {
       state.cancelled = true;
       state.stop.cancel();
     }
+  }
+
+  /** Ends all calls and frees all that was made. */
+  dispose() {
+    for (const call of this.#switches.keys()) this.cancel(call);
+    for (const held of [this.#surfaces, this.#meshes, this.#encoders]) held.close();
+    this.#isDisposed = true;
+    // a mesh that is being made holds the engine
+    this.#turn.then(() => this.#free());
+  }
+
+  #free() {
+    if (!this.#engine) return;
+    this.#engine.free();
+    this.#devices?.destroy();
   }
 
   /**
@@ -136,7 +161,8 @@ export class Core {
 
   /** @param {JobArguments} args @param {Listener} _progress @param {State} state @returns {import('./hexcast.js').Estimate} */
   estimate(args, _progress, state) {
-    const estimate = JSON.parse(this.#job(args, state).estimate());
+    const job = this.#job(args, state);
+    const estimate = JSON.parse(freeAfter(job, () => job.estimate()));
     const seconds = this.#pace && this.#pace.ray * estimate.rays + this.#pace.crossing * estimate.crossings;
     return { ...estimate, seconds };
   }
@@ -218,6 +244,27 @@ export class Core {
     return { starts: runs.map((run) => run >>> 8), flags: Uint8Array.from(runs, (run) => run & 255) };
   }
 
+  /**
+   * The runs of all rays.
+   *
+   * @param {{ mesh: number, rays: number }} args
+   * @param {Listener} progress
+   * @param {State} state
+   */
+  async columns({ mesh, rays }, progress, state) {
+    const made = this.#meshes.get(mesh);
+    const [n_runs] = made.columnFacts();
+    const columns = { offsets: new Uint32Array(rays + 1), starts: new Uint32Array(n_runs), flags: new Uint8Array(n_runs) };
+    const n_rays = Math.ceil(RUNS_AT_A_TIME / (n_runs / rays + 1));
+    for (let first = 0; first < rays; first += n_rays) {
+      unpack(made.rays(first, Math.min(n_rays, rays - first)), first, columns);
+      progress({ stage: 'read', done: columns.offsets[Math.min(first + n_rays, rays)], total: n_runs });
+      await pause();
+      if (state.cancelled) throw cancelled();
+    }
+    return columns;
+  }
+
   /** @param {{ mesh: number, axis: number, index: number, maxPixels: number }} args */
   slice({ mesh, axis, index, maxPixels }) {
     const bytes = this.#meshes.get(mesh).slice(axis, index, maxPixels);
@@ -269,10 +316,15 @@ export class Core {
     const made = this.#meshes.get(mesh);
     const total = made.size('raw', bits) ?? 0;
     const hash = made.hash(bits);
-    while (hash.step()) {
-      progress({ stage: 'write', done: hash.nBytes(), total });
-      await pause();
-      if (state.cancelled) throw cancelled();
+    try {
+      while (hash.step()) {
+        progress({ stage: 'write', done: hash.nBytes(), total });
+        await pause();
+        if (state.cancelled) throw cancelled();
+      }
+    } catch (error) {
+      hash.free();
+      throw error;
     }
     return { bytes: hash.nBytes(), sha256: hash.finish() };
   }
@@ -286,5 +338,39 @@ export class Core {
     this.#surfaces.release(surface);
     this.#meshes.release(mesh);
     this.#encoders.release(encoder);
+  }
+}
+
+/**
+ * Puts the runs of rays from a ray on into the arrays of all: each ray's come behind their number, packed as `start << 8 | flag`.
+ *
+ * @param {Uint32Array} packed
+ * @param {number} ray
+ * @param {{ offsets: Uint32Array, starts: Uint32Array, flags: Uint8Array }} columns
+ */
+function unpack(packed, ray, { offsets, starts, flags }) {
+  for (let at = 0; at < packed.length; ray += 1) {
+    let to = offsets[ray];
+    for (const end = at + 1 + packed[at++]; at < end; at += 1, to += 1) {
+      starts[to] = packed[at] >>> 8;
+      flags[to] = packed[at] & 255;
+    }
+    offsets[ray + 1] = to;
+  }
+}
+
+/**
+ * Frees what was needed for a result only.
+ *
+ * @template T
+ * @param {{ free(): void }} thing
+ * @param {() => T} make
+ * @returns {T}
+ */
+function freeAfter(thing, make) {
+  try {
+    return make();
+  } finally {
+    thing.free();
   }
 }

@@ -7,12 +7,21 @@ export class Held {
   /** @type {Map<number, T>} */
   #held = new Map();
   #next = 1;
+  #isClosed = false;
 
   /** Holds a thing and returns its number. @param {T} thing */
   keep(thing) {
     const id = this.#next++;
-    this.#held.set(id, thing);
+    if (this.#isClosed) thing.free();
+    else this.#held.set(id, thing);
     return id;
+  }
+
+  /** Frees all, and from now on whatever is to be held. */
+  close() {
+    this.#isClosed = true;
+    for (const thing of this.#held.values()) thing.free();
+    this.#held.clear();
   }
 
   /** @param {number | undefined} id */

@@ -17,7 +17,7 @@
  * never detached or changed; every typed array that a call returns belongs to the caller. Lengths are in the unit of the files,
  * cells are counted from 0, ends of ranges are exclusive, and x varies fastest: `flags[x + nx * (y + ny * z)]`.
  */
-import type { Estimate, GeometrySource, Job, Surface } from './job.js';
+import type { Estimate, FileSource, GeometrySource, Job, Surface } from './job.js';
 import type { Mesh } from './result.js';
 
 export type * from './job.js';
@@ -53,14 +53,32 @@ export type ErrorCode =
   /** The GPU driver computes wrongly. Its results are discarded. */
   | 'device-wrong'
   | 'device-lost'
-  | 'io';
+  | 'io'
+  /** The mesher, the mesh or the surface was disposed of before the call. */
+  | 'disposed'
+  /** `onProgress` threw; `cause` is what it threw. The call was ended. */
+  | 'callback';
 
-/** Every failure but an abort, which rejects with `signal.reason`. */
+/** Every failure but an abort, which rejects with `signal.reason`. `cause` is the error behind it, if there is one. */
 export class HexcastError extends Error {
   /** What went wrong, for programs. */
   readonly code: ErrorCode;
   /** What to do about it, for people; may be empty. */
   readonly hint: string;
+  /** What is known of the cause; empty where that is nothing. */
+  readonly details: ErrorDetails;
+}
+
+/** Facts of an error, for programs. */
+export interface ErrorDetails {
+  /** The key of the job, the option or the argument that is wrong, such as `geometries[0].flag`. */
+  readonly key?: string;
+  /** What was found there, in few words, or its size. */
+  readonly found?: string | number;
+  /** What is allowed there, in few words, or its size. */
+  readonly allowed?: string | number;
+  /** Bytes that are too many. */
+  readonly bytes?: number;
 }
 
 /**
@@ -70,7 +88,7 @@ export class HexcastError extends Error {
 export type BackendChoice = 'auto' | 'gpu' | 'cpu';
 
 /** Where a wasm module is, or its bytes, or the compiled module. */
-export type WasmSource = string | URL | ArrayBuffer | Uint8Array | WebAssembly.Module;
+export type WasmSource = string | URL | ArrayBufferLike | Uint8Array | WebAssembly.Module;
 
 export interface MesherOptions {
   /** Default `auto`. With `gpu`, a missing adapter is the error `no-adapter`, and one lost for good `device-lost`. */
@@ -157,8 +175,8 @@ export interface Mesher extends Disposable {
    * Opens a column file. In a worker a Blob is not copied: the mesh reads pieces of it as they are needed, so that a file may be
    * larger than the memory. It must not change meanwhile. A damaged piece shows when it is read, as `columns-corrupt`.
    */
-  open(file: Blob | Uint8Array | ArrayBuffer, options?: CallOptions): Promise<Mesh>;
-  /** Ends the worker and frees everything; pending calls reject with `cancelled`. */
+  open(file: FileSource, options?: CallOptions): Promise<Mesh>;
+  /** Ends the worker and frees everything; pending calls reject with `cancelled`, later ones with `disposed`. */
   dispose(): void;
 }
 

@@ -1,14 +1,39 @@
 /** What goes in: surfaces, the job, and what a job would cost. */
+import type { Float32Numbers, Triple } from './result.js';
 
 /** The bytes of an STL file, binary or ASCII, or facets. A Blob is read in slices, never as a whole. */
 export type GeometrySource =
-  | Blob
-  | ArrayBuffer
-  | Uint8Array
-  /** Corners of facets: 9 numbers a facet (x y z of three corners), in the unit of the job. */
+  | FileSource
+  /** Corners of facets: 9 numbers a facet (x y z of three corners), in the unit of the job. Rounded to f32, as STL files are. */
   | Float32Array
+  | Float64Array
+  | FacetsSource
   /** A surface that this mesher has read before with `Mesher.read`. */
   | Surface;
+
+/** The bytes of a file. Shared memory is copied before the call returns. */
+export type FileSource = Blob | ArrayBufferLike | Uint8Array | Uint8ClampedArray | Int8Array | DataView;
+
+/** Facets by vertices, as three.js and others have them. */
+export interface FacetsSource {
+  /** Three numbers a vertex, rounded to f32; without `index` nine a facet. */
+  readonly positions: Numbers;
+  /** Three vertices a facet, counted from 0. */
+  readonly index?: Numbers | null;
+}
+
+/** Numbers in an array of any kind. */
+export type Numbers =
+  | readonly number[]
+  | Int8Array
+  | Uint8Array
+  | Uint8ClampedArray
+  | Int16Array
+  | Uint16Array
+  | Int32Array
+  | Uint32Array
+  | Float32Array
+  | Float64Array;
 
 export interface GeometryJob {
   /** The facets. */
@@ -34,27 +59,27 @@ export interface GeometryJob {
   /** The cells outside of it in place of those inside, such as the fluid around a body. */
   invert?: boolean;
   /** Scales first: one factor, or one for each axis. */
-  scale?: number | [number, number, number];
+  scale?: number | Triple;
   /** Then rotates about x, y and z, in degrees. */
-  rotate?: [number, number, number];
+  rotate?: Triple;
   /** Then moves. */
-  translate?: [number, number, number];
+  translate?: Triple;
 }
 
 /** What is meshed and how: the native job file, with sources in place of file names. */
 export interface Job {
   /** In meshing order. */
-  geometries: GeometryJob[];
+  geometries: readonly GeometryJob[];
   /** Two corners of the box, x0 y0 z0 x1 y1 z1; by default the bounding box of all geometries. */
-  domain?: [number, number, number, number, number, number];
+  domain?: readonly [number, number, number, number, number, number];
   /** Space added around the bounding box of the geometries, in whole cells or as a length. */
-  padding?: { cells: number | [number, number, number] } | { length: number | [number, number, number] };
+  padding?: { readonly cells: number | Triple } | { readonly length: number | Triple };
   /** Number of cubic cells along the longest axis; the default is 128. At most one of these four is given. */
   cells?: number;
   /** Number of cells on x, y, z. */
-  dims?: [number, number, number];
+  dims?: Triple;
   /** Cell size: one for all axes, or one for each. */
-  cell_size?: number | [number, number, number];
+  cell_size?: number | Triple;
   /** Upper limit of the cell size. The mesher takes the largest size for each axis that puts all bounding boxes on mesh lines. */
   max_cell_size?: number;
   /** How far from a line, in cells, `max_cell_size` lets the end of a bounding box lie: 0 to 0.5, default 0.05. */
@@ -140,7 +165,7 @@ export interface SurfaceInfo {
 export interface Surface extends Disposable {
   readonly info: SurfaceInfo;
   /** Corners of all facets, 9 numbers a facet, for drawing. A copy. */
-  corners(): Promise<Float32Array>;
+  corners(): Promise<Float32Numbers>;
   /** Frees it in the worker. */
   dispose(): void;
 }

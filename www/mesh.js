@@ -1,8 +1,16 @@
 /** A mesh that the core holds: queries, pictures and files. */
+import { placeFor, piecesOf, SLAB_BYTES } from './box.js';
+import { byteStream } from './byte_stream.js';
+import { CALL, oneOf, optionsOf, wholeNumber, threeNumbers, yesOrNo } from './check.js';
+import { report } from './connection.js';
+import { HexcastError } from './error.js';
 
-const SLAB_BYTES = 16 << 20;
 /** Bytes of a file that are collected in memory before they become a Blob, which browsers keep on disk. */
 const BLOB_PART_BYTES = 64 << 20;
+
+const MOST = 2 ** 32 - 1;
+const FORMATS = /** @type {const} */ (['vti', 'npy', 'raw', 'hxc']);
+const WRITE = ['compress', 'bits', ...CALL];
 
 const MIME = {
   vti: 'application/vnd.vtk.vti+xml',
@@ -38,7 +46,8 @@ export class Mesh {
       axis,
       runs,
       bytes,
-      ray: (/** @type {number} */ i, /** @type {number} */ j) => this.#call('ray', { i, j }),
+      ray: (/** @type {number} */ i, /** @type {number} */ j) => this.#ray(i, j),
+      all: (/** @type {CallOptions | undefined} */ options) => this.#columns(options),
     });
   }
 
@@ -48,88 +57,135 @@ export class Mesh {
    * @param {Omit<Arguments<K>, 'mesh'>} args
    * @param {CallOptions} [options]
    */
-  #call(operation, args, options) {
+  async #call(operation, args, options) {
+    if (this.#id === undefined) throw new HexcastError('disposed', 'the mesh was disposed of', { hint: 'mesh again' });
     return this.#connection.call(operation, /** @type {Arguments<K>} */ ({ mesh: this.#id, ...args }), options);
   }
 
+  /** @param {CallOptions} [options] */
+  async #columns(options) {
+    const call = optionsOf(options, CALL);
+    return this.#call('columns', { rays: this.report.rays }, call);
+  }
+
+  /** @param {number} i @param {number} j */
+  async #ray(i, j) {
+    const [n_i, n_j] = this.dims.filter((_, axis) => axis !== this.columns.axis);
+    return this.#call('ray', { i: wholeNumber('i', i, 0, n_i - 1), j: wholeNumber('j', j, 0, n_j - 1) });
+  }
+
   /** @param {number} x @param {number} y @param {number} z */
-  flag(x, y, z) {
-    return this.#call('flag', { cell: [x, y, z] });
+  async flag(x, y, z) {
+    const [nx, ny, nz] = this.dims;
+    const cell = /** @type {Cell} */ ([
+      wholeNumber('x', x, 0, nx - 1),
+      wholeNumber('y', y, 0, ny - 1),
+      wholeNumber('z', z, 0, nz - 1),
+    ]);
+    return this.#call('flag', { cell });
   }
 
-  /** @param {Cell} start @param {Cell} end */
-  async box(start, end) {
-    return { start, end, flags: await this.#call('box', { start, end }) };
+  /** @param {Cell} start @param {Cell} end @param {{ into?: Uint8Array, signal?: AbortSignal }} [options] */
+  async box(start, end, options) {
+    const { into, signal } = optionsOf(options, ['into', 'signal']);
+    const first = threeNumbers('start', start, [0, 0, 0], this.dims);
+    const last = threeNumbers('end', end, first, this.dims);
+    return { start: first, end: last, flags: await this.#flags(first, last, into, signal) };
   }
 
-  /** @param {{ maxBytes?: number, signal?: AbortSignal }} [options] */
-  async *slabs({ maxBytes = SLAB_BYTES, signal } = {}) {
+  /** @param {Cell} start @param {Cell} end @param {Uint8Array} [into] @param {AbortSignal} [signal] */
+  async #flags(start, end, into, signal) {
+    const flags = placeFor(start, end, into);
+    let at = 0;
+    for (const [low, high] of piecesOf(start, end)) {
+      const piece = await this.#call('box', { start: low, end: high }, { signal });
+      // most boxes are one piece
+      if (!into && piece.length === flags.length) return piece;
+      flags.set(piece, at);
+      at += piece.length;
+    }
+    return flags;
+  }
+
+  /** @param {{ maxBytes?: number, into?: Uint8Array, signal?: AbortSignal }} [options] */
+  async *slabs(options) {
+    const { into, maxBytes = into?.length ?? SLAB_BYTES, signal } = optionsOf(options, ['maxBytes', 'into', 'signal']);
+    wholeNumber('maxBytes', maxBytes, 1, Number.MAX_SAFE_INTEGER);
     const boxes = await this.#call('slabs', { maxBytes });
     const cell = (/** @type {number} */ at) => /** @type {Cell} */ ([...boxes.slice(at, at + 3)]);
-    const load = (/** @type {number} */ at) => this.box(cell(at), cell(at + 3));
+    const load = (/** @type {number} */ at) => this.box(cell(at), cell(at + 3), { signal });
     let next = boxes.length > 0 ? load(0) : null;
     for (let at = 6; next; at += 6) {
       signal?.throwIfAborted();
-      const now = await next;
+      const { start, end, flags } = await next;
       next = at < boxes.length ? load(at) : null;
       // a caller that stops here never awaits it
       next?.catch(() => {});
-      yield now;
+      if (!into) yield { start, end, flags };
+      else {
+        const place = placeFor(start, end, into);
+        place.set(flags);
+        yield { start, end, flags: place };
+      }
     }
   }
 
   /** @param {0 | 1 | 2} axis @param {number} index */
-  slice(axis, index, maxPixels = 2048) {
+  async slice(axis, index, maxPixels = 2048) {
+    wholeNumber('axis', axis, 0, 2);
+    wholeNumber('index', index, 0, this.dims[axis] - 1);
+    wholeNumber('maxPixels', maxPixels, 1, MOST);
     return this.#call('slice', { axis, index, maxPixels });
   }
 
   /** @param {{ maxQuads?: number, signal?: AbortSignal }} [options] */
-  skin({ maxQuads = 2_000_000, signal } = {}) {
+  async skin(options) {
+    const { maxQuads = 2_000_000, signal } = optionsOf(options, ['maxQuads', 'signal']);
+    wholeNumber('maxQuads', maxQuads, 1, MOST);
     return this.#call('skin', { maxQuads }, { signal });
   }
 
   /** @param {CallOptions} [options] */
   async sha256(options) {
-    return (await this.#call('sha256', { bits: false }, options)).sha256;
+    return (await this.#call('sha256', { bits: false }, optionsOf(options, CALL))).sha256;
   }
 
   /** @param {Format} format @param {WriteOptions} [options] */
-  size(format, { compress = 0, bits = false } = {}) {
+  size(format, options) {
+    const { compress, bits } = written(format, options);
     if (compress > 0) return null;
     return this.#sizes[bits ? `${format}-bits` : format] ?? null;
   }
 
   /** @param {Format} format @param {WriteOptions} [options] */
-  stream(format, { compress = 0, bits = false, signal, onProgress } = {}) {
+  stream(format, options) {
+    const { compress, bits, signal, onProgress } = written(format, options);
     /** @type {number} */
     let encoder;
     let done = 0;
     const total = this.size(format, { compress, bits }) ?? 0;
     // while flags are compressed, progress counts flags
     const flags = this.report.cells;
-    return new ReadableStream(
-      {
-        start: async () => {
-          signal?.throwIfAborted();
-          encoder = await this.#call('encode', { format, compress, bits }, { signal });
-        },
-        pull: async (controller) => {
-          let bytes;
-          for (;;) {
-            signal?.throwIfAborted();
-            bytes = await this.#connection.call('next', { encoder });
-            if (bytes === null) return controller.close();
-            if (!('share' in bytes)) break;
-            onProgress?.({ stage: 'write', done: Math.floor(bytes.share * flags), total: flags });
-          }
-          done += bytes.byteLength;
-          onProgress?.({ stage: 'write', done, total: Math.max(total, done) });
-          controller.enqueue(bytes);
-        },
-        cancel: () => this.#connection.send('release', { encoder }),
+    return byteStream({
+      start: async () => {
+        signal?.throwIfAborted();
+        encoder = await this.#call('encode', { format, compress, bits }, { signal });
       },
-      { highWaterMark: 2 },
-    );
+      next: async () => {
+        for (;;) {
+          signal?.throwIfAborted();
+          const bytes = await this.#connection.call('next', { encoder });
+          if (bytes === null) return null;
+          if ('share' in bytes) report(onProgress, { stage: 'write', done: Math.floor(bytes.share * flags), total: flags });
+          else {
+            done += bytes.byteLength;
+            report(onProgress, { stage: 'write', done, total: Math.max(total, done) });
+            return bytes;
+          }
+        }
+      },
+      cancel: () => this.#connection.send('release', { encoder }),
+    });
   }
 
   /** @param {Format} format @param {WriteOptions} [options] */
@@ -151,7 +207,8 @@ export class Mesh {
   }
 
   /** @param {WriteOptions} [options] */
-  async sidecar({ bits = false, signal, onProgress } = {}) {
+  async sidecar(options) {
+    const { bits, signal, onProgress } = written('raw', options);
     const { sha256, bytes } = await this.#call('sha256', { bits }, { signal, onProgress });
     return this.#call('sidecar', { bits, bytes, sha256 });
   }
@@ -164,4 +221,16 @@ export class Mesh {
   [Symbol.dispose]() {
     this.dispose();
   }
+}
+
+/**
+ * The options of a file, with what they are by default.
+ *
+ * @param {Format} format
+ * @param {WriteOptions} [options]
+ */
+function written(format, options) {
+  oneOf('format', format, FORMATS);
+  const { compress = 0, bits = false, ...call } = optionsOf(options, WRITE);
+  return { compress: wholeNumber('compress', compress, 0, 9), bits: yesOrNo('bits', bits), ...call };
 }

@@ -5,35 +5,36 @@
 import { readFile } from 'node:fs/promises';
 
 import { HexcastError } from './error.js';
-import { createMesher as create } from './hexcast.js';
+import { checked, start } from './start.js';
 
 export { HexcastError, version } from './hexcast.js';
 
 const NO_GPU = 'Node has no GPU of its own and the npm package webgpu is not installed';
 
 /** @type {typeof import('./hexcast.js').createMesher} */
-export async function createMesher(options = {}) {
-  const { backend = 'auto' } = options;
-  const wasm = options.wasm ?? (await readFile(new URL('./hexcast_bg.wasm', import.meta.url)));
-  if (backend === 'cpu' || (await provideGpu())) return create({ ...options, wasm, worker: false });
-  if (backend === 'gpu') throw new HexcastError('no-adapter', NO_GPU, 'install webgpu, or use the CPU backend');
-  const mesher = await create({ ...options, backend: 'cpu', wasm, worker: false });
-  return Object.assign(mesher, { fallback: NO_GPU });
+export async function createMesher(given) {
+  const options = checked(given);
+  const { backend, device } = options;
+  const local = { ...options, wasm: await wasmOf(options.wasm), worker: /** @type {const} */ (false) };
+  const gpu = backend === 'cpu' ? null : await findGpu();
+  if (backend === 'cpu' || gpu || device) return start(local, gpu);
+  if (backend === 'gpu') throw new HexcastError('no-adapter', NO_GPU, { hint: 'install webgpu, or use the CPU backend' });
+  return Object.assign(await start({ ...local, backend: 'cpu' }, gpu), { fallback: NO_GPU });
 }
 
-/** Puts `navigator.gpu` where the wasm looks for it, if the package `webgpu` is installed; false if there is none. */
-async function provideGpu() {
-  if (globalThis.navigator?.gpu) return true;
-  let webgpu;
+/** Reads the wasm from its file, which `fetch` does not. @param {import('./hexcast.js').WasmSource} [wasm] */
+async function wasmOf(wasm = new URL('./hexcast_bg.wasm', import.meta.url)) {
+  const isFile = (typeof wasm === 'string' || wasm instanceof URL) && String(wasm).startsWith('file:');
+  return isFile ? readFile(new URL(wasm)) : wasm;
+}
+
+/** The GPU of this Node, or of the package `webgpu`; null if there is none. No global is set. @returns {Promise<GPU | null>} */
+async function findGpu() {
+  if (globalThis.navigator?.gpu) return navigator.gpu;
   try {
-    webgpu = await import('webgpu');
+    const { create } = await import('webgpu');
+    return create([]);
   } catch {
-    return false;
+    return null;
   }
-  Object.assign(globalThis, webgpu.globals);
-  if (!globalThis.navigator) Object.defineProperty(globalThis, 'navigator', { value: {}, configurable: true, writable: true });
-  Object.defineProperty(globalThis.navigator, 'gpu', { value: webgpu.create([]), configurable: true });
-  // the wasm asks whether it runs in a window or in a worker before it looks for the GPU
-  globalThis.WorkerGlobalScope ??= globalThis.constructor ?? class {};
-  return true;
 }

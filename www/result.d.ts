@@ -136,6 +136,14 @@ export interface CertificateReport {
   overlaps: { winner: string; loser: string; cells: number; volume: number }[];
 }
 
+/** Arrays over an `ArrayBuffer` of their own, in every version of TypeScript. */
+export type Bytes = ReturnType<Uint8ArrayConstructor['of']>;
+export type Uint32Numbers = ReturnType<Uint32ArrayConstructor['of']>;
+export type Float32Numbers = ReturnType<Float32ArrayConstructor['of']>;
+
+/** Three numbers, for x, y and z. */
+export type Triple = readonly [number, number, number];
+
 /** Mesh lines: line i of an axis is `origin + i * spacing`, i = 0 ..= dims. */
 export interface Lines {
   origin: [number, number, number];
@@ -150,9 +158,9 @@ export interface CellBox {
 }
 
 /** Flags of a box of cells. */
-export interface Flags extends CellBox {
+export interface Flags<T extends Uint8Array = Bytes> extends CellBox {
   /** `flags[x + nx * (y + ny * z)]` counted from `start`; one byte a cell. */
-  flags: Uint8Array;
+  flags: T;
 }
 
 /** A plane of cells for drawing. */
@@ -163,16 +171,16 @@ export interface Slice {
   /** Cells a pixel. */
   step: number;
   /** `flags[i + width * j]`. */
-  flags: Uint8Array;
+  flags: Bytes;
 }
 
 /** The stair-step surface of one flag. */
 export interface SkinPart {
   flag: number;
   /** Three coordinates a vertex, in world lengths relative to the mesh's origin. */
-  positions: Float32Array;
+  positions: Float32Numbers;
   /** Three a triangle, counter-clockwise seen from outside. */
-  indices: Uint32Array;
+  indices: Uint32Numbers;
 }
 
 export interface Skin {
@@ -193,8 +201,8 @@ export interface WriteOptions extends CallOptions {
 /** The runs of one ray: flag `flags[r]` from cell `starts[r]` to the start of the next run or the end of the ray. */
 export interface Runs {
   /** First cell of each run along the ray. */
-  starts: Uint32Array;
-  flags: Uint8Array;
+  starts: Uint32Numbers;
+  flags: Bytes;
 }
 
 /** The result as it is held: runs along rays. */
@@ -206,6 +214,17 @@ export interface Columns {
   readonly bytes: number;
   /** Runs of the ray through cell (i, j) of the two other axes, in the order x, y, z. */
   ray(i: number, j: number): Promise<Runs>;
+  /** Runs of all rays at once; progress counts runs. Takes 5 bytes a run and 4 a ray. */
+  all(options?: CallOptions): Promise<AllRuns>;
+}
+
+/**
+ * The runs of all rays. The ray through cell (i, j) of the two other axes is number `k = i + n_i * j`; its runs are those from
+ * `offsets[k]` to `offsets[k + 1]`.
+ */
+export interface AllRuns extends Runs {
+  /** First run of each ray, and the number of runs at the end: one number more than there are rays. */
+  offsets: Uint32Numbers;
 }
 
 /** A mesh, held by the worker. */
@@ -216,10 +235,20 @@ export interface Mesh extends Disposable {
   readonly columns: Columns;
   /** Flag of one cell. */
   flag(x: number, y: number, z: number): Promise<number>;
-  /** Flags of a box of cells. */
-  box(start: [number, number, number], end: [number, number, number]): Promise<Flags>;
-  /** All flags in file order, in slabs of at most `maxBytes` (default 16 MiB); the next slab is expanded in advance. */
-  slabs(options?: { maxBytes?: number; signal?: AbortSignal }): AsyncIterableIterator<Flags>;
+  /**
+   * Flags of a box of cells: in a new array, or in the first bytes of `into`. A box of more cells than an array can have fails with
+   * `memory`: read slabs.
+   */
+  box<T extends Uint8Array = Bytes>(start: Triple, end: Triple, options?: { into?: T; signal?: AbortSignal }): Promise<Flags<T>>;
+  /**
+   * All flags in file order, in slabs of at most `maxBytes` (default 16 MiB, or those of `into`); the next slab is expanded in
+   * advance. With `into` every slab is put into the same first bytes of that array, which the next one overwrites.
+   */
+  slabs<T extends Uint8Array = Bytes>(options?: {
+    maxBytes?: number;
+    into?: T;
+    signal?: AbortSignal;
+  }): AsyncIterableIterator<Flags<T>>;
   /** One plane of cells perpendicular to an axis (0, 1, 2), sub-sampled to at most `maxPixels` a side (default 2048). */
   slice(axis: 0 | 1 | 2, index: number, maxPixels?: number): Promise<Slice>;
   /** The stair-step surface, coarsened until it has at most `maxQuads` (default 2,000,000). */
@@ -228,8 +257,11 @@ export interface Mesh extends Disposable {
   sha256(options?: CallOptions): Promise<string>;
   /** Bytes of a file before it is made; null where they depend on the flags (compressed, hxc). */
   size(format: Format, options?: WriteOptions): number | null;
-  /** A file, byte for byte that of the native command, as a stream that is made as it is read. */
-  stream(format: Format, options?: WriteOptions): ReadableStream<Uint8Array>;
+  /**
+   * A file, byte for byte that of the native command, as a stream that is made as it is read. Where the browser has streams of bytes,
+   * a reader can bring its own buffers: `getReader({ mode: 'byob' })`.
+   */
+  stream(format: Format, options?: WriteOptions): ReadableStream<Bytes>;
   /** A file as a Blob. */
   blob(format: Format, options?: WriteOptions): Promise<Blob>;
   /** The `.raw.json` that describes a raw file. */

@@ -2,17 +2,17 @@
  * Columns on disk: a temporary file in the origin's private file system (OPFS), which workers read and write synchronously. It is
  * removed with the mesh. A file of a worker that was ended before is removed by the next mesher.
  */
-import { errorFrom } from './error.js';
+import { HexcastError, asError } from './error.js';
 
 const FOLDER = 'hexcast-columns';
 /** Milliseconds between attempts: the browser releases the files of a worker a moment after its end. */
 const WAITS = [0, 50, 200, 1000, 4000];
 
-const NO_SPILL = JSON.stringify({
-  code: 'io',
-  message: 'columns cannot spill here: this thread has no private file system that it can write synchronously',
-  hint: 'leave out spill, or mesh in a worker of a secure page',
-});
+const NO_SPILL = new HexcastError(
+  'io',
+  'columns cannot spill here: this thread has no private file system that it can write synchronously',
+  { hint: 'leave out spill, or mesh in a worker of a secure page' },
+);
 
 /** Opens a file for the columns of one mesh, which only workers of secure pages can. @returns {Promise<SpillFile>} */
 async function openSpillFile() {
@@ -62,7 +62,7 @@ export async function spilling(spill, make) {
   if (spill === true) return make(open);
   return make().catch((error) => {
     // the estimate finds most of these errors, before a ray is cast
-    if (spill === false || errorFrom(error).code !== 'memory') throw error;
+    if (spill === false || asError(error).code !== 'memory') throw error;
     return make(open).catch((again) => Promise.reject(again === NO_SPILL ? error : again));
   });
 }

@@ -1,5 +1,5 @@
 /**
- * The worker: runs `core.js` and answers messages `{id, operation, args}` with `{id, result}`, `{id, error}` or, on the way,
+ * The worker: runs `core.js` and answers messages `{id, operation, args}` with `{id, result}`, `{id, failure}` or, on the way,
  * `{id, progress}`. `{cancel: id}` stops a call. Bytes go back without a copy.
  */
 import { Core } from './core.js';
@@ -12,7 +12,14 @@ addEventListener('message', async ({ data }) => {
     return;
   }
   const answer = await core.answer(data, (progress) => postMessage(progress));
-  postMessage(answer, { transfer: buffers(answer.result) });
+  try {
+    postMessage(answer, { transfer: buffers(answer.result) });
+  } catch {
+    // the cause of a failure may be anything, also what cannot be sent
+    const { id, failure } = answer;
+    if (failure)
+      postMessage({ id, failure: { ...failure, remarks: { ...failure.remarks, cause: String(failure.remarks.cause) } } });
+  }
 });
 
 /**

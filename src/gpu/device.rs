@@ -71,14 +71,14 @@ pub async fn adapters() -> Vec<AdapterFacts> {
 /// # Errors
 /// `no-adapter`, as for [`super::Gpu::open`].
 pub async fn adapter(wanted: Option<&str>) -> Result<AdapterFacts> {
-    find(wanted).await.map(|adapter| facts(&adapter))
+    find(&instance(), wanted).await.map(|adapter| facts(&adapter))
 }
 
-pub(crate) async fn find(wanted: Option<&str>) -> Result<Adapter> {
+pub(crate) async fn find(instance: &Instance, wanted: Option<&str>) -> Result<Adapter> {
     match wanted {
         // browsers offer one adapter, without a name
-        Some(name) if cfg!(not(target_arch = "wasm32")) => named_adapter(name).await,
-        _ => preferred_adapter().await,
+        Some(name) if cfg!(not(target_arch = "wasm32")) => named_adapter(instance, name).await,
+        _ => preferred_adapter(instance).await,
     }
 }
 
@@ -148,16 +148,17 @@ fn note(failure: &Mutex<Option<Error>>, error: Error) {
     }
 }
 
-fn instance() -> Instance {
+/// Reaches the drivers of this machine; in JavaScript `navigator.gpu` as it is at this moment.
+pub fn instance() -> Instance {
     let descriptor = InstanceDescriptor::new_without_display_handle();
     // browsers have no environment variables
     Instance::new(if cfg!(target_arch = "wasm32") { descriptor } else { descriptor.with_env() })
 }
 
-async fn preferred_adapter() -> Result<Adapter> {
+async fn preferred_adapter(instance: &Instance) -> Result<Adapter> {
     let options =
         RequestAdapterOptions { power_preference: wgpu::PowerPreference::HighPerformance, ..Default::default() };
-    instance().request_adapter(&options).await.map_err(|error| {
+    instance.request_adapter(&options).await.map_err(|error| {
         Error::new(
             "no-adapter",
             format!("no GPU adapter was found: {error}"),
@@ -166,8 +167,8 @@ async fn preferred_adapter() -> Result<Adapter> {
     })
 }
 
-async fn named_adapter(name: &str) -> Result<Adapter> {
-    let mut adapters = instance().enumerate_adapters(wgpu::Backends::all()).await;
+async fn named_adapter(instance: &Instance, name: &str) -> Result<Adapter> {
+    let mut adapters = instance.enumerate_adapters(wgpu::Backends::all()).await;
     let lower = name.to_ascii_lowercase();
     let position = adapters.iter().position(|adapter| adapter.get_info().name.to_ascii_lowercase().contains(&lower));
     match position {

@@ -14,11 +14,7 @@ impl Job {
     /// - `job-conflict`: more than one way to choose the cells, or padding of a given domain.
     pub fn validate(&self) -> Result<()> {
         if self.geometries.is_empty() {
-            return Err(Error::new(
-                "job-empty",
-                "the job names no geometry",
-                "add at least one [[geometries]] with a file",
-            ));
+            return Err(Error::new("job-empty", "the job names no geometry", "give at least one geometry"));
         }
         if self.geometries.len() > 255 {
             let message = format!("{} geometries: at most 255 fit", self.geometries.len());

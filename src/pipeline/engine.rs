@@ -15,7 +15,7 @@ use crate::error::Result;
 use crate::estimate::UPLOAD_FACET_BYTES;
 use crate::estimate::{Device, MemoryBudget};
 #[cfg(feature = "gpu")]
-use crate::gpu::{AdapterKind, Gpu, Options, Usage};
+use crate::gpu::{AdapterKind, Gpu, Options, Usage, instance};
 use crate::job::{BackendChoice, Rule};
 use crate::overlay::Overlay;
 use crate::rays::Rays;
@@ -55,6 +55,9 @@ pub struct Engine {
     gpu: Option<Gpu>,
     #[cfg(feature = "gpu")]
     wanted_adapter: Option<String>,
+    /// Where a lost device is opened again, if not where the system has its drivers.
+    #[cfg(feature = "gpu")]
+    instance: Option<wgpu::Instance>,
     /// Whether the CPU continues where the GPU is lost for good. Where the GPU is wrong the CPU always does.
     #[cfg(feature = "gpu")]
     has_cpu_fallback: bool,
@@ -72,6 +75,8 @@ impl Engine {
             gpu: None,
             #[cfg(feature = "gpu")]
             wanted_adapter: None,
+            #[cfg(feature = "gpu")]
+            instance: None,
             #[cfg(feature = "gpu")]
             has_cpu_fallback: false,
             fallback: None,
@@ -127,6 +132,25 @@ impl Engine {
     async fn open_gpu(adapter: Option<&str>) -> Result<Engine> {
         let gpu = Gpu::open(adapter).await?;
         Ok(Engine { gpu: Some(gpu), wanted_adapter: adapter.map(String::from), ..Engine::cpu() })
+    }
+
+    /// Opens the backend of a job as [`Engine::open`] does, with the adapters of an instance of the caller's.
+    ///
+    /// # Errors
+    /// Those of [`Engine::open`].
+    #[cfg(all(feature = "web", target_arch = "wasm32"))]
+    pub(crate) async fn open_in(instance: wgpu::Instance, choice: BackendChoice) -> Result<Engine> {
+        if choice == BackendChoice::Cpu {
+            return Ok(Engine::cpu());
+        }
+        let start = Instant::now();
+        let is_auto = choice == BackendChoice::Auto;
+        let engine = match Gpu::open_in(&instance, None, None).await {
+            Ok(gpu) => Engine { gpu: Some(gpu), instance: Some(instance), has_cpu_fallback: is_auto, ..Engine::cpu() },
+            Err(error) if is_auto => Engine { fallback: Some(error.to_string()), ..Engine::cpu() },
+            Err(error) => return Err(error),
+        };
+        Ok(Engine { seconds: start.elapsed().as_secs_f64(), ..engine })
     }
 
     /// Prepares a GPU that the caller has opened. Where its device is lost, one of an adapter of the same name takes its place;
@@ -311,7 +335,8 @@ impl Engine {
             if error.code() == "device-lost" && reopenings < MAX_REOPENINGS {
                 reopenings += 1;
                 options.rows_per_band = Some((usage.rows_of_band / 2).max(1));
-                match Gpu::open(self.wanted_adapter.as_deref()).await {
+                let instance = self.instance.get_or_insert_with(instance);
+                match Gpu::open_in(instance, self.wanted_adapter.as_deref(), None).await {
                     Ok(gpu) => {
                         self.gpu = Some(gpu);
                         continue;

@@ -86,6 +86,17 @@ impl WebMesh {
         Ok(ray.map_err(js_error)?.into_owned())
     }
 
+    /// Packed runs of consecutive rays, as of [`WebMesh::ray`], each ray's behind their number.
+    pub fn rays(&self, first: f64, n_rays: u32) -> JsResult<Vec<u32>> {
+        let mut packed = Vec::new();
+        for ray in first as u64..first as u64 + u64::from(n_rays) {
+            let runs = self.mesh.columns.ray(ray).map_err(js_error)?;
+            packed.push(runs.len() as u32);
+            packed.extend_from_slice(&runs);
+        }
+        Ok(packed)
+    }
+
     /// Flag of one cell.
     pub fn flag(&self, x: u32, y: u32, z: u32) -> JsResult<u8> {
         self.mesh.flag([x, y, z]).map_err(js_error)

@@ -20,8 +20,8 @@ export function npm(cwd, ...args) {
 /**
  * Packs the package and installs it into a new project, without a registry.
  *
- * @returns {{folder: string, tarball: string, files: string[], remove: () => void}} the project's folder, the tarball's
- *   path, the paths within it
+ * @returns {{folder: string, tarball: string, files: string[], run: (name: string, code: string, ...args: string[]) => string,
+ *   remove: () => void}} the project's folder, the tarball's path, the paths within it; `run` runs a script in Node
  */
 export function installedProject() {
   const folder = mkdtempSync(path.join(tmpdir(), 'hexcast-package-'));
@@ -30,7 +30,11 @@ export function installedProject() {
   writeFileSync(path.join(folder, 'package.json'), '{"private": true, "type": "module"}');
   npm(folder, 'install', '--offline', '--no-audit', '--no-fund', tarball);
   const files = packed.files.map((file) => file.path);
-  return { folder, tarball, files, remove: () => rmSync(folder, { recursive: true, force: true }) };
+  const run = (name, code, ...args) => {
+    writeFileSync(path.join(folder, name), code);
+    return execFileSync(process.execPath, [name, ...args], { cwd: folder, encoding: 'utf8', maxBuffer: 1 << 26 });
+  };
+  return { folder, tarball, files, run, remove: () => rmSync(folder, { recursive: true, force: true }) };
 }
 
 /** Puts the page of `app/` into a folder, with these import map entries if any; its model goes into `models`. */

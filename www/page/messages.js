@@ -9,7 +9,7 @@ import { byId, make } from './dom.js';
  * @param {{label: string, act: () => void}} [remedy] a button with what to do about it
  */
 export function showError(error, subject, remedy) {
-  if (error?.name === 'AbortError' || error?.code === 'cancelled') return;
+  if (error?.name === 'AbortError' || error?.code === 'cancelled' || error?.code === 'disposed') return;
   const text = sentence(error?.message ?? String(error));
   const box = make('div', { className: 'message error', role: 'alert' });
   box.append(make('p', {}, subject && !text.includes(subject) ? `${subject}: ${text}` : text));

@@ -1,0 +1,74 @@
+/** Starts a mesher: checks its options, connects to a core and opens a backend there. */
+import { MESHER, kindOf, oneOf, optionsOf, wrongValue } from './check.js';
+import { connect } from './connection.js';
+import { HexcastError } from './error.js';
+import { Mesher } from './mesher.js';
+import { fileOf } from './source.js';
+
+/** @typedef {import('./hexcast.js').MesherOptions} MesherOptions */
+
+/** Methods of a `GPUDevice` that meshing calls. */
+const METHODS = ['createBuffer', 'createShaderModule', 'createBindGroup', 'createCommandEncoder', 'pushErrorScope', 'destroy'];
+
+/**
+ * Checks the options of `createMesher`, before anything is loaded.
+ *
+ * @param {MesherOptions | undefined} options
+ */
+export function checked(options) {
+  const given = optionsOf(options, MESHER);
+  const { backend = 'auto', wasm, worker, device } = given;
+  oneOf('backend', backend, ['auto', 'gpu', 'cpu']);
+  checkWorker(worker);
+  if (wasm !== undefined) checkWasm(wasm);
+  if (device !== undefined) checkDevice(device, backend, worker);
+  return { ...given, backend, device: /** @type {GPUDevice | undefined} */ (device) };
+}
+
+/**
+ * Starts a mesher; `gpu` takes the place of `navigator.gpu` on this thread.
+ *
+ * @param {MesherOptions | undefined} options
+ * @param {GPU | null} [gpu]
+ */
+export async function start(options, gpu) {
+  const { backend, wasm, worker, device, signal } = checked(options);
+  signal?.throwIfAborted();
+  const connection = await connect(device ? false : worker);
+  try {
+    const source = wasm ?? new URL('./hexcast_bg.wasm', import.meta.url);
+    // a URL cannot be sent to a worker
+    const from = source instanceof URL ? source.href : source;
+    return new Mesher(connection, await connection.call('open', { backend, wasm: from, device, gpu }, { signal }));
+  } catch (error) {
+    connection.close();
+    throw error;
+  }
+}
+
+/** @param {unknown} worker */
+function checkWorker(worker) {
+  if (worker === undefined || worker === false || typeof worker === 'string' || worker instanceof URL) return;
+  throw wrongValue('worker', worker, 'a URL or false');
+}
+
+/** @param {unknown} wasm */
+function checkWasm(wasm) {
+  if (typeof wasm === 'string' || ['URL', 'WebAssembly.Module'].includes(kindOf(wasm)) || fileOf('wasm', wasm)) return;
+  throw wrongValue('wasm', wasm, 'a URL, bytes or a WebAssembly.Module');
+}
+
+/** @param {any} device @param {MesherOptions['backend']} backend @param {MesherOptions['worker']} worker */
+function checkDevice(device, backend, worker) {
+  const isDevice =
+    METHODS.every((name) => typeof device?.[name] === 'function') &&
+    typeof device.queue?.submit === 'function' &&
+    typeof device.lost?.then === 'function';
+  if (!isDevice) throw wrongValue('device', device, 'a GPUDevice');
+  const hint = 'leave out one of them';
+  if (backend === 'cpu') throw new HexcastError('job-conflict', 'a device is given, and the backend "cpu"', { hint });
+  if (worker !== undefined && worker !== false) {
+    const message = 'a device is given, and a worker: devices cannot leave their thread';
+    throw new HexcastError('job-conflict', message, { hint });
+  }
+}
