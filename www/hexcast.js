@@ -118,7 +118,7 @@ class Mesher {
       const made = await this.#connection.call('mesh', { ...prepared, readSeconds, spill }, options);
       // where the GPU was lost for good, the mesher stays on the CPU
       if (this.backend === 'gpu' && 'engine' in made) Object.assign(this, made.engine);
-      return new Mesh(this.#connection, made);
+      return this.#meshOf(made);
     });
   }
 
@@ -131,7 +131,12 @@ class Mesher {
   async open(file, options = {}) {
     // bytes are copied: the mesh reads them as long as it lives
     const source = file instanceof Blob ? file : new Uint8Array(file instanceof ArrayBuffer ? file.slice(0) : file);
-    return new Mesh(this.#connection, await this.#connection.call('openColumns', { source }, options));
+    return this.#meshOf(await this.#connection.call('openColumns', { source }, options));
+  }
+
+  /** @param {import('./connection.js').Result<'openColumns'>} made */
+  #meshOf(made) {
+    return new Mesh(this.#connection, made, (job, options, run) => this.#withSurfaces(job, options, run));
   }
 
   dispose() {

@@ -16,6 +16,15 @@ const MIME = {
  * @typedef {import('./hexcast.js').WriteOptions} WriteOptions
  * @typedef {import('./hexcast.js').CallOptions} CallOptions
  * @typedef {[number, number, number]} Cell
+ * @typedef {Omit<import('./hexcast.js').LeakQuestion, 'job'>} LeakPoints
+ * @typedef {import('./core.js').JobArguments} JobArguments
+ */
+
+/**
+ * Runs a call with the surfaces of a job: see `Mesher`.
+ *
+ * @template T
+ * @typedef {(job: import('./hexcast.js').Job, options: CallOptions, run: (prepared: JobArguments) => Promise<T>) => Promise<T>} WithSurfaces
  */
 
 /** @template {import('./core.js').Operation} K @typedef {import('./connection.js').Arguments<K>} Arguments */
@@ -25,10 +34,16 @@ export class Mesh {
   /** @type {number | undefined} */
   #id;
   #sizes;
+  #withSurfaces;
 
-  /** @param {import('./connection.js').Connection} connection @param {import('./connection.js').Result<'openColumns'>} made */
-  constructor(connection, { mesh, report, axis, runs, bytes, sizes }) {
+  /**
+   * @param {import('./connection.js').Connection} connection
+   * @param {import('./connection.js').Result<'openColumns'>} made
+   * @param {WithSurfaces<import('./hexcast.js').Leak>} withSurfaces
+   */
+  constructor(connection, { mesh, report, axis, runs, bytes, sizes }, withSurfaces) {
     this.#connection = connection;
+    this.#withSurfaces = withSurfaces;
     this.#id = mesh;
     this.#sizes = sizes;
     this.report = report;
@@ -86,6 +101,12 @@ export class Mesh {
   /** @param {{ maxQuads?: number, signal?: AbortSignal }} [options] */
   skin({ maxQuads = 2_000_000, signal } = {}) {
     return this.#call('skin', { maxQuads }, { signal });
+  }
+
+  /** @param {import('./hexcast.js').LeakQuestion} question @param {CallOptions} [options] */
+  leak({ job, ...question }, options = {}) {
+    const ask = (/** @type {JobArguments | null} */ prepared) => this.#call('leak', { question, job: prepared }, options);
+    return job ? this.#withSurfaces(job, options, ask) : ask(null);
   }
 
   /** @param {CallOptions} [options] */
