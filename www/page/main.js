@@ -9,6 +9,7 @@ import { startFields } from './fields.js';
 import { addSample, readAgain, startFiles } from './files.js';
 import { startFindings } from './findings.js';
 import { startGeometries } from './geometries.js';
+import { startLeaks } from './leaks.js';
 import { clearMessages, showError } from './messages.js';
 import { startResults } from './results.js';
 import { startRun } from './run.js';
@@ -79,6 +80,7 @@ async function start() {
   startRun(restart);
   startResults();
   startFindings();
+  startLeaks();
   startStale();
   startDownloads();
   startSharing();

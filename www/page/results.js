@@ -2,7 +2,7 @@
 import { byId, make } from './dom.js';
 import { spilledBytes, save } from './downloads.js';
 import { bytes, cellSize, count, duration, measure, roughly, times } from './format.js';
-import { otherWarnings } from './findings.js';
+import { otherWarnings } from './found.js';
 import { sentence, showError } from './messages.js';
 import { baseName } from './share.js';
 import { change, colourOf, on, state } from './state.js';

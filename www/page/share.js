@@ -73,7 +73,18 @@ function hashOf() {
   const sizes = settings.sizing === 'max_cell_size' ? 'cell_size' : settings.sizing;
   if (settings.sizing !== 'cells' || settings.cells !== DEFAULTS.cells) query.set(settings.sizing, writeNumbers(settings[sizes]));
   if (settings.domain) query.set('domain', settings.domain.join(' '));
-  for (const key of /** @type {const} */ (['padding', 'padding_by', 'rule', 'open', 'fill', 'axis', 'backend', 'unit'])) {
+  for (const key of /** @type {const} */ ([
+    'padding',
+    'padding_by',
+    'rule',
+    'open',
+    'fill',
+    'certify',
+    'thin_cells',
+    'axis',
+    'backend',
+    'unit',
+  ])) {
     if (String(settings[key]) !== String(DEFAULTS[key])) query.set(key, writeNumbers(settings[key]));
   }
   const sample =
@@ -122,6 +133,9 @@ export function readHash() {
     const value = query.get(key);
     if (value !== null && choices.includes(value)) Object.assign(patch, { [key]: value });
   }
+  patch.certify = query.get('certify') === 'true';
+  const thin = Number(query.get('thin_cells') ?? NaN);
+  if (Number.isInteger(thin) && thin > 0) patch.thin_cells = thin;
   patch.unit = (query.get('unit') ?? DEFAULTS.unit).slice(0, 16);
   expected = query.getAll('g').map(readGeometry);
   set(patch);
@@ -165,7 +179,8 @@ export function commandOf(job) {
     words.push(quote(pairs.length > 0 ? `${file}:${pairs.join(',')}` : file));
   }
   const option = (/** @type {string} */ name, /** @type {unknown} */ value) => {
-    if (value !== undefined) words.push(`--${name}=${quote([value].flat().join(','))}`);
+    if (value === true) words.push(`--${name}`);
+    else if (value !== undefined) words.push(`--${name}=${quote([value].flat().join(','))}`);
   };
   option('domain', job.domain);
   if (job.padding && 'cells' in job.padding) option('padding-cells', job.padding.cells);
@@ -178,6 +193,8 @@ export function commandOf(job) {
     'rule',
     'open',
     'fill',
+    'certify',
+    'thin_cells',
     'axis',
     'unit',
   ]))

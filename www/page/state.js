@@ -27,6 +27,8 @@
  * @property {'parity' | 'nonzero'} rule
  * @property {'winding' | 'vote' | 'error' | 'parity'} open how cells are decided where a surface is not closed
  * @property {'centre' | 'conservative' | 'separating'} fill which cells along surfaces geometries have as well
+ * @property {boolean} certify whether thin walls and overlaps are looked for
+ * @property {number} thin_cells walls of fewer cells are thin
  * @property {'auto' | 'x' | 'y' | 'z'} axis
  * @property {string} unit
  * @property {import('hexcast').BackendChoice} backend
@@ -62,12 +64,15 @@
  * @property {ShownJob | null} job that made the mesh
  * @property {Promise<Skin> | null} skin of the mesh
  * @property {import('hexcast').Estimate | null} expected the estimate of that job; null where there was none
+ * @property {import('./found.js').Finding[]} findings of the mesh
+ * @property {number} finding index of the one that is shown, -1 for none
+ * @property {import('hexcast').Leak | null} leak that was looked for in the mesh
  * @property {Map<number, string>} colours that the user chose, by flag
  * @property {Set<number>} hidden flags that are switched off in the legend
  *
  * @typedef {{ result?: import('hexcast').Estimate, error?: import('hexcast').HexcastError, freeBytes: number }} Estimated
  * @typedef {{ geometries: { file?: string, name?: string, source?: Surface }[] }} ShownJob as much of a job as is shown
- * @typedef {'mesher' | 'geometries' | 'settings' | 'fields' | 'estimate' | 'phase' | 'mesh' | 'colours' | 'legend'} Topic
+ * @typedef {'mesher' | 'geometries' | 'settings' | 'fields' | 'estimate' | 'phase' | 'mesh' | 'leak' | 'findings' | 'colours' | 'legend'} Topic
  */
 
 /** The defaults of the job. @type {Readonly<Settings>} */
@@ -82,6 +87,8 @@ export const DEFAULTS = Object.freeze({
   rule: 'parity',
   open: 'winding',
   fill: 'centre',
+  certify: false,
+  thin_cells: 2,
   axis: 'auto',
   unit: '',
   backend: 'auto',
@@ -98,6 +105,9 @@ export const state = {
   job: null,
   skin: null,
   expected: null,
+  findings: [],
+  finding: -1,
+  leak: null,
   colours: new Map(),
   hidden: new Set(),
 };

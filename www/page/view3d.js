@@ -18,6 +18,8 @@ let loading = /** @type {Promise<Scene> | null} */ (null);
 let shown = 'model';
 let section = 0;
 let modelsLook = '[]';
+/** The mesh whose surface is drawn. @type {import('hexcast').Mesh | null} */
+let drawn = null;
 /** The side that the section removes: the one of the camera when its axis was chosen. */
 let side = 1;
 
@@ -33,6 +35,8 @@ export function startView3d() {
     ),
   );
   on('mesh', () => showMesh());
+  // before the surface is there, the old one would be drawn once more
+  on('findings', () => drawn === state.mesh && mark());
   on('legend', () => {
     withScene((scene) => scene.show(shown, state.hidden));
     cut();
@@ -71,6 +75,13 @@ async function withScene(action) {
   }
 }
 
+/** Marks what was found. */
+function mark() {
+  const { findings, finding, leak } = state;
+  const places = findings.map(({ place }) => place);
+  return withScene((scene) => scene.mark(places, finding, leak?.path?.points ?? []));
+}
+
 /** Disables the tools while there is nothing to show. */
 function showTools() {
   const isEmpty = state.geometries.length === 0 && !state.mesh;
@@ -93,7 +104,6 @@ function showModels() {
       corners ? [{ ...rest, corners, colour: colourOf(rest.flag) }] : [],
     );
     scene.setModels(models);
-    scene.unmark();
     const ids = geometries.map(({ id }) => id).join();
     if (ids !== byId('canvas-3d').dataset.models && geometries.length > 0) fit();
     byId('canvas-3d').dataset.models = ids;
@@ -127,14 +137,17 @@ function choose(what) {
 
 async function showMesh() {
   const { mesh, skin: promised } = state;
-  if (!mesh) return clearMessages('mesh');
+  if (!mesh) {
+    mark();
+    return clearMessages('mesh');
+  }
   selectOf('section-axis').value = '';
   await withScene(async (scene) => {
     byId('view-status').textContent = 'Extracting …';
     const skin = await (promised ?? mesh.skin());
     if (mesh !== state.mesh) return;
-    // here, with the new surface: earlier it would draw the old one once more
-    scene.unmark();
+    drawn = mesh;
+    await mark();
     byId('view-status').textContent = '';
     clearMessages('mesh');
     if (skin.step > 1)
@@ -165,7 +178,7 @@ function fit() {
 }
 
 /**
- * Moves the view to a place of the models, which it shows uncut, and marks it until there is another mesh.
+ * Moves the view to a place of the models, which it shows uncut.
  *
  * @param {number[]} place in world lengths
  */
@@ -173,6 +186,7 @@ export function lookAt(place) {
   selectOf('section-axis').value = '';
   cut();
   if (state.geometries.some(({ corners }) => corners)) choose('model');
+  mark();
   withScene((scene) => {
     scene.lookAt(place);
     byId('canvas-3d').dataset.place = place.join(' ');

@@ -1,0 +1,94 @@
+/** What a mesh found, as sentences with places, and what helps. */
+import { count, measure, roughly } from './format.js';
+import { many, placeText } from './places.js';
+import { set } from './state.js';
+
+/** @typedef {import('hexcast').Report} Report @typedef {import('hexcast').Leak} Leak */
+
+/**
+ * A finding.
+ *
+ * @typedef {object} Finding
+ * @property {'open' | 'thin' | 'overlap' | 'empty' | 'leak'} kind
+ * @property {string} subject whose place is shown, for the button
+ * @property {string} text a sentence or more
+ * @property {number[] | null} place in world lengths; null where it has none in the mesh
+ * @property {{ label: string, act: () => void }} [remedy] what helps
+ */
+
+/** Starts of the warnings that findings stand for. */
+const THIN = /^geometry "(.*)" has walls of fewer than \d+ cells along/;
+const OPEN = /^geometry "(.*)" is not closed/;
+const EMPTY = /^geometry "(.*)" \(flag (\d+)\) got no cell: (.*)$/s;
+
+/**
+ * All findings of a report, and that of a leak. A column file holds none of the report.
+ *
+ * @param {Report} report
+ * @param {Leak | null} leak
+ * @returns {Finding[]}
+ */
+export function findingsOf(report, leak) {
+  const { certificate } = report;
+  return [
+    ...(report.open ?? []).map((open) => ofOpen(open, report)),
+    ...report.warnings.flatMap((warning) => ofEmpty(warning, report)),
+    ...(certificate?.thin_walls ?? []).map((wall) => ofThin(wall, report)),
+    ...(certificate?.overlaps ?? []).map((overlap) => ofOverlap(overlap, report)),
+    ...(leak?.narrowest ? [ofLeak(leak.narrowest, leak, report)] : []),
+  ];
+}
+
+/** The warnings of a report without those that findings stand for. @param {Report} report */
+export function otherWarnings({ warnings }) {
+  return warnings.filter((warning) => ![THIN, OPEN, EMPTY].some((start) => start.test(warning)));
+}
+
+/** @param {import('hexcast').OpenReport} open @param {Report} report @returns {Finding} */
+function ofOpen(open, { cells, spacing }) {
+  const { geometry, policy, open_edges: edges, holes, longest_at: place, doubtful_cells: doubtful } = open;
+  const facts = `${geometry} is not closed: ${many(edges, 'open edge')} in ${many(holes, 'loop')}, the longest edge at ${placeText(place, spacing)}.`;
+  const decided = policy === 'vote' ? 'most of their even rays' : 'the winding number';
+  const share = `${count(doubtful)} of ${roughly(cells)} cells ${doubtful === 1 ? 'was' : 'were'} doubtful`;
+  const text = doubtful === 0 ? `${facts} No cell was doubtful.` : `${facts} ${share}: ${decided} decided.`;
+  return { kind: 'open', subject: `the edge of ${geometry}`, text, place };
+}
+
+/** @param {import('hexcast').CertificateReport['thin_walls'][number]} wall @param {Report} report @returns {Finding} */
+function ofThin({ geometry, axis, rays, lost, cells, place }, { certificate, spacing, filled }) {
+  const facts = `${geometry} has walls of fewer than ${certificate?.thin_cells} cells along ${axis}: ${many(rays, 'stretch').replace('stretchs', 'stretches')} of rays, the thinnest, of ${many(cells, 'cell')}, at ${placeText(place, spacing)}.`;
+  const isKept = filled?.some((entry) => entry.geometry === geometry);
+  const loss =
+    lost > 0
+      ? ` ${count(lost)} of them hold no centre of a cell${isKept ? '; its fill keeps the wall' : ': the wall has holes there'}.`
+      : '';
+  const remedy = lost > 0 && !isKept ? { label: 'Keep thin walls', act: () => set({ fill: 'separating' }) } : undefined;
+  return { kind: 'thin', subject: `the thin wall of ${geometry} along ${axis}`, text: facts + loss, place, remedy };
+}
+
+/** @param {import('hexcast').CertificateReport['overlaps'][number]} overlap @param {Report} report @returns {Finding} */
+function ofOverlap({ winner, loser, cells, volume, place }, { unit }) {
+  const text = `${winner} and ${loser} overlap in ${many(cells, 'cell')}, a volume of ${measure(volume, unit, 3)}: ${winner} has them.`;
+  return { kind: 'overlap', subject: `the overlap of ${winner} and ${loser}`, text, place };
+}
+
+/** @param {string} warning @param {Report} report @returns {Finding[]} */
+function ofEmpty(warning, report) {
+  const [, name, flag, cause] = EMPTY.exec(warning) ?? [];
+  if (name === undefined) return [];
+  const box = report.geometries?.find((geometry) => geometry.name === name && geometry.flag === Number(flag))?.bounding_box;
+  const middle = box ? box[0].map((low, axis) => (low + box[1][axis]) / 2) : null;
+  return [{ kind: 'empty', subject: name, text: `${name} (flag ${flag}) has no cell: ${cause}.`, place: middle }];
+}
+
+/** @param {NonNullable<Leak['narrowest']>} narrowest @param {Leak} leak @param {Report} report @returns {Finding} */
+function ofLeak({ width, centre }, { facets }, { spacing }) {
+  const of = facets && facets.length > 0 ? ` ${many(facets.length, 'facet')} of ${namesOf(facets)} lie around it.` : '';
+  const text = `The leak is narrowest at ${placeText(centre, spacing)}: a cube of ${many(width, 'cell')} passes, none of ${width + 1}.${of}`;
+  return { kind: 'leak', subject: 'the narrowest place of the leak', text, place: centre };
+}
+
+/** @param {{ geometry: string }[]} facets */
+function namesOf(facets) {
+  return [...new Set(facets.map(({ geometry }) => geometry))].join(' and ');
+}
