@@ -6,6 +6,9 @@ const SIDES = ['023', '031', '015', '054', '267', '273', '046', '062', '137', '1
 export const OPEN_BOX = stl(SIDES);
 export const CLOSED_BOX = boxBetween([0, 0, 0], [4, 2, 2]);
 
+/** What the open box lacks. */
+export const LID = stl(['457', '476']);
+
 /** A whole box between two corners. @param {number[]} low @param {number[]} high */
 export function boxBetween(low, high) {
   return stl([...SIDES, '457', '476'], low, high);

@@ -7,6 +7,9 @@ import path from 'node:path';
 import { DIST } from '../../scripts/build.mjs';
 import { serve } from '../../scripts/serve.mjs';
 
+/** A worker without an adapter. */
+export const WITHOUT_ADAPTER = "Object.defineProperty(navigator, 'gpu', { value: { requestAdapter: async () => null } });";
+
 /**
  * Serves the page and the package with workers that do something else, too: workers have a navigator and devices of their own.
  *

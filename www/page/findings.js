@@ -33,7 +33,9 @@ function line({ kind, subject, text, place, remedy }, index) {
   const button = (/** @type {string} */ label, /** @type {string} */ name, /** @type {() => void} */ click) =>
     make('button', { type: 'button', className: 'small', 'aria-label': name, on: { click } }, label);
   const row = make('div', { className: 'row' });
-  if (place) row.append(button(kind === 'open' ? 'Show the edge' : 'Show the place', `Show ${subject}`, () => showIn3d(index)));
+  const isEdge = kind === 'open';
+  const name = isEdge ? `Show ${subject}` : `Show the place: ${subject}`;
+  if (place) row.append(button(isEdge ? 'Show the edge' : 'Show the place', name, () => showIn3d(index)));
   if (remedy) row.append(button(remedy.label, `${remedy.label}: ${subject}`, remedy.act));
   if (row.childElementCount > 0) item.append(row);
   return item;

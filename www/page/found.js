@@ -1,7 +1,10 @@
 /** What a mesh found, as sentences with places, and what helps. */
 import { count, measure, roughly } from './format.js';
+import { sentence } from './messages.js';
 import { many, placeText } from './places.js';
-import { set } from './state.js';
+import { removeGeometry } from './files.js';
+import { joinPatches } from './patches.js';
+import { change, isSame, set, state } from './state.js';
 
 /** @typedef {import('hexcast').Report} Report @typedef {import('hexcast').Leak} Leak */
 
@@ -9,16 +12,17 @@ import { set } from './state.js';
  * A finding.
  *
  * @typedef {object} Finding
- * @property {'open' | 'thin' | 'overlap' | 'empty' | 'leak'} kind
+ * @property {'open' | 'thin' | 'overlap' | 'empty' | 'shells' | 'leak'} kind
  * @property {string} subject whose place is shown, for the button
  * @property {string} text a sentence or more
  * @property {number[] | null} place in world lengths; null where it has none in the mesh
- * @property {{ label: string, act: () => void }} [remedy] what helps
+ * @property {import('./messages.js').Remedy} [remedy] what helps
  */
 
 /** Starts of the warnings that findings stand for. */
 const THIN = /^geometry "(.*)" has walls of fewer than \d+ cells along/;
 const OPEN = /^geometry "(.*)" is not closed/;
+const SHELLS = /^shells of geometry "(.*)" overlap/;
 const EMPTY = /^geometry "(.*)" \(flag (\d+)\) got no cell: (.*)$/s;
 
 /**
@@ -32,7 +36,7 @@ export function findingsOf(report, leak) {
   const { certificate } = report;
   return [
     ...(report.open ?? []).map((open) => ofOpen(open, report)),
-    ...report.warnings.flatMap((warning) => ofEmpty(warning, report)),
+    ...report.warnings.flatMap((warning) => [...ofEmpty(warning, report), ...ofShells(warning)]),
     ...(certificate?.thin_walls ?? []).map((wall) => ofThin(wall, report)),
     ...(certificate?.overlaps ?? []).map((overlap) => ofOverlap(overlap, report)),
     ...(leak?.narrowest ? [ofLeak(leak.narrowest, leak, report)] : []),
@@ -41,7 +45,7 @@ export function findingsOf(report, leak) {
 
 /** The warnings of a report without those that findings stand for. @param {Report} report */
 export function otherWarnings({ warnings }) {
-  return warnings.filter((warning) => ![THIN, OPEN, EMPTY].some((start) => start.test(warning)));
+  return warnings.filter((warning) => ![THIN, OPEN, EMPTY, SHELLS].some((start) => start.test(warning)));
 }
 
 /** @param {import('hexcast').OpenReport} open @param {Report} report @returns {Finding} */
@@ -50,6 +54,18 @@ function ofOpen(open, { cells, spacing }) {
   const facts = `${geometry} is not closed: ${many(edges, 'open edge')} in ${many(holes, 'loop')}, the longest edge at ${placeText(place, spacing)}.`;
   const decided = policy === 'vote' ? 'most of their even rays' : 'the winding number';
   const share = `${count(doubtful)} of ${roughly(cells)} cells ${doubtful === 1 ? 'was' : 'were'} doubtful`;
+  const patches = state.patches?.find(({ name }) => name === geometry) && state.patches;
+  if (patches) {
+    const others = patches.filter(({ name }) => name !== geometry).map(({ name }) => name);
+    const text = `${facts} With ${others.join(' and ')} it is one closed surface, of which it is a part.`;
+    return {
+      kind: 'open',
+      subject: `the edge of ${geometry}`,
+      text,
+      place,
+      remedy: { label: 'Join the parts', act: joinPatches },
+    };
+  }
   const text = doubtful === 0 ? `${facts} No cell was doubtful.` : `${facts} ${share}: ${decided} decided.`;
   return { kind: 'open', subject: `the edge of ${geometry}`, text, place };
 }
@@ -74,11 +90,45 @@ function ofOverlap({ winner, loser, cells, volume, place }, { unit }) {
 
 /** @param {string} warning @param {Report} report @returns {Finding[]} */
 function ofEmpty(warning, report) {
-  const [, name, flag, cause] = EMPTY.exec(warning) ?? [];
+  const [, name, number, cause] = EMPTY.exec(warning) ?? [];
   if (name === undefined) return [];
-  const box = report.geometries?.find((geometry) => geometry.name === name && geometry.flag === Number(flag))?.bounding_box;
-  const middle = box ? box[0].map((low, axis) => (low + box[1][axis]) / 2) : null;
-  return [{ kind: 'empty', subject: name, text: `${name} (flag ${flag}) has no cell: ${cause}.`, place: middle }];
+  const flag = Number(number);
+  const box = report.geometries?.find((geometry) => geometry.name === name && geometry.flag === flag)?.bounding_box;
+  const place = box ? box[0].map((low, axis) => (low + box[1][axis]) / 2) : null;
+  const mine = state.geometries.find((geometry) => geometry.flag === flag);
+  const same = mine && state.geometries.find((other) => other !== mine && isSame(other, mine));
+  const text = `${name} (flag ${flag}) has no cell: `;
+  if (mine && same) {
+    const remedy = { label: 'Remove it', act: () => removeGeometry(mine.id) };
+    return [
+      {
+        kind: 'empty',
+        subject: name,
+        text: `${text}${same.source.name} is on the page twice, and the later wins.`,
+        place,
+        remedy,
+      },
+    ];
+  }
+  const winner = /^its cells are those of ".*" \(flag (\d+)\)/.exec(cause)?.[1];
+  const remedy = mine && winner ? { label: 'Let it win', act: () => letWin(mine.id, Number(winner)) } : undefined;
+  return [{ kind: 'empty', subject: name, text: `${text}${cause}.`, place, remedy }];
+}
+
+/** Gives a geometry a higher priority than those of a flag. @param {number} id @param {number} flag */
+function letWin(id, flag) {
+  const others = state.geometries.filter((geometry) => geometry.flag === flag).map(({ priority }) => priority);
+  const priority = Math.max(0, ...others) + 1;
+  const geometries = state.geometries.map((geometry) => (geometry.id === id ? { ...geometry, priority } : geometry));
+  change('geometries', { geometries, revision: state.revision + 1 });
+}
+
+/** @param {string} warning @returns {Finding[]} */
+function ofShells(warning) {
+  const name = SHELLS.exec(warning)?.[1];
+  if (name === undefined) return [];
+  const remedy = { label: 'Use the winding number', act: () => set({ rule: 'nonzero' }) };
+  return [{ kind: 'shells', subject: `shells of ${name}`, text: sentence(warning), place: null, remedy }];
 }
 
 /** @param {NonNullable<Leak['narrowest']>} narrowest @param {Leak} leak @param {Report} report @returns {Finding} */

@@ -1,12 +1,14 @@
 /** Errors and notices as sentences on the page. */
 import { byId, make } from './dom.js';
 
+/** @typedef {{ label: string, act: () => void }} Remedy */
+
 /**
  * Shows what went wrong, with what to do about it. An abort is no error and shows nothing.
  *
  * @param {any} error a HexcastError or any other
  * @param {string} [subject] what failed, such as a file's name
- * @param {{label: string, act: () => void}} [remedy] a button with what to do about it
+ * @param {Remedy} [remedy] a button with what to do about it
  */
 export function showError(error, subject, remedy) {
   if (error?.name === 'AbortError' || error?.code === 'cancelled') return;
@@ -15,24 +17,22 @@ export function showError(error, subject, remedy) {
   box.append(make('p', {}, subject && !text.includes(subject) ? `${subject}: ${text}` : text));
   if (error?.hint) box.append(make('p', { className: 'hint' }, sentence(error.hint)));
   if (error?.code) box.dataset.code = error.code;
-  const act = () => {
-    box.remove();
-    remedy?.act();
-  };
-  if (remedy) box.append(make('button', { type: 'button', className: 'small', on: { click: act } }, remedy.label));
+  if (remedy) box.append(remedyButton(box, remedy));
   box.append(dismissButton(box));
   byId('messages').append(box);
   box.scrollIntoView?.({ block: 'nearest' });
 }
 
 /**
- * Shows a remark that needs no action; one about the mesh that is shown stays until `clearMessages('mesh')`.
+ * Shows a remark; one about the mesh that is shown stays until `clearMessages('mesh')`.
  *
  * @param {string} text
+ * @param {string} [about] what `clearMessages` removes together
+ * @param {Remedy[]} remedies buttons with what to do about it
  */
-export function showNotice(text, about = 'files') {
+export function showNotice(text, about = 'files', ...remedies) {
   const box = make('div', { className: 'message', role: 'status', 'data-about': about }, make('p', {}, sentence(text)));
-  box.append(dismissButton(box));
+  box.append(...remedies.map((remedy) => remedyButton(box, remedy)), dismissButton(box));
   byId('messages').append(box);
 }
 
@@ -47,6 +47,15 @@ export function sentence(text) {
   const trimmed = text.trim();
   const start = /^[a-z][a-z]*[ ,]/.test(trimmed) ? trimmed[0].toUpperCase() + trimmed.slice(1) : trimmed;
   return /[.!?]$/.test(start) ? start : `${start}.`;
+}
+
+/** @param {HTMLElement} box @param {Remedy} remedy */
+function remedyButton(box, { label, act }) {
+  const click = () => {
+    box.remove();
+    act();
+  };
+  return make('button', { type: 'button', className: 'small', on: { click } }, label);
 }
 
 /** @param {HTMLElement} box */

@@ -75,8 +75,7 @@ function row({ flag, name, cells, volume, mesh_volume: meshVolume }, unit) {
   });
   const swatch = make('span', { className: 'swatch' });
   swatch.style.background = colourOf(flag);
-  const off = meshVolume ? (100 * (volume - meshVolume)) / meshVolume : null;
-  const difference = off === null ? '' : `${percent(off)} vs facets`;
+  const difference = comparison({ name, cells, volume, mesh_volume: meshVolume });
   return make(
     'tr',
     { 'data-flag': flag },
@@ -90,6 +89,40 @@ function row({ flag, name, cells, volume, mesh_volume: meshVolume }, unit) {
       make('small', {}, difference),
     ),
   );
+}
+
+/**
+ * How the volume of the cells differs from that of the facets, where nothing but the size of the cells makes them differ: not where
+ * another geometry has some of the cells. Overlaps that are known are named.
+ *
+ * @param {Pick<import('hexcast').FlagReport, 'name' | 'cells' | 'volume' | 'mesh_volume'>} entry
+ */
+function comparison({ name, cells, volume, mesh_volume: meshVolume }) {
+  const { certificate, geometries = [] } = /** @type {import('hexcast').Mesh} */ (state.mesh).report;
+  const isOfFlag = (/** @type {string} */ geometry) => name.split(' + ').includes(geometry);
+  if (certificate) {
+    const lost = certificate.overlaps.filter(({ loser }) => isOfFlag(loser));
+    if (lost.length > 0) return lost.map(({ cells, winner }) => `${count(cells)} more in ${winner}`).join(', ');
+  } else {
+    const mayLose = (/** @type {GeometryReport} */ mine, /** @type {number} */ at) =>
+      isOfFlag(mine.name) &&
+      geometries.some(
+        (other, index) =>
+          !isOfFlag(other.name) &&
+          (other.priority === mine.priority ? index > at : other.priority > mine.priority) &&
+          boxesOverlap(mine.bounding_box, other.bounding_box),
+      );
+    if (geometries.some(mayLose)) return '';
+  }
+  if (!meshVolume || cells === 0) return '';
+  return `${percent((100 * (volume - meshVolume)) / meshVolume)} vs facets`;
+}
+
+/** @typedef {import('hexcast').GeometryReport} GeometryReport @typedef {GeometryReport['bounding_box']} Box */
+
+/** @param {Box} one @param {Box} other */
+function boxesOverlap(one, other) {
+  return [0, 1, 2].every((axis) => one[0][axis] < other[1][axis] && other[0][axis] < one[1][axis]);
 }
 
 /** A difference with its sign, if it has one once it is rounded. @param {number} off */

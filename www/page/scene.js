@@ -8,6 +8,7 @@ import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 
 import { oncePerFrame } from './dom.js';
 import { Marks } from './marker.js';
+import { placedBox } from './places.js';
 import { stairMaterial } from './stair_material.js';
 
 /**
@@ -189,15 +190,24 @@ export class Scene {
     this.#section.add(new THREE.Mesh(geometry, material));
   }
 
-  /** Moves the camera so that all models fill the view. @param {(Placing & { info: import('hexcast').SurfaceInfo })[]} models */
-  fitModels(models) {
+  /**
+   * Moves the camera so that all models fill the view.
+   *
+   * @param {(Placing & { info: import('hexcast').SurfaceInfo })[]} models
+   * @param {number[]} [direction]
+   */
+  fitModels(models, direction) {
     const all = new THREE.Box3();
     for (const { info, ...placing } of models) {
-      const [low, high] = info.bounding_box.map((corner) => new THREE.Vector3(...corner));
-      const { matrix } = place(new THREE.Object3D(), placing);
-      all.union(new THREE.Box3(low, high).applyMatrix4(matrix));
+      const [low, high] = placedBox(info.bounding_box, placing);
+      all.union(new THREE.Box3(new THREE.Vector3().fromArray(low), new THREE.Vector3().fromArray(high)));
     }
-    this.fit([...all.min, ...all.max]);
+    this.fit([...all.min, ...all.max], direction);
+  }
+
+  /** From where the camera looks. */
+  direction() {
+    return this.#camera.position.clone().sub(this.#controls.target).toArray();
   }
 
   /** Moves the camera so that a box of six numbers fills the view, seen from a corner or along `direction`. @param {number[]} corners */

@@ -34,7 +34,10 @@ let written = /** @type {string | null} */ (null);
 /** Writes the hash whenever a parameter changes. */
 export function startSharing() {
   on(['settings', 'geometries', 'colours'], debounce(writeHash, 200));
-  on('geometries', showCopies);
+  on('geometries', () => {
+    showCopies();
+    if (state.geometries.length > 0) showWaiting();
+  });
   showCopies();
   const copies = {
     'copy-command': () => commandOf(currentJob()),
@@ -67,7 +70,8 @@ export function isForeignHash() {
   return location.hash.slice(1) !== (written ?? '');
 }
 
-function hashOf() {
+/** The parameters as they are in the address. */
+export function hashOf() {
   const { settings, geometries } = state;
   const query = new URLSearchParams();
   const sizes = settings.sizing === 'max_cell_size' ? 'cell_size' : settings.sizing;
@@ -106,6 +110,20 @@ function geometryQuery(geometry) {
   return query.toString();
 }
 
+/** Takes the parameters of another address. @param {string} hash */
+export function openHash(hash) {
+  history.replaceState(null, '', hash ? `#${hash}` : location.pathname + location.search);
+  readHash();
+}
+
+/** Says which files have settings in the link and are not here. */
+function showWaiting(isSampleComing = false) {
+  const names = isSampleComing ? [] : expected.map(({ file }) => file).filter(Boolean);
+  const them = names.length === 1 ? 'that file' : 'these files';
+  byId('waiting').textContent = names.length > 0 ? `This link has settings for ${names.join(', ')}: drop or choose ${them}.` : '';
+  byId('waiting').hidden = names.length === 0;
+}
+
 /**
  * Reads the hash into the settings.
  *
@@ -136,9 +154,12 @@ export function readHash() {
   patch.certify = query.get('certify') === 'true';
   const thin = Number(query.get('thin_cells') ?? NaN);
   if (Number.isInteger(thin) && thin > 0) patch.thin_cells = thin;
-  patch.unit = (query.get('unit') ?? DEFAULTS.unit).slice(0, 16);
+  const unit = query.get('unit') ?? DEFAULTS.unit;
+  // such a unit is in every output
+  patch.unit = /^[\p{L}\p{N}µ"']{0,16}$/u.test(unit) ? unit : DEFAULTS.unit;
   expected = query.getAll('g').map(readGeometry);
   set(patch);
+  showWaiting(query.has('sample'));
   return query.get('sample');
 }
 

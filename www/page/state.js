@@ -57,6 +57,8 @@
  * @typedef {object} State
  * @property {Mesher | null} mesher null while it starts
  * @property {Geometry[]} geometries in meshing order
+ * @property {number} revision changes where geometries were changed by other means than their fields
+ * @property {Geometry[] | null} patches open geometries that are one closed surface together
  * @property {Settings} settings
  * @property {Estimated | null} estimate the last; null without geometries
  * @property {'starting' | 'idle' | 'reading' | 'meshing' | 'failed'} phase
@@ -72,7 +74,7 @@
  *
  * @typedef {{ result?: import('hexcast').Estimate, error?: import('hexcast').HexcastError, freeBytes: number }} Estimated
  * @typedef {{ geometries: { file?: string, name?: string, source?: Surface }[] }} ShownJob as much of a job as is shown
- * @typedef {'mesher' | 'geometries' | 'settings' | 'fields' | 'estimate' | 'phase' | 'mesh' | 'leak' | 'findings' | 'colours' | 'legend'} Topic
+ * @typedef {'mesher' | 'geometries' | 'patches' | 'settings' | 'fields' | 'estimate' | 'phase' | 'mesh' | 'leak' | 'findings' | 'colours' | 'legend'} Topic
  */
 
 /** The defaults of the job. @type {Readonly<Settings>} */
@@ -98,6 +100,8 @@ export const DEFAULTS = Object.freeze({
 export const state = {
   mesher: null,
   geometries: [],
+  revision: 0,
+  patches: null,
   settings: { ...DEFAULTS },
   estimate: null,
   phase: 'starting',
@@ -142,6 +146,16 @@ export function colourOf(flag) {
 /** Red, green and blue of a colour, 0 to 255. @param {string} colour */
 export function rgb(colour) {
   return [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16));
+}
+
+/** Whether two geometries are the same surface at the same place. @param {Geometry} one @param {Geometry} other */
+export function isSame(one, other) {
+  return one.info.sha256 === other.info.sha256 && placeKey(one) === placeKey(other);
+}
+
+/** Where a geometry is placed, to be compared. @param {Geometry} geometry */
+export function placeKey({ scale, rotate, translate }) {
+  return JSON.stringify([scale, rotate, translate]);
 }
 
 /** The smallest flag that, with as many after it as asked for, no geometry but `except` has. @param {Geometry | null} except */

@@ -2,10 +2,10 @@
 import { buttonOf, byId, canvasOf, inputOf, selectOf } from './dom.js';
 import { count } from './format.js';
 import { save } from './downloads.js';
-import { clearMessages, showError, showNotice } from './messages.js';
+import { clearMessages, showNotice } from './messages.js';
 import { domainOf } from './settings.js';
 import { baseName } from './share.js';
-import { colourOf, on, state } from './state.js';
+import { colourOf, on, placeKey, state } from './state.js';
 import { paint } from './paint.js';
 
 /** @typedef {import('./scene.js').Scene} Scene */
@@ -20,6 +20,8 @@ let section = 0;
 let modelsLook = '[]';
 /** The mesh whose surface is drawn. @type {import('hexcast').Mesh | null} */
 let drawn = null;
+/** Whether the view could not be opened. */
+let hasFailed = false;
 /** The side that the section removes: the one of the camera when its axis was chosen. */
 let side = 1;
 
@@ -56,6 +58,9 @@ function loadScene() {
 }
 
 function load() {
+  // asked first, as three.js would write an error to the console
+  if (!loading && !document.createElement('canvas').getContext('webgl2'))
+    loading = Promise.reject(new Error('there is no WebGL'));
   loading ??= loadScene().then(({ Scene }) => new Scene(canvasOf('canvas-3d')));
   return loading;
 }
@@ -67,11 +72,13 @@ function load() {
  */
 async function withScene(action) {
   if (!loading && state.geometries.length === 0 && !state.mesh) return;
-  const isFirst = !loading;
   try {
     await action(await load());
-  } catch (error) {
-    if (isFirst) showError(error, 'The 3-D view cannot be opened; slices work without it');
+  } catch {
+    if (hasFailed) return;
+    hasFailed = true;
+    byId('no-3d').hidden = false;
+    choose('model');
   }
 }
 
@@ -84,9 +91,11 @@ function mark() {
 
 /** Disables the tools while there is nothing to show. */
 function showTools() {
-  const isEmpty = state.geometries.length === 0 && !state.mesh;
+  const isEmpty = hasFailed || (state.geometries.length === 0 && !state.mesh);
   byId('canvas-3d').tabIndex = isEmpty ? -1 : 0;
   for (const id of ['fit', 'save-3d']) buttonOf(id).disabled = isEmpty;
+  inputOf('show-model').disabled = isEmpty || state.geometries.length === 0;
+  inputOf('show-cells').disabled = isEmpty || !state.mesh;
 }
 
 /** Shows the models anew where what is seen of them has changed: corners are large. */
@@ -105,8 +114,11 @@ function showModels() {
     );
     scene.setModels(models);
     const ids = geometries.map(({ id }) => id).join();
-    if (ids !== byId('canvas-3d').dataset.models && geometries.length > 0) fit();
-    byId('canvas-3d').dataset.models = ids;
+    const places = geometries.map(placeKey).join();
+    const { models: lastIds, places: lastPlaces } = byId('canvas-3d').dataset;
+    if (ids !== lastIds) fit();
+    else if (places !== lastPlaces) fit(true);
+    Object.assign(byId('canvas-3d').dataset, { models: ids, places });
   });
 }
 
@@ -122,10 +134,12 @@ function recolour() {
 
 /** Shows the models or the cells. @param {string} what */
 function choose(what) {
-  shown = what === 'cells' && state.mesh ? 'cells' : 'model';
-  inputOf('show-cells').disabled = !state.mesh;
+  // without models there are the cells only
+  const hasModels = state.geometries.length > 0;
+  shown = state.mesh && (what === 'cells' || !hasModels) ? 'cells' : 'model';
+  showTools();
   inputOf(`show-${shown}`).checked = true;
-  byId('section').hidden = shown !== 'cells';
+  byId('section').hidden = shown !== 'cells' || hasFailed;
   withScene((scene) => {
     scene.show(shown, state.hidden);
     byId('canvas-3d').setAttribute(
@@ -168,13 +182,15 @@ async function showMesh() {
   });
 }
 
-function fit() {
-  const { mesh } = state;
-  withScene((scene) =>
-    mesh && (shown === 'cells' || state.geometries.length === 0)
-      ? scene.fit(domainOf(mesh.report))
-      : scene.fitModels(state.geometries),
-  );
+/** Moves the camera so that all of what is shown can be seen, from where it is or from a corner. */
+function fit(keepsDirection = false) {
+  const { mesh, geometries } = state;
+  if (!mesh && geometries.length === 0) return;
+  withScene((scene) => {
+    const direction = keepsDirection ? scene.direction() : undefined;
+    if (mesh && (shown === 'cells' || geometries.length === 0)) scene.fit(domainOf(mesh.report), direction);
+    else scene.fitModels(geometries, direction);
+  });
 }
 
 /**
