@@ -2,6 +2,7 @@
 import { byId, make, onInput } from './dom.js';
 import { count } from './format.js';
 import { clearMessages, showError, showNotice } from './messages.js';
+import { realFiles } from './real_models.js';
 import { SAMPLES } from './samples.js';
 import { takeExpected } from './share.js';
 import { change, freeFlag, isSame, set, state } from './state.js';
@@ -43,8 +44,10 @@ const withoutSettings = (files) => Array.from(files, (source) => ({ source }));
 function startDropping() {
   let depth = 0;
   const over = (/** @type {boolean} */ isOver) => document.body.classList.toggle('dropping', isOver);
-  addEventListener('dragenter', () => over(++depth > 0));
-  addEventListener('dragleave', () => over(--depth > 0));
+  // not where a card is dragged
+  const hasFiles = (/** @type {DragEvent} */ event) => event.dataTransfer?.types.includes('Files');
+  addEventListener('dragenter', (event) => hasFiles(event) && over(++depth > 0));
+  addEventListener('dragleave', (event) => hasFiles(event) && over(--depth > 0));
   addEventListener('dragover', (event) => event.preventDefault());
   addEventListener('drop', async (event) => {
     event.preventDefault();
@@ -84,12 +87,15 @@ async function filesOf(entry) {
   return (await Promise.all(entries.map(filesOf))).flat();
 }
 
+/** @param {string} id @returns {Promise<FileIn[]>} */
+async function sampleFiles(id) {
+  const real = await realFiles(id);
+  return real.length > 0 ? real : (await import('./sample_models.js')).sampleFiles(id);
+}
+
 /** Replaces all geometries by a sample. @param {string} id */
 export function addSample(id) {
-  return addFiles(
-    import('./sample_models.js').then(({ sampleFiles }) => sampleFiles(id)),
-    { sample: id },
-  );
+  return addFiles(sampleFiles(id), { sample: id });
 }
 
 /**

@@ -1,6 +1,6 @@
 /** What a mesh found, as sentences with places, and what helps. */
 import { count, measure, roughly } from './format.js';
-import { sentence } from './messages.js';
+import { rounded, sentence } from './messages.js';
 import { many, placeText } from './places.js';
 import { removeGeometry } from './files.js';
 import { joinPatches } from './patches.js';
@@ -19,7 +19,8 @@ import { change, isSame, set, state } from './state.js';
  * @property {import('./messages.js').Remedy} [remedy] what helps
  */
 
-/** Starts of the warnings that findings stand for. */
+/** Starts of the warnings that findings stand for, and of the one that the head of the page does. */
+const ON_CPU = /^meshed on the CPU:/;
 const THIN = /^geometry "(.*)" has walls of fewer than \d+ cells along/;
 const OPEN = /^geometry "(.*)" is not closed/;
 const SHELLS = /^shells of geometry "(.*)" overlap/;
@@ -43,9 +44,9 @@ export function findingsOf(report, leak) {
   ];
 }
 
-/** The warnings of a report without those that findings stand for. @param {Report} report */
+/** The warnings of a report without those that findings, or the name of the device, stand for. @param {Report} report */
 export function otherWarnings({ warnings }) {
-  return warnings.filter((warning) => ![THIN, OPEN, EMPTY, SHELLS].some((start) => start.test(warning)));
+  return warnings.filter((warning) => ![ON_CPU, THIN, OPEN, EMPTY, SHELLS].some((start) => start.test(warning)));
 }
 
 /** @param {import('hexcast').OpenReport} open @param {Report} report @returns {Finding} */
@@ -112,7 +113,7 @@ function ofEmpty(warning, report) {
   }
   const winner = /^its cells are those of ".*" \(flag (\d+)\)/.exec(cause)?.[1];
   const remedy = mine && winner ? { label: 'Let it win', act: () => letWin(mine.id, Number(winner)) } : undefined;
-  return [{ kind: 'empty', subject: name, text: `${text}${cause}.`, place, remedy }];
+  return [{ kind: 'empty', subject: name, text: `${text}${rounded(cause)}.`, place, remedy }];
 }
 
 /** Gives a geometry a higher priority than those of a flag. @param {number} id @param {number} flag */

@@ -4,6 +4,7 @@ import { PREVIEW_FACETS, removeGeometry } from './files.js';
 import { count, measure, readNumbers, times, writeNumbers } from './format.js';
 import { sentence } from './messages.js';
 import { endText, placedBox } from './places.js';
+import { handle, moveByKey, startOrder } from './order.js';
 import { change, colourOf, flagsOf, freeFlag, on, placeKey, state } from './state.js';
 
 /** @typedef {import('./state.js').Geometry} Geometry */
@@ -18,6 +19,7 @@ const TRANSFORMS = [
 /** Keeps the list up to date; it is redrawn only when geometries are added or removed, so that typing is not disturbed. */
 export function startGeometries() {
   let drawn = '';
+  startOrder();
   on(['geometries', 'settings', 'colours'], (topic) => {
     const key = `${state.geometries.map(({ id }) => id)} ${state.revision} ${state.settings.unit}`;
     if (key !== drawn) byId('geometries').replaceChildren(...state.geometries.map(card));
@@ -76,8 +78,8 @@ function card(geometry) {
   );
   return make(
     'li',
-    { className: 'geometry', 'data-file': info.file },
-    make('div', { className: 'row' }, colour, nameField, remove),
+    { className: 'geometry', 'data-file': info.file, 'data-id': id, on: { keydown: (event) => moveByKey(event, id) } },
+    make('div', { className: 'row' }, handle(geometry), colour, nameField, remove),
     make('div', { id: `facts-${id}` }),
     make(
       'div',
@@ -86,7 +88,12 @@ function card(geometry) {
       whole(geometry, 'priority', 'Priority', -1000, 1000),
     ),
     ...(info.solids.length > 1 ? [splitBox(geometry)] : []),
-    make('details', {}, make('summary', {}, 'Place'), ...TRANSFORMS.map((transform) => placeField(geometry, ...transform))),
+    make(
+      'details',
+      {},
+      make('summary', {}, 'Scale, rotate, move'),
+      ...TRANSFORMS.map((transform) => placeField(geometry, ...transform)),
+    ),
   );
 }
 
@@ -212,13 +219,15 @@ function placeField(geometry, key, label, hint) {
     placeholder: key === 'scale' ? '1' : '0 0 0',
     title: hint,
     'aria-label': `${label} ${geometry.name}: ${hint}`,
+    'data-name': key === 'scale' ? `Scale of ${geometry.name}` : null,
     inputMode: 'text',
     on: {
       input: ({ target }) => {
         const value = readNumbers(target.value);
         const isRight = value === null || Array.isArray(value) || (value !== undefined && key === 'scale');
-        target.setCustomValidity(isRight ? '' : 'numbers, separated by spaces');
-        if (isRight) edit(geometry.id, { [key]: value });
+        const isZero = key === 'scale' && [value].flat().includes(0);
+        target.setCustomValidity(isZero ? 'must not be 0' : isRight ? '' : 'numbers, separated by spaces');
+        if (isRight && !isZero) edit(geometry.id, { [key]: value });
       },
     },
   });

@@ -9,10 +9,12 @@ import { startEstimate } from './estimate.js';
 import { startFields } from './fields.js';
 import { addSample, startFiles } from './files.js';
 import { startFindings } from './findings.js';
+import { startFocus } from './focus.js';
 import { startGeometries } from './geometries.js';
 import { startHistory } from './history.js';
 import { startLeaks } from './leaks.js';
 import { startPatches } from './patches.js';
+import { LICENCES } from './real_models.js';
 import { startResults } from './results.js';
 import { startRun } from './run.js';
 import { startSession } from './session.js';
@@ -26,6 +28,9 @@ import { startView3d } from './view3d.js';
 
 async function start() {
   /** @type {HTMLOutputElement} */ (byId('version')).value = version;
+  byId('help-open').addEventListener('click', () => /** @type {HTMLDialogElement} */ (byId('help')).showModal());
+  /** @type {HTMLAnchorElement} */ (byId('licences')).href = LICENCES;
+  startFocus();
   startTabs();
   startFiles();
   startGeometries();

@@ -1,5 +1,6 @@
 /** Errors and notices as sentences on the page. */
 import { byId, make } from './dom.js';
+import { short } from './format.js';
 
 /** @typedef {{ label: string, act: () => void }} Remedy */
 
@@ -42,11 +43,16 @@ export function clearMessages(about) {
   for (const box of byId('messages').querySelectorAll(`.message${chosen}`)) box.remove();
 }
 
-/** First letter upper case, a full stop at the end. @param {string} text */
+/** First letter upper case, a full stop at the end, numbers of six digits. @param {string} text */
 export function sentence(text) {
   const trimmed = text.trim();
   const start = /^[a-z][a-z]*[ ,]/.test(trimmed) ? trimmed[0].toUpperCase() + trimmed.slice(1) : trimmed;
-  return /[.!?]$/.test(start) ? start : `${start}.`;
+  return rounded(/[.!?]$/.test(start) ? start : `${start}.`);
+}
+
+/** The numbers of a text with as many digits as people read. @param {string} text */
+export function rounded(text) {
+  return text.replace(/\d+\.\d{7,}(e-?\d+)?/g, (digits) => short(Number(digits)));
 }
 
 /** @param {HTMLElement} box @param {Remedy} remedy */

@@ -37,8 +37,7 @@ function show() {
   fact('result-dims', 'Cells', `${times(mesh.dims, String)} = ${roughly(report.cells)}`);
   fact('result-spacing', 'Cell', cellSize(report.spacing, report.unit));
   const spilled = spilledBytes(report);
-  const held = spilled > 0 ? `${bytes(spilled)} in the browser's private files` : bytes(mesh.columns.bytes);
-  fact('result-columns', 'Stored as', `${count(mesh.columns.runs)} runs, ${held}`);
+  fact('result-spilled', 'Stored', spilled > 0 ? `${bytes(spilled)} in the browser's private files` : '');
   fact(
     'result-time',
     'Time',

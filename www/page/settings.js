@@ -128,8 +128,14 @@ function show() {
   put('thin-cells', settings.thin_cells);
   put('padding', writeNumbers(settings.padding));
   for (const key of /** @type {const} */ (['rule', 'open', 'fill', 'axis', 'unit', 'backend', 'padding_by']))
-    selectOf(key.replace('_', '-')).value = settings[key];
+    putChoice(selectOf(key.replace('_', '-')), settings[key]);
   for (const unit of document.querySelectorAll('.unit')) unit.textContent = settings.unit;
+}
+
+/** A unit of a link may be none of the list. @param {HTMLSelectElement} select @param {string} value */
+function putChoice(select, value) {
+  if (![...select.options].some((option) => option.value === value)) select.append(new Option(value));
+  select.value = value;
 }
 
 /** @param {string} id @param {string | number} value */

@@ -1,6 +1,6 @@
 /** The 3-D view: loads three.js when there is first something to draw, and connects the tools above the picture. */
 import { buttonOf, byId, canvasOf, inputOf, selectOf } from './dom.js';
-import { count } from './format.js';
+import { count, short } from './format.js';
 import { save } from './downloads.js';
 import { clearMessages, showNotice } from './messages.js';
 import { domainOf } from './settings.js';
@@ -228,12 +228,16 @@ async function cut(isNew = false) {
   const slider = inputOf('section-at');
   slider.disabled = choice === '';
   const request = ++section;
+  byId('section-where').textContent = '';
   if (!mesh || choice === '') return withScene((scene) => scene.setSection(null));
   const axis = /** @type {0 | 1 | 2} */ (Number(choice));
   slider.max = String(mesh.dims[axis] - 1);
   if (isNew) slider.value = String(Math.floor(mesh.dims[axis] / 2));
   const index = Number(slider.value);
-  slider.setAttribute('aria-valuetext', `cell ${index} of ${mesh.dims[axis]}`);
+  const at = mesh.lines.origin[axis] + (index + 0.5) * mesh.lines.spacing[axis];
+  const where = `${'xyz'[axis]} = ${short(at)}${mesh.report.unit ? ` ${mesh.report.unit}` : ''}`;
+  slider.setAttribute('aria-valuetext', `cell ${index} of ${mesh.dims[axis]}, ${where}`);
+  byId('section-where').textContent = where;
   const slice = await mesh.slice(axis, index, SECTION_PIXELS);
   if (request !== section || mesh !== state.mesh) return undefined;
   const { origin, spacing } = mesh.lines;
@@ -243,7 +247,7 @@ async function cut(isNew = false) {
     scene.setSection({
       axis,
       side,
-      at: origin[axis] + (index + 0.5) * spacing[axis],
+      at,
       image: paint(slice, { isUp: false, hidden: state.hidden }),
       low: [origin[first], origin[second]],
       high: [
