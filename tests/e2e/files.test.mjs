@@ -97,7 +97,8 @@ test('a dropped folder is searched for models, folders in it too', async ({ visi
   await hasGeometries(page, 5);
   const names = await page.$$eval('.geometry', (cards) => cards.map((card) => card.dataset.file));
   assert.deepEqual(names.sort(), ['a.stl', 'b.STL', 'c.stl', 'd.stl', 'e.stl']);
-  assert.equal(await page.textContent('#messages'), '');
+  assert.equal(await page.locator('#messages [role=alert]').count(), 0);
+  assert.equal(await page.locator('#messages').getByRole('button', { name: 'Remove the copy' }).count(), 3);
 });
 
 /** Drops files and folders of this machine onto the page: the browser's own drag, as from a file manager. */
