@@ -19,8 +19,8 @@ import { change, isSame, set, state } from './state.js';
  * @property {import('./messages.js').Remedy} [remedy] what helps
  */
 
-/** Starts of the warnings that findings stand for, and of the one that the head of the page does. */
-const ON_CPU = /^meshed on the CPU:/;
+/** Starts of the warnings that findings stand for, and of the one that the head of the page does, unless a device was lost meanwhile. */
+const ON_CPU = /^meshed on the CPU: (?!the GPU device was lost)/;
 const THIN = /^geometry "(.*)" has walls of fewer than \d+ cells along/;
 const OPEN = /^geometry "(.*)" is not closed/;
 const SHELLS = /^shells of geometry "(.*)" overlap/;
