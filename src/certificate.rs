@@ -34,7 +34,7 @@ impl Certificate {
         Certificate {
             thin_cells,
             thin_walls: thin::thin_walls(cast, lines, thin_cells, is_wanted),
-            overlaps: overlaps::overlaps(cast),
+            overlaps: overlaps::overlaps(cast, lines),
         }
     }
 }

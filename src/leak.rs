@@ -22,12 +22,14 @@ use crate::mesh::Mesh;
 use crate::parallel::beside;
 use crate::rays::Rays;
 
+mod answer;
 mod facets;
 pub(crate) mod passage;
 pub(crate) mod rooms;
 mod shortest;
 mod widest;
 
+pub use answer::Answer;
 pub use facets::{NearFacet, facets_near};
 use passage::{Passage, Place};
 use rooms::Rooms;
@@ -264,7 +266,7 @@ fn check_memory(columns: &Columns, max_bytes: u64) -> Result<u64> {
     let needed = N_PASSAGES * (4 * n * m + 12 * n_runs);
     if needed > max_bytes || n * m > u64::from(u32::MAX) {
         let message = format!("the open cells of {} rays take {needed} bytes; {max_bytes} are allowed", n * m);
-        return Err(Error::new("memory", message, "allow more with --max-memory, or use larger cells"));
+        return Err(Error::new("memory", message, "allow more (max_memory, --max-memory), or use larger cells"));
     }
     Ok(needed)
 }

@@ -25,6 +25,7 @@ use crate::sources::Source;
 
 mod file;
 mod info;
+mod leak;
 mod mesh;
 mod values;
 

@@ -282,6 +282,19 @@ export class Core {
     return { step, parts };
   }
 
+  /**
+   * Looks for a path from one point to another; facets are named in the surfaces of a job, if there is one.
+   *
+   * @param {{ mesh: number, question: string, job: JobArguments | null }} args
+   * @param {Listener} _progress
+   * @param {State} state
+   * @returns {import('./hexcast.js').Leak}
+   */
+  leak({ mesh, question, job }, _progress, state) {
+    const surfaces = job ? this.#job(job, state) : undefined;
+    return JSON.parse(this.#meshes.get(mesh).leak(question, surfaces));
+  }
+
   /** @param {{ mesh: number, format: string, compress: number, bits: boolean }} args */
   encode({ mesh, format, compress, bits }) {
     return this.#encoders.keep(this.#meshes.get(mesh).encode(format, compress, bits));

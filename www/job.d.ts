@@ -142,6 +142,8 @@ export interface SurfaceInfo {
   sha256: string;
   /** Names of its solids, empty strings where the file gives none. */
   solids: string[];
+  /** Number of solids that are closed by themselves: every edge is used an even number of times. */
+  closed_solids: number;
   facets: number;
   /** Least and greatest coordinates, in the file's own unit. */
   bounding_box: [[number, number, number], [number, number, number]];

@@ -4,6 +4,7 @@ import { byteStream } from './byte_stream.js';
 import { CALL, oneOf, optionsOf, wholeNumber, threeNumbers, yesOrNo } from './check.js';
 import { report } from './connection.js';
 import { HexcastError } from './error.js';
+import { plainJson } from './plain.js';
 
 /** Bytes of a file that are collected in memory before they become a Blob, which browsers keep on disk. */
 const BLOB_PART_BYTES = 64 << 20;
@@ -11,6 +12,7 @@ const BLOB_PART_BYTES = 64 << 20;
 const MOST = 2 ** 32 - 1;
 const FORMATS = /** @type {const} */ (['vti', 'npy', 'raw', 'hxc']);
 const WRITE = ['compress', 'bits', ...CALL];
+const LEAK = ['from', 'to', 'flags', 'job', 'max_memory'];
 
 const MIME = {
   vti: 'application/vnd.vtk.vti+xml',
@@ -24,6 +26,14 @@ const MIME = {
  * @typedef {import('./hexcast.js').WriteOptions} WriteOptions
  * @typedef {import('./hexcast.js').CallOptions} CallOptions
  * @typedef {[number, number, number]} Cell
+ * @typedef {import('./core.js').JobArguments} JobArguments
+ */
+
+/**
+ * Runs a call with the surfaces of a job: see `Mesher`.
+ *
+ * @template T
+ * @typedef {(job: import('./hexcast.js').Job, options: CallOptions, run: (prepared: JobArguments) => Promise<T>) => Promise<T>} WithSurfaces
  */
 
 /** @template {import('./core.js').Operation} K @typedef {import('./connection.js').Arguments<K>} Arguments */
@@ -33,10 +43,16 @@ export class Mesh {
   /** @type {number | undefined} */
   #id;
   #sizes;
+  #withSurfaces;
 
-  /** @param {import('./connection.js').Connection} connection @param {import('./connection.js').Result<'openColumns'>} made */
-  constructor(connection, { mesh, report, axis, runs, bytes, sizes }) {
+  /**
+   * @param {import('./connection.js').Connection} connection
+   * @param {import('./connection.js').Result<'openColumns'>} made
+   * @param {WithSurfaces<import('./hexcast.js').Leak>} withSurfaces
+   */
+  constructor(connection, { mesh, report, axis, runs, bytes, sizes }, withSurfaces) {
     this.#connection = connection;
+    this.#withSurfaces = withSurfaces;
     this.#id = mesh;
     this.#sizes = sizes;
     this.report = report;
@@ -143,6 +159,15 @@ export class Mesh {
     const { maxQuads = 2_000_000, signal } = optionsOf(options, ['maxQuads', 'signal']);
     wholeNumber('maxQuads', maxQuads, 1, MOST);
     return this.#call('skin', { maxQuads }, { signal });
+  }
+
+  /** @param {import('./hexcast.js').LeakQuestion} question @param {CallOptions} [options] */
+  async leak(question, options) {
+    const call = optionsOf(options, CALL);
+    const { job, ...points } = optionsOf(question, LEAK);
+    const json = plainJson(points);
+    const ask = (/** @type {JobArguments | null} */ prepared) => this.#call('leak', { question: json, job: prepared }, call);
+    return job ? this.#withSurfaces(job, call, ask) : ask(null);
   }
 
   /** @param {CallOptions} [options] */

@@ -81,7 +81,7 @@ export class Mesher {
       const made = await this.#connection.call('mesh', { ...prepared, readSeconds, spill }, call);
       // where the GPU was lost for good, the mesher stays on the CPU
       if (this.backend === 'gpu' && 'engine' in made) Object.assign(this, made.engine);
-      return new Mesh(this.#connection, made);
+      return this.#meshOf(made);
     });
   }
 
@@ -97,7 +97,12 @@ export class Mesher {
     const bytes = columnBytes('file', file);
     // bytes are copied: the mesh reads them as long as it lives
     const source = bytes instanceof Uint8Array ? bytes.slice() : bytes;
-    return new Mesh(this.#connection, await this.#connection.call('openColumns', { source }, call));
+    return this.#meshOf(await this.#connection.call('openColumns', { source }, call));
+  }
+
+  /** @param {import('./connection.js').Result<'openColumns'>} made */
+  #meshOf(made) {
+    return new Mesh(this.#connection, made, (job, options, run) => this.#withSurfaces(job, options, run));
   }
 
   dispose() {

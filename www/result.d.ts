@@ -1,5 +1,6 @@
 /** What comes out: the mesh, its report, its flags and its files. */
 import type { CallOptions } from './hexcast.js';
+import type { Job } from './job.js';
 
 export interface FlagReport {
   flag: number;
@@ -54,6 +55,8 @@ export interface Report {
   crossings: number;
   runs: number;
   odd_rays: number;
+  /** The geometries of the job, in meshing order; missing for an opened mesh. */
+  geometries?: GeometryReport[];
   /** Geometries that are not closed, unless their `open` is `parity`; null for an opened mesh. */
   open: OpenReport[] | null;
   /** Geometries that have the cells along their surfaces; null for an opened mesh. */
@@ -75,6 +78,20 @@ export interface Report {
   /** Missing for an opened mesh. */
   peak_bytes?: PeakBytes;
   [key: string]: unknown;
+}
+
+/** A geometry of the job, as it was placed. */
+export interface GeometryReport {
+  name: string;
+  flag: number;
+  priority: number;
+  facets: number;
+  /** Least and greatest coordinates, in the unit of the mesh. */
+  bounding_box: [[number, number, number], [number, number, number]];
+  /** Signed volume enclosed; depends on the reference point where the surface is open. */
+  mesh_volume: number;
+  /** Whether it has the cells outside of its surface. */
+  invert: boolean;
 }
 
 /** The openings that `close_gaps` closed. */
@@ -132,8 +149,8 @@ export interface CertificateReport {
     cells: number;
     place: [number, number, number];
   }[];
-  /** Pairs of geometries with common cells. */
-  overlaps: { winner: string; loser: string; cells: number; volume: number }[];
+  /** Pairs of geometries with common cells, and a place in them. */
+  overlaps: { winner: string; loser: string; cells: number; volume: number; place: [number, number, number] }[];
 }
 
 /** Arrays over an `ArrayBuffer` of their own, in every version of TypeScript. */
@@ -227,6 +244,68 @@ export interface AllRuns extends Runs {
   offsets: Uint32Numbers;
 }
 
+/** Which leak is looked for. */
+export interface LeakQuestion {
+  /** The point at which paths begin, in the unit of the mesh. A point on a mesh line belongs to the cell above. */
+  from: [number, number, number];
+  /** The point at which they end. */
+  to: [number, number, number];
+  /** Flags of cells that a path may use, 0 to 255; by default that of the cell at `from`. */
+  flags?: number[];
+  /** Names the facets around the narrowest place in the surfaces of this job. */
+  job?: Job;
+  /** Most bytes of memory for the search, besides what the mesh takes; by default 1 GiB. */
+  max_memory?: number;
+}
+
+/** An end of the paths. */
+export interface LeakEnd {
+  point: [number, number, number];
+  /** The cell that holds the point. */
+  cell: [number, number, number];
+  /** Its flag. */
+  flag: number;
+  /** Number of cells that paths from it reach. */
+  n_cells: number;
+}
+
+/** What was found, as the native `hexcast leak --json` prints it. A path goes from cell to cell over faces. */
+export interface Leak {
+  /** Whether there is no path. */
+  is_tight: boolean;
+  /** Flags of cells that a path may use, ascending. */
+  flags: number[];
+  from: LeakEnd;
+  to: LeakEnd;
+  /** A path of the fewest steps; null where there is none. */
+  path: {
+    /** Number of steps from cell to cell. */
+    steps: number;
+    /** From the centre of the first cell to that of the last, in the unit of the mesh. */
+    length: number;
+    /** The cells at which it begins, turns and ends. */
+    cells: [number, number, number][];
+    /** Their centres. */
+    points: [number, number, number][];
+  } | null;
+  /** What stops a larger cube than the widest that passes; null where there is no path, or a cube of 64 cells passes. */
+  narrowest: {
+    /** Edge of the largest cube of open cells that passes, in cells. */
+    width: number;
+    /** First cell of the cube in the middle of the narrowest place, and the cell after its last, on each axis. */
+    cells: [[number, number, number], [number, number, number]];
+    /** The corners of these cells. */
+    bounds: [[number, number, number], [number, number, number]];
+    centre: [number, number, number];
+    /** Centres of the cube where its way begins, turns and ends. */
+    way: [number, number, number][];
+  } | null;
+  /** Unit of lengths. */
+  unit: string | null;
+  /** Facets within a cell of the narrowest place: the geometry, and the index of the facet in it from 0; null without a `job`. */
+  facets: { geometry: string; facet: number }[] | null;
+}
+
 /** A mesh, held by the worker. */
 export interface Mesh extends Disposable {
   readonly dims: [number, number, number];
@@ -253,6 +332,12 @@ export interface Mesh extends Disposable {
   slice(axis: 0 | 1 | 2, index: number, maxPixels?: number): Promise<Slice>;
   /** The stair-step surface, coarsened until it has at most `maxQuads` (default 2,000,000). */
   skin(options?: { maxQuads?: number; signal?: AbortSignal }): Promise<Skin>;
+  /**
+   * Looks for a path from one point to another, its narrowest place, and the facets around that. Fails with `job-value` where a point
+   * lies outside of the mesh or in a cell whose flag is not open, `job-conflict` where no flags are given and the points are in cells
+   * of different flags, `memory` where the search takes more than is allowed. An abort does not stop the search itself.
+   */
+  leak(question: LeakQuestion, options?: CallOptions): Promise<Leak>;
   /** SHA-256 of all flags, one byte each, x fastest: that of the raw file. */
   sha256(options?: CallOptions): Promise<string>;
   /** Bytes of a file before it is made; null where they depend on the flags (compressed, hxc). */

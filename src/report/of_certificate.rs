@@ -45,6 +45,8 @@ pub struct OverlapReport {
     pub cells: u64,
     /// Their volume.
     pub volume: f64,
+    /// A place inside of both, in world coordinates.
+    pub place: [f64; 3],
 }
 
 impl CertificateReport {
@@ -59,11 +61,12 @@ impl CertificateReport {
             cells,
             place,
         };
-        let overlap = |&Overlap { geometries: [winner, loser], cells }: &Overlap| OverlapReport {
+        let overlap = |&Overlap { geometries: [winner, loser], cells, place }: &Overlap| OverlapReport {
             winner: name(winner),
             loser: name(loser),
             cells,
             volume: cells as f64 * lines.cell_volume(),
+            place,
         };
         CertificateReport {
             thin_cells: found.thin_cells,

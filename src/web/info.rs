@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use crate::geometry::{Geometry, SharedFacets};
 use crate::pipeline::Engine;
+use crate::read::Solid;
 use crate::sources::Source;
 use crate::surface::surface;
 
@@ -49,6 +50,7 @@ struct SurfaceInfo<'a> {
     bytes: u64,
     sha256: &'a str,
     solids: Vec<&'a str>,
+    closed_solids: usize,
     facets: u64,
     bounding_box: Option<[[f64; 3]; 2]>,
     volume: f64,
@@ -67,6 +69,11 @@ pub(super) fn surface_info(source: &Source) -> String {
     let contents = &source.contents;
     let facets = SharedFacets::join(&contents.solids.iter().map(|solid| solid.facets.clone()).collect::<Vec<_>>());
     let checked = surface(&facets);
+    let is_closed = |solid: &&Solid| surface(&solid.facets).closed_parity;
+    let closed_solids = match contents.solids.len() {
+        1 => usize::from(checked.closed_parity),
+        _ => contents.solids.iter().filter(is_closed).count(),
+    };
     let geometry = Geometry::new("", 1, facets);
     json(&SurfaceInfo {
         file: &source.file,
@@ -74,6 +81,7 @@ pub(super) fn surface_info(source: &Source) -> String {
         bytes: contents.n_bytes,
         sha256: &source.sha256,
         solids: contents.solids.iter().map(|solid| solid.name.as_str()).collect(),
+        closed_solids,
         facets: contents.n_facets,
         bounding_box: geometry.bounding_box(),
         volume: geometry.signed_volume(),

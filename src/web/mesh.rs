@@ -25,7 +25,7 @@ const OPENED_BYTES: u64 = 1 << 30;
 /// A finished mesh.
 #[wasm_bindgen]
 pub struct WebMesh {
-    mesh: Rc<Mesh>,
+    pub(super) mesh: Rc<Mesh>,
     report: String,
 }
 

@@ -3,9 +3,7 @@
 import assert from 'node:assert/strict';
 
 import { hasGeometries, legend, run, test } from './visit.mjs';
-import { AS_HARDWARE, loseFirstDevice, tellOfAdapter } from './workers.mjs';
-
-const WITHOUT_ADAPTER = "Object.defineProperty(navigator, 'gpu', { value: { requestAdapter: async () => null } });";
+import { AS_HARDWARE, WITHOUT_ADAPTER, loseFirstDevice, tellOfAdapter } from './workers.mjs';
 
 test('without an adapter the processor does the same work, and the page says so', async ({ visit, siteWithWorker }) => {
   const page = await visit('#cells=20&sample=cubes', { url: await siteWithWorker(WITHOUT_ADAPTER) });
@@ -93,7 +91,7 @@ function hearOfDevices() {
 
 /** The SHA-256 of all flags, as the page shows it. */
 async function hashOf(page) {
-  await page.click('#results summary');
+  await page.click('#results summary:text-is("Report")');
   await page.click('#hash');
   await page.waitForFunction(() => document.querySelector('#result-hash').textContent.length === 64, null, { timeout: 120_000 });
   return page.textContent('#result-hash');

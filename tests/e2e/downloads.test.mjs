@@ -52,7 +52,7 @@ async function compareWithNative(visit, sample, n_files, settings, isPacked) {
       cells,
       report.flags.map(({ flag, cells }) => [flag, cells]),
     );
-    await page.click('#results summary');
+    await page.click('#results summary:text-is("Report")');
     await page.click('#hash');
     await page.waitForFunction(() => document.querySelector('#result-hash').textContent.length === 64);
     assert.equal(await page.textContent('#result-hash'), report.flags_sha256);
@@ -79,7 +79,7 @@ test('a column file opens again, and files are named after the model', async ({ 
   await run(page);
   const { bytes: sidecar } = await saved(page, '#download-sidecar');
   assert.equal(JSON.parse(sidecar).unit, 'mm');
-  await page.click('#results summary');
+  await page.click('#results summary:text-is("Report")');
   const { bytes: report } = await saved(page, '#save-report');
   assert.deepEqual(JSON.parse(report).dims, [20, 10, 10]);
   const { name, bytes: columns } = await saved(page, '#download-hxc');

@@ -50,7 +50,7 @@ test('an open surface is a finding, and its button shows the longest open edge',
   assert.deepEqual(await legend(page), [[1, 2000]]);
   const [open] = (await report(page)).open;
   assert.deepEqual([open.policy, open.open_edges, open.holes, open.doubtful_cells], ['winding', 4, 1, 2000]);
-  assert.deepEqual(await page.locator('#result-open li p').allTextContents(), [
+  assert.deepEqual(await page.locator('#finding-list li p').allTextContents(), [
     `box is not closed: 4 open edges in 1 loop, the longest edge at ${open.longest_at.join(', ')}. 2,000 of 2,000 cells were doubtful: the winding number decided.`,
   ]);
   assert.equal(await page.textContent('#result-warnings'), '', 'a finding is no warning, too');
@@ -89,7 +89,7 @@ test('the choice for open surfaces is in the job, the command, the program and t
     assert.match(await copied('js'), /^ {4}open: "vote",$/m);
     await run(page);
     assert.equal((await report(page)).open[0].policy, 'vote');
-    assert.match(await page.textContent('#result-open p'), /doubtful: most of their even rays decided\.$/);
+    assert.match(await page.textContent('#finding-list p'), /doubtful: most of their even rays decided\.$/);
     writeFileSync(path.join(folder, 'box.stl'), OPEN_BOX);
     const native = await runCopied(page, folder, []);
     assert.deepEqual((await report(page)).open, native.open);
@@ -98,7 +98,7 @@ test('the choice for open surfaces is in the job, the command, the program and t
     await page.selectOption('#axis', 'z');
     assert.ok(await page.isVisible('#stale'));
     await run(page);
-    assert.ok(await page.isHidden('#result-open'), 'rays of one axis do not look for holes');
+    assert.equal(await page.locator('#finding-list [data-kind=open]').count(), 0, 'rays of one axis do not look for holes');
     assert.match(await page.textContent('#result-warnings'), /200 of 200 rays do not leave every geometry they enter/);
     // cells along surfaces are a choice, too
     assert.doesNotMatch(await copied('command'), /--fill/);

@@ -127,7 +127,7 @@ test('what will not fit is said before it is tried', async ({ visit }) => {
     assert.match((await page.locator('#estimate .warn').allTextContents()).join(), sentence);
   };
   await says(1000, /^$/);
-  await says(12_000, /^This takes much memory: about \d+ MB\./);
+  await says(12_000, /^This needs about \d+ MB; the tab may run out of memory\./);
   await says(30_000, /^A page cannot hold [\d.]+ GB in memory: the mesh is stored in the browser's private files/);
   await says(
     50_000,

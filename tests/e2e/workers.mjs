@@ -7,6 +7,9 @@ import path from 'node:path';
 import { DIST } from '../../scripts/build.mjs';
 import { serve } from '../../scripts/serve.mjs';
 
+/** A worker without an adapter. */
+export const WITHOUT_ADAPTER = "Object.defineProperty(navigator, 'gpu', { value: { requestAdapter: async () => null } });";
+
 /**
  * Serves the page and the package with workers that do something else, too: workers have a navigator and devices of their own.
  *
@@ -76,3 +79,22 @@ export function loseFirstDevice(n_devices = Infinity) {
   };
 `;
 }
+
+/** Destroys the worker's device whenever the page says so, and counts the devices. */
+export const DESTROY_ON_DEMAND = `
+  const open = GPUAdapter.prototype.requestDevice;
+  const told = new BroadcastChannel('devices');
+  let device = null;
+  let n_devices = 0;
+  GPUAdapter.prototype.requestDevice = async function (...options) {
+    device = await open.apply(this, options);
+    n_devices += 1;
+    return device;
+  };
+  told.onmessage = async ({ data }) => {
+    if (data !== 'destroy') return;
+    device.destroy();
+    const { reason } = await device.lost;
+    told.postMessage({ reason, n_devices });
+  };
+`;

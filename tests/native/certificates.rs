@@ -104,6 +104,14 @@ fn overlaps_are_the_cells_that_each_geometry_has_alone() {
                 expected.push((winner.to_string(), loser.to_string(), cells));
             }
         }
+        for overlap in &found.overlaps {
+            let [winner, loser] =
+                [&overlap.winner, &overlap.loser].map(|name| name.parse::<usize>().expect("a number"));
+            let [x, y, z] = [9.0, 8.0, 10.0].map(|n| n / 8.0);
+            let [x, y, z] = [x * overlap.place[0], y * overlap.place[1], z * overlap.place[2]].map(|at| at as usize);
+            let at = x + 9 * (y + 8 * z);
+            assert!(alone[winner][at] != 0 && alone[loser][at] != 0, "round {round}: {overlap:?}");
+        }
         let mut found: Vec<_> =
             found.overlaps.into_iter().map(|overlap| (overlap.winner, overlap.loser, overlap.cells)).collect();
         found.sort();

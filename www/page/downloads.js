@@ -28,7 +28,7 @@ const file = (id, extension, label, note, more) => ({ id, extension, label, note
 const BITS = { bits: true };
 const FILES = [
   file('vti', 'vti', 'VTK image', 'ParaView, VisIt', { format: 'vti' }),
-  file('vtiz', 'vti', 'VTK image, compressed', 'ParaView, VisIt', { format: 'vti', options: { compress: 6 } }),
+  file('vtiz', 'zlib.vti', 'VTK image, compressed', 'ParaView, VisIt', { format: 'vti', options: { compress: 6 } }),
   file('npy', 'npy', 'NumPy', 'shape nz, ny, nx', { format: 'npy' }),
   file('raw', 'raw', 'Raw', 'one byte a cell, x fastest', { format: 'raw' }),
   file('sidecar', 'raw.json', 'Raw: description', 'dims, lines, names'),

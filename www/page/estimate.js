@@ -1,6 +1,6 @@
 /** What the mesh would cost, updated with every change, and whether it fits. */
 import { byId, debounce, make } from './dom.js';
-import { bytes, cellSize, duration, roughly, times } from './format.js';
+import { bytes, cellSize, count, duration, roughly, times } from './format.js';
 import { wrongField } from './fields.js';
 import { currentJob } from './job.js';
 import { sentence } from './messages.js';
@@ -68,6 +68,10 @@ function show() {
   const fact = (/** @type {string} */ id, /** @type {string} */ term, /** @type {string} */ value) =>
     list.append(make('dt', {}, term), make('dd', { id }, value));
   fact('estimate-cells', 'Cells', `${roughly(result.cells)} (${times(result.dims, String)})`);
+  const { sizing, cells, domain } = state.settings;
+  const most = Math.max(...result.dims);
+  if (sizing === 'cells' && !domain && most > cells)
+    fact('estimate-padding', '', `${count(cells)} along the parts, ${count(most)} with the padding`);
   fact('estimate-size', 'Cell', cellSize(result.spacing, state.settings.unit));
   const onGpu = state.mesher?.backend === 'gpu' ? `, GPU ${bytes(result.device_bytes)}` : '';
   fact('estimate-memory', 'Memory', `about ${bytes(result.host_bytes)}${onGpu}`);
@@ -79,8 +83,23 @@ function show() {
   return undefined;
 }
 
-/** @param {import('hexcast').HexcastError} error */
-function problem({ message, hint }) {
+/** Names of the keys of geometries on the page. @type {Record<string, string>} */
+const FIELDS = {
+  scale: 'scale',
+  rotate: 'rotation',
+  translate: 'move',
+  flag: 'flag',
+  priority: 'priority',
+  name: 'name',
+  split: 'split',
+};
+
+/** A sentence about an error of the job, in the words of the page. @param {import('hexcast').HexcastError} error */
+function problem({ message: said, hint }) {
+  const message = said.replace(/geometries\[(\d+)\]\.(\w+)/g, (all, index, key) => {
+    const geometry = state.geometries[Number(index)];
+    return geometry && FIELDS[key] ? `the ${FIELDS[key]} of ${geometry.name ?? geometry.source.name}` : all;
+  });
   return hint ? `${sentence(message)} ${sentence(hint)}` : sentence(message);
 }
 
@@ -99,7 +118,7 @@ function fits({ column_bytes: columns }, freeBytes) {
     return `This will not fit: it needs about ${bytes(columns)}, and a page can hold ${bytes(COLUMNS_LIMIT)} in memory${freeBytes > 0 ? ` or ${bytes(freeBytes)} on disk` : ''}. Take larger cells, or use the command line.`;
   }
   if (columns > COLUMNS_MUCH || columns > device / 4) {
-    return `This takes much memory: about ${bytes(columns)}. Close other tabs, or take larger cells.`;
+    return `This needs about ${bytes(columns)}; the tab may run out of memory. Close other tabs, or take larger cells.`;
   }
   return null;
 }

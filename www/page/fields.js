@@ -16,6 +16,8 @@ export function wrongField() {
   const inputs = FORMS.flatMap((form) => [...byId(form).querySelectorAll('input')]);
   const wrong = inputs.find((input) => !input.validity.valid);
   if (!wrong) return null;
-  const name = wrong.getAttribute('aria-label') ?? wrong.labels?.[0].textContent ?? '';
-  return sentence(`${name.replace(/\s+/g, ' ').trim()}: ${wrong.validationMessage}`);
+  const name = wrong.dataset.name ?? wrong.getAttribute('aria-label') ?? wrong.labels?.[0].textContent ?? '';
+  const what = name.replace(/\s+/g, ' ').trim();
+  const { validationMessage: message } = wrong;
+  return sentence(message.startsWith('must ') ? `${what} ${message}` : `${what}: ${message}`);
 }

@@ -2,9 +2,10 @@
 import { byId, make, onInput } from './dom.js';
 import { count } from './format.js';
 import { clearMessages, showError, showNotice } from './messages.js';
+import { realFiles } from './real_models.js';
 import { SAMPLES } from './samples.js';
 import { takeExpected } from './share.js';
-import { change, freeFlag, set, state } from './state.js';
+import { change, freeFlag, isSame, set, state } from './state.js';
 
 /**
  * @typedef {Partial<import('./state.js').Geometry>} GeometrySettings
@@ -43,8 +44,10 @@ const withoutSettings = (files) => Array.from(files, (source) => ({ source }));
 function startDropping() {
   let depth = 0;
   const over = (/** @type {boolean} */ isOver) => document.body.classList.toggle('dropping', isOver);
-  addEventListener('dragenter', () => over(++depth > 0));
-  addEventListener('dragleave', () => over(--depth > 0));
+  // not where a card is dragged
+  const hasFiles = (/** @type {DragEvent} */ event) => event.dataTransfer?.types.includes('Files');
+  addEventListener('dragenter', (event) => hasFiles(event) && over(++depth > 0));
+  addEventListener('dragleave', (event) => hasFiles(event) && over(--depth > 0));
   addEventListener('dragover', (event) => event.preventDefault());
   addEventListener('drop', async (event) => {
     event.preventDefault();
@@ -84,12 +87,15 @@ async function filesOf(entry) {
   return (await Promise.all(entries.map(filesOf))).flat();
 }
 
+/** @param {string} id @returns {Promise<FileIn[]>} */
+async function sampleFiles(id) {
+  const real = await realFiles(id);
+  return real.length > 0 ? real : (await import('./sample_models.js')).sampleFiles(id);
+}
+
 /** Replaces all geometries by a sample. @param {string} id */
 export function addSample(id) {
-  return addFiles(
-    import('./sample_models.js').then(({ sampleFiles }) => sampleFiles(id)),
-    { sample: id },
-  );
+  return addFiles(sampleFiles(id), { sample: id });
 }
 
 /**
@@ -116,7 +122,7 @@ async function readFiles(files, isFolder, sample) {
     change('geometries', { geometries: [] });
   }
   const wanted = isFolder ? files.filter(({ source }) => /\.(stl|hxc)$/i.test(source.name)) : files;
-  if (wanted.length === 0) showNotice(`there is no STL file among the ${files.length} files of the folder`);
+  if (wanted.length === 0) showNotice('the folder has no STL file');
   change('phase', { phase: 'reading' });
   for (const file of wanted) await addFile(mesher, file, sample);
   change('phase', { phase: 'idle' });
@@ -172,7 +178,28 @@ function addGeometry(read, source, sample, given) {
   const unsaid = { name, flag: freeFlag(), priority: 0, scale: null, rotate: null, translate: null, split: false };
   const geometry = { id: nextId++, source, sample, ...read, ...unsaid, ...given, ...linked };
   if (colour) state.colours.set(geometry.flag, colour);
+  const twin = state.geometries.find((other) => isSame(other, geometry));
   change('geometries', { geometries: [...state.geometries, geometry] });
+  if (!twin) return;
+  const text = `the surface of ${source.name} is that of ${twin.source.name}, at the same place: the later gets all cells of both`;
+  showNotice(text, 'files', { label: 'Remove the copy', act: () => removeGeometry(geometry.id) });
+}
+
+/** Puts a file in the place of some geometries; it has the settings of the first. @param {import('./state.js').Geometry[]} parts @param {File} source */
+export async function replaceGeometries(parts, source) {
+  const { mesher } = state;
+  if (!mesher) return;
+  const read = await readSurface(mesher, source);
+  const { flag, priority, scale, rotate, translate } = parts[0];
+  const name = source.name.replace(/\.[^.]*$/, '');
+  const joined = { id: nextId++, source, sample: null, ...read, name, flag, priority, scale, rotate, translate, split: false };
+  for (const { surface } of parts) surface.dispose();
+  change('geometries', {
+    geometries: state.geometries.flatMap((geometry) => {
+      if (geometry === parts[0]) return [joined];
+      return parts.includes(geometry) ? [] : [geometry];
+    }),
+  });
 }
 
 /** Reads all files again into a new mesher; the settings stay. @param {import('hexcast').Mesher} mesher */
@@ -187,6 +214,27 @@ export async function readAgain(mesher) {
   }
   change('geometries', { geometries: kept });
   byId('status').textContent = '';
+}
+
+/**
+ * Goes back to geometries that were there before; those that were removed meanwhile are read again.
+ *
+ * @param {import('./state.js').Geometry[]} wanted
+ */
+export async function restoreGeometries(wanted) {
+  const { mesher } = state;
+  if (!mesher) return;
+  const live = new Map(state.geometries.map((geometry) => [geometry.id, geometry]));
+  change('phase', { phase: 'reading' });
+  const geometries = [];
+  for (const geometry of wanted) {
+    const there = live.get(geometry.id);
+    const { surface, info, corners } = there ?? (await readSurface(mesher, geometry.source));
+    geometries.push({ ...geometry, surface, info, corners });
+  }
+  for (const { id, surface } of live.values()) if (!wanted.some((geometry) => geometry.id === id)) surface.dispose();
+  change('geometries', { geometries, revision: state.revision + 1 });
+  change('phase', { phase: 'idle' });
 }
 
 /** Removes one geometry. @param {number} id */

@@ -1,61 +1,75 @@
-/** What the mesh found about geometries that are not closed: a line each, with a button that shows where. */
-import { byId, make } from './dom.js';
-import { count, roughly, short } from './format.js';
+/** The list of what the mesh found: a line each, with a button that flies there; previous and next go from one to the other. */
+import { buttonOf, byId, make } from './dom.js';
+import { findingsOf } from './found.js';
+import { change, on, state } from './state.js';
+import { showPlace } from './slices.js';
 import { select } from './tabs.js';
-import { on, state } from './state.js';
 import { lookAt } from './view3d.js';
-
-/** @typedef {import('hexcast').OpenReport} OpenReport @typedef {import('hexcast').Report} Report */
 
 /** Connects the list. */
 export function startFindings() {
-  on('mesh', show);
+  on('mesh', () => change('leak', { leak: null }));
+  on('leak', () => change('findings', { findings: collected(), finding: -1 }));
+  on('findings', show);
+  byId('finding-previous').addEventListener('click', () => step(-1));
+  byId('finding-next').addEventListener('click', () => step(1));
+}
+
+function collected() {
+  return state.mesh ? findingsOf(state.mesh.report, state.leak) : [];
 }
 
 function show() {
-  const report = state.mesh?.report;
-  // a column file does not hold them
-  const lines = report?.open?.map((open) => line(open, report)) ?? [];
-  byId('result-open').replaceChildren(...lines);
-  byId('result-open').hidden = lines.length === 0;
+  const { findings } = state;
+  byId('findings').hidden = findings.length === 0;
+  byId('finding-list').replaceChildren(...findings.map(line));
+  for (const id of ['finding-previous', 'finding-next']) buttonOf(id).disabled = findings.every(({ place }) => !place);
+  byId('finding-at').textContent = '';
 }
 
-/** @param {OpenReport} open @param {Report} report */
-function line(open, report) {
-  const showPlace = () => {
-    select('3d');
-    lookAt(open.longest_at);
-  };
-  const button = make(
-    'button',
-    { type: 'button', className: 'small', 'aria-label': `Show the edge of ${open.geometry}`, on: { click: showPlace } },
-    'Show the edge',
-  );
-  return make('li', { 'data-geometry': open.geometry }, make('p', {}, text(open, report)), button);
+/** @param {import('./found.js').Finding} finding @param {number} index */
+function line({ kind, subject, text, place, remedy }, index) {
+  const item = make('li', { 'data-kind': kind }, make('p', {}, text));
+  const button = (/** @type {string} */ label, /** @type {string} */ name, /** @type {() => void} */ click) =>
+    make('button', { type: 'button', className: 'small', 'aria-label': name, on: { click } }, label);
+  const row = make('div', { className: 'row' });
+  const isEdge = kind === 'open';
+  const name = isEdge ? `Show ${subject}` : `Show the place: ${subject}`;
+  if (place) row.append(button(isEdge ? 'Show the edge' : 'Show the place', name, () => showIn3d(index)));
+  if (remedy) row.append(button(remedy.label, `${remedy.label}: ${subject}`, remedy.act));
+  if (row.childElementCount > 0) item.append(row);
+  return item;
 }
 
-/** @param {OpenReport} open @param {Report} report */
-function text({ geometry, policy, open_edges: edges, holes, longest_at: at, doubtful_cells: doubtful }, { cells, spacing }) {
-  const place = at.map((number, axis) => short(Number(number.toFixed(decimals(spacing[axis]))))).join(', ');
-  const facts = `${geometry} is not closed: ${many(edges, 'open edge')} in ${many(holes, 'loop')}, the longest edge at ${place}.`;
-  if (doubtful === 0) return `${facts} No cell was doubtful.`;
-  const decided = policy === 'vote' ? 'most of their even rays' : 'the winding number';
-  const share = `${count(doubtful)} of ${roughly(cells)} cells ${doubtful === 1 ? 'was' : 'were'} doubtful`;
-  return `${facts} ${share}: ${decided} decided.`;
+/** @param {number} index */
+function showIn3d(index) {
+  select('3d');
+  fly(index);
 }
 
-/** Decimals down to a thousandth of a cell. @param {number} size */
-function decimals(size) {
-  return Math.min(Math.max(Math.ceil(3 - Math.log10(size)), 0), 100);
+/** Goes to the next finding that has a place, around the ends, in the view that is shown. @param {1 | -1} by */
+function step(by) {
+  const { findings } = state;
+  let at = state.finding < 0 && by < 0 ? 0 : state.finding;
+  do at = (at + by + findings.length) % findings.length;
+  while (!findings[at].place);
+  fly(at);
 }
 
-/** @param {number} n @param {string} what */
-function many(n, what) {
-  return `${count(n)} ${what}${n === 1 ? '' : 's'}`;
+/** Shows the first finding of a kind in the view that is shown. @param {import('./found.js').Finding['kind']} kind */
+export function showFinding(kind) {
+  fly(state.findings.findIndex((finding) => finding.kind === kind));
 }
 
-/** The warnings of a report without those that findings stand for. @param {Report} report */
-export function otherWarnings({ warnings, open }) {
-  const starts = (open ?? []).map(({ geometry }) => `geometry "${geometry}" is not closed`);
-  return warnings.filter((warning) => !starts.some((start) => warning.startsWith(start)));
+/** Moves both views to a finding, marks it and says it. @param {number} index */
+function fly(index) {
+  const { place, text } = state.findings[index] ?? {};
+  if (!place) return;
+  state.finding = index;
+  for (const [at, item] of [...byId('finding-list').children].entries()) {
+    at === index ? item.setAttribute('aria-current', 'true') : item.removeAttribute('aria-current');
+  }
+  byId('finding-at').textContent = `${index + 1} of ${state.findings.length}: ${text}`;
+  lookAt(place);
+  showPlace(place);
 }

@@ -1,9 +1,11 @@
 /** The list of geometries: facts and settings of each. */
 import { byId, make } from './dom.js';
 import { PREVIEW_FACETS, removeGeometry } from './files.js';
-import { count, measure, readNumbers, short, times, writeNumbers } from './format.js';
+import { count, measure, readNumbers, times, writeNumbers } from './format.js';
 import { sentence } from './messages.js';
-import { change, colourOf, flagsOf, freeFlag, on, state } from './state.js';
+import { endText, placedBox } from './places.js';
+import { handle, moveByKey, startOrder } from './order.js';
+import { change, colourOf, flagsOf, freeFlag, on, placeKey, state } from './state.js';
 
 /** @typedef {import('./state.js').Geometry} Geometry */
 
@@ -17,11 +19,13 @@ const TRANSFORMS = [
 /** Keeps the list up to date; it is redrawn only when geometries are added or removed, so that typing is not disturbed. */
 export function startGeometries() {
   let drawn = '';
+  startOrder();
   on(['geometries', 'settings', 'colours'], (topic) => {
-    const key = `${state.geometries.map(({ id }) => id)} ${state.settings.unit}`;
+    const key = `${state.geometries.map(({ id }) => id)} ${state.revision} ${state.settings.unit}`;
     if (key !== drawn) byId('geometries').replaceChildren(...state.geometries.map(card));
     drawn = key;
     if (topic !== 'settings') for (const geometry of state.geometries) showColour(geometry);
+    for (const geometry of state.geometries) showFacts(geometry);
     document.body.classList.toggle('has-model', state.geometries.length > 0);
   });
 }
@@ -37,6 +41,15 @@ function edit(id, patch) {
 function showColour(geometry) {
   const input = document.getElementById(`colour-${geometry.id}`);
   if (input instanceof HTMLInputElement) input.value = colourOf(geometry.flag);
+}
+
+/** Writes the facts anew where the geometry was placed otherwise. @param {Geometry} geometry */
+function showFacts(geometry) {
+  const element = byId(`facts-${geometry.id}`);
+  const key = placeKey(geometry);
+  if (element.dataset.key === key) return;
+  element.dataset.key = key;
+  element.replaceChildren(...facts(geometry));
 }
 
 /** @param {Geometry} geometry */
@@ -65,9 +78,9 @@ function card(geometry) {
   );
   return make(
     'li',
-    { className: 'geometry', 'data-file': info.file },
-    make('div', { className: 'row' }, colour, nameField, remove),
-    ...facts(info),
+    { className: 'geometry', 'data-file': info.file, 'data-id': id, on: { keydown: (event) => moveByKey(event, id) } },
+    make('div', { className: 'row' }, handle(geometry), colour, nameField, remove),
+    make('div', { id: `facts-${id}` }),
     make(
       'div',
       { className: 'row fields' },
@@ -75,7 +88,12 @@ function card(geometry) {
       whole(geometry, 'priority', 'Priority', -1000, 1000),
     ),
     ...(info.solids.length > 1 ? [splitBox(geometry)] : []),
-    make('details', {}, make('summary', {}, 'Place'), ...TRANSFORMS.map((transform) => placeField(geometry, ...transform))),
+    make(
+      'details',
+      {},
+      make('summary', {}, 'Scale, rotate, move'),
+      ...TRANSFORMS.map((transform) => placeField(geometry, ...transform)),
+    ),
   );
 }
 
@@ -87,10 +105,11 @@ function recolour(id, colour) {
   change('colours');
 }
 
-/** Facets, box, closed or not, volume, and the warnings of the reader. @param {import('hexcast').SurfaceInfo} info */
-function facts(info) {
+/** Facets, box as it is placed, closed or not, volume, and the warnings of the reader. @param {Geometry} geometry */
+function facts({ info, ...placing }) {
   const { unit } = state.settings;
-  const [low, high] = info.bounding_box;
+  const [low, high] = placedBox(info.bounding_box, placing);
+  const factors = [placing.scale ?? 1, placing.scale ?? 1, placing.scale ?? 1].flat();
   const size = high.map((end, axis) => end - low[axis]);
   const isClosed = info.closed_parity && info.closed_oriented;
   const list = make('dl', { className: 'facts' });
@@ -98,10 +117,12 @@ function facts(info) {
     list.append(make('dt', {}, term), make('dd', properties, value));
   fact('Facets', info.facets > PREVIEW_FACETS ? `${count(info.facets)}, not drawn` : count(info.facets));
   fact('Size', `${times(size)}${unit ? ` ${unit}` : ''}`);
-  fact('From', low.map(short).join(', '));
-  fact('To', high.map(short).join(', '));
+  // so many digits that the ends can be told apart
+  const ends = (/** @type {number[]} */ corner) => corner.map((at, axis) => endText(at, size[axis])).join(', ');
+  fact('From', ends(low));
+  fact('To', ends(high));
   // the volume of an open surface depends on the origin
-  fact('Volume', `${isClosed ? '' : 'about '}${measure(info.volume, unit, 3)}`);
+  fact('Volume', `${isClosed ? '' : 'about '}${measure(info.volume * factors[0] * factors[1] * factors[2], unit, 3)}`);
   fact('Surface', closedness(info), { className: isClosed ? 'good' : 'warn' });
   /** @type {HTMLElement[]} */
   const parts = [list];
@@ -144,8 +165,16 @@ function whole(geometry, key, label, min, max) {
   return make('label', {}, label, input);
 }
 
-/** @param {Geometry} geometry */
+/** A choice only where every solid is closed, or it was made already. @param {Geometry} geometry */
 function splitBox({ id, split, info }) {
+  const n_solids = info.solids.length;
+  if (!split && info.closed_solids < n_solids) {
+    return make(
+      'p',
+      { className: 'note' },
+      `${n_solids} solids, of which ${info.closed_solids === 0 ? 'none' : info.closed_solids} ${info.closed_solids > 1 ? 'are' : 'is'} closed: they are meshed as one geometry`,
+    );
+  }
   const box = make('input', {
     type: 'checkbox',
     className: 'split',
@@ -156,7 +185,7 @@ function splitBox({ id, split, info }) {
     'label',
     { className: 'check' },
     box,
-    `Each of the ${info.solids.length} solids is a geometry, with its own name and the next flag`,
+    `Each of the ${n_solids} solids is a geometry, with its own name and the next flag`,
   );
 }
 
@@ -190,13 +219,15 @@ function placeField(geometry, key, label, hint) {
     placeholder: key === 'scale' ? '1' : '0 0 0',
     title: hint,
     'aria-label': `${label} ${geometry.name}: ${hint}`,
+    'data-name': key === 'scale' ? `Scale of ${geometry.name}` : null,
     inputMode: 'text',
     on: {
       input: ({ target }) => {
         const value = readNumbers(target.value);
         const isRight = value === null || Array.isArray(value) || (value !== undefined && key === 'scale');
-        target.setCustomValidity(isRight ? '' : 'numbers, separated by spaces');
-        if (isRight) edit(geometry.id, { [key]: value });
+        const isZero = key === 'scale' && [value].flat().includes(0);
+        target.setCustomValidity(isZero ? 'must not be 0' : isRight ? '' : 'numbers, separated by spaces');
+        if (isRight && !isZero) edit(geometry.id, { [key]: value });
       },
     },
   });

@@ -1,5 +1,5 @@
 /** The job that the page's fields ask for, in the form of the public interface. */
-import { state } from './state.js';
+import { DEFAULTS, state } from './state.js';
 
 /**
  * @typedef {import('hexcast').Job} Job
@@ -30,6 +30,8 @@ export function currentJob() {
   if (settings.rule !== 'parity') job.rule = settings.rule;
   if (settings.open !== 'winding') job.open = settings.open;
   if (settings.fill !== 'centre') job.fill = settings.fill;
+  if (settings.certify) job.certify = true;
+  if (settings.certify && settings.thin_cells !== DEFAULTS.thin_cells) job.thin_cells = settings.thin_cells;
   if (settings.axis !== 'auto') job.axis = settings.axis;
   if (settings.unit) job.unit = settings.unit;
   return job;

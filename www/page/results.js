@@ -2,7 +2,7 @@
 import { byId, make } from './dom.js';
 import { spilledBytes, save } from './downloads.js';
 import { bytes, cellSize, count, duration, measure, roughly, times } from './format.js';
-import { otherWarnings } from './findings.js';
+import { otherWarnings } from './found.js';
 import { sentence, showError } from './messages.js';
 import { baseName } from './share.js';
 import { change, colourOf, on, state } from './state.js';
@@ -37,8 +37,7 @@ function show() {
   fact('result-dims', 'Cells', `${times(mesh.dims, String)} = ${roughly(report.cells)}`);
   fact('result-spacing', 'Cell', cellSize(report.spacing, report.unit));
   const spilled = spilledBytes(report);
-  const held = spilled > 0 ? `${bytes(spilled)} in the browser's private files` : bytes(mesh.columns.bytes);
-  fact('result-columns', 'Stored as', `${count(mesh.columns.runs)} runs, ${held}`);
+  fact('result-spilled', 'Stored', spilled > 0 ? `${bytes(spilled)} in the browser's private files` : '');
   fact(
     'result-time',
     'Time',
@@ -75,8 +74,7 @@ function row({ flag, name, cells, volume, mesh_volume: meshVolume }, unit) {
   });
   const swatch = make('span', { className: 'swatch' });
   swatch.style.background = colourOf(flag);
-  const off = meshVolume ? (100 * (volume - meshVolume)) / meshVolume : null;
-  const difference = off === null ? '' : `${percent(off)} vs facets`;
+  const difference = comparison({ name, cells, volume, mesh_volume: meshVolume });
   return make(
     'tr',
     { 'data-flag': flag },
@@ -90,6 +88,40 @@ function row({ flag, name, cells, volume, mesh_volume: meshVolume }, unit) {
       make('small', {}, difference),
     ),
   );
+}
+
+/**
+ * How the volume of the cells differs from that of the facets, where nothing but the size of the cells makes them differ: not where
+ * another geometry has some of the cells. Overlaps that are known are named.
+ *
+ * @param {Pick<import('hexcast').FlagReport, 'name' | 'cells' | 'volume' | 'mesh_volume'>} entry
+ */
+function comparison({ name, cells, volume, mesh_volume: meshVolume }) {
+  const { certificate, geometries = [] } = /** @type {import('hexcast').Mesh} */ (state.mesh).report;
+  const isOfFlag = (/** @type {string} */ geometry) => name.split(' + ').includes(geometry);
+  if (certificate) {
+    const lost = certificate.overlaps.filter(({ loser }) => isOfFlag(loser));
+    if (lost.length > 0) return lost.map(({ cells, winner }) => `${count(cells)} more in ${winner}`).join(', ');
+  } else {
+    const mayLose = (/** @type {GeometryReport} */ mine, /** @type {number} */ at) =>
+      isOfFlag(mine.name) &&
+      geometries.some(
+        (other, index) =>
+          !isOfFlag(other.name) &&
+          (other.priority === mine.priority ? index > at : other.priority > mine.priority) &&
+          boxesOverlap(mine.bounding_box, other.bounding_box),
+      );
+    if (geometries.some(mayLose)) return '';
+  }
+  if (!meshVolume || cells === 0) return '';
+  return `${percent((100 * (volume - meshVolume)) / meshVolume)} vs facets`;
+}
+
+/** @typedef {import('hexcast').GeometryReport} GeometryReport @typedef {GeometryReport['bounding_box']} Box */
+
+/** @param {Box} one @param {Box} other */
+function boxesOverlap(one, other) {
+  return [0, 1, 2].every((axis) => one[0][axis] < other[1][axis] && other[0][axis] < one[1][axis]);
 }
 
 /** A difference with its sign, if it has one once it is rounded. @param {number} off */

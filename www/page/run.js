@@ -63,7 +63,7 @@ async function run(restart) {
   status.ariaLive = 'off';
   change('phase', { phase: 'meshing' });
   const hadFocus = document.activeElement === document.body || document.activeElement === byId('run');
-  if (hadFocus) byId('cancel').focus();
+  if (hadFocus) byId('cancel').focus({ preventScroll: true });
   try {
     const mesh = await mesher.mesh(job, { signal: stop.signal, onProgress: watch(start, expected?.cells ?? 0) });
     state.mesh?.dispose();
@@ -83,7 +83,7 @@ async function run(restart) {
     if (!isAbort) showError(error, undefined, remedy(error, restart));
   } finally {
     stop = null;
-    if (hadFocus) byId('run').focus();
+    if (hadFocus) byId('run').focus({ preventScroll: true });
   }
 }
 

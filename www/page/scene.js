@@ -7,7 +7,8 @@ import * as THREE from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 
 import { oncePerFrame } from './dom.js';
-import { ring } from './marker.js';
+import { Marks } from './marker.js';
+import { placedBox } from './places.js';
 import { stairMaterial } from './stair_material.js';
 
 /**
@@ -28,7 +29,7 @@ export class Scene {
   #models = groupOfDrawn();
   #skin = groupOfDrawn();
   #section = groupOfDrawn();
-  #ring = ring();
+  #marks = new Marks();
   /** @type {THREE.Box3Helper | null} */
   #box = null;
   /** @type {number[] | null} */
@@ -46,7 +47,7 @@ export class Scene {
     this.#renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.#camera.up.set(0, 0, 1);
     this.#controls = new OrbitControls(this.#camera, canvas);
-    this.#world.add(this.#models, this.#skin, this.#section, this.#ring);
+    this.#world.add(this.#models, this.#skin, this.#section, this.#marks);
     const lamp = new THREE.DirectionalLight(0xffffff, 2.4);
     lamp.position.set(0.4, 0.8, 1);
     this.#camera.add(lamp);
@@ -189,15 +190,24 @@ export class Scene {
     this.#section.add(new THREE.Mesh(geometry, material));
   }
 
-  /** Moves the camera so that all models fill the view. @param {(Placing & { info: import('hexcast').SurfaceInfo })[]} models */
-  fitModels(models) {
+  /**
+   * Moves the camera so that all models fill the view.
+   *
+   * @param {(Placing & { info: import('hexcast').SurfaceInfo })[]} models
+   * @param {number[]} [direction]
+   */
+  fitModels(models, direction) {
     const all = new THREE.Box3();
     for (const { info, ...placing } of models) {
-      const [low, high] = info.bounding_box.map((corner) => new THREE.Vector3(...corner));
-      const { matrix } = place(new THREE.Object3D(), placing);
-      all.union(new THREE.Box3(low, high).applyMatrix4(matrix));
+      const [low, high] = placedBox(info.bounding_box, placing);
+      all.union(new THREE.Box3(new THREE.Vector3().fromArray(low), new THREE.Vector3().fromArray(high)));
     }
-    this.fit([...all.min, ...all.max]);
+    this.fit([...all.min, ...all.max], direction);
+  }
+
+  /** From where the camera looks. */
+  direction() {
+    return this.#camera.position.clone().sub(this.#controls.target).toArray();
   }
 
   /** Moves the camera so that a box of six numbers fills the view, seen from a corner or along `direction`. @param {number[]} corners */
@@ -217,23 +227,21 @@ export class Scene {
     this.invalidate();
   }
 
-  /** Moves the camera near a place, outside of what is shown, and marks it. @param {number[]} place */
+  /** Moves the camera near a place, outside of what is shown. @param {number[]} place */
   lookAt(place) {
-    const at = new THREE.Vector3().fromArray(place);
-    const target = at.clone().sub(this.#centre);
+    const target = new THREE.Vector3().fromArray(place).sub(this.#centre);
     // outwards, and a little from where models are seen at first: a place in the middle has no outside
     const outwards = new THREE.Vector3(0.22, -0.32, 0.18).add(target.clone().normalize());
     this.#controls.target.copy(target);
     this.#camera.position.copy(target).add(outwards.setLength(2 * this.#radius));
     this.#controls.update();
-    this.#ring.position.copy(at);
-    this.#ring.visible = true;
     this.invalidate();
   }
 
-  /** Removes the mark. */
-  unmark() {
-    this.#ring.visible = false;
+  /** Marks places, of which one is shown, and draws a path. @param {(number[] | null)[]} places @param {number} current @param {number[][]} path */
+  mark(places, current, path) {
+    if (places.length === 0 && path.length === 0 && this.#marks.children.length === 0) return;
+    this.#marks.set(places, current, path);
     this.invalidate();
   }
 

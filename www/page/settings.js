@@ -31,6 +31,10 @@ export function startSettings() {
     const select = selectOf(key);
     select.addEventListener('change', () => set({ [key]: select.value }));
   }
+  onInput('certify', 'change', ({ checked }) => set({ certify: checked }));
+  onInput('thin-cells', 'input', (input) => {
+    if (isNumberOfCells(input)) set({ thin_cells: numberOfCells(input) });
+  });
   const form = byId('settings');
   form.addEventListener('submit', (event) => event.preventDefault());
   // a field that was left empty shows its value again
@@ -119,10 +123,19 @@ function show() {
     inputOf(id).required = settings.domain !== null;
     put(id, settings.domain?.[at] ?? '');
   });
+  inputOf('certify').checked = settings.certify;
+  byId('thin-cells-field').hidden = !settings.certify;
+  put('thin-cells', settings.thin_cells);
   put('padding', writeNumbers(settings.padding));
   for (const key of /** @type {const} */ (['rule', 'open', 'fill', 'axis', 'unit', 'backend', 'padding_by']))
-    selectOf(key.replace('_', '-')).value = settings[key];
+    putChoice(selectOf(key.replace('_', '-')), settings[key]);
   for (const unit of document.querySelectorAll('.unit')) unit.textContent = settings.unit;
+}
+
+/** A unit of a link may be none of the list. @param {HTMLSelectElement} select @param {string} value */
+function putChoice(select, value) {
+  if (![...select.options].some((option) => option.value === value)) select.append(new Option(value));
+  select.value = value;
 }
 
 /** @param {string} id @param {string | number} value */

@@ -34,7 +34,10 @@ let written = /** @type {string | null} */ (null);
 /** Writes the hash whenever a parameter changes. */
 export function startSharing() {
   on(['settings', 'geometries', 'colours'], debounce(writeHash, 200));
-  on('geometries', showCopies);
+  on('geometries', () => {
+    showCopies();
+    if (state.geometries.length > 0) showWaiting();
+  });
   showCopies();
   const copies = {
     'copy-command': () => commandOf(currentJob()),
@@ -67,13 +70,25 @@ export function isForeignHash() {
   return location.hash.slice(1) !== (written ?? '');
 }
 
-function hashOf() {
+/** The parameters as they are in the address. */
+export function hashOf() {
   const { settings, geometries } = state;
   const query = new URLSearchParams();
   const sizes = settings.sizing === 'max_cell_size' ? 'cell_size' : settings.sizing;
   if (settings.sizing !== 'cells' || settings.cells !== DEFAULTS.cells) query.set(settings.sizing, writeNumbers(settings[sizes]));
   if (settings.domain) query.set('domain', settings.domain.join(' '));
-  for (const key of /** @type {const} */ (['padding', 'padding_by', 'rule', 'open', 'fill', 'axis', 'backend', 'unit'])) {
+  for (const key of /** @type {const} */ ([
+    'padding',
+    'padding_by',
+    'rule',
+    'open',
+    'fill',
+    'certify',
+    'thin_cells',
+    'axis',
+    'backend',
+    'unit',
+  ])) {
     if (String(settings[key]) !== String(DEFAULTS[key])) query.set(key, writeNumbers(settings[key]));
   }
   const sample =
@@ -93,6 +108,20 @@ function geometryQuery(geometry) {
   }
   if (state.colours.has(geometry.flag)) query.set('colour', colourOf(geometry.flag).slice(1));
   return query.toString();
+}
+
+/** Takes the parameters of another address. @param {string} hash */
+export function openHash(hash) {
+  history.replaceState(null, '', hash ? `#${hash}` : location.pathname + location.search);
+  readHash();
+}
+
+/** Says which files have settings in the link and are not here. */
+function showWaiting(isSampleComing = false) {
+  const names = isSampleComing ? [] : expected.map(({ file }) => file).filter(Boolean);
+  const them = names.length === 1 ? 'that file' : 'these files';
+  byId('waiting').textContent = names.length > 0 ? `This link has settings for ${names.join(', ')}: drop or choose ${them}.` : '';
+  byId('waiting').hidden = names.length === 0;
 }
 
 /**
@@ -122,9 +151,15 @@ export function readHash() {
     const value = query.get(key);
     if (value !== null && choices.includes(value)) Object.assign(patch, { [key]: value });
   }
-  patch.unit = (query.get('unit') ?? DEFAULTS.unit).slice(0, 16);
+  patch.certify = query.get('certify') === 'true';
+  const thin = Number(query.get('thin_cells') ?? NaN);
+  if (Number.isInteger(thin) && thin > 0) patch.thin_cells = thin;
+  const unit = query.get('unit') ?? DEFAULTS.unit;
+  // such a unit is in every output
+  patch.unit = /^[\p{L}\p{N}µ"']{0,16}$/u.test(unit) ? unit : DEFAULTS.unit;
   expected = query.getAll('g').map(readGeometry);
   set(patch);
+  showWaiting(query.has('sample'));
   return query.get('sample');
 }
 
@@ -165,7 +200,8 @@ export function commandOf(job) {
     words.push(quote(pairs.length > 0 ? `${file}:${pairs.join(',')}` : file));
   }
   const option = (/** @type {string} */ name, /** @type {unknown} */ value) => {
-    if (value !== undefined) words.push(`--${name}=${quote([value].flat().join(','))}`);
+    if (value === true) words.push(`--${name}`);
+    else if (value !== undefined) words.push(`--${name}=${quote([value].flat().join(','))}`);
   };
   option('domain', job.domain);
   if (job.padding && 'cells' in job.padding) option('padding-cells', job.padding.cells);
@@ -178,6 +214,8 @@ export function commandOf(job) {
     'rule',
     'open',
     'fill',
+    'certify',
+    'thin_cells',
     'axis',
     'unit',
   ]))

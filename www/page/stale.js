@@ -11,22 +11,31 @@ export function startStale() {
 
 function show() {
   const { job } = state;
-  const isStale = state.mesh !== null && job !== null && isComparable(job) && keyOf(job) !== keyOf(currentJob());
-  byId('stale').hidden = !isStale;
+  // a mesh from a column file has no source whose settings could be compared
+  const made = state.mesh && job?.geometries.every(({ source }) => source) ? job : null;
+  const isStale = made !== null && keyOf(made) !== keyOf(currentJob());
+  const isRenamed = made !== null && !isStale && namesOf(made) !== namesOf(currentJob());
+  byId('stale').hidden = !isStale && !isRenamed;
+  byId('stale-text').textContent = isStale
+    ? 'Made with other settings: pictures, numbers and files are those of the last mesh.'
+    : 'The cells are right; the files of this mesh have the former names.';
   document.body.classList.toggle('stale', isStale);
   buttonOf('mesh-again').disabled = buttonOf('run').disabled;
 }
 
-/** A mesh from a column file has no source whose settings could be compared. @param {import('./state.js').ShownJob} job */
-function isComparable(job) {
-  return job.geometries.every(({ source }) => source);
+/** @param {import('./state.js').ShownJob} job */
+function namesOf({ geometries }) {
+  return JSON.stringify(geometries.map(({ name }) => name));
 }
 
 /**
- * Everything that the cells and the files depend on; of surfaces, the hash of their bytes.
+ * Everything that the cells depend on; of surfaces, the hash of their bytes.
  *
  * @param {import('./state.js').ShownJob} job
  */
 function keyOf({ geometries, ...rest }) {
-  return JSON.stringify([rest, geometries.map(({ source, ...settings }) => ({ ...settings, sha256: source?.info.sha256 }))]);
+  return JSON.stringify([
+    rest,
+    geometries.map(({ source, name: _, file: _file, ...settings }) => ({ ...settings, sha256: source?.info.sha256 })),
+  ]);
 }

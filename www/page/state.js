@@ -27,6 +27,8 @@
  * @property {'parity' | 'nonzero'} rule
  * @property {'winding' | 'vote' | 'error' | 'parity'} open how cells are decided where a surface is not closed
  * @property {'centre' | 'conservative' | 'separating'} fill which cells along surfaces geometries have as well
+ * @property {boolean} certify whether thin walls and overlaps are looked for
+ * @property {number} thin_cells walls of fewer cells are thin
  * @property {'auto' | 'x' | 'y' | 'z'} axis
  * @property {string} unit
  * @property {import('hexcast').BackendChoice} backend
@@ -55,6 +57,8 @@
  * @typedef {object} State
  * @property {Mesher | null} mesher null while it starts
  * @property {Geometry[]} geometries in meshing order
+ * @property {number} revision changes where geometries were changed by other means than their fields
+ * @property {Geometry[] | null} patches open geometries that are one closed surface together
  * @property {Settings} settings
  * @property {Estimated | null} estimate the last; null without geometries
  * @property {'starting' | 'idle' | 'reading' | 'meshing' | 'failed'} phase
@@ -62,12 +66,15 @@
  * @property {ShownJob | null} job that made the mesh
  * @property {Promise<Skin> | null} skin of the mesh
  * @property {import('hexcast').Estimate | null} expected the estimate of that job; null where there was none
+ * @property {import('./found.js').Finding[]} findings of the mesh
+ * @property {number} finding index of the one that is shown, -1 for none
+ * @property {import('hexcast').Leak | null} leak that was looked for in the mesh
  * @property {Map<number, string>} colours that the user chose, by flag
  * @property {Set<number>} hidden flags that are switched off in the legend
  *
  * @typedef {{ result?: import('hexcast').Estimate, error?: import('hexcast').HexcastError, freeBytes: number }} Estimated
  * @typedef {{ geometries: { file?: string, name?: string, source?: Surface }[] }} ShownJob as much of a job as is shown
- * @typedef {'mesher' | 'geometries' | 'settings' | 'fields' | 'estimate' | 'phase' | 'mesh' | 'colours' | 'legend'} Topic
+ * @typedef {'mesher' | 'geometries' | 'patches' | 'settings' | 'fields' | 'estimate' | 'phase' | 'mesh' | 'leak' | 'findings' | 'colours' | 'legend'} Topic
  */
 
 /** The defaults of the job. @type {Readonly<Settings>} */
@@ -82,6 +89,8 @@ export const DEFAULTS = Object.freeze({
   rule: 'parity',
   open: 'winding',
   fill: 'centre',
+  certify: false,
+  thin_cells: 2,
   axis: 'auto',
   unit: '',
   backend: 'auto',
@@ -91,6 +100,8 @@ export const DEFAULTS = Object.freeze({
 export const state = {
   mesher: null,
   geometries: [],
+  revision: 0,
+  patches: null,
   settings: { ...DEFAULTS },
   estimate: null,
   phase: 'starting',
@@ -98,6 +109,9 @@ export const state = {
   job: null,
   skin: null,
   expected: null,
+  findings: [],
+  finding: -1,
+  leak: null,
   colours: new Map(),
   hidden: new Set(),
 };
@@ -132,6 +146,16 @@ export function colourOf(flag) {
 /** Red, green and blue of a colour, 0 to 255. @param {string} colour */
 export function rgb(colour) {
   return [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16));
+}
+
+/** Whether two geometries are the same surface at the same place. @param {Geometry} one @param {Geometry} other */
+export function isSame(one, other) {
+  return one.info.sha256 === other.info.sha256 && placeKey(one) === placeKey(other);
+}
+
+/** Where a geometry is placed, to be compared. @param {Geometry} geometry */
+export function placeKey({ scale, rotate, translate }) {
+  return JSON.stringify([scale, rotate, translate]);
 }
 
 /** The smallest flag that, with as many after it as asked for, no geometry but `except` has. @param {Geometry | null} except */

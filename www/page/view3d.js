@@ -1,11 +1,11 @@
 /** The 3-D view: loads three.js when there is first something to draw, and connects the tools above the picture. */
 import { buttonOf, byId, canvasOf, inputOf, selectOf } from './dom.js';
-import { count } from './format.js';
+import { count, short } from './format.js';
 import { save } from './downloads.js';
-import { clearMessages, showError, showNotice } from './messages.js';
+import { clearMessages, showNotice } from './messages.js';
 import { domainOf } from './settings.js';
 import { baseName } from './share.js';
-import { colourOf, on, state } from './state.js';
+import { colourOf, on, placeKey, state } from './state.js';
 import { paint } from './paint.js';
 
 /** @typedef {import('./scene.js').Scene} Scene */
@@ -18,6 +18,10 @@ let loading = /** @type {Promise<Scene> | null} */ (null);
 let shown = 'model';
 let section = 0;
 let modelsLook = '[]';
+/** The mesh whose surface is drawn. @type {import('hexcast').Mesh | null} */
+let drawn = null;
+/** Whether the view could not be opened. */
+let hasFailed = false;
 /** The side that the section removes: the one of the camera when its axis was chosen. */
 let side = 1;
 
@@ -33,6 +37,8 @@ export function startView3d() {
     ),
   );
   on('mesh', () => showMesh());
+  // before the surface is there, the old one would be drawn once more
+  on('findings', () => drawn === state.mesh && mark());
   on('legend', () => {
     withScene((scene) => scene.show(shown, state.hidden));
     cut();
@@ -52,6 +58,9 @@ function loadScene() {
 }
 
 function load() {
+  // asked first, as three.js would write an error to the console
+  if (!loading && !document.createElement('canvas').getContext('webgl2'))
+    loading = Promise.reject(new Error('there is no WebGL'));
   loading ??= loadScene().then(({ Scene }) => new Scene(canvasOf('canvas-3d')));
   return loading;
 }
@@ -63,19 +72,30 @@ function load() {
  */
 async function withScene(action) {
   if (!loading && state.geometries.length === 0 && !state.mesh) return;
-  const isFirst = !loading;
   try {
     await action(await load());
-  } catch (error) {
-    if (isFirst) showError(error, 'The 3-D view cannot be opened; slices work without it');
+  } catch {
+    if (hasFailed) return;
+    hasFailed = true;
+    byId('no-3d').hidden = false;
+    choose('model');
   }
+}
+
+/** Marks what was found. */
+function mark() {
+  const { findings, finding, leak } = state;
+  const places = findings.map(({ place }) => place);
+  return withScene((scene) => scene.mark(places, finding, leak?.path?.points ?? []));
 }
 
 /** Disables the tools while there is nothing to show. */
 function showTools() {
-  const isEmpty = state.geometries.length === 0 && !state.mesh;
+  const isEmpty = hasFailed || (state.geometries.length === 0 && !state.mesh);
   byId('canvas-3d').tabIndex = isEmpty ? -1 : 0;
   for (const id of ['fit', 'save-3d']) buttonOf(id).disabled = isEmpty;
+  inputOf('show-model').disabled = isEmpty || state.geometries.length === 0;
+  inputOf('show-cells').disabled = isEmpty || !state.mesh;
 }
 
 /** Shows the models anew where what is seen of them has changed: corners are large. */
@@ -93,10 +113,12 @@ function showModels() {
       corners ? [{ ...rest, corners, colour: colourOf(rest.flag) }] : [],
     );
     scene.setModels(models);
-    scene.unmark();
     const ids = geometries.map(({ id }) => id).join();
-    if (ids !== byId('canvas-3d').dataset.models && geometries.length > 0) fit();
-    byId('canvas-3d').dataset.models = ids;
+    const places = geometries.map(placeKey).join();
+    const { models: lastIds, places: lastPlaces } = byId('canvas-3d').dataset;
+    if (ids !== lastIds) fit();
+    else if (places !== lastPlaces) fit(true);
+    Object.assign(byId('canvas-3d').dataset, { models: ids, places });
   });
 }
 
@@ -112,10 +134,12 @@ function recolour() {
 
 /** Shows the models or the cells. @param {string} what */
 function choose(what) {
-  shown = what === 'cells' && state.mesh ? 'cells' : 'model';
-  inputOf('show-cells').disabled = !state.mesh;
+  // without models there are the cells only
+  const hasModels = state.geometries.length > 0;
+  shown = state.mesh && (what === 'cells' || !hasModels) ? 'cells' : 'model';
+  showTools();
   inputOf(`show-${shown}`).checked = true;
-  byId('section').hidden = shown !== 'cells';
+  byId('section').hidden = shown !== 'cells' || hasFailed;
   withScene((scene) => {
     scene.show(shown, state.hidden);
     byId('canvas-3d').setAttribute(
@@ -127,14 +151,17 @@ function choose(what) {
 
 async function showMesh() {
   const { mesh, skin: promised } = state;
-  if (!mesh) return clearMessages('mesh');
+  if (!mesh) {
+    mark();
+    return clearMessages('mesh');
+  }
   selectOf('section-axis').value = '';
   await withScene(async (scene) => {
     byId('view-status').textContent = 'Extracting …';
     const skin = await (promised ?? mesh.skin());
     if (mesh !== state.mesh) return;
-    // here, with the new surface: earlier it would draw the old one once more
-    scene.unmark();
+    drawn = mesh;
+    await mark();
     byId('view-status').textContent = '';
     clearMessages('mesh');
     if (skin.step > 1)
@@ -155,17 +182,19 @@ async function showMesh() {
   });
 }
 
-function fit() {
-  const { mesh } = state;
-  withScene((scene) =>
-    mesh && (shown === 'cells' || state.geometries.length === 0)
-      ? scene.fit(domainOf(mesh.report))
-      : scene.fitModels(state.geometries),
-  );
+/** Moves the camera so that all of what is shown can be seen, from where it is or from a corner. */
+function fit(keepsDirection = false) {
+  const { mesh, geometries } = state;
+  if (!mesh && geometries.length === 0) return;
+  withScene((scene) => {
+    const direction = keepsDirection ? scene.direction() : undefined;
+    if (mesh && (shown === 'cells' || geometries.length === 0)) scene.fit(domainOf(mesh.report), direction);
+    else scene.fitModels(geometries, direction);
+  });
 }
 
 /**
- * Moves the view to a place of the models, which it shows uncut, and marks it until there is another mesh.
+ * Moves the view to a place of the models, which it shows uncut.
  *
  * @param {number[]} place in world lengths
  */
@@ -173,6 +202,7 @@ export function lookAt(place) {
   selectOf('section-axis').value = '';
   cut();
   if (state.geometries.some(({ corners }) => corners)) choose('model');
+  mark();
   withScene((scene) => {
     scene.lookAt(place);
     byId('canvas-3d').dataset.place = place.join(' ');
@@ -198,12 +228,16 @@ async function cut(isNew = false) {
   const slider = inputOf('section-at');
   slider.disabled = choice === '';
   const request = ++section;
+  byId('section-where').textContent = '';
   if (!mesh || choice === '') return withScene((scene) => scene.setSection(null));
   const axis = /** @type {0 | 1 | 2} */ (Number(choice));
   slider.max = String(mesh.dims[axis] - 1);
   if (isNew) slider.value = String(Math.floor(mesh.dims[axis] / 2));
   const index = Number(slider.value);
-  slider.setAttribute('aria-valuetext', `cell ${index} of ${mesh.dims[axis]}`);
+  const at = mesh.lines.origin[axis] + (index + 0.5) * mesh.lines.spacing[axis];
+  const where = `${'xyz'[axis]} = ${short(at)}${mesh.report.unit ? ` ${mesh.report.unit}` : ''}`;
+  slider.setAttribute('aria-valuetext', `cell ${index} of ${mesh.dims[axis]}, ${where}`);
+  byId('section-where').textContent = where;
   const slice = await mesh.slice(axis, index, SECTION_PIXELS);
   if (request !== section || mesh !== state.mesh) return undefined;
   const { origin, spacing } = mesh.lines;
@@ -213,7 +247,7 @@ async function cut(isNew = false) {
     scene.setSection({
       axis,
       side,
-      at: origin[axis] + (index + 0.5) * spacing[axis],
+      at,
       image: paint(slice, { isUp: false, hidden: state.hidden }),
       low: [origin[first], origin[second]],
       high: [

@@ -7,13 +7,12 @@ use std::process::ExitCode;
 use hexcast::control::{CancelToken, Control};
 use hexcast::geometry::Geometry;
 use hexcast::job::{ByteSize, GeometryJob, Job};
-use hexcast::leak::{Leak, MAX_WIDTH, Narrowest, NearFacet, Question, facets_near, leak};
+use hexcast::leak::{Answer, Leak, MAX_WIDTH, Narrowest, NearFacet, Question, leak};
 use hexcast::mesh::Mesh;
 use hexcast::sources::geometries;
 use hexcast::write::leak_vtp;
 use hexcast::{Error, Result};
 use indicatif::{BinaryBytes, HumanCount};
-use serde_json::json;
 
 use super::arguments::{default_max_memory, list, read_job};
 use super::output_file::{OutputFile, PendingFile};
@@ -70,8 +69,6 @@ pub(crate) struct Arguments {
 
 /// Exit code where there is a path.
 const LEAKS: u8 = 9;
-/// Cells around the narrowest place in which facets are named.
-const CELLS_AROUND: u32 = 1;
 /// Most facets of a geometry that are listed for people.
 const MAX_FACETS: usize = 20;
 
@@ -98,20 +95,16 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
         max_bytes: max_bytes - max_bytes / 2,
     };
     let found = leak(&mesh, &question, &control)?;
-    let around = found.narrowest.as_ref().map(|place| place.bounds_with(&mesh.lines, CELLS_AROUND));
-    let facets = surfaces.map(|surfaces| around.map_or_else(Vec::new, |around| facets_near(&surfaces, around)));
     let file = output.map(|file| write(file, &leak_vtp(&found))).transpose()?;
+    let answer = Answer::new(found, &mesh, surfaces.as_deref());
     if arguments.json {
         // a struct of numbers always has a JSON form
-        let mut json = serde_json::to_value(&found).unwrap_or_default();
-        json["is_tight"] = found.path.is_none().into();
-        json["unit"] = json!(mesh.unit);
-        json["facets"] = json!(facets);
+        let json = serde_json::to_value(&answer).unwrap_or_default();
         super::terminal::print_exact(&format!("{json:#}\n"))?;
     } else {
-        super::terminal::print(&in_words(&found, &mesh, facets.as_deref(), file.as_ref()))?;
+        super::terminal::print(&in_words(&answer.leak, &mesh, answer.facets.as_deref(), file.as_ref()))?;
     }
-    Ok(if found.path.is_some() { ExitCode::from(LEAKS) } else { ExitCode::SUCCESS })
+    Ok(if answer.is_tight { ExitCode::SUCCESS } else { ExitCode::from(LEAKS) })
 }
 
 /// Opens a temporary file for the output, which must not be the input.

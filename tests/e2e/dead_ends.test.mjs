@@ -1,0 +1,202 @@
+// What used to end nowhere: a model that was moved out of the view, all models removed, a backend that is not there, no WebGL, an edit
+// that was a mistake, a reload.
+
+import assert from 'node:assert/strict';
+
+import { expect } from '@playwright/test';
+
+import { boxBetween } from './open_box.mjs';
+import { COPPER, hasGeometries, isIdle, legend, picture3d, run, slice, take, test } from './visit.mjs';
+import { WITHOUT_ADAPTER } from './workers.mjs';
+
+const BOX = boxBetween([0, 0, 0], [4, 2, 2]);
+
+/** Adds files to those of the page, which then has so many. */
+async function add(page, files, n_files = Object.keys(files).length) {
+  const payload = Object.entries(files).map(([name, text]) => ({ name, mimeType: 'model/stl', buffer: Buffer.from(text) }));
+  await page.setInputFiles('#file-input', payload);
+  await hasGeometries(page, n_files);
+}
+
+/** The share of the saved picture of the 3-D view that models cover. */
+async function covered(page) {
+  return (await picture3d(page)).evaluate(({ data }) => {
+    let n = 0;
+    // the background is transparent
+    for (let at = 0; at < data.length; at += 4) n += data[at + 3] === 255 && Math.abs(data[at] - data[at + 2]) > 30;
+    return n / (data.length / 4);
+  });
+}
+
+test('a model that is moved or scaled stays in the view, and its card has the size and place that it has now', async ({
+  visit,
+}) => {
+  const page = await visit('#cells=20&backend=cpu');
+  await add(page, { 'box.stl': BOX });
+  const before = await covered(page);
+  assert.ok(before > 0.05, `${before}`);
+  await page.click('.geometry summary');
+  const facts = () => page.$eval('.geometry .facts', (list) => list.innerText.replace(/\s+/g, ' '));
+  await page.fill('.geometry .translate', '100 0 0');
+  assert.match(await facts(), /Size 4 × 2 × 2 From 100, 0, 0 To 104, 2, 2 Volume 16/);
+  assert.ok((await covered(page)) > 0.9 * before);
+  await page.fill('.geometry .rotate', '0 0 90');
+  assert.match(await facts(), /Size 2 × 4 × 2 From 98, 0, 0 To 100, 4, 2/);
+  await page.fill('.geometry .scale', '25.4');
+  assert.match(await facts(), /Size 50\.8 × 101\.6 × 50\.8 .* Volume 262193/);
+  assert.ok((await covered(page)) > 0.5 * before);
+  // ends that are far from zero are told apart
+  await page.fill('.geometry .scale', '');
+  await page.fill('.geometry .rotate', '');
+  await page.fill('.geometry .translate', '10000000 0 0');
+  assert.match(await facts(), /From 10000000, 0, 0 To 10000004, 2, 2/);
+});
+
+test('once all models are removed the mesh is shown by its cells', async ({ visit }) => {
+  const page = await visit('#cells=20&backend=cpu');
+  await add(page, { 'box.stl': BOX });
+  await run(page);
+  await page.waitForFunction(() => /triangles/.test(document.querySelector('#view-status').textContent));
+  await page.check('#show-model');
+  await page.click('.geometry button[aria-label^=Remove]');
+  await page.waitForSelector('.geometry', { state: 'detached' });
+  assert.ok(await page.isChecked('#show-cells'));
+  assert.ok(await page.isDisabled('#show-model'));
+  assert.ok((await covered(page)) > 0.05);
+});
+
+test('where a backend is not there, the last one and its mesh stay', async ({ visit, siteWithWorker }) => {
+  const page = await visit('#cells=20&sample=cubes', { url: await siteWithWorker(WITHOUT_ADAPTER) });
+  await hasGeometries(page, 2);
+  await run(page);
+  await page.click('#settings summary');
+  await page.selectOption('#backend', 'gpu');
+  await page.waitForSelector('#messages [data-code=no-adapter]');
+  await isIdle(page);
+  assert.equal(await page.inputValue('#backend'), 'auto');
+  assert.equal(await page.getAttribute('#device', 'data-backend'), 'cpu');
+  assert.equal((await legend(page)).length, 2);
+  assert.equal((await slice(page, 'z', 2))[2][2], COPPER);
+  await run(page);
+  // a backend that is there leaves the mesh, too, until there is another
+  await page.selectOption('#backend', 'cpu');
+  await page.waitForFunction(() => document.querySelector('#device').textContent === 'Meshing on the processor');
+  await isIdle(page);
+  assert.equal((await legend(page)).length, 2);
+  assert.equal((await slice(page, 'z', 3))[2][2], COPPER);
+  assert.ok(await page.isHidden('#stale'));
+  await run(page);
+  assert.equal((await slice(page, 'z', 2))[2][2], COPPER);
+});
+
+/** Before the page's scripts: a browser without WebGL. */
+function withoutWebGl() {
+  delete window.showSaveFilePicker;
+  const { getContext } = HTMLCanvasElement.prototype;
+  HTMLCanvasElement.prototype.getContext = function (kind, ...options) {
+    return /webgl/.test(kind) ? null : getContext.call(this, kind, ...options);
+  };
+}
+
+test('without WebGL the page says so, offers no tool of the 3-D view, and does all else', async ({ visit }) => {
+  const page = await visit('#cells=20&backend=cpu', { prepare: withoutWebGl });
+  await take(page, 'cubes', 2);
+  await page.waitForSelector('#no-3d:visible');
+  assert.match(await page.textContent('#no-3d'), /no WebGL: there is no 3-D view/);
+  await run(page);
+  for (const id of ['fit', 'save-3d', 'show-model', 'show-cells']) assert.ok(await page.isDisabled(`#${id}`), id);
+  assert.ok(await page.isHidden('#section'));
+  assert.equal(await page.getAttribute('#canvas-3d', 'tabindex'), '-1');
+  assert.equal((await slice(page, 'z', 2))[2][2], COPPER);
+});
+
+test('every edit is undone and done again, with buttons and keys', async ({ visit }) => {
+  const page = await visit('#cells=20&backend=cpu');
+  assert.ok(await page.isDisabled('#undo'));
+  await add(page, { 'box.stl': BOX });
+  await page.waitForSelector('#undo:enabled');
+  const edits = [
+    ['#cells', () => page.fill('#cells', '30'), '20', '30'],
+    ['.geometry .flag', () => page.fill('.geometry .flag', '7'), '1', '7'],
+    ['.geometry .name', () => page.fill('.geometry .name', 'other'), 'box', 'other'],
+    ['.geometry [type=color]', () => page.fill('.geometry [type=color]', '#112233'), '#d1584a', '#112233'],
+    ['#unit', () => page.selectOption('#unit', 'mm'), '', 'mm'],
+  ];
+  for (const [, act] of edits) {
+    await act();
+    await page.waitForTimeout(600);
+  }
+  const [link] = [page.url()];
+  for (const [field, , before, after] of [...edits].reverse()) {
+    assert.equal(await page.inputValue(field), after, field);
+    await page.click('#undo');
+    await isIdle(page);
+    await page.waitForFunction(([field, value]) => document.querySelector(field).value === value, [field, before]);
+  }
+  await page.click('#undo');
+  await page.waitForSelector('.geometry', { state: 'detached' });
+  assert.ok(await page.isDisabled('#undo'));
+  // a file that was removed is read again
+  await page.locator('#tab-3d').focus();
+  for (let edit = 0; edit <= edits.length; edit += 1) {
+    await page.waitForSelector('#redo:enabled');
+    await page.keyboard.press('ControlOrMeta+Shift+Z');
+    await page.waitForFunction(() => document.querySelector('#status').textContent === 'Done again.');
+    await page.evaluate(() => (document.querySelector('#status').textContent = ''));
+    await isIdle(page);
+  }
+  for (const [field, , , after] of edits) assert.equal(await page.inputValue(field), after, field);
+  await page.waitForFunction((link) => location.href === link, link);
+  await run(page);
+  assert.equal((await legend(page))[0][0], 7);
+});
+
+/** Names of the files that the page keeps for the next visit. */
+function keptFiles(page) {
+  return page.evaluate(async () => {
+    const root = await navigator.storage.getDirectory();
+    const folder = await root.getDirectoryHandle('hexcast-session').catch(() => null);
+    const list = await folder?.getFileHandle('session.json').catch(() => null);
+    return list ? JSON.parse(await (await list.getFile()).text()).map(({ name }) => name) : [];
+  });
+}
+
+test('a reload asks once whether to open the files again', async ({ visit }) => {
+  const page = await visit('#cells=20&backend=cpu');
+  await add(page, { 'box.stl': BOX, 'far.stl': boxBetween([6, 0, 0], [8, 2, 2]) });
+  await page.fill('.geometry[data-file="far.stl"] .flag', '9');
+  await expect.poll(() => keptFiles(page)).toEqual(['box.stl', 'far.stl']);
+  await page.reload();
+  await isIdle(page);
+  const question = page.locator('#messages [data-about=session]');
+  assert.match(await question.textContent(), /^The last visit had box\.stl, far\.stl\./);
+  assert.equal(await page.locator('.geometry').count(), 0);
+  await page.getByRole('button', { name: 'Open again' }).click();
+  await hasGeometries(page, 2);
+  assert.equal(await page.inputValue('.geometry[data-file="far.stl"] .flag'), '9');
+  await run(page);
+  assert.deepEqual(
+    (await legend(page)).map(([flag]) => flag),
+    [1, 9],
+  );
+  // Back, too; and what is forgotten is not asked for again
+  await page.goto('about:blank');
+  await page.goBack();
+  await isIdle(page);
+  await page.getByRole('button', { name: 'Forget' }).click();
+  await expect.poll(() => keptFiles(page)).toEqual([]);
+  await page.reload();
+  await isIdle(page);
+  assert.equal(await question.count(), 0);
+});
+
+test('a link says which files it waits for', async ({ visit }) => {
+  const page = await visit(`#cells=20&backend=cpu&g=${encodeURIComponent('file=box.stl&flag=3')}`);
+  assert.equal(await page.textContent('#waiting'), 'This link has settings for box.stl: drop or choose that file.');
+  await add(page, { 'box.stl': BOX });
+  assert.equal(await page.inputValue('.geometry .flag'), '3');
+  assert.ok(await page.isHidden('#waiting'));
+  const other = await visit('#cells=20&sample=cubes');
+  await hasGeometries(other, 2);
+  assert.ok(await other.isHidden('#waiting'));
+});

@@ -1,0 +1,133 @@
+// What a mesh found: thin walls, overlaps, geometries without cells; each a line, a mark in 3-D and in the slices, and a place to go to.
+
+import assert from 'node:assert/strict';
+import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import path from 'node:path';
+
+import { runCopied } from './native.mjs';
+import { boxBetween } from './open_box.mjs';
+import { hasGeometries, picture3d, run, test } from './visit.mjs';
+
+/** Two blocks that overlap in 1 x 4 x 4, a plate thinner than a cell, and a block within another that wins. */
+const FILES = {
+  'left.stl': boxBetween([0, 0, 0], [4, 4, 4]),
+  'right.stl': boxBetween([3, 0, 0], [8, 4, 4]),
+  'plate.stl': boxBetween([0, 0, 6.1], [8, 4, 6.4]),
+};
+const CURRENT = [0xe0, 0x10, 0x3c];
+const OTHER = [0x7d, 0x2f, 0xb8];
+
+/** Opens the page with files. */
+async function visitWith(visit, hash, files) {
+  const page = await visit(hash);
+  const payload = Object.entries(files).map(([name, text]) => ({ name, mimeType: 'model/stl', buffer: Buffer.from(text) }));
+  await page.setInputFiles('#file-input', payload);
+  await hasGeometries(page, payload.length);
+  return page;
+}
+
+/** The report on the page. */
+async function report(page) {
+  return JSON.parse(await page.textContent('#report'));
+}
+
+/** Pixels of a colour in the saved picture of the 3-D view, and their mean place as shares of width and height. */
+async function pixels(page, colour) {
+  return (await picture3d(page)).evaluate(({ data, width, height }, colour) => {
+    const sum = [0, 0, 0];
+    for (let at = 0; at < data.length; at += 4) {
+      if (!colour.every((part, channel) => Math.abs(data[at + channel] - part) <= 9)) continue;
+      sum[0] += (at / 4) % width;
+      sum[1] += Math.floor(at / 4 / width);
+      sum[2] += 1;
+    }
+    return { n: sum[2], at: [sum[0] / sum[2] / width, sum[1] / sum[2] / height] };
+  }, colour);
+}
+
+/** Numbers of marks in the slice that is shown, once it is the one of an index. */
+async function marksAt(page, axis, index) {
+  const isThere = ([axis, index]) => {
+    const { dataset } = document.querySelector('#canvas-slice');
+    return dataset.axis === axis && dataset.index === String(index);
+  };
+  await page.waitForFunction(isThere, [axis, index]);
+  return Number(await page.getAttribute('#canvas-slice', 'data-marks'));
+}
+
+test('thin walls and overlaps are looked for where the box is ticked, and the native command finds the same', async ({
+  visit,
+}) => {
+  const folder = mkdtempSync(path.join(tmpdir(), 'hexcast-'));
+  try {
+    const page = await visitWith(visit, '#cell_size=0.5&backend=cpu', FILES);
+    await page.click('#settings summary');
+    assert.ok(await page.isHidden('#thin-cells'));
+    await page.getByLabel('Look for thin walls and overlaps').check();
+    await page.fill('#thin-cells', '3');
+    await run(page);
+    const { certificate } = await report(page);
+    assert.equal(certificate.thin_cells, 3);
+    assert.deepEqual(
+      certificate.thin_walls.map(({ geometry, axis, lost }) => [geometry, axis, lost > 0]),
+      [['plate', 'z', false]],
+    );
+    assert.deepEqual(
+      certificate.overlaps.map(({ winner, loser, cells, volume }) => [winner, loser, cells, volume]),
+      [['right', 'left', 128, 16]],
+    );
+    for (const [name, text] of Object.entries(FILES)) writeFileSync(path.join(folder, name), text);
+    assert.deepEqual((await runCopied(page, folder, [])).certificate, certificate);
+    assert.match(await page.inputValue('#copied-text'), / --certify --thin-cells=3 /);
+    await page.click('#copy-link');
+    const other = await visit(new URL(await page.inputValue('#copied-text')).hash);
+    assert.deepEqual([await other.isChecked('#certify'), await other.inputValue('#thin-cells')], [true, '3']);
+  } finally {
+    rmSync(folder, { recursive: true });
+  }
+});
+
+test('each finding is a line and a mark, and next flies to it in 3-D and in the slices', async ({ visit }) => {
+  // a plate between two rows of centres has no cell at all
+  const files = { ...FILES, 'plate.stl': boxBetween([0, 0, 6.3], [8, 4, 6.4]) };
+  const page = await visitWith(visit, '#cell_size=0.5&backend=cpu&certify=true', files);
+  await run(page);
+  const { certificate, geometries } = await report(page);
+  const kinds = await page.$$eval('#finding-list li', (lines) => lines.map((line) => line.dataset.kind));
+  assert.deepEqual(kinds, ['empty', 'thin', 'overlap']);
+  const lines = await page.locator('#finding-list li p').allTextContents();
+  assert.match(lines[0], /^plate \(flag 3\) has no cell: it is 0\.\d+ thick along z, a cell is 0\.5; use smaller cells/);
+  assert.match(lines[1], /^plate has walls of fewer than 2 cells along z: 128 stretches of rays, .* of 0 cells, .* no centre/);
+  assert.match(lines[2], /^right and left overlap in 128 cells, a volume of 16: right has them\.$/);
+  assert.equal(await page.textContent('#result-warnings'), '', 'a finding is no warning, too');
+  await page.waitForFunction(() => /triangles/.test(document.querySelector('#view-status').textContent));
+  assert.equal((await pixels(page, CURRENT)).n, 0);
+  assert.ok((await pixels(page, OTHER)).n > 20, 'all are marked');
+  const [low, high] = geometries[2].bounding_box;
+  const middle = low.map((at, axis) => (at + high[axis]) / 2);
+  const places = [middle, certificate.thin_walls[0].place, certificate.overlaps[0].place];
+  for (const [at, place] of places.entries()) {
+    await page.press('#finding-next', 'Enter');
+    assert.equal(await page.getAttribute('#canvas-3d', 'data-place'), place.join(' '));
+    assert.equal(await page.textContent('#finding-at'), `${at + 1} of 3: ${lines[at]}`, 'it is announced');
+    assert.equal(await page.getAttribute(`#finding-list li:nth-child(${at + 1})`, 'aria-current'), 'true');
+    const { at: seen, n } = await pixels(page, CURRENT);
+    assert.ok(n > 20 && Math.abs(seen[0] - 0.5) < 0.01 && Math.abs(seen[1] - 0.5) < 0.01, `${seen}`);
+  }
+  // in the slices, and backwards
+  await page.click('#tab-slices');
+  await page.check('#slice-x');
+  assert.equal(
+    await marksAt(page, 'x', Math.floor(places[2][0] / 0.5)),
+    places.filter((place) => Math.floor(place[0] / 0.5) === Math.floor(places[2][0] / 0.5)).length,
+  );
+  await page.click('#finding-previous');
+  assert.ok(await page.isVisible('#panel-slices'), 'the view that is shown stays');
+  assert.ok((await marksAt(page, 'x', Math.floor(places[1][0] / 0.5))) >= 1);
+  // what helps
+  await page.getByRole('button', { name: 'Keep thin walls' }).click();
+  assert.equal(await page.inputValue('#fill'), 'separating');
+  await run(page);
+  assert.doesNotMatch(await page.textContent('#finding-list'), /has no cell/);
+});

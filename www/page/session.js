@@ -1,0 +1,107 @@
+/**
+ * The session: files and settings of this visit, kept in the origin's private file system (OPFS). The next visit asks once whether
+ * to open them again. Where a browser has no such file system, it asks before the page is left.
+ */
+import { debounce } from './dom.js';
+import { addFiles } from './files.js';
+import { showError, showNotice } from './messages.js';
+import { hasPrivateFiles } from './private_files.js';
+import { hashOf, openHash } from './share.js';
+import { on, state } from './state.js';
+
+/** @typedef {{ key: string, name: string }[]} Kept what `session.json` holds */
+
+/** Folder of the files, and key of the settings: these are few, and written at once. */
+const FOLDER = 'hexcast-session';
+const LIST = 'session.json';
+/** More bytes of files are not kept. */
+const MAX_BYTES = 1e9;
+
+/** Keys of the files in the folder. @type {Set<string>} */
+const stored = new Set();
+/** @type {Promise<unknown>} */
+let queue = Promise.resolve();
+
+/** Asks for the last session, and keeps this one. @param {boolean} hasSample whether the address names a sample */
+export async function startSession(hasSample) {
+  addEventListener('beforeunload', (event) => {
+    if (!hasPrivateFiles() && ownFiles().length > 0) event.preventDefault();
+  });
+  if (!hasPrivateFiles()) return;
+  if (!hasSample) await ask().catch(() => {});
+  const keepLater = debounce(() => (queue = queue.then(keep).catch(() => {})), 300);
+  on('geometries', () => (state.geometries.length > 0 || stored.size > 0) && keepLater());
+  on(['geometries', 'settings', 'colours'], () => state.geometries.length > 0 && localStorage.setItem(FOLDER, hashOf()));
+}
+
+/** Geometries that the page cannot make by itself. */
+function ownFiles() {
+  return state.geometries.filter(({ sample }) => !sample);
+}
+
+async function folder() {
+  const root = await navigator.storage.getDirectory();
+  return root.getDirectoryHandle(FOLDER, { create: true });
+}
+
+/** Offers the files of the last visit. */
+async function ask() {
+  const place = await folder();
+  const list = await (await place.getFileHandle(LIST)).getFile();
+  /** @type {Kept} */
+  const files = JSON.parse(await list.text());
+  if (files.length === 0) return;
+  const names =
+    files.length > 3 ? `${files[0].name} and ${files.length - 1} other files` : files.map(({ name }) => name).join(', ');
+  const open = async () => {
+    try {
+      const sources = await Promise.all(
+        files.map(async ({ key, name }) => {
+          const file = await (await place.getFileHandle(key)).getFile();
+          // its copy here may be removed while it is used
+          return { source: new File([await file.arrayBuffer()], name) };
+        }),
+      );
+      openHash(localStorage.getItem(FOLDER) ?? '');
+      await addFiles(sources);
+    } catch (error) {
+      showError(error, 'The last visit');
+    }
+  };
+  showNotice(`the last visit had ${names}`, 'session', { label: 'Open again', act: open }, { label: 'Forget', act: forget });
+}
+
+async function forget() {
+  const root = await navigator.storage.getDirectory();
+  stored.clear();
+  localStorage.removeItem(FOLDER);
+  await root.removeEntry(FOLDER, { recursive: true }).catch(() => {});
+}
+
+/** Writes what is new and removes what is gone. */
+async function keep() {
+  const own = ownFiles();
+  if (own.length === 0 || own.reduce((sum, { source }) => sum + source.size, 0) > MAX_BYTES) return forget();
+  // the question is answered by other files
+  for (const box of document.querySelectorAll('[data-about=session]')) box.remove();
+  const place = await folder();
+  const files = own.map(({ info, source }) => ({ key: info.sha256, name: source.name }));
+  for (const [at, { key }] of files.entries()) {
+    if (stored.has(key)) continue;
+    await write(place, key, own[at].source);
+    stored.add(key);
+  }
+  await write(place, LIST, JSON.stringify(files));
+  for await (const name of place.keys()) {
+    if (name !== LIST && !files.some(({ key }) => key === name)) await place.removeEntry(name);
+  }
+  for (const key of stored) if (!files.some((file) => file.key === key)) stored.delete(key);
+  return undefined;
+}
+
+/** @param {FileSystemDirectoryHandle} place @param {string} name @param {Blob | string} content */
+async function write(place, name, content) {
+  const stream = await (await place.getFileHandle(name, { create: true })).createWritable();
+  await stream.write(content);
+  await stream.close();
+}
