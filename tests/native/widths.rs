@@ -11,6 +11,7 @@ mod bits;
 mod formulas;
 mod frames;
 mod heights;
+mod host;
 mod interpret;
 mod kernels;
 mod quotients;

@@ -6,6 +6,7 @@ use std::cell::RefCell;
 use hexcast::crossings::event;
 use hexcast::frame::{Frame, MAX_CELLS_PER_AXIS, SPAN_BITS};
 use hexcast::geometry::Geometry;
+use hexcast::gpu::{DEEP, LINKED};
 use hexcast::lines::Lines;
 
 use super::bits::Symbolic;
@@ -56,8 +57,12 @@ fn cells_ranks_and_rays_fit_their_words() {
     // 27 bits, so that a row of 8 rays has 30, and none is like the word that stands for no crossing
     assert!(event(last, 255, true) < 1 << 27);
     assert_eq!(event(last, 255, true) >> 9, last);
-    // a run, and the marks of geometries that are open
+    // a run
     assert!(u64::from(last) << 8 < 1 << 27);
+    // up to 8 odd rays beside a place of 27 bits, below the mark of a segment that is linked
+    assert!(8 << 27 | ((1 << 27) - 1) < LINKED);
+    // the counts of runs of 8 rays, each at most 8 in 4 bits, are less than the mark of a deep row
+    assert!((0..8).map(|ray| 8 << (4 * ray)).sum::<u32>() < DEEP);
 }
 
 /// Whether sums of the scans stay at the greatest number instead of wrapping around.
