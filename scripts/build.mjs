@@ -13,7 +13,7 @@ import { compileWasm, ensureBindgen } from './wasm.mjs';
 export const DIST = path.join(ROOT, 'dist');
 const WWW = path.join(ROOT, 'www');
 /** The rest of www/ is the page. */
-const PACKAGE_MODULES = readdirSync(WWW).filter((name) => /\.(js|d\.ts)$/.test(name));
+const PACKAGE_FILES = readdirSync(WWW).filter((name) => /\.(js|d\.ts|md)$/.test(name));
 /** Most kilobytes (1000 bytes) of the wasm file, as it is and after gzip -9. */
 const LIMITS = { wasm: 1200, gzip: 450 };
 /** Every browser with WebGPU has these; without them wasm-opt refuses the code. */
@@ -27,7 +27,7 @@ export async function build() {
   const compiled = await compileWasm();
   rmSync(DIST, { recursive: true, force: true });
   mkdirSync(DIST, { recursive: true });
-  for (const name of PACKAGE_MODULES) cpSync(path.join(WWW, name), path.join(DIST, name));
+  for (const name of PACKAGE_FILES) cpSync(path.join(WWW, name), path.join(DIST, name));
   await run(bindgen, ['--target', 'web', '--out-dir', DIST, '--out-name', 'hexcast_wasm', compiled]);
   const wasm = nameWasm();
   await run(process.execPath, [

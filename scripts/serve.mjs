@@ -11,9 +11,10 @@ import { DIST } from './build.mjs';
  * @param {string} [options.root] the folder; dist
  * @param {string} [options.base] the path that it is under, with slashes at both ends; '/'
  * @param {boolean} [options.cors] lets pages of other origins read the files; false
+ * @param {Record<string, string>} [options.headers] of every answer; none
  * @returns {Promise<{url: string, close: () => Promise<void>}>} `url` ends with `base`
  */
-export async function serve({ root = DIST, base = '/', cors = false } = {}) {
+export async function serve({ root = DIST, base = '/', cors = false, headers = {} } = {}) {
   const server = await preview({
     configFile: false,
     root,
@@ -22,7 +23,7 @@ export async function serve({ root = DIST, base = '/', cors = false } = {}) {
     appType: 'mpa',
     logLevel: 'error',
     build: { outDir: root },
-    preview: { host: '127.0.0.1', port: 0, cors },
+    preview: { host: '127.0.0.1', port: 0, cors, headers },
   });
   const [url] = server.resolvedUrls?.local ?? [];
   if (!url) throw new Error('the server has no address');

@@ -1,5 +1,6 @@
 /** Calls to the core: in a worker of this or another origin, or on this thread. */
 import { HexcastError, errorOf } from './error.js';
+import { startWorker } from './start_worker.js';
 
 /**
  * @typedef {import('./core.js').Core} Core
@@ -60,15 +61,14 @@ import { HexcastError, errorOf } from './error.js';
 /**
  * Connects to a new worker, or to a core on this thread where `worker` is false.
  *
- * @param {string | URL | false} [worker]
+ * @param {import('./hexcast.js').MesherOptions['worker']} [worker]
  */
 export async function connect(worker) {
   if (worker === false || typeof Worker === 'undefined') {
     const { Core } = await import('./core.js');
     return new Connection(localPort(new Core()));
   }
-  const script = worker === undefined ? null : new URL(worker, globalThis.location?.href);
-  return new Connection(workerPort(script));
+  return new Connection(workerPort(startWorker(worker)));
 }
 
 export class Connection {
@@ -197,42 +197,17 @@ export function report(onProgress, progress) {
 }
 
 /**
- * A worker. One of another origin is started from a Blob that imports it.
+ * A way to a worker.
  *
- * @param {URL | null} script
+ * @param {Worker} worker
  * @returns {Port}
  */
-function workerPort(script) {
-  const here = globalThis.location?.origin;
-  const worker =
-    script === null && new URL(import.meta.url).origin === here
-      ? // written so that bundlers find it
-        new Worker(new URL('./worker.js', import.meta.url), { type: 'module', name: 'hexcast' })
-      : foreignWorker(script ?? siblingUrl('worker.js'), here);
+function workerPort(worker) {
   /** @type {Port} */
   const port = { send: (request) => worker.postMessage(request), close: () => worker.terminate(), onanswer() {}, onfailure() {} };
   worker.onmessage = ({ data }) => port.onanswer(data);
   worker.onerror = (event) => port.onfailure(event.message ?? 'its script could not be loaded');
   return port;
-}
-
-/** The URL of a file in this folder; in two steps, as a bundler would copy every file that it finds in one. @param {string} file */
-function siblingUrl(file) {
-  const { url } = import.meta;
-  return new URL(file, url);
-}
-
-/**
- * @param {URL} script
- * @param {string | undefined} here the origin of the page
- */
-function foreignWorker(script, here) {
-  if (script.origin === here) return new Worker(script, { type: 'module', name: 'hexcast' });
-  const blob = new Blob([`import ${JSON.stringify(script.href)};`], { type: 'text/javascript' });
-  const url = URL.createObjectURL(blob);
-  const worker = new Worker(url, { type: 'module', name: 'hexcast' });
-  worker.addEventListener('message', () => URL.revokeObjectURL(url), { once: true });
-  return worker;
 }
 
 /**

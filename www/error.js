@@ -22,6 +22,7 @@ export class HexcastError extends Error {
 const KEY = /^([a-z_]+(?:\[\d+\]|\.[a-z_]+)*)(?: is |: )/;
 /** What hints say to users of the command line alone, and what takes its place. @type {[RegExp, string][]} */
 const WORDS = [
+  [/\(--spill DIR\)/, '(the option spill)'],
   [/ \(--[^)]*\)|, --[^)]*(?=\))/g, ''],
   [/the example in the documentation of the job file/, 'the type Job of the package'],
 ];

@@ -19,6 +19,7 @@
  */
 import type { Estimate, FileSource, GeometrySource, Job, Surface } from './job.js';
 import type { Mesh } from './result.js';
+import './globals.js';
 
 export type * from './job.js';
 export type * from './result.js';
@@ -56,7 +57,7 @@ export type ErrorCode =
   | 'io'
   /** The mesher, the mesh or the surface was disposed of before the call. */
   | 'disposed'
-  /** `onProgress` threw; `cause` is what it threw. The call was ended. */
+  /** `onProgress` threw what `cause` has, which ended the call. */
   | 'callback';
 
 /** Every failure but an abort, which rejects with `signal.reason`. `cause` is the error behind it, if there is one. */
@@ -95,8 +96,12 @@ export interface MesherOptions {
   backend?: BackendChoice;
   /** The wasm; by default `hexcast_bg.wasm` in the folder of this script. */
   wasm?: WasmSource;
-  /** Where the worker script is (another origin is fine), or `false` to work on the calling thread. */
-  worker?: string | URL | false;
+  /**
+   * Where the worker script is (another origin is fine), or a worker that runs `hexcast/worker` and nothing else, or a function that
+   * starts one, or `false` to work on the calling thread. The mesher ends a worker that it was given. By default `worker.js` in the
+   * folder of this script.
+   */
+  worker?: string | URL | Worker | (() => Worker) | false;
   /**
    * A `GPUDevice` of your own to mesh on. A device cannot leave its thread: the mesher works on the calling thread and starts no
    * worker. It never destroys the device, and sets its `onuncapturederror`. Where the device is lost, also by

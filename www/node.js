@@ -32,7 +32,8 @@ async function wasmOf(wasm = new URL('./hexcast_bg.wasm', import.meta.url)) {
 async function findGpu() {
   if (globalThis.navigator?.gpu) return navigator.gpu;
   try {
-    const { create } = await import('webgpu');
+    // bundlers leave it: it may not be installed
+    const { create } = await import(/* webpackIgnore: true */ /* turbopackIgnore: true */ /* @vite-ignore */ 'webgpu');
     return create([]);
   } catch {
     return null;

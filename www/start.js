@@ -48,8 +48,9 @@ export async function start(options, gpu) {
 
 /** @param {unknown} worker */
 function checkWorker(worker) {
-  if (worker === undefined || worker === false || typeof worker === 'string' || worker instanceof URL) return;
-  throw wrongValue('worker', worker, 'a URL or false');
+  const isWorker = worker === undefined || worker === false || ['string', 'function'].includes(typeof worker);
+  if (!isWorker && !['URL', 'Worker'].includes(kindOf(worker)))
+    throw wrongValue('worker', worker, 'a URL, a Worker, a function that makes one, or false');
 }
 
 /** @param {unknown} wasm */

@@ -20,9 +20,10 @@ export const BROWSERS = { Chromium: openChromium, Firefox: openFirefox };
  * @param {string} url of the page, without parameters
  * @param {object} native the native command's report, and `vti`, the hash of its compressed file
  * @param {string[]} [others] origins that the page may ask too; none
+ * @param {string[]} [backends] both
  */
-export async function assertMeshes(browser, url, native, others = []) {
-  for (const backend of ['gpu', 'cpu']) {
+export async function assertMeshes(browser, url, native, others = [], backends = ['gpu', 'cpu']) {
+  for (const backend of backends) {
     const page = await browser.newPage();
     const complaints = complaintsOf(page, url);
     await page.goto(`${url}?backend=${backend}`);

@@ -20,11 +20,12 @@ export function npm(cwd, ...args) {
 /**
  * Packs the package and installs it into a new project, without a registry.
  *
+ * @param {string} [within] folder of the project; that of temporary files
  * @returns {{folder: string, tarball: string, files: string[], run: (name: string, code: string, ...args: string[]) => string,
  *   remove: () => void}} the project's folder, the tarball's path, the paths within it; `run` runs a script in Node
  */
-export function installedProject() {
-  const folder = mkdtempSync(path.join(tmpdir(), 'hexcast-package-'));
+export function installedProject(within = tmpdir()) {
+  const folder = mkdtempSync(path.join(within, 'hexcast-package-'));
   const [packed] = JSON.parse(npm(ROOT, 'pack', '--json', '--pack-destination', folder));
   const tarball = path.join(folder, packed.filename);
   writeFileSync(path.join(folder, 'package.json'), '{"private": true, "type": "module"}');

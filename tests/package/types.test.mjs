@@ -8,6 +8,7 @@ import { after, before, test } from 'node:test';
 
 import { ROOT } from '../../scripts/run.mjs';
 import { SPOT, installedProject } from './project.mjs';
+import { TOOLS, ensureTools } from './tools.mjs';
 
 let project;
 before(() => (project = installedProject()));
@@ -102,5 +103,63 @@ test('the types are those of the values, read back or not, and compile strictly 
     ['--module', 'esnext', '--moduleResolution', 'bundler'],
   ]) {
     assertPasses('tsc', ...strict, ...resolution, 'uses.ts');
+  }
+});
+
+/** Uses that compile with the types of no platform. */
+const PLAIN = `
+  import { createMesher, HexcastError, type Mesh } from 'hexcast';
+  const mesher = await createMesher({ backend: 'auto' });
+  const job = { geometries: [{ source: new Float64Array(9), scale: [1, 1, 1] }], dims: [4, 4, 4] } as const;
+  const mesh: Mesh = await mesher.mesh(job);
+  export const flag: number = await mesh.flag(0, 0, 0);
+  export const shared = await mesh.box([0, 0, 0], mesh.dims, { into: new Uint8Array(new SharedArrayBuffer(64)) });
+  export const code = (error: unknown) => (error instanceof HexcastError ? (error.details.key ?? error.code) : null);
+`;
+/** Uses of browsers: what takes arrays over an ArrayBuffer takes ours. */
+const DOM = `
+  import { createMesher } from 'hexcast';
+  const mesher = await createMesher({ worker: () => new Worker('worker.js', { type: 'module' }) });
+  const mesh = await mesher.mesh({ geometries: [{ source: { positions: [0, 0, 0], index: new Uint16Array(3) } }] });
+  for await (const { flags } of mesh.slabs()) new Blob([flags]);
+  const { offsets, starts } = await mesh.columns.all();
+  new Blob([offsets, starts]);
+  mesh.stream('raw').pipeThrough(new CompressionStream('gzip'));
+  declare const queue: { writeBuffer(buffer: object, at: number, data: BufferSource): void };
+  queue.writeBuffer({}, 0, (await mesh.box([0, 0, 0], [1, 1, 1])).flags);
+`;
+const NODE = `
+  import { Readable } from 'node:stream';
+  import { createMesher } from 'hexcast';
+  const mesh = await (await createMesher()).mesh({ geometries: [] });
+  Readable.fromWeb(mesh.stream('raw'));
+`;
+
+test('the types compile from TypeScript 5.4 on, with the types of browsers, of Node, and of neither', {
+  timeout: 1_200_000,
+}, async () => {
+  await ensureTools();
+  const compilers = ['ts54', 'ts7'].map((name) => path.join(TOOLS, 'node_modules', name));
+  const folder = project.folder;
+  for (const [name, code] of Object.entries({ plain: PLAIN, dom: DOM, node: NODE }))
+    writeFileSync(path.join(folder, `${name}.ts`), code);
+  const platforms = [
+    { files: ['plain.ts'], lib: ['es2022'], types: [] },
+    { files: ['plain.ts', 'dom.ts'], lib: ['es2022', 'dom', 'dom.iterable'], types: [] },
+    { files: ['plain.ts', 'node.ts'], lib: ['es2022'], types: ['node'], typeRoots: [path.join(TOOLS, 'node_modules/@types')] },
+  ];
+  const resolutions = [{ module: 'nodenext' }, { module: 'esnext', moduleResolution: 'bundler' }];
+  for (const { files, ...platform } of platforms) {
+    for (const resolution of resolutions) {
+      const compilerOptions = { noEmit: true, strict: true, target: 'es2022', skipLibCheck: false, ...platform, ...resolution };
+      writeFileSync(path.join(folder, 'tsconfig.json'), JSON.stringify({ compilerOptions, files }));
+      for (const compiler of compilers) {
+        const { status, stdout } = spawnSync(process.execPath, [path.join(compiler, 'bin/tsc'), '-p', '.'], {
+          cwd: folder,
+          encoding: 'utf8',
+        });
+        assert.equal(status, 0, `${compiler} ${JSON.stringify(compilerOptions)}\n${stdout}`);
+      }
+    }
   }
 });
