@@ -20,10 +20,10 @@ const LIMITS = { scan: [36e9, 'B'], clear: [10e9, 'B'], hits: [783e6, 'hits'] };
  * @type {Record<string, (counts: Counts) => [Limit, number]>}
  */
 const WORK = {
-  LatticeCount: ({ n_bands, n_facets, n_bins, n_pairs }) => ['scan', n_bands * n_facets * 52 + 4 * n_bins + 8 * n_pairs],
-  LatticeFill: ({ n_bands, n_facets, n_pairs }) => ['scan', n_bands * n_facets * 52 + 16 * n_pairs],
+  Lattice: ({ n_bands, n_facets, n_bins, n_pairs }) => ['scan', n_bands * n_facets * 52 + 4 * n_bins + 16 * n_pairs],
   Intersect: ({ n_pairs }) => ['hits', 64 * n_pairs],
   Map: ({ n_crossings }) => ['hits', n_crossings],
+  MapOneLayer: ({ n_crossings }) => ['hits', n_crossings],
   ScanReduce: ({ n_bands, n_facets, n_bins }) => ['scan', 4 * (n_bands * n_facets + n_bins)],
   ScanApply: ({ n_bands, n_facets, n_bins }) => ['scan', 8 * (n_bands * n_facets + n_bins)],
   // upload: facets once; clears: offsets; readback: runs and chunks, which are read once more to put them in order

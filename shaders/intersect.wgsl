@@ -3,14 +3,16 @@
 // rays and seven rows on, such a height is less than 15 / 2^32 cell too low: where that could change a cell, the margin makes map
 // leave the row to the deep kernels, which are exact. If all three numbers are exact, so are all heights.
 // Twin: `src/facet.rs`.
-// Reads: corners, bin_offsets (total in the last entry), tiles[2 t] (see lattice_fill).
+// Reads: corners, bin_offsets, found and its totals (see lattice).
 // Writes: tiles[2 t ..] = hits of rows 0 to 3, of rows 4 to 7, 8 bits a row; cell and fraction of the height;
 //         cells of the steps, i in the low half, j in the high; fraction of step i; of step j; tag, where
 //         tag = margin << 10 | tie above << 9 | rank << 1 | exits.
 // Bound: tile_capacity / threads loops an invocation, 2^12 at most.
 
 @group(0) @binding(2) var<storage, read> bin_offsets: array<u32>;
+@group(0) @binding(3) var<storage, read> found: array<vec4<u32>>;
 @group(0) @binding(4) var<storage, read_write> tiles: array<vec4<u32>>;
+@group(0) @binding(5) var<storage, read> found_totals: array<u32>;
 
 @compute @workgroup_size(64)
 fn intersect(
@@ -18,12 +20,16 @@ fn intersect(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let end = min(bin_offsets[params.n_bins * params.n_layers], params.tile_capacity);
+    let end = min(found_totals[0], params.tile_capacity);
     let n_threads = groups.x * groups.y * 64u;
-    for (var tile = thread_index(group, groups, local); tile < end; tile += n_threads) {
-        let begun = tiles[2u * tile];
-        let f = load_facet(begun.x);
-        write_tile(tile, begun.zw, f.area, plane_of(f, first_ray(begun.y)));
+    for (var i = thread_index(group, groups, local); i < end; i += n_threads) {
+        let of_bin = found[i];
+        let f = load_facet(of_bin.x);
+        let bin = of_bin.y >> RANK_BITS;
+        let tile = bin_offsets[bin * params.n_layers + f.layer] + (of_bin.y & (MAX_TILES - 1u));
+        if tile < params.tile_capacity {
+            write_tile(tile, of_bin.zw, f.area, plane_of(f, first_ray(bin)));
+        }
     }
 }
 

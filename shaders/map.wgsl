@@ -1,6 +1,7 @@
 // Casts the rays and sweeps their crossings into runs in one pass, in registers, for any number of geometries and either rule.
-// A thread casts the 8 rays of one row of one bin. It goes through the tiles of the bin layer by layer, so that crossings come roughly in
-// order, and keeps for each ray the 8 that are not swept yet, sorted: a new one finds its place by a minimum and a maximum a place.
+// A thread casts the 8 rays of one row of one bin (Eq. 10-12), so that a tile's numbers are loaded once for 8 rays. It goes through the
+// tiles of the bin layer by layer, so that crossings come roughly in order, and keeps for each ray the 8 that are not swept yet, sorted:
+// a new one finds its place by a minimum and a maximum a place.
 // Where a row gets crowded, the crossings before the end of the layer are swept, and only those that opened a geometry stay.
 // Left to the deep kernels are rows with more open crossings than places, with a height too near to a centre for the tile's numbers,
 // rays that do not leave all they enter (but for one geometry), and bins with more than MAX_TILES tiles.
@@ -26,46 +27,48 @@ struct Totals {
 @group(0) @binding(7) var<storage, read_write> totals: Totals;
 @group(0) @binding(8) var<uniform> layer_ends: array<vec4<u32>, 32>;
 
-// Most tiles of a bin.
-const MAX_TILES: u32 = 8192u;
 const LINKED: u32 = 0x80000000u;
+
+// Whether bins may have more than one layer, a constant of the pipeline: drivers that run 8 threads in a vector run what an `if` holds
+// though no thread takes it.
+override HAS_LAYERS: bool = true;
 
 @compute @workgroup_size(64)
 fn map(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let rays = ray_row(group, local);
-    if rays.count == 0u {
+    // a workgroup covers 8 bins of a row
+    let column = group.x * 8u + local / 8u;
+    let row_of_bin = local % 8u;
+    let row_of_band = group.y * BIN + row_of_bin;
+    if column >= params.n_across || row_of_band >= params.end_row - params.first_row {
         return;
     }
-    let first_layer = rays.bin * params.n_layers;
+    let chunk = row_of_band * params.n_across + column;
+    let first_layer = (group.y * params.n_across + column) * params.n_layers;
     var tile = bin_offsets[first_layer];
     let end = bin_offsets[first_layer + params.n_layers];
     if end - tile > MAX_TILES || end > params.tile_capacity {
-        leave_to_deep(rays.chunk);
+        leave_to_deep(chunk);
         return;
     }
     var row = Row(no_lists(), 0u, 0u, 0u, 0u, 0u, 0u, 0u);
-    for (var layer = 0u; tile < end && layer < params.n_layers; layer++) {
-        let layer_end = bin_offsets[first_layer + layer + 1u];
-        // two at a time, since drivers that run 8 threads in a vector pay for each variable that a loop carries
-        for (; tile < layer_end; tile += 2u) {
-            let next = min(tile + 1u, layer_end - 1u);
-            cross_row(tile, rays.row, 0xffu, &row);
-            cross_row(next, rays.row, select(0u, 0xffu, next != tile), &row);
-        }
-        tile = layer_end;
-        if tile != end && is_crowded(row.lists) {
-            sweep_until(&row, layer_ends[layer / 4u][layer % 4u]);
+    if HAS_LAYERS {
+        for (var layer = 0u; tile < end && layer + 1u < params.n_layers; layer++) {
+            cross_tiles(&tile, bin_offsets[first_layer + layer + 1u], row_of_bin, &row);
+            if tile != end && is_crowded(row.lists) {
+                sweep_until(&row, layer_ends[layer / 4u][layer % 4u]);
+            }
         }
     }
+    cross_tiles(&tile, end, row_of_bin, &row);
     let open = sweep_rest(&row);
     if row.undecided != 0u {
         if row.n_places != 0u {
             atomicAdd(&totals.n_unused, row.n_places);
         }
-        leave_to_deep(rays.chunk);
+        leave_to_deep(chunk);
         return;
     }
-    chunks[rays.chunk] = vec2<u32>(row.place | (countOneBits(open) << 27u), row.counts);
+    chunks[chunk] = vec2<u32>(row.place | (countOneBits(open) << 27u), row.counts);
     if row.n_crossings != row.n_runs {
         atomicAdd(&totals.n_lost, row.n_crossings - row.n_runs);
     }
@@ -115,6 +118,17 @@ struct Slope {
 struct Height {
     cells: u32,         // wraps around
     fraction: u32,
+}
+
+// Lists the crossings of all tiles up to an end. Two at a time, since drivers that run 8 threads in a vector pay for each variable that a
+// loop carries.
+fn cross_tiles(tile: ptr<function, u32>, end: u32, row_of_bin: u32, row: ptr<function, Row>) {
+    for (; *tile < end; *tile += 2u) {
+        let next = min(*tile + 1u, end - 1u);
+        cross_row(*tile, row_of_bin, 0xffu, row);
+        cross_row(next, row_of_bin, select(0u, 0xffu, next != *tile), row);
+    }
+    *tile = end;
 }
 
 // Lists the crossings of a facet with the rays of a row, a bit each, where they hit. Written out: drivers that run 8 threads in

@@ -7,7 +7,7 @@ use crate::rays::Rays;
 
 pub(crate) mod sizes;
 
-pub use sizes::{BIN, SEGMENT};
+pub use sizes::{BIN, MAX_TILES, SEGMENT};
 
 /// What is meshed: the input of the lattice, intersection and mapping.
 #[derive(Debug, Clone, Copy)]

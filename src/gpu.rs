@@ -2,7 +2,7 @@
 //!
 //! # Theory
 //! The stages and their values are those of the CPU definition; nothing but their types is shared. A band goes through
-//! `lattice_count` -> scan -> `lattice_fill` -> `intersect` -> `map`, and rows that these cannot decide through `intersect_deep` ->
+//! `lattice` -> scan -> `intersect` -> `map`, and rows that these cannot decide through `intersect_deep` ->
 //! scan -> `map_deep`. Atomics only count and hand out places; the order they give is sorted away, so the columns are the
 //! same bytes on every device and for every band. No invocation of any kernel runs more than 2^14 loops (`passes.rs`).
 //!
@@ -151,22 +151,6 @@ impl Gpu {
     /// The queue of the device.
     pub fn queue(&self) -> &wgpu::Queue {
         &self.opened.queue
-    }
-
-    /// Runs the lattice and `intersect` by themselves, with up to so many layers: for tests.
-    ///
-    /// # Errors
-    /// Those of [`Gpu::columns`]; `too-many-crossings` where the box does not fit one band.
-    pub async fn tiles(&self, cast: &Cast<'_>, layers: u32) -> Result<Tiles> {
-        inspect::tiles(self.context(), cast, layers).await
-    }
-
-    /// Replaces numbers by the sums of all before them, as the scan kernels do: for tests.
-    ///
-    /// # Errors
-    /// Those of [`Gpu::columns`].
-    pub async fn scanned(&self, numbers: &[u32]) -> Result<Vec<u32>> {
-        inspect::scanned(self.context(), numbers).await
     }
 
     /// Frees the buffers that are kept for the next mesh if they have more than so many bytes.

@@ -2,7 +2,7 @@
 //!
 //! A ray axis and the cells of the box -> [`Rays`]. Ray (i, j) runs along the ray axis through the centres of the cells
 //! with index i on the first and j on the second axis across it; its index is `i + n_i * j`. In the fixed-point frame it
-//! is at (i * 2^F, j * 2^F). Source: the paper, Eq. 10-12. Twin: `shaders/shared/rays.wgsl`.
+//! is at (i * 2^F, j * 2^F). Source: the paper, Eq. 10-12. Twin: `shaders/map.wgsl`.
 
 /// The bundle of parallel rays that covers the box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

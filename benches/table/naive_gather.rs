@@ -75,7 +75,7 @@ fn ours(gpu: &Gpu, cast: &Cast) -> Result<f64, Box<dyn Error>> {
         return Err("a band ran twice: its time would count twice".into());
     }
     let profile = usage.profile.unwrap_or_default();
-    let kernels = [Kernel::Intersect, Kernel::Map, Kernel::IntersectDeep, Kernel::MapDeep];
+    let kernels = [Kernel::Intersect, Kernel::Map, Kernel::MapOneLayer, Kernel::IntersectDeep, Kernel::MapDeep];
     Ok(profile.iter().filter(|(kernel, _)| kernels.contains(kernel)).map(|(_, seconds)| seconds).sum())
 }
 

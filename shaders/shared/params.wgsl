@@ -26,6 +26,9 @@ struct Params {
 
 // Rays of a bin along both axes across.
 const BIN: u32 = 8u;
+// Most tiles of a bin that map goes through, and the bits of a number below it.
+const MAX_TILES: u32 = 8192u;
+const RANK_BITS: u32 = 13u;
 
 // Index of a thread in a dispatch of workgroups of 64 in two dimensions.
 fn thread_index(group: vec3<u32>, groups: vec3<u32>, local: u32) -> u32 {

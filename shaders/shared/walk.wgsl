@@ -1,4 +1,4 @@
-// The walk over the lattice, shared by lattice_count, lattice_fill and intersect_deep, so that all find the same bins.
+// The walk over the lattice, shared by lattice and intersect_deep, so that both find the same bins.
 // An item is a facet with up to SEGMENT bins of one row of bins under its box. A thread takes an equal share of the items, ITEMS at
 // most: no facet, however large, is one thread's work. Twin: `for_each_bin` in `src/lattice.rs`.
 // Reads: item_offsets[f], the number of items of all facets before f, n_facets + 1 entries.

@@ -7,6 +7,10 @@ pub const BIN: u32 = 8;
 pub const SEGMENT: u32 = 16;
 /// Most layers of a bin along the rays; `layer_ends` in `shaders/map.wgsl` has as many entries.
 pub(crate) const MAX_LAYERS: u32 = 128;
+/// Most tiles of a bin that `map` goes through; `MAX_TILES` in `shaders/shared/params.wgsl`.
+pub const MAX_TILES: u32 = 1 << 13;
+/// Most bins of a band: the number of one and a number below [`MAX_TILES`] are one word.
+pub(crate) const MAX_BINS: u32 = 1 << 19;
 /// Words of a facet on the device.
 pub(crate) const FACET_WORDS: usize = 12;
 /// Rays of the first band, before anything is known about the device's speed: fewer where a page waits.
@@ -20,14 +24,14 @@ pub(crate) const BANDS_IN_FLIGHT: usize = 3;
 const FEW_FACETS: u64 = 1 << 16;
 /// Bytes of a facet: its corners and its first item.
 const FACET_BYTES: u64 = 4 * FACET_WORDS as u64 + 4;
-/// Bytes of a tile.
-const TILE_BYTES: u64 = 32;
+/// Bytes of a tile, and of what the lattice finds for it.
+const TILE_BYTES: u64 = 32 + 16;
 /// Bytes of a place of four runs.
 const PLACE_BYTES: u64 = 16;
 /// Bytes of a chunk, a row of rays of one bin.
 const CHUNK_BYTES: u64 = 8;
-/// Bytes of a counter, one a layer of a bin: its count, the next tile, and its part in the sums of the scan.
-const COUNTER_BYTES: u64 = 9;
+/// Bytes of a counter, one a layer of a bin: its count, and its part in the sums of the scan.
+const COUNTER_BYTES: u64 = 5;
 
 /// What is known of a band before it runs.
 pub(crate) struct BandSize {
@@ -65,7 +69,7 @@ impl Capacity {
             n_facets: bytes / (4 * FACET_WORDS as u64),
             n_chunks: bytes / CHUNK_BYTES,
             n_counters: bytes / 4 - 1,
-            n_tiles: bytes / TILE_BYTES,
+            n_tiles: bytes / 32,
             n_places: (bytes / PLACE_BYTES).min((1 << 27) - 1),
         }
     }

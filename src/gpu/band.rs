@@ -16,7 +16,7 @@ use super::pool::{BufferPool, Pooled};
 use super::readback::{Pending, Staging, elements};
 use super::runs::{DEEP, DeepRows, Raw, Returned};
 use crate::cast::Cast;
-use crate::cast::sizes::{BIN, BandSize, Capacity, MAX_LAYERS};
+use crate::cast::sizes::{BIN, BandSize, Capacity, MAX_BINS, MAX_LAYERS};
 use crate::columns::Band;
 use crate::cpu;
 use crate::error::Result;
@@ -115,16 +115,15 @@ impl<'a> Worker<'a> {
     /// Sends the commands of a band to the device; None where fewer rows would fit better.
     pub(crate) fn launch(&mut self, rows: Range<u32>) -> Result<Option<Launched>> {
         let Some(mut launched) = self.prepare(rows)? else { return Ok(None) };
-        let Some(buffers) = self.buffers.take_if(|_| !launched.is_deep) else { return Ok(Some(launched)) };
-        let mut passes = self.passes();
-        passes.lattice(&buffers, &launched.params);
-        passes.intersect(&buffers, &launched.params);
-        passes.map(&buffers, &launched.params);
+        let Some(buffers) = self.buffers.as_ref().filter(|_| !launched.is_deep) else { return Ok(Some(launched)) };
+        let mut passes = begin(self.context, self.profile.as_mut());
+        passes.lattice(buffers, &launched.params);
+        passes.intersect(buffers, &launched.params);
+        passes.map(buffers, &launched.params);
         let encoder = passes.encoder;
         let n_tiles = buffers.bin_offsets.part(launched.params.n_counters(), 1);
-        let parts = [n_tiles, buffers.n_hits.first(1), buffers.totals.first(4)];
+        let parts = [n_tiles, buffers.found_totals.first(2), buffers.totals.first(4)];
         launched.totals = Some(self.staging.submit(self.context.opened, encoder, parts));
-        self.buffers = Some(buffers);
         Ok(Some(launched))
     }
 
@@ -143,7 +142,8 @@ impl<'a> Worker<'a> {
         });
         let fits = self.limit.holds(Capacity { n_tiles: 0, n_places: 0, ..first.max(self.least) })
             && self.limit.holds(self.least)
-            && facets.n_box_bins < 1 << 31;
+            && facets.n_box_bins < 1 << 31
+            && params.n_bins <= MAX_BINS;
         if self.forced.deep || !fits {
             if !fits && rows.end - rows.start > BIN {
                 // fewer rows need less than bands before have
@@ -167,7 +167,7 @@ impl<'a> Worker<'a> {
         let Launched { params, mut facets, totals, .. } = launched;
         let n_chunks = params.n_chunks();
         let Some(totals) = totals else { return self.complete_deep(&params, &facets).await };
-        let [tiles, hits, totals] = self.staging.words(self.context.opened, totals).await?;
+        let [tiles, found, totals] = self.staging.words(self.context.opened, totals).await?;
         let (n_tiles, n_places, n_deep) = (u64::from(tiles[0]), u64::from(totals[0]), u64::from(totals[1]));
         if n_deep > n_chunks {
             return Ok(wrong(&params, &format!("{n_deep} rows of {n_chunks} are deep")));
@@ -178,16 +178,15 @@ impl<'a> Worker<'a> {
             return Ok(Outcome::Again);
         }
         let deep = if n_deep == 0 { DeepRows::default() } else { self.deep_rows(params, &facets, n_deep).await? };
-        let Some(buffers) = self.buffers.take() else { unreachable!("the band has run") };
+        let Some(buffers) = &self.buffers else { unreachable!("the band has run") };
         let encoder = self.context.opened.device.create_command_encoder(&Default::default());
         let parts = [buffers.chunks.first(n_chunks), buffers.runs.first(n_places)];
         let pending = self.staging.submit(self.context.opened, encoder, parts);
-        self.buffers = Some(buffers);
         let cast = self.cast;
         let finish = |[chunks, places]: [&[u8]; 2]| {
             let (chunks, places) = (elements(chunks), elements(places));
             let (n_lost, n_unused) = (totals[2].into(), totals[3] as usize);
-            let raw = Raw { chunks: &chunks, places: &places, n_lost, n_unused, n_hits: Some(hits[0]), deep: &deep };
+            let raw = Raw { chunks: &chunks, places: &places, n_lost, n_unused, n_hits: Some(found[1]), deep: &deep };
             finish(&cast, &params, &raw)
         };
         self.staging.parts(self.context.opened, pending, finish).await
@@ -264,12 +263,13 @@ impl<'a> Worker<'a> {
         let n_bytes = self.buffers.as_ref().map_or(0, |buffers| buffers.capacity.n_bytes());
         self.peak_bytes = self.peak_bytes.max(n_bytes);
     }
+}
 
-    pub(crate) fn passes(&mut self) -> Passes<'_> {
-        let Context { opened, kernels, is_software, .. } = self.context;
-        let encoder = opened.device.create_command_encoder(&Default::default());
-        Passes { opened, kernels, is_software, encoder, profile: self.profile.as_mut() }
-    }
+/// Begins the commands of a band.
+pub(crate) fn begin<'a>(context: Context<'a>, profile: Option<&'a mut Profile>) -> Passes<'a> {
+    let Context { opened, kernels, is_software, .. } = context;
+    let encoder = opened.device.create_command_encoder(&Default::default());
+    Passes { opened, kernels, is_software, encoder, profile }
 }
 
 /// Puts what the device returned in order, casts what it left, and checks all.

@@ -83,10 +83,11 @@ pub(crate) struct Buffers {
     pub(crate) item_offsets: Array<u32>,
     /// Tiles of each layer of each bin, scanned in place; the total in the last entry.
     pub(crate) bin_offsets: Array<u32>,
-    pub(crate) next_tile: Array<u32>,
+    /// What facets hit in bins, in no order; as many as tiles.
+    pub(crate) found: Array<[u32; 4]>,
+    /// How many these are, and the rays that they hit.
+    pub(crate) found_totals: Array<u32>,
     pub(crate) tiles: Array<[u32; 4]>,
-    /// Rays that all facets hit, in the first word.
-    pub(crate) n_hits: Array<u32>,
     pub(crate) runs: Array<[u32; 4]>,
     pub(crate) chunks: Array<[u32; 2]>,
     /// `Totals` in `shaders/map.wgsl`.
@@ -104,9 +105,9 @@ impl Buffers {
             corners: Array::storage(device, "corners", 3 * capacity.n_facets),
             item_offsets: Array::storage(device, "item offsets", capacity.n_facets + 1),
             bin_offsets: Array::storage(device, "bin offsets", capacity.n_counters + 1),
-            next_tile: Array::storage(device, "next tile", capacity.n_counters + 1),
+            found: Array::storage(device, "found", capacity.n_tiles),
+            found_totals: Array::storage(device, "found totals", 2),
             tiles: Array::storage(device, "tiles", 2 * capacity.n_tiles),
-            n_hits: Array::storage(device, "hits", 1),
             runs: Array::storage(device, "runs", capacity.n_places),
             chunks: Array::storage(device, "chunks", capacity.n_chunks),
             totals: Array::storage(device, "totals", 4),

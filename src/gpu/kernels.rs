@@ -61,7 +61,6 @@ const WIDE: &str = wgsl!("shared/wide");
 const FACET: &str = wgsl!("shared/facet");
 const WALK: &str = wgsl!("shared/walk");
 const PLANE: &str = wgsl!("shared/plane");
-const RAYS: &str = wgsl!("shared/rays");
 const CHUNKS: &str = wgsl!("shared/chunks");
 const SWEEP: &str = wgsl!("shared/sweep");
 const SCAN: &str = wgsl!("shared/scan");
@@ -70,10 +69,11 @@ const SCAN: &str = wgsl!("shared/scan");
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[allow(missing_docs)]
 pub enum Kernel {
-    LatticeCount,
-    LatticeFill,
+    Lattice,
     Intersect,
     Map,
+    /// `Map` where bins have one layer.
+    MapOneLayer,
     IntersectDeep,
     MapDeep,
     ScanReduce,
@@ -91,6 +91,8 @@ struct Source {
     /// Threads of a workgroup.
     group: u32,
     slots: &'static [Slot],
+    /// Values of `override` constants where they are not those of the text.
+    constants: &'static [(&'static str, f64)],
 }
 
 macro_rules! source {
@@ -101,6 +103,7 @@ macro_rules! source {
             parts: const { &[$($part,)* wgsl!($name)] },
             group: $group,
             slots: $slots,
+            constants: &[],
         }
     };
 }
@@ -112,15 +115,17 @@ const BIN_OFFSETS: Slot = (2, "bin_offsets", 1);
 const CHUNKS_SLOT: Slot = (6, "chunks", 2);
 
 #[rustfmt::skip]
+const MAP: Source = source!(Map, "map", [PARAMS, CHUNKS, SWEEP], 64,
+    &[PARAMS_SLOT, BIN_OFFSETS, (3, "tiles", 4), (5, "runs", 4), CHUNKS_SLOT, (7, "totals", 0), (8, "layer_ends", 4)]);
+
+#[rustfmt::skip]
 static SOURCES: [Source; 9] = [
-    source!(LatticeCount, "lattice_count", [PARAMS, WIDE, FACET, WALK], 64,
-        &[PARAMS_SLOT, CORNERS, ITEM_OFFSETS, (3, "bin_counts", 1)]),
-    source!(LatticeFill, "lattice_fill", [PARAMS, WIDE, FACET, WALK], 64,
-        &[PARAMS_SLOT, CORNERS, ITEM_OFFSETS, (3, "next_tile", 1), (4, "tiles", 4), (5, "n_hits", 1)]),
+    source!(Lattice, "lattice", [PARAMS, WIDE, FACET, WALK], 64,
+        &[PARAMS_SLOT, CORNERS, ITEM_OFFSETS, (3, "bin_counts", 1), (4, "found", 4), (5, "found_totals", 0)]),
     source!(Intersect, "intersect", [PARAMS, WIDE, FACET, PLANE], 64,
-        &[PARAMS_SLOT, CORNERS, BIN_OFFSETS, (4, "tiles", 4)]),
-    source!(Map, "map", [PARAMS, RAYS, CHUNKS, SWEEP], 64,
-        &[PARAMS_SLOT, BIN_OFFSETS, (3, "tiles", 4), (5, "runs", 4), CHUNKS_SLOT, (7, "totals", 0), (8, "layer_ends", 4)]),
+        &[PARAMS_SLOT, CORNERS, BIN_OFFSETS, (3, "found", 4), (4, "tiles", 4), (5, "found_totals", 1)]),
+    MAP,
+    Source { kernel: Kernel::MapOneLayer, constants: &[("HAS_LAYERS", 0.0)], ..MAP },
     source!(IntersectDeep, "intersect_deep", [PARAMS, WIDE, FACET, WALK, PLANE, CHUNKS], 64,
         &[PARAMS_SLOT, CORNERS, ITEM_OFFSETS, (3, "next_event", 1), (4, "events", 1), CHUNKS_SLOT]),
     source!(MapDeep, "map_deep", [PARAMS], 128,
@@ -145,7 +150,7 @@ pub struct KernelText {
     pub slots: &'static [Slot],
 }
 
-/// All kernels.
+/// All kernels, each once.
 pub fn kernel_texts() -> Vec<KernelText> {
     let text_of = |source: &Source| KernelText {
         name: source.name,
@@ -153,7 +158,7 @@ pub fn kernel_texts() -> Vec<KernelText> {
         group: source.group,
         slots: source.slots,
     };
-    SOURCES.iter().map(text_of).collect()
+    SOURCES.iter().filter(|source| source.constants.is_empty()).map(text_of).collect()
 }
 
 /// Changes the text of a kernel, given its name, before it is compiled: for tests of what a broken driver would do.
@@ -161,7 +166,7 @@ pub type Edit = Arc<dyn Fn(&str, String) -> String + Send + Sync>;
 
 /// Kernels that every mesh needs.
 const COMMON: [Kernel; 6] =
-    [Kernel::LatticeCount, Kernel::LatticeFill, Kernel::Intersect, Kernel::Map, Kernel::ScanReduce, Kernel::ScanApply];
+    [Kernel::Lattice, Kernel::Intersect, Kernel::Map, Kernel::MapOneLayer, Kernel::ScanReduce, Kernel::ScanApply];
 
 /// All kernels, compiled for a device: the common ones when it is opened, the others when they are first used.
 pub(crate) struct Kernels {
@@ -200,7 +205,7 @@ impl Kernels {
             layout: None,
             module: &module,
             entry_point: Some(source.name),
-            compilation_options: Default::default(),
+            compilation_options: wgpu::PipelineCompilationOptions { constants: source.constants, ..Default::default() },
             cache: None,
         })
     }

@@ -38,25 +38,23 @@ pub(crate) struct Passes<'a> {
 pub type Profile = Vec<(Kernel, f64)>;
 
 impl Passes<'_> {
-    /// Builds the lattice: from `corners` and `item_offsets` to `bin_offsets` and the beginnings of `tiles`.
+    /// Builds the lattice: from `corners` and `item_offsets` to `bin_offsets` and `found`.
     pub(crate) fn lattice(&mut self, b: &Buffers, params: &Params) {
         let n = params.n_counters() + 1;
         self.encoder.clear_buffer(&b.bin_offsets.buffer, 0, Some(4 * n));
-        self.encoder.clear_buffer(&b.n_hits.buffer, 0, None);
+        self.encoder.clear_buffer(&b.found_totals.buffer, 0, None);
+        let (items, counts, found) = (b.item_offsets.all(), b.bin_offsets.all(), b.found.all());
+        let bindings = [b.params.all(), b.corners.all(), items, counts, found, b.found_totals.all()];
         let threads = self.sharing(params.n_items.into(), ITEMS_OF_THREAD);
-        let count = [b.params.all(), b.corners.all(), b.item_offsets.all(), b.bin_offsets.all()];
-        self.dispatch(Kernel::LatticeCount, &count, square(threads));
+        self.dispatch(Kernel::Lattice, &bindings, square(threads));
         self.scan(b.bin_offsets.first(n), &b.sums, 0);
-        self.encoder.copy_buffer_to_buffer(&b.bin_offsets.buffer, 0, &b.next_tile.buffer, 0, 4 * n);
-        let fill =
-            [b.params.all(), b.corners.all(), b.item_offsets.all(), b.next_tile.all(), b.tiles.all(), b.n_hits.all()];
-        self.dispatch(Kernel::LatticeFill, &fill, square(threads));
     }
 
-    /// Completes `tiles`.
+    /// Makes `tiles` of what is found.
     pub(crate) fn intersect(&mut self, b: &Buffers, params: &Params) {
         let threads = self.sharing(params.tile_capacity.into(), TILES_OF_THREAD);
-        let bindings = [b.params.all(), b.corners.all(), b.bin_offsets.all(), b.tiles.all()];
+        let (offsets, found, tiles) = (b.bin_offsets.all(), b.found.all(), b.tiles.all());
+        let bindings = [b.params.all(), b.corners.all(), offsets, found, tiles, b.found_totals.all()];
         self.dispatch(Kernel::Intersect, &bindings, square(threads));
     }
 
@@ -66,7 +64,8 @@ impl Passes<'_> {
         let (tiles, runs, chunks) = (b.tiles.all(), b.runs.all(), b.chunks.all());
         let bindings = [b.params.all(), b.bin_offsets.all(), tiles, runs, chunks, b.totals.all(), b.layer_ends.all()];
         // a workgroup casts the rays of 8 bins of a row
-        self.dispatch(Kernel::Map, &bindings, [params.n_across.div_ceil(8), params.n_bins / params.n_across]);
+        let kernel = if params.n_layers == 1 { Kernel::MapOneLayer } else { Kernel::Map };
+        self.dispatch(kernel, &bindings, [params.n_across.div_ceil(8), params.n_bins / params.n_across]);
     }
 
     /// Casts the rays of the deep rows against a batch of facets: adds to `event_offsets` how many crossings each row has, or, when

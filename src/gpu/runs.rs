@@ -19,9 +19,9 @@ pub const LINKED: u32 = 1 << 31;
 /// Bits of a place, under those of the number of odd rays.
 const PLACE_BITS: u32 = 27;
 /// Words of a place.
-const PLACE: usize = 4;
+const SLOT_WORDS: usize = 4;
 /// Most runs of a ray in a segment.
-const MOST_RUNS: usize = 2 * PLACE;
+const MOST_RUNS: usize = 2 * SLOT_WORDS;
 /// Ray rows that one task puts in order.
 const ROWS: usize = 16;
 
@@ -109,8 +109,8 @@ impl<'a> Returned<'a> {
         let counts: Vec<Result<Counts, Fault>> = self.raw.chunks.par_chunks(per_task).enumerate().map(count).collect();
         let counts = counts.into_iter().collect::<Result<Vec<Counts>, Fault>>()?;
         let n_places: usize = counts.iter().map(|task| task.n_places).sum();
-        if PLACE * (n_places + self.raw.n_unused) != self.raw.places.len() {
-            let all = self.raw.places.len() / PLACE;
+        if SLOT_WORDS * (n_places + self.raw.n_unused) != self.raw.places.len() {
+            let all = self.raw.places.len() / SLOT_WORDS;
             return Err(format!("{n_places} places of runs are used and {} are not, of {all}", self.raw.n_unused));
         }
         let n_crossings = self.raw.n_lost + counts.iter().map(|task| task.n_crossings).sum::<u64>();
@@ -193,17 +193,17 @@ impl<'a> Returned<'a> {
             let place = (word & ((1 << PLACE_BITS) - 1)) as usize;
             let end = place + n_places(counts) + usize::from(is_linked);
             let largest = (0..BIN).map(|ray| count_of(counts, ray as usize)).max().unwrap_or(0);
-            if PLACE * end > self.raw.places.len() || largest > MOST_RUNS || segments.len() > MAX_LAYERS as usize {
+            if SLOT_WORDS * end > self.raw.places.len() || largest > MOST_RUNS || segments.len() > MAX_LAYERS as usize {
                 return Err(format!(
                     "chunk {index} has runs {counts:#x} at places {place}..{end} of {}",
                     self.raw.places.len() / 4
                 ));
             }
-            segments.push(Segment { at: PLACE * (place + usize::from(is_linked)), counts });
+            segments.push(Segment { at: SLOT_WORDS * (place + usize::from(is_linked)), counts });
             if !is_linked {
                 break;
             }
-            [word, counts] = [self.raw.places[PLACE * place], self.raw.places[PLACE * place + 1]];
+            [word, counts] = [self.raw.places[SLOT_WORDS * place], self.raw.places[SLOT_WORDS * place + 1]];
         }
         segments.reverse();
         Ok(Chunk::Segments)
@@ -294,7 +294,7 @@ fn copy_segments(places: &[u32], segments: &mut [Segment], ray: usize, out: &mut
             (Some(out), Some(runs)) => out.copy_from_slice(runs),
             _ => out[at..at + n].copy_from_slice(&places[segment.at..segment.at + n]),
         }
-        segment.at += n.next_multiple_of(PLACE);
+        segment.at += n.next_multiple_of(SLOT_WORDS);
         at += n;
     }
     at
@@ -339,7 +339,7 @@ fn sum_of_counts(counts: u32) -> usize {
 
 /// Places of the runs of eight rays, each of which begins a new one.
 fn n_places(counts: u32) -> usize {
-    (0..BIN as usize).map(|ray| count_of(counts, ray).div_ceil(PLACE)).sum()
+    (0..BIN as usize).map(|ray| count_of(counts, ray).div_ceil(SLOT_WORDS)).sum()
 }
 
 #[cfg(test)]

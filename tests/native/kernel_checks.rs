@@ -164,21 +164,25 @@ fn hits_of(facet: &Projected, [column, row]: [u32; 2], counts: [u32; 2]) -> [u32
     hits
 }
 
+/// The layer of a facet's lowest corner.
+fn layer_of(cast: &Cast, tiles: &Tiles, facet: u32) -> u32 {
+    let lowest = (expected_base(cast, facet) as i32).clamp(0, cast.rays.depth as i32) as u32;
+    tiles.layer_ends.iter().take(tiles.n_layers as usize - 1).filter(|&&end| end <= lowest).count() as u32
+}
+
 /// (bin, layer, facet) -> hits, as the definition says.
 fn expected_hits(cast: &Cast, tiles: &Tiles) -> BTreeMap<(u32, u32, u32), [u32; 2]> {
     let mut expected = BTreeMap::new();
     for (index, corners) in cast.frame.facets.iter().enumerate() {
         let Some(facet) = Projected::new(corners, cast.frame, cast.rays) else { continue };
-        let lowest = corners.iter().map(|corner| corner[cast.rays.axis] >> cast.frame.fraction_bits).min();
-        let lowest = lowest.unwrap_or(0).clamp(0, cast.rays.depth as i32) as u32;
-        let layer = tiles.layer_ends.iter().take(tiles.n_layers as usize - 1).filter(|&&end| end <= lowest).count();
+        let layer = layer_of(cast, tiles, index as u32);
         let [columns, rows] = facet.rays.map(|[first, last]| first / BIN..=last / BIN);
         for row in rows {
             for column in columns.clone() {
                 let hits = hits_of(&facet, [column, row], cast.rays.counts);
                 if hits != [0; 2] {
                     let bin = row * tiles.n_across + column;
-                    expected.insert((bin, layer as u32, index as u32), hits);
+                    expected.insert((bin, layer, index as u32), hits);
                 }
             }
         }
@@ -194,23 +198,25 @@ pub(crate) async fn the_lattice_finds_what_each_facet_hits(gpu: &Gpu) -> Checked
 }
 
 pub(crate) async fn check_lattice(gpu: &Gpu, cases: &[Case]) -> Checked {
-    on_casts("lattice_count, lattice_fill", cases, async |cast| {
+    on_casts("lattice", cases, async |cast| {
         for layers in LAYERS {
             let tiles = text(gpu.tiles(cast, layers).await)?;
             let mut found = BTreeMap::new();
-            for (slot, ends) in tiles.offsets.windows(2).enumerate() {
-                let (bin, layer) = (slot as u32 / tiles.n_layers, slot as u32 % tiles.n_layers);
-                for tile in ends[0]..ends[1] {
-                    let Some(&[facet, of_bin, low, high]) = tiles.begun.get(tile as usize) else {
-                        return Err(format!("tile {tile} of {}", tiles.begun.len()));
-                    };
-                    expect(of_bin == bin, || format!("tile {tile} of bin {of_bin} lies in bin {bin}"))?;
-                    let before = found.insert((bin, layer, facet), [low, high]);
-                    expect(before.is_none(), || format!("facet {facet} is twice in bin {bin}"))?;
-                }
+            let mut ranks = vec![Vec::new(); tiles.offsets.len() - 1];
+            for &[facet, bin, rank, low, high] in &tiles.found {
+                let layer = layer_of(cast, &tiles, facet);
+                let before = found.insert((bin, layer, facet), [low, high]);
+                expect(before.is_none(), || format!("facet {facet} is twice in bin {bin}"))?;
+                let slot = ranks.get_mut((bin * tiles.n_layers + layer) as usize);
+                slot.ok_or_else(|| format!("bin {bin}, layer {layer}"))?.push(rank);
             }
             let expected = expected_hits(cast, &tiles);
             expect(found == expected, || format!("{layers} layers: {found:x?}, expected {expected:x?}"))?;
+            for (ranks, ends) in ranks.iter_mut().zip(tiles.offsets.windows(2)) {
+                ranks.sort_unstable();
+                let is_counted = ranks.iter().copied().eq(0..ends[1] - ends[0]);
+                expect(is_counted, || format!("ranks {ranks:?} of tiles {ends:?}"))?;
+            }
         }
         Ok(())
     })
@@ -218,8 +224,8 @@ pub(crate) async fn check_lattice(gpu: &Gpu, cases: &[Case]) -> Checked {
 }
 
 /// The eight words of a tile, by the definition's numbers; None where a step is nearly too steep for them.
-fn expected_tile(cast: &Cast, tiles: &Tiles, begun: [u32; 4]) -> Option<[u32; 8]> {
-    let [index, bin, low, high] = begun;
+fn expected_tile(cast: &Cast, tiles: &Tiles, found: [u32; 5]) -> Option<[u32; 8]> {
+    let [index, bin, _, low, high] = found;
     let Cast { frame, rays, .. } = *cast;
     let f = frame.fraction_bits;
     let facet = Projected::new(&frame.facets[index as usize], frame, rays)?;
@@ -258,12 +264,16 @@ pub(crate) async fn intersect_makes_the_tiles_of_the_definition(gpu: &Gpu) -> Ch
 pub(crate) async fn check_intersect(gpu: &Gpu, cases: &[Case]) -> Checked {
     on_casts("intersect", cases, async |cast| {
         let tiles = text(gpu.tiles(cast, 1).await)?;
-        for (&begun, tile) in tiles.begun.iter().zip(&tiles.tiles) {
-            if let Some(expected) = expected_tile(cast, &tiles, begun) {
-                expect(*tile == expected, || format!("{begun:x?} became {tile:x?}, expected {expected:x?}"))?;
+        for &found in &tiles.found {
+            let [facet, bin, rank, ..] = found;
+            let slot = bin * tiles.n_layers + layer_of(cast, &tiles, facet);
+            let tile = tiles.tiles.get((tiles.offsets[slot as usize] + rank) as usize);
+            let tile = tile.ok_or_else(|| format!("{found:x?} has no tile"))?;
+            if let Some(expected) = expected_tile(cast, &tiles, found) {
+                expect(*tile == expected, || format!("{found:x?} became {tile:x?}, expected {expected:x?}"))?;
             }
         }
-        expect(tiles.begun.len() == tiles.tiles.len(), || "fewer tiles than were begun".into())
+        expect(tiles.found.len() == tiles.tiles.len(), || "fewer tiles than were found".into())
     })
     .await
 }

@@ -113,6 +113,8 @@ fn constants_are_those_of_the_host() {
     let host = [
         ("BIN", hexcast::cast::BIN),
         ("SEGMENT", hexcast::cast::SEGMENT),
+        ("MAX_TILES", hexcast::cast::MAX_TILES),
+        ("RANK_BITS", hexcast::cast::MAX_TILES.ilog2()),
         ("BLOCK", SCAN_BLOCK as u32),
         ("DEEP", DEEP),
         ("LEFT", LEFT),
@@ -138,8 +140,7 @@ fn no_invocation_runs_more_loops_than_the_probe_asks_for() {
     let layers = 128;
     let sort = 8 * (2 * u64::from(c["MAX_EVENTS"]).div_ceil(threads) + 3 * u64::from(c["DIGITS"]) + 7);
     let loops = [
-        ("lattice_count", 32 + ITEMS_OF_THREAD * item),
-        ("lattice_fill", 32 + ITEMS_OF_THREAD * item),
+        ("lattice", 32 + ITEMS_OF_THREAD * item),
         ("intersect", TILES_OF_THREAD),
         // two tiles at a time; a sweep of eight rays, with four loops for what stays, and its segment of eight
         ("map", u64::from(c["MAX_TILES"]) / 2 + layers * (1 + 1 + 8 * (1 + 4) + 8)),

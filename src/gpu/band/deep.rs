@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use super::Worker;
+use super::{Worker, begin};
 use crate::cast::sizes::Capacity;
 use crate::error::Result;
 use crate::gpu::buffers::DeepBuffers;
@@ -25,11 +25,10 @@ impl Worker<'_> {
         match written {
             Some(Written { n_events: 0, .. }) => {}
             Some(Written { buffers, n_events }) => {
-                let Some(of_band) = self.buffers.take() else { unreachable!("there is room") };
-                let mut passes = self.passes();
-                passes.map_deep(&of_band, &buffers, n_rows);
+                let Some(of_band) = &self.buffers else { unreachable!("there is room") };
+                let mut passes = begin(self.context, self.profile.as_mut());
+                passes.map_deep(of_band, &buffers, n_rows);
                 let encoder = passes.encoder;
-                self.buffers = Some(of_band);
                 let parts = [buffers.deep_rows.first(16 * n_rows), buffers.events.first(n_events)];
                 let pending = self.staging.submit(self.context.opened, encoder, parts);
                 [deep.rows, deep.events] = self.staging.words(self.context.opened, pending).await?;
@@ -77,7 +76,7 @@ impl Worker<'_> {
         let mut buffers = DeepBuffers::new(&opened.device, n_rows);
         // an emptied buffer begins as zeros
         self.cast_deep(&mut params, facets, &batches, &buffers);
-        let mut passes = self.passes();
+        let mut passes = begin(self.context, self.profile.as_mut());
         passes.scan_deep(&buffers, n_rows);
         let encoder = passes.encoder;
         let pending = self.staging.submit(opened, encoder, [buffers.event_offsets.first(n_rows + 1)]);
@@ -108,12 +107,11 @@ impl Worker<'_> {
     }
 
     fn submit_cast(&mut self, params: &Params, deep: &DeepBuffers) {
-        let Some(buffers) = self.buffers.take() else { unreachable!("there is room") };
-        let opened = self.context.opened;
-        buffers.params.write(&opened.queue, &[*params]);
-        let mut passes = self.passes();
-        passes.intersect_deep(&buffers, deep, params);
-        opened.queue.submit([passes.encoder.finish()]);
-        self.buffers = Some(buffers);
+        let Some(buffers) = &self.buffers else { unreachable!("there is room") };
+        let queue = &self.context.opened.queue;
+        buffers.params.write(queue, &[*params]);
+        let mut passes = begin(self.context, self.profile.as_mut());
+        passes.intersect_deep(buffers, deep, params);
+        queue.submit([passes.encoder.finish()]);
     }
 }

@@ -65,18 +65,20 @@ const MUTATIONS: &[(&str, &str, &str)] = &[
     ("scan_apply", "partial[local - 1u]", "partial[local]"),
     ("scan_apply", "before = bases[block]", "before = 0u"),
     ("scan_apply", "reach *= 2u", "reach *= 4u"),
-    ("lattice_count", "bin * params.n_layers + f.layer], 1u", "bin * params.n_layers + f.layer], 2u"),
-    ("lattice_count", "(hits.x | hits.y) != 0u", "(hits.x & hits.y) != 0u"),
-    ("lattice_fill", "vec4<u32>(facet, bin, hits)", "vec4<u32>(facet, bin, hits.yx)"),
-    ("lattice_fill", "let n_rows = min(", "let n_rows = max("),
-    ("lattice_fill", "select(1u, 0u, tie_is_inside)", "select(0u, 1u, tie_is_inside)"),
-    ("lattice_fill", "a < 0 || (a == 0 && b < 0)", "a < 0 || (a == 0 && b > 0)"),
-    ("lattice_fill", "q += w.b;", "q += w.a;"),
-    ("lattice_fill", "(1u << n_inside) - 1u", "0xffu"),
-    ("lattice_fill", "index / segments", "index % segments"),
-    ("lattice_fill", "vec4<i32>(0, 1, 2, 3)", "vec4<i32>(0, 1, 2, 2)"),
-    ("lattice_fill", "w.column * i32(BIN), i32(params.first_row", "w.column * i32(BIN) + 1, i32(params.first_row"),
-    ("lattice_fill", "flipped == (params.axis == 1u)", "flipped == (params.axis == 2u)"),
+    ("lattice", "bin * params.n_layers + f.layer], 1u", "bin * params.n_layers + f.layer], 2u"),
+    ("lattice", "bin * params.n_layers + f.layer]", "bin * params.n_layers]"),
+    ("lattice", "(hits.x | hits.y) != 0u", "(hits.x & hits.y) != 0u"),
+    ("lattice", "| rank, hits)", "| rank, hits.yx)"),
+    ("lattice", "(bin << RANK_BITS) | rank", "bin << RANK_BITS"),
+    ("lattice", "let n_rows = min(", "let n_rows = max("),
+    ("lattice", "select(1u, 0u, tie_is_inside)", "select(0u, 1u, tie_is_inside)"),
+    ("lattice", "a < 0 || (a == 0 && b < 0)", "a < 0 || (a == 0 && b > 0)"),
+    ("lattice", "q += w.b;", "q += w.a;"),
+    ("lattice", "(1u << n_inside) - 1u", "0xffu"),
+    ("lattice", "index / segments", "index % segments"),
+    ("lattice", "vec4<i32>(0, 1, 2, 3)", "vec4<i32>(0, 1, 2, 2)"),
+    ("lattice", "w.column * i32(BIN), i32(params.first_row", "w.column * i32(BIN) + 1, i32(params.first_row"),
+    ("lattice", "flipped == (params.axis == 1u)", "flipped == (params.axis == 2u)"),
     ("intersect", "flipped == (params.axis == 1u)", "flipped == (params.axis == 2u)"),
     ("intersect", "select(16u + (plane.tag >> 9u), 0u, is_exact)", "select(15u + (plane.tag >> 9u), 0u, is_exact)"),
     ("intersect", "step_j.cells << 16u", "step_j.cells << 15u"),
@@ -124,7 +126,7 @@ fn check(gpu: &Gpu, kernel: &str, cases: &[Case]) -> Checked {
     pollster::block_on(async {
         match kernel {
             "scan_reduce" | "scan_apply" => kernel_checks::scans_sum_all_numbers_before_each(gpu).await,
-            "lattice_count" | "lattice_fill" => kernel_checks::check_lattice(gpu, cases).await,
+            "lattice" => kernel_checks::check_lattice(gpu, cases).await,
             "intersect" => kernel_checks::check_intersect(gpu, cases).await,
             "map" => kernel_checks::check_map(gpu, cases).await,
             "intersect_deep" => kernel_checks::check_intersect_deep(gpu, cases).await,
@@ -135,7 +137,7 @@ fn check(gpu: &Gpu, kernel: &str, cases: &[Case]) -> Checked {
 }
 
 /// Changes that change no result: a facet's direction is no matter of the lattice.
-const EQUAL: &[&str] = &["lattice_fill: flipped == (params.axis == 1u)"];
+const EQUAL: &[&str] = &["lattice: flipped == (params.axis == 1u)"];
 
 #[test]
 fn every_mutation_of_a_kernel_is_caught_by_its_check() {
@@ -212,13 +214,8 @@ fn a_device_that_is_wrong_costs_no_cell_and_is_named() {
     let cast = Cast { frame: &frame, rays: &rays, rule: Rule::Parity };
     let expected = cpu::columns(&cast, &Control::default()).expect("columns");
     let faults = [
-        ("drops work", "map", "tile < layer_end; tile += 2u", "tile + 2u < layer_end; tile += 2u"),
-        (
-            "drops chunks",
-            "map",
-            "chunks[rays.chunk] = vec2<u32>(row.place",
-            "chunks[rays.chunk ^ 1u] = vec2<u32>(row.place",
-        ),
+        ("drops work", "map", "*tile < end; *tile += 2u", "*tile + 2u < end; *tile += 2u"),
+        ("drops chunks", "map", "chunks[chunk] = vec2<u32>(row.place", "chunks[chunk ^ 1u] = vec2<u32>(row.place"),
         ("wrong order", "map", "List(vec4<u32>(key, s.open.low.xyz)", "List(vec4<u32>(key ^ 2u, s.open.low.xyz)"),
         ("wrong cell", "map", "vec4<u32>((cell << 8u) | code)", "vec4<u32>(((cell + 1u) << 8u) | code)"),
         ("cells past the end", "map", "vec4<u32>((cell << 8u) | code)", "vec4<u32>(((cell + 4000u) << 8u) | code)"),
@@ -228,7 +225,7 @@ fn a_device_that_is_wrong_costs_no_cell_and_is_named() {
         ("many deep rows", "map", "atomicAdd(&totals.n_deep, 1u)", "atomicAdd(&totals.n_deep, 99999u)"),
         ("garbage", "map", "runs[*place] = words", "runs[*place] = words * 2654435761u"),
         ("garbage in tiles", "intersect", "height.fraction);", "height.fraction * 3u);"),
-        ("facets lost", "lattice_fill", "(hits.x | hits.y) != 0u", "hits.x != 0u"),
+        ("facets lost", "lattice", "(hits.x | hits.y) != 0u", "hits.x != 0u"),
     ];
     for (what, kernel, from, to) in faults {
         let gpu = open(known, Some(kernel), from, to).expect("the probe does not see it");

@@ -45,7 +45,7 @@ fn the_widest_facets_have_the_cells_of_quotients_in_128_bits() {
         let windows = [0, n / 3, n / 2, n - 3].map(|start| start..start + 3);
         for facet in 0..frame.facets.len() {
             for window in windows.iter().flat_map(|i| windows.iter().map(|j| [i.clone(), j.start..j.start + 1])) {
-                let found = crossings_of_window(&frame, &rays, &[facet as u32], &window);
+                let found = crossings_of_window(&frame, &rays, &[facet as u32], &window, false);
                 for (ends, i) in found.offsets.windows(2).zip(window[0].clone()) {
                     for event in &found.events[ends[0] as usize..ends[1] as usize] {
                         let ray = [i, window[1].start];
