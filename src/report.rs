@@ -6,7 +6,7 @@
 use serde::Serialize;
 
 use crate::gaps::Gaps;
-use crate::job::Rule;
+use crate::job::{Job, Rule};
 use crate::lines::Residual;
 use crate::sources::Source;
 
@@ -161,6 +161,9 @@ pub struct MeshFacts {
     pub certificate: Option<CertificateReport>,
     /// Hash of the flags, see `docs/flags_hash.md`; None where the columns have spilled.
     pub flags_hash: Option<String>,
+    /// The job with all that it left open filled in: `--job` takes it, from the folder that this mesh was made in. Without `max_memory`,
+    /// which changes no cell.
+    pub job: Job,
     /// Sentences that the reader should see.
     pub warnings: Vec<String>,
     /// Memory, without that of the whole process.

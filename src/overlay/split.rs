@@ -1,12 +1,13 @@
 //! What is decided apart: geometries that are not closed, and the cells along surfaces, taken out of a frame.
 
 use crate::axis_crossings::n_expected;
+use crate::closed::Closed;
 use crate::error::{Error, Result};
 use crate::frame::{Frame, Ranks, SnappedFacet};
 use crate::geometry::{Fill, Geometry, Open};
 use crate::job::Rule;
 use crate::lines::Lines;
-use crate::open::{OpenPart, Surface, is_closed};
+use crate::open::{OpenPart, Surface};
 use crate::rays::Rays;
 
 /// A part of a geometry that rays of the frame do not decide.
@@ -44,11 +45,18 @@ impl Part {
 }
 
 /// Takes out of a frame the geometries that are not closed, unless their rays shall decide as they are ([`Open::Parity`]), and the
-/// shells, and those that are inverted; notes the surfaces that are filled. `geometries` are those of the frame.
+/// shells, and those that are inverted; notes the surfaces that are filled. `geometries` are those of the frame, `closed` is known of each
+/// rank.
 ///
 /// # Errors
 /// `surface-open` where a geometry is open that must not be ([`Open::Error`]).
-pub fn split(frame: Frame, rule: Rule, lines: &Lines, geometries: &[Geometry]) -> Result<(Frame, Vec<Part>)> {
+pub fn split(
+    frame: Frame,
+    closed: &[Closed],
+    rule: Rule,
+    lines: &Lines,
+    geometries: &[Geometry],
+) -> Result<(Frame, Vec<Part>)> {
     let (mut parts, mut gone) = (Vec::new(), Vec::new());
     for (rank, &index) in frame.ranks.geometry_of_rank.iter().enumerate() {
         let Geometry { open, fill, shell, invert, ref name, .. } = geometries[index];
@@ -60,7 +68,7 @@ pub fn split(frame: Frame, rule: Rule, lines: &Lines, geometries: &[Geometry]) -
         }
         if shell {
             gone.push(range);
-        } else if open != Open::Parity && !is_closed(facets, rule) {
+        } else if open != Open::Parity && !closed[usize::from(rank)].by(rule) {
             let part = OpenPart::new(open, facets, frame.fraction_bits, lines);
             if open == Open::Error {
                 return Err(refused(name, &part.surface, lines));

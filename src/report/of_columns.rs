@@ -43,6 +43,7 @@ pub struct ColumnsReport<'a> {
     certificate: (),
     flags_hash: (),
     flags_sha256: (),
+    job: (),
     warnings: [(); 0],
     cells_per_second: (),
     seconds: NoSeconds,
@@ -64,6 +65,7 @@ pub struct ColumnsFlag<'a> {
     /// Their volume.
     pub volume: f64,
     mesh_volume: (),
+    volume_bound: (),
 }
 
 impl ColumnsReport<'_> {
@@ -95,6 +97,7 @@ impl ColumnsReport<'_> {
             certificate: (),
             flags_hash: (),
             flags_sha256: (),
+            job: (),
             warnings: [],
             cells_per_second: (),
             seconds: NoSeconds {},
@@ -109,7 +112,14 @@ fn flags_of_columns(mesh: &Mesh) -> Vec<ColumnsFlag<'_>> {
         let named = mesh.names.iter().find(|named| named.flag == flag);
         let volume = cells as f64 * mesh.lines.cell_volume();
         let name = named.map_or("", |named| named.name.as_str());
-        (cells > 0 || named.is_some()).then_some(ColumnsFlag { flag, name, cells, volume, mesh_volume: () })
+        (cells > 0 || named.is_some()).then_some(ColumnsFlag {
+            flag,
+            name,
+            cells,
+            volume,
+            mesh_volume: (),
+            volume_bound: (),
+        })
     };
     (1..=255).filter_map(fact).collect()
 }

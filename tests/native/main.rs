@@ -8,6 +8,7 @@
 mod agreement;
 mod angles;
 mod backends;
+mod bad_edges;
 mod cases;
 mod certificates;
 #[cfg(feature = "cli")]
@@ -51,5 +52,6 @@ mod strangers;
 mod tolerances;
 #[cfg(feature = "cli")]
 mod verify;
+mod volumes;
 #[cfg(feature = "cli")]
 mod warnings;
