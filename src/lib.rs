@@ -10,6 +10,7 @@ pub mod control;
 pub mod cpu;
 pub mod crossings;
 pub mod domain;
+pub mod doubt;
 pub mod edges;
 pub mod error;
 pub mod estimate;

@@ -19,6 +19,7 @@ use crate::certificate::{Certificate, DEFAULT_THIN_CELLS};
 use crate::closed::{BadEdges, Closed};
 use crate::columns::Columns;
 use crate::control::Control;
+use crate::doubt::Doubt;
 use crate::error::{Error, Result};
 use crate::fingerprint::flags_hash;
 use crate::frame::Frame;
@@ -29,8 +30,8 @@ use crate::lines::{about_fine_cells, residuals};
 use crate::mesh::{Mesh, Named};
 use crate::overlay::{self, Overlay};
 use crate::report::{
-    CertificateReport, DeviceCheck, FillReport, FlagReport, GeometryReport, InputReport, MeshFacts, OpenReport,
-    PeakBytes, Seconds, flag_reports,
+    CertificateReport, DeviceCheck, DoubtReport, FillReport, FlagReport, GeometryReport, InputReport, MeshFacts,
+    OpenReport, PeakBytes, Seconds, flag_reports,
 };
 use crate::sources::Source;
 use crate::volume_bound::volume_bound;
@@ -79,6 +80,7 @@ pub async fn mesh(
     let rays_resumed = builder.n_rays();
     let cast = Cast { frame: &frame, rays: &prepared.rays, rule: job.rule };
     let mut overlay = Overlay::new(parts, &cast, &flags, &prepared.lines);
+    overlay.iter_mut().for_each(|overlay| overlay.pass(rays_resumed));
     let overlay_bytes = overlay.as_ref().map_or(0, Overlay::n_bytes);
     let used = engine.build(&cast, &budget, &mut builder, &mut overlay, control).await?;
     let columns_peak = builder.peak_bytes;
@@ -90,7 +92,8 @@ pub async fn mesh(
     let mut geometries: Vec<GeometryReport> =
         prepared.geometries.iter().zip(bad_edges).map(|(geometry, bad)| GeometryReport::new(geometry, bad)).collect();
     let cells = columns.cells_per_flag();
-    let (found, along) = overlay.map(Overlay::found).unwrap_or_default();
+    let (found, along, doubt) = overlay.map(Overlay::found).unwrap_or_default();
+    let doubt = Doubt::new(rays, doubt);
     let open: Vec<OpenReport> = found.iter().map(|found| OpenReport::new(found, &geometries)).collect();
     let filled: Vec<FillReport> = along.iter().map(|found| FillReport::new(found, &geometries)).collect();
     bound_volumes(&mut geometries, &cast, &closed, &prepared);
@@ -154,6 +157,8 @@ pub async fn mesh(
         flags,
         flags_hash,
         certificate,
+        doubtful: DoubtReport::new(&doubt),
+        doubt,
         job: effective(job, &prepared, &n_solids, gaps.as_ref()),
         gaps,
         geometries,

@@ -5,6 +5,7 @@
 
 use serde::Serialize;
 
+use crate::doubt::{Corners, Doubt};
 use crate::gaps::Gaps;
 use crate::job::{Job, Rule};
 use crate::lines::Residual;
@@ -104,6 +105,33 @@ pub struct DeviceCheck {
     pub differing: u64,
 }
 
+/// Most boxes of doubtful cells that are listed.
+pub const MAX_BOXES: usize = 1000;
+
+/// Cells of open geometries that rays do not decide.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct DoubtReport {
+    /// Number of cells.
+    pub cells: u64,
+    /// Boxes of them, at most 1,000, the largest first: the first cell x, y, z and the end, exclusive. No cell is in two.
+    pub boxes: Vec<Corners>,
+    /// Number of cells in these boxes.
+    pub cells_in_boxes: u64,
+    /// Whether these are all.
+    pub are_all: bool,
+}
+
+impl DoubtReport {
+    /// Lists cells.
+    pub fn new(doubt: &Doubt) -> DoubtReport {
+        let mut boxes = doubt.boxes();
+        boxes.truncate(MAX_BOXES);
+        let n_of = |[low, high]: &Corners| -> u64 { (0..3).map(|axis| u64::from(high[axis] - low[axis])).product() };
+        let (cells, cells_in_boxes) = (doubt.n_cells(), boxes.iter().map(n_of).sum());
+        DoubtReport { cells, boxes, cells_in_boxes, are_all: cells_in_boxes == cells }
+    }
+}
+
 /// What is known of a mesh once its columns are made.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MeshFacts {
@@ -159,6 +187,11 @@ pub struct MeshFacts {
     pub flags: Vec<FlagReport>,
     /// Thin walls and overlaps; null where the job did not ask for them.
     pub certificate: Option<CertificateReport>,
+    /// Cells that the winding number or a vote decided, as their rays are not all even or do not agree.
+    pub doubtful: DoubtReport,
+    /// These cells.
+    #[serde(skip)]
+    pub doubt: Doubt,
     /// Hash of the flags, see `docs/flags_hash.md`; None where the columns have spilled.
     pub flags_hash: Option<String>,
     /// The job with all that it left open filled in: `--job` takes it, from the folder that this mesh was made in. Without `max_memory`,

@@ -41,6 +41,7 @@ pub struct ColumnsReport<'a> {
     /// Every flag in use.
     pub flags: Vec<ColumnsFlag<'a>>,
     certificate: (),
+    doubtful: (),
     flags_hash: (),
     flags_sha256: (),
     job: (),
@@ -95,6 +96,7 @@ impl ColumnsReport<'_> {
             cells: mesh.lines.n_cells(),
             flags: flags_of_columns(mesh),
             certificate: (),
+            doubtful: (),
             flags_hash: (),
             flags_sha256: (),
             job: (),

@@ -45,6 +45,7 @@ const CORE: &[&str] = &[
     "sheet",
     "overlay",
     "mesh",
+    "doubt",
     "fingerprint",
     "skin",
     "leak",
