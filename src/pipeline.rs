@@ -117,11 +117,12 @@ pub async fn mesh(
     warnings.extend(warnings::about_odd_rays(columns.odd_rays(), rays.n_rays()));
     warnings.extend(warnings::about_shared_flags(&prepared.geometries));
     warnings.extend(warnings::about_overlapping_shells(&cast, &prepared.geometries));
-    let certificate = job.certify.then(|| {
+    let certify = || {
         let thin_cells = job.thin_cells.unwrap_or(DEFAULT_THIN_CELLS);
-        let found = Certificate::new(&cast, &lines, &prepared.geometries, thin_cells);
-        CertificateReport::new(&found, &geometries, &lines)
-    });
+        let found = Certificate::new(&cast, &columns, &lines, &prepared.geometries, thin_cells)?;
+        Ok(CertificateReport::new(&found, &geometries, &names, &lines))
+    };
+    let certificate = job.certify.then(certify).transpose()?;
     warnings.extend(certificate.iter().flat_map(|certificate| certificate.warnings(&lines)));
     let mesh = Mesh::new(lines, columns, names, job.unit.clone())?;
     let columns = &mesh.columns;

@@ -15,7 +15,7 @@ mod of_certificate;
 mod of_columns;
 mod of_geometries;
 
-pub use of_certificate::{CertificateReport, OverlapReport, ThinWallReport};
+pub use of_certificate::{CertificateReport, GapReport, OverlapReport, ThinWallReport};
 pub use of_columns::{ColumnsFlag, ColumnsReport};
 pub use of_geometries::{FillReport, FlagReport, GeometryReport, OpenReport, flag_reports};
 
