@@ -230,7 +230,7 @@ pub struct Report {
     /// What was known once the columns were made.
     #[serde(flatten)]
     pub mesh: MeshFacts,
-    /// SHA-256 of the flags of all cells, x fastest, one byte each; null where it was not asked for.
+    /// SHA-256 of the flags of all cells, x fastest, one byte each; null where it was not asked for (`--hash sha256`).
     pub flags_sha256: Option<String>,
     /// Cells per second of `seconds.total`.
     pub cells_per_second: f64,

@@ -90,7 +90,7 @@ export class Mesh {
 
   /** @param {CallOptions} [options] */
   async sha256(options) {
-    return (await this.#call('sha256', { bits: false }, options)).sha256;
+    return this.#call('sha256', { bits: false }, options);
   }
 
   /** @param {Format} format @param {WriteOptions} [options] */
@@ -150,10 +150,10 @@ export class Mesh {
     return new Blob([...parts, ...pieces], { type: MIME[format] });
   }
 
-  /** @param {WriteOptions} [options] */
-  async sidecar({ bits = false, signal, onProgress } = {}) {
-    const { sha256, bytes } = await this.#call('sha256', { bits }, { signal, onProgress });
-    return this.#call('sidecar', { bits, bytes, sha256 });
+  /** @param {import('hexcast').SidecarOptions} [options] */
+  async sidecar({ bits = false, hash, signal, onProgress } = {}) {
+    const sha256 = hash && (await this.#call('sha256', { bits }, { signal, onProgress }));
+    return this.#call('sidecar', { bits, sha256 });
   }
 
   dispose() {

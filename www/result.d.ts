@@ -188,6 +188,13 @@ export interface WriteOptions extends CallOptions {
   bits?: boolean;
 }
 
+export interface SidecarOptions extends CallOptions {
+  /** Describes the file with eight cells a byte. */
+  bits?: boolean;
+  /** Adds the SHA-256 of the raw file, which takes as long as making it. */
+  hash?: 'sha256';
+}
+
 /** The runs of one ray: flag `flags[r]` from cell `starts[r]` to the start of the next run or the end of the ray. */
 export interface Runs {
   /** First cell of each run along the ray. */
@@ -231,7 +238,7 @@ export interface Mesh extends Disposable {
   /** A file as a Blob. */
   blob(format: Format, options?: WriteOptions): Promise<Blob>;
   /** The `.raw.json` that describes a raw file. */
-  sidecar(options?: WriteOptions): Promise<string>;
+  sidecar(options?: SidecarOptions): Promise<string>;
   /** Frees it in the worker. */
   dispose(): void;
 }
