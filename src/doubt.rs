@@ -128,7 +128,7 @@ fn plates(axis: usize, mut rows: Vec<Sorted>) -> Vec<Sorted> {
 
 /// Joins boxes that differ in nothing but the last of three axes, and touch there.
 fn joined(axes: [usize; 3], mut boxes: Vec<Sorted>) -> Vec<Sorted> {
-    boxes.par_sort_unstable_by_key(|of| axes.map(|axis| of[axis]));
+    boxes.sort_unstable_by_key(|of| axes.map(|axis| of[axis]));
     let [first, second, last] = axes;
     boxes.dedup_by(|next, before| {
         let touches =

@@ -14,6 +14,7 @@ use crate::parallel::*;
 
 /// What is not proper of an edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum BadEdge {
     /// One facet has it.

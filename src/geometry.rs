@@ -13,6 +13,7 @@ pub use facets::{Facet, SharedFacets};
 
 /// How the cells of a geometry are decided whose surface is not closed. One that is closed is not affected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Open {
     /// By the rays of three axes where they agree, elsewhere by the generalised winding number.
@@ -28,6 +29,7 @@ pub enum Open {
 
 /// Which cells a geometry has besides those whose centres lie inside of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Fill {
     /// None.

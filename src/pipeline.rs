@@ -113,8 +113,8 @@ pub async fn mesh(
     let mut warnings: Vec<String> = engine.fallback.iter().map(|why| format!("meshed on the CPU: {why}")).collect();
     warnings.extend(about_fine_cells(job, &prepared.domain, &lines));
     warnings.extend(open.iter().zip(&found).map(|(open, found)| open.warning(&geometries[found.geometry], &lines)));
-    warnings.extend(warnings::about_edges_of_rays(&prepared.geometries, &geometries, job.rule, &lines));
     warnings.extend(warnings::about_odd_rays(columns.odd_rays(), rays.n_rays()));
+    warnings.extend(warnings::about_edges_of_rays(&prepared.geometries, &geometries, job.rule, &lines));
     warnings.extend(warnings::about_shared_flags(&prepared.geometries));
     warnings.extend(warnings::about_overlapping_shells(&cast, &prepared.geometries));
     let certify = || {

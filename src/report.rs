@@ -21,6 +21,7 @@ pub use of_geometries::{FillReport, FlagReport, GeometryReport, OpenReport, flag
 
 /// One input file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct InputReport {
     /// Its name as the job has it.
     pub file: String,
@@ -59,6 +60,7 @@ impl InputReport {
 
 /// Seconds of each stage.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct Seconds {
     /// From the first byte read to the columns, or to the flags where the caller expands them; without opening a device,
     /// hashing flags and writing files.
@@ -85,6 +87,7 @@ pub struct Seconds {
 
 /// Most bytes held at once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct PeakBytes {
     /// By the whole process, where the system says.
     pub host: Option<u64>,
@@ -98,6 +101,7 @@ pub struct PeakBytes {
 
 /// Rays of a GPU's that the CPU cast again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct DeviceCheck {
     /// Their number.
     pub rays: u64,
@@ -110,6 +114,7 @@ pub const MAX_BOXES: usize = 1000;
 
 /// Cells of open geometries that rays do not decide.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct DoubtReport {
     /// Number of cells.
     pub cells: u64,
@@ -134,6 +139,7 @@ impl DoubtReport {
 
 /// What is known of a mesh once its columns are made.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct MeshFacts {
     /// Version of hexcast.
     pub version: &'static str,
@@ -224,8 +230,10 @@ pub struct CallerFacts {
     pub host_bytes: Option<u64>,
 }
 
-/// Everything about a mesh but its cells.
+/// Everything about a mesh but its cells. Lengths are in the unit of the files, volumes in its cube, times in seconds, sizes in bytes; what
+/// has three numbers has them for x, y and z.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct Report {
     /// What was known once the columns were made.
     #[serde(flatten)]
@@ -261,3 +269,6 @@ impl Report {
         serde_json::to_string_pretty(self).unwrap_or_default()
     }
 }
+
+#[cfg(test)]
+mod tests;

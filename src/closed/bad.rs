@@ -18,6 +18,7 @@ pub const MAX_FACETS: usize = 8;
 
 /// The edges of a geometry that are not shared by two facets that agree, after the snap.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct BadEdges {
     /// Edges that one facet has.
     pub open: u64,
@@ -31,6 +32,7 @@ pub struct BadEdges {
 
 /// Bad edges of one kind that meet at corners.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct EdgeGroup {
     /// What is not proper of them.
     pub kind: BadEdge,

@@ -55,7 +55,6 @@ struct NoSeconds {}
 
 /// A flag of columns.
 #[derive(Debug, Serialize)]
-#[expect(clippy::manual_non_exhaustive, reason = "the private key is null in its JSON")]
 pub struct ColumnsFlag<'a> {
     /// The flag, 1 to 255.
     pub flag: u8,

@@ -10,6 +10,7 @@ use crate::overlay::{Along, Found};
 
 /// One geometry.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct GeometryReport {
     /// Its name.
     pub name: String,
@@ -73,6 +74,7 @@ impl GeometryReport {
 
 /// A geometry whose surface is not closed, and how its cells were decided.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct OpenReport {
     /// Its name.
     pub geometry: String,
@@ -138,6 +140,7 @@ impl OpenReport {
 
 /// A geometry that has the cells along its surface.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct FillReport {
     /// Its name.
     pub geometry: String,
@@ -159,6 +162,7 @@ impl FillReport {
 
 /// The cells of one flag.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct FlagReport {
     /// The flag.
     pub flag: u8,

@@ -40,7 +40,7 @@ pub(crate) struct Flag<'a> {
 }
 
 /// Describes a `.raw` file: layout, dims, origin, spacing, lines, flags with names and cells, unit, SHA-256 if it was made,
-/// the hash of the flags (`docs/flags_hash.md`) if the columns are in memory.
+/// the hash of the flags (`docs/flags_hash.md`) if the columns can be read.
 pub fn sidecar_json(mesh: &Mesh, options: &Options, written: &Written) -> String {
     let [nx, ny, nz] = mesh.dims();
     let order = "x fastest, then y, then z: cell (x, y, z) is number x + nx * (y + ny * z)";
@@ -57,8 +57,7 @@ pub fn sidecar_json(mesh: &Mesh, options: &Options, written: &Written) -> String
         facts.extend([("row_bytes", Fact::Number(row_bytes(nx).into())), ("bit_order", Fact::Text(order))]);
     }
     let [x, y, z] = [0, 1, 2].map(|axis| lines(mesh, axis).map_or("null".into(), |lines| numbers(&lines)));
-    // spilled columns would be read back for it
-    let flags_hash = (!mesh.columns.is_spilled()).then(|| flags_hash(&mesh.columns).ok()).flatten();
+    let flags_hash = flags_hash(&mesh.columns).ok();
     facts.extend([
         ("unit", Fact::Perhaps(mesh.unit.as_deref())),
         ("origin", Fact::Numbers(numbers(&mesh.lines.origin))),

@@ -115,7 +115,7 @@ fn gaps_of(flags: &[u8], [nx, ny, nz]: [u32; 3]) -> Gaps {
 fn gaps_of_one_cell_between_flags_are_those_of_every_cell_along_every_axis() {
     let mut random = Random::new(8);
     let mut axes = std::collections::BTreeMap::new();
-    for round in 0..60 {
+    for round in 0..250 {
         let dims = [0; 3].map(|_: i32| random.between(1, 9) as u32);
         let mut place = |n: u32| random.below(2 * u64::from(n) + 1) as f32 / 2.0;
         let bodies: Vec<Vec<Facet>> = (0..6)

@@ -41,6 +41,8 @@ mod models;
 mod open_surfaces;
 mod oracle;
 mod properties;
+#[cfg(feature = "cli")]
+mod reports;
 mod seven_cases;
 #[cfg(feature = "gpu")]
 mod shaders;

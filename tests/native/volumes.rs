@@ -12,10 +12,10 @@ use super::cases::cases;
 use super::models::{self, Facets};
 use super::open_surfaces::meshed;
 use super::oracle;
-use super::soups::{Random, crumbs, soup};
+use super::soups::{crumbs, soup};
 
 /// Centres times facets that the oracle does in a fraction of a second.
-const ORACLE_LIMIT: i64 = 1_000_000;
+const ORACLE_LIMIT: i64 = 400_000;
 
 /// The error of the volume over its bound; None where it is too much for the oracle, or there is no volume.
 fn error_over_bound(geometry: &Geometry, lines: &Lines) -> Option<f64> {
@@ -70,7 +70,6 @@ fn facts(facets: &Facets, job: &Job) -> MeshFacts {
 
 #[test]
 fn reports_of_spheres_and_turned_boxes_keep_the_bound_which_shrinks_with_the_cells() {
-    let mut random = Random::new(11);
     let mut last = f64::INFINITY;
     for cells in [8, 16, 32, 64, 128] {
         let job = |rotate: Option<[f64; 3]>| Job {
@@ -78,7 +77,7 @@ fn reports_of_spheres_and_turned_boxes_keep_the_bound_which_shrinks_with_the_cel
             cells: Some(cells),
             ..Job::default()
         };
-        let turned = Some([0; 3].map(|_: i32| random.below(360) as f64));
+        let turned = Some([17.0, 38.0, 61.0]);
         for (facets, job) in [
             (models::sphere([0.3, 0.1, -0.2], 3.3, 48), job(None)),
             (models::cuboid([0.0; 3], [3.0, 1.0, 2.0]), job(turned)),

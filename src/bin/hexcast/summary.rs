@@ -187,9 +187,9 @@ fn flags(table: &mut Table, mesh: &MeshFacts) {
         let of_surface = flag.mesh_volume.filter(|surface| *surface > 0.0).map_or(String::new(), |surface| {
             let percent = |volume: f64| 100.0 * volume / surface;
             let (found, bound) = (flag.volume - surface, flag.volume_bound.unwrap_or(f64::INFINITY));
-            let allowed =
-                if found.abs() <= bound { "at most" } else { "beyond what theory allows where nothing overlaps," };
-            format!(", of the surface {surface:.6e}, {:+.3} %, {allowed} {:.3} %", percent(found), percent(bound))
+            let is_within = found.abs() <= bound;
+            let verdict = if is_within { "bound" } else { "geometries or shells overlap: beyond the bound of" };
+            format!(", of the surface {surface:.6e}, {:+.3} % ({verdict} {:.3} %)", percent(found), percent(bound))
         });
         let volumes = format!("volume {:.6e}{of_surface}", flag.volume);
         table.line("flag", format!("{} \"{}\": {} cells, {volumes}", flag.flag, flag.name, HumanCount(flag.cells)));
