@@ -73,7 +73,7 @@ async function largestInPage({ context, url, spheres }, n) {
 function largestNatively({ spheres, driver, command, folder }, n) {
   const write = (/** @type {string} */ name, /** @type {string[]} */ ...options) => {
     const file = path.join(folder, name);
-    const how = ['--cells', String(n), '--backend', 'gpu', '--hash', 'never', '--quiet', '--json', ...options];
+    const how = ['--cells', String(n), '--backend', 'gpu', '--quiet', '--json', ...options];
     const report = JSON.parse(output(command, ['mesh', spheres, ...how, '-o', file], driver));
     return { file, report, written: { seconds: report.seconds.write, bytes: statSync(file).size } };
   };

@@ -139,7 +139,7 @@ function runHexcast(backend, { stages, command, spheres, n, runs, flags }) {
   const seconds = printed.runs.map((/** @type {Record<string, number>} */ s) => s.read + s.lines + s.snap + s.columns + s.flags);
   const result = { ...printed, seconds, flags: out, same_grid: true };
   if (!out) return result;
-  const mesh = ['mesh', spheres, '--cells', String(n), '--backend', backend, '--hash', 'never', '--flags-in-memory', '--json'];
+  const mesh = ['mesh', spheres, '--cells', String(n), '--backend', backend, '--flags-in-memory', '--json'];
   const { host } = JSON.parse(output(command, mesh)).peak_bytes;
   return { ...result, peak_mib: host && Math.round(host / 2 ** 20) };
 }

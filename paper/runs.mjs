@@ -61,7 +61,7 @@ export class Bench {
    */
   mesh(file, args, backend) {
     const start = performance.now();
-    const text = output(this.command, ['mesh', file, ...args, '--hash', 'never', '--backend', backend, '--json']);
+    const text = output(this.command, ['mesh', file, ...args, '--backend', backend, '--json']);
     return { ...JSON.parse(text), process_s: (performance.now() - start) / 1000 };
   }
 

@@ -1,15 +1,19 @@
 //! The certificate: what a mesh may have lost, or decided between geometries, found by casting the closed geometries again.
 //!
-//! Frame, rays of three axes -> walls thinner than some cells, and the cells that two geometries claim. Made where the job asks for
-//! it: it costs some casts on the host. Geometries that are not closed are left out: they are decided apart.
+//! Frame, rays of three axes -> walls thinner than some cells, and the cells that two geometries claim; columns -> gaps of one cell between
+//! flags. Made where the job asks for it: it costs some casts on the host. Geometries that are not closed are left out: they are decided apart.
 
 use crate::cast::Cast;
+use crate::columns::Columns;
+use crate::error::Result;
 use crate::geometry::Geometry;
 use crate::lines::Lines;
 
+mod gaps;
 mod overlaps;
 mod thin;
 
+pub use gaps::{FlagGap, flag_gaps};
 pub use overlaps::Overlap;
 pub use thin::ThinWall;
 
@@ -25,16 +29,28 @@ pub struct Certificate {
     pub thin_walls: Vec<ThinWall>,
     /// Pairs of geometries with common cells.
     pub overlaps: Vec<Overlap>,
+    /// Gaps of one cell between flags, for each pair and axis.
+    pub gaps: Vec<FlagGap>,
 }
 
 impl Certificate {
-    /// Looks at the closed geometries of a frame; `geometries` are those of the job.
-    pub fn new(cast: &Cast, lines: &Lines, geometries: &[Geometry], thin_cells: u32) -> Certificate {
+    /// Looks at the closed geometries of a frame and at the columns of all; `geometries` are those of the job.
+    ///
+    /// # Errors
+    /// `io` where the columns are in a store that fails.
+    pub fn new(
+        cast: &Cast,
+        columns: &Columns,
+        lines: &Lines,
+        geometries: &[Geometry],
+        thin_cells: u32,
+    ) -> Result<Certificate> {
         let is_wanted = |geometry: usize| !geometries[geometry].shell;
-        Certificate {
+        Ok(Certificate {
             thin_cells,
             thin_walls: thin::thin_walls(cast, lines, thin_cells, is_wanted),
             overlaps: overlaps::overlaps(cast, lines),
-        }
+            gaps: flag_gaps(columns)?,
+        })
     }
 }

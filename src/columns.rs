@@ -29,7 +29,7 @@ pub use file::head::{Head, Named};
 pub(crate) use packed_band::PackedBand;
 pub(crate) use piece_store::{PieceEntry, PieceStore};
 pub(crate) use run::spans;
-pub use run::{Band, flag_at, run, run_cell, run_flag};
+pub use run::{Band, CellRun, flag_at, run, run_cell, run_flag};
 pub(crate) use slab::SlabColumns;
 pub use store::{MemoryStore, Store};
 pub(crate) use totals_check::TotalsCheck;

@@ -206,6 +206,14 @@ fn snap(world: [f64; 3], lines: &Lines, fraction_bits: u32) -> [i32; 3] {
     [libm::rint(x * scale) as i32, libm::rint(y * scale) as i32, libm::rint(z * scale) as i32]
 }
 
+/// World coordinates of a snapped corner.
+pub(crate) fn world(corner: [i32; 3], fraction_bits: u32, lines: &Lines) -> [f64; 3] {
+    [0, 1, 2].map(|axis| {
+        let cells = f64::from(corner[axis]) / f64::from(1u32 << fraction_bits) + 0.5;
+        lines.origin[axis] + cells * lines.spacing[axis]
+    })
+}
+
 /// The largest F for which corners and centres of every axis span at most 2^SPAN_BITS units.
 fn fraction_bits(geometries: &[Geometry], lines: &Lines) -> Result<u32> {
     let mut widest = 0.0f64;

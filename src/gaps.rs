@@ -35,6 +35,7 @@ const BAND_RAYS: u64 = 1 << 16;
 
 /// The gaps that were closed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct Gaps {
     /// Openings of fewer cells were closed.
     pub width: u32,
@@ -50,6 +51,7 @@ pub struct Gaps {
 
 /// Connected cells that were added.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct Gap {
     /// Number of cells.
     pub cells: u64,

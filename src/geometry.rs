@@ -13,6 +13,7 @@ pub use facets::{Facet, SharedFacets};
 
 /// How the cells of a geometry are decided whose surface is not closed. One that is closed is not affected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Open {
     /// By the rays of three axes where they agree, elsewhere by the generalised winding number.
@@ -28,6 +29,7 @@ pub enum Open {
 
 /// Which cells a geometry has besides those whose centres lie inside of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Fill {
     /// None.
@@ -71,6 +73,9 @@ pub struct Geometry {
     pub invert: bool,
     /// Facets in file coordinates, shared with the file that they came from.
     pub facets: SharedFacets,
+    /// Where facets are in their file, if not all of its facets are these: a first index in `facets` and the index of that facet in
+    /// the file, from 0, for each stretch of the file.
+    pub pieces_in_file: Vec<[u64; 2]>,
     /// Places file coordinates in the world: `world = world_from_file * file`.
     pub world_from_file: DAffine3,
 }
@@ -88,8 +93,18 @@ impl Geometry {
             shell: false,
             invert: false,
             facets: facets.into(),
+            pieces_in_file: Vec::new(),
             world_from_file: DAffine3::IDENTITY,
         }
+    }
+
+    /// Index in its file, from 0, of a facet.
+    pub fn facet_in_file(&self, facet: usize) -> u64 {
+        let facet = facet as u64;
+        let after = self.pieces_in_file.partition_point(|[first, _]| *first <= facet);
+        after
+            .checked_sub(1)
+            .map_or(facet, |piece| facet - self.pieces_in_file[piece][0] + self.pieces_in_file[piece][1])
     }
 
     /// Returns the function from a corner to its world coordinates, in the unit of the file. The identity transform returns the

@@ -47,6 +47,7 @@ pub const DEFAULT_TOLERANCE: f64 = 0.05;
 
 /// What is inside a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Rule {
     /// Inside is where a ray has crossed the surface an odd number of times. Facet orientation does not matter.
@@ -58,6 +59,7 @@ pub enum Rule {
 
 /// Which backend meshes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum BackendChoice {
     /// The GPU where there is an adapter, else the CPU.
@@ -71,6 +73,7 @@ pub enum BackendChoice {
 
 /// Along which axis the rays run. The result does not depend on it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum AxisChoice {
     /// The axis with most cells.
@@ -86,6 +89,7 @@ pub enum AxisChoice {
 
 /// Space around the geometries on both sides of every axis.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
 pub enum Padding {
     /// Whole cells, added after the cell size is chosen: mesh lines of the unpadded box stay mesh lines.
@@ -96,6 +100,7 @@ pub enum Padding {
 
 /// Everything that decides a mesh.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct Job {
     /// The geometries, in order: where two of equal priority overlap, the later wins.

@@ -95,6 +95,7 @@ impl Lines {
 
 /// How far an end point of the domain lies from the nearest mesh line.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct Residual {
     /// The end point, in the unit of the files.
     pub end_point: f64,

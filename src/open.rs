@@ -26,11 +26,9 @@
 //! Cost: three casts, 32 bytes a crossing, a look at 64 cells at a time; near holes some microseconds a cell.
 
 mod caps;
-mod closed;
 mod orient;
 mod part;
 mod votes;
 
-pub use closed::is_closed;
 pub use part::{OpenPart, Surface};
 pub(crate) use votes::{Through, Votes};

@@ -14,7 +14,7 @@ use std::ops::Range;
 
 use crate::axis_crossings::AxisCrossings;
 use crate::cast::Cast;
-use crate::columns::{Band, run};
+use crate::columns::{Band, CellRun, run};
 use crate::cpu::{self, Window};
 use crate::frame::Frame;
 use crate::geometry::{Fill, Open};
@@ -58,6 +58,9 @@ pub struct Along {
     pub added_cells: u64,
 }
 
+/// Rows of kept rays that are looked at together.
+const KEPT_ROWS: u32 = 64;
+
 struct Laid {
     rank: u8,
     invert: bool,
@@ -75,6 +78,7 @@ enum Layer {
         votes: Box<Votes>,
         through: Through,
         found: Found,
+        doubt: Vec<CellRun>,
     },
     Along {
         sheet: Sheet,
@@ -116,7 +120,7 @@ impl Overlay {
                         odd_rays: votes.odd_rays,
                         doubtful_cells: 0,
                     };
-                    Layer::Open { through: votes.start(), votes: Box::new(votes), found }
+                    Layer::Open { through: votes.start(), votes: Box::new(votes), found, doubt: Vec::new() }
                 }
                 Kind::Inverted(frame) => Layer::Cast { frame, rays: *cast.rays, rule: cast.rule },
                 Kind::Sheet { fill, shell, facets } => {
@@ -141,19 +145,34 @@ impl Overlay {
         self.layers.iter().map(of_layer).sum()
     }
 
-    /// What was found so far of open geometries, and of the cells along surfaces, in the order of the job.
-    pub fn found(self) -> (Vec<Found>, Vec<Along>) {
-        let (mut open, mut along) = (Vec::new(), Vec::new());
+    /// What was found so far of open geometries, and of the cells along surfaces, in the order of the job; and the doubtful cells of all.
+    pub fn found(self) -> (Vec<Found>, Vec<Along>, Vec<CellRun>) {
+        let (mut open, mut along, mut all_doubt) = (Vec::new(), Vec::new(), Vec::new());
         for laid in self.layers {
             match laid.layer {
                 Layer::Cast { .. } => {}
-                Layer::Open { found, .. } => open.push(found),
+                Layer::Open { found, mut doubt, .. } => {
+                    open.push(found);
+                    all_doubt.append(&mut doubt);
+                }
                 Layer::Along { found, .. } => along.push(found),
             }
         }
         open.sort_by_key(|found| found.geometry);
         along.sort_by_key(|found| found.geometry);
-        (open, along)
+        (open, along, all_doubt)
+    }
+
+    /// Looks for doubtful cells of the first rays, which an interrupted run has kept.
+    pub fn pass(&mut self, n_rays: u64) {
+        // a row that is not whole is laid again
+        let n_rows = (n_rays / self.n_b) as u32;
+        for first in (0..n_rows).step_by(KEPT_ROWS as usize) {
+            let rows = first..n_rows.min(first + KEPT_ROWS);
+            for laid in self.layers.iter_mut().filter(|laid| matches!(laid.layer, Layer::Open { .. })) {
+                laid.layer.rows(std::slice::from_ref(&rows));
+            }
+        }
     }
 
     /// Puts the parts over the next bands, which follow each other; the first may begin within a row of rays.
@@ -231,7 +250,7 @@ impl Layer {
                 let windows: Vec<Window> = parts.iter().map(|rows| cpu::window_of_rows(rays, rows.clone())).collect();
                 cpu::windows(&Cast { frame, rays, rule: *rule }, &windows)
             }
-            Layer::Open { votes, through, found } => {
+            Layer::Open { votes, through, found, doubt } => {
                 let mut starts = Vec::new();
                 for planes in parts {
                     votes.go_through(through, planes.start);
@@ -239,8 +258,12 @@ impl Layer {
                 }
                 let rows: Vec<_> =
                     starts.into_par_iter().map(|(through, planes)| votes.rows(through, planes)).collect();
-                found.doubtful_cells += rows.iter().map(|rows| rows.n_doubtful).sum::<u64>();
-                rows.into_iter().map(|rows| rows.band).collect()
+                let bands = rows.into_iter().map(|mut rows| {
+                    found.doubtful_cells += rows.doubt.iter().map(|run| u64::from(run.end - run.start)).sum::<u64>();
+                    doubt.append(&mut rows.doubt);
+                    rows.band
+                });
+                bands.collect()
             }
             Layer::Along { sheet, .. } => parts.to_vec().into_par_iter().map(|planes| sheet.rows(planes)).collect(),
         }

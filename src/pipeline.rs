@@ -16,29 +16,34 @@ use web_time::Instant;
 
 use crate::cast::Cast;
 use crate::certificate::{Certificate, DEFAULT_THIN_CELLS};
+use crate::closed::{BadEdges, Closed};
 use crate::columns::Columns;
 use crate::control::Control;
+use crate::doubt::Doubt;
 use crate::error::{Error, Result};
 use crate::fingerprint::flags_hash;
 use crate::frame::Frame;
 use crate::gaps::{self, Gaps, NAME};
-use crate::geometry::Geometry;
+use crate::geometry::{Fill, Geometry};
 use crate::job::Job;
 use crate::lines::{about_fine_cells, residuals};
 use crate::mesh::{Mesh, Named};
 use crate::overlay::{self, Overlay};
 use crate::report::{
-    CertificateReport, DeviceCheck, FillReport, FlagReport, GeometryReport, InputReport, MeshFacts, OpenReport,
-    PeakBytes, Seconds, WindowReport, flag_reports,
+    CertificateReport, DeviceCheck, DoubtReport, FillReport, FlagReport, GeometryReport, InputReport, MeshFacts,
+    OpenReport, PeakBytes, Seconds, WindowReport, flag_reports,
 };
 use crate::sources::Source;
+use crate::volume_bound::volume_bound;
 
+mod effective;
 mod engine;
 mod memory_budget;
 mod options;
 mod prepare;
 mod warnings;
 
+use effective::effective;
 pub use engine::{Engine, Used};
 use memory_budget::{columns_builder, memory_budget};
 pub use options::{DEFAULT_MAX_BYTES, MeshOptions, SpillTarget};
@@ -57,6 +62,7 @@ pub async fn mesh(
     control: &Control,
 ) -> Result<(Mesh, MeshFacts)> {
     let inputs: Vec<InputReport> = sources.iter().map(InputReport::new).collect();
+    let n_solids: Vec<usize> = sources.iter().map(|source| source.contents.solids.len()).collect();
     let mut clock = Instant::now();
     let prepared = prepare(job, sources)?;
     let lines_seconds = lap(&mut clock);
@@ -64,7 +70,9 @@ pub async fn mesh(
     let frame = Frame::new(&prepared.geometries, &prepared.whole)?;
     let flags = frame.ranks.flag_of_rank.clone();
     let (whole, is_for_window) = (&prepared.whole, prepared.window.is_some());
-    let (mut frame, mut parts) = overlay::split(frame, job.rule, whole, &prepared.geometries, is_for_window)?;
+    let closed = Closed::of_ranks(&frame);
+    let bad_edges = BadEdges::of_geometries(&frame, &closed, whole, &prepared.geometries);
+    let (mut frame, mut parts) = overlay::split(frame, &closed, job.rule, whole, &prepared.geometries, is_for_window)?;
     if let Some(cells) = prepared.window {
         parts = parts.into_iter().map(|part| part.window(cells, frame.fraction_bits)).collect();
         frame = frame.window(cells);
@@ -84,6 +92,7 @@ pub async fn mesh(
         used = used.and(more);
     }
     let mut overlay = Overlay::new(decided, &cast, &flags, &prepared.lines);
+    overlay.iter_mut().for_each(|overlay| overlay.pass(rays_resumed));
     let overlay_bytes = overlay.as_ref().map_or(0, Overlay::n_bytes);
     used = used.and(engine.build(&cast, &budget, &mut builder, &mut overlay, control).await?);
     let columns_peak = builder.peak_bytes;
@@ -92,30 +101,40 @@ pub async fn mesh(
     let columns_seconds = lap(&mut clock);
 
     let (lines, rays) = (prepared.lines, prepared.rays);
-    let geometries: Vec<GeometryReport> = prepared.geometries.iter().map(GeometryReport::new).collect();
+    let mut geometries: Vec<GeometryReport> =
+        prepared.geometries.iter().zip(bad_edges).map(|(geometry, bad)| GeometryReport::new(geometry, bad)).collect();
     let cells = columns.cells_per_flag();
-    let (open, along) = overlay.map(Overlay::found).unwrap_or_default();
-    let open: Vec<OpenReport> = open.iter().map(|found| OpenReport::new(found, &geometries)).collect();
+    let (found, along, doubt) = overlay.map(Overlay::found).unwrap_or_default();
+    let doubt = Doubt::new(rays, doubt);
+    let open: Vec<OpenReport> = found.iter().map(|found| OpenReport::new(found, &geometries)).collect();
     let filled: Vec<FillReport> = along.iter().map(|found| FillReport::new(found, &geometries)).collect();
-    let mut flags = flag_reports(&geometries, &open, &filled, &cells, &lines);
+    bound_volumes(&mut geometries, &cast, &closed, &prepared);
+    let mut flags = flag_reports(&geometries, &cells, &lines);
+    for report in flags.iter_mut().filter(|report| gaps.as_ref().is_some_and(|gaps| gaps.flag == report.flag)) {
+        (report.mesh_volume, report.volume_bound) = (None, None);
+    }
     let mut names = names;
     if let Some(gaps) = gaps.as_ref().filter(|gaps| geometries.iter().all(|geometry| geometry.flag != gaps.flag)) {
         let volume = gaps.cells as f64 * lines.cell_volume();
-        flags.push(FlagReport { flag: gaps.flag, name: NAME.into(), cells: gaps.cells, volume, mesh_volume: None });
+        let (mesh_volume, volume_bound) = (None, None);
+        let name = NAME.into();
+        flags.push(FlagReport { flag: gaps.flag, name, cells: gaps.cells, volume, mesh_volume, volume_bound });
         flags.sort_by_key(|report| report.flag);
         names.push(Named { flag: gaps.flag, name: NAME.into() });
     }
     let mut warnings: Vec<String> = engine.fallback.iter().map(|why| format!("meshed on the CPU: {why}")).collect();
     warnings.extend(about_fine_cells(job, &prepared.domain, &prepared.whole));
-    warnings.extend(open.iter().map(|open| open.warning(&lines)));
+    warnings.extend(open.iter().zip(&found).map(|(open, found)| open.warning(&geometries[found.geometry], &lines)));
     warnings.extend(warnings::about_odd_rays(columns.odd_rays(), rays.n_rays()));
+    warnings.extend(warnings::about_edges_of_rays(&prepared.geometries, &geometries, job.rule, &lines));
     warnings.extend(warnings::about_shared_flags(&prepared.geometries));
     warnings.extend(warnings::about_overlapping_shells(&cast, &prepared.geometries));
-    let certificate = job.certify.then(|| {
+    let certify = || {
         let thin_cells = job.thin_cells.unwrap_or(DEFAULT_THIN_CELLS);
-        let found = Certificate::new(&cast, &lines, &prepared.geometries, thin_cells);
-        CertificateReport::new(&found, &geometries, &lines)
-    });
+        let found = Certificate::new(&cast, &columns, &lines, &prepared.geometries, thin_cells)?;
+        Ok(CertificateReport::new(&found, &geometries, &names, &lines))
+    };
+    let certificate = job.certify.then(certify).transpose()?;
     warnings.extend(certificate.iter().flat_map(|certificate| certificate.warnings(&lines)));
     let mesh = Mesh::new(lines, columns, names, job.unit.clone())?;
     let columns = &mesh.columns;
@@ -155,6 +174,9 @@ pub async fn mesh(
         flags,
         flags_hash,
         certificate,
+        doubtful: DoubtReport::new(&doubt),
+        doubt,
+        job: effective(job, &prepared, &n_solids, gaps.as_ref()),
         gaps,
         geometries,
         warnings,
@@ -174,6 +196,19 @@ pub async fn mesh(
         },
     };
     Ok((mesh, facts))
+}
+
+/// Says how far the volumes of cells can be from those of surfaces, where both are of the same body.
+fn bound_volumes(reports: &mut [GeometryReport], cast: &Cast, closed: &[Closed], prepared: &Prepared) {
+    for (rank, &index) in cast.frame.ranks.geometry_of_rank.iter().enumerate() {
+        let (report, geometry) = (&mut reports[index], &prepared.geometries[index]);
+        let is_within = geometry.fill == Fill::Centre && !geometry.invert && closed[rank].nonzero;
+        if is_within && !report.is_cut(&prepared.lines) {
+            let facets = cast.frame.facets_of_rank(rank);
+            let volume = report.mesh_volume.abs();
+            report.volume_bound = Some(volume_bound(facets, cast.frame.fraction_bits, &prepared.lines, volume));
+        }
+    }
 }
 
 /// Closes gaps in columns, if the job asks for it.

@@ -5,8 +5,9 @@
 
 use serde::Serialize;
 
+use crate::doubt::{Corners, Doubt};
 use crate::gaps::Gaps;
-use crate::job::Rule;
+use crate::job::{Job, Rule};
 use crate::lines::Residual;
 use crate::sources::Source;
 
@@ -14,12 +15,13 @@ mod of_certificate;
 mod of_columns;
 mod of_geometries;
 
-pub use of_certificate::{CertificateReport, OverlapReport, ThinWallReport};
+pub use of_certificate::{CertificateReport, GapReport, OverlapReport, ThinWallReport};
 pub use of_columns::{ColumnsFlag, ColumnsReport};
 pub use of_geometries::{FillReport, FlagReport, GeometryReport, OpenReport, flag_reports};
 
 /// One input file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct InputReport {
     /// Its name as the job has it.
     pub file: String,
@@ -58,6 +60,7 @@ impl InputReport {
 
 /// Seconds of each stage.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct Seconds {
     /// From the first byte read to the columns, or to the flags where the caller expands them; without opening a device,
     /// hashing flags and writing files.
@@ -84,6 +87,7 @@ pub struct Seconds {
 
 /// Most bytes held at once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct PeakBytes {
     /// By the whole process, where the system says.
     pub host: Option<u64>,
@@ -97,6 +101,7 @@ pub struct PeakBytes {
 
 /// Rays of a GPU's that the CPU cast again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct DeviceCheck {
     /// Their number.
     pub rays: u64,
@@ -106,6 +111,7 @@ pub struct DeviceCheck {
 
 /// Which cells of a box were meshed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct WindowReport {
     /// The first, on x, y, z.
     pub first: [u32; 3],
@@ -115,8 +121,37 @@ pub struct WindowReport {
     pub of: [u32; 3],
 }
 
+/// Most boxes of doubtful cells that are listed.
+pub const MAX_BOXES: usize = 1000;
+
+/// Cells of open geometries that rays do not decide.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct DoubtReport {
+    /// Number of cells.
+    pub cells: u64,
+    /// Boxes of them, at most 1,000, the largest first: the first cell x, y, z and the end, exclusive. No cell is in two.
+    pub boxes: Vec<Corners>,
+    /// Number of cells in these boxes.
+    pub cells_in_boxes: u64,
+    /// Whether these are all.
+    pub are_all: bool,
+}
+
+impl DoubtReport {
+    /// Lists cells.
+    pub fn new(doubt: &Doubt) -> DoubtReport {
+        let mut boxes = doubt.boxes();
+        boxes.truncate(MAX_BOXES);
+        let n_of = |[low, high]: &Corners| -> u64 { (0..3).map(|axis| u64::from(high[axis] - low[axis])).product() };
+        let (cells, cells_in_boxes) = (doubt.n_cells(), boxes.iter().map(n_of).sum());
+        DoubtReport { cells, boxes, cells_in_boxes, are_all: cells_in_boxes == cells }
+    }
+}
+
 /// What is known of a mesh once its columns are made.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct MeshFacts {
     /// Version of hexcast.
     pub version: &'static str,
@@ -172,8 +207,16 @@ pub struct MeshFacts {
     pub flags: Vec<FlagReport>,
     /// Thin walls and overlaps; null where the job did not ask for them.
     pub certificate: Option<CertificateReport>,
+    /// Cells that the winding number or a vote decided, as their rays are not all even or do not agree.
+    pub doubtful: DoubtReport,
+    /// These cells.
+    #[serde(skip)]
+    pub doubt: Doubt,
     /// Hash of the flags, see `docs/flags_hash.md`; None where the columns have spilled.
     pub flags_hash: Option<String>,
+    /// The job with all that it left open filled in: `--job` takes it, from the folder that this mesh was made in. Without `max_memory`,
+    /// which changes no cell.
+    pub job: Job,
     /// Sentences that the reader should see.
     pub warnings: Vec<String>,
     /// Memory, without that of the whole process.
@@ -201,13 +244,15 @@ pub struct CallerFacts {
     pub host_bytes: Option<u64>,
 }
 
-/// Everything about a mesh but its cells.
+/// Everything about a mesh but its cells. Lengths are in the unit of the files, volumes in its cube, times in seconds, sizes in bytes; what
+/// has three numbers has them for x, y and z.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct Report {
     /// What was known once the columns were made.
     #[serde(flatten)]
     pub mesh: MeshFacts,
-    /// SHA-256 of the flags of all cells, x fastest, one byte each; null where it was not asked for.
+    /// SHA-256 of the flags of all cells, x fastest, one byte each; null where it was not asked for (`--hash sha256`).
     pub flags_sha256: Option<String>,
     /// Cells per second of `seconds.total`.
     pub cells_per_second: f64,
@@ -238,3 +283,6 @@ impl Report {
         serde_json::to_string_pretty(self).unwrap_or_default()
     }
 }
+
+#[cfg(test)]
+mod tests;

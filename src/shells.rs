@@ -13,10 +13,9 @@
 use std::collections::BTreeMap;
 
 use crate::cast::Cast;
+use crate::closed::Closed;
 use crate::cpu::{Window, over_windows, window_of_rows};
 use crate::crossings::Crossings;
-use crate::job::Rule;
-use crate::open::is_closed;
 
 /// Rows of rays that are looked at, at most.
 const N_ROWS: u64 = 32;
@@ -46,7 +45,7 @@ pub(crate) fn overlapping_shells(cast: &Cast) -> Vec<Overlap> {
         }
     }
     let n_rays = n_looked * u64::from(n_across);
-    let agrees = |rank: u8| is_closed(cast.frame.facets_of_rank(rank.into()), Rule::Nonzero);
+    let agrees = |rank: u8| Closed::new(cast.frame.facets_of_rank(rank.into())).nonzero;
     n_cells
         .into_iter()
         .filter(|(rank, _)| agrees(*rank))

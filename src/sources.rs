@@ -28,7 +28,9 @@ pub struct Source {
 pub fn geometries(job: &Job, sources: Vec<Source>) -> Result<Vec<Geometry>> {
     let mut geometries = Vec::new();
     for (entry, source) in job.geometries.iter().zip(sources) {
-        for (index, (name, facets)) in parts(entry, source.contents.solids)?.into_iter().enumerate() {
+        for (index, Part { name, facets, pieces_in_file }) in
+            parts(entry, source.contents.solids)?.into_iter().enumerate()
+        {
             let flag = match entry.flag {
                 Some(first) => usize::from(first) + index,
                 None => geometries.len() + 1,
@@ -38,6 +40,7 @@ pub fn geometries(job: &Job, sources: Vec<Source>) -> Result<Vec<Geometry>> {
                 return Err(Error::new("job-value", message, "give flags, or join geometries of the same substance"));
             };
             let mut geometry = Geometry::new(name, flag, facets);
+            geometry.pieces_in_file = pieces_in_file;
             geometry.has_default_flag = entry.flag.is_none();
             geometry.priority = entry.priority;
             geometry.open = entry.open.unwrap_or(job.open);
@@ -58,18 +61,35 @@ pub fn geometries(job: &Job, sources: Vec<Source>) -> Result<Vec<Geometry>> {
     Ok(geometries)
 }
 
-/// Named facets that an entry of the job takes from its file.
-fn parts(entry: &GeometryJob, solids: Vec<Solid>) -> Result<Vec<(String, SharedFacets)>> {
+/// Named facets that an entry of the job takes from its file, and where they are in it.
+struct Part {
+    name: String,
+    facets: SharedFacets,
+    pieces_in_file: Vec<[u64; 2]>,
+}
+
+fn parts(entry: &GeometryJob, solids: Vec<Solid>) -> Result<Vec<Part>> {
     let stem = stem(&entry.file);
+    let ends = solids.iter().scan(0, |end, solid| {
+        *end += solid.facets.len() as u64;
+        Some(*end)
+    });
+    let starts: Vec<u64> = [0].into_iter().chain(ends).collect();
     if entry.split {
         let named = solids.into_iter().enumerate().map(|(index, solid)| {
             let name = if solid.name.is_empty() { format!("{stem}:{}", index + 1) } else { solid.name };
-            (name, solid.facets)
+            Part { name, facets: solid.facets, pieces_in_file: vec![[0, starts[index]]] }
         });
         return Ok(named.collect());
     }
     if let Some(wanted) = &entry.solid {
         let names: Vec<String> = solids.iter().map(|solid| solid.name.clone()).collect();
+        let mut pieces_in_file = Vec::new();
+        let mut n_taken = 0;
+        for (solid, start) in solids.iter().zip(starts).filter(|(solid, _)| solid.name == *wanted) {
+            pieces_in_file.push([n_taken, start]);
+            n_taken += solid.facets.len() as u64;
+        }
         let taken = joined(solids.into_iter().filter(|solid| solid.name == *wanted));
         if taken.is_empty() {
             let missing = format!("{}: there is no solid \"{wanted}\"", entry.file);
@@ -87,9 +107,11 @@ fn parts(entry: &GeometryJob, solids: Vec<Solid>) -> Result<Vec<(String, SharedF
                 "name one of these",
             ));
         }
-        return Ok(vec![(entry.name.clone().unwrap_or_else(|| format!("{stem}:{wanted}")), taken)]);
+        let name = entry.name.clone().unwrap_or_else(|| format!("{stem}:{wanted}"));
+        return Ok(vec![Part { name, facets: taken, pieces_in_file }]);
     }
-    Ok(vec![(entry.name.clone().unwrap_or(stem), joined(solids))])
+    let name = entry.name.clone().unwrap_or(stem);
+    Ok(vec![Part { name, facets: joined(solids), pieces_in_file: Vec::new() }])
 }
 
 fn joined(solids: impl IntoIterator<Item = Solid>) -> SharedFacets {
@@ -131,6 +153,8 @@ mod tests {
         let made = made(vec![whole, lid, split]).unwrap();
         let facts: Vec<_> = made.iter().map(|g| (g.name.as_str(), g.flag, g.priority, g.facets.len())).collect();
         assert_eq!(facts, [("case", 1, 0, 2), ("case:lid", 9, 0, 1), ("lid", 3, 3, 1), ("case:2", 4, 3, 1)]);
+        assert_eq!(made.iter().map(|geometry| geometry.facet_in_file(0)).collect::<Vec<_>>(), [0, 0, 0, 1]);
+        assert_eq!(made[0].facet_in_file(1), 1);
     }
 
     #[test]

@@ -2,15 +2,14 @@
 //!
 //! Facets -> [`Surface`], facts for reports; nothing later in the line depends on it. Two corners are one vertex where
 //! their f32 coordinates are equal (-0 = +0), which is what the exact arithmetic of the mesher sees: a gap of one ulp is
-//! a gap. A facet with two equal corners is collapsed: it has no edges and is only counted.
+//! a gap. A facet with two equal corners is collapsed and only counted.
 //!
-//! An edge is an unordered pair of vertices; a facet uses each of its three edges once, in one of two directions. With f
-//! uses one way and b the other: open is f + b = 1, non-manifold f + b > 2, flipped f + b = 2 without f = b = 1. The
-//! rule `nonzero` is well defined where f = b on every edge, the rule `parity` where every f + b is even.
+//! [`crate::edges`] says what open, non-manifold and flipped edges are. The rule `nonzero` is well defined where every edge is used as
+//! often one way as the other, the rule `parity` where it is used an even number of times.
 //!
-//! Numbers the vertices by a sort of the corners, then sorts the edges: O(n log n) time, no hashing, so that the result
-//! is the same on every machine and for every order of the facets. Holds at most 76 bytes a facet beside the input.
+//! Cost: O(n log n) time; at most 76 bytes a facet beside the input.
 
+use crate::edges::{BadEdge, Edges, Groups, Use, bad_edge, directions, number_vertices};
 use crate::geometry::Facet;
 use crate::parallel::*;
 
@@ -59,15 +58,15 @@ pub fn doubled_area_vector(facet: &Facet) -> [f64; 3] {
 /// Facets carry a 32-bit index, so that there may be at most 2^32 of them.
 pub fn surface(facets: &[Facet]) -> Surface {
     let (area, zero_area) = total_area(facets);
-    let vertices = number_vertices(facets);
-    let (edges, collapsed) = sorted_edges(&vertices);
+    let vertices = number_vertices(facets, corner_key);
+    let edges = Edges::new(&vertices);
     let mut surface = Surface {
         n_facets: facets.len() as u64,
         open_edges: 0,
         nonmanifold_edges: 0,
         flipped_edges: 0,
         zero_area,
-        collapsed,
+        collapsed: edges.n_collapsed,
         closed_oriented: true,
         closed_parity: true,
         watertight: true,
@@ -75,14 +74,14 @@ pub fn surface(facets: &[Facet]) -> Surface {
         shells: 0,
         worst_open_edges: Vec::new(),
     };
-    let mut shells = Shells::new(facets.len());
-    for uses in edges.chunk_by(|one, next| one.pair() == next.pair()) {
+    let mut shells = Groups::new(facets.len());
+    for uses in edges.each() {
         count_edge(&mut surface, uses);
         for two in uses.windows(2) {
             shells.join(two[0].facet(), two[1].facet());
         }
     }
-    surface.shells = facets.len() as u64 - collapsed - shells.n_joined;
+    surface.shells = facets.len() as u64 - edges.n_collapsed - shells.n_joined;
     surface.worst_open_edges = longest_open_edges(facets, &vertices, &edges);
     surface
 }
@@ -107,115 +106,22 @@ fn corner_key(corner: [f32; 3]) -> u128 {
     x << 64 | y << 32 | z
 }
 
-/// Numbers the distinct vertices in the order of their keys: three numbers a facet.
-fn number_vertices(facets: &[Facet]) -> Vec<[u64; 3]> {
-    let mut corners = vec![0u128; 3 * facets.len()];
-    corners.par_chunks_mut(3).zip(facets).enumerate().for_each(|(index, (entries, facet))| {
-        for (entry, corner) in entries.iter_mut().zip(facet) {
-            *entry = corner_key(*corner) << 32 | index as u128;
-        }
-    });
-    corners.par_sort_unstable();
-    let mut vertices = vec![[0u64; 3]; facets.len()];
-    for (vertex, same) in corners.chunk_by(|one, next| one >> 32 == next >> 32).enumerate() {
-        let key = same[0] >> 32;
-        for entry in same {
-            let index = *entry as u32 as usize;
-            for (number, corner) in vertices[index].iter_mut().zip(facets[index]) {
-                if corner_key(corner) == key {
-                    *number = vertex as u64;
-                }
-            }
-        }
-    }
-    vertices
-}
-
-/// One use of an edge, as it sorts: low vertex (34 bits), high vertex (34 bits), facet (32 bits), direction (1 bit).
-#[derive(Clone, Copy)]
-struct Use(u128);
-
-impl Use {
-    /// Sorts after every use; for the edges that collapsed facets do not have.
-    const NONE: u128 = u128::MAX;
-
-    fn bits(from: u64, to: u64, facet: usize) -> u128 {
-        let (low, high) = (from.min(to), from.max(to));
-        u128::from(low) << 67 | u128::from(high) << 33 | (facet as u128) << 1 | u128::from(from > to)
-    }
-
-    fn pair(self) -> (u64, u64) {
-        (((self.0 >> 67) as u64), ((self.0 >> 33) as u64) & ((1 << 34) - 1))
-    }
-
-    fn facet(self) -> u32 {
-        (self.0 >> 1) as u32
-    }
-
-    fn is_backward(self) -> bool {
-        self.0 & 1 == 1
-    }
-}
-
-fn sorted_edges(vertices: &[[u64; 3]]) -> (Vec<Use>, u64) {
-    let mut edges = vec![Use::NONE; 3 * vertices.len()];
-    edges.par_chunks_mut(3).zip(vertices).enumerate().for_each(|(facet, (uses, &[a, b, c]))| {
-        if a != b && b != c && c != a {
-            uses.copy_from_slice(&[Use::bits(a, b, facet), Use::bits(b, c, facet), Use::bits(c, a, facet)]);
-        }
-    });
-    edges.par_sort_unstable();
-    let n_uses = edges.partition_point(|entry| *entry != Use::NONE);
-    let collapsed = (edges.len() - n_uses) / 3;
-    edges.truncate(n_uses);
-    (edges.into_iter().map(Use).collect(), collapsed as u64)
-}
-
 fn count_edge(surface: &mut Surface, uses: &[Use]) {
-    let n_backward = uses.iter().filter(|entry| entry.is_backward()).count();
-    let n_forward = uses.len() - n_backward;
-    match uses.len() {
-        1 => surface.open_edges += 1,
-        2 => surface.flipped_edges += u64::from(n_forward != 1),
-        _ => surface.nonmanifold_edges += 1,
+    match bad_edge(uses) {
+        Some(BadEdge::Open) => surface.open_edges += 1,
+        Some(BadEdge::Flipped) => surface.flipped_edges += 1,
+        Some(BadEdge::Nonmanifold) => surface.nonmanifold_edges += 1,
+        None => {}
     }
+    let [n_forward, n_backward] = directions(uses);
     surface.closed_oriented &= n_forward == n_backward;
     surface.closed_parity &= uses.len().is_multiple_of(2);
     surface.watertight &= n_forward == 1 && n_backward == 1;
 }
 
-/// Facets joined into shells: a forest in which each tree is a shell (union by index, path halving).
-struct Shells {
-    parent: Vec<u32>,
-    n_joined: u64,
-}
-
-impl Shells {
-    fn new(n_facets: usize) -> Shells {
-        Shells { parent: (0..n_facets).map(|facet| facet as u32).collect(), n_joined: 0 }
-    }
-
-    fn root(&mut self, mut facet: u32) -> u32 {
-        while self.parent[facet as usize] != facet {
-            let above = self.parent[self.parent[facet as usize] as usize];
-            self.parent[facet as usize] = above;
-            facet = above;
-        }
-        facet
-    }
-
-    fn join(&mut self, one: u32, other: u32) {
-        let (one, other) = (self.root(one), self.root(other));
-        if one != other {
-            self.parent[one.max(other) as usize] = one.min(other);
-            self.n_joined += 1;
-        }
-    }
-}
-
-fn longest_open_edges(facets: &[Facet], vertices: &[[u64; 3]], edges: &[Use]) -> Vec<[[f32; 3]; 2]> {
+fn longest_open_edges(facets: &[Facet], vertices: &[[u64; 3]], edges: &Edges) -> Vec<[[f32; 3]; 2]> {
     let mut longest: Vec<(f64, [[f32; 3]; 2])> = Vec::new();
-    for uses in edges.chunk_by(|one, next| one.pair() == next.pair()).filter(|uses| uses.len() == 1) {
+    for uses in edges.each().filter(|uses| uses.len() == 1) {
         let facet = uses[0].facet() as usize;
         let (low, high) = uses[0].pair();
         let ends = [low, high].map(|vertex| {

@@ -41,7 +41,7 @@ pub fn write(
     control: &Control,
 ) -> Result<Written> {
     let around = around(mesh, format, options)?;
-    let mut sink = Sink { out, n_bytes: 0, hash: (format == Format::Raw).then(Sha256::new) };
+    let mut sink = Sink { out, n_bytes: 0, hash: (format == Format::Raw && options.sha256).then(Sha256::new) };
     match (around, options.compress) {
         (Some((head, tail)), _) => {
             sink.put(&head)?;

@@ -313,13 +313,13 @@ export class Core {
     return null;
   }
 
-  /** @param {{ mesh: number, bits: boolean, bytes: number, sha256: string }} args */
-  sidecar({ mesh, bits, bytes, sha256 }) {
-    return this.#meshes.get(mesh).sidecar(bits, bytes, sha256);
+  /** @param {{ mesh: number, bits: boolean, sha256?: string }} args */
+  sidecar({ mesh, bits, sha256 }) {
+    return this.#meshes.get(mesh).sidecar(bits, sha256);
   }
 
   /**
-   * SHA-256 and length of the raw file.
+   * SHA-256 of the raw file.
    *
    * @param {{ mesh: number, bits: boolean }} args
    * @param {Listener} progress
@@ -339,7 +339,7 @@ export class Core {
       hash.free();
       throw error;
     }
-    return { bytes: hash.nBytes(), sha256: hash.finish() };
+    return hash.finish();
   }
 
   /**

@@ -12,6 +12,7 @@ const BLOB_PART_BYTES = 64 << 20;
 const MOST = 2 ** 32 - 1;
 const FORMATS = /** @type {const} */ (['vti', 'npy', 'raw', 'hxc']);
 const WRITE = ['compress', 'bits', ...CALL];
+const SIDECAR = ['bits', 'hash', ...CALL];
 const LEAK = ['from', 'to', 'flags', 'job', 'max_memory'];
 
 const MIME = {
@@ -172,7 +173,7 @@ export class Mesh {
 
   /** @param {CallOptions} [options] */
   async sha256(options) {
-    return (await this.#call('sha256', { bits: false }, optionsOf(options, CALL))).sha256;
+    return this.#call('sha256', { bits: false }, optionsOf(options, CALL));
   }
 
   /** @param {Format} format @param {WriteOptions} [options] */
@@ -231,11 +232,13 @@ export class Mesh {
     return new Blob([...parts, ...pieces], { type: MIME[format] });
   }
 
-  /** @param {WriteOptions} [options] */
+  /** @param {import('./hexcast.js').SidecarOptions} [options] */
   async sidecar(options) {
-    const { bits, signal, onProgress } = written('raw', options);
-    const { sha256, bytes } = await this.#call('sha256', { bits }, { signal, onProgress });
-    return this.#call('sidecar', { bits, bytes, sha256 });
+    const { bits = false, hash, ...call } = optionsOf(options, SIDECAR);
+    yesOrNo('bits', bits);
+    if (hash !== undefined) oneOf('hash', hash, ['sha256']);
+    const sha256 = hash && (await this.#call('sha256', { bits }, call));
+    return this.#call('sidecar', { bits, sha256 });
   }
 
   dispose() {

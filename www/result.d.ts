@@ -12,6 +12,11 @@ export interface FlagReport {
    * mesh that was opened from a column file.
    */
   mesh_volume: number | null;
+  /**
+   * The most by which `volume` can differ from `mesh_volume` where neither geometries nor shells of one overlap; null where
+   * `mesh_volume` is.
+   */
+  volume_bound: number | null;
 }
 
 /** Peak sizes in bytes. */
@@ -27,8 +32,8 @@ export interface PeakBytes {
 }
 
 /**
- * The report, as the native `--report` writes it; further keys are documented there. A mesh that `Mesher.open` opened has no
- * further keys, and null for what a column file does not hold.
+ * The report, as the native `--report` writes it; `docs/report.schema.json` describes every key. A mesh that `Mesher.open` opened has no
+ * further keys than these, and null for what a column file does not hold.
  */
 export interface Report {
   version: string;
@@ -65,10 +70,19 @@ export interface Report {
   gaps: GapsReport | null;
   cells: number;
   flags: FlagReport[];
-  /** Thin walls and overlaps; null where the job did not ask for them, and for an opened mesh. */
+  /** The geometries, in meshing order; missing for an opened mesh. */
+  geometries?: GeometryReport[];
+  /** Cells that the winding number or a vote decided, as rays could not; null for an opened mesh. */
+  doubtful: DoubtReport | null;
+  /**
+   * The job with all that it left open filled in, in the form of job files: `file` in place of `source`; null for an opened mesh.
+   */
+  job: { geometries: { file: string; flag: number; [key: string]: unknown }[]; [key: string]: unknown } | null;
+  /** Thin walls, overlaps and gaps of one cell; null where the job did not ask for them, and for an opened mesh. */
   certificate: CertificateReport | null;
   /** Hash of the flags, the same on every device and along every axis; null for an opened mesh and where the columns have spilled. */
   flags_hash: string | null;
+  /** SHA-256 of the flags; null, as `Mesh.sha256` makes it where it is needed. */
   flags_sha256: string | null;
   warnings: string[];
   /** Cells per second of `seconds.total`; null for an opened mesh. */
@@ -86,12 +100,50 @@ export interface GeometryReport {
   flag: number;
   priority: number;
   facets: number;
-  /** Least and greatest coordinates, in the unit of the mesh. */
+  /** Least and greatest coordinates. */
   bounding_box: [[number, number, number], [number, number, number]];
-  /** Signed volume enclosed; depends on the reference point where the surface is open. */
+  /** Signed volume enclosed by the facets: positive where normals point outwards. */
   mesh_volume: number;
-  /** Whether it has the cells outside of its surface. */
+  /**
+   * The most by which the volume of its cells can differ from that, unless shells of it overlap; null where its cells are not those
+   * within its surface: that is open, or its facets do not agree, or it is filled, a shell, inverted or cut by the domain.
+   */
+  volume_bound: number | null;
+  /** Whether its cells are those outside of it. */
   invert: boolean;
+  /** Edges that are not shared by two facets that agree, after the corners were rounded. */
+  bad_edges: BadEdges;
+}
+
+/** The edges of a geometry that are not shared by two facets that agree. */
+export interface BadEdges {
+  /** Number of edges that one facet has. */
+  open: number;
+  /** Number of edges that two facets use in the same direction: one of the two is inside-out. */
+  flipped: number;
+  /** Number of edges that more than two facets have. */
+  nonmanifold: number;
+  /** At most 8 groups of edges of each kind that meet at corners, open ones first, then flipped ones; of each kind the longest first. */
+  worst: {
+    kind: 'open' | 'flipped' | 'nonmanifold';
+    /** Number of edges, and their length together. */
+    edges: number;
+    length: number;
+    /** Corners of the box around them. */
+    bounds: [[number, number, number], [number, number, number]];
+    /** Facets that have them, counted from 0 in their file, ascending; at most 8. */
+    facets: number[];
+  }[];
+}
+
+/** Cells of open geometries that rays do not decide. */
+export interface DoubtReport {
+  cells: number;
+  /** Boxes of them, at most 1,000, the largest first: the first cell x, y, z and the end, exclusive. No cell is in two. */
+  boxes: [[number, number, number], [number, number, number]][];
+  /** Number of cells in these boxes, and whether these are all. */
+  cells_in_boxes: number;
+  are_all: boolean;
 }
 
 /** The openings that `close_gaps` closed. */
@@ -151,6 +203,18 @@ export interface CertificateReport {
   }[];
   /** Pairs of geometries with common cells, and a place in them. */
   overlaps: { winner: string; loser: string; cells: number; volume: number; place: [number, number, number] }[];
+  /**
+   * Background cells with one flag before them and another behind, along an axis: the two flags, their names, the number of cells, the
+   * centre of one of them, and the corners of the box around all.
+   */
+  gaps: {
+    flags: [number, number];
+    names: [string, string];
+    axis: 'x' | 'y' | 'z';
+    cells: number;
+    place: [number, number, number];
+    bounds: [[number, number, number], [number, number, number]];
+  }[];
 }
 
 /** Arrays over an `ArrayBuffer` of their own, in every version of TypeScript. */
@@ -213,6 +277,13 @@ export interface WriteOptions extends CallOptions {
   compress?: number;
   /** Eight cells a byte, for raw and npy of meshes with one flag. */
   bits?: boolean;
+}
+
+export interface SidecarOptions extends CallOptions {
+  /** Describes the file with eight cells a byte. */
+  bits?: boolean;
+  /** Adds the SHA-256 of the raw file, which takes as long as making it. */
+  hash?: 'sha256';
 }
 
 /** The runs of one ray: flag `flags[r]` from cell `starts[r]` to the start of the next run or the end of the ray. */
@@ -349,8 +420,8 @@ export interface Mesh extends Disposable {
   stream(format: Format, options?: WriteOptions): ReadableStream<Bytes>;
   /** A file as a Blob. */
   blob(format: Format, options?: WriteOptions): Promise<Blob>;
-  /** The `.raw.json` that describes a raw file. */
-  sidecar(options?: WriteOptions): Promise<string>;
+  /** The `.raw.json` that describes a raw file, byte for byte that of the native command. */
+  sidecar(options?: SidecarOptions): Promise<string>;
   /** Frees it in the worker. */
   dispose(): void;
 }

@@ -40,6 +40,17 @@ impl Band {
     }
 }
 
+/// Consecutive cells of a ray.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct CellRun {
+    /// Index of the ray.
+    pub ray: u64,
+    /// First cell.
+    pub start: u32,
+    /// The cell after the last.
+    pub end: u32,
+}
+
 /// Flag of a cell of a ray with the given runs.
 pub fn flag_at(runs: &[u32], cell: u32) -> u8 {
     match runs.partition_point(|&run| run_cell(run) <= cell) {

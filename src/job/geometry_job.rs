@@ -10,6 +10,7 @@ use crate::geometry::world_from_file;
 
 /// A file, the name and flag of its cells, and its transform.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
 pub struct GeometryJob {
     /// The file as the caller names it.

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 /// One of the windows that a box is divided into: see [`crate::parts`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct PartJob {
     /// Which part, from 1 on; x fastest.
     pub index: u32,

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 /// One number for all axes, or one an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub enum PerAxis<T> {
     /// The same for x, y and z.

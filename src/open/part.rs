@@ -5,7 +5,7 @@
 use super::caps::caps;
 use super::orient::orient;
 use crate::axis_crossings::n_expected;
-use crate::frame::SnappedFacet;
+use crate::frame::{SnappedFacet, world};
 use crate::geometry::Open;
 use crate::lines::Lines;
 use crate::rays::Rays;
@@ -40,12 +40,7 @@ impl OpenPart {
     pub(crate) fn new(policy: Open, facets: &[SnappedFacet], fraction_bits: u32, lines: &Lines) -> OpenPart {
         let oriented = orient(facets);
         let caps = caps(&oriented.loops);
-        let place = |corner: [i32; 3]| {
-            [0, 1, 2].map(|axis| {
-                let cells = f64::from(corner[axis]) / f64::from(1u32 << fraction_bits) + 0.5;
-                lines.origin[axis] + cells * lines.spacing[axis]
-            })
-        };
+        let place = |corner: [i32; 3]| world(corner, fraction_bits, lines);
         let edges = oriented.loops.iter().flat_map(|corners| corners.iter().zip(corners.iter().cycle().skip(1)));
         let ends = edges.map(|(from, to)| [place(*from), place(*to)]);
         let length = |[from, to]: &[[f64; 3]; 2]| (0..3).map(|axis| (to[axis] - from[axis]).powi(2)).sum::<f64>();

@@ -11,7 +11,7 @@ use std::ops::Range;
 use super::caps::{Shift, shifts};
 use super::part::OpenPart;
 use crate::axis_crossings::{AxisCasts, AxisCrossings, EXITS, Words, grouped, of_planes, place_of, row_of, take_row};
-use crate::columns::{Band, run};
+use crate::columns::{Band, CellRun, run};
 use crate::frame::{Frame, moved};
 use crate::geometry::Open;
 use crate::job::Rule;
@@ -47,7 +47,8 @@ pub(crate) struct Through {
 pub(crate) struct Rows {
     /// Its columns, with the flag 1.
     pub(crate) band: Band,
-    pub(crate) n_doubtful: u64,
+    /// Its doubtful cells, in no order.
+    pub(crate) doubt: Vec<CellRun>,
 }
 
 impl Votes {
@@ -139,19 +140,19 @@ impl Votes {
         let n_b = self.rays.counts[0];
         let first_ray = u64::from(planes.start) * u64::from(n_b);
         let n_crossings = of_planes(&self.turns[0], &planes).len() as u64;
-        let mut rows = Rows { band: Band { first_ray, n_crossings, ..Band::default() }, n_doubtful: 0 };
+        let mut rows = Rows { band: Band { first_ray, n_crossings, ..Band::default() }, doubt: Vec::new() };
         let mut changes = Vec::new();
         for plane in planes {
             self.go_through(&mut through, plane + 1);
             changes.clear();
-            self.plane(plane, &through.inside, &mut changes, &mut rows.n_doubtful);
+            self.plane(plane, &through.inside, &mut changes, &mut rows.doubt);
             append(&changes, n_b, &mut rows.band);
         }
         rows
     }
 
-    /// Notes (place, run) where a cell of a plane differs from the one before on its ray.
-    fn plane(&self, plane: u32, inside_c: &[u64], changes: &mut Vec<(u32, u32)>, n_doubtful: &mut u64) {
+    /// Notes (place, run) where a cell of a plane differs from the one before on its ray, and its doubtful cells.
+    fn plane(&self, plane: u32, inside_c: &[u64], changes: &mut Vec<(u32, u32)>, doubt: &mut Vec<CellRun>) {
         let n = self.n_words;
         let [mut turns_a, mut turns_b] = [0, 1].map(|axis| of_planes(&self.turns[axis], &(plane..plane + 1)));
         let mut closed = of_planes(&self.closed, &(plane..plane + 1));
@@ -162,6 +163,8 @@ impl Votes {
         let (mut inside_a, mut inside_b, mut wound) = (vec![0u64; n], vec![0u64; n], vec![0u64; n]);
         let mut winding = vec![0i32; if closed.is_empty() { 0 } else { 64 * n }];
         let (mut before, mut moved) = (vec![0u64; n], vec![0u64; n]);
+        let first_ray = u64::from(plane) * u64::from(self.rays.counts[0]);
+        let mut doubtful_runs = DoubtfulRuns { first_ray, doubtful: vec![0; n], starts: vec![0; 64 * n], found: doubt };
         let past_end = match self.rays.counts[0] % 64 {
             0 => 0,
             used => u64::MAX << used,
@@ -192,7 +195,7 @@ impl Votes {
                 let (sure, answer) = unanimous(votes);
                 let valid = if word + 1 == n { !past_end } else { u64::MAX };
                 let doubtful = !sure & valid;
-                *n_doubtful += u64::from(doubtful.count_ones());
+                doubtful_runs.note(word, row, doubtful);
                 let otherwise = if self.policy == Open::Vote { majority(votes) } else { wound[word] };
                 let now = (sure & answer | doubtful & otherwise) & valid;
                 let mut differs = now ^ before[word];
@@ -205,6 +208,7 @@ impl Votes {
                 }
             }
         }
+        (0..n).for_each(|word| doubtful_runs.note(word, self.rays.depth, 0));
     }
 
     /// The bits of a row of cells by the winding number, with what the caps move.
@@ -243,6 +247,34 @@ impl Votes {
 /// a, b and c.
 fn axes(rays: &Rays) -> [usize; 3] {
     [rays.axis, rays.across[0], rays.across[1]]
+}
+
+/// The doubtful cells of a plane, as runs along its rays.
+struct DoubtfulRuns<'a> {
+    first_ray: u64,
+    /// Which cells of the last row are doubtful, and since which row.
+    doubtful: Vec<u64>,
+    starts: Vec<u32>,
+    found: &'a mut Vec<CellRun>,
+}
+
+impl DoubtfulRuns<'_> {
+    /// Takes 64 cells of the next row.
+    #[inline(always)]
+    fn note(&mut self, word: usize, row: u32, doubtful: u64) {
+        let mut differs = doubtful ^ self.doubtful[word];
+        while differs != 0 {
+            let bit = differs.trailing_zeros();
+            let place = 64 * word + bit as usize;
+            if doubtful >> bit & 1 == 1 {
+                self.starts[place] = row;
+            } else {
+                self.found.push(CellRun { ray: self.first_ray + place as u64, start: self.starts[place], end: row });
+            }
+            differs &= differs - 1;
+        }
+        self.doubtful[word] = doubtful;
+    }
 }
 
 /// What the rays of one axis say of 64 cells.

@@ -2,12 +2,13 @@
 
 use crate::axis_crossings::{AxisCasts, n_expected};
 use crate::cast::Cast;
+use crate::closed::Closed;
 use crate::error::{Error, Result};
 use crate::frame::{Frame, Ranks, SnappedFacet, in_window};
 use crate::geometry::{Fill, Geometry, Open};
 use crate::job::Rule;
 use crate::lines::Lines;
-use crate::open::{OpenPart, Surface, Votes, is_closed};
+use crate::open::{OpenPart, Surface, Votes};
 use crate::rays::Rays;
 use crate::sheet::Sheet;
 
@@ -68,12 +69,14 @@ impl Part {
 }
 
 /// Takes out of a frame the geometries that are not closed, unless their rays shall decide as they are ([`Open::Parity`]), and the
-/// shells, and those that are inverted; notes the surfaces that are filled. `geometries` are those of the frame.
+/// shells, and those that are inverted; notes the surfaces that are filled. `geometries` are those of the frame, `closed` is known of each
+/// rank.
 ///
 /// # Errors
 /// `surface-open` where a geometry is open that must not be ([`Open::Error`]), or not for a window ([`Open::Parity`]).
 pub fn split(
     frame: Frame,
+    closed: &[Closed],
     rule: Rule,
     lines: &Lines,
     geometries: &[Geometry],
@@ -92,14 +95,15 @@ pub fn split(
             gone.push(range);
             continue;
         }
-        if open == Open::Parity && is_for_window && !is_closed(facets, rule) {
+        let is_closed = closed[usize::from(rank)].by(rule);
+        if open == Open::Parity && is_for_window && !is_closed {
             // cells up to the last pair of crossings: a pair beyond the window would not be told from none
             let message =
                 format!("geometry \"{name}\" is not closed, and open = \"parity\" needs whole rays to decide it");
             let hint = "let open = \"winding\" (--open winding) decide it, or mesh without a window (--window)";
             return Err(Error::new("surface-open", message, hint));
         }
-        if open != Open::Parity && !is_closed(facets, rule) {
+        if open != Open::Parity && !is_closed {
             let part = OpenPart::new(open, facets, frame.fraction_bits, lines);
             if open == Open::Error {
                 return Err(refused(name, &part.surface, lines));

@@ -5,12 +5,14 @@ use super::prepare::Prepared;
 use crate::cast::Cast;
 use crate::columns::run_cell;
 use crate::cpu::{self, Window, window_of_rows};
+use crate::edges::BadEdge;
 use crate::error::Result;
 use crate::frame::{Frame, SnappedFacet};
-use crate::geometry::{Facet, Fill, Geometry};
+use crate::geometry::{Facet, Fill, Geometry, Open};
 use crate::job::Rule;
 use crate::lines::Lines;
 use crate::mesh::Mesh;
+use crate::report::GeometryReport;
 use crate::shells::{Overlap, overlapping_shells};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -23,6 +25,30 @@ pub(super) fn about_odd_rays(odd_rays: u64, n_rays: u64) -> Option<String> {
              are flagged up to the last matched pair of crossings; `hexcast info` counts the open edges of a file"
         )
     })
+}
+
+/// A sentence for every geometry that is not closed and whose cells the rays of one axis decide as they are.
+pub(super) fn about_edges_of_rays(
+    geometries: &[Geometry],
+    reports: &[GeometryReport],
+    rule: Rule,
+    lines: &Lines,
+) -> Vec<String> {
+    let sentence = |(geometry, report): (&Geometry, &GeometryReport)| {
+        let kind = if report.bad_edges.open == 0 { BadEdge::Flipped } else { BadEdge::Open };
+        let (n, what) = match kind {
+            BadEdge::Flipped if rule == Rule::Nonzero => {
+                (report.bad_edges.flipped, "edges between facets that face opposite ways")
+            }
+            BadEdge::Flipped => (0, ""),
+            _ => (report.bad_edges.open, "open edges"),
+        };
+        (n > 0 && geometry.open == Open::Parity && !geometry.shell).then(|| {
+            let (name, worst) = (&geometry.name, report.worst_edges(kind, lines));
+            format!("geometry \"{name}\" is not closed: {what} {n}, {worst}; the rays of one axis decided its cells, as open = \"parity\" says")
+        })
+    };
+    geometries.iter().zip(reports).filter_map(sentence).collect()
 }
 
 /// A sentence for every two geometries that have one flag although nobody gave it to one of them.

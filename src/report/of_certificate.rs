@@ -3,11 +3,13 @@
 use serde::Serialize;
 
 use super::of_geometries::GeometryReport;
-use crate::certificate::{Certificate, Overlap, ThinWall};
+use crate::certificate::{Certificate, FlagGap, Overlap, ThinWall};
+use crate::columns::Named;
 use crate::lines::Lines;
 
 /// What a mesh may have lost, or decided between geometries.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct CertificateReport {
     /// Walls of fewer cells are listed.
     pub thin_cells: u32,
@@ -15,10 +17,13 @@ pub struct CertificateReport {
     pub thin_walls: Vec<ThinWallReport>,
     /// Pairs of geometries with common cells.
     pub overlaps: Vec<OverlapReport>,
+    /// Gaps of one cell between flags, a pair and an axis each.
+    pub gaps: Vec<GapReport>,
 }
 
 /// Walls of a geometry that are thin along an axis.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct ThinWallReport {
     /// Its name.
     pub geometry: String,
@@ -36,6 +41,7 @@ pub struct ThinWallReport {
 
 /// Two geometries with common cells.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct OverlapReport {
     /// The geometry that wins.
     pub winner: String,
@@ -49,9 +55,42 @@ pub struct OverlapReport {
     pub place: [f64; 3],
 }
 
+/// Background cells with one flag before them and another behind, along an axis.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct GapReport {
+    /// The two flags, ascending.
+    pub flags: [u8; 2],
+    /// Their names.
+    pub names: [String; 2],
+    /// "x", "y" or "z".
+    pub axis: &'static str,
+    /// Number of cells.
+    pub cells: u64,
+    /// Centre of one of them, in world coordinates: of the least z, of these of the least y, of these of the least x.
+    pub place: [f64; 3],
+    /// Corners of the box around all of them, in world coordinates.
+    pub bounds: [[f64; 3]; 2],
+}
+
 impl CertificateReport {
     /// Names what was found.
-    pub fn new(found: &Certificate, geometries: &[GeometryReport], lines: &Lines) -> CertificateReport {
+    pub fn new(
+        found: &Certificate,
+        geometries: &[GeometryReport],
+        names: &[Named],
+        lines: &Lines,
+    ) -> CertificateReport {
+        let name_of_flag =
+            |flag: u8| names.iter().find(|named| named.flag == flag).map_or(String::new(), |named| named.name.clone());
+        let gap = |&FlagGap { flags, axis, cells, first, bounds }: &FlagGap| GapReport {
+            flags,
+            names: flags.map(name_of_flag),
+            axis: ["x", "y", "z"][axis],
+            cells,
+            place: [0, 1, 2].map(|axis| lines.line(axis, first[axis]) + 0.5 * lines.spacing[axis]),
+            bounds: lines.corners(bounds),
+        };
         let name = |geometry: usize| geometries[geometry].name.clone();
         let thin_wall = |&ThinWall { geometry, axis, rays, lost, cells, place }: &ThinWall| ThinWallReport {
             geometry: name(geometry),
@@ -72,10 +111,11 @@ impl CertificateReport {
             thin_cells: found.thin_cells,
             thin_walls: found.thin_walls.iter().map(thin_wall).collect(),
             overlaps: found.overlaps.iter().map(overlap).collect(),
+            gaps: found.gaps.iter().map(gap).collect(),
         }
     }
 
-    /// A sentence for every thin wall.
+    /// A sentence for every thin wall and every gap.
     pub fn warnings(&self, lines: &Lines) -> Vec<String> {
         let sentence = |wall: &ThinWallReport| {
             let ThinWallReport { geometry, axis, rays, lost, cells, place } = wall;
@@ -86,6 +126,16 @@ impl CertificateReport {
                 lines.text_of(*place)
             )
         };
-        self.thin_walls.iter().map(sentence).collect()
+        let of_gap = |gap: &GapReport| {
+            let ([one, other], [name, other_name]) = (gap.flags, &gap.names);
+            format!(
+                "{} background cells lie between \"{name}\" (flag {one}) and \"{other_name}\" (flag {other}) along {}, one in a row, such as \
+                 that at {}; where the two should touch, move one, or use smaller cells",
+                gap.cells,
+                gap.axis,
+                lines.text_of(gap.place)
+            )
+        };
+        self.thin_walls.iter().map(sentence).chain(self.gaps.iter().map(of_gap)).collect()
     }
 }

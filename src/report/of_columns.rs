@@ -41,8 +41,10 @@ pub struct ColumnsReport<'a> {
     /// Every flag in use.
     pub flags: Vec<ColumnsFlag<'a>>,
     certificate: (),
+    doubtful: (),
     flags_hash: (),
     flags_sha256: (),
+    job: (),
     warnings: [(); 0],
     cells_per_second: (),
     seconds: NoSeconds,
@@ -53,7 +55,6 @@ struct NoSeconds {}
 
 /// A flag of columns.
 #[derive(Debug, Serialize)]
-#[expect(clippy::manual_non_exhaustive, reason = "the private key is null in its JSON")]
 pub struct ColumnsFlag<'a> {
     /// The flag, 1 to 255.
     pub flag: u8,
@@ -64,6 +65,7 @@ pub struct ColumnsFlag<'a> {
     /// Their volume.
     pub volume: f64,
     mesh_volume: (),
+    volume_bound: (),
 }
 
 impl ColumnsReport<'_> {
@@ -93,8 +95,10 @@ impl ColumnsReport<'_> {
             cells: mesh.lines.n_cells(),
             flags: flags_of_columns(mesh),
             certificate: (),
+            doubtful: (),
             flags_hash: (),
             flags_sha256: (),
+            job: (),
             warnings: [],
             cells_per_second: (),
             seconds: NoSeconds {},
@@ -109,7 +113,14 @@ fn flags_of_columns(mesh: &Mesh) -> Vec<ColumnsFlag<'_>> {
         let named = mesh.names.iter().find(|named| named.flag == flag);
         let volume = cells as f64 * mesh.lines.cell_volume();
         let name = named.map_or("", |named| named.name.as_str());
-        (cells > 0 || named.is_some()).then_some(ColumnsFlag { flag, name, cells, volume, mesh_volume: () })
+        (cells > 0 || named.is_some()).then_some(ColumnsFlag {
+            flag,
+            name,
+            cells,
+            volume,
+            mesh_volume: (),
+            volume_bound: (),
+        })
     };
     (1..=255).filter_map(fact).collect()
 }

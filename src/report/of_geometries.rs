@@ -2,12 +2,15 @@
 
 use serde::Serialize;
 
+use crate::closed::{BadEdges, MAX_FACETS};
+use crate::edges::BadEdge;
 use crate::geometry::{Fill, Geometry, Open};
 use crate::lines::Lines;
 use crate::overlay::{Along, Found};
 
 /// One geometry.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct GeometryReport {
     /// Its name.
     pub name: String,
@@ -21,13 +24,18 @@ pub struct GeometryReport {
     pub bounding_box: [[f64; 3]; 2],
     /// Signed volume enclosed by the facets: positive where normals point outwards.
     pub mesh_volume: f64,
+    /// The most by which the volume of its cells can differ from that, unless shells of it overlap; null where its cells are not those
+    /// within its surface: that is open, or its facets do not agree, or it is filled, a shell, inverted or cut by the domain.
+    pub volume_bound: Option<f64>,
     /// Whether its cells are those outside of it.
     pub invert: bool,
+    /// Edges that are not shared by two facets that agree, after the snap.
+    pub bad_edges: BadEdges,
 }
 
 impl GeometryReport {
     /// Describes a geometry that has facets.
-    pub fn new(geometry: &Geometry) -> GeometryReport {
+    pub fn new(geometry: &Geometry, bad_edges: BadEdges) -> GeometryReport {
         GeometryReport {
             name: geometry.name.clone(),
             flag: geometry.flag,
@@ -35,13 +43,38 @@ impl GeometryReport {
             facets: geometry.facets.len() as u64,
             bounding_box: geometry.bounding_box().unwrap_or_default(),
             mesh_volume: geometry.signed_volume(),
+            volume_bound: None,
             invert: geometry.invert,
+            bad_edges,
         }
+    }
+
+    /// Whether centres of cells would lie in it beyond the domain.
+    pub fn is_cut(&self, lines: &Lines) -> bool {
+        let [low, high] = self.bounding_box;
+        (0..3).any(|axis| {
+            let half = 0.5 * lines.spacing[axis];
+            low[axis] < lines.line(axis, 0) - half || high[axis] > lines.line(axis, lines.dims[axis]) + half
+        })
+    }
+
+    /// Where its worst edges of a kind are, in words.
+    pub fn worst_edges(&self, kind: BadEdge, lines: &Lines) -> String {
+        let Some(group) = self.bad_edges.worst.iter().find(|group| group.kind == kind) else { return String::new() };
+        let [low, high] = group.bounds.map(|corner| lines.text_of(corner));
+        let facets: Vec<String> = group.facets.iter().map(u64::to_string).collect();
+        let more = if group.facets.len() == MAX_FACETS { " and maybe others" } else { "" };
+        format!(
+            "{} of them between {low} and {high}, of facets {}{more}, counted from 0 in the file",
+            group.edges,
+            facets.join(", ")
+        )
     }
 }
 
 /// A geometry whose surface is not closed, and how its cells were decided.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct OpenReport {
     /// Its name.
     pub geometry: String,
@@ -76,24 +109,38 @@ impl OpenReport {
         }
     }
 
-    /// Says it in a sentence.
-    pub fn warning(&self, lines: &Lines) -> String {
+    /// Says it in a sentence; `geometry` is what is known of it.
+    pub fn warning(&self, geometry: &GeometryReport, lines: &Lines) -> String {
         let decided = match self.policy {
             Open::Vote => "by most of their even rays",
             _ => "by the winding number",
         };
         let ([of_x, of_y, of_z], at, n_cells) = (self.odd_rays, lines.text_of(self.longest_at), lines.n_cells());
+        let kind = if geometry.bad_edges.open == 0 && geometry.bad_edges.flipped > 0 {
+            BadEdge::Flipped
+        } else {
+            BadEdge::Open
+        };
+        let edges = match kind {
+            BadEdge::Flipped => {
+                let n = geometry.bad_edges.flipped;
+                format!("edges between facets that face opposite ways {n}, facets turned {}", self.turned)
+            }
+            _ => format!("open edges {}, loops {}, the longest edge at {at}", self.open_edges, self.holes),
+        };
+        let worst = geometry.worst_edges(kind, lines);
+        let worst = if worst.is_empty() { worst } else { format!("; {worst}") };
         format!(
-            "geometry \"{}\" is not closed: open edges {}, loops {}, the longest edge at {at}; rays that do not leave it \
-             as often as they enter: {of_x} along x, {of_y} along y, {of_z} along z; {} of {n_cells} cells were doubtful and were \
-             decided {decided}",
-            self.geometry, self.open_edges, self.holes, self.doubtful_cells,
+            "geometry \"{}\" is not closed: {edges}{worst}; rays that do not leave it as often as they enter: {of_x} along x, {of_y} \
+             along y, {of_z} along z; {} of {n_cells} cells were doubtful and were decided {decided}",
+            self.geometry, self.doubtful_cells,
         )
     }
 }
 
 /// A geometry that has the cells along its surface.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct FillReport {
     /// Its name.
     pub geometry: String,
@@ -115,6 +162,7 @@ impl FillReport {
 
 /// The cells of one flag.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct FlagReport {
     /// The flag.
     pub flag: u8,
@@ -125,48 +173,30 @@ pub struct FlagReport {
     /// Their volume.
     pub volume: f64,
     /// Sum of the volumes that its geometries' surfaces enclose, to be compared with `volume`; that differs where geometries overlap.
-    /// None where a geometry is open, filled, inverted, or cut by the domain.
+    /// Null where one of them has no `volume_bound`.
     pub mesh_volume: Option<f64>,
+    /// Sum of the bounds of its geometries: the most by which `volume` can differ from `mesh_volume` where neither geometries nor shells
+    /// of one overlap.
+    pub volume_bound: Option<f64>,
 }
 
 /// Joins the geometries of each flag and counts its cells.
-pub fn flag_reports(
-    geometries: &[GeometryReport],
-    open: &[OpenReport],
-    filled: &[FillReport],
-    cells: &[u64; 256],
-    lines: &Lines,
-) -> Vec<FlagReport> {
-    let volume = |geometry: &&GeometryReport| {
-        let is_itself = |name: &String| *name == geometry.name;
-        let has_others = open.iter().any(|open| is_itself(&open.geometry))
-            || filled.iter().any(|filled| is_itself(&filled.geometry))
-            || geometry.invert
-            || is_cut(geometry, lines);
-        (!has_others).then_some(geometry.mesh_volume.abs())
-    };
+pub fn flag_reports(geometries: &[GeometryReport], cells: &[u64; 256], lines: &Lines) -> Vec<FlagReport> {
     let report = |flag: u8| {
         let members: Vec<&GeometryReport> = geometries.iter().filter(|geometry| geometry.flag == flag).collect();
         let names: Vec<&str> = members.iter().map(|geometry| geometry.name.as_str()).collect();
+        let volume_bound: Option<f64> = members.iter().map(|geometry| geometry.volume_bound).sum();
         FlagReport {
             flag,
             name: names.join(" + "),
             cells: cells[usize::from(flag)],
             volume: cells[usize::from(flag)] as f64 * lines.cell_volume(),
-            mesh_volume: members.iter().map(volume).sum(),
+            mesh_volume: volume_bound.map(|_| members.iter().map(|geometry| geometry.mesh_volume.abs()).sum()),
+            volume_bound,
         }
     };
     let is_used = |flag: &u8| geometries.iter().any(|geometry| geometry.flag == *flag);
     (0..=255).filter(is_used).map(report).collect()
-}
-
-/// Whether centres of cells would lie in it beyond the domain.
-fn is_cut(geometry: &GeometryReport, lines: &Lines) -> bool {
-    let [low, high] = geometry.bounding_box;
-    (0..3).any(|axis| {
-        let half = 0.5 * lines.spacing[axis];
-        low[axis] < lines.line(axis, 0) - half || high[axis] > lines.line(axis, lines.dims[axis]) + half
-    })
 }
 
 #[cfg(test)]
@@ -176,23 +206,27 @@ mod tests {
     #[test]
     fn geometries_of_one_flag_are_joined_and_volumes_that_cannot_be_compared_are_left_out() {
         let lines = Lines::new([0.0; 3], [0.5; 3], [4; 3]).unwrap();
-        let geometry = |name: &str, flag: u8, volume: f64| {
+        let geometry = |name: &str, flag: u8, volume: f64, volume_bound: Option<f64>| {
             let facets = vec![[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]];
-            GeometryReport { mesh_volume: volume, ..GeometryReport::new(&Geometry::new(name, flag, facets)) }
+            let report = GeometryReport::new(&Geometry::new(name, flag, facets), BadEdges::default());
+            GeometryReport { mesh_volume: volume, volume_bound, ..report }
         };
         let mut cells = [0; 256];
         (cells[3], cells[1]) = (10, 5);
-        let inverted = GeometryReport { invert: true, ..geometry("d", 4, 2.0) };
-        let mut beyond = geometry("e", 5, 2.0);
-        beyond.bounding_box[1][0] = 2.3;
         // b is turned inside out
-        let all = [geometry("a", 3, 2.0), geometry("b", 1, -2.0), geometry("c", 3, 2.0), inverted, beyond];
-        let flags = flag_reports(&all, &[], &[], &cells, &lines);
-        let facts: Vec<_> = flags.iter().map(|f| (f.flag, f.name.as_str(), f.cells, f.volume, f.mesh_volume)).collect();
-        let joined = [(1, "b", 5, 0.625, Some(2.0)), (3, "a + c", 10, 1.25, Some(4.0))];
-        assert_eq!(facts[..2], joined);
-        assert_eq!(facts[2..], [(4, "d", 0, 0.0, None), (5, "e", 0, 0.0, None)]);
-        let filled = FillReport { geometry: "c".into(), fill: Fill::Separating, shell: false, added_cells: 1 };
-        assert_eq!(flag_reports(&all, &[], &[filled], &cells, &lines)[1].mesh_volume, None);
+        let all =
+            [geometry("a", 3, 2.0, Some(0.5)), geometry("b", 1, -2.0, Some(0.25)), geometry("c", 3, 2.0, Some(1.0))];
+        let facts = |flags: Vec<FlagReport>| -> Vec<_> {
+            flags.into_iter().map(|f| (f.flag, f.name, f.cells, f.volume, f.mesh_volume, f.volume_bound)).collect()
+        };
+        let joined =
+            [(1, "b".into(), 5, 0.625, Some(2.0), Some(0.25)), (3, "a + c".into(), 10, 1.25, Some(4.0), Some(1.5))];
+        assert_eq!(facts(flag_reports(&all, &cells, &lines)), joined);
+        let more = [&all[..], &[geometry("d", 3, 9.0, None)]].concat();
+        assert_eq!(facts(flag_reports(&more, &cells, &lines))[1], (3, "a + c + d".into(), 10, 1.25, None, None));
+        let mut beyond = geometry("e", 5, 2.0, None);
+        assert!(!beyond.is_cut(&lines));
+        beyond.bounding_box[1][0] = 2.3;
+        assert!(beyond.is_cut(&lines));
     }
 }

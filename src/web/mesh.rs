@@ -142,10 +142,11 @@ impl WebMesh {
         Ok(WebHash { pieces: self.encode("raw", 0, bits)?, hash: Sha256::new(), n_bytes: 0 })
     }
 
-    /// The description of a raw file with the given hash.
-    pub fn sidecar(&self, bits: bool, n_bytes: f64, sha256: String) -> String {
+    /// The description of a raw file, with its hash if that was made.
+    pub fn sidecar(&self, bits: bool, sha256: Option<String>) -> String {
         let options = Options { bits, ..Options::default() };
-        let written = Written { n_bytes: n_bytes as u64, sha256: Some(sha256) };
+        let n_bytes = write::exact_size(&self.mesh, Format::Raw, &options).unwrap_or(0);
+        let written = Written { n_bytes, sha256 };
         write::sidecar_json(&self.mesh, &options, &written)
     }
 

@@ -65,6 +65,8 @@ pub struct Options {
     pub compress: Compress,
     /// Eight cells a byte, for `.raw` and `.npy` of meshes with a single flag; the order is in [`super::bits`].
     pub bits: bool,
+    /// Whether the SHA-256 of a `.raw` is made as it is written: about as long again.
+    pub sha256: bool,
     /// Flags held at once, twice; at least one row of cells is.
     pub slab_bytes: usize,
     /// Compressed bytes of a `.vti` in memory until all block sizes are known; what exceeds them is compressed twice.
@@ -73,7 +75,8 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Options {
-        Options { compress: Compress::None, bits: false, slab_bytes: SLAB_BYTES, block_cache_bytes: 256 << 20 }
+        let (compress, slab_bytes, block_cache_bytes) = (Compress::None, SLAB_BYTES, 256 << 20);
+        Options { compress, bits: false, sha256: false, slab_bytes, block_cache_bytes }
     }
 }
 
@@ -82,6 +85,6 @@ impl Default for Options {
 pub struct Written {
     /// Bytes handed to the output.
     pub n_bytes: u64,
-    /// SHA-256 of these bytes in hexadecimal, for `.raw` (not bit-packed, it is [`crate::mesh::Mesh::flags_sha256`]).
+    /// SHA-256 of these bytes in hexadecimal, for `.raw` where it was asked for (not bit-packed, it is [`crate::mesh::Mesh::flags_sha256`]).
     pub sha256: Option<String>,
 }

@@ -6,6 +6,7 @@
 
 use serde::Serialize;
 
+use crate::fingerprint::flags_hash;
 use crate::mesh::Mesh;
 
 use super::{Options, Written};
@@ -38,7 +39,8 @@ pub(crate) struct Flag<'a> {
     cells: u64,
 }
 
-/// Describes a `.raw` file: layout, dims, origin, spacing, lines, flags with names and cells, unit, SHA-256.
+/// Describes a `.raw` file: layout, dims, origin, spacing, lines, flags with names and cells, unit, SHA-256 if it was made,
+/// the hash of the flags (`docs/flags_hash.md`) if the columns can be read.
 pub fn sidecar_json(mesh: &Mesh, options: &Options, written: &Written) -> String {
     let [nx, ny, nz] = mesh.dims();
     let order = "x fastest, then y, then z: cell (x, y, z) is number x + nx * (y + ny * z)";
@@ -55,12 +57,14 @@ pub fn sidecar_json(mesh: &Mesh, options: &Options, written: &Written) -> String
         facts.extend([("row_bytes", Fact::Number(row_bytes(nx).into())), ("bit_order", Fact::Text(order))]);
     }
     let [x, y, z] = [0, 1, 2].map(|axis| lines(mesh, axis).map_or("null".into(), |lines| numbers(&lines)));
+    let flags_hash = flags_hash(&mesh.columns).ok();
     facts.extend([
         ("unit", Fact::Perhaps(mesh.unit.as_deref())),
         ("origin", Fact::Numbers(numbers(&mesh.lines.origin))),
         ("spacing", Fact::Numbers(numbers(&mesh.lines.spacing))),
         ("n_bytes", Fact::Number(written.n_bytes)),
         ("sha256", Fact::Perhaps(written.sha256.as_deref())),
+        ("flags_hash", Fact::Perhaps(flags_hash.as_deref())),
         ("flags", Fact::Flags(flags(mesh))),
         ("lines", Fact::Numbers(format!("{{\"x\":{x},\"y\":{y},\"z\":{z}}}"))),
     ]);

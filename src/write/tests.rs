@@ -42,7 +42,9 @@ fn bits_of(flags: &[u8], nx: usize) -> Vec<u8> {
 fn raw_is_the_flags_and_their_hash() {
     for axis in 0..3 {
         let mesh = pattern(axis, [9, 5, 7], 3);
-        let (file, written) = bytes(&mesh, Format::Raw, &small(Options::default()));
+        let (file, plain) = bytes(&mesh, Format::Raw, &small(Options::default()));
+        assert_eq!((file, plain.sha256), (pattern_flags([9, 5, 7], 3), None));
+        let (file, written) = bytes(&mesh, Format::Raw, &small(Options { sha256: true, ..Options::default() }));
         assert_eq!(file, pattern_flags([9, 5, 7], 3));
         assert_eq!(written.sha256, Some(mesh.flags_sha256(&Control::default()).unwrap()));
     }
@@ -61,7 +63,7 @@ fn bits_pack_rows_in_raw_and_npy() {
     for dims in [[9, 5, 7], [16, 3, 4], [7, 11, 2]] {
         let mesh = pattern(2, dims, 1);
         let expected = bits_of(&pattern_flags(dims, 1), dims[0] as usize);
-        let (raw, written) = bytes(&mesh, Format::Raw, &small(packed()));
+        let (raw, written) = bytes(&mesh, Format::Raw, &small(Options { sha256: true, ..packed() }));
         assert_eq!(raw, expected, "{dims:?}");
         assert_eq!(written.sha256, Some(hex(&Sha256::digest(&raw))));
         let (npy, _) = bytes(&mesh, Format::Npy, &small(packed()));
@@ -130,7 +132,7 @@ fn vti_of_whole_blocks_has_no_partial_one() {
 #[test]
 fn the_sidecar_is_json_with_numbers_that_round_trip() {
     let mesh = pattern(0, [9, 5, 7], 3);
-    let (_, written) = bytes(&mesh, Format::Raw, &Options::default());
+    let (_, written) = bytes(&mesh, Format::Raw, &Options { sha256: true, ..Options::default() });
     let text = sidecar_json(&mesh, &Options::default(), &written);
     let json: serde_json::Value = serde_json::from_str(&text).unwrap();
     assert_eq!(json["dims"], serde_json::json!([9, 5, 7]));
@@ -139,12 +141,13 @@ fn the_sidecar_is_json_with_numbers_that_round_trip() {
     assert_eq!(json["unit"], "mm");
     assert_eq!(json["dtype"], "uint8");
     assert_eq!(json["sha256"], written.sha256.unwrap());
+    assert_eq!(json["flags_hash"], crate::fingerprint::flags_hash(&mesh.columns).unwrap());
     let z: Vec<f64> = json["lines"]["z"].as_array().unwrap().iter().map(|line| line.as_f64().unwrap()).collect();
     assert_eq!(z, (0..8).map(|index| 1e-7 + f64::from(index) * (1.0 / 3.0)).collect::<Vec<_>>());
     let cells = pattern_flags([9, 5, 7], 3).iter().filter(|&&flag| flag == 1).count();
     assert_eq!(json["flags"][0], serde_json::json!({"flag": 1, "name": "copper", "cells": cells}));
     assert_eq!(json["flags"][3]["name"], "Gehäuse <A&B> \"1\"");
-    assert_eq!(text.lines().count(), 15);
+    assert_eq!(text.lines().count(), 16);
     let json: serde_json::Value = serde_json::from_str(&sidecar_json(&mesh, &packed(), &bytes_written())).unwrap();
     assert_eq!(json["row_bytes"], 2);
 }

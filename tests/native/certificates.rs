@@ -73,6 +73,80 @@ fn a_slanted_wall_is_found_along_the_axis_nearest_to_its_normal_with_a_place_in_
     );
 }
 
+/// (flags, axis, number of cells, centre of the first, box) of background cells between two flags, cell by cell.
+type Gaps = Vec<([u8; 2], &'static str, u64, [f64; 3], [[f64; 3]; 2])>;
+
+fn gaps_of(flags: &[u8], [nx, ny, nz]: [u32; 3]) -> Gaps {
+    let at = |[x, y, z]: [u32; 3]| flags[(x + nx * (y + ny * z)) as usize];
+    let mut found = Gaps::new();
+    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+        for index in 0..nx * ny * nz {
+            let cell = [index % nx, index / nx % ny, index / (nx * ny)];
+            if at(cell) != 0 || cell[axis] == 0 || cell[axis] + 1 == [nx, ny, nz][axis] {
+                continue;
+            }
+            let beside = |by: i32| {
+                let mut other = cell;
+                other[axis] = other[axis].wrapping_add_signed(by);
+                at(other)
+            };
+            let pair = [beside(-1).min(beside(1)), beside(-1).max(beside(1))];
+            if pair[0] == 0 || pair[0] == pair[1] {
+                continue;
+            }
+            let (low, high) = (cell.map(f64::from), cell.map(|c| f64::from(c) + 1.0));
+            match found.iter_mut().find(|gap| (gap.0, gap.1) == (pair, name)) {
+                Some((_, _, n, _, [lows, highs])) => {
+                    *n += 1;
+                    for axis in 0..3 {
+                        lows[axis] = lows[axis].min(low[axis]);
+                        highs[axis] = highs[axis].max(high[axis]);
+                    }
+                }
+                None => found.push((pair, name, 1, cell.map(|c| f64::from(c) + 0.5), [low, high])),
+            }
+        }
+    }
+    found.sort_by_key(|gap| (gap.0, gap.1));
+    found
+}
+
+#[test]
+fn gaps_of_one_cell_between_flags_are_those_of_every_cell_along_every_axis() {
+    let mut random = Random::new(8);
+    let mut axes = std::collections::BTreeMap::new();
+    for round in 0..250 {
+        let dims = [0; 3].map(|_: i32| random.between(1, 9) as u32);
+        let mut place = |n: u32| random.below(2 * u64::from(n) + 1) as f32 / 2.0;
+        let bodies: Vec<Vec<Facet>> = (0..6)
+            .map(|_| {
+                let (one, other) = (dims.map(&mut place), dims.map(&mut place));
+                let corner = |pick: fn(f32, f32) -> f32| [0, 1, 2].map(|axis: usize| pick(one[axis], other[axis]));
+                models::cuboid(corner(f32::min), corner(f32::max))
+            })
+            .collect();
+        let geometries =
+            (0..6).map(|_| GeometryJob { flag: Some(1 + random.below(4) as u8), ..GeometryJob::default() });
+        let domain = Some([0.0, 0.0, 0.0, f64::from(dims[0]), f64::from(dims[1]), f64::from(dims[2])]);
+        let job = Job { geometries: geometries.collect(), domain, ..job(dims, Rule::Parity) };
+        for axis in 0..3 {
+            let (mesh, report) = meshed(&bodies, &job, axis, &mut Engine::cpu()).expect("a mesh");
+            let gaps = report.certificate.expect("it was asked for").gaps;
+            let found: Gaps = gaps.iter().map(|gap| (gap.flags, gap.axis, gap.cells, gap.place, gap.bounds)).collect();
+            assert_eq!(found, gaps_of(&flags_of(&mesh), dims), "round {round}, rays along {axis}");
+            for gap in gaps {
+                *axes.entry(gap.axis).or_insert(0) += 1;
+                let sentence = report.warnings.iter().find(|text| {
+                    text.starts_with(&format!("{} background cells lie between", gap.cells))
+                        && text.contains(&format!("(flag {}) along {}", gap.flags[1], gap.axis))
+                });
+                assert!(sentence.is_some_and(|text| text.contains(&gap.names[0])), "{gap:?}: {:?}", report.warnings);
+            }
+        }
+    }
+    assert!(axes.len() == 3 && axes.values().all(|n| *n > 10), "{axes:?}");
+}
+
 #[test]
 fn overlaps_are_the_cells_that_each_geometry_has_alone() {
     let mut random = Random::new(3);

@@ -68,7 +68,7 @@ fn a_fixture_is_meshed_to_every_format() {
     let folder = Folder::new();
     let names = ["a.raw", "a.npy", "a.vti", "a.hxc"];
     let outputs: Vec<String> = names.iter().map(|name| folder.path(name)).collect();
-    let mut arguments = vec!["mesh", SPOT, "--cells", "24", "--backend", "cpu", "--json"];
+    let mut arguments = vec!["mesh", SPOT, "--cells", "24", "--backend", "cpu", "--json", "--hash", "sha256"];
     outputs.iter().for_each(|output| arguments.extend(["-o", output]));
     let report = json(&arguments);
     assert_eq!(folder.names(), ["a.hxc", "a.npy", "a.raw", "a.raw.json", "a.vti"]);
@@ -86,6 +86,7 @@ fn a_fixture_is_meshed_to_every_format() {
     let sidecar = folder.json("a.raw.json");
     assert_eq!(sidecar["sha256"], sha256(&raw));
     assert_eq!(report["flags_sha256"], sidecar["sha256"]);
+    assert_eq!(report["flags_hash"], sidecar["flags_hash"]);
     assert_eq!([&sidecar["dims"], &sidecar["origin"]], [&report["dims"], &report["origin"]]);
     let cells = raw.iter().filter(|flag| **flag == 1).count();
     assert_eq!(report["flags"][0]["cells"], cells);
@@ -121,9 +122,14 @@ fn the_report_has_the_keys_that_others_rely_on() {
 fn flags_in_memory_and_hashes_are_made_where_asked_for() {
     let common = ["mesh", SPOT, "--cells", "16", "--backend", "cpu", "--json"];
     let plain = json(&common);
-    let asked = json(&[&common[..], &["--flags-in-memory", "--hash", "never"]].concat());
-    assert!(plain["seconds"]["flags"].is_null() && plain["flags_sha256"].is_string());
-    assert!(asked["seconds"]["flags"].is_number() && asked["flags_sha256"].is_null());
+    let asked = json(&[&common[..], &["--flags-in-memory", "--hash", "sha256"]].concat());
+    assert!(
+        plain["seconds"]["flags"].is_null() && plain["flags_sha256"].is_null() && plain["seconds"]["hash"].is_null()
+    );
+    assert!(asked["seconds"]["flags"].is_number() && asked["seconds"]["hash"].is_number());
+    assert_eq!(asked["flags_sha256"].as_str().map(str::len), Some(64));
+    assert!(plain["flags_hash"].as_str().is_some_and(|hash| hash.starts_with("hx1-")));
+    assert_eq!(asked["flags_hash"], plain["flags_hash"]);
     let sum: f64 =
         ["read", "lines", "snap", "columns", "flags"].iter().map(|s| asked["seconds"][s].as_f64().unwrap()).sum();
     assert!((asked["seconds"]["total"].as_f64().unwrap() - sum).abs() < 1e-9);
@@ -136,9 +142,8 @@ fn flags_in_memory_and_hashes_are_made_where_asked_for() {
 
 #[test]
 fn cpu_and_gpu_any_axis_and_number_of_threads_give_the_same_flags() {
-    let hash = |options: &[&str]| {
-        json(&[&["mesh", SPOT, "--cells", "40", "--json"], options].concat())["flags_sha256"].clone()
-    };
+    let hash =
+        |options: &[&str]| json(&[&["mesh", SPOT, "--cells", "40", "--json"], options].concat())["flags_hash"].clone();
     let cpu = hash(&["--backend", "cpu"]);
     assert!(cpu.is_string());
     assert_eq!(hash(&["--backend", "gpu"]), cpu);
@@ -151,7 +156,7 @@ fn the_summary_says_what_was_done() {
     let folder = Folder::new();
     let output = folder.path("a.vti");
     let text = done(&["mesh", SPOT, "--cells", "16", "--backend", "cpu", "--unit", "mm", "-o", &output]);
-    for part in ["CPU", "5,856 facets", " mm", "rays", "flag        1 \"spot\"", "cells/s", "sha256", "a.vti"] {
+    for part in ["CPU", "5,856 facets", " mm", "rays", "flag        1 \"spot\"", "cells/s", "hash hx1-", "a.vti"] {
         assert!(text.contains(part), "{part}:\n{text}");
     }
     assert!((10..=20).contains(&text.lines().count()), "{text}");
@@ -440,7 +445,7 @@ fn ctrl_c_leaves_no_file() {
     let output = folder.path("huge.vti");
     let mut child = Command::new(env!("CARGO_BIN_EXE_hexcast"))
         .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args(["mesh", SPOT, "--backend", "cpu", "--dims", "2000,2000,100000", "--axis", "z", "--hash", "never"])
+        .args(["mesh", SPOT, "--backend", "cpu", "--dims", "2000,2000,100000", "--axis", "z"])
         .args(["-o", &output])
         .stderr(Stdio::piped())
         .stdout(Stdio::null())
@@ -479,7 +484,8 @@ fn files_are_as_readable_as_any_other_and_inputs_may_be_pipes() {
 }
 
 /// More rays than one round of the CPU, in 150 MB of columns and more.
-const MANY_RAYS: [&str; 9] = ["mesh", SPOT, "--dims", "8,5000,5000", "--axis", "x", "--backend", "cpu", "--json"];
+pub(super) const MANY_RAYS: [&str; 9] =
+    ["mesh", SPOT, "--dims", "8,5000,5000", "--axis", "x", "--backend", "cpu", "--json"];
 
 /// The same on the GPU.
 const MANY_RAYS_GPU: [&str; 9] = ["mesh", SPOT, "--dims", "8,5000,5000", "--axis", "x", "--backend", "gpu", "--json"];
@@ -493,7 +499,7 @@ fn memory_of_cpu_and_gpu_stays_under_the_limit_and_what_does_not_fit_is_refused(
     assert!(error.contains("error[memory]") && error.contains("100.00 MB are allowed"), "{error}");
     assert!(error.contains("--spill DIR"), "{error}");
 
-    let spill = ["--max-memory", "100MB", "--spill", &folder.path(""), "--hash", "always"];
+    let spill = ["--max-memory", "100MB", "--spill", &folder.path(""), "--hash", "sha256"];
     let spilled = json(&[&MANY_RAYS[..], &spill].concat());
     assert!(spilled["peak_bytes"]["spilled"].as_u64().unwrap() > 0);
     #[cfg(target_os = "linux")]
@@ -502,13 +508,13 @@ fn memory_of_cpu_and_gpu_stays_under_the_limit_and_what_does_not_fit_is_refused(
         assert!(host < 100_000_000, "{host} bytes");
     }
     assert!(folder.names().is_empty(), "{:?}", folder.names());
-    let whole = json(&[&MANY_RAYS[..], &["--hash", "always"]].concat());
+    let whole = json(&[&MANY_RAYS[..], &["--hash", "sha256"]].concat());
     assert_eq!(spilled["flags_sha256"], whole["flags_sha256"]);
 
     // the driver and its buffers count where the processor is the GPU
     let [small, enough] = ["64MB", "256MB"].map(|max| {
         let folder = folder.path("");
-        hexcast(&[&MANY_RAYS_GPU[..], &["--max-memory", max, "--spill", &folder, "--hash", "always"]].concat())
+        hexcast(&[&MANY_RAYS_GPU[..], &["--max-memory", max, "--spill", &folder, "--hash", "sha256"]].concat())
     });
     let error = String::from_utf8_lossy(&small.stderr);
     assert_eq!(small.status.code(), Some(5), "{error}");

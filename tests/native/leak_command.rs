@@ -204,7 +204,7 @@ fn cpu_and_gpu_close_the_same_gaps_along_any_axis() {
     assert_eq!((&plain["gaps"], leaks()), (&Value::Null, Some(9)));
     // the hole is two cells wide
     let kept = made(&["--backend", "cpu", "--close-gaps", "2"]);
-    assert_eq!((&kept["gaps"]["cells"], &kept["flags_sha256"]), (&0.into(), &plain["flags_sha256"]));
+    assert_eq!((&kept["gaps"]["cells"], &kept["flags_hash"]), (&0.into(), &plain["flags_hash"]));
     let of = |axis: &str, backend: &str| made(&["--backend", backend, "--axis", axis, "--close-gaps", "3"]);
     let closed = of("x", "cpu");
     assert_eq!(leaks(), Some(0));
@@ -214,7 +214,7 @@ fn cpu_and_gpu_close_the_same_gaps_along_any_axis() {
     assert_eq!((&closed["flags"][2]["name"], &closed["flags"][2]["cells"]), (&"closed gaps".into(), &6.into()));
     for (axis, backend) in [("y", "cpu"), ("z", "cpu"), ("z", "gpu")] {
         let other = of(axis, backend);
-        assert_eq!((&other["flags_sha256"], &other["gaps"]), (&closed["flags_sha256"], &gaps), "{axis}, {backend}");
+        assert_eq!((&other["flags_hash"], &other["gaps"]), (&closed["flags_hash"], &gaps), "{axis}, {backend}");
     }
     let joined = made(&["--backend", "cpu", "--close-gaps", "3", "--gap-flag", "2"]);
     assert_eq!((&joined["gaps"]["flag"], joined["flags"].as_array().unwrap().len()), (&2.into(), 2));

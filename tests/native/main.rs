@@ -8,6 +8,7 @@
 mod agreement;
 mod angles;
 mod backends;
+mod bad_edges;
 mod cases;
 mod certificates;
 #[cfg(feature = "cli")]
@@ -43,6 +44,8 @@ mod oracle;
 #[cfg(feature = "cli")]
 mod parts;
 mod properties;
+#[cfg(feature = "cli")]
+mod reports;
 mod seven_cases;
 #[cfg(feature = "gpu")]
 mod shaders;
@@ -54,6 +57,7 @@ mod strangers;
 mod tolerances;
 #[cfg(feature = "cli")]
 mod verify;
+mod volumes;
 #[cfg(feature = "cli")]
 mod warnings;
 #[cfg(feature = "gpu")]

@@ -141,6 +141,25 @@ fn stopping_after(n: u32) -> (Control, Arc<AtomicU32>) {
 }
 
 #[test]
+fn doubtful_cells_on_rays_that_an_interrupted_mesh_has_kept_are_found_again() {
+    let job = long_job();
+    let mut open = sources(&job);
+    let solid = &mut open[0].contents.solids[0];
+    solid.facets = solid.facets[20..].to_vec().into();
+    let run = |spill: SpillTarget, control: &Control| {
+        let options = MeshOptions { spill, ..MeshOptions::default() };
+        pollster::block_on(pipeline::mesh(&job, open.clone(), &options, &mut Engine::cpu(), control))
+    };
+    let (_, whole) = run(SpillTarget::None, &Control::default()).unwrap();
+    let store = Arc::new(MemoryStore::default());
+    run(SpillTarget::Resumable(store.clone()), &stopping_after(1).0).unwrap_err();
+    let (_, report) = run(SpillTarget::Resumable(store), &Control::default()).unwrap();
+    assert!(report.rays_kept > 0 && report.rays_kept < report.rays, "{} kept", report.rays_kept);
+    assert!(whole.doubtful.cells > 100, "{:?}", whole.doubtful);
+    assert_eq!((report.doubtful, report.open), (whole.doubtful, whole.open));
+}
+
+#[test]
 fn an_interrupted_mesh_continues_from_its_last_band_on_cpu_and_gpu() {
     let job = long_job();
     let mut engines = [engine(BackendChoice::Cpu), engine(BackendChoice::Gpu)];

@@ -258,7 +258,7 @@ fn every_cell_of_a_surface_with_holes_is_as_defined() {
         let dims = if name.starts_with("ties") { [8; 3] } else { [[11, 10, 12], [7, 13, 9]][index % 2] };
         let job = Job { dims: Some(dims), domain: Some([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]), rule, ..Job::default() };
         let (mesh, report) = meshed(std::slice::from_ref(&facets), &job, index % 3, &mut engine).expect("a mesh");
-        let doubtful = std::cell::Cell::new(0);
+        let doubtful = std::cell::RefCell::new(Vec::new());
         expected(&facets, &mesh.lines, rule, |cell, expected| {
             let is_inside = mesh.flag(cell).expect("columns in memory") != 0;
             match expected {
@@ -268,10 +268,9 @@ fn every_cell_of_a_surface_with_holes_is_as_defined() {
                 }
                 Expected::Open => {}
             }
-            match expected {
-                Expected::Sure(_) => n_sure.set(n_sure.get() + 1),
-                _ => doubtful.set(doubtful.get() + 1),
-            }
+            let is_sure = matches!(expected, Expected::Sure(_));
+            n_sure.set(n_sure.get() + u32::from(is_sure));
+            doubtful.borrow_mut().push(u8::from(!is_sure));
             match expected {
                 Expected::ByWinding(true) => n_inside.set(n_inside.get() + 1),
                 Expected::ByWinding(false) => n_outside.set(n_outside.get() + 1),
@@ -279,7 +278,10 @@ fn every_cell_of_a_surface_with_holes_is_as_defined() {
             }
         });
         let open = &report.open[0];
-        assert_eq!(open.doubtful_cells, doubtful.get(), "{name}");
+        let doubtful = doubtful.into_inner();
+        assert_eq!(open.doubtful_cells, doubtful.iter().filter(|cell| **cell == 1).count() as u64, "{name}");
+        assert_eq!(flags_of(&report.doubt.mask(&mesh).expect("the same cells")), doubtful, "{name}");
+        assert_eq!((report.doubtful.cells, report.doubtful.are_all), (open.doubtful_cells, true), "{name}");
         assert!(open.open_edges > 0 && open.holes > 0, "{name}: {open:?}");
     }
     println!("{} sure, {} doubtful inside, {} outside", n_sure.get(), n_inside.get(), n_outside.get());

@@ -17,6 +17,7 @@
 //! Cost: cells times facets, in big integers.
 
 use std::collections::HashMap;
+use std::ops::RangeInclusive;
 
 use hexcast::geometry::Geometry;
 use hexcast::lines::Lines;
@@ -81,6 +82,23 @@ fn is_inside(tetrahedra: &[Tetrahedron], centre: &Vector, rule: Rule) -> bool {
         Rule::Parity => holding.count() % 2 == 1,
         Rule::Nonzero => holding.map(|tetrahedron| tetrahedron.winding).sum::<i32>() != 0,
     }
+}
+
+/// Sum of the winding numbers of a geometry at the centres of a box of cells, which may lie outside the mesh.
+pub(crate) fn sum_of_windings(geometry: &Geometry, lines: &Lines, [xs, ys, zs]: [RangeInclusive<i32>; 3]) -> i64 {
+    let (snapped, fraction_bits) = snapped_facets(geometry, lines);
+    let tetrahedra: Vec<Tetrahedron> = snapped.iter().filter_map(Tetrahedron::new).collect();
+    let mut sum = 0;
+    for z in zs {
+        for y in ys.clone() {
+            for x in xs.clone() {
+                let centre = [x, y, z].map(|i| BigInt::from(i) << fraction_bits);
+                let holding = tetrahedra.iter().filter(|tetrahedron| tetrahedron.holds(&centre));
+                sum += holding.map(|tetrahedron| i64::from(tetrahedron.winding)).sum::<i64>();
+            }
+        }
+    }
+    sum
 }
 
 /// A facet and the point O: four half-spaces and the sign of its volume.

@@ -79,8 +79,7 @@ fn a_zarr_folder_that_loses_shards_is_an_error() {
     for vanishes_whole in [false, true] {
         let folder = Folder::new();
         let zarr = folder.path("a.zarr");
-        let size =
-            ["mesh", SPOT, "--dims", "600,600,600", "--backend", "cpu", "--max-memory", "64MB", "--hash", "never"];
+        let size = ["mesh", SPOT, "--dims", "600,600,600", "--backend", "cpu", "--max-memory", "64MB"];
         let child = start_until(&[&size[..], &["--axis", "z", "-q", "-o", &zarr]].concat(), || {
             shard_folders(&folder).len() > 2
         });
@@ -105,7 +104,7 @@ fn the_next_run_removes_what_a_killed_one_left() {
     for name in ["a.vti", "a.zarr"] {
         let folder = Folder::new();
         let (output, other) = (folder.path(name), folder.path("b.vti"));
-        let size = ["mesh", SPOT, "--dims", "2000,2000,100000", "--axis", "z", "--hash", "never", "--backend", "cpu"];
+        let size = ["mesh", SPOT, "--dims", "2000,2000,100000", "--axis", "z", "--backend", "cpu"];
         let is_hidden = |name: &String| name.starts_with(".hexcast-");
         let large = [&size[..], &["-q", "-o", &output]].concat();
         let mut killed = start_until(&large, || folder.names().iter().any(is_hidden));
@@ -353,7 +352,7 @@ fn an_input_without_an_end_is_given_up_at_the_limit_of_memory() {
 #[test]
 fn outputs_that_the_disk_has_no_room_for_are_refused_before_they_are_written() {
     let folder = Folder::new();
-    let size = ["mesh", SPOT, "--dims", "4000,4000,262142", "--axis", "z", "--backend", "cpu", "--hash", "never"];
+    let size = ["mesh", SPOT, "--dims", "4000,4000,262142", "--axis", "z", "--backend", "cpu"];
     let (raw, vti) = (folder.path("a.raw"), folder.path("a.vti"));
     let outputs = ["--max-cells", "1e13", "--compress=none", "-o", &raw, "-o", &vti];
     let error = fails(&[&size[..], &outputs].concat(), 7);
@@ -392,7 +391,7 @@ fn a_chosen_size_far_below_the_largest_is_a_warning() {
     let folder = Folder::new();
     let stl = folder.path("two.stl");
     std::fs::write(&stl, two_solids(["left", "right"])).unwrap();
-    let mesh = ["mesh", &stl, "--split", "--backend", "cpu", "--hash", "never", "--max-cell-size", "0.3", "--json"];
+    let mesh = ["mesh", &stl, "--split", "--backend", "cpu", "--max-cell-size", "0.3", "--json"];
     let fine = json(&[&mesh[..], &["--tolerance", "0.2"]].concat());
     assert_eq!(fine["warnings"], serde_json::json!([]), "{fine}");
     std::fs::write(&stl, two_solids(["left", "right"]).replace("vertex 10 ", "vertex 9.37 ")).unwrap();

@@ -11,7 +11,19 @@ import { ROOT } from '../../scripts/run.mjs';
 /** The model that all tests of the package mesh. */
 export const SPOT = path.join(ROOT, 'tests/fixtures/spot.stl');
 /** The job of all tests of the package, for the native command. */
-const ARGUMENTS = ['mesh', `${SPOT}:name=cow,flag=7`, '--cells', '40', '--unit', 'mm', '--backend', 'cpu', '--json'];
+const ARGUMENTS = [
+  'mesh',
+  `${SPOT}:name=cow,flag=7`,
+  '--cells',
+  '40',
+  '--unit',
+  'mm',
+  '--backend',
+  'cpu',
+  '--hash',
+  'sha256',
+  '--json',
+];
 
 export function npm(cwd, ...args) {
   return execFileSync('npm', args, { cwd, encoding: 'utf8', stdio: ['ignore', 'pipe', 'pipe'] });

@@ -61,7 +61,7 @@ const MESH = `
   try { await mesher.mesh(job, { signal: abort.signal }); } catch (caught) { reason = caught; }
   console.log(JSON.stringify({
     backend: mesher.backend, dims: mesh.dims, flags: mesh.report.flags, sha256: await mesh.sha256(), files, reason,
-    sidecar: await mesh.sidecar(), intact: bytes.length, error: { code: error.code, isOurs: error instanceof HexcastError },
+    sidecar: await mesh.sidecar({ hash: 'sha256' }), plain: await mesh.sidecar(), intact: bytes.length, error: { code: error.code, isOurs: error instanceof HexcastError },
   }));
   mesher.dispose();
 `;
@@ -82,7 +82,9 @@ test('Node meshes on the CPU, byte for byte like the native command', () => {
     const expected = readFileSync(path.join(project, `native.${format}`));
     assert.ok(expected.equals(Buffer.from(base64, 'base64')), `${format} differs`);
   }
-  assert.deepEqual(JSON.parse(made.sidecar), JSON.parse(readFileSync(path.join(project, 'native.raw.json'), 'utf8')));
+  const sidecar = JSON.parse(readFileSync(path.join(project, 'native.raw.json'), 'utf8'));
+  assert.deepEqual(JSON.parse(made.sidecar), sidecar);
+  assert.deepEqual(JSON.parse(made.plain), { ...sidecar, sha256: null });
 });
 
 const COMPRESS = `

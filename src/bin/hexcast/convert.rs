@@ -2,13 +2,14 @@
 
 use std::path::PathBuf;
 
-use hexcast::Result;
 use hexcast::control::{CancelToken, Control};
 use hexcast::job::ByteSize;
+use hexcast::write::Format;
+use hexcast::{Error, Result};
 use indicatif::BinaryBytes;
 
 use super::arguments::default_max_memory;
-use super::outputs::{FormatArguments, Outputs};
+use super::outputs::{FormatArguments, Outputs, Targets};
 use super::progress::Progress;
 use super::reading::{open_columns, open_file};
 use super::summary::Table;
@@ -42,19 +43,18 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let max_bytes = arguments.max_memory.or_else(default_max_memory).map_or(u64::MAX, |size| size.0);
     // first: a missing input is the more useful message
     open_file(&arguments.input)?;
-    let mut outputs = Outputs::open(
-        std::slice::from_ref(&arguments.output),
-        None,
-        &arguments.formats,
-        &[&arguments.input],
-        max_bytes,
-    )?;
+    let targets = Targets { meshes: std::slice::from_ref(&arguments.output), doubt: None, report: None };
+    let mut outputs = Outputs::open(&targets, &arguments.formats, &[&arguments.input], max_bytes)?;
+    if arguments.formats.hash.is_some() && outputs.flags_files().next().is_none_or(|format| format != Format::Raw) {
+        let message = "--hash is given, but only the sidecar of a .raw has the hash";
+        return Err(Error::new("job-conflict", message, "convert to .raw, or leave out --hash"));
+    }
     let mut control = Control::default();
     control.cancel = token.clone();
     let progress = Progress::new(arguments.quiet);
     // the other half is for the outputs
     let mesh = open_columns(&arguments.input, max_bytes / 2, &control)?;
-    outputs.write(&mesh, &control, progress)?;
+    outputs.write(&mesh, None, &control, progress)?;
     control.check()?;
     let files = outputs.finish("")?;
     if arguments.quiet {

@@ -12,10 +12,9 @@ use hexcast::pipeline::{self, Engine, MeshOptions, SpillTarget};
 use hexcast::report::{CallerFacts, Report};
 use hexcast::sources::Source;
 use hexcast::{Error, Result};
-use serde::Deserialize;
 
-use super::arguments::{JobArguments, choice};
-use super::outputs::{FormatArguments, Outputs};
+use super::arguments::JobArguments;
+use super::outputs::{FormatArguments, Outputs, Targets};
 use super::progress::Progress;
 use super::spill::SpillArguments;
 use super::{memory, reading, summary, terminal};
@@ -53,10 +52,9 @@ pub(crate) struct Arguments {
     /// Print the report to standard output as JSON, and nothing else there
     #[arg(long, help_heading = "Output")]
     json: bool,
-    /// Hash the flags of all cells: auto does up to 2^32 cells, and where a .raw file is written
-    #[arg(long, value_parser = choice::<HashChoice>(&["auto", "always", "never"]), default_value = "auto",
-          help_heading = "Output")]
-    hash: HashChoice,
+    /// Write a mask to a file, .vti, .npy, .raw or .hxc: 1 in the cells that the winding number or a vote decided, as rays could not
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    doubt: Option<PathBuf>,
     /// Expand all flags in memory, and count that in the total: for comparisons with other meshers
     #[arg(long, help_heading = "Output")]
     flags_in_memory: bool,
@@ -74,35 +72,14 @@ pub(crate) struct Arguments {
 /// Exit code of a run with warnings that was asked to be strict.
 const STRICT: u8 = 8;
 
-/// When to hash the flags.
-#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum HashChoice {
-    Auto,
-    Always,
-    Never,
-}
-
-/// Most cells that `auto` hashes: some seconds.
-const MAX_CELLS_HASHED: u64 = 1 << 32;
-
-impl HashChoice {
-    fn is_wanted(self, mesh: &Mesh) -> bool {
-        match self {
-            HashChoice::Auto => mesh.n_cells() <= MAX_CELLS_HASHED,
-            HashChoice::Always => true,
-            HashChoice::Never => false,
-        }
-    }
-}
-
 pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode> {
     let job = arguments.job.job()?;
     let inputs = job.geometries.iter().map(|geometry| Path::new(&geometry.file)).chain(arguments.job.job.as_deref());
     let inputs: Vec<&Path> = inputs.collect();
-    let report_path = arguments.report.as_deref();
+    let (doubt, report) = (arguments.doubt.as_deref(), arguments.report.as_deref());
+    let targets = Targets { meshes: &arguments.outputs, doubt, report };
     let max_bytes = job.max_memory.map_or(u64::MAX, |size| size.0);
-    let outputs = Outputs::open(&arguments.outputs, report_path, &arguments.formats, &inputs, max_bytes)?;
+    let outputs = Outputs::open(&targets, &arguments.formats, &inputs, max_bytes)?;
     if arguments.formats.bits {
         check_single_flag(&job)?;
     }
@@ -144,18 +121,19 @@ fn mesh_and_write(
 
     let flags = arguments.flags_in_memory.then(|| timed(|| expand_all(&mesh))).transpose()?;
     // a `.raw` is hashed as it is written
-    let hashes_first = arguments.hash.is_wanted(&mesh) && !outputs.will_hash();
+    let hashes_first = arguments.formats.hash.is_some() && !outputs.will_hash();
     let hashed =
         hashes_first.then(|| timed(|| mesh.flags_sha256_in_slabs(outputs.slab_bytes, &control))).transpose()?;
     let writes = outputs.n_meshes() > 0;
-    let written = writes.then(|| timed(|| outputs.write(&mesh, &control, progress))).transpose()?;
+    let doubt = arguments.doubt.is_some().then(|| facts.doubt.mask(&mesh)).transpose()?;
+    let written = writes.then(|| timed(|| outputs.write(&mesh, doubt.as_ref(), &control, progress))).transpose()?;
     let (sha256, hash) = hashed.unzip();
     let caller = CallerFacts {
         read,
         flags: flags.map(|(_, seconds)| seconds),
         hash,
         write: written.map(|(_, seconds)| seconds),
-        flags_sha256: sha256.or(outputs.flags_sha256.take()).filter(|_| arguments.hash != HashChoice::Never),
+        flags_sha256: sha256.or(outputs.flags_sha256.take()),
         host_bytes: memory::peak_bytes(),
     };
     let report = Report::new(facts, caller);

@@ -11,7 +11,9 @@ use hexcast::mesh::Mesh;
 use hexcast::write::{Compress, Format, Options, exact_size, sidecar_json, write};
 use hexcast::{Error, Result};
 use indicatif::ProgressBar;
+use serde::Deserialize;
 
+use super::arguments::choice;
 use super::disk::{Planned, check_room};
 use super::output_file::{OutputFile, PendingFile, with_ending};
 use super::progress::Progress;
@@ -28,6 +30,16 @@ pub(crate) struct FormatArguments {
     /// Write .raw and .npy with eight cells a byte; for meshes with a single flag
     #[arg(long)]
     pub(crate) bits: bool,
+    /// Also make the SHA-256 of all flags, one byte a cell, for the report and the sidecar of a .raw: some seconds for 10^9 cells
+    #[arg(long, value_parser = choice::<Hash>(&["sha256"]))]
+    pub(crate) hash: Option<Hash>,
+}
+
+/// A hash that is made only if it is asked for.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Hash {
+    Sha256,
 }
 
 /// zlib level where the caller does not say: files a quarter as large as at 1, in twice the time, and little larger than at 9.
@@ -48,7 +60,7 @@ impl FormatArguments {
         let compress = self.compress.unwrap_or(DEFAULT_COMPRESS);
         let slab_bytes = slab_bytes(max_bytes) as usize;
         let block_cache_bytes = block_cache_bytes(max_bytes) as usize;
-        Options { compress, bits: false, slab_bytes, block_cache_bytes }
+        Options { compress, bits: false, sha256: self.hash.is_some(), slab_bytes, block_cache_bytes }
     }
 
     /// Refuses an argument that applies to none of the formats.
@@ -82,6 +94,14 @@ fn compression(text: &str) -> std::result::Result<Compress, String> {
     }
 }
 
+/// Where outputs go.
+pub(crate) struct Targets<'a> {
+    pub(crate) meshes: &'a [PathBuf],
+    /// Of the mask of doubtful cells.
+    pub(crate) doubt: Option<&'a Path>,
+    pub(crate) report: Option<&'a Path>,
+}
+
 /// Files being written; none is left where this is dropped before [`Outputs::finish`].
 pub(crate) struct Outputs {
     meshes: Vec<MeshFile>,
@@ -100,19 +120,22 @@ struct MeshFile {
     file: PendingFile,
     /// Beside `.raw`.
     sidecar: Option<PendingFile>,
+    /// Whether it holds the mask of doubtful cells in place of the flags.
+    is_doubt: bool,
 }
 
 impl Outputs {
     /// Checks names and folders and opens a temporary file for each output and the report; `inputs` must not be among them.
     pub(crate) fn open(
-        paths: &[PathBuf],
-        report: Option<&Path>,
+        targets: &Targets,
         arguments: &FormatArguments,
         inputs: &[&Path],
         max_bytes: u64,
     ) -> Result<Outputs> {
-        let (folder_paths, paths): (Vec<&PathBuf>, Vec<&PathBuf>) = paths.iter().partition(|path| is_zarr(path));
-        let formats = paths.iter().map(|path| format_of(path)).collect::<Result<Vec<Format>>>()?;
+        let (folder_paths, paths): (Vec<&PathBuf>, Vec<&PathBuf>) =
+            targets.meshes.iter().partition(|path| is_zarr(path));
+        let mut formats = paths.iter().map(|path| format_of(path)).collect::<Result<Vec<Format>>>()?;
+        formats.extend(targets.doubt.map(|path| Format::of_name(&path.to_string_lossy())).transpose()?);
         arguments.check(&formats, !folder_paths.is_empty())?;
         let mut taken: Vec<PathBuf> = inputs.iter().filter_map(|input| input.canonicalize().ok()).collect();
         let n_inputs = taken.len();
@@ -136,19 +159,27 @@ impl Outputs {
             Ok(file)
         };
         let mut meshes = Vec::new();
-        for (path, format) in paths.iter().zip(formats) {
+        let n_flags = paths.len();
+        let paths = paths.into_iter().map(PathBuf::as_path).chain(targets.doubt);
+        for (index, (path, format)) in paths.zip(formats).enumerate() {
             let file = open(path)?;
             let sidecar = if format == Format::Raw { Some(open(&with_ending(path, ".json"))?) } else { None };
-            meshes.push(MeshFile { format, options: arguments.options(format, max_bytes), file, sidecar });
+            let options = arguments.options(format, max_bytes);
+            meshes.push(MeshFile { format, options, file, sidecar, is_doubt: index == n_flags });
         }
-        let report = report.map(open).transpose()?;
+        let report = targets.report.map(open).transpose()?;
         let slab_bytes = slab_bytes(max_bytes) as usize;
         Ok(Outputs { meshes, folders, report, written: Vec::new(), slab_bytes, flags_sha256: None })
     }
 
     /// Whether a `.raw` of one byte a cell will be written, whose hash is that of the flags.
     pub(crate) fn will_hash(&self) -> bool {
-        self.meshes.iter().any(|mesh| mesh.format == Format::Raw && !mesh.options.bits)
+        self.meshes.iter().any(|mesh| mesh.format == Format::Raw && !mesh.options.bits && !mesh.is_doubt)
+    }
+
+    /// Formats of the files of the mesh.
+    pub(crate) fn flags_files(&self) -> impl Iterator<Item = Format> {
+        self.meshes.iter().filter(|mesh| !mesh.is_doubt).map(|mesh| mesh.format)
     }
 
     /// Number of meshes to write.
@@ -156,14 +187,23 @@ impl Outputs {
         self.meshes.len() + self.folders.len()
     }
 
-    /// Writes the mesh to all its files, if the disks have room for those whose size is known.
-    pub(crate) fn write(&mut self, mesh: &Mesh, control: &Control, progress: Progress) -> Result<()> {
+    /// Writes the mesh, and the mask of its doubtful cells, to all their files, if the disks have room for those whose size is known.
+    pub(crate) fn write(
+        &mut self,
+        mesh: &Mesh,
+        doubt: Option<&Mesh>,
+        control: &Control,
+        progress: Progress,
+    ) -> Result<()> {
+        let of = |is_doubt: bool| doubt.filter(|_| is_doubt).unwrap_or(mesh);
         let planned = self.meshes.iter().filter_map(|output| {
+            let mesh = of(output.is_doubt);
             let n_bytes = exact_size(mesh, output.format, &output.options)?;
             Some(Planned { path: output.file.path.clone(), folder: output.file.folder().into(), n_bytes })
         });
         check_room(&planned.collect::<Vec<_>>())?;
         for output in &mut self.meshes {
+            let mesh = of(output.is_doubt);
             let bar = progress.bytes("write", exact_size(mesh, output.format, &output.options));
             let path = output.file.path.display().to_string();
             let mut writer = Counted { file: BufWriter::with_capacity(1 << 20, output.file.temporary.as_file()), bar };
@@ -178,7 +218,8 @@ impl Outputs {
                 sidecar.put(&text)?;
                 self.written.push(OutputFile { path: sidecar.path.clone(), n_bytes: text.len() as u64 });
             }
-            self.flags_sha256 = self.flags_sha256.take().or(written.sha256.filter(|_| !output.options.bits));
+            self.flags_sha256 =
+                self.flags_sha256.take().or(written.sha256.filter(|_| !output.options.bits && !output.is_doubt));
         }
         for (folder, options) in &mut self.folders {
             self.written.push(folder.write(mesh, options, control, progress)?);

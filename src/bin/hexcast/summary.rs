@@ -2,6 +2,8 @@
 
 use std::fmt::{Display, Write};
 
+use hexcast::closed::BadEdges;
+use hexcast::edges::BadEdge;
 use hexcast::report::{ColumnsReport, MeshFacts, Report};
 use indicatif::{BinaryBytes, HumanCount};
 
@@ -51,6 +53,7 @@ pub(crate) fn of_mesh(report: &Report, is_software: bool, files: &[OutputFile], 
     if shown.verbose {
         geometries(&mut table, mesh);
     }
+    bad_edges(&mut table, mesh);
     grid(&mut table, mesh);
     if shown.ends || shown.verbose {
         end_points(&mut table, mesh, shown.verbose);
@@ -129,6 +132,33 @@ fn geometries(table: &mut Table, mesh: &MeshFacts) {
     mesh.inputs.iter().for_each(|input| table.line("sha256", format!("{} {}", input.sha256, input.file)));
 }
 
+/// Groups of bad edges of a geometry that are listed for people; JSON lists more.
+const MAX_GROUPS: usize = 3;
+
+fn bad_edges(table: &mut Table, mesh: &MeshFacts) {
+    for geometry in &mesh.geometries {
+        let BadEdges { open, flipped, nonmanifold, worst } = &geometry.bad_edges;
+        if open + flipped + nonmanifold > 0 {
+            let [open, flipped, nonmanifold] = [open, flipped, nonmanifold].map(|n| HumanCount(*n));
+            let counts =
+                format!("{open} open, {flipped} between flipped facets, {nonmanifold} of more than two facets");
+            table.line("edges", format!("\"{}\": {counts}", geometry.name));
+        }
+        for group in worst.iter().take(MAX_GROUPS) {
+            let kind = match group.kind {
+                BadEdge::Open => "open",
+                BadEdge::Flipped => "flipped",
+                BadEdge::Nonmanifold => "of more than two facets",
+            };
+            let ([low, high], n) = (group.bounds.map(three), HumanCount(group.edges));
+            table.line(
+                "edges",
+                format!("{n} {kind} from {low} to {high}, facets {:?} of the file, from 0", group.facets),
+            );
+        }
+    }
+}
+
 fn grid(table: &mut Table, mesh: &MeshFacts) {
     let unit = unit(mesh);
     let high = [0, 1, 2].map(|axis| mesh.origin[axis] + f64::from(mesh.dims[axis]) * mesh.spacing[axis]);
@@ -155,7 +185,11 @@ fn end_points(table: &mut Table, mesh: &MeshFacts, verbose: bool) {
 fn flags(table: &mut Table, mesh: &MeshFacts) {
     for flag in &mesh.flags {
         let of_surface = flag.mesh_volume.filter(|surface| *surface > 0.0).map_or(String::new(), |surface| {
-            format!(", of the surface {surface:.6e}, {:+.3} %", 100.0 * (flag.volume - surface) / surface)
+            let percent = |volume: f64| 100.0 * volume / surface;
+            let (found, bound) = (flag.volume - surface, flag.volume_bound.unwrap_or(f64::INFINITY));
+            let is_within = found.abs() <= bound;
+            let verdict = if is_within { "bound" } else { "geometries or shells overlap: beyond the bound of" };
+            format!(", of the surface {surface:.6e}, {:+.3} % ({verdict} {:.3} %)", percent(found), percent(bound))
         });
         let volumes = format!("volume {:.6e}{of_surface}", flag.volume);
         table.line("flag", format!("{} \"{}\": {} cells, {volumes}", flag.flag, flag.name, HumanCount(flag.cells)));

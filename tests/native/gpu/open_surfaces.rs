@@ -45,8 +45,9 @@ fn the_axis_the_backend_and_the_order_of_facets_change_nothing() {
     let parts = [ball, whole, ring];
     for rule in [Rule::Parity, Rule::Nonzero] {
         let job = Job { dims: Some([70, 67, 130]), rule, ..Job::default() };
-        let (first, _) = meshed(&parts, &job, 0, &mut engines[0]).expect("a mesh");
+        let (first, of_first) = meshed(&parts, &job, 0, &mut engines[0]).expect("a mesh");
         let flags = flags_of(&first);
+        assert!(of_first.doubtful.cells > 1000 && of_first.doubtful.boxes.len() > 100, "{:?}", of_first.doubtful.cells);
         assert!((1..=3).all(|flag| flags.contains(&flag)), "every geometry has cells");
         for axis in 0..3 {
             for engine in &mut engines {
@@ -57,6 +58,7 @@ fn the_axis_the_backend_and_the_order_of_facets_change_nothing() {
                 let checked = report.device_check.map_or(0, |check| check.rays);
                 let least = if engine.backend() == "gpu" { 3 * 64 } else { 0 };
                 assert!(checked >= least && (checked > 0) == (engine.backend() == "gpu"), "{checked} rays");
+                assert_eq!(report.doubtful, of_first.doubtful, "axis {axis}, {}", engine.backend());
             }
         }
         let other = parts.clone().map(|facets| shuffled(facets, &mut random));

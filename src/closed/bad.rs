@@ -1,0 +1,150 @@
+//! Bad edges: how many a surface has that are not proper, and the worst places, with the facets as their file counts them.
+//!
+//! Snapped facets -> [`BadEdges`]. Bad edges of one kind that meet at corners are a group; the longest groups are listed.
+//! Cost: O(n log n) for n facets, and nothing where all edges are proper.
+
+use serde::Serialize;
+
+use super::Closed;
+use crate::edges::{BadEdge, Edges, Groups, Use, bad_edge, number_vertices};
+use crate::frame::{Frame, SnappedFacet, world};
+use crate::geometry::Geometry;
+use crate::lines::Lines;
+
+/// Most groups of a kind that are listed.
+const MAX_GROUPS: usize = 8;
+/// Most facets of a group that are listed.
+pub const MAX_FACETS: usize = 8;
+
+/// The edges of a geometry that are not shared by two facets that agree, after the snap.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct BadEdges {
+    /// Edges that one facet has.
+    pub open: u64,
+    /// Edges that two facets use in the same direction: one of the two is inside-out.
+    pub flipped: u64,
+    /// Edges that more than two facets have.
+    pub nonmanifold: u64,
+    /// At most 8 groups of each kind, open ones first, then flipped ones; of each kind the longest first.
+    pub worst: Vec<EdgeGroup>,
+}
+
+/// Bad edges of one kind that meet at corners.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+pub struct EdgeGroup {
+    /// What is not proper of them.
+    pub kind: BadEdge,
+    /// Number of edges.
+    pub edges: u64,
+    /// Their length together.
+    pub length: f64,
+    /// Corners of the box around them, in world coordinates.
+    pub bounds: [[f64; 3]; 2],
+    /// Facets that have them, counted from 0 in their file, ascending; at most 8.
+    pub facets: Vec<u64>,
+}
+
+impl BadEdges {
+    /// Finds those of the geometries of a frame, in the order of the job; `closed` is known of each rank.
+    pub fn of_geometries(frame: &Frame, closed: &[Closed], lines: &Lines, geometries: &[Geometry]) -> Vec<BadEdges> {
+        let mut found = vec![BadEdges::default(); geometries.len()];
+        for (rank, &index) in frame.ranks.geometry_of_rank.iter().enumerate() {
+            if !closed[rank].is_proper {
+                let world = |corner: [i32; 3]| world(corner, frame.fraction_bits, lines);
+                found[index] = BadEdges::new(frame.facets_of_rank(rank), world, &geometries[index]);
+            }
+        }
+        found
+    }
+
+    fn new(facets: &[SnappedFacet], world: impl Fn([i32; 3]) -> [f64; 3], geometry: &Geometry) -> BadEdges {
+        let vertices = number_vertices(facets, corner_key);
+        let edges = Edges::new(&vertices);
+        let mut of_kinds = [BadEdge::Open, BadEdge::Flipped, BadEdge::Nonmanifold].map(|kind| (kind, Vec::new()));
+        for uses in edges.each() {
+            if let Some(kind) = bad_edge(uses) {
+                of_kinds.iter_mut().filter(|of| of.0 == kind).for_each(|of| of.1.push(uses));
+            }
+        }
+        let [open, flipped, nonmanifold] = of_kinds.each_ref().map(|of| of.1.len() as u64);
+        let corner = |facet: u32, vertex: u64| {
+            let facet = facet as usize;
+            let corner = vertices[facet].iter().position(|number| *number == vertex).unwrap_or(0);
+            world(facets[facet][corner])
+        };
+        let mut worst = Vec::new();
+        for (kind, of_kind) in of_kinds {
+            let mut groups: Vec<EdgeGroup> = connected(&of_kind)
+                .iter()
+                .map(|edges| EdgeGroup::new(kind, edges, &corner, |facet| geometry.facet_in_file(facet)))
+                .collect();
+            // of equal ones the first in the order of the corners stays first
+            groups.sort_by(|one, other| other.length.total_cmp(&one.length));
+            groups.truncate(MAX_GROUPS);
+            worst.extend(groups);
+        }
+        BadEdges { open, flipped, nonmanifold, worst }
+    }
+}
+
+impl EdgeGroup {
+    fn new(
+        kind: BadEdge,
+        edges: &[&[Use]],
+        corner: &impl Fn(u32, u64) -> [f64; 3],
+        in_file: impl Fn(usize) -> u64,
+    ) -> EdgeGroup {
+        let mut length = 0.0;
+        let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+        let mut facets = Vec::new();
+        for uses in edges {
+            let (low, high) = uses[0].pair();
+            let ends = [low, high].map(|vertex| corner(uses[0].facet(), vertex));
+            length += (0..3).map(|axis| (ends[1][axis] - ends[0][axis]).powi(2)).sum::<f64>().sqrt();
+            for end in ends {
+                for axis in 0..3 {
+                    bounds[0][axis] = bounds[0][axis].min(end[axis]);
+                    bounds[1][axis] = bounds[1][axis].max(end[axis]);
+                }
+            }
+            facets.extend(uses.iter().map(|entry| in_file(entry.facet() as usize)));
+        }
+        facets.sort_unstable();
+        facets.dedup();
+        facets.truncate(MAX_FACETS);
+        EdgeGroup { kind, edges: edges.len() as u64, length, bounds, facets }
+    }
+}
+
+/// Edges, which come in the order of their corners, in groups that have corners in common; groups in the order of their first edges.
+fn connected<'a>(edges: &[&'a [Use]]) -> Vec<Vec<&'a [Use]>> {
+    let ends = |uses: &[Use]| <[u64; 2]>::from(uses[0].pair());
+    let mut corners: Vec<u64> = edges.iter().flat_map(|uses| ends(uses)).collect();
+    corners.sort_unstable();
+    corners.dedup();
+    let place = |corner: u64| corners.partition_point(|other| *other < corner) as u32;
+    let mut groups = Groups::new(corners.len());
+    for uses in edges {
+        let [low, high] = ends(uses).map(place);
+        groups.join(low, high);
+    }
+    let mut index_of_root = vec![None; corners.len()];
+    let mut found: Vec<Vec<&[Use]>> = Vec::new();
+    for uses in edges {
+        let root = groups.root(place(ends(uses)[0])) as usize;
+        let index = *index_of_root[root].get_or_insert_with(|| {
+            found.push(Vec::new());
+            found.len() - 1
+        });
+        found[index].push(uses);
+    }
+    found
+}
+
+/// The coordinates in 96 bits, in their order.
+fn corner_key(corner: [i32; 3]) -> u128 {
+    let [x, y, z] = corner.map(|c| u128::from(c.cast_unsigned() ^ 1 << 31));
+    x << 64 | y << 32 | z
+}

@@ -1,0 +1,34 @@
+//! The effective job: the job with all that it left open filled in.
+
+use super::prepare::Prepared;
+use crate::certificate::DEFAULT_THIN_CELLS;
+use crate::gaps::Gaps;
+use crate::job::{AxisChoice, DEFAULT_CELLS, DEFAULT_TOLERANCE, Job};
+
+/// Fills in what a job left to defaults; `n_solids` has the number of solids of each file.
+///
+/// What chooses the cells stays as it is: the numbers of the lines would be rounded again.
+pub(super) fn effective(job: &Job, prepared: &Prepared, n_solids: &[usize], gaps: Option<&Gaps>) -> Job {
+    let mut job = Job { max_memory: None, ..job.clone() };
+    if job.cells.is_none() && job.dims.is_none() && job.cell_size.is_none() && job.max_cell_size.is_none() {
+        job.cells = Some(DEFAULT_CELLS);
+    }
+    if job.max_cell_size.is_some() {
+        job.tolerance = job.tolerance.or(Some(DEFAULT_TOLERANCE));
+    }
+    if job.certify {
+        job.thin_cells = job.thin_cells.or(Some(DEFAULT_THIN_CELLS));
+    }
+    job.gap_flag = gaps.map(|gaps| gaps.flag);
+    job.axis = [AxisChoice::X, AxisChoice::Y, AxisChoice::Z][prepared.rays.axis];
+    let mut first = 0;
+    for (entry, n_solids) in job.geometries.iter_mut().zip(n_solids) {
+        if let Some(geometry) = prepared.geometries.get(first) {
+            entry.flag = Some(geometry.flag);
+            (entry.open, entry.fill) = (Some(geometry.open), Some(geometry.fill));
+            entry.name = (!entry.split).then(|| geometry.name.clone());
+        }
+        first += if entry.split { *n_solids } else { 1 };
+    }
+    job
+}
