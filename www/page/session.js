@@ -31,7 +31,15 @@ export async function startSession(hasSample) {
   if (!hasSample) await ask().catch(() => {});
   const keepLater = debounce(() => (queue = queue.then(keep).catch(() => {})), 300);
   on('geometries', () => (state.geometries.length > 0 || stored.size > 0) && keepLater());
-  on(['geometries', 'settings', 'colours'], () => state.geometries.length > 0 && localStorage.setItem(FOLDER, hashOf()));
+  on(['geometries', 'settings', 'colours'], () => state.geometries.length > 0 && keepSettings());
+}
+
+function keepSettings() {
+  try {
+    localStorage.setItem(FOLDER, hashOf());
+  } catch {
+    // the user forbids it, or it is full: the files are kept without their settings
+  }
 }
 
 /** Geometries that the page cannot make by itself. */
