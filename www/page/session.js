@@ -47,9 +47,9 @@ function ownFiles() {
   return state.geometries.filter(({ sample }) => !sample);
 }
 
-async function folder() {
+async function folder(create = false) {
   const root = await navigator.storage.getDirectory();
-  return root.getDirectoryHandle(FOLDER, { create: true });
+  return root.getDirectoryHandle(FOLDER, { create });
 }
 
 /** Offers the files of the last visit. */
@@ -92,7 +92,7 @@ async function keep() {
   if (own.length === 0 || own.reduce((sum, { source }) => sum + source.size, 0) > MAX_BYTES) return forget();
   // the question is answered by other files
   for (const box of document.querySelectorAll('[data-about=session]')) box.remove();
-  const place = await folder();
+  const place = await folder(true);
   const files = own.map(({ info, source }) => ({ key: info.sha256, name: source.name }));
   for (const [at, { key }] of files.entries()) {
     if (stored.has(key)) continue;
