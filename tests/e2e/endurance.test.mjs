@@ -59,6 +59,8 @@ async function loseDevices([knot, n_losses]) {
 }
 
 test('a device that is destroyed 20 times is opened again 20 times, with the same cells', async ({ visit, siteWithWorker }) => {
+  // where the driver is the processor, its kernels are compiled for some seconds each time
+  test.setTimeout(600_000);
   const page = await visit('#backend=cpu', { url: await siteWithWorker(DESTROY_ON_DEMAND) });
   const { hashes, told, backend } = await page.evaluate(loseDevices, [await knotText(), 20]);
   assert.equal(backend, 'gpu');

@@ -92,7 +92,8 @@ export const DESTROY_ON_DEMAND = `
     return device;
   };
   told.onmessage = async ({ data }) => {
-    if (data !== 'destroy') return;
+    // the page's own worker hears it, too
+    if (data !== 'destroy' || !device) return;
     device.destroy();
     const { reason } = await device.lost;
     told.postMessage({ reason, n_devices });

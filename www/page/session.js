@@ -31,7 +31,15 @@ export async function startSession(hasSample) {
   if (!hasSample) await ask().catch(() => {});
   const keepLater = debounce(() => (queue = queue.then(keep).catch(() => {})), 300);
   on('geometries', () => (state.geometries.length > 0 || stored.size > 0) && keepLater());
-  on(['geometries', 'settings', 'colours'], () => state.geometries.length > 0 && localStorage.setItem(FOLDER, hashOf()));
+  on(['geometries', 'settings', 'colours'], () => state.geometries.length > 0 && keepSettings());
+}
+
+function keepSettings() {
+  try {
+    localStorage.setItem(FOLDER, hashOf());
+  } catch {
+    // the user forbids it, or it is full: the files are kept without their settings
+  }
 }
 
 /** Geometries that the page cannot make by itself. */
@@ -39,9 +47,9 @@ function ownFiles() {
   return state.geometries.filter(({ sample }) => !sample);
 }
 
-async function folder() {
+async function folder(create = false) {
   const root = await navigator.storage.getDirectory();
-  return root.getDirectoryHandle(FOLDER, { create: true });
+  return root.getDirectoryHandle(FOLDER, { create });
 }
 
 /** Offers the files of the last visit. */
@@ -84,7 +92,7 @@ async function keep() {
   if (own.length === 0 || own.reduce((sum, { source }) => sum + source.size, 0) > MAX_BYTES) return forget();
   // the question is answered by other files
   for (const box of document.querySelectorAll('[data-about=session]')) box.remove();
-  const place = await folder();
+  const place = await folder(true);
   const files = own.map(({ info, source }) => ({ key: info.sha256, name: source.name }));
   for (const [at, { key }] of files.entries()) {
     if (stored.has(key)) continue;
