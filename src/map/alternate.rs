@@ -1,6 +1,7 @@
 //! The mapping of a single geometry under `parity`: its sorted crossings begin runs inside and outside in turn.
 //!
-//! Two crossings of the same cell cancel. Of an odd number the last begins nothing. Twin: `alternating_runs` in `shaders/columns.wgsl`.
+//! Two crossings of the same cell cancel. Of an odd number the last begins nothing. The kernels have no twin of it: their sweep,
+//! `shaders/shared/sweep.wgsl`, is for any rule.
 
 use crate::columns::{Band, run};
 use crate::crossings::Crossings;

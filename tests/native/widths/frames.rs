@@ -60,7 +60,8 @@ fn cells_ranks_and_rays_fit_their_words() {
     // a run
     assert!(u64::from(last) << 8 < 1 << 27);
     // up to 8 odd rays beside a place of 27 bits, below the mark of a segment that is linked
-    assert!(8 << 27 | ((1 << 27) - 1) < LINKED);
+    let (most_odd, most_place) = (8u64 << 27, (1 << 27) - 1);
+    assert!(most_odd + most_place < u64::from(LINKED));
     // the counts of runs of 8 rays, each at most 8 in 4 bits, are less than the mark of a deep row
     assert!((0..8).map(|ray| 8 << (4 * ray)).sum::<u32>() < DEEP);
 }
