@@ -57,6 +57,7 @@ pub use passes::{DEEP_ITEMS_OF_THREAD, ITEMS_OF_THREAD, Profile, TILES_OF_THREAD
 use pool::BufferPool;
 pub use probe::MOST_LOOPS;
 pub use runs::{DEEP, LEFT, LINKED};
+pub use wgpu::Instance;
 
 /// Time that a band aims at: long enough to hide its overhead, which on a software driver is some ten milliseconds; short
 /// enough that no driver gives up on it, and that Cancel does not wait.

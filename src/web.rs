@@ -190,7 +190,7 @@ impl WebJob {
 /// Where devices come from: `navigator.gpu` as it is when this is made.
 #[wasm_bindgen]
 pub struct WebGpu {
-    instance: wgpu::Instance,
+    instance: crate::gpu::Instance,
 }
 
 #[wasm_bindgen]

@@ -10,6 +10,7 @@ import { Held } from './held.js';
 import { asError, failureOf } from './error.js';
 import init, { WebEngine, WebGpu, WebJob, WebMesh, WebSurface, WebSwitch, version } from './hexcast_wasm.js';
 import { readSurface } from './read.js';
+import { allRuns } from './runs.js';
 
 /**
  * @typedef {import('./call.js').State} State
@@ -19,9 +20,6 @@ import { readSurface } from './read.js';
  * @typedef {{ backend: 'gpu' | 'cpu', adapter: import('./hexcast.js').Adapter | null, fallback: string | null }} Facts of a backend
  * @typedef {Exclude<keyof Core, 'run' | 'cancel' | 'answer' | 'dispose'>} Operation
  */
-
-/** Runs that are copied between two looks for messages. */
-const RUNS_AT_A_TIME = 1 << 20;
 
 export class Core {
   /** Set by `open`. @type {WebEngine} */
@@ -251,18 +249,8 @@ export class Core {
    * @param {Listener} progress
    * @param {State} state
    */
-  async columns({ mesh, rays }, progress, state) {
-    const made = this.#meshes.get(mesh);
-    const [n_runs] = made.columnFacts();
-    const columns = { offsets: new Uint32Array(rays + 1), starts: new Uint32Array(n_runs), flags: new Uint8Array(n_runs) };
-    const n_rays = Math.ceil(RUNS_AT_A_TIME / (n_runs / rays + 1));
-    for (let first = 0; first < rays; first += n_rays) {
-      unpack(made.rays(first, Math.min(n_rays, rays - first)), first, columns);
-      progress({ stage: 'read', done: columns.offsets[Math.min(first + n_rays, rays)], total: n_runs });
-      await pause();
-      if (state.cancelled) throw cancelled();
-    }
-    return columns;
+  columns({ mesh, rays }, progress, state) {
+    return allRuns(this.#meshes.get(mesh), rays, progress, state);
   }
 
   /** @param {{ mesh: number, axis: number, index: number, maxPixels: number }} args */
@@ -351,24 +339,6 @@ export class Core {
     this.#surfaces.release(surface);
     this.#meshes.release(mesh);
     this.#encoders.release(encoder);
-  }
-}
-
-/**
- * Puts the runs of rays from a ray on into the arrays of all: each ray's come behind their number, packed as `start << 8 | flag`.
- *
- * @param {Uint32Array} packed
- * @param {number} ray
- * @param {{ offsets: Uint32Array, starts: Uint32Array, flags: Uint8Array }} columns
- */
-function unpack(packed, ray, { offsets, starts, flags }) {
-  for (let at = 0; at < packed.length; ray += 1) {
-    let to = offsets[ray];
-    for (const end = at + 1 + packed[at++]; at < end; at += 1, to += 1) {
-      starts[to] = packed[at] >>> 8;
-      flags[to] = packed[at] & 255;
-    }
-    offsets[ray + 1] = to;
   }
 }
 

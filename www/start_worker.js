@@ -35,13 +35,15 @@ function ownWorker() {
  * @param {() => Worker} start calls `new Worker` once
  */
 function started(start) {
+  const [script, options] = argumentsOf(start);
+  const here = globalThis.location?.origin;
+  // some browsers throw a SecurityError here, others tell of it later
+  if (/^https?:/.test(script) && new URL(script).origin !== here) return blobWorker(script, options);
   try {
     return start();
   } catch (error) {
-    const isForeign = error instanceof Error && error.name === 'SecurityError';
-    if (!isForeign && !(error instanceof TypeError && policy())) throw error;
-    const [script, options] = argumentsOf(start);
-    return isForeign ? blobWorker(script, options) : new Worker(trusted(script), options);
+    if (error instanceof TypeError && policy()) return new Worker(trusted(script), options);
+    throw error;
   }
 }
 

@@ -15,7 +15,7 @@ use crate::error::Result;
 use crate::estimate::UPLOAD_FACET_BYTES;
 use crate::estimate::{Device, MemoryBudget};
 #[cfg(feature = "gpu")]
-use crate::gpu::{AdapterKind, Gpu, Options, Usage, instance};
+use crate::gpu::{AdapterKind, Gpu, Instance, Options, Usage, instance};
 use crate::job::{BackendChoice, Rule};
 use crate::overlay::Overlay;
 use crate::rays::Rays;
@@ -57,7 +57,7 @@ pub struct Engine {
     wanted_adapter: Option<String>,
     /// Where a lost device is opened again, if not where the system has its drivers.
     #[cfg(feature = "gpu")]
-    instance: Option<wgpu::Instance>,
+    instance: Option<Instance>,
     /// Whether the CPU continues where the GPU is lost for good. Where the GPU is wrong the CPU always does.
     #[cfg(feature = "gpu")]
     has_cpu_fallback: bool,
@@ -139,7 +139,7 @@ impl Engine {
     /// # Errors
     /// Those of [`Engine::open`].
     #[cfg(all(feature = "web", target_arch = "wasm32"))]
-    pub(crate) async fn open_in(instance: wgpu::Instance, choice: BackendChoice) -> Result<Engine> {
+    pub(crate) async fn open_in(instance: Instance, choice: BackendChoice) -> Result<Engine> {
         if choice == BackendChoice::Cpu {
             return Ok(Engine::cpu());
         }
