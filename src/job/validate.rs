@@ -50,11 +50,9 @@ impl Job {
                 }
             }
         }
-        if let Some(part) = self.part {
-            if !(1..=part.n_parts()).contains(&part.index.into()) {
-                let found = format!("{} of {} parts", part.index, part.n_parts());
-                return Err(out_of_range("part", found, "an index from 1 to the number of parts"));
-            }
+        if let Some(part) = self.part.filter(|part| !(1..=part.n_parts()).contains(&part.index.into())) {
+            let found = format!("{} of {} parts", part.index, part.n_parts());
+            return Err(out_of_range("part", found, "an index from 1 to the number of parts"));
         }
         let given: Vec<&str> = [("window", self.window.is_some()), ("part", self.part.is_some())]
             .into_iter()
