@@ -6,6 +6,7 @@ import { Devices, describeAdapter, whyNotTaken } from './adapter.js';
 import { clearSpillFiles, spilling } from './spill.js';
 import { cancelled, pause } from './call.js';
 import { columnFile } from './column_file.js';
+import { sha256 } from './hash.js';
 import { Held } from './held.js';
 import { asError, failureOf } from './error.js';
 import init, { WebEngine, WebGpu, WebJob, WebMesh, WebSurface, WebSwitch, version } from './hexcast_wasm.js';
@@ -313,21 +314,8 @@ export class Core {
    * @param {Listener} progress
    * @param {State} state
    */
-  async sha256({ mesh, bits }, progress, state) {
-    const made = this.#meshes.get(mesh);
-    const total = made.size('raw', bits) ?? 0;
-    const hash = made.hash(bits);
-    try {
-      while (hash.step()) {
-        progress({ stage: 'write', done: hash.nBytes(), total });
-        await pause();
-        if (state.cancelled) throw cancelled();
-      }
-    } catch (error) {
-      hash.free();
-      throw error;
-    }
-    return hash.finish();
+  sha256({ mesh, bits }, progress, state) {
+    return sha256(this.#meshes.get(mesh), bits, progress, state);
   }
 
   /**

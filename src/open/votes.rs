@@ -17,6 +17,10 @@ use crate::geometry::Open;
 use crate::job::Rule;
 use crate::rays::Rays;
 
+mod bits;
+
+use bits::{Vote, fill_between, flip, majority, set, unanimous};
+
 /// Everything that decides the cells of an open geometry.
 pub(crate) struct Votes {
     rays: Rays,
@@ -274,47 +278,6 @@ impl DoubtfulRuns<'_> {
             differs &= differs - 1;
         }
         self.doubtful[word] = doubtful;
-    }
-}
-
-/// What the rays of one axis say of 64 cells.
-#[derive(Clone, Copy)]
-struct Vote {
-    inside: u64,
-    odd: u64,
-}
-
-/// Which cells have three even rays that agree, and what these say.
-fn unanimous([a, b, c]: [Vote; 3]) -> (u64, u64) {
-    let differ = (a.inside ^ b.inside) | (b.inside ^ c.inside);
-    (!(differ | a.odd | b.odd | c.odd), a.inside)
-}
-
-/// Which cells are inside by most of their even rays.
-fn majority(votes: [Vote; 3]) -> u64 {
-    let [a, b, c] = votes.map(|vote| vote.inside & !vote.odd);
-    let outside = votes.iter().fold(0, |any, vote| any | !vote.inside & !vote.odd);
-    a & b | b & c | a & c | (a | b | c) & !outside
-}
-
-fn flip(bits: &mut [u64], place: u32) {
-    bits[place as usize / 64] ^= 1 << (place % 64);
-}
-
-fn set(bits: &mut [u64], place: usize, to: bool) {
-    let bit = 1 << (place % 64);
-    if to { bits[place / 64] |= bit } else { bits[place / 64] &= !bit }
-}
-
-/// Sets every bit to the sum modulo 2 of the bits up to it.
-fn fill_between(bits: &mut [u64]) {
-    let mut carry = 0u64;
-    for word in bits {
-        for shift in [1, 2, 4, 8, 16, 32] {
-            *word ^= *word << shift;
-        }
-        *word ^= carry;
-        carry = 0u64.wrapping_sub(*word >> 63);
     }
 }
 

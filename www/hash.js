@@ -1,0 +1,24 @@
+/** SHA-256 of the raw file of a mesh, in steps between which messages arrive. */
+import { cancelled, pause } from './call.js';
+
+/**
+ * @param {import('./hexcast_wasm.js').WebMesh} mesh
+ * @param {boolean} bits whether the file has eight cells a byte
+ * @param {import('./call.js').Listener} progress
+ * @param {import('./call.js').State} state
+ */
+export async function sha256(mesh, bits, progress, state) {
+  const total = mesh.size('raw', bits) ?? 0;
+  const hash = mesh.hash(bits);
+  try {
+    while (hash.step()) {
+      progress({ stage: 'write', done: hash.nBytes(), total });
+      await pause();
+      if (state.cancelled) throw cancelled();
+    }
+  } catch (error) {
+    hash.free();
+    throw error;
+  }
+  return hash.finish();
+}

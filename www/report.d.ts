@@ -1,0 +1,216 @@
+/** What a mesh says about itself: its report, as the native command writes it. */
+/** The cells of a flag. */
+export interface FlagReport {
+  flag: number;
+  name: string;
+  cells: number;
+  volume: number;
+  /**
+   * Sum of the volumes that its geometries' surfaces enclose; null where one is open, filled, inverted or cut by the domain, and for a
+   * mesh that was opened from a column file.
+   */
+  mesh_volume: number | null;
+  /**
+   * The most by which `volume` can differ from `mesh_volume` where neither geometries nor shells of one overlap; null where
+   * `mesh_volume` is.
+   */
+  volume_bound: number | null;
+}
+
+/** Peak sizes in bytes. */
+export interface PeakBytes {
+  /** Of the whole process; null where the system does not report it, as in browsers. */
+  host: number | null;
+  /** Of facets, lattice and columns while meshing, as the library counts them. */
+  meshing: number;
+  /** Of buffers on the device. */
+  device: number;
+  /** Of columns that spilled to disk. */
+  spilled: number;
+}
+
+/**
+ * The report, as the native `--report` writes it; `docs/report.schema.json` describes every key. A mesh that `Mesher.open` opened has no
+ * further keys than these, and null for what a column file does not hold.
+ */
+export interface Report {
+  version: string;
+  /** The backend that meshed; null for an opened mesh. */
+  backend: 'gpu' | 'cpu' | null;
+  /** Name of the GPU; null on the CPU. */
+  adapter: string | null;
+  driver: string | null;
+  /**
+   * The CPU casts a sample of the GPU's rays again: the number of these rays, and of those among them whose cells differed;
+   * null if no GPU meshed.
+   */
+  device_check: { rays: number; differing: number } | null;
+  unit: string | null;
+  dims: [number, number, number];
+  /** Which cells of a larger box these are: the first, and the end, exclusive; null where they are all, and for an opened mesh. */
+  window: { first: [number, number, number]; end: [number, number, number]; of: [number, number, number] } | null;
+  origin: [number, number, number];
+  spacing: [number, number, number];
+  /** Null for an opened mesh. */
+  rule: 'parity' | 'nonzero' | null;
+  ray_axis: 'x' | 'y' | 'z';
+  rays: number;
+  crossings: number;
+  runs: number;
+  odd_rays: number;
+  /** The geometries of the job, in meshing order; missing for an opened mesh. */
+  geometries?: GeometryReport[];
+  /** Geometries that are not closed, unless their `open` is `parity`; null for an opened mesh. */
+  open: OpenReport[] | null;
+  /** Geometries that have the cells along their surfaces; null for an opened mesh. */
+  filled: FillReport[] | null;
+  /** Openings that were closed; null where the job has no `close_gaps`, and for an opened mesh. */
+  gaps: GapsReport | null;
+  cells: number;
+  flags: FlagReport[];
+  /** The geometries, in meshing order; missing for an opened mesh. */
+  geometries?: GeometryReport[];
+  /** Cells that the winding number or a vote decided, as rays could not; null for an opened mesh. */
+  doubtful: DoubtReport | null;
+  /**
+   * The job with all that it left open filled in, in the form of job files: `file` in place of `source`; null for an opened mesh.
+   */
+  job: { geometries: { file: string; flag: number; [key: string]: unknown }[]; [key: string]: unknown } | null;
+  /** Thin walls, overlaps and gaps of one cell; null where the job did not ask for them, and for an opened mesh. */
+  certificate: CertificateReport | null;
+  /** Hash of the flags, the same on every device and along every axis; null for an opened mesh and where the columns have spilled. */
+  flags_hash: string | null;
+  /** SHA-256 of the flags; null, as `Mesh.sha256` makes it where it is needed. */
+  flags_sha256: string | null;
+  warnings: string[];
+  /** Cells per second of `seconds.total`; null for an opened mesh. */
+  cells_per_second: number | null;
+  /** Seconds of each stage, null for a stage that was not asked for; empty for an opened mesh. */
+  seconds: Record<string, number | null>;
+  /** Missing for an opened mesh. */
+  peak_bytes?: PeakBytes;
+  [key: string]: unknown;
+}
+
+/** A geometry of the job, as it was placed. */
+export interface GeometryReport {
+  name: string;
+  flag: number;
+  priority: number;
+  facets: number;
+  /** Least and greatest coordinates. */
+  bounding_box: [[number, number, number], [number, number, number]];
+  /** Signed volume enclosed by the facets: positive where normals point outwards. */
+  mesh_volume: number;
+  /**
+   * The most by which the volume of its cells can differ from that, unless shells of it overlap; null where its cells are not those
+   * within its surface: that is open, or its facets do not agree, or it is filled, a shell, inverted or cut by the domain.
+   */
+  volume_bound: number | null;
+  /** Whether its cells are those outside of it. */
+  invert: boolean;
+  /** Edges that are not shared by two facets that agree, after the corners were rounded. */
+  bad_edges: BadEdges;
+}
+
+/** The edges of a geometry that are not shared by two facets that agree. */
+export interface BadEdges {
+  /** Number of edges that one facet has. */
+  open: number;
+  /** Number of edges that two facets use in the same direction: one of the two is inside-out. */
+  flipped: number;
+  /** Number of edges that more than two facets have. */
+  nonmanifold: number;
+  /** At most 8 groups of edges of each kind that meet at corners, open ones first, then flipped ones; of each kind the longest first. */
+  worst: {
+    kind: 'open' | 'flipped' | 'nonmanifold';
+    /** Number of edges, and their length together. */
+    edges: number;
+    length: number;
+    /** Corners of the box around them. */
+    bounds: [[number, number, number], [number, number, number]];
+    /** Facets that have them, counted from 0 in their file, ascending; at most 8. */
+    facets: number[];
+  }[];
+}
+
+/** Cells of open geometries that rays do not decide. */
+export interface DoubtReport {
+  cells: number;
+  /** Boxes of them, at most 1,000, the largest first: the first cell x, y, z and the end, exclusive. No cell is in two. */
+  boxes: [[number, number, number], [number, number, number]][];
+  /** Number of cells in these boxes, and whether these are all. */
+  cells_in_boxes: number;
+  are_all: boolean;
+}
+
+/** The openings that `close_gaps` closed. */
+export interface GapsReport {
+  /** Openings of fewer cells were closed. */
+  width: number;
+  /** Flag of the added cells. */
+  flag: number;
+  /** Number of added cells. */
+  cells: number;
+  /** Number of gaps: their cells are connected over faces. */
+  gaps: number;
+  /** The gaps of most cells, at most 100: number of cells, and the corners of the box around them. */
+  largest: { cells: number; bounds: [[number, number, number], [number, number, number]] }[];
+}
+
+/** A geometry whose surface is not closed, and how its cells were decided. */
+export interface OpenReport {
+  geometry: string;
+  policy: 'winding' | 'vote';
+  /** Edges that facets use an odd number of times, or for the rule `nonzero` more often one way than the other. */
+  open_edges: number;
+  /** Loops of these edges. */
+  holes: number;
+  /** Middle of the longest of these edges. */
+  longest_at: [number, number, number];
+  /** Facets that were turned to agree with their neighbours. */
+  turned: number;
+  /** Rays along x, y and z that do not leave it as often as they enter. */
+  odd_rays: [number, number, number];
+  /** Cells whose three rays are not all even, or do not agree. */
+  doubtful_cells: number;
+}
+
+/** A geometry that has the cells along its surface. */
+export interface FillReport {
+  geometry: string;
+  fill: 'conservative' | 'separating';
+  /** Whether it has no others. */
+  shell: boolean;
+  /** Cells that it has for no other reason. */
+  added_cells: number;
+}
+
+/** What a mesh may have lost, or decided between closed geometries. */
+export interface CertificateReport {
+  /** Walls of fewer cells are listed. */
+  thin_cells: number;
+  /** Walls that are thin along an axis: stretches of rays, those that hold no centre of a cell, the fewest centres and a place. */
+  thin_walls: {
+    geometry: string;
+    axis: 'x' | 'y' | 'z';
+    rays: number;
+    lost: number;
+    cells: number;
+    place: [number, number, number];
+  }[];
+  /** Pairs of geometries with common cells, and a place in them. */
+  overlaps: { winner: string; loser: string; cells: number; volume: number; place: [number, number, number] }[];
+  /**
+   * Background cells with one flag before them and another behind, along an axis: the two flags, their names, the number of cells, the
+   * centre of one of them, and the corners of the box around all.
+   */
+  gaps: {
+    flags: [number, number];
+    names: [string, string];
+    axis: 'x' | 'y' | 'z';
+    cells: number;
+    place: [number, number, number];
+    bounds: [[number, number, number], [number, number, number]];
+  }[];
+}
