@@ -36,7 +36,7 @@ pub struct Used {
 
 impl Used {
     /// That of two things, one after the other.
-    pub(in crate::pipeline) fn and(self, other: Used) -> Used {
+    pub(crate) fn and(self, other: Used) -> Used {
         let sum = |[a, b]: [u64; 2], [c, d]: [u64; 2]| [a + c, b + d];
         Used {
             device_bytes: self.device_bytes.max(other.device_bytes),
@@ -102,7 +102,7 @@ impl Engine {
     ///
     /// # Errors
     /// Those of [`Engine::columns`].
-    pub(in crate::pipeline) async fn axis_crossings(
+    pub(crate) async fn axis_crossings(
         &mut self,
         casts: &[AxisCasts],
         main: &Rays,
@@ -129,7 +129,7 @@ impl Engine {
     ///
     /// # Errors
     /// Those of [`Engine::columns`] and [`ColumnsBuilder::push`]; the builder keeps what was finished before.
-    pub(in crate::pipeline) async fn build(
+    pub(crate) async fn build(
         &mut self,
         cast: &Cast<'_>,
         budget: &MemoryBudget,

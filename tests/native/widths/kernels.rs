@@ -125,7 +125,7 @@ fn width(range: &Range) -> u32 {
 
 #[test]
 fn no_number_of_the_walk_wraps_around() {
-    assert_eq!(on_all_frames(&kernel("lattice_count"), SPAN_BITS, check_hits), Vec::<String>::new());
+    assert_eq!(on_all_frames(&kernel("lattice"), SPAN_BITS, check_hits), Vec::<String>::new());
 }
 
 #[test]
@@ -135,9 +135,9 @@ fn no_number_of_a_plane_wraps_around() {
 
 #[test]
 fn a_span_of_27_bits_or_larger_bins_do_not_fit_the_walk() {
-    let faults = on_all_frames(&kernel("lattice_count"), SPAN_BITS + 1, check_hits);
+    let faults = on_all_frames(&kernel("lattice"), SPAN_BITS + 1, check_hits);
     assert!(faults.iter().any(|fault| fault.contains("in 32 bits")), "{faults:?}");
-    let wider = changed("lattice_count", &[["const BIN: u32 = 8u;", "const BIN: u32 = 16u;"]]);
+    let wider = changed("lattice", &[["const BIN: u32 = 8u;", "const BIN: u32 = 16u;"]]);
     assert!(!on_all_frames(&wider, SPAN_BITS, check_hits).is_empty());
 }
 

@@ -94,8 +94,8 @@ fn clamp_is_right(module: &Module) -> bool {
 
 #[test]
 fn a_clamped_number_is_the_nearest_within_2_30() {
-    assert!(clamp_is_right(&kernel("lattice_count")));
-    assert!(!clamp_is_right(&changed("lattice_count", &[["a.y == bitcast<u32>", "a.y != bitcast<u32>"]])));
+    assert!(clamp_is_right(&kernel("lattice")));
+    assert!(!clamp_is_right(&changed("lattice", &[["a.y == bitcast<u32>", "a.y != bitcast<u32>"]])));
 }
 
 /// A step of the correction is one divisor up where the rest is negative, one down where it is no less than the divisor.
