@@ -68,8 +68,6 @@ export interface Report {
   gaps: GapsReport | null;
   cells: number;
   flags: FlagReport[];
-  /** The geometries, in meshing order; missing for an opened mesh. */
-  geometries?: GeometryReport[];
   /** Cells that the winding number or a vote decided, as rays could not; null for an opened mesh. */
   doubtful: DoubtReport | null;
   /**

@@ -18,6 +18,7 @@ pub struct ColumnsReport<'a> {
     pub unit: Option<&'a str>,
     /// Number of cells on x, y and z.
     pub dims: [u32; 3],
+    window: (),
     /// First mesh line on each axis.
     pub origin: [f64; 3],
     /// Cell size on each axis.
@@ -81,6 +82,7 @@ impl ColumnsReport<'_> {
             device_check: (),
             unit: mesh.unit.as_deref(),
             dims,
+            window: (),
             origin,
             spacing,
             rule: (),
