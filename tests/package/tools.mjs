@@ -15,7 +15,8 @@ export async function ensureTools() {
   const hash = createHash('sha256');
   for (const list of LISTS) hash.update(readFileSync(list));
   const [wanted, stamp] = [hash.digest('hex'), path.join(TOOLS, 'installed')];
-  if (existsSync(stamp) && readFileSync(stamp, 'utf8') === wanted) return;
+  const isThere = existsSync(path.join(TOOLS, 'node_modules/webpack/package.json'));
+  if (isThere && existsSync(stamp) && readFileSync(stamp, 'utf8') === wanted) return;
   mkdirSync(TOOLS, { recursive: true });
   for (const list of LISTS) cpSync(list, path.join(TOOLS, path.basename(list)));
   // not "ci", which fails where the registry lacks a package of another system
