@@ -2,7 +2,7 @@
 
 use web_time::Instant;
 
-#[cfg(feature = "gpu")]
+#[cfg(all(feature = "gpu", not(target_arch = "wasm32")))]
 use crate::error::Error;
 use crate::error::Result;
 use crate::estimate::Device;
