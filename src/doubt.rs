@@ -40,16 +40,8 @@ type Sorted = [[u32; 2]; 3];
 
 impl Doubt {
     /// Unites runs in any order.
-    pub fn new(rays: Rays, mut runs: Vec<CellRun>) -> Doubt {
-        runs.par_sort_unstable();
-        runs.dedup_by(|next, last| {
-            let touches = next.ray == last.ray && next.start <= last.end;
-            if touches {
-                last.end = last.end.max(next.end);
-            }
-            touches
-        });
-        Doubt { rays, runs }
+    pub fn new(rays: Rays, runs: Vec<CellRun>) -> Doubt {
+        Doubt { rays, runs: CellRun::united(runs) }
     }
 
     /// Number of cells.

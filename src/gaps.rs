@@ -14,7 +14,7 @@
 
 use serde::Serialize;
 
-use crate::columns::{Band, Columns, run, run_flag, spans};
+use crate::columns::{Band, CellRun, Columns, run, run_flag, spans};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::leak::passage::{OpenRun, Passage};
@@ -24,7 +24,7 @@ use crate::parallel::*;
 
 mod sweep;
 
-use sweep::{GapRun, Sweep};
+use sweep::Sweep;
 
 /// Name of the flag of closed gaps.
 pub const NAME: &str = "closed gaps";
@@ -76,7 +76,7 @@ pub fn close(
     let background = Passage::new(columns, &is_open, control)?;
     let found = gap_runs(&background, width, control)?;
     let closed = with_flag(columns, &found, flag, control)?;
-    let per_ray = found.iter().map(|gap| (gap.ray, OpenRun { start: gap.start, end: gap.end }));
+    let per_ray = found.iter().map(|gap| (gap.ray as u32, OpenRun { start: gap.start, end: gap.end }));
     let mut largest = connected(columns, lines, &background.with_runs(per_ray));
     let (cells, gaps) = (largest.iter().map(|gap| gap.cells).sum(), largest.len() as u64);
     largest.truncate(MAX_LISTED);
@@ -99,40 +99,31 @@ fn check_memory(columns: &Columns, max_bytes: u64) -> Result<()> {
 }
 
 /// The cells of all gaps, ascending by ray and cell; runs of one ray do not touch.
-fn gap_runs(background: &Passage, width: u32, control: &Control) -> Result<Vec<GapRun>> {
+fn gap_runs(background: &Passage, width: u32, control: &Control) -> Result<Vec<CellRun>> {
     let [n, m] = background.counts;
     let along_rays = |row: u32| {
         let rays = (0..n).map(|column| background.ray([column, row]));
         let inner = |run: &OpenRun| run.start > 0 && run.end < background.depth && run.end - run.start < width;
         let of_ray = |ray: u32| {
             let runs = background.runs[background.runs_of(ray)].iter().filter(|run| inner(run));
-            runs.map(move |run| GapRun { ray, start: run.start, end: run.end })
+            runs.map(move |run| CellRun { ray: ray.into(), start: run.start, end: run.end })
         };
-        rays.flat_map(of_ray).collect::<Vec<GapRun>>()
+        rays.flat_map(of_ray).collect::<Vec<CellRun>>()
     };
     let along_row = |row: u32| Sweep::new(width).gaps(background, (0..n).map(|column| [column, row]));
     let along_column = |column: u32| Sweep::new(width).gaps(background, (0..m).map(|row| [column, row]));
     let mut found = Vec::new();
-    found.extend((0..m).into_par_iter().map(along_rays).collect::<Vec<Vec<GapRun>>>());
+    found.extend((0..m).into_par_iter().map(along_rays).collect::<Vec<Vec<CellRun>>>());
     control.check()?;
-    found.extend((0..m).into_par_iter().map(along_row).collect::<Vec<Vec<GapRun>>>());
+    found.extend((0..m).into_par_iter().map(along_row).collect::<Vec<Vec<CellRun>>>());
     control.check()?;
-    found.extend((0..n).into_par_iter().map(along_column).collect::<Vec<Vec<GapRun>>>());
+    found.extend((0..n).into_par_iter().map(along_column).collect::<Vec<Vec<CellRun>>>());
     control.check()?;
-    let mut found = found.concat();
-    found.par_sort_unstable();
-    found.dedup_by(|next, gap| {
-        let touches = next.ray == gap.ray && next.start <= gap.end;
-        if touches {
-            gap.end = gap.end.max(next.end);
-        }
-        touches
-    });
-    Ok(found)
+    Ok(CellRun::united(found.concat()))
 }
 
 /// The columns with a flag in the gaps.
-fn with_flag(columns: &Columns, gaps: &[GapRun], flag: u8, control: &Control) -> Result<Columns> {
+fn with_flag(columns: &Columns, gaps: &[CellRun], flag: u8, control: &Control) -> Result<Columns> {
     let n_rays = columns.rays.n_rays();
     let band = |index: u64| {
         control.check()?;
@@ -142,9 +133,9 @@ fn with_flag(columns: &Columns, gaps: &[GapRun], flag: u8, control: &Control) ->
             (band.odd_rays, band.n_crossings) = (columns.odd_rays(), columns.n_crossings());
         }
         let mut ray = rays.start;
-        let mut rest = &gaps[gaps.partition_point(|gap| u64::from(gap.ray) < ray)..];
+        let mut rest = &gaps[gaps.partition_point(|gap| gap.ray < ray)..];
         columns.for_rays(rays, |runs| {
-            let (of_ray, after) = rest.split_at(rest.iter().take_while(|gap| u64::from(gap.ray) == ray).count());
+            let (of_ray, after) = rest.split_at(rest.iter().take_while(|gap| gap.ray == ray).count());
             if of_ray.is_empty() {
                 band.runs.extend_from_slice(runs);
             } else {
@@ -160,7 +151,7 @@ fn with_flag(columns: &Columns, gaps: &[GapRun], flag: u8, control: &Control) ->
 }
 
 /// Adds the runs of a ray with a flag in its gaps, which lie in its background.
-fn push_ray(out: &mut Vec<u32>, runs: &[u32], gaps: &[GapRun], flag: u8, depth: u32) {
+fn push_ray(out: &mut Vec<u32>, runs: &[u32], gaps: &[CellRun], flag: u8, depth: u32) {
     let first = out.len();
     let mut push = |cell: u32, flag: u8| {
         if flag != out[first..].last().map_or(0, |&run| run_flag(run)) {

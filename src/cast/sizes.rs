@@ -24,8 +24,10 @@ pub(crate) const BANDS_IN_FLIGHT: usize = 3;
 const FEW_FACETS: u64 = 1 << 16;
 /// Bytes of a facet: its corners and its first item.
 const FACET_BYTES: u64 = 4 * FACET_WORDS as u64 + 4;
-/// Bytes of a tile, and of what the lattice finds for it.
-const TILE_BYTES: u64 = 32 + 16;
+/// Bytes of a tile.
+const TILE_BYTES: u64 = 32;
+/// Bytes of what the lattice finds for a tile.
+const FOUND_BYTES: u64 = 16;
 /// Bytes of a place of four runs.
 const PLACE_BYTES: u64 = 16;
 /// Bytes of a chunk, a row of rays of one bin.
@@ -69,7 +71,7 @@ impl Capacity {
             n_facets: bytes / (4 * FACET_WORDS as u64),
             n_chunks: bytes / CHUNK_BYTES,
             n_counters: bytes / 4 - 1,
-            n_tiles: bytes / 32,
+            n_tiles: bytes / TILE_BYTES,
             n_places: (bytes / PLACE_BYTES).min((1 << 27) - 1),
         }
     }
@@ -123,7 +125,7 @@ impl Capacity {
         FACET_BYTES * self.n_facets
             + CHUNK_BYTES * self.n_chunks
             + COUNTER_BYTES * self.n_counters
-            + TILE_BYTES * self.n_tiles
+            + (TILE_BYTES + FOUND_BYTES) * self.n_tiles
             + PLACE_BYTES * self.n_places
     }
 }

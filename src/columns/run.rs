@@ -1,5 +1,6 @@
 //! Runs, and bands of them as the backends return them.
 
+use crate::parallel::*;
 use std::ops::Range;
 
 /// Packs a run.
@@ -49,6 +50,21 @@ pub struct CellRun {
     pub start: u32,
     /// The cell after the last.
     pub end: u32,
+}
+
+impl CellRun {
+    /// Runs in any order, ascending; those that touch or have cells in common are one.
+    pub(crate) fn united(mut runs: Vec<CellRun>) -> Vec<CellRun> {
+        runs.par_sort_unstable();
+        runs.dedup_by(|next, last| {
+            let touches = next.ray == last.ray && next.start <= last.end;
+            if touches {
+                last.end = last.end.max(next.end);
+            }
+            touches
+        });
+        runs
+    }
 }
 
 /// Flag of a cell of a ray with the given runs.

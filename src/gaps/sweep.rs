@@ -5,15 +5,8 @@
 //! fewer than K rays ago.
 //! Cost: O(pieces) a ray, of which there are at most as many as ends of the last K rays.
 
+use crate::columns::CellRun;
 use crate::leak::passage::{OpenRun, Passage};
-
-/// Background cells of a ray that are in a gap.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct GapRun {
-    pub(super) ray: u32,
-    pub(super) start: u32,
-    pub(super) end: u32,
-}
 
 /// Cells of a ray that are background since the same ray of the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,7 +30,7 @@ impl Sweep {
     }
 
     /// Finds the gaps along a line of rays.
-    pub(super) fn gaps(mut self, background: &Passage, line: impl Iterator<Item = [u32; 2]>) -> Vec<GapRun> {
+    pub(super) fn gaps(mut self, background: &Passage, line: impl Iterator<Item = [u32; 2]>) -> Vec<CellRun> {
         let mut found = Vec::new();
         // the rays that may still be in a gap
         let mut rays: Vec<u32> = Vec::new();
@@ -46,7 +39,7 @@ impl Sweep {
             let runs = &background.runs[background.runs_of(ray)];
             self.end_pieces(runs, |piece, since| {
                 for &ray in &rays[since as usize..] {
-                    found.push(GapRun { ray, start: piece.start, end: piece.end });
+                    found.push(CellRun { ray: ray.into(), start: piece.start, end: piece.end });
                 }
             });
             self.begin_pieces(runs, index);
