@@ -9,6 +9,9 @@ import { numbersOf, writeNumbers } from './format.js';
 import { showNotice } from './messages.js';
 import { DEFAULTS, colourOf, on, set, state } from './state.js';
 
+/** Settings of how cells are decided: keys of links, of jobs and, with hyphens, of the command. */
+const METHOD = /** @type {const} */ (['rule', 'open', 'fill', 'certify', 'thin_cells', 'axis']);
+
 /**
  * @typedef {import('hexcast').Job} Job
  * @typedef {import('./state.js').Settings} Settings
@@ -77,18 +80,7 @@ export function hashOf() {
   const sizes = settings.sizing === 'max_cell_size' ? 'cell_size' : settings.sizing;
   if (settings.sizing !== 'cells' || settings.cells !== DEFAULTS.cells) query.set(settings.sizing, writeNumbers(settings[sizes]));
   if (settings.domain) query.set('domain', settings.domain.join(' '));
-  for (const key of /** @type {const} */ ([
-    'padding',
-    'padding_by',
-    'rule',
-    'open',
-    'fill',
-    'certify',
-    'thin_cells',
-    'axis',
-    'backend',
-    'unit',
-  ])) {
+  for (const key of /** @type {const} */ (['padding', 'padding_by', ...METHOD, 'backend', 'unit'])) {
     if (String(settings[key]) !== String(DEFAULTS[key])) query.set(key, writeNumbers(settings[key]));
   }
   const sample =
@@ -206,19 +198,7 @@ export function commandOf(job) {
   option('domain', job.domain);
   if (job.padding && 'cells' in job.padding) option('padding-cells', job.padding.cells);
   if (job.padding && 'length' in job.padding) option('padding-length', job.padding.length);
-  for (const key of /** @type {const} */ ([
-    'cells',
-    'dims',
-    'cell_size',
-    'max_cell_size',
-    'rule',
-    'open',
-    'fill',
-    'certify',
-    'thin_cells',
-    'axis',
-    'unit',
-  ]))
+  for (const key of /** @type {const} */ (['cells', 'dims', 'cell_size', 'max_cell_size', ...METHOD, 'unit']))
     option(key.replaceAll('_', '-'), job[key]);
   if (state.settings.backend !== 'auto') option('backend', state.settings.backend);
   return [...words, '-o', quote(`${baseName(job)}.vti`)].join(' ');
