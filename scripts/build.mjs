@@ -38,14 +38,9 @@ export async function build() {
     '-o',
     wasm,
   ]);
-  await buildPage();
+  // a process of its own: Vite sets NODE_ENV to "production" for all that follows it, and npm then installs no tools
+  await run(process.execPath, [path.join(ROOT, 'node_modules/vite/bin/vite.js'), 'build', '--logLevel', 'warn']);
   return checkSizes(wasm);
-}
-
-async function buildPage() {
-  // loaded late: it needs the Node packages
-  const vite = await import('vite');
-  await vite.build({ configFile: path.join(ROOT, 'vite.config.mjs'), logLevel: 'warn' });
 }
 
 /** Gives the wasm its public name and returns its path; the glue, which nobody imports by name, keeps its own. */

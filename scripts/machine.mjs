@@ -15,7 +15,7 @@ export async function ensureNodeModules() {
   const hash = createHash('sha256').update(lock).digest('hex');
   const stamp = path.join(NODE_MODULES, '.hexcast-lock');
   if (existsSync(stamp) && readFileSync(stamp, 'utf8') === hash) return null;
-  await run('npm', ['ci', '--no-audit', '--no-fund']);
+  await run('npm', ['ci', '--include=dev', '--no-audit', '--no-fund']);
   writeFileSync(stamp, hash);
   return 'installed';
 }

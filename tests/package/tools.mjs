@@ -20,7 +20,7 @@ export async function ensureTools() {
   mkdirSync(TOOLS, { recursive: true });
   for (const list of LISTS) cpSync(list, path.join(TOOLS, path.basename(list)));
   // not "ci", which fails where the registry lacks a package of another system
-  await run('npm', ['install', '--no-audit', '--no-fund'], { cwd: TOOLS });
+  await run('npm', ['install', '--include=dev', '--no-audit', '--no-fund'], { cwd: TOOLS });
   writeFileSync(stamp, wanted);
 }
 
