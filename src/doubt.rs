@@ -49,29 +49,40 @@ impl Doubt {
         self.runs.iter().map(|run| u64::from(run.end - run.start)).sum()
     }
 
-    /// All cells in boxes that have none in common, the largest first.
-    pub fn boxes(&self) -> Vec<Corners> {
-        let mut boxes = joined([0, 1, 2], plates(self.rays.axis, self.rows()));
+    /// The largest of the boxes that hold all cells and have none in common, at most so many, the largest first.
+    pub fn boxes(&self, most: usize) -> Vec<Corners> {
+        let n = u64::from(self.rays.counts[0]);
+        let rows: Vec<&[CellRun]> = self.runs.chunk_by(|one, next| one.ray / n == next.ray / n).collect();
+        let parts = rows.into_par_iter().map(|of_row| self.rows(of_row));
+        let mut boxes = if self.rays.axis < 2 {
+            // the rows of a part have the same z
+            stacked(parts.map(|rows| joined([0, 2, 1], rows)).collect())
+        } else {
+            joined([0, 1, 2], plates(parts.flatten_iter().collect()))
+        };
         // of equal ones the first in the order of the cells
-        boxes.sort_unstable_by_key(|[x, y, z]| {
+        let order = |[x, y, z]: &Sorted| {
             let n: u64 = [x, y, z].into_iter().map(|[first, end]| u64::from(end - first)).product();
             (u64::MAX - n, z[0], y[0], x[0])
-        });
+        };
+        if boxes.len() > most {
+            boxes.select_nth_unstable_by_key(most, order);
+            boxes.truncate(most);
+        }
+        boxes.sort_unstable_by_key(order);
         boxes.into_iter().map(|[x, y, z]| [0, 1].map(|end: usize| [x[end], y[end], z[end]])).collect()
     }
 
-    /// All cells in boxes whose extents along x are those of the longest rows.
-    fn rows(&self) -> Vec<Sorted> {
+    /// The cells of a row of rays in boxes whose extents along x are those of the longest rows.
+    fn rows(&self, of_row: &[CellRun]) -> Vec<Sorted> {
         let n = u64::from(self.rays.counts[0]);
+        let row = of_row.first().map_or(0, |run| (run.ray / n) as u32);
+        let places = of_row.iter().map(|run| ((run.ray % n) as u32, [run.start, run.end]));
         let mut rows = Vec::new();
-        for of_row in self.runs.chunk_by(|one, next| one.ray / n == next.ray / n) {
-            let row = (of_row[0].ray / n) as u32;
-            let places = of_row.iter().map(|run| ((run.ray % n) as u32, [run.start, run.end]));
-            match self.rays.axis {
-                0 => rows.extend(places.map(|(y, x)| [x, [y, y + 1], [row, row + 1]])),
-                1 => sweep(places, |y, x| rows.push([x, y, [row, row + 1]])),
-                _ => sweep(places, |z, x| rows.push([x, [row, row + 1], z])),
-            }
+        match self.rays.axis {
+            0 => rows.extend(places.map(|(y, x)| [x, [y, y + 1], [row, row + 1]])),
+            1 => sweep(places, |y, x| rows.push([x, y, [row, row + 1]])),
+            _ => sweep(places, |z, x| rows.push([x, [row, row + 1], z])),
         }
         rows
     }
@@ -104,12 +115,8 @@ impl Doubt {
     }
 }
 
-/// Joins rows, which came from runs along an axis, to plates: as many of the same ends along y as can be.
-fn plates(axis: usize, mut rows: Vec<Sorted>) -> Vec<Sorted> {
-    if axis < 2 {
-        // planes of the same z: the rows of a plate touch
-        return joined([0, 2, 1], rows);
-    }
+/// Joins rows that came from runs along z to plates: as many of the same ends along x as can be.
+fn plates(mut rows: Vec<Sorted>) -> Vec<Sorted> {
     rows.par_sort_unstable();
     let mut plates = Vec::new();
     for same in rows.chunk_by(|one, next| one[0] == next[0]) {
@@ -118,10 +125,37 @@ fn plates(axis: usize, mut rows: Vec<Sorted>) -> Vec<Sorted> {
     plates
 }
 
+/// Two pairs as one number, in the same order: it is compared at once.
+fn packed(pairs: [[u32; 2]; 2]) -> u128 {
+    pairs.as_flattened().iter().fold(0, |number, part| number << 32 | u128::from(*part))
+}
+
+/// Joins the plates of planes, which ascend along z, to boxes; those of a plane are in order.
+fn stacked(planes: Vec<Vec<Sorted>>) -> Vec<Sorted> {
+    let (mut boxes, mut below) = (Vec::new(), Vec::<Sorted>::new());
+    for mut plane in planes {
+        let mut ended = below.into_iter().peekable();
+        for plate in &mut plane {
+            while let Some(other) = ended.next_if(|of| of[..2] < plate[..2]) {
+                boxes.push(other);
+            }
+            match ended.next_if(|of| of[..2] == plate[..2]) {
+                Some(same) if same[2][1] == plate[2][0] => plate[2][0] = same[2][0],
+                Some(other) => boxes.push(other),
+                None => {}
+            }
+        }
+        boxes.extend(ended);
+        below = plane;
+    }
+    boxes.extend(below);
+    boxes
+}
+
 /// Joins boxes that differ in nothing but the last of three axes, and touch there.
 fn joined(axes: [usize; 3], mut boxes: Vec<Sorted>) -> Vec<Sorted> {
-    boxes.sort_unstable_by_key(|of| axes.map(|axis| of[axis]));
     let [first, second, last] = axes;
+    boxes.sort_unstable_by_key(|of| (packed([of[first], of[second]]), of[last][0]));
     boxes.dedup_by(|next, before| {
         let touches =
             next[first] == before[first] && next[second] == before[second] && next[last][0] == before[last][1];

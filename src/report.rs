@@ -141,8 +141,7 @@ pub struct DoubtReport {
 impl DoubtReport {
     /// Lists cells.
     pub fn new(doubt: &Doubt) -> DoubtReport {
-        let mut boxes = doubt.boxes();
-        boxes.truncate(MAX_BOXES);
+        let boxes = doubt.boxes(MAX_BOXES);
         let n_of = |[low, high]: &Corners| -> u64 { (0..3).map(|axis| u64::from(high[axis] - low[axis])).product() };
         let (cells, cells_in_boxes) = (doubt.n_cells(), boxes.iter().map(n_of).sum());
         DoubtReport { cells, boxes, cells_in_boxes, are_all: cells_in_boxes == cells }

@@ -51,7 +51,7 @@ pub(crate) struct Through {
 pub(crate) struct Rows {
     /// Its columns, with the flag 1.
     pub(crate) band: Band,
-    /// Its doubtful cells, in no order.
+    /// Its doubtful cells, ascending.
     pub(crate) doubt: Vec<CellRun>,
 }
 
@@ -145,18 +145,20 @@ impl Votes {
         let first_ray = u64::from(planes.start) * u64::from(n_b);
         let n_crossings = of_planes(&self.turns[0], &planes).len() as u64;
         let mut rows = Rows { band: Band { first_ray, n_crossings, ..Band::default() }, doubt: Vec::new() };
-        let mut changes = Vec::new();
+        let (mut changes, mut doubt) = (Vec::new(), Vec::new());
         for plane in planes {
             self.go_through(&mut through, plane + 1);
             changes.clear();
-            self.plane(plane, &through.inside, &mut changes, &mut rows.doubt);
-            append(&changes, n_b, &mut rows.band);
+            doubt.clear();
+            self.plane(plane, &through.inside, &mut changes, &mut doubt);
+            rows.band.ends.extend(append(&changes, n_b, &mut rows.band.runs));
+            append(&doubt, n_b, &mut rows.doubt);
         }
         rows
     }
 
-    /// Notes (place, run) where a cell of a plane differs from the one before on its ray, and its doubtful cells.
-    fn plane(&self, plane: u32, inside_c: &[u64], changes: &mut Vec<(u32, u32)>, doubt: &mut Vec<CellRun>) {
+    /// Notes (place, run) where a cell of a plane differs from the one before on its ray, and for its doubtful cells.
+    fn plane(&self, plane: u32, inside_c: &[u64], changes: &mut Vec<(u32, u32)>, doubt: &mut Vec<(u32, CellRun)>) {
         let n = self.n_words;
         let [mut turns_a, mut turns_b] = [0, 1].map(|axis| of_planes(&self.turns[axis], &(plane..plane + 1)));
         let mut closed = of_planes(&self.closed, &(plane..plane + 1));
@@ -259,7 +261,7 @@ struct DoubtfulRuns<'a> {
     /// Which cells of the last row are doubtful, and since which row.
     doubtful: Vec<u64>,
     starts: Vec<u32>,
-    found: &'a mut Vec<CellRun>,
+    found: &'a mut Vec<(u32, CellRun)>,
 }
 
 impl DoubtfulRuns<'_> {
@@ -273,7 +275,8 @@ impl DoubtfulRuns<'_> {
             if doubtful >> bit & 1 == 1 {
                 self.starts[place] = row;
             } else {
-                self.found.push(CellRun { ray: self.first_ray + place as u64, start: self.starts[place], end: row });
+                let run = CellRun { ray: self.first_ray + place as u64, start: self.starts[place], end: row };
+                self.found.push((place as u32, run));
             }
             differs &= differs - 1;
         }
@@ -281,22 +284,25 @@ impl DoubtfulRuns<'_> {
     }
 }
 
-/// Appends the rays of a row, given their changes in any order of the rays.
-fn append(changes: &[(u32, u32)], n_b: u32, band: &mut Band) {
-    let before = band.runs.len();
-    let mut next = vec![0u32; n_b as usize + 1];
-    for &(place, _) in changes {
-        next[place as usize + 1] += 1;
+/// Appends what was noted of the rays of a row, in any order of the rays, ray after ray; returns the end of each.
+fn append<T: Copy>(notes: &[(u32, T)], n_b: u32, to: &mut Vec<T>) -> Vec<u32> {
+    let Some(&(_, any)) = notes.first() else { return vec![to.len() as u32; n_b as usize] };
+    let mut next = vec![0; n_b as usize + 1];
+    for (place, _) in notes {
+        next[*place as usize + 1] += 1;
     }
+    next[0] = to.len() as u32;
     for place in 1..next.len() {
         next[place] += next[place - 1];
     }
-    band.ends.extend(next[1..].iter().map(|end| before as u32 + end));
-    band.runs.resize(before + changes.len(), 0);
-    for &(place, run) in changes {
-        band.runs[before + next[place as usize] as usize] = run;
-        next[place as usize] += 1;
+    to.resize(to.len() + notes.len(), any);
+    for &(place, note) in notes {
+        let at = &mut next[place as usize];
+        to[*at as usize] = note;
+        *at += 1;
     }
+    next.pop();
+    next
 }
 
 /// Shifts of boxes as those of rows of planes, in order.
