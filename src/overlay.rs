@@ -16,6 +16,8 @@ use crate::axis_crossings::AxisCrossings;
 use crate::cast::Cast;
 use crate::columns::{Band, CellRun, run};
 use crate::cpu::{self, Window};
+use crate::doubt::{Doubt, Doubtful};
+use crate::error::Result;
 use crate::frame::Frame;
 use crate::geometry::{Fill, Open};
 use crate::job::Rule;
@@ -78,7 +80,6 @@ enum Layer {
         votes: Box<Votes>,
         through: Through,
         found: Found,
-        doubt: Vec<CellRun>,
     },
     Along {
         sheet: Sheet,
@@ -90,6 +91,8 @@ enum Layer {
 pub struct Overlay {
     /// Open and inverted geometries, then the cells along surfaces, highest ranks first, so that each knows what it adds.
     layers: Vec<Laid>,
+    /// Cells of open geometries that their rays do not decide.
+    doubt: Doubt,
     /// Flag of each code of a run: rank + 1, or 0.
     flags: Vec<u8>,
     n_b: u64,
@@ -98,12 +101,13 @@ pub struct Overlay {
 
 impl Overlay {
     /// Decides the parts, if there are any, each by the crossings of its [`Part::casts`]; `cast` is what [`split`] left, `flags` has
-    /// the flag of each rank.
+    /// the flag of each rank; `doubt` is still without cells.
     pub(crate) fn new(
         parts: Vec<(Part, Vec<AxisCrossings>)>,
         cast: &Cast,
         flags: &[u8],
         lines: &Lines,
+        doubt: Doubt,
     ) -> Option<Overlay> {
         if parts.is_empty() {
             return None;
@@ -120,7 +124,7 @@ impl Overlay {
                         odd_rays: votes.odd_rays,
                         doubtful_cells: 0,
                     };
-                    Layer::Open { through: votes.start(), votes: Box::new(votes), found, doubt: Vec::new() }
+                    Layer::Open { through: votes.start(), votes: Box::new(votes), found }
                 }
                 Kind::Inverted(frame) => Layer::Cast { frame, rays: *cast.rays, rule: cast.rule },
                 Kind::Sheet { fill, shell, facets } => {
@@ -132,7 +136,8 @@ impl Overlay {
         };
         let mut layers: Vec<Laid> = parts.into_iter().map(layer).collect();
         layers.sort_by_key(|laid| (matches!(laid.layer, Layer::Along { .. }), u8::MAX - laid.rank));
-        Some(Overlay { layers, flags: [&[0], flags].concat(), n_b: cast.rays.counts[0].into(), depth: cast.rays.depth })
+        let (flags, n_b) = ([&[0], flags].concat(), cast.rays.counts[0].into());
+        Some(Overlay { layers, doubt, flags, n_b, depth: cast.rays.depth })
     }
 
     /// Bytes that it holds.
@@ -145,45 +150,55 @@ impl Overlay {
         self.layers.iter().map(of_layer).sum()
     }
 
-    /// What was found so far of open geometries, and of the cells along surfaces, in the order of the job; and the doubtful cells of all.
-    pub fn found(self) -> (Vec<Found>, Vec<Along>, Vec<CellRun>) {
-        let (mut open, mut along, mut all_doubt) = (Vec::new(), Vec::new(), Vec::new());
+    /// What was found of open geometries, and of the cells along surfaces, in the order of the job; and the doubtful cells.
+    ///
+    /// # Errors
+    /// Those of [`Overlay::lay`].
+    pub(crate) fn found(self) -> Result<(Vec<Found>, Vec<Along>, Doubtful)> {
+        let (mut open, mut along) = (Vec::new(), Vec::new());
         for laid in self.layers {
             match laid.layer {
                 Layer::Cast { .. } => {}
-                Layer::Open { found, mut doubt, .. } => {
-                    open.push(found);
-                    all_doubt.append(&mut doubt);
-                }
+                Layer::Open { found, .. } => open.push(found),
                 Layer::Along { found, .. } => along.push(found),
             }
         }
         open.sort_by_key(|found| found.geometry);
         along.sort_by_key(|found| found.geometry);
-        (open, along, all_doubt)
+        Ok((open, along, self.doubt.finish()?))
     }
 
     /// Looks for doubtful cells of the first rays, which an interrupted run has kept.
-    pub fn pass(&mut self, n_rays: u64) {
+    ///
+    /// # Errors
+    /// Those of [`Overlay::lay`].
+    pub fn pass(&mut self, n_rays: u64) -> Result<()> {
         // a row that is not whole is laid again
         let n_rows = (n_rays / self.n_b) as u32;
         for first in (0..n_rows).step_by(KEPT_ROWS as usize) {
-            let rows = first..n_rows.min(first + KEPT_ROWS);
+            let (rows, mut doubt) = (first..n_rows.min(first + KEPT_ROWS), vec![Vec::new()]);
             for laid in self.layers.iter_mut().filter(|laid| matches!(laid.layer, Layer::Open { .. })) {
-                laid.layer.rows(std::slice::from_ref(&rows));
+                laid.layer.rows(std::slice::from_ref(&rows), &mut doubt);
             }
+            self.doubt.add(std::iter::once(rows).zip(doubt).collect())?;
         }
+        Ok(())
     }
 
     /// Puts the parts over the next bands, which follow each other; the first may begin within a row of rays.
-    pub fn lay(&mut self, bands: Vec<Band>) -> Vec<Band> {
-        let (Some(first), Some(last)) = (bands.first(), bands.last()) else { return bands };
+    ///
+    /// # Errors
+    /// `memory` where the mask of the doubtful cells takes more than it may.
+    pub fn lay(&mut self, bands: Vec<Band>) -> Result<Vec<Band>> {
+        let (Some(first), Some(last)) = (bands.first(), bands.last()) else { return Ok(bands) };
         let end_ray = last.first_ray + last.ends.len() as u64;
         let (start, end) = ((first.first_ray / self.n_b) as u32, end_ray.div_ceil(self.n_b) as u32);
         let n_parts = (end - start).min(2 * current_num_threads() as u32);
         let part = |index: u32| start + (u64::from(end - start) * u64::from(index) / u64::from(n_parts)) as u32;
         let parts: Vec<Range<u32>> = (0..n_parts).map(|index| part(index)..part(index + 1)).collect();
-        let decided: Vec<Vec<Band>> = self.layers.iter_mut().map(|laid| laid.rows(&parts)).collect();
+        let mut doubt = vec![Vec::new(); parts.len()];
+        let decided: Vec<Vec<Band>> = self.layers.iter_mut().map(|laid| laid.rows(&parts, &mut doubt)).collect();
+        self.doubt.add(parts.iter().cloned().zip(doubt).collect())?;
         let (mut laid, added): (Vec<Band>, Vec<Vec<u64>>) =
             bands.into_par_iter().map(|band| self.lay_one(band, &decided, &parts)).unzip();
         if let Some(first) = laid.first_mut() {
@@ -195,7 +210,7 @@ impl Overlay {
                 found.added_cells += added.iter().map(|added| added[index]).sum::<u64>();
             }
         }
-        laid
+        Ok(laid)
     }
 
     /// A band with all layers over it, and the cells that each changed.
@@ -236,21 +251,21 @@ impl Overlay {
 }
 
 impl Laid {
-    /// Its cells on the next rows of rays, with the flag 1, part by part.
-    fn rows(&mut self, parts: &[Range<u32>]) -> Vec<Band> {
-        let rows = self.layer.rows(parts);
+    /// Its cells on the next rows of rays, with the flag 1, part by part; adds those in doubt.
+    fn rows(&mut self, parts: &[Range<u32>], doubt: &mut [Vec<CellRun>]) -> Vec<Band> {
+        let rows = self.layer.rows(parts, doubt);
         if self.invert { rows.into_iter().map(|band| inverted(&band)).collect() } else { rows }
     }
 }
 
 impl Layer {
-    fn rows(&mut self, parts: &[Range<u32>]) -> Vec<Band> {
+    fn rows(&mut self, parts: &[Range<u32>], doubt: &mut [Vec<CellRun>]) -> Vec<Band> {
         match self {
             Layer::Cast { frame, rays, rule } => {
                 let windows: Vec<Window> = parts.iter().map(|rows| cpu::window_of_rows(rays, rows.clone())).collect();
                 cpu::windows(&Cast { frame, rays, rule: *rule }, &windows)
             }
-            Layer::Open { votes, through, found, doubt } => {
+            Layer::Open { votes, through, found } => {
                 let mut starts = Vec::new();
                 for planes in parts {
                     votes.go_through(through, planes.start);
@@ -258,7 +273,7 @@ impl Layer {
                 }
                 let rows: Vec<_> =
                     starts.into_par_iter().map(|(through, planes)| votes.rows(through, planes)).collect();
-                let bands = rows.into_iter().map(|mut rows| {
+                let bands = rows.into_iter().zip(doubt).map(|(mut rows, doubt)| {
                     found.doubtful_cells += rows.doubt.iter().map(|run| u64::from(run.end - run.start)).sum::<u64>();
                     doubt.append(&mut rows.doubt);
                     rows.band

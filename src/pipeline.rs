@@ -30,8 +30,8 @@ use crate::lines::{about_fine_cells, residuals};
 use crate::mesh::{Mesh, Named};
 use crate::overlay::{self, Overlay};
 use crate::report::{
-    CertificateReport, DeviceCheck, DoubtReport, FillReport, FlagReport, GeometryReport, InputReport, MeshFacts,
-    OpenReport, PeakBytes, Seconds, WindowReport, flag_reports,
+    CertificateReport, DeviceCheck, DoubtReport, FillReport, FlagReport, GeometryReport, InputReport, MAX_BOXES,
+    MeshFacts, OpenReport, PeakBytes, Seconds, WindowReport, flag_reports,
 };
 use crate::sources::Source;
 use crate::volume_bound::volume_bound;
@@ -81,7 +81,9 @@ pub async fn mesh(
     let budget = memory_budget(job, options, &prepared, engine, parts_bytes)?;
     let snap_seconds = lap(&mut clock);
     let names = names(&prepared.geometries);
-    let mut builder = columns_builder(job, &options.spill, budget.columns, &prepared, (&names, &inputs))?;
+    // half of it for the mask
+    let columns_bytes = if options.doubt_mask { budget.columns / 2 } else { budget.columns };
+    let mut builder = columns_builder(job, &options.spill, columns_bytes, &prepared, (&names, &inputs))?;
     let rays_resumed = builder.n_rays();
     let cast = Cast { frame: &frame, rays: &prepared.rays, rule: job.rule };
     let (mut decided, mut used) = (Vec::with_capacity(parts.len()), Used::default());
@@ -91,8 +93,9 @@ pub async fn mesh(
         decided.push((part, crossings));
         used = used.and(more);
     }
-    let mut overlay = Overlay::new(decided, &cast, &flags, &prepared.lines);
-    overlay.iter_mut().for_each(|overlay| overlay.pass(rays_resumed));
+    let doubt = || Doubt::new(prepared.rays, MAX_BOXES, options.doubt_mask.then_some(columns_bytes));
+    let mut overlay = Overlay::new(decided, &cast, &flags, &prepared.lines, doubt());
+    overlay.iter_mut().try_for_each(|overlay| overlay.pass(rays_resumed))?;
     let overlay_bytes = overlay.as_ref().map_or(0, Overlay::n_bytes);
     used = used.and(engine.build(&cast, &budget, &mut builder, &mut overlay, control).await?);
     let columns_peak = builder.peak_bytes;
@@ -104,8 +107,10 @@ pub async fn mesh(
     let mut geometries: Vec<GeometryReport> =
         prepared.geometries.iter().zip(bad_edges).map(|(geometry, bad)| GeometryReport::new(geometry, bad)).collect();
     let cells = columns.cells_per_flag();
-    let (found, along, doubt) = overlay.map(Overlay::found).unwrap_or_default();
-    let doubt = Doubt::new(rays, doubt);
+    let (found, along, doubtful) = match overlay {
+        Some(overlay) => overlay.found()?,
+        None => (Vec::new(), Vec::new(), doubt().finish()?),
+    };
     let open: Vec<OpenReport> = found.iter().map(|found| OpenReport::new(found, &geometries)).collect();
     let filled: Vec<FillReport> = along.iter().map(|found| FillReport::new(found, &geometries)).collect();
     bound_volumes(&mut geometries, &cast, &closed, &prepared);
@@ -129,6 +134,7 @@ pub async fn mesh(
     warnings.extend(warnings::about_edges_of_rays(&prepared.geometries, &geometries, job.rule, &lines));
     warnings.extend(warnings::about_shared_flags(&prepared.geometries));
     warnings.extend(warnings::about_overlapping_shells(&cast, &prepared.geometries));
+    let mask_mesh = |mask| Mesh::new(lines, mask, vec![Named { flag: 1, name: "doubtful".into() }], job.unit.clone());
     let certify = || {
         let thin_cells = job.thin_cells.unwrap_or(DEFAULT_THIN_CELLS);
         let found = Certificate::new(&cast, &columns, &lines, &prepared.geometries, thin_cells)?;
@@ -174,8 +180,8 @@ pub async fn mesh(
         flags,
         flags_hash,
         certificate,
-        doubtful: DoubtReport::new(&doubt),
-        doubt,
+        doubtful: DoubtReport::new(&doubtful),
+        doubt: doubtful.mask.map(mask_mesh).transpose()?,
         job: effective(job, &prepared, &n_solids, gaps.as_ref()),
         gaps,
         geometries,

@@ -5,10 +5,11 @@
 
 use serde::Serialize;
 
-use crate::doubt::{Corners, Doubt};
+use crate::doubt::{Corners, Doubtful};
 use crate::gaps::Gaps;
 use crate::job::{Job, Rule};
 use crate::lines::Residual;
+use crate::mesh::Mesh;
 use crate::sources::Source;
 
 mod of_certificate;
@@ -140,10 +141,10 @@ pub struct DoubtReport {
 
 impl DoubtReport {
     /// Lists cells.
-    pub fn new(doubt: &Doubt) -> DoubtReport {
-        let boxes = doubt.boxes(MAX_BOXES);
+    pub fn new(doubtful: &Doubtful) -> DoubtReport {
+        let boxes = doubtful.boxes.clone();
         let n_of = |[low, high]: &Corners| -> u64 { (0..3).map(|axis| u64::from(high[axis] - low[axis])).product() };
-        let (cells, cells_in_boxes) = (doubt.n_cells(), boxes.iter().map(n_of).sum());
+        let (cells, cells_in_boxes) = (doubtful.n_cells, boxes.iter().map(n_of).sum());
         DoubtReport { cells, boxes, cells_in_boxes, are_all: cells_in_boxes == cells }
     }
 }
@@ -208,9 +209,9 @@ pub struct MeshFacts {
     pub certificate: Option<CertificateReport>,
     /// Cells that the winding number or a vote decided, as their rays are not all even or do not agree.
     pub doubtful: DoubtReport,
-    /// These cells.
+    /// These cells as a mesh with the flag 1 there; None unless asked for.
     #[serde(skip)]
-    pub doubt: Doubt,
+    pub doubt: Option<Mesh>,
     /// Hash of the flags, see `docs/flags_hash.md`; None where the columns have spilled.
     pub flags_hash: Option<String>,
     /// The job with all that it left open filled in: `--job` takes it, from the folder that this mesh was made in. Without `max_memory`,

@@ -28,6 +28,9 @@ pub struct MeshOptions {
     pub spill: SpillTarget,
     /// Whether the caller will hold all flags in memory, a byte a cell, which counts against the job's `max_memory`.
     pub flags_in_memory: bool,
+    /// Whether the cells that rays do not decide shall also be a mesh, [`crate::report::MeshFacts::doubt`]; its columns share the memory
+    /// of those of the mesh.
+    pub doubt_mask: bool,
     /// Bytes that the program and its GPU driver take besides, which count against the job's `max_memory`; 0 where only the
     /// mesh shall count.
     pub program_bytes: u64,

@@ -112,7 +112,8 @@ fn mesh_and_write(
     control.cancel = token.clone();
     let facet_bytes = sources.iter().map(|source| 36 * source.contents.n_facets).sum();
     let program_bytes = memory::program_bytes_now(engine.adapter().is_some(), facet_bytes);
-    let options = MeshOptions { spill, flags_in_memory: arguments.flags_in_memory, program_bytes };
+    let doubt_mask = arguments.doubt.is_some();
+    let options = MeshOptions { spill, flags_in_memory: arguments.flags_in_memory, doubt_mask, program_bytes };
     let meshed = pollster::block_on(pipeline::mesh(job, sources, &options, &mut engine, &control));
     bar.finish_and_clear();
     let (mesh, facts) = meshed?;
@@ -125,8 +126,8 @@ fn mesh_and_write(
     let hashed =
         hashes_first.then(|| timed(|| mesh.flags_sha256_in_slabs(outputs.slab_bytes, &control))).transpose()?;
     let writes = outputs.n_meshes() > 0;
-    let doubt = arguments.doubt.is_some().then(|| facts.doubt.mask(&mesh)).transpose()?;
-    let written = writes.then(|| timed(|| outputs.write(&mesh, doubt.as_ref(), &control, progress))).transpose()?;
+    let written =
+        writes.then(|| timed(|| outputs.write(&mesh, facts.doubt.as_ref(), &control, progress))).transpose()?;
     let (sha256, hash) = hashed.unzip();
     let caller = CallerFacts {
         read,

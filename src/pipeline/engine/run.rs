@@ -143,7 +143,7 @@ impl Engine {
         {
             let run = async |gpu: &Gpu, options: &Options, usage: &mut Usage| {
                 let first_row = (builder.n_rays() / u64::from(cast.rays.counts[0])) as u32;
-                let take = &mut |band: Band| builder.push(laid(overlay, vec![band]));
+                let take = &mut |band: Band| builder.push(laid(overlay, vec![band])?);
                 gpu.hand_out_bands(cast, options, control, first_row..cast.rays.counts[1], usage, take).await
             };
             // what the GPU has finished before it fails stays: it was checked
@@ -154,7 +154,7 @@ impl Engine {
         let strips = cpu::Strips::new(cast, None).in_rounds_of(budget.most_strips);
         let mut strips = strips.from_ray(builder.n_rays());
         while let Some(bands) = strips.round(control)? {
-            builder.push(laid(overlay, bands))?;
+            builder.push(laid(overlay, bands)?)?;
             control.pause().await;
         }
         Ok(Used { host_bytes: used.host_bytes.max(strips.n_bytes()), ..used })
@@ -199,10 +199,10 @@ impl Engine {
 }
 
 /// Bands with the open geometries put over them, if there are any.
-fn laid(overlay: &mut Option<Overlay>, bands: Vec<Band>) -> Vec<Band> {
+fn laid(overlay: &mut Option<Overlay>, bands: Vec<Band>) -> Result<Vec<Band>> {
     match overlay {
         Some(overlay) => overlay.lay(bands),
-        None => bands,
+        None => Ok(bands),
     }
 }
 
