@@ -60,8 +60,8 @@ pub struct Along {
     pub added_cells: u64,
 }
 
-/// Rows of kept rays that are looked at together.
-const KEPT_ROWS: u32 = 64;
+/// Most rows of rays that a core decides at a time.
+const ROWS_OF_PART: u32 = 8;
 
 struct Laid {
     rank: u8,
@@ -174,15 +174,22 @@ impl Overlay {
     /// Those of [`Overlay::lay`].
     pub fn pass(&mut self, n_rays: u64) -> Result<()> {
         // a row that is not whole is laid again
-        let n_rows = (n_rays / self.n_b) as u32;
-        for first in (0..n_rows).step_by(KEPT_ROWS as usize) {
-            let (rows, mut doubt) = (first..n_rows.min(first + KEPT_ROWS), vec![Vec::new()]);
-            for laid in self.layers.iter_mut().filter(|laid| matches!(laid.layer, Layer::Open { .. })) {
-                laid.layer.rows(std::slice::from_ref(&rows), &mut doubt);
+        self.open_rows(&parts_of(0..(n_rays / self.n_b) as u32)).map(|_| ())
+    }
+
+    /// The rows of the open geometries, by layer, of the others none; some parts after the other, so that few doubtful runs are held.
+    fn open_rows(&mut self, parts: &[Range<u32>]) -> Result<Vec<Vec<Band>>> {
+        let mut decided = vec![Vec::new(); self.layers.len()];
+        for group in parts.chunks(2 * current_num_threads()) {
+            let mut doubt = vec![Vec::new(); group.len()];
+            for (laid, decided) in self.layers.iter_mut().zip(&mut decided) {
+                if matches!(laid.layer, Layer::Open { .. }) {
+                    decided.extend(laid.rows(group, &mut doubt));
+                }
             }
-            self.doubt.add(std::iter::once(rows).zip(doubt).collect())?;
+            self.doubt.add(group.iter().cloned().zip(doubt).collect())?;
         }
-        Ok(())
+        Ok(decided)
     }
 
     /// Puts the parts over the next bands, which follow each other; the first may begin within a row of rays.
@@ -192,13 +199,11 @@ impl Overlay {
     pub fn lay(&mut self, bands: Vec<Band>) -> Result<Vec<Band>> {
         let (Some(first), Some(last)) = (bands.first(), bands.last()) else { return Ok(bands) };
         let end_ray = last.first_ray + last.ends.len() as u64;
-        let (start, end) = ((first.first_ray / self.n_b) as u32, end_ray.div_ceil(self.n_b) as u32);
-        let n_parts = (end - start).min(2 * current_num_threads() as u32);
-        let part = |index: u32| start + (u64::from(end - start) * u64::from(index) / u64::from(n_parts)) as u32;
-        let parts: Vec<Range<u32>> = (0..n_parts).map(|index| part(index)..part(index + 1)).collect();
-        let mut doubt = vec![Vec::new(); parts.len()];
-        let decided: Vec<Vec<Band>> = self.layers.iter_mut().map(|laid| laid.rows(&parts, &mut doubt)).collect();
-        self.doubt.add(parts.iter().cloned().zip(doubt).collect())?;
+        let parts = parts_of((first.first_ray / self.n_b) as u32..end_ray.div_ceil(self.n_b) as u32);
+        let mut decided = self.open_rows(&parts)?;
+        for (laid, decided) in self.layers.iter_mut().zip(&mut decided).filter(|(_, decided)| decided.is_empty()) {
+            *decided = laid.rows(&parts, &mut []);
+        }
         let (mut laid, added): (Vec<Band>, Vec<Vec<u64>>) =
             bands.into_par_iter().map(|band| self.lay_one(band, &decided, &parts)).unzip();
         if let Some(first) = laid.first_mut() {
@@ -283,6 +288,13 @@ impl Layer {
             Layer::Along { sheet, .. } => parts.to_vec().into_par_iter().map(|planes| sheet.rows(planes)).collect(),
         }
     }
+}
+
+/// Consecutive rows for a core each.
+fn parts_of(rows: Range<u32>) -> Vec<Range<u32>> {
+    let n_parts = rows.len().div_ceil(ROWS_OF_PART as usize).max(rows.len().min(2 * current_num_threads()));
+    let start_of = |part: usize| rows.start + (rows.len() * part / n_parts.max(1)) as u32;
+    (0..n_parts).map(|part| start_of(part)..start_of(part + 1)).collect()
 }
 
 /// A band with the flag 1 where another has 0, and 0 elsewhere.

@@ -74,7 +74,7 @@ impl Engine {
     ) -> Result<Used> {
         let n_i = cast.rays.counts[0];
         #[cfg_attr(not(feature = "gpu"), expect(unused_mut))]
-        let (mut n_rows, mut used) = (0, Used::default());
+        let (mut n_rows, mut used) = (0u32, Used::default());
         #[cfg(feature = "gpu")]
         {
             let most_rows = u32::try_from(most_rays / u64::from(n_i)).unwrap_or(u32::MAX).max(1);
