@@ -8,6 +8,7 @@ use wasm_bindgen::prelude::*;
 
 use super::file::{JsFile, JsFileStore};
 use super::values::{JsResult, js_error};
+use crate::columns::BoxRuns;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::flags::CellBox;
@@ -40,6 +41,12 @@ fn cell_box(numbers: &[u32]) -> JsResult<CellBox> {
         [x0, y0, z0, x1, y1, z1] => Ok([x0..x1, y0..y1, z0..z1]),
         _ => Err(js_error(Error::new("job-value", "a box is two corners of three cells", ""))),
     }
+}
+
+/// WGSL of the kernel that makes flags of [`WebMesh::box_runs`].
+#[wasm_bindgen(js_name = expandText)]
+pub fn expand_text() -> String {
+    crate::gpu::expand_text().to_string()
 }
 
 fn options(format: &str, compress: u8, bits: bool) -> JsResult<(Format, Options)> {
@@ -106,6 +113,15 @@ impl WebMesh {
     #[wasm_bindgen(js_name = box)]
     pub fn box_flags(&self, corners: &[u32]) -> JsResult<Vec<u8>> {
         self.mesh.box_flags(&cell_box(corners)?).map_err(js_error)
+    }
+
+    /// Runs of the rays through a box, cut to it and counted from its first cell: the first run of each ray, the number of runs, then
+    /// the packed runs.
+    #[wasm_bindgen(js_name = boxRuns)]
+    pub fn box_runs(&self, corners: &[u32]) -> JsResult<Vec<u32>> {
+        let BoxRuns { mut offsets, runs } = self.mesh.box_runs(&cell_box(corners)?).map_err(js_error)?;
+        offsets.extend(runs);
+        Ok(offsets)
     }
 
     /// Boxes of all slabs, six numbers each.
