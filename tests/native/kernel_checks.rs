@@ -449,8 +449,8 @@ pub(crate) async fn expand_gives_the_flags_of_the_host(gpu: &Gpu) -> Checked {
     check_expand(gpu, &cases_of_kernels()).await
 }
 
-/// Boxes of each mesh, the whole one among them.
-const BOXES: usize = 4;
+/// Boxes of each mesh, the whole one among them; fewer in a browser, where each takes messages between processes.
+const BOXES: usize = if cfg!(target_arch = "wasm32") { 2 } else { 4 };
 
 pub(crate) async fn check_expand(gpu: &Gpu, cases: &[Case]) -> Checked {
     on_casts("expand", cases, async |cast| {

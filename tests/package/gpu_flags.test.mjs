@@ -12,6 +12,7 @@ import { serve } from '../../scripts/serve.mjs';
 import { openChromium } from '../e2e/browsers.mjs';
 import { withBrowser } from './pages.mjs';
 import { SPOT, installedProject } from './project.mjs';
+import { recipe } from './tools.mjs';
 
 const LONG = { timeout: 300_000 };
 
@@ -141,7 +142,7 @@ test("in Node a buffer and a texture of the caller's device have the flags of bo
 });
 
 /** In the page: compares with the mesher in a worker, without one, and on the same device; then asks for what cannot be. */
-async function inPage(compareText) {
+async function inPage([compareText, readme]) {
   const { HexcastError, createMesher } = await import(new URL('node_modules/hexcast/dist/hexcast.js', location.href).href);
   const compareHere = new Function(`return ${compareText}`)();
   const stl = await (await fetch('spot.stl')).blob();
@@ -157,6 +158,9 @@ async function inPage(compareText) {
   const mesh = await mesher.mesh({ geometries, dims: [9, 8, 7] });
   const large = await mesher.mesh({ geometries, dims: [700, 700, 600], axis: 'z' });
   const long = await mesher.mesh({ geometries, dims: [2049, 4, 4] });
+  const AsyncFunction = (async () => {}).constructor;
+  const made = await new AsyncFunction('mesh', 'device', `${readme}; return { flags, bits, texture }`)(mesh, device);
+  const sizes = [made.flags.size, made.bits.size, made.texture.format, made.texture.depthOrArrayLayers];
   const lost = await open();
   lost.destroy();
   await lost.lost;
@@ -191,7 +195,7 @@ async function inPage(compareText) {
   mesh.dispose();
   errors.push(await told(() => mesh.flagsBuffer(device)));
   mesher.dispose();
-  return { compared, errors, uncaptured };
+  return { compared, errors, sizes, uncaptured };
 }
 
 test('in Chromium too, wherever the mesh is; what cannot be is refused with the numbers', LONG, async () => {
@@ -199,7 +203,7 @@ test('in Chromium too, wherever the mesh is; what cannot be is refused with the 
   await withBrowser(openChromium, server, async (browser) => {
     const page = await browser.newPage();
     await page.goto(server.url);
-    const { compared, errors, uncaptured } = await page.evaluate(inPage, String(compare));
+    const { compared, errors, sizes, uncaptured } = await page.evaluate(inPage, [String(compare), recipe('gpu')]);
     assert.equal(compared.length, 3);
     for (const found of compared) assertSame(found);
     assert.deepEqual(errors, [
@@ -220,6 +224,8 @@ test('in Chromium too, wherever the mesh is; what cannot be is refused with the 
       ['disposed', undefined, 'the mesh was disposed of'],
     ]);
     assert.match(errors[9][2], /^the device was lost \(destroyed\)/);
+    // as the README has them: 9 x 8 x 7 cells, two bytes of bits a row
+    assert.deepEqual(sizes, [504, 112, 'r8uint', 7]);
     assert.deepEqual(uncaptured, []);
   });
 });
