@@ -54,9 +54,12 @@ fn expand(
 fn byte_at(at: u32) -> u32 {
     let row = at / slab.row_bytes;
     let first = (at % slab.row_bytes) * slab.per_byte;
+    if first >= slab.n_x {
+        return 0u;
+    }
     let cell = vec3<u32>(first, row % slab.n_y, row / slab.n_y);
     if slab.per_byte == 1u {
-        return select(0u, flag_of(cell), first < slab.n_x);
+        return flag_of(cell);
     }
     var bits = 0u;
     for (var k = 0u; k < 8u && first + k < slab.n_x; k++) {

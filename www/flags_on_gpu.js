@@ -24,8 +24,13 @@ const TEXTURE_ROW = 256;
 /** Most workgroups along a dimension, everywhere. */
 const MOST_GROUPS = 65_535;
 
-/** The kernel of each device. @type {WeakMap<GPUDevice, GPUComputePipeline>} */
-const pipelines = new WeakMap();
+/**
+ * What is known of a device: the kernel once it is compiled, and how it was lost.
+ *
+ * @typedef {{ pipeline: GPUComputePipeline | null, lost: GPUDeviceLostInfo | null }} Known
+ */
+/** @type {WeakMap<GPUDevice, Known>} */
+const devices = new WeakMap();
 
 /** @param {Source} source @param {unknown} given @param {import('./hexcast.js').FlagsBufferOptions} [options] */
 export async function flagsBuffer(source, given, options) {
@@ -64,7 +69,7 @@ export async function flagsTexture(source, given, options) {
   const usage = TEXTURE_USE.TEXTURE_BINDING | TEXTURE_USE.COPY_SRC | TEXTURE_USE.COPY_DST;
   const create = () => device.createTexture({ label: 'flags', size, dimension: '3d', format: 'r8uint', usage });
   return made(source, device, create, async (texture, act) => {
-    for (const [low, high] of piecesOf(start, end)) {
+    for (const [low, high] of piecesOf(start, end, form.rowBytes)) {
       const runs = await source.runs(low, high, signal);
       const piece = sizesOf(low, high);
       act((pipeline) => {
@@ -92,16 +97,14 @@ export async function flagsTexture(source, given, options) {
  */
 async function made(source, device, create, fill) {
   const text = await source.text();
-  /** @type {GPUDeviceLostInfo | null} */
-  let lost = null;
-  device.lost.then((info) => (lost = info));
+  const known = knownOf(device);
   // told at once of a loss that was before
   await pause();
   /** @type {Promise<(GPUError | null)[]>[]} */
   const heard = [];
   const check = async () => {
     const errors = (await Promise.all(heard)).flat();
-    if (lost) throw lostDevice(lost);
+    if (known.lost) throw lostDevice(known.lost);
     const [first] = errors.filter((error) => error !== null);
     if (first) throw refused(first);
   };
@@ -111,9 +114,9 @@ async function made(source, device, create, fill) {
   const thing = within(create);
   try {
     await check();
-    const pipeline = within(() => pipelineOf(device, text));
+    const pipeline = known.pipeline ?? within(() => compiled(device, text));
     await check();
-    pipelines.set(device, pipeline);
+    known.pipeline = pipeline;
     await fill(thing, (use) => within(() => use(pipeline)));
     await check();
     return thing;
@@ -123,10 +126,21 @@ async function made(source, device, create, fill) {
   }
 }
 
+/** @param {GPUDevice} device */
+function knownOf(device) {
+  const found = devices.get(device);
+  if (found) return found;
+  /** @type {Known} */
+  const known = { pipeline: null, lost: null };
+  devices.set(device, known);
+  device.lost.then((info) => {
+    known.lost = info;
+  });
+  return known;
+}
+
 /** @param {GPUDevice} device @param {string} text */
-function pipelineOf(device, text) {
-  const known = pipelines.get(device);
-  if (known) return known;
+function compiled(device, text) {
   const module = device.createShaderModule({ label: 'expand', code: text });
   return device.createComputePipeline({ label: 'expand', layout: 'auto', compute: { module, entryPoint: 'expand' } });
 }

@@ -43,12 +43,6 @@ fn cell_box(numbers: &[u32]) -> JsResult<CellBox> {
     }
 }
 
-/// WGSL of the kernel that makes flags of [`WebMesh::box_runs`].
-#[wasm_bindgen(js_name = expandText)]
-pub fn expand_text() -> String {
-    crate::gpu::expand_text().to_string()
-}
-
 fn options(format: &str, compress: u8, bits: bool) -> JsResult<(Format, Options)> {
     let format = Format::of_name(&format!("mesh.{format}")).map_err(js_error)?;
     let compress = if compress == 0 { Compress::None } else { Compress::Zlib(compress) };
