@@ -103,9 +103,8 @@ async function made(source, device, create, fill) {
   /** @type {Promise<(GPUError | null)[]>[]} */
   const heard = [];
   const check = async () => {
-    const errors = (await Promise.all(heard)).flat();
+    const first = (await Promise.all(heard)).flat().find((error) => error !== null);
     if (known.lost) throw lostDevice(known.lost);
-    const [first] = errors.filter((error) => error !== null);
     if (first) throw refused(first);
   };
   await check();
@@ -113,12 +112,11 @@ async function made(source, device, create, fill) {
   const within = (act) => scoped(device, act, (errors) => heard.push(errors));
   const thing = within(create);
   try {
-    await check();
     const pipeline = known.pipeline ?? within(() => compiled(device, text));
+    await fill(thing, (use) => within(() => use(pipeline)));
+    // the first error is the cause of those that follow
     await check();
     known.pipeline = pipeline;
-    await fill(thing, (use) => within(() => use(pipeline)));
-    await check();
     return thing;
   } catch (error) {
     thing.destroy();
