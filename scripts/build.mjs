@@ -1,5 +1,5 @@
 // Builds dist/: the package's modules from www/, the library as wasm with its glue, and the page with Vite. A static host serves this
-// folder; the npm package ships it without the page.
+// folder; package.mjs packs it without the page.
 
 import { cpSync, mkdirSync, readFileSync, readdirSync, renameSync, rmSync, statSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
@@ -13,7 +13,7 @@ import { compileWasm, ensureBindgen } from './wasm.mjs';
 export const DIST = path.join(ROOT, 'dist');
 const WWW = path.join(ROOT, 'www');
 /** The rest of www/ is the page. */
-const PACKAGE_FILES = readdirSync(WWW).filter((name) => /\.(js|d\.ts|md)$/.test(name));
+const PACKAGE_FILES = readdirSync(WWW).filter((name) => /\.(js|d\.ts)$/.test(name));
 /** Most kilobytes (1000 bytes) of the wasm file, as it is and after gzip -9. */
 const LIMITS = { wasm: 1200, gzip: 450 };
 /** Every browser with WebGPU has these; without them wasm-opt refuses the code. */

@@ -13,6 +13,7 @@ use std::sync::Arc;
 use crate::error::{Error, Result};
 use crate::rays::Rays;
 
+mod box_runs;
 mod builder;
 pub(crate) mod codec;
 pub mod file;
@@ -23,6 +24,7 @@ mod slab;
 mod store;
 mod totals_check;
 
+pub use box_runs::BoxRuns;
 pub use builder::ColumnsBuilder;
 use file::end::Totals;
 pub use file::head::{Head, Named};

@@ -28,6 +28,24 @@ pub fn n_cells(cells: &CellBox) -> usize {
     cells.iter().map(|range| range.len()).product()
 }
 
+/// Splits a box, in the order of its cells, in slabs of whole z planes of at most `max_cells`, or of whole rows along x where one
+/// plane is already larger; at least one row each.
+pub fn slabs_of_box(cells: &CellBox, max_cells: usize) -> impl Iterator<Item = CellBox> + use<> {
+    let [x, y, z] = cells.clone();
+    let (row, max) = (x.len().max(1), max_cells);
+    let rows = (max / row).clamp(1, y.len().max(1));
+    // a slab is either all rows of some planes or some rows of one plane
+    let planes = if rows >= y.len() { (max / (row * rows)).clamp(1, z.len().max(1)) } else { 1 };
+    let parts = |range: Range<u32>, step: usize| {
+        let end = range.end;
+        range.step_by(step).map(move |start| start..start.saturating_add(step as u32).min(end))
+    };
+    parts(z, planes).flat_map(move |z| {
+        let x = x.clone();
+        parts(y.clone(), rows).map(move |y| [x.clone(), y, z.clone()])
+    })
+}
+
 /// Expands the flags of a box into `out`, a byte a cell, x fastest.
 ///
 /// # Errors

@@ -9,10 +9,10 @@ use std::fmt::Write;
 use sha2::{Digest, Sha256};
 
 pub use crate::columns::Named;
-use crate::columns::{Columns, SlabColumns};
+use crate::columns::{BoxRuns, Columns, SlabColumns};
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::flags::{CellBox, bits_of_box, expand, expand_bits, flags_of_box, n_bytes_of_bits, n_cells};
+use crate::flags::{CellBox, bits_of_box, expand, expand_bits, flags_of_box, n_bytes_of_bits, n_cells, slabs_of_box};
 use crate::lines::Lines;
 use crate::parallel::beside;
 
@@ -85,6 +85,14 @@ impl Mesh {
         bits_of_box(&*self.columns_of_box(cells)?, cells)
     }
 
+    /// Cuts the runs of the rays through a box of cells to it; its end is exclusive.
+    ///
+    /// # Errors
+    /// Those of [`Mesh::box_flags`]; `memory` where the box has 2^32 runs.
+    pub fn box_runs(&self, cells: &CellBox) -> Result<BoxRuns> {
+        self.columns_of_box(cells)?.runs_of_box(cells)
+    }
+
     /// Columns that are cheap to expand in a box.
     fn columns_of_box(&self, cells: &CellBox) -> Result<SlabColumns<'_>> {
         if (0..3).any(|axis| cells[axis].end > self.dims()[axis] || cells[axis].start > cells[axis].end) {
@@ -100,16 +108,7 @@ impl Mesh {
     /// Splits the mesh, in file order, in slabs of whole z planes of at most `max_bytes` flags, or of whole rows along x
     /// where one plane is already larger; at least one row each.
     pub fn slabs(&self, max_bytes: usize) -> impl Iterator<Item = CellBox> + use<> {
-        let [nx, ny, nz] = self.dims();
-        let (row, max) = (u64::from(nx), max_bytes as u64);
-        let rows = (max / row).clamp(1, u64::from(ny)) as u32;
-        // a slab is either all rows of some planes or some rows of one plane
-        let planes = if rows == ny { (max / (row * u64::from(ny))).clamp(1, u64::from(nz)) as u32 } else { 1 };
-        let starts = |n: u32, step: u32| (0..n).step_by(step as usize);
-        starts(nz, planes).flat_map(move |z| {
-            starts(ny, rows)
-                .map(move |y| [0..nx, y..y.saturating_add(rows).min(ny), z..z.saturating_add(planes).min(nz)])
-        })
+        slabs_of_box(&self.dims().map(|n| 0..n), max_bytes)
     }
 
     /// Hands the flags of all cells, x fastest, slab by slab to `consume`, which runs on this thread while the next slab

@@ -40,6 +40,12 @@ pub fn version() -> String {
     env!("CARGO_PKG_VERSION").into()
 }
 
+/// WGSL of the kernel that makes flags of [`WebMesh::box_runs`].
+#[wasm_bindgen(js_name = expandText)]
+pub fn expand_text() -> String {
+    crate::gpu::expand_text().to_string()
+}
+
 /// All error codes, comma-separated, for the test that holds the types to them.
 #[wasm_bindgen(js_name = errorCodes)]
 pub fn error_codes() -> String {

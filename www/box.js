@@ -41,11 +41,12 @@ export function placeFor(start, end, into) {
  *
  * @param {Cell} start
  * @param {Cell} end
+ * @param {number} [rowBytes] of a row along x; a byte a cell
  * @returns {Generator<[Cell, Cell]>}
  */
-export function* piecesOf([x0, y0, z0], [x1, y1, z1]) {
-  const [nx, ny] = [x1 - x0, y1 - y0];
-  const n_rows = Math.max(1, Math.floor(SLAB_BYTES / Math.max(nx, 1)));
+export function* piecesOf([x0, y0, z0], [x1, y1, z1], rowBytes = x1 - x0) {
+  const ny = y1 - y0;
+  const n_rows = Math.max(1, Math.floor(SLAB_BYTES / Math.max(rowBytes, 1)));
   const n_planes = Math.max(1, Math.floor(n_rows / Math.max(ny, 1)));
   for (let z = z0; z < z1; z += n_planes) {
     const top = Math.min(z + n_planes, z1);

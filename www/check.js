@@ -84,6 +84,19 @@ export function wholeNumber(key, value, least, most) {
   throw wrongValue(key, value, `whole numbers from ${least} to ${most}`);
 }
 
+/** Methods of a `GPUDevice` that this package calls. */
+const METHODS = ['createBuffer', 'createShaderModule', 'createBindGroup', 'createCommandEncoder', 'pushErrorScope', 'destroy'];
+
+/** @param {string} key @param {any} value @returns {GPUDevice} */
+export function gpuDevice(key, value) {
+  const isDevice =
+    METHODS.every((name) => typeof value?.[name] === 'function') &&
+    typeof value.queue?.submit === 'function' &&
+    typeof value.lost?.then === 'function';
+  if (!isDevice) throw wrongValue(key, value, 'a GPUDevice');
+  return value;
+}
+
 /** @param {string} key @param {unknown} value */
 export function yesOrNo(key, value) {
   if (typeof value !== 'boolean') throw wrongValue(key, value, 'true, false');

@@ -7,9 +7,9 @@ import { clearSpillFiles, spilling } from './spill.js';
 import { cancelled, pause } from './call.js';
 import { columnFile } from './column_file.js';
 import { sha256 } from './hash.js';
-import { Held } from './held.js';
+import { Held, freeAfter } from './held.js';
 import { asError, failureOf } from './error.js';
-import init, { WebEngine, WebGpu, WebJob, WebMesh, WebSurface, WebSwitch, version } from './hexcast_wasm.js';
+import init, { WebEngine, WebGpu, WebJob, WebMesh, WebSurface, WebSwitch, expandText, version } from './hexcast_wasm.js';
 import { readSurface } from './read.js';
 import { allRuns } from './runs.js';
 
@@ -232,6 +232,16 @@ export class Core {
     return this.#meshes.get(mesh).box(new Uint32Array([...start, ...end]));
   }
 
+  /** @param {{ mesh: number, start: number[], end: number[] }} args */
+  boxRuns({ mesh, start, end }) {
+    return this.#meshes.get(mesh).boxRuns(new Uint32Array([...start, ...end]));
+  }
+
+  /** WGSL of the kernel that makes flags of runs. @param {object} _args none */
+  expandText(_args) {
+    return expandText();
+  }
+
   /** @param {{ mesh: number, maxBytes: number }} args */
   slabs({ mesh, maxBytes }) {
     return this.#meshes.get(mesh).slabs(maxBytes);
@@ -327,21 +337,5 @@ export class Core {
     this.#surfaces.release(surface);
     this.#meshes.release(mesh);
     this.#encoders.release(encoder);
-  }
-}
-
-/**
- * Frees what was needed for a result only.
- *
- * @template T
- * @param {{ free(): void }} thing
- * @param {() => T} make
- * @returns {T}
- */
-function freeAfter(thing, make) {
-  try {
-    return make();
-  } finally {
-    thing.free();
   }
 }

@@ -7,6 +7,8 @@ export {};
 declare global {
   interface AbortSignal {}
   interface Blob {}
+  interface GPUBuffer {}
+  interface GPUTexture {}
   // biome-ignore lint/suspicious/noExplicitAny: as browsers and Node declare it
   interface ReadableStream<R = any> {}
   interface URL {}

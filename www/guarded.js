@@ -11,6 +11,25 @@ const PLAIN = ['pushErrorScope', 'popErrorScope', 'destroy', 'addEventListener',
 /** @typedef {(event: { error: { message: string } }) => void} Handler */
 
 /**
+ * Calls a function within error scopes of its own.
+ *
+ * @template T
+ * @param {GPUDevice} device
+ * @param {() => T} act
+ * @param {(errors: Promise<(GPUError | null)[]>) => void} hear receives what the scopes will have caught
+ * @returns {T}
+ */
+export function scoped(device, act, hear) {
+  for (const filter of FILTERS) device.pushErrorScope(filter);
+  try {
+    return act();
+  } finally {
+    // a lost device has no scopes, and tells of the loss itself
+    hear(Promise.all(FILTERS.map(() => device.popErrorScope().catch(() => null))));
+  }
+}
+
+/**
  * Wraps a device; what is set as its `onuncapturederror` receives the errors of calls to the wrapper, and of nothing else.
  *
  * @param {GPUDevice} device
@@ -23,17 +42,9 @@ export function guarded(device) {
     if (error && handler) tell(handler, `${error.constructor.name}: ${error.message}`);
   };
   /** @template T @param {() => T} act @returns {T} */
-  const scoped = (act) => {
-    for (const filter of FILTERS) device.pushErrorScope(filter);
-    try {
-      return act();
-    } finally {
-      // a lost device has no scopes, and tells of the loss itself
-      for (const _ of FILTERS) device.popErrorScope().then(hear, () => {});
-    }
-  };
-  const queue = wrap(device.queue, scoped, {});
-  return wrap(device, scoped, { queue }, (name, value) => {
+  const within = (act) => scoped(device, act, (errors) => errors.then((all) => all.forEach(hear)));
+  const queue = wrap(device.queue, within, {});
+  return wrap(device, within, { queue }, (name, value) => {
     if (name !== 'onuncapturederror') return false;
     handler = value;
     return true;

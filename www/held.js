@@ -38,3 +38,19 @@ export class Held {
     this.#held.delete(id);
   }
 }
+
+/**
+ * Frees what was needed for a result only.
+ *
+ * @template T
+ * @param {{ free(): void }} thing
+ * @param {() => T} make
+ * @returns {T}
+ */
+export function freeAfter(thing, make) {
+  try {
+    return make();
+  } finally {
+    thing.free();
+  }
+}

@@ -4,6 +4,7 @@ import { byteStream } from './byte_stream.js';
 import { CALL, oneOf, optionsOf, wholeNumber, threeNumbers, yesOrNo } from './check.js';
 import { report } from './connection.js';
 import { HexcastError } from './error.js';
+import { flagsBuffer, flagsTexture } from './flags_on_gpu.js';
 import { plainJson } from './plain.js';
 
 /** Bytes of a file that are collected in memory before they become a Blob, which browsers keep on disk. */
@@ -122,6 +123,26 @@ export class Mesh {
       at += piece.length;
     }
     return flags;
+  }
+
+  /** What the kernel on the caller's device needs. @returns {import('./flags_on_gpu.js').Source} */
+  #source() {
+    return {
+      dims: this.dims,
+      axis: this.columns.axis,
+      runs: (start, end, signal) => this.#call('boxRuns', { start, end }, { signal }),
+      text: () => this.#call('expandText', {}),
+    };
+  }
+
+  /** @param {import('./hexcast.js').Device} device @param {import('./hexcast.js').FlagsBufferOptions} [options] */
+  async flagsBuffer(device, options) {
+    return flagsBuffer(this.#source(), device, options);
+  }
+
+  /** @param {import('./hexcast.js').Device} device @param {import('./hexcast.js').FlagsTextureOptions} [options] */
+  async flagsTexture(device, options) {
+    return flagsTexture(this.#source(), device, options);
   }
 
   /** @param {{ maxBytes?: number, into?: Uint8Array, signal?: AbortSignal }} [options] */

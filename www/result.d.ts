@@ -1,5 +1,5 @@
 /** What comes out: the mesh, its flags and its files. */
-import type { CallOptions } from './hexcast.js';
+import type { CallOptions, Device } from './hexcast.js';
 import type { Job } from './job.js';
 import type { Report } from './report.js';
 
@@ -28,6 +28,26 @@ export interface CellBox {
 export interface Flags<T extends Uint8Array = Bytes> extends CellBox {
   /** `flags[x + nx * (y + ny * z)]` counted from `start`; one byte a cell. */
   flags: T;
+}
+
+/** Which flags go to a device. */
+export interface FlagsOnDeviceOptions {
+  /** The first cell and the end, with at least one cell; by default the whole mesh. */
+  box?: { readonly start: Triple; readonly end: Triple };
+  signal?: AbortSignal;
+}
+
+export interface FlagsBufferOptions extends FlagsOnDeviceOptions {
+  /**
+   * Bits of a cell. With 8 (the default) cell (x, y, z) of the box is byte `x + nx * (y + ny * z)`, and holds its flag. With 1 it is bit
+   * `x % 8` of byte `floor(x / 8) + ceil(nx / 8) * (y + ny * z)`, which is 1 where the flag is not 0.
+   */
+  bits?: 1 | 8;
+}
+
+export interface FlagsTextureOptions extends FlagsOnDeviceOptions {
+  /** One unsigned byte a texel, the flag. There is no other. */
+  format?: 'r8uint';
 }
 
 /** A plane of cells for drawing. */
@@ -176,6 +196,22 @@ export interface Mesh extends Disposable {
    * `memory`: read slabs.
    */
   box<T extends Uint8Array = Bytes>(start: Triple, end: Triple, options?: { into?: T; signal?: AbortSignal }): Promise<Flags<T>>;
+  /**
+   * Flags of a box of cells in a new `GPUBuffer` of your device, whether this mesher uses the device or not. Only runs go to the device,
+   * which makes flags of them: some bytes a ray. Its size is that of the bytes, rounded up to 4; the last word is filled up with 0. Its
+   * usage is `STORAGE | COPY_SRC | COPY_DST`, and it is yours: destroy it. In WGSL, over `flags: array<u32>`, the flag of cell i is
+   * `(flags[i / 4] >> (8 * (i % 4))) & 0xff`.
+   *
+   * Fails with `job-value` where the box is not within the mesh or has no cell, `memory` where the device has no buffer as large,
+   * `device-lost`, and `device-failed` where the device refuses the work. Errors of the device that are not of this call stay yours.
+   */
+  flagsBuffer(device: Device, options?: FlagsBufferOptions): Promise<GPUBuffer>;
+  /**
+   * Flags of a box of cells in a new 3-D `GPUTexture` of your device, one texel a cell, for `texture_3d<u32>` and `textureLoad`. Its usage is
+   * `TEXTURE_BINDING | COPY_SRC | COPY_DST`, and it is yours: destroy it. Fails as `flagsBuffer`, and with `memory` where the box is longer
+   * than the device's `maxTextureDimension3D`, 2048 by default.
+   */
+  flagsTexture(device: Device, options?: FlagsTextureOptions): Promise<GPUTexture>;
   /**
    * All flags in file order, in slabs of at most `maxBytes` (default 16 MiB, or those of `into`); the next slab is expanded in
    * advance. With `into` every slab is put into the same first bytes of that array, which the next one overwrites.

@@ -1,14 +1,11 @@
 /** Starts a mesher: checks its options, connects to a core and opens a backend there. */
-import { MESHER, kindOf, oneOf, optionsOf, wrongValue } from './check.js';
+import { MESHER, gpuDevice, kindOf, oneOf, optionsOf, wrongValue } from './check.js';
 import { connect } from './connection.js';
 import { HexcastError } from './error.js';
 import { Mesher } from './mesher.js';
 import { fileOf } from './source.js';
 
 /** @typedef {import('./hexcast.js').MesherOptions} MesherOptions */
-
-/** Methods of a `GPUDevice` that meshing calls. */
-const METHODS = ['createBuffer', 'createShaderModule', 'createBindGroup', 'createCommandEncoder', 'pushErrorScope', 'destroy'];
 
 /**
  * Checks the options of `createMesher`, before anything is loaded.
@@ -61,11 +58,7 @@ function checkWasm(wasm) {
 
 /** @param {any} device @param {MesherOptions['backend']} backend @param {MesherOptions['worker']} worker */
 function checkDevice(device, backend, worker) {
-  const isDevice =
-    METHODS.every((name) => typeof device?.[name] === 'function') &&
-    typeof device.queue?.submit === 'function' &&
-    typeof device.lost?.then === 'function';
-  if (!isDevice) throw wrongValue('device', device, 'a GPUDevice');
+  gpuDevice('device', device);
   const hint = 'leave out one of them';
   if (backend === 'cpu') throw new HexcastError('job-conflict', 'a device is given, and the backend "cpu"', { hint });
   if (worker !== undefined && worker !== false) {

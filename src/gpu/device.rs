@@ -112,6 +112,11 @@ impl Opened {
         Ok(Opened { device, queue, failure })
     }
 
+    /// Takes a device of the caller's, whose handlers stay the caller's.
+    pub(crate) fn of_caller(device: &wgpu::Device, queue: &wgpu::Queue) -> Opened {
+        Opened { device: device.clone(), queue: queue.clone(), failure: Arc::default() }
+    }
+
     /// Returns the failure that the driver reported, if it did.
     pub(crate) fn check(&self) -> Result<()> {
         let failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);

@@ -3,12 +3,15 @@
 
 use super::Gpu;
 use super::band::{Forced, Launched, Worker, begin};
-use super::buffers::{Array, Sums};
+use super::buffers::{Array, Part, Sums};
 use super::device::Opened;
+use super::expand::Cells;
 use super::readback::Staging;
 use crate::cast::Cast;
 use crate::cast::sizes::MAX_TILES;
 use crate::error::{Error, Result};
+use crate::flags::CellBox;
+use crate::mesh::Mesh;
 
 /// The lattice with its tiles.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -76,6 +79,21 @@ impl Gpu {
         let pending = staging.submit(&self.opened, encoder, [array.first(n)]);
         let [scanned] = staging.words(&self.opened, pending).await?;
         Ok(scanned)
+    }
+}
+
+impl Gpu {
+    /// The bytes of [`Gpu::flags_buffer`]: for tests.
+    ///
+    /// # Errors
+    /// Those of [`Gpu::flags_buffer`].
+    pub async fn expanded(&self, mesh: &Mesh, cells: &CellBox, form: Cells) -> Result<Vec<u8>> {
+        let buffer = &self.flags_buffer(mesh, cells, form).await?;
+        let all = Part { buffer, words: 1, bytes: [0, buffer.size()] };
+        let mut staging = Staging::default();
+        let pending = staging.submit(&self.opened, begin(self.context(), None).encoder, [all]);
+        let [words] = staging.words(&self.opened, pending).await?;
+        Ok(bytemuck::cast_slice(&words).to_vec())
     }
 }
 

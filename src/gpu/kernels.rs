@@ -79,6 +79,8 @@ pub enum Kernel {
     ScanReduce,
     ScanApply,
     Probe,
+    /// On devices of callers too.
+    Expand,
 }
 
 /// A buffer that a kernel binds: its slot, its name in the shader, and the words of an element, 0 where it is a struct.
@@ -119,7 +121,7 @@ const MAP: Source = source!(Map, "map", [PARAMS, CHUNKS, SWEEP], 64,
     &[PARAMS_SLOT, BIN_OFFSETS, (3, "tiles", 4), (5, "runs", 4), CHUNKS_SLOT, (7, "totals", 0), (8, "layer_ends", 4)]);
 
 #[rustfmt::skip]
-static SOURCES: [Source; 9] = [
+static SOURCES: [Source; 10] = [
     source!(Lattice, "lattice", [PARAMS, WIDE, FACET, WALK], 64,
         &[PARAMS_SLOT, CORNERS, ITEM_OFFSETS, (3, "bin_counts", 1), (4, "found", 4), (5, "found_totals", 0)]),
     source!(Intersect, "intersect", [PARAMS, WIDE, FACET, PLANE], 64,
@@ -135,6 +137,7 @@ static SOURCES: [Source; 9] = [
     source!(Probe, "probe", [], 64,
         &[(0, "answers", 0), (1, "buffer_1", 1), (2, "buffer_2", 1), (3, "buffer_3", 1), (4, "buffer_4", 1),
           (5, "buffer_5", 1), (6, "buffer_6", 1), (7, "buffer_7", 1)]),
+    source!(Expand, "expand", [], 64, &[(0, "slab", 0), (1, "offsets", 1), (2, "runs", 1), (3, "flags", 1)]),
 ];
 
 /// A kernel as it is compiled.
@@ -159,6 +162,11 @@ pub fn kernel_texts() -> Vec<KernelText> {
         slots: source.slots,
     };
     SOURCES.iter().filter(|source| source.constants.is_empty()).map(text_of).collect()
+}
+
+/// The kernel that expands flags, which needs nothing else of this library.
+pub fn expand_text() -> &'static str {
+    Kernel::Expand.source().parts[0]
 }
 
 /// Changes the text of a kernel, given its name, before it is compiled: for tests of what a broken driver would do.

@@ -148,7 +148,7 @@ impl Passes<'_> {
 }
 
 /// Spreads workgroups over two dimensions where one would not hold them.
-fn square(n_groups: u64) -> [u32; 2] {
+pub(super) fn square(n_groups: u64) -> [u32; 2] {
     let rows = n_groups.div_ceil(MAX_GROUPS).max(1);
     [n_groups.div_ceil(rows).max(1) as u32, rows as u32]
 }

@@ -8,6 +8,7 @@ use wasm_bindgen::prelude::*;
 
 use super::file::{JsFile, JsFileStore};
 use super::values::{JsResult, js_error};
+use crate::columns::BoxRuns;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::flags::CellBox;
@@ -106,6 +107,15 @@ impl WebMesh {
     #[wasm_bindgen(js_name = box)]
     pub fn box_flags(&self, corners: &[u32]) -> JsResult<Vec<u8>> {
         self.mesh.box_flags(&cell_box(corners)?).map_err(js_error)
+    }
+
+    /// Runs of the rays through a box, cut to it and counted from its first cell: the first run of each ray, the number of runs, then
+    /// the packed runs.
+    #[wasm_bindgen(js_name = boxRuns)]
+    pub fn box_runs(&self, corners: &[u32]) -> JsResult<Vec<u32>> {
+        let BoxRuns { mut offsets, runs } = self.mesh.box_runs(&cell_box(corners)?).map_err(js_error)?;
+        offsets.extend(runs);
+        Ok(offsets)
     }
 
     /// Boxes of all slabs, six numbers each.

@@ -16,8 +16,10 @@ use hexcast::cpu;
 use hexcast::crossings::{Crossings, crossings};
 use hexcast::facet::Projected;
 use hexcast::frame::Frame;
-use hexcast::gpu::{Forced, Gpu, Options, Tiles, Usage};
+use hexcast::gpu::{Cells, Forced, Gpu, Options, Tiles, Usage};
 use hexcast::lattice::lattice;
+use hexcast::lines::Lines;
+use hexcast::mesh::Mesh;
 use hexcast::rays::Rays;
 
 use super::cases::{Case, cases};
@@ -45,6 +47,7 @@ macro_rules! every_check {
         $test!(bands_of_any_number_of_ray_rows_give_the_same_columns);
         $test!(a_mesh_goes_on_where_it_was_left);
         $test!(stacks_with_thousands_of_crossings_agree_with_the_definition);
+        $test!(expand_gives_the_flags_of_the_host);
     };
 }
 pub(crate) use every_check;
@@ -440,4 +443,34 @@ pub(crate) async fn a_mesh_goes_on_where_it_was_left(gpu: &Gpu) -> Checked {
     text(gpu.continue_columns(&cast, &options, &Control::default(), &mut bands).await)?;
     expect(bands.len() > 1 && Columns::new(rays, bands) == whole, || "other columns".into())?;
     Ok(1)
+}
+
+pub(crate) async fn expand_gives_the_flags_of_the_host(gpu: &Gpu) -> Checked {
+    check_expand(gpu, &cases_of_kernels()).await
+}
+
+/// Boxes of each mesh, the whole one among them; fewer in a browser, where each takes messages between processes.
+const BOXES: usize = if cfg!(target_arch = "wasm32") { 2 } else { 4 };
+
+pub(crate) async fn check_expand(gpu: &Gpu, cases: &[Case]) -> Checked {
+    on_casts("expand", cases, async |cast| {
+        let dims = cpu_columns(cast).dims();
+        let lines = Lines::new([0.0; 3], [1.0; 3], dims).expect("lines of the case");
+        let mesh = text(Mesh::new(lines, cpu_columns(cast), vec![], None))?;
+        let mut random = Random::new(u64::from(dims[0] + dims[1] + dims[2]));
+        for index in 0..BOXES {
+            let cells = dims.map(|n| {
+                let [one, other] = [0, 1].map(|_| random.below(n.into()) as u32);
+                if index == 0 { 0..n } else { one.min(other)..one.max(other) + 1 }
+            });
+            for (form, expected) in [(Cells::Bytes, mesh.box_flags(&cells)), (Cells::Bits, mesh.box_bits(&cells))] {
+                let mut expected = text(expected)?;
+                expected.resize(expected.len().next_multiple_of(4), 0);
+                let found = text(gpu.expanded(&mesh, &cells, form).await)?;
+                expect(found == expected, || format!("{form:?} of {cells:?} of {dims:?}"))?;
+            }
+        }
+        Ok(())
+    })
+    .await
 }

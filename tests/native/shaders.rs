@@ -150,6 +150,8 @@ fn no_invocation_runs_more_loops_than_the_probe_asks_for() {
         ("scan_reduce", 16 + 8),
         ("scan_apply", 2 * 16 + 8),
         ("probe", u64::from(c["LOOPS"]) - 32 + 2048 / 64),
+        // four bytes of eight cells
+        ("expand", 4 * (1 + 8 * (1 + u64::from(c["SEARCH_STEPS"])))),
     ];
     for (name, loops) in loops {
         assert!(loops <= u64::from(MOST_LOOPS), "{name} may run {loops} loops");

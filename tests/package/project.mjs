@@ -6,6 +6,7 @@ import { cpSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } f
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 
+import { pack } from '../../scripts/package.mjs';
 import { ROOT } from '../../scripts/run.mjs';
 
 /** The model that all tests of the package mesh. */
@@ -38,11 +39,9 @@ export function npm(cwd, ...args) {
  */
 export function installedProject(within = tmpdir()) {
   const folder = mkdtempSync(path.join(within, 'hexcast-package-'));
-  const [packed] = JSON.parse(npm(ROOT, 'pack', '--json', '--pack-destination', folder));
-  const tarball = path.join(folder, packed.filename);
+  const { tarball, files } = pack(folder);
   writeFileSync(path.join(folder, 'package.json'), '{"private": true, "type": "module"}');
   npm(folder, 'install', '--offline', '--no-audit', '--no-fund', tarball);
-  const files = packed.files.map((file) => file.path);
   const run = (name, code, ...args) => {
     writeFileSync(path.join(folder, name), code);
     return execFileSync(process.execPath, [name, ...args], { cwd: folder, encoding: 'utf8', maxBuffer: 1 << 26 });

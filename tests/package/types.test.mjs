@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { execFileSync, spawnSync } from 'node:child_process';
-import { readFileSync, writeFileSync } from 'node:fs';
+import { readFileSync, symlinkSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
 
@@ -128,6 +128,18 @@ const DOM = `
   declare const queue: { writeBuffer(buffer: object, at: number, data: BufferSource): void };
   queue.writeBuffer({}, 0, (await mesh.box([0, 0, 0], [1, 1, 1])).flags);
 `;
+/** Devices, buffers and textures are those of the types of WebGPU. */
+const WEBGPU = `
+  import { createMesher } from 'hexcast';
+  declare const device: GPUDevice;
+  const mesh = await (await createMesher({ device })).mesh({ geometries: [] });
+  const buffer: GPUBuffer = await mesh.flagsBuffer(device, { box: { start: [0, 0, 0], end: mesh.dims }, bits: 1 });
+  const texture: GPUTexture = await mesh.flagsTexture(device, { format: 'r8uint' });
+  device.createCommandEncoder().copyBufferToBuffer(buffer, 0, buffer, 64, 64);
+  texture.createView({ dimension: '3d' });
+  // @ts-expect-error flags have 1 or 8 bits
+  await mesh.flagsBuffer(device, { bits: 32 });
+`;
 const NODE = `
   import { Readable } from 'node:stream';
   import { createMesher } from 'hexcast';
@@ -141,11 +153,13 @@ test('the types compile from TypeScript 5.4 on, with the types of browsers, of N
   await ensureTools();
   const compilers = ['ts54', 'ts7'].map((name) => path.join(TOOLS, 'node_modules', name));
   const folder = project.folder;
-  for (const [name, code] of Object.entries({ plain: PLAIN, dom: DOM, node: NODE }))
+  symlinkSync(path.join(ROOT, 'node_modules/@webgpu'), path.join(folder, 'node_modules/@webgpu'));
+  for (const [name, code] of Object.entries({ plain: PLAIN, dom: DOM, webgpu: WEBGPU, node: NODE }))
     writeFileSync(path.join(folder, `${name}.ts`), code);
   const platforms = [
     { files: ['plain.ts'], lib: ['es2022'], types: [] },
     { files: ['plain.ts', 'dom.ts'], lib: ['es2022', 'dom', 'dom.iterable'], types: [] },
+    { files: ['plain.ts', 'webgpu.ts'], lib: ['es2022', 'dom'], types: ['@webgpu/types'], skipLibCheck: true },
     { files: ['plain.ts', 'node.ts'], lib: ['es2022'], types: ['node'], typeRoots: [path.join(TOOLS, 'node_modules/@types')] },
   ];
   const resolutions = [{ module: 'nodenext' }, { module: 'esnext', moduleResolution: 'bundler' }];

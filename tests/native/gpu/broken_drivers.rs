@@ -119,6 +119,12 @@ const MUTATIONS: &[(&str, &str, &str)] = &[
     ("map_deep", "events[to_half + counters[counter]] = event", "events[to_half + counters[counter] + 1u] = event"),
     ("map_deep", "is_last && winner != code", "winner != code"),
     ("map_deep", "sum += counters", "sum = counters"),
+    ("expand", "runs[middle] >> 8u <= cell", "runs[middle] >> 8u < cell"),
+    ("expand", "at >= slab.skip", "at > slab.skip"),
+    ("expand", "&& at < end", "&& at <= end"),
+    ("expand", "if low == first", "if low + 1u == first"),
+    ("expand", "slab.axis == 1u", "slab.axis == 2u"),
+    ("expand", "SEARCH_STEPS: u32 = 19u", "SEARCH_STEPS: u32 = 2u"),
 ];
 
 /// Runs the check that names a kernel.
@@ -131,6 +137,7 @@ fn check(gpu: &Gpu, kernel: &str, cases: &[Case]) -> Checked {
             "map" => kernel_checks::check_map(gpu, cases).await,
             "intersect_deep" => kernel_checks::check_intersect_deep(gpu, cases).await,
             "map_deep" => kernel_checks::check_map_deep(gpu, cases).await,
+            "expand" => kernel_checks::check_expand(gpu, cases).await,
             _ => panic!("no check of {kernel}"),
         }
     })
