@@ -234,7 +234,7 @@ mod tests {
         let source = read(TWO.as_bytes(), &Control::default()).unwrap();
         assert_eq!((source.file.as_str(), source.contents), ("a.stl", read_bytes(TWO.as_bytes()).unwrap()));
         assert_eq!(source.sha256, hex(&Sha256::digest(TWO)));
-        let error = read(&TWO.as_bytes()[..300], &Control::default()).unwrap_err();
+        let error = read(&TWO.as_bytes()[..100], &Control::default()).unwrap_err();
         assert!(error.code() == "io" && error.to_string().starts_with("a.stl: "), "{error}");
         let control = Control::default();
         control.cancel.cancel();

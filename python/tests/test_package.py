@@ -6,6 +6,7 @@ import json
 import re
 import subprocess
 import sys
+import tarfile
 from pathlib import Path
 
 import hexcast
@@ -63,7 +64,8 @@ hexcast.mesh("a.stl").save("a.vti", compress="much")
 """
     )
     words = [sys.executable, "-m", "mypy", "--strict", "--config-file=", f"--cache-dir={ROOT / 'target' / 'mypy'}"]
-    checked = subprocess.run([*words, ROOT / "python" / "package" / "hexcast", good, bad], capture_output=True, text=True, timeout=300)
+    words += [ROOT / "python" / "package" / "hexcast", good, bad]
+    checked = subprocess.run(words, capture_output=True, text=True, timeout=300)
     wrong = re.findall(r"^(.+):(\d+): error", checked.stdout, re.M)
     assert [(Path(file).name, int(line)) for file, line in wrong] == [("bad.py", n) for n in range(3, 8)], checked.stdout
 
@@ -71,6 +73,18 @@ hexcast.mesh("a.stl").save("a.vti", compress="much")
 def test_the_wheel_is_for_all_versions_of_python():
     assert (PACKAGE / "py.typed").exists()
     assert [path.name for path in PACKAGE.glob("_hexcast.*.so")] == ["_hexcast.abi3.so"] or sys.platform == "win32"
+
+
+def test_the_source_distribution_has_what_it_needs_and_nothing_else(tmp_path):
+    """It holds the crate, too, as that packs itself."""
+    words = [Path(sys.executable).with_name("maturin"), "sdist", "--manifest-path", "python/Cargo.toml", "--out", tmp_path]
+    subprocess.run(words, cwd=ROOT, check=True, capture_output=True, timeout=120)
+    (file,) = tmp_path.iterdir()
+    with tarfile.open(file) as archive:
+        names = {name.split("/", 1)[1] for name in archive.getnames()}
+    assert {"PKG-INFO", "src/lib.rs", "python/src/lib.rs", "package/hexcast/__init__.py", "LICENSE-MIT"} <= names
+    folders = {name.split("/")[0] for name in names if "/" in name}
+    assert folders == {"src", "shaders", "python", "package"}
 
 
 # where there is no GPU the meshes say that

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import io
 import multiprocessing
+import os
 import signal
+import subprocess
 import sys
 import threading
 import time
@@ -154,6 +156,14 @@ def test_a_forked_process_meshes_too():
     expected = count_cells(0)
     with multiprocessing.get_context("fork").Pool(2) as pool:
         assert pool.map_async(count_cells, range(4)).get(timeout=120) == 4 * [expected]
+
+
+def test_a_gpu_is_opened_without_a_word_where_no_session_runs(spot):
+    script = "import hexcast, sys; print(hexcast.mesh(sys.argv[1], cells=20, backend='gpu').report['backend'])"
+    environment = {name: value for name, value in os.environ.items() if name != "XDG_RUNTIME_DIR"}
+    words = [sys.executable, "-c", script, spot]
+    child = subprocess.run(words, capture_output=True, env=environment, text=True, timeout=120)
+    assert (child.stdout, child.stderr) == ("gpu\n", "")
 
 
 MEASURE = """

@@ -17,6 +17,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Optional, Union
 
 from . import _hexcast
+from ._driver import disable_layer_without_session
 from ._error import Error, MeshWarning
 from ._job import Geometry, JobLike, job_of
 from ._mesh import Columns, Mesh, Slab, warn
@@ -46,6 +47,10 @@ __all__ = [
     "parts",
     "surface",
 ]
+
+
+# the Vulkan loader reads this when a GPU is first looked for
+disable_layer_without_session()
 
 
 def mesh(

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from . import _hexcast
 from ._error import Error, MeshWarning
 from ._files import save
+from ._xarray import dataset
 
 if TYPE_CHECKING:
     import os
@@ -182,19 +183,7 @@ class Mesh:
 
         ``flag`` has the attributes ``flag_values`` and ``flag_meanings`` of the CF conventions. Needs xarray.
         """
-        import xarray
-
-        units = {} if self.unit is None else {"units": self.unit}
-        coordinates = {}
-        for axis, name in enumerate("xyz"):
-            centres = self.origin[axis] + (np.arange(self.dims[axis]) + 0.5) * self.spacing[axis]
-            coordinates[name] = (name, centres, units)
-        meanings = ["background", *("_".join(name.split()) or "unnamed" for name in self.names.values())]
-        attributes = {
-            "flag_values": np.array([0, *self.names], np.uint8),
-            "flag_meanings": " ".join(meanings),
-        }
-        return xarray.Dataset({"flag": (("z", "y", "x"), self.flags, attributes)}, coordinates)
+        return dataset(self, self.dims, self.flags)
 
 
 def cell_of(cell: Sequence[int], name: str) -> tuple[int, int, int]:

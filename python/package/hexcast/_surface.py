@@ -78,9 +78,9 @@ def numbers(vertices: Any, name: str) -> NDArray[np.float32]:
     array = np.asarray(vertices)
     if array.ndim != 2 or array.shape[1] != 3 or array.dtype.kind not in "fiu":
         raise wrong(name, f"vertices are numbers of shape (n, 3), not {array.dtype} of shape {array.shape}")
-    # what is too large becomes infinite, and is refused as such
+    # what is too large becomes infinite, and is refused as such; a copy, as other threads may write to the caller's array
     with np.errstate(over="ignore"):
-        return np.ascontiguousarray(array, dtype=np.float32)
+        return np.array(array, dtype=np.float32, order="C")
 
 
 def indices(faces: Any, name: str) -> NDArray[np.int64]:
@@ -88,7 +88,7 @@ def indices(faces: Any, name: str) -> NDArray[np.int64]:
     array = np.asarray(faces)
     if array.ndim != 2 or array.shape[1] != 3 or array.dtype.kind not in "iu":
         raise wrong(name, f"faces are whole numbers of shape (m, 3), not {array.dtype} of shape {array.shape}")
-    return np.ascontiguousarray(array, dtype=np.int64)
+    return np.array(array, dtype=np.int64, order="C")
 
 
 def wrong(name: str, problem: str) -> Error:
