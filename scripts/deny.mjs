@@ -28,7 +28,7 @@ export async function ensureDeny() {
 
 /** Checks licences, versions and sources. */
 export async function checkCrates() {
-  await run(TOOL, ['--locked', 'check', 'licenses', 'bans', 'sources']);
+  await run(TOOL, ['--locked', '--workspace', 'check', 'licenses', 'bans', 'sources']);
 }
 
 /** Checks for known vulnerabilities, where their database can be had. @returns {Promise<string | null>} what is not checked */
@@ -38,6 +38,6 @@ export async function checkAdvisories() {
   } catch {
     return 'not checked: their database, on GitHub, cannot be reached';
   }
-  await run(TOOL, ['--locked', 'check', '--disable-fetch', 'advisories']);
+  await run(TOOL, ['--locked', '--workspace', 'check', '--disable-fetch', 'advisories']);
   return null;
 }

@@ -1,4 +1,4 @@
-// What a machine must have: packages from npm, a C linker, a Vulkan driver, browsers, a Rust for wasm32. Installs what is
+// What a machine must have: packages from npm, a C linker, a Vulkan driver, browsers, Python, a Rust for wasm32. Installs what is
 // missing where it can (Debian, as root) and says what to install where it cannot; silent and quick where nothing is missing.
 
 import { createHash } from 'node:crypto';
@@ -28,12 +28,25 @@ export const DEBIAN_RUST = {
   linker: '/usr/bin/wasm-ld-19',
 };
 
+/** Where Linux has its libraries. */
+const LIBRARIES = ['/lib', '/usr/lib', '/usr/lib64', '/usr/local/lib', `/usr/lib/${debianTriple()}`];
+
 /** The list: how to see that a thing is there, the Debian packages that bring it, and what to call it. */
 const NEEDS = {
   linker: { found: () => which('cc', 'gcc', 'clang'), packages: ['build-essential'], what: 'a C linker' },
   vulkan: { found: hasVulkan, packages: ['mesa-vulkan-drivers', 'libvulkan1'], what: 'a Vulkan driver such as lavapipe' },
   chromium: { found: chromium, packages: ['chromium'], what: 'Chromium, or CHROMIUM with its path' },
   firefox: { found: firefox, packages: ['firefox-esr'], what: 'Firefox, or FIREFOX with its path' },
+  python: {
+    found: hasPython,
+    packages: ['python3', 'python3-venv', 'python3-dev'],
+    what: 'Python 3.10 or newer with venv, pip and its C headers, for which lbmpy compiles',
+  },
+  opengl: {
+    found: hasEgl,
+    packages: ['libegl1', 'libegl-mesa0', 'libgl1-mesa-dri'],
+    what: 'OpenGL without a window (EGL), for PyVista',
+  },
   wasm32: {
     found: () => Object.values(DEBIAN_RUST).every(isExecutable),
     packages: ['rustc-web', 'cargo-web', 'rust-web-src', 'rust-web-clippy', 'lld-19'],
@@ -79,8 +92,20 @@ function hasVulkan() {
   const folders = ['/usr/share/vulkan/icd.d', '/etc/vulkan/icd.d', '/usr/local/share/vulkan/icd.d'];
   const hasDriver =
     process.env.VK_DRIVER_FILES !== undefined || folders.some((folder) => existsSync(folder) && readdirSync(folder).length > 0);
-  const loader = ['/lib', '/usr/lib', '/usr/lib64', '/usr/local/lib', `/usr/lib/${debianTriple()}`];
-  return hasDriver && loader.some((folder) => existsSync(path.join(folder, 'libvulkan.so.1')));
+  return hasDriver && LIBRARIES.some((folder) => existsSync(path.join(folder, 'libvulkan.so.1')));
+}
+
+/** Whether the Python of PATH can make virtual environments and compile extensions. */
+function hasPython() {
+  const looks = 'import ensurepip, os, sys, sysconfig, venv; print(sys.version_info >= (3, 10) and os.path.exists(os.path.join(';
+  return ask('python3', ['-c', `${looks}sysconfig.get_paths()["include"], "Python.h")))`]) === 'True';
+}
+
+function hasEgl() {
+  if (process.platform !== 'linux') return true;
+  return LIBRARIES.some(
+    (folder) => existsSync(path.join(folder, 'libEGL.so.1')) && existsSync(path.join(folder, 'libEGL_mesa.so.0')),
+  );
 }
 
 function debianTriple() {

@@ -4,6 +4,7 @@ import { fileURLToPath } from 'node:url';
 
 import { ensureDeny } from './deny.mjs';
 import { ensure, ensureNodeModules, requireRust } from './machine.mjs';
+import { ensurePython } from './python.mjs';
 import { Steps } from './run.mjs';
 import { ensureBindgen, wasmRust } from './wasm.mjs';
 
@@ -15,6 +16,7 @@ const NEEDS = {
   wasm: ['linker', 'vulkan', 'chromium', 'firefox'],
   e2e: ['linker', 'vulkan', 'chromium', 'firefox'],
   package: ['linker', 'vulkan', 'chromium', 'firefox'],
+  python: ['linker', 'vulkan', 'python', 'opengl'],
 };
 
 /** The groups of tests. */
@@ -24,8 +26,9 @@ export const GROUPS = Object.keys(NEEDS);
 export async function setup(steps, groups = GROUPS) {
   await steps.step('Node packages', ensureNodeModules);
   await steps.step('Rust', async () => requireRust());
-  await steps.step('linker, drivers, browsers', () => ensure(...new Set(groups.flatMap((group) => NEEDS[group]))));
-  if (groups.every((group) => group === 'native')) return;
+  await steps.step('linker, drivers, browsers, Python', () => ensure(...new Set(groups.flatMap((group) => NEEDS[group]))));
+  if (groups.includes('python')) await steps.step('Python packages', ensurePython);
+  if (groups.every((group) => ['native', 'python'].includes(group))) return;
   await steps.step('Rust for wasm32', async () => (await wasmRust()).name);
   if (groups.includes('lint')) await steps.step('cargo-deny', ensureDeny);
   await steps.step('wasm-bindgen', async () => void (await ensureBindgen()));

@@ -9,6 +9,7 @@ import path from 'node:path';
 import { build } from './build.mjs';
 import { checkAdvisories, checkCrates } from './deny.mjs';
 import { swiftshaderEnv } from './machine.mjs';
+import { buildPython, lintPython, runPytest } from './python.mjs';
 import { ROOT, Steps, run } from './run.mjs';
 import { GROUPS, setup } from './setup.mjs';
 import { bindgenTool, clippyWasm, compileWasmTests } from './wasm.mjs';
@@ -21,6 +22,7 @@ async function nativeLint() {
   await steps.step('advisories of crates', checkAdvisories);
   await steps.command('rustfmt', 'cargo', ['fmt', '--check']);
   await steps.command('clippy', 'cargo', ['clippy', '--all-targets', '--', '-D', 'warnings']);
+  await steps.step('clippy and rustfmt of the Python package', lintPython);
   await steps.command('docs', 'cargo', ['doc', '--no-deps'], { env: { RUSTDOCFLAGS: '-D warnings' } });
 }
 
@@ -31,6 +33,11 @@ async function native() {
     if (!env) throw new Error("missing: SwiftShader as a Vulkan driver, which Debian's package chromium brings");
     return cargoTests(await run('cargo', ['test', '--test', 'native', 'kernels', '--', '--show-output'], { env, minutes: 30 }));
   });
+}
+
+async function python() {
+  await steps.step('Python wheel', buildPython);
+  await steps.step('Python tests', async () => pytestTests(await runPytest()));
 }
 
 async function wasm() {
@@ -49,6 +56,13 @@ function cargoTests(output) {
   const results = [...output.matchAll(/test result: \w+\. (\d+) passed; (\d+) failed; (\d+) ignored/g)];
   const [n_passed, , n_ignored] = [1, 2, 3].map((field) => results.reduce((sum, result) => sum + Number(result[field]), 0));
   return remark(output, n_passed, n_ignored);
+}
+
+/** Counts the tests of a run of pytest by its last line. @param {string} output */
+function pytestTests(output) {
+  const last = output.trimEnd().split('\n').at(-1) ?? '';
+  const count = (/** @type {string} */ word) => Number(new RegExp(`(\\d+) ${word}`).exec(last)?.[1] ?? 0);
+  return remark(output, count('passed'), count('skipped') + count('deselected') + count('xfailed') + count('xpassed'));
 }
 
 /** Runs the tests of the page; one that passed only when it was tried again counts as left out. */
@@ -92,6 +106,7 @@ await setup(steps, groups);
 async function nativeGroups() {
   if (wanted('lint')) await nativeLint();
   if (wanted('native')) await native();
+  if (wanted('python')) await python();
 }
 
 async function browserGroups() {

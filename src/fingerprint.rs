@@ -14,9 +14,9 @@
 
 use sha2::{Digest, Sha256};
 
+use crate::checksum::hex;
 use crate::columns::{Columns, run_cell, run_flag};
 use crate::error::Result;
-use crate::mesh::hex;
 use crate::parallel::*;
 
 /// 2^127 - 1.

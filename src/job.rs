@@ -205,8 +205,7 @@ impl Job {
     ///
     /// # Errors
     /// Those of [`Job::from_toml`].
-    #[cfg(any(test, all(feature = "web", target_arch = "wasm32")))]
-    pub(crate) fn from_plain_json(text: &str) -> Result<Job> {
+    pub fn from_plain_json(text: &str) -> Result<Job> {
         // a value has no lines and columns
         let value: serde_json::Value =
             serde_json::from_str(text).map_err(|error| not_valid("JSON", &on_one_line(&error.to_string())))?;

@@ -4,10 +4,9 @@
 //! in file order, `flags[x + nx * (y + ny * z)]`, one slab ahead of the consumer.
 //! Cost: two slabs of memory; expansion runs at the speed of memory, beside the consumer.
 
-use std::fmt::Write;
-
 use sha2::{Digest, Sha256};
 
+use crate::checksum::hex;
 pub use crate::columns::Named;
 use crate::columns::{BoxRuns, Columns, SlabColumns};
 use crate::control::Control;
@@ -91,6 +90,19 @@ impl Mesh {
     /// Those of [`Mesh::box_flags`]; `memory` where the box has 2^32 runs.
     pub fn box_runs(&self, cells: &CellBox) -> Result<BoxRuns> {
         self.columns_of_box(cells)?.runs_of_box(cells)
+    }
+
+    /// Expands the flags of a box of cells into memory of the caller's, as [`Mesh::box_flags`] does into new memory.
+    ///
+    /// # Errors
+    /// Those of [`Mesh::box_flags`]; `job-value` where `out` does not have a byte for each cell of the box.
+    pub fn fill_box(&self, cells: &CellBox, out: &mut [u8]) -> Result<()> {
+        let columns = self.columns_of_box(cells)?;
+        if out.len() != n_cells(cells) {
+            let message = format!("{} bytes for the flags of {} cells", out.len(), n_cells(cells));
+            return Err(Error::new("job-value", message, "give a byte for each cell of the box"));
+        }
+        expand(&columns, cells, out)
     }
 
     /// Columns that are cheap to expand in a box.
@@ -198,14 +210,6 @@ impl Mesh {
     }
 }
 
-/// Writes bytes in lower-case hexadecimal.
-pub(crate) fn hex(bytes: &[u8]) -> String {
-    bytes.iter().fold(String::with_capacity(2 * bytes.len()), |mut text, byte| {
-        let _ = write!(text, "{byte:02x}"); // writing to a String cannot fail
-        text
-    })
-}
-
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
@@ -282,6 +286,11 @@ pub(crate) mod tests {
         assert_eq!(mesh.flag([9, 0, 0]).unwrap_err().code(), "job-value");
         assert_eq!(mesh.box_flags(&[0..9, 0..5, 0..7]).unwrap(), pattern_flags([9, 5, 7], 3));
         assert_eq!(mesh.box_flags(&[0..9, 0..6, 0..7]).unwrap_err().code(), "job-value");
+        let mut out = vec![9; 30];
+        mesh.fill_box(&[2..7, 1..3, 4..7], &mut out).unwrap();
+        assert_eq!(out, mesh.box_flags(&[2..7, 1..3, 4..7]).unwrap());
+        assert_eq!(mesh.fill_box(&[2..7, 1..3, 4..6], &mut out).unwrap_err().code(), "job-value");
+        assert_eq!(mesh.fill_box(&[2..7, 1..3, 5..8], &mut out).unwrap_err().code(), "job-value");
         #[expect(clippy::reversed_empty_ranges, reason = "what a careless caller hands in")]
         let reversed = [5..2, 0..1, 0..1];
         assert_eq!(mesh.box_flags(&reversed).unwrap_err().code(), "job-value");

@@ -68,10 +68,13 @@ pub async fn mesh(
     let lines_seconds = lap(&mut clock);
     control.check()?;
     let frame = Frame::new(&prepared.geometries, &prepared.whole)?;
+    control.check()?;
     let flags = frame.ranks.flag_of_rank.clone();
     let (whole, is_for_window) = (&prepared.whole, prepared.window.is_some());
     let closed = Closed::of_ranks(&frame);
+    control.check()?;
     let bad_edges = BadEdges::of_geometries(&frame, &closed, whole, &prepared.geometries);
+    control.check()?;
     let (mut frame, mut parts) = overlay::split(frame, &closed, job.rule, whole, &prepared.geometries, is_for_window)?;
     if let Some(cells) = prepared.window {
         parts = parts.into_iter().map(|part| part.window(cells, frame.fraction_bits)).collect();

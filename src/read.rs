@@ -124,18 +124,14 @@ impl Reader {
 
 /// Chooses the parser by the first bytes and gives them to it.
 fn open(head: &[u8], n_bytes: u64) -> Result<Stage> {
-    match sniff::format(head, n_bytes)? {
-        Format::StlBinary => {
-            let mut parser = Box::new(stl_binary::Parser::new(head, n_bytes)?);
-            parser.push(&head[stl_binary::HEADER..])?;
-            Ok(Stage::Binary(parser))
-        }
-        Format::StlAscii => {
-            let mut parser = Box::new(stl_ascii::Parser::default());
-            parser.push(head)?;
-            Ok(Stage::Ascii(parser))
-        }
+    if sniff::format(head, n_bytes)? == Format::StlBinary {
+        let mut parser = Box::new(stl_binary::Parser::new(head, n_bytes)?);
+        parser.push(&head[stl_binary::HEADER..])?;
+        return Ok(Stage::Binary(parser));
     }
+    let mut parser = Box::new(stl_ascii::Parser::default());
+    parser.push(head)?;
+    Ok(Stage::Ascii(parser))
 }
 
 fn changed(n_bytes: u64, came: &str) -> Error {

@@ -3,10 +3,21 @@
 //! A job, one read file for each of its entries -> geometries in meshing order. All solids of a file are one
 //! geometry, unless the job takes one solid or splits them.
 
+use std::io::{ErrorKind, Read};
+
+use sha2::{Digest, Sha256};
+
+use crate::checksum::hex;
+use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::geometry::{Fill, Geometry, SharedFacets};
+use crate::geometry::{Facet, Fill, Geometry, SharedFacets};
 use crate::job::{GeometryJob, Job};
-use crate::read::{Contents, Solid};
+use crate::parallel::beside;
+use crate::read::{Contents, Format, Reader, Solid};
+use crate::surface::doubled_area_vector;
+
+/// Bytes that are read at a time.
+const CHUNK_BYTES: usize = 1 << 20;
 
 /// A file that was read.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,6 +28,66 @@ pub struct Source {
     pub contents: Contents,
     /// SHA-256 of its bytes, in hexadecimal.
     pub sha256: String,
+}
+
+impl Source {
+    /// Reads a file of `n_bytes` bytes in chunks, and hashes them at the same time.
+    ///
+    /// # Errors
+    /// Those of [`Reader::push`] and [`Reader::finish`]; `io` where `input` fails; `cancelled`, looked at before every chunk. All but
+    /// `cancelled` name the file.
+    pub fn read(file: impl Into<String>, n_bytes: u64, input: &mut dyn Read, control: &Control) -> Result<Source> {
+        let file = file.into();
+        let mut reader = Reader::new(n_bytes);
+        let mut hash = Sha256::new();
+        let mut chunk = vec![0; CHUNK_BYTES];
+        loop {
+            control.check()?;
+            let n = match input.read(&mut chunk) {
+                Ok(0) => break,
+                Ok(n) => n,
+                Err(error) if error.kind() == ErrorKind::Interrupted => continue,
+                Err(error) => return Err(Error::io(format!("reading {file}"), error)),
+            };
+            beside(|| hash.update(&chunk[..n]), || reader.push(&chunk[..n])).map_err(|error| error.at(&file))?;
+        }
+        let contents = reader.finish().map_err(|error| error.at(&file))?;
+        Ok(Source { file, contents, sha256: hex(&hash.finalize()) })
+    }
+
+    /// Takes facets that are in memory; `file` names them. The hash is that of their numbers, 4 bytes each, little-endian.
+    ///
+    /// # Errors
+    /// `stl-empty` where there is no facet; `stl-not-finite` where a coordinate is NaN or infinite.
+    pub fn from_facets(file: impl Into<String>, facets: Vec<Facet>) -> Result<Source> {
+        let file = file.into();
+        if facets.is_empty() {
+            return Err(Error::new("stl-empty", format!("{file}: there are no facets"), "give at least one"));
+        }
+        let numbers = facets.as_flattened().as_flattened();
+        if let Some(place) = numbers.iter().position(|number| !number.is_finite()) {
+            let message = format!("{file}: number {} of facet {} is {}", place % 9, place / 9, numbers[place]);
+            return Err(Error::new("stl-not-finite", message, "remove the facet"));
+        }
+        let mut hash = Sha256::new();
+        for some in numbers.chunks(CHUNK_BYTES / 4) {
+            hash.update(some.iter().flat_map(|number| number.to_le_bytes()).collect::<Vec<u8>>());
+        }
+        let (n_facets, n_bytes) = (facets.len() as u64, 4 * numbers.len() as u64);
+        let zero_area = facets.iter().filter(|facet| doubled_area_vector(facet) == [0.0; 3]).count() as u64;
+        let contents = Contents {
+            format: Format::Facets,
+            n_facets,
+            n_bytes,
+            solids: vec![Solid { name: String::new(), facets: facets.into() }],
+            wrong_normals: 0,
+            zero_normals: 0,
+            zero_area,
+            has_colours: false,
+            warnings: Vec::new(),
+        };
+        Ok(Source { file, contents, sha256: hex(&hash.finalize()) })
+    }
 }
 
 /// Makes the geometries of a job from its files: `sources[i]` is the file of `job.geometries[i]`.
@@ -155,6 +226,37 @@ mod tests {
         assert_eq!(facts, [("case", 1, 0, 2), ("case:lid", 9, 0, 1), ("lid", 3, 3, 1), ("case:2", 4, 3, 1)]);
         assert_eq!(made.iter().map(|geometry| geometry.facet_in_file(0)).collect::<Vec<_>>(), [0, 0, 0, 1]);
         assert_eq!(made[0].facet_in_file(1), 1);
+    }
+
+    #[test]
+    fn a_file_is_read_and_hashed_in_chunks_and_errors_name_it() {
+        let read = |mut bytes: &[u8], control: &Control| Source::read("a.stl", TWO.len() as u64, &mut bytes, control);
+        let source = read(TWO.as_bytes(), &Control::default()).unwrap();
+        assert_eq!((source.file.as_str(), source.contents), ("a.stl", read_bytes(TWO.as_bytes()).unwrap()));
+        assert_eq!(source.sha256, hex(&Sha256::digest(TWO)));
+        let error = read(&TWO.as_bytes()[..100], &Control::default()).unwrap_err();
+        assert!(error.code() == "io" && error.to_string().starts_with("a.stl: "), "{error}");
+        let control = Control::default();
+        control.cancel.cancel();
+        assert_eq!(read(TWO.as_bytes(), &control), Err(Error::Cancelled));
+    }
+
+    #[test]
+    fn facets_in_memory_are_a_source_like_those_of_a_file() {
+        let facet = |z: f32| [[0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]];
+        let flat = [[0.0; 3], [1.0; 3], [2.0; 3]];
+        let facets = vec![facet(0.0), facet(1.5), flat];
+        let numbers = facets.as_flattened().as_flattened().iter();
+        let sha256 = hex(&Sha256::digest(numbers.flat_map(|n| n.to_le_bytes()).collect::<Vec<u8>>()));
+        let source = Source::from_facets("part", facets).unwrap();
+        assert_eq!((source.contents.n_facets, source.contents.zero_area, source.contents.n_bytes), (3, 1, 108));
+        assert_eq!(source.sha256, sha256);
+        let made =
+            geometries(&Job { geometries: vec![GeometryJob::new("part")], ..Job::default() }, vec![source]).unwrap();
+        assert_eq!((made[0].name.as_str(), &made[0].facets[1]), ("part", &facet(1.5)));
+        assert_eq!(Source::from_facets("part", vec![]).unwrap_err().code(), "stl-empty");
+        let error = Source::from_facets("part", vec![facet(0.0), facet(f32::NAN)]).unwrap_err();
+        assert_eq!((error.code(), error.to_string().as_str()), ("stl-not-finite", "part: number 2 of facet 1 is NaN"));
     }
 
     #[test]

@@ -12,14 +12,14 @@ use sha2::{Digest, Sha256};
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 
+use crate::checksum::hex;
 use crate::control::{CancelToken, Control, Progress};
 use crate::error::Error;
 use crate::estimate::Estimate;
 use crate::geometry::Facet;
 use crate::job::{BackendChoice, Job};
-use crate::mesh::hex;
 use crate::pipeline::{self, Engine, MeshOptions, SpillTarget};
-use crate::read::{Contents, Format, Reader, Solid};
+use crate::read::Reader;
 use crate::report::{CallerFacts, Report};
 use crate::sources::Source;
 
@@ -98,26 +98,10 @@ impl WebSurface {
             let message = format!("{file}: {} numbers: facets are 9 numbers each, at least one", corners.len());
             return Err(js_error(Error::new("job-value", message, "give x y z of three corners a facet")));
         }
-        if let Some(place) = corners.iter().position(|number| !number.is_finite()) {
-            let message = format!("{file}: number {} of facet {} is {}", place % 9, place / 9, corners[place]);
-            return Err(js_error(Error::new("stl-not-finite", message, "remove the facet")));
-        }
         let facet = |f: &[f32; 9]| -> Facet { [[f[0], f[1], f[2]], [f[3], f[4], f[5]], [f[6], f[7], f[8]]] };
         let facets: Vec<Facet> = facets.iter().map(facet).collect();
-        let mut hash = Sha256::new();
-        corners.iter().for_each(|number| hash.update(number.to_le_bytes()));
-        let contents = Contents {
-            format: Format::StlBinary,
-            n_facets: facets.len() as u64,
-            n_bytes: 4 * corners.len() as u64,
-            solids: vec![Solid { name: String::new(), facets: facets.into() }],
-            wrong_normals: 0,
-            zero_normals: 0,
-            zero_area: 0,
-            has_colours: false,
-            warnings: vec![],
-        };
-        Ok(WebSurface { source: Rc::new(Source { file, contents, sha256: hex(&hash.finalize()) }) })
+        let source = Source::from_facets(file, facets).map_err(js_error)?;
+        Ok(WebSurface { source: Rc::new(source) })
     }
 
     /// Facts as JSON: `SurfaceInfo` of `www/hexcast.d.ts`.

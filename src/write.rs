@@ -19,9 +19,10 @@ use std::io;
 
 use sha2::{Digest, Sha256};
 
+use crate::checksum::hex;
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::mesh::{Mesh, hex};
+use crate::mesh::Mesh;
 
 pub use options::{Compress, Format, Options, Written};
 pub use sidecar::sidecar_json;

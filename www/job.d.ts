@@ -134,7 +134,7 @@ export interface Job {
 export interface SurfaceInfo {
   /** Name of the file. */
   file: string;
-  /** `STL, binary` or `STL, ASCII`. */
+  /** `STL, binary`, `STL, ASCII`, or `facets` where the job has arrays. */
   format: string;
   /** Length of the file in bytes. */
   bytes: number;

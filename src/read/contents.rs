@@ -13,13 +13,15 @@ pub struct Solid {
     pub facets: SharedFacets,
 }
 
-/// File formats that can be read.
+/// Where facets come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// 80 bytes of header, a 32-bit count, 50 bytes a facet, little-endian.
     StlBinary,
     /// Lines of keywords and decimal numbers.
     StlAscii,
+    /// No file: the caller had the facets in memory.
+    Facets,
 }
 
 impl Format {
@@ -28,6 +30,7 @@ impl Format {
         match self {
             Format::StlBinary => "STL, binary",
             Format::StlAscii => "STL, ASCII",
+            Format::Facets => "facets",
         }
     }
 }

@@ -8,11 +8,12 @@ use wasm_bindgen::prelude::*;
 
 use super::file::{JsFile, JsFileStore};
 use super::values::{JsResult, js_error};
+use crate::checksum::hex;
 use crate::columns::BoxRuns;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::flags::CellBox;
-use crate::mesh::{Mesh, hex};
+use crate::mesh::Mesh;
 use crate::report::ColumnsReport;
 use crate::skin::{skin, slice};
 use crate::write::{self, Compress, Format, Options, Written, column_file, vti};

@@ -10,12 +10,10 @@ use hexcast::column_file::{self, is_column_file};
 use hexcast::control::{CancelToken, Control};
 use hexcast::job::{ByteSize, Job};
 use hexcast::mesh::Mesh;
-use hexcast::read::Reader;
 use hexcast::sources::Source;
 use hexcast::{Error, Result};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
-use sha2::{Digest, Sha256};
 
 use super::file_store::FileStore;
 use super::progress::Progress;
@@ -44,26 +42,10 @@ pub(crate) fn read_files(
 }
 
 fn read_file(file: &str, room: &Room, token: &CancelToken, bar: &ProgressBar) -> Result<Source> {
-    let (mut input, n_bytes) = open(file, room, token)?;
-    let mut reader = Reader::new(n_bytes);
-    let mut hash = Sha256::new();
-    let mut chunk = vec![0; CHUNK_BYTES];
-    loop {
-        if token.is_cancelled() {
-            return Err(Error::Cancelled);
-        }
-        let n = match input.read(&mut chunk) {
-            Ok(0) => break,
-            Ok(n) => n,
-            Err(error) if error.kind() == ErrorKind::Interrupted => continue,
-            Err(error) => return Err(Error::io(format!("reading {file}"), error)),
-        };
-        let (_, pushed) = rayon::join(|| hash.update(&chunk[..n]), || reader.push(&chunk[..n]));
-        pushed.map_err(|error| error.at(file))?;
-        bar.inc(n as u64);
-    }
-    let contents = reader.finish().map_err(|error| error.at(file))?;
-    Ok(Source { file: file.into(), contents, sha256: hexadecimal(&hash.finalize()) })
+    let (input, n_bytes) = open(file, room, token)?;
+    let mut control = Control::default();
+    control.cancel = token.clone();
+    Source::read(file, n_bytes, &mut bar.wrap_read(input), &control)
 }
 
 /// The memory for inputs that are not files on disk.
@@ -143,8 +125,4 @@ pub(crate) fn open_columns(path: &Path, max_bytes: u64, control: &Control) -> Re
         column_file::read(&mut file, max_bytes, control)
     };
     opened.map_err(|error| error.at(name))
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

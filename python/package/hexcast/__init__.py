@@ -1,0 +1,132 @@
+"""hexcast: exact Cartesian meshing of closed surfaces by parallel ray casting, on the GPU or the processor.
+
+>>> import hexcast
+>>> from hexcast.shapes import sphere
+>>> mesh = hexcast.mesh(sphere((0, 0, 0), 1.0), cells=64, backend="cpu")
+>>> mesh.flags.shape
+(64, 64, 64)
+>>> float(abs(mesh.flags.mean() - 3.14159265 / 6)) < 0.005
+True
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, Optional, Union
+
+from . import _hexcast
+from ._driver import disable_layer_without_session
+from ._error import Error, MeshWarning
+from ._job import Geometry, JobLike, job_of
+from ._mesh import Columns, Mesh, Slab, warn
+from ._options import GeometryOptions, JobOptions
+from ._progress import follow
+from ._surface import Surface, SurfaceLike, surface
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+__version__ = _hexcast.__version__
+__all__ = [
+    "Columns",
+    "Error",
+    "Geometry",
+    "GeometryOptions",
+    "JobLike",
+    "JobOptions",
+    "Mesh",
+    "MeshWarning",
+    "Slab",
+    "Surface",
+    "SurfaceLike",
+    "estimate",
+    "load",
+    "mesh",
+    "parts",
+    "surface",
+]
+
+
+# the Vulkan loader reads this when a GPU is first looked for
+disable_layer_without_session()
+
+
+def mesh(
+    what: JobLike,
+    *,
+    progress: Union[Callable[[int, int], object], bool, Any, None] = None,
+    adapter: Optional[str] = None,
+    **options: Unpack[JobOptions],
+) -> Mesh:
+    """Meshes surfaces: a box of cells, each with the flag of the geometry that it is in, or 0.
+
+    :param what: one of
+
+        - a surface: the name of an STL file, or whatever :func:`surface` takes, such as ``(vertices, faces)``;
+        - a dict with the key ``file`` or ``source`` for the surface, and others of :class:`GeometryOptions`;
+        - a list of these: where two overlap, the later one wins;
+        - a job: a dict with the key ``geometries``, or the name of a job file that ends in ``.toml`` or ``.json``.
+
+    :param progress: a function that is called with the numbers of rays done and of all rays, some 20 times a second, from the
+        thread that called; or a bar of tqdm; or True for a new one. What it raises ends the mesh.
+    :param adapter: a part of the name of the GPU to use.
+    :param options: the keys of a job file: see :class:`JobOptions`. They replace those of the job.
+    :returns: the mesh. The warnings of its report are issued as :class:`MeshWarning`.
+    :raises hexcast.Error: with a ``code``, a sentence and a ``hint``.
+    :raises KeyboardInterrupt: at Ctrl-C, within moments.
+
+    Other threads of Python run meanwhile. The environment variable ``RAYON_NUM_THREADS`` limits the threads of hexcast.
+
+    >>> import hexcast
+    >>> from hexcast.shapes import box, sphere
+    >>> case = {"source": box((-2, -2, -2), (2, 2, 2)), "name": "case"}
+    >>> core = {"source": sphere((0, 0, 0), 1.5), "name": "core", "flag": 7}
+    >>> mesh = hexcast.mesh([case, core], cells=40, window=(0, 0, 20, 40, 40, 21), backend="cpu")
+    >>> mesh.dims, mesh.names, [flag["cells"] for flag in mesh.report["flags"]]
+    ((40, 40, 1), {1: 'case', 7: 'core'}, [892, 708])
+    """
+    job, surfaces = job_of(what, options)
+    with follow(progress) as function:
+        return warn(Mesh(_hexcast.mesh(job, surfaces, adapter, function)))
+
+
+def estimate(what: JobLike, **options: Unpack[JobOptions]) -> dict[str, Any]:
+    """What a mesh would cost, before a ray is cast: cells, runs, bytes of memory and of files.
+
+    Takes what :func:`mesh` takes.
+
+    >>> import hexcast
+    >>> from hexcast.shapes import box
+    >>> hexcast.estimate(box((0, 0, 0), (1, 1, 1)), cells=1000)["cells"]
+    1000000000
+    """
+    made: dict[str, Any] = json.loads(_hexcast.estimate(*job_of(what, options)))
+    return made
+
+
+def parts(what: JobLike, n: Union[int, Sequence[int]], **options: Unpack[JobOptions]) -> list[tuple[int, ...]]:
+    """Divides a mesh into windows that take about as long as each other; every process finds the same.
+
+    :param what: as for :func:`mesh`.
+    :param n: number of slabs across z, or of boxes along x, y and z.
+    :returns: for each window ``(i0, j0, k0, i1, j1, k1)``, which :func:`mesh` takes as ``window``.
+
+    >>> import hexcast
+    >>> from hexcast.shapes import box
+    >>> hexcast.parts(box((0, 0, 0), (1, 1, 1)), 2, cells=10)
+    [(0, 0, 0, 10, 10, 5), (0, 0, 5, 10, 10, 10)]
+    """
+    of = [1, 1, n] if isinstance(n, int) else list(n)
+    if len(of) != 3 or any(number < 1 for number in of):
+        raise Error(f"n is {n!r}", "job-value", "give a number of slabs, or three numbers of boxes along x, y and z")
+    return [(*first, *end) for first, end in _hexcast.parts(*job_of(what, options), of)]
+
+
+def load(path: Union[str, os.PathLike[str]]) -> Mesh:
+    """Reads a column file (``.hxc``) that :meth:`Mesh.save` or the command wrote.
+
+    :raises hexcast.Error: ``io``; ``columns-corrupt`` where it is damaged; ``columns-version`` where a newer hexcast wrote it.
+    """
+    return Mesh(_hexcast.load(os.fspath(path)))

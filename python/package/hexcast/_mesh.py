@@ -1,0 +1,203 @@
+"""The mesh: arrays, windows of it, files."""
+
+from __future__ import annotations
+
+import json
+import warnings
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Optional, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _hexcast
+from ._error import Error, MeshWarning
+from ._files import save
+from ._xarray import dataset
+
+if TYPE_CHECKING:
+    import os
+
+    import xarray
+
+#: Bytes of the flags of a slab, unless the caller says.
+SLAB_BYTES = 32 << 20
+
+
+class Slab(NamedTuple):
+    """Some of the cells of a mesh."""
+
+    #: The first cell on x, y, z.
+    first: tuple[int, int, int]
+    #: The end, exclusive.
+    end: tuple[int, int, int]
+    #: Their flags, of shape (z, y, x).
+    flags: NDArray[np.uint8]
+
+
+class Columns(NamedTuple):
+    """The runs of equal flags along all rays: what a mesh is stored as.
+
+    Ray ``r`` has the runs ``offsets[r]`` to ``offsets[r + 1]``, exclusive. A run begins at its start and ends where the next begins,
+    the last at the end of the ray; cells before the first are background.
+    """
+
+    #: Axis of the rays: 0, 1 or 2 for x, y or z. Rays are counted over the other two axes, the earlier one fastest.
+    axis: int
+    #: First run of each ray, and the number of runs: shape (rays + 1,), uint64.
+    offsets: NDArray[np.uint64]
+    #: First cell of each run: shape (runs,), uint32.
+    starts: NDArray[np.uint32]
+    #: Flag of each run: shape (runs,), uint8.
+    flags: NDArray[np.uint8]
+
+
+class Mesh:
+    """A Cartesian mesh: cells between lines, each with a flag.
+
+    :func:`hexcast.mesh` and :func:`hexcast.load` make it. It holds runs of equal flags; :attr:`flags`, :meth:`box` and :meth:`slabs`
+    expand them.
+
+    >>> import hexcast
+    >>> from hexcast.shapes import box
+    >>> mesh = hexcast.mesh(box((0, 0, 0), (4, 3, 2)), cell_size=1, padding={"cells": 1}, backend="cpu")
+    >>> mesh
+    <hexcast.Mesh of 6 x 5 x 4 cells>
+    >>> int(mesh.flags.sum())
+    24
+    """
+
+    def __init__(self, raw: _hexcast.RawMesh) -> None:
+        self._raw = raw
+
+    def __repr__(self) -> str:
+        return f"<hexcast.Mesh of {' x '.join(map(str, self.dims))} cells>"
+
+    @property
+    def dims(self) -> tuple[int, int, int]:
+        """Number of cells on x, y and z."""
+        return self._raw.dims
+
+    @property
+    def origin(self) -> tuple[float, float, float]:
+        """First corner of the box, in the unit of the surfaces."""
+        return self._raw.origin
+
+    @property
+    def spacing(self) -> tuple[float, float, float]:
+        """Size of a cell on x, y and z, in the unit of the surfaces."""
+        return self._raw.spacing
+
+    @property
+    def unit(self) -> Optional[str]:
+        """Unit of all lengths, if the caller named one."""
+        return self._raw.unit
+
+    @property
+    def names(self) -> dict[int, str]:
+        """The name of each flag."""
+        return dict(self._raw.names)
+
+    @cached_property
+    def lines(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """The boundaries of the cells on x, y and z: three ascending arrays of shape (cells + 1,), in the unit of the surfaces."""
+        return (self._raw.lines(0), self._raw.lines(1), self._raw.lines(2))
+
+    @cached_property
+    def report(self) -> dict[str, Any]:
+        """What was meshed, how, and what came out: the report of the command, key by key in ``docs/report.schema.json``."""
+        report: dict[str, Any] = json.loads(self._raw.report)
+        return report
+
+    @cached_property
+    def flags(self) -> NDArray[np.uint8]:
+        """The flags of all cells: uint8 of shape (nz, ny, nx), so that ``flags[k, j, i]`` is that of cell (i, j, k).
+
+        Made when it is first asked for, a byte a cell, written once into the memory of the array. It cannot be written to, so that it
+        stays what :meth:`save` writes: change a ``flags.copy()``. ``flags.T`` has the axes x, y, z, without a copy.
+
+        :raises hexcast.Error: ``memory`` where they do not fit.
+        """
+        flags = self.box((0, 0, 0), self.dims)
+        flags.setflags(write=False)
+        return flags
+
+    def box(self, first: Sequence[int], end: Sequence[int]) -> NDArray[np.uint8]:
+        """The flags of some cells.
+
+        :param first: the first cell on x, y, z, counted from 0.
+        :param end: the end on x, y, z, exclusive.
+        :returns: a new array, uint8 of shape (z, y, x).
+        :raises hexcast.Error: ``job-value`` where the box is not inside the mesh; ``memory`` where the flags do not fit.
+        """
+        low, high = cell_of(first, "first"), cell_of(end, "end")
+        if any(not 0 <= a <= b <= n for a, b, n in zip(low, high, self.dims)):
+            message = f"the box from {low} to {high} is not inside the mesh of {' x '.join(map(str, self.dims))} cells"
+            raise Error(message, "job-value", "give the first cell on x, y, z, and the end, exclusive")
+        shape = tuple(b - a for a, b in zip(low[::-1], high[::-1]))
+        try:
+            flags: NDArray[np.uint8] = np.empty(shape, np.uint8)
+        except MemoryError as error:
+            hint = "expand it in parts: box(...), slabs(); files are written without it"
+            raise Error(f"the flags of {shape} cells do not fit the memory: {error}", "memory", hint) from error
+        self._raw.fill(low, high, flags.reshape(-1))
+        return flags
+
+    def slabs(self, max_bytes: int = SLAB_BYTES) -> Iterator[Slab]:
+        """Goes through all cells in slabs of whole planes across z.
+
+        :param max_bytes: most bytes of the flags of a slab; it has at least one plane.
+        """
+        nx, ny, nz = self.dims
+        planes = max(1, max_bytes // (nx * ny))
+        for start in range(0, nz, planes):
+            first, end = (0, 0, start), (nx, ny, min(start + planes, nz))
+            yield Slab(first, end, self.box(first, end))
+
+    @cached_property
+    def columns(self) -> Columns:
+        """The runs along all rays, copied to arrays: 5 bytes a run and 8 a ray."""
+        return Columns(*self._raw.columns())
+
+    def save(
+        self,
+        path: Union[str, os.PathLike[str]],
+        *,
+        compress: Union[int, Literal["none"], None] = None,
+        bits: bool = False,
+    ) -> None:
+        """Writes a file with the bytes that the command ``hexcast`` writes. The flags are not expanded as a whole.
+
+        :param path: ends in ``.vti``, ``.npy``, ``.raw`` (with a ``.raw.json`` beside it), ``.hxc`` or ``.zarr``, a folder. What has this
+            name is replaced when all is written.
+        :param compress: level of ``.vti``, ``.hxc`` and ``.zarr``, 1 (fast) to 9 (small), or ``"none"``; by default 6.
+        :param bits: eight cells a byte, for ``.raw`` and ``.npy`` of meshes with one flag.
+        :raises hexcast.Error: ``job-value`` for another ending or level; ``job-conflict`` where format and options contradict each
+            other; ``io``.
+        """
+        save(self._raw, path, compress, bits)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """The flags as an xarray Dataset, without a copy: ``flag`` over (z, y, x), with the centres of the cells as coordinates.
+
+        ``flag`` has the attributes ``flag_values`` and ``flag_meanings`` of the CF conventions. Needs xarray.
+        """
+        return dataset(self, self.dims, self.flags)
+
+
+def cell_of(cell: Sequence[int], name: str) -> tuple[int, int, int]:
+    """Three whole numbers."""
+    try:
+        x, y, z = (int(number) for number in cell)
+    except (TypeError, ValueError) as error:
+        raise Error(f"{name} is {cell!r}, not three whole numbers", "job-value", "give x, y and z") from error
+    return x, y, z
+
+
+def warn(mesh: Mesh) -> Mesh:
+    """Passes the report's warnings on."""
+    for text in mesh.report["warnings"]:
+        # the caller of hexcast.mesh
+        warnings.warn(text, MeshWarning, stacklevel=3)
+    return mesh

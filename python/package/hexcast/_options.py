@@ -1,0 +1,109 @@
+"""The names of all options: those of a job file, with the same meaning."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, Union
+
+from ._error import Error
+
+if TYPE_CHECKING:
+    from ._surface import SurfaceLike
+
+PerAxis = Union[float, Sequence[float]]
+
+
+class GeometryOptions(TypedDict, total=False):
+    """A surface and what its cells shall be: ``file`` or ``source``, and the keys of ``[[geometries]]`` in a job file."""
+
+    #: Name of an STL file.
+    file: str
+    #: A surface in memory, in place of ``file``: see :func:`hexcast.surface`.
+    source: SurfaceLike
+    #: Takes only the solid of this name from an ASCII file of several.
+    solid: str
+    #: Makes every solid of the file a geometry of its own, named like the solid, flags counting up.
+    split: bool
+    #: Name in reports and outputs.
+    name: str
+    #: Flag of its cells, 1 to 255; by default 1, 2, ... in the order of the geometries.
+    flag: int
+    #: Where geometries overlap the higher priority wins; of equal ones the later geometry.
+    priority: int
+    #: How cells are decided where the surface is not closed.
+    open: Literal["winding", "vote", "error", "parity"]
+    #: Which cells it has besides those whose centres lie inside.
+    fill: Literal["centre", "conservative", "separating"]
+    #: Only the cells along the surface, none for being inside.
+    shell: bool
+    #: The cells outside of it in place of those inside, such as the fluid around a body.
+    invert: bool
+    #: Scales first: a number, or three for x, y, z.
+    scale: PerAxis
+    #: Then rotates about x, y and z, in degrees.
+    rotate: Sequence[float]
+    #: Then moves, in the unit of the result.
+    translate: Sequence[float]
+
+
+class JobOptions(TypedDict, total=False):
+    """The options of a mesh: the keys of a job file. Lengths are in the unit of the surfaces."""
+
+    #: Two corners of the box, ``(x0, y0, z0, x1, y1, z1)``; by default the box around all geometries.
+    domain: Sequence[float]
+    #: Space around the geometries on both sides: ``{"cells": 4}`` or ``{"length": 0.5}``, a number or three for x, y, z.
+    padding: Mapping[str, PerAxis]
+    #: Cubic cells, so many along the longest axis; 128 where no size is given.
+    cells: int
+    #: Exactly so many cells on x, y and z.
+    dims: Sequence[int]
+    #: Cell size, a number or three for x, y, z.
+    cell_size: PerAxis
+    #: The largest size per axis, at most this, that puts every end point of every bounding box on a mesh line.
+    max_cell_size: float
+    #: How far from a mesh line, in cells, ``max_cell_size`` lets an end point lie, 0 to 0.5; by default 0.05.
+    tolerance: float
+    #: Most cells, by default 10^12; a mesh of more is refused before it starts.
+    max_cells: int
+    #: Meshes only some cells of the box, ``(i0, j0, k0, i1, j1, k1)``: the first, and the end, exclusive.
+    window: Sequence[int]
+    #: Meshes one of the windows that the box is divided into: ``"3/64"`` of slabs across z, ``"3/4x4x4"`` of boxes.
+    part: Union[str, Mapping[str, Any]]
+    #: What is inside: an odd number of crossings, or a winding number other than 0, which unites shells that overlap.
+    rule: Literal["parity", "nonzero"]
+    #: As for a geometry, for all that do not say.
+    open: Literal["winding", "vote", "error", "parity"]
+    #: As for a geometry, for all that do not say.
+    fill: Literal["centre", "conservative", "separating"]
+    #: Closes openings narrower than so many cells, at least 2.
+    close_gaps: int
+    #: Flag of the cells that this adds, 1 to 255.
+    gap_flag: int
+    #: Looks for thin walls and for cells that two geometries claim: ``report["certificate"]``.
+    certify: bool
+    #: Walls of fewer cells are thin.
+    thin_cells: int
+    #: Who meshes; ``"auto"`` takes a GPU where there is one. The cells do not depend on it.
+    backend: Literal["auto", "gpu", "cpu"]
+    #: Along which axis the rays run; the cells do not depend on it.
+    axis: Literal["auto", "x", "y", "z"]
+    #: Most bytes of memory to take, as a number or text such as ``"2GB"``; by default 3/4 of what is available.
+    max_memory: Union[int, str]
+    #: Unit of lengths, such as ``"mm"``; repeated in every output.
+    unit: str
+
+
+#: Names of the options of a geometry, and of a job.
+GEOMETRY_KEYS = tuple(GeometryOptions.__annotations__)
+JOB_KEYS = tuple(JobOptions.__annotations__)
+
+
+def check_names(given: Iterable[object], names: Sequence[str], what: str) -> None:
+    """Refuses a name that is not one of these, and names the nearest."""
+    for name in given:
+        if name in names:
+            continue
+        near = difflib.get_close_matches(str(name), names, n=1, cutoff=0.0)
+        message = f'there is no {what} "{name}"; the nearest is "{near[0]}"'
+        raise Error(message, "job-value", f"{what}s are {', '.join(names)}")

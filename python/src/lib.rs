@@ -1,0 +1,52 @@
+//! What the Python package `hexcast` calls, in this crate; people use `python/hexcast`.
+//!
+//! Jobs and reports cross as JSON, arrays without a copy where NumPy owns them. Whatever takes long runs on a thread of its own with
+//! the GIL released, while the calling thread looks for Ctrl-C and calls the caller's progress function: see `run.rs`.
+
+use hexcast::Error;
+use hexcast::job::Job;
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::PyType;
+
+mod engines;
+mod mesh;
+mod meshing;
+mod run;
+mod surface;
+
+/// Makes a `hexcast.Error` of an error.
+fn py_error(error: Error) -> PyErr {
+    static CLASS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+    Python::attach(|py| match CLASS.import(py, "hexcast._error", "Error") {
+        Ok(class) => PyErr::from_type(class.clone(), (error.to_string(), error.code(), error.hint().to_string())),
+        Err(import) => import,
+    })
+}
+
+/// Reads the text of a job file, TOML or JSON, and returns it as JSON with its defaults.
+#[pyfunction]
+fn read_job(text: &str, is_json: bool) -> PyResult<String> {
+    let job = if is_json { Job::from_json(text) } else { Job::from_toml(text) };
+    job.map(|job| job.to_json()).map_err(py_error)
+}
+
+/// All error codes.
+#[pyfunction]
+fn error_codes() -> Vec<&'static str> {
+    hexcast::error::CODES.iter().map(|(code, ..)| *code).collect()
+}
+
+/// The compiled part of the package `hexcast`, which has the functions and classes for people.
+#[pymodule(gil_used = false)]
+fn _hexcast(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<mesh::RawMesh>()?;
+    module.add_class::<surface::Surface>()?;
+    module.add_function(wrap_pyfunction!(read_job, module)?)?;
+    module.add_function(wrap_pyfunction!(error_codes, module)?)?;
+    module.add_function(wrap_pyfunction!(meshing::mesh, module)?)?;
+    module.add_function(wrap_pyfunction!(meshing::estimate, module)?)?;
+    module.add_function(wrap_pyfunction!(meshing::parts, module)?)?;
+    module.add_function(wrap_pyfunction!(mesh::load, module)?)
+}

@@ -1,0 +1,173 @@
+//! A mesh for Python: arrays and files.
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use hexcast::column_file;
+use hexcast::columns::{run_cell, run_flag};
+use hexcast::control::Control;
+use hexcast::mesh::Mesh;
+use hexcast::report::ColumnsReport;
+use hexcast::write::{self, Compress, Format, Options, sidecar_json};
+use hexcast::{Error, Result};
+use numpy::{PyArray1, PyReadwriteArray1};
+use pyo3::prelude::*;
+use zarrs::filesystem::FilesystemStore;
+
+use crate::py_error;
+use crate::run::run;
+
+/// Flags that are expanded between two looks for Ctrl-C.
+const STEP_BYTES: usize = 256 << 20;
+
+/// A finished mesh; `hexcast.Mesh` is the class for people.
+#[pyclass(frozen, module = "hexcast._hexcast")]
+pub(crate) struct RawMesh {
+    mesh: Mesh,
+    report: String,
+}
+
+impl RawMesh {
+    pub(crate) fn new(mesh: Mesh, report: String) -> RawMesh {
+        RawMesh { mesh, report }
+    }
+}
+
+/// Columns as arrays: the axis of the rays, then offsets, first cells and flags.
+type ColumnArrays<'py> = (usize, Bound<'py, PyArray1<u64>>, Bound<'py, PyArray1<u32>>, Bound<'py, PyArray1<u8>>);
+
+#[pymethods]
+impl RawMesh {
+    /// The report as JSON.
+    #[getter]
+    fn report(&self) -> &str {
+        &self.report
+    }
+
+    /// Number of cells on x, y and z.
+    #[getter]
+    fn dims(&self) -> (u32, u32, u32) {
+        self.mesh.dims().into()
+    }
+
+    /// First mesh line on each axis.
+    #[getter]
+    fn origin(&self) -> (f64, f64, f64) {
+        self.mesh.lines.origin.into()
+    }
+
+    /// Cell size on each axis.
+    #[getter]
+    fn spacing(&self) -> (f64, f64, f64) {
+        self.mesh.lines.spacing.into()
+    }
+
+    /// Unit of lengths.
+    #[getter]
+    fn unit(&self) -> Option<&str> {
+        self.mesh.unit.as_deref()
+    }
+
+    /// Flags and their names.
+    #[getter]
+    fn names(&self) -> Vec<(u8, &str)> {
+        self.mesh.names.iter().map(|named| (named.flag, named.name.as_str())).collect()
+    }
+
+    /// All mesh lines of an axis.
+    fn lines<'py>(&self, py: Python<'py>, axis: usize) -> Bound<'py, PyArray1<f64>> {
+        let line = |index: u32| self.mesh.lines.line(axis, index);
+        PyArray1::from_vec(py, (0..=self.mesh.dims()[axis]).map(line).collect())
+    }
+
+    /// Expands the flags of a box into an array, x fastest.
+    fn fill(&self, py: Python<'_>, first: [u32; 3], end: [u32; 3], mut out: PyReadwriteArray1<'_, u8>) -> PyResult<()> {
+        let mut out = out.as_slice_mut()?;
+        let [x, y, z] = [0, 1, 2].map(|axis| first[axis]..end[axis]);
+        let plane = x.len() * y.len();
+        let planes = (STEP_BYTES / plane.max(1)).clamp(1, z.len().max(1));
+        run(py, None, |control| {
+            for start in z.clone().step_by(planes) {
+                control.check()?;
+                let end = start.saturating_add(planes as u32).min(z.end);
+                let n = plane * (end - start) as usize;
+                let Some(some) = out.split_off_mut(..n) else {
+                    return Err(Error::new("job-value", "an array with fewer bytes than cells", ""));
+                };
+                self.mesh.fill_box(&[x.clone(), y.clone(), start..end], some)?;
+            }
+            Ok(())
+        })
+    }
+
+    /// All columns as arrays.
+    fn columns<'py>(&self, py: Python<'py>) -> PyResult<ColumnArrays<'py>> {
+        let columns = &self.mesh.columns;
+        let (offsets, starts, flags) = run(py, None, |_| {
+            let (mut offsets, mut starts, mut flags) = (vec![0], Vec::new(), Vec::new());
+            columns.for_rays(0..columns.rays.n_rays(), |runs| {
+                starts.extend(runs.iter().map(|&run| run_cell(run)));
+                flags.extend(runs.iter().map(|&run| run_flag(run)));
+                offsets.push(starts.len() as u64);
+            })?;
+            Ok((offsets, starts, flags))
+        })?;
+        let axis = columns.rays.axis;
+        Ok((axis, PyArray1::from_vec(py, offsets), PyArray1::from_vec(py, starts), PyArray1::from_vec(py, flags)))
+    }
+
+    /// Writes a file, and returns the text of the one beside it, if there is to be one. `path` is replaced; the format is that of `name`.
+    fn write(
+        &self,
+        py: Python<'_>,
+        name: &str,
+        path: PathBuf,
+        compress: Option<u8>,
+        bits: bool,
+    ) -> PyResult<Option<String>> {
+        let format = Format::of_name(name).map_err(py_error)?;
+        let compress = compress.map_or(Compress::None, Compress::Zlib);
+        let options = Options { compress, bits, ..Options::default() };
+        run(py, None, |control| self.write_file(format, &options, &path, control).map_err(|error| error.at(name)))
+    }
+
+    /// Writes a Zarr folder, which is not there yet.
+    fn write_zarr(&self, py: Python<'_>, name: &str, path: PathBuf, compress: Option<u8>) -> PyResult<()> {
+        let compress = compress.map_or(Compress::None, Compress::Zlib);
+        let options = Options { compress, ..Options::default() };
+        run(py, None, |control| {
+            let store =
+                FilesystemStore::new(&path).map_err(|error| Error::new("io", format!("{name}: {error}"), ""))?;
+            write::zarr::write(&self.mesh, &options, Arc::new(store), control, |_| ()).map_err(|error| error.at(name))
+        })
+    }
+}
+
+impl RawMesh {
+    fn write_file(
+        &self,
+        format: Format,
+        options: &Options,
+        path: &PathBuf,
+        control: &Control,
+    ) -> Result<Option<String>> {
+        let file = File::create(path).map_err(|error| Error::io("making a file", error))?;
+        let mut out = BufWriter::with_capacity(1 << 20, file);
+        let written = write::write(&self.mesh, format, options, &mut out, control)?;
+        Ok((format == Format::Raw).then(|| sidecar_json(&self.mesh, options, &written)))
+    }
+}
+
+/// Reads a column file.
+#[pyfunction]
+pub(crate) fn load(py: Python<'_>, path: &str) -> PyResult<RawMesh> {
+    run(py, None, |control| {
+        let mut file = File::open(path).map_err(|error| Error::io(format!("reading {path}"), error))?;
+        let mesh = column_file::read(&mut file, u64::MAX, control).map_err(|error| error.at(path))?;
+        // a struct of numbers and strings always has a JSON form
+        let report = serde_json::to_string(&ColumnsReport::new(&mesh)).unwrap_or_default();
+        Ok(RawMesh::new(mesh, report))
+    })
+}

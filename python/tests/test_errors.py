@@ -1,0 +1,98 @@
+"""Errors have a code, a sentence and what to do; warnings are warnings."""
+
+from __future__ import annotations
+
+import pickle
+import warnings
+
+import numpy as np
+import pytest
+
+import hexcast
+from hexcast.shapes import box
+
+CUBE = box((0, 0, 0), (1, 1, 1))
+
+CASES = [
+    ((CUBE,), {"cels": 3}, "job-value", 'no option "cels"; the nearest is "cells"'),
+    ((CUBE,), {"Axis": "x"}, "job-value", 'no option "Axis"; the nearest is "axis"'),
+    (({"source": CUBE, "prority": 3},), {}, "job-value", 'no geometry key "prority"; the nearest is "priority"'),
+    (({"geometries": [CUBE], "unitt": "mm"},), {}, "job-value", 'no key "unitt"; the nearest is "unit"'),
+    (({"file": "a.stl", "source": CUBE},), {}, "job-conflict", "needs either file or source"),
+    (({"flag": 2},), {}, "job-conflict", "needs either file or source"),
+    (("nothing.stl",), {}, "io", "nothing.stl"),
+    ((".",), {}, "io", "is not a file"),
+    (("nothing.toml",), {}, "io", "nothing.toml"),
+    (([],), {}, "job-empty", "no geometry"),
+    ((CUBE,), {"cells": 1.5}, "job-value", "cells"),
+    ((CUBE,), {"cells": 0}, "job-value", "cells"),
+    ((CUBE,), {"cells": 10, "dims": (1, 2, 3)}, "job-conflict", "cells"),
+    ((CUBE,), {"cell_size": float("nan")}, "job-value", "JSON"),
+    ((CUBE,), {"cell_size": object()}, "job-value", "object is neither"),
+    ((CUBE,), {"axis": "w"}, "job-value", "axis"),
+    ((CUBE,), {"part": "4/3"}, "job-value", "part"),
+    ((CUBE,), {"window": (0, 0, 0, 999, 1, 1)}, "job-value", "window ends at cell 999"),
+    ((CUBE,), {"cells": 250_000, "max_cells": 10**17, "max_memory": "100MB"}, "memory", "memory"),
+    ((CUBE,), {"backend": "gpu", "adapter": "no such one"}, "no-adapter", "no such one"),
+    ((CUBE,), {"progress": 3}, "job-value", "progress is 3"),
+    (({"source": CUBE, "flag": 256},), {}, "job-value", "flag"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "options", "code", "message"), CASES)
+def test_an_error_says_what_is_wrong(arguments, options, code, message):
+    with pytest.raises(hexcast.Error) as caught:
+        hexcast.mesh(*arguments, **options)
+    error = caught.value
+    assert error.code == code
+    assert message in error.message
+    assert str(error) == (f"{error.message} ({error.hint})" if error.hint else error.message)
+
+
+def test_errors_survive_pickle():
+    error = pickle.loads(pickle.dumps(hexcast.Error("a sentence", "io", "a hint")))
+    assert (error.message, error.code, error.hint) == ("a sentence", "io", "a hint")
+
+
+def test_every_code_makes_an_error():
+    from hexcast._hexcast import error_codes
+
+    codes = error_codes()
+    assert {code for *_, code, _ in CASES} <= set(codes)
+    assert "stl-truncated" in codes
+
+
+def test_a_job_file_with_an_error_names_the_place(tmp_path):
+    job = tmp_path / "job.toml"
+    job.write_text("cells = 3\nunknown = 4\n")
+    with pytest.raises(hexcast.Error) as caught:
+        hexcast.mesh(job)
+    assert caught.value.code == "job-value"
+    assert str(job) in caught.value.message
+    assert "line 2" in caught.value.message
+    job.write_bytes(b"\xff\xfe")
+    with pytest.raises(hexcast.Error, match="cannot be read"):
+        hexcast.mesh(job)
+
+
+def test_options_take_the_place_of_those_of_the_job():
+    job = {"geometries": [CUBE], "cells": 20, "backend": "cpu", "axis": None}
+    assert hexcast.mesh(job).dims == (20, 20, 20)
+    assert hexcast.mesh(job, dims=(3, 4, 5)).dims == (3, 4, 5)
+    assert hexcast.mesh(job, cell_size=np.float32(0.5), padding={"cells": 1}).dims == (4, 4, 4)
+    assert hexcast.mesh(job, cells=None).dims == (20, 20, 20)
+    assert job == {"geometries": [CUBE], "cells": 20, "backend": "cpu", "axis": None}
+
+
+def test_warnings_of_the_report_are_issued_where_the_caller_is():
+    vertices, faces = CUBE
+    with warnings.catch_warnings(record=True) as issued:
+        warnings.simplefilter("always")
+        mesh = hexcast.mesh((vertices, faces[2:]), cells=20, backend="cpu")
+    assert [str(warning.message) for warning in issued] == mesh.report["warnings"] != []
+    assert {(warning.category, warning.filename) for warning in issued} == {(hexcast.MeshWarning, __file__)}
+
+
+def test_flags_that_do_not_fit_are_an_error_and_the_mesh_stays():
+    mesh = hexcast.mesh(CUBE, dims=(1, 250_000, 250_000), axis="z", backend="cpu", window=(0, 0, 0, 1, 2, 250_000))
+    assert mesh.box((0, 0, 0), (1, 2, 3)).all()

@@ -1,0 +1,127 @@
+"""The mesh: arrays of the right shapes that agree with each other."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray
+
+import hexcast
+from hexcast.shapes import box, sphere
+
+
+@pytest.fixture(scope="module", params=["x", "y", "z"])
+def mesh(request):
+    """One of odd sizes, on lines that are not whole numbers, whose cells differ along all axes."""
+    bodies = [{"source": sphere((0.3, 0, 0), 1.0), "flag": 4}, {"source": box((-2, 0.1, -1), (0, 1, 0.2)), "flag": 200}]
+    return hexcast.mesh(bodies, dims=(23, 17, 11), axis=request.param, unit="mm", backend="cpu")
+
+
+def test_lines_are_the_boundaries_of_cells(mesh):
+    assert mesh.dims == (23, 17, 11)
+    assert mesh.flags.shape == (11, 17, 23)
+    for axis, lines in enumerate(mesh.lines):
+        assert lines.dtype == np.float64
+        assert lines.shape == (mesh.dims[axis] + 1,)
+        np.testing.assert_array_equal(lines, mesh.origin[axis] + np.arange(len(lines)) * mesh.spacing[axis])
+
+
+def test_flags_are_made_once_and_cannot_be_written_to(mesh):
+    assert mesh.flags is mesh.flags
+    with pytest.raises(ValueError, match="read-only"):
+        mesh.flags[0, 0, 0] = 1
+    assert {int(flag) for flag in np.unique(mesh.flags)} == {0, 4, 200}
+    counted = {facts["flag"]: facts["cells"] for facts in mesh.report["flags"]}
+    assert counted == {flag: int((mesh.flags == flag).sum()) for flag in (4, 200)}
+
+
+def test_boxes_and_slabs_are_parts_of_the_flags(mesh):
+    random = np.random.default_rng(7)
+    for _ in range(100):
+        ends = np.sort(random.integers(0, np.array(mesh.dims) + 1, (2, 3)), axis=0)
+        (i0, j0, k0), (i1, j1, k1) = ends.tolist()
+        np.testing.assert_array_equal(mesh.box(*ends), mesh.flags[k0:k1, j0:j1, i0:i1])
+    mesh.box((0, 0, 0), (1, 1, 1))[:] = 9
+    for max_bytes in (1, 23 * 17 * 3, 1 << 20):
+        slabs = list(mesh.slabs(max_bytes))
+        np.testing.assert_array_equal(np.concatenate([slab.flags for slab in slabs]), mesh.flags)
+        assert [slab.first[2] for slab in slabs[1:]] == [slab.end[2] for slab in slabs[:-1]]
+        assert slabs[-1].end == mesh.dims
+
+
+@pytest.mark.parametrize(
+    ("first", "end"),
+    [((0, 0, 0), (24, 1, 1)), ((-1, 0, 0), (1, 1, 1)), ((2, 0, 0), (1, 1, 1)), ((0, 0), (1, 1, 1)), ("abc", (1, 1, 1))],
+)
+def test_a_box_that_is_not_inside_is_an_error(mesh, first, end):
+    with pytest.raises(hexcast.Error) as caught:
+        mesh.box(first, end)
+    assert caught.value.code == "job-value"
+
+
+def test_columns_hold_the_flags(mesh):
+    axis, offsets, starts, flags = mesh.columns
+    assert mesh.report["ray_axis"] == "xyz"[axis]
+    assert (offsets.dtype, starts.dtype, flags.dtype) == (np.uint64, np.uint32, np.uint8)
+    assert len(starts) == len(flags) == offsets[-1] == mesh.report["runs"]
+    depth = mesh.dims[axis]
+    # rays over the other axes, the earlier one fastest: the flags with the axis of the rays last
+    expected = np.moveaxis(mesh.flags, 2 - axis, 2).reshape(-1, depth)
+    assert len(offsets) == len(expected) + 1
+    for ray, cells in enumerate(expected):
+        runs = slice(int(offsets[ray]), int(offsets[ray + 1]))
+        filled = np.zeros(depth, np.uint8)
+        for start, flag in zip(starts[runs], flags[runs]):
+            filled[start:] = flag
+        np.testing.assert_array_equal(filled, cells)
+
+
+def test_xarray_has_what_zarr_has(mesh, tmp_path):
+    mesh.save(tmp_path / "mesh.zarr")
+    stored = xarray.open_zarr(tmp_path / "mesh.zarr", consolidated=False)
+    data = mesh.to_xarray()
+    assert data.flag.dims == ("z", "y", "x")
+    for name in ("flag", "x", "y", "z"):
+        np.testing.assert_array_equal(data[name].values, stored[name].values)
+    assert data.x.attrs == {"units": "mm"}
+    assert data.flag.attrs["flag_values"].tolist() == [0, 4, 200]
+    assert data.flag.attrs["flag_meanings"] == "background surface_1 surface_2"
+    assert np.shares_memory(data.flag.values, mesh.flags)
+
+
+def test_estimates_and_parts(spot):
+    estimate = hexcast.estimate(spot, cells=200)
+    mesh = hexcast.mesh(spot, cells=200, backend="cpu")
+    assert estimate["cells"] == mesh.report["cells"]
+    windows = hexcast.parts(spot, (2, 1, 3), cells=50)
+    whole = hexcast.mesh(spot, cells=50, backend="cpu").flags
+    joined = np.full_like(whole, 255)
+    for number, window in enumerate(windows, 1):
+        i0, j0, k0, i1, j1, k1 = window
+        flags = hexcast.mesh(spot, cells=50, window=window, backend="cpu").flags
+        joined[k0:k1, j0:j1, i0:i1] = flags
+        part = hexcast.mesh(spot, cells=50, part=f"{number}/2x1x3", backend="cpu")
+        np.testing.assert_array_equal(part.flags, flags)
+    np.testing.assert_array_equal(joined, whole)
+    with pytest.raises(hexcast.Error, match="n is 0"):
+        hexcast.parts(spot, 0)
+
+
+# the surface is open, which meshes say
+@pytest.mark.filterwarnings("ignore::hexcast.MeshWarning")
+@pytest.mark.parametrize("backend", ["cpu", "gpu"])
+def test_windows_have_the_flags_and_lines_of_the_whole(part, backend):
+    options = {"cells": 48, "padding": {"cells": 3}, "backend": backend}
+    surface = hexcast.surface(part)
+    whole = hexcast.mesh(surface, **options)
+    random = np.random.default_rng(11)
+    for _ in range(12):
+        first = random.integers(0, whole.dims)
+        end = random.integers(first + 1, np.array(whole.dims) + 1)
+        (i0, j0, k0), (i1, j1, k1) = first.tolist(), end.tolist()
+        axis = "xyz"[random.integers(3)]
+        mesh = hexcast.mesh(surface, window=[*first, *end], axis=axis, **options)
+        np.testing.assert_array_equal(mesh.flags, whole.flags[k0:k1, j0:j1, i0:i1])
+        assert mesh.report["window"] == {"first": [i0, j0, k0], "end": [i1, j1, k1], "of": list(whole.dims)}
+        for ours, lines, a, b in zip(mesh.lines, whole.lines, (i0, j0, k0), (i1, j1, k1)):
+            np.testing.assert_allclose(ours, lines[a : b + 1], rtol=1e-14, atol=1e-14)

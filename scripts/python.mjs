@@ -1,0 +1,53 @@
+// The Python package: a virtual environment with what its tests need, the wheel, and pytest.
+
+import { createHash } from 'node:crypto';
+import { existsSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
+import path from 'node:path';
+
+import { ROOT, ask, run } from './run.mjs';
+
+const FOLDER = path.join(ROOT, '.tools/python');
+const REQUIREMENTS = path.join(ROOT, 'python/tests/requirements.txt');
+const WHEELS = path.join(ROOT, 'target/wheels');
+
+/** Path of a program of the virtual environment. @param {string} name */
+const program = (name) => path.join(FOLDER, 'bin', name);
+
+/** Makes the virtual environment unless it has exactly the packages of requirements.txt, for this Python. */
+export async function ensurePython() {
+  const wanted = createHash('sha256')
+    .update(readFileSync(REQUIREMENTS))
+    .update(ask('python3', ['--version']) ?? '')
+    .digest('hex');
+  const stamp = path.join(FOLDER, '.hexcast-requirements');
+  if (existsSync(stamp) && readFileSync(stamp, 'utf8') === wanted) return null;
+  rmSync(FOLDER, { recursive: true, force: true });
+  await run('python3', ['-m', 'venv', FOLDER]);
+  await run(program('python'), ['-m', 'pip', 'install', '--quiet', '--only-binary=:all:', '--requirement', REQUIREMENTS]);
+  writeFileSync(stamp, wanted);
+  return 'installed';
+}
+
+/** Builds the wheel and the command that it is compared with, and installs the wheel. */
+export async function buildPython() {
+  await run('cargo', ['build']);
+  rmSync(WHEELS, { recursive: true, force: true });
+  await run(program('maturin'), ['build', '--profile', 'dev', '--out', WHEELS, '--manifest-path', 'python/Cargo.toml'], {
+    env: { VIRTUAL_ENV: FOLDER },
+  });
+  const [wheel] = readdirSync(WHEELS);
+  await run(program('python'), ['-m', 'pip', 'install', '--no-deps', '--force-reinstall', path.join(WHEELS, wheel)]);
+  return wheel;
+}
+
+/** Runs the tests and the examples in the documentation of the installed package; returns what it printed, the counts at its end. */
+export async function runPytest() {
+  const args = ['--doctest-modules', '--import-mode=importlib', '--pyargs', 'hexcast', 'tests', '-q', '-rfEP'];
+  return run(program('pytest'), args, { cwd: path.join(ROOT, 'python') });
+}
+
+/** Checks its Rust. `cargo fmt --check` and clippy take the crate alone. */
+export async function lintPython() {
+  await run('cargo', ['fmt', '--package', 'hexcast-python', '--check']);
+  await run('cargo', ['clippy', '--package', 'hexcast-python', '--', '-D', 'warnings']);
+}
