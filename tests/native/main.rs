@@ -25,6 +25,7 @@ mod golden_cpu;
 #[cfg(feature = "gpu")]
 mod gpu {
     mod broken_drivers;
+    mod device_memory;
     mod kernels;
     mod lost_device;
     mod open_surfaces;
