@@ -265,7 +265,7 @@ impl Gpu {
             }
             control.pause().await;
             control.advance(u64::from(range.end) * u64::from(n_i), cast.rays.n_rays());
-            pace.finished(range.end - range.start);
+            pace.finished(range.end - range.start, worker.host_seconds);
             usage.n_bands += 1;
             usage.rows_of_band = range.end - range.start;
             usage.profile = worker.profile.clone();
@@ -324,10 +324,12 @@ impl Pace {
         self.rows = self.rows.min(self.most_rows);
     }
 
-    /// Notes that a band of so many rows is done.
-    fn finished(&mut self, rows: u32) {
+    /// Notes that a band of so many rows is done, for which the host took some seconds: smaller bands would not take fewer of these, as
+    /// it goes through all facets for each.
+    fn finished(&mut self, rows: u32, host_seconds: f64) {
         if !self.is_fixed && rows == self.rows {
-            let speed_up = (self.band_seconds / self.last.elapsed().as_secs_f64().max(1e-4)).clamp(0.5, 2.0);
+            let seconds = self.last.elapsed().as_secs_f64() - host_seconds;
+            let speed_up = (self.band_seconds / seconds.max(1e-4)).clamp(0.5, 2.0);
             self.rows = rows_of((f64::from(rows) * speed_up) as u64).min(self.most_rows);
         }
         self.last = Instant::now();

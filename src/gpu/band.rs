@@ -6,6 +6,8 @@
 
 use std::ops::Range;
 
+use web_time::Instant;
+
 use super::buffers::Buffers;
 use super::check::{differing, sample, window};
 use super::device::Opened;
@@ -49,6 +51,8 @@ pub(crate) struct Worker<'a> {
     least_layers: u32,
     pub(crate) buffers: Option<Buffers>,
     pub(crate) staging: Staging,
+    /// Seconds that the host spent on the last band, in passes over all facets for the most part.
+    pub(crate) host_seconds: f64,
     pub(crate) profile: Option<Profile>,
 }
 
@@ -101,6 +105,7 @@ impl<'a> Worker<'a> {
             least_layers: forced.layers.unwrap_or(1),
             buffers: None,
             staging: Staging::default(),
+            host_seconds: 0.0,
             profile: None,
         }
     }
@@ -120,7 +125,9 @@ impl<'a> Worker<'a> {
 
     /// Sends the commands of a band to the device; None where fewer rows would fit better.
     pub(crate) fn launch(&mut self, rows: Range<u32>) -> Result<Option<Launched>> {
+        let start = Instant::now();
         let Some(mut launched) = self.prepare(rows)? else { return Ok(None) };
+        self.host_seconds = start.elapsed().as_secs_f64();
         let Some(buffers) = self.buffers.as_ref().filter(|_| !launched.is_deep) else { return Ok(Some(launched)) };
         let mut passes = begin(self.context, self.profile.as_mut());
         passes.lattice(buffers, &launched.params);
@@ -196,9 +203,12 @@ impl<'a> Worker<'a> {
             let (chunks, places) = (elements(chunks), elements(places));
             let (n_lost, n_unused) = (totals[2].into(), totals[3] as usize);
             let raw = Raw { chunks: &chunks, places: &places, n_lost, n_unused, n_hits: Some(found[1]), deep: &deep };
-            finish(&cast, &params, &raw)
+            let start = Instant::now();
+            (finish(&cast, &params, &raw), start.elapsed().as_secs_f64())
         };
-        self.staging.parts(self.context.opened, pending, finish).await
+        let (outcome, seconds) = self.staging.parts(self.context.opened, pending, finish).await?;
+        self.host_seconds += seconds;
+        Ok(outcome)
     }
 
     /// The same where all rows are deep.

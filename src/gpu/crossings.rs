@@ -72,7 +72,7 @@ impl Gpu {
             take(crossings);
             usage.peak_bytes = usage.peak_bytes.max(self.opened.held.peak());
             control.pause().await;
-            pace.finished(n_rows);
+            pace.finished(n_rows, 0.0);
             usage.n_bands += 1;
             usage.rows_of_band = n_rows;
             next = range.end;

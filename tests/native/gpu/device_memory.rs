@@ -63,11 +63,12 @@ impl Fixture {
 fn many_facets_are_meshed_in_a_small_memory() {
     let (gpu, fixture) = (open(), Fixture::new(fine_sphere(), &lines(102)));
     let free = fixture.mesh(&gpu, &Options::default());
-    // a hundredth of 512 MB
-    let limit = 5_120_000;
+    // less than a hundredth of 512 MB
+    let limit = 2_000_000;
     let usage = fixture.mesh(&gpu, &Options { max_bytes: Some(limit), ..Options::default() });
     assert!(usage.peak_bytes <= limit && free.peak_bytes > limit, "{} and {}", usage.peak_bytes, free.peak_bytes);
-    assert!(usage.n_bands > 1 && usage.deep == 0 && usage.left == 0, "{usage:?}");
+    // where even a row of bins has too many facets they come in batches, and none is left to the CPU
+    assert!(usage.n_bands > 1 && usage.deep > 0 && usage.left == 0, "{usage:?}");
     // the facets on their way are those of bands
     assert!(usage.host_bytes < free.host_bytes, "{} and {}", usage.host_bytes, free.host_bytes);
 }
