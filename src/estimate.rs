@@ -16,5 +16,5 @@ mod device;
 mod expected;
 mod plan;
 
-pub use costs::{Estimate, FileBytes, HostBytes, UPLOAD_FACET_BYTES};
-pub use plan::{Allowed, Device, MemoryBudget, block_cache_bytes, slab_bytes};
+pub use costs::{Estimate, FileBytes, HostBytes};
+pub use plan::{Allowed, BandLimit, Device, MemoryBudget, block_cache_bytes, slab_bytes};

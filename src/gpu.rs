@@ -23,7 +23,7 @@ use std::collections::VecDeque;
 use web_time::Instant;
 
 use crate::cast::Cast;
-use crate::cast::sizes::{BANDS_IN_FLIGHT, BIN, FIRST_BAND, MOST_BAND, whole_bins};
+use crate::cast::sizes::{BANDS_IN_FLIGHT, BIN, FIRST_BAND, MOST_BAND, upload_bytes, whole_bins};
 use crate::columns::{Band, Columns};
 use crate::control::Control;
 use crate::error::{Error, Result};
@@ -34,6 +34,7 @@ mod check;
 mod crossings;
 mod device;
 mod expand;
+mod held;
 mod inspect;
 mod kernels;
 mod layout;
@@ -83,6 +84,9 @@ pub struct Options {
     pub rows_per_band: Option<u32>,
     /// Most ray rows of a band, if not what the device allows.
     pub most_rows: Option<u32>,
+    /// Most bytes of buffers that the device holds at once, if not what it has. Bands are as small as that takes; what a device cannot do
+    /// in so many bytes the CPU does.
+    pub max_bytes: Option<u64>,
     /// Waits for every kernel and measures it.
     pub profile: bool,
     /// For tests.
@@ -92,8 +96,10 @@ pub struct Options {
 /// What a mesh has used of the device, and what was found in its results.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Usage {
-    /// Most bytes of buffers held at once.
+    /// Most bytes of buffers held at once, with those that wait for the next mesh.
     pub peak_bytes: u64,
+    /// Most bytes on the host of facets on their way to the device.
+    pub host_bytes: u64,
     /// Bands that were finished.
     pub n_bands: u32,
     /// Ray rows of the last of them.
@@ -139,7 +145,7 @@ impl Gpu {
         let gpu = Gpu { facts: device::facts(&adapter), opened, kernels, pool: BufferPool::default() };
         #[cfg(not(target_arch = "wasm32"))]
         if gpu.facts.kind == AdapterKind::Software {
-            warm_up::warm_up(gpu.context())?;
+            warm_up::warm_up(gpu.context(u64::MAX))?;
         }
         probe::probe(&gpu.opened, &gpu.kernels, &gpu.facts.to_string()).await?;
         gpu.opened.check()?;
@@ -211,7 +217,7 @@ impl Gpu {
         let n_i = cast.rays.counts[0];
         let mut pace = Pace::new(options, n_i, self.band_seconds());
         let mut next = ray_rows.start;
-        let mut idle = vec![Worker::new(self.context(), *cast, options.forced)];
+        let mut idle = vec![Worker::new(self.begin(options), *cast, options.forced)];
         idle[0].profile = options.profile.then(Profile::new);
         let in_flight_most = if options.profile { 1 } else { BANDS_IN_FLIGHT };
         let mut in_flight: VecDeque<(Worker, Launched)> = VecDeque::new();
@@ -234,8 +240,9 @@ impl Gpu {
                     }
                 }
             }
-            let held = in_flight.iter().map(|(worker, _)| worker.peak_bytes).sum();
-            usage.peak_bytes = usage.peak_bytes.max(held);
+            let facets = in_flight.iter().map(|(_, launched)| launched.facets.len() as u64);
+            usage.host_bytes = usage.host_bytes.max(upload_bytes(facets.clone().sum(), facets.max().unwrap_or(0)));
+            usage.peak_bytes = usage.peak_bytes.max(self.opened.held.peak());
             let Some((mut worker, launched)) = in_flight.pop_front() else { break };
             let range = launched.rows.clone();
             match worker.complete(launched).await {
@@ -251,15 +258,16 @@ impl Gpu {
                     // the bands behind it stand on their own, but columns are handed out in order: start again from here
                     in_flight.clear();
                     idle.clear();
+                    // their buffers go when the device is done with them
+                    let _ = self.opened.device.poll(wgpu::PollType::wait_indefinitely());
                     next = range.start;
                     idle.push(worker);
                     continue;
                 }
             }
-            usage.peak_bytes = usage.peak_bytes.max(held.max(worker.peak_bytes));
             control.pause().await;
             control.advance(u64::from(range.end) * u64::from(n_i), cast.rays.n_rays());
-            pace.finished(range.end - range.start);
+            pace.finished(range.end - range.start, worker.host_seconds);
             usage.n_bands += 1;
             usage.rows_of_band = range.end - range.start;
             usage.profile = worker.profile.clone();
@@ -275,9 +283,17 @@ impl Gpu {
         Error::new("device-wrong", format!("the results of {} are wrong: {what}", self.facts), device::USE_CPU)
     }
 
-    fn context(&self) -> Context<'_> {
+    fn context(&self, max_bytes: u64) -> Context<'_> {
         let is_software = self.facts.kind == AdapterKind::Software;
-        Context { opened: &self.opened, kernels: &self.kernels, pool: &self.pool, is_software }
+        Context { opened: &self.opened, kernels: &self.kernels, pool: &self.pool, is_software, max_bytes }
+    }
+
+    /// Frees what waits for this mesh if it is too much for it, and counts from now on what the device holds.
+    fn begin(&self, options: &Options) -> Context<'_> {
+        let max_bytes = options.max_bytes.unwrap_or(u64::MAX);
+        self.clear_pool_over(max_bytes);
+        self.opened.held.begin();
+        self.context(max_bytes)
     }
 
     fn band_seconds(&self) -> f64 {
@@ -310,10 +326,12 @@ impl Pace {
         self.rows = self.rows.min(self.most_rows);
     }
 
-    /// Notes that a band of so many rows is done.
-    fn finished(&mut self, rows: u32) {
+    /// Notes that a band of so many rows is done, for which the host took some seconds: smaller bands would not take fewer of these, as
+    /// it goes through all facets for each.
+    fn finished(&mut self, rows: u32, host_seconds: f64) {
         if !self.is_fixed && rows == self.rows {
-            let speed_up = (self.band_seconds / self.last.elapsed().as_secs_f64().max(1e-4)).clamp(0.5, 2.0);
+            let seconds = self.last.elapsed().as_secs_f64() - host_seconds;
+            let speed_up = (self.band_seconds / seconds.max(1e-4)).clamp(0.5, 2.0);
             self.rows = rows_of((f64::from(rows) * speed_up) as u64).min(self.most_rows);
         }
         self.last = Instant::now();

@@ -90,9 +90,8 @@ pub async fn mesh(
     let rays_resumed = builder.n_rays();
     let cast = Cast { frame: &frame, rays: &prepared.rays, rule: job.rule };
     let (mut decided, mut used) = (Vec::with_capacity(parts.len()), Used::default());
-    let most_rays = u64::from(budget.most_rows) * u64::from(cast.rays.counts[0]);
     for part in parts {
-        let (crossings, more) = engine.axis_crossings(&part.casts(&cast), cast.rays, most_rays, control).await?;
+        let (crossings, more) = engine.axis_crossings(&part.casts(&cast), cast.rays, budget.bands, control).await?;
         decided.push((part, crossings));
         used = used.and(more);
     }

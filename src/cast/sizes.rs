@@ -24,6 +24,10 @@ pub(crate) const BANDS_IN_FLIGHT: usize = 3;
 const FEW_FACETS: u64 = 1 << 16;
 /// Bytes of a facet: its corners and its first item.
 const FACET_BYTES: u64 = 4 * FACET_WORDS as u64 + 4;
+/// Bytes on the host of a facet that a band has chosen.
+pub(crate) const CHOSEN_BYTES: u64 = 32;
+/// Bytes of what is small among the buffers of a band: parameters, totals, the rounding of sizes.
+const SMALL_BYTES: u64 = 1 << 12;
 /// Bytes of a tile.
 const TILE_BYTES: u64 = 32;
 /// Bytes of what the lattice finds for a tile.
@@ -63,12 +67,14 @@ pub(crate) struct Capacity {
 }
 
 impl Capacity {
-    /// The most that buffers of at most so many bytes can hold.
-    pub(crate) fn limit(binding_bytes: u64) -> Capacity {
+    /// The most that buffers of at most so many bytes each can hold, where a band gets `band_bytes` for all.
+    pub(crate) fn limit(binding_bytes: u64, band_bytes: u64) -> Capacity {
         // counts are u32; a place has 27 bits; validation of bindings of 4 GiB is not everywhere the same
         let bytes = binding_bytes.min(1 << 31);
+        let n_facets =
+            (bytes / (4 * FACET_WORDS as u64)).min(band_bytes.saturating_sub(SMALL_BYTES) / (2 * FACET_BYTES));
         Capacity {
-            n_facets: bytes / (4 * FACET_WORDS as u64),
+            n_facets: n_facets.max(1),
             n_chunks: bytes / CHUNK_BYTES,
             n_counters: bytes / 4 - 1,
             n_tiles: bytes / TILE_BYTES,
@@ -80,12 +86,17 @@ impl Capacity {
     /// it does not depend on what the band holds, so that the next needs no buffers of its own.
     pub(crate) fn first(size: &BandSize) -> Capacity {
         let &BandSize { n_facets, n_all_facets, n_crossings, n_rays, n_bins, n_chunks, n_layers } = size;
-        let n_facets = if n_all_facets <= FEW_FACETS { n_all_facets } else { n_facets };
+        // of many facets most hit no ray
+        let (n_facets, n_tiles) = if n_all_facets <= FEW_FACETS {
+            (n_all_facets, 3 * n_all_facets)
+        } else {
+            (n_facets, (3 * n_facets).min(n_crossings / 2 * 3))
+        };
         Capacity {
             n_facets,
             n_chunks,
             n_counters: n_bins * u64::from(n_layers),
-            n_tiles: 16 * n_bins + 3 * n_facets,
+            n_tiles: 16 * n_bins + n_tiles,
             n_places: (2 * n_rays).max(n_rays + n_crossings / 8 * 3),
         }
     }
@@ -128,6 +139,34 @@ impl Capacity {
             + (TILE_BYTES + FOUND_BYTES) * self.n_tiles
             + PLACE_BYTES * self.n_places
     }
+
+    /// Bytes on the device while its facets are on their way, from a buffer of the driver's.
+    pub(crate) fn n_bytes_at_most(self) -> u64 {
+        self.n_bytes() + FACET_BYTES * self.n_facets + SMALL_BYTES
+    }
+}
+
+/// Bytes of buffers that a band may have where a device may hold so many, and those of the deep rows of a band. There are three bands, of
+/// which only one has buffers for deep rows.
+pub(crate) fn shares(device_bytes: u64) -> [u64; 2] {
+    let deep = device_bytes / (2 * BANDS_IN_FLIGHT as u64 + 1);
+    [2 * deep, deep]
+}
+
+/// Bytes that a device must be allowed to hold for bands of so many bytes.
+pub(crate) fn device_bytes(band_bytes: u64) -> u64 {
+    band_bytes.div_ceil(2) * (2 * BANDS_IN_FLIGHT as u64 + 1)
+}
+
+/// Bytes of the buffers of so many deep rows, and their crossings.
+pub(crate) fn deep_bytes(n_rows: u64, n_events: u64) -> u64 {
+    72 * n_rows + 8 * n_events + SMALL_BYTES
+}
+
+/// Bytes on the host of the facets of bands in flight, in all and of the largest: chosen, in a buffer of the driver's, and packed for one
+/// band.
+pub(crate) fn upload_bytes(n_in_flight: u64, n_most: u64) -> u64 {
+    (CHOSEN_BYTES + FACET_BYTES) * n_in_flight + FACET_BYTES * n_most
 }
 
 /// Rounds a number of ray rows down to whole bins, at least one.

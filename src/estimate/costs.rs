@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::expected::Expected;
-use crate::cast::sizes::{FACET_WORDS, MOST_BAND};
+use crate::cast::sizes::MOST_BAND;
 use crate::cpu;
 use crate::geometry::Geometry;
 use crate::lines::Lines;
@@ -61,7 +61,7 @@ pub struct HostBytes {
     pub facets: u64,
     /// The lattice of the CPU backend.
     pub lattice: u64,
-    /// Facets on their way to the GPU.
+    /// Facets of bands on their way to the GPU.
     pub upload: u64,
     /// Columns, packed.
     pub columns: u64,
@@ -118,7 +118,7 @@ impl Estimate {
             facets,
             crossings,
             column_bytes: host.columns,
-            host_bytes: host.meshing(false).max(host.meshing(true)).max(host.columns + host.slabs),
+            host_bytes: 0,
             host,
             device_bytes: 0,
             file_bytes: file_bytes(lines, rays.n_rays(), expected.runs as u64),
@@ -128,6 +128,9 @@ impl Estimate {
             shape: [rays.counts[0], rays.counts[1], cpu::rows_of_strip(rays)],
         };
         estimate.device_bytes = estimate.device_bytes_of(estimate.rows());
+        estimate.host.upload = estimate.upload_bytes_of(estimate.rows());
+        let host = estimate.host;
+        estimate.host_bytes = host.meshing(false).max(host.meshing(true)).max(host.columns + host.slabs);
         estimate
     }
 
@@ -154,8 +157,6 @@ impl Estimate {
 
 /// Bytes of a facet: 36 as read, 37 snapped.
 const FACET_BYTES: u64 = 73;
-/// Bytes of a facet on its way to the device.
-pub const UPLOAD_FACET_BYTES: u64 = 4 * FACET_WORDS as u64;
 
 fn host_bytes(facets: u64, expected: &Expected, lines: &Lines, rays: &Rays) -> HostBytes {
     let (n_rays, runs) = (rays.n_rays(), expected.runs);
@@ -171,7 +172,7 @@ fn host_bytes(facets: u64, expected: &Expected, lines: &Lines, rays: &Rays) -> H
     HostBytes {
         facets: facets * FACET_BYTES,
         lattice: 4 * (expected.strip_facets as u64 + strips),
-        upload: facets * UPLOAD_FACET_BYTES,
+        upload: 0,
         columns,
         round: extra(round_rays),
         band: extra(n_rays.min(MOST_BAND)),

@@ -3,8 +3,8 @@
 //! Estimate, what is allowed -> [`MemoryBudget`]. The current work, a round of strips on the CPU or the bands in flight on a GPU, is made
 //! as small as it must be. Bytes that a device holds count too where its memory is the host's: drivers on the processor
 //! (lavapipe, SwiftShader, WARP) and GPUs on the processor's chip, which take their buffers from the same memory.
-//! Weakness: rays are taken to be as crowded everywhere as half again the mean; buffers that turn out too small are
-//! doubled by the GPU backend without asking.
+//! The GPU backend keeps to the bytes that it gets: where bands need more than estimated they become smaller.
+//! Weakness: rays are taken to be as crowded everywhere as half again the mean.
 
 use super::costs::Estimate;
 use super::device::{BIN, IN_FLIGHT, UNEVEN};
@@ -44,10 +44,21 @@ pub struct Allowed {
     pub program_bytes: u64,
     /// Who meshes.
     pub device: Device,
+    /// Most bytes of buffers on the device.
+    pub max_device_bytes: u64,
     /// Whether columns may go elsewhere.
     pub can_spill: bool,
     /// Whether all flags will be held in memory.
     pub flags: bool,
+}
+
+/// Limits of the bands of a GPU.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BandLimit {
+    /// Most rays of a band, if that is a row of bins at least.
+    pub n_rays: u64,
+    /// Most bytes of buffers that the device holds at once, for all bands in flight.
+    pub device_bytes: u64,
 }
 
 /// Shares of the memory allowed.
@@ -55,8 +66,8 @@ pub struct Allowed {
 pub struct MemoryBudget {
     /// Bytes for the columns.
     pub columns: u64,
-    /// Most ray rows of a band on the GPU.
-    pub most_rows: u32,
+    /// Limits of bands on the GPU.
+    pub bands: BandLimit,
     /// Most strips of a round on the CPU.
     pub most_strips: u32,
     /// Least bytes of memory that the mesh takes.
@@ -80,10 +91,10 @@ pub fn block_cache_bytes(max_bytes: u64) -> u64 {
 }
 
 impl MemoryBudget {
-    /// The budget where memory is not limited.
-    pub fn unlimited(rays: &Rays) -> MemoryBudget {
-        let (most_rows, most_strips) = (rays.counts[1], cpu::STRIPS_PER_ROUND);
-        MemoryBudget { columns: u64::MAX, most_rows, most_strips, needed: 0 }
+    /// The budget where only the memory of a device may be limited.
+    pub fn unlimited(rays: &Rays, max_device_bytes: u64) -> MemoryBudget {
+        let bands = BandLimit { n_rays: rays.n_rays(), device_bytes: max_device_bytes };
+        MemoryBudget { columns: u64::MAX, bands, most_strips: cpu::STRIPS_PER_ROUND, needed: 0 }
     }
 
     /// Shares out the memory allowed.
@@ -96,8 +107,8 @@ impl MemoryBudget {
     }
 
     fn unchecked(estimate: &Estimate, allowed: &Allowed) -> MemoryBudget {
-        let Allowed { max_bytes, program_bytes, device, can_spill, .. } = *allowed;
-        let work = Work { estimate, device, can_spill };
+        let Allowed { max_bytes, program_bytes, device, max_device_bytes, can_spill, .. } = *allowed;
+        let work = Work::new(estimate, allowed);
         let fixed = estimate.host.facets + work.fixed();
         let least_columns = least_columns(estimate, can_spill);
         let own = max_bytes.saturating_sub(program_bytes);
@@ -111,10 +122,18 @@ impl MemoryBudget {
         let units = work.most_within(for_work);
         let writing =
             flag_bytes(estimate, allowed).saturating_add(2 * slab_bytes(max_bytes) + block_cache_bytes(max_bytes));
-        let columns = left.saturating_sub(work.cost(units)).min(own.saturating_sub(writing)).max(least_columns);
+        // twice what bands are estimated to need, if there is as much
+        let room = for_work.saturating_sub(work.cost(units));
+        let device_bytes = match device {
+            Device::Shared => work.shared(units).saturating_add(room.min(work.shared(units))).min(max_device_bytes),
+            _ => max_device_bytes,
+        };
+        let cost = work.host_cost(units) + if device == Device::Shared { device_bytes } else { 0 };
+        let columns = left.saturating_sub(cost).min(own.saturating_sub(writing)).max(least_columns);
         let (most_rows, most_strips) =
-            if device == Device::None { (estimate.rows() as u32, units as u32) } else { (units as u32, 1) };
-        MemoryBudget { columns, most_rows, most_strips, needed: needed(allowed, &work) }
+            if device == Device::None { (estimate.rows(), units as u32) } else { (units, 1) };
+        let bands = BandLimit { n_rays: most_rows * estimate.rays_across(), device_bytes };
+        MemoryBudget { columns, bands, most_strips, needed: needed(allowed, &work) }
     }
 }
 
@@ -145,15 +164,21 @@ fn flag_bytes(estimate: &Estimate, allowed: &Allowed) -> u64 {
 struct Work<'a> {
     estimate: &'a Estimate,
     device: Device,
+    max_device_bytes: u64,
     can_spill: bool,
 }
 
-impl Work<'_> {
+impl<'a> Work<'a> {
+    fn new(estimate: &'a Estimate, allowed: &Allowed) -> Work<'a> {
+        let Allowed { device, max_device_bytes, can_spill, .. } = *allowed;
+        Work { estimate, device, max_device_bytes, can_spill }
+    }
+
     /// Bytes of host memory that do not depend on the size.
     fn fixed(&self) -> u64 {
         let estimate = self.estimate;
         if self.device != Device::None {
-            return estimate.host.upload;
+            return 0;
         }
         // crossings of a strip on every core, as they are found and in order
         let rays = estimate.strip_rays().min(estimate.rays) as f64;
@@ -184,8 +209,21 @@ impl Work<'_> {
         units
     }
 
-    /// Bytes of host memory that work of a size takes, the device's if it shares that.
+    /// Bytes of host memory that work of a size takes, with the device's if it shares that.
     fn cost(&self, units: u64) -> u64 {
+        self.host_cost(units) + self.shared(units)
+    }
+
+    /// Those of them that a device holds: as many as it must be allowed.
+    fn shared(&self, rows: u64) -> u64 {
+        match self.device {
+            Device::Shared => self.estimate.device_limit_of(rows.min(self.estimate.rows())).min(self.max_device_bytes),
+            _ => 0,
+        }
+    }
+
+    /// The others.
+    fn host_cost(&self, units: u64) -> u64 {
         let estimate = self.estimate;
         let rows = if self.device == Device::None { units * estimate.strip_rows() } else { units }.min(estimate.rows());
         let rays = (rows * estimate.rays_across()) as f64;
@@ -201,8 +239,7 @@ impl Work<'_> {
         let places = estimate.places() / estimate.rays as f64 * uneven;
         // that buffer is a quarter larger than needed
         let staging = in_flight * rays * 1.25 * (1.0 + 16.0 * places);
-        let shared = if self.device == Device::Shared { estimate.device_bytes_of(rows) } else { 0 };
-        (unpacked + staging) as u64 + shared
+        (unpacked + staging) as u64 + estimate.upload_bytes_of(rows)
     }
 
     fn per_ray(&self, n: u64) -> f64 {
@@ -211,8 +248,8 @@ impl Work<'_> {
 }
 
 fn too_little(estimate: &Estimate, allowed: &Allowed, needed: u64) -> Error {
-    let Allowed { max_bytes, program_bytes, device, can_spill, flags } = *allowed;
-    let work = Work { estimate, device, can_spill };
+    let Allowed { max_bytes, program_bytes, device, can_spill, flags, .. } = *allowed;
+    let work = Work::new(estimate, allowed);
     let mut parts = vec![
         ("columns", least_columns(estimate, can_spill)),
         ("facets", estimate.host.facets),
@@ -287,16 +324,25 @@ mod tests {
                 .iter()
                 .copied()
             {
-                let allowed =
-                    |max_bytes| Allowed { max_bytes, program_bytes: 10_000_000, device, can_spill, flags: false };
+                let allowed = |max_bytes| Allowed {
+                    max_bytes,
+                    program_bytes: 10_000_000,
+                    device,
+                    max_device_bytes: u64::MAX,
+                    can_spill,
+                    flags: false,
+                };
                 let needed = MemoryBudget::unchecked(&estimate, &allowed(0)).needed;
                 let what = format!("{dims:?}, {device:?}, {can_spill}");
                 for max_bytes in [needed, 2 * needed, 10 * needed] {
                     let budget = MemoryBudget::new(&estimate, &allowed(max_bytes)).unwrap();
                     assert_eq!(budget.needed, needed, "{what}");
-                    let work = Work { estimate: &estimate, device, can_spill };
-                    let units = if device == Device::None { budget.most_strips } else { budget.most_rows };
-                    let held = 10_000_000 + estimate.host.facets + work.fixed() + work.cost(units.into());
+                    let work = Work::new(&estimate, &allowed(max_bytes));
+                    let most_rows = budget.bands.n_rays / estimate.rays_across();
+                    let units = if device == Device::None { budget.most_strips.into() } else { most_rows };
+                    let shared = if device == Device::Shared { budget.bands.device_bytes } else { 0 };
+                    assert!(shared >= work.shared(units), "{what}");
+                    let held = 10_000_000 + estimate.host.facets + work.fixed() + work.host_cost(units) + shared;
                     let sum = held + budget.columns.min(estimate.host.columns);
                     assert!(units > 0 && sum <= max_bytes, "{what}: {sum} of {max_bytes}");
                 }
@@ -309,10 +355,24 @@ mod tests {
     #[test]
     fn only_devices_without_memory_of_their_own_take_the_hosts() {
         let estimate = estimate([8, 700, 900]);
-        let needed = [Device::None, Device::Own, Device::Shared].map(|device| {
-            let allowed = Allowed { max_bytes: 1, program_bytes: 0, device, can_spill: true, flags: false };
-            MemoryBudget::unchecked(&estimate, &allowed).needed
-        });
+        let needed = [Device::None, Device::Own, Device::Shared]
+            .map(|device| MemoryBudget::unchecked(&estimate, &allowed_one_byte(device, u64::MAX)).needed);
         assert!(needed[2] > needed[1] + estimate.device_bytes_of(BIN), "{needed:?}");
+    }
+
+    fn allowed_one_byte(device: Device, max_device_bytes: u64) -> Allowed {
+        Allowed { max_bytes: 1, program_bytes: 0, device, max_device_bytes, can_spill: true, flags: false }
+    }
+
+    #[test]
+    fn a_limit_of_the_devices_memory_is_kept_and_counts_where_that_is_the_hosts() {
+        let estimate = estimate([8, 700, 900]);
+        let limit = estimate.device_limit_of(BIN) / 2;
+        for device in [Device::Own, Device::Shared] {
+            let [free, limited] =
+                [u64::MAX, limit].map(|max| MemoryBudget::unchecked(&estimate, &allowed_one_byte(device, max)));
+            assert_eq!(limited.bands.device_bytes, limit, "{device:?}");
+            assert_eq!(limited.needed < free.needed, device == Device::Shared, "{device:?}");
+        }
     }
 }

@@ -6,6 +6,8 @@
 
 use std::ops::Range;
 
+use web_time::Instant;
+
 use super::buffers::Buffers;
 use super::check::{differing, sample, window};
 use super::device::Opened;
@@ -16,7 +18,7 @@ use super::pool::{BufferPool, Pooled};
 use super::readback::{Pending, Staging, elements};
 use super::runs::{DEEP, DeepRows, Raw, Returned};
 use crate::cast::Cast;
-use crate::cast::sizes::{BIN, BandSize, Capacity, MAX_BINS, MAX_LAYERS};
+use crate::cast::sizes::{BIN, BandSize, Capacity, MAX_BINS, MAX_LAYERS, shares};
 use crate::columns::Band;
 use crate::cpu;
 use crate::error::Result;
@@ -31,6 +33,8 @@ pub(crate) struct Context<'a> {
     pub(crate) pool: &'a BufferPool,
     /// Whether the driver computes on the processor.
     pub(crate) is_software: bool,
+    /// Most bytes of buffers on the device.
+    pub(crate) max_bytes: u64,
 }
 
 /// The buffers of a band, and what is known of the bands before.
@@ -39,13 +43,16 @@ pub(crate) struct Worker<'a> {
     pub(crate) cast: Cast<'a>,
     forced: Forced,
     limit: Capacity,
+    /// Most bytes of its buffers, and of those for deep rows.
+    band_bytes: u64,
+    deep_bytes: u64,
     /// What bands before have needed.
     least: Capacity,
     least_layers: u32,
     pub(crate) buffers: Option<Buffers>,
     pub(crate) staging: Staging,
-    /// Most bytes held on the device.
-    pub(crate) peak_bytes: u64,
+    /// Seconds that the host spent on the last band, in passes over all facets for the most part.
+    pub(crate) host_seconds: f64,
     pub(crate) profile: Option<Profile>,
 }
 
@@ -84,17 +91,21 @@ pub(crate) enum Outcome {
 impl<'a> Worker<'a> {
     pub(crate) fn new(context: Context<'a>, cast: Cast<'a>, forced: Forced) -> Worker<'a> {
         let limits = context.opened.device.limits();
-        let limit = Capacity::limit(limits.max_storage_buffer_binding_size.min(limits.max_buffer_size));
+        let binding_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        let [band_bytes, deep_bytes] = shares(context.max_bytes);
+        let limit = Capacity::limit(binding_bytes, band_bytes);
         Worker {
             context,
             cast,
             forced,
             limit,
+            band_bytes,
+            deep_bytes,
             least: Capacity::default(),
             least_layers: forced.layers.unwrap_or(1),
             buffers: None,
             staging: Staging::default(),
-            peak_bytes: 0,
+            host_seconds: 0.0,
             profile: None,
         }
     }
@@ -114,7 +125,9 @@ impl<'a> Worker<'a> {
 
     /// Sends the commands of a band to the device; None where fewer rows would fit better.
     pub(crate) fn launch(&mut self, rows: Range<u32>) -> Result<Option<Launched>> {
+        let start = Instant::now();
         let Some(mut launched) = self.prepare(rows)? else { return Ok(None) };
+        self.host_seconds = start.elapsed().as_secs_f64();
         let Some(buffers) = self.buffers.as_ref().filter(|_| !launched.is_deep) else { return Ok(Some(launched)) };
         let mut passes = begin(self.context, self.profile.as_mut());
         passes.lattice(buffers, &launched.params);
@@ -140,19 +153,23 @@ impl<'a> Worker<'a> {
             n_chunks: params.n_chunks(),
             n_layers: params.n_layers,
         });
-        let fits = self.limit.holds(Capacity { n_tiles: 0, n_places: 0, ..first.max(self.least) })
+        let wanted = first.max(self.least);
+        let fits = self.limit.holds(Capacity { n_tiles: 0, n_places: 0, ..wanted })
             && self.limit.holds(self.least)
+            && self.has_room_for(wanted.min(self.limit))
             && facets.n_box_bins < 1 << 31
             && params.n_bins <= MAX_BINS;
+        if !fits {
+            // fewer rows, or others, need less than bands before have
+            self.least = Capacity::default();
+        }
         if self.forced.deep || !fits {
             if !fits && rows.end - rows.start > BIN {
-                // fewer rows need less than bands before have
-                self.least = Capacity::default();
                 return Ok(None);
             }
             return Ok(Some(Launched { rows, params, facets, is_deep: true, totals: None }));
         }
-        self.make_room(first.max(self.least).min(self.limit));
+        self.make_room(wanted.min(self.limit));
         let Some(buffers) = &self.buffers else { unreachable!("there is room") };
         params.tile_capacity = buffers.capacity.n_tiles as u32;
         params.place_capacity = buffers.capacity.n_places as u32;
@@ -179,27 +196,25 @@ impl<'a> Worker<'a> {
         }
         let deep = if n_deep == 0 { DeepRows::default() } else { self.deep_rows(params, &facets, n_deep).await? };
         let Some(buffers) = &self.buffers else { unreachable!("the band has run") };
-        let encoder = self.context.opened.device.create_command_encoder(&Default::default());
         let parts = [buffers.chunks.first(n_chunks), buffers.runs.first(n_places)];
-        let pending = self.staging.submit(self.context.opened, encoder, parts);
+        let pending = self.staging.submit(self.context.opened, self.context.opened.encoder(), parts);
         let cast = self.cast;
         let finish = |[chunks, places]: [&[u8]; 2]| {
             let (chunks, places) = (elements(chunks), elements(places));
             let (n_lost, n_unused) = (totals[2].into(), totals[3] as usize);
             let raw = Raw { chunks: &chunks, places: &places, n_lost, n_unused, n_hits: Some(found[1]), deep: &deep };
-            finish(&cast, &params, &raw)
+            let start = Instant::now();
+            (finish(&cast, &params, &raw), start.elapsed().as_secs_f64())
         };
-        self.staging.parts(self.context.opened, pending, finish).await
+        let (outcome, seconds) = self.staging.parts(self.context.opened, pending, finish).await?;
+        self.host_seconds += seconds;
+        Ok(outcome)
     }
 
     /// The same where all rows are deep.
     async fn complete_deep(&mut self, params: &Params, facets: &BandFacets) -> Result<Outcome> {
         let n_chunks = params.n_chunks();
-        let deep = if facets.len() == 0 {
-            DeepRows { offsets: vec![0; n_chunks as usize + 1], rows: vec![0; 16 * n_chunks as usize], events: vec![] }
-        } else {
-            self.deep_rows(Params { all_deep: 1, ..*params }, facets, n_chunks).await?
-        };
+        let deep = self.deep_rows(Params { all_deep: 1, ..*params }, facets, n_chunks).await?;
         let chunks: Vec<[u32; 2]> = (0..n_chunks as u32).map(|index| [index, DEEP]).collect();
         let raw = Raw { chunks: &chunks, places: &[], n_lost: 0, n_unused: 0, n_hits: None, deep: &deep };
         Ok(finish(&self.cast, params, &raw))
@@ -244,32 +259,48 @@ impl<'a> Worker<'a> {
         least != Capacity::default()
     }
 
+    /// Whether a band may have buffers of a capacity.
+    fn has_room_for(&self, capacity: Capacity) -> bool {
+        capacity.n_bytes_at_most() <= self.band_bytes
+    }
+
     /// Sees to it that there are buffers of a capacity.
     fn make_room(&mut self, wanted: Capacity) {
+        let Context { opened, pool, .. } = self.context;
         let has = self.buffers.as_ref().map(|buffers| buffers.capacity);
-        if !has.is_some_and(|has| has.holds(wanted)) {
-            // what there was goes first: the device frees it when it is asked how it is, and what else it says is told elsewhere
-            self.buffers = None;
-            let _ = self.context.opened.device.poll(wgpu::PollType::Poll);
-            let wanted = wanted.max(has.unwrap_or_default()).rounded().min(self.limit);
-            self.buffers = Some(match self.context.pool.take(wanted) {
-                Some(pooled) => {
-                    self.staging = Staging(pooled.staging);
-                    pooled.buffers
-                }
-                None => Buffers::new(&self.context.opened.device, wanted),
-            });
+        if has.is_some_and(|has| has.holds(wanted)) {
+            return;
         }
-        let n_bytes = self.buffers.as_ref().map_or(0, |buffers| buffers.capacity.n_bytes());
-        self.peak_bytes = self.peak_bytes.max(n_bytes);
+        // what there was goes first
+        self.buffers = None;
+        let roomy = [wanted.max(has.unwrap_or_default()), wanted].map(|capacity| capacity.rounded().min(self.limit));
+        let wanted = roomy.into_iter().find(|&capacity| self.has_room_for(capacity)).unwrap_or(wanted);
+        let pooled = pool.take(wanted, self.band_bytes);
+        self.free_for(if pooled.is_some() { 0 } else { wanted.n_bytes_at_most() });
+        self.buffers = Some(match pooled {
+            Some(pooled) => {
+                self.staging = Staging(pooled.staging);
+                pooled.buffers
+            }
+            None => Buffers::new(opened, wanted),
+        });
+    }
+
+    /// Frees what waits for the next mesh where the device could not hold so many bytes more.
+    fn free_for(&self, n_bytes: u64) {
+        let Context { opened, pool, max_bytes, .. } = self.context;
+        if opened.held.now().saturating_add(n_bytes) > max_bytes {
+            pool.clear_over(0);
+        }
+        // the device frees what was dropped when it is asked how it is; what else it says is told elsewhere
+        let _ = opened.device.poll(wgpu::PollType::Poll);
     }
 }
 
 /// Begins the commands of a band.
 pub(crate) fn begin<'a>(context: Context<'a>, profile: Option<&'a mut Profile>) -> Passes<'a> {
     let Context { opened, kernels, is_software, .. } = context;
-    let encoder = opened.device.create_command_encoder(&Default::default());
-    Passes { opened, kernels, is_software, encoder, profile }
+    Passes { opened, kernels, is_software, encoder: opened.encoder(), profile }
 }
 
 /// Puts what the device returned in order, casts what it left, and checks all.

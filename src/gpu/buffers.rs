@@ -2,8 +2,10 @@
 
 use std::marker::PhantomData;
 
-use wgpu::{Buffer, BufferBinding, BufferDescriptor, BufferUsages, Device, Queue};
+use wgpu::{Buffer, BufferBinding, BufferDescriptor, BufferUsages, Queue};
 
+use super::device::Opened;
+use super::held::Share;
 use super::layout::Params;
 use crate::cast::sizes::{Capacity, MAX_LAYERS};
 
@@ -15,6 +17,7 @@ pub const SCAN_BLOCK: u64 = 4096;
 pub(crate) struct Array<T> {
     pub(crate) buffer: Buffer,
     element: PhantomData<T>,
+    _share: Share,
 }
 
 /// A part of a buffer, as a kernel binds it or the host reads it.
@@ -34,22 +37,22 @@ impl<'a> Part<'a> {
 }
 
 impl<T: bytemuck::Pod> Array<T> {
-    fn with_usage(device: &Device, label: &str, len: u64, usage: BufferUsages) -> Array<T> {
+    fn with_usage(opened: &Opened, label: &str, len: u64, usage: BufferUsages) -> Array<T> {
         let size = (size_of::<T>() as u64 * len).next_multiple_of(16).max(64);
         let usage = usage | BufferUsages::COPY_DST;
-        let buffer =
-            device.create_buffer(&BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false });
-        Array { buffer, element: PhantomData }
+        let descriptor = BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false };
+        let buffer = opened.device.create_buffer(&descriptor);
+        Array { buffer, element: PhantomData, _share: Share::new(&opened.held, size) }
     }
 
     /// Allocates a buffer that kernels read and write.
-    pub(crate) fn storage(device: &Device, label: &str, len: u64) -> Array<T> {
-        Array::with_usage(device, label, len, BufferUsages::STORAGE | BufferUsages::COPY_SRC)
+    pub(crate) fn storage(opened: &Opened, label: &str, len: u64) -> Array<T> {
+        Array::with_usage(opened, label, len, BufferUsages::STORAGE | BufferUsages::COPY_SRC)
     }
 
     /// Allocates a small buffer that all threads read.
-    pub(crate) fn uniform(device: &Device, label: &str, len: u64) -> Array<T> {
-        Array::with_usage(device, label, len, BufferUsages::UNIFORM)
+    pub(crate) fn uniform(opened: &Opened, label: &str, len: u64) -> Array<T> {
+        Array::with_usage(opened, label, len, BufferUsages::UNIFORM)
     }
 
     /// Sets the first elements before what is submitted next.
@@ -97,21 +100,21 @@ pub(crate) struct Buffers {
 
 impl Buffers {
     /// Allocates the buffers of a band of the given capacity.
-    pub(crate) fn new(device: &Device, capacity: Capacity) -> Buffers {
+    pub(crate) fn new(opened: &Opened, capacity: Capacity) -> Buffers {
         Buffers {
             capacity,
-            params: Array::uniform(device, "params", 1),
-            layer_ends: Array::uniform(device, "layer ends", u64::from(MAX_LAYERS) / 4),
-            corners: Array::storage(device, "corners", 3 * capacity.n_facets),
-            item_offsets: Array::storage(device, "item offsets", capacity.n_facets + 1),
-            bin_offsets: Array::storage(device, "bin offsets", capacity.n_counters + 1),
-            found: Array::storage(device, "found", capacity.n_tiles),
-            found_totals: Array::storage(device, "found totals", 2),
-            tiles: Array::storage(device, "tiles", 2 * capacity.n_tiles),
-            runs: Array::storage(device, "runs", capacity.n_places),
-            chunks: Array::storage(device, "chunks", capacity.n_chunks),
-            totals: Array::storage(device, "totals", 4),
-            sums: Sums::new(device, capacity.n_counters + 1),
+            params: Array::uniform(opened, "params", 1),
+            layer_ends: Array::uniform(opened, "layer ends", u64::from(MAX_LAYERS) / 4),
+            corners: Array::storage(opened, "corners", 3 * capacity.n_facets),
+            item_offsets: Array::storage(opened, "item offsets", capacity.n_facets + 1),
+            bin_offsets: Array::storage(opened, "bin offsets", capacity.n_counters + 1),
+            found: Array::storage(opened, "found", capacity.n_tiles),
+            found_totals: Array::storage(opened, "found totals", 2),
+            tiles: Array::storage(opened, "tiles", 2 * capacity.n_tiles),
+            runs: Array::storage(opened, "runs", capacity.n_places),
+            chunks: Array::storage(opened, "chunks", capacity.n_chunks),
+            totals: Array::storage(opened, "totals", 4),
+            sums: Sums::new(opened, capacity.n_counters + 1),
         }
     }
 }
@@ -121,13 +124,13 @@ pub(crate) struct Sums(pub(crate) Vec<Array<u32>>);
 
 impl Sums {
     /// Allocates the sums of scans of up to `n` numbers.
-    pub(crate) fn new(device: &Device, mut n: u64) -> Sums {
+    pub(crate) fn new(opened: &Opened, mut n: u64) -> Sums {
         let mut sums = Vec::new();
         while n > 1 {
             n = n.div_ceil(SCAN_BLOCK);
-            sums.push(Array::storage(device, "scan sums", n));
+            sums.push(Array::storage(opened, "scan sums", n));
         }
-        sums.push(Array::storage(device, "scan zero", 1));
+        sums.push(Array::storage(opened, "scan zero", 1));
         Sums(sums)
     }
 }
@@ -146,26 +149,18 @@ pub(crate) struct DeepBuffers {
 
 impl DeepBuffers {
     /// Allocates for `n_rows` rows, and no crossings yet.
-    pub(crate) fn new(device: &Device, n_rows: u64) -> DeepBuffers {
+    pub(crate) fn new(opened: &Opened, n_rows: u64) -> DeepBuffers {
         DeepBuffers {
-            event_offsets: Array::storage(device, "event offsets", n_rows + 1),
-            next_event: Array::storage(device, "next event", n_rows + 1),
-            events: Array::storage(device, "events", 0),
-            deep_rows: Array::storage(device, "deep rows", 16 * n_rows),
-            sums: Sums::new(device, n_rows + 1),
+            event_offsets: Array::storage(opened, "event offsets", n_rows + 1),
+            next_event: Array::storage(opened, "next event", n_rows + 1),
+            events: Array::storage(opened, "events", 0),
+            deep_rows: Array::storage(opened, "deep rows", 16 * n_rows),
+            sums: Sums::new(opened, n_rows + 1),
         }
     }
 
     /// Makes room for so many crossings.
-    pub(crate) fn with_events(self, device: &Device, n_events: u64) -> DeepBuffers {
-        DeepBuffers { events: Array::storage(device, "events", 2 * n_events), ..self }
-    }
-
-    /// Bytes of them.
-    pub(crate) fn n_bytes(&self) -> u64 {
-        [&self.event_offsets, &self.next_event, &self.events, &self.deep_rows]
-            .map(|array| array.buffer.size())
-            .iter()
-            .sum()
+    pub(crate) fn with_events(self, opened: &Opened, n_events: u64) -> DeepBuffers {
+        DeepBuffers { events: Array::storage(opened, "events", 2 * n_events), ..self }
     }
 }

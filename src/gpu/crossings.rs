@@ -46,7 +46,8 @@ impl Gpu {
         take: &mut impl FnMut(Vec<Crossings>),
     ) -> Result<()> {
         let mut pace = Pace::new(options, cast.rays.counts[0], self.band_seconds());
-        let mut worker = Worker::new(self.context(), *cast, Forced { deep: true, ..options.forced });
+        let context = self.begin(options);
+        let mut worker = Worker::new(context, *cast, Forced { deep: true, ..options.forced });
         let mut next = rows.start;
         while next < rows.end {
             control.check()?;
@@ -69,9 +70,9 @@ impl Gpu {
                 Ok(Outcome::Wrong(what, checked)) => return Err(self.wrong(usage, &what, checked)),
             };
             take(crossings);
-            usage.peak_bytes = usage.peak_bytes.max(worker.peak_bytes);
+            usage.peak_bytes = usage.peak_bytes.max(self.opened.held.peak());
             control.pause().await;
-            pace.finished(n_rows);
+            pace.finished(n_rows, 0.0);
             usage.n_bands += 1;
             usage.rows_of_band = n_rows;
             next = range.end;
@@ -85,13 +86,9 @@ impl Worker<'_> {
     async fn crossings_of_rows(&mut self, rows: Range<u32>, with_facets: bool) -> Result<Outcome> {
         let Some(Launched { params, facets, .. }) = self.prepare(rows)? else { return Ok(Outcome::TooMany) };
         let params = Params { all_deep: 1, with_facets: with_facets.into(), ..params };
-        let n_chunks = params.n_chunks();
-        let (offsets, events) = if facets.len() == 0 {
-            (vec![0; n_chunks as usize + 1], Some(vec![]))
-        } else {
-            self.crossings(params, &facets, n_chunks).await?
+        let (offsets, Some(events)) = self.crossings(params, &facets, params.n_chunks()).await? else {
+            return Ok(Outcome::TooMany);
         };
-        let Some(events) = events else { return Ok(Outcome::TooMany) };
         let returned = Returned { params, facets: &facets, offsets: &offsets, events: &events };
         let tasks: Vec<u32> = (params.first_row..params.end_row).step_by(ROWS as usize).collect();
         let in_order: std::result::Result<Vec<Crossings>, Fault> =

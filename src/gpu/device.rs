@@ -7,6 +7,7 @@ use serde::Serialize;
 use web_time::{Duration, Instant};
 use wgpu::{Adapter, DeviceDescriptor, DeviceType, Instance, InstanceDescriptor, Limits, RequestAdapterOptions};
 
+use super::held::Held;
 use crate::control::Control;
 use crate::error::{Error, Result};
 
@@ -58,6 +59,8 @@ impl fmt::Display for AdapterFacts {
 pub(crate) struct Opened {
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
+    /// The bytes of all buffers that kernels use.
+    pub(crate) held: Arc<Held>,
     failure: Arc<Mutex<Option<Error>>>,
 }
 
@@ -109,12 +112,17 @@ impl Opened {
                 Error::new("device-lost", format!("the GPU device was lost ({reason:?}): {message}"), USE_CPU),
             );
         });
-        Ok(Opened { device, queue, failure })
+        Ok(Opened { device, queue, held: Arc::default(), failure })
+    }
+
+    /// Begins to record commands.
+    pub(crate) fn encoder(&self) -> wgpu::CommandEncoder {
+        self.device.create_command_encoder(&Default::default())
     }
 
     /// Takes a device of the caller's, whose handlers stay the caller's.
     pub(crate) fn of_caller(device: &wgpu::Device, queue: &wgpu::Queue) -> Opened {
-        Opened { device: device.clone(), queue: queue.clone(), failure: Arc::default() }
+        Opened { device: device.clone(), queue: queue.clone(), held: Arc::default(), failure: Arc::default() }
     }
 
     /// Returns the failure that the driver reported, if it did.

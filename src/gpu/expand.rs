@@ -137,15 +137,15 @@ fn expanded(
         let start = rows * u64::from(row_bytes);
         let skip = start % ALIGNMENT;
         let n_words = (skip + u64::from(row_bytes) * u64::from(n[1]) * u64::from(n[2])).div_ceil(4);
-        let params = Array::uniform(device, "slab", 1);
+        let params = Array::uniform(opened, "slab", 1);
         let axis = mesh.columns.rays.axis as u32;
         params.write(queue, &[Slab { n, axis, row_bytes, skip: skip as u32, per_byte: form.per_byte() }]);
         let [offsets, runs] = [("offsets", offsets), ("runs", runs)].map(|(label, words)| {
-            let array = Array::storage(device, label, words.len() as u64);
+            let array = Array::storage(opened, label, words.len() as u64);
             array.write(queue, &words);
             array
         });
-        let encoder = device.create_command_encoder(&Default::default());
+        let encoder = opened.encoder();
         let mut passes = Passes { opened, kernels, is_software: false, encoder, profile: None };
         let part = Part { buffer: &flags, words: 1, bytes: [start - skip, 4 * n_words] };
         passes.dispatch(Kernel::Expand, &[params.all(), offsets.all(), runs.all(), part], square(n_words.div_ceil(64)));

@@ -4,7 +4,6 @@
 use super::Gpu;
 use super::band::{Forced, Launched, Worker, begin};
 use super::buffers::{Array, Part, Sums};
-use super::device::Opened;
 use super::expand::Cells;
 use super::readback::Staging;
 use crate::cast::Cast;
@@ -36,7 +35,7 @@ impl Gpu {
     /// # Errors
     /// Those of [`Gpu::columns`]; `too-many-crossings` where the box does not fit one band.
     pub async fn tiles(&self, cast: &Cast<'_>, layers: u32) -> Result<Tiles> {
-        let context = self.context();
+        let context = self.context(u64::MAX);
         let forced = Forced { layers: Some(layers), ..Forced::default() };
         let mut worker = Worker::new(context, *cast, forced);
         let launched = worker.prepare(0..cast.rays.counts[1])?.ok_or_else(too_large)?;
@@ -45,11 +44,10 @@ impl Gpu {
         let mut passes = begin(context, worker.profile.as_mut());
         passes.lattice(&buffers, &params);
         passes.intersect(&buffers, &params);
-        let encoder = passes.encoder;
         let offsets = buffers.bin_offsets.first(params.n_counters() + 1);
         let parts = [offsets, buffers.found_totals.first(1), buffers.found.all(), buffers.tiles.all()];
-        let pending = worker.staging.submit(context.opened, encoder, parts);
-        let [offsets, n_found, found, tiles] = worker.staging.words(context.opened, pending).await?;
+        let read = worker.staging.read(context.opened, passes.encoder, parts).await?;
+        let [offsets, n_found, found, tiles] = read;
         let n_tiles = offsets[offsets.len() - 1];
         if u64::from(n_tiles) > buffers.capacity.n_tiles {
             return Err(too_large());
@@ -68,16 +66,13 @@ impl Gpu {
     /// # Errors
     /// Those of [`Gpu::columns`].
     pub async fn scanned(&self, numbers: &[u32]) -> Result<Vec<u32>> {
-        let Opened { device, queue, .. } = &self.opened;
+        let opened = &self.opened;
         let n = numbers.len() as u64;
-        let array = Array::storage(device, "numbers", n);
-        array.write(queue, numbers);
-        let mut passes = begin(self.context(), None);
-        passes.scan(array.first(n), &Sums::new(device, n), 0);
-        let mut staging = Staging::default();
-        let encoder = passes.encoder;
-        let pending = staging.submit(&self.opened, encoder, [array.first(n)]);
-        let [scanned] = staging.words(&self.opened, pending).await?;
+        let array = Array::storage(opened, "numbers", n);
+        array.write(&opened.queue, numbers);
+        let mut passes = begin(self.context(u64::MAX), None);
+        passes.scan(array.first(n), &Sums::new(opened, n), 0);
+        let [scanned] = Staging::default().read(opened, passes.encoder, [array.first(n)]).await?;
         Ok(scanned)
     }
 }
@@ -90,9 +85,7 @@ impl Gpu {
     pub async fn expanded(&self, mesh: &Mesh, cells: &CellBox, form: Cells) -> Result<Vec<u8>> {
         let buffer = &self.flags_buffer(mesh, cells, form).await?;
         let all = Part { buffer, words: 1, bytes: [0, buffer.size()] };
-        let mut staging = Staging::default();
-        let pending = staging.submit(&self.opened, begin(self.context(), None).encoder, [all]);
-        let [words] = staging.words(&self.opened, pending).await?;
+        let [words] = Staging::default().read(&self.opened, self.opened.encoder(), [all]).await?;
         Ok(bytemuck::cast_slice(&words).to_vec())
     }
 }

@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use crate::cast::Cast;
-use crate::cast::sizes::{BIN, FACET_WORDS, MAX_LAYERS, SEGMENT, layers};
+use crate::cast::sizes::{BIN, CHOSEN_BYTES, FACET_WORDS, MAX_LAYERS, SEGMENT, layers};
 use crate::frame::SnappedFacet;
 use crate::job::Rule;
 use crate::parallel::*;
@@ -88,6 +88,8 @@ struct Chosen {
     /// First and last ray under its box along both axes across, counted from the first of the band.
     rays: [[u32; 2]; 2],
 }
+
+const _: () = assert!(size_of::<Chosen>() == CHOSEN_BYTES as usize);
 
 /// The facets that rays of a band may hit, and the layers that part them along the rays.
 #[derive(Debug, Default)]

@@ -133,8 +133,7 @@ impl Passes<'_> {
     /// When profiling, runs what is recorded so far and adds the time to a kernel's.
     fn measure(&mut self, kernel: Kernel) {
         let Some(profile) = &mut self.profile else { return };
-        let next = self.opened.device.create_command_encoder(&Default::default());
-        let recorded = std::mem::replace(&mut self.encoder, next);
+        let recorded = std::mem::replace(&mut self.encoder, self.opened.encoder());
         let start = Instant::now();
         self.opened.queue.submit([recorded.finish()]);
         // a failed wait shows in the mesh that follows; the profile then means nothing anyway

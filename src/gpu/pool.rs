@@ -28,10 +28,11 @@ impl Pooled {
 pub(crate) struct BufferPool(Mutex<Vec<Pooled>>);
 
 impl BufferPool {
-    /// Takes buffers that hold what is wanted, if there are any.
-    pub(crate) fn take(&self, wanted: Capacity) -> Option<Pooled> {
+    /// Takes buffers of at most so many bytes that hold what is wanted, if there are any.
+    pub(crate) fn take(&self, wanted: Capacity, most_bytes: u64) -> Option<Pooled> {
         let mut pool = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let index = pool.iter().position(|pooled| pooled.buffers.capacity.holds(wanted))?;
+        let fits = |has: Capacity| has.holds(wanted) && has.n_bytes_at_most() <= most_bytes;
+        let index = pool.iter().position(|pooled| fits(pooled.buffers.capacity))?;
         Some(pool.swap_remove(index))
     }
 

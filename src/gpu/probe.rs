@@ -18,18 +18,15 @@ const N_ANSWERS: usize = 2 + 64 + 2 + 256 + 64 + 60;
 /// # Errors
 /// `device-wrong`: names the adapter, its driver and the check that failed; `device-failed`, `device-lost`.
 pub(crate) async fn probe(opened: &Opened, kernels: &Kernels, adapter: &str) -> Result<()> {
-    let answers: Array<u32> = Array::storage(&opened.device, "answers", N_ANSWERS as u64);
-    let others: [Array<u32>; 7] = std::array::from_fn(|_| Array::storage(&opened.device, "one of eight", 1));
-    let encoder = opened.device.create_command_encoder(&Default::default());
-    let mut passes = Passes { opened, kernels, is_software: true, encoder, profile: None };
+    let answers: Array<u32> = Array::storage(opened, "answers", N_ANSWERS as u64);
+    let others: [Array<u32>; 7] = std::array::from_fn(|_| Array::storage(opened, "one of eight", 1));
+    let mut passes = Passes { opened, kernels, is_software: true, encoder: opened.encoder(), profile: None };
     let mut bindings = vec![answers.all()];
     bindings.extend(others.iter().map(Array::all));
     passes.dispatch(Kernel::Probe, &bindings, [1, 1]);
-    let mut staging = Staging::default();
-    let encoder = passes.encoder;
     let [a, b, c, d, e, f, g] = others.each_ref().map(|buffer| buffer.first(1));
-    let pending = staging.submit(opened, encoder, [answers.all(), a, b, c, d, e, f, g]);
-    let [answers, others @ ..] = staging.words(opened, pending).await?;
+    let parts = [answers.all(), a, b, c, d, e, f, g];
+    let [answers, others @ ..] = Staging::default().read(opened, passes.encoder, parts).await?;
     match failed(&answers, &others.concat()) {
         None => Ok(()),
         Some((check, found, expected)) => {

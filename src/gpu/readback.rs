@@ -44,6 +44,17 @@ impl Staging {
         Pending { staging, submission, mapped, sizes: parts.map(|part| part.bytes[1]) }
     }
 
+    /// Submits the commands, waits for them, and copies parts of buffers behind them, as words.
+    pub(crate) async fn read<const N: usize>(
+        &mut self,
+        opened: &Opened,
+        encoder: CommandEncoder,
+        parts: [Part<'_>; N],
+    ) -> Result<[Vec<u32>; N]> {
+        let pending = self.submit(opened, encoder, parts);
+        self.words(opened, pending).await
+    }
+
     /// Waits for a submission and copies its parts, as words.
     pub(crate) async fn words<const N: usize>(
         &mut self,
@@ -90,7 +101,7 @@ impl Staging {
             _ => opened.device.create_buffer(&BufferDescriptor {
                 label: Some("staging"),
                 // bands are not all as crowded
-                size: (size + size / 4).next_multiple_of(1 << 12),
+                size: (size + size / 4).max(1).next_multiple_of(1 << 12),
                 usage: BufferUsages::MAP_READ | BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             }),

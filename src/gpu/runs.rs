@@ -236,20 +236,13 @@ impl<'a> Returned<'a> {
                 let chunk = self.chunk(index, &mut segments)?;
                 for (ray, end) in ends.iter_mut().enumerate() {
                     let start = at;
-                    match &chunk {
-                        Chunk::Segments => at = copy_segments(self.raw.places, &mut segments, ray, out, at),
-                        Chunk::Deep(row) => {
-                            let first = row[ray] as usize;
-                            let runs = &self.raw.deep.events[first..first + row[8 + ray] as usize];
-                            out[at..at + runs.len()].copy_from_slice(runs);
-                            at += runs.len();
-                        }
-                        Chunk::Again(band) => {
-                            let runs = band.ray(ray);
-                            out[at..at + runs.len()].copy_from_slice(runs);
-                            at += runs.len();
-                        }
-                    }
+                    let runs = match &chunk {
+                        Chunk::Segments => &[],
+                        Chunk::Deep(row) => &self.raw.deep.events[row[ray] as usize..][..row[8 + ray] as usize],
+                        Chunk::Again(band) => band.ray(ray),
+                    };
+                    out[at..at + runs.len()].copy_from_slice(runs);
+                    at = copy_segments(self.raw.places, &mut segments, ray, out, at + runs.len());
                     *end = (before + at) as u32;
                     if matches!(chunk, Chunk::Again(_)) {
                         continue;

@@ -7,9 +7,12 @@ use super::options::{DEFAULT_MAX_BYTES, MeshOptions, SpillTarget};
 use super::prepare::Prepared;
 use crate::columns::{ColumnsBuilder, Head, Named};
 use crate::error::{Error, Result};
-use crate::estimate::{Allowed, Device, Estimate, MemoryBudget};
+use crate::estimate::{Allowed, Estimate, MemoryBudget};
 use crate::job::{BackendChoice, ByteSize, Job};
 use crate::report::InputReport;
+
+/// Least limit of a device's memory: even a row of bins at a time, with few facets, takes some buffers.
+const LEAST_DEVICE_BYTES: u64 = 1 << 20;
 
 /// Compares the estimate of a job with the memory allowed, of which open geometries and cells along surfaces take `parts_bytes`.
 ///
@@ -33,17 +36,19 @@ pub(super) fn memory_budget(
         return Err(Error::new("memory", message, hint));
     }
     let can_spill = !matches!(options.spill, SpillTarget::None);
+    let max_device_bytes = options.max_device_bytes.unwrap_or(u64::MAX);
+    if max_device_bytes < LEAST_DEVICE_BYTES {
+        let (least, max) = (ByteSize(LEAST_DEVICE_BYTES), ByteSize(max_device_bytes));
+        let message = format!("a GPU needs {least} of its memory at least; {max} are allowed");
+        return Err(Error::new("memory", message, "allow more (--max-device-memory), or use the CPU (--backend cpu)"));
+    }
     if max_bytes == u64::MAX && !can_spill {
-        return Ok(MemoryBudget::unlimited(&prepared.rays));
+        return Ok(MemoryBudget::unlimited(&prepared.rays, max_device_bytes));
     }
     let estimate = Estimate::new(&prepared.geometries, &prepared.lines, &prepared.rays);
-    let device = engine.device();
-    if device == Device::Shared {
-        // buffers of a larger mesh before this one would be reused as they are
-        engine.clear_pool_over(max_bytes / 16);
-    }
     let (program_bytes, flags) = (options.program_bytes + parts_bytes, options.flags_in_memory);
-    MemoryBudget::new(&estimate, &Allowed { max_bytes, program_bytes, device, can_spill, flags })
+    let device = engine.device();
+    MemoryBudget::new(&estimate, &Allowed { max_bytes, program_bytes, device, max_device_bytes, can_spill, flags })
 }
 
 /// A builder without rays yet, or with those that an interrupted run of the same job left.

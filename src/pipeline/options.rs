@@ -34,4 +34,7 @@ pub struct MeshOptions {
     /// Bytes that the program and its GPU driver take besides, which count against the job's `max_memory`; 0 where only the
     /// mesh shall count.
     pub program_bytes: u64,
+    /// Most bytes of buffers on a GPU, at least 2^20; None for all that it has. Where the GPU uses the host's memory they count
+    /// against the job's `max_memory`, too.
+    pub max_device_bytes: Option<u64>,
 }

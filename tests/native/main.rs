@@ -25,6 +25,7 @@ mod golden_cpu;
 #[cfg(feature = "gpu")]
 mod gpu {
     mod broken_drivers;
+    mod device_memory;
     mod flags_buffer;
     mod kernels;
     mod lost_device;

@@ -102,6 +102,10 @@ pub(crate) struct JobArguments {
     /// may spill to disk [default: 3/4 of what is available]
     #[arg(long, value_name = "SIZE", help_heading = "Memory")]
     max_memory: Option<ByteSize>,
+    /// Most memory of a GPU to take, at least 1MiB; bands become as small as that needs. Where the GPU uses the host's
+    /// memory it counts against --max-memory, too [default: what the GPU has]
+    #[arg(long, value_name = "SIZE", help_heading = "Memory")]
+    pub(crate) max_device_memory: Option<ByteSize>,
 
     /// Unit of the files' lengths, repeated in every output, such as mm
     #[arg(long, value_name = "UNIT")]

@@ -46,7 +46,8 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
         return super::terminal::print_exact(&format!("{json:#}\n"));
     }
     let max_bytes = job.max_memory.map_or(u64::MAX, |size| size.0);
-    let allowed = |can_spill| Allowed { max_bytes, program_bytes, device, can_spill, flags: false };
+    let max_device_bytes = arguments.job.max_device_memory.map_or(u64::MAX, |size| size.0);
+    let allowed = |can_spill| Allowed { max_bytes, program_bytes, device, max_device_bytes, can_spill, flags: false };
     let verdict = match (MemoryBudget::new(&estimate, &allowed(false)), MemoryBudget::new(&estimate, &allowed(true))) {
         (Ok(budget), _) => format!("enough; {} would do", BinaryBytes(budget.needed)),
         (_, Ok(budget)) => {

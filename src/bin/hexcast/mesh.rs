@@ -112,8 +112,13 @@ fn mesh_and_write(
     control.cancel = token.clone();
     let facet_bytes = sources.iter().map(|source| 36 * source.contents.n_facets).sum();
     let program_bytes = memory::program_bytes_now(engine.adapter().is_some(), facet_bytes);
-    let doubt_mask = arguments.doubt.is_some();
-    let options = MeshOptions { spill, flags_in_memory: arguments.flags_in_memory, doubt_mask, program_bytes };
+    let options = MeshOptions {
+        spill,
+        flags_in_memory: arguments.flags_in_memory,
+        doubt_mask: arguments.doubt.is_some(),
+        program_bytes,
+        max_device_bytes: arguments.job.max_device_memory.map(|size| size.0),
+    };
     let meshed = pollster::block_on(pipeline::mesh(job, sources, &options, &mut engine, &control));
     bar.finish_and_clear();
     let (mesh, facts) = meshed?;

@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use super::{Worker, begin};
-use crate::cast::sizes::Capacity;
+use crate::cast::sizes::{Capacity, deep_bytes};
 use crate::error::Result;
 use crate::gpu::buffers::DeepBuffers;
 use crate::gpu::layout::{BandFacets, Params};
@@ -12,28 +12,26 @@ use crate::gpu::runs::{DeepRows, LEFT};
 
 /// The crossings of rows of rays on the device.
 struct Written {
-    buffers: DeepBuffers,
+    /// The first crossing of each row, then the end.
+    offsets: Vec<u32>,
     n_events: u64,
+    /// None where there are no crossings, or too many for the device.
+    buffers: Option<DeepBuffers>,
 }
 
 impl Worker<'_> {
     /// Casts and maps `n_rows` deep rows: against facets that are on the device, or all in batches. What is too much for the device is
     /// marked as left.
     pub(super) async fn deep_rows(&mut self, params: Params, facets: &BandFacets, n_rows: u64) -> Result<DeepRows> {
-        let (offsets, written) = self.write_crossings(params, facets, n_rows).await?;
+        let Written { offsets, n_events, buffers } = self.write_crossings(params, facets, n_rows).await?;
         let mut deep = DeepRows { offsets, rows: vec![0; 16 * n_rows as usize], events: vec![] };
-        match written {
-            Some(Written { n_events: 0, .. }) => {}
-            Some(Written { buffers, n_events }) => {
-                let Some(of_band) = &self.buffers else { unreachable!("there is room") };
-                let mut passes = begin(self.context, self.profile.as_mut());
-                passes.map_deep(of_band, &buffers, n_rows);
-                let encoder = passes.encoder;
-                let parts = [buffers.deep_rows.first(16 * n_rows), buffers.events.first(n_events)];
-                let pending = self.staging.submit(self.context.opened, encoder, parts);
-                [deep.rows, deep.events] = self.staging.words(self.context.opened, pending).await?;
-            }
-            None => deep.rows.iter_mut().step_by(16).for_each(|first| *first = LEFT),
+        if let (Some(of_band), Some(buffers)) = (&self.buffers, &buffers) {
+            let mut passes = begin(self.context, self.profile.as_mut());
+            passes.map_deep(of_band, buffers, n_rows);
+            let parts = [buffers.deep_rows.first(16 * n_rows), buffers.events.first(n_events)];
+            [deep.rows, deep.events] = self.staging.read(self.context.opened, passes.encoder, parts).await?;
+        } else if n_events > 0 {
+            deep.rows.iter_mut().step_by(16).for_each(|first| *first = LEFT);
         }
         Ok(deep)
     }
@@ -46,25 +44,19 @@ impl Worker<'_> {
         facets: &BandFacets,
         n_rows: u64,
     ) -> Result<(Vec<u32>, Option<Vec<u32>>)> {
-        let (offsets, written) = self.write_crossings(params, facets, n_rows).await?;
-        let Some(Written { buffers, n_events }) = written else { return Ok((offsets, None)) };
-        if n_events == 0 {
-            return Ok((offsets, Some(vec![])));
-        }
-        let encoder = self.context.opened.device.create_command_encoder(&Default::default());
+        let Written { offsets, n_events, buffers } = self.write_crossings(params, facets, n_rows).await?;
+        let Some(buffers) = buffers else { return Ok((offsets, (n_events == 0).then(Vec::new))) };
         let parts = [buffers.events.first((1 + u64::from(params.with_facets)) * n_events)];
-        let pending = self.staging.submit(self.context.opened, encoder, parts);
-        let [events] = self.staging.words(self.context.opened, pending).await?;
+        let [events] = self.staging.read(self.context.opened, self.context.opened.encoder(), parts).await?;
         Ok((offsets, Some(events)))
     }
 
-    async fn write_crossings(
-        &mut self,
-        mut params: Params,
-        facets: &BandFacets,
-        n_rows: u64,
-    ) -> Result<(Vec<u32>, Option<Written>)> {
+    async fn write_crossings(&mut self, mut params: Params, facets: &BandFacets, n_rows: u64) -> Result<Written> {
         let opened = self.context.opened;
+        if facets.len() == 0 || deep_bytes(n_rows, 0) > self.deep_bytes {
+            let n_events = if facets.len() == 0 { 0 } else { u64::MAX };
+            return Ok(Written { offsets: vec![0; n_rows as usize + 1], n_events, buffers: None });
+        }
         let batches = if params.all_deep == 0 {
             vec![]
         } else {
@@ -73,37 +65,48 @@ impl Worker<'_> {
         };
         let largest = batches.iter().map(|batch| batch.len() as u64).max().unwrap_or(0);
         self.make_room(Capacity { n_facets: largest, ..Capacity::default() });
-        let mut buffers = DeepBuffers::new(&opened.device, n_rows);
+        self.free_for(deep_bytes(n_rows, 0));
+        let mut buffers = DeepBuffers::new(opened, n_rows);
         // an emptied buffer begins as zeros
-        self.cast_deep(&mut params, facets, &batches, &buffers);
+        self.cast_deep(&mut params, facets, &batches, &buffers).await?;
         let mut passes = begin(self.context, self.profile.as_mut());
         passes.scan_deep(&buffers, n_rows);
-        let encoder = passes.encoder;
-        let pending = self.staging.submit(opened, encoder, [buffers.event_offsets.first(n_rows + 1)]);
-        let [offsets] = self.staging.words(opened, pending).await?;
-        let n_events = u64::from(offsets[n_rows as usize]);
-        if 2 * n_events > self.limit.n_counters || !offsets.is_sorted() {
-            return Ok((offsets, None));
+        let parts = [buffers.event_offsets.first(n_rows + 1)];
+        let [offsets] = self.staging.read(opened, passes.encoder, parts).await?;
+        let n_events = if offsets.is_sorted() { offsets[n_rows as usize].into() } else { u64::MAX };
+        // two words a crossing
+        let most = self.limit.n_counters / 2;
+        if n_events == 0 || n_events > most || deep_bytes(n_rows, n_events) > self.deep_bytes {
+            return Ok(Written { offsets, n_events, buffers: None });
         }
-        if n_events > 0 {
-            buffers = buffers.with_events(&opened.device, n_events);
-            params.event_capacity = n_events as u32;
-            self.cast_deep(&mut params, facets, &batches, &buffers);
-        }
-        let held = self.buffers.as_ref().map_or(0, |buffers| buffers.capacity.n_bytes());
-        self.peak_bytes = self.peak_bytes.max(held + buffers.n_bytes());
-        Ok((offsets, Some(Written { buffers, n_events })))
+        self.free_for(deep_bytes(n_rows, n_events));
+        buffers = buffers.with_events(opened, n_events);
+        params.event_capacity = n_events as u32;
+        self.cast_deep(&mut params, facets, &batches, &buffers).await?;
+        Ok(Written { offsets, n_events, buffers: Some(buffers) })
     }
 
     /// Submits `intersect_deep` for each batch of facets, or for those that are on the device.
-    fn cast_deep(&mut self, params: &mut Params, facets: &BandFacets, batches: &[Range<usize>], deep: &DeepBuffers) {
+    async fn cast_deep(
+        &mut self,
+        params: &mut Params,
+        facets: &BandFacets,
+        batches: &[Range<usize>],
+        deep: &DeepBuffers,
+    ) -> Result<()> {
         if batches.is_empty() {
             self.submit_cast(params, deep);
         }
-        for batch in batches {
+        for (index, batch) in batches.iter().enumerate() {
+            if index > 0 {
+                // or else the facets of all batches would be on their way at once
+                let opened = self.context.opened;
+                self.staging.read(opened, opened.encoder(), []).await?;
+            }
             self.send(params, facets, batch.clone());
             self.submit_cast(params, deep);
         }
+        Ok(())
     }
 
     fn submit_cast(&mut self, params: &Params, deep: &DeepBuffers) {

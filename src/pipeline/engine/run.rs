@@ -10,9 +10,7 @@ use crate::crossings::Crossings;
 #[cfg(feature = "gpu")]
 use crate::error::Error;
 use crate::error::Result;
-use crate::estimate::MemoryBudget;
-#[cfg(feature = "gpu")]
-use crate::estimate::UPLOAD_FACET_BYTES;
+use crate::estimate::{BandLimit, MemoryBudget};
 #[cfg(feature = "gpu")]
 use crate::gpu::{Gpu, Options, Usage, instance};
 use crate::job::Rule;
@@ -55,12 +53,13 @@ impl Engine {
     /// `cancelled`; `device-lost` when the device was lost too often, or for good, and there is no CPU fallback.
     pub async fn columns(&mut self, cast: &Cast<'_>, control: &Control) -> Result<(Columns, Used)> {
         let mut builder = ColumnsBuilder::new(*cast.rays, u64::MAX, None);
-        let used = self.build(cast, &MemoryBudget::unlimited(cast.rays), &mut builder, &mut None, control).await?;
+        let used =
+            self.build(cast, &MemoryBudget::unlimited(cast.rays, u64::MAX), &mut builder, &mut None, control).await?;
         Ok((builder.finish()?, used))
     }
 
     /// Casts all rays at a frame and hands out their crossings, some rows of rays after the other; with their facets, if asked. A GPU
-    /// casts at most so many rays at once.
+    /// keeps to the limits.
     ///
     /// # Errors
     /// Those of [`Engine::columns`].
@@ -68,7 +67,7 @@ impl Engine {
         &mut self,
         cast: &Cast<'_>,
         with_facets: bool,
-        most_rays: u64,
+        limits: BandLimit,
         control: &Control,
         take: &mut impl FnMut(Vec<Crossings>),
     ) -> Result<Used> {
@@ -77,7 +76,6 @@ impl Engine {
         let (mut n_rows, mut used) = (0u32, Used::default());
         #[cfg(feature = "gpu")]
         {
-            let most_rows = u32::try_from(most_rays / u64::from(n_i)).unwrap_or(u32::MAX).max(1);
             let run = async |gpu: &Gpu, options: &Options, usage: &mut Usage| {
                 let rows = n_rows..cast.rays.counts[1];
                 let take = &mut |more: Vec<Crossings>| {
@@ -86,7 +84,7 @@ impl Engine {
                 };
                 gpu.crossings(cast, (options, with_facets), control, rows, usage, take).await
             };
-            if self.on_gpu(most_rows, &mut used, run).await? {
+            if self.on_gpu(cast, limits, &mut used, run).await? {
                 return Ok(used);
             }
         }
@@ -98,7 +96,7 @@ impl Engine {
         Ok(Used { host_bytes: used.host_bytes.max(strips.n_bytes()), ..used })
     }
 
-    /// Casts the rays that decide something apart from the rays of the mesh, `main`. A GPU casts at most so many at once.
+    /// Casts the rays that decide something apart from the rays of the mesh, `main`. A GPU keeps to the limits.
     ///
     /// # Errors
     /// Those of [`Engine::columns`].
@@ -106,7 +104,7 @@ impl Engine {
         &mut self,
         casts: &[AxisCasts],
         main: &Rays,
-        most_rays: u64,
+        limits: BandLimit,
         control: &Control,
     ) -> Result<(Vec<AxisCrossings>, Used)> {
         let (mut found, mut used) = (Vec::new(), Used::default());
@@ -117,7 +115,7 @@ impl Engine {
                 let cast = Cast { frame, rays: &rays, rule: Rule::Parity };
                 let mut collected = Collected::default();
                 let take = &mut |more| collected.add(more, &rays, main, is_counted);
-                used = used.and(self.crossings(&cast, false, most_rays, control, take).await?);
+                used = used.and(self.crossings(&cast, false, limits, control, take).await?);
                 found.push(collected.in_order());
             }
         }
@@ -147,8 +145,8 @@ impl Engine {
                 gpu.hand_out_bands(cast, options, control, first_row..cast.rays.counts[1], usage, take).await
             };
             // what the GPU has finished before it fails stays: it was checked
-            if self.on_gpu(budget.most_rows, &mut used, run).await? {
-                return Ok(Used { host_bytes: UPLOAD_FACET_BYTES * cast.frame.facets.len() as u64, ..used });
+            if self.on_gpu(cast, budget.bands, &mut used, run).await? {
+                return Ok(used);
             }
         }
         let strips = cpu::Strips::new(cast, None).in_rounds_of(budget.most_strips);
@@ -160,20 +158,23 @@ impl Engine {
         Ok(Used { host_bytes: used.host_bytes.max(strips.n_bytes()), ..used })
     }
 
-    /// Runs something on the GPU, in bands of at most so many ray rows, and again on a new device where it is lost; `run` goes on where
+    /// Runs something on the GPU, in bands that keep to the limits, and again on a new device where it is lost; `run` goes on where
     /// it stopped. Returns false where there is no GPU, or where it fails and the CPU shall go on.
     #[cfg(feature = "gpu")]
     async fn on_gpu(
         &mut self,
-        most_rows: u32,
+        cast: &Cast<'_>,
+        limits: BandLimit,
         used: &mut Used,
         mut run: impl AsyncFnMut(&Gpu, &Options, &mut Usage) -> Result<()>,
     ) -> Result<bool> {
-        let mut options = Options { most_rows: Some(most_rows), ..Options::default() };
+        let most_rows = u32::try_from(limits.n_rays / u64::from(cast.rays.counts[0])).unwrap_or(u32::MAX).max(1);
+        let (most_rows, max_bytes) = (Some(most_rows), Some(limits.device_bytes));
+        let mut options = Options { most_rows, max_bytes, ..Options::default() };
         let (mut usage, mut reopenings) = (Usage { rows_of_band: 64, ..Usage::default() }, 0);
         while let Some(gpu) = &self.gpu {
             let result = run(gpu, &options, &mut usage).await;
-            *used = Used { device_bytes: usage.peak_bytes, checked: Some(usage.checked), ..*used };
+            *used = Used { device_bytes: usage.peak_bytes, host_bytes: usage.host_bytes, checked: Some(usage.checked) };
             let Err(mut error) = result else { return Ok(true) };
             if error.code() == "device-lost" && reopenings < MAX_REOPENINGS {
                 reopenings += 1;

@@ -8,6 +8,7 @@ use hexcast::cast::Cast;
 use hexcast::control::Control;
 use hexcast::cpu;
 use hexcast::crossings::Crossings;
+use hexcast::estimate::BandLimit;
 use hexcast::frame::Frame;
 use hexcast::geometry::Geometry;
 use hexcast::gpu::{Gpu, kernel_texts};
@@ -262,7 +263,8 @@ fn wrong_crossings_are_cast_again_by_the_cpu() {
         };
         let take = &mut |more: Vec<Crossings>| all.extend(more.iter().flat_map(rays));
         let control = Control::default();
-        let used = pollster::block_on(engine.crossings(&cast, true, 1 << 12, &control, take)).expect("crossings");
+        let limits = BandLimit { n_rays: 1 << 12, device_bytes: u64::MAX };
+        let used = pollster::block_on(engine.crossings(&cast, true, limits, &control, take)).expect("crossings");
         (all, used.checked)
     };
     let (expected, none) = found(&mut Engine::cpu());
