@@ -46,6 +46,11 @@ async function pixels(page, colour) {
   }, colour);
 }
 
+/** Waits until the view has come to a place. */
+function isAt(page, place) {
+  return page.waitForSelector(`#canvas-3d[data-place="${place.join(' ')}"]`, { state: 'attached' });
+}
+
 /** Numbers of marks in the slice that is shown, once it is the one of an index. */
 async function marksAt(page, axis, index) {
   const isThere = ([axis, index]) => {
@@ -109,7 +114,7 @@ test('each finding is a line and a mark, and next flies to it in 3-D and in the 
   const places = [middle, certificate.thin_walls[0].place, certificate.overlaps[0].place];
   for (const [at, place] of places.entries()) {
     await page.press('#finding-next', 'Enter');
-    assert.equal(await page.getAttribute('#canvas-3d', 'data-place'), place.join(' '));
+    await isAt(page, place);
     assert.equal(await page.textContent('#finding-at'), `${at + 1} of 3: ${lines[at]}`, 'it is announced');
     assert.equal(await page.getAttribute(`#finding-list li:nth-child(${at + 1})`, 'aria-current'), 'true');
     const { at: seen, n } = await pixels(page, CURRENT);
@@ -130,4 +135,24 @@ test('each finding is a line and a mark, and next flies to it in 3-D and in the 
   assert.equal(await page.inputValue('#fill'), 'separating');
   await run(page);
   assert.doesNotMatch(await page.textContent('#finding-list'), /has no cell/);
+});
+
+test('the camera flies to a finding in some frames, and is there at once for people who want no motion', async ({ visit }) => {
+  const page = await visitWith(visit, '#cell_size=0.5&backend=cpu&certify=true', FILES);
+  await run(page);
+  const framesTo = (/** @type {string} */ button) =>
+    page.evaluate(async (button) => {
+      const { dataset } = document.querySelector('#canvas-3d');
+      document.querySelector(button).click();
+      let n = 0;
+      do {
+        await new Promise(requestAnimationFrame);
+        n += 1;
+      } while (!dataset.place);
+      return n;
+    }, button);
+  await framesTo('#finding-next');
+  assert.ok((await framesTo('#finding-next')) > 1);
+  await page.emulateMedia({ reducedMotion: 'reduce' });
+  assert.equal(await framesTo('#finding-previous'), 1);
 });

@@ -130,7 +130,7 @@ test('a leak is found between two points, one picked with the keyboard and one t
     /^The leak is narrowest at ([45]\.5, 6\.5, 9\.5): a cube of 1 cell passes, none of 2\. \d+ facets of case and hole lie around it\.$/.exec(
       text,
     );
-  assert.equal(await page.getAttribute('#canvas-3d', 'data-place'), place.replaceAll(',', ''));
+  await page.waitForSelector(`#canvas-3d[data-place="${place.replaceAll(',', '')}"]`, { state: 'attached' });
   // the slice went there, too, and shows the path in its plane and the mark
   await page.waitForSelector('#canvas-slice[data-index="11"]');
   assert.ok(Number(await page.getAttribute('#canvas-slice', 'data-marks')) >= 1);

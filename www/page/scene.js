@@ -18,6 +18,9 @@ import { stairMaterial } from './stair_material.js';
  * @typedef {Placing & { corners: Float32Array, colour: string }} Model
  */
 
+/** How long the camera flies to a place. */
+const FLIGHT_SECONDS = 0.6;
+
 export class Scene {
   #canvas;
   #frame;
@@ -35,6 +38,8 @@ export class Scene {
   /** @type {number[] | null} */
   #boxCorners = null;
   #plane = new THREE.Plane();
+  /** Counts the moves of the camera: one in flight ends where another begins. */
+  #moves = 0;
   /** Sphere around what is shown, in world lengths. */
   #centre = new THREE.Vector3();
   #radius = 1;
@@ -54,6 +59,7 @@ export class Scene {
     this.#scene.add(this.#world, this.#camera, new THREE.HemisphereLight(0xffffff, 0xaab2bb, 2));
     this.invalidate = oncePerFrame(() => this.draw());
     this.#controls.addEventListener('change', this.invalidate);
+    this.#controls.addEventListener('start', () => this.#moves++);
     new ResizeObserver(() => this.#resize()).observe(this.#frame);
     this.#resize();
   }
@@ -212,6 +218,7 @@ export class Scene {
 
   /** Moves the camera so that a box of six numbers fills the view, seen from a corner or along `direction`. @param {number[]} corners */
   fit(corners, direction = [1.1, -1.6, 0.9]) {
+    this.#moves++;
     const [low, high] = [corners.slice(0, 3), corners.slice(3)].map((at) => new THREE.Vector3().fromArray(at));
     this.#centre.addVectors(low, high).multiplyScalar(0.5);
     this.#radius = Math.max(low.distanceTo(high) / 2, Number.MIN_VALUE);
@@ -227,15 +234,42 @@ export class Scene {
     this.invalidate();
   }
 
-  /** Moves the camera near a place, outside of what is shown. @param {number[]} place */
+  /** Flies near a place, outside of what is shown. @param {number[]} place @returns {Promise<boolean>} whether it came there */
   lookAt(place) {
     const target = new THREE.Vector3().fromArray(place).sub(this.#centre);
     // outwards, and a little from where models are seen at first: a place in the middle has no outside
     const outwards = new THREE.Vector3(0.22, -0.32, 0.18).add(target.clone().normalize());
-    this.#controls.target.copy(target);
-    this.#camera.position.copy(target).add(outwards.setLength(2 * this.#radius));
-    this.#controls.update();
-    this.invalidate();
+    return this.#fly(target, outwards.setLength(2 * this.#radius));
+  }
+
+  /**
+   * Moves the camera along an arc around what it looks at; at once for people who want no motion.
+   *
+   * @param {THREE.Vector3} target
+   * @param {THREE.Vector3} offset of the camera from it
+   * @returns {Promise<boolean>} false where another move took over
+   */
+  #fly(target, offset) {
+    const move = ++this.#moves;
+    const from = this.#controls.target.clone();
+    const fromOffset = this.#camera.position.clone().sub(from);
+    const seconds = matchMedia('(prefers-reduced-motion: reduce)').matches ? 0 : FLIGHT_SECONDS;
+    const start = performance.now();
+    return new Promise((resolve) => {
+      const step = () => {
+        if (move !== this.#moves) return resolve(false);
+        const share = seconds > 0 ? Math.min(1, (performance.now() - start) / 1000 / seconds) : 1;
+        const eased = THREE.MathUtils.smoothstep(share, 0, 1);
+        const length = THREE.MathUtils.lerp(fromOffset.length(), offset.length(), eased);
+        this.#controls.target.lerpVectors(from, target, eased);
+        this.#camera.position.lerpVectors(fromOffset, offset, eased).setLength(length).add(this.#controls.target);
+        this.#controls.update();
+        this.invalidate();
+        if (share === 1) return resolve(true);
+        requestAnimationFrame(step);
+      };
+      step();
+    });
   }
 
   /** Marks places, of which one is shown, and draws a path. @param {(number[] | null)[]} places @param {number} current @param {number[][]} path */

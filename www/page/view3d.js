@@ -194,7 +194,7 @@ function fit(keepsDirection = false) {
 }
 
 /**
- * Moves the view to a place of the models, which it shows uncut.
+ * Flies to a place of the models, which it shows uncut; the canvas has the place once it is there.
  *
  * @param {number[]} place in world lengths
  */
@@ -203,9 +203,10 @@ export function lookAt(place) {
   cut();
   if (state.geometries.some(({ corners }) => corners)) choose('model');
   mark();
-  withScene((scene) => {
-    scene.lookAt(place);
-    byId('canvas-3d').dataset.place = place.join(' ');
+  withScene(async (scene) => {
+    const { dataset } = byId('canvas-3d');
+    delete dataset.place;
+    if (await scene.lookAt(place)) dataset.place = place.join(' ');
   });
   scrollToView();
 }
