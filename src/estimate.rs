@@ -11,10 +11,13 @@
 //! compress better. Those marked exact are exact.
 //! Cost: one pass over the corners.
 
+mod allowed;
 mod costs;
 mod device;
 mod expected;
 mod plan;
+mod work;
 
+pub use allowed::{Allowed, Device};
 pub use costs::{Estimate, FileBytes, HostBytes};
-pub use plan::{Allowed, BandLimit, Device, MemoryBudget, block_cache_bytes, slab_bytes};
+pub use plan::{BandLimit, MemoryBudget, block_cache_bytes, slab_bytes};
