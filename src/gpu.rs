@@ -20,10 +20,8 @@
 
 use std::collections::VecDeque;
 
-use web_time::Instant;
-
 use crate::cast::Cast;
-use crate::cast::sizes::{BANDS_IN_FLIGHT, BIN, FIRST_BAND, MOST_BAND, upload_bytes, whole_bins};
+use crate::cast::sizes::{BANDS_IN_FLIGHT, BIN, upload_bytes};
 use crate::columns::{Band, Columns};
 use crate::control::Control;
 use crate::error::{Error, Result};
@@ -38,6 +36,7 @@ mod held;
 mod inspect;
 mod kernels;
 mod layout;
+mod pace;
 mod passes;
 mod pool;
 mod probe;
@@ -56,6 +55,7 @@ pub use inspect::Tiles;
 use kernels::Kernels;
 pub use kernels::{Edit, Kernel, KernelText, Slot, expand_text, kernel_texts};
 pub use layout::Params;
+use pace::Pace;
 pub use passes::{DEEP_ITEMS_OF_THREAD, ITEMS_OF_THREAD, Profile, TILES_OF_THREAD};
 use pool::BufferPool;
 pub use probe::MOST_LOOPS;
@@ -215,28 +215,33 @@ impl Gpu {
         take: &mut impl FnMut(Band) -> Result<()>,
     ) -> Result<()> {
         let n_i = cast.rays.counts[0];
-        let mut pace = Pace::new(options, n_i, self.band_seconds());
+        let mut pace = Pace::new(options.rows_per_band, options.most_rows, n_i, self.band_seconds());
         let mut next = ray_rows.start;
-        let mut idle = vec![Worker::new(self.begin(options), *cast, options.forced)];
+        let mut context = self.begin(options);
+        let mut idle = vec![Worker::new(context, *cast, options.forced)];
         idle[0].profile = options.profile.then(Profile::new);
-        let in_flight_most = if options.profile { 1 } else { BANDS_IN_FLIGHT };
+        let mut in_flight_most = if options.profile { 1 } else { BANDS_IN_FLIGHT };
         let mut in_flight: VecDeque<(Worker, Launched)> = VecDeque::new();
         loop {
             control.check()?;
             while next < ray_rows.end && in_flight.len() < in_flight_most {
                 let range = next..next.saturating_add(pace.rows).min(ray_rows.end);
-                let Some(mut worker) = idle.pop().or_else(|| in_flight.front().map(|(first, _)| first.sibling()))
-                else {
-                    break;
-                };
+                let sibling = || in_flight.front().map(|(first, _)| first.sibling());
+                let worker = idle.pop().or_else(sibling);
+                let mut worker = worker.unwrap_or_else(|| Worker::new(context, *cast, options.forced));
                 match worker.launch(range.clone())? {
                     Some(launched) => {
                         in_flight.push_back((worker, launched));
                         next = range.end;
                     }
-                    None => {
+                    None if range.end - range.start > BIN => {
                         pace.limit((range.end - range.start).div_ceil(2));
                         idle.push(worker);
+                    }
+                    None => {
+                        // from now on each band has the memory of all, once those before are done
+                        (context.n_bands, in_flight_most) = (1, 1);
+                        idle.drain(..).chain([worker]).for_each(Worker::end);
                     }
                 }
             }
@@ -271,7 +276,7 @@ impl Gpu {
             usage.n_bands += 1;
             usage.rows_of_band = range.end - range.start;
             usage.profile = worker.profile.clone();
-            idle.push(worker);
+            if worker.context.n_bands == context.n_bands { idle.push(worker) } else { worker.end() }
         }
         idle.into_iter().for_each(Worker::end);
         Ok(())
@@ -285,7 +290,8 @@ impl Gpu {
 
     fn context(&self, max_bytes: u64) -> Context<'_> {
         let is_software = self.facts.kind == AdapterKind::Software;
-        Context { opened: &self.opened, kernels: &self.kernels, pool: &self.pool, is_software, max_bytes }
+        let n_bands = BANDS_IN_FLIGHT as u64;
+        Context { opened: &self.opened, kernels: &self.kernels, pool: &self.pool, is_software, max_bytes, n_bands }
     }
 
     /// Frees what waits for this mesh if it is too much for it, and counts from now on what the device holds.
@@ -300,45 +306,4 @@ impl Gpu {
         let draws_pages = cfg!(target_arch = "wasm32") && self.facts.kind != AdapterKind::Software;
         if draws_pages { FRAME_SECONDS } else { BAND_SECONDS }
     }
-}
-
-/// How many ray rows a band gets, by the time that those before took.
-struct Pace {
-    rows: u32,
-    most_rows: u32,
-    is_fixed: bool,
-    band_seconds: f64,
-    last: Instant,
-}
-
-impl Pace {
-    fn new(options: &Options, n_i: u32, band_seconds: f64) -> Pace {
-        let n_i = u64::from(n_i);
-        let most_rows = u32::try_from(MOST_BAND / n_i).unwrap_or(u32::MAX);
-        let most_rows = most_rows.min(options.most_rows.unwrap_or(u32::MAX)).max(1);
-        let rows = options.rows_per_band.unwrap_or(rows_of(FIRST_BAND / n_i).min(most_rows));
-        Pace { rows, most_rows, is_fixed: options.rows_per_band.is_some(), band_seconds, last: Instant::now() }
-    }
-
-    /// Allows at most so many rows from now on.
-    fn limit(&mut self, rows: u32) {
-        self.most_rows = if rows > BIN { rows_of(rows.into()) } else { rows };
-        self.rows = self.rows.min(self.most_rows);
-    }
-
-    /// Notes that a band of so many rows is done, for which the host took some seconds: smaller bands would not take fewer of these, as
-    /// it goes through all facets for each.
-    fn finished(&mut self, rows: u32, host_seconds: f64) {
-        if !self.is_fixed && rows == self.rows {
-            let seconds = self.last.elapsed().as_secs_f64() - host_seconds;
-            let speed_up = (self.band_seconds / seconds.max(1e-4)).clamp(0.5, 2.0);
-            self.rows = rows_of((f64::from(rows) * speed_up) as u64).min(self.most_rows);
-        }
-        self.last = Instant::now();
-    }
-}
-
-/// Whole bins of so many ray rows or fewer.
-fn rows_of(rows: u64) -> u32 {
-    whole_bins(rows.min(1 << 30)) as u32
 }

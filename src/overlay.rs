@@ -174,7 +174,10 @@ impl Overlay {
     /// Those of [`Overlay::lay`].
     pub fn pass(&mut self, n_rays: u64) -> Result<()> {
         // a row that is not whole is laid again
-        self.open_rows(&parts_of(0..(n_rays / self.n_b) as u32)).map(|_| ())
+        for some in parts_of(0..(n_rays / self.n_b) as u32).chunks(2 * current_num_threads()) {
+            self.open_rows(some)?;
+        }
+        Ok(())
     }
 
     /// The rows of the open geometries, by layer, of the others none; some parts after the other, so that few doubtful runs are held.

@@ -146,11 +146,11 @@ impl Capacity {
     }
 }
 
-/// Bytes of buffers that a band may have where a device may hold so many, and those of the deep rows of a band. There are three bands, of
-/// which only one has buffers for deep rows.
-pub(crate) fn shares(device_bytes: u64) -> [u64; 2] {
+/// Bytes of buffers that each of some bands may have where a device may hold so many, and those of the deep rows of a band: only one at a
+/// time has buffers for them.
+pub(crate) fn shares(device_bytes: u64, n_bands: u64) -> [u64; 2] {
     let deep = device_bytes / (2 * BANDS_IN_FLIGHT as u64 + 1);
-    [2 * deep, deep]
+    [2 * deep * BANDS_IN_FLIGHT as u64 / n_bands, deep]
 }
 
 /// Bytes that a device must be allowed to hold for bands of so many bytes.

@@ -35,11 +35,13 @@ pub(crate) struct Context<'a> {
     pub(crate) is_software: bool,
     /// Most bytes of buffers on the device.
     pub(crate) max_bytes: u64,
+    /// Bands that share them.
+    pub(crate) n_bands: u64,
 }
 
 /// The buffers of a band, and what is known of the bands before.
 pub(crate) struct Worker<'a> {
-    context: Context<'a>,
+    pub(crate) context: Context<'a>,
     pub(crate) cast: Cast<'a>,
     forced: Forced,
     limit: Capacity,
@@ -92,7 +94,7 @@ impl<'a> Worker<'a> {
     pub(crate) fn new(context: Context<'a>, cast: Cast<'a>, forced: Forced) -> Worker<'a> {
         let limits = context.opened.device.limits();
         let binding_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        let [band_bytes, deep_bytes] = shares(context.max_bytes);
+        let [band_bytes, deep_bytes] = shares(context.max_bytes, context.n_bands);
         let limit = Capacity::limit(binding_bytes, band_bytes);
         Worker {
             context,
@@ -123,7 +125,7 @@ impl<'a> Worker<'a> {
         }
     }
 
-    /// Sends the commands of a band to the device; None where fewer rows would fit better.
+    /// Sends the commands of a band to the device; None where fewer rows, or fewer bands, would fit better.
     pub(crate) fn launch(&mut self, rows: Range<u32>) -> Result<Option<Launched>> {
         let start = Instant::now();
         let Some(mut launched) = self.prepare(rows)? else { return Ok(None) };
@@ -140,7 +142,7 @@ impl<'a> Worker<'a> {
         Ok(Some(launched))
     }
 
-    /// Chooses the facets of a band and sends them to the device; None where fewer rows would fit better.
+    /// Chooses the facets of a band and sends them to the device; None where fewer rows, or fewer bands, would fit better.
     pub(crate) fn prepare(&mut self, rows: Range<u32>) -> Result<Option<Launched>> {
         let facets = BandFacets::new(&self.cast, &rows, self.least_layers);
         let mut params = Params { n_layers: facets.n_layers(), ..Params::new(&self.cast, &rows) };
@@ -164,7 +166,8 @@ impl<'a> Worker<'a> {
             self.least = Capacity::default();
         }
         if self.forced.deep || !fits {
-            if !fits && rows.end - rows.start > BIN {
+            let can_share_less = self.context.n_bands > 1 && !self.forced.deep;
+            if !fits && (rows.end - rows.start > BIN || can_share_less) {
                 return Ok(None);
             }
             return Ok(Some(Launched { rows, params, facets, is_deep: true, totals: None }));

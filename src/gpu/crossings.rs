@@ -45,7 +45,7 @@ impl Gpu {
         usage: &mut Usage,
         take: &mut impl FnMut(Vec<Crossings>),
     ) -> Result<()> {
-        let mut pace = Pace::new(options, cast.rays.counts[0], self.band_seconds());
+        let mut pace = Pace::new(options.rows_per_band, options.most_rows, cast.rays.counts[0], self.band_seconds());
         let context = self.begin(options);
         let mut worker = Worker::new(context, *cast, Forced { deep: true, ..options.forced });
         let mut next = rows.start;

@@ -27,7 +27,7 @@ async function meshSpilling({ backend, knot }) {
   };
   const job = { geometries: [{ source }], dims: [16, 2000, 1000], axis: 'x' };
   // the buffers of a software GPU lie in the same memory
-  const tight = { ...job, max_memory: backend === 'gpu' ? '21MB' : '8MB' };
+  const tight = { ...job, max_memory: backend === 'gpu' ? '27MB' : '8MB' };
   const code = (made) =>
     made.then(
       () => 'meshed',

@@ -61,16 +61,29 @@ impl Fixture {
 
 #[test]
 fn many_facets_are_meshed_in_a_small_memory() {
-    let (gpu, fixture) = (open(), Fixture::new(fine_sphere(), &lines(102)));
+    let (gpu, fixture) = (open(), Fixture::new(fine_sphere(), &lines(300)));
     let free = fixture.mesh(&gpu, &Options::default());
-    // less than a hundredth of 512 MB
-    let limit = 2_000_000;
+    // a five hundredth of 512 MB
+    let limit = 1 << 20;
     let usage = fixture.mesh(&gpu, &Options { max_bytes: Some(limit), ..Options::default() });
     assert!(usage.peak_bytes <= limit && free.peak_bytes > limit, "{} and {}", usage.peak_bytes, free.peak_bytes);
     // where even a row of bins has too many facets they come in batches, and none is left to the CPU
     assert!(usage.n_bands > 1 && usage.deep > 0 && usage.left == 0, "{usage:?}");
     // the facets on their way are those of bands
     assert!(usage.host_bytes < free.host_bytes, "{} and {}", usage.host_bytes, free.host_bytes);
+}
+
+#[test]
+fn bands_that_do_not_fit_the_share_of_one_are_meshed_one_after_the_other() {
+    let (gpu, fixture) = (open(), Fixture::new(models::sphere([0.0; 3], 1.0, 48), &lines(300)));
+    // a row of bins each
+    let options = Options { rows_per_band: Some(8), ..Options::default() };
+    let free = fixture.mesh(&gpu, &options);
+    assert!(free.n_bands > 3 && free.deep == 0, "{free:?}");
+    // three bands at a time hold more, one holds less
+    let limit = free.peak_bytes * 2 / 3;
+    let usage = fixture.mesh(&gpu, &Options { max_bytes: Some(limit), ..options });
+    assert!(usage.peak_bytes <= limit && usage.deep == 0, "{} of {limit} bytes: {usage:?}", usage.peak_bytes);
 }
 
 #[test]
