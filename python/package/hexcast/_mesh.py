@@ -183,7 +183,7 @@ class Mesh:
 
         ``flag`` has the attributes ``flag_values`` and ``flag_meanings`` of the CF conventions. Needs xarray.
         """
-        return dataset(self, self.dims, self.flags)
+        return dataset(self._raw, self.dims, self.flags)
 
 
 def cell_of(cell: Sequence[int], name: str) -> tuple[int, int, int]:

@@ -9,10 +9,10 @@ import numpy as np
 if TYPE_CHECKING:
     import xarray
 
-    from ._mesh import Mesh
+    from ._hexcast import RawMesh
 
 
-def dataset(mesh: Mesh, dims: tuple[int, ...], flags: Any) -> xarray.Dataset:
+def dataset(mesh: RawMesh, dims: tuple[int, ...], flags: Any) -> xarray.Dataset:
     """Flags of shape (z, y, x) on so many cells along x, y, z, which begin where those of a mesh do."""
     import xarray
 
@@ -21,6 +21,7 @@ def dataset(mesh: Mesh, dims: tuple[int, ...], flags: Any) -> xarray.Dataset:
     for axis, name in enumerate("xyz"):
         centres = mesh.origin[axis] + (np.arange(dims[axis]) + 0.5) * mesh.spacing[axis]
         coordinates[name] = (name, centres, units)
-    meanings = ["background", *("_".join(name.split()) or "unnamed" for name in mesh.names.values())]
-    attributes = {"flag_values": np.array([0, *mesh.names], np.uint8), "flag_meanings": " ".join(meanings)}
+    names = dict(mesh.names)
+    meanings = ["background", *("_".join(name.split()) or "unnamed" for name in names.values())]
+    attributes = {"flag_values": np.array([0, *names], np.uint8), "flag_meanings": " ".join(meanings)}
     return xarray.Dataset({"flag": (("z", "y", "x"), flags, attributes)}, coordinates)

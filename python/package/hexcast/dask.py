@@ -60,7 +60,7 @@ def mesh(what: JobLike, *, chunks: Any = CHUNK, **options: Unpack[JobOptions]) -
 def dataset(what: JobLike, *, chunks: Any = CHUNK, **options: Unpack[JobOptions]) -> xarray.Dataset:
     """The array of :func:`mesh` with the centres of the cells as coordinates, as :meth:`hexcast.Mesh.to_xarray` has them."""
     flags, first = chunked(what, chunks, options)
-    return dataset_of(first, flags.shape[::-1], flags)
+    return dataset_of(first._raw, flags.shape[::-1], flags)
 
 
 def chunked(what: JobLike, chunks: Any, options: Any) -> tuple[dask.array.Array, Mesh]:
