@@ -5,6 +5,8 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
+use hexcast::job::AxisChoice;
+
 use crate::spheres::{spheres, write_stl};
 
 /// Where a model comes from.
@@ -44,6 +46,8 @@ pub(crate) struct Case {
     pub(crate) file: PathBuf,
     /// Cells along the longest axis.
     pub(crate) cells: u32,
+    /// Along which axis the rays run.
+    pub(crate) axis: AxisChoice,
 }
 
 /// Lists the cases whose models are there; made models go to `scratch`.
@@ -58,7 +62,12 @@ pub(crate) fn cases(scratch: &Path, models: Option<&Path>) -> Result<Vec<Case>, 
                 _ => continue,
             },
         };
-        cases.extend(row.cells.iter().map(|&cells| Case { name: row.name.into(), file: file.clone(), cells }));
+        cases.extend(row.cells.iter().map(|&cells| Case {
+            name: row.name.into(),
+            file: file.clone(),
+            cells,
+            axis: AxisChoice::Auto,
+        }));
     }
     Ok(cases)
 }

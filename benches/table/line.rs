@@ -7,7 +7,6 @@
 use std::error::Error;
 use std::fs::File;
 use std::io::Read;
-use std::path::Path;
 use std::time::Instant;
 
 use hexcast::cast::Cast;
@@ -22,6 +21,8 @@ use hexcast::sources::Source;
 use memmap2::{MmapMut, MmapOptions};
 use rayon::prelude::*;
 use serde::Serialize;
+
+use crate::cases::Case;
 
 /// Seconds of each part of a run.
 #[derive(Debug, Clone, Copy, Serialize)]
@@ -72,9 +73,10 @@ pub(crate) struct Ready {
 }
 
 /// Reads a model and makes everything before the rays; also returns the seconds to read, to make lines, and to snap.
-pub(crate) fn ready(file: &Path, cells: u32) -> Result<(Ready, [f64; 3]), Box<dyn Error>> {
+pub(crate) fn ready(case: &Case) -> Result<(Ready, [f64; 3]), Box<dyn Error>> {
+    let Case { file, cells, axis, .. } = case;
     let name = file.to_string_lossy().into_owned();
-    let job = Job { geometries: vec![GeometryJob::new(&name)], cells: Some(cells), ..Job::default() };
+    let job = Job { geometries: vec![GeometryJob::new(&name)], cells: Some(*cells), axis: *axis, ..Job::default() };
     let mut clock = Instant::now();
     let mut source = File::open(file)?;
     let n_bytes = source.metadata()?.len();
@@ -94,8 +96,8 @@ pub(crate) fn ready(file: &Path, cells: u32) -> Result<(Ready, [f64; 3]), Box<dy
 }
 
 /// Runs the whole line once.
-pub(crate) fn run(file: &Path, cells: u32, engine: &mut Engine) -> Result<Run, Box<dyn Error>> {
-    let (Ready { prepared, frame }, [read, lines, snap]) = ready(file, cells)?;
+pub(crate) fn run(case: &Case, engine: &mut Engine) -> Result<Run, Box<dyn Error>> {
+    let (Ready { prepared, frame }, [read, lines, snap]) = ready(case)?;
     let mut clock = Instant::now();
     let control = Control::default();
     let cast = Cast { frame: &frame, rays: &prepared.rays, rule: Rule::Parity };

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use clap::Parser;
 use hexcast::cast::Cast;
 use hexcast::gpu::Gpu;
-use hexcast::job::{BackendChoice, Rule};
+use hexcast::job::{AxisChoice, BackendChoice, Rule};
 use hexcast::pipeline::Engine;
 use serde_json::json;
 
@@ -38,6 +38,9 @@ struct Arguments {
     /// Cells along the longest axis instead of the table's
     #[arg(long)]
     cells: Option<u32>,
+    /// Along which axis the rays run
+    #[arg(long, default_value = "auto", value_parser = ["auto", "x", "y", "z"])]
+    axis: String,
     /// Runs besides a first one that counts for nothing
     #[arg(long, default_value_t = 5)]
     runs: u32,
@@ -81,7 +84,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             every_pass(&case, arguments.runs)?;
         }
         if arguments.serial {
-            let serial = serial::measure(&case.file, case.cells)?;
+            let serial = serial::measure(&case)?;
             println!("{}", json!({ "case": case.name, "n": case.cells, "serial": serial }));
         }
     }
@@ -90,12 +93,19 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// The cases that the arguments leave.
 fn chosen(arguments: &Arguments, scratch: &std::path::Path) -> Result<Vec<Case>, Box<dyn Error>> {
+    let axis = match arguments.axis.as_str() {
+        "x" => AxisChoice::X,
+        "y" => AxisChoice::Y,
+        "z" => AxisChoice::Z,
+        _ => AxisChoice::Auto,
+    };
     if let Some(file) = &arguments.file {
         let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        return Ok(vec![Case { name, file: file.clone(), cells: arguments.cells.unwrap_or(512) }]);
+        return Ok(vec![Case { name, file: file.clone(), cells: arguments.cells.unwrap_or(512), axis }]);
     }
     let models = arguments.models.clone().or_else(|| std::env::var_os("HEXCAST_MODELS").map(PathBuf::from));
     let mut cases = cases::cases(scratch, models.as_deref())?;
+    cases.iter_mut().for_each(|case| case.axis = axis);
     cases.retain(|case| arguments.case.as_ref().is_none_or(|wanted| case.name.contains(wanted)));
     if let Some(cells) = arguments.cells {
         cases.iter_mut().for_each(|case| case.cells = cells);
@@ -107,10 +117,10 @@ fn chosen(arguments: &Arguments, scratch: &std::path::Path) -> Result<Vec<Case>,
 /// Times the whole line and prints medians and every run.
 fn whole_line(case: &Case, choice: BackendChoice, arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let mut engine = pollster::block_on(Engine::open(choice, None))?;
-    let first = line::run(&case.file, case.cells, &mut engine)?;
+    let first = line::run(case, &mut engine)?;
     let mut runs = Vec::new();
     for _ in 0..arguments.runs {
-        runs.push(line::run(&case.file, case.cells, &mut engine)?.seconds);
+        runs.push(line::run(case, &mut engine)?.seconds);
     }
     if runs.is_empty() {
         runs.push(first.seconds);
@@ -146,7 +156,7 @@ fn whole_line(case: &Case, choice: BackendChoice, arguments: &Arguments) -> Resu
 
 /// Prints the seconds of every pass on both backends, and of the paper's gather.
 fn every_pass(case: &Case, runs: u32) -> Result<(), Box<dyn Error>> {
-    let (ready, _) = line::ready(&case.file, case.cells)?;
+    let (ready, _) = line::ready(case)?;
     let cast = Cast { frame: &ready.frame, rays: &ready.prepared.rays, rule: Rule::Parity };
     let gpu = pollster::block_on(Gpu::open(None))?;
     let cpu_passes = passes::least_disturbed(runs, || passes::of_cpu(&cast))?;
@@ -155,7 +165,7 @@ fn every_pass(case: &Case, runs: u32) -> Result<(), Box<dyn Error>> {
         "{}",
         json!({
             "case": case.name, "n": case.cells,
-            "cpu_passes": cpu_passes.passes, "gpu_passes": gpu_passes.passes,
+            "cpu_passes": cpu_passes.passes, "deep_rows": gpu_passes.n_deep, "gpu_passes": gpu_passes.passes,
             "counts": passes::counts(&cast, gpu_passes.n_bands)?,
             "machine": machine::measure(),
             "naive_gather": naive_gather::compare(&gpu, &cast, runs)?,

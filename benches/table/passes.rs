@@ -26,6 +26,8 @@ pub(crate) struct Passes {
     pub(crate) passes: Vec<Pass>,
     /// Bands of the mesh; on the CPU 1.
     pub(crate) n_bands: u32,
+    /// Rows of rays that were left to the deep kernels.
+    pub(crate) n_deep: u64,
 }
 
 /// What the passes of a mesh read and write, in numbers of things.
@@ -90,7 +92,7 @@ pub(crate) fn of_gpu(gpu: &Gpu, cast: &Cast) -> Result<Passes, Box<dyn Error>> {
         usage.profile.iter().flatten().map(|(kernel, seconds)| (format!("{kernel:?}"), *seconds)).collect();
     let in_kernels: f64 = passes.iter().map(|pass| pass.1).sum();
     passes.push(("upload, clears, readback".into(), total - in_kernels));
-    Ok(Passes { passes, n_bands: usage.n_bands })
+    Ok(Passes { passes, n_bands: usage.n_bands, n_deep: usage.deep })
 }
 
 /// Seconds of each stage, run one after another over the whole box; the mesh itself runs them strip by strip.
@@ -111,5 +113,5 @@ pub(crate) fn of_cpu(cast: &Cast) -> Result<Passes, Box<dyn Error>> {
     cpu::columns(cast, &Control::default())?;
     let whole = ("all, strip by strip".into(), lap(&mut clock));
     let passes = vec![("lattice".into(), lattice_s), ("crossings".into(), crossings_s), ("map".into(), map_s), whole];
-    Ok(Passes { passes, n_bands: 1 })
+    Ok(Passes { passes, n_bands: 1, n_deep: 0 })
 }

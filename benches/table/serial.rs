@@ -5,8 +5,8 @@
 //! flags them: O(rays * (facets of a bin + cells of a ray)). The flags of a ray lie side by side, which is the order that
 //! costs it least. Corners are the snapped ones, so that cells that differ from ours differ by the rules alone.
 
+use crate::cases::Case;
 use std::error::Error;
-use std::path::Path;
 use std::time::Instant;
 
 use hexcast::cast::Cast;
@@ -46,16 +46,16 @@ pub(crate) struct Serial {
 type Corners = [[f64; 3]; 3];
 
 /// Meshes a model of one geometry on one core and compares with our columns.
-pub(crate) fn measure(file: &Path, cells: u32) -> Result<Serial, Box<dyn Error>> {
+pub(crate) fn measure(case: &Case) -> Result<Serial, Box<dyn Error>> {
     let one_core = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     // errors as text: what crosses threads must be Send
-    let measured = one_core.install(|| measure_here(file, cells).map_err(|error| error.to_string()));
+    let measured = one_core.install(|| measure_here(case).map_err(|error| error.to_string()));
     Ok(measured?)
 }
 
-fn measure_here(file: &Path, cells: u32) -> Result<Serial, Box<dyn Error>> {
+fn measure_here(case: &Case) -> Result<Serial, Box<dyn Error>> {
     let start = Instant::now();
-    let (ready, before) = ready(file, cells)?;
+    let (ready, before) = ready(case)?;
     let mut clock = Instant::now();
     let rays = &ready.prepared.rays;
     let lattice = lattice(&ready.frame, rays, [BIN; 2], 0..Lattice::n_rows(rays, [BIN; 2]));
