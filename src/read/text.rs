@@ -1,5 +1,8 @@
 //! The text of a file as messages show it.
 
+/// Characters that are shown of a line, with those of escapes.
+const MAX_SHOWN: usize = 40;
+
 /// Strips a UTF-8 byte order mark.
 pub(super) fn without_mark(bytes: &[u8]) -> &[u8] {
     bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
@@ -10,16 +13,19 @@ pub(super) fn excerpt(line: &[u8]) -> String {
     let line = line.split(|byte| matches!(byte, b'\n' | b'\r')).next().unwrap_or_default();
     let shown = String::from_utf8_lossy(&line[..line.len().min(120)]);
     let mut short = String::new();
-    for character in shown.trim().chars().take(40) {
-        match character {
-            '\0' => short.push_str("\\0"),
-            '"' | '\'' | '\\' => short.extend(['\\', character]),
-            _ if character.is_control() => short.extend(character.escape_default()),
-            _ => short.push(character),
+    let mut n_shown = 0;
+    for character in shown.trim().chars() {
+        let text = match character {
+            '\0' => "\\0".into(),
+            '"' | '\'' | '\\' => String::from_iter(['\\', character]),
+            _ if character.is_control() => character.escape_default().to_string(),
+            _ => character.to_string(),
+        };
+        n_shown += text.chars().count();
+        if n_shown > MAX_SHOWN {
+            return short + "...";
         }
-    }
-    if shown.trim().chars().count() > 40 {
-        short.push_str("...");
+        short.push_str(&text);
     }
     short
 }
