@@ -17,6 +17,8 @@ pub(crate) const FACET_WORDS: usize = 12;
 pub(crate) const FIRST_BAND: u64 = if cfg!(target_arch = "wasm32") { 1 << 18 } else { 1 << 20 };
 /// Most rays of a band.
 pub(crate) const MOST_BAND: u64 = 1 << 22;
+/// Most crossings of a band on a driver that computes on the processor, whose caches hold no more of it; but a row of bins may have more.
+pub(crate) const MOST_CROSSINGS: u64 = 1 << 23;
 /// Bands on the device at once: while one is read back and one runs, the next waits its turn.
 pub(crate) const BANDS_IN_FLIGHT: usize = 3;
 
@@ -45,6 +47,8 @@ pub(crate) struct BandSize {
     /// Facets of the mesh.
     pub(crate) n_all_facets: u64,
     pub(crate) n_crossings: u64,
+    /// Facets over a bin of which they hit a ray, nearly; 0 where nothing is known of them.
+    pub(crate) n_tiles: u64,
     pub(crate) n_rays: u64,
     pub(crate) n_bins: u64,
     pub(crate) n_chunks: u64,
@@ -85,9 +89,9 @@ impl Capacity {
     /// What the first try at a band gets, which has nearly `n_crossings`: tiles and places are known only when it has run. As far as can be
     /// it does not depend on what the band holds, so that the next needs no buffers of its own.
     pub(crate) fn first(size: &BandSize) -> Capacity {
-        let &BandSize { n_facets, n_all_facets, n_crossings, n_rays, n_bins, n_chunks, n_layers } = size;
+        let &BandSize { n_facets, n_all_facets, n_crossings, n_tiles, n_rays, n_bins, n_chunks, n_layers } = size;
         // of many facets most hit no ray
-        let (n_facets, n_tiles) = if n_all_facets <= FEW_FACETS {
+        let (n_facets, some_tiles) = if n_all_facets <= FEW_FACETS {
             (n_all_facets, 3 * n_all_facets)
         } else {
             (n_facets, (3 * n_facets).min(n_crossings / 2 * 3))
@@ -96,7 +100,7 @@ impl Capacity {
             n_facets,
             n_chunks,
             n_counters: n_bins * u64::from(n_layers),
-            n_tiles: 16 * n_bins + n_tiles,
+            n_tiles: 16 * n_bins + some_tiles.max(n_tiles / 4 * 5),
             n_places: (2 * n_rays).max(n_rays + n_crossings / 8 * 3),
         }
     }

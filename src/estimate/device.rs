@@ -72,6 +72,7 @@ impl Estimate {
             n_facets: self.facets_of(rows),
             n_all_facets: self.facets,
             n_crossings: share(self.crossings),
+            n_tiles: 0,
             n_rays: rows * n_i,
             n_bins: rows.div_ceil(BIN) * n_i.div_ceil(BIN),
             n_chunks: rows * n_i.div_ceil(BIN),

@@ -18,7 +18,7 @@ use super::pool::{BufferPool, Pooled};
 use super::readback::{Pending, Staging, elements};
 use super::runs::{DEEP, DeepRows, Raw, Returned};
 use crate::cast::Cast;
-use crate::cast::sizes::{BIN, BandSize, Capacity, MAX_BINS, MAX_LAYERS, shares};
+use crate::cast::sizes::{BIN, BandSize, Capacity, MAX_BINS, MAX_LAYERS, MOST_CROSSINGS, shares};
 use crate::columns::Band;
 use crate::cpu;
 use crate::error::Result;
@@ -145,11 +145,15 @@ impl<'a> Worker<'a> {
     /// Chooses the facets of a band and sends them to the device; None where fewer rows, or fewer bands, would fit better.
     pub(crate) fn prepare(&mut self, rows: Range<u32>) -> Result<Option<Launched>> {
         let facets = BandFacets::new(&self.cast, &rows, self.least_layers);
+        if self.context.is_software && facets.n_crossings > MOST_CROSSINGS && rows.end - rows.start > BIN {
+            return Ok(None);
+        }
         let mut params = Params { n_layers: facets.n_layers(), ..Params::new(&self.cast, &rows) };
         let first = Capacity::first(&BandSize {
             n_facets: facets.len() as u64,
             n_all_facets: self.cast.frame.facets.len() as u64,
             n_crossings: facets.n_crossings,
+            n_tiles: facets.n_tiles,
             n_rays: params.n_rays().into(),
             n_bins: params.n_bins.into(),
             n_chunks: params.n_chunks(),

@@ -89,6 +89,17 @@ struct Chosen {
     rays: [[u32; 2]; 2],
 }
 
+impl Chosen {
+    /// Bins of which it hits a ray, nearly: those that a convex figure of its area and width covers where it lies anywhere, and not more
+    /// than it hits rays.
+    fn n_tiles(&self) -> f64 {
+        let width: f64 = self.rays.iter().map(|[first, last]| f64::from(last - first)).sum();
+        let (area, side) = (f64::from(self.n_rays), f64::from(BIN - 1));
+        let covered = (area + side * width + side * side) / f64::from(BIN * BIN);
+        covered.min(self.n_bins.into()).min(area)
+    }
+}
+
 const _: () = assert!(size_of::<Chosen>() == CHOSEN_BYTES as usize);
 
 /// The facets that rays of a band may hit, and the layers that part them along the rays.
@@ -99,8 +110,9 @@ pub(crate) struct BandFacets {
     boundaries: Vec<u32>,
     /// Bins under all boxes.
     pub(crate) n_box_bins: u64,
-    /// Crossings of the band's rays, nearly.
+    /// Crossings of the band's rays, and facets over a bin of which they hit a ray, nearly.
     pub(crate) n_crossings: u64,
+    pub(crate) n_tiles: u64,
 }
 
 /// Cells along each side of the map of crowded places.
@@ -116,7 +128,8 @@ impl BandFacets {
         let most = most_crossings(&chosen, &ends);
         let n_box_bins = chosen.iter().map(|facet| u64::from(facet.n_bins)).sum();
         let n_crossings = chosen.iter().map(|facet| f64::from(facet.n_rays)).sum::<f64>() as u64;
-        let mut facets = BandFacets { chosen, boundaries: Vec::new(), n_box_bins, n_crossings };
+        let n_tiles = chosen.iter().map(Chosen::n_tiles).sum::<f64>() as u64;
+        let mut facets = BandFacets { chosen, boundaries: Vec::new(), n_box_bins, n_crossings, n_tiles };
         facets.part(cast, layers(f64::from(most)).max(least_layers));
         facets
     }

@@ -8,7 +8,7 @@ use hexcast::crossings::Crossings;
 use hexcast::estimate::BandLimit;
 use hexcast::frame::Frame;
 use hexcast::geometry::{Facet, Geometry};
-use hexcast::gpu::{Forced, Gpu, Options, Usage};
+use hexcast::gpu::{AdapterKind, Forced, Gpu, Options, Usage};
 use hexcast::lines::Lines;
 use hexcast::map::Rule;
 use hexcast::pipeline::Engine;
@@ -86,12 +86,26 @@ fn bands_that_do_not_fit_the_share_of_one_are_meshed_one_after_the_other() {
     assert!(usage.peak_bytes <= limit && usage.deep == 0, "{} of {limit} bytes: {usage:?}", usage.peak_bytes);
 }
 
+/// Some plates, one over the other.
+fn plates(n: usize) -> Vec<Facet> {
+    let heights = (0..n).map(|k| -1.0 + 2.0 * k as f32 / n as f32);
+    heights.flat_map(|z| models::cuboid([-1.0, -1.0, z], [1.0, 1.0, z + 0.5 / n as f32])).collect()
+}
+
+#[test]
+fn rays_with_many_crossings_are_meshed_in_smaller_bands_by_drivers_on_the_processor() {
+    let (gpu, fixture) = (open(), Fixture::new(plates(32), &lines(400)));
+    let usage = fixture.mesh(&gpu, &Options::default());
+    // 64 crossings of most of 160,000 rays are more than the 2^23 of a band
+    let n_least = if gpu.facts.kind == AdapterKind::Software { 2 } else { 1 };
+    assert!(usage.n_bands >= n_least && usage.deep == 0, "{usage:?}");
+    // fewer crossings need no second band
+    let few = Fixture::new(plates(4), &lines(400)).mesh(&gpu, &Options::default());
+    assert_eq!(few.n_bands, 1, "{few:?}");
+}
+
 #[test]
 fn no_limit_is_exceeded_and_none_changes_a_cell() {
-    let plates = |n: usize| {
-        let heights = (0..n).map(|k| -1.0 + 2.0 * k as f32 / n as f32);
-        heights.flat_map(|z| models::cuboid([-1.0, -1.0, z], [1.0, 1.0, z + 0.5 / n as f32])).collect::<Vec<Facet>>()
-    };
     let fixtures = [
         Fixture::new(models::sphere([0.0; 3], 1.0, 140), &lines(64)),
         Fixture::new(models::sphere([0.0; 3], 1.0, 48), &lines(300)),
