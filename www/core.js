@@ -6,12 +6,14 @@ import { Devices, describeAdapter, whyNotTaken } from './adapter.js';
 import { clearSpillFiles, spilling } from './spill.js';
 import { cancelled, pause } from './call.js';
 import { columnFile } from './column_file.js';
+import { skinOf, sliceOf } from './drawn.js';
 import { sha256 } from './hash.js';
 import { Held, freeAfter } from './held.js';
 import { asError, failureOf } from './error.js';
 import init, { WebEngine, WebGpu, WebJob, WebMesh, WebSurface, WebSwitch, expandText, version } from './hexcast_wasm.js';
 import { readSurface } from './read.js';
 import { allRuns } from './runs.js';
+import { inSteps } from './steps.js';
 
 /**
  * @typedef {import('./call.js').State} State
@@ -138,12 +140,22 @@ export class Core {
    * @param {{ file: string, source: Blob | Uint8Array | Float32Array }} args
    * @param {Listener} progress
    * @param {State} state
-   * @returns {Promise<{ surface: number, info: import('./hexcast.js').SurfaceInfo }>}
+   * @returns {Promise<{ surface: number, info: import('./hexcast.js').FileInfo }>}
    */
   async read({ file, source }, progress, state) {
     const surface =
       source instanceof Float32Array ? WebSurface.fromCorners(file, source) : await readSurface(file, source, progress, state);
     return { surface: this.#surfaces.keep(surface), info: JSON.parse(surface.info()) };
+  }
+
+  /** What edges tell of a surface. @param {{ surface: number }} args @param {Listener} progress @param {State} state */
+  async check({ surface }, progress, state) {
+    return JSON.parse(await inSteps(this.#surfaces.get(surface).check(), 'check', progress, state, () => this.#turn));
+  }
+
+  /** @param {{ surface: number, maxFacets: number }} args @param {Listener} progress @param {State} state */
+  preview({ surface, maxFacets }, progress, state) {
+    return inSteps(this.#surfaces.get(surface).preview(maxFacets), 'preview', progress, state, () => this.#turn);
   }
 
   /** @param {{ surface: number | undefined }} args */
@@ -266,19 +278,12 @@ export class Core {
 
   /** @param {{ mesh: number, axis: number, index: number, maxPixels: number }} args */
   slice({ mesh, axis, index, maxPixels }) {
-    const bytes = this.#meshes.get(mesh).slice(axis, index, maxPixels);
-    const [width, height, step] = new Uint32Array(bytes.slice(0, 12).buffer);
-    return { width, height, step, flags: bytes.slice(12) };
+    return sliceOf(this.#meshes.get(mesh), axis, index, maxPixels);
   }
 
   /** @param {{ mesh: number, maxQuads: number }} args */
   skin({ mesh, maxQuads }) {
-    const skin = this.#meshes.get(mesh).skin(maxQuads);
-    const part = (/** @type {number} */ at) => ({ positions: skin.positions(at), indices: skin.indices(at) });
-    const parts = Array.from(skin.flags(), (flag, at) => ({ flag, ...part(at) }));
-    const step = skin.step();
-    skin.free();
-    return { step, parts };
+    return skinOf(this.#meshes.get(mesh), maxQuads);
   }
 
   /**

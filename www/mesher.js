@@ -14,16 +14,20 @@ import { clearSpillFiles } from './spill.js';
  * @typedef {{ json: string, surfaces: number[], readAny: boolean }} Prepared a job as the core takes it
  */
 
+/** Most facets that a preview can have. */
+const MAX_FACETS = 2 ** 32 - 1;
+
 /** A surface in the worker. */
 class Surface {
   #connection;
   /** @type {number | undefined} */
   #id;
 
-  /** @param {Connection} connection @param {{ surface: number, info: import('./hexcast.js').SurfaceInfo }} made */
+  /** @param {Connection} connection @param {{ surface: number, info: import('./hexcast.js').FileInfo }} made */
   constructor(connection, { surface, info }) {
     this.#connection = connection;
     this.#id = surface;
+    /** With what `check` has found. @type {any} */
     this.info = info;
   }
 
@@ -38,6 +42,24 @@ class Surface {
 
   async corners() {
     return this.#connection.call('corners', { surface: this.idFor(this.#connection) });
+  }
+
+  /** @param {CallOptions} [options] */
+  async check(options) {
+    const call = optionsOf(options, CALL);
+    const surface = this.idFor(this.#connection);
+    if (!('closed_parity' in this.info)) {
+      const found = await this.#connection.call('check', { surface }, call);
+      this.info = { ...this.info, ...found };
+    }
+    return this;
+  }
+
+  /** @param {number} maxFacets @param {CallOptions} [options] */
+  async preview(maxFacets, options) {
+    if (!Number.isInteger(maxFacets) || maxFacets < 1 || maxFacets > MAX_FACETS)
+      throw wrongValue('maxFacets', maxFacets, `whole numbers from 1 to ${MAX_FACETS}`);
+    return this.#connection.call('preview', { surface: this.idFor(this.#connection), maxFacets }, optionsOf(options, CALL));
   }
 
   dispose() {
@@ -62,13 +84,19 @@ export class Mesher {
   }
 
   /**
-   * @param {Exclude<GeometrySource, import('./hexcast.js').Surface>} source
-   * @param {CallOptions & { file?: string }} [options]
+   * @param {import('./source.js').Source} source
+   * @param {CallOptions & { file?: string, check?: boolean }} [options]
    */
   async read(source, options) {
-    const { file, ...call } = optionsOf(options, ['file', ...CALL]);
+    const { file, check = true, ...call } = optionsOf(options, ['file', 'check', ...CALL]);
+    oneOf('check', check, [true, false]);
     const name = text('file', file ?? (nameOf(source) || 'geometry'));
-    return new Surface(this.#connection, await this.#read('source', source, name, call));
+    const surface = new Surface(this.#connection, await this.#read('source', source, name, call));
+    if (!check) return surface;
+    return surface.check(call).catch((error) => {
+      surface.dispose();
+      throw error;
+    });
   }
 
   /** @param {Job} job @param {import('./hexcast.js').MeshOptions} [options] */
