@@ -78,10 +78,10 @@ impl Vertices {
         Vertices { of_facets: Vec::with_capacity(n_facets), n: 0, table }
     }
 
-    /// The vertices of all facets, by the keys of their corners.
-    pub(crate) fn of<C: Copy>(facets: &[[C; 3]], key: impl Fn(C) -> [u32; 3]) -> Vertices {
-        let mut vertices = Vertices::new(facets.len());
-        vertices.number(facets, facets.len(), key);
+    /// The vertices of so many facets; `key` has the key of a corner of a facet.
+    pub(crate) fn of(n_facets: usize, key: &dyn Fn(usize, usize) -> [u32; 3]) -> Vertices {
+        let mut vertices = Vertices::new(n_facets);
+        vertices.number(n_facets, key);
         vertices.finish();
         vertices
     }
@@ -91,32 +91,32 @@ impl Vertices {
         self.of_facets.len()
     }
 
-    /// Numbers the corners of the next facets, up to `end`.
-    pub(crate) fn number<C: Copy>(&mut self, facets: &[[C; 3]], end: usize, key: impl Fn(C) -> [u32; 3]) {
+    /// Numbers the corners of the next facets, up to `end`. The function is a pointer: code for each kind of corner would be large.
+    pub(crate) fn number(&mut self, end: usize, key: &dyn Fn(usize, usize) -> [u32; 3]) {
         for facet in self.n_facets()..end {
             let mut numbers = [0; 3];
             self.of_facets.push(numbers);
             for corner in 0..3 {
                 if 4 * self.n > 3 * self.table.len() {
-                    self.grow(facets, &key);
+                    self.grow(key);
                 }
-                numbers[corner] = self.number_of(3 * facet + corner, facets, &key);
+                numbers[corner] = self.number_of(facet, corner, key);
                 self.of_facets[facet] = numbers;
             }
         }
     }
 
-    fn number_of<C: Copy>(&mut self, corner: usize, facets: &[[C; 3]], key: &impl Fn(C) -> [u32; 3]) -> usize {
-        let wanted = key(facets[corner / 3][corner % 3]);
+    fn number_of(&mut self, facet: usize, corner: usize, key: &dyn Fn(usize, usize) -> [u32; 3]) -> usize {
+        let wanted = key(facet, corner);
         let mut place = self.place(wanted);
         loop {
             let first = self.table[place];
             if first == FREE {
-                self.table[place] = corner;
+                self.table[place] = 3 * facet + corner;
                 self.n += 1;
                 return self.n - 1;
             }
-            if key(facets[first / 3][first % 3]) == wanted {
+            if key(first / 3, first % 3) == wanted {
                 return self.of_facets[first / 3][first % 3];
             }
             place = (place + 1) & (self.table.len() - 1);
@@ -128,10 +128,10 @@ impl Vertices {
         hash as usize & (self.table.len() - 1)
     }
 
-    fn grow<C: Copy>(&mut self, facets: &[[C; 3]], key: &impl Fn(C) -> [u32; 3]) {
+    fn grow(&mut self, key: &dyn Fn(usize, usize) -> [u32; 3]) {
         let table = vec![FREE; 2 * self.table.len()];
         for first in std::mem::replace(&mut self.table, table).into_iter().filter(|first| *first != FREE) {
-            let mut place = self.place(key(facets[first / 3][first % 3]));
+            let mut place = self.place(key(first / 3, first % 3));
             while self.table[place] != FREE {
                 place = (place + 1) & (self.table.len() - 1);
             }
@@ -142,6 +142,11 @@ impl Vertices {
     /// Frees what is needed for more facets only.
     pub(crate) fn finish(&mut self) {
         self.table = Vec::new();
+    }
+
+    /// Numbers of the vertices of a facet, from 0 in the order in which they come.
+    pub(crate) fn of_facet(&self, facet: usize) -> [usize; 3] {
+        self.of_facets[facet]
     }
 
     /// Which of the corners of a facet is a vertex of its.

@@ -1,15 +1,14 @@
 //! Preview: fewer facets that look like those of a surface, to be drawn.
 //!
 //! Facets -> at most so many facets. Where there are no more, these are all. Else a grid of boxes is laid over them: the corners in a
-//! box become one, the first that is met of facets with corners in three boxes, and facets with two corners in one box are left out, as are
-//! those that come twice. Where too many are left, the boxes are made twice as large.
+//! box become one, the first of them that is met, and facets with two corners in one box are left out. Where too many are left, the
+//! boxes are made twice as large.
 //!
 //! Source: Rossignac and Borrel (1993), *Multi-resolution 3D approximations for rendering complex scenes*. It needs no edges and no second
 //! copy of the facets, as other ways to simplify a surface do.
 //! Cost: a pass over the facets for each size of boxes, in steps; some 100 bytes a facet that is left.
 
-use std::collections::{HashMap, HashSet};
-
+use crate::edges::Vertices;
 use crate::geometry::Facet;
 
 /// Boxes along the longest side at first: as fine as pictures are.
@@ -25,8 +24,7 @@ pub struct Preview {
     length: f64,
     boxes: u32,
     next: usize,
-    corner_of_box: HashMap<[u16; 3], [f32; 3]>,
-    seen: HashSet<[[u16; 3]; 3]>,
+    /// Those that are left, with their own corners.
     facets: Vec<Facet>,
 }
 
@@ -39,8 +37,6 @@ impl Preview {
             length: (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max),
             boxes: BOXES,
             next: 0,
-            corner_of_box: HashMap::new(),
-            seen: HashSet::new(),
             facets: Vec::new(),
         }
     }
@@ -53,14 +49,15 @@ impl Preview {
         }
         let end = facets.len().min(self.next + FACETS_AT_ONCE);
         for facet in &facets[self.next..end] {
-            self.take(facet);
+            let [a, b, c] = facet.map(|corner| self.box_of(corner));
+            if a != b && b != c && c != a {
+                self.facets.push(*facet);
+            }
         }
         self.next = end;
         if self.facets.len() > self.max_facets {
             self.boxes /= 2;
             self.next = 0;
-            self.corner_of_box.clear();
-            self.seen.clear();
             self.facets.clear();
         }
         self.next < facets.len()
@@ -73,33 +70,37 @@ impl Preview {
 
     /// The facets, once all is done.
     pub fn finish(self) -> Vec<Facet> {
-        self.facets
+        // no corner was taken for another
+        if self.next == 0 {
+            return self.facets;
+        }
+        let boxes = Vertices::of(self.facets.len(), &|facet, corner| self.box_of(self.facets[facet][corner]));
+        let mut facets = self.facets;
+        let mut corner_of_box: Vec<[f32; 3]> = Vec::new();
+        for (index, facet) in facets.iter_mut().enumerate() {
+            for (corner, number) in facet.iter_mut().zip(boxes.of_facet(index)) {
+                // numbers come in order
+                if number == corner_of_box.len() {
+                    corner_of_box.push(*corner);
+                }
+                *corner = corner_of_box[number];
+            }
+        }
+        facets
     }
 
-    fn take(&mut self, facet: &Facet) {
-        let boxes = facet.map(|corner| self.box_of(corner));
-        let [a, b, c] = boxes;
-        if a == b || b == c || c == a {
-            return;
-        }
-        let mut sorted = boxes;
-        sorted.sort_unstable();
-        if self.seen.insert(sorted) {
-            let corner = |corner: usize| *self.corner_of_box.entry(boxes[corner]).or_insert(facet[corner]);
-            self.facets.push([0, 1, 2].map(corner));
-        }
-    }
-
-    fn box_of(&self, corner: [f32; 3]) -> [u16; 3] {
+    fn box_of(&self, corner: [f32; 3]) -> [u32; 3] {
         let boxes = f64::from(self.boxes);
         let at = |axis: usize| boxes * (f64::from(corner[axis]) - self.low[axis]) / self.length;
         // a number beyond the ends, or none at all, becomes one of the ends
-        [0, 1, 2].map(|axis| at(axis).min(boxes - 1.0) as u16)
+        [0, 1, 2].map(|axis| at(axis).min(boxes - 1.0) as u32)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::collections::HashSet;
+
     use super::*;
 
     /// Two facets for each of n x n squares of a wavy sheet of length 1.

@@ -148,7 +148,7 @@ impl SurfaceCheck {
     fn number(&mut self, facets: &[Facet]) {
         let first = self.vertices.n_facets();
         let end = facets.len().min(first + FACETS_AT_ONCE);
-        self.vertices.number(facets, end, corner_key);
+        self.vertices.number(end, &|facet, corner| corner_key(facets[facet][corner]));
         (self.surface.area, self.surface.zero_area) =
             with_areas((self.surface.area, self.surface.zero_area), &facets[first..end]);
         if end == facets.len() {

@@ -13,9 +13,9 @@ use wasm_bindgen_futures::JsFuture;
 
 use crate::control::{CancelToken, Control, Progress};
 use crate::error::Error;
-use crate::estimate::Estimate;
+use crate::estimate::EstimateSteps;
 use crate::job::{BackendChoice, Job};
-use crate::pipeline::{self, Engine, MeshOptions, SpillTarget};
+use crate::pipeline::{self, Engine, MeshOptions, Prepared, SpillTarget};
 use crate::report::{CallerFacts, Report};
 use crate::sources::Source;
 
@@ -93,16 +93,37 @@ impl WebJob {
         self.sources.push(surface.source.clone());
     }
 
-    /// What the mesh would cost, as JSON: `Estimate` without seconds.
-    pub fn estimate(&self) -> JsResult<String> {
+    /// Starts to estimate what the mesh would cost.
+    pub fn estimate(&self) -> JsResult<WebEstimate> {
         let prepared = pipeline::prepare(&self.job, self.sources()).map_err(js_error)?;
-        let estimate = Estimate::new(&prepared.geometries, &prepared.lines, &prepared.rays);
-        Ok(info::json(&estimate))
+        Ok(WebEstimate { prepared, steps: EstimateSteps::default() })
     }
 
     /// The sources, whose facets stay shared.
     fn sources(&self) -> Vec<Source> {
         self.sources.iter().map(|source| (**source).clone()).collect()
+    }
+}
+
+/// Estimates what a mesh would cost.
+#[wasm_bindgen]
+pub struct WebEstimate {
+    prepared: Prepared,
+    steps: EstimateSteps,
+}
+
+#[wasm_bindgen]
+impl WebEstimate {
+    /// Does a part of the work; false once all is done.
+    pub fn step(&mut self) -> bool {
+        let Prepared { geometries, lines, rays, .. } = &self.prepared;
+        self.steps.step(geometries, lines, rays)
+    }
+
+    /// As JSON, once all is done: `Estimate` without seconds.
+    pub fn finish(self) -> String {
+        let Prepared { geometries, lines, rays, .. } = &self.prepared;
+        info::json(&self.steps.finish(geometries, lines, rays))
     }
 }
 
@@ -152,11 +173,12 @@ impl WebEngine {
     }
 
     /// Meshes a job; `progress` is called with rays done and rays in all. Columns that exceed the memory allowed go to
-    /// `spill`, if it is given.
+    /// `spill`, if it is given. The GPU's buffers take `max_device_bytes` at most, if these are.
     pub async fn mesh(
         &self,
         job: WebJob,
         read_seconds: f64,
+        max_device_bytes: Option<f64>,
         progress: Function,
         spill: Option<JsFile>,
     ) -> JsResult<WebMesh> {
@@ -167,7 +189,8 @@ impl WebEngine {
         };
         let progress = keep(progress.into());
         let control = self.control(job.token.clone(), progress);
-        let options = MeshOptions { spill, ..MeshOptions::default() };
+        let max_device_bytes = max_device_bytes.map(|bytes| bytes as u64);
+        let options = MeshOptions { spill, max_device_bytes, ..MeshOptions::default() };
         let result = pipeline::mesh(&job.job, job.sources(), &options, &mut engine, &control).await;
         forget(progress);
         *self.engine.borrow_mut() = Some(engine);

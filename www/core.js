@@ -19,7 +19,7 @@ import { inSteps } from './steps.js';
  * @typedef {import('./call.js').State} State
  * @typedef {import('./call.js').Listener} Listener
  * @typedef {{ json: string, surfaces: number[] }} JobArguments a job, and its surfaces by number
- * @typedef {JobArguments & { readSeconds: number, spill: 'auto' | boolean }} MeshArguments
+ * @typedef {JobArguments & { readSeconds: number, spill: 'auto' | boolean, maxDeviceBytes?: number }} MeshArguments
  * @typedef {{ backend: 'gpu' | 'cpu', adapter: import('./hexcast.js').Adapter | null, fallback: string | null }} Facts of a backend
  * @typedef {Exclude<keyof Core, 'run' | 'cancel' | 'answer' | 'dispose'>} Operation
  */
@@ -49,7 +49,6 @@ export class Core {
 
   /**
    * Answers a request with the result of its operation or an error; `report` receives progress.
-   *
    * @param {{ id: number, operation: Operation, args: any }} request
    * @param {(answer: { id: number, progress: import('./hexcast.js').Progress }) => void} report
    * @returns {Promise<{ id: number, result?: unknown, failure?: import('./error.js').Failure }>}
@@ -137,9 +136,7 @@ export class Core {
   }
 
   /**
-   * @param {{ file: string, source: Blob | Uint8Array | Float32Array }} args
-   * @param {Listener} progress
-   * @param {State} state
+   * @param {{ file: string, source: Blob | Uint8Array | Float32Array }} args @param {Listener} progress @param {State} state
    * @returns {Promise<{ surface: number, info: import('./hexcast.js').FileInfo }>}
    */
   async read({ file, source }, progress, state) {
@@ -148,14 +145,22 @@ export class Core {
     return { surface: this.#surfaces.keep(surface), info: JSON.parse(surface.info()) };
   }
 
+  /** Tells of a stage; waits for a mesh that is made: that goes first. @param {'check' | 'preview'} stage @param {Listener} progress */
+  #stage(stage, progress) {
+    return (/** @type {number} */ done) => {
+      progress({ stage, done, total: 1 });
+      return this.#turn;
+    };
+  }
+
   /** What edges tell of a surface. @param {{ surface: number }} args @param {Listener} progress @param {State} state */
   async check({ surface }, progress, state) {
-    return JSON.parse(await inSteps(this.#surfaces.get(surface).check(), 'check', progress, state, () => this.#turn));
+    return JSON.parse(await inSteps(this.#surfaces.get(surface).check(), state, this.#stage('check', progress)));
   }
 
   /** @param {{ surface: number, maxFacets: number }} args @param {Listener} progress @param {State} state */
   preview({ surface, maxFacets }, progress, state) {
-    return inSteps(this.#surfaces.get(surface).preview(maxFacets), 'preview', progress, state, () => this.#turn);
+    return inSteps(this.#surfaces.get(surface).preview(maxFacets), state, this.#stage('preview', progress));
   }
 
   /** @param {{ surface: number | undefined }} args */
@@ -170,10 +175,15 @@ export class Core {
     return job;
   }
 
-  /** @param {JobArguments} args @param {Listener} _progress @param {State} state @returns {import('./hexcast.js').Estimate} */
-  estimate(args, _progress, state) {
+  /** @param {JobArguments} args @param {Listener} _progress @param {State} state @returns {Promise<import('./hexcast.js').Estimate>} */
+  async estimate(args, _progress, state) {
     const job = this.#job(args, state);
-    const estimate = JSON.parse(freeAfter(job, () => job.estimate()));
+    const estimate = JSON.parse(
+      await inSteps(
+        freeAfter(job, () => job.estimate()),
+        state,
+      ),
+    );
     const seconds = this.#pace && this.#pace.ray * estimate.rays + this.#pace.crossing * estimate.crossings;
     return { ...estimate, seconds };
   }
@@ -200,7 +210,7 @@ export class Core {
     const mesh = await spilling(args.spill, async (open) => {
       // before the file is opened: a job may be refused
       const job = this.#job(args, state);
-      return this.#engine.mesh(job, args.readSeconds, onRays, await open?.());
+      return this.#engine.mesh(job, args.readSeconds, args.maxDeviceBytes, onRays, await open?.());
     });
     const facts = this.#describe(mesh);
     /** @type {Facts} */
@@ -268,9 +278,7 @@ export class Core {
   /**
    * The runs of all rays.
    *
-   * @param {{ mesh: number, rays: number }} args
-   * @param {Listener} progress
-   * @param {State} state
+   * @param {{ mesh: number, rays: number }} args @param {Listener} progress @param {State} state
    */
   columns({ mesh, rays }, progress, state) {
     return allRuns(this.#meshes.get(mesh), rays, progress, state);
@@ -289,9 +297,7 @@ export class Core {
   /**
    * Looks for a path from one point to another; facets are named in the surfaces of a job, if there is one.
    *
-   * @param {{ mesh: number, question: string, job: JobArguments | null }} args
-   * @param {Listener} _progress
-   * @param {State} state
+   * @param {{ mesh: number, question: string, job: JobArguments | null }} args @param {Listener} _progress @param {State} state
    * @returns {import('./hexcast.js').Leak}
    */
   leak({ mesh, question, job }, _progress, state) {
@@ -325,9 +331,7 @@ export class Core {
   /**
    * SHA-256 of the raw file.
    *
-   * @param {{ mesh: number, bits: boolean }} args
-   * @param {Listener} progress
-   * @param {State} state
+   * @param {{ mesh: number, bits: boolean }} args @param {Listener} progress @param {State} state
    */
   sha256({ mesh, bits }, progress, state) {
     return sha256(this.#meshes.get(mesh), bits, progress, state);

@@ -150,6 +150,11 @@ export interface MeshOptions extends CallOptions {
    * system, that is in workers of secure pages, not in Node. With `true` its absence is the error `io`.
    */
   spill?: 'auto' | boolean;
+  /**
+   * Most bytes of buffers that the GPU holds at once, at least 2^20; by default as many as it takes. The result is the same: bands become
+   * as small as it asks, and what the GPU cannot do in so many bytes the CPU does. The CPU backend has no such buffers.
+   */
+  maxDeviceBytes?: number;
 }
 
 /** A GPU as the browser describes it; empty strings for what the browser withholds. */

@@ -1,5 +1,5 @@
 /** A mesher: reads surfaces, meshes jobs, opens column files. Every call is the core's. */
-import { CALL, kindOf, oneOf, optionsOf, text, wrongValue } from './check.js';
+import { CALL, kindOf, oneOf, optionsOf, text, wholeNumber, wrongValue, yesOrNo } from './check.js';
 import { HexcastError } from './error.js';
 import { Mesh } from './mesh.js';
 import { plainJson } from './plain.js';
@@ -14,6 +14,8 @@ import { clearSpillFiles } from './spill.js';
  * @typedef {{ json: string, surfaces: number[], readAny: boolean }} Prepared a job as the core takes it
  */
 
+/** Least limit of a GPU's memory. */
+const LEAST_DEVICE_BYTES = 2 ** 20;
 /** Most facets that a preview can have. */
 const MAX_FACETS = 2 ** 32 - 1;
 
@@ -57,8 +59,7 @@ class Surface {
 
   /** @param {number} maxFacets @param {CallOptions} [options] */
   async preview(maxFacets, options) {
-    if (!Number.isInteger(maxFacets) || maxFacets < 1 || maxFacets > MAX_FACETS)
-      throw wrongValue('maxFacets', maxFacets, `whole numbers from 1 to ${MAX_FACETS}`);
+    wholeNumber('maxFacets', maxFacets, 1, MAX_FACETS);
     return this.#connection.call('preview', { surface: this.idFor(this.#connection), maxFacets }, optionsOf(options, CALL));
   }
 
@@ -89,7 +90,7 @@ export class Mesher {
    */
   async read(source, options) {
     const { file, check = true, ...call } = optionsOf(options, ['file', 'check', ...CALL]);
-    oneOf('check', check, [true, false]);
+    yesOrNo('check', check);
     const name = text('file', file ?? (nameOf(source) || 'geometry'));
     const surface = new Surface(this.#connection, await this.#read('source', source, name, call));
     if (!check) return surface;
@@ -102,11 +103,12 @@ export class Mesher {
   /** @param {Job} job @param {import('./hexcast.js').MeshOptions} [options] */
   async mesh(job, options) {
     const start = performance.now();
-    const { spill = 'auto', ...call } = optionsOf(options, ['spill', ...CALL]);
+    const { spill = 'auto', maxDeviceBytes, ...call } = optionsOf(options, ['spill', 'maxDeviceBytes', ...CALL]);
     oneOf('spill', spill, ['auto', true, false]);
+    if (maxDeviceBytes !== undefined) wholeNumber('maxDeviceBytes', maxDeviceBytes, LEAST_DEVICE_BYTES, Number.MAX_SAFE_INTEGER);
     return this.#withSurfaces(job, call, async (prepared) => {
       const readSeconds = prepared.readAny ? (performance.now() - start) / 1000 : 0;
-      const made = await this.#connection.call('mesh', { ...prepared, readSeconds, spill }, call);
+      const made = await this.#connection.call('mesh', { ...prepared, readSeconds, spill, maxDeviceBytes }, call);
       // where the GPU was lost for good, the mesher stays on the CPU
       if (this.backend === 'gpu' && 'engine' in made) Object.assign(this, made.engine);
       return this.#meshOf(made);

@@ -1,11 +1,11 @@
-/** Long work of the wasm in steps: between them messages arrive, also one that cancels, and a mesh goes first. */
+/** Long work of the wasm in steps, between which messages arrive, also one that cancels. */
 import { cancelled, pause } from './call.js';
 
 /**
- * What the wasm does in steps.
+ * What the wasm does in steps; `finish` frees it.
  *
  * @template T
- * @typedef {{ step(): boolean, share(): number, finish(): T, free(): void }} Work `finish` frees it
+ * @typedef {{ step(): boolean, finish(): T, free(): void, share?(): number }} Work
  */
 
 /**
@@ -13,24 +13,21 @@ import { cancelled, pause } from './call.js';
  *
  * @template T
  * @param {Work<T>} work
- * @param {'check' | 'preview'} stage
- * @param {import('./call.js').Listener} progress
  * @param {import('./call.js').State} state
- * @param {() => Promise<unknown>} turn resolves when no mesh is made
+ * @param {(share: number) => Promise<unknown>} [onStep] is told what share is done, 0 to 1, and waited for
  * @returns {Promise<T>}
  */
-export async function inSteps(work, stage, progress, state, turn) {
+export async function inSteps(work, state, onStep) {
   try {
     while (work.step()) {
-      progress({ stage, done: work.share(), total: 1 });
+      await onStep?.(work.share?.() ?? 0);
       await pause();
-      await turn();
       if (state.cancelled) throw cancelled();
     }
   } catch (error) {
     work.free();
     throw error;
   }
-  progress({ stage, done: 1, total: 1 });
+  await onStep?.(1);
   return work.finish();
 }

@@ -60,7 +60,7 @@ impl BadEdges {
     }
 
     fn new(facets: &[SnappedFacet], world: impl Fn([i32; 3]) -> [f64; 3], geometry: &Geometry) -> BadEdges {
-        let vertices = Vertices::of(facets, |corner| corner.map(i32::cast_unsigned));
+        let vertices = Vertices::of(facets.len(), &|facet, corner| facets[facet][corner].map(i32::cast_unsigned));
         let snapped = |facet: usize, vertex: usize| facets[facet][vertices.corner(facet, vertex)];
         let mut of_kinds = [BadEdge::Open, BadEdge::Flipped, BadEdge::Nonmanifold].map(|kind| (kind, Vec::new()));
         for range in vertices.ranges() {

@@ -1,6 +1,5 @@
 //! Surfaces: read slice by slice, checked and drawn in steps, so that messages arrive in between.
 
-use std::collections::VecDeque;
 use std::rc::Rc;
 
 use sha2::{Digest, Sha256};
@@ -93,9 +92,8 @@ impl WebSurface {
         let all = self.geometry.facets.clone();
         // one solid is the whole
         let solids = solids.filter(|solid| solid.len() < all.len());
-        let parts: VecDeque<SharedFacets> = [all.clone()].into_iter().chain(solids).collect();
-        let check = SurfaceCheck::new(&all);
-        WebCheck { n_parts: parts.len(), parts, check, done: Vec::new() }
+        let parts: Vec<SharedFacets> = [all.clone()].into_iter().chain(solids).collect();
+        WebCheck { check: SurfaceCheck::new(&all), parts, done: Vec::new() }
     }
 
     /// Starts to make a preview of at most so many facets.
@@ -108,9 +106,8 @@ impl WebSurface {
 /// Looks at the edges of a surface, of all its solids together and then of each.
 #[wasm_bindgen]
 pub struct WebCheck {
-    n_parts: usize,
-    /// What is being looked at, and what will be.
-    parts: VecDeque<SharedFacets>,
+    parts: Vec<SharedFacets>,
+    /// Of the part after those that are done.
     check: SurfaceCheck,
     done: Vec<Surface>,
 }
@@ -119,20 +116,19 @@ pub struct WebCheck {
 impl WebCheck {
     /// Does a part of the work; false once all is done.
     pub fn step(&mut self) -> bool {
-        let Some(facets) = self.parts.front() else { return false };
+        let Some(facets) = self.parts.get(self.done.len()) else { return false };
         if self.check.step(facets) {
             return true;
         }
-        self.parts.pop_front();
-        let next = SurfaceCheck::new(self.parts.front().map_or(&[], |facets| facets));
+        let next = SurfaceCheck::new(self.parts.get(self.done.len() + 1).map_or(&[], |facets| facets));
         self.done.push(std::mem::replace(&mut self.check, next).finish());
-        !self.parts.is_empty()
+        self.done.len() < self.parts.len()
     }
 
     /// Share of the work that is done, 0 to 1.
     pub fn share(&self) -> f64 {
-        let share = if self.parts.is_empty() { 0.0 } else { self.check.share() };
-        (self.done.len() as f64 + share) / self.n_parts as f64
+        let share = if self.done.len() < self.parts.len() { self.check.share() } else { 0.0 };
+        (self.done.len() as f64 + share) / self.parts.len() as f64
     }
 
     /// Facts as JSON, once all is done: what `SurfaceInfo` of `www/job.d.ts` adds to `FileInfo`.
