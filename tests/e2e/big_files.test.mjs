@@ -83,7 +83,7 @@ test('many facets are read, drawn as fewer, and looked at; the mesh is made befo
   const n_drawn = Number(/drawn with ([\d,]+)/.exec(await facts(page))[1].replaceAll(',', ''));
   assert.ok(n_drawn > 100_000 && n_drawn <= 1_000_000, `${n_drawn}`);
   assert.match(await facts(page), /1,207,800, drawn with/);
-  // cells of the same model as the command makes
+  // as many as a ball has
   const [[flag, cells]] = await legend(page);
   assert.equal(flag, 1);
   assert.ok(Math.abs(cells / (24 ** 3 * (Math.PI / 6)) - 1) < 0.1, `${cells}`);
