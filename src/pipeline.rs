@@ -81,7 +81,7 @@ pub async fn mesh(
         frame = frame.window(cells);
     }
     let parts_bytes = parts.iter().map(|part| part.n_bytes(&prepared.rays, frame.fraction_bits)).sum();
-    let budget = memory_budget(job, options, &prepared, engine, parts_bytes)?;
+    let budget = memory_budget(job, options, &prepared, (engine, parts_bytes), control).await?;
     rest(control).await?;
     let snap_seconds = lap(&mut clock);
     let names = names(&prepared.geometries);

@@ -11,6 +11,7 @@ import { sha256 } from './hash.js';
 import { Held, freeAfter } from './held.js';
 import { asError, failureOf } from './error.js';
 import init, { WebEngine, WebGpu, WebJob, WebMesh, WebSurface, WebSwitch, expandText, version } from './hexcast_wasm.js';
+import { Pace } from './pace.js';
 import { readSurface } from './read.js';
 import { allRuns } from './runs.js';
 import { inSteps } from './steps.js';
@@ -44,8 +45,7 @@ export class Core {
   #adapterName = '';
   /** Why `auto` meshes on the CPU although there is an adapter. @type {string | null} */
   #notTaken = null;
-  /** Seconds per ray and per crossing of the last mesh, for estimates. @type {{ ray: number, crossing: number } | null} */
-  #pace = null;
+  #pace = new Pace();
 
   /**
    * Answers a request with the result of its operation or an error; `report` receives progress.
@@ -184,8 +184,7 @@ export class Core {
         state,
       ),
     );
-    const seconds = this.#pace && this.#pace.ray * estimate.rays + this.#pace.crossing * estimate.crossings;
-    return { ...estimate, seconds };
+    return { ...estimate, seconds: this.#pace.secondsOf(estimate) };
   }
 
   /**
@@ -216,10 +215,7 @@ export class Core {
     /** @type {Facts} */
     const engine = JSON.parse(this.#engine.facts());
     if (this.#notTaken) facts.report.warnings.unshift(`meshed on the CPU: ${this.#notTaken}`);
-    const { rays, crossings, seconds } = facts.report;
-    const columns = seconds.columns ?? 0;
-    // half the time for the rays, half for their crossings: good enough to distinguish seconds from minutes
-    this.#pace = { ray: columns / 2 / Math.max(rays, 1), crossing: columns / 2 / Math.max(crossings, 1) };
+    this.#pace.learn(facts.report);
     // the GPU may have been lost for good
     return engine.adapter ? facts : { ...facts, engine };
   }

@@ -1,4 +1,5 @@
 /** What goes in: surfaces, the job, and what a job would cost. */
+import type { CallOptions } from './hexcast.js';
 import type { Float32Numbers, Triple } from './result.js';
 
 /** The bytes of an STL file, binary or ASCII, or facets. A Blob is read in slices, never as a whole. */
@@ -211,6 +212,6 @@ export interface Estimate {
   device_bytes: number;
   /** Bytes of the files. Exact for raw and npy; for vti and hxc close; for `_zlib` up to several times too large. `_bits`: a bit a cell. */
   file_bytes: Record<'raw' | 'raw_bits' | 'npy' | 'npy_bits' | 'vti' | 'vti_zlib' | 'hxc' | 'hxc_zlib', number>;
-  /** Expected seconds, from the speed of this mesher's last meshes; null before the first. */
+  /** Expected seconds, from the largest mesh that this mesher has made; null before the first, and for a hundred times as much work. */
   seconds: number | null;
 }
