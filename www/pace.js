@@ -4,7 +4,8 @@
 const REACH = 100;
 
 export class Pace {
-  #backend = '';
+  /** @type {string | null} */
+  #backend = null;
   #rays = 0;
   #crossings = 0;
   #seconds = 0;
