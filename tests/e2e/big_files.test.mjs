@@ -40,8 +40,11 @@ function listen() {
         window.heard.push({ stage: progress.stage, share: progress.done / progress.total });
         if (progress.stage !== window.endAt) return;
         window.endAt = null;
-        window.heard.push({ stage: 'end' });
-        document.dispatchEvent(new KeyboardEvent('keydown', { key: 'Escape', bubbles: true }));
+        // what the worker has told already is heard first
+        setTimeout(() => {
+          window.heard.push({ stage: 'end' });
+          document.dispatchEvent(new KeyboardEvent('keydown', { key: 'Escape', bubbles: true }));
+        });
       });
     }
   };
@@ -90,8 +93,20 @@ test('many facets are read, drawn as fewer, and looked at; the mesh is made befo
   assert.equal(await page.locator('#tasks li').count(), 0);
 });
 
-test('Escape ends reading, drawing and looking at edges, each by itself', async ({ visit, wave }) => {
-  const page = await visit('#cells=24&backend=cpu', { prepare: listen });
+/** In the worker: it rests longer between steps, so that no work is done before it can be ended. */
+const SLOW_STEPS = `
+  const Plain = MessageChannel;
+  globalThis.MessageChannel = class extends Plain {
+    constructor() {
+      super();
+      const post = this.port2.postMessage.bind(this.port2);
+      this.port2.postMessage = (message) => setTimeout(post, 100, message);
+    }
+  };
+`;
+
+test('Escape ends reading, drawing and looking at edges, each by itself', async ({ visit, siteWithWorker, wave }) => {
+  const page = await visit('#cells=24&backend=cpu', { url: await siteWithWorker(SLOW_STEPS), prepare: listen });
   const endAt = (stage) => page.evaluate((stage) => (window.endAt = stage), stage);
   /** Progress that came after the end: what was on its way. */
   const isEnded = async (stage) => {
