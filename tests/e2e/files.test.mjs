@@ -154,10 +154,13 @@ test('a folder without models, and a file that is none, are said to be that', as
   await isIdle(page);
 });
 
-test('of facets that are points, however many, nothing is drawn but the model', async ({ visit }) => {
+test('of facets that are points, however many, nothing is drawn but the model; files too large to be kept are asked about', async ({
+  visit,
+}) => {
   const page = await visit('#cells=16&backend=gpu');
+  const isAsked = () => page.evaluate(() => !dispatchEvent(new Event('beforeunload', { cancelable: true })));
   await page.evaluate(() => {
-    const n_facets = 1_000_001;
+    const n_facets = 5_000_001;
     const view = new DataView(new ArrayBuffer(84 + 50 * n_facets));
     view.setUint32(80, n_facets, true);
     // a tetrahedron; all other facets are points in its corner
@@ -183,9 +186,14 @@ test('of facets that are points, however many, nothing is drawn but the model', 
   });
   await page.waitForSelector('.geometry', { timeout: 120_000 });
   await hasGeometries(page, 1);
-  await page.waitForFunction(() => /1,000,001, drawn with 4/.test(document.querySelector('.geometry .facts').textContent));
+  await page.waitForFunction(() => /5,000,001, drawn with 4/.test(document.querySelector('.geometry .facts').textContent));
   assert.equal(await page.textContent('#messages'), '');
+  assert.ok(await isAsked());
   await run(page);
+  await page.getByRole('button', { name: 'Remove dust' }).click();
+  await page.setInputFiles('#file-input', path.join(ROOT, 'tests/fixtures/spot.stl'));
+  await hasGeometries(page, 1);
+  assert.ok(!(await isAsked()), 'smaller ones are kept');
 });
 
 test('before it is meshed a model says its facets, its box, its volume and whether it is closed', async ({ visit }) => {
