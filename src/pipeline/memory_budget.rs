@@ -5,7 +5,6 @@ use sha2::{Digest, Sha256};
 use super::engine::Engine;
 use super::options::{DEFAULT_MAX_BYTES, MeshOptions, SpillTarget};
 use super::prepare::Prepared;
-use super::rest;
 use crate::columns::{ColumnsBuilder, Head, Named};
 use crate::control::Control;
 use crate::error::{Error, Result};
@@ -50,7 +49,7 @@ pub(super) async fn memory_budget(
     let (geometries, lines, rays) = (&prepared.geometries, &prepared.lines, &prepared.rays);
     let mut steps = EstimateSteps::default();
     while steps.step(geometries, lines, rays) {
-        rest(control).await?;
+        control.rest().await?;
     }
     let estimate = steps.finish(geometries, lines, rays);
     let (program_bytes, flags) = (options.program_bytes + parts_bytes, options.flags_in_memory);
