@@ -104,7 +104,11 @@ const WRONG = [
     'padding.cells[1].b is NaN',
   ],
   ['mesher.mesh(circle)', 'self.self.self.self.self.self.self.self', ''],
-  ['mesher.mesh(job, { maxDeviceBytes: NaN })', 'maxDeviceBytes', 'maxDeviceBytes is NaN; allowed: whole numbers from 1048576 to '],
+  [
+    'mesher.mesh(job, { maxDeviceBytes: NaN })',
+    'maxDeviceBytes',
+    'maxDeviceBytes is NaN; allowed: whole numbers from 1048576 to ',
+  ],
   ["mesher.read(stl, { check: 'no' })", 'check', 'check is "no"; allowed: true, false'],
   ['mesher.read(null)', 'source', 'source is null; allowed: '],
   ['mesher.read(stl, { file: 5 })', 'file', 'file is 5; allowed: text'],
