@@ -10,6 +10,10 @@ export default defineConfig({
   testMatch: '*.test.mjs',
   globalSetup: './tests/e2e/setup.mjs',
   outputDir: 'target/e2e',
+  // one picture for all systems: the tests are run on Debian
+  snapshotPathTemplate: '{testDir}/pictures/{arg}{ext}',
+  // a missing picture is a failure, and not a new one
+  updateSnapshots: 'none',
   // the GPU is the processor here: two tests at once would take each other's time
   workers: 1,
   forbidOnly: true,

@@ -1,6 +1,6 @@
 // Measures hexcast and other programs on the same files, in turn, and writes the tables of RESULTS.md.
-// usage: npm run bench -- [native | peers | page] [--quick] [--rounds R] [--runs K] [--largest N]
-// By default "native" and "peers": all stages compared with VTK, then every program of peers.py. "page" measures the page in Chromium
+// usage: npm run bench -- [native | peers | page | big] [--quick] [--rounds R] [--runs K] [--largest N]
+// "big" opens a model of 2e7 facets on the page. By default "native" and "peers": all stages compared with VTK, then every program of peers.py. "page" measures the page in Chromium
 // and the command on the same driver. Needs cargo, and python3 with venv for the peers; takes some ten minutes.
 
 import { mkdtempSync, rmSync } from 'node:fs';
@@ -8,6 +8,7 @@ import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { parseArgs } from 'node:util';
 
+import { benchBig } from './big.mjs';
 import { benchNative } from './native.mjs';
 import { benchPage } from './page.mjs';
 import { benchPeers } from './peers.mjs';
@@ -21,7 +22,7 @@ import { machine, programs, write } from './results.mjs';
  */
 
 /** @type {Record<string, (bench: Bench) => Measured | Promise<Measured>>} */
-const BENCHES = { native: benchNative, peers: benchPeers, page: benchPage };
+const BENCHES = { native: benchNative, peers: benchPeers, page: benchPage, big: benchBig };
 
 const { values, positionals } = parseArgs({
   allowPositionals: true,
@@ -37,9 +38,13 @@ const unknown = names.find((name) => !(name in BENCHES));
 if (unknown) throw new Error(`no bench is named ${unknown}: ${Object.keys(BENCHES).join(', ')}`);
 const folder = mkdtempSync(path.join(tmpdir(), 'hexcast-bench-'));
 process.on('exit', () => rmSync(folder, { recursive: true }));
-const bench = { ...programs(folder), ...values, rounds: Number(values.rounds), sizes: values.quick ? [256] : [512, 1024] };
+const built = names.some((name) => name !== 'big') ? programs(folder) : { stages: '', command: '', spheres: '', folder };
+const bench = { ...built, ...values, rounds: Number(values.rounds), sizes: values.quick ? [256] : [512, 1024] };
 for (const name of names) {
   const { adapter, text } = await BENCHES[name](bench);
-  const rounds = `* ${bench.rounds} rounds, programs in turn; ${bench.runs} runs a program and round after a first that does not count; medians.`;
+  const rounds =
+    name === 'big'
+      ? '* One run.'
+      : `* ${bench.rounds} rounds, programs in turn; ${bench.runs} runs a program and round after a first that does not count; medians.`;
   write(name, [...machine(adapter), rounds, text].join('\n'));
 }

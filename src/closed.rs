@@ -13,6 +13,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
+use crate::edges::mixed;
 use crate::frame::{Frame, SnappedFacet};
 use crate::job::Rule;
 use crate::parallel::*;
@@ -142,14 +143,6 @@ fn corner_hash([x, y, z]: [i32; 3]) -> [u64; 2] {
     let words = [x, y, z].map(|c| u64::from(c as u32));
     let first = mixed(words[0] << 32 | words[1]);
     [mixed(first ^ words[2]), mixed(first.rotate_left(31) ^ words[2] << 32)]
-}
-
-/// A bijection of 64 bits in which every bit depends on all: the finalizer of SplitMix64 (Steele, Lea and Flood 2014).
-fn mixed(word: u64) -> u64 {
-    let word = word.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let word = (word ^ word >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let word = (word ^ word >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-    word ^ word >> 31
 }
 
 #[cfg(test)]

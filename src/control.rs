@@ -72,6 +72,15 @@ impl Control {
         }
     }
 
+    /// Yields, and returns `cancelled` if the mesh was asked to stop.
+    ///
+    /// # Errors
+    /// `cancelled`.
+    pub async fn rest(&self) -> Result<()> {
+        self.pause().await;
+        self.check()
+    }
+
     /// Reports progress.
     pub fn advance(&self, rays_done: u64, n_rays: u64) {
         if let Some(on_progress) = &self.on_progress {

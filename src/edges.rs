@@ -1,12 +1,16 @@
 //! Edges: how the facets of a surface use them, and which are not shared by two facets that agree.
 //!
-//! Facets -> the uses of their edges, sorted. Corners are one vertex where they are equal, by a key of theirs. A facet with two equal
-//! corners is collapsed: it has no edges. An edge is an unordered pair of vertices; a facet uses each of its three edges once, in one of
-//! two directions. With f uses one way and b the other: open is f + b = 1, non-manifold f + b > 2, flipped f + b = 2 without f = b = 1.
-//! All others are proper.
+//! Facets -> the uses of their edges, edge by edge. Corners are one vertex where they are equal, by a key of theirs. A facet with two
+//! equal corners is collapsed: it has no edges. An edge is an unordered pair of vertices; a facet uses each of its three edges once, in
+//! one of two directions. With f uses one way and b the other: open is f + b = 1, non-manifold f + b > 2, flipped f + b = 2 without
+//! f = b = 1. All others are proper.
 //!
-//! Numbers the vertices by a sort of the corners, then sorts the edges: O(n log n) time, no hashing, so that the result is the same on
-//! every machine and for every order of the facets. Holds at most 72 bytes a facet beside the input.
+//! Numbers the vertices in the order in which they come, by a table of corners, then sorts the edges of some vertices at a time. So
+//! the order of the edges depends on that of the facets, and what is found of them must not. Takes O(n log n) time in pieces, after any
+//! of which the caller may stop; holds at most 36 bytes a facet beside the input in wasm, where a number of a vertex has 4 bytes, and
+//! twice that elsewhere.
+
+use std::ops::Range;
 
 use serde::Serialize;
 
@@ -25,60 +29,174 @@ pub enum BadEdge {
     Nonmanifold,
 }
 
-/// One use of an edge, as it sorts: low vertex (34 bits), high vertex (34 bits), facet (32 bits), direction (1 bit).
-#[derive(Clone, Copy)]
-pub(crate) struct Use(u128);
+/// One use of an edge: by the numbers of its vertices, then by the facet and the direction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Use {
+    low: usize,
+    high: usize,
+    facet_and_direction: usize,
+}
 
 impl Use {
-    /// Sorts after every use; for the edges that collapsed facets do not have.
-    const NONE: u128 = u128::MAX;
-
-    fn bits(from: u64, to: u64, facet: usize) -> u128 {
-        let (low, high) = (from.min(to), from.max(to));
-        u128::from(low) << 67 | u128::from(high) << 33 | (facet as u128) << 1 | u128::from(from > to)
+    fn new(from: usize, to: usize, facet: usize) -> Use {
+        Use { low: from.min(to), high: from.max(to), facet_and_direction: facet << 1 | usize::from(from > to) }
     }
 
     /// Its vertices, the lower first.
-    pub(crate) fn pair(self) -> (u64, u64) {
-        (((self.0 >> 67) as u64), ((self.0 >> 33) as u64) & ((1 << 34) - 1))
+    pub(crate) fn pair(self) -> [usize; 2] {
+        [self.low, self.high]
     }
 
-    pub(crate) fn facet(self) -> u32 {
-        (self.0 >> 1) as u32
+    pub(crate) fn facet(self) -> usize {
+        self.facet_and_direction >> 1
     }
 
     fn is_backward(self) -> bool {
-        self.0 & 1 == 1
+        self.facet_and_direction & 1 == 1
     }
 }
 
-/// The uses of all edges.
-pub(crate) struct Edges {
-    uses: Vec<Use>,
-    /// Number of facets with two or three equal corners.
-    pub(crate) n_collapsed: u64,
+/// A place of the table that is free.
+const FREE: usize = usize::MAX;
+/// Uses that are sorted at a time, about.
+const USES_AT_ONCE: usize = 1 << 21;
+
+/// The vertices of facets, by number.
+pub(crate) struct Vertices {
+    of_facets: Vec<[usize; 3]>,
+    /// Number of vertices.
+    n: usize,
+    /// The first corner of each vertex, as 3 times its facet and its place there, where its hash says or in the next place that is free.
+    table: Vec<usize>,
 }
 
-impl Edges {
-    /// Sorts the edges of facets with the given vertices. Facets carry a 32-bit index, so that there may be at most 2^32 of them.
-    pub(crate) fn new(vertices: &[[u64; 3]]) -> Edges {
-        let mut uses = vec![Use::NONE; 3 * vertices.len()];
-        uses.par_chunks_mut(3).zip(vertices).enumerate().for_each(|(facet, (uses, &[a, b, c]))| {
-            if a != b && b != c && c != a {
-                uses.copy_from_slice(&[Use::bits(a, b, facet), Use::bits(b, c, facet), Use::bits(c, a, facet)]);
+impl Vertices {
+    /// None yet, of so many facets.
+    pub(crate) fn new(n_facets: usize) -> Vertices {
+        // a closed surface has half as many vertices as facets
+        let table = vec![FREE; (n_facets / 3 * 2 + 16).next_power_of_two()];
+        Vertices { of_facets: Vec::with_capacity(n_facets), n: 0, table }
+    }
+
+    /// The vertices of so many facets; `key` has the key of a corner of a facet.
+    pub(crate) fn of(n_facets: usize, key: &dyn Fn(usize, usize) -> [u32; 3]) -> Vertices {
+        let mut vertices = Vertices::new(n_facets);
+        vertices.number(n_facets, key);
+        vertices.finish();
+        vertices
+    }
+
+    /// Number of facets that have their vertices.
+    pub(crate) fn n_facets(&self) -> usize {
+        self.of_facets.len()
+    }
+
+    /// Numbers the corners of the next facets, up to `end`. The function is a pointer: code for each kind of corner would be large.
+    pub(crate) fn number(&mut self, end: usize, key: &dyn Fn(usize, usize) -> [u32; 3]) {
+        for facet in self.n_facets()..end {
+            let mut numbers = [0; 3];
+            self.of_facets.push(numbers);
+            for corner in 0..3 {
+                if 4 * self.n > 3 * self.table.len() {
+                    self.grow(key);
+                }
+                numbers[corner] = self.number_of(facet, corner, key);
+                self.of_facets[facet] = numbers;
             }
-        });
-        uses.par_sort_unstable();
-        let n_uses = uses.partition_point(|entry| *entry != Use::NONE);
-        let n_collapsed = ((uses.len() - n_uses) / 3) as u64;
-        uses.truncate(n_uses);
-        Edges { uses: uses.into_iter().map(Use).collect(), n_collapsed }
+        }
     }
 
-    /// The uses of each edge, in the order of its vertices.
-    pub(crate) fn each(&self) -> impl Iterator<Item = &[Use]> {
-        self.uses.chunk_by(|one, next| one.pair() == next.pair())
+    fn number_of(&mut self, facet: usize, corner: usize, key: &dyn Fn(usize, usize) -> [u32; 3]) -> usize {
+        let wanted = key(facet, corner);
+        let mut place = self.place(wanted);
+        loop {
+            let first = self.table[place];
+            if first == FREE {
+                self.table[place] = 3 * facet + corner;
+                self.n += 1;
+                return self.n - 1;
+            }
+            if key(first / 3, first % 3) == wanted {
+                return self.of_facets[first / 3][first % 3];
+            }
+            place = (place + 1) & (self.table.len() - 1);
+        }
     }
+
+    fn place(&self, [x, y, z]: [u32; 3]) -> usize {
+        let hash = mixed(mixed(u64::from(x) << 32 | u64::from(y)) ^ u64::from(z));
+        hash as usize & (self.table.len() - 1)
+    }
+
+    fn grow(&mut self, key: &dyn Fn(usize, usize) -> [u32; 3]) {
+        let table = vec![FREE; 2 * self.table.len()];
+        for first in std::mem::replace(&mut self.table, table).into_iter().filter(|first| *first != FREE) {
+            let mut place = self.place(key(first / 3, first % 3));
+            while self.table[place] != FREE {
+                place = (place + 1) & (self.table.len() - 1);
+            }
+            self.table[place] = first;
+        }
+    }
+
+    /// Frees what is needed for more facets only.
+    pub(crate) fn finish(&mut self) {
+        self.table = Vec::new();
+    }
+
+    /// Numbers of the vertices of a facet, from 0 in the order in which they come.
+    pub(crate) fn of_facet(&self, facet: usize) -> [usize; 3] {
+        self.of_facets[facet]
+    }
+
+    /// Which of the corners of a facet is a vertex of its.
+    pub(crate) fn corner(&self, facet: usize, vertex: usize) -> usize {
+        self.of_facets[facet].iter().position(|number| *number == vertex).unwrap_or(0)
+    }
+
+    /// Number of facets with two or three equal corners.
+    pub(crate) fn n_collapsed(&self) -> usize {
+        self.of_facets.iter().filter(|facet| is_collapsed(facet)).count()
+    }
+
+    /// Ranges of vertices whose edges have about so many uses that they are sorted at a time.
+    pub(crate) fn ranges(&self) -> impl Iterator<Item = Range<usize>> + use<> {
+        let (n, n_uses) = (self.n, 3 * self.n_facets());
+        let n_ranges = n_uses.div_ceil(USES_AT_ONCE).max(1);
+        let size = n.div_ceil(n_ranges).max(1);
+        (0..n).step_by(size).map(move |first| first..n.min(first + size))
+    }
+
+    /// The uses of the edges whose lower vertex is within a range, edge by edge.
+    pub(crate) fn uses(&self, lower: Range<usize>) -> Vec<Use> {
+        let mut uses = Vec::new();
+        for (facet, &[a, b, c]) in self.of_facets.iter().enumerate().filter(|(_, facet)| !is_collapsed(facet)) {
+            for [from, to] in [[a, b], [b, c], [c, a]] {
+                if lower.contains(&from.min(to)) {
+                    uses.push(Use::new(from, to, facet));
+                }
+            }
+        }
+        uses.par_sort_unstable();
+        uses
+    }
+}
+
+fn is_collapsed(&[a, b, c]: &[usize; 3]) -> bool {
+    a == b || b == c || c == a
+}
+
+/// The uses of each edge.
+pub(crate) fn each(uses: &[Use]) -> impl Iterator<Item = &[Use]> {
+    uses.chunk_by(|one, next| one.pair() == next.pair())
+}
+
+/// A bijection of 64 bits in which every bit depends on all: the finalizer of SplitMix64 (Steele, Lea and Flood 2014).
+pub(crate) fn mixed(word: u64) -> u64 {
+    let word = word.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let word = (word ^ word >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let word = (word ^ word >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+    word ^ word >> 31
 }
 
 /// Number of uses of an edge in the direction of its vertices, and against it.
@@ -94,30 +212,6 @@ pub(crate) fn bad_edge(uses: &[Use]) -> Option<BadEdge> {
         2 => (directions(uses) != [1, 1]).then_some(BadEdge::Flipped),
         _ => Some(BadEdge::Nonmanifold),
     }
-}
-
-/// Numbers the distinct vertices of facets in the order of the keys of their corners, of 96 bits: three numbers a facet.
-pub(crate) fn number_vertices<C: Copy + Sync>(facets: &[[C; 3]], key: impl Fn(C) -> u128 + Sync) -> Vec<[u64; 3]> {
-    let mut corners = vec![0u128; 3 * facets.len()];
-    corners.par_chunks_mut(3).zip(facets).enumerate().for_each(|(index, (entries, facet))| {
-        for (entry, corner) in entries.iter_mut().zip(facet) {
-            *entry = key(*corner) << 32 | index as u128;
-        }
-    });
-    corners.par_sort_unstable();
-    let mut vertices = vec![[0u64; 3]; facets.len()];
-    for (vertex, same) in corners.chunk_by(|one, next| one >> 32 == next >> 32).enumerate() {
-        let of_vertex = same[0] >> 32;
-        for entry in same {
-            let index = *entry as u32 as usize;
-            for (number, corner) in vertices[index].iter_mut().zip(facets[index]) {
-                if key(corner) == of_vertex {
-                    *number = vertex as u64;
-                }
-            }
-        }
-    }
-    vertices
 }
 
 /// Things joined in groups: a forest in which each tree is a group (union by index, path halving).

@@ -19,5 +19,5 @@ mod plan;
 mod work;
 
 pub use allowed::{Allowed, Device};
-pub use costs::{Estimate, FileBytes, HostBytes};
+pub use costs::{Estimate, EstimateSteps, FileBytes, HostBytes};
 pub use plan::{BandLimit, MemoryBudget, block_cache_bytes, slab_bytes};

@@ -33,6 +33,7 @@ pub mod overlay;
 mod parallel;
 pub mod parts;
 pub mod pipeline;
+pub mod preview;
 pub mod rays;
 pub mod read;
 pub mod report;

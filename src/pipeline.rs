@@ -66,22 +66,23 @@ pub async fn mesh(
     let mut clock = Instant::now();
     let prepared = prepare(job, sources)?;
     let lines_seconds = lap(&mut clock);
-    control.check()?;
+    control.rest().await?;
     let frame = Frame::new(&prepared.geometries, &prepared.whole)?;
-    control.check()?;
+    control.rest().await?;
     let flags = frame.ranks.flag_of_rank.clone();
     let (whole, is_for_window) = (&prepared.whole, prepared.window.is_some());
     let closed = Closed::of_ranks(&frame);
-    control.check()?;
+    control.rest().await?;
     let bad_edges = BadEdges::of_geometries(&frame, &closed, whole, &prepared.geometries);
-    control.check()?;
+    control.rest().await?;
     let (mut frame, mut parts) = overlay::split(frame, &closed, job.rule, whole, &prepared.geometries, is_for_window)?;
     if let Some(cells) = prepared.window {
         parts = parts.into_iter().map(|part| part.window(cells, frame.fraction_bits)).collect();
         frame = frame.window(cells);
     }
     let parts_bytes = parts.iter().map(|part| part.n_bytes(&prepared.rays, frame.fraction_bits)).sum();
-    let budget = memory_budget(job, options, &prepared, engine, parts_bytes)?;
+    let budget = memory_budget(job, options, &prepared, (engine, parts_bytes), control).await?;
+    control.rest().await?;
     let snap_seconds = lap(&mut clock);
     let names = names(&prepared.geometries);
     // half of it for the mask

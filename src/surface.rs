@@ -7,11 +7,19 @@
 //! [`crate::edges`] says what open, non-manifold and flipped edges are. The rule `nonzero` is well defined where every edge is used as
 //! often one way as the other, the rule `parity` where it is used an even number of times.
 //!
-//! Cost: O(n log n) time; at most 76 bytes a facet beside the input.
+//! Cost: O(n log n) time; in wasm at most 24 bytes a facet beside the input, elsewhere 48. [`SurfaceCheck`] does it in steps, for callers
+//! that must be able to stop.
 
-use crate::edges::{BadEdge, Edges, Groups, Use, bad_edge, directions, number_vertices};
+use std::ops::Range;
+
+use crate::edges::{BadEdge, Groups, Use, Vertices, bad_edge, directions, each};
 use crate::geometry::Facet;
 use crate::parallel::*;
+
+/// Facets of a step: some tens of milliseconds. A multiple of the facets whose areas are summed first.
+const FACETS_AT_ONCE: usize = 64 * AREAS_AT_ONCE;
+/// Facets whose areas are summed first.
+const AREAS_AT_ONCE: usize = 4096;
 
 /// What the edges and areas of facets say about the surface they form.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,53 +65,136 @@ pub fn doubled_area_vector(facet: &Facet) -> [f64; 3] {
 ///
 /// Facets carry a 32-bit index, so that there may be at most 2^32 of them.
 pub fn surface(facets: &[Facet]) -> Surface {
-    let (area, zero_area) = total_area(facets);
-    let vertices = number_vertices(facets, corner_key);
-    let edges = Edges::new(&vertices);
-    let mut surface = Surface {
-        n_facets: facets.len() as u64,
-        open_edges: 0,
-        nonmanifold_edges: 0,
-        flipped_edges: 0,
-        zero_area,
-        collapsed: edges.n_collapsed,
-        closed_oriented: true,
-        closed_parity: true,
-        watertight: true,
-        area,
-        shells: 0,
-        worst_open_edges: Vec::new(),
-    };
-    let mut shells = Groups::new(facets.len());
-    for uses in edges.each() {
-        count_edge(&mut surface, uses);
-        for two in uses.windows(2) {
-            shells.join(two[0].facet(), two[1].facet());
-        }
-    }
-    surface.shells = facets.len() as u64 - edges.n_collapsed - shells.n_joined;
-    surface.worst_open_edges = longest_open_edges(facets, &vertices, &edges);
-    surface
+    let mut check = SurfaceCheck::new(facets);
+    while check.step(facets) {}
+    check.finish()
 }
 
-/// Sum of areas and number of facets without area. Summed in blocks of fixed size, so that the number of threads does
-/// not change the last bits.
-fn total_area(facets: &[Facet]) -> (f64, u64) {
+/// An examination of facets in steps, each of which gets all facets.
+pub struct SurfaceCheck {
+    surface: Surface,
+    vertices: Vertices,
+    /// Vertices whose edges were not looked at, the next ones last; None while vertices have no numbers yet.
+    ranges: Option<Vec<Range<usize>>>,
+    n_ranges: usize,
+    shells: Groups,
+    longest: Vec<OpenEdge>,
+}
+
+/// An open edge by its squared length and its ends, as they are sorted where lengths are equal.
+struct OpenEdge {
+    squared: f64,
+    keys: [[u32; 3]; 2],
+    ends: [[f32; 3]; 2],
+}
+
+impl SurfaceCheck {
+    /// Starts to examine facets.
+    pub fn new(facets: &[Facet]) -> SurfaceCheck {
+        let surface = Surface {
+            n_facets: facets.len() as u64,
+            open_edges: 0,
+            nonmanifold_edges: 0,
+            flipped_edges: 0,
+            zero_area: 0,
+            collapsed: 0,
+            closed_oriented: true,
+            closed_parity: true,
+            watertight: true,
+            area: 0.0,
+            shells: 0,
+            worst_open_edges: Vec::new(),
+        };
+        let (vertices, shells) = (Vertices::new(facets.len()), Groups::new(0));
+        SurfaceCheck { surface, vertices, ranges: None, n_ranges: 0, shells, longest: Vec::new() }
+    }
+
+    /// Does a part of the work; false once all is done.
+    pub fn step(&mut self, facets: &[Facet]) -> bool {
+        let Some(ranges) = &mut self.ranges else {
+            self.number(facets);
+            return true;
+        };
+        let Some(range) = ranges.pop() else { return false };
+        let uses = self.vertices.uses(range);
+        for uses in each(&uses) {
+            count_edge(&mut self.surface, uses);
+            for two in uses.windows(2) {
+                self.shells.join(two[0].facet() as u32, two[1].facet() as u32);
+            }
+            if let [open] = uses {
+                self.list(facets, *open);
+            }
+        }
+        true
+    }
+
+    /// Share of the work that is done, 0 to 1.
+    pub fn share(&self) -> f64 {
+        match &self.ranges {
+            None => 0.5 * self.vertices.n_facets() as f64 / self.surface.n_facets.max(1) as f64,
+            Some(ranges) => 1.0 - 0.5 * ranges.len() as f64 / self.n_ranges.max(1) as f64,
+        }
+    }
+
+    /// What was found, once all is done.
+    pub fn finish(mut self) -> Surface {
+        self.surface.shells = self.surface.n_facets - self.surface.collapsed - self.shells.n_joined;
+        self.surface.worst_open_edges = self.longest.into_iter().map(|edge| edge.ends).collect();
+        self.surface
+    }
+
+    /// Numbers the vertices of the next facets, and sums their areas.
+    fn number(&mut self, facets: &[Facet]) {
+        let first = self.vertices.n_facets();
+        let end = facets.len().min(first + FACETS_AT_ONCE);
+        self.vertices.number(end, &|facet, corner| corner_key(facets[facet][corner]));
+        (self.surface.area, self.surface.zero_area) =
+            with_areas((self.surface.area, self.surface.zero_area), &facets[first..end]);
+        if end == facets.len() {
+            self.vertices.finish();
+            self.surface.collapsed = self.vertices.n_collapsed() as u64;
+            self.shells = Groups::new(facets.len());
+            let mut ranges: Vec<Range<usize>> = self.vertices.ranges().collect();
+            ranges.reverse();
+            self.n_ranges = ranges.len();
+            self.ranges = Some(ranges);
+        }
+    }
+
+    /// Lists an open edge, if it is one of the longest. Equal lengths are in the order of the corners, whatever that of the facets.
+    fn list(&mut self, facets: &[Facet], open: Use) {
+        let facet = open.facet();
+        let mut ends = open.pair().map(|vertex| facets[facet][self.vertices.corner(facet, vertex)].map(|c| c + 0.0));
+        ends.sort_unstable_by_key(|end| corner_key(*end));
+        let keys = ends.map(corner_key);
+        let squared = (0..3).map(|axis| (f64::from(ends[1][axis]) - f64::from(ends[0][axis])).powi(2)).sum();
+        let is_before = |other: &OpenEdge| other.squared > squared || (other.squared == squared && other.keys <= keys);
+        let index = self.longest.partition_point(is_before);
+        if index < MAX_WORST_OPEN_EDGES {
+            self.longest.insert(index, OpenEdge { squared, keys, ends });
+            self.longest.truncate(MAX_WORST_OPEN_EDGES);
+        }
+    }
+}
+
+/// A sum of areas and a number of facets without area, with those of more facets. Summed in blocks of fixed size, so that the number of
+/// threads does not change the last bits.
+fn with_areas(sum: (f64, u64), facets: &[Facet]) -> (f64, u64) {
     let block_sum = |block: &[Facet]| {
         block.iter().fold((0.0, 0), |(area, zeros), facet| {
             let [x, y, z] = doubled_area_vector(facet);
             (area + 0.5 * (x * x + y * y + z * z).sqrt(), zeros + u64::from([x, y, z] == [0.0; 3]))
         })
     };
-    let blocks: Vec<(f64, u64)> = facets.par_chunks(4096).map(block_sum).collect();
-    blocks.iter().fold((0.0, 0), |sum, block| (sum.0 + block.0, sum.1 + block.1))
+    let blocks: Vec<(f64, u64)> = facets.par_chunks(AREAS_AT_ONCE).map(block_sum).collect();
+    blocks.iter().fold(sum, |sum, block| (sum.0 + block.0, sum.1 + block.1))
 }
 
-/// The coordinates' bits in 96 bits; equal exactly where the coordinates are.
-fn corner_key(corner: [f32; 3]) -> u128 {
+/// The coordinates' bits; equal exactly where the coordinates are.
+fn corner_key(corner: [f32; 3]) -> [u32; 3] {
     // adding +0 turns -0 into +0 and leaves all else
-    let [x, y, z] = corner.map(|c| u128::from((c + 0.0).to_bits()));
-    x << 64 | y << 32 | z
+    corner.map(|c| (c + 0.0).to_bits())
 }
 
 fn count_edge(surface: &mut Surface, uses: &[Use]) {
@@ -117,26 +208,6 @@ fn count_edge(surface: &mut Surface, uses: &[Use]) {
     surface.closed_oriented &= n_forward == n_backward;
     surface.closed_parity &= uses.len().is_multiple_of(2);
     surface.watertight &= n_forward == 1 && n_backward == 1;
-}
-
-fn longest_open_edges(facets: &[Facet], vertices: &[[u64; 3]], edges: &Edges) -> Vec<[[f32; 3]; 2]> {
-    let mut longest: Vec<(f64, [[f32; 3]; 2])> = Vec::new();
-    for uses in edges.each().filter(|uses| uses.len() == 1) {
-        let facet = uses[0].facet() as usize;
-        let (low, high) = uses[0].pair();
-        let ends = [low, high].map(|vertex| {
-            let corner = vertices[facet].iter().position(|number| *number == vertex).unwrap_or(0);
-            facets[facet][corner].map(|c| c + 0.0)
-        });
-        let squared: f64 = (0..3).map(|axis| (f64::from(ends[1][axis]) - f64::from(ends[0][axis])).powi(2)).sum();
-        // equal lengths stay in the order of the vertices' keys, whatever the order of the facets
-        let index = longest.partition_point(|(other, _)| *other >= squared);
-        if index < MAX_WORST_OPEN_EDGES {
-            longest.insert(index, (squared, ends));
-            longest.truncate(MAX_WORST_OPEN_EDGES);
-        }
-    }
-    longest.into_iter().map(|(_, ends)| ends).collect()
 }
 
 #[cfg(test)]

@@ -8,18 +8,14 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use js_sys::{Function, Promise};
-use sha2::{Digest, Sha256};
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 
-use crate::checksum::hex;
 use crate::control::{CancelToken, Control, Progress};
 use crate::error::Error;
-use crate::estimate::Estimate;
-use crate::geometry::Facet;
+use crate::estimate::EstimateSteps;
 use crate::job::{BackendChoice, Job};
-use crate::pipeline::{self, Engine, MeshOptions, SpillTarget};
-use crate::read::Reader;
+use crate::pipeline::{self, Engine, MeshOptions, Prepared, SpillTarget};
 use crate::report::{CallerFacts, Report};
 use crate::sources::Source;
 
@@ -27,11 +23,13 @@ mod file;
 mod info;
 mod leak;
 mod mesh;
+mod surface;
 mod values;
 
 pub use file::JsFile;
 use file::JsFileStore;
 pub use mesh::{WebEncoder, WebHash, WebMesh, WebSkin};
+pub use surface::{WebCheck, WebPreview, WebReader, WebSurface};
 use values::{JsResult, forget, js_error, keep, kept};
 
 /// Version of hexcast.
@@ -50,75 +48,6 @@ pub fn expand_text() -> String {
 #[wasm_bindgen(js_name = errorCodes)]
 pub fn error_codes() -> String {
     crate::error::CODES.iter().map(|(code, ..)| *code).collect::<Vec<_>>().join(",")
-}
-
-/// Reads a file, slice by slice.
-#[wasm_bindgen]
-pub struct WebReader {
-    file: String,
-    reader: Reader,
-    hash: Sha256,
-}
-
-#[wasm_bindgen]
-impl WebReader {
-    /// Expects a file of so many bytes.
-    #[wasm_bindgen(constructor)]
-    pub fn new(file: String, n_bytes: f64) -> WebReader {
-        WebReader { file, reader: Reader::new(n_bytes as u64), hash: Sha256::new() }
-    }
-
-    /// Takes the next slice.
-    pub fn push(&mut self, slice: &[u8]) -> JsResult<()> {
-        self.hash.update(slice);
-        self.reader.push(slice).map_err(|error| js_error(error.at(&self.file)))
-    }
-
-    /// Ends the file.
-    pub fn finish(self) -> JsResult<WebSurface> {
-        let contents = self.reader.finish().map_err(|error| js_error(error.at(&self.file)))?;
-        let sha256 = hex(&self.hash.finalize());
-        Ok(WebSurface { source: Rc::new(Source { file: self.file, contents, sha256 }) })
-    }
-}
-
-/// A surface that was read.
-#[wasm_bindgen]
-pub struct WebSurface {
-    source: Rc<Source>,
-}
-
-#[wasm_bindgen]
-impl WebSurface {
-    /// Takes corners of facets, 9 numbers each.
-    #[wasm_bindgen(js_name = fromCorners)]
-    pub fn from_corners(file: String, corners: &[f32]) -> JsResult<WebSurface> {
-        let (facets, rest) = corners.as_chunks::<9>();
-        if facets.is_empty() || !rest.is_empty() {
-            let message = format!("{file}: {} numbers: facets are 9 numbers each, at least one", corners.len());
-            return Err(js_error(Error::new("job-value", message, "give x y z of three corners a facet")));
-        }
-        let facet = |f: &[f32; 9]| -> Facet { [[f[0], f[1], f[2]], [f[3], f[4], f[5]], [f[6], f[7], f[8]]] };
-        let facets: Vec<Facet> = facets.iter().map(facet).collect();
-        let source = Source::from_facets(file, facets).map_err(js_error)?;
-        Ok(WebSurface { source: Rc::new(source) })
-    }
-
-    /// Facts as JSON: `SurfaceInfo` of `www/hexcast.d.ts`.
-    pub fn info(&self) -> String {
-        info::surface_info(&self.source)
-    }
-
-    /// Corners of all facets, 9 numbers each.
-    pub fn corners(&self) -> Vec<f32> {
-        self.source
-            .contents
-            .solids
-            .iter()
-            .flat_map(|solid| solid.facets.as_flattened().as_flattened())
-            .copied()
-            .collect()
-    }
 }
 
 /// Cancels one call.
@@ -164,16 +93,37 @@ impl WebJob {
         self.sources.push(surface.source.clone());
     }
 
-    /// What the mesh would cost, as JSON: `Estimate` without seconds.
-    pub fn estimate(&self) -> JsResult<String> {
+    /// Starts to estimate what the mesh would cost.
+    pub fn estimate(&self) -> JsResult<WebEstimate> {
         let prepared = pipeline::prepare(&self.job, self.sources()).map_err(js_error)?;
-        let estimate = Estimate::new(&prepared.geometries, &prepared.lines, &prepared.rays);
-        Ok(info::json(&estimate))
+        Ok(WebEstimate { prepared, steps: EstimateSteps::default() })
     }
 
     /// The sources, whose facets stay shared.
     fn sources(&self) -> Vec<Source> {
         self.sources.iter().map(|source| (**source).clone()).collect()
+    }
+}
+
+/// Estimates what a mesh would cost.
+#[wasm_bindgen]
+pub struct WebEstimate {
+    prepared: Prepared,
+    steps: EstimateSteps,
+}
+
+#[wasm_bindgen]
+impl WebEstimate {
+    /// Does a part of the work; false once all is done.
+    pub fn step(&mut self) -> bool {
+        let Prepared { geometries, lines, rays, .. } = &self.prepared;
+        self.steps.step(geometries, lines, rays)
+    }
+
+    /// As JSON, once all is done: `Estimate` without seconds.
+    pub fn finish(self) -> String {
+        let Prepared { geometries, lines, rays, .. } = &self.prepared;
+        info::json(&self.steps.finish(geometries, lines, rays))
     }
 }
 
@@ -223,11 +173,12 @@ impl WebEngine {
     }
 
     /// Meshes a job; `progress` is called with rays done and rays in all. Columns that exceed the memory allowed go to
-    /// `spill`, if it is given.
+    /// `spill`, if it is given. The GPU's buffers take `max_device_bytes` at most, if these are.
     pub async fn mesh(
         &self,
         job: WebJob,
         read_seconds: f64,
+        max_device_bytes: Option<f64>,
         progress: Function,
         spill: Option<JsFile>,
     ) -> JsResult<WebMesh> {
@@ -238,7 +189,8 @@ impl WebEngine {
         };
         let progress = keep(progress.into());
         let control = self.control(job.token.clone(), progress);
-        let options = MeshOptions { spill, ..MeshOptions::default() };
+        let max_device_bytes = max_device_bytes.map(|bytes| bytes as u64);
+        let options = MeshOptions { spill, max_device_bytes, ..MeshOptions::default() };
         let result = pipeline::mesh(&job.job, job.sources(), &options, &mut engine, &control).await;
         forget(progress);
         *self.engine.borrow_mut() = Some(engine);

@@ -6,18 +6,21 @@ import { Devices, describeAdapter, whyNotTaken } from './adapter.js';
 import { clearSpillFiles, spilling } from './spill.js';
 import { cancelled, pause } from './call.js';
 import { columnFile } from './column_file.js';
+import { skinOf, sliceOf } from './drawn.js';
 import { sha256 } from './hash.js';
 import { Held, freeAfter } from './held.js';
 import { asError, failureOf } from './error.js';
 import init, { WebEngine, WebGpu, WebJob, WebMesh, WebSurface, WebSwitch, expandText, version } from './hexcast_wasm.js';
+import { Pace } from './pace.js';
 import { readSurface } from './read.js';
 import { allRuns } from './runs.js';
+import { inSteps } from './steps.js';
 
 /**
  * @typedef {import('./call.js').State} State
  * @typedef {import('./call.js').Listener} Listener
  * @typedef {{ json: string, surfaces: number[] }} JobArguments a job, and its surfaces by number
- * @typedef {JobArguments & { readSeconds: number, spill: 'auto' | boolean }} MeshArguments
+ * @typedef {JobArguments & { readSeconds: number, spill: 'auto' | boolean, maxDeviceBytes?: number }} MeshArguments
  * @typedef {{ backend: 'gpu' | 'cpu', adapter: import('./hexcast.js').Adapter | null, fallback: string | null }} Facts of a backend
  * @typedef {Exclude<keyof Core, 'run' | 'cancel' | 'answer' | 'dispose'>} Operation
  */
@@ -42,12 +45,10 @@ export class Core {
   #adapterName = '';
   /** Why `auto` meshes on the CPU although there is an adapter. @type {string | null} */
   #notTaken = null;
-  /** Seconds per ray and per crossing of the last mesh, for estimates. @type {{ ray: number, crossing: number } | null} */
-  #pace = null;
+  #pace = new Pace();
 
   /**
    * Answers a request with the result of its operation or an error; `report` receives progress.
-   *
    * @param {{ id: number, operation: Operation, args: any }} request
    * @param {(answer: { id: number, progress: import('./hexcast.js').Progress }) => void} report
    * @returns {Promise<{ id: number, result?: unknown, failure?: import('./error.js').Failure }>}
@@ -135,15 +136,31 @@ export class Core {
   }
 
   /**
-   * @param {{ file: string, source: Blob | Uint8Array | Float32Array }} args
-   * @param {Listener} progress
-   * @param {State} state
-   * @returns {Promise<{ surface: number, info: import('./hexcast.js').SurfaceInfo }>}
+   * @param {{ file: string, source: Blob | Uint8Array | Float32Array }} args @param {Listener} progress @param {State} state
+   * @returns {Promise<{ surface: number, info: import('./hexcast.js').FileInfo }>}
    */
   async read({ file, source }, progress, state) {
     const surface =
       source instanceof Float32Array ? WebSurface.fromCorners(file, source) : await readSurface(file, source, progress, state);
     return { surface: this.#surfaces.keep(surface), info: JSON.parse(surface.info()) };
+  }
+
+  /** Tells of a stage; waits for a mesh that is made: that goes first. @param {'check' | 'preview'} stage @param {Listener} progress */
+  #stage(stage, progress) {
+    return (/** @type {number} */ done) => {
+      progress({ stage, done, total: 1 });
+      return this.#turn;
+    };
+  }
+
+  /** What edges tell of a surface. @param {{ surface: number }} args @param {Listener} progress @param {State} state */
+  async check({ surface }, progress, state) {
+    return JSON.parse(await inSteps(this.#surfaces.get(surface).check(), state, this.#stage('check', progress)));
+  }
+
+  /** @param {{ surface: number, maxFacets: number }} args @param {Listener} progress @param {State} state */
+  preview({ surface, maxFacets }, progress, state) {
+    return inSteps(this.#surfaces.get(surface).preview(maxFacets), state, this.#stage('preview', progress));
   }
 
   /** @param {{ surface: number | undefined }} args */
@@ -158,12 +175,16 @@ export class Core {
     return job;
   }
 
-  /** @param {JobArguments} args @param {Listener} _progress @param {State} state @returns {import('./hexcast.js').Estimate} */
-  estimate(args, _progress, state) {
+  /** @param {JobArguments} args @param {Listener} _progress @param {State} state @returns {Promise<import('./hexcast.js').Estimate>} */
+  async estimate(args, _progress, state) {
     const job = this.#job(args, state);
-    const estimate = JSON.parse(freeAfter(job, () => job.estimate()));
-    const seconds = this.#pace && this.#pace.ray * estimate.rays + this.#pace.crossing * estimate.crossings;
-    return { ...estimate, seconds };
+    const estimate = JSON.parse(
+      await inSteps(
+        freeAfter(job, () => job.estimate()),
+        state,
+      ),
+    );
+    return { ...estimate, seconds: this.#pace.secondsOf(estimate) };
   }
 
   /**
@@ -188,16 +209,13 @@ export class Core {
     const mesh = await spilling(args.spill, async (open) => {
       // before the file is opened: a job may be refused
       const job = this.#job(args, state);
-      return this.#engine.mesh(job, args.readSeconds, onRays, await open?.());
+      return this.#engine.mesh(job, args.readSeconds, args.maxDeviceBytes, onRays, await open?.());
     });
     const facts = this.#describe(mesh);
     /** @type {Facts} */
     const engine = JSON.parse(this.#engine.facts());
     if (this.#notTaken) facts.report.warnings.unshift(`meshed on the CPU: ${this.#notTaken}`);
-    const { rays, crossings, seconds } = facts.report;
-    const columns = seconds.columns ?? 0;
-    // half the time for the rays, half for their crossings: good enough to distinguish seconds from minutes
-    this.#pace = { ray: columns / 2 / Math.max(rays, 1), crossing: columns / 2 / Math.max(crossings, 1) };
+    this.#pace.learn(facts.report);
     // the GPU may have been lost for good
     return engine.adapter ? facts : { ...facts, engine };
   }
@@ -256,9 +274,7 @@ export class Core {
   /**
    * The runs of all rays.
    *
-   * @param {{ mesh: number, rays: number }} args
-   * @param {Listener} progress
-   * @param {State} state
+   * @param {{ mesh: number, rays: number }} args @param {Listener} progress @param {State} state
    */
   columns({ mesh, rays }, progress, state) {
     return allRuns(this.#meshes.get(mesh), rays, progress, state);
@@ -266,27 +282,18 @@ export class Core {
 
   /** @param {{ mesh: number, axis: number, index: number, maxPixels: number }} args */
   slice({ mesh, axis, index, maxPixels }) {
-    const bytes = this.#meshes.get(mesh).slice(axis, index, maxPixels);
-    const [width, height, step] = new Uint32Array(bytes.slice(0, 12).buffer);
-    return { width, height, step, flags: bytes.slice(12) };
+    return sliceOf(this.#meshes.get(mesh), axis, index, maxPixels);
   }
 
   /** @param {{ mesh: number, maxQuads: number }} args */
   skin({ mesh, maxQuads }) {
-    const skin = this.#meshes.get(mesh).skin(maxQuads);
-    const part = (/** @type {number} */ at) => ({ positions: skin.positions(at), indices: skin.indices(at) });
-    const parts = Array.from(skin.flags(), (flag, at) => ({ flag, ...part(at) }));
-    const step = skin.step();
-    skin.free();
-    return { step, parts };
+    return skinOf(this.#meshes.get(mesh), maxQuads);
   }
 
   /**
    * Looks for a path from one point to another; facets are named in the surfaces of a job, if there is one.
    *
-   * @param {{ mesh: number, question: string, job: JobArguments | null }} args
-   * @param {Listener} _progress
-   * @param {State} state
+   * @param {{ mesh: number, question: string, job: JobArguments | null }} args @param {Listener} _progress @param {State} state
    * @returns {import('./hexcast.js').Leak}
    */
   leak({ mesh, question, job }, _progress, state) {
@@ -320,9 +327,7 @@ export class Core {
   /**
    * SHA-256 of the raw file.
    *
-   * @param {{ mesh: number, bits: boolean }} args
-   * @param {Listener} progress
-   * @param {State} state
+   * @param {{ mesh: number, bits: boolean }} args @param {Listener} progress @param {State} state
    */
   sha256({ mesh, bits }, progress, state) {
     return sha256(this.#meshes.get(mesh), bits, progress, state);

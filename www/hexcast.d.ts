@@ -17,7 +17,7 @@
  * never detached or changed; every typed array that a call returns belongs to the caller. Lengths are in the unit of the files,
  * cells are counted from 0, ends of ranges are exclusive, and x varies fastest: `flags[x + nx * (y + ny * z)]`.
  */
-import type { Estimate, FileSource, GeometrySource, Job, Surface } from './job.js';
+import type { Estimate, FileInfo, FileSource, Job, Surface, SurfaceSource } from './job.js';
 import type { Mesh } from './result.js';
 import './globals.js';
 
@@ -125,8 +125,8 @@ export interface Device {
 
 /** How far a call has come. */
 export interface Progress {
-  /** `read`: bytes of files; `mesh`: rays; `write`: bytes of flags. */
-  stage: 'read' | 'mesh' | 'write';
+  /** `read`: bytes of files; `check`, of edges, and `preview`: a share of 1; `mesh`: rays; `write`: bytes of flags. */
+  stage: 'read' | 'check' | 'preview' | 'mesh' | 'write';
   /** Done so far, in the stage's unit. */
   done: number;
   /** All there is to do. */
@@ -150,6 +150,11 @@ export interface MeshOptions extends CallOptions {
    * system, that is in workers of secure pages, not in Node. With `true` its absence is the error `io`.
    */
   spill?: 'auto' | boolean;
+  /**
+   * Most bytes of buffers that the GPU holds at once, at least 2^20; by default as many as it takes. The result is the same: bands become
+   * as small as it asks, and what the GPU cannot do in so many bytes the CPU does. The CPU backend has no such buffers.
+   */
+  maxDeviceBytes?: number;
 }
 
 /** A GPU as the browser describes it; empty strings for what the browser withholds. */
@@ -171,8 +176,10 @@ export interface Mesher extends Disposable {
   readonly adapter: Adapter | null;
   /** Why `auto` meshes on the CPU: no GPU was found, it is one in software, or it was lost; null otherwise. */
   readonly fallback: string | null;
-  /** Reads and checks a surface without meshing it. */
-  read(source: Exclude<GeometrySource, Surface>, options?: CallOptions & { file?: string }): Promise<Surface>;
+  /** Reads a surface and looks at its edges, without meshing it. */
+  read(source: SurfaceSource, options?: CallOptions & { file?: string; check?: true }): Promise<Surface>;
+  /** With `check: false` reads a surface only: it can be meshed before its edges are looked at, by {@link Surface.check}. */
+  read(source: SurfaceSource, options: CallOptions & { file?: string; check: boolean }): Promise<Surface<FileInfo>>;
   /** Meshes a job. Calls wait for each other. */
   mesh(job: Job, options?: MeshOptions): Promise<Mesh>;
   /** What a mesh would cost, without making it. */

@@ -1,15 +1,17 @@
 /** What goes in: surfaces, the job, and what a job would cost. */
+import type { CallOptions } from './hexcast.js';
 import type { Float32Numbers, Triple } from './result.js';
 
 /** The bytes of an STL file, binary or ASCII, or facets. A Blob is read in slices, never as a whole. */
-export type GeometrySource =
+export type SurfaceSource =
   | FileSource
   /** Corners of facets: 9 numbers a facet (x y z of three corners), in the unit of the job. Rounded to f32, as STL files are. */
   | Float32Array
   | Float64Array
-  | FacetsSource
-  /** A surface that this mesher has read before with `Mesher.read`. */
-  | Surface;
+  | FacetsSource;
+
+/** The same, or a surface that this mesher has read before with `Mesher.read`. */
+export type GeometrySource = SurfaceSource | Surface<FileInfo>;
 
 /** The bytes of a file. Shared memory is copied before the call returns. */
 export type FileSource = Blob | ArrayBufferLike | Uint8Array | Uint8ClampedArray | Int8Array | DataView;
@@ -130,8 +132,8 @@ export interface Job {
   unit?: string;
 }
 
-/** Facts of a surface that was read. */
-export interface SurfaceInfo {
+/** Facts of a surface that was read, before its edges are looked at. */
+export interface FileInfo {
   /** Name of the file. */
   file: string;
   /** `STL, binary`, `STL, ASCII`, or `facets` where the job has arrays. */
@@ -142,13 +144,19 @@ export interface SurfaceInfo {
   sha256: string;
   /** Names of its solids, empty strings where the file gives none. */
   solids: string[];
-  /** Number of solids that are closed by themselves: every edge is used an even number of times. */
-  closed_solids: number;
   facets: number;
   /** Least and greatest coordinates, in the file's own unit. */
   bounding_box: [[number, number, number], [number, number, number]];
   /** Signed volume enclosed; depends on the reference point where the surface is open. */
   volume: number;
+  /** Defects of the file that the reader accepted. */
+  warnings: string[];
+}
+
+/** Facts of a surface that was read and whose edges were looked at. */
+export interface SurfaceInfo extends FileInfo {
+  /** Number of solids that are closed by themselves: every edge is used an even number of times. */
+  closed_solids: number;
   area: number;
   /** Every edge is used equally often both ways: rule `nonzero` is well defined. */
   closed_oriented: boolean;
@@ -159,13 +167,22 @@ export interface SurfaceInfo {
   nonmanifold_edges: number;
   flipped_edges: number;
   shells: number;
-  /** Defects of the file that the reader accepted. */
-  warnings: string[];
 }
 
 /** A surface held by the mesher's worker, ready to be meshed many times. */
-export interface Surface extends Disposable {
-  readonly info: SurfaceInfo;
+export interface Surface<Info extends FileInfo = SurfaceInfo> extends Disposable {
+  /** Facts: those of the file, and what `check` has found. */
+  readonly info: Info;
+  /**
+   * Looks at the edges, unless that was done: resolves to this surface, whose `info` then has it all. Progress is a share of 1. A mesh
+   * does not need it, and goes first.
+   */
+  check(options?: CallOptions): Promise<Surface>;
+  /**
+   * Corners of at most `maxFacets` facets, 1 to 2^32 - 1, that look like all of them, 9 numbers a facet, for drawing; of all facets
+   * where they are no more. Otherwise corners that are near each other are one. Progress is a share of 1, which may begin again.
+   */
+  preview(maxFacets: number, options?: CallOptions): Promise<Float32Numbers>;
   /** Corners of all facets, 9 numbers a facet, for drawing. A copy. */
   corners(): Promise<Float32Numbers>;
   /** Frees it in the worker. */
@@ -195,6 +212,6 @@ export interface Estimate {
   device_bytes: number;
   /** Bytes of the files. Exact for raw and npy; for vti and hxc close; for `_zlib` up to several times too large. `_bits`: a bit a cell. */
   file_bytes: Record<'raw' | 'raw_bits' | 'npy' | 'npy_bits' | 'vti' | 'vti_zlib' | 'hxc' | 'hxc_zlib', number>;
-  /** Expected seconds, from the speed of this mesher's last meshes; null before the first. */
+  /** Expected seconds, from the largest mesh that this mesher has made; null before the first, and for a hundred times as much work. */
   seconds: number | null;
 }

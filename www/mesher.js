@@ -1,5 +1,5 @@
 /** A mesher: reads surfaces, meshes jobs, opens column files. Every call is the core's. */
-import { CALL, kindOf, oneOf, optionsOf, text, wrongValue } from './check.js';
+import { CALL, kindOf, oneOf, optionsOf, text, wholeNumber, wrongValue, yesOrNo } from './check.js';
 import { HexcastError } from './error.js';
 import { Mesh } from './mesh.js';
 import { plainJson } from './plain.js';
@@ -14,16 +14,22 @@ import { clearSpillFiles } from './spill.js';
  * @typedef {{ json: string, surfaces: number[], readAny: boolean }} Prepared a job as the core takes it
  */
 
+/** Least limit of a GPU's memory. */
+const LEAST_DEVICE_BYTES = 2 ** 20;
+/** Most facets that a preview can have. */
+const MAX_FACETS = 2 ** 32 - 1;
+
 /** A surface in the worker. */
 class Surface {
   #connection;
   /** @type {number | undefined} */
   #id;
 
-  /** @param {Connection} connection @param {{ surface: number, info: import('./hexcast.js').SurfaceInfo }} made */
+  /** @param {Connection} connection @param {{ surface: number, info: import('./hexcast.js').FileInfo }} made */
   constructor(connection, { surface, info }) {
     this.#connection = connection;
     this.#id = surface;
+    /** With what `check` has found. @type {any} */
     this.info = info;
   }
 
@@ -38,6 +44,23 @@ class Surface {
 
   async corners() {
     return this.#connection.call('corners', { surface: this.idFor(this.#connection) });
+  }
+
+  /** @param {CallOptions} [options] */
+  async check(options) {
+    const call = optionsOf(options, CALL);
+    const surface = this.idFor(this.#connection);
+    if (!('closed_parity' in this.info)) {
+      const found = await this.#connection.call('check', { surface }, call);
+      this.info = { ...this.info, ...found };
+    }
+    return this;
+  }
+
+  /** @param {number} maxFacets @param {CallOptions} [options] */
+  async preview(maxFacets, options) {
+    wholeNumber('maxFacets', maxFacets, 1, MAX_FACETS);
+    return this.#connection.call('preview', { surface: this.idFor(this.#connection), maxFacets }, optionsOf(options, CALL));
   }
 
   dispose() {
@@ -62,23 +85,30 @@ export class Mesher {
   }
 
   /**
-   * @param {Exclude<GeometrySource, import('./hexcast.js').Surface>} source
-   * @param {CallOptions & { file?: string }} [options]
+   * @param {import('./source.js').Source} source
+   * @param {CallOptions & { file?: string, check?: boolean }} [options]
    */
   async read(source, options) {
-    const { file, ...call } = optionsOf(options, ['file', ...CALL]);
+    const { file, check = true, ...call } = optionsOf(options, ['file', 'check', ...CALL]);
+    yesOrNo('check', check);
     const name = text('file', file ?? (nameOf(source) || 'geometry'));
-    return new Surface(this.#connection, await this.#read('source', source, name, call));
+    const surface = new Surface(this.#connection, await this.#read('source', source, name, call));
+    if (!check) return surface;
+    return surface.check(call).catch((error) => {
+      surface.dispose();
+      throw error;
+    });
   }
 
   /** @param {Job} job @param {import('./hexcast.js').MeshOptions} [options] */
   async mesh(job, options) {
     const start = performance.now();
-    const { spill = 'auto', ...call } = optionsOf(options, ['spill', ...CALL]);
+    const { spill = 'auto', maxDeviceBytes, ...call } = optionsOf(options, ['spill', 'maxDeviceBytes', ...CALL]);
     oneOf('spill', spill, ['auto', true, false]);
+    if (maxDeviceBytes !== undefined) wholeNumber('maxDeviceBytes', maxDeviceBytes, LEAST_DEVICE_BYTES, Number.MAX_SAFE_INTEGER);
     return this.#withSurfaces(job, call, async (prepared) => {
       const readSeconds = prepared.readAny ? (performance.now() - start) / 1000 : 0;
-      const made = await this.#connection.call('mesh', { ...prepared, readSeconds, spill }, call);
+      const made = await this.#connection.call('mesh', { ...prepared, readSeconds, spill, maxDeviceBytes }, call);
       // where the GPU was lost for good, the mesher stays on the CPU
       if (this.backend === 'gpu' && 'engine' in made) Object.assign(this, made.engine);
       return this.#meshOf(made);

@@ -16,13 +16,25 @@ export async function readSurface(file, source, progress, state) {
   const isBlob = source instanceof Blob;
   const total = isBlob ? source.size : source.byteLength;
   const reader = new WebReader(file, total);
-  for (let at = 0; at < total; at += SLICE_BYTES) {
-    const end = Math.min(at + SLICE_BYTES, total);
-    reader.push(isBlob ? new Uint8Array(await source.slice(at, end).arrayBuffer()) : source.subarray(at, end));
-    progress({ stage: 'read', done: end, total });
-    // bytes in memory come without a wait in which a message could
-    if (!isBlob) await pause();
-    if (state.cancelled) throw cancelled();
+  // of a Blob the next slice comes while one is read
+  const slice = (/** @type {number} */ at) => (isBlob ? source.slice(at, at + SLICE_BYTES).arrayBuffer() : null);
+  let next = slice(0);
+  try {
+    for (let at = 0; at < total; at += SLICE_BYTES) {
+      const end = Math.min(at + SLICE_BYTES, total);
+      const bytes = await next;
+      next = end < total ? slice(end) : null;
+      // a failure counts when its slice is asked for
+      next?.catch(() => {});
+      reader.push(isBlob ? new Uint8Array(/** @type {ArrayBuffer} */ (bytes)) : source.subarray(at, end));
+      progress({ stage: 'read', done: end, total });
+      // a slice that was there already came without a wait in which a message could
+      await pause();
+      if (state.cancelled) throw cancelled();
+    }
+  } catch (error) {
+    reader.free();
+    throw error;
   }
   return reader.finish();
 }

@@ -2,7 +2,7 @@
 import { kindOf, wrongValue } from './check.js';
 import { HexcastError } from './error.js';
 
-/** @typedef {Exclude<import('./hexcast.js').GeometrySource, import('./hexcast.js').Surface>} Source */
+/** @typedef {import('./hexcast.js').SurfaceSource} Source */
 
 const FILES = 'a Blob, an ArrayBuffer, a Uint8Array, a DataView';
 const SOURCES = `${FILES}, a Float32Array or Float64Array of corners, {positions, index} or a Surface`;

@@ -6,7 +6,7 @@
 use serde::Serialize;
 
 use super::Closed;
-use crate::edges::{BadEdge, Edges, Groups, Use, bad_edge, number_vertices};
+use crate::edges::{BadEdge, Groups, Use, Vertices, bad_edge, each};
 use crate::frame::{Frame, SnappedFacet, world};
 use crate::geometry::Geometry;
 use crate::lines::Lines;
@@ -60,20 +60,27 @@ impl BadEdges {
     }
 
     fn new(facets: &[SnappedFacet], world: impl Fn([i32; 3]) -> [f64; 3], geometry: &Geometry) -> BadEdges {
-        let vertices = number_vertices(facets, corner_key);
-        let edges = Edges::new(&vertices);
+        let vertices = Vertices::of(facets.len(), &|facet, corner| facets[facet][corner].map(i32::cast_unsigned));
+        let snapped = |facet: usize, vertex: usize| facets[facet][vertices.corner(facet, vertex)];
         let mut of_kinds = [BadEdge::Open, BadEdge::Flipped, BadEdge::Nonmanifold].map(|kind| (kind, Vec::new()));
-        for uses in edges.each() {
-            if let Some(kind) = bad_edge(uses) {
-                of_kinds.iter_mut().filter(|of| of.0 == kind).for_each(|of| of.1.push(uses));
+        for range in vertices.ranges() {
+            for uses in each(&vertices.uses(range)) {
+                if let Some(kind) = bad_edge(uses) {
+                    of_kinds.iter_mut().filter(|of| of.0 == kind).for_each(|of| of.1.extend_from_slice(uses));
+                }
             }
         }
+        for (_, uses) in &mut of_kinds {
+            // in the order of the corners, whatever that of the facets
+            uses.sort_unstable_by_key(|entry: &Use| {
+                let mut ends = entry.pair().map(|vertex| snapped(entry.facet(), vertex));
+                ends.sort_unstable();
+                (ends, *entry)
+            });
+        }
+        let of_kinds = of_kinds.each_ref().map(|(kind, uses)| (*kind, each(uses).collect::<Vec<&[Use]>>()));
         let [open, flipped, nonmanifold] = of_kinds.each_ref().map(|of| of.1.len() as u64);
-        let corner = |facet: u32, vertex: u64| {
-            let facet = facet as usize;
-            let corner = vertices[facet].iter().position(|number| *number == vertex).unwrap_or(0);
-            world(facets[facet][corner])
-        };
+        let corner = |facet: usize, vertex: usize| world(snapped(facet, vertex));
         let mut worst = Vec::new();
         for (kind, of_kind) in of_kinds {
             let mut groups: Vec<EdgeGroup> = connected(&of_kind)
@@ -93,15 +100,14 @@ impl EdgeGroup {
     fn new(
         kind: BadEdge,
         edges: &[&[Use]],
-        corner: &impl Fn(u32, u64) -> [f64; 3],
+        corner: &impl Fn(usize, usize) -> [f64; 3],
         in_file: impl Fn(usize) -> u64,
     ) -> EdgeGroup {
         let mut length = 0.0;
         let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
         let mut facets = Vec::new();
         for uses in edges {
-            let (low, high) = uses[0].pair();
-            let ends = [low, high].map(|vertex| corner(uses[0].facet(), vertex));
+            let ends = uses[0].pair().map(|vertex| corner(uses[0].facet(), vertex));
             length += (0..3).map(|axis| (ends[1][axis] - ends[0][axis]).powi(2)).sum::<f64>().sqrt();
             for end in ends {
                 for axis in 0..3 {
@@ -109,7 +115,7 @@ impl EdgeGroup {
                     bounds[1][axis] = bounds[1][axis].max(end[axis]);
                 }
             }
-            facets.extend(uses.iter().map(|entry| in_file(entry.facet() as usize)));
+            facets.extend(uses.iter().map(|entry| in_file(entry.facet())));
         }
         facets.sort_unstable();
         facets.dedup();
@@ -120,11 +126,11 @@ impl EdgeGroup {
 
 /// Edges, which come in the order of their corners, in groups that have corners in common; groups in the order of their first edges.
 fn connected<'a>(edges: &[&'a [Use]]) -> Vec<Vec<&'a [Use]>> {
-    let ends = |uses: &[Use]| <[u64; 2]>::from(uses[0].pair());
-    let mut corners: Vec<u64> = edges.iter().flat_map(|uses| ends(uses)).collect();
+    let ends = |uses: &[Use]| uses[0].pair();
+    let mut corners: Vec<usize> = edges.iter().flat_map(|uses| ends(uses)).collect();
     corners.sort_unstable();
     corners.dedup();
-    let place = |corner: u64| corners.partition_point(|other| *other < corner) as u32;
+    let place = |corner: usize| corners.partition_point(|other| *other < corner) as u32;
     let mut groups = Groups::new(corners.len());
     for uses in edges {
         let [low, high] = ends(uses).map(place);
@@ -141,10 +147,4 @@ fn connected<'a>(edges: &[&'a [Use]]) -> Vec<Vec<&'a [Use]>> {
         found[index].push(uses);
     }
     found
-}
-
-/// The coordinates in 96 bits, in their order.
-fn corner_key(corner: [i32; 3]) -> u128 {
-    let [x, y, z] = corner.map(|c| u128::from(c.cast_unsigned() ^ 1 << 31));
-    x << 64 | y << 32 | z
 }

@@ -101,13 +101,34 @@ pub struct FileBytes {
     pub hxc_zlib: u64,
 }
 
+/// An estimate in steps, each of which gets what is estimated.
+#[derive(Default)]
+pub struct EstimateSteps(Expected);
+
+impl EstimateSteps {
+    /// Does a part of the work; false once all is done.
+    pub fn step(&mut self, geometries: &[Geometry], lines: &Lines, rays: &Rays) -> bool {
+        self.0.step(geometries, lines, rays)
+    }
+
+    /// The estimate, once all is done.
+    pub fn finish(self, geometries: &[Geometry], lines: &Lines, rays: &Rays) -> Estimate {
+        Estimate::of(&self.0, geometries, lines, rays)
+    }
+}
+
 impl Estimate {
     /// Estimates the mesh of geometries on lines by rays.
     pub fn new(geometries: &[Geometry], lines: &Lines, rays: &Rays) -> Estimate {
+        let mut steps = EstimateSteps::default();
+        while steps.step(geometries, lines, rays) {}
+        steps.finish(geometries, lines, rays)
+    }
+
+    fn of(expected: &Expected, geometries: &[Geometry], lines: &Lines, rays: &Rays) -> Estimate {
         let facets: u64 = geometries.iter().map(|geometry| geometry.facets.len() as u64).sum();
-        let expected = Expected::new(geometries, lines, rays);
         let crossings = expected.crossings.round() as u64;
-        let host = host_bytes(facets, &expected, lines, rays);
+        let host = host_bytes(facets, expected, lines, rays);
         let mut estimate = Estimate {
             dims: lines.dims,
             origin: lines.origin,

@@ -10,8 +10,16 @@ use crate::lines::Lines;
 use crate::parallel::*;
 use crate::rays::Rays;
 
+/// Facets of a step: some tens of milliseconds. A multiple of the facets that are summed first.
+const FACETS_AT_ONCE: usize = 32 * SUMMED_AT_ONCE;
+/// Facets that are summed first, so that the number of threads does not change the last bits.
+const SUMMED_AT_ONCE: usize = 4096;
+
 /// What the rays meet.
+#[derive(Default)]
 pub(super) struct Expected {
+    /// The geometry and the facet of it that come next.
+    next: [usize; 2],
     /// Crossings of rays and facets.
     pub(super) crossings: f64,
     /// Those of them before the last centre of their ray, each of which begins a run.
@@ -25,34 +33,40 @@ pub(super) struct Expected {
 }
 
 impl Expected {
-    pub(super) fn new(geometries: &[Geometry], lines: &Lines, rays: &Rays) -> Expected {
+    /// Adds the next facets; false once all are added.
+    pub(super) fn step(&mut self, geometries: &[Geometry], lines: &Lines, rays: &Rays) -> bool {
+        let [index, first] = self.next;
+        let Some(geometry) = geometries.get(index) else { return false };
+        let end = geometry.facets.len().min(first + FACETS_AT_ONCE);
+        self.add(geometry, &geometry.facets[first..end], lines, rays);
+        self.next = if end == geometry.facets.len() { [index + 1, 0] } else { [index, end] };
+        self.next[0] < geometries.len()
+    }
+
+    fn add(&mut self, geometry: &Geometry, facets: &[Facet], lines: &Lines, rays: &Rays) {
         let strip = [f64::from(rays.counts[0]), f64::from(cpu::rows_of_strip(rays))];
         let add = |a: [f64; 5], b: [f64; 5]| [0, 1, 2, 3, 4].map(|k| a[k] + b[k]);
-        let mut sum = [0.0; 5];
-        for geometry in geometries {
-            let placing = geometry.placing();
-            let project = |corner: [f32; 3]| {
-                let world = placing(corner);
-                let cells = |axis: usize| (world[axis] - lines.origin[axis]) / lines.spacing[axis];
-                [cells(rays.across[0]), cells(rays.across[1]), cells(rays.axis)]
+        let placing = geometry.placing();
+        let project = |corner: [f32; 3]| {
+            let world = placing(corner);
+            let cells = |axis: usize| (world[axis] - lines.origin[axis]) / lines.spacing[axis];
+            [cells(rays.across[0]), cells(rays.across[1]), cells(rays.axis)]
+        };
+        let of_facet = |facet: &Facet| {
+            let corners = facet.map(project);
+            let [crossings, runs] = covered_areas(corners, rays.counts.map(f64::from), f64::from(rays.depth));
+            let pairs = if crossings > 0.0 {
+                [strip, [f64::from(BIN); 2]].map(|bin| bins(&corners, bin, rays.counts))
+            } else {
+                [0.0; 2]
             };
-            let of_facet = |facet: &Facet| {
-                let corners = facet.map(project);
-                let [crossings, runs] = covered_areas(corners, rays.counts.map(f64::from), f64::from(rays.depth));
-                let pairs = if crossings > 0.0 {
-                    [strip, [f64::from(BIN); 2]].map(|bin| bins(&corners, bin, rays.counts))
-                } else {
-                    [0.0; 2]
-                };
-                [crossings, runs, pairs[0], pairs[1], f64::from(u8::from(pairs[1] > 0.0))]
-            };
-            // blocks of fixed size, so that the number of threads does not change the last bits
-            let of_block = |block: &[Facet]| block.iter().map(of_facet).fold([0.0; 5], add);
-            let blocks: Vec<[f64; 5]> = geometry.facets.par_chunks(4096).map(of_block).collect();
-            sum = blocks.into_iter().fold(sum, add);
-        }
-        let [crossings, runs, strip_facets, bin_facets, facets] = sum;
-        Expected { crossings, runs, strip_facets, bin_facets, facets }
+            [crossings, runs, pairs[0], pairs[1], f64::from(u8::from(pairs[1] > 0.0))]
+        };
+        let of_block = |block: &[Facet]| block.iter().map(of_facet).fold([0.0; 5], add);
+        let blocks: Vec<[f64; 5]> = facets.par_chunks(SUMMED_AT_ONCE).map(of_block).collect();
+        let before = [self.crossings, self.runs, self.strip_facets, self.bin_facets, self.facets];
+        [self.crossings, self.runs, self.strip_facets, self.bin_facets, self.facets] =
+            blocks.into_iter().fold(before, add);
     }
 }
 

@@ -6,8 +6,9 @@ use super::engine::Engine;
 use super::options::{DEFAULT_MAX_BYTES, MeshOptions, SpillTarget};
 use super::prepare::Prepared;
 use crate::columns::{ColumnsBuilder, Head, Named};
+use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::estimate::{Allowed, Estimate, MemoryBudget};
+use crate::estimate::{Allowed, EstimateSteps, MemoryBudget};
 use crate::job::{BackendChoice, ByteSize, Job};
 use crate::report::InputReport;
 
@@ -17,13 +18,13 @@ const LEAST_DEVICE_BYTES: u64 = 1 << 20;
 /// Compares the estimate of a job with the memory allowed, of which open geometries and cells along surfaces take `parts_bytes`.
 ///
 /// # Errors
-/// `memory`.
-pub(super) fn memory_budget(
+/// `memory`; `cancelled`.
+pub(super) async fn memory_budget(
     job: &Job,
     options: &MeshOptions,
     prepared: &Prepared,
-    engine: &Engine,
-    parts_bytes: u64,
+    (engine, parts_bytes): (&Engine, u64),
+    control: &Control,
 ) -> Result<MemoryBudget> {
     let max_bytes = job.max_memory.map_or(DEFAULT_MAX_BYTES, |size| size.0);
     if parts_bytes > max_bytes.saturating_sub(options.program_bytes) {
@@ -45,7 +46,12 @@ pub(super) fn memory_budget(
     if max_bytes == u64::MAX && !can_spill {
         return Ok(MemoryBudget::unlimited(&prepared.rays, max_device_bytes));
     }
-    let estimate = Estimate::new(&prepared.geometries, &prepared.lines, &prepared.rays);
+    let (geometries, lines, rays) = (&prepared.geometries, &prepared.lines, &prepared.rays);
+    let mut steps = EstimateSteps::default();
+    while steps.step(geometries, lines, rays) {
+        control.rest().await?;
+    }
+    let estimate = steps.finish(geometries, lines, rays);
     let (program_bytes, flags) = (options.program_bytes + parts_bytes, options.flags_in_memory);
     let device = engine.device();
     MemoryBudget::new(&estimate, &Allowed { max_bytes, program_bytes, device, max_device_bytes, can_spill, flags })

@@ -2,11 +2,10 @@
 
 use serde::Serialize;
 
-use crate::geometry::{Geometry, SharedFacets};
+use crate::geometry::Geometry;
 use crate::pipeline::Engine;
-use crate::read::Solid;
 use crate::sources::Source;
-use crate::surface::surface;
+use crate::surface::Surface;
 
 /// Writes plain data as JSON.
 pub(super) fn json(value: &impl Serialize) -> String {
@@ -44,16 +43,37 @@ pub(super) fn engine_facts(engine: &Engine) -> String {
 }
 
 #[derive(Serialize)]
-struct SurfaceInfo<'a> {
+struct FileInfo<'a> {
     file: &'a str,
     format: &'a str,
     bytes: u64,
     sha256: &'a str,
     solids: Vec<&'a str>,
-    closed_solids: usize,
     facets: u64,
     bounding_box: Option<[[f64; 3]; 2]>,
     volume: f64,
+    warnings: &'a [String],
+}
+
+/// `FileInfo` of `www/job.d.ts`; the geometry has the facets of all solids.
+pub(super) fn file_info(source: &Source, geometry: &Geometry) -> String {
+    let contents = &source.contents;
+    json(&FileInfo {
+        file: &source.file,
+        format: contents.format.name(),
+        bytes: contents.n_bytes,
+        sha256: &source.sha256,
+        solids: contents.solids.iter().map(|solid| solid.name.as_str()).collect(),
+        facets: contents.n_facets,
+        bounding_box: geometry.bounding_box(),
+        volume: geometry.signed_volume(),
+        warnings: &contents.warnings,
+    })
+}
+
+#[derive(Serialize)]
+struct EdgeInfo {
+    closed_solids: usize,
     area: f64,
     closed_oriented: bool,
     closed_parity: bool,
@@ -61,37 +81,21 @@ struct SurfaceInfo<'a> {
     nonmanifold_edges: u64,
     flipped_edges: u64,
     shells: u64,
-    warnings: &'a [String],
 }
 
-/// `SurfaceInfo` of `www/hexcast.d.ts`.
-pub(super) fn surface_info(source: &Source) -> String {
-    let contents = &source.contents;
-    let facets = SharedFacets::join(&contents.solids.iter().map(|solid| solid.facets.clone()).collect::<Vec<_>>());
-    let checked = surface(&facets);
-    let is_closed = |solid: &&Solid| surface(&solid.facets).closed_parity;
-    let closed_solids = match contents.solids.len() {
-        1 => usize::from(checked.closed_parity),
-        _ => contents.solids.iter().filter(is_closed).count(),
-    };
-    let geometry = Geometry::new("", 1, facets);
-    json(&SurfaceInfo {
-        file: &source.file,
-        format: contents.format.name(),
-        bytes: contents.n_bytes,
-        sha256: &source.sha256,
-        solids: contents.solids.iter().map(|solid| solid.name.as_str()).collect(),
-        closed_solids,
-        facets: contents.n_facets,
-        bounding_box: geometry.bounding_box(),
-        volume: geometry.signed_volume(),
-        area: checked.area,
-        closed_oriented: checked.closed_oriented,
-        closed_parity: checked.closed_parity,
-        open_edges: checked.open_edges,
-        nonmanifold_edges: checked.nonmanifold_edges,
-        flipped_edges: checked.flipped_edges,
-        shells: checked.shells,
-        warnings: &contents.warnings,
+/// What `SurfaceInfo` of `www/job.d.ts` adds: the first of the surfaces is all solids together, the others are each of them if there are
+/// several.
+pub(super) fn edge_info(checked: &[Surface]) -> String {
+    let Some((all, solids)) = checked.split_first() else { return String::new() };
+    let solids = if solids.is_empty() { std::slice::from_ref(all) } else { solids };
+    json(&EdgeInfo {
+        closed_solids: solids.iter().filter(|solid| solid.closed_parity).count(),
+        area: all.area,
+        closed_oriented: all.closed_oriented,
+        closed_parity: all.closed_parity,
+        open_edges: all.open_edges,
+        nonmanifold_edges: all.nonmanifold_edges,
+        flipped_edges: all.flipped_edges,
+        shells: all.shells,
     })
 }

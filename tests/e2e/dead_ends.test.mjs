@@ -6,7 +6,7 @@ import assert from 'node:assert/strict';
 import { expect } from '@playwright/test';
 
 import { boxBetween } from './open_box.mjs';
-import { COPPER, hasGeometries, isIdle, legend, picture3d, run, slice, take, test } from './visit.mjs';
+import { COPPER, hasGeometries, isIdle, legend, picture3d, run, slice, take, test, withoutWebGl } from './visit.mjs';
 import { WITHOUT_ADAPTER } from './workers.mjs';
 
 const BOX = boxBetween([0, 0, 0], [4, 2, 2]);
@@ -88,15 +88,6 @@ test('where a backend is not there, the last one and its mesh stay', async ({ vi
   await run(page);
   assert.equal((await slice(page, 'z', 2))[2][2], COPPER);
 });
-
-/** Before the page's scripts: a browser without WebGL. */
-function withoutWebGl() {
-  delete window.showSaveFilePicker;
-  const { getContext } = HTMLCanvasElement.prototype;
-  HTMLCanvasElement.prototype.getContext = function (kind, ...options) {
-    return /webgl/.test(kind) ? null : getContext.call(this, kind, ...options);
-  };
-}
 
 test('without WebGL the page says so, offers no tool of the 3-D view, and does all else', async ({ visit }) => {
   const page = await visit('#cells=20&backend=cpu', { prepare: withoutWebGl });

@@ -1,4 +1,4 @@
-// Files in: dropped, several at once, whole folders, malformed, and too large to be drawn.
+// Files in: dropped, several at once, whole folders, malformed, and of points.
 
 import assert from 'node:assert/strict';
 import { copyFileSync, mkdirSync, mkdtempSync, rmSync, writeFileSync } from 'node:fs';
@@ -154,10 +154,13 @@ test('a folder without models, and a file that is none, are said to be that', as
   await isIdle(page);
 });
 
-test('a model with too many facets for the 3-D view is said not to be drawn, and is meshed', async ({ visit }) => {
+test('of facets that are points, however many, nothing is drawn but the model; files too large to be kept are asked about', async ({
+  visit,
+}) => {
   const page = await visit('#cells=16&backend=gpu');
+  const isAsked = () => page.evaluate(() => !dispatchEvent(new Event('beforeunload', { cancelable: true })));
   await page.evaluate(() => {
-    const n_facets = 4_000_001;
+    const n_facets = 5_000_001;
     const view = new DataView(new ArrayBuffer(84 + 50 * n_facets));
     view.setUint32(80, n_facets, true);
     // a tetrahedron; all other facets are points in its corner
@@ -183,9 +186,14 @@ test('a model with too many facets for the 3-D view is said not to be drawn, and
   });
   await page.waitForSelector('.geometry', { timeout: 120_000 });
   await hasGeometries(page, 1);
-  assert.match(await page.textContent('#messages'), /dust\.stl is not drawn .* 4,000,001 facets are more than the 4,000,000/);
-  assert.match(await page.textContent('.geometry .facts'), /4,000,001, not drawn/);
+  await page.waitForFunction(() => /5,000,001, drawn with 4/.test(document.querySelector('.geometry .facts').textContent));
+  assert.equal(await page.textContent('#messages'), '');
+  assert.ok(await isAsked());
   await run(page);
+  await page.getByRole('button', { name: 'Remove dust' }).click();
+  await page.setInputFiles('#file-input', path.join(ROOT, 'tests/fixtures/spot.stl'));
+  await hasGeometries(page, 1);
+  assert.ok(!(await isAsked()), 'smaller ones are kept');
 });
 
 test('before it is meshed a model says its facets, its box, its volume and whether it is closed', async ({ visit }) => {

@@ -106,3 +106,22 @@ test('a compressed file is made a slab at a time: others are answered meanwhile,
   assert.equal(found.width, found.nx);
   assert.ok(found.bytes > 1000);
 });
+
+test('a GPU keeps to the bytes that it may have, with the same cells; fewer than it can do with are refused by the key', async ({
+  visit,
+}) => {
+  const page = await visit('#backend=cpu');
+  const found = await inPage(
+    page,
+    `async (createMesher, source) => {
+      const mesher = await createMesher({ backend: 'gpu' });
+      const make = async (options) => (await mesher.mesh({ geometries: [{ source }], cells: 200 }, options)).report;
+      const reports = [await make(), await make({ maxDeviceBytes: 2 << 20 })];
+      const wrong = [0, NaN, 1e6, '4MB', Infinity].map((maxDeviceBytes) => make({ maxDeviceBytes }).catch(({ code, details }) => [code, details.key]));
+      return { bytes: reports.map(({ peak_bytes }) => peak_bytes.device), hashes: reports.map(({ flags_hash }) => flags_hash), wrong: await Promise.all(wrong) };
+    }`,
+  );
+  assert.equal(found.hashes[0], found.hashes[1]);
+  assert.ok(found.bytes[0] > 2 << 20 && found.bytes[1] <= 2 << 20 && found.bytes[1] > 0, `${found.bytes}`);
+  assert.deepEqual(found.wrong, Array(5).fill(['job-value', 'maxDeviceBytes']));
+});

@@ -116,3 +116,27 @@ test('after a change of settings what is shown is said to be of the last mesh', 
   await page.click('[aria-label="Remove epoxy"]');
   assert.equal(await isStale(), true);
 });
+
+test('beside the time that is left no other is told, and a small mesh does not tell of a large one', async ({ visit }) => {
+  const page = await visit('#cells=20&sample=knot&backend=cpu');
+  await hasGeometries(page, 1);
+  assert.equal(await page.textContent('#estimate-time'), 'known after the first mesh');
+  await run(page);
+  const isKnown = (words) =>
+    page.waitForFunction((words) => document.querySelector('#estimate-time')?.textContent.startsWith(words), words);
+  await page.fill('#cells', '30');
+  await isKnown('about ');
+  await page.fill('#cells', '6000');
+  await isKnown('known after a larger mesh');
+  await page.fill('#cells', '900');
+  await isKnown('known after a larger mesh');
+  await run(page);
+  await page.fill('#cells', '6000');
+  await isKnown('about ');
+  await page.click('#run');
+  await page.waitForFunction(() => document.querySelector('#progress').value > 0);
+  assert.ok(await page.isHidden('#estimate-time'));
+  await page.click('#cancel');
+  await isIdle(page);
+  assert.ok(await page.isVisible('#estimate-time'));
+});

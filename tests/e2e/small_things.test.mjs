@@ -154,7 +154,10 @@ test('the cut in 3-D has a position, and the stage does not move from plane to p
   await page.selectOption('#section-axis', '0');
   assert.equal(await page.textContent('#section-where'), 'x = 10.5 mm');
   await slice(page, 'x', 0);
-  const { top } = await box(page, '#canvas-slice');
+  const { left, top, width, height } = await box(page, '#canvas-slice');
+  // the mouse names the cell under it, with its place
+  await page.mouse.move(left + width / 2, top + height / 2);
+  assert.match(await page.textContent('#slice-cell'), /^cell 0, \d+, \d+ at .* mm: flag \d/);
   for (const index of [1, 9, 10, 19]) {
     await slice(page, 'x', index);
     assert.equal((await box(page, '#canvas-slice')).top, top, `${index}`);

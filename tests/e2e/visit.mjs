@@ -75,6 +75,15 @@ function withoutPicker() {
   delete window.showSaveFilePicker;
 }
 
+/** Before the page's scripts: a browser without WebGL. */
+export function withoutWebGl() {
+  delete window.showSaveFilePicker;
+  const { getContext } = HTMLCanvasElement.prototype;
+  HTMLCanvasElement.prototype.getContext = function (kind, ...options) {
+    return /webgl/.test(kind) ? null : getContext.call(this, kind, ...options);
+  };
+}
+
 export function isIdle(page) {
   return page.waitForFunction(() => document.body.dataset.phase === 'idle', null, { timeout: 120_000 });
 }

@@ -21,6 +21,7 @@ const CORE: &[&str] = &[
     "geometry",
     "edges",
     "surface",
+    "preview",
     "read",
     "job",
     "sources",

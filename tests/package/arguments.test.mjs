@@ -35,7 +35,8 @@ const NUMBERS = `{
   'domain[3]': (n) => ({ domain: [0, 0, 0, n, 1, 1] }), 'padding.cells': (n) => ({ padding: { cells: n } }),
   'padding.length[0]': (n) => ({ padding: { length: [n, 0, 0] } }), close_gaps: (n) => ({ close_gaps: n }),
   gap_flag: (n) => ({ close_gaps: 2, gap_flag: n }), thin_cells: (n) => ({ certify: true, thin_cells: n }),
-  max_memory: (n) => ({ max_memory: n }),
+  max_memory: (n) => ({ max_memory: n }), 'window[3]': (n) => ({ window: [0, 0, 0, n, 1, 1] }),
+  'part.index': (n) => ({ part: { index: n, of: [2, 1, 1] } }), 'part.of[0]': (n) => ({ part: { index: 1, of: [n, 1, 1] } }),
   'geometries[0].flag': (n) => ({ g: { flag: n } }), 'geometries[0].priority': (n) => ({ g: { priority: n } }),
   'geometries[0].scale': (n) => ({ g: { scale: n } }), 'geometries[0].scale[1]': (n) => ({ g: { scale: [1, n, 1] } }),
   'geometries[0].rotate[0]': (n) => ({ g: { rotate: [n, 0, 0] } }), 'geometries[0].translate[2]': (n) => ({ g: { translate: [0, 0, n] } }),
@@ -53,7 +54,7 @@ test('every number of a job that is none, or infinite, is refused by its key; so
     }
     print(found);
   `);
-  assert.equal(Object.keys(found).length, 20);
+  assert.equal(Object.keys(found).length, 23);
   for (const [key, problems] of Object.entries(found)) {
     assert.equal(problems.length, 6);
     for (const [at, { code, message, details }] of problems.entries()) {
@@ -85,7 +86,11 @@ const WRONG = [
   ['mesher.mesh()', 'the job', 'the job is undefined; allowed: an object'],
   ['mesher.mesh(5)', 'the job', 'the job is 5'],
   ["mesher.mesh({ ...job, backend: 'gpu' })", 'backend', 'backend is no key of a job'],
-  ['mesher.mesh(job, { spil: true })', 'spil', 'spil is no option of this call; allowed: spill, signal, onProgress'],
+  [
+    'mesher.mesh(job, { spil: true })',
+    'spil',
+    'spil is no option of this call; allowed: spill, maxDeviceBytes, signal, onProgress',
+  ],
   ["mesher.mesh(job, { spill: 'yes' })", 'spill', 'spill is "yes"; allowed: "auto", true, false'],
   ['mesher.mesh(job, { onProgress: 5 })', 'onProgress', 'onProgress is 5; allowed: a function'],
   ['mesher.mesh({ geometries: {} })', 'geometries', 'geometries is an object (Object); allowed: a list'],
@@ -99,6 +104,12 @@ const WRONG = [
     'padding.cells[1].b is NaN',
   ],
   ['mesher.mesh(circle)', 'self.self.self.self.self.self.self.self', ''],
+  [
+    'mesher.mesh(job, { maxDeviceBytes: NaN })',
+    'maxDeviceBytes',
+    'maxDeviceBytes is NaN; allowed: whole numbers from 1048576 to ',
+  ],
+  ["mesher.read(stl, { check: 'no' })", 'check', 'check is "no"; allowed: true, false'],
   ['mesher.read(null)', 'source', 'source is null; allowed: '],
   ['mesher.read(stl, { file: 5 })', 'file', 'file is 5; allowed: text'],
   ['mesher.read(new Date())', 'source', 'source is an object (Date); allowed: '],

@@ -154,3 +154,33 @@ test("streams fill the reader's own buffers, and go through what takes streams o
   `);
   assert.deepEqual(found, { isRaw: true, isReadable: true, isPiped: true, largest: 4096 });
 });
+
+test('a surface can be meshed before its edges are looked at, and drawn with fewer facets', () => {
+  const found = inNode(`
+    const whole = await mesher.read(stl, { file: 'spot.stl' });
+    const surface = await mesher.read(stl, { file: 'spot.stl', check: false });
+    const before = Object.keys(surface.info);
+    const sha256 = await hashOf(surface);
+    const told = [];
+    const same = (await surface.check({ onProgress: ({ stage, done, total }) => told.push([stage, done / total]) })) === surface;
+    const n = async (maxFacets) => (await surface.preview(maxFacets)).length / 9;
+    const all = await surface.preview(5856);
+    const corners = await surface.corners();
+    const reasons = await Promise.all([0, 1.5, NaN, '7', 2 ** 32].map((max) => surface.preview(max).catch((error) => error.details.key)));
+    const wrong = await mesher.read(stl, { check: 1 }).catch((error) => error.details.key);
+    const stop = new AbortController();
+    stop.abort('enough');
+    const aborted = await mesher.read(stl, { check: false }).then((other) => other.check({ signal: stop.signal })).catch((reason) => reason);
+    const isWhole = all.length === corners.length && all.every((number, at) => number === corners[at]);
+    print({ before, info: surface.info, expected: whole.info, sha256, expectedHash: await mesh.sha256(), told, same, isWhole, some: await n(1000), few: await n(20), reasons, wrong, aborted });
+  `);
+  assert.ok(found.before.includes('bounding_box') && !found.before.includes('closed_parity'));
+  assert.deepEqual(found.info, found.expected);
+  assert.equal(found.sha256, found.expectedHash);
+  assert.deepEqual(found.told.at(-1), ['check', 1]);
+  assert.ok(found.same && found.isWhole);
+  assert.ok(found.some > 200 && found.some <= 1000, `${found.some}`);
+  assert.ok(found.few > 0 && found.few <= 20, `${found.few}`);
+  assert.deepEqual(new Set(found.reasons), new Set(['maxFacets']));
+  assert.deepEqual([found.wrong, found.aborted], ['check', 'enough']);
+});

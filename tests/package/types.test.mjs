@@ -81,6 +81,11 @@ const USES = `
   mesh.report.flags[0]!.mesh_volume.toFixed();
   // @ts-expect-error there is no such option
   await mesher.mesh({ geometries: [], cels: 3 });
+  const large = await mesher.read(new Blob([]), { check: false });
+  // @ts-expect-error its edges were not looked at
+  large.info.open_edges.toFixed();
+  (await large.check()).info.open_edges.toFixed();
+  await mesher.mesh({ geometries: [{ source: large }], cells: 8 }, { maxDeviceBytes: 2 ** 30 });
   export const code = (error: unknown) => (error instanceof HexcastError ? error.code satisfies string : null);
   export type Exported = keyof typeof hexcast;
 `;

@@ -76,7 +76,11 @@ function show() {
   const onGpu = state.mesher?.backend === 'gpu' ? `, GPU ${bytes(result.device_bytes)}` : '';
   fact('estimate-memory', 'Memory', `about ${bytes(result.host_bytes)}${onGpu}`);
   fact('estimate-file', 'File', `${bytes(result.file_bytes.raw)}, a byte a cell`);
-  fact('estimate-time', 'Time', result.seconds === null ? 'known after the first mesh' : `about ${duration(result.seconds)}`);
+  fact(
+    'estimate-time',
+    'Time',
+    result.seconds === null ? `known after ${state.mesh ? 'a larger' : 'the first'} mesh` : `about ${duration(result.seconds)}`,
+  );
   box.append(list);
   const warning = fits(result, estimate.freeBytes);
   if (warning) box.append(make('p', { className: 'warn', id: 'estimate-warning' }, warning));

@@ -1,19 +1,16 @@
 /** Files that are opened: dropped anywhere on the page, chosen, or a sample. */
 import { byId, make, onInput } from './dom.js';
-import { count } from './format.js';
 import { clearMessages, showError, showNotice } from './messages.js';
 import { realFiles } from './real_models.js';
 import { SAMPLES } from './samples.js';
 import { takeExpected } from './share.js';
 import { change, freeFlag, isSame, set, state } from './state.js';
+import { readSurface } from './surfaces.js';
 
 /**
  * @typedef {Partial<import('./state.js').Geometry>} GeometrySettings
  * @typedef {{ source: File, settings?: GeometrySettings }} FileIn a file, and settings of its geometry
  */
-
-/** Beyond so many facets the preview in 3-D is left out: the browser would hold them three times. */
-export const PREVIEW_FACETS = 4_000_000;
 
 let nextId = 1;
 /** @type {Promise<void>} */
@@ -146,23 +143,10 @@ async function addFile(mesher, { source, settings = {} }, sample) {
     }
     byId('status').textContent = `Read ${source.name}.`;
   } catch (error) {
-    byId('status').textContent = '';
+    const isCancelled = error instanceof DOMException && error.name === 'AbortError';
+    byId('status').textContent = isCancelled ? `Cancelled; ${source.name} was not read.` : '';
     showError(error, source.name);
   }
-}
-
-/** @param {import('hexcast').Mesher} mesher @param {File} source */
-async function readSurface(mesher, source) {
-  const onProgress = (/** @type {import('hexcast').Progress} */ { done, total }) => {
-    byId('status').textContent = `Reading ${source.name}: ${Math.floor((100 * done) / Math.max(total, 1))} %`;
-  };
-  const surface = await mesher.read(source, { file: source.name, onProgress });
-  const corners = surface.info.facets <= PREVIEW_FACETS ? await surface.corners() : null;
-  if (!corners)
-    showNotice(
-      `${source.name} is not drawn before it is meshed: ${count(surface.info.facets)} facets are more than the ${count(PREVIEW_FACETS)} that the 3-D view takes. The mesh has them all`,
-    );
-  return { surface, corners, info: surface.info };
 }
 
 /**

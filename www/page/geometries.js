@@ -1,11 +1,12 @@
 /** The list of geometries: facts and settings of each. */
 import { byId, make } from './dom.js';
-import { PREVIEW_FACETS, removeGeometry } from './files.js';
+import { removeGeometry } from './files.js';
 import { count, measure, readNumbers, times, writeNumbers } from './format.js';
 import { sentence } from './messages.js';
 import { endText, placedBox } from './places.js';
 import { handle, moveByKey, startOrder } from './order.js';
 import { change, colourOf, flagsOf, freeFlag, on, placeKey, state } from './state.js';
+import { checkAgain, isLeftUnchecked } from './surfaces.js';
 
 /** @typedef {import('./state.js').Geometry} Geometry */
 
@@ -46,7 +47,8 @@ function showColour(geometry) {
 /** Writes the facts anew where the geometry was placed otherwise. @param {Geometry} geometry */
 function showFacts(geometry) {
   const element = byId(`facts-${geometry.id}`);
-  const key = placeKey(geometry);
+  const { info, corners } = geometry;
+  const key = JSON.stringify([placeKey(geometry), info.closed_parity, corners?.length, isLeftUnchecked(geometry)]);
   if (element.dataset.key === key) return;
   element.dataset.key = key;
   element.replaceChildren(...facts(geometry));
@@ -87,7 +89,7 @@ function card(geometry) {
       whole(geometry, 'flag', 'Flag', 1, 255),
       whole(geometry, 'priority', 'Priority', -1000, 1000),
     ),
-    ...(info.solids.length > 1 ? [splitBox(geometry)] : []),
+    ...(info.solids.length > 1 && info.closed_solids !== undefined ? [splitBox(geometry, info.closed_solids)] : []),
     make(
       'details',
       {},
@@ -106,7 +108,8 @@ function recolour(id, colour) {
 }
 
 /** Facets, box as it is placed, closed or not, volume, and the warnings of the reader. @param {Geometry} geometry */
-function facts({ info, ...placing }) {
+function facts(geometry) {
+  const { info, corners, ...placing } = geometry;
   const { unit } = state.settings;
   const [low, high] = placedBox(info.bounding_box, placing);
   const factors = [placing.scale ?? 1, placing.scale ?? 1, placing.scale ?? 1].flat();
@@ -115,7 +118,9 @@ function facts({ info, ...placing }) {
   const list = make('dl', { className: 'facts' });
   const fact = (/** @type {string} */ term, /** @type {string} */ value, properties = {}) =>
     list.append(make('dt', {}, term), make('dd', properties, value));
-  fact('Facets', info.facets > PREVIEW_FACETS ? `${count(info.facets)}, not drawn` : count(info.facets));
+  const n_drawn = (corners?.length ?? 0) / 9;
+  const drawn = n_drawn === 0 ? 'not drawn' : `drawn with ${count(n_drawn)}`;
+  fact('Facets', n_drawn === info.facets ? count(info.facets) : `${count(info.facets)}, ${drawn}`);
   fact('Size', `${times(size)}${unit ? ` ${unit}` : ''}`);
   // so many digits that the ends can be told apart
   const ends = (/** @type {number[]} */ corner) => corner.map((at, axis) => endText(at, size[axis])).join(', ');
@@ -126,18 +131,24 @@ function facts({ info, ...placing }) {
   fact('Surface', closedness(info), { className: isClosed ? 'good' : 'warn' });
   /** @type {HTMLElement[]} */
   const parts = [list];
+  if (isLeftUnchecked(geometry)) {
+    const again = { type: 'button', className: 'small', on: { click: () => checkAgain(geometry) } };
+    parts.push(make('button', again, 'Check the edges'));
+  }
   if (info.warnings.length > 0) {
     parts.push(make('ul', { className: 'warnings' }, ...info.warnings.map((warning) => make('li', {}, sentence(warning)))));
   }
   return parts;
 }
 
-/** @param {import('hexcast').SurfaceInfo} info */
+/** @param {Geometry['info']} info */
 function closedness(info) {
-  if (info.closed_parity && info.closed_oriented) return info.shells > 1 ? `closed, ${count(info.shells)} shells` : 'closed';
+  if (info.closed_parity === undefined) return 'edges not checked yet';
+  if (info.closed_parity && info.closed_oriented)
+    return (info.shells ?? 1) > 1 ? `closed, ${count(info.shells ?? 1)} shells` : 'closed';
   if (info.closed_parity)
-    return `closed, but ${info.flipped_edges > 0 ? edges(info.flipped_edges, 'flipped') : 'facets face both ways'}: inside is where the number of crossings is odd`;
-  return `not closed: ${info.open_edges > 0 ? edges(info.open_edges, 'open') : 'odd numbers of facets meet'}`;
+    return `closed, but ${info.flipped_edges ? edges(info.flipped_edges, 'flipped') : 'facets face both ways'}: inside is where the number of crossings is odd`;
+  return `not closed: ${info.open_edges ? edges(info.open_edges, 'open') : 'odd numbers of facets meet'}`;
 }
 
 /** @param {number} n @param {string} what */
@@ -165,14 +176,14 @@ function whole(geometry, key, label, min, max) {
   return make('label', {}, label, input);
 }
 
-/** A choice only where every solid is closed, or it was made already. @param {Geometry} geometry */
-function splitBox({ id, split, info }) {
+/** A choice only where every solid is closed, or it was made already. @param {Geometry} geometry @param {number} n_closed */
+function splitBox({ id, split, info }, n_closed) {
   const n_solids = info.solids.length;
-  if (!split && info.closed_solids < n_solids) {
+  if (!split && n_closed < n_solids) {
     return make(
       'p',
       { className: 'note' },
-      `${n_solids} solids, of which ${info.closed_solids === 0 ? 'none' : info.closed_solids} ${info.closed_solids > 1 ? 'are' : 'is'} closed: they are meshed as one geometry`,
+      `${n_solids} solids, of which ${n_closed === 0 ? 'none' : n_closed} ${n_closed > 1 ? 'are' : 'is'} closed: they are meshed as one geometry`,
     );
   }
   const box = make('input', {

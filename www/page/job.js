@@ -3,7 +3,7 @@ import { DEFAULTS, state } from './state.js';
 
 /**
  * @typedef {import('hexcast').Job} Job
- * @typedef {import('hexcast').GeometryJob & { source: import('hexcast').Surface, file: string }} SurfaceJob
+ * @typedef {Omit<import('hexcast').GeometryJob, 'source'> & { source: import('./state.js').Surface, file: string }} SurfaceJob
  * @typedef {'name' | 'flag' | 'priority' | 'split' | 'scale' | 'rotate' | 'translate'} GeometryKey
  */
 
@@ -21,7 +21,7 @@ export const GEOMETRY_KEYS = [
 /** The job with its surfaces as sources. */
 export function currentJob() {
   const { settings } = state;
-  /** @type {Job & { geometries: SurfaceJob[] }} */
+  /** @type {Omit<Job, 'geometries'> & { geometries: SurfaceJob[] }} */
   const job = { geometries: state.geometries.map(geometryJob) };
   if (settings.domain) job.domain = settings.domain;
   else if (hasPadding(settings.padding))

@@ -23,7 +23,9 @@ import { isForeignHash, readHash, startSharing } from './share.js';
 import { startSlices } from './slices.js';
 import { startStale } from './stale.js';
 import { state } from './state.js';
+import { startSurfaces } from './surfaces.js';
 import { startTabs } from './tabs.js';
+import { startTasks } from './tasks.js';
 import { startView3d } from './view3d.js';
 
 async function start() {
@@ -33,6 +35,8 @@ async function start() {
   startFocus();
   startTabs();
   startFiles();
+  startTasks();
+  startSurfaces();
   startGeometries();
   startPatches();
   startSettings();

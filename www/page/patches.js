@@ -20,7 +20,9 @@ export function startPatches() {
 async function look() {
   const { mesher, phase } = state;
   if (!mesher || phase !== 'idle') return;
-  const open = state.geometries.filter(({ info, split, corners }) => !info.closed_parity && !split && corners);
+  const open = state.geometries.filter(
+    ({ info, split, corners }) => info.closed_parity === false && !split && corners?.length === 9 * info.facets,
+  );
   const parts = open.filter((geometry) => placeKey(geometry) === placeKey(open[0]));
   const key = JSON.stringify(parts.map((geometry) => [geometry.id, placeKey(geometry)]));
   if (key === looked) return;

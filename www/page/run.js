@@ -10,7 +10,7 @@ import { change, on, set, state } from './state.js';
 
 /** @typedef {import('hexcast').BackendChoice} BackendChoice */
 
-const STAGES = { read: 'Reading', mesh: 'Meshing', write: 'Writing' };
+const STAGES = { read: 'Reading', check: 'Checking', preview: 'Drawing', mesh: 'Meshing', write: 'Writing' };
 /** Faces of the surface in 3-D: phones turn as many smoothly. */
 const MAX_QUADS = 1_000_000;
 

@@ -199,7 +199,7 @@ export class Scene {
   /**
    * Moves the camera so that all models fill the view.
    *
-   * @param {(Placing & { info: import('hexcast').SurfaceInfo })[]} models
+   * @param {(Placing & { info: import('hexcast').FileInfo })[]} models
    * @param {number[]} [direction]
    */
   fitModels(models, direction) {

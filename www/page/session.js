@@ -1,6 +1,6 @@
 /**
  * The session: files and settings of this visit, kept in the origin's private file system (OPFS). The next visit asks once whether
- * to open them again. Where a browser has no such file system, it asks before the page is left.
+ * to open them again. Where a browser has no such file system, or the files are too large for it, it asks before the page is left.
  */
 import { debounce } from './dom.js';
 import { addFiles } from './files.js';
@@ -14,8 +14,8 @@ import { on, state } from './state.js';
 /** Folder of the files, and key of the settings: these are few, and written at once. */
 const FOLDER = 'hexcast-session';
 const LIST = 'session.json';
-/** More bytes of files are not kept. */
-const MAX_BYTES = 1e9;
+/** More bytes of files are not kept: writing and reading them again would take the memory that meshing needs. */
+const MAX_BYTES = 250e6;
 
 /** Keys of the files in the folder. @type {Set<string>} */
 const stored = new Set();
@@ -25,7 +25,7 @@ let queue = Promise.resolve();
 /** Asks for the last session, and keeps this one. @param {boolean} hasSample whether the address names a sample */
 export async function startSession(hasSample) {
   addEventListener('beforeunload', (event) => {
-    if (!hasPrivateFiles() && ownFiles().length > 0) event.preventDefault();
+    if ((!hasPrivateFiles() || isTooLarge()) && ownFiles().length > 0) event.preventDefault();
   });
   if (!hasPrivateFiles()) return;
   if (!hasSample) await ask().catch(() => {});
@@ -45,6 +45,11 @@ function keepSettings() {
 /** Geometries that the page cannot make by itself. */
 function ownFiles() {
   return state.geometries.filter(({ sample }) => !sample);
+}
+
+/** Whether the files of this visit are too large to be kept. */
+function isTooLarge() {
+  return ownFiles().reduce((sum, { source }) => sum + source.size, 0) > MAX_BYTES;
 }
 
 async function folder(create = false) {
@@ -89,7 +94,7 @@ async function forget() {
 /** Writes what is new and removes what is gone. */
 async function keep() {
   const own = ownFiles();
-  if (own.length === 0 || own.reduce((sum, { source }) => sum + source.size, 0) > MAX_BYTES) return forget();
+  if (own.length === 0 || isTooLarge()) return forget();
   // the question is answered by other files
   for (const box of document.querySelectorAll('[data-about=session]')) box.remove();
   const place = await folder(true);

@@ -8,7 +8,8 @@
  * @typedef {import('hexcast').Mesh} Mesh
  * @typedef {import('hexcast').Skin} Skin
  * @typedef {import('hexcast').Job} Job
- * @typedef {import('hexcast').Surface} Surface
+ * @typedef {import('hexcast').FileInfo} FileInfo
+ * @typedef {import('hexcast').Surface<FileInfo>} Surface
  * @typedef {[number, number, number]} Triple
  * @typedef {[number, number, number, number, number, number]} Box
  */
@@ -42,8 +43,8 @@
  * @property {File} source
  * @property {string | null} sample that it is of
  * @property {Surface} surface
- * @property {import('hexcast').SurfaceInfo} info
- * @property {Float32Array | null} corners null where it is too large to be drawn
+ * @property {FileInfo & Partial<import('hexcast').SurfaceInfo>} info without what edges tell until these were looked at
+ * @property {Float32Array | null} corners what is drawn: of a surface with many facets fewer ones, and none until they are there
  * @property {string | null} name
  * @property {number} flag
  * @property {number} priority
@@ -168,7 +169,7 @@ export function freeFlag(n_flags = 1, except = null) {
 /**
  * The flags of a geometry: one, or with `split` one a solid from its first on.
  *
- * @param {{ flag: number, split: boolean, info: import('hexcast').SurfaceInfo }} geometry
+ * @param {{ flag: number, split: boolean, info: FileInfo }} geometry
  */
 export function flagsOf({ flag, split, info }) {
   return range(flag, split ? info.solids.length : 1);

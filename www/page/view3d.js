@@ -18,6 +18,7 @@ let loading = /** @type {Promise<Scene> | null} */ (null);
 let shown = 'model';
 let section = 0;
 let modelsLook = '[]';
+let modelsDrawn = '';
 /** The mesh whose surface is drawn. @type {import('hexcast').Mesh | null} */
 let drawn = null;
 /** Whether the view could not be opened. */
@@ -104,11 +105,13 @@ function showModels() {
   const look = JSON.stringify(
     geometries.map(({ id, flag, scale, rotate, translate }) => [id, colourOf(flag), scale, rotate, translate]),
   );
-  if (look === modelsLook) return;
-  modelsLook = look;
-  choose('model');
+  const drawn = geometries.map(({ corners }) => corners?.length).join();
+  if (look === modelsLook && drawn === modelsDrawn) return;
+  // a picture that comes after the cells does not hide them
+  if (look !== modelsLook) choose('model');
+  [modelsLook, modelsDrawn] = [look, drawn];
   withScene((scene) => {
-    // of a model that is too large to be drawn, the view shows the box
+    // of a model that is not drawn yet, the view shows the box
     const models = geometries.flatMap(({ corners, ...rest }) =>
       corners ? [{ ...rest, corners, colour: colourOf(rest.flag) }] : [],
     );
