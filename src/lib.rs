@@ -15,6 +15,8 @@ pub mod edges;
 pub mod error;
 pub mod estimate;
 pub mod facet;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod files;
 mod fingerprint;
 pub mod flags;
 pub mod frame;
@@ -28,6 +30,8 @@ pub mod leak;
 pub mod lines;
 pub mod map;
 pub mod mesh;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod mesher;
 pub mod open;
 pub mod overlay;
 mod parallel;

@@ -20,14 +20,14 @@ pub use of_certificate::{CertificateReport, GapReport, OverlapReport, ThinWallRe
 pub use of_columns::{ColumnsFlag, ColumnsReport};
 pub use of_geometries::{FillReport, FlagReport, GeometryReport, OpenReport, flag_reports};
 
-/// One input file.
+/// One input: a file, or facets that were in memory.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct InputReport {
     /// Its name as the job has it.
     pub file: String,
-    /// SHA-256 of its bytes.
-    pub sha256: String,
+    /// SHA-256 of its bytes; null for facets that were in memory.
+    pub sha256: Option<String>,
     /// Its length.
     pub bytes: u64,
     /// How it was written.

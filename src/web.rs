@@ -78,7 +78,7 @@ impl WebReader {
     pub fn finish(self) -> JsResult<WebSurface> {
         let contents = self.reader.finish().map_err(|error| js_error(error.at(&self.file)))?;
         let sha256 = hex(&self.hash.finalize());
-        Ok(WebSurface { source: Rc::new(Source { file: self.file, contents, sha256 }) })
+        Ok(WebSurface { source: Rc::new(Source::new(self.file, contents, Some(sha256))) })
     }
 }
 

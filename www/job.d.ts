@@ -138,8 +138,8 @@ export interface SurfaceInfo {
   format: string;
   /** Length of the file in bytes. */
   bytes: number;
-  /** SHA-256 of its bytes, in hexadecimal. */
-  sha256: string;
+  /** SHA-256 of its bytes, in hexadecimal; null for arrays, which are not hashed. */
+  sha256: string | null;
   /** Names of its solids, empty strings where the file gives none. */
   solids: string[];
   /** Number of solids that are closed by themselves: every edge is used an even number of times. */

@@ -40,6 +40,7 @@ mod leak;
 mod leak_command;
 #[cfg(feature = "cli")]
 mod memory;
+mod mesher;
 mod models;
 mod open_surfaces;
 mod oracle;

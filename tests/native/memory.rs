@@ -20,7 +20,7 @@ fn sources(job: &Job) -> Vec<Source> {
         let path = format!("{}/tests/fixtures/{}", env!("CARGO_MANIFEST_DIR"), geometry.file);
         let bytes = std::fs::read(path).expect("the fixture is there");
         let contents = hexcast::read::read_bytes(&bytes).expect("the fixture is sound");
-        Source { file: geometry.file.clone(), contents, sha256: format!("{} bytes", bytes.len()) }
+        Source::new(geometry.file.clone(), contents, Some(format!("{} bytes", bytes.len())))
     };
     job.geometries.iter().map(read).collect()
 }

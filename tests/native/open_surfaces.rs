@@ -33,11 +33,7 @@ pub(crate) fn meshed(
     let geometries =
         (0..parts.len()).map(|index| GeometryJob { file: format!("{index}.stl"), ..given(index) }).collect();
     let job = Job { geometries, axis, ..job.clone() };
-    let source = |(index, facets): (usize, &Facets)| Source {
-        file: format!("{index}.stl"),
-        contents: contents(facets),
-        sha256: String::new(),
-    };
+    let source = |(index, facets): (usize, &Facets)| Source::new(format!("{index}.stl"), contents(facets), None);
     let sources = parts.iter().enumerate().map(source).collect();
     let options = MeshOptions { doubt_mask: true, ..MeshOptions::default() };
     pollster::block_on(pipeline::mesh(&job, sources, &options, engine, &Control::default()))

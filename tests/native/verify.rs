@@ -45,7 +45,7 @@ impl Meshed {
             let bytes = stl(facets);
             std::fs::write(&entry.file, &bytes).expect("the folder is there");
             let contents = read_bytes(&bytes).expect("a binary STL");
-            sources.push(Source { file: entry.file.clone(), contents, sha256: String::new() });
+            sources.push(Source::new(entry.file.clone(), contents, None));
         }
         let (mut engine, options, control) = (Engine::cpu(), MeshOptions::default(), Control::default());
         let meshed = pollster::block_on(mesh(&job, sources, &options, &mut engine, &control));
