@@ -193,7 +193,7 @@ impl<'a> Strips<'a> {
         while let Some(mut more) = self.round(control)? {
             bands.append(&mut more);
         }
-        Ok(Columns::new(*self.cast.rays, bands))
+        Columns::new(*self.cast.rays, bands)
     }
 }
 

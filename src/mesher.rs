@@ -98,6 +98,6 @@ impl Mesher {
         let (mesh, facts) = pollster::block_on(pipeline::mesh(job, sources, options, &mut self.engine, control))?;
         // the next mesh does not open it
         self.engine.seconds = 0.0;
-        Ok((mesh, Report::new(facts, CallerFacts { read, ..CallerFacts::default() })))
+        Ok((mesh, Report::new(facts, CallerFacts::default().with_read(read))))
     }
 }

@@ -10,7 +10,7 @@ use sha2::{Digest, Sha256};
 use crate::checksum::hex;
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::geometry::{Facet, Fill, Geometry, SharedFacets};
+use crate::geometry::{Facet, Fill, Geometry, SharedFacets, check_finite};
 use crate::job::{GeometryJob, Job};
 use crate::parallel::beside;
 use crate::read::{Contents, Format, Reader, Solid};
@@ -70,12 +70,8 @@ impl Source {
         if facets.is_empty() {
             return Err(Error::new("stl-empty", format!("{file}: there are no facets"), "give at least one"));
         }
-        let numbers = facets.as_flattened().as_flattened();
-        if let Some(place) = numbers.iter().position(|number| !number.is_finite()) {
-            let message = format!("{file}: number {} of facet {} is {}", place % 9, place / 9, numbers[place]);
-            return Err(Error::new("stl-not-finite", message, "remove the facet"));
-        }
-        let (n_facets, n_bytes) = (facets.len() as u64, 4 * numbers.len() as u64);
+        check_finite(&file, &facets)?;
+        let (n_facets, n_bytes) = (facets.len() as u64, 36 * facets.len() as u64);
         let zero_area = facets.iter().filter(|facet| doubled_area_vector(facet) == [0.0; 3]).count() as u64;
         let contents = Contents {
             format: Format::Facets,
@@ -97,7 +93,7 @@ impl Source {
 /// A geometry without a flag gets its position in the resulting list, from 1; without a name, that of its solid or file.
 ///
 /// # Errors
-/// `job-conflict`: another number of sources than of entries; `job-value`: a solid that the file does not have, or a flag past 255;
+/// `job-conflict`: another number of sources than of entries; those of [`Geometry::new`]; `job-value`: a solid that the file does not have, or a flag past 255;
 /// `too-many-geometries`.
 pub fn geometries(job: &Job, sources: Vec<Source>) -> Result<Vec<Geometry>> {
     let (n_wanted, n_found) = (job.geometries.len(), sources.len());
@@ -118,7 +114,7 @@ pub fn geometries(job: &Job, sources: Vec<Source>) -> Result<Vec<Geometry>> {
                 let message = format!("geometry \"{name}\" would get flag {flag}: flags are 1 to 255");
                 return Err(Error::new("job-value", message, "give flags, or join geometries of the same substance"));
             };
-            let mut geometry = Geometry::new(name, flag, facets);
+            let mut geometry = Geometry::new(name, flag, facets)?;
             geometry.pieces_in_file = pieces_in_file;
             geometry.has_default_flag = entry.flag.is_none();
             geometry.priority = entry.priority;

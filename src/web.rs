@@ -105,8 +105,8 @@ impl WebSurface {
     }
 
     /// Facts as JSON: `SurfaceInfo` of `www/hexcast.d.ts`.
-    pub fn info(&self) -> String {
-        info::surface_info(&self.source)
+    pub fn info(&self) -> JsResult<String> {
+        info::surface_info(&self.source).map_err(js_error)
     }
 
     /// Corners of all facets, 9 numbers each.

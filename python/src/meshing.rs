@@ -41,7 +41,7 @@ pub(crate) fn mesh(
             let options = MeshOptions::default();
             pollster::block_on(pipeline::mesh(&job, sources, &options, engine, control))
         })?;
-        let report = Report::new(facts, CallerFacts { read, ..CallerFacts::default() }).to_json();
+        let report = Report::new(facts, CallerFacts::default().with_read(read)).to_json();
         Ok(RawMesh::new(mesh, report))
     })
 }

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::error::Result;
 use crate::geometry::{Geometry, SharedFacets};
 use crate::pipeline::Engine;
 use crate::read::Solid;
@@ -65,7 +66,7 @@ struct SurfaceInfo<'a> {
 }
 
 /// `SurfaceInfo` of `www/hexcast.d.ts`.
-pub(super) fn surface_info(source: &Source) -> String {
+pub(super) fn surface_info(source: &Source) -> Result<String> {
     let contents = &source.contents;
     let facets = SharedFacets::join(&contents.solids.iter().map(|solid| solid.facets.clone()).collect::<Vec<_>>());
     let checked = surface(&facets);
@@ -74,8 +75,8 @@ pub(super) fn surface_info(source: &Source) -> String {
         1 => usize::from(checked.closed_parity),
         _ => contents.solids.iter().filter(is_closed).count(),
     };
-    let geometry = Geometry::new("", 1, facets);
-    json(&SurfaceInfo {
+    let geometry = Geometry::new("", 1, facets)?;
+    Ok(json(&SurfaceInfo {
         file: &source.file,
         format: contents.format.name(),
         bytes: contents.n_bytes,
@@ -93,5 +94,5 @@ pub(super) fn surface_info(source: &Source) -> String {
         flipped_edges: checked.flipped_edges,
         shells: checked.shells,
         warnings: &contents.warnings,
-    })
+    }))
 }

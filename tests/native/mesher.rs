@@ -73,7 +73,7 @@ fn files_are_read_and_errors_name_them() {
 #[test]
 fn a_mesh_of_facets_in_memory_resumes_from_the_columns_of_the_same_facets_alone() {
     let store = Arc::new(MemoryStore::default());
-    let options = MeshOptions { spill: SpillTarget::Resumable(store.clone()), ..MeshOptions::default() };
+    let options = MeshOptions::default().with_spill(SpillTarget::Resumable(store.clone()));
     let resumed = |radius: f32| {
         let sources = vec![Source::from_facets("sphere", sphere([0.0; 3], radius, 16)).unwrap()];
         let job = Job { domain: Some([-2.0, -2.0, -2.0, 2.0, 2.0, 2.0]), ..job(16) };

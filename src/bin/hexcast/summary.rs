@@ -2,9 +2,7 @@
 
 use std::fmt::{Display, Write};
 
-use hexcast::closed::BadEdges;
-use hexcast::edges::BadEdge;
-use hexcast::report::{ColumnsReport, MeshFacts, Report};
+use hexcast::report::{BadEdge, BadEdges, ColumnsReport, MeshFacts, Report};
 use indicatif::{BinaryBytes, HumanCount};
 
 use super::output_file::OutputFile;

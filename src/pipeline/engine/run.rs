@@ -51,6 +51,7 @@ impl Engine {
     ///
     /// # Errors
     /// `cancelled`; `device-lost` when the device was lost too often, or for good, and there is no CPU fallback.
+    #[cfg_attr(not(feature = "stages"), doc(hidden))]
     pub async fn columns(&mut self, cast: &Cast<'_>, control: &Control) -> Result<(Columns, Used)> {
         let mut builder = ColumnsBuilder::new(*cast.rays, u64::MAX, None);
         let used =
@@ -63,10 +64,12 @@ impl Engine {
     ///
     /// # Errors
     /// Those of [`Engine::columns`].
+    #[cfg_attr(not(feature = "stages"), doc(hidden))]
     pub async fn crossings(
         &mut self,
         cast: &Cast<'_>,
         with_facets: bool,
+        #[cfg_attr(not(feature = "gpu"), expect(unused_variables, reason = "they are those of a GPU"))]
         limits: BandLimit,
         control: &Control,
         take: &mut impl FnMut(Vec<Crossings>),
