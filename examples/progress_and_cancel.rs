@@ -13,8 +13,8 @@ use hexcast::{Control, GeometryJob, Job, Mesher, MesherOptions, Result, Source};
 /// Meshes a cube of 2000 cells a side, and cancels when a part of the rays is done. Returns what was told of the progress and the result.
 pub(crate) fn cancelled_after(part: f64) -> (Vec<Progress>, Result<()>) {
     let (tell, told) = mpsc::channel();
-    // called after every band, from the thread that meshes
-    let control = Control::with_progress(move |progress| drop(tell.send(progress)));
+    // called after every band, from the thread that meshes; that nobody listens any more is no error
+    let control = Control::with_progress(move |progress| tell.send(progress).unwrap_or_default());
     let token = control.cancel.clone();
     let watching = thread::spawn(move || {
         let mut found = Vec::new();

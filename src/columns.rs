@@ -25,6 +25,9 @@ mod store;
 mod totals_check;
 
 pub use box_runs::BoxRuns;
+#[cfg(not(feature = "stages"))]
+pub(crate) use builder::ColumnsBuilder;
+#[cfg(feature = "stages")]
 pub use builder::ColumnsBuilder;
 use file::end::Totals;
 pub use file::head::{Head, Named};

@@ -1,13 +1,8 @@
 #![doc = include_str!("../docs/rust.md")]
-#![cfg_attr(
-    not(feature = "stages"),
-    allow(
-        dead_code,
-        unreachable_pub,
-        unused_imports,
-        reason = "with that feature the stages are public, and have callers"
-    )
-)]
+// with that feature the stages are public, and have callers
+#![cfg_attr(not(feature = "stages"), allow(dead_code, unreachable_pub, unused_imports))]
+// what is public names stages that errors come from
+#![allow(rustdoc::private_intra_doc_links)]
 
 mod axis_crossings;
 #[cfg(not(feature = "stages"))]

@@ -76,7 +76,7 @@ impl Mesh {
         flags_of_box(&*self.columns_of_box(cells)?, cells)
     }
 
-    /// Expands the flags of a box of cells, a bit a cell as [`expand_bits`] has them; its end is exclusive.
+    /// Expands the flags of a box of cells, a bit a cell as [`crate::write::bits`] has them; its end is exclusive.
     ///
     /// # Errors
     /// Those of [`Mesh::box_flags`].
@@ -141,7 +141,7 @@ impl Mesh {
         self.hand_slabs(&mut self.slabs(max_bytes), control, &fill, &mut consume)
     }
 
-    /// Like [`Mesh::for_each_slab`], with a bit a cell as [`expand_bits`] has them.
+    /// Like [`Mesh::for_each_slab`], with a bit a cell as [`crate::write::bits`] has them.
     ///
     /// # Errors
     /// Those of [`Mesh::for_each_slab`].

@@ -161,7 +161,7 @@ impl Lister<'_> {
             }
             Item::Struct(s) if is_public(&s.vis) && is_listed(&s.attrs) => {
                 self.say(shown, format!("struct {}{}{}", s.ident, text_of(&s.generics), promises(&s.attrs)));
-                self.fields(shown, &s.ident.to_string(), &s.fields, false);
+                self.fields(shown, &s.ident.to_string(), &s.fields);
                 self.methods(shown, module, &s.ident.to_string());
             }
             Item::Enum(e) if is_public(&e.vis) && is_listed(&e.attrs) => {
@@ -185,8 +185,8 @@ impl Lister<'_> {
         }
     }
 
-    fn fields(&mut self, shown: &[String], name: &str, fields: &Fields, all: bool) {
-        for (index, field) in fields.iter().enumerate().filter(|(_, field)| all || is_public(&field.vis)) {
+    fn fields(&mut self, shown: &[String], name: &str, fields: &Fields) {
+        for (index, field) in fields.iter().enumerate().filter(|(_, field)| is_public(&field.vis)) {
             let field_name = field.ident.as_ref().map_or(index.to_string(), ToString::to_string);
             self.say(shown, format!("{name}.{field_name}: {}", text_of(&field.ty)));
         }

@@ -93,7 +93,7 @@ impl Engine {
                 }
             }
         }
-        let mut strips = cpu::Strips::new(cast, None).from_ray(u64::from(n_rows) * u64::from(n_i));
+        let mut strips = cpu::Strips::new(cast, None).at_ray(u64::from(n_rows) * u64::from(n_i));
         while let Some(crossings) = strips.crossings(with_facets, control)? {
             take(crossings);
             control.pause().await;
@@ -158,7 +158,7 @@ impl Engine {
             }
         }
         let strips = cpu::Strips::new(cast, None).in_rounds_of(budget.most_strips);
-        let mut strips = strips.from_ray(builder.n_rays());
+        let mut strips = strips.at_ray(builder.n_rays());
         while let Some(bands) = strips.round(control)? {
             builder.push(laid(overlay, bands)?)?;
             control.pause().await;
