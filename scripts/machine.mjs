@@ -47,6 +47,13 @@ const NEEDS = {
     packages: ['libegl1', 'libegl-mesa0', 'libgl1-mesa-dri'],
     what: 'OpenGL without a window (EGL), for PyVista',
   },
+  mpi: {
+    found: () => ['mpicc', 'mpirun'].every((name) => which(name)),
+    packages: ['libopenmpi-dev', 'openmpi-bin'],
+    what: 'OpenMPI',
+  },
+  fortran: { found: () => which('gfortran'), packages: ['gfortran'], what: 'gfortran' },
+  valgrind: { found: () => which('valgrind'), packages: ['valgrind', 'libc6-dbg'], what: 'valgrind' },
   wasm32: {
     found: () => Object.values(DEBIAN_RUST).every(isExecutable),
     packages: ['rustc-web', 'cargo-web', 'rust-web-src', 'rust-web-clippy', 'lld-19'],

@@ -46,6 +46,14 @@ export async function runPytest() {
   return run(program('pytest'), args, { cwd: path.join(ROOT, 'python') });
 }
 
+/** Holds the workflows of GitHub to their schema. */
+export async function checkWorkflows() {
+  const folder = path.join(ROOT, '.github/workflows');
+  const files = readdirSync(folder).map((name) => path.join(folder, name));
+  await run(program('check-jsonschema'), ['--builtin-schema', 'vendor.github-workflows', ...files]);
+  return `${files.length} files`;
+}
+
 /** Checks its Rust. `cargo fmt --check` and clippy take the crate alone. */
 export async function lintPython() {
   await run('cargo', ['fmt', '--package', 'hexcast-python', '--check']);

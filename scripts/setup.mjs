@@ -17,6 +17,7 @@ const NEEDS = {
   e2e: ['linker', 'vulkan', 'chromium', 'firefox'],
   package: ['linker', 'vulkan', 'chromium', 'firefox'],
   python: ['linker', 'vulkan', 'python', 'opengl'],
+  cluster: ['linker', 'mpi', 'fortran', 'valgrind'],
 };
 
 /** The groups of tests. */
@@ -28,7 +29,7 @@ export async function setup(steps, groups = GROUPS) {
   await steps.step('Rust', async () => requireRust());
   await steps.step('linker, drivers, browsers, Python', () => ensure(...new Set(groups.flatMap((group) => NEEDS[group]))));
   if (groups.includes('python')) await steps.step('Python packages', ensurePython);
-  if (groups.every((group) => ['native', 'python'].includes(group))) return;
+  if (groups.every((group) => ['native', 'python', 'cluster'].includes(group))) return;
   await steps.step('Rust for wasm32', async () => (await wasmRust()).name);
   if (groups.includes('lint')) await steps.step('cargo-deny', ensureDeny);
   await steps.step('wasm-bindgen', async () => void (await ensureBindgen()));

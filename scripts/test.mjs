@@ -7,9 +7,11 @@ import { readFileSync, readdirSync } from 'node:fs';
 import path from 'node:path';
 
 import { build } from './build.mjs';
+import { buildCapi, lintCapi, testC, testExamples } from './capi.mjs';
 import { checkAdvisories, checkCrates } from './deny.mjs';
 import { swiftshaderEnv } from './machine.mjs';
-import { buildPython, lintPython, runPytest } from './python.mjs';
+import { checkOldestRust } from './msrv.mjs';
+import { buildPython, checkWorkflows, lintPython, runPytest } from './python.mjs';
 import { ROOT, Steps, run } from './run.mjs';
 import { GROUPS, setup } from './setup.mjs';
 import { bindgenTool, clippyWasm, compileWasmTests } from './wasm.mjs';
@@ -23,6 +25,18 @@ async function nativeLint() {
   await steps.command('rustfmt', 'cargo', ['fmt', '--check']);
   await steps.command('clippy', 'cargo', ['clippy', '--all-targets', '--', '-D', 'warnings']);
   await steps.step('clippy and rustfmt of the Python package', lintPython);
+  await steps.step('clippy and rustfmt of the C library', lintCapi);
+  // as callers of the library have it: without what tests use, and without any feature
+  await steps.command('clippy of the library', 'cargo', ['clippy', '--', '-D', 'warnings']);
+  await steps.command('clippy without features', 'cargo', [
+    'clippy',
+    '--all-targets',
+    '--no-default-features',
+    '--',
+    '-D',
+    'warnings',
+  ]);
+  await steps.step('oldest Rust', checkOldestRust);
   await steps.command('docs', 'cargo', ['doc', '--no-deps'], { env: { RUSTDOCFLAGS: '-D warnings' } });
 }
 
@@ -37,7 +51,19 @@ async function native() {
 
 async function python() {
   await steps.step('Python wheel', buildPython);
+  await steps.step('workflows of GitHub', checkWorkflows);
   await steps.step('Python tests', async () => pytestTests(await runPytest()));
+}
+
+/** What runs on many machines, or ranks. */
+async function cluster() {
+  await clusterOfC();
+}
+
+async function clusterOfC() {
+  await steps.step('C library', buildCapi);
+  await steps.step('C test', testC);
+  await steps.step('C on four ranks, and Fortran', testExamples);
 }
 
 async function wasm() {
@@ -107,6 +133,7 @@ async function nativeGroups() {
   if (wanted('lint')) await nativeLint();
   if (wanted('native')) await native();
   if (wanted('python')) await python();
+  if (wanted('cluster')) await cluster();
 }
 
 async function browserGroups() {

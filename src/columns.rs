@@ -25,6 +25,9 @@ mod store;
 mod totals_check;
 
 pub use box_runs::BoxRuns;
+#[cfg(not(feature = "stages"))]
+pub(crate) use builder::ColumnsBuilder;
+#[cfg(feature = "stages")]
 pub use builder::ColumnsBuilder;
 use file::end::Totals;
 pub use file::head::{Head, Named};
@@ -75,16 +78,22 @@ impl PartialEq for Columns {
 impl Columns {
     /// Joins bands, in order of their rays, to the columns of a box.
     ///
-    /// # Panics
-    /// If the bands do not cover every ray once, in order: a bug of the caller.
-    pub fn new(rays: Rays, bands: Vec<Band>) -> Columns {
+    /// # Errors
+    /// `job-conflict` where the bands do not cover every ray once, in order.
+    pub fn new(rays: Rays, bands: Vec<Band>) -> Result<Columns> {
         let mut next = 0;
         for band in &bands {
-            assert_eq!(band.first_ray, next, "bands must follow each other");
+            if band.first_ray != next {
+                let message = format!("a band begins with ray {}, after those up to ray {next}", band.first_ray);
+                return Err(Error::new("job-conflict", message, "give the bands in the order of their rays"));
+            }
             next += band.ends.len() as u64;
         }
-        assert_eq!(next, rays.n_rays(), "bands must cover all rays");
-        Columns::in_memory(rays, Arc::new(bands.into_iter().map(PackedBand::new).collect()))
+        if next != rays.n_rays() {
+            let message = format!("bands of {next} rays for columns of {}", rays.n_rays());
+            return Err(Error::new("job-conflict", message, "give a band for every ray"));
+        }
+        Ok(Columns::in_memory(rays, Arc::new(bands.into_iter().map(PackedBand::new).collect())))
     }
 
     fn in_memory(rays: Rays, bands: Arc<Vec<PackedBand>>) -> Columns {
@@ -109,6 +118,9 @@ impl Columns {
     /// # Errors
     /// `io` where the columns are in a store that fails.
     pub fn for_rays(&self, rays: Range<u64>, mut found: impl FnMut(&[u32])) -> Result<()> {
+        if rays.is_empty() {
+            return Ok(());
+        }
         let mut of_band = |band: &PackedBand| {
             let start = rays.start.max(band.first_ray) - band.first_ray;
             let n = rays.end.min(band.end_ray()) - band.first_ray - start;
@@ -132,11 +144,11 @@ impl Columns {
     /// Runs of a ray by its index `i + n_i * j` over the axes across.
     ///
     /// # Errors
-    /// `io` where the columns are in a store that fails.
-    ///
-    /// # Panics
-    /// If there is no such ray: a bug of the caller.
+    /// `job-value` where there is no such ray; `io` where the columns are in a store that fails.
     pub fn ray(&self, ray: u64) -> Result<Cow<'_, [u32]>> {
+        if ray >= self.rays.n_rays() {
+            return Err(Error::new("job-value", format!("ray {ray} of {}, counted from 0", self.rays.n_rays()), ""));
+        }
         match &self.content {
             Content::InMemory(_) => Ok(Cow::Borrowed(self.ray_in_memory(ray))),
             Content::InStore { pieces, .. } => {
@@ -240,7 +252,7 @@ mod tests {
         let first =
             Band { first_ray: 0, ends: vec![2, 2, 3], runs: vec![run(1, 7), run(4, 0), run(9, 1)], ..Band::default() };
         let second = Band { first_ray: 3, ends: vec![1], runs: vec![run(0, 2)], ..Band::default() };
-        Columns::new(rays, vec![first, second])
+        Columns::new(rays, vec![first, second]).unwrap()
     }
 
     #[test]
@@ -276,7 +288,7 @@ mod tests {
             ..Band::default()
         };
         let other = Band { runs: vec![run(1, 7), run(4, 0), run(9, 1), run(1, 2)], ..joined.clone() };
-        assert_eq!(Columns::new(columns().rays, vec![joined]), columns());
-        assert_ne!(Columns::new(columns().rays, vec![other]), columns());
+        assert_eq!(Columns::new(columns().rays, vec![joined]).unwrap(), columns());
+        assert_ne!(Columns::new(columns().rays, vec![other]).unwrap(), columns());
     }
 }

@@ -32,8 +32,15 @@ pub struct Progress {
     pub n_rays: u64,
 }
 
+/// What [`Control::pause`] waits for. Natively an executor may move it, and the mesh that waits, to another thread.
+#[cfg(not(target_arch = "wasm32"))]
+pub type Waiting = Pin<Box<dyn Future<Output = ()> + Send>>;
+/// What [`Control::pause`] waits for; promises of JavaScript stay on their thread.
+#[cfg(target_arch = "wasm32")]
+pub type Waiting = Pin<Box<dyn Future<Output = ()>>>;
+
 /// Returns what [`Control::pause`] waits for.
-type Pause = Arc<dyn Fn() -> Pin<Box<dyn Future<Output = ()>>> + Send + Sync>;
+type Pause = Arc<dyn Fn() -> Waiting + Send + Sync>;
 
 /// What a caller hands down to follow and stop a mesh.
 #[derive(Clone, Default)]
@@ -60,7 +67,7 @@ impl Control {
 
     /// Yields between two rounds of work: in a browser's worker, messages such as the one that cancels arrive only while
     /// nothing runs.
-    pub fn pausing(mut self, pause: impl Fn() -> Pin<Box<dyn Future<Output = ()>>> + Send + Sync + 'static) -> Control {
+    pub fn pausing(mut self, pause: impl Fn() -> Waiting + Send + Sync + 'static) -> Control {
         self.pause = Some(Arc::new(pause));
         self
     }

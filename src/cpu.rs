@@ -131,7 +131,7 @@ impl<'a> Strips<'a> {
     }
 
     /// Begins with the ray of this index instead of the first.
-    pub fn from_ray(self, ray: u64) -> Strips<'a> {
+    pub fn at_ray(self, ray: u64) -> Strips<'a> {
         if ray >= self.cast.rays.n_rays() {
             return Strips { next: self.lattice.rows.end, ..self };
         }
@@ -193,7 +193,7 @@ impl<'a> Strips<'a> {
         while let Some(mut more) = self.round(control)? {
             bands.append(&mut more);
         }
-        Ok(Columns::new(*self.cast.rays, bands))
+        Columns::new(*self.cast.rays, bands)
     }
 }
 

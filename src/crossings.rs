@@ -253,7 +253,7 @@ mod tests {
     /// Cells of the crossings of every z ray of a facet over a 4 x 4 x 4 domain of unit cells.
     fn cells(facet: [[f32; 3]; 3], bin: [u32; 2]) -> Vec<Vec<u32>> {
         let lines = Lines::new([0.0; 3], [1.0; 3], [4; 3]).unwrap();
-        let frame = Frame::new(&[Geometry::new("f", 1, vec![facet])], &lines).unwrap();
+        let frame = Frame::new(&[Geometry::new("f", 1, vec![facet]).unwrap()], &lines).unwrap();
         let rays = Rays::new(2, lines.dims);
         let rows = Lattice::n_rows(&rays, bin);
         let lattice = lattice::lattice(&frame, &rays, bin, 0..rows);

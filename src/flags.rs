@@ -230,7 +230,7 @@ mod tests {
             }
             band.ends.push(band.runs.len() as u32);
         }
-        Columns::new(rays, vec![band])
+        Columns::new(rays, vec![band]).unwrap()
     }
 
     /// The bits of up to eight flags, the first the lowest.

@@ -254,7 +254,7 @@ mod tests {
     use super::*;
 
     fn corner(at: [f32; 3]) -> Geometry {
-        Geometry::new("g", 1, vec![[at; 3]])
+        Geometry::new("g", 1, vec![[at; 3]]).unwrap()
     }
 
     #[test]
@@ -276,7 +276,7 @@ mod tests {
     #[test]
     fn a_far_geometry_is_named() {
         let lines = Lines::new([0.0; 3], [1.0; 3], [8; 3]).unwrap();
-        let far = Geometry::new("antenna", 1, vec![[[1e6, 0.0, 0.0]; 3]]);
+        let far = Geometry::new("antenna", 1, vec![[[1e6, 0.0, 0.0]; 3]]).unwrap();
         let error = Frame::new(&[corner([0.5; 3]), far], &lines).unwrap_err();
         assert_eq!(error.code(), "geometry-too-far");
         assert!(error.to_string().contains("antenna"), "{error}");

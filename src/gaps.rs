@@ -147,7 +147,7 @@ fn with_flag(columns: &Columns, gaps: &[CellRun], flag: u8, control: &Control) -
         Ok(band)
     };
     let bands = (0..n_rays.div_ceil(BAND_RAYS)).into_par_iter().map(band).collect::<Result<Vec<Band>>>()?;
-    Ok(Columns::new(columns.rays, bands))
+    Columns::new(columns.rays, bands)
 }
 
 /// Adds the runs of a ray with a flag in its gaps, which lie in its background.

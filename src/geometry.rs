@@ -4,12 +4,17 @@
 //! The corners stay the f32 numbers of the file; the transform is applied in f64 where they are used, so that equal
 //! f32 corners stay equal and a closed surface stays closed.
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-mod facets;
+use crate::error::{Error, Result};
 
+mod facets;
+mod placing;
+
+pub(crate) use facets::check_finite;
 pub use facets::{Facet, SharedFacets};
+pub use placing::Placing;
 
 /// How the cells of a geometry are decided whose surface is not closed. One that is closed is not affected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -77,14 +82,23 @@ pub struct Geometry {
     /// the file, from 0, for each stretch of the file.
     pub pieces_in_file: Vec<[u64; 2]>,
     /// Places file coordinates in the world: `world = world_from_file * file`.
-    pub world_from_file: DAffine3,
+    pub world_from_file: Placing,
 }
 
 impl Geometry {
     /// Builds a geometry of priority 0, not transformed.
-    pub fn new(name: impl Into<String>, flag: u8, facets: impl Into<SharedFacets>) -> Geometry {
-        Geometry {
-            name: name.into(),
+    ///
+    /// # Errors
+    /// `job-value` for flag 0, which is the background; `stl-not-finite` where a coordinate is NaN or infinite.
+    pub fn new(name: impl Into<String>, flag: u8, facets: impl Into<SharedFacets>) -> Result<Geometry> {
+        let (name, facets) = (name.into(), facets.into());
+        if flag == 0 {
+            let message = format!("geometry \"{name}\" has flag 0, which is that of the background");
+            return Err(Error::new("job-value", message, "give it a flag from 1 to 255"));
+        }
+        check_finite(&name, &facets)?;
+        Ok(Geometry {
+            name,
             flag,
             has_default_flag: false,
             priority: 0,
@@ -92,10 +106,10 @@ impl Geometry {
             fill: Fill::default(),
             shell: false,
             invert: false,
-            facets: facets.into(),
+            facets,
             pieces_in_file: Vec::new(),
-            world_from_file: DAffine3::IDENTITY,
-        }
+            world_from_file: Placing::default(),
+        })
     }
 
     /// Index in its file, from 0, of a facet.
@@ -110,10 +124,10 @@ impl Geometry {
     /// Returns the function from a corner to its world coordinates, in the unit of the file. The identity transform returns the
     /// file's number exactly.
     pub(crate) fn placing(&self) -> impl Fn([f32; 3]) -> [f64; 3] + Sync {
-        let (place, stays) = (self.world_from_file, self.world_from_file == DAffine3::IDENTITY);
+        let (place, stays) = (self.world_from_file, self.world_from_file == Placing::default());
         move |corner| {
-            let file = [f64::from(corner[0]), f64::from(corner[1]), f64::from(corner[2])];
-            if stays { file } else { place.transform_point3(file.into()).to_array() }
+            let file = corner.map(f64::from);
+            if stays { file } else { place.place(file) }
         }
     }
 
@@ -147,35 +161,7 @@ impl Geometry {
         let six_volumes: f64 =
             self.facets.iter().map(|facet| corner(facet[0]).dot(corner(facet[1]).cross(corner(facet[2])))).sum();
         // a mirrored surface has its normals inwards by the order of its corners alone
-        (six_volumes / 6.0).copysign(six_volumes * self.world_from_file.matrix3.determinant())
-    }
-}
-
-/// Builds the placing of a geometry: first scale, then rotate by degrees about x, y and z in this order, then translate.
-///
-/// Sines and cosines do not come from the platform, so that every machine snaps to the same bits; multiples of 90 degrees are
-/// exact.
-pub fn world_from_file(scale: [f64; 3], rotate_degrees: [f64; 3], translate: [f64; 3]) -> DAffine3 {
-    let [x, y, z] = rotate_degrees.map(sine_cosine_of_degrees);
-    let about_x = DMat3::from_cols_array_2d(&[[1.0, 0.0, 0.0], [0.0, x.1, x.0], [0.0, -x.0, x.1]]);
-    let about_y = DMat3::from_cols_array_2d(&[[y.1, 0.0, -y.0], [0.0, 1.0, 0.0], [y.0, 0.0, y.1]]);
-    let about_z = DMat3::from_cols_array_2d(&[[z.1, z.0, 0.0], [-z.0, z.1, 0.0], [0.0, 0.0, 1.0]]);
-    let rotation = about_z * about_y * about_x;
-    DAffine3::from_mat3_translation(rotation * DMat3::from_diagonal(DVec3::from(scale)), DVec3::from(translate))
-}
-
-/// Sine and cosine. What is left of whole quarter turns, at most 45 degrees, is exact, and `libm` does the rest: FDLIBM in Rust,
-/// which has the same bits on every target. Off by less than an ulp or so.
-fn sine_cosine_of_degrees(degrees: f64) -> (f64, f64) {
-    // exact for any angle
-    let degrees = degrees % 360.0;
-    let quarter_turns = libm::rint(degrees / 90.0);
-    let (sine, cosine) = libm::sincos((degrees - 90.0 * quarter_turns).to_radians());
-    match quarter_turns.rem_euclid(4.0) as u8 {
-        0 => (sine, cosine),
-        1 => (cosine, -sine),
-        2 => (-sine, -cosine),
-        _ => (-cosine, sine),
+        (six_volumes / 6.0).copysign(six_volumes * self.world_from_file.determinant())
     }
 }
 
@@ -184,47 +170,24 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sines_and_cosines_are_those_of_libm() {
-        for step in -9000..9000 {
-            let degrees = f64::from(step) * 0.123;
-            let (sine, cosine) = sine_cosine_of_degrees(degrees);
-            let expected = libm::sincos((degrees % 360.0).to_radians());
-            // radians of several turns are off by more than ours
-            assert!((sine - expected.0).abs() < 1e-15 && (cosine - expected.1).abs() < 1e-15, "{degrees}");
-            assert!((sine * sine + cosine * cosine - 1.0).abs() < 4e-16, "{degrees}");
-        }
-        assert_eq!(sine_cosine_of_degrees(720.0), (0.0, 1.0));
-        // of -280 degrees, from a table
-        let (sine, cosine) = sine_cosine_of_degrees(-1e9);
-        assert!((sine - 0.984_807_753_012_208_1).abs() < 2e-16 && (cosine - 0.173_648_177_666_930_35).abs() < 5e-17);
-        assert!(sine_cosine_of_degrees(f64::INFINITY).0.is_nan());
-    }
-
-    #[test]
-    fn quarter_turns_are_exact_and_follow_the_right_hand_rule() {
-        let turn = world_from_file([1.0; 3], [0.0, 0.0, 90.0], [0.0; 3]);
-        assert_eq!(turn.transform_point3(DVec3::new(1.0, 0.0, 0.0)).to_array(), [0.0, 1.0, 0.0]);
-        let turn = world_from_file([1.0; 3], [-270.0, 0.0, 0.0], [0.0; 3]);
-        assert_eq!(turn.transform_point3(DVec3::new(0.0, 1.0, 0.0)).to_array(), [0.0, 0.0, 1.0]);
-        let turn = world_from_file([1.0; 3], [0.0, 450.0, 0.0], [0.0; 3]);
-        assert_eq!(turn.transform_point3(DVec3::new(0.0, 0.0, 1.0)).to_array(), [1.0, 0.0, 0.0]);
-    }
-
-    #[test]
-    fn scale_then_rotate_then_translate() {
-        let place = world_from_file([2.0, 1.0, 1.0], [0.0, 0.0, 90.0], [10.0, 0.0, 0.0]);
-        assert_eq!(place.transform_point3(DVec3::new(1.0, 0.0, 0.0)).to_array(), [10.0, 2.0, 0.0]);
-    }
-
-    #[test]
     fn a_tetrahedron_has_a_sixth_of_a_cube() {
         let [o, x, y, z] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let facets = vec![[o, y, x], [o, x, z], [o, z, y], [x, y, z]];
-        let geometry = Geometry::new("tetrahedron", 1, facets);
+        let geometry = Geometry::new("tetrahedron", 1, facets).unwrap();
         assert!((geometry.signed_volume() - 1.0 / 6.0).abs() < 1e-15);
         assert_eq!(geometry.bounding_box(), Some([[0.0; 3], [1.0; 3]]));
         let mut mirrored = geometry.clone();
-        mirrored.world_from_file = world_from_file([-2.0, 1.0, 1.0], [0.0; 3], [0.0; 3]);
+        mirrored.world_from_file = Placing::of_numbers([-2.0, 1.0, 1.0], [0.0; 3], [0.0; 3]);
         assert!((mirrored.signed_volume() - 2.0 / 6.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn flag_0_and_corners_that_are_not_finite_are_errors() {
+        let facet = |z: f32| vec![[[0.0, 0.0, z], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]];
+        assert!(Geometry::new("body", 255, facet(1.0)).is_ok());
+        assert_eq!(Geometry::new("body", 0, facet(1.0)).unwrap_err().code(), "job-value");
+        for z in [f32::NAN, f32::INFINITY] {
+            assert_eq!(Geometry::new("body", 1, facet(z)).unwrap_err().code(), "stl-not-finite");
+        }
     }
 }

@@ -33,6 +33,7 @@ mod crossings;
 mod device;
 mod expand;
 mod held;
+#[cfg(feature = "stages")]
 mod inspect;
 mod kernels;
 mod layout;
@@ -45,21 +46,36 @@ mod runs;
 #[cfg(not(target_arch = "wasm32"))]
 mod warm_up;
 
+#[cfg_attr(not(feature = "stages"), doc(hidden))]
 pub use band::Forced;
 use band::{Context, Launched, Outcome, Worker};
+#[cfg(feature = "stages")]
 pub use buffers::SCAN_BLOCK;
 pub use device::{AdapterFacts, AdapterKind, adapter, adapters, instance};
 use device::{Opened, find};
 pub use expand::{Cells, Expander};
+#[cfg(feature = "stages")]
 pub use inspect::Tiles;
+#[cfg(not(feature = "stages"))]
+use kernels::Edit;
 use kernels::Kernels;
-pub use kernels::{Edit, Kernel, KernelText, Slot, expand_text, kernel_texts};
+pub use kernels::expand_text;
+#[cfg(feature = "stages")]
+pub use kernels::{Edit, Kernel, KernelText, Slot, kernel_texts};
+#[cfg(feature = "stages")]
 pub use layout::Params;
 use pace::Pace;
+#[cfg(not(feature = "stages"))]
+use passes::Profile;
+#[cfg(feature = "stages")]
 pub use passes::{DEEP_ITEMS_OF_THREAD, ITEMS_OF_THREAD, Profile, TILES_OF_THREAD};
 use pool::BufferPool;
+#[cfg(feature = "stages")]
 pub use probe::MOST_LOOPS;
+#[cfg(feature = "stages")]
 pub use runs::{DEEP, LEFT, LINKED};
+// of the devices, queues and buffers here
+pub use wgpu;
 pub use wgpu::Instance;
 
 /// Time that a band aims at: long enough to hide its overhead, which on a software driver is some ten milliseconds; short
@@ -79,6 +95,7 @@ pub struct Gpu {
 
 /// How a mesh is run; no choice changes the result.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[cfg_attr(not(feature = "stages"), doc(hidden))]
 pub struct Options {
     /// Fixes the number of ray rows of a band; otherwise it follows from the limits and the speed of the device.
     pub rows_per_band: Option<u32>,
@@ -95,6 +112,7 @@ pub struct Options {
 
 /// What a mesh has used of the device, and what was found in its results.
 #[derive(Debug, Clone, Default, PartialEq)]
+#[cfg_attr(not(feature = "stages"), doc(hidden))]
 pub struct Usage {
     /// Most bytes of buffers held at once, with those that wait for the next mesh.
     pub peak_bytes: u64,
@@ -129,6 +147,7 @@ impl Gpu {
     ///
     /// # Errors
     /// Those of [`Gpu::open`].
+    #[cfg_attr(not(feature = "stages"), doc(hidden))]
     pub async fn open_edited(wanted: Option<&str>, edit: Option<Edit>) -> Result<Gpu> {
         Gpu::open_in(&instance(), wanted, edit).await
     }
@@ -173,16 +192,18 @@ impl Gpu {
     ///
     /// # Errors
     /// `cancelled`; `device-failed`, `device-lost`; `device-wrong` where the results of the device cannot be right.
+    #[cfg_attr(not(feature = "stages"), doc(hidden))]
     pub async fn columns(&self, cast: &Cast<'_>, control: &Control) -> Result<Columns> {
         let mut bands = Vec::new();
         self.continue_columns(cast, &Options::default(), control, &mut bands).await?;
-        Ok(Columns::new(*cast.rays, bands))
+        Columns::new(*cast.rays, bands)
     }
 
     /// Meshes the rays after those of `bands` and appends theirs; on an error `bands` holds all that was finished.
     ///
     /// # Errors
     /// Those of [`Gpu::columns`].
+    #[cfg_attr(not(feature = "stages"), doc(hidden))]
     pub async fn continue_columns(
         &self,
         cast: &Cast<'_>,
@@ -205,6 +226,7 @@ impl Gpu {
     ///
     /// # Errors
     /// Those of [`Gpu::columns`], and those of `take`.
+    #[cfg_attr(not(feature = "stages"), doc(hidden))]
     pub async fn hand_out_bands(
         &self,
         cast: &Cast<'_>,

@@ -148,10 +148,10 @@ pub struct Job {
     /// Flag of the cells that this adds, 1 to 255; by default one more than the greatest flag of a geometry.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gap_flag: Option<u8>,
-    /// Looks for thin walls and for cells that two geometries claim: see [`crate::certificate`].
+    /// Looks for thin walls and for cells that two geometries claim.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub certify: bool,
-    /// Walls of fewer cells are thin, at least 1; by default [`crate::certificate::DEFAULT_THIN_CELLS`].
+    /// Walls of fewer cells are thin, at least 1; by default 2.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub thin_cells: Option<u32>,
     /// Who meshes.

@@ -107,7 +107,7 @@ mod tests {
     fn a_triangle_is_in_the_bins_it_overlaps_and_no_other() {
         let corners = [[0.0, 0.0, 1.0], [16.0, 0.0, 1.0], [0.0, 16.0, 1.0]];
         let lines = Lines::new([0.0; 3], [1.0; 3], [16, 16, 4]).unwrap();
-        let frame = Frame::new(&[Geometry::new("t", 1, vec![corners])], &lines).unwrap();
+        let frame = Frame::new(&[Geometry::new("t", 1, vec![corners]).unwrap()], &lines).unwrap();
         let rays = Rays::new(2, lines.dims);
         let lattice = lattice(&frame, &rays, [4, 4], 0..4);
         for row in 0..4 {
@@ -122,7 +122,7 @@ mod tests {
     fn bands_of_rows_are_parts_of_the_whole() {
         let corners = [[0.5, 0.3, 1.0], [15.0, 3.0, 1.0], [2.0, 14.0, 1.0]];
         let lines = Lines::new([0.0; 3], [1.0; 3], [16, 16, 4]).unwrap();
-        let frame = Frame::new(&[Geometry::new("t", 1, vec![corners; 3])], &lines).unwrap();
+        let frame = Frame::new(&[Geometry::new("t", 1, vec![corners; 3]).unwrap()], &lines).unwrap();
         let rays = Rays::new(2, lines.dims);
         let whole = lattice(&frame, &rays, [4, 2], 0..8);
         let part = lattice(&frame, &rays, [4, 2], 3..6);

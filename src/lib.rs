@@ -1,39 +1,98 @@
-//! hexcast: exact Cartesian meshing of closed surfaces by parallel ray casting.
+#![doc = include_str!("../docs/rust.md")]
+// with that feature the stages are public, and have callers
+#![cfg_attr(not(feature = "stages"), allow(dead_code, unreachable_pub, unused_imports))]
+// what is public names stages that errors come from
+#![allow(rustdoc::private_intra_doc_links)]
 
 mod axis_crossings;
+#[cfg(not(feature = "stages"))]
+mod cast;
+#[cfg(feature = "stages")]
 pub mod cast;
+#[cfg(not(feature = "stages"))]
+mod certificate;
+#[cfg(feature = "stages")]
 pub mod certificate;
 mod checksum;
+#[cfg(not(feature = "stages"))]
+mod closed;
+#[cfg(feature = "stages")]
 pub mod closed;
 pub mod columns;
 pub mod control;
+#[cfg(not(feature = "stages"))]
+mod cpu;
+#[cfg(feature = "stages")]
 pub mod cpu;
+#[cfg(not(feature = "stages"))]
+mod crossings;
+#[cfg(feature = "stages")]
 pub mod crossings;
+#[cfg(not(feature = "stages"))]
+mod domain;
+#[cfg(feature = "stages")]
 pub mod domain;
+#[cfg(not(feature = "stages"))]
+mod doubt;
+#[cfg(feature = "stages")]
 pub mod doubt;
+#[cfg(not(feature = "stages"))]
+mod edges;
+#[cfg(feature = "stages")]
 pub mod edges;
 pub mod error;
 pub mod estimate;
+#[cfg(not(feature = "stages"))]
+mod facet;
+#[cfg(feature = "stages")]
 pub mod facet;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod files;
 mod fingerprint;
+#[cfg(not(feature = "stages"))]
+mod flags;
+#[cfg(feature = "stages")]
 pub mod flags;
+#[cfg(not(feature = "stages"))]
+mod frame;
+#[cfg(feature = "stages")]
 pub mod frame;
 pub mod gaps;
 pub mod geometry;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod job;
+#[cfg(not(feature = "stages"))]
+mod lattice;
+#[cfg(feature = "stages")]
 pub mod lattice;
 pub mod leak;
 pub mod lines;
+#[cfg(not(feature = "stages"))]
+mod map;
+#[cfg(feature = "stages")]
 pub mod map;
 pub mod mesh;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod mesher;
+#[cfg(not(feature = "stages"))]
+mod open;
+#[cfg(feature = "stages")]
 pub mod open;
+#[cfg(not(feature = "stages"))]
+mod overlay;
+#[cfg(feature = "stages")]
 pub mod overlay;
 mod parallel;
 pub mod parts;
 pub mod pipeline;
+#[cfg(not(feature = "stages"))]
+mod preview;
+#[cfg(feature = "stages")]
 pub mod preview;
+#[cfg(not(feature = "stages"))]
+mod rays;
+#[cfg(feature = "stages")]
 pub mod rays;
 pub mod read;
 pub mod report;
@@ -42,11 +101,20 @@ mod shells;
 pub mod skin;
 pub mod sources;
 pub mod surface;
+#[cfg(not(feature = "stages"))]
+mod volume_bound;
+#[cfg(feature = "stages")]
 pub mod volume_bound;
 #[cfg(all(feature = "web", target_arch = "wasm32"))]
 pub mod web;
 pub mod write;
 mod zlib;
 
+pub use control::Control;
 pub use error::{Error, Result};
+pub use job::{GeometryJob, Job};
+pub use mesh::Mesh;
+#[cfg(not(target_arch = "wasm32"))]
+pub use mesher::{Mesher, MesherOptions};
+pub use sources::Source;
 pub use write::column_file;

@@ -69,7 +69,7 @@ impl Lines {
     }
 
     /// The lines of some of the cells: the first, and the end, exclusive.
-    pub fn window(&self, [first, end]: [[u32; 3]; 2]) -> Lines {
+    pub(crate) fn window(&self, [first, end]: [[u32; 3]; 2]) -> Lines {
         Lines {
             origin: [0, 1, 2].map(|axis| self.line(axis, first[axis])),
             dims: [0, 1, 2].map(|axis| end[axis] - first[axis]),

@@ -76,7 +76,7 @@ impl Mesh {
         flags_of_box(&*self.columns_of_box(cells)?, cells)
     }
 
-    /// Expands the flags of a box of cells, a bit a cell as [`expand_bits`] has them; its end is exclusive.
+    /// Expands the flags of a box of cells, a bit a cell as [`crate::write::bits`] has them; its end is exclusive.
     ///
     /// # Errors
     /// Those of [`Mesh::box_flags`].
@@ -141,7 +141,7 @@ impl Mesh {
         self.hand_slabs(&mut self.slabs(max_bytes), control, &fill, &mut consume)
     }
 
-    /// Like [`Mesh::for_each_slab`], with a bit a cell as [`expand_bits`] has them.
+    /// Like [`Mesh::for_each_slab`], with a bit a cell as [`crate::write::bits`] has them.
     ///
     /// # Errors
     /// Those of [`Mesh::for_each_slab`].
@@ -238,7 +238,7 @@ pub(crate) mod tests {
         let lines = Lines::new([-1.5, 0.1, 1e-7], [0.5, 0.25, 1.0 / 3.0], dims).unwrap();
         let names = [(1, "copper"), (7, "Gehäuse <A&B> \"1\"")];
         let names = names.map(|(flag, name)| Named { flag, name: name.into() }).to_vec();
-        Mesh::new(lines, Columns::new(rays, vec![band]), names, Some("mm".into())).unwrap()
+        Mesh::new(lines, Columns::new(rays, vec![band]).unwrap(), names, Some("mm".into())).unwrap()
     }
 
     /// The flag that [`pattern`] gives a cell.

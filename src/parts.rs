@@ -148,7 +148,7 @@ mod tests {
         let side = [[0.0, 0.0, 2.5], [2.0, 0.0, 2.5], [0.0, 4.0, 2.5]];
         let far = side.map(|[x, y, _]: [f32; 3]| [x, y, 3e38]);
         let rays = Rays::new(2, lines.dims);
-        let planes = costs(&[Geometry::new("side", 1, vec![side, far])], &lines, &rays);
+        let planes = costs(&[Geometry::new("side", 1, vec![side, far]).unwrap()], &lines, &rays);
         let of_rays = (UNITS as i128) * 16 / 8;
         assert_eq!(planes[2], [0, 1, 2, 3, 4, 5, 6, 7].map(|z| of_rays + if z == 2 { 16 * UNITS as i128 } else { 0 }));
         assert_eq!(planes[0].len(), 4);

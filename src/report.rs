@@ -16,18 +16,21 @@ mod of_certificate;
 mod of_columns;
 mod of_geometries;
 
+pub use crate::closed::BadEdges;
+pub use crate::edges::BadEdge;
 pub use of_certificate::{CertificateReport, GapReport, OverlapReport, ThinWallReport};
 pub use of_columns::{ColumnsFlag, ColumnsReport};
 pub use of_geometries::{FillReport, FlagReport, GeometryReport, OpenReport, flag_reports};
 
-/// One input file.
+/// One input: a file, or facets that were in memory.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub struct InputReport {
     /// Its name as the job has it.
     pub file: String,
-    /// SHA-256 of its bytes.
-    pub sha256: String,
+    /// SHA-256 of its bytes; null for facets that were in memory.
+    pub sha256: Option<String>,
     /// Its length.
     pub bytes: u64,
     /// How it was written.
@@ -62,6 +65,7 @@ impl InputReport {
 /// Seconds of each stage.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub struct Seconds {
     /// From the first byte read to the columns, or to the flags where the caller expands them; without opening a device,
     /// hashing flags and writing files.
@@ -89,6 +93,7 @@ pub struct Seconds {
 /// Most bytes held at once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub struct PeakBytes {
     /// By the whole process, where the system says.
     pub host: Option<u64>,
@@ -103,6 +108,7 @@ pub struct PeakBytes {
 /// Rays of a GPU's that the CPU cast again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub struct DeviceCheck {
     /// Their number.
     pub rays: u64,
@@ -113,6 +119,7 @@ pub struct DeviceCheck {
 /// Which cells of a box were meshed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub struct WindowReport {
     /// The first, on x, y, z.
     pub first: [u32; 3],
@@ -128,6 +135,7 @@ pub const MAX_BOXES: usize = 1000;
 /// Cells of open geometries that rays do not decide.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub struct DoubtReport {
     /// Number of cells.
     pub cells: u64,
@@ -152,6 +160,7 @@ impl DoubtReport {
 /// What is known of a mesh once its columns are made.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub struct MeshFacts {
     /// Version of hexcast.
     pub version: &'static str,
@@ -229,6 +238,7 @@ pub struct MeshFacts {
 
 /// What only the caller of a mesh knows: what it did before and after.
 #[derive(Debug, Clone, Default, PartialEq)]
+#[non_exhaustive]
 pub struct CallerFacts {
     /// Seconds that reading the files took.
     pub read: f64,
@@ -244,10 +254,43 @@ pub struct CallerFacts {
     pub host_bytes: Option<u64>,
 }
 
+impl CallerFacts {
+    /// Says how many seconds reading the files took.
+    pub fn with_read(self, read: f64) -> CallerFacts {
+        CallerFacts { read, ..self }
+    }
+
+    /// Says how many seconds expanding all flags took.
+    pub fn with_flags(self, flags: Option<f64>) -> CallerFacts {
+        CallerFacts { flags, ..self }
+    }
+
+    /// Says how many seconds hashing the flags took.
+    pub fn with_hash(self, hash: Option<f64>) -> CallerFacts {
+        CallerFacts { hash, ..self }
+    }
+
+    /// Says how many seconds writing the files took.
+    pub fn with_write(self, write: Option<f64>) -> CallerFacts {
+        CallerFacts { write, ..self }
+    }
+
+    /// Hands over the SHA-256 of the flags.
+    pub fn with_flags_sha256(self, flags_sha256: Option<String>) -> CallerFacts {
+        CallerFacts { flags_sha256, ..self }
+    }
+
+    /// Says how many bytes the process has held at most.
+    pub fn with_host_bytes(self, host_bytes: Option<u64>) -> CallerFacts {
+        CallerFacts { host_bytes, ..self }
+    }
+}
+
 /// Everything about a mesh but its cells. Lengths are in the unit of the files, volumes in its cube, times in seconds, sizes in bytes; what
 /// has three numbers has them for x, y and z.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub struct Report {
     /// What was known once the columns were made.
     #[serde(flatten)]

@@ -10,7 +10,7 @@ use sha2::{Digest, Sha256};
 use crate::checksum::hex;
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::geometry::{Facet, Fill, Geometry, SharedFacets};
+use crate::geometry::{Facet, Fill, Geometry, SharedFacets, check_finite};
 use crate::job::{GeometryJob, Job};
 use crate::parallel::beside;
 use crate::read::{Contents, Format, Reader, Solid};
@@ -19,18 +19,24 @@ use crate::surface::doubled_area_vector;
 /// Bytes that are read at a time.
 const CHUNK_BYTES: usize = 1 << 20;
 
-/// A file that was read.
+/// A file that was read, or facets that were in memory.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Source {
     /// Its name as the job has it.
     pub file: String,
     /// What it held.
     pub contents: Contents,
-    /// SHA-256 of its bytes, in hexadecimal.
-    pub sha256: String,
+    /// SHA-256 of its bytes, in hexadecimal; None where they were not hashed.
+    pub sha256: Option<String>,
 }
 
 impl Source {
+    /// Takes what was read, with the hash of the bytes if the caller has made one.
+    pub fn new(file: impl Into<String>, contents: Contents, sha256: Option<String>) -> Source {
+        Source { file: file.into(), contents, sha256 }
+    }
+
     /// Reads a file of `n_bytes` bytes in chunks, and hashes them at the same time.
     ///
     /// # Errors
@@ -52,10 +58,10 @@ impl Source {
             beside(|| hash.update(&chunk[..n]), || reader.push(&chunk[..n])).map_err(|error| error.at(&file))?;
         }
         let contents = reader.finish().map_err(|error| error.at(&file))?;
-        Ok(Source { file, contents, sha256: hex(&hash.finalize()) })
+        Ok(Source::new(file, contents, Some(hex(&hash.finalize()))))
     }
 
-    /// Takes facets that are in memory; `file` names them. The hash is that of their numbers, 4 bytes each, little-endian.
+    /// Takes facets that are in memory; `file` names them. They are not hashed.
     ///
     /// # Errors
     /// `stl-empty` where there is no facet; `stl-not-finite` where a coordinate is NaN or infinite.
@@ -64,16 +70,8 @@ impl Source {
         if facets.is_empty() {
             return Err(Error::new("stl-empty", format!("{file}: there are no facets"), "give at least one"));
         }
-        let numbers = facets.as_flattened().as_flattened();
-        if let Some(place) = numbers.iter().position(|number| !number.is_finite()) {
-            let message = format!("{file}: number {} of facet {} is {}", place % 9, place / 9, numbers[place]);
-            return Err(Error::new("stl-not-finite", message, "remove the facet"));
-        }
-        let mut hash = Sha256::new();
-        for some in numbers.chunks(CHUNK_BYTES / 4) {
-            hash.update(some.iter().flat_map(|number| number.to_le_bytes()).collect::<Vec<u8>>());
-        }
-        let (n_facets, n_bytes) = (facets.len() as u64, 4 * numbers.len() as u64);
+        check_finite(&file, &facets)?;
+        let (n_facets, n_bytes) = (facets.len() as u64, 36 * facets.len() as u64);
         let zero_area = facets.iter().filter(|facet| doubled_area_vector(facet) == [0.0; 3]).count() as u64;
         let contents = Contents {
             format: Format::Facets,
@@ -86,7 +84,7 @@ impl Source {
             has_colours: false,
             warnings: Vec::new(),
         };
-        Ok(Source { file, contents, sha256: hex(&hash.finalize()) })
+        Ok(Source::new(file, contents, None))
     }
 }
 
@@ -95,8 +93,14 @@ impl Source {
 /// A geometry without a flag gets its position in the resulting list, from 1; without a name, that of its solid or file.
 ///
 /// # Errors
-/// `job-value`: a solid that the file does not have, or a flag past 255; `too-many-geometries`.
+/// `job-conflict`: another number of sources than of entries; those of [`Geometry::new`]; `job-value`: a solid that the file does not have, or a flag past 255;
+/// `too-many-geometries`.
 pub fn geometries(job: &Job, sources: Vec<Source>) -> Result<Vec<Geometry>> {
+    let (n_wanted, n_found) = (job.geometries.len(), sources.len());
+    if n_wanted != n_found {
+        let message = format!("the job has {n_wanted} geometries, but there are {n_found} sources");
+        return Err(Error::new("job-conflict", message, "give the source of each geometry, in their order"));
+    }
     let mut geometries = Vec::new();
     for (entry, source) in job.geometries.iter().zip(sources) {
         for (index, Part { name, facets, pieces_in_file }) in
@@ -110,7 +114,7 @@ pub fn geometries(job: &Job, sources: Vec<Source>) -> Result<Vec<Geometry>> {
                 let message = format!("geometry \"{name}\" would get flag {flag}: flags are 1 to 255");
                 return Err(Error::new("job-value", message, "give flags, or join geometries of the same substance"));
             };
-            let mut geometry = Geometry::new(name, flag, facets);
+            let mut geometry = Geometry::new(name, flag, facets)?;
             geometry.pieces_in_file = pieces_in_file;
             geometry.has_default_flag = entry.flag.is_none();
             geometry.priority = entry.priority;
@@ -207,11 +211,7 @@ mod tests {
                        solid\nfacet normal 0 0 1\nouter loop\nvertex 5 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n";
 
     fn made(entries: Vec<GeometryJob>) -> Result<Vec<Geometry>> {
-        let source = |entry: &GeometryJob| Source {
-            file: entry.file.clone(),
-            contents: read_bytes(TWO.as_bytes()).unwrap(),
-            sha256: String::new(),
-        };
+        let source = |entry: &GeometryJob| Source::new(entry.file.clone(), read_bytes(TWO.as_bytes()).unwrap(), None);
         let sources = entries.iter().map(source).collect();
         geometries(&Job { geometries: entries, ..Job::default() }, sources)
     }
@@ -233,7 +233,7 @@ mod tests {
         let read = |mut bytes: &[u8], control: &Control| Source::read("a.stl", TWO.len() as u64, &mut bytes, control);
         let source = read(TWO.as_bytes(), &Control::default()).unwrap();
         assert_eq!((source.file.as_str(), source.contents), ("a.stl", read_bytes(TWO.as_bytes()).unwrap()));
-        assert_eq!(source.sha256, hex(&Sha256::digest(TWO)));
+        assert_eq!(source.sha256, Some(hex(&Sha256::digest(TWO))));
         let error = read(&TWO.as_bytes()[..100], &Control::default()).unwrap_err();
         assert!(error.code() == "io" && error.to_string().starts_with("a.stl: "), "{error}");
         let control = Control::default();
@@ -246,11 +246,9 @@ mod tests {
         let facet = |z: f32| [[0.0, 0.0, z], [1.0, 0.0, z], [0.0, 1.0, z]];
         let flat = [[0.0; 3], [1.0; 3], [2.0; 3]];
         let facets = vec![facet(0.0), facet(1.5), flat];
-        let numbers = facets.as_flattened().as_flattened().iter();
-        let sha256 = hex(&Sha256::digest(numbers.flat_map(|n| n.to_le_bytes()).collect::<Vec<u8>>()));
         let source = Source::from_facets("part", facets).unwrap();
         assert_eq!((source.contents.n_facets, source.contents.zero_area, source.contents.n_bytes), (3, 1, 108));
-        assert_eq!(source.sha256, sha256);
+        assert_eq!(source.sha256, None);
         let made =
             geometries(&Job { geometries: vec![GeometryJob::new("part")], ..Job::default() }, vec![source]).unwrap();
         assert_eq!((made[0].name.as_str(), &made[0].facets[1]), ("part", &facet(1.5)));

@@ -140,8 +140,8 @@ export interface FileInfo {
   format: string;
   /** Length of the file in bytes. */
   bytes: number;
-  /** SHA-256 of its bytes, in hexadecimal. */
-  sha256: string;
+  /** SHA-256 of its bytes, in hexadecimal; null for arrays, which are not hashed. */
+  sha256: string | null;
   /** Names of its solids, empty strings where the file gives none. */
   solids: string[];
   facets: number;

@@ -89,7 +89,7 @@ pub(crate) fn ready(case: &Case) -> Result<(Ready, [f64; 3]), Box<dyn Error>> {
     }
     let contents = reader.finish()?;
     let read = lap(&mut clock);
-    let prepared = prepare(&job, vec![Source { file: name, contents, sha256: String::new() }])?;
+    let prepared = prepare(&job, vec![Source::new(name, contents, None)])?;
     let lines = lap(&mut clock);
     let frame = Frame::new(&prepared.geometries, &prepared.lines)?;
     Ok((Ready { prepared, frame }, [read, lines, lap(&mut clock)]))

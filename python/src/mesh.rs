@@ -129,14 +129,14 @@ impl RawMesh {
     ) -> PyResult<Option<String>> {
         let format = Format::of_name(name).map_err(py_error)?;
         let compress = compress.map_or(Compress::None, Compress::Zlib);
-        let options = Options { compress, bits, ..Options::default() };
+        let options = Options::default().with_compress(compress).with_bits(bits);
         run(py, None, |control| self.write_file(format, &options, &path, control).map_err(|error| error.at(name)))
     }
 
     /// Writes a Zarr folder, which is not there yet.
     fn write_zarr(&self, py: Python<'_>, name: &str, path: PathBuf, compress: Option<u8>) -> PyResult<()> {
         let compress = compress.map_or(Compress::None, Compress::Zlib);
-        let options = Options { compress, ..Options::default() };
+        let options = Options::default().with_compress(compress);
         run(py, None, |control| {
             let store =
                 FilesystemStore::new(&path).map_err(|error| Error::new("io", format!("{name}: {error}"), ""))?;

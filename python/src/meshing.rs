@@ -2,6 +2,7 @@
 
 use hexcast::control::Control;
 use hexcast::estimate::Estimate;
+use hexcast::files::read_file;
 use hexcast::job::{Job, PartJob};
 use hexcast::pipeline::{self, MeshOptions, Prepared, prepare};
 use hexcast::report::{CallerFacts, Report};
@@ -16,7 +17,7 @@ use crate::engines::with_engine;
 use crate::mesh::RawMesh;
 use crate::py_error;
 use crate::run::run;
-use crate::surface::{Surface, read_file};
+use crate::surface::Surface;
 
 /// For each geometry of a job its surface; None where it is read from the file that the job names.
 type Surfaces = Vec<Option<Py<Surface>>>;
@@ -40,7 +41,7 @@ pub(crate) fn mesh(
             let options = MeshOptions::default();
             pollster::block_on(pipeline::mesh(&job, sources, &options, engine, control))
         })?;
-        let report = Report::new(facts, CallerFacts { read, ..CallerFacts::default() }).to_json();
+        let report = Report::new(facts, CallerFacts::default().with_read(read)).to_json();
         Ok(RawMesh::new(mesh, report))
     })
 }

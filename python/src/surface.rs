@@ -1,8 +1,6 @@
 //! Surfaces: facets that were read, or taken from arrays, once, for any number of meshes.
 
-use std::fs::File;
-
-use hexcast::control::Control;
+use hexcast::files::read_file;
 use hexcast::geometry::Facet;
 use hexcast::sources::Source;
 use hexcast::{Error, Result};
@@ -60,20 +58,6 @@ impl Surface {
     fn __repr__(&self) -> String {
         format!("<hexcast.Surface \"{}\" of {} facets>", self.source.file, self.source.contents.n_facets)
     }
-}
-
-/// Reads an STL file, chunk by chunk.
-///
-/// # Errors
-/// `io`; those of [`Source::read`].
-pub(crate) fn read_file(file: &str, control: &Control) -> Result<Source> {
-    let failed = |error| Error::io(format!("reading {file}"), error);
-    let mut input = File::open(file).map_err(failed)?;
-    let metadata = input.metadata().map_err(failed)?;
-    if !metadata.is_file() {
-        return Err(Error::new("io", format!("{file} is not a file"), "name an STL file, or give its bytes"));
-    }
-    Source::read(file, metadata.len(), &mut input, control)
 }
 
 fn facets(name: &str, vertices: &[f32], faces: &[i64]) -> Result<Vec<Facet>> {

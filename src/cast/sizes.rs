@@ -1,5 +1,6 @@
 //! How large the bands of the GPU backend and the buffers of a band are, in u64, before anything is allocated. The backend allocates
 //! by these numbers; the estimate and the plan count by them.
+#![cfg_attr(not(feature = "gpu"), allow(dead_code, reason = "only the GPU backend uses all of them"))]
 
 /// Rays of a bin along both axes across; `BIN` in `shaders/shared/params.wgsl`.
 pub const BIN: u32 = 8;

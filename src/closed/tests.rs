@@ -60,7 +60,7 @@ fn one_edge_of_many_that_comes_twice_is_found() {
 
 fn found_in(facets: Vec<SnappedFacet>, pieces: Vec<[u64; 2]>) -> BadEdges {
     let lines = Lines::new([10.0, 20.0, 30.0], [0.5; 3], [4; 3]).unwrap();
-    let mut geometry = Geometry::new("g", 1, vec![[[0.0; 3]; 3]]);
+    let mut geometry = Geometry::new("g", 1, vec![[[0.0; 3]; 3]]).unwrap();
     geometry.pieces_in_file = pieces;
     let frame = Frame::new(std::slice::from_ref(&geometry), &lines).unwrap();
     let frame = Frame { fraction_bits: 6, ..frame.with_facets(facets) };

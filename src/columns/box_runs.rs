@@ -25,7 +25,7 @@ impl Columns {
     ///
     /// # Panics
     /// If the box reaches past the columns: a bug of the caller.
-    pub fn runs_of_box(&self, cells: &[Range<u32>; 3]) -> Result<BoxRuns> {
+    pub(crate) fn runs_of_box(&self, cells: &[Range<u32>; 3]) -> Result<BoxRuns> {
         let along = &cells[self.rays.axis];
         let [across_i, across_j] = self.rays.across.map(|axis| cells[axis].clone());
         let mut found = BoxRuns { offsets: vec![0], runs: Vec::new() };

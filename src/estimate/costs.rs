@@ -13,6 +13,7 @@ use crate::write::{npy, raw};
 
 /// What a mesh would hold and take.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Estimate {
     /// Number of cells on x, y, z.
     pub dims: [u32; 3],
@@ -56,6 +57,7 @@ pub struct Estimate {
 
 /// Bytes of memory on the host.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct HostBytes {
     /// Facets as read and as snapped; gone when the mesh is made.
     pub facets: u64,
@@ -82,6 +84,7 @@ impl HostBytes {
 
 /// Bytes of a mesh in each format; those of 2^64 and more read as 2^64 - 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct FileBytes {
     /// `.raw`, a byte a cell; exact.
     pub raw: u64,
@@ -229,7 +232,7 @@ mod tests {
     fn fixture(name: &str) -> Geometry {
         let path = format!("{}/tests/fixtures/{name}", env!("CARGO_MANIFEST_DIR"));
         let contents = crate::read::read_bytes(&std::fs::read(path).unwrap()).unwrap();
-        Geometry::new(name, 1, contents.solids[0].facets.clone())
+        Geometry::new(name, 1, contents.solids[0].facets.clone()).unwrap()
     }
 
     #[test]

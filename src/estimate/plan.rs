@@ -185,7 +185,7 @@ mod tests {
                 [[a, b, c], [b, c, d]]
             })
         };
-        let geometry = Geometry::new("walls", 1, wall(0.2).chain(wall(0.8)).collect::<Vec<_>>());
+        let geometry = Geometry::new("walls", 1, wall(0.2).chain(wall(0.8)).collect::<Vec<_>>()).unwrap();
         let lines = Lines::new([0.0; 3], dims.map(|n| 1.0 / f64::from(n)), dims).unwrap();
         Estimate::new(&[geometry], &lines, &Rays::new(0, dims))
     }

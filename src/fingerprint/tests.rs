@@ -25,7 +25,7 @@ fn columns(axis: usize, dims: [u32; 3], flags: &[u8]) -> Columns {
             band.ends.push(band.runs.len() as u32);
         }
     }
-    Columns::new(rays, vec![band])
+    Columns::new(rays, vec![band]).unwrap()
 }
 
 #[test]

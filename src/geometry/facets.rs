@@ -6,8 +6,26 @@
 use std::ops::{Deref, Range};
 use std::sync::Arc;
 
+use crate::error::{Error, Result};
+use crate::parallel::*;
+
 /// One triangular facet: three corners of three coordinates, in the order of the file.
 pub type Facet = [[f32; 3]; 3];
+
+/// Returns an error if a coordinate is NaN or infinite; `name` is that of the surface.
+///
+/// # Errors
+/// `stl-not-finite`, with the first such facet.
+pub(crate) fn check_finite(name: &str, facets: &[Facet]) -> Result<()> {
+    let is_sound = |facet: &Facet| facet.as_flattened().iter().all(|number| number.is_finite());
+    if facets.par_iter().all(is_sound) {
+        return Ok(());
+    }
+    let numbers = facets.as_flattened().as_flattened();
+    let place = numbers.iter().position(|number| !number.is_finite()).unwrap_or_default();
+    let message = format!("{name}: number {} of facet {} is {}", place % 9, place / 9, numbers[place]);
+    Err(Error::new("stl-not-finite", message, "remove the facet"))
+}
 
 /// A range of a shared list of facets; derefs to a slice.
 #[derive(Clone, Default)]

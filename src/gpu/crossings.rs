@@ -36,6 +36,7 @@ impl Gpu {
     ///
     /// # Errors
     /// Those of [`Gpu::columns`].
+    #[cfg_attr(not(feature = "stages"), doc(hidden))]
     pub async fn crossings(
         &self,
         cast: &Cast<'_>,

@@ -25,7 +25,7 @@ const ALIGNMENT: u64 = 256;
 pub enum Cells {
     /// A byte each, the flag: cell (x, y, z) is byte `x + nx * (y + ny * z)`.
     Bytes,
-    /// A bit each, 1 where the flag is not 0, as [`crate::flags::expand_bits`] has them: cell (x, y, z) is bit `x % 8` of byte
+    /// A bit each, 1 where the flag is not 0, as [`crate::write::bits`] has them: cell (x, y, z) is bit `x % 8` of byte
     /// `x / 8 + row_bytes * (y + ny * z)`, where a row has `nx / 8` bytes, rounded up.
     Bits,
 }

@@ -1,12 +1,11 @@
 //! One geometry of a job, also from a command-line argument such as `coil.stl:flag=7,priority=2,name=copper`.
 
-use glam::DAffine3;
 use serde::{Deserialize, Serialize};
 
 use super::quoted::on_one_line;
 use super::{Fill, Open, PerAxis, numbers};
 use crate::error::{Error, Result};
-use crate::geometry::world_from_file;
+use crate::geometry::Placing;
 
 /// A file, the name and flag of its cells, and its transform.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -59,9 +58,9 @@ impl GeometryJob {
     }
 
     /// Places file coordinates in the world.
-    pub fn world_from_file(&self) -> DAffine3 {
+    pub(crate) fn world_from_file(&self) -> Placing {
         let scale = self.scale.map_or([1.0; 3], PerAxis::each);
-        world_from_file(scale, self.rotate.unwrap_or_default(), self.translate.unwrap_or_default())
+        Placing::of_numbers(scale, self.rotate.unwrap_or_default(), self.translate.unwrap_or_default())
     }
 
     /// Reads `FILE` or `FILE:key=value,...` with the keys flag, priority, open, fill, shell, invert, name, solid, split, scale, rotate and translate;

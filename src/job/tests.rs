@@ -41,7 +41,7 @@ fn toml_and_json_give_the_same_job() {
     assert_eq!((job.dims, job.rule, job.axis), (Some([10, 20, 30]), Rule::Nonzero, AxisChoice::Y));
     assert_eq!(job.padding, Some(Padding::Length(PerAxis::Each([1.0, 2.0, 3.0]))));
     let place = job.geometries[0].world_from_file();
-    assert_eq!(place.transform_point3(glam::DVec3::new(2.0, 0.0, 0.0)).to_array(), [0.0, 1.0, 0.0]);
+    assert_eq!(place.place([2.0, 0.0, 0.0]), [0.0, 1.0, 0.0]);
 }
 
 #[test]

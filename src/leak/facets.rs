@@ -69,7 +69,7 @@ mod tests {
             ([[1.5, 0.5, 0.5]; 3], false),
         ];
         for (facet, is_near) in table {
-            let geometry = Geometry::new("g", 1, vec![[[50.0; 3]; 3], facet]);
+            let geometry = Geometry::new("g", 1, vec![[[50.0; 3]; 3], facet]).unwrap();
             let found = facets_near(&[geometry], [[-1.0; 3], [1.0; 3]]);
             let expected = NearFacet { geometry: "g".into(), facet: 1 };
             assert_eq!(found, if is_near { vec![expected] } else { vec![] }, "{facet:?}");

@@ -5,6 +5,7 @@ use sha2::{Digest, Sha256};
 use super::engine::Engine;
 use super::options::{DEFAULT_MAX_BYTES, MeshOptions, SpillTarget};
 use super::prepare::Prepared;
+use crate::checksum::hex;
 use crate::columns::{ColumnsBuilder, Head, Named};
 use crate::control::Control;
 use crate::error::{Error, Result};
@@ -83,13 +84,14 @@ pub(super) fn columns_builder(
     }
 }
 
-/// Hashes everything that decides the columns: the version, the job without backend and memory, the hashes of its files, the
-/// lines and the rays.
+/// Hashes everything that decides the columns: the version, the job without backend and memory, the hashes of its files, or of all
+/// facets where some were in memory, the lines and the rays.
 fn identity(job: &Job, prepared: &Prepared, inputs: &[InputReport]) -> [u8; 32] {
     // gaps are closed in finished columns
     let job = Job { close_gaps: None, gap_flag: None, certify: false, thin_cells: None, ..job.clone() };
     let job = Job { backend: BackendChoice::Auto, max_memory: None, max_cells: None, unit: None, ..job };
-    let files: Vec<&str> = inputs.iter().map(|input| input.sha256.as_str()).collect();
+    let files: Vec<String> =
+        inputs.iter().map(|input| input.sha256.clone().unwrap_or_else(|| hash_of_facets(prepared))).collect();
     let facts = [
         env!("CARGO_PKG_VERSION").to_string(),
         job.to_json(),
@@ -97,4 +99,13 @@ fn identity(job: &Job, prepared: &Prepared, inputs: &[InputReport]) -> [u8; 32] 
         format!("{:?} {:?}", prepared.lines, prepared.rays),
     ];
     Sha256::digest(facts.join("\n")).into()
+}
+
+/// SHA-256 of the facets of all geometries: their numbers, 4 bytes each, little-endian.
+fn hash_of_facets(prepared: &Prepared) -> String {
+    let mut hash = Sha256::new();
+    for facet in prepared.geometries.iter().flat_map(|geometry| geometry.facets.iter()) {
+        hash.update(facet.as_flattened().iter().flat_map(|number| number.to_le_bytes()).collect::<Vec<u8>>());
+    }
+    hex(&hash.finalize())
 }

@@ -23,6 +23,7 @@ pub enum SpillTarget {
 
 /// How a job is meshed.
 #[derive(Clone, Default)]
+#[non_exhaustive]
 pub struct MeshOptions {
     /// Where columns go that exceed the memory allowed.
     pub spill: SpillTarget,
@@ -37,4 +38,31 @@ pub struct MeshOptions {
     /// Most bytes of buffers on a GPU, at least 2^20; None for all that it has. Where the GPU uses the host's memory they count
     /// against the job's `max_memory`, too.
     pub max_device_bytes: Option<u64>,
+}
+
+impl MeshOptions {
+    /// Says where columns go that exceed the memory allowed.
+    pub fn with_spill(self, spill: SpillTarget) -> MeshOptions {
+        MeshOptions { spill, ..self }
+    }
+
+    /// Counts the flags against the memory allowed.
+    pub fn with_flags_in_memory(self, flags_in_memory: bool) -> MeshOptions {
+        MeshOptions { flags_in_memory, ..self }
+    }
+
+    /// Asks for a mesh of the cells that rays do not decide.
+    pub fn with_doubt_mask(self, doubt_mask: bool) -> MeshOptions {
+        MeshOptions { doubt_mask, ..self }
+    }
+
+    /// Counts the program and its GPU driver against the memory allowed.
+    pub fn with_program_bytes(self, program_bytes: u64) -> MeshOptions {
+        MeshOptions { program_bytes, ..self }
+    }
+
+    /// Limits the buffers on a GPU.
+    pub fn with_max_device_bytes(self, max_device_bytes: Option<u64>) -> MeshOptions {
+        MeshOptions { max_device_bytes, ..self }
+    }
 }

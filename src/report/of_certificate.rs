@@ -10,6 +10,7 @@ use crate::lines::Lines;
 /// What a mesh may have lost, or decided between geometries.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub struct CertificateReport {
     /// Walls of fewer cells are listed.
     pub thin_cells: u32,
@@ -24,6 +25,7 @@ pub struct CertificateReport {
 /// Walls of a geometry that are thin along an axis.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub struct ThinWallReport {
     /// Its name.
     pub geometry: String,
@@ -42,6 +44,7 @@ pub struct ThinWallReport {
 /// Two geometries with common cells.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub struct OverlapReport {
     /// The geometry that wins.
     pub winner: String,
@@ -58,6 +61,7 @@ pub struct OverlapReport {
 /// Background cells with one flag before them and another behind, along an axis.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub struct GapReport {
     /// The two flags, ascending.
     pub flags: [u8; 2],

@@ -7,6 +7,7 @@ use crate::mesh::Mesh;
 
 /// A report of what the file holds; null where [`super::Report`] has what only the meshing knew.
 #[derive(Debug, Serialize)]
+#[non_exhaustive]
 pub struct ColumnsReport<'a> {
     /// Version of hexcast that reads it.
     pub version: &'a str,
@@ -56,6 +57,7 @@ struct NoSeconds {}
 
 /// A flag of columns.
 #[derive(Debug, Serialize)]
+#[non_exhaustive]
 pub struct ColumnsFlag<'a> {
     /// The flag, 1 to 255.
     pub flag: u8,

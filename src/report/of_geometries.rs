@@ -11,6 +11,7 @@ use crate::overlay::{Along, Found};
 /// One geometry.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub struct GeometryReport {
     /// Its name.
     pub name: String,
@@ -75,6 +76,7 @@ impl GeometryReport {
 /// A geometry whose surface is not closed, and how its cells were decided.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub struct OpenReport {
     /// Its name.
     pub geometry: String,
@@ -141,6 +143,7 @@ impl OpenReport {
 /// A geometry that has the cells along its surface.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub struct FillReport {
     /// Its name.
     pub geometry: String,
@@ -163,6 +166,7 @@ impl FillReport {
 /// The cells of one flag.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub struct FlagReport {
     /// The flag.
     pub flag: u8,
@@ -208,7 +212,7 @@ mod tests {
         let lines = Lines::new([0.0; 3], [0.5; 3], [4; 3]).unwrap();
         let geometry = |name: &str, flag: u8, volume: f64, volume_bound: Option<f64>| {
             let facets = vec![[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]];
-            let report = GeometryReport::new(&Geometry::new(name, flag, facets), BadEdges::default());
+            let report = GeometryReport::new(&Geometry::new(name, flag, facets).unwrap(), BadEdges::default());
             GeometryReport { mesh_volume: volume, volume_bound, ..report }
         };
         let mut cells = [0; 256];

@@ -27,7 +27,7 @@ fn mesh_of(axis: usize, dims: [u32; 3], flag_of: impl Fn([u32; 3]) -> u8) -> Mes
         band.ends.push(band.runs.len() as u32);
     }
     let lines = Lines::new([-1.5, 0.25, 8.0], [0.5, 0.25, 0.125], dims).unwrap();
-    Mesh::new(lines, Columns::new(rays, vec![band]), vec![], None).unwrap()
+    Mesh::new(lines, Columns::new(rays, vec![band]).unwrap(), vec![], None).unwrap()
 }
 
 /// Flags without any order: background in about half of the cells, else 1 to 4.
@@ -334,7 +334,7 @@ fn meshed_again(part: &SkinPart, mesh: &Mesh) -> Columns {
     let facet = |corners: &[u32]| [corner(&corners[0]), corner(&corners[1]), corner(&corners[2])];
     let facets: Vec<Facet> = part.indices.chunks_exact(3).map(facet).collect();
     assert_eq!(facets.len(), 2 * part.n_quads());
-    let frame = Frame::new(&[Geometry::new("skin", 1, facets)], &mesh.lines).unwrap();
+    let frame = Frame::new(&[Geometry::new("skin", 1, facets).unwrap()], &mesh.lines).unwrap();
     crate::cpu::columns(
         &crate::cast::Cast { frame: &frame, rays: &mesh.columns.rays, rule: Rule::default() },
         &Control::default(),

@@ -41,7 +41,7 @@ impl WebReader {
     pub fn finish(self) -> JsResult<WebSurface> {
         let contents = self.reader.finish().map_err(|error| js_error(error.at(&self.file)))?;
         let sha256 = hex(&self.hash.finalize());
-        Ok(WebSurface::new(Source { file: self.file, contents, sha256 }))
+        WebSurface::new(Source::new(self.file, contents, Some(sha256)))
     }
 }
 
@@ -54,10 +54,10 @@ pub struct WebSurface {
 }
 
 impl WebSurface {
-    fn new(source: Source) -> WebSurface {
+    fn new(source: Source) -> JsResult<WebSurface> {
         let solids = source.contents.solids.iter().map(|solid| solid.facets.clone());
-        let geometry = Geometry::new("", 1, SharedFacets::join(&solids.collect::<Vec<_>>()));
-        WebSurface { source: Rc::new(source), geometry }
+        let geometry = Geometry::new("", 1, SharedFacets::join(&solids.collect::<Vec<_>>())).map_err(js_error)?;
+        Ok(WebSurface { source: Rc::new(source), geometry })
     }
 }
 
@@ -73,7 +73,7 @@ impl WebSurface {
         }
         let facet = |f: &[f32; 9]| -> Facet { [[f[0], f[1], f[2]], [f[3], f[4], f[5]], [f[6], f[7], f[8]]] };
         let facets: Vec<Facet> = facets.iter().map(facet).collect();
-        Ok(WebSurface::new(Source::from_facets(file, facets).map_err(js_error)?))
+        WebSurface::new(Source::from_facets(file, facets).map_err(js_error)?)
     }
 
     /// Facts as JSON: `FileInfo` of `www/job.d.ts`.

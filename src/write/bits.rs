@@ -1,4 +1,7 @@
 //! Bit-packed flags: eight cells a byte, for meshes with a single flag; [`flags`](crate::flags) makes them.
+//!
+//! A bit is 1 where the flag is not 0. Each row along x begins with a new byte, its first cell in the lowest bit, and bits past its end
+//! are 0: cell (x, y, z) of nx x ny x nz cells is bit `x % 8` of byte `x / 8 + ceil(nx / 8) * (y + ny * z)`.
 
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;

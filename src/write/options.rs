@@ -60,6 +60,7 @@ pub enum Compress {
 
 /// Choices of a writer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Options {
     /// Compression, for `.vti` and the column file.
     pub compress: Compress,
@@ -80,8 +81,36 @@ impl Default for Options {
     }
 }
 
+impl Options {
+    /// Compresses, or does not.
+    pub fn with_compress(self, compress: Compress) -> Options {
+        Options { compress, ..self }
+    }
+
+    /// Packs eight cells in a byte.
+    pub fn with_bits(self, bits: bool) -> Options {
+        Options { bits, ..self }
+    }
+
+    /// Asks for the SHA-256 of a `.raw`.
+    pub fn with_sha256(self, sha256: bool) -> Options {
+        Options { sha256, ..self }
+    }
+
+    /// Limits the flags that are held at once, twice.
+    pub fn with_slab_bytes(self, slab_bytes: usize) -> Options {
+        Options { slab_bytes, ..self }
+    }
+
+    /// Limits the compressed bytes of a `.vti` that are held.
+    pub fn with_block_cache_bytes(self, block_cache_bytes: usize) -> Options {
+        Options { block_cache_bytes, ..self }
+    }
+}
+
 /// What was written.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Written {
     /// Bytes handed to the output.
     pub n_bytes: u64,

@@ -323,7 +323,8 @@ fn files_of_more_than_4_gib_end_as_they_should() {
     let n_rays = rays.n_rays() as usize;
     let ends = (0..n_rays).map(|ray| u32::from(ray + 1 == n_rays)).collect();
     let runs = vec![crate::columns::run(dims[0] - 1, 1)];
-    let columns = crate::columns::Columns::new(rays, vec![crate::columns::Band { ends, runs, ..Default::default() }]);
+    let columns =
+        crate::columns::Columns::new(rays, vec![crate::columns::Band { ends, runs, ..Default::default() }]).unwrap();
     let lines = crate::lines::Lines::new([0.0; 3], [1.0; 3], dims).unwrap();
     let mesh = Mesh::new(lines, columns, vec![], None).unwrap();
     let n_cells = mesh.n_cells();

@@ -1,6 +1,6 @@
 //! Sines and cosines of degrees: the same bits on every target, natively and in the browser.
 
-use hexcast::geometry::world_from_file;
+use hexcast::geometry::Placing;
 
 /// Degrees, and the bits of their sine and cosine.
 const TABLE: &[(f64, u64, u64)] = &[
@@ -37,8 +37,8 @@ const TABLE: &[(f64, u64, u64)] = &[
 /// Holds what a turn about z makes of the unit vector along x to the table.
 pub(crate) fn assert_fixed_bits() {
     for &(degrees, sine, cosine) in TABLE {
-        let turn = world_from_file([1.0; 3], [0.0, 0.0, degrees], [0.0; 3]);
-        let found = [turn.matrix3.x_axis.y, turn.matrix3.x_axis.x].map(f64::to_bits);
+        let turn = Placing::new([1.0; 3], [0.0, 0.0, degrees], [0.0; 3]).unwrap();
+        let found = [turn.matrix()[0][1], turn.matrix()[0][0]].map(f64::to_bits);
         assert_eq!(found, [sine, cosine], "{degrees} degrees: {found:#x?}");
     }
 }

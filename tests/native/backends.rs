@@ -52,7 +52,7 @@ pub(crate) fn mesh(backend: Backend, case: &Case, axis: usize) -> Columns {
 fn columns_in_bins(frame: &Frame, rays: &Rays, rule: Rule, bin: [u32; 2]) -> Columns {
     let mapping = Mapping { rule, flag_of_rank: &frame.ranks.flag_of_rank, depth: rays.depth };
     let band = |row| map(&crossings(frame, rays, &lattice(frame, rays, bin, row..row + 1), row, false), &mapping);
-    Columns::new(*rays, (0..Lattice::n_rows(rays, bin)).map(band).collect())
+    Columns::new(*rays, (0..Lattice::n_rows(rays, bin)).map(band).collect()).unwrap()
 }
 
 /// Flags of all cells, x fastest.

@@ -16,7 +16,7 @@ use super::soups::{BODIES, Random, body, shuffled};
 
 /// Facets of every edge that is not proper, by its kind; corners are those of the snap.
 fn bad_edges(facets: &Facets, lines: &hexcast::lines::Lines) -> BTreeMap<BadEdge, Vec<Vec<u64>>> {
-    let (snapped, _) = oracle::snapped_facets(&Geometry::new("g", 1, facets.clone()), lines);
+    let (snapped, _) = oracle::snapped_facets(&Geometry::new("g", 1, facets.clone()).unwrap(), lines);
     let mut uses: BTreeMap<[Vec<BigInt>; 2], Vec<(u64, bool)>> = BTreeMap::new();
     for (index, facet) in snapped.iter().map(|facet| facet.each_ref().map(|corner| corner.to_vec())).enumerate() {
         let [a, b, c] = facet;

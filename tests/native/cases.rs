@@ -4,7 +4,7 @@
 //! It needs `models` and `soups` beside it and nothing of the machine: no files, no clock, no platform mathematics. Names are
 //! unique and stable (golden files carry them); `why` says what a case is for.
 
-use hexcast::geometry::{Facet, Geometry, world_from_file};
+use hexcast::geometry::{Facet, Geometry, Placing};
 use hexcast::lines::Lines;
 use hexcast::map::Rule;
 
@@ -40,7 +40,7 @@ impl Case {
 
 /// Builds a case of one geometry with flag 1, rule parity.
 pub(crate) fn one(name: &str, why: &'static str, lines: Lines, facets: Facets) -> Case {
-    several(name, why, lines, vec![Geometry::new(name, 1, facets)])
+    several(name, why, lines, vec![Geometry::new(name, 1, facets).unwrap()])
 }
 
 /// Builds a case of several geometries, rule parity.
@@ -225,7 +225,7 @@ fn depths() -> Vec<Case> {
                     |g: u32| (g..n_crossings / 2).step_by(n_geometries as usize).flat_map(plate).collect::<Facets>();
                 let name = format!("plates-{n_crossings}-{side}-{n_geometries}");
                 let geometries: Vec<Geometry> = (0..n_geometries)
-                    .map(|g| Geometry::new(format!("plates {g}"), 7 - g as u8, of_geometry(g)))
+                    .map(|g| Geometry::new(format!("plates {g}"), 7 - g as u8, of_geometry(g)).unwrap())
                     .collect();
                 let lines = unit_cells([side, side, n_crossings + 2]);
                 let why = "as many crossings on every ray";
@@ -267,22 +267,22 @@ fn materials() -> Vec<Case> {
         let bodies = [cube([0.5; 3], 6.0), sphere([5.5; 3], 3.9, 16), cuboid([4.0, 0.0, 3.3], [9.5, 9.0, 6.5])];
         let place = |(i, facets)| Geometry {
             priority: priorities[i],
-            ..Geometry::new(format!("body {i}"), [3, 200, 9][i], facets)
+            ..Geometry::new(format!("body {i}"), [3, 200, 9][i], facets).unwrap()
         };
         bodies.into_iter().enumerate().map(place).collect()
     };
     let crowd = (0..255u32).map(|i| {
         let place = [i % 8, i / 8 % 8, i / 64].map(|k| k as f32 * 1.1 + 0.3);
-        Geometry::new(format!("body {i}"), (i + 1) as u8, cube(place, 1.9))
+        Geometry::new(format!("body {i}"), (i + 1) as u8, cube(place, 1.9)).unwrap()
     });
     let halves = vec![
-        Geometry::new("left", 4, cuboid([1.0; 3], [4.5, 8.0, 8.0])),
-        Geometry::new("right", 4, cuboid([4.5, 1.0, 1.0], [9.0, 8.0, 8.0])),
+        Geometry::new("left", 4, cuboid([1.0; 3], [4.5, 8.0, 8.0])).unwrap(),
+        Geometry::new("right", 4, cuboid([4.5, 1.0, 1.0], [9.0, 8.0, 8.0])).unwrap(),
     ];
     let mixed = vec![
-        Geometry::new("closed", 1, cube([1.0; 3], 7.0)),
-        Geometry::new("empty", 2, vec![]),
-        Geometry::new("lost", 3, cube([5.6; 3], 0.5)),
+        Geometry::new("closed", 1, cube([1.0; 3], 7.0)).unwrap(),
+        Geometry::new("empty", 2, vec![]).unwrap(),
+        Geometry::new("lost", 3, cube([5.6; 3], 0.5)).unwrap(),
     ];
     vec![
         several("later-wins", "equal priorities: meshed in order", ten, overlapping([0; 3])),
@@ -315,7 +315,10 @@ fn open_meshes() -> Vec<Case> {
         one("facet-turned", "a closed box with one normal inwards, for the winding number", dims, flip).nonzero(),
         one("half-sphere", "a bowl", dims, without(sphere([3.3, 4.1, 4.6], 3.1, 16), &(0..112).collect::<Vec<_>>())),
         several("open-among-closed", "an open body over a closed one", dims, {
-            vec![Geometry::new("closed", 1, cube([0.7; 3], 5.0)), Geometry::new("open", 2, without(body(), &[8]))]
+            vec![
+                Geometry::new("closed", 1, cube([0.7; 3], 5.0)).unwrap(),
+                Geometry::new("open", 2, without(body(), &[8])).unwrap(),
+            ]
         }),
     ]
 }
@@ -323,10 +326,10 @@ fn open_meshes() -> Vec<Case> {
 /// Transforms, units, negative places, sizes that f32 cannot hold.
 fn placings() -> Vec<Case> {
     let rotated = |degrees: [f64; 3]| {
-        let place = world_from_file([1.5, 1.0, 0.8], degrees, [6.0, 6.0, 6.0]);
+        let place = Placing::new([1.5, 1.0, 0.8], degrees, [6.0, 6.0, 6.0]).unwrap();
         vec![Geometry {
             world_from_file: place,
-            ..Geometry::new("bar", 1, cuboid([-3.0, -2.0, -4.0], [3.0, 1.0, 4.0]))
+            ..Geometry::new("bar", 1, cuboid([-3.0, -2.0, -4.0], [3.0, 1.0, 4.0])).unwrap()
         }]
     };
     let cells = unit_cells([12; 3]);

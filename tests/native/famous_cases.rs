@@ -2,7 +2,7 @@
 //! expected cells ours: counted by hand or by a formula, never by the code under test.
 
 use hexcast::columns;
-use hexcast::geometry::{Facet, Geometry, world_from_file};
+use hexcast::geometry::{Facet, Geometry, Placing};
 use hexcast::map::Rule;
 
 use super::backends::{Backend, cpu_flags, flags, mesh};
@@ -134,12 +134,12 @@ fn quarter_turns_turn_the_cells() {
     let body = joined([cuboid([-5.2, -3.3, -4.4], [4.1, 1.2, 3.6]), cuboid([1.3, 1.2, -0.7], [2.2, 5.1, 2.8])]);
     let cells = lines([-6.0; 3], [1.0; 3], dims);
     let turned = |degrees: [f64; 3]| {
-        let place = world_from_file([1.0; 3], degrees, [0.0; 3]);
+        let place = Placing::new([1.0; 3], degrees, [0.0; 3]).unwrap();
         several(
             "turned",
             "",
             cells,
-            vec![Geometry { world_from_file: place, ..Geometry::new("body", 1, body.clone()) }],
+            vec![Geometry { world_from_file: place, ..Geometry::new("body", 1, body.clone()).unwrap() }],
         )
     };
     let upright = cpu_flags(&turned([0.0; 3]), 0);
@@ -213,7 +213,7 @@ fn two_touching_cubes_are_the_same_in_one_file_and_in_two() {
         let inside =
             |[x, y, z]: [u32; 3]| u8::from((2..=7).contains(&x) && (1..=5).contains(&y) && (1..=6).contains(&z));
         for rule in [Rule::Parity, Rule::Nonzero] {
-            let files = halves.iter().map(|half| Geometry::new("half", 1, half.clone())).collect();
+            let files = halves.iter().map(|half| Geometry::new("half", 1, half.clone()).unwrap()).collect();
             check(&with_rule(several("two files", "", cells, files), rule), inside);
             check(&with_rule(one("one file", "", cells, halves.concat()), rule), inside);
         }

@@ -113,7 +113,7 @@ fn good_fixtures_hold_what_is_known_about_them() {
         assert_eq!((found.watertight, found.closed_oriented), (good.volume.is_some(), good.volume.is_some()), "{file}");
         assert_near(found.area, good.area, file);
         if let Some(volume) = good.volume {
-            assert_near(Geometry::new("", 1, facets).signed_volume(), volume, file);
+            assert_near(Geometry::new("", 1, facets).unwrap().signed_volume(), volume, file);
         }
     }
 }

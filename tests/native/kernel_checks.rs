@@ -121,7 +121,7 @@ fn cpu_columns(cast: &Cast) -> Columns {
 async fn gpu_columns(gpu: &Gpu, cast: &Cast<'_>, options: &Options) -> Result<(Columns, Usage), String> {
     let mut bands = Vec::new();
     let usage = text(gpu.continue_columns(cast, options, &Control::default(), &mut bands).await)?;
-    Ok((Columns::new(*cast.rays, bands), usage))
+    Ok((Columns::new(*cast.rays, bands).unwrap(), usage))
 }
 
 async fn same_columns(gpu: &Gpu, cast: &Cast<'_>, options: &Options) -> Result<Usage, String> {
@@ -441,7 +441,7 @@ pub(crate) async fn a_mesh_goes_on_where_it_was_left(gpu: &Gpu) -> Checked {
     let error = gpu.continue_columns(&cast, &options, &stopping, &mut bands).await.unwrap_err();
     assert_eq!((error.code(), bands.len()), ("cancelled", 1));
     text(gpu.continue_columns(&cast, &options, &Control::default(), &mut bands).await)?;
-    expect(bands.len() > 1 && Columns::new(rays, bands) == whole, || "other columns".into())?;
+    expect(bands.len() > 1 && Columns::new(rays, bands).unwrap() == whole, || "other columns".into())?;
     Ok(1)
 }
 

@@ -63,7 +63,7 @@ impl Grid {
             }
         }
         let lines = Lines::new([-1.0, 0.0, 10.0], [1.0, 2.0, 0.5], self.dims).unwrap();
-        Mesh::new(lines, Columns::new(rays, vec![band]), vec![], None).unwrap()
+        Mesh::new(lines, Columns::new(rays, vec![band]).unwrap(), vec![], None).unwrap()
     }
 
     fn found(&self, axis: usize, [from, to]: [[u32; 3]; 2], flags: &[u8]) -> Leak {

@@ -16,6 +16,8 @@ mod cli;
 #[cfg(feature = "cli")]
 mod column_files;
 mod compare;
+#[cfg(feature = "cli")]
+mod examples;
 mod famous_cases;
 mod formats;
 mod fuzz;
@@ -40,12 +42,14 @@ mod leak;
 mod leak_command;
 #[cfg(feature = "cli")]
 mod memory;
+mod mesher;
 mod models;
 mod open_surfaces;
 mod oracle;
 #[cfg(feature = "cli")]
 mod parts;
 mod properties;
+mod public_api;
 #[cfg(feature = "cli")]
 mod reports;
 mod seven_cases;

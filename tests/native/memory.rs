@@ -20,7 +20,7 @@ fn sources(job: &Job) -> Vec<Source> {
         let path = format!("{}/tests/fixtures/{}", env!("CARGO_MANIFEST_DIR"), geometry.file);
         let bytes = std::fs::read(path).expect("the fixture is there");
         let contents = hexcast::read::read_bytes(&bytes).expect("the fixture is sound");
-        Source { file: geometry.file.clone(), contents, sha256: format!("{} bytes", bytes.len()) }
+        Source::new(geometry.file.clone(), contents, Some(format!("{} bytes", bytes.len())))
     };
     job.geometries.iter().map(read).collect()
 }
@@ -34,7 +34,7 @@ fn engine(backend: BackendChoice) -> Engine {
 }
 
 fn run(job: &Job, engine: &mut Engine, spill: SpillTarget, control: &Control) -> hexcast::Result<(Mesh, MeshFacts)> {
-    mesh(job, engine, &MeshOptions { spill, ..MeshOptions::default() }, control)
+    mesh(job, engine, &MeshOptions::default().with_spill(spill), control)
 }
 
 fn mesh(
@@ -147,7 +147,7 @@ fn doubtful_cells_on_rays_that_an_interrupted_mesh_has_kept_are_found_again() {
     let solid = &mut open[0].contents.solids[0];
     solid.facets = solid.facets[20..].to_vec().into();
     let run = |spill: SpillTarget, control: &Control| {
-        let options = MeshOptions { spill, ..MeshOptions::default() };
+        let options = MeshOptions::default().with_spill(spill);
         pollster::block_on(pipeline::mesh(&job, open.clone(), &options, &mut Engine::cpu(), control))
     };
     let (_, whole) = run(SpillTarget::None, &Control::default()).unwrap();
@@ -203,7 +203,7 @@ fn a_mesh_that_does_not_fit_is_refused_before_it_starts() {
     assert!(error.hint().contains("--spill"), "{}", error.hint());
 
     let job = Job { max_memory: Some(ByteSize(100_000_000)), cells: Some(700), dims: None, ..long_job() };
-    let options = MeshOptions { flags_in_memory: true, ..MeshOptions::default() };
+    let options = MeshOptions::default().with_flags_in_memory(true);
     let error = mesh(&job, &mut cpu, &options, &control).unwrap_err();
     assert_eq!((error.code(), n_rounds.load(Ordering::Relaxed)), ("memory", 0));
     assert!(error.to_string().contains("flags in memory") && error.hint().contains("--flags-in-memory"), "{error}");
@@ -254,7 +254,7 @@ fn buffers_of_a_gpu_count_as_the_hosts_memory_only_where_they_are_in_it() {
         Device::None => panic!("a GPU was asked for"),
     }
     // what the program takes counts, too
-    let options = MeshOptions { spill: spill(), program_bytes: 3_200_000, ..MeshOptions::default() };
+    let options = MeshOptions::default().with_spill(spill()).with_program_bytes(3_200_000);
     let error = mesh(&job, cpu, &options, &Control::default()).unwrap_err();
     assert!(error.to_string().contains("program and driver 3.20 MB"), "{error}");
 }

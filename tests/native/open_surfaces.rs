@@ -33,13 +33,9 @@ pub(crate) fn meshed(
     let geometries =
         (0..parts.len()).map(|index| GeometryJob { file: format!("{index}.stl"), ..given(index) }).collect();
     let job = Job { geometries, axis, ..job.clone() };
-    let source = |(index, facets): (usize, &Facets)| Source {
-        file: format!("{index}.stl"),
-        contents: contents(facets),
-        sha256: String::new(),
-    };
+    let source = |(index, facets): (usize, &Facets)| Source::new(format!("{index}.stl"), contents(facets), None);
     let sources = parts.iter().enumerate().map(source).collect();
-    let options = MeshOptions { doubt_mask: true, ..MeshOptions::default() };
+    let options = MeshOptions::default().with_doubt_mask(true);
     pollster::block_on(pipeline::mesh(&job, sources, &options, engine, &Control::default()))
 }
 
@@ -72,7 +68,7 @@ pub(crate) type Exact = [BigInt; 3];
 
 /// Cells of one geometry, by the definition.
 fn expected(facets: &Facets, lines: &Lines, rule: Rule, fill: impl Fn([u32; 3], Expected)) {
-    let geometry = Geometry::new("g", 1, facets.clone());
+    let geometry = Geometry::new("g", 1, facets.clone()).unwrap();
     let (snapped, bits) = oracle::snapped_facets(&geometry, lines);
     let exact: Vec<[Exact; 3]> =
         snapped.iter().map(|facet| facet.each_ref().map(|corner| corner.each_ref().map(|c| c << 200u32))).collect();

@@ -177,7 +177,7 @@ fn dot(a: &Vector, b: &Vector) -> BigInt {
 
 /// Cells from the centre of cell 0, in the f64 arithmetic of the definition.
 fn cells_from_file(geometry: &Geometry, corner: [f32; 3], lines: &Lines) -> [f64; 3] {
-    let world = geometry.world_from_file.transform_point3(corner.map(f64::from).into());
+    let world = geometry.world_from_file.place(corner.map(f64::from));
     std::array::from_fn(|axis| (world[axis] - lines.origin[axis]) / lines.spacing[axis] - 0.5)
 }
 
@@ -249,7 +249,7 @@ fn f64_numbers_are_taken_exactly_and_rounded_to_even() {
 fn the_oracle_knows_a_cube_and_the_half_open_cells() {
     let lines = Lines::new([0.0; 3], [1.0; 3], [4, 3, 2]).unwrap();
     let facets = super::models::cuboid([0.5, 0.5, -1.0], [2.5, 1.5, 9.0]);
-    let found = flags(&[Geometry::new("g", 5, facets)], &lines, Rule::Parity);
+    let found = flags(&[Geometry::new("g", 5, facets).unwrap()], &lines, Rule::Parity);
     // centres 0.5 excluded, 1.5 and 2.5 included along x; 1.5 along y; all along z
     let plane = [0, 0, 0, 0, 0, 5, 5, 0, 0, 0, 0, 0];
     assert_eq!(found, [plane, plane].concat());

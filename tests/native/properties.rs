@@ -39,7 +39,7 @@ fn file(facets: Facets, rule: Rule) -> Case {
 
 /// Several geometries with flag 1.
 fn files(files: Vec<Facets>, rule: Rule) -> Case {
-    let geometries = files.into_iter().map(|facets| Geometry::new("body", 1, facets)).collect();
+    let geometries = files.into_iter().map(|facets| Geometry::new("body", 1, facets).unwrap()).collect();
     Case { rule, ..several("bodies", "a law", unit_cells(DIMS), geometries) }
 }
 
@@ -227,7 +227,7 @@ proptest! {
         bodies in bodies(1..5), priorities in prop::array::uniform4(-1i32..2), rule in rules()
     ) {
         let geometries: Vec<Geometry> = bodies.into_iter().enumerate().map(|(index, facets)| {
-            Geometry { priority: priorities[index], ..Geometry::new("body", index as u8 + 1, facets) }
+            Geometry { priority: priorities[index], ..Geometry::new("body", index as u8 + 1, facets).unwrap() }
         }).collect();
         let mut painted = vec![0; DIMS.iter().product::<u32>() as usize];
         for priority in -1..2 {

@@ -28,7 +28,7 @@ fn filled(facets: &Facets, job: &Job, axis: usize) -> (Vec<u8>, u64, Lines) {
 }
 
 fn snapped(facets: &Facets, lines: &Lines) -> (Vec<[Exact; 3]>, u64) {
-    oracle::snapped_facets(&Geometry::new("g", 1, facets.clone()), lines)
+    oracle::snapped_facets(&Geometry::new("g", 1, facets.clone()).unwrap(), lines)
 }
 
 fn index([x, y, z]: [usize; 3], [nx, ny, _]: [usize; 3]) -> usize {

@@ -134,7 +134,8 @@ pub(crate) fn soup(seed: u64) -> Case {
             facets.extend(turned);
         }
         let facets = shuffled(facets, &mut random);
-        let mut geometry = Geometry::new(format!("soup {index}"), 1 + random.below(3) as u8 + 3 * index, facets);
+        let mut geometry =
+            Geometry::new(format!("soup {index}"), 1 + random.below(3) as u8 + 3 * index, facets).unwrap();
         geometry.priority = random.between(-1, 1);
         geometries.push(geometry);
     }
@@ -161,12 +162,13 @@ pub(crate) fn crumbs(seed: u64) -> Case {
         facets.extend(body(random.one_of(&BODIES), points));
     }
     let lines = Lines::new([0.0; 3], [1.0; 3], dims.map(|n| n as u32)).expect("sizes are positive");
-    let geometry = Geometry::new("crumbs", 1, shuffled(facets, &mut random));
+    let geometry = Geometry::new("crumbs", 1, shuffled(facets, &mut random)).unwrap();
     Case { name: format!("crumbs-{seed}"), why: "near misses", geometries: vec![geometry], lines, rule: Rule::Parity }
 }
 
 /// Makes the stack of a seed: bodies across a few rays, one above the other or through each other, with up to some 5,000 crossings a
 /// ray; one to forty geometries, either rule.
+#[cfg(feature = "gpu")]
 pub(crate) fn stack(seed: u64) -> Case {
     let mut random = Random::new(seed);
     let dims = [random.between(1, 4), random.between(1, 4), random.one_of(&[5, 40, 300, 3000])];
@@ -184,7 +186,7 @@ pub(crate) fn stack(seed: u64) -> Case {
         let turned = if random.below(4) == 0 { models::flipped(made) } else { made };
         bodies[random.below(n_geometries as u64) as usize].extend(turned);
     }
-    let geometry = |(index, facets)| Geometry::new(format!("stack {index}"), 1 + (index % 7) as u8, facets);
+    let geometry = |(index, facets)| Geometry::new(format!("stack {index}"), 1 + (index % 7) as u8, facets).unwrap();
     let geometries = bodies.into_iter().enumerate().map(geometry).collect();
     let lines = Lines::new([0.0; 3], [1.0; 3], dims.map(|n| n as u32)).expect("sizes are positive");
     let rule = random.one_of(&[Rule::Parity, Rule::Nonzero]);

@@ -3,7 +3,7 @@
 mod faults;
 
 use hexcast::control::Control;
-use hexcast::geometry::Facet;
+use hexcast::geometry::{Facet, Placing};
 use hexcast::job::{AxisChoice, GeometryJob, Job, Open, Rule};
 use hexcast::mesh::Mesh;
 use hexcast::pipeline::{Engine, MeshOptions, mesh};
@@ -45,7 +45,7 @@ impl Meshed {
             let bytes = stl(facets);
             std::fs::write(&entry.file, &bytes).expect("the folder is there");
             let contents = read_bytes(&bytes).expect("a binary STL");
-            sources.push(Source { file: entry.file.clone(), contents, sha256: String::new() });
+            sources.push(Source::new(entry.file.clone(), contents, None));
         }
         let (mut engine, options, control) = (Engine::cpu(), MeshOptions::default(), Control::default());
         let meshed = pollster::block_on(mesh(&job, sources, &options, &mut engine, &control));
@@ -56,7 +56,7 @@ impl Meshed {
     }
 
     fn write(&self, mesh: &Mesh) {
-        let options = Options { compress: Compress::None, ..Options::default() };
+        let options = Options::default().with_compress(Compress::None);
         let mut file = std::fs::File::create(self.folder.path("mesh.hxc")).expect("a file");
         write(mesh, Format::Columns, &options, &mut file, &Control::default()).expect("the mesh is written");
     }
@@ -93,7 +93,7 @@ fn the_case_table_is_verified() {
     for (index, case) in cases().into_iter().enumerate() {
         let geometries: Vec<_> = case.geometries.iter().filter(|geometry| !geometry.facets.is_empty()).collect();
         // transforms have a test of their own
-        let is_placed = geometries.iter().any(|geometry| geometry.world_from_file != glam::DAffine3::IDENTITY);
+        let is_placed = geometries.iter().any(|geometry| geometry.world_from_file != Placing::default());
         if geometries.is_empty() || is_placed {
             continue;
         }

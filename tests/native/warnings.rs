@@ -44,7 +44,7 @@ fn warnings_of(surfaces: &[(Vec<Facet>, Option<u8>, i32)], job: &Job) -> Vec<Str
             has_colours: false,
             warnings: vec![],
         };
-        Source { file: "box.stl".into(), contents, sha256: String::new() }
+        Source::new("box.stl", contents, None)
     };
     let geometry = |(index, &(_, flag, priority)): (usize, &(Vec<Facet>, Option<u8>, i32))| GeometryJob {
         name: Some(format!("box {index}")),

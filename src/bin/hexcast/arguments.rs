@@ -5,13 +5,12 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use hexcast::files::open_file;
 use hexcast::job::{
     AxisChoice, BackendChoice, ByteSize, Fill, GeometryJob, Job, Open, Padding, PartJob, PerAxis, Rule,
 };
 use hexcast::{Error, Result};
 use serde::de::DeserializeOwned;
-
-use super::reading::open_file;
 
 /// What to mesh and how finely.
 #[derive(clap::Args)]

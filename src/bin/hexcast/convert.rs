@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use hexcast::control::{CancelToken, Control};
+use hexcast::files::open_file;
 use hexcast::job::ByteSize;
 use hexcast::write::Format;
 use hexcast::{Error, Result};
@@ -11,7 +12,7 @@ use indicatif::BinaryBytes;
 use super::arguments::default_max_memory;
 use super::outputs::{FormatArguments, Outputs, Targets};
 use super::progress::Progress;
-use super::reading::{open_columns, open_file};
+use super::reading::open_columns;
 use super::summary::Table;
 
 const EXAMPLES: &str = "\

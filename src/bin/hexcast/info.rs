@@ -61,7 +61,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     for file in files {
         found.extend(match is_columns(&file) {
             true => Some(columns(file, token)?),
-            false => surfaces.next().map(|source| Found::Surface(Box::new(facts(source)))),
+            false => surfaces.next().map(facts).transpose()?.map(|facts| Found::Surface(Box::new(facts))),
         });
     }
     if arguments.json {
@@ -104,12 +104,13 @@ fn in_words(found: &Found) -> String {
     }
 }
 
-fn facts(mut source: Source) -> Facts {
+fn facts(mut source: Source) -> Result<Facts> {
     let solids = std::mem::take(&mut source.contents.solids);
     let names = solids.iter().map(|solid| (solid.name.clone(), solid.facets.len())).collect();
     let facets = SharedFacets::join(&solids.into_iter().map(|solid| solid.facets).collect::<Vec<_>>());
     let surface = surface(&facets);
-    Facts { solids: names, geometry: Geometry::new(source.file.clone(), 1, facets), surface, source }
+    let geometry = Geometry::new(source.file.clone(), 1, facets)?;
+    Ok(Facts { solids: names, geometry, surface, source })
 }
 
 fn surface_in_json(facts: &Facts) -> Value {

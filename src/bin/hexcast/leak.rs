@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use hexcast::control::{CancelToken, Control};
+use hexcast::files::open_file;
 use hexcast::geometry::Geometry;
 use hexcast::job::{ByteSize, GeometryJob, Job};
 use hexcast::leak::{Answer, Leak, MAX_WIDTH, Narrowest, NearFacet, Question, leak};
@@ -17,7 +18,7 @@ use indicatif::{BinaryBytes, HumanCount};
 use super::arguments::{default_max_memory, list, read_job};
 use super::output_file::{OutputFile, PendingFile};
 use super::progress::Progress;
-use super::reading::{is_columns, open_columns, open_file, read_job_files};
+use super::reading::{is_columns, open_columns, read_job_files};
 use super::summary::{Table, short, size, three};
 
 const EXAMPLES: &str = "\

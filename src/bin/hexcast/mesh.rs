@@ -5,7 +5,6 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use hexcast::control::{CancelToken, Control};
-use hexcast::flags::expand;
 use hexcast::job::Job;
 use hexcast::mesh::Mesh;
 use hexcast::pipeline::{self, Engine, MeshOptions, SpillTarget};
@@ -112,13 +111,12 @@ fn mesh_and_write(
     control.cancel = token.clone();
     let facet_bytes = sources.iter().map(|source| 36 * source.contents.n_facets).sum();
     let program_bytes = memory::program_bytes_now(engine.adapter().is_some(), facet_bytes);
-    let options = MeshOptions {
-        spill,
-        flags_in_memory: arguments.flags_in_memory,
-        doubt_mask: arguments.doubt.is_some(),
-        program_bytes,
-        max_device_bytes: arguments.job.max_device_memory.map(|size| size.0),
-    };
+    let options = MeshOptions::default()
+        .with_spill(spill)
+        .with_flags_in_memory(arguments.flags_in_memory)
+        .with_doubt_mask(arguments.doubt.is_some())
+        .with_program_bytes(program_bytes)
+        .with_max_device_bytes(arguments.job.max_device_memory.map(|size| size.0));
     let meshed = pollster::block_on(pipeline::mesh(job, sources, &options, &mut engine, &control));
     bar.finish_and_clear();
     let (mesh, facts) = meshed?;
@@ -134,14 +132,13 @@ fn mesh_and_write(
     let written =
         writes.then(|| timed(|| outputs.write(&mesh, facts.doubt.as_ref(), &control, progress))).transpose()?;
     let (sha256, hash) = hashed.unzip();
-    let caller = CallerFacts {
-        read,
-        flags: flags.map(|(_, seconds)| seconds),
-        hash,
-        write: written.map(|(_, seconds)| seconds),
-        flags_sha256: sha256.or(outputs.flags_sha256.take()),
-        host_bytes: memory::peak_bytes(),
-    };
+    let caller = CallerFacts::default()
+        .with_read(read)
+        .with_flags(flags.map(|(_, seconds)| seconds))
+        .with_hash(hash)
+        .with_write(written.map(|(_, seconds)| seconds))
+        .with_flags_sha256(sha256.or(outputs.flags_sha256.take()))
+        .with_host_bytes(memory::peak_bytes());
     let report = Report::new(facts, caller);
     control.check()?;
     let files = outputs.finish(&format!("{}\n", report.to_json()))?;
@@ -222,7 +219,7 @@ fn check_single_flag(job: &Job) -> Result<()> {
 /// Expands the flags of all cells in memory, only to take the time.
 fn expand_all(mesh: &Mesh) -> Result<()> {
     let mut flags = memory::zeroed(mesh.n_cells())?;
-    expand(&mesh.columns, &mesh.dims().map(|n| 0..n), &mut flags)?;
+    mesh.fill_box(&mesh.dims().map(|n| 0..n), &mut flags)?;
     std::hint::black_box(&flags);
     Ok(())
 }

@@ -52,7 +52,7 @@ impl FormatArguments {
             Format::Raw | Format::Npy => (Compress::None, self.bits),
             Format::Vti | Format::Columns => (self.compress.unwrap_or(DEFAULT_COMPRESS), false),
         };
-        Options { compress, bits, ..self.zarr_options(max_bytes) }
+        self.zarr_options(max_bytes).with_compress(compress).with_bits(bits)
     }
 
     /// The options for a Zarr folder.
@@ -60,7 +60,11 @@ impl FormatArguments {
         let compress = self.compress.unwrap_or(DEFAULT_COMPRESS);
         let slab_bytes = slab_bytes(max_bytes) as usize;
         let block_cache_bytes = block_cache_bytes(max_bytes) as usize;
-        Options { compress, bits: false, sha256: self.hash.is_some(), slab_bytes, block_cache_bytes }
+        Options::default()
+            .with_compress(compress)
+            .with_sha256(self.hash.is_some())
+            .with_slab_bytes(slab_bytes)
+            .with_block_cache_bytes(block_cache_bytes)
     }
 
     /// Refuses an argument that applies to none of the formats.

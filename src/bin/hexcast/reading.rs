@@ -1,13 +1,14 @@
 //! Reads input files: in chunks, hashed at the same time, several files in parallel.
 
 use std::fs::File;
-use std::io::{Cursor, ErrorKind, Read};
+use std::io::{Cursor, Read};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use hexcast::column_file::{self, is_column_file};
 use hexcast::control::{CancelToken, Control};
+use hexcast::files::open_file;
 use hexcast::job::{ByteSize, Job};
 use hexcast::mesh::Mesh;
 use hexcast::sources::Source;
@@ -85,22 +86,6 @@ fn open(file: &str, room: &Room, token: &CancelToken) -> Result<(Box<dyn Read + 
     }
     let n_bytes = bytes.len() as u64;
     Ok((Box::new(Cursor::new(bytes)), n_bytes))
-}
-
-/// Opens a file; the errors of a missing file and of a folder say so.
-pub(crate) fn open_file(path: &Path) -> Result<File> {
-    let name = path.display();
-    let failed = |error: std::io::Error| match error.kind() {
-        ErrorKind::NotFound => {
-            Error::new("io", format!("{name}: there is no such file"), "look at its name and at the current folder")
-        }
-        _ => Error::new("io", format!("{name} cannot be read: {error}"), "make sure that it is yours to read"),
-    };
-    let file = File::open(path).map_err(failed)?;
-    if file.metadata().map_err(failed)?.is_dir() {
-        return Err(Error::new("io", format!("{name} is a folder"), "name the files in it"));
-    }
-    Ok(file)
 }
 
 /// Whether this is a column file; false for what is not a file or cannot be read.

@@ -2,9 +2,7 @@
 
 use std::fmt::{Display, Write};
 
-use hexcast::closed::BadEdges;
-use hexcast::edges::BadEdge;
-use hexcast::report::{ColumnsReport, MeshFacts, Report};
+use hexcast::report::{BadEdge, BadEdges, ColumnsReport, MeshFacts, Report};
 use indicatif::{BinaryBytes, HumanCount};
 
 use super::output_file::OutputFile;
@@ -129,7 +127,9 @@ fn geometries(table: &mut Table, mesh: &MeshFacts) {
         let facts = format!("flag {}, priority {}, box {low} to {high}", geometry.flag, geometry.priority);
         table.line("geometry", format!("\"{}\": {facts}", geometry.name));
     }
-    mesh.inputs.iter().for_each(|input| table.line("sha256", format!("{} {}", input.sha256, input.file)));
+    for input in &mesh.inputs {
+        input.sha256.iter().for_each(|sha256| table.line("sha256", format!("{sha256} {}", input.file)));
+    }
 }
 
 /// Groups of bad edges of a geometry that are listed for people; JSON lists more.

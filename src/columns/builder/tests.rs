@@ -38,7 +38,7 @@ fn columns_in_a_store_answer_as_those_in_memory() {
         let mut dims = [5, 5, 7];
         dims[axis] = 12;
         let rays = Rays::new(axis, dims);
-        let held = Columns::new(rays, bands(&rays, 2));
+        let held = Columns::new(rays, bands(&rays, 2)).unwrap();
         // from the first band on, in the middle, never
         for max_bytes in [0, 150, u64::MAX] {
             let store = Arc::new(MemoryStore::default());
@@ -76,7 +76,7 @@ fn without_a_store_the_limit_is_an_error_with_numbers() {
 #[test]
 fn a_store_that_was_cut_short_is_taken_up_at_the_last_whole_row() {
     let rays = Rays::new(0, [12, 5, 7]);
-    let whole = Columns::new(rays, bands(&rays, 2));
+    let whole = Columns::new(rays, bands(&rays, 2)).unwrap();
     let store = Arc::new(MemoryStore::default());
     let keep = |store: &Arc<MemoryStore>, max_bytes| {
         ColumnsBuilder::resume(rays, max_bytes, head(&rays, [12, 5, 7], Some([7; 32])), store.clone()).unwrap()

@@ -51,6 +51,7 @@ impl Engine {
     ///
     /// # Errors
     /// `cancelled`; `device-lost` when the device was lost too often, or for good, and there is no CPU fallback.
+    #[cfg_attr(not(feature = "stages"), doc(hidden))]
     pub async fn columns(&mut self, cast: &Cast<'_>, control: &Control) -> Result<(Columns, Used)> {
         let mut builder = ColumnsBuilder::new(*cast.rays, u64::MAX, None);
         let used =
@@ -63,10 +64,12 @@ impl Engine {
     ///
     /// # Errors
     /// Those of [`Engine::columns`].
+    #[cfg_attr(not(feature = "stages"), doc(hidden))]
     pub async fn crossings(
         &mut self,
         cast: &Cast<'_>,
         with_facets: bool,
+        #[cfg_attr(not(feature = "gpu"), expect(unused_variables, reason = "they are those of a GPU"))]
         limits: BandLimit,
         control: &Control,
         take: &mut impl FnMut(Vec<Crossings>),
@@ -76,19 +79,21 @@ impl Engine {
         let (mut n_rows, mut used) = (0u32, Used::default());
         #[cfg(feature = "gpu")]
         {
-            let run = async |gpu: &Gpu, options: &Options, usage: &mut Usage| {
+            let mut attempts = Attempts::new(cast, limits);
+            while let Some(gpu) = &self.gpu {
                 let rows = n_rows..cast.rays.counts[1];
                 let take = &mut |more: Vec<Crossings>| {
                     n_rows += more.iter().map(|crossings| (crossings.offsets.len() - 1) as u32 / n_i).sum::<u32>();
                     take(more);
                 };
-                gpu.crossings(cast, (options, with_facets), control, rows, usage, take).await
-            };
-            if self.on_gpu(cast, limits, &mut used, run).await? {
-                return Ok(used);
+                let (options, usage) = (&attempts.options, &mut attempts.usage);
+                let result = gpu.crossings(cast, (options, with_facets), control, rows, usage, take).await;
+                if attempts.is_done(self, result, &mut used).await? {
+                    return Ok(used);
+                }
             }
         }
-        let mut strips = cpu::Strips::new(cast, None).from_ray(u64::from(n_rows) * u64::from(n_i));
+        let mut strips = cpu::Strips::new(cast, None).at_ray(u64::from(n_rows) * u64::from(n_i));
         while let Some(crossings) = strips.crossings(with_facets, control)? {
             take(crossings);
             control.pause().await;
@@ -139,63 +144,71 @@ impl Engine {
         let mut used = Used::default();
         #[cfg(feature = "gpu")]
         {
-            let run = async |gpu: &Gpu, options: &Options, usage: &mut Usage| {
-                let first_row = (builder.n_rays() / u64::from(cast.rays.counts[0])) as u32;
-                let take = &mut |band: Band| builder.push(laid(overlay, vec![band])?);
-                gpu.hand_out_bands(cast, options, control, first_row..cast.rays.counts[1], usage, take).await
-            };
+            let mut attempts = Attempts::new(cast, budget.bands);
             // what the GPU has finished before it fails stays: it was checked
-            if self.on_gpu(cast, budget.bands, &mut used, run).await? {
-                return Ok(used);
+            while let Some(gpu) = &self.gpu {
+                let first_row = (builder.n_rays() / u64::from(cast.rays.counts[0])) as u32;
+                let rows = first_row..cast.rays.counts[1];
+                let take = &mut |band: Band| builder.push(laid(overlay, vec![band])?);
+                let (options, usage) = (&attempts.options, &mut attempts.usage);
+                let result = gpu.hand_out_bands(cast, options, control, rows, usage, take).await;
+                if attempts.is_done(self, result, &mut used).await? {
+                    return Ok(used);
+                }
             }
         }
         let strips = cpu::Strips::new(cast, None).in_rounds_of(budget.most_strips);
-        let mut strips = strips.from_ray(builder.n_rays());
+        let mut strips = strips.at_ray(builder.n_rays());
         while let Some(bands) = strips.round(control)? {
             builder.push(laid(overlay, bands)?)?;
             control.pause().await;
         }
         Ok(Used { host_bytes: used.host_bytes.max(strips.n_bytes()), ..used })
     }
+}
 
-    /// Runs something on the GPU, in bands that keep to the limits, and again on a new device where it is lost; `run` goes on where
-    /// it stopped. Returns false where there is no GPU, or where it fails and the CPU shall go on.
-    #[cfg(feature = "gpu")]
-    async fn on_gpu(
-        &mut self,
-        cast: &Cast<'_>,
-        limits: BandLimit,
-        used: &mut Used,
-        mut run: impl AsyncFnMut(&Gpu, &Options, &mut Usage) -> Result<()>,
-    ) -> Result<bool> {
+/// What is run on the GPU, in bands that keep to the limits, and again on a new device where that is lost; each time it goes on where it
+/// stopped.
+#[cfg(feature = "gpu")]
+struct Attempts {
+    options: Options,
+    usage: Usage,
+    reopenings: u32,
+}
+
+#[cfg(feature = "gpu")]
+impl Attempts {
+    fn new(cast: &Cast, limits: BandLimit) -> Attempts {
         let most_rows = u32::try_from(limits.n_rays / u64::from(cast.rays.counts[0])).unwrap_or(u32::MAX).max(1);
         let (most_rows, max_bytes) = (Some(most_rows), Some(limits.device_bytes));
-        let mut options = Options { most_rows, max_bytes, ..Options::default() };
-        let (mut usage, mut reopenings) = (Usage { rows_of_band: 64, ..Usage::default() }, 0);
-        while let Some(gpu) = &self.gpu {
-            let result = run(gpu, &options, &mut usage).await;
-            *used = Used { device_bytes: usage.peak_bytes, host_bytes: usage.host_bytes, checked: Some(usage.checked) };
-            let Err(mut error) = result else { return Ok(true) };
-            if error.code() == "device-lost" && reopenings < MAX_REOPENINGS {
-                reopenings += 1;
-                options.rows_per_band = Some((usage.rows_of_band / 2).max(1));
-                let instance = self.instance.get_or_insert_with(instance);
-                match Gpu::open_in(instance, self.wanted_adapter.as_deref(), None).await {
-                    Ok(gpu) => {
-                        self.gpu = Some(gpu);
-                        continue;
-                    }
-                    Err(again) => error = lost_for_good(&error, &again),
+        let options = Options { most_rows, max_bytes, ..Options::default() };
+        Attempts { options, usage: Usage { rows_of_band: 64, ..Usage::default() }, reopenings: 0 }
+    }
+
+    /// Whether an attempt with this result was the last that is needed. If not, the engine has a new device, or none where the CPU shall
+    /// go on.
+    async fn is_done(&mut self, engine: &mut Engine, result: Result<()>, used: &mut Used) -> Result<bool> {
+        let usage = &self.usage;
+        *used = Used { device_bytes: usage.peak_bytes, host_bytes: usage.host_bytes, checked: Some(usage.checked) };
+        let Err(mut error) = result else { return Ok(true) };
+        if error.code() == "device-lost" && self.reopenings < MAX_REOPENINGS {
+            self.reopenings += 1;
+            self.options.rows_per_band = Some((usage.rows_of_band / 2).max(1));
+            let instance = engine.instance.get_or_insert_with(instance);
+            match Gpu::open_in(instance, engine.wanted_adapter.as_deref(), None).await {
+                Ok(gpu) => {
+                    engine.gpu = Some(gpu);
+                    return Ok(false);
                 }
+                Err(again) => error = lost_for_good(&error, &again),
             }
-            if error.code() == "device-wrong" || self.has_cpu_fallback && error.code() == "device-lost" {
-                self.gpu = None;
-                self.fallback = Some(error.to_string());
-                return Ok(false);
-            }
-            return Err(error);
         }
-        Ok(false)
+        if error.code() == "device-wrong" || engine.has_cpu_fallback && error.code() == "device-lost" {
+            engine.gpu = None;
+            engine.fallback = Some(error.to_string());
+            return Ok(false);
+        }
+        Err(error)
     }
 }
 

@@ -53,7 +53,7 @@ fn split(mesh: &Mesh, n: usize) -> Mesh {
             n_crossings: counts[1],
         }
     });
-    Mesh { columns: Columns::new(mesh.columns.rays, bands.collect()), ..mesh.clone() }
+    Mesh { columns: Columns::new(mesh.columns.rays, bands.collect()).unwrap(), ..mesh.clone() }
 }
 
 /// A mesh of one ray band with the runs given for each ray.
@@ -64,7 +64,7 @@ fn mesh_of(dims: [u32; 3], rays: impl Iterator<Item = Vec<u32>>) -> Mesh {
         band.ends.push(band.runs.len() as u32);
     }
     let lines = crate::lines::Lines::new([0.0; 3], [1.0; 3], dims).unwrap();
-    Mesh::new(lines, Columns::new(Rays::new(2, dims), vec![band]), vec![], None).unwrap()
+    Mesh::new(lines, Columns::new(Rays::new(2, dims), vec![band]).unwrap(), vec![], None).unwrap()
 }
 
 /// The file with new bytes at an offset, and the checksums of head and first piece corrected.

@@ -77,7 +77,7 @@ fn assert_reads_back(mesh: &Mesh) -> Result<()> {
 
 fn written(mesh: &Mesh, compress: Compress) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    write(mesh, Format::Columns, &Options { compress, ..Options::default() }, &mut bytes, &Control::default())?;
+    write(mesh, Format::Columns, &Options::default().with_compress(compress), &mut bytes, &Control::default())?;
     Ok(bytes)
 }
 
@@ -151,7 +151,7 @@ fn random_mesh(random: &mut Random) -> Mesh {
     let lines = Lines::new([0.5, -1e-7, 3e5], [0.1, 1.0, 7.5], dims).expect("lines");
     let names = if random.below(2) == 0 { vec![] } else { vec![Named { flag: 2, name: "Gehäuse \"1\"".into() }] };
     let unit = (random.below(2) == 0).then(|| "mm".to_string());
-    Mesh::new(lines, Columns::new(rays, vec![band]), names, unit).expect("a mesh")
+    Mesh::new(lines, Columns::new(rays, vec![band]).unwrap(), names, unit).expect("a mesh")
 }
 
 /// A checksum or a fixed value covers every byte of a file that was written, so the format promises to refuse it: the head

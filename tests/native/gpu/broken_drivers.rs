@@ -208,8 +208,8 @@ fn guesses_of_quotients_may_be_off() {
 /// A sphere in several bands.
 fn ball() -> (Frame, Rays) {
     let geometries = [
-        Geometry::new("ball", 3, models::sphere([0.0; 3], 1.0, 24)),
-        Geometry::new("shell", 5, models::sphere([0.0, 0.1, 0.0], 0.9, 20)),
+        Geometry::new("ball", 3, models::sphere([0.0; 3], 1.0, 24)).unwrap(),
+        Geometry::new("shell", 5, models::sphere([0.0, 0.1, 0.0], 0.9, 20)).unwrap(),
     ];
     let lines = Lines::new([-1.1; 3], [2.2 / 130.0, 2.2 / 120.0, 2.2 / 110.0], [130, 120, 110]).expect("lines");
     (Frame::new(&geometries, &lines).expect("frame"), Rays::new(2, lines.dims))

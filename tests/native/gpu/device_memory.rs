@@ -40,7 +40,7 @@ struct Fixture {
 
 impl Fixture {
     fn new(facets: Vec<Facet>, lines: &Lines) -> Fixture {
-        let frame = Frame::new(&[Geometry::new("a", 1, facets)], lines).expect("frame");
+        let frame = Frame::new(&[Geometry::new("a", 1, facets).unwrap()], lines).expect("frame");
         Fixture { frame, rays: Rays::new(2, lines.dims) }
     }
 
@@ -54,7 +54,7 @@ impl Fixture {
         let usage = pollster::block_on(gpu.continue_columns(&cast, options, &control, &mut bands));
         let usage = usage.unwrap_or_else(|error| panic!("{options:?}: {error}"));
         let expected = cpu::columns(&cast, &control).expect("columns");
-        assert!(Columns::new(self.rays, bands) == expected, "{options:?}: other columns");
+        assert!(Columns::new(self.rays, bands).unwrap() == expected, "{options:?}: other columns");
         usage
     }
 }

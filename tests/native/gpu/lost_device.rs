@@ -31,7 +31,7 @@ struct Outcome {
 fn mesh_and_destroy(gpu: Gpu, prepare: impl FnOnce(Gpu) -> Engine) -> Outcome {
     let device = gpu.device().clone();
     let mut engine = prepare(gpu);
-    let geometries = [Geometry::new("ball", 1, models::sphere([0.0; 3], 1.0, 24))];
+    let geometries = [Geometry::new("ball", 1, models::sphere([0.0; 3], 1.0, 24)).unwrap()];
     let lines = Lines::new([-1.1; 3], [2.2 / 1024.0, 2.2 / 2048.0, 2.2 / 16.0], [1024, 2048, 16]).expect("lines");
     let frame = Frame::new(&geometries, &lines).expect("frame");
     let rays = Rays::new(2, lines.dims);
@@ -106,6 +106,6 @@ fn a_device_lost_for_good_is_an_error_where_the_gpu_was_asked_for() {
 
 fn small() -> (Frame, Lines) {
     let lines = Lines::new([-1.1; 3], [0.1; 3], [22; 3]).expect("lines");
-    let geometries = [Geometry::new("ball", 1, models::sphere([0.0; 3], 1.0, 8))];
+    let geometries = [Geometry::new("ball", 1, models::sphere([0.0; 3], 1.0, 8)).unwrap()];
     (Frame::new(&geometries, &lines).expect("frame"), lines)
 }

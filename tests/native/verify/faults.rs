@@ -31,7 +31,7 @@ fn changed(of: &Meshed, change: impl Fn(u64, &mut [u8])) -> Mesh {
         }
         band.ends.push(band.runs.len() as u32);
     }
-    Mesh { columns: Columns::new(rays, vec![band]), ..mesh }
+    Mesh { columns: Columns::new(rays, vec![band]).unwrap(), ..mesh }
 }
 
 fn spheres() -> Vec<models::Facets> {

@@ -27,7 +27,7 @@ fn spanned(random: &mut Random) -> (i128, u32) {
     let [low, high] = [-far * size, (f64::from(cells) + far) * size].map(|end| end as f32);
     let lines = Lines::new([0.0; 3], [size; 3], [cells, 1, 1]).expect("lines");
     let facet = [[low, 0.0, 0.0], [high, 0.0, 0.0], [low, size as f32, 0.0]];
-    let frame = Frame::new(&[Geometry::new("g", 1, vec![facet])], &lines).expect("a frame");
+    let frame = Frame::new(&[Geometry::new("g", 1, vec![facet]).unwrap()], &lines).expect("a frame");
     let centres = [0, i128::from(cells - 1) << frame.fraction_bits];
     let places = frame.facets[0].iter().map(|corner| i128::from(corner[0])).chain(centres);
     let [least, greatest] = [places.clone().min(), places.max()].map(|place| place.expect("places"));

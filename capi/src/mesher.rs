@@ -1,0 +1,145 @@
+//! Meshers: they take jobs and surfaces, and hand out meshes.
+
+use std::ffi::c_char;
+use std::ptr;
+use std::sync::Mutex;
+
+use hexcast::control::Control;
+use hexcast::files::read_file;
+use hexcast::geometry::Facet;
+use hexcast::job::{BackendChoice, Job};
+use hexcast::mesher::{Mesher, MesherOptions};
+use hexcast::pipeline::MeshOptions;
+use hexcast::sources::Source;
+use hexcast::{Error, Result};
+use serde::Deserialize;
+
+use crate::border::{array, behind, call, crashed, text};
+use crate::error::HexcastError;
+use crate::mesh::HexcastMesh;
+
+/// A backend, the GPU or the CPU, that meshes one job after the other. Freed by hexcast_mesher_free.
+pub struct HexcastMesher(Mutex<Mesher>);
+
+/// Facets in memory, which a job uses in place of a file.
+#[repr(C)]
+pub struct HexcastFacets {
+    /// The name of the file in the job.
+    pub file: *const c_char,
+    /// The corners: x, y and z of the three corners of each facet, counter-clockwise seen from outside; 9 * n_facets numbers.
+    pub corners: *const f32,
+    /// Number of facets.
+    pub n_facets: usize,
+}
+
+/// Options of a mesher, as JSON.
+#[derive(Deserialize, Default)]
+#[serde(default, deny_unknown_fields)]
+struct Wanted {
+    backend: BackendChoice,
+    adapter: Option<String>,
+}
+
+impl Wanted {
+    fn of_json(json: &str) -> Result<MesherOptions> {
+        let wanted: Wanted = serde_json::from_str(json).map_err(|error| {
+            let hint = "give {\"backend\": \"auto\", \"gpu\" or \"cpu\", \"adapter\": a part of the GPU's name}";
+            Error::new("job-value", format!("the options of the mesher: {error}"), hint)
+        })?;
+        let options = MesherOptions::default().with_backend(wanted.backend);
+        Ok(wanted.adapter.into_iter().fold(options, MesherOptions::with_adapter))
+    }
+}
+
+/// Opens a mesher. `options` is JSON, or NULL for the defaults: {"backend": "auto", "gpu" or "cpu", "adapter": a part of the name of
+/// the GPU}. With "auto" the CPU meshes where there is no GPU. Returns NULL for an error.
+///
+/// # Safety
+/// `options` is NULL or a text; `error` is NULL or a place for a pointer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hexcast_mesher_new(
+    options: *const c_char,
+    error: *mut *mut HexcastError,
+) -> *mut HexcastMesher {
+    let open = || {
+        let options = if options.is_null() {
+            MesherOptions::default()
+        } else {
+            // SAFETY: it is a text, for which the caller vouches
+            Wanted::of_json(unsafe { text(options, "the options of the mesher") }?)?
+        };
+        Ok(HexcastMesher(Mutex::new(Mesher::new(options)?)))
+    };
+    // SAFETY: the caller vouches for the place of the error
+    unsafe { call(error, open) }.map_or(ptr::null_mut(), |mesher| Box::into_raw(Box::new(mesher)))
+}
+
+/// Frees a mesher.
+///
+/// # Safety
+/// `mesher` is NULL or a mesher that was not freed and that no thread uses.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hexcast_mesher_free(mesher: *mut HexcastMesher) {
+    if !mesher.is_null() {
+        // SAFETY: `hexcast_mesher_new` made it with `Box::into_raw`, and it was not freed, for which the caller vouches
+        drop(unsafe { Box::from_raw(mesher) });
+    }
+}
+
+/// Meshes a job, which is JSON with the keys of the job file. "window": [i0, j0, k0, i1, j1, k1] meshes only these cells of the box,
+/// the end exclusive, with the flags that the whole mesh has there; "part": {"index": 1 to n, "of": [1, 1, n]} one of n windows that
+/// cost about the same. "backend" is not looked at: the mesher has one. Facets are taken from `facets` where one has the name of the
+/// job's file, and are copied; other files are read from disk. `facets` may be NULL where `n_facets` is 0. Returns NULL for an error.
+///
+/// # Safety
+/// `mesher` is a mesher that was not freed; `job` is a text; `facets` points to so many facets, whose `corners` and `file` are as
+/// they say; `error` is NULL or a place for a pointer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hexcast_mesh(
+    mesher: *const HexcastMesher,
+    job: *const c_char,
+    facets: *const HexcastFacets,
+    n_facets: usize,
+    error: *mut *mut HexcastError,
+) -> *mut HexcastMesh {
+    let mesh = || {
+        // SAFETY: the caller vouches for all three
+        let (mesher, job, facets) =
+            unsafe { (behind(mesher, "the mesher")?, text(job, "the job")?, array(facets, n_facets, "facets")?) };
+        let job = Job::from_plain_json(job)?;
+        // SAFETY: the caller vouches for what the facets point to
+        let sources = unsafe { sources(&job, facets) }?;
+        // a mesher that crashed is in no state to go on
+        let mut mesher = mesher.0.lock().map_err(|_| crashed())?;
+        mesher.mesh_sources(&job, sources, &MeshOptions::default(), &Control::default())
+    };
+    // SAFETY: the caller vouches for the place of the error
+    unsafe { call(error, mesh) }
+        .map_or(ptr::null_mut(), |(mesh, report)| Box::into_raw(Box::new(HexcastMesh::new(mesh, &report))))
+}
+
+/// The surfaces of a job: those in memory by their names, others from disk.
+///
+/// # Safety
+/// Every `file` is a text, and every `corners` has 9 * `n_facets` numbers.
+unsafe fn sources(job: &Job, facets: &[HexcastFacets]) -> Result<Vec<Source>> {
+    let mut in_memory = Vec::new();
+    for some in facets {
+        // SAFETY: the caller of this function vouches for it
+        let file = unsafe { text(some.file, "the name of facets") }?;
+        if !job.geometries.iter().any(|geometry| geometry.file == file) {
+            let message = format!("there are facets named \"{file}\", but the job has no such file");
+            return Err(Error::new("job-value", message, "give them the name of a file of the job"));
+        }
+        let n_numbers = some.n_facets.saturating_mul(9);
+        // SAFETY: the caller of this function vouches for it
+        let corners = unsafe { array(some.corners, n_numbers, "the corners of facets") }?;
+        let corners = corners.as_chunks::<3>().0.as_chunks::<3>().0;
+        in_memory.push(Source::from_facets(file, Vec::<Facet>::from(corners))?);
+    }
+    let source = |file: &String| match in_memory.iter().find(|source| source.file == *file) {
+        Some(source) => Ok(source.clone()),
+        None => read_file(file, &Control::default()),
+    };
+    job.geometries.iter().map(|geometry| source(&geometry.file)).collect()
+}

@@ -1,0 +1,238 @@
+/* The C library from outside: boxes, windows, lines, reports, errors, threads. Any failed check ends the program with 1. */
+
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "hexcast.h"
+
+#define CHECK(condition)                                                     \
+  do {                                                                       \
+    if (!(condition)) {                                                      \
+      fprintf(stderr, "%s:%d: not so: %s\n", __FILE__, __LINE__, #condition); \
+      exit(1);                                                               \
+    }                                                                        \
+    n_checks++;                                                              \
+  } while (0)
+
+static int n_checks = 0;
+
+/* The facets of an octahedron around the origin: the cells with |x| + |y| + |z| < 1. */
+static void octahedron(float corners[8][3][3]) {
+  for (int facet = 0; facet < 8; facet++) {
+    float side[3];
+    for (int axis = 0; axis < 3; axis++) side[axis] = (facet >> axis & 1) ? 1.0f : -1.0f;
+    /* an odd number of mirrors turns the facet round */
+    const int turned = side[0] * side[1] * side[2] < 0;
+    for (int corner = 0; corner < 3; corner++)
+      for (int axis = 0; axis < 3; axis++) {
+        const int tip = turned ? 2 - corner : corner;
+        corners[facet][corner][axis] = axis == tip ? side[axis] : 0.0f;
+      }
+  }
+}
+
+static float octahedron_corners[8][3][3];
+static const HexcastFacets facets = {.file = "octahedron", .corners = &octahedron_corners[0][0][0], .n_facets = 8};
+
+#define JOB(more) \
+  "{\"geometries\": [{\"file\": \"octahedron\", \"flag\": 200}], \"dims\": [20, 16, 12], \"domain\": [-1, -1, -1, 1, 1, 1]" more "}"
+enum { NX = 20, NY = 16, NZ = 12 };
+
+/* What the flag of a cell must be; 2 where its centre lies so near the surface that this program does not know. */
+static int expected(int x, int y, int z) {
+  const double centre[3] = {2.0 * (x + 0.5) / NX - 1, 2.0 * (y + 0.5) / NY - 1, 2.0 * (z + 0.5) / NZ - 1};
+  double sum = -1;
+  for (int axis = 0; axis < 3; axis++) sum += centre[axis] < 0 ? -centre[axis] : centre[axis];
+  if (sum > -1e-3 && sum < 1e-3) return 2;
+  return sum < 0 ? 200 : 0;
+}
+
+/* Holds an error to its code and a part of its message, and frees it. */
+static void check_error(HexcastError *error, const char *code, const char *part) {
+  CHECK(error != NULL);
+  if (strcmp(hexcast_error_code(error), code) || !strstr(hexcast_error_message(error), part)) {
+    fprintf(stderr, "%s: %s\nin place of %s: %s\n", hexcast_error_code(error), hexcast_error_message(error), code, part);
+    exit(1);
+  }
+  CHECK(hexcast_error_hint(error) != NULL);
+  hexcast_error_free(error);
+}
+
+static HexcastMesher *mesher_of_cpu(void) {
+  HexcastError *error = NULL;
+  HexcastMesher *mesher = hexcast_mesher_new("{\"backend\": \"cpu\"}", &error);
+  CHECK(mesher != NULL && error == NULL);
+  return mesher;
+}
+
+static HexcastMesh *meshed(const HexcastMesher *mesher, const char *job) {
+  HexcastError *error = NULL;
+  HexcastMesh *mesh = hexcast_mesh(mesher, job, &facets, 1, &error);
+  if (!mesh) fprintf(stderr, "%s\n", hexcast_error_message(error));
+  CHECK(mesh != NULL && error == NULL);
+  return mesh;
+}
+
+static void whole_and_windows(const HexcastMesher *mesher) {
+  HexcastMesh *whole = meshed(mesher, JOB(""));
+  uint32_t dims[3], first[3] = {0, 0, 0}, end[3], of[3];
+  CHECK(hexcast_mesh_dims(whole, dims, NULL) == 0);
+  CHECK(dims[0] == NX && dims[1] == NY && dims[2] == NZ);
+  static uint8_t flags[NZ][NY][NX];
+  memset(flags, 9, sizeof flags);
+  CHECK(hexcast_mesh_fill_box(whole, first, dims, &flags[0][0][0], sizeof flags, NULL) == 0);
+  int n_unknown = 0;
+  for (int z = 0; z < NZ; z++)
+    for (int y = 0; y < NY; y++)
+      for (int x = 0; x < NX; x++) {
+        const int flag = expected(x, y, z);
+        n_unknown += flag == 2;
+        CHECK(flag == 2 ? flags[z][y][x] == 0 || flags[z][y][x] == 200 : flags[z][y][x] == flag);
+      }
+  CHECK(n_unknown < NX * NY * NZ / 10);
+
+  /* a window has the flags of the whole */
+  HexcastMesh *window = meshed(mesher, JOB(", \"window\": [3, 2, 1, 11, 14, 8]"));
+  CHECK(hexcast_mesh_window(window, first, end, of, NULL) == 0);
+  CHECK(first[0] == 3 && first[1] == 2 && first[2] == 1 && end[0] == 11 && end[1] == 14 && end[2] == 8);
+  CHECK(of[0] == NX && of[1] == NY && of[2] == NZ);
+  static uint8_t some[7][12][8];
+  const uint32_t zero[3] = {0, 0, 0}, own[3] = {8, 12, 7};
+  CHECK(hexcast_mesh_fill_box(window, zero, own, &some[0][0][0], sizeof some, NULL) == 0);
+  for (int z = 0; z < 7; z++)
+    for (int y = 0; y < 12; y++) CHECK(memcmp(some[z][y], &flags[z + 1][y + 2][3], 8) == 0);
+
+  /* lines of the window are lines of the whole */
+  double lines[NX + 1], own_lines[9];
+  CHECK(hexcast_mesh_lines(whole, 0, lines, NX + 1, NULL) == 0);
+  CHECK(hexcast_mesh_lines(window, 0, own_lines, 9, NULL) == 0);
+  CHECK(lines[0] == -1.0 && lines[NX] == 1.0 && own_lines[0] == lines[3] && own_lines[8] == lines[11]);
+  CHECK(strstr(hexcast_mesh_report(whole), "\"flags_hash\"") != NULL);
+
+  /* parts are windows that a process need not choose */
+  uint64_t n_cells = 0;
+  for (int index = 1; index <= 3; index++) {
+    char job[512];
+    snprintf(job, sizeof job, JOB(", \"part\": {\"index\": %d, \"of\": [1, 1, 3]}"), index);
+    HexcastMesh *part = meshed(mesher, job);
+    CHECK(hexcast_mesh_window(part, first, end, of, NULL) == 0);
+    n_cells += (uint64_t)(end[0] - first[0]) * (end[1] - first[1]) * (end[2] - first[2]);
+    hexcast_mesh_free(part);
+  }
+  CHECK(n_cells == NX * NY * NZ);
+  hexcast_mesh_free(whole);
+  hexcast_mesh_free(window);
+}
+
+static void errors(const HexcastMesher *mesher) {
+  HexcastError *error = NULL;
+  CHECK(hexcast_mesher_new("{\"backend\": \"abacus\"}", &error) == NULL);
+  check_error(error, "job-value", "abacus");
+  CHECK(hexcast_mesher_new("\xff", &error) == NULL);
+  check_error(error, "job-value", "not UTF-8");
+  const struct {
+    const char *job, *code, *part;
+    const HexcastFacets *facets;
+    size_t n_facets;
+  } calls[] = {
+      {NULL, "job-value", "the job is NULL", NULL, 0},
+      {"{", "job-syntax", "not valid JSON", NULL, 0},
+      {"{}", "job-empty", "no geometry", NULL, 0},
+      {JOB(", \"cells\": 3"), "job-conflict", "cells", &facets, 1},
+      {JOB(""), "io", "octahedron: there is no such file", NULL, 0},
+      {JOB(""), "job-value", "facets is NULL", NULL, 1},
+      {JOB(", \"window\": [0, 0, 0, 99, 1, 1]"), "job-value", "window", &facets, 1},
+      {JOB(""), "job-value", "the corners of facets is NULL", &(HexcastFacets){"octahedron", NULL, 8}, 1},
+      {JOB(""), "job-value", "which no memory holds", &(HexcastFacets){"octahedron", &octahedron_corners[0][0][0], SIZE_MAX}, 1},
+      {JOB(""), "job-value", "the name of facets is NULL", &(HexcastFacets){NULL, &octahedron_corners[0][0][0], 8}, 1},
+      {JOB(""), "job-value", "named \"cube\"", &(HexcastFacets){"cube", &octahedron_corners[0][0][0], 8}, 1},
+      {JOB(""), "stl-empty", "there are no facets", &(HexcastFacets){"octahedron", NULL, 0}, 1},
+      {JOB(""), "stl-not-finite", "NaN", &(HexcastFacets){"octahedron", (float[9]){strtof("nan", NULL)}, 1}, 1},
+  };
+  for (size_t i = 0; i < sizeof calls / sizeof calls[0]; i++) {
+    error = NULL;
+    CHECK(hexcast_mesh(mesher, calls[i].job, calls[i].facets, calls[i].n_facets, &error) == NULL);
+    check_error(error, calls[i].code, calls[i].part);
+    /* without a place for it an error is dropped */
+    CHECK(hexcast_mesh(mesher, calls[i].job, calls[i].facets, calls[i].n_facets, NULL) == NULL);
+  }
+  CHECK(hexcast_mesh(NULL, JOB(""), &facets, 1, &error) == NULL);
+  check_error(error, "job-value", "the mesher is NULL");
+
+  HexcastMesh *mesh = meshed(mesher, JOB(""));
+  const uint32_t first[3] = {0, 0, 0}, end[3] = {NX, NY, NZ}, past[3] = {NX, NY, NZ + 1};
+  static uint8_t flags[NX * NY * (NZ + 1)];
+  CHECK(hexcast_mesh_fill_box(mesh, first, past, flags, sizeof flags, &error) == 1);
+  check_error(error, "job-value", "not inside the mesh");
+  CHECK(hexcast_mesh_fill_box(mesh, end, first, flags, 0, &error) == 1);
+  check_error(error, "job-value", "not inside the mesh");
+  CHECK(hexcast_mesh_fill_box(mesh, first, end, flags, sizeof flags, &error) == 1);
+  check_error(error, "job-value", "bytes for the flags of");
+  CHECK(hexcast_mesh_fill_box(mesh, first, end, NULL, NX * NY * NZ, &error) == 1);
+  check_error(error, "job-value", "flags is NULL");
+  CHECK(hexcast_mesh_fill_box(mesh, NULL, end, flags, NX * NY * NZ, &error) == 1);
+  check_error(error, "job-value", "first is NULL");
+  double lines[NX + 1];
+  CHECK(hexcast_mesh_lines(mesh, 3, lines, NX + 1, &error) == 1);
+  check_error(error, "job-value", "axis 3");
+  CHECK(hexcast_mesh_lines(mesh, 1, lines, NX + 1, &error) == 1);
+  check_error(error, "job-value", "16 cells have 17 lines");
+  CHECK(hexcast_mesh_dims(NULL, (uint32_t *)flags, &error) == 1);
+  check_error(error, "job-value", "the mesh is NULL");
+  CHECK(hexcast_mesh_report(NULL) == NULL && hexcast_error_code(NULL) == NULL);
+  hexcast_mesh_free(mesh);
+  hexcast_mesh_free(NULL);
+  hexcast_mesher_free(NULL);
+  hexcast_error_free(NULL);
+}
+
+static const HexcastMesher *shared_mesher;
+static const HexcastMesh *shared_mesh;
+
+/* Meshes with the mesher of all threads, and reads the mesh of all threads. Returns the cells inside, twice. */
+static void *of_thread(void *place) {
+  const uint32_t first[3] = {0, 0, 0}, end[3] = {NX, NY, NZ};
+  uint8_t *flags = malloc(NX * NY * NZ);
+  size_t *counts = place;
+  HexcastMesh *mesh = hexcast_mesh(shared_mesher, JOB(""), &facets, 1, NULL);
+  const HexcastMesh *meshes[2] = {mesh, shared_mesh};
+  for (int i = 0; i < 2; i++) {
+    counts[i] = 0;
+    if (!flags || hexcast_mesh_fill_box(meshes[i], first, end, flags, NX * NY * NZ, NULL)) continue;
+    for (int cell = 0; cell < NX * NY * NZ; cell++) counts[i] += flags[cell] != 0;
+  }
+  hexcast_mesh_free(mesh);
+  free(flags);
+  return NULL;
+}
+
+static void threads(const HexcastMesher *mesher) {
+  enum { N = 4 };
+  pthread_t threads[N];
+  size_t counts[N][2];
+  HexcastMesh *mesh = meshed(mesher, JOB(""));
+  shared_mesher = mesher;
+  shared_mesh = mesh;
+  for (int i = 0; i < N; i++) CHECK(pthread_create(&threads[i], NULL, of_thread, counts[i]) == 0);
+  for (int i = 0; i < N; i++) CHECK(pthread_join(threads[i], NULL) == 0);
+  for (int i = 0; i < N; i++) CHECK(counts[i][0] > 0 && counts[i][0] == counts[0][0] && counts[i][1] == counts[0][0]);
+  hexcast_mesh_free(mesh);
+}
+
+int main(void) {
+  octahedron(octahedron_corners);
+  HexcastMesher *mesher = mesher_of_cpu();
+  whole_and_windows(mesher);
+  errors(mesher);
+  threads(mesher);
+  /* a mesh outlives its mesher */
+  HexcastMesh *mesh = meshed(mesher, JOB(""));
+  hexcast_mesher_free(mesher);
+  uint32_t dims[3];
+  CHECK(hexcast_mesh_dims(mesh, dims, NULL) == 0 && dims[2] == NZ);
+  hexcast_mesh_free(mesh);
+  printf("hexcast %s: %d checks passed\n", hexcast_version(), n_checks);
+  return 0;
+}

@@ -1,0 +1,103 @@
+//! A mesher without an executor: a backend that is opened once, and calls that return when a mesh is done.
+//!
+//! It waits for [`pipeline::mesh`], which asynchronous callers await themselves. Natively only: a browser must not wait.
+
+use std::time::Instant;
+
+use crate::control::Control;
+use crate::error::Result;
+use crate::files::read_job_files;
+use crate::job::{BackendChoice, Job};
+use crate::mesh::Mesh;
+use crate::pipeline::{self, Engine, MeshOptions};
+use crate::report::{CallerFacts, Report};
+use crate::sources::Source;
+
+/// Which backend a [`Mesher`] opens.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub struct MesherOptions {
+    /// GPU or CPU. That of a job is not looked at.
+    pub backend: BackendChoice,
+    /// A part of the name of the GPU, where there are several.
+    pub adapter: Option<String>,
+}
+
+impl MesherOptions {
+    /// Chooses the backend.
+    pub fn with_backend(self, backend: BackendChoice) -> MesherOptions {
+        MesherOptions { backend, ..self }
+    }
+
+    /// Chooses the GPU whose name contains this.
+    pub fn with_adapter(self, adapter: impl Into<String>) -> MesherOptions {
+        MesherOptions { adapter: Some(adapter.into()), ..self }
+    }
+}
+
+/// An open backend that meshes one job after the other. Opening a GPU takes longer than many a mesh: keep it.
+pub struct Mesher {
+    engine: Engine,
+}
+
+impl Mesher {
+    /// Opens a backend; see [`Engine::open`] for what `Auto` does.
+    ///
+    /// # Errors
+    /// Those of [`Engine::open`].
+    pub fn new(options: MesherOptions) -> Result<Mesher> {
+        let engine = pollster::block_on(Engine::open(options.backend, options.adapter.as_deref()))?;
+        Ok(Mesher { engine })
+    }
+
+    /// Takes a backend that is open.
+    pub fn with_engine(engine: Engine) -> Mesher {
+        Mesher { engine }
+    }
+
+    /// The backend.
+    pub fn engine(&self) -> &Engine {
+        &self.engine
+    }
+
+    /// Reads the files that a job names, and meshes it.
+    ///
+    /// # Errors
+    /// Those of [`read_job_files`] and [`pipeline::mesh`].
+    pub fn mesh(&mut self, job: &Job) -> Result<(Mesh, Report)> {
+        job.validate()?;
+        let start = Instant::now();
+        let control = Control::default();
+        let sources = read_job_files(job, &control)?;
+        let read = start.elapsed().as_secs_f64();
+        self.mesh_read(job, sources, read, &MeshOptions::default(), &control)
+    }
+
+    /// Meshes a job whose surfaces are in memory: `sources[i]` has those of `job.geometries[i]`, whose file is then only a name.
+    ///
+    /// # Errors
+    /// Those of [`pipeline::mesh`].
+    pub fn mesh_sources(
+        &mut self,
+        job: &Job,
+        sources: Vec<Source>,
+        options: &MeshOptions,
+        control: &Control,
+    ) -> Result<(Mesh, Report)> {
+        self.mesh_read(job, sources, 0.0, options, control)
+    }
+
+    fn mesh_read(
+        &mut self,
+        job: &Job,
+        sources: Vec<Source>,
+        read: f64,
+        options: &MeshOptions,
+        control: &Control,
+    ) -> Result<(Mesh, Report)> {
+        let (mesh, facts) = pollster::block_on(pipeline::mesh(job, sources, options, &mut self.engine, control))?;
+        // the next mesh does not open it
+        self.engine.seconds = 0.0;
+        Ok((mesh, Report::new(facts, CallerFacts::default().with_read(read))))
+    }
+}

@@ -1,0 +1,291 @@
+//! The public API is the one that `docs/api.txt` lists, so that every change of it shows.
+//!
+//! The list comes from the source, read with syn: what is public without the feature `stages`, natively. Methods of a type are listed
+//! below it, wherever their `impl` is. After a change write it with `HEXCAST_BLESS=1 cargo test --test native public_api`, which is
+//! refused where `CI` is set.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use quote::ToTokens;
+use syn::{Attribute, Fields, ImplItem, Item, Meta, TraitItem, Type, UseTree, Visibility};
+
+/// The files of the crate by the paths of their modules, such as `["columns", "run"]`.
+type Modules = BTreeMap<Vec<String>, Vec<Item>>;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).to_path_buf()
+}
+
+/// Reads a file and those of its modules.
+fn read(path: &Path, module: &[String], modules: &mut Modules) {
+    let text = std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let items = syn::parse_file(&text).expect("the source is Rust").items;
+    for name in items.iter().filter_map(|item| match item {
+        Item::Mod(found) if found.content.is_none() && is_listed(&found.attrs) => Some(found.ident.to_string()),
+        _ => None,
+    }) {
+        let inner = [module, &[name]].concat();
+        let file = root().join("src").join(inner.join("/")).with_extension("rs");
+        read(&file, &inner, modules);
+    }
+    modules.insert(module.to_vec(), items);
+}
+
+/// Whether an item is there natively without tests and stages, and in the documentation.
+fn is_listed(attributes: &[Attribute]) -> bool {
+    attributes.iter().all(|attribute| {
+        let text = text_of(&attribute.meta);
+        let is_hidden = text.starts_with("cfg_attr") && text.contains("doc(hidden)");
+        let is_off = text.starts_with("cfg")
+            && !text.starts_with("cfg_attr")
+            && !text.contains("not(")
+            && ["\"stages\"", "test", "wasm32"].iter().any(|word| text.contains(word));
+        !is_hidden && !is_off && text != "doc(hidden)"
+    })
+}
+
+/// Code as text, with the spaces that people write.
+fn text_of(tokens: &impl ToTokens) -> String {
+    let mut text = tokens.to_token_stream().to_string().split_whitespace().collect::<Vec<_>>().join(" ");
+    for (from, to) in [
+        (" :: ", "::"),
+        (" ::", "::"),
+        ("& ", "&"),
+        (" < ", "<"),
+        (" <", "<"),
+        ("< ", "<"),
+        (" > ", "> "),
+        (" >", ">"),
+        (" ,", ","),
+        (" :", ":"),
+        (" ;", ";"),
+        (" (", "("),
+        ("( ", "("),
+        (" )", ")"),
+        ("[ ", "["),
+        (" ]", "]"),
+        (" !", "!"),
+        ("' ", "'"),
+        ("->", "-> "),
+        ("->  ", "-> "),
+        ("Fn(", "Fn("),
+        (" ->", " ->"),
+        ("mut(", "mut ("),
+        ("fn(", "fn("),
+        (")->", ") ->"),
+        (",)", ")"),
+    ] {
+        text = text.replace(from, to);
+    }
+    text
+}
+
+fn is_public(visibility: &Visibility) -> bool {
+    matches!(visibility, Visibility::Public(_))
+}
+
+/// What an attribute says that callers depend on: derived traits, and whether there may be more fields.
+fn promises(attributes: &[Attribute]) -> String {
+    let of = |attribute: &Attribute| match &attribute.meta {
+        Meta::List(list) if list.path.is_ident("derive") => Some(format!(" [{}]", text_of(&list.tokens))),
+        Meta::Path(path) if path.is_ident("non_exhaustive") => Some(" [non_exhaustive]".into()),
+        _ => None,
+    };
+    attributes.iter().filter_map(of).collect()
+}
+
+struct Lister<'a> {
+    modules: &'a Modules,
+    lines: Vec<String>,
+}
+
+impl Lister<'_> {
+    /// Lists a public module.
+    fn module(&mut self, module: &[String]) {
+        for item in &self.modules[module] {
+            match item {
+                Item::Mod(found) if is_public(&found.vis) && is_listed(&found.attrs) => {
+                    self.module(&[module, &[found.ident.to_string()]].concat());
+                }
+                Item::Use(found) if is_public(&found.vis) && is_listed(&found.attrs) => {
+                    self.names(module, module, &found.tree);
+                }
+                _ => self.item(module, module, item),
+            }
+        }
+    }
+
+    /// Lists what a `pub use` in `shown` names: an item of a private module as if it were there.
+    fn names(&mut self, shown: &[String], from: &[String], tree: &UseTree) {
+        match tree {
+            UseTree::Path(path) => {
+                let name = path.ident.to_string();
+                let inner = if name == "crate" { Vec::new() } else { [from, &[name]].concat() };
+                self.names(shown, &inner, &path.tree);
+            }
+            UseTree::Group(group) => group.items.iter().for_each(|tree| self.names(shown, from, tree)),
+            UseTree::Name(name) => {
+                let name = name.ident.to_string();
+                let items = self.modules.get(from).filter(|_| !self.is_shown(from));
+                match items.and_then(|items| items.iter().find(|item| name_of(item).as_deref() == Some(&name))) {
+                    Some(item) => self.item(shown, from, item),
+                    None => self.say(shown, format!("use {}", [from, &[name]].concat().join("::"))),
+                }
+            }
+            UseTree::Rename(_) | UseTree::Glob(_) => panic!("a public name that is changed or not named"),
+        }
+    }
+
+    /// Whether a module and all around it are public.
+    fn is_shown(&self, module: &[String]) -> bool {
+        (0..module.len()).all(|n| {
+            self.modules[&module[..n]].iter().any(
+                |item| matches!(item, Item::Mod(m) if m.ident == module[n] && is_public(&m.vis) && is_listed(&m.attrs)),
+            )
+        })
+    }
+
+    fn say(&mut self, shown: &[String], text: String) {
+        self.lines.push([&["hexcast".to_string()], shown].concat().join("::") + " " + &text);
+    }
+
+    fn item(&mut self, shown: &[String], module: &[String], item: &Item) {
+        match item {
+            Item::Fn(f) if is_public(&f.vis) && is_listed(&f.attrs) => self.say(shown, text_of(&f.sig)),
+            Item::Const(c) if is_public(&c.vis) && is_listed(&c.attrs) => {
+                self.say(shown, format!("const {}: {}", c.ident, text_of(&c.ty)));
+            }
+            Item::Type(t) if is_public(&t.vis) && is_listed(&t.attrs) => {
+                self.say(shown, format!("type {} = {}", t.ident, text_of(&t.ty)));
+            }
+            Item::Struct(s) if is_public(&s.vis) && is_listed(&s.attrs) => {
+                self.say(shown, format!("struct {}{}{}", s.ident, text_of(&s.generics), promises(&s.attrs)));
+                self.fields(shown, &s.ident.to_string(), &s.fields);
+                self.methods(shown, module, &s.ident.to_string());
+            }
+            Item::Enum(e) if is_public(&e.vis) && is_listed(&e.attrs) => {
+                self.say(shown, format!("enum {}{}{}", e.ident, text_of(&e.generics), promises(&e.attrs)));
+                for variant in &e.variants {
+                    let fields = text_of(&variant.fields);
+                    self.say(shown, format!("{}::{}{fields}", e.ident, variant.ident));
+                }
+                self.methods(shown, module, &e.ident.to_string());
+            }
+            Item::Trait(t) if is_public(&t.vis) && is_listed(&t.attrs) => {
+                self.say(shown, format!("trait {}: {}", t.ident, text_of(&t.supertraits)));
+                for inner in &t.items {
+                    if let TraitItem::Fn(f) = inner {
+                        let has_default = if f.default.is_some() { " {..}" } else { "" };
+                        self.say(shown, format!("{}::{}{has_default}", t.ident, text_of(&f.sig)));
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn fields(&mut self, shown: &[String], name: &str, fields: &Fields) {
+        for (index, field) in fields.iter().enumerate().filter(|(_, field)| is_public(&field.vis)) {
+            let field_name = field.ident.as_ref().map_or(index.to_string(), ToString::to_string);
+            self.say(shown, format!("{name}.{field_name}: {}", text_of(&field.ty)));
+        }
+    }
+
+    /// Public methods and traits of a type, from all files of its module.
+    fn methods(&mut self, shown: &[String], module: &[String], name: &str) {
+        let modules = self.modules;
+        let of_module = modules.iter().filter(|(path, _)| path.first() == module.first() || path.len() <= 1);
+        for (path, found) in of_module.flat_map(|(path, items)| items.iter().map(move |item| (path, item))) {
+            let Item::Impl(found) = found else { continue };
+            let Type::Path(own) = &*found.self_ty else { continue };
+            let is_own = own.path.segments.last().is_some_and(|segment| segment.ident == name);
+            // a type of the same name in another module has its `impl` there
+            let defines = |module: &[String]| modules[module].iter().any(|i| name_of(i).as_deref() == Some(name));
+            if !is_own || !is_listed(&found.attrs) || path.as_slice() != module && defines(path) {
+                continue;
+            }
+            if path.first() != module.first() && !imports(&modules[path], module, name) {
+                continue;
+            }
+            if let Some((of, _)) = &found.trait_ {
+                self.say(shown, format!("impl {} for {name}", text_of(of)));
+            }
+            for inner in &found.items {
+                if let ImplItem::Fn(f) = inner
+                    && is_public(&f.vis)
+                    && is_listed(&f.attrs)
+                {
+                    self.say(shown, format!("{name}::{}", text_of(&f.sig)));
+                }
+            }
+        }
+    }
+}
+
+/// Whether a file imports a type of a module.
+fn imports(items: &[Item], module: &[String], name: &str) -> bool {
+    let first = module.first().map_or("", String::as_str);
+    items.iter().any(|item| match item {
+        Item::Use(found) => {
+            let text = text_of(&found.tree);
+            text.contains(&format!("crate::{first}::")) && text.contains(name)
+        }
+        _ => false,
+    })
+}
+
+fn name_of(item: &Item) -> Option<String> {
+    match item {
+        Item::Fn(f) => Some(f.sig.ident.to_string()),
+        Item::Const(c) => Some(c.ident.to_string()),
+        Item::Type(t) => Some(t.ident.to_string()),
+        Item::Struct(s) => Some(s.ident.to_string()),
+        Item::Enum(e) => Some(e.ident.to_string()),
+        Item::Trait(t) => Some(t.ident.to_string()),
+        _ => None,
+    }
+}
+
+fn listed() -> String {
+    let mut modules = Modules::new();
+    read(&root().join("src/lib.rs"), &[], &mut modules);
+    let mut lister = Lister { modules: &modules, lines: Vec::new() };
+    lister.module(&[]);
+    lister.lines.sort();
+    lister.lines.dedup();
+    lister.lines.join("\n") + "\n"
+}
+
+#[test]
+fn the_public_api_is_the_one_that_is_listed() {
+    let (path, found) = (root().join("docs/api.txt"), listed());
+    if std::env::var_os("HEXCAST_BLESS").is_some() {
+        assert!(std::env::var_os("CI").is_none(), "CI must not write what it checks");
+        std::fs::write(&path, &found).expect("the list can be written");
+    }
+    let committed = std::fs::read_to_string(&path).expect("docs/api.txt is there");
+    let (found, committed): (Vec<&str>, Vec<&str>) = (found.lines().collect(), committed.lines().collect());
+    let new: Vec<&&str> = found.iter().filter(|line| !committed.contains(line)).collect();
+    let gone: Vec<&&str> = committed.iter().filter(|line| !found.contains(line)).collect();
+    assert!(new.is_empty() && gone.is_empty(), "new: {new:#?}\ngone: {gone:#?}");
+}
+
+#[test]
+fn the_list_has_what_callers_use_and_no_stages() {
+    let listed = listed();
+    for part in [
+        "hexcast::mesher Mesher::fn mesh(&mut self, job: &Job)",
+        "hexcast::mesh Mesh::fn fill_box(",
+        "hexcast::columns Columns::fn ray(",
+        "hexcast::job Job.cells: Option<u32>",
+        "hexcast::write enum Format",
+        "hexcast::pipeline struct MeshOptions [Clone, Default] [non_exhaustive]",
+        "hexcast::gpu Gpu::async fn open(",
+    ] {
+        assert!(listed.contains(part), "{part} is missing from\n{listed}");
+    }
+    for part in ["Projected", "Params", "KernelText", "hexcast::cast", "hexcast::frame", "hand_out_bands", "pub("] {
+        assert!(!listed.contains(part), "{part} is public");
+    }
+}
