@@ -8,12 +8,12 @@
 //! Numbers the vertices by a sort of the corners, then sorts the edges: O(n log n) time, no hashing, so that the result is the same on
 //! every machine and for every order of the facets. Holds at most 72 bytes a facet beside the input.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::parallel::*;
 
 /// What is not proper of an edge.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum BadEdge {

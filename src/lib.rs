@@ -36,6 +36,7 @@ pub mod pipeline;
 pub mod rays;
 pub mod read;
 pub mod report;
+pub mod shards;
 mod sheet;
 mod shells;
 pub mod skin;

@@ -51,6 +51,7 @@ const CORE: &[&str] = &[
     "leak",
     "gaps",
     "report",
+    "shards",
     "write",
     "estimate",
     "parts",
