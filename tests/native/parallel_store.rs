@@ -40,11 +40,13 @@ const MESH: [&str; 8] = ["mesh", SPOT, "--cells", "100", "--backend", "cpu", "-q
 fn parts_fill_the_store_of_the_undivided_run() {
     let folder = Folder::new();
     let (whole, parted) = (folder.path("whole.zarr"), folder.path("parted.zarr"));
-    for (of, options) in [("4", &["--unit", "mm"][..]), ("1x2x2", &["--compress=none", "--zarr-chunks", "32,16,8"])] {
-        done(&[&MESH[..], options, &["-o", &whole]].concat());
+    let shapes = ["--compress=none", "--zarr-chunks", "32,16,8", "--zarr-shards", "32,48,24"];
+    for (of, options) in [("4", &["--unit", "mm", "--zarr-shards=64KiB"][..]), ("1x2x2", &shapes)] {
+        let mesh = &MESH[..7];
+        done(&[mesh, options, &["-o", &whole]].concat());
         // from the last to the first, the middle ones twice
         for k in (1..=4).rev().chain(2..4) {
-            done(&[&MESH[..], options, &["-o", &parted, "--part", &format!("{k}/{of}")]].concat());
+            done(&[mesh, options, &["-o", &parted, "--part", &format!("{k}/{of}")]].concat());
         }
         assert_same(&whole, &parted);
         std::fs::remove_dir_all(&parted).unwrap();
