@@ -7,6 +7,7 @@ import { readFileSync, readdirSync } from 'node:fs';
 import path from 'node:path';
 
 import { build } from './build.mjs';
+import { buildCluster, runCluster } from './cluster.mjs';
 import { checkAdvisories, checkCrates } from './deny.mjs';
 import { swiftshaderEnv } from './machine.mjs';
 import { buildPython, lintPython, runPytest } from './python.mjs';
@@ -33,6 +34,11 @@ async function native() {
     if (!env) throw new Error("missing: SwiftShader as a Vulkan driver, which Debian's package chromium brings");
     return cargoTests(await run('cargo', ['test', '--test', 'native', 'kernels', '--', '--show-output'], { env, minutes: 30 }));
   });
+}
+
+async function cluster() {
+  await steps.step('command with S3', buildCluster);
+  await steps.step('cluster tests', async () => pytestTests(await runCluster()));
 }
 
 async function python() {
@@ -107,6 +113,7 @@ async function nativeGroups() {
   if (wanted('lint')) await nativeLint();
   if (wanted('native')) await native();
   if (wanted('python')) await python();
+  if (wanted('cluster')) await cluster();
 }
 
 async function browserGroups() {
