@@ -2,6 +2,7 @@
 
 import { fileURLToPath } from 'node:url';
 
+import { ensureS3 } from './cluster.mjs';
 import { ensureDeny } from './deny.mjs';
 import { ensure, ensureNodeModules, requireRust } from './machine.mjs';
 import { ensurePython } from './python.mjs';
@@ -17,7 +18,7 @@ const NEEDS = {
   e2e: ['linker', 'vulkan', 'chromium', 'firefox'],
   package: ['linker', 'vulkan', 'chromium', 'firefox'],
   python: ['linker', 'vulkan', 'python', 'opengl'],
-  cluster: ['linker', 'mpi', 'fortran', 'valgrind'],
+  cluster: ['linker', 'vulkan', 'python', 'mpi', 'fortran', 'valgrind'],
 };
 
 /** The groups of tests. */
@@ -28,7 +29,8 @@ export async function setup(steps, groups = GROUPS) {
   await steps.step('Node packages', ensureNodeModules);
   await steps.step('Rust', async () => requireRust());
   await steps.step('linker, drivers, browsers, Python', () => ensure(...new Set(groups.flatMap((group) => NEEDS[group]))));
-  if (groups.includes('python')) await steps.step('Python packages', ensurePython);
+  if (groups.some((group) => ['python', 'cluster'].includes(group))) await steps.step('Python packages', ensurePython);
+  if (groups.includes('cluster')) await steps.step('S3 server', ensureS3);
   if (groups.every((group) => ['native', 'python', 'cluster'].includes(group))) return;
   await steps.step('Rust for wasm32', async () => (await wasmRust()).name);
   if (groups.includes('lint')) await steps.step('cargo-deny', ensureDeny);

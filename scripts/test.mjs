@@ -8,6 +8,7 @@ import path from 'node:path';
 
 import { build } from './build.mjs';
 import { buildCapi, lintCapi, testC, testExamples } from './capi.mjs';
+import { buildCluster, runCluster } from './cluster.mjs';
 import { checkAdvisories, checkCrates } from './deny.mjs';
 import { swiftshaderEnv } from './machine.mjs';
 import { checkOldestRust } from './msrv.mjs';
@@ -57,10 +58,8 @@ async function python() {
 
 /** What runs on many machines, or ranks. */
 async function cluster() {
-  await clusterOfC();
-}
-
-async function clusterOfC() {
+  await steps.step('command with S3', buildCluster);
+  await steps.step('cluster tests', async () => pytestTests(await runCluster()));
   await steps.step('C library', buildCapi);
   await steps.step('C test', testC);
   await steps.step('C on four ranks, and Fortran', testExamples);

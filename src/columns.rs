@@ -18,6 +18,7 @@ mod builder;
 pub(crate) mod codec;
 pub mod file;
 mod packed_band;
+mod pad;
 mod piece_store;
 mod run;
 mod slab;

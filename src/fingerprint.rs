@@ -10,13 +10,15 @@
 //! hexadecimal, of the SHA-256 of: "hexcast flags 1"; nx, ny and nz as 4 bytes each and F as 16, little endian. `docs/flags_hash.md` has
 //! it as a program. It tells meshes apart; it does not prove who made them, as r is known.
 //!
+//! F is a sum over cells, so that windows of a box add up to it: each has the sum over its cells, with i counted in the whole box.
+//!
 //! Cost: some 10 ns a run; 16 bytes for every cell along an axis.
 
 use sha2::{Digest, Sha256};
 
 use crate::checksum::hex;
 use crate::columns::{Columns, run_cell, run_flag};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::parallel::*;
 
 /// 2^127 - 1.
@@ -30,19 +32,44 @@ const NAME: &str = "hexcast flags 1";
 /// # Errors
 /// `io` where the columns are in a store that fails.
 pub(crate) fn flags_hash(columns: &Columns) -> Result<String> {
-    let digest = Sha256::digest(NAME);
-    let r = reduced(u128::from_le_bytes(std::array::from_fn(|index| digest[index])));
-    let mut hash = Sha256::new();
-    hash.update(NAME);
-    columns.dims().iter().for_each(|n| hash.update(n.to_le_bytes()));
-    hash.update(sum(columns, r)?.to_le_bytes());
-    Ok(format!("hx1-{}", hex(&hash.finalize()[..16])))
+    let dims = columns.dims();
+    Ok(hash_of_sum(sum(columns, base(), [0; 3], dims)?, dims))
 }
 
-/// F, for this r.
-fn sum(columns: &Columns, r: u128) -> Result<u128> {
-    let (rays, dims) = (&columns.rays, columns.dims());
-    let strides = [1, u64::from(dims[0]), u64::from(dims[0]) * u64::from(dims[1])];
+/// What cells of a larger box, the first of which is `first`, add to its F; as text.
+///
+/// # Errors
+/// Those of [`flags_hash`].
+pub(crate) fn flags_sum(columns: &Columns, first: [u32; 3], whole: [u32; 3]) -> Result<String> {
+    Ok(format!("{:032x}", sum(columns, base(), first, whole)?))
+}
+
+/// The hash of a box from the sums of its windows; None where one is no such sum.
+pub(crate) fn hash_of_sums<'a>(sums: impl Iterator<Item = &'a str>, dims: [u32; 3]) -> Option<String> {
+    let of_text = |text: &str| u128::from_str_radix(text, 16).ok().filter(|sum| *sum < P);
+    let sum = sums.map(of_text).try_fold(0, |sum, next| Some(reduced(sum + next?)))?;
+    Some(hash_of_sum(sum, dims))
+}
+
+/// r.
+fn base() -> u128 {
+    let digest = Sha256::digest(NAME);
+    reduced(u128::from_le_bytes(std::array::from_fn(|index| digest[index])))
+}
+
+fn hash_of_sum(sum: u128, dims: [u32; 3]) -> String {
+    let mut hash = Sha256::new();
+    hash.update(NAME);
+    dims.iter().for_each(|n| hash.update(n.to_le_bytes()));
+    hash.update(sum.to_le_bytes());
+    format!("hx1-{}", hex(&hash.finalize()[..16]))
+}
+
+/// F, for this r, of cells of a larger box, which are counted in that.
+fn sum(columns: &Columns, r: u128, first: [u32; 3], whole: [u32; 3]) -> Result<u128> {
+    let rays = &columns.rays;
+    let strides = [1, u64::from(whole[0]), u64::from(whole[0]) * u64::from(whole[1])];
+    let offset = (0..3).map(|axis| u64::from(first[axis]) * strides[axis]).sum();
     let along = sums_of_powers(power(r, strides[rays.axis]), rays.depth);
     let [across, down] = [0, 1].map(|k| powers(power(r, strides[rays.across[k]]), rays.counts[k]));
     let (n_across, n_rays) = (u64::from(rays.counts[0]), rays.n_rays());
@@ -64,7 +91,8 @@ fn sum(columns: &Columns, r: u128) -> Result<u128> {
         Ok(reduced(sum + product(of_row, down[row as usize])))
     };
     let chunks: Vec<Result<u128>> = (0..n_rays.div_ceil(CHUNK)).into_par_iter().map(of_chunk).collect();
-    chunks.into_iter().try_fold(0, |sum, chunk| Ok(reduced(sum + chunk?)))
+    let sum = chunks.into_iter().try_fold(0, |sum, chunk: Result<u128>| Ok::<u128, Error>(reduced(sum + chunk?)))?;
+    Ok(product(sum, power(r, offset)))
 }
 
 /// The sum of flag times power over the cells of a ray; `along` has the sums of powers.

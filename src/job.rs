@@ -30,12 +30,14 @@ mod part_job;
 mod per_axis;
 mod quoted;
 mod validate;
+mod zarr_job;
 
 pub use byte_size::ByteSize;
 pub use geometry_job::GeometryJob;
 pub use part_job::{PartJob, numbers_of_parts};
 pub use per_axis::PerAxis;
 use quoted::{in_lines, on_one_line, toml_problem};
+pub use zarr_job::ZarrJob;
 
 /// Cells along the longest axis where the job does not say.
 pub const DEFAULT_CELLS: u32 = 128;
@@ -136,6 +138,12 @@ pub struct Job {
     /// Meshes only one of the windows that the box is divided into: see [`crate::parts`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub part: Option<PartJob>,
+    /// Cells beyond the window or the part that are meshed with it, on both sides of every axis; those beyond the box are background.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub halo: Option<u32>,
+    /// Shapes of the chunks and shards of a Zarr store. Where it is given, parts are cut along the borders of shards.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub zarr: Option<ZarrJob>,
     /// What is inside a surface.
     pub rule: Rule,
     /// How cells are decided where a surface is not closed; a geometry may say otherwise.

@@ -96,6 +96,7 @@ mod rays;
 pub mod rays;
 pub mod read;
 pub mod report;
+pub mod shards;
 mod sheet;
 mod shells;
 pub mod skin;

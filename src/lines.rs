@@ -77,6 +77,16 @@ impl Lines {
         }
     }
 
+    /// The lines of some of the cells, and of so many more on both sides, also beyond these lines.
+    pub(crate) fn with_halo(&self, [first, end]: [[u32; 3]; 2], halo: u32) -> Lines {
+        let start = first.map(|cell| f64::from(cell) - f64::from(halo));
+        Lines {
+            origin: [0, 1, 2].map(|axis| self.origin[axis] + start[axis] * self.spacing[axis]),
+            dims: [0, 1, 2].map(|axis| end[axis] - first[axis] + 2 * halo),
+            ..*self
+        }
+    }
+
     /// Coordinate of line `index` (0 ..= dims) of an axis.
     pub fn line(&self, axis: usize, index: u32) -> f64 {
         self.origin[axis] + f64::from(index) * self.spacing[axis]

@@ -1,6 +1,6 @@
 //! Parts: a box of cells divided into windows that take about as long as each other, for processes that mesh one each.
 //!
-//! Geometries, lines, rays, numbers of parts along x, y and z -> windows, x fastest. Each axis is divided by itself. A plane of cells
+//! Geometries, lines, rays, numbers of parts along x, y and z, where they may be cut -> windows, x fastest. Each axis is divided by itself. A plane of cells
 //! costs its share of the rays, and some rays' worth for each crossing that is expected in it: the area of a facet seen along the
 //! rays, in cells across, spread evenly over the planes under its box.
 //!
@@ -20,24 +20,34 @@ const UNITS: f64 = 65_536.0;
 /// Cells of a box: the first, and the end, exclusive.
 pub type Window = [[u32; 3]; 2];
 
-/// Divides the box.
+/// Divides the box, at multiples of `step` cells on each axis: 1 for any cell, those of a shard for processes that fill a Zarr store.
 ///
 /// # Errors
-/// `job-value` where an axis has fewer cells than it shall have parts.
-pub fn parts(geometries: &[Geometry], lines: &Lines, rays: &Rays, of: [u32; 3]) -> Result<Vec<Window>> {
+/// `job-value` where an axis has fewer such steps than it shall have parts.
+pub fn parts(geometries: &[Geometry], lines: &Lines, rays: &Rays, of: [u32; 3], step: [u32; 3]) -> Result<Vec<Window>> {
     for axis in 0..3 {
-        if of[axis] == 0 || of[axis] > lines.dims[axis] {
-            let (n, name) = (lines.dims[axis], ["x", "y", "z"][axis]);
-            let message = format!("{} parts along {name}, which has {n} cells", of[axis]);
-            return Err(Error::new(
-                "job-value",
-                message,
-                "ask for 1 part to one a cell, or divide other axes (part, --part K/NXxNYxNZ)",
-            ));
+        let (cells, step) = (lines.dims[axis], step[axis].max(1));
+        let n = cells.div_ceil(step);
+        if of[axis] == 0 || of[axis] > n {
+            let of_shards = if step > 1 { format!(", {n} shards of {step}") } else { String::new() };
+            let message =
+                format!("{} parts along {}, which has {cells} cells{of_shards}", of[axis], ["x", "y", "z"][axis]);
+            let hint = if step > 1 {
+                "ask for one part a shard at most, divide other axes (part, --part K/NXxNYxNZ), or make shards smaller \
+                 (zarr.shards, --zarr-shards)"
+            } else {
+                "ask for 1 part to one a cell, or divide other axes (part, --part K/NXxNYxNZ)"
+            };
+            return Err(Error::new("job-value", message, hint));
         }
     }
     let costs = costs(geometries, lines, rays);
-    let ends = [0, 1, 2].map(|axis| ends(&costs[axis], of[axis] as usize));
+    let ends = [0, 1, 2].map(|axis| {
+        let step = step[axis].max(1);
+        let of_steps: Vec<i128> = costs[axis].chunks(step as usize).map(|planes| planes.iter().sum()).collect();
+        let ends = ends(&of_steps, of[axis] as usize);
+        ends.into_iter().map(|end| end.saturating_mul(step).min(lines.dims[axis])).collect::<Vec<u32>>()
+    });
     let mut windows = Vec::new();
     for z in ends[2].windows(2) {
         for y in ends[1].windows(2) {
@@ -152,12 +162,17 @@ mod tests {
         let of_rays = (UNITS as i128) * 16 / 8;
         assert_eq!(planes[2], [0, 1, 2, 3, 4, 5, 6, 7].map(|z| of_rays + if z == 2 { 16 * UNITS as i128 } else { 0 }));
         assert_eq!(planes[0].len(), 4);
-        let windows = parts(&[], &lines, &rays, [2, 1, 4]).unwrap();
+        let windows = parts(&[], &lines, &rays, [2, 1, 4], [1; 3]).unwrap();
         assert_eq!(windows.len(), 8);
         assert_eq!(windows[1], [[2, 0, 0], [4, 4, 2]]);
         let cells: u32 =
             windows.iter().map(|[first, end]| (0..3).map(|axis| end[axis] - first[axis]).product::<u32>()).sum();
         assert_eq!(cells, 128);
-        assert_eq!(parts(&[], &lines, &rays, [5, 1, 1]).unwrap_err().code(), "job-value");
+        assert_eq!(parts(&[], &lines, &rays, [5, 1, 1], [1; 3]).unwrap_err().code(), "job-value");
+        let of_shards = parts(&[], &lines, &rays, [1, 2, 2], [4, 2, 3]).unwrap();
+        assert_eq!(of_shards[..2], [[[0, 0, 0], [4, 2, 3]], [[0, 2, 0], [4, 4, 3]]]);
+        assert_eq!(of_shards[2..], [[[0, 0, 3], [4, 2, 8]], [[0, 2, 3], [4, 4, 8]]]);
+        let error = parts(&[], &lines, &rays, [1, 1, 4], [4, 2, 3]).unwrap_err();
+        assert_eq!(error.to_string(), "4 parts along z, which has 8 cells, 3 shards of 3");
     }
 }

@@ -21,33 +21,37 @@ use crate::columns::Columns;
 use crate::control::Control;
 use crate::doubt::Doubt;
 use crate::error::{Error, Result};
-use crate::fingerprint::flags_hash;
+use crate::fingerprint::{flags_hash, flags_sum};
 use crate::frame::Frame;
 use crate::gaps::{self, Gaps, NAME};
 use crate::geometry::{Fill, Geometry};
 use crate::job::Job;
-use crate::lines::{about_fine_cells, residuals};
+use crate::lines::{Lines, about_fine_cells, residuals};
 use crate::mesh::{Mesh, Named};
 use crate::overlay::{self, Overlay};
 use crate::report::{
     CertificateReport, DeviceCheck, DoubtReport, FillReport, FlagReport, GeometryReport, InputReport, MAX_BOXES,
-    MeshFacts, OpenReport, PeakBytes, Seconds, WindowReport, flag_reports,
+    MeshFacts, OpenReport, PeakBytes, Seconds, WindowReport, flag_reports, is_cut,
 };
 use crate::sources::Source;
 use crate::volume_bound::volume_bound;
 
 mod effective;
 mod engine;
+mod halo;
 mod memory_budget;
+mod merge;
 mod options;
 mod prepare;
 mod warnings;
 
 use effective::effective;
 pub use engine::{Engine, Used};
+use halo::{Beyond, lines_with_halo};
 use memory_budget::{columns_builder, memory_budget};
+pub use merge::merge;
 pub use options::{DEFAULT_MAX_BYTES, MeshOptions, SpillTarget};
-pub use prepare::{Prepared, prepare};
+pub use prepare::{Prepared, part_step, prepare};
 
 /// Meshes a job: `sources[i]` is the file of `job.geometries[i]`. The caller makes the report from the facts, when all is done.
 ///
@@ -76,6 +80,8 @@ pub async fn mesh(
     let bad_edges = BadEdges::of_geometries(&frame, &closed, whole, &prepared.geometries);
     control.rest().await?;
     let (mut frame, mut parts) = overlay::split(frame, &closed, job.rule, whole, &prepared.geometries, is_for_window)?;
+    // of the whole box, where a part's report shall be merged with others
+    let bounds_of_whole = job.part.map(|_| volume_bounds(&frame, &closed, &prepared.geometries, whole));
     if let Some(cells) = prepared.window {
         parts = parts.into_iter().map(|part| part.window(cells, frame.fraction_bits)).collect();
         frame = frame.window(cells);
@@ -104,9 +110,11 @@ pub async fn mesh(
     let columns_peak = builder.peak_bytes;
     let mut columns = builder.finish()?;
     let gaps = close_gaps(job, &prepared, &mut columns, budget.columns, control)?;
+    let beyond = Beyond::new(&prepared);
+    let columns = beyond.around(columns)?;
     let columns_seconds = lap(&mut clock);
 
-    let (lines, rays) = (prepared.lines, prepared.rays);
+    let (lines, rays) = (lines_with_halo(&prepared), columns.rays);
     let mut geometries: Vec<GeometryReport> =
         prepared.geometries.iter().zip(bad_edges).map(|(geometry, bad)| GeometryReport::new(geometry, bad)).collect();
     let cells = columns.cells_per_flag();
@@ -114,9 +122,11 @@ pub async fn mesh(
         Some(overlay) => overlay.found()?,
         None => (Vec::new(), Vec::new(), doubt().finish()?),
     };
+    let doubtful = beyond.around_doubtful(doubtful)?;
     let open: Vec<OpenReport> = found.iter().map(|found| OpenReport::new(found, &geometries)).collect();
     let filled: Vec<FillReport> = along.iter().map(|found| FillReport::new(found, &geometries)).collect();
-    bound_volumes(&mut geometries, &cast, &closed, &prepared);
+    let bounds = volume_bounds(&frame, &closed, &prepared.geometries, &prepared.lines);
+    geometries.iter_mut().zip(bounds).for_each(|(report, bound)| report.volume_bound = bound);
     let mut flags = flag_reports(&geometries, &cells, &lines);
     for report in flags.iter_mut().filter(|report| gaps.as_ref().is_some_and(|gaps| gaps.flag == report.flag)) {
         (report.mesh_volume, report.volume_bound) = (None, None);
@@ -153,6 +163,7 @@ pub async fn mesh(
     }
     // spilled columns would be read back for it
     let flags_hash = (!columns.is_spilled()).then(|| flags_hash(columns)).transpose()?;
+    let window = prepared.asked.map(|cells| window_report(cells, &prepared, columns, bounds_of_whole)).transpose()?;
     let (adapter, driver) = engine.adapter().map(|(name, driver)| (name.into(), driver.into())).unzip();
     let n_facets: usize = prepared.geometries.iter().map(|geometry| geometry.facets.len()).sum();
     let facet_bytes = 36 * (n_facets + frame.facets.capacity()) + frame.rank_of_facet.capacity();
@@ -167,7 +178,8 @@ pub async fn mesh(
         dims: lines.dims,
         origin: lines.origin,
         spacing: lines.spacing,
-        window: prepared.window.map(|[first, end]| WindowReport { first, end, of: prepared.whole.dims }),
+        whole: prepared.whole,
+        window,
         end_points: residuals(&prepared.whole, &prepared.domain),
         snap_in_cells: frame.snap_in_cells(),
         rule: job.rule,
@@ -207,17 +219,32 @@ pub async fn mesh(
     Ok((mesh, facts))
 }
 
-/// Says how far the volumes of cells can be from those of surfaces, where both are of the same body.
-fn bound_volumes(reports: &mut [GeometryReport], cast: &Cast, closed: &[Closed], prepared: &Prepared) {
-    for (rank, &index) in cast.frame.ranks.geometry_of_rank.iter().enumerate() {
-        let (report, geometry) = (&mut reports[index], &prepared.geometries[index]);
+/// For each geometry how far the volume of its cells can be from that of its surface, where both are of the same body.
+fn volume_bounds(frame: &Frame, closed: &[Closed], geometries: &[Geometry], lines: &Lines) -> Vec<Option<f64>> {
+    let mut bounds = vec![None; geometries.len()];
+    for (rank, &index) in frame.ranks.geometry_of_rank.iter().enumerate() {
+        let geometry = &geometries[index];
         let is_within = geometry.fill == Fill::Centre && !geometry.invert && closed[rank].nonzero;
-        if is_within && !report.is_cut(&prepared.lines) {
-            let facets = cast.frame.facets_of_rank(rank);
-            let volume = report.mesh_volume.abs();
-            report.volume_bound = Some(volume_bound(facets, cast.frame.fraction_bits, &prepared.lines, volume));
+        let ends = geometry.bounding_box().unwrap_or_default();
+        if is_within && !is_cut(ends, lines) {
+            let volume = geometry.signed_volume().abs();
+            bounds[index] = Some(volume_bound(frame.facets_of_rank(rank), frame.fraction_bits, lines, volume));
         }
     }
+    bounds
+}
+
+/// Says which cells were meshed.
+fn window_report(
+    [first, end]: [[u32; 3]; 2],
+    prepared: &Prepared,
+    columns: &Columns,
+    volume_bounds: Option<Vec<Option<f64>>>,
+) -> Result<WindowReport> {
+    let Prepared { whole, halo, .. } = prepared;
+    let has_sum = *halo == 0 && !columns.is_spilled();
+    let flags_sum = has_sum.then(|| flags_sum(columns, first, whole.dims)).transpose()?;
+    Ok(WindowReport { first, end, of: whole.dims, origin: whole.origin, halo: *halo, flags_sum, volume_bounds })
 }
 
 /// Closes gaps in columns, if the job asks for it.

@@ -3,12 +3,12 @@
 //! Facts of the mesh, facts of the caller -> [`Report`], built once, when all is done. Its JSON form is stable: keys are added,
 //! never renamed. Lengths are in the unit of the files, times in seconds.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::doubt::{Corners, Doubtful};
 use crate::gaps::Gaps;
 use crate::job::{Job, Rule};
-use crate::lines::Residual;
+use crate::lines::{Lines, Residual};
 use crate::mesh::Mesh;
 use crate::sources::Source;
 
@@ -20,7 +20,7 @@ pub use crate::closed::BadEdges;
 pub use crate::edges::BadEdge;
 pub use of_certificate::{CertificateReport, GapReport, OverlapReport, ThinWallReport};
 pub use of_columns::{ColumnsFlag, ColumnsReport};
-pub use of_geometries::{FillReport, FlagReport, GeometryReport, OpenReport, flag_reports};
+pub use of_geometries::{FillReport, FlagReport, GeometryReport, OpenReport, flag_reports, is_cut};
 
 /// One input: a file, or facets that were in memory.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -117,23 +117,32 @@ pub struct DeviceCheck {
 }
 
 /// Which cells of a box were meshed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct WindowReport {
-    /// The first, on x, y, z.
+    /// The first, on x, y, z; without the halo.
     pub first: [u32; 3],
-    /// The end, exclusive.
+    /// The end, exclusive; without the halo.
     pub end: [u32; 3],
     /// Number of cells of the box on x, y, z.
     pub of: [u32; 3],
+    /// First corner of the box.
+    pub origin: [f64; 3],
+    /// Cells beyond these on both sides of every axis, which `dims`, `origin` and all counts include.
+    pub halo: u32,
+    /// What these cells add to the sum that `flags_hash` is made of, see `docs/flags_hash.md`: 32 hexadecimal digits; null with a halo and
+    /// where the columns have spilled.
+    pub flags_sum: Option<String>,
+    /// `volume_bound` of each geometry in the whole box; null unless these cells are a part (`--part`).
+    pub volume_bounds: Option<Vec<Option<f64>>>,
 }
 
 /// Most boxes of doubtful cells that are listed.
 pub const MAX_BOXES: usize = 1000;
 
 /// Cells of open geometries that rays do not decide.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct DoubtReport {
@@ -180,6 +189,9 @@ pub struct MeshFacts {
     pub geometries: Vec<GeometryReport>,
     /// Number of cells on x, y, z.
     pub dims: [u32; 3],
+    /// The mesh lines of the whole box.
+    #[serde(skip)]
+    pub whole: Lines,
     /// Which cells of a larger box these are; null where they are all.
     pub window: Option<WindowReport>,
     /// First corner of the box.

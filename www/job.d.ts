@@ -95,6 +95,16 @@ export interface Job {
   window?: [number, number, number, number, number, number];
   /** Meshes only one of the windows that the box is divided into, from 1 on, x fastest: `of` has their numbers along x, y and z. */
   part?: { index: number; of: [number, number, number] };
+  /**
+   * Cells beyond the window or the part that are meshed with it, on both sides of every axis: the mesh has twice as many more. Those beyond
+   * the box are background.
+   */
+  halo?: number;
+  /**
+   * Shapes of the chunks and shards of a Zarr store, which the native command writes, as cells on x, y, z, or most bytes of a shard. Where it is
+   * given, parts are cut along the borders of shards.
+   */
+  zarr?: { chunks?: Triple; shards?: Triple; shard_bytes?: number | string };
   /** Inside is an odd number of crossings, or a winding number other than zero. Default `parity`. */
   rule?: 'parity' | 'nonzero';
   /**

@@ -17,6 +17,24 @@ export interface FlagReport {
   volume_bound: number | null;
 }
 
+/** Which cells of a larger box were meshed. */
+export interface WindowReport {
+  /** The first cell, without the halo. */
+  first: [number, number, number];
+  /** The end, exclusive, without the halo. */
+  end: [number, number, number];
+  /** Number of cells of the box. */
+  of: [number, number, number];
+  /** First corner of the box. */
+  origin: [number, number, number];
+  /** Cells beyond these on both sides of every axis, which all counts of the report include. */
+  halo: number;
+  /** What these cells add to the sum that `flags_hash` is made of; null with a halo. */
+  flags_sum: string | null;
+  /** `volume_bound` of each geometry in the whole box; null unless these cells are a `part`. */
+  volume_bounds: (number | null)[] | null;
+}
+
 /** Peak sizes in bytes. */
 export interface PeakBytes {
   /** Of the whole process; null where the system does not report it, as in browsers. */
@@ -47,8 +65,8 @@ export interface Report {
   device_check: { rays: number; differing: number } | null;
   unit: string | null;
   dims: [number, number, number];
-  /** Which cells of a larger box these are: the first, and the end, exclusive; null where they are all, and for an opened mesh. */
-  window: { first: [number, number, number]; end: [number, number, number]; of: [number, number, number] } | null;
+  /** Which cells of a larger box these are; null where they are all, and for an opened mesh. */
+  window: WindowReport | null;
   origin: [number, number, number];
   spacing: [number, number, number];
   /** Null for an opened mesh. */

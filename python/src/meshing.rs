@@ -4,7 +4,7 @@ use hexcast::control::Control;
 use hexcast::estimate::Estimate;
 use hexcast::files::read_file;
 use hexcast::job::{Job, PartJob};
-use hexcast::pipeline::{self, MeshOptions, Prepared, prepare};
+use hexcast::pipeline::{self, MeshOptions, Prepared, part_step, prepare};
 use hexcast::report::{CallerFacts, Report};
 use hexcast::sources::Source;
 use hexcast::{Error, Result};
@@ -59,8 +59,10 @@ pub(crate) fn estimate(py: Python<'_>, job: &str, surfaces: Surfaces) -> PyResul
 /// The cells of a box that is divided into so many parts: the first, and the end, exclusive.
 #[pyfunction]
 pub(crate) fn parts(py: Python<'_>, job: &str, surfaces: Surfaces, of: [u32; 3]) -> PyResult<Vec<[[u32; 3]; 2]>> {
+    let zarr = read(job).map_err(py_error)?.zarr;
     of_prepared(py, job, &surfaces, |prepared| {
-        hexcast::parts::parts(&prepared.geometries, &prepared.whole, &prepared.rays, of)
+        let step = part_step(zarr.as_ref(), &prepared.whole)?;
+        hexcast::parts::parts(&prepared.geometries, &prepared.whole, &prepared.rays, of, step)
     })
 }
 

@@ -3,7 +3,7 @@
 //! Snapped facets -> [`BadEdges`]. Bad edges of one kind that meet at corners are a group; the longest groups are listed.
 //! Cost: O(n log n) for n facets, and nothing where all edges are proper.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::Closed;
 use crate::edges::{BadEdge, Groups, Use, Vertices, bad_edge, each};
@@ -17,7 +17,7 @@ const MAX_GROUPS: usize = 8;
 pub const MAX_FACETS: usize = 8;
 
 /// The edges of a geometry that are not shared by two facets that agree, after the snap.
-#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct BadEdges {
     /// Edges that one facet has.
@@ -31,7 +31,7 @@ pub struct BadEdges {
 }
 
 /// Bad edges of one kind that meet at corners.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct EdgeGroup {
     /// What is not proper of them.

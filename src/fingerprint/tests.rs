@@ -50,7 +50,7 @@ fn the_hash_is_that_of_the_bytes_along_every_axis() {
             let hashes = [0, 1, 2].map(|axis| {
                 let columns = columns(axis, dims, &flags);
                 let r = u128::try_from(&r).unwrap();
-                assert_eq!(BigUint::from(sum(&columns, r).unwrap()), expected, "{dims:?}, axis {axis}");
+                assert_eq!(BigUint::from(sum(&columns, r, [0; 3], dims).unwrap()), expected, "{dims:?}, axis {axis}");
                 flags_hash(&columns).unwrap()
             });
             assert!(hashes.iter().all(|hash| *hash == hashes[0] && hash.len() == 36), "{hashes:?}");
@@ -67,4 +67,25 @@ fn the_hash_is_that_of_the_bytes_along_every_axis() {
 fn the_hash_of_a_small_mesh_is_fixed() {
     let hash = flags_hash(&columns(1, [3, 2, 2], &[0, 1, 1, 2, 0, 0, 0, 0, 255, 255, 1, 7])).unwrap();
     assert_eq!(hash, "hx1-bca93b4ca5349fb5d1e8ab8080975604");
+}
+
+#[test]
+fn windows_add_up_to_the_hash_of_the_whole() {
+    let dims = [11u32, 9, 7];
+    let flags: Vec<u8> = (0..11 * 9 * 7u32).map(|index| [0, 0, 3, 255][(index / 5 * index % 4) as usize]).collect();
+    let expected = flags_hash(&columns(2, dims, &flags)).unwrap();
+    let ends = [[0, 4, 11], [0, 8, 9], [0, 1, 7]];
+    let mut sums = Vec::new();
+    for of in 0..8usize {
+        let first = [0, 1, 2].map(|axis| ends[axis][of >> axis & 1]);
+        let end = [0, 1, 2].map(|axis| ends[axis][(of >> axis & 1) + 1]);
+        let cells = (first[2]..end[2])
+            .flat_map(|z| (first[1]..end[1]).flat_map(move |y| (first[0]..end[0]).map(move |x| x + 11 * (y + 9 * z))));
+        let flags: Vec<u8> = cells.map(|cell| flags[cell as usize]).collect();
+        let window = columns(of % 3, [0, 1, 2].map(|axis| end[axis] - first[axis]), &flags);
+        sums.push(flags_sum(&window, first, dims).unwrap());
+    }
+    assert_eq!(hash_of_sums(sums.iter().map(String::as_str), dims), Some(expected.clone()));
+    assert_ne!(hash_of_sums(sums[1..].iter().map(String::as_str), dims), Some(expected));
+    assert_eq!(hash_of_sums(["no sum"].into_iter(), dims), None);
 }

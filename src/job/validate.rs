@@ -4,6 +4,9 @@ use super::quoted::short_number;
 use super::{Fill, Job, Padding, PerAxis};
 use crate::error::{Error, Result};
 
+/// Most cells of a halo.
+const MAX_HALO: u32 = 65_535;
+
 impl Job {
     /// Checks all values.
     ///
@@ -58,7 +61,20 @@ impl Job {
             .into_iter()
             .filter_map(|(key, is_given)| is_given.then_some(key))
             .collect();
-        let Some(&key_of_window) = given.first() else { return Ok(()) };
+        if let Some(halo) = self.halo.filter(|halo| *halo > MAX_HALO) {
+            return Err(out_of_range("halo", halo, &format!("0 to {MAX_HALO} cells")));
+        }
+        let Some(&key_of_window) = given.first() else {
+            if self.halo.is_some() {
+                let message = "halo is given without window or part, whose cells it goes around";
+                return Err(Error::new(
+                    "job-conflict",
+                    message,
+                    "remove halo, or use padding for space around geometries",
+                ));
+            }
+            return Ok(());
+        };
         if given.len() > 1 {
             let message = "window and part are given together: each says which cells are meshed";
             return Err(Error::new("job-conflict", message, "keep one of them"));

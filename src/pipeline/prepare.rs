@@ -4,10 +4,11 @@ use crate::domain::{BoundingBox, Domain};
 use crate::error::{Error, Result};
 use crate::frame::check_limits;
 use crate::geometry::Geometry;
-use crate::job::{AxisChoice, Job};
+use crate::job::{AxisChoice, Job, PartJob, ZarrJob};
 use crate::lines::{Lines, check_n_cells, lines};
 use crate::parts::parts;
 use crate::rays::Rays;
+use crate::shards::Shards;
 use crate::sources::{Source, geometries};
 
 /// A job with its files, ready to be cast.
@@ -19,8 +20,13 @@ pub struct Prepared {
     pub domain: Domain,
     /// The mesh lines of the whole box.
     pub whole: Lines,
-    /// Those that are meshed, as cells of the whole box: the first, and the end, exclusive; None for all.
+    /// Those that are meshed, as cells of the whole box: the first, and the end, exclusive; None for all. With the halo, as far as that
+    /// is within the box.
     pub window: Option<[[u32; 3]; 2]>,
+    /// The window or part without its halo; None for all cells.
+    pub asked: Option<[[u32; 3]; 2]>,
+    /// Cells of the halo on both sides of every axis.
+    pub halo: u32,
     /// The mesh lines of the cells that are meshed.
     pub lines: Lines,
     /// The rays through these.
@@ -39,27 +45,58 @@ pub fn prepare(job: &Job, sources: Vec<Source>) -> Result<Prepared> {
     let domain = Domain::new(job, &boxes)?;
     let whole = lines(job, &domain)?;
     check_limits(&geometries, &whole)?;
-    let rays = |lines: &Lines| Rays::new(axis(job, lines), lines.dims);
-    let window = match job.part {
+    let asked = match job.part {
         Some(part) => {
-            let parts = parts(&geometries, &whole, &rays(&whole), part.of)?;
+            let step = part_step(job.zarr.as_ref(), &whole)?;
+            let parts = parts(&geometries, &whole, &Rays::new(axis(job, &whole, None), whole.dims), part.of, step)?;
             parts.get((part.index as usize).wrapping_sub(1)).copied()
         }
         None => window(job, &whole)?,
     };
+    let halo = job.halo.unwrap_or(0);
+    let grown = |[first, end]: [[u32; 3]; 2]| {
+        let end = [0, 1, 2].map(|axis| end[axis].saturating_add(halo).min(whole.dims[axis]));
+        [first.map(|cell| cell.saturating_sub(halo)), end]
+    };
+    let window = asked.map(grown);
     let lines = window.map_or(whole, |cells| whole.window(cells));
     check_n_cells(job, &lines)?;
-    Ok(Prepared { geometries, domain, whole, window, lines, rays: rays(&lines) })
+    let rays = Rays::new(axis(job, &lines, Some(&whole)), lines.dims);
+    Ok(Prepared { geometries, domain, whole, window, asked, halo, lines, rays })
 }
 
-/// The axis of the rays through cells.
-fn axis(job: &Job, lines: &Lines) -> usize {
+impl Prepared {
+    /// The window or part without its halo, or all cells.
+    pub(super) fn cells(&self) -> [[u32; 3]; 2] {
+        self.asked.unwrap_or([[0; 3], self.whole.dims])
+    }
+}
+
+/// Where parts may be cut: at every cell, or along the borders of the shards of a store.
+///
+/// # Errors
+/// Those of [`Shards::new`].
+pub fn part_step(zarr: Option<&ZarrJob>, whole: &Lines) -> Result<[u32; 3]> {
+    zarr.map_or(Ok([1; 3]), |zarr| Ok(Shards::new(whole.dims, zarr)?.shard))
+}
+
+/// The axis of the rays through cells, of a part of the whole if that is given: rays that parts do not cut are counted once.
+fn axis(job: &Job, lines: &Lines, whole: Option<&Lines>) -> usize {
     match job.axis {
-        AxisChoice::Auto => Rays::longest_axis(lines.dims),
+        AxisChoice::Auto => match (job.part, whole) {
+            (Some(part), Some(whole)) => axis_of_part(part, lines, whole),
+            _ => Rays::longest_axis(lines.dims),
+        },
         AxisChoice::X => 0,
         AxisChoice::Y => 1,
         AxisChoice::Z => 2,
     }
+}
+
+/// The axis of the whole, unless the parts are cut across it; then the longest that they are not cut across.
+fn axis_of_part(part: PartJob, lines: &Lines, whole: &Lines) -> usize {
+    let uncut = [0, 1, 2].map(|axis| if part.of[axis] == 1 { whole.dims[axis] } else { 0 });
+    if uncut == [0; 3] { Rays::longest_axis(lines.dims) } else { Rays::longest_axis(uncut) }
 }
 
 /// The cells of the window of a job.

@@ -1,6 +1,6 @@
 //! What the report says of geometries: their surfaces, how cells were decided that rays alone do not decide, and the cells of each flag.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::closed::{BadEdges, MAX_FACETS};
 use crate::edges::BadEdge;
@@ -9,7 +9,7 @@ use crate::lines::Lines;
 use crate::overlay::{Along, Found};
 
 /// One geometry.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct GeometryReport {
@@ -50,15 +50,6 @@ impl GeometryReport {
         }
     }
 
-    /// Whether centres of cells would lie in it beyond the domain.
-    pub fn is_cut(&self, lines: &Lines) -> bool {
-        let [low, high] = self.bounding_box;
-        (0..3).any(|axis| {
-            let half = 0.5 * lines.spacing[axis];
-            low[axis] < lines.line(axis, 0) - half || high[axis] > lines.line(axis, lines.dims[axis]) + half
-        })
-    }
-
     /// Where its worst edges of a kind are, in words.
     pub fn worst_edges(&self, kind: BadEdge, lines: &Lines) -> String {
         let Some(group) = self.bad_edges.worst.iter().find(|group| group.kind == kind) else { return String::new() };
@@ -73,8 +64,16 @@ impl GeometryReport {
     }
 }
 
+/// Whether centres of cells would lie in a geometry of this bounding box beyond the domain.
+pub fn is_cut([low, high]: [[f64; 3]; 2], lines: &Lines) -> bool {
+    (0..3).any(|axis| {
+        let half = 0.5 * lines.spacing[axis];
+        low[axis] < lines.line(axis, 0) - half || high[axis] > lines.line(axis, lines.dims[axis]) + half
+    })
+}
+
 /// A geometry whose surface is not closed, and how its cells were decided.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct OpenReport {
@@ -141,7 +140,7 @@ impl OpenReport {
 }
 
 /// A geometry that has the cells along its surface.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct FillReport {
@@ -164,7 +163,7 @@ impl FillReport {
 }
 
 /// The cells of one flag.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct FlagReport {
@@ -229,8 +228,8 @@ mod tests {
         let more = [&all[..], &[geometry("d", 3, 9.0, None)]].concat();
         assert_eq!(facts(flag_reports(&more, &cells, &lines))[1], (3, "a + c + d".into(), 10, 1.25, None, None));
         let mut beyond = geometry("e", 5, 2.0, None);
-        assert!(!beyond.is_cut(&lines));
+        assert!(!is_cut(beyond.bounding_box, &lines));
         beyond.bounding_box[1][0] = 2.3;
-        assert!(beyond.is_cut(&lines));
+        assert!(is_cut(beyond.bounding_box, &lines));
     }
 }

@@ -1,6 +1,7 @@
 //! File formats and the choices of their writers.
 
 use crate::error::{Error, Result};
+use crate::job::ZarrJob;
 use crate::mesh::SLAB_BYTES;
 
 /// A file format.
@@ -70,6 +71,8 @@ pub struct Options {
     pub sha256: bool,
     /// Flags held at once, twice; at least one row of cells is.
     pub slab_bytes: usize,
+    /// Shapes of the chunks and shards of a Zarr store.
+    pub zarr: ZarrJob,
     /// Compressed bytes of a `.vti` in memory until all block sizes are known; what exceeds them is compressed twice.
     pub block_cache_bytes: usize,
 }
@@ -77,7 +80,7 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Options {
         let (compress, slab_bytes, block_cache_bytes) = (Compress::None, SLAB_BYTES, 256 << 20);
-        Options { compress, bits: false, sha256: false, slab_bytes, block_cache_bytes }
+        Options { compress, bits: false, sha256: false, slab_bytes, zarr: ZarrJob::default(), block_cache_bytes }
     }
 }
 

@@ -7,6 +7,7 @@
 use serde::Serialize;
 
 use crate::fingerprint::flags_hash;
+use crate::lines::Lines;
 use crate::mesh::Mesh;
 
 use super::{Options, Written};
@@ -33,7 +34,7 @@ enum Fact<'a> {
 }
 
 #[derive(Serialize)]
-pub(crate) struct Flag<'a> {
+struct Flag<'a> {
     flag: usize,
     name: Option<&'a str>,
     cells: u64,
@@ -56,7 +57,7 @@ pub fn sidecar_json(mesh: &Mesh, options: &Options, written: &Written) -> String
         let order = "little: the first cell of a byte is its lowest bit; every row along x starts a byte";
         facts.extend([("row_bytes", Fact::Number(row_bytes(nx).into())), ("bit_order", Fact::Text(order))]);
     }
-    let [x, y, z] = [0, 1, 2].map(|axis| lines(mesh, axis).map_or("null".into(), |lines| numbers(&lines)));
+    let [x, y, z] = [0, 1, 2].map(|axis| lines(&mesh.lines, axis).map_or("null".into(), |lines| numbers(&lines)));
     let flags_hash = flags_hash(&mesh.columns).ok();
     facts.extend([
         ("unit", Fact::Perhaps(mesh.unit.as_deref())),
@@ -84,7 +85,7 @@ fn numbers(list: &[f64]) -> String {
 }
 
 /// The flags in use, with names and numbers of cells.
-pub(super) fn flags(mesh: &Mesh) -> Vec<Flag<'_>> {
+fn flags(mesh: &Mesh) -> Vec<Flag<'_>> {
     let cells = mesh.columns.cells_per_flag();
     let name = |flag| mesh.names.iter().find(|named| usize::from(named.flag) == flag).map(|named| named.name.as_str());
     let flag = |flag| Flag { flag, name: name(flag), cells: cells[flag] };
@@ -92,7 +93,7 @@ pub(super) fn flags(mesh: &Mesh) -> Vec<Flag<'_>> {
 }
 
 /// Coordinates of the mesh lines of an axis; none where they are too many.
-pub(super) fn lines(mesh: &Mesh, axis: usize) -> Option<Vec<f64>> {
-    let n = mesh.dims()[axis];
-    (n <= MAX_LINES).then(|| (0..=n).map(|index| mesh.lines.line(axis, index)).collect())
+pub(super) fn lines(lines: &Lines, axis: usize) -> Option<Vec<f64>> {
+    let n = lines.dims[axis];
+    (n <= MAX_LINES).then(|| (0..=n).map(|index| lines.line(axis, index)).collect())
 }

@@ -2,21 +2,21 @@
 //!
 //! Mesh, options, a store -> keys and values. The group holds `flag` (uint8, axes z, y, x) and `z`, `y`, `x` (float64),
 //! the centres of the cells, so that xarray finds them as coordinates. Attributes of `flag`: `origin`, `spacing`, `unit`,
-//! `lines`
-//! (null past [`super::sidecar::MAX_LINES`] cells, as in the sidecar of `.raw`) and `flags` with names and cells.
+//! `lines` (null past [`super::sidecar::MAX_LINES`] cells, as in the sidecar of `.raw`) and `flags` with their names.
 //!
-//! A shard is a slab: some planes, or some rows of a few planes where these are large, over all cells along x. Its chunks
-//! hold 256 KiB each: 64 x 64 x 64 cells, flatter where a slab of such chunks would be larger than allowed. Chunks are
-//! compressed one by one, the shards of a batch side by side; chunks without any flag are left out. The bytes do not depend
-//! on the number of threads.
+//! [`crate::shards`] chooses shards and their chunks. Chunks are compressed one by one, the shards of a batch side by side; chunks without
+//! any flag are left out. Every shard is there, also one without flags, so that a missing one can be named. The bytes do not depend on
+//! the number of threads, nor on who writes which shard: [`write_part`] writes those of a window.
 //!
 //! Cost: two shards of memory for each of up to four side by side, and what they compress to. Source: the Zarr v3 specification and its sharding codec, ZEP 2.
 
+mod check;
 mod gzip;
 #[cfg(test)]
 mod tests;
 
 use std::num::NonZeroU64;
+use std::ops::Range;
 use std::sync::Arc;
 
 use serde_json::{Map, Value, json};
@@ -25,55 +25,54 @@ use zarrs::array::{Array, ArrayBuilder, ArrayMetadataOptions, ChunkShape, CodecO
 use zarrs::group::GroupBuilder;
 use zarrs::storage::{WritableStorage, WritableStorageTraits};
 
+use crate::columns::Named;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::flags::{CellBox, flags_of_box, n_cells};
+use crate::lines::Lines;
 use crate::mesh::Mesh;
 use crate::parallel::*;
+use crate::shards::Shards;
 
-use super::sidecar::{flags, lines};
+use super::sidecar::lines;
 use super::{Compress, Options};
+pub use check::Stored;
 pub use gzip::Gzip;
 
 /// Most shards made side by side.
 const MAX_SHARDS: usize = 4;
-/// Cells of a chunk, unless the mesh is smaller.
-const CHUNK_CELLS: u32 = 1 << 18;
 
-/// Shapes of shards and chunks on z, y, x.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Layout {
-    /// Cells of a shard; multiples of those of a chunk.
-    pub shard: [u32; 3],
-    /// Cells of a chunk.
-    pub chunk: [u32; 3],
-}
-
-impl Layout {
-    /// Chooses shards of at most `max_bytes` for a mesh of so many cells on x, y, z; larger only where a single row of chunks
-    /// already is.
-    pub fn new([nx, ny, nz]: [u32; 3], max_bytes: usize) -> Layout {
-        let max = max_bytes as u64;
-        let chunk_of = |edge: u32| [edge.min(nz), edge.min(ny), (CHUNK_CELLS / (edge * edge)).min(nx)];
-        let padded = |n: u32, chunk: u32| u64::from(n.div_ceil(chunk)) * u64::from(chunk);
-        let row_of = |[cz, cy, cx]: [u32; 3]| u64::from(cz) * u64::from(cy) * padded(nx, cx);
-        // the thickest chunks of which a row along x fits
-        let edges = [64, 32, 16, 8, 4];
-        let chunk = edges.map(chunk_of).into_iter().find(|&chunk| row_of(chunk) <= max).unwrap_or(chunk_of(4));
-        let [cz, cy, cx] = chunk;
-        let rows = (max / row_of(chunk)).clamp(1, u64::from(ny.div_ceil(cy))) as u32;
-        let planes = if rows < ny.div_ceil(cy) { 1 } else { max / (row_of(chunk) * u64::from(rows)) };
-        let planes = planes.clamp(1, u64::from(nz.div_ceil(cz))) as u32;
-        Layout { shard: [planes * cz, rows * cy, padded(nx, cx) as u32], chunk }
-    }
+/// Where the cells of a mesh lie in a store: the lines of the whole, and the first cell.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Place {
+    /// Lines of all cells of the store.
+    pub whole: Lines,
+    /// The first cell of the mesh, on x, y, z.
+    pub first: [u32; 3],
 }
 
 /// Writes a mesh to a store; `advance` is called with the number of cells of every batch of shards that was written.
 ///
 /// # Errors
-/// `job-conflict` for bits, which Zarr does not have; `io` where the store fails; `cancelled`, looked at before every batch of shards.
+/// `job-conflict` for bits, which Zarr does not have; `io` where the store fails; `cancelled`, looked at before every batch of shards;
+/// those of [`Shards::new`].
 pub fn write(
     mesh: &Mesh,
+    options: &Options,
+    store: WritableStorage,
+    control: &Control,
+    advance: impl FnMut(u64),
+) -> Result<()> {
+    write_part(mesh, &Place { whole: mesh.lines, first: [0; 3] }, options, store, control, advance)
+}
+
+/// Writes the metadata of a store, the same whichever part writes it, and the shards of a part of its cells.
+///
+/// # Errors
+/// Those of [`write`]; `job-conflict` where the mesh begins or ends within a shard.
+pub fn write_part(
+    mesh: &Mesh,
+    place: &Place,
     options: &Options,
     store: WritableStorage,
     control: &Control,
@@ -82,35 +81,51 @@ pub fn write(
     if options.bits {
         return Err(Error::new("job-conflict", "Zarr has no bit-packed variant", "use .raw or .npy"));
     }
+    let shards = Shards::new(place.whole.dims, &options.zarr)?;
+    let shards_of_part = shards_of_part(mesh.dims(), place, &shards)?;
     GroupBuilder::new().build(store.clone(), "/").map_err(failed)?.store_metadata().map_err(failed)?;
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
-        write_centres(mesh, axis, name, store.clone())?;
+        write_centres(mesh, &place.whole, axis, name, store.clone())?;
     }
-    let layout = Layout::new(mesh.dims(), options.slab_bytes / MAX_SHARDS);
-    let array = flag_array(mesh, options, layout, store)?;
+    let array = flag_array(mesh, &place.whole, options, &shards, store)?;
     store_metadata(&array)?;
-    let [nx, ny, nz] = mesh.dims();
-    let [sz, sy, _] = layout.shard;
-    let starts = |n: u32, step: u32| (0..n).step_by(step as usize).enumerate();
-    let shards: Vec<([u64; 3], CellBox)> = starts(nz, sz)
-        .flat_map(|(k, z)| starts(ny, sy).map(move |(j, y)| (k, z, j, y)))
-        .map(|(k, z, j, y)| {
-            let cells = [0..nx, y..y.saturating_add(sy).min(ny), z..z.saturating_add(sz).min(nz)];
-            ([k as u64, j as u64, 0], cells)
-        })
-        .collect();
     // chunks of one shard encoded in parallel would be stored in the order in which they are done: a shard a core instead
-    let serial = CodecOptions::default().with_concurrent_target(1);
-    for batch in shards.chunks(current_num_threads().min(MAX_SHARDS)) {
+    let serial = CodecOptions::default().with_concurrent_target(1).with_store_empty_chunks(true);
+    let n_at_once = (options.slab_bytes as u64 / shards.n_cells()).clamp(1, MAX_SHARDS as u64) as usize;
+    for batch in shards_of_part.chunks(current_num_threads().min(n_at_once)) {
         control.check()?;
         batch.par_iter().try_for_each(|(index, cells)| {
             let columns = mesh.columns.for_slab(&cells[mesh.columns.rays.axis])?;
-            let shard = padded(flags_of_box(&columns, cells)?, cells, layout.shard);
+            let shard = padded(flags_of_box(&columns, cells)?, cells, shards.shard);
             array.store_chunk_opt(index, shard, &serial).map_err(failed)
         })?;
         advance(batch.iter().map(|(_, cells)| n_cells(cells) as u64).sum());
     }
     Ok(())
+}
+
+/// The shards of a part: their indices on z, y, x, and their cells, counted from the first of the part.
+fn shards_of_part(dims: [u32; 3], place: &Place, shards: &Shards) -> Result<Vec<([u64; 3], CellBox)>> {
+    let Place { whole, first } = place;
+    let mut along: [Vec<(u64, Range<u32>)>; 3] = Default::default();
+    for axis in 0..3 {
+        let (step, n, first) = (shards.shard[axis], whole.dims[axis], first[axis]);
+        let end = first + dims[axis];
+        if !first.is_multiple_of(step) || end > n || !(end.is_multiple_of(step) || end == n) {
+            let name = ["x", "y", "z"][axis];
+            let message = format!("cells {first} to {end} along {name} begin or end within a shard, of {step} cells");
+            let hint =
+                "divide the mesh along the borders of shards, as --part K/N does for an output that ends in .zarr";
+            return Err(Error::new("job-conflict", message, hint));
+        }
+        let starts = (first..end).step_by(step as usize);
+        along[axis] =
+            starts.map(|at| ((at / step).into(), at - first..at.saturating_add(step).min(end) - first)).collect();
+    }
+    let [x, y, z] = &along;
+    let rows = z.iter().flat_map(|k| y.iter().map(move |j| (k, j)));
+    let all = rows.flat_map(|(k, j)| x.iter().map(move |i| ([k.0, j.0, i.0], [i.1.clone(), j.1.clone(), k.1.clone()])));
+    Ok(all.collect())
 }
 
 /// Stores what an array is, without a note on who made it: `generator` says that.
@@ -126,40 +141,50 @@ fn failed(error: impl std::fmt::Display) -> Error {
 
 type FlagArray = Array<dyn WritableStorageTraits>;
 
-fn flag_array(mesh: &Mesh, options: &Options, layout: Layout, store: WritableStorage) -> Result<FlagArray> {
-    let [nx, ny, nz] = mesh.dims().map(u64::from);
-    let mut sharding = ShardingCodecBuilder::new(chunk_shape(layout.chunk)?, &data_type::uint8());
+fn flag_array(
+    mesh: &Mesh,
+    whole: &Lines,
+    options: &Options,
+    shards: &Shards,
+    store: WritableStorage,
+) -> Result<FlagArray> {
+    let [nx, ny, nz] = whole.dims.map(u64::from);
+    let mut sharding = ShardingCodecBuilder::new(chunk_shape(shards.chunk)?, &data_type::uint8());
     if let Compress::Zlib(level) = options.compress {
         sharding.bytes_to_bytes_codecs(vec![Arc::new(Gzip(level))]);
     }
-    let shard = layout.shard.map(u64::from).to_vec();
-    let mut builder = ArrayBuilder::new(vec![nz, ny, nx], shard, data_type::uint8(), 0u8);
+    let [sx, sy, sz] = shards.shard.map(u64::from);
+    let mut builder = ArrayBuilder::new(vec![nz, ny, nx], vec![sz, sy, sx], data_type::uint8(), 0u8);
     builder.array_to_bytes_codec(sharding.build_arc());
-    builder.dimension_names(Some(["z", "y", "x"])).attributes(attributes(mesh));
+    builder.dimension_names(Some(["z", "y", "x"])).attributes(attributes(mesh, whole));
     builder.build(store, "/flag").map_err(failed)
 }
 
-fn chunk_shape(chunk: [u32; 3]) -> Result<ChunkShape> {
-    let sides = chunk.map(|n| NonZeroU64::new(n.into()));
+fn chunk_shape([x, y, z]: [u32; 3]) -> Result<ChunkShape> {
+    let sides = [z, y, x].map(|n| NonZeroU64::new(n.into()));
     sides.into_iter().collect::<Option<_>>().ok_or_else(|| failed("a chunk without cells"))
 }
 
-fn attributes(mesh: &Mesh) -> Map<String, Value> {
+fn attributes(mesh: &Mesh, whole: &Lines) -> Map<String, Value> {
+    // without numbers of cells, which no part knows
+    let mut names: Vec<&Named> = mesh.names.iter().collect();
+    names.sort_by_key(|named| named.flag);
+    let names: Vec<Value> = names.iter().map(|named| json!({ "flag": named.flag, "name": named.name })).collect();
     let entries = [
         ("generator", json!(concat!("hexcast ", env!("CARGO_PKG_VERSION")))),
         ("unit", json!(mesh.unit)),
-        ("origin", json!(mesh.lines.origin)),
-        ("spacing", json!(mesh.lines.spacing)),
-        ("flags", json!(flags(mesh))),
-        ("lines", json!({"x": lines(mesh, 0), "y": lines(mesh, 1), "z": lines(mesh, 2)})),
+        ("origin", json!(whole.origin)),
+        ("spacing", json!(whole.spacing)),
+        ("flags", json!(names)),
+        ("lines", json!({"x": lines(whole, 0), "y": lines(whole, 1), "z": lines(whole, 2)})),
     ];
     entries.into_iter().map(|(key, value)| (key.to_string(), value)).collect()
 }
 
 /// Writes the centres of the cells along an axis as an array of one chunk.
-fn write_centres(mesh: &Mesh, axis: usize, name: &str, store: WritableStorage) -> Result<()> {
-    let n = mesh.dims()[axis];
-    let centre = |cell: u32| mesh.lines.origin[axis] + (f64::from(cell) + 0.5) * mesh.lines.spacing[axis];
+fn write_centres(mesh: &Mesh, whole: &Lines, axis: usize, name: &str, store: WritableStorage) -> Result<()> {
+    let n = whole.dims[axis];
+    let centre = |cell: u32| whole.origin[axis] + (f64::from(cell) + 0.5) * whole.spacing[axis];
     let centres: Vec<f64> = (0..n).map(centre).collect();
     let n = u64::from(n);
     let mut builder = ArrayBuilder::new(vec![n], vec![n], data_type::float64(), f64::NAN);
@@ -171,7 +196,7 @@ fn write_centres(mesh: &Mesh, axis: usize, name: &str, store: WritableStorage) -
 }
 
 /// Puts the flags of a box, x fastest, in a shard that may reach past the mesh, z slowest.
-fn padded(flags: Vec<u8>, cells: &CellBox, [sz, sy, sx]: [u32; 3]) -> Vec<u8> {
+fn padded(flags: Vec<u8>, cells: &CellBox, [sx, sy, sz]: [u32; 3]) -> Vec<u8> {
     let [nx, ny, nz] = [0, 1, 2].map(|axis| cells[axis].len());
     let [sz, sy, sx] = [sz, sy, sx].map(|n| n as usize);
     if [nz, ny, nx] == [sz, sy, sx] {

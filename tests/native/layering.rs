@@ -52,6 +52,7 @@ const CORE: &[&str] = &[
     "leak",
     "gaps",
     "report",
+    "shards",
     "write",
     "estimate",
     "parts",

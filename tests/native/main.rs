@@ -24,6 +24,8 @@ mod fuzz;
 mod gaps;
 mod golden;
 mod golden_cpu;
+#[cfg(feature = "cli")]
+mod halos;
 #[cfg(feature = "gpu")]
 mod gpu {
     mod broken_drivers;
@@ -43,9 +45,13 @@ mod leak_command;
 #[cfg(feature = "cli")]
 mod memory;
 mod mesher;
+#[cfg(feature = "cli")]
+mod merged_reports;
 mod models;
 mod open_surfaces;
 mod oracle;
+#[cfg(feature = "cli")]
+mod parallel_store;
 #[cfg(feature = "cli")]
 mod parts;
 mod properties;

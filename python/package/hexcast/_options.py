@@ -70,6 +70,11 @@ class JobOptions(TypedDict, total=False):
     window: Sequence[int]
     #: Meshes one of the windows that the box is divided into: ``"3/64"`` of slabs across z, ``"3/4x4x4"`` of boxes.
     part: Union[str, Mapping[str, Any]]
+    #: Cells beyond the window or the part, on both sides of every axis; those beyond the box are background.
+    halo: int
+    #: Shapes of Zarr stores: ``chunks`` and ``shards`` as cells on x, y, z, or ``shard_bytes``. Where it is given, parts are cut along
+    #: the borders of shards.
+    zarr: Mapping[str, Any]
     #: What is inside: an odd number of crossings, or a winding number other than 0, which unites shells that overlap.
     rule: Literal["parity", "nonzero"]
     #: As for a geometry, for all that do not say.

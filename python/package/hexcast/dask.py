@@ -74,8 +74,8 @@ def chunked(what: JobLike, chunks: Any, options: Any) -> tuple[dask.array.Array,
     job = json.loads(text)
     if any(made is not None for made in surfaces):
         raise Error("a surface is in memory, where workers do not find it", "job-conflict", "give names of files")
-    if job.get("window") is not None or job.get("part") is not None:
-        raise Error("a window or part is given, and each chunk is one", "job-conflict", "slice the array in its place")
+    if any(job.get(key) is not None for key in ("window", "part", "halo")):
+        raise Error("a window, part or halo is given, and each chunk is a window", "job-conflict", "slice the array in its place")
     files = [os.path.abspath(geometry["file"]) for geometry in job["geometries"]]
     # the memory of this machine says nothing about that of a worker
     limits = {key: value for key, value in job.items() if key != "max_memory" or "max_memory" in options}

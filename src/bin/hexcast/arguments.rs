@@ -7,7 +7,7 @@ use std::str::FromStr;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use hexcast::files::open_file;
 use hexcast::job::{
-    AxisChoice, BackendChoice, ByteSize, Fill, GeometryJob, Job, Open, Padding, PartJob, PerAxis, Rule,
+    AxisChoice, BackendChoice, ByteSize, Fill, GeometryJob, Job, Open, Padding, PartJob, PerAxis, Rule, ZarrJob,
 };
 use hexcast::{Error, Result};
 use serde::de::DeserializeOwned;
@@ -50,7 +50,17 @@ pub(crate) struct JobArguments {
     window: Option<[u32; 6]>,
     /// Mesh only part K of N slabs across z that cost about the same, K from 1 to N, or of NX x NY x NZ boxes; `hexcast parts` lists them
     #[arg(long, value_name = "K/N|K/NXxNYxNZ", conflicts_with = "window", help_heading = "Cells and domain")]
-    part: Option<PartJob>,
+    pub(crate) part: Option<PartJob>,
+    /// Cells beyond --window or --part that are meshed with it, on both sides of each axis; those beyond the box are background
+    #[arg(long, value_name = "N", help_heading = "Cells and domain")]
+    halo: Option<u32>,
+    /// Cells of a chunk of a Zarr store, which is compressed by itself [default: some 256 KiB]
+    #[arg(long, value_name = "NX,NY,NZ", value_parser = list::<u32, 3>, help_heading = "Output")]
+    zarr_chunks: Option<[u32; 3]>,
+    /// Cells of a shard of a Zarr store, which is a file, or their most as a size; making one takes twice as much memory
+    /// [default: 4 MiB to 64 MiB, by the size of the mesh]
+    #[arg(long, value_name = "NX,NY,NZ|SIZE", value_parser = shards, help_heading = "Output")]
+    zarr_shards: Option<Shards>,
     /// Cells added on both sides of each axis
     #[arg(long, value_name = "N|NX,NY,NZ", group = "padding", conflicts_with = "domain", value_parser = per_axis::<u32>,
           help_heading = "Cells and domain")]
@@ -117,7 +127,36 @@ pub(crate) struct JobArguments {
     invert: bool,
 }
 
+/// Cells of a shard, or their most.
+#[derive(Clone, Copy)]
+enum Shards {
+    Cells([u32; 3]),
+    Bytes(ByteSize),
+}
+
+fn shards(text: &str) -> std::result::Result<Shards, String> {
+    if text.contains(',') { list(text).map(Shards::Cells) } else { text.parse().map(Shards::Bytes) }
+}
+
 impl JobArguments {
+    /// Whether a job or files are given.
+    pub(crate) fn has_job(&self) -> bool {
+        self.job.is_some() || !self.files.is_empty()
+    }
+
+    /// The shapes of the shards of Zarr stores: those of the job, and what the arguments change.
+    fn zarr(&self, of_job: Option<ZarrJob>) -> Option<ZarrJob> {
+        let mut zarr = of_job.unwrap_or_default();
+        zarr.chunks = self.zarr_chunks.or(zarr.chunks);
+        match self.zarr_shards {
+            Some(Shards::Cells(cells)) => (zarr.shards, zarr.shard_bytes) = (Some(cells), None),
+            Some(Shards::Bytes(bytes)) => (zarr.shards, zarr.shard_bytes) = (None, Some(bytes)),
+            None => {}
+        }
+        let is_given = self.zarr_chunks.is_some() || self.zarr_shards.is_some();
+        of_job.is_some().then_some(zarr).or(is_given.then_some(zarr))
+    }
+
     /// The job of the arguments, validated; file names are relative to the current folder.
     pub(crate) fn job(&self) -> Result<Job> {
         let mut job = match &self.job {
@@ -132,6 +171,8 @@ impl JobArguments {
         if self.window.is_some() || self.part.is_some() {
             (job.window, job.part) = (self.window, self.part);
         }
+        job.halo = self.halo.or(job.halo);
+        job.zarr = self.zarr(job.zarr);
         job.rule = self.rule.unwrap_or(job.rule);
         job.open = self.open.unwrap_or(job.open);
         job.fill = self.fill.unwrap_or(job.fill);

@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use hexcast::control::{CancelToken, Control};
 use hexcast::files::open_file;
-use hexcast::job::ByteSize;
+use hexcast::job::{ByteSize, ZarrJob};
 use hexcast::write::Format;
+use hexcast::write::zarr::Place;
 use hexcast::{Error, Result};
 use indicatif::BinaryBytes;
 
@@ -44,7 +45,8 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let max_bytes = arguments.max_memory.or_else(default_max_memory).map_or(u64::MAX, |size| size.0);
     // first: a missing input is the more useful message
     open_file(&arguments.input)?;
-    let targets = Targets { meshes: std::slice::from_ref(&arguments.output), doubt: None, report: None };
+    let meshes = std::slice::from_ref(&arguments.output);
+    let targets = Targets { meshes, doubt: None, report: None, zarr: ZarrJob::default(), is_part: false };
     let mut outputs = Outputs::open(&targets, &arguments.formats, &[&arguments.input], max_bytes)?;
     if arguments.formats.hash.is_some() && outputs.flags_files().next().is_none_or(|format| format != Format::Raw) {
         let message = "--hash is given, but only the sidecar of a .raw has the hash";
@@ -55,7 +57,8 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let progress = Progress::new(arguments.quiet);
     // the other half is for the outputs
     let mesh = open_columns(&arguments.input, max_bytes / 2, &control)?;
-    outputs.write(&mesh, None, &control, progress)?;
+    let place = Place { whole: mesh.lines, first: [0; 3] };
+    outputs.write(&mesh, &place, None, &control, progress)?;
     control.check()?;
     let files = outputs.finish("")?;
     if arguments.quiet {

@@ -18,19 +18,26 @@ mod info;
 mod leak;
 mod ledger;
 mod memory;
+mod merge;
 mod mesh;
 mod output_file;
 mod outputs;
 mod parts;
 mod place;
+mod place_of_store;
 mod progress;
 mod reading;
+#[cfg(feature = "s3")]
+mod s3;
 mod spill;
+mod store;
 mod summary;
 mod temporary;
 mod terminal;
 mod verify;
+mod verify_store;
 mod zarr_folder;
+mod zarr_output;
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -55,10 +62,12 @@ enum Command {
     Info(info::Arguments),
     Estimate(estimate::Arguments),
     Parts(parts::Arguments),
+    Merge(merge::Arguments),
     Adapters(adapters::Arguments),
     Convert(convert::Arguments),
     Leak(leak::Arguments),
     Verify(verify::Arguments),
+    VerifyStore(verify_store::Arguments),
     /// Write a completion script for a shell to standard output
     #[command(
         after_help = "Example:\n    hexcast completions bash > ~/.local/share/bash-completion/completions/hexcast"
@@ -94,8 +103,10 @@ fn run(command: Command, token: &CancelToken) -> Result<ExitCode> {
         Command::Mesh(arguments) => return mesh::run(&arguments, token),
         Command::Leak(arguments) => return leak::run(&arguments, token),
         Command::Verify(arguments) => return verify::run(&arguments, token),
+        Command::VerifyStore(arguments) => return verify_store::run(&arguments, token),
         Command::Info(arguments) => info::run(&arguments, token),
         Command::Parts(arguments) => parts::run(&arguments, token),
+        Command::Merge(arguments) => merge::run(&arguments),
         Command::Estimate(arguments) => estimate::run(&arguments, token),
         Command::Adapters(arguments) => adapters::run(&arguments),
         Command::Convert(arguments) => convert::run(&arguments, token),

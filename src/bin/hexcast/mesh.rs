@@ -10,6 +10,7 @@ use hexcast::mesh::Mesh;
 use hexcast::pipeline::{self, Engine, MeshOptions, SpillTarget};
 use hexcast::report::{CallerFacts, Report};
 use hexcast::sources::Source;
+use hexcast::write::zarr::Place;
 use hexcast::{Error, Result};
 
 use super::arguments::JobArguments;
@@ -24,12 +25,14 @@ Examples:
     hexcast mesh case.stl coil.stl:flag=7,priority=2,name=copper --max-cell-size 0.5 --unit mm -o coil.hxc
     hexcast mesh part.stl --domain -1,-1,0,1,1,2 --dims 200,200,200 -o part.raw -o part.npy --report part.json
     hexcast mesh --job antenna.toml --cells 512 -o antenna.vti --compress=none
+    hexcast mesh --job ship.toml --part 3/64 -o ship.zarr --report part3.json
 
 Formats, by the name of the output:
     .vti  VTK image data, for ParaView (zlib unless --compress=none)
     .npy  NumPy array of shape (nz, ny, nx)
     .raw  one byte a cell, x fastest; OUT.raw.json says what they mean
-    .zarr Zarr v3, a folder: flag (z, y, x) in shards, and the centres x, y, z; for zarr-python and xarray
+    .zarr Zarr v3, a folder or s3://BUCKET/NAME.zarr: flag (z, y, x) in shards, and the centres x, y, z; for
+          zarr-python and xarray. With --part K/N only the shards of that part, in the store of the whole
     .hxc  columns, by far the smallest; `hexcast convert` makes any other from it";
 
 /// Mesh closed surfaces: cells between lines, each with the flag of the geometry it is in
@@ -72,11 +75,19 @@ pub(crate) struct Arguments {
 const STRICT: u8 = 8;
 
 pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode> {
-    let job = arguments.job.job()?;
+    let mut job = arguments.job.job()?;
+    if Targets::has_zarr(&arguments.outputs) {
+        job.zarr = Some(job.zarr.unwrap_or_default());
+        if job.part.is_some() && job.halo.is_some() {
+            let message = "halo and part are given with a Zarr store, which has every cell once";
+            return Err(Error::new("job-conflict", message, "leave out halo, or write another format"));
+        }
+    }
     let inputs = job.geometries.iter().map(|geometry| Path::new(&geometry.file)).chain(arguments.job.job.as_deref());
     let inputs: Vec<&Path> = inputs.collect();
     let (doubt, report) = (arguments.doubt.as_deref(), arguments.report.as_deref());
-    let targets = Targets { meshes: &arguments.outputs, doubt, report };
+    let (zarr, is_part) = (job.zarr.unwrap_or_default(), job.part.is_some());
+    let targets = Targets { meshes: &arguments.outputs, doubt, report, zarr, is_part };
     let max_bytes = job.max_memory.map_or(u64::MAX, |size| size.0);
     let outputs = Outputs::open(&targets, &arguments.formats, &inputs, max_bytes)?;
     if arguments.formats.bits {
@@ -129,8 +140,11 @@ fn mesh_and_write(
     let hashed =
         hashes_first.then(|| timed(|| mesh.flags_sha256_in_slabs(outputs.slab_bytes, &control))).transpose()?;
     let writes = outputs.n_meshes() > 0;
-    let written =
-        writes.then(|| timed(|| outputs.write(&mesh, facts.doubt.as_ref(), &control, progress))).transpose()?;
+    let first = facts.window.as_ref().map_or([0; 3], |window| window.first);
+    let is_part = job.part.is_some();
+    let place = if is_part { Place { whole: facts.whole, first } } else { Place { whole: mesh.lines, first: [0; 3] } };
+    let doubt = facts.doubt.as_ref();
+    let written = writes.then(|| timed(|| outputs.write(&mesh, &place, doubt, &control, progress))).transpose()?;
     let (sha256, hash) = hashed.unzip();
     let caller = CallerFacts::default()
         .with_read(read)

@@ -7,7 +7,9 @@ use std::path::{Path, PathBuf};
 
 use hexcast::control::Control;
 use hexcast::estimate::{block_cache_bytes, slab_bytes};
+use hexcast::job::ZarrJob;
 use hexcast::mesh::Mesh;
+use hexcast::write::zarr::Place;
 use hexcast::write::{Compress, Format, Options, exact_size, sidecar_json, write};
 use hexcast::{Error, Result};
 use indicatif::ProgressBar;
@@ -17,7 +19,8 @@ use super::arguments::choice;
 use super::disk::{Planned, check_room};
 use super::output_file::{OutputFile, PendingFile, with_ending};
 use super::progress::Progress;
-use super::zarr_folder::{ZarrFolder, is_zarr};
+use super::zarr_folder::is_zarr;
+use super::zarr_output::ZarrOutput;
 
 /// How files are written.
 #[derive(clap::Args)]
@@ -104,12 +107,23 @@ pub(crate) struct Targets<'a> {
     /// Of the mask of doubtful cells.
     pub(crate) doubt: Option<&'a Path>,
     pub(crate) report: Option<&'a Path>,
+    /// Shapes of the shards of Zarr stores.
+    pub(crate) zarr: ZarrJob,
+    /// Whether only a part of a mesh is written, to a store that has others, too.
+    pub(crate) is_part: bool,
+}
+
+impl Targets<'_> {
+    /// Whether a name asks for a Zarr store.
+    pub(crate) fn has_zarr(meshes: &[PathBuf]) -> bool {
+        meshes.iter().any(|path| is_zarr(path))
+    }
 }
 
 /// Files being written; none is left where this is dropped before [`Outputs::finish`].
 pub(crate) struct Outputs {
     meshes: Vec<MeshFile>,
-    folders: Vec<(ZarrFolder, Options)>,
+    stores: Vec<(ZarrOutput, Options)>,
     report: Option<PendingFile>,
     written: Vec<OutputFile>,
     /// Bytes of flags to expand at a time.
@@ -151,11 +165,11 @@ impl Outputs {
                 Ok(())
             }
         };
-        let mut folders = Vec::new();
+        let mut stores = Vec::new();
         for path in folder_paths {
-            let (place, folder) = ZarrFolder::open(path)?;
+            let (place, store) = ZarrOutput::open(path, targets.is_part)?;
             take(path, place)?;
-            folders.push((folder, arguments.zarr_options(max_bytes)));
+            stores.push((store, Options { zarr: targets.zarr, ..arguments.zarr_options(max_bytes) }));
         }
         let mut open = |path: &Path| -> Result<PendingFile> {
             let (place, file) = PendingFile::open(path)?;
@@ -173,7 +187,7 @@ impl Outputs {
         }
         let report = targets.report.map(open).transpose()?;
         let slab_bytes = slab_bytes(max_bytes) as usize;
-        Ok(Outputs { meshes, folders, report, written: Vec::new(), slab_bytes, flags_sha256: None })
+        Ok(Outputs { meshes, stores, report, written: Vec::new(), slab_bytes, flags_sha256: None })
     }
 
     /// Whether a `.raw` of one byte a cell will be written, whose hash is that of the flags.
@@ -188,13 +202,14 @@ impl Outputs {
 
     /// Number of meshes to write.
     pub(crate) fn n_meshes(&self) -> usize {
-        self.meshes.len() + self.folders.len()
+        self.meshes.len() + self.stores.len()
     }
 
     /// Writes the mesh, and the mask of its doubtful cells, to all their files, if the disks have room for those whose size is known.
     pub(crate) fn write(
         &mut self,
         mesh: &Mesh,
+        place: &Place,
         doubt: Option<&Mesh>,
         control: &Control,
         progress: Progress,
@@ -225,8 +240,8 @@ impl Outputs {
             self.flags_sha256 =
                 self.flags_sha256.take().or(written.sha256.filter(|_| !output.options.bits && !output.is_doubt));
         }
-        for (folder, options) in &mut self.folders {
-            self.written.push(folder.write(mesh, options, control, progress)?);
+        for (store, options) in &mut self.stores {
+            self.written.push(store.write(mesh, place, options, control, progress)?);
         }
         Ok(())
     }
@@ -241,7 +256,7 @@ impl Outputs {
         for file in meshes.chain([self.report]).flatten() {
             file.persist()?;
         }
-        self.folders.into_iter().try_for_each(|(folder, _)| folder.finish())?;
+        self.stores.into_iter().try_for_each(|(store, _)| store.finish())?;
         Ok(self.written)
     }
 }

@@ -1,9 +1,9 @@
 //! `hexcast parts`: the windows that a mesh can be divided into.
 
 use hexcast::control::CancelToken;
-use hexcast::job::{Job, numbers_of_parts};
+use hexcast::job::{Job, ZarrJob, numbers_of_parts};
 use hexcast::parts::parts;
-use hexcast::pipeline::prepare;
+use hexcast::pipeline::{part_step, prepare};
 use hexcast::{Error, Result};
 use serde::Serialize;
 
@@ -25,6 +25,9 @@ pub(crate) struct Arguments {
     /// Number of slabs across z, or of parts along x, y and z
     #[arg(long, value_name = "N|NXxNYxNZ", value_parser = numbers)]
     n: Numbers,
+    /// Cut along the borders of the shards of a Zarr store, as `mesh --part K/N -o OUT.zarr` does
+    #[arg(long)]
+    zarr: bool,
 }
 
 /// Numbers of parts along x, y and z.
@@ -60,10 +63,12 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
         return Err(Error::new("job-conflict", message, "remove window and part"));
     }
     arguments.job.set_threads()?;
+    let zarr = job.zarr.or(arguments.zarr.then(ZarrJob::default));
     let sources = read_job_files(&job, token, Progress::new(false))?;
     // the limit on cells is for those that are meshed
     let prepared = prepare(&Job { max_cells: None, ..job }, sources)?;
-    let windows = parts(&prepared.geometries, &prepared.whole, &prepared.rays, of)?;
+    let step = part_step(zarr.as_ref(), &prepared.whole)?;
+    let windows = parts(&prepared.geometries, &prepared.whole, &prepared.rays, of, step)?;
     let [nx, ny, nz] = of;
     let part = |(index, [first, end]): (usize, [[u32; 3]; 2])| Part {
         part: if [nx, ny] == [1, 1] { format!("{}/{nz}", index + 1) } else { format!("{}/{nx}x{ny}x{nz}", index + 1) },

@@ -16,6 +16,8 @@ use tempfile::{NamedTempFile, TempDir};
 const N_RANDOM: usize = 6;
 /// Longest part of the name of an output in that of a temporary file; a name has at most 255 bytes.
 const MAX_NAME_CHARS: usize = 50;
+/// What the names of temporary files and folders begin with.
+pub(crate) const PREFIX: &str = ".hexcast-";
 const ENDING: &str = ".part";
 /// The folder inside a temporary folder that holds what had the output's name, until the new one has it.
 pub(crate) const OLD: &str = "old";
@@ -56,7 +58,7 @@ pub(crate) fn folder_for(output: &Path, folder: &Path) -> io::Result<(TempDir, F
 
 fn prefix_of(output: &Path) -> String {
     let name = output.file_name().unwrap_or_default().to_string_lossy();
-    format!(".hexcast-{}-", name.chars().take(MAX_NAME_CHARS).collect::<String>())
+    format!("{PREFIX}{}-", name.chars().take(MAX_NAME_CHARS).collect::<String>())
 }
 
 /// Takes the lock; also true on file systems without locks, where no run can take a file of another for an orphan.

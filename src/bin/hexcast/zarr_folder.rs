@@ -34,14 +34,23 @@ pub(crate) fn is_zarr(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("zarr"))
 }
 
+/// Refuses a path that is neither free nor a Zarr folder; returns it without the links at its end.
+pub(crate) fn check_replaceable(path: &Path) -> Result<PathBuf> {
+    // another process may have begun the store a moment ago
+    let is_ours = |entry: std::io::Result<std::fs::DirEntry>| {
+        entry.is_ok_and(|entry| entry.file_name().to_string_lossy().starts_with(temporary::PREFIX))
+    };
+    let is_begun = || std::fs::read_dir(path).is_ok_and(|mut entries| entries.all(is_ours));
+    if path.exists() && !path.join("zarr.json").is_file() && !is_begun() {
+        return Err(Error::new("io", format!("{} exists and is not a Zarr folder", path.display()), "name another"));
+    }
+    target_of(path)
+}
+
 impl ZarrFolder {
     /// Makes a temporary folder beside `path`, which is free or a Zarr folder; also returns the path without links.
     pub(crate) fn open(path: &Path) -> Result<(PathBuf, ZarrFolder)> {
-        let name = path.display();
-        if path.exists() && !path.join("zarr.json").is_file() {
-            return Err(Error::new("io", format!("{name} exists and is not a Zarr folder"), "name another"));
-        }
-        let target = target_of(path)?;
+        let target = check_replaceable(path)?;
         let parent = folder_of(&target);
         let refused = |error: std::io::Error| refused(path, parent, &error);
         let (temporary, lock) = temporary::folder_for(&target, parent).map_err(refused)?;

@@ -72,11 +72,13 @@ impl BytesToBytesCodecTraits for Gzip {
     fn decode<'a>(
         &self,
         encoded: ArrayBytesRaw<'a>,
-        _: &BytesRepresentation,
+        decoded: &BytesRepresentation,
         _: &CodecOptions,
     ) -> Result<ArrayBytesRaw<'a>, CodecError> {
         let mut out = Vec::new();
-        GzDecoder::new(&*encoded).read_to_end(&mut out)?;
+        // no more than one byte too many, whatever the file says
+        let most = decoded.size().map_or(u64::MAX, |size| size.saturating_add(1));
+        GzDecoder::new(&*encoded).take(most).read_to_end(&mut out)?;
         Ok(Cow::Owned(out))
     }
 }

@@ -1,13 +1,20 @@
 use zarrs::storage::store::MemoryStore;
 use zarrs::storage::{ListableStorageTraits, ReadableStorageTraits, ReadableWritableListableStorage, StoreKey};
-use zarrs_codec::{Codec, CodecRuntimePluginV3, register_codec_v3};
 
 use super::*;
+use crate::columns::{Band, Columns, run};
+use crate::job::{ByteSize, ZarrJob};
 use crate::mesh::tests::{pattern, pattern_flags};
+use crate::rays::Rays;
 
-fn written(mesh: &Mesh, compress: Compress, slab_bytes: usize) -> (ReadableWritableListableStorage, u64) {
+fn options(compress: Compress, shard_bytes: u64) -> Options {
+    let zarr = ZarrJob { shard_bytes: Some(ByteSize(shard_bytes)), ..ZarrJob::default() };
+    Options { compress, zarr, ..Options::default() }
+}
+
+fn written(mesh: &Mesh, compress: Compress, shard_bytes: u64) -> (ReadableWritableListableStorage, u64) {
     let store: ReadableWritableListableStorage = Arc::new(MemoryStore::new());
-    let options = Options { compress, slab_bytes, ..Options::default() };
+    let options = options(compress, shard_bytes);
     let mut n_cells = 0;
     write(mesh, &options, store.clone().writable(), &Control::default(), |n| n_cells += n).unwrap();
     (store, n_cells)
@@ -15,18 +22,19 @@ fn written(mesh: &Mesh, compress: Compress, slab_bytes: usize) -> (ReadableWrita
 
 #[test]
 fn flags_centres_and_attributes_read_back() {
-    register_codec_v3(CodecRuntimePluginV3::new(|name| name == "gzip", |_| Ok(Codec::BytesToBytes(Arc::new(Gzip(1))))));
     let dims = [70, 9, 67];
     for axis in 0..3 {
         let mesh = pattern(axis, dims, 3);
         for compress in [Compress::None, Compress::Zlib(1)] {
-            for slab_bytes in [1, 5_000, 1 << 20] {
-                let (store, n_cells) = written(&mesh, compress, slab_bytes);
+            for shard_bytes in [1, 5_000, 1 << 20] {
+                let (store, n_cells) = written(&mesh, compress, shard_bytes);
                 assert_eq!(n_cells, mesh.n_cells());
+                // readers must know the codec
+                Stored::new(&store.get(&StoreKey::new(Stored::METADATA).unwrap()).unwrap().unwrap()).unwrap();
                 let array = Array::open(store.clone(), "/flag").unwrap();
                 assert_eq!(array.shape(), [67, 9, 70]);
                 let flags: Vec<u8> = array.retrieve_array_subset(&array.subset_all()).unwrap();
-                assert!(flags == pattern_flags(dims, 3), "axis {axis}, slabs of {slab_bytes}, {compress:?}");
+                assert!(flags == pattern_flags(dims, 3), "axis {axis}, shards of {shard_bytes}, {compress:?}");
                 let attributes = array.attributes();
                 assert!(attributes.keys().all(|key| !key.starts_with('_')), "{attributes:?}");
                 assert_eq!(attributes["origin"], json!(mesh.lines.origin));
@@ -41,9 +49,9 @@ fn flags_centres_and_attributes_read_back() {
 }
 
 /// Every key of what is written by so many threads, with its bytes.
-fn stored(mesh: &Mesh, compress: Compress, slab_bytes: usize, threads: usize) -> Vec<(String, Vec<u8>)> {
+fn stored(mesh: &Mesh, compress: Compress, shard_bytes: u64, threads: usize) -> Vec<(String, Vec<u8>)> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    let (store, _) = pool.install(|| written(mesh, compress, slab_bytes));
+    let (store, _) = pool.install(|| written(mesh, compress, shard_bytes));
     let bytes = |key: &StoreKey| store.get(key).unwrap().expect("a value").to_vec();
     store.list().unwrap().iter().map(|key| (key.to_string(), bytes(key))).collect()
 }
@@ -52,42 +60,22 @@ fn stored(mesh: &Mesh, compress: Compress, slab_bytes: usize, threads: usize) ->
 fn the_bytes_do_not_depend_on_the_threads_or_the_run() {
     for axis in 0..3 {
         let mesh = pattern(axis, [150, 90, 140], 3);
-        for (compress, slab_bytes) in
-            [(Compress::None, 1 << 20), (Compress::Zlib(1), 1 << 20), (Compress::Zlib(6), 1 << 24)]
+        for (compress, shard_bytes) in
+            [(Compress::None, 1 << 18), (Compress::Zlib(1), 1 << 18), (Compress::Zlib(6), 1 << 24)]
         {
-            let one = stored(&mesh, compress, slab_bytes, 1);
+            let one = stored(&mesh, compress, shard_bytes, 1);
             let shards = one.iter().filter(|(key, _)| key.starts_with("flag/c/")).count();
-            assert!(shards >= if slab_bytes == 1 << 20 { 4 } else { 1 }, "{shards} shards");
+            assert!(shards >= if shard_bytes == 1 << 18 { 4 } else { 1 }, "{shards} shards");
             for threads in [1, 2, 3, 8] {
-                let again = stored(&mesh, compress, slab_bytes, threads);
-                assert!(again == one, "axis {axis}, {compress:?}, slabs of {slab_bytes}, {threads} threads");
+                let again = stored(&mesh, compress, shard_bytes, threads);
+                assert!(again == one, "axis {axis}, {compress:?}, shards of {shard_bytes}, {threads} threads");
             }
         }
     }
 }
 
 #[test]
-fn shards_are_slabs_of_whole_chunks() {
-    let slab = 32 << 20;
-    let table = [
-        ([70, 9, 67], [67, 9, 70], [64, 9, 64]),
-        ([1000, 1000, 1000], [0, 0, 1024], [64, 64, 64]),
-        ([10_000, 10_000, 10_000], [32, 96, 10_240], [32, 32, 256]),
-        ([200_000, 10, 10], [8, 10, 200_000], [8, 8, 4096]),
-    ];
-    for (dims, _, _) in table {
-        let Layout { shard, chunk } = Layout::new(dims, slab);
-        let bytes: u64 = shard.iter().map(|&n| u64::from(n)).product();
-        assert!(bytes <= slab as u64, "{dims:?}: {shard:?}");
-        assert!((0..3).all(|axis| shard[axis].is_multiple_of(chunk[axis])), "{dims:?}: {shard:?} of {chunk:?}");
-        assert!(shard[2] >= dims[0], "{dims:?}: {shard:?}");
-    }
-    assert_eq!(Layout::new([1000; 3], slab), Layout { shard: [64, 512, 1024], chunk: [64; 3] });
-    assert_eq!(Layout::new([3, 2, 1], slab), Layout { shard: [1, 2, 3], chunk: [1, 2, 3] });
-}
-
-#[test]
-fn empty_shards_are_left_out_and_cancel_stops() {
+fn bits_are_refused_and_cancel_stops() {
     let mesh = pattern(0, [9, 5, 7], 3);
     let control = Control::default();
     control.cancel.cancel();
@@ -97,4 +85,93 @@ fn empty_shards_are_left_out_and_cancel_stops() {
     let bits = Options { bits: true, ..Options::default() };
     let error = write(&mesh, &bits, store, &Control::default(), |_| ()).unwrap_err();
     assert_eq!(error.code(), "job-conflict");
+}
+
+/// The cells of a mesh in a box, as a mesh of their own.
+fn cut(mesh: &Mesh, cells: [[u32; 3]; 2]) -> Mesh {
+    let lines = mesh.lines.window(cells);
+    let rays = Rays::new(mesh.columns.rays.axis, lines.dims);
+    let mut band = Band::default();
+    for ray in 0..rays.n_rays() as u32 {
+        let mut last = 0;
+        for along in 0..rays.depth {
+            let cell = rays.cell([ray % rays.counts[0], ray / rays.counts[0], along]);
+            let flag = mesh.flag([0, 1, 2].map(|axis| cells[0][axis] + cell[axis])).unwrap();
+            if flag != last {
+                band.runs.push(run(along, flag));
+                last = flag;
+            }
+        }
+        band.ends.push(band.runs.len() as u32);
+    }
+    Mesh::new(lines, Columns::new(rays, vec![band]), mesh.names.clone(), mesh.unit.clone()).unwrap()
+}
+
+#[test]
+fn parts_in_any_order_and_repeated_fill_the_store_of_the_whole() {
+    let dims = [70, 50, 40];
+    let zarr = ZarrJob { chunks: Some([16, 8, 8]), shards: Some([32, 16, 16]), shard_bytes: None };
+    for (axis, compress) in [(0, Compress::None), (1, Compress::Zlib(6)), (2, Compress::Zlib(1))] {
+        let mesh = pattern(axis, dims, 3);
+        let options = Options { compress, zarr, ..Options::default() };
+        let whole: ReadableWritableListableStorage = Arc::new(MemoryStore::new());
+        write(&mesh, &options, whole.clone().writable(), &Control::default(), |_| ()).unwrap();
+        let parted: ReadableWritableListableStorage = Arc::new(MemoryStore::new());
+        let ends = [[0, 32, 70], [0, 16, 50], [0, 32, 40]];
+        for of in [3usize, 6, 0, 7, 7, 1, 5, 2, 4, 3] {
+            let first = [0, 1, 2].map(|axis| ends[axis][of >> axis & 1]);
+            let end = [0, 1, 2].map(|axis| ends[axis][(of >> axis & 1) + 1]);
+            let (part, place) = (cut(&mesh, [first, end]), Place { whole: mesh.lines, first });
+            write_part(&part, &place, &options, parted.clone().writable(), &Control::default(), |_| ()).unwrap();
+        }
+        let all = |store: &ReadableWritableListableStorage| -> Vec<(StoreKey, Option<zarrs::storage::Bytes>)> {
+            store.list().unwrap().into_iter().map(|key| (key.clone(), store.get(&key).unwrap())).collect()
+        };
+        assert!(all(&whole) == all(&parted), "axis {axis}");
+        assert_eq!(all(&whole).len(), 8 + 3 * 4 * 3);
+        let odd = Place { whole: mesh.lines, first: [0, 0, 8] };
+        let part = cut(&mesh, [[0, 0, 8], dims]);
+        let error =
+            write_part(&part, &odd, &options, parted.clone().writable(), &Control::default(), |_| ()).unwrap_err();
+        assert_eq!(error.to_string(), "cells 8 to 40 along z begin or end within a shard, of 16 cells");
+    }
+}
+
+#[test]
+fn every_wrong_byte_of_a_compressed_shard_is_found() {
+    let mesh = pattern(0, [40, 20, 20], 3);
+    let (store, _) = written(&mesh, Compress::Zlib(6), 4_000);
+    let get = |key: &str| store.get(&StoreKey::new(key).unwrap()).unwrap().expect("a value").to_vec();
+    let stored = Stored::new(&get(Stored::METADATA)).unwrap();
+    let keys: Vec<String> = stored.keys().collect();
+    assert!(keys.len() > 2 && keys.iter().all(|key| stored.has(key)), "{keys:?}");
+    assert!(
+        ["flag/c/0/0", "flag/c/0/0/9", "flag/c/00/0/0", "flag/zarr.json", "flag/c/0/0/0/0"]
+            .iter()
+            .all(|key| !stored.has(key))
+    );
+    let (zarr, compress) = stored.options();
+    let Shards { shard, chunk } = Shards::new([40, 20, 20], &options(Compress::None, 4_000).zarr).unwrap();
+    assert_eq!((zarr.shards, zarr.chunks, compress), (Some(shard), Some(chunk), Compress::Zlib(6)));
+    let shard = get(&keys[0]);
+    stored.check(&shard).unwrap();
+    let mut not_found = Vec::new();
+    for at in 0..shard.len() {
+        let mut wrong = shard.clone();
+        wrong[at] ^= 0x10;
+        if stored.check(&wrong).is_ok() {
+            not_found.push(at);
+        }
+    }
+    // the head of a gzip stream has bytes without meaning for its cells: the time and the system
+    assert!(
+        not_found.iter().all(|at| (4..10).contains(at)) || not_found.len() <= 7 * 8,
+        "{not_found:?} of {}",
+        shard.len()
+    );
+    for n in [0, 1, shard.len() / 2, shard.len() - 1] {
+        assert_eq!(stored.check(&shard[..n]).unwrap_err().code(), "io", "{n} bytes");
+    }
+    assert_eq!(stored.check(&[&shard[..], &[0]].concat()).unwrap_err().code(), "io");
+    assert_eq!(Stored::new(b"{}").err().map(|error| error.code()), Some("io"));
 }

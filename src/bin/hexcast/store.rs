@@ -1,0 +1,78 @@
+//! A Zarr store that several processes may fill: values by keys, wherever they are.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use hexcast::write::zarr::Stored;
+use hexcast::{Error, Result};
+use zarrs::storage::{Bytes, OffsetBytesIterator, StorageError, StoreKey, StorePrefix, WritableStorageTraits};
+
+/// Values by keys.
+pub(crate) trait Store: Send + Sync {
+    /// The value of a key; None where there is none.
+    fn get(&self, key: &str) -> Result<Option<Vec<u8>>>;
+    /// Sets the value of a key: readers see the old one or the new one, never a part.
+    fn put(&self, key: &str, value: &[u8]) -> Result<()>;
+    /// All keys that begin so, in any order.
+    fn keys(&self, prefix: &str) -> Result<Vec<String>>;
+}
+
+/// A store for the writer of Zarr, which other processes may fill at the same time: what is there already of its metadata must be what
+/// this one would write; shards are replaced.
+pub(crate) struct Shared {
+    store: Arc<dyn Store>,
+    n_bytes: AtomicU64,
+}
+
+impl Shared {
+    pub(crate) fn new(store: Arc<dyn Store>) -> Shared {
+        Shared { store, n_bytes: AtomicU64::new(0) }
+    }
+
+    /// Bytes that were written.
+    pub(crate) fn n_bytes(&self) -> u64 {
+        self.n_bytes.load(Ordering::Relaxed)
+    }
+
+    fn set(&self, key: &str, value: &[u8]) -> Result<()> {
+        if !key.starts_with(Stored::SHARDS) {
+            match self.store.get(key)? {
+                Some(there) if there == value => return Ok(()),
+                Some(_) => {
+                    let message = format!("the store is that of another mesh: {key} differs");
+                    let hint = "name another store, remove this one, or mesh with the job and the options that it was begun with";
+                    return Err(Error::new("io", message, hint));
+                }
+                None => {}
+            }
+        }
+        self.store.put(key, value)?;
+        self.n_bytes.fetch_add(value.len() as u64, Ordering::Relaxed);
+        Ok(())
+    }
+}
+
+impl WritableStorageTraits for Shared {
+    fn set(&self, key: &StoreKey, value: Bytes) -> std::result::Result<(), StorageError> {
+        Shared::set(self, key.as_str(), &value).map_err(|error| {
+            let hint = if error.hint().is_empty() { String::new() } else { format!("; {}", error.hint()) };
+            StorageError::Other(format!("{error}{hint}"))
+        })
+    }
+
+    fn set_partial_many(&self, _: &StoreKey, _: OffsetBytesIterator) -> std::result::Result<(), StorageError> {
+        Err(StorageError::Unsupported("values are written whole".into()))
+    }
+
+    fn erase(&self, _: &StoreKey) -> std::result::Result<(), StorageError> {
+        Err(StorageError::Unsupported("every shard is kept".into()))
+    }
+
+    fn erase_prefix(&self, _: &StorePrefix) -> std::result::Result<(), StorageError> {
+        Err(StorageError::Unsupported("every shard is kept".into()))
+    }
+
+    fn supports_set_partial(&self) -> bool {
+        false
+    }
+}

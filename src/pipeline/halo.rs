@@ -1,0 +1,53 @@
+//! The halo of a window: cells beyond it. Those within the box are meshed with the window; those beyond it are background.
+
+use super::prepare::Prepared;
+use crate::columns::Columns;
+use crate::doubt::Doubtful;
+use crate::error::Result;
+use crate::lines::Lines;
+
+/// Background cells before and behind what was meshed, on x, y, z.
+pub(super) struct Beyond([[u32; 3]; 2]);
+
+impl Beyond {
+    /// Those of a prepared window; none without a halo that reaches beyond the box.
+    pub(super) fn new(prepared: &Prepared) -> Beyond {
+        let Prepared { whole, halo, .. } = prepared;
+        let [first, end] = prepared.cells();
+        let before = first.map(|cell| halo.saturating_sub(cell));
+        Beyond([before, [0, 1, 2].map(|axis| halo.saturating_sub(whole.dims[axis] - end[axis]))])
+    }
+
+    fn is_none(&self) -> bool {
+        self.0 == [[0; 3]; 2]
+    }
+
+    /// Adds them to columns.
+    ///
+    /// # Errors
+    /// `memory` where the columns have left it.
+    pub(super) fn around(&self, columns: Columns) -> Result<Columns> {
+        if self.is_none() { Ok(columns) } else { columns.padded(self.0) }
+    }
+
+    /// Adds them to what is counted from the first cell that was meshed.
+    ///
+    /// # Errors
+    /// Those of [`Beyond::around`].
+    pub(super) fn around_doubtful(&self, mut doubtful: Doubtful) -> Result<Doubtful> {
+        let before = self.0[0];
+        for cells in &mut doubtful.boxes {
+            *cells = cells.map(|cell| [0, 1, 2].map(|axis| cell[axis] + before[axis]));
+        }
+        doubtful.mask = doubtful.mask.map(|mask| self.around(mask)).transpose()?;
+        Ok(doubtful)
+    }
+}
+
+/// The lines of all cells of the mesh, those beyond the box, too.
+pub(super) fn lines_with_halo(prepared: &Prepared) -> Lines {
+    match prepared.halo {
+        0 => prepared.lines,
+        halo => prepared.whole.with_halo(prepared.cells(), halo),
+    }
+}

@@ -1,0 +1,268 @@
+//! Merges the reports of windows that together are a box: the report of the whole box, but for times and memory.
+//!
+//! Reports of windows, as JSON -> that of the whole. The windows are a grid that divides the box; rays must not be cut by it, since
+//! runs and crossings are counted a ray. Counts add up, as do the sums of `flags_hash`; what is known of surfaces is the same in all;
+//! sentences with counts are made anew. Seconds add up, too; of memory the most counts.
+//! Cost: little more than reading the reports.
+
+use std::collections::BTreeSet;
+
+use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
+
+use super::warnings::about_odd_rays;
+use crate::columns::CellRun;
+use crate::doubt::Doubt;
+use crate::error::{Error, Result};
+use crate::fingerprint::hash_of_sums;
+use crate::lines::Lines;
+use crate::rays::Rays;
+use crate::report::{DoubtReport, FlagReport, GeometryReport, MAX_BOXES, OpenReport, WindowReport, flag_reports};
+
+/// What must be equal in the reports of all windows.
+const SAME: &[&str] =
+    &["version", "unit", "spacing", "inputs", "end_points", "snap_in_cells", "rule", "ray_axis", "gaps", "certificate"];
+
+/// A window and what of its report is merged by its meaning.
+struct Part<'a> {
+    report: &'a Value,
+    window: WindowReport,
+    lines: Lines,
+    geometries: Vec<GeometryReport>,
+    open: Vec<OpenReport>,
+    flags: Vec<FlagReport>,
+    doubtful: DoubtReport,
+}
+
+/// Merges the reports of all windows of a box, in any order.
+///
+/// # Errors
+/// `job-value` where one is not the report of a window; `job-conflict` where they are not of one job, do not divide its box, are cut
+/// along their rays, or have a halo.
+pub fn merge(reports: &[Value]) -> Result<Value> {
+    let parts: Vec<Part> = reports.iter().enumerate().map(|(index, of)| part(index, of)).collect::<Result<_>>()?;
+    let first = parts.first().ok_or_else(|| refused("job-value", "no report is given", "give those of all parts"))?;
+    check_same(&parts)?;
+    let axis = ["x", "y", "z"].iter().position(|name| first.report["ray_axis"] == *name).unwrap_or(0);
+    check_grid(&parts, axis)?;
+    let whole = Lines { origin: first.window.origin, dims: first.window.of, ..first.lines };
+    let mut merged = first.report.clone();
+    merged["dims"] = json!(whole.dims);
+    merged["origin"] = json!(whole.origin);
+    merged["window"] = Value::Null;
+    merged["flags_sha256"] = Value::Null;
+    let job = merged["job"].as_object_mut().ok_or_else(|| refused("job-value", "a report has no job", HINT))?;
+    ["part", "window"].iter().for_each(|key| drop(job.remove(*key)));
+    for key in ["cells", "rays", "rays_kept", "crossings", "runs", "odd_rays"] {
+        merged[key] = json!(sum(&parts, |report| &report[key]));
+    }
+    let has_checks = parts.iter().any(|part| !part.report["device_check"].is_null());
+    if has_checks {
+        let of = |key: &str| sum(&parts, |report| &report["device_check"][key]);
+        merged["device_check"] = json!({ "rays": of("rays"), "differing": of("differing") });
+    }
+    for index in 0..merged["filled"].as_array().map_or(0, Vec::len) {
+        merged["filled"][index]["added_cells"] = json!(sum(&parts, |report| &report["filled"][index]["added_cells"]));
+    }
+    let mut geometries = first.geometries.clone();
+    let bounds = first.window.volume_bounds.clone().unwrap_or_else(|| vec![None; geometries.len()]);
+    geometries.iter_mut().zip(bounds).for_each(|(geometry, bound)| geometry.volume_bound = bound);
+    let open = merged_open(&parts);
+    merged["flags"] = json!(flag_reports(&geometries, &cells_per_flag(&parts), &whole));
+    merged["flags_hash"] = json!(hash(&parts, whole.dims));
+    merged["doubtful"] = json!(merged_doubtful(&parts, whole.dims)?);
+    merged["warnings"] = json!(warnings(&parts, &open, &geometries, &whole, &merged));
+    (merged["geometries"], merged["open"]) = (json!(geometries), json!(open));
+    merge_costs(&mut merged, &parts);
+    Ok(merged)
+}
+
+const HINT: &str = "give reports that `hexcast mesh --part K/N --report FILE` wrote";
+
+fn refused(code: &'static str, message: impl Into<String>, hint: &str) -> Error {
+    Error::new(code, message, hint)
+}
+
+/// Reads what is merged by its meaning.
+fn part(index: usize, report: &Value) -> Result<Part<'_>> {
+    let number = index + 1;
+    fn key<T: DeserializeOwned>(report: &Value, key: &str, number: usize) -> Result<T> {
+        let wrong = |error| refused("job-value", format!("report {number}: {key}: {error}"), HINT);
+        serde_json::from_value(report[key].clone()).map_err(wrong)
+    }
+    let window: Option<WindowReport> = key(report, "window", number)?;
+    let window = window
+        .ok_or_else(|| refused("job-value", format!("report {number} is of a whole mesh: its window is null"), HINT))?;
+    if window.halo > 0 {
+        let message =
+            format!("report {number} is of a window with a halo of {} cells, which others have, too", window.halo);
+        return Err(refused("job-conflict", message, "merge reports of windows without halo"));
+    }
+    let (origin, spacing, dims) =
+        (key(report, "origin", number)?, key(report, "spacing", number)?, key(report, "dims", number)?);
+    Ok(Part {
+        report,
+        window,
+        lines: Lines::new(origin, spacing, dims).map_err(|error| error.at(format!("report {number}")))?,
+        geometries: key(report, "geometries", number)?,
+        open: key(report, "open", number)?,
+        flags: key(report, "flags", number)?,
+        doubtful: key(report, "doubtful", number)?,
+    })
+}
+
+/// Refuses reports of different jobs.
+fn check_same(parts: &[Part]) -> Result<()> {
+    let of_job = |report: &Value| {
+        let mut job = report["job"].clone();
+        if let Some(job) = job.as_object_mut() {
+            ["part", "window"].iter().for_each(|key| drop(job.remove(*key)));
+        }
+        job
+    };
+    let first = &parts[0];
+    for (index, part) in parts.iter().enumerate() {
+        let differs = SAME.iter().find(|key| part.report[**key] != first.report[**key]).copied();
+        let differs = differs.or((of_job(part.report) != of_job(first.report)).then_some("job"));
+        let differs = differs.or((part.window.of != first.window.of).then_some("window.of"));
+        let differs = differs.or((part.open.len() != first.open.len()).then_some("open"));
+        if let Some(key) = differs {
+            let message = format!("reports 1 and {} are not of parts of one mesh: they differ in {key}", index + 1);
+            return Err(refused("job-conflict", message, "mesh all parts with the same files, job and version"));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses windows that are not a grid over the box, or that cut rays along this axis.
+fn check_grid(parts: &[Part], axis: usize) -> Result<()> {
+    let of = parts[0].window.of;
+    let mut n_windows = 1;
+    let mut covers = true;
+    for axis in 0..3 {
+        let ends: BTreeSet<[u32; 2]> =
+            parts.iter().map(|part| [part.window.first[axis], part.window.end[axis]]).collect();
+        let mut next = 0;
+        covers &= ends.iter().all(|&[first, end]| std::mem::replace(&mut next, end) == first && first < end)
+            && next == of[axis];
+        n_windows *= ends.len();
+    }
+    let distinct: BTreeSet<[[u32; 3]; 2]> = parts.iter().map(|part| [part.window.first, part.window.end]).collect();
+    if !covers || distinct.len() != n_windows || parts.len() != n_windows {
+        let [nx, ny, nz] = of;
+        let message =
+            format!("the windows of {} reports do not divide the {nx} x {ny} x {nz} cells of the box", parts.len());
+        return Err(refused(
+            "job-conflict",
+            message,
+            "give the report of each part once; `hexcast parts` lists the parts",
+        ));
+    }
+    if parts.iter().any(|part| part.window.first[axis] > 0) {
+        let name = ["x", "y", "z"][axis];
+        let message =
+            format!("the parts are cut along {name}, as are their rays, whose runs and crossings are counted whole");
+        let hint = "divide the box along one or two axes, and let rays run along the third (--axis)";
+        return Err(refused("job-conflict", message, hint));
+    }
+    Ok(())
+}
+
+fn sum<'a>(parts: &[Part<'a>], of: impl Fn(&'a Value) -> &'a Value) -> u64 {
+    parts.iter().map(|part| of(part.report).as_u64().unwrap_or(0)).sum()
+}
+
+fn cells_per_flag(parts: &[Part]) -> [u64; 256] {
+    let mut cells = [0; 256];
+    parts.iter().flat_map(|part| &part.flags).for_each(|flag| cells[usize::from(flag.flag)] += flag.cells);
+    cells
+}
+
+fn hash(parts: &[Part], dims: [u32; 3]) -> Option<String> {
+    let sums: Option<Vec<&str>> = parts.iter().map(|part| part.window.flags_sum.as_deref()).collect();
+    hash_of_sums(sums?.into_iter(), dims)
+}
+
+/// Rays along an axis are counted by the windows at its start: those behind them have the same.
+fn merged_open(parts: &[Part]) -> Vec<OpenReport> {
+    let mut open = parts[0].open.clone();
+    for (index, merged) in open.iter_mut().enumerate() {
+        merged.doubtful_cells = parts.iter().map(|part| part.open[index].doubtful_cells).sum();
+        merged.odd_rays = [0, 1, 2].map(|axis| {
+            let at_start = parts.iter().filter(|part| part.window.first[axis] == 0);
+            at_start.map(|part| part.open[index].odd_rays[axis]).sum()
+        });
+    }
+    open
+}
+
+/// The boxes of all doubtful cells, as the whole mesh has them; where some parts list only their largest, the largest of these.
+fn merged_doubtful(parts: &[Part], dims: [u32; 3]) -> Result<DoubtReport> {
+    let boxes = parts.iter().flat_map(|part| {
+        let first = part.window.first;
+        part.doubtful
+            .boxes
+            .iter()
+            .map(move |corners| corners.map(|cell| [0, 1, 2].map(|axis| cell[axis] + first[axis])))
+    });
+    let n_cells: u64 = parts.iter().map(|part| part.doubtful.cells).sum();
+    let rays = Rays::new(0, dims);
+    let mut runs = Vec::new();
+    for [low, high] in boxes {
+        for z in low[2]..high[2] {
+            let ray = |y: u32| u64::from(y) + u64::from(dims[1]) * u64::from(z);
+            runs.extend((low[1]..high[1]).map(|y| CellRun { ray: ray(y), start: low[0], end: high[0] }));
+        }
+    }
+    let mut doubt = Doubt::new(rays, MAX_BOXES, None);
+    if !runs.is_empty() {
+        doubt.add(vec![(0..dims[2], runs)])?;
+    }
+    let report = DoubtReport::new(&doubt.finish()?);
+    Ok(DoubtReport { cells: n_cells, are_all: report.cells_in_boxes == n_cells, ..report })
+}
+
+/// The sentences of all parts, each once; those with counts are made anew.
+fn warnings(
+    parts: &[Part],
+    open: &[OpenReport],
+    geometries: &[GeometryReport],
+    whole: &Lines,
+    merged: &Value,
+) -> Vec<String> {
+    let counted = |open: &[OpenReport], geometries: &[GeometryReport], lines: &Lines, report: &Value| -> Vec<String> {
+        let of =
+            |open: &OpenReport| geometries.iter().find(|of| of.name == open.geometry).map(|of| open.warning(of, lines));
+        let number = |key: &str| report[key].as_u64().unwrap_or(0);
+        open.iter().filter_map(of).chain(about_odd_rays(number("odd_rays"), number("rays"))).collect()
+    };
+    let [mut before, mut after] = [Vec::new(), Vec::new()];
+    for part in parts {
+        let own = counted(&part.open, &part.geometries, &part.lines, part.report);
+        let mut is_behind = own.is_empty();
+        for warning in part.report["warnings"].as_array().into_iter().flatten().filter_map(Value::as_str) {
+            if own.iter().any(|own| own == warning) {
+                is_behind = true;
+            } else if !before.iter().chain(&after).any(|known| known == warning) {
+                if is_behind { &mut after } else { &mut before }.push(warning.to_string());
+            }
+        }
+    }
+    before.into_iter().chain(counted(open, geometries, whole, merged)).chain(after).collect()
+}
+
+/// Adds up seconds; of memory keeps the most.
+fn merge_costs(merged: &mut Value, parts: &[Part]) {
+    let of =
+        |group: &str, key: &str| parts.iter().filter_map(|part| part.report[group][key].as_f64()).collect::<Vec<f64>>();
+    for key in ["total", "read", "lines", "snap", "columns", "flags", "device", "report", "hash", "write"] {
+        let all = of("seconds", key);
+        merged["seconds"][key] = if all.is_empty() { Value::Null } else { json!(all.iter().sum::<f64>()) };
+    }
+    for key in ["host", "meshing", "device", "spilled"] {
+        merged["peak_bytes"][key] =
+            json!(parts.iter().filter_map(|part| part.report["peak_bytes"][key].as_u64()).max());
+    }
+    let seconds = merged["seconds"]["total"].as_f64().unwrap_or(0.0).max(1e-9);
+    merged["cells_per_second"] = json!(merged["cells"].as_f64().unwrap_or(0.0) / seconds);
+}
