@@ -51,7 +51,7 @@ impl Columns {
                 bands.push(Band { first_ray: next_ray, ..Band::default() });
             }
         }
-        Ok(Columns::new(rays, bands))
+        Columns::new(rays, bands)
     }
 }
 
