@@ -49,7 +49,7 @@ export async function benchBig({ folder, quick }) {
     ];
     memory.end();
     const text = [
-      `${n_facets} facets, seconds since the file was chosen, and the most memory of the page's process (RSS) until then:`,
+      `\n${n_facets} facets, seconds since the file was chosen, and the most memory of the page's process (RSS) until then:`,
       table(
         ['', 's', 'GB'],
         rows.map(([name, s, gb]) => [name, Number(s).toFixed(1), gb && Number(gb).toFixed(2)]),
