@@ -69,7 +69,7 @@ pub fn write(
 /// Writes the metadata of a store, the same whichever part writes it, and the shards of a part of its cells.
 ///
 /// # Errors
-/// Those of [`write`]; `job-conflict` where the mesh begins or ends within a shard.
+/// Those of [`write()`]; `job-conflict` where the mesh begins or ends within a shard.
 pub fn write_part(
     mesh: &Mesh,
     place: &Place,
