@@ -53,9 +53,3 @@ export async function checkWorkflows() {
   await run(program('check-jsonschema'), ['--builtin-schema', 'vendor.github-workflows', ...files]);
   return `${files.length} files`;
 }
-
-/** Checks its Rust. `cargo fmt --check` and clippy take the crate alone. */
-export async function lintPython() {
-  await run('cargo', ['fmt', '--package', 'hexcast-python', '--check']);
-  await run('cargo', ['clippy', '--package', 'hexcast-python', '--', '-D', 'warnings']);
-}

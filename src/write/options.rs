@@ -100,6 +100,11 @@ impl Options {
         Options { sha256, ..self }
     }
 
+    /// Chooses the shapes of the shards and chunks of `.zarr`.
+    pub fn with_zarr(self, zarr: ZarrJob) -> Options {
+        Options { zarr, ..self }
+    }
+
     /// Limits the flags that are held at once, twice.
     pub fn with_slab_bytes(self, slab_bytes: usize) -> Options {
         Options { slab_bytes, ..self }

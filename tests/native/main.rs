@@ -44,9 +44,9 @@ mod leak;
 mod leak_command;
 #[cfg(feature = "cli")]
 mod memory;
-mod mesher;
 #[cfg(feature = "cli")]
 mod merged_reports;
+mod mesher;
 mod models;
 mod open_surfaces;
 mod oracle;

@@ -8,7 +8,7 @@ use hexcast::{Error, Result};
 use serde_json::Value;
 
 use super::output_file::PendingFile;
-use super::reading::open_file;
+use hexcast::files::open_file;
 
 const EXAMPLES: &str = "\
 Examples:

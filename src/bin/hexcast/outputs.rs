@@ -169,7 +169,7 @@ impl Outputs {
         for path in folder_paths {
             let (place, store) = ZarrOutput::open(path, targets.is_part)?;
             take(path, place)?;
-            stores.push((store, Options { zarr: targets.zarr, ..arguments.zarr_options(max_bytes) }));
+            stores.push((store, arguments.zarr_options(max_bytes).with_zarr(targets.zarr)));
         }
         let mut open = |path: &Path| -> Result<PendingFile> {
             let (place, file) = PendingFile::open(path)?;

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use hexcast::control::{CancelToken, Control};
-use hexcast::job::{Job, ZarrJob};
+use hexcast::job::Job;
 use hexcast::pipeline::{self, Engine, MeshOptions};
 use hexcast::write::Options;
 use hexcast::write::zarr::{Place, Stored, write_part};
@@ -133,7 +133,7 @@ fn by_job(arguments: &Arguments, store: &Arc<dyn Store>, stored: &Stored, token:
     let (mesh, facts) = pollster::block_on(pipeline::mesh(&job, sources, &options, &mut engine, &control))?;
     let place = Place { whole: facts.whole, first: facts.window.map_or([0; 3], |window| window.first) };
     let comparing = Arc::new(Comparing { store: store.clone(), found: Mutex::default() });
-    let options = Options { compress, zarr: ZarrJob { ..zarr }, ..Options::default() };
+    let options = Options::default().with_compress(compress).with_zarr(zarr);
     write_part(&mesh, &place, &options, comparing.clone(), &control, |_| ())?;
     let mut found = std::mem::take(&mut *comparing.found());
     found.unknown = store.keys(Stored::SHARDS)?.into_iter().filter(|key| !stored.has(key)).collect();

@@ -104,7 +104,7 @@ fn cut(mesh: &Mesh, cells: [[u32; 3]; 2]) -> Mesh {
         }
         band.ends.push(band.runs.len() as u32);
     }
-    Mesh::new(lines, Columns::new(rays, vec![band]), mesh.names.clone(), mesh.unit.clone()).unwrap()
+    Mesh::new(lines, Columns::new(rays, vec![band]).unwrap(), mesh.names.clone(), mesh.unit.clone()).unwrap()
 }
 
 #[test]
