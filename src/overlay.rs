@@ -6,8 +6,7 @@
 //!
 //! # Practice
 //! [`split`] takes these parts out of a frame, and says which rays decide them; either backend casts these. What is left is cast as ever, by either backend, with rank + 1 for a flag;
-//! [`Overlay`] puts the parts over its bands, and the flags of the job in. Bands come in the order of their rays, as the backends
-//! hand them out.
+//! [`Overlay`] puts the parts over its bands, and the flags of the job in. Bands come in the order of their rays, as backends hand them out.
 //! Cost: one pass over the runs of all.
 
 use std::ops::Range;
@@ -134,8 +133,12 @@ impl Overlay {
             };
             Laid { rank, invert, layer }
         };
-        let mut layers: Vec<Laid> = parts.into_iter().map(layer).collect();
-        layers.sort_by_key(|laid| (matches!(laid.layer, Layer::Along { .. }), u8::MAX - laid.rank));
+        let mut layers = Vec::new();
+        for laid in parts.into_iter().map(layer) {
+            insert_by(&mut layers, laid, |laid: &Laid| {
+                (matches!(laid.layer, Layer::Along { .. }), u8::MAX - laid.rank)
+            });
+        }
         let (flags, n_b) = ([&[0], flags].concat(), cast.rays.counts[0].into());
         Some(Overlay { layers, doubt, flags, n_b, depth: cast.rays.depth })
     }
@@ -159,12 +162,10 @@ impl Overlay {
         for laid in self.layers {
             match laid.layer {
                 Layer::Cast { .. } => {}
-                Layer::Open { found, .. } => open.push(found),
-                Layer::Along { found, .. } => along.push(found),
+                Layer::Open { found, .. } => insert_by(&mut open, found, |found: &Found| found.geometry),
+                Layer::Along { found, .. } => insert_by(&mut along, found, |found: &Along| found.geometry),
             }
         }
-        open.sort_by_key(|found| found.geometry);
-        along.sort_by_key(|found| found.geometry);
         Ok((open, along, self.doubt.finish()?))
     }
 
@@ -341,4 +342,9 @@ fn higher(one: &[u32], other: &[u32], code: u8, depth: u32, out: &mut Vec<u32>) 
         }
     }
     n_changed + if of_other > of_one { depth - since } else { 0 }
+}
+
+/// Inserts into a list that is in the order of a key, behind equal ones: less code in wasm than a sort, for the few that there are.
+fn insert_by<T, K: Ord>(list: &mut Vec<T>, item: T, key: impl Fn(&T) -> K) {
+    list.insert(list.partition_point(|other| key(other) <= key(&item)), item);
 }

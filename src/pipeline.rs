@@ -136,8 +136,8 @@ pub async fn mesh(
         let volume = gaps.cells as f64 * lines.cell_volume();
         let (mesh_volume, volume_bound) = (None, None);
         let name = NAME.into();
-        flags.push(FlagReport { flag: gaps.flag, name, cells: gaps.cells, volume, mesh_volume, volume_bound });
-        flags.sort_by_key(|report| report.flag);
+        let place = flags.partition_point(|report| report.flag < gaps.flag);
+        flags.insert(place, FlagReport { flag: gaps.flag, name, cells: gaps.cells, volume, mesh_volume, volume_bound });
         names.push(Named { flag: gaps.flag, name: NAME.into() });
     }
     let mut warnings: Vec<String> = engine.fallback.iter().map(|why| format!("meshed on the CPU: {why}")).collect();

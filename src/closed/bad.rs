@@ -83,13 +83,16 @@ impl BadEdges {
         let corner = |facet: usize, vertex: usize| world(snapped(facet, vertex));
         let mut worst = Vec::new();
         for (kind, of_kind) in of_kinds {
-            let mut groups: Vec<EdgeGroup> = connected(&of_kind)
-                .iter()
-                .map(|edges| EdgeGroup::new(kind, edges, &corner, |facet| geometry.facet_in_file(facet)))
-                .collect();
-            // of equal ones the first in the order of the corners stays first
-            groups.sort_by(|one, other| other.length.total_cmp(&one.length));
-            groups.truncate(MAX_GROUPS);
+            let mut groups: Vec<EdgeGroup> = Vec::new();
+            for edges in connected(&of_kind) {
+                let group = EdgeGroup::new(kind, &edges, &corner, |facet| geometry.facet_in_file(facet));
+                // of equal ones the first in the order of the corners stays first
+                let place = groups.partition_point(|other| other.length >= group.length);
+                if place < MAX_GROUPS {
+                    groups.truncate(MAX_GROUPS - 1);
+                    groups.insert(place, group);
+                }
+            }
             worst.extend(groups);
         }
         BadEdges { open, flipped, nonmanifold, worst }
