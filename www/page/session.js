@@ -98,7 +98,8 @@ async function keep() {
   // the question is answered by other files
   for (const box of document.querySelectorAll('[data-about=session]')) box.remove();
   const place = await folder(true);
-  const files = own.map(({ info, source }) => ({ key: info.sha256, name: source.name }));
+  // only arrays have no hash, and nobody drops those
+  const files = own.map(({ info, source }) => ({ key: /** @type {string} */ (info.sha256), name: source.name }));
   for (const [at, { key }] of files.entries()) {
     if (stored.has(key)) continue;
     await write(place, key, own[at].source);
