@@ -60,6 +60,7 @@ async function python() {
 
 /** What runs on many machines, or ranks. */
 async function cluster() {
+  if (!wanted('python')) await steps.step('Python wheel', buildPython);
   await steps.step('command with S3', buildCluster);
   await steps.step('cluster tests', async () => pytestTests(await runCluster()));
   await steps.step('C library', buildCapi);

@@ -3,18 +3,22 @@
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use hexcast::column_file;
 use hexcast::columns::{run_cell, run_flag};
 use hexcast::control::Control;
+use hexcast::job::ZarrJob;
 use hexcast::mesh::Mesh;
 use hexcast::report::ColumnsReport;
+use hexcast::write::zarr::{Place, Stored};
 use hexcast::write::{self, Compress, Format, Options, sidecar_json};
 use hexcast::{Error, Result};
 use numpy::{PyArray1, PyReadwriteArray1};
 use pyo3::prelude::*;
+use pyo3::types::PyBytes;
 use zarrs::filesystem::FilesystemStore;
+use zarrs::storage::{Bytes, OffsetBytesIterator, StorageError, StoreKey, StorePrefix, WritableStorageTraits};
 
 use crate::py_error;
 use crate::run::run;
@@ -27,11 +31,14 @@ const STEP_BYTES: usize = 256 << 20;
 pub(crate) struct RawMesh {
     mesh: Mesh,
     report: String,
+    /// Where its cells lie in the whole box.
+    place: Place,
+    zarr: ZarrJob,
 }
 
 impl RawMesh {
-    pub(crate) fn new(mesh: Mesh, report: String) -> RawMesh {
-        RawMesh { mesh, report }
+    pub(crate) fn new(mesh: Mesh, report: String, place: Place, zarr: ZarrJob) -> RawMesh {
+        RawMesh { mesh, report, place, zarr }
     }
 }
 
@@ -133,10 +140,21 @@ impl RawMesh {
         run(py, None, |control| self.write_file(format, &options, &path, control).map_err(|error| error.at(name)))
     }
 
+    /// The files of a Zarr store of the whole box that this window fills, by their keys: metadata first, then shards.
+    fn zarr_part<'py>(&self, py: Python<'py>, compress: Option<u8>) -> PyResult<Vec<(String, Bound<'py, PyBytes>)>> {
+        let kept = Arc::new(Kept::default());
+        let options = self.zarr_options(compress);
+        run(py, None, |control| {
+            write::zarr::write_part(&self.mesh, &self.place, &options, kept.clone(), control, |_| ())
+        })?;
+        let mut files = std::mem::take(&mut *kept.files());
+        files.sort_by_key(|(key, _)| (key.starts_with(Stored::SHARDS), key.clone()));
+        Ok(files.into_iter().map(|(key, value)| (key, PyBytes::new(py, &value))).collect())
+    }
+
     /// Writes a Zarr folder, which is not there yet.
     fn write_zarr(&self, py: Python<'_>, name: &str, path: PathBuf, compress: Option<u8>) -> PyResult<()> {
-        let compress = compress.map_or(Compress::None, Compress::Zlib);
-        let options = Options::default().with_compress(compress);
+        let options = self.zarr_options(compress);
         run(py, None, |control| {
             let store =
                 FilesystemStore::new(&path).map_err(|error| Error::new("io", format!("{name}: {error}"), ""))?;
@@ -145,7 +163,45 @@ impl RawMesh {
     }
 }
 
+/// A store in memory, for the caller to put elsewhere.
+#[derive(Default)]
+struct Kept(Mutex<Vec<(String, Bytes)>>);
+
+impl Kept {
+    fn files(&self) -> MutexGuard<'_, Vec<(String, Bytes)>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl WritableStorageTraits for Kept {
+    fn set(&self, key: &StoreKey, value: Bytes) -> std::result::Result<(), StorageError> {
+        self.files().push((key.as_str().into(), value));
+        Ok(())
+    }
+
+    fn set_partial_many(&self, _: &StoreKey, _: OffsetBytesIterator) -> std::result::Result<(), StorageError> {
+        Err(StorageError::Unsupported("files are written whole".into()))
+    }
+
+    fn erase(&self, _: &StoreKey) -> std::result::Result<(), StorageError> {
+        Err(StorageError::Unsupported("nothing is removed".into()))
+    }
+
+    fn erase_prefix(&self, _: &StorePrefix) -> std::result::Result<(), StorageError> {
+        Err(StorageError::Unsupported("nothing is removed".into()))
+    }
+
+    fn supports_set_partial(&self) -> bool {
+        false
+    }
+}
+
 impl RawMesh {
+    fn zarr_options(&self, compress: Option<u8>) -> Options {
+        let compress = compress.map_or(Compress::None, Compress::Zlib);
+        Options::default().with_compress(compress).with_zarr(self.zarr)
+    }
+
     fn write_file(
         &self,
         format: Format,
@@ -168,6 +224,7 @@ pub(crate) fn load(py: Python<'_>, path: &str) -> PyResult<RawMesh> {
         let mesh = column_file::read(&mut file, u64::MAX, control).map_err(|error| error.at(path))?;
         // a struct of numbers and strings always has a JSON form
         let report = serde_json::to_string(&ColumnsReport::new(&mesh)).unwrap_or_default();
-        Ok(RawMesh::new(mesh, report))
+        let place = Place { whole: mesh.lines, first: [0; 3] };
+        Ok(RawMesh::new(mesh, report, place, ZarrJob::default()))
     })
 }

@@ -7,6 +7,7 @@ use hexcast::job::{Job, PartJob};
 use hexcast::pipeline::{self, MeshOptions, Prepared, part_step, prepare};
 use hexcast::report::{CallerFacts, Report};
 use hexcast::sources::Source;
+use hexcast::write::zarr::Place;
 use hexcast::{Error, Result};
 use pyo3::prelude::*;
 use rayon::prelude::*;
@@ -41,8 +42,11 @@ pub(crate) fn mesh(
             let options = MeshOptions::default();
             pollster::block_on(pipeline::mesh(&job, sources, &options, engine, control))
         })?;
+        let first = facts.window.as_ref().map_or([0; 3], |window| window.first);
+        let place = Place { whole: facts.whole, first };
+        let zarr = job.zarr.unwrap_or_default();
         let report = Report::new(facts, CallerFacts::default().with_read(read)).to_json();
-        Ok(RawMesh::new(mesh, report))
+        Ok(RawMesh::new(mesh, report, place, zarr))
     })
 }
 

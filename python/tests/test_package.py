@@ -84,7 +84,10 @@ def test_the_source_distribution_has_what_it_needs_and_nothing_else(tmp_path):
         names = {name.split("/", 1)[1] for name in archive.getnames()}
     assert {"PKG-INFO", "src/lib.rs", "python/src/lib.rs", "package/hexcast/__init__.py", "LICENSE-MIT"} <= names
     folders = {name.split("/")[0] for name in names if "/" in name}
-    assert folders == {"src", "shaders", "python", "package"}
+    assert folders == {"src", "shaders", "python", "package", "docs", "examples"}
+    # the documentation of the crate's root, and the programs that the crate lists
+    assert {name for name in names if name.startswith("docs/")} == {"docs/rust.md"}
+    assert all(name.endswith(".rs") for name in names if name.startswith("examples/"))
 
 
 # where there is no GPU the meshes say that

@@ -8,9 +8,12 @@ from __future__ import annotations
 
 import json
 import os
+import uuid
+from collections.abc import Sequence
 from functools import lru_cache
+from pathlib import Path
 from threading import Lock
-from typing import TYPE_CHECKING, Any, Optional
+from typing import TYPE_CHECKING, Any, Literal, Optional, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +21,7 @@ from numpy.typing import NDArray
 from . import _hexcast
 from . import mesh as mesh_here
 from ._error import Error
+from ._files import level_of
 from ._job import JobLike, job_of
 from ._mesh import Mesh
 from ._options import JobOptions
@@ -33,6 +37,9 @@ if TYPE_CHECKING:
 CHUNK = 256
 #: Surfaces that a worker keeps.
 MAX_SURFACES = 16
+
+#: Where shards are in a store; all else in it is the same whoever writes it.
+SHARDS = "flag/c/"
 
 #: A file, the time of its last change and its length.
 Stamp = tuple[str, int, int]
@@ -70,21 +77,11 @@ def chunked(what: JobLike, chunks: Any, options: Any) -> tuple[dask.array.Array,
 
     # dask has types for some of its functions only
     array: Any = dask.array
-    text, surfaces = job_of(what, options)
-    job = json.loads(text)
-    if any(made is not None for made in surfaces):
-        raise Error("a surface is in memory, where workers do not find it", "job-conflict", "give names of files")
-    if any(job.get(key) is not None for key in ("window", "part", "halo")):
-        raise Error("a window, part or halo is given, and each chunk is a window", "job-conflict", "slice the array in its place")
-    files = [os.path.abspath(geometry["file"]) for geometry in job["geometries"]]
-    # the memory of this machine says nothing about that of a worker
-    limits = {key: value for key, value in job.items() if key != "max_memory" or "max_memory" in options}
-    job = {**limits, "geometries": [{**entry, "file": file} for entry, file in zip(job["geometries"], files)]}
+    job, stamps = job_of_workers(what, options)
     first = mesh_here(job, window=(0, 0, 0, 1, 1, 1))
     shape = tuple(first.report["window"]["of"][::-1])
     sizes = array.core.normalize_chunks(chunks, shape, dtype=np.uint8)
     ends = [[0, *np.cumsum(axis).tolist()] for axis in sizes]
-    stamps = [stamp_of(file) for file in files]
     flags = array.map_blocks(
         flags_of_chunk,
         job=json.dumps(job),
@@ -96,6 +93,107 @@ def chunked(what: JobLike, chunks: Any, options: Any) -> tuple[dask.array.Array,
         name=f"hexcast-mesh-{tokenize(job, stamps, sizes)}",
     )
     return flags, first
+
+
+def job_of_workers(what: JobLike, options: Any) -> tuple[dict[str, Any], list[Stamp]]:
+    """The job with the full names of its files, and what these are known by."""
+    text, surfaces = job_of(what, options)
+    job = json.loads(text)
+    if any(made is not None for made in surfaces):
+        raise Error("a surface is in memory, where workers do not find it", "job-conflict", "give names of files")
+    for key in ("window", "part", "halo"):
+        if job.get(key) is not None:
+            raise Error(f"{key} is given, and each task meshes a window", "job-conflict", "slice the array in its place")
+    files = [os.path.abspath(geometry["file"]) for geometry in job["geometries"]]
+    # the memory of this machine says nothing about that of a worker
+    limits = {key: value for key, value in job.items() if key != "max_memory" or "max_memory" in options}
+    entries = [{**entry, "file": file} for entry, file in zip(job["geometries"], files)]
+    return {**limits, "geometries": entries}, [stamp_of(file) for file in files]
+
+
+def to_zarr(
+    what: JobLike,
+    store: Any,
+    *,
+    n: Union[int, Sequence[int]],
+    compress: Union[int, Literal["none"], None] = None,
+    **options: Unpack[JobOptions],
+) -> list[Any]:
+    """Tasks that fill a Zarr store part by part, with the bytes that ``hexcast.mesh(...).save("mesh.zarr")`` writes.
+
+    ``dask.compute(*tasks)`` runs them; each returns the report of its part. Tasks may run in any order and more than once: a worker that
+    ends leaves nothing that its repetition does not replace.
+
+    :param what: as for :func:`mesh`.
+    :param store: a folder that every worker can write to, or a store of ``zarr.storage``, such as an ``ObjectStore`` on S3.
+    :param n: number of parts: slabs across z, or three numbers of boxes along x, y, z. They are cut along the borders of shards.
+    :param compress: 1 (fast) to 9 (small), by default 6; or ``"none"``.
+    :param options: those of :func:`hexcast.mesh`, without ``window``, ``part`` and ``halo``; ``zarr`` has the shapes of shards.
+    :raises hexcast.Error: ``job-value`` where there are more parts than shards along an axis; those of :func:`mesh`.
+    """
+    import dask
+
+    # dask has types for some of its functions only
+    delayed = getattr(dask, "delayed")
+    job, stamps = job_of_workers(what, options)
+    job.setdefault("zarr", {})
+    of = [1, 1, n] if isinstance(n, int) else list(n)
+    # refuses numbers of parts that cannot be, before a task begins
+    windows = _hexcast.parts(json.dumps(job), [read_once(stamp) for stamp in stamps], of)
+    place = os.path.abspath(store) if isinstance(store, (str, os.PathLike)) else store
+    level = level_of(compress, Path("mesh.zarr"))
+    task = delayed(write_part, pure=False)
+    jobs = [json.dumps({**job, "part": {"index": index, "of": of}}) for index in range(1, len(windows) + 1)]
+    return [task(part, stamps, place, level) for part in jobs]
+
+
+def write_part(job: str, stamps: list[Stamp], store: Any, level: Optional[int]) -> dict[str, Any]:
+    """Meshes a part and puts its shards in a store, in a worker."""
+    raw = _hexcast.mesh(job, [read_once(stamp) for stamp in stamps])
+    put = put_file if isinstance(store, str) else put_value
+    for key, value in raw.zarr_part(level):
+        put(store, key, value)
+    report: dict[str, Any] = json.loads(raw.report)
+    return report
+
+
+def put_file(folder: str, key: str, value: bytes) -> None:
+    """Writes a file beside its name first: nobody reads a part of it."""
+    target = Path(folder, key)
+    if not key.startswith(SHARDS) and target.exists():
+        check_same(folder, key, value, target.read_bytes())
+        return
+    target.parent.mkdir(parents=True, exist_ok=True)
+    # what a worker left that ended, or what one is writing that repeats this part: it begins anew
+    for left in target.parent.glob(f".hexcast-{target.name}-*.part"):
+        left.unlink(missing_ok=True)
+    while True:
+        beside = target.with_name(f".hexcast-{target.name}-{uuid.uuid4().hex}.part")
+        beside.write_bytes(value)
+        try:
+            beside.replace(target)
+            return
+        except FileNotFoundError:
+            continue
+
+
+def put_value(store: Any, key: str, value: bytes) -> None:
+    """Puts a value in a store of zarr."""
+    from zarr.core.buffer import default_buffer_prototype
+    from zarr.core.sync import sync
+
+    prototype = default_buffer_prototype()
+    there = None if key.startswith(SHARDS) else sync(store.get(key, prototype))
+    if there is not None:
+        check_same(store, key, value, there.to_bytes())
+    else:
+        sync(store.set(key, prototype.buffer.from_bytes(value)))
+
+
+def check_same(store: Any, key: str, value: bytes, there: bytes) -> None:
+    if value != there:
+        message = f"{store}: the store is that of another mesh: {key} differs"
+        raise Error(message, "io", "name another store, remove this one, or use the job that it was begun with")
 
 
 def flags_of_chunk(
@@ -110,7 +208,10 @@ def flags_of_chunk(
 
 def stamp_of(file: str) -> Stamp:
     """What a file is known by: workers read one anew that has changed."""
-    facts = os.stat(file)
+    try:
+        facts = os.stat(file)
+    except OSError as error:
+        raise Error(f"{file}: {error.strerror}", "io", "check the name and the permissions of the file") from None
     return file, facts.st_mtime_ns, facts.st_size
 
 
