@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use hexcast::column_file;
 use hexcast::columns::{run_cell, run_flag};
@@ -11,14 +11,14 @@ use hexcast::control::Control;
 use hexcast::job::ZarrJob;
 use hexcast::mesh::Mesh;
 use hexcast::report::ColumnsReport;
-use hexcast::write::zarr::{Place, Stored};
+use hexcast::write::zarr::{Place, Stored, Values};
 use hexcast::write::{self, Compress, Format, Options, sidecar_json};
 use hexcast::{Error, Result};
 use numpy::{PyArray1, PyReadwriteArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use zarrs::filesystem::FilesystemStore;
-use zarrs::storage::{Bytes, OffsetBytesIterator, StorageError, StoreKey, StorePrefix, WritableStorageTraits};
+use zarrs::storage::Bytes;
 
 use crate::py_error;
 use crate::run::run;
@@ -142,12 +142,17 @@ impl RawMesh {
 
     /// The files of a Zarr store of the whole box that this window fills, by their keys: metadata first, then shards.
     fn zarr_part<'py>(&self, py: Python<'py>, compress: Option<u8>) -> PyResult<Vec<(String, Bound<'py, PyBytes>)>> {
-        let kept = Arc::new(Kept::default());
+        let kept: Arc<Mutex<Vec<(String, Bytes)>>> = Arc::default();
         let options = self.zarr_options(compress);
+        let files = kept.clone();
+        let keep = move |key: &str, value: Bytes| {
+            files.lock().unwrap_or_else(PoisonError::into_inner).push((key.into(), value));
+            Ok(())
+        };
         run(py, None, |control| {
-            write::zarr::write_part(&self.mesh, &self.place, &options, kept.clone(), control, |_| ())
+            write::zarr::write_part(&self.mesh, &self.place, &options, Arc::new(Values(keep)), control, |_| ())
         })?;
-        let mut files = std::mem::take(&mut *kept.files());
+        let mut files = std::mem::take(&mut *kept.lock().unwrap_or_else(PoisonError::into_inner));
         files.sort_by_key(|(key, _)| (key.starts_with(Stored::SHARDS), key.clone()));
         Ok(files.into_iter().map(|(key, value)| (key, PyBytes::new(py, &value))).collect())
     }
@@ -160,39 +165,6 @@ impl RawMesh {
                 FilesystemStore::new(&path).map_err(|error| Error::new("io", format!("{name}: {error}"), ""))?;
             write::zarr::write(&self.mesh, &options, Arc::new(store), control, |_| ()).map_err(|error| error.at(name))
         })
-    }
-}
-
-/// A store in memory, for the caller to put elsewhere.
-#[derive(Default)]
-struct Kept(Mutex<Vec<(String, Bytes)>>);
-
-impl Kept {
-    fn files(&self) -> MutexGuard<'_, Vec<(String, Bytes)>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-impl WritableStorageTraits for Kept {
-    fn set(&self, key: &StoreKey, value: Bytes) -> std::result::Result<(), StorageError> {
-        self.files().push((key.as_str().into(), value));
-        Ok(())
-    }
-
-    fn set_partial_many(&self, _: &StoreKey, _: OffsetBytesIterator) -> std::result::Result<(), StorageError> {
-        Err(StorageError::Unsupported("files are written whole".into()))
-    }
-
-    fn erase(&self, _: &StoreKey) -> std::result::Result<(), StorageError> {
-        Err(StorageError::Unsupported("nothing is removed".into()))
-    }
-
-    fn erase_prefix(&self, _: &StorePrefix) -> std::result::Result<(), StorageError> {
-        Err(StorageError::Unsupported("nothing is removed".into()))
-    }
-
-    fn supports_set_partial(&self) -> bool {
-        false
     }
 }
 

@@ -14,6 +14,7 @@ mod check;
 mod gzip;
 #[cfg(test)]
 mod tests;
+mod values;
 
 use std::num::NonZeroU64;
 use std::ops::Range;
@@ -38,6 +39,7 @@ use super::sidecar::lines;
 use super::{Compress, Options};
 pub use check::Stored;
 pub use gzip::Gzip;
+pub use values::Values;
 
 /// Most shards made side by side.
 const MAX_SHARDS: usize = 4;

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use hexcast::write::zarr::Stored;
+use hexcast::write::zarr::{Stored, Values};
 use hexcast::{Error, Result};
-use zarrs::storage::{Bytes, OffsetBytesIterator, StorageError, StoreKey, StorePrefix, WritableStorageTraits};
+use zarrs::storage::{Bytes, WritableStorage};
 
 /// Values by keys.
 pub(crate) trait Store: Send + Sync {
@@ -34,6 +34,12 @@ impl Shared {
         self.n_bytes.load(Ordering::Relaxed)
     }
 
+    /// What the writer takes.
+    pub(crate) fn writable(self: &Arc<Self>) -> WritableStorage {
+        let shared = self.clone();
+        Arc::new(Values(move |key: &str, value: Bytes| shared.set(key, &value)))
+    }
+
     fn set(&self, key: &str, value: &[u8]) -> Result<()> {
         if !key.starts_with(Stored::SHARDS) {
             match self.store.get(key)? {
@@ -49,30 +55,5 @@ impl Shared {
         self.store.put(key, value)?;
         self.n_bytes.fetch_add(value.len() as u64, Ordering::Relaxed);
         Ok(())
-    }
-}
-
-impl WritableStorageTraits for Shared {
-    fn set(&self, key: &StoreKey, value: Bytes) -> std::result::Result<(), StorageError> {
-        Shared::set(self, key.as_str(), &value).map_err(|error| {
-            let hint = if error.hint().is_empty() { String::new() } else { format!("; {}", error.hint()) };
-            StorageError::Other(format!("{error}{hint}"))
-        })
-    }
-
-    fn set_partial_many(&self, _: &StoreKey, _: OffsetBytesIterator) -> std::result::Result<(), StorageError> {
-        Err(StorageError::Unsupported("values are written whole".into()))
-    }
-
-    fn erase(&self, _: &StoreKey) -> std::result::Result<(), StorageError> {
-        Err(StorageError::Unsupported("every shard is kept".into()))
-    }
-
-    fn erase_prefix(&self, _: &StorePrefix) -> std::result::Result<(), StorageError> {
-        Err(StorageError::Unsupported("every shard is kept".into()))
-    }
-
-    fn supports_set_partial(&self) -> bool {
-        false
     }
 }

@@ -9,12 +9,12 @@ use hexcast::control::{CancelToken, Control};
 use hexcast::job::Job;
 use hexcast::pipeline::{self, Engine, MeshOptions};
 use hexcast::write::Options;
-use hexcast::write::zarr::{Place, Stored, write_part};
+use hexcast::write::zarr::{Place, Stored, Values, write_part};
 use hexcast::{Error, Result};
 use indicatif::HumanCount;
 use rayon::prelude::*;
 use serde::Serialize;
-use zarrs::storage::{Bytes, OffsetBytesIterator, StorageError, StoreKey, StorePrefix, WritableStorageTraits};
+use zarrs::storage::Bytes;
 
 use super::arguments::JobArguments;
 use super::progress::Progress;
@@ -132,59 +132,33 @@ fn by_job(arguments: &Arguments, store: &Arc<dyn Store>, stored: &Stored, token:
     let options = MeshOptions::default();
     let (mesh, facts) = pollster::block_on(pipeline::mesh(&job, sources, &options, &mut engine, &control))?;
     let place = Place { whole: facts.whole, first: facts.window.map_or([0; 3], |window| window.first) };
-    let comparing = Arc::new(Comparing { store: store.clone(), found: Mutex::default() });
+    let found = Arc::new(Mutex::new(Found::default()));
+    let comparing = {
+        let (found, store) = (found.clone(), store.clone());
+        move |key: &str, value: Bytes| {
+            compare(&*store, &mut found.lock().unwrap_or_else(PoisonError::into_inner), key, &value)
+        }
+    };
     let options = Options::default().with_compress(compress).with_zarr(zarr);
-    write_part(&mesh, &place, &options, comparing.clone(), &control, |_| ())?;
-    let mut found = std::mem::take(&mut *comparing.found());
+    write_part(&mesh, &place, &options, Arc::new(Values(comparing)), &control, |_| ())?;
+    let mut found = std::mem::take(&mut *found.lock().unwrap_or_else(PoisonError::into_inner));
     found.unknown = store.keys(Stored::SHARDS)?.into_iter().filter(|key| !stored.has(key)).collect();
     Ok(found)
 }
 
-/// A store that compares what it is given with what is there.
-struct Comparing {
-    store: Arc<dyn Store>,
-    found: Mutex<Found>,
-}
-
-impl Comparing {
-    fn found(&self) -> std::sync::MutexGuard<'_, Found> {
-        self.found.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-impl WritableStorageTraits for Comparing {
-    fn set(&self, key: &StoreKey, value: Bytes) -> std::result::Result<(), StorageError> {
-        let key = key.as_str();
-        let there = self.store.get(key).map_err(|error| StorageError::Other(error.to_string()))?;
-        let mut found = self.found();
-        found.shards += u64::from(key.starts_with(Stored::SHARDS));
-        match there {
-            None => found.missing.push(key.into()),
-            Some(there) if there != value => {
-                let (n, expected) = (there.len(), value.len());
-                let problem = format!("its {n} bytes are not the {expected} that the job makes");
-                found.wrong.push(Wrong { key: key.into(), problem });
-            }
-            Some(_) => {}
+/// Compares what the job makes with what is there.
+fn compare(store: &dyn Store, found: &mut Found, key: &str, value: &[u8]) -> Result<()> {
+    found.shards += u64::from(key.starts_with(Stored::SHARDS));
+    match store.get(key)? {
+        None => found.missing.push(key.into()),
+        Some(there) if there != value => {
+            let (n, expected) = (there.len(), value.len());
+            let problem = format!("its {n} bytes are not the {expected} that the job makes");
+            found.wrong.push(Wrong { key: key.into(), problem });
         }
-        Ok(())
+        Some(_) => {}
     }
-
-    fn set_partial_many(&self, _: &StoreKey, _: OffsetBytesIterator) -> std::result::Result<(), StorageError> {
-        Err(StorageError::Unsupported("values are compared whole".into()))
-    }
-
-    fn erase(&self, _: &StoreKey) -> std::result::Result<(), StorageError> {
-        Err(StorageError::Unsupported("nothing is removed".into()))
-    }
-
-    fn erase_prefix(&self, _: &StorePrefix) -> std::result::Result<(), StorageError> {
-        Err(StorageError::Unsupported("nothing is removed".into()))
-    }
-
-    fn supports_set_partial(&self) -> bool {
-        false
-    }
+    Ok(())
 }
 
 fn sentences(name: &str, found: &Found) -> String {

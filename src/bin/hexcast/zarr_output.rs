@@ -49,7 +49,7 @@ impl ZarrOutput {
             ZarrOutput::Shared { path, store } => {
                 let bar = progress.bytes("write", Some(mesh.n_cells()));
                 let advance = |n_cells| bar.inc(n_cells);
-                let written = zarr::write_part(mesh, place, options, store.clone(), control, advance);
+                let written = zarr::write_part(mesh, place, options, store.writable(), control, advance);
                 bar.finish_and_clear();
                 written.map_err(|error| error.at(path.display()))?;
                 Ok(OutputFile { path: path.clone(), n_bytes: store.n_bytes() })
