@@ -37,6 +37,11 @@ const NEEDS = {
   vulkan: { found: hasVulkan, packages: ['mesa-vulkan-drivers', 'libvulkan1'], what: 'a Vulkan driver such as lavapipe' },
   chromium: { found: chromium, packages: ['chromium'], what: 'Chromium, or CHROMIUM with its path' },
   firefox: { found: firefox, packages: ['firefox-esr'], what: 'Firefox, or FIREFOX with its path' },
+  font: {
+    found: () => ask('fc-match', ['DejaVu Sans', 'family']) === 'DejaVu Sans',
+    packages: ['fontconfig', 'fonts-dejavu-core'],
+    what: 'the font DejaVu Sans, of the pictures of the page',
+  },
   python: {
     found: hasPython,
     packages: ['python3', 'python3-venv', 'python3-dev'],

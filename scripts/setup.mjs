@@ -15,7 +15,7 @@ const NEEDS = {
   lint: ['linker'],
   native: ['linker', 'vulkan', 'chromium'],
   wasm: ['linker', 'vulkan', 'chromium', 'firefox'],
-  e2e: ['linker', 'vulkan', 'chromium', 'firefox'],
+  e2e: ['linker', 'vulkan', 'chromium', 'firefox', 'font'],
   package: ['linker', 'vulkan', 'chromium', 'firefox'],
   python: ['linker', 'vulkan', 'python', 'opengl'],
   cluster: ['linker', 'vulkan', 'python', 'mpi', 'fortran', 'valgrind'],
