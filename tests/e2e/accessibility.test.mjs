@@ -4,8 +4,10 @@ import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 
+import { expect } from '@playwright/test';
+
 import { OPEN_BOX } from './open_box.mjs';
-import { COPPER, hasGeometries, isIdle, run, slice, take, test, withoutWebGl } from './visit.mjs';
+import { COPPER, hasGeometries, isIdle, keptFiles, run, slice, take, test, withoutWebGl } from './visit.mjs';
 import { WITHOUT_ADAPTER } from './workers.mjs';
 
 const AXE = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
@@ -78,14 +80,7 @@ test('axe-core finds nothing: help, the question about the last visit, an error 
   await page.keyboard.press('Escape');
   await page.setInputFiles('#file-input', { name: 'box.stl', mimeType: 'model/stl', buffer: Buffer.from(OPEN_BOX) });
   await hasGeometries(page, 1);
-  await page.waitForFunction(async () => {
-    const root = await navigator.storage.getDirectory();
-    const folder = await root.getDirectoryHandle('hexcast-session').catch(() => null);
-    return folder?.getFileHandle('session.json').then(
-      () => true,
-      () => false,
-    );
-  });
+  await expect.poll(() => keptFiles(page)).toEqual(['box.stl']);
   await page.reload();
   await isIdle(page);
   await page.waitForSelector('#messages [data-about=session]');

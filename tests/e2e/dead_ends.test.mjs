@@ -6,7 +6,7 @@ import assert from 'node:assert/strict';
 import { expect } from '@playwright/test';
 
 import { boxBetween } from './open_box.mjs';
-import { COPPER, hasGeometries, isIdle, legend, picture3d, run, slice, take, test, withoutWebGl } from './visit.mjs';
+import { COPPER, hasGeometries, isIdle, keptFiles, legend, picture3d, run, slice, take, test, withoutWebGl } from './visit.mjs';
 import { WITHOUT_ADAPTER } from './workers.mjs';
 
 const BOX = boxBetween([0, 0, 0], [4, 2, 2]);
@@ -141,16 +141,6 @@ test('every edit is undone and done again, with buttons and keys', async ({ visi
   await run(page);
   assert.equal((await legend(page))[0][0], 7);
 });
-
-/** Names of the files that the page keeps for the next visit. */
-function keptFiles(page) {
-  return page.evaluate(async () => {
-    const root = await navigator.storage.getDirectory();
-    const folder = await root.getDirectoryHandle('hexcast-session').catch(() => null);
-    const list = await folder?.getFileHandle('session.json').catch(() => null);
-    return list ? JSON.parse(await (await list.getFile()).text()).map(({ name }) => name) : [];
-  });
-}
 
 test('a reload asks once whether to open the files again', async ({ visit }) => {
   const page = await visit('#cells=20&backend=cpu');

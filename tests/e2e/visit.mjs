@@ -161,3 +161,15 @@ export async function picture3d(page) {
     return context.getImageData(0, 0, bitmap.width, bitmap.height);
   }, bytes.toString('base64'));
 }
+
+/** Names of the files that the page keeps for the next visit. */
+export function keptFiles(page) {
+  return page.evaluate(async () => {
+    const root = await navigator.storage.getDirectory();
+    const folder = await root.getDirectoryHandle('hexcast-session').catch(() => null);
+    const list = await folder?.getFileHandle('session.json').catch(() => null);
+    // it is empty until it is written
+    const text = list ? await (await list.getFile()).text() : '';
+    return text === '' ? [] : JSON.parse(text).map(({ name }) => name);
+  });
+}
