@@ -25,11 +25,11 @@ const test = base.extend({
   ],
 });
 
-/** Before the page's scripts: notes all progress of the worker, clicks Run as soon as it can, and presses Escape at a stage. */
+/** Before the page's scripts: notes all progress of the worker, clicks Run as soon as it can, and presses Escape at stages, in their order. */
 function listen() {
   delete window.showSaveFilePicker;
   window.heard = [];
-  window.endAt = null;
+  window.endAt = [];
   window.runsAtOnce = false;
   const Plain = window.Worker;
   window.Worker = class extends Plain {
@@ -38,11 +38,11 @@ function listen() {
       this.addEventListener('message', ({ data: { progress } }) => {
         if (!progress) return;
         window.heard.push({ stage: progress.stage, share: progress.done / progress.total });
-        if (progress.stage !== window.endAt) return;
-        window.endAt = null;
+        if (progress.stage !== window.endAt[0]) return;
+        window.endAt.shift();
         // what the worker has told already is heard first
         setTimeout(() => {
-          window.heard.push({ stage: 'end' });
+          window.heard.push({ stage: `end of ${progress.stage}` });
           document.dispatchEvent(new KeyboardEvent('keydown', { key: 'Escape', bubbles: true }));
         });
       });
@@ -107,12 +107,13 @@ const SLOW_STEPS = `
 
 test('Escape ends reading, drawing and looking at edges, each by itself', async ({ visit, siteWithWorker, wave }) => {
   const page = await visit('#cells=24&backend=cpu', { url: await siteWithWorker(SLOW_STEPS), prepare: listen });
-  const endAt = (stage) => page.evaluate((stage) => (window.endAt = stage), stage);
+  const endAt = (...stages) => page.evaluate((stages) => (window.endAt = stages), stages);
   /** Progress that came after the end: what was on its way. */
   const isEnded = async (stage) => {
     const all = (await heard(page)).map((one) => one.stage);
-    const after = all.slice(all.lastIndexOf('end')).filter((one) => one === stage).length;
-    assert.ok(all.includes('end') && after <= 2, `${after} steps of ${stage} after its end`);
+    const end = all.lastIndexOf(`end of ${stage}`);
+    const after = all.slice(end).filter((one) => one === stage).length;
+    assert.ok(end >= 0 && after <= 2, `${after} steps of ${stage} after its end`);
   };
   await endAt('read');
   await page.setInputFiles('#file-input', wave);
@@ -122,11 +123,11 @@ test('Escape ends reading, drawing and looking at edges, each by itself', async 
   assert.equal(await page.locator('.geometry').count(), 0);
   await isEnded('read');
 
-  await endAt('preview');
+  // the edges are next, at once
+  await endAt('preview', 'check');
   await page.setInputFiles('#file-input', wave);
   await hasFact(page, 'not drawn');
   await isEnded('preview');
-  await endAt('check');
   await page.getByRole('button', { name: 'Check the edges' }).waitFor();
   await isEnded('check');
   assert.match(await facts(page), /edges not checked yet/);
