@@ -126,11 +126,10 @@ test('Escape ends reading, drawing and looking at edges, each by itself', async 
   // the edges are next, at once
   await endAt('preview', 'check');
   await page.setInputFiles('#file-input', wave);
-  await hasFact(page, 'not drawn');
-  await isEnded('preview');
   await page.getByRole('button', { name: 'Check the edges' }).waitFor();
+  await isEnded('preview');
   await isEnded('check');
-  assert.match(await facts(page), /edges not checked yet/);
+  assert.match(await facts(page), /not drawn.*edges not checked yet/s);
   await hasGeometries(page, 1);
   await run(page);
   await page.getByRole('button', { name: 'Check the edges' }).click();
