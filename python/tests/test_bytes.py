@@ -43,7 +43,9 @@ def bytes_below(path: Path) -> dict[str, bytes]:
 @pytest.mark.parametrize("model", ["spot", "part"])
 def test_files_are_those_of_the_command(model, name, words, options, request, command, tmp_path):
     file = request.getfixturevalue(model)
-    names = [f"mesh.{ending}" for ending in ("npy", "raw", "vti", "hxc", "zarr")]
+    # of a part the command writes its shards of the store of the whole, which are not cut as other parts are
+    endings = ("npy", "raw", "vti", "hxc") if "part" in options else ("npy", "raw", "vti", "hxc", "zarr")
+    names = [f"mesh.{ending}" for ending in endings]
     native, ours = tmp_path / "native", tmp_path / "ours"
     native.mkdir()
     ours.mkdir()

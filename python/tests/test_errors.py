@@ -21,7 +21,7 @@ CASES = [
     (({"file": "a.stl", "source": CUBE},), {}, "job-conflict", "needs either file or source"),
     (({"flag": 2},), {}, "job-conflict", "needs either file or source"),
     (("nothing.stl",), {}, "io", "nothing.stl"),
-    ((".",), {}, "io", "is not a file"),
+    ((".",), {}, "io", "is a folder"),
     (("nothing.toml",), {}, "io", "nothing.toml"),
     (([],), {}, "job-empty", "no geometry"),
     ((CUBE,), {"cells": 1.5}, "job-value", "cells"),
