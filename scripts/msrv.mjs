@@ -6,7 +6,7 @@ import path from 'node:path';
 import { ROOT, ask, run } from './run.mjs';
 
 /** Seconds that rustup gets to download it. */
-const RUSTUP_SECONDS = 120;
+const RUSTUP_SECONDS = 30;
 
 /** Checks all crates with it, where rustup has it or can download it. @returns {Promise<string>} its version, or what is not checked */
 export async function checkOldestRust() {
