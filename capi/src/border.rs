@@ -1,33 +1,8 @@
-//! The border: what comes in is checked, panics stay inside, and errors go to the place that the caller has for them.
+//! The border: pointers of the caller's are checked, and handles of ours are freed.
 
 use std::ffi::{CStr, CString, c_char};
-use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use hexcast::{Error, Result};
-
-use crate::error::HexcastError;
-
-/// Does something, and puts its error, if there is one, at `error`, unless that is NULL. Returns None for an error.
-///
-/// # Safety
-/// `error` is NULL or a place for a pointer that the caller owns.
-pub(crate) unsafe fn call<T>(error: *mut *mut HexcastError, act: impl FnOnce() -> Result<T>) -> Option<T> {
-    // what `act` leaves half done is behind a lock that is poisoned then, or is memory of flags, for which any bytes will do
-    let result = catch_unwind(AssertUnwindSafe(act)).unwrap_or_else(|_| Err(crashed()));
-    result
-        .map_err(|problem| {
-            if !error.is_null() {
-                // SAFETY: it is not NULL, and the caller of this function vouches for the rest
-                unsafe { error.write(Box::into_raw(Box::new(HexcastError::new(&problem)))) };
-            }
-        })
-        .ok()
-}
-
-/// The error of a bug.
-pub(crate) fn crashed() -> Error {
-    Error::new("device-failed", "the driver or hexcast crashed", "choose the backend \"cpu\", and report it")
-}
 
 /// Reads a text of the caller's; `what` names it in messages.
 ///
@@ -115,6 +90,17 @@ fn null(what: &str) -> Error {
     Error::new("job-value", format!("{what} is NULL"), "")
 }
 
+/// Frees what is behind a handle, if it is not NULL.
+///
+/// # Safety
+/// `handle` is NULL, or of `Box::into_raw`, was not freed, and no thread uses it.
+pub(crate) unsafe fn free<T>(handle: *mut T) {
+    if !handle.is_null() {
+        // SAFETY: it is not NULL, and the caller of this function vouches for the rest
+        drop(unsafe { Box::from_raw(handle) });
+    }
+}
+
 /// A text for the caller. One of ours has no zero byte; names of files in messages cannot have one.
 pub(crate) fn c_text(text: &str) -> CString {
     CString::new(text.replace('\0', "")).unwrap_or_default()
@@ -122,24 +108,7 @@ pub(crate) fn c_text(text: &str) -> CString {
 
 #[cfg(test)]
 mod tests {
-    use std::ffi::CStr;
-    use std::ptr;
-
     use super::*;
-    use crate::error::{hexcast_error_code, hexcast_error_free};
-
-    #[test]
-    fn a_panic_becomes_an_error() {
-        let mut error = ptr::null_mut();
-        // SAFETY: it is a place for a pointer
-        let done: Option<()> = unsafe { call(&mut error, || panic!("a bug")) };
-        assert!(done.is_none() && !error.is_null());
-        // SAFETY: `call` made it, and it is freed once
-        unsafe {
-            assert_eq!(CStr::from_ptr(hexcast_error_code(error)), c"device-failed");
-            hexcast_error_free(error);
-        }
-    }
 
     #[test]
     fn an_array_that_is_not_aligned_is_an_error() {

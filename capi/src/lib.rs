@@ -1,6 +1,6 @@
 //! What C, C++ and Fortran call; `include/hexcast.h` is made of these functions.
 //!
-//! Jobs and reports cross as JSON, flags into memory of the caller's. No panic crosses: [`border::call`] makes an error of it. Every
+//! Jobs and reports cross as JSON, flags into memory of the caller's. No panic crosses: [`error::call`] makes an error of it. Every
 //! handle is a box whose pointer the caller holds; a mesher is behind a lock, so that threads may share it.
 
 mod border;

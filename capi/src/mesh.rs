@@ -7,8 +7,8 @@ use hexcast::mesh::Mesh;
 use hexcast::report::Report;
 use hexcast::{Error, Result};
 
-use crate::border::{array, array_mut, behind, c_text, call};
-use crate::error::HexcastError;
+use crate::border::{array, array_mut, behind, c_text, free};
+use crate::error::{HexcastError, call};
 
 /// A finished mesh. Freed by hexcast_mesh_free.
 pub struct HexcastMesh {
@@ -158,15 +158,6 @@ pub unsafe extern "C" fn hexcast_mesh_report(mesh: *const HexcastMesh) -> *const
 /// `mesh` is NULL or a mesh that was not freed and that no thread uses.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hexcast_mesh_free(mesh: *mut HexcastMesh) {
-    if !mesh.is_null() {
-        // SAFETY: `hexcast_mesh` made it with `Box::into_raw`, and it was not freed, for which the caller vouches
-        drop(unsafe { Box::from_raw(mesh) });
-    }
+    // SAFETY: `hexcast_mesh` made it with `Box::into_raw`, and the caller vouches for the rest
+    unsafe { free(mesh) };
 }
-
-/// Threads may share a mesh and a mesher.
-const _: () = {
-    const fn is_shared<T: Send + Sync>() {}
-    is_shared::<HexcastMesh>();
-    is_shared::<crate::mesher::HexcastMesher>();
-};

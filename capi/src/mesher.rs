@@ -14,8 +14,8 @@ use hexcast::sources::Source;
 use hexcast::{Error, Result};
 use serde::Deserialize;
 
-use crate::border::{array, behind, call, crashed, text};
-use crate::error::HexcastError;
+use crate::border::{array, behind, free, text};
+use crate::error::{HexcastError, call, crashed};
 use crate::mesh::HexcastMesh;
 
 /// A backend, the GPU or the CPU, that meshes one job after the other. Freed by hexcast_mesher_free.
@@ -80,10 +80,8 @@ pub unsafe extern "C" fn hexcast_mesher_new(
 /// `mesher` is NULL or a mesher that was not freed and that no thread uses.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn hexcast_mesher_free(mesher: *mut HexcastMesher) {
-    if !mesher.is_null() {
-        // SAFETY: `hexcast_mesher_new` made it with `Box::into_raw`, and it was not freed, for which the caller vouches
-        drop(unsafe { Box::from_raw(mesher) });
-    }
+    // SAFETY: `hexcast_mesher_new` made it with `Box::into_raw`, and the caller vouches for the rest
+    unsafe { free(mesher) };
 }
 
 /// Meshes a job, which is JSON with the keys of the job file. "window": [i0, j0, k0, i1, j1, k1] meshes only these cells of the box,
@@ -143,3 +141,10 @@ unsafe fn sources(job: &Job, facets: &[HexcastFacets]) -> Result<Vec<Source>> {
     };
     job.geometries.iter().map(|geometry| source(&geometry.file)).collect()
 }
+
+/// Threads may share a mesh and a mesher.
+const _: () = {
+    const fn is_shared<T: Send + Sync>() {}
+    is_shared::<HexcastMesh>();
+    is_shared::<HexcastMesher>();
+};
