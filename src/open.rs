@@ -4,7 +4,8 @@
 //! A geometry is closed if, after the snap, every edge has an even number of facets (rule `parity`), or as many one way as the
 //! other (`nonzero`). Its rays decide every cell. Of one that is open ([`crate::geometry::Open::Winding`]):
 //!
-//! 1. Facets that share an edge with one other are turned to agree with it (`orient`).
+//! 1. Facets that share an edge with one other are turned to agree with it (`orient`). Where three open edges follow each other
+//!    around a triangle that is no facet, that facet is missing, and is added (`missing`).
 //! 2. Rays are cast along all three axes. A cell whose three rays cross the surface an even number of times, and agree, keeps
 //!    their answer. Every other cell is doubtful.
 //! 3. A doubtful cell is decided by the generalised winding number w at its centre (Jacobson, Kavan and Sorkine-Hornung 2013),
@@ -26,6 +27,7 @@
 //! Cost: three casts, 32 bytes a crossing, a look at 64 cells at a time; near holes some microseconds a cell.
 
 mod caps;
+mod missing;
 mod orient;
 mod part;
 mod votes;

@@ -182,6 +182,8 @@ export interface OpenReport {
   open_edges: number;
   /** Loops of these edges. */
   holes: number;
+  /** Holes of three edges: the facet that was missing there was added. */
+  added_facets: number;
   /** Middle of the longest of these edges. */
   longest_at: [number, number, number];
   /** Facets that were turned to agree with their neighbours. */

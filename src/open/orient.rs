@@ -1,6 +1,6 @@
-//! Orientation: facets that share an edge are turned to agree, and what edges are open then.
+//! Orientation: facets that share an edge are turned to agree, what facets are missing between them, and what edges are open then.
 //!
-//! Snapped facets -> the same, turned, and the loops of their open edges. An edge with two facets joins them: they agree if they
+//! Snapped facets -> the same, turned, the missing ones, and the loops of the edges that are open beside these. An edge with two facets joins them: they agree if they
 //! use it in opposite directions. Of each group of joined facets the side that has more of them as they are in the file stays.
 //! An edge is open as often as its facets use it more one way than the other; since every facet is a triangle, as many
 //! open edges begin at a corner as end there, so that they form loops.
@@ -8,16 +8,19 @@
 //! Degenerate cases: edges with three or more facets join nothing; a group that cannot be oriented (a Moebius strip) keeps open
 //! edges where it was cut. Cost: O(n log n) for n facets, in an order that does not depend on the machine.
 
+use super::missing::missing;
 use crate::frame::SnappedFacet;
 use crate::parallel::*;
 
 /// A surface whose facets agree as far as they can.
 pub(super) struct Oriented {
     pub(super) facets: Vec<SnappedFacet>,
+    /// Facets that were missing.
+    pub(super) missing: Vec<SnappedFacet>,
     pub(super) n_turned: u64,
-    /// Corners of each loop of open edges, in the direction in which the facets use them.
+    /// Corners of each loop of the other open edges, in the direction in which the facets use them.
     pub(super) loops: Vec<Vec<[i32; 3]>>,
-    /// Edges that are open, each once.
+    /// Edges that are open, each once, with those of missing facets.
     pub(super) n_open_edges: u64,
 }
 
@@ -36,8 +39,9 @@ pub(super) fn orient(facets: &[SnappedFacet]) -> Oriented {
     corners.par_sort_unstable();
     corners.dedup();
     let number = |corner: &[i32; 3]| corners.partition_point(|other| other < corner) as u32;
+    let numbers: Vec<[u32; 3]> = facets.par_iter().map(|facet| facet.each_ref().map(number)).collect();
     let mut uses = Vec::with_capacity(3 * facets.len());
-    for (facet, numbers) in facets.iter().map(|facet| facet.each_ref().map(number)).enumerate() {
+    for (facet, numbers) in numbers.iter().enumerate() {
         for (from, to) in [(0, 1), (1, 2), (2, 0)].map(|(from, to)| (numbers[from], numbers[to])) {
             if from != to {
                 uses.push(Use { low: from.min(to), high: from.max(to), facet: facet as u32, is_forward: from < to });
@@ -56,12 +60,14 @@ pub(super) fn orient(facets: &[SnappedFacet]) -> Oriented {
         n_open_edges += u64::from(surplus != 0);
     }
     open.sort_unstable();
+    let missing = missing(&mut open, &numbers);
     let turn = |(facet, &is_turned): (&SnappedFacet, &bool)| {
         let [a, b, c] = *facet;
         if is_turned { [a, c, b] } else { [a, b, c] }
     };
     Oriented {
         facets: facets.iter().zip(&is_turned).map(turn).collect(),
+        missing: missing.into_iter().map(|facet| facet.map(|at| corners[at as usize])).collect(),
         n_turned: is_turned.iter().filter(|&&is_turned| is_turned).count() as u64,
         loops: loops(&open).into_iter().map(|found| found.iter().map(|&at| corners[at as usize]).collect()).collect(),
         n_open_edges,

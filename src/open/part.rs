@@ -1,6 +1,6 @@
 //! Open parts: geometries that are not closed, made whole.
 //!
-//! Facets -> [`OpenPart`]: facets that agree, and caps over the holes.
+//! Facets -> [`OpenPart`]: facets that agree, those that were missing, and caps over the other holes.
 
 use super::caps::caps;
 use super::orient::orient;
@@ -17,8 +17,10 @@ pub struct Surface {
     pub open_edges: u64,
     /// Facets that were turned to agree with their neighbours.
     pub turned: u64,
-    /// Caps that close its holes: loops of open edges.
+    /// Its holes: loops of open edges.
     pub holes: u64,
+    /// Holes of three edges, which the facet that is missing closed. Caps close the others.
+    pub added: u64,
     /// Middle of the longest open edge, in world coordinates.
     pub longest_at: [f64; 3],
 }
@@ -26,7 +28,7 @@ pub struct Surface {
 /// A geometry that is not closed.
 pub struct OpenPart {
     pub(crate) policy: Open,
-    /// Its facets, turned to agree with each other.
+    /// Its facets, turned to agree with each other, and those that were missing.
     pub(crate) facets: Vec<SnappedFacet>,
     /// Triangles that close its holes, counted from the first cell of the whole box.
     pub(crate) caps: Vec<SnappedFacet>,
@@ -36,22 +38,25 @@ pub struct OpenPart {
 }
 
 impl OpenPart {
-    /// Turns the facets of a geometry and closes its holes.
+    /// Turns the facets of a geometry, adds those that are missing, and closes its other holes.
     pub(crate) fn new(policy: Open, facets: &[SnappedFacet], fraction_bits: u32, lines: &Lines) -> OpenPart {
         let oriented = orient(facets);
         let caps = caps(&oriented.loops);
         let place = |corner: [i32; 3]| world(corner, fraction_bits, lines);
-        let edges = oriented.loops.iter().flat_map(|corners| corners.iter().zip(corners.iter().cycle().skip(1)));
+        let holes = oriented.loops.iter().map(Vec::as_slice).chain(oriented.missing.iter().map(|facet| &facet[..]));
+        let edges = holes.flat_map(|corners| corners.iter().zip(corners.iter().cycle().skip(1)));
         let ends = edges.map(|(from, to)| [place(*from), place(*to)]);
         let length = |[from, to]: &[[f64; 3]; 2]| (0..3).map(|axis| (to[axis] - from[axis]).powi(2)).sum::<f64>();
         let longest = ends.max_by(|one, other| length(one).total_cmp(&length(other))).unwrap_or_default();
         let surface = Surface {
             open_edges: oriented.n_open_edges,
             turned: oriented.n_turned,
-            holes: oriented.loops.len() as u64,
+            holes: (oriented.loops.len() + oriented.missing.len()) as u64,
+            added: oriented.missing.len() as u64,
             longest_at: [0, 1, 2].map(|axis| 0.5 * (longest[0][axis] + longest[1][axis])),
         };
-        OpenPart { policy, facets: oriented.facets, caps, first: [0; 3], surface }
+        let facets = [oriented.facets, oriented.missing].concat();
+        OpenPart { policy, facets, caps, first: [0; 3], surface }
     }
 
     /// Bytes that deciding it takes, about: a word a crossing of each axis, along the rays once more with the caps, and as much again

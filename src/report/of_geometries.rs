@@ -85,6 +85,9 @@ pub struct OpenReport {
     pub open_edges: u64,
     /// Loops of these edges.
     pub holes: u64,
+    /// Holes of three edges: the facet that was missing there was added.
+    #[serde(default)]
+    pub added_facets: u64,
     /// Middle of the longest of them.
     pub longest_at: [f64; 3],
     /// Facets that were turned to agree with their neighbours.
@@ -103,6 +106,7 @@ impl OpenReport {
             policy: found.policy,
             open_edges: found.surface.open_edges,
             holes: found.surface.holes,
+            added_facets: found.surface.added,
             longest_at: found.surface.longest_at,
             turned: found.surface.turned,
             odd_rays: found.odd_rays,
@@ -129,10 +133,14 @@ impl OpenReport {
             }
             _ => format!("open edges {}, loops {}, the longest edge at {at}", self.open_edges, self.holes),
         };
+        let added = match self.added_facets {
+            0 => String::new(),
+            n => format!("; facets added where one was missing between three open edges: {n}"),
+        };
         let worst = geometry.worst_edges(kind, lines);
         let worst = if worst.is_empty() { worst } else { format!("; {worst}") };
         format!(
-            "geometry \"{}\" is not closed: {edges}{worst}; rays that do not leave it as often as they enter: {of_x} along x, {of_y} \
+            "geometry \"{}\" is not closed: {edges}{worst}{added}; rays that do not leave it as often as they enter: {of_x} along x, {of_y} \
              along y, {of_z} along z; {} of {n_cells} cells were doubtful and were decided {decided}",
             self.geometry, self.doubtful_cells,
         )

@@ -47,6 +47,7 @@ mod memory;
 #[cfg(feature = "cli")]
 mod merged_reports;
 mod mesher;
+mod missing_facets;
 mod models;
 mod open_surfaces;
 mod oracle;

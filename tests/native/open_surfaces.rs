@@ -1,6 +1,6 @@
 //! Surfaces with holes: every cell against the definition, computed another way, and the laws that hold for all.
 //!
-//! The definition: rays of three axes, counted in big integers against every facet; where they are not all even, or do not
+//! The definition: rays of three axes, counted in big integers against every facet, also those that are missing; where they are not all even, or do not
 //! agree, the solid angle of all facets at the centre, summed in f64.
 
 use hexcast::control::Control;
@@ -69,7 +69,8 @@ pub(crate) type Exact = [BigInt; 3];
 /// Cells of one geometry, by the definition.
 fn expected(facets: &Facets, lines: &Lines, rule: Rule, fill: impl Fn([u32; 3], Expected)) {
     let geometry = Geometry::new("g", 1, facets.clone()).unwrap();
-    let (snapped, bits) = oracle::snapped_facets(&geometry, lines);
+    let (mut snapped, bits) = oracle::snapped_facets(&geometry, lines);
+    snapped.extend(missing(&snapped));
     let exact: Vec<[Exact; 3]> =
         snapped.iter().map(|facet| facet.each_ref().map(|corner| corner.each_ref().map(|c| c << 200u32))).collect();
     let ratio: [f64; 3] = std::array::from_fn(|axis| lines.spacing[axis] / f64::from(1u32 << bits));
@@ -121,6 +122,38 @@ fn expected(facets: &Facets, lines: &Lines, rule: Rule, fill: impl Fn([u32; 3], 
             }
         }
     }
+}
+
+/// Triangles that open edges go around, of which no facet has the corners and none shares an edge with another: of all triples of
+/// corners, those for which it holds.
+fn missing(facets: &[[Exact; 3]]) -> Vec<[Exact; 3]> {
+    let corners: Vec<&Exact> = facets.iter().flatten().collect::<std::collections::BTreeSet<_>>().into_iter().collect();
+    let n = corners.len();
+    let mut surplus = vec![vec![0; n]; n];
+    let mut is_facet = std::collections::BTreeSet::new();
+    for facet in facets {
+        let of = facet.each_ref().map(|corner| corners.binary_search(&corner).expect("it is one of them"));
+        for (from, to) in [(of[0], of[1]), (of[1], of[2]), (of[2], of[0])] {
+            surplus[from][to] += 1;
+            surplus[to][from] -= 1;
+        }
+        is_facet.insert(std::collections::BTreeSet::from(of));
+    }
+    let mut found = Vec::new();
+    for a in 0..n {
+        for b in (0..n).filter(|&b| surplus[a][b] > 0) {
+            for c in (0..n).filter(|&c| surplus[b][c] > 0 && surplus[c][a] > 0) {
+                if a < b && a < c && !is_facet.contains(&[a, b, c].into()) {
+                    found.push([a, b, c]);
+                }
+            }
+        }
+    }
+    let edges = |[a, b, c]: [usize; 3]| [(a, b), (b, c), (c, a)];
+    let shares =
+        |one: [usize; 3], other: [usize; 3]| one != other && edges(one).iter().any(|edge| edges(other).contains(edge));
+    let alone = found.iter().filter(|one| !found.iter().any(|other| shares(**one, *other)));
+    alone.map(|[a, b, c]| [*c, *b, *a].map(|corner| corners[corner].clone())).collect()
 }
 
 fn distance_to_edges(facet: &[[f64; 3]; 3], at: [f64; 3]) -> f64 {
@@ -197,7 +230,7 @@ fn small_cases() -> Vec<(String, Facets, Rule)> {
         cases.push((format!("seed {seed}, {share} removed"), without(&whole, share, seed)));
     }
     // corners on mesh lines and on centres, so that centres lie in the planes of holes
-    for seed in 0..24 {
+    for seed in 0..32 {
         let mut random = Random::new(100 + seed);
         let mut place = || random.below(15) as f32 * 0.5 + 0.5;
         let mut corner = || [place(), place(), place()];
@@ -206,8 +239,12 @@ fn small_cases() -> Vec<(String, Facets, Rule)> {
             1 => models::octahedron([1.0, 0.5, 1.5], corner().map(|c| c.max(4.0))),
             _ => models::wedge([corner(), corner(), corner()], [1.0, 0.5, 1.5]),
         };
+        // two facets side by side leave a hole of four edges
         let mut holed = whole.clone();
         holed.remove(seed as usize % whole.len());
+        if !seed.is_multiple_of(4) {
+            holed.remove((seed as usize ^ 1) % holed.len());
+        }
         cases.push((format!("ties, seed {seed}"), holed));
     }
     let both = |(name, facets): (String, Facets)| {
@@ -216,12 +253,14 @@ fn small_cases() -> Vec<(String, Facets, Rule)> {
     cases.into_iter().flat_map(both).collect()
 }
 
-/// Centres that lie in the planes of caps: the missing facet of a tetrahedron, and five missing facets of a prism.
+/// Centres that lie in the planes of caps: the missing facet of a tetrahedron, whose hole has a corner on one of its edges, and five
+/// missing facets of a prism.
 #[test]
 fn a_centre_in_the_plane_of_a_cap_is_on_the_side_that_the_tie_rule_says() {
     let tetrahedron = vec![
         [[1.0, 18.0, -8.0], [2.0, 10.0, 24.0], [-1.0, 0.0, -8.0]],
-        [[2.0, 10.0, 24.0], [-1.0, 12.0, 4.0], [-1.0, 0.0, -8.0]],
+        [[2.0, 10.0, 24.0], [0.5, 11.0, 14.0], [-1.0, 0.0, -8.0]],
+        [[0.5, 11.0, 14.0], [-1.0, 12.0, 4.0], [-1.0, 0.0, -8.0]],
         [[-1.0, 12.0, 4.0], [1.0, 18.0, -8.0], [-1.0, 0.0, -8.0]],
         [[1.0, -8.0, 12.0], [3.0, 2.0, 16.0], [1.5, 14.0, 24.0]],
     ];

@@ -51,8 +51,9 @@ export function otherWarnings({ warnings }) {
 
 /** @param {import('hexcast').OpenReport} open @param {Report} report @returns {Finding} */
 function ofOpen(open, { cells, spacing }) {
-  const { geometry, policy, open_edges: edges, holes, longest_at: place, doubtful_cells: doubtful } = open;
-  const facts = `${geometry} is not closed: ${many(edges, 'open edge')} in ${many(holes, 'loop')}, the longest edge at ${placeText(place, spacing)}.`;
+  const { geometry, policy, open_edges: edges, holes, added_facets: n, longest_at: place, doubtful_cells: doubtful } = open;
+  const added = n ? ` ${many(n, 'missing facet')} ${n === 1 ? 'was' : 'were'} added.` : '';
+  const facts = `${geometry} is not closed: ${many(edges, 'open edge')} in ${many(holes, 'loop')}, the longest edge at ${placeText(place, spacing)}.${added}`;
   const decided = policy === 'vote' ? 'most of their even rays' : 'the winding number';
   const share = `${count(doubtful)} of ${roughly(cells)} cells ${doubtful === 1 ? 'was' : 'were'} doubtful`;
   const patches = state.patches?.find(({ name }) => name === geometry) && state.patches;

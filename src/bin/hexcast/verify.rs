@@ -69,7 +69,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     let (rays, seed) = (mesh.columns.rays, arguments.seed);
     let axes = [rays.axis, rays.across[0], rays.across[1]];
     let through = scene.bodies.iter().map(|_| OnceLock::new()).collect();
-    let check = Check { scene: &scene, mesh: &mesh, axes, through, seed, token };
+    let check = Check { scene: &scene, mesh: &mesh, axes, through, seed, control: &control };
     let tally = check.all(&slabs)?;
     let first =
         format!("{}: {} of {} cells", arguments.mesh.display(), HumanCount(n_cells), HumanCount(mesh.n_cells()));
@@ -129,8 +129,8 @@ fn sentences(scene: &Scene, mesh: &Mesh, tally: &Tally) -> String {
     for body in scene.bodies.iter().filter(|body| body.open.is_some()) {
         text += &format!("{} is not closed.\n", body.file);
     }
-    if tally.n_doubtful > 0 {
-        let [doubtful, wound, undecided] = [tally.n_doubtful, tally.n_wound, tally.n_undecided].map(HumanCount);
+    if tally.n_doubtful[0] > 0 {
+        let [doubtful, wound, undecided] = tally.n_doubtful.map(HumanCount);
         text += &format!("Doubtful cells: {doubtful}; the solid angles of all facets were summed at {wound}, ");
         text += &format!("of which {undecided} are too close to call.\n");
     }

@@ -45,14 +45,12 @@ impl Scene {
             taken.retain(|(name, _)| entry.solid.as_ref().is_none_or(|wanted| wanted == name));
             let place = placing(entry);
             let placed = |facets: Vec<[[f32; 3]; 3]>| facets.iter().map(|facet| facet.map(&place)).collect::<Vec<_>>();
-            let mut parts: Vec<_> = taken.into_iter().map(|(_, facets)| placed(facets)).collect();
+            let parts: Vec<_> = taken.into_iter().map(|(_, facets)| placed(facets)).collect();
             let solid = entry.solid.as_deref().unwrap_or_default();
             if parts.is_empty() {
                 return Err(wrong("job-value", format!("{file} has no solid {solid:?}")));
             }
-            if !entry.split {
-                parts = vec![parts.concat()];
-            }
+            let parts = if entry.split { parts } else { vec![parts.concat()] };
             for (index, facets) in parts.into_iter().enumerate() {
                 let flag = entry.flag.map_or(bodies.len() as i16 + 1, |flag| i16::from(flag) + index as i16);
                 let (file, open) = (file.clone(), entry.open.or(Some(job.open)));
@@ -80,9 +78,10 @@ impl Scene {
                 return Err(wrong("surface-open", what));
             }
             body.open = body.open.filter(|_| turned.is_some());
-            body.facets = scene.facets.len()..scene.facets.len() + facets.len();
+            let first = scene.facets.len();
             // crossings that are counted as they are need no turning
             scene.facets.extend(turned.filter(|_| body.open != Some(Open::Parity)).unwrap_or(facets));
+            body.facets = first..scene.facets.len();
             scene.bodies.push(body);
         }
         Ok(scene)

@@ -7,10 +7,10 @@ use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::OnceLock;
 
-use hexcast::control::CancelToken;
+use hexcast::Result;
+use hexcast::control::Control;
 use hexcast::job::Open;
 use hexcast::mesh::Mesh;
-use hexcast::{Error, Result};
 use rayon::prelude::*;
 
 use super::ray::Rays;
@@ -34,9 +34,7 @@ pub(super) struct Tally {
     /// The first wrong cells, with the flag found and the one expected.
     pub(super) first: Vec<([u32; 3], i16, i16)>,
     /// Cells that the winding number decides; those of them that were looked at; those where it is too near to a half.
-    pub(super) n_doubtful: u64,
-    pub(super) n_wound: u64,
-    pub(super) n_undecided: u64,
+    pub(super) n_doubtful: [u64; 3],
 }
 
 /// The plane, number and first cell above of a crossing of a ray, and 1 for in or -1 for out.
@@ -50,14 +48,14 @@ pub(super) struct Check<'a> {
     /// Crossings of each body with the rays along c, which go through all slabs.
     pub(super) through: Vec<OnceLock<Vec<Crossing>>>,
     pub(super) seed: u64,
-    pub(super) token: &'a CancelToken,
+    pub(super) control: &'a Control,
 }
 
 impl Check<'_> {
     /// Holds all cells of some slabs to the job; of the doubtful ones as many as time allows, chosen at random.
     pub(super) fn all(&self, slabs: &[Range<u32>]) -> Result<Tally> {
         let counted = self.with_stride(slabs, u64::MAX)?;
-        let n_angles = u128::from(counted.n_doubtful) * self.scene.facets.len() as u128;
+        let n_angles = u128::from(counted.n_doubtful[0]) * self.scene.facets.len() as u128;
         if n_angles == 0 { Ok(counted) } else { self.with_stride(slabs, n_angles.div_ceil(ANGLES.into()) as u64) }
     }
 
@@ -68,9 +66,7 @@ impl Check<'_> {
             let tally = tally?;
             all.n_wrong += tally.n_wrong;
             all.first.extend(tally.first.into_iter().take(SHOWN - all.first.len()));
-            all.n_doubtful += tally.n_doubtful;
-            all.n_wound += tally.n_wound;
-            all.n_undecided += tally.n_undecided;
+            (0..3).for_each(|kind| all.n_doubtful[kind] += tally.n_doubtful[kind]);
             Ok(all)
         })
     }
@@ -80,12 +76,9 @@ impl Check<'_> {
         // the cells of a ray along b follow each other, then those rays along a
         let mut expected = vec![0; self.steps()[2] * slab.len()];
         for (rank, body) in self.scene.bodies.iter().enumerate() {
-            if self.token.is_cancelled() {
-                return Err(Error::Cancelled);
-            }
+            self.control.check()?;
             let Some(policy) = body.open.filter(|&policy| policy != Open::Parity) else {
-                let along = if body.open.is_some() { 0 } else { 1 };
-                self.cast(rank, along, slab, |at, _| expected[at] = body.flag);
+                self.cast(rank, usize::from(body.open.is_none()), slab, |at, _| expected[at] = body.flag);
                 continue;
             };
             let mut votes = vec![0; expected.len()];
@@ -102,8 +95,7 @@ impl Check<'_> {
                 }
             }
         }
-        self.compare(&expected, slab, &mut tally)?;
-        Ok(tally)
+        self.compare(&expected, slab, &mut tally).map(|()| tally)
     }
 
     /// From a cell of a slab to the next along a, b and c.
@@ -143,10 +135,7 @@ impl Check<'_> {
                 let cell = of_cell[0].2.clamp(cells[along].start, cells[along].end);
                 match begin {
                     None if self.scene.is_inside(count) => begin = Some(cell),
-                    Some(start) if !self.scene.is_inside(count) => {
-                        inside.push((start..cell, INSIDE));
-                        begin = None;
-                    }
+                    Some(_) if !self.scene.is_inside(count) => inside.extend(begin.take().map(|at| (at..cell, INSIDE))),
                     _ => {}
                 }
             }
@@ -170,16 +159,16 @@ impl Check<'_> {
 
     /// Whether a body holds a doubtful cell; None where nobody knows, or the cell is not one of those looked at.
     fn wound(&self, body: &Body, cell: [u32; 3], stride: u64, tally: &mut Tally) -> Option<bool> {
-        tally.n_doubtful += 1;
+        tally.n_doubtful[0] += 1;
         let mixed = |hash: u64, index| (hash ^ u64::from(index)).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29);
         if !cell.into_iter().fold(self.seed, mixed).is_multiple_of(stride) {
             return None;
         }
-        tally.n_wound += 1;
+        tally.n_doubtful[1] += 1;
         let facets = &self.scene.facets[body.facets.clone()];
         let (winding, doubt) = winding(facets, cell, self.scene.bits, self.mesh.lines.spacing);
         if 0.5 - (winding - winding.round()).abs() <= doubt {
-            tally.n_undecided += 1;
+            tally.n_doubtful[2] += 1;
             return None;
         }
         Some(self.scene.is_inside(winding.round() as i64))
