@@ -28,6 +28,7 @@ pub mod cpu;
 mod crossings;
 #[cfg(feature = "stages")]
 pub mod crossings;
+pub mod difference;
 #[cfg(not(feature = "stages"))]
 mod domain;
 #[cfg(feature = "stages")]
@@ -85,6 +86,8 @@ mod overlay;
 pub mod overlay;
 mod parallel;
 pub mod parts;
+#[cfg(feature = "pictures")]
+pub mod picture;
 pub mod pipeline;
 #[cfg(not(feature = "stages"))]
 mod preview;

@@ -55,6 +55,8 @@ mod oracle;
 mod parallel_store;
 #[cfg(feature = "cli")]
 mod parts;
+#[cfg(feature = "cli")]
+mod pictures;
 mod properties;
 mod public_api;
 #[cfg(feature = "cli")]

@@ -8,7 +8,7 @@ use super::cli::{Folder, SPOT, done, hexcast, json};
 
 /// Standard error of a run that must end with an exit code.
 #[track_caller]
-fn fails(arguments: &[&str], code: i32) -> String {
+pub(super) fn fails(arguments: &[&str], code: i32) -> String {
     let output = hexcast(arguments);
     let error = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(code), "{arguments:?}: {error}");

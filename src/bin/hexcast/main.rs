@@ -11,6 +11,7 @@ mod arguments;
 mod convert;
 #[cfg(target_os = "linux")]
 mod device_select;
+mod diff;
 mod disk;
 mod estimate;
 mod file_store;
@@ -23,6 +24,7 @@ mod mesh;
 mod output_file;
 mod outputs;
 mod parts;
+mod pictures;
 mod place;
 mod place_of_store;
 mod progress;
@@ -42,7 +44,7 @@ mod zarr_output;
 const EXIT_CODES: &str = "\
 Exit codes:
     0  done                                      5  larger than a limit or the memory
-    1  unexpected: a bug                         6  the GPU or its driver failed
+    1  different: diff found cells that differ   6  the GPU or its driver failed
     2  wrong use of the command line             7  the system refused to read or write a file
     3  an input file cannot be understood        8  warnings, and --strict was given
     4  the job contradicts itself or is          9  found: leak a path, verify another mesh than the job's
@@ -65,6 +67,9 @@ enum Command {
     Merge(merge::Arguments),
     Adapters(adapters::Arguments),
     Convert(convert::Arguments),
+    Slice(pictures::SliceArguments),
+    View(pictures::ViewArguments),
+    Diff(diff::Arguments),
     Leak(leak::Arguments),
     Verify(verify::Arguments),
     VerifyStore(verify_store::Arguments),
@@ -102,6 +107,7 @@ fn run(command: Command, token: &CancelToken) -> Result<ExitCode> {
     match command {
         Command::Mesh(arguments) => return mesh::run(&arguments, token),
         Command::Leak(arguments) => return leak::run(&arguments, token),
+        Command::Diff(arguments) => return diff::run(&arguments, token),
         Command::Verify(arguments) => return verify::run(&arguments, token),
         Command::VerifyStore(arguments) => return verify_store::run(&arguments, token),
         Command::Info(arguments) => info::run(&arguments, token),
@@ -110,6 +116,8 @@ fn run(command: Command, token: &CancelToken) -> Result<ExitCode> {
         Command::Estimate(arguments) => estimate::run(&arguments, token),
         Command::Adapters(arguments) => adapters::run(&arguments),
         Command::Convert(arguments) => convert::run(&arguments, token),
+        Command::Slice(arguments) => pictures::slice(&arguments, token),
+        Command::View(arguments) => pictures::view_mesh(&arguments, token),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "hexcast", &mut script);

@@ -45,9 +45,9 @@ impl PendingFile {
         folder_of(&self.target)
     }
 
-    /// Writes a text.
-    pub(crate) fn put(&mut self, text: &str) -> Result<()> {
-        let outcome = self.temporary.write_all(text.as_bytes());
+    /// Writes bytes.
+    pub(crate) fn put(&mut self, bytes: impl AsRef<[u8]>) -> Result<()> {
+        let outcome = self.temporary.write_all(bytes.as_ref());
         outcome.map_err(|error| Error::io(format!("writing {}", self.path.display()), error))
     }
 

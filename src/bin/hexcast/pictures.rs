@@ -1,0 +1,158 @@
+//! `hexcast slice` and `hexcast view`: pictures of a mesh.
+
+use std::path::{Path, PathBuf};
+
+use hexcast::control::{CancelToken, Control};
+use hexcast::files::open_file;
+use hexcast::mesh::Mesh;
+use hexcast::picture::{Cut, Picture, View, slices, view};
+use hexcast::{Error, Result};
+use indicatif::BinaryBytes;
+
+use super::arguments::{default_max_memory, list};
+use super::output_file::PendingFile;
+use super::reading::open_columns;
+use super::summary::Table;
+
+const SLICE_EXAMPLES: &str = "\
+Examples:
+    hexcast slice part.hxc -o part.png
+    hexcast slice part.hxc --axis z --at 0.5,1.5 -o part.png
+    hexcast slice part.hxc --axis x --at 25% -o part.png";
+
+const VIEW_EXAMPLES: &str = "\
+Examples:
+    hexcast view part.hxc -o part.png
+    hexcast view part.hxc --from=30,20 --flags 1,3 -o part.png";
+
+/// Draw slices of a mesh, PNG: cells in the colours of their flags, in the world's proportions
+#[derive(clap::Args)]
+#[command(after_help = SLICE_EXAMPLES)]
+pub(crate) struct SliceArguments {
+    /// Column file
+    #[arg(value_name = "MESH.hxc")]
+    mesh: PathBuf,
+    /// Axes across the slices [default: x,y,z]
+    #[arg(long, value_name = "A,A,...", value_delimiter = ',', value_parser = axis)]
+    axis: Vec<usize>,
+    /// Places along each axis, in the unit of the mesh or in percent of its length [default: 50%]
+    #[arg(long, value_name = "P,P,...", value_delimiter = ',', value_parser = place, allow_hyphen_values = true)]
+    at: Vec<Place>,
+    /// Pixels of the longest side of the mesh
+    #[arg(long, value_name = "PIXELS", default_value_t = 600)]
+    size: u32,
+    /// Picture
+    #[arg(short, long, value_name = "OUT.png")]
+    output: PathBuf,
+    /// Print nothing but errors
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+/// Draw the stair-step surface of a mesh as seen from a direction, PNG, without a display
+#[derive(clap::Args)]
+#[command(after_help = VIEW_EXAMPLES)]
+pub(crate) struct ViewArguments {
+    /// Column file
+    #[arg(value_name = "MESH.hxc")]
+    mesh: PathBuf,
+    /// Direction to the eye in degrees: around z from the x axis, and up [default: -60,25]
+    #[arg(long, value_name = "AROUND,UP", value_parser = list::<f64, 2>, allow_hyphen_values = true)]
+    from: Option<[f64; 2]>,
+    /// Flags that are shown [default: all]
+    #[arg(long, value_name = "F,F,...", value_delimiter = ',')]
+    flags: Vec<u8>,
+    /// Cells that are shown: the first on each axis, and the end, exclusive [default: all]
+    #[arg(long, value_name = "I0,J0,K0,I1,J1,K1", value_parser = list::<u32, 6>)]
+    window: Option<[u32; 6]>,
+    /// Pixels of the longer side
+    #[arg(long, value_name = "PIXELS", default_value_t = 1000)]
+    size: u32,
+    /// Picture
+    #[arg(short, long, value_name = "OUT.png")]
+    output: PathBuf,
+    /// Print nothing but errors
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+/// A place along an axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Place {
+    Coordinate(f64),
+    Percent(f64),
+}
+
+fn axis(text: &str) -> std::result::Result<usize, String> {
+    ["x", "y", "z"].iter().position(|name| *name == text).ok_or_else(|| "x, y or z is needed".into())
+}
+
+fn place(text: &str) -> std::result::Result<Place, String> {
+    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
+    let found = match text.strip_suffix('%') {
+        Some(percent) => number(percent).filter(|percent| (0.0..=100.0).contains(percent)).map(Place::Percent),
+        None => number(text).map(Place::Coordinate),
+    };
+    found.ok_or_else(|| "a coordinate such as 0.5, or 0% to 100%, is needed".into())
+}
+
+pub(crate) fn slice(arguments: &SliceArguments, token: &CancelToken) -> Result<()> {
+    drawn((&arguments.mesh, &arguments.output, arguments.quiet), token, |mesh, _| {
+        let axes = if arguments.axis.is_empty() { &[0, 1, 2][..] } else { &arguments.axis };
+        let places = if arguments.at.is_empty() { &[Place::Percent(50.0)][..] } else { &arguments.at };
+        let cut = |axis: usize, place: Place| {
+            let [low, high] = [0, mesh.dims()[axis]].map(|index| mesh.lines.line(axis, index));
+            let coordinate = match place {
+                Place::Coordinate(at) => at,
+                Place::Percent(percent) => (low + 0.01 * percent * (high - low)).clamp(low, high),
+            };
+            Cut::at(mesh, axis, coordinate)
+        };
+        let all = axes.iter().flat_map(|&axis| places.iter().map(move |&place| cut(axis, place)));
+        slices(mesh, &all.collect::<Result<Vec<Cut>>>()?, arguments.size)
+    })
+}
+
+pub(crate) fn view_mesh(arguments: &ViewArguments, token: &CancelToken) -> Result<()> {
+    drawn((&arguments.mesh, &arguments.output, arguments.quiet), token, |mesh, control| {
+        let mut wanted = View::default();
+        wanted.from = arguments.from.unwrap_or(wanted.from);
+        (wanted.size, wanted.flags) = (arguments.size, arguments.flags.clone());
+        wanted.cells = arguments.window.map(|ends| [0, 1, 2].map(|axis| ends[axis]..ends[axis + 3]));
+        view(mesh, &wanted, control)
+    })
+}
+
+/// Opens a mesh, draws it, and writes the picture.
+fn drawn(
+    (input, output, is_quiet): (&Path, &Path, bool),
+    token: &CancelToken,
+    draw: impl FnOnce(&Mesh, &Control) -> Result<Picture>,
+) -> Result<()> {
+    // first: a missing input is the more useful message
+    open_file(input)?;
+    if !output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
+        let message = format!("{}: pictures are written to .png only", output.display());
+        return Err(Error::new("job-value", message, "name a file that ends in .png"));
+    }
+    let (place, mut file) = PendingFile::open(output)?;
+    if input.canonicalize().is_ok_and(|input| input == place) {
+        let message = format!("{} is an input too", output.display());
+        return Err(Error::new("job-conflict", message, "give the output another name"));
+    }
+    let mut control = Control::default();
+    control.cancel = token.clone();
+    let max_bytes = default_max_memory().map_or(u64::MAX, |size| size.0);
+    let mesh = open_columns(input, max_bytes / 2, &control)?;
+    let picture = draw(&mesh, &control)?;
+    let png = picture.png()?;
+    file.put(&png)?;
+    file.persist()?;
+    if is_quiet {
+        return Ok(());
+    }
+    let mut table = Table::default();
+    let size = format!("{} x {} pixels", picture.width(), picture.height());
+    table.line("written", format!("{} ({size}, {})", output.display(), BinaryBytes(png.len() as u64)));
+    super::terminal::print(&table.finish())
+}

@@ -1,0 +1,181 @@
+//! Pictures: every pixel of a slice has the colour of its cell, every pixel of a view that of the first cell behind it, and the commands.
+
+use hexcast::control::Control;
+use hexcast::job::Job;
+use hexcast::mesh::Mesh;
+use hexcast::picture::{Cut, Picture, View, slices, view};
+use hexcast::pipeline::Engine;
+
+use super::cli::{Folder, SPOT, done, hexcast};
+use super::strangers::fails;
+use super::models;
+use super::open_surfaces::meshed;
+
+/// Three bodies of different sizes along each axis, none where another is mirrored.
+fn bodies() -> Mesh {
+    let parts = [
+        models::cuboid([0.0; 3], [3.0, 2.0, 1.0]),
+        models::cuboid([3.0, 0.0, 0.0], [5.0, 1.0, 4.0]),
+        models::cuboid([0.0, 3.0, 1.0], [1.0, 4.0, 3.0]),
+    ];
+    let job = Job { dims: Some([10, 8, 8]), domain: Some([0.0, 0.0, 0.0, 5.0, 4.0, 4.0]), ..Job::default() };
+    meshed(&parts, &job, 1, &mut Engine::cpu()).expect("a mesh").0
+}
+
+/// The colour that slices have for each flag, from the legend of all.
+fn colours(mesh: &Mesh) -> Vec<[u8; 3]> {
+    let cell_of = |flag: u8| {
+        let [nx, ny, nz] = mesh.dims();
+        let mut cells = (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z])));
+        cells.find(|&cell| mesh.flag(cell).unwrap() == flag).expect("every flag has cells")
+    };
+    (0..4)
+        .map(|flag| {
+            let [x, y, z] = cell_of(flag);
+            let picture = slices(mesh, &[Cut { axis: 2, index: z }], 400).unwrap();
+            pixel_of(&picture, [x, y], 8)
+        })
+        .collect()
+}
+
+/// The middle of a cell in a picture of one slice with 40 pixels a cell, under 12 + 20 pixels.
+fn pixel_of(picture: &Picture, [i, j]: [u32; 2], n_up: u32) -> [u8; 3] {
+    picture.pixel(12 + 40 * i + 20, 12 + 20 + 40 * (n_up - 1 - j) + 20)
+}
+
+#[test]
+fn every_pixel_of_a_slice_has_the_colour_of_its_cell() {
+    let mesh = bodies();
+    let colours = colours(&mesh);
+    assert!((0..4).all(|one| (0..one).all(|other| colours[one] != colours[other])), "{colours:?}");
+    for axis in 0..3 {
+        let across = [[1, 2], [0, 2], [0, 1]][axis];
+        let [n_right, n_up] = across.map(|axis| mesh.dims()[axis]);
+        for index in 0..mesh.dims()[axis] {
+            let picture = slices(&mesh, &[Cut { axis, index }], 400).unwrap();
+            for (i, j) in (0..n_right).flat_map(|i| (0..n_up).map(move |j| (i, j))) {
+                let mut cell = [index; 3];
+                (cell[across[0]], cell[across[1]]) = (i, j);
+                let flag = usize::from(mesh.flag(cell).unwrap());
+                assert_eq!(pixel_of(&picture, [i, j], n_up), colours[flag], "cell {cell:?} of axis {axis}");
+            }
+        }
+    }
+}
+
+#[test]
+fn slices_are_where_they_are_asked_for_and_nowhere_else() {
+    let mesh = bodies();
+    assert_eq!(Cut::at(&mesh, 0, 1.3).unwrap(), Cut { axis: 0, index: 2 });
+    assert_eq!(Cut::at(&mesh, 0, 1.5).unwrap(), Cut { axis: 0, index: 3 }, "a line belongs to the cell above");
+    assert_eq!(Cut::at(&mesh, 0, 5.0).unwrap(), Cut { axis: 0, index: 9 });
+    for (axis, at) in [(0, 5.01), (1, -0.1), (3, 0.0), (2, f64::NAN)] {
+        assert_eq!(Cut::at(&mesh, axis, at).unwrap_err().code(), "job-value");
+    }
+    assert_eq!(slices(&mesh, &[], 100).unwrap_err().code(), "job-value");
+    assert_eq!(slices(&mesh, &[Cut { axis: 1, index: 8 }], 100).unwrap_err().code(), "job-value");
+    assert_eq!(slices(&mesh, &[Cut { axis: 1, index: 0 }], 40_000).unwrap_err().code(), "job-value");
+}
+
+/// Which of the colours of flags, made darker, a pixel has; 0 where it is white.
+fn flag_of(pixel: [u8; 3], colours: &[[u8; 3]]) -> usize {
+    let away = |colour: &[u8; 3]| {
+        let bright =
+            pixel.iter().map(|&c| f64::from(c)).sum::<f64>() / colour.iter().map(|&c| f64::from(c)).sum::<f64>();
+        (0..3).map(|k| (f64::from(pixel[k]) - bright * f64::from(colour[k])).abs()).sum::<f64>()
+    };
+    if pixel == [255; 3] {
+        return 0;
+    }
+    (1..colours.len()).min_by(|&one, &other| away(&colours[one]).total_cmp(&away(&colours[other]))).unwrap()
+}
+
+/// A line from the eye through each of some pixels meets the cells, in small steps.
+#[test]
+fn every_pixel_of_a_view_shows_the_first_cell_behind_it() {
+    let mesh = bodies();
+    let colours = colours(&mesh);
+    for from in [[-60.0, 25.0], [20.0, 40.0], [135.0, -30.0], [250.0, 5.0]] {
+        let mut wanted = View::default();
+        (wanted.from, wanted.size) = (from, 500);
+        let picture = view(&mesh, &wanted, &Control::default()).unwrap();
+        let (s, c) = libm::sincos(f64::to_radians(from[0]));
+        let (t, d) = libm::sincos(f64::to_radians(from[1]));
+        let [right, up, near] = [[-s, c, 0.0], [-t * c, -t * s, d], [d * c, d * s, t]];
+        let dot = |a: [f64; 3], b: [f64; 3]| (0..3).map(|k| a[k] * b[k]).sum::<f64>();
+        // the corners of flagged cells bound the picture
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        let [nx, ny, nz] = mesh.dims();
+        for cell in (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z]))) {
+            for corner in (0..8u32).filter(|_| mesh.flag(cell).unwrap() != 0) {
+                let at = [0, 1, 2].map(|k| 0.5 * f64::from(cell[k] + (corner >> k & 1)));
+                for (k, axis) in [right, up].into_iter().enumerate() {
+                    low[k] = low[k].min(dot(at, axis));
+                    high[k] = high[k].max(dot(at, axis));
+                }
+            }
+        }
+        let pixels = 500.0 / (high[0] - low[0]).max(high[1] - low[1]);
+        let (mut n_wrong, mut seen) = (0, [0; 4]);
+        for (x, y) in (0..50).flat_map(|x| (0..50).map(move |y| (10 * x + 5, 10 * y + 5))) {
+            let [a, b] = [low[0] + (f64::from(x) + 0.5) / pixels, high[1] - (f64::from(y) + 0.5) / pixels];
+            if a >= high[0] || b <= low[1] {
+                continue;
+            }
+            let first = (0..4000).find_map(|step| {
+                let depth = 8.0 - 0.004 * f64::from(step);
+                let at = [0, 1, 2].map(|k| a * right[k] + b * up[k] + depth * near[k]);
+                let is_inside = (0..3).all(|k| at[k] >= 0.0 && at[k] < 0.5 * f64::from(mesh.dims()[k]));
+                let flag = if is_inside { mesh.flag(at.map(|c| (2.0 * c) as u32)).unwrap() } else { 0 };
+                (flag != 0).then_some(usize::from(flag))
+            });
+            let expected = first.unwrap_or(0);
+            seen[expected] += 1;
+            n_wrong += usize::from(flag_of(picture.pixel(12 + x, 12 + y), &colours) != expected);
+        }
+        let n: usize = seen.iter().sum();
+        // pixels at the edges of bodies are mixed
+        assert!(n_wrong * 50 <= n, "from {from:?}: {n_wrong} of {n} pixels");
+        assert!(seen.iter().filter(|&&n| n > 20).count() >= 3, "from {from:?}: {seen:?}");
+    }
+}
+
+#[test]
+fn commands_draw_what_is_asked_for() {
+    let folder = Folder::new();
+    let mesh = folder.path("mesh.hxc");
+    done(&["mesh", SPOT, "--cells", "20", "--backend", "cpu", "-q", "-o", &mesh]);
+    for command in ["slice", "view"] {
+        let picture = folder.path(&format!("{command}.png"));
+        let text = done(&[command, &mesh, "-o", &picture]);
+        assert!(text.contains("pixels"), "{text}");
+        let decoder = png::Decoder::new(std::io::Cursor::new(folder.bytes(&format!("{command}.png"))));
+        let mut reader = decoder.read_info().expect("a PNG");
+        let mut pixels = vec![0; reader.output_buffer_size().expect("a size")];
+        let info = reader.next_frame(&mut pixels).expect("pixels");
+        assert!(info.width > 300 && info.height > 300, "{command}: {} x {}", info.width, info.height);
+        assert!(text.contains(&format!("{} x {} pixels", info.width, info.height)), "{text}");
+    }
+    let other = folder.path("other.txt");
+    assert!(fails(&["slice", &mesh, "-o", &other], 4).contains("pictures are written to .png only"));
+    assert!(fails(&["slice", &mesh, "--at", "9", "-o", &folder.path("a.png")], 4).contains("is not within the mesh"));
+    assert!(fails(&["slice", &mesh, "--at", "101%", "-o", &folder.path("a.png")], 2).contains("0% to 100%"));
+}
+
+#[test]
+fn cells_that_differ_are_counted_and_masked_by_the_command() {
+    let folder = Folder::new();
+    let [one, other, mask] = ["one.hxc", "other.hxc", "mask.raw"].map(|name| folder.path(name));
+    let size = ["--dims", "20,21,22", "--domain=-1,-1,-1,1,1,1.2", "--backend", "cpu", "-q"];
+    done(&[&["mesh", &format!("{SPOT}:name=cow"), "-o", &one, "--axis", "x"], &size[..]].concat());
+    done(&[&["mesh", &format!("{SPOT}:translate=0.1/0/0,flag=3"), "-o", &other, "--axis", "z"], &size[..]].concat());
+    let output = hexcast(&["diff", &one, &other, "-o", &mask]);
+    assert_eq!(output.status.code(), Some(1));
+    let text = String::from_utf8(output.stdout).expect("UTF-8");
+    assert!(text.contains("1 \"cow\" -> 0 background") && text.contains("1 \"cow\" -> 3 \"spot\""), "{text}");
+    let n = folder.bytes("mask.raw").iter().filter(|cell| **cell == 1).count();
+    assert!(text.contains(&format!("{n} of 9,240 cells")) && n > 100, "{n}: {text}");
+    assert!(done(&["diff", &one, &one]).contains("all 9,240 cells have the same flags"));
+    let json: serde_json::Value = serde_json::from_str(&done(&["diff", &one, &one, "--json"])).unwrap();
+    assert_eq!((&json["cells"], &json["are_lines_equal"]), (&0.into(), &true.into()));
+}
