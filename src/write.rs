@@ -67,6 +67,10 @@ pub fn write(
 /// Those of [`write()`] before the first byte.
 pub fn around(mesh: &Mesh, format: Format, options: &Options) -> Result<Option<(Vec<u8>, Vec<u8>)>> {
     check(format, options)?;
+    if format == Format::Vti && mesh.lines.is_graded() {
+        let message = "cells differ in size, and .vti holds equal ones only";
+        return Err(Error::new("lines-graded", message, "write .vtr, which holds the lines of each axis"));
+    }
     if options.bits {
         bits::check(mesh)?;
     }

@@ -139,7 +139,7 @@ impl WebMesh {
     /// The stair-step surface.
     pub fn skin(&self, max_quads: f64) -> JsResult<WebSkin> {
         let skin = skin(&self.mesh, max_quads as usize, None, &Control::default()).map_err(js_error)?;
-        Ok(WebSkin { skin, spacing: self.mesh.lines.spacing })
+        Ok(WebSkin { skin, lines: self.mesh.lines.clone() })
     }
 
     /// Bytes of an uncompressed file before it is made; none where they depend on the flags.
@@ -281,7 +281,7 @@ impl WebHash {
 #[wasm_bindgen]
 pub struct WebSkin {
     skin: crate::skin::Skin,
-    spacing: [f64; 3],
+    lines: Lines,
 }
 
 #[wasm_bindgen]
@@ -299,7 +299,11 @@ impl WebSkin {
     /// Corners of a part's quads in world lengths from the mesh's origin, three numbers a vertex.
     pub fn positions(&self, part: usize) -> Vec<f32> {
         let positions = self.skin.parts[part].positions.iter().enumerate();
-        positions.map(|(index, &cells)| (f64::from(cells) * self.spacing[index % 3]) as f32).collect()
+        let place = |axis: usize, cells: f64| match self.lines.spacing() {
+            Some(spacing) => cells * spacing[axis],
+            None => self.lines.at(axis, cells) - self.lines.origin()[axis],
+        };
+        positions.map(|(index, &cells)| place(index % 3, cells.into()) as f32).collect()
     }
 
     /// Indices of a part, three a triangle.

@@ -168,8 +168,8 @@ fn head(mesh: &Mesh, compress: Compress) -> String {
   </ImageData>
   <AppendedData encoding="raw">
    _"#,
-        origin = three(mesh.lines.origin),
-        spacing = three(mesh.lines.spacing),
+        origin = three(mesh.lines.origin()),
+        spacing = three(mesh.lines.smallest()),
         field_data = field_data(mesh),
     )
 }

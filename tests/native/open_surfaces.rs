@@ -72,13 +72,13 @@ fn expected(facets: &Facets, lines: &Lines, rule: Rule, fill: impl Fn([u32; 3], 
     let (snapped, bits) = oracle::snapped_facets(&geometry, lines);
     let exact: Vec<[Exact; 3]> =
         snapped.iter().map(|facet| facet.each_ref().map(|corner| corner.each_ref().map(|c| c << 200u32))).collect();
-    let ratio: [f64; 3] = std::array::from_fn(|axis| lines.spacing[axis] / f64::from(1u32 << bits));
+    let ratio: [f64; 3] = std::array::from_fn(|axis| lines.smallest()[axis] / f64::from(1u32 << bits));
     let number = |c: &BigInt| -> f64 { i64::try_from(c).expect("26 bits") as f64 };
     let placed: Vec<[[f64; 3]; 3]> = snapped
         .iter()
         .map(|facet| facet.each_ref().map(|corner| std::array::from_fn(|axis| number(&corner[axis]) * ratio[axis])))
         .collect();
-    let [nx, ny, nz] = lines.dims;
+    let [nx, ny, nz] = lines.dims();
     for z in 0..nz {
         for y in 0..ny {
             for x in 0..nx {
@@ -108,7 +108,7 @@ fn expected(facets: &Facets, lines: &Lines, rule: Rule, fill: impl Fn([u32; 3], 
                     let winding = sum / (4.0 * std::f64::consts::PI);
                     let whole = winding.round();
                     // on an edge the angle may be anything
-                    let is_at_edge = placed.iter().any(|facet| distance_to_edges(facet, at) < 1e-4 * lines.spacing[0]);
+                    let is_at_edge = placed.iter().any(|facet| distance_to_edges(facet, at) < 1e-4 * lines.smallest()[0]);
                     if ((winding - whole).abs() - 0.5).abs() < 1e-4 || is_at_edge {
                         Expected::Open
                     } else if rule == Rule::Parity {
@@ -333,8 +333,8 @@ fn a_few_missing_facets_change_few_cells_and_no_streak_reaches_the_end() {
 /// The box of a mesh.
 fn report_domain(mesh: &Mesh) -> [f64; 6] {
     let lines = &mesh.lines;
-    let end = |axis: usize| lines.origin[axis] + f64::from(lines.dims[axis]) * lines.spacing[axis];
-    [lines.origin[0], lines.origin[1], lines.origin[2], end(0), end(1), end(2)]
+    let end = |axis: usize| lines.origin()[axis] + f64::from(lines.dims()[axis]) * lines.smallest()[axis];
+    [lines.origin()[0], lines.origin()[1], lines.origin()[2], end(0), end(1), end(2)]
 }
 
 #[test]

@@ -57,7 +57,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let progress = Progress::new(arguments.quiet);
     // the other half is for the outputs
     let mesh = open_columns(&arguments.input, max_bytes / 2, &control)?;
-    let place = Place { whole: mesh.lines, first: [0; 3] };
+    let place = Place { whole: mesh.lines.clone(), first: [0; 3] };
     outputs.write(&mesh, &place, None, &control, progress)?;
     control.check()?;
     let files = outputs.finish("")?;
