@@ -10,13 +10,15 @@ use serde::Serialize;
 
 use crate::domain::Domain;
 use crate::error::{Error, Result};
-use crate::job::{DEFAULT_CELLS, DEFAULT_TOLERANCE, Job, Padding};
+use crate::job::{DEFAULT_CELLS, DEFAULT_TOLERANCE, Job, LinesJob, Padding};
 
+mod graded;
 mod grading;
 mod grid;
 mod optimum;
 
 pub(crate) use grid::AXES;
+pub use graded::{Body, graded};
 pub use grading::Grading;
 pub use grid::Lines;
 
@@ -41,17 +43,21 @@ pub struct Residual {
 
 /// Chooses the mesh lines of a job over its domain.
 ///
+/// - `lines`: as given.
 /// - `cells` N: cubic cells of the longest extent / N.
 /// - `dims`: exactly so many cells; the size per axis is extent / cells.
 /// - `cell_size`: as given.
 /// - `max_cell_size` S: per axis the largest size of at most S that puts all end points on lines; see the source of
 ///   `optimum` for the method.
 ///
-/// Padding by cells is added on both sides at the end.
+/// Padding by cells is added on both sides at the end. Generated lines are those of [`graded`].
 ///
 /// # Errors
-/// `lines-no-common-size`; `too-many-cells` where an axis would have more than 2^32 cells; `domain-empty`.
+/// `lines-wrong`; `lines-no-common-size`; `too-many-cells` where an axis would have more than 2^32 cells; `domain-empty`.
 pub fn lines(job: &Job, domain: &Domain) -> Result<Lines> {
+    if let Some(LinesJob { x, y, z }) = &job.lines {
+        return Lines::from_lists([x.clone(), y.clone(), z.clone()]);
+    }
     let spacing = cell_sizes(job, domain)?;
     let mut dims = [0u32; 3];
     let mut origin = domain.low;

@@ -144,6 +144,7 @@ pub async fn mesh(
     }
     let mut warnings: Vec<String> = engine.fallback.iter().map(|why| format!("meshed on the CPU: {why}")).collect();
     warnings.extend(warnings::about_unused_gpu(engine.adapter(), &prepared.whole));
+    warnings.extend(prepared.notices.iter().cloned());
     warnings.extend(about_fine_cells(job, &prepared.domain, &prepared.whole));
     warnings.extend(open.iter().zip(&found).map(|(open, found)| open.warning(&geometries[found.geometry], &lines)));
     warnings.extend(warnings::about_odd_rays(columns.odd_rays(), rays.n_rays()));

@@ -53,7 +53,9 @@ pub fn write(
             }
             sink.put(&tail)?;
         }
-        (None, Compress::Zlib(level)) if format == Format::Vti => vti::write(mesh, level, options, &mut sink, control)?,
+        (None, Compress::Zlib(level)) if matches!(format, Format::Vti | Format::Vtr) => {
+            vti::write(mesh, (format, level), options, &mut sink, control)?;
+        }
         (None, compress) => column_file::write(mesh, compress, &mut sink, control)?,
     }
     sink.out.flush().map_err(|error| Error::io("writing the mesh", error))?;
@@ -81,7 +83,7 @@ fn head_and_tail(mesh: &Mesh, format: Format, options: &Options) -> Option<(Vec<
     match (format, options.compress) {
         (Format::Raw, _) => Some((Vec::new(), Vec::new())),
         (Format::Npy, _) => Some((npy::header(mesh.dims(), options.bits), Vec::new())),
-        (Format::Vti, Compress::None) => Some(vti::head_and_tail(mesh)),
+        (Format::Vti | Format::Vtr, Compress::None) => Some(vti::head_and_tail(mesh, format)),
         _ => None,
     }
 }
@@ -104,10 +106,10 @@ fn check(format: Format, options: &Options) -> Result<()> {
             ));
         }
         if matches!(format, Format::Raw | Format::Npy) {
-            return Err(Error::new("job-conflict", format!(".{name} cannot be compressed"), "use .vti or .hxc"));
+            return Err(Error::new("job-conflict", format!(".{name} cannot be compressed"), "use .vti, .vtr or .hxc"));
         }
     }
-    if options.bits && matches!(format, Format::Vti | Format::Columns) {
+    if options.bits && matches!(format, Format::Vti | Format::Vtr | Format::Columns) {
         return Err(Error::new("job-conflict", format!(".{name} has no bit-packed variant"), "use .raw or .npy"));
     }
     Ok(())

@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::frame::check_limits;
 use crate::geometry::{Fill, Geometry};
 use crate::job::{AxisChoice, Job, PartJob, ZarrJob};
-use crate::lines::{Lines, check_n_cells, lines};
+use crate::lines::{Body, Lines, check_n_cells, graded, lines};
 use crate::parts::parts;
 use crate::rays::Rays;
 use crate::shards::Shards;
@@ -20,6 +20,8 @@ pub struct Prepared {
     pub domain: Domain,
     /// The mesh lines of the whole box.
     pub whole: Lines,
+    /// Sentences about ends of geometries that have no line of their own.
+    pub notices: Vec<String>,
     /// Those that are meshed, as cells of the whole box: the first, and the end, exclusive; None for all. With the halo, as far as that
     /// is within the box.
     pub window: Option<[[u32; 3]; 2]>,
@@ -36,14 +38,22 @@ pub struct Prepared {
 /// Makes geometries, domain, lines and rays of a job.
 ///
 /// # Errors
-/// Those of [`Job::validate`], [`geometries`], [`Domain::new`], [`lines`], [`check_n_cells`], and the limits of
+/// Those of [`Job::validate`], [`geometries`], [`Domain::new`], [`lines`], [`graded`]; `lines-graded` where cells differ in size and
+/// the job asks for what is known of equal ones only; [`check_n_cells`], and the limits of
 /// [`crate::frame::Frame::new`]; `job-value` where the window ends beyond the box; those of [`parts`].
 pub fn prepare(job: &Job, sources: Vec<Source>) -> Result<Prepared> {
     job.validate()?;
     let geometries = geometries(job, sources)?;
     let boxes: Vec<BoundingBox> = geometries.iter().filter_map(Geometry::bounding_box).collect();
+    // lists that are no lines make no domain
+    let listed = job.lines.as_ref().map(|lists| Lines::from_lists([&lists.x, &lists.y, &lists.z].map(Vec::clone)));
+    let listed = listed.transpose()?;
     let domain = Domain::new(job, &boxes)?;
-    let whole = lines(job, &domain)?;
+    let (whole, notices) = match (listed, &job.graded) {
+        (Some(listed), _) => (listed, Vec::new()),
+        (None, Some(job)) => graded(job, &domain, &bodies(&geometries))?,
+        (None, None) => (lines(job, &domain)?, Vec::new()),
+    };
     check_limits(&geometries, &whole)?;
     if whole.is_graded() {
         check_graded(job, &geometries)?;
@@ -65,7 +75,14 @@ pub fn prepare(job: &Job, sources: Vec<Source>) -> Result<Prepared> {
     let lines = window.map_or_else(|| whole.clone(), |cells| whole.window(cells));
     check_n_cells(job, &lines)?;
     let rays = Rays::new(axis(job, &lines, Some(&whole)), lines.dims());
-    Ok(Prepared { geometries, domain, whole, window, asked, halo, lines, rays })
+    Ok(Prepared { geometries, domain, whole, notices, window, asked, halo, lines, rays })
+}
+
+/// What generated lines go around.
+fn bodies(geometries: &[Geometry]) -> Vec<Body<'_>> {
+    let body = |of: &'_ Geometry| of.bounding_box().map(|bounds| (bounds, of.sizing));
+    let named = geometries.iter().filter_map(|of| body(of).map(|found| (of.name.as_str(), found)));
+    named.map(|(name, (bounds, sizing))| Body { name, bounds, sizing }).collect()
 }
 
 /// Refuses what is defined on equal cells only.

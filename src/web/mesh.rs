@@ -171,8 +171,8 @@ impl WebMesh {
                 pieces.reverse();
                 (Work::Flags { bits, pieces, tail }, head)
             }
-            (None, Compress::Zlib(level)) if format == Format::Vti => {
-                (Work::Image(vti::VtiEncoder::new(&self.mesh, level, PIECE_BYTES)), Vec::new())
+            (None, Compress::Zlib(level)) if matches!(format, Format::Vti | Format::Vtr) => {
+                (Work::Image(vti::VtiEncoder::new(&self.mesh, format, level, PIECE_BYTES)), Vec::new())
             }
             (None, compress) => {
                 let encoder = column_file::ColumnFileEncoder::new(&self.mesh, compress).map_err(js_error)?;

@@ -13,13 +13,15 @@ pub enum Format {
     Npy,
     /// VTK image data, for ParaView.
     Vti,
+    /// VTK rectilinear grid, for ParaView: also of cells that differ in size.
+    Vtr,
     /// hexcast's own column file, which reads back.
     Columns,
 }
 
 impl Format {
     /// Every format, in the order of the documentation.
-    pub const ALL: [Format; 4] = [Format::Raw, Format::Npy, Format::Vti, Format::Columns];
+    pub const ALL: [Format; 5] = [Format::Raw, Format::Npy, Format::Vti, Format::Vtr, Format::Columns];
 
     /// Finds the format by the extension of a file name, upper or lower case.
     ///
@@ -43,6 +45,7 @@ impl Format {
             Format::Raw => "raw",
             Format::Npy => "npy",
             Format::Vti => "vti",
+            Format::Vtr => "vtr",
             Format::Columns => "hxc",
         }
     }
@@ -63,7 +66,7 @@ pub enum Compress {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Options {
-    /// Compression, for `.vti` and the column file.
+    /// Compression, for `.vti`, `.vtr` and the column file.
     pub compress: Compress,
     /// Eight cells a byte, for `.raw` and `.npy` of meshes with a single flag; the order is in [`super::bits`].
     pub bits: bool,

@@ -24,6 +24,7 @@ mod fuzz;
 mod gaps;
 mod golden;
 mod golden_cpu;
+mod graded;
 #[cfg(feature = "cli")]
 mod halos;
 #[cfg(feature = "gpu")]

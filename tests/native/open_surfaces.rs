@@ -5,7 +5,7 @@
 
 use hexcast::control::Control;
 use hexcast::geometry::{Facet, Geometry};
-use hexcast::job::{AxisChoice, GeometryJob, Job, Open, Rule};
+use hexcast::job::{AxisChoice, GeometryJob, Job, Open, Rule, LinesJob};
 use hexcast::lines::Lines;
 use hexcast::mesh::Mesh;
 use hexcast::pipeline::{self, Engine, MeshOptions};
@@ -78,11 +78,12 @@ fn expected(facets: &Facets, lines: &Lines, rule: Rule, fill: impl Fn([u32; 3], 
         .iter()
         .map(|facet| facet.each_ref().map(|corner| std::array::from_fn(|axis| number(&corner[axis]) * ratio[axis])))
         .collect();
+    let centres = [0, 1, 2].map(|axis| oracle::centres(lines, axis, bits));
     let [nx, ny, nz] = lines.dims();
     for z in 0..nz {
         for y in 0..ny {
             for x in 0..nx {
-                let centre = [x, y, z].map(|i| BigInt::from(i) << bits);
+                let centre: Exact = std::array::from_fn(|axis| centres[axis][[x, y, z][axis] as usize].clone());
                 let before = [130u32, 65, 0].map(|power| BigInt::from(1) << power);
                 let point: Exact = std::array::from_fn(|axis| (&centre[axis] << 200u32) - &before[axis]);
                 let rays: Vec<(i64, i64)> = (0..3).map(|axis| crossed(&exact, &point, axis)).collect();
@@ -253,7 +254,12 @@ fn every_cell_of_a_surface_with_holes_is_as_defined() {
     let (n_sure, n_inside, n_outside) = (std::cell::Cell::new(0), std::cell::Cell::new(0), std::cell::Cell::new(0));
     for (index, (name, facets, rule)) in small_cases().into_iter().enumerate() {
         let dims = if name.starts_with("ties") { [8; 3] } else { [[11, 10, 12], [7, 13, 9]][index % 2] };
-        let job = Job { dims: Some(dims), domain: Some([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]), rule, ..Job::default() };
+        // on equal cells, and on cells that differ in size
+        let equal = Job { dims: Some(dims), domain: Some([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]), rule, ..Job::default() };
+        let list = |n: u32| (0..=n).map(|line| 8.0 * (f64::from(line) / f64::from(n)).powf(1.5)).collect();
+        let [x, y, z] = dims.map(list);
+        let graded = Job { lines: Some(LinesJob { x, y, z }), rule, ..Job::default() };
+        let job = if index % 4 < 2 { equal } else { graded };
         let (mesh, report) = meshed(std::slice::from_ref(&facets), &job, index % 3, &mut engine).expect("a mesh");
         let doubtful = std::cell::RefCell::new(Vec::new());
         expected(&facets, &mesh.lines, rule, |cell, expected| {

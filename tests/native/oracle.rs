@@ -191,7 +191,7 @@ fn middles(lines: &Lines, axis: usize) -> Vec<f64> {
 }
 
 /// The same in units of the snap.
-fn centres(lines: &Lines, axis: usize, fraction_bits: u64) -> Vec<BigInt> {
+pub(crate) fn centres(lines: &Lines, axis: usize, fraction_bits: u64) -> Vec<BigInt> {
     middles(lines, axis).into_iter().map(|u| rounded(exact(u), F64_PLACES - fraction_bits)).collect()
 }
 

@@ -21,14 +21,14 @@ Examples:
     hexcast convert part.hxc part.vti
     hexcast convert part.hxc part.raw --bits";
 
-/// Convert a column file (.hxc) to .vti, .npy, .raw, .zarr or .hxc; the same bytes as `hexcast mesh` would write
+/// Convert a column file (.hxc) to .vti, .vtr, .npy, .raw, .zarr or .hxc; the same bytes as `hexcast mesh` would write
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     /// Column file
     #[arg(value_name = "IN.hxc")]
     input: PathBuf,
-    /// Output, .vti, .npy, .raw, .zarr or .hxc
+    /// Output, .vti, .vtr, .npy, .raw, .zarr or .hxc
     #[arg(value_name = "OUT")]
     output: PathBuf,
     #[command(flatten)]

@@ -29,6 +29,7 @@ Examples:
 
 Formats, by the name of the output:
     .vti  VTK image data, for ParaView (zlib unless --compress=none)
+    .vtr  VTK rectilinear grid: like .vti, with all lines, for cells that differ in size
     .npy  NumPy array of shape (nz, ny, nx)
     .raw  one byte a cell, x fastest; OUT.raw.json says what they mean
     .zarr Zarr v3, a folder or s3://BUCKET/NAME.zarr: flag (z, y, x) in shards, and the centres x, y, z; for
@@ -41,7 +42,7 @@ Formats, by the name of the output:
 pub(crate) struct Arguments {
     #[command(flatten)]
     job: JobArguments,
-    /// Output, .vti, .npy, .raw, .zarr or .hxc; may be given several times. Without it only the report is made
+    /// Output, .vti, .vtr, .npy, .raw, .zarr or .hxc; may be given several times. Without it only the report is made
     #[arg(id = "outputs", short, long = "output", value_name = "OUT", help_heading = "Output")]
     outputs: Vec<PathBuf>,
     #[command(flatten)]
@@ -54,7 +55,7 @@ pub(crate) struct Arguments {
     /// Print the report to standard output as JSON, and nothing else there
     #[arg(long, help_heading = "Output")]
     json: bool,
-    /// Write a mask to a file, .vti, .npy, .raw or .hxc: 1 in the cells that the winding number or a vote decided, as rays could not
+    /// Write a mask to a file, .vti, .vtr, .npy, .raw or .hxc: 1 in the cells that the winding number or a vote decided, as rays could not
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     doubt: Option<PathBuf>,
     /// Expand all flags in memory, and count that in the total: for comparisons with other meshers

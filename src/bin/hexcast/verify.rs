@@ -92,6 +92,8 @@ fn check_is_known(job: &Job) -> Result<()> {
         ("close_gaps", job.close_gaps.is_some()),
         ("window", job.window.is_some()),
         ("part", job.part.is_some()),
+        ("lines", job.lines.is_some()),
+        ("graded", job.graded.is_some()),
     ];
     match unknown.iter().find(|(_, is_so)| *is_so) {
         None => Ok(()),
