@@ -59,7 +59,8 @@ export class Mesh {
     this.#sizes = sizes;
     this.report = report;
     this.dims = report.dims;
-    this.lines = { origin: report.origin, spacing: report.spacing, dims: report.dims };
+    const { origin, spacing, dims, grading } = report;
+    this.lines = { origin, spacing, dims, lists: grading && { x: grading.x, y: grading.y, z: grading.z } };
     this.columns = Object.freeze({
       axis,
       runs,

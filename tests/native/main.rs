@@ -9,6 +9,7 @@ mod agreement;
 mod angles;
 mod backends;
 mod bad_edges;
+mod boards;
 mod cases;
 mod certificates;
 #[cfg(feature = "cli")]

@@ -85,8 +85,8 @@ class Mesh:
         return self._raw.origin
 
     @property
-    def spacing(self) -> tuple[float, float, float]:
-        """Size of a cell on x, y and z, in the unit of the surfaces."""
+    def spacing(self) -> Optional[tuple[float, float, float]]:
+        """Size of a cell on x, y and z, in the unit of the surfaces; None where cells differ in size, see :attr:`lines`."""
         return self._raw.spacing
 
     @property
