@@ -17,9 +17,9 @@ mod grading;
 mod grid;
 mod optimum;
 
-pub(crate) use grid::AXES;
 pub use graded::{Body, graded};
 pub use grading::Grading;
+pub(crate) use grid::AXES;
 pub use grid::Lines;
 
 use optimum::Intervals;

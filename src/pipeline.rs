@@ -151,7 +151,8 @@ pub async fn mesh(
     warnings.extend(warnings::about_edges_of_rays(&prepared.geometries, &geometries, job.rule, &lines));
     warnings.extend(warnings::about_shared_flags(&prepared.geometries));
     warnings.extend(warnings::about_overlapping_shells(&cast, &prepared.geometries));
-    let mask_mesh = |mask| Mesh::new(lines.clone(), mask, vec![Named { flag: 1, name: "doubtful".into() }], job.unit.clone());
+    let mask_mesh =
+        |mask| Mesh::new(lines.clone(), mask, vec![Named { flag: 1, name: "doubtful".into() }], job.unit.clone());
     let certify = || {
         let thin_cells = job.thin_cells.unwrap_or(DEFAULT_THIN_CELLS);
         let found = Certificate::new(&cast, &columns, &lines, &prepared.geometries, thin_cells)?;

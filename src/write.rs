@@ -6,6 +6,8 @@
 pub mod bits;
 pub mod column_file;
 pub mod npy;
+#[cfg(not(target_arch = "wasm32"))]
+mod npz;
 mod options;
 pub mod raw;
 pub mod sidecar;
@@ -56,6 +58,8 @@ pub fn write(
         (None, Compress::Zlib(level)) if matches!(format, Format::Vti | Format::Vtr) => {
             vti::write(mesh, (format, level), options, &mut sink, control)?;
         }
+        #[cfg(not(target_arch = "wasm32"))]
+        (None, _) if format == Format::Npz => npz::write(mesh, options, &mut sink, control)?,
         (None, compress) => column_file::write(mesh, compress, &mut sink, control)?,
     }
     sink.out.flush().map_err(|error| Error::io("writing the mesh", error))?;
@@ -97,6 +101,9 @@ pub fn exact_size(mesh: &Mesh, format: Format, options: &Options) -> Option<u64>
 /// Refuses options that the format would silently ignore.
 fn check(format: Format, options: &Options) -> Result<()> {
     let name = format.extension();
+    if cfg!(target_arch = "wasm32") && format == Format::Npz {
+        return Err(Error::new("job-conflict", ".npz is written natively only", "use .npy"));
+    }
     if let Compress::Zlib(level) = options.compress {
         if !(1..=9).contains(&level) {
             return Err(Error::new(
@@ -109,7 +116,7 @@ fn check(format: Format, options: &Options) -> Result<()> {
             return Err(Error::new("job-conflict", format!(".{name} cannot be compressed"), "use .vti, .vtr or .hxc"));
         }
     }
-    if options.bits && matches!(format, Format::Vti | Format::Vtr | Format::Columns) {
+    if options.bits && matches!(format, Format::Npz | Format::Vti | Format::Vtr | Format::Columns) {
         return Err(Error::new("job-conflict", format!(".{name} has no bit-packed variant"), "use .raw or .npy"));
     }
     Ok(())

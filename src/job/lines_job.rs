@@ -101,7 +101,8 @@ impl Job {
                 return Err(out_of_range(&key("min_cells"), 0, "at least 1"));
             }
             if geometry.sizing() != Sizing::default() && self.graded.is_none() {
-                let message = format!("geometries[{index}] has max_size, min_cells or metal, and the job has no graded");
+                let message =
+                    format!("geometries[{index}] has max_size, min_cells or metal, and the job has no graded");
                 return conflict(&message, "give graded (--graded), which alone uses them");
             }
         }

@@ -144,7 +144,9 @@ impl Axis<'_> {
         let mut ends: Vec<(f64, usize, f64)> = Vec::new();
         for (index, body) in self.bodies.iter().enumerate() {
             let [low, high] = body.bounds.map(|corner| corner[self.axis]);
-            ends.extend([(low, index, -1.0), (high, index, 1.0)].into_iter().filter(|(at, ..)| (first..=last).contains(at)));
+            ends.extend(
+                [(low, index, -1.0), (high, index, 1.0)].into_iter().filter(|(at, ..)| (first..=last).contains(at)),
+            );
         }
         ends.sort_by(|one, other| one.0.total_cmp(&other.0));
         let least = self.job.smallest(self.axis);

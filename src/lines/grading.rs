@@ -38,12 +38,12 @@ impl Grading {
             return None;
         }
         let lists = [0, 1, 2].map(|axis| lines.list(axis));
-        let sizes = [0, 1, 2].map(|axis: usize| lists[axis].windows(2).map(|two| two[1] - two[0]).collect::<Vec<f64>>());
-        let [smallest, largest] =
-            [f64::min as fn(f64, f64) -> f64, f64::max].map(|choose| [0, 1, 2].map(|axis: usize| sizes[axis].iter().copied().fold(sizes[axis][0], choose)));
-        let ratio = |sizes: &Vec<f64>| {
-            sizes.windows(2).map(|two| (two[0] / two[1]).max(two[1] / two[0])).fold(1.0, f64::max)
-        };
+        let sizes =
+            [0, 1, 2].map(|axis: usize| lists[axis].windows(2).map(|two| two[1] - two[0]).collect::<Vec<f64>>());
+        let [smallest, largest] = [f64::min as fn(f64, f64) -> f64, f64::max]
+            .map(|choose| [0, 1, 2].map(|axis: usize| sizes[axis].iter().copied().fold(sizes[axis][0], choose)));
+        let ratio =
+            |sizes: &Vec<f64>| sizes.windows(2).map(|two| (two[0] / two[1]).max(two[1] / two[0])).fold(1.0, f64::max);
         let courant_length = 1.0 / smallest.iter().map(|size| 1.0 / (size * size)).sum::<f64>().sqrt();
         let courant_seconds = unit.and_then(metres).map(|metres| courant_length * metres / LIGHT);
         let ratio = [0, 1, 2].map(|axis: usize| ratio(&sizes[axis]));

@@ -210,7 +210,8 @@ fn check(lines: &[f64], name: &str) -> Result<()> {
     }
     if let Some(index) = lines.windows(2).position(|two| two[1] <= two[0]) {
         let (before, after) = (lines[index], lines[index + 1]);
-        let message = format!("lines.{name}[{}] is {after:?} and lines.{name}[{index}] before it {before:?}", index + 1);
+        let message =
+            format!("lines.{name}[{}] is {after:?} and lines.{name}[{index}] before it {before:?}", index + 1);
         return wrong(message, "give the lines of an axis in ascending order, each once");
     }
     let extent = lines[lines.len() - 1] - lines[0];

@@ -74,12 +74,7 @@ pub(super) struct Cells<'a> {
 /// Finds the cells of a box where m is not 0, counted from its first. Caps are counted from cell 0, so that numbers, and with them m, are
 /// the same whatever the box. The smallest cell is 2^`fraction_bits` units of the snap; `sizes` are its lengths along the axes, in any
 /// unit.
-pub(super) fn shifts(
-    caps: &[SnappedFacet],
-    cells: &Cells,
-    fraction_bits: u32,
-    sizes: [f64; 3],
-) -> Vec<Shift> {
+pub(super) fn shifts(caps: &[SnappedFacet], cells: &Cells, fraction_bits: u32, sizes: [f64; 3]) -> Vec<Shift> {
     let unit = 1.0 / f64::from(1u32 << fraction_bits);
     let scale = DVec3::from(sizes) / sizes[0];
     let place = |corner: [i32; 3]| DVec3::from(corner.map(f64::from)) * unit * scale;

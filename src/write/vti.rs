@@ -68,7 +68,15 @@ impl VtiEncoder {
         slabs.reverse();
         let table = BlockTable { sizes: Vec::new(), cached: Vec::new(), n_cached: 0 };
         let n_slabs = slabs.len();
-        VtiEncoder { format, level, slabs, n_slabs, blocks: Some(Blocks::new(BLOCK_BYTES, level)), table, is_done: false }
+        VtiEncoder {
+            format,
+            level,
+            slabs,
+            n_slabs,
+            blocks: Some(Blocks::new(BLOCK_BYTES, level)),
+            table,
+            is_done: false,
+        }
     }
 
     /// Share of the flags that are compressed, 0 to 1.

@@ -73,59 +73,102 @@ fn boards() -> Vec<Board> {
         *z += thick;
         Some((low, *z))
     });
-    let stack = layers.enumerate().map(|(k, (low, high))| {
-        layer(format!("layer {k}"), cuboid([0.0, 0.0, low], [25.0, 18.0, high]), 2)
-    });
+    let stack = layers
+        .enumerate()
+        .map(|(k, (low, high))| layer(format!("layer {k}"), cuboid([0.0, 0.0, low], [25.0, 18.0, high]), 2));
     let board = |name, max_size, air, parts: Vec<Part>| Board { name, parts, max_size, air };
     vec![
-        board("patch", 2.0, 20.0, vec![
-            substrate([60.0, 60.0], 1.6),
-            ground([60.0, 60.0]),
-            sheet("patch", [11.4, 15.8, 48.6, 44.2], 1.6),
-            sheet("feed", [28.5, 0.0, 31.5, 15.8], 1.6),
-        ]),
-        board("coupled lines", 1.0, 8.0, vec![
-            substrate([40.0, 20.0], 0.8),
-            ground([40.0, 20.0]),
-            sheet("first line", [0.0, 8.3, 22.0, 9.45], 0.8),
-            sheet("second line", [18.0, 9.8, 40.0, 10.95], 0.8),
-        ]),
+        board(
+            "patch",
+            2.0,
+            20.0,
+            vec![
+                substrate([60.0, 60.0], 1.6),
+                ground([60.0, 60.0]),
+                sheet("patch", [11.4, 15.8, 48.6, 44.2], 1.6),
+                sheet("feed", [28.5, 0.0, 31.5, 15.8], 1.6),
+            ],
+        ),
+        board(
+            "coupled lines",
+            1.0,
+            8.0,
+            vec![
+                substrate([40.0, 20.0], 0.8),
+                ground([40.0, 20.0]),
+                sheet("first line", [0.0, 8.3, 22.0, 9.45], 0.8),
+                sheet("second line", [18.0, 9.8, 40.0, 10.95], 0.8),
+            ],
+        ),
         board("comb", 1.0, 6.0, [substrate([24.0, 20.0], 0.8), ground([24.0, 20.0])].into_iter().chain(comb).collect()),
-        board("stripline", 1.0, 4.0, [
-            layer("board", cuboid([0.0; 3], [30.0, 17.0, 0.835]), 6),
-            part("lower plane", cuboid([0.0, 0.0, -COPPER], [30.0, 17.0, 0.0])),
-            part("upper plane", cuboid([0.0, 0.0, 0.835], [30.0, 17.0, 0.835 + COPPER])),
-        ].into_iter().chain(traces).collect()),
+        board(
+            "stripline",
+            1.0,
+            4.0,
+            [
+                layer("board", cuboid([0.0; 3], [30.0, 17.0, 0.835]), 6),
+                part("lower plane", cuboid([0.0, 0.0, -COPPER], [30.0, 17.0, 0.0])),
+                part("upper plane", cuboid([0.0, 0.0, 0.835], [30.0, 17.0, 0.835 + COPPER])),
+            ]
+            .into_iter()
+            .chain(traces)
+            .collect(),
+        ),
         board("dielectric stack", 1.5, 5.0, stack.collect()),
-        board("coax", 0.5, 1.0, vec![
-            part("shield", rod([0.0; 2], 4.3, [0.0, 30.0])),
-            part("dielectric", rod([0.0; 2], 3.6, [0.0, 30.0])),
-            part("conductor", rod([0.0; 2], 1.05, [0.0, 30.0])),
-        ]),
-        board("horn", 3.0, 25.0, vec![
-            part("guide", cuboid([-11.43, -5.08, -40.0], [11.43, 5.08, 0.0])),
-            part("guide wall", cuboid([-12.7, -6.35, -41.27], [12.7, 6.35, 0.0])),
-            part("flare", prism(&[[-35.0, -24.0], [35.0, -24.0], [35.0, 24.0], [-35.0, 24.0]], 0.0, 50.0)),
-            part("flange", cuboid([-20.7, -20.7, -41.27], [20.7, 20.7, -37.0])),
-        ]),
-        board("dipole", 4.0, 40.0, vec![
-            part("lower arm", rod([0.0; 2], 0.5, [-36.5, -0.4])),
-            part("upper arm", rod([0.0; 2], 0.5, [0.4, 36.5])),
-        ]),
-        board("inverted F", 2.0, 15.0, vec![
-            substrate([50.0, 30.0], 1.0),
-            part("ground", cuboid([0.0, 0.0, -COPPER], [50.0, 22.0, 0.0])),
-            sheet("arm", [4.0, 26.4, 27.0, 27.9], 1.0),
-            sheet("short", [4.0, 22.0, 5.2, 26.4], 1.0),
-            sheet("feed", [9.1, 22.0, 10.3, 26.4], 1.0),
-        ]),
-        board("via", 0.6, 3.0, vec![
-            substrate([12.0, 12.0], 1.55),
-            ground([12.0, 12.0]),
-            sheet("trace", [0.0, 5.65, 6.0, 6.35], 1.55),
-            part("barrel", rod([6.0; 2], 0.3, [-COPPER, 1.55 + COPPER])),
-            part("pad", rod([6.0; 2], 0.55, [1.55, 1.55 + COPPER])),
-        ]),
+        board(
+            "coax",
+            0.5,
+            1.0,
+            vec![
+                part("shield", rod([0.0; 2], 4.3, [0.0, 30.0])),
+                part("dielectric", rod([0.0; 2], 3.6, [0.0, 30.0])),
+                part("conductor", rod([0.0; 2], 1.05, [0.0, 30.0])),
+            ],
+        ),
+        board(
+            "horn",
+            3.0,
+            25.0,
+            vec![
+                part("guide", cuboid([-11.43, -5.08, -40.0], [11.43, 5.08, 0.0])),
+                part("guide wall", cuboid([-12.7, -6.35, -41.27], [12.7, 6.35, 0.0])),
+                part("flare", prism(&[[-35.0, -24.0], [35.0, -24.0], [35.0, 24.0], [-35.0, 24.0]], 0.0, 50.0)),
+                part("flange", cuboid([-20.7, -20.7, -41.27], [20.7, 20.7, -37.0])),
+            ],
+        ),
+        board(
+            "dipole",
+            4.0,
+            40.0,
+            vec![
+                part("lower arm", rod([0.0; 2], 0.5, [-36.5, -0.4])),
+                part("upper arm", rod([0.0; 2], 0.5, [0.4, 36.5])),
+            ],
+        ),
+        board(
+            "inverted F",
+            2.0,
+            15.0,
+            vec![
+                substrate([50.0, 30.0], 1.0),
+                part("ground", cuboid([0.0, 0.0, -COPPER], [50.0, 22.0, 0.0])),
+                sheet("arm", [4.0, 26.4, 27.0, 27.9], 1.0),
+                sheet("short", [4.0, 22.0, 5.2, 26.4], 1.0),
+                sheet("feed", [9.1, 22.0, 10.3, 26.4], 1.0),
+            ],
+        ),
+        board(
+            "via",
+            0.6,
+            3.0,
+            vec![
+                substrate([12.0, 12.0], 1.55),
+                ground([12.0, 12.0]),
+                sheet("trace", [0.0, 5.65, 6.0, 6.35], 1.55),
+                part("barrel", rod([6.0; 2], 0.3, [-COPPER, 1.55 + COPPER])),
+                part("pad", rod([6.0; 2], 0.55, [1.55, 1.55 + COPPER])),
+            ],
+        ),
     ]
 }
 
@@ -176,7 +219,11 @@ fn boards_and_antennas_need_no_edit_and_at_most_seven_tenths_of_the_cells() {
         println!("{name}: {:?} = {n} cells, {most} equal ones; {:?}", prepared.whole.dims(), prepared.notices);
         assert!(10 * n <= 7 * most, "{name}: {n} cells, {most} equal ones");
         // edges of metal that others share lie on lines, and that is said; no end is off its line
-        assert!(prepared.notices.iter().all(|notice| notice.contains("lies on a line")), "{name}: {:?}", prepared.notices);
+        assert!(
+            prepared.notices.iter().all(|notice| notice.contains("lies on a line")),
+            "{name}: {:?}",
+            prepared.notices
+        );
         for (axis, residuals) in hexcast::lines::residuals(&prepared.whole, &prepared.domain).iter().enumerate() {
             for residual in residuals {
                 let off = residual.cells.abs();
@@ -191,8 +238,8 @@ fn boards_and_antennas_need_no_edit_and_at_most_seven_tenths_of_the_cells() {
 fn boxes_of_a_stack_have_their_volume() {
     let board = boards().swap_remove(4);
     let (options, control) = (MeshOptions::default(), Control::default());
-    let made = mesh(&job(&board), sources(&board), &options, &mut Engine::cpu(), &control);
-    let (_, facts) = pollster::block_on(made).unwrap();
+    let (job, mut engine) = (job(&board), Engine::cpu());
+    let (_, facts) = pollster::block_on(mesh(&job, sources(&board), &options, &mut engine, &control)).unwrap();
     for flag in &facts.flags {
         let volume = facts.geometries[usize::from(flag.flag) - 1].mesh_volume;
         assert!((flag.volume / volume - 1.0).abs() < 1e-9, "{}: {} of {volume}", flag.name, flag.volume);

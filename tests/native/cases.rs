@@ -99,10 +99,20 @@ fn domains() -> Vec<Case> {
         several("nothing", "no geometry at all", dims.clone(), vec![]),
         one("no-facets", "a geometry without facets", dims.clone(), vec![]),
         one("all-inside", "the domain lies within the body", dims.clone(), cube([-20.0; 3], 60.0)),
-        one("sticks-out", "a body leaves the domain on all six sides", dims.clone(), [arms(0), arms(1), arms(2)].concat())
-            .nonzero(),
+        one(
+            "sticks-out",
+            "a body leaves the domain on all six sides",
+            dims.clone(),
+            [arms(0), arms(1), arms(2)].concat(),
+        )
+        .nonzero(),
         one("all-outside", "a body beyond each of the six sides", dims.clone(), besides.collect()),
-        one("exact-fit", "the body is the domain: faces on the outer lines", dims.clone(), cuboid([0.0; 3], [5.0, 6.0, 7.0])),
+        one(
+            "exact-fit",
+            "the body is the domain: faces on the outer lines",
+            dims.clone(),
+            cuboid([0.0; 3], [5.0, 6.0, 7.0]),
+        ),
         one("one-cell-full", "a domain of one cell inside the body", one_cell.clone(), cube([-3.0; 3], 7.0)),
         one("one-cell-corner", "a domain of one cell, its centre on a corner", one_cell.clone(), cube([0.5; 3], 7.0)),
         one("one-cell-low-corner", "the corner that owns its centre", one_cell.clone(), cube([-6.5; 3], 7.0)),
@@ -126,9 +136,24 @@ fn ties() -> Vec<Case> {
         one("cube-on-centres", "all faces through centres: half-open cells decide", eight.clone(), cube([1.5; 3], 4.0)),
         one("tetrahedron-on-centres", "corners on centres, slanted ties", eight.clone(), tetrahedron(centred)),
         one("octahedron-on-rays", "apexes and edges on rays", eight.clone(), octahedron([0.5; 3], [6.5; 3])),
-        one("octahedron-on-lines", "apexes between rays, faces through centres", eight.clone(), octahedron([1.0; 3], [7.0; 3])),
-        one("small-octahedron", "a body between centres but for its apexes", eight.clone(), octahedron([2.5; 3], [3.5; 3])),
-        one("cone-on-ray", "64 facets meet on one ray", eight.clone(), models::cone([3.5, 3.5, 0.5], 3.0, [3.5, 3.5, 7.5], 64)),
+        one(
+            "octahedron-on-lines",
+            "apexes between rays, faces through centres",
+            eight.clone(),
+            octahedron([1.0; 3], [7.0; 3]),
+        ),
+        one(
+            "small-octahedron",
+            "a body between centres but for its apexes",
+            eight.clone(),
+            octahedron([2.5; 3], [3.5; 3]),
+        ),
+        one(
+            "cone-on-ray",
+            "64 facets meet on one ray",
+            eight.clone(),
+            models::cone([3.5, 3.5, 0.5], 3.0, [3.5, 3.5, 7.5], 64),
+        ),
         one(
             "terrain-on-rays",
             "every vertex on a ray and on a centre",
@@ -318,8 +343,14 @@ fn open_meshes() -> Vec<Case> {
         one("no-facet", "a box without half a side", dims.clone(), without(body(), &[10])).nonzero(),
         one("one-facet", "a single facet", dims.clone(), vec![[[0.3, 0.2, 1.0], [6.8, 1.2, 3.0], [2.0, 7.7, 8.0]]]),
         one("facet-twice", "a closed box with one facet given twice", dims.clone(), extra),
-        one("facet-turned", "a closed box with one normal inwards, for the winding number", dims.clone(), flip).nonzero(),
-        one("half-sphere", "a bowl", dims.clone(), without(sphere([3.3, 4.1, 4.6], 3.1, 16), &(0..112).collect::<Vec<_>>())),
+        one("facet-turned", "a closed box with one normal inwards, for the winding number", dims.clone(), flip)
+            .nonzero(),
+        one(
+            "half-sphere",
+            "a bowl",
+            dims.clone(),
+            without(sphere([3.3, 4.1, 4.6], 3.1, 16), &(0..112).collect::<Vec<_>>()),
+        ),
         several("open-among-closed", "an open body over a closed one", dims, {
             vec![
                 Geometry::new("closed", 1, cube([0.7; 3], 5.0)).unwrap(),

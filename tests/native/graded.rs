@@ -256,6 +256,34 @@ fn a_rectilinear_grid_lists_its_lines() {
 }
 
 #[test]
+fn an_archive_has_flags_and_lines() {
+    let body = models::sphere([4.0; 3], 3.3, 24);
+    let (mesh, _) = meshed(&body, &job(lists())).unwrap();
+    for compress in [Compress::None, Compress::Zlib(6)] {
+        let mut file = Vec::new();
+        let options = Options::default().with_compress(compress).with_slab_bytes(5000);
+        write::write(&mesh, Format::Npz, &options, &mut file, &Control::default()).unwrap();
+        let mut archive = zip::ZipArchive::new(std::io::Cursor::new(file)).unwrap();
+        let mut array = |name: &str| {
+            let mut bytes = Vec::new();
+            std::io::copy(&mut archive.by_name(name).unwrap(), &mut bytes).unwrap();
+            let data = bytes.split_off(128);
+            (String::from_utf8_lossy(&bytes[10..]).trim_end().to_string(), data)
+        };
+        for (axis, name) in ["x.npy", "y.npy", "z.npy"].into_iter().enumerate() {
+            let list = mesh.lines.list(axis);
+            let (head, data) = array(name);
+            assert_eq!(head, format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({},), }}", list.len()));
+            assert_eq!(data, list.iter().flat_map(|line| line.to_le_bytes()).collect::<Vec<u8>>());
+        }
+        let (head, data) = array("flag.npy");
+        let [nx, ny, nz] = mesh.dims();
+        assert_eq!(head, format!("{{'descr': '|u1', 'fortran_order': False, 'shape': ({nz}, {ny}, {nx}), }}"));
+        assert!(data == bytes(&mesh, Format::Raw));
+    }
+}
+
+#[test]
 fn what_is_known_of_equal_cells_only_is_refused() {
     let body = models::sphere([4.0; 3], 3.3, 8);
     let fill = hexcast::job::Fill::Conservative;

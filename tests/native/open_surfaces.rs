@@ -5,7 +5,7 @@
 
 use hexcast::control::Control;
 use hexcast::geometry::{Facet, Geometry};
-use hexcast::job::{AxisChoice, GeometryJob, Job, Open, Rule, LinesJob};
+use hexcast::job::{AxisChoice, GeometryJob, Job, LinesJob, Open, Rule};
 use hexcast::lines::Lines;
 use hexcast::mesh::Mesh;
 use hexcast::pipeline::{self, Engine, MeshOptions};
@@ -109,7 +109,8 @@ fn expected(facets: &Facets, lines: &Lines, rule: Rule, fill: impl Fn([u32; 3], 
                     let winding = sum / (4.0 * std::f64::consts::PI);
                     let whole = winding.round();
                     // on an edge the angle may be anything
-                    let is_at_edge = placed.iter().any(|facet| distance_to_edges(facet, at) < 1e-4 * lines.smallest()[0]);
+                    let is_at_edge =
+                        placed.iter().any(|facet| distance_to_edges(facet, at) < 1e-4 * lines.smallest()[0]);
                     if ((winding - whole).abs() - 0.5).abs() < 1e-4 || is_at_edge {
                         Expected::Open
                     } else if rule == Rule::Parity {

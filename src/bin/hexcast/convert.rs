@@ -21,7 +21,7 @@ Examples:
     hexcast convert part.hxc part.vti
     hexcast convert part.hxc part.raw --bits";
 
-/// Convert a column file (.hxc) to .vti, .vtr, .npy, .raw, .zarr or .hxc; the same bytes as `hexcast mesh` would write
+/// Convert a column file (.hxc) to .vti, .vtr, .npy, .npz, .raw, .zarr or .hxc; the same bytes as `hexcast mesh` would write
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {

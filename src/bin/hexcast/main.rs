@@ -15,6 +15,7 @@ mod disk;
 mod estimate;
 mod file_store;
 mod info;
+mod job_files;
 mod leak;
 mod ledger;
 mod memory;

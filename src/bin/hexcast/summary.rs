@@ -95,7 +95,10 @@ pub(crate) fn of_columns(file: &str, n_bytes: u64, report: &ColumnsReport) -> St
     let unit = report.unit.map_or(String::new(), |unit| format!(" {unit}"));
     let [nx, ny, nz] = report.dims;
     table.line("cells", format!("{nx} x {ny} x {nz} = {}", HumanCount(report.cells)));
-    table.line("lines", format!("from {}, {}{unit}", three(report.origin), sizes(report.spacing, report.grading.as_ref())));
+    table.line(
+        "lines",
+        format!("from {}, {}{unit}", three(report.origin), sizes(report.spacing, report.grading.as_ref())),
+    );
     let (rays, crossings) = (HumanCount(report.rays), HumanCount(report.crossings));
     table.line(
         "rays",

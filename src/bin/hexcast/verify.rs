@@ -142,8 +142,7 @@ fn sentences(scene: &Scene, mesh: &Mesh, tally: &Tally) -> String {
     }
     scene.wrong_lines.iter().for_each(|sentence| text += &format!("Wrong lines: {sentence}.\n"));
     for &(cell, found, expected) in &tally.first {
-        let [x, y, z] =
-            [0, 1, 2].map(|axis| mesh.lines.centre(axis, cell[axis]));
+        let [x, y, z] = [0, 1, 2].map(|axis| mesh.lines.centre(axis, cell[axis]));
         text += &format!("Wrong cell: {cell:?} at ({x}, {y}, {z}) has flag {found}, expected {expected}.\n");
     }
     if tally.n_wrong == 0 && scene.wrong_lines.is_empty() {

@@ -73,7 +73,8 @@ impl Head {
             let message = format!("names of {n_bytes} bytes; a column file holds {MAX_BODY}");
             return Err(Error::new("job-value", message, "give the geometries shorter names"));
         }
-        let mut head = [&MAGIC[..], &version(&self.lines).to_le_bytes(), &(body.len() as u32).to_le_bytes(), &body].concat();
+        let mut head =
+            [&MAGIC[..], &version(&self.lines).to_le_bytes(), &(body.len() as u32).to_le_bytes(), &body].concat();
         head.extend(crc32(&head));
         Ok(head)
     }

@@ -23,8 +23,11 @@ fn bounds() -> impl Strategy<Value = BoundingBox> {
 
 fn sizing() -> impl Strategy<Value = Sizing> {
     let max_size = prop::option::of(0.05..3.0f64);
-    (max_size, prop::option::of(1u32..9), any::<bool>())
-        .prop_map(|(max_size, min_cells, metal)| Sizing { max_size, min_cells, metal })
+    (max_size, prop::option::of(1u32..9), any::<bool>()).prop_map(|(max_size, min_cells, metal)| Sizing {
+        max_size,
+        min_cells,
+        metal,
+    })
 }
 
 fn scenes() -> impl Strategy<Value = Scene> {
@@ -43,18 +46,20 @@ fn made(scene: &Scene) -> (Domain, Vec<String>, Result<(Lines, Vec<String>)>) {
     let job = Job { geometries: vec![GeometryJob::new("a.stl")], ..Job::default() };
     let domain = Domain::new(&job, &boxes).unwrap();
     let names: Vec<String> = (0..boxes.len()).map(|index| format!("body {index}")).collect();
-    let bodies: Vec<Body> = scene
-        .bodies
-        .iter()
-        .zip(&names)
-        .map(|(&(bounds, sizing), name)| Body { name, bounds, sizing })
-        .collect();
+    let bodies: Vec<Body> =
+        scene.bodies.iter().zip(&names).map(|(&(bounds, sizing), name)| Body { name, bounds, sizing }).collect();
     let lines = graded(&scene.job, &domain, &bodies);
     (domain, names, lines)
 }
 
 /// Holds the lines of an axis to the job; an end may be off its line only if a sentence says so.
-fn check(scene: &Scene, domain: &Domain, list: &[f64], axis: usize, sentences: &[String]) -> std::result::Result<(), String> {
+fn check(
+    scene: &Scene,
+    domain: &Domain,
+    list: &[f64],
+    axis: usize,
+    sentences: &[String],
+) -> std::result::Result<(), String> {
     let most = scene.job.max_size.each()[axis] * (1.0 + 1e-9);
     let least = scene.job.min_size.unwrap_or(scene.job.max_size.each()[axis] / 1000.0) * (1.0 - 1e-6);
     let growth = scene.job.growth.unwrap_or(1.3) * (1.0 + 1e-6);
@@ -181,7 +186,7 @@ fn ends_that_nearly_meet_share_a_line_and_both_are_named() {
     let (lines, sentences) = found.unwrap();
     assert_eq!(sentences.len(), 1);
     let text = &sentences[0];
-    for part in ["\"body 1\" at x = 3.96", "\"body 0\" at 4", "less than the smallest cell, 0.1"] {
+    for part in ["\"body 1\" at x = 3.96", "that of the domain at 4", "less than the smallest cell, 0.1"] {
         assert!(text.contains(part), "{part} is not in {text}");
     }
     assert!(lines.list(0).contains(&4.0) && !lines.list(0).contains(&3.96));

@@ -7,7 +7,9 @@ fn graded() -> Lines {
 
 #[test]
 fn lists_that_are_equally_spaced_are_uniform_lines() {
-    for (origin, spacing, n) in [(0.0, 0.1, 10), (-3.7, 1.0 / 3.0, 1000), (1e6, 0.25, 7), (0.3, 1e-7, 4096), (-0.05, 0.7, 1)] {
+    for (origin, spacing, n) in
+        [(0.0, 0.1, 10), (-3.7, 1.0 / 3.0, 1000), (1e6, 0.25, 7), (0.3, 1e-7, 4096), (-0.05, 0.7, 1)]
+    {
         let uniform = Lines::new([origin; 3], [spacing; 3], [n; 3]).unwrap();
         let listed = Lines::from_lists([0, 1, 2].map(|axis| uniform.list(axis))).unwrap();
         assert!(!listed.is_graded());

@@ -61,7 +61,8 @@ fn a_single_wrong_cell_is_named() {
             let mut place = [cell as u64; 3];
             (place[rays.across[0]], place[rays.across[1]]) =
                 (ray % u64::from(rays.counts[0]), ray / u64::from(rays.counts[0]));
-            let [x, y, z] = [0, 1, 2].map(|k| wrong.lines.origin()[k] + (place[k] as f64 + 0.5) * wrong.lines.smallest()[k]);
+            let [x, y, z] =
+                [0, 1, 2].map(|k| wrong.lines.origin()[k] + (place[k] as f64 + 0.5) * wrong.lines.smallest()[k]);
             let named = format!("Wrong cell: {place:?} at ({x}, {y}, {z}) has flag 7, expected ");
             assert!(code == Some(9) && text.contains(&named), "{named}: {code:?}\n{text}");
             assert!(text.contains("The mesh is not that of the job. Wrong cells: 1."), "{text}");
