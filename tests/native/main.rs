@@ -27,6 +27,8 @@ mod golden;
 mod golden_cpu;
 mod graded;
 #[cfg(feature = "cli")]
+mod graded_command;
+#[cfg(feature = "cli")]
 mod halos;
 #[cfg(feature = "gpu")]
 mod gpu {

@@ -138,7 +138,9 @@ async function addFile(mesher, { source, settings = {} }, sample) {
       const mesh = await mesher.open(source);
       if (mesh.lines.lists) {
         mesh.dispose();
-        throw new Error('its cells differ in size, and the page shows equal ones only; write .vtr with hexcast convert to see it in ParaView');
+        throw new Error(
+          'its cells differ in size, and the page shows equal ones only; write .vtr with hexcast convert to see it in ParaView',
+        );
       }
       state.mesh?.dispose();
       change('mesh', { mesh, job: { geometries: [{ file: source.name }] }, skin: null, expected: null });
