@@ -79,7 +79,7 @@ export interface Skin {
   parts: SkinPart[];
 }
 
-export type Format = 'vti' | 'npy' | 'raw' | 'hxc';
+export type Format = 'vti' | 'vtr' | 'npy' | 'raw' | 'hxc';
 
 export interface WriteOptions extends CallOptions {
   /** zlib level for vti and hxc: 0 (the default) does not compress, 1 is fast, 6 is a good compromise, 9 is small. */

@@ -13,6 +13,7 @@ use crate::columns::BoxRuns;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::flags::CellBox;
+use crate::lines::Lines;
 use crate::mesh::Mesh;
 use crate::report::ColumnsReport;
 use crate::skin::{skin, slice};

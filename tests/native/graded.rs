@@ -335,3 +335,52 @@ fn several_geometries_and_rules_agree_on_graded_lines() {
         assert!(assert_as_the_oracle("two", &case) > 20);
     }
 }
+
+/// A casing of 10^3 cells with walls of one cell and a hole of 2 x 1 cells, whose corners stand where `line` puts the lines of its cells.
+fn casing(line: impl Fn(f32) -> f32) -> models::Facets {
+    let walls = models::joined([
+        models::cuboid([2.0; 3], [12.0; 3]),
+        models::flipped(models::cuboid([3.0; 3], [11.0; 3])),
+        models::flipped(models::cuboid([6.0, 8.0, 11.0], [8.0, 9.0, 12.0])),
+    ]);
+    models::mapped(&walls, |corner| corner.map(&line))
+}
+
+#[test]
+fn boxes_that_are_stretched_with_their_lines_have_the_same_cells() {
+    let stretched = |at: f32| at + at * at / 16.0;
+    let list = |line: &dyn Fn(f32) -> f32| (0..=14u8).map(|index| f64::from(line(index.into()))).collect::<Vec<f64>>();
+    for close_gaps in [None, Some(2), Some(3)] {
+        let made = |line: &dyn Fn(f32) -> f32| {
+            let [x, y, z] = [list(line), list(line), list(line)];
+            meshed(&casing(line), &Job { close_gaps, ..job([x, y, z]) }).unwrap()
+        };
+        let [(equal, facts), (graded, graded_facts)] = [made(&|at| at), made(&stretched)];
+        assert!(!equal.lines.is_graded() && graded.lines.is_graded());
+        assert_eq!(bytes(&equal, Format::Raw), bytes(&graded, Format::Raw), "close_gaps {close_gaps:?}");
+        let n_closed = |facts: &MeshFacts| facts.gaps.as_ref().map(|gaps| (gaps.cells, gaps.gaps));
+        assert_eq!(n_closed(&facts), n_closed(&graded_facts));
+        if close_gaps == Some(2) {
+            // the cells 6 and 7, 8, 11
+            let size = |index: f32| f64::from(stretched(index + 1.0) - stretched(index));
+            let volume = (size(6.0) + size(7.0)) * size(8.0) * size(11.0);
+            assert_eq!(graded_facts.flags[1].volume, volume);
+        }
+        let question = |line: &dyn Fn(f32) -> f32| hexcast::leak::Question {
+            from: [7.0; 3].map(|at| f64::from(line(at))),
+            to: [f64::from(line(1.0)); 3],
+            flags: vec![],
+            max_bytes: u64::MAX,
+        };
+        let leak = |mesh: &Mesh, line| hexcast::leak::leak(mesh, &question(line), &Control::default()).unwrap();
+        let [of_equal, of_graded] = [leak(&equal, &|at| at), leak(&graded, &stretched)];
+        let path = |leak: &hexcast::leak::Leak| leak.path.as_ref().map(|path| (path.steps, path.cells.clone()));
+        assert_eq!(path(&of_equal), path(&of_graded));
+        assert_eq!(of_equal.path.is_some(), close_gaps.is_none());
+        if let (Some(path), Some(narrowest)) = (&of_graded.path, &of_graded.narrowest) {
+            let along = |axis: usize| path.points.windows(2).map(|two| (two[1][axis] - two[0][axis]).abs()).sum::<f64>();
+            assert!((path.length - (0..3).map(along).sum::<f64>()).abs() < 1e-9);
+            assert_eq!(narrowest.bounds, narrowest.cells.map(|cell| cell.map(|index| f64::from(stretched(index as f32)))));
+        }
+    }
+}

@@ -131,3 +131,19 @@ fn wrong_lists_and_contradictions_are_sentences() {
         assert!(matches!(output.status.code(), Some(2 | 4)), "{arguments:?}: {output:?}");
     }
 }
+
+#[test]
+fn a_gpu_that_is_asked_for_leaves_graded_lines_to_the_cpu_and_says_so() {
+    let folder = Folder::new();
+    let lines = folder.path("lines.json");
+    std::fs::write(&lines, lists().to_string()).unwrap();
+    let made = |backend: &str| report_of(&["mesh", SPOT, "--lines", &lines, "--backend", backend, "--json"]);
+    let [cpu, gpu] = ["cpu", "gpu"].map(made);
+    assert_eq!((&gpu["backend"], &gpu["adapter"], &gpu["device_check"]), (&json!("cpu"), &Value::Null, &Value::Null));
+    assert_eq!(gpu["flags_hash"], cpu["flags_hash"]);
+    let says = |report: &Value| {
+        let warnings = report["warnings"].as_array().expect("a list");
+        warnings.iter().filter_map(Value::as_str).any(|text| text.contains("meshed on the CPU: cells differ in size"))
+    };
+    assert!(says(&gpu) && !says(&cpu), "{}", gpu["warnings"]);
+}
