@@ -14,6 +14,7 @@
 //! Cost: one pass over the corners; 37 bytes a facet.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use crate::error::{Error, Result};
 use crate::geometry::Geometry;
@@ -111,6 +112,52 @@ impl Frame {
         }
         let centres = centres(lines, &scale, fraction_bits);
         Ok(Frame { fraction_bits, centres, dims: lines.dims(), facets, rank_of_facet, ranks })
+    }
+
+    /// Whether cells differ in size.
+    pub fn is_graded(&self) -> bool {
+        self.centres.is_some()
+    }
+
+    /// Centre of a cell along an axis, in units.
+    #[inline(always)]
+    pub fn centre(&self, axis: usize, cell: u32) -> i32 {
+        match &self.centres {
+            None => (cell << self.fraction_bits) as i32,
+            Some(centres) => centres[axis][cell as usize],
+        }
+    }
+
+    /// Size of the cells along an axis on average, in units.
+    pub(crate) fn mean_cell(&self, axis: usize) -> f64 {
+        let unit = f64::from(1u32 << self.fraction_bits);
+        match self.centres.as_ref().map(|centres| &centres[axis]) {
+            Some(centres) if centres.len() > 1 => f64::from(centres[centres.len() - 1]) / (centres.len() - 1) as f64,
+            _ => unit,
+        }
+    }
+
+    /// Number of cells of an axis whose centres lie below a place, or at it if `with_at`.
+    #[inline(always)]
+    pub(crate) fn n_below(&self, axis: usize, place: i32, with_at: bool) -> u32 {
+        let place = i64::from(place) + i64::from(with_at);
+        match &self.centres {
+            None => {
+                let cells = (place + (1 << self.fraction_bits) - 1) >> self.fraction_bits;
+                cells.clamp(0, self.dims[axis].into()) as u32
+            }
+            Some(centres) => centres[axis].partition_point(|&centre| i64::from(centre) < place) as u32,
+        }
+    }
+
+    /// The centres of some cells, counted from that of the first.
+    fn centres_of(&self, [first, end]: [[u32; 3]; 2]) -> Option<Centres> {
+        let centres = self.centres.as_ref()?;
+        let of_axis = |axis: usize| {
+            let some = &centres[axis][first[axis] as usize..end[axis] as usize];
+            some.iter().map(|centre| centre - some[0]).collect()
+        };
+        Some(Arc::new([0, 1, 2].map(of_axis)))
     }
 
     /// The facets of a rank: facets are stored rank after rank.
@@ -272,44 +319,4 @@ fn check_smallest(lines: &Lines, ends: [f64; 3]) -> Result<()> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn corner(at: [f32; 3]) -> Geometry {
-        Geometry::new("g", 1, vec![[at; 3]]).unwrap()
-    }
-
-    #[test]
-    fn cell_centres_and_lines_are_exact() {
-        let lines = Lines::new([0.0; 3], [0.1; 3], [10; 3]).unwrap();
-        let frame = Frame::new(&[corner([1.0, 0.0, 0.5])], &lines).unwrap();
-        let half = 1 << (frame.fraction_bits - 1);
-        assert_eq!(frame.facets[0][0], [19 * half, -half, 9 * half]);
-    }
-
-    #[test]
-    fn the_span_decides_the_fraction_bits() {
-        for (cells, bits) in [(1u32, 25), (6, 23), (14, 22), (1000, 16), (10_000, 12), (MAX_CELLS_PER_AXIS, 8)] {
-            let lines = Lines::new([0.0; 3], [1.0; 3], [cells, 1, 1]).unwrap();
-            assert_eq!(Frame::new(&[corner([0.5; 3])], &lines).unwrap().fraction_bits, bits, "{cells} cells");
-        }
-    }
-
-    #[test]
-    fn a_far_geometry_is_named() {
-        let lines = Lines::new([0.0; 3], [1.0; 3], [8; 3]).unwrap();
-        let far = Geometry::new("antenna", 1, vec![[[1e6, 0.0, 0.0]; 3]]).unwrap();
-        let error = Frame::new(&[corner([0.5; 3]), far], &lines).unwrap_err();
-        assert_eq!(error.code(), "geometry-too-far");
-        assert!(error.to_string().contains("antenna"), "{error}");
-    }
-
-    #[test]
-    fn higher_priority_then_later_wins() {
-        let mut geometries = [corner([0.0; 3]), corner([0.0; 3]), corner([0.0; 3])];
-        geometries[0].priority = 1;
-        geometries[0].flag = 7;
-        assert_eq!(Ranks::new(&geometries).geometry_of_rank, [1, 2, 0]);
-        assert_eq!(Ranks::new(&geometries).flag_of_rank, [1, 1, 7]);
-    }
-}
+mod tests;

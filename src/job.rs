@@ -31,6 +31,7 @@ mod part_job;
 mod per_axis;
 mod quoted;
 mod validate;
+mod validate_lines;
 mod zarr_job;
 
 pub use byte_size::ByteSize;

@@ -20,14 +20,12 @@ mod optimum;
 pub use graded::{Body, graded};
 pub use grading::Grading;
 pub(crate) use grid::AXES;
-pub use grid::Lines;
+pub use grid::{Lines, MAX_LISTED};
 
 use optimum::Intervals;
 
 /// Part of a cell by which a domain may exceed whole cells through rounding of f64 alone.
 const ROUNDING: f64 = 1e-9;
-/// Most lines of a list: those of the most cells along an axis.
-pub const MAX_LISTED: usize = (1 << 18) - 1;
 /// Part of a cell beyond which an excess is never called rounding, however coarse the coordinates of the files.
 const GREATEST_ROUNDING: f64 = 0.01;
 

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::quoted::on_one_line;
 use super::{Fill, Open, PerAxis, numbers};
 use crate::error::{Error, Result};
-use crate::geometry::Placing;
+use crate::geometry::{Placing, Sizing};
 
 /// A file, the name and flag of its cells, and its transform.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -64,6 +64,16 @@ impl GeometryJob {
     /// A file, without settings.
     pub fn new(file: impl Into<String>) -> GeometryJob {
         GeometryJob { file: file.into(), ..GeometryJob::default() }
+    }
+
+    /// Forgets how lines are generated around it.
+    pub fn clear_sizing(&mut self) {
+        (self.max_size, self.min_cells, self.metal) = (None, None, false);
+    }
+
+    /// How lines are generated around it.
+    pub(crate) fn sizing(&self) -> Sizing {
+        Sizing { max_size: self.max_size, min_cells: self.min_cells, metal: self.metal }
     }
 
     /// Places file coordinates in the world.

@@ -8,6 +8,8 @@ use std::sync::Arc;
 
 use crate::error::{Error, Result};
 
+/// Most lines of a list: those of the most cells along an axis.
+pub const MAX_LISTED: usize = (1 << 18) - 1;
 /// Names of the axes.
 pub(crate) const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -46,7 +48,7 @@ impl Lines {
     /// lines.
     ///
     /// # Errors
-    /// `lines-wrong` where an axis has fewer than two lines or more than [`MAX_LISTED`](super::MAX_LISTED), one is not finite, or not
+    /// `lines-wrong` where an axis has fewer than two lines or more than [`MAX_LISTED`], one is not finite, or not
     /// greater than the one before.
     pub fn from_lists(lists: [Vec<f64>; 3]) -> Result<Lines> {
         for axis in 0..3 {
@@ -201,8 +203,8 @@ fn check(lines: &[f64], name: &str) -> Result<()> {
         let message = format!("lines.{name} has {} lines: two are the ends of one cell", lines.len());
         return wrong(message, "give at least two lines along every axis");
     }
-    if lines.len() > super::MAX_LISTED {
-        let message = format!("lines.{name} has {} lines: at most {} fit", lines.len(), super::MAX_LISTED);
+    if lines.len() > MAX_LISTED {
+        let message = format!("lines.{name} has {} lines: at most {} fit", lines.len(), MAX_LISTED);
         return wrong(message, "use fewer cells along this axis");
     }
     if let Some(index) = lines.iter().position(|line| !line.is_finite()) {

@@ -378,9 +378,13 @@ fn boxes_that_are_stretched_with_their_lines_have_the_same_cells() {
         assert_eq!(path(&of_equal), path(&of_graded));
         assert_eq!(of_equal.path.is_some(), close_gaps.is_none());
         if let (Some(path), Some(narrowest)) = (&of_graded.path, &of_graded.narrowest) {
-            let along = |axis: usize| path.points.windows(2).map(|two| (two[1][axis] - two[0][axis]).abs()).sum::<f64>();
+            let along =
+                |axis: usize| path.points.windows(2).map(|two| (two[1][axis] - two[0][axis]).abs()).sum::<f64>();
             assert!((path.length - (0..3).map(along).sum::<f64>()).abs() < 1e-9);
-            assert_eq!(narrowest.bounds, narrowest.cells.map(|cell| cell.map(|index| f64::from(stretched(index as f32)))));
+            assert_eq!(
+                narrowest.bounds,
+                narrowest.cells.map(|cell| cell.map(|index| f64::from(stretched(index as f32))))
+            );
         }
     }
 }
