@@ -116,11 +116,11 @@ fn words(crossings: &Crossings, rays: &Rays, main: &Rays, is_counted: bool) -> (
 }
 
 /// Crossings of facets with all rays along an axis, about: one for each cell of the area that they cover across it.
-pub(crate) fn n_expected(facets: &[SnappedFacet], axis: usize, fraction_bits: u32) -> f64 {
+pub(crate) fn n_expected(facets: &[SnappedFacet], axis: usize, frame: &Frame) -> f64 {
     let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
-    let cell = f64::from(1u32 << fraction_bits);
+    let cells = [0, 1, 2].map(|axis| frame.mean_cell(axis));
     let area = |[a, b, c]: &SnappedFacet| {
-        let side = |to: &[i32; 3], axis: usize| (f64::from(to[axis]) - f64::from(a[axis])) / cell;
+        let side = |to: &[i32; 3], axis: usize| (f64::from(to[axis]) - f64::from(a[axis])) / cells[axis];
         0.5 * (side(b, i) * side(c, j) - side(c, i) * side(b, j)).abs()
     };
     facets.iter().map(area).sum()

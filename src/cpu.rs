@@ -83,7 +83,7 @@ fn over_group<T: Send>(
     let pairs_of_chunk = |(chunk, facets): (usize, &[SnappedFacet])| {
         let mut pairs = Vec::new();
         for (index, facet) in (chunk * CHUNK..).zip(facets) {
-            let Some([across, down]) = rays_under(facet, frame.fraction_bits, rays) else { continue };
+            let Some([across, down]) = rays_under(facet, frame, rays) else { continue };
             let first = windows.partition_point(|window| window[1].end <= down[0]);
             let near = (first..windows.len()).take_while(|&at| windows[at][1].start <= down[1]);
             let reaches = |[rays, _]: &Window| across[0].max(rays.start) < (across[1] + 1).min(rays.end);

@@ -8,6 +8,8 @@
 //! above is `floor(Z / 2^F) + 1`, or `floor(Z / 2^F)` if the centre lies exactly on the facet and the tie rule puts it above.
 //! The rays of a row need no division: quotient and remainder of height / (D 2^F) advance by a constant step.
 //!
+//! Where cells differ in size, `crossings/graded.rs` casts the rays.
+//!
 //! Source: the paper, Eq. 16-19. Twins: `shaders/intersect.wgsl` with `map.wgsl`, `shaders/intersect_deep.wgsl`.
 //! Cost: O(rows of facets + crossings) time; 4 bytes a crossing, 8 with its facet, and 4 a ray.
 
@@ -17,6 +19,8 @@ use crate::facet::Projected;
 use crate::frame::Frame;
 use crate::lattice::Lattice;
 use crate::rays::Rays;
+
+mod graded;
 
 /// Crossings of consecutive rays, in no order within a ray.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -131,10 +135,13 @@ fn cast<'a, T>(
     for (facets, bin) in bins {
         for &facet in facets {
             let Some(projected) = Projected::new(&frame.facets[facet as usize], frame, rays) else { continue };
-            let caster = RowCaster::new(&projected, frame.fraction_bits, rays.depth);
             let tag = event(0, frame.rank_of_facet[facet as usize], projected.exits);
             let hit = |i, j, cell| ((j - window[1].start) * n_across + i - window[0].start, of(cell << 9 | tag, facet));
-            caster.hits(&bin, hit, &mut hits);
+            if frame.is_graded() {
+                graded::hits(&projected, (frame, rays), &bin, hit, &mut hits);
+            } else {
+                RowCaster::new(&projected, frame.fraction_bits, rays.depth).hits(&bin, hit, &mut hits);
+            }
         }
     }
     hits
@@ -254,7 +261,7 @@ mod tests {
     fn cells(facet: [[f32; 3]; 3], bin: [u32; 2]) -> Vec<Vec<u32>> {
         let lines = Lines::new([0.0; 3], [1.0; 3], [4; 3]).unwrap();
         let frame = Frame::new(&[Geometry::new("f", 1, vec![facet]).unwrap()], &lines).unwrap();
-        let rays = Rays::new(2, lines.dims);
+        let rays = Rays::new(2, lines.dims());
         let rows = Lattice::n_rows(&rays, bin);
         let lattice = lattice::lattice(&frame, &rays, bin, 0..rows);
         let mut cells = Vec::new();

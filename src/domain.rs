@@ -5,7 +5,7 @@
 //! boxes that lie inside it, ascending, each once. Source: the paper, section 2.2, Eq. 4-6.
 
 use crate::error::{Error, Result};
-use crate::job::{Job, Padding};
+use crate::job::{Job, LinesJob, Padding};
 
 /// Least and greatest coordinates.
 pub type BoundingBox = [[f64; 3]; 2];
@@ -30,9 +30,10 @@ impl Domain {
     /// - `domain-empty`: there is no geometry, or the box has no extent along an axis.
     /// - `job-value`: a scale or translate puts a geometry where f64 ends.
     pub fn new(job: &Job, boxes: &[BoundingBox]) -> Result<Domain> {
-        let [low, high] = match job.domain {
-            Some([x0, y0, z0, x1, y1, z1]) => [[x0, y0, z0], [x1, y1, z1]],
-            None => padded(around(boxes)?, job.padding),
+        let [low, high] = match (&job.lines, job.domain) {
+            (Some(lines), _) => ends_of(lines),
+            (None, Some([x0, y0, z0, x1, y1, z1])) => [[x0, y0, z0], [x1, y1, z1]],
+            (None, None) => padded(around(boxes)?, job.padding),
         };
         for axis in 0..3 {
             let name = ["x", "y", "z"][axis];
@@ -79,6 +80,13 @@ impl Domain {
     pub fn longest_extent(&self) -> f64 {
         (0..3).map(|axis| self.extent(axis)).fold(0.0, f64::max)
     }
+}
+
+/// The first and the last line of each axis; those of lists that hold too few are refused later.
+fn ends_of(LinesJob { x, y, z }: &LinesJob) -> BoundingBox {
+    let lists = [x, y, z];
+    let end = |of: fn(&[f64]) -> Option<&f64>| lists.map(|list| of(list).copied().unwrap_or_default());
+    [end(<[f64]>::first), end(<[f64]>::last)]
 }
 
 fn around(boxes: &[BoundingBox]) -> Result<BoundingBox> {

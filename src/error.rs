@@ -84,6 +84,14 @@ pub const CODES: &[(&str, Actor, &str)] = &[
     ("job-empty", Actor::Caller, "the job names no geometry"),
     ("domain-empty", Actor::Caller, "the domain has no extent along an axis"),
     ("lines-no-common-size", Actor::Caller, "no cell size puts every end point on a mesh line within the tolerance"),
+    ("lines-wrong", Actor::Caller, "the lines of an axis are too few, too many, not finite or not ascending"),
+    (
+        "lines-no-sizes",
+        Actor::Caller,
+        "no sizes between the least and the largest reach all end points within the growth",
+    ),
+    ("lines-graded", Actor::Caller, "cells differ in size, and what is asked for needs equal ones"),
+    ("lines-too-fine", Actor::Limit, "the lines reach over too many of their smallest cells"),
     (
         "too-many-cells",
         Actor::Limit,

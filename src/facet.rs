@@ -7,7 +7,8 @@
 //!   Eq. 16-18). A ray is inside the facet iff for all edges E > 0, or E = 0 and (A < 0, or A = 0 and B < 0): the ray
 //!   stands for P - (e1, e2), e1 >> e2 > 0, so each edge belongs to exactly one of the two facets that share it.
 //! - stored is `q_e(i, j) = (E_e - [0 if a tie counts as inside, else 1]) >> F` at ray (i, j); the test is `q_e >= 0`, and q
-//!   changes by exactly A_e and B_e from ray to ray, since rays step by 2^F.
+//!   changes by exactly A_e and B_e from ray to ray, since rays step by 2^F. Where cells differ in size, rays step by the distances of
+//!   their centres, F is 0 there, and q changes by A_e and B_e a unit.
 //! - plane: `Z(P) = Z_0 + (h_x (P_x - X_0) + h_y (P_y - Y_0)) / D` (Eq. 19).
 //!
 //! Degenerate case: D = 0 (the facet is parallel to the rays or collapsed) is never hit: None.
@@ -23,9 +24,9 @@ use crate::rays::Rays;
 pub struct Projected {
     /// q of each edge at the first ray of `rays`.
     pub q: [i64; 3],
-    /// Step of q from ray to ray along the first axis across.
+    /// Step of q from ray to ray along the first axis across, or a unit where cells differ in size.
     pub a: [i64; 3],
-    /// Step of q from ray to ray along the second axis across.
+    /// The same along the second axis across.
     pub b: [i64; 3],
     /// First and last ray, inclusive, of the facet's box on the two axes across, clipped to the domain.
     pub rays: [[u32; 2]; 2],
@@ -58,8 +59,8 @@ impl Projected {
         }
         // (x, z, y) is an odd permutation of the axes, so along y the orientation reads the other way round
         let exits = (area > 0) != (rays.axis == 1);
-        let [across, down] = rays_under(facet, frame.fraction_bits, rays)?;
-        let origin = [i64::from(across[0]) << frame.fraction_bits, i64::from(down[0]) << frame.fraction_bits];
+        let [across, down] = rays_under(facet, frame, rays)?;
+        let origin = [frame.centre(rays.across[0], across[0]), frame.centre(rays.across[1], down[0])].map(i64::from);
         let mut projected = Projected {
             q: [0; 3],
             a: [0; 3],
@@ -71,20 +72,22 @@ impl Projected {
             tie_is_above: false,
             exits,
         };
-        projected.set_edges(&corners, origin, frame.fraction_bits);
+        // rays that are not equally far from each other are counted in units
+        let step_bits = if frame.is_graded() { 0 } else { frame.fraction_bits };
+        projected.set_edges(&corners, origin, step_bits);
         projected.set_plane(&corners, origin, rays.axis);
         Some(projected)
     }
 
     #[inline(always)]
-    fn set_edges(&mut self, corners: &[[i64; 3]; 3], origin: [i64; 2], fraction_bits: u32) {
+    fn set_edges(&mut self, corners: &[[i64; 3]; 3], origin: [i64; 2], step_bits: u32) {
         for edge in 0..3 {
             let [x, y, _] = corners[edge];
             let [next_x, next_y, _] = corners[(edge + 1) % 3];
             let (a, b) = (y - next_y, next_x - x);
             let tie_is_inside = a < 0 || (a == 0 && b < 0);
             let value = a * (origin[0] - x) + b * (origin[1] - y);
-            self.q[edge] = (value - i64::from(!tie_is_inside)) >> fraction_bits;
+            self.q[edge] = (value - i64::from(!tie_is_inside)) >> step_bits;
             self.a[edge] = a;
             self.b[edge] = b;
         }
@@ -122,16 +125,17 @@ fn slope(corners: &[[i64; 3]; 3]) -> [i64; 2] {
 /// First and last ray, inclusive, whose centres lie within the box of a facet along both axes across, clipped to the domain; None if there
 /// is no such ray.
 #[inline(always)]
-pub(crate) fn rays_under(facet: &SnappedFacet, fraction_bits: u32, rays: &Rays) -> Option<[[u32; 2]; 2]> {
+pub(crate) fn rays_under(facet: &SnappedFacet, frame: &Frame, rays: &Rays) -> Option<[[u32; 2]; 2]> {
     let mut under = [[0; 2]; 2];
     for side in 0..2 {
-        let [a, b, c] = facet.map(|corner| i64::from(corner[rays.across[side]]));
-        let first = ((a.min(b).min(c) + (1 << fraction_bits) - 1) >> fraction_bits).max(0);
-        let last = (a.max(b).max(c) >> fraction_bits).min(i64::from(rays.counts[side]) - 1);
-        if first > last {
+        let axis = rays.across[side];
+        let [a, b, c] = facet.map(|corner| corner[axis]);
+        let first = frame.n_below(axis, a.min(b).min(c), false);
+        let end = frame.n_below(axis, a.max(b).max(c), true);
+        if first >= end {
             return None;
         }
-        under[side] = [first as u32, last as u32];
+        under[side] = [first, end - 1];
     }
     Some(under)
 }
@@ -143,7 +147,7 @@ mod tests {
 
     fn frame(dims: [u32; 3]) -> Frame {
         let ranks = Ranks { geometry_of_rank: vec![0], flag_of_rank: vec![1] };
-        Frame { fraction_bits: 2, dims, facets: vec![], rank_of_facet: vec![], ranks }
+        Frame { fraction_bits: 2, centres: None, dims, facets: vec![], rank_of_facet: vec![], ranks }
     }
 
     #[test]

@@ -3,7 +3,7 @@
 //! Geometries and mesh lines -> [`Frame`]. On each axis a world coordinate w becomes
 //! `u = (w - origin) / spacing - 1/2`, its position relative to the centre of cell 0 in units of the cell, and then the
 //! integer `round(u * 2^F)`. The centre of cell i is the integer `i * 2^F`. All later stages decide on these integers
-//! only, so every device gives the same flags.
+//! only, so every device gives the same flags. Where cells differ in size, `spacing` is the smallest of the axis: see `frame/centres.rs`.
 //!
 //! `F`, the fraction bits, is the largest number for which all corners and centres, with one cell to spare beyond both
 //! ends, span at most 2^[`SPAN_BITS`] units on every axis: 26 bits over the domain, four times finer than f32 resolves a
@@ -14,11 +14,18 @@
 //! Cost: one pass over the corners; 37 bytes a facet.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use crate::error::{Error, Result};
 use crate::geometry::Geometry;
-use crate::lines::Lines;
+use crate::lines::{AXES, Lines};
 use crate::parallel::*;
+
+mod centres;
+
+pub use centres::Centres;
+pub(crate) use centres::Scale;
+use centres::centres;
 
 /// Bits that span all snapped coordinates of an axis. 26 keeps the kernels' inner loop in one 32-bit word.
 pub const SPAN_BITS: u32 = 26;
@@ -43,8 +50,10 @@ pub(crate) fn normal([a, b, c]: &SnappedFacet) -> [i128; 3] {
 /// All facets of all geometries in fixed-point coordinates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
-    /// F: a cell is 2^F units.
+    /// F: the smallest cell of each axis is 2^F units.
     pub fraction_bits: u32,
+    /// Centres of the cells, in units, where cells differ in size; of equal ones cell i has its centre at i * 2^F.
+    pub centres: Option<Centres>,
     /// Number of cells on each axis.
     pub dims: [u32; 3],
     /// Facets of all geometries.
@@ -89,18 +98,66 @@ impl Frame {
     /// - `geometry-too-far`: F would be under [`MIN_FRACTION_BITS`]; names the geometry.
     pub fn new(geometries: &[Geometry], lines: &Lines) -> Result<Frame> {
         check_limits(geometries, lines)?;
-        let fraction_bits = fraction_bits(geometries, lines)?;
+        let scale = Scale::new(lines);
+        let fraction_bits = fraction_bits(geometries, lines, &scale)?;
         let ranks = Ranks::new(geometries);
         let mut facets = Vec::new();
         let mut rank_of_facet = Vec::new();
         for (rank, &index) in ranks.geometry_of_rank.iter().enumerate() {
             let geometry = &geometries[index];
             let placing = geometry.placing();
-            let snap = |corner: [f32; 3]| snap(placing(corner), lines, fraction_bits);
+            let snap = |corner: [f32; 3]| snap(placing(corner), &scale, fraction_bits);
             facets.par_extend(geometry.facets.par_iter().map(|facet| facet.map(snap)));
             rank_of_facet.resize(facets.len(), rank as u8);
         }
-        Ok(Frame { fraction_bits, dims: lines.dims, facets, rank_of_facet, ranks })
+        let centres = centres(lines, &scale, fraction_bits);
+        Ok(Frame { fraction_bits, centres, dims: lines.dims(), facets, rank_of_facet, ranks })
+    }
+
+    /// Whether cells differ in size.
+    pub fn is_graded(&self) -> bool {
+        self.centres.is_some()
+    }
+
+    /// Centre of a cell along an axis, in units.
+    #[inline(always)]
+    pub fn centre(&self, axis: usize, cell: u32) -> i32 {
+        match &self.centres {
+            None => (cell << self.fraction_bits) as i32,
+            Some(centres) => centres[axis][cell as usize],
+        }
+    }
+
+    /// Size of the cells along an axis on average, in units.
+    pub(crate) fn mean_cell(&self, axis: usize) -> f64 {
+        let unit = f64::from(1u32 << self.fraction_bits);
+        match self.centres.as_ref().map(|centres| &centres[axis]) {
+            Some(centres) if centres.len() > 1 => f64::from(centres[centres.len() - 1]) / (centres.len() - 1) as f64,
+            _ => unit,
+        }
+    }
+
+    /// Number of cells of an axis whose centres lie below a place, or at it if `with_at`.
+    #[inline(always)]
+    pub(crate) fn n_below(&self, axis: usize, place: i32, with_at: bool) -> u32 {
+        let place = i64::from(place) + i64::from(with_at);
+        match &self.centres {
+            None => {
+                let cells = (place + (1 << self.fraction_bits) - 1) >> self.fraction_bits;
+                cells.clamp(0, self.dims[axis].into()) as u32
+            }
+            Some(centres) => centres[axis].partition_point(|&centre| i64::from(centre) < place) as u32,
+        }
+    }
+
+    /// The centres of some cells, counted from that of the first.
+    fn centres_of(&self, [first, end]: [[u32; 3]; 2]) -> Option<Centres> {
+        let centres = self.centres.as_ref()?;
+        let of_axis = |axis: usize| {
+            let some = &centres[axis][first[axis] as usize..end[axis] as usize];
+            some.iter().map(|centre| centre - some[0]).collect()
+        };
+        Some(Arc::new([0, 1, 2].map(of_axis)))
     }
 
     /// The facets of a rank: facets are stored rank after rank.
@@ -117,7 +174,7 @@ impl Frame {
     /// A frame of the same box, of one geometry with the flag 1.
     pub(crate) fn with_facets(&self, facets: Vec<SnappedFacet>) -> Frame {
         let ranks = Ranks { geometry_of_rank: vec![0], flag_of_rank: vec![1] };
-        Frame { rank_of_facet: vec![0; facets.len()], facets, ranks, ..*self }
+        Frame { rank_of_facet: vec![0; facets.len()], facets, ranks, centres: self.centres.clone(), ..*self }
     }
 
     /// The frame of some cells of the box, the first and the end, exclusive: the same corners in the same units, counted from the centre
@@ -129,10 +186,11 @@ impl Frame {
             facets: Vec::new(),
             rank_of_facet: Vec::new(),
             ranks: self.ranks.clone(),
+            centres: self.centres_of(cells),
             ..*self
         };
         for (facet, &rank) in self.facets.iter().zip(&self.rank_of_facet) {
-            if let Some(moved) = in_window(facet, cells, self.fraction_bits) {
+            if let Some(moved) = in_window(facet, cells, self) {
                 window.facets.push(moved);
                 window.rank_of_facet.push(rank);
             }
@@ -148,16 +206,17 @@ impl Frame {
 
 /// A facet, counted from the centre of the first cell of a window; None if the facet is nowhere near the rays through the window's
 /// cells, which would meet it along one axis and so have it within their reach along the two others.
-pub(crate) fn in_window(facet: &SnappedFacet, [first, end]: [[u32; 3]; 2], fraction_bits: u32) -> Option<SnappedFacet> {
-    let unit = 1i64 << fraction_bits;
+pub(crate) fn in_window(facet: &SnappedFacet, [first, end]: [[u32; 3]; 2], whole: &Frame) -> Option<SnappedFacet> {
+    let unit = 1i64 << whole.fraction_bits;
     let is_near = |axis: usize| {
         let places = facet.map(|corner| i64::from(corner[axis]));
         // a cell more: cells along a surface are touched by facets beside their centres
-        let [low, high] = [(i64::from(first[axis]) - 1) * unit, i64::from(end[axis]) * unit];
+        let low = i64::from(whole.centre(axis, first[axis])) - unit;
+        let high = i64::from(whole.centre(axis, end[axis] - 1)) + unit;
         places.iter().any(|&place| place >= low) && places.iter().any(|&place| place <= high)
     };
     let is_in_reach = (0..3).filter(|&axis| is_near(axis)).count() >= 2;
-    is_in_reach.then(|| moved(facet, first.map(|cell| -((cell << fraction_bits) as i32))))
+    is_in_reach.then(|| moved(facet, [0, 1, 2].map(|axis| -whole.centre(axis, first[axis]))))
 }
 
 /// A facet moved by so many units along each axis.
@@ -179,54 +238,51 @@ pub(crate) fn check_limits(geometries: &[Geometry], lines: &Lines) -> Result<()>
         return Err(Error::new("too-many-facets", format!("{n_facets} facets: at most 2^31 fit"), "split the job"));
     }
     for axis in 0..3 {
-        if lines.dims[axis] > MAX_CELLS_PER_AXIS {
-            let name = ["x", "y", "z"][axis];
-            let message = format!("{} cells along {name}: at most {MAX_CELLS_PER_AXIS} fit", lines.dims[axis]);
+        if lines.dims()[axis] > MAX_CELLS_PER_AXIS {
+            let name = AXES[axis];
+            let message = format!("{} cells along {name}: at most {MAX_CELLS_PER_AXIS} fit", lines.dims()[axis]);
             return Err(Error::new("too-many-cells", message, "use larger cells or split the domain"));
         }
     }
     Ok(())
 }
 
-/// Position relative to the centre of cell 0, in cells.
 #[inline(always)]
-fn cells_from_world(world: [f64; 3], lines: &Lines) -> [f64; 3] {
-    let mut cells = world;
-    for axis in 0..3 {
-        cells[axis] = (world[axis] - lines.origin[axis]) / lines.spacing[axis] - 0.5;
-    }
-    cells
-}
-
-#[inline(always)]
-fn snap(world: [f64; 3], lines: &Lines, fraction_bits: u32) -> [i32; 3] {
-    let scale = f64::from(1u32 << fraction_bits);
+fn snap([x, y, z]: [f64; 3], scale: &Scale, fraction_bits: u32) -> [i32; 3] {
+    let factor = f64::from(1u32 << fraction_bits);
     // rint (ties to even) is one instruction; any fixed rule serves
-    let [x, y, z] = cells_from_world(world, lines);
-    [libm::rint(x * scale) as i32, libm::rint(y * scale) as i32, libm::rint(z * scale) as i32]
+    let snapped = |axis: usize, world: f64| libm::rint(scale.units_from_world(axis, world) * factor) as i32;
+    [snapped(0, x), snapped(1, y), snapped(2, z)]
 }
 
 /// World coordinates of a snapped corner.
 pub(crate) fn world(corner: [i32; 3], fraction_bits: u32, lines: &Lines) -> [f64; 3] {
-    [0, 1, 2].map(|axis| {
-        let cells = f64::from(corner[axis]) / f64::from(1u32 << fraction_bits) + 0.5;
-        lines.origin[axis] + cells * lines.spacing[axis]
-    })
+    let scale = Scale::new(lines);
+    let units = |axis: usize| f64::from(corner[axis]) / f64::from(1u32 << fraction_bits);
+    [0, 1, 2].map(|axis| scale.world_from_units(axis, units(axis)))
 }
 
 /// The largest F for which corners and centres of every axis span at most 2^SPAN_BITS units.
-fn fraction_bits(geometries: &[Geometry], lines: &Lines) -> Result<u32> {
+fn fraction_bits(geometries: &[Geometry], lines: &Lines, scale: &Scale) -> Result<u32> {
     let mut widest = 0.0f64;
     let mut widest_name = "";
-    let domain_span = lines.dims.map(|n| f64::from(n) + 1.0).into_iter().fold(0.0, f64::max);
     let mut low = [-1.0f64; 3];
-    let mut high = lines.dims.map(f64::from);
+    // one cell beyond the last centre
+    let last_centre = |axis: usize| {
+        let n = lines.dims()[axis];
+        if lines.is_graded() { scale.units_from_world(axis, lines.centre(axis, n - 1)) } else { f64::from(n - 1) }
+    };
+    let mut high = [0, 1, 2].map(|axis| last_centre(axis) + 1.0);
+    let domain_span = high.into_iter().fold(0.0, f64::max) + 1.0;
+    if lines.is_graded() {
+        check_smallest(lines, high)?;
+    }
     for geometry in geometries {
         let Some(bounding_box) = geometry.bounding_box() else { continue };
-        let ends = bounding_box.map(|corner| cells_from_world(corner, lines));
         for axis in 0..3 {
-            low[axis] = low[axis].min(ends[0][axis] - 1.0);
-            high[axis] = high[axis].max(ends[1][axis] + 1.0);
+            let ends = bounding_box.map(|corner| scale.units_from_world(axis, corner[axis]));
+            low[axis] = low[axis].min(ends[0] - 1.0);
+            high[axis] = high[axis].max(ends[1] + 1.0);
             if high[axis] - low[axis] > widest {
                 widest = high[axis] - low[axis];
                 widest_name = &geometry.name;
@@ -249,45 +305,18 @@ fn fraction_bits(geometries: &[Geometry], lines: &Lines) -> Result<u32> {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn corner(at: [f32; 3]) -> Geometry {
-        Geometry::new("g", 1, vec![[at; 3]]).unwrap()
-    }
-
-    #[test]
-    fn cell_centres_and_lines_are_exact() {
-        let lines = Lines::new([0.0; 3], [0.1; 3], [10; 3]).unwrap();
-        let frame = Frame::new(&[corner([1.0, 0.0, 0.5])], &lines).unwrap();
-        let half = 1 << (frame.fraction_bits - 1);
-        assert_eq!(frame.facets[0][0], [19 * half, -half, 9 * half]);
-    }
-
-    #[test]
-    fn the_span_decides_the_fraction_bits() {
-        for (cells, bits) in [(1u32, 25), (6, 23), (14, 22), (1000, 16), (10_000, 12), (MAX_CELLS_PER_AXIS, 8)] {
-            let lines = Lines::new([0.0; 3], [1.0; 3], [cells, 1, 1]).unwrap();
-            assert_eq!(Frame::new(&[corner([0.5; 3])], &lines).unwrap().fraction_bits, bits, "{cells} cells");
-        }
-    }
-
-    #[test]
-    fn a_far_geometry_is_named() {
-        let lines = Lines::new([0.0; 3], [1.0; 3], [8; 3]).unwrap();
-        let far = Geometry::new("antenna", 1, vec![[[1e6, 0.0, 0.0]; 3]]).unwrap();
-        let error = Frame::new(&[corner([0.5; 3]), far], &lines).unwrap_err();
-        assert_eq!(error.code(), "geometry-too-far");
-        assert!(error.to_string().contains("antenna"), "{error}");
-    }
-
-    #[test]
-    fn higher_priority_then_later_wins() {
-        let mut geometries = [corner([0.0; 3]), corner([0.0; 3]), corner([0.0; 3])];
-        geometries[0].priority = 1;
-        geometries[0].flag = 7;
-        assert_eq!(Ranks::new(&geometries).geometry_of_rank, [1, 2, 0]);
-        assert_eq!(Ranks::new(&geometries).flag_of_rank, [1, 1, 7]);
-    }
+/// Refuses listed lines of which the whole axis is too long for its smallest cell; `ends` are in units of that.
+fn check_smallest(lines: &Lines, ends: [f64; 3]) -> Result<()> {
+    let limit = f64::from(1u32 << (SPAN_BITS - MIN_FRACTION_BITS)) - 1.0;
+    let Some(axis) = (0..3).find(|&axis| ends[axis] > limit) else { return Ok(()) };
+    let message = format!(
+        "the smallest cell along {} is {:?}, and the lines reach over {} times as much: the exact arithmetic holds {limit}",
+        AXES[axis],
+        lines.smallest()[axis],
+        ends[axis].round(),
+    );
+    Err(Error::new("lines-too-fine", message, "make the smallest cells larger (min_size), or the domain smaller"))
 }
+
+#[cfg(test)]
+mod tests;

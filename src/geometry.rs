@@ -57,6 +57,17 @@ impl Fill {
     }
 }
 
+/// How lines are generated around a geometry.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Sizing {
+    /// Largest size of a cell across it.
+    pub max_size: Option<f64>,
+    /// Fewest cells across it along every axis.
+    pub min_cells: Option<u32>,
+    /// Whether lines lie a third of a cell inside of its edges and two thirds outside, instead of on them.
+    pub metal: bool,
+}
+
 /// A surface that bounds one substance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Geometry {
@@ -76,6 +87,8 @@ pub struct Geometry {
     pub shell: bool,
     /// Whether its cells are those outside of it in place of those inside.
     pub invert: bool,
+    /// How lines are generated around it.
+    pub sizing: Sizing,
     /// Facets in file coordinates, shared with the file that they came from.
     pub facets: SharedFacets,
     /// Where facets are in their file, if not all of its facets are these: a first index in `facets` and the index of that facet in
@@ -106,6 +119,7 @@ impl Geometry {
             fill: Fill::default(),
             shell: false,
             invert: false,
+            sizing: Sizing::default(),
             facets,
             pieces_in_file: Vec::new(),
             world_from_file: Placing::default(),

@@ -25,15 +25,18 @@ pub use crate::geometry::{Fill, Open};
 
 mod byte_size;
 mod geometry_job;
+mod lines_job;
 mod numbers;
 mod part_job;
 mod per_axis;
 mod quoted;
 mod validate;
+mod validate_lines;
 mod zarr_job;
 
 pub use byte_size::ByteSize;
 pub use geometry_job::GeometryJob;
+pub use lines_job::{DEFAULT_GROWTH, GradedJob, LinesJob};
 pub use part_job::{PartJob, numbers_of_parts};
 pub use per_axis::PerAxis;
 use quoted::{in_lines, on_one_line, toml_problem};
@@ -128,6 +131,12 @@ pub struct Job {
     /// How far from a mesh line, in cells, `max_cell_size` lets an end point lie; 0 to 0.5, by default [`DEFAULT_TOLERANCE`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
+    /// All lines of each axis.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lines: Option<LinesJob>,
+    /// Generates lines of cells that differ in size.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub graded: Option<GradedJob>,
     /// Most cells, however they are chosen; without it only those of an axis are limited. A mesh of more is refused before it starts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_cells: Option<u64>,

@@ -55,7 +55,7 @@ pub fn lattice(frame: &Frame, rays: &Rays, bin: [u32; 2], rows: Range<u32>) -> L
         let mut pairs = Vec::with_capacity(corners.len());
         for (facet, corners) in (chunk * CHUNK..).zip(corners) {
             if let Some(projected) = Projected::new(corners, frame, rays) {
-                for_each_bin(&projected, bin, n_across, &rows, |bin| pairs.push((bin, facet as u32)));
+                for_each_bin(&projected, (frame, rays), bin, &rows, |bin| pairs.push((bin, facet as u32)));
             }
         }
         pairs
@@ -79,22 +79,42 @@ pub fn lattice(frame: &Frame, rays: &Rays, bin: [u32; 2], rows: Range<u32>) -> L
 
 /// Calls `found` with the index in the band of every bin that the facet overlaps.
 #[inline(always)]
-fn for_each_bin(facet: &Projected, bin: [u32; 2], n_across: u32, rows: &Range<u32>, mut found: impl FnMut(u32)) {
+fn for_each_bin(
+    facet: &Projected,
+    (frame, rays): (&Frame, &Rays),
+    bin: [u32; 2],
+    rows: &Range<u32>,
+    mut found: impl FnMut(u32),
+) {
+    let n_across = rays.counts[0].div_ceil(bin[0]);
     let columns = facet.rays[0].map(|ray| ray / bin[0]);
     let first_row = (facet.rays[1][0] / bin[1]).max(rows.start);
     let last_row = (facet.rays[1][1] / bin[1] + 1).min(rows.end);
-    let reach: [i64; 3] = std::array::from_fn(|edge| {
-        (facet.a[edge] * i64::from(bin[0] - 1)).max(0) + (facet.b[edge] * i64::from(bin[1] - 1)).max(0)
-    });
     for row in first_row..last_row {
+        let down = ends_of_bin(facet, (frame, rays), 1, row * bin[1], bin[1]);
         for column in columns[0]..=columns[1] {
-            let di = i64::from(column * bin[0]) - i64::from(facet.rays[0][0]);
-            let dj = i64::from(row * bin[1]) - i64::from(facet.rays[1][0]);
-            if (0..3).all(|e| facet.q[e] + facet.a[e] * di + facet.b[e] * dj + reach[e] >= 0) {
+            let across = ends_of_bin(facet, (frame, rays), 0, column * bin[0], bin[0]);
+            let farthest = |e: usize| {
+                let of = |step: i64, ends: [i64; 2]| (step * ends[0]).max(step * ends[1]);
+                facet.q[e] + of(facet.a[e], across) + of(facet.b[e], down)
+            };
+            if (0..3).all(|edge| farthest(edge) >= 0) {
                 found((row - rows.start) * n_across + column);
             }
         }
     }
+}
+
+/// How far the first and the last ray of a bin are from the first of a facet, in steps of its edge functions.
+#[inline(always)]
+fn ends_of_bin(facet: &Projected, (frame, rays): (&Frame, &Rays), side: usize, first: u32, n: u32) -> [i64; 2] {
+    let from = facet.rays[side][0];
+    if !frame.is_graded() {
+        let start = i64::from(first) - i64::from(from);
+        return [start, start + i64::from(n - 1)];
+    }
+    let centre = |ray: u32| i64::from(frame.centre(rays.across[side], ray));
+    [first, (first + n).min(rays.counts[side]) - 1].map(|ray| centre(ray) - centre(from))
 }
 
 #[cfg(test)]
@@ -108,7 +128,7 @@ mod tests {
         let corners = [[0.0, 0.0, 1.0], [16.0, 0.0, 1.0], [0.0, 16.0, 1.0]];
         let lines = Lines::new([0.0; 3], [1.0; 3], [16, 16, 4]).unwrap();
         let frame = Frame::new(&[Geometry::new("t", 1, vec![corners]).unwrap()], &lines).unwrap();
-        let rays = Rays::new(2, lines.dims);
+        let rays = Rays::new(2, lines.dims());
         let lattice = lattice(&frame, &rays, [4, 4], 0..4);
         for row in 0..4 {
             for column in 0..4 {
@@ -123,7 +143,7 @@ mod tests {
         let corners = [[0.5, 0.3, 1.0], [15.0, 3.0, 1.0], [2.0, 14.0, 1.0]];
         let lines = Lines::new([0.0; 3], [1.0; 3], [16, 16, 4]).unwrap();
         let frame = Frame::new(&[Geometry::new("t", 1, vec![corners; 3]).unwrap()], &lines).unwrap();
-        let rays = Rays::new(2, lines.dims);
+        let rays = Rays::new(2, lines.dims());
         let whole = lattice(&frame, &rays, [4, 2], 0..8);
         let part = lattice(&frame, &rays, [4, 2], 3..6);
         for row in 3..6 {

@@ -148,12 +148,17 @@ impl Path {
     fn new(lines: &Lines, rays: &Rays, steps: &Steps) -> Path {
         let cells: Vec<[u32; 3]> = steps.corners.iter().map(|&place| rays.cell(place)).collect();
         let points = cells.iter().map(|&cell| middle(lines.corners([cell, cell.map(|at| at + 1)]))).collect();
-        let steps_along = |axis: usize| {
-            let along = cells.windows(2).map(|pair| u64::from(pair[0][axis].abs_diff(pair[1][axis])));
-            along.sum::<u64>() as f64
-        };
-        let length = (0..3).map(|axis| steps_along(axis) * lines.spacing[axis]).sum();
+        let length = (0..3).map(|axis| length_along(lines, &cells, axis)).sum();
         Path { steps: steps.n, length, cells, points }
+    }
+}
+
+/// Length along an axis of the way through the centres of some cells.
+fn length_along(lines: &Lines, cells: &[[u32; 3]], axis: usize) -> f64 {
+    let steps = cells.windows(2).map(|pair| [pair[0][axis], pair[1][axis]]);
+    match lines.spacing() {
+        Some(spacing) => steps.map(|[from, to]| u64::from(from.abs_diff(to))).sum::<u64>() as f64 * spacing[axis],
+        None => steps.map(|step| step.map(|cell| lines.centre(axis, cell))).map(|[from, to]| (to - from).abs()).sum(),
     }
 }
 
@@ -164,7 +169,7 @@ impl Narrowest {
         let cells_of = |place: Place| {
             let last = rays.cell(place);
             let low = last.map(|at| at.saturating_sub(widest.width - 1));
-            [low, [0, 1, 2].map(|axis| (last[axis] + 1).min(lines.dims[axis]))]
+            [low, [0, 1, 2].map(|axis| (last[axis] + 1).min(lines.dims()[axis]))]
         };
         let way = widest.way.iter().map(|&place| middle(lines.corners(cells_of(place)))).collect();
         let cells = cells_of(widest.narrowest);
@@ -175,7 +180,7 @@ impl Narrowest {
     /// The bounds with some more cells on every side, for what lies around the place.
     pub fn bounds_with(&self, lines: &Lines, more: u32) -> [[f64; 3]; 2] {
         let [low, high] = self.cells;
-        let high = [0, 1, 2].map(|axis| high[axis].saturating_add(more).min(lines.dims[axis]));
+        let high = [0, 1, 2].map(|axis| high[axis].saturating_add(more).min(lines.dims()[axis]));
         lines.corners([low.map(|at| at.saturating_sub(more)), high])
     }
 }
@@ -192,19 +197,19 @@ fn place_of(rays: &Rays, cell: [u32; 3]) -> Place {
 fn end(mesh: &Mesh, point: [f64; 3], name: &str) -> Result<End> {
     let lines = &mesh.lines;
     let cell_on = |axis: usize| {
-        let n = lines.dims[axis];
+        let n = lines.dims()[axis];
         let (low, high) = (lines.line(axis, 0), lines.line(axis, n));
         // false for NaN, too
         if !(low <= point[axis] && point[axis] <= high) {
             return None;
         }
-        let guess = ((point[axis] - low) / lines.spacing[axis]) as u32;
+        let guess = lines.position(axis, point[axis]) as u32;
         // rounding may be off by a cell
         let near = guess.saturating_sub(1)..guess.saturating_add(2).min(n);
         near.rev().find(|&index| lines.line(axis, index) <= point[axis])
     };
     let [Some(x), Some(y), Some(z)] = [cell_on(0), cell_on(1), cell_on(2)] else {
-        let [low, high] = lines.corners([[0; 3], lines.dims]);
+        let [low, high] = lines.corners([[0; 3], lines.dims()]);
         let message = format!(
             "the {name} {} lies outside of the mesh, which reaches from {} to {}",
             tuple(point),

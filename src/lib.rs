@@ -109,6 +109,7 @@ pub mod surface;
 mod volume_bound;
 #[cfg(feature = "stages")]
 pub mod volume_bound;
+mod volumes;
 #[cfg(all(feature = "web", target_arch = "wasm32"))]
 pub mod web;
 pub mod write;

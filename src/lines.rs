@@ -10,9 +10,17 @@ use serde::Serialize;
 
 use crate::domain::Domain;
 use crate::error::{Error, Result};
-use crate::job::{DEFAULT_CELLS, DEFAULT_TOLERANCE, Job, Padding};
+use crate::job::{DEFAULT_CELLS, DEFAULT_TOLERANCE, Job, LinesJob, Padding};
 
+mod graded;
+mod grading;
+mod grid;
 mod optimum;
+
+pub use graded::{Body, graded};
+pub use grading::Grading;
+pub(crate) use grid::AXES;
+pub use grid::{Lines, MAX_LISTED};
 
 use optimum::Intervals;
 
@@ -20,88 +28,6 @@ use optimum::Intervals;
 const ROUNDING: f64 = 1e-9;
 /// Part of a cell beyond which an excess is never called rounding, however coarse the coordinates of the files.
 const GREATEST_ROUNDING: f64 = 0.01;
-
-/// Uniform mesh lines on three axes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Lines {
-    /// Coordinate of line 0 on each axis, in the unit of the file.
-    pub origin: [f64; 3],
-    /// Cell size on each axis, in the unit of the file; positive.
-    pub spacing: [f64; 3],
-    /// Number of cells on each axis; at least 1.
-    pub dims: [u32; 3],
-}
-
-impl Lines {
-    /// World coordinates of the corners of a box of cells; its end is exclusive.
-    pub(crate) fn corners(&self, cells: [[u32; 3]; 2]) -> [[f64; 3]; 2] {
-        cells.map(|cell| [0, 1, 2].map(|axis| self.line(axis, cell[axis])))
-    }
-
-    /// A place in world coordinates as text, to a thousandth of a cell.
-    pub(crate) fn text_of(&self, place: [f64; 3]) -> String {
-        let text = |axis: usize| {
-            let decimals = (3.0 - libm::log10(self.spacing[axis])).ceil().clamp(0.0, 300.0) as usize;
-            let number = format!("{:.decimals$}", place[axis]);
-            let short = if decimals > 0 { number.trim_end_matches('0').trim_end_matches('.') } else { &number };
-            if short == "-0" { "0".into() } else { short.to_string() }
-        };
-        format!("({}, {}, {})", text(0), text(1), text(2))
-    }
-
-    /// Builds uniform lines.
-    ///
-    /// # Errors
-    /// `domain-empty` where a cell size is not a positive finite number or there are no cells; `job-value` where the
-    /// origin is not finite.
-    pub fn new(origin: [f64; 3], spacing: [f64; 3], dims: [u32; 3]) -> Result<Lines> {
-        for axis in 0..3 {
-            let name = ["x", "y", "z"][axis];
-            if !(spacing[axis] > 0.0 && spacing[axis].is_finite()) || dims[axis] == 0 {
-                let message = format!("{} cells of size {:?} along {name}", dims[axis], spacing[axis]);
-                return Err(Error::new("domain-empty", message, "give the domain an extent along every axis"));
-            }
-            if !origin[axis].is_finite() {
-                return Err(Error::new("job-value", format!("the domain starts at {} along {name}", origin[axis]), ""));
-            }
-        }
-        Ok(Lines { origin, spacing, dims })
-    }
-
-    /// The lines of some of the cells: the first, and the end, exclusive.
-    pub(crate) fn window(&self, [first, end]: [[u32; 3]; 2]) -> Lines {
-        Lines {
-            origin: [0, 1, 2].map(|axis| self.line(axis, first[axis])),
-            dims: [0, 1, 2].map(|axis| end[axis] - first[axis]),
-            ..*self
-        }
-    }
-
-    /// The lines of some of the cells, and of so many more on both sides, also beyond these lines.
-    pub(crate) fn with_halo(&self, [first, end]: [[u32; 3]; 2], halo: u32) -> Lines {
-        let start = first.map(|cell| f64::from(cell) - f64::from(halo));
-        Lines {
-            origin: [0, 1, 2].map(|axis| self.origin[axis] + start[axis] * self.spacing[axis]),
-            dims: [0, 1, 2].map(|axis| end[axis] - first[axis] + 2 * halo),
-            ..*self
-        }
-    }
-
-    /// Coordinate of line `index` (0 ..= dims) of an axis.
-    pub fn line(&self, axis: usize, index: u32) -> f64 {
-        self.origin[axis] + f64::from(index) * self.spacing[axis]
-    }
-
-    /// Number of cells of the box.
-    pub fn n_cells(&self) -> u64 {
-        self.dims.iter().map(|&n| u64::from(n)).product()
-    }
-
-    /// Volume of one cell, in cubed file units.
-    pub fn cell_volume(&self) -> f64 {
-        self.spacing.iter().product()
-    }
-}
 
 /// How far an end point of the domain lies from the nearest mesh line.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -115,17 +41,21 @@ pub struct Residual {
 
 /// Chooses the mesh lines of a job over its domain.
 ///
+/// - `lines`: as given.
 /// - `cells` N: cubic cells of the longest extent / N.
 /// - `dims`: exactly so many cells; the size per axis is extent / cells.
 /// - `cell_size`: as given.
 /// - `max_cell_size` S: per axis the largest size of at most S that puts all end points on lines; see the source of
 ///   `optimum` for the method.
 ///
-/// Padding by cells is added on both sides at the end.
+/// Padding by cells is added on both sides at the end. Generated lines are those of [`graded`].
 ///
 /// # Errors
-/// `lines-no-common-size`; `too-many-cells` where an axis would have more than 2^32 cells; `domain-empty`.
+/// `lines-wrong`; `lines-no-common-size`; `too-many-cells` where an axis would have more than 2^32 cells; `domain-empty`.
 pub fn lines(job: &Job, domain: &Domain) -> Result<Lines> {
+    if let Some(LinesJob { x, y, z }) = &job.lines {
+        return Lines::from_lists([x.clone(), y.clone(), z.clone()]);
+    }
     let spacing = cell_sizes(job, domain)?;
     let mut dims = [0u32; 3];
     let mut origin = domain.low;
@@ -139,7 +69,7 @@ pub fn lines(job: &Job, domain: &Domain) -> Result<Lines> {
         if padded > f64::from(u32::MAX) {
             let [cells, size] = [padded.round(), spacing[axis]];
             let cells = if padded < 1e15 { format!("{cells}") } else { format!("{cells:?}") };
-            let message = format!("{cells} cells of size {size:?} along {}", ["x", "y", "z"][axis]);
+            let message = format!("{cells} cells of size {size:?} along {}", AXES[axis]);
             return Err(Error::new("too-many-cells", message, "use larger cells"));
         }
         dims[axis] = padded as u32;
@@ -155,11 +85,11 @@ pub fn lines(job: &Job, domain: &Domain) -> Result<Lines> {
 pub fn check_n_cells(job: &Job, lines: &Lines) -> Result<()> {
     let Some(max) = job.max_cells else { return Ok(()) };
     // 96 bits hold any three numbers of cells
-    let n_cells: u128 = lines.dims.iter().map(|&n| u128::from(n)).product();
+    let n_cells: u128 = lines.dims().iter().map(|&n| u128::from(n)).product();
     if n_cells <= u128::from(max) {
         return Ok(());
     }
-    let [nx, ny, nz] = lines.dims;
+    let [nx, ny, nz] = lines.dims();
     let message = format!("{nx} x {ny} x {nz} = {n_cells} cells: at most {max} are allowed");
     let hint =
         "check the cell size against the unit of the files; if it is right, allow more with max_cells (--max-cells)";
@@ -173,7 +103,7 @@ pub fn about_fine_cells(job: &Job, domain: &Domain, lines: &Lines) -> Vec<String
     let tolerance = job.tolerance.unwrap_or(DEFAULT_TOLERANCE);
     let residuals = residuals(lines, domain);
     let sentence = |axis: usize| {
-        let (size, name) = (lines.spacing[axis], ["x", "y", "z"][axis]);
+        let (size, name) = (lines.smallest()[axis], AXES[axis]);
         let n_cells = |size: f64| (domain.extent(axis) / size).round();
         // a single cell cannot be larger
         if size >= 0.5 * s_max || n_cells(size) <= 1.0 {
@@ -246,7 +176,7 @@ fn whole_cells(job: &Job, domain: &Domain, size: f64, axis: usize) -> f64 {
 }
 
 fn no_size(axis: usize, intervals: &Intervals, s_max: f64, tolerance: f64) -> Error {
-    let name = ["x", "y", "z"][axis];
+    let name = AXES[axis];
     let [least, greatest] = intervals.searched(s_max, tolerance);
     let [greatest_size, least_size, within] = [greatest, least, tolerance];
     let message = format!(
@@ -267,7 +197,7 @@ fn no_size(axis: usize, intervals: &Intervals, s_max: f64, tolerance: f64) -> Er
 pub fn residuals(lines: &Lines, domain: &Domain) -> [Vec<Residual>; 3] {
     [0, 1, 2].map(|axis| {
         let residual = |&end_point: &f64| {
-            let position = (end_point - lines.origin[axis]) / lines.spacing[axis];
+            let position = lines.position(axis, end_point);
             Residual { end_point, cells: position - position.round() }
         };
         domain.end_points[axis].iter().map(residual).collect()

@@ -40,8 +40,8 @@ impl Mesh {
     /// # Errors
     /// `job-conflict` where lines and columns differ in their number of cells.
     pub fn new(lines: Lines, columns: Columns, names: Vec<Named>, unit: Option<String>) -> Result<Mesh> {
-        if lines.dims != columns.dims() {
-            let message = format!("lines of {:?} cells beside columns of {:?} cells", lines.dims, columns.dims());
+        if lines.dims() != columns.dims() {
+            let message = format!("lines of {:?} cells beside columns of {:?} cells", lines.dims(), columns.dims());
             return Err(Error::new("job-conflict", message, "mesh again with these lines"));
         }
         Ok(Mesh { lines, columns, names, unit })
@@ -49,7 +49,7 @@ impl Mesh {
 
     /// Number of cells on x, y and z.
     pub fn dims(&self) -> [u32; 3] {
-        self.lines.dims
+        self.lines.dims()
     }
 
     /// Number of cells of the box.
@@ -299,7 +299,7 @@ pub(crate) mod tests {
     #[test]
     fn lines_and_columns_must_have_the_same_cells() {
         let mesh = pattern(0, [9, 5, 7], 3);
-        let lines = Lines { dims: [9, 5, 8], ..mesh.lines };
+        let lines = Lines::new(mesh.lines.origin(), mesh.lines.smallest(), [9, 5, 8]).unwrap();
         assert_eq!(Mesh::new(lines, mesh.columns, vec![], None).unwrap_err().code(), "job-conflict");
     }
 

@@ -115,7 +115,7 @@ impl Overlay {
             let geometry = cast.frame.ranks.geometry_of_rank[usize::from(rank)];
             let layer = match kind {
                 Kind::Open(part) => {
-                    let votes = Votes::new(&part, crossings, cast.frame, cast.rays, cast.rule, lines.spacing);
+                    let votes = Votes::new(&part, crossings, cast.frame, cast.rays, cast.rule, lines.smallest());
                     let found = Found {
                         geometry,
                         policy: part.policy,

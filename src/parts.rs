@@ -26,7 +26,7 @@ pub type Window = [[u32; 3]; 2];
 /// `job-value` where an axis has fewer such steps than it shall have parts.
 pub fn parts(geometries: &[Geometry], lines: &Lines, rays: &Rays, of: [u32; 3], step: [u32; 3]) -> Result<Vec<Window>> {
     for axis in 0..3 {
-        let (cells, step) = (lines.dims[axis], step[axis].max(1));
+        let (cells, step) = (lines.dims()[axis], step[axis].max(1));
         let n = cells.div_ceil(step);
         if of[axis] == 0 || of[axis] > n {
             let of_shards = if step > 1 { format!(", {n} shards of {step}") } else { String::new() };
@@ -46,7 +46,7 @@ pub fn parts(geometries: &[Geometry], lines: &Lines, rays: &Rays, of: [u32; 3], 
         let step = step[axis].max(1);
         let of_steps: Vec<i128> = costs[axis].chunks(step as usize).map(|planes| planes.iter().sum()).collect();
         let ends = ends(&of_steps, of[axis] as usize);
-        ends.into_iter().map(|end| end.saturating_mul(step).min(lines.dims[axis])).collect::<Vec<u32>>()
+        ends.into_iter().map(|end| end.saturating_mul(step).min(lines.dims()[axis])).collect::<Vec<u32>>()
     });
     let mut windows = Vec::new();
     for z in ends[2].windows(2) {
@@ -60,9 +60,9 @@ pub fn parts(geometries: &[Geometry], lines: &Lines, rays: &Rays, of: [u32; 3], 
 /// Cost of each plane of cells across each axis.
 fn costs(geometries: &[Geometry], lines: &Lines, rays: &Rays) -> [Vec<i128>; 3] {
     // how the cost changes from plane to plane
-    let mut changes = lines.dims.map(|n| vec![0i128; n as usize + 1]);
+    let mut changes = lines.dims().map(|n| vec![0i128; n as usize + 1]);
     for axis in 0..3 {
-        changes[axis][0] = (UNITS * rays.n_rays() as f64 / f64::from(lines.dims[axis])) as i128;
+        changes[axis][0] = (UNITS * rays.n_rays() as f64 / f64::from(lines.dims()[axis])) as i128;
     }
     for geometry in geometries {
         let placing = geometry.placing();
@@ -91,7 +91,7 @@ fn add(
 ) {
     let [a, b, c] = facet.map(|corner| {
         let world = placing(corner);
-        [0, 1, 2].map(|axis| (world[axis] - lines.origin[axis]) / lines.spacing[axis])
+        [0, 1, 2].map(|axis| lines.position(axis, world[axis]))
     });
     let [i, j] = rays.across;
     let area = 0.5 * ((b[i] - a[i]) * (c[j] - a[j]) - (c[i] - a[i]) * (b[j] - a[j])).abs();
@@ -157,7 +157,7 @@ mod tests {
         // a quarter of a side of the box, across z, and one that is far away
         let side = [[0.0, 0.0, 2.5], [2.0, 0.0, 2.5], [0.0, 4.0, 2.5]];
         let far = side.map(|[x, y, _]: [f32; 3]| [x, y, 3e38]);
-        let rays = Rays::new(2, lines.dims);
+        let rays = Rays::new(2, lines.dims());
         let planes = costs(&[Geometry::new("side", 1, vec![side, far]).unwrap()], &lines, &rays);
         let of_rays = (UNITS as i128) * 16 / 8;
         assert_eq!(planes[2], [0, 1, 2, 3, 4, 5, 6, 7].map(|z| of_rays + if z == 2 { 16 * UNITS as i128 } else { 0 }));

@@ -26,7 +26,7 @@ use crate::frame::Frame;
 use crate::gaps::{self, Gaps, NAME};
 use crate::geometry::{Fill, Geometry};
 use crate::job::Job;
-use crate::lines::{Lines, about_fine_cells, residuals};
+use crate::lines::{Grading, Lines, about_fine_cells, residuals};
 use crate::mesh::{Mesh, Named};
 use crate::overlay::{self, Overlay};
 use crate::report::{
@@ -35,6 +35,7 @@ use crate::report::{
 };
 use crate::sources::Source;
 use crate::volume_bound::volume_bound;
+use crate::volumes::volumes;
 
 mod effective;
 mod engine;
@@ -83,10 +84,10 @@ pub async fn mesh(
     // of the whole box, where a part's report shall be merged with others
     let bounds_of_whole = job.part.map(|_| volume_bounds(&frame, &closed, &prepared.geometries, whole));
     if let Some(cells) = prepared.window {
-        parts = parts.into_iter().map(|part| part.window(cells, frame.fraction_bits)).collect();
+        parts = parts.into_iter().map(|part| part.window(cells, &frame)).collect();
         frame = frame.window(cells);
     }
-    let parts_bytes = parts.iter().map(|part| part.n_bytes(&prepared.rays, frame.fraction_bits)).sum();
+    let parts_bytes = parts.iter().map(|part| part.n_bytes(&prepared.rays, &frame)).sum();
     let budget = memory_budget(job, options, &prepared, (engine, parts_bytes), control).await?;
     control.rest().await?;
     let snap_seconds = lap(&mut clock);
@@ -118,6 +119,7 @@ pub async fn mesh(
     let mut geometries: Vec<GeometryReport> =
         prepared.geometries.iter().zip(bad_edges).map(|(geometry, bad)| GeometryReport::new(geometry, bad)).collect();
     let cells = columns.cells_per_flag();
+    let volumes = volumes(&columns, &lines)?;
     let (found, along, doubtful) = match overlay {
         Some(overlay) => overlay.found()?,
         None => (Vec::new(), Vec::new(), doubt().finish()?),
@@ -127,13 +129,13 @@ pub async fn mesh(
     let filled: Vec<FillReport> = along.iter().map(|found| FillReport::new(found, &geometries)).collect();
     let bounds = volume_bounds(&frame, &closed, &prepared.geometries, &prepared.lines);
     geometries.iter_mut().zip(bounds).for_each(|(report, bound)| report.volume_bound = bound);
-    let mut flags = flag_reports(&geometries, &cells, &lines);
+    let mut flags = flag_reports(&geometries, &cells, &volumes);
     for report in flags.iter_mut().filter(|report| gaps.as_ref().is_some_and(|gaps| gaps.flag == report.flag)) {
         (report.mesh_volume, report.volume_bound) = (None, None);
     }
     let mut names = names;
     if let Some(gaps) = gaps.as_ref().filter(|gaps| geometries.iter().all(|geometry| geometry.flag != gaps.flag)) {
-        let volume = gaps.cells as f64 * lines.cell_volume();
+        let volume = volumes[usize::from(gaps.flag)];
         let (mesh_volume, volume_bound) = (None, None);
         let name = NAME.into();
         let place = flags.partition_point(|report| report.flag < gaps.flag);
@@ -141,13 +143,16 @@ pub async fn mesh(
         names.push(Named { flag: gaps.flag, name: NAME.into() });
     }
     let mut warnings: Vec<String> = engine.fallback.iter().map(|why| format!("meshed on the CPU: {why}")).collect();
+    warnings.extend(warnings::about_unused_gpu(engine.adapter(), &prepared.whole));
+    warnings.extend(prepared.notices.iter().cloned());
     warnings.extend(about_fine_cells(job, &prepared.domain, &prepared.whole));
     warnings.extend(open.iter().zip(&found).map(|(open, found)| open.warning(&geometries[found.geometry], &lines)));
     warnings.extend(warnings::about_odd_rays(columns.odd_rays(), rays.n_rays()));
     warnings.extend(warnings::about_edges_of_rays(&prepared.geometries, &geometries, job.rule, &lines));
     warnings.extend(warnings::about_shared_flags(&prepared.geometries));
     warnings.extend(warnings::about_overlapping_shells(&cast, &prepared.geometries));
-    let mask_mesh = |mask| Mesh::new(lines, mask, vec![Named { flag: 1, name: "doubtful".into() }], job.unit.clone());
+    let mask_mesh =
+        |mask| Mesh::new(lines.clone(), mask, vec![Named { flag: 1, name: "doubtful".into() }], job.unit.clone());
     let certify = || {
         let thin_cells = job.thin_cells.unwrap_or(DEFAULT_THIN_CELLS);
         let found = Certificate::new(&cast, &columns, &lines, &prepared.geometries, thin_cells)?;
@@ -155,7 +160,7 @@ pub async fn mesh(
     };
     let certificate = job.certify.then(certify).transpose()?;
     warnings.extend(certificate.iter().flat_map(|certificate| certificate.warnings(&lines)));
-    let mesh = Mesh::new(lines, columns, names, job.unit.clone())?;
+    let mesh = Mesh::new(lines.clone(), columns, names, job.unit.clone())?;
     let columns = &mesh.columns;
     // a geometry may well have no cell in a window
     if prepared.window.is_none() {
@@ -164,21 +169,24 @@ pub async fn mesh(
     // spilled columns would be read back for it
     let flags_hash = (!columns.is_spilled()).then(|| flags_hash(columns)).transpose()?;
     let window = prepared.asked.map(|cells| window_report(cells, &prepared, columns, bounds_of_whole)).transpose()?;
-    let (adapter, driver) = engine.adapter().map(|(name, driver)| (name.into(), driver.into())).unzip();
+    let adapter = engine.adapter().filter(|_| !lines.is_graded());
+    let backend = if lines.is_graded() { "cpu" } else { engine.backend() };
+    let (adapter, driver) = adapter.map(|(name, driver)| (name.into(), driver.into())).unzip();
     let n_facets: usize = prepared.geometries.iter().map(|geometry| geometry.facets.len()).sum();
     let facet_bytes = 36 * (n_facets + frame.facets.capacity()) + frame.rank_of_facet.capacity();
     let facts = MeshFacts {
         version: env!("CARGO_PKG_VERSION"),
-        backend: engine.backend(),
+        backend,
         adapter,
         driver,
         device_check: used.checked.map(|[rays, differing]| DeviceCheck { rays, differing }),
         unit: job.unit.clone(),
         inputs,
-        dims: lines.dims,
-        origin: lines.origin,
-        spacing: lines.spacing,
-        whole: prepared.whole,
+        dims: lines.dims(),
+        origin: lines.origin(),
+        spacing: lines.spacing(),
+        grading: Grading::of(&lines, job.unit.as_deref()),
+        whole: prepared.whole.clone(),
         window,
         end_points: residuals(&prepared.whole, &prepared.domain),
         snap_in_cells: frame.snap_in_cells(),
@@ -228,7 +236,8 @@ fn volume_bounds(frame: &Frame, closed: &[Closed], geometries: &[Geometry], line
         let ends = geometry.bounding_box().unwrap_or_default();
         if is_within && !is_cut(ends, lines) {
             let volume = geometry.signed_volume().abs();
-            bounds[index] = Some(volume_bound(frame.facets_of_rank(rank), frame.fraction_bits, lines, volume));
+            let of_rank = frame.facets_of_rank(rank);
+            bounds[index] = lines.cell_volume().map(|cell| volume_bound(of_rank, frame.fraction_bits, cell, volume));
         }
     }
     bounds
@@ -243,8 +252,8 @@ fn window_report(
 ) -> Result<WindowReport> {
     let Prepared { whole, halo, .. } = prepared;
     let has_sum = *halo == 0 && !columns.is_spilled();
-    let flags_sum = has_sum.then(|| flags_sum(columns, first, whole.dims)).transpose()?;
-    Ok(WindowReport { first, end, of: whole.dims, origin: whole.origin, halo: *halo, flags_sum, volume_bounds })
+    let flags_sum = has_sum.then(|| flags_sum(columns, first, whole.dims())).transpose()?;
+    Ok(WindowReport { first, end, of: whole.dims(), origin: whole.origin(), halo: *halo, flags_sum, volume_bounds })
 }
 
 /// Closes gaps in columns, if the job asks for it.

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::doubt::{Corners, Doubtful};
 use crate::gaps::Gaps;
 use crate::job::{Job, Rule};
-use crate::lines::{Lines, Residual};
+use crate::lines::{Grading, Lines, Residual};
 use crate::mesh::Mesh;
 use crate::sources::Source;
 
@@ -196,8 +196,10 @@ pub struct MeshFacts {
     pub window: Option<WindowReport>,
     /// First corner of the box.
     pub origin: [f64; 3],
-    /// Cell size on x, y, z.
-    pub spacing: [f64; 3],
+    /// Cell size on x, y, z; null where cells differ in size.
+    pub spacing: Option<[f64; 3]>,
+    /// The lines and how their distances change; null where all cells are equal.
+    pub grading: Option<Grading>,
     /// End points of the geometries' boxes and their distances from mesh lines.
     pub end_points: [Vec<Residual>; 3],
     /// Largest distance, in cells, that a corner was moved to the exact grid.

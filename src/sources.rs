@@ -121,6 +121,7 @@ pub fn geometries(job: &Job, sources: Vec<Source>) -> Result<Vec<Geometry>> {
             geometry.open = entry.open.unwrap_or(job.open);
             geometry.shell = entry.shell;
             geometry.invert = entry.invert;
+            geometry.sizing = entry.sizing();
             geometry.fill = match entry.fill.unwrap_or(job.fill) {
                 Fill::Centre if entry.shell => Fill::Separating,
                 fill => fill,

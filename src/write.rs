@@ -6,6 +6,8 @@
 pub mod bits;
 pub mod column_file;
 pub mod npy;
+#[cfg(not(target_arch = "wasm32"))]
+mod npz;
 mod options;
 pub mod raw;
 pub mod sidecar;
@@ -53,7 +55,11 @@ pub fn write(
             }
             sink.put(&tail)?;
         }
-        (None, Compress::Zlib(level)) if format == Format::Vti => vti::write(mesh, level, options, &mut sink, control)?,
+        (None, Compress::Zlib(level)) if matches!(format, Format::Vti | Format::Vtr) => {
+            vti::write(mesh, (format, level), options, &mut sink, control)?;
+        }
+        #[cfg(not(target_arch = "wasm32"))]
+        (None, _) if format == Format::Npz => npz::write(mesh, options, &mut sink, control)?,
         (None, compress) => column_file::write(mesh, compress, &mut sink, control)?,
     }
     sink.out.flush().map_err(|error| Error::io("writing the mesh", error))?;
@@ -67,6 +73,10 @@ pub fn write(
 /// Those of [`write()`] before the first byte.
 pub fn around(mesh: &Mesh, format: Format, options: &Options) -> Result<Option<(Vec<u8>, Vec<u8>)>> {
     check(format, options)?;
+    if format == Format::Vti && mesh.lines.is_graded() {
+        let message = "cells differ in size, and .vti holds equal ones only";
+        return Err(Error::new("lines-graded", message, "write .vtr, which holds the lines of each axis"));
+    }
     if options.bits {
         bits::check(mesh)?;
     }
@@ -77,7 +87,7 @@ fn head_and_tail(mesh: &Mesh, format: Format, options: &Options) -> Option<(Vec<
     match (format, options.compress) {
         (Format::Raw, _) => Some((Vec::new(), Vec::new())),
         (Format::Npy, _) => Some((npy::header(mesh.dims(), options.bits), Vec::new())),
-        (Format::Vti, Compress::None) => Some(vti::head_and_tail(mesh)),
+        (Format::Vti | Format::Vtr, Compress::None) => Some(vti::head_and_tail(mesh, format)),
         _ => None,
     }
 }
@@ -91,6 +101,9 @@ pub fn exact_size(mesh: &Mesh, format: Format, options: &Options) -> Option<u64>
 /// Refuses options that the format would silently ignore.
 fn check(format: Format, options: &Options) -> Result<()> {
     let name = format.extension();
+    if cfg!(target_arch = "wasm32") && format == Format::Npz {
+        return Err(Error::new("job-conflict", ".npz is written natively only", "use .npy"));
+    }
     if let Compress::Zlib(level) = options.compress {
         if !(1..=9).contains(&level) {
             return Err(Error::new(
@@ -100,10 +113,10 @@ fn check(format: Format, options: &Options) -> Result<()> {
             ));
         }
         if matches!(format, Format::Raw | Format::Npy) {
-            return Err(Error::new("job-conflict", format!(".{name} cannot be compressed"), "use .vti or .hxc"));
+            return Err(Error::new("job-conflict", format!(".{name} cannot be compressed"), "use .vti, .vtr or .hxc"));
         }
     }
-    if options.bits && matches!(format, Format::Vti | Format::Columns) {
+    if options.bits && matches!(format, Format::Npz | Format::Vti | Format::Vtr | Format::Columns) {
         return Err(Error::new("job-conflict", format!(".{name} has no bit-packed variant"), "use .raw or .npy"));
     }
     Ok(())

@@ -231,7 +231,7 @@ export class Core {
     const [runs, bytes] = mesh.columnFacts();
     /** @type {Record<string, number | undefined>} */
     const sizes = {};
-    for (const format of ['vti', 'npy', 'raw', 'hxc']) sizes[format] = mesh.size(format, false);
+    for (const format of ['vti', 'vtr', 'npy', 'raw', 'hxc']) sizes[format] = mesh.size(format, false);
     for (const format of ['npy', 'raw']) sizes[`${format}-bits`] = mesh.size(format, true);
     /** @type {import('./hexcast.js').Report} */
     const report = JSON.parse(mesh.report());

@@ -1,5 +1,6 @@
 /** What goes in: surfaces, the job, and what a job would cost. */
 import type { CallOptions } from './hexcast.js';
+import type { Grading } from './report.js';
 import type { Float32Numbers, Triple } from './result.js';
 
 /** The bytes of an STL file, binary or ASCII, or facets. A Blob is read in slices, never as a whole. */
@@ -60,12 +61,30 @@ export interface GeometryJob {
   shell?: boolean;
   /** The cells outside of it in place of those inside, such as the fluid around a body. */
   invert?: boolean;
+  /** Largest size of a cell across it, where lines are generated (`graded`). */
+  max_size?: number;
+  /** Fewest cells across it along every axis, where lines are generated. */
+  min_cells?: number;
+  /** Whether it is metal: generated lines lie a third of a cell inside of its edges and two thirds outside. */
+  metal?: boolean;
   /** Scales first: one factor, or one for each axis. */
   scale?: number | Triple;
   /** Then rotates about x, y and z, in degrees. */
   rotate?: Triple;
   /** Then moves. */
   translate?: Triple;
+}
+
+/** How lines are generated. Lengths are in the unit of the files. */
+export interface Graded {
+  /** Largest size of a cell, on all axes or each. */
+  max_size: number | Triple;
+  /** Smallest size of a cell; by default a thousandth of the largest. Of ends closer to each other one is left off the lines. */
+  min_size?: number;
+  /** Most times by which a cell is larger than its neighbour: 1.01 to 10, by default 1.3. */
+  growth?: number;
+  /** Cells added on both sides of every axis, of the size of the cell there, for absorbing layers: at most 1,024. */
+  absorbing?: number | Triple;
 }
 
 /** What is meshed and how: the native job file, with sources in place of file names. */
@@ -76,7 +95,7 @@ export interface Job {
   domain?: readonly [number, number, number, number, number, number];
   /** Space added around the bounding box of the geometries, in whole cells or as a length. */
   padding?: { readonly cells: number | Triple } | { readonly length: number | Triple };
-  /** Number of cubic cells along the longest axis; the default is 128. At most one of these four is given. */
+  /** Number of cubic cells along the longest axis; the default is 128. At most one of these six is given. */
   cells?: number;
   /** Number of cells on x, y, z. */
   dims?: Triple;
@@ -86,6 +105,10 @@ export interface Job {
   max_cell_size?: number;
   /** How far from a line, in cells, `max_cell_size` lets the end of a bounding box lie: 0 to 0.5, default 0.05. */
   tolerance?: number;
+  /** All lines of each axis, ascending, cells + 1 of them; cells may differ in size. Without `domain` and `padding`. */
+  lines?: { readonly x: readonly number[]; readonly y: readonly number[]; readonly z: readonly number[] };
+  /** Generates lines of cells that differ in size, with a line on every end of every bounding box. */
+  graded?: Graded;
   /** Most cells, however they are chosen; without it only those of an axis are limited. A mesh of more fails with `too-many-cells`. */
   max_cells?: number;
   /**
@@ -203,7 +226,10 @@ export interface Surface<Info extends FileInfo = SurfaceInfo> extends Disposable
 export interface Estimate {
   dims: [number, number, number];
   origin: [number, number, number];
-  spacing: [number, number, number];
+  /** Null where cells differ in size. */
+  spacing: [number, number, number] | null;
+  /** The lines and how their distances change; null where all cells are equal. */
+  grading: Grading | null;
   cells: number;
   /** Axis of the rays; what `auto` comes to. */
   ray_axis: 'x' | 'y' | 'z';

@@ -11,7 +11,7 @@ import { plainJson } from './plain.js';
 const BLOB_PART_BYTES = 64 << 20;
 
 const MOST = 2 ** 32 - 1;
-const FORMATS = /** @type {const} */ (['vti', 'npy', 'raw', 'hxc']);
+const FORMATS = /** @type {const} */ (['vti', 'vtr', 'npy', 'raw', 'hxc']);
 const WRITE = ['compress', 'bits', ...CALL];
 const SIDECAR = ['bits', 'hash', ...CALL];
 const LEAK = ['from', 'to', 'flags', 'job', 'max_memory'];
@@ -59,7 +59,8 @@ export class Mesh {
     this.#sizes = sizes;
     this.report = report;
     this.dims = report.dims;
-    this.lines = { origin: report.origin, spacing: report.spacing, dims: report.dims };
+    const { origin, spacing, dims, grading } = report;
+    this.lines = { origin, spacing, dims, lists: grading && { x: grading.x, y: grading.y, z: grading.z } };
     this.columns = Object.freeze({
       axis,
       runs,

@@ -68,7 +68,10 @@ export interface Report {
   /** Which cells of a larger box these are; null where they are all, and for an opened mesh. */
   window: WindowReport | null;
   origin: [number, number, number];
-  spacing: [number, number, number];
+  /** Cell size on x, y, z; null where cells differ in size. */
+  spacing: [number, number, number] | null;
+  /** The lines and how their distances change; null where all cells are equal. */
+  grading: Grading | null;
   /** Null for an opened mesh. */
   rule: 'parity' | 'nonzero' | null;
   ray_axis: 'x' | 'y' | 'z';
@@ -231,4 +234,21 @@ export interface CertificateReport {
     place: [number, number, number];
     bounds: [[number, number, number], [number, number, number]];
   }[];
+}
+
+/** Lines that are not equally spaced. Lengths are in the unit of the files. */
+export interface Grading {
+  /** All lines along x, ascending: cells + 1 of them. */
+  x: number[];
+  y: number[];
+  z: number[];
+  /** Sizes of the smallest and the largest cell on x, y, z. */
+  smallest: [number, number, number];
+  largest: [number, number, number];
+  /** The greatest ratio of the sizes of two neighbours, at least 1. */
+  ratio: [number, number, number];
+  /** The longest step of a solver of the wave equation by central differences, as the length that light goes in it. */
+  courant_length: number;
+  /** The same in seconds, in vacuum; null where the unit of lengths is not known. */
+  courant_seconds: number | null;
 }

@@ -11,11 +11,14 @@ export type Float32Numbers = ReturnType<Float32ArrayConstructor['of']>;
 /** Three numbers, for x, y and z. */
 export type Triple = readonly [number, number, number];
 
-/** Mesh lines: line i of an axis is `origin + i * spacing`, i = 0 ..= dims. */
+/** Mesh lines: line i of an axis is `origin + i * spacing`, i = 0 ..= dims; where cells differ in size `lists` has them all. */
 export interface Lines {
   origin: [number, number, number];
-  spacing: [number, number, number];
+  /** Null where cells differ in size. */
+  spacing: [number, number, number] | null;
   dims: [number, number, number];
+  /** All lines of each axis where cells differ in size, else null. */
+  lists: { x: number[]; y: number[]; z: number[] } | null;
 }
 
 /** A box of cells: first and end on x, y, z. */
@@ -76,7 +79,7 @@ export interface Skin {
   parts: SkinPart[];
 }
 
-export type Format = 'vti' | 'npy' | 'raw' | 'hxc';
+export type Format = 'vti' | 'vtr' | 'npy' | 'raw' | 'hxc';
 
 export interface WriteOptions extends CallOptions {
   /** zlib level for vti and hxc: 0 (the default) does not compress, 1 is fast, 6 is a good compromise, 9 is small. */

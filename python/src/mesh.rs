@@ -62,13 +62,13 @@ impl RawMesh {
     /// First mesh line on each axis.
     #[getter]
     fn origin(&self) -> (f64, f64, f64) {
-        self.mesh.lines.origin.into()
+        self.mesh.lines.origin().into()
     }
 
-    /// Cell size on each axis.
+    /// Cell size on each axis; None where cells differ in size.
     #[getter]
-    fn spacing(&self) -> (f64, f64, f64) {
-        self.mesh.lines.spacing.into()
+    fn spacing(&self) -> Option<(f64, f64, f64)> {
+        self.mesh.lines.spacing().map(Into::into)
     }
 
     /// Unit of lengths.
@@ -85,8 +85,7 @@ impl RawMesh {
 
     /// All mesh lines of an axis.
     fn lines<'py>(&self, py: Python<'py>, axis: usize) -> Bound<'py, PyArray1<f64>> {
-        let line = |index: u32| self.mesh.lines.line(axis, index);
-        PyArray1::from_vec(py, (0..=self.mesh.dims()[axis]).map(line).collect())
+        PyArray1::from_vec(py, self.mesh.lines.list(axis))
     }
 
     /// Expands the flags of a box into an array, x fastest.
@@ -196,7 +195,7 @@ pub(crate) fn load(py: Python<'_>, path: &str) -> PyResult<RawMesh> {
         let mesh = column_file::read(&mut file, u64::MAX, control).map_err(|error| error.at(path))?;
         // a struct of numbers and strings always has a JSON form
         let report = serde_json::to_string(&ColumnsReport::new(&mesh)).unwrap_or_default();
-        let place = Place { whole: mesh.lines, first: [0; 3] };
+        let place = Place { whole: mesh.lines.clone(), first: [0; 3] };
         Ok(RawMesh::new(mesh, report, place, ZarrJob::default()))
     })
 }

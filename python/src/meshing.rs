@@ -43,7 +43,7 @@ pub(crate) fn mesh(
             pollster::block_on(pipeline::mesh(&job, sources, &options, engine, control))
         })?;
         let first = facts.window.as_ref().map_or([0; 3], |window| window.first);
-        let place = Place { whole: facts.whole, first };
+        let place = Place { whole: facts.whole.clone(), first };
         let zarr = job.zarr.unwrap_or_default();
         let report = Report::new(facts, CallerFacts::default().with_read(read)).to_json();
         Ok(RawMesh::new(mesh, report, place, zarr))

@@ -73,7 +73,7 @@ fn middle((n, ray, first): (u32, u64, u32), rays: &Rays, lines: &Lines) -> [f64;
     place[rays.across[0]] = (ray % n_across) as f64 + 0.5;
     place[rays.across[1]] = (ray / n_across) as f64 + 0.5;
     place[rays.axis] = f64::from(first) + 0.5 * f64::from(n);
-    [0, 1, 2].map(|axis| lines.origin[axis] + place[axis] * lines.spacing[axis])
+    [0, 1, 2].map(|axis| lines.at(axis, place[axis]))
 }
 
 /// What each pair of ranks, the higher first, has in common.

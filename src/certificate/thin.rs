@@ -64,7 +64,7 @@ pub(super) fn thin_walls(cast: &Cast, lines: &Lines, k: u32, is_wanted: impl Fn(
                 rays: thin.len() as u64,
                 lost: thin.iter().filter(|thin| thin.0 == 0).count() as u64,
                 cells,
-                place: [0, 1, 2].map(|axis| lines.origin[axis] + place[axis] * lines.spacing[axis]),
+                place: [0, 1, 2].map(|axis| lines.at(axis, place[axis])),
             });
         }
     }

@@ -161,7 +161,7 @@ mod tests {
     fn mesh(max_bytes: u64, store: Option<Arc<dyn Store>>) -> Mesh {
         let dims = [SIDE, SIDE, DEPTH];
         let (rays, lines) = (Rays::new(2, dims), Lines::new([0.0; 3], [1.0; 3], dims).unwrap());
-        let head = Head { identity: None, rays, zlib: false, lines, unit: None, names: vec![] };
+        let head = Head { identity: None, rays, zlib: false, lines: lines.clone(), unit: None, names: vec![] };
         let head = head.encode().unwrap();
         let mut builder = ColumnsBuilder::new(rays, max_bytes, store.map(|store| (head, store)));
         bands().into_iter().for_each(|band| builder.push(vec![band]).unwrap());

@@ -6,7 +6,7 @@ use super::expected::Expected;
 use crate::cast::sizes::MOST_BAND;
 use crate::cpu;
 use crate::geometry::Geometry;
-use crate::lines::Lines;
+use crate::lines::{Grading, Lines};
 use crate::mesh::SLAB_BYTES;
 use crate::rays::Rays;
 use crate::write::{npy, raw};
@@ -19,8 +19,10 @@ pub struct Estimate {
     pub dims: [u32; 3],
     /// First corner of the box.
     pub origin: [f64; 3],
-    /// Cell size on x, y, z.
-    pub spacing: [f64; 3],
+    /// Cell size on x, y, z; null where cells differ in size.
+    pub spacing: Option<[f64; 3]>,
+    /// The lines and how their distances change; null where all cells are equal.
+    pub grading: Option<Grading>,
     /// Number of cells.
     pub cells: u64,
     /// Axis of the rays: "x", "y" or "z".
@@ -133,9 +135,10 @@ impl Estimate {
         let crossings = expected.crossings.round() as u64;
         let host = host_bytes(facets, expected, lines, rays);
         let mut estimate = Estimate {
-            dims: lines.dims,
-            origin: lines.origin,
-            spacing: lines.spacing,
+            dims: lines.dims(),
+            origin: lines.origin(),
+            spacing: lines.spacing(),
+            grading: Grading::of(lines, None),
             cells: lines.n_cells(),
             ray_axis: ["x", "y", "z"][rays.axis],
             rays: rays.n_rays(),
@@ -207,13 +210,13 @@ fn host_bytes(facets: u64, expected: &Expected, lines: &Lines, rays: &Rays) -> H
 fn file_bytes(lines: &Lines, rays: u64, runs: u64) -> FileBytes {
     const VTI_HEAD: u64 = 1000;
     let bytes = |size: Option<u64>| size.unwrap_or(u64::MAX);
-    let raw_bytes = bytes(raw::n_bytes(lines.dims, false));
+    let raw_bytes = bytes(raw::n_bytes(lines.dims(), false));
     let hxc = 200 + rays + 2 * runs;
     FileBytes {
         raw: raw_bytes,
-        raw_bits: bytes(raw::n_bytes(lines.dims, true)),
-        npy: bytes(npy::n_bytes(lines.dims, false)),
-        npy_bits: bytes(npy::n_bytes(lines.dims, true)),
+        raw_bits: bytes(raw::n_bytes(lines.dims(), true)),
+        npy: bytes(npy::n_bytes(lines.dims(), false)),
+        npy_bits: bytes(npy::n_bytes(lines.dims(), true)),
         vti: raw_bytes.saturating_add(VTI_HEAD),
         // measured at level 6: what does not change shrinks two hundredfold, and a run takes some bits where it begins
         vti_zlib: VTI_HEAD.saturating_add(raw_bytes / 200).saturating_add(runs / 2),

@@ -49,7 +49,7 @@ impl Expected {
         let placing = geometry.placing();
         let project = |corner: [f32; 3]| {
             let world = placing(corner);
-            let cells = |axis: usize| (world[axis] - lines.origin[axis]) / lines.spacing[axis];
+            let cells = |axis: usize| lines.position(axis, world[axis]);
             [cells(rays.across[0]), cells(rays.across[1]), cells(rays.axis)]
         };
         let of_facet = |facet: &Facet| {

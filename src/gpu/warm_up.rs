@@ -15,6 +15,7 @@ use crate::rays::Rays;
 pub(crate) fn warm_up(context: Context) -> Result<()> {
     let frame = Frame {
         fraction_bits: 16,
+        centres: None,
         dims: [8; 3],
         facets: [0, 4 << 16].map(|x| [[x, 0, 0], [x, 5 << 16, 1 << 16], [x, 1 << 16, 5 << 16]]).to_vec(),
         rank_of_facet: vec![0; 2],

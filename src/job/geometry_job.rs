@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::quoted::on_one_line;
 use super::{Fill, Open, PerAxis, numbers};
 use crate::error::{Error, Result};
-use crate::geometry::Placing;
+use crate::geometry::{Placing, Sizing};
 
 /// A file, the name and flag of its cells, and its transform.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -40,6 +40,15 @@ pub struct GeometryJob {
     /// The cells outside of it in place of those inside: the fluid around a body, or within a wall that fills the rest of the domain.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub invert: bool,
+    /// Largest size of a cell across it, where lines are generated (`graded`).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_size: Option<f64>,
+    /// Fewest cells across it along every axis, where lines are generated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min_cells: Option<u32>,
+    /// Whether it is metal: where lines are generated, those nearest to its edges lie a third of a cell inside and two thirds outside.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub metal: bool,
     /// Scales first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scale: Option<PerAxis<f64>>,
@@ -57,13 +66,24 @@ impl GeometryJob {
         GeometryJob { file: file.into(), ..GeometryJob::default() }
     }
 
+    /// Forgets how lines are generated around it.
+    pub fn clear_sizing(&mut self) {
+        (self.max_size, self.min_cells, self.metal) = (None, None, false);
+    }
+
+    /// How lines are generated around it.
+    pub(crate) fn sizing(&self) -> Sizing {
+        Sizing { max_size: self.max_size, min_cells: self.min_cells, metal: self.metal }
+    }
+
     /// Places file coordinates in the world.
     pub(crate) fn world_from_file(&self) -> Placing {
         let scale = self.scale.map_or([1.0; 3], PerAxis::each);
         Placing::of_numbers(scale, self.rotate.unwrap_or_default(), self.translate.unwrap_or_default())
     }
 
-    /// Reads `FILE` or `FILE:key=value,...` with the keys flag, priority, open, fill, shell, invert, name, solid, split, scale, rotate and translate;
+    /// Reads `FILE` or `FILE:key=value,...` with the keys flag, priority, open, fill, shell, invert, name, solid, split, max_size, min_cells, metal,
+    /// scale, rotate and translate;
     /// three numbers are joined by `/`. The settings begin after the first colon that a word and `=` follow, so other colons
     /// belong to the file, as in `C:\run=3\part.stl`.
     ///
@@ -104,6 +124,11 @@ impl GeometryJob {
             "fill" => self.fill = Some(named(key, value, "centre, conservative or separating")?),
             "shell" => self.shell = yes_or_no(key, value)?,
             "invert" => self.invert = yes_or_no(key, value)?,
+            "max_size" => self.max_size = Some(number(key, value)?),
+            "min_cells" => {
+                self.min_cells = Some(value.parse().map_err(|_| format!("min_cells={value} is not a whole number"))?)
+            }
+            "metal" => self.metal = yes_or_no(key, value)?,
             "name" => self.name = Some(value.to_string()),
             "solid" => self.solid = Some(value.to_string()),
             "split" => self.split = yes_or_no(key, value)?,
@@ -112,7 +137,7 @@ impl GeometryJob {
             "rotate" => self.rotate = Some(three(key, value)?),
             "translate" => self.translate = Some(three(key, value)?),
             _ => {
-                let keys = "flag, priority, open, fill, shell, invert, name, solid, split, scale, rotate, translate";
+                let keys = "flag, priority, open, fill, shell, invert, name, solid, split, max_size, min_cells, metal, scale, rotate, translate";
                 return Err(format!("there is no key \"{key}\"; keys are {keys}"));
             }
         }

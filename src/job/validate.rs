@@ -25,6 +25,7 @@ impl Job {
         }
         self.validate_geometries()?;
         self.validate_cells()?;
+        self.validate_lines()?;
         self.validate_gaps()?;
         self.validate_window()?;
         self.validate_domain()
@@ -136,6 +137,8 @@ impl Job {
             ("dims", self.dims.is_some()),
             ("cell_size", self.cell_size.is_some()),
             ("max_cell_size", self.max_cell_size.is_some()),
+            ("lines", self.lines.is_some()),
+            ("graded", self.graded.is_some()),
         ];
         let given: Vec<&str> = ways.iter().filter(|way| way.1).map(|way| way.0).collect();
         if given.len() > 1 {
@@ -200,6 +203,6 @@ impl Job {
     }
 }
 
-fn out_of_range(key: &str, found: impl std::fmt::Display, allowed: &str) -> Error {
+pub(super) fn out_of_range(key: &str, found: impl std::fmt::Display, allowed: &str) -> Error {
     Error::new("job-value", format!("{key} is {found}; allowed: {allowed}"), "")
 }

@@ -12,7 +12,7 @@ fn cells(n: u32) -> Job {
 #[test]
 fn cubic_cells_along_the_longest_axis() {
     let lines = chosen(cells(8), [0.0; 3], [4.0, 2.0, 0.7]);
-    assert_eq!((lines.dims, lines.spacing, lines.origin), ([8, 4, 2], [0.5; 3], [0.0; 3]));
+    assert_eq!((lines.dims(), lines.smallest(), lines.origin()), ([8, 4, 2], [0.5; 3], [0.0; 3]));
 }
 
 #[test]
@@ -20,32 +20,32 @@ fn rounding_never_adds_a_cell() {
     for scale in [1e-6, 1e-3, 0.1, 1.0, 3.0, 1e3] {
         for n in [8, 10, 671, 672, 1000] {
             let lines = chosen(cells(n), [0.0; 3], [0.1 * scale, 0.1 * scale, 0.3 * scale / 3.0]);
-            assert_eq!(lines.dims, [n; 3], "scale {scale}");
+            assert_eq!(lines.dims(), [n; 3], "scale {scale}");
         }
     }
     let lines = chosen(cells(400), [150.1, 400.1, 150.1], [550.1, 800.1, 550.1]);
-    assert_eq!(lines.dims, [400; 3]);
+    assert_eq!(lines.dims(), [400; 3]);
 }
 
 #[test]
 fn dims_give_exactly_that_grid() {
     let job = Job { dims: Some([3, 7, 11]), domain: Some([-1.0, 0.0, 0.1, 2.0, 0.7, 0.2]), ..Job::default() };
     let lines = chosen(job, [0.0; 3], [1.0; 3]);
-    assert_eq!((lines.dims, lines.origin, lines.spacing[0]), ([3, 7, 11], [-1.0, 0.0, 0.1], 1.0));
+    assert_eq!((lines.dims(), lines.origin(), lines.smallest()[0]), ([3, 7, 11], [-1.0, 0.0, 0.1], 1.0));
 }
 
 #[test]
 fn padding_by_cells_keeps_the_lines() {
     let job = Job { padding: Some(Padding::Cells(PerAxis::Each([1, 0, 2]))), ..cells(4) };
     let lines = chosen(job, [0.0; 3], [4.0, 4.0, 2.0]);
-    assert_eq!((lines.dims, lines.origin), ([6, 4, 6], [-1.0, 0.0, -2.0]));
+    assert_eq!((lines.dims(), lines.origin()), ([6, 4, 6], [-1.0, 0.0, -2.0]));
 }
 
 #[test]
 fn cell_sizes_may_differ_and_overshoot() {
     let job = Job { cell_size: Some(PerAxis::Each([1.0, 0.5, 0.3])), ..Job::default() };
     let lines = chosen(job, [0.0; 3], [2.5, 2.0, 1.0]);
-    assert_eq!(lines.dims, [3, 4, 4]);
+    assert_eq!(lines.dims(), [3, 4, 4]);
 }
 
 #[test]
@@ -54,9 +54,9 @@ fn the_optimum_meets_all_end_points_and_reports_the_rest() {
     let boxes = [[[0.0, 0.0, 0.0], [6.0, 1.0, 10.04]], [[1.5, 0.0, 0.0], [4.5, 1.0, 1.0]]];
     let domain = Domain::new(&job, &boxes).unwrap();
     let lines = lines(&job, &domain).unwrap();
-    assert_eq!(lines.spacing[0], 0.75);
-    assert!(lines.spacing.iter().all(|&size| size <= 1.0));
-    assert_eq!((lines.dims[1], lines.dims[2]), (1, 10));
+    assert_eq!(lines.smallest()[0], 0.75);
+    assert!(lines.smallest().iter().all(|&size| size <= 1.0));
+    assert_eq!((lines.dims()[1], lines.dims()[2]), (1, 10));
     for residual in residuals(&lines, &domain).iter().flatten() {
         assert!(residual.cells.abs() <= DEFAULT_TOLERANCE + 1e-9, "{residual:?}");
     }
@@ -76,17 +76,17 @@ fn an_impossible_optimum_says_so() {
 fn the_rounding_of_a_file_adds_no_layer() {
     let size = |size| Job { cell_size: Some(PerAxis::All(size)), ..Job::default() };
     let [low, high] = [0.1f32, 1.1f32].map(f64::from);
-    assert_eq!(chosen(size(0.1), [low; 3], [high; 3]).dims, [10; 3]);
+    assert_eq!(chosen(size(0.1), [low; 3], [high; 3]).dims(), [10; 3]);
     // sides of 400 and 200 whose f32 corners leave a little more than 400 and 200
     for low in [150.1f32, 0.3, 1000.7, -77.7] {
         let at = |length: f32| f64::from(low + length);
         let lines = chosen(cells(400), [low.into(); 3], [at(400.0), at(200.0), at(100.0)]);
-        assert_eq!(lines.dims, [400, 200, 100], "{low}");
+        assert_eq!(lines.dims(), [400, 200, 100], "{low}");
     }
     // a real excess does add one
-    assert_eq!(chosen(size(1.0), [0.0; 3], [10.001; 3]).dims, [11; 3]);
+    assert_eq!(chosen(size(1.0), [0.0; 3], [10.001; 3]).dims(), [11; 3]);
     let given = Job { domain: Some([0.0, 0.0, 0.0, 10.0 + 1e-7, 10.0, 10.0]), ..size(1.0) };
-    assert_eq!(chosen(given, [0.0; 3], [10.0; 3]).dims, [11, 10, 10]);
+    assert_eq!(chosen(given, [0.0; 3], [10.0; 3]).dims(), [11, 10, 10]);
 }
 
 #[test]
@@ -94,13 +94,13 @@ fn the_optimum_of_a_cube_divides_it() {
     for scale in [1e-6, 1e-3, 1.0, 1e3] {
         let job = Job { max_cell_size: Some(0.3 * scale), ..Job::default() };
         let lines = chosen(job, [0.0; 3], [scale; 3]);
-        assert_eq!((lines.dims, lines.spacing), ([4; 3], [scale / 4.0; 3]));
+        assert_eq!((lines.dims(), lines.smallest()), ([4; 3], [scale / 4.0; 3]));
     }
 }
 
 #[test]
 fn places_are_said_to_a_thousandth_of_a_cell() {
-    let lines = Lines { origin: [0.0; 3], spacing: [0.1, 20.0, 1e9], dims: [1; 3] };
+    let lines = Lines::new([0.0; 3], [0.1, 20.0, 1e9], [1; 3]).unwrap();
     assert_eq!(lines.text_of([3.855_100_280, -0.0, 123_456_789.6]), "(3.8551, 0, 123456790)");
     assert_eq!(lines.text_of([2.0, 100.0, -1.0]), "(2, 100, -1)");
 }

@@ -62,15 +62,19 @@ pub(super) fn caps(loops: &[Vec<[i32; 3]>]) -> Vec<SnappedFacet> {
     caps
 }
 
-/// Finds the cells of a box of `dims` cells from `first` on where m is not 0, counted from `first`. Caps are counted from cell 0, so that
-/// numbers, and with them m, are the same whatever the box. A cell is 2^`fraction_bits` units of the snap; `sizes` are its lengths along
-/// the axes, in any unit.
-pub(super) fn shifts(
-    caps: &[SnappedFacet],
-    (first, dims): ([u32; 3], [u32; 3]),
-    fraction_bits: u32,
-    sizes: [f64; 3],
-) -> Vec<Shift> {
+/// A box of cells.
+pub(super) struct Cells<'a> {
+    /// The first, and their number.
+    pub(super) first: [u32; 3],
+    pub(super) dims: [u32; 3],
+    /// The centre of a cell along an axis, in units of the snap from the centre of cell 0.
+    pub(super) centre: &'a (dyn Fn(usize, u32) -> i64 + Sync),
+}
+
+/// Finds the cells of a box where m is not 0, counted from its first. Caps are counted from cell 0, so that numbers, and with them m, are
+/// the same whatever the box. The smallest cell is 2^`fraction_bits` units of the snap; `sizes` are its lengths along the axes, in any
+/// unit.
+pub(super) fn shifts(caps: &[SnappedFacet], cells: &Cells, fraction_bits: u32, sizes: [f64; 3]) -> Vec<Shift> {
     let unit = 1.0 / f64::from(1u32 << fraction_bits);
     let scale = DVec3::from(sizes) / sizes[0];
     let place = |corner: [i32; 3]| DVec3::from(corner.map(f64::from)) * unit * scale;
@@ -78,7 +82,8 @@ pub(super) fn shifts(
     if triangles.is_empty() {
         return Vec::new();
     }
-    let search = Search { triangles, fraction_bits, scale, before: BEFORE * unit * scale };
+    let &Cells { first, dims, centre } = cells;
+    let search = Search { triangles, centre, unit, scale, before: BEFORE * unit * scale };
     let all: Vec<u32> = (0..search.triangles.len() as u32).collect();
     let starts = |axis: usize| (0..dims[axis]).step_by(dims[axis].div_ceil(BLOCKS) as usize);
     let mut blocks = Vec::new();
@@ -185,17 +190,21 @@ fn change(known: &Known, radius: f64) -> f64 {
     known.gradient.length() * radius + 0.5 * (x + y + z).sqrt() * radius * radius
 }
 
-struct Search {
+struct Search<'a> {
     triangles: Vec<Triangle>,
-    fraction_bits: u32,
+    centre: &'a (dyn Fn(usize, u32) -> i64 + Sync),
+    /// Cells a unit of the snap.
+    unit: f64,
     scale: DVec3,
     before: DVec3,
 }
 
-impl Search {
+impl Search<'_> {
     /// Finds the shifts of a block; `near` are the triangles that are not in `far`.
     fn descend(&self, low: [u32; 3], high: [u32; 3], near: &[u32], far: &mut Vec<Evaluated>, found: &mut Vec<Shift>) {
-        let point = |cell: [u32; 3]| DVec3::from(cell.map(f64::from)) * self.scale - self.before;
+        let point = |cell: [u32; 3]| {
+            DVec3::from(self.centre(cell).map(|units| units as f64)) * self.unit * self.scale - self.before
+        };
         let (first, last) = (point(low), point(high.map(|end| end - 1)));
         let (middle, half) = ((first + last) * 0.5, (last - first) * 0.5);
         let radius = half.length();
@@ -242,9 +251,13 @@ impl Search {
         far.pop();
     }
 
+    fn centre(&self, cell: [u32; 3]) -> [i64; 3] {
+        [0, 1, 2].map(|axis| (self.centre)(axis, cell[axis]))
+    }
+
     /// m of one cell. Where its far triangles leave it in doubt these are evaluated there, the nearest first.
     fn at(&self, cell: [u32; 3], point: DVec3, near: &[u32], far: &[Evaluated]) -> i32 {
-        let centre = cell.map(|index| i64::from(index) << self.fraction_bits);
+        let centre = self.centre(cell);
         let of_near = near.iter().map(|&index| self.triangles[index as usize].theta_of_centre(centre, point));
         let (mut theta, mut error) = (of_near.sum::<f64>(), 0.0);
         for n_known in (0..=far.len()).rev() {

@@ -5,7 +5,7 @@
 use super::caps::caps;
 use super::orient::orient;
 use crate::axis_crossings::n_expected;
-use crate::frame::{SnappedFacet, world};
+use crate::frame::{Frame, SnappedFacet, world};
 use crate::geometry::Open;
 use crate::lines::Lines;
 use crate::rays::Rays;
@@ -32,8 +32,8 @@ pub struct OpenPart {
     pub(crate) facets: Vec<SnappedFacet>,
     /// Triangles that close its holes, counted from the first cell of the whole box.
     pub(crate) caps: Vec<SnappedFacet>,
-    /// The first of the cells that are meshed.
-    pub(crate) first: [u32; 3],
+    /// The first of the cells that are meshed, and its centre, counted from that of cell 0 of the whole box.
+    pub(crate) first: ([u32; 3], [i32; 3]),
     pub(crate) surface: Surface,
 }
 
@@ -56,13 +56,13 @@ impl OpenPart {
             longest_at: [0, 1, 2].map(|axis| 0.5 * (longest[0][axis] + longest[1][axis])),
         };
         let facets = [oriented.facets, oriented.missing].concat();
-        OpenPart { policy, facets, caps, first: [0; 3], surface }
+        OpenPart { policy, facets, caps, first: ([0; 3], [0; 3]), surface }
     }
 
     /// Bytes that deciding it takes, about: a word a crossing of each axis, along the rays once more with the caps, and as much again
     /// while crossings are grouped.
-    pub(crate) fn n_bytes(&self, rays: &Rays, fraction_bits: u32) -> u64 {
-        let crossings = |facets: &[SnappedFacet], axis: usize| n_expected(facets, axis, fraction_bits);
+    pub(crate) fn n_bytes(&self, rays: &Rays, frame: &Frame) -> u64 {
+        let crossings = |facets: &[SnappedFacet], axis: usize| n_expected(facets, axis, frame);
         let again = crossings(&self.facets, rays.axis) + crossings(&self.caps, rays.axis);
         16 * ((0..3).map(|axis| crossings(&self.facets, axis)).sum::<f64>() + again) as u64
     }

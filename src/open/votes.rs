@@ -8,7 +8,7 @@
 
 use std::ops::Range;
 
-use super::caps::{Shift, shifts};
+use super::caps::{Cells, Shift, shifts};
 use super::part::OpenPart;
 use crate::axis_crossings::{AxisCasts, AxisCrossings, EXITS, Words, grouped, of_planes, place_of, row_of, take_row};
 use crate::columns::{Band, CellRun, run};
@@ -66,7 +66,7 @@ impl Votes {
         if is_counted {
             axes.push((rays.axis, false));
         }
-        let by = part.first.map(|cell| -((cell << frame.fraction_bits) as i32));
+        let by = part.first.1.map(|place| -place);
         let caps = part.caps.iter().map(|cap| moved(cap, by)).collect();
         vec![
             AxisCasts { frame: frame.with_facets(part.facets.clone()), axes },
@@ -98,8 +98,10 @@ impl Votes {
             let surface = again.as_ref().map_or(&turns[0], |again| &again.words);
             let caps = crossings.next().unwrap_or_default();
             closed = grouped(&[surface, &caps.words]);
-            moved =
-                rows_of_shifts(&shifts(&part.caps, (part.first, frame.dims), frame.fraction_bits, sizes), axes(rays));
+            let (first, place) = part.first;
+            let centre = |axis: usize, cell: u32| i64::from(frame.centre(axis, cell - first[axis]) + place[axis]);
+            let cells = Cells { first, dims: frame.dims, centre: &centre };
+            moved = rows_of_shifts(&shifts(&part.caps, &cells, frame.fraction_bits, sizes), axes(rays));
         }
         let n_words = (rays.counts[0] as usize).div_ceil(64);
         let mut votes = Votes {

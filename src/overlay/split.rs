@@ -42,12 +42,15 @@ impl Part {
     }
 
     /// The same for some cells of the box: the first, and the end, exclusive.
-    pub(crate) fn window(self, cells: [[u32; 3]; 2], fraction_bits: u32) -> Part {
+    pub(crate) fn window(self, cells: [[u32; 3]; 2], whole: &Frame) -> Part {
         let near = |facets: &[SnappedFacet]| -> Vec<SnappedFacet> {
-            facets.iter().filter_map(|facet| in_window(facet, cells, fraction_bits)).collect()
+            facets.iter().filter_map(|facet| in_window(facet, cells, whole)).collect()
         };
         let kind = match self.kind {
-            Kind::Open(part) => Kind::Open(OpenPart { facets: near(&part.facets), first: cells[0], ..part }),
+            Kind::Open(part) => {
+                let first = (cells[0], [0, 1, 2].map(|axis| whole.centre(axis, cells[0][axis])));
+                Kind::Open(OpenPart { facets: near(&part.facets), first, ..part })
+            }
             Kind::Inverted(frame) => Kind::Inverted(frame.window(cells)),
             Kind::Sheet { fill, shell, facets } => Kind::Sheet { fill, shell, facets: near(&facets) },
         };
@@ -55,11 +58,11 @@ impl Part {
     }
 
     /// Bytes that deciding it takes, about.
-    pub(crate) fn n_bytes(&self, rays: &Rays, fraction_bits: u32) -> u64 {
+    pub(crate) fn n_bytes(&self, rays: &Rays, frame: &Frame) -> u64 {
         match &self.kind {
-            Kind::Open(part) => part.n_bytes(rays, fraction_bits),
+            Kind::Open(part) => part.n_bytes(rays, frame),
             Kind::Sheet { fill: Fill::Separating, facets, .. } => {
-                let n_crossings: f64 = (0..3).map(|axis| n_expected(facets, axis, fraction_bits)).sum();
+                let n_crossings: f64 = (0..3).map(|axis| n_expected(facets, axis, frame)).sum();
                 36 * facets.len() as u64 + 16 * n_crossings as u64
             }
             Kind::Inverted(frame) => 37 * frame.facets.len() as u64,

@@ -3,18 +3,22 @@
 use super::prepare::Prepared;
 use crate::certificate::DEFAULT_THIN_CELLS;
 use crate::gaps::Gaps;
-use crate::job::{AxisChoice, DEFAULT_CELLS, DEFAULT_TOLERANCE, Job};
+use crate::job::{AxisChoice, DEFAULT_CELLS, DEFAULT_GROWTH, DEFAULT_TOLERANCE, Job};
 
 /// Fills in what a job left to defaults; `n_solids` has the number of solids of each file.
 ///
 /// What chooses the cells stays as it is: the numbers of the lines would be rounded again.
 pub(super) fn effective(job: &Job, prepared: &Prepared, n_solids: &[usize], gaps: Option<&Gaps>) -> Job {
     let mut job = Job { max_memory: None, ..job.clone() };
-    if job.cells.is_none() && job.dims.is_none() && job.cell_size.is_none() && job.max_cell_size.is_none() {
+    let is_sized = job.dims.is_some() || job.cell_size.is_some() || job.max_cell_size.is_some();
+    if job.cells.is_none() && !is_sized && job.lines.is_none() && job.graded.is_none() {
         job.cells = Some(DEFAULT_CELLS);
     }
     if job.max_cell_size.is_some() {
         job.tolerance = job.tolerance.or(Some(DEFAULT_TOLERANCE));
+    }
+    if let Some(graded) = &mut job.graded {
+        graded.growth = graded.growth.or(Some(DEFAULT_GROWTH));
     }
     if job.certify {
         job.thin_cells = job.thin_cells.or(Some(DEFAULT_THIN_CELLS));

@@ -15,7 +15,7 @@ impl Beyond {
         let Prepared { whole, halo, .. } = prepared;
         let [first, end] = prepared.cells();
         let before = first.map(|cell| halo.saturating_sub(cell));
-        Beyond([before, [0, 1, 2].map(|axis| halo.saturating_sub(whole.dims[axis] - end[axis]))])
+        Beyond([before, [0, 1, 2].map(|axis| halo.saturating_sub(whole.dims()[axis] - end[axis]))])
     }
 
     fn is_none(&self) -> bool {
@@ -47,7 +47,7 @@ impl Beyond {
 /// The lines of all cells of the mesh, those beyond the box, too.
 pub(super) fn lines_with_halo(prepared: &Prepared) -> Lines {
     match prepared.halo {
-        0 => prepared.lines,
+        0 => prepared.lines.clone(),
         halo => prepared.whole.with_halo(prepared.cells(), halo),
     }
 }

@@ -45,10 +45,10 @@ pub fn merge(reports: &[Value]) -> Result<Value> {
     check_same(&parts)?;
     let axis = ["x", "y", "z"].iter().position(|name| first.report["ray_axis"] == *name).unwrap_or(0);
     check_grid(&parts, axis)?;
-    let whole = Lines { origin: first.window.origin, dims: first.window.of, ..first.lines };
+    let whole = Lines::new(first.window.origin, first.lines.smallest(), first.window.of)?;
     let mut merged = first.report.clone();
-    merged["dims"] = json!(whole.dims);
-    merged["origin"] = json!(whole.origin);
+    merged["dims"] = json!(whole.dims());
+    merged["origin"] = json!(whole.origin());
     merged["window"] = Value::Null;
     merged["flags_sha256"] = Value::Null;
     let job = merged["job"].as_object_mut().ok_or_else(|| refused("job-value", "a report has no job", HINT))?;
@@ -68,9 +68,12 @@ pub fn merge(reports: &[Value]) -> Result<Value> {
     let bounds = first.window.volume_bounds.clone().unwrap_or_else(|| vec![None; geometries.len()]);
     geometries.iter_mut().zip(bounds).for_each(|(geometry, bound)| geometry.volume_bound = bound);
     let open = merged_open(&parts);
-    merged["flags"] = json!(flag_reports(&geometries, &cells_per_flag(&parts), &whole));
-    merged["flags_hash"] = json!(hash(&parts, whole.dims));
-    merged["doubtful"] = json!(merged_doubtful(&parts, whole.dims)?);
+    let cells = cells_per_flag(&parts);
+    let volume = whole.cell_volume().unwrap_or_default();
+    let volumes = cells.map(|n| n as f64 * volume);
+    merged["flags"] = json!(flag_reports(&geometries, &cells, &volumes));
+    merged["flags_hash"] = json!(hash(&parts, whole.dims()));
+    merged["doubtful"] = json!(merged_doubtful(&parts, whole.dims())?);
     merged["warnings"] = json!(warnings(&parts, &open, &geometries, &whole, &merged));
     (merged["geometries"], merged["open"]) = (json!(geometries), json!(open));
     merge_costs(&mut merged, &parts);
@@ -97,6 +100,10 @@ fn part(index: usize, report: &Value) -> Result<Part<'_>> {
         let message =
             format!("report {number} is of a window with a halo of {} cells, which others have, too", window.halo);
         return Err(refused("job-conflict", message, "merge reports of windows without halo"));
+    }
+    if !report["grading"].is_null() {
+        let message = format!("report {number} is of cells that differ in size, whose reports are not merged");
+        return Err(refused("lines-graded", message, "merge reports of equal cells, or mesh the whole box at once"));
     }
     let (origin, spacing, dims) =
         (key(report, "origin", number)?, key(report, "spacing", number)?, key(report, "dims", number)?);

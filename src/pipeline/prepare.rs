@@ -3,9 +3,9 @@
 use crate::domain::{BoundingBox, Domain};
 use crate::error::{Error, Result};
 use crate::frame::check_limits;
-use crate::geometry::Geometry;
+use crate::geometry::{Fill, Geometry};
 use crate::job::{AxisChoice, Job, PartJob, ZarrJob};
-use crate::lines::{Lines, check_n_cells, lines};
+use crate::lines::{Body, Lines, check_n_cells, graded, lines};
 use crate::parts::parts;
 use crate::rays::Rays;
 use crate::shards::Shards;
@@ -20,6 +20,8 @@ pub struct Prepared {
     pub domain: Domain,
     /// The mesh lines of the whole box.
     pub whole: Lines,
+    /// Sentences about ends of geometries that have no line of their own.
+    pub notices: Vec<String>,
     /// Those that are meshed, as cells of the whole box: the first, and the end, exclusive; None for all. With the halo, as far as that
     /// is within the box.
     pub window: Option<[[u32; 3]; 2]>,
@@ -36,39 +38,72 @@ pub struct Prepared {
 /// Makes geometries, domain, lines and rays of a job.
 ///
 /// # Errors
-/// Those of [`Job::validate`], [`geometries`], [`Domain::new`], [`lines`], [`check_n_cells`], and the limits of
+/// Those of [`Job::validate`], [`geometries`], [`Domain::new`], [`lines`], [`graded`]; `lines-graded` where cells differ in size and
+/// the job asks for what is known of equal ones only; [`check_n_cells`], and the limits of
 /// [`crate::frame::Frame::new`]; `job-value` where the window ends beyond the box; those of [`parts`].
 pub fn prepare(job: &Job, sources: Vec<Source>) -> Result<Prepared> {
     job.validate()?;
     let geometries = geometries(job, sources)?;
     let boxes: Vec<BoundingBox> = geometries.iter().filter_map(Geometry::bounding_box).collect();
+    // lists that are no lines make no domain
+    let listed = job.lines.as_ref().map(|lists| Lines::from_lists([&lists.x, &lists.y, &lists.z].map(Vec::clone)));
+    let listed = listed.transpose()?;
     let domain = Domain::new(job, &boxes)?;
-    let whole = lines(job, &domain)?;
+    let (whole, notices) = match (listed, &job.graded) {
+        (Some(listed), _) => (listed, Vec::new()),
+        (None, Some(job)) => graded(job, &domain, &bodies(&geometries))?,
+        (None, None) => (lines(job, &domain)?, Vec::new()),
+    };
     check_limits(&geometries, &whole)?;
+    if whole.is_graded() {
+        check_graded(job, &geometries)?;
+    }
     let asked = match job.part {
         Some(part) => {
             let step = part_step(job.zarr.as_ref(), &whole)?;
-            let parts = parts(&geometries, &whole, &Rays::new(axis(job, &whole, None), whole.dims), part.of, step)?;
+            let parts = parts(&geometries, &whole, &Rays::new(axis(job, &whole, None), whole.dims()), part.of, step)?;
             parts.get((part.index as usize).wrapping_sub(1)).copied()
         }
         None => window(job, &whole)?,
     };
     let halo = job.halo.unwrap_or(0);
     let grown = |[first, end]: [[u32; 3]; 2]| {
-        let end = [0, 1, 2].map(|axis| end[axis].saturating_add(halo).min(whole.dims[axis]));
+        let end = [0, 1, 2].map(|axis| end[axis].saturating_add(halo).min(whole.dims()[axis]));
         [first.map(|cell| cell.saturating_sub(halo)), end]
     };
     let window = asked.map(grown);
-    let lines = window.map_or(whole, |cells| whole.window(cells));
+    let lines = window.map_or_else(|| whole.clone(), |cells| whole.window(cells));
     check_n_cells(job, &lines)?;
-    let rays = Rays::new(axis(job, &lines, Some(&whole)), lines.dims);
-    Ok(Prepared { geometries, domain, whole, window, asked, halo, lines, rays })
+    let rays = Rays::new(axis(job, &lines, Some(&whole)), lines.dims());
+    Ok(Prepared { geometries, domain, whole, notices, window, asked, halo, lines, rays })
+}
+
+/// What generated lines go around.
+fn bodies(geometries: &[Geometry]) -> Vec<Body<'_>> {
+    let body = |of: &'_ Geometry| of.bounding_box().map(|bounds| (bounds, of.sizing));
+    let named = geometries.iter().filter_map(|of| body(of).map(|found| (of.name.as_str(), found)));
+    named.map(|(name, (bounds, sizing))| Body { name, bounds, sizing }).collect()
+}
+
+/// Refuses what is defined on equal cells only.
+fn check_graded(job: &Job, geometries: &[Geometry]) -> Result<()> {
+    let refused = |what: &str| {
+        let message = format!("cells differ in size, and {what} is known of equal ones only");
+        Err(Error::new("lines-graded", message, "leave it out, or use equal cells (cells, dims, cell_size)"))
+    };
+    if let Some(geometry) = geometries.iter().find(|geometry| geometry.fill != Fill::Centre) {
+        return refused(&format!("fill = \"{}\" of geometry \"{}\"", geometry.fill.name(), geometry.name));
+    }
+    if job.certify {
+        return refused("what certify looks for");
+    }
+    Ok(())
 }
 
 impl Prepared {
     /// The window or part without its halo, or all cells.
     pub(super) fn cells(&self) -> [[u32; 3]; 2] {
-        self.asked.unwrap_or([[0; 3], self.whole.dims])
+        self.asked.unwrap_or([[0; 3], self.whole.dims()])
     }
 }
 
@@ -77,7 +112,7 @@ impl Prepared {
 /// # Errors
 /// Those of [`Shards::new`].
 pub fn part_step(zarr: Option<&ZarrJob>, whole: &Lines) -> Result<[u32; 3]> {
-    zarr.map_or(Ok([1; 3]), |zarr| Ok(Shards::new(whole.dims, zarr)?.shard))
+    zarr.map_or(Ok([1; 3]), |zarr| Ok(Shards::new(whole.dims(), zarr)?.shard))
 }
 
 /// The axis of the rays through cells, of a part of the whole if that is given: rays that parts do not cut are counted once.
@@ -85,7 +120,7 @@ fn axis(job: &Job, lines: &Lines, whole: Option<&Lines>) -> usize {
     match job.axis {
         AxisChoice::Auto => match (job.part, whole) {
             (Some(part), Some(whole)) => axis_of_part(part, lines, whole),
-            _ => Rays::longest_axis(lines.dims),
+            _ => Rays::longest_axis(lines.dims()),
         },
         AxisChoice::X => 0,
         AxisChoice::Y => 1,
@@ -95,16 +130,16 @@ fn axis(job: &Job, lines: &Lines, whole: Option<&Lines>) -> usize {
 
 /// The axis of the whole, unless the parts are cut across it; then the longest that they are not cut across.
 fn axis_of_part(part: PartJob, lines: &Lines, whole: &Lines) -> usize {
-    let uncut = [0, 1, 2].map(|axis| if part.of[axis] == 1 { whole.dims[axis] } else { 0 });
-    if uncut == [0; 3] { Rays::longest_axis(lines.dims) } else { Rays::longest_axis(uncut) }
+    let uncut = [0, 1, 2].map(|axis| if part.of[axis] == 1 { whole.dims()[axis] } else { 0 });
+    if uncut == [0; 3] { Rays::longest_axis(lines.dims()) } else { Rays::longest_axis(uncut) }
 }
 
 /// The cells of the window of a job.
 fn window(job: &Job, whole: &Lines) -> Result<Option<[[u32; 3]; 2]>> {
     let Some([i0, j0, k0, i1, j1, k1]) = job.window else { return Ok(None) };
     let end = [i1, j1, k1];
-    if (0..3).any(|axis| end[axis] > whole.dims[axis]) {
-        let [nx, ny, nz] = whole.dims;
+    if (0..3).any(|axis| end[axis] > whole.dims()[axis]) {
+        let [nx, ny, nz] = whole.dims();
         let message = format!("window ends at cell {i1}, {j1}, {k1}: the box has {nx} x {ny} x {nz}");
         return Err(Error::new(
             "job-value",

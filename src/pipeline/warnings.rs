@@ -119,7 +119,7 @@ pub(super) fn about_geometries_without_cells(
             "none of its facets has an area; repair the file".into()
         } else if let Some(axis) = thin_axis {
             let [low, high] = bounding_box.map(|corner| corner[axis]);
-            let (thick, size, name) = (high - low, prepared.lines.spacing[axis], AXES[axis]);
+            let (thick, size, name) = (high - low, size_at(&prepared.lines, axis, 0.5 * (low + high)), AXES[axis]);
             format!("it is {thick:?} thick along {name}, a cell is {size:?}; use smaller cells, {KEEP}")
         } else if facets.is_empty() {
             format!("its surface is not closed and encloses no centre of a cell; close it, {KEEP}")
@@ -134,12 +134,24 @@ pub(super) fn about_geometries_without_cells(
     Ok(sentences)
 }
 
+/// A sentence where a GPU was opened and the cells differ in size.
+pub(super) fn about_unused_gpu(adapter: Option<(&str, &str)>, lines: &Lines) -> Option<String> {
+    let (name, _) = adapter.filter(|_| lines.is_graded())?;
+    Some(format!("meshed on the CPU: cells differ in size, and the GPU {name} meshes equal ones only"))
+}
+
+/// Size of the cell at a place along an axis, or of the nearest.
+fn size_at(lines: &Lines, axis: usize, place: f64) -> f64 {
+    let last = f64::from(lines.dims()[axis] - 1);
+    lines.cell_size(axis, lines.position(axis, place).clamp(0.0, last) as u32)
+}
+
 /// What keeps a wall that is thinner than a cell.
 const KEEP: &str = "or keep it with fill = \"separating\" or \"conservative\"";
 
 /// How a box lies outside of the domain, if it does.
 fn outside([low, high]: [[f64; 3]; 2], lines: &Lines) -> Option<String> {
-    let ends_of = |axis: usize| [lines.line(axis, 0), lines.line(axis, lines.dims[axis])];
+    let ends_of = |axis: usize| [lines.line(axis, 0), lines.line(axis, lines.dims()[axis])];
     let axis = (0..3).find(|&axis| high[axis] <= ends_of(axis)[0] || low[axis] >= ends_of(axis)[1])?;
     let ([start, end], name, [from, to]) = (ends_of(axis), AXES[axis], [low[axis], high[axis]]);
     Some(format!("it reaches from {from:?} to {to:?} along {name}, the domain from {start:?} to {end:?}"))
@@ -158,7 +170,7 @@ const N_ROWS: u32 = 64;
 fn hidden_by(facets: &[SnappedFacet], cast: &Cast, mesh: &Mesh) -> Result<Option<u8>> {
     let alone = cast.frame.with_facets(facets.to_vec());
     let (rays, down) = (cast.rays, cast.rays.across[1]);
-    let along = facets.as_flattened().iter().map(|corner| corner[down] >> cast.frame.fraction_bits);
+    let along = facets.as_flattened().iter().map(|corner| cast.frame.n_below(down, corner[down], true) as i32 - 1);
     let last_row = rays.counts[1] as i32 - 1;
     let [first, last] = [along.clone().min(), along.max()].map(|row| row.unwrap_or(0).clamp(0, last_row) as u32);
     let step = (last - first) / N_ROWS + 1;
@@ -188,7 +200,6 @@ fn axis_without_centre(facets: &[SnappedFacet], frame: &Frame) -> Option<usize> 
         let low = corners.iter().map(|corner| corner[axis]).min().unwrap_or(0);
         let high = corners.iter().map(|corner| corner[axis]).max().unwrap_or(0);
         // cell i is inside only if low < i <= high in centres
-        let (first, last) = ((low >> frame.fraction_bits) + 1, high >> frame.fraction_bits);
-        first.max(0) > last.min(frame.dims[axis] as i32 - 1)
+        frame.n_below(axis, low, true) >= frame.n_below(axis, high, true)
     })
 }

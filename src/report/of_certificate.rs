@@ -92,7 +92,7 @@ impl CertificateReport {
             names: flags.map(name_of_flag),
             axis: ["x", "y", "z"][axis],
             cells,
-            place: [0, 1, 2].map(|axis| lines.line(axis, first[axis]) + 0.5 * lines.spacing[axis]),
+            place: [0, 1, 2].map(|axis| lines.centre(axis, first[axis])),
             bounds: lines.corners(bounds),
         };
         let name = |geometry: usize| geometries[geometry].name.clone();
@@ -108,7 +108,8 @@ impl CertificateReport {
             winner: name(winner),
             loser: name(loser),
             cells,
-            volume: cells as f64 * lines.cell_volume(),
+            // no certificate is made of cells that differ
+            volume: cells as f64 * lines.cell_volume().unwrap_or_default(),
             place,
         };
         CertificateReport {

@@ -2,8 +2,9 @@
 
 use serde::Serialize;
 
-use crate::lines::Lines;
+use crate::lines::Grading;
 use crate::mesh::Mesh;
+use crate::volumes::volumes;
 
 /// A report of what the file holds; null where [`super::Report`] has what only the meshing knew.
 #[derive(Debug, Serialize)]
@@ -22,8 +23,10 @@ pub struct ColumnsReport<'a> {
     window: (),
     /// First mesh line on each axis.
     pub origin: [f64; 3],
-    /// Cell size on each axis.
-    pub spacing: [f64; 3],
+    /// Cell size on each axis; null where cells differ in size.
+    pub spacing: Option<[f64; 3]>,
+    /// The lines and how their distances change; null where all cells are equal.
+    pub grading: Option<Grading>,
     rule: (),
     /// Axis of the rays: x, y or z.
     pub ray_axis: &'a str,
@@ -65,8 +68,8 @@ pub struct ColumnsFlag<'a> {
     pub name: &'a str,
     /// Number of its cells.
     pub cells: u64,
-    /// Their volume.
-    pub volume: f64,
+    /// Their volume; null where cells differ in size and the columns cannot be read.
+    pub volume: Option<f64>,
     mesh_volume: (),
     volume_bound: (),
 }
@@ -74,7 +77,7 @@ pub struct ColumnsFlag<'a> {
 impl ColumnsReport<'_> {
     /// Describes a mesh.
     pub fn new(mesh: &Mesh) -> ColumnsReport<'_> {
-        let Lines { dims, origin, spacing } = mesh.lines;
+        let lines = &mesh.lines;
         let columns = &mesh.columns;
         ColumnsReport {
             version: env!("CARGO_PKG_VERSION"),
@@ -83,10 +86,11 @@ impl ColumnsReport<'_> {
             driver: (),
             device_check: (),
             unit: mesh.unit.as_deref(),
-            dims,
+            dims: lines.dims(),
             window: (),
-            origin,
-            spacing,
+            origin: lines.origin(),
+            spacing: lines.spacing(),
+            grading: Grading::of(lines, mesh.unit.as_deref()),
             rule: (),
             ray_axis: ["x", "y", "z"][columns.rays.axis],
             rays: columns.rays.n_rays(),
@@ -112,10 +116,11 @@ impl ColumnsReport<'_> {
 
 fn flags_of_columns(mesh: &Mesh) -> Vec<ColumnsFlag<'_>> {
     let all_cells = mesh.columns.cells_per_flag();
+    let volumes = volumes(&mesh.columns, &mesh.lines).ok();
     let fact = |flag: u8| {
         let cells = all_cells[usize::from(flag)];
         let named = mesh.names.iter().find(|named| named.flag == flag);
-        let volume = cells as f64 * mesh.lines.cell_volume();
+        let volume = volumes.map(|volumes| volumes[usize::from(flag)]);
         let name = named.map_or("", |named| named.name.as_str());
         (cells > 0 || named.is_some()).then_some(ColumnsFlag {
             flag,

@@ -67,8 +67,9 @@ impl GeometryReport {
 /// Whether centres of cells would lie in a geometry of this bounding box beyond the domain.
 pub fn is_cut([low, high]: [[f64; 3]; 2], lines: &Lines) -> bool {
     (0..3).any(|axis| {
-        let half = 0.5 * lines.spacing[axis];
-        low[axis] < lines.line(axis, 0) - half || high[axis] > lines.line(axis, lines.dims[axis]) + half
+        let n = lines.dims()[axis];
+        let [first, last] = [0, n - 1].map(|cell| 0.5 * lines.cell_size(axis, cell));
+        low[axis] < lines.line(axis, 0) - first || high[axis] > lines.line(axis, n) + last
     })
 }
 
@@ -192,7 +193,7 @@ pub struct FlagReport {
 }
 
 /// Joins the geometries of each flag and counts its cells.
-pub fn flag_reports(geometries: &[GeometryReport], cells: &[u64; 256], lines: &Lines) -> Vec<FlagReport> {
+pub fn flag_reports(geometries: &[GeometryReport], cells: &[u64; 256], volumes: &[f64; 256]) -> Vec<FlagReport> {
     let report = |flag: u8| {
         let members: Vec<&GeometryReport> = geometries.iter().filter(|geometry| geometry.flag == flag).collect();
         let names: Vec<&str> = members.iter().map(|geometry| geometry.name.as_str()).collect();
@@ -201,7 +202,7 @@ pub fn flag_reports(geometries: &[GeometryReport], cells: &[u64; 256], lines: &L
             flag,
             name: names.join(" + "),
             cells: cells[usize::from(flag)],
-            volume: cells[usize::from(flag)] as f64 * lines.cell_volume(),
+            volume: volumes[usize::from(flag)],
             mesh_volume: volume_bound.map(|_| members.iter().map(|geometry| geometry.mesh_volume.abs()).sum()),
             volume_bound,
         }
@@ -224,6 +225,7 @@ mod tests {
         };
         let mut cells = [0; 256];
         (cells[3], cells[1]) = (10, 5);
+        let volumes = cells.map(|n: u64| n as f64 * 0.125);
         // b is turned inside out
         let all =
             [geometry("a", 3, 2.0, Some(0.5)), geometry("b", 1, -2.0, Some(0.25)), geometry("c", 3, 2.0, Some(1.0))];
@@ -232,9 +234,9 @@ mod tests {
         };
         let joined =
             [(1, "b".into(), 5, 0.625, Some(2.0), Some(0.25)), (3, "a + c".into(), 10, 1.25, Some(4.0), Some(1.5))];
-        assert_eq!(facts(flag_reports(&all, &cells, &lines)), joined);
+        assert_eq!(facts(flag_reports(&all, &cells, &volumes)), joined);
         let more = [&all[..], &[geometry("d", 3, 9.0, None)]].concat();
-        assert_eq!(facts(flag_reports(&more, &cells, &lines))[1], (3, "a + c + d".into(), 10, 1.25, None, None));
+        assert_eq!(facts(flag_reports(&more, &cells, &volumes))[1], (3, "a + c + d".into(), 10, 1.25, None, None));
         let mut beyond = geometry("e", 5, 2.0, None);
         assert!(!is_cut(beyond.bounding_box, &lines));
         beyond.bounding_box[1][0] = 2.3;

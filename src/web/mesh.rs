@@ -13,6 +13,7 @@ use crate::columns::BoxRuns;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::flags::CellBox;
+use crate::lines::Lines;
 use crate::mesh::Mesh;
 use crate::report::ColumnsReport;
 use crate::skin::{skin, slice};
@@ -139,7 +140,7 @@ impl WebMesh {
     /// The stair-step surface.
     pub fn skin(&self, max_quads: f64) -> JsResult<WebSkin> {
         let skin = skin(&self.mesh, max_quads as usize, None, &Control::default()).map_err(js_error)?;
-        Ok(WebSkin { skin, spacing: self.mesh.lines.spacing })
+        Ok(WebSkin { skin, lines: self.mesh.lines.clone() })
     }
 
     /// Bytes of an uncompressed file before it is made; none where they depend on the flags.
@@ -171,8 +172,8 @@ impl WebMesh {
                 pieces.reverse();
                 (Work::Flags { bits, pieces, tail }, head)
             }
-            (None, Compress::Zlib(level)) if format == Format::Vti => {
-                (Work::Image(vti::VtiEncoder::new(&self.mesh, level, PIECE_BYTES)), Vec::new())
+            (None, Compress::Zlib(level)) if matches!(format, Format::Vti | Format::Vtr) => {
+                (Work::Image(vti::VtiEncoder::new(&self.mesh, format, level, PIECE_BYTES)), Vec::new())
             }
             (None, compress) => {
                 let encoder = column_file::ColumnFileEncoder::new(&self.mesh, compress).map_err(js_error)?;
@@ -281,7 +282,7 @@ impl WebHash {
 #[wasm_bindgen]
 pub struct WebSkin {
     skin: crate::skin::Skin,
-    spacing: [f64; 3],
+    lines: Lines,
 }
 
 #[wasm_bindgen]
@@ -299,7 +300,11 @@ impl WebSkin {
     /// Corners of a part's quads in world lengths from the mesh's origin, three numbers a vertex.
     pub fn positions(&self, part: usize) -> Vec<f32> {
         let positions = self.skin.parts[part].positions.iter().enumerate();
-        positions.map(|(index, &cells)| (f64::from(cells) * self.spacing[index % 3]) as f32).collect()
+        let place = |axis: usize, cells: f64| match self.lines.spacing() {
+            Some(spacing) => cells * spacing[axis],
+            None => self.lines.at(axis, cells) - self.lines.origin()[axis],
+        };
+        positions.map(|(index, &cells)| place(index % 3, cells.into()) as f32).collect()
     }
 
     /// Indices of a part, three a triangle.

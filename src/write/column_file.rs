@@ -13,7 +13,7 @@ use std::ops::Range;
 
 use crate::columns::codec::{PieceEncoder, PieceSplitter};
 use crate::columns::file::end;
-use crate::columns::file::head::VERSION;
+use crate::columns::file::head::version;
 use crate::columns::file::piece::{self, PieceHead};
 use crate::columns::{Columns, Head};
 use crate::control::Control;
@@ -99,14 +99,14 @@ impl ColumnFileEncoder {
     }
 
     fn end(&self, mesh: &Mesh) -> Vec<u8> {
-        end::encode(VERSION, &self.index, &mesh.columns.totals(), self.n_bytes)
+        end::encode(version(&mesh.lines), &self.index, &mesh.columns.totals(), self.n_bytes)
     }
 }
 
 /// The head of the file of a mesh.
 fn head(mesh: &Mesh, zlib: bool) -> Head {
     let Mesh { lines, columns, names, unit } = mesh;
-    Head { identity: None, rays: columns.rays, zlib, lines: *lines, unit: unit.clone(), names: names.clone() }
+    Head { identity: None, rays: columns.rays, zlib, lines: lines.clone(), unit: unit.clone(), names: names.clone() }
 }
 
 /// The rays of all pieces; the same for any split into bands.

@@ -14,9 +14,14 @@ pub fn n_bytes(dims: [u32; 3], bits: bool) -> Option<u64> {
 
 /// Everything before the data.
 pub(super) fn header([nx, ny, nz]: [u32; 3], bits: bool) -> Vec<u8> {
-    const PREFIX: usize = 10;
     let nx = if bits { row_bytes(nx) } else { nx };
-    let mut text = format!("{{'descr': '|u1', 'fortran_order': False, 'shape': ({nz}, {ny}, {nx}), }}");
+    header_of("|u1", &format!("({nz}, {ny}, {nx})"))
+}
+
+/// Everything before the data of an array of a type and a shape, as NumPy writes them.
+pub(super) fn header_of(kind: &str, shape: &str) -> Vec<u8> {
+    const PREFIX: usize = 10;
+    let mut text = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}, }}");
     let padded = (PREFIX + text.len() + 1).next_multiple_of(64);
     text.extend(std::iter::repeat_n(' ', padded - PREFIX - 1 - text.len()));
     text.push('\n');

@@ -11,15 +11,19 @@ pub enum Format {
     Raw,
     /// NumPy array of shape (nz, ny, nx).
     Npy,
+    /// NumPy archive: the flags as in `.npy`, and the lines of each axis. Not in wasm.
+    Npz,
     /// VTK image data, for ParaView.
     Vti,
+    /// VTK rectilinear grid, for ParaView: also of cells that differ in size.
+    Vtr,
     /// hexcast's own column file, which reads back.
     Columns,
 }
 
 impl Format {
     /// Every format, in the order of the documentation.
-    pub const ALL: [Format; 4] = [Format::Raw, Format::Npy, Format::Vti, Format::Columns];
+    pub const ALL: [Format; 6] = [Format::Raw, Format::Npy, Format::Npz, Format::Vti, Format::Vtr, Format::Columns];
 
     /// Finds the format by the extension of a file name, upper or lower case.
     ///
@@ -42,7 +46,9 @@ impl Format {
         match self {
             Format::Raw => "raw",
             Format::Npy => "npy",
+            Format::Npz => "npz",
             Format::Vti => "vti",
+            Format::Vtr => "vtr",
             Format::Columns => "hxc",
         }
     }
@@ -63,7 +69,7 @@ pub enum Compress {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Options {
-    /// Compression, for `.vti` and the column file.
+    /// Compression, for `.npz`, `.vti`, `.vtr` and the column file.
     pub compress: Compress,
     /// Eight cells a byte, for `.raw` and `.npy` of meshes with a single flag; the order is in [`super::bits`].
     pub bits: bool,

@@ -1,7 +1,8 @@
 //! The sidecar of `.raw`: a JSON object that says what the bytes mean.
 //!
 //! One key a line. `lines` holds the coordinates of all mesh lines, n + 1 numbers an axis; an axis with more than
-//! [`MAX_LINES`] cells has null there, and line i is `origin + i * spacing`, evaluated in f64. All numbers parse back to
+//! [`MAX_LINES`] equal cells has null there, and line i is `origin + i * spacing`, evaluated in f64. Where cells differ in size `spacing`
+//! is null. All numbers parse back to
 //! the same f64.
 
 use serde::Serialize;
@@ -61,8 +62,8 @@ pub fn sidecar_json(mesh: &Mesh, options: &Options, written: &Written) -> String
     let flags_hash = flags_hash(&mesh.columns).ok();
     facts.extend([
         ("unit", Fact::Perhaps(mesh.unit.as_deref())),
-        ("origin", Fact::Numbers(numbers(&mesh.lines.origin))),
-        ("spacing", Fact::Numbers(numbers(&mesh.lines.spacing))),
+        ("origin", Fact::Numbers(numbers(&mesh.lines.origin()))),
+        ("spacing", Fact::Numbers(mesh.lines.spacing().map_or("null".into(), |spacing| numbers(&spacing)))),
         ("n_bytes", Fact::Number(written.n_bytes)),
         ("sha256", Fact::Perhaps(written.sha256.as_deref())),
         ("flags_hash", Fact::Perhaps(flags_hash.as_deref())),
@@ -94,6 +95,6 @@ fn flags(mesh: &Mesh) -> Vec<Flag<'_>> {
 
 /// Coordinates of the mesh lines of an axis; none where they are too many.
 pub(super) fn lines(lines: &Lines, axis: usize) -> Option<Vec<f64>> {
-    let n = lines.dims[axis];
-    (n <= MAX_LINES).then(|| (0..=n).map(|index| lines.line(axis, index)).collect())
+    let n = lines.dims()[axis];
+    (n <= MAX_LINES || lines.is_graded()).then(|| lines.list(axis))
 }

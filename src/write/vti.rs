@@ -1,6 +1,7 @@
-//! `.vti`: VTK image data, an XML head and the flags appended as raw bytes or zlib blocks.
+//! `.vti` and `.vtr`: VTK image data, or a rectilinear grid, an XML head and the flags appended as raw bytes or zlib blocks.
 //!
-//! Cells are VTK cells: the extent counts mesh lines, `0 nx 0 ny 0 nz`, from the origin in steps of the spacing. The
+//! Cells are VTK cells: the extent counts mesh lines, `0 nx 0 ny 0 nz`, from the origin in steps of the spacing; `.vtr` lists them in
+//! its head, in digits that read back to the same f64. The
 //! cell array is `flag` (UInt8, x fastest); the field data carry `unit`, `flag_values` and `flag_names`.
 //! `header_type` is UInt64, so that nothing ends at 4 GiB.
 //!
@@ -16,25 +17,32 @@ use std::fmt::Write;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::flags::CellBox;
+use crate::lines::{AXES, Lines};
 use crate::mesh::Mesh;
 use crate::zlib::Blocks;
 
-use super::{Compress, Options, Sink};
+use super::{Compress, Format, Options, Sink};
 
 const BLOCK_BYTES: usize = 1 << 20;
 const FOOT: &[u8] = b"\n  </AppendedData>\n</VTKFile>\n";
 
 /// Writes a compressed file.
-pub(super) fn write(mesh: &Mesh, level: u8, options: &Options, sink: &mut Sink, control: &Control) -> Result<()> {
+pub(super) fn write(
+    mesh: &Mesh,
+    (format, level): (Format, u8),
+    options: &Options,
+    sink: &mut Sink,
+    control: &Control,
+) -> Result<()> {
     let table = BlockTable::new(mesh, options, level, control)?;
-    sink.put(head(mesh, options.compress).as_bytes())?;
+    sink.put(head(mesh, format, options.compress).as_bytes())?;
     table.write(mesh, options, level, sink, control)?;
     sink.put(FOOT)
 }
 
 /// Everything before and after the flags of an uncompressed file.
-pub(super) fn head_and_tail(mesh: &Mesh) -> (Vec<u8>, Vec<u8>) {
-    let mut before = head(mesh, Compress::None).into_bytes();
+pub(super) fn head_and_tail(mesh: &Mesh, format: Format) -> (Vec<u8>, Vec<u8>) {
+    let mut before = head(mesh, format, Compress::None).into_bytes();
     before.extend(mesh.n_cells().to_le_bytes());
     (before, FOOT.to_vec())
 }
@@ -42,6 +50,7 @@ pub(super) fn head_and_tail(mesh: &Mesh) -> (Vec<u8>, Vec<u8>) {
 /// Encodes a compressed file, a slab at a time, for callers that do other work in between. All blocks stay in memory until the
 /// last is known.
 pub struct VtiEncoder {
+    format: Format,
     level: u8,
     /// Slabs still to compress, the next one last.
     slabs: Vec<CellBox>,
@@ -53,13 +62,21 @@ pub struct VtiEncoder {
 }
 
 impl VtiEncoder {
-    /// Plans the file of a mesh with a zlib level of 1 to 9, in slabs of at most `slab_bytes` flags.
-    pub fn new(mesh: &Mesh, level: u8, slab_bytes: usize) -> VtiEncoder {
+    /// Plans the file of a mesh, `.vti` or `.vtr`, with a zlib level of 1 to 9, in slabs of at most `slab_bytes` flags.
+    pub fn new(mesh: &Mesh, format: Format, level: u8, slab_bytes: usize) -> VtiEncoder {
         let mut slabs: Vec<CellBox> = mesh.slabs(slab_bytes).collect();
         slabs.reverse();
         let table = BlockTable { sizes: Vec::new(), cached: Vec::new(), n_cached: 0 };
         let n_slabs = slabs.len();
-        VtiEncoder { level, slabs, n_slabs, blocks: Some(Blocks::new(BLOCK_BYTES, level)), table, is_done: false }
+        VtiEncoder {
+            format,
+            level,
+            slabs,
+            n_slabs,
+            blocks: Some(Blocks::new(BLOCK_BYTES, level)),
+            table,
+            is_done: false,
+        }
     }
 
     /// Share of the flags that are compressed, 0 to 1.
@@ -79,7 +96,7 @@ impl VtiEncoder {
                 None if self.is_done => return Ok(None),
                 None => {
                     self.is_done = true;
-                    let head = head(mesh, Compress::Zlib(self.level)).into_bytes();
+                    let head = head(mesh, self.format, Compress::Zlib(self.level)).into_bytes();
                     let cached = std::mem::take(&mut self.table.cached);
                     return Ok(Some([head.as_slice(), &self.table.numbers(mesh), &cached, FOOT].concat()));
                 }
@@ -149,29 +166,49 @@ impl BlockTable {
 }
 
 /// Everything before the appended data.
-fn head(mesh: &Mesh, compress: Compress) -> String {
+fn head(mesh: &Mesh, format: Format, compress: Compress) -> String {
     let [nx, ny, nz] = mesh.dims();
     let extent = format!("0 {nx} 0 {ny} 0 {nz}");
     let compressor = match compress {
         Compress::None => "",
         Compress::Zlib(_) => " compressor=\"vtkZLibDataCompressor\"",
     };
+    let (kind, place, coordinates) = match format {
+        Format::Vtr => ("RectilinearGrid", String::new(), coordinates(&mesh.lines)),
+        _ => {
+            let [origin, spacing] = [mesh.lines.origin(), mesh.lines.smallest()].map(three);
+            ("ImageData", format!(" Origin=\"{origin}\" Spacing=\"{spacing}\""), String::new())
+        }
+    };
     format!(
         r#"<?xml version="1.0"?>
-<VTKFile type="ImageData" version="1.0" byte_order="LittleEndian" header_type="UInt64"{compressor}>
-  <ImageData WholeExtent="{extent}" Origin="{origin}" Spacing="{spacing}">
+<VTKFile type="{kind}" version="1.0" byte_order="LittleEndian" header_type="UInt64"{compressor}>
+  <{kind} WholeExtent="{extent}"{place}>
 {field_data}    <Piece Extent="{extent}">
       <CellData Scalars="flag">
         <DataArray type="UInt8" Name="flag" format="appended" offset="0"/>
       </CellData>
-    </Piece>
-  </ImageData>
+{coordinates}    </Piece>
+  </{kind}>
   <AppendedData encoding="raw">
    _"#,
-        origin = three(mesh.lines.origin),
-        spacing = three(mesh.lines.spacing),
         field_data = field_data(mesh),
     )
+}
+
+/// The lines of each axis.
+fn coordinates(lines: &Lines) -> String {
+    let mut text = String::from("      <Coordinates>\n");
+    for (axis, name) in AXES.into_iter().enumerate() {
+        let numbers: Vec<String> = lines.list(axis).iter().map(|line| format!("{line:?}")).collect();
+        // writing to a String cannot fail
+        let _ = writeln!(
+            text,
+            r#"        <DataArray type="Float64" Name="{name}" format="ascii">{}</DataArray>"#,
+            numbers.join(" ")
+        );
+    }
+    text + "      </Coordinates>\n"
 }
 
 /// Three numbers that parse back to the same f64.

@@ -45,7 +45,7 @@ pub use values::Values;
 const MAX_SHARDS: usize = 4;
 
 /// Where the cells of a mesh lie in a store: the lines of the whole, and the first cell.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Place {
     /// Lines of all cells of the store.
     pub whole: Lines,
@@ -65,7 +65,7 @@ pub fn write(
     control: &Control,
     advance: impl FnMut(u64),
 ) -> Result<()> {
-    write_part(mesh, &Place { whole: mesh.lines, first: [0; 3] }, options, store, control, advance)
+    write_part(mesh, &Place { whole: mesh.lines.clone(), first: [0; 3] }, options, store, control, advance)
 }
 
 /// Writes the metadata of a store, the same whichever part writes it, and the shards of a part of its cells.
@@ -83,7 +83,7 @@ pub fn write_part(
     if options.bits {
         return Err(Error::new("job-conflict", "Zarr has no bit-packed variant", "use .raw or .npy"));
     }
-    let shards = Shards::new(place.whole.dims, &options.zarr)?;
+    let shards = Shards::new(place.whole.dims(), &options.zarr)?;
     let shards_of_part = shards_of_part(mesh.dims(), place, &shards)?;
     GroupBuilder::new().build(store.clone(), "/").map_err(failed)?.store_metadata().map_err(failed)?;
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
@@ -111,7 +111,7 @@ fn shards_of_part(dims: [u32; 3], place: &Place, shards: &Shards) -> Result<Vec<
     let Place { whole, first } = place;
     let mut along: [Vec<(u64, Range<u32>)>; 3] = Default::default();
     for axis in 0..3 {
-        let (step, n, first) = (shards.shard[axis], whole.dims[axis], first[axis]);
+        let (step, n, first) = (shards.shard[axis], whole.dims()[axis], first[axis]);
         let end = first + dims[axis];
         if !first.is_multiple_of(step) || end > n || !(end.is_multiple_of(step) || end == n) {
             let name = ["x", "y", "z"][axis];
@@ -150,7 +150,7 @@ fn flag_array(
     shards: &Shards,
     store: WritableStorage,
 ) -> Result<FlagArray> {
-    let [nx, ny, nz] = whole.dims.map(u64::from);
+    let [nx, ny, nz] = whole.dims().map(u64::from);
     let mut sharding = ShardingCodecBuilder::new(chunk_shape(shards.chunk)?, &data_type::uint8());
     if let Compress::Zlib(level) = options.compress {
         sharding.bytes_to_bytes_codecs(vec![Arc::new(Gzip(level))]);
@@ -175,8 +175,8 @@ fn attributes(mesh: &Mesh, whole: &Lines) -> Map<String, Value> {
     let entries = [
         ("generator", json!(concat!("hexcast ", env!("CARGO_PKG_VERSION")))),
         ("unit", json!(mesh.unit)),
-        ("origin", json!(whole.origin)),
-        ("spacing", json!(whole.spacing)),
+        ("origin", json!(whole.origin())),
+        ("spacing", json!(whole.spacing())),
         ("flags", json!(names)),
         ("lines", json!({"x": lines(whole, 0), "y": lines(whole, 1), "z": lines(whole, 2)})),
     ];
@@ -185,9 +185,8 @@ fn attributes(mesh: &Mesh, whole: &Lines) -> Map<String, Value> {
 
 /// Writes the centres of the cells along an axis as an array of one chunk.
 fn write_centres(mesh: &Mesh, whole: &Lines, axis: usize, name: &str, store: WritableStorage) -> Result<()> {
-    let n = whole.dims[axis];
-    let centre = |cell: u32| whole.origin[axis] + (f64::from(cell) + 0.5) * whole.spacing[axis];
-    let centres: Vec<f64> = (0..n).map(centre).collect();
+    let n = whole.dims()[axis];
+    let centres: Vec<f64> = (0..n).map(|cell| whole.centre(axis, cell)).collect();
     let n = u64::from(n);
     let mut builder = ArrayBuilder::new(vec![n], vec![n], data_type::float64(), f64::NAN);
     builder.dimension_names(Some([name]));

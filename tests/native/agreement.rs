@@ -3,7 +3,7 @@
 use hexcast::map::Rule;
 
 use super::backends::{BACKENDS, Backend, cpu_flags, flags, mesh};
-use super::cases::{Case, cases};
+use super::cases::{Case, cases, moved_by};
 use super::compare::{assert_same, difference};
 use super::oracle;
 use super::soups::{crumbs, soup};
@@ -29,7 +29,7 @@ fn hundreds_of_soups_agree_with_the_oracle_along_every_axis() {
         n_filled[usize::from(case.rule == Rule::Nonzero)] += usize::from(expected.iter().any(|&flag| flag != 0));
         for axis in 0..3 {
             let columns = mesh(Backend::Cpu, &case, axis);
-            assert_same(&format!("seed {seed}, axis {axis}"), &expected, &flags(&columns), case.lines.dims);
+            assert_same(&format!("seed {seed}, axis {axis}"), &expected, &flags(&columns), case.lines.dims());
             assert_eq!(columns.odd_rays(), 0, "seed {seed}, axis {axis}: odd rays on a closed surface");
         }
     }
@@ -45,7 +45,7 @@ fn crumbs_agree_with_the_oracle_along_every_axis() {
         let expected = oracle_flags(&case);
         n_inside += expected.iter().filter(|&&flag| flag != 0).count();
         for axis in 0..3 {
-            assert_same(&format!("seed {seed}, axis {axis}"), &expected, &cpu_flags(&case, axis), case.lines.dims);
+            assert_same(&format!("seed {seed}, axis {axis}"), &expected, &cpu_flags(&case, axis), case.lines.dims());
         }
     }
     assert!(n_inside > 100, "{n_inside} crumbs hold a centre");
@@ -60,7 +60,7 @@ fn closed_cases_agree_with_the_oracle() {
         }
         let expected = oracle_flags(&case);
         for axis in 0..3 {
-            assert_same(&format!("{}, axis {axis}", case.name), &expected, &cpu_flags(&case, axis), case.lines.dims);
+            assert_same(&format!("{}, axis {axis}", case.name), &expected, &cpu_flags(&case, axis), case.lines.dims());
         }
         n_cases += 1;
     }
@@ -75,7 +75,7 @@ fn backends_and_axes_agree_on_every_case() {
             for &backend in &BACKENDS[1..] {
                 let actual = mesh(backend, &case, axis);
                 let label = format!("{}, axis {axis}, {backend:?}", case.name);
-                assert_same(&label, &flags(&expected), &flags(&actual), case.lines.dims);
+                assert_same(&label, &flags(&expected), &flags(&actual), case.lines.dims());
                 assert!(expected == actual, "{label}: runs differ where flags do not");
                 let counts = [&expected, &actual].map(|c| (c.odd_rays(), c.n_crossings()));
                 assert_eq!(counts[0], counts[1], "{label}: odd rays and crossings");
@@ -93,7 +93,7 @@ fn closed_cases_have_even_rays_and_the_same_flags_along_every_axis() {
             for axis in 0..3 {
                 assert_eq!(along[axis].odd_rays(), 0, "{}, axis {axis}", case.name);
                 let label = format!("{}, axes 0 and {axis}", case.name);
-                assert_same(&label, &flags(&along[0]), &flags(&along[axis]), case.lines.dims);
+                assert_same(&label, &flags(&along[0]), &flags(&along[axis]), case.lines.dims());
             }
         } else {
             let odd_rays = along.each_ref().map(|columns| columns.odd_rays());
@@ -108,8 +108,8 @@ fn closed_cases_have_even_rays_and_the_same_flags_along_every_axis() {
 fn the_oracle_can_disagree() {
     let case = cases().into_iter().find(|case| case.name == "nested-shells-parity").unwrap();
     let other_rule = oracle::flags(&case.geometries, &case.lines, Rule::Nonzero);
-    assert!(difference(&other_rule, &cpu_flags(&case, 2), case.lines.dims).is_some());
+    assert!(difference(&other_rule, &cpu_flags(&case, 2), case.lines.dims()).is_some());
     let mut moved = case.clone();
-    moved.lines.origin[0] -= 1.0;
-    assert!(difference(&oracle_flags(&moved), &cpu_flags(&case, 2), case.lines.dims).is_some());
+    moved.lines = moved_by(&moved.lines, -1.0);
+    assert!(difference(&oracle_flags(&moved), &cpu_flags(&case, 2), case.lines.dims()).is_some());
 }

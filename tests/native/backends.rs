@@ -37,7 +37,7 @@ pub(crate) const BACKENDS: &[Backend] = &[
 /// Meshes a case with rays along an axis.
 pub(crate) fn mesh(backend: Backend, case: &Case, axis: usize) -> Columns {
     let frame = Frame::new(&case.geometries, &case.lines).unwrap_or_else(|error| panic!("{}: {error}", case.name));
-    let rays = Rays::new(axis, case.lines.dims);
+    let rays = Rays::new(axis, case.lines.dims());
     let control = Control::default();
     let cast = Cast { frame: &frame, rays: &rays, rule: case.rule };
     let columns = match backend {

@@ -54,6 +54,12 @@ pub(crate) fn unit_cells(dims: [u32; 3]) -> Lines {
 }
 
 /// Lines from sizes known to be good.
+/// The same cells, moved along x.
+pub(crate) fn moved_by(lines: &Lines, x: f64) -> Lines {
+    let [x0, y0, z0] = lines.origin();
+    Lines::new([x0 + x, y0, z0], lines.smallest(), lines.dims()).expect("sizes are positive")
+}
+
 pub(crate) fn lines(origin: [f64; 3], spacing: [f64; 3], dims: [u32; 3]) -> Lines {
     Lines::new(origin, spacing, dims).expect("sizes are positive")
 }
@@ -90,16 +96,26 @@ fn domains() -> Vec<Case> {
         cube(by, 4.0)
     });
     vec![
-        several("nothing", "no geometry at all", dims, vec![]),
-        one("no-facets", "a geometry without facets", dims, vec![]),
-        one("all-inside", "the domain lies within the body", dims, cube([-20.0; 3], 60.0)),
-        one("sticks-out", "a body leaves the domain on all six sides", dims, [arms(0), arms(1), arms(2)].concat())
-            .nonzero(),
-        one("all-outside", "a body beyond each of the six sides", dims, besides.collect()),
-        one("exact-fit", "the body is the domain: faces on the outer lines", dims, cuboid([0.0; 3], [5.0, 6.0, 7.0])),
-        one("one-cell-full", "a domain of one cell inside the body", one_cell, cube([-3.0; 3], 7.0)),
-        one("one-cell-corner", "a domain of one cell, its centre on a corner", one_cell, cube([0.5; 3], 7.0)),
-        one("one-cell-low-corner", "the corner that owns its centre", one_cell, cube([-6.5; 3], 7.0)),
+        several("nothing", "no geometry at all", dims.clone(), vec![]),
+        one("no-facets", "a geometry without facets", dims.clone(), vec![]),
+        one("all-inside", "the domain lies within the body", dims.clone(), cube([-20.0; 3], 60.0)),
+        one(
+            "sticks-out",
+            "a body leaves the domain on all six sides",
+            dims.clone(),
+            [arms(0), arms(1), arms(2)].concat(),
+        )
+        .nonzero(),
+        one("all-outside", "a body beyond each of the six sides", dims.clone(), besides.collect()),
+        one(
+            "exact-fit",
+            "the body is the domain: faces on the outer lines",
+            dims.clone(),
+            cuboid([0.0; 3], [5.0, 6.0, 7.0]),
+        ),
+        one("one-cell-full", "a domain of one cell inside the body", one_cell.clone(), cube([-3.0; 3], 7.0)),
+        one("one-cell-corner", "a domain of one cell, its centre on a corner", one_cell.clone(), cube([0.5; 3], 7.0)),
+        one("one-cell-low-corner", "the corner that owns its centre", one_cell.clone(), cube([-6.5; 3], 7.0)),
         one("one-cell-missed", "a domain of one cell, the body beside it", one_cell, cube([2.0; 3], 7.0)),
         one(
             "far-away",
@@ -117,27 +133,42 @@ fn ties() -> Vec<Case> {
     let flat = |i: usize, j: usize| 2.5 + ((i * 5 + j * 3) % 4) as f32;
     vec![
         one("unit-cube", "lines on every face, exactly full", lines([0.0; 3], [0.125; 3], [8; 3]), cube([0.0; 3], 1.0)),
-        one("cube-on-centres", "all faces through centres: half-open cells decide", eight, cube([1.5; 3], 4.0)),
-        one("tetrahedron-on-centres", "corners on centres, slanted ties", eight, tetrahedron(centred)),
-        one("octahedron-on-rays", "apexes and edges on rays", eight, octahedron([0.5; 3], [6.5; 3])),
-        one("octahedron-on-lines", "apexes between rays, faces through centres", eight, octahedron([1.0; 3], [7.0; 3])),
-        one("small-octahedron", "a body between centres but for its apexes", eight, octahedron([2.5; 3], [3.5; 3])),
-        one("cone-on-ray", "64 facets meet on one ray", eight, models::cone([3.5, 3.5, 0.5], 3.0, [3.5, 3.5, 7.5], 64)),
+        one("cube-on-centres", "all faces through centres: half-open cells decide", eight.clone(), cube([1.5; 3], 4.0)),
+        one("tetrahedron-on-centres", "corners on centres, slanted ties", eight.clone(), tetrahedron(centred)),
+        one("octahedron-on-rays", "apexes and edges on rays", eight.clone(), octahedron([0.5; 3], [6.5; 3])),
+        one(
+            "octahedron-on-lines",
+            "apexes between rays, faces through centres",
+            eight.clone(),
+            octahedron([1.0; 3], [7.0; 3]),
+        ),
+        one(
+            "small-octahedron",
+            "a body between centres but for its apexes",
+            eight.clone(),
+            octahedron([2.5; 3], [3.5; 3]),
+        ),
+        one(
+            "cone-on-ray",
+            "64 facets meet on one ray",
+            eight.clone(),
+            models::cone([3.5, 3.5, 0.5], 3.0, [3.5, 3.5, 7.5], 64),
+        ),
         one(
             "terrain-on-rays",
             "every vertex on a ray and on a centre",
             lines([-0.5; 3], [1.0; 3], [9, 9, 8]),
             models::terrain([8, 8], 1.0, 0.5, flat),
         ),
-        one("roofs", "slopes of 45 degrees through centres, level along one axis each", eight, {
+        one("roofs", "slopes of 45 degrees through centres, level along one axis each", eight.clone(), {
             let gable = [[0.5, 0.5, 0.5], [7.5, 3.5, 7.5], [0.5, 7.5, 0.5], [3.5, 0.5, 3.5]];
             (0..3).flat_map(|axis| soups::body(soups::Body::Prism(axis), gable)).collect()
         }),
-        one("checkerboard", "cubes that touch at edges and corners only", eight, {
+        one("checkerboard", "cubes that touch at edges and corners only", eight.clone(), {
             let black = (0..64).filter(|i| (i % 4 + i / 4 % 4 + i / 16) % 2 == 0);
             black.flat_map(|i| cube([i % 4, i / 4 % 4, i / 16].map(|k| k as f32 * 2.0 + 0.5), 2.0)).collect()
         }),
-        one("touching-cubes", "two bodies that share a face in one file", eight, {
+        one("touching-cubes", "two bodies that share a face in one file", eight.clone(), {
             joined([cuboid([1.0; 3], [3.5, 5.0, 5.0]), cuboid([3.5, 1.0, 1.0], [7.0, 5.0, 5.0])])
         }),
         one("all-facets-collapsed", "points and lines only: nothing is hit", eight, {
@@ -181,22 +212,22 @@ fn sizes() -> Vec<Case> {
     let huge = [[-900.0, -900.0, -900.0], [900.0, -800.0, 3.0], [-700.0, 950.0, 4.0], [-850.0, -750.0, 990.0]];
     let bead = |i: u32| sphere([(i % 5) as f32 + 0.5, (i / 5) as f32 + 0.5, 2.4], 0.3, 8);
     vec![
-        one("large-facets", "facets a hundred times the domain", dims, tetrahedron(huge)),
+        one("large-facets", "facets a hundred times the domain", dims.clone(), tetrahedron(huge)),
         one("large-and-small", "one facet over all rays beside many over none", unit_cells([70, 66, 9]), {
             joined([tetrahedron([[-5.0; 3], [160.0, 0.0, 3.0], [0.0, 150.0, 4.0], [1.0, 1.0, 9.0]]), {
                 sphere([60.2, 60.1, 5.0], 2.0, 32)
             }])
         }),
-        one("tiny-facets", "thousands of facets within a few cells", dims, sphere([2.9, 3.1, 4.2], 1.7, 64)),
-        one("beads", "bodies smaller than a cell around centres", dims, (0..30).flat_map(bead).collect()),
-        one("between-centres", "a body smaller than a cell that holds no centre", dims, cube([2.6; 3], 0.8)),
-        one("thin-plate", "a plate of a hundredth of a cell through centres", dims, {
+        one("tiny-facets", "thousands of facets within a few cells", dims.clone(), sphere([2.9, 3.1, 4.2], 1.7, 64)),
+        one("beads", "bodies smaller than a cell around centres", dims.clone(), (0..30).flat_map(bead).collect()),
+        one("between-centres", "a body smaller than a cell that holds no centre", dims.clone(), cube([2.6; 3], 0.8)),
+        one("thin-plate", "a plate of a hundredth of a cell through centres", dims.clone(), {
             cuboid([0.2, 0.2, 3.495], [5.8, 6.8, 3.505])
         }),
-        one("lost-plate", "a plate of a hundredth of a cell between centres", dims, {
+        one("lost-plate", "a plate of a hundredth of a cell between centres", dims.clone(), {
             cuboid([0.2, 0.2, 3.6], [5.8, 6.8, 3.61])
         }),
-        one("needle", "a sliver across the domain", dims, tetrahedron(needle)),
+        one("needle", "a sliver across the domain", dims.clone(), tetrahedron(needle)),
         one("needle-on-centres", "a sliver along a diagonal of centres", unit_cells([6; 3]), tetrahedron(on_diagonal)),
         one("many-crossings", "240 crossings on a ray", unit_cells([6, 4, 240]), plates(120, 2.0).collect()),
         one("crossings-in-a-cell", "many crossings of one ray in one cell", dims, plates(60, 0.11).collect()),
@@ -229,7 +260,7 @@ fn depths() -> Vec<Case> {
                     .collect();
                 let lines = unit_cells([side, side, n_crossings + 2]);
                 let why = "as many crossings on every ray";
-                cases.push(several(&format!("{name}-parity"), why, lines, geometries.clone()));
+                cases.push(several(&format!("{name}-parity"), why, lines.clone(), geometries.clone()));
                 cases.push(several(&format!("{name}-nonzero"), why, lines, geometries).nonzero());
             }
         }
@@ -246,8 +277,8 @@ fn shells() -> Vec<Case> {
     let twice = || joined([cube([2.0; 3], 5.5), cube([2.0; 3], 5.5)]);
     let opposed = || joined([cube([2.0; 3], 5.5), flipped(cube([2.0; 3], 5.5))]);
     let both = |name: &str, why: &'static str, facets: Facets| {
-        let parity = one(&format!("{name}-parity"), why, ten, facets.clone());
-        [parity, one(&format!("{name}-nonzero"), why, ten, facets).nonzero()]
+        let parity = one(&format!("{name}-parity"), why, ten.clone(), facets.clone());
+        [parity, one(&format!("{name}-nonzero"), why, ten.clone(), facets).nonzero()]
     };
     [
         both("nested-shells", "shells within shells", nested()),
@@ -285,11 +316,11 @@ fn materials() -> Vec<Case> {
         Geometry::new("lost", 3, cube([5.6; 3], 0.5)).unwrap(),
     ];
     vec![
-        several("later-wins", "equal priorities: meshed in order", ten, overlapping([0; 3])),
-        several("priorities", "priorities against the order", ten, overlapping([5, -5, 0])),
-        several("priorities-nonzero", "the same with winding numbers", ten, overlapping([1, 1, 0])).nonzero(),
-        several("crowd", "255 geometries, up to eight over each other", ten, crowd.collect()),
-        several("touching-files", "two files that share a face and a flag", ten, halves),
+        several("later-wins", "equal priorities: meshed in order", ten.clone(), overlapping([0; 3])),
+        several("priorities", "priorities against the order", ten.clone(), overlapping([5, -5, 0])),
+        several("priorities-nonzero", "the same with winding numbers", ten.clone(), overlapping([1, 1, 0])).nonzero(),
+        several("crowd", "255 geometries, up to eight over each other", ten.clone(), crowd.collect()),
+        several("touching-files", "two files that share a face and a flag", ten.clone(), halves),
         several("empty-among-others", "a geometry without facets and one without cells", ten, mixed),
     ]
 }
@@ -306,14 +337,20 @@ fn open_meshes() -> Vec<Case> {
     let mut flip = body();
     flip[2].swap(0, 1);
     vec![
-        one("no-lid-x", "a box without the side at high x", dims, without(body(), &[2, 3])),
-        one("no-lid-y", "a box without the side at low y", dims, without(body(), &[4, 5])),
-        one("no-lid-z", "a box without the top", dims, without(body(), &[10, 11])),
-        one("no-facet", "a box without half a side", dims, without(body(), &[10])).nonzero(),
-        one("one-facet", "a single facet", dims, vec![[[0.3, 0.2, 1.0], [6.8, 1.2, 3.0], [2.0, 7.7, 8.0]]]),
-        one("facet-twice", "a closed box with one facet given twice", dims, extra),
-        one("facet-turned", "a closed box with one normal inwards, for the winding number", dims, flip).nonzero(),
-        one("half-sphere", "a bowl", dims, without(sphere([3.3, 4.1, 4.6], 3.1, 16), &(0..112).collect::<Vec<_>>())),
+        one("no-lid-x", "a box without the side at high x", dims.clone(), without(body(), &[2, 3])),
+        one("no-lid-y", "a box without the side at low y", dims.clone(), without(body(), &[4, 5])),
+        one("no-lid-z", "a box without the top", dims.clone(), without(body(), &[10, 11])),
+        one("no-facet", "a box without half a side", dims.clone(), without(body(), &[10])).nonzero(),
+        one("one-facet", "a single facet", dims.clone(), vec![[[0.3, 0.2, 1.0], [6.8, 1.2, 3.0], [2.0, 7.7, 8.0]]]),
+        one("facet-twice", "a closed box with one facet given twice", dims.clone(), extra),
+        one("facet-turned", "a closed box with one normal inwards, for the winding number", dims.clone(), flip)
+            .nonzero(),
+        one(
+            "half-sphere",
+            "a bowl",
+            dims.clone(),
+            without(sphere([3.3, 4.1, 4.6], 3.1, 16), &(0..112).collect::<Vec<_>>()),
+        ),
         several("open-among-closed", "an open body over a closed one", dims, {
             vec![
                 Geometry::new("closed", 1, cube([0.7; 3], 5.0)).unwrap(),
@@ -336,7 +373,7 @@ fn placings() -> Vec<Case> {
     let skew = [[-7.9, -7.1, -7.3], [-0.3, -6.2, -5.5], [-6.0, -0.2, -4.4], [-4.1, -3.3, -0.1]];
     let oblong = lines([0.1, -0.2, 1.0 / 3.0], [0.1, 0.07, 1.0 / 30.0], [9, 14, 30]);
     vec![
-        several("turned-30-40-50", "a transform in f64", cells, rotated([30.0, 40.0, 50.0])),
+        several("turned-30-40-50", "a transform in f64", cells.clone(), rotated([30.0, 40.0, 50.0])),
         several("turned-90", "quarter turns are exact", cells, rotated([90.0, 180.0, 270.0])),
         one("all-negative", "a body in the negative octant", lines([-8.0; 3], [0.5; 3], [16; 3]), tetrahedron(skew)),
         one("oblong-cells", "three spacings that f64 cannot hold", oblong, sphere([0.5, 0.3, 0.8], 0.38, 24)),

@@ -34,10 +34,10 @@ fn expected(dims: [u32; 3], flag: impl Fn([u32; 3]) -> u8) -> Vec<u8> {
 /// Meshes along all three axes, checks every cell against a formula and that no ray is odd.
 #[track_caller]
 fn check(case: &Case, flag: impl Fn([u32; 3]) -> u8) {
-    let expected = expected(case.lines.dims, flag);
+    let expected = expected(case.lines.dims(), flag);
     for axis in 0..3 {
         let columns = mesh(Backend::Cpu, case, axis);
-        assert_same(&format!("{}, axis {axis}", case.name), &expected, &flags(&columns), case.lines.dims);
+        assert_same(&format!("{}, axis {axis}", case.name), &expected, &flags(&columns), case.lines.dims());
         assert_eq!(columns.odd_rays(), 0, "{}, axis {axis}", case.name);
     }
 }
@@ -138,7 +138,7 @@ fn quarter_turns_turn_the_cells() {
         several(
             "turned",
             "",
-            cells,
+            cells.clone(),
             vec![Geometry { world_from_file: place, ..Geometry::new("body", 1, body.clone()).unwrap() }],
         )
     };
@@ -214,8 +214,8 @@ fn two_touching_cubes_are_the_same_in_one_file_and_in_two() {
             |[x, y, z]: [u32; 3]| u8::from((2..=7).contains(&x) && (1..=5).contains(&y) && (1..=6).contains(&z));
         for rule in [Rule::Parity, Rule::Nonzero] {
             let files = halves.iter().map(|half| Geometry::new("half", 1, half.clone()).unwrap()).collect();
-            check(&with_rule(several("two files", "", cells, files), rule), inside);
-            check(&with_rule(one("one file", "", cells, halves.concat()), rule), inside);
+            check(&with_rule(several("two files", "", cells.clone(), files), rule), inside);
+            check(&with_rule(one("one file", "", cells.clone(), halves.concat()), rule), inside);
         }
     }
 }
@@ -227,8 +227,8 @@ fn nested_shells_follow_the_rule() {
     let [outer, inner] = [cube([1.0; 3], 8.0), cube([3.0; 3], 4.0)];
     let hole = |cell| u8::from(within(cell, 1, 8) && !within(cell, 3, 6));
     let solid = |cell| u8::from(within(cell, 1, 8));
-    let same = || one("same way", "", cells, joined([outer.clone(), inner.clone()]));
-    let opposite = || one("opposite ways", "", cells, joined([outer.clone(), flipped(inner.clone())]));
+    let same = || one("same way", "", cells.clone(), joined([outer.clone(), inner.clone()]));
+    let opposite = || one("opposite ways", "", cells.clone(), joined([outer.clone(), flipped(inner.clone())]));
     check(&with_rule(same(), Rule::Parity), hole);
     check(&with_rule(same(), Rule::Nonzero), solid);
     check(&with_rule(opposite(), Rule::Parity), hole);
@@ -241,7 +241,7 @@ fn overlapping_shells_follow_the_rule() {
     let cells = unit_cells([10; 3]);
     let body = joined([cube([1.0; 3], 5.0), cube([4.0; 3], 5.0)]);
     let (first, second) = (|cell| within(cell, 1, 5), |cell| within(cell, 4, 8));
-    check(&one("parity", "", cells, body.clone()), |cell| u8::from(first(cell) != second(cell)));
+    check(&one("parity", "", cells.clone(), body.clone()), |cell| u8::from(first(cell) != second(cell)));
     check(&with_rule(one("nonzero", "", cells, body), Rule::Nonzero), |cell| u8::from(first(cell) || second(cell)));
 }
 

@@ -22,7 +22,7 @@ pub(crate) use files::FILES;
 pub(crate) fn text(case: &Case, along: &[Columns; 3]) -> String {
     let results = along.each_ref().map(|columns| result(case, columns));
     let mut text = format!("{}: {}\n", case.name, case.why);
-    let [nx, ny, nz] = case.lines.dims;
+    let [nx, ny, nz] = case.lines.dims();
     let _ = writeln!(text, "dims {nx} {ny} {nz}, {} facets, {:?}", case.n_facets(), case.rule);
     for (axis, found) in results.iter().enumerate() {
         if results[..axis].contains(found) {
@@ -38,7 +38,7 @@ pub(crate) fn text(case: &Case, along: &[Columns; 3]) -> String {
 fn result(case: &Case, columns: &Columns) -> String {
     let mut text = String::new();
     for (flag, &n) in columns.cells_per_flag().iter().enumerate().filter(|&(_, &n)| n > 0) {
-        let _ = writeln!(text, "flag {flag}: {n} cells, volume {:?}", n as f64 * case.lines.cell_volume());
+        let _ = writeln!(text, "flag {flag}: {n} cells, volume {:?}", n as f64 * case.lines.cell_volume().unwrap());
     }
     let _ = writeln!(text, "odd rays {}", columns.odd_rays());
     let hash = Sha256::digest(flags_of_box(columns, &columns.dims().map(|n| 0..n)).expect("columns in memory"));

@@ -97,7 +97,7 @@ async fn on_casts(kernel: &str, cases: &[Case], check: impl AsyncFn(&Cast<'_>) -
     on_cases(kernel, cases, async |case| {
         let frame = frame(case);
         for axis in 0..3 {
-            let rays = Rays::new(axis, case.lines.dims);
+            let rays = Rays::new(axis, case.lines.dims());
             let cast = Cast { frame: &frame, rays: &rays, rule: case.rule };
             check(&cast).await.map_err(|what| format!("along {axis}: {what}"))?;
         }
@@ -294,7 +294,7 @@ pub(crate) async fn stacks_with_thousands_of_crossings_agree_with_the_definition
     let most = RefCell::new(0);
     let n = on_cases("all kernels", &cases, async |case| {
         let frame = frame(case);
-        let rays = Rays::new(2, case.lines.dims);
+        let rays = Rays::new(2, case.lines.dims());
         let cast = Cast { frame: &frame, rays: &rays, rule: case.rule };
         for deep in [false, true] {
             let forced = Forced { deep, ..Forced::default() };
@@ -404,7 +404,7 @@ pub(crate) async fn the_whole_line_gives_the_golden_files(gpu: &Gpu) -> Checked 
         let frame = frame(case);
         let mut along = Vec::new();
         for axis in 0..3 {
-            let rays = Rays::new(axis, case.lines.dims);
+            let rays = Rays::new(axis, case.lines.dims());
             let cast = Cast { frame: &frame, rays: &rays, rule: case.rule };
             along.push(text(gpu.columns(&cast, &Control::default()).await)?);
         }
@@ -429,7 +429,7 @@ pub(crate) async fn bands_of_any_number_of_ray_rows_give_the_same_columns(gpu: &
 pub(crate) async fn a_mesh_goes_on_where_it_was_left(gpu: &Gpu) -> Checked {
     let case = &cases()[0];
     let frame = frame(case);
-    let rays = Rays::new(0, case.lines.dims);
+    let rays = Rays::new(0, case.lines.dims());
     let cast = Cast { frame: &frame, rays: &rays, rule: case.rule };
     let whole = text(gpu.columns(&cast, &Control::default()).await)?;
     let options = Options { rows_per_band: Some(2), ..Options::default() };

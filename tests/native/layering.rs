@@ -38,6 +38,7 @@ const CORE: &[&str] = &[
     "columns",
     "map",
     "flags",
+    "volumes",
     "cpu",
     "axis_crossings",
     "open",

@@ -68,8 +68,9 @@ impl Grid {
 
     fn found(&self, axis: usize, [from, to]: [[u32; 3]; 2], flags: &[u8]) -> Leak {
         let mesh = self.mesh(axis);
-        let centre =
-            |cell: [u32; 3]| [0, 1, 2].map(|axis| mesh.lines.line(axis, cell[axis]) + 0.3 * mesh.lines.spacing[axis]);
+        let centre = |cell: [u32; 3]| {
+            [0, 1, 2].map(|axis| mesh.lines.line(axis, cell[axis]) + 0.3 * mesh.lines.smallest()[axis])
+        };
         let question = Question { from: centre(from), to: centre(to), flags: flags.to_vec(), max_bytes: 1 << 30 };
         let found = leak(&mesh, &question, &Control::default()).unwrap();
         assert_eq!([found.from.cell, found.to.cell], [from, to]);

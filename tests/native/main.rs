@@ -9,6 +9,7 @@ mod agreement;
 mod angles;
 mod backends;
 mod bad_edges;
+mod boards;
 mod cases;
 mod certificates;
 #[cfg(feature = "cli")]
@@ -24,6 +25,9 @@ mod fuzz;
 mod gaps;
 mod golden;
 mod golden_cpu;
+mod graded;
+#[cfg(feature = "cli")]
+mod graded_command;
 #[cfg(feature = "cli")]
 mod halos;
 #[cfg(feature = "gpu")]

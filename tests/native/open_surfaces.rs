@@ -5,7 +5,7 @@
 
 use hexcast::control::Control;
 use hexcast::geometry::{Facet, Geometry};
-use hexcast::job::{AxisChoice, GeometryJob, Job, Open, Rule};
+use hexcast::job::{AxisChoice, GeometryJob, Job, LinesJob, Open, Rule};
 use hexcast::lines::Lines;
 use hexcast::mesh::Mesh;
 use hexcast::pipeline::{self, Engine, MeshOptions};
@@ -73,17 +73,18 @@ fn expected(facets: &Facets, lines: &Lines, rule: Rule, fill: impl Fn([u32; 3], 
     snapped.extend(missing(&snapped));
     let exact: Vec<[Exact; 3]> =
         snapped.iter().map(|facet| facet.each_ref().map(|corner| corner.each_ref().map(|c| c << 200u32))).collect();
-    let ratio: [f64; 3] = std::array::from_fn(|axis| lines.spacing[axis] / f64::from(1u32 << bits));
+    let ratio: [f64; 3] = std::array::from_fn(|axis| lines.smallest()[axis] / f64::from(1u32 << bits));
     let number = |c: &BigInt| -> f64 { i64::try_from(c).expect("26 bits") as f64 };
     let placed: Vec<[[f64; 3]; 3]> = snapped
         .iter()
         .map(|facet| facet.each_ref().map(|corner| std::array::from_fn(|axis| number(&corner[axis]) * ratio[axis])))
         .collect();
-    let [nx, ny, nz] = lines.dims;
+    let centres = [0, 1, 2].map(|axis| oracle::centres(lines, axis, bits));
+    let [nx, ny, nz] = lines.dims();
     for z in 0..nz {
         for y in 0..ny {
             for x in 0..nx {
-                let centre = [x, y, z].map(|i| BigInt::from(i) << bits);
+                let centre: Exact = std::array::from_fn(|axis| centres[axis][[x, y, z][axis] as usize].clone());
                 let before = [130u32, 65, 0].map(|power| BigInt::from(1) << power);
                 let point: Exact = std::array::from_fn(|axis| (&centre[axis] << 200u32) - &before[axis]);
                 let rays: Vec<(i64, i64)> = (0..3).map(|axis| crossed(&exact, &point, axis)).collect();
@@ -109,7 +110,8 @@ fn expected(facets: &Facets, lines: &Lines, rule: Rule, fill: impl Fn([u32; 3], 
                     let winding = sum / (4.0 * std::f64::consts::PI);
                     let whole = winding.round();
                     // on an edge the angle may be anything
-                    let is_at_edge = placed.iter().any(|facet| distance_to_edges(facet, at) < 1e-4 * lines.spacing[0]);
+                    let is_at_edge =
+                        placed.iter().any(|facet| distance_to_edges(facet, at) < 1e-4 * lines.smallest()[0]);
                     if ((winding - whole).abs() - 0.5).abs() < 1e-4 || is_at_edge {
                         Expected::Open
                     } else if rule == Rule::Parity {
@@ -292,7 +294,12 @@ fn every_cell_of_a_surface_with_holes_is_as_defined() {
     let (n_sure, n_inside, n_outside) = (std::cell::Cell::new(0), std::cell::Cell::new(0), std::cell::Cell::new(0));
     for (index, (name, facets, rule)) in small_cases().into_iter().enumerate() {
         let dims = if name.starts_with("ties") { [8; 3] } else { [[11, 10, 12], [7, 13, 9]][index % 2] };
-        let job = Job { dims: Some(dims), domain: Some([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]), rule, ..Job::default() };
+        // on equal cells, and on cells that differ in size
+        let equal = Job { dims: Some(dims), domain: Some([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]), rule, ..Job::default() };
+        let list = |n: u32| (0..=n).map(|line| 8.0 * (f64::from(line) / f64::from(n)).powf(1.5)).collect();
+        let [x, y, z] = dims.map(list);
+        let graded = Job { lines: Some(LinesJob { x, y, z }), rule, ..Job::default() };
+        let job = if index % 4 < 2 { equal } else { graded };
         let (mesh, report) = meshed(std::slice::from_ref(&facets), &job, index % 3, &mut engine).expect("a mesh");
         let doubtful = std::cell::RefCell::new(Vec::new());
         expected(&facets, &mesh.lines, rule, |cell, expected| {
@@ -372,8 +379,8 @@ fn a_few_missing_facets_change_few_cells_and_no_streak_reaches_the_end() {
 /// The box of a mesh.
 fn report_domain(mesh: &Mesh) -> [f64; 6] {
     let lines = &mesh.lines;
-    let end = |axis: usize| lines.origin[axis] + f64::from(lines.dims[axis]) * lines.spacing[axis];
-    [lines.origin[0], lines.origin[1], lines.origin[2], end(0), end(1), end(2)]
+    let end = |axis: usize| lines.origin()[axis] + f64::from(lines.dims()[axis]) * lines.smallest()[axis];
+    [lines.origin()[0], lines.origin()[1], lines.origin()[2], end(0), end(1), end(2)]
 }
 
 #[test]

@@ -9,7 +9,7 @@
 //! `n . (P - a) - n_x e1 - n_y e2 - n_z e3`, so its sign is the sign of the first of `n . (P - a), -n_x, -n_y, -n_z` that is
 //! not zero. Faces of tetrahedra with volume have normals, so no point lies on any.
 //!
-//! The snap is part of the definition, and so is the rounding to f64 of `(w - origin) / spacing - 1/2`; from there on it
+//! The snap is part of the definition, and so is the rounding to f64 of `(w - origin) / spacing - 1/2`, with the smallest cell for the spacing where cells differ; from there on it
 //! is exact: `round(u 2^F)` to nearest, ties to even, F the largest for which everything within one cell of a corner or a
 //! centre spans at most 2^26 units an axis.
 //!
@@ -34,8 +34,9 @@ pub(crate) fn flags(geometries: &[Geometry], lines: &Lines, rule: Rule) -> Vec<u
     let fraction_bits = fraction_bits(geometries, lines);
     let mut order: Vec<usize> = (0..geometries.len()).collect();
     order.sort_by_key(|&index| geometries[index].priority);
-    let [nx, ny, nz] = lines.dims;
+    let [nx, ny, nz] = lines.dims();
     let mut flags = vec![0; nx as usize * ny as usize * nz as usize];
+    let centres = [0, 1, 2].map(|axis| centres(lines, axis, fraction_bits));
     // painter: geometries that win paint over those that lose
     for index in order {
         let tetrahedra: Vec<Tetrahedron> =
@@ -44,7 +45,7 @@ pub(crate) fn flags(geometries: &[Geometry], lines: &Lines, rule: Rule) -> Vec<u
         for z in 0..nz {
             for y in 0..ny {
                 for x in 0..nx {
-                    let centre = [x, y, z].map(|i| BigInt::from(i) << fraction_bits);
+                    let centre = std::array::from_fn(|axis| centres[axis][[x, y, z][axis] as usize].clone());
                     if is_inside(&tetrahedra, &centre, rule) {
                         flags[cell] = geometries[index].flag;
                     }
@@ -175,10 +176,29 @@ fn dot(a: &Vector, b: &Vector) -> BigInt {
     &a[0] * &b[0] + &a[1] * &b[1] + &a[2] * &b[2]
 }
 
+/// Smallest cells from the centre of cell 0, in the f64 arithmetic of the definition.
+fn cells_from_world(world: f64, lines: &Lines, axis: usize) -> f64 {
+    let (first, unit) = (lines.line(axis, 0), lines.smallest()[axis]);
+    let half = if lines.is_graded() { 0.5 * ((lines.line(axis, 1) - first) / unit) } else { 0.5 };
+    (world - first) / unit - half
+}
+
+/// The centres of all cells of an axis, in cells.
+fn middles(lines: &Lines, axis: usize) -> Vec<f64> {
+    let n = lines.dims()[axis];
+    let middle = |cell: u32| cells_from_world(0.5 * (lines.line(axis, cell) + lines.line(axis, cell + 1)), lines, axis);
+    (0..n).map(|cell| if lines.is_graded() { middle(cell) } else { f64::from(cell) }).collect()
+}
+
+/// The same in units of the snap.
+pub(crate) fn centres(lines: &Lines, axis: usize, fraction_bits: u64) -> Vec<BigInt> {
+    middles(lines, axis).into_iter().map(|u| rounded(exact(u), F64_PLACES - fraction_bits)).collect()
+}
+
 /// Cells from the centre of cell 0, in the f64 arithmetic of the definition.
 fn cells_from_file(geometry: &Geometry, corner: [f32; 3], lines: &Lines) -> [f64; 3] {
     let world = geometry.world_from_file.place(corner.map(f64::from));
-    std::array::from_fn(|axis| (world[axis] - lines.origin[axis]) / lines.spacing[axis] - 0.5)
+    std::array::from_fn(|axis| cells_from_world(world[axis], lines, axis))
 }
 
 /// Corners of a geometry that is alone in a box, in units of the snap, and the binary places of a cell.
@@ -198,7 +218,8 @@ fn fraction_bits(geometries: &[Geometry], lines: &Lines) -> u64 {
     let one = BigInt::from(1) << F64_PLACES;
     let mut widest = BigInt::ZERO;
     for axis in 0..3 {
-        let mut places = vec![BigInt::ZERO, exact(f64::from(lines.dims[axis] - 1))];
+        let last = *middles(lines, axis).last().unwrap();
+        let mut places = vec![BigInt::ZERO, exact(last)];
         for geometry in geometries {
             let corners = geometry.facets.iter().flatten();
             places.extend(corners.map(|&corner| exact(cells_from_file(geometry, corner, lines)[axis])));

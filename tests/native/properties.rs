@@ -53,7 +53,7 @@ fn same(expected: &[u8], actual: &[u8], dims: [u32; 3], law: &str) -> Result<(),
 
 /// Fails the law if two cases over the same cells differ, with z rays.
 fn same_cases(expected: &Case, actual: &Case, law: &str) -> Result<(), TestCaseError> {
-    same(&cpu_flags(expected, 2), &cpu_flags(actual, 2), expected.lines.dims, law)
+    same(&cpu_flags(expected, 2), &cpu_flags(actual, 2), expected.lines.dims(), law)
 }
 
 /// Applies a function to every corner of a case.
@@ -118,7 +118,7 @@ proptest! {
         let along = [0, 1, 2].map(|axis| mesh(Backend::Cpu, &case, axis));
         for axis in 0..3 {
             prop_assert_eq!(along[axis].odd_rays(), 0, "axis {}", axis);
-            same(&flags(&along[0]), &flags(&along[axis]), case.lines.dims, &format!("axis {axis}"))?;
+            same(&flags(&along[0]), &flags(&along[axis]), case.lines.dims(), &format!("axis {axis}"))?;
         }
     }
 
@@ -129,7 +129,7 @@ proptest! {
         let whole = mesh(Backend::Cpu, &case, axis);
         for backend in [Backend::CpuInStrips(rows), Backend::CpuInBins(bin)] {
             let parts = mesh(backend, &case, axis);
-            same(&flags(&whole), &flags(&parts), case.lines.dims, &format!("{backend:?}"))?;
+            same(&flags(&whole), &flags(&parts), case.lines.dims(), &format!("{backend:?}"))?;
             prop_assert_eq!(whole.n_crossings(), parts.n_crossings());
         }
     }
@@ -160,7 +160,7 @@ proptest! {
     fn scaling_everything_by_a_power_of_two_changes_nothing(case in soups_of_any_seed(), power in -40i32..40) {
         let scale = |x: f64| libm::ldexp(x, power);
         let scaled = with_corners(&case, |corner| corner.map(|x| libm::ldexpf(x, power)));
-        let Lines { origin, spacing, dims } = case.lines;
+        let (origin, spacing, dims) = (case.lines.origin(), case.lines.smallest(), case.lines.dims());
         let scaled = with_lines(&scaled, lines(origin.map(scale), spacing.map(scale), dims));
         same_cases(&case, &scaled, "scaled")?;
     }

@@ -12,14 +12,16 @@ use super::cases::{Case, one, unit_cells};
 use super::compare::assert_same;
 use super::models::{Facets, cube, octahedron};
 
-const CELLS: Lines = Lines { origin: [0.0; 3], spacing: [1.0; 3], dims: [9; 3] };
+fn nine_cells() -> Lines {
+    unit_cells([9; 3])
+}
 
 fn on_rays() -> Case {
-    one("octahedron", "apexes and edges on rays", CELLS, octahedron([1.5; 3], [7.5; 3]))
+    one("octahedron", "apexes and edges on rays", nine_cells(), octahedron([1.5; 3], [7.5; 3]))
 }
 
 fn on_planes_of_rays() -> Case {
-    one("cube", "sides in planes of rays", CELLS, cube([2.5; 3], 4.0))
+    one("cube", "sides in planes of rays", nine_cells(), cube([2.5; 3], 4.0))
 }
 
 /// Cells of the z ray (i, j) that are inside, whatever axis is cast along.

@@ -219,7 +219,7 @@ fn a_sheet_through_the_domain_separates_its_two_sides() {
         let turn = |corner: [f32; 3]| std::array::from_fn(|axis| corner[(axis + seed as usize) % 3]);
         let facets = models::mapped(&facets, turn);
         let (sheet, _, lines) = filled(&facets, &job(dims.map(|n| n as u32), Fill::Separating, true), 0);
-        assert_eq!(lines.dims.map(|n| n as usize), dims);
+        assert_eq!(lines.dims().map(|n| n as usize), dims);
         let reached = flooded(&sheet, dims, [0; 3]);
         let end = dims.map(|n| n - 1);
         assert!(sheet[0] == 0 && sheet[index(end, dims)] == 0, "seed {seed}: both ends are free");

@@ -103,12 +103,12 @@ fn the_case_table_is_verified() {
             open: Some(OPEN[index % 3]),
             ..GeometryJob::new(".")
         };
-        let end = |axis: usize| case.lines.line(axis, case.lines.dims[axis]);
-        let [x, y, z] = case.lines.origin;
+        let end = |axis: usize| case.lines.line(axis, case.lines.dims()[axis]);
+        let [x, y, z] = case.lines.origin();
         let job = Job {
             geometries: geometries.iter().map(entry).collect(),
             domain: Some([x, y, z, end(0), end(1), end(2)]),
-            dims: Some(case.lines.dims),
+            dims: Some(case.lines.dims()),
             rule: case.rule,
             axis: AXES[index / 3 % 3],
             ..Job::default()
@@ -134,11 +134,11 @@ fn holes_ties_and_every_policy_are_verified() {
         if surfaces.iter().any(Vec::is_empty) {
             continue;
         }
-        let end = |axis: usize| case.lines.line(axis, case.lines.dims[axis]);
-        let [x, y, z] = case.lines.origin;
+        let end = |axis: usize| case.lines.line(axis, case.lines.dims()[axis]);
+        let [x, y, z] = case.lines.origin();
         let job = Job {
             domain: Some([x, y, z, end(0), end(1), end(2)]),
-            dims: Some(case.lines.dims.map(|n| n + random.below(9) as u32)),
+            dims: Some(case.lines.dims().map(|n| n + random.below(9) as u32)),
             open: OPEN[random.below(3) as usize],
             axis: AXES[random.below(3) as usize],
             rule: case.rule,

@@ -35,9 +35,9 @@ fn error_over_bound(geometry: &Geometry, lines: &Lines) -> Option<f64> {
         return None;
     }
     let winding = oracle::sum_of_windings(geometry, lines, range);
-    let of_cells = winding as f64 * lines.cell_volume();
+    let of_cells = winding as f64 * lines.cell_volume().unwrap();
     let of_surface = models::signed_volume(&geometry.facets) * geometry.world_from_file.determinant();
-    let bound = volume_bound(&frame.facets, frame.fraction_bits, lines, of_surface.abs());
+    let bound = volume_bound(&frame.facets, frame.fraction_bits, lines.cell_volume().unwrap(), of_surface.abs());
     let error = (of_cells - of_surface).abs();
     // both sums of volumes are in f64
     assert!(
@@ -89,7 +89,7 @@ fn reports_of_spheres_and_turned_boxes_keep_the_bound_which_shrinks_with_the_cel
             assert!((flag.volume - surface).abs() <= bound, "{cells} cells, {turned:?}: {flag:?}");
             // the areas seen along three axes are at most 3^(1/2) times the area, and this is half of them and little more
             let area: f64 = hexcast::surface::surface(&facets).area;
-            let most = 0.5 * 3f64.sqrt() * area * report.spacing[0];
+            let most = 0.5 * 3f64.sqrt() * area * report.spacing.unwrap()[0];
             assert!(bound < 1.35 * most, "{cells} cells: {bound} and {most}");
             if facets.len() == 12 {
                 assert!(bound < 0.7 * last, "{bound} after {last}");

@@ -48,7 +48,7 @@ fn the_cpu_line_fills_a_cube() {
     let case = cube_case();
     let frame = frame(&case);
     for axis in 0..3 {
-        let rays = Rays::new(axis, case.lines.dims);
+        let rays = Rays::new(axis, case.lines.dims());
         let columns = cpu_columns(&Cast { frame: &frame, rays: &rays, rule: case.rule });
         assert_eq!((n_full(&columns), columns.odd_rays()), (64, 0), "along {axis}");
     }
@@ -72,7 +72,7 @@ async fn the_browser_has_an_adapter() {
 async fn the_gpu_fills_a_cube() {
     let case = cube_case();
     let frame = frame(&case);
-    let rays = Rays::new(2, case.lines.dims);
+    let rays = Rays::new(2, case.lines.dims());
     let cast = Cast { frame: &frame, rays: &rays, rule: case.rule };
     let gpu = Gpu::open(None).await.expect("an adapter");
     let columns = gpu_columns(&gpu, &case, &cast).await;
@@ -87,7 +87,7 @@ fn the_cpu_gives_the_golden_files() {
     for case in &cases {
         let frame = frame(case);
         let along = [0, 1, 2].map(|axis| {
-            let rays = Rays::new(axis, case.lines.dims);
+            let rays = Rays::new(axis, case.lines.dims());
             cpu_columns(&Cast { frame: &frame, rays: &rays, rule: case.rule })
         });
         assert_golden(case, &along);

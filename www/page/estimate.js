@@ -4,6 +4,7 @@ import { bytes, cellSize, count, duration, roughly, times } from './format.js';
 import { wrongField } from './fields.js';
 import { currentJob } from './job.js';
 import { sentence } from './messages.js';
+import { spacingOf } from './places.js';
 import { change, on, state } from './state.js';
 
 /** Largest columns, in bytes, that a mesh can hold in the 4 GB that wasm can address: the rest is for facets and files. */
@@ -72,7 +73,7 @@ function show() {
   const most = Math.max(...result.dims);
   if (sizing === 'cells' && !domain && most > cells)
     fact('estimate-padding', '', `${count(cells)} along the parts, ${count(most)} with the padding`);
-  fact('estimate-size', 'Cell', cellSize(result.spacing, state.settings.unit));
+  fact('estimate-size', 'Cell', cellSize(spacingOf(result), state.settings.unit));
   const onGpu = state.mesher?.backend === 'gpu' ? `, GPU ${bytes(result.device_bytes)}` : '';
   fact('estimate-memory', 'Memory', `about ${bytes(result.host_bytes)}${onGpu}`);
   fact('estimate-file', 'File', `${bytes(result.file_bytes.raw)}, a byte a cell`);

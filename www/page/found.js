@@ -50,10 +50,10 @@ export function otherWarnings({ warnings }) {
 }
 
 /** @param {import('hexcast').OpenReport} open @param {Report} report @returns {Finding} */
-function ofOpen(open, { cells, spacing }) {
+function ofOpen(open, { cells, ...report }) {
   const { geometry, policy, open_edges: edges, holes, added_facets: n, longest_at: place, doubtful_cells: doubtful } = open;
   const added = n ? ` ${many(n, 'missing facet')} ${n === 1 ? 'was' : 'were'} added.` : '';
-  const facts = `${geometry} is not closed: ${many(edges, 'open edge')} in ${many(holes, 'loop')}, the longest edge at ${placeText(place, spacing)}.${added}`;
+  const facts = `${geometry} is not closed: ${many(edges, 'open edge')} in ${many(holes, 'loop')}, the longest edge at ${placeText(place, report)}.${added}`;
   const decided = policy === 'vote' ? 'most of their even rays' : 'the winding number';
   const share = `${count(doubtful)} of ${roughly(cells)} cells ${doubtful === 1 ? 'was' : 'were'} doubtful`;
   const patches = state.patches?.find(({ name }) => name === geometry) && state.patches;
@@ -73,8 +73,8 @@ function ofOpen(open, { cells, spacing }) {
 }
 
 /** @param {import('hexcast').CertificateReport['thin_walls'][number]} wall @param {Report} report @returns {Finding} */
-function ofThin({ geometry, axis, rays, lost, cells, place }, { certificate, spacing, filled }) {
-  const facts = `${geometry} has walls of fewer than ${certificate?.thin_cells} cells along ${axis}: ${many(rays, 'stretch').replace('stretchs', 'stretches')} of rays, the thinnest, of ${many(cells, 'cell')}, at ${placeText(place, spacing)}.`;
+function ofThin({ geometry, axis, rays, lost, cells, place }, { certificate, filled, ...report }) {
+  const facts = `${geometry} has walls of fewer than ${certificate?.thin_cells} cells along ${axis}: ${many(rays, 'stretch').replace('stretchs', 'stretches')} of rays, the thinnest, of ${many(cells, 'cell')}, at ${placeText(place, report)}.`;
   const isKept = filled?.some((entry) => entry.geometry === geometry);
   const loss =
     lost > 0
@@ -134,9 +134,9 @@ function ofShells(warning) {
 }
 
 /** @param {NonNullable<Leak['narrowest']>} narrowest @param {Leak} leak @param {Report} report @returns {Finding} */
-function ofLeak({ width, centre }, { facets }, { spacing }) {
+function ofLeak({ width, centre }, { facets }, report) {
   const of = facets && facets.length > 0 ? ` ${many(facets.length, 'facet')} of ${namesOf(facets)} lie around it.` : '';
-  const text = `The leak is narrowest at ${placeText(centre, spacing)}: a cube of ${many(width, 'cell')} passes, none of ${width + 1}.${of}`;
+  const text = `The leak is narrowest at ${placeText(centre, report)}: a cube of ${many(width, 'cell')} passes, none of ${width + 1}.${of}`;
   return { kind: 'leak', subject: 'the narrowest place of the leak', text, place: centre };
 }
 

@@ -34,7 +34,7 @@ function pick(end) {
     byId('slice-note').textContent = '';
     const { mesh } = state;
     if (!mesh) return;
-    inputOf(`leak-${end}`).value = placeText(centreOf(mesh.lines, cell), mesh.lines.spacing);
+    inputOf(`leak-${end}`).value = placeText(centreOf(mesh.lines, cell), mesh.lines);
     isRight(`leak-${end}`);
     buttonOf(`leak-pick-${end}`).focus();
   });

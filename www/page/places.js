@@ -3,18 +3,27 @@ import { short } from './format.js';
 
 /** @typedef {import('hexcast').Lines} Lines */
 
+/** Size of the cells, which are equal: the page opens no others. @param {{ spacing: number[] | null }} lines */
+export function spacingOf({ spacing }) {
+  if (!spacing) throw new Error('cells differ in size, and the page shows equal ones only');
+  return spacing;
+}
+
 /** The cell that holds a place; the nearest where it lies beside the mesh. @param {Lines} lines @param {number[]} place */
-export function cellAt({ origin, spacing, dims }, place) {
+export function cellAt(lines, place) {
+  const [{ origin, dims }, spacing] = [lines, spacingOf(lines)];
   return place.map((at, axis) => Math.min(Math.max(Math.floor((at - origin[axis]) / spacing[axis]), 0), dims[axis] - 1));
 }
 
 /** The centre of a cell. @param {Lines} lines @param {number[]} cell */
-export function centreOf({ origin, spacing }, cell) {
-  return cell.map((index, axis) => origin[axis] + (index + 0.5) * spacing[axis]);
+export function centreOf(lines, cell) {
+  const spacing = spacingOf(lines);
+  return cell.map((index, axis) => lines.origin[axis] + (index + 0.5) * spacing[axis]);
 }
 
-/** "1.5, 2, 0.25", to a thousandth of a cell. @param {number[]} place @param {number[]} spacing */
-export function placeText(place, spacing) {
+/** "1.5, 2, 0.25", to a thousandth of a cell. @param {number[]} place @param {{ spacing: number[] | null }} lines */
+export function placeText(place, lines) {
+  const spacing = spacingOf(lines);
   return place.map((number, axis) => String(Number(number.toFixed(decimals(spacing[axis]))))).join(', ');
 }
 

@@ -1,6 +1,7 @@
 /** The form: linked sizes, domain and padding, rule, open surfaces, fill, axis, unit, backend. */
 import { byId, inputOf, onInput, selectOf } from './dom.js';
 import { cellSize, readNumbers, writeNumbers } from './format.js';
+import { spacingOf } from './places.js';
 import { on, set, state } from './state.js';
 
 /** @typedef {import('./state.js').Triple} Triple @typedef {import('./state.js').Box} Box */
@@ -17,7 +18,7 @@ export function startSettings() {
   });
   onInput('cell-size', 'input', readCellSize);
   onInput('fit-lines', 'change', ({ checked }) => {
-    const size = state.settings.cell_size ?? Math.max(...(state.estimate?.result?.spacing ?? [1]));
+    const size = state.settings.cell_size ?? Math.max(...(state.estimate?.result ? spacingOf(state.estimate.result) : [1]));
     set({ sizing: checked ? 'max_cell_size' : 'cell_size', cell_size: [size].flat()[0] });
   });
   for (const id of DIMS) onInput(id, 'input', readDims);
@@ -93,10 +94,11 @@ function readPadding() {
   if (isRight) set({ padding: value, padding_by: by });
 }
 
-/** The box that an estimate meshes. @param {{ origin: Triple, spacing: Triple, dims: Triple }} [estimate] @returns {Box} */
+/** The box that an estimate meshes. @param {{ origin: Triple, spacing: Triple | null, dims: Triple }} [estimate] @returns {Box} */
 export function domainOf(estimate) {
   if (!estimate) return [0, 0, 0, 1, 1, 1];
-  const { origin, spacing, dims } = estimate;
+  const { origin, dims } = estimate;
+  const spacing = spacingOf(estimate);
   return /** @type {Box} */ ([
     ...origin,
     ...origin.map((start, axis) => Number((start + spacing[axis] * dims[axis]).toPrecision(12))),
@@ -110,7 +112,7 @@ function show() {
   const dims = settings.sizing === 'dims' ? settings.dims : result?.dims;
   put('cells', settings.sizing === 'cells' ? settings.cells : dims ? Math.max(...dims) : '');
   const isSize = settings.sizing === 'cell_size' || settings.sizing === 'max_cell_size';
-  put('cell-size', isSize ? writeNumbers(settings.cell_size) : result ? cellSize(result.spacing).replaceAll(' × ', ' ') : '');
+  put('cell-size', isSize ? writeNumbers(settings.cell_size) : result ? cellSize(spacingOf(result)).replaceAll(' × ', ' ') : '');
   DIMS.forEach((id, axis) => put(id, dims?.[axis] ?? ''));
   inputOf('fit-lines').checked = settings.sizing === 'max_cell_size';
   const leading = { cells: 'cells', dims: 'dims', cell_size: 'cell-size', max_cell_size: 'cell-size' }[settings.sizing];

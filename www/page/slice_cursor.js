@@ -1,6 +1,6 @@
 /** The pointer and the cursor of the slice view: they zoom, pan, name cells and pick them. */
 import { byId, canvasOf } from './dom.js';
-import { cellAt, centreOf, placeText } from './places.js';
+import { cellAt, centreOf, placeText, spacingOf } from './places.js';
 import { state } from './state.js';
 import { arrow, bringIntoView } from './slice_draw.js';
 import { cellUnder, currentPicture, flagOf, view, zoomBy } from './slice_view.js';
@@ -99,7 +99,8 @@ export function moveCursor({ key, shiftKey }) {
 }
 
 /** @param {import('hexcast').Lines} lines */
-function middle({ origin, spacing, dims }) {
+function middle(lines) {
+  const [{ origin, dims }, spacing] = [lines, spacingOf(lines)];
   return origin.map((start, axis) => start + (spacing[axis] * dims[axis]) / 2);
 }
 
@@ -121,7 +122,7 @@ function nameCell(cell, live) {
   }
   const flag = flagOf(cell);
   const name = mesh.report.flags.find((entry) => entry.flag === flag)?.name;
-  const { unit, spacing } = mesh.report;
-  const place = `${placeText(centreOf(mesh.lines, cell), spacing)}${unit ? ` ${unit}` : ''}`;
+  const { unit } = mesh.report;
+  const place = `${placeText(centreOf(mesh.lines, cell), mesh.lines)}${unit ? ` ${unit}` : ''}`;
   output.textContent = `cell ${cell.join(', ')} at ${place}: ${flag === 0 ? 'background' : `flag ${flag}${name ? `, ${name}` : ''}`}`;
 }

@@ -1,5 +1,6 @@
 /** What the slice view shows, and where its cells lie on the canvas. */
 import { state } from './state.js';
+import { spacingOf } from './places.js';
 
 /**
  * @typedef {0 | 1 | 2} Axis
@@ -29,9 +30,10 @@ export function across(axis) {
  */
 export function layout(canvas, { slice, mesh, axis }) {
   const [first, second] = across(axis);
-  const size = [slice.width * slice.step * mesh.lines.spacing[first], slice.height * slice.step * mesh.lines.spacing[second]];
+  const spacing = spacingOf(mesh.lines);
+  const size = [slice.width * slice.step * spacing[first], slice.height * slice.step * spacing[second]];
   const room = 0.94 * Math.min(canvas.width / size[0], canvas.height / size[1]) * view.zoom;
-  let scale = [room * mesh.lines.spacing[first] * slice.step, room * mesh.lines.spacing[second] * slice.step];
+  let scale = [room * spacing[first] * slice.step, room * spacing[second] * slice.step];
   // whole pixels a cell where that changes little: all cells are drawn equally wide
   if (scale[0] === scale[1] && scale[0] >= 4) scale = scale.map(Math.floor);
   const left = Math.round((canvas.width - scale[0] * slice.width) / 2 + view.pan[0]);
@@ -43,7 +45,8 @@ export function layout(canvas, { slice, mesh, axis }) {
 export function onCanvas(canvas, picture, place) {
   const { left, top, scale } = layout(canvas, picture);
   const { slice, mesh, axis } = picture;
-  const [i, j] = across(axis).map((at) => (place[at] - mesh.lines.origin[at]) / (mesh.lines.spacing[at] * slice.step));
+  const spacing = spacingOf(mesh.lines);
+  const [i, j] = across(axis).map((at) => (place[at] - mesh.lines.origin[at]) / (spacing[at] * slice.step));
   return [left + i * scale[0], top + (slice.height - j) * scale[1]];
 }
 

@@ -7,6 +7,7 @@ import { domainOf } from './settings.js';
 import { baseName } from './share.js';
 import { colourOf, on, placeKey, state } from './state.js';
 import { paint } from './paint.js';
+import { spacingOf } from './places.js';
 
 /** @typedef {import('./scene.js').Scene} Scene */
 
@@ -172,7 +173,7 @@ async function showMesh() {
         `the surface in 3-D is drawn with cells of ${skin.step} × ${skin.step} × ${skin.step}, because it has too many faces; slices and files have every cell`,
         'mesh',
       );
-    scene.setSkin(skin, mesh.lines, colourOf);
+    scene.setSkin(skin, { origin: mesh.lines.origin, spacing: spacingOf(mesh.lines) }, colourOf);
     const isEmpty = skin.parts.length === 0;
     choose(isEmpty ? 'model' : 'cells');
     scene.setSection(null);
@@ -238,13 +239,14 @@ async function cut(isNew = false) {
   slider.max = String(mesh.dims[axis] - 1);
   if (isNew) slider.value = String(Math.floor(mesh.dims[axis] / 2));
   const index = Number(slider.value);
-  const at = mesh.lines.origin[axis] + (index + 0.5) * mesh.lines.spacing[axis];
+  const at = mesh.lines.origin[axis] + (index + 0.5) * spacingOf(mesh.lines)[axis];
   const where = `${'xyz'[axis]} = ${short(at)}${mesh.report.unit ? ` ${mesh.report.unit}` : ''}`;
   slider.setAttribute('aria-valuetext', `cell ${index} of ${mesh.dims[axis]}, ${where}`);
   byId('section-where').textContent = where;
   const slice = await mesh.slice(axis, index, SECTION_PIXELS);
   if (request !== section || mesh !== state.mesh) return undefined;
-  const { origin, spacing } = mesh.lines;
+  const { origin } = mesh.lines;
+  const spacing = spacingOf(mesh.lines);
   const [first, second] = [0, 1, 2].filter((other) => other !== axis);
   return withScene((scene) => {
     if (isNew) side = scene.sideOf(axis);

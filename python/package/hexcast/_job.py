@@ -20,7 +20,7 @@ JobLike = Union[Geometry, Sequence[Geometry], Mapping[str, Any]]
 
 #: Options of which one takes the place of all others.
 EXCLUSIVE = (
-    ("cells", "dims", "cell_size", "max_cell_size", "tolerance"),
+    ("cells", "dims", "cell_size", "max_cell_size", "tolerance", "lines", "graded"),
     ("domain", "padding"),
     ("window", "part"),
 )

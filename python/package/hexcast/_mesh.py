@@ -85,8 +85,8 @@ class Mesh:
         return self._raw.origin
 
     @property
-    def spacing(self) -> tuple[float, float, float]:
-        """Size of a cell on x, y and z, in the unit of the surfaces."""
+    def spacing(self) -> Optional[tuple[float, float, float]]:
+        """Size of a cell on x, y and z, in the unit of the surfaces; None where cells differ in size, see :attr:`lines`."""
         return self._raw.spacing
 
     @property
@@ -169,7 +169,7 @@ class Mesh:
     ) -> None:
         """Writes a file with the bytes that the command ``hexcast`` writes. The flags are not expanded as a whole.
 
-        :param path: ends in ``.vti``, ``.npy``, ``.raw`` (with a ``.raw.json`` beside it), ``.hxc`` or ``.zarr``, a folder. What has this
+        :param path: ends in ``.vti``, ``.vtr``, ``.npy``, ``.npz``, ``.raw`` (with a ``.raw.json`` beside it), ``.hxc`` or ``.zarr``, a folder. What has this
             name is replaced when all is written.
         :param compress: level of ``.vti``, ``.hxc`` and ``.zarr``, 1 (fast) to 9 (small), or ``"none"``; by default 6.
         :param bits: eight cells a byte, for ``.raw`` and ``.npy`` of meshes with one flag.

@@ -39,6 +39,12 @@ class GeometryOptions(TypedDict, total=False):
     shell: bool
     #: The cells outside of it in place of those inside, such as the fluid around a body.
     invert: bool
+    #: Largest size of a cell across it, where lines are generated (``graded``).
+    max_size: float
+    #: Fewest cells across it along every axis, where lines are generated.
+    min_cells: int
+    #: Whether it is metal: generated lines lie a third of a cell inside of its edges and two thirds outside.
+    metal: bool
     #: Scales first: a number, or three for x, y, z.
     scale: PerAxis
     #: Then rotates about x, y and z, in degrees.
@@ -64,6 +70,10 @@ class JobOptions(TypedDict, total=False):
     max_cell_size: float
     #: How far from a mesh line, in cells, ``max_cell_size`` lets an end point lie, 0 to 0.5; by default 0.05.
     tolerance: float
+    #: All lines of each axis, ascending: ``{"x": [...], "y": [...], "z": [...]}``; cells may differ in size.
+    lines: Mapping[str, Sequence[float]]
+    #: Generates lines of cells that differ in size: ``max_size``, and ``min_size``, ``growth``, ``absorbing`` if not as by default.
+    graded: Mapping[str, Any]
     #: Most cells, by default 10^12; a mesh of more is refused before it starts.
     max_cells: int
     #: Meshes only some cells of the box, ``(i0, j0, k0, i1, j1, k1)``: the first, and the end, exclusive.

@@ -1,16 +1,17 @@
 //! Arguments that decide a mesh, and the job that they make, alone or together with a job file.
 
-use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use hexcast::files::open_file;
 use hexcast::job::{
-    AxisChoice, BackendChoice, ByteSize, Fill, GeometryJob, Job, Open, Padding, PartJob, PerAxis, Rule, ZarrJob,
+    AxisChoice, BackendChoice, ByteSize, Fill, GeometryJob, GradedJob, Job, Open, Padding, PartJob, PerAxis, Rule,
+    ZarrJob,
 };
 use hexcast::{Error, Result};
 use serde::de::DeserializeOwned;
+
+use super::job_files::{read_job, read_lines};
 
 /// What to mesh and how finely.
 #[derive(clap::Args)]
@@ -38,6 +39,22 @@ pub(crate) struct JobArguments {
     /// How far off a line, in cells, --max-cell-size lets an end point lie: 0 to 0.5 [default: 0.05]
     #[arg(long, value_name = "CELLS", help_heading = "Cells and domain")]
     tolerance: Option<f64>,
+    /// Take the lines of each axis from a file: JSON, {"x": [0, 0.5, 2], "y": [...], "z": [...]}; cells may differ in size
+    #[arg(long, value_name = "FILE", group = "way", conflicts_with_all = ["domain", "padding"], help_heading = "Cells and domain")]
+    lines: Option<PathBuf>,
+    /// Generate lines: cells of at most this size, on all axes or each, smaller where geometries are, with a line on every end of every
+    /// geometry's box
+    #[arg(long, value_name = "S|SX,SY,SZ", group = "way", value_parser = per_axis::<f64>, help_heading = "Cells and domain")]
+    graded: Option<PerAxis<f64>>,
+    /// Smallest cell of --graded [default: a thousandth of the largest]
+    #[arg(long, value_name = "S", help_heading = "Cells and domain")]
+    min_size: Option<f64>,
+    /// Most times by which a cell of --graded is larger than its neighbour [default: 1.3]
+    #[arg(long, value_name = "RATIO", help_heading = "Cells and domain")]
+    growth: Option<f64>,
+    /// Cells that --graded adds on both sides of each axis, of the size of the cell there, for absorbing layers
+    #[arg(long, value_name = "N|NX,NY,NZ", value_parser = per_axis::<u32>, help_heading = "Cells and domain")]
+    absorbing: Option<PerAxis<u32>>,
     /// Most cells, such as 2e12; a mesh of more is refused before it starts [default: 1e12]
     #[arg(long, value_name = "N", value_parser = whole_number, help_heading = "Cells and domain")]
     max_cells: Option<u64>,
@@ -166,7 +183,7 @@ impl JobArguments {
                 ..Job::default()
             },
         };
-        self.override_cells(&mut job);
+        self.override_cells(&mut job)?;
         self.override_domain(&mut job);
         if self.window.is_some() || self.part.is_some() {
             (job.window, job.part) = (self.window, self.part);
@@ -201,15 +218,43 @@ impl JobArguments {
         outcome.map_err(|error| Error::new("io", format!("starting {threads} threads: {error}"), "use fewer"))
     }
 
-    fn override_cells(&self, job: &mut Job) {
-        if self.cells.is_some() || self.dims.is_some() || self.cell_size.is_some() || self.max_cell_size.is_some() {
+    fn override_cells(&self, job: &mut Job) -> Result<()> {
+        let is_listed = self.lines.is_some() || self.graded.is_some();
+        let is_sized = self.cell_size.is_some() || self.max_cell_size.is_some();
+        if self.cells.is_some() || self.dims.is_some() || is_sized || is_listed {
+            job.lines = self.lines.as_deref().map(read_lines).transpose()?;
+            let graded = |max_size| GradedJob { max_size, min_size: None, growth: None, absorbing: None };
+            job.graded = self.graded.map(graded);
+            if self.lines.is_some() {
+                (job.domain, job.padding) = (None, None);
+            }
+            if self.job.is_some() && job.graded.is_none() {
+                job.geometries.iter_mut().for_each(GeometryJob::clear_sizing);
+            }
             (job.cells, job.dims) = (self.cells, self.dims);
             (job.cell_size, job.max_cell_size) = (self.cell_size, self.max_cell_size);
             // a tolerance belongs to the setting that was overridden
             job.tolerance = job.tolerance.filter(|_| self.max_cell_size.is_some());
         }
         job.tolerance = self.tolerance.or(job.tolerance);
+        self.override_graded(job)?;
         job.max_cells = self.max_cells.or(job.max_cells).or(Some(DEFAULT_MAX_CELLS));
+        Ok(())
+    }
+
+    fn override_graded(&self, job: &mut Job) -> Result<()> {
+        let Some(graded) = &mut job.graded else {
+            let given = [("--min-size", self.min_size.is_some()), ("--growth", self.growth.is_some())];
+            let given = given.into_iter().chain([("--absorbing", self.absorbing.is_some())]).find(|(_, is)| *is);
+            return given.map_or(Ok(()), |(option, _)| {
+                let message = format!("{option} is given without --graded, which alone uses it");
+                Err(Error::new("job-conflict", message, "give --graded, or a job with graded"))
+            });
+        };
+        graded.min_size = self.min_size.or(graded.min_size);
+        graded.growth = self.growth.or(graded.growth);
+        graded.absorbing = self.absorbing.or(graded.absorbing);
+        Ok(())
     }
 
     fn override_domain(&self, job: &mut Job) {
@@ -229,34 +274,6 @@ const DEFAULT_MAX_CELLS: u64 = 1_000_000_000_000;
 /// Three quarters of the memory that is available; None where the system does not say.
 pub(crate) fn default_max_memory() -> Option<ByteSize> {
     super::memory::available_bytes().map(|bytes| ByteSize(bytes / 4 * 3))
-}
-
-/// Most bytes of a job file: 255 geometries take a ten-thousandth of it.
-const MAX_JOB_BYTES: u64 = 64 << 20;
-
-/// Reads a job file and makes its file names relative to the current folder.
-pub(crate) fn read_job(path: &Path) -> Result<Job> {
-    let name = path.display();
-    let mut bytes = Vec::new();
-    let read = open_file(path)?.take(MAX_JOB_BYTES + 1).read_to_end(&mut bytes);
-    read.map_err(|error| Error::io(format!("reading {name}"), error))?;
-    if bytes.len() as u64 > MAX_JOB_BYTES {
-        let message = format!("{name}: more than {MAX_JOB_BYTES} bytes, which no job file has");
-        return Err(Error::new("job-syntax", message, "name a job file, TOML or JSON"));
-    }
-    let text = String::from_utf8(bytes).map_err(|error| {
-        let message = format!("{name}: byte {} is not UTF-8 text", error.utf8_error().valid_up_to());
-        Error::new("job-syntax", message, "name a job file, TOML or JSON")
-    })?;
-    let is_json = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"));
-    let read = if is_json { Job::from_json(&text) } else { Job::from_toml(&text) };
-    let mut job = read.map_err(|error| error.at(name))?;
-    let folder = path.parent().unwrap_or(Path::new(""));
-    for geometry in &mut job.geometries {
-        // a join with an absolute path is that path
-        geometry.file = folder.join(&geometry.file).to_string_lossy().into_owned();
-    }
-    Ok(job)
 }
 
 /// Reads N values separated by commas.

@@ -21,14 +21,14 @@ Examples:
     hexcast convert part.hxc part.vti
     hexcast convert part.hxc part.raw --bits";
 
-/// Convert a column file (.hxc) to .vti, .npy, .raw, .zarr or .hxc; the same bytes as `hexcast mesh` would write
+/// Convert a column file (.hxc) to .vti, .vtr, .npy, .npz, .raw, .zarr or .hxc; the same bytes as `hexcast mesh` would write
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     /// Column file
     #[arg(value_name = "IN.hxc")]
     input: PathBuf,
-    /// Output, .vti, .npy, .raw, .zarr or .hxc
+    /// Output, .vti, .vtr, .npy, .raw, .zarr or .hxc
     #[arg(value_name = "OUT")]
     output: PathBuf,
     #[command(flatten)]
@@ -57,7 +57,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let progress = Progress::new(arguments.quiet);
     // the other half is for the outputs
     let mesh = open_columns(&arguments.input, max_bytes / 2, &control)?;
-    let place = Place { whole: mesh.lines, first: [0; 3] };
+    let place = Place { whole: mesh.lines.clone(), first: [0; 3] };
     outputs.write(&mesh, &place, None, &control, progress)?;
     control.check()?;
     let files = outputs.finish("")?;

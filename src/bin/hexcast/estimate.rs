@@ -12,7 +12,7 @@ use super::arguments::JobArguments;
 use super::memory;
 use super::progress::Progress;
 use super::reading::read_job_files;
-use super::summary::{Table, size, three};
+use super::summary::{Table, sizes, three};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -83,7 +83,10 @@ fn in_words(estimate: &Estimate, unit: Option<&str>) -> Table {
     let [nx, ny, nz] = estimate.dims;
     let unit = unit.map_or(String::new(), |unit| format!(" {unit}"));
     let cells = HumanCount(estimate.cells);
-    table.line("cells", format!("{nx} x {ny} x {nz} = {cells}, each {}{unit}", size(estimate.spacing)));
+    table.line(
+        "cells",
+        format!("{nx} x {ny} x {nz} = {cells}, {}{unit}", sizes(estimate.spacing, estimate.grading.as_ref())),
+    );
     table.line("origin", format!("{}{unit}", three(estimate.origin)));
     table.line("facets", HumanCount(estimate.facets));
     table.line("rays", format!("{} along {}", HumanCount(estimate.rays), estimate.ray_axis));

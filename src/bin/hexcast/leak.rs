@@ -15,7 +15,8 @@ use hexcast::write::leak_vtp;
 use hexcast::{Error, Result};
 use indicatif::{BinaryBytes, HumanCount};
 
-use super::arguments::{default_max_memory, list, read_job};
+use super::arguments::{default_max_memory, list};
+use super::job_files::read_job;
 use super::output_file::{OutputFile, PendingFile};
 use super::progress::Progress;
 use super::reading::{is_columns, open_columns, read_job_files};
@@ -193,7 +194,11 @@ fn in_words(found: &Leak, mesh: &Mesh, facets: Option<&[NearFacet]>, file: Optio
 fn narrowest(table: &mut Table, place: &Narrowest, mesh: &Mesh, unit: &str) {
     let (width, wider) = (place.width, place.width + 1);
     let plural = if width == 1 { "" } else { "s" };
-    let lengths = size(mesh.lines.spacing.map(|length| length * f64::from(width)));
+    let [from, to] = place.bounds;
+    let lengths = match mesh.lines.spacing() {
+        Some(spacing) => size(spacing.map(|length| length * f64::from(width))),
+        None => size([0, 1, 2].map(|axis| to[axis] - from[axis])),
+    };
     table.line(
         "widest",
         format!("a cube of {width} cell{plural} passes, {lengths}{unit} wide; none of {wider} cells does"),

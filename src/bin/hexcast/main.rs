@@ -16,6 +16,7 @@ mod disk;
 mod estimate;
 mod file_store;
 mod info;
+mod job_files;
 mod leak;
 mod ledger;
 mod memory;

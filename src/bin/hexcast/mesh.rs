@@ -29,7 +29,9 @@ Examples:
 
 Formats, by the name of the output:
     .vti  VTK image data, for ParaView (zlib unless --compress=none)
+    .vtr  VTK rectilinear grid: like .vti, with all lines, for cells that differ in size
     .npy  NumPy array of shape (nz, ny, nx)
+    .npz  the same as the array flag, and the lines of each axis as x, y, z (zlib unless --compress=none)
     .raw  one byte a cell, x fastest; OUT.raw.json says what they mean
     .zarr Zarr v3, a folder or s3://BUCKET/NAME.zarr: flag (z, y, x) in shards, and the centres x, y, z; for
           zarr-python and xarray. With --part K/N only the shards of that part, in the store of the whole
@@ -41,7 +43,7 @@ Formats, by the name of the output:
 pub(crate) struct Arguments {
     #[command(flatten)]
     job: JobArguments,
-    /// Output, .vti, .npy, .raw, .zarr or .hxc; may be given several times. Without it only the report is made
+    /// Output, .vti, .vtr, .npy, .npz, .raw, .zarr or .hxc; may be given several times. Without it only the report is made
     #[arg(id = "outputs", short, long = "output", value_name = "OUT", help_heading = "Output")]
     outputs: Vec<PathBuf>,
     #[command(flatten)]
@@ -54,7 +56,7 @@ pub(crate) struct Arguments {
     /// Print the report to standard output as JSON, and nothing else there
     #[arg(long, help_heading = "Output")]
     json: bool,
-    /// Write a mask to a file, .vti, .npy, .raw or .hxc: 1 in the cells that the winding number or a vote decided, as rays could not
+    /// Write a mask to a file, .vti, .vtr, .npy, .npz, .raw or .hxc: 1 in the cells that the winding number or a vote decided, as rays could not
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     doubt: Option<PathBuf>,
     /// Expand all flags in memory, and count that in the total: for comparisons with other meshers
@@ -142,7 +144,11 @@ fn mesh_and_write(
     let writes = outputs.n_meshes() > 0;
     let first = facts.window.as_ref().map_or([0; 3], |window| window.first);
     let is_part = job.part.is_some();
-    let place = if is_part { Place { whole: facts.whole, first } } else { Place { whole: mesh.lines, first: [0; 3] } };
+    let place = if is_part {
+        Place { whole: facts.whole.clone(), first }
+    } else {
+        Place { whole: mesh.lines.clone(), first: [0; 3] }
+    };
     let doubt = facts.doubt.as_ref();
     let written = writes.then(|| timed(|| outputs.write(&mesh, &place, doubt, &control, progress))).transpose()?;
     let (sha256, hash) = hashed.unzip();

@@ -26,7 +26,7 @@ use super::zarr_output::ZarrOutput;
 #[derive(clap::Args)]
 #[command(next_help_heading = "Output")]
 pub(crate) struct FormatArguments {
-    /// zlib level of .vti, .hxc and .zarr, 1 (fast) to 9 (small), or none [default: 6]
+    /// zlib level of .npz, .vti, .vtr, .hxc and .zarr, 1 (fast) to 9 (small), or none [default: 6]
     #[arg(long, value_name = "LEVEL", value_parser = compression, num_args = 0..=1, require_equals = true,
           default_missing_value = "6")]
     compress: Option<Compress>,
@@ -53,7 +53,9 @@ impl FormatArguments {
     fn options(&self, format: Format, max_bytes: u64) -> Options {
         let (compress, bits) = match format {
             Format::Raw | Format::Npy => (Compress::None, self.bits),
-            Format::Vti | Format::Columns => (self.compress.unwrap_or(DEFAULT_COMPRESS), false),
+            Format::Npz | Format::Vti | Format::Vtr | Format::Columns => {
+                (self.compress.unwrap_or(DEFAULT_COMPRESS), false)
+            }
         };
         self.zarr_options(max_bytes).with_compress(compress).with_bits(bits)
     }
@@ -73,9 +75,14 @@ impl FormatArguments {
     /// Refuses an argument that applies to none of the formats.
     fn check(&self, formats: &[Format], has_zarr: bool) -> Result<()> {
         let has = |one: Format, other: Format| formats.contains(&one) || formats.contains(&other);
-        if matches!(self.compress, Some(Compress::Zlib(_))) && !has_zarr && !has(Format::Vti, Format::Columns) {
+        let compresses = |format: &Format| !matches!(format, Format::Raw | Format::Npy);
+        if matches!(self.compress, Some(Compress::Zlib(_))) && !has_zarr && !formats.iter().any(compresses) {
             let message = "--compress is given, but no output can be compressed";
-            return Err(Error::new("job-conflict", message, "add an output that ends in .vti, .hxc or .zarr"));
+            return Err(Error::new(
+                "job-conflict",
+                message,
+                "add an output that ends in .npz, .vti, .vtr, .hxc or .zarr",
+            ));
         }
         if self.bits && !has(Format::Raw, Format::Npy) {
             let message = "--bits is given, but no output can be bit-packed";

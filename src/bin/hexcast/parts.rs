@@ -75,7 +75,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
         window: [first[0], first[1], first[2], end[0], end[1], end[2]],
         cells: (0..3).map(|axis| u64::from(end[axis] - first[axis])).product(),
     };
-    let parts = Parts { dims: prepared.whole.dims, parts: windows.into_iter().enumerate().map(part).collect() };
+    let parts = Parts { dims: prepared.whole.dims(), parts: windows.into_iter().enumerate().map(part).collect() };
     // structs of numbers and names always have a JSON form
     let json = serde_json::to_string_pretty(&parts).unwrap_or_default();
     super::terminal::print_exact(&format!("{json}\n"))

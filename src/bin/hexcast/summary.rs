@@ -2,6 +2,7 @@
 
 use std::fmt::{Display, Write};
 
+use hexcast::lines::Grading;
 use hexcast::report::{BadEdge, BadEdges, ColumnsReport, MeshFacts, Report};
 use indicatif::{BinaryBytes, HumanCount};
 
@@ -94,7 +95,10 @@ pub(crate) fn of_columns(file: &str, n_bytes: u64, report: &ColumnsReport) -> St
     let unit = report.unit.map_or(String::new(), |unit| format!(" {unit}"));
     let [nx, ny, nz] = report.dims;
     table.line("cells", format!("{nx} x {ny} x {nz} = {}", HumanCount(report.cells)));
-    table.line("lines", format!("from {}, cells of {}{unit}", three(report.origin), size(report.spacing)));
+    table.line(
+        "lines",
+        format!("from {}, {}{unit}", three(report.origin), sizes(report.spacing, report.grading.as_ref())),
+    );
     let (rays, crossings) = (HumanCount(report.rays), HumanCount(report.crossings));
     table.line(
         "rays",
@@ -105,7 +109,8 @@ pub(crate) fn of_columns(file: &str, n_bytes: u64, report: &ColumnsReport) -> St
     }
     for flag in &report.flags {
         let name = if flag.name.is_empty() { String::new() } else { format!(" \"{}\"", flag.name) };
-        table.line("flag", format!("{}{name}: {} cells, volume {}", flag.flag, HumanCount(flag.cells), flag.volume));
+        let volume = flag.volume.map_or("unknown".into(), |volume| volume.to_string());
+        table.line("flag", format!("{}{name}: {} cells, volume {volume}", flag.flag, HumanCount(flag.cells)));
     }
     table.finish()
 }
@@ -161,11 +166,17 @@ fn bad_edges(table: &mut Table, mesh: &MeshFacts) {
 
 fn grid(table: &mut Table, mesh: &MeshFacts) {
     let unit = unit(mesh);
-    let high = [0, 1, 2].map(|axis| mesh.origin[axis] + f64::from(mesh.dims[axis]) * mesh.spacing[axis]);
+    let high = match (&mesh.grading, mesh.spacing) {
+        (Some(Grading { x, y, z, .. }), _) => [x, y, z].map(|lines| lines.last().copied().unwrap_or_default()),
+        (None, spacing) => {
+            let spacing = spacing.unwrap_or_default();
+            [0, 1, 2].map(|axis| mesh.origin[axis] + f64::from(mesh.dims[axis]) * spacing[axis])
+        }
+    };
     table.line("domain", format!("{} to {}{unit}", three(mesh.origin), three(high)));
     let [nx, ny, nz] = mesh.dims;
     let cells = HumanCount(mesh.cells);
-    table.line("cells", format!("{nx} x {ny} x {nz} = {cells}, each {}{unit}", size(mesh.spacing)));
+    table.line("cells", format!("{nx} x {ny} x {nz} = {cells}, {}{unit}", sizes(mesh.spacing, mesh.grading.as_ref())));
     let (rays, crossings) = (HumanCount(mesh.rays), HumanCount(mesh.crossings));
     table.line("rays", format!("{rays} along {}, {crossings} crossings", mesh.ray_axis));
     if mesh.rays_kept > 0 {
@@ -248,6 +259,17 @@ fn unit(mesh: &MeshFacts) -> String {
 pub(crate) fn three(point: [f64; 3]) -> String {
     let [x, y, z] = point.map(short);
     format!("({x}, {y}, {z})")
+}
+
+/// The sizes of all cells: that of each, or from the smallest to the largest on each axis.
+pub(crate) fn sizes(spacing: Option<[f64; 3]>, grading: Option<&Grading>) -> String {
+    match (spacing, grading) {
+        (None, Some(Grading { smallest, largest, .. })) => {
+            let axis = |axis: usize| format!("{} to {}", short(smallest[axis]), short(largest[axis]));
+            format!("{} x {} x {}", axis(0), axis(1), axis(2))
+        }
+        (spacing, _) => format!("each {}", size(spacing.unwrap_or_default())),
+    }
 }
 
 /// A cell size: one number for cubes.

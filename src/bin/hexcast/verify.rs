@@ -63,6 +63,10 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     control.cancel = token.clone();
     let max_bytes = job.max_memory.map_or(u64::MAX, |size| size.0);
     let mesh = reading::open_columns(&arguments.mesh, max_bytes / 2, &control)?;
+    if mesh.lines.is_graded() {
+        let message = "cells differ in size, and hexcast verify knows equal ones only";
+        return Err(Error::new("lines-graded", message, "verify a mesh of equal cells"));
+    }
     let slabs = slabs(&mesh, arguments.sample, arguments.seed, max_bytes)?;
     let n_cells = slabs.iter().map(|slab| slab.len() as u64).sum::<u64>() * cells_of_plane(&mesh);
     let scene = Scene::new(&job, &mesh)?;
@@ -88,6 +92,8 @@ fn check_is_known(job: &Job) -> Result<()> {
         ("close_gaps", job.close_gaps.is_some()),
         ("window", job.window.is_some()),
         ("part", job.part.is_some()),
+        ("lines", job.lines.is_some()),
+        ("graded", job.graded.is_some()),
     ];
     match unknown.iter().find(|(_, is_so)| *is_so) {
         None => Ok(()),
@@ -136,8 +142,7 @@ fn sentences(scene: &Scene, mesh: &Mesh, tally: &Tally) -> String {
     }
     scene.wrong_lines.iter().for_each(|sentence| text += &format!("Wrong lines: {sentence}.\n"));
     for &(cell, found, expected) in &tally.first {
-        let [x, y, z] =
-            [0, 1, 2].map(|axis| mesh.lines.origin[axis] + (f64::from(cell[axis]) + 0.5) * mesh.lines.spacing[axis]);
+        let [x, y, z] = [0, 1, 2].map(|axis| mesh.lines.centre(axis, cell[axis]));
         text += &format!("Wrong cell: {cell:?} at ({x}, {y}, {z}) has flag {found}, expected {expected}.\n");
     }
     if tally.n_wrong == 0 && scene.wrong_lines.is_empty() {

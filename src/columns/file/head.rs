@@ -8,11 +8,14 @@ use crate::rays::Rays;
 
 /// What a file starts with.
 pub(crate) const MAGIC: [u8; 8] = *b"\x89HXC\r\n\x1a\n";
-/// The version that is written.
+/// The version that is written of equal cells, and that of cells that differ in size.
 pub(crate) const VERSION: u32 = 2;
+pub(crate) const LISTED: u32 = 3;
 /// Bytes before the body.
 pub(crate) const START: usize = 16;
+/// Most bytes of a body without lines, and with them.
 const MAX_BODY: usize = 1 << 20;
+const MAX_LISTED_BODY: usize = 1 << 23;
 const MAX_DIM: u32 = 1 << 24;
 
 /// A flag in use and its name.
@@ -49,10 +52,15 @@ impl Head {
     pub(crate) fn encode(&self) -> Result<Vec<u8>> {
         let mut body = vec![u8::from(self.identity.is_some())];
         body.extend(self.identity.iter().flatten());
-        self.lines.dims.iter().for_each(|n| body.extend(n.to_le_bytes()));
-        body.extend([self.rays.axis as u8, u8::from(self.zlib), 0, 0]);
-        let numbers = [self.lines.origin, self.lines.spacing];
-        numbers.as_flattened().iter().for_each(|number| body.extend(number.to_le_bytes()));
+        self.lines.dims().iter().for_each(|n| body.extend(n.to_le_bytes()));
+        body.extend([self.rays.axis as u8, u8::from(self.zlib), u8::from(self.lines.is_graded()), 0]);
+        let numbers = match self.lines.spacing() {
+            Some(spacing) => [self.lines.origin(), spacing].concat(),
+            None => [0, 1, 2].map(|axis| self.lines.list(axis)).concat(),
+        };
+        let without_lines = body.len();
+        numbers.iter().for_each(|number| body.extend(number.to_le_bytes()));
+        let n_of_lines = if self.lines.is_graded() { body.len() - without_lines } else { 0 };
         body.push(u8::from(self.unit.is_some()));
         self.unit.iter().for_each(|unit| text(&mut body, unit));
         body.extend((self.names.len() as u32).to_le_bytes());
@@ -60,14 +68,21 @@ impl Head {
             body.push(named.flag);
             text(&mut body, &named.name);
         }
-        if body.len() > MAX_BODY {
-            let message = format!("names of {} bytes; a column file holds {MAX_BODY}", body.len());
+        if body.len() - n_of_lines > MAX_BODY {
+            let n_bytes = body.len() - n_of_lines;
+            let message = format!("names of {n_bytes} bytes; a column file holds {MAX_BODY}");
             return Err(Error::new("job-value", message, "give the geometries shorter names"));
         }
-        let mut head = [&MAGIC[..], &VERSION.to_le_bytes(), &(body.len() as u32).to_le_bytes(), &body].concat();
+        let mut head =
+            [&MAGIC[..], &version(&self.lines).to_le_bytes(), &(body.len() as u32).to_le_bytes(), &body].concat();
         head.extend(crc32(&head));
         Ok(head)
     }
+}
+
+/// The version of the file of a mesh.
+pub(crate) fn version(lines: &Lines) -> u32 {
+    if lines.is_graded() { LISTED } else { VERSION }
 }
 
 fn text(body: &mut Vec<u8>, text: &str) {
@@ -84,11 +99,12 @@ pub(crate) fn start(bytes: &[u8]) -> Result<(u32, usize)> {
         return Err(corrupt("this is not a column file: it does not start with the signature of one".into()));
     }
     let (version, n_body) = (u32_at(bytes, 8), u32_at(bytes, 12) as usize);
-    if version > VERSION {
-        let message = format!("the column file has version {version}; this hexcast reads up to {VERSION}");
+    if version > LISTED {
+        let message = format!("the column file has version {version}; this hexcast reads up to {LISTED}");
         return Err(Error::new("columns-version", message, "use a newer hexcast"));
     }
-    if version == 0 || n_body > MAX_BODY {
+    let most = if version == LISTED { MAX_LISTED_BODY } else { MAX_BODY };
+    if version == 0 || n_body > most {
         return Err(corrupt(format!("the head says, at byte 8: version {version}, {n_body} bytes")));
     }
     Ok((version, n_body))
@@ -114,12 +130,11 @@ pub(crate) fn decode(version: u32, body: &[u8]) -> Result<Head> {
         return Err(at.wrong(format!("{dims:?} cells")));
     }
     let [axis, zlib, kind, zero] = at.array()?;
-    if axis > 2 || zlib > 1 || kind != 0 || zero != 0 {
+    let is_listed = version == LISTED;
+    if axis > 2 || zlib > 1 || kind != u8::from(is_listed) || zero != 0 {
         return Err(at.wrong(format!("ray axis {axis}, compression {zlib}, lines of kind {kind}, {zero}")));
     }
-    let origin = [at.f64()?, at.f64()?, at.f64()?];
-    let spacing = [at.f64()?, at.f64()?, at.f64()?];
-    let lines = Lines::new(origin, spacing, dims).map_err(|error| at.wrong(error.to_string()))?;
+    let lines = if is_listed { at.lists(dims)? } else { at.spacing(dims)? };
     let unit = match at.array()? {
         [0] => None,
         [1] => Some(at.text()?),
@@ -169,6 +184,21 @@ impl<'a> Cursor<'a> {
 
     fn f64(&mut self) -> Result<f64> {
         self.array().map(f64::from_le_bytes)
+    }
+
+    fn spacing(&mut self, dims: [u32; 3]) -> Result<Lines> {
+        let origin = [self.f64()?, self.f64()?, self.f64()?];
+        let spacing = [self.f64()?, self.f64()?, self.f64()?];
+        Lines::new(origin, spacing, dims).map_err(|error| self.wrong(error.to_string()))
+    }
+
+    fn lists(&mut self, dims: [u32; 3]) -> Result<Lines> {
+        let mut lists = [const { Vec::new() }; 3];
+        for (list, n) in lists.iter_mut().zip(dims) {
+            let bytes = self.bytes(8 * (n as usize + 1))?;
+            *list = bytes.as_chunks::<8>().0.iter().map(|number| f64::from_le_bytes(*number)).collect();
+        }
+        Lines::from_lists(lists).map_err(|error| self.wrong(error.to_string()))
     }
 
     fn text(&mut self) -> Result<String> {

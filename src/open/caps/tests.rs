@@ -22,7 +22,8 @@ fn assert_alone(caps: &[SnappedFacet], dims: [u32; 3], sizes: [f64; 3]) {
     let scale = DVec3::from(sizes) / sizes[0];
     let place = |corner: [i32; 3]| DVec3::from(corner.map(f64::from)) * unit * scale;
     let triangles: Vec<Triangle> = caps.iter().filter_map(|&cap| Triangle::new(cap, place)).collect();
-    let found = shifts(caps, ([0; 3], dims), 8, sizes);
+    let cells = Cells { first: [0; 3], dims, centre: &|_, cell| i64::from(cell) << 8 };
+    let found = shifts(caps, &cells, 8, sizes);
     let mut n_moved = 0;
     for z in 0..dims[2] {
         for y in 0..dims[1] {

@@ -180,7 +180,9 @@ fn every_changed_byte_is_an_error() {
             for change in [1, 0x80, 0xff] {
                 let mut damaged = file.clone();
                 damaged[at] ^= change;
-                let expected = if (8..12).contains(&at) { "columns-version" } else { "columns-corrupt" };
+                // version 3 is known, too
+                let is_newer = (8..12).contains(&at) && damaged[8..12] != [3, 0, 0, 0];
+                let expected = if is_newer { "columns-version" } else { "columns-corrupt" };
                 assert_eq!(code(&damaged), expected, "byte {at} ^ {change}");
             }
         }
@@ -253,7 +255,7 @@ fn a_stream_that_inflates_beyond_its_head_is_an_error() {
 #[test]
 fn a_newer_version_is_distinguished_from_damage() {
     let mut file = bytes(&pattern(0, [2, 2, 2], 1), false);
-    file[8] = 3;
+    file[8] = 4;
     assert_eq!(code(&file), "columns-version");
     assert_eq!(code(b"solid cube\nfacet normal 0 0 1\n"), "columns-corrupt");
 }

@@ -37,7 +37,7 @@ fn flags_centres_and_attributes_read_back() {
                 assert!(flags == pattern_flags(dims, 3), "axis {axis}, shards of {shard_bytes}, {compress:?}");
                 let attributes = array.attributes();
                 assert!(attributes.keys().all(|key| !key.starts_with('_')), "{attributes:?}");
-                assert_eq!(attributes["origin"], json!(mesh.lines.origin));
+                assert_eq!(attributes["origin"], json!(mesh.lines.origin()));
                 assert_eq!(attributes["lines"]["x"].as_array().unwrap().len(), 71);
                 assert_eq!((&attributes["unit"], &attributes["flags"][0]["name"]), (&json!("mm"), &json!("copper")));
                 let x = Array::open(store, "/x").unwrap();
@@ -90,7 +90,7 @@ fn bits_are_refused_and_cancel_stops() {
 /// The cells of a mesh in a box, as a mesh of their own.
 fn cut(mesh: &Mesh, cells: [[u32; 3]; 2]) -> Mesh {
     let lines = mesh.lines.window(cells);
-    let rays = Rays::new(mesh.columns.rays.axis, lines.dims);
+    let rays = Rays::new(mesh.columns.rays.axis, lines.dims());
     let mut band = Band::default();
     for ray in 0..rays.n_rays() as u32 {
         let mut last = 0;
@@ -121,7 +121,7 @@ fn parts_in_any_order_and_repeated_fill_the_store_of_the_whole() {
         for of in [3usize, 6, 0, 7, 7, 1, 5, 2, 4, 3] {
             let first = [0, 1, 2].map(|axis| ends[axis][of >> axis & 1]);
             let end = [0, 1, 2].map(|axis| ends[axis][(of >> axis & 1) + 1]);
-            let (part, place) = (cut(&mesh, [first, end]), Place { whole: mesh.lines, first });
+            let (part, place) = (cut(&mesh, [first, end]), Place { whole: mesh.lines.clone(), first });
             write_part(&part, &place, &options, parted.clone().writable(), &Control::default(), |_| ()).unwrap();
         }
         let all = |store: &ReadableWritableListableStorage| -> Vec<(StoreKey, Option<zarrs::storage::Bytes>)> {
@@ -129,7 +129,7 @@ fn parts_in_any_order_and_repeated_fill_the_store_of_the_whole() {
         };
         assert!(all(&whole) == all(&parted), "axis {axis}");
         assert_eq!(all(&whole).len(), 8 + 3 * 4 * 3);
-        let odd = Place { whole: mesh.lines, first: [0, 0, 8] };
+        let odd = Place { whole: mesh.lines.clone(), first: [0, 0, 8] };
         let part = cut(&mesh, [[0, 0, 8], dims]);
         let error =
             write_part(&part, &odd, &options, parted.clone().writable(), &Control::default(), |_| ()).unwrap_err();

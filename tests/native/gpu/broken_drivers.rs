@@ -212,7 +212,7 @@ fn ball() -> (Frame, Rays) {
         Geometry::new("shell", 5, models::sphere([0.0, 0.1, 0.0], 0.9, 20)).unwrap(),
     ];
     let lines = Lines::new([-1.1; 3], [2.2 / 130.0, 2.2 / 120.0, 2.2 / 110.0], [130, 120, 110]).expect("lines");
-    (Frame::new(&geometries, &lines).expect("frame"), Rays::new(2, lines.dims))
+    (Frame::new(&geometries, &lines).expect("frame"), Rays::new(2, lines.dims()))
 }
 
 #[test]

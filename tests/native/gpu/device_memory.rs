@@ -41,7 +41,7 @@ struct Fixture {
 impl Fixture {
     fn new(facets: Vec<Facet>, lines: &Lines) -> Fixture {
         let frame = Frame::new(&[Geometry::new("a", 1, facets).unwrap()], lines).expect("frame");
-        Fixture { frame, rays: Rays::new(2, lines.dims) }
+        Fixture { frame, rays: Rays::new(2, lines.dims()) }
     }
 
     fn cast(&self) -> Cast<'_> {

@@ -34,7 +34,7 @@ fn mesh_and_destroy(gpu: Gpu, prepare: impl FnOnce(Gpu) -> Engine) -> Outcome {
     let geometries = [Geometry::new("ball", 1, models::sphere([0.0; 3], 1.0, 24)).unwrap()];
     let lines = Lines::new([-1.1; 3], [2.2 / 1024.0, 2.2 / 2048.0, 2.2 / 16.0], [1024, 2048, 16]).expect("lines");
     let frame = Frame::new(&geometries, &lines).expect("frame");
-    let rays = Rays::new(2, lines.dims);
+    let rays = Rays::new(2, lines.dims());
     let seen = Arc::new(Mutex::new(Vec::new()));
     let heard = seen.clone();
     let control = Control::with_progress(move |at| {
@@ -98,7 +98,7 @@ fn a_device_lost_for_good_is_an_error_where_the_gpu_was_asked_for() {
     assert!(error.to_string().contains("is gone") && error.hint().contains("CPU"), "{error}: {}", error.hint());
     // the engine is still there, and says the same again
     let (frame, lines) = small();
-    let rays = Rays::new(2, lines.dims);
+    let rays = Rays::new(2, lines.dims());
     let cast = Cast { frame: &frame, rays: &rays, rule: Rule::Parity };
     let again = pollster::block_on(engine.columns(&cast, &Control::default()));
     assert_eq!(again.expect_err("it is still lost").code(), "device-lost");

@@ -61,7 +61,8 @@ fn a_single_wrong_cell_is_named() {
             let mut place = [cell as u64; 3];
             (place[rays.across[0]], place[rays.across[1]]) =
                 (ray % u64::from(rays.counts[0]), ray / u64::from(rays.counts[0]));
-            let [x, y, z] = [0, 1, 2].map(|k| wrong.lines.origin[k] + (place[k] as f64 + 0.5) * wrong.lines.spacing[k]);
+            let [x, y, z] =
+                [0, 1, 2].map(|k| wrong.lines.origin()[k] + (place[k] as f64 + 0.5) * wrong.lines.smallest()[k]);
             let named = format!("Wrong cell: {place:?} at ({x}, {y}, {z}) has flag 7, expected ");
             assert!(code == Some(9) && text.contains(&named), "{named}: {code:?}\n{text}");
             assert!(text.contains("The mesh is not that of the job. Wrong cells: 1."), "{text}");
@@ -135,10 +136,11 @@ fn another_way_with_holes_is_found() {
 fn other_lines_are_found() {
     let meshed = Meshed::new(&spheres(), job());
     let mesh = changed(&meshed, |_, _| {});
-    let Lines { origin, spacing, dims } = mesh.lines;
+    let (origin, spacing, dims) = (mesh.lines.origin(), mesh.lines.smallest(), mesh.lines.dims());
+    let lines = |origin, spacing, dims| Lines::new(origin, spacing, dims).unwrap();
     for lines in [
-        Lines { origin: [origin[0], origin[1] + 1e-9, origin[2]], spacing, dims },
-        Lines { spacing: [spacing[0], spacing[1], spacing[2] * 1.01], origin, dims },
+        lines([origin[0], origin[1] + 1e-9, origin[2]], spacing, dims),
+        lines(origin, [spacing[0], spacing[1], spacing[2] * 1.01], dims),
     ] {
         meshed.write(&Mesh { lines, ..mesh.clone() });
         let (code, text) = meshed.verify(&[]);

@@ -20,7 +20,7 @@ fn widest(fraction_bits: u32) -> Frame {
     };
     let facets: Vec<SnappedFacet> = (0..3usize.pow(7)).map(facet).collect();
     let ranks = Ranks { geometry_of_rank: vec![0], flag_of_rank: vec![1] };
-    Frame { fraction_bits, dims: [cells; 3], rank_of_facet: vec![0; facets.len()], facets, ranks }
+    Frame { fraction_bits, centres: None, dims: [cells; 3], rank_of_facet: vec![0; facets.len()], facets, ranks }
 }
 
 /// The first cell above a facet at a ray, and whether the facet goes through a centre there.

@@ -57,12 +57,12 @@ impl Scene {
                 bodies.push((Body { file, flag, priority: entry.priority, open, facets: 0..0 }, facets));
             }
         }
-        let lines = mesh.lines;
-        let in_cells = |world: &Point| [0, 1, 2].map(|k| (world[k] - lines.origin[k]) / lines.spacing[k] - 0.5);
+        let lines = &mesh.lines;
+        let in_cells = |world: &Point| [0, 1, 2].map(|k| (world[k] - lines.origin()[k]) / lines.smallest()[k] - 0.5);
         let corners = bodies.iter().flat_map(|(_, facets)| facets.as_flattened());
         let wrong_lines = wrong_lines(job, mesh, around(corners.clone().copied()));
         let [low, high] = around(corners.map(in_cells));
-        let of_axis = |k: usize| (high[k] + 1.0).max(lines.dims[k].into()) - (low[k] - 1.0).min(-1.0);
+        let of_axis = |k: usize| (high[k] + 1.0).max(lines.dims()[k].into()) - (low[k] - 1.0).min(-1.0);
         let span = (0..3).map(of_axis).fold(0.0, f64::max);
         let bits = (8..=26).rev().find(|&bits| span * f64::from(1u32 << bits) <= f64::from(1 << 26));
         let too_far = format!("the files span {span} cells of the mesh, 262144 at most");
@@ -133,7 +133,7 @@ fn wrong_lines(job: &Job, mesh: &Mesh, around: [Point; 2]) -> Vec<String> {
     let extent = [0, 1, 2].map(|axis| high[axis] - low[axis]);
     let longest = extent.into_iter().fold(0.0, f64::max);
     let about = |axis: usize| {
-        let (n, size, start) = (mesh.lines.dims[axis], mesh.lines.spacing[axis], mesh.lines.origin[axis]);
+        let (n, size, start) = (mesh.lines.dims()[axis], mesh.lines.smallest()[axis], mesh.lines.origin()[axis]);
         let (asked, slack) = match (job.dims, job.cell_size, job.max_cell_size) {
             (Some(dims), ..) => (extent[axis] / f64::from(dims[axis]), 0.001),
             (_, Some(size), _) => (size.each()[axis], 0.011),

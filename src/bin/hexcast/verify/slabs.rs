@@ -100,14 +100,14 @@ impl Check<'_> {
 
     /// From a cell of a slab to the next along a, b and c.
     fn steps(&self) -> [usize; 3] {
-        let [n_a, n_b] = [0, 1].map(|k| self.mesh.lines.dims[self.axes[k]] as usize);
+        let [n_a, n_b] = [0, 1].map(|k| self.mesh.lines.dims()[self.axes[k]] as usize);
         [n_b, 1, n_a * n_b]
     }
 
     /// Casts rays at a body along an axis, through a slab, and calls `vote` for the cells inside. A ray that does not leave the body as
     /// often as it enters is odd in all its cells, or, where such are counted as they are, inside up to where it last left.
     fn cast(&self, rank: usize, along: usize, slab: &Range<u32>, mut vote: impl FnMut(usize, u8)) {
-        let (dims, bits) = (self.mesh.lines.dims, self.scene.bits);
+        let (dims, bits) = (self.mesh.lines.dims(), self.scene.bits);
         let [numbered, across] = [[1, 2], [0, 2], [1, 0]][along];
         let rays = Rays { axes: [numbered, across, along].map(|k| self.axes[k]), dims, bits };
         // cells of the slab along each axis
@@ -166,7 +166,7 @@ impl Check<'_> {
         }
         tally.n_doubtful[1] += 1;
         let facets = &self.scene.facets[body.facets.clone()];
-        let (winding, doubt) = winding(facets, cell, self.scene.bits, self.mesh.lines.spacing);
+        let (winding, doubt) = winding(facets, cell, self.scene.bits, self.mesh.lines.smallest());
         if 0.5 - (winding - winding.round()).abs() <= doubt {
             tally.n_doubtful[2] += 1;
             return None;

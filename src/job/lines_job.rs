@@ -1,0 +1,48 @@
+//! Lines of a job that are not equally spaced: given as lists, or to be generated.
+
+use serde::{Deserialize, Serialize};
+
+use super::PerAxis;
+
+/// All lines of each axis, ascending, in the unit of the files. Equally spaced ones are meshed like those of `cell_size`.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct LinesJob {
+    /// Lines across x: cells + 1 of them.
+    pub x: Vec<f64>,
+    /// Lines across y.
+    pub y: Vec<f64>,
+    /// Lines across z.
+    pub z: Vec<f64>,
+}
+
+/// Lines that are generated: on every end of every geometry's box, close where geometries are small, far elsewhere.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct GradedJob {
+    /// Largest size of a cell on all axes or each.
+    pub max_size: PerAxis<f64>,
+    /// Smallest size of a cell; by default a thousandth of the largest. Of ends that are closer to each other one is left off the lines.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub min_size: Option<f64>,
+    /// Most times by which a cell is larger than its neighbour, above 1; by default [`DEFAULT_GROWTH`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub growth: Option<f64>,
+    /// Cells added on both sides of every axis, of the size of the cell at that end: for absorbing layers.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub absorbing: Option<PerAxis<u32>>,
+}
+
+/// Growth of cells where the job does not say.
+pub const DEFAULT_GROWTH: f64 = 1.3;
+/// The smallest cell where the job does not say, as a part of the largest.
+const DEFAULT_SMALLEST: f64 = 1e-3;
+
+impl GradedJob {
+    /// The smallest size on an axis.
+    pub(crate) fn smallest(&self, axis: usize) -> f64 {
+        self.min_size.unwrap_or(self.max_size.each()[axis] * DEFAULT_SMALLEST)
+    }
+}

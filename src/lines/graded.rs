@@ -1,0 +1,279 @@
+//! Generated lines: on every end of every geometry's box, close where geometries are small, far elsewhere.
+//!
+//! Domain, boxes of geometries, sizes -> [`Lines`] and what the reader should know. Axis by axis:
+//!
+//! 1. The ends of the domain and of the boxes in it are fixed lines. Of two that are closer than the smallest cell the first stays, or that
+//!    of the domain; a sentence names both.
+//! 2. At an edge of metal, where the field is singular, a solver of Maxwell's equations is most accurate with the edge a third of a cell
+//!    from the line inside and two thirds from the line outside (openEMS and others): both are fixed lines instead. Not along the axis
+//!    along which a sheet is thin, nor where the edge is an end of something else as well.
+//! 3. Between fixed lines `sizes` puts as few cells as the largest sizes and the growth allow.
+//! 4. Layers for absorbing boundaries are cells of the size at the end, beyond the domain.
+//!
+//! Cost: a few microseconds a line.
+
+use super::{AXES, Lines, MAX_LISTED};
+use crate::domain::{BoundingBox, Domain};
+use crate::error::{Error, Result};
+use crate::geometry::Sizing;
+use crate::job::{DEFAULT_GROWTH, GradedJob, PerAxis};
+
+mod sizes;
+
+use sizes::{Interval, settle};
+
+/// A geometry around which lines are generated.
+#[derive(Debug, Clone, Copy)]
+pub struct Body<'a> {
+    /// Its name, for sentences.
+    pub name: &'a str,
+    /// Its box.
+    pub bounds: BoundingBox,
+    /// Sizes of cells across it.
+    pub sizing: Sizing,
+}
+
+/// Generates the lines of a job, and sentences for the ends that got none.
+///
+/// # Errors
+/// `lines-no-sizes` where cells would have to be smaller than the smallest; `too-many-cells`.
+pub fn graded(job: &GradedJob, domain: &Domain, bodies: &[Body]) -> Result<(Lines, Vec<String>)> {
+    let mut sentences = Vec::new();
+    let mut lists = [const { Vec::new() }; 3];
+    for (axis, list) in lists.iter_mut().enumerate() {
+        *list = Axis { job, domain, bodies, axis }.lines(&mut sentences)?;
+        let layers = job.absorbing.map_or(0, |cells| PerAxis::each(cells)[axis]);
+        add_layers(list, layers);
+    }
+    Ok((Lines::from_lists(lists)?, sentences))
+}
+
+/// One axis of a job.
+struct Axis<'a> {
+    job: &'a GradedJob,
+    domain: &'a Domain,
+    bodies: &'a [Body<'a>],
+    axis: usize,
+}
+
+/// A place where a line shall be, and whose ends are there: the geometry, and the side on which it does not lie.
+#[derive(Debug, Clone)]
+struct Fixed {
+    at: f64,
+    owners: Vec<(usize, f64)>,
+}
+
+/// An edge of metal, and the size of the cell that it lies in.
+struct Edge {
+    index: usize,
+    outwards: f64,
+    size: f64,
+}
+
+impl Axis<'_> {
+    fn lines(&self, sentences: &mut Vec<String>) -> Result<Vec<f64>> {
+        let fixed = self.fixed(sentences);
+        let mut edges = self.edges(&fixed, sentences);
+        let growth = self.job.growth.unwrap_or(DEFAULT_GROWTH);
+        loop {
+            let (places, cells_of_edges) = places(&fixed, &edges);
+            let mut intervals: Vec<Interval> = places
+                .windows(2)
+                .map(|two| Interval::new(two[1] - two[0], self.largest(&fixed, 0.5 * (two[0] + two[1]))))
+                .collect();
+            let settled = settle(&mut intervals, growth, self.job.smallest(self.axis));
+            // the cell around an edge stays whole: where it cannot, it has to be smaller
+            let divided = |edge: &usize| settled.is_ok() && intervals[cells_of_edges[*edge]].n_cells(growth.ln()) > 1.0;
+            if let Some(edge) = (0..edges.len()).find(divided) {
+                edges[edge].size *= 0.8;
+                if edges[edge].size < self.job.smallest(self.axis) {
+                    let Edge { index, .. } = edges.remove(edge);
+                    self.note_edge(sentences, &fixed[index], "a cell around it would be smaller than the smallest");
+                }
+                continue;
+            }
+            settled.map_err(|index| self.no_sizes([places[index], places[index + 1]], growth))?;
+            return self.filled(&places, &intervals, growth);
+        }
+    }
+
+    /// The places of all lines.
+    fn filled(&self, places: &[f64], intervals: &[Interval], growth: f64) -> Result<Vec<f64>> {
+        let slope = growth.ln();
+        let n_cells: f64 = intervals.iter().map(|interval| interval.n_cells(slope)).sum();
+        if n_cells + 1.0 > MAX_LISTED as f64 {
+            let name = AXES[self.axis];
+            let message = format!("{n_cells} cells along {name}: at most {} fit", MAX_LISTED - 1);
+            return Err(Error::new("too-many-cells", message, "use a larger max_size, or a smaller domain"));
+        }
+        let mut lines = vec![places[0]];
+        for (interval, two) in intervals.iter().zip(places.windows(2)) {
+            let n = interval.n_cells(slope);
+            lines.extend((1..n as u32).map(|k| two[0] + interval.line(slope, k.into(), n)));
+            lines.push(two[1]);
+        }
+        Ok(lines)
+    }
+
+    /// The largest size of a cell at a place.
+    fn largest(&self, fixed: &[Fixed], place: f64) -> f64 {
+        let own = |(index, body): (usize, &Body)| {
+            let [low, high] = self.ends_of(fixed, index)?;
+            let of_cells = body.sizing.min_cells.map(|n| (high - low) / f64::from(n)).filter(|size| *size > 0.0);
+            let size = body.sizing.max_size.into_iter().chain(of_cells).fold(f64::INFINITY, f64::min);
+            (low <= place && place <= high).then_some(size)
+        };
+        let most = self.job.max_size.each()[self.axis];
+        self.bodies.iter().enumerate().filter_map(own).fold(most, f64::min)
+    }
+
+    /// Where the lines of a geometry's ends are; those beyond the domain are its ends.
+    fn ends_of(&self, fixed: &[Fixed], body: usize) -> Option<[f64; 2]> {
+        let [low, high] = self.bodies[body].bounds.map(|corner| corner[self.axis]);
+        let [first, last] = [self.domain.low[self.axis], self.domain.high[self.axis]];
+        let place = |side: f64, end: f64| {
+            let own = fixed.iter().find(|fixed| fixed.owners.contains(&(body, side)));
+            own.map_or(end.clamp(first, last), |fixed| fixed.at)
+        };
+        (low < last && high > first).then(|| [place(-1.0, low), place(1.0, high)])
+    }
+
+    /// The ends of the domain and of all geometries in it, ascending, none closer to each other than the smallest cell.
+    fn fixed(&self, sentences: &mut Vec<String>) -> Vec<Fixed> {
+        let [first, last] = [self.domain.low[self.axis], self.domain.high[self.axis]];
+        let mut ends: Vec<(f64, usize, f64)> = Vec::new();
+        for (index, body) in self.bodies.iter().enumerate() {
+            let [low, high] = body.bounds.map(|corner| corner[self.axis]);
+            ends.extend(
+                [(low, index, -1.0), (high, index, 1.0)].into_iter().filter(|(at, ..)| (first..=last).contains(at)),
+            );
+        }
+        ends.sort_by(|one, other| one.0.total_cmp(&other.0));
+        let least = self.job.smallest(self.axis);
+        let mut fixed = vec![Fixed { at: first, owners: Vec::new() }];
+        for (at, body, side) in ends {
+            // the end of the domain stays, unless its beginning is as close
+            let line = if last - at < least { last } else { at };
+            match fixed.last_mut().filter(|fixed| line - fixed.at < least) {
+                Some(fixed) => {
+                    self.note(sentences, (at, body), fixed);
+                    fixed.owners.push((body, side));
+                }
+                None => {
+                    let new = Fixed { at: line, owners: vec![(body, side)] };
+                    self.note(sentences, (at, body), &new);
+                    fixed.push(new);
+                }
+            }
+        }
+        if fixed.last().is_none_or(|end| end.at < last) {
+            let end = Fixed { at: last, owners: Vec::new() };
+            match fixed.last_mut().filter(|fixed| last - fixed.at < least && fixed.at > first) {
+                Some(fixed) => {
+                    fixed.owners.iter().for_each(|&(body, _)| self.note(sentences, (fixed.at, body), &end));
+                    fixed.at = last;
+                }
+                None => fixed.push(end),
+            }
+        }
+        fixed
+    }
+
+    /// Says that an end is not where its line is.
+    fn note(&self, sentences: &mut Vec<String>, (at, body): (f64, usize), line: &Fixed) {
+        if line.at == at {
+            return;
+        }
+        let other = match line.owners.iter().find(|(owner, _)| *owner != body) {
+            Some((owner, _)) => format!("of \"{}\"", self.bodies[*owner].name),
+            None if line.owners.is_empty() || line.at == self.domain.high[self.axis] => "of the domain".into(),
+            None => "of its other side".into(),
+        };
+        sentences.push(format!(
+            "the end of \"{}\" at {} = {at} has no line of its own: it is {:e} from that {other} at {}, less than the smallest cell, {}",
+            self.bodies[body].name,
+            AXES[self.axis],
+            (line.at - at).abs(),
+            line.at,
+            self.job.smallest(self.axis),
+        ));
+    }
+
+    /// The edges of metal, each with the size of a cell that has room between its neighbours.
+    fn edges(&self, fixed: &[Fixed], sentences: &mut Vec<String>) -> Vec<Edge> {
+        let mut edges = Vec::new();
+        for index in 1..fixed.len().max(1) - 1 {
+            let Fixed { at, ref owners } = fixed[index];
+            let Some(&(_, outwards)) = owners.iter().find(|(body, _)| self.has_thirds(*body)) else { continue };
+            if owners.iter().any(|&(other, side)| side != outwards || !self.has_thirds(other)) {
+                self.note_edge(sentences, &fixed[index], "another geometry ends there");
+                continue;
+            }
+            let (before, after) = (at - fixed[index - 1].at, fixed[index + 1].at - at);
+            let (inside, outside) = if outwards > 0.0 { (before, after) } else { (after, before) };
+            // a cell more fits between this edge and one like it: inside 2/3 + 1 sizes, outside 4/3 + 1
+            let room = (inside * 3.0 / 5.0).min(outside * 3.0 / 7.0);
+            let [low, high] = [at - 0.5 * before, at + 0.5 * after].map(|place| self.largest(fixed, place));
+            let size = low.min(high).min(room);
+            if size < self.job.smallest(self.axis) {
+                self.note_edge(sentences, &fixed[index], "a cell around it would be smaller than the smallest");
+                continue;
+            }
+            edges.push(Edge { index, outwards, size });
+        }
+        edges
+    }
+
+    /// Says that an edge of metal has no line at a third.
+    fn note_edge(&self, sentences: &mut Vec<String>, Fixed { at, owners }: &Fixed, why: &str) {
+        let edge = owners.iter().find(|(body, _)| self.has_thirds(*body));
+        let name = edge.map_or("", |(body, _)| self.bodies[*body].name);
+        sentences.push(format!("the edge of \"{name}\" at {} = {at} lies on a line: {why}", AXES[self.axis]));
+    }
+
+    /// Whether lines shall lie beside the edges of a geometry: it is metal, and not a sheet across this axis.
+    fn has_thirds(&self, body: usize) -> bool {
+        let Body { bounds: [low, high], sizing, .. } = self.bodies[body];
+        let extent = |axis: usize| high[axis] - low[axis];
+        let others = (0..3).filter(|&axis| axis != self.axis).map(extent).fold(f64::INFINITY, f64::min);
+        sizing.metal && extent(self.axis) >= 0.5 * others
+    }
+
+    fn no_sizes(&self, [from, to]: [f64; 2], growth: f64) -> Error {
+        let name = AXES[self.axis];
+        let message = format!(
+            "no cells along {name} of at least {} meet all ends with a growth of {growth}: there are none between the ends at {from} and {to}",
+            self.job.smallest(self.axis),
+        );
+        let hint = "allow smaller cells (min_size) or a larger growth; or move the ends, so that none are nearly equal";
+        Error::new("lines-no-sizes", message, hint)
+    }
+}
+
+/// The places of fixed lines, with two beside each edge of metal, and the interval that holds each edge.
+fn places(fixed: &[Fixed], edges: &[Edge]) -> (Vec<f64>, Vec<usize>) {
+    let (mut places, mut cells) = (Vec::with_capacity(fixed.len() + edges.len()), Vec::with_capacity(edges.len()));
+    for (index, fixed) in fixed.iter().enumerate() {
+        match edges.iter().find(|edge| edge.index == index) {
+            None => places.push(fixed.at),
+            Some(Edge { outwards, size, .. }) => {
+                let [inside, outside] = [fixed.at - outwards * size / 3.0, fixed.at + outwards * size * 2.0 / 3.0];
+                cells.push(places.len());
+                places.extend([inside.min(outside), inside.max(outside)]);
+            }
+        }
+    }
+    (places, cells)
+}
+
+/// Adds cells at both ends, as large as those there.
+fn add_layers(lines: &mut Vec<f64>, n: u32) {
+    let last = lines.len() - 1;
+    let (first, before) = (lines[0], lines[1] - lines[0]);
+    let (end, after) = (lines[last], lines[last] - lines[last - 1]);
+    lines.extend((1..=n).map(|k| end + f64::from(k) * after));
+    lines.splice(0..0, (1..=n).rev().map(|k| first - f64::from(k) * before));
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,124 @@
+//! The cells between fixed lines: as few as the largest size and the growth allow.
+//!
+//! Between two fixed lines the wanted size of a cell at t is `s(t) = min(h, l + a t, r + a (L - t))`, with L their distance, h the largest
+//! size there, l and r the sizes wanted at both ends, and `a = ln(growth)`. Lines are where the integral of 1 / s reaches equal parts of
+//! its whole, of which there are as few as leave each at most 1. Then a cell is at most h, and neighbours differ by at most
+//! `exp(a) = growth`, since s changes by at most a along a unit of length. At a fixed line the cells of two intervals meet, each with a
+//! part of its own; where one is larger than the growth allows, the size wanted at its end is reduced, until no such place is left.
+
+/// An interval between two fixed lines.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Interval {
+    /// Its length.
+    pub(super) length: f64,
+    /// Largest size of a cell in it.
+    pub(super) largest: f64,
+    /// Sizes wanted at both ends.
+    ends: [f64; 2],
+}
+
+impl Interval {
+    pub(super) fn new(length: f64, largest: f64) -> Interval {
+        Interval { length, largest: largest.min(length), ends: [largest.min(length); 2] }
+    }
+
+    /// Where s begins to be flat, and where it ceases to be.
+    fn bends(&self, slope: f64) -> [f64; 2] {
+        let [left, right] = self.ends;
+        let meeting = (0.5 * (self.length + (right - left) / slope)).clamp(0.0, self.length);
+        let rise = ((self.largest - left) / slope).clamp(0.0, meeting);
+        let fall = ((self.largest - right) / slope).clamp(0.0, self.length - meeting);
+        [rise, self.length - fall]
+    }
+
+    /// Integral of 1 / s over the rise, the flat part and the fall.
+    fn integrals(&self, slope: f64) -> [f64; 3] {
+        let [rise, fall] = self.bends(slope);
+        let of_ramp = |end: f64, length: f64| (slope * length / end).ln_1p() / slope;
+        let flat = (fall - rise) / self.largest;
+        [of_ramp(self.ends[0], rise), flat, of_ramp(self.ends[1], self.length - fall)]
+    }
+
+    /// Number of cells.
+    pub(super) fn n_cells(&self, slope: f64) -> f64 {
+        // a billionth of a cell is rounding
+        (self.integrals(slope).iter().sum::<f64>() - 1e-9).ceil().max(1.0)
+    }
+
+    /// Distance of line k of n from the first.
+    pub(super) fn line(&self, slope: f64, k: f64, n: f64) -> f64 {
+        let [of_rise, of_flat, of_fall] = self.integrals(slope);
+        let whole = of_rise + of_flat + of_fall;
+        let at = whole * (k / n);
+        let ramp = |end: f64, integral: f64| end * (slope * integral).exp_m1() / slope;
+        if at <= of_rise {
+            ramp(self.ends[0], at)
+        } else if at <= of_rise + of_flat {
+            self.bends(slope)[0] + (at - of_rise) * self.largest
+        } else {
+            self.length - ramp(self.ends[1], whole - at)
+        }
+    }
+
+    /// Sizes of the first and the last cell.
+    fn outer_cells(&self, slope: f64) -> [f64; 2] {
+        let n = self.n_cells(slope);
+        if n == 1.0 {
+            return [self.length; 2];
+        }
+        [self.line(slope, 1.0, n), self.length - self.line(slope, n - 1.0, n)]
+    }
+
+    /// Wants a smaller size at an end, 0 or 1.
+    fn reduce(&mut self, end: usize, size: f64, slope: f64) {
+        self.ends[end] = size;
+        self.ends[1 - end] = self.ends[1 - end].min(size + slope * self.length);
+    }
+}
+
+/// Most times that a size at an end is reduced, for each interval.
+const MAX_STEPS: usize = 2000;
+
+/// Finds the sizes wanted at the ends of neighbouring intervals, none with a cell below `least`; the interval where there is none.
+pub(super) fn settle(intervals: &mut [Interval], growth: f64, least: f64) -> Result<(), usize> {
+    let slope = growth.ln();
+    let n = intervals.len();
+    // sizes at fixed lines, as all intervals allow
+    let mut wanted = vec![f64::INFINITY; n + 1];
+    for (index, interval) in intervals.iter().enumerate() {
+        wanted[index] = wanted[index].min(interval.largest);
+        wanted[index + 1] = wanted[index + 1].min(interval.largest);
+    }
+    for index in 0..n {
+        wanted[index + 1] = wanted[index + 1].min(wanted[index] + slope * intervals[index].length);
+    }
+    for index in (0..n).rev() {
+        wanted[index] = wanted[index].min(wanted[index + 1] + slope * intervals[index].length);
+    }
+    for (index, interval) in intervals.iter_mut().enumerate() {
+        interval.ends = [wanted[index], wanted[index + 1]];
+    }
+    for _ in 0..MAX_STEPS {
+        let mut is_settled = true;
+        for index in 1..n {
+            let [before, after] = [intervals[index - 1].outer_cells(slope)[1], intervals[index].outer_cells(slope)[0]];
+            let (larger, end, ratio) =
+                if before > after { (index - 1, 1, before / after) } else { (index, 0, after / before) };
+            if ratio > growth * (1.0 + 1e-12) {
+                let size = intervals[larger].ends[end] * (0.98 * growth / ratio);
+                intervals[larger].reduce(end, size, slope);
+                is_settled = false;
+            }
+        }
+        // the smallest cell of an interval is at one of its ends
+        let too_small =
+            |interval: &Interval| interval.outer_cells(slope).iter().any(|size| *size < least * (1.0 - 1e-9));
+        if let Some(index) = intervals.iter().position(too_small) {
+            return Err(index);
+        }
+        if is_settled {
+            return Ok(());
+        }
+    }
+    Err(0)
+}
