@@ -100,6 +100,18 @@ pub enum Padding {
     Length(PerAxis<f64>),
 }
 
+/// What a halo has beyond the box.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(rename_all = "lowercase")]
+pub enum HaloEdge {
+    /// Background.
+    #[default]
+    Background,
+    /// The flag of the nearest cell of the box.
+    Clamp,
+}
+
 /// Everything that decides a mesh.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -138,9 +150,12 @@ pub struct Job {
     /// Meshes only one of the windows that the box is divided into: see [`crate::parts`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub part: Option<PartJob>,
-    /// Cells beyond the window or the part that are meshed with it, on both sides of every axis; those beyond the box are background.
+    /// Cells beyond the window or the part that are meshed with it, on both sides of every axis.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub halo: Option<u32>,
+    /// What the halo has beyond the box; by default background.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub halo_edge: Option<HaloEdge>,
     /// Shapes of the chunks and shards of a Zarr store. Where it is given, parts are cut along the borders of shards.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub zarr: Option<ZarrJob>,

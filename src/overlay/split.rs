@@ -42,16 +42,19 @@ impl Part {
     }
 
     /// The same for some cells of the box: the first, and the end, exclusive.
-    pub(crate) fn window(self, cells: [[u32; 3]; 2], fraction_bits: u32) -> Part {
+    pub(crate) fn window(&self, cells: [[u32; 3]; 2], fraction_bits: u32) -> Part {
         let near = |facets: &[SnappedFacet]| -> Vec<SnappedFacet> {
             facets.iter().filter_map(|facet| in_window(facet, cells, fraction_bits)).collect()
         };
-        let kind = match self.kind {
-            Kind::Open(part) => Kind::Open(OpenPart { facets: near(&part.facets), first: cells[0], ..part }),
+        let kind = match &self.kind {
+            Kind::Open(OpenPart { policy, facets, caps, surface, .. }) => {
+                let (caps, surface) = (caps.clone(), surface.clone());
+                Kind::Open(OpenPart { policy: *policy, facets: near(facets), caps, first: cells[0], surface })
+            }
             Kind::Inverted(frame) => Kind::Inverted(frame.window(cells)),
-            Kind::Sheet { fill, shell, facets } => Kind::Sheet { fill, shell, facets: near(&facets) },
+            Kind::Sheet { fill, shell, facets } => Kind::Sheet { fill: *fill, shell: *shell, facets: near(facets) },
         };
-        Part { kind, ..self }
+        Part { kind, rank: self.rank, invert: self.invert }
     }
 
     /// Bytes that deciding it takes, about.
