@@ -29,6 +29,7 @@ mod numbers;
 mod part_job;
 mod per_axis;
 mod quoted;
+mod setters;
 mod validate;
 mod zarr_job;
 
@@ -116,6 +117,7 @@ pub enum HaloEdge {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Job {
     /// The geometries, in order: where two of equal priority overlap, the later wins.
     pub geometries: Vec<GeometryJob>,

@@ -4,8 +4,9 @@ use crate::error::{Error, Result};
 use crate::job::ZarrJob;
 use crate::mesh::SLAB_BYTES;
 
-/// A file format.
+/// A format of an output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Format {
     /// Flags only, one byte (or bit) a cell, x fastest; [`super::sidecar_json`] describes them.
     Raw,
@@ -15,11 +16,15 @@ pub enum Format {
     Vti,
     /// hexcast's own column file, which reads back.
     Columns,
+    /// A Zarr store: a folder of many files, or a bucket, which `write::zarr` fills with the feature `zarr`, natively.
+    Zarr,
 }
 
 impl Format {
     /// Every format, in the order of the documentation.
-    pub const ALL: [Format; 4] = [Format::Raw, Format::Npy, Format::Vti, Format::Columns];
+    pub const ALL: [Format; 5] = [Format::Raw, Format::Npy, Format::Vti, Format::Columns, Format::Zarr];
+    /// Those that are one file: what [`crate::write::write()`] writes.
+    pub const FILES: [Format; 4] = [Format::Raw, Format::Npy, Format::Vti, Format::Columns];
 
     /// Finds the format by the extension of a file name, upper or lower case.
     ///
@@ -44,6 +49,7 @@ impl Format {
             Format::Npy => "npy",
             Format::Vti => "vti",
             Format::Columns => "hxc",
+            Format::Zarr => "zarr",
         }
     }
 }

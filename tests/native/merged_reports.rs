@@ -71,6 +71,7 @@ fn parts_have_the_report_of_the_whole_together() {
         (&[&walls, OPEN, "--rule", "nonzero"], "1x2x2", "x"),
         (&[OPEN, "--open", "parity", "--domain", "-1,-1,-1,9,9,9"], "1", "z"),
     ];
+    let mut seen = [0; 6];
     for (job, of, axis) in cases {
         let folder = Folder::new();
         let arguments = [&["mesh", "--cells", "30", "--backend", "cpu", "--json", "--axis", axis], job].concat();
@@ -88,7 +89,13 @@ fn parts_have_the_report_of_the_whole_together() {
             assert_eq!(&merged[key], value, "{job:?} in {of}: {key}");
         }
         assert_eq!(merged, expected);
+        let lists =
+            ["thin_walls", "overlaps", "gaps"].map(|key| expected["certificate"][key].as_array().map_or(0, Vec::len));
+        let says = |words: &str| expected["warnings"].to_string().matches(words).count();
+        let said = ["shells of geometry", "got no cell: its cells are those of", "got no cell: it is"].map(says);
+        seen.iter_mut().zip(lists.into_iter().chain(said)).for_each(|(seen, n)| *seen += n);
     }
+    assert!(seen.iter().all(|n| *n > 0), "what is to be merged is there: {seen:?}");
 }
 
 #[test]
