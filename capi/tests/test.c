@@ -104,6 +104,22 @@ static void whole_and_windows(const HexcastMesher *mesher) {
   for (int z = 0; z < 7; z++)
     for (int y = 0; y < 12; y++) CHECK(memcmp(some[z][y], &flags[z + 1][y + 2][3], 8) == 0);
 
+  /* beyond the box a halo is background, or has the flag of the nearest cell: here the corner of an inverted body */
+  for (int clamps = 0; clamps < 2; clamps++) {
+    char job[512];
+    snprintf(job, sizeof job,
+             "{\"geometries\": [{\"file\": \"octahedron\", \"flag\": 200, \"invert\": true}], \"dims\": [20, 16, 12], "
+             "\"window\": [0, 0, 0, 4, 4, 4], \"halo\": 1, \"halo_edge\": \"%s\"}",
+             clamps ? "clamp" : "background");
+    HexcastMesh *halo = meshed(mesher, job);
+    uint8_t corner[8];
+    const uint32_t two[3] = {2, 2, 2};
+    CHECK(hexcast_mesh_dims(halo, dims, NULL) == 0 && dims[0] == 6 && dims[1] == 6 && dims[2] == 6);
+    CHECK(hexcast_mesh_fill_box(halo, zero, two, corner, sizeof corner, NULL) == 0);
+    for (int cell = 0; cell < 8; cell++) CHECK(corner[cell] == (clamps || cell == 7 ? 200 : 0));
+    hexcast_mesh_free(halo);
+  }
+
   /* lines of the window are lines of the whole */
   double lines[NX + 1], own_lines[9];
   CHECK(hexcast_mesh_lines(whole, 0, lines, NX + 1, NULL) == 0);

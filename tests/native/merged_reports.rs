@@ -41,6 +41,7 @@ fn folder_of_plates() -> Folder {
             models::cuboid([1.0, 1.0, 1.0], [6.0, 8.0, 5.5]),
         ]),
     );
+    write("covered.stl", models::cuboid([6.1, 1.0, 1.0], [6.9, 5.0, 5.0]));
     write("lost.stl", models::cuboid([4.0, 4.0, 8.02], [8.0, 8.0, 8.04]));
     folder
 }
@@ -49,9 +50,9 @@ fn folder_of_plates() -> Folder {
 fn parts_have_the_report_of_the_whole_together() {
     let moved = format!("{SPOT}:scale=0.5,name=small,flag=9");
     let walls = format!("{SPOT}:fill=conservative");
-    let hidden = format!("{SPOT}:scale=0.2,name=hidden,flag=3,priority=-1");
     let plate = folder_of_plates();
     let [thin, near, inner, lost] = ["thin", "near", "inner", "lost"].map(|name| plate.path(&format!("{name}.stl")));
+    let hidden = format!("{}:priority=-1", plate.path("covered.stl"));
     let plates = [&thin[..], &near, &inner, "--certify", "--thin-cells", "5", "--domain", "-1,-1,-1,9,9,9"];
     let shells = [&inner[..], &lost, &hidden, SPOT, "--domain", "-1,-1,-1,9,9,9"];
     let cases: [(&[&str], &str, &str); 14] = [
