@@ -25,8 +25,8 @@ pub(crate) fn octahedron(size: f32) -> Vec<Facet> {
 
 /// Meshes an octahedron of size 1 in cells of a tenth.
 pub(crate) fn meshed() -> Result<Mesh> {
-    let body = GeometryJob { flag: Some(7), ..GeometryJob::new("body") };
-    let job = Job { geometries: vec![body], cell_size: Some(PerAxis::All(0.1)), ..Job::default() };
+    let body = GeometryJob::new("body").with_flag(7);
+    let job = Job::new(vec![body]).with_cell_size(PerAxis::All(0.1));
     let source = Source::from_facets("body", octahedron(1.0))?;
     let mut mesher = Mesher::new(MesherOptions::default())?;
     let (mesh, _) = mesher.mesh_sources(&job, vec![source], &MeshOptions::default(), &Control::default())?;

@@ -32,7 +32,7 @@ pub(crate) fn cancelled_after(part: f64) -> (Vec<Progress>, Result<()>) {
 }
 
 fn mesh(control: Control) -> Result<()> {
-    let job = Job { geometries: vec![GeometryJob::new("cube")], cells: Some(2000), ..Job::default() };
+    let job = Job::new(vec![GeometryJob::new("cube")]).with_cells(2000);
     let sources = vec![Source::from_facets("cube", cube())?];
     Mesher::new(MesherOptions::default())?.mesh_sources(&job, sources, &MeshOptions::default(), &control)?;
     Ok(())

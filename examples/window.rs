@@ -7,8 +7,7 @@ use hexcast::{Error, GeometryJob, Job, Mesh, Mesher, MesherOptions, Result};
 
 /// Meshes part `index` of `n`, counted from 1: slabs across z that cost about the same. Returns it and the first of its cells.
 pub(crate) fn part(file: &str, index: u32, n: u32) -> Result<(Mesh, [u32; 3])> {
-    let part = Some(PartJob { index, of: [1, 1, n] });
-    let job = Job { geometries: vec![GeometryJob::new(file)], cells: Some(100), part, ..Job::default() };
+    let job = Job::new(vec![GeometryJob::new(file)]).with_cells(100).with_part(PartJob::new(index, [1, 1, n]));
     let (mesh, report) = Mesher::new(MesherOptions::default())?.mesh(&job)?;
     let first = report.mesh.window.map_or([0; 3], |window| window.first);
     Ok((mesh, first))

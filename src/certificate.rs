@@ -2,10 +2,10 @@
 //!
 //! Frame, rays of three axes -> walls thinner than some cells, and the cells that two geometries claim; columns -> gaps of one cell between
 //! flags. Made where the job asks for it: it costs some casts on the host. Geometries that are not closed are left out: they are decided apart.
+//!
+//! That of a window has what of the box's certificate lies in its cells: counts of windows add up to those of the box.
 
 use crate::cast::Cast;
-use crate::columns::Columns;
-use crate::error::Result;
 use crate::geometry::Geometry;
 use crate::lines::Lines;
 
@@ -13,7 +13,7 @@ mod gaps;
 mod overlaps;
 mod thin;
 
-pub use gaps::{FlagGap, flag_gaps};
+pub use gaps::{FlagGap, FlagGaps};
 pub use overlaps::Overlap;
 pub use thin::ThinWall;
 
@@ -34,23 +34,21 @@ pub struct Certificate {
 }
 
 impl Certificate {
-    /// Looks at the closed geometries of a frame and at the columns of all; `geometries` are those of the job.
-    ///
-    /// # Errors
-    /// `io` where the columns are in a store that fails.
+    /// Looks at the closed geometries of a frame in some cells, the first and the end, exclusive, and takes the gaps that were found in
+    /// these. Cast and lines are those of the whole box, `geometries` those of the job.
     pub fn new(
         cast: &Cast,
-        columns: &Columns,
+        cells: [[u32; 3]; 2],
         lines: &Lines,
-        geometries: &[Geometry],
-        thin_cells: u32,
-    ) -> Result<Certificate> {
+        (geometries, thin_cells): (&[Geometry], u32),
+        gaps: FlagGaps,
+    ) -> Certificate {
         let is_wanted = |geometry: usize| !geometries[geometry].shell;
-        Ok(Certificate {
+        Certificate {
             thin_cells,
-            thin_walls: thin::thin_walls(cast, lines, thin_cells, is_wanted),
-            overlaps: overlaps::overlaps(cast, lines),
-            gaps: flag_gaps(columns)?,
-        })
+            thin_walls: thin::thin_walls(cast, lines, cells, thin_cells, is_wanted),
+            overlaps: overlaps::overlaps(cast, lines, cells),
+            gaps: gaps.into_list(),
+        }
     }
 }

@@ -88,6 +88,11 @@ impl Control {
         self.check()
     }
 
+    /// The same without reports of progress, for what is meshed besides.
+    pub(crate) fn without_progress(&self) -> Control {
+        Control { on_progress: None, ..self.clone() }
+    }
+
     /// Reports progress.
     pub fn advance(&self, rays_done: u64, n_rays: u64) {
         if let Some(on_progress) = &self.on_progress {

@@ -48,6 +48,11 @@ pub(crate) fn window_of_rows(rays: &Rays, rows: Range<u32>) -> Window {
     [0..rays.counts[0], rows]
 }
 
+/// The window of the rays through some cells: the first, and the end, exclusive.
+pub(crate) fn rays_through(rays: &Rays, [first, end]: [[u32; 3]; 2]) -> Window {
+    rays.across.map(|axis| first[axis]..end[axis])
+}
+
 /// Least number of windows whose facets are searched together.
 const WINDOWS_OF_GROUP: usize = 256;
 /// Facets that one task searches.

@@ -30,6 +30,7 @@ mod numbers;
 mod part_job;
 mod per_axis;
 mod quoted;
+mod setters;
 mod validate;
 mod validate_lines;
 mod zarr_job;
@@ -103,10 +104,23 @@ pub enum Padding {
     Length(PerAxis<f64>),
 }
 
+/// What a halo has beyond the box.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(rename_all = "lowercase")]
+pub enum HaloEdge {
+    /// Background.
+    #[default]
+    Background,
+    /// The flag of the nearest cell of the box.
+    Clamp,
+}
+
 /// Everything that decides a mesh.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
+#[non_exhaustive]
 pub struct Job {
     /// The geometries, in order: where two of equal priority overlap, the later wins.
     pub geometries: Vec<GeometryJob>,
@@ -147,9 +161,12 @@ pub struct Job {
     /// Meshes only one of the windows that the box is divided into: see [`crate::parts`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub part: Option<PartJob>,
-    /// Cells beyond the window or the part that are meshed with it, on both sides of every axis; those beyond the box are background.
+    /// Cells beyond the window or the part that are meshed with it, on both sides of every axis.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub halo: Option<u32>,
+    /// What the halo has beyond the box; by default background.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub halo_edge: Option<HaloEdge>,
     /// Shapes of the chunks and shards of a Zarr store. Where it is given, parts are cut along the borders of shards.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub zarr: Option<ZarrJob>,

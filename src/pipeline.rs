@@ -29,6 +29,7 @@ use crate::job::Job;
 use crate::lines::{Grading, Lines, about_fine_cells, residuals};
 use crate::mesh::{Mesh, Named};
 use crate::overlay::{self, Overlay};
+use crate::rays::Rays;
 use crate::report::{
     CertificateReport, DeviceCheck, DoubtReport, FillReport, FlagReport, GeometryReport, InputReport, MAX_BOXES,
     MeshFacts, OpenReport, PeakBytes, Seconds, WindowReport, flag_reports, is_cut,
@@ -37,6 +38,7 @@ use crate::sources::Source;
 use crate::volume_bound::volume_bound;
 use crate::volumes::volumes;
 
+mod borders;
 mod effective;
 mod engine;
 mod halo;
@@ -46,6 +48,7 @@ mod options;
 mod prepare;
 mod warnings;
 
+use borders::Whole;
 use effective::effective;
 pub use engine::{Engine, Used};
 use halo::{Beyond, lines_with_halo};
@@ -83,9 +86,17 @@ pub async fn mesh(
     let (mut frame, mut parts) = overlay::split(frame, &closed, job.rule, whole, &prepared.geometries, is_for_window)?;
     // of the whole box, where a part's report shall be merged with others
     let bounds_of_whole = job.part.map(|_| volume_bounds(&frame, &closed, &prepared.geometries, whole));
-    if let Some(cells) = prepared.window {
-        parts = parts.into_iter().map(|part| part.window(cells, &frame)).collect();
-        frame = frame.window(cells);
+    let whole_rays = Rays::new(prepared.rays.axis, whole.dims());
+    let cells = prepared.window.unwrap_or([[0; 3], whole.dims()]);
+    let shells_of = |frame: &Frame| warnings::shells(&Cast { frame, rays: &whole_rays, rule: job.rule }, cells);
+    let (mut kept, mut shells) = (None, None);
+    if is_for_window {
+        shells = Some(shells_of(&frame));
+        control.rest().await?;
+        let near = parts.iter().map(|part| part.window(cells, &frame)).collect();
+        let near_frame = frame.window(cells);
+        let uncut = (std::mem::replace(&mut parts, near), std::mem::replace(&mut frame, near_frame));
+        kept = (job.certify || job.part.is_some()).then_some(uncut);
     }
     let parts_bytes = parts.iter().map(|part| part.n_bytes(&prepared.rays, &frame)).sum();
     let budget = memory_budget(job, options, &prepared, (engine, parts_bytes), control).await?;
@@ -97,28 +108,35 @@ pub async fn mesh(
     let mut builder = columns_builder(job, &options.spill, columns_bytes, &prepared, (&names, &inputs))?;
     let rays_resumed = builder.n_rays();
     let cast = Cast { frame: &frame, rays: &prepared.rays, rule: job.rule };
-    let (mut decided, mut used) = (Vec::with_capacity(parts.len()), Used::default());
-    for part in parts {
-        let (crossings, more) = engine.axis_crossings(&part.casts(&cast), cast.rays, budget.bands, control).await?;
-        decided.push((part, crossings));
-        used = used.and(more);
-    }
     let doubt = || Doubt::new(prepared.rays, MAX_BOXES, options.doubt_mask.then_some(columns_bytes));
-    let mut overlay = Overlay::new(decided, &cast, &flags, &prepared.lines, doubt());
+    let decided = (&flags[..], &prepared.lines, doubt());
+    let (mut overlay, mut used) = borders::overlay(parts, &cast, decided, (engine, &budget, control)).await?;
     overlay.iter_mut().try_for_each(|overlay| overlay.pass(rays_resumed))?;
     let overlay_bytes = overlay.as_ref().map_or(0, Overlay::n_bytes);
     used = used.and(engine.build(&cast, &budget, &mut builder, &mut overlay, control).await?);
     let columns_peak = builder.peak_bytes;
     let mut columns = builder.finish()?;
     let gaps = close_gaps(job, &prepared, &mut columns, budget.columns, control)?;
-    let beyond = Beyond::new(&prepared);
-    let columns = beyond.around(columns)?;
     let columns_seconds = lap(&mut clock);
 
+    let (frame_of_whole, parts_of_whole) = kept.as_ref().map_or((&frame, &[][..]), |(parts, frame)| (frame, parts));
+    let uncut = Whole { frame: frame_of_whole, parts: parts_of_whole, flags: &flags, lines: whole, rule: job.rule };
+    let is_merged = job.part.is_some() && prepared.halo == 0;
+    let begins_rays = prepared.halo == 0 && cells[0][columns.rays.axis] == 0;
+    let runs_of_whole = match is_merged || begins_rays {
+        true => Some(uncut.runs(&columns, cells, (engine, &budget, control)).await?),
+        false => None,
+    };
+    let gaps_between = match job.certify {
+        true => Some(uncut.gaps(&columns, cells, (engine, &budget, control)).await?),
+        false => None,
+    };
+    let beyond = Beyond::new(&prepared);
+    let columns = beyond.around(columns)?;
     let (lines, rays) = (lines_with_halo(&prepared), columns.rays);
     let mut geometries: Vec<GeometryReport> =
         prepared.geometries.iter().zip(bad_edges).map(|(geometry, bad)| GeometryReport::new(geometry, bad)).collect();
-    let cells = columns.cells_per_flag();
+    let n_cells = columns.cells_per_flag();
     let volumes = volumes(&columns, &lines)?;
     let (found, along, doubtful) = match overlay {
         Some(overlay) => overlay.found()?,
@@ -129,7 +147,7 @@ pub async fn mesh(
     let filled: Vec<FillReport> = along.iter().map(|found| FillReport::new(found, &geometries)).collect();
     let bounds = volume_bounds(&frame, &closed, &prepared.geometries, &prepared.lines);
     geometries.iter_mut().zip(bounds).for_each(|(report, bound)| report.volume_bound = bound);
-    let mut flags = flag_reports(&geometries, &cells, &volumes);
+    let mut flags = flag_reports(&geometries, &n_cells, &volumes);
     for report in flags.iter_mut().filter(|report| gaps.as_ref().is_some_and(|gaps| gaps.flag == report.flag)) {
         (report.mesh_volume, report.volume_bound) = (None, None);
     }
@@ -150,30 +168,38 @@ pub async fn mesh(
     warnings.extend(warnings::about_odd_rays(columns.odd_rays(), rays.n_rays()));
     warnings.extend(warnings::about_edges_of_rays(&prepared.geometries, &geometries, job.rule, &lines));
     warnings.extend(warnings::about_shared_flags(&prepared.geometries));
-    warnings.extend(warnings::about_overlapping_shells(&cast, &prepared.geometries));
+    let shells = shells.unwrap_or_else(|| shells_of(&frame));
+    warnings.extend(warnings::about_shells(&shells, &geometries, &whole_rays, cells));
     let mask_mesh =
         |mask| Mesh::new(lines.clone(), mask, vec![Named { flag: 1, name: "doubtful".into() }], job.unit.clone());
-    let certify = || {
-        let thin_cells = job.thin_cells.unwrap_or(DEFAULT_THIN_CELLS);
-        let found = Certificate::new(&cast, &columns, &lines, &prepared.geometries, thin_cells)?;
-        Ok(CertificateReport::new(&found, &geometries, &names, &lines))
-    };
-    let certificate = job.certify.then(certify).transpose()?;
+    let cast = Cast { frame: frame_of_whole, rays: &whole_rays, rule: job.rule };
+    let certificate = gaps_between.map(|gaps| {
+        let asked = (&prepared.geometries[..], job.thin_cells.unwrap_or(DEFAULT_THIN_CELLS));
+        CertificateReport::new(&Certificate::new(&cast, cells, whole, asked, gaps), &geometries, &names, whole)
+    });
     warnings.extend(certificate.iter().flat_map(|certificate| certificate.warnings(&lines)));
     let mesh = Mesh::new(lines.clone(), columns, names, job.unit.clone())?;
     let columns = &mesh.columns;
     // a geometry may well have no cell in a window
-    if prepared.window.is_none() {
-        warnings.extend(warnings::about_geometries_without_cells(&prepared, &cast, &mesh, &cells)?);
+    let has_whole = prepared.window.is_none();
+    let without_cells = match has_whole || is_merged {
+        true => Some(warnings::geometries_without_cells(&prepared, &cast, &mesh, &n_cells)?),
+        false => None,
+    };
+    if has_whole {
+        warnings.extend(without_cells.iter().flatten().filter_map(|of| of.warning.clone()));
     }
     // spilled columns would be read back for it
     let flags_hash = (!columns.is_spilled()).then(|| flags_hash(columns)).transpose()?;
-    let window = prepared.asked.map(|cells| window_report(cells, &prepared, columns, bounds_of_whole)).transpose()?;
+    let window = prepared.asked.map(|asked| window_report(asked, &prepared, columns)).transpose()?;
+    let volume_bounds = bounds_of_whole;
+    let window = window.map(|of| WindowReport { volume_bounds, runs: runs_of_whole, shells, without_cells, ..of });
     let adapter = engine.adapter().filter(|_| !lines.is_graded());
     let backend = if lines.is_graded() { "cpu" } else { engine.backend() };
     let (adapter, driver) = adapter.map(|(name, driver)| (name.into(), driver.into())).unzip();
     let n_facets: usize = prepared.geometries.iter().map(|geometry| geometry.facets.len()).sum();
-    let facet_bytes = 36 * (n_facets + frame.facets.capacity()) + frame.rank_of_facet.capacity();
+    let snapped = |frame: &Frame| 36 * frame.facets.capacity() + frame.rank_of_facet.capacity();
+    let facet_bytes = 36 * n_facets + snapped(&frame) + kept.as_ref().map_or(0, |(_, uncut)| snapped(uncut));
     let facts = MeshFacts {
         version: env!("CARGO_PKG_VERSION"),
         backend,
@@ -244,16 +270,13 @@ fn volume_bounds(frame: &Frame, closed: &[Closed], geometries: &[Geometry], line
 }
 
 /// Says which cells were meshed.
-fn window_report(
-    [first, end]: [[u32; 3]; 2],
-    prepared: &Prepared,
-    columns: &Columns,
-    volume_bounds: Option<Vec<Option<f64>>>,
-) -> Result<WindowReport> {
+fn window_report([first, end]: [[u32; 3]; 2], prepared: &Prepared, columns: &Columns) -> Result<WindowReport> {
     let Prepared { whole, halo, .. } = prepared;
     let has_sum = *halo == 0 && !columns.is_spilled();
     let flags_sum = has_sum.then(|| flags_sum(columns, first, whole.dims())).transpose()?;
-    Ok(WindowReport { first, end, of: whole.dims(), origin: whole.origin(), halo: *halo, flags_sum, volume_bounds })
+    let (of, origin, halo, shells) = (whole.dims(), whole.origin(), *halo, Vec::new());
+    let (volume_bounds, runs, without_cells) = (None, None, None);
+    Ok(WindowReport { first, end, of, origin, halo, flags_sum, volume_bounds, runs, shells, without_cells })
 }
 
 /// Closes gaps in columns, if the job asks for it.

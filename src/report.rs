@@ -15,12 +15,14 @@ use crate::sources::Source;
 mod of_certificate;
 mod of_columns;
 mod of_geometries;
+mod of_window;
 
 pub use crate::closed::BadEdges;
 pub use crate::edges::BadEdge;
-pub use of_certificate::{CertificateReport, GapReport, OverlapReport, ThinWallReport};
+pub use of_certificate::{AxisName, CertificateReport, GapReport, OverlapReport, ThinWallReport};
 pub use of_columns::{ColumnsFlag, ColumnsReport};
 pub use of_geometries::{FillReport, FlagReport, GeometryReport, OpenReport, flag_reports, is_cut};
+pub use of_window::{ShellsReport, WindowReport, WithoutCells};
 
 /// One input: a file, or facets that were in memory.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -114,28 +116,6 @@ pub struct DeviceCheck {
     pub rays: u64,
     /// Those of them whose cells differed; the CPU then meshed again what was not right.
     pub differing: u64,
-}
-
-/// Which cells of a box were meshed.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[non_exhaustive]
-pub struct WindowReport {
-    /// The first, on x, y, z; without the halo.
-    pub first: [u32; 3],
-    /// The end, exclusive; without the halo.
-    pub end: [u32; 3],
-    /// Number of cells of the box on x, y, z.
-    pub of: [u32; 3],
-    /// First corner of the box.
-    pub origin: [f64; 3],
-    /// Cells beyond these on both sides of every axis, which `dims`, `origin` and all counts include.
-    pub halo: u32,
-    /// What these cells add to the sum that `flags_hash` is made of, see `docs/flags_hash.md`: 32 hexadecimal digits; null with a halo and
-    /// where the columns have spilled.
-    pub flags_sum: Option<String>,
-    /// `volume_bound` of each geometry in the whole box; null unless these cells are a part (`--part`).
-    pub volume_bounds: Option<Vec<Option<f64>>>,
 }
 
 /// Most boxes of doubtful cells that are listed.

@@ -11,11 +11,13 @@
 //! Cost: one pass over the boxes of all facets.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use crate::cast::Cast;
 use crate::closed::Closed;
-use crate::cpu::{Window, over_windows, window_of_rows};
+use crate::cpu::{Window, over_windows, rays_through};
 use crate::crossings::Crossings;
+use crate::rays::Rays;
 
 /// Rows of rays that are looked at, at most.
 const N_ROWS: u64 = 32;
@@ -27,34 +29,38 @@ pub(crate) struct Overlap {
     pub(crate) rank: u8,
     /// Its cells of winding number 2 or more, either way, among those looked at.
     pub(crate) n_cells: u64,
-    /// Rays looked at.
-    pub(crate) n_rays: u64,
 }
 
-/// Finds them among the geometries of a frame, in the order of their ranks.
-pub(crate) fn overlapping_shells(cast: &Cast) -> Vec<Overlap> {
-    let [n_across, n_rows] = cast.rays.counts;
-    let n_looked = u64::from(n_rows).min(N_ROWS);
-    let row = |index: u64| ((2 * index + 1) * u64::from(n_rows) / (2 * n_looked)) as u32;
-    let windows: Vec<Window> =
-        (0..n_looked).map(|index| window_of_rows(cast.rays, row(index)..row(index) + 1)).collect();
+/// The rays of a box that are looked at and pass some cells of it: the first cell, and the end, exclusive.
+fn looked_at(rays: &Rays, cells: [[u32; 3]; 2]) -> Vec<Window> {
+    let [across, down] = rays_through(rays, cells);
+    let n_rows = u64::from(rays.counts[1]);
+    let n_looked = n_rows.min(N_ROWS);
+    let row = |index: u64| ((2 * index + 1) * n_rows / (2 * n_looked)) as u32;
+    (0..n_looked).map(row).filter(|row| down.contains(row)).map(|row| [across.clone(), row..row + 1]).collect()
+}
+
+/// Number of rays that are looked at.
+pub(crate) fn n_rays_looked_at(rays: &Rays, cells: [[u32; 3]; 2]) -> u64 {
+    looked_at(rays, cells).iter().map(|[across, _]| across.len() as u64).sum()
+}
+
+/// Finds them among the geometries of a frame, in the order of their ranks, in some cells of its box.
+pub(crate) fn overlapping_shells(cast: &Cast, cells: [[u32; 3]; 2]) -> Vec<Overlap> {
+    let along = cells[0][cast.rays.axis]..cells[1][cast.rays.axis];
+    let windows = looked_at(cast.rays, cells);
     let mut n_cells = BTreeMap::new();
-    for of_window in over_windows(cast, &windows, false, |crossings| cells_in_two(crossings, cast.rays.depth)) {
+    for of_window in over_windows(cast, &windows, false, |crossings| cells_in_two(crossings, &along)) {
         for (rank, n) in of_window {
             *n_cells.entry(rank).or_insert(0) += n;
         }
     }
-    let n_rays = n_looked * u64::from(n_across);
     let agrees = |rank: u8| Closed::new(cast.frame.facets_of_rank(rank.into())).nonzero;
-    n_cells
-        .into_iter()
-        .filter(|(rank, _)| agrees(*rank))
-        .map(|(rank, n_cells)| Overlap { rank, n_cells, n_rays })
-        .collect()
+    n_cells.into_iter().filter(|(rank, _)| agrees(*rank)).map(|(rank, n_cells)| Overlap { rank, n_cells }).collect()
 }
 
-/// Cells of winding number 2 or more, either way, of each rank.
-fn cells_in_two(crossings: &Crossings, depth: u32) -> BTreeMap<u8, u64> {
+/// Cells of winding number 2 or more, either way, of each rank, among some of each ray.
+fn cells_in_two(crossings: &Crossings, along: &Range<u32>) -> BTreeMap<u8, u64> {
     let mut n_cells = BTreeMap::new();
     crossings.for_each_ray(|_, events| {
         // winding number of each rank, and the cell from which it holds
@@ -62,8 +68,9 @@ fn cells_in_two(crossings: &Crossings, depth: u32) -> BTreeMap<u8, u64> {
         for event in events {
             let (cell, rank, step) = (event >> 9, (event >> 1) as u8, 1 - 2 * (event & 1) as i32);
             let (winding, since) = now.entry(rank).or_insert((0, cell));
-            if winding.abs() > 1 && cell > *since {
-                *n_cells.entry(rank).or_insert(0) += u64::from(cell.min(depth) - *since);
+            let n = cell.min(along.end).saturating_sub((*since).max(along.start));
+            if winding.abs() > 1 && n > 0 {
+                *n_cells.entry(rank).or_insert(0) += u64::from(n);
             }
             (*winding, *since) = (*winding + step, cell);
         }

@@ -34,7 +34,8 @@ pub use vtp::leak_vtp;
 /// Writes a mesh in file order, slab by slab; never seeks. Flushes at the end.
 ///
 /// # Errors
-/// `job-conflict` where format and options contradict each other, or bits were asked of a mesh with several flags;
+/// `job-conflict` where format and options contradict each other, bits were asked of a mesh with several flags, or the format is not one
+/// file ([`Format::FILES`]);
 /// `job-value` where the compression level is not 1 to 9; `io` where `out` fails; `cancelled`, looked at before every slab.
 pub fn write(
     mesh: &Mesh,
@@ -101,6 +102,11 @@ pub fn exact_size(mesh: &Mesh, format: Format, options: &Options) -> Option<u64>
 /// Refuses options that the format would silently ignore.
 fn check(format: Format, options: &Options) -> Result<()> {
     let name = format.extension();
+    if format == Format::Zarr {
+        let message = ".zarr is a folder of many files, and one file was to be written";
+        let hint = "write the store with write::zarr (feature zarr), or with `hexcast mesh -o mesh.zarr`";
+        return Err(Error::new("job-conflict", message, hint));
+    }
     if cfg!(target_arch = "wasm32") && format == Format::Npz {
         return Err(Error::new("job-conflict", ".npz is written natively only", "use .npy"));
     }

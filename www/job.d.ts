@@ -119,10 +119,11 @@ export interface Job {
   /** Meshes only one of the windows that the box is divided into, from 1 on, x fastest: `of` has their numbers along x, y and z. */
   part?: { index: number; of: [number, number, number] };
   /**
-   * Cells beyond the window or the part that are meshed with it, on both sides of every axis: the mesh has twice as many more. Those beyond
-   * the box are background.
+   * Cells beyond the window or the part that are meshed with it, on both sides of every axis: the mesh has twice as many more.
    */
   halo?: number;
+  /** What the halo has beyond the box: background, or the flag of the nearest cell of the box. Default `background`. */
+  halo_edge?: 'background' | 'clamp';
   /**
    * Shapes of the chunks and shards of a Zarr store, which the native command writes, as cells on x, y, z, or most bytes of a shard. Where it is
    * given, parts are cut along the borders of shards.

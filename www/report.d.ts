@@ -33,6 +33,15 @@ export interface WindowReport {
   flags_sum: string | null;
   /** `volume_bound` of each geometry in the whole box; null unless these cells are a `part`. */
   volume_bounds: (number | null)[] | null;
+  /** Runs of the whole box that begin in these cells; null unless these are a `part` without halo, or no ray is cut before them. */
+  runs: number | null;
+  /** Geometries, by their index in `geometries`, with cells in two or more of their shells here, on the rays of the box that are looked at. */
+  shells: { geometry: number; cells: number }[];
+  /**
+   * Geometries, by their index in `geometries`, that have no cell here, and what to say if they have none in the box; null unless these cells
+   * are a `part` without halo.
+   */
+  without_cells: { geometry: number; warning: string | null }[] | null;
 }
 
 /** Peak sizes in bytes. */
@@ -219,9 +228,22 @@ export interface CertificateReport {
     lost: number;
     cells: number;
     place: [number, number, number];
+    /** Index of the geometry in `geometries`. */
+    index: number;
   }[];
-  /** Pairs of geometries with common cells, and a place in them. */
-  overlaps: { winner: string; loser: string; cells: number; volume: number; place: [number, number, number] }[];
+  /**
+   * Pairs of geometries with common cells, a place in them, the cells of the longest stretch of a ray in both, 0 in a window in which none
+   * begins, and the indices of winner and loser in `geometries`.
+   */
+  overlaps: {
+    winner: string;
+    loser: string;
+    cells: number;
+    volume: number;
+    place: [number, number, number];
+    longest: number;
+    indices: [number, number];
+  }[];
   /**
    * Background cells with one flag before them and another behind, along an axis: the two flags, their names, the number of cells, the
    * centre of one of them, and the corners of the box around all.

@@ -40,6 +40,10 @@ typedef struct HexcastFacets {
   size_t n_facets;
 } HexcastFacets;
 
+// Is told how far a mesh has come: so many of `n_rays` rays are done. `user` is what the caller of hexcast_mesh_with_progress gave. Returns
+// 0 to go on, any other number to cancel. It must return: neither longjmp() nor an exception may leave it.
+typedef int32_t (*HexcastProgress)(uint64_t rays_done, uint64_t n_rays, void *user);
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -156,114 +160,19 @@ struct HexcastMesh *hexcast_mesh(const struct HexcastMesher *mesher,
                                  size_t n_facets,
                                  struct HexcastError **error);
 
-// The stable code of an error, such as "stl-truncated"; NULL for NULL. Lives as long as the error.
+// Meshes a job as hexcast_mesh does, and calls `progress` on the calling thread after every band of rays, a few times a second for a
+// large mesh, with `user`. Where it returns another number than 0 the mesh is cancelled: NULL is returned, with the error
+// "cancelled". `progress` may be NULL, and must not use the mesher, which is busy.
 //
 // # Safety
-// `error` is NULL or an error that was not freed.
-const char *hexcast_error_code(const struct HexcastError *error);
-
-// A sentence that says what went wrong, with the numbers; NULL for NULL. Lives as long as the error.
-//
-// # Safety
-// `error` is NULL or an error that was not freed.
-const char *hexcast_error_message(const struct HexcastError *error);
-
-// What to do about an error; may be empty. NULL for NULL. Lives as long as the error.
-//
-// # Safety
-// `error` is NULL or an error that was not freed.
-const char *hexcast_error_hint(const struct HexcastError *error);
-
-// Frees an error.
-//
-// # Safety
-// `error` is NULL or an error that was not freed.
-void hexcast_error_free(struct HexcastError *error);
-
-// Opens a mesher. `options` is JSON, or NULL for the defaults: {"backend": "auto", "gpu" or "cpu", "adapter": a part of the name of
-// the GPU}. With "auto" the CPU meshes where there is no GPU. Returns NULL for an error.
-//
-// # Safety
-// `options` is NULL or a text; `error` is NULL or a place for a pointer.
-struct HexcastMesher *hexcast_mesher_new(const char *options,
-                                         struct HexcastError **error);
-
-// Frees a mesher.
-//
-// # Safety
-// `mesher` is NULL or a mesher that was not freed and that no thread uses.
-void hexcast_mesher_free(struct HexcastMesher *mesher);
-
-// Meshes a job, which is JSON with the keys of the job file. "window": [i0, j0, k0, i1, j1, k1] meshes only these cells of the box,
-// the end exclusive, with the flags that the whole mesh has there; "part": {"index": 1 to n, "of": [1, 1, n]} one of n windows that
-// cost about the same. "backend" is not looked at: the mesher has one. Facets are taken from `facets` where one has the name of the
-// job's file, and are copied; other files are read from disk. `facets` may be NULL where `n_facets` is 0. Returns NULL for an error.
-//
-// # Safety
-// `mesher` is a mesher that was not freed; `job` is a text; `facets` points to so many facets, whose `corners` and `file` are as
-// they say; `error` is NULL or a place for a pointer.
-struct HexcastMesh *hexcast_mesh(const struct HexcastMesher *mesher,
-                                 const char *job,
-                                 const struct HexcastFacets *facets,
-                                 size_t n_facets,
-                                 struct HexcastError **error);
-
-// Puts the numbers of cells on x, y and z at `dims`: those of the window where the job has one. Returns 0, or 1 for an error.
-//
-// # Safety
-// `mesh` is a mesh that was not freed; `dims` points to 3 numbers; `error` is NULL or a place for a pointer.
-int32_t hexcast_mesh_dims(const struct HexcastMesh *mesh,
-                          uint32_t *dims,
-                          struct HexcastError **error);
-
-// Puts the cells of the whole box that the mesh has at `first` and `end`, the end exclusive, and the numbers of cells of the whole
-// box at `of`; 3 numbers each. Returns 0, or 1 for an error.
-//
-// # Safety
-// `mesh` is a mesh that was not freed; `first`, `end` and `of` point to 3 numbers each that are not those of another; `error` is NULL
-// or a place for a pointer.
-int32_t hexcast_mesh_window(const struct HexcastMesh *mesh,
-                            uint32_t *first,
-                            uint32_t *end,
-                            uint32_t *of,
-                            struct HexcastError **error);
-
-// Puts the mesh lines of an axis (0, 1 or 2 for x, y or z) at `lines`, in the unit of the surfaces: one more than cells. `n` is the
-// length of `lines` and must be that. Returns 0, or 1 for an error.
-//
-// # Safety
-// `mesh` is a mesh that was not freed; `lines` points to `n` numbers; `error` is NULL or a place for a pointer.
-int32_t hexcast_mesh_lines(const struct HexcastMesh *mesh,
-                           uint32_t axis,
-                           double *lines,
-                           size_t n,
-                           struct HexcastError **error);
-
-// Puts the flags of a box of cells at `flags`, a byte a cell, x fastest: flags[x + nx * (y + ny * z)] with nx = end[0] - first[0] and
-// so on. The cells are counted from the first of the mesh, of the window where the job has one; the end is exclusive. `n_bytes` is the
-// length of `flags` and must be the number of cells of the box. Returns 0, or 1 for an error.
-//
-// # Safety
-// `mesh` is a mesh that was not freed; `first` and `end` point to 3 numbers each; `flags` points to `n_bytes` bytes that no other
-// thread uses meanwhile; `error` is NULL or a place for a pointer.
-int32_t hexcast_mesh_fill_box(const struct HexcastMesh *mesh,
-                              const uint32_t *first,
-                              const uint32_t *end,
-                              uint8_t *flags,
-                              size_t n_bytes,
-                              struct HexcastError **error);
-
-// The report as JSON; NULL for NULL. Lives as long as the mesh.
-//
-// # Safety
-// `mesh` is NULL or a mesh that was not freed.
-const char *hexcast_mesh_report(const struct HexcastMesh *mesh);
-
-// Frees a mesh.
-//
-// # Safety
-// `mesh` is NULL or a mesh that was not freed and that no thread uses.
-void hexcast_mesh_free(struct HexcastMesh *mesh);
+// As for hexcast_mesh; `progress` is NULL or a function that may be called with `user` until this function returns.
+struct HexcastMesh *hexcast_mesh_with_progress(const struct HexcastMesher *mesher,
+                                               const char *job,
+                                               const struct HexcastFacets *facets,
+                                               size_t n_facets,
+                                               HexcastProgress progress,
+                                               void *user,
+                                               struct HexcastError **error);
 
 #ifdef __cplusplus
 }  // extern "C"

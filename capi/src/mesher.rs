@@ -1,10 +1,10 @@
 //! Meshers: they take jobs and surfaces, and hand out meshes.
 
-use std::ffi::c_char;
+use std::ffi::{c_char, c_void};
 use std::ptr;
 use std::sync::Mutex;
 
-use hexcast::control::Control;
+use hexcast::control::{CancelToken, Control, Progress};
 use hexcast::files::read_file;
 use hexcast::geometry::Facet;
 use hexcast::job::{BackendChoice, Job};
@@ -100,16 +100,72 @@ pub unsafe extern "C" fn hexcast_mesh(
     n_facets: usize,
     error: *mut *mut HexcastError,
 ) -> *mut HexcastMesh {
+    // SAFETY: the caller vouches for all of it
+    unsafe { hexcast_mesh_with_progress(mesher, job, facets, n_facets, None, ptr::null_mut(), error) }
+}
+
+/// Is told how far a mesh has come: so many of `n_rays` rays are done. `user` is what the caller of hexcast_mesh_with_progress gave. Returns
+/// 0 to go on, any other number to cancel. It must return: neither longjmp() nor an exception may leave it.
+pub type HexcastProgress = Option<unsafe extern "C" fn(rays_done: u64, n_rays: u64, user: *mut c_void) -> i32>;
+
+/// A caller's function, and what it is called with.
+struct Caller(unsafe extern "C" fn(u64, u64, *mut c_void) -> i32, *mut c_void);
+
+// SAFETY: it is called on the thread that called `hexcast_mesh_with_progress`, before that returns, and nowhere else
+unsafe impl Send for Caller {}
+// SAFETY: as above
+unsafe impl Sync for Caller {}
+
+impl Caller {
+    /// Whether it says that the mesh shall go on.
+    fn goes_on(&self, Progress { rays_done, n_rays }: Progress) -> bool {
+        // SAFETY: the caller of `hexcast_mesh_with_progress` vouches for the function and its argument until that returns
+        unsafe { self.0(rays_done, n_rays, self.1) == 0 }
+    }
+}
+
+/// Asks a function of the caller's whether to go on after every band of rays, if there is one.
+fn control(progress: HexcastProgress, user: *mut c_void) -> Control {
+    let Some(function) = progress else { return Control::default() };
+    let (caller, cancel) = (Caller(function, user), CancelToken::default());
+    let asked = cancel.clone();
+    let on_progress = move |progress| {
+        // once is enough
+        if !asked.is_cancelled() && !caller.goes_on(progress) {
+            asked.cancel();
+        }
+    };
+    let mut control = Control::with_progress(on_progress);
+    control.cancel = cancel;
+    control
+}
+
+/// Meshes a job as hexcast_mesh does, and calls `progress` on the calling thread after every band of rays, a few times a second for a
+/// large mesh, with `user`. Where it returns another number than 0 the mesh is cancelled: NULL is returned, with the error
+/// "cancelled". `progress` may be NULL, and must not use the mesher, which is busy.
+///
+/// # Safety
+/// As for hexcast_mesh; `progress` is NULL or a function that may be called with `user` until this function returns.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hexcast_mesh_with_progress(
+    mesher: *const HexcastMesher,
+    job: *const c_char,
+    facets: *const HexcastFacets,
+    n_facets: usize,
+    progress: HexcastProgress,
+    user: *mut c_void,
+    error: *mut *mut HexcastError,
+) -> *mut HexcastMesh {
     let mesh = || {
         // SAFETY: the caller vouches for all three
         let (mesher, job, facets) =
             unsafe { (behind(mesher, "the mesher")?, text(job, "the job")?, array(facets, n_facets, "facets")?) };
-        let job = Job::from_plain_json(job)?;
+        let (job, control) = (Job::from_plain_json(job)?, control(progress, user));
         // SAFETY: the caller vouches for what the facets point to
         let sources = unsafe { sources(&job, facets) }?;
         // a mesher that crashed is in no state to go on
         let mut mesher = mesher.0.lock().map_err(|_| crashed())?;
-        mesher.mesh_sources(&job, sources, &MeshOptions::default(), &Control::default())
+        mesher.mesh_sources(&job, sources, &MeshOptions::default(), &control)
     };
     // SAFETY: the caller vouches for the place of the error
     unsafe { call(error, mesh) }

@@ -104,6 +104,22 @@ static void whole_and_windows(const HexcastMesher *mesher) {
   for (int z = 0; z < 7; z++)
     for (int y = 0; y < 12; y++) CHECK(memcmp(some[z][y], &flags[z + 1][y + 2][3], 8) == 0);
 
+  /* beyond the box a halo is background, or has the flag of the nearest cell: here the corner of an inverted body */
+  for (int clamps = 0; clamps < 2; clamps++) {
+    char job[512];
+    snprintf(job, sizeof job,
+             "{\"geometries\": [{\"file\": \"octahedron\", \"flag\": 200, \"invert\": true}], \"dims\": [20, 16, 12], "
+             "\"window\": [0, 0, 0, 4, 4, 4], \"halo\": 1, \"halo_edge\": \"%s\"}",
+             clamps ? "clamp" : "background");
+    HexcastMesh *halo = meshed(mesher, job);
+    uint8_t corner[8];
+    const uint32_t two[3] = {2, 2, 2};
+    CHECK(hexcast_mesh_dims(halo, dims, NULL) == 0 && dims[0] == 6 && dims[1] == 6 && dims[2] == 6);
+    CHECK(hexcast_mesh_fill_box(halo, zero, two, corner, sizeof corner, NULL) == 0);
+    for (int cell = 0; cell < 8; cell++) CHECK(corner[cell] == (clamps || cell == 7 ? 200 : 0));
+    hexcast_mesh_free(halo);
+  }
+
   /* lines of the window are lines of the whole */
   double lines[NX + 1], own_lines[9];
   CHECK(hexcast_mesh_lines(whole, 0, lines, NX + 1, NULL) == 0);
@@ -188,6 +204,43 @@ static void errors(const HexcastMesher *mesher) {
   hexcast_error_free(NULL);
 }
 
+/* What a mesh tells of its progress. */
+struct told {
+  int n_calls, stop_at;
+  uint64_t last, n_rays;
+  pthread_t thread;
+};
+
+static int32_t tell(uint64_t rays_done, uint64_t n_rays, void *user) {
+  struct told *told = user;
+  CHECK(rays_done >= told->last && rays_done <= n_rays);
+  CHECK(pthread_equal(pthread_self(), told->thread));
+  told->last = rays_done;
+  told->n_rays = n_rays;
+  return ++told->n_calls == told->stop_at;
+}
+
+static void progress(const HexcastMesher *mesher) {
+  /* many rows of rays along x, which are cast in several rounds */
+  const char *job = "{\"geometries\": [{\"file\": \"octahedron\"}], \"dims\": [4, 2000, 2000], \"axis\": \"x\"}";
+  HexcastError *error = NULL;
+  struct told told = {.stop_at = -1, .thread = pthread_self()};
+  HexcastMesh *mesh = hexcast_mesh_with_progress(mesher, job, &facets, 1, tell, &told, &error);
+  CHECK(mesh != NULL && error == NULL);
+  CHECK(told.n_calls > 1 && told.n_rays == 2000 * 2000 && told.last == told.n_rays);
+  hexcast_mesh_free(mesh);
+  /* the first call ends the next mesh, and the mesher is as good as before */
+  const int n_calls = told.n_calls;
+  told = (struct told){.stop_at = 1, .thread = pthread_self()};
+  CHECK(hexcast_mesh_with_progress(mesher, job, &facets, 1, tell, &told, &error) == NULL);
+  check_error(error, "cancelled", "cancelled");
+  CHECK(told.n_calls == 1 && n_calls > 1 && told.last < told.n_rays);
+  hexcast_mesh_free(meshed(mesher, JOB("")));
+  mesh = hexcast_mesh_with_progress(mesher, job, &facets, 1, NULL, NULL, NULL);
+  CHECK(mesh != NULL);
+  hexcast_mesh_free(mesh);
+}
+
 static const HexcastMesher *shared_mesher;
 static const HexcastMesh *shared_mesh;
 
@@ -227,6 +280,7 @@ int main(void) {
   whole_and_windows(mesher);
   errors(mesher);
   threads(mesher);
+  progress(mesher);
   /* a mesh outlives its mesher */
   HexcastMesh *mesh = meshed(mesher, JOB(""));
   hexcast_mesher_free(mesher);

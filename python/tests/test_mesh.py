@@ -126,3 +126,16 @@ def test_windows_have_the_flags_and_lines_of_the_whole(part, backend):
         assert [window[key] for key in ("first", "end", "of")] == [[i0, j0, k0], [i1, j1, k1], list(whole.dims)]
         for ours, lines, a, b in zip(mesh.lines, whole.lines, (i0, j0, k0), (i1, j1, k1)):
             np.testing.assert_allclose(ours, lines[a : b + 1], rtol=1e-14, atol=1e-14)
+
+
+@pytest.mark.parametrize("edge", ["background", "clamp"])
+def test_a_halo_is_background_or_the_nearest_flags_beyond_the_box(spot, edge):
+    options = {"cells": 30, "backend": "cpu", "domain": (-0.2, -0.5, -0.3, 0.3, 0.4, 0.2)}
+    whole = hexcast.mesh(spot, **options)
+    nx, ny, nz = whole.dims
+    mesh = hexcast.mesh(spot, window=(0, 0, 0, nx, ny, nz), halo=3, halo_edge=edge, **options)
+    mode = {"background": "constant", "clamp": "edge"}[edge]
+    np.testing.assert_array_equal(mesh.flags, np.pad(whole.flags, 3, mode=mode))
+    # the surface reaches beyond the box, so that the two differ
+    assert whole.flags[0].any() and whole.flags[:, 0].any()
+    assert mesh.report["job"]["halo_edge"] == edge

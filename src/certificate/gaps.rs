@@ -2,6 +2,7 @@
 //!
 //! Columns -> [`FlagGap`]s: where two substances should touch, and a cell between them is neither. Along the rays such a cell is a run
 //! of length 1; across them the runs of three rays in a row are walked together. So the result does not depend on the ray axis.
+//! A cell at the border of a window has a neighbour beyond it: whoever knows the cells there adds those of the three.
 //! Cost: a pass over the runs of five rays for each.
 
 use std::collections::BTreeMap;
@@ -32,23 +33,36 @@ pub struct FlagGap {
 /// By flags and axis.
 type Found = BTreeMap<([u8; 2], usize), FlagGap>;
 
-/// Finds all, in the order of flags and axes.
-///
-/// # Errors
-/// `io` where the columns are in a store that fails.
-pub fn flag_gaps(columns: &Columns) -> Result<Vec<FlagGap>> {
-    let [n_across, n_rows] = columns.rays.counts;
-    let step = (CHUNK / n_across).max(1);
-    let of_chunk = |chunk: u32| {
-        let first = chunk * step;
-        of_rows(columns, first, n_rows.min(first + step))
-    };
-    let chunks: Vec<Result<Found>> = (0..n_rows.div_ceil(step)).into_par_iter().map(of_chunk).collect();
-    let mut all = Found::new();
-    for chunk in chunks {
-        chunk?.into_values().for_each(|gap| note(&mut all, gap));
+/// The gaps of a box, collected from columns of some of its cells after those of others.
+#[derive(Debug, Default)]
+pub struct FlagGaps(Found);
+
+impl FlagGaps {
+    /// Adds the gaps along some axes of columns that begin at a cell of the box.
+    ///
+    /// # Errors
+    /// `io` where the columns are in a store that fails.
+    pub fn add(&mut self, columns: &Columns, first: [u32; 3], axes: &[usize]) -> Result<()> {
+        let [n_across, n_rows] = columns.rays.counts;
+        let step = (CHUNK / n_across).max(1);
+        let of_chunk = |chunk: u32| {
+            let first = chunk * step;
+            of_rows(columns, first, n_rows.min(first + step))
+        };
+        let chunks: Vec<Result<Found>> = (0..n_rows.div_ceil(step)).into_par_iter().map(of_chunk).collect();
+        let in_box = |cell: [u32; 3]| [0, 1, 2].map(|axis| cell[axis] + first[axis]);
+        for chunk in chunks {
+            for gap in chunk?.into_values().filter(|gap| axes.contains(&gap.axis)) {
+                note(&mut self.0, FlagGap { first: in_box(gap.first), bounds: gap.bounds.map(in_box), ..gap });
+            }
+        }
+        Ok(())
     }
-    Ok(all.into_values().collect())
+
+    /// All of them, in the order of flags and axes.
+    pub fn into_list(self) -> Vec<FlagGap> {
+        self.0.into_values().collect()
+    }
 }
 
 /// Finds those of some rows of rays.

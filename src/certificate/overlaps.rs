@@ -1,11 +1,15 @@
 //! Overlaps: cells that lie inside of two geometries, of which one wins.
 //!
+//! A stretch of a ray belongs to the cell in which it begins, so that the longest of a box is the longest of those of its windows: each
+//! window casts whole rays of the box, those through its cells.
 //! Cost: one cast of all rays on the host.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+use std::ops::Range;
 
 use crate::cast::Cast;
-use crate::cpu::{Window, over_windows, window_of_rows};
+use crate::cpu::{Window, over_windows, rays_through};
 use crate::crossings::Crossings;
 use crate::job::Rule;
 use crate::lines::Lines;
@@ -21,63 +25,85 @@ pub struct Overlap {
     pub geometries: [usize; 2],
     /// Cells inside of both.
     pub cells: u64,
-    /// A place inside of both, in world coordinates: the middle of the longest stretch of a ray, the first of those.
+    /// Cells of the longest stretch of a ray inside of both; 0 in a window in which none begins.
+    pub longest: u32,
+    /// A place inside of both, in world coordinates: the middle of the longest stretch, the first of those.
     pub place: [f64; 3],
 }
 
+/// Cells of a ray inside of two geometries.
+#[derive(Clone, Copy)]
+struct Stretch {
+    /// Number of cells; 0 where they begin before those that are looked at.
+    length: u32,
+    ray: u64,
+    /// The first cell, and the end, of those looked at.
+    first: u32,
+    end: u32,
+}
+
 /// What a pair of geometries has in common.
-#[derive(Default)]
 struct Common {
     cells: u64,
-    /// Number of cells of the longest stretch, its ray and its first cell.
-    longest: (u32, u64, u32),
+    longest: Stretch,
 }
 
 impl Common {
-    fn add(&mut self, cells: u64, stretch: (u32, u64, u32)) {
-        self.cells += cells;
-        if stretch.0 > self.longest.0 {
-            self.longest = stretch;
+    /// Adds what comes after.
+    fn add(&mut self, more: Common) {
+        self.cells += more.cells;
+        if more.longest.length > self.longest.length {
+            self.longest = more.longest;
         }
     }
 }
 
-/// Finds all, in the order of their ranks.
-pub(super) fn overlaps(cast: &Cast, lines: &Lines) -> Vec<Overlap> {
+/// Finds those of some cells of the box, in the order of their ranks.
+pub(super) fn overlaps(cast: &Cast, lines: &Lines, cells: [[u32; 3]; 2]) -> Vec<Overlap> {
     let ranks = &cast.frame.ranks.geometry_of_rank;
     let mut common: BTreeMap<[u8; 2], Common> = BTreeMap::new();
     if ranks.len() < 2 {
         return Vec::new();
     }
-    let n_rows = cast.rays.counts[1];
-    for first in (0..n_rows).step_by(ROWS as usize) {
-        let rows = first..n_rows.min(first.saturating_add(ROWS));
-        let windows: Vec<Window> = rows.map(|row| window_of_rows(cast.rays, row..row + 1)).collect();
-        let of_row = |crossings: &Crossings| common_cells(crossings, cast.rule, cast.rays.depth);
+    let [across, down] = rays_through(cast.rays, cells);
+    let along = cells[0][cast.rays.axis]..cells[1][cast.rays.axis];
+    for first in down.clone().step_by(ROWS as usize) {
+        let rows = first..down.end.min(first.saturating_add(ROWS));
+        let windows: Vec<Window> = rows.map(|row| [across.clone(), row..row + 1]).collect();
+        let of_row = |crossings: &Crossings| common_cells(crossings, cast.rule, cast.rays.depth, &along);
         for (pair, of_row) in over_windows(cast, &windows, false, of_row).into_iter().flatten() {
-            common.entry(pair).or_default().add(of_row.cells, of_row.longest);
+            note(&mut common, pair, of_row);
         }
     }
     let overlap = |([high, low], Common { cells, longest }): ([u8; 2], Common)| Overlap {
         geometries: [high, low].map(|rank| ranks[usize::from(rank)]),
         cells,
+        longest: longest.length,
         place: middle(longest, cast.rays, lines),
     };
     common.into_iter().map(overlap).collect()
 }
 
+/// Adds to what a pair has in common.
+fn note(common: &mut BTreeMap<[u8; 2], Common>, pair: [u8; 2], more: Common) {
+    match common.entry(pair) {
+        Entry::Vacant(entry) => drop(entry.insert(more)),
+        Entry::Occupied(mut entry) => entry.get_mut().add(more),
+    }
+}
+
 /// The middle of a stretch of a ray, in world coordinates.
-fn middle((n, ray, first): (u32, u64, u32), rays: &Rays, lines: &Lines) -> [f64; 3] {
+fn middle(Stretch { ray, first, end, .. }: Stretch, rays: &Rays, lines: &Lines) -> [f64; 3] {
     let n_across = u64::from(rays.counts[0]);
     let mut place = [0.0; 3];
     place[rays.across[0]] = (ray % n_across) as f64 + 0.5;
     place[rays.across[1]] = (ray / n_across) as f64 + 0.5;
-    place[rays.axis] = f64::from(first) + 0.5 * f64::from(n);
+    place[rays.axis] = f64::from(first) + 0.5 * f64::from(end - first);
     [0, 1, 2].map(|axis| lines.at(axis, place[axis]))
 }
 
-/// What each pair of ranks, the higher first, has in common.
-fn common_cells(crossings: &Crossings, rule: Rule, depth: u32) -> BTreeMap<[u8; 2], Common> {
+/// What each pair of ranks, the higher first, has in common in some cells of the rays.
+fn common_cells(crossings: &Crossings, rule: Rule, depth: u32, along: &Range<u32>) -> BTreeMap<[u8; 2], Common> {
     let mut common: BTreeMap<[u8; 2], Common> = BTreeMap::new();
     crossings.for_each_ray(|ray, events| {
         let mut counts: BTreeMap<u8, i32> = BTreeMap::new();
@@ -87,10 +113,14 @@ fn common_cells(crossings: &Crossings, rule: Rule, depth: u32) -> BTreeMap<[u8; 
             let is_inside = |(_, n): &(&u8, &i32)| if rule == Rule::Parity { *n & 1 != 0 } else { **n != 0 };
             if cell > last {
                 let inside: Vec<u8> = counts.iter().filter(is_inside).map(|(&rank, _)| rank).collect();
-                for (index, &high) in inside.iter().enumerate() {
+                let longest = match along.contains(&last) {
+                    true => Stretch { length: cell - last, ray, first: last, end: cell },
+                    false => Stretch { length: 0, ray, first: along.start, end: cell.min(along.end) },
+                };
+                let n_here = cell.min(along.end).saturating_sub(last.max(along.start));
+                for (index, &high) in inside.iter().enumerate().filter(|_| n_here > 0) {
                     for &low in &inside[..index] {
-                        let n = cell - last;
-                        common.entry([high, low]).or_default().add(u64::from(n), (n, ray, last));
+                        note(&mut common, [high, low], Common { cells: n_here.into(), longest });
                     }
                 }
                 last = cell;

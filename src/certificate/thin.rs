@@ -6,11 +6,16 @@
 //! short without a wall. So a wall at any angle is found along the axis nearest to its normal, where it is at most 1.7 times as
 //! thick as across.
 //!
+//! A stretch belongs to the cell in which it begins, so that those of the windows of a box are those of the box: each window casts whole
+//! rays of the box, those through its cells.
+//!
 //! Degenerate cases: where a geometry reaches beyond the domain along an axis, what touches the domain's ends is left out.
 //! Cost: a cast of the rays of each axis that pass the box of a geometry.
 
+use std::ops::Range;
+
 use crate::cast::Cast;
-use crate::cpu::{Window, over_windows};
+use crate::cpu::{Window, over_windows, rays_through};
 use crate::crossings::Crossings;
 use crate::frame::{Frame, SnappedFacet, normal};
 use crate::job::Rule;
@@ -40,8 +45,14 @@ pub struct ThinWall {
 /// A stretch of a ray: number of centres, the ray's indices across, first centre.
 type Thin = (u32, [u32; 2], u32);
 
-/// Finds the walls of fewer than `k` cells of the geometries that are wanted.
-pub(super) fn thin_walls(cast: &Cast, lines: &Lines, k: u32, is_wanted: impl Fn(usize) -> bool) -> Vec<ThinWall> {
+/// Finds the walls of fewer than `k` cells, those that begin in some cells of the box, of the geometries that are wanted.
+pub(super) fn thin_walls(
+    cast: &Cast,
+    lines: &Lines,
+    cells: [[u32; 3]; 2],
+    k: u32,
+    is_wanted: impl Fn(usize) -> bool,
+) -> Vec<ThinWall> {
     let mut found = Vec::new();
     for (rank, &geometry) in cast.frame.ranks.geometry_of_rank.iter().enumerate() {
         let facets = cast.frame.facets_of_rank(rank);
@@ -51,7 +62,7 @@ pub(super) fn thin_walls(cast: &Cast, lines: &Lines, k: u32, is_wanted: impl Fn(
         for axis in 0..3 {
             let rays = Rays::new(axis, cast.frame.dims);
             let frame = aligned_or_not(facets, axis, cast.frame);
-            let thin = thin_of(&Cast { frame: &frame, rays: &rays, rule: cast.rule }, k);
+            let thin = thin_of(&Cast { frame: &frame, rays: &rays, rule: cast.rule }, cells, k);
             let Some(&(cells, across, first)) = thin.iter().min() else { continue };
             let mut place = [0.0; 3];
             for (across_axis, index) in rays.across.into_iter().zip(across) {
@@ -86,21 +97,26 @@ fn aligned_or_not(facets: &[SnappedFacet], axis: usize, frame: &Frame) -> Frame 
     both
 }
 
-fn thin_of(cast: &Cast, k: u32) -> Vec<Thin> {
+fn thin_of(cast: &Cast, cells: [[u32; 3]; 2], k: u32) -> Vec<Thin> {
     let (rays, corners) = (cast.rays, cast.frame.facets.as_flattened());
     let bits = cast.frame.fraction_bits;
     let span = |axis: usize| {
         let along = corners.iter().map(|corner| corner[axis] >> bits);
         [along.clone().min(), along.max()].map(|cell| cell.unwrap_or(0))
     };
-    let within = |axis: usize, n: u32| {
+    let through = rays_through(rays, cells);
+    let within = |axis: usize, rays: &Range<u32>| {
         let [low, high] = span(axis);
-        low.clamp(0, n as i32 - 1) as u32..(high.saturating_add(1)).clamp(0, n as i32) as u32
+        let [first, last] = [low, high.saturating_add(1)].map(|cell| cell.max(0) as u32);
+        first.clamp(rays.start, rays.end)..last.clamp(rays.start, rays.end)
     };
     let [low, high] = span(rays.axis);
     // beyond half a cell outside, what is at the ends may reach further
     let is_cut = low < -1 || high >= rays.depth as i32;
-    let [across, down] = [0, 1].map(|index| within(rays.across[index], rays.counts[index]));
+    let [across, down] = [0, 1].map(|index| within(rays.across[index], &through[index]));
+    let [begin, end] = cells.map(|cell| cell[rays.axis]);
+    // what begins behind the last centre is the last cell's
+    let is_here = |first: u32| first >= begin && (first < end || end == rays.depth);
     let windows: Vec<Window> = down.map(|row| [across.clone(), row..row + 1]).collect();
     let of_row = |crossings: &Crossings| {
         let mut found = Vec::new();
@@ -111,7 +127,7 @@ fn thin_of(cast: &Cast, k: u32) -> Vec<Thin> {
                 let [(first, is_first), (last, is_last)] =
                     [start, end].map(|event| (event >> 9, event >> 1 & 0xff == 0));
                 let touches_end = first == 0 || last == rays.depth;
-                if is_first && is_last && last - first < k && !(is_cut && touches_end) {
+                if is_first && is_last && last - first < k && is_here(first) && !(is_cut && touches_end) {
                     found.push((last - first, place, first));
                 }
             }

@@ -1,19 +1,20 @@
-//! Columns with background cells around them.
+//! Columns with cells around them: background, or the flags of the outermost cells.
 
 use super::Columns;
 use super::run::{Band, run, run_cell, run_flag};
 use crate::error::{Error, Result};
+use crate::job::HaloEdge;
 use crate::rays::Rays;
 
 /// Rays of a band, at least.
 const BAND_RAYS: usize = 1 << 16;
 
 impl Columns {
-    /// These columns with so many background cells more before and behind them on x, y, z.
+    /// These columns with so many cells more before and behind them on x, y, z.
     ///
     /// # Errors
     /// `memory` where they have left it.
-    pub(crate) fn padded(&self, [before, behind]: [[u32; 3]; 2]) -> Result<Columns> {
+    pub(crate) fn padded(&self, [before, behind]: [[u32; 3]; 2], edge: HaloEdge) -> Result<Columns> {
         if self.is_spilled() {
             let message = "cells beyond the box are added in memory, and the columns had to leave it";
             let hint = "allow more with max_memory (--max-memory), leave out --resume, or use smaller windows";
@@ -21,28 +22,21 @@ impl Columns {
         }
         let dims = self.dims();
         let rays = Rays::new(self.rays.axis, [0, 1, 2].map(|axis| before[axis] + dims[axis] + behind[axis]));
-        let [i, j] = rays.across;
-        let (first, n_inside) = (before[rays.axis], self.rays.depth);
+        let along = [before, behind].map(|cells| cells[rays.axis]);
         let mut bands = vec![Band { n_crossings: self.n_crossings(), odd_rays: self.odd_rays(), ..Band::default() }];
         for row in 0..rays.counts[1] {
             let mut band = bands.pop().unwrap_or_default();
-            let empty =
-                |band: &mut Band, n: u32| band.ends.extend(std::iter::repeat_n(band.runs.len() as u32, n as usize));
-            match row.checked_sub(before[j]).filter(|row| *row < self.rays.counts[1]) {
-                None => empty(&mut band, rays.counts[0]),
-                Some(row) => {
-                    empty(&mut band, before[i]);
-                    let start = u64::from(row) * u64::from(self.rays.counts[0]);
-                    self.for_rays(start..start + u64::from(self.rays.counts[0]), |runs| {
-                        band.runs.extend(runs.iter().map(|&of| run(run_cell(of) + first, run_flag(of))));
-                        let ends_flagged = runs.last().is_some_and(|&last| run_flag(last) != 0);
-                        if ends_flagged && behind[rays.axis] > 0 {
-                            band.runs.push(run(first + n_inside, 0));
-                        }
-                        band.ends.push(band.runs.len() as u32);
-                    })?;
-                    empty(&mut band, behind[i]);
+            let (first, n) = (before[rays.across[1]], self.rays.counts[1]);
+            let of_row = match source(row, first, n, edge) {
+                Some(row) => self.row(row, along, edge)?,
+                None => Vec::new(),
+            };
+            for column in 0..rays.counts[0] {
+                let column = source(column, before[rays.across[0]], self.rays.counts[0], edge);
+                if let Some(runs) = column.and_then(|column| of_row.get(column as usize)) {
+                    band.runs.extend_from_slice(runs);
                 }
+                band.ends.push(band.runs.len() as u32);
             }
             let next_ray = band.first_ray + band.ends.len() as u64;
             let is_full = band.ends.len() >= BAND_RAYS;
@@ -53,37 +47,60 @@ impl Columns {
         }
         Columns::new(rays, bands)
     }
+
+    /// The runs of a row of rays, each with so many cells more before and behind it.
+    fn row(&self, row: u32, [before, behind]: [u32; 2], edge: HaloEdge) -> Result<Vec<Vec<u32>>> {
+        let (n, mut padded) = (u64::from(self.rays.counts[0]), Vec::new());
+        let start = u64::from(row) * n;
+        let is_clamped = edge == HaloEdge::Clamp;
+        self.for_rays(start..start + n, |runs| {
+            let moved = |cell: u32| if is_clamped && cell == 0 { 0 } else { cell + before };
+            let mut of_ray: Vec<u32> = runs.iter().map(|&of| run(moved(run_cell(of)), run_flag(of))).collect();
+            let ends_flagged = runs.last().is_some_and(|&last| run_flag(last) != 0);
+            if ends_flagged && behind > 0 && !is_clamped {
+                of_ray.push(run(before + self.rays.depth, 0));
+            }
+            padded.push(of_ray);
+        })?;
+        Ok(padded)
+    }
+}
+
+/// Which of `n` rows, of which the first is number `first`, a number stands for: None for background.
+fn source(number: u32, first: u32, n: u32, edge: HaloEdge) -> Option<u32> {
+    match edge {
+        HaloEdge::Background => number.checked_sub(first).filter(|row| *row < n),
+        HaloEdge::Clamp => Some(number.saturating_sub(first).min(n - 1)),
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use crate::job::HaloEdge;
     use crate::mesh::tests::pattern;
 
     #[test]
-    fn padded_columns_are_background_around_the_same_flags() {
+    fn padded_columns_have_the_same_flags_within_and_background_or_the_nearest_around_them() {
         let dims = [9, 5, 7];
         for axis in 0..3 {
             let mesh = pattern(axis, dims, 3);
             for [before, behind] in [[[0; 3], [0; 3]], [[2, 3, 1], [1, 0, 4]], [[0, 0, 2], [0, 1, 0]]] {
-                let padded = mesh.columns.padded([before, behind]).unwrap();
-                assert_eq!(padded.dims(), [0, 1, 2].map(|axis| before[axis] + dims[axis] + behind[axis]));
-                assert_eq!(
-                    (padded.n_crossings(), padded.odd_rays()),
-                    (mesh.columns.n_crossings(), mesh.columns.odd_rays())
-                );
-                let [nx, ny, nz] = padded.dims();
-                for cell in (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z]))) {
-                    let inside =
-                        [0, 1, 2].map(|axis| cell[axis].checked_sub(before[axis]).filter(|&at| at < dims[axis]));
-                    let expected = match inside {
-                        [Some(x), Some(y), Some(z)] => mesh.columns.flag([x, y, z]).unwrap(),
-                        _ => 0,
-                    };
+                for edge in [HaloEdge::Background, HaloEdge::Clamp] {
+                    let padded = mesh.columns.padded([before, behind], edge).unwrap();
+                    assert_eq!(padded.dims(), [0, 1, 2].map(|axis| before[axis] + dims[axis] + behind[axis]));
                     assert_eq!(
-                        padded.flag(cell).unwrap(),
-                        expected,
-                        "axis {axis}, {before:?}, {behind:?}, cell {cell:?}"
+                        (padded.n_crossings(), padded.odd_rays()),
+                        (mesh.columns.n_crossings(), mesh.columns.odd_rays())
                     );
+                    let [nx, ny, nz] = padded.dims();
+                    for cell in (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z]))) {
+                        let at = [0, 1, 2].map(|axis| i64::from(cell[axis]) - i64::from(before[axis]));
+                        let nearest = [0, 1, 2].map(|axis| at[axis].clamp(0, i64::from(dims[axis]) - 1));
+                        let flag = mesh.columns.flag(nearest.map(|cell| cell as u32)).unwrap();
+                        let expected = if at == nearest || edge == HaloEdge::Clamp { flag } else { 0 };
+                        let found = padded.flag(cell).unwrap();
+                        assert_eq!(found, expected, "axis {axis}, {edge:?}, {before:?}, {behind:?}, cell {cell:?}");
+                    }
                 }
             }
         }

@@ -11,6 +11,7 @@ use crate::geometry::{Placing, Sizing};
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
+#[non_exhaustive]
 pub struct GeometryJob {
     /// The file as the caller names it.
     pub file: String,

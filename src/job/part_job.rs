@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub struct PartJob {
     /// Which part, from 1 on; x fastest.
     pub index: u32,
@@ -16,6 +17,11 @@ pub struct PartJob {
 }
 
 impl PartJob {
+    /// A part by its index, from 1 on, and the numbers of parts along x, y and z.
+    pub fn new(index: u32, of: [u32; 3]) -> PartJob {
+        PartJob { index, of }
+    }
+
     /// Number of all parts.
     pub fn n_parts(&self) -> u64 {
         // of 2^96 at most the job's check leaves what is fewer than cells

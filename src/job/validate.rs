@@ -65,6 +65,10 @@ impl Job {
         if let Some(halo) = self.halo.filter(|halo| *halo > MAX_HALO) {
             return Err(out_of_range("halo", halo, &format!("0 to {MAX_HALO} cells")));
         }
+        if self.halo_edge.is_some() && self.halo.is_none() {
+            let message = "halo_edge is given without halo, whose cells beyond the box it decides";
+            return Err(Error::new("job-conflict", message, "give halo (--halo), or remove halo_edge"));
+        }
         let Some(&key_of_window) = given.first() else {
             if self.halo.is_some() {
                 let message = "halo is given without window or part, whose cells it goes around";
@@ -80,11 +84,10 @@ impl Job {
             let message = "window and part are given together: each says which cells are meshed";
             return Err(Error::new("job-conflict", message, "keep one of them"));
         }
-        for (key, is_given) in [("close_gaps", self.close_gaps.is_some()), ("certify", self.certify)] {
-            if is_given {
-                let message = format!("{key} and {key_of_window} are given together: {key} needs cells beyond these");
-                return Err(Error::new("job-conflict", message, format!("mesh the whole box for {key}")));
-            }
+        if self.close_gaps.is_some() {
+            let message =
+                format!("close_gaps and {key_of_window} are given together: close_gaps needs cells beyond these");
+            return Err(Error::new("job-conflict", message, "mesh the whole box for close_gaps"));
         }
         Ok(())
     }

@@ -8,6 +8,7 @@ use super::{ByteSize, numbers};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
+#[non_exhaustive]
 pub struct ZarrJob {
     /// Cells of a chunk, which is compressed by itself, on x, y, z.
     #[serde(deserialize_with = "numbers::list", skip_serializing_if = "Option::is_none")]

@@ -42,19 +42,20 @@ impl Part {
     }
 
     /// The same for some cells of the box: the first, and the end, exclusive.
-    pub(crate) fn window(self, cells: [[u32; 3]; 2], whole: &Frame) -> Part {
+    pub(crate) fn window(&self, cells: [[u32; 3]; 2], whole: &Frame) -> Part {
         let near = |facets: &[SnappedFacet]| -> Vec<SnappedFacet> {
             facets.iter().filter_map(|facet| in_window(facet, cells, whole)).collect()
         };
-        let kind = match self.kind {
-            Kind::Open(part) => {
+        let kind = match &self.kind {
+            Kind::Open(OpenPart { policy, facets, caps, surface, .. }) => {
+                let (caps, surface) = (caps.clone(), surface.clone());
                 let first = (cells[0], [0, 1, 2].map(|axis| whole.centre(axis, cells[0][axis])));
-                Kind::Open(OpenPart { facets: near(&part.facets), first, ..part })
+                Kind::Open(OpenPart { policy: *policy, facets: near(facets), caps, first, surface })
             }
             Kind::Inverted(frame) => Kind::Inverted(frame.window(cells)),
-            Kind::Sheet { fill, shell, facets } => Kind::Sheet { fill, shell, facets: near(&facets) },
+            Kind::Sheet { fill, shell, facets } => Kind::Sheet { fill: *fill, shell: *shell, facets: near(facets) },
         };
-        Part { kind, ..self }
+        Part { kind, rank: self.rank, invert: self.invert }
     }
 
     /// Bytes that deciding it takes, about.

@@ -3,7 +3,7 @@
 use super::prepare::Prepared;
 use crate::certificate::DEFAULT_THIN_CELLS;
 use crate::gaps::Gaps;
-use crate::job::{AxisChoice, DEFAULT_CELLS, DEFAULT_GROWTH, DEFAULT_TOLERANCE, Job};
+use crate::job::{AxisChoice, DEFAULT_CELLS, DEFAULT_GROWTH, DEFAULT_TOLERANCE, HaloEdge, Job};
 
 /// Fills in what a job left to defaults; `n_solids` has the number of solids of each file.
 ///
@@ -22,6 +22,9 @@ pub(super) fn effective(job: &Job, prepared: &Prepared, n_solids: &[usize], gaps
     }
     if job.certify {
         job.thin_cells = job.thin_cells.or(Some(DEFAULT_THIN_CELLS));
+    }
+    if job.halo.is_some() {
+        job.halo_edge = job.halo_edge.or(Some(HaloEdge::default()));
     }
     job.gap_flag = gaps.map(|gaps| gaps.flag);
     job.axis = [AxisChoice::X, AxisChoice::Y, AxisChoice::Z][prepared.rays.axis];

@@ -1,21 +1,23 @@
-//! The halo of a window: cells beyond it. Those within the box are meshed with the window; those beyond it are background.
+//! The halo of a window: cells beyond it. Those within the box are meshed with the window; those beyond it are background, or have the
+//! flag of the nearest cell of the box.
 
 use super::prepare::Prepared;
 use crate::columns::Columns;
 use crate::doubt::Doubtful;
 use crate::error::Result;
+use crate::job::HaloEdge;
 use crate::lines::Lines;
 
-/// Background cells before and behind what was meshed, on x, y, z.
-pub(super) struct Beyond([[u32; 3]; 2]);
+/// Cells before and behind what was meshed, on x, y, z, and what they are.
+pub(super) struct Beyond([[u32; 3]; 2], HaloEdge);
 
 impl Beyond {
     /// Those of a prepared window; none without a halo that reaches beyond the box.
     pub(super) fn new(prepared: &Prepared) -> Beyond {
-        let Prepared { whole, halo, .. } = prepared;
+        let &Prepared { ref whole, halo, halo_edge, .. } = prepared;
         let [first, end] = prepared.cells();
         let before = first.map(|cell| halo.saturating_sub(cell));
-        Beyond([before, [0, 1, 2].map(|axis| halo.saturating_sub(whole.dims()[axis] - end[axis]))])
+        Beyond([before, [0, 1, 2].map(|axis| halo.saturating_sub(whole.dims()[axis] - end[axis]))], halo_edge)
     }
 
     fn is_none(&self) -> bool {
@@ -27,10 +29,10 @@ impl Beyond {
     /// # Errors
     /// `memory` where the columns have left it.
     pub(super) fn around(&self, columns: Columns) -> Result<Columns> {
-        if self.is_none() { Ok(columns) } else { columns.padded(self.0) }
+        if self.is_none() { Ok(columns) } else { columns.padded(self.0, self.1) }
     }
 
-    /// Adds them to what is counted from the first cell that was meshed.
+    /// Adds them to what is counted from the first cell that was meshed; no cell beyond the box is doubtful.
     ///
     /// # Errors
     /// Those of [`Beyond::around`].
@@ -39,7 +41,8 @@ impl Beyond {
         for cells in &mut doubtful.boxes {
             *cells = cells.map(|cell| [0, 1, 2].map(|axis| cell[axis] + before[axis]));
         }
-        doubtful.mask = doubtful.mask.map(|mask| self.around(mask)).transpose()?;
+        let background = Beyond(self.0, HaloEdge::Background);
+        doubtful.mask = doubtful.mask.map(|mask| background.around(mask)).transpose()?;
         Ok(doubtful)
     }
 }

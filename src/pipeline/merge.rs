@@ -1,50 +1,47 @@
 //! Merges the reports of windows that together are a box: the report of the whole box, but for times and memory.
 //!
-//! Reports of windows, as JSON -> that of the whole. The windows are a grid that divides the box; rays must not be cut by it, since
-//! runs and crossings are counted a ray. Counts add up, as do the sums of `flags_hash`; what is known of surfaces is the same in all;
-//! sentences with counts are made anew. Seconds add up, too; of memory the most counts.
+//! Reports of windows, as JSON -> that of the whole. The windows are a grid that divides the box. Counts add up, as do the sums of
+//! `flags_hash`; where rays are cut, every piece of a ray has the crossings of all of it, so that those of the first piece count, and runs
+//! count where they begin. What is known of surfaces is the same in all; sentences with counts are made anew. Seconds add up, too; of
+//! memory the most counts.
 //! Cost: little more than reading the reports.
 
 use std::collections::BTreeSet;
 
-use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
-use super::warnings::about_odd_rays;
 use crate::columns::CellRun;
 use crate::doubt::Doubt;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::fingerprint::hash_of_sums;
 use crate::lines::Lines;
 use crate::rays::Rays;
-use crate::report::{DoubtReport, FlagReport, GeometryReport, MAX_BOXES, OpenReport, WindowReport, flag_reports};
+use crate::report::{DoubtReport, MAX_BOXES, OpenReport, flag_reports};
+
+mod certificate;
+mod part;
+mod sentences;
+
+use certificate::merged_certificate;
+use part::{HINT, Part, part, refused};
+use sentences::{Counted, merged_shells, warnings};
 
 /// What must be equal in the reports of all windows.
 const SAME: &[&str] =
-    &["version", "unit", "spacing", "inputs", "end_points", "snap_in_cells", "rule", "ray_axis", "gaps", "certificate"];
-
-/// A window and what of its report is merged by its meaning.
-struct Part<'a> {
-    report: &'a Value,
-    window: WindowReport,
-    lines: Lines,
-    geometries: Vec<GeometryReport>,
-    open: Vec<OpenReport>,
-    flags: Vec<FlagReport>,
-    doubtful: DoubtReport,
-}
+    &["version", "unit", "spacing", "inputs", "end_points", "snap_in_cells", "rule", "ray_axis", "gaps"];
 
 /// Merges the reports of all windows of a box, in any order.
 ///
 /// # Errors
-/// `job-value` where one is not the report of a window; `job-conflict` where they are not of one job, do not divide its box, are cut
-/// along their rays, or have a halo.
+/// `job-value` where one is not the report of a window; `job-conflict` where they are not of one job, do not divide its box, have a halo,
+/// or are windows that cut rays and do not say which runs begin in them.
 pub fn merge(reports: &[Value]) -> Result<Value> {
     let parts: Vec<Part> = reports.iter().enumerate().map(|(index, of)| part(index, of)).collect::<Result<_>>()?;
     let first = parts.first().ok_or_else(|| refused("job-value", "no report is given", "give those of all parts"))?;
     check_same(&parts)?;
     let axis = ["x", "y", "z"].iter().position(|name| first.report["ray_axis"] == *name).unwrap_or(0);
-    check_grid(&parts, axis)?;
+    check_grid(&parts)?;
+    let runs = runs(&parts, axis)?;
     let whole = Lines::new(first.window.origin, first.lines.smallest(), first.window.of)?;
     let mut merged = first.report.clone();
     merged["dims"] = json!(whole.dims());
@@ -53,9 +50,14 @@ pub fn merge(reports: &[Value]) -> Result<Value> {
     merged["flags_sha256"] = Value::Null;
     let job = merged["job"].as_object_mut().ok_or_else(|| refused("job-value", "a report has no job", HINT))?;
     ["part", "window"].iter().for_each(|key| drop(job.remove(*key)));
-    for key in ["cells", "rays", "rays_kept", "crossings", "runs", "odd_rays"] {
+    for key in ["cells", "rays_kept"] {
         merged[key] = json!(sum(&parts, |report| &report[key]));
     }
+    for key in ["rays", "crossings", "odd_rays"] {
+        let at_start = parts.iter().filter(|part| part.window.first[axis] == 0);
+        merged[key] = json!(at_start.map(|part| part.report[key].as_u64().unwrap_or(0)).sum::<u64>());
+    }
+    merged["runs"] = json!(runs);
     let has_checks = parts.iter().any(|part| !part.report["device_check"].is_null());
     if has_checks {
         let of = |key: &str| sum(&parts, |report| &report["device_check"][key]);
@@ -74,48 +76,23 @@ pub fn merge(reports: &[Value]) -> Result<Value> {
     merged["flags"] = json!(flag_reports(&geometries, &cells, &volumes));
     merged["flags_hash"] = json!(hash(&parts, whole.dims()));
     merged["doubtful"] = json!(merged_doubtful(&parts, whole.dims())?);
-    merged["warnings"] = json!(warnings(&parts, &open, &geometries, &whole, &merged));
-    (merged["geometries"], merged["open"]) = (json!(geometries), json!(open));
+    let certificate = merged_certificate(&parts, &geometries, &whole);
+    let shells = merged_shells(&parts);
+    let rays = Rays::new(axis, whole.dims());
+    let counted = Counted {
+        open: &open,
+        geometries: &geometries,
+        shells: &shells,
+        certificate: &certificate,
+        lines: &whole,
+        cells: [[0; 3], whole.dims()],
+        report: &merged,
+    };
+    merged["warnings"] = json!(warnings(&parts, &counted, &rays));
+    (merged["geometries"], merged["open"], merged["certificate"]) =
+        (json!(geometries), json!(open), json!(certificate));
     merge_costs(&mut merged, &parts);
     Ok(merged)
-}
-
-const HINT: &str = "give reports that `hexcast mesh --part K/N --report FILE` wrote";
-
-fn refused(code: &'static str, message: impl Into<String>, hint: &str) -> Error {
-    Error::new(code, message, hint)
-}
-
-/// Reads what is merged by its meaning.
-fn part(index: usize, report: &Value) -> Result<Part<'_>> {
-    let number = index + 1;
-    fn key<T: DeserializeOwned>(report: &Value, key: &str, number: usize) -> Result<T> {
-        let wrong = |error| refused("job-value", format!("report {number}: {key}: {error}"), HINT);
-        serde_json::from_value(report[key].clone()).map_err(wrong)
-    }
-    let window: Option<WindowReport> = key(report, "window", number)?;
-    let window = window
-        .ok_or_else(|| refused("job-value", format!("report {number} is of a whole mesh: its window is null"), HINT))?;
-    if window.halo > 0 {
-        let message =
-            format!("report {number} is of a window with a halo of {} cells, which others have, too", window.halo);
-        return Err(refused("job-conflict", message, "merge reports of windows without halo"));
-    }
-    if !report["grading"].is_null() {
-        let message = format!("report {number} is of cells that differ in size, whose reports are not merged");
-        return Err(refused("lines-graded", message, "merge reports of equal cells, or mesh the whole box at once"));
-    }
-    let (origin, spacing, dims) =
-        (key(report, "origin", number)?, key(report, "spacing", number)?, key(report, "dims", number)?);
-    Ok(Part {
-        report,
-        window,
-        lines: Lines::new(origin, spacing, dims).map_err(|error| error.at(format!("report {number}")))?,
-        geometries: key(report, "geometries", number)?,
-        open: key(report, "open", number)?,
-        flags: key(report, "flags", number)?,
-        doubtful: key(report, "doubtful", number)?,
-    })
 }
 
 /// Refuses reports of different jobs.
@@ -141,8 +118,8 @@ fn check_same(parts: &[Part]) -> Result<()> {
     Ok(())
 }
 
-/// Refuses windows that are not a grid over the box, or that cut rays along this axis.
-fn check_grid(parts: &[Part], axis: usize) -> Result<()> {
+/// Refuses windows that are not a grid over the box.
+fn check_grid(parts: &[Part]) -> Result<()> {
     let of = parts[0].window.of;
     let mut n_windows = 1;
     let mut covers = true;
@@ -165,14 +142,21 @@ fn check_grid(parts: &[Part], axis: usize) -> Result<()> {
             "give the report of each part once; `hexcast parts` lists the parts",
         ));
     }
-    if parts.iter().any(|part| part.window.first[axis] > 0) {
-        let name = ["x", "y", "z"][axis];
-        let message =
-            format!("the parts are cut along {name}, as are their rays, whose runs and crossings are counted whole");
-        let hint = "divide the box along one or two axes, and let rays run along the third (--axis)";
-        return Err(refused("job-conflict", message, hint));
-    }
     Ok(())
+}
+
+/// The runs of the box, each counted where it begins; `axis` is that of the rays.
+fn runs(parts: &[Part], axis: usize) -> Result<u64> {
+    let begun: Option<u64> = parts.iter().map(|part| part.window.runs).sum();
+    begun.ok_or_else(|| {
+        let name = ["x", "y", "z"][axis];
+        let message = format!("the windows cut rays along {name}, and do not say which runs begin in them");
+        refused(
+            "job-conflict",
+            message,
+            "mesh them as parts (--part), or let rays run along an axis that no window cuts (--axis)",
+        )
+    })
 }
 
 fn sum<'a>(parts: &[Part<'a>], of: impl Fn(&'a Value) -> &'a Value) -> u64 {
@@ -227,35 +211,6 @@ fn merged_doubtful(parts: &[Part], dims: [u32; 3]) -> Result<DoubtReport> {
     }
     let report = DoubtReport::new(&doubt.finish()?);
     Ok(DoubtReport { cells: n_cells, are_all: report.cells_in_boxes == n_cells, ..report })
-}
-
-/// The sentences of all parts, each once; those with counts are made anew.
-fn warnings(
-    parts: &[Part],
-    open: &[OpenReport],
-    geometries: &[GeometryReport],
-    whole: &Lines,
-    merged: &Value,
-) -> Vec<String> {
-    let counted = |open: &[OpenReport], geometries: &[GeometryReport], lines: &Lines, report: &Value| -> Vec<String> {
-        let of =
-            |open: &OpenReport| geometries.iter().find(|of| of.name == open.geometry).map(|of| open.warning(of, lines));
-        let number = |key: &str| report[key].as_u64().unwrap_or(0);
-        open.iter().filter_map(of).chain(about_odd_rays(number("odd_rays"), number("rays"))).collect()
-    };
-    let [mut before, mut after] = [Vec::new(), Vec::new()];
-    for part in parts {
-        let own = counted(&part.open, &part.geometries, &part.lines, part.report);
-        let mut is_behind = own.is_empty();
-        for warning in part.report["warnings"].as_array().into_iter().flatten().filter_map(Value::as_str) {
-            if own.iter().any(|own| own == warning) {
-                is_behind = true;
-            } else if !before.iter().chain(&after).any(|known| known == warning) {
-                if is_behind { &mut after } else { &mut before }.push(warning.to_string());
-            }
-        }
-    }
-    before.into_iter().chain(counted(open, geometries, whole, merged)).chain(after).collect()
 }
 
 /// Adds up seconds; of memory keeps the most.

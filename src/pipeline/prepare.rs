@@ -4,7 +4,7 @@ use crate::domain::{BoundingBox, Domain};
 use crate::error::{Error, Result};
 use crate::frame::check_limits;
 use crate::geometry::{Fill, Geometry};
-use crate::job::{AxisChoice, Job, PartJob, ZarrJob};
+use crate::job::{AxisChoice, HaloEdge, Job, PartJob, ZarrJob};
 use crate::lines::{Body, Lines, check_n_cells, graded, lines};
 use crate::parts::parts;
 use crate::rays::Rays;
@@ -29,6 +29,8 @@ pub struct Prepared {
     pub asked: Option<[[u32; 3]; 2]>,
     /// Cells of the halo on both sides of every axis.
     pub halo: u32,
+    /// What it has beyond the box.
+    pub halo_edge: HaloEdge,
     /// The mesh lines of the cells that are meshed.
     pub lines: Lines,
     /// The rays through these.
@@ -66,7 +68,7 @@ pub fn prepare(job: &Job, sources: Vec<Source>) -> Result<Prepared> {
         }
         None => window(job, &whole)?,
     };
-    let halo = job.halo.unwrap_or(0);
+    let (halo, halo_edge) = (job.halo.unwrap_or(0), job.halo_edge.unwrap_or_default());
     let grown = |[first, end]: [[u32; 3]; 2]| {
         let end = [0, 1, 2].map(|axis| end[axis].saturating_add(halo).min(whole.dims()[axis]));
         [first.map(|cell| cell.saturating_sub(halo)), end]
@@ -75,7 +77,7 @@ pub fn prepare(job: &Job, sources: Vec<Source>) -> Result<Prepared> {
     let lines = window.map_or_else(|| whole.clone(), |cells| whole.window(cells));
     check_n_cells(job, &lines)?;
     let rays = Rays::new(axis(job, &lines, Some(&whole)), lines.dims());
-    Ok(Prepared { geometries, domain, whole, notices, window, asked, halo, lines, rays })
+    Ok(Prepared { geometries, domain, whole, notices, window, asked, halo, halo_edge, lines, rays })
 }
 
 /// What generated lines go around.
@@ -119,7 +121,7 @@ pub fn part_step(zarr: Option<&ZarrJob>, whole: &Lines) -> Result<[u32; 3]> {
 fn axis(job: &Job, lines: &Lines, whole: Option<&Lines>) -> usize {
     match job.axis {
         AxisChoice::Auto => match (job.part, whole) {
-            (Some(part), Some(whole)) => axis_of_part(part, lines, whole),
+            (Some(part), Some(whole)) => axis_of_part(part, whole),
             _ => Rays::longest_axis(lines.dims()),
         },
         AxisChoice::X => 0,
@@ -128,10 +130,11 @@ fn axis(job: &Job, lines: &Lines, whole: Option<&Lines>) -> usize {
     }
 }
 
-/// The axis of the whole, unless the parts are cut across it; then the longest that they are not cut across.
-fn axis_of_part(part: PartJob, lines: &Lines, whole: &Lines) -> usize {
+/// The axis of the whole, unless the parts are cut across it; then the longest that they are not cut across. The same for all parts, since
+/// counts of rays along one axis add up.
+fn axis_of_part(part: PartJob, whole: &Lines) -> usize {
     let uncut = [0, 1, 2].map(|axis| if part.of[axis] == 1 { whole.dims()[axis] } else { 0 });
-    if uncut == [0; 3] { Rays::longest_axis(lines.dims()) } else { Rays::longest_axis(uncut) }
+    Rays::longest_axis(if uncut == [0; 3] { whole.dims() } else { uncut })
 }
 
 /// The cells of the window of a job.

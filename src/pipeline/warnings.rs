@@ -12,8 +12,9 @@ use crate::geometry::{Facet, Fill, Geometry, Open};
 use crate::job::Rule;
 use crate::lines::Lines;
 use crate::mesh::Mesh;
-use crate::report::GeometryReport;
-use crate::shells::{Overlap, overlapping_shells};
+use crate::rays::Rays;
+use crate::report::{GeometryReport, ShellsReport, WithoutCells};
+use crate::shells::{n_rays_looked_at, overlapping_shells};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -71,37 +72,41 @@ pub(super) fn about_shared_flags(geometries: &[Geometry]) -> Vec<String> {
     geometries.iter().enumerate().filter_map(shares).collect()
 }
 
-/// A sentence for every geometry whose shells overlap, where two of them are outside by the rule.
-pub(super) fn about_overlapping_shells(cast: &Cast, geometries: &[Geometry]) -> Vec<String> {
+/// Geometries whose shells overlap in some cells of the box, where two of them are outside by the rule.
+pub(super) fn shells(cast: &Cast, cells: [[u32; 3]; 2]) -> Vec<ShellsReport> {
     if cast.rule != Rule::Parity {
         return Vec::new();
     }
-    let sentence = |overlap: Overlap| {
-        let name = &geometries[cast.frame.ranks.geometry_of_rank[usize::from(overlap.rank)]].name;
-        format!(
-            "shells of geometry \"{name}\" overlap, or a cavity is turned the wrong way: {} cells on {} rays that were looked at lie in \
-             two or more shells, and the rule parity takes those in two for outside; rule = \"nonzero\" (--rule nonzero) takes them for \
-             inside",
-            overlap.n_cells, overlap.n_rays
-        )
-    };
-    overlapping_shells(cast).into_iter().map(sentence).collect()
+    let geometry = |rank: u8| cast.frame.ranks.geometry_of_rank[usize::from(rank)];
+    overlapping_shells(cast, cells).into_iter().map(|of| ShellsReport::new(geometry(of.rank), of.n_cells)).collect()
 }
 
-/// A sentence for every geometry that is known to have no cell, with the cause; `cells` counts those of each flag.
+/// A sentence for each of them; `rays` are those of the box.
+pub(super) fn about_shells(
+    shells: &[ShellsReport],
+    geometries: &[GeometryReport],
+    rays: &Rays,
+    cells: [[u32; 3]; 2],
+) -> Vec<String> {
+    let n_rays = n_rays_looked_at(rays, cells);
+    shells.iter().filter_map(|of| Some(of.warning(&geometries.get(of.geometry)?.name, n_rays))).collect()
+}
+
+/// Every geometry that is known to have no cell, with a sentence that says the cause, unless that lies in cells that were not meshed;
+/// `cast` is that of the whole box, `cells` counts those of each flag.
 ///
 /// A geometry whose box holds no centre of a cell has none. Where the box does hold one, only the cells of its flag tell, and
 /// only if no other geometry has the same flag.
 ///
 /// # Errors
 /// Those of reading spilled columns.
-pub(super) fn about_geometries_without_cells(
+pub(super) fn geometries_without_cells(
     prepared: &Prepared,
     cast: &Cast,
     mesh: &Mesh,
     cells: &[u64; 256],
-) -> Result<Vec<String>> {
-    let mut sentences = Vec::new();
+) -> Result<Vec<WithoutCells>> {
+    let mut all = Vec::new();
     for (index, geometry) in prepared.geometries.iter().enumerate() {
         let Some(bounding_box) = geometry.bounding_box() else { continue };
         let n_of_flag = prepared.geometries.iter().filter(|other| other.flag == geometry.flag).count();
@@ -113,25 +118,26 @@ pub(super) fn about_geometries_without_cells(
         if has_cells && (thin_axis.is_none() || geometry.fill != Fill::Centre) {
             continue;
         }
-        let cause = if let Some(cause) = outside(bounding_box, &prepared.lines) {
-            cause
+        let cause = if let Some(cause) = outside(bounding_box, &prepared.whole) {
+            Some(cause)
         } else if geometry.facets.iter().all(is_degenerate) {
-            "none of its facets has an area; repair the file".into()
+            Some("none of its facets has an area; repair the file".into())
         } else if let Some(axis) = thin_axis {
             let [low, high] = bounding_box.map(|corner| corner[axis]);
-            let (thick, size, name) = (high - low, size_at(&prepared.lines, axis, 0.5 * (low + high)), AXES[axis]);
-            format!("it is {thick:?} thick along {name}, a cell is {size:?}; use smaller cells, {KEEP}")
+            let (thick, size, name) = (high - low, size_at(&prepared.whole, axis, 0.5 * (low + high)), AXES[axis]);
+            Some(format!("it is {thick:?} thick along {name}, a cell is {size:?}; use smaller cells, {KEEP}"))
         } else if facets.is_empty() {
-            format!("its surface is not closed and encloses no centre of a cell; close it, {KEEP}")
-        } else if let Some(flag) = hidden_by(facets, cast, mesh)? {
-            let name = mesh.names.iter().find(|named| named.flag == flag).map_or("", |named| &named.name);
-            format!("its cells are those of \"{name}\" (flag {flag}), which wins; give it a higher priority")
+            Some(format!("its surface is not closed and encloses no centre of a cell; close it, {KEEP}"))
+        } else if is_far(bounding_box, prepared) {
+            None
         } else {
-            format!("it encloses no centre of a cell; use smaller cells, {KEEP}")
+            cause_by_place(place_alone(facets, cast), prepared, mesh)?
         };
-        sentences.push(format!("geometry \"{}\" (flag {}) got no cell: {cause}", geometry.name, geometry.flag));
+        let (name, flag) = (&geometry.name, geometry.flag);
+        let warning = cause.map(|cause| format!("geometry \"{name}\" (flag {flag}) got no cell: {cause}"));
+        all.push(WithoutCells::new(index, warning));
     }
-    Ok(sentences)
+    Ok(all)
 }
 
 /// A sentence where a GPU was opened and the cells differ in size.
@@ -166,8 +172,30 @@ fn is_degenerate([a, b, c]: &Facet) -> bool {
 /// Rows of rays that are cast to find a cell of a geometry, at most.
 const N_ROWS: u32 = 64;
 
-/// The flag that a mesh has in a cell that a geometry would have alone, if it would have one.
-fn hidden_by(facets: &[SnappedFacet], cast: &Cast, mesh: &Mesh) -> Result<Option<u8>> {
+/// Whether a box lies outside of the cells that were meshed, by a cell at least.
+fn is_far([low, high]: [[f64; 3]; 2], prepared: &Prepared) -> bool {
+    let (lines, spacing) = (&prepared.lines, prepared.whole.spacing);
+    (0..3).any(|axis| {
+        let ends = [lines.line(axis, 0) - spacing[axis], lines.line(axis, lines.dims[axis]) + spacing[axis]];
+        high[axis] < ends[0] || low[axis] > ends[1]
+    })
+}
+
+/// Why a geometry has no cell that would have this cell of the box alone, or none; None where this is not among those that were meshed.
+fn cause_by_place(place: Option<[u32; 3]>, prepared: &Prepared, mesh: &Mesh) -> Result<Option<String>> {
+    let encloses_none = Some(format!("it encloses no centre of a cell; use smaller cells, {KEEP}"));
+    let Some(place) = place else { return Ok(encloses_none) };
+    let [first, end] = prepared.window.unwrap_or([[0; 3], prepared.whole.dims]);
+    if (0..3).any(|axis| !(first[axis]..end[axis]).contains(&place[axis])) {
+        return Ok(None);
+    }
+    let flag = mesh.flag([0, 1, 2].map(|axis| place[axis] - first[axis]))?;
+    let Some(named) = mesh.names.iter().find(|named| named.flag == flag) else { return Ok(encloses_none) };
+    Ok(Some(format!("its cells are those of \"{}\" (flag {flag}), which wins; give it a higher priority", named.name)))
+}
+
+/// The first cell that was looked at that a geometry would have alone, if it would have one.
+fn place_alone(facets: &[SnappedFacet], cast: &Cast) -> Option<[u32; 3]> {
     let alone = cast.frame.with_facets(facets.to_vec());
     let (rays, down) = (cast.rays, cast.rays.across[1]);
     let along = facets.as_flattened().iter().map(|corner| cast.frame.n_below(down, corner[down], true) as i32 - 1);
@@ -182,12 +210,11 @@ fn hidden_by(facets: &[SnappedFacet], cast: &Cast, mesh: &Mesh) -> Result<Option
                 let index = band.first_ray + ray as u64;
                 let n_across = u64::from(rays.counts[0]);
                 let place = [(index % n_across) as u32, (index / n_across) as u32, run_cell(*run)];
-                let flag = mesh.flag(rays.cell(place))?;
-                return Ok((flag != 0).then_some(flag));
+                return Some(rays.cell(place));
             }
         }
     }
-    Ok(None)
+    None
 }
 
 /// The first axis along which the box of some facets holds no centre of a cell; none where there is no facet.

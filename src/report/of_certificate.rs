@@ -1,14 +1,18 @@
 //! The certificate by the names of geometries.
 
-use serde::Serialize;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::of_geometries::GeometryReport;
 use crate::certificate::{Certificate, FlagGap, Overlap, ThinWall};
 use crate::columns::Named;
 use crate::lines::Lines;
 
+/// "x", "y" or "z".
+pub type AxisName = &'static str;
+
 /// What a mesh may have lost, or decided between geometries.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct CertificateReport {
@@ -23,14 +27,15 @@ pub struct CertificateReport {
 }
 
 /// Walls of a geometry that are thin along an axis.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct ThinWallReport {
     /// Its name.
     pub geometry: String,
     /// "x", "y" or "z".
-    pub axis: &'static str,
+    #[serde(deserialize_with = "axis_name")]
+    pub axis: AxisName,
     /// Thin stretches of rays along this axis.
     pub rays: u64,
     /// Those that hold no centre of a cell: the wall is not in the mesh there, unless it is filled.
@@ -39,10 +44,12 @@ pub struct ThinWallReport {
     pub cells: u32,
     /// A place with so few, in world coordinates.
     pub place: [f64; 3],
+    /// Index of the geometry in `geometries`, from 0.
+    pub index: usize,
 }
 
 /// Two geometries with common cells.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct OverlapReport {
@@ -54,12 +61,16 @@ pub struct OverlapReport {
     pub cells: u64,
     /// Their volume.
     pub volume: f64,
-    /// A place inside of both, in world coordinates.
+    /// A place inside of both, in world coordinates: the middle of the longest stretch of a ray.
     pub place: [f64; 3],
+    /// Cells of the longest stretch of a ray inside of both; 0 in a window in which none begins.
+    pub longest: u32,
+    /// Indices of winner and loser in `geometries`, from 0.
+    pub indices: [usize; 2],
 }
 
 /// Background cells with one flag before them and another behind, along an axis.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct GapReport {
@@ -68,13 +79,21 @@ pub struct GapReport {
     /// Their names.
     pub names: [String; 2],
     /// "x", "y" or "z".
-    pub axis: &'static str,
+    #[serde(deserialize_with = "axis_name")]
+    pub axis: AxisName,
     /// Number of cells.
     pub cells: u64,
     /// Centre of one of them, in world coordinates: of the least z, of these of the least y, of these of the least x.
     pub place: [f64; 3],
     /// Corners of the box around all of them, in world coordinates.
     pub bounds: [[f64; 3]; 2],
+}
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+fn axis_name<'de, D: Deserializer<'de>>(deserializer: D) -> Result<AxisName, D::Error> {
+    let name = String::deserialize(deserializer)?;
+    AXES.into_iter().find(|axis| *axis == name).ok_or_else(|| D::Error::custom(format!("\"{name}\" is not x, y or z")))
 }
 
 impl CertificateReport {
@@ -90,7 +109,7 @@ impl CertificateReport {
         let gap = |&FlagGap { flags, axis, cells, first, bounds }: &FlagGap| GapReport {
             flags,
             names: flags.map(name_of_flag),
-            axis: ["x", "y", "z"][axis],
+            axis: AXES[axis],
             cells,
             place: [0, 1, 2].map(|axis| lines.centre(axis, first[axis])),
             bounds: lines.corners(bounds),
@@ -98,19 +117,22 @@ impl CertificateReport {
         let name = |geometry: usize| geometries[geometry].name.clone();
         let thin_wall = |&ThinWall { geometry, axis, rays, lost, cells, place }: &ThinWall| ThinWallReport {
             geometry: name(geometry),
-            axis: ["x", "y", "z"][axis],
+            axis: AXES[axis],
             rays,
             lost,
             cells,
             place,
+            index: geometry,
         };
-        let overlap = |&Overlap { geometries: [winner, loser], cells, place }: &Overlap| OverlapReport {
+        let overlap = |&Overlap { geometries: [winner, loser], cells, longest, place }: &Overlap| OverlapReport {
             winner: name(winner),
             loser: name(loser),
             cells,
             // no certificate is made of cells that differ
             volume: cells as f64 * lines.cell_volume().unwrap_or_default(),
             place,
+            longest,
+            indices: [winner, loser],
         };
         CertificateReport {
             thin_cells: found.thin_cells,
@@ -123,7 +145,7 @@ impl CertificateReport {
     /// A sentence for every thin wall and every gap.
     pub fn warnings(&self, lines: &Lines) -> Vec<String> {
         let sentence = |wall: &ThinWallReport| {
-            let ThinWallReport { geometry, axis, rays, lost, cells, place } = wall;
+            let ThinWallReport { geometry, axis, rays, lost, cells, place, .. } = wall;
             format!(
                 "geometry \"{geometry}\" has walls of fewer than {} cells along {axis}: {rays} stretches of rays, {lost} of them without a \
                  cell, the thinnest, of {cells} cells, at {}; use smaller cells, or keep them with fill = \"separating\" or \"conservative\"",

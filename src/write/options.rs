@@ -4,8 +4,9 @@ use crate::error::{Error, Result};
 use crate::job::ZarrJob;
 use crate::mesh::SLAB_BYTES;
 
-/// A file format.
+/// A format of an output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Format {
     /// Flags only, one byte (or bit) a cell, x fastest; [`super::sidecar_json`] describes them.
     Raw,
@@ -19,11 +20,16 @@ pub enum Format {
     Vtr,
     /// hexcast's own column file, which reads back.
     Columns,
+    /// A Zarr store: a folder of many files, or a bucket, which `write::zarr` fills with the feature `zarr`, natively.
+    Zarr,
 }
 
 impl Format {
     /// Every format, in the order of the documentation.
-    pub const ALL: [Format; 6] = [Format::Raw, Format::Npy, Format::Npz, Format::Vti, Format::Vtr, Format::Columns];
+    pub const ALL: [Format; 7] =
+        [Format::Raw, Format::Npy, Format::Npz, Format::Vti, Format::Vtr, Format::Columns, Format::Zarr];
+    /// Those that are one file: what [`crate::write::write()`] writes.
+    pub const FILES: [Format; 6] = [Format::Raw, Format::Npy, Format::Npz, Format::Vti, Format::Vtr, Format::Columns];
 
     /// Finds the format by the extension of a file name, upper or lower case.
     ///
@@ -50,6 +56,7 @@ impl Format {
             Format::Vti => "vti",
             Format::Vtr => "vtr",
             Format::Columns => "hxc",
+            Format::Zarr => "zarr",
         }
     }
 }

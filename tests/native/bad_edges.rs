@@ -44,7 +44,7 @@ fn bad_edges(facets: &Facets, lines: &hexcast::lines::Lines) -> BTreeMap<BadEdge
 
 #[test]
 fn soups_with_facets_missing_turned_and_doubled_are_counted_edge_by_edge() {
-    let job = Job { domain: Some([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]), dims: Some([8, 9, 7]), ..Job::default() };
+    let job = set!(Job { domain: Some([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]), dims: Some([8, 9, 7]), ..Job::default() });
     let mut kinds = BTreeMap::new();
     for seed in 0..120 {
         let mut random = Random::new(seed);
@@ -96,7 +96,7 @@ fn edges_that_matter_are_warned_about_with_facets_and_others_are_not() {
     // the cube and another that has an edge in common with it
     let touching = models::joined([cube.clone(), models::cuboid([7.0, 7.0, 1.0], [8.0, 8.0, 7.0])]);
     let warnings = |facets: &Facets, rule: Rule, open: Open| {
-        let job = Job { domain, rule, open, dims: Some([8; 3]), ..Job::default() };
+        let job = set!(Job { domain, rule, open, dims: Some([8; 3]), ..Job::default() });
         let (_, report) = meshed(std::slice::from_ref(facets), &job, 0, &mut Engine::cpu()).expect("a mesh");
         (report.geometries[0].bad_edges.clone(), report.warnings)
     };

@@ -11,7 +11,7 @@ use super::soups::Random;
 
 fn job(dims: [u32; 3], rule: Rule) -> Job {
     let domain = Some([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]);
-    Job { dims: Some(dims), domain, rule, certify: true, ..Job::default() }
+    set!(Job { dims: Some(dims), domain, rule, certify: true, ..Job::default() })
 }
 
 fn certificate(parts: &[Facets], job: &Job, axis: usize) -> (CertificateReport, Vec<String>) {
@@ -23,7 +23,7 @@ fn certificate(parts: &[Facets], job: &Job, axis: usize) -> (CertificateReport, 
 fn walls(facets: &Facets, dims: [u32; 3], thin_cells: Option<u32>) -> Vec<(&'static str, u64, u64, u32)> {
     let mut all = Vec::new();
     for (axis, rule) in [(0, Rule::Parity), (1, Rule::Nonzero), (2, Rule::Parity)] {
-        let job = Job { thin_cells, ..job(dims, rule) };
+        let job = set!(Job { thin_cells, ..job(dims, rule) });
         let (found, _) = certificate(std::slice::from_ref(facets), &job, axis);
         all.push(found.thin_walls.iter().map(|wall| (wall.axis, wall.rays, wall.lost, wall.cells)).collect::<Vec<_>>());
     }
@@ -126,9 +126,9 @@ fn gaps_of_one_cell_between_flags_are_those_of_every_cell_along_every_axis() {
             })
             .collect();
         let geometries =
-            (0..6).map(|_| GeometryJob { flag: Some(1 + random.below(4) as u8), ..GeometryJob::default() });
+            (0..6).map(|_| set!(GeometryJob { flag: Some(1 + random.below(4) as u8), ..GeometryJob::default() }));
         let domain = Some([0.0, 0.0, 0.0, f64::from(dims[0]), f64::from(dims[1]), f64::from(dims[2])]);
-        let job = Job { geometries: geometries.collect(), domain, ..job(dims, Rule::Parity) };
+        let job = set!(Job { geometries: geometries.collect(), domain, ..job(dims, Rule::Parity) });
         for axis in 0..3 {
             let (mesh, report) = meshed(&bodies, &job, axis, &mut Engine::cpu()).expect("a mesh");
             let gaps = report.certificate.expect("it was asked for").gaps;
@@ -160,14 +160,14 @@ fn overlaps_are_the_cells_that_each_geometry_has_alone() {
             })
             .collect();
         let priorities = [1, 0, 0, -1];
-        let geometries = priorities.map(|priority| GeometryJob { priority, ..GeometryJob::default() }).to_vec();
+        let geometries = priorities.map(|priority| set!(GeometryJob { priority, ..GeometryJob::default() })).to_vec();
         let rule = [Rule::Parity, Rule::Nonzero][round % 2];
-        let job = Job { geometries, ..job([9, 8, 10], rule) };
+        let job = set!(Job { geometries, ..job([9, 8, 10], rule) });
         let (found, _) = certificate(&bodies, &job, round % 3);
         let alone: Vec<Vec<u8>> = bodies
             .iter()
             .map(|body| {
-                let job = Job { geometries: vec![], certify: false, ..job.clone() };
+                let job = set!(Job { geometries: vec![], certify: false, ..job.clone() });
                 flags_of(&meshed(std::slice::from_ref(body), &job, 0, &mut Engine::cpu()).expect("a mesh").0)
             })
             .collect();

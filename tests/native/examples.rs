@@ -55,7 +55,7 @@ fn a_quarter_turn_keeps_the_number_of_cells() {
 
 #[test]
 fn parts_together_are_the_whole_mesh() {
-    let job = Job { geometries: vec![GeometryJob::new(SPOT)], cells: Some(100), ..Job::default() };
+    let job = set!(Job { geometries: vec![GeometryJob::new(SPOT)], cells: Some(100), ..Job::default() });
     let (whole, _) = Mesher::new(hexcast::MesherOptions::default()).unwrap().mesh(&job).unwrap();
     let [nx, ny, nz] = whole.dims();
     let mut next = 0;

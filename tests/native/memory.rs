@@ -26,7 +26,7 @@ fn sources(job: &Job) -> Vec<Source> {
 }
 
 fn job(file: &str, dims: [u32; 3], axis: AxisChoice) -> Job {
-    Job { geometries: vec![GeometryJob::new(file)], dims: Some(dims), axis, ..Job::default() }
+    set!(Job { geometries: vec![GeometryJob::new(file)], dims: Some(dims), axis, ..Job::default() })
 }
 
 fn engine(backend: BackendChoice) -> Engine {
@@ -108,14 +108,14 @@ fn columns_that_spill_make_the_same_files_on_cpu_and_gpu() {
             let what = format!("{backend:?} along {:?}", job.axis);
             let (whole, facts) = run(&job, &mut engine, SpillTarget::None, &Control::default()).unwrap();
             assert_eq!(facts.peak_bytes.spilled, 0, "{what}");
-            let tight = Job { max_memory: Some(ByteSize(12_000_000)), ..job };
+            let tight = set!(Job { max_memory: Some(ByteSize(12_000_000)), ..job });
             let store = Arc::new(MemoryStore::default());
             let (mesh, facts) = run(&tight, &mut engine, SpillTarget::Temporary(store), &Control::default()).unwrap();
             assert!(mesh.columns.is_spilled() && facts.peak_bytes.spilled > 1_000_000, "{what}");
             assert!(mesh.columns.n_bytes() < 100_000, "{what}: {}", mesh.columns.n_bytes());
             assert!(of_host(&facts, &engine) < 12_000_000, "{what}: {:?}", facts.peak_bytes);
             assert_eq!(mesh.columns.cells_per_flag(), whole.columns.cells_per_flag(), "{what}");
-            for format in Format::ALL {
+            for format in Format::FILES {
                 let bytes = |mesh: &Mesh| {
                     let mut out = Vec::new();
                     write(mesh, format, &Options::default(), &mut out, &Control::default()).unwrap();
@@ -185,7 +185,7 @@ fn an_interrupted_mesh_continues_from_its_last_band_on_cpu_and_gpu() {
         let (control, n_third) = stopping_after(1);
         let (again, report) = run(&job, &mut engines[first], SpillTarget::Resumable(store.clone()), &control).unwrap();
         assert_eq!((again == whole, report.rays_kept, n_third.load(Ordering::Relaxed)), (true, report.rays, 0));
-        let other = Job { dims: Some([10, 1100, 1100]), ..job.clone() };
+        let other = set!(Job { dims: Some([10, 1100, 1100]), ..job.clone() });
         let error = run(&other, &mut engines[first], SpillTarget::Resumable(store), &Control::default()).unwrap_err();
         assert_eq!(error.code(), "job-conflict");
     }
@@ -195,14 +195,14 @@ fn an_interrupted_mesh_continues_from_its_last_band_on_cpu_and_gpu() {
 fn a_mesh_that_does_not_fit_is_refused_before_it_starts() {
     let mut cpu = engine(BackendChoice::Cpu);
     let (control, n_rounds) = stopping_after(u32::MAX);
-    let job = Job { max_memory: Some(ByteSize(4_000_000)), ..long_job() };
+    let job = set!(Job { max_memory: Some(ByteSize(4_000_000)), ..long_job() });
     let error = run(&job, &mut cpu, SpillTarget::None, &control).unwrap_err();
     assert_eq!((error.code(), n_rounds.load(Ordering::Relaxed)), ("memory", 0));
     let text = error.to_string();
     assert!(text.contains("(columns 6.51 MB, facets") && text.contains("4.00 MB are allowed"), "{text}");
     assert!(error.hint().contains("--spill"), "{}", error.hint());
 
-    let job = Job { max_memory: Some(ByteSize(100_000_000)), cells: Some(700), dims: None, ..long_job() };
+    let job = set!(Job { max_memory: Some(ByteSize(100_000_000)), cells: Some(700), dims: None, ..long_job() });
     let options = MeshOptions::default().with_flags_in_memory(true);
     let error = mesh(&job, &mut cpu, &options, &control).unwrap_err();
     assert_eq!((error.code(), n_rounds.load(Ordering::Relaxed)), ("memory", 0));
@@ -219,7 +219,7 @@ fn bands_and_rounds_are_as_small_as_the_budget_demands_on_cpu_and_gpu() {
         for mega in [1, 2, 4, 8, 12, 16, 24, 40, 80, 200] {
             let max_memory = Some(ByteSize(mega * 1_000_000));
             for spill in [SpillTarget::None, SpillTarget::Temporary(Arc::new(MemoryStore::default()))] {
-                match run(&Job { max_memory, ..job.clone() }, &mut engine, spill, &Control::default()) {
+                match run(&set!(Job { max_memory, ..job.clone() }), &mut engine, spill, &Control::default()) {
                     Ok((mesh, report)) => {
                         let bytes = of_host(&report, &engine);
                         assert!(bytes <= mega * 1_000_000, "{backend:?}, {mega} MB: {:?}", report.peak_bytes);
@@ -239,7 +239,7 @@ fn bands_and_rounds_are_as_small_as_the_budget_demands_on_cpu_and_gpu() {
 
 #[test]
 fn buffers_of_a_gpu_count_as_the_hosts_memory_only_where_they_are_in_it() {
-    let job = Job { max_memory: Some(ByteSize(3_500_000)), ..long_job() };
+    let job = set!(Job { max_memory: Some(ByteSize(3_500_000)), ..long_job() });
     let (cpu, mut gpu) = (&mut engine(BackendChoice::Cpu), engine(BackendChoice::Gpu));
     let spill = || SpillTarget::Temporary(Arc::new(MemoryStore::default()));
     run(&job, cpu, spill(), &Control::default()).unwrap();

@@ -3,6 +3,7 @@
 use serde_json::Value;
 
 use super::cli::{Folder, SPOT, done, hexcast, json};
+use super::models;
 
 const OPEN: &str = "tests/fixtures/featuretype.stl";
 
@@ -13,17 +14,65 @@ fn lasting(mut report: Value) -> Value {
     report
 }
 
+/// Files of bodies that have what a certificate and warnings speak of: walls of less than a cell, a gap of a cell, shells in one another,
+/// and a body that no centre of a cell is in.
+fn folder_of_plates() -> Folder {
+    let folder = Folder::new();
+    let write = |name: &str, facets: Vec<hexcast::geometry::Facet>| {
+        let corners = facets.as_flattened().as_flattened().chunks(9);
+        let facet = |facet: &[f32]| {
+            [&[0u8; 12][..], &facet.iter().flat_map(|c| c.to_le_bytes()).collect::<Vec<u8>>(), &[0; 2]].concat()
+        };
+        let head = [&[0u8; 80][..], &(facets.len() as u32).to_le_bytes()].concat();
+        std::fs::write(folder.path(name), [head, corners.flat_map(facet).collect()].concat()).expect("a file");
+    };
+    write(
+        "thin.stl",
+        models::joined([
+            models::cuboid([0.0, 0.0, 3.1], [8.0, 8.0, 3.2]),
+            models::cuboid([0.0, 0.0, 5.1], [4.0, 8.0, 6.2]),
+        ]),
+    );
+    write("near.stl", models::cuboid([0.0, 0.0, 3.5], [8.0, 7.0, 4.0]));
+    write(
+        "inner.stl",
+        models::joined([
+            models::cuboid([0.5, 0.0, 0.0], [7.0, 7.0, 7.0]),
+            models::cuboid([1.0, 1.0, 1.0], [6.0, 8.0, 5.5]),
+        ]),
+    );
+    write("covered.stl", models::cuboid([6.1, 1.0, 1.0], [6.9, 5.0, 5.0]));
+    write("lost.stl", models::cuboid([4.0, 4.0, 8.02], [8.0, 8.0, 8.04]));
+    folder
+}
+
 #[test]
 fn parts_have_the_report_of_the_whole_together() {
     let moved = format!("{SPOT}:scale=0.5,name=small,flag=9");
     let walls = format!("{SPOT}:fill=conservative");
-    let cases: [(&[&str], &str, &str); 5] = [
+    let plate = folder_of_plates();
+    let [thin, near, inner, lost] = ["thin", "near", "inner", "lost"].map(|name| plate.path(&format!("{name}.stl")));
+    let hidden = format!("{}:priority=-1", plate.path("covered.stl"));
+    let plates = [&thin[..], &near, &inner, "--certify", "--thin-cells", "5", "--domain", "-1,-1,-1,9,9,9"];
+    let shells = [&inner[..], &lost, &hidden, SPOT, "--domain", "-1,-1,-1,9,9,9"];
+    let cases: [(&[&str], &str, &str); 14] = [
+        // parts that cut their rays
+        (&[SPOT], "3", "z"),
+        (&[SPOT, &moved, "--certify"], "2x2x3", "y"),
+        (&[OPEN, SPOT, "--certify", "--rule", "nonzero"], "3x2x2", "x"),
+        (&[&walls, &moved, OPEN, "--certify"], "4", "z"),
+        (&[&walls, &moved, "--invert"], "2x3x1", "x"),
+        (&plates, "2x3x4", "z"),
+        (&plates, "1x1x17", "y"),
+        (&plates, "30x1x2", "x"),
+        (&shells, "2x2x2", "x"),
         (&[SPOT, "--padding-cells", "1"], "4", "x"),
         (&[SPOT, &moved, "--unit", "mm"], "3x2x1", "z"),
         (&[OPEN], "5", "y"),
         (&[&walls, OPEN, "--rule", "nonzero"], "1x2x2", "x"),
         (&[OPEN, "--open", "parity", "--domain", "-1,-1,-1,9,9,9"], "1", "z"),
     ];
+    let mut seen = [0; 6];
     for (job, of, axis) in cases {
         let folder = Folder::new();
         let arguments = [&["mesh", "--cells", "30", "--backend", "cpu", "--json", "--axis", axis], job].concat();
@@ -41,7 +90,13 @@ fn parts_have_the_report_of_the_whole_together() {
             assert_eq!(&merged[key], value, "{job:?} in {of}: {key}");
         }
         assert_eq!(merged, expected);
+        let lists =
+            ["thin_walls", "overlaps", "gaps"].map(|key| expected["certificate"][key].as_array().map_or(0, Vec::len));
+        let says = |words: &str| expected["warnings"].to_string().matches(words).count();
+        let said = ["shells of geometry", "got no cell: its cells are those of", "got no cell: it is"].map(says);
+        seen.iter_mut().zip(lists.into_iter().chain(said)).for_each(|(seen, n)| *seen += n);
     }
+    assert!(seen.iter().all(|n| *n > 0), "what is to be merged is there: {seen:?}");
 }
 
 #[test]
@@ -56,8 +111,12 @@ fn reports_that_are_not_of_all_parts_of_one_mesh_are_refused() {
     let other = report("other", &["--cells", "20", "--unit", "m", "--part", "2/2"]);
     let whole = report("whole", &["--cells", "20"]);
     let halo = report("halo", &["--cells", "20", "--part", "2/2", "--halo", "1"]);
-    let along = ["1/2", "2/2"]
-        .map(|part| report(&format!("z{}", &part[..1]), &["--cells", "20", "--part", part, "--axis", "z"]));
+    let whole_of = json(&["mesh", SPOT, "--cells", "20", "--backend", "cpu", "--json"]);
+    let [nx, ny, nz] = [0, 1, 2].map(|axis| whole_of["dims"][axis].as_u64().expect("a number"));
+    let along = [0, 5].map(|z| {
+        let window = format!("0,0,{z},{nx},{ny},{}", if z == 0 { 5 } else { nz });
+        report(&format!("z{z}"), &["--cells", "20", "--window", &window, "--axis", "z"])
+    });
     std::fs::write(folder.path("text"), "{").unwrap();
     for (reports, words) in [
         (vec![&one], "do not divide"),
@@ -65,7 +124,7 @@ fn reports_that_are_not_of_all_parts_of_one_mesh_are_refused() {
         (vec![&one, &other], "they differ in unit"),
         (vec![&one, &whole], "report 2 is of a whole mesh"),
         (vec![&one, &halo], "with a halo of 1 cells"),
-        (vec![&along[0], &along[1]], "cut along z"),
+        (vec![&along[0], &along[1]], "cut rays along z"),
         (vec![&folder.path("text")], "is not the report of a mesh"),
     ] {
         let reports: Vec<&str> = reports.into_iter().map(String::as_str).collect();

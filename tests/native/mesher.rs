@@ -14,7 +14,7 @@ use hexcast::sources::Source;
 use crate::models::sphere;
 
 fn job(cells: u32) -> Job {
-    Job { geometries: vec![GeometryJob::new("sphere")], cells: Some(cells), ..Job::default() }
+    set!(Job { geometries: vec![GeometryJob::new("sphere")], cells: Some(cells), ..Job::default() })
 }
 
 fn facets() -> Vec<Facet> {
@@ -56,7 +56,7 @@ fn a_job_with_another_number_of_geometries_than_sources_is_an_error() {
 #[test]
 fn files_are_read_and_errors_name_them() {
     let mut mesher = mesher();
-    let of = |file: &str| Job { geometries: vec![GeometryJob::new(file)], cells: Some(16), ..Job::default() };
+    let of = |file: &str| set!(Job { geometries: vec![GeometryJob::new(file)], cells: Some(16), ..Job::default() });
     let spot = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/fixtures/spot.stl");
     let (mesh, report) = mesher.mesh(&of(spot)).unwrap();
     assert_eq!(mesh.dims().into_iter().max(), Some(16));
@@ -76,7 +76,7 @@ fn a_mesh_of_facets_in_memory_resumes_from_the_columns_of_the_same_facets_alone(
     let options = MeshOptions::default().with_spill(SpillTarget::Resumable(store.clone()));
     let resumed = |radius: f32| {
         let sources = vec![Source::from_facets("sphere", sphere([0.0; 3], radius, 16)).unwrap()];
-        let job = Job { domain: Some([-2.0, -2.0, -2.0, 2.0, 2.0, 2.0]), ..job(16) };
+        let job = set!(Job { domain: Some([-2.0, -2.0, -2.0, 2.0, 2.0, 2.0]), ..job(16) });
         let (_, report) = mesher().mesh_sources(&job, sources, &options, &Control::default())?;
         assert_eq!(report.mesh.inputs[0].sha256, None);
         Ok(report.mesh.rays_kept)

@@ -31,8 +31,8 @@ pub(crate) fn meshed(
     let axis = [AxisChoice::X, AxisChoice::Y, AxisChoice::Z][axis];
     let given = |index: usize| job.geometries.get(index).cloned().unwrap_or_default();
     let geometries =
-        (0..parts.len()).map(|index| GeometryJob { file: format!("{index}.stl"), ..given(index) }).collect();
-    let job = Job { geometries, axis, ..job.clone() };
+        (0..parts.len()).map(|index| set!(GeometryJob { file: format!("{index}.stl"), ..given(index) })).collect();
+    let job = set!(Job { geometries, axis, ..job.clone() });
     let source = |(index, facets): (usize, &Facets)| Source::new(format!("{index}.stl"), contents(facets), None);
     let sources = parts.iter().enumerate().map(source).collect();
     let options = MeshOptions::default().with_doubt_mask(true);
@@ -275,7 +275,7 @@ fn a_centre_in_the_plane_of_a_cap_is_on_the_side_that_the_tie_rule_says() {
         [[3.5, 3.5, 0.5], [3.0, -2.0, 4.0], [3.5, -2.0, 4.0]],
     ];
     let flag = |facets: &Facets, (dims, domain): ([u32; 3], [f64; 6]), (rule, axis): (Rule, usize), cell: [u32; 3]| {
-        let job = Job { dims: Some(dims), domain: Some(domain), rule, ..Job::default() };
+        let job = set!(Job { dims: Some(dims), domain: Some(domain), rule, ..Job::default() });
         let (mesh, _) = meshed(std::slice::from_ref(facets), &job, axis, &mut Engine::cpu()).expect("a mesh");
         mesh.flag(cell).expect("columns in memory")
     };
@@ -295,10 +295,10 @@ fn every_cell_of_a_surface_with_holes_is_as_defined() {
     for (index, (name, facets, rule)) in small_cases().into_iter().enumerate() {
         let dims = if name.starts_with("ties") { [8; 3] } else { [[11, 10, 12], [7, 13, 9]][index % 2] };
         // on equal cells, and on cells that differ in size
-        let equal = Job { dims: Some(dims), domain: Some([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]), rule, ..Job::default() };
+        let equal = set!(Job { dims: Some(dims), domain: Some([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]), rule, ..Job::default() });
         let list = |n: u32| (0..=n).map(|line| 8.0 * (f64::from(line) / f64::from(n)).powf(1.5)).collect();
         let [x, y, z] = dims.map(list);
-        let graded = Job { lines: Some(LinesJob { x, y, z }), rule, ..Job::default() };
+        let graded = set!(Job { lines: Some(LinesJob { x, y, z }), rule, ..Job::default() });
         let job = if index % 4 < 2 { equal } else { graded };
         let (mesh, report) = meshed(std::slice::from_ref(&facets), &job, index % 3, &mut engine).expect("a mesh");
         let doubtful = std::cell::RefCell::new(Vec::new());
@@ -338,7 +338,7 @@ fn facets_that_are_turned_the_wrong_way_do_no_harm() {
     let some_turned: Facets =
         whole.iter().map(|&[a, b, c]| if random.below(4) == 0 { [a, c, b] } else { [a, b, c] }).collect();
     for rule in [Rule::Parity, Rule::Nonzero] {
-        let job = Job { dims: Some([40; 3]), rule, ..Job::default() };
+        let job = set!(Job { dims: Some([40; 3]), rule, ..Job::default() });
         let (mesh, _) = meshed(std::slice::from_ref(&whole), &job, 0, &mut Engine::cpu()).expect("a mesh");
         let (turned, report) = meshed(std::slice::from_ref(&some_turned), &job, 0, &mut Engine::cpu()).expect("a mesh");
         assert_eq!(flags_of(&mesh), flags_of(&turned));
@@ -352,20 +352,20 @@ fn a_few_missing_facets_change_few_cells_and_no_streak_reaches_the_end() {
         [("ball", models::sphere([0.0; 3], 1.0, 48)), ("ring", models::torus([0.0; 3], [1.0, 0.4], 48))]
     {
         for (share, most) in [(0.01, 1e-4), (0.05, 5e-4), (0.1, 1e-3)] {
-            let job = Job {
+            let job = set!(Job {
                 cells: Some(100),
                 padding: Some(hexcast::job::Padding::Cells(hexcast::job::PerAxis::All(3))),
                 ..Job::default()
-            };
+            });
             let (closed, report) = meshed(std::slice::from_ref(&whole), &job, 0, &mut Engine::cpu()).expect("a mesh");
             assert!(report.open.is_empty(), "{name} is closed");
-            let job = Job {
+            let job = set!(Job {
                 dims: Some(closed.dims()),
                 domain: Some(report_domain(&closed)),
                 padding: None,
                 cells: None,
                 ..job
-            };
+            });
             let (open, _) = meshed(&[without(&whole, share, 7)], &job, 0, &mut Engine::cpu()).expect("a mesh");
             let (closed, open) = (flags_of(&closed), flags_of(&open));
             let n_differ = closed.iter().zip(&open).filter(|(a, b)| a != b).count();
@@ -387,7 +387,8 @@ fn report_domain(mesh: &Mesh) -> [f64; 6] {
 fn policies_do_what_they_say() {
     let mut open_box = models::cuboid([1.0; 3], [7.0; 3]);
     open_box.truncate(10);
-    let job = |open| Job { dims: Some([16; 3]), domain: Some([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]), open, ..Job::default() };
+    let job =
+        |open| set!(Job { dims: Some([16; 3]), domain: Some([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]), open, ..Job::default() });
     let mut engine = Engine::cpu();
     for axis in 0..3 {
         for open in [Open::Winding, Open::Vote] {
@@ -411,7 +412,7 @@ fn what_deciding_takes_is_held_against_the_memory_allowed() {
     let ball = without(&models::sphere([4.0; 3], 3.4, 24), 0.05, 3);
     let job = |megabytes: u64| {
         let max_memory = Some(hexcast::job::ByteSize(megabytes * 1_000_000));
-        Job { dims: Some([400; 3]), max_memory, ..Job::default() }
+        set!(Job { dims: Some([400; 3]), max_memory, ..Job::default() })
     };
     let error = meshed(std::slice::from_ref(&ball), &job(5), 0, &mut Engine::cpu()).expect_err("it takes more");
     assert_eq!(error.code(), "memory");

@@ -17,8 +17,8 @@ use super::soups::Random;
 const DOMAIN: [f64; 6] = [0.0, 0.0, 0.0, 8.0, 8.0, 8.0];
 
 fn job(dims: [u32; 3], fill: Fill, shell: bool) -> Job {
-    let geometry = GeometryJob { fill: Some(fill), shell, ..GeometryJob::default() };
-    Job { dims: Some(dims), domain: Some(DOMAIN), geometries: vec![geometry], ..Job::default() }
+    let geometry = set!(GeometryJob { fill: Some(fill), shell, ..GeometryJob::default() });
+    set!(Job { dims: Some(dims), domain: Some(DOMAIN), geometries: vec![geometry], ..Job::default() })
 }
 
 /// Flags of a mesh, and the cells that its report says were added.
@@ -255,10 +255,11 @@ fn a_plate_without_thickness_is_one_layer_or_two() {
 fn whose_cells_win_does_not_depend_on_who_is_filled() {
     let low: Vec<Facet> = models::cuboid([1.0; 3], [4.2, 6.0, 6.0]);
     let high: Vec<Facet> = models::cuboid([4.2, 1.0, 1.0], [7.0, 6.0, 6.0]);
-    let geometry = |fill: Fill, priority: i32| GeometryJob { fill: Some(fill), priority, ..GeometryJob::default() };
+    let geometry =
+        |fill: Fill, priority: i32| set!(GeometryJob { fill: Some(fill), priority, ..GeometryJob::default() });
     let with = |fills: [Fill; 2], priorities: [i32; 2]| {
         let geometries = vec![geometry(fills[0], priorities[0]), geometry(fills[1], priorities[1])];
-        let job = Job { geometries, rule: Rule::Nonzero, ..job([8; 3], Fill::Centre, false) };
+        let job = set!(Job { geometries, rule: Rule::Nonzero, ..job([8; 3], Fill::Centre, false) });
         let (mesh, report) = meshed(&[low.clone(), high.clone()], &job, 1, &mut Engine::cpu()).expect("a mesh");
         let flags = flags_of(&mesh);
         let row: Vec<u8> = (0..8).map(|x| flags[index([x, 3, 3], [8; 3])]).collect();
@@ -303,7 +304,7 @@ fn an_inverted_geometry_has_the_cells_that_are_outside() {
         for rule in [Rule::Parity, Rule::Nonzero] {
             for axis in 0..3 {
                 let with = |invert: bool| {
-                    let mut job = Job { rule, ..job([9, 8, 10], Fill::Centre, false) };
+                    let mut job = set!(Job { rule, ..job([9, 8, 10], Fill::Centre, false) });
                     job.geometries[0].invert = invert;
                     let meshed = meshed(std::slice::from_ref(body), &job, axis, &mut Engine::cpu());
                     let (mesh, report) = meshed.expect("a mesh");

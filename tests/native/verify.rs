@@ -97,22 +97,24 @@ fn the_case_table_is_verified() {
         if geometries.is_empty() || is_placed {
             continue;
         }
-        let entry = |geometry: &&hexcast::geometry::Geometry| GeometryJob {
-            flag: Some(geometry.flag),
-            priority: geometry.priority,
-            open: Some(OPEN[index % 3]),
-            ..GeometryJob::new(".")
+        let entry = |geometry: &&hexcast::geometry::Geometry| {
+            set!(GeometryJob {
+                flag: Some(geometry.flag),
+                priority: geometry.priority,
+                open: Some(OPEN[index % 3]),
+                ..GeometryJob::new(".")
+            })
         };
         let end = |axis: usize| case.lines.line(axis, case.lines.dims()[axis]);
         let [x, y, z] = case.lines.origin();
-        let job = Job {
+        let job = set!(Job {
             geometries: geometries.iter().map(entry).collect(),
             domain: Some([x, y, z, end(0), end(1), end(2)]),
             dims: Some(case.lines.dims()),
             rule: case.rule,
             axis: AXES[index / 3 % 3],
             ..Job::default()
-        };
+        });
         let surfaces: Vec<Facets> = geometries.iter().map(|geometry| geometry.facets.to_vec()).collect();
         Meshed::new(&surfaces, job).is_right(&case.name);
         n_checked += 1;
@@ -136,14 +138,14 @@ fn holes_ties_and_every_policy_are_verified() {
         }
         let end = |axis: usize| case.lines.line(axis, case.lines.dims()[axis]);
         let [x, y, z] = case.lines.origin();
-        let job = Job {
+        let job = set!(Job {
             domain: Some([x, y, z, end(0), end(1), end(2)]),
             dims: Some(case.lines.dims().map(|n| n + random.below(9) as u32)),
             open: OPEN[random.below(3) as usize],
             axis: AXES[random.below(3) as usize],
             rule: case.rule,
             ..Job::default()
-        };
+        });
         let text = Meshed::new(&surfaces, job.clone()).is_right(&format!("seed {seed}, {job:?}"));
         n_doubtful += usize::from(text.contains("Doubtful cells"));
     }
@@ -176,7 +178,7 @@ fn surfaces_without_sides_and_turned_facets_are_verified() {
     for (name, surface) in [("moebius", moebius(21)), ("turned", inside_out)] {
         for rule in [Rule::Parity, Rule::Nonzero] {
             for open in OPEN {
-                let job = Job { dims: Some([13, 14, 15]), domain, rule, open, ..Job::default() };
+                let job = set!(Job { dims: Some([13, 14, 15]), domain, rule, open, ..Job::default() });
                 Meshed::new(std::slice::from_ref(&surface), job).is_right(&format!("{name}, {rule:?}, {open:?}"));
             }
         }
@@ -191,29 +193,30 @@ fn models_placings_and_lines_are_verified() {
     };
     let (spot, part) = (facets_of(SPOT), facets_of("tests/fixtures/featuretype.stl"));
     let torn = without(&spot, 0.02, 1);
-    let turned = GeometryJob {
+    let turned = set!(GeometryJob {
         scale: Some(hexcast::job::PerAxis::Each([1.5, -1.0, 0.8])),
         rotate: Some([30.0, -1040.5, 90.0]),
         translate: Some([0.3, 0.2, 0.1]),
         ..GeometryJob::new(".")
-    };
+    });
     let padding = Some(hexcast::job::Padding::Cells(hexcast::job::PerAxis::Each([1, 0, 3])));
     let length = Some(hexcast::job::Padding::Length(hexcast::job::PerAxis::All(0.07)));
-    let plain = Job { cells: Some(60), ..Job::default() };
+    let plain = set!(Job { cells: Some(60), ..Job::default() });
     for axis in AXES {
-        let job = Job { axis, ..plain.clone() };
+        let job = set!(Job { axis, ..plain.clone() });
         let text = Meshed::new(std::slice::from_ref(&spot), job.clone()).is_right("spot");
         assert!(!text.contains("not closed"), "{text}");
-        let text = Meshed::new(std::slice::from_ref(&torn), Job { padding, cells: Some(24), ..job.clone() })
+        let text = Meshed::new(std::slice::from_ref(&torn), set!(Job { padding, cells: Some(24), ..job.clone() }))
             .is_right("spot with holes");
         assert!(text.contains("0.stl is not closed") && text.contains(", of which 0 are too close to call"), "{text}");
-        Meshed::new(std::slice::from_ref(&part), Job { rule: Rule::Nonzero, ..job.clone() }).is_right("featuretype");
+        Meshed::new(std::slice::from_ref(&part), set!(Job { rule: Rule::Nonzero, ..job.clone() }))
+            .is_right("featuretype");
         let geometries = vec![GeometryJob::new("."), turned.clone()];
-        Meshed::new(&[spot.clone(), spot.clone()], Job { geometries, padding: length, ..job }).is_right("turned");
+        Meshed::new(&[spot.clone(), spot.clone()], set!(Job { geometries, padding: length, ..job })).is_right("turned");
     }
-    let sized = |size| Job { cell_size: Some(hexcast::job::PerAxis::All(size)), ..Job::default() };
+    let sized = |size| set!(Job { cell_size: Some(hexcast::job::PerAxis::All(size)), ..Job::default() });
     Meshed::new(&[models::cube([0.1; 3], 1.0)], sized(0.1)).is_right("a size");
-    let optimal = Job { max_cell_size: Some(0.3), ..Job::default() };
+    let optimal = set!(Job { max_cell_size: Some(0.3), ..Job::default() });
     let two = [models::cube([0.0; 3], 1.5), models::cube([0.5; 3], 2.5)];
     Meshed::new(&two, optimal).is_right("the optimum");
 }

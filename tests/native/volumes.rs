@@ -72,10 +72,12 @@ fn facts(facets: &Facets, job: &Job) -> MeshFacts {
 fn reports_of_spheres_and_turned_boxes_keep_the_bound_which_shrinks_with_the_cells() {
     let mut last = f64::INFINITY;
     for cells in [8, 16, 32, 64, 128] {
-        let job = |rotate: Option<[f64; 3]>| Job {
-            geometries: vec![GeometryJob { rotate, ..GeometryJob::default() }],
-            cells: Some(cells),
-            ..Job::default()
+        let job = |rotate: Option<[f64; 3]>| {
+            set!(Job {
+                geometries: vec![set!(GeometryJob { rotate, ..GeometryJob::default() })],
+                cells: Some(cells),
+                ..Job::default()
+            })
         };
         let turned = Some([17.0, 38.0, 61.0]);
         for (facets, job) in [
@@ -103,7 +105,8 @@ fn reports_of_spheres_and_turned_boxes_keep_the_bound_which_shrinks_with_the_cel
 fn there_is_no_bound_where_the_cells_are_not_those_within_the_surface() {
     let domain = Some([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]);
     let body = models::cuboid([1.0; 3], [6.9; 3]);
-    let job = |geometry: GeometryJob| Job { geometries: vec![geometry], cells: Some(16), domain, ..Job::default() };
+    let job =
+        |geometry: GeometryJob| set!(Job { geometries: vec![geometry], cells: Some(16), domain, ..Job::default() });
     let plain = GeometryJob::default;
     let compared = |facets: &Facets, geometry: GeometryJob| {
         let flag = facts(facets, &job(geometry)).flags.remove(0);
@@ -113,8 +116,8 @@ fn there_is_no_bound_where_the_cells_are_not_those_within_the_surface() {
     assert!(compared(&body, plain()));
     assert!(!compared(&body[1..].to_vec(), plain()), "open");
     assert!(!compared(&models::moved(&body, [4.0, 0.0, 0.0]), plain()), "cut by the domain");
-    assert!(!compared(&body, GeometryJob { shell: true, ..plain() }), "a shell");
-    assert!(!compared(&body, GeometryJob { invert: true, ..plain() }), "inverted");
+    assert!(!compared(&body, set!(GeometryJob { shell: true, ..plain() })), "a shell");
+    assert!(!compared(&body, set!(GeometryJob { invert: true, ..plain() })), "inverted");
     let mut turned = body;
     turned[0].swap(0, 1);
     assert!(!compared(&turned, plain()), "facets that do not agree: closed by parity, without a volume");

@@ -23,7 +23,7 @@ fn warnings(bodies: &[Body], open: Option<Open>, axis: AxisChoice) -> Vec<String
         }
         (facets, Some(flag), priority)
     });
-    let job = Job { axis, open: open.unwrap_or_default(), ..Job::default() };
+    let job = set!(Job { axis, open: open.unwrap_or_default(), ..Job::default() });
     warnings_of(&surfaces.collect::<Vec<_>>(), &job)
 }
 
@@ -46,15 +46,12 @@ fn warnings_of(surfaces: &[(Vec<Facet>, Option<u8>, i32)], job: &Job) -> Vec<Str
         };
         Source::new("box.stl", contents, None)
     };
-    let geometry = |(index, &(_, flag, priority)): (usize, &(Vec<Facet>, Option<u8>, i32))| GeometryJob {
-        name: Some(format!("box {index}")),
-        flag,
-        priority,
-        ..GeometryJob::new("box.stl")
+    let geometry = |(index, &(_, flag, priority)): (usize, &(Vec<Facet>, Option<u8>, i32))| {
+        set!(GeometryJob { name: Some(format!("box {index}")), flag, priority, ..GeometryJob::new("box.stl") })
     };
     let geometries = surfaces.iter().enumerate().map(geometry).collect();
     let domain = Some([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]);
-    let job = Job { geometries, domain, dims: Some([8; 3]), ..job.clone() };
+    let job = set!(Job { geometries, domain, dims: Some([8; 3]), ..job.clone() });
     let sources = surfaces.iter().map(source).collect();
     let (options, mut engine, control) = (MeshOptions::default(), Engine::cpu(), Control::default());
     let meshed = pollster::block_on(mesh(&job, sources, &options, &mut engine, &control));
@@ -202,7 +199,7 @@ fn shells_that_overlap_are_said_where_the_rule_leaves_two_of_them_outside() {
     let cavity = |inner: Vec<Facet>| models::joined([models::cuboid([1.0; 3], [7.0; 3]), inner]);
     let inner = models::cuboid([2.6; 3], [5.4; 3]);
     let with = |facets: &Vec<Facet>, rule: Rule, axis: AxisChoice| {
-        warnings_of(&[(facets.clone(), None, 0)], &Job { rule, axis, ..Job::default() })
+        warnings_of(&[(facets.clone(), None, 0)], &set!(Job { rule, axis, ..Job::default() }))
     };
     for axis in AXES {
         let found = with(&balls, Rule::Parity, axis);

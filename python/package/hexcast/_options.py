@@ -80,8 +80,10 @@ class JobOptions(TypedDict, total=False):
     window: Sequence[int]
     #: Meshes one of the windows that the box is divided into: ``"3/64"`` of slabs across z, ``"3/4x4x4"`` of boxes.
     part: Union[str, Mapping[str, Any]]
-    #: Cells beyond the window or the part, on both sides of every axis; those beyond the box are background.
+    #: Cells beyond the window or the part, on both sides of every axis.
     halo: int
+    #: What the halo has beyond the box: background, the default, or the flag of the nearest cell of the box.
+    halo_edge: Literal["background", "clamp"]
     #: Shapes of Zarr stores: ``chunks`` and ``shards`` as cells on x, y, z, or ``shard_bytes``. Where it is given, parts are cut along
     #: the borders of shards.
     zarr: Mapping[str, Any]

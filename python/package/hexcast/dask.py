@@ -54,8 +54,8 @@ def mesh(what: JobLike, *, chunks: Any = CHUNK, **options: Unpack[JobOptions]) -
         time than many small ones.
     :param options: those of :func:`hexcast.mesh`, without ``window`` and ``part``.
     :returns: flags of shape (nz, ny, nx), uint8.
-    :raises hexcast.Error: those of :func:`hexcast.mesh`; ``job-conflict`` for surfaces in memory, and for what a window does not have
-        (``close_gaps``, ``certify``).
+    :raises hexcast.Error: those of :func:`hexcast.mesh`; ``job-conflict`` for surfaces in memory, and for ``close_gaps``,
+        which a window does not have.
 
     >>> import hexcast.dask
     >>> hexcast.dask.mesh("tests/fixtures/spot.stl", cells=1000, chunks=500)  # doctest: +SKIP

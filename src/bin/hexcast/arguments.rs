@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use hexcast::job::{
-    AxisChoice, BackendChoice, ByteSize, Fill, GeometryJob, GradedJob, Job, Open, Padding, PartJob, PerAxis, Rule,
+    AxisChoice, BackendChoice, ByteSize, Fill, GeometryJob, GradedJob, HaloEdge, Job, Open, Padding, PartJob, PerAxis, Rule,
     ZarrJob,
 };
 use hexcast::{Error, Result};
@@ -68,9 +68,12 @@ pub(crate) struct JobArguments {
     /// Mesh only part K of N slabs across z that cost about the same, K from 1 to N, or of NX x NY x NZ boxes; `hexcast parts` lists them
     #[arg(long, value_name = "K/N|K/NXxNYxNZ", conflicts_with = "window", help_heading = "Cells and domain")]
     pub(crate) part: Option<PartJob>,
-    /// Cells beyond --window or --part that are meshed with it, on both sides of each axis; those beyond the box are background
+    /// Cells beyond --window or --part that are meshed with it, on both sides of each axis
     #[arg(long, value_name = "N", help_heading = "Cells and domain")]
     halo: Option<u32>,
+    /// What the halo has beyond the box: background, or the flag of the nearest cell of the box [default: background]
+    #[arg(long, value_parser = choice::<HaloEdge>(&["background", "clamp"]), help_heading = "Cells and domain")]
+    halo_edge: Option<HaloEdge>,
     /// Cells of a chunk of a Zarr store, which is compressed by itself [default: some 256 KiB]
     #[arg(long, value_name = "NX,NY,NZ", value_parser = list::<u32, 3>, help_heading = "Output")]
     zarr_chunks: Option<[u32; 3]>,
@@ -178,10 +181,7 @@ impl JobArguments {
     pub(crate) fn job(&self) -> Result<Job> {
         let mut job = match &self.job {
             Some(path) => read_job(path)?,
-            None => Job {
-                geometries: self.files.iter().map(|file| GeometryJob::from_argument(file)).collect::<Result<_>>()?,
-                ..Job::default()
-            },
+            None => Job::new(self.files.iter().map(|file| GeometryJob::from_argument(file)).collect::<Result<_>>()?),
         };
         self.override_cells(&mut job)?;
         self.override_domain(&mut job);
@@ -189,6 +189,7 @@ impl JobArguments {
             (job.window, job.part) = (self.window, self.part);
         }
         job.halo = self.halo.or(job.halo);
+        job.halo_edge = self.halo_edge.or(job.halo_edge);
         job.zarr = self.zarr(job.zarr);
         job.rule = self.rule.unwrap_or(job.rule);
         job.open = self.open.unwrap_or(job.open);

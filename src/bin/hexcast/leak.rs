@@ -139,14 +139,10 @@ fn read_surfaces(
     let mut job = match &arguments.job {
         Some(path) => read_job(path)?,
         None if arguments.surfaces.is_empty() => return Ok(None),
-        None => Job {
-            geometries: arguments
-                .surfaces
-                .iter()
-                .map(|file| GeometryJob::from_argument(file))
-                .collect::<Result<_>>()?,
-            ..Job::default()
-        },
+        None => {
+            let surfaces = arguments.surfaces.iter();
+            Job::new(surfaces.map(|file| GeometryJob::from_argument(file)).collect::<Result<_>>()?)
+        }
     };
     job.max_memory = max_memory;
     job.validate()?;

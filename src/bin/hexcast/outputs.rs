@@ -53,9 +53,7 @@ impl FormatArguments {
     fn options(&self, format: Format, max_bytes: u64) -> Options {
         let (compress, bits) = match format {
             Format::Raw | Format::Npy => (Compress::None, self.bits),
-            Format::Npz | Format::Vti | Format::Vtr | Format::Columns => {
-                (self.compress.unwrap_or(DEFAULT_COMPRESS), false)
-            }
+            _ => (self.compress.unwrap_or(DEFAULT_COMPRESS), false),
         };
         self.zarr_options(max_bytes).with_compress(compress).with_bits(bits)
     }
@@ -92,12 +90,14 @@ impl FormatArguments {
     }
 }
 
-/// The format of a file's name.
+/// The format of the name of one file.
 fn format_of(path: &Path) -> Result<Format> {
-    Format::of_name(&path.to_string_lossy()).map_err(|error| {
-        let hint = format!("{}, .zarr", error.hint());
-        Error::new("job-value", error.to_string(), hint)
-    })
+    let format = Format::of_name(&path.to_string_lossy())?;
+    if format == Format::Zarr {
+        let message = format!("{} is a folder of many files, and a mask of doubtful cells is one", path.display());
+        return Err(Error::new("job-value", message, "use .raw, .npy, .vti or .hxc"));
+    }
+    Ok(format)
 }
 
 fn compression(text: &str) -> std::result::Result<Compress, String> {
@@ -160,7 +160,7 @@ impl Outputs {
         let (folder_paths, paths): (Vec<&PathBuf>, Vec<&PathBuf>) =
             targets.meshes.iter().partition(|path| is_zarr(path));
         let mut formats = paths.iter().map(|path| format_of(path)).collect::<Result<Vec<Format>>>()?;
-        formats.extend(targets.doubt.map(|path| Format::of_name(&path.to_string_lossy())).transpose()?);
+        formats.extend(targets.doubt.map(format_of).transpose()?);
         arguments.check(&formats, !folder_paths.is_empty())?;
         let mut taken: Vec<PathBuf> = inputs.iter().filter_map(|input| input.canonicalize().ok()).collect();
         let n_inputs = taken.len();

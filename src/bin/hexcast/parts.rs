@@ -1,7 +1,7 @@
 //! `hexcast parts`: the windows that a mesh can be divided into.
 
 use hexcast::control::CancelToken;
-use hexcast::job::{Job, ZarrJob, numbers_of_parts};
+use hexcast::job::{ZarrJob, numbers_of_parts};
 use hexcast::parts::parts;
 use hexcast::pipeline::{part_step, prepare};
 use hexcast::{Error, Result};
@@ -57,7 +57,7 @@ fn numbers(text: &str) -> std::result::Result<Numbers, String> {
 
 pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let Numbers(of) = arguments.n;
-    let job = arguments.job.job()?;
+    let mut job = arguments.job.job()?;
     if job.window.is_some() || job.part.is_some() {
         let message = "the job has a window or a part, and hexcast parts divides whole meshes";
         return Err(Error::new("job-conflict", message, "remove window and part"));
@@ -66,7 +66,8 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let zarr = job.zarr.or(arguments.zarr.then(ZarrJob::default));
     let sources = read_job_files(&job, token, Progress::new(false))?;
     // the limit on cells is for those that are meshed
-    let prepared = prepare(&Job { max_cells: None, ..job }, sources)?;
+    job.max_cells = None;
+    let prepared = prepare(&job, sources)?;
     let step = part_step(zarr.as_ref(), &prepared.whole)?;
     let windows = parts(&prepared.geometries, &prepared.whole, &prepared.rays, of, step)?;
     let [nx, ny, nz] = of;

@@ -6,7 +6,6 @@ use std::process::ExitCode;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use hexcast::control::{CancelToken, Control};
-use hexcast::job::Job;
 use hexcast::pipeline::{self, Engine, MeshOptions};
 use hexcast::write::Options;
 use hexcast::write::zarr::{Place, Stored, Values, write_part};
@@ -119,7 +118,7 @@ fn by_checksums(store: &Arc<dyn Store>, stored: &Stored, token: &CancelToken) ->
 /// Meshes the job, or a part of it, and compares what would be written.
 fn by_job(arguments: &Arguments, store: &Arc<dyn Store>, stored: &Stored, token: &CancelToken) -> Result<Found> {
     let (zarr, compress) = stored.options();
-    let job = Job { zarr: Some(zarr), ..arguments.job.job()? };
+    let job = arguments.job.job()?.with_zarr(zarr);
     if job.window.is_some() || job.halo.is_some() {
         let message = "the job has a window or a halo, and a store is made of parts";
         return Err(Error::new("job-conflict", message, "remove them, or give --part K/N"));

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use hexcast::control::Control;
 use hexcast::mesh::Mesh;
-use hexcast::write::{Options, zarr};
+use hexcast::write::{Format, Options, zarr};
 use hexcast::{Error, Result};
 use tempfile::TempDir;
 
@@ -31,7 +31,7 @@ pub(crate) struct ZarrFolder {
 
 /// Whether the name of an output asks for a Zarr folder.
 pub(crate) fn is_zarr(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("zarr"))
+    Format::of_name(&path.to_string_lossy()) == Ok(Format::Zarr)
 }
 
 /// Refuses a path that is neither free nor a Zarr folder; returns it without the links at its end.

@@ -151,7 +151,7 @@ fn geometry_argument() {
         |bytes| {
             let text = text_of(bytes);
             let read = || {
-                let job = Job { geometries: vec![GeometryJob::from_argument(&text)?], ..Job::default() };
+                let job = set!(Job { geometries: vec![GeometryJob::from_argument(&text)?], ..Job::default() });
                 job.validate().map(|()| job)
             };
             check(read, text.len(), false)

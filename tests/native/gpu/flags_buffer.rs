@@ -22,7 +22,7 @@ fn own_device(limits: Limits) -> (Device, Queue) {
 /// A torus that touches a sphere of another flag.
 fn mesh(axis: usize) -> Mesh {
     let parts = [models::torus([0.0; 3], [2.0, 0.7], 24), models::sphere([2.0, 0.0, 0.5], 1.0, 16)];
-    let job = Job { geometries: vec![Default::default(); 2], dims: Some([41, 53, 37]), ..Job::default() };
+    let job = set!(Job { geometries: vec![Default::default(); 2], dims: Some([41, 53, 37]), ..Job::default() });
     meshed(&parts, &job, axis, &mut Engine::cpu()).expect("a mesh").0
 }
 

@@ -18,10 +18,10 @@ fn cells_along_surfaces_are_the_same_on_every_backend() {
         without(&models::torus([4.5; 3], [2.4, 1.1], 40), 0.02, 2),
         models::cuboid([2.0; 3], [6.0, 5.0, 7.0]),
     ];
-    let geometry = |fill: Fill, shell: bool| GeometryJob { fill: Some(fill), shell, ..GeometryJob::default() };
-    let outside = GeometryJob { invert: true, priority: -1, ..geometry(Fill::Separating, false) };
+    let geometry = |fill: Fill, shell: bool| set!(GeometryJob { fill: Some(fill), shell, ..GeometryJob::default() });
+    let outside = set!(GeometryJob { invert: true, priority: -1, ..geometry(Fill::Separating, false) });
     let geometries = vec![geometry(Fill::Separating, true), geometry(Fill::Conservative, false), outside];
-    let job = Job { dims: Some([70, 67, 130]), geometries, ..Job::default() };
+    let job = set!(Job { dims: Some([70, 67, 130]), geometries, ..Job::default() });
     let mut all = Vec::new();
     for axis in 0..3 {
         for engine in &mut engines {
@@ -44,7 +44,7 @@ fn the_axis_the_backend_and_the_order_of_facets_change_nothing() {
     let whole = models::cuboid([2.0; 3], [6.0, 5.0, 7.0]);
     let parts = [ball, whole, ring];
     for rule in [Rule::Parity, Rule::Nonzero] {
-        let job = Job { dims: Some([70, 67, 130]), rule, ..Job::default() };
+        let job = set!(Job { dims: Some([70, 67, 130]), rule, ..Job::default() });
         let (first, of_first) = meshed(&parts, &job, 0, &mut engines[0]).expect("a mesh");
         let flags = flags_of(&first);
         assert!(of_first.doubtful.cells > 1000 && of_first.doubtful.boxes.len() > 100, "{:?}", of_first.doubtful.cells);

@@ -39,13 +39,13 @@ fn spheres() -> Vec<models::Facets> {
 }
 
 fn job() -> Job {
-    Job { dims: Some([20, 22, 24]), domain: Some([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]), ..Job::default() }
+    set!(Job { dims: Some([20, 22, 24]), domain: Some([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]), ..Job::default() })
 }
 
 #[test]
 fn a_single_wrong_cell_is_named() {
     for axis in AXES {
-        let meshed = Meshed::new(&spheres(), Job { axis, ..job() });
+        let meshed = Meshed::new(&spheres(), set!(Job { axis, ..job() }));
         meshed.is_right("spheres");
         let right = changed(&meshed, |_, _| {});
         // far from all surfaces, at the first and the last cell, and inside
@@ -92,17 +92,20 @@ fn another_job_is_found() {
     let meshed = Meshed::new(&spheres(), job());
     let entry = |index: usize, entry: GeometryJob| {
         let mut other = meshed.job.clone();
-        other.geometries[index] = GeometryJob { file: other.geometries[index].file.clone(), ..entry };
+        other.geometries[index] = set!(GeometryJob { file: other.geometries[index].file.clone(), ..entry });
         other
     };
-    let one = Job { geometries: meshed.job.geometries[..1].to_vec(), ..meshed.job.clone() };
+    let one = set!(Job { geometries: meshed.job.geometries[..1].to_vec(), ..meshed.job.clone() });
     let others = [
-        ("moved by a cell", entry(0, GeometryJob { translate: Some([0.0, 0.4, 0.0]), ..GeometryJob::default() })),
-        ("moved by a twentieth", entry(1, GeometryJob { translate: Some([0.02, 0.0, 0.0]), ..GeometryJob::default() })),
-        ("turned", entry(1, GeometryJob { rotate: Some([0.0, 0.0, 5.0]), ..GeometryJob::default() })),
-        ("scaled", entry(0, GeometryJob { scale: Some(PerAxis::All(1.02)), ..GeometryJob::default() })),
-        ("priority", entry(0, GeometryJob { priority: 1, ..GeometryJob::default() })),
-        ("flag", entry(1, GeometryJob { flag: Some(5), ..GeometryJob::default() })),
+        ("moved by a cell", entry(0, set!(GeometryJob { translate: Some([0.0, 0.4, 0.0]), ..GeometryJob::default() }))),
+        (
+            "moved by a twentieth",
+            entry(1, set!(GeometryJob { translate: Some([0.02, 0.0, 0.0]), ..GeometryJob::default() })),
+        ),
+        ("turned", entry(1, set!(GeometryJob { rotate: Some([0.0, 0.0, 5.0]), ..GeometryJob::default() }))),
+        ("scaled", entry(0, set!(GeometryJob { scale: Some(PerAxis::All(1.02)), ..GeometryJob::default() }))),
+        ("priority", entry(0, set!(GeometryJob { priority: 1, ..GeometryJob::default() }))),
+        ("flag", entry(1, set!(GeometryJob { flag: Some(5), ..GeometryJob::default() }))),
         ("one missing", one),
     ];
     for (what, other) in others {
@@ -113,7 +116,7 @@ fn another_job_is_found() {
     }
     let nested = vec![models::joined([models::cube([1.0; 3], 6.0), models::cube([2.0; 3], 3.0)])];
     let meshed = Meshed::new(&nested, job());
-    meshed.write_job(&Job { rule: Rule::Nonzero, ..meshed.job.clone() });
+    meshed.write_job(&set!(Job { rule: Rule::Nonzero, ..meshed.job.clone() }));
     let (code, text) = meshed.verify(&[]);
     assert!(code == Some(9) && text.contains("has flag 0, expected 1"), "{code:?}\n{text}");
 }
@@ -123,11 +126,11 @@ fn another_way_with_holes_is_found() {
     let torn = without(&models::sphere([4.0; 3], 3.1, 24), 0.3, 1);
     let meshed = Meshed::new(&[torn], job());
     for open in [Open::Vote, Open::Parity] {
-        meshed.write_job(&Job { open, ..meshed.job.clone() });
+        meshed.write_job(&set!(Job { open, ..meshed.job.clone() }));
         let (code, text) = meshed.verify(&[]);
         assert!(code == Some(9) && text.contains("Wrong cell: "), "{open:?}: {code:?}\n{text}");
     }
-    meshed.write_job(&Job { open: Open::Error, ..meshed.job.clone() });
+    meshed.write_job(&set!(Job { open: Open::Error, ..meshed.job.clone() }));
     let (code, text) = meshed.verify(&[]);
     assert!(code == Some(3) && text.contains("is not closed, which the job makes an error"), "{code:?}\n{text}");
 }
@@ -148,10 +151,10 @@ fn other_lines_are_found() {
     }
     meshed.write(&mesh);
     for other in [
-        Job { dims: Some([20, 22, 25]), ..meshed.job.clone() },
-        Job { dims: None, cells: Some(22), ..meshed.job.clone() },
-        Job { domain: None, ..meshed.job.clone() },
-        Job { dims: None, cell_size: Some(PerAxis::All(0.4)), ..meshed.job.clone() },
+        set!(Job { dims: Some([20, 22, 25]), ..meshed.job.clone() }),
+        set!(Job { dims: None, cells: Some(22), ..meshed.job.clone() }),
+        set!(Job { domain: None, ..meshed.job.clone() }),
+        set!(Job { dims: None, cell_size: Some(PerAxis::All(0.4)), ..meshed.job.clone() }),
     ] {
         meshed.write_job(&other);
         let (code, text) = meshed.verify(&[]);
