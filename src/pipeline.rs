@@ -33,8 +33,9 @@ use crate::report::{
     CertificateReport, DeviceCheck, DoubtReport, FillReport, FlagReport, GeometryReport, InputReport, MAX_BOXES,
     MeshFacts, OpenReport, PeakBytes, Seconds, WindowReport, flag_reports, is_cut,
 };
+use crate::snapping::Snapped;
 use crate::sources::Source;
-use crate::volume_bound::volume_bound;
+use crate::volume_bound::BoundSums;
 
 mod effective;
 mod engine;
@@ -43,6 +44,7 @@ mod memory_budget;
 mod merge;
 mod options;
 mod prepare;
+mod snapped;
 mod warnings;
 
 use effective::effective;
@@ -52,6 +54,7 @@ use memory_budget::{columns_builder, memory_budget};
 pub use merge::merge;
 pub use options::{DEFAULT_MAX_BYTES, MeshOptions, SpillTarget};
 pub use prepare::{Prepared, part_step, prepare};
+use snapped::snapped;
 
 /// Meshes a job: `sources[i]` is the file of `job.geometries[i]`. The caller makes the report from the facts, when all is done.
 ///
@@ -71,17 +74,20 @@ pub async fn mesh(
     let prepared = prepare(job, sources)?;
     let lines_seconds = lap(&mut clock);
     control.rest().await?;
-    let frame = Frame::new(&prepared.geometries, &prepared.whole)?;
-    control.rest().await?;
+    let Snapped { frame, closed, mut ends, bound_sums } = snapped(job, &prepared, control).await?;
     let flags = frame.ranks.flag_of_rank.clone();
     let (whole, is_for_window) = (&prepared.whole, prepared.window.is_some());
-    let closed = Closed::of_ranks(&frame);
-    control.rest().await?;
     let bad_edges = BadEdges::of_geometries(&frame, &closed, whole, &prepared.geometries);
     control.rest().await?;
     let (mut frame, mut parts) = overlay::split(frame, &closed, job.rule, whole, &prepared.geometries, is_for_window)?;
+    if !parts.is_empty() {
+        let apart = (0..ends.len()).filter(|&rank| frame.range_of_rank(rank).is_empty());
+        apart.for_each(|rank| ends[rank] = None);
+    }
+    let volume_bounds = |lines| volume_bounds((&frame, &closed, &bound_sums), &prepared.geometries, lines);
     // of the whole box, where a part's report shall be merged with others
-    let bounds_of_whole = job.part.map(|_| volume_bounds(&frame, &closed, &prepared.geometries, whole));
+    let bounds_of_whole = job.part.map(|_| volume_bounds(whole));
+    let bounds = volume_bounds(&prepared.lines);
     if let Some(cells) = prepared.window {
         parts = parts.into_iter().map(|part| part.window(cells, frame.fraction_bits)).collect();
         frame = frame.window(cells);
@@ -125,7 +131,6 @@ pub async fn mesh(
     let doubtful = beyond.around_doubtful(doubtful)?;
     let open: Vec<OpenReport> = found.iter().map(|found| OpenReport::new(found, &geometries)).collect();
     let filled: Vec<FillReport> = along.iter().map(|found| FillReport::new(found, &geometries)).collect();
-    let bounds = volume_bounds(&frame, &closed, &prepared.geometries, &prepared.lines);
     geometries.iter_mut().zip(bounds).for_each(|(report, bound)| report.volume_bound = bound);
     let mut flags = flag_reports(&geometries, &cells, &lines);
     for report in flags.iter_mut().filter(|report| gaps.as_ref().is_some_and(|gaps| gaps.flag == report.flag)) {
@@ -146,7 +151,12 @@ pub async fn mesh(
     warnings.extend(warnings::about_odd_rays(columns.odd_rays(), rays.n_rays()));
     warnings.extend(warnings::about_edges_of_rays(&prepared.geometries, &geometries, job.rule, &lines));
     warnings.extend(warnings::about_shared_flags(&prepared.geometries));
-    warnings.extend(warnings::about_overlapping_shells(&cast, &prepared.geometries));
+    // of a window some facets are not there
+    let agrees = |rank: usize| match prepared.window {
+        None => closed[rank].nonzero,
+        Some(_) => Closed::new(frame.facets_of_rank(rank)).nonzero,
+    };
+    warnings.extend(warnings::about_overlapping_shells(&cast, &agrees, &prepared.geometries));
     let mask_mesh = |mask| Mesh::new(lines, mask, vec![Named { flag: 1, name: "doubtful".into() }], job.unit.clone());
     let certify = || {
         let thin_cells = job.thin_cells.unwrap_or(DEFAULT_THIN_CELLS);
@@ -159,7 +169,7 @@ pub async fn mesh(
     let columns = &mesh.columns;
     // a geometry may well have no cell in a window
     if prepared.window.is_none() {
-        warnings.extend(warnings::about_geometries_without_cells(&prepared, &cast, &mesh, &cells)?);
+        warnings.extend(warnings::about_geometries_without_cells(&prepared, (&cast, &ends), &mesh, &cells)?);
     }
     // spilled columns would be read back for it
     let flags_hash = (!columns.is_spilled()).then(|| flags_hash(columns)).transpose()?;
@@ -220,7 +230,11 @@ pub async fn mesh(
 }
 
 /// For each geometry how far the volume of its cells can be from that of its surface, where both are of the same body.
-fn volume_bounds(frame: &Frame, closed: &[Closed], geometries: &[Geometry], lines: &Lines) -> Vec<Option<f64>> {
+fn volume_bounds(
+    (frame, closed, sums): (&Frame, &[Closed], &[BoundSums]),
+    geometries: &[Geometry],
+    lines: &Lines,
+) -> Vec<Option<f64>> {
     let mut bounds = vec![None; geometries.len()];
     for (rank, &index) in frame.ranks.geometry_of_rank.iter().enumerate() {
         let geometry = &geometries[index];
@@ -228,7 +242,7 @@ fn volume_bounds(frame: &Frame, closed: &[Closed], geometries: &[Geometry], line
         let ends = geometry.bounding_box().unwrap_or_default();
         if is_within && !is_cut(ends, lines) {
             let volume = geometry.signed_volume().abs();
-            bounds[index] = Some(volume_bound(frame.facets_of_rank(rank), frame.fraction_bits, lines, volume));
+            bounds[index] = Some(sums[rank].bound(frame.fraction_bits, lines, volume));
         }
     }
     bounds

@@ -13,7 +13,6 @@
 use std::collections::BTreeMap;
 
 use crate::cast::Cast;
-use crate::closed::Closed;
 use crate::cpu::{Window, over_windows, window_of_rows};
 use crate::crossings::Crossings;
 
@@ -31,8 +30,8 @@ pub(crate) struct Overlap {
     pub(crate) n_rays: u64,
 }
 
-/// Finds them among the geometries of a frame, in the order of their ranks.
-pub(crate) fn overlapping_shells(cast: &Cast) -> Vec<Overlap> {
+/// Finds them among the geometries of a frame, in the order of their ranks; `agrees` says of one whether its facets do.
+pub(crate) fn overlapping_shells(cast: &Cast, agrees: &dyn Fn(usize) -> bool) -> Vec<Overlap> {
     let [n_across, n_rows] = cast.rays.counts;
     let n_looked = u64::from(n_rows).min(N_ROWS);
     let row = |index: u64| ((2 * index + 1) * u64::from(n_rows) / (2 * n_looked)) as u32;
@@ -45,10 +44,9 @@ pub(crate) fn overlapping_shells(cast: &Cast) -> Vec<Overlap> {
         }
     }
     let n_rays = n_looked * u64::from(n_across);
-    let agrees = |rank: u8| Closed::new(cast.frame.facets_of_rank(rank.into())).nonzero;
     n_cells
         .into_iter()
-        .filter(|(rank, _)| agrees(*rank))
+        .filter(|(rank, _)| agrees(usize::from(*rank)))
         .map(|(rank, n_cells)| Overlap { rank, n_cells, n_rays })
         .collect()
 }

@@ -17,7 +17,7 @@ use crate::geometry::Facet;
 use crate::parallel::*;
 
 /// Facets of a step: some tens of milliseconds. A multiple of the facets whose areas are summed first.
-const FACETS_AT_ONCE: usize = 64 * AREAS_AT_ONCE;
+const FACETS_AT_ONCE: usize = 32 * AREAS_AT_ONCE;
 /// Facets whose areas are summed first.
 const AREAS_AT_ONCE: usize = 4096;
 

@@ -71,8 +71,13 @@ pub(super) fn about_shared_flags(geometries: &[Geometry]) -> Vec<String> {
     geometries.iter().enumerate().filter_map(shares).collect()
 }
 
-/// A sentence for every geometry whose shells overlap, where two of them are outside by the rule.
-pub(super) fn about_overlapping_shells(cast: &Cast, geometries: &[Geometry]) -> Vec<String> {
+/// A sentence for every geometry whose shells overlap, where two of them are outside by the rule; `agrees` says of a rank whether its facets
+/// do.
+pub(super) fn about_overlapping_shells(
+    cast: &Cast,
+    agrees: &dyn Fn(usize) -> bool,
+    geometries: &[Geometry],
+) -> Vec<String> {
     if cast.rule != Rule::Parity {
         return Vec::new();
     }
@@ -85,19 +90,19 @@ pub(super) fn about_overlapping_shells(cast: &Cast, geometries: &[Geometry]) -> 
             overlap.n_cells, overlap.n_rays
         )
     };
-    overlapping_shells(cast).into_iter().map(sentence).collect()
+    overlapping_shells(cast, agrees).into_iter().map(sentence).collect()
 }
 
 /// A sentence for every geometry that is known to have no cell, with the cause; `cells` counts those of each flag.
 ///
 /// A geometry whose box holds no centre of a cell has none. Where the box does hold one, only the cells of its flag tell, and
-/// only if no other geometry has the same flag.
+/// only if no other geometry has the same flag. `ends` are those of each rank as it was snapped, None of one that is decided apart.
 ///
 /// # Errors
 /// Those of reading spilled columns.
 pub(super) fn about_geometries_without_cells(
     prepared: &Prepared,
-    cast: &Cast,
+    (cast, ends): (&Cast, &[Option<[[i32; 3]; 2]>]),
     mesh: &Mesh,
     cells: &[u64; 256],
 ) -> Result<Vec<String>> {
@@ -107,9 +112,8 @@ pub(super) fn about_geometries_without_cells(
         let n_of_flag = prepared.geometries.iter().filter(|other| other.flag == geometry.flag).count();
         let has_cells = n_of_flag > 1 || cells[usize::from(geometry.flag)] > 0;
         let rank = cast.frame.ranks.geometry_of_rank.iter().position(|&of| of == index);
-        // of one that is decided apart the frame has no facets
-        let facets = rank.map_or(&[][..], |rank| cast.frame.facets_of_rank(rank));
-        let thin_axis = axis_without_centre(facets, cast.frame);
+        let ends = rank.and_then(|rank| ends[rank]);
+        let thin_axis = ends.and_then(|ends| axis_without_centre(ends, cast.frame));
         if has_cells && (thin_axis.is_none() || geometry.fill != Fill::Centre) {
             continue;
         }
@@ -121,9 +125,9 @@ pub(super) fn about_geometries_without_cells(
             let [low, high] = bounding_box.map(|corner| corner[axis]);
             let (thick, size, name) = (high - low, prepared.lines.spacing[axis], AXES[axis]);
             format!("it is {thick:?} thick along {name}, a cell is {size:?}; use smaller cells, {KEEP}")
-        } else if facets.is_empty() {
+        } else if ends.is_none() {
             format!("its surface is not closed and encloses no centre of a cell; close it, {KEEP}")
-        } else if let Some(flag) = hidden_by(facets, cast, mesh)? {
+        } else if let Some(flag) = hidden_by(rank.map_or(&[], |rank| cast.frame.facets_of_rank(rank)), cast, mesh)? {
             let name = mesh.names.iter().find(|named| named.flag == flag).map_or("", |named| &named.name);
             format!("its cells are those of \"{name}\" (flag {flag}), which wins; give it a higher priority")
         } else {
@@ -178,17 +182,11 @@ fn hidden_by(facets: &[SnappedFacet], cast: &Cast, mesh: &Mesh) -> Result<Option
     Ok(None)
 }
 
-/// The first axis along which the box of some facets holds no centre of a cell; none where there is no facet.
-fn axis_without_centre(facets: &[SnappedFacet], frame: &Frame) -> Option<usize> {
-    let corners = facets.as_flattened();
-    if corners.is_empty() {
-        return None;
-    }
+/// The first axis along which a box, from its least to its greatest coordinates, holds no centre of a cell.
+fn axis_without_centre([low, high]: [[i32; 3]; 2], frame: &Frame) -> Option<usize> {
     (0..3).find(|&axis| {
-        let low = corners.iter().map(|corner| corner[axis]).min().unwrap_or(0);
-        let high = corners.iter().map(|corner| corner[axis]).max().unwrap_or(0);
         // cell i is inside only if low < i <= high in centres
-        let (first, last) = ((low >> frame.fraction_bits) + 1, high >> frame.fraction_bits);
+        let (first, last) = ((low[axis] >> frame.fraction_bits) + 1, high[axis] >> frame.fraction_bits);
         first.max(0) > last.min(frame.dims[axis] as i32 - 1)
     })
 }
