@@ -206,6 +206,7 @@ pub(crate) fn each(uses: &[Use]) -> impl Iterator<Item = &[Use]> {
 }
 
 /// A bijection of 64 bits in which every bit depends on all: the finalizer of SplitMix64 (Steele, Lea and Flood 2014).
+#[inline(always)]
 pub(crate) fn mixed(word: u64) -> u64 {
     let word = word.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let word = (word ^ word >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -124,12 +124,8 @@ impl Geometry {
 
     /// Returns the function from a corner to its world coordinates, in the unit of the file. The identity transform returns the
     /// file's number exactly.
-    pub(crate) fn placing(&self) -> impl Fn([f32; 3]) -> [f64; 3] + Sync {
-        let (place, stays) = (self.world_from_file, self.world_from_file == Placing::default());
-        move |corner| {
-            let file = corner.map(f64::from);
-            if stays { file } else { place.place(file) }
-        }
+    pub(crate) fn placing(&self) -> impl Fn([f32; 3]) -> [f64; 3] + Sync + use<> {
+        self.world_from_file.of_corners()
     }
 
     /// Least and greatest world coordinates, or None without facets.
@@ -148,9 +144,16 @@ impl Geometry {
     fn measures(&self) -> Measures {
         self.facets.kept(self.world_from_file).unwrap_or_else(|| {
             let mut measuring = Measuring::new();
-            while measuring.step(self) {}
-            measuring.finish(self)
+            while measuring.step(&self.facets, self.world_from_file) {}
+            self.keep(measuring)
         })
+    }
+
+    /// Keeps what was measured of it, for whoever asks next.
+    pub(crate) fn keep(&self, measuring: Measuring) -> Measures {
+        let measures = measuring.finish(self.world_from_file);
+        self.facets.keep(self.world_from_file, measures);
+        measures
     }
 }
 

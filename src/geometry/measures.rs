@@ -4,7 +4,7 @@
 
 use glam::DVec3;
 
-use super::Geometry;
+use super::placing::Placing;
 
 /// Facets of a step: some tens of milliseconds.
 const FACETS_AT_ONCE: usize = 1 << 19;
@@ -18,7 +18,7 @@ pub(crate) struct Measures {
     pub(crate) signed_volume: f64,
 }
 
-/// Measures a geometry in steps, each of which gets it.
+/// Measures facets in steps, each of which gets them and where they are placed.
 pub(crate) struct Measuring {
     ends: [[f64; 3]; 2],
     six_volumes: f64,
@@ -32,11 +32,11 @@ impl Measuring {
     }
 
     /// Does a part of the work; false once all is done.
-    pub(crate) fn step(&mut self, geometry: &Geometry) -> bool {
-        let n = geometry.facets.len();
+    pub(crate) fn step(&mut self, facets: &[[[f32; 3]; 3]], placing: Placing) -> bool {
+        let n = facets.len();
         let pass = usize::from(self.done[0] == n);
-        let some = &geometry.facets[self.done[pass]..n.min(self.done[pass] + FACETS_AT_ONCE)];
-        let placing = geometry.placing();
+        let some = &facets[self.done[pass]..n.min(self.done[pass] + FACETS_AT_ONCE)];
+        let placing = placing.of_corners();
         if pass == 0 {
             let [low, high] = &mut self.ends;
             for corner in some.as_flattened() {
@@ -58,14 +58,13 @@ impl Measuring {
         self.done != [n; 2]
     }
 
-    /// What was found, once all is done; kept for whoever asks next.
-    pub(crate) fn finish(self, geometry: &Geometry) -> Measures {
+    /// What was found, once all is done.
+    pub(crate) fn finish(self, placing: Placing) -> Measures {
         // a mirrored surface has its normals inwards by the order of its corners alone
-        let signed = (self.six_volumes / 6.0).copysign(self.six_volumes * geometry.world_from_file.determinant());
-        let is_empty = geometry.facets.is_empty();
-        let measures =
-            Measures { ends: (!is_empty).then_some(self.ends), signed_volume: if is_empty { 0.0 } else { signed } };
-        geometry.facets.keep(geometry.world_from_file, measures);
-        measures
+        let signed = (self.six_volumes / 6.0).copysign(self.six_volumes * placing.determinant());
+        match self.done {
+            [0, _] => Measures { ends: None, signed_volume: 0.0 },
+            _ => Measures { ends: Some(self.ends), signed_volume: signed },
+        }
     }
 }

@@ -119,12 +119,12 @@ pub struct WebMeasuring {
 impl WebMeasuring {
     /// Does a part of the work; false once all is done.
     pub fn step(&mut self) -> bool {
-        self.measuring.step(&self.geometry)
+        self.measuring.step(&self.geometry.facets, self.geometry.world_from_file)
     }
 
     /// Keeps what was found, once all is done.
     pub fn finish(self) {
-        self.measuring.finish(&self.geometry);
+        self.geometry.keep(self.measuring);
     }
 }
 
