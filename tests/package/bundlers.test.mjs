@@ -2,7 +2,7 @@
 
 import { execFileSync, spawn } from 'node:child_process';
 import { once } from 'node:events';
-import { cpSync, mkdirSync, rmSync, writeFileSync } from 'node:fs';
+import { cpSync, mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { createServer } from 'node:net';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
@@ -119,7 +119,7 @@ test('Parcel builds an app that meshes below a path', LONG, async () => {
 });
 
 /** Starts a development server of a tool, meshes on its page, and ends it. */
-async function assertServerMeshes(file, ...args) {
+async function assertServerMeshes(expected, file, ...args) {
   const env = { ...process.env, NEXT_TELEMETRY_DISABLED: '1', PARCEL_WORKERS: '0' };
   const program = path.join(TOOLS, 'node_modules', file);
   // a group of its own: these servers have processes of their own
@@ -136,7 +136,7 @@ async function assertServerMeshes(file, ...args) {
       };
       for (const stream of [server.stdout, server.stderr]) stream.setEncoding('utf8').on('data', hear);
     });
-    await assertMeshes(browser, url, native, [], ['cpu']);
+    await assertMeshes(browser, url, expected, [], ['cpu']);
   } finally {
     process.kill(-server.pid);
   }
@@ -153,11 +153,17 @@ async function freePort() {
 }
 
 test("Parcel's development server meshes", LONG, async () => {
-  // it knows no folder of files to serve as they are
-  const args = ['--host', '127.0.0.1', '--port', await freePort(), '--no-cache', '--dist-dir', 'parcel-dev'];
-  mkdirSync(path.join(project.folder, 'parcel-dev'), { recursive: true });
-  cpSync(SPOT, path.join(project.folder, 'parcel-dev/spot.stl'));
-  await assertServerMeshes('parcel/lib/bin.js', 'serve', 'index.html', ...args);
+  // it has no await outside of functions, which the lines of the READMEs use
+  const main = readFileSync(path.join(project.folder, 'main.js'), 'utf8');
+  const script = main.replace(/^import '\.\/.*\n/gm, '').replace(/^try \{/m, '(async () => {\ntry {');
+  const folder = path.join(project.folder, 'parcel-dev');
+  mkdirSync(folder);
+  writeFileSync(path.join(project.folder, 'developed.js'), `${script}})();`);
+  const page = readFileSync(path.join(project.folder, 'index.html'), 'utf8');
+  writeFileSync(path.join(project.folder, 'developed.html'), page.replace('./main.js', './developed.js'));
+  cpSync(SPOT, path.join(folder, 'spot.stl'));
+  const args = ['--host', '127.0.0.1', '--port', await freePort(), '--no-cache', '--no-hmr', '--dist-dir', 'parcel-dev'];
+  await assertServerMeshes({ ...native, cells: undefined }, 'parcel/lib/bin.js', 'serve', 'developed.html', ...args);
 });
 
 const LAYOUT =
@@ -180,7 +186,7 @@ test(
     writeRecipe(project.folder, 'next.config.js');
     runTool('next/dist/bin/next', 'build');
     await assertFolderMeshes('out');
-    await assertServerMeshes('next/dist/bin/next', 'dev', '--hostname', '127.0.0.1', '--port', await freePort());
+    await assertServerMeshes(native, 'next/dist/bin/next', 'dev', '--hostname', '127.0.0.1', '--port', await freePort());
     // below a path, by the option of Next for it
     writeFileSync(path.join(project.folder, 'next.config.js'), "export default { output: 'export', basePath: '/some/path' };");
     runTool('next/dist/bin/next', 'build');
