@@ -48,11 +48,18 @@ export async function benchBig({ folder, quick }) {
       ['256^3 cells, after another click', seconds, memory.take()],
     ];
     memory.end();
+    await page.close();
+    const cancels = await cancelStages(browser, server.url, file);
     const text = [
       `\n${n_facets} facets, seconds since the file was chosen, and the most memory of the page's process (RSS) until then:`,
       table(
         ['', 's', 'GB'],
         rows.map(([name, s, gb]) => [name, Number(s).toFixed(1), gb && Number(gb).toFixed(2)]),
+      ),
+      'Seconds from a cancel to the answer of the next call, the longest of those at some moments of each stage:',
+      table(
+        ['', 's'],
+        cancels.map(([stage, s]) => [stage, s.toFixed(2)]),
       ),
     ];
     return { adapter: 'none', text: text.join('\n\n') };
@@ -60,6 +67,57 @@ export async function benchBig({ folder, quick }) {
     await browser.close();
     await server.close();
   }
+}
+
+/** Seconds after which stages are cancelled. */
+const MOMENTS = { read: [2, 5], preview: [0.3, 1, 2], estimate: [0.1, 1], mesh: [0.2, 2, 4, 6, 8, 10], check: [1, 6, 12, 20] };
+
+/**
+ * Cancels each stage at some moments; the most seconds until the worker has answered the next call.
+ *
+ * @param {import('@playwright/test').Browser} browser @param {string} url @param {string} file
+ * @returns {Promise<[string, number][]>}
+ */
+async function cancelStages(browser, url, file) {
+  const page = await browser.newPage();
+  await page.goto(url);
+  await page.evaluate(() => document.body.append(Object.assign(document.createElement('input'), { type: 'file', id: 'big' })));
+  await page.setInputFiles('#big', file);
+  return page.evaluate(async (moments) => {
+    const { createMesher } = await import(new URL('hexcast.js', location.href).href);
+    const [source] = /** @type {HTMLInputElement} */ (document.querySelector('#big')).files ?? [];
+    const mesher = await createMesher({ backend: 'cpu' });
+    const small = new Float32Array([0, 0, 0, 1, 0, 0, 0, 1, 0]);
+    const read = (/** @type {object} */ options) => mesher.read(source, { check: false, ...options });
+    const surface = await read({});
+    const job = { geometries: [{ source: surface }], cells: 256 };
+    /** @type {Record<string, (options: object) => Promise<unknown>>} */
+    const stages = {
+      read,
+      preview: (options) => surface.preview(1_000_000, options),
+      estimate: (options) => mesher.estimate(job, options),
+      mesh: (options) => mesher.mesh(job, options),
+      check: (options) => surface.check(options),
+    };
+    /** @type {[string, number][]} */
+    const found = [];
+    for (const [stage, act] of Object.entries(stages)) {
+      let longest = 0;
+      for (const seconds of moments[/** @type {keyof typeof moments} */ (stage)]) {
+        const stop = new AbortController();
+        const work = act({ signal: stop.signal }).catch(() => {});
+        await new Promise((resolve) => setTimeout(resolve, 1000 * seconds));
+        const start = performance.now();
+        stop.abort();
+        await mesher.read(small);
+        longest = Math.max(longest, (performance.now() - start) / 1000);
+        await work;
+      }
+      found.push([stage, longest]);
+    }
+    mesher.dispose();
+    return found;
+  }, MOMENTS);
 }
 
 /** In the page, before its scripts: when the worker told last of each stage, and when Run could first be clicked. */

@@ -3,7 +3,8 @@
 // A rustup toolchain with the target is used as it is. Where rustup cannot download the target, Debian's rustc-web does, building
 // the standard library from rust-web-src. HEXCAST_WASM_RUST=rustup|debian decides instead.
 
-import { existsSync, readFileSync } from 'node:fs';
+import { existsSync, readFileSync, readdirSync } from 'node:fs';
+import { homedir } from 'node:os';
 import path from 'node:path';
 
 import { DEBIAN_RUST, ensure } from './machine.mjs';
@@ -14,7 +15,16 @@ const TARGET = 'wasm32-unknown-unknown';
 const RUSTUP_SECONDS = 30;
 /** The same for what is shipped, tested and linted, so that nothing is compiled twice. */
 const CARGO_ARGS = `--target ${TARGET} --target-dir target/wasm --profile wasm --no-default-features --features web`.split(' ');
-const ENV = { CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS: '-C target-feature=+simd128' };
+
+/** The flags of a compiler; where it panics, sources are named without the folders of this machine. @param {string} rustc */
+function environment(rustc) {
+  const registry = path.join(process.env.CARGO_HOME ?? path.join(homedir(), '.cargo'), 'registry/src');
+  const folders = existsSync(registry) ? readdirSync(registry).map((name) => path.join(registry, name)) : [];
+  const sysroot = ask(rustc, ['--print', 'sysroot']);
+  if (sysroot) folders.push(path.join(sysroot, 'lib/rustlib/src/rust/library'));
+  const flags = ['-Ctarget-feature=+simd128', ...folders.map((folder) => `--remap-path-prefix=${folder}=`)];
+  return { CARGO_ENCODED_RUSTFLAGS: flags.join('\x1f') };
+}
 
 /**
  * @typedef {object} Rust a Rust that compiles to wasm32
@@ -39,13 +49,19 @@ async function choose() {
   const wanted = process.env.HEXCAST_WASM_RUST;
   if (wanted !== 'debian' && (hasTarget() || (await addTarget()))) {
     const name = ask('rustc', ['--version']) ?? 'rustc';
-    return { name, cargo: 'cargo', cargoClippy: 'cargo-clippy', args: CARGO_ARGS, env: ENV };
+    return { name, cargo: 'cargo', cargoClippy: 'cargo-clippy', args: CARGO_ARGS, env: environment('rustc') };
   }
   if (wanted === 'rustup') throw new Error(`missing: Rust's target ${TARGET}. Run "rustup target add ${TARGET}"`);
   await ensure('wasm32');
   const { rustc, cargo, cargoClippy, linker } = DEBIAN_RUST;
   // building the standard library is behind a switch of the nightly compiler, which RUSTC_BOOTSTRAP opens
-  const env = { ...ENV, RUSTC_BOOTSTRAP: '1', RUSTC: rustc, CARGO: cargo, CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER: linker };
+  const env = {
+    ...environment(rustc),
+    RUSTC_BOOTSTRAP: '1',
+    RUSTC: rustc,
+    CARGO: cargo,
+    CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER: linker,
+  };
   return {
     name: ask(rustc, ['--version']) ?? rustc,
     cargo,

@@ -14,7 +14,7 @@
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use crate::edges::mixed;
-use crate::frame::{Frame, SnappedFacet};
+use crate::frame::SnappedFacet;
 use crate::job::Rule;
 use crate::parallel::*;
 
@@ -37,19 +37,20 @@ pub struct Closed {
 }
 
 impl Closed {
-    /// Checks the facets of each rank of a frame.
-    pub fn of_ranks(frame: &Frame) -> Vec<Closed> {
-        (0..frame.ranks.geometry_of_rank.len()).map(|rank| Closed::new(frame.facets_of_rank(rank))).collect()
-    }
-
     /// Checks facets.
     pub fn new(facets: &[SnappedFacet]) -> Closed {
-        let parts: Vec<Hashes> = facets.par_chunks(CHUNK).map(Hashes::new).collect();
-        let (odd, surplus) = parts.iter().fold(([0; 2], [0; 2]), |(odd, surplus), part| {
-            ([0, 1].map(|word: usize| odd[word] ^ part.odd[word]), add(surplus, part.surplus))
-        });
-        let (parity, nonzero) = (odd == [0; 2], surplus == [0u64; 2]);
-        Closed { parity, nonzero, is_proper: parity && nonzero && !has_twice(&parts) }
+        let mut edges = EdgeHashes::default();
+        edges.add(facets);
+        loop {
+            if let Some(closed) = edges.step() {
+                return closed;
+            }
+        }
+    }
+
+    /// Of a surface whose edges are used as often one way as the other.
+    fn proper_unless(has_twice: bool) -> Closed {
+        Closed { parity: true, nonzero: true, is_proper: !has_twice }
     }
 
     /// Whether rays decide its cells.
@@ -102,41 +103,108 @@ fn add(one: [u64; 2], other: [u64; 2]) -> [u64; 2] {
     [0, 1].map(|word: usize| one[word].wrapping_add(other[word]))
 }
 
-/// Whether an edge comes twice in its direction, or another has the same hash.
-fn has_twice(parts: &[Hashes]) -> bool {
-    let n: usize = parts.iter().map(|part| part.forward.len()).sum();
-    // 16 bits an edge or more: one in 32 is a suspect
-    let log = n.max(4).next_power_of_two().trailing_zeros() - 2;
-    let table: Vec<AtomicU64> = (0..1usize << log).map(|_| AtomicU64::new(0)).collect();
-    let word_of = |hash: u64| (hash >> 32 & ((1 << log) - 1)) as usize;
-    let is_set = |hash: &u64| {
-        let bit = 1 << (hash & 63);
-        table[word_of(*hash)].fetch_or(bit, Relaxed) & bit != 0
-    };
-    let suspects = |part: &Hashes| part.forward.iter().copied().filter(is_set).collect::<Vec<u64>>();
-    let mut suspects: Vec<u64> = parts.par_iter().map(suspects).collect::<Vec<Vec<u64>>>().concat();
-    if suspects.is_empty() {
-        return false;
+/// The edges of a surface, whose facets come in portions; then they are compared in steps.
+#[derive(Default)]
+pub(crate) struct EdgeHashes {
+    parts: Vec<Hashes>,
+    compared: Option<Compared>,
+}
+
+impl EdgeHashes {
+    /// Adds facets.
+    pub(crate) fn add(&mut self, facets: &[SnappedFacet]) {
+        self.parts.par_extend(facets.par_chunks(CHUNK).map(Hashes::new));
     }
-    suspects.sort_unstable();
-    if suspects.windows(2).any(|two| two[0] == two[1]) {
-        return true;
+
+    /// Does a part of the work that is left once all facets are there; what was found, once all is done.
+    pub(crate) fn step(&mut self) -> Option<Closed> {
+        if let Some(compared) = &mut self.compared {
+            return compared.step(&self.parts).map(Closed::proper_unless);
+        }
+        let (odd, surplus) = self.parts.iter().fold(([0; 2], [0; 2]), |(odd, surplus), part| {
+            ([0, 1].map(|word: usize| odd[word] ^ part.odd[word]), add(surplus, part.surplus))
+        });
+        let (parity, nonzero) = (odd == [0; 2], surplus == [0u64; 2]);
+        if parity && nonzero {
+            self.compared = Some(Compared::new(&self.parts));
+            return None;
+        }
+        Some(Closed { parity, nonzero, is_proper: false })
     }
-    table.iter().for_each(|word| word.store(0, Relaxed));
-    for hash in &suspects {
-        table[word_of(*hash)].fetch_or(1 << (hash & 63), Relaxed);
+}
+
+/// Looks whether an edge comes twice in its direction, or another has the same hash: once through the hashes for suspects, and once more
+/// for those that have the hash of one.
+struct Compared {
+    /// 16 bits an edge or more: one in 32 is a suspect.
+    table: Vec<AtomicU64>,
+    next: usize,
+    suspects: Vec<u64>,
+    /// Edges with the hash of a suspect, once all suspects are known.
+    n_found: Option<usize>,
+}
+
+/// Parts of hashes that are looked at in a step: some tens of milliseconds.
+const PARTS_AT_ONCE: usize = 16;
+
+impl Compared {
+    fn new(parts: &[Hashes]) -> Compared {
+        let n: usize = parts.iter().map(|part| part.forward.len()).sum();
+        let log = n.max(4).next_power_of_two().trailing_zeros() - 2;
+        let table = (0..1usize << log).map(|_| AtomicU64::new(0)).collect();
+        Compared { table, next: 0, suspects: Vec::new(), n_found: None }
     }
-    let is_suspect = |hash: &&u64| {
-        table[word_of(**hash)].load(Relaxed) & 1 << (**hash & 63) != 0 && suspects.binary_search(hash).is_ok()
-    };
-    // each is one of them itself
-    let found: usize = parts
-        .par_iter()
-        .map(|part| part.forward.iter().filter(is_suspect).count())
-        .collect::<Vec<usize>>()
-        .into_iter()
-        .sum();
-    found > suspects.len()
+
+    /// Looks at the next parts; whether there is such an edge, once that is known.
+    fn step(&mut self, parts: &[Hashes]) -> Option<bool> {
+        let some = &parts[self.next..parts.len().min(self.next + PARTS_AT_ONCE)];
+        self.next += some.len();
+        match &mut self.n_found {
+            None => {
+                let table = &self.table;
+                let is_set = |hash: &u64| word_of(table, *hash).fetch_or(bit_of(*hash), Relaxed) & bit_of(*hash) != 0;
+                let suspects = |part: &Hashes| part.forward.iter().copied().filter(is_set).collect::<Vec<u64>>();
+                self.suspects.extend(some.par_iter().map(suspects).collect::<Vec<Vec<u64>>>().concat());
+                if self.next < parts.len() {
+                    return None;
+                }
+                self.sort_suspects()
+            }
+            Some(n_found) => {
+                let (table, suspects) = (&self.table, &self.suspects);
+                let is_suspect = |hash: &&u64| {
+                    word_of(table, **hash).load(Relaxed) & bit_of(**hash) != 0 && suspects.binary_search(hash).is_ok()
+                };
+                let found = |part: &Hashes| part.forward.iter().filter(is_suspect).count();
+                *n_found += some.par_iter().map(found).collect::<Vec<usize>>().into_iter().sum::<usize>();
+                // each is one of them itself
+                (self.next == parts.len()).then_some(*n_found > suspects.len())
+            }
+        }
+    }
+
+    /// Leaves the suspects alone in the table; whether there is such an edge, if that is known now.
+    fn sort_suspects(&mut self) -> Option<bool> {
+        self.suspects.sort_unstable();
+        if self.suspects.is_empty() || self.suspects.windows(2).any(|two| two[0] == two[1]) {
+            return Some(!self.suspects.is_empty());
+        }
+        self.table.iter().for_each(|word| word.store(0, Relaxed));
+        for &hash in &self.suspects {
+            word_of(&self.table, hash).fetch_or(bit_of(hash), Relaxed);
+        }
+        (self.next, self.n_found) = (0, Some(0));
+        None
+    }
+}
+
+/// Where a hash is in the table, whose length is a power of two.
+fn word_of(table: &[AtomicU64], hash: u64) -> &AtomicU64 {
+    &table[(hash >> 32) as usize & (table.len() - 1)]
+}
+
+fn bit_of(hash: u64) -> u64 {
+    1 << (hash & 63)
 }
 
 fn corner_hash([x, y, z]: [i32; 3]) -> [u64; 2] {

@@ -68,14 +68,19 @@ pub(crate) struct Vertices {
     n: usize,
     /// The first corner of each vertex, as 3 times its facet and its place there, where its hash says or in the next place that is free.
     table: Vec<usize>,
+    /// Of each block of vertices the facets from the first that has one of them to the last.
+    of_blocks: Vec<Range<usize>>,
 }
+
+/// Vertices of a block, of which only the facets around them are asked for their edges.
+const BLOCK: usize = 1 << 14;
 
 impl Vertices {
     /// None yet, of so many facets.
     pub(crate) fn new(n_facets: usize) -> Vertices {
         // a closed surface has half as many vertices as facets
         let table = vec![FREE; (n_facets / 3 * 2 + 16).next_power_of_two()];
-        Vertices { of_facets: Vec::with_capacity(n_facets), n: 0, table }
+        Vertices { of_facets: Vec::with_capacity(n_facets), n: 0, table, of_blocks: Vec::new() }
     }
 
     /// The vertices of so many facets; `key` has the key of a corner of a facet.
@@ -102,6 +107,11 @@ impl Vertices {
                 }
                 numbers[corner] = self.number_of(facet, corner, key);
                 self.of_facets[facet] = numbers;
+                // numbers come in order
+                match self.of_blocks.get_mut(numbers[corner] / BLOCK) {
+                    Some(block) => block.end = facet + 1,
+                    None => self.of_blocks.push(facet..facet + 1),
+                }
             }
         }
     }
@@ -170,7 +180,11 @@ impl Vertices {
     /// The uses of the edges whose lower vertex is within a range, edge by edge.
     pub(crate) fn uses(&self, lower: Range<usize>) -> Vec<Use> {
         let mut uses = Vec::new();
-        for (facet, &[a, b, c]) in self.of_facets.iter().enumerate().filter(|(_, facet)| !is_collapsed(facet)) {
+        let blocks = &self.of_blocks[lower.start / BLOCK..lower.end.div_ceil(BLOCK)];
+        let first = blocks.first().map_or(0, |block| block.start);
+        let end = blocks.iter().map(|block| block.end).max().unwrap_or(0);
+        let facets = (first..end).zip(&self.of_facets[first..end]);
+        for (facet, &[a, b, c]) in facets.filter(|(_, facet)| !is_collapsed(facet)) {
             for [from, to] in [[a, b], [b, c], [c, a]] {
                 if lower.contains(&from.min(to)) {
                     uses.push(Use::new(from, to, facet));
@@ -192,6 +206,7 @@ pub(crate) fn each(uses: &[Use]) -> impl Iterator<Item = &[Use]> {
 }
 
 /// A bijection of 64 bits in which every bit depends on all: the finalizer of SplitMix64 (Steele, Lea and Flood 2014).
+#[inline(always)]
 pub(crate) fn mixed(word: u64) -> u64 {
     let word = word.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let word = (word ^ word >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);

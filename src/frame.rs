@@ -17,7 +17,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::error::{Error, Result};
-use crate::geometry::Geometry;
+use crate::geometry::{Facet, Geometry};
 use crate::lines::{AXES, Lines};
 use crate::parallel::*;
 
@@ -97,20 +97,25 @@ impl Frame {
     /// - `too-many-cells`: an axis has more than [`MAX_CELLS_PER_AXIS`] cells.
     /// - `geometry-too-far`: F would be under [`MIN_FRACTION_BITS`]; names the geometry.
     pub fn new(geometries: &[Geometry], lines: &Lines) -> Result<Frame> {
+        let mut frame = Frame::without_facets(geometries, lines)?;
+        for (rank, &index) in frame.ranks.geometry_of_rank.clone().iter().enumerate() {
+            let geometry = &geometries[index];
+            frame.facets.par_extend(frame.snapped(geometry, &geometry.facets, lines));
+            frame.rank_of_facet.resize(frame.facets.len(), rank as u8);
+        }
+        Ok(frame)
+    }
+
+    /// The frame of geometries whose facets are snapped later.
+    ///
+    /// # Errors
+    /// Those of [`Frame::new`].
+    pub(crate) fn without_facets(geometries: &[Geometry], lines: &Lines) -> Result<Frame> {
         check_limits(geometries, lines)?;
         let scale = Scale::new(lines);
         let fraction_bits = fraction_bits(geometries, lines, &scale)?;
-        let ranks = Ranks::new(geometries);
-        let mut facets = Vec::new();
-        let mut rank_of_facet = Vec::new();
-        for (rank, &index) in ranks.geometry_of_rank.iter().enumerate() {
-            let geometry = &geometries[index];
-            let placing = geometry.placing();
-            let snap = |corner: [f32; 3]| snap(placing(corner), &scale, fraction_bits);
-            facets.par_extend(geometry.facets.par_iter().map(|facet| facet.map(snap)));
-            rank_of_facet.resize(facets.len(), rank as u8);
-        }
         let centres = centres(lines, &scale, fraction_bits);
+        let (facets, rank_of_facet, ranks) = (Vec::new(), Vec::new(), Ranks::new(geometries));
         Ok(Frame { fraction_bits, centres, dims: lines.dims(), facets, rank_of_facet, ranks })
     }
 
@@ -158,6 +163,13 @@ impl Frame {
             some.iter().map(|centre| centre - some[0]).collect()
         };
         Some(Arc::new([0, 1, 2].map(of_axis)))
+    }
+
+    /// Snaps some facets of a geometry.
+    pub(crate) fn snapped(&self, geometry: &Geometry, facets: &[Facet], lines: &Lines) -> Vec<SnappedFacet> {
+        let (placing, scale) = (geometry.placing(), Scale::new(lines));
+        let snap = |corner: [f32; 3]| snap(placing(corner), &scale, self.fraction_bits);
+        facets.par_iter().map(|facet| facet.map(snap)).collect()
     }
 
     /// The facets of a rank: facets are stored rank after rank.

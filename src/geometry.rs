@@ -4,16 +4,17 @@
 //! The corners stay the f32 numbers of the file; the transform is applied in f64 where they are used, so that equal
 //! f32 corners stay equal and a closed surface stays closed.
 
-use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 
 mod facets;
+mod measures;
 mod placing;
 
-pub(crate) use facets::check_finite;
 pub use facets::{Facet, SharedFacets};
+use measures::Measures;
+pub(crate) use measures::Measuring;
 pub use placing::Placing;
 
 /// How the cells of a geometry are decided whose surface is not closed. One that is closed is not affected.
@@ -109,7 +110,7 @@ impl Geometry {
             let message = format!("geometry \"{name}\" has flag 0, which is that of the background");
             return Err(Error::new("job-value", message, "give it a flag from 1 to 255"));
         }
-        check_finite(&name, &facets)?;
+        facets.check_finite(&name)?;
         Ok(Geometry {
             name,
             flag,
@@ -137,30 +138,13 @@ impl Geometry {
 
     /// Returns the function from a corner to its world coordinates, in the unit of the file. The identity transform returns the
     /// file's number exactly.
-    pub(crate) fn placing(&self) -> impl Fn([f32; 3]) -> [f64; 3] + Sync {
-        let (place, stays) = (self.world_from_file, self.world_from_file == Placing::default());
-        move |corner| {
-            let file = corner.map(f64::from);
-            if stays { file } else { place.place(file) }
-        }
+    pub(crate) fn placing(&self) -> impl Fn([f32; 3]) -> [f64; 3] + Sync + use<> {
+        self.world_from_file.of_corners()
     }
 
     /// Least and greatest world coordinates, or None without facets.
     pub fn bounding_box(&self) -> Option<[[f64; 3]; 2]> {
-        if self.facets.is_empty() {
-            return None;
-        }
-        let mut low = [f64::INFINITY; 3];
-        let mut high = [f64::NEG_INFINITY; 3];
-        let placing = self.placing();
-        for corner in self.facets.as_flattened() {
-            let world = placing(*corner);
-            for axis in 0..3 {
-                low[axis] = low[axis].min(world[axis]);
-                high[axis] = high[axis].max(world[axis]);
-            }
-        }
-        Some([low, high])
+        self.measures().ends
     }
 
     /// Signed volume by the divergence theorem, relative to the centre of the bounding box, in cubed file units.
@@ -168,14 +152,22 @@ impl Geometry {
     /// Exact up to f64 rounding for closed surfaces; positive where normals (right-hand rule, in the file) point outwards; for
     /// surfaces that are not closed the number depends on the reference point.
     pub fn signed_volume(&self) -> f64 {
-        let Some([low, high]) = self.bounding_box() else { return 0.0 };
-        let centre = (DVec3::from(low) + DVec3::from(high)) * 0.5;
-        let placing = self.placing();
-        let corner = |c: [f32; 3]| DVec3::from(placing(c)) - centre;
-        let six_volumes: f64 =
-            self.facets.iter().map(|facet| corner(facet[0]).dot(corner(facet[1]).cross(corner(facet[2])))).sum();
-        // a mirrored surface has its normals inwards by the order of its corners alone
-        (six_volumes / 6.0).copysign(six_volumes * self.world_from_file.determinant())
+        self.measures().signed_volume
+    }
+
+    fn measures(&self) -> Measures {
+        self.facets.kept(self.world_from_file).unwrap_or_else(|| {
+            let mut measuring = Measuring::new();
+            while measuring.step(&self.facets, self.world_from_file) {}
+            self.keep(measuring)
+        })
+    }
+
+    /// Keeps what was measured of it, for whoever asks next.
+    pub(crate) fn keep(&self, measuring: Measuring) -> Measures {
+        let measures = measuring.finish(self.world_from_file);
+        self.facets.keep(self.world_from_file, measures);
+        measures
     }
 }
 
@@ -203,5 +195,27 @@ mod tests {
         for z in [f32::NAN, f32::INFINITY] {
             assert_eq!(Geometry::new("body", 1, facet(z)).unwrap_err().code(), "stl-not-finite");
         }
+    }
+
+    #[test]
+    fn what_was_measured_of_facets_is_that_of_their_placing_and_their_part() {
+        let facets: Vec<Facet> =
+            (0..7u8).map(|n| [[0.0; 3], [f32::from(n), 0.0, 1.0], [0.0, 2.0, f32::from(n)]]).collect();
+        let parts = SharedFacets::cut(facets.clone(), &[0, 3]);
+        let placings = [Placing::default(), Placing::of_numbers([2.0; 3], [0.0, 0.0, 30.0], [1.0; 3])];
+        for _ in 0..2 {
+            for part in [&parts[0], &parts[1], &SharedFacets::join(&parts)] {
+                for placing in placings {
+                    let of = |facets: SharedFacets| {
+                        let geometry = Geometry { world_from_file: placing, ..Geometry::new("g", 1, facets).unwrap() };
+                        (geometry.bounding_box(), geometry.signed_volume())
+                    };
+                    assert_eq!(of(part.clone()), of(part.to_vec().into()));
+                }
+            }
+        }
+        let other = Geometry { world_from_file: placings[1], ..Geometry::new("g", 1, parts[1].clone()).unwrap() };
+        assert_eq!(other.facets.kept(placings[1]).unwrap().ends, other.bounding_box());
+        assert_eq!(Geometry::new("g", 1, SharedFacets::default()).unwrap().bounding_box(), None);
     }
 }

@@ -52,7 +52,7 @@ pub fn lattice(frame: &Frame, rays: &Rays, bin: [u32; 2], rows: Range<u32>) -> L
     let n_bins = (n_across * (rows.end - rows.start)) as usize;
     // pairs of a chunk of facets in order, so that the counting sort below keeps facets ascending within a bin
     let pairs_of_chunk = |(chunk, corners): (usize, &[SnappedFacet])| {
-        let mut pairs = Vec::with_capacity(corners.len());
+        let mut pairs = Vec::new();
         for (facet, corners) in (chunk * CHUNK..).zip(corners) {
             if let Some(projected) = Projected::new(corners, frame, rays) {
                 for_each_bin(&projected, (frame, rays), bin, &rows, |bin| pairs.push((bin, facet as u32)));

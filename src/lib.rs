@@ -103,6 +103,7 @@ pub mod shards;
 mod sheet;
 mod shells;
 pub mod skin;
+mod snapping;
 pub mod sources;
 pub mod surface;
 #[cfg(not(feature = "stages"))]

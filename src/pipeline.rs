@@ -34,8 +34,9 @@ use crate::report::{
     CertificateReport, DeviceCheck, DoubtReport, FillReport, FlagReport, GeometryReport, InputReport, MAX_BOXES,
     MeshFacts, OpenReport, PeakBytes, Seconds, WindowReport, flag_reports, is_cut,
 };
+use crate::snapping::Snapped;
 use crate::sources::Source;
-use crate::volume_bound::volume_bound;
+use crate::volume_bound::BoundSums;
 use crate::volumes::volumes;
 
 mod borders;
@@ -46,6 +47,7 @@ mod memory_budget;
 mod merge;
 mod options;
 mod prepare;
+mod snapped;
 mod warnings;
 
 use borders::Whole;
@@ -56,6 +58,7 @@ use memory_budget::{columns_builder, memory_budget};
 pub use merge::merge;
 pub use options::{DEFAULT_MAX_BYTES, MeshOptions, SpillTarget};
 pub use prepare::{Prepared, part_step, prepare};
+use snapped::snapped;
 
 /// Meshes a job: `sources[i]` is the file of `job.geometries[i]`. The caller makes the report from the facts, when all is done.
 ///
@@ -75,20 +78,25 @@ pub async fn mesh(
     let prepared = prepare(job, sources)?;
     let lines_seconds = lap(&mut clock);
     control.rest().await?;
-    let frame = Frame::new(&prepared.geometries, &prepared.whole)?;
-    control.rest().await?;
+    let Snapped { frame, closed, mut ends, bound_sums } = snapped(job, &prepared, control).await?;
     let flags = frame.ranks.flag_of_rank.clone();
     let (whole, is_for_window) = (&prepared.whole, prepared.window.is_some());
-    let closed = Closed::of_ranks(&frame);
-    control.rest().await?;
     let bad_edges = BadEdges::of_geometries(&frame, &closed, whole, &prepared.geometries);
     control.rest().await?;
     let (mut frame, mut parts) = overlay::split(frame, &closed, job.rule, whole, &prepared.geometries, is_for_window)?;
+    if !parts.is_empty() {
+        let apart = (0..ends.len()).filter(|&rank| frame.range_of_rank(rank).is_empty());
+        apart.for_each(|rank| ends[rank] = None);
+    }
+    let volume_bounds = |lines| volume_bounds((&frame, &closed, &bound_sums), &prepared.geometries, lines);
     // of the whole box, where a part's report shall be merged with others
-    let bounds_of_whole = job.part.map(|_| volume_bounds(&frame, &closed, &prepared.geometries, whole));
+    let bounds_of_whole = job.part.map(|_| volume_bounds(whole));
+    let bounds = volume_bounds(&prepared.lines);
     let whole_rays = Rays::new(prepared.rays.axis, whole.dims());
     let cells = prepared.window.unwrap_or([[0; 3], whole.dims()]);
-    let shells_of = |frame: &Frame| warnings::shells(&Cast { frame, rays: &whole_rays, rule: job.rule }, cells);
+    let agrees = |rank: usize| closed[rank].nonzero;
+    let shells_of =
+        |frame: &Frame| warnings::shells(&Cast { frame, rays: &whole_rays, rule: job.rule }, &agrees, cells);
     let (mut kept, mut shells) = (None, None);
     if is_for_window {
         shells = Some(shells_of(&frame));
@@ -145,7 +153,6 @@ pub async fn mesh(
     let doubtful = beyond.around_doubtful(doubtful)?;
     let open: Vec<OpenReport> = found.iter().map(|found| OpenReport::new(found, &geometries)).collect();
     let filled: Vec<FillReport> = along.iter().map(|found| FillReport::new(found, &geometries)).collect();
-    let bounds = volume_bounds(&frame, &closed, &prepared.geometries, &prepared.lines);
     geometries.iter_mut().zip(bounds).for_each(|(report, bound)| report.volume_bound = bound);
     let mut flags = flag_reports(&geometries, &n_cells, &volumes);
     for report in flags.iter_mut().filter(|report| gaps.as_ref().is_some_and(|gaps| gaps.flag == report.flag)) {
@@ -183,7 +190,7 @@ pub async fn mesh(
     // a geometry may well have no cell in a window
     let has_whole = prepared.window.is_none();
     let without_cells = match has_whole || is_merged {
-        true => Some(warnings::geometries_without_cells(&prepared, &cast, &mesh, &n_cells)?),
+        true => Some(warnings::geometries_without_cells(&prepared, (&cast, &ends), &mesh, &n_cells)?),
         false => None,
     };
     if has_whole {
@@ -254,7 +261,11 @@ pub async fn mesh(
 }
 
 /// For each geometry how far the volume of its cells can be from that of its surface, where both are of the same body.
-fn volume_bounds(frame: &Frame, closed: &[Closed], geometries: &[Geometry], lines: &Lines) -> Vec<Option<f64>> {
+fn volume_bounds(
+    (frame, closed, sums): (&Frame, &[Closed], &[BoundSums]),
+    geometries: &[Geometry],
+    lines: &Lines,
+) -> Vec<Option<f64>> {
     let mut bounds = vec![None; geometries.len()];
     for (rank, &index) in frame.ranks.geometry_of_rank.iter().enumerate() {
         let geometry = &geometries[index];
@@ -262,8 +273,8 @@ fn volume_bounds(frame: &Frame, closed: &[Closed], geometries: &[Geometry], line
         let ends = geometry.bounding_box().unwrap_or_default();
         if is_within && !is_cut(ends, lines) {
             let volume = geometry.signed_volume().abs();
-            let of_rank = frame.facets_of_rank(rank);
-            bounds[index] = lines.cell_volume().map(|cell| volume_bound(of_rank, frame.fraction_bits, cell, volume));
+            let bound = |cell| sums[rank].bound(frame.fraction_bits, cell, volume);
+            bounds[index] = lines.cell_volume().map(bound);
         }
     }
     bounds

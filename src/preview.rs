@@ -14,7 +14,7 @@ use crate::geometry::Facet;
 /// Boxes along the longest side at first: as fine as pictures are.
 const BOXES: u32 = 512;
 /// Facets of a step: some tens of milliseconds.
-const FACETS_AT_ONCE: usize = 1 << 19;
+const FACETS_AT_ONCE: usize = 1 << 18;
 
 /// A preview in the making, in steps, each of which gets all facets.
 pub struct Preview {

@@ -14,7 +14,6 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use crate::cast::Cast;
-use crate::closed::Closed;
 use crate::cpu::{Window, over_windows, rays_through};
 use crate::crossings::Crossings;
 use crate::rays::Rays;
@@ -45,8 +44,8 @@ pub(crate) fn n_rays_looked_at(rays: &Rays, cells: [[u32; 3]; 2]) -> u64 {
     looked_at(rays, cells).iter().map(|[across, _]| across.len() as u64).sum()
 }
 
-/// Finds them among the geometries of a frame, in the order of their ranks, in some cells of its box.
-pub(crate) fn overlapping_shells(cast: &Cast, cells: [[u32; 3]; 2]) -> Vec<Overlap> {
+/// Finds them among the geometries of a frame, in the order of their ranks, in some cells of its box; `agrees` says of one whether its facets do.
+pub(crate) fn overlapping_shells(cast: &Cast, agrees: &dyn Fn(usize) -> bool, cells: [[u32; 3]; 2]) -> Vec<Overlap> {
     let along = cells[0][cast.rays.axis]..cells[1][cast.rays.axis];
     let windows = looked_at(cast.rays, cells);
     let mut n_cells = BTreeMap::new();
@@ -55,7 +54,7 @@ pub(crate) fn overlapping_shells(cast: &Cast, cells: [[u32; 3]; 2]) -> Vec<Overl
             *n_cells.entry(rank).or_insert(0) += n;
         }
     }
-    let agrees = |rank: u8| Closed::new(cast.frame.facets_of_rank(rank.into())).nonzero;
+    let agrees = |rank: u8| agrees(usize::from(rank));
     n_cells.into_iter().filter(|(rank, _)| agrees(*rank)).map(|(rank, n_cells)| Overlap { rank, n_cells }).collect()
 }
 

@@ -10,7 +10,7 @@ use sha2::{Digest, Sha256};
 use crate::checksum::hex;
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::geometry::{Facet, Fill, Geometry, SharedFacets, check_finite};
+use crate::geometry::{Facet, Fill, Geometry, SharedFacets};
 use crate::job::{GeometryJob, Job};
 use crate::parallel::beside;
 use crate::read::{Contents, Format, Reader, Solid};
@@ -70,14 +70,15 @@ impl Source {
         if facets.is_empty() {
             return Err(Error::new("stl-empty", format!("{file}: there are no facets"), "give at least one"));
         }
-        check_finite(&file, &facets)?;
+        let facets = SharedFacets::from(facets);
+        facets.check_finite(&file)?;
         let (n_facets, n_bytes) = (facets.len() as u64, 36 * facets.len() as u64);
         let zero_area = facets.iter().filter(|facet| doubled_area_vector(facet) == [0.0; 3]).count() as u64;
         let contents = Contents {
             format: Format::Facets,
             n_facets,
             n_bytes,
-            solids: vec![Solid { name: String::new(), facets: facets.into() }],
+            solids: vec![Solid { name: String::new(), facets }],
             wrong_normals: 0,
             zero_normals: 0,
             zero_area,

@@ -17,7 +17,7 @@ use crate::geometry::Facet;
 use crate::parallel::*;
 
 /// Facets of a step: some tens of milliseconds. A multiple of the facets whose areas are summed first.
-const FACETS_AT_ONCE: usize = 64 * AREAS_AT_ONCE;
+const FACETS_AT_ONCE: usize = 32 * AREAS_AT_ONCE;
 /// Facets whose areas are summed first.
 const AREAS_AT_ONCE: usize = 4096;
 
@@ -166,7 +166,9 @@ impl SurfaceCheck {
     fn list(&mut self, facets: &[Facet], open: Use) {
         let facet = open.facet();
         let mut ends = open.pair().map(|vertex| facets[facet][self.vertices.corner(facet, vertex)].map(|c| c + 0.0));
-        ends.sort_unstable_by_key(|end| corner_key(*end));
+        if corner_key(ends[0]) > corner_key(ends[1]) {
+            ends.swap(0, 1);
+        }
         let keys = ends.map(corner_key);
         let squared = (0..3).map(|axis| (f64::from(ends[1][axis]) - f64::from(ends[0][axis])).powi(2)).sum();
         let is_before = |other: &OpenEdge| other.squared > squared || (other.squared == squared && other.keys <= keys);

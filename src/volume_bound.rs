@@ -33,9 +33,9 @@ use crate::parallel::*;
 /// Facets that are summed together, so that the number of threads does not change the last bits.
 const CHUNK: usize = 4096;
 
-/// Sums over facets.
-#[derive(Clone, Copy, Default)]
-struct Sums {
+/// Sums over the facets of a surface, which [`BoundSums::bound`] makes the bound of.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct BoundSums {
     /// Crossings with lines along x.
     n: u64,
     /// Length along x, in units.
@@ -49,18 +49,29 @@ struct Sums {
 /// For cells of one volume the largest difference that there can be between the volume of the cells of snapped facets and `mesh_volume`, the volume of the surface
 /// without a sign, where no cell is inside of two of its shells.
 pub fn volume_bound(facets: &[SnappedFacet], fraction_bits: u32, cell_volume: f64, mesh_volume: f64) -> f64 {
-    let parts: Vec<Sums> = facets.par_chunks(CHUNK).map(|facets| sums(facets, fraction_bits)).collect();
-    let all = parts.into_iter().fold(Sums::default(), Sums::plus);
-    let cell = f64::from(1u32 << fraction_bits);
-    let half_cells = 0.5 * (all.n as f64 + all.length / cell + 0.5 * all.doubled_area / (cell * cell));
-    let volume = (all.volume as f64 / (6.0 * cell * cell * cell)).abs() * cell_volume;
-    // sums of numbers that are not negative are off by far less
-    half_cells * cell_volume * (1.0 + 1e-9) + (volume - mesh_volume).abs()
+    let mut sums = BoundSums::default();
+    sums.add(facets, fraction_bits);
+    sums.bound(fraction_bits, cell_volume, mesh_volume)
 }
 
-impl Sums {
-    fn plus(self, other: Sums) -> Sums {
-        Sums {
+impl BoundSums {
+    /// Adds facets; where they are added in portions, the last bits are the same if all but the last have a multiple of 4096.
+    pub(crate) fn add(&mut self, facets: &[SnappedFacet], fraction_bits: u32) {
+        let parts: Vec<BoundSums> = facets.par_chunks(CHUNK).map(|facets| sums(facets, fraction_bits)).collect();
+        *self = parts.into_iter().fold(*self, BoundSums::plus);
+    }
+
+    /// The bound, as of [`volume_bound`].
+    pub(crate) fn bound(&self, fraction_bits: u32, cell_volume: f64, mesh_volume: f64) -> f64 {
+        let cell = f64::from(1u32 << fraction_bits);
+        let half_cells = 0.5 * (self.n as f64 + self.length / cell + 0.5 * self.doubled_area / (cell * cell));
+        let volume = (self.volume as f64 / (6.0 * cell * cell * cell)).abs() * cell_volume;
+        // sums of numbers that are not negative are off by far less
+        half_cells * cell_volume * (1.0 + 1e-9) + (volume - mesh_volume).abs()
+    }
+
+    fn plus(self, other: BoundSums) -> BoundSums {
+        BoundSums {
             n: self.n + other.n,
             length: self.length + other.length,
             doubled_area: self.doubled_area + other.doubled_area,
@@ -69,8 +80,8 @@ impl Sums {
     }
 }
 
-fn sums(facets: &[SnappedFacet], fraction_bits: u32) -> Sums {
-    let mut sums = Sums::default();
+fn sums(facets: &[SnappedFacet], fraction_bits: u32) -> BoundSums {
+    let mut sums = BoundSums::default();
     for facet in facets {
         let [a, b, c] = facet.map(|corner| corner.map(i64::from));
         let along_z = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
@@ -83,7 +94,7 @@ fn sums(facets: &[SnappedFacet], fraction_bits: u32) -> Sums {
 }
 
 /// Adds the segments in which a facet meets planes across z.
-fn add_planes(sums: &mut Sums, facet: &SnappedFacet, fraction_bits: u32) {
+fn add_planes(sums: &mut BoundSums, facet: &SnappedFacet, fraction_bits: u32) {
     let [low, mid, high] = sorted(*facet);
     // those of moved centres, which lie a little below
     let (first, end) = ((low[2] >> fraction_bits) + 1, (high[2] >> fraction_bits) + 1);
@@ -103,8 +114,13 @@ fn add_planes(sums: &mut Sums, facet: &SnappedFacet, fraction_bits: u32) {
     }
 }
 
+/// Its corners by z. Three swaps, as the library's sort is large.
 fn sorted(mut facet: SnappedFacet) -> SnappedFacet {
-    facet.sort_unstable_by_key(|corner| corner[2]);
+    for (one, other) in [(0, 1), (1, 2), (0, 1)] {
+        if facet[one][2] > facet[other][2] {
+            facet.swap(one, other);
+        }
+    }
     facet
 }
 

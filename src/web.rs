@@ -29,7 +29,7 @@ mod values;
 pub use file::JsFile;
 use file::JsFileStore;
 pub use mesh::{WebEncoder, WebHash, WebMesh, WebSkin};
-pub use surface::{WebCheck, WebPreview, WebReader, WebSurface};
+pub use surface::{WebCheck, WebMeasuring, WebPreview, WebReader, WebSurface};
 use values::{JsResult, forget, js_error, keep, kept};
 
 /// Version of hexcast.

@@ -142,6 +142,10 @@ export class Core {
   async read({ file, source }, progress, state) {
     const surface =
       source instanceof Float32Array ? WebSurface.fromCorners(file, source) : await readSurface(file, source, progress, state);
+    await inSteps(surface.measure(), state).catch((error) => {
+      surface.free();
+      throw error;
+    });
     return { surface: this.#surfaces.keep(surface), info: JSON.parse(surface.info()) };
   }
 

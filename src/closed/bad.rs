@@ -73,9 +73,8 @@ impl BadEdges {
         for (_, uses) in &mut of_kinds {
             // in the order of the corners, whatever that of the facets
             uses.sort_unstable_by_key(|entry: &Use| {
-                let mut ends = entry.pair().map(|vertex| snapped(entry.facet(), vertex));
-                ends.sort_unstable();
-                (ends, *entry)
+                let [one, other] = entry.pair().map(|vertex| snapped(entry.facet(), vertex));
+                ([one.min(other), one.max(other)], *entry)
             });
         }
         let of_kinds = of_kinds.each_ref().map(|(kind, uses)| (*kind, each(uses).collect::<Vec<&[Use]>>()));

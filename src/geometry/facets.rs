@@ -4,8 +4,11 @@
 //! estimate at every keystroke needs no second copy of a large model.
 
 use std::ops::{Deref, Range};
-use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use super::measures::Measures;
+use super::placing::Placing;
 use crate::error::{Error, Result};
 use crate::parallel::*;
 
@@ -13,10 +16,7 @@ use crate::parallel::*;
 pub type Facet = [[f32; 3]; 3];
 
 /// Returns an error if a coordinate is NaN or infinite; `name` is that of the surface.
-///
-/// # Errors
-/// `stl-not-finite`, with the first such facet.
-pub(crate) fn check_finite(name: &str, facets: &[Facet]) -> Result<()> {
+fn check_finite(name: &str, facets: &[Facet]) -> Result<()> {
     let is_sound = |facet: &Facet| facet.as_flattened().iter().all(|number| number.is_finite());
     if facets.par_iter().all(is_sound) {
         return Ok(());
@@ -27,10 +27,23 @@ pub(crate) fn check_finite(name: &str, facets: &[Facet]) -> Result<()> {
     Err(Error::new("stl-not-finite", message, "remove the facet"))
 }
 
+/// Measures that are kept with a list, at most: those of the parts of a job.
+const MAX_KEPT: usize = 256;
+
+/// Facets, and what was found out about them.
+#[derive(Default)]
+struct List {
+    facets: Vec<Facet>,
+    /// Whether all their coordinates are known to be finite.
+    is_finite: AtomicBool,
+    /// Measures of parts, each where it is placed.
+    kept: Mutex<Vec<(Range<usize>, Placing, Measures)>>,
+}
+
 /// A range of a shared list of facets; derefs to a slice.
 #[derive(Clone, Default)]
 pub struct SharedFacets {
-    all: Arc<Vec<Facet>>,
+    all: Arc<List>,
     part: Range<usize>,
 }
 
@@ -40,10 +53,11 @@ impl SharedFacets {
     /// # Panics
     /// If an index is beyond the end or less than the one before it: a bug of the caller.
     pub fn cut(all: Vec<Facet>, starts: &[usize]) -> Vec<SharedFacets> {
-        let all = Arc::new(all);
-        let ends = starts.iter().skip(1).copied().chain([all.len()]);
+        let n = all.len();
+        let all = Arc::new(List { facets: all, ..List::default() });
+        let ends = starts.iter().skip(1).copied().chain([n]);
         let part = |(&start, end): (&usize, usize)| {
-            assert!(start <= end && end <= all.len(), "parts must follow each other");
+            assert!(start <= end && end <= n, "parts must follow each other");
             SharedFacets { all: all.clone(), part: start..end }
         };
         starts.iter().zip(ends).map(part).collect()
@@ -59,11 +73,48 @@ impl SharedFacets {
         }
         parts.iter().flat_map(|part| part.iter().copied()).collect::<Vec<Facet>>().into()
     }
+
+    /// The same facets, all of whose coordinates the caller found to be finite, and the others of their list too.
+    pub(crate) fn known_finite(self) -> SharedFacets {
+        self.all.is_finite.store(true, Relaxed);
+        self
+    }
+
+    /// Returns an error if a coordinate is NaN or infinite, unless that was found out before; `name` is that of the surface.
+    ///
+    /// # Errors
+    /// `stl-not-finite`, with the first such facet.
+    pub(crate) fn check_finite(&self, name: &str) -> Result<()> {
+        if !self.all.is_finite.load(Relaxed) {
+            check_finite(name, self)?;
+            self.all.is_finite.store(self.part == (0..self.all.facets.len()), Relaxed);
+        }
+        Ok(())
+    }
+
+    /// What was kept of these facets, where they are placed.
+    pub(crate) fn kept(&self, placing: Placing) -> Option<Measures> {
+        let kept = self.lock();
+        kept.iter().find(|(part, at, _)| (part, *at) == (&self.part, placing)).map(|(_, _, measures)| *measures)
+    }
+
+    /// Keeps the measures of these facets, where they are placed.
+    pub(super) fn keep(&self, placing: Placing, measures: Measures) {
+        let mut kept = self.lock();
+        if kept.len() == MAX_KEPT {
+            kept.remove(0);
+        }
+        kept.push((self.part.clone(), placing, measures));
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Vec<(Range<usize>, Placing, Measures)>> {
+        self.all.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 impl From<Vec<Facet>> for SharedFacets {
     fn from(facets: Vec<Facet>) -> SharedFacets {
-        SharedFacets { part: 0..facets.len(), all: Arc::new(facets) }
+        SharedFacets { part: 0..facets.len(), all: Arc::new(List { facets, ..List::default() }) }
     }
 }
 
@@ -71,7 +122,7 @@ impl Deref for SharedFacets {
     type Target = [Facet];
 
     fn deref(&self) -> &[Facet] {
-        &self.all[self.part.clone()]
+        &self.all.facets[self.part.clone()]
     }
 }
 

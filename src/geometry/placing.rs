@@ -40,6 +40,15 @@ impl Placing {
         if *self == Placing::default() { point } else { self.0.transform_point3(point.into()).to_array() }
     }
 
+    /// Returns the function from a corner to its world coordinates. The identity returns the file's number exactly.
+    pub(crate) fn of_corners(self) -> impl Fn([f32; 3]) -> [f64; 3] + Sync {
+        let stays = self == Placing::default();
+        move |corner| {
+            let file = corner.map(f64::from);
+            if stays { file } else { self.place(file) }
+        }
+    }
+
     /// What scale and rotation make of the unit vectors along x, y and z.
     pub fn matrix(&self) -> [[f64; 3]; 3] {
         self.0.matrix3.to_cols_array_2d()

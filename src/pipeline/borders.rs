@@ -52,7 +52,7 @@ impl Whole<'_> {
         gaps.add(columns, first, &[0, 1, 2])?;
         for axis in 0..3 {
             for cell in BTreeSet::from([first[axis], end[axis] - 1]) {
-                let is_between = cell > 0 && cell + 1 < self.lines.dims[axis];
+                let is_between = cell > 0 && cell + 1 < self.lines.dims()[axis];
                 let is_inside = cell > first[axis] && cell + 1 < end[axis];
                 if is_between && !is_inside {
                     let slab = [with(first, axis, cell - 1), with(end, axis, cell + 2)];
@@ -91,7 +91,7 @@ impl Whole<'_> {
         let [one, other] = [(axis + 1) % 3, (axis + 2) % 3];
         let rays = Rays::new(if frame.dims[one] >= frame.dims[other] { one } else { other }, frame.dims);
         let cast = Cast { frame: &frame, rays: &rays, rule: self.rule };
-        let parts = self.parts.iter().map(|part| part.window(cells, frame.fraction_bits)).collect();
+        let parts = self.parts.iter().map(|part| part.window(cells, self.frame)).collect();
         let doubt = Doubt::new(rays, MAX_BOXES, None);
         let lines = self.lines.window(cells);
         let (mut overlay, _) = overlay(parts, &cast, (self.flags, &lines, doubt), (engine, budget, &control)).await?;

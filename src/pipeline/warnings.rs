@@ -72,13 +72,17 @@ pub(super) fn about_shared_flags(geometries: &[Geometry]) -> Vec<String> {
     geometries.iter().enumerate().filter_map(shares).collect()
 }
 
-/// Geometries whose shells overlap in some cells of the box, where two of them are outside by the rule.
-pub(super) fn shells(cast: &Cast, cells: [[u32; 3]; 2]) -> Vec<ShellsReport> {
+/// Geometries whose shells overlap in some cells of the box, where two of them are outside by the rule; `agrees` says of a rank whether its
+/// facets do.
+pub(super) fn shells(cast: &Cast, agrees: &dyn Fn(usize) -> bool, cells: [[u32; 3]; 2]) -> Vec<ShellsReport> {
     if cast.rule != Rule::Parity {
         return Vec::new();
     }
     let geometry = |rank: u8| cast.frame.ranks.geometry_of_rank[usize::from(rank)];
-    overlapping_shells(cast, cells).into_iter().map(|of| ShellsReport::new(geometry(of.rank), of.n_cells)).collect()
+    overlapping_shells(cast, agrees, cells)
+        .into_iter()
+        .map(|of| ShellsReport::new(geometry(of.rank), of.n_cells))
+        .collect()
 }
 
 /// A sentence for each of them; `rays` are those of the box.
@@ -96,13 +100,13 @@ pub(super) fn about_shells(
 /// `cast` is that of the whole box, `cells` counts those of each flag.
 ///
 /// A geometry whose box holds no centre of a cell has none. Where the box does hold one, only the cells of its flag tell, and
-/// only if no other geometry has the same flag.
+/// only if no other geometry has the same flag. `ends` are those of each rank as it was snapped, None of one that is decided apart.
 ///
 /// # Errors
 /// Those of reading spilled columns.
 pub(super) fn geometries_without_cells(
     prepared: &Prepared,
-    cast: &Cast,
+    (cast, ends): (&Cast, &[Option<[[i32; 3]; 2]>]),
     mesh: &Mesh,
     cells: &[u64; 256],
 ) -> Result<Vec<WithoutCells>> {
@@ -112,9 +116,8 @@ pub(super) fn geometries_without_cells(
         let n_of_flag = prepared.geometries.iter().filter(|other| other.flag == geometry.flag).count();
         let has_cells = n_of_flag > 1 || cells[usize::from(geometry.flag)] > 0;
         let rank = cast.frame.ranks.geometry_of_rank.iter().position(|&of| of == index);
-        // of one that is decided apart the frame has no facets
-        let facets = rank.map_or(&[][..], |rank| cast.frame.facets_of_rank(rank));
-        let thin_axis = axis_without_centre(facets, cast.frame);
+        let ends = rank.and_then(|rank| ends[rank]);
+        let thin_axis = ends.and_then(|ends| axis_without_centre(ends, cast.frame));
         if has_cells && (thin_axis.is_none() || geometry.fill != Fill::Centre) {
             continue;
         }
@@ -126,12 +129,12 @@ pub(super) fn geometries_without_cells(
             let [low, high] = bounding_box.map(|corner| corner[axis]);
             let (thick, size, name) = (high - low, size_at(&prepared.whole, axis, 0.5 * (low + high)), AXES[axis]);
             Some(format!("it is {thick:?} thick along {name}, a cell is {size:?}; use smaller cells, {KEEP}"))
-        } else if facets.is_empty() {
+        } else if ends.is_none() {
             Some(format!("its surface is not closed and encloses no centre of a cell; close it, {KEEP}"))
         } else if is_far(bounding_box, prepared) {
             None
         } else {
-            cause_by_place(place_alone(facets, cast), prepared, mesh)?
+            cause_by_place(place_alone(rank.map_or(&[], |rank| cast.frame.facets_of_rank(rank)), cast), prepared, mesh)?
         };
         let (name, flag) = (&geometry.name, geometry.flag);
         let warning = cause.map(|cause| format!("geometry \"{name}\" (flag {flag}) got no cell: {cause}"));
@@ -174,9 +177,11 @@ const N_ROWS: u32 = 64;
 
 /// Whether a box lies outside of the cells that were meshed, by a cell at least.
 fn is_far([low, high]: [[f64; 3]; 2], prepared: &Prepared) -> bool {
-    let (lines, spacing) = (&prepared.lines, prepared.whole.spacing);
+    let lines = &prepared.lines;
     (0..3).any(|axis| {
-        let ends = [lines.line(axis, 0) - spacing[axis], lines.line(axis, lines.dims[axis]) + spacing[axis]];
+        let n = lines.dims()[axis];
+        let ends = [(0, 0, -1.0), (n, n - 1, 1.0)]
+            .map(|(line, cell, side)| lines.line(axis, line) + side * lines.cell_size(axis, cell));
         high[axis] < ends[0] || low[axis] > ends[1]
     })
 }
@@ -185,7 +190,7 @@ fn is_far([low, high]: [[f64; 3]; 2], prepared: &Prepared) -> bool {
 fn cause_by_place(place: Option<[u32; 3]>, prepared: &Prepared, mesh: &Mesh) -> Result<Option<String>> {
     let encloses_none = Some(format!("it encloses no centre of a cell; use smaller cells, {KEEP}"));
     let Some(place) = place else { return Ok(encloses_none) };
-    let [first, end] = prepared.window.unwrap_or([[0; 3], prepared.whole.dims]);
+    let [first, end] = prepared.window.unwrap_or([[0; 3], prepared.whole.dims()]);
     if (0..3).any(|axis| !(first[axis]..end[axis]).contains(&place[axis])) {
         return Ok(None);
     }
@@ -217,16 +222,10 @@ fn place_alone(facets: &[SnappedFacet], cast: &Cast) -> Option<[u32; 3]> {
     None
 }
 
-/// The first axis along which the box of some facets holds no centre of a cell; none where there is no facet.
-fn axis_without_centre(facets: &[SnappedFacet], frame: &Frame) -> Option<usize> {
-    let corners = facets.as_flattened();
-    if corners.is_empty() {
-        return None;
-    }
+/// The first axis along which a box, from its least to its greatest coordinates, holds no centre of a cell.
+fn axis_without_centre([low, high]: [[i32; 3]; 2], frame: &Frame) -> Option<usize> {
     (0..3).find(|&axis| {
-        let low = corners.iter().map(|corner| corner[axis]).min().unwrap_or(0);
-        let high = corners.iter().map(|corner| corner[axis]).max().unwrap_or(0);
         // cell i is inside only if low < i <= high in centres
-        frame.n_below(axis, low, true) >= frame.n_below(axis, high, true)
+        frame.n_below(axis, low[axis], true) >= frame.n_below(axis, high[axis], true)
     })
 }

@@ -107,7 +107,11 @@ impl Parser {
         let parts = SharedFacets::cut(self.facets, &starts);
         Ok(Contents {
             format: Format::StlAscii,
-            solids: names.into_iter().zip(parts).map(|(name, facets)| Solid { name, facets }).collect(),
+            solids: names
+                .into_iter()
+                .zip(parts)
+                .map(|(name, facets)| Solid { name, facets: facets.known_finite() })
+                .collect(),
             n_facets,
             n_bytes,
             wrong_normals: self.tally.wrong_normals,

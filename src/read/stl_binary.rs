@@ -6,7 +6,7 @@
 
 use super::contents::{self, Contents, Format, Solid, Tally, Warnings, reserve};
 use crate::error::{Error, Result};
-use crate::geometry::Facet;
+use crate::geometry::{Facet, SharedFacets};
 
 /// Length of header and count, in bytes.
 pub(super) const HEADER: usize = 84;
@@ -126,7 +126,7 @@ impl Parser {
         }
         Ok(Contents {
             format: Format::StlBinary,
-            solids: vec![Solid { name: String::new(), facets: self.facets.into() }],
+            solids: vec![Solid { name: String::new(), facets: SharedFacets::from(self.facets).known_finite() }],
             n_facets,
             n_bytes: self.n_bytes,
             wrong_normals: self.tally.wrong_normals,

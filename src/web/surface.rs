@@ -9,7 +9,7 @@ use super::info;
 use super::values::{JsResult, js_error};
 use crate::checksum::hex;
 use crate::error::Error;
-use crate::geometry::{Facet, Geometry, SharedFacets};
+use crate::geometry::{Facet, Geometry, Measuring, SharedFacets};
 use crate::preview::Preview;
 use crate::read::Reader;
 use crate::sources::Source;
@@ -86,6 +86,11 @@ impl WebSurface {
         self.geometry.facets.as_flattened().as_flattened().to_vec()
     }
 
+    /// Starts to measure it, which its facts and estimates need.
+    pub fn measure(&self) -> WebMeasuring {
+        WebMeasuring { geometry: self.geometry.clone(), measuring: Measuring::new() }
+    }
+
     /// Starts to look at the edges.
     pub fn check(&self) -> WebCheck {
         let solids = self.source.contents.solids.iter().map(|solid| solid.facets.clone());
@@ -100,6 +105,26 @@ impl WebSurface {
     pub fn preview(&self, max_facets: u32) -> WebPreview {
         let bounds = self.geometry.bounding_box().unwrap_or_default();
         WebPreview { facets: self.geometry.facets.clone(), preview: Preview::new(bounds, max_facets as usize) }
+    }
+}
+
+/// Measures a surface.
+#[wasm_bindgen]
+pub struct WebMeasuring {
+    geometry: Geometry,
+    measuring: Measuring,
+}
+
+#[wasm_bindgen]
+impl WebMeasuring {
+    /// Does a part of the work; false once all is done.
+    pub fn step(&mut self) -> bool {
+        self.measuring.step(&self.geometry.facets, self.geometry.world_from_file)
+    }
+
+    /// Keeps what was found, once all is done.
+    pub fn finish(self) {
+        self.geometry.keep(self.measuring);
     }
 }
 

@@ -59,6 +59,33 @@ for (const worker of [true, false]) {
   });
 }
 
+test("a Worker of the caller's, and a function that starts one, mesh; where onProgress throws the call rejects with that", async ({
+  visit,
+}) => {
+  const page = await visit('');
+  const found = await inPage(
+    page,
+    `async (createMesher, source) => {
+      const start = () => new Worker(new URL('worker.js', location.href), { type: 'module' });
+      const n_started = [];
+      const count = () => n_started.push(0) && start();
+      const found = [];
+      for (const worker of [start(), count, count]) {
+        const mesher = await createMesher({ backend: 'cpu', worker });
+        const job = { geometries: [{ source }], cells: 60 };
+        const fail = () => { throw new TypeError('mine'); };
+        const problem = await mesher.mesh(job, { onProgress: fail }).catch(({ name, code, message, cause }) => [name, code, message, String(cause)]);
+        const mesh = await mesher.mesh(job);
+        found.push({ problem, cells: Math.max(...mesh.dims) });
+        mesher.dispose();
+      }
+      return { found, n_started: n_started.length };
+    }`,
+  );
+  const problem = ['HexcastError', 'callback', 'onProgress threw: mine', 'TypeError: mine'];
+  assert.deepEqual(found, { found: Array(3).fill({ problem, cells: 60 }), n_started: 2 });
+});
+
 test('compressed files are smaller, and read back', async ({ visit }) => {
   const page = await visit('');
   const found = await inPage(

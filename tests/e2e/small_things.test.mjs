@@ -5,7 +5,7 @@ import assert from 'node:assert/strict';
 import { expect } from '@playwright/test';
 
 import { boxBetween } from './open_box.mjs';
-import { hasGeometries, legend, run, saved, slice, take, test } from './visit.mjs';
+import { hasGeometries, legend, picture3d, run, saved, slice, take, test } from './visit.mjs';
 
 const BOX = boxBetween([0, 0, 0], [4, 2, 2]);
 const PHONE = { width: 390, height: 844 };
@@ -174,6 +174,33 @@ test('on a tablet the picture stays as large after meshing', async ({ visit }) =
   const after = await box(page, '#canvas-3d');
   assert.ok(after.height > 0.85 * before.height, `${after.height} of ${before.height}`);
   assert.ok(after.bottom <= TABLET.height);
+});
+
+/** In the page: pixels of models in the first and the last columns of a picture, and in all of it. */
+function modelPixels({ data, width }) {
+  const n = [0, 0];
+  for (let at = 0; at < data.length; at += 4) {
+    const x = (at / 4) % width;
+    // the background is transparent
+    if (data[at + 3] < 255 || Math.abs(data[at] - data[at + 2]) <= 30) continue;
+    n[1] += 1;
+    if (x < 3 || x >= width - 3) n[0] += 1;
+  }
+  return n;
+}
+
+test('where the window becomes narrow, or wide again, the whole model is still in view', async ({ visit }) => {
+  const page = await visit('#cells=20&backend=cpu');
+  await page.setViewportSize({ width: 1280, height: 800 });
+  await add(page, { 'plate.stl': boxBetween([0, 0, 0], [8, 8, 4]) });
+  const seen = async () => (await picture3d(page)).evaluate(modelPixels);
+  const [, before] = await seen();
+  await page.setViewportSize({ width: 820, height: 1180 });
+  const [cut, there] = await seen();
+  assert.deepEqual([cut, there > 10_000], [0, true]);
+  await page.setViewportSize({ width: 1280, height: 800 });
+  const [, after] = await seen();
+  assert.ok(Math.abs(after / before - 1) < 0.02, `${after} of ${before}`);
 });
 
 test('on a phone the model is seen at once, slices are pinched, swiped past and tapped', async ({ visit }) => {

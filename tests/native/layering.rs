@@ -33,6 +33,7 @@ const CORE: &[&str] = &[
     "rays",
     "cast",
     "facet",
+    "snapping",
     "lattice",
     "crossings",
     "columns",

@@ -295,7 +295,8 @@ fn every_cell_of_a_surface_with_holes_is_as_defined() {
     for (index, (name, facets, rule)) in small_cases().into_iter().enumerate() {
         let dims = if name.starts_with("ties") { [8; 3] } else { [[11, 10, 12], [7, 13, 9]][index % 2] };
         // on equal cells, and on cells that differ in size
-        let equal = set!(Job { dims: Some(dims), domain: Some([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]), rule, ..Job::default() });
+        let equal =
+            set!(Job { dims: Some(dims), domain: Some([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]), rule, ..Job::default() });
         let list = |n: u32| (0..=n).map(|line| 8.0 * (f64::from(line) / f64::from(n)).powf(1.5)).collect();
         let [x, y, z] = dims.map(list);
         let graded = set!(Job { lines: Some(LinesJob { x, y, z }), rule, ..Job::default() });

@@ -7,9 +7,9 @@ use hexcast::picture::{Cut, Picture, View, slices, view};
 use hexcast::pipeline::Engine;
 
 use super::cli::{Folder, SPOT, done, hexcast};
-use super::strangers::fails;
 use super::models;
 use super::open_surfaces::meshed;
+use super::strangers::fails;
 
 /// Three bodies of different sizes along each axis, none where another is mirrored.
 fn bodies() -> Mesh {

@@ -6,7 +6,7 @@ import { after, before, test } from 'node:test';
 
 import { serve } from '../../scripts/serve.mjs';
 import { BROWSERS, assertMeshes, withBrowser } from './pages.mjs';
-import { installedProject, nativeReport, nativeVti, writePage } from './project.mjs';
+import { installedProject, nativeOutcome, writePage } from './project.mjs';
 
 const LONG = { timeout: 300_000 };
 
@@ -14,7 +14,7 @@ let project;
 let native;
 before(() => {
   project = installedProject();
-  native = { ...nativeReport(), vti: nativeVti(project.folder) };
+  native = nativeOutcome(project.folder);
 });
 after(() => project.remove());
 

@@ -1,14 +1,16 @@
 // The installed package in apps of bundlers, with the recipes of its README and nothing else: each is built, served and meshes.
 
-import { execFileSync } from 'node:child_process';
-import { cpSync, mkdirSync, writeFileSync } from 'node:fs';
+import { execFileSync, spawn } from 'node:child_process';
+import { once } from 'node:events';
+import { cpSync, mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { createServer } from 'node:net';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
 
 import { serve } from '../../scripts/serve.mjs';
 import { openChromium } from '../e2e/browsers.mjs';
 import { assertMeshes } from './pages.mjs';
-import { SPOT, installedProject, nativeReport, nativeVti, writePage } from './project.mjs';
+import { SPOT, installedProject, nativeOutcome, writePage } from './project.mjs';
 import { TOOLS, ensureTools, recipe, writeRecipe } from './tools.mjs';
 
 const LONG = { timeout: 300_000 };
@@ -22,7 +24,7 @@ before(async () => {
   await ensureTools();
   project = installedProject(TOOLS);
   writePage(project.folder, { models: path.join(project.folder, 'public') });
-  native = { ...nativeReport(), vti: nativeVti(project.folder) };
+  native = nativeOutcome(project.folder);
   browser = await openChromium();
 }, FIRST);
 after(async () => {
@@ -93,15 +95,75 @@ for (const [name, [file, program, ...args]] of Object.entries(SCRIPTS)) {
     writeRecipe(project.folder, file);
     if (program) runTool(program, ...args);
     else execFileSync(process.execPath, [file], { cwd: project.folder });
-    cpSync(path.join(project.folder, 'index.html'), path.join(project.folder, 'dist/index.html'));
-    await assertFolderMeshes('dist');
-    execFileSync('rm', ['-r', path.join(project.folder, 'dist')]);
+    await assertScriptMeshes();
   });
 }
 
-test('Parcel builds an app that meshes', LONG, async () => {
+/** Puts the page beside the script that was made, and meshes there, below a path. */
+async function assertScriptMeshes() {
+  const folder = path.join(project.folder, 'dist');
+  cpSync(path.join(project.folder, 'index.html'), path.join(folder, 'index.html'));
+  await assertFolderMeshes('dist', { base: '/some/path/' });
+  rmSync(folder, { recursive: true });
+}
+
+test('webpack 5 makes an app for development that meshes', LONG, async () => {
+  writeRecipe(project.folder, 'webpack.config.js');
+  runTool('webpack-cli/bin/cli.js', '--mode', 'development');
+  await assertScriptMeshes();
+});
+
+test('Parcel builds an app that meshes below a path', LONG, async () => {
   runTool('parcel/lib/bin.js', 'build', 'index.html', '--dist-dir', 'parcel', '--no-cache', '--public-url', './');
-  await assertFolderMeshes('parcel');
+  await assertFolderMeshes('parcel', { base: '/some/path/' });
+});
+
+/** Starts a development server of a tool, meshes on its page, and ends it. */
+async function assertServerMeshes(expected, file, ...args) {
+  const env = { ...process.env, NEXT_TELEMETRY_DISABLED: '1', PARCEL_WORKERS: '0' };
+  const program = path.join(TOOLS, 'node_modules', file);
+  // a group of its own: these servers have processes of their own
+  const options = { cwd: project.folder, env, detached: true, stdio: ['ignore', 'pipe', 'pipe'] };
+  const server = spawn(process.execPath, [program, ...args], options);
+  const said = [];
+  try {
+    const url = await new Promise((resolve, reject) => {
+      server.once('exit', (code) => reject(new Error(`ended with ${code}: ${said.join('')}`)));
+      const hear = (text) => {
+        said.push(text);
+        const address = /http:\/\/(?:localhost|127\.0\.0\.1):(\d+)/.exec(said.join(''));
+        if (address) resolve(`http://127.0.0.1:${address[1]}/`);
+      };
+      for (const stream of [server.stdout, server.stderr]) stream.setEncoding('utf8').on('data', hear);
+    });
+    await assertMeshes(browser, url, expected, [], ['cpu']);
+  } finally {
+    process.kill(-server.pid);
+  }
+}
+
+/** A port that nothing listens to. */
+async function freePort() {
+  const server = createServer().listen(0, '127.0.0.1');
+  await once(server, 'listening');
+  const { port } = server.address();
+  server.close();
+  await once(server, 'close');
+  return String(port);
+}
+
+test("Parcel's development server meshes", LONG, async () => {
+  // it has no await outside of functions, which the lines of the READMEs use
+  const main = readFileSync(path.join(project.folder, 'main.js'), 'utf8');
+  const script = main.replace(/^import '\.\/.*\n/gm, '').replace(/^try \{/m, '(async () => {\ntry {');
+  const folder = path.join(project.folder, 'parcel-dev');
+  mkdirSync(folder);
+  writeFileSync(path.join(project.folder, 'developed.js'), `${script}})();`);
+  const page = readFileSync(path.join(project.folder, 'index.html'), 'utf8');
+  writeFileSync(path.join(project.folder, 'developed.html'), page.replace('./main.js', './developed.js'));
+  cpSync(SPOT, path.join(folder, 'spot.stl'));
+  const args = ['--host', '127.0.0.1', '--port', await freePort(), '--no-cache', '--no-hmr', '--dist-dir', 'parcel-dev'];
+  await assertServerMeshes({ ...native, cells: undefined }, 'parcel/lib/bin.js', 'serve', 'developed.html', ...args);
 });
 
 const LAYOUT =
@@ -114,11 +176,20 @@ export default function Page() {
   return null;
 }`;
 
-test('Next builds with Turbopack a page that meshes; on the server it loads the entry of Node', LONG, async () => {
-  mkdirSync(path.join(project.folder, 'app'));
-  writeFileSync(path.join(project.folder, 'app/layout.js'), LAYOUT);
-  writeFileSync(path.join(project.folder, 'app/page.js'), PAGE);
-  writeRecipe(project.folder, 'next.config.js');
-  runTool('next/dist/bin/next', 'build');
-  await assertFolderMeshes('out');
-});
+test(
+  'Next builds with Turbopack a page that meshes, and serves one in development; on the server it loads the entry of Node',
+  LONG,
+  async () => {
+    mkdirSync(path.join(project.folder, 'app'));
+    writeFileSync(path.join(project.folder, 'app/layout.js'), LAYOUT);
+    writeFileSync(path.join(project.folder, 'app/page.js'), PAGE);
+    writeRecipe(project.folder, 'next.config.js');
+    runTool('next/dist/bin/next', 'build');
+    await assertFolderMeshes('out');
+    await assertServerMeshes(native, 'next/dist/bin/next', 'dev', '--hostname', '127.0.0.1', '--port', await freePort());
+    // below a path, by the option of Next for it
+    writeFileSync(path.join(project.folder, 'next.config.js'), "export default { output: 'export', basePath: '/some/path' };");
+    runTool('next/dist/bin/next', 'build');
+    await assertFolderMeshes('out', { base: '/some/path/' });
+  },
+);

@@ -18,7 +18,7 @@ export const BROWSERS = { Chromium: openChromium, Firefox: openFirefox };
  *
  * @param {object} browser
  * @param {string} url of the page, without parameters
- * @param {object} native the native command's report, and `vti`, the hash of its compressed file
+ * @param {object} native the native command's report, and `vti`, the hash of its compressed file, `cells`, those with a flag and all that the READMEs mesh
  * @param {string[]} [others] origins that the page may ask too; none
  * @param {string[]} [backends] both
  */
@@ -31,7 +31,15 @@ export async function assertMeshes(browser, url, native, others = [], backends =
     const outcome = await (await page.waitForFunction(() => globalThis.outcome, PATIENCE, PATIENCE)).jsonValue();
     assert.equal(outcome.failed, undefined, complaints.join('\n'));
     const hashes = { sha256: native.flags_sha256, again: native.flags_sha256, vti: native.vti };
-    const expected = { version, backend, dims: native.dims, flags: native.flags, ...hashes, code: 'job-conflict' };
+    const expected = {
+      version,
+      backend,
+      dims: native.dims,
+      flags: native.flags,
+      ...hashes,
+      code: 'job-conflict',
+      cells: native.cells,
+    };
     assert.deepEqual(outcome, expected);
     const isAllowed = (line) => others.some((origin) => line.startsWith(`another origin: ${origin}/`));
     assert.deepEqual(

@@ -8,6 +8,7 @@ import path from 'node:path';
 
 import { pack } from '../../scripts/package.mjs';
 import { ROOT } from '../../scripts/run.mjs';
+import { boxBetween } from '../e2e/open_box.mjs';
 
 /** The model that all tests of the package mesh. */
 export const SPOT = path.join(ROOT, 'tests/fixtures/spot.stl');
@@ -49,11 +50,33 @@ export function installedProject(within = tmpdir()) {
   return { folder, tarball, files, run, remove: () => rmSync(folder, { recursive: true, force: true }) };
 }
 
-/** Puts the page of `app/` into a folder, with these import map entries if any; its model goes into `models`. */
+/** The model of the lines of the READMEs, and what they use: `file`, and `use`, which counts cells with a flag and all cells. */
+const BOX = boxBetween([0, 0, 0], [4, 2, 2]);
+const README_GLOBALS = `
+globalThis.file = new File([${JSON.stringify(BOX)}], 'box.stl');
+globalThis.cells = [0, 0];
+globalThis.use = (flags) => {
+  globalThis.cells[0] += flags.reduce((n, flag) => n + (flag > 0 ? 1 : 0), 0);
+  globalThis.cells[1] += flags.length;
+};
+`;
+
+/** The first block of JavaScript of a README, to be run as it stands. */
+function linesOf(readme) {
+  return /^```js\n([\s\S]*?)^```$/m.exec(readFileSync(path.join(ROOT, readme), 'utf8'))[1];
+}
+
+/**
+ * Puts the page of `app/` into a folder, with these import map entries if any; its model goes into `models`. Beside it are the lines of
+ * the READMEs.
+ */
 export function writePage(folder, { imports, models = folder } = {}) {
   cpSync(path.join(ROOT, 'tests/package/app'), folder, { recursive: true });
   mkdirSync(models, { recursive: true });
   cpSync(SPOT, path.join(models, 'spot.stl'));
+  writeFileSync(path.join(folder, 'readme_globals.js'), README_GLOBALS);
+  writeFileSync(path.join(folder, 'package_readme.js'), linesOf('www/README.md'));
+  writeFileSync(path.join(folder, 'repository_readme.js'), linesOf('README.md'));
   const page = path.join(folder, 'index.html');
   const map = imports ? `<script type="importmap">${JSON.stringify({ imports })}</script>` : '';
   writeFileSync(page, readFileSync(page, 'utf8').replace('<!-- import map -->', map));
@@ -65,8 +88,18 @@ export function nativeReport(outputs = [], compress = 'none') {
   return JSON.parse(execFileSync('cargo', ['run', '-q', '--', ...ARGUMENTS, ...options], { cwd: ROOT, encoding: 'utf8' }));
 }
 
+/** What a page of `app/` must come to, by the native command, which writes into a folder. */
+export function nativeOutcome(folder) {
+  const box = path.join(folder, 'box.stl');
+  writeFileSync(box, BOX);
+  const args = ['mesh', box, '--cells', '256', '--backend', 'cpu', '--json'];
+  const report = JSON.parse(execFileSync('cargo', ['run', '-q', '--', ...args], { cwd: ROOT, encoding: 'utf8' }));
+  const { cells, flags } = report;
+  return { ...nativeReport(), vti: nativeVti(folder), cells: [2 * flags[0].cells, 2 * cells] };
+}
+
 /** SHA-256 of the compressed `.vti` of the job by the native command, which writes it into a folder. */
-export function nativeVti(folder) {
+function nativeVti(folder) {
   const file = path.join(folder, 'native.vti');
   nativeReport(['-o', file], 6);
   return createHash('sha256').update(readFileSync(file)).digest('hex');

@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { execFileSync, spawnSync } from 'node:child_process';
 import { mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, utimesSync } from 'node:fs';
-import { tmpdir } from 'node:os';
+import { homedir, tmpdir } from 'node:os';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
 
@@ -28,6 +28,12 @@ test('two packs are the same bytes, whenever the files were written', () => {
   execFileSync('npm', ['pack', '--pack-destination', folder], { cwd: STAGE, stdio: 'ignore' });
   const [again] = readdirSync(folder).filter((name) => name.endsWith('.tgz'));
   assert.ok(readFileSync(path.join(folder, again)).equals(packed[0]));
+});
+
+test('the wasm names no folder of the machine that built it', () => {
+  const wasm = readFileSync(path.join(ROOT, 'dist/hexcast_bg.wasm'), 'latin1');
+  assert.match(wasm, /[\w-]+\/src\/\w+\.rs/, 'places in sources are named');
+  for (const folder of [homedir(), ROOT]) assert.ok(!wasm.includes(`${folder}/`), folder);
 });
 
 test('npm shows the README of the package, and no link of it or of the changelog leads nowhere', () => {

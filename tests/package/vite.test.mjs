@@ -7,7 +7,7 @@ import { build, createServer } from 'vite';
 
 import { serve } from '../../scripts/serve.mjs';
 import { BROWSERS, assertMeshes, withBrowser } from './pages.mjs';
-import { installedProject, nativeReport, nativeVti, writePage } from './project.mjs';
+import { installedProject, nativeOutcome, writePage } from './project.mjs';
 
 const LONG = { timeout: 300_000 };
 
@@ -16,7 +16,7 @@ let native;
 before(() => {
   project = installedProject();
   writePage(project.folder, { models: path.join(project.folder, 'public') });
-  native = { ...nativeReport(), vti: nativeVti(project.folder) };
+  native = nativeOutcome(project.folder);
 });
 after(() => project.remove());
 

@@ -68,9 +68,21 @@ export class Scene {
     const { clientWidth: width, clientHeight: height } = this.#frame;
     if (width === 0 || height === 0) return;
     this.#renderer.setSize(width, height, false);
+    const before = this.#angle();
     this.#camera.aspect = width / height;
+    // what was in view still is, also where the view becomes narrow
+    const factor = Math.sin(before / 2) / Math.sin(this.#angle() / 2);
+    const { target } = this.#controls;
+    this.#camera.position.sub(target).multiplyScalar(factor).add(target);
+    this.#camera.near *= factor;
+    this.#camera.far *= factor;
     this.#camera.updateProjectionMatrix();
     this.draw();
+  }
+
+  /** How wide the camera sees along the shorter side of the view, in radians. */
+  #angle() {
+    return THREE.MathUtils.degToRad(this.#camera.fov) * Math.min(1, this.#camera.aspect);
   }
 
   draw() {
@@ -223,8 +235,7 @@ export class Scene {
     this.#centre.addVectors(low, high).multiplyScalar(0.5);
     this.#radius = Math.max(low.distanceTo(high) / 2, Number.MIN_VALUE);
     this.#world.position.copy(this.#centre).negate();
-    const fieldOfView = THREE.MathUtils.degToRad(this.#camera.fov) * Math.min(1, this.#camera.aspect);
-    const distance = (1.12 * this.#radius) / Math.sin(fieldOfView / 2);
+    const distance = (1.12 * this.#radius) / Math.sin(this.#angle() / 2);
     this.#camera.position.fromArray(direction).setLength(distance);
     this.#camera.near = distance / 200;
     this.#camera.far = distance * 20;

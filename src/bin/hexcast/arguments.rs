@@ -5,8 +5,8 @@ use std::str::FromStr;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use hexcast::job::{
-    AxisChoice, BackendChoice, ByteSize, Fill, GeometryJob, GradedJob, HaloEdge, Job, Open, Padding, PartJob, PerAxis, Rule,
-    ZarrJob,
+    AxisChoice, BackendChoice, ByteSize, Fill, GeometryJob, GradedJob, HaloEdge, Job, Open, Padding, PartJob, PerAxis,
+    Rule, ZarrJob,
 };
 use hexcast::{Error, Result};
 use serde::de::DeserializeOwned;

@@ -77,7 +77,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     let (one, other) = (one?, other?);
     let found = difference(&one, &other, &control)?;
     if arguments.output.is_some() {
-        let place = Place { whole: found.mask.lines, first: [0; 3] };
+        let place = Place { whole: found.mask.lines.clone(), first: [0; 3] };
         outputs.write(&found.mask, &place, None, &control, Progress::new(arguments.json))?;
     }
     let files = outputs.finish("")?;

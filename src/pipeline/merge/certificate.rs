@@ -25,7 +25,7 @@ pub(super) fn merged_certificate(
         gaps: joined(gaps, join_gaps),
     };
     for overlap in &mut merged.overlaps {
-        overlap.volume = overlap.cells as f64 * whole.cell_volume();
+        overlap.volume = overlap.cells as f64 * whole.cell_volume().unwrap_or_default();
     }
     Some(merged)
 }

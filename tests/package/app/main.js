@@ -1,5 +1,9 @@
 // What a page does with the package; the test reads `globalThis.outcome`. `?backend=cpu` asks for a backend.
 import { HexcastError, createMesher, version } from 'hexcast';
+// the lines of both READMEs as they stand, after what they use
+import './readme_globals.js';
+import './package_readme.js';
+import './repository_readme.js';
 
 async function meshSpot() {
   const source = await (await fetch('spot.stl')).blob();
@@ -15,7 +19,7 @@ async function meshSpot() {
   const hashes = { sha256: await mesh.sha256(), again: await again.sha256(), vti };
   const outcome = { version, backend: mesher.backend, dims: mesh.dims, flags: mesh.report.flags, ...hashes, code };
   mesher.dispose();
-  return outcome;
+  return { ...outcome, cells: globalThis.cells };
 }
 
 async function sha256(blob) {

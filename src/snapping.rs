@@ -1,0 +1,116 @@
+//! Snapping in steps, and what only all facets of a surface tell: whether it is closed, its ends, and the bound of its volume.
+//!
+//! Geometries, lines, rays -> [`Snapped`]. The frame has all facets, or those alone that have a ray under their boxes: no other facet is hit,
+//! so that of a fine surface in a coarse mesh nearly all can go at once.
+//!
+//! Cost: some 70 ns a facet on one core; 37 bytes a facet that stays, and 12 bytes for a moment for each facet of the geometry in turn.
+
+use crate::closed::{Closed, EdgeHashes};
+use crate::error::Result;
+use crate::facet::rays_under;
+use crate::frame::{Frame, SnappedFacet};
+use crate::geometry::Geometry;
+use crate::lines::Lines;
+use crate::rays::Rays;
+use crate::volume_bound::BoundSums;
+
+/// Facets of a step: some tens of milliseconds. A multiple of those that sums take together.
+const FACETS_AT_ONCE: usize = 1 << 18;
+
+/// A frame, and what is known of all facets of each of its ranks.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Snapped {
+    /// The facets that stay.
+    pub(crate) frame: Frame,
+    /// What the edges say.
+    pub(crate) closed: Vec<Closed>,
+    /// Least and greatest coordinates; None without facets.
+    pub(crate) ends: Vec<Option<[[i32; 3]; 2]>>,
+    /// What the bound of the volume is made of.
+    pub(crate) bound_sums: Vec<BoundSums>,
+}
+
+/// Snaps the facets of geometries, in steps.
+pub(crate) struct Snapping<'a> {
+    geometries: &'a [Geometry],
+    lines: &'a Lines,
+    rays: Option<&'a Rays>,
+    next_facet: usize,
+    n_taken: usize,
+    edges: EdgeHashes,
+    snapped: Snapped,
+}
+
+impl<'a> Snapping<'a> {
+    /// Starts with no facet snapped; all stay, or those that rays may hit if these are given.
+    ///
+    /// # Errors
+    /// Those of [`Frame::new`].
+    pub(crate) fn new(geometries: &'a [Geometry], lines: &'a Lines, rays: Option<&'a Rays>) -> Result<Snapping<'a>> {
+        let frame = Frame::without_facets(geometries, lines)?;
+        let n_ranks = geometries.len();
+        let (ends, bound_sums) = (vec![None; n_ranks], vec![BoundSums::default(); n_ranks]);
+        let snapped = Snapped { frame, closed: Vec::new(), ends, bound_sums };
+        let (next_facet, n_taken, edges) = (0, 0, EdgeHashes::default());
+        Ok(Snapping { geometries, lines, rays, next_facet, n_taken, edges, snapped })
+    }
+
+    /// Does a part of the work; false once all is done.
+    pub(crate) fn step(&mut self) -> bool {
+        let rank = self.snapped.closed.len();
+        let Some(&index) = self.snapped.frame.ranks.geometry_of_rank.get(rank) else { return false };
+        let geometry = &self.geometries[index];
+        if self.next_facet < geometry.facets.len() {
+            let end = geometry.facets.len().min(self.next_facet + FACETS_AT_ONCE);
+            let facets = self.snapped.frame.snapped(geometry, &geometry.facets[self.next_facet..end], self.lines);
+            self.next_facet = end;
+            self.take(rank, &facets);
+        } else if let Some(closed) = self.edges.step() {
+            self.snapped.closed.push(closed);
+            (self.edges, self.next_facet) = (EdgeHashes::default(), 0);
+        }
+        true
+    }
+
+    /// What was made, once all is done.
+    pub(crate) fn finish(mut self) -> Snapped {
+        self.snapped.frame.facets.shrink_to_fit();
+        self.snapped
+    }
+
+    fn take(&mut self, rank: usize, facets: &[SnappedFacet]) {
+        let Snapped { frame, ends, bound_sums, .. } = &mut self.snapped;
+        self.edges.add(facets);
+        // there is no bound for cells that differ in size
+        if !frame.is_graded() {
+            bound_sums[rank].add(facets, frame.fraction_bits);
+        }
+        for corner in facets.as_flattened() {
+            let [low, high] = ends[rank].get_or_insert([*corner; 2]);
+            for axis in 0..3 {
+                low[axis] = low[axis].min(corner[axis]);
+                high[axis] = high[axis].max(corner[axis]);
+            }
+        }
+        let stays = |facet: &&SnappedFacet| self.rays.is_none_or(|rays| rays_under(facet, frame, rays).is_some());
+        let staying: Vec<SnappedFacet> = facets.iter().filter(stays).copied().collect();
+        self.n_taken += facets.len();
+        let n_all: usize = self.geometries.iter().map(|geometry| geometry.facets.len()).sum();
+        make_room(&mut frame.facets, staying.len(), self.n_taken as f64 / n_all as f64);
+        frame.facets.extend_from_slice(&staying);
+        frame.rank_of_facet.resize(frame.facets.len(), rank as u8);
+    }
+}
+
+/// Makes room for more facets of which this share was looked at: for as many in all as that share lets expect, as twice the room would be
+/// too much of memory.
+fn make_room(facets: &mut Vec<SnappedFacet>, n_more: usize, share: f64) {
+    let n = facets.len() + n_more;
+    if n > facets.capacity() {
+        let n_expected = (1.01 * n as f64 / share) as usize;
+        facets.reserve_exact(n_expected.max(n) - facets.len());
+    }
+}
+
+#[cfg(test)]
+mod tests;
