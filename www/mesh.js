@@ -18,6 +18,7 @@ const LEAK = ['from', 'to', 'flags', 'job', 'max_memory'];
 
 const MIME = {
   vti: 'application/vnd.vtk.vti+xml',
+  vtr: 'application/vnd.vtk.vtr+xml',
   npy: 'application/octet-stream',
   raw: 'application/octet-stream',
   hxc: 'application/octet-stream',

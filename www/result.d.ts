@@ -82,7 +82,7 @@ export interface Skin {
 export type Format = 'vti' | 'vtr' | 'npy' | 'raw' | 'hxc';
 
 export interface WriteOptions extends CallOptions {
-  /** zlib level for vti and hxc: 0 (the default) does not compress, 1 is fast, 6 is a good compromise, 9 is small. */
+  /** zlib level for vti, vtr and hxc: 0 (the default) does not compress, 1 is fast, 6 is a good compromise, 9 is small. */
   compress?: number;
   /** Eight cells a byte, for raw and npy of meshes with one flag. */
   bits?: boolean;

@@ -48,6 +48,9 @@ impl Interval {
     /// Distance of line k of n from the first.
     pub(super) fn line(&self, slope: f64, k: f64, n: f64) -> f64 {
         let [of_rise, of_flat, of_fall] = self.integrals(slope);
+        if of_rise == 0.0 && of_fall == 0.0 {
+            return k * (self.length / n);
+        }
         let whole = of_rise + of_flat + of_fall;
         let at = whole * (k / n);
         let ramp = |end: f64, integral: f64| end * (slope * integral).exp_m1() / slope;

@@ -41,7 +41,7 @@ fn scenes() -> impl Strategy<Value = Scene> {
     (job, prop::collection::vec((bounds(), sizing()), 1..6)).prop_map(|(job, bodies)| Scene { job, bodies })
 }
 
-fn made(scene: &Scene) -> (Domain, Vec<String>, Result<(Lines, Vec<String>)>) {
+fn made(scene: &Scene) -> (Domain, Result<(Lines, Vec<String>)>) {
     let boxes: Vec<BoundingBox> = scene.bodies.iter().map(|body| body.0).collect();
     let job = Job { geometries: vec![GeometryJob::new("a.stl")], ..Job::default() };
     let domain = Domain::new(&job, &boxes).unwrap();
@@ -49,7 +49,7 @@ fn made(scene: &Scene) -> (Domain, Vec<String>, Result<(Lines, Vec<String>)>) {
     let bodies: Vec<Body> =
         scene.bodies.iter().zip(&names).map(|(&(bounds, sizing), name)| Body { name, bounds, sizing }).collect();
     let lines = graded(&scene.job, &domain, &bodies);
-    (domain, names, lines)
+    (domain, lines)
 }
 
 /// Holds the lines of an axis to the job; an end may be off its line only if a sentence says so.
@@ -125,7 +125,7 @@ fn lines_keep_every_promise_for_random_boxes() {
     });
     runner
         .run(&scenes(), |scene| {
-            let (domain, _, found) = made(&scene);
+            let (domain, found) = made(&scene);
             match found {
                 Ok((lines, sentences)) => {
                     count(&n_made, 1);
@@ -168,7 +168,7 @@ fn a_thin_sheet_gets_its_cells_and_the_rest_grows() {
     let sheet = ([[0.0, 0.0, 5.0], [20.0, 20.0, 5.1]], Sizing { min_cells: Some(4), ..Sizing::default() });
     let air = ([[0.0; 3], [20.0, 20.0, 20.0]], Sizing::default());
     let job = GradedJob { max_size: PerAxis::All(2.0), min_size: None, growth: Some(1.3), absorbing: None };
-    let (_, _, found) = made(&Scene { job, bodies: vec![air, sheet] });
+    let (_, found) = made(&Scene { job, bodies: vec![air, sheet] });
     let (lines, sentences) = found.unwrap();
     assert!(sentences.is_empty() && lines.is_graded());
     assert_eq!([lines.dims()[0], lines.dims()[1]], [10, 10]);
@@ -182,7 +182,7 @@ fn a_thin_sheet_gets_its_cells_and_the_rest_grows() {
 fn ends_that_nearly_meet_share_a_line_and_both_are_named() {
     let job = GradedJob { max_size: PerAxis::All(1.0), min_size: Some(0.1), growth: None, absorbing: None };
     let bodies = vec![([[0.0; 3], [4.0; 3]], Sizing::default()), ([[1.0; 3], [3.96, 3.0, 3.0]], Sizing::default())];
-    let (_, _, found) = made(&Scene { job, bodies });
+    let (_, found) = made(&Scene { job, bodies });
     let (lines, sentences) = found.unwrap();
     assert_eq!(sentences.len(), 1);
     let text = &sentences[0];
@@ -197,7 +197,7 @@ fn edges_of_metal_lie_a_third_inside() {
     let metal = ([[8.0, 8.0, 1.0], [12.0, 14.0, 1.1]], Sizing { metal: true, ..Sizing::default() });
     let board = ([[0.0; 3], [20.0, 22.0, 1.0]], Sizing::default());
     let job = GradedJob { max_size: PerAxis::All(1.0), min_size: Some(0.01), growth: None, absorbing: None };
-    let (_, _, found) = made(&Scene { job, bodies: vec![board, metal] });
+    let (_, found) = made(&Scene { job, bodies: vec![board, metal] });
     let (lines, sentences) = found.unwrap();
     assert!(sentences.is_empty(), "{sentences:?}");
     for (axis, low, high) in [(0, 8.0, 12.0), (1, 8.0, 14.0)] {
@@ -216,7 +216,7 @@ fn edges_of_metal_lie_a_third_inside() {
 fn sizes_that_cannot_be_are_refused_with_the_place() {
     let body = |low: f64, high: f64| ([[low, 0.0, 0.0], [high, 4.0, 4.0]], Sizing::default());
     let job = GradedJob { max_size: PerAxis::All(2.0), min_size: Some(1.0), growth: Some(1.2), absorbing: None };
-    let (_, _, found) = made(&Scene { job, bodies: vec![body(0.0, 1.0), body(1.0, 2.5), body(2.5, 3.5)] });
+    let (_, found) = made(&Scene { job, bodies: vec![body(0.0, 1.0), body(1.0, 2.5), body(2.5, 3.5)] });
     let error = found.unwrap_err();
     assert_eq!(error.code(), "lines-no-sizes");
     assert!(error.to_string().contains("along x of at least 1"), "{error}");
