@@ -61,7 +61,7 @@ fn facets_that_no_ray_meets_go_and_all_else_stays() {
     let geometries = geometries(300);
     let (whole, _) = snapped(&geometries, None);
     for axis in 0..3 {
-        let rays = Rays::new(axis, lines().dims);
+        let rays = Rays::new(axis, lines().dims());
         let (few, _) = snapped(&geometries, Some(&rays));
         assert!(10 * few.frame.facets.len() < whole.frame.facets.len(), "{} stay", few.frame.facets.len());
         assert!(few.frame.facets.capacity() == few.frame.facets.len());

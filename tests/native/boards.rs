@@ -173,13 +173,15 @@ fn boards() -> Vec<Board> {
 }
 
 fn job(board: &Board) -> Job {
-    let geometry = |part: &Part| GeometryJob {
-        name: Some(part.name.clone()),
-        metal: part.is_metal,
-        min_cells: part.min_cells,
-        ..GeometryJob::new(format!("{}.stl", part.name))
+    let geometry = |part: &Part| {
+        set!(GeometryJob {
+            name: Some(part.name.clone()),
+            metal: part.is_metal,
+            min_cells: part.min_cells,
+            ..GeometryJob::new(format!("{}.stl", part.name))
+        })
     };
-    Job {
+    set!(Job {
         geometries: board.parts.iter().map(geometry).collect(),
         graded: Some(GradedJob {
             max_size: PerAxis::All(board.max_size),
@@ -190,7 +192,7 @@ fn job(board: &Board) -> Job {
         padding: Some(Padding::Length(PerAxis::All(board.air))),
         unit: Some("mm".into()),
         ..Job::default()
-    }
+    })
 }
 
 fn sources(board: &Board) -> Vec<Source> {
@@ -202,7 +204,7 @@ fn sources(board: &Board) -> Vec<Source> {
 fn n_equal(board: &Board, domain: &Domain) -> u64 {
     let largest = (0..30).map(|k| board.max_size * 0.8f64.powi(k));
     let found = largest.filter_map(|size| {
-        let job = Job { max_cell_size: Some(size), graded: None, ..job(board) };
+        let job = set!(Job { max_cell_size: Some(size), graded: None, ..job(board) });
         lines(&job, domain).ok()
     });
     found.map(|lines| lines.n_cells()).min().expect("some size meets all ends")

@@ -112,7 +112,7 @@ fn equal_cells_as_lists_give_the_same_flags() {
 
 fn job(lists: [Vec<f64>; 3]) -> Job {
     let [x, y, z] = lists;
-    Job { lines: Some(LinesJob { x, y, z }), geometries: vec![GeometryJob::new("body.stl")], ..Job::default() }
+    set!(Job { lines: Some(LinesJob { x, y, z }), geometries: vec![GeometryJob::new("body.stl")], ..Job::default() })
 }
 
 fn meshed(facets: &models::Facets, job: &Job) -> Result<(Mesh, MeshFacts)> {
@@ -137,12 +137,12 @@ fn lists() -> [Vec<f64>; 3] {
 #[test]
 fn a_list_of_equal_cells_gives_the_bytes_of_a_cell_size() {
     let body = models::sphere([4.0; 3], 3.3, 24);
-    let uniform = Job {
+    let uniform = set!(Job {
         cell_size: Some(PerAxis::All(0.1)),
         domain: Some([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]),
         geometries: vec![GeometryJob::new("body.stl")],
         ..Job::default()
-    };
+    });
     let (mesh, facts) = meshed(&body, &uniform).unwrap();
     let list: Vec<f64> = (0..=80).map(|line| f64::from(line) * 0.1).collect();
     let (listed, listed_facts) = meshed(&body, &job([list.clone(), list.clone(), list])).unwrap();
@@ -172,7 +172,7 @@ fn a_window_has_the_flags_that_the_whole_has_there() {
         for [first, end] in [[[0; 3], [nx, ny, nz]], [[3, 5, 7], [nx - 2, ny - 4, nz - 1]], [[9, 9, 9], [10, 11, 12]]] {
             for axis in [hexcast::job::AxisChoice::X, hexcast::job::AxisChoice::Y, hexcast::job::AxisChoice::Z] {
                 let window = [first, end].concat().try_into().ok();
-                let (part, _) = meshed(&facets, &Job { window, axis, ..whole.clone() }).unwrap();
+                let (part, _) = meshed(&facets, &set!(Job { window, axis, ..whole.clone() })).unwrap();
                 for z in first[2]..end[2] {
                     for y in first[1]..end[1] {
                         for x in first[0]..end[0] {
@@ -212,7 +212,7 @@ fn volumes_are_those_of_the_cells() {
     assert!((grading.ratio[1] - 1.3).abs() < 1e-9 && grading.smallest[0] > 0.0499, "{grading:?}");
     let least = 1.0 / grading.smallest.iter().map(|size| size.powi(-2)).sum::<f64>().sqrt();
     assert!((grading.courant_length - least).abs() < 1e-12 && grading.courant_seconds.is_none());
-    let with_unit = Job { unit: Some("mm".into()), ..job(lists()) };
+    let with_unit = set!(Job { unit: Some("mm".into()), ..job(lists()) });
     let (_, facts) = meshed(&body, &with_unit).unwrap();
     let seconds = facts.grading.unwrap().courant_seconds.unwrap();
     assert!((seconds * 299_792_458.0 * 1000.0 / least - 1.0).abs() < 1e-12);
@@ -231,7 +231,7 @@ fn a_column_file_keeps_the_lines_and_equal_cells_keep_their_version() {
         assert_eq!(read.lines, mesh.lines);
         assert_eq!(bytes(&read, Format::Raw), bytes(&mesh, Format::Raw));
     }
-    let uniform = Job { cells: Some(8), geometries: vec![GeometryJob::new("body.stl")], ..Job::default() };
+    let uniform = set!(Job { cells: Some(8), geometries: vec![GeometryJob::new("body.stl")], ..Job::default() });
     assert_eq!(bytes(&meshed(&body, &uniform).unwrap().0, Format::Columns)[8], 2);
 }
 
@@ -287,7 +287,7 @@ fn an_archive_has_flags_and_lines() {
 fn what_is_known_of_equal_cells_only_is_refused() {
     let body = models::sphere([4.0; 3], 3.3, 8);
     let fill = hexcast::job::Fill::Conservative;
-    for job in [Job { fill, ..job(lists()) }, Job { certify: true, ..job(lists()) }] {
+    for job in [set!(Job { fill, ..job(lists()) }), set!(Job { certify: true, ..job(lists()) })] {
         let error = meshed(&body, &job).unwrap_err();
         assert_eq!(error.code(), "lines-graded", "{error}");
         assert!(!error.hint().is_empty());
@@ -313,10 +313,10 @@ fn lists_that_are_no_lines_and_keys_that_contradict_them_are_refused() {
     }
     let whole = || with(vec![0.0, 1.0, 8.0]);
     for job in [
-        Job { cells: Some(3), ..whole() },
-        Job { domain: Some([0.0, 0.0, 0.0, 1.0, 1.0, 1.0]), ..whole() },
-        Job { padding: Some(hexcast::job::Padding::Cells(PerAxis::All(1))), ..whole() },
-        Job { geometries: vec![GeometryJob { metal: true, ..GeometryJob::new("body.stl") }], ..whole() },
+        set!(Job { cells: Some(3), ..whole() }),
+        set!(Job { domain: Some([0.0, 0.0, 0.0, 1.0, 1.0, 1.0]), ..whole() }),
+        set!(Job { padding: Some(hexcast::job::Padding::Cells(PerAxis::All(1))), ..whole() }),
+        set!(Job { geometries: vec![set!(GeometryJob { metal: true, ..GeometryJob::new("body.stl") })], ..whole() }),
     ] {
         assert_eq!(job.validate().unwrap_err().code(), "job-conflict");
     }
@@ -353,7 +353,7 @@ fn boxes_that_are_stretched_with_their_lines_have_the_same_cells() {
     for close_gaps in [None, Some(2), Some(3)] {
         let made = |line: &dyn Fn(f32) -> f32| {
             let [x, y, z] = [list(line), list(line), list(line)];
-            meshed(&casing(line), &Job { close_gaps, ..job([x, y, z]) }).unwrap()
+            meshed(&casing(line), &set!(Job { close_gaps, ..job([x, y, z]) })).unwrap()
         };
         let [(equal, facts), (graded, graded_facts)] = [made(&|at| at), made(&stretched)];
         assert!(!equal.lines.is_graded() && graded.lines.is_graded());

@@ -21,7 +21,8 @@ fn flags_and_report(facets: &Facets, job: &Job) -> (Vec<u8>, Option<OpenReport>)
 }
 
 fn jobs() -> impl Iterator<Item = Job> {
-    let job = |rule| Job { dims: Some([40; 3]), domain: Some([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]), rule, ..Job::default() };
+    let job =
+        |rule| set!(Job { dims: Some([40; 3]), domain: Some([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]), rule, ..Job::default() });
     [Rule::Parity, Rule::Nonzero].into_iter().map(job)
 }
 
@@ -107,10 +108,11 @@ fn what_may_not_be_missing_is_not_added() {
 #[test]
 fn a_missing_facet_is_an_error_where_the_job_says_so_and_is_said_where_it_does_not() {
     let holed = without_some(&models::sphere([4.0; 3], 3.4, 24), 7);
-    let job = Job { dims: Some([20; 3]), open: Open::Error, ..Job::default() };
+    let job = set!(Job { dims: Some([20; 3]), open: Open::Error, ..Job::default() });
     let error = meshed(std::slice::from_ref(&holed), &job, 0, &mut Engine::cpu()).expect_err("it is open");
     assert_eq!(error.code(), "surface-open");
-    let (_, facts) = meshed(&[holed], &Job { open: Open::Winding, ..job }, 0, &mut Engine::cpu()).expect("a mesh");
+    let (_, facts) =
+        meshed(&[holed], &set!(Job { open: Open::Winding, ..job }), 0, &mut Engine::cpu()).expect("a mesh");
     let n = facts.open[0].added_facets;
     let wanted = format!("facets added where one was missing between three open edges: {n}");
     assert!(facts.warnings.iter().any(|warning| warning.contains(&wanted)), "{:?}", facts.warnings);

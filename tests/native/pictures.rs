@@ -18,7 +18,7 @@ fn bodies() -> Mesh {
         models::cuboid([3.0, 0.0, 0.0], [5.0, 1.0, 4.0]),
         models::cuboid([0.0, 3.0, 1.0], [1.0, 4.0, 3.0]),
     ];
-    let job = Job { dims: Some([10, 8, 8]), domain: Some([0.0, 0.0, 0.0, 5.0, 4.0, 4.0]), ..Job::default() };
+    let job = set!(Job { dims: Some([10, 8, 8]), domain: Some([0.0, 0.0, 0.0, 5.0, 4.0, 4.0]), ..Job::default() });
     meshed(&parts, &job, 1, &mut Engine::cpu()).expect("a mesh").0
 }
 
