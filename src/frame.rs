@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 use crate::error::{Error, Result};
 use crate::geometry::{Facet, Geometry};
-use crate::lines::{AXES, Lines};
+use crate::lines::{AXES, IS_NATIVE, Lines};
 use crate::parallel::*;
 
 mod centres;
@@ -121,13 +121,17 @@ impl Frame {
 
     /// Whether cells differ in size.
     pub fn is_graded(&self) -> bool {
-        self.centres.is_some()
+        self.centres().is_some()
+    }
+
+    fn centres(&self) -> Option<&Centres> {
+        if IS_NATIVE { self.centres.as_ref() } else { None }
     }
 
     /// Centre of a cell along an axis, in units.
     #[inline(always)]
     pub fn centre(&self, axis: usize, cell: u32) -> i32 {
-        match &self.centres {
+        match self.centres() {
             None => (cell << self.fraction_bits) as i32,
             Some(centres) => centres[axis][cell as usize],
         }
@@ -136,7 +140,7 @@ impl Frame {
     /// Size of the cells along an axis on average, in units.
     pub(crate) fn mean_cell(&self, axis: usize) -> f64 {
         let unit = f64::from(1u32 << self.fraction_bits);
-        match self.centres.as_ref().map(|centres| &centres[axis]) {
+        match self.centres().map(|centres| &centres[axis]) {
             Some(centres) if centres.len() > 1 => f64::from(centres[centres.len() - 1]) / (centres.len() - 1) as f64,
             _ => unit,
         }
@@ -146,7 +150,7 @@ impl Frame {
     #[inline(always)]
     pub(crate) fn n_below(&self, axis: usize, place: i32, with_at: bool) -> u32 {
         let place = i64::from(place) + i64::from(with_at);
-        match &self.centres {
+        match self.centres() {
             None => {
                 let cells = (place + (1 << self.fraction_bits) - 1) >> self.fraction_bits;
                 cells.clamp(0, self.dims[axis].into()) as u32
@@ -157,7 +161,7 @@ impl Frame {
 
     /// The centres of some cells, counted from that of the first.
     fn centres_of(&self, [first, end]: [[u32; 3]; 2]) -> Option<Centres> {
-        let centres = self.centres.as_ref()?;
+        let centres = self.centres()?;
         let of_axis = |axis: usize| {
             let some = &centres[axis][first[axis] as usize..end[axis] as usize];
             some.iter().map(|centre| centre - some[0]).collect()

@@ -21,6 +21,7 @@ use crate::leak::passage::{OpenRun, Passage};
 use crate::leak::rooms::Rooms;
 use crate::lines::Lines;
 use crate::parallel::*;
+use crate::sort::sort_by_key;
 
 mod sweep;
 
@@ -200,6 +201,6 @@ fn connected(columns: &Columns, lines: &Lines, added: &Passage) -> Vec<Gap> {
         }
     }
     // of equal ones the first in the order of the cells, whatever the ray axis
-    boxes.sort_unstable_by_key(|(_, n_cells, [low, high])| (u64::MAX - n_cells, [low[2], low[1], low[0]], *high));
+    sort_by_key(&mut boxes, |(_, n_cells, [low, high])| (u64::MAX - n_cells, [low[2], low[1], low[0]], *high));
     boxes.into_iter().map(|(_, cells, around)| Gap { cells, bounds: lines.corners(around) }).collect()
 }

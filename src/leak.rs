@@ -21,6 +21,7 @@ use crate::lines::Lines;
 use crate::mesh::Mesh;
 use crate::parallel::beside;
 use crate::rays::Rays;
+use crate::sort::sort;
 
 mod answer;
 mod facets;
@@ -234,7 +235,7 @@ fn open_flags(question: &Question, from: &End, to: &End) -> Result<Vec<u8>> {
         return Ok(vec![from.flag]);
     }
     let mut flags = question.flags.clone();
-    flags.sort_unstable();
+    sort(&mut flags);
     flags.dedup();
     for (name, end) in [("start", from), ("end", to)] {
         if !flags.contains(&end.flag) {

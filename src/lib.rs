@@ -104,6 +104,7 @@ mod sheet;
 mod shells;
 pub mod skin;
 mod snapping;
+mod sort;
 pub mod sources;
 pub mod surface;
 #[cfg(not(feature = "stages"))]

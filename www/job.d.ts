@@ -61,30 +61,12 @@ export interface GeometryJob {
   shell?: boolean;
   /** The cells outside of it in place of those inside, such as the fluid around a body. */
   invert?: boolean;
-  /** Largest size of a cell across it, where lines are generated (`graded`). */
-  max_size?: number;
-  /** Fewest cells across it along every axis, where lines are generated. */
-  min_cells?: number;
-  /** Whether it is metal: generated lines lie a third of a cell inside of its edges and two thirds outside. */
-  metal?: boolean;
   /** Scales first: one factor, or one for each axis. */
   scale?: number | Triple;
   /** Then rotates about x, y and z, in degrees. */
   rotate?: Triple;
   /** Then moves. */
   translate?: Triple;
-}
-
-/** How lines are generated. Lengths are in the unit of the files. */
-export interface Graded {
-  /** Largest size of a cell, on all axes or each. */
-  max_size: number | Triple;
-  /** Smallest size of a cell; by default a thousandth of the largest. Of ends closer to each other one is left off the lines. */
-  min_size?: number;
-  /** Most times by which a cell is larger than its neighbour: 1.01 to 10, by default 1.3. */
-  growth?: number;
-  /** Cells added on both sides of every axis, of the size of the cell there, for absorbing layers: at most 1,024. */
-  absorbing?: number | Triple;
 }
 
 /** What is meshed and how: the native job file, with sources in place of file names. */
@@ -105,10 +87,10 @@ export interface Job {
   max_cell_size?: number;
   /** How far from a line, in cells, `max_cell_size` lets the end of a bounding box lie: 0 to 0.5, default 0.05. */
   tolerance?: number;
-  /** All lines of each axis, ascending, cells + 1 of them; cells may differ in size. Without `domain` and `padding`. */
-  lines?: { readonly x: readonly number[]; readonly y: readonly number[]; readonly z: readonly number[] };
-  /** Generates lines of cells that differ in size, with a line on every end of every bounding box. */
-  graded?: Graded;
+  /** Lines of cells that differ in size. The native program takes them, the package does not: `lines-graded`. */
+  lines?: never;
+  /** Generated lines of cells that differ in size. The native program makes them, the package does not: `lines-graded`. */
+  graded?: never;
   /** Most cells, however they are chosen; without it only those of an axis are limited. A mesh of more fails with `too-many-cells`. */
   max_cells?: number;
   /**

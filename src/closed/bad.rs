@@ -10,6 +10,7 @@ use crate::edges::{BadEdge, Groups, Use, Vertices, bad_edge, each};
 use crate::frame::{Frame, SnappedFacet, world};
 use crate::geometry::Geometry;
 use crate::lines::Lines;
+use crate::sort::{sort, sort_by_key};
 
 /// Most groups of a kind that are listed.
 const MAX_GROUPS: usize = 8;
@@ -72,7 +73,7 @@ impl BadEdges {
         }
         for (_, uses) in &mut of_kinds {
             // in the order of the corners, whatever that of the facets
-            uses.sort_unstable_by_key(|entry: &Use| {
+            sort_by_key(uses, |entry: &Use| {
                 let [one, other] = entry.pair().map(|vertex| snapped(entry.facet(), vertex));
                 ([one.min(other), one.max(other)], *entry)
             });
@@ -119,7 +120,7 @@ impl EdgeGroup {
             }
             facets.extend(uses.iter().map(|entry| in_file(entry.facet())));
         }
-        facets.sort_unstable();
+        sort(&mut facets);
         facets.dedup();
         facets.truncate(MAX_FACETS);
         EdgeGroup { kind, edges: edges.len() as u64, length, bounds, facets }
@@ -130,7 +131,7 @@ impl EdgeGroup {
 fn connected<'a>(edges: &[&'a [Use]]) -> Vec<Vec<&'a [Use]>> {
     let ends = |uses: &[Use]| uses[0].pair();
     let mut corners: Vec<usize> = edges.iter().flat_map(|uses| ends(uses)).collect();
-    corners.sort_unstable();
+    sort(&mut corners);
     corners.dedup();
     let place = |corner: usize| corners.partition_point(|other| *other < corner) as u32;
     let mut groups = Groups::new(corners.len());

@@ -1,6 +1,6 @@
 //! Runs, and bands of them as the backends return them.
 
-use crate::parallel::*;
+use crate::sort::par_sort;
 use std::ops::Range;
 
 /// Packs a run.
@@ -55,7 +55,7 @@ pub struct CellRun {
 impl CellRun {
     /// Runs in any order, ascending; those that touch or have cells in common are one.
     pub(crate) fn united(mut runs: Vec<CellRun>) -> Vec<CellRun> {
-        runs.par_sort_unstable();
+        par_sort(&mut runs);
         runs.dedup_by(|next, last| {
             let touches = next.ray == last.ray && next.start <= last.end;
             if touches {

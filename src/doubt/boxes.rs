@@ -5,6 +5,7 @@
 use super::sweep::Sweep;
 use crate::columns::CellRun;
 use crate::rays::Rays;
+use crate::sort::sort_by_key;
 
 /// A box of cells: its first cell and its end, exclusive.
 pub type Corners = [[u32; 3]; 2];
@@ -80,7 +81,7 @@ impl Boxes {
             }
         }
         self.keep_largest();
-        self.finished.sort_unstable_by_key(largest_first);
+        sort_by_key(&mut self.finished, largest_first);
         self.finished.iter().map(|[x, y, z]| [0, 1].map(|end: usize| [x[end], y[end], z[end]])).collect()
     }
 }
@@ -140,7 +141,7 @@ fn swept(rows: Vec<([u32; 2], Sweep)>, plane: &[Sorted], finished: &mut Vec<Sort
 /// Joins boxes that differ in nothing but the last of three axes, and touch there; the result is in the order of the axes.
 fn joined(axes: [usize; 3], mut boxes: Vec<Sorted>) -> Vec<Sorted> {
     let [first, second, last] = axes;
-    boxes.sort_unstable_by_key(|of| (packed([of[first], of[second]]), of[last][0]));
+    sort_by_key(&mut boxes, |of| (packed([of[first], of[second]]), of[last][0]));
     boxes.dedup_by(|next, before| {
         let touches =
             next[first] == before[first] && next[second] == before[second] && next[last][0] == before[last][1];

@@ -5,9 +5,10 @@ use serde::{Deserialize, Serialize};
 use super::PerAxis;
 
 /// All lines of each axis, ascending, in the unit of the files. Equally spaced ones are meshed like those of `cell_size`.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+#[cfg_attr(not(target_arch = "wasm32"), derive(Deserialize))]
+#[cfg_attr(not(target_arch = "wasm32"), serde(deny_unknown_fields))]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
 pub struct LinesJob {
     /// Lines across x: cells + 1 of them.
     pub x: Vec<f64>,
@@ -18,20 +19,21 @@ pub struct LinesJob {
 }
 
 /// Lines that are generated: on every end of every geometry's box, close where geometries are small, far elsewhere.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(not(target_arch = "wasm32"), derive(Deserialize))]
+#[cfg_attr(not(target_arch = "wasm32"), serde(deny_unknown_fields))]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields)]
 pub struct GradedJob {
     /// Largest size of a cell on all axes or each.
     pub max_size: PerAxis<f64>,
     /// Smallest size of a cell; by default a thousandth of the largest. Of ends that are closer to each other one is left off the lines.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub min_size: Option<f64>,
     /// Most times by which a cell is larger than its neighbour, above 1; by default [`DEFAULT_GROWTH`].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub growth: Option<f64>,
     /// Cells added on both sides of every axis, of the size of the cell at that end: for absorbing layers.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub absorbing: Option<PerAxis<u32>>,
 }
 
@@ -44,5 +46,26 @@ impl GradedJob {
     /// The smallest size on an axis.
     pub(crate) fn smallest(&self, axis: usize) -> f64 {
         self.min_size.unwrap_or(self.max_size.each()[axis] * DEFAULT_SMALLEST)
+    }
+}
+
+/// In wasm such lines are refused whatever they are, so they are not read: that would take more code than what they are.
+#[cfg(target_arch = "wasm32")]
+mod unread {
+    use serde::de::{Deserialize, Deserializer, IgnoredAny};
+
+    use super::{GradedJob, LinesJob, PerAxis};
+
+    impl<'de> Deserialize<'de> for LinesJob {
+        fn deserialize<D: Deserializer<'de>>(from: D) -> Result<LinesJob, D::Error> {
+            IgnoredAny::deserialize(from).map(|_| LinesJob::default())
+        }
+    }
+
+    impl<'de> Deserialize<'de> for GradedJob {
+        fn deserialize<D: Deserializer<'de>>(from: D) -> Result<GradedJob, D::Error> {
+            let max_size = PerAxis::All(1.0);
+            IgnoredAny::deserialize(from).map(|_| GradedJob { max_size, min_size: None, growth: None, absorbing: None })
+        }
     }
 }

@@ -17,6 +17,7 @@ use crate::domain::{BoundingBox, Domain};
 use crate::error::{Error, Result};
 use crate::geometry::Sizing;
 use crate::job::{DEFAULT_GROWTH, GradedJob, PerAxis};
+use crate::sort::sort_by;
 
 mod sizes;
 
@@ -148,7 +149,10 @@ impl Axis<'_> {
                 [(low, index, -1.0), (high, index, 1.0)].into_iter().filter(|(at, ..)| (first..=last).contains(at)),
             );
         }
-        ends.sort_by(|one, other| one.0.total_cmp(&other.0));
+        // of equal ones in the order of the geometries
+        sort_by(&mut ends, |one, other| {
+            one.0.total_cmp(&other.0).then(one.1.cmp(&other.1)).then(one.2.total_cmp(&other.2)).is_lt()
+        });
         let least = self.job.smallest(self.axis);
         let mut fixed = vec![Fixed { at: first, owners: Vec::new() }];
         for (at, body, side) in ends {

@@ -10,6 +10,8 @@ use crate::error::{Error, Result};
 
 /// Most lines of a list: those of the most cells along an axis.
 pub const MAX_LISTED: usize = (1 << 18) - 1;
+/// In wasm, where code is scarce, all cells of an axis are equal.
+pub(crate) const IS_NATIVE: bool = cfg!(not(target_arch = "wasm32"));
 /// Names of the axes.
 pub(crate) const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -73,7 +75,11 @@ impl Lines {
 
     /// Whether the cells of an axis differ in size.
     pub fn is_graded(&self) -> bool {
-        self.lists.is_some()
+        self.lists().is_some()
+    }
+
+    fn lists(&self) -> Option<&[Vec<f64>; 3]> {
+        if IS_NATIVE { self.lists.as_deref() } else { None }
     }
 
     /// Number of cells on each axis; at least 1.
@@ -103,7 +109,7 @@ impl Lines {
 
     /// Coordinate of line `index` of an axis; lines beyond the last are as far from each other as the last two.
     pub fn line(&self, axis: usize, index: u32) -> f64 {
-        match &self.lists {
+        match self.lists() {
             None => self.origin[axis] + f64::from(index) * self.unit[axis],
             Some(lists) => match lists[axis].get(index as usize) {
                 Some(line) => *line,
@@ -114,7 +120,7 @@ impl Lines {
 
     /// Length of a cell along an axis.
     pub fn cell_size(&self, axis: usize, cell: u32) -> f64 {
-        match self.lists {
+        match self.lists() {
             None => self.unit[axis],
             Some(_) => self.line(axis, cell.saturating_add(1)) - self.line(axis, cell),
         }
@@ -128,7 +134,7 @@ impl Lines {
     /// The coordinate of a place counted in cells from line 0: whole numbers are lines. Beyond the ends cells go on with the size of
     /// the last.
     pub fn at(&self, axis: usize, cells: f64) -> f64 {
-        let Some(lists) = &self.lists else { return self.origin[axis] + cells * self.unit[axis] };
+        let Some(lists) = self.lists() else { return self.origin[axis] + cells * self.unit[axis] };
         let lines = &lists[axis];
         let whole = cells.floor().max(0.0) as usize;
         if let Some(line) = lines.get(whole).filter(|_| whole as f64 == cells) {
@@ -140,7 +146,7 @@ impl Lines {
 
     /// The place of a coordinate, counted in cells from line 0: the inverse of [`Lines::at`].
     pub fn position(&self, axis: usize, coordinate: f64) -> f64 {
-        let Some(lists) = &self.lists else { return (coordinate - self.origin[axis]) / self.unit[axis] };
+        let Some(lists) = self.lists() else { return (coordinate - self.origin[axis]) / self.unit[axis] };
         let lines = &lists[axis];
         let cell = lines[1..lines.len() - 1].partition_point(|&line| line <= coordinate);
         cell as f64 + (coordinate - lines[cell]) / (lines[cell + 1] - lines[cell])
@@ -168,7 +174,7 @@ impl Lines {
             origin: [0, 1, 2].map(|axis| self.line(axis, first[axis])),
             dims: [0, 1, 2].map(|axis| end[axis] - first[axis]),
             unit: self.unit,
-            lists: self.lists.as_ref().map(|_| Arc::new([0, 1, 2].map(part))),
+            lists: self.lists().map(|_| Arc::new([0, 1, 2].map(part))),
         }
     }
 
@@ -181,7 +187,7 @@ impl Lines {
             origin: [0, 1, 2].map(|axis| self.at(axis, start[axis])),
             dims,
             unit: self.unit,
-            lists: self.lists.as_ref().map(|_| Arc::new([0, 1, 2].map(list))),
+            lists: self.lists().map(|_| Arc::new([0, 1, 2].map(list))),
         }
     }
 
@@ -195,6 +201,12 @@ impl Lines {
         };
         format!("({}, {}, {})", text(0), text(1), text(2))
     }
+}
+
+/// The error of lines that are not equally spaced, in wasm.
+pub(crate) fn native_only() -> Error {
+    let message = "cells that differ in size are meshed and opened natively only";
+    Error::new("lines-graded", message, "use equal cells (cells, dims, cell_size), or the native program")
 }
 
 fn check(lines: &[f64], name: &str) -> Result<()> {
@@ -235,7 +247,12 @@ fn even_spacing(lines: &[f64]) -> Option<f64> {
     let gives = |spacing: &f64| {
         *spacing > 0.0 && lines.iter().enumerate().all(|(index, line)| lines[0] + index as f64 * *spacing == *line)
     };
-    let short = (0..17).filter_map(|digits| format!("{mean:.digits$e}").parse::<f64>().ok());
+    // rounded to so many digits: a quotient or product of two numbers without rounding
+    let exponent = libm::floor(libm::log10(mean)) as i32;
+    let short = (0..17).map(|digits| {
+        let power = libm::pow(10.0, f64::from((digits - exponent).abs()));
+        if digits >= exponent { libm::round(mean * power) / power } else { libm::round(mean / power) * power }
+    });
     let bits = mean.to_bits();
     let near = (-4i64..=4).map(|off| f64::from_bits(bits.wrapping_add_signed(off)));
     short.chain(near).chain([lines[1] - lines[0]]).find(gives)

@@ -7,11 +7,13 @@
 //!
 //! Cost: O(m sqrt(m)) for m open edges, at most: every triangle is looked for from its corner of the fewest open edges.
 
+use crate::sort::sort;
+
 /// Takes triangles out of sorted directed open edges: those that are missing, in the direction of facets, by the numbers of corners.
 pub(super) fn missing(open: &mut Vec<(u32, u32)>, facets: &[[u32; 3]]) -> Vec<[u32; 3]> {
     let mut found = triangles(open);
     let mut there: Vec<[u32; 3]> = found.iter().copied().map(sorted).collect();
-    there.sort_unstable();
+    sort(&mut there);
     there.dedup();
     let mut is_there = vec![false; there.len()];
     for facet in facets {
@@ -21,15 +23,15 @@ pub(super) fn missing(open: &mut Vec<(u32, u32)>, facets: &[[u32; 3]]) -> Vec<[u
     }
     found.retain(|&triangle| there.binary_search(&sorted(triangle)).is_ok_and(|at| !is_there[at]));
     let mut used: Vec<(u32, u32)> = found.iter().flat_map(edges).collect();
-    used.sort_unstable();
+    sort(&mut used);
     let is_alone = |edge: (u32, u32)| {
         let at = used.partition_point(|other| *other < edge);
         used.get(at + 1) != Some(&edge)
     };
     found.retain(|triangle| edges(triangle).into_iter().all(is_alone));
-    found.sort_unstable();
+    sort(&mut found);
     let mut closed: Vec<(u32, u32)> = found.iter().flat_map(edges).collect();
-    closed.sort_unstable();
+    sort(&mut closed);
     let mut next = closed.iter().peekable();
     open.retain(|edge| next.next_if(|closed| *closed == edge).is_none());
     found.into_iter().map(|[a, b, c]| [c, b, a]).collect()
@@ -40,7 +42,7 @@ fn triangles(open: &[(u32, u32)]) -> Vec<[u32; 3]> {
     let mut leaving = open.to_vec();
     leaving.dedup();
     let mut entering: Vec<(u32, u32)> = leaving.iter().map(|&(from, to)| (to, from)).collect();
-    entering.sort_unstable();
+    sort(&mut entering);
     let of = |edges: &'_ [(u32, u32)], corner: u32| {
         edges.partition_point(|edge| edge.0 < corner)..edges.partition_point(|edge| edge.0 <= corner)
     };
@@ -64,7 +66,7 @@ fn edges(&[a, b, c]: &[u32; 3]) -> [(u32, u32); 3] {
 }
 
 fn sorted(mut corners: [u32; 3]) -> [u32; 3] {
-    corners.sort_unstable();
+    sort(&mut corners);
     corners
 }
 

@@ -11,6 +11,7 @@
 use super::missing::missing;
 use crate::frame::SnappedFacet;
 use crate::parallel::*;
+use crate::sort::{par_sort, sort};
 
 /// A surface whose facets agree as far as they can.
 pub(super) struct Oriented {
@@ -36,7 +37,7 @@ struct Use {
 /// Turns facets to agree with their neighbours and finds the loops of open edges.
 pub(super) fn orient(facets: &[SnappedFacet]) -> Oriented {
     let mut corners: Vec<[i32; 3]> = facets.iter().flatten().copied().collect();
-    corners.par_sort_unstable();
+    par_sort(&mut corners);
     corners.dedup();
     let number = |corner: &[i32; 3]| corners.partition_point(|other| other < corner) as u32;
     let numbers: Vec<[u32; 3]> = facets.par_iter().map(|facet| facet.each_ref().map(number)).collect();
@@ -48,7 +49,7 @@ pub(super) fn orient(facets: &[SnappedFacet]) -> Oriented {
             }
         }
     }
-    uses.par_sort_unstable();
+    par_sort(&mut uses);
     let is_turned = turned(&uses, facets.len());
     let mut open = Vec::new();
     let mut n_open_edges = 0;
@@ -59,7 +60,7 @@ pub(super) fn orient(facets: &[SnappedFacet]) -> Oriented {
         open.extend(std::iter::repeat_n(directed, surplus.unsigned_abs() as usize));
         n_open_edges += u64::from(surplus != 0);
     }
-    open.sort_unstable();
+    sort(&mut open);
     let missing = missing(&mut open, &numbers);
     let turn = |(facet, &is_turned): (&SnappedFacet, &bool)| {
         let [a, b, c] = *facet;

@@ -16,6 +16,7 @@ use crate::frame::{Frame, moved};
 use crate::geometry::Open;
 use crate::job::Rule;
 use crate::rays::Rays;
+use crate::sort::sort_by_key;
 
 mod bits;
 
@@ -317,6 +318,6 @@ fn rows_of_shifts(shifts: &[Shift], [a, b, c]: [usize; 3]) -> Vec<(u32, u32, Ran
             }
         }
     }
-    rows.sort_unstable_by_key(|(plane, row, places, _)| (*plane, *row, places.start));
+    sort_by_key(&mut rows, |(plane, row, places, _)| (*plane, *row, places.start));
     rows
 }

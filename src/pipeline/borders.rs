@@ -10,7 +10,9 @@ use std::collections::BTreeSet;
 use super::engine::{Engine, Used};
 use crate::cast::Cast;
 use crate::certificate::FlagGaps;
-use crate::columns::{Columns, ColumnsBuilder, spans};
+#[cfg(not(target_arch = "wasm32"))]
+use crate::columns::ColumnsBuilder;
+use crate::columns::{Columns, spans};
 use crate::control::Control;
 use crate::doubt::Doubt;
 use crate::error::Result;
@@ -18,8 +20,12 @@ use crate::estimate::MemoryBudget;
 use crate::frame::Frame;
 use crate::job::Rule;
 use crate::lines::Lines;
+#[cfg(target_arch = "wasm32")]
+use crate::lines::native_only;
 use crate::overlay::{Overlay, Part};
+#[cfg(not(target_arch = "wasm32"))]
 use crate::rays::Rays;
+#[cfg(not(target_arch = "wasm32"))]
 use crate::report::MAX_BOXES;
 
 /// A backend, and what it may take.
@@ -85,7 +91,14 @@ impl Whole<'_> {
         Ok(columns.n_runs() + differing - flagged)
     }
 
+    /// In wasm, where code is scarce, no slabs are meshed: [`crate::pipeline::prepare`] refuses what needs them.
+    #[cfg(target_arch = "wasm32")]
+    async fn slab(&self, _: [[u32; 3]; 2], _: usize, _: Backend<'_>) -> Result<Columns> {
+        Err(native_only())
+    }
+
     /// The columns of a slab across an axis.
+    #[cfg(not(target_arch = "wasm32"))]
     async fn slab(&self, cells: [[u32; 3]; 2], axis: usize, (engine, budget, control): Backend<'_>) -> Result<Columns> {
         let (frame, control) = (self.frame.window(cells), control.without_progress());
         let [one, other] = [(axis + 1) % 3, (axis + 2) % 3];

@@ -16,6 +16,7 @@ const CORE: &[&str] = &[
     "error",
     "control",
     "parallel",
+    "sort",
     "checksum",
     "zlib",
     "geometry",

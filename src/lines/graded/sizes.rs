@@ -34,7 +34,7 @@ impl Interval {
     /// Integral of 1 / s over the rise, the flat part and the fall.
     fn integrals(&self, slope: f64) -> [f64; 3] {
         let [rise, fall] = self.bends(slope);
-        let of_ramp = |end: f64, length: f64| (slope * length / end).ln_1p() / slope;
+        let of_ramp = |end: f64, length: f64| libm::log1p(slope * length / end) / slope;
         let flat = (fall - rise) / self.largest;
         [of_ramp(self.ends[0], rise), flat, of_ramp(self.ends[1], self.length - fall)]
     }
@@ -53,7 +53,7 @@ impl Interval {
         }
         let whole = of_rise + of_flat + of_fall;
         let at = whole * (k / n);
-        let ramp = |end: f64, integral: f64| end * (slope * integral).exp_m1() / slope;
+        let ramp = |end: f64, integral: f64| end * libm::expm1(slope * integral) / slope;
         if at <= of_rise {
             ramp(self.ends[0], at)
         } else if at <= of_rise + of_flat {
