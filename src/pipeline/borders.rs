@@ -31,7 +31,8 @@ use crate::report::MAX_BOXES;
 /// A backend, and what it may take.
 pub(super) type Backend<'a> = (&'a mut Engine, &'a MemoryBudget, &'a Control);
 
-/// The whole box before it was cut to a window.
+/// The whole box before it was cut to a window. In wasm, where no slabs are meshed, most of it is not read.
+#[cfg_attr(target_arch = "wasm32", allow(dead_code))]
 pub(super) struct Whole<'a> {
     /// The facets whose rays decide.
     pub(super) frame: &'a Frame,
