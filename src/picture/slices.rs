@@ -152,8 +152,7 @@ pub fn slices(mesh: &Mesh, cuts: &[Cut], size: u32) -> Result<Picture> {
     // three in a row, or of more as many as there are rows
     let n_columns = if panels.len() <= 3 { panels.len() } else { (2..).find(|n| n * n >= panels.len()).unwrap_or(2) };
     let flags: Vec<Vec<u8>> = panels.iter().map(|panel| panel.flags(mesh)).collect::<Result<_>>()?;
-    let mut shown: Vec<u8> = flags.iter().flat_map(|flags| flags.chunk_by(u8::eq).map(|equal| equal[0])).collect();
-    shown.sort_unstable();
+    let shown: Vec<u8> = flags.iter().flat_map(|flags| flags.chunk_by(u8::eq).map(|equal| equal[0])).collect();
     let legend = legend(mesh, shown);
     let widths = |row: &[Panel]| row.iter().map(|panel| panel.size[0].max(LEAST) + MARGIN).sum::<u32>() + MARGIN;
     let height = |row: &[Panel]| row.iter().map(|panel| panel.size[1]).max().unwrap_or(0) + 3 * LINE + MARGIN;
