@@ -5,11 +5,12 @@
 //! other (`nonzero`). Its rays decide every cell. Of one that is open ([`crate::geometry::Open::Winding`]):
 //!
 //! 1. Facets that share an edge with one other are turned to agree with it (`orient`). Where three open edges follow each other
-//!    around a triangle that is no facet, that facet is missing, and is added (`missing`).
+//!    around a triangle that is no facet, that facet is missing, and is added (`holes`).
 //! 2. Rays are cast along all three axes. A cell whose three rays cross the surface an even number of times, and agree, keeps
 //!    their answer. Every other cell is doubtful.
 //! 3. A doubtful cell is decided by the generalised winding number w at its centre (Jacobson, Kavan and Sorkine-Hornung 2013),
-//!    the solid angle of the surface over 4 pi: inside if round(w) is odd, or for `nonzero` if it is not 0. The open edges form
+//!    the solid angle of the surface over 4 pi: inside if round(w) is odd, or for `nonzero` if it is not 0. Holes of up to 8 edges
+//!    are closed first, with the triangles that bend the surface least, as if these were part of it (`holes`). The other open edges form
 //!    loops; a fan of triangles, a cap, closes each (`caps`). w is the winding number of surface and caps together, an
 //!    integer, which one exact ray counts, less the solid angle of the caps over 4 pi, which falls with the square of the
 //!    distance: far from all holes the exact ray decides alone.
@@ -27,7 +28,7 @@
 //! Cost: three casts, 32 bytes a crossing, a look at 64 cells at a time; near holes some microseconds a cell.
 
 mod caps;
-mod missing;
+mod holes;
 mod orient;
 mod part;
 mod votes;

@@ -13,9 +13,9 @@
 //! which theta is computed. Triangles far from a block are not looked at again in its parts: their value and derivatives at its
 //! middle serve, unless the error leaves a cell in doubt. So every cell has the m that it has by itself.
 //!
-//! Theta jumps by 1 where a centre passes a triangle. So the side on which it lies is exact, and of the plane itself the one that
-//! the tie rule of rays says, the centre a little before itself; theta is that of a point that is moved by a fraction of the
-//! snap's unit, turned round where this point is on the other side.
+//! Theta jumps by 1 where a centre passes a triangle. So sides are exact, and of the plane itself the one that the tie rule of rays says,
+//! the centre a little before itself; theta is that of a point that is moved by a fraction of the snap's unit, and 1 more or less where
+//! a triangle lies between the two.
 //! Cost: O(log n) triangles a block, some 100 ns each; some hundred blocks a hole.
 
 use std::f64::consts::PI;
@@ -27,14 +27,12 @@ use crate::parallel::*;
 
 mod triangle;
 
-use triangle::Triangle;
+use triangle::{BEFORE, Triangle};
 
 /// Triangles this many half diagonals away from a block are evaluated once for all its cells.
 const FAR: f64 = 4.0;
 /// More than all rounding errors of theta.
 const ROUNDING: f64 = 1e-6;
-/// How far the points at which theta is evaluated lie before the centres, in units of the snap.
-const BEFORE: DVec3 = DVec3::new(0.4375, 0.28125, 0.15625);
 /// Blocks along an axis that are looked at side by side.
 const BLOCKS: u32 = 4;
 
@@ -83,7 +81,8 @@ pub(super) fn shifts(caps: &[SnappedFacet], cells: &Cells, fraction_bits: u32, s
         return Vec::new();
     }
     let &Cells { first, dims, centre } = cells;
-    let search = Search { triangles, centre, unit, scale, before: BEFORE * unit * scale };
+    let search =
+        Search { triangles, centre, unit, scale, before: DVec3::from(BEFORE.map(f64::from)) / 32.0 * unit * scale };
     let all: Vec<u32> = (0..search.triangles.len() as u32).collect();
     let starts = |axis: usize| (0..dims[axis]).step_by(dims[axis].div_ceil(BLOCKS) as usize);
     let mut blocks = Vec::new();

@@ -1,6 +1,6 @@
 //! Orientation: facets that share an edge are turned to agree, what facets are missing between them, and what edges are open then.
 //!
-//! Snapped facets -> the same, turned, the missing ones, and the loops of the edges that are open beside these. An edge with two facets joins them: they agree if they
+//! Snapped facets -> the same, turned, the missing ones, those that close small holes, and the loops of the edges that are open beside these. An edge with two facets joins them: they agree if they
 //! use it in opposite directions. Of each group of joined facets the side that has more of them as they are in the file stays.
 //! An edge is open as often as its facets use it more one way than the other; since every facet is a triangle, as many
 //! open edges begin at a corner as end there, so that they form loops.
@@ -8,7 +8,9 @@
 //! Degenerate cases: edges with three or more facets join nothing; a group that cannot be oriented (a Moebius strip) keeps open
 //! edges where it was cut. Cost: O(n log n) for n facets, in an order that does not depend on the machine.
 
-use super::missing::missing;
+use glam::DVec3;
+
+use super::holes::{holes, normal, patch};
 use crate::frame::SnappedFacet;
 use crate::parallel::*;
 use crate::sort::{par_sort, sort};
@@ -18,11 +20,15 @@ pub(super) struct Oriented {
     pub(super) facets: Vec<SnappedFacet>,
     /// Facets that were missing.
     pub(super) missing: Vec<SnappedFacet>,
+    /// Triangles that close holes of a few more edges.
+    pub(super) patches: Vec<SnappedFacet>,
     pub(super) n_turned: u64,
+    /// Holes of few edges.
+    pub(super) n_closed: u64,
     /// Corners of each loop of the other open edges, in the direction in which the facets use them.
     pub(super) loops: Vec<Vec<[i32; 3]>>,
-    /// Edges that are open, each once, with those of missing facets.
-    pub(super) n_open_edges: u64,
+    /// Edges that are open, each once, with those of small holes.
+    pub(super) open_edges: Vec<[[i32; 3]; 2]>,
 }
 
 /// One use of an edge by a facet: the numbers of its corners, the lower first.
@@ -34,8 +40,9 @@ struct Use {
     is_forward: bool,
 }
 
-/// Turns facets to agree with their neighbours and finds the loops of open edges.
-pub(super) fn orient(facets: &[SnappedFacet]) -> Oriented {
+/// Turns facets to agree with their neighbours and finds holes and the loops of the other open edges. `sizes` are the lengths of the
+/// snap's unit along the axes.
+pub(super) fn orient(facets: &[SnappedFacet], sizes: [f64; 3]) -> Oriented {
     let mut corners: Vec<[i32; 3]> = facets.iter().flatten().copied().collect();
     par_sort(&mut corners);
     corners.dedup();
@@ -51,27 +58,47 @@ pub(super) fn orient(facets: &[SnappedFacet]) -> Oriented {
     }
     par_sort(&mut uses);
     let is_turned = turned(&uses, facets.len());
-    let mut open = Vec::new();
-    let mut n_open_edges = 0;
+    let (mut open, mut beside) = (Vec::new(), Vec::new());
     for edge in uses.chunk_by(|one, next| (one.low, one.high) == (next.low, next.high)) {
-        let forward = edge.iter().filter(|entry| entry.is_forward != is_turned[entry.facet as usize]).count();
+        let goes_up = |entry: &Use| entry.is_forward != is_turned[entry.facet as usize];
+        let forward = edge.iter().filter(|&entry| goes_up(entry)).count();
         let surplus = 2 * forward as i64 - edge.len() as i64;
         let directed = if surplus > 0 { (edge[0].low, edge[0].high) } else { (edge[0].high, edge[0].low) };
         open.extend(std::iter::repeat_n(directed, surplus.unsigned_abs() as usize));
-        n_open_edges += u64::from(surplus != 0);
+        let first = edge.iter().find(|&entry| surplus != 0 && goes_up(entry) == (surplus > 0));
+        beside.extend(first.map(|entry| (directed, entry.facet)));
     }
     sort(&mut open);
-    let missing = missing(&mut open, &numbers);
+    sort(&mut beside);
+    let holes = holes(&mut open, &numbers);
+    let place = |at: u32| DVec3::from(corners[at as usize].map(f64::from)) * DVec3::from(sizes);
+    let normal_beside = |edge: (u32, u32)| {
+        let at = beside.partition_point(|other| other.0 < edge);
+        let facet = beside[at].1 as usize;
+        let upwards = normal(numbers[facet].map(place));
+        if is_turned[facet] { -upwards } else { upwards }
+    };
+    let (mut missing, mut patches) = (Vec::new(), Vec::new());
+    for hole in &holes {
+        match hole[..] {
+            [a, b, c] => missing.push([c, b, a]),
+            _ => patches.append(&mut patch(hole, place, normal_beside)),
+        }
+    }
+    let in_place =
+        |facets: Vec<[u32; 3]>| facets.into_iter().map(|facet| facet.map(|at| corners[at as usize])).collect();
     let turn = |(facet, &is_turned): (&SnappedFacet, &bool)| {
         let [a, b, c] = *facet;
         if is_turned { [a, c, b] } else { [a, b, c] }
     };
     Oriented {
         facets: facets.iter().zip(&is_turned).map(turn).collect(),
-        missing: missing.into_iter().map(|facet| facet.map(|at| corners[at as usize])).collect(),
+        missing: in_place(missing),
+        patches: in_place(patches),
+        n_closed: holes.len() as u64,
         n_turned: is_turned.iter().filter(|&&is_turned| is_turned).count() as u64,
         loops: loops(&open).into_iter().map(|found| found.iter().map(|&at| corners[at as usize]).collect()).collect(),
-        n_open_edges,
+        open_edges: beside.iter().map(|&((from, to), _)| [from, to].map(|at| corners[at as usize])).collect(),
     }
 }
 

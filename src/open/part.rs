@@ -1,6 +1,6 @@
 //! Open parts: geometries that are not closed, made whole.
 //!
-//! Facets -> [`OpenPart`]: facets that agree, those that were missing, and caps over the other holes.
+//! Facets -> [`OpenPart`]: facets that agree, those that were missing, and what closes the other holes.
 
 use super::caps::caps;
 use super::orient::orient;
@@ -19,7 +19,7 @@ pub struct Surface {
     pub turned: u64,
     /// Its holes: loops of open edges.
     pub holes: u64,
-    /// Holes of three edges, which the facet that is missing closed. Caps close the others.
+    /// Holes of three edges, which the facet that is missing closed.
     pub added: u64,
     /// Middle of the longest open edge, in world coordinates.
     pub longest_at: [f64; 3],
@@ -30,7 +30,9 @@ pub struct OpenPart {
     pub(crate) policy: Open,
     /// Its facets, turned to agree with each other, and those that were missing.
     pub(crate) facets: Vec<SnappedFacet>,
-    /// Triangles that close its holes, counted from the first cell of the whole box.
+    /// Triangles that close its other small holes, as if they were facets, where the rays are in doubt.
+    pub(crate) patches: Vec<SnappedFacet>,
+    /// Triangles that close its large holes, counted from the first cell of the whole box.
     pub(crate) caps: Vec<SnappedFacet>,
     /// The first of the cells that are meshed, and its centre, counted from that of cell 0 of the whole box.
     pub(crate) first: ([u32; 3], [i32; 3]),
@@ -40,30 +42,32 @@ pub struct OpenPart {
 impl OpenPart {
     /// Turns the facets of a geometry, adds those that are missing, and closes its other holes.
     pub(crate) fn new(policy: Open, facets: &[SnappedFacet], fraction_bits: u32, lines: &Lines) -> OpenPart {
-        let oriented = orient(facets);
+        let sizes = lines.smallest().map(|size| size / lines.smallest()[0]);
+        let oriented = orient(facets, sizes);
         let caps = caps(&oriented.loops);
         let place = |corner: [i32; 3]| world(corner, fraction_bits, lines);
-        let holes = oriented.loops.iter().map(Vec::as_slice).chain(oriented.missing.iter().map(|facet| &facet[..]));
-        let edges = holes.flat_map(|corners| corners.iter().zip(corners.iter().cycle().skip(1)));
-        let ends = edges.map(|(from, to)| [place(*from), place(*to)]);
+        let ends = oriented.open_edges.iter().map(|edge| edge.map(place));
         let length = |[from, to]: &[[f64; 3]; 2]| (0..3).map(|axis| (to[axis] - from[axis]).powi(2)).sum::<f64>();
         let longest = ends.max_by(|one, other| length(one).total_cmp(&length(other))).unwrap_or_default();
         let surface = Surface {
-            open_edges: oriented.n_open_edges,
+            open_edges: oriented.open_edges.len() as u64,
             turned: oriented.n_turned,
-            holes: (oriented.loops.len() + oriented.missing.len()) as u64,
+            holes: oriented.loops.len() as u64 + oriented.n_closed,
             added: oriented.missing.len() as u64,
             longest_at: [0, 1, 2].map(|axis| 0.5 * (longest[0][axis] + longest[1][axis])),
         };
         let facets = [oriented.facets, oriented.missing].concat();
-        OpenPart { policy, facets, caps, first: ([0; 3], [0; 3]), surface }
+        OpenPart { policy, facets, patches: oriented.patches, caps, first: ([0; 3], [0; 3]), surface }
     }
 
     /// Bytes that deciding it takes, about: a word a crossing of each axis, along the rays once more with the caps, and as much again
     /// while crossings are grouped.
     pub(crate) fn n_bytes(&self, rays: &Rays, frame: &Frame) -> u64 {
         let crossings = |facets: &[SnappedFacet], axis: usize| n_expected(facets, axis, frame);
-        let again = crossings(&self.facets, rays.axis) + crossings(&self.caps, rays.axis);
+        let again = [&self.facets, &self.patches, &self.caps]
+            .map(|facets| crossings(facets, rays.axis))
+            .into_iter()
+            .sum::<f64>();
         16 * ((0..3).map(|axis| crossings(&self.facets, axis)).sum::<f64>() + again) as u64
     }
 }

@@ -29,7 +29,7 @@ pub(crate) struct Votes {
     policy: Open,
     /// Where each ray along a, b and c goes in or out.
     turns: [Words; 3],
-    /// Crossings along a of surface and caps.
+    /// Crossings along a of the surface and of what closes it.
     closed: Words,
     /// Cells, a row of the plane at a time, whose winding number the caps move: plane, row, places, by how much.
     shifts: Vec<(u32, u32, Range<u32>, i32)>,
@@ -68,10 +68,11 @@ impl Votes {
             axes.push((rays.axis, false));
         }
         let by = part.first.1.map(|place| -place);
-        let caps = part.caps.iter().map(|cap| moved(cap, by)).collect();
+        let caps = part.caps.iter().map(|cap| moved(cap, by));
+        let closing = part.patches.iter().copied().chain(caps).collect();
         vec![
             AxisCasts { frame: frame.with_facets(part.facets.clone()), axes },
-            AxisCasts { frame: frame.with_facets(caps), axes: vec![(rays.axis, false)] },
+            AxisCasts { frame: frame.with_facets(closing), axes: vec![(rays.axis, false)] },
         ]
     }
 
@@ -97,8 +98,8 @@ impl Votes {
             // under `parity` all crossings along a are there already
             let again = if rule == Rule::Nonzero { crossings.next() } else { None };
             let surface = again.as_ref().map_or(&turns[0], |again| &again.words);
-            let caps = crossings.next().unwrap_or_default();
-            closed = grouped(&[surface, &caps.words]);
+            let closing = crossings.next().unwrap_or_default();
+            closed = grouped(&[surface, &closing.words]);
             let (first, place) = part.first;
             let centre = |axis: usize, cell: u32| i64::from(frame.centre(axis, cell - first[axis]) + place[axis]);
             let cells = Cells { first, dims: frame.dims, centre: &centre };

@@ -47,10 +47,11 @@ impl Part {
             facets.iter().filter_map(|facet| in_window(facet, cells, whole)).collect()
         };
         let kind = match &self.kind {
-            Kind::Open(OpenPart { policy, facets, caps, surface, .. }) => {
+            Kind::Open(OpenPart { policy, facets, patches, caps, surface, .. }) => {
                 let (caps, surface) = (caps.clone(), surface.clone());
                 let first = (cells[0], [0, 1, 2].map(|axis| whole.centre(axis, cells[0][axis])));
-                Kind::Open(OpenPart { policy: *policy, facets: near(facets), caps, first, surface })
+                let (facets, patches) = (near(facets), near(patches));
+                Kind::Open(OpenPart { policy: *policy, facets, patches, caps, first, surface })
             }
             Kind::Inverted(frame) => Kind::Inverted(frame.window(cells)),
             Kind::Sheet { fill, shell, facets } => Kind::Sheet { fill: *fill, shell: *shell, facets: near(facets) },

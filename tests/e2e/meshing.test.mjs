@@ -2,6 +2,8 @@
 
 import assert from 'node:assert/strict';
 
+import { expect } from '@playwright/test';
+
 import { COPPER, EPOXY, hasGeometries, legend, picture3d, run, slice, take, test } from './visit.mjs';
 
 test('two touching blocks: every cell of two slices has its colour', async ({ visit }) => {
@@ -32,6 +34,34 @@ test('arrow keys move the slice', async ({ visit }) => {
   await page.waitForFunction(() => document.querySelector('#canvas-slice').dataset.index === '5');
   assert.equal((await slice(page, 'z', 5))[0][15], null);
   await page.keyboard.press('Home');
+});
+
+test('with the keyboard the cursor leads a slice that is zoomed, which pans after it', async ({ visit }) => {
+  const page = await visit('#cells=20&sample=cubes&backend=cpu');
+  await hasGeometries(page, 2);
+  await run(page);
+  await slice(page, 'z', 4);
+  await page.focus('#canvas-slice');
+  const where = () =>
+    page.$eval('#canvas-slice', ({ dataset, width, height }) => ({
+      ...Object.fromEntries(['left', 'top', 'scaleX', 'scaleY', 'zoom', 'height'].map((key) => [key, Number(dataset[key])])),
+      canvas: [width, height],
+    }));
+  for (let n = 0; n < 4; n += 1) await page.keyboard.press('+');
+  await expect.poll(async () => (await where()).zoom).toBeGreaterThan(5);
+  const before = await where();
+  // from the middle, which the first of them names, to the corner
+  for (let n = 0; n < 10; n += 1) await page.keyboard.press('Shift+ArrowRight');
+  for (let n = 0; n < 5; n += 1) await page.keyboard.press('Shift+ArrowUp');
+  await expect(page.locator('#slice-cell')).toHaveText(/^cell 19, 9, 4 at /);
+  await expect.poll(async () => (await where()).left).toBeLessThan(before.left);
+  const { left, top, scaleX, scaleY, canvas } = await where();
+  assert.ok(top > before.top, `the top was at ${before.top} and is at ${top}`);
+  // cell 19, 9 is the last of the row at the top
+  const [x, y] = [left + 19.5 * scaleX, top + 0.5 * scaleY];
+  assert.ok(x > 0 && x < canvas[0] && y > 0 && y < canvas[1], `the cursor is at ${x}, ${y} of ${canvas}`);
+  const corner = [before.left + 19.5 * before.scaleX, before.top + 0.5 * before.scaleY];
+  assert.ok(corner[0] > canvas[0] || corner[1] < 0, `${corner} was in view before`);
 });
 
 test('the model, the cells and a section are drawn in 3-D', async ({ visit }) => {

@@ -45,6 +45,7 @@ mod graded;
 mod graded_command;
 #[cfg(feature = "cli")]
 mod halos;
+mod hole_oracle;
 #[cfg(feature = "gpu")]
 mod gpu {
     mod broken_drivers;

@@ -1,4 +1,4 @@
-//! Holes of three edges: the facet that is missing is added, and no cell changes.
+//! Holes of few edges: the facet that is missing is added, or the surface goes on as around it, and no cell changes.
 
 use hexcast::geometry::Facet;
 use hexcast::job::{Job, Open, Rule};
@@ -88,6 +88,32 @@ fn a_long_edge_beside_two_short_ones_leaves_no_hole() {
         assert_eq!(report.map(|report| (report.added_facets, report.open_edges)), Some((1, 3)));
         assert!(flags == same, "{:?}", job.rule);
     }
+}
+
+/// Facets side by side are gone: of a body's edges and corners, which nothing but the facets around them tells.
+#[test]
+fn holes_over_edges_and_corners_cost_no_cell() {
+    let [low, high] = [[1.1, 1.3, 0.9], [7.2, 6.8, 7.4]];
+    let cuboid = models::cuboid(low, high);
+    let neighbours = |one: &Facet, other: &Facet| one.iter().filter(|corner| other.contains(corner)).count() == 2;
+    let mut n_holes = 0;
+    for job in jobs() {
+        let (flags, _) = flags_and_report(&cuboid, &job);
+        for first in 0..cuboid.len() {
+            for second in (first + 1..cuboid.len()).filter(|&second| neighbours(&cuboid[first], &cuboid[second])) {
+                let is_left = |index: &usize| *index != first && *index != second;
+                let holed: Facets = (0..cuboid.len()).filter(is_left).map(|index| cuboid[index]).collect();
+                let (same, report) = flags_and_report(&holed, &job);
+                let report = report.expect("it is open");
+                assert_eq!((report.holes, report.open_edges, report.added_facets), (1, 4, 0));
+                assert!(report.doubtful_cells > 0, "the rays say that they met a hole");
+                let differ = flags.iter().zip(&same).filter(|(one, other)| one != other).count();
+                assert_eq!(differ, 0, "facets {first} and {second}, {:?}", job.rule);
+                n_holes += 1;
+            }
+        }
+    }
+    assert_eq!(n_holes, 2 * 18, "a cuboid has 12 edges and 6 diagonals");
 }
 
 /// A facet by itself has three open edges, but is there; and of two triangles that share an open edge, both may be meant.

@@ -28,7 +28,8 @@ fn assert_alone(caps: &[SnappedFacet], dims: [u32; 3], sizes: [f64; 3]) {
     for z in 0..dims[2] {
         for y in 0..dims[1] {
             for x in 0..dims[0] {
-                let point = DVec3::from([x, y, z].map(f64::from)) * scale - BEFORE * unit * scale;
+                let point = DVec3::from([x, y, z].map(f64::from)) * scale
+                    - DVec3::from(BEFORE.map(f64::from)) / 32.0 * unit * scale;
                 let theta: f64 = triangles
                     .iter()
                     .map(|triangle| triangle.theta_of_centre([x, y, z].map(|i| i64::from(i) << 8), point))

@@ -6,6 +6,9 @@ use glam::{DMat3, DVec3};
 
 use crate::frame::{SnappedFacet, normal};
 
+/// How far the points at which theta is evaluated lie before the centres, in 32nds of a unit of the snap.
+pub(super) const BEFORE: [i8; 3] = [14, 9, 5];
+
 /// A triangle of a cap, in cells of the first axis.
 pub(super) struct Triangle {
     snapped: SnappedFacet,
@@ -48,23 +51,28 @@ impl Triangle {
         libm::atan2(top, bottom) / (2.0 * PI)
     }
 
-    /// Theta at a centre, in units of the snap, where `point` is the point beside it at which theta is computed: of another side of
-    /// the triangle than the centre's, it is turned round.
+    /// Theta at a centre, in units of the snap, which stands a little before itself, most along x, then y, then z: that of `point`,
+    /// which is [`BEFORE`] it, and 1 more or less where the triangle lies between the two. Sides are exact.
     pub(super) fn theta_of_centre(&self, centre: [i64; 3], point: DVec3) -> f64 {
-        let theta = self.theta(point);
-        // elsewhere theta does not jump
-        let is_turned =
-            theta.abs() > 0.25 && self.is_behind(centre).is_some_and(|is_behind| is_behind != (theta > 0.0));
-        if is_turned { -theta } else { theta }
-    }
-
-    /// Whether the triangle turns its back on a centre, which stands a little before itself, most along x, then y, then z; None for one
-    /// without area.
-    fn is_behind(&self, centre: [i64; 3]) -> Option<bool> {
         let normal = normal(&self.snapped);
-        let towards = |axis: usize| i128::from(self.snapped[0][axis]) - i128::from(centre[axis]);
-        let height: i128 = (0..3).map(|axis| normal[axis] * towards(axis)).sum();
-        [height, normal[0], normal[1], normal[2]].into_iter().find(|&of| of != 0).map(|of| of > 0)
+        let corners: [[i128; 3]; 3] =
+            self.snapped.map(|corner| [0, 1, 2].map(|axis| 32 * (i128::from(corner[axis]) - i128::from(centre[axis]))));
+        let is_behind = |from: [i128; 3]| {
+            let height: i128 = (0..3).map(|axis| normal[axis] * (corners[0][axis] - from[axis])).sum();
+            first_sign([height, normal[0], normal[1], normal[2]])
+        };
+        let [before, at] = [BEFORE.map(|part| -i128::from(part)), [0; 3]].map(|from| (from, is_behind(from)));
+        let theta = if before.1 { self.theta(point).abs() } else { -self.theta(point).abs() };
+        // on which side of an edge the line from one to the other passes
+        let passes = |k: usize| {
+            let (a, b) = (corners[k], corners[(k + 1) % 3]);
+            let edge = [0, 1, 2].map(|axis| a[axis] - b[axis]);
+            let volume: i128 = (0..3).map(|axis| before.0[axis] * cross(a, b)[axis]).sum();
+            let [x, y, z] = cross(before.0, edge);
+            first_sign([volume, x, y, z])
+        };
+        let is_between = before.1 != at.1 && passes(0) == passes(1) && passes(1) == passes(2);
+        theta + if is_between { if at.1 { 1.0 } else { -1.0 } } else { 0.0 }
     }
 
     /// Change of theta a unit of length: the field of a current around the triangle (Biot and Savart), over 4 pi.
@@ -109,4 +117,13 @@ impl Triangle {
         let across = self.normal.dot(middle - self.corners[0]).abs() - self.normal.abs().dot(half);
         apart.length().max(across)
     }
+}
+
+fn cross(a: [i128; 3], b: [i128; 3]) -> [i128; 3] {
+    [0, 1, 2].map(|k| a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3])
+}
+
+/// Whether a sum is positive of which each part is far larger than those after it.
+fn first_sign(parts: [i128; 4]) -> bool {
+    parts.into_iter().find(|&part| part != 0).is_some_and(|part| part > 0)
 }

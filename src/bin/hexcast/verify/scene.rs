@@ -5,6 +5,7 @@
 
 use std::ops::Range;
 
+use glam::{DMat3, DVec3};
 use hexcast::job::{DEFAULT_CELLS, GeometryJob, Job, Open, Padding, PerAxis, Rule};
 use hexcast::mesh::Mesh;
 use hexcast::{Error, Result};
@@ -22,6 +23,8 @@ pub(super) struct Body {
     pub(super) open: Option<Open>,
     /// Its part of all facets.
     pub(super) facets: Range<usize>,
+    /// What closes its small holes, but for rays.
+    pub(super) patches: Vec<Facet>,
 }
 
 pub(super) struct Scene {
@@ -34,18 +37,18 @@ pub(super) struct Scene {
     pub(super) wrong_lines: Vec<String>,
 }
 
-type Point = [f64; 3];
+/// The corners of a facet in the world.
+type Points = [DVec3; 3];
 
 impl Scene {
     pub(super) fn new(job: &Job, mesh: &Mesh) -> Result<Scene> {
         let wrong = |code, what| Error::new(code, what, "give the job and the files that this mesh was made of");
-        let mut bodies: Vec<(Body, Vec<[Point; 3]>)> = Vec::new();
+        let mut bodies: Vec<(Body, Vec<Points>)> = Vec::new();
         for entry in &job.geometries {
-            let (file, mut taken) = (&entry.file, solids(&entry.file)?);
+            let (file, place, mut taken) = (&entry.file, placing(entry), solids(&entry.file)?);
             taken.retain(|(name, _)| entry.solid.as_ref().is_none_or(|wanted| wanted == name));
-            let place = placing(entry);
-            let placed = |facets: Vec<[[f32; 3]; 3]>| facets.iter().map(|facet| facet.map(&place)).collect::<Vec<_>>();
-            let parts: Vec<_> = taken.into_iter().map(|(_, facets)| placed(facets)).collect();
+            let placed = |facets: &Vec<[[f32; 3]; 3]>| facets.iter().map(|facet| facet.map(&place)).collect();
+            let parts: Vec<Vec<Points>> = taken.iter().map(|(_, facets)| placed(facets)).collect();
             let solid = entry.solid.as_deref().unwrap_or_default();
             if parts.is_empty() {
                 return Err(wrong("job-value", format!("{file} has no solid {solid:?}")));
@@ -53,12 +56,13 @@ impl Scene {
             let parts = if entry.split { parts } else { vec![parts.concat()] };
             for (index, facets) in parts.into_iter().enumerate() {
                 let flag = entry.flag.map_or(bodies.len() as i16 + 1, |flag| i16::from(flag) + index as i16);
-                let (file, open) = (file.clone(), entry.open.or(Some(job.open)));
-                bodies.push((Body { file, flag, priority: entry.priority, open, facets: 0..0 }, facets));
+                let (file, open, priority) = (file.clone(), entry.open.or(Some(job.open)), entry.priority);
+                let body = Body { file, flag, priority, open, facets: 0..0, patches: Vec::new() };
+                bodies.push((body, facets));
             }
         }
         let lines = &mesh.lines;
-        let in_cells = |world: &Point| [0, 1, 2].map(|k| (world[k] - lines.origin()[k]) / lines.smallest()[k] - 0.5);
+        let in_cells = |world: &DVec3| (*world - DVec3::from(lines.origin())) / DVec3::from(lines.smallest()) - 0.5;
         let corners = bodies.iter().flat_map(|(_, facets)| facets.as_flattened());
         let wrong_lines = wrong_lines(job, mesh, around(corners.clone().copied()));
         let [low, high] = around(corners.map(in_cells));
@@ -68,11 +72,12 @@ impl Scene {
         let too_far = format!("the files span {span} cells of the mesh, 262144 at most");
         let bits = bits.ok_or_else(|| wrong("geometry-too-far", too_far))?;
         bodies.sort_by_key(|(body, _)| body.priority);
-        let mut scene = Scene { bodies: Vec::new(), facets: Vec::new(), rule: job.rule, bits, wrong_lines };
+        let (rule, unit) = (job.rule, f64::from(1u32 << bits));
+        let mut scene = Scene { bodies: Vec::new(), facets: Vec::new(), rule, bits, wrong_lines };
         for (mut body, world) in bodies {
-            let snap = |at: &Point| in_cells(at).map(|u| (u * f64::from(1u32 << bits)).round_ties_even() as i32);
+            let snap = |at: &DVec3| (in_cells(at) * unit).to_array().map(|u| u.round_ties_even() as i32);
             let facets: Vec<Facet> = world.iter().map(|facet| facet.each_ref().map(snap)).collect();
-            let turned = turned(&facets, job.rule);
+            let turned = turned(&facets, lines.smallest(), job.rule);
             if turned.is_some() && body.open == Some(Open::Error) {
                 let what = format!("{} is not closed, which the job makes an error: no mesh fits it", body.file);
                 return Err(wrong("surface-open", what));
@@ -80,8 +85,10 @@ impl Scene {
             body.open = body.open.filter(|_| turned.is_some());
             let first = scene.facets.len();
             // crossings that are counted as they are need no turning
-            scene.facets.extend(turned.filter(|_| body.open != Some(Open::Parity)).unwrap_or(facets));
-            body.facets = first..scene.facets.len();
+            let whole = turned.filter(|_| body.open != Some(Open::Parity)).unwrap_or([facets, Vec::new()]);
+            let [facets, patches] = whole;
+            scene.facets.extend(facets);
+            (body.facets, body.patches) = (first..scene.facets.len(), patches);
             scene.bodies.push(body);
         }
         Ok(scene)
@@ -94,35 +101,27 @@ impl Scene {
 }
 
 /// The function from a corner of a file to the world: scaled, turned about x, y and z, moved; products summed from left to right.
-fn placing(entry: &GeometryJob) -> impl Fn([f32; 3]) -> Point + use<> {
+fn placing(entry: &GeometryJob) -> impl Fn([f32; 3]) -> DVec3 + use<> {
     let [x, y, z] = entry.rotate.unwrap_or_default().map(|degrees: f64| {
         // what is left of whole quarter turns
         let quarters = ((degrees % 360.0) / 90.0).round_ties_even();
         let (sine, cosine) = libm::sincos((degrees % 360.0 - 90.0 * quarters).to_radians());
         [(sine, cosine), (cosine, -sine), (-sine, -cosine), (-cosine, sine)][quarters.rem_euclid(4.0) as usize]
     });
-    // columns of matrices
-    let times = |m: [Point; 3], v: Point| [0, 1, 2].map(|k| m[0][k] * v[0] + m[1][k] * v[1] + m[2][k] * v[2]);
-    let about_x = [[1.0, 0.0, 0.0], [0.0, x.1, x.0], [0.0, -x.0, x.1]];
-    let about_y = [[y.1, 0.0, -y.0], [0.0, 1.0, 0.0], [y.0, 0.0, y.1]];
-    let about_z = [[z.1, z.0, 0.0], [-z.0, z.1, 0.0], [0.0, 0.0, 1.0]];
-    let turn = about_x.map(|column| times(about_y.map(|column| times(about_z, column)), column));
-    let (scale, by) = (entry.scale.map_or([1.0; 3], PerAxis::each), entry.translate.unwrap_or_default());
-    let all = [0, 1, 2].map(|axis| turn[axis].map(|component| component * scale[axis]));
-    move |corner| {
-        let turned = times(all, corner.map(f64::from));
-        [0, 1, 2].map(|axis| turned[axis] + by[axis])
-    }
+    let about_x = DMat3::from_cols_array(&[1.0, 0.0, 0.0, 0.0, x.1, x.0, 0.0, -x.0, x.1]);
+    let about_y = DMat3::from_cols_array(&[y.1, 0.0, -y.0, 0.0, 1.0, 0.0, y.0, 0.0, y.1]);
+    let about_z = DMat3::from_cols_array(&[z.1, z.0, 0.0, -z.0, z.1, 0.0, 0.0, 0.0, 1.0]);
+    let scale = DMat3::from_diagonal(entry.scale.map_or([1.0; 3], PerAxis::each).into());
+    let (turn, by) = (about_z * about_y * about_x * scale, DVec3::from(entry.translate.unwrap_or_default()));
+    move |corner| turn * DVec3::from(corner.map(f64::from)) + by
 }
 
-fn around(points: impl Iterator<Item = Point>) -> [Point; 2] {
-    points.fold([[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], |[low, high], point| {
-        [[0, 1, 2].map(|axis| low[axis].min(point[axis])), [0, 1, 2].map(|axis| high[axis].max(point[axis]))]
-    })
+fn around(points: impl Iterator<Item = DVec3>) -> [DVec3; 2] {
+    points.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], point| [low.min(point), high.max(point)])
 }
 
 /// Holds origin, sizes and numbers of cells to the job.
-fn wrong_lines(job: &Job, mesh: &Mesh, around: [Point; 2]) -> Vec<String> {
+fn wrong_lines(job: &Job, mesh: &Mesh, around: [DVec3; 2]) -> Vec<String> {
     let (length, cells) = match job.padding {
         Some(Padding::Length(length)) => (length.each(), [0; 3]),
         Some(Padding::Cells(cells)) => ([0.0; 3], cells.each()),

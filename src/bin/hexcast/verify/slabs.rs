@@ -165,7 +165,7 @@ impl Check<'_> {
             return None;
         }
         tally.n_doubtful[1] += 1;
-        let facets = &self.scene.facets[body.facets.clone()];
+        let facets = [&self.scene.facets[body.facets.clone()], &body.patches];
         let (winding, doubt) = winding(facets, cell, self.scene.bits, self.mesh.lines.smallest());
         if 0.5 - (winding - winding.round()).abs() <= doubt {
             tally.n_doubtful[2] += 1;
