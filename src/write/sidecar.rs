@@ -8,6 +8,7 @@
 use serde::Serialize;
 
 use crate::fingerprint::flags_hash;
+use crate::geometry::Material;
 use crate::lines::Lines;
 use crate::mesh::Mesh;
 
@@ -39,6 +40,8 @@ struct Flag<'a> {
     flag: usize,
     name: Option<&'a str>,
     cells: u64,
+    #[serde(skip_serializing_if = "Material::is_empty")]
+    material: Material,
 }
 
 /// Describes a `.raw` file: layout, dims, origin, spacing, lines, flags with names and cells, unit, SHA-256 if it was made,
@@ -85,12 +88,16 @@ fn numbers(list: &[f64]) -> String {
     format!("[{}]", texts.join(","))
 }
 
-/// The flags in use, with names and numbers of cells.
+/// The flags in use, with names, numbers of cells and materials; flag 0 where it has a name.
 fn flags(mesh: &Mesh) -> Vec<Flag<'_>> {
     let cells = mesh.columns.cells_per_flag();
-    let name = |flag| mesh.names.iter().find(|named| usize::from(named.flag) == flag).map(|named| named.name.as_str());
-    let flag = |flag| Flag { flag, name: name(flag), cells: cells[flag] };
-    (1..cells.len()).map(flag).filter(|fact| fact.cells > 0 || fact.name.is_some()).collect()
+    let flag = |flag: usize| {
+        let named = mesh.names.iter().find(|named| usize::from(named.flag) == flag);
+        let material = named.map_or(Material::default(), |named| named.material);
+        Flag { flag, name: named.map(|named| named.name.as_str()), cells: cells[flag], material }
+    };
+    let is_told = |fact: &Flag| (fact.flag > 0 && fact.cells > 0) || fact.name.is_some();
+    (0..cells.len()).map(flag).filter(is_told).collect()
 }
 
 /// Coordinates of the mesh lines of an axis; none where they are too many.

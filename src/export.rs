@@ -1,0 +1,253 @@
+//! Exporters: a mesh as the files of another program, one source file an exporter.
+//!
+//! Mesh, exporter, options -> one or several named files, one after the other, each from its first byte to its last. An exporter never
+//! holds all cells: it holds the flags of two slabs or, where points and faces are numbered, of a few planes (`layers`), and goes over the
+//! mesh once for each part of a file. It knows no file system: the caller gives a writer for each name ([`Files`]).
+//!
+//! A new exporter is a file here, an entry of [`Exporter`] and a page in `docs/export/`.
+
+use std::io::{self, Write};
+
+use crate::control::Control;
+use crate::error::{Error, Result};
+use crate::mesh::{Mesh, SLAB_BYTES};
+use crate::write::Compress;
+
+mod abaqus;
+mod foam;
+mod gmsh;
+mod layers;
+mod names;
+mod nrrd;
+mod unit;
+
+pub use unit::Length;
+
+/// A program, or a format, that a mesh is written for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Exporter {
+    /// Nearly raw raster data: the flags of equal cells as an image of three dimensions.
+    Nrrd,
+    /// OpenFOAM: a `polyMesh`.
+    Foam,
+    /// Abaqus and CalculiX: nodes, elements, sets and surfaces.
+    Abaqus,
+    /// Gmsh: MSH 4.1.
+    Gmsh,
+}
+
+impl Exporter {
+    /// Every exporter, in the order of the documentation.
+    pub const ALL: [Exporter; 4] = [Exporter::Foam, Exporter::Abaqus, Exporter::Gmsh, Exporter::Nrrd];
+
+    /// How the path of an output ends that asks for each exporter.
+    pub const ENDINGS: [(&str, Exporter); 5] = [
+        (".foam", Exporter::Foam),
+        ("constant/polyMesh", Exporter::Foam),
+        (".inp", Exporter::Abaqus),
+        (".msh", Exporter::Gmsh),
+        (".nrrd", Exporter::Nrrd),
+    ];
+
+    /// Finds the exporter by the end of a path, upper or lower case; None where it asks for none.
+    pub fn of_name(path: &str) -> Option<Exporter> {
+        let path = path.trim_end_matches('/').replace('\\', "/").to_lowercase();
+        let ends = |ending: &str| {
+            let rest = path.strip_suffix(&ending.to_lowercase());
+            rest.is_some_and(|rest| {
+                if ending.starts_with('.') { !rest.is_empty() } else { rest.is_empty() || rest.ends_with('/') }
+            })
+        };
+        Exporter::ENDINGS.into_iter().find(|(ending, _)| ends(ending)).map(|(_, exporter)| exporter)
+    }
+
+    /// The files of an output, relative to the folder of its path; `name` is the last part of that path. All of them are written.
+    pub fn file_names(self, name: &str) -> Vec<String> {
+        match self {
+            Exporter::Foam => foam::file_names(name),
+            _ => vec![name.to_string()],
+        }
+    }
+
+    /// Whether files are compressed where the caller asks for it.
+    pub fn compresses(self) -> bool {
+        self == Exporter::Nrrd
+    }
+
+    /// Whether there is a form of text besides the binary one.
+    pub fn has_ascii(self) -> bool {
+        matches!(self, Exporter::Foam | Exporter::Gmsh)
+    }
+
+    /// Whether only some flags can be exported.
+    pub fn has_flags(self) -> bool {
+        self != Exporter::Nrrd
+    }
+
+    /// Refuses, before any byte is written, a mesh that this exporter cannot write with these options.
+    ///
+    /// # Errors
+    /// `export-unit` where lengths are needed in a unit and that of the mesh is not known; `lines-graded` where cells must be equal;
+    /// `job-conflict` where no cell has one of the flags.
+    pub fn check(self, mesh: &Mesh, options: &ExportOptions) -> Result<()> {
+        match self {
+            Exporter::Nrrd => nrrd::check(mesh),
+            Exporter::Foam => options.selection(mesh).and(unit::metres(mesh, "OpenFOAM")).map(|_| ()),
+            Exporter::Abaqus => {
+                options.selection(mesh).and(unit::metres(mesh, "an Abaqus file with materials in SI units")).map(|_| ())
+            }
+            Exporter::Gmsh => options.selection(mesh).map(|_| ()),
+        }
+    }
+}
+
+/// Where an exporter's files go.
+pub trait Files {
+    /// Begins a file of [`Exporter::file_names`] and returns its writer; the one before is complete.
+    ///
+    /// # Errors
+    /// Those of the implementation, such as `io`.
+    fn create(&mut self, name: &str) -> Result<Box<dyn Write + '_>>;
+}
+
+/// Choices of an exporter; those that do not apply to it are not looked at.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct ExportOptions {
+    /// Flags whose cells are exported, where an exporter writes only some: also 0. None means all but 0.
+    pub flags: Option<Vec<u8>>,
+    /// Text in place of numbers in binary.
+    pub ascii: bool,
+    /// Compression, where [`Exporter::compresses`].
+    pub compress: Compress,
+    /// Flags held at once, twice; at least a row of cells, or a plane where points are numbered.
+    pub slab_bytes: usize,
+}
+
+impl Default for ExportOptions {
+    fn default() -> ExportOptions {
+        ExportOptions { flags: None, ascii: false, compress: Compress::None, slab_bytes: SLAB_BYTES }
+    }
+}
+
+impl ExportOptions {
+    /// Exports the cells of these flags only, also of 0.
+    pub fn with_flags(self, flags: Vec<u8>) -> ExportOptions {
+        ExportOptions { flags: Some(flags), ..self }
+    }
+
+    /// Writes text in place of numbers in binary.
+    pub fn with_ascii(self, ascii: bool) -> ExportOptions {
+        ExportOptions { ascii, ..self }
+    }
+
+    /// Compresses, or does not.
+    pub fn with_compress(self, compress: Compress) -> ExportOptions {
+        ExportOptions { compress, ..self }
+    }
+
+    /// Limits the flags that are held at once, twice.
+    pub fn with_slab_bytes(self, slab_bytes: usize) -> ExportOptions {
+        ExportOptions { slab_bytes, ..self }
+    }
+
+    /// Whether the cells of each flag are exported.
+    ///
+    /// # Errors
+    /// `job-conflict` where a flag asked for has no cell, or no cell is left.
+    fn selection(&self, mesh: &Mesh) -> Result<[bool; 256]> {
+        let cells = mesh.columns.cells_per_flag();
+        let used = || {
+            (0..=255u8).filter(|flag| cells[usize::from(*flag)] > 0).map(|flag| flag.to_string()).collect::<Vec<_>>()
+        };
+        let Some(flags) = &self.flags else {
+            if (1..256).all(|flag| cells[flag] == 0) {
+                let message =
+                    "every cell has flag 0, and the cells of all other flags would be exported: there are none";
+                return Err(Error::new("job-conflict", message, "name the flags to export (--export-flags 0)"));
+            }
+            return Ok(std::array::from_fn(|flag| flag > 0));
+        };
+        if let Some(flag) = flags.iter().find(|flag| cells[usize::from(**flag)] == 0) {
+            let message =
+                format!("flag {flag} is to be exported, and no cell has it; flags in use: {}", used().join(", "));
+            return Err(Error::new("job-conflict", message, "name flags that are in use"));
+        }
+        if flags.is_empty() {
+            return Err(Error::new("job-conflict", "no flag is to be exported", "name at least one"));
+        }
+        let mut keeps = [false; 256];
+        flags.iter().for_each(|flag| keeps[usize::from(*flag)] = true);
+        Ok(keeps)
+    }
+}
+
+/// Writes a mesh for another program; `name` is the last part of the path of the output, which [`Exporter::file_names`] extends.
+///
+/// # Errors
+/// Those of [`Exporter::check`]; `export-too-large` where the format cannot number so many cells or points; those of `files`; `io` where
+/// a writer fails; `cancelled`, looked at before every slab.
+pub fn export(
+    mesh: &Mesh,
+    exporter: Exporter,
+    name: &str,
+    options: &ExportOptions,
+    files: &mut dyn Files,
+    control: &Control,
+) -> Result<()> {
+    exporter.check(mesh, options)?;
+    let job = Export { mesh, options, control };
+    match exporter {
+        Exporter::Nrrd => nrrd::write(&job, name, files),
+        Exporter::Foam => foam::write(&job, name, files),
+        Exporter::Abaqus => abaqus::write(&job, name, files),
+        Exporter::Gmsh => gmsh::write(&job, name, files),
+    }
+}
+
+/// Returns the size of all files before they are written, in bytes; None where it depends on the flags.
+pub fn exact_size(mesh: &Mesh, exporter: Exporter, options: &ExportOptions) -> Option<u64> {
+    match exporter {
+        Exporter::Nrrd => nrrd::exact_size(mesh, options),
+        _ => None,
+    }
+}
+
+/// What every exporter works on.
+struct Export<'a> {
+    mesh: &'a Mesh,
+    options: &'a ExportOptions,
+    control: &'a Control,
+}
+
+/// A file being written; what is written to it is gathered first.
+struct Out<'a> {
+    file: io::BufWriter<Box<dyn Write + 'a>>,
+}
+
+impl<'a> Out<'a> {
+    fn create(files: &'a mut dyn Files, name: &str) -> Result<Out<'a>> {
+        Ok(Out { file: io::BufWriter::with_capacity(1 << 20, files.create(name)?) })
+    }
+
+    fn put(&mut self, bytes: &[u8]) -> Result<()> {
+        self.file.write_all(bytes).map_err(failed)
+    }
+
+    /// Writes what `format_args!` makes.
+    fn text(&mut self, text: std::fmt::Arguments) -> Result<()> {
+        self.file.write_fmt(text).map_err(failed)
+    }
+
+    fn finish(mut self) -> Result<()> {
+        self.file.flush().map_err(failed)
+    }
+}
+
+fn failed(error: io::Error) -> Error {
+    Error::io("writing the mesh", error)
+}
+
+#[cfg(test)]
+mod tests;
