@@ -3,7 +3,7 @@
 //! One key a line. `lines` holds the coordinates of all mesh lines, n + 1 numbers an axis; an axis with more than
 //! [`MAX_LINES`] equal cells has null there, and line i is `origin + i * spacing`, evaluated in f64. Where cells differ in size `spacing`
 //! is null. All numbers parse back to
-//! the same f64.
+//! the same f64. `map` is there where bytes are not the flags: by flag what is written for it; `flags` and `flags_hash` speak of the flags.
 
 use serde::Serialize;
 
@@ -12,7 +12,7 @@ use crate::geometry::Material;
 use crate::lines::Lines;
 use crate::mesh::Mesh;
 
-use super::{Options, Written};
+use super::{AxisOrder, Options, Written};
 use crate::flags::row_bytes;
 
 /// Most cells along an axis whose lines are listed: some 2 MB of text.
@@ -48,7 +48,10 @@ struct Flag<'a> {
 /// the hash of the flags (`docs/flags_hash.md`) if the columns can be read.
 pub fn sidecar_json(mesh: &Mesh, options: &Options, written: &Written) -> String {
     let [nx, ny, nz] = mesh.dims();
-    let order = "x fastest, then y, then z: cell (x, y, z) is number x + nx * (y + ny * z)";
+    let order = match options.axis_order {
+        AxisOrder::Zyx => "x fastest, then y, then z: cell (x, y, z) is number x + nx * (y + ny * z)",
+        AxisOrder::Xyz => "z fastest, then y, then x: cell (x, y, z) is number z + nz * (y + ny * x)",
+    };
     let mut facts = vec![
         ("format", Fact::Text("hexcast raw")),
         ("version", Fact::Number(VERSION)),
@@ -60,6 +63,11 @@ pub fn sidecar_json(mesh: &Mesh, options: &Options, written: &Written) -> String
     if options.bits {
         let order = "little: the first cell of a byte is its lowest bit; every row along x starts a byte";
         facts.extend([("row_bytes", Fact::Number(row_bytes(nx).into())), ("bit_order", Fact::Text(order))]);
+    }
+    if let Some(map) = &options.map {
+        let changed = map.iter().enumerate().filter(|(flag, value)| *flag != usize::from(**value));
+        let changed: Vec<String> = changed.map(|(flag, value)| format!("\"{flag}\":{value}")).collect();
+        facts.push(("map", Fact::Numbers(format!("{{{}}}", changed.join(",")))));
     }
     let [x, y, z] = [0, 1, 2].map(|axis| lines(&mesh.lines, axis).map_or("null".into(), |lines| numbers(&lines)));
     let flags_hash = flags_hash(&mesh.columns).ok();

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use hexcast::estimate::{block_cache_bytes, slab_bytes};
 use hexcast::export::{ExportOptions, Exporter};
-use hexcast::write::{Compress, Format, Options};
+use hexcast::write::{AxisOrder, Compress, Format, Options};
 use hexcast::{Error, Result};
 use serde::Deserialize;
 
@@ -24,6 +24,12 @@ pub(crate) struct FormatArguments {
     /// Also make the SHA-256 of all flags, one byte a cell, for the report and the sidecar of a .raw: some seconds for 10^9 cells
     #[arg(long, value_parser = choice::<Hash>(&["sha256"]))]
     pub(crate) hash: Option<Hash>,
+    /// Order of the axes in .raw, .npy and .npz: zyx has x fastest, xyz has x slowest [default: zyx]
+    #[arg(long, value_name = "ORDER", value_parser = axis_order)]
+    axis_order: Option<AxisOrder>,
+    /// Write other numbers for flags in .raw, .npy and .npz, such as 1=0,0=1; flags that are not named stay as they are
+    #[arg(long, value_name = "FLAG=BYTE,...", value_parser = map)]
+    map: Option<Map>,
     /// Flags whose cells are exported for a solver, also 0 [default: all but 0]
     #[arg(long, value_name = "FLAG,...", value_delimiter = ',')]
     export_flags: Option<Vec<u8>>,
@@ -49,7 +55,12 @@ impl FormatArguments {
             Format::Raw | Format::Npy => (Compress::None, self.bits),
             _ => (self.compress.unwrap_or(DEFAULT_COMPRESS), false),
         };
-        self.zarr_options(max_bytes).with_compress(compress).with_bits(bits)
+        let mut options = self.zarr_options(max_bytes).with_compress(compress).with_bits(bits);
+        if has_own_bytes(format) {
+            options = options.with_axis_order(self.axis_order.unwrap_or_default());
+            options.map = self.map.map(|map| map.0);
+        }
+        options
     }
 
     /// The options for a Zarr folder.
@@ -93,6 +104,10 @@ impl FormatArguments {
             let message = "--bits is given, but no output can be bit-packed";
             return Err(Error::new("job-conflict", message, "add an output that ends in .raw or .npy"));
         }
+        if (self.axis_order.is_some() || self.map.is_some()) && !formats.iter().any(|format| has_own_bytes(*format)) {
+            let message = "--axis-order or --map is given, but no output has another order or other numbers";
+            return Err(Error::new("job-conflict", message, "add an output that ends in .raw, .npy or .npz"));
+        }
         if self.ascii && !exporters.iter().any(|exporter| exporter.has_ascii()) {
             let message = "--ascii is given, but no output has a form in text besides a binary one";
             return Err(Error::new(
@@ -130,6 +145,39 @@ pub(super) fn format_of(path: &Path) -> Result<Format> {
 /// The exporter that a path asks for.
 pub(super) fn exporter_of(path: &Path) -> Option<Exporter> {
     Exporter::of_name(&path.to_string_lossy())
+}
+
+/// Formats whose cells can be in another order.
+fn has_own_bytes(format: Format) -> bool {
+    matches!(format, Format::Raw | Format::Npy | Format::Npz)
+}
+
+fn axis_order(text: &str) -> std::result::Result<AxisOrder, String> {
+    match text {
+        "zyx" => Ok(AxisOrder::Zyx),
+        "xyz" => Ok(AxisOrder::Xyz),
+        _ => Err("zyx or xyz is needed".into()),
+    }
+}
+
+/// What is written for each flag.
+#[derive(Clone, Copy)]
+struct Map([u8; 256]);
+
+fn map(text: &str) -> std::result::Result<Map, String> {
+    let mut map: [u8; 256] = std::array::from_fn(|flag| flag as u8);
+    let mut seen = [false; 256];
+    for pair in text.split(',') {
+        let numbers = pair.split_once('=').map(|(flag, byte)| (flag.trim().parse::<u8>(), byte.trim().parse::<u8>()));
+        let Some((Ok(flag), Ok(byte))) = numbers else {
+            return Err(format!("\"{pair}\" is not FLAG=BYTE, two numbers of 0 to 255"));
+        };
+        if std::mem::replace(&mut seen[usize::from(flag)], true) {
+            return Err(format!("flag {flag} is given twice"));
+        }
+        map[usize::from(flag)] = byte;
+    }
+    Ok(Map(map))
 }
 
 fn compression(text: &str) -> std::result::Result<Compress, String> {

@@ -65,6 +65,13 @@ struct MeshFile {
     is_doubt: bool,
 }
 
+impl MeshFile {
+    /// Whether the bytes of a `.raw` are the flags of the mesh, in their order.
+    fn has_flags(&self) -> bool {
+        !self.options.bits && !self.options.has_own_bytes() && !self.is_doubt
+    }
+}
+
 impl Outputs {
     /// Checks names and folders and opens a temporary file for each output and the report; `inputs` must not be among them.
     pub(crate) fn open(
@@ -124,7 +131,7 @@ impl Outputs {
 
     /// Whether a `.raw` of one byte a cell will be written, whose hash is that of the flags.
     pub(crate) fn will_hash(&self) -> bool {
-        self.meshes.iter().any(|mesh| mesh.format == Format::Raw && !mesh.options.bits && !mesh.is_doubt)
+        self.meshes.iter().any(|mesh| mesh.format == Format::Raw && mesh.has_flags())
     }
 
     /// Formats of the files of the mesh.
@@ -170,8 +177,7 @@ impl Outputs {
                 sidecar.put(&text)?;
                 self.written.push(OutputFile { path: sidecar.path.clone(), n_bytes: text.len() as u64 });
             }
-            self.flags_sha256 =
-                self.flags_sha256.take().or(written.sha256.filter(|_| !output.options.bits && !output.is_doubt));
+            self.flags_sha256 = self.flags_sha256.take().or(written.sha256.filter(|_| output.has_flags()));
         }
         for export in &mut self.exports {
             self.written.extend(export.write(mesh, control, progress)?);
