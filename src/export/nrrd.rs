@@ -4,7 +4,7 @@
 //! each axis, `space origin` the middle of the first cell: values are at the centres. What the flags are called follows as keys and values.
 //! Source: the NRRD definition, version 5 (teem). Cost: two slabs of memory.
 
-use std::io::{self, Write};
+use std::io;
 
 use flate2::Compression;
 use flate2::write::GzEncoder;

@@ -74,7 +74,7 @@ def test_without_a_unit_there_is_no_mesh(tmp_path) -> None:
 
 
 def test_flow_through_a_tube(tmp_path) -> None:
-    """Q = pi r^4 dp / (8 mu L); flags on cells of an eighth of the radius have an area within a percent."""
+    """Q = pi r^4 dp / (8 mu L); cells of a sixteenth of the radius have an area within a percent."""
     size, radius, length = 1 / 16, 1.0, 20.0
     save(tmp_path / "rod.stl", rod(radius, length))
     case = tmp_path / "case"
