@@ -85,19 +85,27 @@ impl Exporter {
         self != Exporter::Nrrd
     }
 
+    /// Refuses a unit of lengths that this exporter cannot use, for callers that have no mesh yet.
+    ///
+    /// # Errors
+    /// `export-unit` where lengths must be in metres, and the unit is not known.
+    pub fn check_unit(self, unit: Option<&str>) -> Result<()> {
+        match self {
+            Exporter::Foam => unit::metres(unit, "OpenFOAM").map(|_| ()),
+            Exporter::Abaqus => unit::metres(unit, "an Abaqus file, whose materials are in SI units,").map(|_| ()),
+            Exporter::Gmsh | Exporter::Nrrd => Ok(()),
+        }
+    }
+
     /// Refuses, before any byte is written, a mesh that this exporter cannot write with these options.
     ///
     /// # Errors
-    /// `export-unit` where lengths are needed in a unit and that of the mesh is not known; `lines-graded` where cells must be equal;
-    /// `job-conflict` where no cell has one of the flags.
+    /// Those of [`Exporter::check_unit`]; `lines-graded` where cells must be equal; `job-conflict` where no cell has one of the flags.
     pub fn check(self, mesh: &Mesh, options: &ExportOptions) -> Result<()> {
+        self.check_unit(mesh.unit.as_deref())?;
         match self {
             Exporter::Nrrd => nrrd::check(mesh),
-            Exporter::Foam => options.selection(mesh).and(unit::metres(mesh, "OpenFOAM")).map(|_| ()),
-            Exporter::Abaqus => {
-                options.selection(mesh).and(unit::metres(mesh, "an Abaqus file with materials in SI units")).map(|_| ())
-            }
-            Exporter::Gmsh => options.selection(mesh).map(|_| ()),
+            _ => options.selection(mesh).map(|_| ()),
         }
     }
 }

@@ -27,7 +27,7 @@ const IN_LINE: usize = 12;
 
 pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<()> {
     let keeps = job.options.selection(job.mesh)?;
-    let unit = metres(job.mesh, "an Abaqus file")?;
+    let unit = metres(job.mesh.unit.as_deref(), "an Abaqus file")?;
     let n_cells: u64 = (0..256).filter(|&flag| keeps[flag]).map(|flag| job.mesh.columns.cells_per_flag()[flag]).sum();
     let mut n_points = 0u64;
     for_each_layer(job, &keeps, |layer| {

@@ -117,7 +117,7 @@ struct Case<'a> {
 
 impl Case<'_> {
     fn points(&self, out: &mut Out) -> Result<()> {
-        let unit = metres(self.job.mesh, "OpenFOAM")?;
+        let unit = metres(self.job.mesh.unit.as_deref(), "OpenFOAM")?;
         let lines = [0, 1, 2]
             .map(|axis| self.job.mesh.lines.list(axis).into_iter().map(|line| unit.metres(line)).collect::<Vec<_>>());
         self.head(out, "vectorField", "points", "")?;
@@ -173,7 +173,7 @@ impl Case<'_> {
     }
 
     fn boundary(&self, out: &mut Out) -> Result<()> {
-        Case::text_head(out, "polyBoundaryMesh", "boundary")?;
+        self.head(out, "polyBoundaryMesh", "boundary", "")?;
         out.text(format_args!("{}\n(\n", self.counts.used().count()))?;
         let mut start = self.counts.internal;
         for patch in self.counts.used() {
@@ -245,19 +245,11 @@ impl Case<'_> {
     }
 
     fn head(&self, out: &mut Out, class: &str, object: &str, note: &str) -> Result<()> {
-        if self.is_ascii() && note.is_empty() {
-            return Case::text_head(out, class, object);
-        }
-        let format = if self.is_ascii() { "ascii" } else { "binary" };
+        // patches are text in either form
+        let format = if self.is_ascii() || object == "boundary" { "ascii" } else { "binary" };
         out.text(format_args!(
             "FoamFile\n{{\n    version 2.0;\n    format {format};\n    arch \"LSB;label=32;scalar=64\";\n    class {class};\n{note}    \
              location \"constant/polyMesh\";\n    object {object};\n}}\n\n"
-        ))
-    }
-
-    fn text_head(out: &mut Out, class: &str, object: &str) -> Result<()> {
-        out.text(format_args!(
-            "FoamFile\n{{\n    version 2.0;\n    format ascii;\n    class {class};\n    location \"constant/polyMesh\";\n    object {object};\n}}\n\n"
         ))
     }
 

@@ -1,7 +1,6 @@
 //! Units of length, for programs that count in one of their own.
 
 use crate::error::{Error, Result};
-use crate::mesh::Mesh;
 
 /// A unit of length as a quotient of whole numbers, so that 0.3 mm become the number nearest to 0.0003 m.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,9 +42,9 @@ impl Length {
 ///
 /// # Errors
 /// `export-unit` where the mesh has none, or one that is not known.
-pub(super) fn metres(mesh: &Mesh, what: &str) -> Result<Length> {
+pub(super) fn metres(unit: Option<&str>, what: &str) -> Result<Length> {
     let hint = "say what the lengths are with --unit mm (in a job unit = \"mm\"): m, dm, cm, mm, um, nm, km, in, ft, yd or mil";
-    let Some(unit) = &mesh.unit else {
+    let Some(unit) = unit else {
         return Err(Error::new(
             "export-unit",
             format!("{what} needs metres, and the mesh has lengths without a unit"),

@@ -39,7 +39,8 @@ impl ExportOutput {
         exporter: Exporter,
         options: ExportOptions,
     ) -> Result<(Vec<PathBuf>, ExportOutput)> {
-        let target = target_of(path)?;
+        // a link to a case is replaced: what it leads to may have a name that tells nothing
+        let target = if exporter == Exporter::Foam { path.to_path_buf() } else { target_of(path)? };
         let name = target.file_name().unwrap_or_default().to_string_lossy().into_owned();
         // the folders that a mesh has in a case of OpenFOAM need not be there
         let folder = match exporter.file_names(&name).iter().all(|file| file.starts_with(&format!("{name}/"))) {

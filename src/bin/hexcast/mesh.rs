@@ -14,6 +14,7 @@ use hexcast::write::zarr::Place;
 use hexcast::{Error, Result};
 
 use super::arguments::JobArguments;
+use super::format_arguments::exporter_of;
 use super::outputs::{FormatArguments, Outputs, Targets};
 use super::progress::Progress;
 use super::spill::SpillArguments;
@@ -88,6 +89,9 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
             let message = "halo and part are given with a Zarr store, which has every cell once";
             return Err(Error::new("job-conflict", message, "leave out halo, or write another format"));
         }
+    }
+    for (path, exporter) in arguments.outputs.iter().filter_map(|path| Some((path, exporter_of(path)?))) {
+        exporter.check_unit(job.unit.as_deref()).map_err(|error| error.at(path.display()))?;
     }
     let inputs = job.geometries.iter().map(|geometry| Path::new(&geometry.file)).chain(arguments.job.job.as_deref());
     let inputs: Vec<&Path> = inputs.collect();
