@@ -256,7 +256,7 @@ fn a_stream_that_inflates_beyond_its_head_is_an_error() {
 #[test]
 fn a_newer_version_is_distinguished_from_damage() {
     let mut file = bytes(&pattern(0, [2, 2, 2], 1), false);
-    file[8] = 4;
+    file[8] = 5;
     assert_eq!(code(&file), "columns-version");
     assert_eq!(code(b"solid cube\nfacet normal 0 0 1\n"), "columns-corrupt");
 }
