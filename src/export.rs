@@ -6,12 +6,9 @@
 //!
 //! A new exporter is a file here, an entry of [`Exporter`] and a page in `docs/export/`.
 
-use std::io::{self, Write};
-
 use crate::control::Control;
-use crate::error::{Error, Result};
-use crate::mesh::{Mesh, SLAB_BYTES};
-use crate::write::Compress;
+use crate::error::Result;
+use crate::mesh::Mesh;
 
 mod abaqus;
 mod foam;
@@ -19,8 +16,13 @@ mod gmsh;
 mod layers;
 mod names;
 mod nrrd;
+mod options;
+mod output;
 mod unit;
 
+pub use options::ExportOptions;
+use output::Export;
+pub use output::Files;
 pub use unit::Length;
 
 /// A program, or a format, that a mesh is written for.
@@ -110,87 +112,6 @@ impl Exporter {
     }
 }
 
-/// Where an exporter's files go.
-pub trait Files {
-    /// Begins a file of [`Exporter::file_names`] and returns its writer; the one before is complete.
-    ///
-    /// # Errors
-    /// Those of the implementation, such as `io`.
-    fn create(&mut self, name: &str) -> Result<Box<dyn Write + '_>>;
-}
-
-/// Choices of an exporter; those that do not apply to it are not looked at.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct ExportOptions {
-    /// Flags whose cells are exported, where an exporter writes only some: also 0. None means all but 0.
-    pub flags: Option<Vec<u8>>,
-    /// Text in place of numbers in binary.
-    pub ascii: bool,
-    /// Compression, where [`Exporter::compresses`].
-    pub compress: Compress,
-    /// Flags held at once, twice; at least a row of cells, or a plane where points are numbered.
-    pub slab_bytes: usize,
-}
-
-impl Default for ExportOptions {
-    fn default() -> ExportOptions {
-        ExportOptions { flags: None, ascii: false, compress: Compress::None, slab_bytes: SLAB_BYTES }
-    }
-}
-
-impl ExportOptions {
-    /// Exports the cells of these flags only, also of 0.
-    pub fn with_flags(self, flags: Vec<u8>) -> ExportOptions {
-        ExportOptions { flags: Some(flags), ..self }
-    }
-
-    /// Writes text in place of numbers in binary.
-    pub fn with_ascii(self, ascii: bool) -> ExportOptions {
-        ExportOptions { ascii, ..self }
-    }
-
-    /// Compresses, or does not.
-    pub fn with_compress(self, compress: Compress) -> ExportOptions {
-        ExportOptions { compress, ..self }
-    }
-
-    /// Limits the flags that are held at once, twice.
-    pub fn with_slab_bytes(self, slab_bytes: usize) -> ExportOptions {
-        ExportOptions { slab_bytes, ..self }
-    }
-
-    /// Whether the cells of each flag are exported.
-    ///
-    /// # Errors
-    /// `job-conflict` where a flag asked for has no cell, or no cell is left.
-    fn selection(&self, mesh: &Mesh) -> Result<[bool; 256]> {
-        let cells = mesh.columns.cells_per_flag();
-        let used = || {
-            (0..=255u8).filter(|flag| cells[usize::from(*flag)] > 0).map(|flag| flag.to_string()).collect::<Vec<_>>()
-        };
-        let Some(flags) = &self.flags else {
-            if (1..256).all(|flag| cells[flag] == 0) {
-                let message =
-                    "every cell has flag 0, and the cells of all other flags would be exported: there are none";
-                return Err(Error::new("job-conflict", message, "name the flags to export (--export-flags 0)"));
-            }
-            return Ok(std::array::from_fn(|flag| flag > 0));
-        };
-        if let Some(flag) = flags.iter().find(|flag| cells[usize::from(**flag)] == 0) {
-            let message =
-                format!("flag {flag} is to be exported, and no cell has it; flags in use: {}", used().join(", "));
-            return Err(Error::new("job-conflict", message, "name flags that are in use"));
-        }
-        if flags.is_empty() {
-            return Err(Error::new("job-conflict", "no flag is to be exported", "name at least one"));
-        }
-        let mut keeps = [false; 256];
-        flags.iter().for_each(|flag| keeps[usize::from(*flag)] = true);
-        Ok(keeps)
-    }
-}
-
 /// Writes a mesh for another program; `name` is the last part of the path of the output, which [`Exporter::file_names`] extends.
 ///
 /// # Errors
@@ -220,41 +141,6 @@ pub fn exact_size(mesh: &Mesh, exporter: Exporter, options: &ExportOptions) -> O
         Exporter::Nrrd => nrrd::exact_size(mesh, options),
         _ => None,
     }
-}
-
-/// What every exporter works on.
-struct Export<'a> {
-    mesh: &'a Mesh,
-    options: &'a ExportOptions,
-    control: &'a Control,
-}
-
-/// A file being written; what is written to it is gathered first.
-struct Out<'a> {
-    file: io::BufWriter<Box<dyn Write + 'a>>,
-}
-
-impl<'a> Out<'a> {
-    fn create(files: &'a mut dyn Files, name: &str) -> Result<Out<'a>> {
-        Ok(Out { file: io::BufWriter::with_capacity(1 << 20, files.create(name)?) })
-    }
-
-    fn put(&mut self, bytes: &[u8]) -> Result<()> {
-        self.file.write_all(bytes).map_err(failed)
-    }
-
-    /// Writes what `format_args!` makes.
-    fn text(&mut self, text: std::fmt::Arguments) -> Result<()> {
-        self.file.write_fmt(text).map_err(failed)
-    }
-
-    fn finish(mut self) -> Result<()> {
-        self.file.flush().map_err(failed)
-    }
-}
-
-fn failed(error: io::Error) -> Error {
-    Error::io("writing the mesh", error)
 }
 
 #[cfg(test)]

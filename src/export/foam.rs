@@ -10,8 +10,8 @@
 
 use super::layers::{Layer, N_SIDES, SIDES, for_each_layer};
 use super::names::names;
+use super::output::{Export, Files, Out};
 use super::unit::metres;
-use super::{Export, Files, Out};
 use crate::error::{Error, Result};
 
 /// Names of the patches on the sides of the box.

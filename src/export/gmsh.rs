@@ -6,7 +6,7 @@
 
 use super::layers::for_each_layer;
 use super::names::names;
-use super::{Export, Files, Out};
+use super::output::{Export, Files, Out};
 use crate::error::Result;
 
 /// Type of an element of eight corners.

@@ -7,7 +7,7 @@
 //! A layer knows the flags of its plane of cells and of the planes below and above, and the numbers of its own cells, of those above and of the
 //! points of both its sides. Cost: O(cells) time; besides two slabs of flags 19 bytes for each cell of a plane across z.
 
-use super::Export;
+use super::output::Export;
 use crate::error::Result;
 
 /// The number of a cell or point that is not kept.

@@ -9,7 +9,8 @@ use std::io;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 
-use super::{Export, ExportOptions, Files, Out, failed};
+use super::options::ExportOptions;
+use super::output::{Export, Files, Out, failed};
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 use crate::write::Compress;

@@ -1,6 +1,7 @@
 //! Exporters against what a reader of their text or bytes finds, cell by cell, on a mesh that looks different along every axis.
 
 use std::collections::BTreeMap;
+use std::io::{self, Write};
 
 use super::*;
 use crate::error::Error;

@@ -11,9 +11,9 @@ use hexcast::{Error, Result};
 use indicatif::ProgressBar;
 use tempfile::TempDir;
 
+use super::counted::Counted;
 use super::disk::Planned;
 use super::output_file::{OutputFile, refused};
-use super::outputs::Counted;
 use super::place::{check_kind, folder_of, target_of};
 use super::progress::Progress;
 use super::temporary;

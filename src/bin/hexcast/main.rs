@@ -9,6 +9,7 @@ use hexcast::{Error, Result};
 mod adapters;
 mod arguments;
 mod convert;
+mod counted;
 #[cfg(target_os = "linux")]
 mod device_select;
 mod diff;

@@ -1,7 +1,7 @@
 //! Output files and folders: checked before the long work starts, written to a temporary file beside the target, and put in place at
 //! the end, so that no half file is ever seen under the target's name.
 
-use std::io::{BufWriter, Write};
+use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use hexcast::control::Control;
@@ -12,8 +12,8 @@ use hexcast::mesh::Mesh;
 use hexcast::write::zarr::Place;
 use hexcast::write::{Format, Options, exact_size, sidecar_json, write};
 use hexcast::{Error, Result};
-use indicatif::ProgressBar;
 
+use super::counted::Counted;
 use super::disk::{Planned, check_room};
 use super::export_output::ExportOutput;
 pub(crate) use super::format_arguments::FormatArguments;
@@ -206,22 +206,4 @@ impl Outputs {
 
 fn twice(path: &Path, what: &str) -> Error {
     Error::new("job-conflict", format!("{} {what}", path.display()), "give the output another name")
-}
-
-/// A writer that moves a progress bar.
-pub(super) struct Counted<W> {
-    pub(super) file: W,
-    pub(super) bar: ProgressBar,
-}
-
-impl<W: Write> Write for Counted<W> {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        let n = self.file.write(bytes)?;
-        self.bar.inc(n as u64);
-        Ok(n)
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        self.file.flush()
-    }
 }
