@@ -57,6 +57,13 @@ const NEEDS = {
     packages: ['libopenmpi-dev', 'openmpi-bin'],
     what: 'OpenMPI',
   },
+  openfoam: {
+    found: () => ['checkMesh', 'simpleFoam', 'postProcess'].every((name) => which(name)),
+    packages: ['openfoam'],
+    what: 'OpenFOAM',
+  },
+  calculix: { found: () => which('ccx'), packages: ['calculix-ccx'], what: 'CalculiX' },
+  gmsh: { found: () => which('gmsh'), packages: ['gmsh'], what: 'Gmsh' },
   fortran: { found: () => which('gfortran'), packages: ['gfortran'], what: 'gfortran' },
   valgrind: { found: () => which('valgrind'), packages: ['valgrind', 'libc6-dbg'], what: 'valgrind' },
   wasm32: {

@@ -13,17 +13,26 @@ const WHEELS = path.join(ROOT, 'target/wheels');
 /** Path of a program of the virtual environment. @param {string} name */
 const program = (name) => path.join(FOLDER, 'bin', name);
 
-/** Makes the virtual environment unless it has exactly the packages of requirements.txt, for this Python. */
-export async function ensurePython() {
+/** Makes the virtual environment of the package's tests. */
+export const ensurePython = () => ensureEnvironment(FOLDER, REQUIREMENTS);
+
+/**
+ * Makes a virtual environment unless it has exactly the packages of a requirements.txt, for this Python.
+ *
+ * @param {string} folder
+ * @param {string} requirements
+ */
+export async function ensureEnvironment(folder, requirements) {
   const wanted = createHash('sha256')
-    .update(readFileSync(REQUIREMENTS))
+    .update(readFileSync(requirements))
     .update(ask('python3', ['--version']) ?? '')
     .digest('hex');
-  const stamp = path.join(FOLDER, '.hexcast-requirements');
+  const stamp = path.join(folder, '.hexcast-requirements');
   if (existsSync(stamp) && readFileSync(stamp, 'utf8') === wanted) return null;
-  rmSync(FOLDER, { recursive: true, force: true });
-  await run('python3', ['-m', 'venv', FOLDER]);
-  await run(program('python'), ['-m', 'pip', 'install', '--quiet', '--only-binary=:all:', '--requirement', REQUIREMENTS]);
+  rmSync(folder, { recursive: true, force: true });
+  await run('python3', ['-m', 'venv', folder]);
+  const python = path.join(folder, 'bin/python');
+  await run(python, ['-m', 'pip', 'install', '--quiet', '--only-binary=:all:', '--requirement', requirements]);
   writeFileSync(stamp, wanted);
   return 'installed';
 }

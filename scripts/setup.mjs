@@ -7,6 +7,7 @@ import { ensureDeny } from './deny.mjs';
 import { ensure, ensureNodeModules, requireRust } from './machine.mjs';
 import { ensurePython } from './python.mjs';
 import { Steps } from './run.mjs';
+import { ensureSolvers } from './solvers.mjs';
 import { ensureBindgen, wasmRust } from './wasm.mjs';
 
 /** What each group of tests needs from the machine; the names are those of the list in machine.mjs. */
@@ -19,6 +20,7 @@ const NEEDS = {
   package: ['linker', 'vulkan', 'chromium', 'firefox'],
   python: ['linker', 'vulkan', 'python', 'opengl'],
   cluster: ['linker', 'vulkan', 'python', 'mpi', 'fortran', 'valgrind'],
+  solvers: ['linker', 'python', 'openfoam', 'calculix', 'gmsh'],
 };
 
 /** The groups of tests. */
@@ -31,7 +33,8 @@ export async function setup(steps, groups = GROUPS) {
   await steps.step('linker, drivers, browsers, Python', () => ensure(...new Set(groups.flatMap((group) => NEEDS[group]))));
   if (groups.some((group) => ['python', 'cluster'].includes(group))) await steps.step('Python packages', ensurePython);
   if (groups.includes('cluster')) await steps.step('S3 server', ensureS3);
-  if (groups.every((group) => ['native', 'python', 'cluster'].includes(group))) return;
+  if (groups.includes('solvers')) await steps.step('Python packages of the solvers', ensureSolvers);
+  if (groups.every((group) => ['native', 'python', 'cluster', 'solvers'].includes(group))) return;
   await steps.step('Rust for wasm32', async () => (await wasmRust()).name);
   if (groups.includes('lint')) await steps.step('cargo-deny', ensureDeny);
   await steps.step('wasm-bindgen', async () => void (await ensureBindgen()));

@@ -15,6 +15,7 @@ import { checkOldestRust } from './msrv.mjs';
 import { buildPython, checkWorkflows, runPytest } from './python.mjs';
 import { ROOT, Steps, run } from './run.mjs';
 import { GROUPS, setup } from './setup.mjs';
+import { runSolvers } from './solvers.mjs';
 import { bindgenTool, clippyWasm, compileWasmTests } from './wasm.mjs';
 
 const steps = new Steps();
@@ -136,6 +137,7 @@ async function nativeGroups() {
   if (wanted('native')) await native();
   if (wanted('python')) await python();
   if (wanted('cluster')) await cluster();
+  if (wanted('solvers')) await steps.step('solvers', async () => pytestTests(await runSolvers()));
 }
 
 async function browserGroups() {

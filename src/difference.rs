@@ -79,7 +79,7 @@ pub fn difference(one: &Mesh, other: &Mesh, control: &Control) -> Result<Differe
     }
     let mut pairs: Vec<FlagPair> = pairs.into_values().collect();
     pairs.sort_by_key(|pair| std::cmp::Reverse(pair.cells));
-    let names = vec![Named { flag: 1, name: "different".into() }];
+    let names = vec![Named::new(1, "different")];
     let mask = Mesh::new(one.lines.clone(), builder.finish()?, names, one.unit.clone())?;
     let cells = pairs.iter().map(|pair| pair.cells).sum();
     Ok(Difference { cells, pairs, are_lines_equal: one.lines == other.lines, mask })

@@ -101,6 +101,12 @@ pub const CODES: &[(&str, Actor, &str)] = &[
     ("too-many-facets", Actor::Limit, "more facets than fit the 32-bit index"),
     ("too-many-geometries", Actor::Limit, "more than 255 geometries"),
     ("too-many-crossings", Actor::Limit, "a box has more crossings than one device buffer holds"),
+    (
+        "export-too-large",
+        Actor::Limit,
+        "a mesh has more cells, faces or points than a format of an exporter can number",
+    ),
+    ("export-unit", Actor::Caller, "an exporter needs lengths in a unit, and the unit of the mesh is not known"),
     ("memory", Actor::Limit, "the job needs more memory than the budget allows"),
     ("no-adapter", Actor::Device, "no GPU adapter was found"),
     ("device-failed", Actor::Device, "the GPU driver reported an error"),

@@ -9,10 +9,12 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 
 mod facets;
+mod material;
 mod measures;
 mod placing;
 
 pub use facets::{Facet, SharedFacets};
+pub use material::Material;
 use measures::Measures;
 pub(crate) use measures::Measuring;
 pub use placing::Placing;
@@ -90,6 +92,8 @@ pub struct Geometry {
     pub invert: bool,
     /// How lines are generated around it.
     pub sizing: Sizing,
+    /// What it is made of, for outputs.
+    pub material: Material,
     /// Facets in file coordinates, shared with the file that they came from.
     pub facets: SharedFacets,
     /// Where facets are in their file, if not all of its facets are these: a first index in `facets` and the index of that facet in
@@ -121,6 +125,7 @@ impl Geometry {
             shell: false,
             invert: false,
             sizing: Sizing::default(),
+            material: Material::default(),
             facets,
             pieces_in_file: Vec::new(),
             world_from_file: Placing::default(),

@@ -21,8 +21,9 @@ use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
-pub use crate::geometry::{Fill, Open};
+pub use crate::geometry::{Fill, Material, Open};
 
+mod background_job;
 mod byte_size;
 mod geometry_job;
 mod lines_job;
@@ -35,6 +36,7 @@ mod validate;
 mod validate_lines;
 mod zarr_job;
 
+pub use background_job::BackgroundJob;
 pub use byte_size::ByteSize;
 pub use geometry_job::GeometryJob;
 pub use lines_job::{DEFAULT_GROWTH, GradedJob, LinesJob};
@@ -198,6 +200,9 @@ pub struct Job {
     /// Unit of the files' lengths, such as "mm"; repeated in every output.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
+    /// Name and substance of the cells of no geometry, flag 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub background: Option<BackgroundJob>,
 }
 
 impl Job {

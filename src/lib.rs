@@ -43,6 +43,8 @@ mod edges;
 pub mod edges;
 pub mod error;
 pub mod estimate;
+#[cfg(all(feature = "export", not(target_arch = "wasm32")))]
+pub mod export;
 #[cfg(not(feature = "stages"))]
 mod facet;
 #[cfg(feature = "stages")]

@@ -237,7 +237,7 @@ pub(crate) mod tests {
         }
         let lines = Lines::new([-1.5, 0.1, 1e-7], [0.5, 0.25, 1.0 / 3.0], dims).unwrap();
         let names = [(1, "copper"), (7, "Gehäuse <A&B> \"1\"")];
-        let names = names.map(|(flag, name)| Named { flag, name: name.into() }).to_vec();
+        let names = names.map(|(flag, name)| Named::new(flag, name)).to_vec();
         Mesh::new(lines, Columns::new(rays, vec![band]).unwrap(), names, Some("mm".into())).unwrap()
     }
 

@@ -45,6 +45,7 @@ mod engine;
 mod halo;
 mod memory_budget;
 mod merge;
+mod names;
 mod options;
 mod prepare;
 mod snapped;
@@ -56,6 +57,7 @@ pub use engine::{Engine, Used};
 use halo::{Beyond, lines_with_halo};
 use memory_budget::{columns_builder, memory_budget};
 pub use merge::merge;
+use names::names;
 pub use options::{DEFAULT_MAX_BYTES, MeshOptions, SpillTarget};
 pub use prepare::{Prepared, part_step, prepare};
 use snapped::snapped;
@@ -111,7 +113,7 @@ pub async fn mesh(
     let budget = memory_budget(job, options, &prepared, (engine, parts_bytes), control).await?;
     control.rest().await?;
     let snap_seconds = lap(&mut clock);
-    let names = names(&prepared.geometries);
+    let names = names(job, &prepared.geometries)?;
     // half of it for the mask
     let columns_bytes = if options.doubt_mask { budget.columns / 2 } else { budget.columns };
     let mut builder = columns_builder(job, &options.spill, columns_bytes, &prepared, (&names, &inputs))?;
@@ -166,7 +168,7 @@ pub async fn mesh(
         let name = NAME.into();
         let place = flags.partition_point(|report| report.flag < gaps.flag);
         flags.insert(place, FlagReport { flag: gaps.flag, name, cells: gaps.cells, volume, mesh_volume, volume_bound });
-        names.push(Named { flag: gaps.flag, name: NAME.into() });
+        names.push(Named::new(gaps.flag, NAME));
     }
     let mut warnings: Vec<String> = engine.fallback.iter().map(|why| format!("meshed on the CPU: {why}")).collect();
     warnings.extend(warnings::about_unused_gpu(engine.adapter(), &prepared.whole));
@@ -178,8 +180,7 @@ pub async fn mesh(
     warnings.extend(warnings::about_shared_flags(&prepared.geometries));
     let shells = shells.unwrap_or_else(|| shells_of(&frame));
     warnings.extend(warnings::about_shells(&shells, &geometries, &whole_rays, cells));
-    let mask_mesh =
-        |mask| Mesh::new(lines.clone(), mask, vec![Named { flag: 1, name: "doubtful".into() }], job.unit.clone());
+    let mask_mesh = |mask| Mesh::new(lines.clone(), mask, vec![Named::new(1, "doubtful")], job.unit.clone());
     let cast = Cast { frame: frame_of_whole, rays: &whole_rays, rule: job.rule };
     let certificate = gaps_between.map(|gaps| {
         let asked = (&prepared.geometries[..], job.thin_cells.unwrap_or(DEFAULT_THIN_CELLS));
@@ -314,16 +315,4 @@ fn close_gaps(
 fn lap(clock: &mut Instant) -> f64 {
     let now = Instant::now();
     now.duration_since(std::mem::replace(clock, now)).as_secs_f64()
-}
-
-/// One name a flag: those of its geometries.
-fn names(geometries: &[Geometry]) -> Vec<Named> {
-    let mut names: Vec<Named> = Vec::new();
-    for geometry in geometries {
-        match names.iter_mut().find(|named| named.flag == geometry.flag) {
-            Some(named) => named.name = format!("{} + {}", named.name, geometry.name),
-            None => names.push(Named { flag: geometry.flag, name: geometry.name.clone() }),
-        }
-    }
-    names
 }

@@ -123,6 +123,7 @@ pub fn geometries(job: &Job, sources: Vec<Source>) -> Result<Vec<Geometry>> {
             geometry.shell = entry.shell;
             geometry.invert = entry.invert;
             geometry.sizing = entry.sizing();
+            geometry.material = entry.material;
             geometry.fill = match entry.fill.unwrap_or(job.fill) {
                 Fill::Centre if entry.shell => Fill::Separating,
                 fill => fill,

@@ -9,6 +9,8 @@ pub mod npy;
 #[cfg(not(target_arch = "wasm32"))]
 mod npz;
 mod options;
+#[cfg(not(target_arch = "wasm32"))]
+mod ordered;
 pub mod raw;
 pub mod sidecar;
 mod sink;
@@ -26,7 +28,7 @@ use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 
-pub use options::{Compress, Format, Options, Written};
+pub use options::{AxisOrder, Compress, Format, Options, Written};
 pub use sidecar::sidecar_json;
 pub(crate) use sink::Sink;
 pub use vtp::leak_vtp;
@@ -51,6 +53,9 @@ pub fn write(
             sink.put(&head)?;
             if options.bits {
                 mesh.for_each_slab_of_bits(options.slab_bytes, control, |flags| sink.put(flags))?;
+            } else if options.has_own_bytes() {
+                #[cfg(not(target_arch = "wasm32"))]
+                ordered::for_each_slab(mesh, options, control, |bytes| sink.put(bytes))?;
             } else {
                 mesh.for_each_slab(options.slab_bytes, control, |flags| sink.put(flags))?;
             }
@@ -87,7 +92,7 @@ pub fn around(mesh: &Mesh, format: Format, options: &Options) -> Result<Option<(
 fn head_and_tail(mesh: &Mesh, format: Format, options: &Options) -> Option<(Vec<u8>, Vec<u8>)> {
     match (format, options.compress) {
         (Format::Raw, _) => Some((Vec::new(), Vec::new())),
-        (Format::Npy, _) => Some((npy::header(mesh.dims(), options.bits), Vec::new())),
+        (Format::Npy, _) => Some((npy::header(mesh.dims(), options), Vec::new())),
         (Format::Vti | Format::Vtr, Compress::None) => Some(vti::head_and_tail(mesh, format)),
         _ => None,
     }
@@ -121,6 +126,19 @@ fn check(format: Format, options: &Options) -> Result<()> {
         if matches!(format, Format::Raw | Format::Npy) {
             return Err(Error::new("job-conflict", format!(".{name} cannot be compressed"), "use .vti, .vtr or .hxc"));
         }
+    }
+    let has_own_bytes = options.has_own_bytes();
+    if has_own_bytes && (cfg!(target_arch = "wasm32") || !matches!(format, Format::Raw | Format::Npy | Format::Npz)) {
+        let message = format!(".{name} has one order of cells, and their flags");
+        return Err(Error::new(
+            "job-conflict",
+            message,
+            "write .raw, .npy or .npz natively, or leave out axis order and map",
+        ));
+    }
+    if has_own_bytes && options.bits {
+        let message = "bits are given with an axis order or a map, which bytes have only";
+        return Err(Error::new("job-conflict", message, "leave out one of them"));
     }
     if options.bits && matches!(format, Format::Npz | Format::Vti | Format::Vtr | Format::Columns) {
         return Err(Error::new("job-conflict", format!(".{name} has no bit-packed variant"), "use .raw or .npy"));

@@ -53,6 +53,8 @@ export type ErrorCode =
   | 'too-many-facets'
   | 'too-many-geometries'
   | 'too-many-crossings'
+  | 'export-too-large'
+  | 'export-unit'
   | 'memory'
   | 'no-adapter'
   | 'device-failed'

@@ -38,6 +38,24 @@ export type Numbers =
   | Float32Array
   | Float64Array;
 
+/** Properties of a substance, all optional, in SI units whatever the unit of lengths. */
+export interface Material {
+  /** Relative permittivity, positive. */
+  eps_r?: number;
+  /** Relative permeability, positive. */
+  mu_r?: number;
+  /** Electric conductivity in S/m, 0 or positive. */
+  sigma?: number;
+  /** Whether it is a perfect electric conductor. */
+  pec?: boolean;
+  /** Density in kg/m3, positive. */
+  density?: number;
+  /** Young's modulus in Pa, positive. */
+  E?: number;
+  /** Poisson's ratio, greater than -1 and less than 0.5. */
+  nu?: number;
+}
+
 export interface GeometryJob {
   /** The facets. */
   source: GeometrySource;
@@ -61,6 +79,8 @@ export interface GeometryJob {
   shell?: boolean;
   /** The cells outside of it in place of those inside, such as the fluid around a body. */
   invert?: boolean;
+  /** What it is made of: passed on to every output, and not used otherwise. */
+  material?: Material;
   /** Scales first: one factor, or one for each axis. */
   scale?: number | Triple;
   /** Then rotates about x, y and z, in degrees. */
@@ -146,6 +166,8 @@ export interface Job {
   max_memory?: number | string;
   /** Unit of the files' lengths, such as `mm`; repeated in every output. */
   unit?: string;
+  /** Name and substance of the cells of no geometry, flag 0. */
+  background?: { name?: string; material?: Material };
 }
 
 /** Facts of a surface that was read, before its edges are looked at. */

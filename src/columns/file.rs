@@ -14,15 +14,16 @@
 //! | bytes | what |
 //! |---|---|
 //! | 8 | `89 48 58 43 0d 0a 1a 0a` (`.HXC`, CR LF, ctrl-Z, LF) |
-//! | u32 | version of the layout: 2, or 3 where cells differ in size. A reader refuses a higher one here |
-//! | u32 | number of bytes of the body, at most 2^20, of version 3 2^23 |
+//! | u32 | version of the layout: 2; 3 where cells differ in size; 4 where flags have materials or flag 0 has a name. A reader refuses a higher one here |
+//! | u32 | number of bytes of the body, at most 2^20, from version 3 on 2^23 |
 //! | body | u8 1 and 32 bytes that identify what is meshed, in a file to resume from; or u8 0 |
 //! | | 3 u32 `dims`: cells on x, y, z, 1 to 2^24 each, their product below 2^63 |
-//! | | u8 `axis` of the rays: 0, 1, 2; u8 compression of pieces: 0 none, 1 zlib; u8 kind of lines: 0 equally spaced, 1 (version 3) listed; u8 zero |
+//! | | u8 `axis` of the rays: 0, 1, 2; u8 compression of pieces: 0 none, 1 zlib; u8 kind of lines: 0 equally spaced, 1 (version 3, 4) listed; u8 zero |
 //! | | kind 0: 3 f64 `origin`, 3 f64 `spacing`: line i of an axis is origin + i * spacing |
 //! | | kind 1: all lines of x, then y, then z, ascending: cells + 1 f64 each, at most 2^18 - 1 |
 //! | | u8 1 and a text: the unit of lengths; or u8 0: none was named |
-//! | | u32 number of names; for each a u8 flag (not 0) and a text: the name of the flag |
+//! | | u32 number of names; for each a u8 flag (0 in version 4 only) and a text: the name of the flag |
+//! | | version 4: for each name a text: the material of the flag as a JSON object, with the keys of a job |
 //! | u32 | crc32 of all bytes before |
 //!
 //! **Pieces.** The rays follow each other by their index `i + n_i * j`, where i and j count cells along the first and the

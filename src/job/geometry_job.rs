@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::quoted::on_one_line;
-use super::{Fill, Open, PerAxis, numbers};
+use super::{Fill, Material, Open, PerAxis, numbers};
 use crate::error::{Error, Result};
 use crate::geometry::{Placing, Sizing};
 
@@ -50,6 +50,9 @@ pub struct GeometryJob {
     /// Whether it is metal: where lines are generated, those nearest to its edges lie a third of a cell inside and two thirds outside.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub metal: bool,
+    /// What it is made of: passed on to every output.
+    #[serde(skip_serializing_if = "Material::is_empty")]
+    pub material: Material,
     /// Scales first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scale: Option<PerAxis<f64>>,
@@ -84,7 +87,7 @@ impl GeometryJob {
     }
 
     /// Reads `FILE` or `FILE:key=value,...` with the keys flag, priority, open, fill, shell, invert, name, solid, split, max_size, min_cells, metal,
-    /// scale, rotate and translate;
+    /// scale, rotate, translate and those of a [`Material`];
     /// three numbers are joined by `/`. The settings begin after the first colon that a word and `=` follow, so other colons
     /// belong to the file, as in `C:\run=3\part.stl`.
     ///
@@ -137,8 +140,13 @@ impl GeometryJob {
             "scale" => self.scale = Some(PerAxis::Each(three(key, value)?)),
             "rotate" => self.rotate = Some(three(key, value)?),
             "translate" => self.translate = Some(three(key, value)?),
+            "pec" => self.material.pec = yes_or_no(key, value)?,
             _ => {
-                let keys = "flag, priority, open, fill, shell, invert, name, solid, split, max_size, min_cells, metal, scale, rotate, translate";
+                if let Some(place) = self.material.number_mut(key) {
+                    *place = Some(number(key, value)?);
+                    return Ok(());
+                }
+                let keys = "flag, priority, open, fill, shell, invert, name, solid, split, max_size, min_cells, metal, scale, rotate, translate, eps_r, mu_r, sigma, pec, density, E, nu";
                 return Err(format!("there is no key \"{key}\"; keys are {keys}"));
             }
         }

@@ -1,14 +1,19 @@
 //! Jobs made key by key: what is not set keeps its default. The keys are those of the job file.
 
 use super::{
-    AxisChoice, BackendChoice, ByteSize, Fill, GeometryJob, HaloEdge, Job, Open, Padding, PartJob, PerAxis, Rule,
-    ZarrJob,
+    AxisChoice, BackendChoice, BackgroundJob, ByteSize, Fill, GeometryJob, HaloEdge, Job, Open, Padding, PartJob,
+    PerAxis, Rule, ZarrJob,
 };
 
 impl Job {
     /// A job of geometries, without settings.
     pub fn new(geometries: Vec<GeometryJob>) -> Job {
         Job { geometries, ..Job::default() }
+    }
+
+    /// Says what the cells of no geometry are.
+    pub fn with_background(self, background: BackgroundJob) -> Job {
+        Job { background: Some(background), ..self }
     }
 
     /// Sets the two corners of the box, x0 y0 z0 x1 y1 z1.

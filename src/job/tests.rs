@@ -207,3 +207,29 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn materials_are_keys_of_a_geometry_and_of_the_background() {
+    let text = "[background]\nname = \"air\"\nmaterial = { eps_r = 1 }\n[[geometries]]\nfile = \"a.stl\"\nmaterial = { sigma = 5.8e7, E = 1e11, nu = -0.5 }\n";
+    let job = Job::from_toml(text).unwrap();
+    assert_eq!(Job::from_json(&job.to_json()).unwrap(), job);
+    let copper = job.geometries[0].material;
+    assert_eq!(
+        (copper.sigma, copper.youngs_modulus, copper.nu, copper.pec),
+        (Some(5.8e7), Some(1e11), Some(-0.5), false)
+    );
+    assert_eq!(GeometryJob::from_argument("a.stl:sigma=5.8e7,E=1e11,nu=-0.5").unwrap(), job.geometries[0]);
+    assert!(GeometryJob::from_argument("a.stl:pec=true").unwrap().material.pec);
+    for (key, value) in
+        [("eps_r", 0.0), ("mu_r", -1.0), ("sigma", f64::INFINITY), ("density", f64::NAN), ("E", 0.0), ("nu", 0.5)]
+    {
+        let found = error(|job| *job.geometries[0].material.number_mut(key).unwrap() = Some(value));
+        let message = found.to_string();
+        assert!(
+            found.code() == "job-value" && message.starts_with(&format!("geometries[0].material.{key} is ")),
+            "{message}"
+        );
+    }
+    let wrong = Job::from_toml("[[geometries]]\nfile = \"a.stl\"\nmaterial = { eps = 1 }\n").unwrap_err();
+    assert!(wrong.code() == "job-value" && wrong.to_string().contains("eps"), "{wrong}");
+}

@@ -24,6 +24,7 @@ impl Job {
             return Err(Error::new("too-many-geometries", message, "join files of the same substance"));
         }
         self.validate_geometries()?;
+        self.validate_materials()?;
         self.validate_cells()?;
         self.validate_lines()?;
         self.validate_gaps()?;
@@ -129,6 +130,19 @@ impl Job {
                         return Err(out_of_range(&key(name), short_number(value), "finite numbers"));
                     }
                 }
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks all materials; geometries of one flag are one substance.
+    fn validate_materials(&self) -> Result<()> {
+        let background = self.background.iter().map(|background| ("background".to_string(), background.material));
+        let geometries = self.geometries.iter().enumerate();
+        let geometries = geometries.map(|(index, geometry)| (format!("geometries[{index}]"), geometry.material));
+        for (key, material) in background.chain(geometries) {
+            if let Some((name, value, allowed)) = material.out_of_range() {
+                return Err(out_of_range(&format!("{key}.material.{name}"), short_number(value), allowed));
             }
         }
         Ok(())

@@ -99,7 +99,7 @@ impl ColumnFileEncoder {
     }
 
     fn end(&self, mesh: &Mesh) -> Vec<u8> {
-        end::encode(version(&mesh.lines), &self.index, &mesh.columns.totals(), self.n_bytes)
+        end::encode(version(&mesh.lines, &mesh.names), &self.index, &mesh.columns.totals(), self.n_bytes)
     }
 }
 

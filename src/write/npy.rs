@@ -1,21 +1,25 @@
-//! `.npy`: a NumPy array of shape (nz, ny, nx), C order, one unsigned byte a cell.
+//! `.npy`: a NumPy array of shape (nz, ny, nx), or on request (nx, ny, nz), C order, one unsigned byte a cell.
 //!
 //! Version 1.0: magic, header length, a Python dictionary padded with spaces so that the data starts at a multiple of 64;
 //! then the same bytes as `.raw`. Bit-packed the shape is (nz, ny, ceil(nx / 8)), bits as [`expand_bits`](crate::flags::expand_bits) has them.
 //! Source: NumPy's `numpy.lib.format`. Cost: two slabs of memory.
 
-use super::raw;
+use super::{AxisOrder, Options, raw};
 use crate::flags::row_bytes;
 
 /// Number of bytes of the file; None where it would not fit 64 bits.
 pub fn n_bytes(dims: [u32; 3], bits: bool) -> Option<u64> {
-    raw::n_bytes(dims, bits)?.checked_add(header(dims, bits).len() as u64)
+    raw::n_bytes(dims, bits)?.checked_add(header(dims, &Options::default().with_bits(bits)).len() as u64)
 }
 
 /// Everything before the data.
-pub(super) fn header([nx, ny, nz]: [u32; 3], bits: bool) -> Vec<u8> {
-    let nx = if bits { row_bytes(nx) } else { nx };
-    header_of("|u1", &format!("({nz}, {ny}, {nx})"))
+pub(super) fn header([nx, ny, nz]: [u32; 3], options: &Options) -> Vec<u8> {
+    let nx = if options.bits { row_bytes(nx) } else { nx };
+    let shape = match options.axis_order {
+        AxisOrder::Zyx => [nz, ny, nx],
+        AxisOrder::Xyz => [nx, ny, nz],
+    };
+    header_of("|u1", &format!("({}, {}, {})", shape[0], shape[1], shape[2]))
 }
 
 /// Everything before the data of an array of a type and a shape, as NumPy writes them.
@@ -41,8 +45,8 @@ mod tests {
             b"\x93NUMPY\x01\x00\x76\x00{'descr': '|u1', 'fortran_order': False, 'shape': (7, 5, 9), }".to_vec();
         expected.resize(127, b' ');
         expected.push(b'\n');
-        assert_eq!(header([9, 5, 7], false), expected);
-        assert!(header([9, 5, 7], true).windows(9).any(|text| text == b"(7, 5, 2)"));
-        assert_eq!(header([u32::MAX; 3], false).len() % 64, 0);
+        assert_eq!(header([9, 5, 7], &Options::default()), expected);
+        assert!(header([9, 5, 7], &Options::default().with_bits(true)).windows(9).any(|text| text == b"(7, 5, 2)"));
+        assert_eq!(header([u32::MAX; 3], &Options::default()).len() % 64, 0);
     }
 }

@@ -10,7 +10,7 @@ use std::io::{self, Write};
 use zip::write::{SimpleFileOptions, StreamWriter};
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
-use super::{Compress, Options, Sink, npy};
+use super::{Compress, Options, Sink, npy, ordered};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::lines::AXES;
@@ -60,8 +60,8 @@ fn entries(
         put(archive, failure, &lines.iter().flat_map(|line| line.to_le_bytes()).collect::<Vec<u8>>())?;
     }
     archive.start_file("flag.npy", method).map_err(failed)?;
-    put(archive, failure, &npy::header(mesh.dims(), false))?;
-    mesh.for_each_slab(options.slab_bytes, control, |flags| put(archive, failure, flags))
+    put(archive, failure, &npy::header(mesh.dims(), options))?;
+    ordered::for_each_slab(mesh, options, control, |flags| put(archive, failure, flags))
 }
 
 fn put(archive: &mut Archive, failure: &Failure, bytes: &[u8]) -> Result<()> {

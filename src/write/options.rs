@@ -72,6 +72,16 @@ pub enum Compress {
     Zlib(u8),
 }
 
+/// Which axis is the slowest in a file of flags: the order of the axes of its array.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum AxisOrder {
+    /// z slowest and x fastest: shape (nz, ny, nx).
+    #[default]
+    Zyx,
+    /// x slowest and z fastest: shape (nx, ny, nz).
+    Xyz,
+}
+
 /// Choices of a writer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
@@ -80,6 +90,10 @@ pub struct Options {
     pub compress: Compress,
     /// Eight cells a byte, for `.raw` and `.npy` of meshes with a single flag; the order is in [`super::bits`].
     pub bits: bool,
+    /// Order of the axes, for `.raw`, `.npy` and `.npz`; natively.
+    pub axis_order: AxisOrder,
+    /// What is written for each flag in its place, for `.raw`, `.npy` and `.npz`; natively. None: the flag itself.
+    pub map: Option<[u8; 256]>,
     /// Whether the SHA-256 of a `.raw` is made as it is written: about as long again.
     pub sha256: bool,
     /// Flags held at once, twice; at least one row of cells is.
@@ -93,7 +107,17 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Options {
         let (compress, slab_bytes, block_cache_bytes) = (Compress::None, SLAB_BYTES, 256 << 20);
-        Options { compress, bits: false, sha256: false, slab_bytes, zarr: ZarrJob::default(), block_cache_bytes }
+        let (axis_order, map) = (AxisOrder::Zyx, None);
+        Options {
+            compress,
+            bits: false,
+            axis_order,
+            map,
+            sha256: false,
+            slab_bytes,
+            zarr: ZarrJob::default(),
+            block_cache_bytes,
+        }
     }
 }
 
@@ -106,6 +130,21 @@ impl Options {
     /// Packs eight cells in a byte.
     pub fn with_bits(self, bits: bool) -> Options {
         Options { bits, ..self }
+    }
+
+    /// Chooses the order of the axes.
+    pub fn with_axis_order(self, axis_order: AxisOrder) -> Options {
+        Options { axis_order, ..self }
+    }
+
+    /// Writes another number for each flag: `map[flag]`.
+    pub fn with_map(self, map: [u8; 256]) -> Options {
+        Options { map: Some(map), ..self }
+    }
+
+    /// Whether what is written are not the flags with x fastest.
+    pub fn has_own_bytes(&self) -> bool {
+        self.map.is_some() || self.axis_order != AxisOrder::Zyx
     }
 
     /// Asks for the SHA-256 of a `.raw`.

@@ -3,15 +3,16 @@
 //! One key a line. `lines` holds the coordinates of all mesh lines, n + 1 numbers an axis; an axis with more than
 //! [`MAX_LINES`] equal cells has null there, and line i is `origin + i * spacing`, evaluated in f64. Where cells differ in size `spacing`
 //! is null. All numbers parse back to
-//! the same f64.
+//! the same f64. `map` is there where bytes are not the flags: by flag what is written for it; `flags` and `flags_hash` speak of the flags.
 
 use serde::Serialize;
 
 use crate::fingerprint::flags_hash;
+use crate::geometry::Material;
 use crate::lines::Lines;
 use crate::mesh::Mesh;
 
-use super::{Options, Written};
+use super::{AxisOrder, Options, Written};
 use crate::flags::row_bytes;
 
 /// Most cells along an axis whose lines are listed: some 2 MB of text.
@@ -39,13 +40,18 @@ struct Flag<'a> {
     flag: usize,
     name: Option<&'a str>,
     cells: u64,
+    #[serde(skip_serializing_if = "Material::is_empty")]
+    material: Material,
 }
 
 /// Describes a `.raw` file: layout, dims, origin, spacing, lines, flags with names and cells, unit, SHA-256 if it was made,
 /// the hash of the flags (`docs/flags_hash.md`) if the columns can be read.
 pub fn sidecar_json(mesh: &Mesh, options: &Options, written: &Written) -> String {
     let [nx, ny, nz] = mesh.dims();
-    let order = "x fastest, then y, then z: cell (x, y, z) is number x + nx * (y + ny * z)";
+    let order = match options.axis_order {
+        AxisOrder::Zyx => "x fastest, then y, then z: cell (x, y, z) is number x + nx * (y + ny * z)",
+        AxisOrder::Xyz => "z fastest, then y, then x: cell (x, y, z) is number z + nz * (y + ny * x)",
+    };
     let mut facts = vec![
         ("format", Fact::Text("hexcast raw")),
         ("version", Fact::Number(VERSION)),
@@ -57,6 +63,11 @@ pub fn sidecar_json(mesh: &Mesh, options: &Options, written: &Written) -> String
     if options.bits {
         let order = "little: the first cell of a byte is its lowest bit; every row along x starts a byte";
         facts.extend([("row_bytes", Fact::Number(row_bytes(nx).into())), ("bit_order", Fact::Text(order))]);
+    }
+    if let Some(map) = &options.map {
+        let changed = map.iter().enumerate().filter(|(flag, value)| *flag != usize::from(**value));
+        let changed: Vec<String> = changed.map(|(flag, value)| format!("\"{flag}\":{value}")).collect();
+        facts.push(("map", Fact::Numbers(format!("{{{}}}", changed.join(",")))));
     }
     let [x, y, z] = [0, 1, 2].map(|axis| lines(&mesh.lines, axis).map_or("null".into(), |lines| numbers(&lines)));
     let flags_hash = flags_hash(&mesh.columns).ok();
@@ -85,12 +96,16 @@ fn numbers(list: &[f64]) -> String {
     format!("[{}]", texts.join(","))
 }
 
-/// The flags in use, with names and numbers of cells.
+/// The flags in use, with names, numbers of cells and materials; flag 0 where it has a name.
 fn flags(mesh: &Mesh) -> Vec<Flag<'_>> {
     let cells = mesh.columns.cells_per_flag();
-    let name = |flag| mesh.names.iter().find(|named| usize::from(named.flag) == flag).map(|named| named.name.as_str());
-    let flag = |flag| Flag { flag, name: name(flag), cells: cells[flag] };
-    (1..cells.len()).map(flag).filter(|fact| fact.cells > 0 || fact.name.is_some()).collect()
+    let flag = |flag: usize| {
+        let named = mesh.names.iter().find(|named| usize::from(named.flag) == flag);
+        let material = named.map_or(Material::default(), |named| named.material);
+        Flag { flag, name: named.map(|named| named.name.as_str()), cells: cells[flag], material }
+    };
+    let is_told = |fact: &Flag| (fact.flag > 0 && fact.cells > 0) || fact.name.is_some();
+    (0..cells.len()).map(flag).filter(is_told).collect()
 }
 
 /// Coordinates of the mesh lines of an axis; none where they are too many.

@@ -171,7 +171,11 @@ fn attributes(mesh: &Mesh, whole: &Lines) -> Map<String, Value> {
     // without numbers of cells, which no part knows
     let mut names: Vec<&Named> = mesh.names.iter().collect();
     names.sort_by_key(|named| named.flag);
-    let names: Vec<Value> = names.iter().map(|named| json!({ "flag": named.flag, "name": named.name })).collect();
+    let told = |named: &&Named| match named.material.is_empty() {
+        true => json!({ "flag": named.flag, "name": named.name }),
+        false => json!({ "flag": named.flag, "name": named.name, "material": named.material }),
+    };
+    let names: Vec<Value> = names.iter().map(told).collect();
     let entries = [
         ("generator", json!(concat!("hexcast ", env!("CARGO_PKG_VERSION")))),
         ("unit", json!(mesh.unit)),

@@ -59,6 +59,7 @@ const CORE: &[&str] = &[
     "report",
     "shards",
     "write",
+    "export",
     "estimate",
     "parts",
 ];

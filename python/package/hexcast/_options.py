@@ -45,6 +45,8 @@ class GeometryOptions(TypedDict, total=False):
     min_cells: int
     #: Whether it is metal: generated lines lie a third of a cell inside of its edges and two thirds outside.
     metal: bool
+    #: What it is made of, passed on to every output: ``eps_r``, ``mu_r``, ``sigma`` (S/m), ``pec``, ``density`` (kg/m3), ``E`` (Pa), ``nu``.
+    material: Mapping[str, Any]
     #: Scales first: a number, or three for x, y, z.
     scale: PerAxis
     #: Then rotates about x, y and z, in degrees.
@@ -109,6 +111,8 @@ class JobOptions(TypedDict, total=False):
     max_memory: Union[int, str]
     #: Unit of lengths, such as ``"mm"``; repeated in every output.
     unit: str
+    #: Name and material of the cells of no geometry, flag 0: ``{"name": "air", "material": {"eps_r": 1}}``.
+    background: Mapping[str, Any]
 
 
 #: Names of the options of a geometry, and of a job.

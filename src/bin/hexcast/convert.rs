@@ -19,20 +19,24 @@ use super::summary::Table;
 const EXAMPLES: &str = "\
 Examples:
     hexcast convert part.hxc part.vti
-    hexcast convert part.hxc part.raw --bits";
+    hexcast convert part.hxc part.raw --bits
+    hexcast convert pipe.hxc case/pipe.foam --unit mm --export-flags 1,2";
 
-/// Convert a column file (.hxc) to .vti, .vtr, .npy, .npz, .raw, .zarr or .hxc; the same bytes as `hexcast mesh` would write
+/// Convert a column file (.hxc) to any format or solver; the same bytes as `hexcast mesh` would write
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     /// Column file
     #[arg(value_name = "IN.hxc")]
     input: PathBuf,
-    /// Output, .vti, .vtr, .npy, .raw, .zarr or .hxc
+    /// Output, .vti, .vtr, .npy, .npz, .raw, .zarr, .hxc, .foam, constant/polyMesh, .inp, .msh or .nrrd
     #[arg(value_name = "OUT")]
     output: PathBuf,
     #[command(flatten)]
     formats: FormatArguments,
+    /// Unit of the lengths, such as mm, in place of the one that the file names
+    #[arg(long, value_name = "UNIT")]
+    unit: Option<String>,
     /// Most memory to take, such as 2GB or 512MiB; the columns stay in their file [default: 3/4 of what is available]
     #[arg(long, value_name = "SIZE", help_heading = "Memory")]
     max_memory: Option<ByteSize>,
@@ -56,7 +60,8 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     control.cancel = token.clone();
     let progress = Progress::new(arguments.quiet);
     // the other half is for the outputs
-    let mesh = open_columns(&arguments.input, max_bytes / 2, &control)?;
+    let mut mesh = open_columns(&arguments.input, max_bytes / 2, &control)?;
+    mesh.unit = arguments.unit.clone().or(mesh.unit);
     let place = Place { whole: mesh.lines.clone(), first: [0; 3] };
     outputs.write(&mesh, &place, None, &control, progress)?;
     control.check()?;

@@ -9,12 +9,15 @@ use hexcast::{Error, Result};
 mod adapters;
 mod arguments;
 mod convert;
+mod counted;
 #[cfg(target_os = "linux")]
 mod device_select;
 mod diff;
 mod disk;
 mod estimate;
+mod export_output;
 mod file_store;
+mod format_arguments;
 mod info;
 mod job_files;
 mod leak;

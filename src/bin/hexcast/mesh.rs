@@ -14,6 +14,7 @@ use hexcast::write::zarr::Place;
 use hexcast::{Error, Result};
 
 use super::arguments::JobArguments;
+use super::format_arguments::exporter_of;
 use super::outputs::{FormatArguments, Outputs, Targets};
 use super::progress::Progress;
 use super::spill::SpillArguments;
@@ -35,6 +36,10 @@ Formats, by the name of the output:
     .raw  one byte a cell, x fastest; OUT.raw.json says what they mean
     .zarr Zarr v3, a folder or s3://BUCKET/NAME.zarr: flag (z, y, x) in shards, and the centres x, y, z; for
           zarr-python and xarray. With --part K/N only the shards of that part, in the store of the whole
+    .foam OpenFOAM: constant/polyMesh beside an empty file of that name; or give DIR/constant/polyMesh
+    .inp  Abaqus and CalculiX: bricks, sets, surfaces
+    .msh  Gmsh 4.1: hexahedra
+    .nrrd NRRD, for 3D Slicer and ITK (gzip unless --compress=none)
     .hxc  columns, by far the smallest; `hexcast convert` makes any other from it";
 
 /// Mesh closed surfaces: cells between lines, each with the flag of the geometry it is in
@@ -43,7 +48,7 @@ Formats, by the name of the output:
 pub(crate) struct Arguments {
     #[command(flatten)]
     job: JobArguments,
-    /// Output, .vti, .vtr, .npy, .npz, .raw, .zarr or .hxc; may be given several times. Without it only the report is made
+    /// Output, see below for its endings; may be given several times. Without it only the report is made
     #[arg(id = "outputs", short, long = "output", value_name = "OUT", help_heading = "Output")]
     outputs: Vec<PathBuf>,
     #[command(flatten)]
@@ -84,6 +89,9 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
             let message = "halo and part are given with a Zarr store, which has every cell once";
             return Err(Error::new("job-conflict", message, "leave out halo, or write another format"));
         }
+    }
+    for (path, exporter) in arguments.outputs.iter().filter_map(|path| Some((path, exporter_of(path)?))) {
+        exporter.check_unit(job.unit.as_deref()).map_err(|error| error.at(path.display()))?;
     }
     let inputs = job.geometries.iter().map(|geometry| Path::new(&geometry.file)).chain(arguments.job.job.as_deref());
     let inputs: Vec<&Path> = inputs.collect();

@@ -1,112 +1,27 @@
 //! Output files and folders: checked before the long work starts, written to a temporary file beside the target, and put in place at
 //! the end, so that no half file is ever seen under the target's name.
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use hexcast::control::Control;
-use hexcast::estimate::{block_cache_bytes, slab_bytes};
+use hexcast::estimate::slab_bytes;
+use hexcast::export::Exporter;
 use hexcast::job::ZarrJob;
 use hexcast::mesh::Mesh;
 use hexcast::write::zarr::Place;
-use hexcast::write::{Compress, Format, Options, exact_size, sidecar_json, write};
+use hexcast::write::{Format, Options, exact_size, sidecar_json, write};
 use hexcast::{Error, Result};
-use indicatif::ProgressBar;
-use serde::Deserialize;
 
-use super::arguments::choice;
+use super::counted::Counted;
 use super::disk::{Planned, check_room};
+use super::export_output::ExportOutput;
+pub(crate) use super::format_arguments::FormatArguments;
+use super::format_arguments::{exporter_of, format_of};
 use super::output_file::{OutputFile, PendingFile, with_ending};
 use super::progress::Progress;
 use super::zarr_folder::is_zarr;
 use super::zarr_output::ZarrOutput;
-
-/// How files are written.
-#[derive(clap::Args)]
-#[command(next_help_heading = "Output")]
-pub(crate) struct FormatArguments {
-    /// zlib level of .npz, .vti, .vtr, .hxc and .zarr, 1 (fast) to 9 (small), or none [default: 6]
-    #[arg(long, value_name = "LEVEL", value_parser = compression, num_args = 0..=1, require_equals = true,
-          default_missing_value = "6")]
-    compress: Option<Compress>,
-    /// Write .raw and .npy with eight cells a byte; for meshes with a single flag
-    #[arg(long)]
-    pub(crate) bits: bool,
-    /// Also make the SHA-256 of all flags, one byte a cell, for the report and the sidecar of a .raw: some seconds for 10^9 cells
-    #[arg(long, value_parser = choice::<Hash>(&["sha256"]))]
-    pub(crate) hash: Option<Hash>,
-}
-
-/// A hash that is made only if it is asked for.
-#[derive(Clone, Copy, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum Hash {
-    Sha256,
-}
-
-/// zlib level where the caller does not say: files a quarter as large as at 1, in twice the time, and little larger than at 9.
-const DEFAULT_COMPRESS: Compress = Compress::Zlib(6);
-
-impl FormatArguments {
-    /// The writer's options for a format: those arguments that apply to it, and its share of the memory allowed.
-    fn options(&self, format: Format, max_bytes: u64) -> Options {
-        let (compress, bits) = match format {
-            Format::Raw | Format::Npy => (Compress::None, self.bits),
-            _ => (self.compress.unwrap_or(DEFAULT_COMPRESS), false),
-        };
-        self.zarr_options(max_bytes).with_compress(compress).with_bits(bits)
-    }
-
-    /// The options for a Zarr folder.
-    fn zarr_options(&self, max_bytes: u64) -> Options {
-        let compress = self.compress.unwrap_or(DEFAULT_COMPRESS);
-        let slab_bytes = slab_bytes(max_bytes) as usize;
-        let block_cache_bytes = block_cache_bytes(max_bytes) as usize;
-        Options::default()
-            .with_compress(compress)
-            .with_sha256(self.hash.is_some())
-            .with_slab_bytes(slab_bytes)
-            .with_block_cache_bytes(block_cache_bytes)
-    }
-
-    /// Refuses an argument that applies to none of the formats.
-    fn check(&self, formats: &[Format], has_zarr: bool) -> Result<()> {
-        let has = |one: Format, other: Format| formats.contains(&one) || formats.contains(&other);
-        let compresses = |format: &Format| !matches!(format, Format::Raw | Format::Npy);
-        if matches!(self.compress, Some(Compress::Zlib(_))) && !has_zarr && !formats.iter().any(compresses) {
-            let message = "--compress is given, but no output can be compressed";
-            return Err(Error::new(
-                "job-conflict",
-                message,
-                "add an output that ends in .npz, .vti, .vtr, .hxc or .zarr",
-            ));
-        }
-        if self.bits && !has(Format::Raw, Format::Npy) {
-            let message = "--bits is given, but no output can be bit-packed";
-            return Err(Error::new("job-conflict", message, "add an output that ends in .raw or .npy"));
-        }
-        Ok(())
-    }
-}
-
-/// The format of the name of one file.
-fn format_of(path: &Path) -> Result<Format> {
-    let format = Format::of_name(&path.to_string_lossy())?;
-    if format == Format::Zarr {
-        let message = format!("{} is a folder of many files, and a mask of doubtful cells is one", path.display());
-        return Err(Error::new("job-value", message, "use .raw, .npy, .vti or .hxc"));
-    }
-    Ok(format)
-}
-
-fn compression(text: &str) -> std::result::Result<Compress, String> {
-    match text.parse() {
-        Ok(level @ 1..=9) => Ok(Compress::Zlib(level)),
-        _ if text == "none" => Ok(Compress::None),
-        _ => Err("1 to 9 or none is needed".into()),
-    }
-}
 
 /// Where outputs go.
 pub(crate) struct Targets<'a> {
@@ -131,6 +46,7 @@ impl Targets<'_> {
 pub(crate) struct Outputs {
     meshes: Vec<MeshFile>,
     stores: Vec<(ZarrOutput, Options)>,
+    exports: Vec<ExportOutput>,
     report: Option<PendingFile>,
     written: Vec<OutputFile>,
     /// Bytes of flags to expand at a time.
@@ -149,6 +65,13 @@ struct MeshFile {
     is_doubt: bool,
 }
 
+impl MeshFile {
+    /// Whether the bytes of a `.raw` are the flags of the mesh, in their order.
+    fn has_flags(&self) -> bool {
+        !self.options.bits && !self.options.has_own_bytes() && !self.is_doubt
+    }
+}
+
 impl Outputs {
     /// Checks names and folders and opens a temporary file for each output and the report; `inputs` must not be among them.
     pub(crate) fn open(
@@ -159,9 +82,12 @@ impl Outputs {
     ) -> Result<Outputs> {
         let (folder_paths, paths): (Vec<&PathBuf>, Vec<&PathBuf>) =
             targets.meshes.iter().partition(|path| is_zarr(path));
+        let (export_paths, paths): (Vec<&PathBuf>, Vec<&PathBuf>) =
+            paths.into_iter().partition(|path| exporter_of(path).is_some());
+        let exporters: Vec<Exporter> = export_paths.iter().filter_map(|path| exporter_of(path)).collect();
         let mut formats = paths.iter().map(|path| format_of(path)).collect::<Result<Vec<Format>>>()?;
         formats.extend(targets.doubt.map(format_of).transpose()?);
-        arguments.check(&formats, !folder_paths.is_empty())?;
+        arguments.check(&formats, &exporters, !folder_paths.is_empty())?;
         let mut taken: Vec<PathBuf> = inputs.iter().filter_map(|input| input.canonicalize().ok()).collect();
         let n_inputs = taken.len();
         let mut take = |path: &Path, place: PathBuf| match taken.iter().position(|other| *other == place) {
@@ -177,6 +103,12 @@ impl Outputs {
             let (place, store) = ZarrOutput::open(path, targets.is_part)?;
             take(path, place)?;
             stores.push((store, arguments.zarr_options(max_bytes).with_zarr(targets.zarr)));
+        }
+        let mut exports = Vec::new();
+        for (path, exporter) in export_paths.into_iter().zip(exporters) {
+            let (places, export) = ExportOutput::open(path, exporter, arguments.export_options(max_bytes))?;
+            places.into_iter().try_for_each(|place| take(path, place))?;
+            exports.push(export);
         }
         let mut open = |path: &Path| -> Result<PendingFile> {
             let (place, file) = PendingFile::open(path)?;
@@ -194,12 +126,12 @@ impl Outputs {
         }
         let report = targets.report.map(open).transpose()?;
         let slab_bytes = slab_bytes(max_bytes) as usize;
-        Ok(Outputs { meshes, stores, report, written: Vec::new(), slab_bytes, flags_sha256: None })
+        Ok(Outputs { meshes, stores, exports, report, written: Vec::new(), slab_bytes, flags_sha256: None })
     }
 
     /// Whether a `.raw` of one byte a cell will be written, whose hash is that of the flags.
     pub(crate) fn will_hash(&self) -> bool {
-        self.meshes.iter().any(|mesh| mesh.format == Format::Raw && !mesh.options.bits && !mesh.is_doubt)
+        self.meshes.iter().any(|mesh| mesh.format == Format::Raw && mesh.has_flags())
     }
 
     /// Formats of the files of the mesh.
@@ -209,7 +141,7 @@ impl Outputs {
 
     /// Number of meshes to write.
     pub(crate) fn n_meshes(&self) -> usize {
-        self.meshes.len() + self.stores.len()
+        self.meshes.len() + self.stores.len() + self.exports.len()
     }
 
     /// Writes the mesh, and the mask of its doubtful cells, to all their files, if the disks have room for those whose size is known.
@@ -227,7 +159,8 @@ impl Outputs {
             let n_bytes = exact_size(mesh, output.format, &output.options)?;
             Some(Planned { path: output.file.path.clone(), folder: output.file.folder().into(), n_bytes })
         });
-        check_room(&planned.collect::<Vec<_>>())?;
+        let exported = self.exports.iter().map(|export| export.plan(mesh)).collect::<Result<Vec<_>>>()?;
+        check_room(&planned.chain(exported.into_iter().flatten()).collect::<Vec<_>>())?;
         for output in &mut self.meshes {
             let mesh = of(output.is_doubt);
             let bar = progress.bytes("write", exact_size(mesh, output.format, &output.options));
@@ -244,8 +177,10 @@ impl Outputs {
                 sidecar.put(&text)?;
                 self.written.push(OutputFile { path: sidecar.path.clone(), n_bytes: text.len() as u64 });
             }
-            self.flags_sha256 =
-                self.flags_sha256.take().or(written.sha256.filter(|_| !output.options.bits && !output.is_doubt));
+            self.flags_sha256 = self.flags_sha256.take().or(written.sha256.filter(|_| output.has_flags()));
+        }
+        for export in &mut self.exports {
+            self.written.extend(export.write(mesh, control, progress)?);
         }
         for (store, options) in &mut self.stores {
             self.written.push(store.write(mesh, place, options, control, progress)?);
@@ -263,6 +198,7 @@ impl Outputs {
         for file in meshes.chain([self.report]).flatten() {
             file.persist()?;
         }
+        self.exports.into_iter().try_for_each(ExportOutput::finish)?;
         self.stores.into_iter().try_for_each(|(store, _)| store.finish())?;
         Ok(self.written)
     }
@@ -270,22 +206,4 @@ impl Outputs {
 
 fn twice(path: &Path, what: &str) -> Error {
     Error::new("job-conflict", format!("{} {what}", path.display()), "give the output another name")
-}
-
-/// A writer that moves a progress bar.
-struct Counted<'a> {
-    file: BufWriter<&'a File>,
-    bar: ProgressBar,
-}
-
-impl Write for Counted<'_> {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        let n = self.file.write(bytes)?;
-        self.bar.inc(n as u64);
-        Ok(n)
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        self.file.flush()
-    }
 }

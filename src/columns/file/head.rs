@@ -3,14 +3,17 @@
 use super::bytes::{corrupt, u32_at};
 use crate::checksum::crc32;
 use crate::error::{Error, Result};
+use crate::geometry::Material;
 use crate::lines::{IS_NATIVE, Lines, native_only};
 use crate::rays::Rays;
 
 /// What a file starts with.
 pub(crate) const MAGIC: [u8; 8] = *b"\x89HXC\r\n\x1a\n";
-/// The version that is written of equal cells, and that of cells that differ in size.
+/// The version that is written of equal cells, that of cells that differ in size, and that of either where flags have materials or flag 0
+/// has a name.
 pub(crate) const VERSION: u32 = 2;
 pub(crate) const LISTED: u32 = 3;
+pub(crate) const WITH_MATERIALS: u32 = 4;
 /// Bytes before the body.
 pub(crate) const START: usize = 16;
 /// Most bytes of a body without lines, and with them.
@@ -19,12 +22,21 @@ const MAX_LISTED_BODY: usize = 1 << 23;
 const MAX_DIM: u32 = 1 << 24;
 
 /// A flag in use and its name.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Named {
-    /// The flag, 1 to 255.
+    /// The flag, 0 to 255; 0 where the job names the background.
     pub flag: u8,
     /// Name of the geometry that carries it.
     pub name: String,
+    /// What its cells are made of.
+    pub material: Material,
+}
+
+impl Named {
+    /// A flag and its name.
+    pub fn new(flag: u8, name: impl Into<String>) -> Named {
+        Named { flag, name: name.into(), material: Material::default() }
+    }
 }
 
 /// What the head of a column file says.
@@ -68,21 +80,31 @@ impl Head {
             body.push(named.flag);
             text(&mut body, &named.name);
         }
+        let version = version(&self.lines, &self.names);
+        if version == WITH_MATERIALS {
+            self.names
+                .iter()
+                .for_each(|named| text(&mut body, &serde_json::to_string(&named.material).unwrap_or_default()));
+        }
         if body.len() - n_of_lines > MAX_BODY {
             let n_bytes = body.len() - n_of_lines;
             let message = format!("names of {n_bytes} bytes; a column file holds {MAX_BODY}");
             return Err(Error::new("job-value", message, "give the geometries shorter names"));
         }
-        let mut head =
-            [&MAGIC[..], &version(&self.lines).to_le_bytes(), &(body.len() as u32).to_le_bytes(), &body].concat();
+        let mut head = [&MAGIC[..], &version.to_le_bytes(), &(body.len() as u32).to_le_bytes(), &body].concat();
         head.extend(crc32(&head));
         Ok(head)
     }
 }
 
 /// The version of the file of a mesh.
-pub(crate) fn version(lines: &Lines) -> u32 {
-    if lines.is_graded() { LISTED } else { VERSION }
+pub(crate) fn version(lines: &Lines, names: &[Named]) -> u32 {
+    let has_more = names.iter().any(|named| named.flag == 0 || !named.material.is_empty());
+    match (has_more, lines.is_graded()) {
+        (true, _) => WITH_MATERIALS,
+        (false, true) => LISTED,
+        (false, false) => VERSION,
+    }
 }
 
 fn text(body: &mut Vec<u8>, text: &str) {
@@ -99,11 +121,11 @@ pub(crate) fn start(bytes: &[u8]) -> Result<(u32, usize)> {
         return Err(corrupt("this is not a column file: it does not start with the signature of one".into()));
     }
     let (version, n_body) = (u32_at(bytes, 8), u32_at(bytes, 12) as usize);
-    if version > LISTED {
-        let message = format!("the column file has version {version}; this hexcast reads up to {LISTED}");
+    if version > WITH_MATERIALS {
+        let message = format!("the column file has version {version}; this hexcast reads up to {WITH_MATERIALS}");
         return Err(Error::new("columns-version", message, "use a newer hexcast"));
     }
-    let most = if version == LISTED { MAX_LISTED_BODY } else { MAX_BODY };
+    let most = if version >= LISTED { MAX_LISTED_BODY } else { MAX_BODY };
     if version == 0 || n_body > most {
         return Err(corrupt(format!("the head says, at byte 8: version {version}, {n_body} bytes")));
     }
@@ -130,7 +152,7 @@ pub(crate) fn decode(version: u32, body: &[u8]) -> Result<Head> {
         return Err(at.wrong(format!("{dims:?} cells")));
     }
     let [axis, zlib, kind, zero] = at.array()?;
-    let is_listed = version == LISTED;
+    let is_listed = version == LISTED || (version == WITH_MATERIALS && kind == 1);
     if axis > 2 || zlib > 1 || kind != u8::from(is_listed) || zero != 0 {
         return Err(at.wrong(format!("ray axis {axis}, compression {zlib}, lines of kind {kind}, {zero}")));
     }
@@ -146,10 +168,20 @@ pub(crate) fn decode(version: u32, body: &[u8]) -> Result<Head> {
     let mut names = Vec::new();
     for _ in 0..at.u32()? {
         let [flag] = at.array()?;
-        if flag == 0 {
+        if flag == 0 && version < WITH_MATERIALS {
             return Err(at.wrong("a name for flag 0".into()));
         }
-        names.push(Named { flag, name: at.text()? });
+        names.push(Named::new(flag, at.text()?));
+    }
+    if version == WITH_MATERIALS {
+        for named in &mut names {
+            let material = serde_json::from_str(&at.text()?);
+            named.material =
+                material.map_err(|error| at.wrong(format!("the material of flag {}: {error}", named.flag)))?;
+            if let Some((key, value, allowed)) = named.material.out_of_range() {
+                return Err(at.wrong(format!("{key} = {value} of flag {}; allowed: {allowed}", named.flag)));
+            }
+        }
     }
     if at.at != body.len() {
         return Err(at.wrong(format!("{} bytes after the names", body.len() - at.at)));

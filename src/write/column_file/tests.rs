@@ -4,6 +4,7 @@ use super::*;
 use crate::checksum::crc32;
 use crate::columns::file::piece::PIECE_HEAD;
 use crate::columns::{Band, Columns, codec, run};
+use crate::lines::Lines;
 use crate::mesh::tests::pattern;
 use crate::rays::Rays;
 use crate::write::{Format, Options, write};
@@ -255,7 +256,7 @@ fn a_stream_that_inflates_beyond_its_head_is_an_error() {
 #[test]
 fn a_newer_version_is_distinguished_from_damage() {
     let mut file = bytes(&pattern(0, [2, 2, 2], 1), false);
-    file[8] = 4;
+    file[8] = 5;
     assert_eq!(code(&file), "columns-version");
     assert_eq!(code(b"solid cube\nfacet normal 0 0 1\n"), "columns-corrupt");
 }
@@ -317,5 +318,32 @@ proptest! {
         let at = 16 + index.index(file.len() - 16 - new.len());
         let code = code(&forged(&file, at, &new));
         prop_assert!(["accepted", "columns-corrupt"].contains(&code), "{code}");
+    }
+}
+
+#[test]
+fn materials_and_the_name_of_the_background_read_back_in_a_version_of_their_own() {
+    let plain = pattern(1, [5, 4, 6], 3);
+    for lists in [false, true] {
+        let mut mesh = plain.clone();
+        if lists {
+            mesh.lines = Lines::from_lists([
+                vec![0.0, 1.0, 2.0, 4.0, 5.0, 6.0],
+                (0..5).map(f64::from).collect(),
+                (0..7).map(f64::from).collect(),
+            ])
+            .unwrap();
+        }
+        let version = bytes(&mesh, false)[8];
+        assert_eq!(version, if lists { 3 } else { 2 });
+        mesh.names.push(crate::mesh::Named::new(0, "air"));
+        mesh.names[1].material.eps_r = Some(2.2);
+        mesh.names[1].material.pec = true;
+        let file = bytes(&mesh, true);
+        assert_eq!(file[8], 4);
+        let read = opened(&file).unwrap();
+        assert_eq!((&read.names, &read.lines, &read.unit), (&mesh.names, &mesh.lines, &mesh.unit));
+        mesh.names[1].material.nu = Some(0.7);
+        assert_eq!(code(&bytes(&mesh, true)), "columns-corrupt");
     }
 }

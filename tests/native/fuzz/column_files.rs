@@ -149,7 +149,7 @@ fn random_mesh(random: &mut Random) -> Mesh {
     }
     (band.odd_rays, band.n_crossings) = (random.below(2) as u64, random.below(1000) as u64);
     let lines = Lines::new([0.5, -1e-7, 3e5], [0.1, 1.0, 7.5], dims).expect("lines");
-    let names = if random.below(2) == 0 { vec![] } else { vec![Named { flag: 2, name: "Gehäuse \"1\"".into() }] };
+    let names = if random.below(2) == 0 { vec![] } else { vec![Named::new(2, "Gehäuse \"1\"")] };
     let unit = (random.below(2) == 0).then(|| "mm".to_string());
     Mesh::new(lines, Columns::new(rays, vec![band]).unwrap(), names, unit).expect("a mesh")
 }

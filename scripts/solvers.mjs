@@ -1,0 +1,19 @@
+// The tests of exporters: real programs read what hexcast wrote, and solve.
+
+import path from 'node:path';
+
+import { ensureEnvironment } from './python.mjs';
+import { ROOT, run } from './run.mjs';
+
+const FOLDER = path.join(ROOT, '.tools/solvers');
+const REQUIREMENTS = path.join(ROOT, 'tests/solvers/requirements.txt');
+
+/** Makes the virtual environment of these tests. */
+export const ensureSolvers = () => ensureEnvironment(FOLDER, REQUIREMENTS);
+
+/** Builds the command and runs the tests; returns what they printed, the counts at their end. */
+export async function runSolvers() {
+  await run('cargo', ['build']);
+  const args = ['tests/solvers', '-q', '-rfEP', '--durations=0'];
+  return run(path.join(FOLDER, 'bin/pytest'), args, { minutes: 12 });
+}

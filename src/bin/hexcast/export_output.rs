@@ -1,0 +1,141 @@
+//! The files of an exporter as output: made in a temporary folder beside the target, and put in place one by one at the end.
+
+use std::fs::File;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use hexcast::control::Control;
+use hexcast::export::{ExportOptions, Exporter, Files, exact_size, export};
+use hexcast::mesh::Mesh;
+use hexcast::{Error, Result};
+use indicatif::ProgressBar;
+use tempfile::TempDir;
+
+use super::counted::Counted;
+use super::disk::Planned;
+use super::output_file::{OutputFile, refused};
+use super::place::{check_kind, folder_of, target_of};
+use super::progress::Progress;
+use super::temporary;
+
+/// Files being written; nothing is left where this is dropped before [`ExportOutput::finish`].
+pub(crate) struct ExportOutput {
+    /// The name that the caller gave.
+    path: PathBuf,
+    exporter: Exporter,
+    options: ExportOptions,
+    /// The folder and the last part of what the path leads to: names of files begin there.
+    folder: PathBuf,
+    name: String,
+    temporary: TempDir,
+    /// Held as long as the folder is ours.
+    _lock: File,
+}
+
+impl ExportOutput {
+    /// Opens a temporary folder; also returns the places of all files, without links.
+    pub(crate) fn open(
+        path: &Path,
+        exporter: Exporter,
+        options: ExportOptions,
+    ) -> Result<(Vec<PathBuf>, ExportOutput)> {
+        // a link to a case is replaced: what it leads to may have a name that tells nothing
+        let target = if exporter == Exporter::Foam { path.to_path_buf() } else { target_of(path)? };
+        let name = target.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        // the folders that a mesh has in a case of OpenFOAM need not be there
+        let folder = match exporter.file_names(&name).iter().all(|file| file.starts_with(&format!("{name}/"))) {
+            true => folder_of(folder_of(&target)).to_path_buf(),
+            false => folder_of(&target).to_path_buf(),
+        };
+        let name = target.strip_prefix(&folder).unwrap_or(&target).to_string_lossy().replace('\\', "/");
+        let names = exporter.file_names(&name);
+        check_places(path, &folder, &names)?;
+        let failed = |error: std::io::Error| refused(path, &folder, &error);
+        let (temporary, lock) = temporary::folder_for(&target, &folder).map_err(failed)?;
+        let whole = folder.canonicalize().map_err(failed)?;
+        let places = names.iter().map(|name| whole.join(name));
+        let places = places.map(|place| place.canonicalize().unwrap_or(place)).collect();
+        Ok((places, ExportOutput { path: path.into(), exporter, options, folder, name, temporary, _lock: lock }))
+    }
+
+    /// Checks that the mesh can be exported, and says how many bytes that takes where it is known.
+    pub(crate) fn plan(&self, mesh: &Mesh) -> Result<Option<Planned>> {
+        self.exporter.check(mesh, &self.options).map_err(|error| error.at(self.path.display()))?;
+        let n_bytes = exact_size(mesh, self.exporter, &self.options);
+        Ok(n_bytes.map(|n_bytes| Planned { path: self.path.clone(), folder: self.folder.clone(), n_bytes }))
+    }
+
+    /// Writes the mesh.
+    pub(crate) fn write(&mut self, mesh: &Mesh, control: &Control, progress: Progress) -> Result<Vec<OutputFile>> {
+        let bar = progress.bytes("write", exact_size(mesh, self.exporter, &self.options));
+        let mut folder = Folder { path: self.temporary.path(), bar: bar.clone() };
+        let done = export(mesh, self.exporter, &self.name, &self.options, &mut folder, control);
+        bar.finish_and_clear();
+        done.map_err(|error| error.at(self.path.display()))?;
+        let file = |name: String| {
+            let n_bytes = self.temporary.path().join(&name).metadata().map(|metadata| metadata.len());
+            let path = self.folder.join(&name);
+            let path = path.strip_prefix(".").map(Path::to_path_buf).unwrap_or(path);
+            n_bytes.map(|n_bytes| OutputFile { path, n_bytes })
+        };
+        let files = self.exporter.file_names(&self.name).into_iter().map(file).collect::<std::io::Result<_>>();
+        files.map_err(|error| self.failed(error))
+    }
+
+    /// Puts all files in their places.
+    pub(crate) fn finish(self) -> Result<()> {
+        for name in self.exporter.file_names(&self.name) {
+            let place = self.folder.join(&name);
+            let done = std::fs::create_dir_all(folder_of(&place))
+                .and_then(|()| std::fs::rename(self.temporary.path().join(&name), &place));
+            done.map_err(|error| self.failed(error))?;
+        }
+        Ok(())
+    }
+
+    fn failed(&self, error: std::io::Error) -> Error {
+        Error::io(format!("writing {}", self.path.display()), error)
+    }
+}
+
+/// Refuses places that something else has, and folders in which files of another mesh would stay.
+fn check_places(path: &Path, folder: &Path, names: &[String]) -> Result<()> {
+    for name in names {
+        let place = folder.join(name);
+        if place.is_dir() {
+            return Err(Error::new("io", format!("{} is a folder", place.display()), "name a file in it"));
+        }
+        check_kind(&place)?;
+        let inner = folder_of(&place);
+        if inner == folder || !inner.is_dir() {
+            continue;
+        }
+        let entries = std::fs::read_dir(inner).map_err(|error| refused(path, inner, &error))?;
+        for entry in entries.flatten().map(|entry| entry.path()) {
+            if names.iter().all(|name| folder.join(name) != entry) {
+                let message = format!("{} is in the folder of the new mesh, and belongs to another", entry.display());
+                return Err(Error::new(
+                    "io",
+                    message,
+                    "move or remove it: what is read with the new mesh must be made for it",
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The temporary folder.
+struct Folder<'a> {
+    path: &'a Path,
+    bar: ProgressBar,
+}
+
+impl Files for Folder<'_> {
+    fn create(&mut self, name: &str) -> Result<Box<dyn Write + '_>> {
+        let place = self.path.join(name);
+        let file = std::fs::create_dir_all(folder_of(&place)).and_then(|()| File::create(&place));
+        let file = file.map_err(|error| Error::io(format!("writing {name}"), error))?;
+        Ok(Box::new(Counted { file, bar: self.bar.clone() }))
+    }
+}

@@ -1,0 +1,189 @@
+//! How outputs are written: their arguments, and which format or exporter a name asks for.
+
+use std::path::Path;
+
+use hexcast::estimate::{block_cache_bytes, slab_bytes};
+use hexcast::export::{ExportOptions, Exporter};
+use hexcast::write::{AxisOrder, Compress, Format, Options};
+use hexcast::{Error, Result};
+use serde::Deserialize;
+
+use super::arguments::choice;
+
+/// How files are written.
+#[derive(clap::Args)]
+#[command(next_help_heading = "Output")]
+pub(crate) struct FormatArguments {
+    /// zlib level of .npz, .vti, .vtr, .nrrd, .hxc and .zarr, 1 (fast) to 9 (small), or none [default: 6]
+    #[arg(long, value_name = "LEVEL", value_parser = compression, num_args = 0..=1, require_equals = true,
+          default_missing_value = "6")]
+    compress: Option<Compress>,
+    /// Write .raw and .npy with eight cells a byte; for meshes with a single flag
+    #[arg(long)]
+    pub(crate) bits: bool,
+    /// Also make the SHA-256 of all flags, one byte a cell, for the report and the sidecar of a .raw: some seconds for 10^9 cells
+    #[arg(long, value_parser = choice::<Hash>(&["sha256"]))]
+    pub(crate) hash: Option<Hash>,
+    /// Order of the axes in .raw, .npy and .npz: zyx has x fastest, xyz has x slowest [default: zyx]
+    #[arg(long, value_name = "ORDER", value_parser = axis_order)]
+    axis_order: Option<AxisOrder>,
+    /// Write other numbers for flags in .raw, .npy and .npz, such as 1=0,0=1; flags that are not named stay as they are
+    #[arg(long, value_name = "FLAG=BYTE,...", value_parser = map)]
+    map: Option<Map>,
+    /// Flags whose cells are exported for a solver, also 0 [default: all but 0]
+    #[arg(long, value_name = "FLAG,...", value_delimiter = ',')]
+    export_flags: Option<Vec<u8>>,
+    /// Export text in place of binary numbers: OpenFOAM, .msh
+    #[arg(long)]
+    ascii: bool,
+}
+
+/// A hash that is made only if it is asked for.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Hash {
+    Sha256,
+}
+
+/// zlib level where the caller does not say: files a quarter as large as at 1, in twice the time, and little larger than at 9.
+const DEFAULT_COMPRESS: Compress = Compress::Zlib(6);
+
+impl FormatArguments {
+    /// The writer's options for a format: those arguments that apply to it, and its share of the memory allowed.
+    pub(super) fn options(&self, format: Format, max_bytes: u64) -> Options {
+        let (compress, bits) = match format {
+            Format::Raw | Format::Npy => (Compress::None, self.bits),
+            _ => (self.compress.unwrap_or(DEFAULT_COMPRESS), false),
+        };
+        let mut options = self.zarr_options(max_bytes).with_compress(compress).with_bits(bits);
+        if has_own_bytes(format) {
+            options = options.with_axis_order(self.axis_order.unwrap_or_default());
+            options.map = self.map.map(|map| map.0);
+        }
+        options
+    }
+
+    /// The options for a Zarr folder.
+    pub(super) fn zarr_options(&self, max_bytes: u64) -> Options {
+        let compress = self.compress.unwrap_or(DEFAULT_COMPRESS);
+        let slab_bytes = slab_bytes(max_bytes) as usize;
+        let block_cache_bytes = block_cache_bytes(max_bytes) as usize;
+        Options::default()
+            .with_compress(compress)
+            .with_sha256(self.hash.is_some())
+            .with_slab_bytes(slab_bytes)
+            .with_block_cache_bytes(block_cache_bytes)
+    }
+
+    /// The options for an exporter.
+    pub(super) fn export_options(&self, max_bytes: u64) -> ExportOptions {
+        let options = ExportOptions::default()
+            .with_ascii(self.ascii)
+            .with_compress(self.compress.unwrap_or(DEFAULT_COMPRESS))
+            .with_slab_bytes(slab_bytes(max_bytes) as usize);
+        self.export_flags.iter().fold(options, |options, flags| options.with_flags(flags.clone()))
+    }
+
+    /// Refuses an argument that applies to none of the formats.
+    pub(super) fn check(&self, formats: &[Format], exporters: &[Exporter], has_zarr: bool) -> Result<()> {
+        let has = |one: Format, other: Format| formats.contains(&one) || formats.contains(&other);
+        let compresses = |format: &Format| !matches!(format, Format::Raw | Format::Npy);
+        if matches!(self.compress, Some(Compress::Zlib(_)))
+            && !has_zarr
+            && !formats.iter().any(compresses)
+            && !exporters.iter().any(|exporter| exporter.compresses())
+        {
+            let message = "--compress is given, but no output can be compressed";
+            return Err(Error::new(
+                "job-conflict",
+                message,
+                "add an output that ends in .npz, .vti, .vtr, .nrrd, .hxc or .zarr",
+            ));
+        }
+        if self.bits && !has(Format::Raw, Format::Npy) {
+            let message = "--bits is given, but no output can be bit-packed";
+            return Err(Error::new("job-conflict", message, "add an output that ends in .raw or .npy"));
+        }
+        if (self.axis_order.is_some() || self.map.is_some()) && !formats.iter().any(|format| has_own_bytes(*format)) {
+            let message = "--axis-order or --map is given, but no output has another order or other numbers";
+            return Err(Error::new("job-conflict", message, "add an output that ends in .raw, .npy or .npz"));
+        }
+        if self.ascii && !exporters.iter().any(|exporter| exporter.has_ascii()) {
+            let message = "--ascii is given, but no output has a form in text besides a binary one";
+            return Err(Error::new(
+                "job-conflict",
+                message,
+                "add an output that ends in .foam, constant/polyMesh or .msh",
+            ));
+        }
+        if self.export_flags.is_some() && !exporters.iter().any(|exporter| exporter.has_flags()) {
+            let message = "--export-flags is given, but no output holds the cells of some flags only";
+            return Err(Error::new(
+                "job-conflict",
+                message,
+                "add an output that ends in .foam, constant/polyMesh, .inp or .msh",
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// The format of the name of one file.
+pub(super) fn format_of(path: &Path) -> Result<Format> {
+    let format = Format::of_name(&path.to_string_lossy()).map_err(|error| {
+        let formats = Format::ALL.map(|format| format!(".{}", format.extension()));
+        let exporters = Exporter::ENDINGS.map(|(ending, _)| ending.to_string());
+        Error::new(error.code(), error.to_string(), format!("use {}", [&formats[..], &exporters].concat().join(", ")))
+    })?;
+    if format == Format::Zarr {
+        let message = format!("{} is a folder of many files, and a mask of doubtful cells is one", path.display());
+        return Err(Error::new("job-value", message, "use .raw, .npy, .vti or .hxc"));
+    }
+    Ok(format)
+}
+
+/// The exporter that a path asks for.
+pub(super) fn exporter_of(path: &Path) -> Option<Exporter> {
+    Exporter::of_name(&path.to_string_lossy())
+}
+
+/// Formats whose cells can be in another order.
+fn has_own_bytes(format: Format) -> bool {
+    matches!(format, Format::Raw | Format::Npy | Format::Npz)
+}
+
+fn axis_order(text: &str) -> std::result::Result<AxisOrder, String> {
+    match text {
+        "zyx" => Ok(AxisOrder::Zyx),
+        "xyz" => Ok(AxisOrder::Xyz),
+        _ => Err("zyx or xyz is needed".into()),
+    }
+}
+
+/// What is written for each flag.
+#[derive(Clone, Copy)]
+struct Map([u8; 256]);
+
+fn map(text: &str) -> std::result::Result<Map, String> {
+    let mut map: [u8; 256] = std::array::from_fn(|flag| flag as u8);
+    let mut seen = [false; 256];
+    for pair in text.split(',') {
+        let numbers = pair.split_once('=').map(|(flag, byte)| (flag.trim().parse::<u8>(), byte.trim().parse::<u8>()));
+        let Some((Ok(flag), Ok(byte))) = numbers else {
+            return Err(format!("\"{pair}\" is not FLAG=BYTE, two numbers of 0 to 255"));
+        };
+        if std::mem::replace(&mut seen[usize::from(flag)], true) {
+            return Err(format!("flag {flag} is given twice"));
+        }
+        map[usize::from(flag)] = byte;
+    }
+    Ok(Map(map))
+}
+
+fn compression(text: &str) -> std::result::Result<Compress, String> {
+    match text.parse() {
+        Ok(level @ 1..=9) => Ok(Compress::Zlib(level)),
+        _ if text == "none" => Ok(Compress::None),
+        _ => Err("1 to 9 or none is needed".into()),
+    }
+}

@@ -1,0 +1,147 @@
+//! Exporters: a mesh as the files of another program, one source file an exporter.
+//!
+//! Mesh, exporter, options -> one or several named files, one after the other, each from its first byte to its last. An exporter never
+//! holds all cells: it holds the flags of two slabs or, where points and faces are numbered, of a few planes (`layers`), and goes over the
+//! mesh once for each part of a file. It knows no file system: the caller gives a writer for each name ([`Files`]).
+//!
+//! A new exporter is a file here, an entry of [`Exporter`] and a page in `docs/export/`.
+
+use crate::control::Control;
+use crate::error::Result;
+use crate::mesh::Mesh;
+
+mod abaqus;
+mod foam;
+mod gmsh;
+mod layers;
+mod names;
+mod nrrd;
+mod options;
+mod output;
+mod unit;
+
+pub use options::ExportOptions;
+use output::Export;
+pub use output::Files;
+pub use unit::Length;
+
+/// A program, or a format, that a mesh is written for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Exporter {
+    /// Nearly raw raster data: the flags of equal cells as an image of three dimensions.
+    Nrrd,
+    /// OpenFOAM: a `polyMesh`.
+    Foam,
+    /// Abaqus and CalculiX: nodes, elements, sets and surfaces.
+    Abaqus,
+    /// Gmsh: MSH 4.1.
+    Gmsh,
+}
+
+impl Exporter {
+    /// Every exporter, in the order of the documentation.
+    pub const ALL: [Exporter; 4] = [Exporter::Foam, Exporter::Abaqus, Exporter::Gmsh, Exporter::Nrrd];
+
+    /// How the path of an output ends that asks for each exporter.
+    pub const ENDINGS: [(&str, Exporter); 5] = [
+        (".foam", Exporter::Foam),
+        ("constant/polyMesh", Exporter::Foam),
+        (".inp", Exporter::Abaqus),
+        (".msh", Exporter::Gmsh),
+        (".nrrd", Exporter::Nrrd),
+    ];
+
+    /// Finds the exporter by the end of a path, upper or lower case; None where it asks for none.
+    pub fn of_name(path: &str) -> Option<Exporter> {
+        let path = path.trim_end_matches('/').replace('\\', "/").to_lowercase();
+        let ends = |ending: &str| {
+            let rest = path.strip_suffix(&ending.to_lowercase());
+            rest.is_some_and(|rest| {
+                if ending.starts_with('.') { !rest.is_empty() } else { rest.is_empty() || rest.ends_with('/') }
+            })
+        };
+        Exporter::ENDINGS.into_iter().find(|(ending, _)| ends(ending)).map(|(_, exporter)| exporter)
+    }
+
+    /// The files of an output, relative to the folder of its path; `name` is the last part of that path. All of them are written.
+    pub fn file_names(self, name: &str) -> Vec<String> {
+        match self {
+            Exporter::Foam => foam::file_names(name),
+            _ => vec![name.to_string()],
+        }
+    }
+
+    /// Whether files are compressed where the caller asks for it.
+    pub fn compresses(self) -> bool {
+        self == Exporter::Nrrd
+    }
+
+    /// Whether there is a form of text besides the binary one.
+    pub fn has_ascii(self) -> bool {
+        matches!(self, Exporter::Foam | Exporter::Gmsh)
+    }
+
+    /// Whether only some flags can be exported.
+    pub fn has_flags(self) -> bool {
+        self != Exporter::Nrrd
+    }
+
+    /// Refuses a unit of lengths that this exporter cannot use, for callers that have no mesh yet.
+    ///
+    /// # Errors
+    /// `export-unit` where lengths must be in metres, and the unit is not known.
+    pub fn check_unit(self, unit: Option<&str>) -> Result<()> {
+        match self {
+            Exporter::Foam => unit::metres(unit, "OpenFOAM").map(|_| ()),
+            Exporter::Abaqus => unit::metres(unit, "an Abaqus file, whose materials are in SI units,").map(|_| ()),
+            Exporter::Gmsh | Exporter::Nrrd => Ok(()),
+        }
+    }
+
+    /// Refuses, before any byte is written, a mesh that this exporter cannot write with these options.
+    ///
+    /// # Errors
+    /// Those of [`Exporter::check_unit`]; `lines-graded` where cells must be equal; `job-conflict` where no cell has one of the flags.
+    pub fn check(self, mesh: &Mesh, options: &ExportOptions) -> Result<()> {
+        self.check_unit(mesh.unit.as_deref())?;
+        match self {
+            Exporter::Nrrd => nrrd::check(mesh),
+            _ => options.selection(mesh).map(|_| ()),
+        }
+    }
+}
+
+/// Writes a mesh for another program; `name` is the last part of the path of the output, which [`Exporter::file_names`] extends.
+///
+/// # Errors
+/// Those of [`Exporter::check`]; `export-too-large` where the format cannot number so many cells or points; those of `files`; `io` where
+/// a writer fails; `cancelled`, looked at before every slab.
+pub fn export(
+    mesh: &Mesh,
+    exporter: Exporter,
+    name: &str,
+    options: &ExportOptions,
+    files: &mut dyn Files,
+    control: &Control,
+) -> Result<()> {
+    exporter.check(mesh, options)?;
+    let job = Export { mesh, options, control };
+    match exporter {
+        Exporter::Nrrd => nrrd::write(&job, name, files),
+        Exporter::Foam => foam::write(&job, name, files),
+        Exporter::Abaqus => abaqus::write(&job, name, files),
+        Exporter::Gmsh => gmsh::write(&job, name, files),
+    }
+}
+
+/// Returns the size of all files before they are written, in bytes; None where it depends on the flags.
+pub fn exact_size(mesh: &Mesh, exporter: Exporter, options: &ExportOptions) -> Option<u64> {
+    match exporter {
+        Exporter::Nrrd => nrrd::exact_size(mesh, options),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,95 @@
+//! NRRD: the flags of equal cells as an image of three dimensions, for 3D Slicer, ITK and pynrrd.
+//!
+//! One file: a header in text, an empty line, and one byte a cell, x fastest, raw or as gzip. `space directions` has the size of a cell along
+//! each axis, `space origin` the middle of the first cell: values are at the centres. What the flags are called follows as keys and values.
+//! Source: the NRRD definition, version 5 (teem). Cost: two slabs of memory.
+
+use std::io;
+
+use flate2::Compression;
+use flate2::write::GzEncoder;
+
+use super::options::ExportOptions;
+use super::output::{Export, Files, Out, failed};
+use crate::error::{Error, Result};
+use crate::mesh::Mesh;
+use crate::write::Compress;
+
+/// Level of gzip where the caller asks for zlib's.
+fn level(compress: Compress) -> Option<u32> {
+    match compress {
+        Compress::None => None,
+        Compress::Zlib(level) => Some(level.into()),
+    }
+}
+
+pub(super) fn check(mesh: &Mesh) -> Result<()> {
+    if mesh.lines.is_graded() {
+        let message = "cells differ in size, and .nrrd holds equal ones only";
+        return Err(Error::new("lines-graded", message, "write .vtr or .npz, which hold the lines of each axis"));
+    }
+    Ok(())
+}
+
+pub(super) fn exact_size(mesh: &Mesh, options: &ExportOptions) -> Option<u64> {
+    let is_raw = options.compress == Compress::None && !mesh.lines.is_graded();
+    is_raw.then(|| mesh.n_cells() + header(mesh, options).len() as u64)
+}
+
+pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<()> {
+    let mut out = Out::create(files, name)?;
+    out.put(header(job.mesh, job.options).as_bytes())?;
+    match level(job.options.compress) {
+        None => slabs(job, &mut out.file)?,
+        Some(level) => {
+            let mut gzip = GzEncoder::new(&mut out.file, Compression::new(level));
+            slabs(job, &mut gzip)?;
+            gzip.finish().map_err(failed)?;
+        }
+    }
+    out.finish()
+}
+
+fn slabs(job: &Export, out: &mut dyn io::Write) -> Result<()> {
+    job.mesh.for_each_slab(job.options.slab_bytes, job.control, |flags| out.write_all(flags).map_err(failed))
+}
+
+fn header(mesh: &Mesh, options: &ExportOptions) -> String {
+    let [nx, ny, nz] = mesh.dims();
+    let [dx, dy, dz] = mesh.lines.smallest();
+    let [x, y, z] = [0, 1, 2].map(|axis| mesh.lines.centre(axis, 0));
+    let encoding = if level(options.compress).is_some() { "gzip" } else { "raw" };
+    let mut text = format!(
+        "NRRD0005\n\
+         # by hexcast {}\n\
+         type: uint8\n\
+         dimension: 3\n\
+         space dimension: 3\n\
+         sizes: {nx} {ny} {nz}\n\
+         space directions: ({dx:?},0,0) (0,{dy:?},0) (0,0,{dz:?})\n\
+         space origin: ({x:?},{y:?},{z:?})\n\
+         kinds: domain domain domain\n\
+         encoding: {encoding}\n",
+        env!("CARGO_PKG_VERSION")
+    );
+    if let Some(unit) = &mesh.unit {
+        let unit = quoted(unit);
+        text += &format!("space units: \"{unit}\" \"{unit}\" \"{unit}\"\n");
+    }
+    let mut names: Vec<_> = mesh.names.iter().collect();
+    names.sort_by_key(|named| named.flag);
+    for named in names {
+        text += &format!("flag {}:={}\n", named.flag, one_line(&named.name));
+    }
+    text + "\n"
+}
+
+/// A value of a key: in one line, as the format has it.
+fn one_line(text: &str) -> String {
+    text.replace('\\', "\\\\").replace('\n', "\\n").replace('\r', " ")
+}
+
+/// A text between quotes.
+fn quoted(text: &str) -> String {
+    one_line(&text.replace('"', "'"))
+}

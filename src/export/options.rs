@@ -1,0 +1,77 @@
+//! The choices of exporters.
+
+use crate::error::{Error, Result};
+use crate::mesh::{Mesh, SLAB_BYTES};
+use crate::write::Compress;
+
+/// Choices of an exporter; those that do not apply to it are not looked at.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct ExportOptions {
+    /// Flags whose cells are exported, where an exporter writes only some: also 0. None means all but 0.
+    pub flags: Option<Vec<u8>>,
+    /// Text in place of numbers in binary.
+    pub ascii: bool,
+    /// Compression, where [`super::Exporter::compresses`].
+    pub compress: Compress,
+    /// Flags held at once, twice; at least a row of cells, or a plane where points are numbered.
+    pub slab_bytes: usize,
+}
+
+impl Default for ExportOptions {
+    fn default() -> ExportOptions {
+        ExportOptions { flags: None, ascii: false, compress: Compress::None, slab_bytes: SLAB_BYTES }
+    }
+}
+
+impl ExportOptions {
+    /// Exports the cells of these flags only, also of 0.
+    pub fn with_flags(self, flags: Vec<u8>) -> ExportOptions {
+        ExportOptions { flags: Some(flags), ..self }
+    }
+
+    /// Writes text in place of numbers in binary.
+    pub fn with_ascii(self, ascii: bool) -> ExportOptions {
+        ExportOptions { ascii, ..self }
+    }
+
+    /// Compresses, or does not.
+    pub fn with_compress(self, compress: Compress) -> ExportOptions {
+        ExportOptions { compress, ..self }
+    }
+
+    /// Limits the flags that are held at once, twice.
+    pub fn with_slab_bytes(self, slab_bytes: usize) -> ExportOptions {
+        ExportOptions { slab_bytes, ..self }
+    }
+
+    /// Whether the cells of each flag are exported.
+    ///
+    /// # Errors
+    /// `job-conflict` where a flag asked for has no cell, or no cell is left.
+    pub(super) fn selection(&self, mesh: &Mesh) -> Result<[bool; 256]> {
+        let cells = mesh.columns.cells_per_flag();
+        let used = || {
+            (0..=255u8).filter(|flag| cells[usize::from(*flag)] > 0).map(|flag| flag.to_string()).collect::<Vec<_>>()
+        };
+        let Some(flags) = &self.flags else {
+            if (1..256).all(|flag| cells[flag] == 0) {
+                let message =
+                    "every cell has flag 0, and the cells of all other flags would be exported: there are none";
+                return Err(Error::new("job-conflict", message, "name the flags to export (--export-flags 0)"));
+            }
+            return Ok(std::array::from_fn(|flag| flag > 0));
+        };
+        if let Some(flag) = flags.iter().find(|flag| cells[usize::from(**flag)] == 0) {
+            let message =
+                format!("flag {flag} is to be exported, and no cell has it; flags in use: {}", used().join(", "));
+            return Err(Error::new("job-conflict", message, "name flags that are in use"));
+        }
+        if flags.is_empty() {
+            return Err(Error::new("job-conflict", "no flag is to be exported", "name at least one"));
+        }
+        let mut keeps = [false; 256];
+        flags.iter().for_each(|flag| keeps[usize::from(*flag)] = true);
+        Ok(keeps)
+    }
+}

@@ -1,0 +1,43 @@
+"""Cases of OpenFOAM: the dictionaries that every program wants, and reading fields in text."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+SCHEMES = """
+ddtSchemes {default steadyState;} gradSchemes {default Gauss linear;}
+divSchemes {default none; div(phi,U) Gauss linear; div((nuEff*dev2(T(grad(U))))) Gauss linear;}
+laplacianSchemes {default Gauss linear corrected;} interpolationSchemes {default linear;} snGradSchemes {default corrected;}
+"""
+SOLUTION = """
+solvers {
+    p {solver PCG; preconditioner DIC; tolerance 1e-14; relTol 0.001;}
+    U {solver smoothSolver; smoother symGaussSeidel; tolerance 1e-14; relTol 0.01;}
+}
+SIMPLE {consistent yes; nNonOrthogonalCorrectors 0; residualControl {p 1e-6; U 1e-7;}}
+relaxationFactors {equations {U 0.9;}}
+"""
+CONTROL = """
+application simpleFoam; startFrom startTime; startTime 0; stopAt endTime; endTime 300; deltaT 1;
+writeControl timeStep; writeInterval 300; writeFormat ascii; writePrecision 12;
+"""
+
+
+def write(path: Path, kind: str, text: str) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(f"FoamFile {{version 2.0; format ascii; class {kind}; object {path.name};}}\n{text}\n")
+
+
+def system(case: Path) -> None:
+    for name, text in (("controlDict", CONTROL), ("fvSchemes", SCHEMES), ("fvSolution", SOLUTION)):
+        write(case / "system" / name, "dictionary", text)
+
+
+def values(path: Path) -> np.ndarray:
+    """The values inside of a field in text: a number or three for each cell."""
+    text = path.read_text()
+    start = text.index("(", text.index("nonuniform")) + 1
+    rows = text[start : text.index("\n)", start)].split("\n")
+    return np.array([[float(word) for word in row.strip("() ").split()] for row in rows if row.strip()])

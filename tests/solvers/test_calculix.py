@@ -1,0 +1,105 @@
+"""CalculiX reads the elements that hexcast wrote, and a cantilever bends as Timoshenko says."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import Model, cuboid, hexcast, run, save
+
+
+def table(text: str, title: str) -> np.ndarray:
+    """The rows of a table of a .dat file."""
+    rows = []
+    for line in text.split(title, 1)[1].split("\n")[1:]:
+        words = line.split()
+        if words and not words[0].lstrip("-").isdigit():
+            break
+        if words:
+            rows.append([float(word) for word in words])
+    return np.array(rows)
+
+
+def test_the_same_cells(model: Model) -> None:
+    hexcast("convert", "m.hxc", "m.inp", cwd=model.folder)
+    deck = """*INCLUDE, INPUT=m.inp
+*MATERIAL, NAME=SOFT
+*ELASTIC
+1e9, 0.2
+*SOLID SECTION, ELSET=base, MATERIAL=SOFT
+*SOLID SECTION, ELSET=f_1_bar, MATERIAL=SOFT
+*BOUNDARY
+XMIN, 1, 3
+*STEP
+*STATIC
+*DSLOAD
+S_f_1_bar, P, 1
+*NODE PRINT, NSET=YMAX
+U
+*EL PRINT, ELSET=base, TOTALS=YES
+EVOL
+*EL PRINT, ELSET=block, TOTALS=YES
+EVOL
+*EL PRINT, ELSET=f_1_bar, TOTALS=YES
+EVOL
+*END STEP
+"""
+    (model.folder / "run.inp").write_text(deck)
+    run("ccx", "run", cwd=model.folder)
+    text = (model.folder / "run.dat").read_text()
+    nodes, elements = read(model)
+    kept = model.of(1, 2, 9)
+    order = np.argwhere(kept.transpose(2, 1, 0))[:, ::-1]
+    corners = np.array([[nodes[point] for point in points] for points in elements.values()])
+    numbers = np.array(list(elements)) - 1
+    np.testing.assert_allclose(corners.mean(axis=1), model.centres[tuple(order[numbers].T)] * 1e-3, atol=1e-12)
+    for flag, name in ((1, "BASE"), (2, "BLOCK"), (9, "F_1_BAR")):
+        rows = table(text, f"volume (element, volume) for set {name} and time")
+        of_flag = np.flatnonzero(model.flags[tuple(order.T)] == flag)
+        # CalculiX found these elements in the set, each of the volume of the cell that has this number
+        np.testing.assert_array_equal(rows[:, 0].astype(int) - 1, of_flag)
+        np.testing.assert_allclose(rows[:, 1], model.volumes[tuple(order[of_flag].T)] * 1e-9, rtol=1e-5)
+    side = table(text, "displacements (vx,vy,vz) for set YMAX and time")[:, 0].astype(int)
+    assert sorted(side) == sorted(number for number, at in nodes.items() if abs(at[1] - 5e-3) < 1e-12)
+
+
+def read(model: Model) -> tuple[dict[int, list[float]], dict[int, list[int]]]:
+    """Nodes and elements of m.inp."""
+    nodes: dict[int, list[float]] = {}
+    elements: dict[int, list[int]] = {}
+    part = ""
+    for line in (model.folder / "m.inp").read_text().splitlines():
+        if line.startswith("*"):
+            part = line.split(",")[0]
+        elif part in ("*NODE", "*ELEMENT"):
+            words = line.split(",")
+            if part == "*NODE":
+                nodes[int(words[0])] = [float(word) for word in words[1:]]
+            else:
+                elements[int(words[0])] = [int(word) for word in words[1:]]
+    return nodes, elements
+
+
+def test_a_cantilever(tmp_path) -> None:
+    """Tip of a beam of 20 x 1 x 1 mm under 1 N: L^3 / 3 E I + L / k G A."""
+    save(tmp_path / "beam.stl", cuboid((0, 0, 0), (20, 1, 1)))
+    arguments = ["beam.stl:E=2.1e11,nu=0.3", "--cell-size", "0.25", "--unit", "mm", "--backend", "cpu"]
+    hexcast("mesh", *arguments, "-o", "m.inp", cwd=tmp_path)
+    # the load of a node: as many quarters of an element's share as it has elements
+    lines = (tmp_path / "m.inp").read_text().splitlines()
+    start = lines.index("*NODE, NSET=NALL") + 1
+    nodes = [line.split(",") for line in lines[start : start + 81 * 25]]
+    tip = [(int(n), float(y), float(z)) for n, x, y, z in nodes if abs(float(x) - 0.02) < 1e-9]
+    assert len(tip) == 25
+    share = {n: (1 if y in (0, 1e-3) else 2) * (1 if z in (0, 1e-3) else 2) for n, y, z in tip}
+    total = sum(share.values())
+    loads = "\n".join(f"{n}, 3, {-part / total:.9e}" for n, part in share.items())
+    (tmp_path / "run.inp").write_text(
+        f"*INCLUDE, INPUT=m.inp\n*BOUNDARY\nXMIN, 1, 3\n*STEP\n*STATIC\n*CLOAD\n{loads}\n*NODE PRINT, NSET=XMAX\nU\n*END STEP\n"
+    )
+    run("ccx", "run", cwd=tmp_path)
+    rows = table((tmp_path / "run.dat").read_text(), "displacements (vx,vy,vz) for set XMAX and time")
+    length, side, modulus, nu = 0.02, 1e-3, 2.1e11, 0.3
+    shear = modulus / 2 / (1 + nu)
+    theory = length**3 / 3 / modulus / (side**4 / 12) + length / (5 / 6 * shear * side**2)
+    print("tip", -rows[:, 3].mean(), "theory", theory)
+    assert -rows[:, 3].mean() == pytest.approx(theory, rel=0.01)

@@ -1,0 +1,106 @@
+"""OpenFOAM reads the cells that hexcast wrote, and a flow through a tube is that of Poiseuille."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+from conftest import Model, hexcast, rod, run, save
+
+import foam
+
+
+@pytest.mark.parametrize("form", ["--ascii", "binary"])
+@pytest.mark.parametrize("flags", [(1, 2, 9), (0,), (2, 0)])
+def test_the_same_cells(model: Model, form: str, flags: tuple[int, ...]) -> None:
+    case = model.folder / "case"
+    foam.system(case)
+    text = ["--ascii"] if form == "--ascii" else []
+    chosen = ["--export-flags", ",".join(map(str, flags)), *text]
+    hexcast("convert", "m.hxc", "case/case.foam", *chosen, cwd=model.folder)
+    assert (case / "case.foam").read_bytes() == b""
+    said = run("checkMesh", "-allTopology", "-allGeometry", "-case", case, cwd=model.folder)
+    assert "\nMesh OK." in said, said
+    kept = model.of(*flags)
+    assert int(re.search(r"\n\s+cells:\s+(\d+)", said)[1]) == kept.sum()
+    zones = {name: (int(n), float(volume)) for name, n, volume in re.findall(r"\n\s+(\w+)\s+(\d+)\s+\d+\s+(\S+)\s+\(", said.split("CellZone")[1])}
+    names = {0: "background", 1: "base", 2: "block", 9: "f_1_bar"}
+    assert set(zones) == {names[flag] for flag in flags}
+    for flag in flags:
+        n, volume = zones[names[flag]]
+        assert n == model.of(flag).sum()
+        assert volume == pytest.approx(model.volumes[model.of(flag)].sum() * 1e-9, rel=1e-9)
+    # each cell where it belongs: in OpenFOAM's own centres and volumes
+    run("postProcess", "-func", "writeCellCentres", "-constant", "-case", case, cwd=model.folder)
+    run("postProcess", "-func", "writeCellVolumes", "-constant", "-case", case, cwd=model.folder)
+    order = np.argwhere(kept.transpose(2, 1, 0))[:, ::-1]
+    index = tuple(order.T)
+    found = {folder: next(path for path in case.rglob(folder)) for folder in ("C", "V")}
+    np.testing.assert_allclose(foam.values(found["C"]), model.centres[index] * 1e-3, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(foam.values(found["V"])[:, 0], model.volumes[index] * 1e-9, rtol=1e-9)
+    # patches: a face for every neighbour that is not kept
+    patches = dict(re.findall(r"(\w+)\s*\{\s*type \w+;\s*nFaces (\d+);", (case / "constant/polyMesh/boundary").read_text()))
+    padded = np.pad(np.where(kept, -1, model.flags.astype(int)), 1, constant_values=-2)
+    inside = padded[1:-1, 1:-1, 1:-1] == -1
+    expected: dict[str, int] = {}
+    for axis, name in enumerate("xyz"):
+        for shift, end in ((1, "Min"), (-1, "Max")):
+            beside = np.roll(padded, shift, axis)[1:-1, 1:-1, 1:-1][inside]
+            for flag, n in zip(*np.unique(beside[beside != -1], return_counts=True)):
+                patch = name + end if flag == -2 else names[flag]
+                expected[patch] = expected.get(patch, 0) + int(n)
+    assert {name: int(n) for name, n in patches.items()} == expected
+
+
+def test_a_mesh_of_another_run_is_not_mixed_in(model: Model) -> None:
+    folder = model.folder / "case/constant/polyMesh"
+    for _ in range(2):
+        folder.mkdir(parents=True, exist_ok=True)
+        hexcast("convert", "m.hxc", "case/constant/polyMesh", cwd=model.folder)
+    (folder / "faceZones").write_text("")
+    before = (folder / "faces").read_bytes()
+    said = hexcast("convert", "m.hxc", "case/constant/polyMesh", "--export-flags", "0", cwd=model.folder, ok=False)
+    assert "faceZones is in the folder of the new mesh" in said
+    assert (folder / "faces").read_bytes() == before
+
+
+def test_without_a_unit_there_is_no_mesh(tmp_path) -> None:
+    save(tmp_path / "rod.stl", rod(1, 4))
+    (tmp_path / "case").mkdir()
+    said = hexcast("mesh", "rod.stl", "--cells", "8", "-o", "case/a.foam", cwd=tmp_path, ok=False)
+    assert "OpenFOAM needs metres" in said and "--unit mm" in said
+    assert list((tmp_path / "case").iterdir()) == []
+
+
+def test_flow_through_a_tube(tmp_path) -> None:
+    """Q = pi r^4 dp / (8 mu L); cells of a sixteenth of the radius have an area within a percent."""
+    size, radius, length = 1 / 16, 1.0, 20.0
+    save(tmp_path / "rod.stl", rod(radius, length))
+    case = tmp_path / "case"
+    foam.system(case)
+    domain = ["--domain", f"0,{-radius},{-radius},{length},{radius},{radius}", "--dims", "40,32,32"]
+    hexcast("mesh", "rod.stl:name=fluid", *domain, "--unit", "mm", "--backend", "cpu", "-o", "case/tube.foam", "-o", "tube.raw", cwd=tmp_path)
+    foam.write(
+        case / "0/U",
+        "volVectorField",
+        "dimensions [0 1 -1 0 0 0 0]; internalField uniform (0 0 0); boundaryField {"
+        '"x.*" {type zeroGradient;} "y.*|z.*|background" {type noSlip;}}',
+    )
+    foam.write(
+        case / "0/p",
+        "volScalarField",
+        "dimensions [0 2 -2 0 0 0 0]; internalField uniform 0; boundaryField {xMin {type fixedValue; value uniform 1.6e-3;}"
+        ' xMax {type fixedValue; value uniform 0;} "y.*|z.*|background" {type zeroGradient;}}',
+    )
+    foam.write(case / "constant/transportProperties", "dictionary", "transportModel Newtonian; nu 1e-6;")
+    foam.write(case / "constant/turbulenceProperties", "dictionary", "simulationType laminar;")
+    run("simpleFoam", "-case", case, cwd=tmp_path)
+    last = max((path for path in case.iterdir() if path.name.isdigit()), key=lambda path: int(path.name))
+    flags = np.fromfile(tmp_path / "tube.raw", np.uint8).reshape(32, 32, 40).transpose(2, 1, 0)
+    order = np.argwhere((flags == 1).transpose(2, 1, 0))[:, ::-1]
+    speed = foam.values(last / "U")[:, 0]
+    flow = [speed[order[:, 0] == x].sum() * (size * 1e-3) ** 2 for x in (5, 20, 35)]
+    poiseuille = np.pi * 1e-12 * 1.6e-3 / (8 * 1e-6 * length * 1e-3)
+    print("flow", flow, "Poiseuille", poiseuille)
+    np.testing.assert_allclose(flow, poiseuille, rtol=0.015)

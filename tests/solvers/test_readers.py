@@ -1,0 +1,76 @@
+"""Programs that read a mesh or an image as such find the same cells."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import meshio
+import nrrd
+import numpy as np
+import pytest
+from conftest import Model, hexcast, run
+
+
+@pytest.mark.parametrize("form", ["--ascii", "binary"])
+@pytest.mark.parametrize("flags", [(1, 2, 9), (0, 2)])
+def test_gmsh(model: Model, form: str, flags: tuple[int, ...]) -> None:
+    text = ["--ascii"] if form == "--ascii" else []
+    hexcast("convert", "m.hxc", "m.msh", "--export-flags", ",".join(map(str, flags)), *text, cwd=model.folder)
+    said = run("gmsh", "-check", "m.msh", cwd=model.folder)
+    assert not re.search(r"Warning|Error", said), said
+    assert int(re.search(r"(\d+) elements", said)[1]) == model.of(*flags).sum()
+    # Gmsh's own volumes of the groups, by its plugin
+    plugin = "Plugin(MeshVolume).PhysicalGroup = {}; Plugin(MeshVolume).Run;"
+    script = "\n".join(['Merge "m.msh";', "Plugin(MeshVolume).Dimension = 3;", *(plugin.format(flag or 256) for flag in flags), ""])
+    (model.folder / "volume.geo").write_text(script)
+    said = run("gmsh", "volume.geo", "-", cwd=model.folder)
+    volumes = [float(text) for text in re.findall(r"Mesh volume .*: (\S+)", said)]
+    assert volumes == pytest.approx([model.volumes[model.of(flag)].sum() for flag in flags], rel=1e-5), said
+    read = meshio.read(model.folder / "m.msh")
+    found = np.zeros_like(model.flags)
+    seen = np.zeros(model.flags.shape, int)
+    for block, physical in zip(read.cells, read.cell_data["gmsh:physical"]):
+        middles = read.points[block.data].mean(axis=1)
+        index = tuple(np.searchsorted(axis, middles[:, i]) - 1 for i, axis in enumerate(model.lines))
+        found[index] = physical % 256
+        np.add.at(seen, index, 1)
+    assert (seen == model.of(*flags)).all()
+    assert (found == np.where(model.of(*flags), model.flags, 0)).all()
+    names = {0: "background", 1: "base", 2: "block", 9: "f_1_bar"}
+    groups = {name: int(tag) % 256 for name, (tag, dimension) in read.field_data.items()}
+    assert groups == {names[flag]: flag for flag in flags}
+
+
+@pytest.mark.parametrize("compress", ["none", "6"])
+def test_nrrd(model: Model, compress: str) -> None:
+    spacing = np.diff(model.lines[0])
+    if not (spacing == spacing[0]).all():
+        said = hexcast("convert", "m.hxc", "m.nrrd", cwd=model.folder, ok=False)
+        assert "cells differ in size" in said
+        return
+    hexcast("convert", "m.hxc", "m.nrrd", f"--compress={compress}", cwd=model.folder)
+    flags, header = nrrd.read(str(model.folder / "m.nrrd"))
+    assert (flags == model.flags).all()
+    np.testing.assert_allclose(header["space origin"], model.centres[0, 0, 0])
+    np.testing.assert_allclose(header["space directions"], np.diag([0.5, 0.5, 0.5]))
+    assert header["flag 9"] == "1 bar"
+
+
+def test_arrays_with_x_slowest_and_other_numbers(model: Model) -> None:
+    options = ["--axis-order", "xyz", "--map", "1=0,0=1"]
+    for name in ("a.npy", "a.npz", "a.raw"):
+        hexcast("convert", "m.hxc", name, *options, cwd=model.folder)
+    expected = np.choose(np.minimum(model.flags, 2), [1, 0, model.flags])
+    assert (np.load(model.folder / "a.npy") == expected).all()
+    archive = np.load(model.folder / "a.npz")
+    assert (archive["flag"] == expected).all()
+    assert all((archive[name] == lines).all() for name, lines in zip("xyz", model.lines))
+    raw = np.fromfile(model.folder / "a.raw", np.uint8)
+    assert (raw.reshape(expected.shape) == expected).all()
+    sidecar = json.loads((model.folder / "a.raw.json").read_text())
+    assert sidecar["map"] == {"0": 1, "1": 0}
+    assert sidecar["axis_order"].startswith("z fastest")
+    assert {flag["flag"]: flag.get("material") for flag in sidecar["flags"]} == {1: None, 2: {"density": 8000, "E": 2e11, "nu": 0.3}, 9: None}
+    for wrong in (["m.vti", "--axis-order", "xyz"], ["b.raw", "--map", "1=256"], ["b.raw", "--map", "1=2,1=3"]):
+        hexcast("convert", "m.hxc", *wrong, cwd=model.folder, ok=False)
