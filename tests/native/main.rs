@@ -31,6 +31,8 @@ mod certificates;
 mod cli;
 #[cfg(feature = "cli")]
 mod column_files;
+#[cfg(feature = "cli")]
+mod command_inputs;
 mod compare;
 #[cfg(feature = "cli")]
 mod examples;

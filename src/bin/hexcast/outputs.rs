@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use hexcast::control::Control;
 use hexcast::estimate::{block_cache_bytes, slab_bytes};
-use hexcast::job::ZarrJob;
+use hexcast::job::{Level, RunJob, ZarrJob};
 use hexcast::mesh::Mesh;
 use hexcast::write::zarr::Place;
 use hexcast::write::{Compress, Format, Options, exact_size, sidecar_json, write};
@@ -19,6 +19,7 @@ use super::arguments::choice;
 use super::disk::{Planned, check_room};
 use super::output_file::{OutputFile, PendingFile, with_ending};
 use super::progress::Progress;
+use super::standard;
 use super::zarr_folder::is_zarr;
 use super::zarr_output::ZarrOutput;
 
@@ -27,9 +28,12 @@ use super::zarr_output::ZarrOutput;
 #[command(next_help_heading = "Output")]
 pub(crate) struct FormatArguments {
     /// zlib level of .npz, .vti, .vtr, .hxc and .zarr, 1 (fast) to 9 (small), or none [default: 6]
-    #[arg(long, value_name = "LEVEL", value_parser = compression, num_args = 0..=1, require_equals = true,
+    #[arg(long, value_name = "LEVEL", value_parser = compression, num_args = 0..=1,
           default_missing_value = "6")]
     compress: Option<Compress>,
+    /// Format of `-o -`, which is standard output, such as vti; nothing else is printed there
+    #[arg(long, value_name = "FORMAT")]
+    format: Option<String>,
     /// Write .raw and .npy with eight cells a byte; for meshes with a single flag
     #[arg(long)]
     pub(crate) bits: bool,
@@ -70,6 +74,17 @@ impl FormatArguments {
             .with_block_cache_bytes(block_cache_bytes)
     }
 
+    /// Puts the options into a job file.
+    pub(crate) fn put(&self, run: &mut RunJob) {
+        run.format = self.format.clone();
+        run.compress = self.compress.map(|level| match level {
+            Compress::Zlib(level) => Level::Level(level),
+            Compress::None => Level::Word("none".into()),
+        });
+        run.bits = self.bits;
+        run.hash = self.hash.map(|Hash::Sha256| "sha256".into());
+    }
+
     /// Refuses an argument that applies to none of the formats.
     fn check(&self, formats: &[Format], has_zarr: bool) -> Result<()> {
         let has = |one: Format, other: Format| formats.contains(&one) || formats.contains(&other);
@@ -90,11 +105,22 @@ impl FormatArguments {
     }
 }
 
-/// The format of the name of one file.
-fn format_of(path: &Path) -> Result<Format> {
-    let format = Format::of_name(&path.to_string_lossy())?;
+/// The format of the name of one file, or that given for standard output.
+fn format_of(path: &Path, of_standard: Option<&str>) -> Result<Format> {
+    let name = match of_standard.filter(|_| standard::is_standard(path)) {
+        Some(format) => format!("flags.{}", format.trim_start_matches('.')),
+        None if standard::is_standard(path) => {
+            return Err(Error::new(
+                "output-name",
+                "- is given as an output without a format",
+                "add --format, such as --format vti",
+            ));
+        }
+        None => path.to_string_lossy().into_owned(),
+    };
+    let format = Format::of_name(&name)?;
     if format == Format::Zarr {
-        let message = format!("{} is a folder of many files, and a mask of doubtful cells is one", path.display());
+        let message = format!("{} would be a folder of many files, and one file is needed", path.display());
         return Err(Error::new("job-value", message, "use .raw, .npy, .vti or .hxc"));
     }
     Ok(format)
@@ -104,7 +130,10 @@ fn compression(text: &str) -> std::result::Result<Compress, String> {
     match text.parse() {
         Ok(level @ 1..=9) => Ok(Compress::Zlib(level)),
         _ if text == "none" => Ok(Compress::None),
-        _ => Err("1 to 9 or none is needed".into()),
+        _ => {
+            Err("1 to 9 or none is needed; without a level, --compress stands before another option or at the end"
+                .into())
+        }
     }
 }
 
@@ -121,6 +150,12 @@ pub(crate) struct Targets<'a> {
 }
 
 impl Targets<'_> {
+    /// Whether standard output gets a file.
+    pub(crate) fn uses_standard_output(&self) -> bool {
+        let mut paths = self.meshes.iter().map(PathBuf::as_path).chain(self.doubt).chain(self.report);
+        paths.any(standard::is_standard)
+    }
+
     /// Whether a name asks for a Zarr store.
     pub(crate) fn has_zarr(meshes: &[PathBuf]) -> bool {
         meshes.iter().any(|path| is_zarr(path))
@@ -159,9 +194,14 @@ impl Outputs {
     ) -> Result<Outputs> {
         let (folder_paths, paths): (Vec<&PathBuf>, Vec<&PathBuf>) =
             targets.meshes.iter().partition(|path| is_zarr(path));
+        let format_of = |path: &Path| format_of(path, arguments.format.as_deref());
         let mut formats = paths.iter().map(|path| format_of(path)).collect::<Result<Vec<Format>>>()?;
         formats.extend(targets.doubt.map(format_of).transpose()?);
         arguments.check(&formats, !folder_paths.is_empty())?;
+        if arguments.format.is_some() && !targets.uses_standard_output() {
+            let message = "--format is given without -o -, whose format it is; those of files are in their names";
+            return Err(Error::new("job-conflict", message, "leave out --format"));
+        }
         let mut taken: Vec<PathBuf> = inputs.iter().filter_map(|input| input.canonicalize().ok()).collect();
         let n_inputs = taken.len();
         let mut take = |path: &Path, place: PathBuf| match taken.iter().position(|other| *other == place) {
@@ -188,7 +228,11 @@ impl Outputs {
         let paths = paths.into_iter().map(PathBuf::as_path).chain(targets.doubt);
         for (index, (path, format)) in paths.zip(formats).enumerate() {
             let file = open(path)?;
-            let sidecar = if format == Format::Raw { Some(open(&with_ending(path, ".json"))?) } else { None };
+            let sidecar = if format == Format::Raw && !file.is_standard() {
+                Some(open(&with_ending(path, ".json"))?)
+            } else {
+                None
+            };
             let options = arguments.options(format, max_bytes);
             meshes.push(MeshFile { format, options, file, sidecar, is_doubt: index == n_flags });
         }
