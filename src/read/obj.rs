@@ -9,6 +9,7 @@ use std::borrow::Cow;
 
 use super::contents::{Contents, Format};
 use super::polygons::Polygons;
+use super::text::excerpt;
 use super::words::Lines;
 use crate::error::Result;
 
@@ -53,7 +54,7 @@ pub(super) fn read(bytes: &[u8], n_bytes: u64) -> Result<Contents> {
             Some(word) if WORDS.contains(&word) => {}
             Some(word) if word.iter().all(u8::is_ascii_alphanumeric) => {
                 n_unknown += 1;
-                first_unknown.get_or_insert_with(|| format!("{} at {}", String::from_utf8_lossy(word), lines.place()));
+                first_unknown.get_or_insert_with(|| format!("{} at {}", excerpt(word), lines.place()));
             }
             _ => return Err(lines.wrong("no statement of OBJ begins like this")),
         }

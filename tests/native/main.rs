@@ -58,6 +58,8 @@ mod gpu {
     mod open_surfaces;
     mod windows;
 }
+#[cfg(feature = "cli")]
+mod job_files;
 #[cfg(feature = "gpu")]
 mod kernel_checks;
 mod layering;
