@@ -103,7 +103,6 @@ pub enum AxisChoice {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
-#[serde(expecting = "{ cells = N } or { length = L }, of one number or three")]
 pub enum Padding {
     /// Whole cells, added after the cell size is chosen: mesh lines of the unpadded box stay mesh lines.
     Cells(PerAxis<u32>),
@@ -287,7 +286,7 @@ fn wrong_value(key: &str, problem: &str) -> Error {
     let key = if matches!(key, "." | "") { "the job" } else { key };
     // the page makes jobs by fields, so that its wasm does without
     #[cfg(not(target_arch = "wasm32"))]
-    let problem = &in_words::in_words(problem);
+    let problem = &in_words::in_words(key, problem);
     Error::new("job-value", format!("{}: {}", on_one_line(key), problem.trim_end()), HINT)
 }
 

@@ -111,7 +111,7 @@ impl Reader {
             Stage::Binary(parser) => parser.finish(),
             Stage::Ascii(parser) => parser.finish(self.n_bytes),
             #[cfg(not(target_arch = "wasm32"))]
-            Stage::Whole(parser) => parser.finish(self.n_bytes),
+            Stage::Whole(parser) => parser.finish(self.n_bytes, read_bytes),
             Stage::Head(_) => Err(contents::empty("the file was never opened")),
         }
     }

@@ -15,8 +15,17 @@ const TYPES: &[(&str, &str)] = &[
 ];
 
 /// The message with every line of serde's in words.
-pub(super) fn in_words(message: &str) -> String {
-    message.lines().map(line_in_words).collect::<Vec<String>>().join("\n")
+pub(super) fn in_words(key: &str, message: &str) -> String {
+    let words = message.lines().map(line_in_words).collect::<Vec<String>>().join("\n");
+    // of an enum serde does not say what is expected
+    let is_of_enum = words.contains("wanted string or table") || words.starts_with("expected value");
+    match key {
+        "padding" if !words.contains("; give") => {
+            format!("{words}; give {{ cells = N }} or {{ length = L }}, of one number or three")
+        }
+        _ if is_of_enum => format!("{words}; give one of its words as a text"),
+        _ => words,
+    }
 }
 
 fn line_in_words(line: &str) -> String {

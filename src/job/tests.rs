@@ -69,7 +69,7 @@ fn unknown_keys_and_wrong_types_name_the_key() {
         (json!({"cell_size": [1, 2, 3, 4]}), "cell_size", "length is 4; give a number or a list of three"),
         (json!({"padding": {"cell": 2}}), "padding", "`cell`"),
         (json!({"padding": {"cells": 0.5}}), "padding.cells", "0.5"),
-        (json!({"padding": 3}), "padding", "give { cells = N } or { length = L }"),
+        (json!({"padding": 3}), "padding", "give { cells = N } or { length = L }, of one number or three"),
         (json!({"cells": "many"}), "cells", "it is the text \"many\"; give a whole number from 0 to 4294967295"),
         (json!({"padding": {"cells": 1, "length": 1}}), "padding", ""),
         (json!({"rule": "even"}), "rule", "it is `even`; give `parity` or `nonzero`"),

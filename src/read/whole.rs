@@ -9,7 +9,7 @@ use flate2::bufread::MultiGzDecoder;
 use super::contents::{Contents, Format};
 use super::polygons::no_room;
 use super::text::without_mark;
-use super::{obj, off, ply, read_bytes};
+use super::{obj, off, ply};
 use crate::error::{Error, Result};
 
 /// Most bytes that a packed file may have unpacked.
@@ -49,10 +49,11 @@ impl Parser {
         Ok(())
     }
 
-    pub(super) fn finish(self, n_bytes: u64) -> Result<Contents> {
+    /// Reads the bytes; `read` reads what is packed.
+    pub(super) fn finish(self, n_bytes: u64, read: fn(&[u8]) -> Result<Contents>) -> Result<Contents> {
         let text = without_mark(&self.bytes);
         match self.format {
-            Format::Gzip => unpacked(self.bytes, n_bytes),
+            Format::Gzip => unpacked(self.bytes, n_bytes, read),
             Format::Off => off::read(text, n_bytes),
             Format::Obj => obj::read(text, n_bytes),
             _ => ply::read(&self.bytes, n_bytes),
@@ -61,7 +62,7 @@ impl Parser {
 }
 
 /// Reads what is packed; the length of the contents stays that of the file.
-fn unpacked(packed: Vec<u8>, n_bytes: u64) -> Result<Contents> {
+fn unpacked(packed: Vec<u8>, n_bytes: u64, read: fn(&[u8]) -> Result<Contents>) -> Result<Contents> {
     let mut decoder = MultiGzDecoder::new(&packed[..]);
     let mut bytes = Vec::new();
     loop {
@@ -84,6 +85,6 @@ fn unpacked(packed: Vec<u8>, n_bytes: u64) -> Result<Contents> {
         let message = "the file is packed by gzip twice";
         return Err(Error::new("file-syntax", message, "unpack it first (gunzip)"));
     }
-    let contents = read_bytes(&bytes).map_err(|error| error.at("what is packed"))?;
+    let contents = read(&bytes).map_err(|error| error.at("what is packed"))?;
     Ok(Contents { n_bytes, ..contents })
 }

@@ -80,7 +80,7 @@ fn an_option_overrides_a_bad_value_and_errors_are_in_words() {
     done(&[&mesh[..], &["--cells", "8"]].concat());
     for (line, expected) in [
         ("padding = 3", "padding: "),
-        ("padding = 3", "it is 3; give { cells = N } or { length = L }"),
+        ("padding = 3", "give { cells = N } or { length = L }"),
         ("report = 3", "report: "),
         ("compress = true", "1 to 9 or \"none\" is needed"),
         ("compress = 11", "1 to 9 or none is needed"),

@@ -11,7 +11,8 @@ use hexcast::{Error, Result};
 use serde::de::DeserializeOwned;
 
 use super::job_files::{read_job, read_lines};
-use super::numbers::{at_least_one, list, number, per_axis};
+pub(crate) use super::numbers::at_least_one;
+use super::numbers::{list, number, per_axis};
 use super::spelling::input_name;
 use super::standard;
 
@@ -300,7 +301,19 @@ impl JobArguments {
 
 /// The geometry of an argument: a file of exactly this name, if there is one, else a file and settings.
 fn geometry_of(argument: &str) -> Result<GeometryJob> {
-    if Path::new(argument).is_file() { Ok(GeometryJob::new(argument)) } else { GeometryJob::from_argument(argument) }
+    if Path::new(argument).is_file() {
+        return Ok(GeometryJob::new(argument));
+    }
+    // settings behind a file whose own name looks like some
+    let mut ends = argument.match_indices(':').map(|(at, _)| argument.split_at(at)).rev();
+    match ends.find(|(file, _)| file.contains(':') && Path::new(file).is_file()) {
+        Some((file, settings)) => {
+            let mut geometry = GeometryJob::from_argument(&format!("file{settings}"))?;
+            geometry.file = file.into();
+            Ok(geometry)
+        }
+        None => GeometryJob::from_argument(argument),
+    }
 }
 
 /// Most cells where nobody says: more are a typing error in a size more often than a wish.

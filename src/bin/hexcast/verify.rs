@@ -14,8 +14,7 @@ use hexcast::mesh::Mesh;
 use hexcast::{Error, Result};
 use indicatif::HumanCount;
 
-use super::arguments::JobArguments;
-use super::numbers::at_least_one;
+use super::arguments::{JobArguments, at_least_one};
 use super::{reading, terminal};
 
 mod ray;

@@ -141,7 +141,11 @@ fn what_is_wrong_is_named_with_its_place() {
         ("v 0 0 0\nf 0 1 1\n".into(), "file-syntax", "there is no corner 0 of 1"),
         ("v 0 0 0\nv 1 1 1\n".into(), "stl-empty", "no facet among 2 corners of OBJ"),
         (wrong(&off(), "4 4 6", "4 5 6").into(), "file-syntax", "the file ends before 5 polygons"),
-        (wrong(&off(), "4 4 6", "9999999999999 4 6").into(), "file-syntax", "line 8"),
+        (
+            wrong(&off(), "4 4 6", "9999999999999 4 6").into(),
+            "file-syntax",
+            "the file ends before 9999999999999 corners",
+        ),
         (wrong(&off(), "COFF", "4OFF").into(), "file-syntax", "line 1: corners of more or fewer"),
         (wrong(&off(), "3 0 1 3", "4 0 1").into(), "file-syntax", "4 indices are announced"),
         (wrong(&ply_text(), "3 0 1 3", "3 0 1 4").into(), "file-syntax", "there is no corner 4 of 4"),
