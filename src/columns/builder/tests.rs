@@ -119,7 +119,7 @@ fn a_store_of_something_else_is_refused_and_left_alone() {
     for foreign in [&before[..20], b"notes", &[0]] {
         *store.bytes() = foreign.to_vec();
         let error = keep(&store, 8).err().unwrap();
-        assert_eq!((error.code(), &store.bytes()[..]), ("job-conflict", foreign));
+        assert_eq!((error.code(), &store.bytes()[..]), ("columns-other", foreign));
     }
 }
 
