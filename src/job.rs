@@ -17,7 +17,7 @@
 //! # Ok::<(), hexcast::Error>(())
 //! ```
 
-use serde::de::IgnoredAny;
+use serde::de::{DeserializeOwned, IgnoredAny};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
@@ -26,6 +26,10 @@ pub use crate::geometry::{Fill, Material, Open};
 mod background_job;
 mod byte_size;
 mod geometry_job;
+#[cfg(not(target_arch = "wasm32"))]
+mod in_words;
+#[cfg(not(target_arch = "wasm32"))]
+mod job_file;
 mod lines_job;
 mod numbers;
 mod part_job;
@@ -39,6 +43,8 @@ mod zarr_job;
 pub use background_job::BackgroundJob;
 pub use byte_size::ByteSize;
 pub use geometry_job::GeometryJob;
+#[cfg(not(target_arch = "wasm32"))]
+pub use job_file::{JobFile, Level, Names, RUN_KEYS, RunJob};
 pub use lines_job::{DEFAULT_GROWTH, GradedJob, LinesJob};
 pub use part_job::{PartJob, numbers_of_parts};
 pub use per_axis::PerAxis;
@@ -213,14 +219,7 @@ impl Job {
     /// - `job-value`: an unknown key or a value of a wrong type, with the key, and line and column.
     /// - Those of [`Job::validate`].
     pub fn from_toml(text: &str) -> Result<Job> {
-        let toml = toml::Deserializer::parse(text)
-            .map_err(|error| not_valid("TOML", &in_lines(&toml_problem(text, &error))))?;
-        let job: Job = serde_path_to_error::deserialize(toml).map_err(|error| {
-            let key = error.path().to_string();
-            let mut inner = error.into_inner();
-            inner.set_input(Some(text));
-            wrong_value(&key, &in_lines(&toml_problem(text, &inner)))
-        })?;
+        let job: Job = of_toml(toml_table(text)?, text)?;
         job.validate()?;
         Ok(job)
     }
@@ -248,8 +247,7 @@ impl Job {
         // a value has no lines and columns
         let value: serde_json::Value =
             serde_json::from_str(text).map_err(|error| not_valid("JSON", &on_one_line(&error.to_string())))?;
-        let job: Job = serde_path_to_error::deserialize(value)
-            .map_err(|error| wrong_value(&error.path().to_string(), &on_one_line(&error.inner().to_string())))?;
+        let job: Job = of_json(value)?;
         job.validate()?;
         Ok(job)
     }
@@ -261,6 +259,29 @@ impl Job {
     }
 }
 
+type Table<'t> = toml::Spanned<toml::de::DeTable<'t>>;
+
+/// The keys of a text of TOML.
+fn toml_table(text: &str) -> Result<Table<'_>> {
+    toml::de::DeTable::parse(text).map_err(|error| not_valid("TOML", &in_lines(&toml_problem(text, &error))))
+}
+
+/// Reads keys of a text; errors name the key and the line.
+fn of_toml<T: DeserializeOwned>(table: Table<'_>, text: &str) -> Result<T> {
+    serde_path_to_error::deserialize(toml::Deserializer::from(table)).map_err(|error| {
+        let key = error.path().to_string();
+        let mut inner = error.into_inner();
+        inner.set_input(Some(text));
+        wrong_value(&key, &in_lines(&toml_problem(text, &inner)))
+    })
+}
+
+/// Reads keys of a value; errors name the key.
+fn of_json<T: DeserializeOwned>(value: serde_json::Value) -> Result<T> {
+    serde_path_to_error::deserialize(value)
+        .map_err(|error| wrong_value(&error.path().to_string(), &on_one_line(&error.inner().to_string())))
+}
+
 fn not_valid(language: &str, problem: &str) -> Error {
     Error::new("job-syntax", format!("the job is not valid {language}: {}", problem.trim_end()), HINT)
 }
@@ -268,10 +289,13 @@ fn not_valid(language: &str, problem: &str) -> Error {
 fn wrong_value(key: &str, problem: &str) -> Error {
     // the path of the job itself is "." or nothing
     let key = if matches!(key, "." | "") { "the job" } else { key };
+    // the page makes jobs by fields, so that its wasm does without
+    #[cfg(not(target_arch = "wasm32"))]
+    let problem = &in_words::in_words(key, problem);
     Error::new("job-value", format!("{}: {}", on_one_line(key), problem.trim_end()), HINT)
 }
 
-const HINT: &str = "compare with the example in the documentation of the job file";
+const HINT: &str = "compare with the example: hexcast job example, or docs/job.schema.json";
 
 #[cfg(test)]
 mod tests;

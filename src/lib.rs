@@ -28,6 +28,7 @@ pub mod cpu;
 mod crossings;
 #[cfg(feature = "stages")]
 pub mod crossings;
+pub mod cut;
 pub mod difference;
 #[cfg(not(feature = "stages"))]
 mod domain;

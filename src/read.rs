@@ -2,7 +2,7 @@
 //!
 //! The caller pushes slices as they come, so that neither a browser's Blob nor a file need be in memory at once; the
 //! result does not depend on where the slices are cut. Binary and ASCII STL are distinguished by length and content, never
-//! by the word "solid" alone: see `sniff`. The file's normals are compared with the corners' and then dropped.
+//! by the word "solid" alone: see `sniff`. Natively OBJ, OFF and PLY are read, too, and any of these packed by gzip: see `whole`. The file's normals are compared with the corners' and then dropped.
 //!
 //! Memory: 36 bytes a facet, at most twice that while an ASCII file is read, and one line or record. The number of facets
 //! that a header announces must fit the length of the file before anything is allocated.
@@ -10,10 +10,22 @@
 use crate::error::{Error, Result};
 
 mod contents;
+#[cfg(not(target_arch = "wasm32"))]
+mod obj;
+#[cfg(not(target_arch = "wasm32"))]
+mod off;
+#[cfg(not(target_arch = "wasm32"))]
+mod ply;
+#[cfg(not(target_arch = "wasm32"))]
+mod polygons;
 mod sniff;
 mod stl_ascii;
 mod stl_binary;
 mod text;
+#[cfg(not(target_arch = "wasm32"))]
+mod whole;
+#[cfg(not(target_arch = "wasm32"))]
+mod words;
 
 pub use contents::{Contents, Format, Solid};
 
@@ -44,6 +56,8 @@ enum Stage {
     Head(Vec<u8>),
     Binary(Box<stl_binary::Parser>),
     Ascii(Box<stl_ascii::Parser>),
+    #[cfg(not(target_arch = "wasm32"))]
+    Whole(whole::Parser),
 }
 
 impl Reader {
@@ -58,7 +72,7 @@ impl Reader {
     /// - `stl-truncated`: a binary header announces more facets than the file has room for.
     /// - `stl-count`: a binary header announces far fewer facets than the file has room for.
     /// - `stl-empty`: a binary header announces no facet.
-    /// - `stl-not-stl`: the bytes are neither binary nor ASCII STL.
+    /// - `stl-not-stl`: the bytes are of no format that can be read.
     /// - `stl-syntax`: an ASCII line breaks the grammar; the message names the line.
     /// - `stl-not-finite`: a corner is NaN, infinite or beyond f32; the message names facet and line or byte.
     /// - `too-many-facets`: more facets than a 32-bit index counts.
@@ -80,6 +94,7 @@ impl Reader {
     /// - `stl-empty`: the file holds no facet;
     /// - `stl-truncated`: an ASCII file ends inside a facet;
     /// - `stl-count`: after the facets that a binary header announces there are more that look like facets;
+    /// - `file-syntax`: an OBJ, OFF or PLY file is wrong at the named line or byte, or one that is packed cannot be unpacked;
     /// - `io`: fewer bytes came than were announced.
     pub fn finish(mut self) -> Result<Contents> {
         if let Some(error) = self.failed {
@@ -95,6 +110,8 @@ impl Reader {
         match self.stage {
             Stage::Binary(parser) => parser.finish(),
             Stage::Ascii(parser) => parser.finish(self.n_bytes),
+            #[cfg(not(target_arch = "wasm32"))]
+            Stage::Whole(parser) => parser.finish(self.n_bytes, read_bytes),
             Stage::Head(_) => Err(contents::empty("the file was never opened")),
         }
     }
@@ -117,6 +134,8 @@ impl Reader {
         match &mut self.stage {
             Stage::Binary(parser) => parser.push(chunk),
             Stage::Ascii(parser) => parser.push(chunk),
+            #[cfg(not(target_arch = "wasm32"))]
+            Stage::Whole(parser) => parser.push(chunk),
             Stage::Head(_) => Ok(()),
         }
     }
@@ -124,7 +143,14 @@ impl Reader {
 
 /// Chooses the parser by the first bytes and gives them to it.
 fn open(head: &[u8], n_bytes: u64) -> Result<Stage> {
-    if sniff::format(head, n_bytes)? == Format::StlBinary {
+    let format = sniff::format(head, n_bytes)?;
+    #[cfg(not(target_arch = "wasm32"))]
+    if !matches!(format, Format::StlBinary | Format::StlAscii) {
+        let mut parser = whole::Parser::new(format);
+        parser.push(head)?;
+        return Ok(Stage::Whole(parser));
+    }
+    if format == Format::StlBinary {
         let mut parser = Box::new(stl_binary::Parser::new(head, n_bytes)?);
         parser.push(&head[stl_binary::HEADER..])?;
         return Ok(Stage::Binary(parser));

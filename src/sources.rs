@@ -199,6 +199,7 @@ fn joined(solids: impl IntoIterator<Item = Solid>) -> SharedFacets {
 /// Name of a file without folder and extension.
 fn stem(file: &str) -> String {
     let name = file.rsplit(['/', '\\']).next().unwrap_or_default();
+    let name = name.strip_suffix(".gz").filter(|name| name.contains('.')).unwrap_or(name);
     match name.rsplit_once('.') {
         Some((stem, _)) if !stem.is_empty() => stem.to_string(),
         _ => name.to_string(),

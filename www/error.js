@@ -24,7 +24,7 @@ const KEY = /^([a-z_]+(?:\[\d+\]|\.[a-z_]+)*)(?: is |: )/;
 const WORDS = [
   [/\(--spill DIR\)/, '(the option spill)'],
   [/ \(--[^)]*\)|, --[^)]*(?=\))/g, ''],
-  [/the example in the documentation of the job file/, 'the type Job of the package'],
+  [/the example: hexcast job example, or docs\/job\.schema\.json/, 'the type Job of the package'],
 ];
 
 /**

@@ -33,6 +33,7 @@ export type ErrorCode =
   | 'stl-count'
   | 'stl-not-stl'
   | 'stl-syntax'
+  | 'file-syntax'
   | 'stl-not-finite'
   /** A geometry is not closed, and its `open` is `error`. */
   | 'surface-open'
@@ -40,6 +41,8 @@ export type ErrorCode =
   | 'columns-version'
   | 'job-syntax'
   | 'job-value'
+  | 'output-name'
+  | 'columns-other'
   | 'job-conflict'
   | 'job-empty'
   | 'domain-empty'

@@ -8,12 +8,13 @@ use std::sync::Arc;
 
 use super::Columns;
 use super::file::end::{self, Totals};
-use super::file::head::VERSION;
+use super::file::head::{self, Named, START, VERSION};
 use super::packed_band::PackedBand;
 use super::piece_store::{PieceEntry, PieceStore};
 use super::run::Band;
 use super::store::Store;
 use crate::error::{Error, Result};
+use crate::lines::{IS_NATIVE, Lines};
 use crate::parallel::*;
 use crate::rays::Rays;
 
@@ -68,7 +69,7 @@ impl ColumnsBuilder {
     /// a row of rays, drops what follows, and writes all later bands there. The head says what is meshed.
     ///
     /// # Errors
-    /// `job-conflict` where the store holds something else; `memory`, as for [`ColumnsBuilder::push`]; `io` where the store
+    /// `columns-other` where the store holds something else, with the first difference; `memory`, as for [`ColumnsBuilder::push`]; `io` where the store
     /// fails.
     pub fn resume(rays: Rays, max_bytes: u64, head: Vec<u8>, store: Arc<dyn Store>) -> Result<ColumnsBuilder> {
         let failed = |error| Error::io("reading the columns of the interrupted run", error);
@@ -78,8 +79,12 @@ impl ColumnsBuilder {
         if is_begun {
             pieces.n_bytes = head.len() as u64;
         } else if found.len() == head.len() {
-            let message = "the columns in the file are those of another job, input file or version, or not columns";
-            return Err(Error::new("job-conflict", message, "delete the file, or repeat the job that wrote it"));
+            let message = format!("it holds the finished columns of something else: {}", difference(&*store, &head));
+            return Err(Error::new(
+                "columns-other",
+                message,
+                "delete it, repeat what wrote it, or name another output",
+            ));
         } else if head.starts_with(&found) {
             // not even the head was finished
             store.truncate(0).map_err(failed)?;
@@ -87,7 +92,7 @@ impl ColumnsBuilder {
         } else {
             let message =
                 format!("the file exists but is not a hexcast file of this job: it has {} bytes", found.len());
-            return Err(Error::new("job-conflict", message, "move the file away, or name another output"));
+            return Err(Error::new("columns-other", message, "move the file away, or name another output"));
         }
         let mut builder = ColumnsBuilder::new(rays, max_bytes, None);
         builder.file = Some(SpillFile { head, pieces, is_resumable: true });
@@ -199,6 +204,44 @@ impl ColumnsBuilder {
             None => Columns::in_memory(self.rays, Arc::new(self.bands)),
         })
     }
+}
+
+/// What differs first between the head of the columns in a store and that of what is to be meshed.
+fn difference(store: &dyn Store, head: &[u8]) -> String {
+    let unknown = || "its head cannot be read".to_string();
+    if !IS_NATIVE {
+        return unknown();
+    }
+    let read = |start: &[u8]| -> Option<(u32, usize)> { head::start(start).ok() };
+    let (Some((version, n_theirs)), Some((_, n_ours))) = (read(&first_bytes(store, START)), read(&head[..START]))
+    else {
+        return unknown();
+    };
+    let theirs = first_bytes(store, START + n_theirs);
+    let decoded = |bytes: &[u8]| head::decode(version, bytes.get(START..)?).ok();
+    let (Some(theirs), Some(ours)) = (decoded(&theirs), decoded(&head[..START + n_ours])) else { return unknown() };
+    let of_cells = |lines: &Lines| lines.dims().map(|n| n.to_string()).join(" x ");
+    let axis = |rays: &Rays| ["x", "y", "z"][rays.axis];
+    let names = |names: &[Named]| {
+        names.iter().map(|named| format!("{} \"{}\"", named.flag, named.name)).collect::<Vec<_>>().join(", ")
+    };
+    if theirs.lines.dims() != ours.lines.dims() {
+        return format!("{} cells, where {} are asked for", of_cells(&theirs.lines), of_cells(&ours.lines));
+    }
+    if theirs.lines != ours.lines {
+        let [theirs, ours] = [&theirs, &ours].map(|head| (head.lines.origin(), head.lines.smallest()));
+        return format!(
+            "lines from {:?}, cells of {:?}, where {:?} and {:?} are asked for",
+            theirs.0, theirs.1, ours.0, ours.1
+        );
+    }
+    if theirs.rays != ours.rays {
+        return format!("rays along {}, where {} is asked for", axis(&theirs.rays), axis(&ours.rays));
+    }
+    if theirs.names != ours.names {
+        return format!("the flags are {}, where {} are asked for", names(&theirs.names), names(&ours.names));
+    }
+    "cells, lines and flags are the same, but an input file, another option of the job, or the version of hexcast differs".into()
 }
 
 /// The first bytes of a store, at most `n`.

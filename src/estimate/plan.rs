@@ -153,10 +153,13 @@ fn too_little(estimate: &Estimate, allowed: &Allowed, needed: u64) -> Error {
         }
         (_, false) => {
             let spilled = MemoryBudget::unchecked(estimate, &Allowed { can_spill: true, ..*allowed }).needed;
+            let spilled_text = ByteSize(spilled).to_string();
             if spilled <= max_bytes {
                 MORE_MEMORY.into()
+            } else if spilled >= needed || spilled_text == needed_text.to_string() {
+                format!("allow {needed_text} with max_memory (--max-memory), or mesh fewer facets or fewer cells")
             } else {
-                let spilled = ByteSize(spilled);
+                let spilled = spilled_text;
                 format!(
                     "allow {needed_text} with max_memory (--max-memory), or {spilled} and let columns go to disk (--spill DIR)"
                 )

@@ -60,20 +60,22 @@ fn what_is_no_toml_or_json_is_a_syntax_error() {
 fn unknown_keys_and_wrong_types_name_the_key() {
     // the same in both languages; each with the path of the key and a part of what is said about it
     let cases = [
-        (json!({"cels": 3}), "cels", "unknown field"),
+        (json!({"cels": 3}), "cels", "there is no key `cels`; keys are `geometries`, `domain`"),
         (json!({"cells": -1}), "cells", "-1"),
         (json!({"cells": 2.5}), "cells", "2.5"),
-        (json!({"domain": [0, 0, 0, 1, 1, 1, 9]}), "domain", "length 7, expected 6 numbers"),
-        (json!({"dims": [1, 2]}), "dims", "length 2, expected 3 numbers"),
-        (json!({"cell_size": "1"}), "cell_size", "expected a number or a list of three"),
-        (json!({"cell_size": [1, 2, 3, 4]}), "cell_size", "length 4, expected a number or a list of three"),
+        (json!({"domain": [0, 0, 0, 1, 1, 1, 9]}), "domain", "length is 7; give 6 numbers"),
+        (json!({"dims": [1, 2]}), "dims", "length is 2; give 3 numbers"),
+        (json!({"cell_size": "1"}), "cell_size", "it is the text \"1\"; give a number or a list of three"),
+        (json!({"cell_size": [1, 2, 3, 4]}), "cell_size", "length is 4; give a number or a list of three"),
         (json!({"padding": {"cell": 2}}), "padding", "`cell`"),
         (json!({"padding": {"cells": 0.5}}), "padding.cells", "0.5"),
+        (json!({"padding": 3}), "padding", "give { cells = N } or { length = L }, of one number or three"),
+        (json!({"cells": "many"}), "cells", "it is the text \"many\"; give a whole number from 0 to 4294967295"),
         (json!({"padding": {"cells": 1, "length": 1}}), "padding", ""),
-        (json!({"rule": "even"}), "rule", "`even`, expected `parity` or `nonzero`"),
-        (json!({"geometries": [{"file": "a"}, {"file": "a", "flg": 1}]}), "geometries[1].flg", "unknown field"),
+        (json!({"rule": "even"}), "rule", "it is `even`; give `parity` or `nonzero`"),
+        (json!({"geometries": [{"file": "a"}, {"file": "a", "flg": 1}]}), "geometries[1].flg", "there is no key `flg`"),
         (json!({"geometries": [{"file": "a"}, {"file": "a", "flag": 300}]}), "geometries[1].flag", "300"),
-        (json!({"geometries": [{"file": "a", "flag": -1}]}), "geometries[0].flag", "expected a flag: 1 to 255"),
+        (json!({"geometries": [{"file": "a", "flag": -1}]}), "geometries[0].flag", "it is -1; give a flag: 1 to 255"),
         (json!({"geometries": [{"file": "a", "rotate": [1, 2, 3, 4]}]}), "geometries[0].rotate", "length 4"),
     ];
     for (value, key, said) in cases {

@@ -20,6 +20,16 @@ pub enum Format {
     StlBinary,
     /// Lines of keywords and decimal numbers.
     StlAscii,
+    /// Wavefront OBJ: polygons of numbered corners, in groups.
+    Obj,
+    /// OFF of Geomview: corners, polygons of their indices.
+    Off,
+    /// PLY with its values as text.
+    PlyAscii,
+    /// PLY with its values as bytes.
+    PlyBinary,
+    /// Packed by gzip: the contents have the format of what is packed.
+    Gzip,
     /// No file: the caller had the facets in memory.
     Facets,
 }
@@ -30,6 +40,11 @@ impl Format {
         match self {
             Format::StlBinary => "STL, binary",
             Format::StlAscii => "STL, ASCII",
+            Format::Obj => "OBJ",
+            Format::Off => "OFF",
+            Format::PlyAscii => "PLY, ASCII",
+            Format::PlyBinary => "PLY, binary",
+            Format::Gzip => "gzip",
             Format::Facets => "facets",
         }
     }

@@ -3,7 +3,8 @@
 //! 1. A file of exactly 84 + 50 n bytes, n the count at byte 80, is binary, whatever its header says: in text these
 //!    four bytes make a count of more than 150 million.
 //! 2. Otherwise a file is ASCII where the first word is "solid" and what follows is text.
-//! 3. Otherwise it is binary with missing or extra bytes, unless it is text or a known other format.
+//! 3. Otherwise, natively, it is gzip, PLY, OFF or OBJ by its first bytes or its first word.
+//! 4. Otherwise it is binary with missing or extra bytes, unless it is text or a known other format.
 //!
 //! Cost: at most [`HEAD`] bytes are looked at.
 
@@ -42,6 +43,10 @@ pub(super) fn format(head: &[u8], n_bytes: u64) -> Result<Format> {
     let is_text = !head.iter().any(|byte| is_control(*byte));
     if starts_with_word(words, b"solid") && (is_text || has_facet_line(words)) {
         return Ok(Format::StlAscii);
+    }
+    #[cfg(not(target_arch = "wasm32"))]
+    if let Some(format) = super::whole::format(head, is_text) {
+        return Ok(format);
     }
     if let Some((_, name, hint)) = OTHERS.iter().find(|(magic, ..)| head.starts_with(magic)) {
         return Err(Error::new("stl-not-stl", format!("this is {name}, not STL"), *hint));

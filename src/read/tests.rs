@@ -2,6 +2,8 @@ use super::*;
 use crate::geometry::Facet;
 
 mod ascii;
+#[cfg(not(target_arch = "wasm32"))]
+mod polygons;
 
 const TETRAHEDRON: [Facet; 4] = [
     [[0.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]],
@@ -190,11 +192,12 @@ fn empty_files_have_no_facet() {
 
 #[test]
 fn other_files_are_not_stl() {
-    assert_bad(b"# a comment\nv 0 0 0\n", "stl-not-stl", &["# a comment"]);
+    assert_bad(b"# a comment\nv 0 0 0\n", "stl-empty", &["no facet among 1 corners of OBJ"]);
+    assert_bad(b"a comment\nv 0 0 0\n", "stl-not-stl", &["a comment"]);
     assert_bad([b"<!DOCTYPE html>".as_slice(), &[b' '; 200]].concat(), "stl-not-stl", &["<!DOCTYPE html>"]);
     assert_bad(b"solidity\nfacet", "stl-not-stl", &["solidity"]);
     assert_bad([0u8; 83], "stl-not-stl", &["83 bytes"]);
-    assert_bad([b"\x1f\x8b\x08".as_slice(), &[0; 300]].concat(), "stl-not-stl", &["gzip"]);
+    assert_bad([b"\x1f\x8b\x08".as_slice(), &[0; 300]].concat(), "file-syntax", &["gzip"]);
     assert_bad(b"\xff\xfes\0o\0l\0i\0d\0", "stl-not-stl", &["UTF-16"]);
     assert_bad("   \r\n\t", "stl-not-stl", &[]);
 }

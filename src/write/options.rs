@@ -34,17 +34,20 @@ impl Format {
     /// Finds the format by the extension of a file name, upper or lower case.
     ///
     /// # Errors
-    /// `job-value` where the extension is none of those of [`Format::ALL`].
+    /// `output-name` where the extension is none of those of [`Format::ALL`], or there is no name before it.
     pub fn of_name(name: &str) -> Result<Format> {
-        let extension = name.rsplit_once('.').map_or("", |(_, extension)| extension).to_ascii_lowercase();
-        Format::ALL.into_iter().find(|format| format.extension() == extension).ok_or_else(|| {
+        let (stem, extension) = name.rsplit_once('.').unwrap_or((name, ""));
+        let extension = extension.to_ascii_lowercase();
+        let found = Format::ALL.into_iter().find(|format| format.extension() == extension).ok_or_else(|| {
             let known = Format::ALL.map(|format| format!(".{}", format.extension())).join(", ");
-            Error::new(
-                "job-value",
-                format!("{name}: no format has the extension \"{extension}\""),
-                format!("use {known}"),
-            )
-        })
+            let message = format!("{name}: no format has the extension \"{extension}\"");
+            Error::new("output-name", message, format!("use {known}"))
+        })?;
+        if stem.is_empty() || stem.ends_with('/') {
+            let message = format!("{name}: there is no name before the extension, and such files are hidden");
+            return Err(Error::new("output-name", message, format!("write a name, such as mesh.{extension}")));
+        }
+        Ok(found)
     }
 
     /// Extension of file names, without the dot.

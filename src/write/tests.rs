@@ -169,8 +169,8 @@ fn names_have_the_format() {
     let mesh = pattern(0, [4, 3, 2], 1);
     let error = write(&mesh, Format::Zarr, &Options::default(), &mut Vec::new(), &Control::default()).unwrap_err();
     assert_eq!((error.code(), error.to_string().contains("folder of many files")), ("job-conflict", true));
-    for name in ["out", "out.", "out.stl", ""] {
-        assert_eq!(Format::of_name(name).unwrap_err().code(), "job-value", "{name}");
+    for name in ["out", "out.", "out.stl", "", ".vti", "folder/.vti"] {
+        assert_eq!(Format::of_name(name).unwrap_err().code(), "output-name", "{name}");
     }
 }
 

@@ -23,8 +23,7 @@ use std::sync::Arc;
 use serde_json::{Map, Value, json};
 use zarrs::array::codec::ShardingCodecBuilder;
 use zarrs::array::{Array, ArrayBuilder, ArrayMetadataOptions, ChunkShape, CodecOptions, data_type};
-use zarrs::group::GroupBuilder;
-use zarrs::storage::{WritableStorage, WritableStorageTraits};
+use zarrs::storage::{StoreKey, WritableStorage, WritableStorageTraits};
 
 use crate::columns::Named;
 use crate::control::Control;
@@ -85,11 +84,14 @@ pub fn write_part(
     }
     let shards = Shards::new(place.whole.dims(), &options.zarr)?;
     let shards_of_part = shards_of_part(mesh.dims(), place, &shards)?;
-    GroupBuilder::new().build(store.clone(), "/").map_err(failed)?.store_metadata().map_err(failed)?;
-    for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
-        write_centres(mesh, &place.whole, axis, name, store.clone())?;
+    let array = flag_array(mesh, &place.whole, options, &shards, store.clone())?;
+    let centres = [0, 1, 2].map(|axis| centres_array(mesh, &place.whole, axis, store.clone()));
+    let centres = centres.into_iter().collect::<Result<Vec<StoredArray>>>()?;
+    // first: by it other parts know that the store is one
+    store_group(std::iter::once(&array).chain(&centres), &*store)?;
+    for (axis, centres) in centres.iter().enumerate() {
+        write_centres(centres, &place.whole, axis)?;
     }
-    let array = flag_array(mesh, &place.whole, options, &shards, store)?;
     store_metadata(&array)?;
     // chunks of one shard encoded in parallel would be stored in the order in which they are done: a shard a core instead
     let serial = CodecOptions::default().with_concurrent_target(1).with_store_empty_chunks(true);
@@ -130,18 +132,44 @@ fn shards_of_part(dims: [u32; 3], place: &Place, shards: &Shards) -> Result<Vec<
     Ok(all.collect())
 }
 
-/// Stores what an array is, without a note on who made it: `generator` says that.
-fn store_metadata<T: WritableStorageTraits + ?Sized + 'static>(array: &Array<T>) -> Result<()> {
+/// Without a note on who made an array: `generator` says that.
+fn metadata_options() -> ArrayMetadataOptions {
     let mut options = ArrayMetadataOptions::default();
     options.set_include_zarrs_metadata(false);
-    array.store_metadata_opt(&options).map_err(failed)
+    options
+}
+
+/// Stores what an array is.
+fn store_metadata(array: &StoredArray) -> Result<()> {
+    array.store_metadata_opt(&metadata_options()).map_err(failed)
+}
+
+/// Stores the group, with what its arrays are: readers then need not look for them, which xarray warns about.
+///
+/// Written here and not by zarrs, whose map of arrays has another order each time.
+fn store_group<'a>(arrays: impl Iterator<Item = &'a StoredArray>, store: &dyn WritableStorageTraits) -> Result<()> {
+    let mut of_arrays = Map::new();
+    for array in arrays {
+        let metadata = serde_json::to_value(array.metadata_opt(&metadata_options())).map_err(failed)?;
+        of_arrays.insert(array.path().as_str().trim_start_matches('/').into(), metadata);
+    }
+    let consolidated = json!({ "kind": "inline", "must_understand": false, "metadata": of_arrays });
+    let group = json!({
+        "attributes": {},
+        "consolidated_metadata": consolidated,
+        "node_type": "group",
+        "zarr_format": 3,
+    });
+    let text = serde_json::to_string_pretty(&group).map_err(failed)?;
+    let key = StoreKey::new("zarr.json").map_err(failed)?;
+    store.set(&key, text.into_bytes().into()).map_err(failed)
 }
 
 fn failed(error: impl std::fmt::Display) -> Error {
     Error::new("io", format!("writing Zarr: {error}"), "")
 }
 
-type FlagArray = Array<dyn WritableStorageTraits>;
+type StoredArray = Array<dyn WritableStorageTraits>;
 
 fn flag_array(
     mesh: &Mesh,
@@ -149,7 +177,7 @@ fn flag_array(
     options: &Options,
     shards: &Shards,
     store: WritableStorage,
-) -> Result<FlagArray> {
+) -> Result<StoredArray> {
     let [nx, ny, nz] = whole.dims().map(u64::from);
     let mut sharding = ShardingCodecBuilder::new(chunk_shape(shards.chunk)?, &data_type::uint8());
     if let Compress::Zlib(level) = options.compress {
@@ -187,16 +215,18 @@ fn attributes(mesh: &Mesh, whole: &Lines) -> Map<String, Value> {
     entries.into_iter().map(|(key, value)| (key.to_string(), value)).collect()
 }
 
-/// Writes the centres of the cells along an axis as an array of one chunk.
-fn write_centres(mesh: &Mesh, whole: &Lines, axis: usize, name: &str, store: WritableStorage) -> Result<()> {
-    let n = whole.dims()[axis];
-    let centres: Vec<f64> = (0..n).map(|cell| whole.centre(axis, cell)).collect();
-    let n = u64::from(n);
+/// The array of the centres of the cells along an axis, of one chunk.
+fn centres_array(mesh: &Mesh, whole: &Lines, axis: usize, store: WritableStorage) -> Result<StoredArray> {
+    let (n, name) = (u64::from(whole.dims()[axis]), ["x", "y", "z"][axis]);
     let mut builder = ArrayBuilder::new(vec![n], vec![n], data_type::float64(), f64::NAN);
     builder.dimension_names(Some([name]));
     builder.attributes_mut().extend(mesh.unit.iter().map(|unit| ("units".to_string(), json!(unit))));
-    let array = builder.build(store, &format!("/{name}")).map_err(failed)?;
-    store_metadata(&array)?;
+    builder.build(store, &format!("/{name}")).map_err(failed)
+}
+
+fn write_centres(array: &StoredArray, whole: &Lines, axis: usize) -> Result<()> {
+    let centres: Vec<f64> = (0..whole.dims()[axis]).map(|cell| whole.centre(axis, cell)).collect();
+    store_metadata(array)?;
     array.store_chunk(&[0], centres).map_err(failed)
 }
 

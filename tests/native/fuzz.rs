@@ -1,4 +1,4 @@
-//! Fuzzing of every reader of bytes from outside: STL, job files, arguments of geometries, column files.
+//! Fuzzing of every reader of bytes from outside: STL and files of polygons, job files, arguments of geometries, column files.
 //!
 //! Each target changes the files of its corpus, `tests/corpus/`, at random and checks properties of what the reader does with
 //! them. The seed is fixed and the number of executions too, so that a test run is the same every time.
@@ -10,6 +10,7 @@ mod column_files;
 mod harness;
 mod jobs;
 mod mutate;
+mod polygons;
 mod stl;
 
 use hexcast::Error;

@@ -51,6 +51,7 @@ const CORE: &[&str] = &[
     "overlay",
     "mesh",
     "fingerprint",
+    "cut",
     "difference",
     "skin",
     "picture",

@@ -31,6 +31,8 @@ mod certificates;
 mod cli;
 #[cfg(feature = "cli")]
 mod column_files;
+#[cfg(feature = "cli")]
+mod command_inputs;
 mod compare;
 #[cfg(feature = "cli")]
 mod examples;
@@ -57,6 +59,8 @@ mod gpu {
     mod open_surfaces;
     mod windows;
 }
+#[cfg(feature = "cli")]
+mod job_files;
 #[cfg(feature = "gpu")]
 mod kernel_checks;
 mod layering;

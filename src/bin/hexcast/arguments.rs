@@ -1,31 +1,35 @@
 //! Arguments that decide a mesh, and the job that they make, alone or together with a job file.
 
-use std::path::PathBuf;
-use std::str::FromStr;
+use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use hexcast::job::{
     AxisChoice, BackendChoice, ByteSize, Fill, GeometryJob, GradedJob, HaloEdge, Job, Open, Padding, PartJob, PerAxis,
-    Rule, ZarrJob,
+    Rule, RunJob, ZarrJob,
 };
 use hexcast::{Error, Result};
 use serde::de::DeserializeOwned;
 
 use super::job_files::{read_job, read_lines};
+pub(crate) use super::numbers::at_least_one;
+use super::numbers::{list, number, per_axis};
+use super::spelling::input_name;
+use super::standard;
 
 /// What to mesh and how finely.
 #[derive(clap::Args)]
 pub(crate) struct JobArguments {
-    /// STL files; they get flags 1, 2, ... in order, unless set as in
+    /// STL, OBJ, OFF or PLY files, also packed by gzip, or - for standard input; they get flags 1, 2, ... in order, unless set as in
     /// coil.stl:flag=7,priority=2,name=copper (keys: flag, priority, open, fill, shell, invert, name, solid, split, scale, rotate, translate)
-    #[arg(value_name = "FILE", required_unless_present = "job", conflicts_with = "job")]
+    #[arg(value_name = "FILE", required_unless_present = "job", conflicts_with = "job", value_parser = input_name())]
     files: Vec<String>,
-    /// Take everything from a job file, TOML or JSON; its file names are relative to it, other options override it
+    /// Take everything from a job file, TOML or JSON, or - for standard input; its file names are relative to it, other options override
+    /// it; `hexcast job example` prints one
     #[arg(long, value_name = "JOB.toml|JOB.json")]
     pub(crate) job: Option<PathBuf>,
 
     /// Cubic cells, N along the longest axis [default: 128]
-    #[arg(long, value_name = "N", group = "way", help_heading = "Cells and domain")]
+    #[arg(long, value_name = "N", group = "way", value_parser = number::<u32>, help_heading = "Cells and domain")]
     cells: Option<u32>,
     /// Exactly so many cells on each axis
     #[arg(long, value_name = "NX,NY,NZ", group = "way", value_parser = list::<u32, 3>, help_heading = "Cells and domain")]
@@ -34,10 +38,10 @@ pub(crate) struct JobArguments {
     #[arg(long, value_name = "S|SX,SY,SZ", group = "way", value_parser = per_axis::<f64>, help_heading = "Cells and domain")]
     cell_size: Option<PerAxis<f64>>,
     /// On each axis the largest size, at most S, that puts every end of every geometry's box on a mesh line
-    #[arg(long, value_name = "S", group = "way", help_heading = "Cells and domain")]
+    #[arg(long, value_name = "S", group = "way", value_parser = number::<f64>, help_heading = "Cells and domain")]
     max_cell_size: Option<f64>,
     /// How far off a line, in cells, --max-cell-size lets an end point lie: 0 to 0.5 [default: 0.05]
-    #[arg(long, value_name = "CELLS", help_heading = "Cells and domain")]
+    #[arg(long, value_name = "CELLS", value_parser = number::<f64>, help_heading = "Cells and domain")]
     tolerance: Option<f64>,
     /// Take the lines of each axis from a file: JSON, {"x": [0, 0.5, 2], "y": [...], "z": [...]}; cells may differ in size
     #[arg(long, value_name = "FILE", group = "way", conflicts_with_all = ["domain", "padding"], help_heading = "Cells and domain")]
@@ -47,16 +51,16 @@ pub(crate) struct JobArguments {
     #[arg(long, value_name = "S|SX,SY,SZ", group = "way", value_parser = per_axis::<f64>, help_heading = "Cells and domain")]
     graded: Option<PerAxis<f64>>,
     /// Smallest cell of --graded [default: a thousandth of the largest]
-    #[arg(long, value_name = "S", help_heading = "Cells and domain")]
+    #[arg(long, value_name = "S", value_parser = number::<f64>, help_heading = "Cells and domain")]
     min_size: Option<f64>,
     /// Most times by which a cell of --graded is larger than its neighbour [default: 1.3]
-    #[arg(long, value_name = "RATIO", help_heading = "Cells and domain")]
+    #[arg(long, value_name = "RATIO", value_parser = number::<f64>, help_heading = "Cells and domain")]
     growth: Option<f64>,
     /// Cells that --graded adds on both sides of each axis, of the size of the cell there, for absorbing layers
     #[arg(long, value_name = "N|NX,NY,NZ", value_parser = per_axis::<u32>, help_heading = "Cells and domain")]
     absorbing: Option<PerAxis<u32>>,
     /// Most cells, such as 2e12; a mesh of more is refused before it starts [default: 1e12]
-    #[arg(long, value_name = "N", value_parser = whole_number, help_heading = "Cells and domain")]
+    #[arg(long, value_name = "N", value_parser = at_least_one::<u64>, help_heading = "Cells and domain")]
     max_cells: Option<u64>,
     /// Two corners of the box [default: the box around all geometries]
     #[arg(long, value_name = "X0,Y0,Z0,X1,Y1,Z1", value_parser = list::<f64, 6>, allow_hyphen_values = true,
@@ -69,7 +73,7 @@ pub(crate) struct JobArguments {
     #[arg(long, value_name = "K/N|K/NXxNYxNZ", conflicts_with = "window", help_heading = "Cells and domain")]
     pub(crate) part: Option<PartJob>,
     /// Cells beyond --window or --part that are meshed with it, on both sides of each axis
-    #[arg(long, value_name = "N", help_heading = "Cells and domain")]
+    #[arg(long, value_name = "N", value_parser = number::<u32>, help_heading = "Cells and domain")]
     halo: Option<u32>,
     /// What the halo has beyond the box: background, or the flag of the nearest cell of the box [default: background]
     #[arg(long, value_parser = choice::<HaloEdge>(&["background", "clamp"]), help_heading = "Cells and domain")]
@@ -102,16 +106,16 @@ pub(crate) struct JobArguments {
     #[arg(long, value_parser = choice::<Fill>(&["centre", "conservative", "separating"]), help_heading = "Method")]
     fill: Option<Fill>,
     /// Close openings narrower than K cells along x, y or z, at least 2, and no wider ones
-    #[arg(long, value_name = "K", help_heading = "Method")]
+    #[arg(long, value_name = "K", value_parser = number::<u32>, help_heading = "Method")]
     close_gaps: Option<u32>,
     /// Flag of the cells that --close-gaps adds [default: one more than the greatest]
-    #[arg(long, value_name = "F", help_heading = "Method")]
+    #[arg(long, value_name = "F", value_parser = number::<u8>, help_heading = "Method")]
     gap_flag: Option<u8>,
     /// Look for thin walls and for cells that two geometries claim; takes as long as some meshes on the CPU
     #[arg(long, help_heading = "Method")]
     certify: bool,
     /// What --certify calls a thin wall: one of fewer cells [default: 2]
-    #[arg(long, value_name = "K", requires = "certify", help_heading = "Method")]
+    #[arg(long, value_name = "K", requires = "certify", value_parser = number::<u32>, help_heading = "Method")]
     thin_cells: Option<u32>,
     /// Who meshes; auto is the GPU where there is one [default: auto]
     #[arg(long, value_parser = choice::<BackendChoice>(&["auto", "gpu", "cpu"]), help_heading = "Method")]
@@ -124,7 +128,7 @@ pub(crate) struct JobArguments {
     #[arg(long, value_parser = choice::<AxisChoice>(&["auto", "x", "y", "z"]), help_heading = "Method")]
     axis: Option<AxisChoice>,
     /// Number of threads [default: one a core]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), help_heading = "Method")]
+    #[arg(long, value_name = "N", value_parser = threads, help_heading = "Method")]
     threads: Option<u16>,
 
     /// Most memory to take, such as 2GB or 512MiB; a mesh that needs more is refused before it starts, unless its columns
@@ -154,6 +158,11 @@ enum Shards {
     Bytes(ByteSize),
 }
 
+fn threads(text: &str) -> std::result::Result<u16, String> {
+    let threads = at_least_one::<u16>(text)?;
+    if threads <= 1024 { Ok(threads) } else { Err(format!("{threads} is too large: 1 to 1024 is needed")) }
+}
+
 fn shards(text: &str) -> std::result::Result<Shards, String> {
     if text.contains(',') { list(text).map(Shards::Cells) } else { text.parse().map(Shards::Bytes) }
 }
@@ -177,11 +186,26 @@ impl JobArguments {
         of_job.is_some().then_some(zarr).or(is_given.then_some(zarr))
     }
 
-    /// The job of the arguments, validated; file names are relative to the current folder.
+    /// The job of the arguments, validated; file names are relative to the current folder. Where nobody limits the memory, this machine does.
     pub(crate) fn job(&self) -> Result<Job> {
+        let mut job = self.job_as_given()?;
+        job.max_memory = job.max_memory.or_else(default_max_memory);
+        Ok(job)
+    }
+
+    /// The options that are no part of the job.
+    pub(crate) fn run_job(&self) -> RunJob {
+        let mut run = RunJob::default();
+        (run.adapter, run.threads) = (self.adapter.clone(), self.threads);
+        run.max_device_memory = self.max_device_memory;
+        run
+    }
+
+    /// The same, whatever memory this machine has.
+    pub(crate) fn job_as_given(&self) -> Result<Job> {
         let mut job = match &self.job {
             Some(path) => read_job(path)?,
-            None => Job::new(self.files.iter().map(|file| GeometryJob::from_argument(file)).collect::<Result<_>>()?),
+            None => Job::new(self.files.iter().map(|file| geometry_of(file)).collect::<Result<_>>()?),
         };
         self.override_cells(&mut job)?;
         self.override_domain(&mut job);
@@ -200,13 +224,19 @@ impl JobArguments {
         job.thin_cells = self.thin_cells.or(job.thin_cells);
         job.backend = self.backend.unwrap_or(job.backend);
         job.axis = self.axis.unwrap_or(job.axis);
-        job.max_memory = self.max_memory.or(job.max_memory).or_else(default_max_memory);
+        job.max_memory = self.max_memory.or(job.max_memory);
         job.unit = self.unit.clone().or(job.unit);
         if self.split {
             job.geometries.iter_mut().for_each(|geometry| geometry.split = true);
         }
         if self.invert {
             job.geometries.iter_mut().for_each(|geometry| geometry.invert = true);
+        }
+        let names = job.geometries.iter().map(|geometry| Path::new(&geometry.file));
+        standard::check_once(names.chain(self.job.as_deref()))?;
+        if self.adapter.is_some() && job.backend == BackendChoice::Cpu {
+            let message = "--adapter is given with the backend cpu, which uses no GPU";
+            return Err(Error::new("job-conflict", message, "leave out --adapter, or use --backend gpu"));
         }
         job.validate()?;
         Ok(job)
@@ -269,37 +299,29 @@ impl JobArguments {
     }
 }
 
+/// The geometry of an argument: a file of exactly this name, if there is one, else a file and settings.
+fn geometry_of(argument: &str) -> Result<GeometryJob> {
+    if Path::new(argument).is_file() {
+        return Ok(GeometryJob::new(argument));
+    }
+    // settings behind a file whose own name looks like some
+    let mut ends = argument.match_indices(':').map(|(at, _)| argument.split_at(at)).rev();
+    match ends.find(|(file, _)| file.contains(':') && Path::new(file).is_file()) {
+        Some((file, settings)) => {
+            let mut geometry = GeometryJob::from_argument(&format!("file{settings}"))?;
+            geometry.file = file.into();
+            Ok(geometry)
+        }
+        None => GeometryJob::from_argument(argument),
+    }
+}
+
 /// Most cells where nobody says: more are a typing error in a size more often than a wish.
 const DEFAULT_MAX_CELLS: u64 = 1_000_000_000_000;
 
 /// Three quarters of the memory that is available; None where the system does not say.
 pub(crate) fn default_max_memory() -> Option<ByteSize> {
     super::memory::available_bytes().map(|bytes| ByteSize(bytes / 4 * 3))
-}
-
-/// Reads N values separated by commas.
-pub(crate) fn list<T: FromStr, const N: usize>(text: &str) -> std::result::Result<[T; N], String> {
-    let values: Vec<T> = text
-        .split(',')
-        .map(|part| part.trim().parse().map_err(|_| format!("\"{part}\" is not a number")))
-        .collect::<std::result::Result<_, _>>()?;
-    let found = values.len();
-    <[T; N]>::try_from(values).map_err(|_| format!("{N} numbers separated by commas are needed, {found} were given"))
-}
-
-/// Reads a whole number of at least 1, also as 1e12.
-pub(crate) fn whole_number(text: &str) -> std::result::Result<u64, String> {
-    let (digits, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
-    let number = digits.parse::<u64>().ok().zip(exponent.parse::<u32>().ok());
-    let number = number.and_then(|(digits, exponent)| digits.checked_mul(10u64.checked_pow(exponent)?));
-    number.filter(|number| *number > 0).ok_or_else(|| "a whole number of at least 1 is needed, such as 2e12".into())
-}
-
-fn per_axis<T: FromStr>(text: &str) -> std::result::Result<PerAxis<T>, String> {
-    if text.contains(',') {
-        return list::<T, 3>(text).map(PerAxis::Each);
-    }
-    list::<T, 1>(text).map(|[value]| PerAxis::All(value))
 }
 
 /// Reads one of the names of an enum, as its serde form spells them.

@@ -4,20 +4,25 @@ use std::path::Path;
 
 use hexcast::estimate::{block_cache_bytes, slab_bytes};
 use hexcast::export::{ExportOptions, Exporter};
+use hexcast::job::{Level, RunJob};
 use hexcast::write::{AxisOrder, Compress, Format, Options};
 use hexcast::{Error, Result};
 use serde::Deserialize;
 
 use super::arguments::choice;
+use super::standard::is_standard;
 
 /// How files are written.
 #[derive(clap::Args)]
 #[command(next_help_heading = "Output")]
 pub(crate) struct FormatArguments {
     /// zlib level of .npz, .vti, .vtr, .nrrd, .hxc and .zarr, 1 (fast) to 9 (small), or none [default: 6]
-    #[arg(long, value_name = "LEVEL", value_parser = compression, num_args = 0..=1, require_equals = true,
+    #[arg(long, value_name = "LEVEL", value_parser = compression, num_args = 0..=1,
           default_missing_value = "6")]
     compress: Option<Compress>,
+    /// Format of `-o -`, which is standard output, such as vti; nothing else is printed there
+    #[arg(long, value_name = "FORMAT")]
+    format: Option<String>,
     /// Write .raw and .npy with eight cells a byte; for meshes with a single flag
     #[arg(long)]
     pub(crate) bits: bool,
@@ -84,6 +89,53 @@ impl FormatArguments {
         self.export_flags.iter().fold(options, |options, flags| options.with_flags(flags.clone()))
     }
 
+    /// Puts the options into a job file.
+    pub(crate) fn put(&self, run: &mut RunJob) {
+        run.format = self.format.clone();
+        run.compress = self.compress.map(|level| match level {
+            Compress::Zlib(level) => Level::Level(level),
+            Compress::None => Level::Word("none".into()),
+        });
+        run.bits = self.bits;
+        run.hash = self.hash.map(|Hash::Sha256| "sha256".into());
+        run.axis_order = self.axis_order.map(|order| if order == AxisOrder::Xyz { "xyz".into() } else { "zyx".into() });
+        run.map = self.map.map(Map::text);
+        run.export_flags = self.export_flags.clone();
+        run.ascii = self.ascii;
+    }
+
+    /// The format of the name of one file, or that given for standard output.
+    pub(super) fn format_of(&self, path: &Path) -> Result<Format> {
+        let name = match self.format.as_ref().filter(|_| is_standard(path)) {
+            Some(format) => format!("flags.{}", format.trim_start_matches('.')),
+            None if is_standard(path) => {
+                let message = "- is given as an output without a format";
+                return Err(Error::new("output-name", message, "add --format, such as --format vti"));
+            }
+            None => path.to_string_lossy().into_owned(),
+        };
+        let format = Format::of_name(&name).map_err(|error| {
+            let formats = Format::ALL.map(|format| format!(".{}", format.extension()));
+            let exporters = Exporter::ENDINGS.map(|(ending, _)| ending.to_string());
+            let known = [&formats[..], &exporters].concat().join(", ");
+            Error::new(error.code(), error.to_string(), format!("use {known}"))
+        })?;
+        if format == Format::Zarr {
+            let message = format!("{} would be a folder of many files, and one file is needed", path.display());
+            return Err(Error::new("job-value", message, "use .raw, .npy, .vti or .hxc"));
+        }
+        Ok(format)
+    }
+
+    /// Refuses the format of standard output where that is no output.
+    pub(super) fn check_standard(&self, uses_standard_output: bool) -> Result<()> {
+        if self.format.is_some() && !uses_standard_output {
+            let message = "--format is given without -o -, whose format it is; those of files are in their names";
+            return Err(Error::new("job-conflict", message, "leave out --format"));
+        }
+        Ok(())
+    }
+
     /// Refuses an argument that applies to none of the formats.
     pub(super) fn check(&self, formats: &[Format], exporters: &[Exporter], has_zarr: bool) -> Result<()> {
         let has = |one: Format, other: Format| formats.contains(&one) || formats.contains(&other);
@@ -128,20 +180,6 @@ impl FormatArguments {
     }
 }
 
-/// The format of the name of one file.
-pub(super) fn format_of(path: &Path) -> Result<Format> {
-    let format = Format::of_name(&path.to_string_lossy()).map_err(|error| {
-        let formats = Format::ALL.map(|format| format!(".{}", format.extension()));
-        let exporters = Exporter::ENDINGS.map(|(ending, _)| ending.to_string());
-        Error::new(error.code(), error.to_string(), format!("use {}", [&formats[..], &exporters].concat().join(", ")))
-    })?;
-    if format == Format::Zarr {
-        let message = format!("{} is a folder of many files, and a mask of doubtful cells is one", path.display());
-        return Err(Error::new("job-value", message, "use .raw, .npy, .vti or .hxc"));
-    }
-    Ok(format)
-}
-
 /// The exporter that a path asks for.
 pub(super) fn exporter_of(path: &Path) -> Option<Exporter> {
     Exporter::of_name(&path.to_string_lossy())
@@ -164,6 +202,14 @@ fn axis_order(text: &str) -> std::result::Result<AxisOrder, String> {
 #[derive(Clone, Copy)]
 struct Map([u8; 256]);
 
+impl Map {
+    /// The map as it is given.
+    fn text(self) -> String {
+        let changed = (0..=u8::MAX).zip(self.0).filter(|(flag, byte)| flag != byte);
+        changed.map(|(flag, byte)| format!("{flag}={byte}")).collect::<Vec<String>>().join(",")
+    }
+}
+
 fn map(text: &str) -> std::result::Result<Map, String> {
     let mut map: [u8; 256] = std::array::from_fn(|flag| flag as u8);
     let mut seen = [false; 256];
@@ -184,6 +230,9 @@ fn compression(text: &str) -> std::result::Result<Compress, String> {
     match text.parse() {
         Ok(level @ 1..=9) => Ok(Compress::Zlib(level)),
         _ if text == "none" => Ok(Compress::None),
-        _ => Err("1 to 9 or none is needed".into()),
+        _ => {
+            Err("1 to 9 or none is needed; without a level, --compress stands before another option or at the end"
+                .into())
+        }
     }
 }

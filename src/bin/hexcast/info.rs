@@ -2,20 +2,21 @@
 
 use std::path::Path;
 
-use hexcast::Result;
 use hexcast::control::{CancelToken, Control};
 use hexcast::geometry::{Geometry, SharedFacets};
 use hexcast::mesh::Mesh;
 use hexcast::report::ColumnsReport;
 use hexcast::sources::Source;
 use hexcast::surface::{Surface, surface};
+use hexcast::{Error, Result};
 use indicatif::{BinaryBytes, HumanCount};
 use serde_json::{Value, json};
 
 use super::arguments::default_max_memory;
 use super::progress::Progress;
+use super::spelling::input_name;
 use super::summary::{Table, three};
-use super::{reading, summary};
+use super::{reading, summary, terminal};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -23,12 +24,12 @@ Examples:
     hexcast info part.hxc
     hexcast info *.stl --json | jq '.[] | {file, watertight, open_edges}'";
 
-/// Show what files hold: of STL the facets, solids, box, volume, and whether the surface is closed; of column files the report
+/// Show what files hold: of surfaces the facets, solids, box, volume, and whether the surface is closed; of column files the report
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
-    /// STL files and column files (.hxc)
-    #[arg(value_name = "FILE", required = true)]
+    /// Surfaces (STL, OBJ, OFF, PLY, also packed by gzip) and column files (.hxc), or - for a surface from standard input. After a file with an error the next ones are shown all the same
+    #[arg(value_name = "FILE", required = true, value_parser = input_name())]
     files: Vec<String>,
     /// Print a JSON list with one object a file
     #[arg(long)]
@@ -50,26 +51,49 @@ struct Facts {
 enum Found {
     Surface(Box<Facts>),
     Columns { file: String, n_bytes: u64, mesh: Box<Mesh> },
+    Wrong { file: String, error: Error },
 }
 
 pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
-    let is_columns = |file: &&str| reading::is_columns(Path::new(file));
-    let files: Vec<&str> = arguments.files.iter().map(String::as_str).collect();
-    let surfaces: Vec<&str> = files.iter().filter(|file| !is_columns(file)).copied().collect();
-    let mut surfaces = reading::read_files(&surfaces, default_max_memory(), token, Progress::new(false))?.into_iter();
-    let mut found = Vec::new();
-    for file in files {
-        found.extend(match is_columns(&file) {
-            true => Some(columns(file, token)?),
-            false => surfaces.next().map(facts).transpose()?.map(|facts| Found::Surface(Box::new(facts))),
-        });
-    }
+    let found = found(&arguments.files, token)?;
     if arguments.json {
         let list: Value = found.iter().map(in_json).collect();
-        return super::terminal::print_exact(&format!("{list:#}\n"));
+        terminal::print_exact(&format!("{list:#}\n"))?;
+    } else {
+        let texts: Vec<String> = found.iter().filter_map(in_words).collect();
+        terminal::print(&texts.join("\n"))?;
     }
-    let texts: Vec<String> = found.iter().map(in_words).collect();
-    super::terminal::print(&texts.join("\n"))
+    let mut errors: Vec<Error> = found.into_iter().filter_map(Found::into_error).collect();
+    // the first is printed as that of any command, and decides the exit code
+    let first = (!errors.is_empty()).then(|| errors.remove(0));
+    errors.iter().for_each(terminal::complain_of);
+    first.map_or(Ok(()), Err)
+}
+
+/// What the files hold, in their order; an error of one is no reason to leave out the others.
+fn found(files: &[String], token: &CancelToken) -> Result<Vec<Found>> {
+    let mut found = Vec::new();
+    for file in files {
+        let read = if reading::is_columns(Path::new(file)) {
+            columns(file, token)
+        } else {
+            let sources = reading::read_files(&[file], default_max_memory(), token, Progress::new(false));
+            let source = sources.and_then(|mut sources| sources.pop().ok_or(Error::Cancelled));
+            source.and_then(facts).map(|facts| Found::Surface(Box::new(facts)))
+        };
+        match read {
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
+            Err(error) => found.push(Found::Wrong { file: file.clone(), error }),
+            Ok(read) => found.push(read),
+        }
+    }
+    Ok(found)
+}
+
+impl Found {
+    fn into_error(self) -> Option<Error> {
+        if let Found::Wrong { error, .. } = self { Some(error) } else { None }
+    }
 }
 
 /// Opens a column file, of which only the index is read to memory.
@@ -85,6 +109,9 @@ fn columns(file: &str, token: &CancelToken) -> Result<Found> {
 fn in_json(found: &Found) -> Value {
     match found {
         Found::Surface(facts) => surface_in_json(facts),
+        Found::Wrong { file, error } => {
+            json!({"file": file, "error": {"code": error.code(), "message": error.to_string(), "hint": error.hint()}})
+        }
         Found::Columns { file, n_bytes, mesh } => {
             let mut report = json!({"file": file, "format": "column file", "bytes": n_bytes});
             if let (Some(facts), Ok(Value::Object(more))) =
@@ -97,10 +124,12 @@ fn in_json(found: &Found) -> Value {
     }
 }
 
-fn in_words(found: &Found) -> String {
+/// The facts as text; those of a wrong file are its error, which goes to standard error.
+fn in_words(found: &Found) -> Option<String> {
     match found {
-        Found::Surface(facts) => surface_in_words(facts),
-        Found::Columns { file, n_bytes, mesh } => summary::of_columns(file, *n_bytes, &ColumnsReport::new(mesh)),
+        Found::Surface(facts) => Some(surface_in_words(facts)),
+        Found::Columns { file, n_bytes, mesh } => Some(summary::of_columns(file, *n_bytes, &ColumnsReport::new(mesh))),
+        Found::Wrong { .. } => None,
     }
 }
 

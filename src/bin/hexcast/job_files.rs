@@ -2,10 +2,13 @@
 
 use std::io::Read;
 use std::path::Path;
+use std::sync::OnceLock;
 
 use hexcast::files::open_file;
-use hexcast::job::{Job, LinesJob};
+use hexcast::job::{Job, JobFile, LinesJob};
 use hexcast::{Error, Result};
+
+use super::standard;
 
 /// Reads lists of lines.
 pub(crate) fn read_lines(path: &Path) -> Result<LinesJob> {
@@ -23,11 +26,29 @@ pub(crate) fn read_lines(path: &Path) -> Result<LinesJob> {
 /// Most bytes of a job file: 255 geometries take a ten-thousandth of it.
 const MAX_JOB_BYTES: u64 = 64 << 20;
 
+/// Standard input as text: it can be read once, and is asked for the job and for its options.
+static STANDARD_INPUT: OnceLock<String> = OnceLock::new();
+
 /// Reads a job file or lists of lines as text.
 fn read_text(path: &Path) -> Result<String> {
+    if !standard::is_standard(path) {
+        return read_anew(path);
+    }
+    if let Some(text) = STANDARD_INPUT.get() {
+        return Ok(text.clone());
+    }
+    let text = read_anew(path)?;
+    Ok(STANDARD_INPUT.get_or_init(|| text).clone())
+}
+
+fn read_anew(path: &Path) -> Result<String> {
     let name = path.display();
     let mut bytes = Vec::new();
-    let read = open_file(path)?.take(MAX_JOB_BYTES + 1).read_to_end(&mut bytes);
+    let read = if standard::is_standard(path) {
+        standard::input()?.take(MAX_JOB_BYTES + 1).read_to_end(&mut bytes)
+    } else {
+        open_file(path)?.take(MAX_JOB_BYTES + 1).read_to_end(&mut bytes)
+    };
     read.map_err(|error| Error::io(format!("reading {name}"), error))?;
     if bytes.len() as u64 > MAX_JOB_BYTES {
         let message = format!("{name}: more than {MAX_JOB_BYTES} bytes, which no job file has");
@@ -39,14 +60,26 @@ fn read_text(path: &Path) -> Result<String> {
     })
 }
 
-/// Reads a job file and makes its file names relative to the current folder.
-pub(crate) fn read_job(path: &Path) -> Result<Job> {
+/// Whether a job file is JSON by its name.
+pub(crate) fn is_json(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"))
+}
+
+/// Reads a job file; its names stay relative to it, and its values are not checked.
+pub(crate) fn read_job_file(path: &Path) -> Result<JobFile> {
     let (name, text) = (path.display(), read_text(path)?);
-    let is_json = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"));
-    let read = if is_json { Job::from_json(&text) } else { Job::from_toml(&text) };
-    let mut job = read.map_err(|error| error.at(name))?;
+    // a table of TOML begins with a name or a [
+    let is_json = is_json(path) || standard::is_standard(path) && text.trim_start().starts_with('{');
+    let read = if is_json { JobFile::from_json(&text) } else { JobFile::from_toml(&text) };
+    read.map_err(|error| error.at(name))
+}
+
+/// Reads the job of a job file and makes its file names relative to the current folder. Its values are not checked, since options may
+/// override them.
+pub(crate) fn read_job(path: &Path) -> Result<Job> {
+    let mut job = read_job_file(path)?.job;
     let folder = path.parent().unwrap_or(Path::new(""));
-    for geometry in &mut job.geometries {
+    for geometry in job.geometries.iter_mut().filter(|geometry| geometry.file != standard::NAME) {
         // a join with an absolute path is that path
         geometry.file = folder.join(&geometry.file).to_string_lossy().into_owned();
     }

@@ -15,8 +15,9 @@ use hexcast::write::leak_vtp;
 use hexcast::{Error, Result};
 use indicatif::{BinaryBytes, HumanCount};
 
-use super::arguments::{default_max_memory, list};
+use super::arguments::default_max_memory;
 use super::job_files::read_job;
+use super::numbers::list;
 use super::output_file::{OutputFile, PendingFile};
 use super::progress::Progress;
 use super::reading::{is_columns, open_columns, read_job_files};

@@ -1,8 +1,9 @@
 //! The command line: reads what is asked for, calls the library, prints. One file a command.
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use hexcast::control::CancelToken;
 use hexcast::{Error, Result};
 
@@ -19,12 +20,15 @@ mod export_output;
 mod file_store;
 mod format_arguments;
 mod info;
+mod job;
 mod job_files;
+mod job_options;
 mod leak;
 mod ledger;
 mod memory;
 mod merge;
 mod mesh;
+mod numbers;
 mod output_file;
 mod outputs;
 mod parts;
@@ -35,7 +39,9 @@ mod progress;
 mod reading;
 #[cfg(feature = "s3")]
 mod s3;
+mod spelling;
 mod spill;
+mod standard;
 mod store;
 mod summary;
 mod temporary;
@@ -54,7 +60,7 @@ Exit codes:
     4  the job contradicts itself or is          9  found: leak a path, verify another mesh than the job's
        impossible                              130  cancelled (Ctrl-C)";
 
-/// Turns closed surfaces (STL) into Cartesian meshes: exactly, on the GPU or the CPU.
+/// Turns closed surfaces (STL, OBJ, OFF, PLY) into Cartesian meshes: exactly, on the GPU or the CPU.
 #[derive(Parser)]
 #[command(version, after_help = EXIT_CODES, max_term_width = 100)]
 struct Cli {
@@ -66,6 +72,7 @@ struct Cli {
 enum Command {
     Mesh(mesh::Arguments),
     Info(info::Arguments),
+    Job(job::Arguments),
     Estimate(estimate::Arguments),
     Parts(parts::Arguments),
     Merge(merge::Arguments),
@@ -90,21 +97,27 @@ enum Command {
 fn main() -> ExitCode {
     #[cfg(target_os = "linux")]
     device_select::disable_without_session();
-    let command = Cli::parse().command;
+    let arguments = spelling::joined(std::env::args_os());
+    let matches = |arguments: &[OsString]| spelling::with_negative_numbers(Cli::command()).get_matches_from(arguments);
+    let mut given = matches(&arguments);
+    match job_options::with_options_of_job(&given, &arguments) {
+        Ok(with_options) => given = with_options.map_or(given, |arguments| matches(&arguments)),
+        Err(error) => return failed(&error),
+    }
+    let command = Cli::from_arg_matches(&given).unwrap_or_else(|error| error.exit()).command;
     let token = CancelToken::default();
     let handler_token = token.clone();
     // without a handler Ctrl-C still ends the program, only less politely
     let _ = ctrlc::set_handler(move || handler_token.cancel());
     match run(command, &token) {
         Ok(code) => code,
-        Err(error) => {
-            terminal::complain(&format!("error[{}]: {error}", error.code()));
-            if !error.hint().is_empty() {
-                terminal::complain(&format!("hint: {}", error.hint()));
-            }
-            ExitCode::from(exit_code(&error))
-        }
+        Err(error) => failed(&error),
     }
+}
+
+fn failed(error: &Error) -> ExitCode {
+    terminal::complain_of(error);
+    ExitCode::from(exit_code(error))
 }
 
 fn run(command: Command, token: &CancelToken) -> Result<ExitCode> {
@@ -115,6 +128,7 @@ fn run(command: Command, token: &CancelToken) -> Result<ExitCode> {
         Command::Verify(arguments) => return verify::run(&arguments, token),
         Command::VerifyStore(arguments) => return verify_store::run(&arguments, token),
         Command::Info(arguments) => info::run(&arguments, token),
+        Command::Job(arguments) => job::run(&arguments),
         Command::Parts(arguments) => parts::run(&arguments, token),
         Command::Merge(arguments) => merge::run(&arguments),
         Command::Estimate(arguments) => estimate::run(&arguments, token),
@@ -133,6 +147,8 @@ fn run(command: Command, token: &CancelToken) -> Result<ExitCode> {
 
 fn exit_code(error: &Error) -> u8 {
     match error {
+        // the name of an output is an argument
+        error if error.code() == "output-name" => 2,
         Error::File(_) => 3,
         Error::Caller(_) => 4,
         Error::Limit(_) => 5,

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use hexcast::control::{CancelToken, Control};
-use hexcast::job::Job;
+use hexcast::job::{Job, Names, RunJob};
 use hexcast::mesh::Mesh;
 use hexcast::pipeline::{self, Engine, MeshOptions, SpillTarget};
 use hexcast::report::{CallerFacts, Report};
@@ -15,10 +15,11 @@ use hexcast::{Error, Result};
 
 use super::arguments::JobArguments;
 use super::format_arguments::exporter_of;
+use super::job_options::{as_text, dump};
 use super::outputs::{FormatArguments, Outputs, Targets};
 use super::progress::Progress;
 use super::spill::SpillArguments;
-use super::{memory, reading, summary, terminal};
+use super::{memory, reading, standard, summary, terminal};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -26,6 +27,7 @@ Examples:
     hexcast mesh case.stl coil.stl:flag=7,priority=2,name=copper --max-cell-size 0.5 --unit mm -o coil.hxc
     hexcast mesh part.stl --domain -1,-1,0,1,1,2 --dims 200,200,200 -o part.raw -o part.npy --report part.json
     hexcast mesh --job antenna.toml --cells 512 -o antenna.vti --compress=none
+    make-model | hexcast mesh - --cells 128 -o - --format npy > part.npy
     hexcast mesh --job ship.toml --part 3/64 -o ship.zarr --report part3.json
 
 Formats, by the name of the output:
@@ -48,19 +50,22 @@ Formats, by the name of the output:
 pub(crate) struct Arguments {
     #[command(flatten)]
     job: JobArguments,
-    /// Output, see below for its endings; may be given several times. Without it only the report is made
+    /// Output, see below for its endings, or - for standard output with --format; may be given several times. Without it only the report is made
     #[arg(id = "outputs", short, long = "output", value_name = "OUT", help_heading = "Output")]
     outputs: Vec<PathBuf>,
     #[command(flatten)]
     formats: FormatArguments,
     #[command(flatten)]
     spill: SpillArguments,
-    /// Write the report to a file, as JSON
+    /// Write the report to a file, as JSON; - is standard output
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     report: Option<PathBuf>,
     /// Print the report to standard output as JSON, and nothing else there
     #[arg(long, help_heading = "Output")]
     json: bool,
+    /// Write a job file that does the same as all arguments together, TOML or JSON by its name, and mesh nothing; - is standard output
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    dump_job: Option<PathBuf>,
     /// Write a mask to a file, .vti, .vtr, .npy, .npz, .raw or .hxc: 1 in the cells that the winding number or a vote decided, as rays could not
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     doubt: Option<PathBuf>,
@@ -81,7 +86,27 @@ pub(crate) struct Arguments {
 /// Exit code of a run with warnings that was asked to be strict.
 const STRICT: u8 = 8;
 
+impl Arguments {
+    /// The options that are no part of the job, as keys of a job file.
+    fn run_job(&self) -> Result<RunJob> {
+        let mut run = self.job.run_job();
+        let outputs = self.outputs.iter().map(|path| as_text(path)).collect::<Result<Vec<String>>>()?;
+        run.output = (!outputs.is_empty()).then_some(Names::Many(outputs));
+        run.report = self.report.as_deref().map(as_text).transpose()?;
+        run.doubt = self.doubt.as_deref().map(as_text).transpose()?;
+        self.formats.put(&mut run);
+        self.spill.put(&mut run)?;
+        (run.flags_in_memory, run.strict, run.json) = (self.flags_in_memory, self.strict, self.json);
+        (run.quiet, run.verbose) = (self.quiet, self.verbose);
+        Ok(run)
+    }
+}
+
 pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode> {
+    if let Some(path) = &arguments.dump_job {
+        dump(&arguments.job.job_as_given()?, arguments.run_job()?, path)?;
+        return Ok(ExitCode::SUCCESS);
+    }
     let mut job = arguments.job.job()?;
     if Targets::has_zarr(&arguments.outputs) {
         job.zarr = Some(job.zarr.unwrap_or_default());
@@ -98,6 +123,10 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     let (doubt, report) = (arguments.doubt.as_deref(), arguments.report.as_deref());
     let (zarr, is_part) = (job.zarr.unwrap_or_default(), job.part.is_some());
     let targets = Targets { meshes: &arguments.outputs, doubt, report, zarr, is_part };
+    if prints_file(arguments) && arguments.json {
+        let message = "--json is given with an output that is -: both are standard output";
+        return Err(Error::new("job-conflict", message, "use --report FILE for one of them"));
+    }
     let max_bytes = job.max_memory.map_or(u64::MAX, |size| size.0);
     let outputs = Outputs::open(&targets, &arguments.formats, &inputs, max_bytes)?;
     if arguments.formats.bits {
@@ -110,6 +139,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
         Ok(_) => file.remove(),
         Err(error) => file.keep_after(error),
     }
+    let meshed = meshed.map_err(|error| arguments.spill.at_file(error, &arguments.outputs));
     Ok(if meshed? && arguments.strict { ExitCode::from(STRICT) } else { ExitCode::SUCCESS })
 }
 
@@ -174,11 +204,17 @@ fn mesh_and_write(
     let n_warnings = warn(&report, arguments.strict);
     if arguments.json {
         terminal::print_exact(&format!("{}\n", report.to_json()))?;
-    } else if !arguments.quiet {
+    } else if !arguments.quiet && !prints_file(arguments) {
         let shown = summary::Shown { ends: job.max_cell_size.is_some(), verbose: arguments.verbose };
         terminal::print(&summary::of_mesh(&report, engine.is_software(), &files, shown))?;
     }
     Ok(n_warnings > 0)
+}
+
+/// Whether standard output is a file's, so that nothing else may be printed there.
+fn prints_file(arguments: &Arguments) -> bool {
+    let paths = arguments.outputs.iter().map(PathBuf::as_path);
+    paths.chain(arguments.doubt.as_deref()).chain(arguments.report.as_deref()).any(standard::is_standard)
 }
 
 /// Prints the warnings, and returns how many there are; those about input files, which the summary has as notes, only where

@@ -1,13 +1,13 @@
 //! One output file: written to a temporary file beside its target, and given its name at the end.
 
-use std::io::{ErrorKind, Write};
+use std::io::{ErrorKind, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use hexcast::{Error, Result};
 use tempfile::NamedTempFile;
 
 use super::place::{check_kind, folder_of, target_of};
-use super::temporary;
+use super::{standard, temporary};
 
 /// A file that was written.
 pub(crate) struct OutputFile {
@@ -19,7 +19,7 @@ pub(crate) struct OutputFile {
 pub(crate) struct PendingFile {
     /// The name that the caller gave.
     pub(crate) path: PathBuf,
-    /// What it leads to.
+    /// What it leads to; [`standard::NAME`] where that is standard output.
     target: PathBuf,
     pub(crate) temporary: NamedTempFile,
 }
@@ -27,6 +27,9 @@ pub(crate) struct PendingFile {
 impl PendingFile {
     /// Opens a temporary file beside what `path` leads to; also returns that without links.
     pub(crate) fn open(path: &Path) -> Result<(PathBuf, PendingFile)> {
+        if standard::is_standard(path) {
+            return PendingFile::for_standard_output();
+        }
         if path.is_dir() {
             return Err(Error::new("io", format!("{} is a folder", path.display()), "name a file in it"));
         }
@@ -40,9 +43,23 @@ impl PendingFile {
         Ok((place, PendingFile { path: path.to_path_buf(), target, temporary }))
     }
 
+    /// A temporary file whose bytes go to standard output once all is written.
+    fn for_standard_output() -> Result<(PathBuf, PendingFile)> {
+        standard::check_output()?;
+        let folder = std::env::temp_dir();
+        let name = PathBuf::from(standard::NAME);
+        let temporary = NamedTempFile::new_in(&folder).map_err(|error| refused(&name, &folder, &error))?;
+        Ok((name.clone(), PendingFile { path: name.clone(), target: name, temporary }))
+    }
+
+    /// Whether it goes to standard output.
+    pub(crate) fn is_standard(&self) -> bool {
+        standard::is_standard(&self.path)
+    }
+
     /// The folder that it is written in.
     pub(crate) fn folder(&self) -> &Path {
-        folder_of(&self.target)
+        folder_of(if self.is_standard() { self.temporary.path() } else { &self.target })
     }
 
     /// Writes bytes.
@@ -51,8 +68,12 @@ impl PendingFile {
         outcome.map_err(|error| Error::io(format!("writing {}", self.path.display()), error))
     }
 
-    /// Gives the file its name.
-    pub(crate) fn persist(self) -> Result<()> {
+    /// Gives the file its name, or prints it.
+    pub(crate) fn persist(mut self) -> Result<()> {
+        if self.is_standard() {
+            self.temporary.rewind().map_err(|error| Error::io("reading what was written", error))?;
+            return standard::print_all(self.temporary.as_file());
+        }
         let outcome = self.temporary.persist(&self.target);
         outcome.map_err(|error| Error::io(format!("writing {}", self.path.display()), error.error))?;
         Ok(())

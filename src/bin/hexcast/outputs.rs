@@ -17,9 +17,10 @@ use super::counted::Counted;
 use super::disk::{Planned, check_room};
 use super::export_output::ExportOutput;
 pub(crate) use super::format_arguments::FormatArguments;
-use super::format_arguments::{exporter_of, format_of};
+use super::format_arguments::exporter_of;
 use super::output_file::{OutputFile, PendingFile, with_ending};
 use super::progress::Progress;
+use super::standard;
 use super::zarr_folder::is_zarr;
 use super::zarr_output::ZarrOutput;
 
@@ -36,6 +37,12 @@ pub(crate) struct Targets<'a> {
 }
 
 impl Targets<'_> {
+    /// Whether standard output gets a file.
+    pub(crate) fn uses_standard_output(&self) -> bool {
+        let mut paths = self.meshes.iter().map(PathBuf::as_path).chain(self.doubt).chain(self.report);
+        paths.any(standard::is_standard)
+    }
+
     /// Whether a name asks for a Zarr store.
     pub(crate) fn has_zarr(meshes: &[PathBuf]) -> bool {
         meshes.iter().any(|path| is_zarr(path))
@@ -85,9 +92,11 @@ impl Outputs {
         let (export_paths, paths): (Vec<&PathBuf>, Vec<&PathBuf>) =
             paths.into_iter().partition(|path| exporter_of(path).is_some());
         let exporters: Vec<Exporter> = export_paths.iter().filter_map(|path| exporter_of(path)).collect();
+        let format_of = |path: &Path| arguments.format_of(path);
         let mut formats = paths.iter().map(|path| format_of(path)).collect::<Result<Vec<Format>>>()?;
         formats.extend(targets.doubt.map(format_of).transpose()?);
         arguments.check(&formats, &exporters, !folder_paths.is_empty())?;
+        arguments.check_standard(targets.uses_standard_output())?;
         let mut taken: Vec<PathBuf> = inputs.iter().filter_map(|input| input.canonicalize().ok()).collect();
         let n_inputs = taken.len();
         let mut take = |path: &Path, place: PathBuf| match taken.iter().position(|other| *other == place) {
@@ -120,7 +129,11 @@ impl Outputs {
         let paths = paths.into_iter().map(PathBuf::as_path).chain(targets.doubt);
         for (index, (path, format)) in paths.zip(formats).enumerate() {
             let file = open(path)?;
-            let sidecar = if format == Format::Raw { Some(open(&with_ending(path, ".json"))?) } else { None };
+            let sidecar = if format == Format::Raw && !file.is_standard() {
+                Some(open(&with_ending(path, ".json"))?)
+            } else {
+                None
+            };
             let options = arguments.options(format, max_bytes);
             meshes.push(MeshFile { format, options, file, sidecar, is_doubt: index == n_flags });
         }

@@ -9,7 +9,8 @@ use hexcast::picture::{Cut, Picture, View, slices, view};
 use hexcast::{Error, Result};
 use indicatif::BinaryBytes;
 
-use super::arguments::{default_max_memory, list};
+use super::arguments::default_max_memory;
+use super::numbers::list;
 use super::output_file::PendingFile;
 use super::reading::open_columns;
 use super::summary::Table;

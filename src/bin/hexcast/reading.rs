@@ -18,6 +18,7 @@ use rayon::prelude::*;
 
 use super::file_store::FileStore;
 use super::progress::Progress;
+use super::standard;
 
 const CHUNK_BYTES: usize = 1 << 20;
 
@@ -72,11 +73,16 @@ impl Room {
 /// Opens a file and returns its length; what has no length, such as a pipe, is read to memory first.
 fn open(file: &str, room: &Room, token: &CancelToken) -> Result<(Box<dyn Read + Send>, u64)> {
     let failed = |error| Error::io(format!("reading {file}"), error);
-    let mut input = open_file(Path::new(file))?;
-    let metadata = input.metadata().map_err(failed)?;
-    if metadata.is_file() {
-        return Ok((Box::new(input), metadata.len()));
-    }
+    let mut input: Box<dyn Read + Send> = if standard::is_standard(Path::new(file)) {
+        Box::new(standard::input()?)
+    } else {
+        let input = open_file(Path::new(file))?;
+        let metadata = input.metadata().map_err(failed)?;
+        if metadata.is_file() {
+            return Ok((Box::new(input), metadata.len()));
+        }
+        Box::new(input)
+    };
     let mut bytes = Vec::new();
     while Read::take(&mut input, CHUNK_BYTES as u64).read_to_end(&mut bytes).map_err(failed)? > 0 {
         if token.is_cancelled() {
@@ -102,6 +108,10 @@ pub(crate) fn is_columns(path: &Path) -> bool {
 /// `max_bytes`.
 pub(crate) fn open_columns(path: &Path, max_bytes: u64, control: &Control) -> Result<Mesh> {
     let name = path.display();
+    if standard::is_standard(path) {
+        return column_file::read(&mut standard::input()?, max_bytes, control)
+            .map_err(|error| error.at("standard input"));
+    }
     let mut file = open_file(path)?;
     let metadata = file.metadata().map_err(|error| Error::io(format!("reading {name}"), error))?;
     let opened = if metadata.is_file() {

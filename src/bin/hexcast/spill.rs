@@ -6,13 +6,15 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use hexcast::column_file::may_continue;
+use hexcast::job::RunJob;
 use hexcast::pipeline::SpillTarget;
 use hexcast::{Error, Result};
 
 use super::file_store::FileStore;
+use super::job_options::as_text;
 use super::output_file::with_ending;
 use super::place::not_a_file;
-use super::terminal;
+use super::{standard, terminal};
 
 /// Where columns go that exceed the memory allowed.
 #[derive(clap::Args)]
@@ -35,6 +37,22 @@ pub(crate) struct SpillFile {
 }
 
 impl SpillArguments {
+    /// Puts the options into a job file.
+    pub(crate) fn put(&self, run: &mut RunJob) -> Result<()> {
+        run.resume = self.resume;
+        run.spill = self.spill.as_deref().map(as_text).transpose()?;
+        Ok(())
+    }
+
+    /// The error with the name of the file to resume from, where it is about that.
+    pub(crate) fn at_file(&self, error: Error, outputs: &[PathBuf]) -> Error {
+        let output = outputs.first().filter(|_| self.resume && error.code() == "columns-other");
+        match output.map(|output| with_ending(output, ".partial")) {
+            Some(path) => error.at(path.display()),
+            None => error,
+        }
+    }
+
     /// Opens the file that the arguments ask for.
     pub(crate) fn open(&self, outputs: &[PathBuf]) -> Result<SpillFile> {
         if let Some(folder) = &self.spill {
@@ -46,6 +64,10 @@ impl SpillArguments {
             return Ok(SpillFile { target, resumable: None });
         }
         match outputs.first().filter(|_| self.resume) {
+            Some(output) if standard::is_standard(output) => {
+                let message = "--resume is given and the first output is -, which has no place beside it";
+                Err(Error::new("job-conflict", message, "name a file as the first output"))
+            }
             Some(output) => open_resumable(&with_ending(output, ".partial")),
             None => Ok(SpillFile { target: SpillTarget::None, resumable: None }),
         }
@@ -99,7 +121,7 @@ impl SpillFile {
     /// After an error, says how to continue if the file holds columns of this job.
     pub(crate) fn keep_after(self, error: &Error) {
         let Some((path, store)) = &self.resumable else { return };
-        if error.code() == "job-conflict" {
+        if matches!(error.code(), "job-conflict" | "columns-other") {
             return;
         }
         let n_bytes = store.n_bytes();

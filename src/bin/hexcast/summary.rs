@@ -109,7 +109,7 @@ pub(crate) fn of_columns(file: &str, n_bytes: u64, report: &ColumnsReport) -> St
     }
     for flag in &report.flags {
         let name = if flag.name.is_empty() { String::new() } else { format!(" \"{}\"", flag.name) };
-        let volume = flag.volume.map_or("unknown".into(), |volume| volume.to_string());
+        let volume = flag.volume.map_or("unknown".into(), short);
         table.line("flag", format!("{}{name}: {} cells, volume {volume}", flag.flag, HumanCount(flag.cells)));
     }
     table.finish()
@@ -200,9 +200,10 @@ fn flags(table: &mut Table, mesh: &MeshFacts) {
             let (found, bound) = (flag.volume - surface, flag.volume_bound.unwrap_or(f64::INFINITY));
             let is_within = found.abs() <= bound;
             let verdict = if is_within { "bound" } else { "geometries or shells overlap: beyond the bound of" };
-            format!(", of the surface {surface:.6e}, {:+.3} % ({verdict} {:.3} %)", percent(found), percent(bound))
+            let surface = short(surface);
+            format!(", of the surface {surface}, {:+.3} % ({verdict} {:.3} %)", percent(found), percent(bound))
         });
-        let volumes = format!("volume {:.6e}{of_surface}", flag.volume);
+        let volumes = format!("volume {}{of_surface}", short(flag.volume));
         table.line("flag", format!("{} \"{}\": {} cells, {volumes}", flag.flag, flag.name, HumanCount(flag.cells)));
     }
 }

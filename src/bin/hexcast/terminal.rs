@@ -24,6 +24,14 @@ pub(crate) fn complain(text: &str) {
     let _ = writeln!(std::io::stderr(), "{}", escaped(text));
 }
 
+/// Prints an error and what to do about it.
+pub(crate) fn complain_of(error: &Error) {
+    complain(&format!("error[{}]: {error}", error.code()));
+    if !error.hint().is_empty() {
+        complain(&format!("hint: {}", error.hint()));
+    }
+}
+
 /// The text on one line: ends of lines as `\n`.
 pub(crate) fn one_line(text: &str) -> Cow<'_, str> {
     if text.contains('\n') { text.replace('\n', "\\n").into() } else { text.into() }

@@ -14,7 +14,7 @@ use hexcast::mesh::Mesh;
 use hexcast::{Error, Result};
 use indicatif::HumanCount;
 
-use super::arguments::{JobArguments, whole_number};
+use super::arguments::{JobArguments, at_least_one};
 use super::{reading, terminal};
 
 mod ray;
@@ -48,7 +48,7 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     job: JobArguments,
     /// Check only some planes of cells, evenly spaced, of about so many cells in all, such as 1e9 [default: all cells]
-    #[arg(long, value_name = "CELLS", value_parser = whole_number, help_heading = "Check")]
+    #[arg(long, value_name = "CELLS", value_parser = at_least_one::<u64>, help_heading = "Check")]
     sample: Option<u64>,
     /// Chooses the planes of --sample, and doubtful cells where there are too many
     #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Check")]

@@ -112,14 +112,14 @@ fn a_store_of_something_else_is_refused_and_left_alone() {
     built(keep(&store, 7).unwrap(), bands(&rays, 2));
     let before = store.bytes().clone();
     let error = keep(&store, 8).err().unwrap();
-    assert!(error.code() == "job-conflict" && error.hint().contains("delete"), "{error}");
+    assert!(error.code() == "columns-other" && error.hint().contains("delete"), "{error}");
     assert_eq!(*store.bytes(), before);
     // a file that happens to have the name, shorter than a head
     store.bytes().truncate(20);
     for foreign in [&before[..20], b"notes", &[0]] {
         *store.bytes() = foreign.to_vec();
         let error = keep(&store, 8).err().unwrap();
-        assert_eq!((error.code(), &store.bytes()[..]), ("job-conflict", foreign));
+        assert_eq!((error.code(), &store.bytes()[..]), ("columns-other", foreign));
     }
 }
 

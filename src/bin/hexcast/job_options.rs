@@ -1,0 +1,130 @@
+//! The options in a job file: those keys of it that are no part of the job, as arguments; and the job file of all arguments.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+use clap::ArgMatches;
+use clap::parser::ValueSource;
+use hexcast::job::{Job, JobFile, Level, RunJob};
+use hexcast::{Error, Result};
+
+use super::job_files::{is_json, read_job_file};
+use super::place::folder_of;
+use super::{output_file::PendingFile, standard};
+
+/// The arguments of `hexcast mesh` with the options of its job file that they do not have. None where there are none.
+///
+/// # Errors
+/// Those of reading the job file.
+pub(crate) fn with_options_of_job(matches: &ArgMatches, arguments: &[OsString]) -> Result<Option<Vec<OsString>>> {
+    let Some(("mesh", of_mesh)) = matches.subcommand() else { return Ok(None) };
+    let Some(path) = of_mesh.get_one::<PathBuf>("job") else { return Ok(None) };
+    let run = read_job_file(path)?.run;
+    let folder = if standard::is_standard(path) { Path::new("") } else { path.parent().unwrap_or(Path::new("")) };
+    let is_given = |id: &str| of_mesh.value_source(id) == Some(ValueSource::CommandLine);
+    let options = options(&run, folder).into_iter().filter(|(id, _)| !is_given(id) && !is_excluded(id, &is_given));
+    let options: Vec<OsString> = options.map(|(_, option)| option).collect();
+    if options.is_empty() {
+        return Ok(None);
+    }
+    // before those of the command line, which may end in files after a --
+    let command = arguments.iter().position(|argument| argument == "mesh").unwrap_or(1);
+    let (before, after) = arguments.split_at((command + 1).min(arguments.len()));
+    Ok(Some([before, &options, after].concat()))
+}
+
+/// Whether an option of the command line stands in place of another.
+fn is_excluded(id: &str, is_given: &impl Fn(&str) -> bool) -> bool {
+    match id {
+        "quiet" => is_given("verbose"),
+        "verbose" => is_given("quiet"),
+        "spill" => is_given("resume"),
+        "resume" => is_given("spill"),
+        _ => false,
+    }
+}
+
+/// The names of clap and the arguments, one each, with `=`.
+fn options(run: &RunJob, folder: &Path) -> Vec<(&'static str, OsString)> {
+    let mut options = Vec::new();
+    let mut put = |id: &'static str, option: &str, value: Option<OsString>| {
+        options.extend(value.map(|value| {
+            let mut argument = OsString::from(format!("--{option}="));
+            argument.push(value);
+            (id, argument)
+        }));
+    };
+    let place = |name: &String| -> OsString {
+        let is_elsewhere = name == standard::NAME || name.contains("://");
+        if is_elsewhere { name.into() } else { folder.join(name).into_os_string() }
+    };
+    for name in run.output.iter().flat_map(|names| names.all()) {
+        put("outputs", "output", Some(place(name)));
+    }
+    put("report", "report", run.report.as_ref().map(place));
+    put("doubt", "doubt", run.doubt.as_ref().map(place));
+    put("spill", "spill", run.spill.as_ref().map(place));
+    put("format", "format", run.format.as_ref().map(OsString::from));
+    let level = |level: &Level| match level {
+        Level::Level(level) => level.to_string().into(),
+        Level::Word(word) => OsString::from(word),
+    };
+    put("compress", "compress", run.compress.as_ref().map(level));
+    put("hash", "hash", run.hash.as_ref().map(OsString::from));
+    put("axis_order", "axis-order", run.axis_order.as_ref().map(OsString::from));
+    put("map", "map", run.map.as_ref().filter(|map| !map.is_empty()).map(OsString::from));
+    let flags = |flags: &Vec<u8>| flags.iter().map(u8::to_string).collect::<Vec<String>>().join(",").into();
+    put("export_flags", "export-flags", run.export_flags.as_ref().map(flags));
+    put("adapter", "adapter", run.adapter.as_ref().map(OsString::from));
+    put("max_device_memory", "max-device-memory", run.max_device_memory.map(|size| size.0.to_string().into()));
+    put("threads", "threads", run.threads.map(|threads| threads.to_string().into()));
+    let switches = [
+        ("bits", "--bits", run.bits),
+        ("ascii", "--ascii", run.ascii),
+        ("resume", "--resume", run.resume),
+        ("flags_in_memory", "--flags-in-memory", run.flags_in_memory),
+        ("strict", "--strict", run.strict),
+        ("json", "--json", run.json),
+        ("quiet", "--quiet", run.quiet),
+        ("verbose", "--verbose", run.verbose),
+    ];
+    options.extend(switches.into_iter().filter(|(.., is_on)| *is_on).map(|(id, option, _)| (id, option.into())));
+    options
+}
+
+/// Writes a job file that does what all arguments do, TOML or JSON by its name; `-` is standard output, in TOML.
+///
+/// # Errors
+/// `io` where it cannot be written; `job-value` where a name is not UTF-8.
+pub(crate) fn dump(job: &Job, run: RunJob, path: &Path) -> Result<()> {
+    let (_, mut file) = PendingFile::open(path)?;
+    let is_here = standard::is_standard(path) || folder_of(path) == Path::new(".");
+    let place = |name: &str| -> String {
+        if is_here || name == standard::NAME || name.contains("://") {
+            return name.into();
+        }
+        // a path is UTF-8 if its last part is and that of the current folder
+        std::path::absolute(name).map_or(name.into(), |path| path.to_string_lossy().into_owned())
+    };
+    let (mut job, mut run) = (job.clone(), run);
+    job.geometries.iter_mut().for_each(|geometry| geometry.file = place(&geometry.file));
+    for name in [&mut run.report, &mut run.doubt, &mut run.spill].into_iter().flatten() {
+        *name = place(name);
+    }
+    run.output =
+        run.output.map(|names| hexcast::job::Names::Many(names.all().iter().map(|name| place(name)).collect()));
+    let made = JobFile::new(job, run);
+    file.put(if is_json(path) { made.to_json() + "\n" } else { made.to_toml()? })?;
+    file.persist()
+}
+
+/// A path as text of a job file.
+///
+/// # Errors
+/// `job-value` where it is not UTF-8.
+pub(crate) fn as_text(path: &Path) -> Result<String> {
+    path.to_str().map(String::from).ok_or_else(|| {
+        let message = format!("{} is not UTF-8, which job files are", path.display());
+        Error::new("job-value", message, "give it another name")
+    })
+}

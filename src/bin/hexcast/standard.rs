@@ -1,0 +1,65 @@
+//! `-`: standard input in place of a file, and standard output in place of an output.
+
+use std::io::{self, ErrorKind, IsTerminal, Read, Write};
+use std::path::Path;
+
+use hexcast::{Error, Result};
+
+/// The name of both.
+pub(crate) const NAME: &str = "-";
+
+/// Whether a name is that of standard input or output; `./-` is a file.
+pub(crate) fn is_standard(name: &Path) -> bool {
+    name.as_os_str() == NAME
+}
+
+/// Standard input, unless somebody would have to type it.
+///
+/// # Errors
+/// `io` where it is a terminal.
+pub(crate) fn input() -> Result<impl Read + Send> {
+    let input = io::stdin();
+    if input.is_terminal() {
+        let message = "- is standard input, and that is a terminal";
+        return Err(Error::new("io", message, "pipe a file to it (hexcast ... - < FILE), or name the file"));
+    }
+    Ok(input)
+}
+
+/// Copies what was written to standard output; a reader that has closed the pipe has enough.
+///
+/// # Errors
+/// `io` where it cannot be written.
+pub(crate) fn print_all(mut from: impl Read) -> Result<()> {
+    let mut output = io::stdout().lock();
+    match io::copy(&mut from, &mut output).and_then(|_| output.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Error::io("writing to standard output", error)),
+        _ => Ok(()),
+    }
+}
+
+/// Refuses binary files for a terminal.
+///
+/// # Errors
+/// `io` where standard output is one.
+pub(crate) fn check_output() -> Result<()> {
+    if io::stdout().is_terminal() {
+        let message = "- is standard output, and that is a terminal";
+        return Err(Error::new("io", message, "pipe it to a program (| ...) or a file (> FILE), or name an output"));
+    }
+    Ok(())
+}
+
+/// Refuses standard input for more than one input.
+///
+/// # Errors
+/// `job-conflict`.
+pub(crate) fn check_once<'a>(names: impl Iterator<Item = &'a Path>) -> Result<()> {
+    match names.filter(|name| is_standard(name)).count() {
+        0 | 1 => Ok(()),
+        n => {
+            let message = format!("- is given {n} times, and standard input can be read once");
+            Err(Error::new("job-conflict", message, "name files for the others"))
+        }
+    }
+}

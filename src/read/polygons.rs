@@ -1,0 +1,142 @@
+//! Facets of polygons with shared corners, as OBJ, OFF and PLY have them.
+//!
+//! A polygon of more than three corners becomes a fan of facets around its first corner. Parity and winding number are those of the
+//! polygon, even where it is concave: where the fan covers a place twice, it does so an even number of times more, or once each way round.
+//! Where the corners do not lie in a plane, a polygon has no one surface; the fan is one of those that fit, and a warning counts them.
+
+use super::contents::{Contents, Format, Solid, Tally, Warnings, empty, reserve};
+use crate::error::{Error, Result};
+use crate::geometry::{Facet, SharedFacets};
+
+/// How far off a plane, as a part of its size, a corner lies before its polygon is called not planar: more than f32 rounds.
+const FLAT: f64 = 1e-5;
+
+/// Collects corners and polygons.
+#[derive(Debug, Default)]
+pub(super) struct Polygons {
+    pub(super) corners: Vec<[f32; 3]>,
+    /// Names of solids, and the index of the first facet of each.
+    solids: Vec<(String, usize)>,
+    facets: Vec<Facet>,
+    tally: Tally,
+    n_bent: u64,
+    n_degenerate: u64,
+    first_bent: String,
+    pub(super) warnings: Warnings,
+}
+
+impl Polygons {
+    /// Adds a corner of three numbers; `place` says where it stands.
+    pub(super) fn corner(&mut self, corner: [f32; 3], place: impl Fn() -> String) -> Result<()> {
+        if let Some(number) = corner.iter().find(|number| !number.is_finite()) {
+            let message = format!("{}: a coordinate is {number}, or too large for an f32", place());
+            return Err(Error::new("stl-not-finite", message, "export the model again"));
+        }
+        self.corners.try_reserve(1).map_err(|_| no_room("corners", self.corners.len()))?;
+        self.corners.push(corner);
+        Ok(())
+    }
+
+    /// Begins a solid: what follows belongs to it. One of the same name goes on.
+    pub(super) fn solid(&mut self, name: &str) {
+        match self.solids.last_mut() {
+            Some((last, _)) if last == name => {}
+            Some((last, start)) if *start == self.facets.len() => *last = name.into(),
+            _ => self.solids.push((name.into(), self.facets.len())),
+        }
+    }
+
+    /// Adds a polygon by the indices of its corners, which must be there.
+    pub(super) fn polygon(&mut self, corners: &[usize], place: impl Fn() -> String) -> Result<()> {
+        if corners.len() < 3 {
+            self.n_degenerate += 1;
+            return Ok(());
+        }
+        reserve(&mut self.facets, corners.len() - 2, false)?;
+        if self.facets.len() + corners.len() - 2 > u32::MAX as usize {
+            let message = format!("{}: more facets than a 32-bit index counts", place());
+            return Err(Error::new("too-many-facets", message, "simplify the model"));
+        }
+        let at = |index: usize| self.corners[index];
+        for pair in corners[1..].windows(2) {
+            let facet = [at(corners[0]), at(pair[0]), at(pair[1])];
+            // there is no normal to compare with
+            self.tally.count([f32::NAN; 3], &facet);
+            self.facets.push(facet);
+        }
+        if corners.len() > 3 && is_bent(corners.iter().map(|&index| at(index).map(f64::from))) {
+            if self.n_bent == 0 {
+                self.first_bent = place();
+            }
+            self.n_bent += 1;
+        }
+        Ok(())
+    }
+
+    /// The contents of the file.
+    pub(super) fn finish(mut self, format: Format, n_bytes: u64) -> Result<Contents> {
+        if self.facets.is_empty() {
+            return Err(empty(&format!("no facet among {} corners of {}", self.corners.len(), format.name())));
+        }
+        if self.n_bent > 0 {
+            let (n, first) = (self.n_bent, &self.first_bent);
+            let text = format!(
+                "{n} polygons of more than three corners are not planar, the first at {first}: each is a fan of facets"
+            );
+            self.warnings.push(text);
+        }
+        if self.n_degenerate > 0 {
+            self.warnings.push(format!("{} polygons of fewer than three corners are left out", self.n_degenerate));
+        }
+        let n_facets = self.facets.len() as u64;
+        let mut starts = self.solids;
+        // what stands before the first name, and all where there is none
+        if starts.first().is_none_or(|(_, start)| *start > 0) {
+            starts.insert(0, (String::new(), 0));
+        }
+        let mut solids = Vec::new();
+        let mut facets = self.facets;
+        for (name, start) in starts.into_iter().rev() {
+            let of_solid = facets.split_off(start);
+            if !of_solid.is_empty() {
+                solids.push(Solid { name, facets: SharedFacets::from(of_solid) });
+            }
+        }
+        solids.reverse();
+        Ok(Contents {
+            format,
+            solids,
+            n_facets,
+            n_bytes,
+            wrong_normals: 0,
+            zero_normals: 0,
+            zero_area: self.tally.zero_area,
+            has_colours: false,
+            warnings: self.warnings.finish(),
+        })
+    }
+}
+
+/// The error of a list that does not fit the memory.
+pub(super) fn no_room(what: &str, n: usize) -> Error {
+    Error::new("memory", format!("more than {n} {what} do not fit the memory"), "simplify the model")
+}
+
+/// Whether corners lie off the plane of the polygon: that of its area vector through its middle.
+fn is_bent(corners: impl Iterator<Item = [f64; 3]> + Clone) -> bool {
+    let n = corners.clone().count() as f64;
+    let mut middle = [0.0; 3];
+    corners.clone().for_each(|corner| (0..3).for_each(|axis| middle[axis] += corner[axis] / n));
+    let from_middle = corners.map(|corner| [0, 1, 2].map(|axis| corner[axis] - middle[axis]));
+    let mut area = [0.0; 3];
+    let next = from_middle.clone().skip(1).chain(from_middle.clone().take(1));
+    for (a, b) in from_middle.clone().zip(next) {
+        area[0] += a[1] * b[2] - a[2] * b[1];
+        area[1] += a[2] * b[0] - a[0] * b[2];
+        area[2] += a[0] * b[1] - a[1] * b[0];
+    }
+    let length = |of: [f64; 3]| of.iter().map(|number| number * number).sum::<f64>().sqrt();
+    let size = from_middle.clone().map(length).fold(0.0, f64::max);
+    let off = from_middle.map(|corner| (0..3).map(|axis| corner[axis] * area[axis]).sum::<f64>().abs());
+    off.fold(0.0, f64::max) > FLAT * size * length(area)
+}
