@@ -50,6 +50,7 @@ pub mod facet;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod files;
 mod fingerprint;
+pub mod fractions;
 #[cfg(not(feature = "stages"))]
 mod flags;
 #[cfg(feature = "stages")]
@@ -62,6 +63,10 @@ pub mod gaps;
 pub mod geometry;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+#[cfg(not(feature = "stages"))]
+mod inside;
+#[cfg(feature = "stages")]
+pub mod inside;
 pub mod job;
 #[cfg(not(feature = "stages"))]
 mod lattice;
@@ -69,6 +74,7 @@ mod lattice;
 pub mod lattice;
 pub mod leak;
 pub mod lines;
+pub mod links;
 #[cfg(not(feature = "stages"))]
 mod map;
 #[cfg(feature = "stages")]

@@ -36,6 +36,7 @@ mod compare;
 mod examples;
 mod famous_cases;
 mod formats;
+mod fractions;
 mod fuzz;
 mod gaps;
 mod golden;
@@ -63,9 +64,12 @@ mod leak;
 #[cfg(feature = "cli")]
 mod leak_command;
 #[cfg(feature = "cli")]
+mod measured_command;
+#[cfg(feature = "cli")]
 mod memory;
 #[cfg(feature = "cli")]
 mod merged_reports;
+mod links;
 mod mesher;
 mod missing_facets;
 mod models;

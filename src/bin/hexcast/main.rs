@@ -19,6 +19,7 @@ mod info;
 mod job_files;
 mod leak;
 mod ledger;
+mod measured;
 mod memory;
 mod merge;
 mod mesh;

@@ -14,6 +14,7 @@ use hexcast::write::zarr::Place;
 use hexcast::{Error, Result};
 
 use super::arguments::JobArguments;
+use super::measured::{Measured, MeasuredArguments};
 use super::outputs::{FormatArguments, Outputs, Targets};
 use super::progress::Progress;
 use super::spill::SpillArguments;
@@ -49,6 +50,8 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     formats: FormatArguments,
     #[command(flatten)]
+    measured: MeasuredArguments,
+    #[command(flatten)]
     spill: SpillArguments,
     /// Write the report to a file, as JSON
     #[arg(long, value_name = "FILE", help_heading = "Output")]
@@ -78,6 +81,7 @@ const STRICT: u8 = 8;
 
 pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode> {
     let mut job = arguments.job.job()?;
+    arguments.measured.ask(&mut job)?;
     if Targets::has_zarr(&arguments.outputs) {
         job.zarr = Some(job.zarr.unwrap_or_default());
         if job.part.is_some() && job.halo.is_some() {
@@ -92,12 +96,14 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     let targets = Targets { meshes: &arguments.outputs, doubt, report, zarr, is_part };
     let max_bytes = job.max_memory.map_or(u64::MAX, |size| size.0);
     let outputs = Outputs::open(&targets, &arguments.formats, &inputs, max_bytes)?;
+    let named = arguments.outputs.iter().map(PathBuf::as_path).chain(doubt).chain(report).chain(inputs);
+    let measured = arguments.measured.open(&named.collect::<Vec<&Path>>(), arguments.formats.compression())?;
     if arguments.formats.bits {
         check_single_flag(&job)?;
     }
     arguments.job.set_threads()?;
     let file = arguments.spill.open(&arguments.outputs)?;
-    let meshed = mesh_and_write(arguments, &job, outputs, file.target.clone(), token);
+    let meshed = mesh_and_write(arguments, &job, (outputs, measured), file.target.clone(), token);
     match &meshed {
         Ok(_) => file.remove(),
         Err(error) => file.keep_after(error),
@@ -109,7 +115,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
 fn mesh_and_write(
     arguments: &Arguments,
     job: &Job,
-    mut outputs: Outputs,
+    (mut outputs, measured): (Outputs, Measured),
     spill: SpillTarget,
     token: &CancelToken,
 ) -> Result<bool> {
@@ -159,9 +165,11 @@ fn mesh_and_write(
         .with_write(written.map(|(_, seconds)| seconds))
         .with_flags_sha256(sha256.or(outputs.flags_sha256.take()))
         .with_host_bytes(memory::peak_bytes());
+    let measured = measured.write(&facts)?;
     let report = Report::new(facts, caller);
     control.check()?;
-    let files = outputs.finish(&format!("{}\n", report.to_json()))?;
+    let mut files = outputs.finish(&format!("{}\n", report.to_json()))?;
+    files.extend(measured);
 
     let n_warnings = warn(&report, arguments.strict);
     if arguments.json {

@@ -53,14 +53,19 @@ impl FormatArguments {
     fn options(&self, format: Format, max_bytes: u64) -> Options {
         let (compress, bits) = match format {
             Format::Raw | Format::Npy => (Compress::None, self.bits),
-            _ => (self.compress.unwrap_or(DEFAULT_COMPRESS), false),
+            _ => (self.compression(), false),
         };
         self.zarr_options(max_bytes).with_compress(compress).with_bits(bits)
     }
 
+    /// The compression of formats that have it.
+    pub(crate) fn compression(&self) -> Compress {
+        self.compress.unwrap_or(DEFAULT_COMPRESS)
+    }
+
     /// The options for a Zarr folder.
     fn zarr_options(&self, max_bytes: u64) -> Options {
-        let compress = self.compress.unwrap_or(DEFAULT_COMPRESS);
+        let compress = self.compression();
         let slab_bytes = slab_bytes(max_bytes) as usize;
         let block_cache_bytes = block_cache_bytes(max_bytes) as usize;
         Options::default()
