@@ -137,7 +137,8 @@ fn cast<'a, T>(
         for &facet in facets {
             let Some(projected) = Projected::new(&frame.facets[facet as usize], frame, rays) else { continue };
             let tag = event(0, frame.rank_of_facet[facet as usize], projected.exits);
-            let hit = |i, j, cell, _| ((j - window[1].start) * n_across + i - window[0].start, of(cell << 9 | tag, facet));
+            let hit =
+                |i, j, cell, _| ((j - window[1].start) * n_across + i - window[0].start, of(cell << 9 | tag, facet));
             if frame.is_graded() {
                 graded::hits(&projected, (frame, rays), &bin, hit, &mut hits);
             } else {

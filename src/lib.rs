@@ -50,11 +50,11 @@ pub mod facet;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod files;
 mod fingerprint;
-pub mod fractions;
 #[cfg(not(feature = "stages"))]
 mod flags;
 #[cfg(feature = "stages")]
 pub mod flags;
+pub mod fractions;
 #[cfg(not(feature = "stages"))]
 mod frame;
 #[cfg(feature = "stages")]

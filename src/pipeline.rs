@@ -31,8 +31,8 @@ use crate::mesh::{Mesh, Named};
 use crate::overlay::{self, Overlay};
 use crate::rays::Rays;
 use crate::report::{
-    CertificateReport, DeviceCheck, DoubtReport, FillReport, FlagReport, FractionsReport, GeometryReport, InputReport, LinksReport,
-    MAX_BOXES, MeshFacts, OpenReport, PeakBytes, Seconds, WindowReport, flag_reports, is_cut,
+    CertificateReport, DeviceCheck, DoubtReport, FillReport, FlagReport, FractionsReport, GeometryReport, InputReport,
+    LinksReport, MAX_BOXES, MeshFacts, OpenReport, PeakBytes, Seconds, WindowReport, flag_reports, is_cut,
 };
 use crate::snapping::Snapped;
 use crate::sources::Source;

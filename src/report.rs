@@ -6,18 +6,18 @@
 use serde::{Deserialize, Serialize};
 
 use crate::doubt::{Corners, Doubtful};
+use crate::fractions::Fractions;
 use crate::gaps::Gaps;
 use crate::job::{Job, Rule};
-use crate::fractions::Fractions;
-use crate::links::Links;
 use crate::lines::{Grading, Lines, Residual};
+use crate::links::Links;
 use crate::mesh::Mesh;
 use crate::sources::Source;
 
 mod of_certificate;
 mod of_columns;
-mod of_geometries;
 mod of_fractions;
+mod of_geometries;
 mod of_links;
 mod of_window;
 
@@ -25,8 +25,8 @@ pub use crate::closed::BadEdges;
 pub use crate::edges::BadEdge;
 pub use of_certificate::{AxisName, CertificateReport, GapReport, OverlapReport, ThinWallReport};
 pub use of_columns::{ColumnsFlag, ColumnsReport};
-pub use of_geometries::{FillReport, FlagReport, GeometryReport, OpenReport, flag_reports, is_cut};
 pub use of_fractions::{FractionsReport, VolumeReport};
+pub use of_geometries::{FillReport, FlagReport, GeometryReport, OpenReport, flag_reports, is_cut};
 pub use of_links::LinksReport;
 pub use of_window::{ShellsReport, WindowReport, WithoutCells};
 

@@ -1,8 +1,8 @@
 //! Jobs made key by key: what is not set keeps its default. The keys are those of the job file.
 
 use super::{
-    AxisChoice, BackendChoice, ByteSize, Fill, FractionsJob, GeometryJob, HaloEdge, Job, LinksJob, Open, Padding, PartJob, PerAxis,
-    Rule, ZarrJob,
+    AxisChoice, BackendChoice, ByteSize, Fill, FractionsJob, GeometryJob, HaloEdge, Job, LinksJob, Open, Padding,
+    PartJob, PerAxis, Rule, ZarrJob,
 };
 
 impl Job {

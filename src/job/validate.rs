@@ -104,11 +104,19 @@ impl Job {
         }
         let Some(fractions) = self.fractions else { return Ok(()) };
         if !matches!(fractions.rays, 1 | 2 | 4 | 8 | 16) {
-            return Err(out_of_range("fractions.rays", fractions.rays, "1, 2, 4, 8 or 16 rays along each axis of a cell"));
+            return Err(out_of_range(
+                "fractions.rays",
+                fractions.rays,
+                "1, 2, 4, 8 or 16 rays along each axis of a cell",
+            ));
         }
         if is_cut || self.close_gaps.is_some() {
             let message = "fractions are given with a window, a part or close_gaps: they are those of the surfaces in the whole box";
-            return Err(Error::new("job-conflict", message, "mesh the whole box as it is for fractions, or remove them"));
+            return Err(Error::new(
+                "job-conflict",
+                message,
+                "mesh the whole box as it is for fractions, or remove them",
+            ));
         }
         Ok(())
     }

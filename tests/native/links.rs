@@ -144,9 +144,13 @@ fn expected(case: &Case, job: &LinksJob, inverted: &[bool]) -> BTreeMap<Key, Exp
                             found = Some(Expected { up, of, facets, flag: end });
                         }
                     }
-                    let held = (0..windings.len()).all(|index| is_held(windings[index], index) == is_held(insides[index][at(other)], index));
+                    let held = (0..windings.len())
+                        .all(|index| is_held(windings[index], index) == is_held(insides[index][at(other)], index));
                     assert!(held, "the oracle itself: {cell:?} to {other:?}");
-                    assert!(found.is_some() || job.fluid.contains(&end), "{cell:?} to {other:?}: flags differ without a wall");
+                    assert!(
+                        found.is_some() || job.fluid.contains(&end),
+                        "{cell:?} to {other:?}: flags differ without a wall"
+                    );
                     if let Some(found) = found {
                         links.insert((cell, direction), found);
                     }
@@ -180,8 +184,10 @@ fn is_rounded(q: f32, up: &BigInt, of: &BigInt) -> bool {
     }
     // |q of - up| 2^24 <= up (1 + 2^-20), q as an integer over 2^150
     let q = BigInt::from((f64::from(q) * 2f64.powi(75)) as u128) << 75;
-    let off = (q * of - (up << 150)).magnitude().clone();
-    BigInt::from(off) << 44 <= up * BigInt::from((1 << 20) + 1) << 150
+    let exact: BigInt = up << 150;
+    let off: BigInt = q * of - &exact;
+    let least: BigInt = BigInt::from(off.magnitude().clone()) << 44;
+    least <= exact * ((1 << 20) + 1)
 }
 
 fn assert_as_the_oracle(label: &str, case: &Case, job: &LinksJob, inverted: &[bool]) -> [usize; 2] {
@@ -262,7 +268,8 @@ fn links_over_faces_of_cells_that_differ_in_size_are_those_of_the_oracle() {
 
 #[test]
 fn diagonal_links_need_equal_cells() {
-    let mut case = several("box", "", unit_cells([4; 3]), vec![Geometry::new("g", 1, models::cube([1.0; 3], 2.0)).unwrap()]);
+    let mut case =
+        several("box", "", unit_cells([4; 3]), vec![Geometry::new("g", 1, models::cube([1.0; 3], 2.0)).unwrap()]);
     case.lines = hexcast::lines::Lines::from_lists([vec![0.0, 1.0, 4.0], vec![0.0, 2.0], vec![0.0, 2.0]]).unwrap();
     let (frame, kinds) = kinds(&case, &[false]);
     let rays = Rays::new(0, case.lines.dims());
@@ -286,7 +293,8 @@ fn the_links_of_a_box_are_known() {
 
 #[test]
 fn links_that_exceed_the_memory_are_refused() {
-    let case = several("ball", "", unit_cells([9; 3]), vec![Geometry::new("g", 1, models::sphere([4.5; 3], 3.0, 8)).unwrap()]);
+    let case =
+        several("ball", "", unit_cells([9; 3]), vec![Geometry::new("g", 1, models::sphere([4.5; 3], 3.0, 8)).unwrap()]);
     let (frame, kinds) = kinds(&case, &[false]);
     let rays = Rays::new(0, case.lines.dims());
     let cast = hexcast::cast::Cast { frame: &frame, rays: &rays, rule: case.rule };

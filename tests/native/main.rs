@@ -63,13 +63,13 @@ mod layering;
 mod leak;
 #[cfg(feature = "cli")]
 mod leak_command;
+mod links;
 #[cfg(feature = "cli")]
 mod measured_command;
 #[cfg(feature = "cli")]
 mod memory;
 #[cfg(feature = "cli")]
 mod merged_reports;
-mod links;
 mod mesher;
 mod missing_facets;
 mod models;

@@ -65,7 +65,8 @@ fn assert_links_fit_flags(what: &str, arguments: &[&str]) -> Value {
             let other = [0, 1, 2].map(|axis: usize| cell[axis].wrapping_add_signed(step[axis].into()));
             let is_in = (0..3).all(|axis| other[axis] < dims[axis]);
             if at(cell) == 0 && is_in && at(other) != 0 {
-                let record = known.get(&(cell, direction)).unwrap_or_else(|| panic!("{what}: none at {cell:?} {step:?}"));
+                let record =
+                    known.get(&(cell, direction)).unwrap_or_else(|| panic!("{what}: none at {cell:?} {step:?}"));
                 assert_eq!(record.flag, at(other), "{what}: {record:?}");
                 n += 1;
             }
@@ -97,8 +98,11 @@ fn links_fit_the_flags_of_all_kinds_of_geometries() {
     let folder = Folder::new();
     // five sides of a box
     let corner = |bits: usize| [0, 1, 2].map(|axis| if bits >> axis & 1 == 1 { "1" } else { "0" }).join(" ");
-    let facets = [[0, 4, 6], [0, 6, 2], [1, 3, 7], [1, 7, 5], [0, 1, 5], [0, 5, 4], [2, 6, 7], [2, 7, 3], [4, 5, 7], [4, 7, 6]];
-    let facet = |of: [usize; 3]| format!("facet normal 0 0 0\nouter loop\nvertex {}\nendloop\nendfacet\n", of.map(corner).join("\nvertex "));
+    let facets =
+        [[0, 4, 6], [0, 6, 2], [1, 3, 7], [1, 7, 5], [0, 1, 5], [0, 5, 4], [2, 6, 7], [2, 7, 3], [4, 5, 7], [4, 7, 6]];
+    let facet = |of: [usize; 3]| {
+        format!("facet normal 0 0 0\nouter loop\nvertex {}\nendloop\nendfacet\n", of.map(corner).join("\nvertex "))
+    };
     let open = folder.path("open.stl");
     std::fs::write(&open, format!("solid\n{}endsolid\n", facets.map(facet).concat())).unwrap();
     let found = assert_links_fit_flags("open", &[&open, "--cells", "12", "--padding-cells", "2"]);
@@ -113,7 +117,8 @@ fn archives_hold_the_records_and_fractions_the_volume() {
     let [links, archive, fractions] = ["a.links", "a.npz", "f.npz"].map(|name| folder.path(name));
     let mesh = ["mesh", SPOT, "--cells", "30", "--backend", "cpu", "--json", "--compress=none"];
     report_of(&[&mesh[..7], &["--links", &links, "--stencil", "D3Q15"]].concat());
-    let report = report_of(&[&mesh[..], &["--links", &archive, "--stencil", "D3Q15", "--fractions", &fractions]].concat());
+    let report =
+        report_of(&[&mesh[..], &["--links", &archive, "--stencil", "D3Q15", "--fractions", &fractions]].concat());
     let (directions, _, records) = records(&folder.bytes("a.links"));
     assert_eq!(directions.len(), 15);
     let bytes = folder.bytes("a.npz");
@@ -149,7 +154,10 @@ fn what_cannot_be_measured_is_refused_with_a_sentence() {
         (vec!["--links", &path("a.npz"), "-o", &path("a.npz")], "is an input or another output, too"),
         (vec!["--links", &path("a.npz"), "--window", "0,0,0,2,2,2"], "links are those of the whole box"),
         (vec!["--fractions", &path("a.npz"), "--fraction-rays", "3"], "1, 2, 4, 8 or 16"),
-        (vec!["--fractions", &path("a.npz"), "--close-gaps", "3"], "fractions are given with a window, a part or close_gaps"),
+        (
+            vec!["--fractions", &path("a.npz"), "--close-gaps", "3"],
+            "fractions are given with a window, a part or close_gaps",
+        ),
         (vec!["--fractions", &path("a.npz"), "--fill", "separating"], "has cells along its surface"),
     ] {
         let message = with(&more);

@@ -56,6 +56,12 @@ impl MeasuredArguments {
         job.validate()
     }
 
+    /// Whether a file is written that can be compressed.
+    pub(crate) fn has_archive(&self) -> bool {
+        let of_links = self.links.as_ref().map(|path| LinksFormat::of_name(&path.to_string_lossy()));
+        self.fractions.is_some() || matches!(of_links, Some(Ok(LinksFormat::Npz)))
+    }
+
     /// Opens the files; none of them may be an output or an input.
     pub(crate) fn open(&self, others: &[&Path], compress: Compress) -> Result<Measured> {
         let mut taken: Vec<PathBuf> = others.iter().filter_map(|other| other.canonicalize().ok()).collect();

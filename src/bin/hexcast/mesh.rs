@@ -93,7 +93,8 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     let inputs: Vec<&Path> = inputs.collect();
     let (doubt, report) = (arguments.doubt.as_deref(), arguments.report.as_deref());
     let (zarr, is_part) = (job.zarr.unwrap_or_default(), job.part.is_some());
-    let targets = Targets { meshes: &arguments.outputs, doubt, report, zarr, is_part };
+    let has_archive = arguments.measured.has_archive();
+    let targets = Targets { meshes: &arguments.outputs, doubt, report, zarr, is_part, has_archive };
     let max_bytes = job.max_memory.map_or(u64::MAX, |size| size.0);
     let outputs = Outputs::open(&targets, &arguments.formats, &inputs, max_bytes)?;
     let named = arguments.outputs.iter().map(PathBuf::as_path).chain(doubt).chain(report).chain(inputs);
