@@ -24,22 +24,12 @@ use crate::lines::Lines;
 use crate::parallel::*;
 
 mod column;
+mod fraction;
 mod refined;
 
 use column::Columns;
+pub use fraction::Fraction;
 use refined::Refined;
-
-/// The fraction of a cell that a flag has.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct Fraction {
-    /// Index of the cell: x + nx (y + ny z).
-    pub cell: u64,
-    /// The fraction: greater than 0, less than 1.
-    pub fraction: f32,
-    /// The flag.
-    pub flag: u8,
-}
 
 /// The fractions of flags in all cells that have more than one.
 #[derive(Debug, Clone, PartialEq)]

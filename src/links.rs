@@ -23,6 +23,7 @@ use crate::job::Stencil;
 
 mod apart;
 mod field;
+mod find;
 mod sheared;
 mod walk;
 

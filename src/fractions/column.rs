@@ -1,6 +1,6 @@
 //! Adds up the lengths of the rays of a column of cells.
 
-use super::Fraction;
+use super::fraction::Fraction;
 use super::refined::Refined;
 use crate::crossings::places::{Place, places};
 use crate::inside::{Inside, Kind};
