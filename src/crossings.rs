@@ -21,6 +21,7 @@ use crate::lattice::Lattice;
 use crate::rays::Rays;
 
 mod graded;
+pub(crate) mod places;
 
 /// Crossings of consecutive rays, in no order within a ray.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -136,7 +137,8 @@ fn cast<'a, T>(
         for &facet in facets {
             let Some(projected) = Projected::new(&frame.facets[facet as usize], frame, rays) else { continue };
             let tag = event(0, frame.rank_of_facet[facet as usize], projected.exits);
-            let hit = |i, j, cell| ((j - window[1].start) * n_across + i - window[0].start, of(cell << 9 | tag, facet));
+            let hit =
+                |i, j, cell, _| ((j - window[1].start) * n_across + i - window[0].start, of(cell << 9 | tag, facet));
             if frame.is_graded() {
                 graded::hits(&projected, (frame, rays), &bin, hit, &mut hits);
             } else {
@@ -192,11 +194,12 @@ impl<'a> RowCaster<'a> {
         RowCaster { facet, fraction_bits, depth: i64::from(depth), step, on_unit }
     }
 
-    /// Appends `hit(i, j, first cell above)` for every ray of the window that hits the facet.
+    /// Appends `hit(i, j, first cell above, place)` for every ray of the window that hits the facet; the place is in units, to 2^-50 of itself.
     #[inline(always)]
-    fn hits<T>(&self, window: &[Range<u32>; 2], hit: impl Fn(u32, u32, u32) -> T, hits: &mut Vec<T>) {
+    fn hits<T>(&self, window: &[Range<u32>; 2], hit: impl Fn(u32, u32, u32, f64) -> T, hits: &mut Vec<T>) {
         let [across, down] = self.facet.rays;
         let tie_is_above = self.facet.tie_is_above && self.on_unit;
+        let [unit, area] = [f64::from(1u32 << self.fraction_bits), self.facet.area as f64];
         for j in window[1].start.max(down[0])..window[1].end.min(down[1] + 1) {
             let dj = i64::from(j - down[0]);
             let limits = [window[0].start.max(across[0]), window[0].end.min(across[1] + 1)];
@@ -206,13 +209,14 @@ impl<'a> RowCaster<'a> {
             let (mut cell, mut rest) = self.cell_below(start, dj);
             hits.extend((start..end).map(|di| {
                 let above = cell + i64::from(!(rest == 0 && tie_is_above));
+                let place = (cell as f64 + rest as f64 / area) * unit;
                 cell += self.step.0;
                 rest += self.step.1;
                 if rest >= self.facet.area {
                     rest -= self.facet.area;
                     cell += 1;
                 }
-                hit(across[0] + di as u32, j, above.clamp(0, self.depth) as u32)
+                hit(across[0] + di as u32, j, above.clamp(0, self.depth) as u32, place)
             }));
         }
     }

@@ -79,6 +79,15 @@ impl Projected {
         Some(projected)
     }
 
+    /// Numerator of the height over D, in units, at a ray.
+    pub(crate) fn height_at(&self, ray: [u32; 2], frame: &Frame, rays: &Rays) -> i128 {
+        let from_first = |side: usize| {
+            let centre = |ray: u32| i128::from(frame.centre(rays.across[side], ray));
+            i128::from(self.slope[side]) * (centre(ray[side]) - centre(self.rays[side][0]))
+        };
+        self.height + from_first(0) + from_first(1)
+    }
+
     #[inline(always)]
     fn set_edges(&mut self, corners: &[[i64; 3]; 3], origin: [i64; 2], step_bits: u32) {
         for edge in 0..3 {

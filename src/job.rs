@@ -25,12 +25,14 @@ pub use crate::geometry::{Fill, Material, Open};
 
 mod background_job;
 mod byte_size;
+mod fractions_job;
 mod geometry_job;
 #[cfg(not(target_arch = "wasm32"))]
 mod in_words;
 #[cfg(not(target_arch = "wasm32"))]
 mod job_file;
 mod lines_job;
+mod links_job;
 mod numbers;
 mod part_job;
 mod per_axis;
@@ -42,10 +44,12 @@ mod zarr_job;
 
 pub use background_job::BackgroundJob;
 pub use byte_size::ByteSize;
+pub use fractions_job::FractionsJob;
 pub use geometry_job::GeometryJob;
 #[cfg(not(target_arch = "wasm32"))]
 pub use job_file::{JobFile, Level, Names, RUN_KEYS, RunJob};
 pub use lines_job::{DEFAULT_GROWTH, GradedJob, LinesJob};
+pub use links_job::{LinksJob, Stencil};
 pub use part_job::{PartJob, numbers_of_parts};
 pub use per_axis::PerAxis;
 use quoted::{in_lines, on_one_line, toml_problem};
@@ -196,6 +200,12 @@ pub struct Job {
     /// Walls of fewer cells are thin, at least 1; by default 2.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub thin_cells: Option<u32>,
+    /// Measures the links from cells of a fluid to surfaces.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub links: Option<LinksJob>,
+    /// Measures the fraction of each flag in the cells that surfaces cut.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fractions: Option<FractionsJob>,
     /// Who meshes.
     pub backend: BackendChoice,
     /// Along which axis the rays run.

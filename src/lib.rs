@@ -57,6 +57,7 @@ mod fingerprint;
 mod flags;
 #[cfg(feature = "stages")]
 pub mod flags;
+pub mod fractions;
 #[cfg(not(feature = "stages"))]
 mod frame;
 #[cfg(feature = "stages")]
@@ -65,6 +66,10 @@ pub mod gaps;
 pub mod geometry;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+#[cfg(not(feature = "stages"))]
+mod inside;
+#[cfg(feature = "stages")]
+pub mod inside;
 pub mod job;
 #[cfg(not(feature = "stages"))]
 mod lattice;
@@ -72,6 +77,7 @@ mod lattice;
 pub mod lattice;
 pub mod leak;
 pub mod lines;
+pub mod links;
 #[cfg(not(feature = "stages"))]
 mod map;
 #[cfg(feature = "stages")]

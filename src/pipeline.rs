@@ -31,8 +31,8 @@ use crate::mesh::{Mesh, Named};
 use crate::overlay::{self, Overlay};
 use crate::rays::Rays;
 use crate::report::{
-    CertificateReport, DeviceCheck, DoubtReport, FillReport, FlagReport, GeometryReport, InputReport, MAX_BOXES,
-    MeshFacts, OpenReport, PeakBytes, Seconds, WindowReport, flag_reports, is_cut,
+    CertificateReport, DeviceCheck, DoubtReport, FillReport, FlagReport, FractionsReport, GeometryReport, InputReport,
+    LinksReport, MAX_BOXES, MeshFacts, OpenReport, PeakBytes, Seconds, WindowReport, flag_reports, is_cut,
 };
 use crate::snapping::Snapped;
 use crate::sources::Source;
@@ -43,6 +43,7 @@ mod borders;
 mod effective;
 mod engine;
 mod halo;
+mod measured;
 mod memory_budget;
 mod merge;
 mod names;
@@ -55,6 +56,7 @@ use borders::Whole;
 use effective::effective;
 pub use engine::{Engine, Used};
 use halo::{Beyond, lines_with_halo};
+use measured::Uncut;
 use memory_budget::{columns_builder, memory_budget};
 pub use merge::merge;
 use names::names;
@@ -85,6 +87,7 @@ pub async fn mesh(
     let (whole, is_for_window) = (&prepared.whole, prepared.window.is_some());
     let bad_edges = BadEdges::of_geometries(&frame, &closed, whole, &prepared.geometries);
     control.rest().await?;
+    let uncut_frame = Uncut::new(job, &frame, &closed, &prepared.geometries)?;
     let (mut frame, mut parts) = overlay::split(frame, &closed, job.rule, whole, &prepared.geometries, is_for_window)?;
     if !parts.is_empty() {
         let apart = (0..ends.len()).filter(|&rank| frame.range_of_rank(rank).is_empty());
@@ -129,6 +132,12 @@ pub async fn mesh(
     let mut columns = builder.finish()?;
     let gaps = close_gaps(job, &prepared, &mut columns, budget.columns, control)?;
     let columns_seconds = lap(&mut clock);
+    let bytes_left = budget.columns.saturating_sub(columns_peak);
+    let (links, fractions) = match &uncut_frame {
+        Some(of) => (of.links(job, &columns, bytes_left, control)?, of.fractions(job, whole, bytes_left, control)?),
+        None => (None, None),
+    };
+    let measured_seconds = uncut_frame.map(|_| lap(&mut clock));
 
     let (frame_of_whole, parts_of_whole) = kept.as_ref().map_or((&frame, &[][..]), |(parts, frame)| (frame, parts));
     let uncut = Whole { frame: frame_of_whole, parts: parts_of_whole, flags: &flags, lines: whole, rule: job.rule };
@@ -238,6 +247,10 @@ pub async fn mesh(
         flags,
         flags_hash,
         certificate,
+        links_report: links.as_ref().map(LinksReport::new),
+        links,
+        fractions_report: fractions.as_ref().map(FractionsReport::new),
+        fractions,
         doubtful: DoubtReport::new(&doubtful),
         doubt: doubtful.mask.map(mask_mesh).transpose()?,
         job: effective(job, &prepared, &n_solids, gaps.as_ref()),
@@ -254,6 +267,7 @@ pub async fn mesh(
             lines: lines_seconds,
             snap: snap_seconds,
             columns: columns_seconds,
+            measured: measured_seconds,
             device: engine.seconds,
             report: lap(&mut clock),
             ..Seconds::default()

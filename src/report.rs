@@ -6,22 +6,28 @@
 use serde::{Deserialize, Serialize};
 
 use crate::doubt::{Corners, Doubtful};
+use crate::fractions::Fractions;
 use crate::gaps::Gaps;
 use crate::job::{Job, Rule};
 use crate::lines::{Grading, Lines, Residual};
+use crate::links::Links;
 use crate::mesh::Mesh;
 use crate::sources::Source;
 
 mod of_certificate;
 mod of_columns;
+mod of_fractions;
 mod of_geometries;
+mod of_links;
 mod of_window;
 
 pub use crate::closed::BadEdges;
 pub use crate::edges::BadEdge;
 pub use of_certificate::{AxisName, CertificateReport, GapReport, OverlapReport, ThinWallReport};
 pub use of_columns::{ColumnsFlag, ColumnsReport};
+pub use of_fractions::{FractionsReport, VolumeReport};
 pub use of_geometries::{FillReport, FlagReport, GeometryReport, OpenReport, flag_reports, is_cut};
+pub use of_links::LinksReport;
 pub use of_window::{ShellsReport, WindowReport, WithoutCells};
 
 /// One input: a file, or facets that were in memory.
@@ -80,6 +86,8 @@ pub struct Seconds {
     pub snap: f64,
     /// Lattice, intersection and mapping, with all transfers.
     pub columns: f64,
+    /// Measuring links from cells to surfaces and fractions of cells, where asked for.
+    pub measured: Option<f64>,
     /// Expanding all flags in memory, where asked for.
     pub flags: Option<f64>,
     /// Opening the device and compiling its kernels.
@@ -210,6 +218,18 @@ pub struct MeshFacts {
     pub flags: Vec<FlagReport>,
     /// Thin walls and overlaps; null where the job did not ask for them.
     pub certificate: Option<CertificateReport>,
+    /// Links from cells of the fluid to surfaces; null where the job did not ask for them.
+    #[serde(rename = "links")]
+    pub links_report: Option<LinksReport>,
+    /// These links; None unless asked for.
+    #[serde(skip)]
+    pub links: Option<Links>,
+    /// Cells that surfaces cut, and the volumes that follow; null where the job did not ask for them.
+    #[serde(rename = "fractions")]
+    pub fractions_report: Option<FractionsReport>,
+    /// The fractions of flags in these cells; None unless asked for.
+    #[serde(skip)]
+    pub fractions: Option<Fractions>,
     /// Cells that the winding number or a vote decided, as their rays are not all even or do not agree.
     pub doubtful: DoubtReport,
     /// These cells as a mesh with the flag 1 there; None unless asked for.

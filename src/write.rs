@@ -3,8 +3,14 @@
 //! Mesh, format, options -> bytes. No writer seeks or holds the cells: flags come slab by slab from the columns, so a
 //! file of any size needs a few slabs of memory. What else a format costs is at the top of its file.
 
+#[cfg(not(target_arch = "wasm32"))]
+mod archive;
 pub mod bits;
 pub mod column_file;
+#[cfg(not(target_arch = "wasm32"))]
+mod fractions;
+#[cfg(not(target_arch = "wasm32"))]
+mod links;
 pub mod npy;
 #[cfg(not(target_arch = "wasm32"))]
 mod npz;
@@ -28,6 +34,10 @@ use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 
+#[cfg(not(target_arch = "wasm32"))]
+pub use fractions::write_fractions;
+#[cfg(not(target_arch = "wasm32"))]
+pub use links::{LinksFormat, write_links};
 pub use options::{AxisOrder, Compress, Format, Options, Written};
 pub use sidecar::sidecar_json;
 pub(crate) use sink::Sink;

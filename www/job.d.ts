@@ -157,6 +157,10 @@ export interface Job {
   certify?: boolean;
   /** Walls of fewer cells are thin; default 2. */
   thin_cells?: number;
+  /** Links from cells to surfaces: natively only. */
+  links?: never;
+  /** Fractions of cells that surfaces cut: natively only. */
+  fractions?: never;
   /** Axis of the rays; the result does not depend on it. Default `auto`: the longest, the first of those less than an eighth shorter. */
   axis?: 'auto' | 'x' | 'y' | 'z';
   /**

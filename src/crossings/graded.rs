@@ -12,13 +12,13 @@ use crate::facet::Projected;
 use crate::frame::Frame;
 use crate::rays::Rays;
 
-/// Appends `hit(i, j, first cell above)` for every ray of the window that hits the facet.
+/// Appends `hit(i, j, first cell above, place in units)` for every ray of the window that hits the facet.
 #[inline(always)]
 pub(super) fn hits<T>(
     facet: &Projected,
     (frame, rays): (&Frame, &Rays),
     window: &[Range<u32>; 2],
-    hit: impl Fn(u32, u32, u32) -> T,
+    hit: impl Fn(u32, u32, u32, f64) -> T,
     hits: &mut Vec<T>,
 ) {
     let [across, down] = facet.rays;
@@ -37,10 +37,10 @@ pub(super) fn hits<T>(
             if rising { n..range.end } else { range.start..n }
         });
         for i in range {
-            let (below, is_at) = height(facet, [from(0, i), dj]);
+            let (below, rest) = height(facet, [from(0, i), dj]);
             // a centre at the crossing is above it only by the tie rule
-            let above = frame.n_below(rays.axis, below, !(is_at && facet.tie_is_above));
-            hits.push(hit(i, j, above));
+            let above = frame.n_below(rays.axis, below, !(rest == 0 && facet.tie_is_above));
+            hits.push(hit(i, j, above, f64::from(below) + rest as f64 / facet.area as f64));
         }
     }
 }
@@ -55,8 +55,8 @@ fn first_where(range: &Range<u32>, is_true: impl Fn(u32) -> bool) -> u32 {
     low
 }
 
-/// The height of a facet in units, rounded down, at a ray so many units from its first; and whether it is whole.
-fn height(facet: &Projected, [di, dj]: [i64; 2]) -> (i32, bool) {
+/// The height of a facet in units, rounded down, at a ray so many units from its first; and the rest, over D.
+fn height(facet: &Projected, [di, dj]: [i64; 2]) -> (i32, i64) {
     let area = i128::from(facet.area);
     let height =
         facet.height + i128::from(facet.slope[0]) * i128::from(di) + i128::from(facet.slope[1]) * i128::from(dj);
@@ -69,5 +69,5 @@ fn height(facet: &Projected, [di, dj]: [i64; 2]) -> (i32, bool) {
     while rest >= area {
         (below, rest) = (below + 1, rest - area);
     }
-    (below as i32, rest == 0)
+    (below as i32, rest as i64)
 }

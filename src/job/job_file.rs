@@ -24,6 +24,12 @@ pub struct RunJob {
     /// File for a mask of the cells that rays did not decide.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub doubt: Option<String>,
+    /// File for the links to walls, `.npz` or `.links`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub links_output: Option<String>,
+    /// File for the fractions of cut cells, `.npz`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fractions_output: Option<String>,
     /// zlib level of outputs, 1 to 9, or "none"; by default 6.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub compress: Option<Level>,

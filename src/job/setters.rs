@@ -1,8 +1,8 @@
 //! Jobs made key by key: what is not set keeps its default. The keys are those of the job file.
 
 use super::{
-    AxisChoice, BackendChoice, BackgroundJob, ByteSize, Fill, GeometryJob, HaloEdge, Job, Open, Padding, PartJob,
-    PerAxis, Rule, ZarrJob,
+    AxisChoice, BackendChoice, BackgroundJob, ByteSize, Fill, FractionsJob, GeometryJob, HaloEdge, Job, LinksJob, Open,
+    Padding, PartJob, PerAxis, Rule, ZarrJob,
 };
 
 impl Job {
@@ -109,6 +109,16 @@ impl Job {
     /// Looks for thin walls, for cells that two geometries claim, and for gaps, or does not.
     pub fn with_certify(self, certify: bool) -> Job {
         Job { certify, ..self }
+    }
+
+    /// Measures the links from cells of a fluid to surfaces.
+    pub fn with_links(self, links: LinksJob) -> Job {
+        Job { links: Some(links), ..self }
+    }
+
+    /// Measures the fraction of each flag in the cells that surfaces cut.
+    pub fn with_fractions(self, fractions: FractionsJob) -> Job {
+        Job { fractions: Some(fractions), ..self }
     }
 
     /// Calls walls of fewer cells thin.

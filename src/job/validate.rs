@@ -29,6 +29,7 @@ impl Job {
         self.validate_lines()?;
         self.validate_gaps()?;
         self.validate_window()?;
+        self.validate_measured()?;
         self.validate_domain()
     }
 
@@ -89,6 +90,34 @@ impl Job {
             let message =
                 format!("close_gaps and {key_of_window} are given together: close_gaps needs cells beyond these");
             return Err(Error::new("job-conflict", message, "mesh the whole box for close_gaps"));
+        }
+        Ok(())
+    }
+
+    fn validate_measured(&self) -> Result<()> {
+        let is_cut = self.window.is_some() || self.part.is_some();
+        if self.links.as_ref().is_some_and(|links| links.fluid.is_empty()) {
+            return Err(out_of_range("links.fluid", "[]", "the flags of the fluid, 0 for the background"));
+        }
+        if self.links.is_some() && is_cut {
+            let message = "links and a window or part are given together: links are those of the whole box";
+            return Err(Error::new("job-conflict", message, "mesh the whole box for links, or remove them"));
+        }
+        let Some(fractions) = self.fractions else { return Ok(()) };
+        if !matches!(fractions.rays, 1 | 2 | 4 | 8 | 16) {
+            return Err(out_of_range(
+                "fractions.rays",
+                fractions.rays,
+                "1, 2, 4, 8 or 16 rays along each axis of a cell",
+            ));
+        }
+        if is_cut || self.close_gaps.is_some() {
+            let message = "fractions are given with a window, a part or close_gaps: they are those of the surfaces in the whole box";
+            return Err(Error::new(
+                "job-conflict",
+                message,
+                "mesh the whole box as it is for fractions, or remove them",
+            ));
         }
         Ok(())
     }

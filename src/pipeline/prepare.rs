@@ -48,6 +48,10 @@ pub fn prepare(job: &Job, sources: Vec<Source>) -> Result<Prepared> {
     if !IS_NATIVE && (job.lines.is_some() || job.graded.is_some()) {
         return Err(native_only());
     }
+    if !IS_NATIVE && (job.links.is_some() || job.fractions.is_some()) {
+        let message = "links from cells to surfaces and fractions of cells are measured natively only";
+        return Err(Error::new("job-conflict", message, "leave out links and fractions, or use the native program"));
+    }
     if !IS_NATIVE && job.certify && (job.window.is_some() || job.part.is_some()) {
         let message = "windows and parts have a certificate natively only";
         return Err(Error::new("job-conflict", message, "mesh the whole box, or use the native program"));

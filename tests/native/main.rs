@@ -38,6 +38,7 @@ mod compare;
 mod examples;
 mod famous_cases;
 mod formats;
+mod fractions;
 mod fuzz;
 mod gaps;
 mod golden;
@@ -67,6 +68,9 @@ mod layering;
 mod leak;
 #[cfg(feature = "cli")]
 mod leak_command;
+mod links;
+#[cfg(feature = "cli")]
+mod measured_command;
 #[cfg(feature = "cli")]
 mod memory;
 #[cfg(feature = "cli")]

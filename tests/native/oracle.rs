@@ -57,6 +57,33 @@ pub(crate) fn flags(geometries: &[Geometry], lines: &Lines, rule: Rule) -> Vec<u
     flags
 }
 
+/// Winding number of every geometry at every cell, x fastest, or its parity; and below the corners and centres that they come from.
+pub(crate) fn insides(geometries: &[Geometry], lines: &Lines, rule: Rule) -> Vec<Vec<i32>> {
+    let (snapped, centres) = snapped_all(geometries, lines);
+    let [nx, ny, nz] = lines.dims();
+    let of_geometry = |facets: &Vec<[Vector; 3]>| {
+        let tetrahedra: Vec<Tetrahedron> = facets.iter().filter_map(Tetrahedron::new).collect();
+        let winding = |cell: u32| {
+            let cell = [cell % nx, cell / nx % ny, cell / (nx * ny)];
+            let centre = std::array::from_fn(|axis| centres[axis][cell[axis] as usize].clone());
+            let holding = tetrahedra.iter().filter(|tetrahedron| tetrahedron.holds(&centre));
+            match rule {
+                Rule::Parity => holding.count() as i32 % 2,
+                Rule::Nonzero => holding.map(|tetrahedron| tetrahedron.winding).sum(),
+            }
+        };
+        (0..nx * ny * nz).map(winding).collect()
+    };
+    snapped.iter().map(of_geometry).collect()
+}
+
+/// Corners of the facets of all geometries, and the centres of each axis, in units of the snap.
+pub(crate) fn snapped_all(geometries: &[Geometry], lines: &Lines) -> (Vec<Vec<[Vector; 3]>>, [Vec<BigInt>; 3]) {
+    let bits = fraction_bits(geometries, lines);
+    let facets = geometries.iter().map(|geometry| snapped(geometry, lines, bits)).collect();
+    (facets, [0, 1, 2].map(|axis| centres(lines, axis, bits)))
+}
+
 /// Whether the surface has no boundary: every edge is used an even number of times (parity) or as often in one
 /// direction as in the other (nonzero).
 pub(crate) fn is_closed(geometries: &[Geometry], lines: &Lines, rule: Rule) -> bool {

@@ -103,6 +103,10 @@ class JobOptions(TypedDict, total=False):
     certify: bool
     #: Walls of fewer cells are thin.
     thin_cells: int
+    #: Links from cells of a fluid to surfaces, counted in ``report["links"]``: ``stencil``, such as ``"D3Q19"``, and ``fluid``, a list of flags.
+    links: Mapping[str, Any]
+    #: Cells that surfaces cut, and the volumes of flags, in ``report["fractions"]``: ``rays``, those of a cell along each axis.
+    fractions: Mapping[str, Any]
     #: Who meshes; ``"auto"`` takes a GPU where there is one. The cells do not depend on it.
     backend: Literal["auto", "gpu", "cpu"]
     #: Along which axis the rays run; the cells do not depend on it.

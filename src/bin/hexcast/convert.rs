@@ -66,7 +66,8 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
         open_file(&arguments.input)?;
     }
     let meshes = std::slice::from_ref(&arguments.output);
-    let targets = Targets { meshes, doubt: None, report: None, zarr: ZarrJob::default(), is_part: false };
+    let zarr = ZarrJob::default();
+    let targets = Targets { meshes, doubt: None, report: None, zarr, is_part: false, has_archive: false };
     let mut outputs = Outputs::open(&targets, &arguments.formats, &[&arguments.input], max_bytes)?;
     if arguments.formats.hash.is_some() && outputs.flags_files().next().is_none_or(|format| format != Format::Raw) {
         let message = "--hash is given, but only the sidecar of a .raw has the hash";

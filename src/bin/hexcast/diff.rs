@@ -68,7 +68,8 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     // first: a missing input is the more useful message
     inputs.iter().try_for_each(|input| open_file(input).map(drop))?;
     let meshes: &[PathBuf] = arguments.output.as_slice();
-    let targets = Targets { meshes, doubt: None, report: None, zarr: ZarrJob::default(), is_part: false };
+    let zarr = ZarrJob::default();
+    let targets = Targets { meshes, doubt: None, report: None, zarr, is_part: false, has_archive: false };
     let mut outputs = Outputs::open(&targets, &arguments.formats, &inputs, max_bytes)?;
     let mut control = Control::default();
     control.cancel = token.clone();

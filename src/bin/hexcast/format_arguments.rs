@@ -58,7 +58,7 @@ impl FormatArguments {
     pub(super) fn options(&self, format: Format, max_bytes: u64) -> Options {
         let (compress, bits) = match format {
             Format::Raw | Format::Npy => (Compress::None, self.bits),
-            _ => (self.compress.unwrap_or(DEFAULT_COMPRESS), false),
+            _ => (self.compression(), false),
         };
         let mut options = self.zarr_options(max_bytes).with_compress(compress).with_bits(bits);
         if has_own_bytes(format) {
@@ -68,9 +68,14 @@ impl FormatArguments {
         options
     }
 
+    /// The compression of formats that have it.
+    pub(crate) fn compression(&self) -> Compress {
+        self.compress.unwrap_or(DEFAULT_COMPRESS)
+    }
+
     /// The options for a Zarr folder.
     pub(super) fn zarr_options(&self, max_bytes: u64) -> Options {
-        let compress = self.compress.unwrap_or(DEFAULT_COMPRESS);
+        let compress = self.compression();
         let slab_bytes = slab_bytes(max_bytes) as usize;
         let block_cache_bytes = block_cache_bytes(max_bytes) as usize;
         Options::default()
@@ -84,7 +89,7 @@ impl FormatArguments {
     pub(super) fn export_options(&self, max_bytes: u64) -> ExportOptions {
         let options = ExportOptions::default()
             .with_ascii(self.ascii)
-            .with_compress(self.compress.unwrap_or(DEFAULT_COMPRESS))
+            .with_compress(self.compression())
             .with_slab_bytes(slab_bytes(max_bytes) as usize);
         self.export_flags.iter().fold(options, |options, flags| options.with_flags(flags.clone()))
     }

@@ -25,6 +25,7 @@ mod job_files;
 mod job_options;
 mod leak;
 mod ledger;
+mod measured;
 mod memory;
 mod merge;
 mod mesh;

@@ -16,6 +16,7 @@ use hexcast::{Error, Result};
 use super::arguments::JobArguments;
 use super::format_arguments::exporter_of;
 use super::job_options::{as_text, dump};
+use super::measured::{Measured, MeasuredArguments};
 use super::outputs::{FormatArguments, Outputs, Targets};
 use super::progress::Progress;
 use super::spill::SpillArguments;
@@ -56,6 +57,8 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     formats: FormatArguments,
     #[command(flatten)]
+    measured: MeasuredArguments,
+    #[command(flatten)]
     spill: SpillArguments,
     /// Write the report to a file, as JSON; - is standard output
     #[arg(long, value_name = "FILE", help_heading = "Output")]
@@ -95,6 +98,7 @@ impl Arguments {
         run.report = self.report.as_deref().map(as_text).transpose()?;
         run.doubt = self.doubt.as_deref().map(as_text).transpose()?;
         self.formats.put(&mut run);
+        self.measured.put(&mut run)?;
         self.spill.put(&mut run)?;
         (run.flags_in_memory, run.strict, run.json) = (self.flags_in_memory, self.strict, self.json);
         (run.quiet, run.verbose) = (self.quiet, self.verbose);
@@ -104,10 +108,13 @@ impl Arguments {
 
 pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode> {
     if let Some(path) = &arguments.dump_job {
-        dump(&arguments.job.job_as_given()?, arguments.run_job()?, path)?;
+        let mut job = arguments.job.job_as_given()?;
+        arguments.measured.ask(&mut job)?;
+        dump(&job, arguments.run_job()?, path)?;
         return Ok(ExitCode::SUCCESS);
     }
     let mut job = arguments.job.job()?;
+    arguments.measured.ask(&mut job)?;
     if Targets::has_zarr(&arguments.outputs) {
         job.zarr = Some(job.zarr.unwrap_or_default());
         if job.part.is_some() && job.halo.is_some() {
@@ -122,19 +129,22 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     let inputs: Vec<&Path> = inputs.collect();
     let (doubt, report) = (arguments.doubt.as_deref(), arguments.report.as_deref());
     let (zarr, is_part) = (job.zarr.unwrap_or_default(), job.part.is_some());
-    let targets = Targets { meshes: &arguments.outputs, doubt, report, zarr, is_part };
+    let has_archive = arguments.measured.has_archive();
+    let targets = Targets { meshes: &arguments.outputs, doubt, report, zarr, is_part, has_archive };
     if prints_file(arguments) && arguments.json {
         let message = "--json is given with an output that is -: both are standard output";
         return Err(Error::new("job-conflict", message, "use --report FILE for one of them"));
     }
     let max_bytes = job.max_memory.map_or(u64::MAX, |size| size.0);
     let outputs = Outputs::open(&targets, &arguments.formats, &inputs, max_bytes)?;
+    let named = arguments.outputs.iter().map(PathBuf::as_path).chain(doubt).chain(report).chain(inputs);
+    let measured = arguments.measured.open(&named.collect::<Vec<&Path>>(), arguments.formats.compression())?;
     if arguments.formats.bits {
         check_single_flag(&job)?;
     }
     arguments.job.set_threads()?;
     let file = arguments.spill.open(&arguments.outputs)?;
-    let meshed = mesh_and_write(arguments, &job, outputs, file.target.clone(), token);
+    let meshed = mesh_and_write(arguments, &job, (outputs, measured), file.target.clone(), token);
     match &meshed {
         Ok(_) => file.remove(),
         Err(error) => file.keep_after(error),
@@ -147,7 +157,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
 fn mesh_and_write(
     arguments: &Arguments,
     job: &Job,
-    mut outputs: Outputs,
+    (mut outputs, measured): (Outputs, Measured),
     spill: SpillTarget,
     token: &CancelToken,
 ) -> Result<bool> {
@@ -197,9 +207,11 @@ fn mesh_and_write(
         .with_write(written.map(|(_, seconds)| seconds))
         .with_flags_sha256(sha256.or(outputs.flags_sha256.take()))
         .with_host_bytes(memory::peak_bytes());
+    let measured = measured.write(&facts)?;
     let report = Report::new(facts, caller);
     control.check()?;
-    let files = outputs.finish(&format!("{}\n", report.to_json()))?;
+    let mut files = outputs.finish(&format!("{}\n", report.to_json()))?;
+    files.extend(measured);
 
     let n_warnings = warn(&report, arguments.strict);
     if arguments.json {

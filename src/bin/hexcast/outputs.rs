@@ -34,6 +34,8 @@ pub(crate) struct Targets<'a> {
     pub(crate) zarr: ZarrJob,
     /// Whether only a part of a mesh is written, to a store that has others, too.
     pub(crate) is_part: bool,
+    /// Whether what is measured is written beside it to a file that can be compressed.
+    pub(crate) has_archive: bool,
 }
 
 impl Targets<'_> {
@@ -95,7 +97,7 @@ impl Outputs {
         let format_of = |path: &Path| arguments.format_of(path);
         let mut formats = paths.iter().map(|path| format_of(path)).collect::<Result<Vec<Format>>>()?;
         formats.extend(targets.doubt.map(format_of).transpose()?);
-        arguments.check(&formats, &exporters, !folder_paths.is_empty())?;
+        arguments.check(&formats, &exporters, !folder_paths.is_empty() || targets.has_archive)?;
         arguments.check_standard(targets.uses_standard_output())?;
         let mut taken: Vec<PathBuf> = inputs.iter().filter_map(|input| input.canonicalize().ok()).collect();
         let n_inputs = taken.len();

@@ -67,6 +67,7 @@ pub(crate) fn of_mesh(report: &Report, is_software: bool, files: &[OutputFile], 
         );
     }
     gaps(&mut table, mesh);
+    measured(&mut table, mesh);
     for overlap in mesh.certificate.iter().flat_map(|certificate| &certificate.overlaps) {
         let cells = HumanCount(overlap.cells);
         table.line(
@@ -210,6 +211,21 @@ fn flags(table: &mut Table, mesh: &MeshFacts) {
 
 /// Gaps that are listed for people; JSON lists more.
 const MAX_GAPS: usize = 5;
+
+fn measured(table: &mut Table, mesh: &MeshFacts) {
+    if let Some(links) = &mesh.links_report {
+        let [n, cells, through, without] =
+            [links.links, links.cells, links.through_walls, links.without_facet].map(HumanCount);
+        table.line("links", format!("{n} of {:?} from {cells} cells; {through} through thin walls", links.stencil));
+        if links.without_facet > 0 {
+            table.line("links", format!("{without} without a facet: their q is 1/2"));
+        }
+    }
+    if let Some(fractions) = &mesh.fractions_report {
+        let cells = HumanCount(fractions.cut_cells);
+        table.line("cut cells", format!("{cells}, by {0} x {0} rays a cell", fractions.rays));
+    }
+}
 
 fn gaps(table: &mut Table, mesh: &MeshFacts) {
     let Some(gaps) = &mesh.gaps else { return };

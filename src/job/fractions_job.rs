@@ -1,0 +1,29 @@
+//! How finely the volumes of flags in cells are measured.
+
+use serde::{Deserialize, Serialize};
+
+/// Rays of a cell along each axis where the job does not say.
+const DEFAULT_RAYS: u32 = 4;
+
+/// Asks for the fraction of each flag in the cells that surfaces cut: see [`crate::fractions`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(default, deny_unknown_fields)]
+#[non_exhaustive]
+pub struct FractionsJob {
+    /// m: a cell has m x m rays. 1, 2, 4, 8 or 16; by default 4.
+    pub rays: u32,
+}
+
+impl Default for FractionsJob {
+    fn default() -> FractionsJob {
+        FractionsJob { rays: DEFAULT_RAYS }
+    }
+}
+
+impl FractionsJob {
+    /// Casts m x m rays through a cell.
+    pub fn with_rays(self, rays: u32) -> FractionsJob {
+        FractionsJob { rays }
+    }
+}

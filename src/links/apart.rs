@@ -1,0 +1,101 @@
+//! Links of cells that rays do not decide: those of geometries that are not closed, of cells along surfaces, and of closed gaps.
+//!
+//! A link begins with the flag that its cell has in the mesh. Where no ray gives it that flag, the geometries that are decided apart and have it
+//! hold the cell. Each crossing of such a geometry leads into it or out of it, whichever way its facet is turned. Links
+//! whose cells differ, but which no crossing explains, are found by looking at all cells.
+
+use super::Link;
+use super::field::{Field, place};
+use crate::control::Control;
+use crate::error::Result;
+use crate::flags::flags_of_box;
+use crate::inside::{Inside, Kind};
+use crate::parallel::*;
+
+/// Of a link that no surface crosses.
+const HALFWAY: f32 = 0.5;
+
+impl Field<'_> {
+    /// Lets the geometries that are decided apart hold the first cell of a link, if its flag is theirs.
+    pub(super) fn begin(&self, inside: &mut Inside, flag: u8) {
+        let flag_of_rank = &self.frame.ranks.flag_of_rank;
+        if self.is_plain || inside.flag(flag_of_rank) == flag {
+            return;
+        }
+        for (rank, kind) in self.kinds.iter().enumerate() {
+            if *kind == Kind::Apart && flag_of_rank[rank] == flag {
+                inside.flip(rank);
+            }
+        }
+    }
+
+    /// Links from the fluid to other flags that are not among those that were found, which are in order.
+    pub(super) fn links_without_crossing(
+        &self,
+        found: &[Link],
+        directions: &[[i8; 3]],
+        is_fluid: &[bool; 256],
+        control: &Control,
+    ) -> Result<Vec<Link>> {
+        let dims = self.frame.dims;
+        let planes: Result<Vec<Vec<Link>>> = (0..dims[2])
+            .into_par_iter()
+            .map(|z| {
+                control.check()?;
+                let ends = [z, z + 1].map(|z| found.partition_point(|link| link.cell[2] < z));
+                self.links_of_plane(z, &found[ends[0]..ends[1]], directions, is_fluid)
+            })
+            .collect();
+        Ok(planes?.concat())
+    }
+
+    fn links_of_plane(
+        &self,
+        z: u32,
+        mut found: &[Link],
+        directions: &[[i8; 3]],
+        is_fluid: &[bool; 256],
+    ) -> Result<Vec<Link>> {
+        let dims @ [nx, ny, nz] = self.frame.dims;
+        let planes = z.saturating_sub(1)..(z + 2).min(nz);
+        let cells = [0..nx, 0..ny, planes.clone()];
+        let flags = flags_of_box(&*self.columns.for_slab(&cells[self.columns.rays.axis])?, &cells)?;
+        let flag = |[x, y, z]: [u32; 3]| {
+            let row = (z - planes.start) as usize * ny as usize + y as usize;
+            flags[row * nx as usize + x as usize]
+        };
+        let mut links = Vec::new();
+        for y in 0..ny {
+            for x in 0..nx {
+                let cell = [x, y, z];
+                if !is_fluid[usize::from(flag(cell))] {
+                    continue;
+                }
+                for (direction, step) in (0u8..).zip(directions).skip(1) {
+                    let Some(other) = neighbour(cell, *step, dims) else { continue };
+                    let flag = flag(other);
+                    if is_fluid[usize::from(flag)] {
+                        continue;
+                    }
+                    let here = place(cell, direction, dims);
+                    while found.first().is_some_and(|link| place(link.cell, link.direction, dims) < here) {
+                        found = &found[1..];
+                    }
+                    if found.first().is_none_or(|link| place(link.cell, link.direction, dims) != here) {
+                        links.push(Link { cell, q: HALFWAY, facet: -1, geometry: -1, direction, flag });
+                    }
+                }
+            }
+        }
+        Ok(links)
+    }
+}
+
+/// The cell a step further, within the box.
+fn neighbour(cell: [u32; 3], step: [i8; 3], dims: [u32; 3]) -> Option<[u32; 3]> {
+    let mut other = [0; 3];
+    for axis in 0..3 {
+        other[axis] = cell[axis].checked_add_signed(step[axis].into()).filter(|&at| at < dims[axis])?;
+    }
+    Some(other)
+}

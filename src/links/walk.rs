@@ -1,0 +1,182 @@
+//! Walks along rays from cell to cell, and along a link from crossing to crossing.
+
+use super::Link;
+use super::field::Field;
+use super::sheared::Sheared;
+use crate::crossings::Crossings;
+use crate::error::Result;
+use crate::facet::Projected;
+use crate::inside::{Inside, Kind};
+
+pub(super) struct Walk<'a> {
+    pub(super) field: &'a Field<'a>,
+    pub(super) sheared: &'a Sheared<'a>,
+    pub(super) is_fluid: &'a [bool; 256],
+    /// Of links along the rays, and against them.
+    pub(super) directions: [u8; 2],
+}
+
+/// A crossing of a link: `below + rest / area` units above the centre of the lower cell.
+#[derive(Clone, Copy)]
+struct Hit {
+    event: u32,
+    facet: u32,
+    below: i64,
+    rest: i64,
+    area: i64,
+}
+
+impl Hit {
+    fn rank(&self) -> u8 {
+        (self.event >> 1 & 0xff) as u8
+    }
+
+    fn cmp_place(&self, other: &Hit) -> std::cmp::Ordering {
+        let product = |rest: i64, area: i64| i128::from(rest) * i128::from(area);
+        self.below.cmp(&other.below).then_with(|| product(self.rest, other.area).cmp(&product(other.rest, self.area)))
+    }
+
+    /// Fraction of a link of so many units up to here, from either end.
+    fn q(&self, span: i64, is_backward: bool) -> f32 {
+        let area = i128::from(self.area);
+        let from_low = i128::from(self.below) * area + i128::from(self.rest);
+        let whole = i128::from(span) * area;
+        let fraction = if is_backward { whole - from_low } else { from_low };
+        // i128 to f64, twice, and the division: 2^-53 each
+        ((fraction as f64 / whole as f64) as f32).max(f32::MIN_POSITIVE)
+    }
+}
+
+/// One of the two links between two neighbouring cells of a ray.
+struct Ends {
+    from: [u32; 3],
+    flag: u8,
+    to_flag: u8,
+    is_backward: bool,
+}
+
+impl Walk<'_> {
+    /// The links on consecutive rays.
+    pub(super) fn links(&self, crossings: &Crossings) -> Result<Vec<Link>> {
+        let (mut links, mut events) = (Vec::new(), Vec::new());
+        let (frame, kinds) = (self.field.frame, self.field.kinds);
+        let mut inside = Inside::new(kinds, self.field.rule);
+        let mut before = inside.clone();
+        let starts: Vec<usize> = (0..kinds.len()).map(|rank| frame.range_of_rank(rank).start).collect();
+        let n_across = u64::from(self.sheared.rays.counts[0]);
+        for (ray, ends) in (crossings.first_ray..).zip(crossings.offsets.windows(2)) {
+            let of_ray = ends[0] as usize..ends[1] as usize;
+            if of_ray.is_empty() {
+                continue;
+            }
+            events.clear();
+            events.extend(of_ray.map(|at| [crossings.events[at], crossings.facets[at]]));
+            events.sort_unstable();
+            inside.begin(kinds);
+            let across = [(ray % n_across) as u32, (ray / n_across) as u32];
+            for of_link in events.chunk_by(|one, other| one[0] >> 9 == other[0] >> 9) {
+                before.clone_from(&inside);
+                for [event, _] in of_link {
+                    if self.kind(*event) != Kind::Apart {
+                        inside.pass(*event, false);
+                    }
+                }
+                let above = of_link[0][0] >> 9;
+                self.links_between((across, above), of_link, [&before, &inside], (&starts, &mut links))?;
+            }
+        }
+        Ok(links)
+    }
+
+    fn kind(&self, event: u32) -> Kind {
+        self.field.kinds[(event >> 1 & 0xff) as usize]
+    }
+
+    /// The links between a cell of a ray and the next, whose crossings these are.
+    fn links_between(
+        &self,
+        (across, above): ([u32; 2], u32),
+        events: &[[u32; 2]],
+        [before, after]: [&Inside; 2],
+        (starts, links): (&[usize], &mut Vec<Link>),
+    ) -> Result<()> {
+        if above == 0 || above >= self.sheared.rays.depth {
+            return Ok(());
+        }
+        let cells = [above - 1, above].map(|along| self.sheared.cell(across, along));
+        let [Some(low), Some(high)] = cells else { return Ok(()) };
+        let flag_of_rank = &self.field.frame.ranks.flag_of_rank;
+        let flag = |inside: &Inside, cell: [u32; 3]| match self.field.is_plain {
+            true => Ok(inside.flag(flag_of_rank)),
+            false => self.field.columns.flag(cell),
+        };
+        let (low_flag, high_flag) = (flag(before, low)?, flag(after, high)?);
+        let is_fluid = |flag: u8| self.is_fluid[usize::from(flag)];
+        // a single crossing between two cells of the fluid is that of a surface inside of it, or of a sheet
+        if !is_fluid(low_flag) && !is_fluid(high_flag) {
+            return Ok(());
+        }
+        let mut hits: Vec<Hit> = events.iter().map(|event| self.hit(*event, across, above - 1)).collect();
+        hits.sort_unstable_by(|one, other| one.cmp_place(other).then(one.facet.cmp(&other.facet)));
+        let along = Ends { from: low, flag: low_flag, to_flag: high_flag, is_backward: false };
+        let against = Ends { from: high, flag: high_flag, to_flag: low_flag, is_backward: true };
+        for (ends, start) in [(along, before), (against, after)] {
+            if !is_fluid(ends.flag) {
+                continue;
+            }
+            if ends.is_backward {
+                hits.reverse();
+            }
+            let Some(hit) = self.wall(&ends, start.clone(), &hits) else { continue };
+            let (facet, geometry) = self.field.facet_of_geometry(hit.rank(), hit.facet, starts);
+            links.push(Link {
+                cell: ends.from,
+                q: hit.q(self.span(above), ends.is_backward),
+                facet,
+                geometry,
+                direction: self.directions[usize::from(ends.is_backward)],
+                flag: ends.to_flag,
+            });
+        }
+        Ok(())
+    }
+
+    /// Units from the centre of a cell to that of the one before.
+    fn span(&self, above: u32) -> i64 {
+        let (frame, axis) = (&self.sheared.frame, self.sheared.rays.axis);
+        i64::from(frame.centre(axis, above)) - i64::from(frame.centre(axis, above - 1))
+    }
+
+    fn hit(&self, [event, facet]: [u32; 2], across: [u32; 2], low: u32) -> Hit {
+        let (frame, rays) = (&*self.sheared.frame, &self.sheared.rays);
+        let Some(projected) = Projected::new(&frame.facets[facet as usize], frame, rays) else {
+            unreachable!("facet {facet} has no crossing")
+        };
+        let area = i128::from(projected.area);
+        let height = projected.height_at(across, frame, rays) - i128::from(frame.centre(rays.axis, low)) * area;
+        let (below, rest) = (height.div_euclid(area) as i64, height.rem_euclid(area) as i64);
+        Hit { event, facet, below, rest, area: projected.area }
+    }
+
+    /// The first crossing, in the order of a walk, behind which the flag is none of the fluid.
+    fn wall<'h>(&self, ends: &Ends, mut inside: Inside, hits: &'h [Hit]) -> Option<&'h Hit> {
+        let flag_of_rank = &self.field.frame.ranks.flag_of_rank;
+        self.field.begin(&mut inside, ends.flag);
+        for at_once in hits.chunk_by(|one, other| one.cmp_place(other).is_eq()) {
+            let held_by = inside.winner();
+            for hit in at_once {
+                if self.kind(hit.event) == Kind::Apart {
+                    inside.flip(hit.rank().into());
+                } else {
+                    inside.pass(hit.event, ends.is_backward);
+                }
+            }
+            if !self.is_fluid[usize::from(inside.flag(flag_of_rank))] {
+                // that of the geometry which begins here, else of that which ends
+                let of = |rank: Option<u8>| at_once.iter().find(|hit| Some(hit.rank()) == rank);
+                return of(inside.winner()).or_else(|| of(held_by)).or(at_once.first());
+            }
+        }
+        None
+    }
+}

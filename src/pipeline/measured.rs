@@ -1,0 +1,87 @@
+//! What is measured at surfaces once the flags are known: links from cells to surfaces, and the fractions of cells.
+
+use crate::closed::Closed;
+use crate::columns::Columns;
+use crate::control::Control;
+use crate::error::{Error, Result};
+use crate::fractions::{Fractions, fractions};
+use crate::frame::Frame;
+use crate::geometry::{Fill, Geometry};
+use crate::inside::Kind;
+use crate::job::Job;
+use crate::lines::{IS_NATIVE, Lines};
+use crate::links::{Field, Links};
+
+/// A frame from which nothing was taken, and how the cells of each rank are decided.
+pub(super) struct Uncut {
+    frame: Frame,
+    kinds: Vec<Kind>,
+}
+
+impl Uncut {
+    /// Keeps the frame, if the job asks for what is measured with it.
+    ///
+    /// # Errors
+    /// `surface-open`, `job-conflict` where the fractions of cells are asked for, and a geometry has cells that rays do not decide.
+    pub(super) fn new(job: &Job, frame: &Frame, closed: &[Closed], geometries: &[Geometry]) -> Result<Option<Uncut>> {
+        if !IS_NATIVE || job.links.is_none() && job.fractions.is_none() {
+            return Ok(None);
+        }
+        let kind = |(rank, &index): (usize, &usize)| {
+            let geometry = &geometries[index];
+            if geometry.fill != Fill::Centre || geometry.shell || !closed[rank].by(job.rule) {
+                Kind::Apart
+            } else if geometry.invert {
+                Kind::Inverted
+            } else {
+                Kind::Cast
+            }
+        };
+        let kinds: Vec<Kind> = frame.ranks.geometry_of_rank.iter().enumerate().map(kind).collect();
+        let apart = kinds.iter().position(|kind| *kind == Kind::Apart);
+        if let Some(rank) = apart.filter(|_| job.fractions.is_some()) {
+            return Err(no_volume(&geometries[frame.ranks.geometry_of_rank[rank]], closed[rank].by(job.rule)));
+        }
+        Ok(Some(Uncut { frame: frame.clone(), kinds }))
+    }
+
+    /// The links that a job asks for, of at most so many bytes with what finding them takes.
+    pub(super) fn links(
+        &self,
+        job: &Job,
+        columns: &Columns,
+        max_bytes: u64,
+        control: &Control,
+    ) -> Result<Option<Links>> {
+        let Some(links) = &job.links else { return Ok(None) };
+        // this frame, and one that is sheared
+        let max_bytes = max_bytes.saturating_sub(2 * 37 * self.frame.facets.len() as u64);
+        let is_plain = job.close_gaps.is_none() && !self.kinds.contains(&Kind::Apart);
+        let field = Field { frame: &self.frame, rule: job.rule, kinds: &self.kinds, columns, is_plain };
+        field.links(links, max_bytes, control).map(Some)
+    }
+
+    /// The fractions of cells that a job asks for, of at most so many bytes.
+    pub(super) fn fractions(
+        &self,
+        job: &Job,
+        lines: &Lines,
+        max_bytes: u64,
+        control: &Control,
+    ) -> Result<Option<Fractions>> {
+        let Some(asked) = job.fractions else { return Ok(None) };
+        let max_bytes = max_bytes.saturating_sub(2 * 37 * self.frame.facets.len() as u64);
+        fractions((&self.frame, lines), (job.rule, &self.kinds), asked, max_bytes, control).map(Some)
+    }
+}
+
+/// The error of a geometry whose cells are not those of a volume.
+fn no_volume(geometry: &Geometry, is_closed: bool) -> Error {
+    let Geometry { name, .. } = geometry;
+    if is_closed {
+        let message = format!("geometry \"{name}\" has cells along its surface, and fractions are those of volumes");
+        return Error::new("job-conflict", message, "leave out fill and shell, or fractions");
+    }
+    let message = format!("geometry \"{name}\" is not closed, and fractions are those of volumes");
+    Error::new("surface-open", message, "close it, or leave out fractions")
+}

@@ -1,0 +1,100 @@
+//! The links of cells to surfaces: `.npz`, or records of 24 bytes in `.links`. `docs/links.md` describes both.
+
+use std::io;
+
+use super::{Compress, Sink, archive};
+use crate::error::{Error, Result};
+use crate::links::{Link, Links};
+
+/// First bytes of `.links`.
+const MAGIC: &[u8; 8] = b"HEXLINKS";
+/// Records that are written at a time.
+const AT_ONCE: usize = 1 << 16;
+
+/// A format of links.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum LinksFormat {
+    /// NumPy archive: an array for each property of a link.
+    Npz,
+    /// A head, and a record of 24 bytes for each link.
+    Records,
+}
+
+impl LinksFormat {
+    /// Finds the format by the extension of a file name, upper or lower case.
+    ///
+    /// # Errors
+    /// `job-value` where the extension is neither `.npz` nor `.links`.
+    pub fn of_name(name: &str) -> Result<LinksFormat> {
+        let extension = name.rsplit_once('.').map_or("", |(_, extension)| extension).to_ascii_lowercase();
+        match &extension[..] {
+            "npz" => Ok(LinksFormat::Npz),
+            "links" => Ok(LinksFormat::Records),
+            _ => {
+                let message = format!("{name}: no format of links has the extension \"{extension}\"");
+                Err(Error::new("job-value", message, "use .npz or .links"))
+            }
+        }
+    }
+}
+
+/// Writes links; only `.npz` can be compressed. Returns the number of bytes.
+///
+/// # Errors
+/// `io` where `out` fails.
+pub fn write_links(links: &Links, format: LinksFormat, compress: Compress, out: &mut dyn io::Write) -> Result<u64> {
+    let mut sink = Sink { out, n_bytes: 0, hash: None };
+    match format {
+        LinksFormat::Npz => write_npz(links, compress, &mut sink)?,
+        LinksFormat::Records => {
+            sink.put(&head(links))?;
+            let mut records = links.links.chunks(AT_ONCE);
+            records.try_for_each(|some| sink.put(&some.iter().flat_map(record).collect::<Vec<u8>>()))?;
+        }
+    }
+    sink.out.flush().map_err(|error| Error::io("writing the links", error))?;
+    Ok(sink.n_bytes)
+}
+
+fn write_npz(links: &Links, compress: Compress, sink: &mut Sink) -> Result<()> {
+    let (directions, all) = (links.stencil.directions(), &links.links);
+    archive::write(compress, sink, |arrays| {
+        arrays.begin("directions", "|i1", &format!("({}, 3)", directions.len()))?;
+        arrays.put(&directions.as_flattened().iter().map(|&step| step as u8).collect::<Vec<u8>>())?;
+        arrays.list(("dims", "<u4"), &links.dims, |n| n.to_le_bytes())?;
+        arrays.list(("fluid", "|u1"), &links.fluid, |&flag| [flag])?;
+        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+            arrays.list((name, "<u4"), all, |link| link.cell[axis].to_le_bytes())?;
+        }
+        arrays.list(("direction", "|u1"), all, |link| [link.direction])?;
+        arrays.list(("q", "<f4"), all, |link| link.q.to_le_bytes())?;
+        arrays.list(("facet", "<i4"), all, |link| link.facet.to_le_bytes())?;
+        arrays.list(("geometry", "<i2"), all, |link| link.geometry.to_le_bytes())?;
+        arrays.list(("flag", "|u1"), all, |link| [link.flag])
+    })
+}
+
+/// Magic, version, number of directions, dims, number of links; then the directions, padded to a multiple of 8 bytes.
+fn head(links: &Links) -> Vec<u8> {
+    let directions = links.stencil.directions();
+    let [nx, ny, nz] = links.dims;
+    let mut head = MAGIC.to_vec();
+    [1, directions.len() as u32, nx, ny, nz, 0].into_iter().for_each(|number: u32| head.extend(number.to_le_bytes()));
+    head.extend((links.links.len() as u64).to_le_bytes());
+    head.extend(directions.as_flattened().iter().map(|&step| step as u8));
+    head.resize(head.len().next_multiple_of(8), 0);
+    head
+}
+
+fn record(link: &Link) -> [u8; 24] {
+    let mut record = [0; 24];
+    for (axis, at) in link.cell.iter().enumerate() {
+        record[4 * axis..4 * axis + 4].copy_from_slice(&at.to_le_bytes());
+    }
+    record[12..16].copy_from_slice(&link.q.to_le_bytes());
+    record[16..20].copy_from_slice(&link.facet.to_le_bytes());
+    record[20..22].copy_from_slice(&link.geometry.to_le_bytes());
+    (record[22], record[23]) = (link.direction, link.flag);
+    record
+}

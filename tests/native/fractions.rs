@@ -1,0 +1,195 @@
+//! The fractions of cells against an oracle that casts nothing: a surface is the sum of the tetrahedra that its facets span with one point, each
+//! with its sign, and each is clipped to a cell by the six planes of that.
+
+use hexcast::control::Control;
+use hexcast::fractions::{Fractions, fractions};
+use hexcast::frame::Frame;
+use hexcast::geometry::{Facet, Geometry};
+use hexcast::inside::Kind;
+use hexcast::job::{FractionsJob, Rule};
+use hexcast::lines::Lines;
+
+use super::models::{self, Facets};
+
+type Point = [f64; 3];
+
+fn minus(a: Point, b: Point) -> Point {
+    [0, 1, 2].map(|axis| a[axis] - b[axis])
+}
+
+fn triple(a: Point, b: Point, c: Point) -> f64 {
+    (0..3).map(|i| a[i] * (b[(i + 1) % 3] * c[(i + 2) % 3] - b[(i + 2) % 3] * c[(i + 1) % 3])).sum()
+}
+
+/// Volume of a tetrahedron within a box.
+fn volume_in(corners: [Point; 4], low: Point, high: Point) -> f64 {
+    // cut into tetrahedra: those of one side of a plane are at most three
+    let mut fractions = vec![corners];
+    for axis in 0..3 {
+        for (place, is_below) in [(low[axis], false), (high[axis], true)] {
+            fractions = fractions.into_iter().flat_map(|fraction| side(fraction, axis, place, is_below)).collect();
+        }
+    }
+    fractions.iter().map(|[a, b, c, d]| triple(minus(*b, *a), minus(*c, *a), minus(*d, *a)).abs() / 6.0).sum()
+}
+
+/// What of a tetrahedron lies on a side of a plane across an axis, as tetrahedra.
+fn side(corners: [Point; 4], axis: usize, place: f64, is_below: bool) -> Vec<[Point; 4]> {
+    let depth = |point: &Point| if is_below { place - point[axis] } else { point[axis] - place };
+    let (inner, outer): (Vec<Point>, Vec<Point>) = corners.iter().partition(|point| depth(point) >= 0.0);
+    let cut = |from: Point, to: Point| {
+        let fraction = depth(&from) / (depth(&from) - depth(&to));
+        [0, 1, 2].map(|axis| from[axis] + fraction * (to[axis] - from[axis]))
+    };
+    match (&inner[..], &outer[..]) {
+        (_, []) => vec![corners],
+        ([], _) => vec![],
+        (&[a], &[b, c, d]) => vec![[a, cut(a, b), cut(a, c), cut(a, d)]],
+        (&[a, b], &[c, d]) => wedge([a, cut(a, c), cut(a, d)], [b, cut(b, c), cut(b, d)]),
+        (&[a, b, c], &[d]) => wedge([a, b, c], [cut(a, d), cut(b, d), cut(c, d)]),
+        _ => unreachable!("four corners"),
+    }
+}
+
+/// A body between two triangles.
+fn wedge([a, b, c]: [Point; 3], [d, e, f]: [Point; 3]) -> Vec<[Point; 4]> {
+    vec![[a, b, c, d], [b, c, d, e], [c, d, e, f]]
+}
+
+/// Volume of a closed surface within a cell.
+fn exact(facets: &[Facet], low: Point, high: Point) -> f64 {
+    let from = [0.123, -0.371, 0.717];
+    let of_facet = |facet: &Facet| {
+        let [a, b, c] = facet.map(|corner| corner.map(f64::from));
+        let sign = triple(minus(a, from), minus(b, from), minus(c, from)).signum();
+        sign * volume_in([from, a, b, c], low, high)
+    };
+    facets.iter().map(of_facet).sum()
+}
+
+fn measured(geometries: &[Geometry], lines: &Lines, rays: u32) -> Fractions {
+    let frame = Frame::new(geometries, lines).unwrap();
+    let kinds = vec![Kind::Cast; geometries.len()];
+    let job = FractionsJob::default().with_rays(rays);
+    fractions((&frame, lines), (Rule::Parity, &kinds), job, u64::MAX, &Control::default()).unwrap()
+}
+
+/// Turned about an axis that is none of the grid's.
+fn turned(facets: &Facets) -> Facets {
+    let (s, c) = (0.6f32, 0.8f32);
+    let turn = |[x, y, z]: [f32; 3]| {
+        let [x, y] = [c * x - s * y, s * x + c * y];
+        let [y, z] = [c * y - s * z, s * y + c * z];
+        [x, y, z]
+    };
+    models::mapped(facets, turn)
+}
+
+fn bodies() -> Vec<(&'static str, Facets)> {
+    vec![
+        ("ball", models::sphere([0.1, -0.2, 0.3], 3.1, 24)),
+        ("cone", models::cone([0.3, 0.2, -2.5], 2.4, [0.1, -0.4, 3.0], 24)),
+        ("box", models::cuboid([-2.2, -1.7, -2.9], [1.9, 2.3, 2.6])),
+        ("box at an angle", turned(&models::cuboid([-2.2, -1.7, -1.9], [1.9, 2.3, 1.6]))),
+        ("cone at an angle", turned(&models::cone([0.3, 0.2, -2.5], 2.4, [0.1, -0.4, 3.0], 24))),
+    ]
+}
+
+fn grids() -> [Lines; 2] {
+    let equal = Lines::new([-5.0; 3], [1.0; 3], [10; 3]).unwrap();
+    let list = vec![-5.0, -4.0, -2.75, -2.0, -1.5, -1.0, -0.25, 0.5, 1.0, 2.0, 3.0, 3.5, 5.0];
+    [equal, Lines::from_lists([list.clone(), list.clone(), list]).unwrap()]
+}
+
+#[test]
+fn parts_of_cells_are_as_near_to_those_of_clipped_tetrahedra_as_is_said() {
+    for (name, facets) in bodies() {
+        let geometry = Geometry::new(name, 7, facets.clone()).unwrap();
+        for lines in grids() {
+            for rays in [2, 4, 8] {
+                let found = measured(std::slice::from_ref(&geometry), &lines, rays);
+                let [nx, ny, nz] = lines.dims();
+                let mut dense = vec![None; (nx * ny * nz) as usize];
+                for fraction in found.fractions.iter().filter(|fraction| fraction.flag == 7) {
+                    dense[fraction.cell as usize] = Some(f64::from(fraction.fraction));
+                }
+                let (mut sum, mut sum_of_squares, mut n_cut, mut volume_cut) = (0.0, 0.0, 0.0, 0.0);
+                for index in 0..nx * ny * nz {
+                    let cell = [index % nx, index / nx % ny, index / (nx * ny)];
+                    let low = [0, 1, 2].map(|axis| lines.line(axis, cell[axis]));
+                    let high = [0, 1, 2].map(|axis| lines.line(axis, cell[axis] + 1));
+                    let size: f64 = (0..3).map(|axis| high[axis] - low[axis]).product();
+                    let known = exact(&facets, low, high) / size;
+                    sum += known * size;
+                    let off = match dense[index as usize] {
+                        Some(fraction) => (fraction - known).abs(),
+                        None => known.abs().min((1.0 - known).abs()),
+                    };
+                    assert!(off < 1.0 / f64::from(rays), "{name}, {rays} rays, cell {cell:?}: {off} off {known}");
+                    if known > 1e-6 && known < 1.0 - 1e-6 {
+                        (sum_of_squares, n_cut) = (sum_of_squares + off * off, n_cut + 1.0);
+                        volume_cut += size;
+                    }
+                }
+                // on average far better, but where whole walls run along the rays
+                let most = if name == "box" { 0.5 } else { 0.2 };
+                let off = (sum_of_squares / n_cut).sqrt();
+                assert!(off < most / f64::from(rays), "{name}, {rays} rays: {off} on average over {n_cut} cells");
+                let volume = models::signed_volume(&facets);
+                assert!((sum - volume).abs() < 1e-6 * volume, "{name}: the oracle has {sum} of {volume}");
+                let off = (found.volumes[7] - volume).abs() / volume_cut;
+                assert!(off < 0.5 / f64::from(rays), "{name}, {rays} rays: off by {off} of the volume of cut cells");
+            }
+        }
+    }
+}
+
+#[test]
+fn parts_of_a_cell_add_up_to_one_in_the_order_of_cells_and_flags() {
+    let ball = |at: f32, flag: u8| Geometry::new("ball", flag, models::sphere([at, 0.2, 0.1], 2.4, 12)).unwrap();
+    let geometries = [ball(-1.0, 9), ball(0.7, 2), ball(1.5, 9)];
+    let (mut n_of_three, mut n) = (0, 0);
+    for lines in grids() {
+        let found = measured(&geometries, &lines, 4);
+        let keys: Vec<(u64, u8)> = found.fractions.iter().map(|fraction| (fraction.cell, fraction.flag)).collect();
+        assert!(keys.is_sorted_by(|one, other| one < other));
+        for of_cell in found.fractions.chunk_by(|one, other| one.cell == other.cell) {
+            let sum: f64 = of_cell.iter().map(|fraction| f64::from(fraction.fraction)).sum();
+            assert!((sum - 1.0).abs() < 2e-7 && of_cell.len() > 1, "{of_cell:?}");
+            assert!(of_cell.iter().all(|fraction| fraction.fraction > 0.0 && fraction.fraction < 1.0), "{of_cell:?}");
+            n_of_three += usize::from(of_cell.len() == 3);
+            n += 1;
+        }
+        assert!((found.volumes.iter().sum::<f64>() - 1000.0).abs() < 1e-9, "all of the box");
+    }
+    assert!(n > 300 && n_of_three > 5, "{n} cells, {n_of_three} of three flags");
+}
+
+#[test]
+fn a_wall_along_the_rays_between_two_of_them_is_seen() {
+    // no ray meets the walls across y and z; the fraction is that of the rays inside
+    let facets = models::cuboid([-9.0, -0.25, -9.0], [9.0, 9.0, 9.0]);
+    let lines = Lines::new([0.0, -1.0, 0.0], [1.0; 3], [3, 2, 1]).unwrap();
+    let found = measured(&[Geometry::new("g", 1, facets).unwrap()], &lines, 4);
+    let fractions: Vec<(u64, u8, f32)> =
+        found.fractions.iter().map(|fraction| (fraction.cell, fraction.flag, fraction.fraction)).collect();
+    let cell = |x: u64| [(x, 0, 0.75), (x, 1, 0.25)];
+    assert_eq!(fractions, [cell(0), cell(1), cell(2)].concat());
+    assert!((found.volumes[1] - 3.75).abs() < 1e-12 && (found.volumes[0] - 2.25).abs() < 1e-12);
+}
+
+#[test]
+fn an_inverted_geometry_has_the_other_part() {
+    let facets = models::cuboid([0.25; 3], [9.0; 3]);
+    let lines = Lines::new([0.0; 3], [1.0; 3], [2, 1, 1]).unwrap();
+    let frame = Frame::new(&[Geometry::new("g", 5, facets).unwrap()], &lines).unwrap();
+    let job = FractionsJob::default();
+    let found =
+        fractions((&frame, &lines), (Rule::Parity, &[Kind::Inverted]), job, u64::MAX, &Control::default()).unwrap();
+    let parts: Vec<(u64, u8, f32)> =
+        found.fractions.iter().map(|fraction| (fraction.cell, fraction.flag, fraction.fraction)).collect();
+    let [outer, inner] = [1.0 - 0.421_875, 0.421_875];
+    assert_eq!(parts, [(0, 0, inner), (0, 5, outer), (1, 0, 0.5625), (1, 5, 0.4375)]);
+    let refused = fractions((&frame, &lines), (Rule::Parity, &[Kind::Cast]), job, 10, &Control::default()).unwrap_err();
+    assert_eq!(refused.code(), "memory");
+}

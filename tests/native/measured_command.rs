@@ -1,0 +1,171 @@
+//! Links and fractions as a user of the command line meets them: files, reports, surfaces that are not closed, refusals.
+
+use std::collections::BTreeMap;
+
+use serde_json::{Value, json};
+
+use super::cli::{Folder, SPOT, hexcast, json as report_of};
+
+/// A record of `.links`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Record {
+    cell: [u32; 3],
+    q: f32,
+    facet: i32,
+    geometry: i16,
+    direction: u8,
+    flag: u8,
+}
+
+/// Reads `.links` as the documentation has it: directions and records.
+fn records(bytes: &[u8]) -> (Vec<[i8; 3]>, [u32; 3], Vec<Record>) {
+    let u32_at = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+    assert_eq!((&bytes[..8], u32_at(8)), (&b"HEXLINKS"[..], 1));
+    let (n_directions, n) = (u32_at(12) as usize, u64::from_le_bytes(bytes[32..40].try_into().unwrap()) as usize);
+    let directions = bytes[40..40 + 3 * n_directions].chunks_exact(3).map(|of| [0, 1, 2].map(|axis| of[axis] as i8));
+    let start = (40 + 3 * n_directions).next_multiple_of(8);
+    assert_eq!(bytes.len(), start + 24 * n);
+    let record = |at: usize| Record {
+        cell: [0, 4, 8].map(|by| u32_at(at + by)),
+        q: f32::from_bits(u32_at(at + 12)),
+        facet: u32_at(at + 16) as i32,
+        geometry: u32_at(at + 20) as i16,
+        direction: bytes[at + 22],
+        flag: bytes[at + 23],
+    };
+    (directions.collect(), [16, 20, 24].map(u32_at), (0..n).map(|index| record(start + 24 * index)).collect())
+}
+
+fn refused(arguments: &[&str]) -> String {
+    let output = hexcast(arguments);
+    assert!(!output.status.success(), "{arguments:?} succeeds");
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// Meshes with links, and holds these to the flags: a link from 0 to another flag wherever neighbours have them, and no other but through walls.
+fn assert_links_fit_flags(what: &str, arguments: &[&str]) -> Value {
+    let folder = Folder::new();
+    let [raw, links] = ["mesh.raw", "mesh.links"].map(|name| folder.path(name));
+    let outputs = ["-o", &raw, "--links", &links, "--json", "--backend", "cpu"];
+    let report = report_of(&[&["mesh"], arguments, &outputs].concat());
+    let (directions, dims, records) = records(&folder.bytes("mesh.links"));
+    assert_eq!(json!(dims), report["dims"]);
+    let flags = folder.bytes("mesh.raw");
+    let at = |[x, y, z]: [u32; 3]| flags[(x + dims[0] * (y + dims[1] * z)) as usize];
+    let mut known: BTreeMap<([u32; 3], u8), Record> = BTreeMap::new();
+    for record in &records {
+        assert!(record.q > 0.0 && record.q <= 1.0 && at(record.cell) == 0, "{what}: {record:?}");
+        assert!(known.insert((record.cell, record.direction), *record).is_none(), "{what}: twice: {record:?}");
+    }
+    let (mut n, mut n_cells) = (0, 0);
+    for index in 0..dims.iter().product::<u32>() {
+        let cell = [index % dims[0], index / dims[0] % dims[1], index / (dims[0] * dims[1])];
+        n_cells += u64::from((0..directions.len() as u8).any(|direction| known.contains_key(&(cell, direction))));
+        for (direction, step) in (0u8..).zip(&directions).skip(1) {
+            let other = [0, 1, 2].map(|axis: usize| cell[axis].wrapping_add_signed(step[axis].into()));
+            let is_in = (0..3).all(|axis| other[axis] < dims[axis]);
+            if at(cell) == 0 && is_in && at(other) != 0 {
+                let record =
+                    known.get(&(cell, direction)).unwrap_or_else(|| panic!("{what}: none at {cell:?} {step:?}"));
+                assert_eq!(record.flag, at(other), "{what}: {record:?}");
+                n += 1;
+            }
+        }
+    }
+    let through = records.iter().filter(|record| record.flag == 0).count();
+    let without = records.iter().filter(|record| record.facet < 0).count();
+    assert_eq!(records.len(), n + through, "{what}");
+    let counted = &report["links"];
+    assert_eq!(counted["links"], json!(records.len()), "{what}");
+    assert_eq!(counted["cells"], json!(n_cells), "{what}");
+    assert_eq!((&counted["through_walls"], &counted["without_facet"]), (&json!(through), &json!(without)), "{what}");
+    report
+}
+
+#[test]
+fn links_fit_the_flags_of_all_kinds_of_geometries() {
+    let closed = assert_links_fit_flags("closed", &[SPOT, "--cells", "40", "--padding-cells", "2"]);
+    assert_eq!(closed["links"]["without_facet"], 0);
+    assert_eq!(closed["links"]["stencil"], "D3Q19");
+    let all = assert_links_fit_flags("D3Q27", &[SPOT, "--cells", "24", "--lattice", "D3Q27", "--rule", "nonzero"]);
+    assert_eq!(all["links"]["without_facet"], 0);
+    // without thickness: all links go through it
+    let shell = format!("{SPOT}:fill=separating,shell=true");
+    let along = assert_links_fit_flags("shell", &[&shell, "--cells", "24", "--padding-cells", "1"]);
+    assert!(along["links"]["without_facet"].as_u64().unwrap() > 0, "{along}");
+    let gaps = assert_links_fit_flags("gaps", &[SPOT, "--cells", "30", "--close-gaps", "4"]);
+    assert!(gaps["links"]["without_facet"].as_u64().unwrap() > 0, "{gaps}");
+    let folder = Folder::new();
+    // five sides of a box
+    let corner = |bits: usize| [0, 1, 2].map(|axis| if bits >> axis & 1 == 1 { "1" } else { "0" }).join(" ");
+    let facets =
+        [[0, 4, 6], [0, 6, 2], [1, 3, 7], [1, 7, 5], [0, 1, 5], [0, 5, 4], [2, 6, 7], [2, 7, 3], [4, 5, 7], [4, 7, 6]];
+    let facet = |of: [usize; 3]| {
+        format!("facet normal 0 0 0\nouter loop\nvertex {}\nendloop\nendfacet\n", of.map(corner).join("\nvertex "))
+    };
+    let open = folder.path("open.stl");
+    std::fs::write(&open, format!("solid\n{}endsolid\n", facets.map(facet).concat())).unwrap();
+    let found = assert_links_fit_flags("open", &[&open, "--cells", "12", "--padding-cells", "2"]);
+    assert!(found["links"]["without_facet"].as_u64().unwrap() > 0, "{found}");
+    let message = refused(&["mesh", &open, "--cells", "12", "--backend", "cpu", "--fractions", &folder.path("f.npz")]);
+    assert!(message.contains("is not closed, and fractions are those of volumes"), "{message}");
+}
+
+#[test]
+fn archives_hold_the_records_and_fractions_the_volume() {
+    let folder = Folder::new();
+    let [links, archive, fractions] = ["a.links", "a.npz", "f.npz"].map(|name| folder.path(name));
+    let mesh = ["mesh", SPOT, "--cells", "30", "--backend", "cpu", "--json", "--compress=none"];
+    report_of(&[&mesh[..7], &["--links", &links, "--stencil", "D3Q15"]].concat());
+    let report =
+        report_of(&[&mesh[..], &["--links", &archive, "--stencil", "D3Q15", "--fractions", &fractions]].concat());
+    let (directions, _, records) = records(&folder.bytes("a.links"));
+    assert_eq!(directions.len(), 15);
+    let bytes = folder.bytes("a.npz");
+    let column = |of: &dyn Fn(&Record) -> Vec<u8>| records.iter().flat_map(of).collect::<Vec<u8>>();
+    let columns = [
+        column(&|record| record.cell[2].to_le_bytes().to_vec()),
+        column(&|record| record.q.to_le_bytes().to_vec()),
+        column(&|record| record.facet.to_le_bytes().to_vec()),
+        column(&|record| record.geometry.to_le_bytes().to_vec()),
+        column(&|record| vec![record.direction]),
+    ];
+    for (index, column) in columns.iter().enumerate() {
+        assert!(bytes.windows(column.len()).any(|window| window == column), "column {index}");
+    }
+    let volumes = &report["fractions"]["volumes"];
+    let [outside, inside] = [0, 1].map(|index| volumes[index]["volume"].as_f64().unwrap());
+    let of_mesh = report["flags"][0]["mesh_volume"].as_f64().unwrap();
+    assert!((inside / of_mesh - 1.0).abs() < 2e-3, "{inside} of {of_mesh}");
+    let size: f64 = report["spacing"].as_array().unwrap().iter().map(|size| size.as_f64().unwrap()).product();
+    let all = size * report["cells"].as_f64().unwrap();
+    assert!(((outside + inside) / all - 1.0).abs() < 1e-9, "{outside} and {inside} of {all}");
+}
+
+#[test]
+fn what_cannot_be_measured_is_refused_with_a_sentence() {
+    let folder = Folder::new();
+    let path = |name: &str| folder.path(name);
+    let with = |more: &[&str]| refused(&[&["mesh", SPOT, "--cells", "9", "--backend", "cpu"], more].concat());
+    for (more, sentence) in [
+        (vec!["--links", &path("a.csv")], "no format of links has the extension \"csv\""),
+        (vec!["--fractions", &path("a.vti")], "fractions of cells are written as .npz"),
+        (vec!["--links", &path("a.npz"), "--fractions", &path("a.npz")], "is an input or another output, too"),
+        (vec!["--links", &path("a.npz"), "-o", &path("a.npz")], "is an input or another output, too"),
+        (vec!["--links", &path("a.npz"), "--window", "0,0,0,2,2,2"], "links are those of the whole box"),
+        (vec!["--fractions", &path("a.npz"), "--fraction-rays", "3"], "1, 2, 4, 8 or 16"),
+        (
+            vec!["--fractions", &path("a.npz"), "--close-gaps", "3"],
+            "fractions are given with a window, a part or close_gaps",
+        ),
+        (vec!["--fractions", &path("a.npz"), "--fill", "separating"], "has cells along its surface"),
+    ] {
+        let message = with(&more);
+        assert!(message.contains(sentence), "{more:?}: {message}");
+    }
+    let lists = path("lines.json");
+    std::fs::write(&lists, r#"{"x": [-1, 0, 0.5, 1], "y": [-1, 0, 1], "z": [-1, 1]}"#).unwrap();
+    let message = refused(&["mesh", SPOT, "--lines", &lists, "--backend", "cpu", "--links", &path("a.npz")]);
+    assert!(message.contains("links of D3Q19 need equal ones"), "{message}");
+    assert!(std::fs::read_dir(path("")).unwrap().count() == 1, "files are left");
+}
