@@ -20,8 +20,9 @@ pub(super) fn in_words(key: &str, message: &str) -> String {
     // of an enum serde does not say what is expected
     let is_of_enum = words.contains("wanted string or table") || words.starts_with("expected value");
     match key {
-        "padding" if !words.contains("; give") => {
-            format!("{words}; give {{ cells = N }} or {{ length = L }}, of one number or three")
+        "padding" => {
+            let found = words.split("; give ").next().unwrap_or_default();
+            format!("{found}; give {{ cells = N }} or {{ length = L }}, of one number or three")
         }
         _ if is_of_enum => format!("{words}; give one of its words as a text"),
         _ => words,

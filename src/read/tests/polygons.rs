@@ -147,7 +147,11 @@ fn what_is_wrong_is_named_with_its_place() {
             "the file ends before 9999999999999 corners",
         ),
         (wrong(&off(), "COFF", "4OFF").into(), "file-syntax", "line 1: corners of more or fewer"),
-        (wrong(&off(), "3 0 1 3", "4 0 1").into(), "file-syntax", "4 indices are announced"),
+        (
+            wrong(&off(), "3 0 1 3", "4 0 1").into(),
+            "file-syntax",
+            "a polygon needs indices of corners, in \"4 0 1 0.5\"",
+        ),
         (wrong(&ply_text(), "3 0 1 3", "3 0 1 4").into(), "file-syntax", "there is no corner 4 of 4"),
         (wrong(&ply_text(), "property float z", "property float w").into(), "file-syntax", "no x, y and z"),
         (wrong(&ply_text(), "ascii", "morse").into(), "file-syntax", "line 2: the format is neither"),
