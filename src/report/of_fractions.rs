@@ -31,7 +31,7 @@ pub struct VolumeReport {
 impl FractionsReport {
     /// Counts cells.
     pub fn new(fractions: &Fractions) -> FractionsReport {
-        let volumes = (0u8..).zip(&fractions.volumes).filter(|(_, volume)| **volume > 0.0);
+        let volumes = (0..=u8::MAX).zip(&fractions.volumes).filter(|(_, volume)| **volume > 0.0);
         FractionsReport {
             rays: fractions.rays,
             cut_cells: fractions.fractions.chunk_by(|one, other| one.cell == other.cell).count() as u64,
