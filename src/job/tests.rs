@@ -76,7 +76,11 @@ fn unknown_keys_and_wrong_types_name_the_key() {
         (json!({"geometries": [{"file": "a"}, {"file": "a", "flg": 1}]}), "geometries[1].flg", "there is no key `flg`"),
         (json!({"geometries": [{"file": "a"}, {"file": "a", "flag": 300}]}), "geometries[1].flag", "300"),
         (json!({"geometries": [{"file": "a", "flag": -1}]}), "geometries[0].flag", "it is -1; give a flag: 1 to 255"),
-        (json!({"geometries": [{"file": "a", "rotate": [1, 2, 3, 4]}]}), "geometries[0].rotate", "length is 4; give 3 numbers"),
+        (
+            json!({"geometries": [{"file": "a", "rotate": [1, 2, 3, 4]}]}),
+            "geometries[0].rotate",
+            "length is 4; give 3 numbers",
+        ),
     ];
     for (value, key, said) in cases {
         let text = value.to_string();
