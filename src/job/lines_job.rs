@@ -48,24 +48,3 @@ impl GradedJob {
         self.min_size.unwrap_or(self.max_size.each()[axis] * DEFAULT_SMALLEST)
     }
 }
-
-/// In wasm such lines are refused whatever they are, so they are not read: that would take more code than what they are.
-#[cfg(target_arch = "wasm32")]
-mod unread {
-    use serde::de::{Deserialize, Deserializer, IgnoredAny};
-
-    use super::{GradedJob, LinesJob, PerAxis};
-
-    impl<'de> Deserialize<'de> for LinesJob {
-        fn deserialize<D: Deserializer<'de>>(from: D) -> Result<LinesJob, D::Error> {
-            IgnoredAny::deserialize(from).map(|_| LinesJob::default())
-        }
-    }
-
-    impl<'de> Deserialize<'de> for GradedJob {
-        fn deserialize<D: Deserializer<'de>>(from: D) -> Result<GradedJob, D::Error> {
-            let max_size = PerAxis::All(1.0);
-            IgnoredAny::deserialize(from).map(|_| GradedJob { max_size, min_size: None, growth: None, absorbing: None })
-        }
-    }
-}

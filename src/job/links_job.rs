@@ -1,9 +1,10 @@
 //! Which links between cells are measured.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 /// The directions of the links of a cell, as lattice Boltzmann methods name them: `D3Q` and their number, that of the cell itself included.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[cfg_attr(not(target_arch = "wasm32"), derive(serde::Deserialize))]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum Stencil {
@@ -56,9 +57,10 @@ const HALVES: [[i8; 3]; 13] = [
 ];
 
 /// Asks for the distances from cells of a fluid to surfaces along links: see [`crate::links`].
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[cfg_attr(not(target_arch = "wasm32"), derive(serde::Deserialize))]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(default, deny_unknown_fields)]
+#[cfg_attr(not(target_arch = "wasm32"), serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct LinksJob {
     /// The directions.

@@ -53,7 +53,7 @@ impl Uncut {
         max_bytes: u64,
         control: &Control,
     ) -> Result<Option<Links>> {
-        let Some(links) = &job.links else { return Ok(None) };
+        let Some(links) = job.links.as_ref().filter(|_| IS_NATIVE) else { return Ok(None) };
         // this frame, and one that is sheared
         let max_bytes = max_bytes.saturating_sub(2 * 37 * self.frame.facets.len() as u64);
         let is_plain = job.close_gaps.is_none() && !self.kinds.contains(&Kind::Apart);
@@ -69,7 +69,7 @@ impl Uncut {
         max_bytes: u64,
         control: &Control,
     ) -> Result<Option<Fractions>> {
-        let Some(asked) = job.fractions else { return Ok(None) };
+        let Some(asked) = job.fractions.filter(|_| IS_NATIVE) else { return Ok(None) };
         let max_bytes = max_bytes.saturating_sub(2 * 37 * self.frame.facets.len() as u64);
         fractions((&self.frame, lines), (job.rule, &self.kinds), asked, max_bytes, control).map(Some)
     }
