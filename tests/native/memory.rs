@@ -187,7 +187,7 @@ fn an_interrupted_mesh_continues_from_its_last_band_on_cpu_and_gpu() {
         assert_eq!((again == whole, report.rays_kept, n_third.load(Ordering::Relaxed)), (true, report.rays, 0));
         let other = set!(Job { dims: Some([10, 1100, 1100]), ..job.clone() });
         let error = run(&other, &mut engines[first], SpillTarget::Resumable(store), &Control::default()).unwrap_err();
-        assert_eq!(error.code(), "job-conflict");
+        assert_eq!(error.code(), "columns-other");
     }
 }
 

@@ -82,5 +82,5 @@ fn a_mesh_of_facets_in_memory_resumes_from_the_columns_of_the_same_facets_alone(
         Ok(report.mesh.rays_kept)
     };
     assert_eq!([resumed(1.0), resumed(1.0)], [Ok(0), Ok(256)]);
-    assert_eq!(resumed(1.5).map_err(|error: Error| error.code()), Err("job-conflict"));
+    assert_eq!(resumed(1.5).map_err(|error: Error| error.code()), Err("columns-other"));
 }

@@ -71,7 +71,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    Mesh(mesh::Arguments),
+    Mesh(Box<mesh::Arguments>),
     Info(info::Arguments),
     Job(job::Arguments),
     Estimate(estimate::Arguments),

@@ -114,7 +114,7 @@ impl Measured {
 fn put(file: PendingFile, write: impl FnOnce(&mut dyn Write) -> Result<u64>) -> Result<OutputFile> {
     let mut out = BufWriter::with_capacity(1 << 20, file.temporary.as_file());
     let path = file.path.clone();
-    let n_bytes = write(&mut out).map_err(|error| error.at(&path.display().to_string()))?;
+    let n_bytes = write(&mut out).map_err(|error| error.at(path.display().to_string()))?;
     drop(out);
     file.persist()?;
     Ok(OutputFile { path, n_bytes })
