@@ -85,8 +85,8 @@ def test_the_source_distribution_has_what_it_needs_and_nothing_else(tmp_path):
     assert {"PKG-INFO", "src/lib.rs", "python/src/lib.rs", "package/hexcast/__init__.py", "LICENSE-MIT"} <= names
     folders = {name.split("/")[0] for name in names if "/" in name}
     assert folders == {"src", "shaders", "python", "package", "docs", "examples"}
-    # the documentation of the crate's root, and the programs that the crate lists
-    assert {name for name in names if name.startswith("docs/")} == {"docs/rust.md"}
+    # the schema that the command prints, the documentation of the root of the crate, and the programs that it lists
+    assert {name for name in names if name.startswith("docs/")} == {"docs/job.schema.json", "docs/rust.md"}
     assert all(name.endswith(".rs") for name in names if name.startswith("examples/"))
 
 
