@@ -41,6 +41,8 @@ pub struct ColumnsReport<'a> {
     open: (),
     filled: (),
     gaps: (),
+    links: (),
+    fractions: (),
     /// Number of cells.
     pub cells: u64,
     /// Every flag in use.
@@ -99,6 +101,8 @@ impl ColumnsReport<'_> {
             open: (),
             filled: (),
             gaps: (),
+            links: (),
+            fractions: (),
             odd_rays: columns.odd_rays(),
             cells: mesh.lines.n_cells(),
             flags: flags_of_columns(mesh),
