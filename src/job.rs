@@ -310,4 +310,4 @@ fn wrong_value(key: &str, problem: &str) -> Error {
 const HINT: &str = "compare with the example: hexcast job example, or docs/job.schema.json";
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -68,12 +68,11 @@ fn cycles(open: &[(u32, u32)], n_edges: usize) -> Vec<Vec<u32>> {
     for first in leaving.chunk_by(|one, next| one.0 == next.0).map(|edges| edges[0].0) {
         // the edges that were not followed yet, of each corner on the way
         let mut way = vec![(first, after(first))];
-        while let Some((at, left)) = way.last_mut() {
+        while let Some((_, left)) = way.last_mut() {
             let Some((&(_, next), rest)) = left.split_first() else {
                 way.pop();
                 continue;
             };
-            debug_assert!(*at >= first, "the first corner is the lowest");
             *left = rest;
             if way.len() == n_edges {
                 if next == first {

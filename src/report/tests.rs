@@ -6,43 +6,36 @@ use schemars::generate::SchemaSettings;
 use serde_json::{Value, json};
 
 use super::Report;
+use crate::job::tests::{assert_schema_is_committed, in_plain_text};
 
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/report.schema.json");
 
 fn schema() -> Value {
     let generator = SchemaSettings::draft2020_12().for_serialize().into_generator();
     let mut schema = generator.into_root_schema_for::<Report>().to_value();
-    finish(&mut schema);
+    allow_no_other_keys(&mut schema);
+    in_plain_text(&mut schema);
     schema["title"] = "Report of hexcast".into();
     schema
 }
 
-/// Allows no other keys, and makes plain text of links to Rust's documentation.
-fn finish(schema: &mut Value) {
+/// Allows no other keys.
+fn allow_no_other_keys(schema: &mut Value) {
     match schema {
         Value::Object(of) => {
             if of.contains_key("properties") {
                 of.insert("additionalProperties".into(), false.into());
             }
-            if let Some(Value::String(text)) = of.get_mut("description") {
-                *text = text.replace("[`", "`").replace("`]", "`").replace('\n', " ");
-            }
-            of.values_mut().for_each(finish);
+            of.values_mut().for_each(allow_no_other_keys);
         }
-        Value::Array(list) => list.iter_mut().for_each(finish),
+        Value::Array(list) => list.iter_mut().for_each(allow_no_other_keys),
         _ => {}
     }
 }
 
 #[test]
 fn the_report_schema_in_docs_is_that_of_the_types() {
-    let text = format!("{:#}\n", schema());
-    if std::env::var_os("HEXCAST_BLESS").is_some() {
-        assert!(std::env::var_os("CI").is_none(), "the schema is written by people, who read the difference");
-        std::fs::write(FILE, &text).unwrap();
-    }
-    let committed = std::fs::read_to_string(FILE).unwrap();
-    assert_eq!(committed, text, "run HEXCAST_BLESS=1 cargo test --lib report_schema, and read the difference");
+    assert_schema_is_committed(FILE, &schema(), "report_schema");
 }
 
 /// Calls `found` with every key of objects and its description; of a choice between objects of one key each has it.

@@ -2,6 +2,7 @@ use schemars::generate::SchemaSettings;
 use serde_json::{Value, json};
 
 use super::*;
+use crate::job::tests::{assert_schema_is_committed, in_plain_text};
 
 const SCHEMA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/job.schema.json");
 const EXAMPLE: &str = include_str!("../../bin/hexcast/job_example.toml");
@@ -10,7 +11,7 @@ const EXAMPLE: &str = include_str!("../../bin/hexcast/job_example.toml");
 fn schema() -> Value {
     let generator = SchemaSettings::draft2020_12().for_deserialize().into_generator();
     let mut schema = generator.into_root_schema_for::<JobFile>().to_value();
-    plain(&mut schema);
+    in_plain_text(&mut schema);
     schema["title"] = "Job file of hexcast".into();
     schema["additionalProperties"] = false.into();
     // schemars does not know that text such as "2GB" is read, too, nor that there must be a geometry
@@ -23,29 +24,9 @@ fn schema() -> Value {
     schema
 }
 
-/// Makes plain text of links to Rust's documentation.
-fn plain(schema: &mut Value) {
-    match schema {
-        Value::Object(of) => {
-            if let Some(Value::String(text)) = of.get_mut("description") {
-                *text = text.replace("[`", "`").replace("`]", "`").replace('\n', " ");
-            }
-            of.values_mut().for_each(plain);
-        }
-        Value::Array(list) => list.iter_mut().for_each(plain),
-        _ => {}
-    }
-}
-
 #[test]
 fn the_job_schema_in_docs_is_that_of_the_types() {
-    let text = format!("{:#}\n", schema());
-    if std::env::var_os("HEXCAST_BLESS").is_some() {
-        assert!(std::env::var_os("CI").is_none(), "the schema is written by people, who read the difference");
-        std::fs::write(SCHEMA, &text).unwrap();
-    }
-    let committed = std::fs::read_to_string(SCHEMA).unwrap_or_default();
-    assert_eq!(committed, text, "run HEXCAST_BLESS=1 cargo test --lib job_schema, and read the difference");
+    assert_schema_is_committed(SCHEMA, &schema(), "job_schema");
 }
 
 #[test]
