@@ -58,12 +58,10 @@ impl Rays {
 
     /// Planes that may have centres within a facet.
     pub(super) fn reach(&self, facet: &Facet) -> std::ops::Range<u32> {
-        let places = facet.map(|corner| i64::from(corner[self.axes[1]]));
-        let (low, high) = (places[0].min(places[1]).min(places[2]), places[0].max(places[1]).max(places[2]));
-        let first = (low + (1 << self.bits) - 1) >> self.bits;
-        let end = (high >> self.bits) + 1;
-        let [first, end] = [first, end].map(|place| place.clamp(0, self.dims[self.axes[1]].into()) as u32);
-        first..end.max(first)
+        let (n_planes, cell) = (i64::from(self.dims[self.axes[1]]), 1i64 << self.bits);
+        let [p, q, r] = facet.map(|corner| i64::from(corner[self.axes[1]]));
+        let plane = |place: i64| place.div_euclid(cell).clamp(0, n_planes) as u32;
+        plane(p.min(q).min(r) + cell - 1)..plane(p.max(q).max(r) + cell)
     }
 }
 

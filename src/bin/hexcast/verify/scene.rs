@@ -3,16 +3,12 @@
 //! A corner w becomes round(((w - origin) / spacing - 1/2) 2^F) in f64, ties to even. F is the largest for which corners and
 //! centres, with one cell to spare at both ends, span at most 2^26 units an axis.
 
-use std::ops::Range;
-
 use glam::{DMat3, DVec3};
 use hexcast::job::{DEFAULT_CELLS, GeometryJob, Job, Open, Padding, PerAxis, Rule};
 use hexcast::mesh::Mesh;
 use hexcast::{Error, Result};
 
-use super::ray::Facet;
-use super::stl::solids;
-use super::surface::turned;
+use super::{ray::Facet, stl::solids, surface::turned};
 
 /// One geometry.
 pub(super) struct Body {
@@ -22,7 +18,7 @@ pub(super) struct Body {
     /// What decides its cells if it is not closed; None if it is.
     pub(super) open: Option<Open>,
     /// Its part of all facets.
-    pub(super) facets: Range<usize>,
+    pub(super) facets: std::ops::Range<usize>,
     /// What closes its small holes, but for rays.
     pub(super) patches: Vec<Facet>,
 }
@@ -37,18 +33,15 @@ pub(super) struct Scene {
     pub(super) wrong_lines: Vec<String>,
 }
 
-/// The corners of a facet in the world.
-type Points = [DVec3; 3];
-
 impl Scene {
     pub(super) fn new(job: &Job, mesh: &Mesh) -> Result<Scene> {
         let wrong = |code, what| Error::new(code, what, "give the job and the files that this mesh was made of");
-        let mut bodies: Vec<(Body, Vec<Points>)> = Vec::new();
+        let mut bodies: Vec<(Body, Vec<[DVec3; 3]>)> = Vec::new();
         for entry in &job.geometries {
             let (file, place, mut taken) = (&entry.file, placing(entry), solids(&entry.file)?);
             taken.retain(|(name, _)| entry.solid.as_ref().is_none_or(|wanted| wanted == name));
             let placed = |facets: &Vec<[[f32; 3]; 3]>| facets.iter().map(|facet| facet.map(&place)).collect();
-            let parts: Vec<Vec<Points>> = taken.iter().map(|(_, facets)| placed(facets)).collect();
+            let parts: Vec<Vec<[DVec3; 3]>> = taken.iter().map(|(_, facets)| placed(facets)).collect();
             let solid = entry.solid.as_deref().unwrap_or_default();
             if parts.is_empty() {
                 return Err(wrong("job-value", format!("{file} has no solid {solid:?}")));
@@ -85,8 +78,7 @@ impl Scene {
             body.open = body.open.filter(|_| turned.is_some());
             let first = scene.facets.len();
             // crossings that are counted as they are need no turning
-            let whole = turned.filter(|_| body.open != Some(Open::Parity)).unwrap_or([facets, Vec::new()]);
-            let [facets, patches] = whole;
+            let [facets, patches] = turned.filter(|_| body.open != Some(Open::Parity)).unwrap_or([facets, Vec::new()]);
             scene.facets.extend(facets);
             (body.facets, body.patches) = (first..scene.facets.len(), patches);
             scene.bodies.push(body);
@@ -122,11 +114,8 @@ fn around(points: impl Iterator<Item = DVec3>) -> [DVec3; 2] {
 
 /// Holds origin, sizes and numbers of cells to the job.
 fn wrong_lines(job: &Job, mesh: &Mesh, around: [DVec3; 2]) -> Vec<String> {
-    let (length, cells) = match job.padding {
-        Some(Padding::Length(length)) => (length.each(), [0; 3]),
-        Some(Padding::Cells(cells)) => ([0.0; 3], cells.each()),
-        None => ([0.0; 3], [0; 3]),
-    };
+    let length = if let Some(Padding::Length(length)) = job.padding { length.each() } else { [0.0; 3] };
+    let cells = if let Some(Padding::Cells(cells)) = job.padding { cells.each() } else { [0; 3] };
     let low = [0, 1, 2].map(|axis| job.domain.map_or(around[0][axis] - length[axis], |ends| ends[axis]));
     let high = [0, 1, 2].map(|axis| job.domain.map_or(around[1][axis] + length[axis], |ends| ends[axis + 3]));
     let extent = [0, 1, 2].map(|axis| high[axis] - low[axis]);

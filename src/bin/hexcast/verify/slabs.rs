@@ -3,19 +3,13 @@
 //! The runs of the mesh lie along an axis a; a slab is some planes of cells along a and b, one after the other along c. Rays along b
 //! decide the cells of closed bodies; open ones are decided as their policy says, by rays along all three axes and the winding number.
 
-use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::OnceLock;
 
-use hexcast::Result;
-use hexcast::control::Control;
-use hexcast::job::Open;
-use hexcast::mesh::Mesh;
+use hexcast::{Result, control::Control, job::Open, mesh::Mesh};
 use rayon::prelude::*;
 
-use super::ray::Rays;
-use super::scene::{Body, Scene};
-use super::surface::winding;
+use super::{ray::Rays, scene::Body, scene::Scene, surface::winding};
 
 /// Wrong cells that are named.
 const SHOWN: usize = 5;
@@ -61,14 +55,14 @@ impl Check<'_> {
 
     /// Looks at one doubtful cell of so many.
     fn with_stride(&self, slabs: &[Range<u32>], stride: u64) -> Result<Tally> {
-        let tallies: Vec<Result<Tally>> = slabs.par_iter().map(|slab| self.slab(slab, stride)).collect();
-        tallies.into_iter().try_fold(Tally::default(), |mut all, tally| {
-            let tally = tally?;
+        let tallies: Result<Vec<Tally>> = slabs.par_iter().map(|slab| self.slab(slab, stride)).collect();
+        let mut all = Tally::default();
+        for tally in tallies? {
             all.n_wrong += tally.n_wrong;
             all.first.extend(tally.first.into_iter().take(SHOWN - all.first.len()));
             (0..3).for_each(|kind| all.n_doubtful[kind] += tally.n_doubtful[kind]);
-            Ok(all)
-        })
+        }
+        Ok(all)
     }
 
     fn slab(&self, slab: &Range<u32>, stride: u64) -> Result<Tally> {
@@ -113,7 +107,8 @@ impl Check<'_> {
         // cells of the slab along each axis
         let cells = [0, 1, 2].map(|k| if k == 2 { slab.clone() } else { 0..dims[self.axes[k]] });
         let body = &self.scene.bodies[rank];
-        let crossings = || {
+        let of_slab = OnceLock::new();
+        let crossings = if along == 2 { &self.through[rank] } else { &of_slab }.get_or_init(|| {
             let mut crossings: Vec<Crossing> = Vec::new();
             for facet in &self.scene.facets[body.facets.clone()] {
                 let planes = rays.reach(facet);
@@ -123,11 +118,7 @@ impl Check<'_> {
             }
             crossings.sort_unstable();
             crossings
-        };
-        let crossings: Cow<[Crossing]> = match along {
-            2 => self.through[rank].get_or_init(crossings).into(),
-            _ => crossings().into(),
-        };
+        });
         for of_ray in crossings.chunk_by(|one, next| (one.0, one.1) == (next.0, next.1)) {
             let (mut inside, mut count, mut begin) = (Vec::new(), 0, None);
             for of_cell in of_ray.chunk_by(|one, next| one.2 == next.2) {

@@ -29,12 +29,8 @@ pub(super) fn solids(file: &str) -> Result<Vec<Solid>> {
 }
 
 fn binary(records: &[u8]) -> Vec<Solid> {
-    let facet = |record: &[u8]| {
-        let corner = |at: usize| {
-            [0, 4, 8].map(|axis| record[at + axis..].first_chunk().map_or(f32::NAN, |c| f32::from_le_bytes(*c)))
-        };
-        [12, 24, 36].map(corner)
-    };
+    let number = |of: &[u8], at| of[at..].first_chunk().map_or(f32::NAN, |bytes| f32::from_le_bytes(*bytes));
+    let facet = |of: &[u8]| [12, 24, 36].map(|at| [at, at + 4, at + 8].map(|at| number(of, at)));
     vec![(String::new(), records.chunks_exact(50).map(facet).collect())]
 }
 

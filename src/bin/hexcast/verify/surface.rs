@@ -1,7 +1,6 @@
 //! Surfaces with holes: whether one is closed, its facets turned to agree, and its winding number at a point.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
-use std::f64::consts::PI;
 
 use glam::DVec3;
 use hexcast::job::Rule;
@@ -143,14 +142,12 @@ pub(super) fn winding(facets: [&[Facet]; 2], cell: [u32; 3], bits: u32, sizes: [
         let [a, b, c] = corners.map(|at| (DVec3::from(at.map(|c| c as f64)) + BEFORE) * DVec3::from(sizes));
         let [la, lb, lc] = [a, b, c].map(DVec3::length);
         let below = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-        let angle = a.dot(b.cross(c)).atan2(below) / (2.0 * PI);
+        let angle = a.dot(b.cross(c)).atan2(below) / std::f64::consts::TAU;
         let is_before = (angle > 0.0) == (height > 0);
         sum += if is_before { angle } else { -angle };
-        doubt += match is_before {
-            _ if [(0, 1), (1, 2), (2, 0)].iter().any(|&(from, to)| is_at_edge(corners[from], corners[to])) => 1.0,
-            true => 0.0,
-            false => angle.abs().min(0.5 - angle.abs()),
-        };
+        let is_at_edge = [(0, 1), (1, 2), (2, 0)].iter().any(|&(from, to)| is_at_edge(corners[from], corners[to]));
+        let missed = if is_before { 0.0 } else { angle.abs().min(0.5 - angle.abs()) };
+        doubt += if is_at_edge { 1.0 } else { missed };
     }
     (sum, doubt)
 }
