@@ -74,7 +74,7 @@ pub const CODES: &[(&str, Actor, &str)] = &[
     ("stl-count", Actor::File, "a binary STL holds more facets than its header announces"),
     ("stl-not-stl", Actor::File, "the bytes are neither binary nor ASCII STL"),
     ("stl-syntax", Actor::File, "an ASCII STL breaks the grammar on the named line"),
-    ("file-syntax", Actor::File, "an OBJ, OFF, PLY or gzip file is wrong at the named line or byte"),
+    ("file-syntax", Actor::File, "an OBJ, OFF, PLY, 3MF, GLB or gzip file is wrong at the named place"),
     ("stl-not-finite", Actor::File, "a vertex coordinate is NaN or infinite"),
     ("surface-open", Actor::File, "a geometry is not closed, and the job asks for an error then"),
     ("columns-corrupt", Actor::File, "a column file is damaged or cut short"),

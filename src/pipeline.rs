@@ -189,14 +189,14 @@ pub async fn mesh(
     warnings.extend(warnings::about_shared_flags(&prepared.geometries));
     let shells = shells.unwrap_or_else(|| shells_of(&frame));
     warnings.extend(warnings::about_shells(&shells, &geometries, &whole_rays, cells));
-    let mask_mesh = |mask| Mesh::new(lines.clone(), mask, vec![Named::new(1, "doubtful")], job.unit.clone());
+    let mask_mesh = |mask| Mesh::new(lines.clone(), mask, vec![Named::new(1, "doubtful")], prepared.unit.clone());
     let cast = Cast { frame: frame_of_whole, rays: &whole_rays, rule: job.rule };
     let certificate = gaps_between.map(|gaps| {
         let asked = (&prepared.geometries[..], job.thin_cells.unwrap_or(DEFAULT_THIN_CELLS));
         CertificateReport::new(&Certificate::new(&cast, cells, whole, asked, gaps), &geometries, &names, whole)
     });
     warnings.extend(certificate.iter().flat_map(|certificate| certificate.warnings(&lines)));
-    let mesh = Mesh::new(lines.clone(), columns, names, job.unit.clone())?;
+    let mesh = Mesh::new(lines.clone(), columns, names, prepared.unit.clone())?;
     let columns = &mesh.columns;
     // a geometry may well have no cell in a window
     let has_whole = prepared.window.is_none();
@@ -224,12 +224,12 @@ pub async fn mesh(
         adapter,
         driver,
         device_check: used.checked.map(|[rays, differing]| DeviceCheck { rays, differing }),
-        unit: job.unit.clone(),
+        unit: prepared.unit.clone(),
         inputs,
         dims: lines.dims(),
         origin: lines.origin(),
         spacing: lines.spacing(),
-        grading: Grading::of(&lines, job.unit.as_deref()),
+        grading: Grading::of(&lines, prepared.unit.as_deref()),
         whole: prepared.whole.clone(),
         window,
         end_points: residuals(&prepared.whole, &prepared.domain),

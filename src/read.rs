@@ -2,29 +2,30 @@
 //!
 //! The caller pushes slices as they come, so that neither a browser's Blob nor a file need be in memory at once; the
 //! result does not depend on where the slices are cut. Binary and ASCII STL are distinguished by length and content, never
-//! by the word "solid" alone: see `sniff`. Natively OBJ, OFF and PLY are read, too, and any of these packed by gzip: see `whole`. The file's normals are compared with the corners' and then dropped.
+//! by the word "solid" alone: see `sniff`. OBJ, OFF, PLY, 3MF and GLB are read, too, and any of these packed by gzip: see `whole`. The
+//! file's normals are compared with the corners' and then dropped.
 //!
-//! Memory: 36 bytes a facet, at most twice that while an ASCII file is read, and one line or record. The number of facets
-//! that a header announces must fit the length of the file before anything is allocated.
+//! Memory: of STL 36 bytes a facet, at most twice that while an ASCII file is read, and one line or record; of the others the file and its
+//! corners, too. The number of facets that a header announces must fit the length of the file before anything is allocated.
 
 use crate::error::{Error, Result};
 
 mod contents;
-#[cfg(not(target_arch = "wasm32"))]
+mod elements;
+mod glb;
+mod gltf_json;
+mod model_xml;
 mod obj;
-#[cfg(not(target_arch = "wasm32"))]
 mod off;
-#[cfg(not(target_arch = "wasm32"))]
+mod package;
 mod ply;
-#[cfg(not(target_arch = "wasm32"))]
 mod polygons;
 mod sniff;
 mod stl_ascii;
 mod stl_binary;
 mod text;
-#[cfg(not(target_arch = "wasm32"))]
+mod threemf;
 mod whole;
-#[cfg(not(target_arch = "wasm32"))]
 mod words;
 
 pub use contents::{Contents, Format, Solid};
@@ -56,7 +57,6 @@ enum Stage {
     Head(Vec<u8>),
     Binary(Box<stl_binary::Parser>),
     Ascii(Box<stl_ascii::Parser>),
-    #[cfg(not(target_arch = "wasm32"))]
     Whole(whole::Parser),
 }
 
@@ -94,7 +94,7 @@ impl Reader {
     /// - `stl-empty`: the file holds no facet;
     /// - `stl-truncated`: an ASCII file ends inside a facet;
     /// - `stl-count`: after the facets that a binary header announces there are more that look like facets;
-    /// - `file-syntax`: an OBJ, OFF or PLY file is wrong at the named line or byte, or one that is packed cannot be unpacked;
+    /// - `file-syntax`: an OBJ, OFF, PLY, 3MF or GLB file is wrong at the named place, or one that is packed cannot be unpacked;
     /// - `io`: fewer bytes came than were announced.
     pub fn finish(mut self) -> Result<Contents> {
         if let Some(error) = self.failed {
@@ -110,7 +110,6 @@ impl Reader {
         match self.stage {
             Stage::Binary(parser) => parser.finish(),
             Stage::Ascii(parser) => parser.finish(self.n_bytes),
-            #[cfg(not(target_arch = "wasm32"))]
             Stage::Whole(parser) => parser.finish(self.n_bytes, read_bytes),
             Stage::Head(_) => Err(contents::empty("the file was never opened")),
         }
@@ -134,7 +133,6 @@ impl Reader {
         match &mut self.stage {
             Stage::Binary(parser) => parser.push(chunk),
             Stage::Ascii(parser) => parser.push(chunk),
-            #[cfg(not(target_arch = "wasm32"))]
             Stage::Whole(parser) => parser.push(chunk),
             Stage::Head(_) => Ok(()),
         }
@@ -144,7 +142,6 @@ impl Reader {
 /// Chooses the parser by the first bytes and gives them to it.
 fn open(head: &[u8], n_bytes: u64) -> Result<Stage> {
     let format = sniff::format(head, n_bytes)?;
-    #[cfg(not(target_arch = "wasm32"))]
     if !matches!(format, Format::StlBinary | Format::StlAscii) {
         let mut parser = whole::Parser::new(format);
         parser.push(head)?;

@@ -43,6 +43,8 @@ pub struct InputReport {
     pub bytes: u64,
     /// How it was written.
     pub format: &'static str,
+    /// The unit of its coordinates; null where it does not say.
+    pub unit: Option<&'static str>,
     /// Number of facets.
     pub facets: u64,
     /// Facets whose file normal points against their corners; the corners count.
@@ -62,6 +64,7 @@ impl InputReport {
             sha256: source.sha256.clone(),
             bytes: contents.n_bytes,
             format: contents.format.name(),
+            unit: contents.unit,
             facets: contents.n_facets,
             wrong_normals: contents.wrong_normals,
             zero_area: contents.zero_area,

@@ -78,6 +78,7 @@ impl Source {
             format: Format::Facets,
             n_facets,
             n_bytes,
+            unit: None,
             solids: vec![Solid { name: String::new(), facets }],
             wrong_normals: 0,
             zero_normals: 0,
@@ -137,6 +138,28 @@ pub fn geometries(job: &Job, sources: Vec<Source>) -> Result<Vec<Geometry>> {
         return Err(Error::new("too-many-geometries", message, "join solids of the same substance"));
     }
     Ok(geometries)
+}
+
+/// The unit of a mesh, and sentences about files that are in another: that of the job; where it gives none, that of the files which say
+/// one (3MF, GLB) and are not scaled, if they agree. Nothing is scaled for it.
+pub fn unit(job: &Job, sources: &[Source]) -> (Option<String>, Vec<String>) {
+    let entries = job.geometries.iter().zip(sources).filter(|(entry, _)| entry.scale.is_none());
+    let said: Vec<(&str, &str)> =
+        entries.filter_map(|(_, source)| Some((&source.file[..], source.contents.unit?))).collect();
+    let Some((first, unit)) = said.first().copied() else { return (job.unit.clone(), Vec::new()) };
+    let (wanted, whose) = match &job.unit {
+        Some(unit) => (&unit[..], "the job".to_string()),
+        None => (unit, first.to_string()),
+    };
+    // a word that files do not use may mean any unit
+    let is_known = ["um", "mm", "cm", "m", "in", "ft"].contains(&wanted);
+    let others = said.iter().filter(|(_, unit)| is_known && *unit != wanted);
+    let warning = |(file, unit): &(&str, &str)| {
+        format!("{file} is in {unit}, {whose} in {wanted}: numbers are taken as they are; give the file a scale")
+    };
+    let warnings: Vec<String> = others.map(warning).collect();
+    let unit = if job.unit.is_none() && !warnings.is_empty() { None } else { Some(wanted.to_string()) };
+    (unit, warnings)
 }
 
 /// Named facets that an entry of the job takes from its file, and where they are in it.

@@ -178,8 +178,10 @@ export interface Job {
 export interface FileInfo {
   /** Name of the file. */
   file: string;
-  /** `STL, binary`, `STL, ASCII`, or `facets` where the job has arrays. */
+  /** `STL, binary`, `STL, ASCII`, `OBJ`, `OFF`, `PLY, ASCII`, `PLY, binary`, `3MF`, `GLB`, or `facets` where the job has arrays. */
   format: string;
+  /** The unit of its coordinates: that of a 3MF, `"m"` for GLB; null where the file does not say. */
+  unit: 'um' | 'mm' | 'cm' | 'm' | 'in' | 'ft' | null;
   /** Length of the file in bytes. */
   bytes: number;
   /** SHA-256 of its bytes, in hexadecimal; null for arrays, which are not hashed. */

@@ -9,7 +9,7 @@ use crate::job::{AxisChoice, DEFAULT_CELLS, DEFAULT_GROWTH, DEFAULT_TOLERANCE, H
 ///
 /// What chooses the cells stays as it is: the numbers of the lines would be rounded again.
 pub(super) fn effective(job: &Job, prepared: &Prepared, n_solids: &[usize], gaps: Option<&Gaps>) -> Job {
-    let mut job = Job { max_memory: None, ..job.clone() };
+    let mut job = Job { max_memory: None, unit: prepared.unit.clone(), ..job.clone() };
     let is_sized = job.dims.is_some() || job.cell_size.is_some() || job.max_cell_size.is_some();
     if job.cells.is_none() && !is_sized && job.lines.is_none() && job.graded.is_none() {
         job.cells = Some(DEFAULT_CELLS);

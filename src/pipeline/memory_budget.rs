@@ -72,7 +72,7 @@ pub(super) fn columns_builder(
     let rays = prepared.rays;
     let head = |identity: Option<[u8; 32]>| {
         // a job with another unit is the same job
-        let unit = job.unit.clone().filter(|_| identity.is_none());
+        let unit = prepared.unit.clone().filter(|_| identity.is_none());
         Head { identity, rays, zlib: false, lines: prepared.lines.clone(), unit, names: names.to_vec() }.encode()
     };
     match spill {

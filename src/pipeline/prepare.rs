@@ -9,18 +9,20 @@ use crate::lines::{Body, IS_NATIVE, Lines, check_n_cells, graded, lines, native_
 use crate::parts::parts;
 use crate::rays::Rays;
 use crate::shards::Shards;
-use crate::sources::{Source, geometries};
+use crate::sources::{Source, geometries, unit};
 
 /// A job with its files, ready to be cast.
 #[derive(Debug)]
 pub struct Prepared {
     /// The geometries, in meshing order.
     pub geometries: Vec<Geometry>,
+    /// The unit of all lengths, if the job or its files say it.
+    pub unit: Option<String>,
     /// The box.
     pub domain: Domain,
     /// The mesh lines of the whole box.
     pub whole: Lines,
-    /// Sentences about ends of geometries that have no line of their own.
+    /// Sentences about ends of geometries that have no line of their own, and about files in other units.
     pub notices: Vec<String>,
     /// Those that are meshed, as cells of the whole box: the first, and the end, exclusive; None for all. With the halo, as far as that
     /// is within the box.
@@ -56,6 +58,7 @@ pub fn prepare(job: &Job, sources: Vec<Source>) -> Result<Prepared> {
         let message = "windows and parts have a certificate natively only";
         return Err(Error::new("job-conflict", message, "mesh the whole box, or use the native program"));
     }
+    let (unit, unlike) = unit(job, &sources);
     let geometries = geometries(job, sources)?;
     let boxes: Vec<BoundingBox> = geometries.iter().filter_map(Geometry::bounding_box).collect();
     // lists that are no lines make no domain
@@ -66,11 +69,12 @@ pub fn prepare(job: &Job, sources: Vec<Source>) -> Result<Prepared> {
         .map(|lists| Lines::from_lists([&lists.x, &lists.y, &lists.z].map(Vec::clone)));
     let listed = listed.transpose()?;
     let domain = Domain::new(job, &boxes)?;
-    let (whole, notices) = match (listed, &job.graded) {
+    let (whole, mut notices) = match (listed, &job.graded) {
         (Some(listed), _) => (listed, Vec::new()),
         (None, Some(job)) if IS_NATIVE => graded(job, &domain, &bodies(&geometries))?,
         _ => (lines(job, &domain)?, Vec::new()),
     };
+    notices.extend(unlike);
     check_limits(&geometries, &whole)?;
     if whole.is_graded() {
         check_graded(job, &geometries)?;
@@ -92,7 +96,7 @@ pub fn prepare(job: &Job, sources: Vec<Source>) -> Result<Prepared> {
     let lines = window.map_or_else(|| whole.clone(), |cells| whole.window(cells));
     check_n_cells(job, &lines)?;
     let rays = Rays::new(axis(job, &lines, Some(&whole)), lines.dims());
-    Ok(Prepared { geometries, domain, whole, notices, window, asked, halo, halo_edge, lines, rays })
+    Ok(Prepared { geometries, unit, domain, whole, notices, window, asked, halo, halo_edge, lines, rays })
 }
 
 /// What generated lines go around.

@@ -28,6 +28,10 @@ pub enum Format {
     PlyAscii,
     /// PLY with its values as bytes.
     PlyBinary,
+    /// 3MF: an archive of objects that its build places, with a unit.
+    ThreeMf,
+    /// GLB, the binary form of glTF 2.0: meshes that nodes place.
+    Glb,
     /// Packed by gzip: the contents have the format of what is packed.
     Gzip,
     /// No file: the caller had the facets in memory.
@@ -44,6 +48,8 @@ impl Format {
             Format::Off => "OFF",
             Format::PlyAscii => "PLY, ASCII",
             Format::PlyBinary => "PLY, binary",
+            Format::ThreeMf => "3MF",
+            Format::Glb => "GLB",
             Format::Gzip => "gzip",
             Format::Facets => "facets",
         }
@@ -61,6 +67,8 @@ pub struct Contents {
     pub n_facets: u64,
     /// Length of the file in bytes.
     pub n_bytes: u64,
+    /// The unit of its coordinates where the file says it (3MF) or its format does (GLB: "m").
+    pub unit: Option<&'static str>,
     /// Number of facets whose normal in the file is non-zero, finite and points against the corners' normal.
     pub wrong_normals: u64,
     /// Number of facets whose normal in the file is zero.

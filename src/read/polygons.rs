@@ -39,11 +39,21 @@ impl Polygons {
 
     /// Begins a solid: what follows belongs to it. One of the same name goes on.
     pub(super) fn solid(&mut self, name: &str) {
+        if self.solids.last().is_none_or(|(last, _)| last != name) {
+            self.new_solid(name);
+        }
+    }
+
+    /// Begins a solid, whatever the name of the last one.
+    pub(super) fn new_solid(&mut self, name: &str) {
         match self.solids.last_mut() {
-            Some((last, _)) if last == name => {}
             Some((last, start)) if *start == self.facets.len() => *last = name.into(),
             _ => self.solids.push((name.into(), self.facets.len())),
         }
+    }
+
+    pub(super) fn n_facets(&self) -> usize {
+        self.facets.len()
     }
 
     /// Adds a polygon by the indices of its corners, which must be there.
@@ -108,6 +118,7 @@ impl Polygons {
             solids,
             n_facets,
             n_bytes,
+            unit: None,
             wrong_normals: 0,
             zero_normals: 0,
             zero_area: self.tally.zero_area,

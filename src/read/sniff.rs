@@ -3,7 +3,7 @@
 //! 1. A file of exactly 84 + 50 n bytes, n the count at byte 80, is binary, whatever its header says: in text these
 //!    four bytes make a count of more than 150 million.
 //! 2. Otherwise a file is ASCII where the first word is "solid" and what follows is text.
-//! 3. Otherwise, natively, it is gzip, PLY, OFF or OBJ by its first bytes or its first word.
+//! 3. Otherwise it is gzip, ZIP (3MF), GLB, PLY, OFF or OBJ by its first bytes or its first word.
 //! 4. Otherwise it is binary with missing or extra bytes, unless it is text or a known other format.
 //!
 //! Cost: at most [`HEAD`] bytes are looked at.
@@ -18,9 +18,7 @@ pub(super) const HEAD: usize = 1024;
 
 /// First bytes of files that people mistake for STL, their name, and what to do.
 const OTHERS: &[(&[u8], &str, &str)] = &[
-    (b"\x1f\x8b", "gzip-compressed data", "unpack it first (gunzip)"),
-    (b"PK\x03\x04", "a ZIP archive (or 3MF)", "unpack it, or export the model as STL"),
-    (b"glTF", "binary glTF", "export the model as STL"),
+    (b"{", "JSON, such as glTF that is not binary", "export the model as .glb or STL"),
     (b"\xff\xfe", "UTF-16 text", "save it as ASCII or UTF-8"),
     (b"\xfe\xff", "UTF-16 text", "save it as ASCII or UTF-8"),
     (b"\x89PNG", "a PNG picture", "give an STL file"),
@@ -44,7 +42,6 @@ pub(super) fn format(head: &[u8], n_bytes: u64) -> Result<Format> {
     if starts_with_word(words, b"solid") && (is_text || has_facet_line(words)) {
         return Ok(Format::StlAscii);
     }
-    #[cfg(not(target_arch = "wasm32"))]
     if let Some(format) = super::whole::format(head, is_text) {
         return Ok(format);
     }

@@ -114,6 +114,7 @@ impl Parser {
                 .collect(),
             n_facets,
             n_bytes,
+            unit: None,
             wrong_normals: self.tally.wrong_normals,
             zero_normals: self.tally.zero_normals,
             zero_area: self.tally.zero_area,

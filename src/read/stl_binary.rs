@@ -129,6 +129,7 @@ impl Parser {
             solids: vec![Solid { name: String::new(), facets: SharedFacets::from(self.facets).known_finite() }],
             n_facets,
             n_bytes: self.n_bytes,
+            unit: None,
             wrong_normals: self.tally.wrong_normals,
             zero_normals: self.tally.zero_normals,
             zero_area: self.tally.zero_area,

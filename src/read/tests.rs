@@ -2,8 +2,8 @@ use super::*;
 use crate::geometry::Facet;
 
 mod ascii;
-#[cfg(not(target_arch = "wasm32"))]
 mod polygons;
+mod scenes;
 
 const TETRAHEDRON: [Facet; 4] = [
     [[0.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]],

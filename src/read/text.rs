@@ -11,10 +11,14 @@ pub(super) fn without_mark(bytes: &[u8]) -> &[u8] {
 /// The beginning of the first line, fit to be shown in a message.
 pub(super) fn excerpt(line: &[u8]) -> String {
     let line = line.split(|byte| matches!(byte, b'\n' | b'\r')).next().unwrap_or_default();
-    let shown = String::from_utf8_lossy(&line[..line.len().min(120)]);
+    shown(&String::from_utf8_lossy(&line[..line.len().min(120)]), MAX_SHOWN)
+}
+
+/// A text of so many characters at most, fit to be shown in a message.
+pub(super) fn shown(text: &str, most: usize) -> String {
     let mut short = String::new();
     let mut n_shown = 0;
-    for character in shown.trim().chars() {
+    for character in text.trim().chars() {
         let text = match character {
             '\0' => "\\0".into(),
             '"' | '\'' | '\\' => String::from_iter(['\\', character]),
@@ -22,7 +26,7 @@ pub(super) fn excerpt(line: &[u8]) -> String {
             _ => character.to_string(),
         };
         n_shown += text.chars().count();
-        if n_shown > MAX_SHOWN {
+        if n_shown > most {
             return short + "...";
         }
         short.push_str(&text);

@@ -1,4 +1,4 @@
-//! Files that are read once all of their bytes are there: OBJ, OFF, PLY, and what is packed by gzip. Natively only.
+//! Files that are read once all of their bytes are there: OBJ, OFF, PLY, 3MF, GLB, and what is packed by gzip.
 //!
 //! Memory: the bytes of the file, its corners, and 36 bytes a facet. Of gzip, what is packed, too; no more than [`MAX_UNPACKED`] bytes.
 
@@ -9,7 +9,7 @@ use flate2::bufread::MultiGzDecoder;
 use super::contents::{Contents, Format};
 use super::polygons::no_room;
 use super::text::without_mark;
-use super::{obj, off, ply};
+use super::{glb, obj, off, ply, threemf};
 use crate::error::{Error, Result};
 
 /// Most bytes that a packed file may have unpacked.
@@ -20,6 +20,12 @@ const CHUNK: u64 = 1 << 20;
 pub(super) fn format(head: &[u8], is_text: bool) -> Option<Format> {
     if head.starts_with(b"\x1f\x8b") {
         return Some(Format::Gzip);
+    }
+    if head.starts_with(b"PK\x03\x04") {
+        return Some(Format::ThreeMf);
+    }
+    if head.starts_with(b"glTF") {
+        return Some(Format::Glb);
     }
     if ply::is_ply(head) {
         return Some(Format::PlyAscii);
@@ -56,6 +62,8 @@ impl Parser {
             Format::Gzip => unpacked(self.bytes, n_bytes, read),
             Format::Off => off::read(text, n_bytes),
             Format::Obj => obj::read(text, n_bytes),
+            Format::ThreeMf => threemf::read(&self.bytes, n_bytes),
+            Format::Glb => glb::read(&self.bytes, n_bytes),
             _ => ply::read(&self.bytes, n_bytes),
         }
     }

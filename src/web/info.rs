@@ -46,6 +46,7 @@ pub(super) fn engine_facts(engine: &Engine) -> String {
 struct FileInfo<'a> {
     file: &'a str,
     format: &'a str,
+    unit: Option<&'a str>,
     bytes: u64,
     sha256: Option<&'a str>,
     solids: Vec<&'a str>,
@@ -61,6 +62,7 @@ pub(super) fn file_info(source: &Source, geometry: &Geometry) -> String {
     json(&FileInfo {
         file: &source.file,
         format: contents.format.name(),
+        unit: contents.unit,
         bytes: contents.n_bytes,
         sha256: source.sha256.as_deref(),
         solids: contents.solids.iter().map(|solid| solid.name.as_str()).collect(),

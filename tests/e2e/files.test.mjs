@@ -26,6 +26,19 @@ test('a malformed file gives a sentence and loses nothing', async ({ visit }) =>
   await run(page);
 });
 
+test('a 3MF and a GLB are read, and the first unit becomes that of the settings', async ({ visit }) => {
+  const page = await visit('#cells=40');
+  await page.setInputFiles(
+    '#file-input',
+    ['3mf', 'glb'].map((ending) => path.join(ROOT, `tests/fixtures/scene.${ending}`)),
+  );
+  await hasGeometries(page, 2);
+  assert.equal(await page.inputValue('#unit'), 'mm');
+  await run(page);
+  const warnings = await page.textContent('#result-warnings');
+  assert.match(warnings, /scene\.glb is in m, the job in mm: numbers are taken as they are/);
+});
+
 test('dropped files are read, several at once', async ({ visit }) => {
   const page = await visit('');
   const files = [...(await sampleTexts('cubes')), ...(await sampleTexts('gear'))];

@@ -1,4 +1,4 @@
-//! Fuzzing of every reader of bytes from outside: STL and files of polygons, job files, arguments of geometries, column files.
+//! Fuzzing of every reader of bytes from outside: STL, files of polygons and of scenes, job files, arguments of geometries, column files.
 //!
 //! Each target changes the files of its corpus, `tests/corpus/`, at random and checks properties of what the reader does with
 //! them. The seed is fixed and the number of executions too, so that a test run is the same every time.
@@ -11,6 +11,7 @@ mod harness;
 mod jobs;
 mod mutate;
 mod polygons;
+mod scenes;
 mod stl;
 
 use hexcast::Error;

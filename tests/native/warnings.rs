@@ -34,6 +34,7 @@ fn warnings_of(surfaces: &[(Vec<Facet>, Option<u8>, i32)], job: &Job) -> Vec<Str
         let n_facets = facets.len() as u64;
         let solids = vec![Solid { name: String::new(), facets: SharedFacets::from(facets) }];
         let contents = Contents {
+            unit: None,
             format: Format::StlBinary,
             solids,
             n_facets,

@@ -9,6 +9,8 @@ import { swiftshaderEnv } from '../../scripts/machine.mjs';
 import { ROOT } from '../../scripts/run.mjs';
 import { SPOT, installedProject } from './project.mjs';
 
+const SCENE = path.join(ROOT, 'tests/fixtures/scene');
+
 let project;
 before(() => {
   project = installedProject();
@@ -89,4 +91,51 @@ test('what a mesher made is freed with it: 120 of them take no more memory than 
   const { sizes, n_instances } = JSON.parse(project.run('free.js', FREE, SPOT));
   assert.equal(n_instances, 1);
   assert.equal(sizes[1], sizes[0]);
+});
+
+const FORMATS = `
+  import { readFileSync } from 'node:fs';
+  import { gzipSync } from 'node:zlib';
+  import { createMesher } from 'hexcast';
+  const mesher = await createMesher({ backend: 'cpu' });
+  const found = [];
+  const obj = (stl) => {
+    const lines = [];
+    for (let at = 84; at < stl.length; at += 50) {
+      for (const corner of [12, 24, 36]) {
+        lines.push('v ' + [0, 4, 8].map((axis) => stl.readFloatLE(at + corner + axis)).join(' '));
+      }
+      lines.push('f -3 -2 -1');
+    }
+    return Buffer.from(lines.join('\\n'));
+  };
+  const read = (ending) => readFileSync(process.argv[2] + '.' + ending);
+  for (const source of [read('stl'), read('glb'), read('3mf'), gzipSync(read('3mf')), obj(read('stl'))]) {
+    const surface = await mesher.read(source);
+    const { format, unit, facets, solids } = surface.info;
+    const mesh = await mesher.mesh({ geometries: [{ source: surface }], domain: [-7, -3, -2, 6, 2, 5], cells: 90 });
+    found.push({ format, unit, facets, solids, of_mesh: mesh.report.unit, hash: mesh.report.flags_hash });
+  }
+  const wrong = await mesher.read(read('glb').subarray(0, 900)).catch(({ code, message }) => ({ code, message }));
+  mesher.dispose();
+  console.log(JSON.stringify({ found, wrong }));
+`;
+
+test('GLB, 3MF, OBJ and what gzip packed give the cells of the same model as STL', () => {
+  const { found, wrong } = JSON.parse(project.run('formats.js', FORMATS, SCENE));
+  assert.deepEqual(
+    found.map(({ format, unit, of_mesh }) => [format, unit, of_mesh]),
+    [
+      ['STL, binary', null, null],
+      ['GLB', 'm', 'm'],
+      ['3MF', 'mm', 'mm'],
+      ['3MF', 'mm', 'mm'],
+      ['OBJ', null, null],
+    ],
+  );
+  assert.deepEqual(found[1].solids, ['ball', 'rod', 'mirrored']);
+  assert.ok(found.every(({ facets }) => facets === 136));
+  assert.equal(new Set(found.map(({ hash }) => hash)).size, 1);
+  assert.equal(wrong.code, 'file-syntax');
+  assert.match(wrong.message, /GLB: a chunk of \d+ bytes begins at byte \d+, and the file has 900/);
 });

@@ -118,8 +118,8 @@ async function readFiles(files, isFolder, sample) {
     for (const geometry of state.geometries) geometry.surface.dispose();
     change('geometries', { geometries: [] });
   }
-  const wanted = isFolder ? files.filter(({ source }) => /\.(stl|hxc)$/i.test(source.name)) : files;
-  if (wanted.length === 0) showNotice('the folder has no STL file');
+  const wanted = isFolder ? files.filter(({ source }) => /\.(stl|obj|ply|off|3mf|glb|hxc)(\.gz)?$/i.test(source.name)) : files;
+  if (wanted.length === 0) showNotice('the folder has no file of a surface (STL, OBJ, PLY, OFF, 3MF, GLB)');
   change('phase', { phase: 'reading' });
   for (const file of wanted) await addFile(mesher, file, sample);
   change('phase', { phase: 'idle' });
@@ -145,7 +145,9 @@ async function addFile(mesher, { source, settings = {} }, sample) {
       state.mesh?.dispose();
       change('mesh', { mesh, job: { geometries: [{ file: source.name }] }, skin: null, expected: null });
     } else {
-      addGeometry(await readSurface(mesher, source), source, sample, settings);
+      const read = await readSurface(mesher, source);
+      takeUnit(read.info.unit);
+      addGeometry(read, source, sample, settings);
     }
     byId('status').textContent = `Read ${source.name}.`;
   } catch (error) {
@@ -153,6 +155,12 @@ async function addFile(mesher, { source, settings = {} }, sample) {
     byId('status').textContent = isCancelled ? `Cancelled; ${source.name} was not read.` : '';
     showError(error, source.name);
   }
+}
+
+/** The unit of the first file is that of the settings, if it says one and they do not. @param {string | null} unit */
+function takeUnit(unit) {
+  if (!unit || state.settings.unit || state.geometries.length > 0) return;
+  set({ unit: unit === 'um' ? 'µm' : unit });
 }
 
 /**

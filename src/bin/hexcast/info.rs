@@ -28,7 +28,7 @@ Examples:
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
-    /// Surfaces (STL, OBJ, OFF, PLY, also packed by gzip) and column files (.hxc), or - for a surface from standard input. After a file with an error the next ones are shown all the same
+    /// Surfaces (STL, OBJ, OFF, PLY, 3MF, GLB, also packed by gzip) and column files (.hxc), or - for a surface from standard input. After a file with an error the next ones are shown all the same
     #[arg(value_name = "FILE", required = true, value_parser = input_name())]
     files: Vec<String>,
     /// Print a JSON list with one object a file
@@ -149,6 +149,7 @@ fn surface_in_json(facts: &Facts) -> Value {
     json!({
         "file": source.file,
         "format": contents.format.name(),
+        "unit": contents.unit,
         "bytes": contents.n_bytes,
         "sha256": source.sha256,
         "facets": contents.n_facets,
@@ -179,7 +180,8 @@ fn surface_in_words(facts: &Facts) -> String {
     let mut table = Table::default();
     table.line("file", format!("{} ({})", source.file, BinaryBytes(contents.n_bytes)));
     let colours = if contents.has_colours { ", with colours" } else { "" };
-    table.line("format", format!("{}{colours}", contents.format.name()));
+    let unit = contents.unit.map_or(String::new(), |unit| format!(", in {unit}"));
+    table.line("format", format!("{}{colours}{unit}", contents.format.name()));
     table.line("facets", HumanCount(contents.n_facets));
     for (name, n_facets) in solids.iter().filter(|(name, _)| solids.len() > 1 || !name.is_empty()).take(MAX_SOLIDS) {
         table.line("solid", format!("\"{name}\": {} facets", HumanCount(*n_facets as u64)));

@@ -61,7 +61,7 @@ Exit codes:
     4  the job contradicts itself or is          9  found: leak a path, verify another mesh than the job's
        impossible                              130  cancelled (Ctrl-C)";
 
-/// Turns closed surfaces (STL, OBJ, OFF, PLY) into Cartesian meshes: exactly, on the GPU or the CPU.
+/// Turns closed surfaces (STL, OBJ, OFF, PLY, 3MF, GLB) into Cartesian meshes: exactly, on the GPU or the CPU.
 #[derive(Parser)]
 #[command(version, after_help = EXIT_CODES, max_term_width = 100)]
 struct Cli {

@@ -9,7 +9,7 @@ use hexcast::job::{Job, Names, RunJob};
 use hexcast::mesh::Mesh;
 use hexcast::pipeline::{self, Engine, MeshOptions, SpillTarget};
 use hexcast::report::{CallerFacts, Report};
-use hexcast::sources::Source;
+use hexcast::sources::{Source, unit};
 use hexcast::write::zarr::Place;
 use hexcast::{Error, Result};
 
@@ -122,9 +122,6 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
             return Err(Error::new("job-conflict", message, "leave out halo, or write another format"));
         }
     }
-    for (path, exporter) in arguments.outputs.iter().filter_map(|path| Some((path, exporter_of(path)?))) {
-        exporter.check_unit(job.unit.as_deref()).map_err(|error| error.at(path.display()))?;
-    }
     let inputs = job.geometries.iter().map(|geometry| Path::new(&geometry.file)).chain(arguments.job.job.as_deref());
     let inputs: Vec<&Path> = inputs.collect();
     let (doubt, report) = (arguments.doubt.as_deref(), arguments.report.as_deref());
@@ -163,6 +160,10 @@ fn mesh_and_write(
 ) -> Result<bool> {
     let progress = Progress::new(arguments.quiet);
     let (mut engine, sources, read) = open_and_read(arguments, job, token, progress)?;
+    let (unit, _) = unit(job, &sources);
+    for (path, exporter) in arguments.outputs.iter().filter_map(|path| Some((path, exporter_of(path)?))) {
+        exporter.check_unit(unit.as_deref()).map_err(|error| error.at(path.display()))?;
+    }
     let bar = progress.rays("mesh");
     let moved = bar.clone();
     let mut control = Control::with_progress(move |now| {

@@ -1,0 +1,206 @@
+//! A model file of a 3MF: its unit, its objects and the items of its build.
+
+use std::collections::HashMap;
+use std::io::BufRead;
+
+use glam::DAffine3;
+use quick_xml::events::{BytesStart, Event};
+use quick_xml::{Reader, XmlVersion};
+
+use super::polygons::no_room;
+use super::text::shown;
+use crate::error::{Error, Result};
+
+/// Parts of the names of extensions that a reader of solids need not know, or that are read.
+const HARMLESS: [&str; 4] = ["/production/", "/material/", "/slice/", "/trianglesets/"];
+
+pub(super) struct Model {
+    pub(super) unit: &'static str,
+    pub(super) objects: HashMap<u32, Object>,
+    pub(super) items: Vec<Item>,
+}
+
+#[derive(Default)]
+pub(super) struct Object {
+    pub(super) name: String,
+    pub(super) is_support: bool,
+    pub(super) kind: Kind,
+}
+
+pub(super) enum Kind {
+    Mesh { corners: Vec<[f32; 3]>, triangles: Vec<[u32; 3]> },
+    Components(Vec<Placed>),
+}
+
+impl Default for Kind {
+    fn default() -> Kind {
+        Kind::Mesh { corners: Vec::new(), triangles: Vec::new() }
+    }
+}
+
+/// An object, in this model file or another, and where it goes.
+pub(super) struct Placed {
+    pub(super) part: Option<String>,
+    pub(super) object: u32,
+    pub(super) by: DAffine3,
+}
+
+pub(super) struct Item {
+    pub(super) placed: Placed,
+    pub(super) is_printed: bool,
+}
+
+impl Model {
+    /// Names of the other model files that this one needs.
+    pub(super) fn parts(&self) -> impl Iterator<Item = &str> {
+        let components = self.objects.values().flat_map(|object| match &object.kind {
+            Kind::Components(components) => &components[..],
+            Kind::Mesh { .. } => &[],
+        });
+        components.chain(self.items.iter().map(|item| &item.placed)).filter_map(|placed| placed.part.as_deref())
+    }
+}
+
+/// Reads a model file.
+pub(super) fn parse(text: &mut dyn BufRead) -> Result<Model> {
+    let mut reader = Reader::from_reader(text);
+    let mut buffer = Vec::new();
+    let mut model = None;
+    let mut object: Option<(u32, Object)> = None;
+    loop {
+        buffer.clear();
+        let event = reader.read_event_into(&mut buffer);
+        let at = |what: &str| wrong(&format!("byte {}: {what}", reader.buffer_position()));
+        match event.map_err(|error| at(&shown(&error.to_string(), 150)))? {
+            Event::Eof => return model.ok_or_else(|| wrong("there is no element \"model\"")),
+            Event::Start(tag) | Event::Empty(tag) => {
+                let name = tag.local_name();
+                let Some(model) = &mut model else {
+                    if name.as_ref() != b"model" {
+                        return Err(at("the first element is not \"model\""));
+                    }
+                    model = Some(head(&tag)?);
+                    continue;
+                };
+                match name.as_ref() {
+                    b"object" => {
+                        model.objects.extend(object.take());
+                        let kind = attribute(&tag, "type")?;
+                        let is_support = kind.as_deref() == Some("support");
+                        let name = attribute(&tag, "name")?.unwrap_or_default();
+                        object = Some((number(&tag, "id")?, Object { name, is_support, kind: Kind::default() }));
+                    }
+                    b"item" => {
+                        let is_printed = attribute(&tag, "printable")?.as_deref() != Some("0");
+                        model.items.push(Item { placed: placed(&tag)?, is_printed });
+                    }
+                    name => {
+                        if let Some((_, object)) = &mut object {
+                            object.add(name, &tag)?;
+                        }
+                    }
+                }
+            }
+            Event::End(tag) if tag.local_name().as_ref() == b"object" => {
+                let objects = model.iter_mut().map(|model| &mut model.objects);
+                objects.for_each(|objects| objects.extend(object.take()));
+            }
+            _ => {}
+        }
+    }
+}
+
+impl Object {
+    /// Takes a corner, a triangle or a component.
+    fn add(&mut self, name: &[u8], tag: &BytesStart<'_>) -> Result<()> {
+        match (name, &mut self.kind) {
+            (b"vertex", Kind::Mesh { corners, .. }) => {
+                corners.try_reserve(1).map_err(|_| no_room("corners", corners.len()))?;
+                corners.push([number(tag, "x")?, number(tag, "y")?, number(tag, "z")?]);
+            }
+            (b"triangle", Kind::Mesh { triangles, .. }) => {
+                triangles.try_reserve(1).map_err(|_| no_room("triangles", triangles.len()))?;
+                triangles.push([number(tag, "v1")?, number(tag, "v2")?, number(tag, "v3")?]);
+            }
+            (b"components", kind) => *kind = Kind::Components(Vec::new()),
+            (b"component", Kind::Components(components)) => components.push(placed(tag)?),
+            (b"beamlattice", _) => return Err(wrong("it has a beam lattice, which cannot be read")),
+            _ => {}
+        }
+        Ok(())
+    }
+}
+
+/// What the element of a model itself says.
+fn head(tag: &BytesStart<'_>) -> Result<Model> {
+    let unit = match attribute(tag, "unit")?.as_deref() {
+        Some("micron") => "um",
+        None | Some("millimeter") => "mm",
+        Some("centimeter") => "cm",
+        Some("inch") => "in",
+        Some("foot") => "ft",
+        Some("meter") => "m",
+        Some(unit) => return Err(wrong(&format!("\"{}\" is none of its units", shown(unit, 20)))),
+    };
+    for prefix in attribute(tag, "requiredextensions")?.unwrap_or_default().split_ascii_whitespace() {
+        let space = attribute(tag, &format!("xmlns:{prefix}"))?.unwrap_or_default();
+        if !HARMLESS.iter().any(|known| space.contains(known)) {
+            return Err(wrong(&format!(
+                "the file needs the extension {}, which cannot be read",
+                shown(&format!("{prefix} ({space})"), 100)
+            )));
+        }
+    }
+    Ok(Model { unit, objects: HashMap::new(), items: Vec::new() })
+}
+
+fn placed(tag: &BytesStart<'_>) -> Result<Placed> {
+    let by = match attribute(tag, "transform")? {
+        None => DAffine3::IDENTITY,
+        Some(text) => {
+            let numbers: Option<Vec<f64>> = text.split_ascii_whitespace().map(|word| word.parse().ok()).collect();
+            // rows of the specification multiply a row from the left: they are columns of ours
+            let numbers = numbers.and_then(|numbers| <[f64; 12]>::try_from(numbers).ok());
+            DAffine3::from_cols_array(
+                &numbers.ok_or_else(|| wrong(&format!("transform=\"{}\" is not 12 numbers", shown(&text, 60))))?,
+            )
+        }
+    };
+    // the name of the file has the prefix of the production extension
+    let mut part = None;
+    for attribute in tag.attributes().with_checks(false).flatten().filter(|of| of.key.local_name().as_ref() == b"path")
+    {
+        part = Some(String::from_utf8_lossy(&attribute.value).into_owned());
+    }
+    Ok(Placed { part, object: number(tag, "objectid")?, by })
+}
+
+/// The error of a 3MF that is not as it must be.
+pub(super) fn wrong(what: &str) -> Error {
+    Error::new("file-syntax", format!("3MF: {what}"), "export the model again, or as STL")
+}
+
+/// The value of an attribute.
+pub(super) fn attribute(tag: &BytesStart<'_>, name: &str) -> Result<Option<String>> {
+    let wrong =
+        |error: &dyn std::fmt::Display| wrong(&format!("attribute {name:?}: {}", shown(&error.to_string(), 150)));
+    let found = tag.try_get_attribute(name).map_err(|error| wrong(&error))?;
+    found
+        .map(|found| {
+            found
+                .normalized_value(XmlVersion::Implicit1_0)
+                .map(|value| value.into_owned())
+                .map_err(|error| wrong(&error))
+        })
+        .transpose()
+}
+
+/// The number that an attribute must have.
+fn number<T: std::str::FromStr>(tag: &BytesStart<'_>, name: &str) -> Result<T> {
+    let found = tag.try_get_attribute(name).ok().flatten();
+    let number = found.and_then(|found| std::str::from_utf8(&found.value).ok()?.trim().parse().ok());
+    number.ok_or_else(|| {
+        let element = shown(&String::from_utf8_lossy(tag.name().as_ref()), 20);
+        wrong(&format!("an element \"{element}\" has no number \"{name}\""))
+    })
+}

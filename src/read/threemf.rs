@@ -1,0 +1,127 @@
+//! 3MF: a ZIP archive with XML: the items of the build, each an object of triangles or of other objects, placed; with a unit.
+//!
+//! An item becomes a solid of its object's name. Corners are placed in f64 and rounded once. Objects may lie in several model files of the
+//! archive (the production extension). Supports, and items that are not to be printed, are left out, with a warning. Extensions that change
+//! what a solid is (beam lattices, encryption) are refused. Source: 3MF Core Specification 1.3, Production Extension 1.1.
+//!
+//! Archives are read by `rawzip`, XML by `quick-xml`: both are small, and read text as it is unpacked. The crates for 3MF make an object
+//! of every corner, bring cryptography or geometry libraries, or do not know the production extension.
+
+use std::collections::{HashMap, HashSet};
+
+use glam::{DAffine3, DVec3};
+
+use super::contents::{Contents, Format};
+use super::model_xml::{Kind, Model, Object, parse, wrong};
+use super::package::Package;
+use super::polygons::Polygons;
+use super::text::shown;
+use crate::error::{Error, Result};
+
+/// Objects within objects, at most.
+const MAX_DEPTH: u32 = 100;
+/// Most facets, for objects may stand for many copies of others.
+const MAX_FACETS: usize = 1 << 28;
+
+pub(super) fn read(file: &[u8], n_bytes: u64) -> Result<Contents> {
+    let package = Package::open(file)?;
+    let first = package.first_model()?;
+    let mut models = HashMap::new();
+    let mut wanted = vec![first.clone()];
+    while let Some(name) = wanted.pop() {
+        if models.contains_key(&name) {
+            continue;
+        }
+        let model = package.with_text(&name, parse)?;
+        let others = model.parts().filter(|part| !models.contains_key(*part));
+        wanted.extend(others.map(str::to_string).collect::<HashSet<_>>());
+        models.insert(name, model);
+    }
+    let mut reading = Reading { models: &models, polygons: Polygons::default(), n_supports: 0 };
+    let model = &models[&first];
+    if let Some((name, other)) = models.iter().find(|(_, other)| other.unit != model.unit) {
+        return Err(wrong(&format!(
+            "{} is in {} and {} in {}",
+            shown(&first, 60),
+            model.unit,
+            shown(name, 60),
+            other.unit
+        )));
+    }
+    let mut n_left_out = 0;
+    for item in &model.items {
+        if !item.is_printed {
+            n_left_out += 1;
+            continue;
+        }
+        let part = item.placed.part.as_deref().unwrap_or(&first);
+        let object = reading.object(part, item.placed.object)?;
+        reading.polygons.new_solid(&object.name);
+        reading.place(part, item.placed.object, item.placed.by, 0)?;
+    }
+    let n_supports = reading.n_supports;
+    let mut polygons = reading.polygons;
+    if n_left_out > 0 {
+        polygons.warnings.push(format!("{n_left_out} items that are not to be printed are left out"));
+    }
+    if n_supports > 0 {
+        polygons.warnings.push(format!("{n_supports} supports are left out"));
+    }
+    if model.items.is_empty() {
+        return Err(wrong("its build has no item: no object is placed"));
+    }
+    Ok(Contents { unit: Some(model.unit), ..polygons.finish(Format::ThreeMf, n_bytes)? })
+}
+
+struct Reading<'a> {
+    /// By the names of their files.
+    models: &'a HashMap<String, Model>,
+    polygons: Polygons,
+    n_supports: u64,
+}
+
+impl<'a> Reading<'a> {
+    fn object(&self, part: &str, id: u32) -> Result<&'a Object> {
+        let object = self.models.get(part).and_then(|model| model.objects.get(&id));
+        object.ok_or_else(|| wrong(&format!("{} has no object {id}", shown(part, 60))))
+    }
+
+    /// Adds the triangles of an object and of its components.
+    fn place(&mut self, part: &str, id: u32, world: DAffine3, depth: u32) -> Result<()> {
+        let object = self.object(part, id)?;
+        if depth > MAX_DEPTH {
+            return Err(wrong(&format!("objects are nested more than {MAX_DEPTH} deep at object {id}")));
+        }
+        if object.is_support {
+            self.n_supports += 1;
+            return Ok(());
+        }
+        match &object.kind {
+            Kind::Components(components) => components.iter().try_for_each(|component| {
+                let part = component.part.as_deref().unwrap_or(part);
+                self.place(part, component.object, world * component.by, depth + 1)
+            }),
+            Kind::Mesh { corners, triangles } => {
+                let place = || format!("object {id} of {}", shown(part, 60));
+                if self.polygons.n_facets() + triangles.len() > MAX_FACETS {
+                    let message = format!("more than {MAX_FACETS} facets, in copies of objects");
+                    return Err(Error::new("too-many-facets", message, "export fewer copies"));
+                }
+                self.polygons.corners.clear();
+                for corner in corners {
+                    let corner = world.transform_point3(DVec3::from(corner.map(f64::from)));
+                    self.polygons.corner(corner.to_array().map(|number| number as f32), place)?;
+                }
+                let is_mirrored = world.matrix3.determinant() < 0.0;
+                triangles.iter().try_for_each(|&[a, b, c]| {
+                    let corners = if is_mirrored { [a, c, b] } else { [a, b, c] };
+                    if let Some(index) = corners.iter().find(|&&index| index as usize >= self.polygons.corners.len()) {
+                        let n = self.polygons.corners.len();
+                        return Err(wrong(&format!("{}: there is no corner {index} of {n}, counted from 0", place())));
+                    }
+                    self.polygons.polygon(&corners.map(|index| index as usize), place)
+                })
+            }
+        }
+    }
+}
