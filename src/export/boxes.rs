@@ -3,7 +3,7 @@
 //! Mesh, flag -> boxes that together are the cells of the flag, each cell in one of them. Plane by plane from below: a box of the plane before
 //! goes on where all its cells have the flag here, too; what then is left becomes new boxes, each a run of cells along x that goes on along y as
 //! long as it can. Fewest boxes are not sought: that is a hard problem, and solvers look through the boxes once.
-//! Cost: O(cells) time; besides two slabs of flags, which are whole planes, one plane, and 20 bytes for each box that goes on, at most a cell each.
+//! Cost: O(cells) time; besides two slabs of flags, which are whole planes, one plane, and 40 bytes for each box that goes on, at most a cell each.
 
 use std::ops::Range;
 
@@ -32,11 +32,7 @@ impl Open {
 ///
 /// # Errors
 /// `cancelled`, looked at before every slab; `io` as for [`crate::mesh::Mesh::flag`]; whatever `visit` returns.
-pub(super) fn for_each_box(
-    job: &Export,
-    flag: u8,
-    mut visit: impl FnMut([[u32; 3]; 2]) -> Result<()>,
-) -> Result<()> {
+pub(super) fn for_each_box(job: &Export, flag: u8, mut visit: impl FnMut([[u32; 3]; 2]) -> Result<()>) -> Result<()> {
     let [nx, ny, nz] = job.mesh.dims();
     let (nx, plane) = (nx as usize, nx as usize * ny as usize);
     let mut open: Vec<Open> = Vec::new();

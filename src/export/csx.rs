@@ -41,13 +41,13 @@ pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<(
     }
     xml.close("RectilinearGrid")?;
     let background = electric(mesh, 0).filter(|background| !background.pec && !keeps[0]);
-    let background = numbers(background.unwrap_or(Electric { eps_r: 1.0, mu_r: 1.0, sigma: 0.0, pec: false, density: None }));
+    let background =
+        numbers(background.unwrap_or(Electric { eps_r: 1.0, mu_r: 1.0, sigma: 0.0, pec: false, density: None }));
     xml.empty("BackgroundMaterial", &background.each_ref().map(|(key, value)| (*key, value.as_str()))[..4])?;
     xml.empty("ParameterSet", &[])?;
     xml.open("Properties", &[])?;
     for (id, (flag, electric)) in kept(mesh, &keeps, WHAT)?.into_iter().enumerate() {
-        let (kind, priority) =
-            if electric.pec { ("Metal", METAL_PRIORITY) } else { ("Material", MATERIAL_PRIORITY) };
+        let (kind, priority) = if electric.pec { ("Metal", METAL_PRIORITY) } else { ("Material", MATERIAL_PRIORITY) };
         xml.open(kind, &[("ID", &id.to_string()), ("Name", &names[flag])])?;
         if !electric.pec {
             let values = numbers(electric);

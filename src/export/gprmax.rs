@@ -103,8 +103,7 @@ fn cells(job: &Export, file: &rust_hdf5::H5File, places: &[i16; 256]) -> Result<
         for x in 0..n {
             for y in 0..shape[1] {
                 for z in 0..shape[2] {
-                    numbers[z + shape[2] * (y + shape[1] * x)] =
-                        places[usize::from(flags[x + n * (y + shape[1] * z)])];
+                    numbers[z + shape[2] * (y + shape[1] * x)] = places[usize::from(flags[x + n * (y + shape[1] * z)])];
                 }
             }
         }

@@ -13,7 +13,11 @@ const ROUNDING: f64 = 1e-9;
 pub(super) fn equal_cells(mesh: &Mesh, what: &str) -> Result<[f64; 3]> {
     mesh.lines.spacing().ok_or_else(|| {
         let message = format!("cells differ in size, and {what} holds equal ones only");
-        Error::new("lines-graded", message, "mesh without graded lines, or write .vtr or .npz, which hold the lines of each axis")
+        Error::new(
+            "lines-graded",
+            message,
+            "mesh without graded lines, or write .vtr or .npz, which hold the lines of each axis",
+        )
     })
 }
 

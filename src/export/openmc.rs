@@ -38,7 +38,8 @@ pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<(
     let unit = known(mesh.unit.as_deref(), WHAT, "centimetres")?;
     let pitch = equal_cells(mesh, WHAT)?.map(|size| unit.centimetres(size));
     let dims = mesh.dims();
-    let [low, high] = [[0; 3], dims].map(|line| [0, 1, 2].map(|axis| unit.centimetres(mesh.lines.line(axis, line[axis]))));
+    let [low, high] =
+        [[0; 3], dims].map(|line| [0, 1, 2].map(|axis| unit.centimetres(mesh.lines.line(axis, line[axis]))));
     let names = names(mesh, 60, &["box", "lattice"]);
     let cells = mesh.columns.cells_per_flag();
     let mut out = Out::create(files, name)?;

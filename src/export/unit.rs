@@ -94,9 +94,14 @@ mod tests {
             assert_eq!(metres(name, length), Some(expected), "{name}");
         }
         let centimetres = |name: &str, length| Length::of_name(name).map(|unit| unit.centimetres(length));
-        for (name, length, expected) in
-            [("m", 0.3, 30.0), ("mm", 0.3, 0.03), ("cm", 0.7, 0.7), ("in", 1.0, 2.54), ("km", 2.0, 2e5), ("dm", 0.1, 1.0)]
-        {
+        for (name, length, expected) in [
+            ("m", 0.3, 30.0),
+            ("mm", 0.3, 0.03),
+            ("cm", 0.7, 0.7),
+            ("in", 1.0, 2.54),
+            ("km", 2.0, 2e5),
+            ("dm", 0.1, 1.0),
+        ] {
             assert_eq!(centimetres(name, length), Some(expected), "{name}");
         }
         // M is not m: in other programs it is mega

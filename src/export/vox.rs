@@ -68,7 +68,8 @@ pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<(
 /// The models of a mesh, x fastest.
 fn models(job: &Export, keeps: &[bool; 256]) -> Result<Vec<Model>> {
     let [nx, ny, nz] = job.mesh.dims();
-    let parts = |n: u32| (0..n).step_by(MAX_SIDE as usize).map(move |start| start..start.saturating_add(MAX_SIDE).min(n));
+    let parts =
+        |n: u32| (0..n).step_by(MAX_SIDE as usize).map(move |start| start..start.saturating_add(MAX_SIDE).min(n));
     let mut models = Vec::new();
     for z in parts(nz) {
         for y in parts(ny) {

@@ -1,7 +1,7 @@
 //! XDMF: the cells of some flags as hexahedra, for ParaView, VTK, meshio and dolfinx.
 //!
 //! Two files: `NAME.xdmf` describes the mesh, and `NAME.h5` beside it holds `points` (x, y, z), `cells` (the eight corners in VTK's order) and
-//! `flag`. XDMF, not VTKHDF, as dolfinx reads it. Lengths are in the unit of the mesh, as the format has none.
+//! `flag`; its attributes have the names of flags and the unit. XDMF, not VTKHDF, as dolfinx reads it. Lengths are in the unit of the mesh.
 //! Source: the XDMF model and format, version 3. Cost: the memory of [`layers`](super::layers); the flags are expanded four times.
 
 use super::hdf5::{self, Table};
@@ -29,10 +29,14 @@ pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<(
             Ok(())
         })
     })?;
-    describe(job, &document, &data, [n_points, n_cells], files)?;
+    describe(&document, &data, [n_points, n_cells], files)?;
 
     let compress = job.options.compress;
     let file = hdf5::create(files, &data)?;
+    for named in &job.mesh.names {
+        file.set_attr_string(&format!("flag {}", named.flag), &named.name).map_err(hdf5::wrong)?;
+    }
+    job.mesh.unit.iter().try_for_each(|unit| file.set_attr_string("unit", unit)).map_err(hdf5::wrong)?;
     let lines = [0, 1, 2].map(|axis| job.mesh.lines.list(axis));
     let mut points = Table::<f64>::new(&file, "points", n_points, 3, compress)?;
     for_each_layer(job, &keeps, |layer| {
@@ -48,13 +52,7 @@ pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<(
     hdf5::finish(file)
 }
 
-fn describe(
-    job: &Export,
-    name: &str,
-    data: &str,
-    [n_points, n_cells]: [usize; 2],
-    files: &mut dyn Files,
-) -> Result<()> {
+fn describe(name: &str, data: &str, [n_points, n_cells]: [usize; 2], files: &mut dyn Files) -> Result<()> {
     // the file of numbers is found beside this one
     let data = data.rsplit('/').next().unwrap_or(data);
     let mut out = Out::create(files, name)?;
@@ -62,12 +60,6 @@ fn describe(
     xml.open("Xdmf", &[("Version", "3.0")])?;
     xml.open("Domain", &[])?;
     xml.open("Grid", &[("Name", "Grid"), ("GridType", "Uniform")])?;
-    for named in &job.mesh.names {
-        xml.empty("Information", &[("Name", &format!("flag {}", named.flag)), ("Value", &named.name)])?;
-    }
-    if let Some(unit) = &job.mesh.unit {
-        xml.empty("Information", &[("Name", "unit"), ("Value", unit)])?;
-    }
     let cells = n_cells.to_string();
     xml.open("Topology", &[("TopologyType", "Hexahedron"), ("NumberOfElements", &cells), ("NodesPerElement", "8")])?;
     item(&mut xml, &format!("{cells} 8"), ["UInt", "8"], &format!("{data}:/cells"))?;

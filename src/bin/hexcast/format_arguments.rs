@@ -151,7 +151,10 @@ impl FormatArguments {
             && !exporters.iter().any(|exporter| exporter.compresses())
         {
             let message = "--compress is given, but no output can be compressed";
-            let hint = format!("add an output that ends in .npz, .vti, .vtr, .hxc, .zarr or {}", endings(Exporter::compresses));
+            let hint = format!(
+                "add an output that ends in .npz, .vti, .vtr, .hxc, .zarr or {}",
+                endings(Exporter::compresses)
+            );
             return Err(Error::new("job-conflict", message, hint));
         }
         if self.bits && !has(Format::Raw, Format::Npy) {
