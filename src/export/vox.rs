@@ -117,7 +117,7 @@ fn scene(models: &[Model]) -> Vec<u8> {
     content.extend(words(&group));
     node(&mut bytes, b"nGRP", &content);
     for (index, model) in (0u32..).zip(models) {
-        // the place of a model is that of its middle, rounded down
+        // the place of a model is that of its cell floor(size / 2)
         let middle = model.cells.clone().map(|range| (range.start + range.len() as u32 / 2).to_string());
         transform(&mut bytes, 2 + 2 * index, 3 + 2 * index, 0, Some(&middle.join(" ")));
         node(&mut bytes, b"nSHP", &words(&[3 + 2 * index, 0, 1, index, 0]));

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import sys
 from pathlib import Path
@@ -67,7 +66,6 @@ def test_a_critical_sphere(tmp_path: Path) -> None:
     source = '<source><space type="point"><parameters>0 0 0</parameters></space></source><seed>7</seed>'
     settings = f"<run_mode>eigenvalue</run_mode><batches>120</batches><inactive>30</inactive><particles>4000</particles>{source}"
     write_inputs(tmp_path, [1], settings)
-    os.environ["OMP_NUM_THREADS"] = "2"
     said = run(OPENMC, cwd=tmp_path)
     k, sigma = (float(text) for text in re.search(r"Combined k-effective\s*=\s*(\S+) \+/- (\S+)", said).groups())
     print("OpenMC", k, sigma)

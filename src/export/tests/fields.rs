@@ -290,3 +290,23 @@ fn what_flags_are_made_of_must_be_said() {
         assert_eq!(code(&mesh, exporter, &options), Some("export-unit"));
     }
 }
+
+#[test]
+fn more_cells_than_a_format_numbers_are_refused_with_both_numbers() {
+    // all cells have flag 1
+    let dims = [2048, 1024, 1024];
+    let rays = crate::rays::Rays::new(0, dims);
+    let mut band = crate::columns::Band::default();
+    for ray in 1..=rays.n_rays() {
+        band.runs.push(crate::columns::run(0, 1));
+        band.ends.push(ray as u32);
+    }
+    let lines = crate::lines::Lines::new([0.0; 3], [1.0; 3], dims).unwrap();
+    let columns = crate::columns::Columns::new(rays, vec![band]).unwrap();
+    let mesh = Mesh::new(lines, columns, Vec::new(), Some("mm".into())).unwrap();
+    for (exporter, number) in [(Exporter::Vox, "8589934592"), (Exporter::Openmc, "2147483648")] {
+        let error = exporter.check(&mesh, &ExportOptions::default()).unwrap_err();
+        assert_eq!(error.code(), "export-too-large");
+        assert!([number, "2147483647"].iter().all(|number| error.to_string().contains(number)), "{error}");
+    }
+}
