@@ -64,6 +64,17 @@ const NEEDS = {
   },
   calculix: { found: () => which('ccx'), packages: ['calculix-ccx'], what: 'CalculiX' },
   gmsh: { found: () => which('gmsh'), packages: ['gmsh'], what: 'Gmsh' },
+  openems: {
+    found: () => which('openEMS') && imports('CSXCAD'),
+    packages: ['openems', 'python3-openems'],
+    what: 'openEMS with its Python module for /usr/bin/python3',
+  },
+  dolfinx: { found: () => imports('dolfinx'), packages: ['python3-dolfinx'], what: 'dolfinx for /usr/bin/python3' },
+  palabos: {
+    found: () => ['palabos/palabos3D.h', 'eigen3/Eigen/Core'].every((name) => existsSync(path.join('/usr/include', name))),
+    packages: ['libplb-dev', 'libeigen3-dev', 'build-essential'],
+    what: 'Palabos and Eigen in /usr/include',
+  },
   fortran: { found: () => which('gfortran'), packages: ['gfortran'], what: 'gfortran' },
   valgrind: { found: () => which('valgrind'), packages: ['valgrind', 'libc6-dbg'], what: 'valgrind' },
   wasm32: {
@@ -118,6 +129,11 @@ function hasVulkan() {
 function hasPython() {
   const looks = 'import ensurepip, os, sys, sysconfig, venv; print(sys.version_info >= (3, 10) and os.path.exists(os.path.join(';
   return ask('python3', ['-c', `${looks}sysconfig.get_paths()["include"], "Python.h")))`]) === 'True';
+}
+
+/** Whether the system's Python, for which Debian's packages are, has a module. @param {string} module */
+function imports(module) {
+  return ask('/usr/bin/python3', ['-c', `import ${module}; print(1)`])?.endsWith('1') ?? false;
 }
 
 function hasEgl() {

@@ -21,10 +21,12 @@ export const ensurePython = () => ensureEnvironment(FOLDER, REQUIREMENTS);
  *
  * @param {string} folder
  * @param {string} requirements
+ * @param {string[]} [programs] packages of which only programs are run: without what they depend on, and whatever Python they want
  */
-export async function ensureEnvironment(folder, requirements) {
+export async function ensureEnvironment(folder, requirements, programs = []) {
   const wanted = createHash('sha256')
     .update(readFileSync(requirements))
+    .update(programs.join(' '))
     .update(ask('python3', ['--version']) ?? '')
     .digest('hex');
   const stamp = path.join(folder, '.hexcast-requirements');
@@ -32,7 +34,9 @@ export async function ensureEnvironment(folder, requirements) {
   rmSync(folder, { recursive: true, force: true });
   await run('python3', ['-m', 'venv', folder]);
   const python = path.join(folder, 'bin/python');
-  await run(python, ['-m', 'pip', 'install', '--quiet', '--only-binary=:all:', '--requirement', requirements]);
+  const install = ['-m', 'pip', 'install', '--quiet', '--only-binary=:all:'];
+  await run(python, [...install, '--requirement', requirements]);
+  if (programs.length > 0) await run(python, [...install, '--no-deps', '--ignore-requires-python', ...programs]);
   writeFileSync(stamp, wanted);
   return 'installed';
 }

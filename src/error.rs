@@ -110,6 +110,7 @@ pub const CODES: &[(&str, Actor, &str)] = &[
         "a mesh has more cells, faces or points than a format of an exporter can number",
     ),
     ("export-unit", Actor::Caller, "an exporter needs lengths in a unit, and the unit of the mesh is not known"),
+    ("export-material", Actor::Caller, "an exporter needs to know what a flag is made of, and the job does not say it"),
     ("memory", Actor::Limit, "the job needs more memory than the budget allows"),
     ("no-adapter", Actor::Device, "no GPU adapter was found"),
     ("device-failed", Actor::Device, "the GPU driver reported an error"),

@@ -1,8 +1,8 @@
 //! Exporters: a mesh as the files of another program, one source file an exporter.
 //!
-//! Mesh, exporter, options -> one or several named files, one after the other, each from its first byte to its last. An exporter never
+//! Mesh, exporter, options -> one or several named files, one after the other, each from its first byte to its last but HDF5. An exporter never
 //! holds all cells: it holds the flags of two slabs or, where points and faces are numbered, of a few planes (`layers`), and goes over the
-//! mesh once for each part of a file. It knows no file system: the caller gives a writer for each name ([`Files`]).
+//! mesh once for each part of a file. It knows no file system: the caller gives a writer, or for HDF5 a place, for each name ([`Files`]).
 //!
 //! A new exporter is a file here, an entry of [`Exporter`] and a page in `docs/export/`.
 
@@ -11,14 +11,25 @@ use crate::error::Result;
 use crate::mesh::Mesh;
 
 mod abaqus;
+mod binvox;
+mod boxes;
+mod csx;
+mod electric;
 mod foam;
 mod gmsh;
+mod gprmax;
+mod hdf5;
 mod layers;
+mod limits;
 mod names;
 mod nrrd;
+mod openmc;
 mod options;
 mod output;
 mod unit;
+mod vox;
+mod xdmf;
+mod xml;
 
 pub use options::ExportOptions;
 use output::Export;
@@ -37,19 +48,48 @@ pub enum Exporter {
     Abaqus,
     /// Gmsh: MSH 4.1.
     Gmsh,
+    /// XDMF and HDF5: hexahedra, for ParaView, meshio and dolfinx.
+    Xdmf,
+    /// openEMS: lines, materials and boxes in the XML of CSXCAD.
+    Csx,
+    /// gprMax 4: an array of materials in HDF5, with a list of them.
+    Gprmax,
+    /// OpenMC: a lattice in `geometry.xml`.
+    Openmc,
+    /// MagicaVoxel: coloured cubes.
+    Vox,
+    /// binvox: a cube of bits.
+    Binvox,
 }
 
 impl Exporter {
     /// Every exporter, in the order of the documentation.
-    pub const ALL: [Exporter; 4] = [Exporter::Foam, Exporter::Abaqus, Exporter::Gmsh, Exporter::Nrrd];
+    pub const ALL: [Exporter; 10] = [
+        Exporter::Foam,
+        Exporter::Abaqus,
+        Exporter::Gmsh,
+        Exporter::Xdmf,
+        Exporter::Csx,
+        Exporter::Gprmax,
+        Exporter::Openmc,
+        Exporter::Nrrd,
+        Exporter::Vox,
+        Exporter::Binvox,
+    ];
 
     /// How the path of an output ends that asks for each exporter.
-    pub const ENDINGS: [(&str, Exporter); 5] = [
+    pub const ENDINGS: [(&str, Exporter); 11] = [
         (".foam", Exporter::Foam),
         ("constant/polyMesh", Exporter::Foam),
         (".inp", Exporter::Abaqus),
         (".msh", Exporter::Gmsh),
+        (".xdmf", Exporter::Xdmf),
+        (".csx.xml", Exporter::Csx),
+        (".in", Exporter::Gprmax),
+        ("geometry.xml", Exporter::Openmc),
         (".nrrd", Exporter::Nrrd),
+        (".vox", Exporter::Vox),
+        (".binvox", Exporter::Binvox),
     ];
 
     /// Finds the exporter by the end of a path, upper or lower case; None where it asks for none.
@@ -68,13 +108,15 @@ impl Exporter {
     pub fn file_names(self, name: &str) -> Vec<String> {
         match self {
             Exporter::Foam => foam::file_names(name),
+            Exporter::Xdmf => xdmf::file_names(name).to_vec(),
+            Exporter::Gprmax => gprmax::file_names(name).to_vec(),
             _ => vec![name.to_string()],
         }
     }
 
     /// Whether files are compressed where the caller asks for it.
     pub fn compresses(self) -> bool {
-        self == Exporter::Nrrd
+        matches!(self, Exporter::Nrrd | Exporter::Xdmf | Exporter::Gprmax)
     }
 
     /// Whether there is a form of text besides the binary one.
@@ -90,24 +132,36 @@ impl Exporter {
     /// Refuses a unit of lengths that this exporter cannot use, for callers that have no mesh yet.
     ///
     /// # Errors
-    /// `export-unit` where lengths must be in metres, and the unit is not known.
+    /// `export-unit` where lengths must be in metres or centimetres, and the unit is not known.
     pub fn check_unit(self, unit: Option<&str>) -> Result<()> {
         match self {
             Exporter::Foam => unit::metres(unit, "OpenFOAM").map(|_| ()),
             Exporter::Abaqus => unit::metres(unit, "an Abaqus file, whose materials are in SI units,").map(|_| ()),
-            Exporter::Gmsh | Exporter::Nrrd => Ok(()),
+            Exporter::Csx => unit::metres(unit, "openEMS").map(|_| ()),
+            Exporter::Gprmax => unit::metres(unit, "gprMax").map(|_| ()),
+            Exporter::Openmc => unit::known(unit, "OpenMC", "centimetres").map(|_| ()),
+            Exporter::Gmsh | Exporter::Nrrd | Exporter::Xdmf | Exporter::Vox | Exporter::Binvox => Ok(()),
         }
     }
 
     /// Refuses, before any byte is written, a mesh that this exporter cannot write with these options.
     ///
     /// # Errors
-    /// Those of [`Exporter::check_unit`]; `lines-graded` where cells must be equal; `job-conflict` where no cell has one of the flags.
+    /// Those of [`Exporter::check_unit`]; `lines-graded` where cells must be equal, or cubes; `job-conflict` where no cell has one of the flags;
+    /// `export-material` and `job-value` where the program needs to know what flags are made of; `export-too-large`.
     pub fn check(self, mesh: &Mesh, options: &ExportOptions) -> Result<()> {
         self.check_unit(mesh.unit.as_deref())?;
+        if self == Exporter::Nrrd {
+            return nrrd::check(mesh);
+        }
+        let keeps = options.selection(mesh)?;
         match self {
-            Exporter::Nrrd => nrrd::check(mesh),
-            _ => options.selection(mesh).map(|_| ()),
+            Exporter::Csx => csx::check(mesh, &keeps),
+            Exporter::Gprmax => gprmax::check(mesh, &keeps),
+            Exporter::Openmc => openmc::check(mesh),
+            Exporter::Vox => vox::check(mesh, &keeps),
+            Exporter::Binvox => binvox::check(mesh),
+            _ => Ok(()),
         }
     }
 }
@@ -132,6 +186,12 @@ pub fn export(
         Exporter::Foam => foam::write(&job, name, files),
         Exporter::Abaqus => abaqus::write(&job, name, files),
         Exporter::Gmsh => gmsh::write(&job, name, files),
+        Exporter::Xdmf => xdmf::write(&job, name, files),
+        Exporter::Csx => csx::write(&job, name, files),
+        Exporter::Gprmax => gprmax::write(&job, name, files),
+        Exporter::Openmc => openmc::write(&job, name, files),
+        Exporter::Vox => vox::write(&job, name, files),
+        Exporter::Binvox => binvox::write(&job, name, files),
     }
 }
 

@@ -18,6 +18,8 @@ mod checksum;
 mod closed;
 #[cfg(feature = "stages")]
 pub mod closed;
+#[cfg(any(feature = "pictures", all(feature = "export", not(target_arch = "wasm32"))))]
+mod colours;
 pub mod columns;
 pub mod control;
 #[cfg(not(feature = "stages"))]

@@ -58,6 +58,7 @@ export type ErrorCode =
   | 'too-many-crossings'
   | 'export-too-large'
   | 'export-unit'
+  | 'export-material'
   | 'memory'
   | 'no-adapter'
   | 'device-failed'

@@ -30,7 +30,7 @@ pub(super) fn names(mesh: &Mesh, longest: usize, taken: &[&str]) -> Vec<String> 
 }
 
 /// A name in ASCII: what is no letter, digit or `_` is `_`.
-fn plain(name: &str) -> String {
+pub(super) fn plain(name: &str) -> String {
     let mut plain: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
     if !plain.starts_with(|c: char| c.is_ascii_alphabetic()) {
         plain.insert_str(0, "f_");

@@ -9,9 +9,10 @@ use std::io;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 
+use super::limits::equal_cells;
 use super::options::ExportOptions;
 use super::output::{Export, Files, Out, failed};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::mesh::Mesh;
 use crate::write::Compress;
 
@@ -24,11 +25,7 @@ fn level(compress: Compress) -> Option<u32> {
 }
 
 pub(super) fn check(mesh: &Mesh) -> Result<()> {
-    if mesh.lines.is_graded() {
-        let message = "cells differ in size, and .nrrd holds equal ones only";
-        return Err(Error::new("lines-graded", message, "write .vtr or .npz, which hold the lines of each axis"));
-    }
-    Ok(())
+    equal_cells(mesh, ".nrrd").map(|_| ())
 }
 
 pub(super) fn exact_size(mesh: &Mesh, options: &ExportOptions) -> Option<u64> {

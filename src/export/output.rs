@@ -1,6 +1,7 @@
 //! What exporters work on, and the files that they write.
 
 use std::io::{self, Write};
+use std::path::PathBuf;
 
 use super::options::ExportOptions;
 use crate::control::Control;
@@ -14,6 +15,13 @@ pub trait Files {
     /// # Errors
     /// Those of the implementation, such as `io`.
     fn create(&mut self, name: &str) -> Result<Box<dyn Write + '_>>;
+
+    /// Returns the path at which a file of [`super::Exporter::file_names`] is made that is not written from its first byte to its last:
+    /// HDF5. The file need not be there; its folder is.
+    ///
+    /// # Errors
+    /// Those of the implementation, such as `io`.
+    fn place(&mut self, name: &str) -> Result<PathBuf>;
 }
 
 /// What every exporter works on.

@@ -2,22 +2,47 @@
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
+use std::path::PathBuf;
 
 use super::*;
 use crate::error::Error;
 use crate::mesh::tests::{pattern, pattern_flag, pattern_flags};
 
+mod fields;
 mod solids;
 
-/// Files in memory.
-#[derive(Default)]
-struct Held(BTreeMap<String, Vec<u8>>);
+/// Files in memory; those that need a place in a folder.
+struct Held {
+    files: BTreeMap<String, Vec<u8>>,
+    folder: tempfile::TempDir,
+}
+
+impl Default for Held {
+    fn default() -> Held {
+        Held { files: BTreeMap::new(), folder: tempfile::tempdir().unwrap() }
+    }
+}
 
 impl Files for Held {
     fn create(&mut self, name: &str) -> Result<Box<dyn Write + '_>> {
-        assert!(!self.0.contains_key(name), "{name} is written twice");
-        Ok(Box::new(self.0.entry(name.to_string()).or_default()))
+        assert!(!self.files.contains_key(name), "{name} is written twice");
+        Ok(Box::new(self.files.entry(name.to_string()).or_default()))
     }
+
+    fn place(&mut self, name: &str) -> Result<PathBuf> {
+        Ok(self.folder.path().join(name))
+    }
+}
+
+/// The pattern with substances: flag 1 is a conductor, the others insulate.
+fn made_of(axis: usize) -> Mesh {
+    let mut mesh = pattern(axis, DIMS, 3);
+    mesh.names[0].material.pec = true;
+    for (index, flag, eps_r) in [(1, 2, 2.25), (2, 3, 4.5)] {
+        mesh.names.insert(index, crate::mesh::Named::new(flag, format!("flag_{flag}")));
+        mesh.names[index].material.eps_r = Some(eps_r);
+    }
+    mesh
 }
 
 const DIMS: [u32; 3] = [9, 5, 7];
@@ -25,10 +50,14 @@ const DIMS: [u32; 3] = [9, 5, 7];
 fn exported(mesh: &Mesh, exporter: Exporter, name: &str, options: &ExportOptions) -> Result<BTreeMap<String, Vec<u8>>> {
     let mut files = Held::default();
     export(mesh, exporter, name, options, &mut files, &Control::default())?;
+    for entry in std::fs::read_dir(files.folder.path()).unwrap().flatten() {
+        let name = entry.file_name().into_string().unwrap();
+        assert!(files.files.insert(name, std::fs::read(entry.path()).unwrap()).is_none());
+    }
     let mut expected = exporter.file_names(name);
     expected.sort();
-    assert_eq!(files.0.keys().cloned().collect::<Vec<_>>(), expected);
-    Ok(files.0)
+    assert_eq!(files.files.keys().cloned().collect::<Vec<_>>(), expected);
+    Ok(files.files)
 }
 
 fn text_of(mesh: &Mesh, exporter: Exporter, name: &str, options: &ExportOptions) -> String {
@@ -48,6 +77,15 @@ fn an_exporter_is_found_by_the_end_of_a_path() {
         (".inp", None),
         ("a.msh", Some(Exporter::Gmsh)),
         ("a.nrrd", Some(Exporter::Nrrd)),
+        ("a.xdmf", Some(Exporter::Xdmf)),
+        ("board.csx.xml", Some(Exporter::Csx)),
+        ("board.xml", None),
+        ("run/geometry.xml", Some(Exporter::Openmc)),
+        ("geometry.xml", Some(Exporter::Openmc)),
+        ("mygeometry.xml", None),
+        ("soil.in", Some(Exporter::Gprmax)),
+        ("a.vox", Some(Exporter::Vox)),
+        ("a.binvox", Some(Exporter::Binvox)),
         ("a.raw", None),
         ("nrrd", None),
     ];
@@ -142,8 +180,12 @@ fn cancel_stops_and_a_full_disk_is_said() {
         fn create(&mut self, _: &str) -> Result<Box<dyn Write + '_>> {
             Ok(Box::new(Full))
         }
+        fn place(&mut self, _: &str) -> Result<PathBuf> {
+            Err(Error::new("io", "no room", ""))
+        }
     }
-    let mesh = pattern(0, DIMS, 3);
+    let mut mesh = made_of(0);
+    mesh.lines = crate::lines::Lines::new([0.0; 3], [0.5; 3], DIMS).unwrap();
     for exporter in Exporter::ALL {
         let options = ExportOptions::default();
         let error = export(&mesh, exporter, "a", &options, &mut Full, &Control::default()).unwrap_err();

@@ -12,6 +12,7 @@ use embedded_graphics::pixelcolor::{Rgb888, RgbColor};
 use embedded_graphics::text::{Baseline, Text};
 
 use super::MARGIN;
+pub(super) use crate::colours::colour;
 use crate::error::{Error, Result};
 
 /// Most pixels on a side.
@@ -21,27 +22,6 @@ const FONT: MonoFont = FONT_9X15;
 pub(super) const LINE: u32 = FONT.character_size.height + 5;
 pub(super) const WHITE: [u8; 3] = [255; 3];
 pub(super) const TEXT: [u8; 3] = [38, 44, 52];
-/// Cells of the background.
-const BACKGROUND: [u8; 3] = [238, 241, 245];
-/// Colours that differ in hue and lightness, also for the colour-blind (after Okabe and Ito): those of the page.
-const PALETTE: [[u8; 3]; 10] = [
-    [217, 131, 36],
-    [58, 143, 201],
-    [47, 158, 119],
-    [201, 89, 154],
-    [138, 111, 209],
-    [184, 165, 30],
-    [209, 88, 74],
-    [93, 127, 153],
-    [125, 155, 60],
-    [169, 116, 79],
-];
-
-/// The colour of a flag, red, green, blue.
-pub(super) fn colour(flag: u8) -> [u8; 3] {
-    if flag == 0 { BACKGROUND } else { PALETTE[usize::from(flag - 1) % PALETTE.len()] }
-}
-
 /// Pixels, red, green and blue of one byte each, row after row from the top.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Picture {

@@ -57,6 +57,7 @@ const CORE: &[&str] = &[
     "cut",
     "difference",
     "skin",
+    "colours",
     "picture",
     "leak",
     "gaps",

@@ -12,6 +12,8 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 COMMAND = ROOT / "target" / "debug" / "hexcast"
+#: The Python that Debian's packages are for: dolfinx and openEMS.
+DEBIAN_PYTHON = "/usr/bin/python3"
 ENVIRONMENT = {**os.environ, "WM_PROJECT_DIR": "/usr/share/openfoam", "OMP_NUM_THREADS": "2"}
 
 
@@ -54,6 +56,25 @@ def rod(radius: float, length: float, sides: int = 256) -> np.ndarray:
     return np.array(triangles)
 
 
+def sphere(radius: float, steps: int) -> np.ndarray:
+    """An icosahedron, each facet cut in four so many times, as large as the sphere about 0."""
+    t = (1 + 5**0.5) / 2
+    corners = np.array([p for a, b in ((1, t), (-1, t), (1, -t), (-1, -t)) for p in ((a, b, 0), (0, a, b), (b, 0, a))])
+    near = np.isclose(np.linalg.norm(corners[:, None] - corners[None], axis=-1), 2)
+    faces = [(i, j, k) for i in range(12) for j in range(i) for k in range(j) if near[i, j] and near[j, k] and near[i, k]]
+    facets = corners[np.array(faces)]
+    inward = np.linalg.det(facets) < 0
+    facets[inward] = facets[inward][:, ::-1]
+    for _ in range(steps):
+        a, b, c = facets[:, 0], facets[:, 1], facets[:, 2]
+        ab, bc, ca = a + b, b + c, c + a
+        # the middles in the order of their ends, so that neighbours have the same
+        facets = np.concatenate([np.stack(part, 1) for part in ((2 * a, ab, ca), (ab, 2 * b, bc), (ca, bc, 2 * c), (ab, bc, ca))])
+        facets /= np.linalg.norm(facets, axis=2, keepdims=True)
+    volume = np.linalg.det(facets).sum() / 6
+    return facets * radius * (4 / 3 * np.pi / volume) ** (1 / 3)
+
+
 class Model:
     """Three cuboids that look different along every axis, on lines that are not equally spaced along two of them."""
 
@@ -67,8 +88,9 @@ class Model:
         self.lines = [np.array(x), np.arange(0, 5.25, 0.5), np.array(z)]
         (folder / "lines.json").write_text(json.dumps(dict(zip("xyz", (list(axis) for axis in self.lines)))))
         geometries = ["base.stl:name=base", "block.stl:name=block,E=2e11,nu=0.3,density=8000", "bar.stl:flag=9,name=1 bar"]
-        self.arguments = [*geometries, "--lines", "lines.json", "--unit", "mm", "--backend", "cpu"]
-        hexcast("mesh", *self.arguments, "-o", "m.hxc", "-o", "m.raw", cwd=folder)
+        self.is_graded = graded
+        self.options = ["--lines", "lines.json", "--unit", "mm", "--backend", "cpu"]
+        hexcast("mesh", *geometries, *self.options, "-o", "m.hxc", "-o", "m.raw", cwd=folder)
         counts = [len(axis) - 1 for axis in self.lines]
         #: Flag of cell [x, y, z].
         self.flags = np.fromfile(folder / "m.raw", np.uint8).reshape(counts[::-1]).transpose(2, 1, 0)

@@ -6,7 +6,7 @@ import re
 import shlex
 
 import pytest
-from conftest import ROOT, cuboid, hexcast, rod, save
+from conftest import ROOT, cuboid, hexcast, rod, save, sphere
 
 PAGES = sorted(page for page in (ROOT / "docs/export").glob("*.md") if page.name != "README.md")
 
@@ -15,7 +15,10 @@ PAGES = sorted(page for page in (ROOT / "docs/export").glob("*.md") if page.name
 def test_an_example(page, tmp_path) -> None:
     save(tmp_path / "pipe.stl", rod(1, 4, 32))
     save(tmp_path / "beam.stl", cuboid((0, 0, 0), (20, 1, 1)))
+    save(tmp_path / "sphere.stl", sphere(0.4, 3) + 0.5)
     (tmp_path / "case").mkdir()
+    for job in re.findall(r"```toml\n(.*?)```", page.read_text(), re.DOTALL):
+        (tmp_path / "board.toml").write_text(job)
     commands = re.findall(r"^    hexcast (.*)$", page.read_text(), re.MULTILINE)
     assert commands
     for command in commands:
@@ -26,5 +29,5 @@ def test_an_example(page, tmp_path) -> None:
 
 def test_every_page_is_in_the_table() -> None:
     table = (ROOT / "docs/export/README.md").read_text()
-    assert len(PAGES) == 5
+    assert len(PAGES) == 13
     assert all(f"]({page.name})" in table for page in PAGES)

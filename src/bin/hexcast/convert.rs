@@ -36,7 +36,7 @@ pub(crate) struct Arguments {
     /// Column file, or - for standard input
     #[arg(value_name = "IN.hxc")]
     input: PathBuf,
-    /// Output, .vti, .vtr, .npy, .npz, .raw, .zarr, .hxc, .foam, constant/polyMesh, .inp, .msh or .nrrd, or - for standard output with --format
+    /// Output, .vti, .vtr, .npy, .npz, .raw, .zarr, .hxc or the file of a solver as for `hexcast mesh`, or - for standard output with --format
     #[arg(value_name = "OUT")]
     output: PathBuf,
     #[command(flatten)]

@@ -133,9 +133,13 @@ struct Folder<'a> {
 
 impl Files for Folder<'_> {
     fn create(&mut self, name: &str) -> Result<Box<dyn Write + '_>> {
-        let place = self.path.join(name);
-        let file = std::fs::create_dir_all(folder_of(&place)).and_then(|()| File::create(&place));
-        let file = file.map_err(|error| Error::io(format!("writing {name}"), error))?;
+        let file = File::create(self.place(name)?).map_err(|error| Error::io(format!("writing {name}"), error))?;
         Ok(Box::new(Counted { file, bar: self.bar.clone() }))
+    }
+
+    fn place(&mut self, name: &str) -> Result<PathBuf> {
+        let place = self.path.join(name);
+        std::fs::create_dir_all(folder_of(&place)).map_err(|error| Error::io(format!("writing {name}"), error))?;
+        Ok(place)
     }
 }

@@ -16,7 +16,7 @@ use super::standard::is_standard;
 #[derive(clap::Args)]
 #[command(next_help_heading = "Output")]
 pub(crate) struct FormatArguments {
-    /// zlib level of .npz, .vti, .vtr, .nrrd, .hxc and .zarr, 1 (fast) to 9 (small), or none [default: 6]
+    /// zlib level of .npz, .vti, .vtr, .nrrd, .xdmf, .in, .hxc and .zarr, 1 (fast) to 9 (small), or none [default: 6]
     #[arg(long, value_name = "LEVEL", value_parser = compression, num_args = 0..=1,
           default_missing_value = "6")]
     compress: Option<Compress>,
@@ -151,11 +151,11 @@ impl FormatArguments {
             && !exporters.iter().any(|exporter| exporter.compresses())
         {
             let message = "--compress is given, but no output can be compressed";
-            return Err(Error::new(
-                "job-conflict",
-                message,
-                "add an output that ends in .npz, .vti, .vtr, .nrrd, .hxc or .zarr",
-            ));
+            let hint = format!(
+                "add an output that ends in .npz, .vti, .vtr, .hxc, .zarr or {}",
+                endings(Exporter::compresses)
+            );
+            return Err(Error::new("job-conflict", message, hint));
         }
         if self.bits && !has(Format::Raw, Format::Npy) {
             let message = "--bits is given, but no output can be bit-packed";
@@ -167,22 +167,22 @@ impl FormatArguments {
         }
         if self.ascii && !exporters.iter().any(|exporter| exporter.has_ascii()) {
             let message = "--ascii is given, but no output has a form in text besides a binary one";
-            return Err(Error::new(
-                "job-conflict",
-                message,
-                "add an output that ends in .foam, constant/polyMesh or .msh",
-            ));
+            let hint = format!("add an output that ends in {}", endings(Exporter::has_ascii));
+            return Err(Error::new("job-conflict", message, hint));
         }
         if self.export_flags.is_some() && !exporters.iter().any(|exporter| exporter.has_flags()) {
             let message = "--export-flags is given, but no output holds the cells of some flags only";
-            return Err(Error::new(
-                "job-conflict",
-                message,
-                "add an output that ends in .foam, constant/polyMesh, .inp or .msh",
-            ));
+            let hint = format!("add an output that ends in {}", endings(Exporter::has_flags));
+            return Err(Error::new("job-conflict", message, hint));
         }
         Ok(())
     }
+}
+
+/// The endings that ask for exporters of a kind.
+fn endings(is_kind: fn(Exporter) -> bool) -> String {
+    let endings = Exporter::ENDINGS.into_iter().filter(|(_, exporter)| is_kind(*exporter)).map(|(ending, _)| ending);
+    endings.collect::<Vec<_>>().join(", ")
 }
 
 /// The exporter that a path asks for.

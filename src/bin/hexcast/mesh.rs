@@ -42,7 +42,12 @@ Formats, by the name of the output:
     .foam OpenFOAM: constant/polyMesh beside an empty file of that name; or give DIR/constant/polyMesh
     .inp  Abaqus and CalculiX: bricks, sets, surfaces
     .msh  Gmsh 4.1: hexahedra
+    .xdmf hexahedra for ParaView, meshio and dolfinx, with their numbers beside it in .h5
+    .csx.xml openEMS: lines, materials and boxes
+    .in   gprMax 4: to be included in an input file, with NAME_geo.h5 and NAME_materials.json
+    geometry.xml OpenMC: a lattice; the name must be this
     .nrrd NRRD, for 3D Slicer and ITK (gzip unless --compress=none)
+    .vox, .binvox MagicaVoxel and binvox, to look at
     .hxc  columns, by far the smallest; `hexcast convert` makes any other from it";
 
 /// Mesh closed surfaces: cells between lines, each with the flag of the geometry it is in

@@ -3,10 +3,10 @@
 use super::*;
 
 /// Flag of each exported cell by its middle, rounded to a millionth.
-type Cells = BTreeMap<[i64; 3], u8>;
+pub(super) type Cells = BTreeMap<[i64; 3], u8>;
 
 /// What must come out: cells of these flags, `scale` times as large as the mesh.
-fn expected(flags: &[u8], scale: f64) -> Cells {
+pub(super) fn expected(flags: &[u8], scale: f64) -> Cells {
     let mesh = pattern(0, DIMS, 3);
     let mut cells = Cells::new();
     for z in 0..DIMS[2] {
@@ -23,22 +23,22 @@ fn expected(flags: &[u8], scale: f64) -> Cells {
     cells
 }
 
-fn key(middle: [f64; 3]) -> [i64; 3] {
+pub(super) fn key(middle: [f64; 3]) -> [i64; 3] {
     middle.map(|number| (number * 1e9).round() as i64)
 }
 
-fn middle(corners: &[[f64; 3]]) -> [f64; 3] {
+pub(super) fn middle(corners: &[[f64; 3]]) -> [f64; 3] {
     [0, 1, 2].map(|axis| corners.iter().map(|corner| corner[axis]).sum::<f64>() / corners.len() as f64)
 }
 
 /// Six times the volume of a cell by its corners below and above, against the clock from above: positive where the order is right.
-fn volume(corners: &[[f64; 3]]) -> f64 {
+pub(super) fn volume(corners: &[[f64; 3]]) -> f64 {
     let edge = |to: usize| [0, 1, 2].map(|axis| corners[to][axis] - corners[0][axis]);
     let ([a, b, c], [d, e, f], [g, h, i]) = (edge(1), edge(3), edge(4));
     a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
 }
 
-const CELL: f64 = 0.5 * 0.25 / 3.0;
+pub(super) const CELL: f64 = 0.5 * 0.25 / 3.0;
 
 #[test]
 fn an_abaqus_file_has_the_cells_sets_and_surfaces() {

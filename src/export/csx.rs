@@ -1,0 +1,78 @@
+//! openEMS: the cells of some flags as boxes in the XML of CSXCAD (`.csx.xml`).
+//!
+//! One file: a `ContinuousStructure` with the lines of the mesh as `RectilinearGrid`, in the unit of the mesh (`DeltaUnit`), and a property for
+//! each kept flag, `Metal` for perfect conductors and `Material` for others, with its cells as boxes. Boundaries, excitations and probes are the
+//! user's. Corners of boxes are written as the lines are, to the last digit, so that they meet.
+//!
+//! Boxes of different flags share faces, and an edge of the grid on such a face has the property of the higher priority: that of conductors.
+//! Source: CSXCAD, `CSProperties` and `CSPrimBox`. Cost: the memory of [`boxes`](super::boxes); the flags are expanded once for each flag.
+
+use super::boxes::for_each_box;
+use super::electric::{Electric, electric, kept};
+use super::names::names;
+use super::output::{Export, Files, Out};
+use super::unit::metres;
+use super::xml::Xml;
+use crate::error::Result;
+use crate::mesh::Mesh;
+
+const WHAT: &str = "openEMS";
+/// Priorities of boxes: what a user adds may be below, between or above.
+const MATERIAL_PRIORITY: &str = "10";
+const METAL_PRIORITY: &str = "20";
+
+pub(super) fn check(mesh: &Mesh, keeps: &[bool; 256]) -> Result<()> {
+    metres(mesh.unit.as_deref(), WHAT)?;
+    kept(mesh, keeps, WHAT).map(|_| ())
+}
+
+pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<()> {
+    let mesh = job.mesh;
+    let keeps = job.options.selection(mesh)?;
+    let unit = metres(mesh.unit.as_deref(), WHAT)?;
+    let lines = [0, 1, 2].map(|axis| mesh.lines.list(axis).iter().map(|line| format!("{line:?}")).collect::<Vec<_>>());
+    let names = names(mesh, 60, &[]);
+    let mut out = Out::create(files, name)?;
+    let mut xml = Xml::new(&mut out.file)?;
+    xml.open("ContinuousStructure", &[("CoordSystem", "0")])?;
+    xml.open("RectilinearGrid", &[("DeltaUnit", &format!("{:?}", unit.metres(1.0))), ("CoordSystem", "0")])?;
+    for (element, lines) in ["XLines", "YLines", "ZLines"].into_iter().zip(&lines) {
+        xml.text(element, &[("Qty", &lines.len().to_string())], &lines.join(","))?;
+    }
+    xml.close("RectilinearGrid")?;
+    let background = electric(mesh, 0).filter(|background| !background.pec && !keeps[0]);
+    let background =
+        numbers(background.unwrap_or(Electric { eps_r: 1.0, mu_r: 1.0, sigma: 0.0, pec: false, density: None }));
+    xml.empty("BackgroundMaterial", &background.each_ref().map(|(key, value)| (*key, value.as_str()))[..4])?;
+    xml.empty("ParameterSet", &[])?;
+    xml.open("Properties", &[])?;
+    for (id, (flag, electric)) in kept(mesh, &keeps, WHAT)?.into_iter().enumerate() {
+        let (kind, priority) = if electric.pec { ("Metal", METAL_PRIORITY) } else { ("Material", MATERIAL_PRIORITY) };
+        xml.open(kind, &[("ID", &id.to_string()), ("Name", &names[flag])])?;
+        if !electric.pec {
+            let values = numbers(electric);
+            xml.empty("Property", &values.each_ref().map(|(key, value)| (*key, value.as_str())))?;
+        }
+        xml.open("Primitives", &[])?;
+        for_each_box(job, flag as u8, |corners| {
+            xml.open("Box", &[("Priority", priority)])?;
+            for (element, [x, y, z]) in ["P1", "P2"].into_iter().zip(corners) {
+                let at = [(0, x), (1, y), (2, z)].map(|(axis, line): (usize, u32)| &*lines[axis][line as usize]);
+                xml.empty(element, &[("X", at[0]), ("Y", at[1]), ("Z", at[2])])?;
+            }
+            xml.close("Box")
+        })?;
+        xml.close("Primitives")?;
+        xml.close(kind)?;
+    }
+    xml.close("Properties")?;
+    xml.close("ContinuousStructure")?;
+    out.finish()
+}
+
+/// The numbers of a substance as attributes; the magnetic conductivity is 0. The density is the last.
+fn numbers(electric: Electric) -> [(&'static str, String); 5] {
+    let Electric { eps_r, mu_r, sigma, density, .. } = electric;
+    [("Epsilon", eps_r), ("Mue", mu_r), ("Kappa", sigma), ("Sigma", 0.0), ("Density", density.unwrap_or(0.0))]
+        .map(|(key, value)| (key, format!("{value:?}")))
+}

@@ -1,0 +1,131 @@
+//! gprMax 4: the cells of some flags as an array of materials.
+//!
+//! Three files: `NAME.in` has the size of the domain and of the cells, in metres, and reads the geometry; it is to be included in the user's
+//! (`#include_file: NAME.in`), which has time, sources and receivers. `NAME_geo.h5` has for each cell the place of its material, 16 bits, x
+//! slowest, and -1 where the flag is not kept: gprMax leaves what is there, free space. `NAME_materials.json` has the materials by their keys,
+//! `NAME` being the stem of the output in letters, digits and `_`. The box begins at (0, 0, 0), as gprMax has it.
+//!
+//! Interfaces are averaged (`y`): else a cell that is written after its neighbour takes the edges of a conductor beside it. gprMax compares the
+//! sizes of cells in both files with `==`, so both are written to the last digit.
+//! Source: gprMax 4.0.1, `GeometryObjectsRead` and `material_database`. Cost: some planes of flags across x, and the same as 16 bits.
+
+use serde_json::{Map, Value, json};
+
+use super::electric::{Electric, kept};
+use super::hdf5;
+use super::limits::equal_cells;
+use super::names::{names, plain};
+use super::output::{Export, Files, Out};
+use super::unit::metres;
+use crate::error::{Error, Result};
+use crate::mesh::Mesh;
+
+const WHAT: &str = "gprMax";
+
+pub(super) fn file_names(name: &str) -> [String; 3] {
+    let stem = stem(name);
+    [name.to_string(), format!("{stem}_geo.h5"), format!("{stem}_materials.json")]
+}
+
+/// The name of an output without its ending, as gprMax takes it for names of materials and files.
+fn stem(name: &str) -> String {
+    plain(name.rsplit_once('.').map_or(name, |(stem, _)| stem))
+}
+
+pub(super) fn check(mesh: &Mesh, keeps: &[bool; 256]) -> Result<()> {
+    metres(mesh.unit.as_deref(), WHAT)?;
+    equal_cells(mesh, WHAT)?;
+    for (flag, Electric { eps_r, mu_r, pec, .. }) in kept(mesh, keeps, WHAT)? {
+        if !pec && eps_r.min(mu_r) < 1.0 {
+            let message = format!("flag {flag} has eps_r {eps_r} and mu_r {mu_r}, and gprMax takes numbers from 1 on");
+            return Err(Error::new("job-value", message, "give it a material that gprMax can compute"));
+        }
+    }
+    Ok(())
+}
+
+pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<()> {
+    let keeps = job.options.selection(job.mesh)?;
+    let [input, geometry, database] = file_names(name);
+    let flags = kept(job.mesh, &keeps, WHAT)?;
+    let names = names(job.mesh, 60, &[]);
+    let id = format!("{}_materials", stem(name));
+    let unit = metres(job.mesh.unit.as_deref(), WHAT)?;
+    let sizes = equal_cells(job.mesh, WHAT)?.map(|size| unit.metres(size));
+    let dims = job.mesh.dims();
+    let [x, y, z] = [0, 1, 2].map(|axis| sizes[axis] * f64::from(dims[axis]));
+    let [dx, dy, dz] = sizes;
+    let mut out = Out::create(files, &input)?;
+    out.text(format_args!(
+        "#domain: {x:?} {y:?} {z:?}\n#dx_dy_dz: {dx:?} {dy:?} {dz:?}\n#geometry_objects_read: 0 0 0 {geometry} {id} y\n"
+    ))?;
+    out.finish()?;
+
+    let file = hdf5::create(files, &geometry)?;
+    file.set_attr_array_numeric("dx_dy_dz", &sizes).map_err(hdf5::wrong)?;
+    file.set_attr_string("MaterialDatabase", &id).map_err(hdf5::wrong)?;
+    file.set_attr_string("Title", &format!("hexcast {}", env!("CARGO_PKG_VERSION"))).map_err(hdf5::wrong)?;
+    let keys: Vec<&str> = flags.iter().map(|(flag, _)| names[*flag].as_str()).collect();
+    file.write_vlen_strings("material_keys", &keys).map_err(hdf5::wrong)?;
+    let mut places = [-1i16; 256];
+    (0i16..).zip(&flags).for_each(|(place, (flag, _))| places[*flag] = place);
+    cells(job, &file, &places)?;
+    hdf5::finish(file)?;
+
+    let materials: Map<String, Value> =
+        flags.iter().map(|(flag, electric)| (names[*flag].clone(), material(&names[*flag], electric))).collect();
+    let text = json!({
+        "schema": "gprMax-material-database",
+        "schema_version": 1,
+        "database": { "id": id, "name": id, "version": "1.0.0", "description": "by hexcast" },
+        "materials": materials,
+    });
+    let mut out = Out::create(files, &database)?;
+    out.text(format_args!("{text:#}\n"))?;
+    out.finish()
+}
+
+/// Writes the places of the materials of all cells, some planes across x at a time.
+fn cells(job: &Export, file: &rust_hdf5::H5File, places: &[i16; 256]) -> Result<()> {
+    let [nx, ny, nz] = job.mesh.dims();
+    let shape = [nx, ny, nz].map(|n| n as usize);
+    let plane = shape[1] * shape[2];
+    let chunk = [1, hdf5::chunk_rows(2 * shape[2], shape[1]), shape[2]];
+    let dataset = hdf5::dataset::<i16>(file, "data", &shape, &chunk, job.options.compress)?;
+    // flags and numbers of 16 bits, twice
+    let step = (job.options.slab_bytes / (3 * plane)).clamp(1, shape[0]) as u32;
+    for start in (0..nx).step_by(step as usize) {
+        job.control.check()?;
+        let end = start.saturating_add(step).min(nx);
+        let n = (end - start) as usize;
+        let flags = job.mesh.box_flags(&[start..end, 0..ny, 0..nz])?;
+        let mut numbers = vec![0i16; flags.len()];
+        for x in 0..n {
+            for y in 0..shape[1] {
+                for z in 0..shape[2] {
+                    numbers[z + shape[2] * (y + shape[1] * x)] = places[usize::from(flags[x + n * (y + shape[1] * z)])];
+                }
+            }
+        }
+        dataset.write_slice(&[start as usize, 0, 0], &[n, shape[1], shape[2]], &numbers).map_err(hdf5::wrong)?;
+    }
+    job.control.check()
+}
+
+/// A material as gprMax's database has it.
+fn material(name: &str, electric: &Electric) -> Value {
+    let mut material = if electric.pec {
+        json!({ "name": name, "model": "builtin", "builtin": "pec" })
+    } else {
+        json!({ "name": name, "model": "constant", "base": {
+            "relative_permittivity": electric.eps_r,
+            "electric_conductivity_s_per_m": electric.sigma,
+            "relative_permeability": electric.mu_r,
+            "magnetic_conductivity_s_per_m": 0.0,
+        } })
+    };
+    if let Some(density) = electric.density {
+        material["mass_density_kg_per_m3"] = density.into();
+    }
+    material
+}

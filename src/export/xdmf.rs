@@ -1,0 +1,80 @@
+//! XDMF: the cells of some flags as hexahedra, for ParaView, VTK, meshio and dolfinx.
+//!
+//! Two files: `NAME.xdmf` describes the mesh, and `NAME.h5` beside it holds `points` (x, y, z), `cells` (the eight corners in VTK's order) and
+//! `flag`; its attributes have the names of flags and the unit. XDMF, not VTKHDF, as dolfinx reads it. Lengths are in the unit of the mesh.
+//! Source: the XDMF model and format, version 3. Cost: the memory of [`layers`](super::layers); the flags are expanded four times.
+
+use super::hdf5::{self, Table};
+use super::layers::for_each_layer;
+use super::output::{Export, Files, Out};
+use super::xml::Xml;
+use crate::error::Result;
+
+pub(super) fn file_names(name: &str) -> [String; 2] {
+    let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
+    [name.to_string(), format!("{stem}.h5")]
+}
+
+pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<()> {
+    let keeps = job.options.selection(job.mesh)?;
+    let [document, data] = file_names(name);
+    let (mut n_points, mut n_cells) = (0usize, 0usize);
+    for_each_layer(job, &keeps, |layer| {
+        layer.for_each_cell(|_, _, _| {
+            n_cells += 1;
+            Ok(())
+        })?;
+        layer.for_each_point(|_, _| {
+            n_points += 1;
+            Ok(())
+        })
+    })?;
+    describe(&document, &data, [n_points, n_cells], files)?;
+
+    let compress = job.options.compress;
+    let file = hdf5::create(files, &data)?;
+    for named in &job.mesh.names {
+        file.set_attr_string(&format!("flag {}", named.flag), &named.name).map_err(hdf5::wrong)?;
+    }
+    job.mesh.unit.iter().try_for_each(|unit| file.set_attr_string("unit", unit)).map_err(hdf5::wrong)?;
+    let lines = [0, 1, 2].map(|axis| job.mesh.lines.list(axis));
+    let mut points = Table::<f64>::new(&file, "points", n_points, 3, compress)?;
+    for_each_layer(job, &keeps, |layer| {
+        layer.for_each_point(|[x, y], _| points.push(&[lines[0][x], lines[1][y], lines[2][layer.z as usize]]))
+    })?;
+    points.finish()?;
+    let mut cells = Table::<u64>::new(&file, "cells", n_cells, 8, compress)?;
+    for_each_layer(job, &keeps, |layer| layer.for_each_cell(|cell, _, _| cells.push(&layer.corners(cell))))?;
+    cells.finish()?;
+    let mut flags = Table::<u8>::new(&file, "flag", n_cells, 1, compress)?;
+    for_each_layer(job, &keeps, |layer| layer.for_each_cell(|_, flag, _| flags.push(&[flag])))?;
+    flags.finish()?;
+    hdf5::finish(file)
+}
+
+fn describe(name: &str, data: &str, [n_points, n_cells]: [usize; 2], files: &mut dyn Files) -> Result<()> {
+    // the file of numbers is found beside this one
+    let data = data.rsplit('/').next().unwrap_or(data);
+    let mut out = Out::create(files, name)?;
+    let mut xml = Xml::new(&mut out.file)?;
+    xml.open("Xdmf", &[("Version", "3.0")])?;
+    xml.open("Domain", &[])?;
+    xml.open("Grid", &[("Name", "Grid"), ("GridType", "Uniform")])?;
+    let cells = n_cells.to_string();
+    xml.open("Topology", &[("TopologyType", "Hexahedron"), ("NumberOfElements", &cells), ("NodesPerElement", "8")])?;
+    item(&mut xml, &format!("{cells} 8"), ["UInt", "8"], &format!("{data}:/cells"))?;
+    xml.close("Topology")?;
+    xml.open("Geometry", &[("GeometryType", "XYZ")])?;
+    item(&mut xml, &format!("{n_points} 3"), ["Float", "8"], &format!("{data}:/points"))?;
+    xml.close("Geometry")?;
+    xml.open("Attribute", &[("Name", "flag"), ("AttributeType", "Scalar"), ("Center", "Cell")])?;
+    item(&mut xml, &cells, ["UChar", "1"], &format!("{data}:/flag"))?;
+    xml.close("Attribute")?;
+    ["Grid", "Domain", "Xdmf"].iter().try_for_each(|element| xml.close(element))?;
+    out.finish()
+}
+
+fn item<W: std::io::Write>(xml: &mut Xml<W>, dimensions: &str, [kind, bytes]: [&str; 2], place: &str) -> Result<()> {
+    let attributes = [("Dimensions", dimensions), ("NumberType", kind), ("Precision", bytes), ("Format", "HDF")];
+    xml.text("DataItem", &attributes, place)
+}

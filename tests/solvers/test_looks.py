@@ -1,0 +1,127 @@
+"""Formats to look at: the cells by readers of their own."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+
+import numpy as np
+import trimesh
+from conftest import Model, cuboid, hexcast, save
+
+
+class Vox:
+    """A reader of .vox, after the description of the format."""
+
+    def __init__(self, path: Path) -> None:
+        data = path.read_bytes()
+        assert data[:4] == b"VOX " and data[8:12] == b"MAIN"
+        n, n_children = struct.unpack("<2I", data[12:20])
+        assert (n, n_children) == (0, len(data) - 20)
+        self.models: list[tuple[tuple[int, ...], np.ndarray]] = []
+        self.transforms: dict[int, tuple[int, tuple[int, ...]]] = {}
+        self.groups: dict[int, list[int]] = {}
+        self.shapes: dict[int, int] = {}
+        self.palette: np.ndarray | None = None
+        at = 20
+        while at < len(data):
+            name, (n, n_children) = data[at : at + 4], struct.unpack("<2I", data[at + 4 : at + 12])
+            assert n_children == 0
+            self.content, self.at = data[at + 12 : at + 12 + n], 0
+            getattr(self, "read_" + name.decode())()
+            at += 12 + n
+        assert at == len(data)
+
+    def words(self, n: int) -> tuple[int, ...]:
+        self.at += 4 * n
+        return struct.unpack(f"<{n}i", self.content[self.at - 4 * n : self.at])
+
+    def text(self) -> str:
+        [n] = self.words(1)
+        self.at += n
+        return self.content[self.at - n : self.at].decode()
+
+    def attributes(self) -> dict[str, str]:
+        return {self.text(): self.text() for _ in range(self.words(1)[0])}
+
+    def read_SIZE(self) -> None:
+        self.size = self.words(3)
+
+    def read_XYZI(self) -> None:
+        [n] = self.words(1)
+        voxels = np.frombuffer(self.content, np.uint8, offset=4).reshape(n, 4)
+        self.models.append((self.size, voxels))
+
+    def read_nTRN(self) -> None:
+        [node] = self.words(1)
+        self.attributes()
+        child, _, _, frames = self.words(4)
+        assert frames == 1
+        to = self.attributes().get("_t", "0 0 0")
+        self.transforms[node] = child, tuple(int(word) for word in to.split())
+
+    def read_nGRP(self) -> None:
+        [node] = self.words(1)
+        self.attributes()
+        self.groups[node] = list(self.words(self.words(1)[0]))
+
+    def read_nSHP(self) -> None:
+        [node] = self.words(1)
+        self.attributes()
+        n, model = self.words(2)
+        assert n == 1
+        self.attributes()
+        self.shapes[node] = model
+
+    def read_RGBA(self) -> None:
+        self.palette = np.frombuffer(self.content, np.uint8).reshape(256, 4)
+
+    def cells(self, shape: tuple[int, ...]) -> np.ndarray:
+        """Colours of all cells of the scene."""
+        found = np.zeros(shape, np.uint8)
+        group, to = self.transforms[0]
+        assert to == (0, 0, 0)
+        for child in self.groups[group]:
+            shape_node, to = self.transforms[child]
+            size, voxels = self.models[self.shapes[shape_node]]
+            assert max(size) <= 256 and (voxels[:, :3] < size).all()
+            places = voxels[:, :3] + np.array(to) - np.array(size) // 2
+            assert (found[tuple(places.T)] == 0).all()
+            found[tuple(places.T)] = voxels[:, 3]
+        return found
+
+
+def test_vox(model: Model) -> None:
+    if model.is_graded:
+        assert "cells differ in size" in hexcast("convert", "m.hxc", "m.vox", cwd=model.folder, ok=False)
+        return
+    hexcast("convert", "m.hxc", "m.vox", cwd=model.folder)
+    read = Vox(model.folder / "m.vox")
+    np.testing.assert_array_equal(read.cells(model.flags.shape), model.flags)
+    assert read.palette is not None and len({tuple(read.palette[flag - 1]) for flag in (1, 2, 9)}) == 3
+    assert "colour 0" in hexcast("convert", "m.hxc", "m.vox", "--export-flags", "0,1", cwd=model.folder, ok=False)
+
+
+def test_vox_of_several_models(tmp_path: Path) -> None:
+    save(tmp_path / "a.stl", cuboid((0, 0, 0), (600, 7, 3)))
+    save(tmp_path / "b.stl", cuboid((270, 0, 0), (280, 300, 259)))
+    arguments = ["a.stl", "b.stl", "--cell-size", "1", "--backend", "cpu", "-o", "m.vox", "-o", "m.npy", "--axis-order", "xyz"]
+    hexcast("mesh", *arguments, cwd=tmp_path)
+    flags = np.load(tmp_path / "m.npy")
+    read = Vox(tmp_path / "m.vox")
+    np.testing.assert_array_equal(read.cells(flags.shape), flags)
+    assert len(read.models) == 6
+
+
+def test_binvox(model: Model) -> None:
+    if model.is_graded:
+        assert "cells differ in size" in hexcast("convert", "m.hxc", "m.binvox", cwd=model.folder, ok=False)
+        return
+    hexcast("convert", "m.hxc", "m.binvox", "--export-flags", "2,9", cwd=model.folder)
+    read = trimesh.load(model.folder / "m.binvox")
+    expected = np.zeros((16, 16, 16), bool)
+    nx, ny, nz = model.flags.shape
+    expected[:nx, :ny, :nz] = model.of(2, 9)
+    np.testing.assert_array_equal(read.matrix, expected)
+    header = (model.folder / "m.binvox").read_bytes().split(b"data\n")[0].decode()
+    assert header == "#binvox 1\ndim 16 16 16\ntranslate 0.0 0.0 0.0\nscale 8.0\n"
