@@ -22,6 +22,7 @@ pub mod closed;
 mod colours;
 pub mod columns;
 pub mod control;
+pub mod converge;
 #[cfg(not(feature = "stages"))]
 mod cpu;
 #[cfg(feature = "stages")]

@@ -9,6 +9,7 @@ use hexcast::{Error, Result};
 
 mod adapters;
 mod arguments;
+mod converge;
 mod convert;
 mod counted;
 #[cfg(target_os = "linux")]
@@ -79,6 +80,7 @@ enum Command {
     Merge(merge::Arguments),
     Adapters(adapters::Arguments),
     Convert(convert::Arguments),
+    Converge(converge::Arguments),
     Slice(pictures::SliceArguments),
     View(pictures::ViewArguments),
     Diff(diff::Arguments),
@@ -135,6 +137,7 @@ fn run(command: Command, token: &CancelToken) -> Result<ExitCode> {
         Command::Estimate(arguments) => estimate::run(&arguments, token),
         Command::Adapters(arguments) => adapters::run(&arguments),
         Command::Convert(arguments) => convert::run(&arguments, token),
+        Command::Converge(arguments) => converge::run(&arguments, token),
         Command::Slice(arguments) => pictures::slice(&arguments, token),
         Command::View(arguments) => pictures::view_mesh(&arguments, token),
         Command::Completions { shell } => {
