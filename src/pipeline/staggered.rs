@@ -35,7 +35,9 @@ impl Uncut {
         // codes, so that ranks are known where sheets meet insides
         frame.ranks.flag_of_rank = (1..=flags.len() as u8).collect();
         let of_rank = |rank: usize| &prepared.geometries[frame.ranks.geometry_of_rank[rank]];
-        let is_flat: Vec<bool> = (0..flags.len()).map(|rank| is_flat(&frame, rank)).collect();
+        // inverted, a plane holds all points
+        let is_flat = |rank: usize| is_flat(&frame, rank) && !of_rank(rank).invert;
+        let is_flat: Vec<bool> = (0..flags.len()).map(is_flat).collect();
         let sheets = with_some(&frame, |rank| of_rank(rank).fill != Fill::Centre || is_flat[rank]);
         let frame = with_some(&frame, |rank| !of_rank(rank).shell && !is_flat[rank]);
         // of these nothing but the inside counts; the others have no facets left

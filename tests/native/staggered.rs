@@ -227,6 +227,12 @@ fn boxes_on_lines_and_a_plate_have_points_that_can_be_counted() {
     assert_eq!(["Ex", "Ey", "Ez", "Hx", "Hy", "Hz"].map(n), [9, 8, 0, 0, 0, 0]);
     assert!(found.sheets.iter().all(|of| of.axis == 2 && of.face[2] == 4) && found.sheets.len() == 6);
     assert!(flags.iter().all(|flag| *flag == 0));
+    // inverted, it is no sheet: all is outside of it
+    let inverted =
+        set!(Job { geometries: vec![set!(GeometryJob { invert: true, ..GeometryJob::default() })], ..job.clone() });
+    let (found, _, flags) = staggered(&[vec![[a, b, c], [a, c, d]]], &inverted, 2, &mut Engine::cpu());
+    assert!(found.sheets.is_empty() && flags.iter().all(|flag| *flag == 1));
+    assert!(COMPONENTS.iter().all(|(name, _)| all(&found, name).iter().all(|flag| *flag == 1)));
     // at both ends of the box, too
     for end in [0.0, 8.0] {
         let [a, b, c, d] = [a, b, c, d].map(|[x, y, _]| [x, y, end]);
