@@ -39,7 +39,8 @@ pub(crate) fn flags_around(geometries: &[Geometry], lines: &Lines, rule: Rule, a
     let insides = insides_around(geometries, lines, rule, at_faces);
     let mut order: Vec<usize> = (0..geometries.len()).collect();
     order.sort_by_key(|&index| geometries[index].priority);
-    let mut flags = vec![0; insides.first().map_or(0, Vec::len)];
+    let n_places = (0..3).map(|axis| lines.dims()[axis] as usize + usize::from(at_faces[axis]));
+    let mut flags = vec![0; n_places.product()];
     // painter: geometries that win paint over those that lose
     for index in order {
         for (flag, _) in flags.iter_mut().zip(&insides[index]).filter(|(_, is_inside)| **is_inside) {
