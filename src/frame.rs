@@ -22,10 +22,12 @@ use crate::lines::{AXES, IS_NATIVE, Lines};
 use crate::parallel::*;
 
 mod centres;
+mod ranks;
 
-pub use centres::Centres;
 pub(crate) use centres::Scale;
-use centres::centres;
+use centres::places;
+pub use centres::{Centres, Places};
+pub use ranks::Ranks;
 
 /// Bits that span all snapped coordinates of an axis. 26 keeps the kernels' inner loop in one 32-bit word.
 pub const SPAN_BITS: u32 = 26;
@@ -52,7 +54,7 @@ pub(crate) fn normal([a, b, c]: &SnappedFacet) -> [i128; 3] {
 pub struct Frame {
     /// F: the smallest cell of each axis is 2^F units.
     pub fraction_bits: u32,
-    /// Centres of the cells, in units, where cells differ in size; of equal ones cell i has its centre at i * 2^F.
+    /// Where cells are, in units, where they differ in size; of equal ones cell i has its centre at i * 2^F.
     pub centres: Option<Centres>,
     /// Number of cells on each axis.
     pub dims: [u32; 3],
@@ -62,30 +64,6 @@ pub struct Frame {
     pub rank_of_facet: Vec<u8>,
     /// The order in which overlaps are decided.
     pub ranks: Ranks,
-}
-
-/// Geometries in the order in which they win: rank 0 loses against all others.
-///
-/// Sorted by priority, at equal priority by position in the job ("meshed in order": the later wins).
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Ranks {
-    /// Index in the job of the geometry of each rank.
-    pub geometry_of_rank: Vec<usize>,
-    /// Property flag of each rank.
-    pub flag_of_rank: Vec<u8>,
-}
-
-impl Ranks {
-    /// Ranks geometries by priority and order.
-    pub fn new(geometries: &[Geometry]) -> Ranks {
-        let mut geometry_of_rank: Vec<usize> = Vec::new();
-        for (index, geometry) in geometries.iter().enumerate() {
-            let rank = geometry_of_rank.partition_point(|&other| geometries[other].priority <= geometry.priority);
-            geometry_of_rank.insert(rank, index);
-        }
-        let flag_of_rank = geometry_of_rank.iter().map(|&index| geometries[index].flag).collect();
-        Ranks { geometry_of_rank, flag_of_rank }
-    }
 }
 
 impl Frame {
@@ -114,59 +92,95 @@ impl Frame {
         check_limits(geometries, lines)?;
         let scale = Scale::new(lines);
         let fraction_bits = fraction_bits(geometries, lines, &scale)?;
-        let centres = centres(lines, &scale, fraction_bits);
+        let centres = places(lines, &scale, fraction_bits);
         let (facets, rank_of_facet, ranks) = (Vec::new(), Vec::new(), Ranks::new(geometries));
         Ok(Frame { fraction_bits, centres, dims: lines.dims(), facets, rank_of_facet, ranks })
     }
 
     /// Whether cells differ in size.
     pub fn is_graded(&self) -> bool {
-        self.centres().is_some()
+        self.places().is_some()
     }
 
-    fn centres(&self) -> Option<&Centres> {
-        if IS_NATIVE { self.centres.as_ref() } else { None }
+    fn places(&self) -> Option<&Places> {
+        if IS_NATIVE { self.centres.as_deref() } else { None }
     }
 
     /// Centre of a cell along an axis, in units.
     #[inline(always)]
     pub fn centre(&self, axis: usize, cell: u32) -> i32 {
-        match self.centres() {
+        match self.places() {
             None => (cell << self.fraction_bits) as i32,
-            Some(centres) => centres[axis][cell as usize],
+            Some(places) => places.centres[axis][cell as usize],
         }
+    }
+
+    /// The face below a cell along an axis, in units; that of the number of cells is above the last.
+    #[inline(always)]
+    pub fn face(&self, axis: usize, cell: u32) -> i32 {
+        match self.places() {
+            None => (cell << self.fraction_bits) as i32 - self.half(),
+            Some(places) => places.faces[axis][cell as usize],
+        }
+    }
+
+    fn half(&self) -> i32 {
+        1 << self.fraction_bits >> 1
     }
 
     /// Size of the cells along an axis on average, in units.
     pub(crate) fn mean_cell(&self, axis: usize) -> f64 {
-        let unit = f64::from(1u32 << self.fraction_bits);
-        match self.centres().map(|centres| &centres[axis]) {
-            Some(centres) if centres.len() > 1 => f64::from(centres[centres.len() - 1]) / (centres.len() - 1) as f64,
-            _ => unit,
-        }
+        self.places().and_then(|places| places.mean_cell(axis)).unwrap_or(f64::from(1u32 << self.fraction_bits))
     }
 
     /// Number of cells of an axis whose centres lie below a place, or at it if `with_at`.
     #[inline(always)]
     pub(crate) fn n_below(&self, axis: usize, place: i32, with_at: bool) -> u32 {
         let place = i64::from(place) + i64::from(with_at);
-        match self.centres() {
+        match self.places() {
             None => {
                 let cells = (place + (1 << self.fraction_bits) - 1) >> self.fraction_bits;
                 cells.clamp(0, self.dims[axis].into()) as u32
             }
-            Some(centres) => centres[axis].partition_point(|&centre| i64::from(centre) < place) as u32,
+            Some(places) => places.n_below(axis, place) as u32,
         }
     }
 
-    /// The centres of some cells, counted from that of the first.
-    fn centres_of(&self, [first, end]: [[u32; 3]; 2]) -> Option<Centres> {
-        let centres = self.centres()?;
-        let of_axis = |axis: usize| {
-            let some = &centres[axis][first[axis] as usize..end[axis] as usize];
-            some.iter().map(|centre| centre - some[0]).collect()
-        };
-        Some(Arc::new([0, 1, 2].map(of_axis)))
+    /// The first and the last cell of an axis that touch a stretch of it, ends included, also beyond the box. A face belongs to both cells.
+    #[inline(always)]
+    pub(crate) fn touched(&self, axis: usize, [low, high]: [i64; 2]) -> [i64; 2] {
+        let half = i64::from(self.half());
+        match self.places() {
+            None => [-((half - low) >> self.fraction_bits), (high + half) >> self.fraction_bits],
+            Some(places) => places.touched(axis, [low, high]),
+        }
+    }
+
+    /// The frame in which the cells along some axes lie around the faces of these cells: one more along such an axis, each with its
+    /// centre on a face. Only rays may be cast in it: the faces of its cells are not those of any mesh.
+    pub(crate) fn around_faces(mut self, is_moved: [bool; 3]) -> Frame {
+        for axis in (0..3).filter(|&axis| is_moved[axis]) {
+            self.dims[axis] += 1;
+            match self.centres.as_mut() {
+                None => self.move_along(axis, self.half()),
+                Some(places) => Arc::make_mut(places).put_on_faces(axis),
+            }
+        }
+        self
+    }
+
+    /// The frame with a cell more before the first along an axis and behind the last, as large as these. Only rays may be cast in it.
+    pub(crate) fn with_mirrored_ends(mut self, axis: usize) -> Frame {
+        self.dims[axis] += 2;
+        match self.centres.as_mut() {
+            None => self.move_along(axis, 1 << self.fraction_bits),
+            Some(places) => Arc::make_mut(places).mirror_ends(axis),
+        }
+        self
+    }
+
+    fn move_along(&mut self, axis: usize, by: i32) {
+        self.facets.iter_mut().flatten().for_each(|corner| corner[axis] += by);
     }
 
     /// Snaps some facets of a geometry.
@@ -202,7 +216,7 @@ impl Frame {
             facets: Vec::new(),
             rank_of_facet: Vec::new(),
             ranks: self.ranks.clone(),
-            centres: self.centres_of(cells),
+            centres: self.places().map(|places| Arc::new(places.of_cells(cells))),
             ..*self
         };
         for (facet, &rank) in self.facets.iter().zip(&self.rank_of_facet) {
@@ -223,12 +237,10 @@ impl Frame {
 /// A facet, counted from the centre of the first cell of a window; None if the facet is nowhere near the rays through the window's
 /// cells, which would meet it along one axis and so have it within their reach along the two others.
 pub(crate) fn in_window(facet: &SnappedFacet, [first, end]: [[u32; 3]; 2], whole: &Frame) -> Option<SnappedFacet> {
-    let unit = 1i64 << whole.fraction_bits;
     let is_near = |axis: usize| {
-        let places = facet.map(|corner| i64::from(corner[axis]));
-        // a cell more: cells along a surface are touched by facets beside their centres
-        let low = i64::from(whole.centre(axis, first[axis])) - unit;
-        let high = i64::from(whole.centre(axis, end[axis] - 1)) + unit;
+        let places = facet.map(|corner| corner[axis]);
+        // cells along a surface are touched by facets beside their centres
+        let [low, high] = [first, end].map(|cell| whole.face(axis, cell[axis]));
         places.iter().any(|&place| place >= low) && places.iter().any(|&place| place <= high)
     };
     let is_in_reach = (0..3).filter(|&axis| is_near(axis)).count() >= 2;

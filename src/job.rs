@@ -208,6 +208,9 @@ pub struct Job {
     /// Measures the fraction of each flag in the cells that surfaces cut.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fractions: Option<FractionsJob>,
+    /// Finds the flags at the points of a staggered grid: see [`crate::staggered`].
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub staggered: bool,
     /// Who meshes.
     pub backend: BackendChoice,
     /// Along which axis the rays run.

@@ -118,6 +118,7 @@ pub mod skin;
 mod snapping;
 mod sort;
 pub mod sources;
+pub mod staggered;
 pub mod surface;
 #[cfg(not(feature = "stages"))]
 mod volume_bound;

@@ -32,7 +32,8 @@ use crate::overlay::{self, Overlay};
 use crate::rays::Rays;
 use crate::report::{
     CertificateReport, DeviceCheck, DoubtReport, FillReport, FlagReport, FractionsReport, GeometryReport, InputReport,
-    LinksReport, MAX_BOXES, MeshFacts, OpenReport, PeakBytes, Seconds, WindowReport, flag_reports, is_cut,
+    LinksReport, MAX_BOXES, MeshFacts, OpenReport, PeakBytes, Seconds, StaggeredReport, WindowReport, flag_reports,
+    is_cut,
 };
 use crate::snapping::Snapped;
 use crate::sources::Source;
@@ -50,6 +51,7 @@ mod names;
 mod options;
 mod prepare;
 mod snapped;
+mod staggered;
 mod warnings;
 
 use borders::Whole;
@@ -136,6 +138,10 @@ pub async fn mesh(
     let (links, fractions) = match &uncut_frame {
         Some(of) => (of.links(job, &columns, bytes_left, control)?, of.fractions(job, whole, bytes_left, control)?),
         None => (None, None),
+    };
+    let staggered = match &uncut_frame {
+        Some(of) => of.staggered(job, &prepared, (bytes_left, (engine, &budget, control))).await?,
+        None => None,
     };
     let measured_seconds = uncut_frame.map(|_| lap(&mut clock));
 
@@ -251,6 +257,8 @@ pub async fn mesh(
         links,
         fractions_report: fractions.as_ref().map(FractionsReport::new),
         fractions,
+        staggered_report: staggered.as_ref().map(StaggeredReport::new).transpose()?,
+        staggered,
         doubtful: DoubtReport::new(&doubtful),
         doubt: doubtful.mask.map(mask_mesh).transpose()?,
         job: effective(job, &prepared, &n_solids, gaps.as_ref()),

@@ -12,13 +12,15 @@ use crate::job::{Job, Rule};
 use crate::lines::{Grading, Lines, Residual};
 use crate::links::Links;
 use crate::mesh::Mesh;
-use crate::sources::Source;
+use crate::staggered::Staggered;
 
 mod of_certificate;
 mod of_columns;
 mod of_fractions;
 mod of_geometries;
+mod of_input;
 mod of_links;
+mod of_staggered;
 mod of_window;
 
 pub use crate::closed::BadEdges;
@@ -27,51 +29,10 @@ pub use of_certificate::{AxisName, CertificateReport, GapReport, OverlapReport, 
 pub use of_columns::{ColumnsFlag, ColumnsReport};
 pub use of_fractions::{FractionsReport, VolumeReport};
 pub use of_geometries::{FillReport, FlagReport, GeometryReport, OpenReport, flag_reports, is_cut};
+pub use of_input::InputReport;
 pub use of_links::LinksReport;
+pub use of_staggered::{ComponentReport, PointsReport, StaggeredReport};
 pub use of_window::{ShellsReport, WindowReport, WithoutCells};
-
-/// One input: a file, or facets that were in memory.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[non_exhaustive]
-pub struct InputReport {
-    /// Its name as the job has it.
-    pub file: String,
-    /// SHA-256 of its bytes; null for facets that were in memory.
-    pub sha256: Option<String>,
-    /// Its length.
-    pub bytes: u64,
-    /// How it was written.
-    pub format: &'static str,
-    /// The unit of its coordinates; null where it does not say.
-    pub unit: Option<&'static str>,
-    /// Number of facets.
-    pub facets: u64,
-    /// Facets whose file normal points against their corners; the corners count.
-    pub wrong_normals: u64,
-    /// Facets without area.
-    pub zero_area: u64,
-    /// What was accepted although it is not as it should be.
-    pub warnings: Vec<String>,
-}
-
-impl InputReport {
-    /// Describes a file.
-    pub fn new(source: &Source) -> InputReport {
-        let contents = &source.contents;
-        InputReport {
-            file: source.file.clone(),
-            sha256: source.sha256.clone(),
-            bytes: contents.n_bytes,
-            format: contents.format.name(),
-            unit: contents.unit,
-            facets: contents.n_facets,
-            wrong_normals: contents.wrong_normals,
-            zero_area: contents.zero_area,
-            warnings: contents.warnings.clone(),
-        }
-    }
-}
 
 /// Seconds of each stage.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
@@ -89,7 +50,7 @@ pub struct Seconds {
     pub snap: f64,
     /// Lattice, intersection and mapping, with all transfers.
     pub columns: f64,
-    /// Measuring links from cells to surfaces and fractions of cells, where asked for.
+    /// Measuring links from cells to surfaces and fractions of cells, and staggered grids, where asked for.
     pub measured: Option<f64>,
     /// Expanding all flags in memory, where asked for.
     pub flags: Option<f64>,
@@ -233,6 +194,12 @@ pub struct MeshFacts {
     /// The fractions of flags in these cells; None unless asked for.
     #[serde(skip)]
     pub fractions: Option<Fractions>,
+    /// Points of the staggered grid; null where the job did not ask for them.
+    #[serde(rename = "staggered")]
+    pub staggered_report: Option<StaggeredReport>,
+    /// The flags at these points; None unless asked for.
+    #[serde(skip)]
+    pub staggered: Option<Staggered>,
     /// Cells that the winding number or a vote decided, as their rays are not all even or do not agree.
     pub doubtful: DoubtReport,
     /// These cells as a mesh with the flag 1 there; None unless asked for.

@@ -38,7 +38,7 @@ pub(crate) struct Sheet {
 
 enum Cells {
     /// Facets, each with the rows of rays of the cells that it touches.
-    Touched { facets: Vec<(Range<u32>, SnappedFacet)>, fraction_bits: u32 },
+    Touched { facets: Vec<(Range<u32>, SnappedFacet)>, frame: Box<Frame> },
     /// Cells as crossings of the mesh's rays.
     Crossed(Words),
 }
@@ -46,18 +46,12 @@ enum Cells {
 impl Sheet {
     /// The rays that decide the sheet of some facets of a frame.
     ///
-    /// Half a cell on, a crossing in cell i is above the centre of cell i and below that of the next; so its first cell above is
-    /// i + 1. A domain of one cell more tells those beyond it, and 0 those before.
+    /// With faces in the place of centres, a crossing in cell i is above the face below it and below the next; so its first face above is
+    /// i + 1. There is one face more than cells, which tells those beyond the domain, and 0 those before.
     pub(crate) fn casts(facets: &[SnappedFacet], fill: Fill, frame: &Frame) -> Vec<AxisCasts> {
-        let half = 1 << frame.fraction_bits >> 1;
-        let cast = |axis: usize| {
-            let moved = |mut facet: SnappedFacet| {
-                facet.iter_mut().for_each(|corner| corner[axis] += half);
-                facet
-            };
-            let mut longer = frame.with_facets(facets.iter().copied().map(moved).collect());
-            longer.dims[axis] += 1;
-            AxisCasts { frame: longer, axes: vec![(axis, false)] }
+        let cast = |axis: usize| AxisCasts {
+            frame: frame.with_facets(facets.to_vec()).around_faces([0, 1, 2].map(|other| other == axis)),
+            axes: vec![(axis, false)],
         };
         if fill == Fill::Separating { [0, 1, 2].map(cast).into() } else { Vec::new() }
     }
@@ -72,12 +66,12 @@ impl Sheet {
     ) -> Sheet {
         let cells = match fill {
             Fill::Conservative => {
-                let fraction_bits = frame.fraction_bits;
                 let with_rows = |facet: &SnappedFacet| {
-                    let rows = Touched::new(facet, fraction_bits, rays)?.cells[1].clone();
+                    let rows = Touched::new(facet, frame, rays)?.cells[1].clone();
                     Some((*rows.start() as u32..*rows.end() as u32 + 1, *facet))
                 };
-                Cells::Touched { facets: facets.par_iter().filter_map(with_rows).collect(), fraction_bits }
+                let facets = facets.par_iter().filter_map(with_rows).collect();
+                Cells::Touched { facets, frame: Box::new(frame.with_facets(Vec::new())) }
             }
             Fill::Centre | Fill::Separating => {
                 let of_axis = |(axis, crossings): (usize, AxisCrossings)| {
@@ -109,10 +103,10 @@ impl Sheet {
                 let plane = plane_of(word) - planes.start;
                 (u64::from(plane) * n_across + u64::from(place_of(word)), row_of(word), row_of(word) + 1)
             })),
-            Cells::Touched { facets, fraction_bits } => {
+            Cells::Touched { facets, frame } => {
                 let passing = facets.iter().filter(|(rows, _)| rows.start < planes.end && rows.end > planes.start);
                 for (rows, facet) in passing {
-                    let Some(touched) = Touched::new(facet, *fraction_bits, &self.rays) else { continue };
+                    let Some(touched) = Touched::new(facet, frame, &self.rays) else { continue };
                     for j in rows.start.max(planes.start)..rows.end.min(planes.end) {
                         for i in touched.cells[0].clone() {
                             let [first, last] = touched.of_ray(i, j.into());

@@ -20,6 +20,8 @@ mod ordered;
 pub mod raw;
 pub mod sidecar;
 mod sink;
+#[cfg(not(target_arch = "wasm32"))]
+mod staggered;
 pub mod vti;
 mod vtp;
 #[cfg(all(feature = "zarr", not(target_arch = "wasm32")))]
@@ -41,6 +43,8 @@ pub use links::{LinksFormat, write_links};
 pub use options::{AxisOrder, Compress, Format, Options, Written};
 pub use sidecar::sidecar_json;
 pub(crate) use sink::Sink;
+#[cfg(not(target_arch = "wasm32"))]
+pub use staggered::write_staggered;
 pub use vtp::leak_vtp;
 
 /// Writes a mesh in file order, slab by slab; never seeks. Flushes at the end.

@@ -161,6 +161,8 @@ export interface Job {
   links?: never;
   /** Fractions of cells that surfaces cut: natively only. */
   fractions?: never;
+  /** Flags at the points of a staggered grid: natively only. */
+  staggered?: never;
   /** Axis of the rays; the result does not depend on it. Default `auto`: the longest, the first of those less than an eighth shorter. */
   axis?: 'auto' | 'x' | 'y' | 'z';
   /**

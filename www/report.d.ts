@@ -110,6 +110,8 @@ export interface Report {
   links: null;
   /** Cells that surfaces cut: natively only, null here. */
   fractions: null;
+  /** Points of a staggered grid: natively only, null here. */
+  staggered: null;
   /** Hash of the flags, the same on every device and along every axis; null for an opened mesh and where the columns have spilled. */
   flags_hash: string | null;
   /** SHA-256 of the flags; null, as `Mesh.sha256` makes it where it is needed. */

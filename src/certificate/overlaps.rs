@@ -25,6 +25,8 @@ pub struct Overlap {
     pub geometries: [usize; 2],
     /// Cells inside of both.
     pub cells: u64,
+    /// Their volume.
+    pub volume: f64,
     /// Cells of the longest stretch of a ray inside of both; 0 in a window in which none begins.
     pub longest: u32,
     /// A place inside of both, in world coordinates: the middle of the longest stretch, the first of those.
@@ -45,6 +47,7 @@ struct Stretch {
 /// What a pair of geometries has in common.
 struct Common {
     cells: u64,
+    volume: f64,
     longest: Stretch,
 }
 
@@ -52,6 +55,7 @@ impl Common {
     /// Adds what comes after.
     fn add(&mut self, more: Common) {
         self.cells += more.cells;
+        self.volume += more.volume;
         if more.longest.length > self.longest.length {
             self.longest = more.longest;
         }
@@ -70,14 +74,16 @@ pub(super) fn overlaps(cast: &Cast, lines: &Lines, cells: [[u32; 3]; 2]) -> Vec<
     for first in down.clone().step_by(ROWS as usize) {
         let rows = first..down.end.min(first.saturating_add(ROWS));
         let windows: Vec<Window> = rows.map(|row| [across.clone(), row..row + 1]).collect();
-        let of_row = |crossings: &Crossings| common_cells(crossings, cast.rule, cast.rays.depth, &along);
+        let of_row = |crossings: &Crossings| common_cells(crossings, cast, lines, &along);
         for (pair, of_row) in over_windows(cast, &windows, false, of_row).into_iter().flatten() {
             note(&mut common, pair, of_row);
         }
     }
-    let overlap = |([high, low], Common { cells, longest }): ([u8; 2], Common)| Overlap {
+    let overlap = |([high, low], Common { cells, volume, longest }): ([u8; 2], Common)| Overlap {
         geometries: [high, low].map(|rank| ranks[usize::from(rank)]),
         cells,
+        // of equal cells without rounding
+        volume: lines.cell_volume().map_or(volume, |cell| cells as f64 * cell),
         longest: longest.length,
         place: middle(longest, cast.rays, lines),
     };
@@ -103,13 +109,15 @@ fn middle(Stretch { ray, first, end, .. }: Stretch, rays: &Rays, lines: &Lines) 
 }
 
 /// What each pair of ranks, the higher first, has in common in some cells of the rays.
-fn common_cells(crossings: &Crossings, rule: Rule, depth: u32, along: &Range<u32>) -> BTreeMap<[u8; 2], Common> {
+fn common_cells(crossings: &Crossings, cast: &Cast, lines: &Lines, along: &Range<u32>) -> BTreeMap<[u8; 2], Common> {
+    let (rule, rays) = (cast.rule, cast.rays);
+    let n_across = u64::from(rays.counts[0]);
     let mut common: BTreeMap<[u8; 2], Common> = BTreeMap::new();
     crossings.for_each_ray(|ray, events| {
         let mut counts: BTreeMap<u8, i32> = BTreeMap::new();
         let mut last = 0;
         for &event in events {
-            let cell = (event >> 9).min(depth);
+            let cell = (event >> 9).min(rays.depth);
             let is_inside = |(_, n): &(&u8, &i32)| if rule == Rule::Parity { *n & 1 != 0 } else { **n != 0 };
             if cell > last {
                 let inside: Vec<u8> = counts.iter().filter(is_inside).map(|(&rank, _)| rank).collect();
@@ -117,10 +125,16 @@ fn common_cells(crossings: &Crossings, rule: Rule, depth: u32, along: &Range<u32
                     true => Stretch { length: cell - last, ray, first: last, end: cell },
                     false => Stretch { length: 0, ray, first: along.start, end: cell.min(along.end) },
                 };
-                let n_here = cell.min(along.end).saturating_sub(last.max(along.start));
+                let [start, end] = [last.max(along.start), cell.min(along.end)];
+                let n_here = end.saturating_sub(start);
+                let volume = || {
+                    let size = |side: usize, cell: u64| lines.cell_size(rays.across[side], cell as u32);
+                    let length = lines.line(rays.axis, end) - lines.line(rays.axis, start);
+                    length * size(0, ray % n_across) * size(1, ray / n_across)
+                };
                 for (index, &high) in inside.iter().enumerate().filter(|_| n_here > 0) {
                     for &low in &inside[..index] {
-                        note(&mut common, [high, low], Common { cells: n_here.into(), longest });
+                        note(&mut common, [high, low], Common { cells: n_here.into(), volume: volume(), longest });
                     }
                 }
                 last = cell;

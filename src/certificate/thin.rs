@@ -99,20 +99,20 @@ fn aligned_or_not(facets: &[SnappedFacet], axis: usize, frame: &Frame) -> Frame 
 
 fn thin_of(cast: &Cast, cells: [[u32; 3]; 2], k: u32) -> Vec<Thin> {
     let (rays, corners) = (cast.rays, cast.frame.facets.as_flattened());
-    let bits = cast.frame.fraction_bits;
     let span = |axis: usize| {
-        let along = corners.iter().map(|corner| corner[axis] >> bits);
-        [along.clone().min(), along.max()].map(|cell| cell.unwrap_or(0))
+        let along = corners.iter().map(|corner| corner[axis]);
+        [along.clone().min(), along.max()].map(Option::unwrap_or_default)
     };
     let through = rays_through(rays, cells);
     let within = |axis: usize, rays: &Range<u32>| {
         let [low, high] = span(axis);
-        let [first, last] = [low, high.saturating_add(1)].map(|cell| cell.max(0) as u32);
-        first.clamp(rays.start, rays.end)..last.clamp(rays.start, rays.end)
+        let [first, end] = [cast.frame.n_below(axis, low, false), cast.frame.n_below(axis, high, true)];
+        first.clamp(rays.start, rays.end)..end.clamp(rays.start, rays.end)
     };
-    let [low, high] = span(rays.axis);
+    let ([low, high], frame) = (span(rays.axis), cast.frame);
     // beyond half a cell outside, what is at the ends may reach further
-    let is_cut = low < -1 || high >= rays.depth as i32;
+    let outside = |centre: u32, face: u32| 2 * frame.face(rays.axis, face) - frame.centre(rays.axis, centre);
+    let is_cut = low < outside(0, 0) || high >= outside(rays.depth - 1, rays.depth);
     let [across, down] = [0, 1].map(|index| within(rays.across[index], &through[index]));
     let [begin, end] = cells.map(|cell| cell[rays.axis]);
     // what begins behind the last centre is the last cell's

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::frame::{Frame, Scale, moved};
+use crate::frame::{Frame, Places, Scale, moved};
 use crate::lines::Lines;
 use crate::rays::Rays;
 
@@ -37,7 +37,8 @@ impl Refined {
             libm::rint(units(axis, lines.at(axis, f64::from(index / m) + fraction))) as i32
         };
         let centres = [0, 1, 2].map(|axis| (0..dims[axis]).map(|index| centre(axis, index)).collect());
-        let frame = Frame { centres: Some(Arc::new(centres)), dims, ..frame.clone() };
+        let faces = frame.centres.as_ref().map_or_else(Default::default, |places| places.faces.clone());
+        let frame = Frame { centres: Some(Arc::new(Places { centres, faces })), dims, ..frame.clone() };
         let list = lines.list(0).into_iter().map(|line| units(0, line)).collect();
         Refined { frame, m, lines: Some(list), first: 0.0, size: 1.0 }
     }

@@ -1,6 +1,7 @@
-//! Where the centres of cells are in the frame.
+//! Where the centres and the faces of cells are in the frame.
 //!
-//! Of equal cells the centre of cell i is the integer `i * 2^F`; of listed lines it is `round(u * 2^F)` like any other place, from a table.
+//! Of equal cells the centre of cell i is the integer `i * 2^F`, and its lower face is half a cell below; of listed lines they are
+//! `round(u * 2^F)` like any other place, from a table.
 //! u is counted from the centre of cell 0 in sizes of the smallest cell of the axis, so neighbouring centres are at least `2^F - 1`
 //! units from each other.
 
@@ -8,8 +9,68 @@ use std::sync::Arc;
 
 use crate::lines::Lines;
 
-/// Centres of all cells of each axis, ascending from 0.
-pub type Centres = Arc<[Vec<i32>; 3]>;
+/// Places in the frame of cells that differ in size.
+pub type Centres = Arc<Places>;
+
+/// Where cells are along each axis, in units.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Places {
+    /// Centres of all cells, ascending from 0.
+    pub centres: [Vec<i32>; 3],
+    /// The faces below all cells, and that above the last.
+    pub faces: [Vec<i32>; 3],
+}
+
+impl Places {
+    /// Number of cells of an axis whose centres lie below a place.
+    #[inline(always)]
+    pub(super) fn n_below(&self, axis: usize, place: i64) -> usize {
+        n_below(&self.centres[axis], place)
+    }
+
+    /// Size of the cells along an axis on average; None of one cell.
+    pub(super) fn mean_cell(&self, axis: usize) -> Option<f64> {
+        let centres = &self.centres[axis];
+        let n = centres.len();
+        (n > 1).then(|| f64::from(centres[n - 1] - centres[0]) / (n - 1) as f64)
+    }
+
+    /// As [`super::Frame::touched`].
+    #[inline(always)]
+    pub(super) fn touched(&self, axis: usize, [low, high]: [i64; 2]) -> [i64; 2] {
+        [low, high + 1].map(|place| n_below(&self.faces[axis], place) as i64 - 1)
+    }
+
+    /// The places of some cells, counted from the centre of the first.
+    pub(super) fn of_cells(&self, [first, end]: [[u32; 3]; 2]) -> Places {
+        let of = |tables: &[Vec<i32>; 3], more: usize| {
+            [0, 1, 2].map(|axis: usize| {
+                let start = self.centres[axis][first[axis] as usize];
+                let some = &tables[axis][first[axis] as usize..end[axis] as usize + more];
+                some.iter().map(|place| place - start).collect()
+            })
+        };
+        Places { centres: of(&self.centres, 0), faces: of(&self.faces, 1) }
+    }
+
+    /// Puts the centres of cells, one more, on the faces along an axis.
+    pub(super) fn put_on_faces(&mut self, axis: usize) {
+        self.centres[axis].clone_from(&self.faces[axis]);
+    }
+
+    /// Adds the mirror images of the first and the last centre along an axis, in the faces at its ends.
+    pub(super) fn mirror_ends(&mut self, axis: usize) {
+        let (centres, faces) = (&mut self.centres[axis], &self.faces[axis]);
+        centres.insert(0, 2 * faces[0] - centres[0]);
+        centres.push(2 * faces[faces.len() - 1] - centres[centres.len() - 1]);
+    }
+}
+
+/// Number of places of an ascending list below one.
+#[inline(always)]
+fn n_below(places: &[i32], place: i64) -> usize {
+    places.partition_point(|&at| i64::from(at) < place)
+}
 
 /// How places are counted: from the centre of cell 0, in cells of the smallest size.
 #[derive(Debug, Clone, Copy)]
@@ -36,13 +97,12 @@ impl Scale {
     }
 }
 
-/// The centres of listed lines; None where cells are equal.
-pub(super) fn centres(lines: &Lines, scale: &Scale, fraction_bits: u32) -> Option<Centres> {
+/// The places of listed lines; None where cells are equal.
+pub(super) fn places(lines: &Lines, scale: &Scale, fraction_bits: u32) -> Option<Centres> {
     let factor = f64::from(1u32 << fraction_bits);
-    let centre = |axis: usize, cell: u32| {
-        let middle = 0.5 * (lines.line(axis, cell) + lines.line(axis, cell + 1));
-        libm::rint(scale.units_from_world(axis, middle) * factor) as i32
-    };
-    let of_axis = |axis: usize| (0..lines.dims()[axis]).map(|cell| centre(axis, cell)).collect();
-    lines.is_graded().then(|| Arc::new([0, 1, 2].map(of_axis)))
+    let place = |axis: usize, world: f64| libm::rint(scale.units_from_world(axis, world) * factor) as i32;
+    let middle = |axis: usize, cell: u32| 0.5 * (lines.line(axis, cell) + lines.line(axis, cell + 1));
+    let centres = |axis: usize| (0..lines.dims()[axis]).map(|cell| place(axis, middle(axis, cell))).collect();
+    let faces = |axis: usize| (0..=lines.dims()[axis]).map(|line| place(axis, lines.line(axis, line))).collect();
+    lines.is_graded().then(|| Arc::new(Places { centres: [0, 1, 2].map(centres), faces: [0, 1, 2].map(faces) }))
 }

@@ -30,6 +30,9 @@ pub struct RunJob {
     /// File for the fractions of cut cells, `.npz`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fractions_output: Option<String>,
+    /// File for the flags of a staggered grid, `.npz`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub staggered_output: Option<String>,
     /// zlib level of outputs, 1 to 9, or "none"; by default 6.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub compress: Option<Level>,
@@ -191,6 +194,7 @@ pub const RUN_KEYS: &[&str] = &[
     "bits",
     "links_output",
     "fractions_output",
+    "staggered_output",
     "axis_order",
     "map",
     "export_flags",

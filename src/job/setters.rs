@@ -121,6 +121,11 @@ impl Job {
         Job { fractions: Some(fractions), ..self }
     }
 
+    /// Finds the flags at the points of a staggered grid, or does not.
+    pub fn with_staggered(self, staggered: bool) -> Job {
+        Job { staggered, ..self }
+    }
+
     /// Calls walls of fewer cells thin.
     pub fn with_thin_cells(self, thin_cells: u32) -> Job {
         Job { thin_cells: Some(thin_cells), ..self }

@@ -103,6 +103,10 @@ impl Job {
             let message = "links and a window or part are given together: links are those of the whole box";
             return Err(Error::new("job-conflict", message, "mesh the whole box for links, or remove them"));
         }
+        if self.staggered && (is_cut || self.close_gaps.is_some()) {
+            let message = "staggered is given with a window, a part or close_gaps: its points are those of the surfaces in the whole box";
+            return Err(Error::new("job-conflict", message, "mesh the whole box as it is for staggered, or remove it"));
+        }
         let Some(fractions) = self.fractions else { return Ok(()) };
         if !matches!(fractions.rays, 1 | 2 | 4 | 8 | 16) {
             return Err(out_of_range(

@@ -14,7 +14,8 @@ use crate::links::{Field, Links};
 
 /// A frame from which nothing was taken, and how the cells of each rank are decided.
 pub(super) struct Uncut {
-    frame: Frame,
+    pub(super) frame: Frame,
+    pub(super) closed: Vec<Closed>,
     kinds: Vec<Kind>,
 }
 
@@ -24,7 +25,7 @@ impl Uncut {
     /// # Errors
     /// `surface-open`, `job-conflict` where the fractions of cells are asked for, and a geometry has cells that rays do not decide.
     pub(super) fn new(job: &Job, frame: &Frame, closed: &[Closed], geometries: &[Geometry]) -> Result<Option<Uncut>> {
-        if !IS_NATIVE || job.links.is_none() && job.fractions.is_none() {
+        if !IS_NATIVE || job.links.is_none() && job.fractions.is_none() && !job.staggered {
             return Ok(None);
         }
         let kind = |(rank, &index): (usize, &usize)| {
@@ -42,7 +43,7 @@ impl Uncut {
         if let Some(rank) = apart.filter(|_| job.fractions.is_some()) {
             return Err(no_volume(&geometries[frame.ranks.geometry_of_rank[rank]], closed[rank].by(job.rule)));
         }
-        Ok(Some(Uncut { frame: frame.clone(), kinds }))
+        Ok(Some(Uncut { frame: frame.clone(), closed: closed.to_vec(), kinds }))
     }
 
     /// The links that a job asks for, of at most so many bytes with what finding them takes.

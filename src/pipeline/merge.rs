@@ -14,7 +14,7 @@ use crate::columns::CellRun;
 use crate::doubt::Doubt;
 use crate::error::Result;
 use crate::fingerprint::hash_of_sums;
-use crate::lines::Lines;
+use crate::lines::Grading;
 use crate::rays::Rays;
 use crate::report::{DoubtReport, MAX_BOXES, OpenReport, flag_reports};
 
@@ -23,7 +23,7 @@ mod part;
 mod sentences;
 
 use certificate::merged_certificate;
-use part::{HINT, Part, part, refused};
+use part::{HINT, Part, lines_of_box, part, refused};
 use sentences::{Counted, merged_shells, warnings};
 
 /// What must be equal in the reports of all windows.
@@ -42,10 +42,11 @@ pub fn merge(reports: &[Value]) -> Result<Value> {
     let axis = ["x", "y", "z"].iter().position(|name| first.report["ray_axis"] == *name).unwrap_or(0);
     check_grid(&parts)?;
     let runs = runs(&parts, axis)?;
-    let whole = Lines::new(first.window.origin, first.lines.smallest(), first.window.of)?;
+    let whole = lines_of_box(&parts)?;
     let mut merged = first.report.clone();
     merged["dims"] = json!(whole.dims());
     merged["origin"] = json!(whole.origin());
+    merged["grading"] = json!(Grading::of(&whole, first.report["unit"].as_str()));
     merged["window"] = Value::Null;
     merged["flags_sha256"] = Value::Null;
     let job = merged["job"].as_object_mut().ok_or_else(|| refused("job-value", "a report has no job", HINT))?;
@@ -71,8 +72,10 @@ pub fn merge(reports: &[Value]) -> Result<Value> {
     geometries.iter_mut().zip(bounds).for_each(|(geometry, bound)| geometry.volume_bound = bound);
     let open = merged_open(&parts);
     let cells = cells_per_flag(&parts);
-    let volume = whole.cell_volume().unwrap_or_default();
-    let volumes = cells.map(|n| n as f64 * volume);
+    let volumes = match whole.cell_volume() {
+        Some(volume) => cells.map(|n| n as f64 * volume),
+        None => volumes_per_flag(&parts),
+    };
     merged["flags"] = json!(flag_reports(&geometries, &cells, &volumes));
     merged["flags_hash"] = json!(hash(&parts, whole.dims()));
     merged["doubtful"] = json!(merged_doubtful(&parts, whole.dims())?);
@@ -167,6 +170,13 @@ fn cells_per_flag(parts: &[Part]) -> [u64; 256] {
     let mut cells = [0; 256];
     parts.iter().flat_map(|part| &part.flags).for_each(|flag| cells[usize::from(flag.flag)] += flag.cells);
     cells
+}
+
+/// Sums of what each window has, in their order: other than those of the whole in their last bits.
+fn volumes_per_flag(parts: &[Part]) -> [f64; 256] {
+    let mut volumes = [0.0; 256];
+    parts.iter().flat_map(|part| &part.flags).for_each(|flag| volumes[usize::from(flag.flag)] += flag.volume);
+    volumes
 }
 
 fn hash(parts: &[Part], dims: [u32; 3]) -> Option<String> {

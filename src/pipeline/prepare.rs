@@ -3,7 +3,7 @@
 use crate::domain::{BoundingBox, Domain};
 use crate::error::{Error, Result};
 use crate::frame::check_limits;
-use crate::geometry::{Fill, Geometry};
+use crate::geometry::Geometry;
 use crate::job::{AxisChoice, HaloEdge, Job, PartJob, ZarrJob};
 use crate::lines::{Body, IS_NATIVE, Lines, check_n_cells, graded, lines, native_only};
 use crate::parts::parts;
@@ -42,17 +42,20 @@ pub struct Prepared {
 /// Makes geometries, domain, lines and rays of a job.
 ///
 /// # Errors
-/// Those of [`Job::validate`], [`geometries`], [`Domain::new`], [`lines`], [`graded`]; `lines-graded` where cells differ in size and
-/// the job asks for what is known of equal ones only; [`check_n_cells`], and the limits of
+/// Those of [`Job::validate`], [`geometries`], [`Domain::new`], [`lines`], [`graded`]; `lines-graded` where cells differ in size, in wasm; [`check_n_cells`], and the limits of
 /// [`crate::frame::Frame::new`]; `job-value` where the window ends beyond the box; those of [`parts`].
 pub fn prepare(job: &Job, sources: Vec<Source>) -> Result<Prepared> {
     job.validate()?;
     if !IS_NATIVE && (job.lines.is_some() || job.graded.is_some()) {
         return Err(native_only());
     }
-    if !IS_NATIVE && (job.links.is_some() || job.fractions.is_some()) {
-        let message = "links from cells to surfaces and fractions of cells are measured natively only";
-        return Err(Error::new("job-conflict", message, "leave out links and fractions, or use the native program"));
+    if !IS_NATIVE && (job.links.is_some() || job.fractions.is_some() || job.staggered) {
+        let message = "links from cells to surfaces, fractions of cells and staggered grids are made natively only";
+        return Err(Error::new(
+            "job-conflict",
+            message,
+            "leave out links, fractions and staggered, or use the native program",
+        ));
     }
     if !IS_NATIVE && job.certify && (job.window.is_some() || job.part.is_some()) {
         let message = "windows and parts have a certificate natively only";
@@ -76,9 +79,6 @@ pub fn prepare(job: &Job, sources: Vec<Source>) -> Result<Prepared> {
     };
     notices.extend(unlike);
     check_limits(&geometries, &whole)?;
-    if whole.is_graded() {
-        check_graded(job, &geometries)?;
-    }
     let asked = match job.part {
         Some(part) => {
             let step = part_step(job.zarr.as_ref(), &whole)?;
@@ -104,21 +104,6 @@ fn bodies(geometries: &[Geometry]) -> Vec<Body<'_>> {
     let body = |of: &'_ Geometry| of.bounding_box().map(|bounds| (bounds, of.sizing));
     let named = geometries.iter().filter_map(|of| body(of).map(|found| (of.name.as_str(), found)));
     named.map(|(name, (bounds, sizing))| Body { name, bounds, sizing }).collect()
-}
-
-/// Refuses what is defined on equal cells only.
-fn check_graded(job: &Job, geometries: &[Geometry]) -> Result<()> {
-    let refused = |what: &str| {
-        let message = format!("cells differ in size, and {what} is known of equal ones only");
-        Err(Error::new("lines-graded", message, "leave it out, or use equal cells (cells, dims, cell_size)"))
-    };
-    if let Some(geometry) = geometries.iter().find(|geometry| geometry.fill != Fill::Centre) {
-        return refused(&format!("fill = \"{}\" of geometry \"{}\"", geometry.fill.name(), geometry.name));
-    }
-    if job.certify {
-        return refused("what certify looks for");
-    }
-    Ok(())
 }
 
 impl Prepared {

@@ -19,8 +19,8 @@ const MANY_FACETS: usize = 1 << 20;
 pub(super) async fn snapped(job: &Job, prepared: &Prepared, control: &Control) -> Result<Snapped> {
     let n_facets: usize = prepared.geometries.iter().map(|geometry| geometry.facets.len()).sum();
     let is_plain = |geometry: &Geometry| geometry.fill == Fill::Centre && !geometry.shell && !geometry.invert;
-    let is_plain =
-        !job.certify && job.links.is_none() && job.fractions.is_none() && prepared.geometries.iter().all(is_plain);
+    let is_measured = job.certify || job.links.is_some() || job.fractions.is_some() || job.staggered;
+    let is_plain = !is_measured && prepared.geometries.iter().all(is_plain);
     if n_facets >= MANY_FACETS && prepared.window.is_none() && is_plain {
         let few = in_steps(prepared, Some(&prepared.rays), control).await?;
         if few.closed.iter().all(|closed| closed.is_proper) {

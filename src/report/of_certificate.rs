@@ -124,16 +124,16 @@ impl CertificateReport {
             place,
             index: geometry,
         };
-        let overlap = |&Overlap { geometries: [winner, loser], cells, longest, place }: &Overlap| OverlapReport {
-            winner: name(winner),
-            loser: name(loser),
-            cells,
-            // no certificate is made of cells that differ
-            volume: cells as f64 * lines.cell_volume().unwrap_or_default(),
-            place,
-            longest,
-            indices: [winner, loser],
-        };
+        let overlap =
+            |&Overlap { geometries: [winner, loser], cells, volume, longest, place }: &Overlap| OverlapReport {
+                winner: name(winner),
+                loser: name(loser),
+                cells,
+                volume,
+                place,
+                longest,
+                indices: [winner, loser],
+            };
         CertificateReport {
             thin_cells: found.thin_cells,
             thin_walls: found.thin_walls.iter().map(thin_wall).collect(),

@@ -43,6 +43,7 @@ pub struct ColumnsReport<'a> {
     gaps: (),
     links: (),
     fractions: (),
+    staggered: (),
     /// Number of cells.
     pub cells: u64,
     /// Every flag in use.
@@ -103,6 +104,7 @@ impl ColumnsReport<'_> {
             gaps: (),
             links: (),
             fractions: (),
+            staggered: (),
             odd_rays: columns.odd_rays(),
             cells: mesh.lines.n_cells(),
             flags: flags_of_columns(mesh),

@@ -52,6 +52,7 @@ const CORE: &[&str] = &[
     "doubt",
     "overlay",
     "links",
+    "staggered",
     "mesh",
     "fingerprint",
     "cut",

@@ -47,6 +47,8 @@ mod graded;
 #[cfg(feature = "cli")]
 mod graded_command;
 #[cfg(feature = "cli")]
+mod graded_laws;
+#[cfg(feature = "cli")]
 mod halos;
 mod hole_oracle;
 #[cfg(feature = "gpu")]
@@ -95,6 +97,7 @@ mod seven_cases;
 mod shaders;
 mod sheets;
 mod soups;
+mod staggered;
 #[cfg(feature = "cli")]
 mod strangers;
 #[cfg(feature = "cli")]

@@ -31,30 +31,45 @@ const F64_PLACES: u64 = 1074;
 
 /// Flags of all cells, x fastest.
 pub(crate) fn flags(geometries: &[Geometry], lines: &Lines, rule: Rule) -> Vec<u8> {
-    let fraction_bits = fraction_bits(geometries, lines);
+    flags_around(geometries, lines, rule, [false; 3])
+}
+
+/// Flags at the centres of cells, along some axes at their faces in place of centres, x fastest.
+pub(crate) fn flags_around(geometries: &[Geometry], lines: &Lines, rule: Rule, at_faces: [bool; 3]) -> Vec<u8> {
+    let insides = insides_around(geometries, lines, rule, at_faces);
     let mut order: Vec<usize> = (0..geometries.len()).collect();
     order.sort_by_key(|&index| geometries[index].priority);
-    let [nx, ny, nz] = lines.dims();
-    let mut flags = vec![0; nx as usize * ny as usize * nz as usize];
-    let centres = [0, 1, 2].map(|axis| centres(lines, axis, fraction_bits));
+    let n_places = (0..3).map(|axis| lines.dims()[axis] as usize + usize::from(at_faces[axis]));
+    let mut flags = vec![0; n_places.product()];
     // painter: geometries that win paint over those that lose
     for index in order {
-        let tetrahedra: Vec<Tetrahedron> =
-            snapped(&geometries[index], lines, fraction_bits).iter().filter_map(Tetrahedron::new).collect();
-        let mut cell = 0;
-        for z in 0..nz {
-            for y in 0..ny {
-                for x in 0..nx {
-                    let centre = std::array::from_fn(|axis| centres[axis][[x, y, z][axis] as usize].clone());
-                    if is_inside(&tetrahedra, &centre, rule) {
-                        flags[cell] = geometries[index].flag;
-                    }
-                    cell += 1;
-                }
-            }
+        for (flag, _) in flags.iter_mut().zip(&insides[index]).filter(|(_, is_inside)| **is_inside) {
+            *flag = geometries[index].flag;
         }
     }
     flags
+}
+
+/// Which of these places each geometry holds.
+pub(crate) fn insides_around(
+    geometries: &[Geometry],
+    lines: &Lines,
+    rule: Rule,
+    at_faces: [bool; 3],
+) -> Vec<Vec<bool>> {
+    let fraction_bits = fraction_bits(geometries, lines);
+    let places = [0, 1, 2].map(|axis| {
+        let places = if at_faces[axis] { faces } else { centres };
+        places(lines, axis, fraction_bits)
+    });
+    let of_geometry = |geometry: &Geometry| {
+        let tetrahedra: Vec<Tetrahedron> =
+            snapped(geometry, lines, fraction_bits).iter().filter_map(Tetrahedron::new).collect();
+        let rows = places[2].iter().flat_map(|z| places[1].iter().map(move |y| (z, y)));
+        let all = rows.flat_map(|(z, y)| places[0].iter().map(move |x| [x, y, z].map(Clone::clone)));
+        all.map(|place| is_inside(&tetrahedra, &place, rule)).collect()
+    };
+    geometries.iter().map(of_geometry).collect()
 }
 
 /// Winding number of every geometry at every cell, x fastest, or its parity; and below the corners and centres that they come from.
@@ -220,6 +235,15 @@ fn middles(lines: &Lines, axis: usize) -> Vec<f64> {
 /// The same in units of the snap.
 pub(crate) fn centres(lines: &Lines, axis: usize, fraction_bits: u64) -> Vec<BigInt> {
     middles(lines, axis).into_iter().map(|u| rounded(exact(u), F64_PLACES - fraction_bits)).collect()
+}
+
+/// The faces of all cells of an axis, one more than these, in units of the snap.
+pub(crate) fn faces(lines: &Lines, axis: usize, fraction_bits: u64) -> Vec<BigInt> {
+    let face = |line: u32| match lines.is_graded() {
+        true => rounded(exact(cells_from_world(lines.line(axis, line), lines, axis)), F64_PLACES - fraction_bits),
+        false => (BigInt::from(2 * line) - BigInt::from(1)) << (fraction_bits - 1),
+    };
+    (0..=lines.dims()[axis]).map(face).collect()
 }
 
 /// Cells from the centre of cell 0, in the f64 arithmetic of the definition.

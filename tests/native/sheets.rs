@@ -4,7 +4,7 @@
 use std::collections::VecDeque;
 
 use hexcast::geometry::{Facet, Geometry};
-use hexcast::job::{Fill, GeometryJob, Job, Rule};
+use hexcast::job::{Fill, GeometryJob, Job, LinesJob, Rule};
 use hexcast::lines::Lines;
 use hexcast::pipeline::Engine;
 use num_bigint::{BigInt, Sign};
@@ -39,15 +39,26 @@ fn cells([nx, ny, nz]: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
     (0..nz).flat_map(move |z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z])))
 }
 
+/// The same on lines that are not equally spaced; some of them lie where lines and centres of equal cells would.
+fn graded(dims: [u32; 3], job: Job, random: &mut Random) -> Job {
+    let mut list = |n: u32| {
+        let mut places: Vec<u64> = (1..64).collect();
+        let inner = (1..n).map(|_| places.swap_remove(random.below(places.len() as u64) as usize) as f64 / 8.0);
+        let mut list: Vec<f64> = inner.chain([0.0, 8.0]).collect();
+        list.sort_by(f64::total_cmp);
+        list
+    };
+    let [x, y, z] = dims.map(&mut list);
+    set!(Job { lines: Some(LinesJob { x, y, z }), dims: None, domain: None, ..job })
+}
+
 /// Whether a facet has a point in the closed box of a cell: it is clipped by the six sides, in homogeneous coordinates.
-fn touches(facet: &[Exact; 3], cell: [usize; 3], bits: u64) -> bool {
+fn touches(facet: &[Exact; 3], cell: [usize; 3], faces: &[Vec<BigInt>; 3]) -> bool {
     let mut polygon: Vec<[BigInt; 4]> =
         facet.iter().map(|[x, y, z]| [x.clone(), y.clone(), z.clone(), BigInt::from(1)]).collect();
     for axis in 0..3 {
-        let centre = BigInt::from(cell[axis]) << bits;
-        let half = BigInt::from(1) << (bits - 1);
-        for (sign, bound) in [(1, &centre - &half), (-1, &centre + &half)] {
-            let within = |p: &[BigInt; 4]| -> BigInt { (&p[axis] - &bound * &p[3]) * sign };
+        for (sign, bound) in [(1, &faces[axis][cell[axis]]), (-1, &faces[axis][cell[axis] + 1])] {
+            let within = |p: &[BigInt; 4]| -> BigInt { (&p[axis] - bound * &p[3]) * sign };
             let mut clipped = Vec::new();
             for (from, to) in polygon.iter().zip(polygon.iter().cycle().skip(1)) {
                 let (of_from, of_to) = (within(from), within(to));
@@ -94,24 +105,29 @@ fn conservative_is_every_cell_that_a_facet_touches() {
     let (mut n_touched, mut n_free) = (0, 0);
     for round in 0..120 {
         let facets = awkward(&mut random, 1 + round % 4);
-        let (flags, added, lines) = filled(&facets, &job(dims.map(|n| n as u32), Fill::Conservative, true), round % 3);
+        let sizes = dims.map(|n| n as u32);
+        let equal = job(sizes, Fill::Conservative, true);
+        let job = if round % 2 == 0 { equal } else { graded(sizes, equal, &mut random) };
+        let (flags, added, lines) = filled(&facets, &job, round % 3);
+        assert_eq!(lines.is_graded(), round % 2 == 1);
         let (exact, bits) = snapped(&facets, &lines);
+        let faces = [0, 1, 2].map(|axis| oracle::faces(&lines, axis, bits));
         for cell in cells(dims) {
-            let expected = exact.iter().any(|facet| touches(facet, cell, bits));
+            let expected = exact.iter().any(|facet| touches(facet, cell, &faces));
             assert_eq!(flags[index(cell, dims)] != 0, expected, "round {round}, cell {cell:?} of {facets:?}");
             *(if expected { &mut n_touched } else { &mut n_free }) += 1;
         }
         assert_eq!(added, flags.iter().map(|&flag| u64::from(flag)).sum::<u64>());
     }
-    assert!(n_touched > 2000 && n_free > 20_000, "{n_touched} touched, {n_free} not");
+    assert!(n_touched > 1500 && n_free > 20_000, "{n_touched} touched, {n_free} not");
 }
 
 /// The number of facets that cross the step from a cell to its neighbour above. Centres stand a little before themselves, by lengths
 /// that no two facets can mistake: units of 2^-200 of the snap.
-fn crossed_step(exact: &[[Exact; 3]], cell: [usize; 3], axis: usize, bits: u64) -> usize {
+fn crossed_step(exact: &[[Exact; 3]], cell: [usize; 3], axis: usize, centres: &[Vec<BigInt>; 3]) -> usize {
     let at = |cell: [usize; 3]| -> Exact {
         let before = [130u32, 65, 0].map(|power| BigInt::from(1) << power);
-        std::array::from_fn(|k| (BigInt::from(cell[k]) << (bits + 200)) - &before[k])
+        std::array::from_fn(|k| (&centres[k][cell[k]] << 200u32) - &before[k])
     };
     let mut next = cell;
     next[axis] += 1;
@@ -171,15 +187,21 @@ fn no_step_between_two_cells_outside_of_a_separating_sheet_crosses_the_surface()
         let is_open = seed % 2 == 1;
         let facets = if is_open { without(&whole, 0.3, seed) } else { whole };
         let sizes = dims.map(|n| n as u32);
-        let (sheet, _, lines) = filled(&facets, &job(sizes, Fill::Separating, true), seed as usize % 3);
+        let with = |fill: Fill, shell: bool| {
+            let equal = job(sizes, fill, shell);
+            if seed % 4 < 2 { equal } else { graded(sizes, equal, &mut Random::new(seed)) }
+        };
+        let (sheet, _, lines) = filled(&facets, &with(Fill::Separating, true), seed as usize % 3);
+        assert_eq!(lines.is_graded(), seed % 4 >= 2);
         let (mut exact, bits) = snapped(&facets, &lines);
+        let centres = [0, 1, 2].map(|axis| oracle::centres(&lines, axis, bits));
         exact.iter_mut().flatten().flatten().for_each(|coordinate| *coordinate <<= 200);
         for cell in cells(dims) {
             for axis in (0..3).filter(|&axis| cell[axis] + 1 < dims[axis]) {
                 let mut next = cell;
                 next[axis] += 1;
                 if sheet[index(cell, dims)] == 0 && sheet[index(next, dims)] == 0 {
-                    assert_eq!(crossed_step(&exact, cell, axis, bits), 0, "seed {seed}, {cell:?} along {axis}");
+                    assert_eq!(crossed_step(&exact, cell, axis, &centres), 0, "seed {seed}, {cell:?} along {axis}");
                 }
             }
         }
@@ -187,13 +209,13 @@ fn no_step_between_two_cells_outside_of_a_separating_sheet_crosses_the_surface()
         if is_open {
             continue;
         }
-        let (inside, _, _) = filled(&facets, &job(sizes, Fill::Centre, false), 0);
+        let (inside, _, _) = filled(&facets, &with(Fill::Centre, false), 0);
         let reached = flooded(&sheet, dims, [0; 3]);
         for (at, &is_reached) in reached.iter().enumerate() {
             assert!(!is_reached || inside[at] == 0, "seed {seed}: the inside is reached at cell {at}");
         }
         // with the cells inside nothing but the outside is left
-        let (solid, added, _) = filled(&facets, &job(sizes, Fill::Separating, false), 1);
+        let (solid, added, _) = filled(&facets, &with(Fill::Separating, false), 1);
         for at in 0..solid.len() {
             assert_eq!(solid[at] != 0, sheet[at] != 0 || inside[at] != 0, "seed {seed}, cell {at}");
         }

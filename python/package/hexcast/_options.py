@@ -107,6 +107,8 @@ class JobOptions(TypedDict, total=False):
     links: Mapping[str, Any]
     #: Cells that surfaces cut, and the volumes of flags, in ``report["fractions"]``: ``rays``, those of a cell along each axis.
     fractions: Mapping[str, Any]
+    #: Points of a staggered grid, counted in ``report["staggered"]``.
+    staggered: bool
     #: Who meshes; ``"auto"`` takes a GPU where there is one. The cells do not depend on it.
     backend: Literal["auto", "gpu", "cpu"]
     #: Along which axis the rays run; the cells do not depend on it.

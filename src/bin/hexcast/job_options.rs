@@ -65,6 +65,7 @@ fn options(run: &RunJob, folder: &Path) -> Vec<(&'static str, OsString)> {
     put("doubt", "doubt", run.doubt.as_ref().map(place));
     put("links", "links", run.links_output.as_ref().map(place));
     put("fractions", "fractions", run.fractions_output.as_ref().map(place));
+    put("staggered", "staggered", run.staggered_output.as_ref().map(place));
     put("spill", "spill", run.spill.as_ref().map(place));
     put("format", "format", run.format.as_ref().map(OsString::from));
     let level = |level: &Level| match level {
@@ -110,8 +111,8 @@ pub(crate) fn dump(job: &Job, run: RunJob, path: &Path) -> Result<()> {
     };
     let (mut job, mut run) = (job.clone(), run);
     job.geometries.iter_mut().for_each(|geometry| geometry.file = place(&geometry.file));
-    let RunJob { report, doubt, spill, links_output, fractions_output, .. } = &mut run;
-    for name in [report, doubt, spill, links_output, fractions_output].into_iter().flatten() {
+    let RunJob { report, doubt, spill, links_output, fractions_output, staggered_output, .. } = &mut run;
+    for name in [report, doubt, spill, links_output, fractions_output, staggered_output].into_iter().flatten() {
         *name = place(name);
     }
     run.output =

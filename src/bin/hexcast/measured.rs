@@ -1,12 +1,12 @@
-//! Outputs of what is measured at surfaces: links, and fractions of cells.
+//! Outputs of what is measured at surfaces: links, and fractions of cells; and staggered grids.
 
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use hexcast::job::{Job, LinksJob, RunJob, Stencil};
 use hexcast::report::MeshFacts;
-use hexcast::write::{Compress, LinksFormat, write_fractions, write_links};
-use hexcast::{Error, Result};
+use hexcast::write::{Compress, LinksFormat, write_fractions, write_links, write_staggered};
+use hexcast::{Error, Mesh, Result};
 
 use super::arguments::choice;
 use super::job_options::as_text;
@@ -32,12 +32,16 @@ pub(crate) struct MeasuredArguments {
     /// Rays of --fractions along each axis of a cell: 1, 2, 4, 8 or 16 [default: 4]
     #[arg(long, value_name = "M", requires = "fractions")]
     fraction_rays: Option<u32>,
+    /// Write the flags at the points of a staggered (Yee) grid to a file, .npz: edges, faces and cells, and the faces of sheets
+    #[arg(long, value_name = "FILE")]
+    staggered: Option<PathBuf>,
 }
 
 /// Files for what is measured, opened before the long work starts.
 pub(crate) struct Measured {
     links: Option<(PendingFile, LinksFormat)>,
     fractions: Option<PendingFile>,
+    staggered: Option<PendingFile>,
     compress: Compress,
 }
 
@@ -46,6 +50,7 @@ impl MeasuredArguments {
     pub(crate) fn put(&self, run: &mut RunJob) -> Result<()> {
         run.links_output = self.links.as_deref().map(as_text).transpose()?;
         run.fractions_output = self.fractions.as_deref().map(as_text).transpose()?;
+        run.staggered_output = self.staggered.as_deref().map(as_text).transpose()?;
         Ok(())
     }
 
@@ -61,13 +66,14 @@ impl MeasuredArguments {
             let fractions = job.fractions.unwrap_or_default();
             job.fractions = Some(fractions.with_rays(self.fraction_rays.unwrap_or(fractions.rays)));
         }
+        job.staggered |= self.staggered.is_some();
         job.validate()
     }
 
     /// Whether a file is written that can be compressed.
     pub(crate) fn has_archive(&self) -> bool {
         let of_links = self.links.as_ref().map(|path| LinksFormat::of_name(&path.to_string_lossy()));
-        self.fractions.is_some() || matches!(of_links, Some(Ok(LinksFormat::Npz)))
+        self.fractions.is_some() || self.staggered.is_some() || matches!(of_links, Some(Ok(LinksFormat::Npz)))
     }
 
     /// Opens the files; none of them may be an output or an input.
@@ -84,13 +90,17 @@ impl MeasuredArguments {
         };
         let links = self.links.as_ref().map(|path| Ok((open(path)?, LinksFormat::of_name(&path.to_string_lossy())?)));
         let is_npz = |path: &Path| path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("npz"));
-        if let Some(path) = self.fractions.as_ref().filter(|path| !is_npz(path)) {
-            let message = format!("{}: the fractions of cells are written as .npz", path.display());
-            return Err(Error::new("job-value", message, "use .npz"));
+        for (path, what) in [(&self.fractions, "the fractions of cells are"), (&self.staggered, "a staggered grid is")]
+        {
+            if let Some(path) = path.as_ref().filter(|path| !is_npz(path)) {
+                let message = format!("{}: {what} written as .npz", path.display());
+                return Err(Error::new("job-value", message, "use .npz"));
+            }
         }
         Ok(Measured {
             links: links.transpose()?,
             fractions: self.fractions.as_ref().map(&mut open).transpose()?,
+            staggered: self.staggered.as_ref().map(&mut open).transpose()?,
             compress,
         })
     }
@@ -98,7 +108,7 @@ impl MeasuredArguments {
 
 impl Measured {
     /// Writes what was measured, and puts the files in their places.
-    pub(crate) fn write(self, facts: &MeshFacts) -> Result<Vec<OutputFile>> {
+    pub(crate) fn write(self, mesh: &Mesh, facts: &MeshFacts) -> Result<Vec<OutputFile>> {
         let compress = self.compress;
         let mut written = Vec::new();
         if let Some(((file, format), links)) = self.links.zip(facts.links.as_ref()) {
@@ -106,6 +116,9 @@ impl Measured {
         }
         if let Some((file, fractions)) = self.fractions.zip(facts.fractions.as_ref()) {
             written.push(put(file, |out| write_fractions(fractions, compress, out))?);
+        }
+        if let Some((file, staggered)) = self.staggered.zip(facts.staggered.as_ref()) {
+            written.push(put(file, |out| write_staggered(staggered, mesh, compress, out))?);
         }
         Ok(written)
     }

@@ -213,7 +213,7 @@ fn mesh_and_write(
         .with_write(written.map(|(_, seconds)| seconds))
         .with_flags_sha256(sha256.or(outputs.flags_sha256.take()))
         .with_host_bytes(memory::peak_bytes());
-    let measured = measured.write(&facts)?;
+    let measured = measured.write(&mesh, &facts)?;
     let report = Report::new(facts, caller);
     control.check()?;
     let mut files = outputs.finish(&format!("{}\n", report.to_json()))?;

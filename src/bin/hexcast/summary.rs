@@ -225,6 +225,14 @@ fn measured(table: &mut Table, mesh: &MeshFacts) {
         let cells = HumanCount(fractions.cut_cells);
         table.line("cut cells", format!("{cells}, by {0} x {0} rays a cell", fractions.rays));
     }
+    if let Some(staggered) = &mesh.staggered_report {
+        let flagged = staggered.components.iter().map(|component| {
+            let n = component.flags.iter().filter(|of| of.flag != 0).map(|of| of.points).sum();
+            format!("{} {}", component.name, HumanCount(n))
+        });
+        let (flagged, faces) = (flagged.collect::<Vec<String>>().join(", "), HumanCount(staggered.sheet_faces));
+        table.line("staggered", format!("points with a flag: {flagged}; {faces} faces of sheets"));
+    }
 }
 
 fn gaps(table: &mut Table, mesh: &MeshFacts) {

@@ -24,8 +24,8 @@ pub(super) fn merged_certificate(
         overlaps: joined(overlaps, |all, more| join_overlaps(all, more, axis_of_rays)),
         gaps: joined(gaps, join_gaps),
     };
-    for overlap in &mut merged.overlaps {
-        overlap.volume = overlap.cells as f64 * whole.cell_volume().unwrap_or_default();
+    if let Some(volume) = whole.cell_volume() {
+        merged.overlaps.iter_mut().for_each(|overlap| overlap.volume = overlap.cells as f64 * volume);
     }
     Some(merged)
 }
@@ -63,6 +63,7 @@ fn join_walls(all: &mut ThinWallReport, more: ThinWallReport) {
 
 fn join_overlaps(all: &mut OverlapReport, more: OverlapReport, axis: usize) {
     all.cells += more.cells;
+    all.volume += more.volume;
     let order = |overlap: &OverlapReport| {
         let ([one, other], first) = along(overlap.place, axis);
         (u32::MAX - overlap.longest, other, one, first)

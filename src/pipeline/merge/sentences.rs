@@ -61,12 +61,13 @@ fn counted(of: &Counted, rays: &Rays) -> [Vec<String>; 2] {
 pub(super) fn warnings(parts: &[Part], whole: &Counted, rays: &Rays) -> Vec<String> {
     let [mut before, mut between] = [Vec::new(), Vec::new()];
     for part in parts {
+        let lines = whole.lines.window(part.cells());
         let own = Counted {
             open: &part.open,
             geometries: &part.geometries,
             shells: &part.window.shells,
             certificate: &part.certificate,
-            lines: &part.lines,
+            lines: &lines,
             cells: part.cells(),
             report: part.report,
         };

@@ -1,0 +1,221 @@
+//! Staggered grids: the flags at the points where finite-difference solvers of Maxwell's equations have their fields (Yee 1966).
+//!
+//! # Theory
+//! Components of E lie in the middle of the edges of cells, those of H in the middle of their faces: [`COMPONENTS`]. So the points of a
+//! component are the centres of a box of cells that lie around lines, in place of centres, along one axis or two. They are places of
+//! the same snapped frame, and have the same rule for ties; so a point is inside of a geometry exactly where a cell with its centre there would be.
+//!
+//! A sheet has no inside. It is a set of faces: those whose link, from the centre of the cell before to that of the cell behind,
+//! crosses its surface. Faces at the ends of the box have a link, too, to the mirror image of the centre. The four edges of a face are
+//! conductors where the face is one: their points get its flag.
+//!
+//! # Practice
+//! The highest rank wins, of insides and of sheets; a face within a geometry of a higher rank is not in the sheet.
+//! Cost: about that of six meshes without files, and a cast along each axis for sheets; columns of six boxes, and 256 bytes for each face of a sheet.
+
+use crate::cast::Cast;
+use crate::columns::{Columns, flag_at};
+use crate::control::Control;
+use crate::cpu::Strips;
+use crate::error::{Error, Result};
+use crate::flags::{CellBox, flags_of_box};
+use crate::frame::{Frame, MAX_CELLS_PER_AXIS};
+use crate::job::Rule;
+use crate::lines::AXES;
+use crate::rays::Rays;
+
+/// The components: their names, and along which axes their points lie on lines in place of centres.
+pub const COMPONENTS: [(&str, [bool; 3]); 6] = [
+    ("Ex", [false, true, true]),
+    ("Ey", [true, false, true]),
+    ("Ez", [true, true, false]),
+    ("Hx", [true, false, false]),
+    ("Hy", [false, true, false]),
+    ("Hz", [false, false, true]),
+];
+
+/// A face of a sheet and its four edges, as lists hold them while they grow and are put in order.
+const BYTES_OF_FACE: u64 = 256;
+
+/// The flags of a staggered grid.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Staggered {
+    /// The points of each component, in the order of [`COMPONENTS`].
+    pub points: Vec<Points>,
+    /// The faces of sheets: those across x, then y, then z, each x fastest.
+    pub sheets: Vec<SheetFace>,
+}
+
+/// A face between two cells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SheetFace {
+    /// The axis across it: 0, 1 or 2.
+    pub axis: u8,
+    /// Its index on x, y and z: that of a line along its axis, of a cell along the others.
+    pub face: [u32; 3],
+    /// Flag of the sheet.
+    pub flag: u8,
+}
+
+/// The flags at the points of a component.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Points {
+    /// Such as "Ex".
+    pub name: &'static str,
+    /// Codes: 0, or rank + 1 of the geometry.
+    columns: Columns,
+    /// Points that a sheet wins, in order, with its code.
+    won: Vec<Coded>,
+    flag_of_code: Vec<u8>,
+}
+
+/// A point or face with a code.
+type Coded = ([u32; 3], u8);
+
+impl Points {
+    /// Number of points on each axis.
+    pub fn dims(&self) -> [u32; 3] {
+        self.columns.dims()
+    }
+
+    /// Flags of the points of a box, x fastest.
+    ///
+    /// # Errors
+    /// `io` where the columns are in a store that fails.
+    pub fn flags(&self, points: &CellBox) -> Result<Vec<u8>> {
+        let mut codes = flags_of_box(&self.columns, points)?;
+        let first = self.won.partition_point(|(point, _)| point[2] < points[2].start);
+        let won = self.won[first..].iter().take_while(|(point, _)| point[2] < points[2].end);
+        for (point, code) in won.filter(|(point, _)| (0..3).all(|axis| points[axis].contains(&point[axis]))) {
+            let [x, y, z] = [0, 1, 2].map(|axis| (point[axis] - points[axis].start) as usize);
+            codes[x + points[0].len() * (y + points[1].len() * z)] = *code;
+        }
+        codes.iter_mut().for_each(|code| *code = self.flag_of_code[usize::from(*code)]);
+        Ok(codes)
+    }
+
+    /// Number of points of each flag.
+    ///
+    /// # Errors
+    /// Those of [`Points::flags`].
+    pub fn n_per_flag(&self) -> Result<[u64; 256]> {
+        let mut n_per_flag = [0; 256];
+        for (code, n) in self.columns.cells_per_flag().into_iter().enumerate().take(self.flag_of_code.len()) {
+            n_per_flag[usize::from(self.flag_of_code[code])] += n;
+        }
+        let under = under(&self.columns, &self.won)?;
+        for (under, (_, code)) in under.into_iter().zip(&self.won) {
+            n_per_flag[usize::from(self.flag_of_code[usize::from(under)])] -= 1;
+            n_per_flag[usize::from(self.flag_of_code[usize::from(*code)])] += 1;
+        }
+        Ok(n_per_flag)
+    }
+}
+
+impl Staggered {
+    /// Puts sheets into the points of all components; `codes` has rank + 1 at these, `flag_of_rank` the flags of the ranks. `sheets` has the
+    /// facets of the geometries that are sheets, by rank, in a frame of the whole box.
+    ///
+    /// # Errors
+    /// `cancelled`; `memory` where the faces of sheets would take more than `max_bytes`; `io` where columns are in a store that fails.
+    pub(crate) fn new(
+        codes: Vec<Columns>,
+        flag_of_rank: &[u8],
+        sheets: &Frame,
+        (max_bytes, control): (u64, &Control),
+    ) -> Result<Staggered> {
+        let flag_of_code = [&[0], flag_of_rank].concat();
+        let (mut faces, mut edges) = (Vec::new(), [const { Vec::new() }; 3]);
+        for axis in 0..3 {
+            // of two sheets on a face the higher wins
+            let crossed = highest(crossed_faces(sheets, axis, (max_bytes / 3, control))?);
+            let under = under(&codes[3 + axis], &crossed)?;
+            for (&(face, code), _) in crossed.iter().zip(under).filter(|((_, code), under)| under <= code) {
+                faces.push(SheetFace { axis: axis as u8, face, flag: flag_of_code[usize::from(code)] });
+                for (along, across) in [((axis + 1) % 3, (axis + 2) % 3), ((axis + 2) % 3, (axis + 1) % 3)] {
+                    let mut behind = face;
+                    behind[across] += 1;
+                    edges[along].extend([(face, code), (behind, code)]);
+                }
+            }
+        }
+        let mut edges = edges.into_iter().map(highest).collect::<Vec<Vec<Coded>>>().into_iter();
+        let points = COMPONENTS.iter().zip(codes).map(|(&(name, _), columns)| {
+            let mut won = edges.next().unwrap_or_default();
+            let mut under = under(&columns, &won)?.into_iter();
+            won.retain(|(_, code)| under.next().is_some_and(|under| under < *code));
+            Ok(Points { name, columns, won, flag_of_code: flag_of_code.clone() })
+        });
+        Ok(Staggered { points: points.collect::<Result<_>>()?, sheets: faces })
+    }
+}
+
+/// Refuses boxes whose points the exact arithmetic cannot index.
+///
+/// # Errors
+/// `too-many-cells`.
+pub(crate) fn check_dims(dims: [u32; 3]) -> Result<()> {
+    let most = MAX_CELLS_PER_AXIS - 2;
+    let Some(axis) = (0..3).find(|&axis| dims[axis] > most) else { return Ok(()) };
+    let message = format!("{} cells along {}: at most {most} fit with a staggered grid", dims[axis], AXES[axis]);
+    Err(Error::new("too-many-cells", message, "use larger cells, or leave out staggered"))
+}
+
+/// The faces across an axis whose links cross a facet, and its rank + 1.
+fn crossed_faces(sheets: &Frame, axis: usize, (max_bytes, control): (u64, &Control)) -> Result<Vec<Coded>> {
+    let n_faces = sheets.dims[axis] + 1;
+    let frame = sheets.clone().with_mirrored_ends(axis);
+    let rays = Rays::new(axis, frame.dims);
+    // crossings are the same under either rule
+    let mut strips = Strips::new(&Cast { frame: &frame, rays: &rays, rule: Rule::Parity }, None);
+    let (mut found, n_across) = (Vec::new(), u64::from(rays.counts[0]));
+    while let Some(crossings) = strips.crossings(false, control)? {
+        for some in &crossings {
+            some.for_each_ray(|ray, events| {
+                // the first centre above is behind the face, and one more is before the first
+                let behind = events.iter().map(|event| (event >> 9, (event >> 1) as u8 + 1));
+                let within = behind.filter(|(centre, _)| (1..=n_faces).contains(centre));
+                let across = [(ray % n_across) as u32, (ray / n_across) as u32];
+                found.extend(within.map(|(centre, code)| (rays.cell([across[0], across[1], centre - 1]), code)));
+            });
+        }
+        check_bytes(found.len(), max_bytes)?;
+    }
+    Ok(found)
+}
+
+/// Refuses more faces than memory holds, with the points at their edges.
+fn check_bytes(n_faces: usize, max_bytes: u64) -> Result<()> {
+    let n_bytes = BYTES_OF_FACE * n_faces as u64;
+    if n_bytes <= max_bytes {
+        return Ok(());
+    }
+    let message =
+        format!("{n_faces} faces of sheets or more take {n_bytes} bytes: {max_bytes} are left of the memory allowed");
+    Err(Error::new("memory", message, "allow more with max_memory (--max-memory), or use larger cells"))
+}
+
+/// In order, x fastest, each once with its highest code.
+fn highest(mut found: Vec<Coded>) -> Vec<Coded> {
+    found.sort_unstable_by_key(|&([x, y, z], code)| (z, y, x, u8::MAX - code));
+    found.dedup_by_key(|(place, _)| *place);
+    found
+}
+
+/// The codes that columns have at some places.
+fn under(columns: &Columns, places: &[Coded]) -> Result<Vec<u8>> {
+    let rays = &columns.rays;
+    let ray_of = |[across, down]: [u32; 2]| u64::from(across) + u64::from(rays.counts[0]) * u64::from(down);
+    // ray after ray, so that each is read once
+    let mut order: Vec<(u64, u32)> = Vec::with_capacity(places.len());
+    order.extend((0u32..).zip(places).map(|(index, (place, _))| (ray_of(rays.across.map(|axis| place[axis])), index)));
+    order.sort_unstable();
+    let mut codes = vec![0; places.len()];
+    for of_ray in order.chunk_by(|one, other| one.0 == other.0) {
+        let runs = columns.ray(of_ray[0].0)?;
+        for &(_, index) in of_ray {
+            codes[index as usize] = flag_at(&runs, places[index as usize].0[rays.axis]);
+        }
+    }
+    Ok(codes)
+}
