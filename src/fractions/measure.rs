@@ -12,8 +12,8 @@ use crate::lattice::{Lattice, lattice};
 use crate::lines::Lines;
 use crate::parallel::*;
 
-/// Bytes that the entries of a flag of a cell take while they are collected.
-const BYTES: u64 = 2 * size_of::<Fraction>() as u64;
+/// Bytes that the entry of a flag of a cell takes.
+const BYTES: u64 = size_of::<Fraction>() as u64;
 
 /// Measures the fractions. `kinds` says of each rank whether it is inverted.
 ///
@@ -34,13 +34,13 @@ pub fn fractions(
     let rows = 0..Lattice::n_rows(&rays, bin);
     let lattice = lattice(&refined.frame, &rays, bin, rows.clone());
     let columns = Columns { refined: &refined, lines, rule, kinds };
-    let (mut fractions, mut volumes) = (Vec::new(), vec![0.0; 256]);
+    let (mut parts, mut n, mut volumes) = (Vec::new(), 0, vec![0.0; 256]);
     let starts: Vec<u32> = rows.clone().step_by(ROUND).collect();
     for start in starts {
         control.check()?;
         let end = (start + ROUND as u32).min(rows.end);
         let found: Vec<_> = (start..end).into_par_iter().map(|row| columns.of_rows(&lattice, row)).collect();
-        let n = fractions.len() + found.iter().map(|(some, _)| some.len()).sum::<usize>();
+        n += found.iter().map(|(some, _)| some.len()).sum::<usize>();
         if n as u64 * BYTES > max_bytes {
             let message = format!(
                 "{n} fractions of cells or more take {} bytes: {max_bytes} are left of the memory allowed",
@@ -50,14 +50,14 @@ pub fn fractions(
             return Err(Error::new("memory", message, hint));
         }
         for (some, of_rows) in found {
-            fractions.extend_from_slice(&some);
+            parts.push(some);
             volumes.iter_mut().zip(of_rows).for_each(|(sum, more)| *sum += more);
         }
     }
-    Ok(Fractions { rays: job.rays, dims: lines.dims(), fractions, volumes })
+    Ok(Fractions { rays: job.rays, dims: lines.dims(), parts, volumes })
 }
 
 /// Rays of rows of cells that go together, about.
-const ROWS: u32 = 1 << 13;
+const ROWS: u32 = 1 << 12;
 /// Bin rows of a round, after which cancel is looked at.
 const ROUND: usize = 64;

@@ -34,7 +34,7 @@ impl FractionsReport {
         let volumes = (0..=u8::MAX).zip(&fractions.volumes).filter(|(_, volume)| **volume > 0.0);
         FractionsReport {
             rays: fractions.rays,
-            cut_cells: fractions.fractions.chunk_by(|one, other| one.cell == other.cell).count() as u64,
+            cut_cells: fractions.n_cells(),
             volumes: volumes.map(|(flag, &volume)| VolumeReport { flag, volume }).collect(),
         }
     }

@@ -12,12 +12,12 @@ use crate::fractions::Fractions;
 /// `io` where `out` fails.
 pub fn write_fractions(fractions: &Fractions, compress: Compress, out: &mut dyn io::Write) -> Result<u64> {
     let mut sink = Sink { out, n_bytes: 0, hash: None };
-    let all = &fractions.fractions;
+    let (n, all) = (fractions.len(), || fractions.iter());
     archive::write(compress, &mut sink, |arrays| {
-        arrays.list(("dims", "<u4"), &fractions.dims, |n| n.to_le_bytes())?;
-        arrays.list(("cell", "<u8"), all, |fraction| fraction.cell.to_le_bytes())?;
-        arrays.list(("flag", "|u1"), all, |fraction| [fraction.flag])?;
-        arrays.list(("fraction", "<f4"), all, |fraction| fraction.fraction.to_le_bytes())
+        arrays.list(("dims", "<u4"), (3, fractions.dims.iter()), |n| n.to_le_bytes())?;
+        arrays.list(("cell", "<u8"), (n, all()), |fraction| fraction.cell.to_le_bytes())?;
+        arrays.list(("flag", "|u1"), (n, all()), |fraction| [fraction.flag])?;
+        arrays.list(("fraction", "<f4"), (n, all()), |fraction| fraction.fraction.to_le_bytes())
     })?;
     sink.out.flush().map_err(|error| Error::io("writing the fractions", error))?;
     Ok(sink.n_bytes)
