@@ -15,11 +15,13 @@
 //! Cost: a cast of m x m times as many rays as the mesh has along x; 16 bytes for each flag of each cell that is cut.
 
 mod column;
+mod faces;
 mod fraction;
 mod measure;
 mod refined;
+mod surface;
 
-pub use fraction::{Fraction, Fractions};
+pub use fraction::{CutSurface, Fraction, Fractions};
 #[cfg(not(feature = "stages"))]
 pub(crate) use measure::fractions;
 #[cfg(feature = "stages")]

@@ -5,7 +5,6 @@ use std::ops::Range;
 use super::{RowCaster, by_ray, graded};
 use crate::facet::Projected;
 use crate::frame::Frame;
-use crate::lattice::Lattice;
 use crate::rays::Rays;
 
 /// Lowest bits of a crossing: `rank << 1 | direction`.
@@ -15,18 +14,18 @@ pub(crate) const EVENT_BITS: u32 = 9;
 /// `place << 9 | rank << 1 | direction`.
 pub(crate) type Places = (Vec<u32>, Vec<u64>);
 
-/// Casts the rays of one bin row of a lattice whose bins are as wide as the box. `place` makes 55 bits, in order, of a place along a ray in
+/// Casts some rows of rays against facets: at least all that they hit. `place` makes 55 bits, in order, of a place along a ray in
 /// units, known to 2^-50 of itself.
 pub(crate) fn places(
     (frame, rays): (&Frame, &Rays),
-    lattice: &Lattice,
-    row: u32,
+    facets: &[u32],
+    rows: Range<u32>,
     place: impl Fn(f64) -> u64 + Copy,
 ) -> Places {
-    let first = row * lattice.bin[1];
-    let window: [Range<u32>; 2] = [0..rays.counts[0], first..(first + lattice.bin[1]).min(rays.counts[1])];
+    let first = rows.start;
+    let window: [Range<u32>; 2] = [0..rays.counts[0], rows];
     let mut hits = Vec::new();
-    for &facet in lattice.bin_facets(0, row) {
+    for &facet in facets {
         let Some(projected) = Projected::new(&frame.facets[facet as usize], frame, rays) else { continue };
         let event = u64::from(super::event(0, frame.rank_of_facet[facet as usize], projected.exits));
         let hit = |i, j, _, at| ((j - first) * rays.counts[0] + i, place(at) << EVENT_BITS | event);

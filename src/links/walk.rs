@@ -163,13 +163,7 @@ impl Walk<'_> {
         i64::from(frame.centre(axis, above)) - i64::from(frame.centre(axis, above - 1))
     }
 
-    fn hit(
-        &self,
-        [event, facet]: [u32; 2],
-        across: [u32; 2],
-        low: u32,
-        kept: &mut [Option<(u32, Projected)>],
-    ) -> Hit {
+    fn hit(&self, [event, facet]: [u32; 2], across: [u32; 2], low: u32, kept: &mut [Option<(u32, Projected)>]) -> Hit {
         let (frame, rays) = (&*self.sheared.frame, &self.sheared.rays);
         let kept = &mut kept[facet as usize % KEPT];
         if kept.is_none_or(|(of, _)| of != facet) {

@@ -15,6 +15,8 @@ pub struct FractionsReport {
     pub cut_cells: u64,
     /// Volume of each flag that has any, ascending; 0 is the background.
     pub volumes: Vec<VolumeReport>,
+    /// Area of the surface of each geometry in the box, in the order of the job; null unless surfaces are asked for.
+    pub areas: Option<Vec<f64>>,
 }
 
 /// Volume of a flag, with its fractions of cells that are cut.
@@ -36,6 +38,7 @@ impl FractionsReport {
             rays: fractions.rays,
             cut_cells: fractions.n_cells(),
             volumes: volumes.map(|(flag, &volume)| VolumeReport { flag, volume }).collect(),
+            areas: fractions.areas.clone(),
         }
     }
 }

@@ -59,6 +59,28 @@ impl Arrays<'_, '_, '_> {
         bytes: impl Fn(&T) -> [u8; N],
     ) -> Result<()> {
         self.begin(name, kind, &format!("({n},)"))?;
+        self.put_all(items, bytes)
+    }
+
+    /// Writes a whole array of so many numbers a row.
+    ///
+    /// # Errors
+    /// `io`.
+    pub(super) fn rows<'i, T: 'i, const N: usize>(
+        &mut self,
+        (name, kind, of_row): (&str, &str, usize),
+        (n, items): (usize, impl Iterator<Item = &'i T>),
+        bytes: impl Fn(&T) -> [u8; N],
+    ) -> Result<()> {
+        self.begin(name, kind, &format!("({n}, {of_row})"))?;
+        self.put_all(items, bytes)
+    }
+
+    fn put_all<'i, T: 'i, const N: usize>(
+        &mut self,
+        items: impl Iterator<Item = &'i T>,
+        bytes: impl Fn(&T) -> [u8; N],
+    ) -> Result<()> {
         let mut some = Vec::with_capacity(AT_ONCE + N);
         for item in items {
             some.extend_from_slice(&bytes(item));

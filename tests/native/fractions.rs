@@ -11,13 +11,13 @@ use hexcast::lines::Lines;
 
 use super::models::{self, Facets};
 
-type Point = [f64; 3];
+pub(super) type Point = [f64; 3];
 
-fn minus(a: Point, b: Point) -> Point {
+pub(super) fn minus(a: Point, b: Point) -> Point {
     [0, 1, 2].map(|axis| a[axis] - b[axis])
 }
 
-fn triple(a: Point, b: Point, c: Point) -> f64 {
+pub(super) fn triple(a: Point, b: Point, c: Point) -> f64 {
     (0..3).map(|i| a[i] * (b[(i + 1) % 3] * c[(i + 2) % 3] - b[(i + 2) % 3] * c[(i + 1) % 3])).sum()
 }
 
@@ -57,7 +57,7 @@ fn wedge([a, b, c]: [Point; 3], [d, e, f]: [Point; 3]) -> Vec<[Point; 4]> {
 }
 
 /// Volume of a closed surface within a cell.
-fn exact(facets: &[Facet], low: Point, high: Point) -> f64 {
+pub(super) fn exact(facets: &[Facet], low: Point, high: Point) -> f64 {
     let from = [0.123, -0.371, 0.717];
     let of_facet = |facet: &Facet| {
         let [a, b, c] = facet.map(|corner| corner.map(f64::from));
@@ -75,7 +75,7 @@ fn measured(geometries: &[Geometry], lines: &Lines, rays: u32) -> Fractions {
 }
 
 /// Turned about an axis that is none of the grid's.
-fn turned(facets: &Facets) -> Facets {
+pub(super) fn turned(facets: &Facets) -> Facets {
     let (s, c) = (0.6f32, 0.8f32);
     let turn = |[x, y, z]: [f32; 3]| {
         let [x, y] = [c * x - s * y, s * x + c * y];
@@ -85,7 +85,7 @@ fn turned(facets: &Facets) -> Facets {
     models::mapped(facets, turn)
 }
 
-fn bodies() -> Vec<(&'static str, Facets)> {
+pub(super) fn bodies() -> Vec<(&'static str, Facets)> {
     vec![
         ("ball", models::sphere([0.1, -0.2, 0.3], 3.1, 24)),
         ("cone", models::cone([0.3, 0.2, -2.5], 2.4, [0.1, -0.4, 3.0], 24)),
@@ -95,7 +95,7 @@ fn bodies() -> Vec<(&'static str, Facets)> {
     ]
 }
 
-fn grids() -> [Lines; 2] {
+pub(super) fn grids() -> [Lines; 2] {
     let equal = Lines::new([-5.0; 3], [1.0; 3], [10; 3]).unwrap();
     let list = vec![-5.0, -4.0, -2.75, -2.0, -1.5, -1.0, -0.25, 0.5, 1.0, 2.0, 3.0, 3.5, 5.0];
     [equal, Lines::from_lists([list.clone(), list.clone(), list]).unwrap()]

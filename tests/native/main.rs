@@ -34,6 +34,7 @@ mod column_files;
 #[cfg(feature = "cli")]
 mod command_inputs;
 mod compare;
+mod cut_faces;
 #[cfg(feature = "cli")]
 mod examples;
 mod famous_cases;
