@@ -2,8 +2,8 @@
 //!
 //! # Theory
 //! Rays run in the planes of the faces: m to each face, each in the middle of a strip of it, along x, or along y for faces across x. A ray is exact
-//! along itself. Where one line divides a face, it ends in at most two strips, in each of which the middle is off by at most half: so the
-//! fraction is off by less than 1 / m. Both cells beside a face have the same numbers of it.
+//! along itself. Where one line divides a face, lengths bend at two places at most; a strip is off by 1/4 for each bend in it, as `fractions.rs` has it. So the
+//! fraction is off by at most 1 / 2 m. Both cells beside a face have the same numbers of it.
 //!
 //! Cost: a cast of 3 m times as many rays as the mesh has; while a part is made, 8 bytes for each flag of each run of faces that are alike.
 
