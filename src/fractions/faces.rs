@@ -35,10 +35,11 @@ impl<'a> Faces<'a> {
     pub(super) fn of(&self, fractions: &[Fraction], planes: Range<u32>) -> Vec<[f32; 6]> {
         let [nx, ny, _] = self.dims.map(u64::from);
         let above = planes.end..planes.end + 1;
+        let own = std::slice::from_ref(&planes);
         let runs = [
-            Runs::new(&self.columns[0], &[planes.clone()]),
-            Runs::new(&self.columns[1], &[planes.clone()]),
-            Runs::new(&self.columns[2], &[planes, above]),
+            Runs::new(&self.columns[0], own),
+            Runs::new(&self.columns[1], own),
+            Runs::new(&self.columns[2], &[planes.clone(), above]),
         ];
         let mut faces = Vec::with_capacity(fractions.len());
         for of_cell in fractions.chunk_by(|one, other| one.cell == other.cell) {
