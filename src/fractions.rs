@@ -4,22 +4,29 @@
 //! flag to flag is known exactly, and is rounded to 2^-24 of a cell. So a flag has the mean of m x m lengths for its fraction.
 //!
 //! # Theory
-//! Under one square, a ray in its middle has the exact volume where the surface is a plane that ends neither at the near nor at the far face of the cell
-//! there. A plane ends along two lines, each over at most 2 m - 1 of the m x m squares, and in a square the middle is off by at most
-//! half of its volume. So the fraction of a flag in a cell that one plane cuts is off by less than 1 / m, and on average by far less.
+//! Let one plane cut a cell. The length before it is a function L over the face, linear, but held between 0 and 1: it has a bend along two lines at most. A line
+//! passes at most 2 m - 1 of the m x m squares. Where a square has no bend, its middle has the mean of L. Where it has one, the middle is off by at most 1/4:
+//! let c be L in the middle and s the difference of L over the square, were it linear. The mean of the part above 0 is at most `(s / 2 + c)^2 / 2 s`, as L is spread most
+//! where it changes along one side, and `s / 2 + c <= 1`. For c <= 0 that is at most 1/4, as `s >= 2 (s / 2 + c)`; for c > 0 the mean exceeds c by less. Where a square has
+//! both bends, half of it has at least c, and half at most c, so that the middle is off by at most 1/2. Together that is at most `(2 m - 1) / 2 m^2 < 1 / m`.
+//! With edges and corners in a cell, that is tested, not proved.
 //! Fractions of a cell are multiples of 2^-24 / m^2 before they are rounded to f32, and their sum is 1 exactly.
 //!
 //! A change from flag to flag adds to one cell, and to all cells behind it. These sums are kept sparsely, column after column, so that cells
 //! that no surface cuts cost nothing (`fractions/column.rs`).
 //!
+//! `fractions/faces.rs` has the fractions of faces, `fractions/surface.rs` the surfaces within cells.
+//!
 //! Cost: a cast of m x m times as many rays as the mesh has along x; 16 bytes for each flag of each cell that is cut.
 
 mod column;
+mod faces;
 mod fraction;
 mod measure;
 mod refined;
+mod surface;
 
-pub use fraction::{Fraction, Fractions};
+pub use fraction::{CutSurface, Fraction, Fractions};
 #[cfg(not(feature = "stages"))]
 pub(crate) use measure::fractions;
 #[cfg(feature = "stages")]

@@ -14,11 +14,22 @@ pub enum Kind {
 }
 
 /// A counter for each rank, and a bit for those that hold the place.
-#[derive(Clone)]
 pub(crate) struct Inside {
     counters: Vec<i32>,
     bits: [u64; 4],
     rule: Rule,
+}
+
+impl Clone for Inside {
+    fn clone(&self) -> Inside {
+        Inside { counters: self.counters.clone(), ..*self }
+    }
+
+    /// Allocates nothing.
+    fn clone_from(&mut self, other: &Inside) {
+        self.counters.clone_from(&other.counters);
+        (self.bits, self.rule) = (other.bits, other.rule);
+    }
 }
 
 impl Inside {

@@ -33,7 +33,7 @@ pub(crate) use field::Field;
 pub use field::Field;
 
 /// A link from a cell of the fluid to the surface.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct Link {
     /// The cell of the fluid, x, y, z.
@@ -60,6 +60,23 @@ pub struct Links {
     pub fluid: Vec<u8>,
     /// Number of cells of the box on x, y, z.
     pub dims: [u32; 3],
+    /// The links of each plane of cells across z.
+    pub(crate) planes: Vec<Vec<Link>>,
+}
+
+impl Links {
     /// The links, in the order of their cells, x fastest, then of their directions. None leads out of the box.
-    pub links: Vec<Link>,
+    pub fn iter(&self) -> impl Iterator<Item = &Link> + Clone {
+        self.planes.iter().flatten()
+    }
+
+    /// Number of links.
+    pub fn len(&self) -> usize {
+        self.planes.iter().map(Vec::len).sum()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.planes.iter().all(Vec::is_empty)
+    }
 }

@@ -21,6 +21,7 @@ pub mod raw;
 pub mod sidecar;
 mod sink;
 #[cfg(not(target_arch = "wasm32"))]
+mod solid;
 mod staggered;
 pub mod vti;
 mod vtp;
@@ -44,6 +45,7 @@ pub use options::{AxisOrder, Compress, Format, Options, Written};
 pub use sidecar::sidecar_json;
 pub(crate) use sink::Sink;
 #[cfg(not(target_arch = "wasm32"))]
+pub use solid::write_solid;
 pub use staggered::write_staggered;
 pub use vtp::leak_vtp;
 
@@ -76,7 +78,8 @@ pub fn write(
             sink.put(&tail)?;
         }
         (None, Compress::Zlib(level)) if matches!(format, Format::Vti | Format::Vtr) => {
-            vti::write(mesh, (format, level), options, &mut sink, control)?;
+            let flags = vti::Array::flags(mesh, options.slab_bytes, control);
+            vti::write(mesh, &flags, (format, level), options, &mut sink)?;
         }
         #[cfg(not(target_arch = "wasm32"))]
         (None, _) if format == Format::Npz => npz::write(mesh, options, &mut sink, control)?,
@@ -93,14 +96,20 @@ pub fn write(
 /// Those of [`write()`] before the first byte.
 pub fn around(mesh: &Mesh, format: Format, options: &Options) -> Result<Option<(Vec<u8>, Vec<u8>)>> {
     check(format, options)?;
-    if format == Format::Vti && mesh.lines.is_graded() {
-        let message = "cells differ in size, and .vti holds equal ones only";
-        return Err(Error::new("lines-graded", message, "write .vtr, which holds the lines of each axis"));
-    }
+    check_lines(mesh, format)?;
     if options.bits {
         bits::check(mesh)?;
     }
     Ok(head_and_tail(mesh, format, options))
+}
+
+/// Refuses cells of many sizes for a format of equal ones.
+fn check_lines(mesh: &Mesh, format: Format) -> Result<()> {
+    if format == Format::Vti && mesh.lines.is_graded() {
+        let message = "cells differ in size, and .vti holds equal ones only";
+        return Err(Error::new("lines-graded", message, "write .vtr, which holds the lines of each axis"));
+    }
+    Ok(())
 }
 
 fn head_and_tail(mesh: &Mesh, format: Format, options: &Options) -> Option<(Vec<u8>, Vec<u8>)> {

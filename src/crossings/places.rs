@@ -5,28 +5,30 @@ use std::ops::Range;
 use super::{RowCaster, by_ray, graded};
 use crate::facet::Projected;
 use crate::frame::Frame;
-use crate::lattice::Lattice;
 use crate::rays::Rays;
 
-/// A crossing: `rank << 1 | direction`, and its place along the ray in units, to 2^-50 of itself.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(crate) struct Place {
-    pub(crate) event: u32,
-    pub(crate) at: f64,
-}
+/// Lowest bits of a crossing: `rank << 1 | direction`.
+pub(crate) const EVENT_BITS: u32 = 9;
 
-/// Crossings of consecutive rays: the first of each ray, then the end, and the crossings in no order within a ray.
-pub(crate) type Places = (Vec<u32>, Vec<Place>);
+/// Crossings of consecutive rays: the first of each ray, then the end, and the crossings in no order within a ray. A crossing is
+/// `place << 9 | rank << 1 | direction`.
+pub(crate) type Places = (Vec<u32>, Vec<u64>);
 
-/// Casts the rays of one bin row of a lattice whose bins are as wide as the box.
-pub(crate) fn places(frame: &Frame, rays: &Rays, lattice: &Lattice, row: u32) -> Places {
-    let first = row * lattice.bin[1];
-    let window: [Range<u32>; 2] = [0..rays.counts[0], first..(first + lattice.bin[1]).min(rays.counts[1])];
+/// Casts some rows of rays against facets: at least all that they hit. `place` makes 55 bits, in order, of a place along a ray in
+/// units, known to 2^-50 of itself.
+pub(crate) fn places(
+    (frame, rays): (&Frame, &Rays),
+    facets: &[u32],
+    rows: Range<u32>,
+    place: impl Fn(f64) -> u64 + Copy,
+) -> Places {
+    let first = rows.start;
+    let window: [Range<u32>; 2] = [0..rays.counts[0], rows];
     let mut hits = Vec::new();
-    for &facet in lattice.bin_facets(0, row) {
+    for &facet in facets {
         let Some(projected) = Projected::new(&frame.facets[facet as usize], frame, rays) else { continue };
-        let event = super::event(0, frame.rank_of_facet[facet as usize], projected.exits);
-        let hit = |i, j, _, at| ((j - first) * rays.counts[0] + i, Place { event, at });
+        let event = u64::from(super::event(0, frame.rank_of_facet[facet as usize], projected.exits));
+        let hit = |i, j, _, at| ((j - first) * rays.counts[0] + i, place(at) << EVENT_BITS | event);
         if frame.is_graded() {
             graded::hits(&projected, (frame, rays), &window, hit, &mut hits);
         } else {

@@ -1,135 +1,167 @@
-//! Adds up the lengths of the rays of a column of cells.
+//! Adds up the lengths of the rays of a column of cells, or of faces.
 
-use super::fraction::Fraction;
-use super::refined::Refined;
-use crate::crossings::places::{Place, places};
+use std::ops::Range;
+
+use super::refined::{PLACE_BITS, Refined, WHOLE};
+use crate::crossings::places::{EVENT_BITS, places};
 use crate::inside::{Inside, Kind};
 use crate::job::Rule;
-use crate::lattice::Lattice;
-use crate::lines::Lines;
+use crate::lattice::{Lattice, lattice};
 
-/// Bits of a length within a cell.
-const BITS: u32 = 24;
-const WHOLE: i64 = 1 << BITS;
-
+/// All columns of cells, or of faces.
 pub(super) struct Columns<'a> {
-    pub(super) refined: &'a Refined,
-    pub(super) lines: &'a Lines,
-    pub(super) rule: Rule,
-    pub(super) kinds: &'a [Kind],
-}
-
-/// A ray changes from flag to flag in a cell, so many lengths before its end.
-#[derive(Clone, Copy)]
-struct Change {
-    cell: u32,
-    left: u32,
-    from: u8,
-    to: u8,
+    refined: Refined,
+    lattice: Lattice,
+    rule: Rule,
+    kinds: &'a [Kind],
 }
 
 /// Lengths of a flag: in all cells behind the last change, and what the cell at hand has besides.
-struct Sum {
-    flag: u8,
+pub(super) struct Sum {
+    pub(super) flag: u8,
     behind: i64,
     here: i64,
 }
 
-impl Columns<'_> {
-    /// The fractions of the cells of some rows, and the volume of each flag there.
-    pub(super) fn of_rows(&self, lattice: &Lattice, row: u32) -> (Vec<Fraction>, Vec<f64>) {
-        let rays = self.refined.rays();
-        let (m, n_across) = (self.refined.m as usize, rays.counts[0] as usize);
-        let (offsets, mut crossings) = places(&self.refined.frame, &rays, lattice, row);
-        let [_, ny, _] = self.lines.dims();
-        let first_row = row * lattice.bin[1] / self.refined.m;
-        let n_rows = (offsets.len() - 1) / n_across / m;
-        let (mut found, mut volumes) = (Vec::new(), vec![0.0; 256]);
+impl Sum {
+    /// In the cell at hand.
+    pub(super) fn length(&self) -> i64 {
+        self.behind + self.here
+    }
+}
+
+/// Where the rays of a column change from flag to flag, ray after ray: `cell << 41 | place in the cell << 16 | from << 8 | to`.
+#[derive(Default)]
+struct Changes {
+    words: Vec<u64>,
+    /// Of each ray the next change in `words`. The last of a ray is [`LAST`].
+    next: Vec<u32>,
+}
+
+/// Beyond all changes of a ray.
+const LAST: u64 = u64::MAX;
+/// Lowest bit of the cell of a change.
+const CELL: u32 = PLACE_BITS + 16;
+
+impl<'a> Columns<'a> {
+    /// Sorts the facets by rows of columns, so many together.
+    pub(super) fn new(refined: Refined, rows: u32, (rule, kinds): (Rule, &'a [Kind])) -> Columns<'a> {
+        let bin = [refined.rays.counts[0], rows * refined.per_column[1]];
+        let all = 0..Lattice::n_rows(&refined.rays, bin);
+        let lattice = lattice(&refined.frame, &refined.rays, bin, all);
+        Columns { refined, lattice, rule, kinds }
+    }
+
+    /// Columns along each axis across.
+    pub(super) fn counts(&self) -> [u32; 2] {
+        [0, 1].map(|side| self.refined.rays.counts[side] / self.refined.per_column[side])
+    }
+
+    /// The length of a cell, over all rays of a column: a power of two.
+    pub(super) fn whole(&self) -> i64 {
+        WHOLE * i64::from(self.refined.per_column[0] * self.refined.per_column[1])
+    }
+
+    /// Calls `each` with the place of a column of some rows, with consecutive cells that are alike, and with the lengths of the flags in each of them,
+    /// ascending, of which some may be 0. The rows are of one bin row of the lattice.
+    pub(super) fn rows(&self, rows: Range<u32>, mut each: impl FnMut([u32; 2], Range<u32>, &[Sum])) {
+        let Refined { frame, rays, per_column, .. } = &self.refined;
+        let [across, down] = per_column.map(|n| n as usize);
+        let n_across = rays.counts[0] as usize;
+        let of_rays = rows.start * per_column[1]..rows.end * per_column[1];
+        let facets = self.lattice.bin_facets(0, of_rays.start / self.lattice.bin[1]);
+        let (offsets, mut crossings) = places((frame, rays), facets, of_rays, |at| self.refined.place(at));
         let mut inside = Inside::new(self.kinds, self.rule);
-        let outside = inside.flag(&self.refined.frame.ranks.flag_of_rank);
-        let mut changes: Vec<Change> = Vec::new();
-        for k in 0..n_rows {
-            for j in 0..ny {
-                changes.clear();
-                for ray in (0..m * m).map(|of| (k * m + of / m) * n_across + j as usize * m + of % m) {
+        let outside = inside.flag(&frame.ranks.flag_of_rank);
+        let (mut changes, mut sums) = (Changes::default(), Vec::new());
+        for row in rows.clone() {
+            for column in 0..self.counts()[0] {
+                changes.words.clear();
+                changes.next.clear();
+                let first = (row - rows.start) as usize * down * n_across + column as usize * across;
+                for ray in (0..across * down).map(|of| first + of / across * n_across + of % across) {
                     let of_ray = offsets[ray] as usize..offsets[ray + 1] as usize;
                     self.changes(&mut crossings[of_ray], &mut inside, &mut changes);
                 }
-                let z = first_row + k as u32;
-                let area = self.lines.cell_size(1, j) * self.lines.cell_size(2, z);
-                let column = Column { first: u64::from(j) + u64::from(ny) * u64::from(z), area, outside };
-                self.sum(&column, &mut changes, &mut found, &mut volumes);
+                self.sum(outside, &mut changes, &mut sums, |cells, sums| each([column, row], cells, sums));
             }
         }
-        (found, volumes)
     }
 
     /// The changes of a ray.
-    fn changes(&self, crossings: &mut [Place], inside: &mut Inside, changes: &mut Vec<Change>) {
+    fn changes(&self, crossings: &mut [u64], inside: &mut Inside, changes: &mut Changes) {
         if crossings.is_empty() {
             return;
         }
-        crossings.sort_unstable_by(|one, other| one.at.total_cmp(&other.at));
+        crossings.sort_unstable();
+        changes.next.push(changes.words.len() as u32);
         inside.begin(self.kinds);
         let flag_of_rank = &self.refined.frame.ranks.flag_of_rank;
+        let beyond = u64::from(self.refined.n) << PLACE_BITS;
         let mut flag = inside.flag(flag_of_rank);
         for crossing in crossings {
-            inside.pass(crossing.event, false);
+            let place = *crossing >> EVENT_BITS;
+            if place >= beyond {
+                break;
+            }
+            inside.pass((*crossing & ((1 << EVENT_BITS) - 1)) as u32, false);
             let next = inside.flag(flag_of_rank);
             if next != flag {
-                let Some((cell, fraction)) = self.refined.cell(crossing.at) else { return };
-                let left = ((1.0 - fraction) * WHOLE as f64).round() as u32;
-                changes.push(Change { cell, left, from: flag, to: next });
+                changes.words.push(place << 16 | u64::from(flag) << 8 | u64::from(next));
                 flag = next;
             }
         }
+        changes.words.push(LAST);
     }
 
-    /// The fractions of the cells of a column, in order, and the volumes of its flags.
-    fn sum(&self, column: &Column, changes: &mut [Change], found: &mut Vec<Fraction>, volumes: &mut [f64]) {
-        let nx = self.lines.dims()[0];
-        let whole = WHOLE * i64::from(self.refined.m * self.refined.m);
-        let mut sums = vec![Sum { flag: column.outside, behind: whole, here: 0 }];
-        changes.sort_unstable_by_key(|change| change.cell);
-        let mut rest = &changes[..];
-        let mut x = 0;
-        while x < nx {
-            let n = rest.iter().take_while(|change| change.cell == x).count();
-            let (here, after) = rest.split_at(n);
-            rest = after;
-            for change in here {
-                let left = i64::from(change.left);
-                for (flag, sign) in [(change.from, -1), (change.to, 1)] {
-                    let sum = sum_of(&mut sums, flag);
-                    (sum.here, sum.behind) = (sum.here + sign * (left - WHOLE), sum.behind + sign * WHOLE);
+    /// Walks along a column.
+    fn sum(&self, outside: u8, changes: &mut Changes, sums: &mut Vec<Sum>, mut each: impl FnMut(Range<u32>, &[Sum])) {
+        let n_cells = self.refined.n;
+        sums.clear();
+        sums.push(Sum { flag: outside, behind: self.whole(), here: 0 });
+        let mut cell = 0;
+        while cell < n_cells {
+            let n = changes.take(cell, |from, to, place| {
+                for (flag, sign) in [(from, -1), (to, 1)] {
+                    let sum = sum_of(sums, flag);
+                    (sum.here, sum.behind) = (sum.here - sign * place, sum.behind + sign * WHOLE);
                 }
-            }
+            });
             // without changes all cells up to the next are alike
-            let end = if n > 0 { x + 1 } else { rest.first().map_or(nx, |change| change.cell) };
-            let extent = self.lines.line(0, end) - self.lines.line(0, x);
-            let fraction = |sum: &Sum| (sum.behind + sum.here) as f64 / whole as f64;
-            for sum in &sums {
-                volumes[usize::from(sum.flag)] += fraction(sum) * extent * column.area;
+            let end = if n > 0 { cell + 1 } else { changes.first().min(n_cells) };
+            each(cell..end, sums);
+            if n > 0 {
+                sums.retain(|sum| sum.behind > 0);
+                sums.iter_mut().for_each(|sum| sum.here = 0);
             }
-            if sums.iter().all(|sum| sum.behind + sum.here < whole) {
-                for x in x..end {
-                    let cell = u64::from(x) + u64::from(nx) * column.first;
-                    let some = sums.iter().filter(|sum| sum.behind + sum.here > 0);
-                    found.extend(some.map(|sum| Fraction { cell, fraction: fraction(sum) as f32, flag: sum.flag }));
-                }
-            }
-            sums.retain(|sum| sum.behind > 0);
-            sums.iter_mut().for_each(|sum| sum.here = 0);
-            x = end;
+            cell = end;
         }
     }
 }
 
-/// A column of cells along x: its row, the area across it, and the flag before the first crossing.
-struct Column {
-    first: u64,
-    area: f64,
-    outside: u8,
+impl Changes {
+    /// Hands over the changes in a cell, which is the first that has any or before it; returns their number.
+    fn take(&mut self, cell: u32, mut each: impl FnMut(u8, u8, i64)) -> usize {
+        let mut n = 0;
+        for next in &mut self.next {
+            loop {
+                let word = self.words[*next as usize];
+                if word >> CELL != u64::from(cell) {
+                    break;
+                }
+                each((word >> 8) as u8, word as u8, (word >> 16 & ((1 << PLACE_BITS) - 1)) as i64);
+                *next += 1;
+                n += 1;
+            }
+        }
+        n
+    }
+
+    /// The first cell with changes; beyond all cells where there are no more.
+    fn first(&self) -> u32 {
+        let first = self.next.iter().map(|&next| self.words[next as usize]).min();
+        (first.unwrap_or(LAST) >> CELL) as u32
+    }
 }
 
 /// The sum of a flag, in the order of flags.

@@ -1,5 +1,7 @@
 //! The fractions of a mesh.
 
+use crate::parallel::*;
+
 /// The fraction of a cell that a flag has.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
@@ -12,6 +14,22 @@ pub struct Fraction {
     pub flag: u8,
 }
 
+/// The surface of a geometry within a cell: its facets, clipped to the cell. What lies in a plane between cells belongs to the cell below.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct CutSurface {
+    /// Index of the cell: x + nx (y + ny z).
+    pub cell: u64,
+    /// The geometry, counted from 0 in the job.
+    pub geometry: i16,
+    /// Area: that of all facets within the cell, also of those within another geometry.
+    pub area: f32,
+    /// Centre of the area, in cells from the low corner of the cell: 0 to 1 along each axis.
+    pub point: [f32; 3],
+    /// Mean of the normals of the facets by area, which point out of the body, of length 1; 0 where they cancel.
+    pub normal: [f32; 3],
+}
+
 /// The fractions of flags in all cells that have more than one.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -20,8 +38,61 @@ pub struct Fractions {
     pub rays: u32,
     /// Number of cells of the box on x, y, z.
     pub dims: [u32; 3],
-    /// The fractions, in the order of cells, then of flags. Those of a cell add up to 1.
-    pub fractions: Vec<Fraction>,
+    /// Cells by rows.
+    pub(super) parts: Vec<Part>,
     /// Volume of each flag, 0 to 255, in the box: that of whole cells and of fractions.
     pub volumes: Vec<f64>,
+    /// Area of the surface of each geometry in the box; None where surfaces were not asked for.
+    pub areas: Option<Vec<f64>>,
+    /// Whether faces were asked for.
+    pub has_faces: bool,
+}
+
+/// What was found in some rows of cells.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Part {
+    pub(super) fractions: Vec<Fraction>,
+    /// For each fraction; empty unless asked for.
+    pub(super) faces: Vec<[f32; 6]>,
+    pub(super) surfaces: Vec<CutSurface>,
+}
+
+impl Part {
+    pub(super) fn n_bytes(&self) -> usize {
+        size_of_val(&self.fractions[..]) + size_of_val(&self.faces[..]) + size_of_val(&self.surfaces[..])
+    }
+}
+
+impl Fractions {
+    /// The fractions, in the order of cells, then of flags. Those of a cell add up to 1.
+    pub fn iter(&self) -> impl Iterator<Item = &Fraction> + Clone {
+        self.parts.iter().flat_map(|part| &part.fractions)
+    }
+
+    /// For each of [`Fractions::iter`] which fraction of each face of the cell its flag has, 0 to 1: of the faces below and above along x, then y, then
+    /// z. None where faces were not asked for.
+    pub fn faces(&self) -> impl Iterator<Item = &[f32; 6]> + Clone {
+        self.parts.iter().flat_map(|part| &part.faces)
+    }
+
+    /// Surfaces within cells, in the order of cells, then of geometries by rank; none where they were not asked for.
+    pub fn surfaces(&self) -> impl Iterator<Item = &CutSurface> + Clone {
+        self.parts.iter().flat_map(|part| &part.surfaces)
+    }
+
+    /// Number of fractions.
+    pub fn len(&self) -> usize {
+        self.parts.iter().map(|part| part.fractions.len()).sum()
+    }
+
+    /// Whether no cell has more than one flag.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Number of cells with more than one flag.
+    pub(crate) fn n_cells(&self) -> u64 {
+        let of_part = |part: &Part| part.fractions.chunk_by(|one, other| one.cell == other.cell).count() as u64;
+        self.parts.par_iter().map(of_part).sum()
+    }
 }

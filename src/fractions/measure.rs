@@ -1,19 +1,17 @@
 //! All fractions of a box: rows of cells together, on all cores.
 
 use super::column::Columns;
-use super::fraction::{Fraction, Fractions};
+use super::faces::Faces;
+use super::fraction::{Fraction, Fractions, Part};
 use super::refined::Refined;
+use super::surface::Surfaces;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::inside::Kind;
 use crate::job::{FractionsJob, Rule};
-use crate::lattice::{Lattice, lattice};
 use crate::lines::Lines;
 use crate::parallel::*;
-
-/// Bytes that the entries of a flag of a cell take while they are collected.
-const BYTES: u64 = 2 * size_of::<Fraction>() as u64;
 
 /// Measures the fractions. `kinds` says of each rank whether it is inverted.
 ///
@@ -26,38 +24,95 @@ pub fn fractions(
     max_bytes: u64,
     control: &Control,
 ) -> Result<Fractions> {
-    let refined = Refined::new(frame, lines, job.rays);
-    let rays = refined.rays();
-    // rows of cells that go together: some thousands of rays
-    let rows_of_cells = (ROWS / rays.counts[0].max(1)).clamp(1, 16);
-    let bin = [rays.counts[0], job.rays * rows_of_cells];
-    let rows = 0..Lattice::n_rows(&rays, bin);
-    let lattice = lattice(&refined.frame, &rays, bin, rows.clone());
-    let columns = Columns { refined: &refined, lines, rule, kinds };
-    let (mut fractions, mut volumes) = (Vec::new(), vec![0.0; 256]);
-    let starts: Vec<u32> = rows.clone().step_by(ROUND).collect();
-    for start in starts {
+    let [_, ny, nz] = lines.dims();
+    // planes of cells that go together: some thousands of rays
+    let planes_of_row = (RAYS / (job.rays * ny).max(1)).clamp(1, 16);
+    let measure = Measure {
+        lines,
+        cells: Columns::new(Refined::of_cells(frame, lines, job.rays), planes_of_row, (rule, kinds)),
+        faces: job.faces.then(|| Faces::new(frame, lines, job.rays, planes_of_row, (rule, kinds))),
+        surfaces: job.surfaces.then(|| Surfaces::new(frame, lines, planes_of_row)),
+        planes_of_row,
+    };
+    let (mut parts, mut volumes) = (Vec::new(), vec![0.0; 256]);
+    let geometry_of_rank = &frame.ranks.geometry_of_rank;
+    let mut areas = job.surfaces.then(|| vec![0.0; geometry_of_rank.len()]);
+    let (n_rows, mut n_bytes) = (nz.div_ceil(planes_of_row), 0);
+    for start in (0..n_rows).step_by(ROUND) {
         control.check()?;
-        let end = (start + ROUND as u32).min(rows.end);
-        let found: Vec<_> = (start..end).into_par_iter().map(|row| columns.of_rows(&lattice, row)).collect();
-        let n = fractions.len() + found.iter().map(|(some, _)| some.len()).sum::<usize>();
-        if n as u64 * BYTES > max_bytes {
+        let end = (start + ROUND as u32).min(n_rows);
+        let found: Vec<Found> = (start..end).into_par_iter().map(|row| measure.of_row(row)).collect();
+        n_bytes += found.iter().map(|found| found.part.n_bytes() as u64).sum::<u64>();
+        if n_bytes > max_bytes {
             let message = format!(
-                "{n} fractions of cells or more take {} bytes: {max_bytes} are left of the memory allowed",
-                n as u64 * BYTES
+                "fractions of cells up to plane {} of {nz} take {n_bytes} bytes: {max_bytes} are left of the memory allowed",
+                (end * planes_of_row).min(nz)
             );
             let hint = "allow more with max_memory (--max-memory), or use larger cells";
             return Err(Error::new("memory", message, hint));
         }
-        for (some, of_rows) in found {
-            fractions.extend_from_slice(&some);
+        for Found { part, volumes: of_rows, areas: of_ranks } in found {
+            parts.push(part);
             volumes.iter_mut().zip(of_rows).for_each(|(sum, more)| *sum += more);
+            if let Some(areas) = &mut areas {
+                geometry_of_rank.iter().zip(of_ranks).for_each(|(&geometry, more)| areas[geometry] += more);
+            }
         }
     }
-    Ok(Fractions { rays: job.rays, dims: lines.dims(), fractions, volumes })
+    Ok(Fractions { rays: job.rays, dims: lines.dims(), parts, volumes, areas, has_faces: job.faces })
 }
 
 /// Rays of rows of cells that go together, about.
-const ROWS: u32 = 1 << 13;
-/// Bin rows of a round, after which cancel is looked at.
+const RAYS: u32 = 1 << 12;
+/// Rows of a round, after which cancel is looked at.
 const ROUND: usize = 64;
+
+struct Measure<'a> {
+    lines: &'a Lines,
+    cells: Columns<'a>,
+    faces: Option<Faces<'a>>,
+    surfaces: Option<Surfaces<'a>>,
+    planes_of_row: u32,
+}
+
+struct Found {
+    part: Part,
+    volumes: Vec<f64>,
+    /// Of each rank.
+    areas: Vec<f64>,
+}
+
+impl Measure<'_> {
+    fn of_row(&self, row: u32) -> Found {
+        let [nx, ny, nz] = self.lines.dims();
+        let planes = row * self.planes_of_row..((row + 1) * self.planes_of_row).min(nz);
+        let (mut fractions, mut volumes) = (Vec::new(), vec![0.0; 256]);
+        let whole = self.cells.whole();
+        // a power of two
+        let of_whole = 1.0 / whole as f64;
+        self.cells.rows(planes.clone(), |[y, z], cells, sums| {
+            let extent = self.lines.line(0, cells.end) - self.lines.line(0, cells.start);
+            let volume = extent * (self.lines.cell_size(1, y) * self.lines.cell_size(2, z));
+            let some = || sums.iter().filter(|sum| sum.length() > 0);
+            for sum in some() {
+                volumes[usize::from(sum.flag)] += sum.length() as f64 * of_whole * volume;
+            }
+            if some().all(|sum| sum.length() < whole) {
+                let first = u64::from(nx) * (u64::from(y) + u64::from(ny) * u64::from(z));
+                for cell in cells.map(|x| first + u64::from(x)) {
+                    let fraction = |length: i64| (length as f64 * of_whole) as f32;
+                    fractions.extend(some().map(|sum| Fraction {
+                        cell,
+                        fraction: fraction(sum.length()),
+                        flag: sum.flag,
+                    }));
+                }
+            }
+        });
+        fractions.shrink_to_fit();
+        let faces = self.faces.as_ref().map_or(Vec::new(), |faces| faces.of(&fractions, planes.clone()));
+        let found = self.surfaces.as_ref().map(|surfaces| surfaces.of_row(row, planes));
+        let (surfaces, areas) = found.unwrap_or_default();
+        Found { part: Part { fractions, faces, surfaces }, volumes, areas }
+    }
+}

@@ -1,4 +1,4 @@
-//! The frame of the rays within cells.
+//! Rays within cells, or within their faces: where they are, and where in a cell a place along them is.
 
 use std::sync::Arc;
 
@@ -6,65 +6,139 @@ use crate::frame::{Frame, Places, Scale, moved};
 use crate::lines::Lines;
 use crate::rays::Rays;
 
-/// A frame in which cells are m times as many along each axis, of the same facets.
+/// Bits of a length within a cell.
+const BITS: u32 = 24;
+/// The length of a cell.
+pub(super) const WHOLE: i64 = 1 << BITS;
+/// Bits of a place within a cell: it may be at its end.
+pub(super) const PLACE_BITS: u32 = BITS + 1;
+
+/// Several rays for each column of cells, or of faces.
 pub(super) struct Refined {
+    /// The facets, and in place of the centres of cells the places of the rays.
     pub(super) frame: Frame,
-    pub(super) m: u32,
-    /// Lines across x in units, where cells differ in size.
+    pub(super) rays: Rays,
+    /// Rays of a column along each axis across.
+    pub(super) per_column: [u32; 2],
+    /// Cells of a column.
+    pub(super) n: u32,
+    /// Lines across the rays in units, where cells differ in size.
     lines: Option<Vec<f64>>,
-    /// Line 0 and the size of a cell along x in units, where all are equal.
+    /// Line 0 in units and cells a unit along the rays, where all are equal.
     first: f64,
-    size: f64,
+    per_size: f64,
 }
 
 impl Refined {
-    pub(super) fn new(frame: &Frame, lines: &Lines, m: u32) -> Refined {
+    /// m x m rays for each column of cells along x: each in the middle of a square.
+    pub(super) fn of_cells(frame: &Frame, lines: &Lines, m: u32) -> Refined {
         let dims = frame.dims.map(|n| m * n);
+        let rays = Rays::new(0, dims);
+        let (per_column, n) = ([m; 2], frame.dims[0]);
         if !frame.is_graded() {
             let bits = frame.fraction_bits - m.trailing_zeros();
             // from the first centre within a cell to that of the cell
             let by = ((1i32 << frame.fraction_bits) - (1 << bits)) / 2;
             let facets = frame.facets.iter().map(|facet| moved(facet, [by; 3])).collect();
             let (rank_of_facet, ranks) = (frame.rank_of_facet.clone(), frame.ranks.clone());
+            let per_size = 1.0 / f64::from(1u32 << frame.fraction_bits);
             let frame = Frame { fraction_bits: bits, centres: None, dims, facets, rank_of_facet, ranks };
-            let sizes = [bits, bits + m.trailing_zeros()].map(|bits| f64::from(1u32 << bits));
-            return Refined { frame, m, lines: None, first: -0.5 * sizes[0], size: sizes[1] };
+            return Refined {
+                frame,
+                rays,
+                per_column,
+                n,
+                lines: None,
+                first: -0.5 * f64::from(1u32 << bits),
+                per_size,
+            };
         }
-        let (scale, factor) = (Scale::new(lines), f64::from(1u32 << frame.fraction_bits));
-        let units = |axis: usize, world: f64| scale.units_from_world(axis, world) * factor;
-        let centre = |axis: usize, index: u32| {
-            let fraction = (f64::from(index % m) + 0.5) / f64::from(m);
-            libm::rint(units(axis, lines.at(axis, f64::from(index / m) + fraction))) as i32
-        };
-        let centres = [0, 1, 2].map(|axis| (0..dims[axis]).map(|index| centre(axis, index)).collect());
-        let faces = frame.centres.as_ref().map_or_else(Default::default, |places| places.faces.clone());
-        let frame = Frame { centres: Some(Arc::new(Places { centres, faces })), dims, ..frame.clone() };
-        let list = lines.list(0).into_iter().map(|line| units(0, line)).collect();
-        Refined { frame, m, lines: Some(list), first: 0.0, size: 1.0 }
+        let places = InUnits::new(frame, lines);
+        let centres = [0, 1, 2].map(|axis| places.within(axis, m));
+        let frame = Frame { centres: Some(table(centres)), dims, ..frame.clone() };
+        Refined { frame, rays, per_column, n, lines: Some(places.lines(0)), first: 0.0, per_size: 1.0 }
     }
 
-    /// Rays along x: their rows are those of the cells, in order.
-    pub(super) fn rays(&self) -> Rays {
-        Rays::new(0, self.frame.dims)
+    /// m rays for each column of faces across an axis, in the planes of these faces.
+    pub(super) fn of_faces(frame: &Frame, lines: &Lines, m: u32, axis: usize) -> Refined {
+        let places = InUnits::new(frame, lines);
+        let along = usize::from(axis == 0);
+        let centres = [0, 1, 2].map(|of| match of {
+            _ if of == axis => places.lines(axis).into_iter().map(|line| libm::rint(line) as i32).collect(),
+            _ if of == along => places.within(along, 1),
+            _ => places.within(of, m),
+        });
+        let dims = [0, 1, 2].map(|of| centres[of].len() as u32);
+        let rays = Rays::new(along, dims);
+        let per_column = rays.across.map(|of| if of == axis { 1 } else { m });
+        let size = f64::from(1u32 << frame.fraction_bits);
+        let (first, per_size) = (-0.5 * size, 1.0 / size);
+        let list = frame.is_graded().then(|| places.lines(along));
+        let frame = Frame { centres: Some(table(centres)), dims, ..frame.clone() };
+        Refined { frame, rays, per_column, n: lines.dims()[along], lines: list, first, per_size }
     }
 
-    /// The cell of the mesh along x that holds a place, and the fraction of it before the place; None behind the last.
-    pub(super) fn cell(&self, at: f64) -> Option<(u32, f64)> {
-        let n = self.frame.dims[0] / self.m;
-        match &self.lines {
+    /// `cell << 25 | length in the cell before a place` along a ray; cell 0 and 0 before the first cell, the number of cells behind the last.
+    #[inline(always)]
+    pub(super) fn place(&self, at: f64) -> u64 {
+        let n = self.n as i32;
+        let (cell, fraction) = match &self.lines {
             None => {
-                let cells = (at - self.first) / self.size;
-                let cell = cells.floor();
-                if cell < 0.0 { Some((0, 0.0)) } else { (cell < n.into()).then_some((cell as u32, cells - cell)) }
+                let cells = (at - self.first) * self.per_size;
+                let cell = (cells as i32).clamp(0, n);
+                (cell, (cells - f64::from(cell)).clamp(0.0, 1.0))
             }
             Some(lines) => {
                 let above = lines.partition_point(|&line| line <= at);
                 match above {
-                    0 => Some((0, 0.0)),
-                    _ if above == lines.len() => None,
-                    _ => Some((above as u32 - 1, (at - lines[above - 1]) / (lines[above] - lines[above - 1]))),
+                    0 => (0, 0.0),
+                    _ if above == lines.len() => (n, 0.0),
+                    _ => (above as i32 - 1, (at - lines[above - 1]) / (lines[above] - lines[above - 1])),
                 }
             }
-        }
+        };
+        let left = ((1.0 - fraction) * WHOLE as f64 + 0.5) as i32;
+        u64::from(cell as u32) << PLACE_BITS | u64::from((WHOLE as i32 - left).min(WHOLE as i32) as u32)
     }
+}
+
+/// Places of a box in the units of its frame.
+pub(super) struct InUnits<'a> {
+    lines: &'a Lines,
+    scale: Scale,
+    factor: f64,
+}
+
+impl InUnits<'_> {
+    pub(super) fn new<'a>(frame: &Frame, lines: &'a Lines) -> InUnits<'a> {
+        InUnits { lines, scale: Scale::new(lines), factor: f64::from(1u32 << frame.fraction_bits) }
+    }
+
+    fn units(&self, axis: usize, world: f64) -> f64 {
+        self.scale.units_from_world(axis, world) * self.factor
+    }
+
+    /// All lines of an axis.
+    pub(super) fn lines(&self, axis: usize) -> Vec<f64> {
+        self.lines.list(axis).into_iter().map(|line| self.units(axis, line)).collect()
+    }
+
+    /// Size of a unit along each axis.
+    pub(super) fn sizes(&self) -> [f64; 3] {
+        self.lines.smallest().map(|size| size / self.factor)
+    }
+
+    /// The middles of m equal pieces of each cell of an axis.
+    fn within(&self, axis: usize, m: u32) -> Vec<i32> {
+        let place = |index: u32| {
+            let fraction = (f64::from(index % m) + 0.5) / f64::from(m);
+            libm::rint(self.units(axis, self.lines.at(axis, f64::from(index / m) + fraction))) as i32
+        };
+        (0..m * self.lines.dims()[axis]).map(place).collect()
+    }
+}
+
+/// Rays have places of their own, and no faces.
+fn table(centres: [Vec<i32>; 3]) -> Arc<Places> {
+    Arc::new(Places { centres, faces: Default::default() })
 }

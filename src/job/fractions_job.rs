@@ -14,17 +14,31 @@ const DEFAULT_RAYS: u32 = 4;
 pub struct FractionsJob {
     /// m: a cell has m x m rays. 1, 2, 4, 8 or 16; by default 4.
     pub rays: u32,
+    /// Also measures which fraction of each face of these cells a flag has.
+    pub faces: bool,
+    /// Also measures area, centre and normal of the surface of each geometry in each cell.
+    pub surfaces: bool,
 }
 
 impl Default for FractionsJob {
     fn default() -> FractionsJob {
-        FractionsJob { rays: DEFAULT_RAYS }
+        FractionsJob { rays: DEFAULT_RAYS, faces: false, surfaces: false }
     }
 }
 
 impl FractionsJob {
     /// Casts m x m rays through a cell.
     pub fn with_rays(self, rays: u32) -> FractionsJob {
-        FractionsJob { rays }
+        FractionsJob { rays, ..self }
+    }
+
+    /// Measures faces, too.
+    pub fn with_faces(self, faces: bool) -> FractionsJob {
+        FractionsJob { faces, ..self }
+    }
+
+    /// Measures surfaces within cells, too.
+    pub fn with_surfaces(self, surfaces: bool) -> FractionsJob {
+        FractionsJob { surfaces, ..self }
     }
 }

@@ -29,24 +29,19 @@ impl Field<'_> {
         }
     }
 
-    /// Links from the fluid to other flags that are not among those that were found, which are in order.
+    /// Links of each plane from the fluid to other flags that are not among those that were found, which are in order.
     pub(super) fn links_without_crossing(
         &self,
-        found: &[Link],
+        found: &[Vec<Link>],
         directions: &[[i8; 3]],
         is_fluid: &[bool; 256],
         control: &Control,
-    ) -> Result<Vec<Link>> {
-        let dims = self.frame.dims;
-        let planes: Result<Vec<Vec<Link>>> = (0..dims[2])
-            .into_par_iter()
-            .map(|z| {
-                control.check()?;
-                let ends = [z, z + 1].map(|z| found.partition_point(|link| link.cell[2] < z));
-                self.links_of_plane(z, &found[ends[0]..ends[1]], directions, is_fluid)
-            })
-            .collect();
-        Ok(planes?.concat())
+    ) -> Result<Vec<Vec<Link>>> {
+        let of_plane = |z: u32| {
+            control.check()?;
+            self.links_of_plane(z, &found[z as usize], directions, is_fluid)
+        };
+        (0..self.frame.dims[2]).into_par_iter().map(of_plane).collect()
     }
 
     fn links_of_plane(

@@ -6,6 +6,7 @@ use super::walk::Walk;
 use super::{Link, Links};
 use crate::control::Control;
 use crate::cpu::Strips;
+use crate::crossings::by_ray;
 use crate::error::{Error, Result};
 use crate::job::{LinksJob, Stencil};
 use crate::parallel::*;
@@ -23,7 +24,7 @@ impl Field<'_> {
         }
         let mut is_fluid = [false; 256];
         job.fluid.iter().for_each(|&flag| is_fluid[usize::from(flag)] = true);
-        let mut links: Vec<Link> = Vec::new();
+        let (mut parts, mut n) = (Vec::new(), 0);
         for (pair, halves) in job.stencil.directions()[1..].chunks_exact(2).enumerate() {
             let sheared = Sheared::new(self.frame, halves[0]);
             let (forward, backward) = (2 * pair as u8 + 1, 2 * pair as u8 + 2);
@@ -31,26 +32,66 @@ impl Field<'_> {
             let walk = Walk { field: self, sheared: &sheared, is_fluid: &is_fluid, directions };
             let mut strips = Strips::new(&sheared.cast(self.rule), None);
             while let Some(crossings) = strips.crossings(true, control)? {
-                let found: Result<Vec<Vec<Link>>> = crossings.par_iter().map(|some| walk.links(some)).collect();
+                let found: Result<Vec<ByPlane>> =
+                    crossings.par_iter().map(|some| Ok(ByPlane::new(&walk.links(some)?))).collect();
                 let found = found?;
-                let n = links.len() + found.iter().map(Vec::len).sum::<usize>();
+                n += found.iter().map(|part| part.links.len()).sum::<usize>();
                 check_bytes(n, max_bytes)?;
-                found.iter().for_each(|more| links.extend_from_slice(more));
+                parts.extend(found);
             }
         }
         let dims = self.frame.dims;
-        sort(&mut links, dims);
+        let mut planes: Vec<Vec<Link>> = (0..dims[2])
+            .into_par_iter()
+            .map(|z| {
+                let of_plane: Vec<&[Link]> = parts.iter().map(|part| part.of_plane(z)).collect();
+                let mut links = of_plane.concat();
+                // those of a part are in order already, or nearly
+                links.sort_by_key(|link| place(link.cell, link.direction, dims));
+                links
+            })
+            .collect();
+        drop(parts);
         if !self.is_plain {
-            let without = self.links_without_crossing(&links, &job.stencil.directions(), &is_fluid, control)?;
-            check_bytes(links.len() + without.len(), max_bytes)?;
-            links.extend(without);
-            sort(&mut links, dims);
+            let without = self.links_without_crossing(&planes, &job.stencil.directions(), &is_fluid, control)?;
+            check_bytes(n + without.iter().map(Vec::len).sum::<usize>(), max_bytes)?;
+            for (links, more) in planes.iter_mut().zip(without) {
+                links.extend(more);
+                links.sort_by_key(|link| place(link.cell, link.direction, dims));
+            }
         }
-        Ok(Links { stencil: job.stencil, fluid: job.fluid.clone(), dims, links })
+        Ok(Links { stencil: job.stencil, fluid: job.fluid.clone(), dims, planes })
     }
 }
 
-/// Refuses more links than memory holds: they are sorted in place, and grow by doubling.
+/// Links of some rays, plane after plane.
+struct ByPlane {
+    /// The first plane that has any.
+    first: u32,
+    /// First entry of `links` of each plane from there on, then the end.
+    offsets: Vec<u32>,
+    links: Vec<Link>,
+}
+
+impl ByPlane {
+    fn new(links: &[Link]) -> ByPlane {
+        let ends = || links.iter().map(|link| link.cell[2]);
+        let (first, last) = (ends().min().unwrap_or(0), ends().max().unwrap_or(0));
+        let by_plane: Vec<(u32, Link)> = links.iter().map(|&link| (link.cell[2] - first, link)).collect();
+        let (offsets, links) = by_ray(&by_plane, (last - first) as usize + 1);
+        ByPlane { first, offsets, links }
+    }
+
+    fn of_plane(&self, z: u32) -> &[Link] {
+        let Some(plane) = z.checked_sub(self.first).map(|plane| plane as usize) else { return &[] };
+        match self.offsets.get(plane..plane + 2) {
+            Some(ends) => &self.links[ends[0] as usize..ends[1] as usize],
+            None => &[],
+        }
+    }
+}
+
+/// Refuses more links than memory holds: they are put in order, which takes them twice.
 fn check_bytes(n_links: usize, max_bytes: u64) -> Result<()> {
     let n_bytes = 2 * size_of::<Link>() as u64 * n_links as u64;
     if n_bytes <= max_bytes {
@@ -59,8 +100,4 @@ fn check_bytes(n_links: usize, max_bytes: u64) -> Result<()> {
     let message = format!("{n_links} links or more take {n_bytes} bytes: {max_bytes} are left of the memory allowed");
     let hint = "allow more with max_memory (--max-memory), use a stencil of fewer directions, or larger cells";
     Err(Error::new("memory", message, hint))
-}
-
-fn sort(links: &mut [Link], dims: [u32; 3]) {
-    links.par_sort_unstable_by_key(|link| place(link.cell, link.direction, dims));
 }

@@ -42,8 +42,9 @@ impl Hit {
         let from_low = i128::from(self.below) * area + i128::from(self.rest);
         let whole = i128::from(span) * area;
         let fraction = if is_backward { whole - from_low } else { from_low };
-        // i128 to f64, twice, and the division: 2^-53 each
-        ((fraction as f64 / whole as f64) as f32).max(f32::MIN_POSITIVE)
+        // both to f64, and the division: 2^-53 each; of 64 bits that is fast
+        let number = |of: i128| i64::try_from(of).map_or(of as f64, |of| of as f64);
+        ((number(fraction) / number(whole)) as f32).max(f32::MIN_POSITIVE)
     }
 }
 
@@ -55,6 +56,17 @@ struct Ends {
     is_backward: bool,
 }
 
+/// What is used again from link to link.
+struct Scratch {
+    hits: Vec<Hit>,
+    inside: Inside,
+    /// Facets by the low bits of their index: rays beside each other meet the same.
+    projected: Vec<Option<(u32, Projected)>>,
+}
+
+/// Facets that are kept: those of some rows of rays.
+const KEPT: usize = 1024;
+
 impl Walk<'_> {
     /// The links on consecutive rays.
     pub(super) fn links(&self, crossings: &Crossings) -> Result<Vec<Link>> {
@@ -62,6 +74,7 @@ impl Walk<'_> {
         let (frame, kinds) = (self.field.frame, self.field.kinds);
         let mut inside = Inside::new(kinds, self.field.rule);
         let mut before = inside.clone();
+        let mut scratch = Scratch { hits: Vec::new(), inside: inside.clone(), projected: vec![None; KEPT] };
         let starts: Vec<usize> = (0..kinds.len()).map(|rank| frame.range_of_rank(rank).start).collect();
         let n_across = u64::from(self.sheared.rays.counts[0]);
         for (ray, ends) in (crossings.first_ray..).zip(crossings.offsets.windows(2)) {
@@ -82,7 +95,7 @@ impl Walk<'_> {
                     }
                 }
                 let above = of_link[0][0] >> 9;
-                self.links_between((across, above), of_link, [&before, &inside], (&starts, &mut links))?;
+                self.links_between((across, above), of_link, [&before, &inside], (&starts, &mut scratch, &mut links))?;
             }
         }
         Ok(links)
@@ -98,7 +111,7 @@ impl Walk<'_> {
         (across, above): ([u32; 2], u32),
         events: &[[u32; 2]],
         [before, after]: [&Inside; 2],
-        (starts, links): (&[usize], &mut Vec<Link>),
+        (starts, scratch, links): (&[usize], &mut Scratch, &mut Vec<Link>),
     ) -> Result<()> {
         if above == 0 || above >= self.sheared.rays.depth {
             return Ok(());
@@ -116,7 +129,9 @@ impl Walk<'_> {
         if !is_fluid(low_flag) && !is_fluid(high_flag) {
             return Ok(());
         }
-        let mut hits: Vec<Hit> = events.iter().map(|event| self.hit(*event, across, above - 1)).collect();
+        let Scratch { hits, inside, projected } = scratch;
+        hits.clear();
+        hits.extend(events.iter().map(|event| self.hit(*event, across, above - 1, projected)));
         hits.sort_unstable_by(|one, other| one.cmp_place(other).then(one.facet.cmp(&other.facet)));
         let along = Ends { from: low, flag: low_flag, to_flag: high_flag, is_backward: false };
         let against = Ends { from: high, flag: high_flag, to_flag: low_flag, is_backward: true };
@@ -127,7 +142,8 @@ impl Walk<'_> {
             if ends.is_backward {
                 hits.reverse();
             }
-            let Some(hit) = self.wall(&ends, start.clone(), &hits) else { continue };
+            inside.clone_from(start);
+            let Some(hit) = self.wall(&ends, inside, hits) else { continue };
             let (facet, geometry) = self.field.facet_of_geometry(hit.rank(), hit.facet, starts);
             links.push(Link {
                 cell: ends.from,
@@ -147,21 +163,27 @@ impl Walk<'_> {
         i64::from(frame.centre(axis, above)) - i64::from(frame.centre(axis, above - 1))
     }
 
-    fn hit(&self, [event, facet]: [u32; 2], across: [u32; 2], low: u32) -> Hit {
+    fn hit(&self, [event, facet]: [u32; 2], across: [u32; 2], low: u32, kept: &mut [Option<(u32, Projected)>]) -> Hit {
         let (frame, rays) = (&*self.sheared.frame, &self.sheared.rays);
-        let Some(projected) = Projected::new(&frame.facets[facet as usize], frame, rays) else {
-            unreachable!("facet {facet} has no crossing")
-        };
+        let kept = &mut kept[facet as usize % KEPT];
+        if kept.is_none_or(|(of, _)| of != facet) {
+            *kept = Projected::new(&frame.facets[facet as usize], frame, rays).map(|projected| (facet, projected));
+        }
+        let Some((_, projected)) = kept else { unreachable!("facet {facet} has no crossing") };
         let area = i128::from(projected.area);
         let height = projected.height_at(across, frame, rays) - i128::from(frame.centre(rays.axis, low)) * area;
-        let (below, rest) = (height.div_euclid(area) as i64, height.rem_euclid(area) as i64);
+        // the crossing is less than a cell above the centre: so is its height, over the area, as a rule in 64 bits
+        let (below, rest) = match i64::try_from(height) {
+            Ok(height) => (height.div_euclid(projected.area), height.rem_euclid(projected.area)),
+            Err(_) => (height.div_euclid(area) as i64, height.rem_euclid(area) as i64),
+        };
         Hit { event, facet, below, rest, area: projected.area }
     }
 
     /// The first crossing, in the order of a walk, behind which the flag is none of the fluid.
-    fn wall<'h>(&self, ends: &Ends, mut inside: Inside, hits: &'h [Hit]) -> Option<&'h Hit> {
+    fn wall<'h>(&self, ends: &Ends, inside: &mut Inside, hits: &'h [Hit]) -> Option<&'h Hit> {
         let flag_of_rank = &self.field.frame.ranks.flag_of_rank;
-        self.field.begin(&mut inside, ends.flag);
+        self.field.begin(inside, ends.flag);
         for at_once in hits.chunk_by(|one, other| one.cmp_place(other).is_eq()) {
             let held_by = inside.winner();
             for hit in at_once {

@@ -71,7 +71,9 @@ impl Uncut {
         control: &Control,
     ) -> Result<Option<Fractions>> {
         let Some(asked) = job.fractions.filter(|_| IS_NATIVE) else { return Ok(None) };
-        let max_bytes = max_bytes.saturating_sub(2 * 37 * self.frame.facets.len() as u64);
+        // this frame, one of finer cells, those of faces, and the facets by rows
+        let frames = 2 + 3 * u64::from(asked.faces) + u64::from(asked.surfaces);
+        let max_bytes = max_bytes.saturating_sub(frames * 37 * self.frame.facets.len() as u64);
         fractions((&self.frame, lines), (job.rule, &self.kinds), asked, max_bytes, control).map(Some)
     }
 }

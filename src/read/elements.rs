@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::gltf_json::{Accessor, Root, missing, wrong};
 use super::polygons::no_room;
 use super::text::shown;
-use crate::error::{Error, Result};
+use crate::error::Result;
 
 /// What a description says about the bytes, and these.
 pub(super) struct Bytes<'a> {

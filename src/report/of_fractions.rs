@@ -15,6 +15,8 @@ pub struct FractionsReport {
     pub cut_cells: u64,
     /// Volume of each flag that has any, ascending; 0 is the background.
     pub volumes: Vec<VolumeReport>,
+    /// Area of the surface of each geometry in the box, in the order of the job; null unless surfaces are asked for.
+    pub areas: Option<Vec<f64>>,
 }
 
 /// Volume of a flag, with its fractions of cells that are cut.
@@ -34,8 +36,9 @@ impl FractionsReport {
         let volumes = (0..=u8::MAX).zip(&fractions.volumes).filter(|(_, volume)| **volume > 0.0);
         FractionsReport {
             rays: fractions.rays,
-            cut_cells: fractions.fractions.chunk_by(|one, other| one.cell == other.cell).count() as u64,
+            cut_cells: fractions.n_cells(),
             volumes: volumes.map(|(flag, &volume)| VolumeReport { flag, volume }).collect(),
+            areas: fractions.areas.clone(),
         }
     }
 }

@@ -3,7 +3,8 @@
 use serde::Serialize;
 
 use crate::job::Stencil;
-use crate::links::Links;
+use crate::links::{Link, Links};
+use crate::parallel::*;
 
 /// Links from cells of the fluid to surfaces, counted.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -27,15 +28,24 @@ pub struct LinksReport {
 impl LinksReport {
     /// Counts links.
     pub fn new(links: &Links) -> LinksReport {
-        let all = &links.links;
-        let is_in_fluid = |flag: u8| links.fluid.contains(&flag);
+        let mut is_fluid = [false; 256];
+        links.fluid.iter().for_each(|&flag| is_fluid[usize::from(flag)] = true);
+        let of_plane = |all: &Vec<Link>| {
+            [
+                all.chunk_by(|one, other| one.cell == other.cell).count(),
+                all.iter().filter(|link| is_fluid[usize::from(link.flag)]).count(),
+                all.iter().filter(|link| link.facet < 0).count(),
+            ]
+        };
+        let counts: Vec<[usize; 3]> = links.planes.par_iter().map(of_plane).collect();
+        let [cells, through_walls, without_facet] = [0, 1, 2].map(|of| counts.iter().map(|some| some[of] as u64).sum());
         LinksReport {
             stencil: links.stencil,
             fluid: links.fluid.clone(),
-            links: all.len() as u64,
-            cells: all.chunk_by(|one, other| one.cell == other.cell).count() as u64,
-            through_walls: all.iter().filter(|link| is_in_fluid(link.flag)).count() as u64,
-            without_facet: all.iter().filter(|link| link.facet < 0).count() as u64,
+            links: links.len() as u64,
+            cells,
+            through_walls,
+            without_facet,
         }
     }
 }

@@ -52,16 +52,49 @@ impl Arrays<'_, '_, '_> {
     ///
     /// # Errors
     /// `io`.
-    pub(super) fn list<T, const N: usize>(
+    pub(super) fn list<'i, T: 'i, const N: usize>(
         &mut self,
         (name, kind): (&str, &str),
-        items: &[T],
+        (n, items): (usize, impl Iterator<Item = &'i T>),
         bytes: impl Fn(&T) -> [u8; N],
     ) -> Result<()> {
-        self.begin(name, kind, &format!("({},)", items.len()))?;
-        items.chunks(1 << 16).try_for_each(|some| self.put(&some.iter().flat_map(&bytes).collect::<Vec<u8>>()))
+        self.begin(name, kind, &format!("({n},)"))?;
+        self.put_all(items, bytes)
+    }
+
+    /// Writes a whole array of so many numbers a row.
+    ///
+    /// # Errors
+    /// `io`.
+    pub(super) fn rows<'i, T: 'i, const N: usize>(
+        &mut self,
+        (name, kind, of_row): (&str, &str, usize),
+        (n, items): (usize, impl Iterator<Item = &'i T>),
+        bytes: impl Fn(&T) -> [u8; N],
+    ) -> Result<()> {
+        self.begin(name, kind, &format!("({n}, {of_row})"))?;
+        self.put_all(items, bytes)
+    }
+
+    fn put_all<'i, T: 'i, const N: usize>(
+        &mut self,
+        items: impl Iterator<Item = &'i T>,
+        bytes: impl Fn(&T) -> [u8; N],
+    ) -> Result<()> {
+        let mut some = Vec::with_capacity(AT_ONCE + N);
+        for item in items {
+            some.extend_from_slice(&bytes(item));
+            if some.len() >= AT_ONCE {
+                self.put(&some)?;
+                some.clear();
+            }
+        }
+        self.put(&some)
     }
 }
+
+/// Bytes of a list that are written at a time.
+const AT_ONCE: usize = 1 << 18;
 
 /// Writes an archive of the arrays that `fill` hands over.
 ///

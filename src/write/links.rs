@@ -8,8 +8,8 @@ use crate::links::{Link, Links};
 
 /// First bytes of `.links`.
 const MAGIC: &[u8; 8] = b"HEXLINKS";
-/// Records that are written at a time.
-const AT_ONCE: usize = 1 << 16;
+/// Bytes of a record.
+const RECORD: usize = 24;
 
 /// A format of links.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,8 +49,11 @@ pub fn write_links(links: &Links, format: LinksFormat, compress: Compress, out: 
         LinksFormat::Npz => write_npz(links, compress, &mut sink)?,
         LinksFormat::Records => {
             sink.put(&head(links))?;
-            let mut records = links.links.chunks(AT_ONCE);
-            records.try_for_each(|some| sink.put(&some.iter().flat_map(record).collect::<Vec<u8>>()))?;
+            for links in &links.planes {
+                let mut records = Vec::with_capacity(RECORD * links.len());
+                links.iter().for_each(|link| records.extend_from_slice(&record(link)));
+                sink.put(&records)?;
+            }
         }
     }
     sink.out.flush().map_err(|error| Error::io("writing the links", error))?;
@@ -58,20 +61,20 @@ pub fn write_links(links: &Links, format: LinksFormat, compress: Compress, out: 
 }
 
 fn write_npz(links: &Links, compress: Compress, sink: &mut Sink) -> Result<()> {
-    let (directions, all) = (links.stencil.directions(), &links.links);
+    let (directions, n, all) = (links.stencil.directions(), links.len(), || links.iter());
     archive::write(compress, sink, |arrays| {
         arrays.begin("directions", "|i1", &format!("({}, 3)", directions.len()))?;
         arrays.put(&directions.as_flattened().iter().map(|&step| step as u8).collect::<Vec<u8>>())?;
-        arrays.list(("dims", "<u4"), &links.dims, |n| n.to_le_bytes())?;
-        arrays.list(("fluid", "|u1"), &links.fluid, |&flag| [flag])?;
+        arrays.list(("dims", "<u4"), (3, links.dims.iter()), |n| n.to_le_bytes())?;
+        arrays.list(("fluid", "|u1"), (links.fluid.len(), links.fluid.iter()), |&flag| [flag])?;
         for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
-            arrays.list((name, "<u4"), all, |link| link.cell[axis].to_le_bytes())?;
+            arrays.list((name, "<u4"), (n, all()), |link| link.cell[axis].to_le_bytes())?;
         }
-        arrays.list(("direction", "|u1"), all, |link| [link.direction])?;
-        arrays.list(("q", "<f4"), all, |link| link.q.to_le_bytes())?;
-        arrays.list(("facet", "<i4"), all, |link| link.facet.to_le_bytes())?;
-        arrays.list(("geometry", "<i2"), all, |link| link.geometry.to_le_bytes())?;
-        arrays.list(("flag", "|u1"), all, |link| [link.flag])
+        arrays.list(("direction", "|u1"), (n, all()), |link| [link.direction])?;
+        arrays.list(("q", "<f4"), (n, all()), |link| link.q.to_le_bytes())?;
+        arrays.list(("facet", "<i4"), (n, all()), |link| link.facet.to_le_bytes())?;
+        arrays.list(("geometry", "<i2"), (n, all()), |link| link.geometry.to_le_bytes())?;
+        arrays.list(("flag", "|u1"), (n, all()), |link| [link.flag])
     })
 }
 
@@ -81,14 +84,14 @@ fn head(links: &Links) -> Vec<u8> {
     let [nx, ny, nz] = links.dims;
     let mut head = MAGIC.to_vec();
     [1, directions.len() as u32, nx, ny, nz, 0].into_iter().for_each(|number: u32| head.extend(number.to_le_bytes()));
-    head.extend((links.links.len() as u64).to_le_bytes());
+    head.extend((links.len() as u64).to_le_bytes());
     head.extend(directions.as_flattened().iter().map(|&step| step as u8));
     head.resize(head.len().next_multiple_of(8), 0);
     head
 }
 
-fn record(link: &Link) -> [u8; 24] {
-    let mut record = [0; 24];
+fn record(link: &Link) -> [u8; RECORD] {
+    let mut record = [0; RECORD];
     for (axis, at) in link.cell.iter().enumerate() {
         record[4 * axis..4 * axis + 4].copy_from_slice(&at.to_le_bytes());
     }

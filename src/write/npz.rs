@@ -13,7 +13,8 @@ use crate::mesh::Mesh;
 pub(super) fn write(mesh: &Mesh, options: &Options, sink: &mut Sink, control: &Control) -> Result<()> {
     archive::write(options.compress, sink, |arrays| {
         for (axis, name) in AXES.into_iter().enumerate() {
-            arrays.list((name, "<f8"), &mesh.lines.list(axis), |line| line.to_le_bytes())?;
+            let lines = mesh.lines.list(axis);
+            arrays.list((name, "<f8"), (lines.len(), lines.iter()), |line| line.to_le_bytes())?;
         }
         arrays.begin_with("flag", &npy::header(mesh.dims(), options))?;
         ordered::for_each_slab(mesh, options, control, |flags| arrays.put(flags))

@@ -19,20 +19,21 @@ const AT_ONCE: usize = 1 << 24;
 /// `io` where `out` fails, or columns are in a store that does.
 pub fn write_staggered(staggered: &Staggered, mesh: &Mesh, compress: Compress, out: &mut dyn io::Write) -> Result<u64> {
     let mut sink = Sink { out, n_bytes: 0, hash: None };
-    let sheets = &staggered.sheets;
+    let all = || (staggered.sheets.len(), staggered.sheets.iter());
     archive::write(compress, &mut sink, |arrays| {
         for ((name, _), points) in COMPONENTS.iter().zip(&staggered.points) {
             put(arrays, name, points.dims(), |some| points.flags(some))?;
         }
         put(arrays, "cell", mesh.dims(), |some| mesh.box_flags(some))?;
         for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
-            arrays.list((name, "<f8"), &mesh.lines.list(axis), |line| line.to_le_bytes())?;
+            let lines = mesh.lines.list(axis);
+            arrays.list((name, "<f8"), (lines.len(), lines.iter()), |line| line.to_le_bytes())?;
         }
-        arrays.list(("sheet_axis", "|u1"), sheets, |sheet| [sheet.axis])?;
+        arrays.list(("sheet_axis", "|u1"), all(), |sheet| [sheet.axis])?;
         for (axis, name) in ["sheet_x", "sheet_y", "sheet_z"].into_iter().enumerate() {
-            arrays.list((name, "<u4"), sheets, |SheetFace { face, .. }| face[axis].to_le_bytes())?;
+            arrays.list((name, "<u4"), all(), |SheetFace { face, .. }| face[axis].to_le_bytes())?;
         }
-        arrays.list(("sheet_flag", "|u1"), sheets, |sheet| [sheet.flag])
+        arrays.list(("sheet_flag", "|u1"), all(), |sheet| [sheet.flag])
     })?;
     sink.out.flush().map_err(|error| Error::io("writing the staggered grid", error))?;
     Ok(sink.n_bytes)

@@ -26,23 +26,54 @@ use super::{Compress, Format, Options, Sink};
 const BLOCK_BYTES: usize = 1 << 20;
 const FOOT: &[u8] = b"\n  </AppendedData>\n</VTKFile>\n";
 
+/// The cell array of a file: a name, a type as VTK names it, and all bytes in order, as often as they are asked for.
+pub(super) struct Array<'a> {
+    pub(super) name: &'static str,
+    pub(super) kind: &'static str,
+    pub(super) n_bytes: u64,
+    pub(super) each: Box<Each<'a>>,
+}
+
+/// Hands over all bytes, some at a time.
+type Each<'a> = dyn Fn(&mut dyn FnMut(&[u8]) -> Result<()>) -> Result<()> + 'a;
+
+impl Array<'_> {
+    /// The flags of a mesh.
+    pub(super) fn flags<'a>(mesh: &'a Mesh, slab_bytes: usize, control: &'a Control) -> Array<'a> {
+        let each = move |put: &mut dyn FnMut(&[u8]) -> Result<()>| mesh.for_each_slab(slab_bytes, control, put);
+        Array { name: FLAGS.0, kind: FLAGS.1, n_bytes: mesh.n_cells(), each: Box::new(each) }
+    }
+}
+
+/// Name and type of the array of flags.
+const FLAGS: (&str, &str) = ("flag", "UInt8");
+
 /// Writes a compressed file.
 pub(super) fn write(
     mesh: &Mesh,
+    array: &Array,
     (format, level): (Format, u8),
     options: &Options,
     sink: &mut Sink,
-    control: &Control,
 ) -> Result<()> {
-    let table = BlockTable::new(mesh, options, level, control)?;
-    sink.put(head(mesh, format, options.compress).as_bytes())?;
-    table.write(mesh, options, level, sink, control)?;
+    let table = BlockTable::new(array, options, level)?;
+    sink.put(head(mesh, (array.name, array.kind), format, options.compress).as_bytes())?;
+    table.write(array, level, sink)?;
+    sink.put(FOOT)
+}
+
+/// Writes a file that is not compressed.
+#[cfg(not(target_arch = "wasm32"))]
+pub(super) fn write_plain(mesh: &Mesh, array: &Array, format: Format, sink: &mut Sink) -> Result<()> {
+    sink.put(head(mesh, (array.name, array.kind), format, Compress::None).as_bytes())?;
+    sink.put(&array.n_bytes.to_le_bytes())?;
+    (array.each)(&mut |bytes| sink.put(bytes))?;
     sink.put(FOOT)
 }
 
 /// Everything before and after the flags of an uncompressed file.
 pub(super) fn head_and_tail(mesh: &Mesh, format: Format) -> (Vec<u8>, Vec<u8>) {
-    let mut before = head(mesh, format, Compress::None).into_bytes();
+    let mut before = head(mesh, FLAGS, format, Compress::None).into_bytes();
     before.extend(mesh.n_cells().to_le_bytes());
     (before, FOOT.to_vec())
 }
@@ -96,9 +127,9 @@ impl VtiEncoder {
                 None if self.is_done => return Ok(None),
                 None => {
                     self.is_done = true;
-                    let head = head(mesh, self.format, Compress::Zlib(self.level)).into_bytes();
+                    let head = head(mesh, FLAGS, self.format, Compress::Zlib(self.level)).into_bytes();
                     let cached = std::mem::take(&mut self.table.cached);
-                    return Ok(Some([head.as_slice(), &self.table.numbers(mesh), &cached, FOOT].concat()));
+                    return Ok(Some([head.as_slice(), &self.table.numbers(mesh.n_cells()), &cached, FOOT].concat()));
                 }
             },
         };
@@ -115,11 +146,11 @@ struct BlockTable {
 }
 
 impl BlockTable {
-    fn new(mesh: &Mesh, options: &Options, level: u8, control: &Control) -> Result<BlockTable> {
+    fn new(array: &Array, options: &Options, level: u8) -> Result<BlockTable> {
         let mut table = BlockTable { sizes: Vec::new(), cached: Vec::new(), n_cached: 0 };
         let mut blocks = Blocks::new(BLOCK_BYTES, level);
-        mesh.for_each_slab(options.slab_bytes, control, |flags| {
-            blocks.push(flags)?.iter().for_each(|block| table.add(block, options.block_cache_bytes));
+        (array.each)(&mut |bytes| {
+            blocks.push(bytes)?.iter().for_each(|block| table.add(block, options.block_cache_bytes));
             Ok(())
         })?;
         blocks.finish()?.iter().for_each(|block| table.add(block, options.block_cache_bytes));
@@ -135,14 +166,14 @@ impl BlockTable {
     }
 
     /// Everything before the first block.
-    fn numbers(&self, mesh: &Mesh) -> Vec<u8> {
-        let partial = mesh.n_cells() % BLOCK_BYTES as u64;
+    fn numbers(&self, n_bytes: u64) -> Vec<u8> {
+        let partial = n_bytes % BLOCK_BYTES as u64;
         let counts = [self.sizes.len() as u64, BLOCK_BYTES as u64, partial];
         counts.iter().chain(&self.sizes).flat_map(|number| number.to_le_bytes()).collect()
     }
 
-    fn write(self, mesh: &Mesh, options: &Options, level: u8, sink: &mut Sink, control: &Control) -> Result<()> {
-        sink.put(&self.numbers(mesh))?;
+    fn write(self, array: &Array, level: u8, sink: &mut Sink) -> Result<()> {
+        sink.put(&self.numbers(array.n_bytes))?;
         sink.put(&self.cached)?;
         if self.n_cached == self.sizes.len() {
             return Ok(());
@@ -156,17 +187,17 @@ impl BlockTable {
         };
         let mut to_skip = self.n_cached as u64 * BLOCK_BYTES as u64;
         let mut blocks = Blocks::new(BLOCK_BYTES, level);
-        mesh.for_each_slab(options.slab_bytes, control, |flags| {
-            let skipped = to_skip.min(flags.len() as u64);
+        (array.each)(&mut |bytes| {
+            let skipped = to_skip.min(bytes.len() as u64);
             to_skip -= skipped;
-            blocks.push(&flags[skipped as usize..])?.iter().try_for_each(|block| put(block))
+            blocks.push(&bytes[skipped as usize..])?.iter().try_for_each(|block| put(block))
         })?;
         blocks.finish()?.iter().try_for_each(|block| put(block))
     }
 }
 
 /// Everything before the appended data.
-fn head(mesh: &Mesh, format: Format, compress: Compress) -> String {
+fn head(mesh: &Mesh, (name, type_name): (&str, &str), format: Format, compress: Compress) -> String {
     let [nx, ny, nz] = mesh.dims();
     let extent = format!("0 {nx} 0 {ny} 0 {nz}");
     let compressor = match compress {
@@ -185,8 +216,8 @@ fn head(mesh: &Mesh, format: Format, compress: Compress) -> String {
 <VTKFile type="{kind}" version="1.0" byte_order="LittleEndian" header_type="UInt64"{compressor}>
   <{kind} WholeExtent="{extent}"{place}>
 {field_data}    <Piece Extent="{extent}">
-      <CellData Scalars="flag">
-        <DataArray type="UInt8" Name="flag" format="appended" offset="0"/>
+      <CellData Scalars="{name}">
+        <DataArray type="{type_name}" Name="{name}" format="appended" offset="0"/>
       </CellData>
 {coordinates}    </Piece>
   </{kind}>

@@ -2,7 +2,7 @@
 //! with its sign, and each is clipped to a cell by the six planes of that.
 
 use hexcast::control::Control;
-use hexcast::fractions::{Fractions, fractions};
+use hexcast::fractions::{Fraction, Fractions, fractions};
 use hexcast::frame::Frame;
 use hexcast::geometry::{Facet, Geometry};
 use hexcast::inside::Kind;
@@ -11,13 +11,13 @@ use hexcast::lines::Lines;
 
 use super::models::{self, Facets};
 
-type Point = [f64; 3];
+pub(super) type Point = [f64; 3];
 
-fn minus(a: Point, b: Point) -> Point {
+pub(super) fn minus(a: Point, b: Point) -> Point {
     [0, 1, 2].map(|axis| a[axis] - b[axis])
 }
 
-fn triple(a: Point, b: Point, c: Point) -> f64 {
+pub(super) fn triple(a: Point, b: Point, c: Point) -> f64 {
     (0..3).map(|i| a[i] * (b[(i + 1) % 3] * c[(i + 2) % 3] - b[(i + 2) % 3] * c[(i + 1) % 3])).sum()
 }
 
@@ -57,7 +57,7 @@ fn wedge([a, b, c]: [Point; 3], [d, e, f]: [Point; 3]) -> Vec<[Point; 4]> {
 }
 
 /// Volume of a closed surface within a cell.
-fn exact(facets: &[Facet], low: Point, high: Point) -> f64 {
+pub(super) fn exact(facets: &[Facet], low: Point, high: Point) -> f64 {
     let from = [0.123, -0.371, 0.717];
     let of_facet = |facet: &Facet| {
         let [a, b, c] = facet.map(|corner| corner.map(f64::from));
@@ -75,7 +75,7 @@ fn measured(geometries: &[Geometry], lines: &Lines, rays: u32) -> Fractions {
 }
 
 /// Turned about an axis that is none of the grid's.
-fn turned(facets: &Facets) -> Facets {
+pub(super) fn turned(facets: &Facets) -> Facets {
     let (s, c) = (0.6f32, 0.8f32);
     let turn = |[x, y, z]: [f32; 3]| {
         let [x, y] = [c * x - s * y, s * x + c * y];
@@ -85,7 +85,7 @@ fn turned(facets: &Facets) -> Facets {
     models::mapped(facets, turn)
 }
 
-fn bodies() -> Vec<(&'static str, Facets)> {
+pub(super) fn bodies() -> Vec<(&'static str, Facets)> {
     vec![
         ("ball", models::sphere([0.1, -0.2, 0.3], 3.1, 24)),
         ("cone", models::cone([0.3, 0.2, -2.5], 2.4, [0.1, -0.4, 3.0], 24)),
@@ -95,7 +95,7 @@ fn bodies() -> Vec<(&'static str, Facets)> {
     ]
 }
 
-fn grids() -> [Lines; 2] {
+pub(super) fn grids() -> [Lines; 2] {
     let equal = Lines::new([-5.0; 3], [1.0; 3], [10; 3]).unwrap();
     let list = vec![-5.0, -4.0, -2.75, -2.0, -1.5, -1.0, -0.25, 0.5, 1.0, 2.0, 3.0, 3.5, 5.0];
     [equal, Lines::from_lists([list.clone(), list.clone(), list]).unwrap()]
@@ -110,7 +110,7 @@ fn parts_of_cells_are_as_near_to_those_of_clipped_tetrahedra_as_is_said() {
                 let found = measured(std::slice::from_ref(&geometry), &lines, rays);
                 let [nx, ny, nz] = lines.dims();
                 let mut dense = vec![None; (nx * ny * nz) as usize];
-                for fraction in found.fractions.iter().filter(|fraction| fraction.flag == 7) {
+                for fraction in found.iter().filter(|fraction| fraction.flag == 7) {
                     dense[fraction.cell as usize] = Some(f64::from(fraction.fraction));
                 }
                 let (mut sum, mut sum_of_squares, mut n_cut, mut volume_cut) = (0.0, 0.0, 0.0, 0.0);
@@ -151,9 +151,10 @@ fn parts_of_a_cell_add_up_to_one_in_the_order_of_cells_and_flags() {
     let (mut n_of_three, mut n) = (0, 0);
     for lines in grids() {
         let found = measured(&geometries, &lines, 4);
-        let keys: Vec<(u64, u8)> = found.fractions.iter().map(|fraction| (fraction.cell, fraction.flag)).collect();
+        let keys: Vec<(u64, u8)> = found.iter().map(|fraction| (fraction.cell, fraction.flag)).collect();
         assert!(keys.is_sorted_by(|one, other| one < other));
-        for of_cell in found.fractions.chunk_by(|one, other| one.cell == other.cell) {
+        let all: Vec<Fraction> = found.iter().copied().collect();
+        for of_cell in all.chunk_by(|one, other| one.cell == other.cell) {
             let sum: f64 = of_cell.iter().map(|fraction| f64::from(fraction.fraction)).sum();
             assert!((sum - 1.0).abs() < 2e-7 && of_cell.len() > 1, "{of_cell:?}");
             assert!(of_cell.iter().all(|fraction| fraction.fraction > 0.0 && fraction.fraction < 1.0), "{of_cell:?}");
@@ -172,7 +173,7 @@ fn a_wall_along_the_rays_between_two_of_them_is_seen() {
     let lines = Lines::new([0.0, -1.0, 0.0], [1.0; 3], [3, 2, 1]).unwrap();
     let found = measured(&[Geometry::new("g", 1, facets).unwrap()], &lines, 4);
     let fractions: Vec<(u64, u8, f32)> =
-        found.fractions.iter().map(|fraction| (fraction.cell, fraction.flag, fraction.fraction)).collect();
+        found.iter().map(|fraction| (fraction.cell, fraction.flag, fraction.fraction)).collect();
     let cell = |x: u64| [(x, 0, 0.75), (x, 1, 0.25)];
     assert_eq!(fractions, [cell(0), cell(1), cell(2)].concat());
     assert!((found.volumes[1] - 3.75).abs() < 1e-12 && (found.volumes[0] - 2.25).abs() < 1e-12);
@@ -187,7 +188,7 @@ fn an_inverted_geometry_has_the_other_part() {
     let found =
         fractions((&frame, &lines), (Rule::Parity, &[Kind::Inverted]), job, u64::MAX, &Control::default()).unwrap();
     let parts: Vec<(u64, u8, f32)> =
-        found.fractions.iter().map(|fraction| (fraction.cell, fraction.flag, fraction.fraction)).collect();
+        found.iter().map(|fraction| (fraction.cell, fraction.flag, fraction.fraction)).collect();
     let [outer, inner] = [1.0 - 0.421_875, 0.421_875];
     assert_eq!(parts, [(0, 0, inner), (0, 5, outer), (1, 0, 0.5625), (1, 5, 0.4375)]);
     let refused = fractions((&frame, &lines), (Rule::Parity, &[Kind::Cast]), job, 10, &Control::default()).unwrap_err();

@@ -70,7 +70,7 @@ const CORE: &[&str] = &[
     "parts",
 ];
 /// The layers above the core, each on those before it. `bin` and `web` stand side by side.
-const ABOVE: &[&str] = &["gpu", "pipeline", "files", "mesher", "web", "bin"];
+const ABOVE: &[&str] = &["gpu", "pipeline", "converge", "files", "mesher", "web", "bin"];
 
 /// What the core must not know: devices, browsers, files, clocks, terminals, processes.
 const UNKNOWN_TO_CORE: &[&str] = &[

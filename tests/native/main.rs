@@ -35,6 +35,9 @@ mod column_files;
 mod command_inputs;
 mod compare;
 #[cfg(feature = "cli")]
+mod converge;
+mod cut_faces;
+#[cfg(feature = "cli")]
 mod examples;
 mod famous_cases;
 mod formats;

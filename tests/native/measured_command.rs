@@ -142,6 +142,77 @@ fn archives_hold_the_records_and_fractions_the_volume() {
     assert!(((outside + inside) / all - 1.0).abs() < 1e-9, "{outside} and {inside} of {all}");
 }
 
+/// The bytes of an array in an archive that is not compressed.
+fn array(archive: &[u8], name: &str) -> Vec<u8> {
+    // name, header, data: the archive has the length of the data in the header's shape
+    let at = archive.windows(name.len()).position(|window| window == name.as_bytes()).unwrap() + name.len();
+    let magic = at + archive[at..].windows(6).position(|window| window == b"\x93NUMPY").unwrap();
+    let n_header = usize::from(u16::from_le_bytes([archive[magic + 8], archive[magic + 9]]));
+    let header = String::from_utf8_lossy(&archive[magic + 10..magic + 10 + n_header]).into_owned();
+    let shape = header.split_once("'shape': (").unwrap().1.split_once(')').unwrap().0;
+    let n: usize = shape.split(',').filter_map(|n| n.trim().parse::<usize>().ok()).product();
+    let size: usize = header.split_once("'descr': '").unwrap().1[2..3].parse().unwrap();
+    archive[magic + 10 + n_header..][..n * size].to_vec()
+}
+
+fn f32s(bytes: &[u8]) -> Vec<f32> {
+    bytes.chunks_exact(4).map(|four| f32::from_le_bytes(four.try_into().unwrap())).collect()
+}
+
+#[test]
+fn dense_fractions_are_flags_and_entries_together() {
+    let folder = Folder::new();
+    let path = |name: &str| folder.path(name);
+    let mesh = ["mesh", SPOT, "--cells", "25", "--backend", "cpu", "--json", "--compress=none"];
+    let more = ["--fraction-faces", "--fraction-surfaces"];
+    let report = report_of(&[&mesh[..], &["-o", &path("m.raw"), "--fractions", &path("f.npz")], &more[..]].concat());
+    let flags = folder.bytes("m.raw");
+    let archive = folder.bytes("f.npz");
+    let cells: Vec<u64> =
+        array(&archive, "cell.npy").chunks_exact(8).map(|of| u64::from_le_bytes(of.try_into().unwrap())).collect();
+    let (of_flags, fractions) = (array(&archive, "flag.npy"), f32s(&array(&archive, "fraction.npy")));
+    let mut expected: Vec<f32> = flags.iter().map(|&flag| f32::from(u8::from(flag != 0))).collect();
+    for ((cell, flag), fraction) in cells.iter().zip(&of_flags).zip(&fractions) {
+        if *flag != 0 {
+            expected[*cell as usize] = *fraction;
+        }
+    }
+    assert_eq!(f32s(&array(&archive, "faces.npy")).len(), 6 * cells.len());
+    let n_surfaces = array(&archive, "surface_cell.npy").len() / 8;
+    assert!(n_surfaces >= cells.len() / 2);
+    assert_eq!(f32s(&array(&archive, "surface_normal.npy")).len(), 3 * n_surfaces);
+    let area: f64 = f32s(&array(&archive, "surface_area.npy")).into_iter().map(f64::from).sum();
+    let of_report = report["fractions"]["areas"][0].as_f64().unwrap();
+    assert!((area / of_report - 1.0).abs() < 1e-6, "{area} of {of_report}");
+    for name in ["d.npy", "d.vti", "d.vtr"] {
+        report_of(&[&mesh[..], &["--fractions", &path(name)]].concat());
+        let bytes = folder.bytes(name);
+        let known: Vec<u8> = expected.iter().flat_map(|solid| solid.to_le_bytes()).collect();
+        let tail = if name == "d.npy" { 0 } else { b"\n  </AppendedData>\n</VTKFile>\n".len() };
+        assert!(bytes[..bytes.len() - tail].ends_with(&known), "{name}");
+        let head = String::from_utf8_lossy(&bytes[..1000]).into_owned();
+        let has = |text: &str| assert!(head.contains(text), "{name}: {head}");
+        if name == "d.npy" { has("'descr': '<f4'") } else { has(r#"type="Float32" Name="solid""#) }
+    }
+    // compressed and in slabs of few bytes it is the same
+    let run = |output: &str, more: &[&str]| report_of(&[&mesh[..7], &["--fractions", output], more].concat());
+    run(&path("z.vti"), &["--compress"]);
+    assert!(folder.bytes("z.vti").len() < 4 * expected.len());
+}
+
+#[test]
+fn a_run_that_fails_leaves_no_file_of_what_was_measured() {
+    let folder = Folder::new();
+    let path = |name: &str| folder.path(name);
+    std::fs::write(path("lines.json"), r#"{"x": [-1, 0, 0.5, 1], "y": [-1, 0, 1], "z": [-1, 1]}"#).unwrap();
+    let lists = path("lines.json");
+    let (links, fractions) = (path("a.links"), path("f.vti"));
+    let mesh = ["mesh", SPOT, "--lines", &lists, "--backend", "cpu", "--links", &links, "--stencil", "D3Q7"];
+    let message = refused(&[&mesh[..], &["--fractions", &fractions]].concat());
+    assert!(message.contains("cells differ in size, and .vti holds equal ones only"), "{message}");
+    assert_eq!(std::fs::read_dir(path("")).unwrap().count(), 1, "files are left");
+}
+
 #[test]
 fn what_cannot_be_measured_is_refused_with_a_sentence() {
     let folder = Folder::new();
@@ -149,9 +220,9 @@ fn what_cannot_be_measured_is_refused_with_a_sentence() {
     let with = |more: &[&str]| refused(&[&["mesh", SPOT, "--cells", "9", "--backend", "cpu"], more].concat());
     for (more, sentence) in [
         (vec!["--links", &path("a.csv")], "no format of links has the extension \"csv\""),
-        (vec!["--fractions", &path("a.vti")], "fractions of cells are written as .npz"),
-        (vec!["--links", &path("a.npz"), "--fractions", &path("a.npz")], "is an input or another output, too"),
-        (vec!["--links", &path("a.npz"), "-o", &path("a.npz")], "is an input or another output, too"),
+        (vec!["--fractions", &path("a.raw")], "no format of fractions of cells has this ending"),
+        (vec!["--links", &path("a.npz"), "--fractions", &path("a.npz")], "is written twice"),
+        (vec!["--links", &path("a.npz"), "-o", &path("a.npz")], "is written twice"),
         (vec!["--links", &path("a.npz"), "--window", "0,0,0,2,2,2"], "links are those of the whole box"),
         (vec!["--fractions", &path("a.npz"), "--fraction-rays", "3"], "1, 2, 4, 8 or 16"),
         (

@@ -105,7 +105,8 @@ class JobOptions(TypedDict, total=False):
     thin_cells: int
     #: Links from cells of a fluid to surfaces, counted in ``report["links"]``: ``stencil``, such as ``"D3Q19"``, and ``fluid``, a list of flags.
     links: Mapping[str, Any]
-    #: Cells that surfaces cut, and the volumes of flags, in ``report["fractions"]``: ``rays``, those of a cell along each axis.
+    #: Cells that surfaces cut, and the volumes of flags, in ``report["fractions"]``: ``rays``, those of a cell along each axis;
+    #: ``surfaces``, whether to add the areas of geometries.
     fractions: Mapping[str, Any]
     #: Points of a staggered grid, counted in ``report["staggered"]``.
     staggered: bool

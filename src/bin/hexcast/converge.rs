@@ -44,7 +44,7 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let job = arguments.job.job()?;
     arguments.job.set_threads()?;
-    let output = arguments.output.as_deref().map(|path| PendingFile::open(path)).transpose()?;
+    let output = arguments.output.as_deref().map(PendingFile::open).transpose()?;
     let sources = read_job_files(&job, token, Progress::new(arguments.json))?;
     let mut control = Control::default();
     control.cancel = token.clone();

@@ -19,6 +19,7 @@ use super::outputs::{FormatArguments, Outputs, Targets};
 use super::progress::Progress;
 use super::reading::open_columns;
 use super::summary::Table;
+use super::taken::Taken;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -70,7 +71,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     let meshes: &[PathBuf] = arguments.output.as_slice();
     let zarr = ZarrJob::default();
     let targets = Targets { meshes, doubt: None, report: None, zarr, is_part: false, has_archive: false };
-    let mut outputs = Outputs::open(&targets, &arguments.formats, &inputs, max_bytes)?;
+    let mut outputs = Outputs::open(&targets, &arguments.formats, &mut Taken::by(&inputs), max_bytes)?;
     let mut control = Control::default();
     control.cancel = token.clone();
     // the rest is for the mask

@@ -46,6 +46,7 @@ mod spill;
 mod standard;
 mod store;
 mod summary;
+mod taken;
 mod temporary;
 mod terminal;
 mod verify;

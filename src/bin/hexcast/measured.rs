@@ -3,14 +3,21 @@
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use hexcast::control::Control;
+use hexcast::estimate::slab_bytes;
 use hexcast::job::{Job, LinksJob, RunJob, Stencil};
+use hexcast::mesh::Mesh;
 use hexcast::report::MeshFacts;
-use hexcast::write::{Compress, LinksFormat, write_fractions, write_links, write_staggered};
-use hexcast::{Error, Mesh, Result};
+use hexcast::write::{
+    Compress, Format, LinksFormat, Options, write_fractions, write_links, write_solid, write_staggered,
+};
+use hexcast::{Error, Result};
 
 use super::arguments::choice;
+use super::format_arguments::FormatArguments;
 use super::job_options::as_text;
 use super::output_file::{OutputFile, PendingFile};
+use super::taken::Taken;
 
 /// What is measured, and where it goes.
 #[derive(clap::Args)]
@@ -26,23 +33,57 @@ pub(crate) struct MeasuredArguments {
     /// Flags that --links calls fluid [default: 0, the background]
     #[arg(long, value_name = "FLAGS", requires = "links", value_delimiter = ',')]
     fluid: Option<Vec<u8>>,
-    /// Write the fraction that each flag has of the cells that surfaces cut to a file, .npz
+    /// Write the fraction that each flag has of the cells that surfaces cut to a file, .npz; .vti, .vtr and .npy have the fraction of every cell that
+    /// is not background
     #[arg(long, value_name = "FILE")]
     fractions: Option<PathBuf>,
     /// Rays of --fractions along each axis of a cell: 1, 2, 4, 8 or 16 [default: 4]
     #[arg(long, value_name = "M", requires = "fractions")]
     fraction_rays: Option<u32>,
+    /// Also measure the fraction that each flag has of each face of these cells
+    #[arg(long, requires = "fractions")]
+    fraction_faces: bool,
+    /// Also measure area, centre and normal of the surface in each cell
+    #[arg(long, requires = "fractions")]
+    fraction_surfaces: bool,
     /// Write the flags at the points of a staggered (Yee) grid to a file, .npz: edges, faces and cells, and the faces of sheets
     #[arg(long, value_name = "FILE")]
     staggered: Option<PathBuf>,
 }
 
-/// Files for what is measured, opened before the long work starts.
+/// Files for what is measured, opened before the long work starts; none is left where this is dropped before [`Measured::finish`].
 pub(crate) struct Measured {
     links: Option<(PendingFile, LinksFormat)>,
-    fractions: Option<PendingFile>,
+    fractions: Option<(PendingFile, FractionsFormat)>,
     staggered: Option<PendingFile>,
     compress: Compress,
+    slab_bytes: usize,
+    written: Vec<OutputFile>,
+}
+
+/// What a file of fractions holds.
+#[derive(Clone, Copy)]
+enum FractionsFormat {
+    /// An entry for each flag of each cell that is cut.
+    Sparse,
+    /// One number for every cell.
+    Dense(Format),
+}
+
+impl FractionsFormat {
+    fn of_name(path: &Path) -> Result<FractionsFormat> {
+        let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
+        match ending.to_str() {
+            Some("npz") => Ok(FractionsFormat::Sparse),
+            Some("npy") => Ok(FractionsFormat::Dense(Format::Npy)),
+            Some("vti") => Ok(FractionsFormat::Dense(Format::Vti)),
+            Some("vtr") => Ok(FractionsFormat::Dense(Format::Vtr)),
+            _ => {
+                let message = format!("{}: no format of fractions of cells has this ending", path.display());
+                Err(Error::new("job-value", message, "use .npz for those of each flag, or .vti, .vtr or .npy"))
+            }
+        }
+    }
 }
 
 impl MeasuredArguments {
@@ -64,7 +105,9 @@ impl MeasuredArguments {
         }
         if self.fractions.is_some() {
             let fractions = job.fractions.unwrap_or_default();
-            job.fractions = Some(fractions.with_rays(self.fraction_rays.unwrap_or(fractions.rays)));
+            let fractions = fractions.with_rays(self.fraction_rays.unwrap_or(fractions.rays));
+            let fractions = fractions.with_faces(fractions.faces || self.fraction_faces);
+            job.fractions = Some(fractions.with_surfaces(fractions.surfaces || self.fraction_surfaces));
         }
         job.staggered |= self.staggered.is_some();
         job.validate()
@@ -73,62 +116,68 @@ impl MeasuredArguments {
     /// Whether a file is written that can be compressed.
     pub(crate) fn has_archive(&self) -> bool {
         let of_links = self.links.as_ref().map(|path| LinksFormat::of_name(&path.to_string_lossy()));
-        self.fractions.is_some() || self.staggered.is_some() || matches!(of_links, Some(Ok(LinksFormat::Npz)))
+        let of_fractions = self.fractions.as_deref().map(FractionsFormat::of_name);
+        let is_npy = matches!(of_fractions, Some(Ok(FractionsFormat::Dense(Format::Npy))));
+        self.staggered.is_some() || of_fractions.is_some() && !is_npy || matches!(of_links, Some(Ok(LinksFormat::Npz)))
     }
 
-    /// Opens the files; none of them may be an output or an input.
-    pub(crate) fn open(&self, others: &[&Path], compress: Compress) -> Result<Measured> {
-        let mut taken: Vec<PathBuf> = others.iter().filter_map(|other| other.canonicalize().ok()).collect();
-        let mut open = |path: &PathBuf| {
-            let (place, file) = PendingFile::open(path)?;
-            if taken.contains(&place) || others.contains(&path.as_path()) {
-                let message = format!("{} is an input or another output, too", path.display());
-                return Err(Error::new("job-conflict", message, "give the output another name"));
-            }
-            taken.push(place);
-            Ok(file)
-        };
-        let links = self.links.as_ref().map(|path| Ok((open(path)?, LinksFormat::of_name(&path.to_string_lossy())?)));
-        let is_npz = |path: &Path| path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("npz"));
-        for (path, what) in [(&self.fractions, "the fractions of cells are"), (&self.staggered, "a staggered grid is")]
-        {
-            if let Some(path) = path.as_ref().filter(|path| !is_npz(path)) {
-                let message = format!("{}: {what} written as .npz", path.display());
+    /// Opens the files, whose places must not be taken.
+    pub(crate) fn open(&self, taken: &mut Taken, formats: &FormatArguments, max_bytes: u64) -> Result<Measured> {
+        let links_format = |path: &Path| LinksFormat::of_name(&path.to_string_lossy());
+        let links = self.links.as_ref().map(|path| Ok((taken.open(path)?, links_format(path)?))).transpose()?;
+        let fractions = self.fractions.as_ref().map(|path| Ok((taken.open(path)?, FractionsFormat::of_name(path)?)));
+        let staggered = self.staggered.as_ref().map(|path| {
+            if !path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("npz")) {
+                let message = format!("{}: a staggered grid is written as .npz", path.display());
                 return Err(Error::new("job-value", message, "use .npz"));
             }
-        }
+            taken.open(path)
+        });
         Ok(Measured {
-            links: links.transpose()?,
-            fractions: self.fractions.as_ref().map(&mut open).transpose()?,
-            staggered: self.staggered.as_ref().map(&mut open).transpose()?,
-            compress,
+            links,
+            fractions: fractions.transpose()?,
+            staggered: staggered.transpose()?,
+            compress: formats.compression(),
+            slab_bytes: slab_bytes(max_bytes) as usize,
+            written: Vec::new(),
         })
     }
 }
 
 impl Measured {
-    /// Writes what was measured, and puts the files in their places.
-    pub(crate) fn write(self, mesh: &Mesh, facts: &MeshFacts) -> Result<Vec<OutputFile>> {
+    /// Writes what was measured.
+    pub(crate) fn write(&mut self, mesh: &Mesh, facts: &MeshFacts, control: &Control) -> Result<()> {
         let compress = self.compress;
-        let mut written = Vec::new();
-        if let Some(((file, format), links)) = self.links.zip(facts.links.as_ref()) {
-            written.push(put(file, |out| write_links(links, format, compress, out))?);
+        if let Some(((file, format), links)) = self.links.as_ref().zip(facts.links.as_ref()) {
+            self.written.push(put(file, |out| write_links(links, *format, compress, out))?);
         }
-        if let Some((file, fractions)) = self.fractions.zip(facts.fractions.as_ref()) {
-            written.push(put(file, |out| write_fractions(fractions, compress, out))?);
+        if let Some(((file, format), fractions)) = self.fractions.as_ref().zip(facts.fractions.as_ref()) {
+            self.written.push(put(file, |out| match *format {
+                FractionsFormat::Sparse => write_fractions(fractions, compress, out),
+                FractionsFormat::Dense(format) => {
+                    let compress = if format == Format::Npy { Compress::None } else { compress };
+                    let options = Options::default().with_compress(compress).with_slab_bytes(self.slab_bytes);
+                    write_solid(mesh, fractions, (format, &options), out, control)
+                }
+            })?);
         }
-        if let Some((file, staggered)) = self.staggered.zip(facts.staggered.as_ref()) {
-            written.push(put(file, |out| write_staggered(staggered, mesh, compress, out))?);
+        if let Some((file, staggered)) = self.staggered.as_ref().zip(facts.staggered.as_ref()) {
+            self.written.push(put(file, |out| write_staggered(staggered, mesh, compress, out))?);
         }
-        Ok(written)
+        Ok(())
+    }
+
+    /// Puts the files in their places.
+    pub(crate) fn finish(self) -> Result<Vec<OutputFile>> {
+        let (links, fractions) = (self.links.map(|(file, _)| file), self.fractions.map(|(file, _)| file));
+        [links, fractions, self.staggered].into_iter().flatten().try_for_each(PendingFile::persist)?;
+        Ok(self.written)
     }
 }
 
-fn put(file: PendingFile, write: impl FnOnce(&mut dyn Write) -> Result<u64>) -> Result<OutputFile> {
+fn put(file: &PendingFile, write: impl FnOnce(&mut dyn Write) -> Result<u64>) -> Result<OutputFile> {
     let mut out = BufWriter::with_capacity(1 << 20, file.temporary.as_file());
     let path = file.path.clone();
     let n_bytes = write(&mut out).map_err(|error| error.at(path.display().to_string()))?;
-    drop(out);
-    file.persist()?;
     Ok(OutputFile { path, n_bytes })
 }

@@ -20,6 +20,7 @@ use super::measured::{Measured, MeasuredArguments};
 use super::outputs::{FormatArguments, Outputs, Targets};
 use super::progress::Progress;
 use super::spill::SpillArguments;
+use super::taken::Taken;
 use super::{memory, reading, standard, summary, terminal};
 
 const EXAMPLES: &str = "\
@@ -138,9 +139,9 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
         return Err(Error::new("job-conflict", message, "use --report FILE for one of them"));
     }
     let max_bytes = job.max_memory.map_or(u64::MAX, |size| size.0);
-    let outputs = Outputs::open(&targets, &arguments.formats, &inputs, max_bytes)?;
-    let named = arguments.outputs.iter().map(PathBuf::as_path).chain(doubt).chain(report).chain(inputs);
-    let measured = arguments.measured.open(&named.collect::<Vec<&Path>>(), arguments.formats.compression())?;
+    let mut taken = Taken::by(&inputs);
+    let outputs = Outputs::open(&targets, &arguments.formats, &mut taken, max_bytes)?;
+    let measured = arguments.measured.open(&mut taken, &arguments.formats, max_bytes)?;
     if arguments.formats.bits {
         check_single_flag(&job)?;
     }
@@ -159,7 +160,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
 fn mesh_and_write(
     arguments: &Arguments,
     job: &Job,
-    (mut outputs, measured): (Outputs, Measured),
+    (mut outputs, mut measured): (Outputs, Measured),
     spill: SpillTarget,
     token: &CancelToken,
 ) -> Result<bool> {
@@ -213,11 +214,11 @@ fn mesh_and_write(
         .with_write(written.map(|(_, seconds)| seconds))
         .with_flags_sha256(sha256.or(outputs.flags_sha256.take()))
         .with_host_bytes(memory::peak_bytes());
-    let measured = measured.write(&mesh, &facts)?;
+    measured.write(&mesh, &facts, &control)?;
     let report = Report::new(facts, caller);
     control.check()?;
     let mut files = outputs.finish(&format!("{}\n", report.to_json()))?;
-    files.extend(measured);
+    files.extend(measured.finish()?);
 
     let n_warnings = warn(&report, arguments.strict);
     if arguments.json {

@@ -4,6 +4,7 @@
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
+use hexcast::Result;
 use hexcast::control::Control;
 use hexcast::estimate::slab_bytes;
 use hexcast::export::Exporter;
@@ -11,7 +12,6 @@ use hexcast::job::ZarrJob;
 use hexcast::mesh::Mesh;
 use hexcast::write::zarr::Place;
 use hexcast::write::{Format, Options, exact_size, sidecar_json, write};
-use hexcast::{Error, Result};
 
 use super::counted::Counted;
 use super::disk::{Planned, check_room};
@@ -21,6 +21,7 @@ use super::format_arguments::exporter_of;
 use super::output_file::{OutputFile, PendingFile, with_ending};
 use super::progress::Progress;
 use super::standard;
+use super::taken::Taken;
 use super::zarr_folder::is_zarr;
 use super::zarr_output::ZarrOutput;
 
@@ -82,11 +83,11 @@ impl MeshFile {
 }
 
 impl Outputs {
-    /// Checks names and folders and opens a temporary file for each output and the report; `inputs` must not be among them.
+    /// Checks names and folders and opens a temporary file for each output and the report; `no place may be `taken` already.
     pub(crate) fn open(
         targets: &Targets,
         arguments: &FormatArguments,
-        inputs: &[&Path],
+        taken: &mut Taken,
         max_bytes: u64,
     ) -> Result<Outputs> {
         let (folder_paths, paths): (Vec<&PathBuf>, Vec<&PathBuf>) =
@@ -99,33 +100,19 @@ impl Outputs {
         formats.extend(targets.doubt.map(format_of).transpose()?);
         arguments.check(&formats, &exporters, !folder_paths.is_empty() || targets.has_archive)?;
         arguments.check_standard(targets.uses_standard_output())?;
-        let mut taken: Vec<PathBuf> = inputs.iter().filter_map(|input| input.canonicalize().ok()).collect();
-        let n_inputs = taken.len();
-        let mut take = |path: &Path, place: PathBuf| match taken.iter().position(|other| *other == place) {
-            Some(index) if index < n_inputs => Err(twice(path, "is an input too")),
-            Some(_) => Err(twice(path, "is written twice")),
-            None => {
-                taken.push(place);
-                Ok(())
-            }
-        };
         let mut stores = Vec::new();
         for path in folder_paths {
             let (place, store) = ZarrOutput::open(path, targets.is_part)?;
-            take(path, place)?;
+            taken.take(path, place)?;
             stores.push((store, arguments.zarr_options(max_bytes).with_zarr(targets.zarr)));
         }
         let mut exports = Vec::new();
         for (path, exporter) in export_paths.into_iter().zip(exporters) {
             let (places, export) = ExportOutput::open(path, exporter, arguments.export_options(max_bytes))?;
-            places.into_iter().try_for_each(|place| take(path, place))?;
+            places.into_iter().try_for_each(|place| taken.take(path, place))?;
             exports.push(export);
         }
-        let mut open = |path: &Path| -> Result<PendingFile> {
-            let (place, file) = PendingFile::open(path)?;
-            take(path, place)?;
-            Ok(file)
-        };
+        let mut open = |path: &Path| taken.open(path);
         let mut meshes = Vec::new();
         let n_flags = paths.len();
         let paths = paths.into_iter().map(PathBuf::as_path).chain(targets.doubt);
@@ -217,8 +204,4 @@ impl Outputs {
         self.stores.into_iter().try_for_each(|(store, _)| store.finish())?;
         Ok(self.written)
     }
-}
-
-fn twice(path: &Path, what: &str) -> Error {
-    Error::new("job-conflict", format!("{} {what}", path.display()), "give the output another name")
 }

@@ -1,0 +1,200 @@
+//! The surface within cells: facets, clipped.
+//!
+//! Facets of a geometry -> for each cell area, centre and normal of what of them lies in it. A facet is cut by the planes of the lines across z,
+//! then y, then x. What lies in such a plane belongs to the cell below it. All is exact but for the rounding of f64, and that of results to f32.
+//!
+//! Cost: a cut for each plane that a facet crosses; 40 bytes a cell and geometry.
+
+use std::ops::Range;
+
+use super::fraction::CutSurface;
+use super::refined::InUnits;
+use crate::crossings::by_ray;
+use crate::frame::Frame;
+use crate::lines::Lines;
+
+/// The facets, by rows of cells.
+pub(super) struct Surfaces<'a> {
+    frame: &'a Frame,
+    /// Lines of each axis in units.
+    lines: [Vec<f64>; 3],
+    /// Size of a unit along each axis.
+    sizes: [f64; 3],
+    /// First facet of each row, then the end.
+    offsets: Vec<u32>,
+    facets: Vec<u32>,
+}
+
+type Point = [f64; 3];
+
+/// A convex polygon: what of a triangle lies between six planes.
+#[derive(Clone, Copy)]
+struct Polygon {
+    corners: [Point; 9],
+    n: usize,
+}
+
+impl Polygon {
+    const EMPTY: Polygon = Polygon { corners: [[0.0; 3]; 9], n: 0 };
+
+    fn push(&mut self, corner: Point) {
+        self.corners[self.n] = corner;
+        self.n += 1;
+    }
+
+    fn corners(&self) -> &[Point] {
+        &self.corners[..self.n]
+    }
+
+    /// What lies below a plane across an axis, or in it, and what lies above.
+    fn split(&self, axis: usize, at: f64) -> [Polygon; 2] {
+        let height = |corner: &Point| corner[axis] - at;
+        if self.corners().iter().all(|corner| height(corner) <= 0.0) {
+            return [*self, Polygon::EMPTY];
+        }
+        if self.corners().iter().all(|corner| height(corner) >= 0.0) {
+            return [Polygon::EMPTY, *self];
+        }
+        let mut sides = [Polygon::EMPTY; 2];
+        for index in 0..self.n {
+            let (from, to) = (self.corners[index], self.corners[(index + 1) % self.n]);
+            let [start, end] = [height(&from), height(&to)];
+            if start <= 0.0 {
+                sides[0].push(from);
+            }
+            if start >= 0.0 {
+                sides[1].push(from);
+            }
+            if start * end < 0.0 {
+                let share = start / (start - end);
+                let mut cut = [0, 1, 2].map(|of| from[of] + share * (to[of] - from[of]));
+                cut[axis] = at;
+                sides.iter_mut().for_each(|side| side.push(cut));
+            }
+        }
+        sides
+    }
+
+    /// Calls `each` with the cells of an axis that the polygon reaches, of some, and with what lies in each.
+    fn slices(self, axis: usize, lines: &[f64], cells: Range<usize>, mut each: impl FnMut(usize, Polygon)) {
+        let places = || self.corners().iter().map(|corner| corner[axis]);
+        let low = places().fold(f64::INFINITY, f64::min);
+        let first = lines.partition_point(|&line| line < low).saturating_sub(1).max(cells.start);
+        let mut rest = self.split(axis, lines[first.min(lines.len() - 1)])[1];
+        for cell in first..cells.end {
+            if rest.n < 3 {
+                return;
+            }
+            let [below, above] = rest.split(axis, lines[cell + 1]);
+            if below.n >= 3 {
+                each(cell, below);
+            }
+            rest = above;
+        }
+    }
+}
+
+/// What of a geometry lies in a cell: area, moments and normal, times the area.
+struct Sum {
+    cell: u64,
+    rank: u8,
+    area: f64,
+    moments: Point,
+    normal: Point,
+}
+
+impl Surfaces<'_> {
+    /// Sorts facets by rows of planes of cells across z.
+    pub(super) fn new<'a>(frame: &'a Frame, lines: &Lines, planes_of_row: u32) -> Surfaces<'a> {
+        let places = InUnits::new(frame, lines);
+        let lists = [0, 1, 2].map(|axis| places.lines(axis));
+        let n_rows = lines.dims()[2].div_ceil(planes_of_row) as usize;
+        let mut pairs = Vec::new();
+        for (index, facet) in (0u32..).zip(&frame.facets) {
+            let ends = facet.map(|corner| f64::from(corner[2]));
+            let [low, high] = [f64::min, f64::max].map(|of| ends.into_iter().reduce(of).unwrap_or(0.0));
+            let plane = |at: f64| lists[2].partition_point(|&line| line < at).saturating_sub(1) as u32;
+            let (first, last) = (plane(low) / planes_of_row, plane(high) / planes_of_row);
+            pairs.extend((first..=last).take_while(|&row| (row as usize) < n_rows).map(|row| (row, index)));
+        }
+        let (offsets, facets) = by_ray(&pairs, n_rows);
+        Surfaces { frame, lines: lists, sizes: places.sizes(), offsets, facets }
+    }
+
+    /// The surfaces in the cells of some planes across z, which are those of a row, in the order of cells, then of geometries; and the area of each rank.
+    pub(super) fn of_row(&self, row: u32, planes: Range<u32>) -> (Vec<CutSurface>, Vec<f64>) {
+        let [nx, ny] = [0, 1].map(|axis| self.lines[axis].len() - 1);
+        let mut sums: Vec<Sum> = Vec::new();
+        let of_row = self.offsets[row as usize] as usize..self.offsets[row as usize + 1] as usize;
+        for &facet in &self.facets[of_row] {
+            let mut whole = Polygon::EMPTY;
+            self.frame.facets[facet as usize].iter().for_each(|corner| whole.push(corner.map(f64::from)));
+            let rank = self.frame.rank_of_facet[facet as usize];
+            whole.slices(2, &self.lines[2], planes.start as usize..planes.end as usize, |z, polygon| {
+                polygon.slices(1, &self.lines[1], 0..ny, |y, polygon| {
+                    polygon.slices(0, &self.lines[0], 0..nx, |x, polygon| {
+                        let cell = x as u64 + nx as u64 * (y as u64 + ny as u64 * z as u64);
+                        let (area, moments, normal) = self.measure(&polygon);
+                        sums.push(Sum { cell, rank, area, moments, normal });
+                    });
+                });
+            });
+        }
+        // those of a cell stay in the order of facets, so that the sums are always the same
+        sums.sort_by_key(|sum| (sum.cell, sum.rank));
+        let mut areas = vec![0.0; self.frame.ranks.flag_of_rank.len()];
+        let mut found = Vec::new();
+        for of_cell in sums.chunk_by(|one, other| (one.cell, one.rank) == (other.cell, other.rank)) {
+            let area: f64 = of_cell.iter().map(|sum| sum.area).sum();
+            areas[usize::from(of_cell[0].rank)] += area;
+            if area > 0.0 {
+                found.push(self.surface(of_cell, area));
+            }
+        }
+        (found, areas)
+    }
+
+    /// Area, moments and normal of a polygon, times its area.
+    fn measure(&self, polygon: &Polygon) -> (f64, Point, Point) {
+        let (mut area, mut moments, mut normal) = (0.0, [0.0; 3], [0.0; 3]);
+        let [a, rest @ ..] = polygon.corners() else { return (area, moments, normal) };
+        for two in rest.windows(2) {
+            let side = |to: &Point| [0, 1, 2].map(|axis| (to[axis] - a[axis]) * self.sizes[axis]);
+            let (u, v) = (side(&two[0]), side(&two[1]));
+            let cross = [0, 1, 2].map(|i| 0.5 * (u[(i + 1) % 3] * v[(i + 2) % 3] - u[(i + 2) % 3] * v[(i + 1) % 3]));
+            let of_triangle = length(cross);
+            area += of_triangle;
+            for axis in 0..3 {
+                normal[axis] += cross[axis];
+                moments[axis] += of_triangle * (a[axis] + two[0][axis] + two[1][axis]) / 3.0;
+            }
+        }
+        (area, moments, normal)
+    }
+
+    /// The surface of a geometry in a cell.
+    fn surface(&self, sums: &[Sum], area: f64) -> CutSurface {
+        let [nx, ny] = [0, 1].map(|axis| self.lines[axis].len() as u64 - 1);
+        let Sum { cell, rank, .. } = sums[0];
+        let index = [cell % nx, cell / nx % ny, cell / (nx * ny)];
+        let total = |of: fn(&Sum) -> &Point| [0, 1, 2].map(|axis| sums.iter().map(|sum| of(sum)[axis]).sum::<f64>());
+        let (moments, normal) = (total(|sum| &sum.moments), total(|sum| &sum.normal));
+        let norm = length(normal);
+        let point = [0, 1, 2].map(|axis| {
+            let [low, high] = [0, 1].map(|by| self.lines[axis][index[axis] as usize + by]);
+            ((moments[axis] / area - low) / (high - low)).clamp(0.0, 1.0) as f32
+        });
+        CutSurface {
+            cell,
+            geometry: self.frame.ranks.geometry_of_rank[usize::from(rank)] as i16,
+            area: area as f32,
+            point,
+            // walls that face each other may cancel
+            normal: normal.map(|of| if norm > 1e-9 * area { (of / norm) as f32 } else { 0.0 }),
+        }
+    }
+}
+
+fn length(of: Point) -> f64 {
+    of.iter().map(|x| x * x).sum::<f64>().sqrt()
+}

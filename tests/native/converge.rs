@@ -1,0 +1,122 @@
+//! Convergence: areas against faces counted cell by cell, errors of bodies whose volume and area are known, and the command.
+
+use hexcast::control::Control;
+use hexcast::converge::{areas, converge};
+use hexcast::job::{GeometryJob, Job};
+use hexcast::mesh::Mesh;
+use hexcast::mesher::Mesher;
+use hexcast::pipeline::{Engine, MeshOptions};
+use hexcast::sources::Source;
+use hexcast::{Error, Result};
+use serde_json::Value;
+
+use super::cli::{Folder, SPOT, done, hexcast, json};
+use super::models::{Facets, cuboid, sphere};
+
+fn job_of(surfaces: &[(&str, Facets)], domain: [f64; 6]) -> (Job, Vec<Source>) {
+    let geometries = surfaces.iter().map(|(name, _)| GeometryJob::new(*name)).collect();
+    let sources = surfaces.iter().map(|(name, facets)| Source::from_facets(*name, facets.clone()).expect("facets"));
+    (set!(Job { domain: Some(domain), ..Job::new(geometries) }), sources.collect())
+}
+
+fn levels(job: &Job, sources: &[Source], sizes: &[u32]) -> Result<Vec<hexcast::converge::Level>> {
+    pollster::block_on(converge(job, sources, sizes, &mut Engine::cpu(), &Control::default()))
+}
+
+/// Faces of a flag across an axis, each looked at from the cell.
+fn faces_by_cells(mesh: &Mesh, flag: u8, axis: usize) -> u64 {
+    let dims = mesh.dims();
+    let mut n = 0;
+    for at in 0..mesh.n_cells() {
+        let [x, y] = [dims[0], dims[1]].map(u64::from);
+        let cell = [at % x, at / x % y, at / (x * y)].map(|index| index as u32);
+        if mesh.flag(cell).expect("a cell") != flag {
+            continue;
+        }
+        for step in [-1, 1] {
+            let mut beside = cell.map(i64::from);
+            beside[axis] += step;
+            let is_within = (0..i64::from(dims[axis])).contains(&beside[axis]);
+            let other = if is_within { mesh.flag(beside.map(|index| index as u32)).expect("a cell") } else { 0 };
+            n += u64::from(other != flag);
+        }
+    }
+    n
+}
+
+#[test]
+fn areas_are_those_of_faces_counted_cell_by_cell() {
+    let surfaces = [("a.stl", cuboid([0.0; 3], [3.0, 2.0, 1.0])), ("b.stl", cuboid([1.0, 1.0, 0.5], [4.0, 4.0, 4.0]))];
+    // the box cuts the second body
+    let (mut job, sources) = job_of(&surfaces, [-0.3, -0.2, -0.1, 3.7, 3.1, 3.3]);
+    job = set!(Job { dims: Some([11, 7, 13]), ..job });
+    let mut mesher = Mesher::with_engine(Engine::cpu());
+    let made = mesher.mesh_sources(&job, sources, &MeshOptions::default(), &Control::default());
+    let (mesh, _) = made.expect("a mesh");
+    let found = areas(&mesh, &Control::default()).expect("areas");
+    let spacing = mesh.lines.spacing().expect("equal cells");
+    for (flag, axis) in [(1, 0), (1, 1), (1, 2), (2, 0), (2, 1), (2, 2)] {
+        let face: f64 = (0..3).filter(|other| *other != axis).map(|other| spacing[other]).product();
+        let expected = faces_by_cells(&mesh, flag, axis);
+        assert!(expected > 0);
+        assert_eq!(found[usize::from(flag)][axis], expected as f64 * face, "flag {flag} across {axis}");
+    }
+    assert_eq!(found[3], [0.0; 3]);
+}
+
+#[test]
+fn a_box_on_the_lines_has_no_error_and_a_ball_less_and_less() {
+    let (job, sources) = job_of(&[("box.stl", cuboid([1.0; 3], [3.0, 2.0, 4.0]))], [0.0, 0.0, 0.0, 5.0, 5.0, 5.0]);
+    for level in levels(&job, &sources, &[5, 10, 20]).expect("levels") {
+        let found = &level.flags[0];
+        assert_eq!((found.mesh_areas, found.mesh_volume), ([6.0, 12.0, 4.0], Some(6.0)));
+        assert!(found.volume_error.is_some_and(|error| error.abs() < 1e-12), "{found:?}");
+        assert!(found.area_error.is_some_and(|error| error.abs() < 1e-12), "{found:?}");
+        assert_eq!(level.flag_bytes, level.dims.iter().map(|n| u64::from(*n)).product::<u64>());
+        assert!(level.column_bytes > 0 && level.spacing == [5.0 / f64::from(level.dims[0]); 3]);
+    }
+    let (job, sources) = job_of(&[("ball.stl", sphere([0.0; 3], 1.0, 80))], [-1.1, -1.2, -1.3, 1.2, 1.1, 1.2]);
+    let levels = levels(&job, &sources, &[12, 48, 192]).expect("levels");
+    for level in &levels {
+        let (found, h) = (&level.flags[0], level.spacing[0]);
+        // wrong cells lie within half a diagonal of the surface, 4 pi, wrong rays within that of the shadow's edge, 2 pi
+        let [volume, area] = [3.0 * h * 3f64.sqrt() / 2.0, 2.0 * h * 2f64.sqrt() / 2.0];
+        assert!(found.volume_error.is_some_and(|error| error.abs() < volume), "{found:?}");
+        assert!(found.area_error.is_some_and(|error| error.abs() < area), "{found:?}");
+    }
+    let last = &levels[2].flags[0];
+    // a ball of radius 1 casts a shadow of pi along each axis, from both sides
+    let shadow = 2.0 * std::f64::consts::PI;
+    assert!(last.mesh_areas.iter().all(|area| (area / shadow - 1.0).abs() < 0.01), "{last:?}");
+}
+
+#[test]
+fn open_surfaces_have_no_error_and_cells_of_the_job_are_refused() {
+    let mut facets = cuboid([1.0; 3], [3.0, 2.0, 4.0]);
+    facets.truncate(10);
+    let (job, sources) = job_of(&[("open.stl", facets)], [0.0, 0.0, 0.0, 5.0, 5.0, 5.0]);
+    let found = levels(&job, &sources, &[10]).expect("levels");
+    assert_eq!((found[0].flags[0].volume_error, found[0].flags[0].area_error), (None, None));
+    let refused = levels(&set!(Job { cells: Some(10), ..job }), &sources, &[10]);
+    assert!(matches!(refused, Err(Error::Caller(_))), "{refused:?}");
+}
+
+#[test]
+fn the_command_prints_a_table_and_json_and_draws_a_graph() {
+    let folder = Folder::new();
+    let graph = folder.path("graph.svg");
+    let text = done(&["converge", SPOT, "--sizes", "10,20,40", "--backend", "cpu", "-o", &graph]);
+    assert!(text.starts_with("flag 1 \"spot\"\n") && text.lines().count() == 5, "{text}");
+    let svg = std::fs::read_to_string(&graph).expect("a graph");
+    assert!(
+        svg.starts_with("<svg") && svg.contains("volume of &quot;spot&quot;") && svg.contains("cells along"),
+        "{svg}"
+    );
+    let found: Value = json(&["converge", SPOT, "--sizes", "10,20", "--backend", "cpu", "--json"]);
+    let mesh = json(&["mesh", SPOT, "--cells", "20", "--backend", "cpu", "--json"]);
+    assert_eq!(found[1]["dims"], mesh["dims"]);
+    assert_eq!(found[1]["flags"][0]["cells"], mesh["flags"][0]["cells"]);
+    let refused = hexcast(&["converge", SPOT, "--dims", "3,4,5"]);
+    let said = String::from_utf8_lossy(&refused.stderr);
+    assert!(refused.status.code() == Some(4) && said.contains("leave out dims"), "{said}");
+}
