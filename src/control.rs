@@ -89,7 +89,6 @@ impl Control {
     }
 
     /// The same without reports of progress, for what is meshed besides.
-    #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn without_progress(&self) -> Control {
         Control { on_progress: None, ..self.clone() }
     }

@@ -45,7 +45,6 @@ mod single {
         fn par_sort_unstable(&mut self)
         where
             T: Ord;
-        fn par_sort_unstable_by_key<K: Ord>(&mut self, key: impl FnMut(&T) -> K);
     }
 
     impl<T> ParallelSlice<T> for [T] {
@@ -70,10 +69,6 @@ mod single {
             T: Ord,
         {
             self.sort_unstable();
-        }
-
-        fn par_sort_unstable_by_key<K: Ord>(&mut self, key: impl FnMut(&T) -> K) {
-            self.sort_unstable_by_key(key);
         }
     }
 

@@ -22,6 +22,7 @@ pub mod sidecar;
 mod sink;
 #[cfg(not(target_arch = "wasm32"))]
 mod solid;
+#[cfg(not(target_arch = "wasm32"))]
 mod staggered;
 pub mod vti;
 mod vtp;
@@ -46,6 +47,7 @@ pub use sidecar::sidecar_json;
 pub(crate) use sink::Sink;
 #[cfg(not(target_arch = "wasm32"))]
 pub use solid::write_solid;
+#[cfg(not(target_arch = "wasm32"))]
 pub use staggered::write_staggered;
 pub use vtp::leak_vtp;
 

@@ -133,8 +133,13 @@ fn graph(levels: &[Level]) -> String {
                 .caption("Errors of volume and projected area", ("sans-serif", 20))
                 .build_cartesian_2d((x[0] * 0.9..x[1] * 1.1).log_scale(), (y[0] * 0.5..y[1] * 2.0).log_scale())?;
             let percent = |error: &f64| format!("{} %", (error * 100.0 * 1e9).round() / 1e9);
+            let whole = |cells: &f64| format!("{cells:.0}");
             let mesh = &mut chart.configure_mesh();
-            mesh.x_desc("cells along the longest side").y_desc("error").y_label_formatter(&percent).draw()?;
+            mesh.x_desc("cells along the longest side")
+                .y_desc("error")
+                .y_label_formatter(&percent)
+                .x_label_formatter(&whole)
+                .draw()?;
             for (index, (name, points)) in lines.iter().enumerate() {
                 let colour = Palette99::pick(index).to_rgba();
                 let drawn = chart.draw_series(LineSeries::new(points.iter().copied(), &colour).point_size(3))?;
