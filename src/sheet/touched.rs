@@ -1,12 +1,12 @@
 //! Touched cells: those whose closed box has a point in common with a facet.
 //!
 //! # Theory
-//! The box of a cell touches a facet iff the facet has no point in common with neither of them alone: a direction n separates the two if
-//! all n . corner of the one lie below all of the other. The directions to look at are 13: the three axes, the normal of the facet, and the products of each axis
-//! and each edge (the separating axis theorem; Schwarz and Seidel 2010 use the same planes). Along each direction the facet reaches from
-//! its least to its greatest n . corner, a [`Slab`], and the box from the sum of its least n . face to that of the greatest. Along a ray
-//! both grow from cell to cell, so the touched cells of a ray are one interval, the intersection of those of all slabs. Its ends are places
-//! between which the faces of the cells must lie, whether all cells are equal or not.
+//! The box of a cell and a facet touch unless a direction n separates them: unless all n . point of the one lie below all of the other. The
+//! directions to look at are 13: the three axes, the normal of the facet, and the products of each axis and each edge (the separating axis
+//! theorem; Schwarz and Seidel 2010 use the same planes). Along each direction the facet reaches from its least to its greatest n . corner, a
+//! [`Slab`], and the box from its least to its greatest n . point, which its faces give. Along a ray both ends of the box grow from cell to
+//! cell. So the touched cells of a ray are one interval, the intersection of those of all slabs. Its ends are places between which the faces
+//! of the cells must lie, whether all cells are equal or not.
 //!
 //! Numbers, in bits with the sign: corners span less than 2^26 units, so an edge has 27, n of a product 27, n of the normal 53, and
 //! n . corner 80, as has its difference from n . face (a test below computes them). Every quotient is of whole numbers, rounded inwards: nothing is approximate.

@@ -40,8 +40,14 @@ const PLAIN: Good = Good {
 const TETRAHEDRON: Good =
     Good { format: Format::StlAscii, n_facets: 4, volume: Some(0.166666667), area: 2.3660254, ..PLAIN };
 
+/// A ball and two rods.
+const SCENE: Good = Good { n_facets: 136, shells: 3, volume: Some(17.820975), area: 53.2822473, ..PLAIN };
+
 const GOOD: &[Good] = &[
     Good { file: "spot.stl", n_facets: 5856, volume: Some(0.718258789), area: 5.7095188, ..PLAIN },
+    Good { file: "scene.stl", ..SCENE },
+    Good { file: "scene.glb", format: Format::Glb, solids: &["ball", "rod", "mirrored"], ..SCENE },
+    Good { file: "scene.3mf", format: Format::ThreeMf, solids: &["ball", "rod", "rod_1"], ..SCENE },
     Good { file: "featuretype.stl", n_facets: 3476, open_edges: 576, area: 53.8273861, ..PLAIN },
     Good { file: "bin_header_solid_cube.stl", n_facets: 12, volume: Some(1e6), area: 6e4, ..PLAIN },
     Good {
@@ -134,7 +140,7 @@ fn every_fixture_is_listed_once() {
     let entries = std::fs::read_dir(folder()).expect("the folder is there");
     let mut found: Vec<String> = entries
         .map(|entry| entry.expect("an entry").file_name().into_string().expect("UTF-8"))
-        .filter(|name| name.ends_with(".stl"))
+        .filter(|name| [".stl", ".glb", ".3mf"].iter().any(|ending| name.ends_with(ending)))
         .collect();
     found.sort_unstable();
     assert_eq!(found, listed);
