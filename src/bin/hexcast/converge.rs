@@ -72,7 +72,7 @@ fn table(levels: &[Level], unit: Option<&str>) -> String {
     for index in 0..levels.first().map_or(0, |level| level.flags.len()) {
         let FlagLevel { flag, name, .. } = &levels[0].flags[index];
         text += &format!("flag {flag} \"{}\"\n", terminal::one_line(name));
-        let head = ["cells", "size", "of the flag", "volume", "area", "time", ".hxc", "flags"];
+        let head = ["cells", "size", "of the flag", "volume off", "area off", "time", ".hxc", "flags"];
         let rows = levels.iter().map(|level| {
             let found = &level.flags[index];
             let [nx, ny, nz] = level.dims;
