@@ -143,7 +143,7 @@ pub(crate) struct JobArguments {
     /// Unit of the files' lengths, repeated in every output, such as mm
     #[arg(long, value_name = "UNIT")]
     unit: Option<String>,
-    /// Make every solid of every ASCII file a geometry of its own
+    /// Make every solid (part, node, item) of every file a geometry of its own
     #[arg(long)]
     split: bool,
     /// Give every geometry the cells outside of it in place of those inside, such as the fluid around a body

@@ -166,9 +166,12 @@ fn mesh_and_write(
 ) -> Result<bool> {
     let progress = Progress::new(arguments.quiet);
     let (mut engine, sources, read) = open_and_read(arguments, job, token, progress)?;
-    let (unit, _) = unit(job, &sources);
+    let (unit, unlike) = unit(job, &sources);
     for (path, exporter) in arguments.outputs.iter().filter_map(|path| Some((path, exporter_of(path)?))) {
-        exporter.check_unit(unit.as_deref()).map_err(|error| error.at(path.display()))?;
+        exporter.check_unit(unit.as_deref()).map_err(|error| match unlike.first() {
+            Some(why) if unit.is_none() => Error::new("export-unit", why, "give --unit, and a scale to files in another"),
+            _ => error.at(path.display()),
+        })?;
     }
     let bar = progress.rays("mesh");
     let moved = bar.clone();
