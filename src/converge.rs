@@ -48,7 +48,7 @@ pub struct FlagLevel {
     pub cells: u64,
     /// Their volume.
     pub volume: f64,
-    /// That of the surfaces; null where they enclose none (open, cut by the domain).
+    /// That of the surfaces; null where they enclose none (open, cut by the domain), or cells are not those whose centres lie inside.
     pub mesh_volume: Option<f64>,
     /// `volume` is so many times that of the surfaces, less 1; null without that.
     pub volume_error: Option<f64>,

@@ -79,6 +79,7 @@ mod lattice;
 #[cfg(feature = "stages")]
 pub mod lattice;
 pub mod leak;
+pub mod length;
 pub mod lines;
 pub mod links;
 #[cfg(not(feature = "stages"))]

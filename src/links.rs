@@ -75,6 +75,10 @@ impl Links {
         self.planes.iter().map(Vec::len).sum()
     }
 
+    pub(crate) fn n_bytes(&self) -> u64 {
+        (self.len() * size_of::<Link>()) as u64
+    }
+
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.planes.iter().all(Vec::is_empty)

@@ -135,13 +135,9 @@ pub async fn mesh(
     let gaps = close_gaps(job, &prepared, &mut columns, budget.columns, control)?;
     let columns_seconds = lap(&mut clock);
     let bytes_left = budget.columns.saturating_sub(columns_peak);
-    let (links, fractions) = match &uncut_frame {
-        Some(of) => (of.links(job, &columns, bytes_left, control)?, of.fractions(job, whole, bytes_left, control)?),
-        None => (None, None),
-    };
-    let staggered = match &uncut_frame {
-        Some(of) => of.staggered(job, &prepared, (bytes_left, (engine, &budget, control))).await?,
-        None => None,
+    let (links, fractions, staggered) = match &uncut_frame {
+        Some(of) => of.all(job, (&prepared, &columns), (bytes_left, (engine, &budget, control))).await?,
+        None => (None, None, None),
     };
     let measured_seconds = uncut_frame.map(|_| lap(&mut clock));
 

@@ -12,6 +12,7 @@ use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::geometry::{Facet, Fill, Geometry, SharedFacets};
 use crate::job::{GeometryJob, Job};
+use crate::length::Length;
 use crate::parallel::beside;
 use crate::read::{Contents, Format, Reader, Solid};
 use crate::surface::doubled_area_vector;
@@ -151,9 +152,9 @@ pub fn unit(job: &Job, sources: &[Source]) -> (Option<String>, Vec<String>) {
         Some(unit) => (&unit[..], "the job".to_string()),
         None => (unit, first.to_string()),
     };
-    // a word that files do not use may mean any unit
-    let is_known = ["um", "mm", "cm", "m", "in", "ft"].contains(&wanted);
-    let others = said.iter().filter(|(_, unit)| is_known && *unit != wanted);
+    // a word that nobody knows may mean any unit
+    let length = Length::of_name(wanted);
+    let others = said.iter().filter(|(_, unit)| length.is_some() && Length::of_name(unit) != length);
     let warning = |(file, unit): &(&str, &str)| {
         format!("{file} is in {unit}, {whose} in {wanted}: numbers are taken as they are; give the file a scale")
     };

@@ -1,6 +1,6 @@
 //! OpenMC: the flags of equal cells as a lattice (`geometry.xml`).
 //!
-//! One file: a lattice of universes, one for each flag, within six planes on which particles leave (`boundary_type="vacuum"`). Kept flags are
+//! One file: a lattice of universes, one for each flag, within six planes on which particles leave (`boundary="vacuum"`). Kept flags are
 //! filled with the material whose `id` is the flag (256 for flag 0), which the user's `materials.xml` has; others are void. Lengths are in cm.
 //!
 //! The cells of a plane are written from the greatest y down, as OpenMC reads them; planes from the least z up.

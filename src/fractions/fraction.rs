@@ -64,7 +64,7 @@ impl Part {
 }
 
 impl Fractions {
-    /// The fractions, in the order of cells, then of flags. Those of a cell add up to 1.
+    /// The fractions, in the order of cells, then of flags. Those of a cell add up to 1, but for rounding.
     pub fn iter(&self) -> impl Iterator<Item = &Fraction> + Clone {
         self.parts.iter().flat_map(|part| &part.fractions)
     }
@@ -83,6 +83,10 @@ impl Fractions {
     /// Number of fractions.
     pub fn len(&self) -> usize {
         self.parts.iter().map(|part| part.fractions.len()).sum()
+    }
+
+    pub(crate) fn n_bytes(&self) -> u64 {
+        self.parts.iter().map(|part| part.n_bytes() as u64).sum()
     }
 
     /// Whether no cell has more than one flag.

@@ -100,7 +100,8 @@ impl Measure<'_> {
             if some().all(|sum| sum.length() < whole) {
                 let first = u64::from(nx) * (u64::from(y) + u64::from(ny) * u64::from(z));
                 for cell in cells.map(|x| first + u64::from(x)) {
-                    let fraction = |length: i64| (length as f64 * of_whole) as f32;
+                    // rounded, it may be that of a whole cell
+                    let fraction = |length: i64| ((length as f64 * of_whole) as f32).min(1.0 - f32::EPSILON / 2.0);
                     fractions.extend(some().map(|sum| Fraction {
                         cell,
                         fraction: fraction(sum.length()),

@@ -10,7 +10,7 @@ use std::ops::Range;
 use super::fraction::CutSurface;
 use super::refined::InUnits;
 use crate::crossings::by_ray;
-use crate::frame::Frame;
+use crate::frame::{Frame, normal};
 use crate::lines::Lines;
 
 /// The facets, by rows of cells.
@@ -20,6 +20,8 @@ pub(super) struct Surfaces<'a> {
     lines: [Vec<f64>; 3],
     /// Size of a unit along each axis.
     sizes: [f64; 3],
+    /// Of each rank 1, or -1 where its facets face inwards, by their order in the file or because it is mirrored.
+    turns: Vec<f64>,
     /// First facet of each row, then the end.
     offsets: Vec<u32>,
     facets: Vec<u32>,
@@ -80,7 +82,9 @@ impl Polygon {
         let places = || self.corners().iter().map(|corner| corner[axis]);
         let low = places().fold(f64::INFINITY, f64::min);
         let first = lines.partition_point(|&line| line < low).saturating_sub(1).max(cells.start);
-        let mut rest = self.split(axis, lines[first.min(lines.len() - 1)])[1];
+        // what lies in the first line has no cell below, and belongs to the first
+        let begin = lines[first.min(lines.len() - 1)];
+        let mut rest = if first == 0 && low >= begin { self } else { self.split(axis, begin)[1] };
         for cell in first..cells.end {
             if rest.n < 3 {
                 return;
@@ -107,7 +111,16 @@ impl Surfaces<'_> {
     /// Sorts facets by rows of planes of cells across z.
     pub(super) fn new<'a>(frame: &'a Frame, lines: &Lines, planes_of_row: u32) -> Surfaces<'a> {
         let places = InUnits::new(frame, lines);
-        let lists = [0, 1, 2].map(|axis| places.lines(axis));
+        // as exact as the corners: what lies in a plane between cells must be found there
+        let lists =
+            [0, 1, 2].map(|axis| (0..=lines.dims()[axis]).map(|line| f64::from(frame.face(axis, line))).collect());
+        let lists: [Vec<f64>; 3] = lists;
+        let mut volumes = vec![0i128; frame.ranks.flag_of_rank.len()];
+        for (&[a, b, c], &rank) in frame.facets.iter().zip(&frame.rank_of_facet) {
+            let across = normal(&[[0; 3], b, c]);
+            volumes[usize::from(rank)] += (0..3).map(|axis| i128::from(a[axis]) * across[axis]).sum::<i128>();
+        }
+        let turns = volumes.iter().map(|&volume| if volume < 0 { -1.0 } else { 1.0 }).collect();
         let n_rows = lines.dims()[2].div_ceil(planes_of_row) as usize;
         let mut pairs = Vec::new();
         for (index, facet) in (0u32..).zip(&frame.facets) {
@@ -118,7 +131,7 @@ impl Surfaces<'_> {
             pairs.extend((first..=last).take_while(|&row| (row as usize) < n_rows).map(|row| (row, index)));
         }
         let (offsets, facets) = by_ray(&pairs, n_rows);
-        Surfaces { frame, lines: lists, sizes: places.sizes(), offsets, facets }
+        Surfaces { frame, lines: lists, sizes: places.sizes(), turns, offsets, facets }
     }
 
     /// The surfaces in the cells of some planes across z, which are those of a row, in the order of cells, then of geometries; and the area of each rank.
@@ -179,6 +192,7 @@ impl Surfaces<'_> {
         let index = [cell % nx, cell / nx % ny, cell / (nx * ny)];
         let total = |of: fn(&Sum) -> &Point| [0, 1, 2].map(|axis| sums.iter().map(|sum| of(sum)[axis]).sum::<f64>());
         let (moments, normal) = (total(|sum| &sum.moments), total(|sum| &sum.normal));
+        let normal = normal.map(|component| self.turns[usize::from(rank)] * component);
         let norm = length(normal);
         let point = [0, 1, 2].map(|axis| {
             let [low, high] = [0, 1].map(|by| self.lines[axis][index[axis] as usize + by]);

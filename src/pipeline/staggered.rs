@@ -1,4 +1,4 @@
-//! Casts the points of a staggered grid: six boxes in the frame of the mesh, on its backend.
+//! What is measured beside the cells, one after the other; casts the points of a staggered grid: six boxes in the frame of the mesh, on its backend.
 
 use super::borders::{Backend, overlay};
 use super::measured::Uncut;
@@ -7,10 +7,12 @@ use crate::cast::Cast;
 use crate::columns::{Columns, ColumnsBuilder};
 use crate::doubt::Doubt;
 use crate::error::Result;
+use crate::fractions::Fractions;
 use crate::frame::Frame;
 use crate::geometry::{Fill, Geometry};
 use crate::job::Job;
 use crate::lines::IS_NATIVE;
+use crate::links::Links;
 use crate::overlay::split;
 use crate::rays::Rays;
 use crate::report::MAX_BOXES;
@@ -20,6 +22,24 @@ use crate::staggered::{COMPONENTS, Staggered, check_dims};
 pub(super) type Left<'a> = (u64, Backend<'a>);
 
 impl Uncut {
+    /// All that a job asks for: each is held with those before it.
+    ///
+    /// # Errors
+    /// Those of [`Uncut::links`], [`Uncut::fractions`] and [`Uncut::staggered`].
+    pub(super) async fn all(
+        &self,
+        job: &Job,
+        (prepared, columns): (&Prepared, &Columns),
+        (mut bytes_left, (engine, budget, control)): Left<'_>,
+    ) -> Result<(Option<Links>, Option<Fractions>, Option<Staggered>)> {
+        let links = self.links(job, columns, bytes_left, control)?;
+        bytes_left = bytes_left.saturating_sub(links.as_ref().map_or(0, Links::n_bytes));
+        let fractions = self.fractions(job, &prepared.whole, bytes_left, control)?;
+        bytes_left = bytes_left.saturating_sub(fractions.as_ref().map_or(0, Fractions::n_bytes));
+        let staggered = self.staggered(job, prepared, (bytes_left, (engine, budget, control))).await?;
+        Ok((links, fractions, staggered))
+    }
+
     /// The flags of the staggered grid of a job.
     ///
     /// # Errors
@@ -46,8 +66,8 @@ impl Uncut {
             let is_gone = insides[index].shell || is_flat[rank];
             (insides[index].fill, insides[index].shell) = (Fill::Centre, is_gone);
         }
-        // this frame, the two made of it, and one that is cast
-        let frames = 3 * 37 * self.frame.facets.len() as u64;
+        // this frame, its copy, the two made of that, and one that is cast
+        let frames = 5 * 37 * self.frame.facets.len() as u64;
         let (mut codes, mut n_bytes) = (Vec::with_capacity(COMPONENTS.len()), frames);
         let control = &control.without_progress();
         for (_, is_moved) in COMPONENTS {

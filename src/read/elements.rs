@@ -23,6 +23,16 @@ fn size_of(component_type: u32) -> Result<usize> {
     }
 }
 
+/// The size of numbers that count from 0.
+fn size_of_index(component_type: u32) -> Result<usize> {
+    if ![5121, 5123, 5125].contains(&component_type) {
+        return Err(wrong(&format!(
+            "indices have the type {component_type}, which is none of whole numbers from 0 on"
+        )));
+    }
+    size_of(component_type)
+}
+
 /// Reads a number; where it is normalised, integers stand for 0 to 1 or -1 to 1.
 fn number(bytes: &[u8], component_type: u32, is_normalized: bool) -> f64 {
     let low = |n: usize| bytes.get(n).copied().unwrap_or_default();
@@ -52,10 +62,7 @@ impl<'a> Bytes<'a> {
     pub(super) fn indices(&self, index: usize) -> Result<Vec<u32>> {
         let accessor = self.accessor(index, "SCALAR")?;
         let kind = accessor.component_type;
-        if ![5121, 5123, 5125].contains(&kind) {
-            return Err(wrong(&format!("indices have the type {kind}, which is none of whole numbers")));
-        }
-        self.values(accessor, size_of(kind)?, 0, |bytes| number(bytes, kind, false) as u32)
+        self.values(accessor, size_of_index(kind)?, 0, |bytes| number(bytes, kind, false) as u32)
     }
 
     fn accessor(&self, index: usize, kind: &str) -> Result<&'a Accessor> {
@@ -96,7 +103,7 @@ impl<'a> Bytes<'a> {
         }
         if let Some(sparse) = &accessor.sparse {
             let kind = sparse.indices.component_type.unwrap_or(0);
-            let places = (sparse.count, size_of(kind)?);
+            let places = (sparse.count, size_of_index(kind)?);
             let places = self.elements(sparse.indices.buffer_view, sparse.indices.byte_offset, places)?;
             let replaced = (sparse.count, size);
             let replaced = self.elements(sparse.values.buffer_view, sparse.values.byte_offset, replaced)?;
@@ -131,7 +138,8 @@ impl<'a> Bytes<'a> {
         let fits = end.is_some_and(|end| {
             view_end.is_some_and(|view_end| end <= view_end && view_end <= self.binary.len() as u64)
         });
-        if stride < size as u64 || n > 0 && !fits {
+        // 252 is the most that glTF allows
+        if stride < size as u64 || stride > 252 || n > 0 && !fits {
             let what = format!("buffer view {view} holds fewer than {n} elements of {size} bytes, {stride} apart");
             return Err(wrong(&format!("{what}; its buffer has {} bytes", self.binary.len())));
         }

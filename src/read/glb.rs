@@ -1,7 +1,7 @@
 //! GLB, the binary form of glTF 2.0: triangles of the meshes that the nodes of a scene place, in metres.
 //!
 //! A node with a mesh becomes a solid of its name; a mesh that several nodes place is there several times. Corners are placed in f64 and
-//! rounded once. Lines, points, poses of skins and morph targets are passed over, with a warning. What is packed (Draco, meshopt), what
+//! rounded once; y is up, as in the file, for nothing is turned. Lines, points, poses of skins and morph targets are passed over, with a warning. What is packed (Draco, meshopt), what
 //! lies in other files, and extensions that a reader must know are refused. Source: glTF 2.0, revision 2.0.1, of Khronos.
 //!
 //! Our own reader: the crate `gltf` panics where a file's numbers are wrong (an accessor of no element, strides below the size of an
@@ -34,6 +34,12 @@ pub(super) fn read(file: &[u8], n_bytes: u64) -> Result<Contents> {
             "export the model without compression and extensions, or as STL",
         ));
     }
+    let uses = |name: &str| root.extensions_used.iter().any(|used| used == name);
+    if uses("EXT_mesh_gpu_instancing") {
+        let message =
+            "GLB: meshes are placed many times by the extension EXT_mesh_gpu_instancing, which cannot be read";
+        return Err(Error::new("file-syntax", message, "export the model without instancing, or as STL"));
+    }
     let bytes = Bytes { root: &root, binary };
     let mut model = Model {
         root: &root,
@@ -49,12 +55,18 @@ pub(super) fn read(file: &[u8], n_bytes: u64) -> Result<Contents> {
     let mut polygons = model.polygons;
     for (n, what) in [
         (n_other, "primitives of lines or points are passed over"),
-        (n_skins, "nodes have a skin; they are read in the pose in which they were modelled"),
+        (
+            n_skins,
+            "nodes have a skin; they are read in the pose in which they were modelled, so that place and size may be off",
+        ),
         (n_morphs, "primitives have morph targets; they are read without them"),
     ] {
         if n > 0 {
             polygons.warnings.push(format!("{n} {what}"));
         }
+    }
+    if uses("KHR_node_visibility") {
+        polygons.warnings.push("nodes may be hidden (KHR_node_visibility); they are read all the same".into());
     }
     Ok(Contents { unit: Some("m"), ..polygons.finish(Format::Glb, n_bytes)? })
 }
@@ -145,6 +157,7 @@ impl Model<'_> {
             self.polygons.corner(world.transform_point3(corner).to_array().map(|number| number as f32), place)?;
         }
         let n = self.polygons.corners.len();
+        self.polygons.count_copied(n)?;
         let indices = match primitive.indices {
             Some(indices) => self.bytes.indices(indices)?,
             None => (0..n as u32).collect(),
@@ -155,6 +168,7 @@ impl Model<'_> {
         if mode == 4 && !indices.len().is_multiple_of(3) {
             return Err(wrong(&format!("{} indices are not three a triangle", indices.len())));
         }
+        self.polygons.count_copied(indices.len())?;
         let n_triangles = if mode == 4 { indices.len() / 3 } else { indices.len().saturating_sub(2) };
         let is_mirrored = world.matrix3.determinant() < 0.0;
         for t in 0..n_triangles {

@@ -23,7 +23,8 @@ pub(super) struct Model {
 #[derive(Default)]
 pub(super) struct Object {
     pub(super) name: String,
-    pub(super) is_support: bool,
+    /// Whether it is no part of what is made: a support, or a modifier of a slicer.
+    pub(super) is_left_out: bool,
     pub(super) kind: Kind,
 }
 
@@ -86,9 +87,12 @@ pub(super) fn parse(text: &mut dyn BufRead) -> Result<Model> {
                     b"object" => {
                         model.objects.extend(object.take());
                         let kind = attribute(&tag, "type")?;
-                        let is_support = kind.as_deref() == Some("support");
+                        let is_left_out = matches!(kind.as_deref(), Some("support" | "solidsupport" | "other"));
+                        if local(&tag, b"meshresolution")?.as_deref() == Some("lowres") {
+                            return Err(at("an object is made of slices, and its mesh is a coarse stand-in"));
+                        }
                         let name = attribute(&tag, "name")?.unwrap_or_default();
-                        object = Some((number(&tag, "id")?, Object { name, is_support, kind: Kind::default() }));
+                        object = Some((number(&tag, "id")?, Object { name, is_left_out, kind: Kind::default() }));
                     }
                     b"item" => {
                         let is_printed = attribute(&tag, "printable")?.as_deref() != Some("0");
@@ -166,18 +170,27 @@ fn placed(tag: &BytesStart<'_>) -> Result<Placed> {
             )
         }
     };
-    // the name of the file has the prefix of the production extension
-    let mut part = None;
-    for attribute in tag.attributes().with_checks(false).flatten().filter(|of| of.key.local_name().as_ref() == b"path")
-    {
-        part = Some(String::from_utf8_lossy(&attribute.value).into_owned());
-    }
+    // it has the prefix of the production extension
+    let part = local(tag, b"path")?.map(|path| key(&path));
     Ok(Placed { part, object: number(tag, "objectid")?, by })
 }
 
 /// The error of a 3MF that is not as it must be.
 pub(super) fn wrong(what: &str) -> Error {
     Error::new("file-syntax", format!("3MF: {what}"), "export the model again, or as STL")
+}
+
+/// Names of files in such an archive do not distinguish letters by their case, and may begin with slashes.
+pub(super) fn key(name: &str) -> String {
+    name.trim_start_matches('/').to_lowercase()
+}
+
+/// The value of an attribute, whatever the prefix of its name.
+fn local(tag: &BytesStart<'_>, name: &[u8]) -> Result<Option<String>> {
+    let mut attributes = tag.attributes();
+    let found = attributes.with_checks(false).flatten().find(|of| of.key.local_name().as_ref() == name);
+    let value = found.map(|of| of.normalized_value(XmlVersion::Implicit1_0).map(|value| value.into_owned()));
+    value.transpose().map_err(|error| wrong(&shown(&error.to_string(), 150)))
 }
 
 /// The value of an attribute.

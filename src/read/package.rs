@@ -8,7 +8,7 @@ use quick_xml::Reader;
 use quick_xml::events::Event;
 use rawzip::{CompressionMethod, ZipArchive, ZipArchiveEntryWayfinder, ZipSliceArchive};
 
-use super::model_xml::{attribute, wrong};
+use super::model_xml::{attribute, key, wrong};
 use super::text::shown;
 use crate::error::{Error, Result};
 
@@ -19,7 +19,7 @@ const MODEL: &str = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmode
 
 pub(super) struct Package<'a> {
     archive: ZipSliceArchive<&'a [u8]>,
-    /// Names without the slash at their beginning, in lower case, as names of such archives do not distinguish it.
+    /// By [`key`].
     entries: HashMap<String, (ZipArchiveEntryWayfinder, CompressionMethod)>,
 }
 
@@ -37,26 +37,26 @@ impl<'a> Package<'a> {
         Ok(Package { archive, entries })
     }
 
-    /// The name of the model where the relations of the archive say so, and else the usual one.
+    /// The [`key`] of the model where the relations of the archive say so, and else the usual one.
     pub(super) fn first_model(&self) -> Result<String> {
         let related =
-            if self.entries.contains_key("_rels/.rels") { self.with_text("/_rels/.rels", model_of)? } else { None };
-        let name = related.unwrap_or_else(|| "/3D/3dmodel.model".into());
-        if self.entries.contains_key(&key(&name)) {
+            if self.entries.contains_key("_rels/.rels") { self.with_text("_rels/.rels", model_of)? } else { None };
+        let name = key(&related.unwrap_or_else(|| "3D/3dmodel.model".into()));
+        if self.entries.contains_key(&name) {
             return Ok(name);
         }
         let message = format!("this is a ZIP archive of {} files without a model of 3MF", self.entries.len());
         Err(Error::new("stl-not-stl", message, "unpack it and give the files in it"))
     }
 
-    /// Unpacks a file while `read` reads it.
+    /// Unpacks a file, named by its [`key`], while `read` reads it.
     pub(super) fn with_text<T>(&self, name: &str, read: impl FnOnce(&mut dyn BufRead) -> Result<T>) -> Result<T> {
         let shown_name = shown(name, 60);
         let damaged = |error: &dyn std::fmt::Display| {
             wrong(&format!("{shown_name} is damaged: {}", shown(&error.to_string(), 150)))
         };
         let (wayfinder, method) =
-            self.entries.get(&key(name)).ok_or_else(|| wrong(&format!("it has no file {shown_name}")))?;
+            self.entries.get(name).ok_or_else(|| wrong(&format!("it has no file {shown_name}")))?;
         let entry = self.archive.get_entry(*wayfinder).map_err(|error| damaged(&error))?;
         let data = entry.data();
         let unpacked: Box<dyn Read> = match *method {
@@ -75,10 +75,6 @@ impl<'a> Package<'a> {
         std::io::copy(&mut text, &mut std::io::sink()).map_err(|error| damaged(&error))?;
         Ok(found)
     }
-}
-
-fn key(name: &str) -> String {
-    name.trim_start_matches('/').to_lowercase()
 }
 
 /// The target of the relation that names the model.

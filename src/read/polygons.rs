@@ -10,6 +10,8 @@ use crate::geometry::{Facet, SharedFacets};
 
 /// How far off a plane, as a part of its size, a corner lies before its polygon is called not planar: more than f32 rounds.
 const FLAT: f64 = 1e-5;
+/// Most corners and facets that objects may stand for, copies of others among them.
+const MAX_COPIED: u64 = 1 << 29;
 
 /// Collects corners and polygons.
 #[derive(Debug, Default)]
@@ -22,6 +24,7 @@ pub(super) struct Polygons {
     n_bent: u64,
     n_degenerate: u64,
     first_bent: String,
+    n_copied: u64,
     pub(super) warnings: Warnings,
 }
 
@@ -52,8 +55,16 @@ impl Polygons {
         }
     }
 
-    pub(super) fn n_facets(&self) -> usize {
-        self.facets.len()
+    /// Counts corners and facets that are about to be added: a small file may place copies of copies.
+    pub(super) fn count_copied(&mut self, n: usize) -> Result<()> {
+        self.n_copied += n as u64;
+        if self.n_copied > MAX_COPIED {
+            let message = format!(
+                "the objects that it places have more than {MAX_COPIED} corners and facets in all, copies among them"
+            );
+            return Err(Error::new("too-many-facets", message, "export fewer copies"));
+        }
+        Ok(())
     }
 
     /// Adds a polygon by the indices of its corners, which must be there.

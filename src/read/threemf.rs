@@ -1,8 +1,8 @@
 //! 3MF: a ZIP archive with XML: the items of the build, each an object of triangles or of other objects, placed; with a unit.
 //!
-//! An item becomes a solid of its object's name. Corners are placed in f64 and rounded once. Objects may lie in several model files of the
-//! archive (the production extension). Supports, and items that are not to be printed, are left out, with a warning. Extensions that change
-//! what a solid is (beam lattices, encryption) are refused. Source: 3MF Core Specification 1.3, Production Extension 1.1.
+//! An item becomes a solid of its object's name. Corners are read as f32, placed in f64 and rounded again. Objects may lie in several model
+//! files of the archive (the production extension). Supports, modifiers (objects of type "other", as slicers write them), and items that are not
+//! to be printed, are left out, with a warning. What changes a solid (beam lattices, slices in place of a mesh, encryption) is refused. Source: 3MF Core Specification 1.3, Production Extension 1.1.
 //!
 //! Archives are read by `rawzip`, XML by `quick-xml`: both are small, and read text as it is unpacked. The crates for 3MF make an object
 //! of every corner, bring cryptography or geometry libraries, or do not know the production extension.
@@ -16,12 +16,10 @@ use super::model_xml::{Kind, Model, Object, parse, wrong};
 use super::package::Package;
 use super::polygons::Polygons;
 use super::text::shown;
-use crate::error::{Error, Result};
+use crate::error::Result;
 
 /// Objects within objects, at most.
 const MAX_DEPTH: u32 = 100;
-/// Most facets, for objects may stand for many copies of others.
-const MAX_FACETS: usize = 1 << 28;
 
 pub(super) fn read(file: &[u8], n_bytes: u64) -> Result<Contents> {
     let package = Package::open(file)?;
@@ -37,7 +35,7 @@ pub(super) fn read(file: &[u8], n_bytes: u64) -> Result<Contents> {
         wanted.extend(others.map(str::to_string).collect::<HashSet<_>>());
         models.insert(name, model);
     }
-    let mut reading = Reading { models: &models, polygons: Polygons::default(), n_supports: 0 };
+    let mut reading = Reading { models: &models, polygons: Polygons::default(), n_left_out: 0 };
     let model = &models[&first];
     if let Some((name, other)) = models.iter().find(|(_, other)| other.unit != model.unit) {
         return Err(wrong(&format!(
@@ -59,13 +57,15 @@ pub(super) fn read(file: &[u8], n_bytes: u64) -> Result<Contents> {
         reading.polygons.new_solid(&object.name);
         reading.place(part, item.placed.object, item.placed.by, 0)?;
     }
-    let n_supports = reading.n_supports;
+    let n_objects = reading.n_left_out;
     let mut polygons = reading.polygons;
     if n_left_out > 0 {
         polygons.warnings.push(format!("{n_left_out} items that are not to be printed are left out"));
     }
-    if n_supports > 0 {
-        polygons.warnings.push(format!("{n_supports} supports are left out"));
+    if n_objects > 0 {
+        polygons.warnings.push(format!(
+            "{n_objects} supports and modifiers (objects of type support, solidsupport or other) are left out"
+        ));
     }
     if model.items.is_empty() {
         return Err(wrong("its build has no item: no object is placed"));
@@ -77,7 +77,7 @@ struct Reading<'a> {
     /// By the names of their files.
     models: &'a HashMap<String, Model>,
     polygons: Polygons,
-    n_supports: u64,
+    n_left_out: u64,
 }
 
 impl<'a> Reading<'a> {
@@ -92,8 +92,13 @@ impl<'a> Reading<'a> {
         if depth > MAX_DEPTH {
             return Err(wrong(&format!("objects are nested more than {MAX_DEPTH} deep at object {id}")));
         }
-        if object.is_support {
-            self.n_supports += 1;
+        let (n_corners, n_parts) = match &object.kind {
+            Kind::Mesh { corners, triangles } => (corners.len(), triangles.len()),
+            Kind::Components(components) => (0, components.len()),
+        };
+        self.polygons.count_copied(1 + n_corners + n_parts)?;
+        if object.is_left_out {
+            self.n_left_out += 1;
             return Ok(());
         }
         match &object.kind {
@@ -103,10 +108,6 @@ impl<'a> Reading<'a> {
             }),
             Kind::Mesh { corners, triangles } => {
                 let place = || format!("object {id} of {}", shown(part, 60));
-                if self.polygons.n_facets() + triangles.len() > MAX_FACETS {
-                    let message = format!("more than {MAX_FACETS} facets, in copies of objects");
-                    return Err(Error::new("too-many-facets", message, "export fewer copies"));
-                }
                 self.polygons.corners.clear();
                 for corner in corners {
                     let corner = world.transform_point3(DVec3::from(corner.map(f64::from)));

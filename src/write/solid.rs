@@ -1,6 +1,7 @@
 //! The fraction of every cell that is not background: `.vti` and `.vtr` with the array `solid` (Float32), or `.npy` of shape (nz, ny, nx).
 //!
-//! Whole cells have 0 or 1 by their flag, cells that surfaces cut the sum of the fractions of flags that are not 0. Cost: two slabs of memory, and
+//! Cells without fractions have 0 or 1 by their flag, which is that of their centre: a wall between the rays is seen there and not in the volumes of the report.
+//! Cells that surfaces cut have the sum of the fractions of flags that are not 0. Cost: two slabs of memory, and
 //! what `.vti` takes.
 
 use std::io;

@@ -222,3 +222,38 @@ fn a_wall_between_cells_belongs_to_those_below() {
         }
     }
 }
+
+#[test]
+fn surfaces_at_the_ends_of_the_box_are_found() {
+    // in f64 the last line is not where f32 corners are
+    for (low, high, n) in [(0.0f32, 1.0f32, 10), (0.7, 1.7, 50), (-1.0, 1.0, 20)] {
+        let geometry = Geometry::new("cube", 1, models::cuboid([low; 3], [high; 3])).unwrap();
+        let side = f64::from(high) - f64::from(low);
+        let lines = Lines::new([f64::from(low); 3], [side / f64::from(n); 3], [n; 3]).unwrap();
+        let found = measured(&[geometry], &lines, FractionsJob::default().with_surfaces(true));
+        let area = found.areas.as_ref().expect("areas")[0];
+        assert!((area / (6.0 * side * side) - 1.0).abs() < 1e-6, "{low} to {high}: {area}");
+        let of_cells: f64 = found.surfaces().map(|surface| f64::from(surface.area)).sum();
+        assert!((of_cells / area - 1.0).abs() < 1e-5, "{of_cells} of {area}");
+    }
+}
+
+#[test]
+fn normals_point_out_of_bodies_that_are_mirrored_or_turned() {
+    let centre = [0.3f32, 0.2, 0.1];
+    let ball = models::sphere(centre, 1.0, 24);
+    let lines = Lines::new([-1.0, -1.1, -1.2], [0.25; 3], [11; 3]).unwrap();
+    let mirrored = models::mapped(&ball, |[x, y, z]| [2.0 * centre[0] - x, y, z]);
+    for facets in [ball.clone(), mirrored, models::flipped(ball)] {
+        let geometry = Geometry::new("ball", 1, facets).unwrap();
+        let found = measured(&[geometry], &lines, FractionsJob::default().with_surfaces(true));
+        assert!(found.surfaces().count() > 100);
+        for surface in found.surfaces() {
+            let [low, high] = ends(cell_of(surface.cell, &lines), &lines);
+            let place = [0, 1, 2].map(|axis| low[axis] + f64::from(surface.point[axis]) * (high[axis] - low[axis]));
+            let out = minus(place, centre.map(f64::from));
+            let along: f64 = (0..3).map(|axis| out[axis] * f64::from(surface.normal[axis])).sum();
+            assert!(along > 0.5, "{surface:?}");
+        }
+    }
+}

@@ -25,6 +25,7 @@ const CORE: &[&str] = &[
     "preview",
     "read",
     "job",
+    "length",
     "sources",
     "domain",
     "lines",

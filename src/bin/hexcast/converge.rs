@@ -96,7 +96,7 @@ fn table(levels: &[Level], unit: Option<&str>) -> String {
         }
     }
     if levels.iter().any(|level| level.flags.iter().any(|found| found.volume_error.is_none())) {
-        text += "There is no error where a surface is open or cut by the domain: it encloses no volume of its own.\n";
+        text += "There is no error where a surface is open or cut by the domain, or cells are not those whose centres lie inside (invert, shell, fill).\n";
     }
     text
 }

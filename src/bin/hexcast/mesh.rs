@@ -169,7 +169,9 @@ fn mesh_and_write(
     let (unit, unlike) = unit(job, &sources);
     for (path, exporter) in arguments.outputs.iter().filter_map(|path| Some((path, exporter_of(path)?))) {
         exporter.check_unit(unit.as_deref()).map_err(|error| match unlike.first() {
-            Some(why) if unit.is_none() => Error::new("export-unit", why, "give --unit, and a scale to files in another"),
+            Some(why) if unit.is_none() => {
+                Error::new("export-unit", why, "give --unit, and a scale to files in another")
+            }
             _ => error.at(path.display()),
         })?;
     }

@@ -233,6 +233,12 @@ fn what_is_wrong_with_a_glb_is_said() {
         ("/bufferViews/0/byteStride", json!(4), "holds fewer than 4 elements of 12 bytes, 4 apart"),
         ("/bufferViews/0/byteLength", json!(47), "holds fewer than 4 elements"),
         ("/bufferViews/0/byteOffset", json!(u64::MAX), "holds fewer than 4 elements"),
+        ("/bufferViews/0/byteStride", json!(1u64 << 32), "holds fewer than 4 elements of 12 bytes, 4294967296 apart"),
+        (
+            "/extensionsUsed",
+            json!(["EXT_mesh_gpu_instancing"]),
+            "the extension EXT_mesh_gpu_instancing, which cannot be read",
+        ),
         ("/buffers/0/uri", json!("more.bin"), "its numbers lie in another file"),
         (
             "/extensionsRequired",
@@ -275,7 +281,7 @@ fn skins_morphs_and_lines_are_passed_over_with_a_warning() {
     assert_eq!(contents.n_facets, 4);
     let warnings = [
         "1 primitives of lines or points are passed over",
-        "1 nodes have a skin; they are read in the pose in which they were modelled",
+        "1 nodes have a skin; they are read in the pose in which they were modelled, so that place and size may be off",
         "1 primitives have morph targets; they are read without them",
     ];
     assert_eq!(contents.warnings, warnings);
@@ -299,20 +305,21 @@ fn the_build_of_a_3mf_places_objects() {
 fn objects_may_lie_in_other_files_of_the_archive() {
     let first = model(
         "xmlns:p='http://schemas.microsoft.com/3dmanufacturing/production/2015/06' requiredextensions='p'",
-        "<object id='9' name='whole'><components><component p:path='/3D/Objects/One.model' objectid='1'/></components></object>",
+        "<object id='9' name='whole'><components><component p:path='/3D/Objects/One &amp; only.model' objectid='1'/></components></object>",
         "<item objectid='9'/><item p:path='/3D/Objects/One.model' objectid='1' printable='0'/>",
     );
     let files = [
         ("_rels/.rels", RELATIONS),
         ("3D/here.model", &first[..]),
+        ("3D/Objects/One & only.model", &model("", &object(1, ""), "")),
         ("3D/Objects/One.model", &model("", &object(1, ""), "")),
     ];
     let contents = read_bytes(&package(&files)).unwrap();
     assert_eq!((contents.solids[0].name.as_str(), contents.n_facets), ("whole", 4));
     assert_eq!(contents.warnings, ["1 items that are not to be printed are left out"]);
     let inches = model("unit='inch'", &object(1, ""), "");
-    let unlike = package(&[files[0], files[1], ("3D/Objects/One.model", &inches)]);
-    assert!(message(&unlike).contains("is in mm and /3D/Objects/One.model in in"), "{}", message(&unlike));
+    let unlike = package(&[files[0], files[1], files[2], ("3D/Objects/One.model", &inches)]);
+    assert!(message(&unlike).contains("is in mm and 3d/objects/one.model in in"), "{}", message(&unlike));
 }
 
 #[test]
@@ -320,15 +327,37 @@ fn what_is_wrong_with_a_3mf_is_said() {
     let item = "<item objectid='1'/>";
     let support = object(1, "type='support'") + &object(2, "");
     let contents = read_bytes(&three_mf("", &support, "<item objectid='1'/><item objectid='2'/>")).unwrap();
-    assert_eq!((contents.n_facets, &contents.warnings[..]), (4, &["1 supports are left out".to_string()][..]));
+    assert_eq!(
+        (contents.n_facets, &contents.warnings[..]),
+        (
+            4,
+            &["1 supports and modifiers (objects of type support, solidsupport or other) are left out".to_string()][..]
+        )
+    );
+    let modifier = object(1, "type='other'")
+        + "<object id='2'><components><component objectid='1'/><component objectid='3'/></components></object>"
+        + &object(3, "");
+    let contents = read_bytes(&three_mf("", &modifier, "<item objectid='2'/>")).unwrap();
+    assert_eq!((contents.n_facets, contents.warnings.len()), (4, 1));
+    // 2^59 placings of nothing, in a few kilobytes
+    let twice = |id: u32| {
+        format!(
+            "<object id='{id}'><components><component objectid='{0}'/><component objectid='{0}'/></components></object>",
+            id - 1
+        )
+    };
+    let doubled = object(1, "type='support'") + &(2..=60).map(twice).collect::<String>();
+    let slices = object(1, "").replace("<object", "<object s:meshresolution='lowres'");
     let around = "<object id='1'><components><component objectid='1'/></components></object>";
     let beams = object(1, "").replace("</mesh>", "<b:beamlattice minlength='1'/></mesh>");
     let cases = [
         (three_mf("unit='ell'", &object(1, ""), item), "\"ell\" is none of its units"),
         (three_mf("", &object(1, ""), ""), "its build has no item"),
-        (three_mf("", "", item), "3D/here.model has no object 1"),
+        (three_mf("", "", item), "3d/here.model has no object 1"),
         (three_mf("", around, item), "objects are nested more than 100 deep"),
         (three_mf("", &beams, item), "it has a beam lattice"),
+        (three_mf("", &slices, item), "an object is made of slices"),
+        (three_mf("", &doubled, "<item objectid='60'/>"), "536870912 corners and facets in all, copies among them"),
         (
             three_mf("xmlns:sc='http://x/securecontent/2019/04' requiredextensions='sc'", "", ""),
             "needs the extension sc (http://x/securecontent/2019/04)",
@@ -342,7 +371,7 @@ fn what_is_wrong_with_a_3mf_is_said() {
         (package(&[("a.txt", "text"), ("b.txt", "text")]), "a ZIP archive of 2 files without a model of 3MF"),
         (
             package(&[("_rels/.rels", RELATIONS), ("3D/here.model", "<model><resources></build></model>")]),
-            "/3D/here.model: ",
+            "3d/here.model: ",
         ),
         (package(&[("_rels/.rels", RELATIONS), ("3D/here.model", "<svg/>")]), "the first element is not \"model\""),
     ];
@@ -356,5 +385,5 @@ fn what_is_wrong_with_a_3mf_is_said() {
     let mut damaged = whole.clone();
     let mut places = (0..whole.len() - 13).filter(|&at| &whole[at..at + 13] == b"3D/here.model");
     damaged[places.nth(1).unwrap() + 60] ^= 0x40;
-    assert!(message(&damaged).starts_with("/3D/here.model: 3MF: "), "{}", message(&damaged));
+    assert!(message(&damaged).starts_with("3d/here.model: 3MF: "), "{}", message(&damaged));
 }
