@@ -395,7 +395,8 @@ fn errors_say_what_to_do() {
         (&["estimate", SPOT, "--cells", "4294967295"], 5, "at most 262142 fit"),
         (&["mesh", SPOT, "--cell-size", "1e-30"], 5, "cells of size 1e-30 along x"),
         (&["mesh", SPOT, "--domain=-1e308,0,0,1e308,1,1"], 4, "the domain reaches from -1e308 to 1e308 along x"),
-        (&["mesh", SPOT, "--backend", "cpu", "--max-memory", "10MB"], 5, "program and driver 12.00 MB"),
+        // 12 MB, or what the program really takes by then, if that is more
+        (&["mesh", SPOT, "--backend", "cpu", "--max-memory", "10MB"], 5, "program and driver 12."),
         (&["mesh", SPOT, "--threads", "65535"], 2, "1 to 1024 is needed"),
         (&["mesh", &no_solid], 4, "its 1 have no names"),
         (&["mesh", "--job", &here], 7, "is a folder"),
