@@ -70,6 +70,11 @@ const NEEDS = {
     what: 'openEMS with its Python module for /usr/bin/python3',
   },
   dolfinx: { found: () => imports('dolfinx'), packages: ['python3-dolfinx'], what: 'dolfinx for /usr/bin/python3' },
+  taufactor: {
+    found: () => ['torch', 'skimage', 'IPython', 'psutil', 'matplotlib'].every(imports),
+    packages: ['python3-torch', 'python3-skimage', 'python3-ipython', 'python3-psutil', 'python3-matplotlib'],
+    what: 'PyTorch and what else taufactor imports, for /usr/bin/python3',
+  },
   palabos: {
     found: () => ['palabos/palabos3D.h', 'eigen3/Eigen/Core'].every((name) => existsSync(path.join('/usr/include', name))),
     packages: ['libplb-dev', 'libeigen3-dev', 'build-essential'],

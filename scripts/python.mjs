@@ -22,11 +22,12 @@ export const ensurePython = () => ensureEnvironment(FOLDER, REQUIREMENTS);
  * @param {string} folder
  * @param {string} requirements
  * @param {string[]} [programs] packages of which only programs are run: without what they depend on, and whatever Python they want
+ * @param {string} [apart] a package for the system's Python, which has what it depends on; it goes to the folder "apart"
  */
-export async function ensureEnvironment(folder, requirements, programs = []) {
+export async function ensureEnvironment(folder, requirements, programs = [], apart = '') {
   const wanted = createHash('sha256')
     .update(readFileSync(requirements))
-    .update(programs.join(' '))
+    .update([...programs, apart].join(' '))
     .update(ask('python3', ['--version']) ?? '')
     .digest('hex');
   const stamp = path.join(folder, '.hexcast-requirements');
@@ -37,6 +38,7 @@ export async function ensureEnvironment(folder, requirements, programs = []) {
   const install = ['-m', 'pip', 'install', '--quiet', '--only-binary=:all:'];
   await run(python, [...install, '--requirement', requirements]);
   if (programs.length > 0) await run(python, [...install, '--no-deps', '--ignore-requires-python', ...programs]);
+  if (apart) await run(python, [...install, '--no-deps', '--target', path.join(folder, 'apart'), apart]);
   writeFileSync(stamp, wanted);
   return 'installed';
 }

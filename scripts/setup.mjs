@@ -20,7 +20,7 @@ const NEEDS = {
   package: ['linker', 'vulkan', 'chromium', 'firefox'],
   python: ['linker', 'vulkan', 'python', 'opengl'],
   cluster: ['linker', 'vulkan', 'python', 'mpi', 'fortran', 'valgrind'],
-  solvers: ['linker', 'python', 'openfoam', 'calculix', 'gmsh', 'openems', 'dolfinx', 'palabos'],
+  solvers: ['linker', 'python', 'openfoam', 'calculix', 'gmsh', 'openems', 'dolfinx', 'taufactor', 'palabos'],
 };
 
 /** The groups of tests. */

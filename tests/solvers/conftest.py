@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 COMMAND = ROOT / "target" / "debug" / "hexcast"
-#: The Python that Debian's packages are for: dolfinx and openEMS.
+#: The Python that Debian's packages are for: dolfinx, openEMS and PyTorch.
 DEBIAN_PYTHON = "/usr/bin/python3"
 ENVIRONMENT = {**os.environ, "WM_PROJECT_DIR": "/usr/share/openfoam", "OMP_NUM_THREADS": "2"}
 

@@ -1,4 +1,4 @@
-"""The recipes of docs/export for arrays: slow flow through spheres in a cubic array."""
+"""The recipes of docs/export for arrays: flow and diffusion through spheres in a cubic array."""
 
 from __future__ import annotations
 
@@ -9,11 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import ROOT, hexcast, run, save, sphere
+from conftest import DEBIAN_PYTHON, ROOT, hexcast, run, save, sphere
 
 #: Part of the space that the spheres fill, and the drag of one over that of Stokes (Zick and Homsy 1982).
 FILLED = 0.216
 DRAG = 7.442
+#: Diffusivity around them, relative to that without them (Rayleigh 1892).
+DIFFUSIVITY = 0.7068
 
 
 def recipe(page: str, language: str) -> tuple[list[str], str]:
@@ -24,8 +26,8 @@ def recipe(page: str, language: str) -> tuple[list[str], str]:
     return command.split(), program
 
 
-def drag_of(said: str) -> float:
-    return float(re.search(r"^drag (\S+)", said, re.MULTILINE)[1])
+def number_of(what: str, said: str) -> float:
+    return float(re.search(rf"^{what} (\S+)", said, re.MULTILINE)[1])
 
 
 def save_sphere(folder: Path) -> None:
@@ -37,7 +39,7 @@ def test_lbmpy(tmp_path: Path) -> None:
     arguments, program = recipe("lbmpy", "python")
     hexcast(*arguments, cwd=tmp_path)
     (tmp_path / "drag.py").write_text(program)
-    drag = drag_of(run(sys.executable, "drag.py", "array.npy", cwd=tmp_path))
+    drag = number_of("drag", run(sys.executable, "drag.py", "array.npy", cwd=tmp_path))
     print("lbmpy", drag)
     assert drag == pytest.approx(DRAG, rel=0.03)
 
@@ -54,6 +56,18 @@ def test_palabos(tmp_path: Path) -> None:
     header.write_text("\n".join(lines))
     (tmp_path / "drag.cpp").write_text(program)
     [shell] = re.findall(r"```sh\n(.*?)```", (ROOT / "docs/export/palabos.md").read_text(), re.DOTALL)
-    drag = drag_of(run("sh", "-ec", shell, cwd=tmp_path))
+    drag = number_of("drag", run("sh", "-ec", shell, cwd=tmp_path))
     print("Palabos", drag)
     assert drag == pytest.approx(DRAG, rel=0.03)
+
+
+def test_taufactor(tmp_path: Path) -> None:
+    save_sphere(tmp_path)
+    arguments, program = recipe("taufactor", "python")
+    hexcast(*arguments, cwd=tmp_path)
+    (tmp_path / "diffusivity.py").write_text(program)
+    modules = f"PYTHONPATH={Path(sys.prefix) / 'apart'}"
+    said = run("env", modules, DEBIAN_PYTHON, "diffusivity.py", "array.npy", cwd=tmp_path)
+    diffusivity = number_of("relative diffusivity", said)
+    print("taufactor", diffusivity)
+    assert diffusivity == pytest.approx(DIFFUSIVITY, rel=0.03)
