@@ -36,6 +36,17 @@ pub struct Crossings {
     pub facets: Vec<u32>,
 }
 
+/// Where a ray passes through the surface of a geometry.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Passage {
+    /// The first cell above.
+    pub(crate) cell: u32,
+    /// Position of the geometry.
+    pub(crate) position: u16,
+    /// 1 where the ray enters, -1 where it leaves.
+    pub(crate) step: i32,
+}
+
 impl Crossings {
     /// Calls `each` with the index of every ray and its crossings, sorted by cell.
     pub(crate) fn for_each_ray(&self, mut each: impl FnMut(u64, &[u32])) {
@@ -45,6 +56,24 @@ impl Crossings {
             events.extend_from_slice(&self.events[ends[0] as usize..ends[1] as usize]);
             events.sort_unstable();
             each(ray, &events);
+        }
+    }
+
+    /// Calls `each` with the index of every ray and its passages through surfaces, sorted by cell. Needs the facets where geometries share ranks.
+    pub(crate) fn for_each_passage(&self, frame: &Frame, mut each: impl FnMut(u64, &[Passage])) {
+        let mut passages = Vec::new();
+        for (ray, ends) in (self.first_ray..).zip(self.offsets.windows(2)) {
+            passages.clear();
+            passages.extend((ends[0] as usize..ends[1] as usize).map(|at| {
+                let event = self.events[at];
+                let position = match frame.ranks.are_positions() {
+                    true => (event >> 1 & 0xff) as u16,
+                    false => frame.position_of_facet[self.facets[at] as usize],
+                };
+                Passage { cell: event >> 9, position, step: 1 - 2 * (event & 1) as i32 }
+            }));
+            passages.sort_unstable_by_key(|of| (of.cell, of.position));
+            each(ray, &passages);
         }
     }
 
@@ -136,7 +165,7 @@ fn cast<'a, T>(
     for (facets, bin) in bins {
         for &facet in facets {
             let Some(projected) = Projected::new(&frame.facets[facet as usize], frame, rays) else { continue };
-            let tag = event(0, frame.rank_of_facet[facet as usize], projected.exits);
+            let tag = event(0, frame.rank_of_facet(facet as usize), projected.exits);
             let hit =
                 |i, j, cell, _| ((j - window[1].start) * n_across + i - window[0].start, of(cell << 9 | tag, facet));
             if frame.is_graded() {

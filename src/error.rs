@@ -102,7 +102,11 @@ pub const CODES: &[(&str, Actor, &str)] = &[
     ),
     ("geometry-too-far", Actor::Limit, "a geometry lies so far outside the domain that the snap would be too coarse"),
     ("too-many-facets", Actor::Limit, "more facets than fit the 32-bit index"),
-    ("too-many-geometries", Actor::Limit, "more than 255 geometries"),
+    (
+        "too-many-geometries",
+        Actor::Limit,
+        "more than 65,535 geometries, or more than 255 that cannot be taken together",
+    ),
     ("too-many-crossings", Actor::Limit, "a box has more crossings than one device buffer holds"),
     (
         "export-too-large",

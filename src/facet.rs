@@ -155,8 +155,8 @@ mod tests {
     use crate::frame::{MIN_FRACTION_BITS, Ranks, SPAN_BITS};
 
     fn frame(dims: [u32; 3]) -> Frame {
-        let ranks = Ranks { geometry_of_rank: vec![0], flag_of_rank: vec![1] };
-        Frame { fraction_bits: 2, centres: None, dims, facets: vec![], rank_of_facet: vec![], ranks }
+        let (facets, position_of_facet) = (Vec::new(), Vec::new());
+        Frame { fraction_bits: 2, centres: None, dims, facets, position_of_facet, ranks: Ranks::of_one() }
     }
 
     #[test]

@@ -11,13 +11,13 @@
 //!
 //! Degenerate cases: equal f32 corners snap to equal integers, so closed surfaces stay closed; facets that collapse to a
 //! line or a point are kept and never hit. Source: the paper, Eq. 7-10 (positions); the snap is ours.
-//! Cost: one pass over the corners; 37 bytes a facet.
+//! Cost: one pass over the corners; 38 bytes a facet.
 
 use std::ops::Range;
 use std::sync::Arc;
 
 use crate::error::{Error, Result};
-use crate::geometry::{Facet, Geometry};
+use crate::geometry::{Facet, Geometry, check_n_geometries};
 use crate::lines::{AXES, IS_NATIVE, Lines};
 use crate::parallel::*;
 
@@ -27,7 +27,8 @@ mod ranks;
 pub(crate) use centres::Scale;
 use centres::places;
 pub use centres::{Centres, Places};
-pub use ranks::Ranks;
+pub(crate) use ranks::Ends;
+pub use ranks::{MAX_RANKS, Ranks};
 
 /// Bits that span all snapped coordinates of an axis. 26 keeps the kernels' inner loop in one 32-bit word.
 pub const SPAN_BITS: u32 = 26;
@@ -60,8 +61,8 @@ pub struct Frame {
     pub dims: [u32; 3],
     /// Facets of all geometries.
     pub facets: Vec<SnappedFacet>,
-    /// Rank of the geometry of each facet; see [`Ranks`].
-    pub rank_of_facet: Vec<u8>,
+    /// Position of the geometry of each facet; see [`Ranks`].
+    pub position_of_facet: Vec<u16>,
     /// The order in which overlaps are decided.
     pub ranks: Ranks,
 }
@@ -70,16 +71,19 @@ impl Frame {
     /// Snaps all corners of all geometries.
     ///
     /// # Errors
-    /// - `too-many-geometries`: more than 255.
+    /// - `too-many-geometries`: more than [`MAX_RANKS`]; a mesh may have more.
     /// - `too-many-facets`: more than 2^31 in all.
     /// - `too-many-cells`: an axis has more than [`MAX_CELLS_PER_AXIS`] cells.
     /// - `geometry-too-far`: F would be under [`MIN_FRACTION_BITS`]; names the geometry.
     pub fn new(geometries: &[Geometry], lines: &Lines) -> Result<Frame> {
         let mut frame = Frame::without_facets(geometries, lines)?;
-        for (rank, &index) in frame.ranks.geometry_of_rank.clone().iter().enumerate() {
+        if geometries.len() > MAX_RANKS {
+            return Err(too_many_ranks(geometries.len(), geometries.len()));
+        }
+        for (position, &index) in frame.ranks.geometry_at.clone().iter().enumerate() {
             let geometry = &geometries[index];
             frame.facets.par_extend(frame.snapped(geometry, &geometry.facets, lines));
-            frame.rank_of_facet.resize(frame.facets.len(), rank as u8);
+            frame.position_of_facet.resize(frame.facets.len(), position as u16);
         }
         Ok(frame)
     }
@@ -93,8 +97,8 @@ impl Frame {
         let scale = Scale::new(lines);
         let fraction_bits = fraction_bits(geometries, lines, &scale)?;
         let centres = places(lines, &scale, fraction_bits);
-        let (facets, rank_of_facet, ranks) = (Vec::new(), Vec::new(), Ranks::new(geometries));
-        Ok(Frame { fraction_bits, centres, dims: lines.dims(), facets, rank_of_facet, ranks })
+        let (facets, position_of_facet, ranks) = (Vec::new(), Vec::new(), Ranks::new(geometries));
+        Ok(Frame { fraction_bits, centres, dims: lines.dims(), facets, position_of_facet, ranks })
     }
 
     /// Whether cells differ in size.
@@ -190,21 +194,27 @@ impl Frame {
         facets.par_iter().map(|facet| facet.map(snap)).collect()
     }
 
-    /// The facets of a rank: facets are stored rank after rank.
-    pub(crate) fn facets_of_rank(&self, rank: usize) -> &[SnappedFacet] {
-        &self.facets[self.range_of_rank(rank)]
+    /// Rank of the geometry of a facet.
+    #[inline(always)]
+    pub fn rank_of_facet(&self, facet: usize) -> u8 {
+        self.ranks.rank_at[usize::from(self.position_of_facet[facet])]
     }
 
-    /// Where the facets of a rank are.
-    pub(crate) fn range_of_rank(&self, rank: usize) -> Range<usize> {
-        let end_of = |n_ranks: usize| self.rank_of_facet.partition_point(|&of| usize::from(of) < n_ranks);
-        end_of(rank)..end_of(rank + 1)
+    /// The facets of the geometry at a position: facets are stored in the order of positions.
+    pub(crate) fn facets_at(&self, position: usize) -> &[SnappedFacet] {
+        &self.facets[self.range_at(position)]
+    }
+
+    /// Where these facets are.
+    pub(crate) fn range_at(&self, position: usize) -> Range<usize> {
+        let end_of = |n: usize| self.position_of_facet.partition_point(|&of| usize::from(of) < n);
+        end_of(position)..end_of(position + 1)
     }
 
     /// A frame of the same box, of one geometry with the flag 1.
     pub(crate) fn with_facets(&self, facets: Vec<SnappedFacet>) -> Frame {
-        let ranks = Ranks { geometry_of_rank: vec![0], flag_of_rank: vec![1] };
-        Frame { rank_of_facet: vec![0; facets.len()], facets, ranks, centres: self.centres.clone(), ..*self }
+        let (position_of_facet, ranks) = (vec![0; facets.len()], Ranks::of_one());
+        Frame { position_of_facet, facets, ranks, centres: self.centres.clone(), ..*self }
     }
 
     /// The frame of some cells of the box, the first and the end, exclusive: the same corners in the same units, counted from the centre
@@ -214,15 +224,15 @@ impl Frame {
         let mut window = Frame {
             dims: [0, 1, 2].map(|axis| cells[1][axis] - cells[0][axis]),
             facets: Vec::new(),
-            rank_of_facet: Vec::new(),
+            position_of_facet: Vec::new(),
             ranks: self.ranks.clone(),
             centres: self.places().map(|places| Arc::new(places.of_cells(cells))),
             ..*self
         };
-        for (facet, &rank) in self.facets.iter().zip(&self.rank_of_facet) {
+        for (facet, &position) in self.facets.iter().zip(&self.position_of_facet) {
             if let Some(moved) = in_window(facet, cells, self) {
                 window.facets.push(moved);
-                window.rank_of_facet.push(rank);
+                window.position_of_facet.push(position);
             }
         }
         window
@@ -257,10 +267,7 @@ pub(crate) fn moved(facet: &SnappedFacet, by: [i32; 3]) -> SnappedFacet {
 /// # Errors
 /// `too-many-geometries`, `too-many-facets`, `too-many-cells`, as for [`Frame::new`].
 pub(crate) fn check_limits(geometries: &[Geometry], lines: &Lines) -> Result<()> {
-    if geometries.len() > 255 {
-        let message = format!("{} geometries: a flag is one byte, so at most 255 fit", geometries.len());
-        return Err(Error::new("too-many-geometries", message, "join geometries of the same substance in one file"));
-    }
+    check_n_geometries(geometries.len(), "there are")?;
     let n_facets: usize = geometries.iter().map(|geometry| geometry.facets.len()).sum();
     if n_facets > 1 << 31 {
         return Err(Error::new("too-many-facets", format!("{n_facets} facets: at most 2^31 fit"), "split the job"));
@@ -281,6 +288,15 @@ fn snap([x, y, z]: [f64; 3], scale: &Scale, fraction_bits: u32) -> [i32; 3] {
     // rint (ties to even) is one instruction; any fixed rule serves
     let snapped = |axis: usize, world: f64| libm::rint(scale.units_from_world(axis, world) * factor) as i32;
     [snapped(0, x), snapped(1, y), snapped(2, z)]
+}
+
+pub(crate) fn too_many_ranks(n_geometries: usize, n_ranks: usize) -> Error {
+    let message = format!(
+        "{n_geometries} geometries lie over one another so that {n_ranks} must be told apart along a ray: at most {MAX_RANKS} can be. \
+         Of more, closed ones of one flag whose boxes lie apart are taken together"
+    );
+    let hint = "give geometries of the same substance the same flag, one after the other, or join some in one file";
+    Error::new("too-many-geometries", message, hint)
 }
 
 /// World coordinates of a snapped corner.

@@ -71,6 +71,31 @@ pub struct Sizing {
     pub metal: bool,
 }
 
+/// Most geometries of a job. Of more than 255 some must have the same flag.
+pub const MAX_GEOMETRIES: usize = u16::MAX as usize;
+
+/// Refuses more geometries than [`MAX_GEOMETRIES`].
+pub(crate) fn check_n_geometries(n: usize, who: &str) -> Result<()> {
+    if n <= MAX_GEOMETRIES {
+        return Ok(());
+    }
+    let message = format!("{who} {n} geometries: at most {MAX_GEOMETRIES} fit");
+    Err(Error::new("too-many-geometries", message, "join files and solids of the same substance"))
+}
+
+/// Most names that are joined.
+const MAX_NAMES: usize = 64;
+
+/// The name of a flag: those of its geometries, joined by " + "; of very many the first, and the number of the others.
+pub(crate) fn joined_names<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let mut names = names.fuse();
+    let first: Vec<&str> = names.by_ref().take(MAX_NAMES).collect();
+    match names.count() {
+        0 => first.join(" + "),
+        n_more => format!("{} + {n_more} more", first.join(" + ")),
+    }
+}
+
 /// A surface that bounds one substance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Geometry {

@@ -111,8 +111,7 @@ impl Overlay {
         if parts.is_empty() {
             return None;
         }
-        let layer = |(Part { rank, invert, kind }, crossings): (Part, Vec<AxisCrossings>)| {
-            let geometry = cast.frame.ranks.geometry_of_rank[usize::from(rank)];
+        let layer = |(Part { geometry, rank, invert, kind }, crossings): (Part, Vec<AxisCrossings>)| {
             let layer = match kind {
                 Kind::Open(part) => {
                     let votes = Votes::new(&part, crossings, cast.frame, cast.rays, cast.rule, lines.smallest());
@@ -146,7 +145,7 @@ impl Overlay {
     /// Bytes that it holds.
     pub fn n_bytes(&self) -> u64 {
         let of_layer = |laid: &Laid| match &laid.layer {
-            Layer::Cast { frame, .. } => 37 * frame.facets.len() as u64,
+            Layer::Cast { frame, .. } => 38 * frame.facets.len() as u64,
             Layer::Open { votes, .. } => votes.n_bytes(),
             Layer::Along { sheet, .. } => sheet.n_bytes(),
         };

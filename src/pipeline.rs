@@ -92,8 +92,8 @@ pub async fn mesh(
     let uncut_frame = Uncut::new(job, &frame, &closed, &prepared.geometries)?;
     let (mut frame, mut parts) = overlay::split(frame, &closed, job.rule, whole, &prepared.geometries, is_for_window)?;
     if !parts.is_empty() {
-        let apart = (0..ends.len()).filter(|&rank| frame.range_of_rank(rank).is_empty());
-        apart.for_each(|rank| ends[rank] = None);
+        let apart = (0..ends.len()).filter(|&position| frame.range_at(position).is_empty());
+        apart.for_each(|position| ends[position] = None);
     }
     let volume_bounds = |lines| volume_bounds((&frame, &closed, &bound_sums), &prepared.geometries, lines);
     // of the whole box, where a part's report shall be merged with others
@@ -101,7 +101,7 @@ pub async fn mesh(
     let bounds = volume_bounds(&prepared.lines);
     let whole_rays = Rays::new(prepared.rays.axis, whole.dims());
     let cells = prepared.window.unwrap_or([[0; 3], whole.dims()]);
-    let agrees = |rank: usize| closed[rank].nonzero;
+    let agrees = |position: usize| closed[position].nonzero;
     let shells_of =
         |frame: &Frame| warnings::shells(&Cast { frame, rays: &whole_rays, rule: job.rule }, &agrees, cells);
     let (mut kept, mut shells) = (None, None);
@@ -218,7 +218,7 @@ pub async fn mesh(
     let backend = if lines.is_graded() { "cpu" } else { engine.backend() };
     let (adapter, driver) = adapter.map(|(name, driver)| (name.into(), driver.into())).unzip();
     let n_facets: usize = prepared.geometries.iter().map(|geometry| geometry.facets.len()).sum();
-    let snapped = |frame: &Frame| 36 * frame.facets.capacity() + frame.rank_of_facet.capacity();
+    let snapped = |frame: &Frame| 36 * frame.facets.capacity() + 2 * frame.position_of_facet.capacity();
     let facet_bytes = 36 * n_facets + snapped(&frame) + kept.as_ref().map_or(0, |(_, uncut)| snapped(uncut));
     let facts = MeshFacts {
         version: env!("CARGO_PKG_VERSION"),
@@ -287,13 +287,13 @@ fn volume_bounds(
     lines: &Lines,
 ) -> Vec<Option<f64>> {
     let mut bounds = vec![None; geometries.len()];
-    for (rank, &index) in frame.ranks.geometry_of_rank.iter().enumerate() {
+    for (position, &index) in frame.ranks.geometry_at.iter().enumerate() {
         let geometry = &geometries[index];
-        let is_within = geometry.fill == Fill::Centre && !geometry.invert && closed[rank].nonzero;
+        let is_within = geometry.fill == Fill::Centre && !geometry.invert && closed[position].nonzero;
         let ends = geometry.bounding_box().unwrap_or_default();
         if is_within && !is_cut(ends, lines) {
             let volume = geometry.signed_volume().abs();
-            let bound = |cell| sums[rank].bound(frame.fraction_bits, cell, volume);
+            let bound = |cell| sums[position].bound(frame.fraction_bits, cell, volume);
             bounds[index] = lines.cell_volume().map(bound);
         }
     }

@@ -15,7 +15,8 @@ use std::ops::Range;
 
 use crate::cast::Cast;
 use crate::cpu::{Window, over_windows, rays_through};
-use crate::crossings::Crossings;
+use crate::crossings::{Crossings, Passage};
+use crate::frame::Frame;
 use crate::rays::Rays;
 
 /// Rows of rays that are looked at, at most.
@@ -24,8 +25,8 @@ const N_ROWS: u64 = 32;
 /// A geometry with cells in two or more of its shells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Overlap {
-    /// Its rank.
-    pub(crate) rank: u8,
+    /// Its position.
+    pub(crate) position: u16,
     /// Its cells of winding number 2 or more, either way, among those looked at.
     pub(crate) n_cells: u64,
 }
@@ -44,32 +45,33 @@ pub(crate) fn n_rays_looked_at(rays: &Rays, cells: [[u32; 3]; 2]) -> u64 {
     looked_at(rays, cells).iter().map(|[across, _]| across.len() as u64).sum()
 }
 
-/// Finds them among the geometries of a frame, in the order of their ranks, in some cells of its box; `agrees` says of one whether its facets do.
+/// Finds them among the geometries of a frame, in the order of positions, in some cells of its box; `agrees` says of one whether its facets do.
 pub(crate) fn overlapping_shells(cast: &Cast, agrees: &dyn Fn(usize) -> bool, cells: [[u32; 3]; 2]) -> Vec<Overlap> {
     let along = cells[0][cast.rays.axis]..cells[1][cast.rays.axis];
     let windows = looked_at(cast.rays, cells);
     let mut n_cells = BTreeMap::new();
-    for of_window in over_windows(cast, &windows, false, |crossings| cells_in_two(crossings, &along)) {
-        for (rank, n) in of_window {
-            *n_cells.entry(rank).or_insert(0) += n;
+    let with_facets = !cast.frame.ranks.are_positions();
+    let in_two = |crossings: &Crossings| cells_in_two(crossings, cast.frame, &along);
+    for of_window in over_windows(cast, &windows, with_facets, in_two) {
+        for (position, n) in of_window {
+            *n_cells.entry(position).or_insert(0) += n;
         }
     }
-    let agrees = |rank: u8| agrees(usize::from(rank));
-    n_cells.into_iter().filter(|(rank, _)| agrees(*rank)).map(|(rank, n_cells)| Overlap { rank, n_cells }).collect()
+    let found = n_cells.into_iter().filter(|(position, _)| agrees(usize::from(*position)));
+    found.map(|(position, n_cells)| Overlap { position, n_cells }).collect()
 }
 
-/// Cells of winding number 2 or more, either way, of each rank, among some of each ray.
-fn cells_in_two(crossings: &Crossings, along: &Range<u32>) -> BTreeMap<u8, u64> {
+/// Cells of winding number 2 or more, either way, of each geometry, by position, among some of each ray.
+fn cells_in_two(crossings: &Crossings, frame: &Frame, along: &Range<u32>) -> BTreeMap<u16, u64> {
     let mut n_cells = BTreeMap::new();
-    crossings.for_each_ray(|_, events| {
-        // winding number of each rank, and the cell from which it holds
-        let mut now: BTreeMap<u8, (i32, u32)> = BTreeMap::new();
-        for event in events {
-            let (cell, rank, step) = (event >> 9, (event >> 1) as u8, 1 - 2 * (event & 1) as i32);
-            let (winding, since) = now.entry(rank).or_insert((0, cell));
+    crossings.for_each_passage(frame, |_, passages| {
+        // winding number of each geometry, and the cell from which it holds
+        let mut now: BTreeMap<u16, (i32, u32)> = BTreeMap::new();
+        for &Passage { cell, position, step } in passages {
+            let (winding, since) = now.entry(position).or_insert((0, cell));
             let n = cell.min(along.end).saturating_sub((*since).max(along.start));
             if winding.abs() > 1 && n > 0 {
-                *n_cells.entry(rank).or_insert(0) += u64::from(n);
+                *n_cells.entry(position).or_insert(0) += u64::from(n);
             }
             (*winding, *since) = (*winding + step, cell);
         }

@@ -3,12 +3,12 @@
 //! Geometries, lines, rays -> [`Snapped`]. The frame has all facets, or those alone that have a ray under their boxes: no other facet is hit,
 //! so that of a fine surface in a coarse mesh nearly all can go at once.
 //!
-//! Cost: some 70 ns a facet on one core; 37 bytes a facet that stays, and 12 bytes for a moment for each facet of the geometry in turn.
+//! Cost: some 70 ns a facet on one core; 38 bytes a facet that stays, and 12 bytes for a moment for each facet of the geometry in turn.
 
 use crate::closed::{Closed, EdgeHashes};
 use crate::error::Result;
 use crate::facet::rays_under;
-use crate::frame::{Frame, SnappedFacet};
+use crate::frame::{Ends, Frame, SnappedFacet, too_many_ranks};
 use crate::geometry::Geometry;
 use crate::lines::Lines;
 use crate::rays::Rays;
@@ -17,7 +17,7 @@ use crate::volume_bound::BoundSums;
 /// Facets of a step: some tens of milliseconds. A multiple of those that sums take together.
 const FACETS_AT_ONCE: usize = 1 << 18;
 
-/// A frame, and what is known of all facets of each of its ranks.
+/// A frame, and what is known of all facets of each geometry, in the order of positions.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Snapped {
     /// The facets that stay.
@@ -25,7 +25,7 @@ pub(crate) struct Snapped {
     /// What the edges say.
     pub(crate) closed: Vec<Closed>,
     /// Least and greatest coordinates; None without facets.
-    pub(crate) ends: Vec<Option<[[i32; 3]; 2]>>,
+    pub(crate) ends: Vec<Ends>,
     /// What the bound of the volume is made of.
     pub(crate) bound_sums: Vec<BoundSums>,
 }
@@ -48,8 +48,8 @@ impl<'a> Snapping<'a> {
     /// Those of [`Frame::new`].
     pub(crate) fn new(geometries: &'a [Geometry], lines: &'a Lines, rays: Option<&'a Rays>) -> Result<Snapping<'a>> {
         let frame = Frame::without_facets(geometries, lines)?;
-        let n_ranks = geometries.len();
-        let (ends, bound_sums) = (vec![None; n_ranks], vec![BoundSums::default(); n_ranks]);
+        let n = geometries.len();
+        let (ends, bound_sums) = (vec![None; n], vec![BoundSums::default(); n]);
         let snapped = Snapped { frame, closed: Vec::new(), ends, bound_sums };
         let (next_facet, n_taken, edges) = (0, 0, EdgeHashes::default());
         Ok(Snapping { geometries, lines, rays, next_facet, n_taken, edges, snapped })
@@ -57,14 +57,14 @@ impl<'a> Snapping<'a> {
 
     /// Does a part of the work; false once all is done.
     pub(crate) fn step(&mut self) -> bool {
-        let rank = self.snapped.closed.len();
-        let Some(&index) = self.snapped.frame.ranks.geometry_of_rank.get(rank) else { return false };
+        let position = self.snapped.closed.len();
+        let Some(&index) = self.snapped.frame.ranks.geometry_at.get(position) else { return false };
         let geometry = &self.geometries[index];
         if self.next_facet < geometry.facets.len() {
             let end = geometry.facets.len().min(self.next_facet + FACETS_AT_ONCE);
             let facets = self.snapped.frame.snapped(geometry, &geometry.facets[self.next_facet..end], self.lines);
             self.next_facet = end;
-            self.take(rank, &facets);
+            self.take(position, &facets);
         } else if let Some(closed) = self.edges.step() {
             self.snapped.closed.push(closed);
             (self.edges, self.next_facet) = (EdgeHashes::default(), 0);
@@ -73,20 +73,26 @@ impl<'a> Snapping<'a> {
     }
 
     /// What was made, once all is done.
-    pub(crate) fn finish(mut self) -> Snapped {
-        self.snapped.frame.facets.shrink_to_fit();
-        self.snapped
+    ///
+    /// # Errors
+    /// `too-many-geometries` where too many lie over one another.
+    pub(crate) fn finish(mut self) -> Result<Snapped> {
+        let Snapped { frame, closed, ends, .. } = &mut self.snapped;
+        frame.facets.shrink_to_fit();
+        let shared = frame.ranks.share(self.geometries, ends, |position| closed[position].nonzero);
+        shared.map_err(|n_ranks| too_many_ranks(self.geometries.len(), n_ranks))?;
+        Ok(self.snapped)
     }
 
-    fn take(&mut self, rank: usize, facets: &[SnappedFacet]) {
+    fn take(&mut self, position: usize, facets: &[SnappedFacet]) {
         let Snapped { frame, ends, bound_sums, .. } = &mut self.snapped;
         self.edges.add(facets);
         // there is no bound for cells that differ in size
         if !frame.is_graded() {
-            bound_sums[rank].add(facets, frame.fraction_bits);
+            bound_sums[position].add(facets, frame.fraction_bits);
         }
         for corner in facets.as_flattened() {
-            let [low, high] = ends[rank].get_or_insert([*corner; 2]);
+            let [low, high] = ends[position].get_or_insert([*corner; 2]);
             for axis in 0..3 {
                 low[axis] = low[axis].min(corner[axis]);
                 high[axis] = high[axis].max(corner[axis]);
@@ -98,7 +104,7 @@ impl<'a> Snapping<'a> {
         let n_all: usize = self.geometries.iter().map(|geometry| geometry.facets.len()).sum();
         make_room(&mut frame.facets, staying.len(), self.n_taken as f64 / n_all as f64);
         frame.facets.extend_from_slice(&staying);
-        frame.rank_of_facet.resize(frame.facets.len(), rank as u8);
+        frame.position_of_facet.resize(frame.facets.len(), position as u16);
     }
 }
 

@@ -10,7 +10,7 @@ use sha2::{Digest, Sha256};
 use crate::checksum::hex;
 use crate::control::Control;
 use crate::error::{Error, Result};
-use crate::geometry::{Facet, Fill, Geometry, SharedFacets};
+use crate::geometry::{Facet, Fill, Geometry, SharedFacets, check_n_geometries};
 use crate::job::{GeometryJob, Job};
 use crate::length::Length;
 use crate::parallel::beside;
@@ -110,12 +110,17 @@ pub fn geometries(job: &Job, sources: Vec<Source>) -> Result<Vec<Geometry>> {
             parts(entry, source.contents.solids)?.into_iter().enumerate()
         {
             let flag = match entry.flag {
+                Some(first) if entry.same_flag => usize::from(first),
                 Some(first) => usize::from(first) + index,
                 None => geometries.len() + 1,
             };
             let Ok(flag) = u8::try_from(flag) else {
                 let message = format!("geometry \"{name}\" would get flag {flag}: flags are 1 to 255");
-                return Err(Error::new("job-value", message, "give flags, or join geometries of the same substance"));
+                return Err(Error::new(
+                    "job-value",
+                    message,
+                    "give flags; those of the solids of a file can be the same (same_flag)",
+                ));
             };
             let mut geometry = Geometry::new(name, flag, facets)?;
             geometry.pieces_in_file = pieces_in_file;
@@ -134,10 +139,7 @@ pub fn geometries(job: &Job, sources: Vec<Source>) -> Result<Vec<Geometry>> {
             geometries.push(geometry);
         }
     }
-    if geometries.len() > 255 {
-        let message = format!("the files hold {} geometries: at most 255 fit", geometries.len());
-        return Err(Error::new("too-many-geometries", message, "join solids of the same substance"));
-    }
+    check_n_geometries(geometries.len(), "the files hold")?;
     Ok(geometries)
 }
 

@@ -65,6 +65,8 @@ export interface GeometryJob {
   solid?: string;
   /** Makes every solid of the file a geometry of its own. */
   split?: boolean;
+  /** With `split` and `flag` every solid has this flag, in place of flags that count up. */
+  same_flag?: boolean;
   /** Name in reports and outputs; by default the file's without its extension. */
   name?: string;
   /** Property flag of its cells, 1 to 255; by default 1, 2, ... in order. */

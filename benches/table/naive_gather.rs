@@ -208,9 +208,10 @@ fn params(cast: &Cast, lattice: &Lattice) -> Params {
 
 /// Corners of all facets as `shaders/shared/facet.wgsl` reads them.
 fn corners(cast: &Cast) -> Vec<u32> {
-    let facets = cast.frame.facets.iter().zip(&cast.frame.rank_of_facet);
+    let facets = cast.frame.facets.iter().enumerate();
     facets
-        .flat_map(|(facet, &rank)| {
+        .flat_map(|(index, facet)| {
+            let rank = cast.frame.rank_of_facet(index);
             let corners = facet.map(|corner| cast.rays.project(corner).map(i32::cast_unsigned));
             let axis = |axis: usize, last: u32| [corners[0][axis], corners[1][axis], corners[2][axis], last];
             [axis(0, u32::from(rank)), axis(1, 0), axis(2, 0)].concat()

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray
 
 import hexcast
 
@@ -151,3 +152,16 @@ def test_files_are_replaced_as_a_whole_or_not_at_all(spot, tmp_path):
         mesh.save(tmp_path / "folder.zarr")
     assert (tmp_path / "folder.zarr" / "mine").read_text() == "kept"
     assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
+
+
+def test_fractions_in_a_store_are_those_of_npy(spot, command, tmp_path):
+    dense, store = tmp_path / "solid.npy", tmp_path / "solid.zarr"
+    for path, words in ((dense, []), (store, ["--zarr-chunks", "8,8,8"])):
+        command("mesh", spot, "--cells", 40, "--backend", "cpu", "--unit", "mm", "--fractions", path, *words)
+    stored = xarray.open_zarr(store)
+    assert stored.solid.dims == ("z", "y", "x")
+    assert stored.solid.dtype == np.float32
+    np.testing.assert_array_equal(stored.solid.values, np.load(dense))
+    assert (len(stored.x), stored.x.attrs) == (stored.solid.shape[2], {"units": "mm"})
+    assert "flags" not in stored.solid.attrs
+    assert stored.solid.attrs["rays"] == 4

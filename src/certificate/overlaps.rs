@@ -62,25 +62,26 @@ impl Common {
     }
 }
 
-/// Finds those of some cells of the box, in the order of their ranks.
+/// Finds those of some cells of the box, in the order of positions.
 pub(super) fn overlaps(cast: &Cast, lines: &Lines, cells: [[u32; 3]; 2]) -> Vec<Overlap> {
-    let ranks = &cast.frame.ranks.geometry_of_rank;
-    let mut common: BTreeMap<[u8; 2], Common> = BTreeMap::new();
-    if ranks.len() < 2 {
+    let geometry_at = &cast.frame.ranks.geometry_at;
+    let mut common: BTreeMap<[u16; 2], Common> = BTreeMap::new();
+    if geometry_at.len() < 2 {
         return Vec::new();
     }
     let [across, down] = rays_through(cast.rays, cells);
     let along = cells[0][cast.rays.axis]..cells[1][cast.rays.axis];
+    let with_facets = !cast.frame.ranks.are_positions();
     for first in down.clone().step_by(ROWS as usize) {
         let rows = first..down.end.min(first.saturating_add(ROWS));
         let windows: Vec<Window> = rows.map(|row| [across.clone(), row..row + 1]).collect();
         let of_row = |crossings: &Crossings| common_cells(crossings, cast, lines, &along);
-        for (pair, of_row) in over_windows(cast, &windows, false, of_row).into_iter().flatten() {
+        for (pair, of_row) in over_windows(cast, &windows, with_facets, of_row).into_iter().flatten() {
             note(&mut common, pair, of_row);
         }
     }
-    let overlap = |([high, low], Common { cells, volume, longest }): ([u8; 2], Common)| Overlap {
-        geometries: [high, low].map(|rank| ranks[usize::from(rank)]),
+    let overlap = |([high, low], Common { cells, volume, longest }): ([u16; 2], Common)| Overlap {
+        geometries: [high, low].map(|position| geometry_at[usize::from(position)]),
         cells,
         // of equal cells without rounding
         volume: lines.cell_volume().map_or(volume, |cell| cells as f64 * cell),
@@ -91,7 +92,7 @@ pub(super) fn overlaps(cast: &Cast, lines: &Lines, cells: [[u32; 3]; 2]) -> Vec<
 }
 
 /// Adds to what a pair has in common.
-fn note(common: &mut BTreeMap<[u8; 2], Common>, pair: [u8; 2], more: Common) {
+fn note(common: &mut BTreeMap<[u16; 2], Common>, pair: [u16; 2], more: Common) {
     match common.entry(pair) {
         Entry::Vacant(entry) => drop(entry.insert(more)),
         Entry::Occupied(mut entry) => entry.get_mut().add(more),
@@ -108,19 +109,19 @@ fn middle(Stretch { ray, first, end, .. }: Stretch, rays: &Rays, lines: &Lines) 
     [0, 1, 2].map(|axis| lines.at(axis, place[axis]))
 }
 
-/// What each pair of ranks, the higher first, has in common in some cells of the rays.
-fn common_cells(crossings: &Crossings, cast: &Cast, lines: &Lines, along: &Range<u32>) -> BTreeMap<[u8; 2], Common> {
+/// What each pair of geometries, by position, the higher first, has in common in some cells of the rays.
+fn common_cells(crossings: &Crossings, cast: &Cast, lines: &Lines, along: &Range<u32>) -> BTreeMap<[u16; 2], Common> {
     let (rule, rays) = (cast.rule, cast.rays);
     let n_across = u64::from(rays.counts[0]);
-    let mut common: BTreeMap<[u8; 2], Common> = BTreeMap::new();
-    crossings.for_each_ray(|ray, events| {
-        let mut counts: BTreeMap<u8, i32> = BTreeMap::new();
+    let mut common: BTreeMap<[u16; 2], Common> = BTreeMap::new();
+    crossings.for_each_passage(cast.frame, |ray, passages| {
+        let mut counts: BTreeMap<u16, i32> = BTreeMap::new();
         let mut last = 0;
-        for &event in events {
-            let cell = (event >> 9).min(rays.depth);
-            let is_inside = |(_, n): &(&u8, &i32)| if rule == Rule::Parity { *n & 1 != 0 } else { **n != 0 };
+        for passage in passages {
+            let cell = passage.cell.min(rays.depth);
+            let is_inside = |(_, n): &(&u16, &i32)| if rule == Rule::Parity { *n & 1 != 0 } else { **n != 0 };
             if cell > last {
-                let inside: Vec<u8> = counts.iter().filter(is_inside).map(|(&rank, _)| rank).collect();
+                let inside: Vec<u16> = counts.iter().filter(is_inside).map(|(&position, _)| position).collect();
                 let longest = match along.contains(&last) {
                     true => Stretch { length: cell - last, ray, first: last, end: cell },
                     false => Stretch { length: 0, ray, first: along.start, end: cell.min(along.end) },
@@ -139,7 +140,7 @@ fn common_cells(crossings: &Crossings, cast: &Cast, lines: &Lines, along: &Range
                 }
                 last = cell;
             }
-            *counts.entry((event >> 1) as u8).or_insert(0) += 1 - 2 * (event & 1) as i32;
+            *counts.entry(passage.position).or_insert(0) += passage.step;
         }
     });
     common

@@ -17,7 +17,7 @@ use std::ops::Range;
 use crate::cast::Cast;
 use crate::cpu::{Window, over_windows, rays_through};
 use crate::crossings::Crossings;
-use crate::frame::{Frame, SnappedFacet, normal};
+use crate::frame::{Frame, Ranks, SnappedFacet, normal};
 use crate::job::Rule;
 use crate::lines::Lines;
 use crate::rays::Rays;
@@ -54,8 +54,8 @@ pub(super) fn thin_walls(
     is_wanted: impl Fn(usize) -> bool,
 ) -> Vec<ThinWall> {
     let mut found = Vec::new();
-    for (rank, &geometry) in cast.frame.ranks.geometry_of_rank.iter().enumerate() {
-        let facets = cast.frame.facets_of_rank(rank);
+    for (position, &geometry) in cast.frame.ranks.geometry_at.iter().enumerate() {
+        let facets = cast.frame.facets_at(position);
         if facets.is_empty() || !is_wanted(geometry) {
             continue;
         }
@@ -88,12 +88,11 @@ fn aligned_or_not(facets: &[SnappedFacet], axis: usize, frame: &Frame) -> Frame 
         let n = normal(facet).map(i128::abs);
         n[axis] >= n[0].max(n[1]).max(n[2])
     };
-    // facets are stored rank after rank
+    // facets are stored in the order of positions
     let (aligned, others): (Vec<SnappedFacet>, Vec<SnappedFacet>) = facets.iter().copied().partition(is_aligned);
     let mut both = frame.with_facets([&aligned[..], &others[..]].concat());
-    both.rank_of_facet[aligned.len()..].fill(1);
-    both.ranks.geometry_of_rank.push(0);
-    both.ranks.flag_of_rank.push(1);
+    both.position_of_facet[aligned.len()..].fill(1);
+    both.ranks = Ranks { geometry_at: vec![0; 2], rank_at: vec![0, 1], flag_of_rank: vec![1; 2] };
     both
 }
 

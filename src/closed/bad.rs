@@ -48,13 +48,13 @@ pub struct EdgeGroup {
 }
 
 impl BadEdges {
-    /// Finds those of the geometries of a frame, in the order of the job; `closed` is known of each rank.
+    /// Finds those of the geometries of a frame, in the order of the job; `closed` is known of each position.
     pub fn of_geometries(frame: &Frame, closed: &[Closed], lines: &Lines, geometries: &[Geometry]) -> Vec<BadEdges> {
         let mut found = vec![BadEdges::default(); geometries.len()];
-        for (rank, &index) in frame.ranks.geometry_of_rank.iter().enumerate() {
-            if !closed[rank].is_proper {
+        for (position, &index) in frame.ranks.geometry_at.iter().enumerate() {
+            if !closed[position].is_proper {
                 let world = |corner: [i32; 3]| world(corner, frame.fraction_bits, lines);
-                found[index] = BadEdges::new(frame.facets_of_rank(rank), world, &geometries[index]);
+                found[index] = BadEdges::new(frame.facets_at(position), world, &geometries[index]);
             }
         }
         found

@@ -27,7 +27,7 @@ pub(crate) fn places(
     let mut hits = Vec::new();
     for &facet in facets {
         let Some(projected) = Projected::new(&frame.facets[facet as usize], frame, rays) else { continue };
-        let event = u64::from(super::event(0, frame.rank_of_facet[facet as usize], projected.exits));
+        let event = u64::from(super::event(0, frame.rank_of_facet(facet as usize), projected.exits));
         let hit = |i, j, _, at| ((j - first) * rays.counts[0] + i, place(at) << EVENT_BITS | event);
         if frame.is_graded() {
             graded::hits(&projected, (frame, rays), &window, hit, &mut hits);

@@ -69,6 +69,16 @@ impl Fractions {
         self.parts.iter().flat_map(|part| &part.fractions)
     }
 
+    /// The fractions of a cell and of those after it.
+    pub fn from_cell(&self, cell: u64) -> impl Iterator<Item = &Fraction> + Clone {
+        let is_before = |part: &Part| part.fractions.last().is_none_or(|last| last.cell < cell);
+        let mut parts = self.parts[self.parts.partition_point(is_before)..].iter();
+        let first = parts
+            .next()
+            .map_or(&[][..], |part| &part.fractions[part.fractions.partition_point(|fraction| fraction.cell < cell)..]);
+        first.iter().chain(parts.flat_map(|part| &part.fractions))
+    }
+
     /// For each of [`Fractions::iter`] which fraction of each face of the cell its flag has, 0 to 1: of the faces below and above along x, then y, then
     /// z. None where faces were not asked for.
     pub fn faces(&self) -> impl Iterator<Item = &[f32; 6]> + Clone {

@@ -35,8 +35,8 @@ pub fn fractions(
         planes_of_row,
     };
     let (mut parts, mut volumes) = (Vec::new(), vec![0.0; 256]);
-    let geometry_of_rank = &frame.ranks.geometry_of_rank;
-    let mut areas = job.surfaces.then(|| vec![0.0; geometry_of_rank.len()]);
+    let geometry_at = &frame.ranks.geometry_at;
+    let mut areas = job.surfaces.then(|| vec![0.0; geometry_at.len()]);
     let (n_rows, mut n_bytes) = (nz.div_ceil(planes_of_row), 0);
     for start in (0..n_rows).step_by(ROUND) {
         control.check()?;
@@ -55,7 +55,7 @@ pub fn fractions(
             parts.push(part);
             volumes.iter_mut().zip(of_rows).for_each(|(sum, more)| *sum += more);
             if let Some(areas) = &mut areas {
-                geometry_of_rank.iter().zip(of_ranks).for_each(|(&geometry, more)| areas[geometry] += more);
+                geometry_at.iter().zip(of_ranks).for_each(|(&geometry, more)| areas[geometry] += more);
             }
         }
     }

@@ -40,9 +40,9 @@ impl Refined {
             // from the first centre within a cell to that of the cell
             let by = ((1i32 << frame.fraction_bits) - (1 << bits)) / 2;
             let facets = frame.facets.iter().map(|facet| moved(facet, [by; 3])).collect();
-            let (rank_of_facet, ranks) = (frame.rank_of_facet.clone(), frame.ranks.clone());
+            let (position_of_facet, ranks) = (frame.position_of_facet.clone(), frame.ranks.clone());
             let per_size = 1.0 / f64::from(1u32 << frame.fraction_bits);
-            let frame = Frame { fraction_bits: bits, centres: None, dims, facets, rank_of_facet, ranks };
+            let frame = Frame { fraction_bits: bits, centres: None, dims, facets, position_of_facet, ranks };
             return Refined {
                 frame,
                 rays,

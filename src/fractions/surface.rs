@@ -116,9 +116,10 @@ impl Surfaces<'_> {
             [0, 1, 2].map(|axis| (0..=lines.dims()[axis]).map(|line| f64::from(frame.face(axis, line))).collect());
         let lists: [Vec<f64>; 3] = lists;
         let mut volumes = vec![0i128; frame.ranks.flag_of_rank.len()];
-        for (&[a, b, c], &rank) in frame.facets.iter().zip(&frame.rank_of_facet) {
+        for (index, &[a, b, c]) in frame.facets.iter().enumerate() {
             let across = normal(&[[0; 3], b, c]);
-            volumes[usize::from(rank)] += (0..3).map(|axis| i128::from(a[axis]) * across[axis]).sum::<i128>();
+            volumes[usize::from(frame.rank_of_facet(index))] +=
+                (0..3).map(|axis| i128::from(a[axis]) * across[axis]).sum::<i128>();
         }
         let turns = volumes.iter().map(|&volume| if volume < 0 { -1.0 } else { 1.0 }).collect();
         let n_rows = lines.dims()[2].div_ceil(planes_of_row) as usize;
@@ -142,7 +143,7 @@ impl Surfaces<'_> {
         for &facet in &self.facets[of_row] {
             let mut whole = Polygon::EMPTY;
             self.frame.facets[facet as usize].iter().for_each(|corner| whole.push(corner.map(f64::from)));
-            let rank = self.frame.rank_of_facet[facet as usize];
+            let rank = self.frame.rank_of_facet(facet as usize);
             whole.slices(2, &self.lines[2], planes.start as usize..planes.end as usize, |z, polygon| {
                 polygon.slices(1, &self.lines[1], 0..ny, |y, polygon| {
                     polygon.slices(0, &self.lines[0], 0..nx, |x, polygon| {
@@ -200,7 +201,7 @@ impl Surfaces<'_> {
         });
         CutSurface {
             cell,
-            geometry: self.frame.ranks.geometry_of_rank[usize::from(rank)] as i16,
+            geometry: self.frame.ranks.geometry_at[usize::from(rank)] as i16,
             area: area as f32,
             point,
             // walls that face each other may cancel

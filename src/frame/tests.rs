@@ -34,6 +34,6 @@ fn higher_priority_then_later_wins() {
     let mut geometries = [corner([0.0; 3]), corner([0.0; 3]), corner([0.0; 3])];
     geometries[0].priority = 1;
     geometries[0].flag = 7;
-    assert_eq!(Ranks::new(&geometries).geometry_of_rank, [1, 2, 0]);
+    assert_eq!(Ranks::new(&geometries).geometry_at, [1, 2, 0]);
     assert_eq!(Ranks::new(&geometries).flag_of_rank, [1, 1, 7]);
 }

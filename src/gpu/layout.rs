@@ -187,7 +187,7 @@ impl BandFacets {
             for axis in 0..3 {
                 words[4 * axis..4 * axis + 3].copy_from_slice(&corners.map(|corner| corner[axis]));
             }
-            words[3] = i32::from(cast.frame.rank_of_facet[index as usize]);
+            words[3] = i32::from(cast.frame.rank_of_facet(index as usize));
             let lowest = lowest_cell(cast, index);
             words[7] = self.boundaries.partition_point(|&cell| cell <= lowest) as i32;
         });

@@ -18,8 +18,8 @@ pub(crate) fn warm_up(context: Context) -> Result<()> {
         centres: None,
         dims: [8; 3],
         facets: [0, 4 << 16].map(|x| [[x, 0, 0], [x, 5 << 16, 1 << 16], [x, 1 << 16, 5 << 16]]).to_vec(),
-        rank_of_facet: vec![0; 2],
-        ranks: Ranks { geometry_of_rank: vec![0], flag_of_rank: vec![1] },
+        position_of_facet: vec![0; 2],
+        ranks: Ranks::of_one(),
     };
     let rays = Rays::new(0, frame.dims);
     let cast = Cast { frame: &frame, rays: &rays, rule: Rule::Parity };

@@ -21,6 +21,9 @@ pub struct GeometryJob {
     /// Makes every solid of the file a geometry of its own, named like the solid, flags counting up.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub split: bool,
+    /// With `split` and `flag` every solid has this flag, in place of flags that count up.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub same_flag: bool,
     /// Name in reports and outputs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
@@ -86,8 +89,8 @@ impl GeometryJob {
         Placing::of_numbers(scale, self.rotate.unwrap_or_default(), self.translate.unwrap_or_default())
     }
 
-    /// Reads `FILE` or `FILE:key=value,...` with the keys flag, priority, open, fill, shell, invert, name, solid, split, max_size, min_cells, metal,
-    /// scale, rotate, translate and those of a [`Material`];
+    /// Reads `FILE` or `FILE:key=value,...` with the keys flag, priority, open, fill, shell, invert, name, solid, split, same_flag, max_size, min_cells,
+    /// metal, scale, rotate, translate and those of a [`Material`];
     /// three numbers are joined by `/`. The settings begin after the first colon that a word and `=` follow, so other colons
     /// belong to the file, as in `C:\run=3\part.stl`.
     ///
@@ -136,6 +139,7 @@ impl GeometryJob {
             "name" => self.name = Some(value.to_string()),
             "solid" => self.solid = Some(value.to_string()),
             "split" => self.split = yes_or_no(key, value)?,
+            "same_flag" => self.same_flag = yes_or_no(key, value)?,
             "scale" if !value.contains('/') => self.scale = Some(PerAxis::All(number(key, value)?)),
             "scale" => self.scale = Some(PerAxis::Each(three(key, value)?)),
             "rotate" => self.rotate = Some(three(key, value)?),
@@ -146,7 +150,7 @@ impl GeometryJob {
                     *place = Some(number(key, value)?);
                     return Ok(());
                 }
-                let keys = "flag, priority, open, fill, shell, invert, name, solid, split, max_size, min_cells, metal, scale, rotate, translate, eps_r, mu_r, sigma, pec, density, E, nu";
+                let keys = "flag, priority, open, fill, shell, invert, name, solid, split, same_flag, max_size, min_cells, metal, scale, rotate, translate, eps_r, mu_r, sigma, pec, density, E, nu";
                 return Err(format!("there is no key \"{key}\"; keys are {keys}"));
             }
         }

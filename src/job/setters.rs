@@ -163,6 +163,11 @@ impl GeometryJob {
         GeometryJob { split, ..self }
     }
 
+    /// Gives every solid the flag, with [`GeometryJob::with_split`] and [`GeometryJob::with_flag`].
+    pub fn with_same_flag(self, same_flag: bool) -> GeometryJob {
+        GeometryJob { same_flag, ..self }
+    }
+
     /// Sets the name in reports and outputs.
     pub fn with_name(self, name: impl Into<String>) -> GeometryJob {
         GeometryJob { name: Some(name.into()), ..self }

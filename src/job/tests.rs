@@ -157,7 +157,7 @@ fn contradictions_are_refused() {
     let outside_of_a_shell = |job: &mut Job| (job.geometries[0].shell, job.geometries[0].invert) = (true, true);
     assert_eq!(error(outside_of_a_shell).code(), "job-conflict");
     assert_eq!(error(|job| job.geometries.clear()).code(), "job-empty");
-    assert_eq!(error(|job| job.geometries.resize(256, GeometryJob::new("a"))).code(), "too-many-geometries");
+    assert_eq!(error(|job| job.geometries.resize(65_536, GeometryJob::new("a"))).code(), "too-many-geometries");
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use super::quoted::short_number;
 use super::{Fill, Job, Padding, PerAxis};
 use crate::error::{Error, Result};
+use crate::geometry::check_n_geometries;
 
 /// Most cells of a halo.
 const MAX_HALO: u32 = 65_535;
@@ -12,17 +13,14 @@ impl Job {
     ///
     /// # Errors
     /// - `job-empty`: no geometry.
-    /// - `too-many-geometries`: more than 255.
+    /// - `too-many-geometries`: more than [`crate::geometry::MAX_GEOMETRIES`].
     /// - `job-value`: a value out of range.
     /// - `job-conflict`: more than one way to choose the cells, or padding of a given domain.
     pub fn validate(&self) -> Result<()> {
         if self.geometries.is_empty() {
             return Err(Error::new("job-empty", "the job names no geometry", "give at least one geometry"));
         }
-        if self.geometries.len() > 255 {
-            let message = format!("{} geometries: at most 255 fit", self.geometries.len());
-            return Err(Error::new("too-many-geometries", message, "join files of the same substance"));
-        }
+        check_n_geometries(self.geometries.len(), "the job names")?;
         self.validate_geometries()?;
         self.validate_materials()?;
         self.validate_cells()?;
@@ -141,6 +139,14 @@ impl Job {
                     "job-conflict",
                     message,
                     "split takes all solids and names them as the file does",
+                ));
+            }
+            if geometry.same_flag && !(geometry.split && geometry.flag.is_some()) {
+                let message = format!("{} is true without split and a flag", key("same_flag"));
+                return Err(Error::new(
+                    "job-conflict",
+                    message,
+                    "give the flag that all solids of the file get, and split",
                 ));
             }
             if geometry.shell && geometry.fill == Some(Fill::Centre) {

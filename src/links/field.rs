@@ -23,7 +23,7 @@ impl Field<'_> {
     /// The number in its geometry of a facet of the frame, and the geometry; `starts` has the first facet of each rank.
     pub(super) fn facet_of_geometry(&self, rank: u8, facet: u32, starts: &[usize]) -> (i32, i16) {
         let rank = usize::from(rank);
-        ((facet as usize - starts[rank]) as i32, self.frame.ranks.geometry_of_rank[rank] as i16)
+        ((facet as usize - starts[rank]) as i32, self.frame.ranks.geometry_at[rank] as i16)
     }
 }
 

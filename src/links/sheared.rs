@@ -51,7 +51,7 @@ impl Sheared<'_> {
         let sheared = Frame {
             facets: frame.facets.iter().map(|facet| [0, 1, 2].map(|corner| moved(&facet[corner]))).collect(),
             dims: [0, 1, 2].map(|of| if across(of) { dims[of] + depth - 1 } else { dims[of] }),
-            rank_of_facet: frame.rank_of_facet.clone(),
+            position_of_facet: frame.position_of_facet.clone(),
             ranks: frame.ranks.clone(),
             centres: None,
             ..*frame

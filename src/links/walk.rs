@@ -75,7 +75,7 @@ impl Walk<'_> {
         let mut inside = Inside::new(kinds, self.field.rule);
         let mut before = inside.clone();
         let mut scratch = Scratch { hits: Vec::new(), inside: inside.clone(), projected: vec![None; KEPT] };
-        let starts: Vec<usize> = (0..kinds.len()).map(|rank| frame.range_of_rank(rank).start).collect();
+        let starts: Vec<usize> = (0..kinds.len()).map(|rank| frame.range_at(rank).start).collect();
         let n_across = u64::from(self.sheared.rays.counts[0]);
         for (ray, ends) in (crossings.first_ray..).zip(crossings.offsets.windows(2)) {
             let of_ray = ends[0] as usize..ends[1] as usize;

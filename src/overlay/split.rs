@@ -14,6 +14,8 @@ use crate::sheet::Sheet;
 
 /// A part of a geometry that rays of the frame do not decide.
 pub struct Part {
+    /// Index of the geometry in the job.
+    pub(super) geometry: usize,
     pub(super) rank: u8,
     /// Whether its cells are those that it does not decide to be inside.
     pub(super) invert: bool,
@@ -56,7 +58,7 @@ impl Part {
             Kind::Inverted(frame) => Kind::Inverted(frame.window(cells)),
             Kind::Sheet { fill, shell, facets } => Kind::Sheet { fill: *fill, shell: *shell, facets: near(facets) },
         };
-        Part { kind, rank: self.rank, invert: self.invert }
+        Part { kind, ..*self }
     }
 
     /// Bytes that deciding it takes, about.
@@ -67,7 +69,7 @@ impl Part {
                 let n_crossings: f64 = (0..3).map(|axis| n_expected(facets, axis, frame)).sum();
                 36 * facets.len() as u64 + 16 * n_crossings as u64
             }
-            Kind::Inverted(frame) => 37 * frame.facets.len() as u64,
+            Kind::Inverted(frame) => 38 * frame.facets.len() as u64,
             Kind::Sheet { facets, .. } => 80 * facets.len() as u64,
         }
     }
@@ -75,7 +77,7 @@ impl Part {
 
 /// Takes out of a frame the geometries that are not closed, unless their rays shall decide as they are ([`Open::Parity`]), and the
 /// shells, and those that are inverted; notes the surfaces that are filled. `geometries` are those of the frame, `closed` is known of each
-/// rank.
+/// position.
 ///
 /// # Errors
 /// `surface-open` where a geometry is open that must not be ([`Open::Error`]), or not for a window ([`Open::Parity`]).
@@ -88,19 +90,24 @@ pub fn split(
     is_for_window: bool,
 ) -> Result<(Frame, Vec<Part>)> {
     let (mut parts, mut gone) = (Vec::new(), Vec::new());
-    for (rank, &index) in frame.ranks.geometry_of_rank.iter().enumerate() {
-        let Geometry { open, fill, shell, invert, ref name, .. } = geometries[index];
-        let range = frame.range_of_rank(rank);
+    for (position, &geometry) in frame.ranks.geometry_at.iter().enumerate() {
+        let Geometry { open, fill, shell, invert, ref name, .. } = geometries[geometry];
+        let range = frame.range_at(position);
         let facets = &frame.facets[range.clone()];
-        let rank = rank as u8;
+        let rank = frame.ranks.rank_at[position];
         if fill != Fill::Centre {
-            parts.push(Part { rank, invert: false, kind: Kind::Sheet { fill, shell, facets: facets.to_vec() } });
+            parts.push(Part {
+                geometry,
+                rank,
+                invert: false,
+                kind: Kind::Sheet { fill, shell, facets: facets.to_vec() },
+            });
         }
         if shell {
             gone.push(range);
             continue;
         }
-        let is_closed = closed[usize::from(rank)].by(rule);
+        let is_closed = closed[position].by(rule);
         if open == Open::Parity && is_for_window && !is_closed {
             // cells up to the last pair of crossings: a pair beyond the window would not be told from none
             let message =
@@ -113,10 +120,10 @@ pub fn split(
             if open == Open::Error {
                 return Err(refused(name, &part.surface, lines));
             }
-            parts.push(Part { rank, invert, kind: Kind::Open(part) });
+            parts.push(Part { geometry, rank, invert, kind: Kind::Open(part) });
             gone.push(range);
         } else if invert {
-            parts.push(Part { rank, invert, kind: Kind::Inverted(frame.with_facets(facets.to_vec())) });
+            parts.push(Part { geometry, rank, invert, kind: Kind::Inverted(frame.with_facets(facets.to_vec())) });
             gone.push(range);
         }
     }
@@ -127,7 +134,7 @@ pub fn split(
     let left: Vec<usize> = (0..frame.facets.len()).filter(|&facet| is_left(facet)).collect();
     let rest = Frame {
         facets: left.iter().map(|&facet| frame.facets[facet]).collect(),
-        rank_of_facet: left.iter().map(|&facet| frame.rank_of_facet[facet]).collect(),
+        position_of_facet: left.iter().map(|&facet| frame.position_of_facet[facet]).collect(),
         ranks: Ranks { flag_of_rank: (1..=frame.ranks.flag_of_rank.len() as u8).collect(), ..frame.ranks },
         ..frame
     };

@@ -5,7 +5,7 @@ use crate::columns::Columns;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::fractions::{Fractions, fractions};
-use crate::frame::Frame;
+use crate::frame::{Frame, MAX_RANKS};
 use crate::geometry::{Fill, Geometry};
 use crate::inside::Kind;
 use crate::job::Job;
@@ -28,6 +28,17 @@ impl Uncut {
         if !IS_NATIVE || job.links.is_none() && job.fractions.is_none() && !job.staggered {
             return Ok(None);
         }
+        let n = geometries.len();
+        if n > MAX_RANKS {
+            let message = format!(
+                "there are {n} geometries, and links, fractions and staggered grids tell at most {MAX_RANKS} apart"
+            );
+            return Err(Error::new(
+                "too-many-geometries",
+                message,
+                "join geometries of the same substance in one file, or leave these out",
+            ));
+        }
         let kind = |(rank, &index): (usize, &usize)| {
             let geometry = &geometries[index];
             if geometry.fill != Fill::Centre || geometry.shell || !closed[rank].by(job.rule) {
@@ -38,10 +49,10 @@ impl Uncut {
                 Kind::Cast
             }
         };
-        let kinds: Vec<Kind> = frame.ranks.geometry_of_rank.iter().enumerate().map(kind).collect();
+        let kinds: Vec<Kind> = frame.ranks.geometry_at.iter().enumerate().map(kind).collect();
         let apart = kinds.iter().position(|kind| *kind == Kind::Apart);
         if let Some(rank) = apart.filter(|_| job.fractions.is_some()) {
-            return Err(no_volume(&geometries[frame.ranks.geometry_of_rank[rank]], closed[rank].by(job.rule)));
+            return Err(no_volume(&geometries[frame.ranks.geometry_at[rank]], closed[rank].by(job.rule)));
         }
         Ok(Some(Uncut { frame: frame.clone(), closed: closed.to_vec(), kinds }))
     }
@@ -56,7 +67,7 @@ impl Uncut {
     ) -> Result<Option<Links>> {
         let Some(links) = job.links.as_ref().filter(|_| IS_NATIVE) else { return Ok(None) };
         // this frame, and one that is sheared
-        let max_bytes = max_bytes.saturating_sub(2 * 37 * self.frame.facets.len() as u64);
+        let max_bytes = max_bytes.saturating_sub(2 * 38 * self.frame.facets.len() as u64);
         let is_plain = job.close_gaps.is_none() && !self.kinds.contains(&Kind::Apart);
         let field = Field { frame: &self.frame, rule: job.rule, kinds: &self.kinds, columns, is_plain };
         field.links(links, max_bytes, control).map(Some)
@@ -73,7 +84,7 @@ impl Uncut {
         let Some(asked) = job.fractions.filter(|_| IS_NATIVE) else { return Ok(None) };
         // this frame, one of finer cells, those of faces, and the facets by rows
         let frames = 2 + 3 * u64::from(asked.faces) + u64::from(asked.surfaces);
-        let max_bytes = max_bytes.saturating_sub(frames * 37 * self.frame.facets.len() as u64);
+        let max_bytes = max_bytes.saturating_sub(frames * 38 * self.frame.facets.len() as u64);
         fractions((&self.frame, lines), (job.rule, &self.kinds), asked, max_bytes, control).map(Some)
     }
 }

@@ -1,7 +1,7 @@
 //! The names of flags, and what their cells are made of.
 
 use crate::error::{Error, Result};
-use crate::geometry::Geometry;
+use crate::geometry::{Geometry, joined_names};
 use crate::job::Job;
 use crate::mesh::Named;
 
@@ -10,20 +10,26 @@ use crate::mesh::Named;
 /// # Errors
 /// `job-conflict` where geometries of one flag have different materials.
 pub(super) fn names(job: &Job, geometries: &[Geometry]) -> Result<Vec<Named>> {
-    let mut names: Vec<Named> = Vec::new();
+    let mut of_flags: Vec<Vec<&Geometry>> = Vec::new();
     for geometry in geometries {
-        match names.iter_mut().find(|named| named.flag == geometry.flag) {
-            Some(named) if named.material != geometry.material => {
+        match of_flags.iter_mut().find(|others| others[0].flag == geometry.flag) {
+            Some(others) if others[0].material != geometry.material => {
                 let message = format!(
                     "\"{}\" and \"{}\" have flag {} and different materials",
-                    named.name, geometry.name, geometry.flag
+                    others[0].name, geometry.name, geometry.flag
                 );
                 return Err(Error::new("job-conflict", message, "give them different flags, or the same material"));
             }
-            Some(named) => named.name = format!("{} + {}", named.name, geometry.name),
-            None => names.push(Named { flag: geometry.flag, name: geometry.name.clone(), material: geometry.material }),
+            Some(others) => others.push(geometry),
+            None => of_flags.push(vec![geometry]),
         }
     }
+    let named = |of_flag: Vec<&Geometry>| Named {
+        flag: of_flag[0].flag,
+        name: joined_names(of_flag.iter().map(|geometry| &geometry.name[..])),
+        material: of_flag[0].material,
+    };
+    let mut names: Vec<Named> = of_flags.into_iter().map(named).collect();
     if let Some(background) = &job.background {
         let name = background.name.clone().unwrap_or_else(|| "background".into());
         names.push(Named { flag: 0, name, material: background.material });

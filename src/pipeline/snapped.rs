@@ -35,5 +35,5 @@ async fn in_steps(prepared: &Prepared, rays: Option<&Rays>, control: &Control) -
     while snapping.step() {
         control.rest().await?;
     }
-    Ok(snapping.finish())
+    snapping.finish()
 }

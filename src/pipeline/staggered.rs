@@ -54,7 +54,7 @@ impl Uncut {
         let flags = std::mem::take(&mut frame.ranks.flag_of_rank);
         // codes, so that ranks are known where sheets meet insides
         frame.ranks.flag_of_rank = (1..=flags.len() as u8).collect();
-        let of_rank = |rank: usize| &prepared.geometries[frame.ranks.geometry_of_rank[rank]];
+        let of_rank = |rank: usize| &prepared.geometries[frame.ranks.geometry_at[rank]];
         // inverted, a plane holds all points
         let is_flat = |rank: usize| is_flat(&frame, rank) && !of_rank(rank).invert;
         let is_flat: Vec<bool> = (0..flags.len()).map(is_flat).collect();
@@ -62,12 +62,12 @@ impl Uncut {
         let frame = with_some(&frame, |rank| !of_rank(rank).shell && !is_flat[rank]);
         // of these nothing but the inside counts; the others have no facets left
         let mut insides: Vec<Geometry> = prepared.geometries.to_vec();
-        for (rank, &index) in frame.ranks.geometry_of_rank.iter().enumerate() {
+        for (rank, &index) in frame.ranks.geometry_at.iter().enumerate() {
             let is_gone = insides[index].shell || is_flat[rank];
             (insides[index].fill, insides[index].shell) = (Fill::Centre, is_gone);
         }
         // this frame, its copy, the two made of that, and one that is cast
-        let frames = 5 * 37 * self.frame.facets.len() as u64;
+        let frames = 5 * 38 * self.frame.facets.len() as u64;
         let (mut codes, mut n_bytes) = (Vec::with_capacity(COMPONENTS.len()), frames);
         let control = &control.without_progress();
         for (_, is_moved) in COMPONENTS {
@@ -103,14 +103,14 @@ impl Uncut {
 
 /// A frame with the facets of some ranks.
 fn with_some(frame: &Frame, stays: impl Fn(usize) -> bool) -> Frame {
-    let both = frame.facets.iter().zip(&frame.rank_of_facet).filter(|(_, rank)| stays(usize::from(**rank)));
-    let (facets, rank_of_facet) = both.unzip();
-    Frame { facets, rank_of_facet, ranks: frame.ranks.clone(), centres: frame.centres.clone(), ..*frame }
+    let both = frame.facets.iter().zip(&frame.position_of_facet).filter(|(_, position)| stays(usize::from(**position)));
+    let (facets, position_of_facet) = both.unzip();
+    Frame { facets, position_of_facet, ranks: frame.ranks.clone(), centres: frame.centres.clone(), ..*frame }
 }
 
 /// Whether all facets of a rank lie in one plane across an axis.
 fn is_flat(frame: &Frame, rank: usize) -> bool {
-    let corners = frame.facets_of_rank(rank).as_flattened();
+    let corners = frame.facets_at(rank).as_flattened();
     let first = corners.first();
     first.is_some_and(|first| (0..3).any(|axis| corners.iter().all(|corner| corner[axis] == first[axis])))
 }

@@ -72,16 +72,16 @@ pub(super) fn about_shared_flags(geometries: &[Geometry]) -> Vec<String> {
     geometries.iter().enumerate().filter_map(shares).collect()
 }
 
-/// Geometries whose shells overlap in some cells of the box, where two of them are outside by the rule; `agrees` says of a rank whether its
+/// Geometries whose shells overlap in some cells of the box, where two of them are outside by the rule; `agrees` says of a position whether the
 /// facets do.
 pub(super) fn shells(cast: &Cast, agrees: &dyn Fn(usize) -> bool, cells: [[u32; 3]; 2]) -> Vec<ShellsReport> {
     if cast.rule != Rule::Parity {
         return Vec::new();
     }
-    let geometry = |rank: u8| cast.frame.ranks.geometry_of_rank[usize::from(rank)];
+    let geometry = |position: u16| cast.frame.ranks.geometry_at[usize::from(position)];
     overlapping_shells(cast, agrees, cells)
         .into_iter()
-        .map(|of| ShellsReport::new(geometry(of.rank), of.n_cells))
+        .map(|of| ShellsReport::new(geometry(of.position), of.n_cells))
         .collect()
 }
 
@@ -100,7 +100,7 @@ pub(super) fn about_shells(
 /// `cast` is that of the whole box, `cells` counts those of each flag.
 ///
 /// A geometry whose box holds no centre of a cell has none. Where the box does hold one, only the cells of its flag tell, and
-/// only if no other geometry has the same flag. `ends` are those of each rank as it was snapped, None of one that is decided apart.
+/// only if no other geometry has the same flag. `ends` are those at each position as they were snapped, None of one that is decided apart.
 ///
 /// # Errors
 /// Those of reading spilled columns.
@@ -115,8 +115,8 @@ pub(super) fn geometries_without_cells(
         let Some(bounding_box) = geometry.bounding_box() else { continue };
         let n_of_flag = prepared.geometries.iter().filter(|other| other.flag == geometry.flag).count();
         let has_cells = n_of_flag > 1 || cells[usize::from(geometry.flag)] > 0;
-        let rank = cast.frame.ranks.geometry_of_rank.iter().position(|&of| of == index);
-        let ends = rank.and_then(|rank| ends[rank]);
+        let position = cast.frame.ranks.geometry_at.iter().position(|&of| of == index);
+        let ends = position.and_then(|position| ends[position]);
         let thin_axis = ends.and_then(|ends| axis_without_centre(ends, cast.frame));
         if has_cells && (thin_axis.is_none() || geometry.fill != Fill::Centre) {
             continue;
@@ -134,7 +134,11 @@ pub(super) fn geometries_without_cells(
         } else if is_far(bounding_box, prepared) {
             None
         } else {
-            cause_by_place(place_alone(rank.map_or(&[], |rank| cast.frame.facets_of_rank(rank)), cast), prepared, mesh)?
+            cause_by_place(
+                place_alone(position.map_or(&[], |position| cast.frame.facets_at(position)), cast),
+                prepared,
+                mesh,
+            )?
         };
         let (name, flag) = (&geometry.name, geometry.flag);
         let warning = cause.map(|cause| format!("geometry \"{name}\" (flag {flag}) got no cell: {cause}"));

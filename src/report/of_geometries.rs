@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::closed::{BadEdges, MAX_FACETS};
 use crate::edges::BadEdge;
-use crate::geometry::{Fill, Geometry, Open};
+use crate::geometry::{Fill, Geometry, Open, joined_names};
 use crate::lines::Lines;
 use crate::overlay::{Along, Found};
 
@@ -196,11 +196,10 @@ pub struct FlagReport {
 pub fn flag_reports(geometries: &[GeometryReport], cells: &[u64; 256], volumes: &[f64; 256]) -> Vec<FlagReport> {
     let report = |flag: u8| {
         let members: Vec<&GeometryReport> = geometries.iter().filter(|geometry| geometry.flag == flag).collect();
-        let names: Vec<&str> = members.iter().map(|geometry| geometry.name.as_str()).collect();
         let volume_bound: Option<f64> = members.iter().map(|geometry| geometry.volume_bound).sum();
         FlagReport {
             flag,
-            name: names.join(" + "),
+            name: joined_names(members.iter().map(|geometry| &geometry.name[..])),
             cells: cells[usize::from(flag)],
             volume: volumes[usize::from(flag)],
             mesh_volume: volume_bound.map(|_| members.iter().map(|geometry| geometry.mesh_volume.abs()).sum()),

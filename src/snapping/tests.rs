@@ -34,7 +34,7 @@ fn snapped(geometries: &[Geometry], rays: Option<&Rays>) -> (Snapped, usize) {
     while snapping.step() {
         n_steps += 1;
     }
-    (snapping.finish(), n_steps)
+    (snapping.finish().unwrap(), n_steps)
 }
 
 #[test]
@@ -42,10 +42,10 @@ fn with_all_facets_it_is_the_frame_and_what_its_facets_tell() {
     let geometries = geometries(40);
     let (found, _) = snapped(&geometries, None);
     assert_eq!(found.frame, Frame::new(&geometries, &lines()).unwrap());
-    assert_eq!(found.closed, [0, 1].map(|rank| Closed::new(found.frame.facets_of_rank(rank))));
+    assert_eq!(found.closed, [0, 1].map(|rank| Closed::new(found.frame.facets_at(rank))));
     assert!(found.closed.iter().all(|closed| closed.is_proper));
     for rank in [0, 1] {
-        let facets = found.frame.facets_of_rank(rank);
+        let facets = found.frame.facets_at(rank);
         let along = |axis: usize| facets.as_flattened().iter().map(move |corner| corner[axis]);
         let low = [0, 1, 2].map(|axis| along(axis).min().unwrap());
         let high = [0, 1, 2].map(|axis| along(axis).max().unwrap());

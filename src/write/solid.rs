@@ -24,10 +24,7 @@ pub fn write_solid(
     out: &mut dyn io::Write,
     control: &Control,
 ) -> Result<u64> {
-    if mesh.dims() != fractions.dims {
-        let message = format!("the mesh has {:?} cells, and fractions are those of {:?}", mesh.dims(), fractions.dims);
-        return Err(Error::new("job-conflict", message, "use mesh and fractions of one job"));
-    }
+    check_dims(mesh, fractions)?;
     if !matches!(format, Format::Vti | Format::Vtr | Format::Npy) {
         let message = format!(".{} does not hold fractions of cells", format.extension());
         return Err(Error::new("job-conflict", message, "use .vti, .vtr or .npy"));
@@ -38,8 +35,12 @@ pub fn write_solid(
     // a number has four bytes
     let slab_bytes = options.slab_bytes / 4;
     let each = |put: &mut dyn FnMut(&[u8]) -> Result<()>| {
-        let mut solid = Solid { cell: 0, cut: fractions.iter().peekable() };
-        mesh.for_each_slab(slab_bytes, control, |flags| put(&solid.of(flags)))
+        let mut cell = 0;
+        mesh.for_each_slab(slab_bytes, control, |flags| {
+            let bytes: Vec<u8> = solid(flags, cell, fractions).flat_map(f32::to_le_bytes).collect();
+            cell += flags.len() as u64;
+            put(&bytes)
+        })
     };
     let n_bytes = 4 * mesh.n_cells();
     let array = vti::Array { name: "solid", kind: "Float32", n_bytes, each: Box::new(each) };
@@ -56,28 +57,26 @@ pub fn write_solid(
     Ok(sink.n_bytes)
 }
 
-/// Where we are among the cells.
-struct Solid<'a, I: Iterator<Item = &'a crate::fractions::Fraction>> {
-    cell: u64,
-    cut: std::iter::Peekable<I>,
+/// The fraction that is not background of consecutive cells, the first of which has this index, by their flags.
+pub(super) fn solid(flags: &[u8], first: u64, fractions: &Fractions) -> impl Iterator<Item = f32> {
+    let mut cut = fractions.from_cell(first).peekable();
+    (first..).zip(flags).map(move |(cell, &flag)| {
+        if cut.peek().is_none_or(|cut| cut.cell != cell) {
+            return f32::from(u8::from(flag != 0));
+        }
+        let mut sum = 0.0;
+        while let Some(cut) = cut.next_if(|cut| cut.cell == cell) {
+            sum += if cut.flag == 0 { 0.0 } else { f64::from(cut.fraction) };
+        }
+        sum.min(1.0) as f32
+    })
 }
 
-impl<'a, I: Iterator<Item = &'a crate::fractions::Fraction>> Solid<'a, I> {
-    /// The bytes of the next cells.
-    fn of(&mut self, flags: &[u8]) -> Vec<u8> {
-        let mut bytes = Vec::with_capacity(4 * flags.len());
-        for &flag in flags {
-            let mut solid = f32::from(u8::from(flag != 0));
-            if self.cut.peek().is_some_and(|cut| cut.cell == self.cell) {
-                let mut sum = 0.0;
-                while let Some(cut) = self.cut.next_if(|cut| cut.cell == self.cell) {
-                    sum += if cut.flag == 0 { 0.0 } else { f64::from(cut.fraction) };
-                }
-                solid = sum.min(1.0) as f32;
-            }
-            bytes.extend_from_slice(&solid.to_le_bytes());
-            self.cell += 1;
-        }
-        bytes
+/// Refuses fractions of another box than that of the mesh.
+pub(super) fn check_dims(mesh: &Mesh, fractions: &Fractions) -> Result<()> {
+    if mesh.dims() == fractions.dims {
+        return Ok(());
     }
+    let message = format!("the mesh has {:?} cells, and fractions are those of {:?}", mesh.dims(), fractions.dims);
+    Err(Error::new("job-conflict", message, "use mesh and fractions of one job"))
 }

@@ -22,19 +22,23 @@ use std::sync::Arc;
 
 use serde_json::{Map, Value, json};
 use zarrs::array::codec::ShardingCodecBuilder;
-use zarrs::array::{Array, ArrayBuilder, ArrayMetadataOptions, ChunkShape, CodecOptions, data_type};
+use zarrs::array::{
+    Array, ArrayBuilder, ArrayMetadataOptions, ChunkShape, CodecOptions, DataType, Element, FillValue, data_type,
+};
 use zarrs::storage::{StoreKey, WritableStorage, WritableStorageTraits};
 
-use crate::columns::Named;
+use crate::columns::{Columns, Named};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::flags::{CellBox, flags_of_box, n_cells};
+use crate::fractions::Fractions;
 use crate::lines::Lines;
 use crate::mesh::Mesh;
 use crate::parallel::*;
 use crate::shards::Shards;
 
 use super::sidecar::lines;
+use super::solid::{check_dims, solid};
 use super::{Compress, Options};
 pub use check::Stored;
 pub use gzip::Gzip;
@@ -77,6 +81,61 @@ pub fn write_part(
     options: &Options,
     store: WritableStorage,
     control: &Control,
+    advance: impl FnMut(u64),
+) -> Result<()> {
+    let flags = OfCells {
+        name: "flag",
+        data_type: data_type::uint8(),
+        fill: 0u8.into(),
+        attributes: attributes(mesh, &place.whole, true),
+        of_box: |columns: &Columns, cells: &CellBox| flags_of_box(columns, cells),
+    };
+    write_cells(mesh, place, (flags, options), store, control, advance)
+}
+
+/// Writes the fraction of every cell that is not background as `solid` (float32) to a store of its own.
+///
+/// # Errors
+/// Those of [`write()`]; `job-conflict` where mesh and fractions are not of the same box.
+pub fn write_solid(
+    mesh: &Mesh,
+    fractions: &Fractions,
+    options: &Options,
+    store: WritableStorage,
+    control: &Control,
+) -> Result<()> {
+    check_dims(mesh, fractions)?;
+    let [nx, ny, _] = mesh.dims().map(u64::from);
+    let of_box = |columns: &Columns, cells: &CellBox| {
+        let [across, down, up] = cells;
+        let flags = flags_of_box(columns, cells)?;
+        let rows = up.clone().flat_map(|z| down.clone().map(move |y| u64::from(y) + ny * u64::from(z)));
+        let firsts = rows.map(|row| u64::from(across.start) + nx * row);
+        Ok(firsts.zip(flags.chunks_exact(across.len())).flat_map(|(first, row)| solid(row, first, fractions)).collect())
+    };
+    let mut attributes = attributes(mesh, &mesh.lines, false);
+    attributes.insert("rays".into(), json!(fractions.rays));
+    let cells = OfCells { name: "solid", data_type: data_type::float32(), fill: 0f32.into(), attributes, of_box };
+    let place = Place { whole: mesh.lines.clone(), first: [0; 3] };
+    write_cells(mesh, &place, (cells, options), store, control, |_| ())
+}
+
+/// An array with a number for each cell.
+struct OfCells<F> {
+    name: &'static str,
+    data_type: DataType,
+    fill: FillValue,
+    attributes: Map<String, Value>,
+    /// The numbers of a box of cells, x fastest.
+    of_box: F,
+}
+
+fn write_cells<T: Element + Copy + Default + Send + Sync>(
+    mesh: &Mesh,
+    place: &Place,
+    (cells, options): (OfCells<impl Fn(&Columns, &CellBox) -> Result<Vec<T>> + Sync>, &Options),
+    store: WritableStorage,
+    control: &Control,
     mut advance: impl FnMut(u64),
 ) -> Result<()> {
     if options.bits {
@@ -84,7 +143,9 @@ pub fn write_part(
     }
     let shards = Shards::new(place.whole.dims(), &options.zarr)?;
     let shards_of_part = shards_of_part(mesh.dims(), place, &shards)?;
-    let array = flag_array(mesh, &place.whole, options, &shards, store.clone())?;
+    let of_box = cells.of_box;
+    let described = (cells.name, cells.data_type, cells.fill, cells.attributes);
+    let array = cells_array(described, &place.whole, (options, &shards), store.clone())?;
     let centres = [0, 1, 2].map(|axis| centres_array(mesh, &place.whole, axis, store.clone()));
     let centres = centres.into_iter().collect::<Result<Vec<StoredArray>>>()?;
     // first: by it other parts know that the store is one
@@ -95,12 +156,13 @@ pub fn write_part(
     store_metadata(&array)?;
     // chunks of one shard encoded in parallel would be stored in the order in which they are done: a shard a core instead
     let serial = CodecOptions::default().with_concurrent_target(1).with_store_empty_chunks(true);
-    let n_at_once = (options.slab_bytes as u64 / shards.n_cells()).clamp(1, MAX_SHARDS as u64) as usize;
-    for batch in shards_of_part.chunks(current_num_threads().min(n_at_once)) {
+    let n_at_once =
+        (options.slab_bytes as u64 / (shards.n_cells() * size_of::<T>() as u64)).clamp(1, MAX_SHARDS as u64);
+    for batch in shards_of_part.chunks(current_num_threads().min(n_at_once as usize)) {
         control.check()?;
         batch.par_iter().try_for_each(|(index, cells)| {
             let columns = mesh.columns.for_slab(&cells[mesh.columns.rays.axis])?;
-            let shard = padded(flags_of_box(&columns, cells)?, cells, shards.shard);
+            let shard = padded(of_box(&columns, cells)?, cells, shards.shard);
             array.store_chunk_opt(index, shard, &serial).map_err(failed)
         })?;
         advance(batch.iter().map(|(_, cells)| n_cells(cells) as u64).sum());
@@ -171,23 +233,22 @@ fn failed(error: impl std::fmt::Display) -> Error {
 
 type StoredArray = Array<dyn WritableStorageTraits>;
 
-fn flag_array(
-    mesh: &Mesh,
+fn cells_array(
+    (name, data_type, fill, attributes): (&str, DataType, FillValue, Map<String, Value>),
     whole: &Lines,
-    options: &Options,
-    shards: &Shards,
+    (options, shards): (&Options, &Shards),
     store: WritableStorage,
 ) -> Result<StoredArray> {
     let [nx, ny, nz] = whole.dims().map(u64::from);
-    let mut sharding = ShardingCodecBuilder::new(chunk_shape(shards.chunk)?, &data_type::uint8());
+    let mut sharding = ShardingCodecBuilder::new(chunk_shape(shards.chunk)?, &data_type);
     if let Compress::Zlib(level) = options.compress {
         sharding.bytes_to_bytes_codecs(vec![Arc::new(Gzip(level))]);
     }
     let [sx, sy, sz] = shards.shard.map(u64::from);
-    let mut builder = ArrayBuilder::new(vec![nz, ny, nx], vec![sz, sy, sx], data_type::uint8(), 0u8);
+    let mut builder = ArrayBuilder::new(vec![nz, ny, nx], vec![sz, sy, sx], data_type, fill);
     builder.array_to_bytes_codec(sharding.build_arc());
-    builder.dimension_names(Some(["z", "y", "x"])).attributes(attributes(mesh, whole));
-    builder.build(store, "/flag").map_err(failed)
+    builder.dimension_names(Some(["z", "y", "x"])).attributes(attributes);
+    builder.build(store, &format!("/{name}")).map_err(failed)
 }
 
 fn chunk_shape([x, y, z]: [u32; 3]) -> Result<ChunkShape> {
@@ -195,7 +256,7 @@ fn chunk_shape([x, y, z]: [u32; 3]) -> Result<ChunkShape> {
     sides.into_iter().collect::<Option<_>>().ok_or_else(|| failed("a chunk without cells"))
 }
 
-fn attributes(mesh: &Mesh, whole: &Lines) -> Map<String, Value> {
+fn attributes(mesh: &Mesh, whole: &Lines, with_flags: bool) -> Map<String, Value> {
     // without numbers of cells, which no part knows
     let mut names: Vec<&Named> = mesh.names.iter().collect();
     names.sort_by_key(|named| named.flag);
@@ -212,7 +273,8 @@ fn attributes(mesh: &Mesh, whole: &Lines) -> Map<String, Value> {
         ("flags", json!(names)),
         ("lines", json!({"x": lines(whole, 0), "y": lines(whole, 1), "z": lines(whole, 2)})),
     ];
-    entries.into_iter().map(|(key, value)| (key.to_string(), value)).collect()
+    let entries = entries.into_iter().filter(|(key, _)| with_flags || *key != "flags");
+    entries.map(|(key, value)| (key.to_string(), value)).collect()
 }
 
 /// The array of the centres of the cells along an axis, of one chunk.
@@ -230,17 +292,17 @@ fn write_centres(array: &StoredArray, whole: &Lines, axis: usize) -> Result<()> 
     array.store_chunk(&[0], centres).map_err(failed)
 }
 
-/// Puts the flags of a box, x fastest, in a shard that may reach past the mesh, z slowest.
-fn padded(flags: Vec<u8>, cells: &CellBox, [sx, sy, sz]: [u32; 3]) -> Vec<u8> {
+/// Puts the numbers of a box, x fastest, in a shard that may reach past the mesh, z slowest.
+fn padded<T: Copy + Default>(of_box: Vec<T>, cells: &CellBox, [sx, sy, sz]: [u32; 3]) -> Vec<T> {
     let [nx, ny, nz] = [0, 1, 2].map(|axis| cells[axis].len());
     let [sz, sy, sx] = [sz, sy, sx].map(|n| n as usize);
     if [nz, ny, nx] == [sz, sy, sx] {
-        return flags;
+        return of_box;
     }
-    let mut shard = vec![0; sz * sy * sx];
-    for (row, flags) in flags.chunks_exact(nx).enumerate() {
-        let start = (row / ny * sy + row % ny) * sx;
-        shard[start..start + nx].copy_from_slice(flags);
+    let mut shard = vec![T::default(); sz * sy * sx];
+    for (index, row) in of_box.chunks_exact(nx).enumerate() {
+        let start = (index / ny * sy + index % ny) * sx;
+        shard[start..start + nx].copy_from_slice(row);
     }
     shard
 }

@@ -239,7 +239,7 @@ fn expected_tile(cast: &Cast, tiles: &Tiles, found: [u32; 5]) -> Option<[u32; 8]
     let height = facet.height + ((slope_i * di + slope_j * dj) << f);
     let on_unit = height & ((1 << f) - 1) == 0;
     let tie = u32::from(facet.tie_is_above && on_unit);
-    let tag = tie << 9 | u32::from(frame.rank_of_facet[index as usize]) << 1 | u32::from(facet.exits);
+    let tag = tie << 9 | u32::from(frame.rank_of_facet(index as usize)) << 1 | u32::from(facet.exits);
     let steepest = slope_i.abs().max(slope_j.abs());
     if steepest > 16_010 * area {
         return Some([low, high, expected_base(cast, index), 0xffff_fff0, 0, 0, 0, 16 << 10 | tag]);

@@ -164,7 +164,7 @@ fn expected(case: &Case, job: &LinksJob, inverted: &[bool]) -> BTreeMap<Key, Exp
 fn kinds(case: &Case, inverted: &[bool]) -> (Frame, Vec<Kind>) {
     let frame = Frame::new(&case.geometries, &case.lines).unwrap();
     let kind = |&index: &usize| if inverted[index] { Kind::Inverted } else { Kind::Cast };
-    let kinds = frame.ranks.geometry_of_rank.iter().map(kind).collect();
+    let kinds = frame.ranks.geometry_at.iter().map(kind).collect();
     (frame, kinds)
 }
 

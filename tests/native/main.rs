@@ -75,6 +75,7 @@ mod leak;
 mod leak_command;
 mod links;
 #[cfg(feature = "cli")]
+mod many_geometries;
 mod measured_command;
 #[cfg(feature = "cli")]
 mod memory;

@@ -198,6 +198,19 @@ fn dense_fractions_are_flags_and_entries_together() {
     let run = |output: &str, more: &[&str]| report_of(&[&mesh[..7], &["--fractions", output], more].concat());
     run(&path("z.vti"), &["--compress"]);
     assert!(folder.bytes("z.vti").len() < 4 * expected.len());
+    // a store of one chunk holds them as they are, then its index
+    let chunk = report["dims"].to_string().replace(['[', ']'], "");
+    run(&path("z.zarr"), &["--compress=none", "--zarr-chunks", &chunk, "--zarr-shards", &chunk]);
+    let shard = folder.bytes("z.zarr/solid/c/0/0/0");
+    let known: Vec<u8> = expected.iter().flat_map(|solid| solid.to_le_bytes()).collect();
+    assert_eq!(&shard[..known.len()], known);
+    assert_eq!(shard.len(), known.len() + 16 + 4);
+    // in many shards it holds the same
+    run(&path("y.zarr"), &["--compress=none", "--zarr-chunks", "7,4,5", "--zarr-shards", "14,8,20"]);
+    let store = std::sync::Arc::new(zarrs::filesystem::FilesystemStore::new(path("y.zarr")).unwrap());
+    let solid = zarrs::array::Array::open(store, "/solid").unwrap();
+    let read: Vec<f32> = solid.retrieve_array_subset(&solid.subset_all()).unwrap();
+    assert_eq!(read, expected);
 }
 
 #[test]

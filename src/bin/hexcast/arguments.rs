@@ -20,7 +20,7 @@ use super::standard;
 #[derive(clap::Args)]
 pub(crate) struct JobArguments {
     /// STL, OBJ, OFF, PLY, 3MF or GLB files, also packed by gzip, or - for standard input; they get flags 1, 2, ... in order, unless set as in
-    /// coil.stl:flag=7,priority=2,name=copper (keys: flag, priority, open, fill, shell, invert, name, solid, split, scale, rotate, translate)
+    /// coil.stl:flag=7,priority=2,name=copper (keys: flag, priority, open, fill, shell, invert, name, solid, split, same_flag, scale, rotate, translate)
     #[arg(value_name = "FILE", required_unless_present = "job", conflicts_with = "job", value_parser = input_name())]
     files: Vec<String>,
     /// Take everything from a job file, TOML or JSON, or - for standard input; its file names are relative to it, other options override

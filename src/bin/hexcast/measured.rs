@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 
 use hexcast::control::Control;
 use hexcast::estimate::slab_bytes;
-use hexcast::job::{Job, LinksJob, RunJob, Stencil};
+use hexcast::job::{Job, LinksJob, RunJob, Stencil, ZarrJob};
 use hexcast::mesh::Mesh;
 use hexcast::report::MeshFacts;
 use hexcast::write::{
-    Compress, Format, LinksFormat, Options, write_fractions, write_links, write_solid, write_staggered,
+    Compress, Format, LinksFormat, Options, write_fractions, write_links, write_solid, write_staggered, zarr,
 };
 use hexcast::{Error, Result};
 
@@ -17,7 +17,9 @@ use super::arguments::choice;
 use super::format_arguments::FormatArguments;
 use super::job_options::as_text;
 use super::output_file::{OutputFile, PendingFile};
+use super::place_of_store::is_s3;
 use super::taken::Taken;
+use super::zarr_folder::ZarrFolder;
 
 /// What is measured, and where it goes.
 #[derive(clap::Args)]
@@ -33,8 +35,8 @@ pub(crate) struct MeasuredArguments {
     /// Flags that --links calls fluid [default: 0, the background]
     #[arg(long, value_name = "FLAGS", requires = "links", value_delimiter = ',')]
     fluid: Option<Vec<u8>>,
-    /// Write the fraction that each flag has of the cells that surfaces cut to a file, .npz; .vti, .vtr and .npy have the fraction of every cell that
-    /// is not background
+    /// Write the fraction that each flag has of the cells that surfaces cut to a file, .npz; .vti, .vtr, .npy and .zarr have the fraction of every cell
+    /// that is not background
     #[arg(long, value_name = "FILE")]
     fractions: Option<PathBuf>,
     /// Rays of --fractions along each axis of a cell: 1, 2, 4, 8 or 16 [default: 4]
@@ -54,34 +56,48 @@ pub(crate) struct MeasuredArguments {
 /// Files for what is measured, opened before the long work starts; none is left where this is dropped before [`Measured::finish`].
 pub(crate) struct Measured {
     links: Option<(PendingFile, LinksFormat)>,
-    fractions: Option<(PendingFile, FractionsFormat)>,
+    fractions: Option<FractionsFile>,
     staggered: Option<PendingFile>,
     compress: Compress,
     slab_bytes: usize,
     written: Vec<OutputFile>,
 }
 
-/// What a file of fractions holds.
-#[derive(Clone, Copy)]
-enum FractionsFormat {
+/// Where fractions go.
+enum FractionsFile {
     /// An entry for each flag of each cell that is cut.
-    Sparse,
+    Sparse(PendingFile),
     /// One number for every cell.
-    Dense(Format),
+    Dense(PendingFile, Format),
+    /// The same in a store.
+    Store(Box<ZarrFolder>, Options),
 }
 
-impl FractionsFormat {
-    fn of_name(path: &Path) -> Result<FractionsFormat> {
-        let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
-        match ending.to_str() {
-            Some("npz") => Ok(FractionsFormat::Sparse),
-            Some("npy") => Ok(FractionsFormat::Dense(Format::Npy)),
-            Some("vti") => Ok(FractionsFormat::Dense(Format::Vti)),
-            Some("vtr") => Ok(FractionsFormat::Dense(Format::Vtr)),
-            _ => {
-                let message = format!("{}: no format of fractions of cells has this ending", path.display());
-                Err(Error::new("job-value", message, "use .npz for those of each flag, or .vti, .vtr or .npy"))
+/// The format of a file of fractions, by its name; [`Format::Npz`] is that of the fractions of each flag.
+fn fractions_format(path: &Path) -> Result<Format> {
+    match Format::of_name(&path.to_string_lossy()) {
+        Ok(format @ (Format::Npz | Format::Npy | Format::Vti | Format::Vtr | Format::Zarr)) => Ok(format),
+        _ => {
+            let message = format!("{}: no format of fractions of cells has this ending", path.display());
+            Err(Error::new("job-value", message, "use .npz for those of each flag, or .vti, .vtr, .npy or .zarr"))
+        }
+    }
+}
+
+impl FractionsFile {
+    fn open(path: &Path, taken: &mut Taken, store: Options) -> Result<FractionsFile> {
+        match fractions_format(path)? {
+            Format::Npz => Ok(FractionsFile::Sparse(taken.open(path)?)),
+            Format::Zarr if is_s3(path) => {
+                let message = format!("{}: fractions of cells are not written to a bucket", path.display());
+                Err(Error::new("job-value", message, "write a folder, and copy it"))
             }
+            Format::Zarr => {
+                let (place, folder) = ZarrFolder::open(path)?;
+                taken.take(path, place)?;
+                Ok(FractionsFile::Store(folder.into(), store))
+            }
+            format => Ok(FractionsFile::Dense(taken.open(path)?, format)),
         }
     }
 }
@@ -116,16 +132,21 @@ impl MeasuredArguments {
     /// Whether a file is written that can be compressed.
     pub(crate) fn has_archive(&self) -> bool {
         let of_links = self.links.as_ref().map(|path| LinksFormat::of_name(&path.to_string_lossy()));
-        let of_fractions = self.fractions.as_deref().map(FractionsFormat::of_name);
-        let is_npy = matches!(of_fractions, Some(Ok(FractionsFormat::Dense(Format::Npy))));
-        self.staggered.is_some() || of_fractions.is_some() && !is_npy || matches!(of_links, Some(Ok(LinksFormat::Npz)))
+        let has_fractions = self.fractions.as_deref().is_some_and(|path| fractions_format(path) != Ok(Format::Npy));
+        self.staggered.is_some() || has_fractions || matches!(of_links, Some(Ok(LinksFormat::Npz)))
     }
 
     /// Opens the files, whose places must not be taken.
-    pub(crate) fn open(&self, taken: &mut Taken, formats: &FormatArguments, max_bytes: u64) -> Result<Measured> {
+    pub(crate) fn open(
+        &self,
+        taken: &mut Taken,
+        formats: &FormatArguments,
+        (zarr, max_bytes): (ZarrJob, u64),
+    ) -> Result<Measured> {
         let links_format = |path: &Path| LinksFormat::of_name(&path.to_string_lossy());
         let links = self.links.as_ref().map(|path| Ok((taken.open(path)?, links_format(path)?))).transpose()?;
-        let fractions = self.fractions.as_ref().map(|path| Ok((taken.open(path)?, FractionsFormat::of_name(path)?)));
+        let store = formats.zarr_options(max_bytes).with_zarr(zarr);
+        let fractions = self.fractions.as_ref().map(|path| FractionsFile::open(path, taken, store));
         let staggered = self.staggered.as_ref().map(|path| {
             if !path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("npz")) {
                 let message = format!("{}: a staggered grid is written as .npz", path.display());
@@ -151,15 +172,18 @@ impl Measured {
         if let Some(((file, format), links)) = self.links.as_ref().zip(facts.links.as_ref()) {
             self.written.push(put(file, |out| write_links(links, *format, compress, out))?);
         }
-        if let Some(((file, format), fractions)) = self.fractions.as_ref().zip(facts.fractions.as_ref()) {
-            self.written.push(put(file, |out| match *format {
-                FractionsFormat::Sparse => write_fractions(fractions, compress, out),
-                FractionsFormat::Dense(format) => {
-                    let compress = if format == Format::Npy { Compress::None } else { compress };
+        if let Some((file, fractions)) = self.fractions.as_mut().zip(facts.fractions.as_ref()) {
+            self.written.push(match file {
+                FractionsFile::Sparse(file) => put(file, |out| write_fractions(fractions, compress, out))?,
+                FractionsFile::Dense(file, format) => {
+                    let compress = if *format == Format::Npy { Compress::None } else { compress };
                     let options = Options::default().with_compress(compress).with_slab_bytes(self.slab_bytes);
-                    write_solid(mesh, fractions, (format, &options), out, control)
+                    put(file, |out| write_solid(mesh, fractions, (*format, &options), out, control))?
                 }
-            })?);
+                FractionsFile::Store(folder, options) => {
+                    folder.put(|store| zarr::write_solid(mesh, fractions, options, store, control))?
+                }
+            });
         }
         if let Some((file, staggered)) = self.staggered.as_ref().zip(facts.staggered.as_ref()) {
             self.written.push(put(file, |out| write_staggered(staggered, mesh, compress, out))?);
@@ -169,7 +193,15 @@ impl Measured {
 
     /// Puts the files in their places.
     pub(crate) fn finish(self) -> Result<Vec<OutputFile>> {
-        let (links, fractions) = (self.links.map(|(file, _)| file), self.fractions.map(|(file, _)| file));
+        let fractions = match self.fractions {
+            Some(FractionsFile::Store(folder, _)) => {
+                folder.finish()?;
+                None
+            }
+            Some(FractionsFile::Sparse(file) | FractionsFile::Dense(file, _)) => Some(file),
+            None => None,
+        };
+        let links = self.links.map(|(file, _)| file);
         [links, fractions, self.staggered].into_iter().flatten().try_for_each(PendingFile::persist)?;
         Ok(self.written)
     }

@@ -141,7 +141,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     let max_bytes = job.max_memory.map_or(u64::MAX, |size| size.0);
     let mut taken = Taken::by(&inputs);
     let outputs = Outputs::open(&targets, &arguments.formats, &mut taken, max_bytes)?;
-    let measured = arguments.measured.open(&mut taken, &arguments.formats, max_bytes)?;
+    let measured = arguments.measured.open(&mut taken, &arguments.formats, (zarr, max_bytes))?;
     if arguments.formats.bits {
         check_single_flag(&job)?;
     }

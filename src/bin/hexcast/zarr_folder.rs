@@ -66,12 +66,17 @@ impl ZarrFolder {
         control: &Control,
         progress: Progress,
     ) -> Result<OutputFile> {
+        let bar = progress.bytes("write", Some(mesh.n_cells()));
+        let written = self.put(|store| zarr::write(mesh, options, store, control, |n_cells| bar.inc(n_cells)));
+        bar.finish_and_clear();
+        written
+    }
+
+    /// Writes what `write` puts into the store.
+    pub(crate) fn put(&mut self, write: impl FnOnce(Arc<Ledger>) -> Result<()>) -> Result<OutputFile> {
         let ledger = Ledger::new(&self.inner());
         let ledger = Arc::new(ledger.map_err(|error| Error::new("io", format!("writing Zarr: {error}"), ""))?);
-        let bar = progress.bytes("write", Some(mesh.n_cells()));
-        let written = zarr::write(mesh, options, ledger.clone(), control, |n_cells| bar.inc(n_cells));
-        bar.finish_and_clear();
-        written.map_err(|error| error.at(self.path.display()))?;
+        write(ledger.clone()).map_err(|error| error.at(self.path.display()))?;
         let n_bytes = ledger.n_bytes();
         self.written = Some(ledger);
         Ok(OutputFile { path: self.path.clone(), n_bytes })

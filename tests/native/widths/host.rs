@@ -19,8 +19,9 @@ fn widest(fraction_bits: u32) -> Frame {
             .map(|[x, y, z]: [i32; 3]| [x, (y + place(5)).min(span), z])
     };
     let facets: Vec<SnappedFacet> = (0..3usize.pow(7)).map(facet).collect();
-    let ranks = Ranks { geometry_of_rank: vec![0], flag_of_rank: vec![1] };
-    Frame { fraction_bits, centres: None, dims: [cells; 3], rank_of_facet: vec![0; facets.len()], facets, ranks }
+    let ranks = Ranks { geometry_at: vec![0], rank_at: vec![0], flag_of_rank: vec![1] };
+    let position_of_facet = vec![0; facets.len()];
+    Frame { fraction_bits, centres: None, dims: [cells; 3], position_of_facet, facets, ranks }
 }
 
 /// The first cell above a facet at a ray, and whether the facet goes through a centre there.
