@@ -229,6 +229,7 @@ fn ascii_files_split_solids_and_arguments_are_taken_as_by_mesh() {
     let missing = "tests/fixtures/ascii_missing_endsolid.stl";
     let arguments: &[&[&str]] = &[
         &[&format!("{two}:split=true,flag=3"), "--cells", "24"],
+        &[&format!("{two}:split=true,flag=3,same_flag=true"), "--cells", "24"],
         &[two, missing, "--dims", "9,10,11", "--rule", "nonzero"],
         &["tests/fixtures/bin_header_solid_cube.stl:rotate=10/20/30", SPOT, "--cell-size", "2", "--padding-cells", "2"],
     ];

@@ -47,8 +47,8 @@ impl Scene {
                 return Err(wrong("job-value", format!("{file} has no solid {solid:?}")));
             }
             let parts = if entry.split { parts } else { vec![parts.concat()] };
-            for (index, facets) in parts.into_iter().enumerate() {
-                let flag = entry.flag.map_or(bodies.len() as i16 + 1, |flag| i16::from(flag) + index as i16);
+            for (nth, facets) in (0..).map(|nth: i16| nth * i16::from(!entry.same_flag)).zip(parts) {
+                let flag = entry.flag.map_or(bodies.len() as i16 + 1, |flag| i16::from(flag) + nth);
                 let (file, open, priority) = (file.clone(), entry.open.or(Some(job.open)), entry.priority);
                 let body = Body { file, flag, priority, open, facets: 0..0, patches: Vec::new() };
                 bodies.push((body, facets));
