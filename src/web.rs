@@ -22,12 +22,14 @@ use crate::sources::Source;
 mod file;
 mod info;
 mod leak;
+mod measured;
 mod mesh;
 mod surface;
 mod values;
 
 pub use file::JsFile;
 use file::JsFileStore;
+use measured::Measured;
 pub use mesh::{WebEncoder, WebHash, WebMesh, WebSkin};
 pub use surface::{WebCheck, WebMeasuring, WebPreview, WebReader, WebSurface};
 use values::{JsResult, forget, js_error, keep, kept};
@@ -194,9 +196,10 @@ impl WebEngine {
         let result = pipeline::mesh(&job.job, job.sources(), &options, &mut engine, &control).await;
         forget(progress);
         *self.engine.borrow_mut() = Some(engine);
-        let (mesh, facts) = result.map_err(js_error)?;
+        let (mesh, mut facts) = result.map_err(js_error)?;
+        let measured = Measured::take(&mut facts);
         let report = Report::new(facts, CallerFacts { read: read_seconds, ..CallerFacts::default() });
-        Ok(WebMesh::new(mesh, info::json(&report)))
+        Ok(WebMesh::new(mesh, measured, info::json(&report)))
     }
 
     fn control(&self, token: CancelToken, progress: usize) -> Control {

@@ -2,6 +2,7 @@
  * The operations of the package, on the calling thread: the wasm, surfaces and meshes by number. `worker.js` runs them in a worker;
  * `hexcast.js` calls them there or, without a worker, directly. Arguments and results can be cloned.
  */
+import { arraysOf } from './arrays.js';
 import { Devices, describeAdapter, whyNotTaken } from './adapter.js';
 import { clearSpillFiles, spilling } from './spill.js';
 import { cancelled, pause } from './call.js';
@@ -303,6 +304,11 @@ export class Core {
   leak({ mesh, question, job }, _progress, state) {
     const surfaces = job ? this.#job(job, state) : undefined;
     return JSON.parse(this.#meshes.get(mesh).leak(question, surfaces));
+  }
+
+  /** @param {{ mesh: number, of: import('./arrays.js').Measured }} args */
+  arrays({ mesh, of }) {
+    return arraysOf(this.#meshes.get(mesh), of);
   }
 
   /** @param {{ mesh: number, format: string, compress: number, bits: boolean }} args */

@@ -22,6 +22,7 @@ import type { Mesh } from './result.js';
 import './globals.js';
 
 export type * from './job.js';
+export type * from './measured.js';
 export type * from './report.js';
 export type * from './result.js';
 
