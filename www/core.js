@@ -200,9 +200,21 @@ export class Core {
    * @param {State} state
    */
   mesh(args, progress, state) {
+    return this.#inTurn(state, () => this.#make(args, progress, state));
+  }
+
+  /**
+   * Works once the mesh before has ended.
+   *
+   * @template T
+   * @param {State} state
+   * @param {() => Promise<T>} work
+   * @returns {Promise<T>}
+   */
+  #inTurn(state, work) {
     const made = this.#turn.then(() => {
       if (state.cancelled) throw cancelled();
-      return this.#make(args, progress, state);
+      return work();
     });
     this.#turn = made.catch(() => {});
     return made;
@@ -223,6 +235,17 @@ export class Core {
     this.#pace.learn(facts.report);
     // the GPU may have been lost for good
     return engine.adapter ? facts : { ...facts, engine };
+  }
+
+  /**
+   * @param {JobArguments & { sizes: number[] }} args @param {Listener} progress @param {State} state
+   * @returns {Promise<import('./hexcast.js').Level[]>}
+   */
+  converge({ sizes, ...args }, progress, state) {
+    return this.#inTurn(state, async () => {
+      const onRays = (/** @type {number} */ done, /** @type {number} */ total) => progress({ stage: 'mesh', done, total });
+      return JSON.parse(await this.#engine.converge(this.#job(args, state), new Uint32Array(sizes), onRays));
+    });
   }
 
   /** @param {{ source: Blob | Uint8Array }} args */

@@ -117,3 +117,36 @@ export interface StaggeredReport {
   /** Number of faces that are sheets. */
   sheet_faces: number;
 }
+
+/** What one size of cells gives. */
+export interface Level {
+  /** Cells along each axis. */
+  dims: [number, number, number];
+  /** Size of a cell along each axis. */
+  spacing: [number, number, number];
+  /** From the surfaces in memory to the mesh. */
+  seconds: number;
+  /** Bytes of the mesh as a column file (hxc). */
+  column_bytes: number;
+  /** Bytes of its flags, one a cell. */
+  flag_bytes: number;
+  /** Each flag of the job, ascending. */
+  flags: {
+    flag: number;
+    /** Names of its geometries, joined by " + ". */
+    name: string;
+    cells: number;
+    /** Volume of these cells. */
+    volume: number;
+    /** That of the surfaces; null where they enclose none (open, cut by the domain), or cells are not those whose centres lie inside. */
+    mesh_volume: number | null;
+    /** `volume` is so many times `mesh_volume`, less 1; null without that. */
+    volume_error: number | null;
+    /** Area of the faces across x, y and z between cells of the flag and others, and at the sides of the box. */
+    areas: [number, number, number];
+    /** Areas of the facets projected on planes across x, y and z. */
+    mesh_areas: [number, number, number];
+    /** The sum of `areas` is so many times that of `mesh_areas`, less 1; null where `mesh_volume` is. */
+    area_error: number | null;
+  }[];
+}

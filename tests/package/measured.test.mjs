@@ -246,3 +246,28 @@ test('.vti refuses cells that differ in size, and says what holds them', () => {
   );
   assert.match(wrong[1].message, /grow/);
 });
+
+test('sizes of cells are compared as by the native command', () => {
+  const code = `
+    import { readFileSync } from 'node:fs';
+    import { createMesher } from 'hexcast';
+    const mesher = await createMesher({ backend: 'cpu' });
+    const geometries = [{ source: readFileSync(process.argv[2]), name: 'cow', flag: 7 }];
+    const steps = [];
+    const levels = await mesher.converge({ geometries, unit: 'mm' }, { sizes: [10, 21], onProgress: ({ stage }) => steps.push(stage) });
+    const wrong = [];
+    for (const [job, options] of [[{ geometries, cells: 3 }], [{ geometries }, { sizes: [] }], [{ geometries }, { sizes: [0] }]])
+      wrong.push(await mesher.converge(job, options).catch(({ code, message }) => code + ': ' + message));
+    console.log(JSON.stringify({ levels, steps: [...new Set(steps)], wrong }));
+    mesher.dispose();
+  `;
+  const { levels, steps, wrong } = JSON.parse(project.run('converge.js', code, SPOT));
+  const args = ['run', '-q', '--', 'converge', `${SPOT}:name=cow,flag=7`, '--unit=mm', '--sizes=10,21', '--json', '--backend=cpu'];
+  const native = JSON.parse(execFileSync('cargo', args, { cwd: ROOT, encoding: 'utf8', stdio: ['ignore', 'pipe', 'pipe'] }));
+  const untimed = (all) => all.map(({ seconds, ...level }) => level);
+  assert.deepEqual(untimed(levels), untimed(native));
+  assert.deepEqual(steps.filter((stage) => stage !== 'read'), ['mesh']);
+  assert.match(wrong[0], /^job-conflict: cells is given/);
+  assert.match(wrong[1], /^job-value: sizes is a list of 0/);
+  assert.match(wrong[2], /^job-value: sizes\[0\] is 0/);
+});
