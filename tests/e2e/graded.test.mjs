@@ -166,13 +166,24 @@ test('several sizes of cells are compared as by the native command', async ({ vi
     await page.fill('#converge-sizes', '24 9 13');
     await page.click('#converge-run');
     await page.waitForSelector('#converge-chart svg');
-    const args = ['converge', 'copper.stl:name=copper,flag=1', 'epoxy.stl:name=epoxy,flag=2', '--sizes=9,13,24', '--json', '--backend=cpu'];
+    const args = [
+      'converge',
+      'copper.stl:name=copper,flag=1',
+      'epoxy.stl:name=epoxy,flag=2',
+      '--sizes=9,13,24',
+      '--json',
+      '--backend=cpu',
+    ];
     const program = path.join(ROOT, 'target/debug/hexcast');
-    const native = JSON.parse(execFileSync(program, args, { cwd: folder, encoding: 'utf8', stdio: ['ignore', 'pipe', 'ignore'] }));
+    const native = JSON.parse(
+      execFileSync(program, args, { cwd: folder, encoding: 'utf8', stdio: ['ignore', 'pipe', 'ignore'] }),
+    );
     const { bytes } = await saved(page, '#converge-json');
     const untimed = (levels) => levels.map(({ seconds: _, ...level }) => level);
     assert.deepEqual(untimed(JSON.parse(bytes)), untimed(native));
-    const rows = await page.$$eval('#converge-tables .levels[data-flag="1"] tbody tr', (all) => all.map((row) => row.cells[1].textContent));
+    const rows = await page.$$eval('#converge-tables .levels[data-flag="1"] tbody tr', (all) =>
+      all.map((row) => row.cells[1].textContent),
+    );
     assert.deepEqual(
       rows.map((text) => Number(text.replace('−', '-').replace(' %', '')).toPrecision(2)),
       native.map(({ flags }) => (100 * flags[0].volume_error).toPrecision(2)),
