@@ -3,7 +3,7 @@ import { convergeChart } from './converge_chart.js';
 import { buttonOf, byId, inputOf, make } from './dom.js';
 import { save } from './downloads.js';
 import { bytes, count, duration, numbersOf } from './format.js';
-import { currentJob } from './job.js';
+import { SIZING_KEYS, currentJob } from './job.js';
 import { showError } from './messages.js';
 import { baseName } from './share.js';
 import { on, set, state } from './state.js';
@@ -65,6 +65,7 @@ async function compare() {
   if (!mesher || state.geometries.length === 0) return undefined;
   const job = currentJob();
   for (const key of CHOSEN) delete job[key];
+  for (const geometry of job.geometries) for (const key of SIZING_KEYS) delete geometry[key];
   const run = buttonOf('converge-run');
   run.disabled = true;
   try {

@@ -22,8 +22,8 @@ export const GEOMETRY_KEYS = [
   ['metal', false],
 ];
 
-/** @type {string[]} */
-const SIZING_KEYS = ['max_size', 'min_cells', 'metal'];
+/** @type {readonly SizingKey[]} */
+export const SIZING_KEYS = ['max_size', 'min_cells', 'metal'];
 
 /** The job with its surfaces as sources. */
 export function currentJob() {
@@ -54,7 +54,7 @@ function geometryJob(geometry) {
     // solids have the names that they have in the file
     if (key === 'name' && geometry.split) continue;
     // a job without graded lines refuses them
-    if (SIZING_KEYS.includes(key) && state.settings.sizing !== 'graded') continue;
+    if (SIZING_KEYS.some((one) => one === key) && state.settings.sizing !== 'graded') continue;
     if (value !== unsaid && value !== null && value !== undefined) Object.assign(job, { [key]: value });
   }
   return job;

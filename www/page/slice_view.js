@@ -61,15 +61,16 @@ function unequalCells(canvas, { slice, mesh: { lines }, axis }) {
   const [first, second] = across(axis);
   const ends = [first, second].map((at) => placeAt(lines, at, lines.dims[at]) - lines.origin[at]);
   const room = roomFor(canvas, ends);
-  const [width, height] = ends.map((length) => room * length);
+  const [width, height] = ends.map((length) => Math.max(Math.round(room * length), 1));
   const { left, top } = placed(canvas, width, height);
+  const perLength = [width / ends[0], height / ends[1]];
   const distance = (/** @type {number} */ at, /** @type {number} */ sample) =>
-    room * (placeAt(lines, at, Math.min(sample * slice.step, lines.dims[at])) - lines.origin[at]);
+    placeAt(lines, at, Math.min(sample * slice.step, lines.dims[at])) - lines.origin[at];
   const [x, y] = [
-    (/** @type {number} */ i) => left + distance(first, i),
-    (/** @type {number} */ j) => top + height - distance(second, j),
+    (/** @type {number} */ i) => left + perLength[0] * distance(first, i),
+    (/** @type {number} */ j) => top + height - perLength[1] * distance(second, j),
   ];
-  return { left, top, width, height, perLength: [room, room], x, y };
+  return { left, top, width, height, perLength, x, y };
 }
 
 /** Pixels a length. @param {HTMLCanvasElement} canvas @param {number[]} size of the plane */
