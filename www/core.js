@@ -9,8 +9,8 @@ import { cancelled, pause } from './call.js';
 import { columnFile } from './column_file.js';
 import { skinOf, sliceOf } from './drawn.js';
 import { sha256 } from './hash.js';
+import { factsOf, onRays } from './facts.js';
 import { Held, freeAfter } from './held.js';
-import { asError, failureOf } from './error.js';
 import init, { WebEngine, WebGpu, WebJob, WebMesh, WebSurface, WebSwitch, expandText, version } from './hexcast_wasm.js';
 import { Pace } from './pace.js';
 import { readSurface } from './read.js';
@@ -23,7 +23,7 @@ import { inSteps } from './steps.js';
  * @typedef {{ json: string, surfaces: number[] }} JobArguments a job, and its surfaces by number
  * @typedef {JobArguments & { readSeconds: number, spill: 'auto' | boolean, maxDeviceBytes?: number }} MeshArguments
  * @typedef {{ backend: 'gpu' | 'cpu', adapter: import('./hexcast.js').Adapter | null, fallback: string | null }} Facts of a backend
- * @typedef {Exclude<keyof Core, 'run' | 'cancel' | 'answer' | 'dispose'>} Operation
+ * @typedef {Exclude<keyof Core, 'run' | 'cancel' | 'dispose'>} Operation
  */
 
 export class Core {
@@ -47,22 +47,6 @@ export class Core {
   /** Why `auto` meshes on the CPU although there is an adapter. @type {string | null} */
   #notTaken = null;
   #pace = new Pace();
-
-  /**
-   * Answers a request with the result of its operation or an error; `report` receives progress.
-   * @param {{ id: number, operation: Operation, args: any }} request
-   * @param {(answer: { id: number, progress: import('./hexcast.js').Progress }) => void} report
-   * @returns {Promise<{ id: number, result?: unknown, failure?: import('./error.js').Failure }>}
-   */
-  async answer({ id, operation, args }, report) {
-    try {
-      const progress = (/** @type {import('./hexcast.js').Progress} */ at) => report({ id, progress: at });
-      const result = operation === 'open' ? await this.open(args) : await this.run(operation, id, args, progress);
-      return { id, result };
-    } catch (error) {
-      return { id, failure: failureOf(asError(error)) };
-    }
-  }
 
   /**
    * Loads the wasm and opens a backend; `auto` does not take an adapter in software, unless its device is the caller's.
@@ -183,12 +167,8 @@ export class Core {
   /** @param {JobArguments} args @param {Listener} _progress @param {State} state @returns {Promise<import('./hexcast.js').Estimate>} */
   async estimate(args, _progress, state) {
     const job = this.#job(args, state);
-    const estimate = JSON.parse(
-      await inSteps(
-        freeAfter(job, () => job.estimate()),
-        state,
-      ),
-    );
+    const steps = freeAfter(job, () => job.estimate());
+    const estimate = JSON.parse(await inSteps(steps, state));
     return { ...estimate, seconds: this.#pace.secondsOf(estimate) };
   }
 
@@ -222,11 +202,10 @@ export class Core {
 
   /** @param {MeshArguments} args @param {Listener} progress @param {State} state */
   async #make(args, progress, state) {
-    const onRays = (/** @type {number} */ done, /** @type {number} */ total) => progress({ stage: 'mesh', done, total });
     const mesh = await spilling(args.spill, async (open) => {
       // before the file is opened: a job may be refused
       const job = this.#job(args, state);
-      return this.#engine.mesh(job, args.readSeconds, args.maxDeviceBytes, onRays, await open?.());
+      return this.#engine.mesh(job, args.readSeconds, args.maxDeviceBytes, onRays(progress), await open?.());
     });
     const facts = this.#describe(mesh);
     /** @type {Facts} */
@@ -242,10 +221,9 @@ export class Core {
    * @returns {Promise<import('./hexcast.js').Level[]>}
    */
   converge({ sizes, ...args }, progress, state) {
-    return this.#inTurn(state, async () => {
-      const onRays = (/** @type {number} */ done, /** @type {number} */ total) => progress({ stage: 'mesh', done, total });
-      return JSON.parse(await this.#engine.converge(this.#job(args, state), new Uint32Array(sizes), onRays));
-    });
+    return this.#inTurn(state, async () =>
+      JSON.parse(await this.#engine.converge(this.#job(args, state), new Uint32Array(sizes), onRays(progress))),
+    );
   }
 
   /** @param {{ source: Blob | Uint8Array }} args */
@@ -256,16 +234,7 @@ export class Core {
 
   /** @param {WebMesh} mesh */
   #describe(mesh) {
-    const [runs, bytes] = mesh.columnFacts();
-    /** @type {Record<string, number | undefined>} */
-    const sizes = {};
-    for (const format of ['vti', 'vtr', 'npy', 'raw', 'hxc']) sizes[format] = mesh.size(format, false);
-    for (const format of ['npy', 'raw']) sizes[`${format}-bits`] = mesh.size(format, true);
-    /** @type {import('./hexcast.js').Report} */
-    const report = JSON.parse(mesh.report());
-    // browsers give the wasm no name
-    if (report.adapter === '') report.adapter = this.#adapterName;
-    return { mesh: this.#meshes.keep(mesh), report, axis: /** @type {0 | 1 | 2} */ (mesh.rayAxis()), runs, bytes, sizes };
+    return { mesh: this.#meshes.keep(mesh), ...factsOf(mesh, this.#adapterName) };
   }
 
   /** @param {{ mesh: number, cell: [number, number, number] }} args */

@@ -84,7 +84,8 @@ impl Axis<'_> {
                 .collect();
             let settled = settle(&mut intervals, growth, self.job.smallest(self.axis));
             // the cell around an edge stays whole: where it cannot, it has to be smaller
-            let divided = |edge: &usize| settled.is_ok() && intervals[cells_of_edges[*edge]].n_cells(libm::log(growth)) > 1.0;
+            let divided =
+                |edge: &usize| settled.is_ok() && intervals[cells_of_edges[*edge]].n_cells(libm::log(growth)) > 1.0;
             if let Some(edge) = (0..edges.len()).find(divided) {
                 edges[edge].size *= 0.8;
                 if edges[edge].size < self.job.smallest(self.axis) {

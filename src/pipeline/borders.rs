@@ -86,7 +86,7 @@ impl Whole<'_> {
     }
 
     /// The columns of a slab across an axis.
-        async fn slab(&self, cells: [[u32; 3]; 2], axis: usize, (engine, budget, control): Backend<'_>) -> Result<Columns> {
+    async fn slab(&self, cells: [[u32; 3]; 2], axis: usize, (engine, budget, control): Backend<'_>) -> Result<Columns> {
         let (frame, control) = (self.frame.window(cells), control.without_progress());
         let [one, other] = [(axis + 1) % 3, (axis + 2) % 3];
         let rays = Rays::new(if frame.dims[one] >= frame.dims[other] { one } else { other }, frame.dims);

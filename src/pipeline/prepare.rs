@@ -50,10 +50,7 @@ pub fn prepare(job: &Job, sources: Vec<Source>) -> Result<Prepared> {
     let geometries = geometries(job, sources)?;
     let boxes: Vec<BoundingBox> = geometries.iter().filter_map(Geometry::bounding_box).collect();
     // lists that are no lines make no domain
-    let listed = job
-        .lines
-        .as_ref()
-        .map(|lists| Lines::from_lists([&lists.x, &lists.y, &lists.z].map(Vec::clone)));
+    let listed = job.lines.as_ref().map(|lists| Lines::from_lists([&lists.x, &lists.y, &lists.z].map(Vec::clone)));
     let listed = listed.transpose()?;
     let domain = Domain::new(job, &boxes)?;
     let (whole, mut notices) = match (listed, &job.graded) {

@@ -41,7 +41,11 @@ impl Measured {
             _ => Some(npz::arrays(mesh, cells_at_once)),
         };
         arrays.ok_or_else(|| {
-            Error::new("job-conflict", format!("the mesh has no {of}"), format!("ask for them with the key {of} of the job"))
+            Error::new(
+                "job-conflict",
+                format!("the mesh has no {of}"),
+                format!("ask for them with the key {of} of the job"),
+            )
         })
     }
 }

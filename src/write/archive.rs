@@ -45,7 +45,9 @@ impl<'a> Array<'a> {
     /// An array of an item each of a list.
     pub(super) fn of_list<T>(named: (&'static str, &'static str), list: &'a [T], put: Put<T>) -> Array<'a> {
         let chunk = move |index: usize| &list[index * AT_ONCE..list.len().min((index + 1) * AT_ONCE)];
-        Array::new(named, &[list.len() as u64], list.len().div_ceil(AT_ONCE), move |index| Ok(laid_out(chunk(index), put)))
+        Array::new(named, &[list.len() as u64], list.len().div_ceil(AT_ONCE), move |index| {
+            Ok(laid_out(chunk(index), put))
+        })
     }
 
     /// An array of an item each of a list in parts.

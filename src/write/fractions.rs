@@ -30,7 +30,8 @@ pub(crate) fn arrays(of: &Fractions) -> Vec<Array<'_>> {
         fraction(("fraction", "<f4"), |one, out| out.extend(one.fraction.to_le_bytes())),
     ];
     if of.has_faces {
-        let faces = Array::of_parts(("faces", "<f4"), &of.parts, |part: &Part| &part.faces, |faces, out| put(faces, out));
+        let faces =
+            Array::of_parts(("faces", "<f4"), &of.parts, |part: &Part| &part.faces, |faces, out| put(faces, out));
         arrays.push(faces.with_rows(6));
     }
     if of.areas.is_some() {

@@ -4,9 +4,9 @@ import { colourOf } from './state.js';
 
 /** @typedef {import('hexcast').Level} Level @typedef {[number, number][]} Points */
 
-const [WIDTH, HEIGHT] = [360, 260];
+const [WIDTH, HEIGHT] = [360, 276];
 /** The frame of the chart. */
-const [LEFT, TOP, RIGHT, BOTTOM] = [58, 14, WIDTH - 12, HEIGHT - 42];
+const [LEFT, TOP, RIGHT, BOTTOM] = [58, 14, WIDTH - 12, HEIGHT - 58];
 const MARK = 3;
 
 /** @param {string} tag @param {Record<string, string | number>} attributes @param {...(Node | string)} children */
@@ -50,20 +50,20 @@ export function convergeChart(levels) {
     for (const [cx, cy] of places) chart.append(svg('circle', { cx, cy, r: MARK, fill: colour }));
   }
   const dashes = [
-    ['volume', 'none', LEFT + 6],
-    ['area', '4 3', LEFT + 76],
+    ['volume', 'none', LEFT + 76],
+    ['area', '4 3', LEFT + 156],
   ];
   for (const [name, dash, from] of /** @type {[string, string, number][]} */ (dashes)) {
     const at = {
       x1: from,
       x2: from + 18,
-      y1: BOTTOM - 8,
-      y2: BOTTOM - 8,
+      y1: HEIGHT - 9,
+      y2: HEIGHT - 9,
       stroke: 'currentColor',
       'stroke-width': 2,
       'stroke-dasharray': dash,
     };
-    chart.append(svg('line', at), svg('text', { x: from + 23, y: BOTTOM - 4 }, name));
+    chart.append(svg('line', at), svg('text', { x: from + 23, y: HEIGHT - 5 }, name));
   }
   return chart;
 }
@@ -100,6 +100,6 @@ function axes(x, y, sizes) {
     parts.push(svg('line', { x1: LEFT, x2: RIGHT, y1: at, y2: at, stroke: 'currentColor', 'stroke-opacity': 0.2 }));
     parts.push(svg('text', { x: LEFT - 6, y: at + 4, 'text-anchor': 'end' }, `${Number((100 * 10 ** power).toPrecision(3))} %`));
   }
-  parts.push(svg('text', { x: (LEFT + RIGHT) / 2, y: HEIGHT - 8, 'text-anchor': 'middle' }, 'cells along the longest side'));
+  parts.push(svg('text', { x: (LEFT + RIGHT) / 2, y: HEIGHT - 26, 'text-anchor': 'middle' }, 'cells along the longest side'));
   return parts;
 }

@@ -90,8 +90,12 @@ function guess(mesh, { id }) {
   if (id.startsWith('sidecar')) return `about ${bytes(700 + 20 * mesh.dims.reduce((sum, n) => sum + n + 1, 0))}`;
   if (id in PER_ENTRY) return `up to ${bytes(PER_ENTRY[id] * entriesOf(mesh, id))}`;
   if (id === 'hxc') return `up to ${bytes(columnBytes(mesh))}`;
+  // the lines are 8 bytes each
+  const lines = mesh.lines.spacing && id !== 'npz' ? 0 : 1500 + 8 * mesh.dims.reduce((sum, n) => sum + n + 1, 0);
   // a mesh that was read back has no estimate
-  return state.expected ? `up to ${bytes(state.expected.file_bytes.vti_zlib)}` : `less than ${bytes(mesh.size('vti') ?? 0)}`;
+  return state.expected
+    ? `up to ${bytes(state.expected.file_bytes.vti_zlib + lines)}`
+    : `less than ${bytes(mesh.size('vti') ?? 0)}`;
 }
 
 /** Bytes of an entry of what was measured, before it is compressed. @type {Record<string, number>} */
