@@ -150,6 +150,8 @@ test('the fields of graded lines follow the switch, and a link has them', async 
   await other.waitForSelector('#field-error', { state: 'detached' });
   // a number of cells takes over
   await other.fill('#cells', '20');
+  // what lies below the fields moves until the estimate is there
+  await other.waitForSelector('#estimate-lines', { state: 'detached' });
   assert.equal(await other.isVisible('#graded-fields'), false);
   await other.click('#copy-command');
   assert.equal(

@@ -136,12 +136,6 @@ async function addFile(mesher, { source, settings = {} }, sample) {
   try {
     if (/\.hxc$/i.test(source.name)) {
       const mesh = await mesher.open(source);
-      if (mesh.lines.lists) {
-        mesh.dispose();
-        throw new Error(
-          'its cells differ in size, and the page shows equal ones only; write .vtr with hexcast convert to see it in ParaView',
-        );
-      }
       state.mesh?.dispose();
       change('mesh', { mesh, job: { geometries: [{ file: source.name }] }, skin: null, expected: null });
     } else {
