@@ -184,7 +184,7 @@ impl WebMesh {
             (None, compress) if format == Format::Npz => {
                 // whether there are any shows now
                 self.measured.arrays(&self.mesh, of, PIECE_BYTES).map_err(js_error)?;
-                (Work::Archive { of: of.into(), encoder: Encoder::new(compress) }, Vec::new())
+                (Work::Archive { of: of.into(), encoder: Box::new(Encoder::new(compress)) }, Vec::new())
             }
             (None, compress) => {
                 let encoder = column_file::ColumnFileEncoder::new(&self.mesh, compress).map_err(js_error)?;
@@ -204,7 +204,7 @@ enum Work {
     /// A column file.
     Columns(column_file::ColumnFileEncoder),
     /// Arrays of what was measured, or of the mesh.
-    Archive { of: String, encoder: Encoder },
+    Archive { of: String, encoder: Box<Encoder> },
 }
 
 impl Work {
