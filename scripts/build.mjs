@@ -16,9 +16,10 @@ const WWW = path.join(ROOT, 'www');
 const PACKAGE_FILES = readdirSync(WWW).filter((name) => /\.(js|d\.ts)$/.test(name));
 /**
  * Most kilobytes (1000 bytes) of the wasm file, as it is and after gzip -9. Of these about 95 after gzip read files that are not STL: ZIP,
- * XML, JSON and gzip for 3MF and GLB, and OBJ, OFF and PLY. Compilers differ by some kilobytes.
+ * XML, JSON and gzip for 3MF and GLB, and OBJ, OFF and PLY. About 46 are lines of cells that differ in size, links, fractions, staggered grids and
+ * slabs beside windows, 16 write archives of NumPy's, 6 compare sizes of cells. Compilers differ by some kilobytes.
  */
-const LIMITS = { wasm: 1330, gzip: 590 };
+const LIMITS = { wasm: 1475, gzip: 655 };
 /** Every browser with WebGPU has these; without them wasm-opt refuses the code. */
 const FEATURES =
   '--enable-simd --enable-bulk-memory --enable-nontrapping-float-to-int --enable-sign-ext --enable-mutable-globals --enable-reference-types --enable-multivalue';

@@ -13,7 +13,8 @@ use crate::job::Job;
 use crate::mesh::Mesh;
 use crate::pipeline::{self, Engine, MeshOptions};
 use crate::sources::{Source, geometries};
-use crate::write::{Format, Options, exact_size, write};
+use crate::write::column_file::ColumnFileEncoder;
+use crate::write::{Compress, Format, Options, exact_size};
 
 /// Flags that are looked at at a time.
 const SLAB: usize = 1 << 26;
@@ -109,12 +110,21 @@ pub async fn converge(
             }
         });
         let (flags, seconds) = (flags.collect(), facts.seconds.lines + facts.seconds.snap + facts.seconds.columns);
-        let written = write(&mesh, Format::Columns, &Options::default(), &mut std::io::sink(), control)?;
+        let column_bytes = column_bytes(&mesh)?;
         let flag_bytes = exact_size(&mesh, Format::Raw, &Options::default()).unwrap_or(mesh.n_cells());
         let spacing = mesh.lines.smallest();
-        levels.push(Level { dims: mesh.dims(), spacing, seconds, column_bytes: written.n_bytes, flag_bytes, flags });
+        levels.push(Level { dims: mesh.dims(), spacing, seconds, column_bytes, flag_bytes, flags });
     }
     Ok(levels)
+}
+
+/// Bytes of a mesh as a column file.
+fn column_bytes(mesh: &Mesh) -> Result<u64> {
+    let (mut encoder, mut n_bytes) = (ColumnFileEncoder::new(mesh, Compress::None)?, 0);
+    while let Some(bytes) = encoder.step(mesh)? {
+        n_bytes += bytes.len() as u64;
+    }
+    Ok(n_bytes)
 }
 
 /// Area of the facets of geometries, projected on planes across x, y and z.

@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 use crate::error::{Error, Result};
 use crate::geometry::{Facet, Geometry, check_n_geometries};
-use crate::lines::{AXES, IS_NATIVE, Lines};
+use crate::lines::{AXES, Lines};
 use crate::parallel::*;
 
 mod centres;
@@ -107,7 +107,7 @@ impl Frame {
     }
 
     fn places(&self) -> Option<&Places> {
-        if IS_NATIVE { self.centres.as_deref() } else { None }
+        self.centres.as_deref()
     }
 
     /// Centre of a cell along an axis, in units.

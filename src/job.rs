@@ -38,8 +38,6 @@ mod part_job;
 mod per_axis;
 mod quoted;
 mod setters;
-#[cfg(target_arch = "wasm32")]
-mod unread;
 mod validate;
 mod validate_lines;
 mod zarr_job;

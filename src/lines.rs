@@ -19,7 +19,7 @@ mod optimum;
 
 pub use graded::{Body, graded};
 pub use grading::Grading;
-pub(crate) use grid::{AXES, IS_NATIVE, native_only};
+pub(crate) use grid::AXES;
 pub use grid::{Lines, MAX_LISTED};
 
 use optimum::Intervals;

@@ -26,7 +26,7 @@ use crate::frame::Frame;
 use crate::gaps::{self, Gaps, NAME};
 use crate::geometry::{Fill, Geometry};
 use crate::job::Job;
-use crate::lines::{Grading, IS_NATIVE, Lines, about_fine_cells, residuals};
+use crate::lines::{Grading, Lines, about_fine_cells, residuals};
 use crate::mesh::{Mesh, Named};
 use crate::overlay::{self, Overlay};
 use crate::rays::Rays;
@@ -111,8 +111,7 @@ pub async fn mesh(
         let near = parts.iter().map(|part| part.window(cells, &frame)).collect();
         let near_frame = frame.window(cells);
         let uncut = (std::mem::replace(&mut parts, near), std::mem::replace(&mut frame, near_frame));
-        // in wasm, where code is scarce, no slabs beside a window are meshed
-        kept = (IS_NATIVE && (job.certify || job.part.is_some())).then_some(uncut);
+        kept = (job.certify || job.part.is_some()).then_some(uncut);
     }
     let parts_bytes = parts.iter().map(|part| part.n_bytes(&prepared.rays, &frame)).sum();
     let budget = memory_budget(job, options, &prepared, (engine, parts_bytes), control).await?;
@@ -145,7 +144,7 @@ pub async fn mesh(
     let uncut = Whole { frame: frame_of_whole, parts: parts_of_whole, flags: &flags, lines: whole, rule: job.rule };
     let is_merged = job.part.is_some() && prepared.halo == 0;
     let begins_rays = prepared.halo == 0 && cells[0][columns.rays.axis] == 0;
-    let runs_of_whole = match IS_NATIVE && is_merged || begins_rays {
+    let runs_of_whole = match is_merged || begins_rays {
         true => Some(uncut.runs(&columns, cells, (engine, &budget, control)).await?),
         false => None,
     };

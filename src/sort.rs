@@ -15,6 +15,14 @@ pub(crate) fn sort_by_key<T, K: Ord>(list: &mut [T], key: impl Fn(&T) -> K) {
     sort_by(list, |one, other| key(one) < key(other));
 }
 
+/// Sorts a list that is nearly in order by a key, which all elements have for themselves.
+pub(crate) fn sort_nearly_by_key<T, K: Ord>(list: &mut [T], key: impl Fn(&T) -> K) {
+    #[cfg(not(target_arch = "wasm32"))]
+    list.sort_by_key(key);
+    #[cfg(target_arch = "wasm32")]
+    sort_by_key(list, key);
+}
+
 /// Sorts a list on all cores.
 #[cfg(not(target_arch = "wasm32"))]
 pub(crate) fn par_sort<T: Ord + Send>(list: &mut [T]) {

@@ -23,6 +23,7 @@ use crate::frame::{Frame, MAX_CELLS_PER_AXIS};
 use crate::job::Rule;
 use crate::lines::AXES;
 use crate::rays::Rays;
+use crate::sort::{sort, sort_by_key};
 
 /// The components: their names, and along which axes their points lie on lines in place of centres.
 pub const COMPONENTS: [(&str, [bool; 3]); 6] = [
@@ -197,7 +198,7 @@ fn check_bytes(n_faces: usize, max_bytes: u64) -> Result<()> {
 
 /// In order, x fastest, each once with its highest code.
 fn highest(mut found: Vec<Coded>) -> Vec<Coded> {
-    found.sort_unstable_by_key(|&([x, y, z], code)| (z, y, x, u8::MAX - code));
+    sort_by_key(&mut found, |&([x, y, z], code)| (z, y, x, u8::MAX - code));
     found.dedup_by_key(|(place, _)| *place);
     found
 }
@@ -209,7 +210,7 @@ fn under(columns: &Columns, places: &[Coded]) -> Result<Vec<u8>> {
     // ray after ray, so that each is read once
     let mut order: Vec<(u64, u32)> = Vec::with_capacity(places.len());
     order.extend((0u32..).zip(places).map(|(index, (place, _))| (ray_of(rays.across.map(|axis| place[axis])), index)));
-    order.sort_unstable();
+    sort(&mut order);
     let mut codes = vec![0; places.len()];
     for of_ray in order.chunk_by(|one, other| one.0 == other.0) {
         let runs = columns.ray(of_ray[0].0)?;

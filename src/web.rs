@@ -12,6 +12,7 @@ use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 
 use crate::control::{CancelToken, Control, Progress};
+use crate::converge::converge;
 use crate::error::Error;
 use crate::estimate::EstimateSteps;
 use crate::job::{BackendChoice, Job};
@@ -22,12 +23,14 @@ use crate::sources::Source;
 mod file;
 mod info;
 mod leak;
+mod measured;
 mod mesh;
 mod surface;
 mod values;
 
 pub use file::JsFile;
 use file::JsFileStore;
+use measured::Measured;
 pub use mesh::{WebEncoder, WebHash, WebMesh, WebSkin};
 pub use surface::{WebCheck, WebMeasuring, WebPreview, WebReader, WebSurface};
 use values::{JsResult, forget, js_error, keep, kept};
@@ -122,8 +125,8 @@ impl WebEstimate {
 
     /// As JSON, once all is done: `Estimate` without seconds.
     pub fn finish(self) -> String {
-        let Prepared { geometries, lines, rays, .. } = &self.prepared;
-        info::json(&self.steps.finish(geometries, lines, rays))
+        let Prepared { geometries, lines, rays, unit, .. } = &self.prepared;
+        info::json(&self.steps.finish(geometries, lines, rays).with_unit(unit.as_deref()))
     }
 }
 
@@ -184,9 +187,7 @@ impl WebEngine {
     ) -> JsResult<WebMesh> {
         // first of all, so that the file is closed whatever happens
         let spill = spill.map_or(SpillTarget::None, |file| SpillTarget::Temporary(Arc::new(JsFileStore::new(file))));
-        let Some(mut engine) = self.engine.borrow_mut().take() else {
-            return Err(js_error(Error::new("device-failed", "a mesh is already being made", "wait for it")));
-        };
+        let mut engine = self.take()?;
         let progress = keep(progress.into());
         let control = self.control(job.token.clone(), progress);
         let max_device_bytes = max_device_bytes.map(|bytes| bytes as u64);
@@ -194,9 +195,27 @@ impl WebEngine {
         let result = pipeline::mesh(&job.job, job.sources(), &options, &mut engine, &control).await;
         forget(progress);
         *self.engine.borrow_mut() = Some(engine);
-        let (mesh, facts) = result.map_err(js_error)?;
+        let (mesh, mut facts) = result.map_err(js_error)?;
+        let measured = Measured::take(&mut facts);
         let report = Report::new(facts, CallerFacts { read: read_seconds, ..CallerFacts::default() });
-        Ok(WebMesh::new(mesh, info::json(&report)))
+        Ok(WebMesh::new(mesh, measured, info::json(&report)))
+    }
+
+    /// Meshes a job with so many cells along the longest side, for each of `sizes`; `progress` begins again with each. Returns JSON: the
+    /// levels that `hexcast converge --json` prints.
+    pub async fn converge(&self, job: WebJob, sizes: Vec<u32>, progress: Function) -> JsResult<String> {
+        let mut engine = self.take()?;
+        let progress = keep(progress.into());
+        let control = self.control(job.token.clone(), progress);
+        let result = converge(&job.job, &job.sources(), &sizes, &mut engine, &control).await;
+        forget(progress);
+        *self.engine.borrow_mut() = Some(engine);
+        result.map(|levels| info::json(&levels)).map_err(js_error)
+    }
+
+    fn take(&self) -> JsResult<Engine> {
+        let engine = self.engine.borrow_mut().take();
+        engine.ok_or_else(|| js_error(Error::new("device-failed", "a mesh is already being made", "wait for it")))
     }
 
     fn control(&self, token: CancelToken, progress: usize) -> Control {

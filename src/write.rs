@@ -3,17 +3,13 @@
 //! Mesh, format, options -> bytes. No writer seeks or holds the cells: flags come slab by slab from the columns, so a
 //! file of any size needs a few slabs of memory. What else a format costs is at the top of its file.
 
-#[cfg(not(target_arch = "wasm32"))]
-mod archive;
+pub(crate) mod archive;
 pub mod bits;
 pub mod column_file;
-#[cfg(not(target_arch = "wasm32"))]
-mod fractions;
-#[cfg(not(target_arch = "wasm32"))]
-mod links;
+pub(crate) mod fractions;
+pub(crate) mod links;
 pub mod npy;
-#[cfg(not(target_arch = "wasm32"))]
-mod npz;
+pub(crate) mod npz;
 mod options;
 #[cfg(not(target_arch = "wasm32"))]
 mod ordered;
@@ -22,8 +18,7 @@ pub mod sidecar;
 mod sink;
 #[cfg(not(target_arch = "wasm32"))]
 mod solid;
-#[cfg(not(target_arch = "wasm32"))]
-mod staggered;
+pub(crate) mod staggered;
 pub mod vti;
 mod vtp;
 #[cfg(all(feature = "zarr", not(target_arch = "wasm32")))]
@@ -38,16 +33,13 @@ use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 
-#[cfg(not(target_arch = "wasm32"))]
 pub use fractions::write_fractions;
-#[cfg(not(target_arch = "wasm32"))]
 pub use links::{LinksFormat, write_links};
 pub use options::{AxisOrder, Compress, Format, Options, Written};
 pub use sidecar::sidecar_json;
 pub(crate) use sink::Sink;
 #[cfg(not(target_arch = "wasm32"))]
 pub use solid::write_solid;
-#[cfg(not(target_arch = "wasm32"))]
 pub use staggered::write_staggered;
 pub use vtp::leak_vtp;
 
@@ -136,9 +128,6 @@ fn check(format: Format, options: &Options) -> Result<()> {
         let message = ".zarr is a folder of many files, and one file was to be written";
         let hint = "write the store with write::zarr (feature zarr), or with `hexcast mesh -o mesh.zarr`";
         return Err(Error::new("job-conflict", message, hint));
-    }
-    if cfg!(target_arch = "wasm32") && format == Format::Npz {
-        return Err(Error::new("job-conflict", ".npz is written natively only", "use .npy"));
     }
     if let Compress::Zlib(level) = options.compress {
         if !(1..=9).contains(&level) {

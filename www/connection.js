@@ -1,4 +1,5 @@
 /** Calls to the core: in a worker of this or another origin, or on this thread. */
+import { answer } from './answer.js';
 import { HexcastError, errorOf } from './error.js';
 import { startWorker } from './start_worker.js';
 
@@ -220,7 +221,7 @@ function localPort(core) {
   const port = {
     async send(request) {
       if ('cancel' in request) return core.cancel(request.cancel);
-      port.onanswer(await core.answer(request, (progress) => port.onanswer(progress)));
+      port.onanswer(await answer(core, request, (progress) => port.onanswer(progress)));
     },
     close: () => core.dispose(),
     onanswer() {},

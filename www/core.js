@@ -2,14 +2,15 @@
  * The operations of the package, on the calling thread: the wasm, surfaces and meshes by number. `worker.js` runs them in a worker;
  * `hexcast.js` calls them there or, without a worker, directly. Arguments and results can be cloned.
  */
+import { arraysOf } from './arrays.js';
 import { Devices, describeAdapter, whyNotTaken } from './adapter.js';
 import { clearSpillFiles, spilling } from './spill.js';
 import { cancelled, pause } from './call.js';
 import { columnFile } from './column_file.js';
 import { skinOf, sliceOf } from './drawn.js';
 import { sha256 } from './hash.js';
+import { factsOf, onRays } from './facts.js';
 import { Held, freeAfter } from './held.js';
-import { asError, failureOf } from './error.js';
 import init, { WebEngine, WebGpu, WebJob, WebMesh, WebSurface, WebSwitch, expandText, version } from './hexcast_wasm.js';
 import { Pace } from './pace.js';
 import { readSurface } from './read.js';
@@ -22,7 +23,7 @@ import { inSteps } from './steps.js';
  * @typedef {{ json: string, surfaces: number[] }} JobArguments a job, and its surfaces by number
  * @typedef {JobArguments & { readSeconds: number, spill: 'auto' | boolean, maxDeviceBytes?: number }} MeshArguments
  * @typedef {{ backend: 'gpu' | 'cpu', adapter: import('./hexcast.js').Adapter | null, fallback: string | null }} Facts of a backend
- * @typedef {Exclude<keyof Core, 'run' | 'cancel' | 'answer' | 'dispose'>} Operation
+ * @typedef {Exclude<keyof Core, 'run' | 'cancel' | 'dispose'>} Operation
  */
 
 export class Core {
@@ -46,22 +47,6 @@ export class Core {
   /** Why `auto` meshes on the CPU although there is an adapter. @type {string | null} */
   #notTaken = null;
   #pace = new Pace();
-
-  /**
-   * Answers a request with the result of its operation or an error; `report` receives progress.
-   * @param {{ id: number, operation: Operation, args: any }} request
-   * @param {(answer: { id: number, progress: import('./hexcast.js').Progress }) => void} report
-   * @returns {Promise<{ id: number, result?: unknown, failure?: import('./error.js').Failure }>}
-   */
-  async answer({ id, operation, args }, report) {
-    try {
-      const progress = (/** @type {import('./hexcast.js').Progress} */ at) => report({ id, progress: at });
-      const result = operation === 'open' ? await this.open(args) : await this.run(operation, id, args, progress);
-      return { id, result };
-    } catch (error) {
-      return { id, failure: failureOf(asError(error)) };
-    }
-  }
 
   /**
    * Loads the wasm and opens a backend; `auto` does not take an adapter in software, unless its device is the caller's.
@@ -182,12 +167,8 @@ export class Core {
   /** @param {JobArguments} args @param {Listener} _progress @param {State} state @returns {Promise<import('./hexcast.js').Estimate>} */
   async estimate(args, _progress, state) {
     const job = this.#job(args, state);
-    const estimate = JSON.parse(
-      await inSteps(
-        freeAfter(job, () => job.estimate()),
-        state,
-      ),
-    );
+    const steps = freeAfter(job, () => job.estimate());
+    const estimate = JSON.parse(await inSteps(steps, state));
     return { ...estimate, seconds: this.#pace.secondsOf(estimate) };
   }
 
@@ -199,9 +180,21 @@ export class Core {
    * @param {State} state
    */
   mesh(args, progress, state) {
+    return this.#inTurn(state, () => this.#make(args, progress, state));
+  }
+
+  /**
+   * Works once the mesh before has ended.
+   *
+   * @template T
+   * @param {State} state
+   * @param {() => Promise<T>} work
+   * @returns {Promise<T>}
+   */
+  #inTurn(state, work) {
     const made = this.#turn.then(() => {
       if (state.cancelled) throw cancelled();
-      return this.#make(args, progress, state);
+      return work();
     });
     this.#turn = made.catch(() => {});
     return made;
@@ -209,11 +202,10 @@ export class Core {
 
   /** @param {MeshArguments} args @param {Listener} progress @param {State} state */
   async #make(args, progress, state) {
-    const onRays = (/** @type {number} */ done, /** @type {number} */ total) => progress({ stage: 'mesh', done, total });
     const mesh = await spilling(args.spill, async (open) => {
       // before the file is opened: a job may be refused
       const job = this.#job(args, state);
-      return this.#engine.mesh(job, args.readSeconds, args.maxDeviceBytes, onRays, await open?.());
+      return this.#engine.mesh(job, args.readSeconds, args.maxDeviceBytes, onRays(progress), await open?.());
     });
     const facts = this.#describe(mesh);
     /** @type {Facts} */
@@ -224,6 +216,16 @@ export class Core {
     return engine.adapter ? facts : { ...facts, engine };
   }
 
+  /**
+   * @param {JobArguments & { sizes: number[] }} args @param {Listener} progress @param {State} state
+   * @returns {Promise<import('./hexcast.js').Level[]>}
+   */
+  converge({ sizes, ...args }, progress, state) {
+    return this.#inTurn(state, async () =>
+      JSON.parse(await this.#engine.converge(this.#job(args, state), new Uint32Array(sizes), onRays(progress))),
+    );
+  }
+
   /** @param {{ source: Blob | Uint8Array }} args */
   async openColumns({ source }) {
     const file = await columnFile(source);
@@ -232,16 +234,7 @@ export class Core {
 
   /** @param {WebMesh} mesh */
   #describe(mesh) {
-    const [runs, bytes] = mesh.columnFacts();
-    /** @type {Record<string, number | undefined>} */
-    const sizes = {};
-    for (const format of ['vti', 'vtr', 'npy', 'raw', 'hxc']) sizes[format] = mesh.size(format, false);
-    for (const format of ['npy', 'raw']) sizes[`${format}-bits`] = mesh.size(format, true);
-    /** @type {import('./hexcast.js').Report} */
-    const report = JSON.parse(mesh.report());
-    // browsers give the wasm no name
-    if (report.adapter === '') report.adapter = this.#adapterName;
-    return { mesh: this.#meshes.keep(mesh), report, axis: /** @type {0 | 1 | 2} */ (mesh.rayAxis()), runs, bytes, sizes };
+    return { mesh: this.#meshes.keep(mesh), ...factsOf(mesh, this.#adapterName) };
   }
 
   /** @param {{ mesh: number, cell: [number, number, number] }} args */
@@ -303,6 +296,11 @@ export class Core {
   leak({ mesh, question, job }, _progress, state) {
     const surfaces = job ? this.#job(job, state) : undefined;
     return JSON.parse(this.#meshes.get(mesh).leak(question, surfaces));
+  }
+
+  /** @param {{ mesh: number, of: import('./arrays.js').Measured }} args */
+  arrays({ mesh, of }) {
+    return arraysOf(this.#meshes.get(mesh), of);
   }
 
   /** @param {{ mesh: number, format: string, compress: number, bits: boolean }} args */

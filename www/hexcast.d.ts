@@ -18,10 +18,12 @@
  * cells are counted from 0, ends of ranges are exclusive, and x varies fastest: `flags[x + nx * (y + ny * z)]`.
  */
 import type { Estimate, FileInfo, FileSource, Job, Surface, SurfaceSource } from './job.js';
+import type { Level } from './measured.js';
 import type { Mesh } from './result.js';
 import './globals.js';
 
 export type * from './job.js';
+export type * from './measured.js';
 export type * from './report.js';
 export type * from './result.js';
 
@@ -194,6 +196,12 @@ export interface Mesher extends Disposable {
   mesh(job: Job, options?: MeshOptions): Promise<Mesh>;
   /** What a mesh would cost, without making it. */
   estimate(job: Job, options?: CallOptions): Promise<Estimate>;
+  /**
+   * Meshes a job with so many cells along the longest side of its box, for each of `sizes` (default 32, 64, 128, 256), and says how far volumes
+   * and areas are from those of the surfaces, and what each size costs: what `hexcast converge --json` prints. Progress begins again with each
+   * size. Fails with `job-conflict` where the job chooses its cells itself, or asks for a window or a part; as `mesh` otherwise.
+   */
+  converge(job: Job, options?: CallOptions & { sizes?: readonly number[] }): Promise<Level[]>;
   /**
    * Opens a column file. In a worker a Blob is not copied: the mesh reads pieces of it as they are needed, so that a file may be
    * larger than the memory. It must not change meanwhile. A damaged piece shows when it is read, as `columns-corrupt`.

@@ -81,6 +81,12 @@ export interface GeometryJob {
   shell?: boolean;
   /** The cells outside of it in place of those inside, such as the fluid around a body. */
   invert?: boolean;
+  /** With `graded`: largest size of a cell across its box. */
+  max_size?: number;
+  /** With `graded`: fewest cells across its box along every axis, at least 1. */
+  min_cells?: number;
+  /** With `graded`: whether lines lie beside its edges, a third of a cell inside and two thirds outside, as solvers of Maxwell's equations want. */
+  metal?: boolean;
   /** What it is made of: passed on to every output, and not used otherwise. */
   material?: Material;
   /** Scales first: one factor, or one for each axis. */
@@ -89,6 +95,36 @@ export interface GeometryJob {
   rotate?: Triple;
   /** Then moves. */
   translate?: Triple;
+}
+
+/** How lines are generated. Lengths are in the unit of the files. */
+export interface GradedJob {
+  /** Largest size of a cell, on all axes or each. */
+  max_size: number | Triple;
+  /** Smallest size of a cell; by default a thousandth of the largest. Of ends that are closer to each other one is left off the lines. */
+  min_size?: number;
+  /** Most times by which a cell is larger than its neighbour, 1.01 to 10; default 1.3. */
+  growth?: number;
+  /** Cells of the size at the end that are added on both sides of every axis, up to 1,024: for absorbing layers. Default 0. */
+  absorbing?: number | Triple;
+}
+
+/** Which links are measured. */
+export interface LinksJob {
+  /** `D3Q7` has links over the 6 faces of a cell, `D3Q15` also over the 8 corners, `D3Q19` (the default) over faces and 12 edges, `D3Q27` over all. */
+  stencil?: 'D3Q7' | 'D3Q15' | 'D3Q19' | 'D3Q27';
+  /** Flags of the fluid, 0 to 255; default 0, the background. */
+  fluid?: readonly number[];
+}
+
+/** How fractions of cells are measured. */
+export interface FractionsJob {
+  /** Rays of a cell along each of two axes: 1, 2, 4 (the default), 8 or 16. The fraction of a cell that one plane cuts is off by less than 1 / rays. */
+  rays?: number;
+  /** Also the fraction of each face of these cells. Default false. */
+  faces?: boolean;
+  /** Also area, centre and normal of the surface in each cell. Default false. */
+  surfaces?: boolean;
 }
 
 /** What is meshed and how: the native job file, with sources in place of file names. */
@@ -109,10 +145,13 @@ export interface Job {
   max_cell_size?: number;
   /** How far from a line, in cells, `max_cell_size` lets the end of a bounding box lie: 0 to 0.5, default 0.05. */
   tolerance?: number;
-  /** Lines of cells that differ in size. The native program takes them, the package does not: `lines-graded`. */
-  lines?: never;
-  /** Generated lines of cells that differ in size. The native program makes them, the package does not: `lines-graded`. */
-  graded?: never;
+  /**
+   * All lines of each axis, ascending, in the unit of the files: cells + 1 numbers each, at most 262,143. The first and the last are the domain.
+   * The CPU meshes cells that differ in size; where there is a GPU, a warning says so.
+   */
+  lines?: { readonly x: Numbers; readonly y: Numbers; readonly z: Numbers };
+  /** Generates lines of cells that differ in size: one on every end of every geometry's box, close where geometries are small, far elsewhere. */
+  graded?: GradedJob;
   /** Most cells, however they are chosen; without it only those of an axis are limited. A mesh of more fails with `too-many-cells`. */
   max_cells?: number;
   /**
@@ -159,12 +198,12 @@ export interface Job {
   certify?: boolean;
   /** Walls of fewer cells are thin; default 2. */
   thin_cells?: number;
-  /** Links from cells to surfaces: natively only. */
-  links?: never;
-  /** Fractions of cells that surfaces cut: natively only. */
-  fractions?: never;
-  /** Flags at the points of a staggered grid: natively only. */
-  staggered?: never;
+  /** Measures the links from cells of a fluid to surfaces: see `Mesh.links`. */
+  links?: LinksJob;
+  /** Measures the fraction of each flag in the cells that surfaces cut: see `Mesh.fractions`. */
+  fractions?: FractionsJob;
+  /** Finds the flags at the points of a staggered (Yee) grid: see `Mesh.staggered`. Default false. */
+  staggered?: boolean;
   /** Axis of the rays; the result does not depend on it. Default `auto`: the longest, the first of those less than an eighth shorter. */
   axis?: 'auto' | 'x' | 'y' | 'z';
   /**

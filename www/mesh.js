@@ -11,18 +11,13 @@ import { plainJson } from './plain.js';
 const BLOB_PART_BYTES = 64 << 20;
 
 const MOST = 2 ** 32 - 1;
-const FORMATS = /** @type {const} */ (['vti', 'vtr', 'npy', 'raw', 'hxc']);
+const FORMATS = /** @type {const} */ (['vti', 'vtr', 'npy', 'npz', 'raw', 'hxc', 'links.npz', 'fractions.npz', 'staggered.npz']);
 const WRITE = ['compress', 'bits', ...CALL];
 const SIDECAR = ['bits', 'hash', ...CALL];
 const LEAK = ['from', 'to', 'flags', 'job', 'max_memory'];
 
-const MIME = {
-  vti: 'application/vnd.vtk.vti+xml',
-  vtr: 'application/vnd.vtk.vtr+xml',
-  npy: 'application/octet-stream',
-  raw: 'application/octet-stream',
-  hxc: 'application/octet-stream',
-};
+/** Types of files that have one. @type {Partial<Record<Format, string>>} */
+const MIME = { vti: 'application/vnd.vtk.vti+xml', vtr: 'application/vnd.vtk.vtr+xml' };
 
 /**
  * @typedef {import('./hexcast.js').Format} Format
@@ -194,6 +189,26 @@ export class Mesh {
     return job ? this.#withSurfaces(job, call, ask) : ask(null);
   }
 
+  /** @param {CallOptions} [options] @returns {Promise<import('./hexcast.js').Links>} */
+  async links(options) {
+    return this.#measured('links', options);
+  }
+
+  /** @param {CallOptions} [options] @returns {Promise<import('./hexcast.js').Fractions>} */
+  async fractions(options) {
+    return this.#measured('fractions', options);
+  }
+
+  /** @param {CallOptions} [options] @returns {Promise<import('./hexcast.js').Staggered>} */
+  async staggered(options) {
+    return this.#measured('staggered', options);
+  }
+
+  /** @param {import('./arrays.js').Measured} of @param {CallOptions} [options] @returns {Promise<any>} */
+  #measured(of, options) {
+    return this.#call('arrays', { of }, optionsOf(options, CALL));
+  }
+
   /** @param {CallOptions} [options] */
   async sha256(options) {
     return this.#call('sha256', { bits: false }, optionsOf(options, CALL));
@@ -252,7 +267,7 @@ export class Mesh {
       [pieces, bytes] = [[], 0];
     };
     await this.stream(format, options).pipeTo(new WritableStream({ write }));
-    return new Blob([...parts, ...pieces], { type: MIME[format] });
+    return new Blob([...parts, ...pieces], { type: MIME[format] ?? 'application/octet-stream' });
   }
 
   /** @param {import('./hexcast.js').SidecarOptions} [options] */

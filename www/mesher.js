@@ -19,6 +19,11 @@ const LEAST_DEVICE_BYTES = 2 ** 20;
 /** Most facets that a preview can have. */
 const MAX_FACETS = 2 ** 32 - 1;
 
+/** Cells along the longest side that `converge` compares by default. */
+const SIZES = [32, 64, 128, 256];
+/** Most cells along an axis that a job can ask for. */
+const MOST_CELLS = 2 ** 32 - 1;
+
 /** A surface in the worker. */
 class Surface {
   #connection;
@@ -119,6 +124,14 @@ export class Mesher {
   async estimate(job, options) {
     const call = optionsOf(options, CALL);
     return this.#withSurfaces(job, call, (prepared) => this.#connection.call('estimate', prepared, call));
+  }
+
+  /** @param {Job} job @param {CallOptions & { sizes?: readonly number[] }} [options] */
+  async converge(job, options) {
+    const { sizes = SIZES, ...call } = optionsOf(options, ['sizes', ...CALL]);
+    if (!Array.isArray(sizes) || sizes.length === 0) throw wrongValue('sizes', sizes, 'a list of numbers of cells');
+    const checked = sizes.map((size, at) => wholeNumber(`sizes[${at}]`, size, 1, MOST_CELLS));
+    return this.#withSurfaces(job, call, (prepared) => this.#connection.call('converge', { ...prepared, sizes: checked }, call));
   }
 
   /** @param {Blob | Uint8Array | ArrayBuffer} file @param {CallOptions} [options] */

@@ -1,4 +1,6 @@
 /** What a mesh says about itself: its report, as the native command writes it. */
+import type { FractionsReport, LinksReport, StaggeredReport } from './measured.js';
+
 /** The cells of a flag. */
 export interface FlagReport {
   flag: number;
@@ -106,12 +108,12 @@ export interface Report {
   job: { geometries: { file: string; flag: number; [key: string]: unknown }[]; [key: string]: unknown } | null;
   /** Thin walls, overlaps and gaps of one cell; null where the job did not ask for them, and for an opened mesh. */
   certificate: CertificateReport | null;
-  /** Links from cells of a fluid to surfaces: natively only, null here. */
-  links: null;
-  /** Cells that surfaces cut: natively only, null here. */
-  fractions: null;
-  /** Points of a staggered grid: natively only, null here. */
-  staggered: null;
+  /** Links from cells of a fluid to surfaces; null where the job did not ask for them, and for an opened mesh. */
+  links: LinksReport | null;
+  /** Cells that surfaces cut; null as `links`. */
+  fractions: FractionsReport | null;
+  /** Points of a staggered grid; null as `links`. */
+  staggered: StaggeredReport | null;
   /** Hash of the flags, the same on every device and along every axis; null for an opened mesh and where the columns have spilled. */
   flags_hash: string | null;
   /** SHA-256 of the flags; null, as `Mesh.sha256` makes it where it is needed. */

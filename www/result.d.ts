@@ -1,6 +1,7 @@
 /** What comes out: the mesh, its flags and its files. */
 import type { CallOptions, Device } from './hexcast.js';
 import type { Job } from './job.js';
+import type { Fractions, Links, Staggered } from './measured.js';
 import type { Report } from './report.js';
 
 /** Arrays over an `ArrayBuffer` of their own, in every version of TypeScript. */
@@ -79,10 +80,11 @@ export interface Skin {
   parts: SkinPart[];
 }
 
-export type Format = 'vti' | 'vtr' | 'npy' | 'raw' | 'hxc';
+/** Formats of files: those of the mesh, and those of what its job asked for besides. `vti` is for cells of one size. */
+export type Format = 'vti' | 'vtr' | 'npy' | 'npz' | 'raw' | 'hxc' | 'links.npz' | 'fractions.npz' | 'staggered.npz';
 
 export interface WriteOptions extends CallOptions {
-  /** zlib level for vti, vtr and hxc: 0 (the default) does not compress, 1 is fast, 6 is a good compromise, 9 is small. */
+  /** zlib level for vti, vtr, hxc and every npz: 0 (the default) does not compress, 1 is fast, 6 is a good compromise, 9 is small. */
   compress?: number;
   /** Eight cells a byte, for raw and npy of meshes with one flag. */
   bits?: boolean;
@@ -234,9 +236,15 @@ export interface Mesh extends Disposable {
    * of different flags, `memory` where the search takes more than is allowed. An abort does not stop the search itself.
    */
   leak(question: LeakQuestion, options?: CallOptions): Promise<Leak>;
+  /** The links that the job asked for. Fails with `job-conflict` where it did not, and for an opened mesh. */
+  links(options?: CallOptions): Promise<Links>;
+  /** The fractions of cells that the job asked for. Fails as `links`. */
+  fractions(options?: CallOptions): Promise<Fractions>;
+  /** The flags at the points of a staggered grid, if the job asked for them: about seven bytes a cell. Fails as `links`. */
+  staggered(options?: CallOptions): Promise<Staggered>;
   /** SHA-256 of all flags, one byte each, x fastest: that of the raw file. */
   sha256(options?: CallOptions): Promise<string>;
-  /** Bytes of a file before it is made; null where they depend on the flags (compressed, hxc). */
+  /** Bytes of a file before it is made; null where they depend on the flags (compressed, hxc) or on the archive (npz). */
   size(format: Format, options?: WriteOptions): number | null;
   /**
    * A file, byte for byte that of the native command, as a stream that is made as it is read. Where the browser has streams of bytes,

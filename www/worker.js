@@ -2,6 +2,7 @@
  * The worker: runs `core.js` and answers messages `{id, operation, args}` with `{id, result}`, `{id, failure}` or, on the way,
  * `{id, progress}`. `{cancel: id}` stops a call. Bytes go back without a copy.
  */
+import { answer } from './answer.js';
 import { Core } from './core.js';
 
 const core = new Core();
@@ -11,12 +12,12 @@ addEventListener('message', async ({ data }) => {
     core.cancel(data.cancel);
     return;
   }
-  const answer = await core.answer(data, (progress) => postMessage(progress));
+  const made = await answer(core, data, (progress) => postMessage(progress));
   try {
-    postMessage(answer, { transfer: buffers(answer.result) });
+    postMessage(made, { transfer: buffers(made.result) });
   } catch {
     // the cause of a failure may be anything, also what cannot be sent
-    const { id, failure } = answer;
+    const { id, failure } = made;
     if (failure)
       postMessage({ id, failure: { ...failure, remarks: { ...failure.remarks, cause: String(failure.remarks.cause) } } });
   }

@@ -55,6 +55,7 @@ pub(crate) fn mesh(
 pub(crate) fn estimate(py: Python<'_>, job: &str, surfaces: Surfaces) -> PyResult<String> {
     of_prepared(py, job, &surfaces, |prepared| {
         let estimate = Estimate::new(&prepared.geometries, &prepared.lines, &prepared.rays);
+        let estimate = estimate.with_unit(prepared.unit.as_deref());
         // a struct of numbers always has a JSON form
         Ok(serde_json::to_string(&estimate).unwrap_or_default())
     })

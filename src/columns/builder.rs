@@ -14,7 +14,7 @@ use super::piece_store::{PieceEntry, PieceStore};
 use super::run::Band;
 use super::store::Store;
 use crate::error::{Error, Result};
-use crate::lines::{IS_NATIVE, Lines};
+use crate::lines::Lines;
 use crate::parallel::*;
 use crate::rays::Rays;
 
@@ -209,7 +209,8 @@ impl ColumnsBuilder {
 /// What differs first between the head of the columns in a store and that of what is to be meshed.
 fn difference(store: &dyn Store, head: &[u8]) -> String {
     let unknown = || "its head cannot be read".to_string();
-    if !IS_NATIVE {
+    // the browser resumes no file
+    if cfg!(target_arch = "wasm32") {
         return unknown();
     }
     let read = |start: &[u8]| -> Option<(u32, usize)> { head::start(start).ok() };

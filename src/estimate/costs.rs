@@ -130,6 +130,11 @@ impl Estimate {
         steps.finish(geometries, lines, rays)
     }
 
+    /// Says what the unit of lengths is, which the Courant step in seconds needs.
+    pub fn with_unit(self, unit: Option<&str>) -> Estimate {
+        Estimate { grading: self.grading.map(|grading| grading.with_unit(unit)), ..self }
+    }
+
     fn of(expected: &Expected, geometries: &[Geometry], lines: &Lines, rays: &Rays) -> Estimate {
         let facets: u64 = geometries.iter().map(|geometry| geometry.facets.len() as u64).sum();
         let crossings = expected.crossings.round() as u64;

@@ -39,7 +39,7 @@ pub struct Fractions {
     /// Number of cells of the box on x, y, z.
     pub dims: [u32; 3],
     /// Cells by rows.
-    pub(super) parts: Vec<Part>,
+    pub(crate) parts: Vec<Part>,
     /// Volume of each flag, 0 to 255, in the box: that of whole cells and of fractions.
     pub volumes: Vec<f64>,
     /// Area of the surface of each geometry in the box; None where surfaces were not asked for.
@@ -50,11 +50,11 @@ pub struct Fractions {
 
 /// What was found in some rows of cells.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Part {
-    pub(super) fractions: Vec<Fraction>,
+pub(crate) struct Part {
+    pub(crate) fractions: Vec<Fraction>,
     /// For each fraction; empty unless asked for.
-    pub(super) faces: Vec<[f32; 6]>,
-    pub(super) surfaces: Vec<CutSurface>,
+    pub(crate) faces: Vec<[f32; 6]>,
+    pub(crate) surfaces: Vec<CutSurface>,
 }
 
 impl Part {

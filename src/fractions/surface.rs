@@ -12,6 +12,7 @@ use super::refined::InUnits;
 use crate::crossings::by_ray;
 use crate::frame::{Frame, normal};
 use crate::lines::Lines;
+use crate::sort::sort_nearly_by_key;
 
 /// The facets, by rows of cells.
 pub(super) struct Surfaces<'a> {
@@ -102,6 +103,8 @@ impl Polygon {
 struct Sum {
     cell: u64,
     rank: u8,
+    /// Those of a cell stay in the order of facets, so that their sums are always the same.
+    order: usize,
     area: f64,
     moments: Point,
     normal: Point,
@@ -149,13 +152,13 @@ impl Surfaces<'_> {
                     polygon.slices(0, &self.lines[0], 0..nx, |x, polygon| {
                         let cell = x as u64 + nx as u64 * (y as u64 + ny as u64 * z as u64);
                         let (area, moments, normal) = self.measure(&polygon);
-                        sums.push(Sum { cell, rank, area, moments, normal });
+                        let order = sums.len();
+                        sums.push(Sum { cell, rank, order, area, moments, normal });
                     });
                 });
             });
         }
-        // those of a cell stay in the order of facets, so that the sums are always the same
-        sums.sort_by_key(|sum| (sum.cell, sum.rank));
+        sort_nearly_by_key(&mut sums, |sum| (sum.cell, sum.rank, sum.order));
         let mut areas = vec![0.0; self.frame.ranks.flag_of_rank.len()];
         let mut found = Vec::new();
         for of_cell in sums.chunk_by(|one, other| (one.cell, one.rank) == (other.cell, other.rank)) {

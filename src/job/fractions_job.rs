@@ -1,15 +1,14 @@
 //! How finely the volumes of flags in cells are measured.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Rays of a cell along each axis where the job does not say.
 const DEFAULT_RAYS: u32 = 4;
 
 /// Asks for the fraction of each flag in the cells that surfaces cut: see [`crate::fractions`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[cfg_attr(not(target_arch = "wasm32"), derive(serde::Deserialize))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-#[cfg_attr(not(target_arch = "wasm32"), serde(default, deny_unknown_fields))]
+#[serde(default, deny_unknown_fields)]
 #[non_exhaustive]
 pub struct FractionsJob {
     /// m: a cell has m x m rays. 1, 2, 4, 8 or 16; by default 4.

@@ -1,13 +1,12 @@
 //! Lines of a job that are not equally spaced: given as lists, or to be generated.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::PerAxis;
 
 /// All lines of each axis, ascending, in the unit of the files. Equally spaced ones are meshed like those of `cell_size`.
-#[derive(Debug, Clone, PartialEq, Default, Serialize)]
-#[cfg_attr(not(target_arch = "wasm32"), derive(serde::Deserialize))]
-#[cfg_attr(not(target_arch = "wasm32"), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct LinesJob {
     /// Lines across x: cells + 1 of them.
@@ -19,9 +18,8 @@ pub struct LinesJob {
 }
 
 /// Lines that are generated: on every end of every geometry's box, close where geometries are small, far elsewhere.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[cfg_attr(not(target_arch = "wasm32"), derive(serde::Deserialize))]
-#[cfg_attr(not(target_arch = "wasm32"), serde(deny_unknown_fields))]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 pub struct GradedJob {
     /// Largest size of a cell on all axes or each.

@@ -1,10 +1,9 @@
 //! Which links between cells are measured.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The directions of the links of a cell, as lattice Boltzmann methods name them: `D3Q` and their number, that of the cell itself included.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
-#[cfg_attr(not(target_arch = "wasm32"), derive(serde::Deserialize))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub enum Stencil {
@@ -57,10 +56,9 @@ const HALVES: [[i8; 3]; 13] = [
 ];
 
 /// Asks for the distances from cells of a fluid to surfaces along links: see [`crate::links`].
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-#[cfg_attr(not(target_arch = "wasm32"), derive(serde::Deserialize))]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-#[cfg_attr(not(target_arch = "wasm32"), serde(default, deny_unknown_fields))]
+#[serde(default, deny_unknown_fields)]
 #[non_exhaustive]
 pub struct LinksJob {
     /// The directions.

@@ -84,7 +84,8 @@ impl Axis<'_> {
                 .collect();
             let settled = settle(&mut intervals, growth, self.job.smallest(self.axis));
             // the cell around an edge stays whole: where it cannot, it has to be smaller
-            let divided = |edge: &usize| settled.is_ok() && intervals[cells_of_edges[*edge]].n_cells(growth.ln()) > 1.0;
+            let divided =
+                |edge: &usize| settled.is_ok() && intervals[cells_of_edges[*edge]].n_cells(libm::log(growth)) > 1.0;
             if let Some(edge) = (0..edges.len()).find(divided) {
                 edges[edge].size *= 0.8;
                 if edges[edge].size < self.job.smallest(self.axis) {
@@ -100,7 +101,7 @@ impl Axis<'_> {
 
     /// The places of all lines.
     fn filled(&self, places: &[f64], intervals: &[Interval], growth: f64) -> Result<Vec<f64>> {
-        let slope = growth.ln();
+        let slope = libm::log(growth);
         let n_cells: f64 = intervals.iter().map(|interval| interval.n_cells(slope)).sum();
         if n_cells + 1.0 > MAX_LISTED as f64 {
             let name = AXES[self.axis];

@@ -45,10 +45,15 @@ impl Grading {
         let ratio =
             |sizes: &Vec<f64>| sizes.windows(2).map(|two| (two[0] / two[1]).max(two[1] / two[0])).fold(1.0, f64::max);
         let courant_length = 1.0 / smallest.iter().map(|size| 1.0 / (size * size)).sum::<f64>().sqrt();
-        let courant_seconds = unit.and_then(metres).map(|metres| courant_length * metres / LIGHT);
         let ratio = [0, 1, 2].map(|axis: usize| ratio(&sizes[axis]));
         let [x, y, z] = lists;
-        Some(Grading { x, y, z, smallest, largest, ratio, courant_length, courant_seconds })
+        Some(Grading { x, y, z, smallest, largest, ratio, courant_length, courant_seconds: None }.with_unit(unit))
+    }
+
+    /// Says what the unit of lengths is, which the seconds of `courant_seconds` need.
+    pub(crate) fn with_unit(self, unit: Option<&str>) -> Grading {
+        let courant_seconds = unit.and_then(metres).map(|metres| self.courant_length * metres / LIGHT);
+        Grading { courant_seconds, ..self }
     }
 }
 

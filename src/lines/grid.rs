@@ -10,8 +10,6 @@ use crate::error::{Error, Result};
 
 /// Most lines of a list: those of the most cells along an axis.
 pub const MAX_LISTED: usize = (1 << 18) - 1;
-/// In wasm, where code is scarce, all cells of an axis are equal.
-pub(crate) const IS_NATIVE: bool = cfg!(not(target_arch = "wasm32"));
 /// Names of the axes.
 pub(crate) const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -79,7 +77,7 @@ impl Lines {
     }
 
     fn lists(&self) -> Option<&[Vec<f64>; 3]> {
-        if IS_NATIVE { self.lists.as_deref() } else { None }
+        self.lists.as_deref()
     }
 
     /// Number of cells on each axis; at least 1.
@@ -201,12 +199,6 @@ impl Lines {
         };
         format!("({}, {}, {})", text(0), text(1), text(2))
     }
-}
-
-/// The error of lines that are not equally spaced, in wasm.
-pub(crate) fn native_only() -> Error {
-    let message = "cells that differ in size are meshed and opened natively only";
-    Error::new("lines-graded", message, "use equal cells (cells, dims, cell_size), or the native program")
 }
 
 fn check(lines: &[f64], name: &str) -> Result<()> {

@@ -10,6 +10,7 @@ use crate::crossings::by_ray;
 use crate::error::{Error, Result};
 use crate::job::{LinksJob, Stencil};
 use crate::parallel::*;
+use crate::sort::sort_nearly_by_key;
 
 impl Field<'_> {
     /// Finds all links of a stencil.
@@ -47,7 +48,7 @@ impl Field<'_> {
                 let of_plane: Vec<&[Link]> = parts.iter().map(|part| part.of_plane(z)).collect();
                 let mut links = of_plane.concat();
                 // those of a part are in order already, or nearly
-                links.sort_by_key(|link| place(link.cell, link.direction, dims));
+                sort_nearly_by_key(&mut links, |link| place(link.cell, link.direction, dims));
                 links
             })
             .collect();
@@ -57,7 +58,7 @@ impl Field<'_> {
             check_bytes(n + without.iter().map(Vec::len).sum::<usize>(), max_bytes)?;
             for (links, more) in planes.iter_mut().zip(without) {
                 links.extend(more);
-                links.sort_by_key(|link| place(link.cell, link.direction, dims));
+                sort_nearly_by_key(links, |link| place(link.cell, link.direction, dims));
             }
         }
         Ok(Links { stencil: job.stencil, fluid: job.fluid.clone(), dims, planes })

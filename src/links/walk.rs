@@ -7,6 +7,7 @@ use crate::crossings::Crossings;
 use crate::error::Result;
 use crate::facet::Projected;
 use crate::inside::{Inside, Kind};
+use crate::sort::sort_by;
 
 pub(super) struct Walk<'a> {
     pub(super) field: &'a Field<'a>,
@@ -132,7 +133,7 @@ impl Walk<'_> {
         let Scratch { hits, inside, projected } = scratch;
         hits.clear();
         hits.extend(events.iter().map(|event| self.hit(*event, across, above - 1, projected)));
-        hits.sort_unstable_by(|one, other| one.cmp_place(other).then(one.facet.cmp(&other.facet)));
+        sort_by(hits, |one, other| one.cmp_place(other).then(one.facet.cmp(&other.facet)).is_lt());
         let along = Ends { from: low, flag: low_flag, to_flag: high_flag, is_backward: false };
         let against = Ends { from: high, flag: high_flag, to_flag: low_flag, is_backward: true };
         for (ends, start) in [(along, before), (against, after)] {

@@ -10,9 +10,7 @@ use std::collections::BTreeSet;
 use super::engine::{Engine, Used};
 use crate::cast::Cast;
 use crate::certificate::FlagGaps;
-#[cfg(not(target_arch = "wasm32"))]
-use crate::columns::ColumnsBuilder;
-use crate::columns::{Columns, spans};
+use crate::columns::{Columns, ColumnsBuilder, spans};
 use crate::control::Control;
 use crate::doubt::Doubt;
 use crate::error::Result;
@@ -20,19 +18,14 @@ use crate::estimate::MemoryBudget;
 use crate::frame::Frame;
 use crate::job::Rule;
 use crate::lines::Lines;
-#[cfg(target_arch = "wasm32")]
-use crate::lines::native_only;
 use crate::overlay::{Overlay, Part};
-#[cfg(not(target_arch = "wasm32"))]
 use crate::rays::Rays;
-#[cfg(not(target_arch = "wasm32"))]
 use crate::report::MAX_BOXES;
 
 /// A backend, and what it may take.
 pub(super) type Backend<'a> = (&'a mut Engine, &'a MemoryBudget, &'a Control);
 
-/// The whole box before it was cut to a window. In wasm, where no slabs are meshed, most of it is not read.
-#[cfg_attr(target_arch = "wasm32", allow(dead_code))]
+/// The whole box before it was cut to a window.
 pub(super) struct Whole<'a> {
     /// The facets whose rays decide.
     pub(super) frame: &'a Frame,
@@ -92,14 +85,7 @@ impl Whole<'_> {
         Ok(columns.n_runs() + differing - flagged)
     }
 
-    /// In wasm, where code is scarce, no slabs are meshed: [`crate::pipeline::prepare`] refuses what needs them.
-    #[cfg(target_arch = "wasm32")]
-    async fn slab(&self, _: [[u32; 3]; 2], _: usize, _: Backend<'_>) -> Result<Columns> {
-        Err(native_only())
-    }
-
     /// The columns of a slab across an axis.
-    #[cfg(not(target_arch = "wasm32"))]
     async fn slab(&self, cells: [[u32; 3]; 2], axis: usize, (engine, budget, control): Backend<'_>) -> Result<Columns> {
         let (frame, control) = (self.frame.window(cells), control.without_progress());
         let [one, other] = [(axis + 1) % 3, (axis + 2) % 3];

@@ -9,7 +9,7 @@ use crate::frame::{Frame, MAX_RANKS};
 use crate::geometry::{Fill, Geometry};
 use crate::inside::Kind;
 use crate::job::Job;
-use crate::lines::{IS_NATIVE, Lines};
+use crate::lines::Lines;
 use crate::links::{Field, Links};
 
 /// A frame from which nothing was taken, and how the cells of each rank are decided.
@@ -25,7 +25,7 @@ impl Uncut {
     /// # Errors
     /// `surface-open`, `job-conflict` where the fractions of cells are asked for, and a geometry has cells that rays do not decide.
     pub(super) fn new(job: &Job, frame: &Frame, closed: &[Closed], geometries: &[Geometry]) -> Result<Option<Uncut>> {
-        if !IS_NATIVE || job.links.is_none() && job.fractions.is_none() && !job.staggered {
+        if job.links.is_none() && job.fractions.is_none() && !job.staggered {
             return Ok(None);
         }
         let n = geometries.len();
@@ -65,7 +65,7 @@ impl Uncut {
         max_bytes: u64,
         control: &Control,
     ) -> Result<Option<Links>> {
-        let Some(links) = job.links.as_ref().filter(|_| IS_NATIVE) else { return Ok(None) };
+        let Some(links) = job.links.as_ref() else { return Ok(None) };
         // this frame, and one that is sheared
         let max_bytes = max_bytes.saturating_sub(2 * 38 * self.frame.facets.len() as u64);
         let is_plain = job.close_gaps.is_none() && !self.kinds.contains(&Kind::Apart);
@@ -81,7 +81,7 @@ impl Uncut {
         max_bytes: u64,
         control: &Control,
     ) -> Result<Option<Fractions>> {
-        let Some(asked) = job.fractions.filter(|_| IS_NATIVE) else { return Ok(None) };
+        let Some(asked) = job.fractions else { return Ok(None) };
         // this frame, one of finer cells, those of faces, and the facets by rows
         let frames = 2 + 3 * u64::from(asked.faces) + u64::from(asked.surfaces);
         let max_bytes = max_bytes.saturating_sub(frames * 38 * self.frame.facets.len() as u64);

@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::frame::check_limits;
 use crate::geometry::Geometry;
 use crate::job::{AxisChoice, HaloEdge, Job, PartJob, ZarrJob};
-use crate::lines::{Body, IS_NATIVE, Lines, check_n_cells, graded, lines, native_only};
+use crate::lines::{Body, Lines, check_n_cells, graded, lines};
 use crate::parts::parts;
 use crate::rays::Rays;
 use crate::shards::Shards;
@@ -42,39 +42,20 @@ pub struct Prepared {
 /// Makes geometries, domain, lines and rays of a job.
 ///
 /// # Errors
-/// Those of [`Job::validate`], [`geometries`], [`Domain::new`], [`lines`], [`graded`]; `lines-graded` where cells differ in size, in wasm; [`check_n_cells`], and the limits of
+/// Those of [`Job::validate`], [`geometries`], [`Domain::new`], [`lines`], [`graded`]; [`check_n_cells`], and the limits of
 /// [`crate::frame::Frame::new`]; `job-value` where the window ends beyond the box; those of [`parts`].
 pub fn prepare(job: &Job, sources: Vec<Source>) -> Result<Prepared> {
     job.validate()?;
-    if !IS_NATIVE && (job.lines.is_some() || job.graded.is_some()) {
-        return Err(native_only());
-    }
-    if !IS_NATIVE && (job.links.is_some() || job.fractions.is_some() || job.staggered) {
-        let message = "links from cells to surfaces, fractions of cells and staggered grids are made natively only";
-        return Err(Error::new(
-            "job-conflict",
-            message,
-            "leave out links, fractions and staggered, or use the native program",
-        ));
-    }
-    if !IS_NATIVE && job.certify && (job.window.is_some() || job.part.is_some()) {
-        let message = "windows and parts have a certificate natively only";
-        return Err(Error::new("job-conflict", message, "mesh the whole box, or use the native program"));
-    }
     let (unit, unlike) = unit(job, &sources);
     let geometries = geometries(job, sources)?;
     let boxes: Vec<BoundingBox> = geometries.iter().filter_map(Geometry::bounding_box).collect();
     // lists that are no lines make no domain
-    let listed = job
-        .lines
-        .as_ref()
-        .filter(|_| IS_NATIVE)
-        .map(|lists| Lines::from_lists([&lists.x, &lists.y, &lists.z].map(Vec::clone)));
+    let listed = job.lines.as_ref().map(|lists| Lines::from_lists([&lists.x, &lists.y, &lists.z].map(Vec::clone)));
     let listed = listed.transpose()?;
     let domain = Domain::new(job, &boxes)?;
     let (whole, mut notices) = match (listed, &job.graded) {
         (Some(listed), _) => (listed, Vec::new()),
-        (None, Some(job)) if IS_NATIVE => graded(job, &domain, &bodies(&geometries))?,
+        (None, Some(job)) => graded(job, &domain, &bodies(&geometries))?,
         _ => (lines(job, &domain)?, Vec::new()),
     };
     notices.extend(unlike);

@@ -11,7 +11,6 @@ use crate::fractions::Fractions;
 use crate::frame::Frame;
 use crate::geometry::{Fill, Geometry};
 use crate::job::Job;
-use crate::lines::IS_NATIVE;
 use crate::links::Links;
 use crate::overlay::split;
 use crate::rays::Rays;
@@ -46,7 +45,7 @@ impl Uncut {
     /// Those of [`check_dims`], [`split`] and [`crate::pipeline::Engine::columns`]; `memory` where columns would take more than there is.
     pub(super) async fn staggered(&self, job: &Job, prepared: &Prepared, left: Left<'_>) -> Result<Option<Staggered>> {
         let (max_bytes, (engine, budget, control)) = left;
-        if !IS_NATIVE || !job.staggered {
+        if !job.staggered {
             return Ok(None);
         }
         check_dims(self.frame.dims)?;

@@ -7,6 +7,7 @@ use sha2::{Digest, Sha256};
 use wasm_bindgen::prelude::*;
 
 use super::file::{JsFile, JsFileStore};
+use super::measured::Measured;
 use super::values::{JsResult, js_error};
 use crate::checksum::hex;
 use crate::columns::BoxRuns;
@@ -17,10 +18,13 @@ use crate::lines::Lines;
 use crate::mesh::Mesh;
 use crate::report::ColumnsReport;
 use crate::skin::{skin, slice};
+use crate::write::archive::Encoder;
 use crate::write::{self, Compress, Format, Options, Written, column_file, vti};
 
 /// Bytes of a piece of a file.
 const PIECE_BYTES: usize = 4 << 20;
+/// Least bytes of a piece of an archive, but for the last.
+const LEAST_PIECE: usize = 1 << 16;
 
 /// Most bytes for the index of an opened file and for what was read of it last.
 const OPENED_BYTES: u64 = 1 << 30;
@@ -29,12 +33,13 @@ const OPENED_BYTES: u64 = 1 << 30;
 #[wasm_bindgen]
 pub struct WebMesh {
     pub(super) mesh: Rc<Mesh>,
+    pub(super) measured: Rc<Measured>,
     report: String,
 }
 
 impl WebMesh {
-    pub(super) fn new(mesh: Mesh, report: String) -> WebMesh {
-        WebMesh { mesh: Rc::new(mesh), report }
+    pub(super) fn new(mesh: Mesh, measured: Measured, report: String) -> WebMesh {
+        WebMesh { mesh: Rc::new(mesh), measured: Rc::new(measured), report }
     }
 }
 
@@ -58,7 +63,7 @@ impl WebMesh {
         let store = Arc::new(JsFileStore::new(file));
         let mesh = column_file::open(store, n_bytes as u64, OPENED_BYTES, &Control::default()).map_err(js_error)?;
         let report = super::info::json(&ColumnsReport::new(&mesh));
-        Ok(WebMesh::new(mesh, report))
+        Ok(WebMesh::new(mesh, Measured::default(), report))
     }
 
     /// The report as JSON.
@@ -162,9 +167,10 @@ impl WebMesh {
         write::sidecar_json(&self.mesh, &options, &written)
     }
 
-    /// Starts a file.
+    /// Starts a file: in the format of a mesh, or `links.npz`, `fractions.npz` or `staggered.npz`.
     pub fn encode(&self, format: &str, compress: u8, bits: bool) -> JsResult<WebEncoder> {
-        let (format, options) = options(format, compress, bits)?;
+        let of = format.strip_suffix(".npz").unwrap_or("");
+        let (format, options) = options(format.rsplit('.').next().unwrap_or(""), compress, bits)?;
         let around = write::around(&self.mesh, format, &options).map_err(js_error)?;
         let (work, made) = match (around, options.compress) {
             (Some((head, tail)), _) => {
@@ -175,12 +181,17 @@ impl WebMesh {
             (None, Compress::Zlib(level)) if matches!(format, Format::Vti | Format::Vtr) => {
                 (Work::Image(vti::VtiEncoder::new(&self.mesh, format, level, PIECE_BYTES)), Vec::new())
             }
+            (None, compress) if format == Format::Npz => {
+                // whether there are any shows now
+                self.measured.arrays(&self.mesh, of, PIECE_BYTES).map_err(js_error)?;
+                (Work::Archive { of: of.into(), encoder: Box::new(Encoder::new(compress)) }, Vec::new())
+            }
             (None, compress) => {
                 let encoder = column_file::ColumnFileEncoder::new(&self.mesh, compress).map_err(js_error)?;
                 (Work::Columns(encoder), Vec::new())
             }
         };
-        Ok(WebEncoder { mesh: self.mesh.clone(), work, made, n_taken: 0 })
+        Ok(WebEncoder { mesh: self.mesh.clone(), measured: self.measured.clone(), work, made, n_taken: 0 })
     }
 }
 
@@ -192,12 +203,24 @@ enum Work {
     Image(vti::VtiEncoder),
     /// A column file.
     Columns(column_file::ColumnFileEncoder),
+    /// Arrays of what was measured, or of the mesh.
+    Archive { of: String, encoder: Box<Encoder> },
 }
 
 impl Work {
     /// The next bytes, possibly none yet; None at the end.
-    fn step(&mut self, mesh: &Mesh) -> Result<Option<Vec<u8>>> {
+    fn step(&mut self, mesh: &Mesh, measured: &Measured) -> Result<Option<Vec<u8>>> {
         match self {
+            Work::Archive { of, encoder } => {
+                let arrays = measured.arrays(mesh, of, PIECE_BYTES)?;
+                // arrays may be short, and what is deflated waits for more
+                let mut made = Vec::new();
+                while made.len() < LEAST_PIECE {
+                    let Some(more) = encoder.step(&arrays)? else { break };
+                    made.extend(more);
+                }
+                Ok((!made.is_empty()).then_some(made))
+            }
             Work::Image(encoder) => encoder.step(mesh),
             Work::Columns(encoder) => encoder.step(mesh),
             Work::Flags { bits, pieces, tail } => {
@@ -215,6 +238,7 @@ impl Work {
 #[wasm_bindgen]
 pub struct WebEncoder {
     mesh: Rc<Mesh>,
+    measured: Rc<Measured>,
     work: Work,
     /// Bytes that are encoded, and how many of them were taken.
     made: Vec<u8>,
@@ -227,7 +251,7 @@ impl WebEncoder {
     #[wasm_bindgen(js_name = nextPiece)]
     pub fn next_piece(&mut self) -> JsResult<Option<Vec<u8>>> {
         if self.n_taken == self.made.len() {
-            let Some(made) = self.work.step(&self.mesh).map_err(js_error)? else { return Ok(None) };
+            let Some(made) = self.work.step(&self.mesh, &self.measured).map_err(js_error)? else { return Ok(None) };
             (self.made, self.n_taken) = (made, 0);
         }
         if self.n_taken == 0 && self.made.len() <= PIECE_BYTES {

@@ -1,10 +1,12 @@
 //! A ZIP archive of NumPy arrays, as `numpy.savez` writes them: what `.npz` files are.
 //!
-//! Entries are stored, or deflated. Sizes are 64-bit, so that nothing ends at 4 GiB, and follow the data, so that nothing
-//! is written twice. Source: NumPy's `numpy.lib.npyio`, PKWARE's APPNOTE.
+//! Arrays -> bytes, piece by piece, for callers that write them at once and for those that take them one by one. Entries are stored, or
+//! deflated. Sizes are 64-bit, so that nothing ends at 4 GiB, and follow the data, so that nothing is written twice.
+//! Source: NumPy's `numpy.lib.npyio`, PKWARE's APPNOTE. Cost: a piece of memory.
 
 use std::cell::RefCell;
 use std::io::{self, Write};
+use std::rc::Rc;
 
 use zip::write::{SimpleFileOptions, StreamWriter};
 use zip::{CompressionMethod, DateTime, ZipWriter};
@@ -12,139 +14,205 @@ use zip::{CompressionMethod, DateTime, ZipWriter};
 use super::{Compress, Sink, npy};
 use crate::error::{Error, Result};
 
-type Failure = RefCell<Option<Error>>;
+/// Items of a list that are laid out at a time.
+const AT_ONCE: usize = 1 << 16;
+/// Bytes that pass through an archive at a time.
+const BYTES_AT_ONCE: usize = 1 << 18;
 
-/// The arrays of an archive, one after the other.
-pub(super) struct Arrays<'a, 'b, 'c> {
-    archive: &'c mut ZipWriter<StreamWriter<Through<'a, 'b>>>,
-    failure: &'a Failure,
-    method: SimpleFileOptions,
+/// An array, which is made piece by piece.
+pub(crate) struct Array<'a> {
+    /// Its name in the archive.
+    pub(crate) name: &'static str,
+    /// Its type as NumPy names it, such as `<f4`.
+    pub(crate) kind: &'static str,
+    /// Lengths of its axes, the last one fastest.
+    pub(crate) shape: Vec<u64>,
+    n_pieces: usize,
+    piece: Box<dyn Fn(usize) -> Result<Vec<u8>> + 'a>,
 }
 
-impl Arrays<'_, '_, '_> {
-    /// Begins an array: its name, its type as NumPy names it, and its shape, such as `(3, 4)` or `(5,)`.
-    ///
-    /// # Errors
-    /// `io`.
-    pub(super) fn begin(&mut self, name: &str, kind: &str, shape: &str) -> Result<()> {
-        self.begin_with(name, &npy::header_of(kind, shape))
+impl<'a> Array<'a> {
+    /// An array of as many pieces, each of which `piece` makes.
+    pub(super) fn new(
+        (name, kind): (&'static str, &'static str),
+        shape: &[u64],
+        n_pieces: usize,
+        piece: impl Fn(usize) -> Result<Vec<u8>> + 'a,
+    ) -> Array<'a> {
+        Array { name, kind, shape: shape.to_vec(), n_pieces, piece: Box::new(piece) }
     }
 
-    /// Begins an array with a header that is made.
-    ///
-    /// # Errors
-    /// `io`.
-    pub(super) fn begin_with(&mut self, name: &str, header: &[u8]) -> Result<()> {
-        self.archive.start_file(format!("{name}.npy"), self.method).map_err(failed)?;
-        self.put(header)
+    /// An array of an item each of a list.
+    pub(super) fn of_list<T>(named: (&'static str, &'static str), list: &'a [T], put: Put<T>) -> Array<'a> {
+        let chunk = move |index: usize| &list[index * AT_ONCE..list.len().min((index + 1) * AT_ONCE)];
+        Array::new(named, &[list.len() as u64], list.len().div_ceil(AT_ONCE), move |index| {
+            Ok(laid_out(chunk(index), put))
+        })
     }
 
-    /// Writes more of the array.
-    ///
-    /// # Errors
-    /// `io`.
-    pub(super) fn put(&mut self, bytes: &[u8]) -> Result<()> {
-        self.archive.write_all(bytes).map_err(|error| Error::io("writing the mesh", error))?;
-        self.failure.borrow().clone().map_or(Ok(()), Err)
+    /// An array of an item each of a list in parts.
+    pub(super) fn of_parts<P, T: 'a>(
+        named: (&'static str, &'static str),
+        parts: &'a [P],
+        list: fn(&P) -> &[T],
+        put: Put<T>,
+    ) -> Array<'a> {
+        let n = parts.iter().map(|part| list(part).len() as u64).sum::<u64>();
+        Array::new(named, &[n], parts.len(), move |index| Ok(laid_out(list(&parts[index]), put)))
     }
 
-    /// Writes a whole array of one axis, some of it at a time.
-    ///
-    /// # Errors
-    /// `io`.
-    pub(super) fn list<'i, T: 'i, const N: usize>(
-        &mut self,
-        (name, kind): (&str, &str),
-        (n, items): (usize, impl Iterator<Item = &'i T>),
-        bytes: impl Fn(&T) -> [u8; N],
-    ) -> Result<()> {
-        self.begin(name, kind, &format!("({n},)"))?;
-        self.put_all(items, bytes)
+    /// The same with so many numbers an item.
+    pub(super) fn with_rows(mut self, of_row: u64) -> Array<'a> {
+        self.shape.push(of_row);
+        self
     }
 
-    /// Writes a whole array of so many numbers a row.
+    /// All bytes of the array, without a header.
     ///
     /// # Errors
-    /// `io`.
-    pub(super) fn rows<'i, T: 'i, const N: usize>(
-        &mut self,
-        (name, kind, of_row): (&str, &str, usize),
-        (n, items): (usize, impl Iterator<Item = &'i T>),
-        bytes: impl Fn(&T) -> [u8; N],
-    ) -> Result<()> {
-        self.begin(name, kind, &format!("({n}, {of_row})"))?;
-        self.put_all(items, bytes)
+    /// `io` where it is made from what is in a store.
+    #[cfg(target_arch = "wasm32")]
+    pub(crate) fn bytes(&self) -> Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        (0..self.n_pieces).try_for_each(|index| (self.piece)(index).map(|piece| bytes.extend(piece)))?;
+        Ok(bytes)
     }
 
-    fn put_all<'i, T: 'i, const N: usize>(
-        &mut self,
-        items: impl Iterator<Item = &'i T>,
-        bytes: impl Fn(&T) -> [u8; N],
-    ) -> Result<()> {
-        let mut some = Vec::with_capacity(AT_ONCE + N);
-        for item in items {
-            some.extend_from_slice(&bytes(item));
-            if some.len() >= AT_ONCE {
-                self.put(&some)?;
-                some.clear();
-            }
-        }
-        self.put(&some)
+    fn header(&self) -> Vec<u8> {
+        let shape = match self.shape[..] {
+            [n] => format!("({n},)"),
+            _ => format!("({})", self.shape.iter().map(u64::to_string).collect::<Vec<_>>().join(", ")),
+        };
+        npy::header_of(self.kind, &shape)
     }
 }
 
-/// Bytes of a list that are written at a time.
-const AT_ONCE: usize = 1 << 18;
+/// Lays out the bytes of an item behind others.
+pub(super) type Put<T> = fn(&T, &mut Vec<u8>);
 
-/// Writes an archive of the arrays that `fill` hands over.
-///
-/// # Errors
-/// `io`; whatever `fill` returns.
-pub(super) fn write(compress: Compress, sink: &mut Sink, fill: impl FnOnce(&mut Arrays) -> Result<()>) -> Result<()> {
-    let method = match compress {
-        Compress::None => SimpleFileOptions::default().compression_method(CompressionMethod::Stored),
-        Compress::Zlib(level) => SimpleFileOptions::default()
-            .compression_method(CompressionMethod::Deflated)
-            .compression_level(Some(level.into())),
-    };
-    // the same bytes whenever they are written
-    let method = method.large_file(true).last_modified_time(DateTime::default());
-    let failure = RefCell::new(None);
-    {
-        let mut archive = ZipWriter::new_stream(Through { sink, failure: &failure });
-        match fill(&mut Arrays { archive: &mut archive, failure: &failure, method }) {
-            Ok(()) => {
-                archive.finish().map_err(failed)?;
-            }
-            // an archive that is given up ends itself: that reaches nobody
-            Err(error) => {
-                failure.borrow_mut().get_or_insert(error);
-            }
-        }
+fn laid_out<T>(items: &[T], put: Put<T>) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    for item in items {
+        put(item, &mut bytes);
     }
-    failure.into_inner().map_or(Ok(()), Err)
+    bytes
 }
 
-fn failed(error: zip::result::ZipError) -> Error {
-    Error::io("writing the mesh", io::Error::other(error))
-}
+/// What an archive writes to.
+#[derive(Clone, Default)]
+struct Buffer(Rc<RefCell<Vec<u8>>>);
 
-/// A sink as an output. It keeps its first error, and takes nothing from then on.
-struct Through<'a, 'b> {
-    sink: &'a mut Sink<'b>,
-    failure: &'a Failure,
-}
-
-impl Write for Through<'_, '_> {
+impl Write for Buffer {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let mut failure = self.failure.borrow_mut();
-        if failure.is_none() {
-            *failure = self.sink.put(bytes).err();
-        }
+        self.0.borrow_mut().extend_from_slice(bytes);
         Ok(bytes.len())
     }
 
     fn flush(&mut self) -> io::Result<()> {
         Ok(())
     }
+}
+
+/// An archive while it is made.
+pub(super) struct Archive {
+    zip: ZipWriter<StreamWriter<Buffer>>,
+    made: Buffer,
+    method: SimpleFileOptions,
+}
+
+impl Archive {
+    pub(super) fn new(compress: Compress) -> Archive {
+        let method = match compress {
+            Compress::None => SimpleFileOptions::default().compression_method(CompressionMethod::Stored),
+            Compress::Zlib(level) => SimpleFileOptions::default()
+                .compression_method(CompressionMethod::Deflated)
+                .compression_level(Some(level.into())),
+        };
+        // the same bytes whenever they are written
+        let method = method.large_file(true).last_modified_time(DateTime::default());
+        let made = Buffer::default();
+        Archive { zip: ZipWriter::new_stream(made.clone()), made, method }
+    }
+
+    /// Begins an array.
+    pub(super) fn begin(&mut self, name: &str, header: &[u8]) -> Result<()> {
+        self.zip.start_file(format!("{name}.npy"), self.method).map_err(failed)?;
+        self.put(header)
+    }
+
+    fn put(&mut self, bytes: &[u8]) -> Result<()> {
+        self.zip.write_all(bytes).map_err(|error| Error::io("writing the mesh", error))
+    }
+
+    /// Writes more of the array to a sink.
+    pub(super) fn pass(&mut self, bytes: &[u8], sink: &mut Sink) -> Result<()> {
+        bytes.chunks(BYTES_AT_ONCE).try_for_each(|some| {
+            self.put(some)?;
+            sink.put(&self.take())
+        })
+    }
+
+    /// Writes an array to a sink.
+    pub(super) fn add(&mut self, array: &Array, sink: &mut Sink) -> Result<()> {
+        self.begin(array.name, &array.header())?;
+        (0..array.n_pieces).try_for_each(|index| self.pass(&(array.piece)(index)?, sink))
+    }
+
+    /// What was made since the last time.
+    fn take(&mut self) -> Vec<u8> {
+        self.made.0.take()
+    }
+
+    /// Ends the archive.
+    pub(super) fn finish(self) -> Result<Vec<u8>> {
+        self.zip.finish().map_err(failed)?;
+        Ok(self.made.0.take())
+    }
+}
+
+/// Makes an archive of arrays, piece by piece.
+#[cfg(target_arch = "wasm32")]
+pub(crate) struct Encoder {
+    /// None at the end.
+    archive: Option<Archive>,
+    /// The array and its piece that are next; 0 is the header.
+    next: (usize, usize),
+}
+
+#[cfg(target_arch = "wasm32")]
+impl Encoder {
+    /// Starts an archive.
+    pub(crate) fn new(compress: Compress) -> Encoder {
+        Encoder { archive: Some(Archive::new(compress)), next: (0, 0) }
+    }
+
+    /// The next bytes, possibly none yet; None at the end. The arrays are the same at every call.
+    ///
+    /// # Errors
+    /// `io`.
+    pub(crate) fn step(&mut self, arrays: &[Array]) -> Result<Option<Vec<u8>>> {
+        let Some(archive) = &mut self.archive else { return Ok(None) };
+        let (array, piece) = self.next;
+        let Some(of) = arrays.get(array) else { return self.archive.take().map(Archive::finish).transpose() };
+        match piece {
+            0 => archive.begin(of.name, &of.header())?,
+            _ => archive.put(&(of.piece)(piece - 1)?)?,
+        }
+        self.next = if piece == of.n_pieces { (array + 1, 0) } else { (array, piece + 1) };
+        Ok(Some(archive.take()))
+    }
+}
+
+/// Writes an archive of arrays.
+///
+/// # Errors
+/// `io`.
+pub(super) fn write(compress: Compress, sink: &mut Sink, arrays: &[Array]) -> Result<()> {
+    let mut archive = Archive::new(compress);
+    arrays.iter().try_for_each(|array| archive.add(array, sink))?;
+    sink.put(&archive.finish()?)
+}
+
+fn failed(error: zip::result::ZipError) -> Error {
+    Error::io("writing the mesh", io::Error::other(error))
 }

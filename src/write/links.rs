@@ -2,6 +2,7 @@
 
 use std::io;
 
+use super::archive::Array;
 use super::{Compress, Sink, archive};
 use crate::error::{Error, Result};
 use crate::links::{Link, Links};
@@ -46,7 +47,7 @@ impl LinksFormat {
 pub fn write_links(links: &Links, format: LinksFormat, compress: Compress, out: &mut dyn io::Write) -> Result<u64> {
     let mut sink = Sink { out, n_bytes: 0, hash: None };
     match format {
-        LinksFormat::Npz => write_npz(links, compress, &mut sink)?,
+        LinksFormat::Npz => archive::write(compress, &mut sink, &arrays(links))?,
         LinksFormat::Records => {
             sink.put(&head(links))?;
             for links in &links.planes {
@@ -60,22 +61,25 @@ pub fn write_links(links: &Links, format: LinksFormat, compress: Compress, out: 
     Ok(sink.n_bytes)
 }
 
-fn write_npz(links: &Links, compress: Compress, sink: &mut Sink) -> Result<()> {
-    let (directions, n, all) = (links.stencil.directions(), links.len(), || links.iter());
-    archive::write(compress, sink, |arrays| {
-        arrays.begin("directions", "|i1", &format!("({}, 3)", directions.len()))?;
-        arrays.put(&directions.as_flattened().iter().map(|&step| step as u8).collect::<Vec<u8>>())?;
-        arrays.list(("dims", "<u4"), (3, links.dims.iter()), |n| n.to_le_bytes())?;
-        arrays.list(("fluid", "|u1"), (links.fluid.len(), links.fluid.iter()), |&flag| [flag])?;
-        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
-            arrays.list((name, "<u4"), (n, all()), |link| link.cell[axis].to_le_bytes())?;
-        }
-        arrays.list(("direction", "|u1"), (n, all()), |link| [link.direction])?;
-        arrays.list(("q", "<f4"), (n, all()), |link| link.q.to_le_bytes())?;
-        arrays.list(("facet", "<i4"), (n, all()), |link| link.facet.to_le_bytes())?;
-        arrays.list(("geometry", "<i2"), (n, all()), |link| link.geometry.to_le_bytes())?;
-        arrays.list(("flag", "|u1"), (n, all()), |link| [link.flag])
-    })
+/// The arrays of `.npz`.
+pub(crate) fn arrays(of: &Links) -> Vec<Array<'_>> {
+    let directions = of.stencil.directions();
+    let n_directions = directions.len() as u64;
+    let steps = move |_| Ok(directions.as_flattened().iter().map(|&step| step as u8).collect());
+    let link = |named, put| Array::of_parts(named, &of.planes, |links: &Vec<Link>| links, put);
+    vec![
+        Array::new(("directions", "|i1"), &[n_directions, 3], 1, steps),
+        Array::of_list(("dims", "<u4"), &of.dims, |n, out| out.extend(n.to_le_bytes())),
+        Array::of_list(("fluid", "|u1"), &of.fluid, |flag, out| out.push(*flag)),
+        link(("x", "<u4"), |link: &Link, out: &mut Vec<u8>| out.extend(link.cell[0].to_le_bytes())),
+        link(("y", "<u4"), |link, out| out.extend(link.cell[1].to_le_bytes())),
+        link(("z", "<u4"), |link, out| out.extend(link.cell[2].to_le_bytes())),
+        link(("direction", "|u1"), |link, out| out.push(link.direction)),
+        link(("q", "<f4"), |link, out| out.extend(link.q.to_le_bytes())),
+        link(("facet", "<i4"), |link, out| out.extend(link.facet.to_le_bytes())),
+        link(("geometry", "<i2"), |link, out| out.extend(link.geometry.to_le_bytes())),
+        link(("flag", "|u1"), |link, out| out.push(link.flag)),
+    ]
 }
 
 /// Magic, version, number of directions, dims, number of links; then the directions, padded to a multiple of 8 bytes.

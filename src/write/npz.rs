@@ -3,20 +3,50 @@
 //! `flag` has the shape (nz, ny, nx) and the type uint8, as in `.npy`; `x`, `y` and `z` have all lines of their axis, cells + 1 numbers of
 //! the type float64. Cost: two slabs of memory.
 
-use super::{Options, Sink, archive, npy, ordered};
+#[cfg(not(target_arch = "wasm32"))]
+use super::archive::Archive;
+use super::archive::Array;
+#[cfg(not(target_arch = "wasm32"))]
+use super::{Options, Sink, npy, ordered};
+#[cfg(not(target_arch = "wasm32"))]
 use crate::control::Control;
 use crate::error::Result;
+use crate::flags::{CellBox, slabs_of_box};
 use crate::lines::AXES;
 use crate::mesh::Mesh;
 
-/// Writes the archive: the lines, then the flags.
-pub(super) fn write(mesh: &Mesh, options: &Options, sink: &mut Sink, control: &Control) -> Result<()> {
-    archive::write(options.compress, sink, |arrays| {
-        for (axis, name) in AXES.into_iter().enumerate() {
-            let lines = mesh.lines.list(axis);
-            arrays.list((name, "<f8"), (lines.len(), lines.iter()), |line| line.to_le_bytes())?;
-        }
-        arrays.begin_with("flag", &npy::header(mesh.dims(), options))?;
-        ordered::for_each_slab(mesh, options, control, |flags| arrays.put(flags))
+/// The lines of each axis.
+pub(super) fn lines(mesh: &Mesh) -> [Array<'_>; 3] {
+    [0, 1, 2].map(|axis: usize| {
+        let all = move |_| Ok(mesh.lines.list(axis).iter().flat_map(|line| line.to_le_bytes()).collect());
+        Array::new((AXES[axis], "<f8"), &[u64::from(mesh.dims()[axis]) + 1], 1, all)
     })
+}
+
+/// Flags of a box of so many cells, some of them at a time.
+pub(super) fn flags<'a>(
+    name: &'static str,
+    [nx, ny, nz]: [u32; 3],
+    cells_at_once: usize,
+    flags: impl Fn(&CellBox) -> Result<Vec<u8>> + 'a,
+) -> Array<'a> {
+    let slabs: Vec<CellBox> = slabs_of_box(&[0..nx, 0..ny, 0..nz], cells_at_once).collect();
+    Array::new((name, "|u1"), &[nz, ny, nx].map(u64::from), slabs.len(), move |index| flags(&slabs[index]))
+}
+
+/// The lines, then the flags.
+#[cfg(target_arch = "wasm32")]
+pub(crate) fn arrays(mesh: &Mesh, cells_at_once: usize) -> Vec<Array<'_>> {
+    let flags = flags("flag", mesh.dims(), cells_at_once, |cells| mesh.box_flags(cells));
+    lines(mesh).into_iter().chain([flags]).collect()
+}
+
+/// Writes the archive.
+#[cfg(not(target_arch = "wasm32"))]
+pub(super) fn write(mesh: &Mesh, options: &Options, sink: &mut Sink, control: &Control) -> Result<()> {
+    let mut archive = Archive::new(options.compress);
+    lines(mesh).iter().try_for_each(|array| archive.add(array, sink))?;
+    archive.begin("flag", &npy::header(mesh.dims(), options))?;
+    ordered::for_each_slab(mesh, options, control, |flags| archive.pass(flags, sink))?;
+    sink.put(&archive.finish()?)
 }

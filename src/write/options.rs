@@ -12,7 +12,7 @@ pub enum Format {
     Raw,
     /// NumPy array of shape (nz, ny, nx).
     Npy,
-    /// NumPy archive: the flags as in `.npy`, and the lines of each axis. Not in wasm.
+    /// NumPy archive: the flags as in `.npy`, and the lines of each axis.
     Npz,
     /// VTK image data, for ParaView.
     Vti,

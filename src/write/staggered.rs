@@ -2,10 +2,9 @@
 
 use std::io;
 
-use super::archive::Arrays;
-use super::{Compress, Sink, archive};
+use super::archive::Array;
+use super::{Compress, Sink, archive, npz};
 use crate::error::{Error, Result};
-use crate::flags::{CellBox, slabs_of_box};
 use crate::mesh::Mesh;
 use crate::staggered::{COMPONENTS, SheetFace, Staggered};
 
@@ -19,32 +18,26 @@ const AT_ONCE: usize = 1 << 24;
 /// `io` where `out` fails, or columns are in a store that does.
 pub fn write_staggered(staggered: &Staggered, mesh: &Mesh, compress: Compress, out: &mut dyn io::Write) -> Result<u64> {
     let mut sink = Sink { out, n_bytes: 0, hash: None };
-    let all = || (staggered.sheets.len(), staggered.sheets.iter());
-    archive::write(compress, &mut sink, |arrays| {
-        for ((name, _), points) in COMPONENTS.iter().zip(&staggered.points) {
-            put(arrays, name, points.dims(), |some| points.flags(some))?;
-        }
-        put(arrays, "cell", mesh.dims(), |some| mesh.box_flags(some))?;
-        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
-            let lines = mesh.lines.list(axis);
-            arrays.list((name, "<f8"), (lines.len(), lines.iter()), |line| line.to_le_bytes())?;
-        }
-        arrays.list(("sheet_axis", "|u1"), all(), |sheet| [sheet.axis])?;
-        for (axis, name) in ["sheet_x", "sheet_y", "sheet_z"].into_iter().enumerate() {
-            arrays.list((name, "<u4"), all(), |SheetFace { face, .. }| face[axis].to_le_bytes())?;
-        }
-        arrays.list(("sheet_flag", "|u1"), all(), |sheet| [sheet.flag])
-    })?;
+    archive::write(compress, &mut sink, &arrays(staggered, mesh))?;
     sink.out.flush().map_err(|error| Error::io("writing the staggered grid", error))?;
     Ok(sink.n_bytes)
 }
 
-fn put(
-    arrays: &mut Arrays,
-    name: &str,
-    [nx, ny, nz]: [u32; 3],
-    flags: impl Fn(&CellBox) -> Result<Vec<u8>>,
-) -> Result<()> {
-    arrays.begin(name, "|u1", &format!("({nz}, {ny}, {nx})"))?;
-    slabs_of_box(&[0..nx, 0..ny, 0..nz], AT_ONCE).try_for_each(|some| arrays.put(&flags(&some)?))
+/// The arrays of the archive.
+pub(crate) fn arrays<'a>(staggered: &'a Staggered, mesh: &'a Mesh) -> Vec<Array<'a>> {
+    let components = COMPONENTS.iter().zip(&staggered.points);
+    let mut arrays: Vec<Array> = components
+        .map(|((name, _), points)| npz::flags(name, points.dims(), AT_ONCE, |some| points.flags(some)))
+        .collect();
+    arrays.push(npz::flags("cell", mesh.dims(), AT_ONCE, |some| mesh.box_flags(some)));
+    arrays.extend(npz::lines(mesh));
+    let sheet = |named, put| Array::of_list(named, &staggered.sheets, put);
+    arrays.extend([
+        sheet(("sheet_axis", "|u1"), |sheet: &SheetFace, out: &mut Vec<u8>| out.push(sheet.axis)),
+        sheet(("sheet_x", "<u4"), |sheet, out| out.extend(sheet.face[0].to_le_bytes())),
+        sheet(("sheet_y", "<u4"), |sheet, out| out.extend(sheet.face[1].to_le_bytes())),
+        sheet(("sheet_z", "<u4"), |sheet, out| out.extend(sheet.face[2].to_le_bytes())),
+        sheet(("sheet_flag", "|u1"), |sheet, out| out.push(sheet.flag)),
+    ]);
+    arrays
 }

@@ -122,7 +122,7 @@ test('a unit of a link is a word, and one that is not in the list is kept', asyn
   await hasGeometries(other, 2);
   assert.equal(await other.inputValue('#unit'), 'parsec');
   await run(other);
-  assert.match(await other.textContent('#result-spacing'), / parsec$/);
+  assert.match(await other.textContent('#result-size'), / parsec$/);
 });
 
 test('the focus goes to what is near where something is removed, and nothing scrolls at Run', async ({ visit }) => {

@@ -23,6 +23,14 @@ export function inputOf(id) {
   return the(HTMLInputElement, id);
 }
 
+/** Writes an input, unless somebody types in it. @param {string} id @param {string | number} value */
+export function put(id, value) {
+  const input = inputOf(id);
+  if (input === document.activeElement) return;
+  input.value = String(value);
+  input.setCustomValidity('');
+}
+
 /** The button of an id. @param {string} id */
 export function buttonOf(id) {
   return the(HTMLButtonElement, id);

@@ -29,12 +29,24 @@ const BITS = { bits: true };
 const FILES = [
   file('vti', 'vti', 'VTK image', 'ParaView, VisIt', { format: 'vti' }),
   file('vtiz', 'zlib.vti', 'VTK image, compressed', 'ParaView, VisIt', { format: 'vti', options: { compress: 6 } }),
+  file('vtr', 'vtr', 'VTK rectilinear grid', 'ParaView, VisIt', { format: 'vtr' }),
+  file('vtrz', 'zlib.vtr', 'VTK rectilinear grid, compressed', 'ParaView, VisIt', { format: 'vtr', options: { compress: 6 } }),
+  file('npz', 'npz', 'NumPy, with lines', 'flags and lines, compressed', { format: 'npz', options: { compress: 6 } }),
   file('npy', 'npy', 'NumPy', 'shape nz, ny, nx', { format: 'npy' }),
   file('raw', 'raw', 'Raw', 'one byte a cell, x fastest', { format: 'raw' }),
   file('sidecar', 'raw.json', 'Raw: description', 'dims, lines, names'),
   file('npy-bits', 'bits.npy', 'NumPy, packed', 'eight cells a byte', { format: 'npy', options: BITS }),
   file('raw-bits', 'bits.raw', 'Raw, packed', 'eight cells a byte', { format: 'raw', options: BITS }),
   file('sidecar-bits', 'bits.raw.json', 'Packed: description', 'dims, lines, names', { options: BITS }),
+  file('links', 'links.npz', 'Links to walls', 'NumPy, compressed', { format: 'links.npz', options: { compress: 6 } }),
+  file('fractions', 'fractions.npz', 'Fractions of cells', 'NumPy, compressed', {
+    format: 'fractions.npz',
+    options: { compress: 6 },
+  }),
+  file('staggered', 'staggered.npz', 'Staggered grid', 'NumPy, compressed', {
+    format: 'staggered.npz',
+    options: { compress: 6 },
+  }),
   file('hxc', 'hxc', 'Column file', 'small; this page opens it again', { format: 'hxc' }),
 ];
 
@@ -45,9 +57,17 @@ export function startDownloads() {
 
 function show() {
   const { mesh } = state;
-  // a bit distinguishes one flag from the background
-  const files = FILES.filter((file) => !file.options?.bits || mesh?.report.flags.length === 1);
+  const files = mesh ? FILES.filter((file) => isOffered(file, mesh)) : [];
   byId('downloads').replaceChildren(...(mesh ? files.map((file) => entry(mesh, file)) : []));
+}
+
+/** @param {FileKind} file @param {Mesh} mesh */
+function isOffered({ format, options }, { lines, report }) {
+  if (format === 'vti') return lines.spacing !== null;
+  if (format === 'vtr') return lines.spacing === null;
+  if (format?.endsWith('.npz')) return Boolean(report[format.slice(0, -4)]);
+  // a bit distinguishes one flag from the background
+  return !options?.bits || report.flags.length === 1;
 }
 
 /** @param {Mesh} mesh @param {FileKind} file */
@@ -68,9 +88,23 @@ function entry(mesh, file) {
 /** Sizes that depend on the flags, and on the digits of the mesh lines. @param {Mesh} mesh @param {FileKind} file */
 function guess(mesh, { id }) {
   if (id.startsWith('sidecar')) return `about ${bytes(700 + 20 * mesh.dims.reduce((sum, n) => sum + n + 1, 0))}`;
+  if (id in PER_ENTRY) return `up to ${bytes(PER_ENTRY[id] * entriesOf(mesh, id))}`;
   if (id === 'hxc') return `up to ${bytes(columnBytes(mesh))}`;
+  // the lines are 8 bytes each
+  const lines = mesh.lines.spacing && id !== 'npz' ? 0 : 1500 + 8 * mesh.dims.reduce((sum, n) => sum + n + 1, 0);
   // a mesh that was read back has no estimate
-  return state.expected ? `up to ${bytes(state.expected.file_bytes.vti_zlib)}` : `less than ${bytes(mesh.size('vti') ?? 0)}`;
+  return state.expected
+    ? `up to ${bytes(state.expected.file_bytes.vti_zlib + lines)}`
+    : `less than ${bytes(mesh.size('vti') ?? 0)}`;
+}
+
+/** Bytes of an entry of what was measured, before it is compressed. @type {Record<string, number>} */
+const PER_ENTRY = { links: 24, fractions: 100, staggered: 7 };
+
+/** @param {Mesh} mesh @param {string} of */
+function entriesOf({ report }, of) {
+  // few cells that are cut have more than three flags
+  return { links: report.links?.links, fractions: 3 * (report.fractions?.cut_cells ?? 0) }[of] ?? 1.2 * report.cells;
 }
 
 /** @param {Mesh} mesh @param {FileKind} file @param {HTMLButtonElement} button @param {HTMLElement} status */

@@ -1,10 +1,10 @@
 /** What the mesh would cost, updated with every change, and whether it fits. */
 import { byId, debounce, make } from './dom.js';
-import { bytes, cellSize, count, duration, roughly, times } from './format.js';
+import { bytes, count, duration, roughly, times } from './format.js';
 import { wrongField } from './fields.js';
 import { currentJob } from './job.js';
 import { sentence } from './messages.js';
-import { spacingOf } from './places.js';
+import { cellFacts } from './cell_facts.js';
 import { change, on, state } from './state.js';
 
 /** Largest columns, in bytes, that a mesh can hold in the 4 GB that wasm can address: the rest is for facets and files. */
@@ -73,7 +73,7 @@ function show() {
   const most = Math.max(...result.dims);
   if (sizing === 'cells' && !domain && most > cells)
     fact('estimate-padding', '', `${count(cells)} along the parts, ${count(most)} with the padding`);
-  fact('estimate-size', 'Cell', cellSize(spacingOf(result), state.settings.unit));
+  for (const one of cellFacts('estimate', result, state.settings.unit)) fact(...one);
   const onGpu = state.mesher?.backend === 'gpu' ? `, GPU ${bytes(result.device_bytes)}` : '';
   fact('estimate-memory', 'Memory', `about ${bytes(result.host_bytes)}${onGpu}`);
   fact('estimate-file', 'File', `${bytes(result.file_bytes.raw)}, a byte a cell`);
@@ -97,6 +97,9 @@ const FIELDS = {
   priority: 'priority',
   name: 'name',
   split: 'split',
+  max_size: 'largest cell',
+  min_cells: 'fewest cells',
+  metal: 'metal',
 };
 
 /** A sentence about an error of the job, in the words of the page. @param {import('hexcast').HexcastError} error */

@@ -4,7 +4,7 @@ import { clearMessages, showError, showNotice } from './messages.js';
 import { realFiles } from './real_models.js';
 import { SAMPLES } from './samples.js';
 import { takeExpected } from './share.js';
-import { change, freeFlag, isSame, set, state } from './state.js';
+import { PLAIN, change, freeFlag, isSame, set, state } from './state.js';
 import { readSurface } from './surfaces.js';
 
 /**
@@ -136,12 +136,6 @@ async function addFile(mesher, { source, settings = {} }, sample) {
   try {
     if (/\.hxc$/i.test(source.name)) {
       const mesh = await mesher.open(source);
-      if (mesh.lines.lists) {
-        mesh.dispose();
-        throw new Error(
-          'its cells differ in size, and the page shows equal ones only; write .vtr with hexcast convert to see it in ParaView',
-        );
-      }
       state.mesh?.dispose();
       change('mesh', { mesh, job: { geometries: [{ file: source.name }] }, skin: null, expected: null });
     } else {
@@ -173,7 +167,7 @@ function addGeometry(read, source, sample, given) {
   const { colour, ...linked } = takeExpected(source.name);
   // commas and colons separate the settings of a file on the command line
   const name = source.name.replace(/\.[^.]*$/, '').replace(/[,:]/g, ' ');
-  const unsaid = { name, flag: freeFlag(), priority: 0, scale: null, rotate: null, translate: null, split: false };
+  const unsaid = { ...PLAIN, name, flag: freeFlag() };
   const geometry = { id: nextId++, source, sample, ...read, ...unsaid, ...given, ...linked };
   if (colour) state.colours.set(geometry.flag, colour);
   const twin = state.geometries.find((other) => isSame(other, geometry));
@@ -190,7 +184,7 @@ export async function replaceGeometries(parts, source) {
   const read = await readSurface(mesher, source);
   const { flag, priority, scale, rotate, translate } = parts[0];
   const name = source.name.replace(/\.[^.]*$/, '');
-  const joined = { id: nextId++, source, sample: null, ...read, name, flag, priority, scale, rotate, translate, split: false };
+  const joined = { ...PLAIN, id: nextId++, source, sample: null, ...read, name, flag, priority, scale, rotate, translate };
   for (const { surface } of parts) surface.dispose();
   change('geometries', {
     geometries: state.geometries.flatMap((geometry) => {

@@ -1,6 +1,7 @@
 /** The list of geometries: facts and settings of each. */
 import { byId, make } from './dom.js';
 import { removeGeometry } from './files.js';
+import { sizingFields } from './geometry_sizing.js';
 import { count, measure, readNumbers, times, writeNumbers } from './format.js';
 import { sentence } from './messages.js';
 import { endText, placedBox } from './places.js';
@@ -89,6 +90,7 @@ function card(geometry) {
       whole(geometry, 'flag', 'Flag', 1, 255),
       whole(geometry, 'priority', 'Priority', -1000, 1000),
     ),
+    sizingFields(geometry, edit),
     ...(info.solids.length > 1 && info.closed_solids !== undefined ? [splitBox(geometry, info.closed_solids)] : []),
     make(
       'details',

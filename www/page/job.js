@@ -4,7 +4,8 @@ import { DEFAULTS, state } from './state.js';
 /**
  * @typedef {import('hexcast').Job} Job
  * @typedef {Omit<import('hexcast').GeometryJob, 'source'> & { source: import('./state.js').Surface, file: string }} SurfaceJob
- * @typedef {'name' | 'flag' | 'priority' | 'split' | 'scale' | 'rotate' | 'translate'} GeometryKey
+ * @typedef {'name' | 'flag' | 'priority' | 'split' | 'scale' | 'rotate' | 'translate' | SizingKey} GeometryKey
+ * @typedef {'max_size' | 'min_cells' | 'metal'} SizingKey keys of geometries that only graded lines use
  */
 
 /** Geometry keys in the order in which they are written, with the value that is left out. @type {[GeometryKey, unknown][]} */
@@ -16,7 +17,13 @@ export const GEOMETRY_KEYS = [
   ['scale', null],
   ['rotate', null],
   ['translate', null],
+  ['max_size', null],
+  ['min_cells', null],
+  ['metal', false],
 ];
+
+/** @type {readonly SizingKey[]} */
+export const SIZING_KEYS = ['max_size', 'min_cells', 'metal'];
 
 /** The job with its surfaces as sources. */
 export function currentJob() {
@@ -32,6 +39,7 @@ export function currentJob() {
   if (settings.fill !== 'centre') job.fill = settings.fill;
   if (settings.certify) job.certify = true;
   if (settings.certify && settings.thin_cells !== DEFAULTS.thin_cells) job.thin_cells = settings.thin_cells;
+  Object.assign(job, measured(settings));
   if (settings.axis !== 'auto') job.axis = settings.axis;
   if (settings.unit) job.unit = settings.unit;
   return job;
@@ -45,16 +53,46 @@ function geometryJob(geometry) {
     const value = geometry[key];
     // solids have the names that they have in the file
     if (key === 'name' && geometry.split) continue;
+    // a job without graded lines refuses them
+    if (SIZING_KEYS.some((one) => one === key) && state.settings.sizing !== 'graded') continue;
     if (value !== unsaid && value !== null && value !== undefined) Object.assign(job, { [key]: value });
   }
   return job;
 }
 
-/** Exactly one of the four ways to say how fine. @param {import('./state.js').Settings} settings */
-function sizing({ sizing, cells, dims, cell_size }) {
-  if (sizing === 'dims') return { dims };
+/** Exactly one of the five ways to say how fine. @param {import('./state.js').Settings} settings @returns {Partial<Job>} */
+function sizing({ sizing, cells, dims, cell_size, ...more }) {
+  if (sizing === 'graded') return { graded: graded(more) };
+  if (sizing === 'dims') return { dims: dims ?? undefined };
   if (sizing === 'cell_size' || sizing === 'max_cell_size') return { [sizing]: cell_size };
   return { cells };
+}
+
+/** What is not by default. @param {Pick<import('./state.js').Settings, 'graded' | 'min_size' | 'growth' | 'absorbing'>} settings */
+function graded({ graded, min_size, growth, absorbing }) {
+  /** @type {import('hexcast').GradedJob} */
+  const job = { max_size: graded ?? 1 };
+  if (min_size !== null) job.min_size = min_size;
+  if (growth !== DEFAULTS.growth) job.growth = growth;
+  if (String(absorbing) !== '0') job.absorbing = absorbing;
+  return job;
+}
+
+/** What is measured beside the cells. @param {import('./state.js').Settings} settings @returns {Partial<Job>} */
+function measured({
+  links,
+  stencil,
+  fractions,
+  fraction_rays: rays,
+  fraction_faces: faces,
+  fraction_surfaces: surfaces,
+  staggered,
+}) {
+  return {
+    ...(links ? { links: { stencil } } : {}),
+    ...(fractions ? { fractions: { rays, faces, surfaces } } : {}),
+    ...(staggered ? { staggered } : {}),
+  };
 }
 
 /** @param {number | number[]} padding */

@@ -1,6 +1,7 @@
 /** The page: starts every part, opens a mesher and takes what the address and the last visit have. */
 import { version } from 'hexcast';
 
+import { startConverge } from './converge.js';
 import { openMesher, restart, startDevice } from './device.js';
 import { byId } from './dom.js';
 import { clearPrivate } from './private_files.js';
@@ -43,6 +44,7 @@ async function start() {
   startFields();
   startEstimate();
   startRun(restart);
+  startConverge();
   startResults();
   startFindings();
   startLeaks();

@@ -1,30 +1,70 @@
 /** Places in world lengths, cells that hold them, and how both are written. */
 import { short } from './format.js';
 
-/** @typedef {import('hexcast').Lines} Lines */
+/**
+ * Lines of a mesh, of a report or of an estimate: the lists are those of cells that differ in size.
+ *
+ * @typedef {{ x: number[], y: number[], z: number[] }} Lists
+ * @typedef {{ origin: number[], spacing: number[] | null, dims: number[], lists?: Lists | null, grading?: Lists | null }} Lines
+ */
 
-/** Size of the cells, which are equal: the page opens no others. @param {{ spacing: number[] | null }} lines */
-export function spacingOf({ spacing }) {
-  if (!spacing) throw new Error('cells differ in size, and the page shows equal ones only');
-  return spacing;
+const NAMES = /** @type {const} */ (['x', 'y', 'z']);
+
+/** The coordinate of a place counted in cells from line 0: whole numbers are lines. @param {Lines} lines @param {number} axis @param {number} cells */
+export function placeAt(lines, axis, cells) {
+  const { origin, spacing } = lines;
+  if (spacing) return origin[axis] + cells * spacing[axis];
+  const list = listOf(lines, axis);
+  const cell = Math.min(Math.max(Math.floor(cells), 0), list.length - 2);
+  return cells === list.length - 1 ? list[cell + 1] : list[cell] + (cells - cell) * (list[cell + 1] - list[cell]);
+}
+
+/** All lines of an axis where cells differ in size. @param {Lines} lines @param {number} axis */
+export function listOf({ lists, grading }, axis) {
+  return (lists ?? grading)?.[NAMES[axis]] ?? [0, 1];
+}
+
+/** Length of a cell along an axis. @param {Lines} lines @param {number} axis @param {number} cell */
+export function lengthOf(lines, axis, cell) {
+  return lines.spacing ? lines.spacing[axis] : placeAt(lines, axis, cell + 1) - placeAt(lines, axis, cell);
+}
+
+/** Length of the smallest cell along an axis. @param {Lines} lines @param {number} axis */
+export function smallest(lines, axis) {
+  if (lines.spacing) return lines.spacing[axis];
+  return listOf(lines, axis).reduce(
+    (least, at, index, list) => (index ? Math.min(least, at - list[index - 1]) : least),
+    Infinity,
+  );
+}
+
+/** The last place of a sorted list whose number is at most `at`, or 0. @param {ArrayLike<number>} list @param {number} at */
+export function lastUpTo(list, at) {
+  let [low, high] = [0, list.length];
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (list[middle] <= at) low = middle;
+    else high = middle;
+  }
+  return low;
 }
 
 /** The cell that holds a place; the nearest where it lies beside the mesh. @param {Lines} lines @param {number[]} place */
 export function cellAt(lines, place) {
-  const [{ origin, dims }, spacing] = [lines, spacingOf(lines)];
-  return place.map((at, axis) => Math.min(Math.max(Math.floor((at - origin[axis]) / spacing[axis]), 0), dims[axis] - 1));
+  const { origin, spacing, dims } = lines;
+  const cell = (/** @type {number} */ at, /** @type {number} */ axis) =>
+    spacing ? Math.floor((at - origin[axis]) / spacing[axis]) : lastUpTo(listOf(lines, axis), at);
+  return place.map((at, axis) => Math.min(Math.max(cell(at, axis), 0), dims[axis] - 1));
 }
 
 /** The centre of a cell. @param {Lines} lines @param {number[]} cell */
 export function centreOf(lines, cell) {
-  const spacing = spacingOf(lines);
-  return cell.map((index, axis) => lines.origin[axis] + (index + 0.5) * spacing[axis]);
+  return cell.map((index, axis) => placeAt(lines, axis, index + 0.5));
 }
 
-/** "1.5, 2, 0.25", to a thousandth of a cell. @param {number[]} place @param {{ spacing: number[] | null }} lines */
+/** "1.5, 2, 0.25", to a thousandth of a cell. @param {number[]} place @param {Lines} lines */
 export function placeText(place, lines) {
-  const spacing = spacingOf(lines);
-  return place.map((number, axis) => String(Number(number.toFixed(decimals(spacing[axis]))))).join(', ');
+  return place.map((number, axis) => String(Number(number.toFixed(decimals(smallest(lines, axis)))))).join(', ');
 }
 
 /** A coordinate with six digits, or as many more as tell it from one that is so far away. @param {number} at @param {number} length */

@@ -1,10 +1,10 @@
 /** The result: facts, legend, warnings, the report. */
 import { byId, make } from './dom.js';
 import { spilledBytes, save } from './downloads.js';
-import { bytes, cellSize, count, duration, measure, roughly, times } from './format.js';
+import { bytes, count, duration, measure, roughly, times } from './format.js';
 import { otherWarnings } from './found.js';
 import { sentence, showError } from './messages.js';
-import { spacingOf } from './places.js';
+import { cellFacts } from './cell_facts.js';
 import { baseName } from './share.js';
 import { change, colourOf, on, state } from './state.js';
 
@@ -36,7 +36,7 @@ function show() {
   const fact = (/** @type {string} */ id, /** @type {string} */ term, /** @type {string} */ value) =>
     value && list.append(make('dt', {}, term), make('dd', { id }, value));
   fact('result-dims', 'Cells', `${times(mesh.dims, String)} = ${roughly(report.cells)}`);
-  fact('result-spacing', 'Cell', cellSize(spacingOf(report), report.unit));
+  for (const one of cellFacts('result', report, report.unit)) fact(...one);
   const spilled = spilledBytes(report);
   fact('result-spilled', 'Stored', spilled > 0 ? `${bytes(spilled)} in the browser's private files` : '');
   fact(

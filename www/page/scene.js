@@ -9,10 +9,10 @@ import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { oncePerFrame } from './dom.js';
 import { Marks } from './marker.js';
 import { placedBox } from './places.js';
-import { stairMaterial } from './stair_material.js';
+import { linesOfCells, stairMaterial } from './stair_material.js';
 
 /**
- * @typedef {{ axis: number, side: number, at: number, image: ImageData, low: number[], high: number[] }} Cut
+ * @typedef {{ axis: number, side: number, at: number, image: ImageData, edges: number[][] }} Cut
  * @typedef {THREE.Mesh<THREE.BufferGeometry, THREE.MeshStandardMaterial | THREE.MeshBasicMaterial>} Drawn
  * @typedef {{ scale: number | number[] | null, rotate: number[] | null, translate: number[] | null }} Placing
  * @typedef {Placing & { corners: Float32Array, colour: string }} Model
@@ -111,23 +111,18 @@ export class Scene {
    * Shows the stair-step surface, its colours by flag.
    *
    * @param {import('../hexcast.js').Skin} skin
-   * @param {{origin: number[], spacing: number[]}} lines
+   * @param {import('./places.js').Lines} lines
    * @param {(flag: number) => string} colourOf
    */
   setSkin(skin, lines, colourOf) {
     discard(this.#skin);
     this.#skin.position.fromArray(lines.origin);
+    const cells = linesOfCells(lines, skin.step);
     for (const { flag, positions, indices } of skin.parts) {
       const geometry = new THREE.BufferGeometry();
       geometry.setAttribute('position', new THREE.BufferAttribute(positions, 3));
       geometry.setIndex(new THREE.BufferAttribute(indices, 1));
-      const mesh = new THREE.Mesh(
-        geometry,
-        stairMaterial(
-          colourOf(flag),
-          lines.spacing.map((size) => size * skin.step),
-        ),
-      );
+      const mesh = new THREE.Mesh(geometry, stairMaterial(colourOf(flag), cells));
       mesh.userData.flag = flag;
       this.#skin.add(mesh);
     }
@@ -170,7 +165,8 @@ export class Scene {
    * Cuts away what lies beyond a plane across an axis and draws the cells that it cuts.
    *
    * @param {null | Cut} cut `at` in
-   *   world lengths; what lies on `side` of it goes; the image covers low to high on the two axes across
+   *   world lengths; what lies on `side` of it goes; the image has equal pixels between the first edge and the last on the two axes
+   *   across, or one between each edge and the next
    */
   setSection(cut) {
     discard(this.#section);
@@ -185,25 +181,22 @@ export class Scene {
   }
 
   /** @param {Cut} cut */
-  #cap({ axis, at, image, low, high }) {
+  #cap({ axis, at, image, edges }) {
     const texture = new THREE.DataTexture(new Uint8Array(image.data.buffer), image.width, image.height);
     texture.magFilter = THREE.NearestFilter;
     texture.colorSpace = THREE.SRGBColorSpace;
     texture.needsUpdate = true;
     const [first, second] = [0, 1, 2].filter((other) => other !== axis);
-    const corner = (/** @type {number} */ i, /** @type {number} */ j) => {
+    const [n_i, n_j] = edges.map((places) => places.length - 1);
+    const geometry = new THREE.PlaneGeometry(1, 1, n_i, n_j);
+    const { position, uv } = geometry.attributes;
+    for (let corner = 0; corner < position.count; corner += 1) {
+      const [i, j] = [corner % (n_i + 1), Math.floor(corner / (n_i + 1))];
       const point = [at, at, at];
-      point[first] = [low[0], high[0]][i];
-      point[second] = [low[1], high[1]][j];
-      return point;
-    };
-    const geometry = new THREE.BufferGeometry();
-    geometry.setAttribute(
-      'position',
-      new THREE.Float32BufferAttribute([corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)].flat(), 3),
-    );
-    geometry.setAttribute('uv', new THREE.Float32BufferAttribute([0, 0, 1, 0, 1, 1, 0, 1], 2));
-    geometry.setIndex([0, 1, 2, 0, 2, 3]);
+      [point[first], point[second]] = [edges[0][i], edges[1][j]];
+      position.setXYZ(corner, point[0], point[1], point[2]);
+      uv.setXY(corner, i / n_i, j / n_j);
+    }
     const material = new THREE.MeshBasicMaterial({ map: texture, side: THREE.DoubleSide, alphaTest: 0.5 });
     this.#section.add(new THREE.Mesh(geometry, material));
   }

@@ -1,7 +1,9 @@
 /** The form: linked sizes, domain and padding, rule, open surfaces, fill, axis, unit, backend. */
-import { byId, inputOf, onInput, selectOf } from './dom.js';
+import { byId, inputOf, onInput, put, selectOf } from './dom.js';
 import { cellSize, readNumbers, writeNumbers } from './format.js';
-import { spacingOf } from './places.js';
+import { placeAt } from './places.js';
+import { largestCell, showGraded, startGraded } from './settings_graded.js';
+import { showMeasured, startMeasured } from './settings_measured.js';
 import { on, set, state } from './state.js';
 
 /** @typedef {import('./state.js').Triple} Triple @typedef {import('./state.js').Box} Box */
@@ -18,8 +20,7 @@ export function startSettings() {
   });
   onInput('cell-size', 'input', readCellSize);
   onInput('fit-lines', 'change', ({ checked }) => {
-    const size = state.settings.cell_size ?? Math.max(...(state.estimate?.result ? spacingOf(state.estimate.result) : [1]));
-    set({ sizing: checked ? 'max_cell_size' : 'cell_size', cell_size: [size].flat()[0] });
+    set({ sizing: checked ? 'max_cell_size' : 'cell_size', cell_size: [state.settings.cell_size ?? largestCell()].flat()[0] });
   });
   for (const id of DIMS) onInput(id, 'input', readDims);
   for (const id of DOMAIN) onInput(id, 'input', readDomain);
@@ -36,6 +37,8 @@ export function startSettings() {
   onInput('thin-cells', 'input', (input) => {
     if (isNumberOfCells(input)) set({ thin_cells: numberOfCells(input) });
   });
+  startGraded();
+  startMeasured();
   const form = byId('settings');
   form.addEventListener('submit', (event) => event.preventDefault());
   // a field that was left empty shows its value again
@@ -94,15 +97,11 @@ function readPadding() {
   if (isRight) set({ padding: value, padding_by: by });
 }
 
-/** The box that an estimate meshes. @param {{ origin: Triple, spacing: Triple | null, dims: Triple }} [estimate] @returns {Box} */
+/** The box that an estimate meshes. @param {import('./places.js').Lines} [estimate] @returns {Box} */
 export function domainOf(estimate) {
   if (!estimate) return [0, 0, 0, 1, 1, 1];
   const { origin, dims } = estimate;
-  const spacing = spacingOf(estimate);
-  return /** @type {Box} */ ([
-    ...origin,
-    ...origin.map((start, axis) => Number((start + spacing[axis] * dims[axis]).toPrecision(12))),
-  ]);
+  return /** @type {Box} */ ([...origin, ...dims.map((n, axis) => Number(placeAt(estimate, axis, n).toPrecision(12)))]);
 }
 
 /** Writes all fields but the one being typed in; those that were not set follow the estimate. */
@@ -112,12 +111,19 @@ function show() {
   const dims = settings.sizing === 'dims' ? settings.dims : result?.dims;
   put('cells', settings.sizing === 'cells' ? settings.cells : dims ? Math.max(...dims) : '');
   const isSize = settings.sizing === 'cell_size' || settings.sizing === 'max_cell_size';
-  put('cell-size', isSize ? writeNumbers(settings.cell_size) : result ? cellSize(spacingOf(result)).replaceAll(' × ', ' ') : '');
+  put(
+    'cell-size',
+    isSize ? writeNumbers(settings.cell_size) : result?.spacing ? cellSize(result.spacing).replaceAll(' × ', ' ') : '',
+  );
   DIMS.forEach((id, axis) => put(id, dims?.[axis] ?? ''));
   inputOf('fit-lines').checked = settings.sizing === 'max_cell_size';
-  const leading = { cells: 'cells', dims: 'dims', cell_size: 'cell-size', max_cell_size: 'cell-size' }[settings.sizing];
+  /** @type {Record<string, string>} */
+  const leads = { cells: 'cells', dims: 'dims', cell_size: 'cell-size', max_cell_size: 'cell-size' };
+  const leading = leads[settings.sizing];
   const sizes = /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll('[data-size]'));
   for (const field of sizes) field.classList.toggle('leads', field.dataset.size === leading);
+  showGraded();
+  showMeasured();
   inputOf('domain-given').checked = settings.domain !== null;
   byId('domain-fields').hidden = settings.domain === null;
   byId('padding-fields').hidden = settings.domain !== null;
@@ -138,12 +144,4 @@ function show() {
 function putChoice(select, value) {
   if (![...select.options].some((option) => option.value === value)) select.append(new Option(value));
   select.value = value;
-}
-
-/** @param {string} id @param {string | number} value */
-function put(id, value) {
-  const input = inputOf(id);
-  if (input === document.activeElement) return;
-  input.value = String(value);
-  input.setCustomValidity('');
 }

@@ -11,6 +11,8 @@ import { DEFAULTS, colourOf, on, set, state } from './state.js';
 
 /** Settings of how cells are decided: keys of links, of jobs and, with hyphens, of the command. */
 const METHOD = /** @type {const} */ (['rule', 'open', 'fill', 'certify', 'thin_cells', 'axis']);
+/** Settings of what is measured, of which a link has those that are not by default. */
+const MEASURED = /** @type {const} */ (['links', 'fractions', 'fraction_faces', 'fraction_surfaces', 'staggered']);
 
 /**
  * @typedef {import('hexcast').Job} Job
@@ -19,12 +21,13 @@ const METHOD = /** @type {const} */ (['rule', 'open', 'fill', 'certify', 'thin_c
  * @typedef {Partial<Geometry> & { colour?: string }} GeometrySettings settings that a link has for a geometry
  */
 
-/** @type {Record<'padding_by' | 'rule' | 'open' | 'fill' | 'axis' | 'backend', string[]>} */
+/** @type {Record<'padding_by' | 'rule' | 'open' | 'fill' | 'stencil' | 'axis' | 'backend', string[]>} */
 const CHOICES = {
   padding_by: ['cells', 'length'],
   rule: ['parity', 'nonzero'],
   open: ['winding', 'vote', 'error', 'parity'],
   fill: ['centre', 'conservative', 'separating'],
+  stencil: ['D3Q7', 'D3Q15', 'D3Q19', 'D3Q27'],
   axis: ['auto', 'x', 'y', 'z'],
   backend: ['auto', 'gpu', 'cpu'],
 };
@@ -80,7 +83,18 @@ export function hashOf() {
   const sizes = settings.sizing === 'max_cell_size' ? 'cell_size' : settings.sizing;
   if (settings.sizing !== 'cells' || settings.cells !== DEFAULTS.cells) query.set(settings.sizing, writeNumbers(settings[sizes]));
   if (settings.domain) query.set('domain', settings.domain.join(' '));
-  for (const key of /** @type {const} */ (['padding', 'padding_by', ...METHOD, 'backend', 'unit'])) {
+  const ofLines = settings.sizing === 'graded' ? /** @type {const} */ (['min_size', 'growth', 'absorbing']) : [];
+  const keys = /** @type {const} */ ([
+    'padding',
+    'padding_by',
+    ...METHOD,
+    ...MEASURED,
+    'stencil',
+    'fraction_rays',
+    'backend',
+    'unit',
+  ]);
+  for (const key of [...ofLines, ...keys]) {
     if (String(settings[key]) !== String(DEFAULTS[key])) query.set(key, writeNumbers(settings[key]));
   }
   const sample =
@@ -126,9 +140,12 @@ export function readHash() {
   written = location.hash.slice(1);
   /** @type {Settings} */
   const patch = { ...DEFAULTS };
-  for (const key of /** @type {const} */ (['cells', 'dims', 'cell_size', 'max_cell_size'])) {
+  for (const key of /** @type {const} */ (['cells', 'dims', 'cell_size', 'max_cell_size', 'graded'])) {
     const numbers = numbersOf(query.get(key) ?? '');
-    const fits = key === 'dims' ? numbers?.length === 3 : numbers?.length === 1 || (key === 'cell_size' && numbers?.length === 3);
+    const fits =
+      key === 'dims'
+        ? numbers?.length === 3
+        : numbers?.length === 1 || (['cell_size', 'graded'].includes(key) && numbers?.length === 3);
     if (!fits || !numbers || numbers.some((number) => !(number > 0))) continue;
     patch.sizing = key;
     const value = numbers.length === 1 ? numbers[0] : numbers;
@@ -144,6 +161,8 @@ export function readHash() {
     if (value !== null && choices.includes(value)) Object.assign(patch, { [key]: value });
   }
   patch.certify = query.get('certify') === 'true';
+  for (const key of MEASURED) patch[key] = query.get(key) === 'true';
+  readLines(query, patch);
   const thin = Number(query.get('thin_cells') ?? NaN);
   if (Number.isInteger(thin) && thin > 0) patch.thin_cells = thin;
   const unit = query.get('unit') ?? DEFAULTS.unit;
@@ -153,6 +172,18 @@ export function readHash() {
   set(patch);
   showWaiting(query.has('sample'));
   return query.get('sample');
+}
+
+/** Reads how lines are generated, and how finely fractions are measured. @param {URLSearchParams} query @param {Settings} patch */
+function readLines(query, patch) {
+  const number = (/** @type {string} */ key) => Number(query.get(key) ?? NaN);
+  if (number('min_size') > 0) patch.min_size = number('min_size');
+  if (number('growth') >= 1.01 && number('growth') <= 10) patch.growth = number('growth');
+  if ([1, 2, 4, 8, 16].includes(number('fraction_rays'))) patch.fraction_rays = number('fraction_rays');
+  const absorbing = numbersOf(query.get('absorbing') ?? '');
+  const isRight = absorbing?.every((cells) => Number.isInteger(cells) && cells >= 0 && cells <= 1024);
+  if (isRight && absorbing?.length === 1) patch.absorbing = absorbing[0];
+  if (isRight && absorbing?.length === 3) patch.absorbing = /** @type {import('./state.js').Triple} */ (absorbing);
 }
 
 /** @param {string} text */
@@ -167,6 +198,10 @@ function readGeometry(text) {
   if (query.get('split') === 'true') settings.split = true;
   const name = query.get('name');
   if (name) settings.name = name;
+  if (query.get('metal') === 'true') settings.metal = true;
+  const [most, fewest] = ['max_size', 'min_cells'].map((key) => Number(query.get(key) ?? NaN));
+  if (most > 0 && most < Infinity) settings.max_size = most;
+  if (Number.isInteger(fewest) && fewest > 0) settings.min_cells = fewest;
   for (const key of ['scale', 'rotate', 'translate']) {
     const numbers = numbersOf(query.get(key) ?? '');
     if (numbers?.length === 3) Object.assign(settings, { [key]: numbers });
@@ -200,8 +235,18 @@ export function commandOf(job) {
   if (job.padding && 'length' in job.padding) option('padding-length', job.padding.length);
   for (const key of /** @type {const} */ (['cells', 'dims', 'cell_size', 'max_cell_size', ...METHOD, 'unit']))
     option(key.replaceAll('_', '-'), job[key]);
+  option('graded', job.graded?.max_size);
+  option('min-size', job.graded?.min_size);
+  option('growth', job.graded?.growth);
+  option('absorbing', job.graded?.absorbing);
+  const file = (/** @type {string} */ of) => (job[/** @type {'links'} */ (of)] ? `${baseName(job)}-${of}.npz` : undefined);
+  for (const of of ['links', 'fractions', 'staggered']) option(of, file(of));
+  option('stencil', job.links?.stencil);
+  option('fraction-rays', job.fractions?.rays);
+  option('fraction-faces', job.fractions?.faces || undefined);
+  option('fraction-surfaces', job.fractions?.surfaces || undefined);
   if (state.settings.backend !== 'auto') option('backend', state.settings.backend);
-  return [...words, '-o', quote(`${baseName(job)}.vti`)].join(' ');
+  return [...words, '-o', quote(`${baseName(job)}.${job.graded ? 'vtr' : 'vti'}`)].join(' ');
 }
 
 /** A program that does this job with the package. @param {ReturnType<typeof currentJob>} job */

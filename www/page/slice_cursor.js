@@ -1,6 +1,6 @@
 /** The pointer and the cursor of the slice view: they zoom, pan, name cells and pick them. */
 import { byId, canvasOf } from './dom.js';
-import { cellAt, centreOf, placeText, spacingOf } from './places.js';
+import { cellAt, centreOf, placeAt, placeText } from './places.js';
 import { state } from './state.js';
 import { arrow, bringIntoView } from './slice_draw.js';
 import { cellUnder, currentPicture, flagOf, view, zoomBy } from './slice_view.js';
@@ -100,8 +100,7 @@ export function moveCursor({ key, shiftKey }) {
 
 /** @param {import('hexcast').Lines} lines */
 function middle(lines) {
-  const [{ origin, dims }, spacing] = [lines, spacingOf(lines)];
-  return origin.map((start, axis) => start + (spacing[axis] * dims[axis]) / 2);
+  return lines.origin.map((start, axis) => (start + placeAt(lines, axis, lines.dims[axis])) / 2);
 }
 
 /** The cursor follows the plane. */

@@ -1,10 +1,10 @@
 /** Draws a slice: cells, mesh lines, the marks of findings, the path of a leak, the cursor. */
 import { canvasOf, byId, inputOf } from './dom.js';
-import { cellAt, centreOf } from './places.js';
+import { cellAt, centreOf, lengthOf } from './places.js';
 import { state } from './state.js';
 import { AXES, across, currentPicture, layout, onCanvas, view } from './slice_view.js';
 
-/** @typedef {import('./slice_view.js').Picture} Picture */
+/** @typedef {import('./slice_view.js').Picture} Picture @typedef {import('./slice_view.js').Layout} Layout */
 
 /** Mesh lines are drawn where a cell has at least so many pixels. */
 const LINE_PIXELS = 4;
@@ -28,8 +28,15 @@ export function drawSlice() {
   drawCursor(canvas, context, picture, ratio);
   // where the cells are on the canvas, for tests
   const { slice, axis, index } = picture;
-  const { left, top, scale } = where;
-  Object.assign(canvas.dataset, { axis: AXES[axis], index, left, top, scaleX: scale[0], scaleY: scale[1] });
+  const { left, top, width, height } = where;
+  Object.assign(canvas.dataset, {
+    axis: AXES[axis],
+    index,
+    left,
+    top,
+    scaleX: width / slice.width,
+    scaleY: height / slice.height,
+  });
   Object.assign(canvas.dataset, { width: slice.width, height: slice.height, marks: n_marks, zoom: view.zoom });
 }
 
@@ -37,16 +44,14 @@ export function drawSlice() {
 function drawCells(canvas, context, picture) {
   const { slice, bitmap } = picture;
   const where = layout(canvas, picture);
-  const { left, top, scale } = where;
+  const { left, top, width, height } = where;
   const style = getComputedStyle(canvas);
   context.fillStyle = style.getPropertyValue('--cells-background');
-  const [width, height] = [scale[0] * slice.width, scale[1] * slice.height];
   context.fillRect(left, top, width, height);
   context.imageSmoothingEnabled = false;
-  context.drawImage(bitmap, left, top, width, height);
-  if (inputOf('mesh-lines').checked && Math.min(...scale) >= LINE_PIXELS && slice.step === 1) {
-    drawLines(context, { left, top, scale, slice }, style.getPropertyValue('--cells-line'));
-  }
+  if (picture.mesh.lines.spacing) context.drawImage(bitmap, left, top, width, height);
+  else drawUnequal(context, where, bitmap);
+  if (inputOf('mesh-lines').checked && slice.step === 1) drawLines(context, where, slice, style.getPropertyValue('--cells-line'));
   context.lineWidth = 1;
   context.strokeStyle = style.getPropertyValue('--cells-edge');
   context.strokeRect(left + 0.5, top + 0.5, width - 1, height - 1);
@@ -54,27 +59,49 @@ function drawCells(canvas, context, picture) {
   return where;
 }
 
-/**
- * @param {CanvasRenderingContext2D} context
- * @param {ReturnType<typeof layout> & { slice: import('hexcast').Slice }} where
- * @param {string} colour
- */
-function drawLines(context, { left, top, scale, slice }, colour) {
+/** Samples of different sizes: first columns, then rows, each as wide as it is. @param {CanvasRenderingContext2D} context @param {Layout} where @param {OffscreenCanvas} bitmap */
+function drawUnequal(context, { x, y }, bitmap) {
   const { width, height } = context.canvas;
-  context.beginPath();
-  for (let i = Math.max(0, Math.floor(-left / scale[0])); i <= slice.width && left + i * scale[0] <= width; i += 1) {
-    const x = Math.round(left + i * scale[0]) + 0.5;
-    context.moveTo(x, Math.max(0, top));
-    context.lineTo(x, Math.min(height, top + slice.height * scale[1]));
+  const columns = new OffscreenCanvas(width, bitmap.height);
+  const within = columns.getContext('2d');
+  if (!within) return;
+  within.imageSmoothingEnabled = false;
+  for (let i = 0; i < bitmap.width; i += 1) {
+    const [from, to] = [Math.round(x(i)), Math.round(x(i + 1))];
+    if (to > Math.max(from, 0) && from < width)
+      within.drawImage(bitmap, i, 0, 1, bitmap.height, from, 0, to - from, bitmap.height);
   }
-  for (let j = Math.max(0, Math.floor(-top / scale[1])); j <= slice.height && top + j * scale[1] <= height; j += 1) {
-    const y = Math.round(top + j * scale[1]) + 0.5;
-    context.moveTo(Math.max(0, left), y);
-    context.lineTo(Math.min(width, left + slice.width * scale[0]), y);
+  for (let j = 0; j < bitmap.height; j += 1) {
+    const [from, to] = [Math.round(y(j + 1)), Math.round(y(j))];
+    // rows of the bitmap are downwards
+    if (to > Math.max(from, 0) && from < height)
+      context.drawImage(columns, 0, bitmap.height - 1 - j, width, 1, 0, from, width, to - from);
+  }
+}
+
+/** Lines beside cells that are large enough. @param {CanvasRenderingContext2D} context @param {Layout} where @param {import('hexcast').Slice} slice @param {string} colour */
+function drawLines(context, { left, top, width, height, x, y }, slice, colour) {
+  const seen = context.canvas;
+  context.beginPath();
+  for (const at of wideEnough(slice.width, x, seen.width)) {
+    context.moveTo(at, Math.max(0, top));
+    context.lineTo(at, Math.min(seen.height, top + height));
+  }
+  for (const at of wideEnough(slice.height, y, seen.height)) {
+    context.moveTo(Math.max(0, left), at);
+    context.lineTo(Math.min(seen.width, left + width), at);
   }
   context.strokeStyle = colour;
   context.lineWidth = 1;
   context.stroke();
+}
+
+/** Where lines are drawn: in the middle of pixels, of cells with at least so many. @param {number} n cells @param {(cell: number) => number} place @param {number} seen */
+function wideEnough(n, place, seen) {
+  const at = Array.from({ length: n + 1 }, (_, line) => place(line));
+  const isWide = (/** @type {number} */ cell) => cell >= 0 && cell < n && Math.abs(at[cell + 1] - at[cell]) >= LINE_PIXELS;
+  const isDrawn = (/** @type {number} */ line) => (isWide(line - 1) || isWide(line)) && at[line] >= 0 && at[line] <= seen;
+  return at.filter((_, line) => isDrawn(line)).map((line) => Math.round(line) + 0.5);
 }
 
 /** The path of the leak: what lies in the plane as a line, the rest of it dashed. @param {HTMLCanvasElement} canvas @param {CanvasRenderingContext2D} context @param {Picture} picture @param {number} ratio */
@@ -122,10 +149,13 @@ function drawMarks(canvas, context, picture, ratio) {
 
 /** The edges of the cell that the cursor is in. @param {HTMLCanvasElement} canvas @param {CanvasRenderingContext2D} context @param {Picture} picture @param {number} ratio */
 function drawCursor(canvas, context, picture, ratio) {
-  if (!view.cursor) return;
-  const { scale } = layout(canvas, picture);
-  const [x, y] = onCanvas(canvas, picture, centreOf(picture.mesh.lines, view.cursor));
-  const [width, height] = scale.map((size) => Math.max(size / picture.slice.step, 6 * ratio));
+  const { cursor } = view;
+  if (!cursor) return;
+  const [{ perLength }, { lines }] = [layout(canvas, picture), picture.mesh];
+  const [x, y] = onCanvas(canvas, picture, centreOf(lines, cursor));
+  const [width, height] = across(picture.axis).map((axis, k) =>
+    Math.max(lengthOf(lines, axis, cursor[axis]) * perLength[k], 6 * ratio),
+  );
   context.lineWidth = 2 * ratio;
   context.strokeStyle = getComputedStyle(canvas).getPropertyValue('--ink');
   context.strokeRect(x - width / 2, y - height / 2, width, height);

@@ -1,6 +1,6 @@
 /** What the slice view shows, and where its cells lie on the canvas. */
 import { state } from './state.js';
-import { spacingOf } from './places.js';
+import { cellAt, placeAt } from './places.js';
 
 /**
  * @typedef {0 | 1 | 2} Axis
@@ -23,44 +23,89 @@ export function across(axis) {
 }
 
 /**
- * Where the plane lies on the canvas, in device pixels: left, top, and pixels a sample on both axes.
+ * Where the plane lies on the canvas, in device pixels.
  *
- * @param {HTMLCanvasElement} canvas
- * @param {Picture} picture
+ * @typedef {object} Layout
+ * @property {number} left
+ * @property {number} top
+ * @property {number} width
+ * @property {number} height
+ * @property {number[]} perLength pixels a length on both axes
+ * @property {(sample: number) => number} x left edge of a column of samples; that of their number is the right edge of the last
+ * @property {(sample: number) => number} y lower edge of a row of samples, counted upwards
  */
-export function layout(canvas, { slice, mesh, axis }) {
-  const [first, second] = across(axis);
-  const spacing = spacingOf(mesh.lines);
-  const size = [slice.width * slice.step * spacing[first], slice.height * slice.step * spacing[second]];
-  const room = 0.94 * Math.min(canvas.width / size[0], canvas.height / size[1]) * view.zoom;
-  let scale = [room * spacing[first] * slice.step, room * spacing[second] * slice.step];
+
+/** @param {HTMLCanvasElement} canvas @param {Picture} picture @returns {Layout} */
+export function layout(canvas, picture) {
+  return picture.mesh.lines.spacing ? equalCells(canvas, picture) : unequalCells(canvas, picture);
+}
+
+/** @param {HTMLCanvasElement} canvas @param {Picture} picture @returns {Layout} */
+function equalCells(canvas, { slice, mesh, axis }) {
+  const samples = across(axis).map((at) => /** @type {number[]} */ (mesh.lines.spacing)[at] * slice.step);
+  const room = roomFor(canvas, [slice.width * samples[0], slice.height * samples[1]]);
+  let scale = samples.map((length) => room * length);
   // whole pixels a cell where that changes little: all cells are drawn equally wide
   if (scale[0] === scale[1] && scale[0] >= 4) scale = scale.map(Math.floor);
-  const left = Math.round((canvas.width - scale[0] * slice.width) / 2 + view.pan[0]);
-  const top = Math.round((canvas.height - scale[1] * slice.height) / 2 + view.pan[1]);
-  return { left, top, scale };
+  const [width, height] = [scale[0] * slice.width, scale[1] * slice.height];
+  const { left, top } = placed(canvas, width, height);
+  const [x, y] = [
+    (/** @type {number} */ i) => left + i * scale[0],
+    (/** @type {number} */ j) => top + (slice.height - j) * scale[1],
+  ];
+  return { left, top, width, height, perLength: scale.map((size, at) => size / samples[at]), x, y };
+}
+
+/** @param {HTMLCanvasElement} canvas @param {Picture} picture @returns {Layout} */
+function unequalCells(canvas, { slice, mesh: { lines }, axis }) {
+  const [first, second] = across(axis);
+  const ends = [first, second].map((at) => placeAt(lines, at, lines.dims[at]) - lines.origin[at]);
+  const room = roomFor(canvas, ends);
+  const [width, height] = ends.map((length) => Math.max(Math.round(room * length), 1));
+  const { left, top } = placed(canvas, width, height);
+  const perLength = [width / ends[0], height / ends[1]];
+  const distance = (/** @type {number} */ at, /** @type {number} */ sample) =>
+    placeAt(lines, at, Math.min(sample * slice.step, lines.dims[at])) - lines.origin[at];
+  const [x, y] = [
+    (/** @type {number} */ i) => left + perLength[0] * distance(first, i),
+    (/** @type {number} */ j) => top + height - perLength[1] * distance(second, j),
+  ];
+  return { left, top, width, height, perLength, x, y };
+}
+
+/** Pixels a length. @param {HTMLCanvasElement} canvas @param {number[]} size of the plane */
+function roomFor(canvas, [width, height]) {
+  return 0.94 * Math.min(canvas.width / width, canvas.height / height) * view.zoom;
+}
+
+/** @param {HTMLCanvasElement} canvas @param {number} width @param {number} height */
+function placed(canvas, width, height) {
+  return {
+    left: Math.round((canvas.width - width) / 2 + view.pan[0]),
+    top: Math.round((canvas.height - height) / 2 + view.pan[1]),
+  };
 }
 
 /** Where a place in world lengths lies on the canvas. @param {HTMLCanvasElement} canvas @param {Picture} picture @param {number[]} place */
 export function onCanvas(canvas, picture, place) {
-  const { left, top, scale } = layout(canvas, picture);
-  const { slice, mesh, axis } = picture;
-  const spacing = spacingOf(mesh.lines);
-  const [i, j] = across(axis).map((at) => (place[at] - mesh.lines.origin[at]) / (spacing[at] * slice.step));
-  return [left + i * scale[0], top + (slice.height - j) * scale[1]];
+  const { left, top, height, perLength } = layout(canvas, picture);
+  const { mesh, axis } = picture;
+  const [x, y] = across(axis).map((at, k) => (place[at] - mesh.lines.origin[at]) * perLength[k]);
+  return [left + x, top + height - y];
 }
 
 /** The cell under a point of the canvas; null beside the plane. @param {HTMLCanvasElement} canvas @param {number[]} at */
 export function cellUnder(canvas, [x, y]) {
   if (!view.picture) return null;
-  const { slice, axis, index } = view.picture;
-  const { left, top, scale } = layout(canvas, view.picture);
-  const i = Math.floor((x - left) / scale[0]);
-  const j = slice.height - 1 - Math.floor((y - top) / scale[1]);
-  if (i < 0 || j < 0 || i >= slice.width || j >= slice.height) return null;
-  const cell = [0, 0, 0];
+  const { mesh, slice, axis, index } = view.picture;
+  const { left, top, width, height, perLength } = layout(canvas, view.picture);
+  if (x < left || y < top || x >= left + width || y >= top + height) return null;
+  const place = [0, 0, 0];
   const [first, second] = across(axis);
-  [cell[axis], cell[first], cell[second]] = [index, i * slice.step, j * slice.step];
+  place[first] = mesh.lines.origin[first] + (x - left) / perLength[0];
+  place[second] = mesh.lines.origin[second] + (top + height - y) / perLength[1];
+  const cell = cellAt(mesh.lines, place).map((at) => at - (at % slice.step));
+  cell[axis] = index;
   return cell;
 }
 

@@ -4,7 +4,7 @@ import { save } from './downloads.js';
 import { short } from './format.js';
 import { showError } from './messages.js';
 import { paint } from './paint.js';
-import { cellAt, spacingOf } from './places.js';
+import { cellAt, placeAt } from './places.js';
 import { baseName } from './share.js';
 import { followPlane, moveCursor, startPointers } from './slice_cursor.js';
 import { drawSlice } from './slice_draw.js';
@@ -115,7 +115,7 @@ function showPlane(mesh, axis, index) {
   slider.max = number.max = String(mesh.dims[axis] - 1);
   slider.value = String(index);
   if (number !== document.activeElement) number.value = String(index);
-  const centre = mesh.lines.origin[axis] + (index + 0.5) * spacingOf(mesh.lines)[axis];
+  const centre = placeAt(mesh.lines, axis, index + 0.5);
   slider.setAttribute('aria-valuetext', `cell ${index} of ${mesh.dims[axis]}, ${AXES[axis]} = ${short(centre)}`);
   byId('slice-where').textContent = `${AXES[axis]} = ${short(centre)}${mesh.report.unit ? ` ${mesh.report.unit}` : ''}`;
 }

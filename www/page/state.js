@@ -18,10 +18,14 @@
  * What the fields hold.
  *
  * @typedef {object} Settings
- * @property {'cells' | 'dims' | 'cell_size' | 'max_cell_size'} sizing which of the linked fields was set
+ * @property {'cells' | 'dims' | 'cell_size' | 'max_cell_size' | 'graded'} sizing which of the linked fields was set, or that cells differ in size
  * @property {number} cells
  * @property {Triple | null} dims
  * @property {number | Triple | null} cell_size
+ * @property {number | Triple | null} graded largest size of a cell where cells differ in size
+ * @property {number | null} min_size smallest size there; null for a thousandth of the largest
+ * @property {number} growth most times by which a cell is larger than its neighbour there
+ * @property {number | Triple} absorbing cells added at the ends there
  * @property {Box | null} domain null for the box around all geometries
  * @property {number | Triple} padding
  * @property {'cells' | 'length'} padding_by
@@ -30,6 +34,13 @@
  * @property {'centre' | 'conservative' | 'separating'} fill which cells along surfaces geometries have as well
  * @property {boolean} certify whether thin walls and overlaps are looked for
  * @property {number} thin_cells walls of fewer cells are thin
+ * @property {boolean} links whether links to surfaces are measured
+ * @property {'D3Q7' | 'D3Q15' | 'D3Q19' | 'D3Q27'} stencil of these links
+ * @property {boolean} fractions whether fractions of cells are measured
+ * @property {number} fraction_rays rays of a cell along each of two axes
+ * @property {boolean} fraction_faces whether those of faces are, too
+ * @property {boolean} fraction_surfaces whether surfaces within cells are, too
+ * @property {boolean} staggered whether the points of a staggered grid get flags
  * @property {'auto' | 'x' | 'y' | 'z'} axis
  * @property {string} unit
  * @property {import('hexcast').BackendChoice} backend
@@ -52,6 +63,9 @@
  * @property {Triple | null} rotate
  * @property {Triple | null} translate
  * @property {boolean} split
+ * @property {number | null} max_size where lines are graded, largest size of a cell across it
+ * @property {number | null} min_cells and fewest cells across it
+ * @property {boolean} metal and whether lines lie beside its edges
  */
 
 /**
@@ -84,6 +98,10 @@ export const DEFAULTS = Object.freeze({
   cells: 128,
   dims: null,
   cell_size: null,
+  graded: null,
+  min_size: null,
+  growth: 1.3,
+  absorbing: 0,
   domain: null,
   padding: 0,
   padding_by: 'cells',
@@ -92,9 +110,28 @@ export const DEFAULTS = Object.freeze({
   fill: 'centre',
   certify: false,
   thin_cells: 2,
+  links: false,
+  stencil: 'D3Q19',
+  fractions: false,
+  fraction_rays: 4,
+  fraction_faces: false,
+  fraction_surfaces: false,
+  staggered: false,
   axis: 'auto',
   unit: '',
   backend: 'auto',
+});
+
+/** What a geometry has that nobody set. */
+export const PLAIN = Object.freeze({
+  priority: 0,
+  scale: null,
+  rotate: null,
+  translate: null,
+  split: false,
+  max_size: null,
+  min_cells: null,
+  metal: false,
 });
 
 /** @type {State} */

@@ -7,12 +7,14 @@ import { domainOf } from './settings.js';
 import { baseName } from './share.js';
 import { colourOf, on, placeKey, state } from './state.js';
 import { paint } from './paint.js';
-import { spacingOf } from './places.js';
+import { placeAt } from './places.js';
 
 /** @typedef {import('./scene.js').Scene} Scene */
 
 /** Most pixels a side of the picture of a section. */
 const SECTION_PIXELS = 1024;
+/** The same where cells differ in size: each sample is a rectangle of its own. */
+const SECTION_SAMPLES = 512;
 
 /** The scene, once three.js is loaded; a promise, so that it is loaded once. */
 let loading = /** @type {Promise<Scene> | null} */ (null);
@@ -173,7 +175,7 @@ async function showMesh() {
         `the surface in 3-D is drawn with cells of ${skin.step} × ${skin.step} × ${skin.step}, because it has too many faces; slices and files have every cell`,
         'mesh',
       );
-    scene.setSkin(skin, { origin: mesh.lines.origin, spacing: spacingOf(mesh.lines) }, colourOf);
+    scene.setSkin(skin, mesh.lines, colourOf);
     const isEmpty = skin.parts.length === 0;
     choose(isEmpty ? 'model' : 'cells');
     scene.setSection(null);
@@ -239,15 +241,18 @@ async function cut(isNew = false) {
   slider.max = String(mesh.dims[axis] - 1);
   if (isNew) slider.value = String(Math.floor(mesh.dims[axis] / 2));
   const index = Number(slider.value);
-  const at = mesh.lines.origin[axis] + (index + 0.5) * spacingOf(mesh.lines)[axis];
+  const { lines } = mesh;
+  const at = placeAt(lines, axis, index + 0.5);
   const where = `${'xyz'[axis]} = ${short(at)}${mesh.report.unit ? ` ${mesh.report.unit}` : ''}`;
   slider.setAttribute('aria-valuetext', `cell ${index} of ${mesh.dims[axis]}, ${where}`);
   byId('section-where').textContent = where;
-  const slice = await mesh.slice(axis, index, SECTION_PIXELS);
+  const slice = await mesh.slice(axis, index, lines.spacing ? SECTION_PIXELS : SECTION_SAMPLES);
   if (request !== section || mesh !== state.mesh) return undefined;
-  const { origin } = mesh.lines;
-  const spacing = spacingOf(mesh.lines);
   const [first, second] = [0, 1, 2].filter((other) => other !== axis);
+  const edges = (/** @type {number} */ of, /** @type {number} */ n) =>
+    lines.spacing
+      ? [0, n].map((sample) => placeAt(lines, of, sample * slice.step))
+      : Array.from({ length: n + 1 }, (_, sample) => placeAt(lines, of, Math.min(sample * slice.step, lines.dims[of])));
   return withScene((scene) => {
     if (isNew) side = scene.sideOf(axis);
     scene.setSection({
@@ -255,11 +260,7 @@ async function cut(isNew = false) {
       side,
       at,
       image: paint(slice, { isUp: false, hidden: state.hidden }),
-      low: [origin[first], origin[second]],
-      high: [
-        origin[first] + slice.width * slice.step * spacing[first],
-        origin[second] + slice.height * slice.step * spacing[second],
-      ],
+      edges: [edges(first, slice.width), edges(second, slice.height)],
     });
   });
 }

@@ -36,6 +36,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let sources = read_job_files(&job, token, Progress::new(false))?;
     let prepared = prepare(&job, sources)?;
     let estimate = Estimate::new(&prepared.geometries, &prepared.lines, &prepared.rays);
+    let estimate = estimate.with_unit(prepared.unit.as_deref());
     let device = device(&job, arguments.job.adapter.as_deref())?;
     let program_bytes = memory::program_bytes(device != Device::None);
     if arguments.json {

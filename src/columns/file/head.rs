@@ -4,7 +4,7 @@ use super::bytes::{corrupt, u32_at};
 use crate::checksum::crc32;
 use crate::error::{Error, Result};
 use crate::geometry::Material;
-use crate::lines::{IS_NATIVE, Lines, native_only};
+use crate::lines::Lines;
 use crate::rays::Rays;
 
 /// What a file starts with.
@@ -155,9 +155,6 @@ pub(crate) fn decode(version: u32, body: &[u8]) -> Result<Head> {
     let is_listed = version == LISTED || (version == WITH_MATERIALS && kind == 1);
     if axis > 2 || zlib > 1 || kind != u8::from(is_listed) || zero != 0 {
         return Err(at.wrong(format!("ray axis {axis}, compression {zlib}, lines of kind {kind}, {zero}")));
-    }
-    if is_listed && !IS_NATIVE {
-        return Err(native_only());
     }
     let lines = if is_listed { at.lists(dims)? } else { at.spacing(dims)? };
     let unit = match at.array()? {

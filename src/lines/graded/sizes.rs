@@ -84,7 +84,7 @@ const MAX_STEPS: usize = 2000;
 
 /// Finds the sizes wanted at the ends of neighbouring intervals, none with a cell below `least`; the interval where there is none.
 pub(super) fn settle(intervals: &mut [Interval], growth: f64, least: f64) -> Result<(), usize> {
-    let slope = growth.ln();
+    let slope = libm::log(growth);
     let n = intervals.len();
     // sizes at fixed lines, as all intervals allow
     let mut wanted = vec![f64::INFINITY; n + 1];

@@ -1,0 +1,31 @@
+/** What the estimate and the result say of cells: their size or, where they differ, the lines. */
+import { cellSize, short } from './format.js';
+
+/** @typedef {import('hexcast').Grading} Grading */
+
+/**
+ * Facts as an id, a term and a value each.
+ *
+ * @param {string} prefix of the ids
+ * @param {{ dims: number[], spacing: [number, number, number] | null, grading: Grading | null }} of
+ * @param {string | null} unit
+ * @returns {[string, string, string][]}
+ */
+export function cellFacts(prefix, { dims, spacing, grading }, unit) {
+  if (spacing) return [[`${prefix}-size`, 'Cell', cellSize(spacing, unit ?? '')]];
+  if (!grading) return [];
+  const of = unit ? ` ${unit}` : '';
+  const [least, most] = [Math.min(...grading.smallest), Math.max(...grading.largest)];
+  const seconds = grading.courant_seconds === null ? '' : `, ${short3(grading.courant_seconds)} s`;
+  return [
+    [`${prefix}-size`, 'Cells from', `${short(least)} to ${short(most)}${of}`],
+    [`${prefix}-lines`, 'Lines', dims.map((n) => n + 1).join(', ')],
+    [`${prefix}-ratio`, 'Growth', `at most ${short3(Math.max(...grading.ratio))} times`],
+    [`${prefix}-courant`, 'Courant step', `${short3(grading.courant_length)}${of} / c${seconds}`],
+  ];
+}
+
+/** Three digits. @param {number} number */
+function short3(number) {
+  return String(Number(number.toPrecision(3)));
+}
