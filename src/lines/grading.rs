@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::Lines;
+use crate::length::Length;
 
 /// Lines that are not equally spaced, and how their distances change.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -45,27 +46,9 @@ impl Grading {
         let ratio =
             |sizes: &Vec<f64>| sizes.windows(2).map(|two| (two[0] / two[1]).max(two[1] / two[0])).fold(1.0, f64::max);
         let courant_length = 1.0 / smallest.iter().map(|size| 1.0 / (size * size)).sum::<f64>().sqrt();
-        let courant_seconds = unit.and_then(metres).map(|metres| courant_length * metres / LIGHT);
+        let courant_seconds = unit.and_then(Length::of_name).map(|unit| unit.metres(courant_length) / LIGHT);
         let ratio = [0, 1, 2].map(|axis: usize| ratio(&sizes[axis]));
         let [x, y, z] = lists;
         Some(Grading { x, y, z, smallest, largest, ratio, courant_length, courant_seconds })
     }
-}
-
-/// Metres of a unit of length.
-fn metres(unit: &str) -> Option<f64> {
-    let metres = match unit {
-        "m" => 1.0,
-        "dm" => 1e-1,
-        "cm" => 1e-2,
-        "mm" => 1e-3,
-        "um" | "µm" | "μm" => 1e-6,
-        "nm" => 1e-9,
-        "km" => 1e3,
-        "in" | "inch" => 0.0254,
-        "mil" => 0.0254e-3,
-        "ft" => 0.3048,
-        _ => return None,
-    };
-    Some(metres)
 }
