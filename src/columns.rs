@@ -257,6 +257,25 @@ mod tests {
     }
 
     #[test]
+    fn bands_that_do_not_cover_all_rays_in_order_are_refused() {
+        let band = |first_ray, n: u32| Band { first_ray, ends: vec![0; n as usize], ..Band::default() };
+        let of = |bands| Columns::new(Rays::new(2, [2, 2, 10]), bands).map(|columns| columns.dims());
+        assert_eq!(of(vec![band(0, 3), band(3, 1)]).unwrap(), [2, 2, 10]);
+        let wrong = [
+            (vec![band(0, 2), band(3, 1)], "begins with ray 3, after those up to ray 2"),
+            (vec![band(1, 3)], "begins with ray 1, after those up to ray 0"),
+            (vec![band(0, 3)], "bands of 3 rays for columns of 4"),
+            (vec![band(0, 5)], "bands of 5 rays for columns of 4"),
+        ];
+        for (bands, sentence) in wrong {
+            let error = of(bands).unwrap_err();
+            assert!(error.code() == "job-conflict" && error.to_string().contains(sentence), "{error}");
+        }
+        let error = columns().ray(4).unwrap_err();
+        assert_eq!((error.code(), error.to_string().as_str()), ("job-value", "ray 4 of 4, counted from 0"));
+    }
+
+    #[test]
     fn runs_are_found_across_bands() {
         let columns = columns();
         assert_eq!(columns.dims(), [2, 2, 10]);

@@ -19,6 +19,7 @@ use crate::facet::Projected;
 use crate::frame::Frame;
 use crate::lattice::Lattice;
 use crate::rays::Rays;
+use crate::sort::sort;
 
 mod graded;
 pub(crate) mod places;
@@ -82,7 +83,7 @@ impl Crossings {
         let places = self.offsets[ray] as usize..self.offsets[ray + 1] as usize;
         let both = |place| [self.events[place], self.facets.get(place).copied().unwrap_or(0)];
         let mut crossings: Vec<[u32; 2]> = places.map(both).collect();
-        crossings.sort_unstable();
+        sort(&mut crossings);
         crossings
     }
 

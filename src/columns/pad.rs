@@ -76,8 +76,32 @@ fn source(number: u32, first: u32, n: u32, edge: HaloEdge) -> Option<u32> {
 
 #[cfg(test)]
 mod tests {
+    use super::BAND_RAYS;
+    use crate::columns::{Band, Columns, run};
     use crate::job::HaloEdge;
     use crate::mesh::tests::pattern;
+    use crate::rays::Rays;
+
+    #[test]
+    fn more_rays_than_a_band_holds_are_padded_in_several() {
+        // a flag for each of 256 x 300 rays of 2 cells; without background around them, a band is full with row 256
+        let (nx, ny) = (256, 300);
+        let flag_of = |x: u32, y: u32| ((x + 7 * y) % 255 + 1) as u8;
+        let runs = (0..ny).flat_map(|y| (0..nx).map(move |x| run(0, flag_of(x, y)))).collect();
+        let band = Band { ends: (1..=nx * ny).collect(), runs, ..Band::default() };
+        let columns = Columns::new(Rays::new(2, [nx, ny, 2]), vec![band]).unwrap();
+        assert!((nx * ny) as usize > BAND_RAYS);
+        for behind in [[0, 0, 1], [1, 2, 0]] {
+            let padded = columns.padded([[0; 3], behind], HaloEdge::Background).unwrap();
+            for y in 0..ny + behind[1] {
+                for x in 0..nx + behind[0] {
+                    let expected = if x < nx && y < ny { flag_of(x, y) } else { 0 };
+                    assert_eq!(padded.flag([x, y, 1]).unwrap(), expected, "{x} {y}");
+                    assert!(behind[2] == 0 || padded.flag([x, y, 2]).unwrap() == 0, "{x} {y}");
+                }
+            }
+        }
+    }
 
     #[test]
     fn padded_columns_have_the_same_flags_within_and_background_or_the_nearest_around_them() {

@@ -241,3 +241,28 @@ fn encode(band: &PackedBand, rays: &Range<u64>) -> Result<Vec<u8>> {
     let counts = if ends_band { [band.odd_rays, band.n_crossings] } else { [0; 2] };
     Ok([PieceHead { counts, ends_band, ..head }.to_bytes(), stored].concat())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::MemoryStore;
+    use super::*;
+
+    #[test]
+    fn a_ray_of_more_runs_than_memory_has_is_refused_before_it_is_read() {
+        let store = PieceStore::own(Arc::new(MemoryStore::default()), 1 << 18, 0);
+        let head = |n_runs| {
+            let (n_rays, n_content, n_stored, crc, counts) = (1, 0, 1000, [0; 4], [0; 2]);
+            PieceHead { n_rays, n_runs, n_content, n_stored, crc, counts, ends_band: false }
+        };
+        // twice 4 bytes a number, 5 or 6 as they are stored, and the stored bytes, on every thread; 64 MiB are always allowed
+        let needed = |n_runs: u64| (8 * (n_runs + 1) + 6 * n_runs + 5 + 1000) * current_num_threads() as u64;
+        let most = (codec::PIECE_RUNS..).find(|&n_runs| needed(u64::from(n_runs) + 1) > 64 << 20).unwrap();
+        if most > codec::PIECE_RUNS {
+            assert!(store.check_memory(7, &head(most)).is_ok());
+        }
+        let error = store.check_memory(7, &head(most + 1)).unwrap_err();
+        let numbers =
+            format!("the piece at byte 7 of the columns takes {} bytes; 67108864 are", needed(u64::from(most) + 1));
+        assert!(error.code() == "memory" && error.to_string().contains(&numbers), "{error}");
+    }
+}

@@ -72,3 +72,52 @@ impl TotalsCheck {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::columns::{Band, run};
+
+    const DEPTH: u32 = 10;
+
+    /// A piece of one ray: cells 2 to 4 have flag 1, with two crossings.
+    fn piece(ray: u64) -> PackedBand {
+        let runs = vec![run(2, 1), run(5, 0)];
+        PackedBand::new(Band { first_ray: ray, ends: vec![2], runs, odd_rays: 1, n_crossings: 2 })
+    }
+
+    #[test]
+    fn totals_are_compared_once_every_piece_was_counted_and_each_is_counted_once() {
+        // more pieces than a word of bits has
+        const N: usize = 130;
+        let right = || {
+            let mut cells = Box::new([0; 256]);
+            cells[1] = 3 * N as u64;
+            Totals { n_runs: 2 * N as u64, odd_rays: N as u64, n_crossings: 2 * N as u64, cells }
+        };
+        let wrong: [(&str, fn(&mut Totals)); 6] = [
+            ("", |_| ()),
+            ("261 runs, and the pieces have 260", |totals| totals.n_runs += 1),
+            ("129 odd rays, and the pieces have 130", |totals| totals.odd_rays -= 1),
+            ("0 crossings, and the pieces have 260", |totals| totals.n_crossings = 0),
+            ("391 cells of flag 1, and the pieces have 390", |totals| totals.cells[1] += 1),
+            ("5 cells of flag 255, and the pieces have 0", |totals| totals.cells[255] = 5),
+        ];
+        for (sentence, change) in wrong {
+            let mut totals = right();
+            change(&mut totals);
+            let check = TotalsCheck::new(totals, N);
+            // out of order, and all but the last twice
+            for number in (1..N).rev().chain(1..N) {
+                check.add(number, &piece(number as u64), DEPTH).unwrap();
+            }
+            for _ in 0..2 {
+                let last = check.add(0, &piece(0), DEPTH);
+                assert_eq!(last.is_ok(), sentence.is_empty());
+                if let Err(error) = last {
+                    assert!(error.code() == "columns-corrupt" && error.to_string().contains(sentence), "{error}");
+                }
+            }
+        }
+    }
+}

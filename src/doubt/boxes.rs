@@ -67,7 +67,7 @@ impl Boxes {
 
     fn keep_largest(&mut self) {
         if self.finished.len() > self.most {
-            self.finished.select_nth_unstable_by_key(self.most, largest_first);
+            sort_by_key(&mut self.finished, largest_first);
             self.finished.truncate(self.most);
         }
     }

@@ -9,6 +9,7 @@ use crate::frame::SnappedFacet;
 use crate::job::Rule;
 use crate::parallel::*;
 use crate::rays::Rays;
+use crate::sort::sort_by_key;
 
 /// The numbers of one band; `Params` in `shaders/shared/params.wgsl`, where each is explained.
 #[repr(C)]
@@ -144,7 +145,7 @@ impl BandFacets {
         let some = self.chosen.iter().step_by(self.chosen.len() / 4096 + 1);
         let mut lowest: Vec<(u32, f32)> =
             some.map(|facet| (lowest_cell(cast, facet.index), facet.n_rays.max(1e-6))).collect();
-        lowest.sort_unstable_by_key(|&(cell, _)| cell);
+        sort_by_key(&mut lowest, |&(cell, _)| cell);
         let share = lowest.iter().map(|(_, weight)| weight).sum::<f32>() / n_layers as f32;
         let mut before = 0.0;
         for (cell, weight) in lowest {

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::Lines;
+use crate::length::Length;
 
 /// Lines that are not equally spaced, and how their distances change.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -52,25 +53,7 @@ impl Grading {
 
     /// Says what the unit of lengths is, which the seconds of `courant_seconds` need.
     pub(crate) fn with_unit(self, unit: Option<&str>) -> Grading {
-        let courant_seconds = unit.and_then(metres).map(|metres| self.courant_length * metres / LIGHT);
+        let courant_seconds = unit.and_then(Length::of_name).map(|unit| unit.metres(self.courant_length) / LIGHT);
         Grading { courant_seconds, ..self }
     }
-}
-
-/// Metres of a unit of length.
-fn metres(unit: &str) -> Option<f64> {
-    let metres = match unit {
-        "m" => 1.0,
-        "dm" => 1e-1,
-        "cm" => 1e-2,
-        "mm" => 1e-3,
-        "um" | "µm" | "μm" => 1e-6,
-        "nm" => 1e-9,
-        "km" => 1e3,
-        "in" | "inch" => 0.0254,
-        "mil" => 0.0254e-3,
-        "ft" => 0.3048,
-        _ => return None,
-    };
-    Some(metres)
 }

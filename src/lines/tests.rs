@@ -104,3 +104,69 @@ fn places_are_said_to_a_thousandth_of_a_cell() {
     assert_eq!(lines.text_of([3.855_100_280, -0.0, 123_456_789.6]), "(3.8551, 0, 123456790)");
     assert_eq!(lines.text_of([2.0, 100.0, -1.0]), "(2, 100, -1)");
 }
+
+#[test]
+fn lists_of_a_job_are_its_lines() {
+    let lists = [vec![0.0, 1.0, 3.0], vec![-1.0, 0.0], vec![2.0, 2.5, 4.0, 7.0]];
+    let [x, y, z] = lists.clone();
+    let lines = chosen(Job { lines: Some(crate::job::LinesJob { x, y, z }), ..Job::default() }, [0.0; 3], [1.0; 3]);
+    assert_eq!((lines.dims(), [0, 1, 2].map(|axis| lines.list(axis))), ([2, 1, 3], lists));
+}
+
+#[test]
+fn light_takes_as_long_as_the_unit_of_lengths_says() {
+    // cells of 3 x 4 x 12 in size, and larger ones: 1 / sqrt(1/9 + 1/16 + 1/144) = 12 / sqrt(26)
+    let lines = Lines::from_lists([vec![0.0, 3.0, 7.0], vec![0.0, 4.0], vec![0.0, 12.0]]).unwrap();
+    let metres =
+        [("m", 1.0), ("dm", 0.1), ("cm", 0.01), ("mm", 0.001), ("um", 1e-6), ("\u{b5}m", 1e-6), ("\u{3bc}m", 1e-6)];
+    let others = [("nm", 1e-9), ("km", 1e3), ("in", 0.0254), ("mil", 2.54e-5), ("ft", 0.3048), ("yards", 0.9144)];
+    for (unit, metres) in metres.into_iter().chain(others) {
+        let seconds = Grading::of(&lines, Some(unit)).unwrap().courant_seconds.unwrap();
+        let expected = 12.0 / 26f64.sqrt() * metres / 299_792_458.0;
+        assert!((seconds / expected - 1.0).abs() < 1e-12, "{unit}: {seconds}");
+    }
+    let of = |unit| Grading::of(&lines, unit).unwrap();
+    assert_eq!((of(None).courant_seconds, of(Some("parsec")).courant_seconds), (None, None));
+    assert_eq!(
+        (of(None).smallest, of(None).largest, of(None).ratio),
+        ([3.0, 4.0, 12.0], [4.0, 4.0, 12.0], [4.0 / 3.0, 1.0, 1.0])
+    );
+}
+
+#[test]
+fn cells_of_less_than_half_the_largest_size_are_explained() {
+    // a plate 0.1 thick, and a body whose ends have no common divisor near the largest size
+    for (end, tolerance, cause) in
+        [(3.1, 0.05, "the thinnest geometry is 0.1"), (10.0, 0.01, "no larger size puts all")]
+    {
+        let job = Job { max_cell_size: Some(1.0), tolerance: Some(tolerance), ..Job::default() };
+        let start = if end == 10.0 { 3.37 } else { 3.0 };
+        let boxes = [[[0.0; 3], [10.0; 3]], [[start, 0.0, 0.0], [end, 10.0, 10.0]]];
+        let domain = Domain::new(&job, &boxes).unwrap();
+        let lines = lines(&job, &domain).unwrap();
+        let sentences = about_fine_cells(&job, &domain, &lines);
+        let (size, ends) = (lines.smallest()[0], [0.0, start, end, 10.0]);
+        let off = ends.map(|end: f64| (end / size - (end / size).round()).abs()).into_iter().fold(0.0, f64::max);
+        assert!(size < 0.5 && off <= tolerance && sentences.len() == 1, "{size}: {sentences:?}");
+        let numbers = format!("which makes {} of them: {cause}", (10.0 / size).round());
+        assert!(sentences[0].contains(&numbers) && sentences[0].contains(" along x"), "{}", sentences[0]);
+        assert!(sentences[0].contains(&format!("most {off:.1e} cells off")), "{off:e}: {}", sentences[0]);
+    }
+    let job = Job { max_cell_size: Some(1.0), ..Job::default() };
+    let domain = Domain::new(&job, &[[[0.0; 3], [1.0, 2.0, 0.25]]]).unwrap();
+    // one cell of a quarter along z is as few as can be
+    assert_eq!(about_fine_cells(&job, &domain, &lines(&job, &domain).unwrap()), Vec::<String>::new());
+}
+
+#[test]
+fn too_many_cells_along_an_axis_are_counted() {
+    let wrong = |size: f64| {
+        let job = Job { cell_size: Some(PerAxis::Each([1.0, size, 1.0])), ..Job::default() };
+        lines(&job, &Domain::new(&job, &[[[0.0; 3], [1.0; 3]]]).unwrap()).unwrap_err()
+    };
+    assert_eq!(wrong(1e-10).to_string(), "10000000000 cells of size 1e-10 along y");
+    assert_eq!(
+        (wrong(1e-16).to_string().as_str(), wrong(1e-16).code()),
+        ("1e16 cells of size 1e-16 along y", "too-many-cells")
+    );
+}

@@ -7,6 +7,8 @@
 //! Our own reader: the crate `gltf` panics where a file's numbers are wrong (an accessor of no element, strides below the size of an
 //! element), and its model of all of glTF takes as much of the wasm as all other readers together.
 
+use std::fmt::Display;
+
 use glam::{DAffine3, DMat4, DQuat, DVec3};
 
 use super::contents::{Contents, Format};
@@ -22,8 +24,12 @@ const HARMLESS: [&str; 6] =
 
 pub(super) fn read(file: &[u8], n_bytes: u64) -> Result<Contents> {
     let (json, binary) = chunks(file)?;
-    let root: Root = serde_json::from_slice(json)
-        .map_err(|error| wrong(&format!("its description is not that of glTF: {}", shown(&error.to_string(), 150))))?;
+    let is_not = |error: &dyn Display| {
+        wrong(&format!("its description is not that of glTF: {}", shown(&error.to_string(), 150)))
+    };
+    // as text, like a job: serde_json would be compiled a second time for bytes
+    let json = str::from_utf8(json).map_err(|error| is_not(&error))?;
+    let root: Root = serde_json::from_str(json).map_err(|error| is_not(&error))?;
     if let Some(name) =
         root.extensions_required.iter().find(|name| !HARMLESS.iter().any(|known| name.starts_with(known)))
     {

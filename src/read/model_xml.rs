@@ -180,9 +180,9 @@ pub(super) fn wrong(what: &str) -> Error {
     Error::new("file-syntax", format!("3MF: {what}"), "export the model again, or as STL")
 }
 
-/// Names of files in such an archive do not distinguish letters by their case, and may begin with slashes.
+/// Names of files in such an archive do not distinguish ASCII letters by their case (ECMA-376-2), and may begin with slashes.
 pub(super) fn key(name: &str) -> String {
-    name.trim_start_matches('/').to_lowercase()
+    name.trim_start_matches('/').to_ascii_lowercase()
 }
 
 /// The value of an attribute, whatever the prefix of its name.

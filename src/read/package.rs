@@ -31,7 +31,7 @@ impl<'a> Package<'a> {
         let mut entries = HashMap::new();
         let mut listed = archive.entries();
         while let Some(entry) = listed.next_entry().map_err(damaged)? {
-            let name = String::from_utf8_lossy(entry.file_path().as_ref()).to_lowercase();
+            let name = String::from_utf8_lossy(entry.file_path().as_ref()).to_ascii_lowercase();
             entries.insert(name, (entry.wayfinder(), entry.compression_method()));
         }
         Ok(Package { archive, entries })

@@ -162,3 +162,41 @@ fn is_bent(corners: impl Iterator<Item = [f64; 3]> + Clone) -> bool {
     let off = from_middle.map(|corner| (0..3).map(|axis| corner[axis] * area[axis]).sum::<f64>().abs());
     off.fold(0.0, f64::max) > FLAT * size * length(area)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_polygon_is_bent_where_a_corner_leaves_its_plane() {
+        // outlines in a plane, also ones that are not convex, with whole numbers
+        let outlines: [&[[f64; 2]]; 4] = [
+            &[[0.0, 0.0], [4.0, 0.0], [4.0, 1.0], [0.0, 1.0]],
+            &[[0.0, 0.0], [5.0, -1.0], [7.0, 3.0], [2.0, 6.0], [-3.0, 2.0]],
+            &[[0.0, 0.0], [6.0, 0.0], [6.0, 6.0], [3.0, 1.0], [0.0, 6.0]],
+            &[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [2.0, 1.0], [2.0, 2.0], [0.0, 2.0]],
+        ];
+        // two directions of each plane; their cross product is normal to it
+        let planes = [
+            ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]),
+            ([0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]),
+            ([0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
+            ([1.0, 2.0, -1.0], [3.0, 0.0, 2.0], [4.0, -5.0, -6.0]),
+            ([-2.0, 1.0, 3.0], [1.0, 4.0, -1.0], [-13.0, 1.0, -9.0]),
+        ];
+        for ((a, b, normal), outline) in planes.iter().flat_map(|plane| outlines.iter().map(move |of| (plane, of))) {
+            for (offset, scale) in [(0.0, 1.0), (1000.0, 1.0), (-7.0, 1e-6), (3e4, 1e3)] {
+                let corners: Vec<[f64; 3]> = outline
+                    .iter()
+                    .map(|[u, v]| [0, 1, 2].map(|axis| offset + scale * (u * a[axis] + v * b[axis])))
+                    .collect();
+                assert!(!is_bent(corners.iter().copied()), "{corners:?}");
+                for lifted in 0..corners.len() {
+                    let mut corners = corners.clone();
+                    (0..3).for_each(|axis| corners[lifted][axis] += 0.1 * scale * normal[axis]);
+                    assert!(is_bent(corners.iter().copied()), "corner {lifted} of {corners:?}");
+                }
+            }
+        }
+    }
+}

@@ -163,9 +163,9 @@ fn facing(pair: [&[u32]; 2], along: &Range<u32>, mut found: impl FnMut(usize, u3
 
 /// Spans of faces where the runs of a row begin (these look down) and end (these look up).
 fn ends(level: &Level, rays: &[&[u32]]) -> [Vec<FaceSpan>; 2] {
-    // plane, ray and flag in the order they sort by
-    let face = |plane: u32, ray: u32, flag: u8| u128::from(plane) << 40 | u128::from(ray) << 8 | u128::from(flag);
-    let mut faces: [Vec<u128>; 2] = Default::default();
+    // plane, ray and flag in the order they sort by; a plane takes 18 bits
+    let face = |plane: u32, ray: u32, flag: u8| u64::from(plane) << 40 | u64::from(ray) << 8 | u64::from(flag);
+    let mut faces: [Vec<u64>; 2] = Default::default();
     for (&runs, ray) in rays.iter().zip(level.across[0].clone()) {
         spans(runs, &level.along, |start, end, flag| {
             if flag != 0 {

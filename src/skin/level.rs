@@ -141,13 +141,13 @@ fn bands_of(columns: &Columns, [rays, rows]: &[Range<u32>; 2]) -> Result<Vec<Ban
     rows.clone().into_par_iter().map(band_of).collect()
 }
 
-/// Where a span of a flag begins or ends; sorts by cell. A u128 like a face, so that one sort is compiled for both.
-fn edge(cell: u32, rank: u8, begins: bool) -> u128 {
-    u128::from(cell) << 9 | u128::from(rank) << 1 | u128::from(begins)
+/// Where a span of a flag begins or ends; sorts by cell. A u64 like a face, so that one sort is compiled for both.
+fn edge(cell: u32, rank: u8, begins: bool) -> u64 {
+    u64::from(cell) << 9 | u64::from(rank) << 1 | u64::from(begins)
 }
 
 /// Appends the runs of a ray that overlapping spans of flags form, given by their sorted [`edge`]s. The lowest rank wins.
-fn push_runs(edges: &[u128], order: &[u8], end: u32, runs: &mut Vec<u32>) {
+fn push_runs(edges: &[u64], order: &[u8], end: u32, runs: &mut Vec<u32>) {
     let mut n_open = [0u32; 256];
     let mut last = 0;
     for group in edges.chunk_by(|a, b| a >> 9 == b >> 9) {

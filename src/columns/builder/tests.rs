@@ -137,3 +137,33 @@ fn what_the_store_gives_back_is_checked() {
     assert_eq!(columns.for_rays(0..1, |_| ()).unwrap_err().code(), "io");
     assert_ne!(columns, columns.clone());
 }
+
+#[test]
+fn a_store_of_another_mesh_is_refused_with_what_differs() {
+    let encoded = |origin: f64, n: u32, axis: usize, names: &[&str]| {
+        let dims = [n, 5, 7];
+        let lines = Lines::new([origin, 0.0, 0.0], [1.0; 3], dims).unwrap();
+        let names = (1..).zip(names).map(|(flag, name)| Named::new(flag, name.to_string())).collect();
+        let head = Head { identity: Some([7; 32]), rays: Rays::new(axis, dims), zlib: false, lines, unit: None, names };
+        (head.rays, head.encode().unwrap())
+    };
+    let (rays, before) = encoded(0.0, 12, 0, &["copper"]);
+    let table = [
+        (encoded(0.0, 13, 0, &["copper"]), "12 x 5 x 7 cells, where 13 x 5 x 7 are asked for"),
+        (
+            encoded(0.5, 12, 0, &["copper"]),
+            "lines from [0.0, 0.0, 0.0], cells of [1.0, 1.0, 1.0], where [0.5, 0.0, 0.0]",
+        ),
+        (encoded(0.0, 12, 1, &["copper"]), "rays along x, where y is asked for"),
+        (
+            encoded(0.0, 12, 0, &["iron", "air"]),
+            "the flags are 1 \"copper\", where 1 \"iron\", 2 \"air\" are asked for",
+        ),
+    ];
+    for ((other, head), sentence) in table {
+        let store = Arc::new(MemoryStore::default());
+        built(ColumnsBuilder::resume(rays, 0, before.clone(), store.clone()).unwrap(), bands(&rays, 2));
+        let error = ColumnsBuilder::resume(other, 0, head, store).err().unwrap();
+        assert!(error.code() == "columns-other" && error.to_string().contains(sentence), "{error}");
+    }
+}

@@ -111,3 +111,45 @@ fn totals(bytes: &[u8]) -> Option<Totals> {
     let fits = rest.is_empty() && flags.len() == u32_at(counts, 24) as usize && ascend;
     fits.then_some(Totals { n_runs, odd_rays, n_crossings, cells })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_end_reads_back_and_flags_that_do_not_ascend_are_refused() {
+        let mut totals = Totals { n_runs: 7, odd_rays: 1 << 40, n_crossings: 3, cells: Box::new([0; 256]) };
+        (totals.cells[2], totals.cells[255]) = (11, 1 << 50);
+        let index = vec![[30, 0], [90, 4]];
+        let end = encode(2, &index, &totals, 123);
+        let (end, tail) = end.split_at(end.len() - TAIL);
+        assert_eq!((u64_at(tail, 0), &tail[8..]), (123, &b"HXC END\n"[..]));
+        assert_eq!(decode(2, end, 123).unwrap(), (index, Some(totals)));
+        // tag, number of pieces, index, three totals; then how many flags, and nine bytes each
+        let flags = 4 + 8 + 2 * 16 + 24;
+        let changed = |change: fn(&mut Vec<u8>, usize)| {
+            let mut body = end[..end.len() - 4].to_vec();
+            change(&mut body, flags);
+            body.extend(crc32(&body));
+            decode(2, &body, 123).map(|_| ()).map_err(|error| error.to_string())
+        };
+        assert_eq!(changed(|_, _| ()), Ok(()));
+        let wrong: [fn(&mut Vec<u8>, usize); 6] = [
+            |body, flags| body[flags + 4] = 0,
+            |body, flags| body[flags + 4] = 255,
+            |body, flags| body[flags + 13] = 1,
+            |body, flags| body[flags] = 1,
+            |body, _| body.push(0),
+            |body, flags| body.truncate(flags),
+        ];
+        for (number, wrong) in wrong.into_iter().enumerate() {
+            let sentence = changed(wrong).unwrap_err();
+            assert!(
+                sentence.contains("the end at byte 123: its length does not fit its totals"),
+                "{number}: {sentence}"
+            );
+        }
+        let sentence = changed(|body, _| body[4] = 200).unwrap_err();
+        assert!(sentence.contains("too short for the number of pieces"), "{sentence}");
+    }
+}

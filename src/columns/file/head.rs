@@ -239,3 +239,56 @@ impl<'a> Cursor<'a> {
         String::from_utf8(bytes.to_vec()).map_err(|error| self.wrong(error.to_string()))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn head(names: &[&str]) -> Head {
+        let lines = Lines::new([0.0; 3], [1.0; 3], [3, 4, 5]).unwrap();
+        let names = (1..).zip(names).map(|(flag, name)| Named::new(flag, name.to_string())).collect();
+        Head { identity: None, rays: Rays::new(1, [3, 4, 5]), zlib: true, lines, unit: Some("mm".into()), names }
+    }
+
+    #[test]
+    fn names_longer_than_a_head_are_refused_with_their_bytes() {
+        let long = "x".repeat(1 << 19);
+        let bytes = head(&["a"]).encode().unwrap();
+        let (version, n_body) = start(&bytes).unwrap();
+        assert_eq!((version, n_body), (VERSION, bytes.len() - START - 4));
+        // another name takes five bytes more than its text
+        let n = n_body + 2 * (5 + (1 << 19));
+        let error = head(&["a", &long, &long]).encode().unwrap_err();
+        assert_eq!(
+            (error.code(), error.to_string()),
+            ("job-value", format!("names of {n} bytes; a column file holds 1048576"))
+        );
+        let fits = "x".repeat((1 << 20) - n_body - 5);
+        assert_eq!(start(&head(&["a", &fits]).encode().unwrap()).unwrap(), (VERSION, 1 << 20));
+    }
+
+    #[test]
+    fn heads_that_no_hexcast_wrote_are_refused() {
+        let bytes = head(&["a"]).encode().unwrap();
+        let begins = |version: u32, n_body: u32| {
+            start(&[&bytes[..8], &version.to_le_bytes(), &n_body.to_le_bytes()].concat()).map_err(|error| error.code())
+        };
+        assert_eq!([begins(2, 1 << 20), begins(3, 1 << 23)], [Ok((2, 1 << 20)), Ok((3, 1 << 23))]);
+        let wrong = [begins(0, 9), begins(2, (1 << 20) + 1), begins(3, (1 << 23) + 1)];
+        assert_eq!((wrong, begins(5, 9)), ([Err("columns-corrupt"); 3], Err("columns-version")));
+        let body = &bytes[START..bytes.len() - 4];
+        let found = decode(VERSION, body).unwrap();
+        assert_eq!(
+            (found.rays, found.zlib, found.unit, &found.names),
+            (Rays::new(1, [3, 4, 5]), true, Some("mm".into()), &head(&["a"]).names)
+        );
+        // the one name is a flag, four bytes of length, a letter
+        let mut no_flag = body.to_vec();
+        no_flag[body.len() - 6] = 0;
+        for (body, sentence) in [(no_flag, "a name for flag 0"), ([body, &[1, 2]].concat(), "2 bytes after the names")]
+        {
+            let error = decode(VERSION, &body).err().unwrap();
+            assert!(error.code() == "columns-corrupt" && error.to_string().contains(sentence), "{error}");
+        }
+    }
+}

@@ -110,6 +110,24 @@ mod tests {
     use super::*;
 
     #[test]
+    fn numbers_that_no_piece_has_are_refused() {
+        let head = |n_rays, n_runs, n_stored| {
+            let (n_content, crc, counts) = (0, [0; 4], [0; 2]);
+            PieceHead { n_rays, n_runs, n_content, n_stored, crc, counts, ends_band: false }
+        };
+        let is_sound = |n_rays, n_runs, left, depth| head(n_rays, n_runs, 0).is_sound(left, depth);
+        assert!(is_sound(1, 0, 1, 1) && is_sound(3, 30, 3, 10) && is_sound(PIECE_RAYS, PIECE_RUNS, u64::MAX, 4));
+        // no ray, more rays than are left or than a piece has, more runs than cells
+        assert!(!is_sound(0, 0, 9, 9) && !is_sound(4, 1, 3, 9) && !is_sound(PIECE_RAYS + 1, 1, u64::MAX, 9));
+        assert!(!is_sound(3, 31, 3, 10));
+        // more runs than a piece of several rays has; one ray may have them
+        assert!(!is_sound(2, PIECE_RUNS + 1, 2, PIECE_RUNS) && is_sound(1, PIECE_RUNS + 1, 2, PIECE_RUNS + 1));
+        // 3 rays and 200 runs: at most 1215 bytes, and what zlib may add
+        let fits = |n_stored| head(3, 200, n_stored).stores_no_more_than_needed();
+        assert!(fits(1215 + 1 + 64) && !fits(1215 + 1 + 65));
+    }
+
+    #[test]
     fn heads_read_back_and_damage_shows() {
         for ends_band in [false, true] {
             let (n_rays, n_runs, crc, counts) = (3, 9, [1, 2, 3, 4], [1, 1 << 33]);
