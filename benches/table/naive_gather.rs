@@ -75,7 +75,8 @@ fn ours(gpu: &Gpu, cast: &Cast) -> Result<f64, Box<dyn Error>> {
         return Err("a band ran twice: its time would count twice".into());
     }
     let profile = usage.profile.unwrap_or_default();
-    let kernels = [Kernel::Intersect, Kernel::Map, Kernel::MapOneLayer, Kernel::IntersectDeep, Kernel::MapDeep];
+    let maps = [Kernel::Map, Kernel::MapOneLayer, Kernel::MapSimple];
+    let kernels = [Kernel::Intersect, Kernel::IntersectDeep, Kernel::MapDeep].into_iter().chain(maps).collect::<Vec<_>>();
     Ok(profile.iter().filter(|(kernel, _)| kernels.contains(kernel)).map(|(_, seconds)| seconds).sum())
 }
 
