@@ -88,6 +88,9 @@ struct Counts {
     n_crossings: u64,
 }
 
+/// A row of bins: its first chunk, what it holds, the ends of its rays, its runs, and how many come before these.
+type Task<'a> = (usize, &'a Counts, &'a mut [u32], &'a mut [u32], usize);
+
 impl Raw<'_> {
     /// Chunks that no kernel could decide.
     pub(crate) fn left(&self) -> Vec<usize> {
@@ -129,10 +132,7 @@ impl<'a> Returned<'a> {
             rest = after;
             before += n_runs;
         }
-        let copied: Vec<Result<(), Fault>> = tasks
-            .into_par_iter()
-            .map(|(first_chunk, counts, ends, own, before)| self.copy_task(first_chunk, counts, ends, own, before))
-            .collect();
+        let copied: Vec<Result<(), Fault>> = tasks.into_par_iter().map(|task| self.copy_task(task)).collect();
         copied.into_iter().collect::<Result<(), Fault>>()?;
         let mut band = Band {
             first_ray: u64::from(self.params.first_row) * u64::from(self.params.n_i),
@@ -152,31 +152,26 @@ impl<'a> Returned<'a> {
         let mut sum = Counts::default();
         let mut segments = Vec::new();
         for index in first_chunk..first_chunk + chunks.len() {
-            let n_runs_of_row = &mut sum.n_runs[(index - first_chunk) / self.params.n_across as usize];
-            match self.chunk(index, &mut segments)? {
+            let (n_runs, n_crossings, odd_rays) = match self.chunk(index, &mut segments)? {
                 Chunk::Segments => {
                     let n_runs: usize = segments.iter().map(|segment| sum_of_counts(segment.counts)).sum();
                     let links = segments.len().saturating_sub(1);
                     sum.n_places += segments.iter().map(|segment| n_places(segment.counts)).sum::<usize>() + links;
-                    *n_runs_of_row += n_runs;
-                    sum.n_crossings += n_runs as u64;
-                    let odd_rays = (self.raw.chunks[index][0] & !LINKED) >> PLACE_BITS;
-                    sum.odd_rays += u64::from(odd_rays);
-                    if odd_rays > BIN {
-                        return Err(format!("chunk {index} has {odd_rays} odd rays of {BIN}"));
-                    }
+                    (n_runs, n_runs as u64, u64::from((self.raw.chunks[index][0] & !LINKED) >> PLACE_BITS))
                 }
                 Chunk::Deep(row) => {
-                    *n_runs_of_row += row[8..].iter().map(|&n| n as usize).sum::<usize>();
+                    let n_runs = row[8..].iter().map(|&n| n as usize).sum();
                     let row = self.raw.chunks[index][0] as usize;
-                    sum.n_crossings += u64::from(self.raw.deep.offsets[row + 1] - self.raw.deep.offsets[row]);
+                    (n_runs, u64::from(self.raw.deep.offsets[row + 1] - self.raw.deep.offsets[row]), 0)
                 }
-                Chunk::Again(band) => {
-                    *n_runs_of_row += band.runs.len();
-                    sum.odd_rays += band.odd_rays;
-                    sum.n_crossings += band.n_crossings;
-                }
+                Chunk::Again(band) => (band.runs.len(), band.n_crossings, band.odd_rays),
+            };
+            if odd_rays > BIN.into() {
+                return Err(format!("chunk {index} has {odd_rays} odd rays of {BIN}"));
             }
+            sum.n_runs[(index - first_chunk) / self.params.n_across as usize] += n_runs;
+            sum.n_crossings += n_crossings;
+            sum.odd_rays += odd_rays;
         }
         Ok(sum)
     }
@@ -229,22 +224,14 @@ impl<'a> Returned<'a> {
 
     /// Copies the runs of the rays of a row of bins to `out`, and notes where each ray's end. Bin after bin, as they lie on the device, and
     /// row after row in `out`.
-    fn copy_task(
-        &self,
-        first_chunk: usize,
-        counts: &Counts,
-        ends: &mut [u32],
-        out: &mut [u32],
-        before: usize,
-    ) -> Result<(), Fault> {
+    fn copy_task(&self, (first_chunk, counts, ends, out, before): Task) -> Result<(), Fault> {
         let (n_i, n_across) = (self.params.n_i as usize, self.params.n_across as usize);
         let relabel = !self.flags.iter().enumerate().all(|(code, &flag)| code == usize::from(flag));
-        let mut end = 0;
+        let (mut end, mut segments) = (0, Vec::new());
         let mut rows = counts.n_runs.map(|n| {
             end += n;
             (end - n, end)
         });
-        let mut segments = Vec::new();
         for column in 0..n_across {
             for (row, (at, row_end)) in rows.iter_mut().enumerate().take(ends.len() / n_i) {
                 let index = first_chunk + row * n_across + column;
