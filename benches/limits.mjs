@@ -24,6 +24,7 @@ const WORK = {
   Intersect: ({ n_pairs }) => ['hits', 64 * n_pairs],
   Map: ({ n_crossings }) => ['hits', n_crossings],
   MapOneLayer: ({ n_crossings }) => ['hits', n_crossings],
+  MapSimple: ({ n_crossings }) => ['hits', n_crossings],
   ScanReduce: ({ n_bands, n_facets, n_bins }) => ['scan', 4 * (n_bands * n_facets + n_bins)],
   ScanApply: ({ n_bands, n_facets, n_bins }) => ['scan', 8 * (n_bands * n_facets + n_bins)],
   // upload: facets once; clears: offsets; readback: runs and chunks, which are read once more to put them in order

@@ -20,9 +20,13 @@ fn intersect(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let end = min(found_totals[0], params.tile_capacity);
-    let n_threads = groups.x * groups.y * 64u;
-    for (var i = thread_index(group, groups, local); i < end; i += n_threads) {
+    // neighbours of the list are neighbours in memory: a workgroup takes some of them
+    let n_groups = groups.x * groups.y;
+    let n_found = min(found_totals[0], params.tile_capacity);
+    let share = (n_found + n_groups * 64u - 1u) / (n_groups * 64u) * 64u;
+    let start = (group.y * groups.x + group.x) * share;
+    let end = min(start + share, n_found);
+    for (var i = start + local; i < end; i += 64u) {
         let of_bin = found[i];
         let f = load_facet(of_bin.x);
         let bin = of_bin.y >> RANK_BITS;

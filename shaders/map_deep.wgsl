@@ -4,7 +4,7 @@
 // Reads: event_offsets[row], n_deep + 1 entries. Reads and writes: events[event_offsets[row] ..], sorted and then overwritten by runs,
 // cell << 8 | (rank + 1 of the geometry that wins, or 0); the second half of the buffer, event_capacity words, is for the sort.
 // Writes: deep_rows[16 row ..] = first run of each of the 8 rays in `events`, then their numbers; or LEFT in the first word.
-// Bound: 8 passes over 2 * MAX_EVENTS / THREADS crossings, and MAX_OF_RAY steps of a sweep: under 2^14 loops an invocation.
+// Bound: 6 passes over 2 * MAX_EVENTS / THREADS crossings, and MAX_OF_RAY steps of a sweep: under 2^14 loops an invocation.
 
 @group(0) @binding(2) var<storage, read> event_offsets: array<u32>;
 @group(0) @binding(4) var<storage, read_write> events: array<u32>;
@@ -13,16 +13,16 @@
 const MAX_EVENTS: u32 = 32768u;
 const MAX_OF_RAY: u32 = 8192u;
 const LEFT: u32 = 0xffffffffu;
-const THREADS: u32 = 128u;
+const THREADS: u32 = 64u;
 const DIGITS: u32 = 16u;
 
 // In the sort: crossings of each digit of each thread, digit * THREADS + thread, then where the next of them goes.
 // In the sweep: a counter for each geometry of each ray, ray * 256 + rank.
 var<workgroup> counters: array<u32, 2048>;
-var<workgroup> sums: array<u32, 128>;
+var<workgroup> sums: array<u32, 64>;
 var<workgroup> is_left: u32;
 
-@compute @workgroup_size(128)
+@compute @workgroup_size(64)
 fn map_deep(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
@@ -41,8 +41,10 @@ fn map_deep(
         }
         return;
     }
-    for (var pass_of_sort = 0u; pass_of_sort < 8u; pass_of_sort++) {
-        sort_by_digit(local, start, n, pass_of_sort);
+    // an even number of passes, so that the last writes where the first has read
+    let bits = firstLeadingBit(8u * params.depth + 7u) + 1u;
+    for (var shift = 0u; shift < (bits + 7u) / 8u * 8u; shift += 4u) {
+        sort_by_digit(local, start, n, shift);
     }
     if local == 0u {
         is_left = 0u;
@@ -64,10 +66,15 @@ fn map_deep(
     }
 }
 
+// 4 bits of what crossings are sorted by, ray by ray and cell by cell: those of a cell count together, in any order.
+fn digit_of(event: u32, shift: u32) -> u32 {
+    return (((event >> 27u) * (params.depth + 1u) + ((event >> 9u) & 0x3ffffu)) >> shift) & 15u;
+}
+
 // One pass of a radix sort, stable: from one half of the buffer to the other.
-fn sort_by_digit(local: u32, start: u32, n: u32, number: u32) {
-    let from_half = start + (number & 1u) * params.event_capacity;
-    let to_half = start + (1u - (number & 1u)) * params.event_capacity;
+fn sort_by_digit(local: u32, start: u32, n: u32, shift: u32) {
+    let from_half = start + (shift / 4u % 2u) * params.event_capacity;
+    let to_half = start + (1u - shift / 4u % 2u) * params.event_capacity;
     let share = (n + THREADS - 1u) / THREADS;
     let first = from_half + min(local * share, n);
     let end = from_half + min((local + 1u) * share, n);
@@ -75,7 +82,7 @@ fn sort_by_digit(local: u32, start: u32, n: u32, number: u32) {
         counters[digit * THREADS + local] = 0u;
     }
     for (var i = first; i < end; i++) {
-        counters[((events[i] >> (4u * number)) & 15u) * THREADS + local] += 1u;
+        counters[digit_of(events[i], shift) * THREADS + local] += 1u;
     }
     workgroupBarrier();
     var sum = 0u;
@@ -99,7 +106,7 @@ fn sort_by_digit(local: u32, start: u32, n: u32, number: u32) {
     workgroupBarrier();
     for (var i = first; i < end; i++) {
         let event = events[i];
-        let counter = ((event >> (4u * number)) & 15u) * THREADS + local;
+        let counter = digit_of(event, shift) * THREADS + local;
         events[to_half + counters[counter]] = event;
         counters[counter] += 1u;
     }

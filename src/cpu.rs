@@ -54,13 +54,13 @@ pub(crate) fn rays_through(rays: &Rays, [first, end]: [[u32; 3]; 2]) -> Window {
 }
 
 /// Least number of windows whose facets are searched together.
-const WINDOWS_OF_GROUP: usize = 256;
+const WINDOWS_OF_GROUP: usize = 1024;
 /// Facets that one task searches.
 const CHUNK: usize = 8192;
 
 /// Casts and maps the rays of some windows, in the order of their first rows, on all cores: a band each.
 ///
-/// Cost: a pass over the boxes of all facets for every 256 windows, or at most eight passes, and the casting of the rays.
+/// Cost: a pass over the boxes of all facets for every 1024 windows, or at most eight passes, and the casting of the rays.
 pub fn windows(cast: &Cast, windows: &[Window]) -> Vec<Band> {
     let mapping = mapping(cast);
     over_windows(cast, windows, false, |crossings| map(crossings, &mapping))
@@ -84,12 +84,17 @@ fn over_group<T: Send>(
     of: impl Fn(&Crossings) -> T + Sync,
 ) -> Vec<T> {
     let Cast { frame, rays, .. } = *cast;
+    // the first window that ends behind each row of rays
+    let mut first_windows = Vec::with_capacity(rays.counts[1] as usize);
+    for (at, window) in windows.iter().enumerate() {
+        first_windows.resize(first_windows.len().max(window[1].end as usize), at);
+    }
     // (window, facet) of a chunk of facets: those whose boxes reach rays of the window
     let pairs_of_chunk = |(chunk, facets): (usize, &[SnappedFacet])| {
         let mut pairs = Vec::new();
         for (index, facet) in (chunk * CHUNK..).zip(facets) {
             let Some([across, down]) = rays_under(facet, frame, rays) else { continue };
-            let first = windows.partition_point(|window| window[1].end <= down[0]);
+            let Some(&first) = first_windows.get(down[0] as usize) else { continue };
             let near = (first..windows.len()).take_while(|&at| windows[at][1].start <= down[1]);
             let reaches = |[rays, _]: &Window| across[0].max(rays.start) < (across[1] + 1).min(rays.end);
             pairs.extend(near.filter(|&at| reaches(&windows[at])).map(|at| (at, index as u32)));

@@ -75,8 +75,8 @@ fn ours(gpu: &Gpu, cast: &Cast) -> Result<f64, Box<dyn Error>> {
         return Err("a band ran twice: its time would count twice".into());
     }
     let profile = usage.profile.unwrap_or_default();
-    let kernels = [Kernel::Intersect, Kernel::Map, Kernel::MapOneLayer, Kernel::IntersectDeep, Kernel::MapDeep];
-    Ok(profile.iter().filter(|(kernel, _)| kernels.contains(kernel)).map(|(_, seconds)| seconds).sum())
+    let others = [Kernel::Lattice, Kernel::ScanReduce, Kernel::ScanApply];
+    Ok(profile.iter().filter(|(kernel, _)| !others.contains(kernel)).map(|(_, seconds)| seconds).sum())
 }
 
 /// Returns an error that names the first ray on which the gather and our kernels differ.

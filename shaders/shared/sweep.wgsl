@@ -57,6 +57,9 @@ struct Swept {
 
 const OPEN: u32 = 0x200u;
 
+// Whether there is one geometry, under the rule parity, which opens and closes by turns; a constant of the pipeline, as in map.wgsl.
+override ALTERNATES: bool = false;
+
 // Sweeps the sorted crossings of a ray in cells before `until`; those before `done` have begun their runs. Without branches: drivers
 // that run 8 threads in a vector pay for each variable that a branch changes.
 fn sweep(list: List, done: u32, until: u32) -> Swept {
@@ -71,28 +74,17 @@ fn sweep(list: List, done: u32, until: u32) -> Swept {
     return step(s, list.high.w, NO_EVENT, done, until);
 }
 
-// A crossing closes what one of the same geometry opened, under the rule nonzero the newest of the other direction; else it opens.
 // The crossings of a cell count together: a run may begin when the next is in another cell.
 fn step(before: Swept, event: u32, next: u32, done: u32, until: u32) -> Swept {
     var s = before;
     let cell = event >> 9u;
     let is_due = cell < until;
     let key = OPEN | (event & 0x1ffu) | (1u - params.rule);
-    let low = s.open.low == vec4<u32>(key ^ params.rule);
-    let high = s.open.high == vec4<u32>(key ^ params.rule);
-    let low_xy = low.x | low.y;
-    let in_low = low_xy | low.z | low.w;
-    let high_xy = high.x | high.y;
-    let newest_low = vec4<bool>(low.x, low.y & !low.x, low.z & !low_xy, low.w & !(low_xy | low.z));
-    let newest_high = vec4<bool>(high.x, high.y & !high.x, high.z & !high_xy, high.w & !(high_xy | high.z))
-        & vec4<bool>(!in_low);
-    let closes = is_due & (in_low | high_xy | high.z | high.w);
-    let opens = is_due & !closes;
-    let shifted = List(vec4<u32>(key, s.open.low.xyz), vec4<u32>(s.open.low.w, s.open.high.xyz));
-    s.open.low = select(s.open.low, vec4<u32>(0u), newest_low & vec4<bool>(closes));
-    s.open.high = select(s.open.high, vec4<u32>(0u), newest_high & vec4<bool>(closes));
-    s.open.low = select(s.open.low, shifted.low, vec4<bool>(opens));
-    s.open.high = select(s.open.high, shifted.high, vec4<bool>(opens));
+    if ALTERNATES {
+        s.open.low.x ^= select(0u, key, is_due);
+    } else {
+        s.open = next_open(s.open, key, is_due);
+    }
     let two = max(s.open.low, s.open.high);
     let winner = max(max(two.x, two.y), max(two.z, two.w));
     let code = ((winner >> 1u) & 0xffu) + (winner >> 9u);
@@ -107,6 +99,28 @@ fn step(before: Swept, event: u32, next: u32, done: u32, until: u32) -> Swept {
     s.runs.high = select(s.runs.high, run, place == vec4<u32>(4u, 5u, 6u, 7u));
     s.n_runs += u32(writes);
     return s;
+}
+
+// What is open behind a crossing: it closes what one of the same geometry opened, under the rule nonzero the newest of the other
+// direction; else it opens.
+fn next_open(before: List, key: u32, is_due: bool) -> List {
+    var open = before;
+    let low = open.low == vec4<u32>(key ^ params.rule);
+    let high = open.high == vec4<u32>(key ^ params.rule);
+    let low_xy = low.x | low.y;
+    let in_low = low_xy | low.z | low.w;
+    let high_xy = high.x | high.y;
+    let newest_low = vec4<bool>(low.x, low.y & !low.x, low.z & !low_xy, low.w & !(low_xy | low.z));
+    let newest_high = vec4<bool>(high.x, high.y & !high.x, high.z & !high_xy, high.w & !(high_xy | high.z))
+        & vec4<bool>(!in_low);
+    let closes = is_due & (in_low | high_xy | high.z | high.w);
+    let opens = is_due & !closes;
+    let shifted = List(vec4<u32>(key, open.low.xyz), vec4<u32>(open.low.w, open.high.xyz));
+    open.low = select(open.low, vec4<u32>(0u), newest_low & vec4<bool>(closes));
+    open.high = select(open.high, vec4<u32>(0u), newest_high & vec4<bool>(closes));
+    open.low = select(open.low, shifted.low, vec4<bool>(opens));
+    open.high = select(open.high, shifted.high, vec4<bool>(opens));
+    return open;
 }
 
 fn without_runs_from(runs_of_ray: List, n: u32) -> List {

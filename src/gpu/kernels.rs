@@ -74,6 +74,8 @@ pub enum Kernel {
     Map,
     /// `Map` where bins have one layer.
     MapOneLayer,
+    /// `MapOneLayer` for one geometry under the rule `parity`.
+    MapSimple,
     IntersectDeep,
     MapDeep,
     ScanReduce,
@@ -121,16 +123,17 @@ const MAP: Source = source!(Map, "map", [PARAMS, CHUNKS, SWEEP], 64,
     &[PARAMS_SLOT, BIN_OFFSETS, (3, "tiles", 4), (5, "runs", 4), CHUNKS_SLOT, (7, "totals", 0), (8, "layer_ends", 4)]);
 
 #[rustfmt::skip]
-static SOURCES: [Source; 10] = [
+static SOURCES: [Source; 11] = [
     source!(Lattice, "lattice", [PARAMS, WIDE, FACET, WALK], 64,
         &[PARAMS_SLOT, CORNERS, ITEM_OFFSETS, (3, "bin_counts", 1), (4, "found", 4), (5, "found_totals", 0)]),
     source!(Intersect, "intersect", [PARAMS, WIDE, FACET, PLANE], 64,
         &[PARAMS_SLOT, CORNERS, BIN_OFFSETS, (3, "found", 4), (4, "tiles", 4), (5, "found_totals", 1)]),
     MAP,
     Source { kernel: Kernel::MapOneLayer, constants: &[("HAS_LAYERS", 0.0)], ..MAP },
+    Source { kernel: Kernel::MapSimple, constants: &[("HAS_LAYERS", 0.0), ("ALTERNATES", 1.0)], ..MAP },
     source!(IntersectDeep, "intersect_deep", [PARAMS, WIDE, FACET, WALK, PLANE, CHUNKS], 64,
         &[PARAMS_SLOT, CORNERS, ITEM_OFFSETS, (3, "next_event", 1), (4, "events", 1), CHUNKS_SLOT]),
-    source!(MapDeep, "map_deep", [PARAMS], 128,
+    source!(MapDeep, "map_deep", [PARAMS], 64,
         &[PARAMS_SLOT, (2, "event_offsets", 1), (4, "events", 1), (5, "deep_rows", 1)]),
     source!(ScanReduce, "scan_reduce", [SCAN], 256, &[(0, "numbers", 1), (1, "sums", 1)]),
     source!(ScanApply, "scan_apply", [SCAN], 256, &[(0, "numbers", 1), (1, "bases", 1)]),
@@ -172,9 +175,9 @@ pub fn expand_text() -> &'static str {
 /// Changes the text of a kernel, given its name, before it is compiled: for tests of what a broken driver would do.
 pub type Edit = Arc<dyn Fn(&str, String) -> String + Send + Sync>;
 
-/// Kernels that every mesh needs.
-const COMMON: [Kernel; 6] =
-    [Kernel::Lattice, Kernel::Intersect, Kernel::Map, Kernel::MapOneLayer, Kernel::ScanReduce, Kernel::ScanApply];
+/// Kernels that nearly every mesh needs.
+const COMMON: [Kernel; 5] =
+    [Kernel::Lattice, Kernel::Intersect, Kernel::MapSimple, Kernel::ScanReduce, Kernel::ScanApply];
 
 /// All kernels, compiled for a device: the common ones when it is opened, the others when they are first used.
 pub(crate) struct Kernels {

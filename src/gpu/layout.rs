@@ -84,7 +84,7 @@ struct Chosen {
     /// Bins under its box, and items of the walk over them.
     n_bins: u32,
     n_items: u32,
-    /// Rays that it hits, nearly: its area, at most those under its box.
+    /// Rays that it hits, nearly: its area over the band, if it is spread evenly over its box, at most those under its box.
     n_rays: f32,
     /// First and last ray under its box along both axes across, counted from the first of the band.
     rays: [[u32; 2]; 2],
@@ -256,19 +256,22 @@ fn choose(
     let corners = facet.map(|corner| rays.project(corner));
     let unit = 1 << fraction_bits;
     let mut under = [[0; 2]; 2];
+    // of the rays under its box, those of the band
+    let mut share = 1.0;
     for side in 0..2 {
         let [a, b, c] = corners.map(|corner| corner[side]);
-        let first = ((a.min(b).min(c) + unit - 1) >> fraction_bits).max(ends[side].start as i32);
-        let last = (a.max(b).max(c) >> fraction_bits).min(ends[side].end as i32 - 1);
+        let (low, high) = ((a.min(b).min(c) + unit - 1) >> fraction_bits, a.max(b).max(c) >> fraction_bits);
+        let [first, last] = [low.max(ends[side].start as i32), high.min(ends[side].end as i32 - 1)];
         if first > last {
             return None;
         }
+        share *= (last - first + 1) as f32 / (high - low + 1) as f32;
         // bins, too, are counted from the first ray of the band
         under[side] = [first, last].map(|ray| ray as u32 - ends[side].start);
     }
     let [columns, rows] = under.map(|[first, last]| last / BIN - first / BIN + 1);
     let [[x0, y0, _], [x1, y1, _], [x2, y2, _]] = corners.map(|corner| corner.map(|word| word as f32 / unit as f32));
-    let area = 0.5 * ((x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)).abs();
+    let area = share * 0.5 * ((x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)).abs();
     let rays_under = under.map(|[first, last]| (last - first + 1) as f32).iter().product();
     Some(Chosen {
         index: index as u32,

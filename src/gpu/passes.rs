@@ -64,7 +64,11 @@ impl Passes<'_> {
         let (tiles, runs, chunks) = (b.tiles.all(), b.runs.all(), b.chunks.all());
         let bindings = [b.params.all(), b.bin_offsets.all(), tiles, runs, chunks, b.totals.all(), b.layer_ends.all()];
         // a workgroup casts the rays of 8 bins of a row
-        let kernel = if params.n_layers == 1 { Kernel::MapOneLayer } else { Kernel::Map };
+        let kernel = match params {
+            Params { n_layers: 1, n_ranks: 1, rule: 0, .. } => Kernel::MapSimple,
+            Params { n_layers: 1, .. } => Kernel::MapOneLayer,
+            _ => Kernel::Map,
+        };
         self.dispatch(kernel, &bindings, [params.n_across.div_ceil(8), params.n_bins / params.n_across]);
     }
 

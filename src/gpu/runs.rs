@@ -22,8 +22,8 @@ const PLACE_BITS: u32 = 27;
 const SLOT_WORDS: usize = 4;
 /// Most runs of a ray in a segment.
 const MOST_RUNS: usize = 2 * SLOT_WORDS;
-/// Ray rows that one task puts in order.
-const ROWS: usize = 16;
+/// Ray rows that one task puts in order: a row of bins, whose runs are near each other on the device.
+const ROWS: usize = BIN as usize;
 
 /// What a device returned of a band, unchecked.
 pub(crate) struct Raw<'a> {
@@ -81,11 +81,15 @@ enum Chunk<'a> {
 /// What a task adds to.
 #[derive(Default, Clone, Copy)]
 struct Counts {
-    n_runs: usize,
+    /// Of each row of rays.
+    n_runs: [usize; ROWS],
     n_places: usize,
     odd_rays: u64,
     n_crossings: u64,
 }
+
+/// A row of bins: its first chunk, what it holds, the ends of its rays, its runs, and how many come before these.
+type Task<'a> = (usize, &'a Counts, &'a mut [u32], &'a mut [u32], usize);
 
 impl Raw<'_> {
     /// Chunks that no kernel could decide.
@@ -118,19 +122,17 @@ impl<'a> Returned<'a> {
             return Err(format!("the rays have {n_crossings} crossings, where facets hit {n_hits} times"));
         }
         let mut ends = vec![0; self.params.n_rays() as usize];
-        let mut runs = vec![0; counts.iter().map(|task| task.n_runs).sum()];
+        let mut runs = vec![0; counts.iter().flat_map(|task| task.n_runs).sum()];
         let mut tasks = Vec::with_capacity(counts.len());
         let (mut rest, mut before) = (&mut runs[..], 0);
         for (task, (ends, counts)) in ends.chunks_mut(ROWS * n_i).zip(&counts).enumerate() {
-            let (own, after) = rest.split_at_mut(counts.n_runs);
-            tasks.push((task * per_task, ends, own, before));
+            let n_runs = counts.n_runs.iter().sum();
+            let (own, after) = rest.split_at_mut(n_runs);
+            tasks.push((task * per_task, counts, ends, own, before));
             rest = after;
-            before += counts.n_runs;
+            before += n_runs;
         }
-        let copied: Vec<Result<(), Fault>> = tasks
-            .into_par_iter()
-            .map(|(first_chunk, ends, own, before)| self.copy_task(first_chunk, ends, own, before))
-            .collect();
+        let copied: Vec<Result<(), Fault>> = tasks.into_par_iter().map(|task| self.copy_task(task)).collect();
         copied.into_iter().collect::<Result<(), Fault>>()?;
         let mut band = Band {
             first_ray: u64::from(self.params.first_row) * u64::from(self.params.n_i),
@@ -150,30 +152,26 @@ impl<'a> Returned<'a> {
         let mut sum = Counts::default();
         let mut segments = Vec::new();
         for index in first_chunk..first_chunk + chunks.len() {
-            match self.chunk(index, &mut segments)? {
+            let (n_runs, n_crossings, odd_rays) = match self.chunk(index, &mut segments)? {
                 Chunk::Segments => {
                     let n_runs: usize = segments.iter().map(|segment| sum_of_counts(segment.counts)).sum();
                     let links = segments.len().saturating_sub(1);
                     sum.n_places += segments.iter().map(|segment| n_places(segment.counts)).sum::<usize>() + links;
-                    sum.n_runs += n_runs;
-                    sum.n_crossings += n_runs as u64;
-                    let odd_rays = (self.raw.chunks[index][0] & !LINKED) >> PLACE_BITS;
-                    sum.odd_rays += u64::from(odd_rays);
-                    if odd_rays > BIN {
-                        return Err(format!("chunk {index} has {odd_rays} odd rays of {BIN}"));
-                    }
+                    (n_runs, n_runs as u64, u64::from((self.raw.chunks[index][0] & !LINKED) >> PLACE_BITS))
                 }
                 Chunk::Deep(row) => {
-                    sum.n_runs += row[8..].iter().map(|&n| n as usize).sum::<usize>();
+                    let n_runs = row[8..].iter().map(|&n| n as usize).sum();
                     let row = self.raw.chunks[index][0] as usize;
-                    sum.n_crossings += u64::from(self.raw.deep.offsets[row + 1] - self.raw.deep.offsets[row]);
+                    (n_runs, u64::from(self.raw.deep.offsets[row + 1] - self.raw.deep.offsets[row]), 0)
                 }
-                Chunk::Again(band) => {
-                    sum.n_runs += band.runs.len();
-                    sum.odd_rays += band.odd_rays;
-                    sum.n_crossings += band.n_crossings;
-                }
+                Chunk::Again(band) => (band.runs.len(), band.n_crossings, band.odd_rays),
+            };
+            if odd_rays > BIN.into() {
+                return Err(format!("chunk {index} has {odd_rays} odd rays of {BIN}"));
             }
+            sum.n_runs[(index - first_chunk) / self.params.n_across as usize] += n_runs;
+            sum.n_crossings += n_crossings;
+            sum.odd_rays += odd_rays;
         }
         Ok(sum)
     }
@@ -191,13 +189,12 @@ impl<'a> Returned<'a> {
         while counts != 0 {
             let is_linked = word & LINKED != 0;
             let place = (word & ((1 << PLACE_BITS) - 1)) as usize;
-            let end = place + n_places(counts) + usize::from(is_linked);
-            let largest = (0..BIN).map(|ray| count_of(counts, ray as usize)).max().unwrap_or(0);
-            if SLOT_WORDS * end > self.raw.places.len() || largest > MOST_RUNS || segments.len() > MAX_LAYERS as usize {
-                return Err(format!(
-                    "chunk {index} has runs {counts:#x} at places {place}..{end} of {}",
-                    self.raw.places.len() / 4
-                ));
+            let is_possible = !are_too_many(counts)
+                && SLOT_WORDS * (place + n_places(counts) + usize::from(is_linked)) <= self.raw.places.len()
+                && segments.len() <= MAX_LAYERS as usize;
+            if !is_possible {
+                let all = self.raw.places.len() / SLOT_WORDS;
+                return Err(format!("chunk {index} has runs {counts:#x} from place {place} on, of {all}"));
             }
             segments.push(Segment { at: SLOT_WORDS * (place + usize::from(is_linked)), counts });
             if !is_linked {
@@ -225,55 +222,64 @@ impl<'a> Returned<'a> {
         Ok(words)
     }
 
-    /// Copies the runs of some rows of rays to the front of `out`, and notes where each ray's end.
-    fn copy_task(&self, first_chunk: usize, ends: &mut [u32], out: &mut [u32], before: usize) -> Result<(), Fault> {
+    /// Copies the runs of the rays of a row of bins to `out`, and notes where each ray's end. Bin after bin, as they lie on the device, and
+    /// row after row in `out`.
+    fn copy_task(&self, (first_chunk, counts, ends, out, before): Task) -> Result<(), Fault> {
         let (n_i, n_across) = (self.params.n_i as usize, self.params.n_across as usize);
         let relabel = !self.flags.iter().enumerate().all(|(code, &flag)| code == usize::from(flag));
-        let (mut at, mut index) = (0, first_chunk);
-        let mut segments = Vec::new();
-        for row in ends.chunks_mut(n_i) {
-            for ends in row.chunks_mut(BIN as usize) {
+        let (mut end, mut segments) = (0, Vec::new());
+        let mut rows = counts.n_runs.map(|n| {
+            end += n;
+            (end - n, end)
+        });
+        for column in 0..n_across {
+            for (row, (at, row_end)) in rows.iter_mut().enumerate().take(ends.len() / n_i) {
+                let index = first_chunk + row * n_across + column;
                 let chunk = self.chunk(index, &mut segments)?;
-                for (ray, end) in ends.iter_mut().enumerate() {
-                    let start = at;
+                let ends = &mut ends[row * n_i..(row + 1) * n_i][column * BIN as usize..];
+                let (start, out) = (*at, &mut out[..*row_end]);
+                for (ray, end) in ends.iter_mut().take(BIN as usize).enumerate() {
                     let runs = match &chunk {
                         Chunk::Segments => &[],
                         Chunk::Deep(row) => &self.raw.deep.events[row[ray] as usize..][..row[8 + ray] as usize],
                         Chunk::Again(band) => band.ray(ray),
                     };
-                    out[at..at + runs.len()].copy_from_slice(runs);
-                    at = copy_segments(self.raw.places, &mut segments, ray, out, at + runs.len());
-                    *end = (before + at) as u32;
-                    if matches!(chunk, Chunk::Again(_)) {
-                        continue;
-                    }
-                    if !self.are_possible(&out[start..at]) {
-                        return Err(format!("ray {ray} of chunk {index} has the runs {:x?}", &out[start..at]));
-                    }
-                    if relabel {
-                        out[start..at]
-                            .iter_mut()
-                            .for_each(|run| *run = *run & !0xff | u32::from(self.flags[(*run & 0xff) as usize]));
-                    }
+                    out[*at..*at + runs.len()].copy_from_slice(runs);
+                    *at = copy_segments(self.raw.places, &mut segments, ray, out, *at + runs.len());
+                    *end = (before + *at) as u32;
                 }
-                index += 1;
+                if matches!(chunk, Chunk::Again(_)) {
+                    continue;
+                }
+                let runs = &mut out[start..*at];
+                if !self.are_possible(runs, (before + start) as u32, &ends[..ends.len().min(BIN as usize)]) {
+                    return Err(format!("chunk {index} has the runs {:x?}", &runs[..runs.len().min(64)]));
+                }
+                if relabel {
+                    runs.iter_mut().for_each(|run| *run = *run & !0xff | u32::from(self.flags[(*run & 0xff) as usize]));
+                }
             }
-            debug_assert_eq!(index % n_across, 0);
         }
         Ok(())
     }
 
-    /// Whether runs are in order, inside the ray, of geometries that there are, and differ from their neighbours.
-    #[inline(always)]
-    fn are_possible(&self, runs: &[u32]) -> bool {
-        let n_codes = self.flags.len() as u32;
-        let mut is_possible = true;
-        let (mut next_cell, mut code) = (0, 0);
-        for &run in runs {
-            is_possible &= (run >> 8 >= next_cell) & (run & 0xff != code) & (run & 0xff < n_codes);
-            (next_cell, code) = ((run >> 8) + 1, run & 0xff);
+    /// Whether runs of rays are in order, inside the rays, of geometries that there are, and differ from their neighbours. Without
+    /// branches: wherever a run does not follow the one before, a ray has to begin.
+    fn are_possible(&self, runs: &[u32], first: u32, ends: &[u32]) -> bool {
+        let (n_codes, depth) = (self.flags.len() as u32, self.params.depth);
+        let breaks = |before: u32, run: u32| u32::from((before >> 8 >= run >> 8) | ((before ^ run) & 0xff == 0));
+        let mut is_possible = runs.iter().fold(true, |is, run| is & (run >> 8 < depth) & (run & 0xff < n_codes));
+        let mut n_breaks: u32 = runs.windows(2).map(|pair| breaks(pair[0], pair[1])).sum();
+        let mut start = first;
+        for &end in ends {
+            if end > start {
+                let at = (start - first) as usize;
+                is_possible &= runs[at] & 0xff != 0;
+                n_breaks -= breaks(runs[at.max(1) - 1], runs[at]) * u32::from(at > 0);
+            }
+            start = end;
         }
-        is_possible & (next_cell <= self.params.depth)
+        is_possible & (n_breaks == 0)
     }
 }
 
@@ -330,9 +336,14 @@ fn sum_of_counts(counts: u32) -> usize {
     (pairs.wrapping_mul(0x0101_0101) >> 24) as usize
 }
 
-/// Places of the runs of eight rays, each of which begins a new one.
+/// Places of the runs of eight rays, each of which begins a new one and has at most [`MOST_RUNS`].
 fn n_places(counts: u32) -> usize {
-    (0..BIN as usize).map(|ray| count_of(counts, ray).div_ceil(SLOT_WORDS)).sum()
+    sum_of_counts((counts + 0x3333_3333) >> 2 & 0x3333_3333)
+}
+
+/// Whether one of eight counts is more than [`MOST_RUNS`].
+fn are_too_many(counts: u32) -> bool {
+    counts & 0x8888_8888 & ((counts & 0x7777_7777) + 0x7777_7777) != 0
 }
 
 #[cfg(test)]

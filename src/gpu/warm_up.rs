@@ -8,7 +8,7 @@ use crate::frame::{Frame, Ranks};
 use crate::job::Rule;
 use crate::rays::Rays;
 
-/// Sends the commands of two meshes of 8 x 8 rays and two facets to the device, with one layer and with two.
+/// Sends the commands of a mesh of 8 x 8 rays and one facet to the device.
 ///
 /// # Errors
 /// `device-failed`, `device-lost`.
@@ -17,14 +17,12 @@ pub(crate) fn warm_up(context: Context) -> Result<()> {
         fraction_bits: 16,
         centres: None,
         dims: [8; 3],
-        facets: [0, 4 << 16].map(|x| [[x, 0, 0], [x, 5 << 16, 1 << 16], [x, 1 << 16, 5 << 16]]).to_vec(),
-        position_of_facet: vec![0; 2],
+        facets: vec![[[0, 0, 0], [0, 5 << 16, 1 << 16], [0, 1 << 16, 5 << 16]]],
+        position_of_facet: vec![0],
         ranks: Ranks::of_one(),
     };
     let rays = Rays::new(0, frame.dims);
     let cast = Cast { frame: &frame, rays: &rays, rule: Rule::Parity };
-    for layers in [1, 2] {
-        Worker::new(context, cast, Forced { layers: Some(layers), ..Forced::default() }).launch(0..8)?;
-    }
+    Worker::new(context, cast, Forced::default()).launch(0..8)?;
     Ok(())
 }

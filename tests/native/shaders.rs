@@ -138,7 +138,8 @@ fn no_invocation_runs_more_loops_than_the_probe_asks_for() {
     let deep_item = item + segment * (bin + bin * bin);
     let threads = u64::from(c["THREADS"]);
     let layers = 128;
-    let sort = 8 * (2 * u64::from(c["MAX_EVENTS"]).div_ceil(threads) + 3 * u64::from(c["DIGITS"]) + 7);
+    // passes for 3 bits of a ray and 18 of a cell, and one to make them even
+    let sort = 6 * (2 * u64::from(c["MAX_EVENTS"]).div_ceil(threads) + 3 * u64::from(c["DIGITS"]) + 6);
     let loops = [
         ("lattice", 32 + ITEMS_OF_THREAD * item),
         ("intersect", TILES_OF_THREAD),

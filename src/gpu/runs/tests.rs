@@ -56,7 +56,7 @@ fn what_cannot_be_is_a_fault() {
         changed[chunk][word] = to;
         changed
     };
-    assert!(fault(&changed(0, 0, 99), &places, deep()).contains("places 99"), "beyond the places");
+    assert!(fault(&changed(0, 0, 99), &places, deep()).contains("place 99"), "beyond the places");
     assert!(fault(&changed(0, 1, 0x9), &places, deep()).contains("0x9"), "nine runs of a ray");
     assert!(fault(&changed(0, 1, 0), &places, deep()).contains("places of runs are used"), "a chunk dropped");
     assert!(fault(&changed(0, 0, 4 | 9 << PLACE_BITS), &places, deep()).contains("9 odd rays"));
@@ -67,7 +67,7 @@ fn what_cannot_be_is_a_fault() {
     for wrong in [0x6401, 3, 0, 0x102] {
         let mut places = places.clone();
         places[17 + 4] = wrong;
-        assert!(fault(&chunks, &places, deep()).contains("ray 7 of chunk 0"), "{wrong:x}");
+        assert!(fault(&chunks, &places, deep()).contains("chunk 0 has the runs"), "{wrong:x}");
     }
     for (word, to) in [(8, 6), (7, 6), (0, 9)] {
         let mut deep = deep();
@@ -88,4 +88,5 @@ fn equal_flags_are_joined() {
 fn counts_are_four_bits_each() {
     assert_eq!((sum_of_counts(0x8888_8888), sum_of_counts(0x8000_0001)), (64, 9));
     assert_eq!((n_places(0x8888_8888), n_places(0x5000_0041)), (16, 4));
+    assert!(are_too_many(0x0900_0000) && are_too_many(0xf) && !are_too_many(0x8888_7070));
 }

@@ -116,7 +116,7 @@ const MUTATIONS: &[(&str, &str, &str)] = &[
     ("map_deep", "cell < params.depth", "cell <= params.depth"),
     ("map_deep", "params.rule == 0u", "params.rule != 0u"),
     ("map_deep", "vec4<u32>(1u, 33u, 65u, 97u)", "vec4<u32>(1u, 33u, 65u, 96u)"),
-    ("map_deep", "pass_of_sort < 8u", "pass_of_sort < 6u"),
+    ("map_deep", "(bits + 7u) / 8u", "(bits - 1u) / 8u"),
     ("map_deep", "events[to_half + counters[counter]] = event", "events[to_half + counters[counter] + 1u] = event"),
     ("map_deep", "is_last && winner != code", "winner != code"),
     ("map_deep", "sum += counters", "sum = counters"),
@@ -224,7 +224,7 @@ fn a_device_that_is_wrong_costs_no_cell_and_is_named() {
     let faults = [
         ("drops work", "map", "*tile < end; *tile += 2u", "*tile + 2u < end; *tile += 2u"),
         ("drops chunks", "map", "chunks[chunk] = vec2<u32>(row.place", "chunks[chunk ^ 1u] = vec2<u32>(row.place"),
-        ("wrong order", "map", "List(vec4<u32>(key, s.open.low.xyz)", "List(vec4<u32>(key ^ 2u, s.open.low.xyz)"),
+        ("wrong order", "map", "List(vec4<u32>(key, open.low.xyz)", "List(vec4<u32>(key ^ 2u, open.low.xyz)"),
         ("wrong cell", "map", "vec4<u32>((cell << 8u) | code)", "vec4<u32>(((cell + 1u) << 8u) | code)"),
         ("cells past the end", "map", "vec4<u32>((cell << 8u) | code)", "vec4<u32>(((cell + 4000u) << 8u) | code)"),
         ("unknown geometry", "map", "vec4<u32>((cell << 8u) | code)", "vec4<u32>((cell << 8u) | (code * 77u))"),
