@@ -95,7 +95,8 @@ mod tests {
             cells[1] = 3 * N as u64;
             Totals { n_runs: 2 * N as u64, odd_rays: N as u64, n_crossings: 2 * N as u64, cells }
         };
-        let wrong: [(&str, fn(&mut Totals)); 6] = [
+        type Change = fn(&mut Totals);
+        let wrong: [(&str, Change); 6] = [
             ("", |_| ()),
             ("261 runs, and the pieces have 260", |totals| totals.n_runs += 1),
             ("129 odd rays, and the pieces have 130", |totals| totals.odd_rays -= 1),

@@ -70,7 +70,7 @@ enum FractionsFile {
     /// One number for every cell.
     Dense(PendingFile, Format),
     /// The same in a store.
-    Store(Box<ZarrFolder>, Options),
+    Store(Box<(ZarrFolder, Options)>),
 }
 
 /// The format of a file of fractions, by its name; [`Format::Npz`] is that of the fractions of each flag.
@@ -95,7 +95,7 @@ impl FractionsFile {
             Format::Zarr => {
                 let (place, folder) = ZarrFolder::open(path)?;
                 taken.take(path, place)?;
-                Ok(FractionsFile::Store(folder.into(), store))
+                Ok(FractionsFile::Store(Box::new((folder, store))))
             }
             format => Ok(FractionsFile::Dense(taken.open(path)?, format)),
         }
@@ -180,7 +180,8 @@ impl Measured {
                     let options = Options::default().with_compress(compress).with_slab_bytes(self.slab_bytes);
                     put(file, |out| write_solid(mesh, fractions, (*format, &options), out, control))?
                 }
-                FractionsFile::Store(folder, options) => {
+                FractionsFile::Store(of_store) => {
+                    let (folder, options) = &mut **of_store;
                     folder.put(|store| zarr::write_solid(mesh, fractions, options, store, control))?
                 }
             });
@@ -194,8 +195,8 @@ impl Measured {
     /// Puts the files in their places.
     pub(crate) fn finish(self) -> Result<Vec<OutputFile>> {
         let fractions = match self.fractions {
-            Some(FractionsFile::Store(folder, _)) => {
-                folder.finish()?;
+            Some(FractionsFile::Store(of_store)) => {
+                of_store.0.finish()?;
                 None
             }
             Some(FractionsFile::Sparse(file) | FractionsFile::Dense(file, _)) => Some(file),
