@@ -74,8 +74,8 @@ mod leak;
 #[cfg(feature = "cli")]
 mod leak_command;
 mod links;
-#[cfg(feature = "cli")]
 mod many_geometries;
+#[cfg(feature = "cli")]
 mod measured_command;
 #[cfg(feature = "cli")]
 mod memory;
