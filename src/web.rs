@@ -20,6 +20,7 @@ use crate::pipeline::{self, Engine, MeshOptions, Prepared, SpillTarget};
 use crate::report::{CallerFacts, Report};
 use crate::sources::Source;
 
+mod arrays;
 mod file;
 mod info;
 mod leak;

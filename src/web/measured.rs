@@ -1,10 +1,5 @@
-//! What was measured beside the cells, for JavaScript: its arrays, one by one, and the archives that hold them.
+//! What was measured beside the cells, and the arrays of the archives that hold it.
 
-use serde::Serialize;
-use wasm_bindgen::prelude::*;
-
-use super::mesh::WebMesh;
-use super::values::{JsResult, js_error};
 use crate::error::{Error, Result};
 use crate::fractions::Fractions;
 use crate::links::Links;
@@ -47,30 +42,5 @@ impl Measured {
                 format!("ask for them with the key {of} of the job"),
             )
         })
-    }
-}
-
-/// An array as `www/arrays.js` reads it.
-#[derive(Serialize)]
-struct Described<'a> {
-    name: &'a str,
-    kind: &'a str,
-}
-
-#[wasm_bindgen]
-impl WebMesh {
-    /// Names and types of the arrays of `links`, `fractions` or `staggered`, as JSON.
-    #[wasm_bindgen(js_name = arraysOf)]
-    pub fn arrays_of(&self, of: &str) -> JsResult<String> {
-        let arrays = self.measured.arrays(&self.mesh, of, 1).map_err(js_error)?;
-        let described: Vec<Described> = arrays.iter().map(|of| Described { name: of.name, kind: of.kind }).collect();
-        Ok(super::info::json(&described))
-    }
-
-    /// The bytes of one of these arrays, in their order.
-    #[wasm_bindgen(js_name = arrayOf)]
-    pub fn array_of(&self, of: &str, index: usize) -> JsResult<Vec<u8>> {
-        let arrays = self.measured.arrays(&self.mesh, of, 1).map_err(js_error)?;
-        arrays.get(index).map_or(Ok(Vec::new()), Array::bytes).map_err(js_error)
     }
 }
