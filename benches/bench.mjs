@@ -8,9 +8,8 @@ import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { parseArgs } from 'node:util';
 
-import { benchBig } from './big.mjs';
+import { ensureNodeModules } from '../scripts/machine.mjs';
 import { benchNative } from './native.mjs';
-import { benchPage } from './page.mjs';
 import { benchPeers } from './peers.mjs';
 import { machine, programs, write } from './results.mjs';
 
@@ -22,7 +21,24 @@ import { machine, programs, write } from './results.mjs';
  */
 
 /** @type {Record<string, (bench: Bench) => Measured | Promise<Measured>>} */
-const BENCHES = { native: benchNative, peers: benchPeers, page: benchPage, big: benchBig };
+const BENCHES = {
+  native: benchNative,
+  peers: benchPeers,
+  page: async (bench) => (await inBrowser('page')).benchPage(bench),
+  big: async (bench) => (await inBrowser('big')).benchBig(bench),
+};
+
+/**
+ * What runs in a browser is loaded late: it needs the Node packages, which a clean clone lacks.
+ *
+ * @template {'page' | 'big'} Name
+ * @param {Name} name
+ * @returns {Promise<{ page: typeof import('./page.mjs'), big: typeof import('./big.mjs') }[Name]>}
+ */
+async function inBrowser(name) {
+  await ensureNodeModules();
+  return import(`./${name}.mjs`);
+}
 
 const { values, positionals } = parseArgs({
   allowPositionals: true,

@@ -6,8 +6,6 @@ import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { gzipSync } from 'node:zlib';
 
-import binaryen from 'binaryen';
-
 import { ensureNodeModules } from './machine.mjs';
 import { CommandFailed, ROOT, run } from './run.mjs';
 import { compileWasm, ensureBindgen } from './wasm.mjs';
@@ -37,7 +35,7 @@ export async function build() {
   for (const name of PACKAGE_FILES) cpSync(path.join(WWW, name), path.join(DIST, name));
   await run(bindgen, ['--target', 'web', '--out-dir', DIST, '--out-name', 'hexcast_wasm', compiled]);
   const wasm = nameWasm();
-  dropPanicMessages(wasm);
+  await dropPanicMessages(wasm);
   // functions of one generic have like names and like code: side by side they compress better, by 5 kB
   await optimize(wasm, '-g', '-Oz', '--reorder-functions-by-name');
   await optimize(wasm, '--strip-debug', '--strip-producers');
@@ -52,7 +50,9 @@ export async function build() {
  *
  * @param {string} wasm
  */
-function dropPanicMessages(wasm) {
+async function dropPanicMessages(wasm) {
+  // loaded late: a clean clone has no packages until build() has installed them
+  const { default: binaryen } = await import('binaryen');
   const module = binaryen.readBinary(readFileSync(wasm));
   const functions = Array.from({ length: module.getNumFunctions() }, (_, index) =>
     binaryen.getFunctionInfo(module.getFunctionByIndex(index)),
