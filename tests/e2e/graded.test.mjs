@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 
@@ -198,4 +198,61 @@ test('several sizes of cells are compared as by the native command', async ({ vi
     await page.click('#converge-run');
     assert.equal(await page.$eval('#converge-sizes', (input) => input.validity.valid), false);
   });
+});
+
+/** Lines of a user's own around the sample of cubes, not equally far from each other on any axis. */
+const LISTS = { x: [-1, 0, 1, 3, 6, 10, 13, 20, 22], y: [0, 2.5, 4, 10], z: [-0.5, 0, 1, 2, 9.5, 10, 11] };
+
+test('lines of a file are meshed as the native command meshes them, and a link asks for the file', async ({ visit }) => {
+  await inFolder('cubes', async (folder) => {
+    const text = JSON.stringify(LISTS);
+    writeFileSync(path.join(folder, 'lists.json'), text);
+    const page = await visit('#padding=2&domain=0+0+0+1+1+1');
+    await take(page, 'cubes', 2);
+    await page.click('#settings > details > summary');
+    assert.equal(await page.isVisible('#domain-choice'), true);
+    await page.setInputFiles('#lines-input', { name: 'lists.json', mimeType: '', buffer: Buffer.from(text) });
+    await page.waitForFunction(() => document.querySelector('#estimate-lines')?.textContent === '9, 4, 7');
+    assert.equal(await page.textContent('#lines-given'), 'lists.json: 9, 4, 7 lines');
+    assert.equal(await page.isVisible('#domain-choice'), false);
+    await page.check('#links');
+    await page.selectOption('#stencil', 'D3Q7');
+    await page.fill('#fluid', '0 2');
+    await run(page);
+    const report = await reportOf(page);
+    const native = await runCopied(page, folder, []);
+    assert.equal(report.flags_hash, native.flags_hash);
+    assert.deepEqual([report.dims, report.grading, report.links], [native.dims, native.grading, native.links]);
+    assert.deepEqual(native.links.fluid, [0, 2]);
+    // the address names the file; who opens it is asked for it
+    const hash = await page.evaluate(() => location.hash);
+    assert.match(hash, /lines=lists\.json/);
+    assert.match(hash, /fluid=0\+2/);
+    const other = await visit(hash);
+    assert.match(await other.textContent('#waiting'), /settings for lists\.json, /);
+    await other.setInputFiles('#lines-input', { name: 'lists.json', mimeType: '', buffer: Buffer.from(text) });
+    await other.waitForFunction(() => !document.querySelector('#waiting')?.textContent?.includes('lists.json'));
+    await page.click('#remove-lines');
+    assert.equal(await page.isVisible('#domain-choice'), true);
+    await page.click('#copy-command');
+    assert.doesNotMatch(await page.inputValue('#copied-text'), /--lines/);
+  });
+});
+
+test('a file of lines that is wrong is refused in words', async ({ visit }) => {
+  const page = await visit('');
+  for (const [text, words] of [
+    ['{', /wrong\.json: This is not JSON/],
+    ['[]', /there is no list "x"/],
+    ['{"x": [0, 1], "y": [0, "1"], "z": [0, 1]}', /Line 1 of "y" is "1", not a number/],
+    ['{"x": [0, 1], "y": [0, 1], "z": [0, 1], "w": 2}', /a key "w" besides x, y and z/],
+  ]) {
+    await page.setInputFiles('#lines-input', { name: 'wrong.json', mimeType: '', buffer: Buffer.from(text) });
+    await page.waitForFunction(
+      (source) => new RegExp(source).test(document.querySelector('.message.error')?.textContent ?? ''),
+      words.source,
+    );
+    await page.click('.message.error .icon');
+  }
+  assert.equal(await page.isVisible('#lines-given'), false);
 });

@@ -18,6 +18,7 @@ const CHOSEN = /** @type {const} */ ([
   'cell_size',
   'max_cell_size',
   'graded',
+  'lines',
   'certify',
   'links',
   'fractions',

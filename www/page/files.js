@@ -1,8 +1,9 @@
-/** Files that are opened: dropped anywhere on the page, chosen, or a sample. */
+/** Files that are opened: dropped anywhere on the page, chosen, or a sample. Those of lines end in `.json`. */
 import { byId, make, onInput } from './dom.js';
 import { clearMessages, showError, showNotice } from './messages.js';
 import { realFiles } from './real_models.js';
 import { SAMPLES } from './samples.js';
+import { takeLines } from './settings_lines.js';
 import { takeExpected } from './share.js';
 import { PLAIN, change, freeFlag, isSame, set, state } from './state.js';
 import { readSurface } from './surfaces.js';
@@ -27,6 +28,7 @@ export function startFiles() {
   };
   choose('file-input', 'choose');
   choose('folder-input', 'choose-folder');
+  choose('lines-input', 'choose-lines');
   for (const list of document.querySelectorAll('.samples')) {
     for (const { id, title } of SAMPLES) {
       list.append(make('button', { type: 'button', 'data-sample': id, on: { click: () => addSample(id) } }, title));
@@ -138,6 +140,8 @@ async function addFile(mesher, { source, settings = {} }, sample) {
       const mesh = await mesher.open(source);
       state.mesh?.dispose();
       change('mesh', { mesh, job: { geometries: [{ file: source.name }] }, skin: null, expected: null });
+    } else if (/\.json$/i.test(source.name)) {
+      await takeLines(source);
     } else {
       const read = await readSurface(mesher, source);
       takeUnit(read.info.unit);

@@ -30,7 +30,9 @@ export function currentJob() {
   const { settings } = state;
   /** @type {Omit<Job, 'geometries'> & { geometries: SurfaceJob[] }} */
   const job = { geometries: state.geometries.map(geometryJob) };
-  if (settings.domain) job.domain = settings.domain;
+  // listed lines are the domain
+  if (settings.sizing === 'lines') job.lines = listed(settings.lines);
+  else if (settings.domain) job.domain = settings.domain;
   else if (hasPadding(settings.padding))
     job.padding = settings.padding_by === 'cells' ? { cells: settings.padding } : { length: settings.padding };
   Object.assign(job, sizing(settings));
@@ -60,8 +62,14 @@ function geometryJob(geometry) {
   return job;
 }
 
-/** Exactly one of the five ways to say how fine. @param {import('./state.js').Settings} settings @returns {Partial<Job>} */
+/** @param {import('./state.js').Lists | null} lines */
+function listed(lines) {
+  return lines ? { x: lines.x, y: lines.y, z: lines.z } : undefined;
+}
+
+/** One of the other five ways to say how fine. @param {import('./state.js').Settings} settings @returns {Partial<Job>} */
 function sizing({ sizing, cells, dims, cell_size, ...more }) {
+  if (sizing === 'lines') return {};
   if (sizing === 'graded') return { graded: graded(more) };
   if (sizing === 'dims') return { dims: dims ?? undefined };
   if (sizing === 'cell_size' || sizing === 'max_cell_size') return { [sizing]: cell_size };
@@ -82,6 +90,7 @@ function graded({ graded, min_size, growth, absorbing }) {
 function measured({
   links,
   stencil,
+  fluid,
   fractions,
   fraction_rays: rays,
   fraction_faces: faces,
@@ -89,7 +98,7 @@ function measured({
   staggered,
 }) {
   return {
-    ...(links ? { links: { stencil } } : {}),
+    ...(links ? { links: { stencil, ...(String(fluid) === '0' ? {} : { fluid }) } } : {}),
     ...(fractions ? { fractions: { rays, faces, surfaces } } : {}),
     ...(staggered ? { staggered } : {}),
   };

@@ -3,6 +3,7 @@ import { byId, inputOf, onInput, put, selectOf } from './dom.js';
 import { cellSize, readNumbers, writeNumbers } from './format.js';
 import { placeAt } from './places.js';
 import { largestCell, showGraded, startGraded } from './settings_graded.js';
+import { showLines, startLines } from './settings_lines.js';
 import { showMeasured, startMeasured } from './settings_measured.js';
 import { on, set, state } from './state.js';
 
@@ -38,6 +39,7 @@ export function startSettings() {
     if (isNumberOfCells(input)) set({ thin_cells: numberOfCells(input) });
   });
   startGraded();
+  startLines();
   startMeasured();
   const form = byId('settings');
   form.addEventListener('submit', (event) => event.preventDefault());
@@ -123,6 +125,7 @@ function show() {
   const sizes = /** @type {NodeListOf<HTMLElement>} */ (document.querySelectorAll('[data-size]'));
   for (const field of sizes) field.classList.toggle('leads', field.dataset.size === leading);
   showGraded();
+  showLines();
   showMeasured();
   inputOf('domain-given').checked = settings.domain !== null;
   byId('domain-fields').hidden = settings.domain === null;

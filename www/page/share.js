@@ -1,12 +1,13 @@
 /**
  * The parameters (never the geometry) in the address, and the job as a command and as JavaScript.
  *
- * The hash holds only what differs from the defaults, such as `#cells=256&padding=2&sample=knot&g=file%3Dknot.stl%26flag%3D7`.
+ * The hash holds the name of a file of lines, but not these. Else it holds what differs from the defaults, such as `#cells=256&padding=2&sample=knot&g=file%3Dknot.stl%26flag%3D7`.
  */
 import { buttonOf, byId, debounce } from './dom.js';
 import { GEOMETRY_KEYS, currentJob } from './job.js';
 import { numbersOf, writeNumbers } from './format.js';
 import { showNotice } from './messages.js';
+import { expectLines, linesFile, waitedLines } from './settings_lines.js';
 import { DEFAULTS, colourOf, on, set, state } from './state.js';
 
 /** Settings of how cells are decided: keys of links, of jobs and, with hyphens, of the command. */
@@ -44,6 +45,8 @@ export function startSharing() {
     showCopies();
     if (state.geometries.length > 0) showWaiting();
   });
+  // lines that were waited for
+  on('settings', () => state.settings.sizing === 'lines' && showWaiting());
   showCopies();
   const copies = {
     'copy-command': () => commandOf(currentJob()),
@@ -80,8 +83,11 @@ export function isForeignHash() {
 export function hashOf() {
   const { settings, geometries } = state;
   const query = new URLSearchParams();
-  const sizes = settings.sizing === 'max_cell_size' ? 'cell_size' : settings.sizing;
-  if (settings.sizing !== 'cells' || settings.cells !== DEFAULTS.cells) query.set(settings.sizing, writeNumbers(settings[sizes]));
+  const { sizing } = settings;
+  const lines = linesFile();
+  if (lines) query.set('lines', lines);
+  if (sizing !== 'lines' && (sizing !== 'cells' || settings.cells !== DEFAULTS.cells))
+    query.set(sizing, writeNumbers(settings[sizing === 'max_cell_size' ? 'cell_size' : sizing]));
   if (settings.domain) query.set('domain', settings.domain.join(' '));
   const ofLines = settings.sizing === 'graded' ? /** @type {const} */ (['min_size', 'growth', 'absorbing']) : [];
   const keys = /** @type {const} */ ([
@@ -90,6 +96,7 @@ export function hashOf() {
     ...METHOD,
     ...MEASURED,
     'stencil',
+    'fluid',
     'fraction_rays',
     'backend',
     'unit',
@@ -124,7 +131,7 @@ export function openHash(hash) {
 
 /** Says which files have settings in the link and are not here. */
 function showWaiting(isSampleComing = false) {
-  const names = isSampleComing ? [] : expected.map(({ file }) => file).filter(Boolean);
+  const names = [waitedLines(), ...(isSampleComing ? [] : expected.map(({ file }) => file))].filter(Boolean);
   const them = names.length === 1 ? 'that file' : 'these files';
   byId('waiting').textContent = names.length > 0 ? `This link has settings for ${names.join(', ')}: drop or choose ${them}.` : '';
   byId('waiting').hidden = names.length === 0;
@@ -168,6 +175,9 @@ export function readHash() {
   const unit = query.get('unit') ?? DEFAULTS.unit;
   // such a unit is in every output
   patch.unit = /^[\p{L}\p{N}µ"']{0,16}$/u.test(unit) ? unit : DEFAULTS.unit;
+  const fluid = numbersOf(query.get('fluid') ?? '');
+  if (fluid?.length && fluid.every((flag) => Number.isInteger(flag) && flag >= 0 && flag <= 255)) patch.fluid = fluid;
+  expectLines(query.get('lines'));
   expected = query.getAll('g').map(readGeometry);
   set(patch);
   showWaiting(query.has('sample'));
@@ -235,6 +245,7 @@ export function commandOf(job) {
   if (job.padding && 'length' in job.padding) option('padding-length', job.padding.length);
   for (const key of /** @type {const} */ (['cells', 'dims', 'cell_size', 'max_cell_size', ...METHOD, 'unit']))
     option(key.replaceAll('_', '-'), job[key]);
+  option('lines', job.lines && state.settings.lines?.file);
   option('graded', job.graded?.max_size);
   option('min-size', job.graded?.min_size);
   option('growth', job.graded?.growth);
@@ -242,11 +253,12 @@ export function commandOf(job) {
   const file = (/** @type {string} */ of) => (job[/** @type {'links'} */ (of)] ? `${baseName(job)}-${of}.npz` : undefined);
   for (const of of ['links', 'fractions', 'staggered']) option(of, file(of));
   option('stencil', job.links?.stencil);
+  option('fluid', job.links?.fluid);
   option('fraction-rays', job.fractions?.rays);
   option('fraction-faces', job.fractions?.faces || undefined);
   option('fraction-surfaces', job.fractions?.surfaces || undefined);
   if (state.settings.backend !== 'auto') option('backend', state.settings.backend);
-  return [...words, '-o', quote(`${baseName(job)}.${job.graded ? 'vtr' : 'vti'}`)].join(' ');
+  return [...words, '-o', quote(`${baseName(job)}.${job.graded || job.lines ? 'vtr' : 'vti'}`)].join(' ');
 }
 
 /** A program that does this job with the package. @param {ReturnType<typeof currentJob>} job */

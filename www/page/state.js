@@ -14,11 +14,13 @@
  * @typedef {[number, number, number, number, number, number]} Box
  */
 
+/** @typedef {{ file: string, x: number[], y: number[], z: number[] }} Lists the lines of a file */
+
 /**
  * What the fields hold.
  *
  * @typedef {object} Settings
- * @property {'cells' | 'dims' | 'cell_size' | 'max_cell_size' | 'graded'} sizing which of the linked fields was set, or that cells differ in size
+ * @property {'cells' | 'dims' | 'cell_size' | 'max_cell_size' | 'graded' | 'lines'} sizing which of the linked fields was set, or that cells differ in size
  * @property {number} cells
  * @property {Triple | null} dims
  * @property {number | Triple | null} cell_size
@@ -26,6 +28,7 @@
  * @property {number | null} min_size smallest size there; null for a thousandth of the largest
  * @property {number} growth most times by which a cell is larger than its neighbour there
  * @property {number | Triple} absorbing cells added at the ends there
+ * @property {Lists | null} lines those of the user's own
  * @property {Box | null} domain null for the box around all geometries
  * @property {number | Triple} padding
  * @property {'cells' | 'length'} padding_by
@@ -36,6 +39,7 @@
  * @property {number} thin_cells walls of fewer cells are thin
  * @property {boolean} links whether links to surfaces are measured
  * @property {'D3Q7' | 'D3Q15' | 'D3Q19' | 'D3Q27'} stencil of these links
+ * @property {number[]} fluid flags of the cells in which they begin
  * @property {boolean} fractions whether fractions of cells are measured
  * @property {number} fraction_rays rays of a cell along each of two axes
  * @property {boolean} fraction_faces whether those of faces are, too
@@ -102,6 +106,7 @@ export const DEFAULTS = Object.freeze({
   min_size: null,
   growth: 1.3,
   absorbing: 0,
+  lines: null,
   domain: null,
   padding: 0,
   padding_by: 'cells',
@@ -112,6 +117,7 @@ export const DEFAULTS = Object.freeze({
   thin_cells: 2,
   links: false,
   stencil: 'D3Q19',
+  fluid: [0],
   fractions: false,
   fraction_rays: 4,
   fraction_faces: false,
