@@ -91,7 +91,7 @@ pub async fn converge(
     for &cells in sizes {
         let job = Job { cells: Some(cells), ..job.clone() };
         let (mesh, facts) = pipeline::mesh(&job, sources.to_vec(), &MeshOptions::default(), engine, control).await?;
-        let areas = areas(&mesh, control)?;
+        let areas = areas(&mesh, control).await?;
         let flags = facts.flags.iter().map(|found| {
             let areas = areas[usize::from(found.flag)];
             let mesh_areas = projected(of_job.iter().filter(|geometry| geometry.flag == found.flag));
@@ -110,7 +110,7 @@ pub async fn converge(
             }
         });
         let (flags, seconds) = (flags.collect(), facts.seconds.lines + facts.seconds.snap + facts.seconds.columns);
-        let column_bytes = column_bytes(&mesh)?;
+        let column_bytes = column_bytes(&mesh, control).await?;
         let flag_bytes = exact_size(&mesh, Format::Raw, &Options::default()).unwrap_or(mesh.n_cells());
         let spacing = mesh.lines.smallest();
         levels.push(Level { dims: mesh.dims(), spacing, seconds, column_bytes, flag_bytes, flags });
@@ -119,10 +119,11 @@ pub async fn converge(
 }
 
 /// Bytes of a mesh as a column file.
-fn column_bytes(mesh: &Mesh) -> Result<u64> {
+async fn column_bytes(mesh: &Mesh, control: &Control) -> Result<u64> {
     let (mut encoder, mut n_bytes) = (ColumnFileEncoder::new(mesh, Compress::None)?, 0);
     while let Some(bytes) = encoder.step(mesh)? {
         n_bytes += bytes.len() as u64;
+        control.rest().await?;
     }
     Ok(n_bytes)
 }
@@ -144,20 +145,23 @@ fn projected<'a>(geometries: impl Iterator<Item = &'a Geometry>) -> [f64; 3] {
 /// Area of the faces across x, y and z of each flag, towards other flags and at the sides of the box.
 ///
 /// # Errors
-/// `lines-graded` where cells differ in size; those of [`Mesh::for_each_slab`].
-pub fn areas(mesh: &Mesh, control: &Control) -> Result<Vec<[f64; 3]>> {
+/// `lines-graded` where cells differ in size; `cancelled`; those of [`Mesh::box_flags`].
+pub async fn areas(mesh: &Mesh, control: &Control) -> Result<Vec<[f64; 3]>> {
     let Some(spacing) = mesh.lines.spacing() else {
         let message = "cells differ in size, and faces are counted between equal ones";
         return Err(Error::new("lines-graded", message, "use equal cells (cells, dims, cell_size)"));
     };
-    let [nx, ny, _] = mesh.dims().map(|n| n as usize);
+    let [nx, ny, nz] = mesh.dims().map(|n| n as usize);
     let mut faces = Faces { counts: vec![[0; 3]; 256] };
     // the row and the plane before, of flag 0 before the first and after the last
     let outside = vec![0; nx];
     let mut plane = vec![0; nx * ny];
     let mut row_in_plane = 0;
-    mesh.for_each_slab(SLAB, control, |flags| {
-        for row in flags.chunks_exact(nx) {
+    let at_once = (SLAB / (nx * ny)).max(1);
+    for z in (0..nz).step_by(at_once) {
+        control.rest().await?;
+        let planes = z as u32..nz.min(z + at_once) as u32;
+        for row in mesh.box_flags(&[0..nx as u32, 0..ny as u32, planes])?.chunks_exact(nx) {
             let at = row_in_plane * nx;
             faces.along(row);
             faces.between(row, &plane[at..at + nx], 2);
@@ -169,8 +173,7 @@ pub fn areas(mesh: &Mesh, control: &Control) -> Result<Vec<[f64; 3]>> {
                 faces.between(row, &outside, 1);
             }
         }
-        Ok(())
-    })?;
+    }
     plane.chunks_exact(nx).for_each(|row| faces.between(row, &outside, 2));
     let [x, y, z] = spacing;
     let face = [y * z, x * z, x * y];

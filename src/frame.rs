@@ -78,7 +78,7 @@ impl Frame {
     pub fn new(geometries: &[Geometry], lines: &Lines) -> Result<Frame> {
         let mut frame = Frame::without_facets(geometries, lines)?;
         if geometries.len() > MAX_RANKS {
-            return Err(too_many_ranks(geometries.len(), geometries.len()));
+            return Err(too_many_ranks(geometries.len()));
         }
         for (position, &index) in frame.ranks.geometry_at.clone().iter().enumerate() {
             let geometry = &geometries[index];
@@ -290,12 +290,12 @@ fn snap([x, y, z]: [f64; 3], scale: &Scale, fraction_bits: u32) -> [i32; 3] {
     [snapped(0, x), snapped(1, y), snapped(2, z)]
 }
 
-pub(crate) fn too_many_ranks(n_geometries: usize, n_ranks: usize) -> Error {
+pub(crate) fn too_many_ranks(n_geometries: usize) -> Error {
     let message = format!(
-        "{n_geometries} geometries lie over one another so that {n_ranks} must be told apart along a ray: at most {MAX_RANKS} can be. \
-         Of more, closed ones of one flag whose boxes lie apart are taken together"
+        "{n_geometries} geometries lie over one another so that more than {MAX_RANKS} would have to be told apart along a ray. \
+         Closed ones of one flag whose boxes lie apart count as one"
     );
-    let hint = "give geometries of the same substance the same flag, one after the other, or join some in one file";
+    let hint = "give geometries of the same substance the same flag, one after the other, and join in one file those that overlap";
     Error::new("too-many-geometries", message, hint)
 }
 

@@ -5,7 +5,7 @@
 //!
 //! A shard is a slab: some planes, or some rows of a few planes where these are large, over all cells along x. Its chunks hold 256 KiB
 //! each: 64 x 64 x 64 cells, flatter where a row of such chunks would be larger than a shard. A shard has at most a 2,048th of the cells,
-//! rounded up to a power of two, between 4 MiB and 64 MiB: few files for large meshes, small ones for small.
+//! rounded up to a power of two, between 4 and 64 million, which are as many MiB of flags and four times as many of fractions: few files for large meshes, small ones for small.
 
 use crate::error::{Error, Result};
 use crate::job::ZarrJob;

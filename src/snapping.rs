@@ -37,6 +37,7 @@ pub(crate) struct Snapping<'a> {
     rays: Option<&'a Rays>,
     next_facet: usize,
     n_taken: usize,
+    n_all: usize,
     edges: EdgeHashes,
     snapped: Snapped,
 }
@@ -51,25 +52,33 @@ impl<'a> Snapping<'a> {
         let n = geometries.len();
         let (ends, bound_sums) = (vec![None; n], vec![BoundSums::default(); n]);
         let snapped = Snapped { frame, closed: Vec::new(), ends, bound_sums };
+        let n_all = geometries.iter().map(|geometry| geometry.facets.len()).sum();
         let (next_facet, n_taken, edges) = (0, 0, EdgeHashes::default());
-        Ok(Snapping { geometries, lines, rays, next_facet, n_taken, edges, snapped })
+        Ok(Snapping { geometries, lines, rays, next_facet, n_taken, n_all, edges, snapped })
     }
 
     /// Does a part of the work; false once all is done.
     pub(crate) fn step(&mut self) -> bool {
-        let position = self.snapped.closed.len();
-        let Some(&index) = self.snapped.frame.ranks.geometry_at.get(position) else { return false };
-        let geometry = &self.geometries[index];
-        if self.next_facet < geometry.facets.len() {
-            let end = geometry.facets.len().min(self.next_facet + FACETS_AT_ONCE);
-            let facets = self.snapped.frame.snapped(geometry, &geometry.facets[self.next_facet..end], self.lines);
-            self.next_facet = end;
-            self.take(position, &facets);
-        } else if let Some(closed) = self.edges.step() {
-            self.snapped.closed.push(closed);
-            (self.edges, self.next_facet) = (EdgeHashes::default(), 0);
+        let start = self.n_taken;
+        loop {
+            let position = self.snapped.closed.len();
+            let Some(&index) = self.snapped.frame.ranks.geometry_at.get(position) else { return false };
+            let geometry = &self.geometries[index];
+            if self.next_facet < geometry.facets.len() {
+                let end = geometry.facets.len().min(self.next_facet + FACETS_AT_ONCE);
+                let facets = self.snapped.frame.snapped(geometry, &geometry.facets[self.next_facet..end], self.lines);
+                self.next_facet = end;
+                self.take(position, &facets);
+            } else if let Some(closed) = self.edges.step() {
+                self.snapped.closed.push(closed);
+                (self.edges, self.next_facet) = (EdgeHashes::default(), 0);
+            } else {
+                return true;
+            }
+            if self.n_taken - start >= FACETS_AT_ONCE {
+                return true;
+            }
         }
-        true
     }
 
     /// What was made, once all is done.
@@ -80,7 +89,7 @@ impl<'a> Snapping<'a> {
         let Snapped { frame, closed, ends, .. } = &mut self.snapped;
         frame.facets.shrink_to_fit();
         let shared = frame.ranks.share(self.geometries, ends, |position| closed[position].nonzero);
-        shared.map_err(|n_ranks| too_many_ranks(self.geometries.len(), n_ranks))?;
+        shared.map_err(|_| too_many_ranks(self.geometries.len()))?;
         Ok(self.snapped)
     }
 
@@ -101,8 +110,7 @@ impl<'a> Snapping<'a> {
         let stays = |facet: &&SnappedFacet| self.rays.is_none_or(|rays| rays_under(facet, frame, rays).is_some());
         let staying: Vec<SnappedFacet> = facets.iter().filter(stays).copied().collect();
         self.n_taken += facets.len();
-        let n_all: usize = self.geometries.iter().map(|geometry| geometry.facets.len()).sum();
-        make_room(&mut frame.facets, staying.len(), self.n_taken as f64 / n_all as f64);
+        make_room(&mut frame.facets, staying.len(), self.n_taken as f64 / self.n_all as f64);
         frame.facets.extend_from_slice(&staying);
         frame.position_of_facet.resize(frame.facets.len(), position as u16);
     }

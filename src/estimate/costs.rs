@@ -187,8 +187,8 @@ impl Estimate {
     }
 }
 
-/// Bytes of a facet: 36 as read, 37 snapped.
-const FACET_BYTES: u64 = 73;
+/// Bytes of a facet: 36 as read, 38 snapped.
+const FACET_BYTES: u64 = 74;
 
 fn host_bytes(facets: u64, expected: &Expected, lines: &Lines, rays: &Rays) -> HostBytes {
     let (n_rays, runs) = (rays.n_rays(), expected.runs);

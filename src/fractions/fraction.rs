@@ -38,8 +38,9 @@ pub struct Fractions {
     pub rays: u32,
     /// Number of cells of the box on x, y, z.
     pub dims: [u32; 3],
-    /// Cells by rows.
+    /// Cells by rows of so many planes each, but the last.
     pub(crate) parts: Vec<Part>,
+    pub(crate) planes_of_part: u32,
     /// Volume of each flag, 0 to 255, in the box: that of whole cells and of fractions.
     pub volumes: Vec<f64>,
     /// Area of the surface of each geometry in the box; None where surfaces were not asked for.
@@ -71,8 +72,9 @@ impl Fractions {
 
     /// The fractions of a cell and of those after it.
     pub fn from_cell(&self, cell: u64) -> impl Iterator<Item = &Fraction> + Clone {
-        let is_before = |part: &Part| part.fractions.last().is_none_or(|last| last.cell < cell);
-        let mut parts = self.parts[self.parts.partition_point(is_before)..].iter();
+        let [nx, ny, _] = self.dims.map(u64::from);
+        let part = cell / (nx * ny * u64::from(self.planes_of_part)).max(1);
+        let mut parts = self.parts[self.parts.len().min(part as usize)..].iter();
         let first = parts
             .next()
             .map_or(&[][..], |part| &part.fractions[part.fractions.partition_point(|fraction| fraction.cell < cell)..]);

@@ -17,7 +17,7 @@ use crate::parallel::*;
 ///
 /// # Errors
 /// `memory` where the fractions would take more than `max_bytes`; `cancelled`.
-pub fn fractions(
+pub async fn fractions(
     (frame, lines): (&Frame, &Lines),
     (rule, kinds): (Rule, &[Kind]),
     job: FractionsJob,
@@ -39,7 +39,7 @@ pub fn fractions(
     let mut areas = job.surfaces.then(|| vec![0.0; geometry_at.len()]);
     let (n_rows, mut n_bytes) = (nz.div_ceil(planes_of_row), 0);
     for start in (0..n_rows).step_by(ROUND) {
-        control.check()?;
+        control.rest().await?;
         let end = (start + ROUND as u32).min(n_rows);
         let found: Vec<Found> = (start..end).into_par_iter().map(|row| measure.of_row(row)).collect();
         n_bytes += found.iter().map(|found| found.part.n_bytes() as u64).sum::<u64>();
@@ -59,13 +59,14 @@ pub fn fractions(
             }
         }
     }
-    Ok(Fractions { rays: job.rays, dims: lines.dims(), parts, volumes, areas, has_faces: job.faces })
+    let (dims, planes_of_part) = (lines.dims(), planes_of_row);
+    Ok(Fractions { rays: job.rays, dims, parts, planes_of_part, volumes, areas, has_faces: job.faces })
 }
 
 /// Rays of rows of cells that go together, about.
 const RAYS: u32 = 1 << 12;
-/// Rows of a round, after which cancel is looked at.
-const ROUND: usize = 64;
+/// Rows of a round, after which cancel is looked at; wasm has one thread.
+const ROUND: usize = if cfg!(target_arch = "wasm32") { 8 } else { 64 };
 
 struct Measure<'a> {
     lines: &'a Lines,

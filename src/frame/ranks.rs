@@ -46,10 +46,11 @@ impl Ranks {
         self.rank_at.len() == self.flag_of_rank.len()
     }
 
-    /// Gives geometries that have no ranks the lowest that keep their order; `ends` and `is_closed` are known of each position. Returns how many
-    /// ranks there would have to be, where these are too many.
+    /// Gives geometries that have no ranks the lowest that keep their order; `ends` and `is_closed` are known of each position. Fails with the position
+    /// of the first geometry for which no rank is left.
     ///
-    /// A rank is higher than those of all geometries below whose boxes meet its own. What is not closed, and cells along surfaces, may lie beyond
+    /// A rank is higher than those of all geometries below whose boxes meet its own and that have another flag, and differs from those that have the
+    /// same. What is not closed, and cells along surfaces, may lie beyond
     /// their boxes: such a geometry shares its rank with none, and meets all.
     ///
     /// Cost: the square of their number, some nanoseconds a pair.
@@ -72,18 +73,25 @@ impl Ranks {
                 geometry.fill == Fill::Centre && !geometry.shell && !geometry.invert && geometry.open != Open::Parity;
             let is_shared = is_plain && is_closed(position);
             let own = if is_shared { ends[position] } else { everywhere };
-            let below = ranks.iter().zip(&boxes).filter(|(_, other)| do_meet(own, **other));
-            let least = below.map(|(rank, _)| rank + 1).max().unwrap_or(0);
-            let found = (least..flags.len()).find(|&rank| is_shared && flags[rank] == Some(geometry.flag));
+            let (mut least, mut is_taken) = (0, [false; MAX_RANKS]);
+            for (&rank, _) in ranks.iter().zip(&boxes).filter(|(_, other)| do_meet(own, **other)) {
+                if self.flag_of_rank[rank] == geometry.flag {
+                    is_taken[rank] = true;
+                } else {
+                    least = least.max(rank + 1);
+                }
+            }
+            let is_free = |&rank: &usize| is_shared && flags[rank] == Some(geometry.flag) && !is_taken[rank];
+            let found = (least..flags.len()).find(is_free);
+            if found.is_none() && flags.len() == MAX_RANKS {
+                return Err(position);
+            }
             if found.is_none() {
                 flags.push(is_shared.then_some(geometry.flag));
                 self.flag_of_rank.push(geometry.flag);
             }
             ranks.push(found.unwrap_or(flags.len() - 1));
             boxes.push(own);
-        }
-        if flags.len() > MAX_RANKS {
-            return Err(flags.len());
         }
         self.rank_at = ranks.iter().map(|&rank| rank as u8).collect();
         Ok(())

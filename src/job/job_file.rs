@@ -27,7 +27,7 @@ pub struct RunJob {
     /// File for the links to walls, `.npz` or `.links`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub links_output: Option<String>,
-    /// File for the fractions of cut cells, `.npz`; `.vti`, `.vtr` and `.npy` have the fraction of every cell that is not background.
+    /// File for the fractions of cut cells, `.npz`; `.vti`, `.vtr`, `.npy` and `.zarr` have the fraction of every cell that is not background.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fractions_output: Option<String>,
     /// File for the flags of a staggered grid, `.npz`.

@@ -18,7 +18,7 @@ impl Field<'_> {
     /// # Errors
     /// `lines-graded` where cells differ in size and the stencil has more than faces; `memory` where the links would take more than
     /// `max_bytes`; `cancelled`; `io` where the columns are in a store that fails.
-    pub fn links(&self, job: &LinksJob, max_bytes: u64, control: &Control) -> Result<Links> {
+    pub async fn links(&self, job: &LinksJob, max_bytes: u64, control: &Control) -> Result<Links> {
         if self.frame.is_graded() && job.stencil != Stencil::D3Q7 {
             let message = format!("cells differ in size, and links of {:?} need equal ones", job.stencil);
             return Err(Error::new("lines-graded", message, "use the stencil D3Q7, or equal cells"));
@@ -39,6 +39,7 @@ impl Field<'_> {
                 n += found.iter().map(|part| part.links.len()).sum::<usize>();
                 check_bytes(n, max_bytes)?;
                 parts.extend(found);
+                control.rest().await?;
             }
         }
         let dims = self.frame.dims;

@@ -58,7 +58,7 @@ impl Uncut {
     }
 
     /// The links that a job asks for, of at most so many bytes with what finding them takes.
-    pub(super) fn links(
+    pub(super) async fn links(
         &self,
         job: &Job,
         columns: &Columns,
@@ -70,11 +70,11 @@ impl Uncut {
         let max_bytes = max_bytes.saturating_sub(2 * 38 * self.frame.facets.len() as u64);
         let is_plain = job.close_gaps.is_none() && !self.kinds.contains(&Kind::Apart);
         let field = Field { frame: &self.frame, rule: job.rule, kinds: &self.kinds, columns, is_plain };
-        field.links(links, max_bytes, control).map(Some)
+        field.links(links, max_bytes, control).await.map(Some)
     }
 
     /// The fractions of cells that a job asks for, of at most so many bytes.
-    pub(super) fn fractions(
+    pub(super) async fn fractions(
         &self,
         job: &Job,
         lines: &Lines,
@@ -85,7 +85,7 @@ impl Uncut {
         // this frame, one of finer cells, those of faces, and the facets by rows
         let frames = 2 + 3 * u64::from(asked.faces) + u64::from(asked.surfaces);
         let max_bytes = max_bytes.saturating_sub(frames * 38 * self.frame.facets.len() as u64);
-        fractions((&self.frame, lines), (job.rule, &self.kinds), asked, max_bytes, control).map(Some)
+        fractions((&self.frame, lines), (job.rule, &self.kinds), asked, max_bytes, control).await.map(Some)
     }
 }
 

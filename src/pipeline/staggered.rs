@@ -31,9 +31,9 @@ impl Uncut {
         (prepared, columns): (&Prepared, &Columns),
         (mut bytes_left, (engine, budget, control)): Left<'_>,
     ) -> Result<(Option<Links>, Option<Fractions>, Option<Staggered>)> {
-        let links = self.links(job, columns, bytes_left, control)?;
+        let links = self.links(job, columns, bytes_left, control).await?;
         bytes_left = bytes_left.saturating_sub(links.as_ref().map_or(0, Links::n_bytes));
-        let fractions = self.fractions(job, &prepared.whole, bytes_left, control)?;
+        let fractions = self.fractions(job, &prepared.whole, bytes_left, control).await?;
         bytes_left = bytes_left.saturating_sub(fractions.as_ref().map_or(0, Fractions::n_bytes));
         let staggered = self.staggered(job, prepared, (bytes_left, (engine, budget, control))).await?;
         Ok((links, fractions, staggered))

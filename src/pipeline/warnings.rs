@@ -111,11 +111,16 @@ pub(super) fn geometries_without_cells(
     cells: &[u64; 256],
 ) -> Result<Vec<WithoutCells>> {
     let mut all = Vec::new();
+    let mut n_of_flag = [0; 256];
+    prepared.geometries.iter().for_each(|geometry| n_of_flag[usize::from(geometry.flag)] += 1);
+    let mut position_of = vec![None; prepared.geometries.len()];
+    for (position, &index) in cast.frame.ranks.geometry_at.iter().enumerate() {
+        position_of[index] = Some(position);
+    }
     for (index, geometry) in prepared.geometries.iter().enumerate() {
         let Some(bounding_box) = geometry.bounding_box() else { continue };
-        let n_of_flag = prepared.geometries.iter().filter(|other| other.flag == geometry.flag).count();
-        let has_cells = n_of_flag > 1 || cells[usize::from(geometry.flag)] > 0;
-        let position = cast.frame.ranks.geometry_at.iter().position(|&of| of == index);
+        let has_cells = n_of_flag[usize::from(geometry.flag)] > 1 || cells[usize::from(geometry.flag)] > 0;
+        let position = position_of[index];
         let ends = position.and_then(|position| ends[position]);
         let thin_axis = ends.and_then(|ends| axis_without_centre(ends, cast.frame));
         if has_cells && (thin_axis.is_none() || geometry.fill != Fill::Centre) {

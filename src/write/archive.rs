@@ -70,10 +70,16 @@ impl<'a> Array<'a> {
     /// All bytes of the array, without a header.
     ///
     /// # Errors
-    /// `io` where it is made from what is in a store.
+    /// `memory` where there is no room for them; `io` where it is made from what is in a store.
     #[cfg(target_arch = "wasm32")]
     pub(crate) fn bytes(&self) -> Result<Vec<u8>> {
+        let of_item = self.kind[2..].parse::<u64>().unwrap_or(8);
+        let n_bytes = self.shape.iter().product::<u64>() * of_item;
         let mut bytes = Vec::new();
+        bytes.try_reserve_exact(usize::try_from(n_bytes).unwrap_or(usize::MAX)).map_err(|_| {
+            let message = format!("the array {} takes {n_bytes} bytes, for which wasm has no room", self.name);
+            Error::new("memory", message, "save the .npz, which is written piece by piece, or use larger cells")
+        })?;
         (0..self.n_pieces).try_for_each(|index| (self.piece)(index).map(|piece| bytes.extend(piece)))?;
         Ok(bytes)
     }

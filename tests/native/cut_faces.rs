@@ -16,7 +16,7 @@ use super::models;
 fn measured(geometries: &[Geometry], lines: &Lines, job: FractionsJob) -> Fractions {
     let frame = Frame::new(geometries, lines).unwrap();
     let kinds = vec![Kind::Cast; geometries.len()];
-    fractions((&frame, lines), (Rule::Parity, &kinds), job, u64::MAX, &Control::default()).unwrap()
+    pollster::block_on(fractions((&frame, lines), (Rule::Parity, &kinds), job, u64::MAX, &Control::default())).unwrap()
 }
 
 fn cell_of(index: u64, lines: &Lines) -> [u32; 3] {

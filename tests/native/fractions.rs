@@ -71,7 +71,7 @@ fn measured(geometries: &[Geometry], lines: &Lines, rays: u32) -> Fractions {
     let frame = Frame::new(geometries, lines).unwrap();
     let kinds = vec![Kind::Cast; geometries.len()];
     let job = FractionsJob::default().with_rays(rays);
-    fractions((&frame, lines), (Rule::Parity, &kinds), job, u64::MAX, &Control::default()).unwrap()
+    pollster::block_on(fractions((&frame, lines), (Rule::Parity, &kinds), job, u64::MAX, &Control::default())).unwrap()
 }
 
 /// Turned about an axis that is none of the grid's.
@@ -185,12 +185,20 @@ fn an_inverted_geometry_has_the_other_part() {
     let lines = Lines::new([0.0; 3], [1.0; 3], [2, 1, 1]).unwrap();
     let frame = Frame::new(&[Geometry::new("g", 5, facets).unwrap()], &lines).unwrap();
     let job = FractionsJob::default();
-    let found =
-        fractions((&frame, &lines), (Rule::Parity, &[Kind::Inverted]), job, u64::MAX, &Control::default()).unwrap();
+    let found = pollster::block_on(fractions(
+        (&frame, &lines),
+        (Rule::Parity, &[Kind::Inverted]),
+        job,
+        u64::MAX,
+        &Control::default(),
+    ))
+    .unwrap();
     let parts: Vec<(u64, u8, f32)> =
         found.iter().map(|fraction| (fraction.cell, fraction.flag, fraction.fraction)).collect();
     let [outer, inner] = [1.0 - 0.421_875, 0.421_875];
     assert_eq!(parts, [(0, 0, inner), (0, 5, outer), (1, 0, 0.5625), (1, 5, 0.4375)]);
-    let refused = fractions((&frame, &lines), (Rule::Parity, &[Kind::Cast]), job, 10, &Control::default()).unwrap_err();
+    let refused =
+        pollster::block_on(fractions((&frame, &lines), (Rule::Parity, &[Kind::Cast]), job, 10, &Control::default()))
+            .unwrap_err();
     assert_eq!(refused.code(), "memory");
 }

@@ -174,7 +174,7 @@ fn links(case: &Case, job: &LinksJob, inverted: &[bool]) -> Links {
     let cast = hexcast::cast::Cast { frame: &frame, rays: &rays, rule: case.rule };
     let columns = cpu::columns(&cast, &Control::default()).unwrap();
     let field = Field { frame: &frame, rule: case.rule, kinds: &kinds, columns: &columns, is_plain: true };
-    field.links(job, u64::MAX, &Control::default()).unwrap()
+    pollster::block_on(field.links(job, u64::MAX, &Control::default())).unwrap()
 }
 
 /// Whether `q` is the fraction, off by less than 2^-24 of it, or 2^-126 for 0.
@@ -276,7 +276,7 @@ fn diagonal_links_need_equal_cells() {
     let cast = hexcast::cast::Cast { frame: &frame, rays: &rays, rule: case.rule };
     let columns = cpu::columns(&cast, &Control::default()).unwrap();
     let field = Field { frame: &frame, rule: case.rule, kinds: &kinds, columns: &columns, is_plain: true };
-    let refused = field.links(&LinksJob::default(), u64::MAX, &Control::default()).unwrap_err();
+    let refused = pollster::block_on(field.links(&LinksJob::default(), u64::MAX, &Control::default())).unwrap_err();
     assert_eq!(refused.code(), "lines-graded");
 }
 
@@ -300,6 +300,6 @@ fn links_that_exceed_the_memory_are_refused() {
     let cast = hexcast::cast::Cast { frame: &frame, rays: &rays, rule: case.rule };
     let columns = cpu::columns(&cast, &Control::default()).unwrap();
     let field = Field { frame: &frame, rule: case.rule, kinds: &kinds, columns: &columns, is_plain: true };
-    let refused = field.links(&LinksJob::default(), 1000, &Control::default()).unwrap_err();
+    let refused = pollster::block_on(field.links(&LinksJob::default(), 1000, &Control::default())).unwrap_err();
     assert_eq!(refused.code(), "memory");
 }

@@ -166,6 +166,22 @@ fn overlaps_thin_walls_and_shells_are_told_of_the_geometries_that_have_them() {
 }
 
 #[test]
+fn bricks_of_one_flag_that_touch_are_taken_together() {
+    // also beside such of another flag
+    let places = (0..512).map(|at| [at % 8, at / 8 % 8, at / 64].map(|at| 2.0 * at as f32));
+    let bricks: Vec<Facets> = places.map(|low| models::cuboid(low, low.map(|at| at + 2.0))).collect();
+    let of_layer = |at: usize| if at / 64 < 5 { 1 } else { 2 };
+    let geometries = (0..512).map(|at| set!(GeometryJob { flag: Some(of_layer(at)), ..GeometryJob::default() }));
+    let domain = Some([0.0, 0.0, 0.0, 16.0, 16.0, 16.0]);
+    let job = set!(Job { dims: Some([16; 3]), domain, geometries: geometries.collect(), ..Job::default() });
+    for axis in 0..3 {
+        let (mesh, facts) = meshed(&bricks, &job, axis, &mut Engine::cpu()).unwrap();
+        let expected: Vec<u8> = (0..4096).map(|cell| if cell / 256 < 10 { 1 } else { 2 }).collect();
+        assert!(flags_of(&mesh) == expected && facts.odd_rays == 0, "axis {axis}: {:?}", facts.flags);
+    }
+}
+
+#[test]
 fn geometries_that_cannot_be_taken_together_are_refused_with_their_number() {
     let nested: Vec<Facets> =
         (0..256).map(|at| models::cuboid([0.01 * at as f32; 3], [10.0 - 0.01 * at as f32; 3])).collect();
@@ -174,7 +190,9 @@ fn geometries_that_cannot_be_taken_together_are_refused_with_their_number() {
     let error = meshed(&nested, &job, 0, &mut Engine::cpu()).unwrap_err();
     assert_eq!(error.code(), "too-many-geometries");
     assert!(
-        error.to_string().starts_with("256 geometries lie over one another so that 256 must be told apart"),
+        error
+            .to_string()
+            .starts_with("256 geometries lie over one another so that more than 255 would have to be told apart"),
         "{error}"
     );
     meshed(&nested[1..], &set!(Job { geometries: job.geometries[1..].to_vec(), ..job.clone() }), 0, &mut Engine::cpu())

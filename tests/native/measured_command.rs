@@ -159,11 +159,34 @@ fn f32s(bytes: &[u8]) -> Vec<f32> {
     bytes.chunks_exact(4).map(|four| f32::from_le_bytes(four.try_into().unwrap())).collect()
 }
 
+/// A box from a corner to another as an ASCII solid.
+fn solid_box(low: [f32; 3], high: [f32; 3]) -> String {
+    let corner = |bits: usize| {
+        [0, 1, 2].map(|axis| if bits >> axis & 1 == 1 { high[axis] } else { low[axis] }.to_string()).join(" ")
+    };
+    let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    let facets = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]);
+    let text = facets.map(|of| {
+        format!("facet normal 0 0 0\nouter loop\nvertex {}\nendloop\nendfacet\n", of.map(corner).join("\nvertex "))
+    });
+    format!("solid\n{}endsolid\n", text.collect::<String>())
+}
+
 #[test]
 fn dense_fractions_are_flags_and_entries_together() {
+    assert_dense(&[SPOT, "--cells", "25"]);
+    // many planes without a cut cell, below, between and above those with some
+    let folder = Folder::new();
+    let boxes = [[12.4f32, 17.0], [45.3, 50.8]].map(|[from, to]| solid_box([0.0, 0.0, from], [20.0, 100.0, to]));
+    let file = folder.path("boxes.stl");
+    std::fs::write(&file, boxes.concat()).unwrap();
+    assert_dense(&[&file, "--domain", "0", "0", "0", "20", "100", "80", "--dims", "20,100,80"]);
+}
+
+fn assert_dense(scene: &[&str]) {
     let folder = Folder::new();
     let path = |name: &str| folder.path(name);
-    let mesh = ["mesh", SPOT, "--cells", "25", "--backend", "cpu", "--json", "--compress=none"];
+    let mesh = [&["mesh"], scene, &["--backend", "cpu", "--json", "--compress=none"]].concat();
     let more = ["--fraction-faces", "--fraction-surfaces"];
     let report = report_of(&[&mesh[..], &["-o", &path("m.raw"), "--fractions", &path("f.npz")], &more[..]].concat());
     let flags = folder.bytes("m.raw");
@@ -194,8 +217,10 @@ fn dense_fractions_are_flags_and_entries_together() {
         let has = |text: &str| assert!(head.contains(text), "{name}: {head}");
         if name == "d.npy" { has("'descr': '<f4'") } else { has(r#"type="Float32" Name="solid""#) }
     }
+    assert!(expected.iter().any(|solid| (0.1..0.9).contains(solid)));
     // compressed and in slabs of few bytes it is the same
-    let run = |output: &str, more: &[&str]| report_of(&[&mesh[..7], &["--fractions", output], more].concat());
+    let plain = &mesh[..mesh.len() - 1];
+    let run = |output: &str, more: &[&str]| report_of(&[plain, &["--fractions", output], more].concat());
     run(&path("z.vti"), &["--compress"]);
     assert!(folder.bytes("z.vti").len() < 4 * expected.len());
     // a store of one chunk holds them as they are, then its index

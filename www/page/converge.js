@@ -27,6 +27,8 @@ const CHOSEN = /** @type {const} */ ([
 
 /** What was found last. @type {Level[]} */
 let levels = [];
+/** Numbers of cells that it was asked for: padding adds to these. @type {number[]} */
+let asked = [];
 
 /** Connects the fields. */
 export function startConverge() {
@@ -70,6 +72,7 @@ async function compare() {
   const run = buttonOf('converge-run');
   run.disabled = true;
   try {
+    asked = sizes;
     levels = await task('Comparing cell sizes', (options) => mesher.converge(job, { sizes, ...options }));
     byId('converge-tables').replaceChildren(...levels[0].flags.map((_, index) => table(index)));
     byId('converge-chart').replaceChildren(convergeChart(levels));
@@ -88,13 +91,13 @@ function table(index) {
   const head = ['Cells', 'Volume', 'Area', 'Time', '.hxc'].map((title, at) =>
     make('th', { scope: 'col', className: at > 0 ? 'number' : '' }, title),
   );
-  const rows = levels.map(({ dims, flags, seconds, column_bytes: columns }) => {
+  const rows = levels.map(({ flags, seconds, column_bytes: columns }, at) => {
     const { volume_error: volume, area_error: area } = flags[index];
-    const most = Math.max(...dims);
+    const size = asked[at];
     const take = make(
       'button',
-      { type: 'button', className: 'small', title: 'Take this size', on: { click: () => set({ sizing: 'cells', cells: most }) } },
-      count(most),
+      { type: 'button', className: 'small', title: 'Take this size', on: { click: () => set({ sizing: 'cells', cells: size }) } },
+      count(size),
     );
     const cells = [percent(volume), percent(area), duration(seconds), bytes(columns)];
     return make('tr', {}, make('td', {}, take), ...cells.map((text) => make('td', { className: 'number' }, text)));

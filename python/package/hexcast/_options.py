@@ -25,6 +25,8 @@ class GeometryOptions(TypedDict, total=False):
     solid: str
     #: Makes every solid of the file a geometry of its own, named like the solid, flags counting up.
     split: bool
+    #: With ``split`` and ``flag`` every solid has this flag, in place of flags that count up.
+    same_flag: bool
     #: Name in reports and outputs.
     name: str
     #: Flag of its cells, 1 to 255; by default 1, 2, ... in the order of the geometries.

@@ -23,7 +23,7 @@ pub(crate) fn read_lines(path: &Path) -> Result<LinesJob> {
     })
 }
 
-/// Most bytes of a job file: 255 geometries take a ten-thousandth of it.
+/// Most bytes of a job file: 65,535 geometries take a quarter of it.
 const MAX_JOB_BYTES: u64 = 64 << 20;
 
 /// Standard input as text: it can be read once, and is asked for the job and for its options.

@@ -291,13 +291,14 @@ fn open_and_read(
 
 /// Refuses before meshing what the writer of bit-packed files would refuse after it.
 fn check_single_flag(job: &Job) -> Result<()> {
-    let flags = job.geometries.iter().enumerate().map(|(index, geometry)| geometry.flag.unwrap_or(index as u8 + 1));
-    let flags: Vec<u8> = flags.collect();
+    // those without a flag get their number
+    let flags = job.geometries.iter().zip(1..).map(|(geometry, number)| geometry.flag.map_or(number, u32::from));
+    let flags: Vec<u32> = flags.collect();
     if flags.iter().any(|flag| *flag != flags[0]) {
         let message = format!("--bits is given with {} geometries of different flags", flags.len());
         return Err(Error::new("job-conflict", message, "give all the same flag, or leave out --bits"));
     }
-    if job.close_gaps.is_some() && job.gap_flag != Some(flags[0]) {
+    if job.close_gaps.is_some() && job.gap_flag.map(u32::from) != Some(flags[0]) {
         let message = "--bits is given, and closed gaps get a flag of their own";
         return Err(Error::new("job-conflict", message, format!("add --gap-flag {}, or leave out --bits", flags[0])));
     }

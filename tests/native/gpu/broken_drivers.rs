@@ -90,6 +90,7 @@ const MUTATIONS: &[(&str, &str, &str)] = &[
     ("intersect", "select(~q.whole, 0u - q.whole, is_whole)", "select(~q.whole, ~q.whole, is_whole)"),
     ("intersect", "f.z.x - (base << params.fraction_bits)", "f.z.y - (base << params.fraction_bits)"),
     ("map", "(1u - params.rule)", "params.rule"),
+    ("map", "s.open.low.x ^= select", "s.open.low.x = select"),
     ("map", "cell < params.depth", "cell <= params.depth"),
     ("map", "select(1u, 0u, (h.fraction", "select(0u, 1u, (h.fraction"),
     ("map", "(winner >> 9u)", "(winner >> 10u)"),

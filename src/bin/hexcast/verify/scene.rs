@@ -47,8 +47,8 @@ impl Scene {
                 return Err(wrong("job-value", format!("{file} has no solid {solid:?}")));
             }
             let parts = if entry.split { parts } else { vec![parts.concat()] };
-            for (nth, facets) in (0..).map(|nth: i16| nth * i16::from(!entry.same_flag)).zip(parts) {
-                let flag = entry.flag.map_or(bodies.len() as i16 + 1, |flag| i16::from(flag) + nth);
+            for (nth, facets) in (0..).map(|nth: usize| nth * usize::from(!entry.same_flag)).zip(parts) {
+                let flag = entry.flag.map_or(bodies.len() + 1, |flag| usize::from(flag) + nth).min(256) as i16;
                 let (file, open, priority) = (file.clone(), entry.open.or(Some(job.open)), entry.priority);
                 let body = Body { file, flag, priority, open, facets: 0..0, patches: Vec::new() };
                 bodies.push((body, facets));
