@@ -113,7 +113,13 @@ for (const [name, { job, formats }] of Object.entries(JOBS)) {
       const chosen = formats.filter(fits).map((format) => {
         const wanted = format === 'vox' ? some.slice(1) : some;
         const given = options.exportFlags ? { exportFlags: wanted } : options;
-        return { format, options: given, file: `ours-${at}-${format}`, at, words: words.map((word) => word.replace('some', wanted)) };
+        return {
+          format,
+          options: given,
+          file: `ours-${at}-${format}`,
+          at,
+          words: words.map((word) => word.replace('some', wanted)),
+        };
       });
       return chosen;
     });
@@ -168,7 +174,13 @@ test('what cannot be exported is refused as by the native command, in its words'
     metric: { geometries, cells: 9, unit: 'mm', padding: { cells: 1 } },
     slabs: { geometries, dims: [9, 3, 2], unit: 'mm' },
     graded: { geometries, graded: { max_size: 2, min_size: 0.1 }, padding: { length: 0.7 }, unit: 'mm' },
-    metal: { geometries: [{ ...geometries[0], material: { eps_r: 2 } }], cells: 9, padding: { cells: 1 }, unit: 'mm', background: { material: { pec: true } } },
+    metal: {
+      geometries: [{ ...geometries[0], material: { eps_r: 2 } }],
+      cells: 9,
+      padding: { cells: 1 },
+      unit: 'mm',
+      background: { material: { pec: true } },
+    },
   };
   for (const [name, job] of Object.entries(jobs)) writeFileSync(path.join(folder, `${name}.json`), JSON.stringify(job));
   const flagsOf = (...flags) => [{ exportFlags: flags }, `--export-flags=${flags}`];
@@ -192,12 +204,22 @@ test('what cannot be exported is refused as by the native command, in its words'
   writeFileSync(path.join(folder, 'asked.json'), JSON.stringify({ asked: questions }));
   const told = JSON.parse(project.run('refused.js', REFUSED, path.join(folder, 'asked.json'), folder));
   for (const [index, [at, format, code, , word]] of asked.entries()) {
-    const args = ['mesh', '--job', `${at}.json`, '--backend=cpu', '-o', `refused-${nameOf(format)}`.replace('refused-geometry', 'geometry')];
+    const args = [
+      'mesh',
+      '--job',
+      `${at}.json`,
+      '--backend=cpu',
+      '-o',
+      `refused-${nameOf(format)}`.replace('refused-geometry', 'geometry'),
+    ];
     const { status, stderr } = command(...args, ...(word ? [word] : []));
     assert.ok(status > 0 && status < 8, `${at}, ${format}: ${status}, ${stderr}`);
     assert.equal(told[index].code, code, `${at}, ${format}: ${JSON.stringify(told[index])}`);
     const plain = (text) => text.replace(/\s+/g, ' ');
-    assert.ok(plain(stderr).includes(plain(told[index].message)), `${at}, ${format}: "${told[index].message}", natively ${stderr}`);
+    assert.ok(
+      plain(stderr).includes(plain(told[index].message)),
+      `${at}, ${format}: "${told[index].message}", natively ${stderr}`,
+    );
     assert.ok(told[index].hint.length > 0);
   }
 });
