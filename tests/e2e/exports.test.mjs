@@ -21,6 +21,14 @@ test('a case of OpenFOAM, text, and the cells of some flags are the files of the
   try {
     const page = await visit(`#unit=mm&${SETTINGS}`);
     await hasGeometries(page, 2);
+    for (const [index, material] of ['eps_r=2.25, sigma=1e-3', 'pec'].entries()) {
+      const card = page.locator('.geometry').nth(index);
+      await card.locator('summary:text-is("Material")').click();
+      await card.locator('.material').fill('eps=2');
+      assert.match(await card.locator('.material').evaluate(({ validationMessage }) => validationMessage), /eps_r, mu_r/);
+      await card.locator('.material').fill(material);
+    }
+    await page.waitForFunction(() => location.hash.includes('material%3Dpec'));
     await run(page);
     await page.click(SUMMARY);
     assert.deepEqual(await offered(page), ['foam', 'inp', 'msh', 'csx', 'openmc', 'nrrd', 'vox']);
@@ -36,6 +44,8 @@ test('a case of OpenFOAM, text, and the cells of some flags are the files of the
       'geometry.xml',
       '-o',
       'all.vox',
+      '-o',
+      'all.csx.xml',
     ]);
     const { name, bytes } = await saved(page, '#download-foam');
     assert.equal(name, 'core-of-it.foam.zip');
@@ -52,6 +62,7 @@ test('a case of OpenFOAM, text, and the cells of some flags are the files of the
       ['nrrd', 'all.nrrd'],
       ['openmc', 'geometry.xml'],
       ['vox', 'all.vox'],
+      ['csx', 'all.csx.xml'],
     ]) {
       const made = await saved(page, `#download-${id}`);
       assert.ok(made.bytes.equals(readFileSync(path.join(folder, file))), file);

@@ -17,7 +17,7 @@ const FILES = [
   file('foam', 'foam.zip', 'OpenFOAM', 'to be unpacked into a case', { format: 'foam', options: { compress: 1 } }),
   file('inp', 'inp', 'Abaqus, CalculiX', 'bricks, sets, surfaces', { format: 'inp' }),
   file('msh', 'msh', 'Gmsh', 'MSH 4.1, hexahedra', { format: 'msh' }),
-  file('csx', 'csx.xml', 'openEMS', 'boxes; needs materials, such as those of an opened .hxc', { format: 'csx.xml' }),
+  file('csx', 'csx.xml', 'openEMS', 'boxes; needs the material of each part', { format: 'csx.xml' }),
   file('openmc', 'geometry.xml', 'OpenMC', 'lattice', { format: 'geometry.xml', name: 'geometry.xml' }),
   file('nrrd', 'nrrd', 'NRRD', '3D Slicer, ITK', { format: 'nrrd', options: { compress: 6 } }),
   file('vox', 'vox', 'MagicaVoxel', 'to look at', { format: 'vox' }),
