@@ -48,7 +48,7 @@ test('a case of OpenFOAM, text, and the cells of some flags are the files of the
       'all.csx.xml',
     ]);
     const { name, bytes } = await saved(page, '#download-foam');
-    assert.equal(name, 'core-of-it.foam.zip');
+    assert.equal(name, 'coating.foam.zip');
     const archive = path.join(folder, name);
     writeFileSync(archive, bytes);
     execFileSync('python3', ['-m', 'zipfile', '-e', archive, path.join(folder, 'unpacked')]);
