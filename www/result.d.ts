@@ -280,7 +280,7 @@ export interface Mesh extends Disposable {
    *
    * Fails with `job-conflict` where an option is not one of the format, where no cell has a flag of `exportFlags`, or where the format is
    * of the native command only; `export-unit` where lengths must be in metres or centimetres and the job has no `unit`; `lines-graded` where
-   * cells must be of one size, or cubes; `export-material` where the program must know what a flag is made of; `export-too-large` where the
+   * cells must be of one size, or cubes; `memory` where a plane of more than 2^22 cells would be held (across z, for binvox across x; not for nrrd and vox); `export-material` where the program must know what a flag is made of; `export-too-large` where the
    * format cannot number so many cells or points.
    */
   stream(format: Format, options?: WriteOptions): ReadableStream<Bytes>;

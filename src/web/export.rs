@@ -16,6 +16,8 @@ use crate::write::archive::{Archive, Buffer};
 
 /// Flags of a slab, or those of a plane where that has more: a cell becomes up to some hundred bytes.
 const SLAB_BYTES: usize = 1 << 18;
+/// Most cells of a plane that is held whole: what becomes of one must fit the memory of wasm.
+const MAX_PLANE: u64 = 1 << 22;
 
 /// The exporter of a format by its name in JavaScript: the end of the names of its files.
 pub(super) fn exporter_of(format: &str) -> Option<Exporter> {
@@ -60,6 +62,7 @@ impl ExportWork {
     pub(super) fn new(mesh: Rc<Mesh>, exporter: Exporter, options: ExportOptions) -> Result<ExportWork> {
         let options = options.with_slab_bytes(SLAB_BYTES);
         exporter.check(&mesh, &options)?;
+        check_plane(&mesh, exporter)?;
         let made = Buffer::default();
         let n_slabs = [0, mesh.slabs(SLAB_BYTES).count()];
         let mut out = made.clone();
@@ -93,6 +96,22 @@ impl ExportWork {
         let [done, all] = self.n_slabs;
         (done as f64 / all as f64).min(1.0)
     }
+}
+
+/// Refuses planes that are too large, for exporters that hold them.
+fn check_plane(mesh: &Mesh, exporter: Exporter) -> Result<()> {
+    let [nx, ny, nz] = mesh.dims().map(u64::from);
+    let (axis, n_cells) = match exporter {
+        Exporter::Nrrd | Exporter::Vox => return Ok(()),
+        Exporter::Binvox => ("x", ny * nz),
+        _ => ("z", nx * ny),
+    };
+    if n_cells > MAX_PLANE {
+        let message =
+            format!("a plane across {axis} has {n_cells} cells, and exporters hold planes of up to {MAX_PLANE} here");
+        return Err(Error::new("memory", message, "save the mesh as .hxc, and convert it natively: hexcast convert"));
+    }
+    Ok(())
 }
 
 /// Waits until it is asked a second time.

@@ -8,6 +8,7 @@ import path from 'node:path';
 import { after, before, test } from 'node:test';
 
 import { ROOT } from '../../scripts/run.mjs';
+import { byteStream } from '../../www/byte_stream.js';
 import { boxBetween } from '../e2e/open_box.mjs';
 import { SPOT, installedProject } from './project.mjs';
 
@@ -249,6 +250,43 @@ test('options that a format would ignore, and formats of the native command alon
     assert.equal(told[index].code, code, `${format}, ${JSON.stringify(options)}: ${JSON.stringify(told[index])}`);
     assert.match(told[index].message, pattern);
   }
+});
+
+test('planes that do not fit the memory are refused by those that hold them', () => {
+  const wide = { geometries: [{ file: 'foot.stl' }], dims: [2100, 2000, 2], unit: 'mm' };
+  writeFileSync(path.join(folder, 'wide.json'), JSON.stringify(wide));
+  writeFileSync(
+    path.join(folder, 'long.json'),
+    JSON.stringify({ ...wide, dims: [2, 2100, 2000], domain: [8.999, 3.9, 0, 9.001, 6, 2] }),
+  );
+  const asked = [
+    ['wide', 'foam', 'memory', /^a plane across z has 4200000 cells, and exporters hold planes of up to 4194304 here/],
+    ['wide', 'inp', 'memory', /across z/],
+    ['wide', 'nrrd', undefined, /^undefined$/],
+    ['wide', 'vox', undefined, /^undefined$/],
+    ['long', 'msh', undefined, /^undefined$/],
+    ['long', 'binvox', 'memory', /across x/],
+  ];
+  const questions = asked.map(([at, format]) => [at, format, format === 'msh' ? { exportFlags: [1] } : {}]);
+  writeFileSync(path.join(folder, 'asked.json'), JSON.stringify({ asked: questions }));
+  const told = JSON.parse(project.run('planes.js', REFUSED, path.join(folder, 'asked.json'), folder));
+  for (const [index, [at, format, code, pattern]] of asked.entries()) {
+    assert.equal(told[index].code, code, `${at}, ${format}: ${JSON.stringify(told[index])}`);
+    assert.match(String(told[index].message), pattern);
+  }
+});
+
+test('a stream that fails lets go of what it reads from', async () => {
+  let n_cancelled = 0;
+  let n_read = 0;
+  const next = async () => {
+    if (n_read === 1) throw new Error('enough');
+    n_read += 1;
+    return new Uint8Array(9 << 20);
+  };
+  const stream = byteStream({ start: async () => {}, next, cancel: () => (n_cancelled += 1) });
+  await assert.rejects(stream.pipeTo(new WritableStream()), /enough/);
+  assert.equal(n_cancelled, 1);
 });
 
 test('an export is made as it is read, counts what it has, and stops where it is told to', () => {
