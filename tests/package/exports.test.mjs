@@ -222,6 +222,7 @@ test('what cannot be exported is refused as by the native command, in its words'
       `${at}, ${format}: "${told[index].message}", natively ${stderr}`,
     );
     assert.ok(told[index].hint.length > 0);
+    assert.doesNotMatch(told[index].hint, /--|\[|eps_r =/, 'hints speak of the package');
   }
 });
 
