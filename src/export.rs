@@ -158,8 +158,9 @@ impl Exporter {
     /// Refuses, before any byte is written, a mesh that this exporter cannot write with these options.
     ///
     /// # Errors
-    /// Those of [`Exporter::check_unit`]; `job-conflict` in wasm, which has no files, where the format is HDF5; `lines-graded` where cells must be equal, or cubes; `job-conflict` where no cell has one of the flags;
-    /// `export-material` and `job-value` where the program needs to know what flags are made of; `export-too-large`.
+    /// Those of [`Exporter::check_unit`]; `lines-graded` where cells must be equal, or cubes; `job-conflict` where no cell has one of the flags, and
+    /// in wasm, which has no files, where the format is HDF5; `export-material` and `job-value` where the program needs to know what flags are made
+    /// of; `export-too-large`.
     pub fn check(self, mesh: &Mesh, options: &ExportOptions) -> Result<()> {
         if cfg!(target_arch = "wasm32") && matches!(self, Exporter::Xdmf | Exporter::Gprmax) {
             let message = "the file is HDF5, which hexcast writes natively only";
