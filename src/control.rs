@@ -1,9 +1,10 @@
 //! Cancel and progress, handed down to the stages that take long.
 
 use std::future::Future;
-use std::pin::Pin;
+use std::pin::{Pin, pin};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::task::{Context, Poll, Waker};
 
 use crate::error::{Error, Result};
 
@@ -88,6 +89,11 @@ impl Control {
         self.check()
     }
 
+    /// The same without pauses, for work that is done at once.
+    pub(crate) fn without_pauses(&self) -> Control {
+        Control { pause: None, ..self.clone() }
+    }
+
     /// The same without reports of progress, for what is meshed besides.
     pub(crate) fn without_progress(&self) -> Control {
         Control { on_progress: None, ..self.clone() }
@@ -97,6 +103,16 @@ impl Control {
     pub fn advance(&self, rays_done: u64, n_rays: u64) {
         if let Some(on_progress) = &self.on_progress {
             on_progress(Progress { rays_done, n_rays });
+        }
+    }
+}
+
+/// Does work at once that waits for nothing but pauses, with a control that has none.
+pub(crate) fn at_once<T>(work: impl Future<Output = T>) -> T {
+    let mut work = pin!(work);
+    loop {
+        if let Poll::Ready(done) = work.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
+            return done;
         }
     }
 }

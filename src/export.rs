@@ -3,11 +3,17 @@
 //! Mesh, exporter, options -> one or several named files, one after the other, each from its first byte to its last but HDF5. An exporter never
 //! holds all cells: it holds the flags of two slabs or, where points and faces are numbered, of a few planes (`layers`), and goes over the
 //! mesh once for each part of a file. It knows no file system: the caller gives a writer, or for HDF5 a place, for each name ([`Files`]).
+//! HDF5 needs files, so in wasm there is none.
+//!
+//! An exporter rests before every slab. In wasm its caller takes what was written until then, and lets it go on when it wants more.
 //!
 //! A new exporter is a file here, an entry of [`Exporter`] and a page in `docs/export/`.
 
-use crate::control::Control;
-use crate::error::Result;
+use std::future::Future;
+use std::pin::Pin;
+
+use crate::control::{Control, at_once};
+use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 
 mod abaqus;
@@ -17,7 +23,9 @@ mod csx;
 mod electric;
 mod foam;
 mod gmsh;
+#[cfg(not(target_arch = "wasm32"))]
 mod gprmax;
+#[cfg(not(target_arch = "wasm32"))]
 mod hdf5;
 mod layers;
 mod limits;
@@ -28,6 +36,7 @@ mod options;
 mod output;
 mod unit;
 mod vox;
+#[cfg(not(target_arch = "wasm32"))]
 mod xdmf;
 mod xml;
 
@@ -94,9 +103,9 @@ impl Exporter {
 
     /// Finds the exporter by the end of a path, upper or lower case; None where it asks for none.
     pub fn of_name(path: &str) -> Option<Exporter> {
-        let path = path.trim_end_matches('/').replace('\\', "/").to_lowercase();
+        let path = path.trim_end_matches('/').replace('\\', "/").to_ascii_lowercase();
         let ends = |ending: &str| {
-            let rest = path.strip_suffix(&ending.to_lowercase());
+            let rest = path.strip_suffix(&ending.to_ascii_lowercase());
             rest.is_some_and(|rest| {
                 if ending.starts_with('.') { !rest.is_empty() } else { rest.is_empty() || rest.ends_with('/') }
             })
@@ -108,7 +117,9 @@ impl Exporter {
     pub fn file_names(self, name: &str) -> Vec<String> {
         match self {
             Exporter::Foam => foam::file_names(name),
+            #[cfg(not(target_arch = "wasm32"))]
             Exporter::Xdmf => xdmf::file_names(name).to_vec(),
+            #[cfg(not(target_arch = "wasm32"))]
             Exporter::Gprmax => gprmax::file_names(name).to_vec(),
             _ => vec![name.to_string()],
         }
@@ -147,9 +158,15 @@ impl Exporter {
     /// Refuses, before any byte is written, a mesh that this exporter cannot write with these options.
     ///
     /// # Errors
-    /// Those of [`Exporter::check_unit`]; `lines-graded` where cells must be equal, or cubes; `job-conflict` where no cell has one of the flags;
-    /// `export-material` and `job-value` where the program needs to know what flags are made of; `export-too-large`.
+    /// Those of [`Exporter::check_unit`]; `lines-graded` where cells must be equal, or cubes; `job-conflict` where no cell has one of the flags, and
+    /// in wasm, which has no files, where the format is HDF5; `export-material` and `job-value` where the program needs to know what flags are made
+    /// of; `export-too-large`.
     pub fn check(self, mesh: &Mesh, options: &ExportOptions) -> Result<()> {
+        if cfg!(target_arch = "wasm32") && matches!(self, Exporter::Xdmf | Exporter::Gprmax) {
+            let message = "the file is HDF5, which hexcast writes natively only";
+            let hint = "save the mesh as .hxc, and convert it: hexcast convert mesh.hxc mesh.xdmf (or mesh.in)";
+            return Err(Error::new("job-conflict", message, hint));
+        }
         self.check_unit(mesh.unit.as_deref())?;
         if self == Exporter::Nrrd {
             return nrrd::check(mesh);
@@ -157,6 +174,7 @@ impl Exporter {
         let keeps = options.selection(mesh)?;
         match self {
             Exporter::Csx => csx::check(mesh, &keeps),
+            #[cfg(not(target_arch = "wasm32"))]
             Exporter::Gprmax => gprmax::check(mesh, &keeps),
             Exporter::Openmc => openmc::check(mesh),
             Exporter::Vox => vox::check(mesh, &keeps),
@@ -179,20 +197,40 @@ pub fn export(
     files: &mut dyn Files,
     control: &Control,
 ) -> Result<()> {
+    at_once(export_with_rests(mesh, (exporter, name), options, files, &control.without_pauses()))
+}
+
+/// Like [`export()`], with a rest before every slab ([`Control::rest`]).
+///
+/// # Errors
+/// Those of [`export()`].
+pub(crate) async fn export_with_rests(
+    mesh: &Mesh,
+    (exporter, name): (Exporter, &str),
+    options: &ExportOptions,
+    files: &mut dyn Files,
+    control: &Control,
+) -> Result<()> {
     exporter.check(mesh, options)?;
     let job = Export { mesh, options, control };
-    match exporter {
-        Exporter::Nrrd => nrrd::write(&job, name, files),
-        Exporter::Foam => foam::write(&job, name, files),
-        Exporter::Abaqus => abaqus::write(&job, name, files),
-        Exporter::Gmsh => gmsh::write(&job, name, files),
-        Exporter::Xdmf => xdmf::write(&job, name, files),
-        Exporter::Csx => csx::write(&job, name, files),
-        Exporter::Gprmax => gprmax::write(&job, name, files),
-        Exporter::Openmc => openmc::write(&job, name, files),
-        Exporter::Vox => vox::write(&job, name, files),
-        Exporter::Binvox => binvox::write(&job, name, files),
-    }
+    let work: Pin<Box<dyn Future<Output = Result<()>> + '_>> = match exporter {
+        Exporter::Nrrd => Box::pin(nrrd::write(&job, name, files)),
+        Exporter::Foam => Box::pin(foam::write(&job, name, files)),
+        Exporter::Abaqus => Box::pin(abaqus::write(&job, name, files)),
+        Exporter::Gmsh => Box::pin(gmsh::write(&job, name, files)),
+        #[cfg(not(target_arch = "wasm32"))]
+        Exporter::Xdmf => Box::pin(xdmf::write(&job, name, files)),
+        Exporter::Csx => Box::pin(csx::write(&job, name, files)),
+        #[cfg(not(target_arch = "wasm32"))]
+        Exporter::Gprmax => Box::pin(gprmax::write(&job, name, files)),
+        Exporter::Openmc => Box::pin(openmc::write(&job, name, files)),
+        Exporter::Vox => Box::pin(vox::write(&job, name, files)),
+        Exporter::Binvox => Box::pin(binvox::write(&job, name, files)),
+        // refused above
+        #[cfg(target_arch = "wasm32")]
+        Exporter::Xdmf | Exporter::Gprmax => return Ok(()),
+    };
+    work.await
 }
 
 /// Returns the size of all files before they are written, in bytes; None where it depends on the flags.

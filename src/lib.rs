@@ -18,7 +18,7 @@ mod checksum;
 mod closed;
 #[cfg(feature = "stages")]
 pub mod closed;
-#[cfg(any(feature = "pictures", all(feature = "export", not(target_arch = "wasm32"))))]
+#[cfg(any(feature = "pictures", feature = "export"))]
 mod colours;
 pub mod columns;
 pub mod control;
@@ -47,7 +47,7 @@ mod edges;
 pub mod edges;
 pub mod error;
 pub mod estimate;
-#[cfg(all(feature = "export", not(target_arch = "wasm32")))]
+#[cfg(feature = "export")]
 pub mod export;
 #[cfg(not(feature = "stages"))]
 mod facet;

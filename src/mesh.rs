@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 use crate::checksum::hex;
 pub use crate::columns::Named;
 use crate::columns::{BoxRuns, Columns, SlabColumns};
-use crate::control::Control;
+use crate::control::{Control, at_once};
 use crate::error::{Error, Result};
 use crate::flags::{CellBox, bits_of_box, expand, expand_bits, flags_of_box, n_bytes_of_bits, n_cells, slabs_of_box};
 use crate::lines::Lines;
@@ -134,11 +134,24 @@ impl Mesh {
         control: &Control,
         mut consume: impl FnMut(&[u8]) -> Result<()>,
     ) -> Result<()> {
+        at_once(self.for_each_slab_with_rests(max_bytes, &control.without_pauses(), &mut consume))
+    }
+
+    /// Like [`Mesh::for_each_slab`], with a rest before every slab ([`Control::rest`]): for work that goes on when its caller wants more.
+    ///
+    /// # Errors
+    /// Those of [`Mesh::for_each_slab`].
+    pub(crate) async fn for_each_slab_with_rests(
+        &self,
+        max_bytes: usize,
+        control: &Control,
+        consume: &mut dyn FnMut(&[u8]) -> Result<()>,
+    ) -> Result<()> {
         let fill = |columns: &Columns, cells: &CellBox, out: &mut Vec<u8>| {
             out.resize(n_cells(cells), 0);
             expand(columns, cells, out)
         };
-        self.hand_slabs(&mut self.slabs(max_bytes), control, &fill, &mut consume)
+        self.hand_slabs(&mut self.slabs(max_bytes), control, &fill, consume).await
     }
 
     /// Like [`Mesh::for_each_slab`], with a bit a cell as [`crate::write::bits`] has them.
@@ -155,11 +168,12 @@ impl Mesh {
             out.resize(n_bytes_of_bits(cells), 0);
             expand_bits(columns, cells, out)
         };
-        self.hand_slabs(&mut self.slabs(max_bytes.saturating_mul(8)), control, &fill, &mut consume)
+        let control = control.without_pauses();
+        at_once(self.hand_slabs(&mut self.slabs(max_bytes.saturating_mul(8)), &control, &fill, &mut consume))
     }
 
     /// Hands slabs to `consume` while `fill` makes the next from columns that are cheap to expand there; compiled once.
-    fn hand_slabs(
+    async fn hand_slabs(
         &self,
         slabs: &mut dyn Iterator<Item = CellBox>,
         control: &Control,
@@ -173,7 +187,7 @@ impl Mesh {
         let mut ahead = slabs.next();
         ahead.iter().try_for_each(|cells| fill(cells, &mut now))?;
         while ahead.is_some() {
-            control.check()?;
+            control.rest().await?;
             ahead = slabs.next();
             let mut filled = Ok(());
             beside(|| filled = ahead.iter().try_for_each(|cells| fill(cells, &mut next)), || consume(&now))?;

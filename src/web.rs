@@ -21,6 +21,8 @@ use crate::report::{CallerFacts, Report};
 use crate::sources::Source;
 
 mod arrays;
+mod encoder;
+mod export;
 mod file;
 mod info;
 mod leak;
@@ -29,10 +31,11 @@ mod mesh;
 mod surface;
 mod values;
 
+pub use encoder::{WebEncoder, WebHash};
 pub use file::JsFile;
 use file::JsFileStore;
 use measured::Measured;
-pub use mesh::{WebEncoder, WebHash, WebMesh, WebSkin};
+pub use mesh::{WebMesh, WebSkin};
 pub use surface::{WebCheck, WebMeasuring, WebPreview, WebReader, WebSurface};
 use values::{JsResult, forget, js_error, keep, kept};
 

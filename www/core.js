@@ -303,9 +303,9 @@ export class Core {
     return arraysOf(this.#meshes.get(mesh), of);
   }
 
-  /** @param {{ mesh: number, format: string, compress: number, bits: boolean }} args */
-  encode({ mesh, format, compress, bits }) {
-    return this.#encoders.keep(this.#meshes.get(mesh).encode(format, compress, bits));
+  /** @param {{ mesh: number, format: string, compress: number, bits: boolean, ascii: boolean, exportFlags?: Uint8Array }} args */
+  encode({ mesh, format, compress, bits, ascii, exportFlags }) {
+    return this.#encoders.keep(this.#meshes.get(mesh).encode(format, compress, bits, ascii, exportFlags));
   }
 
   /**

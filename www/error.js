@@ -23,6 +23,12 @@ const KEY = /^([a-z_]+(?:\[\d+\]|\.[a-z_]+)*)(?: is |: )/;
 /** What hints say to users of the command line alone, and what takes its place. @type {[RegExp, string][]} */
 const WORDS = [
   [/\(--spill DIR\)/, '(the option spill)'],
+  [/with --unit mm \(in a job unit = "mm"\)/, 'with the key unit of the job, such as "mm"'],
+  [
+    /on the command line FILE:eps_r=2.2, in a job material = {[^}]*}, of flag 0 under \[background\]/,
+    'as material of the job: { eps_r: 2.2 }',
+  ],
+  [/with --cells or --cell-size/, 'with cells or cell_size'],
   [/ \(--[^)]*\)|, --[^)]*(?=\))/g, ''],
   [/the example: hexcast job example, or docs\/job\.schema\.json/, 'the type Job of the package'],
 ];

@@ -5,19 +5,15 @@ import { CALL, oneOf, optionsOf, wholeNumber, threeNumbers, yesOrNo } from './ch
 import { report } from './connection.js';
 import { HexcastError } from './error.js';
 import { flagsBuffer, flagsTexture } from './flags_on_gpu.js';
+import { mimeOf, written } from './formats.js';
 import { plainJson } from './plain.js';
 
 /** Bytes of a file that are collected in memory before they become a Blob, which browsers keep on disk. */
 const BLOB_PART_BYTES = 64 << 20;
 
 const MOST = 2 ** 32 - 1;
-const FORMATS = /** @type {const} */ (['vti', 'vtr', 'npy', 'npz', 'raw', 'hxc', 'links.npz', 'fractions.npz', 'staggered.npz']);
-const WRITE = ['compress', 'bits', ...CALL];
 const SIDECAR = ['bits', 'hash', ...CALL];
 const LEAK = ['from', 'to', 'flags', 'job', 'max_memory'];
-
-/** Types of files that have one. @type {Partial<Record<Format, string>>} */
-const MIME = { vti: 'application/vnd.vtk.vti+xml', vtr: 'application/vnd.vtk.vtr+xml' };
 
 /**
  * @typedef {import('./hexcast.js').Format} Format
@@ -223,25 +219,26 @@ export class Mesh {
 
   /** @param {Format} format @param {WriteOptions} [options] */
   stream(format, options) {
-    const { compress, bits, signal, onProgress } = written(format, options);
+    const { signal, onProgress, ...asked } = written(format, options);
     /** @type {number} */
     let encoder;
     let done = 0;
-    const total = this.size(format, { compress, bits }) ?? 0;
-    // while flags are compressed, progress counts flags
+    const total = this.size(format, options) ?? 0;
+    // before the first byte, progress counts flags
     const flags = this.report.cells;
     return byteStream({
       start: async () => {
         signal?.throwIfAborted();
-        encoder = await this.#call('encode', { format, compress, bits }, { signal });
+        encoder = await this.#call('encode', { format, ...asked }, { signal });
       },
       next: async () => {
         for (;;) {
           signal?.throwIfAborted();
           const bytes = await this.#connection.call('next', { encoder });
           if (bytes === null) return null;
-          if ('share' in bytes) report(onProgress, { stage: 'write', done: Math.floor(bytes.share * flags), total: flags });
-          else {
+          if ('share' in bytes) {
+            if (done === 0) report(onProgress, { stage: 'write', done: Math.floor(bytes.share * flags), total: flags });
+          } else {
             done += bytes.byteLength;
             report(onProgress, { stage: 'write', done, total: Math.max(total, done) });
             return bytes;
@@ -267,7 +264,7 @@ export class Mesh {
       [pieces, bytes] = [[], 0];
     };
     await this.stream(format, options).pipeTo(new WritableStream({ write }));
-    return new Blob([...parts, ...pieces], { type: MIME[format] ?? 'application/octet-stream' });
+    return new Blob([...parts, ...pieces], { type: mimeOf(format) });
   }
 
   /** @param {import('./hexcast.js').SidecarOptions} [options] */
@@ -287,16 +284,4 @@ export class Mesh {
   [Symbol.dispose]() {
     this.dispose();
   }
-}
-
-/**
- * The options of a file, with what they are by default.
- *
- * @param {Format} format
- * @param {WriteOptions} [options]
- */
-function written(format, options) {
-  oneOf('format', format, FORMATS);
-  const { compress = 0, bits = false, ...call } = optionsOf(options, WRITE);
-  return { compress: wholeNumber('compress', compress, 0, 9), bits: yesOrNo('bits', bits), ...call };
 }

@@ -80,14 +80,41 @@ export interface Skin {
   parts: SkinPart[];
 }
 
-/** Formats of files: those of the mesh, and those of what its job asked for besides. `vti` is for cells of one size. */
-export type Format = 'vti' | 'vtr' | 'npy' | 'npz' | 'raw' | 'hxc' | 'links.npz' | 'fractions.npz' | 'staggered.npz';
+/**
+ * Files for other programs; each is named as its files end. Those without a grid have the cells of all flags but 0, or those of `exportFlags`.
+ *
+ * - `foam`: OpenFOAM, as a ZIP archive of `mesh.foam` and `constant/polyMesh/`, to be unpacked into the folder of a case.
+ * - `inp`: Abaqus and CalculiX.
+ * - `msh`: Gmsh, MSH 4.1.
+ * - `csx.xml`: openEMS. Every flag needs a `material`.
+ * - `geometry.xml`: OpenMC, for cells of one size.
+ * - `nrrd`: 3D Slicer, ITK, pynrrd, for cells of one size.
+ * - `vox`: MagicaVoxel, for cells of one size. `binvox`: for cubes.
+ *
+ * foam, inp, csx.xml and geometry.xml need the `unit` of the job. XDMF and gprMax, whose files are HDF5, are written by the native command only.
+ */
+export type ExportFormat = 'foam' | 'inp' | 'msh' | 'csx.xml' | 'geometry.xml' | 'nrrd' | 'vox' | 'binvox';
+
+/**
+ * Formats of files: those of the mesh, of what its job asked for besides, and of other programs. `vti` is for cells of one size.
+ */
+export type Format =
+  | ('vti' | 'vtr' | 'npy' | 'npz' | 'raw' | 'hxc')
+  | ('links.npz' | 'fractions.npz' | 'staggered.npz')
+  | ExportFormat;
 
 export interface WriteOptions extends CallOptions {
-  /** zlib level for vti, vtr, hxc and every npz: 0 (the default) does not compress, 1 is fast, 6 is a good compromise, 9 is small. */
+  /**
+   * zlib level for vti, vtr, hxc, nrrd, every npz and the archive of foam: 0 (the default) does not compress, 1 is fast, 6 is a good
+   * compromise, 9 is small.
+   */
   compress?: number;
   /** Eight cells a byte, for raw and npy of meshes with one flag. */
   bits?: boolean;
+  /** Text in place of numbers in binary, for foam and msh. Default false. */
+  ascii?: boolean;
+  /** Flags, 0 to 255, whose cells are exported, for every {@link ExportFormat} but nrrd; by default all but 0. At least one; each has cells. */
+  exportFlags?: readonly number[];
 }
 
 export interface SidecarOptions extends CallOptions {
@@ -244,14 +271,20 @@ export interface Mesh extends Disposable {
   staggered(options?: CallOptions): Promise<Staggered>;
   /** SHA-256 of all flags, one byte each, x fastest: that of the raw file. */
   sha256(options?: CallOptions): Promise<string>;
-  /** Bytes of a file before it is made; null where they depend on the flags (compressed, hxc) or on the archive (npz). */
+  /** Bytes of a file before it is made; null where they depend on the flags (compressed, hxc, exports but nrrd) or on the archive (npz). */
   size(format: Format, options?: WriteOptions): number | null;
   /**
    * A file, byte for byte that of the native command, as a stream that is made as it is read. Where the browser has streams of bytes,
-   * a reader can bring its own buffers: `getReader({ mode: 'byob' })`.
+   * a reader can bring its own buffers: `getReader({ mode: 'byob' })`. An export holds what it makes of a plane of cells across z at a time:
+   * up to about a hundred bytes a cell. Its progress counts bytes, before the first of them cells; an abort stops it within a slab or a plane.
+   *
+   * Fails with `job-conflict` where an option is not one of the format, where no cell has a flag of `exportFlags`, or where the format is
+   * of the native command only; `export-unit` where lengths must be in metres or centimetres and the job has no `unit`; `lines-graded` where
+   * cells must be of one size, or cubes; `memory` where a plane of more than 2^22 cells would be held (across z, for binvox across x; not for nrrd and vox); `export-material` where the program must know what a flag is made of; `export-too-large` where the
+   * format cannot number so many cells or points.
    */
   stream(format: Format, options?: WriteOptions): ReadableStream<Bytes>;
-  /** A file as a Blob. */
+  /** A file as a Blob. Fails as `stream`. */
   blob(format: Format, options?: WriteOptions): Promise<Blob>;
   /** The `.raw.json` that describes a raw file, byte for byte that of the native command. */
   sidecar(options?: SidecarOptions): Promise<string>;

@@ -25,17 +25,18 @@ const TAKEN: [&str; 8] = ["NALL", "EALL", "XMIN", "XMAX", "YMIN", "YMAX", "ZMIN"
 /// Most numbers in a line of a set.
 const IN_LINE: usize = 12;
 
-pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<()> {
+pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
     let keeps = job.options.selection(job.mesh)?;
     let unit = metres(job.mesh.unit.as_deref(), "an Abaqus file")?;
     let n_cells: u64 = (0..256).filter(|&flag| keeps[flag]).map(|flag| job.mesh.columns.cells_per_flag()[flag]).sum();
     let mut n_points = 0u64;
-    for_each_layer(job, &keeps, |layer| {
+    for_each_layer(job, &keeps, &mut |layer| {
         layer.for_each_point(|_, _| {
             n_points += 1;
             Ok(())
         })
-    })?;
+    })
+    .await?;
     if n_cells.max(n_points) > MAX_NUMBER {
         let message = format!("{n_cells} elements and {n_points} nodes: Abaqus numbers up to {MAX_NUMBER}");
         return Err(Error::new("export-too-large", message, "export fewer flags, or mesh with larger cells"));
@@ -49,15 +50,16 @@ pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<(
         "*HEADING\nhexcast {}: {n_cells} elements, {n_points} nodes, in metres\n*NODE, NSET=NALL\n",
         env!("CARGO_PKG_VERSION")
     ))?;
-    for_each_layer(job, &keeps, |layer| {
+    for_each_layer(job, &keeps, &mut |layer| {
         let z = lines[2][layer.z as usize];
         layer.for_each_point(|[x, y], point| {
             out.text(format_args!("{}, {:.12e}, {:.12e}, {z:.12e}\n", point + 1, lines[0][x], lines[1][y]))
         })
-    })?;
-    deck.elements(&mut out)?;
-    deck.sides(&mut out)?;
-    deck.surfaces(&mut out)?;
+    })
+    .await?;
+    deck.elements(&mut out).await?;
+    deck.sides(&mut out).await?;
+    deck.surfaces(&mut out).await?;
     out.finish()
 }
 
@@ -74,11 +76,11 @@ impl Deck<'_> {
         (0..=255u8).filter(move |&flag| self.keeps[usize::from(flag)] && cells[usize::from(flag)] > 0)
     }
 
-    fn elements(&self, out: &mut Out) -> Result<()> {
+    async fn elements(&self, out: &mut Out<'_>) -> Result<()> {
         for wanted in self.flags() {
             let name = &self.names[usize::from(wanted)];
             out.text(format_args!("*ELEMENT, TYPE=C3D8I, ELSET={name}\n"))?;
-            for_each_layer(self.job, self.keeps, |layer| {
+            for_each_layer(self.job, self.keeps, &mut |layer| {
                 layer.for_each_cell(|cell, flag, number| {
                     if flag != wanted {
                         return Ok(());
@@ -86,7 +88,8 @@ impl Deck<'_> {
                     let [a, b, c, d, e, f, g, h] = layer.corners(cell).map(|point| point + 1);
                     out.text(format_args!("{}, {a}, {b}, {c}, {d}, {e}, {f}, {g}, {h}\n", number + 1))
                 })
-            })?;
+            })
+            .await?;
         }
         for flag in self.flags() {
             let named = self.job.mesh.names.iter().find(|named| named.flag == flag);
@@ -107,27 +110,28 @@ impl Deck<'_> {
         Ok(())
     }
 
-    fn sides(&self, out: &mut Out) -> Result<()> {
+    async fn sides(&self, out: &mut Out<'_>) -> Result<()> {
         let [nx, ny, nz] = self.job.mesh.dims();
         for (side, name) in SIDE_NAMES.into_iter().enumerate() {
             let n = [nx, ny, nz][side / 2];
             let line = if side % 2 == 0 { 0 } else { n };
             let mut set = Set { head: format!("*NSET, NSET={name}\n"), n: 0 };
-            for_each_layer(self.job, self.keeps, |layer| {
+            for_each_layer(self.job, self.keeps, &mut |layer| {
                 layer.for_each_point(|[x, y], point| {
                     let at = [x as u32, y as u32, layer.z][side / 2];
                     if at == line { set.put(out, point + 1) } else { Ok(()) }
                 })
-            })?;
+            })
+            .await?;
             set.finish(out)?;
         }
         Ok(())
     }
 
-    fn surfaces(&self, out: &mut Out) -> Result<()> {
+    async fn surfaces(&self, out: &mut Out<'_>) -> Result<()> {
         for wanted in self.flags() {
             out.text(format_args!("*SURFACE, NAME=S_{}, TYPE=ELEMENT\n", self.names[usize::from(wanted)]))?;
-            for_each_layer(self.job, self.keeps, |layer: &Layer| {
+            for_each_layer(self.job, self.keeps, &mut |layer: &Layer| {
                 layer.for_each_cell(|cell, flag, number| {
                     if flag != wanted {
                         return Ok(());
@@ -135,7 +139,8 @@ impl Deck<'_> {
                     let mut outer = (0..N_SIDES).filter(|&side| layer.neighbour(cell, side) != Some(flag));
                     outer.try_for_each(|side| out.text(format_args!("{}, S{}\n", number + 1, FACES[side])))
                 })
-            })?;
+            })
+            .await?;
         }
         Ok(())
     }

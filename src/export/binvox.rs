@@ -13,7 +13,7 @@ pub(super) fn check(mesh: &Mesh) -> Result<()> {
     cubes(mesh, ".binvox").map(|_| ())
 }
 
-pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<()> {
+pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
     let keeps = job.options.selection(job.mesh)?;
     let [nx, ny, nz] = job.mesh.dims();
     let side = nx.max(ny).max(nz);
@@ -26,7 +26,7 @@ pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<(
     let plane = ny as usize * nz as usize;
     let step = (job.options.slab_bytes / plane).clamp(1, nx as usize);
     for start in (0..nx).step_by(step) {
-        job.control.check()?;
+        job.control.rest().await?;
         let end = start.saturating_add(step as u32).min(nx);
         let flags = job.mesh.box_flags(&[start..end, 0..ny, 0..nz])?;
         let n = (end - start) as usize;

@@ -32,13 +32,17 @@ impl Open {
 ///
 /// # Errors
 /// `cancelled`, looked at before every slab; `io` as for [`crate::mesh::Mesh::flag`]; whatever `visit` returns.
-pub(super) fn for_each_box(job: &Export, flag: u8, mut visit: impl FnMut([[u32; 3]; 2]) -> Result<()>) -> Result<()> {
+pub(super) async fn for_each_box(
+    job: &Export<'_>,
+    flag: u8,
+    visit: &mut dyn FnMut([[u32; 3]; 2]) -> Result<()>,
+) -> Result<()> {
     let [nx, ny, nz] = job.mesh.dims();
     let (nx, plane) = (nx as usize, nx as usize * ny as usize);
     let mut open: Vec<Open> = Vec::new();
     let mut left: Vec<bool> = Vec::with_capacity(plane);
     let mut z = 0;
-    job.mesh.for_each_slab(job.options.slab_bytes.max(plane), job.control, |flags| {
+    let mut push = |flags: &[u8]| {
         for flags in flags.chunks_exact(plane) {
             left.clear();
             left.extend(flags.iter().map(|other| *other == flag));
@@ -57,7 +61,8 @@ pub(super) fn for_each_box(job: &Export, flag: u8, mut visit: impl FnMut([[u32; 
             z += 1;
         }
         Ok(())
-    })?;
+    };
+    job.for_each_slab(plane, &mut push).await?;
     open.iter().try_for_each(|open| visit(open.closed(nz)))
 }
 

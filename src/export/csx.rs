@@ -26,7 +26,7 @@ pub(super) fn check(mesh: &Mesh, keeps: &[bool; 256]) -> Result<()> {
     kept(mesh, keeps, WHAT).map(|_| ())
 }
 
-pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<()> {
+pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
     let mesh = job.mesh;
     let keeps = job.options.selection(mesh)?;
     let unit = metres(mesh.unit.as_deref(), WHAT)?;
@@ -54,14 +54,15 @@ pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<(
             xml.empty("Property", &values.each_ref().map(|(key, value)| (*key, value.as_str())))?;
         }
         xml.open("Primitives", &[])?;
-        for_each_box(job, flag as u8, |corners| {
+        for_each_box(job, flag as u8, &mut |corners| {
             xml.open("Box", &[("Priority", priority)])?;
             for (element, [x, y, z]) in ["P1", "P2"].into_iter().zip(corners) {
                 let at = [(0, x), (1, y), (2, z)].map(|(axis, line): (usize, u32)| &*lines[axis][line as usize]);
                 xml.empty(element, &[("X", at[0]), ("Y", at[1]), ("Z", at[2])])?;
             }
             xml.close("Box")
-        })?;
+        })
+        .await?;
         xml.close("Primitives")?;
         xml.close(kind)?;
     }

@@ -19,12 +19,14 @@ const SIDE_NAMES: [&str; N_SIDES] = ["xMin", "xMax", "yMin", "yMax", "zMin", "zM
 /// Greatest label of an OpenFOAM of 32 bits, which is the usual one.
 const MAX_LABEL: u64 = i32::MAX as u64;
 
+/// The lists of a `polyMesh`.
+const PARTS: [&str; 6] = ["points", "faces", "owner", "neighbour", "boundary", "cellZones"];
+
 pub(super) fn file_names(name: &str) -> Vec<String> {
-    let parts = ["points", "faces", "owner", "neighbour", "boundary", "cellZones"];
-    let is_case = name.to_lowercase().ends_with(".foam");
+    let is_case = name.to_ascii_lowercase().ends_with(".foam");
     let folder = if is_case { "constant/polyMesh" } else { name };
     let case = is_case.then(|| name.to_string());
-    parts.iter().map(|part| format!("{folder}/{part}")).chain(case).collect()
+    PARTS.iter().map(|part| format!("{folder}/{part}")).chain(case).collect()
 }
 
 /// Numbers of everything, and the faces of each patch.
@@ -49,9 +51,9 @@ impl Counts {
     }
 }
 
-pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<()> {
+pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
     let keeps = job.options.selection(job.mesh)?;
-    let counts = count(job, &keeps)?;
+    let counts = count(job, &keeps).await?;
     let greatest = counts.faces().max(counts.points);
     if greatest > MAX_LABEL {
         let message = format!("{greatest} faces and points: OpenFOAM numbers up to {MAX_LABEL}");
@@ -59,12 +61,16 @@ pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<(
     }
     let file_names = file_names(name);
     let case = Case { job, keeps: &keeps, counts: &counts, names: names(job.mesh, 60, &SIDE_NAMES) };
-    for (part, name) in [Case::points, Case::faces, Case::owner, Case::neighbour, Case::boundary, Case::zones]
-        .into_iter()
-        .zip(&file_names)
-    {
+    for (part, name) in PARTS.into_iter().zip(&file_names) {
         let mut out = Out::create(files, name)?;
-        part(&case, &mut out)?;
+        match part {
+            "points" => case.points(&mut out).await?,
+            "faces" => case.faces(&mut out).await?,
+            "owner" => case.owner(&mut out).await?,
+            "neighbour" => case.neighbour(&mut out).await?,
+            "boundary" => case.boundary(&mut out)?,
+            _ => case.zones(&mut out).await?,
+        }
         out.finish()?;
     }
     file_names.get(6).map_or(Ok(()), |name| Out::create(files, name)?.finish())
@@ -79,9 +85,9 @@ fn patch_of(layer: &Layer, cell: [usize; 2], side: usize) -> Option<usize> {
     }
 }
 
-fn count(job: &Export, keeps: &[bool; 256]) -> Result<Counts> {
+async fn count(job: &Export<'_>, keeps: &[bool; 256]) -> Result<Counts> {
     let mut counts = Counts { patches: vec![0; N_SIDES + 256], zones: vec![0; 256], ..Counts::default() };
-    for_each_layer(job, keeps, |layer| {
+    for_each_layer(job, keeps, &mut |layer| {
         layer.for_each_point(|_, _| {
             counts.points += 1;
             Ok(())
@@ -97,7 +103,8 @@ fn count(job: &Export, keeps: &[bool; 256]) -> Result<Counts> {
             }
             Ok(())
         })
-    })?;
+    })
+    .await?;
     Ok(counts)
 }
 
@@ -116,31 +123,33 @@ struct Case<'a> {
 }
 
 impl Case<'_> {
-    fn points(&self, out: &mut Out) -> Result<()> {
+    async fn points(&self, out: &mut Out<'_>) -> Result<()> {
         let unit = metres(self.job.mesh.unit.as_deref(), "OpenFOAM")?;
         let lines = [0, 1, 2]
             .map(|axis| self.job.mesh.lines.list(axis).into_iter().map(|line| unit.metres(line)).collect::<Vec<_>>());
         self.head(out, "vectorField", "points", "")?;
         self.list(out, self.counts.points)?;
-        for_each_layer(self.job, self.keeps, |layer| {
+        for_each_layer(self.job, self.keeps, &mut |layer| {
             let z = lines[2][layer.z as usize];
             layer.for_each_point(|[x, y], _| match self.is_ascii() {
                 true => out.text(format_args!("({:e} {:e} {z:e})\n", lines[0][x], lines[1][y])),
                 false => [lines[0][x], lines[1][y], z].iter().try_for_each(|number| out.put(&number.to_le_bytes())),
             })
-        })?;
+        })
+        .await?;
         out.put(b")\n")
     }
 
-    fn faces(&self, out: &mut Out) -> Result<()> {
+    async fn faces(&self, out: &mut Out<'_>) -> Result<()> {
         let n = self.counts.faces();
         if self.is_ascii() {
             self.head(out, "faceList", "faces", "")?;
             self.list(out, n)?;
-            self.for_each_face(|face| {
+            self.for_each_face(&mut |face| {
                 let [a, b, c, d] = face.corners;
                 out.text(format_args!("4({a} {b} {c} {d})\n"))
-            })?;
+            })
+            .await?;
             return out.put(b")\n");
         }
         self.head(out, "faceCompactList", "faces", "")?;
@@ -154,21 +163,21 @@ impl Case<'_> {
         (0..=n).try_for_each(|face| self.label(out, 4 * face))?;
         out.put(b")\n")?;
         self.list(out, 4 * n)?;
-        self.for_each_face(|face| face.corners.iter().try_for_each(|corner| self.label(out, *corner)))?;
+        self.for_each_face(&mut |face| face.corners.iter().try_for_each(|corner| self.label(out, *corner))).await?;
         out.put(b")\n")
     }
 
-    fn owner(&self, out: &mut Out) -> Result<()> {
+    async fn owner(&self, out: &mut Out<'_>) -> Result<()> {
         self.head(out, "labelList", "owner", &self.note())?;
         self.list(out, self.counts.faces())?;
-        self.for_each_face(|face| self.label(out, face.owner))?;
+        self.for_each_face(&mut |face| self.label(out, face.owner)).await?;
         out.put(b")\n")
     }
 
-    fn neighbour(&self, out: &mut Out) -> Result<()> {
+    async fn neighbour(&self, out: &mut Out<'_>) -> Result<()> {
         self.head(out, "labelList", "neighbour", &self.note())?;
         self.list(out, self.counts.internal)?;
-        self.for_each_internal(&mut |face| face.neighbour.map_or(Ok(()), |cell| self.label(out, cell)))?;
+        self.for_each_internal(&mut |face| face.neighbour.map_or(Ok(()), |cell| self.label(out, cell))).await?;
         out.put(b")\n")
     }
 
@@ -188,28 +197,29 @@ impl Case<'_> {
         out.put(b")\n")
     }
 
-    fn zones(&self, out: &mut Out) -> Result<()> {
+    async fn zones(&self, out: &mut Out<'_>) -> Result<()> {
         self.head(out, "regIOobject", "cellZones", "")?;
         let flags = || (0..256).filter(|&flag| self.counts.zones[flag] > 0);
         out.text(format_args!("{}\n(\n", flags().count()))?;
         for zone in flags() {
             out.text(format_args!("{}\n{{\n    type cellZone;\n    cellLabels List<label> ", self.names[zone]))?;
             self.list(out, self.counts.zones[zone])?;
-            for_each_layer(self.job, self.keeps, |layer| {
+            for_each_layer(self.job, self.keeps, &mut |layer| {
                 layer.for_each_cell(
                     |_, flag, cell| if usize::from(flag) == zone { self.label(out, cell) } else { Ok(()) },
                 )
-            })?;
+            })
+            .await?;
             out.put(b")\n;\n}\n")?;
         }
         out.put(b")\n")
     }
 
     /// All faces, in their order.
-    fn for_each_face(&self, mut visit: impl FnMut(Face) -> Result<()>) -> Result<()> {
-        self.for_each_internal(&mut visit)?;
-        self.counts.used().try_for_each(|wanted| {
-            for_each_layer(self.job, self.keeps, |layer| {
+    async fn for_each_face(&self, visit: &mut dyn FnMut(Face) -> Result<()>) -> Result<()> {
+        self.for_each_internal(visit).await?;
+        for wanted in self.counts.used() {
+            for_each_layer(self.job, self.keeps, &mut |layer| {
                 layer.for_each_cell(|cell, _, owner| {
                     for side in (0..N_SIDES).filter(|&side| patch_of(layer, cell, side) == Some(wanted)) {
                         let corners = layer.corners(cell);
@@ -218,11 +228,13 @@ impl Case<'_> {
                     Ok(())
                 })
             })
-        })
+            .await?;
+        }
+        Ok(())
     }
 
-    fn for_each_internal(&self, visit: &mut dyn FnMut(Face) -> Result<()>) -> Result<()> {
-        for_each_layer(self.job, self.keeps, |layer| {
+    async fn for_each_internal(&self, visit: &mut dyn FnMut(Face) -> Result<()>) -> Result<()> {
+        for_each_layer(self.job, self.keeps, &mut |layer| {
             layer.for_each_cell(|cell, _, owner| {
                 // the neighbours along +x, +y and +z have ascending numbers
                 for side in [1, 3, 5].into_iter().filter(|&side| patch_of(layer, cell, side).is_none()) {
@@ -232,6 +244,7 @@ impl Case<'_> {
                 Ok(())
             })
         })
+        .await
     }
 
     fn is_ascii(&self) -> bool {

@@ -14,14 +14,14 @@ const HEXAHEDRON: u64 = 5;
 /// Number of the volume of flag 0.
 const BACKGROUND_TAG: u64 = 256;
 
-pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<()> {
+pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
     let keeps = job.options.selection(job.mesh)?;
     let cells = job.mesh.columns.cells_per_flag();
     let flags: Vec<usize> = (0..256).filter(|&flag| keeps[flag] && cells[flag] > 0).collect();
     let n_cells: u64 = flags.iter().map(|&flag| cells[flag]).sum();
     let mut boxes = vec![[[u32::MAX; 3], [0; 3]]; 256];
     let mut n_points = 0u64;
-    for_each_layer(job, &keeps, |layer| {
+    for_each_layer(job, &keeps, &mut |layer| {
         layer.for_each_point(|_, _| {
             n_points += 1;
             Ok(())
@@ -34,7 +34,8 @@ pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<(
             }
             Ok(())
         })
-    })?;
+    })
+    .await?;
     let names = names(job.mesh, 127, &[]);
     let lines = [0, 1, 2].map(|axis| job.mesh.lines.list(axis));
     let is_ascii = job.options.ascii;
@@ -69,12 +70,13 @@ pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<(
         out.sizes(&[point])?;
         out.end_line()?;
     }
-    for_each_layer(job, &keeps, |layer| {
+    for_each_layer(job, &keeps, &mut |layer| {
         layer.for_each_point(|[x, y], _| {
             out.doubles(&[lines[0][x], lines[1][y], lines[2][layer.z as usize]])?;
             out.end_line()
         })
-    })?;
+    })
+    .await?;
     out.text("\n$EndNodes\n$Elements\n")?;
     out.sizes(&[flags.len() as u64, n_cells, 1, n_cells])?;
     out.end_line()?;
@@ -82,7 +84,7 @@ pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<(
         [3, tag(wanted), HEXAHEDRON].iter().try_for_each(|number| out.int(*number))?;
         out.sizes(&[cells[wanted]])?;
         out.end_line()?;
-        for_each_layer(job, &keeps, |layer| {
+        for_each_layer(job, &keeps, &mut |layer| {
             layer.for_each_cell(|cell, flag, number| {
                 if usize::from(flag) != wanted {
                     return Ok(());
@@ -91,7 +93,8 @@ pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<(
                 out.sizes(&[number + 1, a, b, c, d, e, f, g, h])?;
                 out.end_line()
             })
-        })?;
+        })
+        .await?;
     }
     out.text("\n$EndElements\n")?;
     out.out.finish()

@@ -44,7 +44,7 @@ pub(super) fn check(mesh: &Mesh, keeps: &[bool; 256]) -> Result<()> {
     Ok(())
 }
 
-pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<()> {
+pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
     let keeps = job.options.selection(job.mesh)?;
     let [input, geometry, database] = file_names(name);
     let flags = kept(job.mesh, &keeps, WHAT)?;
@@ -69,7 +69,7 @@ pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<(
     file.write_vlen_strings("material_keys", &keys).map_err(hdf5::wrong)?;
     let mut places = [-1i16; 256];
     (0i16..).zip(&flags).for_each(|(place, (flag, _))| places[*flag] = place);
-    cells(job, &file, &places)?;
+    cells(job, &file, &places).await?;
     hdf5::finish(file)?;
 
     let materials: Map<String, Value> =
@@ -86,7 +86,7 @@ pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<(
 }
 
 /// Writes the places of the materials of all cells, some planes across x at a time.
-fn cells(job: &Export, file: &rust_hdf5::H5File, places: &[i16; 256]) -> Result<()> {
+async fn cells(job: &Export<'_>, file: &rust_hdf5::H5File, places: &[i16; 256]) -> Result<()> {
     let [nx, ny, nz] = job.mesh.dims();
     let shape = [nx, ny, nz].map(|n| n as usize);
     let plane = shape[1] * shape[2];
@@ -95,7 +95,7 @@ fn cells(job: &Export, file: &rust_hdf5::H5File, places: &[i16; 256]) -> Result<
     // flags and numbers of 16 bits, twice
     let step = (job.options.slab_bytes / (3 * plane)).clamp(1, shape[0]) as u32;
     for start in (0..nx).step_by(step as usize) {
-        job.control.check()?;
+        job.control.rest().await?;
         let end = start.saturating_add(step).min(nx);
         let n = (end - start) as usize;
         let flags = job.mesh.box_flags(&[start..end, 0..ny, 0..nz])?;

@@ -54,17 +54,17 @@ pub(super) const N_SIDES: usize = 6;
 ///
 /// # Errors
 /// `cancelled`, looked at before every slab; `io` as for [`crate::mesh::Mesh::flag`]; whatever `visit` returns.
-pub(super) fn for_each_layer(
-    job: &Export,
+pub(super) async fn for_each_layer(
+    job: &Export<'_>,
     keeps: &[bool; 256],
-    mut visit: impl FnMut(&Layer) -> Result<()>,
+    visit: &mut dyn FnMut(&Layer) -> Result<()>,
 ) -> Result<()> {
     let [nx, ny, nz] = job.mesh.dims();
     let mut layer = Layer::new(nx as usize, ny as usize, keeps);
     let plane = nx as usize * ny as usize;
     let mut n_planes = 0;
     // whole planes, also where one is larger than a slab
-    job.mesh.for_each_slab(job.options.slab_bytes.max(plane), job.control, |flags| {
+    let mut push = |flags: &[u8]| {
         for flags in flags.chunks_exact(plane) {
             layer.push(flags);
             n_planes += 1;
@@ -74,7 +74,8 @@ pub(super) fn for_each_layer(
             }
         }
         Ok(())
-    })?;
+    };
+    job.for_each_slab(plane, &mut push).await?;
     for z in [nz - 1, nz] {
         layer.push(&[]);
         layer.z = z;

@@ -7,7 +7,7 @@ const BACKGROUND: &str = "background";
 
 /// The name of each flag, at most `longest` characters (16 or more), and none of those taken.
 pub(super) fn names(mesh: &Mesh, longest: usize, taken: &[&str]) -> Vec<String> {
-    let mut seen: Vec<String> = taken.iter().map(|name| name.to_lowercase()).collect();
+    let mut seen: Vec<String> = taken.iter().map(|name| name.to_ascii_lowercase()).collect();
     let mut all = Vec::with_capacity(256);
     for flag in 0..=255u8 {
         let named = mesh.names.iter().find(|named| named.flag == flag).map(|named| named.name.as_str());
@@ -17,13 +17,13 @@ pub(super) fn names(mesh: &Mesh, longest: usize, taken: &[&str]) -> Vec<String> 
         let mut n = 0;
         let name = loop {
             let name = format!("{}{ending}", &first[..first.len().min(longest - ending.len())]);
-            if !seen.contains(&name.to_lowercase()) {
+            if !seen.contains(&name.to_ascii_lowercase()) {
                 break name;
             }
             ending = if n == 0 { format!("_{flag}") } else { format!("_{flag}_{n}") };
             n += 1;
         };
-        seen.push(name.to_lowercase());
+        seen.push(name.to_ascii_lowercase());
         all.push(name);
     }
     all

@@ -14,6 +14,7 @@ use super::options::ExportOptions;
 use super::output::{Export, Files, Out, failed};
 use crate::error::Result;
 use crate::mesh::Mesh;
+use crate::sort::sort_by_key;
 use crate::write::Compress;
 
 /// Level of gzip where the caller asks for zlib's.
@@ -33,22 +34,22 @@ pub(super) fn exact_size(mesh: &Mesh, options: &ExportOptions) -> Option<u64> {
     is_raw.then(|| mesh.n_cells() + header(mesh, options).len() as u64)
 }
 
-pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<()> {
+pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
     let mut out = Out::create(files, name)?;
     out.put(header(job.mesh, job.options).as_bytes())?;
     match level(job.options.compress) {
-        None => slabs(job, &mut out.file)?,
+        None => slabs(job, &mut out.file).await?,
         Some(level) => {
             let mut gzip = GzEncoder::new(&mut out.file, Compression::new(level));
-            slabs(job, &mut gzip)?;
+            slabs(job, &mut gzip).await?;
             gzip.finish().map_err(failed)?;
         }
     }
     out.finish()
 }
 
-fn slabs(job: &Export, out: &mut dyn io::Write) -> Result<()> {
-    job.mesh.for_each_slab(job.options.slab_bytes, job.control, |flags| out.write_all(flags).map_err(failed))
+async fn slabs(job: &Export<'_>, out: &mut dyn io::Write) -> Result<()> {
+    job.for_each_slab(1, &mut |flags| out.write_all(flags).map_err(failed)).await
 }
 
 fn header(mesh: &Mesh, options: &ExportOptions) -> String {
@@ -74,7 +75,7 @@ fn header(mesh: &Mesh, options: &ExportOptions) -> String {
         text += &format!("space units: \"{unit}\" \"{unit}\" \"{unit}\"\n");
     }
     let mut names: Vec<_> = mesh.names.iter().collect();
-    names.sort_by_key(|named| named.flag);
+    sort_by_key(&mut names, |named| named.flag);
     for named in names {
         text += &format!("flag {}:={}\n", named.flag, one_line(&named.name));
     }

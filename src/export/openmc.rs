@@ -32,7 +32,7 @@ pub(super) fn check(mesh: &Mesh) -> Result<()> {
     Ok(())
 }
 
-pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<()> {
+pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
     let mesh = job.mesh;
     let keeps = job.options.selection(mesh)?;
     let unit = known(mesh.unit.as_deref(), WHAT, "centimetres")?;
@@ -69,7 +69,7 @@ pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<(
     xml.text("lower_left", &[], &text(low))?;
     xml.open("universes", &[])?;
     let [nx, ny] = [dims[0] as usize, dims[1] as usize];
-    job.mesh.for_each_slab(job.options.slab_bytes.max(nx * ny), job.control, |flags| {
+    job.for_each_slab(nx * ny, &mut |flags| {
         let mut line = String::with_capacity(4 * nx + 1);
         // rows from the greatest y down; a slab is whole planes
         flags.chunks_exact(nx * ny).flat_map(|plane| plane.chunks_exact(nx).rev()).try_for_each(|row| {
@@ -81,7 +81,8 @@ pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<(
             }
             xml.more(&line)
         })
-    })?;
+    })
+    .await?;
     ["universes", "lattice", "geometry"].iter().try_for_each(|element| xml.close(element))?;
     out.finish()
 }

@@ -1,6 +1,7 @@
 //! What exporters work on, and the files that they write.
 
 use std::io::{self, Write};
+#[cfg(not(target_arch = "wasm32"))]
 use std::path::PathBuf;
 
 use super::options::ExportOptions;
@@ -21,6 +22,7 @@ pub trait Files {
     ///
     /// # Errors
     /// Those of the implementation, such as `io`.
+    #[cfg(not(target_arch = "wasm32"))]
     fn place(&mut self, name: &str) -> Result<PathBuf>;
 }
 
@@ -29,6 +31,16 @@ pub(super) struct Export<'a> {
     pub(super) mesh: &'a Mesh,
     pub(super) options: &'a ExportOptions,
     pub(super) control: &'a Control,
+}
+
+impl Export<'_> {
+    /// Hands the flags of all cells over, as [`Mesh::for_each_slab`] does: at least so many at once.
+    ///
+    /// # Errors
+    /// Those of [`Mesh::for_each_slab`].
+    pub(super) async fn for_each_slab(&self, least: usize, consume: &mut dyn FnMut(&[u8]) -> Result<()>) -> Result<()> {
+        self.mesh.for_each_slab_with_rests(self.options.slab_bytes.max(least), self.control, consume).await
+    }
 }
 
 /// A file being written; what is written to it is gathered first.

@@ -37,9 +37,9 @@ pub(super) fn check(mesh: &Mesh, keeps: &[bool; 256]) -> Result<()> {
     Ok(())
 }
 
-pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<()> {
+pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
     let keeps = job.options.selection(job.mesh)?;
-    let models = models(job, &keeps)?;
+    let models = models(job, &keeps).await?;
     let scene = scene(&models);
     let n_bytes = models.iter().map(|model| 24 + 16 + 4 * model.n_shown).sum::<u64>() + scene.len() as u64;
     if n_bytes > MAX_BYTES {
@@ -56,17 +56,18 @@ pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<(
         model.cells.iter().try_for_each(|range| out.put(&(range.len() as u32).to_le_bytes()))?;
         out.put(&head(b"XYZI", 4 + 4 * model.n_shown as u32, 0))?;
         out.put(&(model.n_shown as u32).to_le_bytes())?;
-        for_each_shown(job, &keeps, &model.cells, |place, flag| {
+        for_each_shown(job, &keeps, &model.cells, &mut |place, flag| {
             let [x, y, z] = place.map(|n| n as u8);
             out.put(&[x, y, z, flag])
-        })?;
+        })
+        .await?;
     }
     out.put(&scene)?;
     out.finish()
 }
 
 /// The models of a mesh, x fastest.
-fn models(job: &Export, keeps: &[bool; 256]) -> Result<Vec<Model>> {
+async fn models(job: &Export<'_>, keeps: &[bool; 256]) -> Result<Vec<Model>> {
     let [nx, ny, nz] = job.mesh.dims();
     let parts =
         |n: u32| (0..n).step_by(MAX_SIDE as usize).map(move |start| start..start.saturating_add(MAX_SIDE).min(n));
@@ -76,10 +77,11 @@ fn models(job: &Export, keeps: &[bool; 256]) -> Result<Vec<Model>> {
             for x in parts(nx) {
                 let cells = [x, y.clone(), z.clone()];
                 let mut n_shown = 0;
-                for_each_shown(job, keeps, &cells, |_, _| {
+                for_each_shown(job, keeps, &cells, &mut |_, _| {
                     n_shown += 1;
                     Ok(())
-                })?;
+                })
+                .await?;
                 if n_shown > 0 {
                     models.push(Model { cells, n_shown });
                 }
@@ -90,14 +92,14 @@ fn models(job: &Export, keeps: &[bool; 256]) -> Result<Vec<Model>> {
 }
 
 /// Calls `visit` with the place in the model and the flag of each cell that is shown.
-fn for_each_shown(
-    job: &Export,
+async fn for_each_shown(
+    job: &Export<'_>,
     keeps: &[bool; 256],
     model: &CellBox,
-    mut visit: impl FnMut([u32; 3], u8) -> Result<()>,
+    visit: &mut dyn FnMut([u32; 3], u8) -> Result<()>,
 ) -> Result<()> {
     for slab in slabs_of_box(model, job.options.slab_bytes) {
-        job.control.check()?;
+        job.control.rest().await?;
         let flags = job.mesh.box_flags(&slab)?;
         let [nx, ny] = [slab[0].len(), slab[1].len()];
         for (index, &flag) in flags.iter().enumerate().filter(|(_, flag)| keeps[usize::from(**flag)]) {

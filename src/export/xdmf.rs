@@ -15,11 +15,11 @@ pub(super) fn file_names(name: &str) -> [String; 2] {
     [name.to_string(), format!("{stem}.h5")]
 }
 
-pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<()> {
+pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
     let keeps = job.options.selection(job.mesh)?;
     let [document, data] = file_names(name);
     let (mut n_points, mut n_cells) = (0usize, 0usize);
-    for_each_layer(job, &keeps, |layer| {
+    for_each_layer(job, &keeps, &mut |layer| {
         layer.for_each_cell(|_, _, _| {
             n_cells += 1;
             Ok(())
@@ -28,7 +28,8 @@ pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<(
             n_points += 1;
             Ok(())
         })
-    })?;
+    })
+    .await?;
     describe(&document, &data, [n_points, n_cells], files)?;
 
     let compress = job.options.compress;
@@ -39,15 +40,17 @@ pub(super) fn write(job: &Export, name: &str, files: &mut dyn Files) -> Result<(
     job.mesh.unit.iter().try_for_each(|unit| file.set_attr_string("unit", unit)).map_err(hdf5::wrong)?;
     let lines = [0, 1, 2].map(|axis| job.mesh.lines.list(axis));
     let mut points = Table::<f64>::new(&file, "points", n_points, 3, compress)?;
-    for_each_layer(job, &keeps, |layer| {
+    for_each_layer(job, &keeps, &mut |layer| {
         layer.for_each_point(|[x, y], _| points.push(&[lines[0][x], lines[1][y], lines[2][layer.z as usize]]))
-    })?;
+    })
+    .await?;
     points.finish()?;
     let mut cells = Table::<u64>::new(&file, "cells", n_cells, 8, compress)?;
-    for_each_layer(job, &keeps, |layer| layer.for_each_cell(|cell, _, _| cells.push(&layer.corners(cell))))?;
+    for_each_layer(job, &keeps, &mut |layer| layer.for_each_cell(|cell, _, _| cells.push(&layer.corners(cell))))
+        .await?;
     cells.finish()?;
     let mut flags = Table::<u8>::new(&file, "flag", n_cells, 1, compress)?;
-    for_each_layer(job, &keeps, |layer| layer.for_each_cell(|_, flag, _| flags.push(&[flag])))?;
+    for_each_layer(job, &keeps, &mut |layer| layer.for_each_cell(|_, flag, _| flags.push(&[flag]))).await?;
     flags.finish()?;
     hdf5::finish(file)
 }

@@ -104,9 +104,16 @@ fn laid_out<T>(items: &[T], put: Put<T>) -> Vec<u8> {
     bytes
 }
 
-/// What an archive writes to.
+/// What an archive writes to, and its caller takes from.
 #[derive(Clone, Default)]
-struct Buffer(Rc<RefCell<Vec<u8>>>);
+pub(crate) struct Buffer(Rc<RefCell<Vec<u8>>>);
+
+impl Buffer {
+    /// What was written since the last time.
+    pub(crate) fn take(&self) -> Vec<u8> {
+        self.0.take()
+    }
+}
 
 impl Write for Buffer {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
@@ -120,14 +127,15 @@ impl Write for Buffer {
 }
 
 /// An archive while it is made.
-pub(super) struct Archive {
+pub(crate) struct Archive {
     zip: ZipWriter<StreamWriter<Buffer>>,
     made: Buffer,
     method: SimpleFileOptions,
 }
 
 impl Archive {
-    pub(super) fn new(compress: Compress) -> Archive {
+    /// Begins an archive whose bytes go to a buffer.
+    pub(crate) fn new(compress: Compress, made: Buffer) -> Archive {
         let method = match compress {
             Compress::None => SimpleFileOptions::default().compression_method(CompressionMethod::Stored),
             Compress::Zlib(level) => SimpleFileOptions::default()
@@ -136,13 +144,18 @@ impl Archive {
         };
         // the same bytes whenever they are written
         let method = method.large_file(true).last_modified_time(DateTime::default());
-        let made = Buffer::default();
         Archive { zip: ZipWriter::new_stream(made.clone()), made, method }
+    }
+
+    /// Begins a file, and ends the one before.
+    pub(crate) fn file(&mut self, name: &str) -> Result<&mut dyn Write> {
+        self.zip.start_file(name, self.method).map_err(failed)?;
+        Ok(&mut self.zip)
     }
 
     /// Begins an array.
     pub(super) fn begin(&mut self, name: &str, header: &[u8]) -> Result<()> {
-        self.zip.start_file(format!("{name}.npy"), self.method).map_err(failed)?;
+        self.file(&format!("{name}.npy"))?;
         self.put(header)
     }
 
@@ -166,13 +179,13 @@ impl Archive {
 
     /// What was made since the last time.
     fn take(&mut self) -> Vec<u8> {
-        self.made.0.take()
+        self.made.take()
     }
 
-    /// Ends the archive.
-    pub(super) fn finish(self) -> Result<Vec<u8>> {
+    /// Ends the archive, and returns its last bytes.
+    pub(crate) fn finish(self) -> Result<Vec<u8>> {
         self.zip.finish().map_err(failed)?;
-        Ok(self.made.0.take())
+        Ok(self.made.take())
     }
 }
 
@@ -189,7 +202,7 @@ pub(crate) struct Encoder {
 impl Encoder {
     /// Starts an archive.
     pub(crate) fn new(compress: Compress) -> Encoder {
-        Encoder { archive: Some(Archive::new(compress)), next: (0, 0) }
+        Encoder { archive: Some(Archive::new(compress, Buffer::default())), next: (0, 0) }
     }
 
     /// The next bytes, possibly none yet; None at the end. The arrays are the same at every call.
@@ -214,7 +227,7 @@ impl Encoder {
 /// # Errors
 /// `io`.
 pub(super) fn write(compress: Compress, sink: &mut Sink, arrays: &[Array]) -> Result<()> {
-    let mut archive = Archive::new(compress);
+    let mut archive = Archive::new(compress, Buffer::default());
     arrays.iter().try_for_each(|array| archive.add(array, sink))?;
     sink.put(&archive.finish()?)
 }

@@ -3,9 +3,9 @@
 //! `flag` has the shape (nz, ny, nx) and the type uint8, as in `.npy`; `x`, `y` and `z` have all lines of their axis, cells + 1 numbers of
 //! the type float64. Cost: two slabs of memory.
 
-#[cfg(not(target_arch = "wasm32"))]
-use super::archive::Archive;
 use super::archive::Array;
+#[cfg(not(target_arch = "wasm32"))]
+use super::archive::{Archive, Buffer};
 #[cfg(not(target_arch = "wasm32"))]
 use super::{Options, Sink, npy, ordered};
 #[cfg(not(target_arch = "wasm32"))]
@@ -44,7 +44,7 @@ pub(crate) fn arrays(mesh: &Mesh, cells_at_once: usize) -> Vec<Array<'_>> {
 /// Writes the archive.
 #[cfg(not(target_arch = "wasm32"))]
 pub(super) fn write(mesh: &Mesh, options: &Options, sink: &mut Sink, control: &Control) -> Result<()> {
-    let mut archive = Archive::new(options.compress);
+    let mut archive = Archive::new(options.compress, Buffer::default());
     lines(mesh).iter().try_for_each(|array| archive.add(array, sink))?;
     archive.begin("flag", &npy::header(mesh.dims(), options))?;
     ordered::for_each_slab(mesh, options, control, |flags| archive.pass(flags, sink))?;

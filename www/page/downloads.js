@@ -19,12 +19,13 @@ const BLOB_BYTES = 256e6;
  * @property {import('hexcast').WriteOptions} [options]
  * @property {string} label
  * @property {string} note
+ * @property {string} [name] that the file must have, whatever the model
  *
  * @typedef {import('hexcast').Mesh} Mesh
  */
 
 /** @type {(id: string, extension: string, label: string, note: string, more?: Partial<FileKind>) => FileKind} */
-const file = (id, extension, label, note, more) => ({ id, extension, label, note, ...more });
+export const file = (id, extension, label, note, more) => ({ id, extension, label, note, ...more });
 const BITS = { bits: true };
 const FILES = [
   file('vti', 'vti', 'VTK image', 'ParaView, VisIt', { format: 'vti' }),
@@ -70,8 +71,8 @@ function isOffered({ format, options }, { lines, report }) {
   return !options?.bits || report.flags.length === 1;
 }
 
-/** @param {Mesh} mesh @param {FileKind} file */
-function entry(mesh, file) {
+/** A file of a list: its button and what becomes of it. @param {Mesh} mesh @param {FileKind} file */
+export function entry(mesh, file) {
   const size = file.format ? mesh.size(file.format, file.options) : null;
   const text = size !== null ? bytes(size) : guess(mesh, file);
   const button = make('button', {
@@ -86,7 +87,8 @@ function entry(mesh, file) {
 }
 
 /** Sizes that depend on the flags, and on the digits of the mesh lines. @param {Mesh} mesh @param {FileKind} file */
-function guess(mesh, { id }) {
+function guess(mesh, { id, format }) {
+  if (format && isExport(format)) return '';
   if (id.startsWith('sidecar')) return `about ${bytes(700 + 20 * mesh.dims.reduce((sum, n) => sum + n + 1, 0))}`;
   if (id in PER_ENTRY) return `up to ${bytes(PER_ENTRY[id] * entriesOf(mesh, id))}`;
   if (id === 'hxc') return `up to ${bytes(columnBytes(mesh))}`;
@@ -109,7 +111,7 @@ function entriesOf({ report }, of) {
 
 /** @param {Mesh} mesh @param {FileKind} file @param {HTMLButtonElement} button @param {HTMLElement} status */
 async function download(mesh, file, button, status) {
-  const name = `${baseName(state.job)}.${file.extension}`;
+  const name = file.name ?? `${baseName(state.job)}.${file.extension}`;
   const stop = new AbortController();
   const cancel = make('button', { type: 'button', className: 'small', on: { click: () => stop.abort() } }, 'Cancel');
   button.disabled = true;
@@ -147,7 +149,16 @@ async function download(mesh, file, button, status) {
  * @param {import('hexcast').WriteOptions} options
  */
 function sizeAtMost(mesh, format, options) {
-  return mesh.size(format, options) ?? (format === 'hxc' ? columnBytes(mesh) : 0);
+  const export_ = isExport(format) ? EXPORT_BYTES * mesh.report.cells : 0;
+  return mesh.size(format, options) ?? (format === 'hxc' ? columnBytes(mesh) : export_);
+}
+
+/** Bytes of a cell in the longest files for solvers, about. */
+const EXPORT_BYTES = 200;
+
+/** Whether a format is one of those for solvers, whose sizes depend on the flags. @param {import('hexcast').Format} format */
+function isExport(format) {
+  return !['vti', 'vtr', 'npy', 'raw', 'hxc'].includes(format) && !format.endsWith('npz');
 }
 
 /** Bytes of the columns, in memory and spilled. @param {Mesh} mesh */

@@ -3,6 +3,7 @@ import { byId, make } from './dom.js';
 import { removeGeometry } from './files.js';
 import { sizingFields } from './geometry_sizing.js';
 import { count, measure, readNumbers, times, writeNumbers } from './format.js';
+import { materialField } from './material.js';
 import { sentence } from './messages.js';
 import { endText, placedBox } from './places.js';
 import { handle, moveByKey, startOrder } from './order.js';
@@ -98,6 +99,7 @@ function card(geometry) {
       make('summary', {}, 'Scale, rotate, move'),
       ...TRANSFORMS.map((transform) => placeField(geometry, ...transform)),
     ),
+    materialField(geometry, edit),
   );
 }
 

@@ -4,7 +4,7 @@ import { DEFAULTS, state } from './state.js';
 /**
  * @typedef {import('hexcast').Job} Job
  * @typedef {Omit<import('hexcast').GeometryJob, 'source'> & { source: import('./state.js').Surface, file: string }} SurfaceJob
- * @typedef {'name' | 'flag' | 'priority' | 'split' | 'scale' | 'rotate' | 'translate' | SizingKey} GeometryKey
+ * @typedef {'name' | 'flag' | 'priority' | 'split' | 'scale' | 'rotate' | 'translate' | 'material' | SizingKey} GeometryKey
  * @typedef {'max_size' | 'min_cells' | 'metal'} SizingKey keys of geometries that only graded lines use
  */
 
@@ -17,6 +17,7 @@ export const GEOMETRY_KEYS = [
   ['scale', null],
   ['rotate', null],
   ['translate', null],
+  ['material', null],
   ['max_size', null],
   ['min_cells', null],
   ['metal', false],

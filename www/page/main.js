@@ -6,6 +6,7 @@ import { openMesher, restart, startDevice } from './device.js';
 import { byId } from './dom.js';
 import { clearPrivate } from './private_files.js';
 import { startDownloads } from './downloads.js';
+import { startExports } from './exports.js';
 import { startEstimate } from './estimate.js';
 import { startFields } from './fields.js';
 import { addSample, startFiles } from './files.js';
@@ -50,6 +51,7 @@ async function start() {
   startLeaks();
   startStale();
   startDownloads();
+  startExports();
   startSharing();
   startSlices();
   startView3d();

@@ -6,6 +6,7 @@
 import { buttonOf, byId, debounce } from './dom.js';
 import { GEOMETRY_KEYS, currentJob } from './job.js';
 import { numbersOf, writeNumbers } from './format.js';
+import { readMaterial, writeMaterial } from './material.js';
 import { showNotice } from './messages.js';
 import { expectLines, linesFile, waitedLines } from './settings_lines.js';
 import { DEFAULTS, colourOf, on, set, state } from './state.js';
@@ -117,7 +118,8 @@ export function hashOf() {
 function geometryQuery(geometry) {
   const query = new URLSearchParams({ file: geometry.source.name });
   for (const [key, unsaid] of GEOMETRY_KEYS) {
-    if (geometry[key] !== unsaid && geometry[key] !== null) query.set(key, writeNumbers(geometry[key]));
+    if (geometry[key] === unsaid || geometry[key] === null) continue;
+    query.set(key, key === 'material' ? writeMaterial(geometry[key]) : writeNumbers(geometry[key]));
   }
   if (state.colours.has(geometry.flag)) query.set('colour', colourOf(geometry.flag).slice(1));
   return query.toString();
@@ -209,6 +211,8 @@ function readGeometry(text) {
   const name = query.get('name');
   if (name) settings.name = name;
   if (query.get('metal') === 'true') settings.metal = true;
+  const material = readMaterial(query.get('material') ?? '');
+  if (material) settings.material = material;
   const [most, fewest] = ['max_size', 'min_cells'].map((key) => Number(query.get(key) ?? NaN));
   if (most > 0 && most < Infinity) settings.max_size = most;
   if (Number.isInteger(fewest) && fewest > 0) settings.min_cells = fewest;
@@ -230,10 +234,12 @@ export function takeExpected(file) {
 /** The native command that does this job. @param {ReturnType<typeof currentJob>} job */
 export function commandOf(job) {
   const words = ['hexcast', 'mesh'];
-  for (const { source: _, file: name, ...settings } of job.geometries) {
+  for (const { source: _, file: name, material, ...settings } of job.geometries) {
     // else it would be an option
     const file = name.startsWith('-') ? `./${name}` : name;
-    const pairs = Object.entries(settings).map(([key, value]) => `${key}=${Array.isArray(value) ? value.join('/') : value}`);
+    const pairs = Object.entries({ ...settings, ...material }).map(
+      ([key, value]) => `${key}=${Array.isArray(value) ? value.join('/') : value}`,
+    );
     words.push(quote(pairs.length > 0 ? `${file}:${pairs.join(',')}` : file));
   }
   const option = (/** @type {string} */ name, /** @type {unknown} */ value) => {

@@ -70,6 +70,7 @@
  * @property {number | null} max_size where lines are graded, largest size of a cell across it
  * @property {number | null} min_cells and fewest cells across it
  * @property {boolean} metal and whether lines lie beside its edges
+ * @property {import('hexcast').Material | null} material what it is made of
  */
 
 /**
@@ -138,6 +139,7 @@ export const PLAIN = Object.freeze({
   max_size: null,
   min_cells: null,
   metal: false,
+  material: null,
 });
 
 /** @type {State} */

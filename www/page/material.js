@@ -1,0 +1,58 @@
+/** What a geometry is made of, as text: `eps_r=2.2 sigma=0.01`, or `pec`. Only files for solvers need it. */
+import { make } from './dom.js';
+
+/**
+ * @typedef {import('hexcast').Material} Material
+ * @typedef {import('./state.js').Geometry} Geometry
+ */
+
+const NUMBERS = ['eps_r', 'mu_r', 'sigma', 'density', 'E', 'nu'];
+
+/** Reads a material: null where there is none, undefined where the text is wrong. @param {string} text @returns {Material | null | undefined} */
+export function readMaterial(text) {
+  const pairs = text.split(/[\s,;]+/).filter((word) => word !== '');
+  if (pairs.length === 0) return null;
+  /** @type {Record<string, number | true>} */
+  const material = {};
+  for (const pair of pairs) {
+    const [key, value, ...more] = pair.split('=');
+    const number = Number(value || NaN);
+    if (pair === 'pec') material.pec = true;
+    else if (NUMBERS.includes(key) && Number.isFinite(number) && more.length === 0) material[key] = number;
+    else return undefined;
+  }
+  return material;
+}
+
+/** What `readMaterial` reads back. @param {Material | null} material */
+export function writeMaterial(material) {
+  return Object.entries(material ?? {})
+    .map(([key, value]) => (key === 'pec' ? key : `${key}=${value}`))
+    .join(' ');
+}
+
+/** @param {Geometry} geometry @param {(id: number, patch: Partial<Geometry>) => void} edit */
+export function materialField({ id, name, material }, edit) {
+  const field = make('input', {
+    type: 'text',
+    className: 'material',
+    value: writeMaterial(material),
+    placeholder: 'eps_r=2.2 sigma=0.01, or pec',
+    title: `${NUMBERS.join(', ')} and a number each, or pec: a perfect electric conductor`,
+    'aria-label': `Material of ${name}`,
+    spellcheck: 'false',
+    on: {
+      input: ({ target }) => {
+        const value = readMaterial(target.value);
+        target.setCustomValidity(value === undefined ? `such as eps_r=2.2 sigma=0.01; keys: ${NUMBERS.join(', ')}, pec` : '');
+        if (value !== undefined) edit(id, { material: value });
+      },
+    },
+  });
+  return make(
+    'details',
+    {},
+    make('summary', {}, 'Material'),
+    make('label', { className: 'field' }, 'Passed on to files for solvers, in SI units', field),
+  );
+}
