@@ -267,7 +267,7 @@ fn a_device_that_is_wrong_costs_no_cell_and_is_named() {
         ("facets lost", "lattice", "(hits.x | hits.y) != 0u", "hits.x != 0u"),
         ("another place", "intersect_graded", "centres[middle] <", "centres[middle] / 2 <"),
         ("another cell", "intersect_graded", "(cell << 9u)", "((cell ^ 1u) << 9u)"),
-        ("crossings lost", "intersect_graded", "if left == 0u", "if left < 2u"),
+        ("crossings lost", "intersect_graded", "left &= left - 1u", "left = 0u"),
     ];
     for (what, kernel, from, to) in faults {
         let index = usize::from(kernel == "intersect_graded");
