@@ -1,13 +1,8 @@
 // Casts the rays of the deep rows against a batch of facets, with exact quotients, and writes their crossings row by row.
 // Twin: `src/crossings.rs`.
 // Reads: corners, item_offsets; chunks (see chunks.wgsl), unless all rows are deep.
-// Reads and writes: next_event[row], where the next crossing of a deep row goes, counted up; with event_capacity 0 it only counts.
-// Writes: events[next_event ..] = ray of the row << 27 | cell << 9 | rank << 1 | direction, in no order within a row; if wanted, the
-// facet of each goes to the same place of the second half of the buffer, from event_capacity on.
-// Bound: that of walk.wgsl, and for each bin 64 crossings: ITEMS is smaller here.
-
-@group(0) @binding(3) var<storage, read_write> next_event: array<atomic<u32>>;
-@group(0) @binding(4) var<storage, read_write> events: array<u32>;
+// Reads and writes: next_event, events (see events.wgsl).
+// Bound: that of items.wgsl and walk.wgsl, and for each bin 64 crossings: ITEMS is smaller here.
 
 @compute @workgroup_size(64)
 fn intersect_deep(
@@ -22,7 +17,7 @@ fn visit(facet: u32, f: Facet, bin: u32, hits: vec2<u32>) {
     let plane = plane_of(f, first_ray(bin));
     let first_chunk = bin / params.n_across * BIN * params.n_across + bin % params.n_across;
     for (var row = 0u; row < BIN; row++) {
-        let of_row = (select(hits.y, hits.x, row < 4u) >> (8u * (row % 4u))) & 0xffu;
+        let of_row = hits_of_row(hits, row);
         if of_row != 0u {
             let index = deep_index(first_chunk + row * params.n_across);
             if index != DEEP {
@@ -51,11 +46,7 @@ fn cross_row(facet: u32, plane: Plane, area: vec2<u32>, row: u32, hits: u32, fir
             let q = floor_quotient(add96(height, multiply96(plane.slope_i, i32(ray))), area);
             let centre_is_above = (q.rest.x | q.rest.y) == 0u && (plane.tag >> 9u) == 1u;
             let first_above = plane.base + bitcast<i32>(q.whole) + select(1, 0, centre_is_above);
-            let cell = u32(clamp(first_above, 0, i32(params.depth)));
-            events[place] = (ray << 27u) | (cell << 9u) | (plane.tag & 0x1ffu);
-            if params.with_facets == 1u {
-                events[params.event_capacity + place] = params.first_facet + facet;
-            }
+            write_event(place, ray, u32(clamp(first_above, 0, i32(params.depth))), plane.tag, facet);
         }
     }
 }

@@ -5,7 +5,7 @@
 //         found[k] = (facet, bin of the band << RANK_BITS | rank, hits of rows 0 to 3, of rows 4 to 7), in no order, for k < tile_capacity.
 //         The rank is the number of those before it in its bin and layer; beyond MAX_TILES they are only counted.
 //         Adds to found_totals.
-// Bound: see walk.wgsl.
+// Bound: see items.wgsl and walk.wgsl.
 
 @group(0) @binding(3) var<storage, read_write> bin_counts: array<atomic<u32>>;
 @group(0) @binding(4) var<storage, read_write> found: array<vec4<u32>>;

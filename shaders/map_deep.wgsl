@@ -17,7 +17,7 @@ const THREADS: u32 = 64u;
 const DIGITS: u32 = 16u;
 
 // In the sort: crossings of each digit of each thread, digit * THREADS + thread, then where the next of them goes.
-// In the sweep: a counter for each geometry of each ray, ray * 256 + rank.
+// In the sweep: a counter for each geometry of each ray, ray * n_ranks + rank.
 var<workgroup> counters: array<u32, 2048>;
 var<workgroup> sums: array<u32, 64>;
 var<workgroup> is_left: u32;
@@ -41,15 +41,26 @@ fn map_deep(
         }
         return;
     }
-    // an even number of passes, so that the last writes where the first has read
-    let bits = firstLeadingBit(8u * params.depth + 7u) + 1u;
-    for (var shift = 0u; shift < (bits + 7u) / 8u * 8u; shift += 4u) {
-        sort_by_digit(local, start, n, shift);
+    if n == 0u {
+        if local < BIN {
+            deep_rows[16u * row + local] = start;
+            deep_rows[16u * row + 8u + local] = 0u;
+        }
+        return;
+    }
+    if n <= THREADS {
+        sort_few(local, start, n);
+    } else {
+        // an even number of passes, so that the last writes where the first has read
+        let bits = firstLeadingBit(8u * params.depth + 7u) + 1u;
+        for (var shift = 0u; shift < (bits + 7u) / 8u * 8u; shift += 4u) {
+            sort_by_digit(local, start, n, shift);
+        }
     }
     if local == 0u {
         is_left = 0u;
     }
-    for (var i = local; i < 2048u; i += THREADS) {
+    for (var i = local; i < BIN * params.n_ranks; i += THREADS) {
         counters[i] = 0u;
     }
     workgroupBarrier();
@@ -66,9 +77,32 @@ fn map_deep(
     }
 }
 
-// 4 bits of what crossings are sorted by, ray by ray and cell by cell: those of a cell count together, in any order.
+// What crossings are sorted by, ray by ray and cell by cell: those of a cell count together, in any order.
+fn key_of(event: u32) -> u32 {
+    return (event >> 27u) * (params.depth + 1u) + ((event >> 9u) & 0x3ffffu);
+}
+
+// 4 bits of it.
 fn digit_of(event: u32, shift: u32) -> u32 {
-    return (((event >> 27u) * (params.depth + 1u) + ((event >> 9u) & 0x3ffffu)) >> shift) & 15u;
+    return (key_of(event) >> shift) & 15u;
+}
+
+// Sorts at most a crossing a thread: each counts those before its own.
+fn sort_few(local: u32, start: u32, n: u32) {
+    let event = events[start + min(local, n - 1u)];
+    let key = key_of(event);
+    var place = start;
+    for (var i = 0u; i < n; i++) {
+        let other = key_of(events[start + i]);
+        place += u32(other < key || (other == key && i < local));
+    }
+    storageBarrier();
+    workgroupBarrier();
+    if local < n {
+        events[place] = event;
+    }
+    storageBarrier();
+    workgroupBarrier();
 }
 
 // One pass of a radix sort, stable: from one half of the buffer to the other.
@@ -143,7 +177,7 @@ fn sweep_ray(ray: u32, first: u32, end: u32) -> u32 {
     for (var i = first; i < end; i++) {
         let event = events[i];
         let rank = (event >> 1u) & 0xffu;
-        let counter = &counters[ray * 256u + rank];
+        let counter = &counters[ray * params.n_ranks + rank];
         let was_inside = *counter != 0u;
         *counter = select((*counter + 1u) - 2u * (event & 1u), *counter ^ 1u, params.rule == 0u);
         if was_inside != (*counter != 0u) {

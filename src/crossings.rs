@@ -8,7 +8,7 @@
 //! above is `floor(Z / 2^F) + 1`, or `floor(Z / 2^F)` if the centre lies exactly on the facet and the tie rule puts it above.
 //! The rays of a row need no division: quotient and remainder of height / (D 2^F) advance by a constant step.
 //!
-//! Where cells differ in size, `crossings/graded.rs` casts the rays.
+//! Where cells differ in size, `crossings/graded.rs` casts the rays. Its twin is `shaders/intersect_graded.wgsl`.
 //!
 //! Source: the paper, Eq. 16-19. Twins: `shaders/intersect.wgsl` with `map.wgsl`, `shaders/intersect_deep.wgsl`.
 //! Cost: O(rows of facets + crossings) time; 4 bytes a crossing, 8 with its facet, and 4 a ray.

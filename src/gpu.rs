@@ -68,7 +68,7 @@ use pace::Pace;
 #[cfg(not(feature = "stages"))]
 use passes::Profile;
 #[cfg(feature = "stages")]
-pub use passes::{DEEP_ITEMS_OF_THREAD, ITEMS_OF_THREAD, Profile, TILES_OF_THREAD};
+pub use passes::{DEEP_ITEMS_OF_THREAD, GRADED_ITEMS_OF_THREAD, ITEMS_OF_THREAD, Profile, TILES_OF_THREAD};
 use pool::BufferPool;
 #[cfg(feature = "stages")]
 pub use probe::MOST_LOOPS;
@@ -281,7 +281,10 @@ impl Gpu {
                     take(band)?;
                 }
                 Ok(Outcome::Wrong(what, checked)) => return Err(self.wrong(usage, &what, checked)),
-                Ok(Outcome::Again) => {
+                Ok(again @ (Outcome::Again | Outcome::TooMany)) => {
+                    if matches!(again, Outcome::TooMany) {
+                        pace.limit((range.end - range.start).div_ceil(2));
+                    }
                     // the bands behind it stand on their own, but columns are handed out in order: start again from here
                     in_flight.clear();
                     idle.clear();

@@ -5,7 +5,7 @@
 //! w x h the bin's rays: the corner of the bin that lies farthest inside the edge (Eq. 13-15), exact, on ray centres.
 //!
 //! Degenerate case: facets parallel to the rays belong to no bin. Source: the paper, section 2.3.
-//! Twins: `shaders/lattice.wgsl`, `shared/walk.wgsl`.
+//! Twins: `shaders/lattice.wgsl`, `shared/items.wgsl`, `shared/walk.wgsl`, `shared/graded.wgsl`.
 //! Cost: O(facets + bins of their boxes) time; 4 bytes a bin and 4 bytes a (facet, bin) pair.
 
 use std::ops::Range;

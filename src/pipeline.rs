@@ -181,7 +181,6 @@ pub async fn mesh(
         names.push(Named::new(gaps.flag, NAME));
     }
     let mut warnings: Vec<String> = engine.fallback.iter().map(|why| format!("meshed on the CPU: {why}")).collect();
-    warnings.extend(warnings::about_unused_gpu(engine.adapter(), &prepared.whole));
     warnings.extend(prepared.notices.iter().cloned());
     warnings.extend(about_fine_cells(job, &prepared.domain, &prepared.whole));
     warnings.extend(open.iter().zip(&found).map(|(open, found)| open.warning(&geometries[found.geometry], &lines)));
@@ -213,9 +212,8 @@ pub async fn mesh(
     let window = prepared.asked.map(|asked| window_report(asked, &prepared, columns)).transpose()?;
     let volume_bounds = bounds_of_whole;
     let window = window.map(|of| WindowReport { volume_bounds, runs: runs_of_whole, shells, without_cells, ..of });
-    let adapter = engine.adapter().filter(|_| !lines.is_graded());
-    let backend = if lines.is_graded() { "cpu" } else { engine.backend() };
-    let (adapter, driver) = adapter.map(|(name, driver)| (name.into(), driver.into())).unzip();
+    let backend = engine.backend();
+    let (adapter, driver) = engine.adapter().map(|(name, driver)| (name.into(), driver.into())).unzip();
     let n_facets: usize = prepared.geometries.iter().map(|geometry| geometry.facets.len()).sum();
     let snapped = |frame: &Frame| 36 * frame.facets.capacity() + 2 * frame.position_of_facet.capacity();
     let facet_bytes = 36 * n_facets + snapped(&frame) + kept.as_ref().map_or(0, |(_, uncut)| snapped(uncut));

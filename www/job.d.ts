@@ -147,7 +147,6 @@ export interface Job {
   tolerance?: number;
   /**
    * All lines of each axis, ascending, in the unit of the files: cells + 1 numbers each, at most 262,143. The first and the last are the domain.
-   * The CPU meshes cells that differ in size; where there is a GPU, a warning says so.
    */
   lines?: { readonly x: Numbers; readonly y: Numbers; readonly z: Numbers };
   /** Generates lines of cells that differ in size: one on every end of every geometry's box, close where geometries are small, far elsewhere. */

@@ -1,7 +1,7 @@
 // The numbers of one band, the same for all kernels. Twin: `gpu::layout::Params`.
 
 struct Params {
-    fraction_bits: u32,   // F: a cell is 2^F units
+    fraction_bits: u32,   // F: a cell is 2^F units; 0 where cells differ in size
     axis: u32,            // ray axis: 0, 1 or 2
     depth: u32,           // cells of a ray
     n_i: u32,             // rays along the first axis across
@@ -11,7 +11,7 @@ struct Params {
     n_bins: u32,          // bins of the band
     n_layers: u32,        // layers of a bin along the rays, 1 to 128
     n_facets: u32,        // that rays of the band may hit
-    n_items: u32,         // of the walk over the lattice, see walk.wgsl
+    n_items: u32,         // of the walk over the lattice, see items.wgsl
     tile_capacity: u32,   // tiles that the buffer holds
     place_capacity: u32,  // places of four runs that the buffer holds
     event_capacity: u32,  // crossings of deep rows that the buffer holds; 0 to count them only

@@ -1,12 +1,6 @@
-// The walk over the lattice, shared by lattice and intersect_deep, so that both find the same bins.
-// An item is a facet with up to SEGMENT bins of one row of bins under its box. A thread takes an equal share of the items, ITEMS at
-// most: no facet, however large, is one thread's work. Twin: `for_each_bin` in `src/lattice.rs`.
-// Reads: item_offsets[f], the number of items of all facets before f, n_facets + 1 entries.
-// Bound: 32 steps to find the facet of an item, SEGMENT bins, BIN rows of a bin: under 2^14 loops an invocation.
-
-const SEGMENT: u32 = 16u;
-
-@group(0) @binding(2) var<storage, read> item_offsets: array<u32>;
+// The walk over the bins of an item where rays are equally far from each other: q of the three edges, from bin to bin.
+// Twin: `for_each_bin` in `src/lattice.rs`.
+// Bound: BIN rows of a bin; with items.wgsl under 2^14 loops an invocation.
 
 struct Walk {
     column: i32,        // next bin of the row
@@ -20,68 +14,12 @@ struct Walk {
     reach: vec3<i32>,   // the most that q grows within a bin
 }
 
-// Walks the items of a thread and calls the kernel's visit(facet, its numbers, bin of the band, hits) where a facet hits rays of a bin.
-fn walk_items(thread: u32, n_threads: u32) {
-    let items = own_items(thread, n_threads);
-    if items.x == items.y {
-        return;
-    }
-    var facet = facet_of_item(items.x);
-    for (var item = items.x; item < items.y; item++) {
-        facet = facet_after(facet, item);
-        let f = load_facet(facet);
-        var walk = start_walk(f, item - item_offsets[facet]);
-        while walk.column < walk.end {
-            let bin = walk.row * params.n_across + u32(walk.column);
-            let hits = next_hits(&walk);
-            if (hits.x | hits.y) != 0u {
-                visit(facet, f, bin, hits);
-            }
-        }
-    }
-}
-
-// The items of a thread: neighbours, equally many for every thread.
-fn own_items(thread: u32, n_threads: u32) -> vec2<u32> {
-    let n_own = (params.n_items + n_threads - 1u) / n_threads;
-    let first = min(thread * n_own, params.n_items);
-    return vec2<u32>(first, min(first + n_own, params.n_items));
-}
-
-// The facet that an item belongs to: the last with item_offsets <= item.
-fn facet_of_item(item: u32) -> u32 {
-    var low = 0u;
-    var high = params.n_facets;
-    for (var left = 32u; left != 0u && high - low > 1u; left--) {
-        let middle = (low + high) / 2u;
-        if item_offsets[middle] <= item {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    return low;
-}
-
-// The same for an item after one of a facet: in most cases of the same or the next.
-fn facet_after(facet: u32, item: u32) -> u32 {
-    if item < item_offsets[facet + 1u] {
-        return facet;
-    }
-    let next = min(facet + 1u, params.n_facets - 1u);
-    if item < item_offsets[next + 1u] {
-        return next;
-    }
-    return facet_of_item(item);
-}
-
 fn start_walk(f: Facet, index: u32) -> Walk {
-    let columns = f.last.x / i32(BIN) - f.first.x / i32(BIN) + 1;
-    let segments = (u32(columns) + SEGMENT - 1u) / SEGMENT;
+    let bins = bins_of_item(f.first, f.last, index);
     var w: Walk;
-    w.row = (u32(f.first.y) - params.first_row) / BIN + index / segments;
-    w.column = f.first.x / i32(BIN) + i32(index % segments * SEGMENT);
-    w.end = min(w.column + i32(SEGMENT), f.last.x / i32(BIN) + 1);
+    w.row = bins.row;
+    w.column = bins.column;
+    w.end = bins.end;
     w.a = edge_a(f);
     w.b = edge_b(f);
     w.reach = (max(w.a, vec3<i32>(0)) + max(w.b, vec3<i32>(0))) * i32(BIN - 1u);

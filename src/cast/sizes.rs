@@ -4,7 +4,7 @@
 
 /// Rays of a bin along both axes across; `BIN` in `shaders/shared/params.wgsl`.
 pub const BIN: u32 = 8;
-/// Bins of one item of the walk over the lattice at most; `SEGMENT` in `shaders/shared/walk.wgsl`.
+/// Bins of one item of the walk over the lattice at most; `SEGMENT` in `shaders/shared/items.wgsl`.
 pub const SEGMENT: u32 = 16;
 /// Most layers of a bin along the rays; `layer_ends` in `shaders/map.wgsl` has as many entries.
 pub(crate) const MAX_LAYERS: u32 = 128;
@@ -37,6 +37,8 @@ const TILE_BYTES: u64 = 32;
 const FOUND_BYTES: u64 = 16;
 /// Bytes of a place of four runs.
 const PLACE_BYTES: u64 = 16;
+/// Bytes of the centre of a cell.
+const CENTRE_BYTES: u64 = 4;
 /// Bytes of a chunk, a row of rays of one bin.
 const CHUNK_BYTES: u64 = 8;
 /// Bytes of a counter, one a layer of a bin: its count, and its part in the sums of the scan.
@@ -61,6 +63,8 @@ pub(crate) struct BandSize {
 pub(crate) struct Capacity {
     /// Facets that rays of the band may hit.
     pub(crate) n_facets: u64,
+    /// Centres of cells along all axes, where these differ in size.
+    pub(crate) n_centres: u64,
     /// Rows of rays of one bin.
     pub(crate) n_chunks: u64,
     /// Layers of all bins.
@@ -80,6 +84,7 @@ impl Capacity {
             (bytes / (4 * FACET_WORDS as u64)).min(band_bytes.saturating_sub(SMALL_BYTES) / (2 * FACET_BYTES));
         Capacity {
             n_facets: n_facets.max(1),
+            n_centres: bytes / CENTRE_BYTES,
             n_chunks: bytes / CHUNK_BYTES,
             n_counters: bytes / 4 - 1,
             n_tiles: bytes / TILE_BYTES,
@@ -99,6 +104,7 @@ impl Capacity {
         };
         Capacity {
             n_facets,
+            n_centres: 0,
             n_chunks,
             n_counters: n_bins * u64::from(n_layers),
             n_tiles: 16 * n_bins + some_tiles.max(n_tiles / 4 * 5),
@@ -124,6 +130,7 @@ impl Capacity {
     fn with(self, other: Capacity, choose: impl Fn(u64, u64) -> u64) -> Capacity {
         Capacity {
             n_facets: choose(self.n_facets, other.n_facets),
+            n_centres: choose(self.n_centres, other.n_centres),
             n_chunks: choose(self.n_chunks, other.n_chunks),
             n_counters: choose(self.n_counters, other.n_counters),
             n_tiles: choose(self.n_tiles, other.n_tiles),
@@ -139,6 +146,7 @@ impl Capacity {
     /// Bytes of its buffers on the device.
     pub(crate) fn n_bytes(self) -> u64 {
         FACET_BYTES * self.n_facets
+            + CENTRE_BYTES * self.n_centres
             + CHUNK_BYTES * self.n_chunks
             + COUNTER_BYTES * self.n_counters
             + (TILE_BYTES + FOUND_BYTES) * self.n_tiles

@@ -4,6 +4,7 @@
 //! `Z = height / D` units. The first cell above is the first whose centre is greater than Z, or equal to it if the tie rule puts the
 //! centre above; both the rays of a row that hit and that cell are searched among the centres.
 //!
+//! Twins: `shaders/intersect_graded.wgsl`, `shaders/shared/graded.wgsl`.
 //! Cost: a division and a binary search a crossing.
 
 use std::ops::Range;

@@ -2,7 +2,8 @@
 
 use super::costs::Estimate;
 use crate::cast::sizes::{
-    self, BANDS_IN_FLIGHT, BandSize, Capacity, FIRST_BAND, MAX_LAYERS, MOST_BAND, layers, upload_bytes, whole_bins,
+    self, BANDS_IN_FLIGHT, BandSize, Capacity, FIRST_BAND, MAX_LAYERS, MOST_BAND, deep_bytes, layers, upload_bytes,
+    whole_bins,
 };
 
 /// How much more crowded some rays are than others.
@@ -31,7 +32,8 @@ impl Estimate {
     /// Bytes that the device must be allowed to hold, so that bands can have as many rows.
     pub(crate) fn device_limit_of(&self, most_rows: u64) -> u64 {
         let (capacity, events) = self.band(self.bands(most_rows).0);
-        sizes::device_bytes(capacity.n_bytes_at_most() + events)
+        // a device gives the crossings of deep rows half as much as a band
+        sizes::device_bytes((capacity.n_bytes_at_most() + events).max(2 * events))
     }
 
     /// Bytes on the host of facets on their way to the device in such bands.
@@ -68,6 +70,13 @@ impl Estimate {
         let n_i = self.rays_across();
         let share = |n: u64| self.share(n, rows);
         let per_ray = self.crossings as f64 / self.rays as f64;
+        if self.grading.is_some() {
+            // all rows are deep
+            let n_facets = self.facets_of(rows);
+            let n_centres = self.dims.iter().map(|&n| u64::from(n)).sum();
+            let capacity = Capacity { n_facets, n_centres, ..Capacity::default() };
+            return (capacity.rounded(), deep_bytes(rows * n_i.div_ceil(BIN), share(self.crossings)));
+        }
         let first = Capacity::first(&BandSize {
             n_facets: self.facets_of(rows),
             n_all_facets: self.facets,

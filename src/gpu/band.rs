@@ -12,13 +12,13 @@ use super::buffers::Buffers;
 use super::check::{differing, sample, window};
 use super::device::Opened;
 use super::kernels::Kernels;
-use super::layout::{BandFacets, Params};
+use super::layout::{BandFacets, Params, centres};
 use super::passes::{Passes, Profile};
 use super::pool::{BufferPool, Pooled};
 use super::readback::{Pending, Staging, elements};
-use super::runs::{DEEP, DeepRows, Raw, Returned};
+use super::runs::{DeepRows, Raw, Returned};
 use crate::cast::Cast;
-use crate::cast::sizes::{BIN, BandSize, Capacity, MAX_BINS, MAX_LAYERS, MOST_CROSSINGS, shares};
+use crate::cast::sizes::{BIN, BandSize, Capacity, MAX_BINS, MAX_LAYERS, MOST_CROSSINGS, deep_bytes, shares};
 use crate::columns::Band;
 use crate::cpu;
 use crate::error::Result;
@@ -45,6 +45,8 @@ pub(crate) struct Worker<'a> {
     pub(crate) cast: Cast<'a>,
     forced: Forced,
     limit: Capacity,
+    /// Where cells differ in size: see `layout::centres`.
+    centres: Vec<i32>,
     /// Most bytes of its buffers, and of those for deep rows.
     band_bytes: u64,
     deep_bytes: u64,
@@ -86,6 +88,8 @@ pub(crate) enum Outcome {
     Done(Band, [u64; 3]),
     /// It has to run again: the worker knows now what it needs.
     Again,
+    /// It has to run again, with fewer rows.
+    TooMany,
     /// The device was wrong: a sentence, the rays that were looked at, and those that were wrong.
     Wrong(String, [u64; 2]),
 }
@@ -95,12 +99,14 @@ impl<'a> Worker<'a> {
         let limits = context.opened.device.limits();
         let binding_bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         let [band_bytes, deep_bytes] = shares(context.max_bytes, context.n_bands);
-        let limit = Capacity::limit(binding_bytes, band_bytes);
+        let centres = centres(&cast);
+        let limit = Capacity::limit(binding_bytes, band_bytes.saturating_sub(4 * centres.len() as u64));
         Worker {
             context,
             cast,
             forced,
             limit,
+            centres,
             band_bytes,
             deep_bytes,
             least: Capacity::default(),
@@ -149,6 +155,13 @@ impl<'a> Worker<'a> {
             return Ok(None);
         }
         let mut params = Params { n_layers: facets.n_layers(), ..Params::new(&self.cast, &rows) };
+        if self.cast.frame.is_graded() {
+            // only the deep kernels know such cells
+            let n_bytes = deep_bytes(params.n_chunks(), facets.n_crossings);
+            let fits = n_bytes <= self.deep_bytes && facets.n_box_bins < 1 << 31;
+            let is_least = rows.end - rows.start <= BIN;
+            return Ok((fits || is_least).then_some(Launched { rows, params, facets, is_deep: true, totals: None }));
+        }
         let first = Capacity::first(&BandSize {
             n_facets: facets.len() as u64,
             n_all_facets: self.cast.frame.facets.len() as u64,
@@ -216,15 +229,6 @@ impl<'a> Worker<'a> {
         let (outcome, seconds) = self.staging.parts(self.context.opened, pending, finish).await?;
         self.host_seconds += seconds;
         Ok(outcome)
-    }
-
-    /// The same where all rows are deep.
-    async fn complete_deep(&mut self, params: &Params, facets: &BandFacets) -> Result<Outcome> {
-        let n_chunks = params.n_chunks();
-        let deep = self.deep_rows(Params { all_deep: 1, ..*params }, facets, n_chunks).await?;
-        let chunks: Vec<[u32; 2]> = (0..n_chunks as u32).map(|index| [index, DEEP]).collect();
-        let raw = Raw { chunks: &chunks, places: &[], n_lost: 0, n_unused: 0, n_hits: None, deep: &deep };
-        Ok(finish(&self.cast, params, &raw))
     }
 
     /// Whether a band of which many rows are too crowded can be parted into more layers; that counts for the bands after it, too.

@@ -84,6 +84,8 @@ pub(crate) struct Buffers {
     pub(crate) layer_ends: Array<[u32; 4]>,
     pub(crate) corners: Array<[i32; 4]>,
     pub(crate) item_offsets: Array<u32>,
+    /// Centres of cells that differ in size: of rays, cells along them and rows of rays.
+    pub(crate) centres: Array<i32>,
     /// Tiles of each layer of each bin, scanned in place; the total in the last entry.
     pub(crate) bin_offsets: Array<u32>,
     /// What facets hit in bins, in no order; as many as tiles.
@@ -107,6 +109,7 @@ impl Buffers {
             layer_ends: Array::uniform(opened, "layer ends", u64::from(MAX_LAYERS) / 4),
             corners: Array::storage(opened, "corners", 3 * capacity.n_facets),
             item_offsets: Array::storage(opened, "item offsets", capacity.n_facets + 1),
+            centres: Array::storage(opened, "centres", capacity.n_centres),
             bin_offsets: Array::storage(opened, "bin offsets", capacity.n_counters + 1),
             found: Array::storage(opened, "found", capacity.n_tiles),
             found_totals: Array::storage(opened, "found totals", 2),

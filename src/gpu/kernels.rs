@@ -59,8 +59,11 @@ const fn strip(text: &[u8], out: &mut [u8]) -> usize {
 const PARAMS: &str = wgsl!("shared/params");
 const WIDE: &str = wgsl!("shared/wide");
 const FACET: &str = wgsl!("shared/facet");
+const ITEMS: &str = wgsl!("shared/items");
 const WALK: &str = wgsl!("shared/walk");
+const GRADED: &str = wgsl!("shared/graded");
 const PLANE: &str = wgsl!("shared/plane");
+const EVENTS: &str = wgsl!("shared/events");
 const CHUNKS: &str = wgsl!("shared/chunks");
 const SWEEP: &str = wgsl!("shared/sweep");
 const SCAN: &str = wgsl!("shared/scan");
@@ -77,6 +80,8 @@ pub enum Kernel {
     /// `MapOneLayer` for one geometry under the rule `parity`.
     MapSimple,
     IntersectDeep,
+    /// `IntersectDeep` where cells differ in size.
+    IntersectGraded,
     MapDeep,
     ScanReduce,
     ScanApply,
@@ -116,6 +121,8 @@ const PARAMS_SLOT: Slot = (0, "params", 0);
 const CORNERS: Slot = (1, "corners", 4);
 const ITEM_OFFSETS: Slot = (2, "item_offsets", 1);
 const BIN_OFFSETS: Slot = (2, "bin_offsets", 1);
+const NEXT_EVENT: Slot = (3, "next_event", 1);
+const EVENTS_SLOT: Slot = (4, "events", 1);
 const CHUNKS_SLOT: Slot = (6, "chunks", 2);
 
 #[rustfmt::skip]
@@ -123,18 +130,20 @@ const MAP: Source = source!(Map, "map", [PARAMS, CHUNKS, SWEEP], 64,
     &[PARAMS_SLOT, BIN_OFFSETS, (3, "tiles", 4), (5, "runs", 4), CHUNKS_SLOT, (7, "totals", 0), (8, "layer_ends", 4)]);
 
 #[rustfmt::skip]
-static SOURCES: [Source; 11] = [
-    source!(Lattice, "lattice", [PARAMS, WIDE, FACET, WALK], 64,
+static SOURCES: [Source; 12] = [
+    source!(Lattice, "lattice", [PARAMS, WIDE, FACET, ITEMS, WALK], 64,
         &[PARAMS_SLOT, CORNERS, ITEM_OFFSETS, (3, "bin_counts", 1), (4, "found", 4), (5, "found_totals", 0)]),
     source!(Intersect, "intersect", [PARAMS, WIDE, FACET, PLANE], 64,
         &[PARAMS_SLOT, CORNERS, BIN_OFFSETS, (3, "found", 4), (4, "tiles", 4), (5, "found_totals", 1)]),
     MAP,
     Source { kernel: Kernel::MapOneLayer, constants: &[("HAS_LAYERS", 0.0)], ..MAP },
     Source { kernel: Kernel::MapSimple, constants: &[("HAS_LAYERS", 0.0), ("ALTERNATES", 1.0)], ..MAP },
-    source!(IntersectDeep, "intersect_deep", [PARAMS, WIDE, FACET, WALK, PLANE, CHUNKS], 64,
-        &[PARAMS_SLOT, CORNERS, ITEM_OFFSETS, (3, "next_event", 1), (4, "events", 1), CHUNKS_SLOT]),
+    source!(IntersectDeep, "intersect_deep", [PARAMS, WIDE, FACET, ITEMS, WALK, PLANE, CHUNKS, EVENTS], 64,
+        &[PARAMS_SLOT, CORNERS, ITEM_OFFSETS, NEXT_EVENT, EVENTS_SLOT, CHUNKS_SLOT]),
+    source!(IntersectGraded, "intersect_graded", [PARAMS, WIDE, FACET, ITEMS, GRADED, PLANE, EVENTS], 64,
+        &[PARAMS_SLOT, CORNERS, ITEM_OFFSETS, NEXT_EVENT, EVENTS_SLOT, (5, "centres", 1)]),
     source!(MapDeep, "map_deep", [PARAMS], 64,
-        &[PARAMS_SLOT, (2, "event_offsets", 1), (4, "events", 1), (5, "deep_rows", 1)]),
+        &[PARAMS_SLOT, (2, "event_offsets", 1), EVENTS_SLOT, (5, "deep_rows", 1)]),
     source!(ScanReduce, "scan_reduce", [SCAN], 256, &[(0, "numbers", 1), (1, "sums", 1)]),
     source!(ScanApply, "scan_apply", [SCAN], 256, &[(0, "numbers", 1), (1, "bases", 1)]),
     source!(Probe, "probe", [], 64,

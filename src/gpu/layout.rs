@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use crate::cast::Cast;
 use crate::cast::sizes::{BIN, CHOSEN_BYTES, FACET_WORDS, MAX_LAYERS, SEGMENT, layers};
-use crate::frame::SnappedFacet;
+use crate::frame::Frame;
 use crate::job::Rule;
 use crate::parallel::*;
 use crate::rays::Rays;
@@ -43,7 +43,7 @@ impl Params {
         let Cast { frame, rays, rule } = *cast;
         let n_across = rays.counts[0].div_ceil(BIN);
         Params {
-            fraction_bits: frame.fraction_bits,
+            fraction_bits: if frame.is_graded() { 0 } else { frame.fraction_bits },
             axis: rays.axis as u32,
             depth: rays.depth,
             n_i: rays.counts[0],
@@ -59,6 +59,11 @@ impl Params {
             n_ranks: frame.ranks.flag_of_rank.len() as u32,
             ..bytemuck::Zeroable::zeroed()
         }
+    }
+
+    /// Whether cells differ in size.
+    pub(crate) fn is_graded(&self) -> bool {
+        self.fraction_bits == 0
     }
 
     /// Rows of rays of the band's bins.
@@ -124,7 +129,7 @@ impl BandFacets {
     pub(crate) fn new(cast: &Cast, rows: &Range<u32>, least_layers: u32) -> BandFacets {
         let Cast { frame, rays, .. } = *cast;
         let ends = [0..rays.counts[0], rows.clone()];
-        let choose = |index| choose(index, &frame.facets[index], frame.fraction_bits, rays, &ends);
+        let choose = |index| choose(index, (frame, rays), &ends);
         let chosen: Vec<Chosen> = (0..frame.facets.len()).into_par_iter().filter_map(choose).collect();
         let most = most_crossings(&chosen, &ends);
         let n_box_bins = chosen.iter().map(|facet| u64::from(facet.n_bins)).sum();
@@ -221,7 +226,7 @@ impl BandFacets {
 /// The first cell in which a facet may have a crossing: its lowest corner is not below the centre of that cell.
 fn lowest_cell(cast: &Cast, index: u32) -> u32 {
     let [a, b, c] = cast.frame.facets[index as usize].map(|corner| corner[cast.rays.axis]);
-    (a.min(b).min(c) >> cast.frame.fraction_bits).clamp(0, cast.rays.depth as i32) as u32
+    cast.frame.n_below(cast.rays.axis, a.min(b).min(c), true).saturating_sub(1)
 }
 
 /// Crossings of a ray where rays are most crowded, nearly: the rays of each facet are spread evenly over its box.
@@ -246,32 +251,30 @@ fn most_crossings(chosen: &[Chosen], ends: &[Range<u32>; 2]) -> f32 {
     crowd.into_iter().fold(0.0, f32::max) / (cell[0] * cell[1])
 }
 
-fn choose(
-    index: usize,
-    facet: &SnappedFacet,
-    fraction_bits: u32,
-    rays: &Rays,
-    ends: &[Range<u32>; 2],
-) -> Option<Chosen> {
-    let corners = facet.map(|corner| rays.project(corner));
-    let unit = 1 << fraction_bits;
+fn choose(index: usize, (frame, rays): (&Frame, &Rays), ends: &[Range<u32>; 2]) -> Option<Chosen> {
+    let corners = frame.facets[index].map(|corner| rays.project(corner));
     let mut under = [[0; 2]; 2];
-    // of the rays under its box, those of the band
-    let mut share = 1.0;
+    // of the rays under its box, those of the band; and the rays in a square of a unit
+    let (mut share, mut density) = (1.0, 1.0);
     for side in 0..2 {
         let [a, b, c] = corners.map(|corner| corner[side]);
-        let (low, high) = ((a.min(b).min(c) + unit - 1) >> fraction_bits, a.max(b).max(c) >> fraction_bits);
-        let [first, last] = [low.max(ends[side].start as i32), high.min(ends[side].end as i32 - 1)];
+        let [low, high] = [a.min(b).min(c), a.max(b).max(c)];
+        let [start, end] = rays_between(frame, rays.across[side], [low, high]);
+        let [first, last] = [start.max(ends[side].start as i32), (end.min(ends[side].end as i32)) - 1];
         if first > last {
             return None;
         }
-        share *= (last - first + 1) as f32 / (high - low + 1) as f32;
+        share *= (last - first + 1) as f32 / (end - start) as f32;
+        density *= match frame.is_graded() {
+            false => 1.0 / (1 << frame.fraction_bits) as f32,
+            true => (end - start) as f32 / (high - low).max(1) as f32,
+        };
         // bins, too, are counted from the first ray of the band
         under[side] = [first, last].map(|ray| ray as u32 - ends[side].start);
     }
     let [columns, rows] = under.map(|[first, last]| last / BIN - first / BIN + 1);
-    let [[x0, y0, _], [x1, y1, _], [x2, y2, _]] = corners.map(|corner| corner.map(|word| word as f32 / unit as f32));
-    let area = share * 0.5 * ((x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)).abs();
+    let [[x0, y0, _], [x1, y1, _], [x2, y2, _]] = corners.map(|corner| corner.map(|word| word as f32));
+    let area = share * density * 0.5 * ((x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)).abs();
     let rays_under = under.map(|[first, last]| (last - first + 1) as f32).iter().product();
     Some(Chosen {
         index: index as u32,
@@ -280,4 +283,19 @@ fn choose(
         n_rays: area.min(rays_under),
         rays: under,
     })
+}
+
+/// The rays within a stretch of an axis across them, first and end, exclusive: those of equal cells also beyond the box.
+fn rays_between(frame: &Frame, axis: usize, [low, high]: [i32; 2]) -> [i32; 2] {
+    if frame.is_graded() {
+        return [(low, false), (high, true)].map(|(place, with_at)| frame.n_below(axis, place, with_at) as i32);
+    }
+    let (bits, unit) = (frame.fraction_bits, 1 << frame.fraction_bits);
+    [(low + unit - 1) >> bits, (high >> bits) + 1]
+}
+
+/// Centres of cells that differ in size, as `shaders/shared/graded.wgsl` reads them; none of equal cells.
+pub(crate) fn centres(cast: &Cast) -> Vec<i32> {
+    let [first, second] = cast.rays.across;
+    [first, cast.rays.axis, second].map(|axis| cast.frame.listed_centres(axis)).concat()
 }

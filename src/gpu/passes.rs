@@ -20,6 +20,8 @@ const THREADS_OF_SOFTWARE: u64 = 1 << 12;
 pub const ITEMS_OF_THREAD: u64 = 64;
 /// The same in `intersect_deep`, where each may have 64 crossings in each bin.
 pub const DEEP_ITEMS_OF_THREAD: u64 = 8;
+/// The same in `intersect_graded`, which searches a cell for each of them.
+pub const GRADED_ITEMS_OF_THREAD: u64 = 1;
 /// Most tiles that a thread of `intersect` takes.
 pub const TILES_OF_THREAD: u64 = 1 << 12;
 
@@ -76,10 +78,13 @@ impl Passes<'_> {
     /// these are scanned, writes `events`.
     pub(crate) fn intersect_deep(&mut self, b: &Buffers, deep: &DeepBuffers, params: &Params) {
         let next = if params.event_capacity == 0 { &deep.event_offsets } else { &deep.next_event };
-        let (items, chunks) = (b.item_offsets.all(), b.chunks.all());
-        let bindings = [b.params.all(), b.corners.all(), items, next.all(), deep.events.all(), chunks];
-        let threads = self.sharing(params.n_items.into(), DEEP_ITEMS_OF_THREAD);
-        self.dispatch(Kernel::IntersectDeep, &bindings, square(threads));
+        let (kernel, last, items_of_thread) = match params.is_graded() {
+            false => (Kernel::IntersectDeep, b.chunks.all(), DEEP_ITEMS_OF_THREAD),
+            true => (Kernel::IntersectGraded, b.centres.all(), GRADED_ITEMS_OF_THREAD),
+        };
+        let bindings = [b.params.all(), b.corners.all(), b.item_offsets.all(), next.all(), deep.events.all(), last];
+        let threads = self.sharing(params.n_items.into(), items_of_thread);
+        self.dispatch(kernel, &bindings, square(threads));
     }
 
     /// Scans the numbers of crossings of the deep rows.

@@ -152,12 +152,6 @@ pub(super) fn geometries_without_cells(
     Ok(all)
 }
 
-/// A sentence where a GPU was opened and the cells differ in size.
-pub(super) fn about_unused_gpu(adapter: Option<(&str, &str)>, lines: &Lines) -> Option<String> {
-    let (name, _) = adapter.filter(|_| lines.is_graded())?;
-    Some(format!("meshed on the CPU: cells differ in size, and the GPU {name} meshes equal ones only"))
-}
-
 /// Size of the cell at a place along an axis, or of the nearest.
 fn size_at(lines: &Lines, axis: usize, place: f64) -> f64 {
     let last = f64::from(lines.dims()[axis] - 1);

@@ -25,7 +25,7 @@ fn equal() -> Job {
 }
 
 /// The same as lists, the last line along x a bit off.
-fn nearly(job: &Job) -> Job {
+pub(crate) fn nearly(job: &Job) -> Job {
     let list: Vec<f64> = (0..=32).map(|line| f64::from(line) * 0.25).collect();
     let mut x = list.clone();
     x[32] = 8.0f64.next_up();
@@ -33,7 +33,7 @@ fn nearly(job: &Job) -> Job {
     set!(Job { lines, cell_size: None, domain: None, ..job.clone() })
 }
 
-fn bodies() -> Vec<Facets> {
+pub(crate) fn bodies() -> Vec<Facets> {
     let shells = models::joined([models::sphere([3.0; 3], 2.4, 12), models::sphere([4.6, 4.5, 4.4], 2.3, 10)]);
     let plate = models::cuboid([1.0, 1.5, 3.1], [7.0, 6.5, 3.3]);
     let holed = without(&models::sphere([5.1, 5.0, 4.9], 2.2, 10), 0.1, 5);
@@ -42,7 +42,7 @@ fn bodies() -> Vec<Facets> {
 }
 
 /// What a job may ask for, each with the settings of the bodies.
-fn wishes() -> Vec<(&'static str, Job)> {
+pub(crate) fn wishes() -> Vec<(&'static str, Job)> {
     let each = |settings: &dyn Fn(usize) -> GeometryJob| (0..4).map(settings).collect::<Vec<GeometryJob>>();
     let ranked = each(&|index| set!(GeometryJob { priority: [2, 0, 1, 1][index], ..GeometryJob::default() }));
     let one = |geometry: GeometryJob| vec![geometry.clone(), geometry.clone(), geometry.clone(), geometry];
@@ -187,7 +187,7 @@ fn the_certificate_of_stretched_boxes_is_that_of_boxes_and_volumes_are_those_of_
 }
 
 /// Lines that grow from 0.05 to 0.6, over the box of a model.
-fn lines_of(model: &[Facets]) -> LinesJob {
+pub(crate) fn lines_of(model: &[Facets]) -> LinesJob {
     let corners = || model.iter().flatten().flatten();
     let list = |axis: usize| {
         let low = corners().map(|corner| corner[axis]).fold(f32::INFINITY, f32::min);
@@ -247,7 +247,12 @@ fn source() -> Vec<Source> {
     vec![Source::from_facets("body.stl", models::torus([4.0; 3], [2.4, 1.1], 24)).unwrap()]
 }
 
-fn long_run(max_memory: Option<ByteSize>, spill: SpillTarget, control: &Control) -> hexcast::Result<(Mesh, MeshFacts)> {
+pub(crate) fn long_run(
+    engine: &mut Engine,
+    max_memory: Option<ByteSize>,
+    spill: SpillTarget,
+    control: &Control,
+) -> hexcast::Result<(Mesh, MeshFacts)> {
     let list = |n: u32| {
         let place = |line: u32| f64::from(line) / f64::from(n);
         (0..=n).map(|line| 8.0 * (0.9 * place(line) + 0.1 * place(line) * place(line))).collect::<Vec<f64>>()
@@ -260,15 +265,15 @@ fn long_run(max_memory: Option<ByteSize>, spill: SpillTarget, control: &Control)
         ..Job::default()
     });
     let options = MeshOptions::default().with_spill(spill);
-    pollster::block_on(pipeline::mesh(&job, source(), &options, &mut Engine::cpu(), control))
+    pollster::block_on(pipeline::mesh(&job, source(), &options, engine, control))
 }
 
 #[test]
 fn columns_on_graded_lines_spill_and_continue_after_an_interruption() {
-    let (whole, _) = long_run(None, SpillTarget::None, &Control::default()).unwrap();
+    let (whole, _) = long_run(&mut Engine::cpu(), None, SpillTarget::None, &Control::default()).unwrap();
     assert!(whole.lines.is_graded());
     let spill = SpillTarget::Temporary(Arc::new(MemoryStore::default()));
-    let (spilled, facts) = long_run(Some(ByteSize(9_000_000)), spill, &Control::default()).unwrap();
+    let (spilled, facts) = long_run(&mut Engine::cpu(), Some(ByteSize(9_000_000)), spill, &Control::default()).unwrap();
     assert!(spilled.columns.is_spilled() && facts.peak_bytes.spilled > 0, "{:?}", facts.peak_bytes);
     assert!(flags_of(&spilled) == flags_of(&whole));
     let store = Arc::new(MemoryStore::default());
@@ -276,9 +281,9 @@ fn columns_on_graded_lines_spill_and_continue_after_an_interruption() {
     let stop = token.clone();
     let mut control = Control::with_progress(move |_| stop.cancel());
     control.cancel = token;
-    let error = long_run(None, SpillTarget::Resumable(store.clone()), &control).unwrap_err();
+    let error = long_run(&mut Engine::cpu(), None, SpillTarget::Resumable(store.clone()), &control).unwrap_err();
     assert_eq!(error.code(), "cancelled");
-    let (mesh, facts) = long_run(None, SpillTarget::Resumable(store), &Control::default()).unwrap();
+    let (mesh, facts) = long_run(&mut Engine::cpu(), None, SpillTarget::Resumable(store), &Control::default()).unwrap();
     assert!(facts.rays_kept > 0 && facts.rays_kept < facts.rays, "{} kept", facts.rays_kept);
     assert_eq!(mesh, whole);
 }

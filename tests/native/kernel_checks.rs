@@ -24,7 +24,7 @@ use hexcast::rays::Rays;
 
 use super::cases::{Case, cases};
 use super::golden::{assert_complete, assert_golden};
-use super::soups::{Random, stack};
+use super::soups::{Random, stack, thinned};
 
 /// What a check found: the number of cases, or what is wrong.
 pub(crate) type Checked = Result<usize, String>;
@@ -41,6 +41,7 @@ macro_rules! every_check {
         $test!(intersect_makes_the_tiles_of_the_definition);
         $test!(map_gives_the_definitions_columns);
         $test!(intersect_deep_finds_every_crossing);
+        $test!(intersect_graded_finds_every_crossing);
         $test!(map_deep_gives_the_definitions_columns);
         $test!(batches_of_facets_change_nothing);
         $test!(the_whole_line_gives_the_golden_files);
@@ -342,31 +343,52 @@ fn rays(crossings: &Crossings) -> Vec<Vec<[u32; 2]>> {
 }
 
 pub(crate) async fn check_intersect_deep(gpu: &Gpu, cases: &[Case]) -> Checked {
-    on_casts("intersect_deep", cases, async |cast| {
-        let lattice = lattice(cast.frame, cast.rays, [BIN, 1], 0..cast.rays.counts[1]);
-        let rows = (0..cast.rays.counts[1]).map(|row| crossings(cast.frame, cast.rays, &lattice, row, true));
-        let expected: Vec<Vec<[u32; 2]>> = rows.flat_map(|of_row| rays(&of_row)).collect();
-        let third = cast.frame.facets.len() / 3 + 1;
-        for (rows_per_band, facets_of_batch) in [(None, None), (Some(21), Some(third))] {
-            let with_facets = facets_of_batch.is_some();
-            let forced = Forced { facets_of_batch, ..Forced::default() };
-            let options = Options { rows_per_band, forced, ..Options::default() };
-            let (mut found, mut usage) = (Vec::new(), Usage::default());
-            let take = &mut |more: Vec<Crossings>| found.extend(more.iter().flat_map(rays));
-            let (asked, all) = ((&options, with_facets), 0..cast.rays.counts[1]);
-            text(gpu.crossings(cast, asked, &Control::default(), all, &mut usage, take).await)?;
-            let same = expected
-                .iter()
-                .flatten()
-                .zip(found.iter().flatten())
-                .all(|(one, other)| one[0] == other[0] && (!with_facets || one[1] == other[1]));
-            let numbers = |rays: &[Vec<[u32; 2]>]| rays.iter().map(Vec::len).collect::<Vec<_>>();
-            expect(usage.left == 0, || format!("the CPU casts {} rays", usage.left))?;
-            expect(same && numbers(&found) == numbers(&expected), || format!("{found:x?}, expected {expected:x?}"))?;
-        }
-        Ok(())
+    on_casts("intersect_deep", cases, async |cast| same_crossings(gpu, cast).await).await
+}
+
+pub(crate) async fn intersect_graded_finds_every_crossing(gpu: &Gpu) -> Checked {
+    let small: Vec<Case> = cases().into_iter().filter(|case| case.n_facets() <= 2_000).collect();
+    check_intersect_graded(gpu, &small).await
+}
+
+/// Crossings and columns where the places of rays and centres come from tables: on some of the lines of each case.
+pub(crate) async fn check_intersect_graded(gpu: &Gpu, cases: &[Case]) -> Checked {
+    let on_lists = |case: &Case| {
+        let lines = thinned(&case.lines, &mut Random::new(case.n_facets() as u64)).as_lists();
+        Case { lines, ..case.clone() }
+    };
+    let listed: Vec<Case> = cases.iter().map(on_lists).collect();
+    on_casts("intersect_graded", &listed, async |cast| {
+        expect(cast.frame.is_graded(), || "equal cells".into())?;
+        same_crossings(gpu, cast).await?;
+        same_columns(gpu, cast, &Options::default()).await.map(|_| ())
     })
     .await
+}
+
+async fn same_crossings(gpu: &Gpu, cast: &Cast<'_>) -> Result<(), String> {
+    let lattice = lattice(cast.frame, cast.rays, [BIN, 1], 0..cast.rays.counts[1]);
+    let rows = (0..cast.rays.counts[1]).map(|row| crossings(cast.frame, cast.rays, &lattice, row, true));
+    let expected: Vec<Vec<[u32; 2]>> = rows.flat_map(|of_row| rays(&of_row)).collect();
+    let third = cast.frame.facets.len() / 3 + 1;
+    for (rows_per_band, facets_of_batch) in [(None, None), (Some(21), Some(third))] {
+        let with_facets = facets_of_batch.is_some();
+        let forced = Forced { facets_of_batch, ..Forced::default() };
+        let options = Options { rows_per_band, forced, ..Options::default() };
+        let (mut found, mut usage) = (Vec::new(), Usage::default());
+        let take = &mut |more: Vec<Crossings>| found.extend(more.iter().flat_map(rays));
+        let (asked, all) = ((&options, with_facets), 0..cast.rays.counts[1]);
+        text(gpu.crossings(cast, asked, &Control::default(), all, &mut usage, take).await)?;
+        let same = expected
+            .iter()
+            .flatten()
+            .zip(found.iter().flatten())
+            .all(|(one, other)| one[0] == other[0] && (!with_facets || one[1] == other[1]));
+        let numbers = |rays: &[Vec<[u32; 2]>]| rays.iter().map(Vec::len).collect::<Vec<_>>();
+        expect(usage.left == 0, || format!("the CPU casts {} rays", usage.left))?;
+        expect(same && numbers(&found) == numbers(&expected), || format!("{found:x?}, expected {expected:x?}"))?;
+    }
+    Ok(())
 }
 
 pub(crate) async fn map_deep_gives_the_definitions_columns(gpu: &Gpu) -> Checked {

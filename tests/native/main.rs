@@ -59,6 +59,7 @@ mod gpu {
     mod broken_drivers;
     mod device_memory;
     mod flags_buffer;
+    mod graded;
     mod kernels;
     mod lost_device;
     mod merged_parts;

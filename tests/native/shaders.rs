@@ -4,8 +4,8 @@
 use std::collections::BTreeMap;
 
 use hexcast::gpu::{
-    DEEP, DEEP_ITEMS_OF_THREAD, ITEMS_OF_THREAD, KernelText, LEFT, LINKED, MOST_LOOPS, Params, SCAN_BLOCK,
-    TILES_OF_THREAD, kernel_texts,
+    DEEP, DEEP_ITEMS_OF_THREAD, GRADED_ITEMS_OF_THREAD, ITEMS_OF_THREAD, KernelText, LEFT, LINKED, MOST_LOOPS, Params,
+    SCAN_BLOCK, TILES_OF_THREAD, kernel_texts,
 };
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{Expression, Literal, Module, TypeInner};
@@ -136,6 +136,9 @@ fn no_invocation_runs_more_loops_than_the_probe_asks_for() {
     let item = 32 + 1 + segment * (1 + bin);
     // and in a bin of a deep row its rows again, and a crossing for each ray
     let deep_item = item + segment * (bin + bin * bin);
+    // its rays once, and again in each row; then the rows, and a search for each ray
+    let search = u64::from(c["SEARCH_LOOPS"]);
+    let graded_item = 32 + 1 + 4 * search + segment * (1 + bin + bin * (1 + bin) + bin + bin * bin * (1 + search));
     let threads = u64::from(c["THREADS"]);
     let layers = 128;
     // passes for 3 bits of a ray and 18 of a cell, and one to make them even
@@ -146,6 +149,7 @@ fn no_invocation_runs_more_loops_than_the_probe_asks_for() {
         // two tiles at a time; a sweep of eight rays, with four loops for what stays, and its segment of eight
         ("map", u64::from(c["MAX_TILES"]) / 2 + layers * (1 + 1 + 8 * (1 + 4) + 8)),
         ("intersect_deep", 32 + DEEP_ITEMS_OF_THREAD * deep_item),
+        ("intersect_graded", 32 + GRADED_ITEMS_OF_THREAD * graded_item),
         // the counters, two searches, the sweep
         ("map_deep", sort + 2048 / threads + 2 * 16 + u64::from(c["MAX_OF_RAY"])),
         ("scan_reduce", 16 + 8),

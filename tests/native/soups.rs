@@ -192,3 +192,28 @@ pub(crate) fn stack(seed: u64) -> Case {
     let rule = random.one_of(&[Rule::Parity, Rule::Nonzero]);
     Case { name: format!("stack-{seed}"), why: "many crossings a ray", geometries, lines, rule }
 }
+
+/// Some of the lines of equal cells, with the first and the last: cells differ in size, and centres still meet corners.
+pub(crate) fn thinned(lines: &Lines, random: &mut Random) -> Lines {
+    let kept = |axis: usize| {
+        let list = lines.list(axis);
+        let last = list.len() - 1;
+        let mut is_kept = |index: usize| index == 0 || index == last || random.below(3) > 0;
+        let places: Vec<usize> = (0..=last).filter(|&index| is_kept(index)).collect();
+        places.into_iter().map(|index| list[index]).collect::<Vec<f64>>()
+    };
+    Lines::from_lists([0, 1, 2].map(kept)).unwrap()
+}
+
+/// Lines anywhere over the same box.
+pub(crate) fn anywhere(lines: &Lines, random: &mut Random) -> Lines {
+    let list = |axis: usize| {
+        let [low, high] = [lines.line(axis, 0), lines.line(axis, lines.dims()[axis])];
+        let inner = (0..random.below(6)).map(|_| low + (high - low) * random.below(4001) as f64 / 4000.0);
+        let mut list: Vec<f64> = inner.chain([low, high]).collect();
+        list.sort_by(f64::total_cmp);
+        list.dedup();
+        list
+    };
+    Lines::from_lists([0, 1, 2].map(list)).unwrap()
+}

@@ -10,6 +10,7 @@ use naga::Module;
 mod bits;
 mod formulas;
 mod frames;
+mod graded;
 mod heights;
 mod host;
 mod interpret;

@@ -3,12 +3,12 @@
 
 use std::ops::Range;
 
-use super::{Worker, begin};
-use crate::cast::sizes::{Capacity, deep_bytes};
+use super::{Outcome, Worker, begin, finish};
+use crate::cast::sizes::{BIN, Capacity, deep_bytes};
 use crate::error::Result;
 use crate::gpu::buffers::DeepBuffers;
 use crate::gpu::layout::{BandFacets, Params};
-use crate::gpu::runs::{DeepRows, LEFT};
+use crate::gpu::runs::{DEEP, DeepRows, LEFT, Raw};
 
 /// The crossings of rows of rays on the device.
 struct Written {
@@ -20,6 +20,19 @@ struct Written {
 }
 
 impl Worker<'_> {
+    /// Waits for a band of which all rows are deep, and checks it.
+    pub(super) async fn complete_deep(&mut self, params: &Params, facets: &BandFacets) -> Result<Outcome> {
+        let n_chunks = params.n_chunks();
+        let deep = self.deep_rows(Params { all_deep: 1, ..*params }, facets, n_chunks).await?;
+        let is_least = params.end_row - params.first_row <= BIN;
+        if !is_least && deep.events.is_empty() && deep.rows.first() == Some(&LEFT) {
+            return Ok(Outcome::TooMany);
+        }
+        let chunks: Vec<[u32; 2]> = (0..n_chunks as u32).map(|index| [index, DEEP]).collect();
+        let raw = Raw { chunks: &chunks, places: &[], n_lost: 0, n_unused: 0, n_hits: None, deep: &deep };
+        Ok(finish(&self.cast, params, &raw))
+    }
+
     /// Casts and maps `n_rows` deep rows: against facets that are on the device, or all in batches. What is too much for the device is
     /// marked as left.
     pub(super) async fn deep_rows(&mut self, params: Params, facets: &BandFacets, n_rows: u64) -> Result<DeepRows> {
@@ -53,7 +66,9 @@ impl Worker<'_> {
 
     async fn write_crossings(&mut self, mut params: Params, facets: &BandFacets, n_rows: u64) -> Result<Written> {
         let opened = self.context.opened;
-        if facets.len() == 0 || deep_bytes(n_rows, 0) > self.deep_bytes {
+        let least = Capacity { n_facets: 1, n_centres: self.centres.len() as u64, ..Capacity::default() };
+        let has_room = deep_bytes(n_rows, 0) <= self.deep_bytes && self.has_room_for(least);
+        if facets.len() == 0 || !has_room {
             let n_events = if facets.len() == 0 { 0 } else { u64::MAX };
             return Ok(Written { offsets: vec![0; n_rows as usize + 1], n_events, buffers: None });
         }
@@ -64,7 +79,10 @@ impl Worker<'_> {
             facets.batches(most, 1 << 28)
         };
         let largest = batches.iter().map(|batch| batch.len() as u64).max().unwrap_or(0);
-        self.make_room(Capacity { n_facets: largest, ..Capacity::default() });
+        self.make_room(Capacity { n_facets: largest, ..least });
+        if let Some(of_band) = &self.buffers {
+            of_band.centres.write(&opened.queue, &self.centres);
+        }
         self.free_for(deep_bytes(n_rows, 0));
         let mut buffers = DeepBuffers::new(opened, n_rows);
         // an emptied buffer begins as zeros

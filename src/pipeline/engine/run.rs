@@ -59,12 +59,6 @@ impl Engine {
         Ok((builder.finish()?, used))
     }
 
-    /// The GPU, if it knows the lines: of cells that differ in size the CPU alone casts the rays.
-    #[cfg(feature = "gpu")]
-    fn gpu_for(&self, cast: &Cast) -> Option<&Gpu> {
-        self.gpu.as_ref().filter(|_| !cast.frame.is_graded())
-    }
-
     /// Casts all rays at a frame and hands out their crossings, some rows of rays after the other; with their facets, if asked. A GPU
     /// keeps to the limits.
     ///
@@ -86,7 +80,7 @@ impl Engine {
         #[cfg(feature = "gpu")]
         {
             let mut attempts = Attempts::new(cast, limits);
-            while let Some(gpu) = self.gpu_for(cast) {
+            while let Some(gpu) = &self.gpu {
                 let rows = n_rows..cast.rays.counts[1];
                 let take = &mut |more: Vec<Crossings>| {
                     n_rows += more.iter().map(|crossings| (crossings.offsets.len() - 1) as u32 / n_i).sum::<u32>();
@@ -152,7 +146,7 @@ impl Engine {
         {
             let mut attempts = Attempts::new(cast, budget.bands);
             // what the GPU has finished before it fails stays: it was checked
-            while let Some(gpu) = self.gpu_for(cast) {
+            while let Some(gpu) = &self.gpu {
                 let first_row = (builder.n_rays() / u64::from(cast.rays.counts[0])) as u32;
                 let rows = first_row..cast.rays.counts[1];
                 let take = &mut |band: Band| builder.push(laid(overlay, vec![band])?);

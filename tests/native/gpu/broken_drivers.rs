@@ -88,7 +88,7 @@ const MUTATIONS: &[(&str, &str, &str)] = &[
     ("intersect", "params.axis == 2u && i_is_level", "params.axis == 1u && i_is_level"),
     ("intersect", "multiply_signed(dz.y, dy.z)", "multiply_signed(dz.z, dy.z)"),
     ("intersect", "select(~q.whole, 0u - q.whole, is_whole)", "select(~q.whole, ~q.whole, is_whole)"),
-    ("intersect", "f.z.x - (base << params.fraction_bits)", "f.z.y - (base << params.fraction_bits)"),
+    ("intersect", "f.z.x - base", "f.z.y - base"),
     ("map", "(1u - params.rule)", "params.rule"),
     ("map", "s.open.low.x ^= select", "s.open.low.x = select"),
     ("map", "cell < params.depth", "cell <= params.depth"),
@@ -112,9 +112,31 @@ const MUTATIONS: &[(&str, &str, &str)] = &[
     ("intersect_deep", "i32(params.depth)", "i32(params.depth) - 1"),
     ("intersect_deep", "row * params.n_across", "row"),
     ("intersect_deep", "params.first_facet + facet", "facet"),
-    ("intersect_deep", "params.event_capacity + place]", "params.event_capacity + first]"),
+    ("intersect_deep", "params.event_capacity + place]", "params.event_capacity]"),
     ("intersect_deep", "params.with_facets == 1u", "params.with_facets == 2u"),
+    ("intersect_graded", "select(1, 0, centre_is_above)", "select(0, 1, centre_is_above)"),
+    ("intersect_graded", "(high.rest.x << 13u) | low", "high.rest.x << 13u"),
+    ("intersect_graded", "float64(high.rest) * 8192.0", "float64(high.rest)"),
+    ("intersect_graded", "(high.whole << 13u) | q.whole", "high.whole << 13u"),
+    ("intersect_graded", "row_place(first.y + row) - f.y.x", "row_place(first.y) - f.y.x"),
+    ("intersect_graded", "ray_place(first.x + ray) - f.x.x", "ray_place(ray) - f.x.x"),
+    ("intersect_graded", "params.n_i + params.depth + min(j", "params.n_i + min(j"),
+    ("intersect_graded", "min(j, params.end_row - 1u)", "min(j, params.end_row - 2u)"),
+    ("intersect_graded", "centres[middle] < place", "centres[middle] <= place"),
+    ("intersect_graded", "SEARCH_LOOPS: u32 = 6u", "SEARCH_LOOPS: u32 = 1u"),
+    ("intersect_graded", "before + params.first_row, before", "before, before"),
+    ("intersect_graded", "high.x + 1", "high.x"),
+    ("intersect_graded", "select(vec3<u32>(1u), vec3<u32>(0u), tie_is_inside)", "vec3<u32>(0u)"),
+    ("intersect_graded", "(w.b < vec3<i32>(0))", "(w.b > vec3<i32>(0))"),
+    ("intersect_graded", "now.a > zero", "now.a < zero"),
+    ("intersect_graded", "row_place(j + BIN - 1u)", "row_place(j)"),
+    ("intersect_graded", "bits |= is_inside(across[ray], down) << ray", "bits |= is_inside(across[ray], down)"),
+    ("intersect_graded", "(1u << min(params.n_i - i, BIN)) - 1u", "0xffu"),
+    ("intersect_graded", "select(0u, inside, row < n_rows)", "inside"),
     ("map_deep", "cell < params.depth", "cell <= params.depth"),
+    ("map_deep", "other < key", "other <= key"),
+    ("map_deep", "i < local)", "i > local + 64u)"),
+    ("map_deep", "i < BIN * params.n_ranks", "i < params.n_ranks"),
     ("map_deep", "params.rule == 0u", "params.rule != 0u"),
     ("map_deep", "vec4<u32>(1u, 33u, 65u, 97u)", "vec4<u32>(1u, 33u, 65u, 96u)"),
     ("map_deep", "(bits + 7u) / 8u", "(bits - 1u) / 8u"),
@@ -138,6 +160,7 @@ fn check(gpu: &Gpu, kernel: &str, cases: &[Case]) -> Checked {
             "intersect" => kernel_checks::check_intersect(gpu, cases).await,
             "map" => kernel_checks::check_map(gpu, cases).await,
             "intersect_deep" => kernel_checks::check_intersect_deep(gpu, cases).await,
+            "intersect_graded" => kernel_checks::check_intersect_graded(gpu, cases).await,
             "map_deep" => kernel_checks::check_map_deep(gpu, cases).await,
             "expand" => kernel_checks::check_expand(gpu, cases).await,
             _ => panic!("no check of {kernel}"),
@@ -196,6 +219,7 @@ fn guesses_of_quotients_may_be_off() {
         for check in [
             pollster::block_on(kernel_checks::intersect_makes_the_tiles_of_the_definition(&gpu)),
             pollster::block_on(kernel_checks::intersect_deep_finds_every_crossing(&gpu)),
+            pollster::block_on(kernel_checks::intersect_graded_finds_every_crossing(&gpu)),
             pollster::block_on(kernel_checks::the_whole_line_gives_the_golden_files(&gpu)),
         ] {
             check.unwrap_or_else(|what| panic!("{to}: {what}"));
@@ -216,12 +240,20 @@ fn ball() -> (Frame, Rays) {
     (Frame::new(&geometries, &lines).expect("frame"), Rays::new(2, lines.dims()))
 }
 
+/// The same on lines of which every seventh is left out.
+fn graded_ball() -> (Frame, Rays) {
+    let geometries = [Geometry::new("ball", 3, models::sphere([0.0; 3], 1.0, 24)).unwrap()];
+    let list = (0..160).filter(|line| line % 7 != 3).map(|line| -1.2 + 0.015 * f64::from(line)).collect::<Vec<f64>>();
+    let lines = Lines::from_lists([0; 3].map(|_| list.clone())).expect("lines");
+    (Frame::new(&geometries, &lines).expect("frame"), Rays::new(2, lines.dims()))
+}
+
 #[test]
 fn a_device_that_is_wrong_costs_no_cell_and_is_named() {
     let known = kernels::gpu();
-    let (frame, rays) = ball();
-    let cast = Cast { frame: &frame, rays: &rays, rule: Rule::Parity };
-    let expected = cpu::columns(&cast, &Control::default()).expect("columns");
+    let [equal, graded] = [ball(), graded_ball()];
+    let casts = [&equal, &graded].map(|(frame, rays)| Cast { frame, rays, rule: Rule::Parity });
+    let expected = casts.map(|cast| cpu::columns(&cast, &Control::default()).expect("columns"));
     let faults = [
         ("drops work", "map", "*tile < end; *tile += 2u", "*tile + 2u < end; *tile += 2u"),
         ("drops chunks", "map", "chunks[chunk] = vec2<u32>(row.place", "chunks[chunk ^ 1u] = vec2<u32>(row.place"),
@@ -235,12 +267,17 @@ fn a_device_that_is_wrong_costs_no_cell_and_is_named() {
         ("garbage", "map", "runs[*place] = words", "runs[*place] = words * 2654435761u"),
         ("garbage in tiles", "intersect", "height.fraction);", "height.fraction * 3u);"),
         ("facets lost", "lattice", "(hits.x | hits.y) != 0u", "hits.x != 0u"),
+        ("another place", "intersect_graded", "centres[middle] <", "centres[middle] / 2 <"),
+        ("another cell", "intersect_graded", "(cell << 9u)", "((cell ^ 1u) << 9u)"),
+        ("crossings lost", "intersect_graded", "left &= left - 1u", "left = 0u"),
     ];
     for (what, kernel, from, to) in faults {
+        let index = usize::from(kernel == "intersect_graded");
+        let (cast, expected) = (casts[index], &expected[index]);
         let gpu = open(known, Some(kernel), from, to).expect("the probe does not see it");
         let mut engine = Engine::with_gpu(gpu);
         let (columns, used) = pollster::block_on(engine.columns(&cast, &Control::default())).expect(what);
-        assert!(columns == expected, "{what}: other cells");
+        assert!(columns == *expected, "{what}: other cells");
         let [rays, differing] = used.checked.expect("a GPU has begun");
         if what == "many deep rows" && engine.fallback.is_none() {
             // no row is deep here, so the fault shows nowhere
@@ -274,10 +311,10 @@ fn wrong_crossings_are_cast_again_by_the_cpu() {
         ("another cell", "(cell << 9u)", "((cell ^ 1u) << 9u)"),
         ("a cell past the end", "(cell << 9u)", "((cell + 400u) << 9u)"),
         ("another ray", "(ray << 27u)", "((ray ^ 1u) << 27u)"),
-        ("an unknown geometry", "plane.tag & 0x1ffu", "plane.tag | 0x1feu"),
+        ("an unknown geometry", "(tag & 0x1ffu)", "(tag | 0x1feu)"),
         ("an unknown facet", "params.first_facet + facet", "99999999u"),
         ("the facet beside it", "params.first_facet + facet", "facet ^ 1u"),
-        ("a crossing in place of another", "events[place] =", "events[first] ="),
+        ("a crossing in place of another", "events[place] =", "events[place / 2u] ="),
         ("crossings lost", "of_row != 0u", "of_row > 1u"),
     ];
     for (what, from, to) in faults {

@@ -20,11 +20,11 @@ pub(super) fn hull(span_bits: u32, fraction_bits: u32) -> i128 {
     (1 << span_bits) - (2 << fraction_bits) + 1
 }
 
-struct Prover<'a> {
-    shader: Interpreter<'a, Ranges<'a>>,
+pub(super) struct Prover<'a> {
+    pub(super) shader: Interpreter<'a, Ranges<'a>>,
     fraction_bits: u32,
     /// Units of corners and rays.
-    places: Range,
+    pub(super) places: Range,
 }
 
 impl<'a> Prover<'a> {
@@ -48,7 +48,7 @@ impl<'a> Prover<'a> {
         Prover { shader, fraction_bits, places }
     }
 
-    fn facet(&self) -> Number<'a> {
+    pub(super) fn facet(&self) -> Number<'a> {
         // three times its number
         self.shader.call("load_facet", vec![unsigned((0, (1 << 30) - 1))])
     }
@@ -61,7 +61,7 @@ impl<'a> Prover<'a> {
 }
 
 /// A part of a struct, by its name.
-fn part<'v, 'a>(module: &Module, kind: &str, value: &'v Number<'a>, name: &str) -> &'v Number<'a> {
+pub(super) fn part<'v, 'a>(module: &Module, kind: &str, value: &'v Number<'a>, name: &str) -> &'v Number<'a> {
     let (_, ty) = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(kind)).expect("a struct");
     let TypeInner::Struct { members, .. } = &ty.inner else { panic!("{kind} is no struct") };
     let at = members.iter().position(|member| member.name.as_deref() == Some(name)).expect("a part");
@@ -69,7 +69,7 @@ fn part<'v, 'a>(module: &Module, kind: &str, value: &'v Number<'a>, name: &str) 
 }
 
 /// The part of the rays' axis where the frame begins: at cell 0, or as far before it as the span allows.
-fn on_all_frames(module: &Module, span_bits: u32, check: impl Fn(&Prover, &Module)) -> Vec<String> {
+pub(super) fn on_all_frames(module: &Module, span_bits: u32, check: impl Fn(&Prover, &Module)) -> Vec<String> {
     let faults = RefCell::new(Vec::new());
     let domain = Ranges::new(&faults);
     for fraction_bits in MIN_FRACTION_BITS..SPAN_BITS {
