@@ -25,6 +25,7 @@ const PANICS = /^<?(core|alloc)\b.*\b(panicking|panic_\w+|\w+_fail(ed|_rt)?|capa
 /** Every browser with WebGPU has these; without them wasm-opt refuses the code. */
 const FEATURES =
   '--enable-simd --enable-bulk-memory --enable-nontrapping-float-to-int --enable-sign-ext --enable-mutable-globals --enable-reference-types --enable-multivalue';
+
 /** Builds dist/ and returns a line with its sizes; fails where the wasm is too large. */
 export async function build() {
   await ensureNodeModules();

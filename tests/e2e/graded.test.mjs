@@ -162,7 +162,7 @@ test('the fields of graded lines follow the switch, and a link has them', async 
 
 test('several sizes of cells are compared as by the native command', async ({ visit }) => {
   await inFolder('cubes', async (folder) => {
-    const page = await visit('#cells=30&sample=cubes');
+    const page = await visit('#cells=30&padding=2&sample=cubes');
     await hasGeometries(page, 2);
     await page.click('#converge summary');
     await page.fill('#converge-sizes', '24 9 13');
@@ -173,6 +173,7 @@ test('several sizes of cells are compared as by the native command', async ({ vi
       'copper.stl:name=copper,flag=1',
       'epoxy.stl:name=epoxy,flag=2',
       '--sizes=9,13,24',
+      '--padding-cells=2',
       '--json',
       '--backend=cpu',
     ];
@@ -193,6 +194,7 @@ test('several sizes of cells are compared as by the native command', async ({ vi
     const chart = (await saved(page, '#converge-svg')).bytes.toString();
     assert.match(chart, /^<svg xmlns=/);
     await page.click('#converge-tables tbody tr:nth-child(2) button');
+    // padding adds to it
     assert.equal(await page.inputValue('#cells'), '13');
     await page.fill('#converge-sizes', '0');
     await page.click('#converge-run');

@@ -1,11 +1,14 @@
 //! Convergence: areas against faces counted cell by cell, errors of bodies whose volume and area are known, and the command.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+
 use hexcast::control::Control;
 use hexcast::converge::{areas, converge};
-use hexcast::job::{GeometryJob, Job};
+use hexcast::job::{FractionsJob, GeometryJob, Job, LinksJob};
 use hexcast::mesh::Mesh;
 use hexcast::mesher::Mesher;
-use hexcast::pipeline::{Engine, MeshOptions};
+use hexcast::pipeline::{self, Engine, MeshOptions};
 use hexcast::sources::Source;
 use hexcast::{Error, Result};
 use serde_json::Value;
@@ -21,6 +24,43 @@ fn job_of(surfaces: &[(&str, Facets)], domain: [f64; 6]) -> (Job, Vec<Source>) {
 
 fn levels(job: &Job, sources: &[Source], sizes: &[u32]) -> Result<Vec<hexcast::converge::Level>> {
     pollster::block_on(converge(job, sources, sizes, &mut Engine::cpu(), &Control::default()))
+}
+
+/// How often a caller is asked to wait, so that it can cancel.
+fn n_pauses(act: impl FnOnce(Control)) -> usize {
+    let n = Arc::new(AtomicUsize::new(0));
+    let counted = n.clone();
+    act(Control::default().pausing(move || {
+        counted.fetch_add(1, Relaxed);
+        Box::pin(std::future::ready(()))
+    }));
+    n.load(Relaxed)
+}
+
+#[test]
+fn what_is_measured_can_be_cancelled_between_its_steps() {
+    let (job, sources) = job_of(&[("ball.stl", sphere([2.0; 3], 1.5, 24))], [0.0, 0.0, 0.0, 4.0, 4.0, 4.0]);
+    let job = set!(Job { cells: Some(60), ..job });
+    let meshed = |job: Job| {
+        n_pauses(|control| {
+            let options = MeshOptions::default();
+            let mut engine = Engine::cpu();
+            let mesh = pipeline::mesh(&job, sources.clone(), &options, &mut engine, &control);
+            pollster::block_on(mesh).expect("a mesh");
+        })
+    };
+    let plain = meshed(job.clone());
+    let with_links = meshed(set!(Job { links: Some(LinksJob::default()), ..job.clone() }));
+    // a pair of directions after the other
+    assert!(with_links >= plain + 9, "{with_links} pauses with links, {plain} without");
+    let with_fractions = meshed(set!(Job { fractions: Some(FractionsJob::default()), ..job.clone() }));
+    assert!(with_fractions > plain, "{with_fractions} pauses with fractions, {plain} without");
+    let compared = n_pauses(|control| {
+        let job = set!(Job { cells: None, ..job.clone() });
+        pollster::block_on(converge(&job, &sources, &[60], &mut Engine::cpu(), &control)).expect("levels");
+    });
+    // for faces, and for the bytes of a column file
+    assert!(compared >= plain + 2, "{compared} pauses to compare, {plain} to mesh");
 }
 
 /// Faces of a flag across an axis, each looked at from the cell.
