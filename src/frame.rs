@@ -119,11 +119,6 @@ impl Frame {
         }
     }
 
-    /// Centres of the cells along an axis, in units, where cells differ in size; else none.
-    pub(crate) fn listed_centres(&self, axis: usize) -> &[i32] {
-        self.places().map_or(&[], |places| &places.centres[axis])
-    }
-
     /// The face below a cell along an axis, in units; that of the number of cells is above the last.
     #[inline(always)]
     pub fn face(&self, axis: usize, cell: u32) -> i32 {

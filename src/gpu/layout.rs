@@ -296,6 +296,7 @@ fn rays_between(frame: &Frame, axis: usize, [low, high]: [i32; 2]) -> [i32; 2] {
 
 /// Centres of cells that differ in size, as `shaders/shared/graded.wgsl` reads them; none of equal cells.
 pub(crate) fn centres(cast: &Cast) -> Vec<i32> {
+    let Some(places) = &cast.frame.centres else { return Vec::new() };
     let [first, second] = cast.rays.across;
-    [first, cast.rays.axis, second].map(|axis| cast.frame.listed_centres(axis)).concat()
+    [first, cast.rays.axis, second].map(|axis| &places.centres[axis][..]).concat()
 }
