@@ -145,23 +145,20 @@ fn projected<'a>(geometries: impl Iterator<Item = &'a Geometry>) -> [f64; 3] {
 /// Area of the faces across x, y and z of each flag, towards other flags and at the sides of the box.
 ///
 /// # Errors
-/// `lines-graded` where cells differ in size; `cancelled`; those of [`Mesh::box_flags`].
+/// `lines-graded` where cells differ in size; those of [`Mesh::for_each_slab`].
 pub async fn areas(mesh: &Mesh, control: &Control) -> Result<Vec<[f64; 3]>> {
     let Some(spacing) = mesh.lines.spacing() else {
         let message = "cells differ in size, and faces are counted between equal ones";
         return Err(Error::new("lines-graded", message, "use equal cells (cells, dims, cell_size)"));
     };
-    let [nx, ny, nz] = mesh.dims().map(|n| n as usize);
+    let [nx, ny, _] = mesh.dims().map(|n| n as usize);
     let mut faces = Faces { counts: vec![[0; 3]; 256] };
     // the row and the plane before, of flag 0 before the first and after the last
     let outside = vec![0; nx];
     let mut plane = vec![0; nx * ny];
     let mut row_in_plane = 0;
-    let at_once = (SLAB / (nx * ny)).max(1);
-    for z in (0..nz).step_by(at_once) {
-        control.rest().await?;
-        let planes = z as u32..nz.min(z + at_once) as u32;
-        for row in mesh.box_flags(&[0..nx as u32, 0..ny as u32, planes])?.chunks_exact(nx) {
+    let count = &mut |flags: &[u8]| {
+        for row in flags.chunks_exact(nx) {
             let at = row_in_plane * nx;
             faces.along(row);
             faces.between(row, &plane[at..at + nx], 2);
@@ -173,7 +170,9 @@ pub async fn areas(mesh: &Mesh, control: &Control) -> Result<Vec<[f64; 3]>> {
                 faces.between(row, &outside, 1);
             }
         }
-    }
+        Ok(())
+    };
+    mesh.for_each_slab_with_rests(SLAB, control, count).await?;
     plane.chunks_exact(nx).for_each(|row| faces.between(row, &outside, 2));
     let [x, y, z] = spacing;
     let face = [y * z, x * z, x * y];

@@ -83,6 +83,12 @@ export function numbersOf(text) {
   return numbers.every(Number.isFinite) ? numbers : undefined;
 }
 
+/** The flags of a text, at least one; undefined where it has other things. @param {string} text */
+export function flagsOf(text) {
+  const flags = numbersOf(text);
+  return flags?.length && flags.every((flag) => Number.isInteger(flag) && flag >= 0 && flag <= 255) ? flags : undefined;
+}
+
 /**
  * Reads one number or three from a field.
  *

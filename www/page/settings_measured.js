@@ -1,6 +1,6 @@
 /** The fields of what is measured beside the cells: links, fractions of cells, a staggered grid. */
 import { byId, inputOf, onInput, put, selectOf } from './dom.js';
-import { numbersOf } from './format.js';
+import { flagsOf } from './format.js';
 import { set, state } from './state.js';
 
 const SWITCHES = /** @type {const} */ (['links', 'fractions', 'fraction_faces', 'fraction_surfaces', 'staggered']);
@@ -16,10 +16,9 @@ export function startMeasured() {
     set({ stencil: /** @type {import('./state.js').Settings['stencil']} */ (stencil.value) }),
   );
   onInput('fluid', 'input', (input) => {
-    const flags = numbersOf(input.value);
-    const isRight = flags?.length && flags.every((flag) => Number.isInteger(flag) && flag >= 0 && flag <= 255);
-    input.setCustomValidity(isRight ? '' : 'these are flags from 0 to 255, separated by spaces');
-    if (isRight) set({ fluid: flags });
+    const flags = flagsOf(input.value);
+    input.setCustomValidity(flags ? '' : 'these are flags from 0 to 255, separated by spaces');
+    if (flags) set({ fluid: flags });
   });
   const rays = selectOf('fraction-rays');
   rays.addEventListener('change', () => set({ fraction_rays: Number(rays.value) }));

@@ -5,7 +5,7 @@
  */
 import { buttonOf, byId, debounce } from './dom.js';
 import { GEOMETRY_KEYS, currentJob } from './job.js';
-import { numbersOf, writeNumbers } from './format.js';
+import { flagsOf, numbersOf, writeNumbers } from './format.js';
 import { readMaterial, writeMaterial } from './material.js';
 import { showNotice } from './messages.js';
 import { expectLines, linesFile, waitedLines } from './settings_lines.js';
@@ -177,8 +177,7 @@ export function readHash() {
   const unit = query.get('unit') ?? DEFAULTS.unit;
   // such a unit is in every output
   patch.unit = /^[\p{L}\p{N}µ"']{0,16}$/u.test(unit) ? unit : DEFAULTS.unit;
-  const fluid = numbersOf(query.get('fluid') ?? '');
-  if (fluid?.length && fluid.every((flag) => Number.isInteger(flag) && flag >= 0 && flag <= 255)) patch.fluid = fluid;
+  patch.fluid = flagsOf(query.get('fluid') ?? '') ?? DEFAULTS.fluid;
   expectLines(query.get('lines'));
   expected = query.getAll('g').map(readGeometry);
   set(patch);
