@@ -162,14 +162,21 @@ export async function picture3d(page) {
   }, bytes.toString('base64'));
 }
 
-/** Names of the files that the page keeps for the next visit. */
+/** Names of the files that the page keeps for the next visit; null while the page replaces their list. */
 export function keptFiles(page) {
   return page.evaluate(async () => {
     const root = await navigator.storage.getDirectory();
     const folder = await root.getDirectoryHandle('hexcast-session').catch(() => null);
     const list = await folder?.getFileHandle('session.json').catch(() => null);
-    // it is empty until it is written
-    const text = list ? await (await list.getFile()).text() : '';
-    return text === '' ? [] : JSON.parse(text).map(({ name }) => name);
+    if (!list) return [];
+    try {
+      // it is empty until it is written
+      const text = await (await list.getFile()).text();
+      return text === '' ? [] : JSON.parse(text).map(({ name }) => name);
+    } catch (error) {
+      // the page puts another in its place between the steps
+      if (error.name === 'NotFoundError' || error.name === 'NotReadableError') return null;
+      throw error;
+    }
   });
 }
