@@ -16,6 +16,7 @@ use crate::rays::Rays;
 mod box_runs;
 mod builder;
 pub(crate) mod codec;
+mod cut;
 pub mod file;
 mod packed_band;
 mod pad;

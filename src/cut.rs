@@ -8,16 +8,11 @@
 //!
 //! Cost: one pass over the rays of the box.
 
-use crate::columns::{Band, ColumnsBuilder, run, run_flag, spans};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::flags::CellBox;
 use crate::lines::Lines;
 use crate::mesh::Mesh;
-use crate::rays::Rays;
-
-/// Rays of a band, at least.
-const BAND_RAYS: usize = 1 << 16;
 
 /// The mesh of a box of cells, of blocks of `stride` cells on x, y, z; at most `max_bytes` of memory are taken.
 ///
@@ -27,41 +22,8 @@ const BAND_RAYS: usize = 1 << 16;
 pub fn cut(mesh: &Mesh, cells: &CellBox, stride: [u32; 3], max_bytes: u64, control: &Control) -> Result<Mesh> {
     check(mesh, cells, stride)?;
     let dims = [0, 1, 2].map(|axis| (cells[axis].end - cells[axis].start) / stride[axis]);
-    let source = &mesh.columns;
-    let rays = Rays::new(source.rays.axis, dims);
-    let middle = |axis: usize, block: u32| cells[axis].start + block * stride[axis] + stride[axis] / 2;
-    // the first block whose middle is not before a cell
-    let block = |cell: u32| cell.saturating_sub(middle(rays.axis, 0)).div_ceil(stride[rays.axis]).min(rays.depth);
-    let mut builder = ColumnsBuilder::new(rays, max_bytes, None);
-    let mut band = Band { n_crossings: source.n_crossings(), odd_rays: source.odd_rays(), ..Band::default() };
-    let [across, along_row] = rays.across;
-    for row in 0..rays.counts[1] {
-        control.check()?;
-        let start = u64::from(middle(along_row, row)) * u64::from(source.rays.counts[0]);
-        let of_row = start + u64::from(middle(across, 0))..start + u64::from(middle(across, rays.counts[0] - 1)) + 1;
-        let mut next = 0;
-        source.for_rays(of_row, |runs| {
-            let is_taken = next % stride[across] == 0;
-            next += 1;
-            if !is_taken {
-                return;
-            }
-            let first = band.runs.len();
-            spans(runs, &cells[rays.axis], |from, to, flag| {
-                let (from, to) = (block(from), block(to));
-                let before = band.runs[first..].last().map_or(0, |&last| run_flag(last));
-                if from < to && flag != before {
-                    band.runs.push(run(from, flag));
-                }
-            });
-            band.ends.push(band.runs.len() as u32);
-        })?;
-        if band.ends.len() >= BAND_RAYS || row + 1 == rays.counts[1] {
-            let next = Band { first_ray: band.first_ray + band.ends.len() as u64, ..Band::default() };
-            builder.push(vec![std::mem::replace(&mut band, next)])?;
-        }
-    }
-    Mesh::new(lines(&mesh.lines, cells, stride, dims)?, builder.finish()?, mesh.names.clone(), mesh.unit.clone())
+    let columns = mesh.columns.cut(cells, stride, max_bytes, control)?;
+    Mesh::new(lines(&mesh.lines, cells, stride, dims)?, columns, mesh.names.clone(), mesh.unit.clone())
 }
 
 fn check(mesh: &Mesh, cells: &CellBox, stride: [u32; 3]) -> Result<()> {

@@ -158,7 +158,7 @@ impl Frame {
     }
 
     /// The frame in which the cells along some axes lie around the faces of these cells: one more along such an axis, each with its
-    /// centre on a face. Only rays may be cast in it: the faces of its cells are not those of any mesh.
+    /// centre on a face. Only rays may be cast in it, and windows cut out.
     pub(crate) fn around_faces(mut self, is_moved: [bool; 3]) -> Frame {
         for axis in (0..3).filter(|&axis| is_moved[axis]) {
             self.dims[axis] += 1;
@@ -170,7 +170,7 @@ impl Frame {
         self
     }
 
-    /// The frame with a cell more before the first along an axis and behind the last, as large as these. Only rays may be cast in it.
+    /// The frame with a cell more before the first along an axis and behind the last, as large as these. Only rays may be cast in it, and windows cut out.
     pub(crate) fn with_mirrored_ends(mut self, axis: usize) -> Frame {
         self.dims[axis] += 2;
         match self.centres.as_mut() {
@@ -218,6 +218,20 @@ impl Frame {
     /// of the first of these cells, so that every cell is decided as in the whole box. Facets that no ray through these cells meets,
     /// along any axis, are left out.
     pub(crate) fn window(&self, cells: [[u32; 3]; 2]) -> Frame {
+        self.window_of(cells, |facet| in_window(facet, cells, self)).0
+    }
+
+    /// The same with the facets that rays along one axis through these cells may meet; and the index of each here.
+    pub(crate) fn window_along(&self, axis: usize, cells: [[u32; 3]; 2]) -> (Frame, Vec<u32>) {
+        let is_in_reach = |facet: &SnappedFacet| (0..3).all(|of| of == axis || is_near(facet, of, cells, self));
+        self.window_of(cells, |facet| is_in_reach(facet).then(|| from_window(facet, cells, self)))
+    }
+
+    fn window_of(
+        &self,
+        cells: [[u32; 3]; 2],
+        moved: impl Fn(&SnappedFacet) -> Option<SnappedFacet>,
+    ) -> (Frame, Vec<u32>) {
         let mut window = Frame {
             dims: [0, 1, 2].map(|axis| cells[1][axis] - cells[0][axis]),
             facets: Vec::new(),
@@ -226,13 +240,15 @@ impl Frame {
             centres: self.places().map(|places| Arc::new(places.of_cells(cells))),
             ..*self
         };
-        for (facet, &position) in self.facets.iter().zip(&self.position_of_facet) {
-            if let Some(moved) = in_window(facet, cells, self) {
+        let mut indices = Vec::new();
+        for (index, facet) in (0u32..).zip(&self.facets) {
+            if let Some(moved) = moved(facet) {
                 window.facets.push(moved);
-                window.position_of_facet.push(position);
+                window.position_of_facet.push(self.position_of_facet[index as usize]);
+                indices.push(index);
             }
         }
-        window
+        (window, indices)
     }
 
     /// Largest distance that the snap moves a corner along an axis, in cells.
@@ -243,15 +259,22 @@ impl Frame {
 
 /// A facet, counted from the centre of the first cell of a window; None if the facet is nowhere near the rays through the window's
 /// cells, which would meet it along one axis and so have it within their reach along the two others.
-pub(crate) fn in_window(facet: &SnappedFacet, [first, end]: [[u32; 3]; 2], whole: &Frame) -> Option<SnappedFacet> {
-    let is_near = |axis: usize| {
-        let places = facet.map(|corner| corner[axis]);
-        // cells along a surface are touched by facets beside their centres
-        let [low, high] = [first, end].map(|cell| whole.face(axis, cell[axis]));
-        places.iter().any(|&place| place >= low) && places.iter().any(|&place| place <= high)
-    };
-    let is_in_reach = (0..3).filter(|&axis| is_near(axis)).count() >= 2;
-    is_in_reach.then(|| moved(facet, [0, 1, 2].map(|axis| -whole.centre(axis, first[axis]))))
+pub(crate) fn in_window(facet: &SnappedFacet, cells: [[u32; 3]; 2], whole: &Frame) -> Option<SnappedFacet> {
+    let is_in_reach = (0..3).filter(|&axis| is_near(facet, axis, cells, whole)).count() >= 2;
+    is_in_reach.then(|| from_window(facet, cells, whole))
+}
+
+/// Whether a facet reaches the cells of a window along an axis.
+fn is_near(facet: &SnappedFacet, axis: usize, cells: [[u32; 3]; 2], whole: &Frame) -> bool {
+    let places = facet.map(|corner| corner[axis]);
+    // cells along a surface are touched by facets beside their centres
+    let [low, high] = cells.map(|cell| whole.face(axis, cell[axis]));
+    places.iter().any(|&place| place >= low) && places.iter().any(|&place| place <= high)
+}
+
+/// A facet, counted from the centre of the first cell of a window.
+fn from_window(facet: &SnappedFacet, [first, _]: [[u32; 3]; 2], whole: &Frame) -> SnappedFacet {
+    moved(facet, [0, 1, 2].map(|axis| -whole.centre(axis, first[axis])))
 }
 
 /// A facet moved by so many units along each axis.

@@ -128,6 +128,10 @@ pub mod volume_bound;
 mod volumes;
 #[cfg(all(feature = "web", target_arch = "wasm32"))]
 pub mod web;
+#[cfg(not(feature = "stages"))]
+mod window;
+#[cfg(feature = "stages")]
+pub mod window;
 pub mod write;
 mod zlib;
 

@@ -1,6 +1,6 @@
 //! Links: how far it is from cells of a fluid to the surface, in the directions of a stencil.
 //!
-//! Frame, columns, stencil, flags of the fluid -> [`Links`]. A link is the segment from the centre of a cell to that of a neighbour. For
+//! Frame, columns, window, stencil, flags of the fluid -> [`Links`]. A link is the segment from the centre of a cell to that of a neighbour. For
 //! each link that begins in the fluid and meets a surface behind which the flag is no fluid, q is the fraction of the link up to there.
 //!
 //! # Theory
@@ -15,6 +15,8 @@
 //!
 //! Geometries that are not closed, and those with cells along their surfaces, have other cells than rays tell (`links/apart.rs`): there
 //! a link may end in another flag without a crossing. Its q is 1/2, and it names no facet.
+//!
+//! Links of a window begin in its cells, and are those of the whole box: rays go through these cells and their neighbours, in the frame of the whole box.
 //!
 //! Source: the distances are those of Bouzidi, Firdaouss & Lallemand (2001), Physics of Fluids 13, 3452.
 //! Cost: a cast for each pair of directions, of about as many rays as two times those of the mesh or four times; 24 bytes a link.
@@ -36,7 +38,7 @@ pub use field::Field;
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct Link {
-    /// The cell of the fluid, x, y, z.
+    /// The cell of the fluid, x, y, z, as the mesh counts it.
     pub cell: [u32; 3],
     /// Fraction of the link up to the surface: greater than 0, at most 1.
     pub q: f32,
@@ -50,7 +52,7 @@ pub struct Link {
     pub flag: u8,
 }
 
-/// All links from cells of the fluid to the surface.
+/// All links from cells of the fluid to the surface, of a box or of a window.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Links {
@@ -58,8 +60,10 @@ pub struct Links {
     pub stencil: Stencil,
     /// Flags of the fluid.
     pub fluid: Vec<u8>,
-    /// Number of cells of the box on x, y, z.
+    /// Number of cells of the mesh on x, y, z.
     pub dims: [u32; 3],
+    /// The first cell of the mesh, counted in the box: 0 but for windows, less where a halo begins beyond the box.
+    pub origin: [i32; 3],
     /// The links of each plane of cells across z.
     pub(crate) planes: Vec<Vec<Link>>,
 }

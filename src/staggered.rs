@@ -45,6 +45,8 @@ pub struct Staggered {
     pub points: Vec<Points>,
     /// The faces of sheets: those across x, then y, then z, each x fastest.
     pub sheets: Vec<SheetFace>,
+    /// The cell that the first points are those of, counted in the box: 0 but for windows.
+    pub origin: [u32; 3],
 }
 
 /// A face between two cells.
@@ -115,21 +117,21 @@ impl Points {
 
 impl Staggered {
     /// Puts sheets into the points of all components; `codes` has rank + 1 at these, `flag_of_rank` the flags of the ranks. `sheets` has the
-    /// facets of the geometries that are sheets, by rank, in a frame of the whole box.
+    /// facets of the geometries that are sheets, in a frame of the whole box; the points are those of some of its cells, the first and the end, exclusive.
     ///
     /// # Errors
     /// `cancelled`; `memory` where the faces of sheets would take more than `max_bytes`; `io` where columns are in a store that fails.
     pub(crate) fn new(
         codes: Vec<Columns>,
         flag_of_rank: &[u8],
-        sheets: &Frame,
+        (sheets, cells): (&Frame, [[u32; 3]; 2]),
         (max_bytes, control): (u64, &Control),
     ) -> Result<Staggered> {
         let flag_of_code = [&[0], flag_of_rank].concat();
         let (mut faces, mut edges) = (Vec::new(), [const { Vec::new() }; 3]);
         for axis in 0..3 {
             // of two sheets on a face the higher wins
-            let crossed = highest(crossed_faces(sheets, axis, (max_bytes / 3, control))?);
+            let crossed = highest(crossed_faces((sheets, cells), axis, (max_bytes / 3, control))?);
             let under = under(&codes[3 + axis], &crossed)?;
             for (&(face, code), _) in crossed.iter().zip(under).filter(|((_, code), under)| under <= code) {
                 faces.push(SheetFace { axis: axis as u8, face, flag: flag_of_code[usize::from(code)] });
@@ -147,7 +149,41 @@ impl Staggered {
             won.retain(|(_, code)| under.next().is_some_and(|under| under < *code));
             Ok(Points { name, columns, won, flag_of_code: flag_of_code.clone() })
         });
-        Ok(Staggered { points: points.collect::<Result<_>>()?, sheets: faces })
+        Ok(Staggered { points: points.collect::<Result<_>>()?, sheets: faces, origin: cells[0] })
+    }
+
+    /// Those of some cells of the box alone; these points begin at the cell `first`.
+    ///
+    /// # Errors
+    /// `cancelled`; `memory` where the points would take more than `max_bytes`; `io` where columns are in a store that fails.
+    pub(crate) fn within(
+        self,
+        cells: [[u32; 3]; 2],
+        first: [u32; 3],
+        (max_bytes, control): (u64, &Control),
+    ) -> Result<Staggered> {
+        let [start, n] = [0, 1].map(|of| [0, 1, 2].map(|axis| cells[of][axis] - [first, cells[0]][of][axis]));
+        let moved = |place: [u32; 3]| [0, 1, 2].map(|axis| place[axis].wrapping_sub(start[axis]));
+        let mut points = Vec::with_capacity(self.points.len());
+        for (mut of, (_, is_moved)) in self.points.into_iter().zip(COMPONENTS) {
+            let end = [0, 1, 2].map(|axis| n[axis] + u32::from(is_moved[axis]));
+            of.columns = of.columns.cut(
+                &[0, 1, 2].map(|axis| start[axis]..start[axis] + end[axis]),
+                [1; 3],
+                max_bytes,
+                control,
+            )?;
+            of.won.iter_mut().for_each(|(point, _)| *point = moved(*point));
+            of.won.retain(|(point, _)| (0..3).all(|axis| point[axis] < end[axis]));
+            points.push(of);
+        }
+        let mut sheets = self.sheets;
+        sheets.iter_mut().for_each(|sheet| sheet.face = moved(sheet.face));
+        let is_within = |sheet: &SheetFace| {
+            (0..3).all(|axis| sheet.face[axis] < n[axis] + u32::from(axis == usize::from(sheet.axis)))
+        };
+        sheets.retain(is_within);
+        Ok(Staggered { points, sheets, origin: cells[0] })
     }
 }
 
@@ -162,10 +198,19 @@ pub(crate) fn check_dims(dims: [u32; 3]) -> Result<()> {
     Err(Error::new("too-many-cells", message, "use larger cells, or leave out staggered"))
 }
 
-/// The faces across an axis whose links cross a facet, and its rank + 1.
-fn crossed_faces(sheets: &Frame, axis: usize, (max_bytes, control): (u64, &Control)) -> Result<Vec<Coded>> {
-    let n_faces = sheets.dims[axis] + 1;
-    let frame = sheets.clone().with_mirrored_ends(axis);
+/// The faces across an axis of some cells whose links cross a facet, and its rank + 1.
+fn crossed_faces(
+    (sheets, [first, mut end]): (&Frame, [[u32; 3]; 2]),
+    axis: usize,
+    (max_bytes, control): (u64, &Control),
+) -> Result<Vec<Coded>> {
+    let n_faces = end[axis] - first[axis] + 1;
+    let mut frame = sheets.clone().with_mirrored_ends(axis);
+    // with the centre before the first of these cells, and that behind the last
+    end[axis] += 2;
+    if [first, end] != [[0; 3], frame.dims] {
+        frame = frame.window_along(axis, [first, end]).0;
+    }
     let rays = Rays::new(axis, frame.dims);
     // crossings are the same under either rule
     let mut strips = Strips::new(&Cast { frame: &frame, rays: &rays, rule: Rule::Parity }, None);

@@ -9,8 +9,10 @@ export type Int32Numbers = ReturnType<Int32ArrayConstructor['of']>;
 
 /** Links from cells of a fluid to surfaces: an entry for each link, in the order of cells, x fastest, then of directions. */
 export interface Links {
-  /** Cells on x, y, z. */
+  /** Cells of the mesh on x, y, z. */
   dims: Uint32Numbers;
+  /** The first cell of the mesh, counted in the box: 0, 0, 0 but for windows and parts; below 0 where a halo begins beyond the box. */
+  origin: Int32Numbers;
   /** Steps x, y, z in cells, three numbers a direction. The first is 0, 0, 0; direction 2 k is the opposite of 2 k - 1. */
   directions: Int8Numbers;
   /** Flags of the fluid. */
@@ -33,8 +35,10 @@ export interface Links {
 
 /** Fractions of the cells with more than one flag: an entry for each flag of each cell, in the order of cells, then of flags. */
 export interface Fractions {
-  /** Cells on x, y, z. */
+  /** Cells of the mesh on x, y, z. */
   dims: Uint32Numbers;
+  /** The first cell of the mesh, counted in the box: 0, 0, 0 but for windows and parts; below 0 where a halo begins beyond the box. */
+  origin: Int32Numbers;
   /** Index of the cell: x + nx (y + ny z). Whole numbers. */
   cell: Float64Numbers;
   flag: Bytes;
@@ -70,6 +74,8 @@ export interface Staggered {
   Hz: Bytes;
   /** Flags of the cells: nx, ny, nz. */
   cell: Bytes;
+  /** The cell of the first points, counted in the box: 0, 0, 0 but for windows and parts. */
+  origin: Int32Numbers;
   /** Lines of each axis, cells + 1 numbers, in the unit of the files. */
   x: Float64Numbers;
   y: Float64Numbers;

@@ -16,24 +16,31 @@ use crate::frame::Frame;
 use crate::inside::Kind;
 use crate::job::Rule;
 use crate::lines::Lines;
+use crate::window::CellWindow;
 
 /// The faces of cells across x, y and z.
 pub(super) struct Faces<'a> {
     columns: [Columns<'a>; 3],
-    dims: [u32; 3],
+    window: CellWindow,
 }
 
 impl<'a> Faces<'a> {
     /// Sorts the facets by rows of faces, so many together.
-    pub(super) fn new(frame: &Frame, lines: &Lines, m: u32, rows: u32, rule: (Rule, &'a [Kind])) -> Faces<'a> {
-        let of_axis = |axis| Columns::new(Refined::of_faces(frame, lines, m, axis), rows, rule);
-        Faces { columns: [0, 1, 2].map(of_axis), dims: lines.dims() }
+    pub(super) fn new(
+        (frame, lines): (&Frame, &Lines),
+        window: CellWindow,
+        m: u32,
+        rows: u32,
+        rule: (Rule, &'a [Kind]),
+    ) -> Faces<'a> {
+        let of_axis = |axis| Columns::new(Refined::of_faces(frame, lines, m, axis, &window), rows, rule);
+        Faces { columns: [0, 1, 2].map(of_axis), window }
     }
 
-    /// For each fraction of cells of some planes across z, that of its flag in the six faces: below and above along x, y, z. The planes are those of one row
-    /// of bins.
+    /// For each fraction of cells of some planes of the window across z, that of its flag in the six faces: below and above along x, y, z. The planes are
+    /// those of one row of bins.
     pub(super) fn of(&self, fractions: &[Fraction], planes: Range<u32>) -> Vec<[f32; 6]> {
-        let [nx, ny, _] = self.dims.map(u64::from);
+        let [first_x, first_y, _] = self.window.first;
         let above = planes.end..planes.end + 1;
         let own = std::slice::from_ref(&planes);
         let runs = [
@@ -43,15 +50,15 @@ impl<'a> Faces<'a> {
         ];
         let mut faces = Vec::with_capacity(fractions.len());
         for of_cell in fractions.chunk_by(|one, other| one.cell == other.cell) {
-            let cell = of_cell[0].cell;
-            let [x, y, z] = [cell % nx, cell / nx % ny, cell / (nx * ny)].map(|at| at as u32);
+            let [x, y, z] = self.window.cell(of_cell[0].cell);
+            // along themselves, rays begin where the box does
             let flags = [
-                runs[0].at([x, z], y),
-                runs[0].at([x + 1, z], y),
-                runs[1].at([y, z], x),
-                runs[1].at([y + 1, z], x),
-                runs[2].at([y, z], x),
-                runs[2].at([y, z + 1], x),
+                runs[0].at([x, z], first_y + y),
+                runs[0].at([x + 1, z], first_y + y),
+                runs[1].at([y, z], first_x + x),
+                runs[1].at([y + 1, z], first_x + x),
+                runs[2].at([y, z], first_x + x),
+                runs[2].at([y, z + 1], first_x + x),
             ];
             faces.extend(of_cell.iter().map(|of| {
                 flags.map(|face| face.iter().find(|(flag, _)| *flag == of.flag).map_or(0.0, |(_, fraction)| *fraction))

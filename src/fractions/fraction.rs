@@ -6,7 +6,7 @@ use crate::parallel::*;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Fraction {
-    /// Index of the cell: x + nx (y + ny z).
+    /// Index of the cell in the mesh: x + nx (y + ny z).
     pub cell: u64,
     /// The fraction: greater than 0, less than 1.
     pub fraction: f32,
@@ -18,7 +18,7 @@ pub struct Fraction {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct CutSurface {
-    /// Index of the cell: x + nx (y + ny z).
+    /// Index of the cell in the mesh: x + nx (y + ny z).
     pub cell: u64,
     /// The geometry, counted from 0 in the job.
     pub geometry: i16,
@@ -30,20 +30,24 @@ pub struct CutSurface {
     pub normal: [f32; 3],
 }
 
-/// The fractions of flags in all cells that have more than one.
+/// The fractions of flags in all cells that have more than one, of a box or of a window.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Fractions {
     /// m: a cell has m x m rays.
     pub rays: u32,
-    /// Number of cells of the box on x, y, z.
+    /// Number of cells of the mesh on x, y, z.
     pub dims: [u32; 3],
+    /// The first cell of the mesh, counted in the box: 0 but for windows, less where a halo begins beyond the box.
+    pub origin: [i32; 3],
+    /// Cells of the mesh before and behind those that are measured, along each axis.
+    pub halo: u32,
     /// Cells by rows of so many planes each, but the last.
     pub(crate) parts: Vec<Part>,
     pub(crate) planes_of_part: u32,
-    /// Volume of each flag, 0 to 255, in the box: that of whole cells and of fractions.
+    /// Volume of each flag, 0 to 255, in the box or window: that of whole cells and of fractions.
     pub volumes: Vec<f64>,
-    /// Area of the surface of each geometry in the box; None where surfaces were not asked for.
+    /// Area of the surface of each geometry in the box or window; None where surfaces were not asked for.
     pub areas: Option<Vec<f64>>,
     /// Whether faces were asked for.
     pub has_faces: bool,
@@ -73,7 +77,8 @@ impl Fractions {
     /// The fractions of a cell and of those after it.
     pub fn from_cell(&self, cell: u64) -> impl Iterator<Item = &Fraction> + Clone {
         let [nx, ny, _] = self.dims.map(u64::from);
-        let part = cell / (nx * ny * u64::from(self.planes_of_part)).max(1);
+        let plane = (cell / (nx * ny).max(1)).saturating_sub(self.halo.into());
+        let part = plane / u64::from(self.planes_of_part);
         let mut parts = self.parts[self.parts.len().min(part as usize)..].iter();
         let first = parts
             .next()

@@ -12,26 +12,29 @@ use crate::inside::Kind;
 use crate::job::{FractionsJob, Rule};
 use crate::lines::Lines;
 use crate::parallel::*;
+use crate::window::CellWindow;
 
-/// Measures the fractions. `kinds` says of each rank whether it is inverted.
+/// Measures the fractions in the cells of a window. `kinds` says of each rank whether it is inverted.
 ///
 /// # Errors
 /// `memory` where the fractions would take more than `max_bytes`; `cancelled`.
 pub async fn fractions(
     (frame, lines): (&Frame, &Lines),
+    window: CellWindow,
     (rule, kinds): (Rule, &[Kind]),
     job: FractionsJob,
     max_bytes: u64,
     control: &Control,
 ) -> Result<Fractions> {
-    let [_, ny, nz] = lines.dims();
+    let [ny, nz] = [1, 2].map(|axis| window.end[axis] - window.first[axis]);
     // planes of cells that go together: some thousands of rays
     let planes_of_row = (RAYS / (job.rays * ny).max(1)).clamp(1, 16);
     let measure = Measure {
         lines,
-        cells: Columns::new(Refined::of_cells(frame, lines, job.rays), planes_of_row, (rule, kinds)),
-        faces: job.faces.then(|| Faces::new(frame, lines, job.rays, planes_of_row, (rule, kinds))),
-        surfaces: job.surfaces.then(|| Surfaces::new(frame, lines, planes_of_row)),
+        window,
+        cells: Columns::new(Refined::of_cells(frame, lines, job.rays, &window), planes_of_row, (rule, kinds)),
+        faces: job.faces.then(|| Faces::new((frame, lines), window, job.rays, planes_of_row, (rule, kinds))),
+        surfaces: job.surfaces.then(|| Surfaces::new((frame, lines), window, planes_of_row)),
         planes_of_row,
     };
     let (mut parts, mut volumes) = (Vec::new(), vec![0.0; 256]);
@@ -51,16 +54,25 @@ pub async fn fractions(
             let hint = "allow more with max_memory (--max-memory), or use larger cells";
             return Err(Error::new("memory", message, hint));
         }
-        for Found { part, volumes: of_rows, areas: of_ranks } in found {
+        for Found { part, volumes: of_rows, areas: of_positions } in found {
             parts.push(part);
             volumes.iter_mut().zip(of_rows).for_each(|(sum, more)| *sum += more);
             if let Some(areas) = &mut areas {
-                geometry_at.iter().zip(of_ranks).for_each(|(&geometry, more)| areas[geometry] += more);
+                geometry_at.iter().zip(of_positions).for_each(|(&geometry, more)| areas[geometry] += more);
             }
         }
     }
-    let (dims, planes_of_part) = (lines.dims(), planes_of_row);
-    Ok(Fractions { rays: job.rays, dims, parts, planes_of_part, volumes, areas, has_faces: job.faces })
+    Ok(Fractions {
+        rays: job.rays,
+        dims: window.dims(),
+        origin: window.origin(),
+        halo: window.halo,
+        parts,
+        planes_of_part: planes_of_row,
+        volumes,
+        areas,
+        has_faces: job.faces,
+    })
 }
 
 /// Rays of rows of cells that go together, about.
@@ -70,6 +82,7 @@ const ROUND: usize = if cfg!(target_arch = "wasm32") { 8 } else { 64 };
 
 struct Measure<'a> {
     lines: &'a Lines,
+    window: CellWindow,
     cells: Columns<'a>,
     faces: Option<Faces<'a>>,
     surfaces: Option<Surfaces<'a>>,
@@ -79,19 +92,24 @@ struct Measure<'a> {
 struct Found {
     part: Part,
     volumes: Vec<f64>,
-    /// Of each rank.
+    /// Of each position.
     areas: Vec<f64>,
 }
 
 impl Measure<'_> {
     fn of_row(&self, row: u32) -> Found {
-        let [nx, ny, nz] = self.lines.dims();
-        let planes = row * self.planes_of_row..((row + 1) * self.planes_of_row).min(nz);
+        let CellWindow { first, end, .. } = self.window;
+        let planes = row * self.planes_of_row..((row + 1) * self.planes_of_row).min(end[2] - first[2]);
         let (mut fractions, mut volumes) = (Vec::new(), vec![0.0; 256]);
         let whole = self.cells.whole();
         // a power of two
         let of_whole = 1.0 / whole as f64;
         self.cells.rows(planes.clone(), |[y, z], cells, sums| {
+            let (y, z) = (first[1] + y, first[2] + z);
+            let cells = cells.start.max(first[0])..cells.end.min(end[0]);
+            if cells.is_empty() {
+                return;
+            }
             let extent = self.lines.line(0, cells.end) - self.lines.line(0, cells.start);
             let volume = extent * (self.lines.cell_size(1, y) * self.lines.cell_size(2, z));
             let some = || sums.iter().filter(|sum| sum.length() > 0);
@@ -99,8 +117,7 @@ impl Measure<'_> {
                 volumes[usize::from(sum.flag)] += sum.length() as f64 * of_whole * volume;
             }
             if some().all(|sum| sum.length() < whole) {
-                let first = u64::from(nx) * (u64::from(y) + u64::from(ny) * u64::from(z));
-                for cell in cells.map(|x| first + u64::from(x)) {
+                for cell in cells.map(|x| self.window.index([x, y, z])) {
                     // rounded, it may be that of a whole cell
                     let fraction = |length: i64| ((length as f64 * of_whole) as f32).min(1.0 - f32::EPSILON / 2.0);
                     fractions.extend(some().map(|sum| Fraction {

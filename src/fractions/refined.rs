@@ -1,10 +1,12 @@
 //! Rays within cells, or within their faces: where they are, and where in a cell a place along them is.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use crate::frame::{Frame, Places, Scale, moved};
 use crate::lines::Lines;
 use crate::rays::Rays;
+use crate::window::CellWindow;
 
 /// Bits of a length within a cell.
 const BITS: u32 = 24;
@@ -30,11 +32,12 @@ pub(super) struct Refined {
 }
 
 impl Refined {
-    /// m x m rays for each column of cells along x: each in the middle of a square.
-    pub(super) fn of_cells(frame: &Frame, lines: &Lines, m: u32) -> Refined {
-        let dims = frame.dims.map(|n| m * n);
+    /// m x m rays for each column of cells along x through a window, from end to end of the box: each in the middle of a square.
+    pub(super) fn of_cells(whole: &Frame, lines: &Lines, m: u32, window: &CellWindow) -> Refined {
+        let (frame, cells) = across(whole, 0, window);
+        let dims = [0, 1, 2].map(|axis| m * (cells[1][axis] - cells[0][axis]));
         let rays = Rays::new(0, dims);
-        let (per_column, n) = ([m; 2], frame.dims[0]);
+        let (per_column, n) = ([m; 2], whole.dims[0]);
         if !frame.is_graded() {
             let bits = frame.fraction_bits - m.trailing_zeros();
             // from the first centre within a cell to that of the cell
@@ -53,18 +56,19 @@ impl Refined {
                 per_size,
             };
         }
-        let places = InUnits::new(frame, lines);
+        let places = InUnits::new(whole, lines, cells);
         let centres = [0, 1, 2].map(|axis| places.within(axis, m));
-        let frame = Frame { centres: Some(table(centres)), dims, ..frame.clone() };
+        let frame = Frame { centres: Some(table(centres)), dims, ..frame.into_owned() };
         Refined { frame, rays, per_column, n, lines: Some(places.lines(0)), first: 0.0, per_size: 1.0 }
     }
 
-    /// m rays for each column of faces across an axis, in the planes of these faces.
-    pub(super) fn of_faces(frame: &Frame, lines: &Lines, m: u32, axis: usize) -> Refined {
-        let places = InUnits::new(frame, lines);
+    /// m rays for each column of faces across an axis of the cells of a window, in the planes of these faces.
+    pub(super) fn of_faces(whole: &Frame, lines: &Lines, m: u32, axis: usize, window: &CellWindow) -> Refined {
         let along = usize::from(axis == 0);
+        let (frame, cells) = across(whole, along, window);
+        let places = InUnits::new(whole, lines, cells);
         let centres = [0, 1, 2].map(|of| match of {
-            _ if of == axis => places.lines(axis).into_iter().map(|line| libm::rint(line) as i32).collect(),
+            _ if of == axis => places.lines(axis).into_iter().map(|line| places.place(axis, line)).collect(),
             _ if of == along => places.within(along, 1),
             _ => places.within(of, m),
         });
@@ -74,7 +78,7 @@ impl Refined {
         let size = f64::from(1u32 << frame.fraction_bits);
         let (first, per_size) = (-0.5 * size, 1.0 / size);
         let list = frame.is_graded().then(|| places.lines(along));
-        let frame = Frame { centres: Some(table(centres)), dims, ..frame.clone() };
+        let frame = Frame { centres: Some(table(centres)), dims, ..frame.into_owned() };
         Refined { frame, rays, per_column, n: lines.dims()[along], lines: list, first, per_size }
     }
 
@@ -102,25 +106,45 @@ impl Refined {
     }
 }
 
-/// Places of a box in the units of its frame.
+/// The frame of rays along an axis through the cells of a window, which go from end to end of the box; and all cells that they go through.
+fn across<'a>(whole: &'a Frame, along: usize, window: &CellWindow) -> (Cow<'a, Frame>, [[u32; 3]; 2]) {
+    let mut cells = [window.first, window.end];
+    (cells[0][along], cells[1][along]) = (0, whole.dims[along]);
+    match cells == [[0; 3], whole.dims] {
+        true => (Cow::Borrowed(whole), cells),
+        false => (Cow::Owned(whole.window_along(along, cells).0), cells),
+    }
+}
+
+/// Places of some cells of a box in the units of its frame.
 pub(super) struct InUnits<'a> {
     lines: &'a Lines,
     scale: Scale,
     factor: f64,
+    cells: [[u32; 3]; 2],
+    /// Centres of the first of these cells, which rays are counted from.
+    first: [i32; 3],
 }
 
 impl InUnits<'_> {
-    pub(super) fn new<'a>(frame: &Frame, lines: &'a Lines) -> InUnits<'a> {
-        InUnits { lines, scale: Scale::new(lines), factor: f64::from(1u32 << frame.fraction_bits) }
+    pub(super) fn new<'a>(frame: &Frame, lines: &'a Lines, cells: [[u32; 3]; 2]) -> InUnits<'a> {
+        let first = [0, 1, 2].map(|axis| frame.centre(axis, cells[0][axis]));
+        InUnits { lines, scale: Scale::new(lines), factor: f64::from(1u32 << frame.fraction_bits), cells, first }
     }
 
     fn units(&self, axis: usize, world: f64) -> f64 {
         self.scale.units_from_world(axis, world) * self.factor
     }
 
-    /// All lines of an axis.
+    /// All lines of an axis of these cells, counted in the box.
     pub(super) fn lines(&self, axis: usize) -> Vec<f64> {
-        self.lines.list(axis).into_iter().map(|line| self.units(axis, line)).collect()
+        let [first, end] = self.cells.map(|cell| cell[axis]);
+        (first..=end).map(|line| self.units(axis, self.lines.line(axis, line))).collect()
+    }
+
+    /// The place of a ray.
+    fn place(&self, axis: usize, units: f64) -> i32 {
+        libm::rint(units) as i32 - self.first[axis]
     }
 
     /// Size of a unit along each axis.
@@ -132,9 +156,9 @@ impl InUnits<'_> {
     fn within(&self, axis: usize, m: u32) -> Vec<i32> {
         let place = |index: u32| {
             let fraction = (f64::from(index % m) + 0.5) / f64::from(m);
-            libm::rint(self.units(axis, self.lines.at(axis, f64::from(index / m) + fraction))) as i32
+            self.place(axis, self.units(axis, self.lines.at(axis, f64::from(index / m) + fraction)))
         };
-        (0..m * self.lines.dims()[axis]).map(place).collect()
+        (m * self.cells[0][axis]..m * self.cells[1][axis]).map(place).collect()
     }
 }
 

@@ -1,7 +1,8 @@
 //! The surface within cells: facets, clipped.
 //!
 //! Facets of a geometry -> for each cell area, centre and normal of what of them lies in it. A facet is cut by the planes of the lines across z,
-//! then y, then x. What lies in such a plane belongs to the cell below it. All is exact but for the rounding of f64, and that of results to f32.
+//! then y, then x. What lies in such a plane belongs to the cell below it. All is exact but for the rounding of f64, and that of results to f32. Each cell is cut
+//! out by itself, so that the other cells do not change its last bits.
 //!
 //! Cost: a cut for each plane that a facet crosses; 40 bytes a cell and geometry.
 
@@ -13,15 +14,17 @@ use crate::crossings::by_ray;
 use crate::frame::{Frame, normal};
 use crate::lines::Lines;
 use crate::sort::sort_nearly_by_key;
+use crate::window::CellWindow;
 
-/// The facets, by rows of cells.
+/// The facets, by rows of cells of a window.
 pub(super) struct Surfaces<'a> {
     frame: &'a Frame,
-    /// Lines of each axis in units.
+    window: CellWindow,
+    /// Lines of each axis of the box in units.
     lines: [Vec<f64>; 3],
     /// Size of a unit along each axis.
     sizes: [f64; 3],
-    /// Of each rank 1, or -1 where its facets face inwards, by their order in the file or because it is mirrored.
+    /// Of each position 1, or -1 where its facets face inwards, by their order in the file or because it is mirrored.
     turns: Vec<f64>,
     /// First facet of each row, then the end.
     offsets: Vec<u32>,
@@ -78,23 +81,22 @@ impl Polygon {
         sides
     }
 
-    /// Calls `each` with the cells of an axis that the polygon reaches, of some, and with what lies in each.
-    fn slices(self, axis: usize, lines: &[f64], cells: Range<usize>, mut each: impl FnMut(usize, Polygon)) {
+    /// Calls `each` with the cells of an axis that the polygon reaches, of some, and with what lies in each: the same whichever these are.
+    fn slices(self, axis: usize, lines: &[f64], cells: Range<u32>, mut each: impl FnMut(u32, Polygon)) {
         let places = || self.corners().iter().map(|corner| corner[axis]);
-        let low = places().fold(f64::INFINITY, f64::min);
-        let first = lines.partition_point(|&line| line < low).saturating_sub(1).max(cells.start);
-        // what lies in the first line has no cell below, and belongs to the first
-        let begin = lines[first.min(lines.len() - 1)];
-        let mut rest = if first == 0 && low >= begin { self } else { self.split(axis, begin)[1] };
-        for cell in first..cells.end {
-            if rest.n < 3 {
+        let [low, high] = [places().fold(f64::INFINITY, f64::min), places().fold(f64::NEG_INFINITY, f64::max)];
+        let first = lines.partition_point(|&line| line < low).saturating_sub(1) as u32;
+        for cell in first.max(cells.start)..cells.end {
+            let [begin, end] = [0, 1].map(|by| lines[cell as usize + by]);
+            if begin >= high && begin > low {
                 return;
             }
-            let [below, above] = rest.split(axis, lines[cell + 1]);
-            if below.n >= 3 {
-                each(cell, below);
+            // what lies in the first line has no cell below, and belongs to the first
+            let above = if low > begin || cell == 0 && low == begin { self } else { self.split(axis, begin)[1] };
+            let within = above.split(axis, end)[0];
+            if within.n >= 3 {
+                each(cell, within);
             }
-            rest = above;
         }
     }
 }
@@ -102,7 +104,7 @@ impl Polygon {
 /// What of a geometry lies in a cell: area, moments and normal, times the area.
 struct Sum {
     cell: u64,
-    rank: u8,
+    position: u16,
     /// Those of a cell stay in the order of facets, so that their sums are always the same.
     order: usize,
     area: f64,
@@ -112,58 +114,64 @@ struct Sum {
 
 impl Surfaces<'_> {
     /// Sorts facets by rows of planes of cells across z.
-    pub(super) fn new<'a>(frame: &'a Frame, lines: &Lines, planes_of_row: u32) -> Surfaces<'a> {
-        let places = InUnits::new(frame, lines);
+    pub(super) fn new<'a>((frame, lines): (&'a Frame, &Lines), window: CellWindow, planes_of_row: u32) -> Surfaces<'a> {
+        let sizes = InUnits::new(frame, lines, [window.first, window.end]).sizes();
         // as exact as the corners: what lies in a plane between cells must be found there
         let lists =
             [0, 1, 2].map(|axis| (0..=lines.dims()[axis]).map(|line| f64::from(frame.face(axis, line))).collect());
         let lists: [Vec<f64>; 3] = lists;
-        let mut volumes = vec![0i128; frame.ranks.flag_of_rank.len()];
+        let mut volumes = vec![0i128; frame.ranks.geometry_at.len()];
         for (index, &[a, b, c]) in frame.facets.iter().enumerate() {
             let across = normal(&[[0; 3], b, c]);
-            volumes[usize::from(frame.rank_of_facet(index))] +=
+            volumes[usize::from(frame.position_of_facet[index])] +=
                 (0..3).map(|axis| i128::from(a[axis]) * across[axis]).sum::<i128>();
         }
         let turns = volumes.iter().map(|&volume| if volume < 0 { -1.0 } else { 1.0 }).collect();
-        let n_rows = lines.dims()[2].div_ceil(planes_of_row) as usize;
+        let [first, end] = [window.first[2], window.end[2]];
+        let n_rows = (end - first).div_ceil(planes_of_row) as usize;
         let mut pairs = Vec::new();
         for (index, facet) in (0u32..).zip(&frame.facets) {
             let ends = facet.map(|corner| f64::from(corner[2]));
             let [low, high] = [f64::min, f64::max].map(|of| ends.into_iter().reduce(of).unwrap_or(0.0));
             let plane = |at: f64| lists[2].partition_point(|&line| line < at).saturating_sub(1) as u32;
-            let (first, last) = (plane(low) / planes_of_row, plane(high) / planes_of_row);
-            pairs.extend((first..=last).take_while(|&row| (row as usize) < n_rows).map(|row| (row, index)));
+            let planes = plane(low).max(first)..(plane(high) + 1).min(end);
+            if !planes.is_empty() {
+                let row = |plane: u32| (plane - first) / planes_of_row;
+                pairs.extend((row(planes.start)..=row(planes.end - 1)).map(|row| (row, index)));
+            }
         }
         let (offsets, facets) = by_ray(&pairs, n_rows);
-        Surfaces { frame, lines: lists, sizes: places.sizes(), turns, offsets, facets }
+        Surfaces { frame, window, lines: lists, sizes, turns, offsets, facets }
     }
 
-    /// The surfaces in the cells of some planes across z, which are those of a row, in the order of cells, then of geometries; and the area of each rank.
+    /// The surfaces in the cells of some planes of the window across z, which are those of a row, in the order of cells, then of geometries; and the area of each
+    /// position.
     pub(super) fn of_row(&self, row: u32, planes: Range<u32>) -> (Vec<CutSurface>, Vec<f64>) {
-        let [nx, ny] = [0, 1].map(|axis| self.lines[axis].len() - 1);
+        let CellWindow { first, end, .. } = self.window;
+        let planes = first[2] + planes.start..first[2] + planes.end;
         let mut sums: Vec<Sum> = Vec::new();
         let of_row = self.offsets[row as usize] as usize..self.offsets[row as usize + 1] as usize;
         for &facet in &self.facets[of_row] {
             let mut whole = Polygon::EMPTY;
             self.frame.facets[facet as usize].iter().for_each(|corner| whole.push(corner.map(f64::from)));
-            let rank = self.frame.rank_of_facet(facet as usize);
-            whole.slices(2, &self.lines[2], planes.start as usize..planes.end as usize, |z, polygon| {
-                polygon.slices(1, &self.lines[1], 0..ny, |y, polygon| {
-                    polygon.slices(0, &self.lines[0], 0..nx, |x, polygon| {
-                        let cell = x as u64 + nx as u64 * (y as u64 + ny as u64 * z as u64);
+            let position = self.frame.position_of_facet[facet as usize];
+            whole.slices(2, &self.lines[2], planes.clone(), |z, polygon| {
+                polygon.slices(1, &self.lines[1], first[1]..end[1], |y, polygon| {
+                    polygon.slices(0, &self.lines[0], first[0]..end[0], |x, polygon| {
+                        let cell = self.window.index([x, y, z]);
                         let (area, moments, normal) = self.measure(&polygon);
                         let order = sums.len();
-                        sums.push(Sum { cell, rank, order, area, moments, normal });
+                        sums.push(Sum { cell, position, order, area, moments, normal });
                     });
                 });
             });
         }
-        sort_nearly_by_key(&mut sums, |sum| (sum.cell, sum.rank, sum.order));
-        let mut areas = vec![0.0; self.frame.ranks.flag_of_rank.len()];
+        sort_nearly_by_key(&mut sums, |sum| (sum.cell, sum.position, sum.order));
+        let mut areas = vec![0.0; self.frame.ranks.geometry_at.len()];
         let mut found = Vec::new();
-        for of_cell in sums.chunk_by(|one, other| (one.cell, one.rank) == (other.cell, other.rank)) {
+        for of_cell in sums.chunk_by(|one, other| (one.cell, one.position) == (other.cell, other.position)) {
             let area: f64 = of_cell.iter().map(|sum| sum.area).sum();
-            areas[usize::from(of_cell[0].rank)] += area;
+            areas[usize::from(of_cell[0].position)] += area;
             if area > 0.0 {
                 found.push(self.surface(of_cell, area));
             }
@@ -191,20 +199,20 @@ impl Surfaces<'_> {
 
     /// The surface of a geometry in a cell.
     fn surface(&self, sums: &[Sum], area: f64) -> CutSurface {
-        let [nx, ny] = [0, 1].map(|axis| self.lines[axis].len() as u64 - 1);
-        let Sum { cell, rank, .. } = sums[0];
-        let index = [cell % nx, cell / nx % ny, cell / (nx * ny)];
+        let Sum { cell, position, .. } = sums[0];
+        let of_window = self.window.cell(cell);
         let total = |of: fn(&Sum) -> &Point| [0, 1, 2].map(|axis| sums.iter().map(|sum| of(sum)[axis]).sum::<f64>());
         let (moments, normal) = (total(|sum| &sum.moments), total(|sum| &sum.normal));
-        let normal = normal.map(|component| self.turns[usize::from(rank)] * component);
+        let normal = normal.map(|component| self.turns[usize::from(position)] * component);
         let norm = length(normal);
         let point = [0, 1, 2].map(|axis| {
-            let [low, high] = [0, 1].map(|by| self.lines[axis][index[axis] as usize + by]);
+            let [low, high] =
+                [0, 1].map(|by| self.lines[axis][(self.window.first[axis] + of_window[axis] + by) as usize]);
             ((moments[axis] / area - low) / (high - low)).clamp(0.0, 1.0) as f32
         });
         CutSurface {
             cell,
-            geometry: self.frame.ranks.geometry_at[usize::from(rank)] as i16,
+            geometry: self.frame.ranks.geometry_at[usize::from(position)] as i16,
             area: area as f32,
             point,
             // walls that face each other may cancel

@@ -53,17 +53,27 @@ impl Places {
         Places { centres: of(&self.centres, 0), faces: of(&self.faces, 1) }
     }
 
-    /// Puts the centres of cells, one more, on the faces along an axis.
+    /// Puts the centres of cells, one more, on the faces along an axis, and the faces on the centres.
     pub(super) fn put_on_faces(&mut self, axis: usize) {
-        self.centres[axis].clone_from(&self.faces[axis]);
+        let (centres, faces) = (&mut self.centres[axis], &mut self.faces[axis]);
+        add_images(centres, faces);
+        std::mem::swap(centres, faces);
     }
 
-    /// Adds the mirror images of the first and the last centre along an axis, in the faces at its ends.
+    /// Adds the mirror images of the first and the last centre along an axis, in the faces at its ends; and faces beyond them.
     pub(super) fn mirror_ends(&mut self, axis: usize) {
-        let (centres, faces) = (&mut self.centres[axis], &self.faces[axis]);
-        centres.insert(0, 2 * faces[0] - centres[0]);
-        centres.push(2 * faces[faces.len() - 1] - centres[centres.len() - 1]);
+        let (centres, faces) = (&mut self.centres[axis], &mut self.faces[axis]);
+        add_images(centres, faces);
+        add_images(faces, centres);
     }
+}
+
+/// Adds the mirror images of the first and the last of some places, in the first and the last of others.
+fn add_images(places: &mut Vec<i32>, mirrors: &[i32]) {
+    let image = |place: i32, mirror: i32| 2 * mirror - place;
+    let (first, last) = (image(places[0], mirrors[0]), image(places[places.len() - 1], mirrors[mirrors.len() - 1]));
+    places.insert(0, first);
+    places.push(last);
 }
 
 /// Number of places of an ascending list below one.

@@ -93,17 +93,20 @@ impl Job {
     }
 
     fn validate_measured(&self) -> Result<()> {
-        let is_cut = self.window.is_some() || self.part.is_some();
         if self.links.as_ref().is_some_and(|links| links.fluid.is_empty()) {
             return Err(out_of_range("links.fluid", "[]", "the flags of the fluid, 0 for the background"));
         }
-        if self.links.is_some() && is_cut {
-            let message = "links and a window or part are given together: links are those of the whole box";
-            return Err(Error::new("job-conflict", message, "mesh the whole box for links, or remove them"));
+        if self.staggered && self.close_gaps.is_some() {
+            let message = "staggered is given with close_gaps: its points are those of the surfaces as they are";
+            return Err(Error::new("job-conflict", message, "keep one of them"));
         }
-        if self.staggered && (is_cut || self.close_gaps.is_some()) {
-            let message = "staggered is given with a window, a part or close_gaps: its points are those of the surfaces in the whole box";
-            return Err(Error::new("job-conflict", message, "mesh the whole box as it is for staggered, or remove it"));
+        if self.staggered && self.halo.is_some_and(|halo| halo > 0) {
+            let message = "staggered is given with a halo: its points are those of the window or part alone";
+            return Err(Error::new(
+                "job-conflict",
+                message,
+                "leave out halo: neighbouring windows share the points between them",
+            ));
         }
         let Some(fractions) = self.fractions else { return Ok(()) };
         if !matches!(fractions.rays, 1 | 2 | 4 | 8 | 16) {
@@ -113,13 +116,9 @@ impl Job {
                 "1, 2, 4, 8 or 16 rays along each axis of a cell",
             ));
         }
-        if is_cut || self.close_gaps.is_some() {
-            let message = "fractions are given with a window, a part or close_gaps: they are those of the surfaces in the whole box";
-            return Err(Error::new(
-                "job-conflict",
-                message,
-                "mesh the whole box as it is for fractions, or remove them",
-            ));
+        if self.close_gaps.is_some() {
+            let message = "fractions are given with close_gaps: they are those of the surfaces as they are";
+            return Err(Error::new("job-conflict", message, "keep one of them"));
         }
         Ok(())
     }

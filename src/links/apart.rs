@@ -11,6 +11,7 @@ use crate::error::Result;
 use crate::flags::flags_of_box;
 use crate::inside::{Inside, Kind};
 use crate::parallel::*;
+use crate::window::CellWindow;
 
 /// Of a link that no surface crosses.
 const HALFWAY: f32 = 0.5;
@@ -29,7 +30,7 @@ impl Field<'_> {
         }
     }
 
-    /// Links of each plane from the fluid to other flags that are not among those that were found, which are in order.
+    /// Links of each plane of the window from the fluid to other flags that are not among those that were found, which are in order.
     pub(super) fn links_without_crossing(
         &self,
         found: &[Vec<Link>],
@@ -39,9 +40,9 @@ impl Field<'_> {
     ) -> Result<Vec<Vec<Link>>> {
         let of_plane = |z: u32| {
             control.check()?;
-            self.links_of_plane(z, &found[z as usize], directions, is_fluid)
+            self.links_of_plane(z, &found[(z - self.window.first[2] + self.window.halo) as usize], directions, is_fluid)
         };
-        (0..self.frame.dims[2]).into_par_iter().map(of_plane).collect()
+        (self.window.first[2]..self.window.end[2]).into_par_iter().map(of_plane).collect()
     }
 
     fn links_of_plane(
@@ -51,23 +52,25 @@ impl Field<'_> {
         directions: &[[i8; 3]],
         is_fluid: &[bool; 256],
     ) -> Result<Vec<Link>> {
-        let dims @ [nx, ny, nz] = self.frame.dims;
-        let planes = z.saturating_sub(1)..(z + 2).min(nz);
-        let cells = [0..nx, 0..ny, planes.clone()];
+        let (CellWindow { first, end, .. }, dims) = (self.window, self.window.dims());
+        let mut near = self.window.with_neighbours(self.frame.dims);
+        (near[0][2], near[1][2]) = (z.saturating_sub(1), (z + 2).min(self.frame.dims[2]));
+        let cells = [0, 1, 2].map(|axis| near[0][axis] - self.first[axis]..near[1][axis] - self.first[axis]);
         let flags = flags_of_box(&*self.columns.for_slab(&cells[self.columns.rays.axis])?, &cells)?;
-        let flag = |[x, y, z]: [u32; 3]| {
-            let row = (z - planes.start) as usize * ny as usize + y as usize;
-            flags[row * nx as usize + x as usize]
+        let flag = |cell: [u32; 3]| {
+            let [x, y, z] = [0, 1, 2].map(|axis| (cell[axis] - near[0][axis]) as usize);
+            flags[(z * cells[1].len() + y) * cells[0].len() + x]
         };
         let mut links = Vec::new();
-        for y in 0..ny {
-            for x in 0..nx {
-                let cell = [x, y, z];
-                if !is_fluid[usize::from(flag(cell))] {
+        for y in first[1]..end[1] {
+            for x in first[0]..end[0] {
+                let of_box = [x, y, z];
+                if !is_fluid[usize::from(flag(of_box))] {
                     continue;
                 }
+                let Some(cell) = self.window.place(of_box) else { continue };
                 for (direction, step) in (0u8..).zip(directions).skip(1) {
-                    let Some(other) = neighbour(cell, *step, dims) else { continue };
+                    let Some(other) = neighbour(of_box, *step, self.frame.dims) else { continue };
                     let flag = flag(other);
                     if is_fluid[usize::from(flag)] {
                         continue;

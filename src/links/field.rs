@@ -1,9 +1,11 @@
 //! What the links of a mesh are found from, and their order.
 
 use crate::columns::Columns;
+use crate::error::Result;
 use crate::frame::Frame;
 use crate::inside::Kind;
 use crate::job::Rule;
+use crate::window::CellWindow;
 
 /// What the links of a mesh are found from.
 pub struct Field<'a> {
@@ -15,15 +17,24 @@ pub struct Field<'a> {
     pub kinds: &'a [Kind],
     /// The finished mesh.
     pub columns: &'a Columns,
-    /// Whether all flags are those of ranks that are decided by rays.
+    /// The first cell of these columns, counted in the box.
+    pub first: [u32; 3],
+    /// The cells whose links are wanted.
+    pub window: CellWindow,
+    /// Whether all flags are those of ranks that are decided by rays. If not, the columns have the neighbours of these cells, too.
     pub is_plain: bool,
 }
 
 impl Field<'_> {
-    /// The number in its geometry of a facet of the frame, and the geometry; `starts` has the first facet of each rank.
-    pub(super) fn facet_of_geometry(&self, rank: u8, facet: u32, starts: &[usize]) -> (i32, i16) {
-        let rank = usize::from(rank);
-        ((facet as usize - starts[rank]) as i32, self.frame.ranks.geometry_at[rank] as i16)
+    /// The number in its geometry of a facet of the frame, and the geometry; `starts` has the first facet of each position.
+    pub(super) fn facet_of_geometry(&self, facet: u32, starts: &[usize]) -> (i32, i16) {
+        let position = usize::from(self.frame.position_of_facet[facet as usize]);
+        ((facet as usize - starts[position]) as i32, self.frame.ranks.geometry_at[position] as i16)
+    }
+
+    /// The flag that the mesh has for a cell of the box.
+    pub(super) fn flag(&self, cell: [u32; 3]) -> Result<u8> {
+        self.columns.flag([0, 1, 2].map(|axis| cell[axis] - self.first[axis]))
     }
 }
 

@@ -13,7 +13,7 @@ use crate::parallel::*;
 use crate::sort::sort_nearly_by_key;
 
 impl Field<'_> {
-    /// Finds all links of a stencil.
+    /// Finds all links of a stencil that begin in the window.
     ///
     /// # Errors
     /// `lines-graded` where cells differ in size and the stencil has more than faces; `memory` where the links would take more than
@@ -25,9 +25,10 @@ impl Field<'_> {
         }
         let mut is_fluid = [false; 256];
         job.fluid.iter().for_each(|&flag| is_fluid[usize::from(flag)] = true);
+        let near = self.window.with_neighbours(self.frame.dims);
         let (mut parts, mut n) = (Vec::new(), 0);
         for (pair, halves) in job.stencil.directions()[1..].chunks_exact(2).enumerate() {
-            let sheared = Sheared::new(self.frame, halves[0]);
+            let sheared = Sheared::new(self.frame, halves[0], near);
             let (forward, backward) = (2 * pair as u8 + 1, 2 * pair as u8 + 2);
             let directions = if sheared.is_backward { [backward, forward] } else { [forward, backward] };
             let walk = Walk { field: self, sheared: &sheared, is_fluid: &is_fluid, directions };
@@ -42,7 +43,7 @@ impl Field<'_> {
                 control.rest().await?;
             }
         }
-        let dims = self.frame.dims;
+        let dims = self.window.dims();
         let mut planes: Vec<Vec<Link>> = (0..dims[2])
             .into_par_iter()
             .map(|z| {
@@ -57,12 +58,12 @@ impl Field<'_> {
         if !self.is_plain {
             let without = self.links_without_crossing(&planes, &job.stencil.directions(), &is_fluid, control)?;
             check_bytes(n + without.iter().map(Vec::len).sum::<usize>(), max_bytes)?;
-            for (links, more) in planes.iter_mut().zip(without) {
+            for (links, more) in planes.iter_mut().skip(self.window.halo as usize).zip(without) {
                 links.extend(more);
                 sort_nearly_by_key(links, |link| place(link.cell, link.direction, dims));
             }
         }
-        Ok(Links { stencil: job.stencil, fluid: job.fluid.clone(), dims, planes })
+        Ok(Links { stencil: job.stencil, fluid: job.fluid.clone(), dims, origin: self.window.origin(), planes })
     }
 }
 

@@ -15,49 +15,68 @@ use crate::frame::Frame;
 use crate::job::Rule;
 use crate::rays::Rays;
 
-/// A sheared frame and its rays.
+/// A sheared frame and its rays, of all cells of a box or of some.
 pub(super) struct Sheared<'a> {
     pub(super) frame: Cow<'a, Frame>,
+    /// Of each facet its index in the box's own frame; None where it is the same.
+    indices: Option<Vec<u32>>,
     pub(super) rays: Rays,
     /// Whether rays run against the direction that was asked for.
     pub(super) is_backward: bool,
     /// Cells along each axis from one cell of a ray to the next.
     step: [i64; 3],
-    /// Cells by which the box was moved, so that none is below 0.
-    shift: [i64; 3],
+    /// The cell of the box at the first place of the first ray, which may lie beyond it.
+    first: [i64; 3],
     dims: [u32; 3],
 }
 
 impl Sheared<'_> {
-    /// Shears a frame of equal cells; along an axis it stays as it is, and its cells may differ in size.
-    pub(super) fn new(frame: &Frame, direction: [i8; 3]) -> Sheared<'_> {
+    /// Shears a frame of equal cells; along an axis it stays as it is, and its cells may differ in size. Rays go through all of some cells, the first and the end,
+    /// exclusive, and through others.
+    pub(super) fn new(frame: &Frame, direction: [i8; 3], [first, end]: [[u32; 3]; 2]) -> Sheared<'_> {
         let axis = (0..3).rev().find(|&axis| direction[axis] != 0).unwrap_or(2);
         let is_backward = direction[axis] < 0;
         let step = direction.map(|step| if is_backward { -i64::from(step) } else { i64::from(step) });
         let (dims, depth) = (frame.dims, frame.dims[axis]);
         let across = |other: usize| other != axis && step[other] != 0;
         let shift = [0, 1, 2].map(|of| if across(of) && step[of] > 0 { i64::from(depth) - 1 } else { 0 });
-        if (0..3).all(|other| !across(other)) {
-            let rays = Rays::new(axis, dims);
-            return Sheared { frame: Cow::Borrowed(frame), rays, is_backward, step, shift, dims };
-        }
-        let moved = |corner: &[i32; 3]| {
-            let of = |other: usize| {
-                let by = if other == axis { 0 } else { step[other] as i32 * corner[axis] };
-                corner[other] - by + ((shift[other] as i32) << frame.fraction_bits)
+        let mut sheared = Cow::Borrowed(frame);
+        if (0..3).any(across) {
+            let moved = |corner: &[i32; 3]| {
+                let of = |other: usize| {
+                    let by = if other == axis { 0 } else { step[other] as i32 * corner[axis] };
+                    corner[other] - by + ((shift[other] as i32) << frame.fraction_bits)
+                };
+                [of(0), of(1), of(2)]
             };
-            [of(0), of(1), of(2)]
-        };
-        let sheared = Frame {
-            facets: frame.facets.iter().map(|facet| [0, 1, 2].map(|corner| moved(&facet[corner]))).collect(),
-            dims: [0, 1, 2].map(|of| if across(of) { dims[of] + depth - 1 } else { dims[of] }),
-            position_of_facet: frame.position_of_facet.clone(),
-            ranks: frame.ranks.clone(),
-            centres: None,
-            ..*frame
-        };
+            sheared = Cow::Owned(Frame {
+                facets: frame.facets.iter().map(|facet| [0, 1, 2].map(|corner| moved(&facet[corner]))).collect(),
+                dims: [0, 1, 2].map(|of| if across(of) { dims[of] + depth - 1 } else { dims[of] }),
+                position_of_facet: frame.position_of_facet.clone(),
+                ranks: frame.ranks.clone(),
+                centres: None,
+                ..*frame
+            });
+        }
+        let (mut indices, mut places) = (None, [[0; 3], sheared.dims]);
+        if [first, end] != [[0; 3], dims] {
+            // where the places of these cells begin and end
+            for of in 0..3 {
+                let by =
+                    [first[axis], end[axis] - 1].map(|along| if across(of) { step[of] * i64::from(along) } else { 0 });
+                let least = i64::from(first[of]) - by[0].max(by[1]) + shift[of];
+                let most = i64::from(end[of]) - by[0].min(by[1]) + shift[of];
+                (places[0][of], places[1][of]) = (least as u32, most as u32);
+            }
+            let (window, of_facets) = sheared.window_along(axis, places);
+            (sheared, indices) = (Cow::Owned(window), Some(of_facets));
+        }
         let rays = Rays::new(axis, sheared.dims);
-        Sheared { frame: Cow::Owned(sheared), rays, is_backward, step, shift, dims }
+        let first = [0, 1, 2].map(|of| {
+            let by = if across(of) { step[of] * i64::from(places[0][axis]) } else { 0 };
+            i64::from(places[0][of]) + by - shift[of]
+        });
+        Sheared { frame: sheared, indices, rays, is_backward, step, first, dims }
     }
 
     pub(super) fn cast(&self, rule: Rule) -> Cast<'_> {
@@ -70,11 +89,16 @@ impl Sheared<'_> {
         let mut cell = [0; 3];
         for of in 0..3 {
             let by = if of == self.rays.axis { 0 } else { self.step[of] * i64::from(along) };
-            cell[of] = u32::try_from(i64::from(place[of]) + by - self.shift[of]).ok()?;
+            cell[of] = u32::try_from(i64::from(place[of]) + by + self.first[of]).ok()?;
             if cell[of] >= self.dims[of] {
                 return None;
             }
         }
         Some(cell)
+    }
+
+    /// The index of a facet in the box's own frame.
+    pub(super) fn index(&self, facet: u32) -> u32 {
+        self.indices.as_ref().map_or(facet, |indices| indices[facet as usize])
     }
 }

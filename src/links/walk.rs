@@ -51,7 +51,8 @@ impl Hit {
 
 /// One of the two links between two neighbouring cells of a ray.
 struct Ends {
-    from: [u32; 3],
+    /// None where no link is wanted from there.
+    from: Option<[u32; 3]>,
     flag: u8,
     to_flag: u8,
     is_backward: bool,
@@ -76,7 +77,8 @@ impl Walk<'_> {
         let mut inside = Inside::new(kinds, self.field.rule);
         let mut before = inside.clone();
         let mut scratch = Scratch { hits: Vec::new(), inside: inside.clone(), projected: vec![None; KEPT] };
-        let starts: Vec<usize> = (0..kinds.len()).map(|rank| frame.range_at(rank).start).collect();
+        let starts: Vec<usize> =
+            (0..frame.ranks.rank_at.len()).map(|position| frame.range_at(position).start).collect();
         let n_across = u64::from(self.sheared.rays.counts[0]);
         for (ray, ends) in (crossings.first_ray..).zip(crossings.offsets.windows(2)) {
             let of_ray = ends[0] as usize..ends[1] as usize;
@@ -119,10 +121,14 @@ impl Walk<'_> {
         }
         let cells = [above - 1, above].map(|along| self.sheared.cell(across, along));
         let [Some(low), Some(high)] = cells else { return Ok(()) };
+        let [of_low, of_high] = [low, high].map(|cell| self.field.window.place(cell));
+        if of_low.is_none() && of_high.is_none() {
+            return Ok(());
+        }
         let flag_of_rank = &self.field.frame.ranks.flag_of_rank;
         let flag = |inside: &Inside, cell: [u32; 3]| match self.field.is_plain {
             true => Ok(inside.flag(flag_of_rank)),
-            false => self.field.columns.flag(cell),
+            false => self.field.flag(cell),
         };
         let (low_flag, high_flag) = (flag(before, low)?, flag(after, high)?);
         let is_fluid = |flag: u8| self.is_fluid[usize::from(flag)];
@@ -134,20 +140,18 @@ impl Walk<'_> {
         hits.clear();
         hits.extend(events.iter().map(|event| self.hit(*event, across, above - 1, projected)));
         sort_by(hits, |one, other| one.cmp_place(other).then(one.facet.cmp(&other.facet)).is_lt());
-        let along = Ends { from: low, flag: low_flag, to_flag: high_flag, is_backward: false };
-        let against = Ends { from: high, flag: high_flag, to_flag: low_flag, is_backward: true };
+        let along = Ends { from: of_low, flag: low_flag, to_flag: high_flag, is_backward: false };
+        let against = Ends { from: of_high, flag: high_flag, to_flag: low_flag, is_backward: true };
         for (ends, start) in [(along, before), (against, after)] {
-            if !is_fluid(ends.flag) {
-                continue;
-            }
+            let Some(cell) = ends.from.filter(|_| is_fluid(ends.flag)) else { continue };
             if ends.is_backward {
                 hits.reverse();
             }
             inside.clone_from(start);
             let Some(hit) = self.wall(&ends, inside, hits) else { continue };
-            let (facet, geometry) = self.field.facet_of_geometry(hit.rank(), hit.facet, starts);
+            let (facet, geometry) = self.field.facet_of_geometry(self.sheared.index(hit.facet), starts);
             links.push(Link {
-                cell: ends.from,
+                cell,
                 q: hit.q(self.span(above), ends.is_backward),
                 facet,
                 geometry,

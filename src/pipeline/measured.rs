@@ -1,15 +1,15 @@
 //! What is measured at surfaces once the flags are known: links from cells to surfaces, and the fractions of cells.
 
+use super::prepare::Prepared;
 use crate::closed::Closed;
 use crate::columns::Columns;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::fractions::{Fractions, fractions};
-use crate::frame::{Frame, MAX_RANKS};
+use crate::frame::Frame;
 use crate::geometry::{Fill, Geometry};
 use crate::inside::Kind;
 use crate::job::Job;
-use crate::lines::Lines;
 use crate::links::{Field, Links};
 
 /// A frame from which nothing was taken, and how the cells of each rank are decided.
@@ -28,31 +28,19 @@ impl Uncut {
         if job.links.is_none() && job.fractions.is_none() && !job.staggered {
             return Ok(None);
         }
-        let n = geometries.len();
-        if n > MAX_RANKS {
-            let message = format!(
-                "there are {n} geometries, and links, fractions and staggered grids tell at most {MAX_RANKS} apart"
-            );
-            return Err(Error::new(
-                "too-many-geometries",
-                message,
-                "join geometries of the same substance in one file, or leave these out",
-            ));
-        }
-        let kind = |(rank, &index): (usize, &usize)| {
-            let geometry = &geometries[index];
-            if geometry.fill != Fill::Centre || geometry.shell || !closed[rank].by(job.rule) {
-                Kind::Apart
+        // those that share a rank are all cast
+        let mut kinds = vec![Kind::Cast; frame.ranks.flag_of_rank.len()];
+        for (position, &index) in frame.ranks.geometry_at.iter().enumerate() {
+            let (geometry, is_closed) = (&geometries[index], closed[position].by(job.rule));
+            let kind = &mut kinds[usize::from(frame.ranks.rank_at[position])];
+            if geometry.fill != Fill::Centre || geometry.shell || !is_closed {
+                if job.fractions.is_some() {
+                    return Err(no_volume(geometry, is_closed));
+                }
+                *kind = Kind::Apart;
             } else if geometry.invert {
-                Kind::Inverted
-            } else {
-                Kind::Cast
+                *kind = Kind::Inverted;
             }
-        };
-        let kinds: Vec<Kind> = frame.ranks.geometry_at.iter().enumerate().map(kind).collect();
-        let apart = kinds.iter().position(|kind| *kind == Kind::Apart);
-        if let Some(rank) = apart.filter(|_| job.fractions.is_some()) {
-            return Err(no_volume(&geometries[frame.ranks.geometry_at[rank]], closed[rank].by(job.rule)));
         }
         Ok(Some(Uncut { frame: frame.clone(), closed: closed.to_vec(), kinds }))
     }
@@ -61,15 +49,23 @@ impl Uncut {
     pub(super) async fn links(
         &self,
         job: &Job,
-        columns: &Columns,
+        (prepared, columns): (&Prepared, &Columns),
         max_bytes: u64,
         control: &Control,
     ) -> Result<Option<Links>> {
         let Some(links) = job.links.as_ref() else { return Ok(None) };
-        // this frame, and one that is sheared
-        let max_bytes = max_bytes.saturating_sub(2 * 38 * self.frame.facets.len() as u64);
+        let (window, dims) = (prepared.cell_window(), prepared.whole.dims());
+        // this frame, one that is sheared, and that of a window, with indices
+        let max_bytes = max_bytes.saturating_sub((3 * 38 + 4) * self.frame.facets.len() as u64);
         let is_plain = job.close_gaps.is_none() && !self.kinds.contains(&Kind::Apart);
-        let field = Field { frame: &self.frame, rule: job.rule, kinds: &self.kinds, columns, is_plain };
+        let [first, end] = prepared.window.unwrap_or([[0; 3], dims]);
+        let [near, near_end] = window.with_neighbours(dims);
+        if !is_plain && (0..3).any(|axis| near[axis] < first[axis] || near_end[axis] > end[axis]) {
+            let message = "links of a window need the flags of the cells beside it, as a geometry is not closed or has cells along its surface";
+            return Err(Error::new("job-conflict", message, "give the window a halo of a cell: halo = 1 (--halo 1)"));
+        }
+        let (frame, kinds) = (&self.frame, &self.kinds);
+        let field = Field { frame, rule: job.rule, kinds, columns, first, window, is_plain };
         field.links(links, max_bytes, control).await.map(Some)
     }
 
@@ -77,15 +73,16 @@ impl Uncut {
     pub(super) async fn fractions(
         &self,
         job: &Job,
-        lines: &Lines,
+        prepared: &Prepared,
         max_bytes: u64,
         control: &Control,
     ) -> Result<Option<Fractions>> {
         let Some(asked) = job.fractions else { return Ok(None) };
-        // this frame, one of finer cells, those of faces, and the facets by rows
-        let frames = 2 + 3 * u64::from(asked.faces) + u64::from(asked.surfaces);
+        // this frame, one of finer cells and what it is made of, those of faces, and the facets by rows
+        let frames = 3 + 3 * u64::from(asked.faces) + u64::from(asked.surfaces);
         let max_bytes = max_bytes.saturating_sub(frames * 38 * self.frame.facets.len() as u64);
-        fractions((&self.frame, lines), (job.rule, &self.kinds), asked, max_bytes, control).await.map(Some)
+        let (of_box, window) = ((&self.frame, &prepared.whole), prepared.cell_window());
+        fractions(of_box, window, (job.rule, &self.kinds), asked, max_bytes, control).await.map(Some)
     }
 }
 

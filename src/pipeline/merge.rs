@@ -6,7 +6,7 @@
 //! memory the most counts.
 //! Cost: little more than reading the reports.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::{Value, json};
 
@@ -67,6 +67,7 @@ pub fn merge(reports: &[Value]) -> Result<Value> {
     for index in 0..merged["filled"].as_array().map_or(0, Vec::len) {
         merged["filled"][index]["added_cells"] = json!(sum(&parts, |report| &report["filled"][index]["added_cells"]));
     }
+    merge_measured(&mut merged, &parts);
     let mut geometries = first.geometries.clone();
     let bounds = first.window.volume_bounds.clone().unwrap_or_else(|| vec![None; geometries.len()]);
     geometries.iter_mut().zip(bounds).for_each(|(geometry, bound)| geometry.volume_bound = bound);
@@ -223,11 +224,36 @@ fn merged_doubtful(parts: &[Part], dims: [u32; 3]) -> Result<DoubtReport> {
     Ok(DoubtReport { cells: n_cells, are_all: report.cells_in_boxes == n_cells, ..report })
 }
 
+/// Adds up what was measured at surfaces. Volumes and areas are sums of the windows' own; points of a staggered grid belong to several
+/// windows, and are not known of the whole.
+fn merge_measured(merged: &mut Value, parts: &[Part]) {
+    merged["staggered"] = Value::Null;
+    if !merged["links"].is_null() {
+        for key in ["links", "cells", "through_walls", "without_facet"] {
+            merged["links"][key] = json!(sum(parts, |report| &report["links"][key]));
+        }
+    }
+    if merged["fractions"].is_null() {
+        return;
+    }
+    merged["fractions"]["cut_cells"] = json!(sum(parts, |report| &report["fractions"]["cut_cells"]));
+    let mut volumes = BTreeMap::new();
+    for of in parts.iter().flat_map(|part| part.report["fractions"]["volumes"].as_array()).flatten() {
+        *volumes.entry(of["flag"].as_u64()).or_insert(0.0) += of["volume"].as_f64().unwrap_or(0.0);
+    }
+    let volumes = volumes.into_iter().map(|(flag, volume)| json!({ "flag": flag, "volume": volume }));
+    merged["fractions"]["volumes"] = volumes.collect();
+    for geometry in 0..merged["fractions"]["areas"].as_array().map_or(0, Vec::len) {
+        let of_parts = parts.iter().map(|part| part.report["fractions"]["areas"][geometry].as_f64().unwrap_or(0.0));
+        merged["fractions"]["areas"][geometry] = json!(of_parts.sum::<f64>());
+    }
+}
+
 /// Adds up seconds; of memory keeps the most.
 fn merge_costs(merged: &mut Value, parts: &[Part]) {
     let of =
         |group: &str, key: &str| parts.iter().filter_map(|part| part.report[group][key].as_f64()).collect::<Vec<f64>>();
-    for key in ["total", "read", "lines", "snap", "columns", "flags", "device", "report", "hash", "write"] {
+    for key in ["total", "read", "lines", "snap", "columns", "measured", "flags", "device", "report", "hash", "write"] {
         let all = of("seconds", key);
         merged["seconds"][key] = if all.is_empty() { Value::Null } else { json!(all.iter().sum::<f64>()) };
     }

@@ -10,6 +10,10 @@ use crate::parts::parts;
 use crate::rays::Rays;
 use crate::shards::Shards;
 use crate::sources::{Source, geometries, unit};
+use crate::window::CellWindow;
+
+/// Most geometries that links and surfaces of cells have numbers for: 0 to 32,767.
+const MAX_NUMBERED: usize = 1 << 15;
 
 /// A job with its files, ready to be cast.
 #[derive(Debug)]
@@ -43,11 +47,12 @@ pub struct Prepared {
 ///
 /// # Errors
 /// Those of [`Job::validate`], [`geometries`], [`Domain::new`], [`lines`], [`graded`]; [`check_n_cells`], and the limits of
-/// [`crate::frame::Frame::new`]; `job-value` where the window ends beyond the box; those of [`parts`].
+/// [`crate::frame::Frame::new`]; `too-many-geometries` for links and fractions; `job-value` where the window ends beyond the box; those of [`parts`].
 pub fn prepare(job: &Job, sources: Vec<Source>) -> Result<Prepared> {
     job.validate()?;
     let (unit, unlike) = unit(job, &sources);
     let geometries = geometries(job, sources)?;
+    check_n_geometries(job, geometries.len())?;
     let boxes: Vec<BoundingBox> = geometries.iter().filter_map(Geometry::bounding_box).collect();
     // lists that are no lines make no domain
     let listed = job.lines.as_ref().map(|lists| Lines::from_lists([&lists.x, &lists.y, &lists.z].map(Vec::clone)));
@@ -80,6 +85,19 @@ pub fn prepare(job: &Job, sources: Vec<Source>) -> Result<Prepared> {
     Ok(Prepared { geometries, unit, domain, whole, notices, window, asked, halo, halo_edge, lines, rays })
 }
 
+/// Refuses more geometries than links and surfaces of cells have numbers for.
+///
+/// # Errors
+/// `too-many-geometries`.
+fn check_n_geometries(job: &Job, n: usize) -> Result<()> {
+    if n <= MAX_NUMBERED || job.links.is_none() && job.fractions.is_none() {
+        return Ok(());
+    }
+    let message = format!("there are {n} geometries, and links and fractions number at most {MAX_NUMBERED}");
+    let hint = "join geometries of the same substance in one file, or leave links and fractions out";
+    Err(Error::new("too-many-geometries", message, hint))
+}
+
 /// What generated lines go around.
 fn bodies(geometries: &[Geometry]) -> Vec<Body<'_>> {
     let body = |of: &'_ Geometry| of.bounding_box().map(|bounds| (bounds, of.sizing));
@@ -91,6 +109,12 @@ impl Prepared {
     /// The window or part without its halo, or all cells.
     pub(super) fn cells(&self) -> [[u32; 3]; 2] {
         self.asked.unwrap_or([[0; 3], self.whole.dims()])
+    }
+
+    /// These, with the halo of their mesh.
+    pub(super) fn cell_window(&self) -> CellWindow {
+        let [first, end] = self.cells();
+        CellWindow { first, end, halo: self.halo }
     }
 }
 

@@ -31,9 +31,9 @@ impl Uncut {
         (prepared, columns): (&Prepared, &Columns),
         (mut bytes_left, (engine, budget, control)): Left<'_>,
     ) -> Result<(Option<Links>, Option<Fractions>, Option<Staggered>)> {
-        let links = self.links(job, columns, bytes_left, control).await?;
+        let links = self.links(job, (prepared, columns), bytes_left, control).await?;
         bytes_left = bytes_left.saturating_sub(links.as_ref().map_or(0, Links::n_bytes));
-        let fractions = self.fractions(job, &prepared.whole, bytes_left, control).await?;
+        let fractions = self.fractions(job, prepared, bytes_left, control).await?;
         bytes_left = bytes_left.saturating_sub(fractions.as_ref().map_or(0, Fractions::n_bytes));
         let staggered = self.staggered(job, prepared, (bytes_left, (engine, budget, control))).await?;
         Ok((links, fractions, staggered))
@@ -53,43 +53,58 @@ impl Uncut {
         let flags = std::mem::take(&mut frame.ranks.flag_of_rank);
         // codes, so that ranks are known where sheets meet insides
         frame.ranks.flag_of_rank = (1..=flags.len() as u8).collect();
-        let of_rank = |rank: usize| &prepared.geometries[frame.ranks.geometry_at[rank]];
+        let geometry_at = |position: usize| &prepared.geometries[frame.ranks.geometry_at[position]];
         // inverted, a plane holds all points
-        let is_flat = |rank: usize| is_flat(&frame, rank) && !of_rank(rank).invert;
-        let is_flat: Vec<bool> = (0..flags.len()).map(is_flat).collect();
-        let sheets = with_some(&frame, |rank| of_rank(rank).fill != Fill::Centre || is_flat[rank]);
-        let frame = with_some(&frame, |rank| !of_rank(rank).shell && !is_flat[rank]);
+        let is_flat = |position: usize| is_flat(&frame, position) && !geometry_at(position).invert;
+        let is_flat: Vec<bool> = (0..prepared.geometries.len()).map(is_flat).collect();
+        let sheets = with_some(&frame, |position| geometry_at(position).fill != Fill::Centre || is_flat[position]);
+        let frame = with_some(&frame, |position| !geometry_at(position).shell && !is_flat[position]);
         // of these nothing but the inside counts; the others have no facets left
         let mut insides: Vec<Geometry> = prepared.geometries.to_vec();
-        for (rank, &index) in frame.ranks.geometry_at.iter().enumerate() {
-            let is_gone = insides[index].shell || is_flat[rank];
+        for (position, &index) in frame.ranks.geometry_at.iter().enumerate() {
+            let is_gone = insides[index].shell || is_flat[position];
             (insides[index].fill, insides[index].shell) = (Fill::Centre, is_gone);
         }
+        let (window, dims) = (prepared.cell_window(), self.frame.dims);
+        // a face beside the window may have an edge in it
+        let near = window.with_neighbours(dims);
         // this frame, its copy, the two made of that, and one that is cast
         let frames = 5 * 38 * self.frame.facets.len() as u64;
         let (mut codes, mut n_bytes) = (Vec::with_capacity(COMPONENTS.len()), frames);
         let control = &control.without_progress();
         for (_, is_moved) in COMPONENTS {
-            let around = frame.clone().around_faces(is_moved);
+            let around = (frame.clone().around_faces(is_moved), points_of(near, is_moved));
             let left = max_bytes.saturating_sub(n_bytes);
             let columns =
                 self.points(around, (job, prepared, &insides), (left, (&mut *engine, budget, control))).await?;
             n_bytes += columns.n_bytes();
             codes.push(columns);
         }
-        Staggered::new(codes, &flags, &sheets, (max_bytes.saturating_sub(n_bytes), control)).map(Some)
+        let left = max_bytes.saturating_sub(n_bytes);
+        let staggered = Staggered::new(codes, &flags, (&sheets, near), (left, control))?;
+        if near == [window.first, window.end] {
+            return Ok(Some(staggered));
+        }
+        // of each component that of the neighbours and its own are held at once
+        staggered.within([window.first, window.end], near[0], (left, control)).map(Some)
     }
 
     /// The codes at the points of a component.
     async fn points(
         &self,
-        frame: Frame,
+        (mut frame, cells): (Frame, [[u32; 3]; 2]),
         (job, prepared, insides): (&Job, &Prepared, &[Geometry]),
         (max_bytes, backend): Left<'_>,
     ) -> Result<Columns> {
         let (engine, budget, control) = backend;
         let codes = frame.ranks.flag_of_rank.clone();
-        let (frame, parts) = split(frame, &self.closed, job.rule, &prepared.whole, insides, false)?;
+        let is_for_window = prepared.window.is_some();
+        let mut parts;
+        (frame, parts) = split(frame, &self.closed, job.rule, &prepared.whole, insides, is_for_window)?;
+        if is_for_window {
+            parts = parts.iter().map(|part| part.window(cells, &frame)).collect();
+            frame = frame.window(cells);
+        }
         let rays = Rays::new(prepared.rays.axis, frame.dims);
         let cast = Cast { frame: &frame, rays: &rays, rule: job.rule };
         let decided = (&codes[..], &prepared.whole, Doubt::new(rays, MAX_BOXES, None));
@@ -100,16 +115,21 @@ impl Uncut {
     }
 }
 
-/// A frame with the facets of some ranks.
+/// The points of a component around some cells.
+fn points_of([first, end]: [[u32; 3]; 2], is_moved: [bool; 3]) -> [[u32; 3]; 2] {
+    [first, [0, 1, 2].map(|axis| end[axis] + u32::from(is_moved[axis]))]
+}
+
+/// A frame with the facets of some positions.
 fn with_some(frame: &Frame, stays: impl Fn(usize) -> bool) -> Frame {
     let both = frame.facets.iter().zip(&frame.position_of_facet).filter(|(_, position)| stays(usize::from(**position)));
     let (facets, position_of_facet) = both.unzip();
     Frame { facets, position_of_facet, ranks: frame.ranks.clone(), centres: frame.centres.clone(), ..*frame }
 }
 
-/// Whether all facets of a rank lie in one plane across an axis.
-fn is_flat(frame: &Frame, rank: usize) -> bool {
-    let corners = frame.facets_at(rank).as_flattened();
+/// Whether all facets at a position lie in one plane across an axis.
+fn is_flat(frame: &Frame, position: usize) -> bool {
+    let corners = frame.facets_at(position).as_flattened();
     let first = corners.first();
     first.is_some_and(|first| (0..3).any(|axis| corners.iter().all(|corner| corner[axis] == first[axis])))
 }

@@ -25,6 +25,7 @@ pub(crate) fn arrays(of: &Fractions) -> Vec<Array<'_>> {
     let surface = |named, put| Array::of_parts(named, &of.parts, |part: &Part| &part.surfaces, put);
     let mut arrays = vec![
         Array::of_list(("dims", "<u4"), &of.dims, |n, out| out.extend(n.to_le_bytes())),
+        Array::of_list(("origin", "<i4"), &of.origin, |n, out| out.extend(n.to_le_bytes())),
         fraction(("cell", "<u8"), |one: &Fraction, out: &mut Vec<u8>| out.extend(one.cell.to_le_bytes())),
         fraction(("flag", "|u1"), |one, out| out.push(one.flag)),
         fraction(("fraction", "<f4"), |one, out| out.extend(one.fraction.to_le_bytes())),

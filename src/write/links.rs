@@ -70,6 +70,7 @@ pub(crate) fn arrays(of: &Links) -> Vec<Array<'_>> {
     vec![
         Array::new(("directions", "|i1"), &[n_directions, 3], 1, steps),
         Array::of_list(("dims", "<u4"), &of.dims, |n, out| out.extend(n.to_le_bytes())),
+        Array::of_list(("origin", "<i4"), &of.origin, |n, out| out.extend(n.to_le_bytes())),
         Array::of_list(("fluid", "|u1"), &of.fluid, |flag, out| out.push(*flag)),
         link(("x", "<u4"), |link: &Link, out: &mut Vec<u8>| out.extend(link.cell[0].to_le_bytes())),
         link(("y", "<u4"), |link, out| out.extend(link.cell[1].to_le_bytes())),
@@ -82,13 +83,20 @@ pub(crate) fn arrays(of: &Links) -> Vec<Array<'_>> {
     ]
 }
 
-/// Magic, version, number of directions, dims, number of links; then the directions, padded to a multiple of 8 bytes.
+/// Magic, version, number of directions, dims, number of links; of a window its origin; then the directions, padded to a multiple of 8 bytes.
 fn head(links: &Links) -> Vec<u8> {
     let directions = links.stencil.directions();
     let [nx, ny, nz] = links.dims;
+    let is_of_window = links.origin != [0; 3];
+    let version = if is_of_window { 2 } else { 1 };
     let mut head = MAGIC.to_vec();
-    [1, directions.len() as u32, nx, ny, nz, 0].into_iter().for_each(|number: u32| head.extend(number.to_le_bytes()));
+    let numbers = [version, directions.len() as u32, nx, ny, nz, 0];
+    numbers.into_iter().for_each(|number: u32| head.extend(number.to_le_bytes()));
     head.extend((links.len() as u64).to_le_bytes());
+    if is_of_window {
+        let [x, y, z] = links.origin;
+        [x, y, z, 0].into_iter().for_each(|number| head.extend(number.to_le_bytes()));
+    }
     head.extend(directions.as_flattened().iter().map(|&step| step as u8));
     head.resize(head.len().next_multiple_of(8), 0);
     head

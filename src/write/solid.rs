@@ -15,7 +15,7 @@ use crate::mesh::Mesh;
 /// Writes the fraction of every cell that is not background, as 32-bit floating point, x fastest. Returns the number of bytes.
 ///
 /// # Errors
-/// `job-conflict` where mesh and fractions are not of the same box, or the format is none of `.vti`, `.vtr` and `.npy`; `lines-graded` for `.vti`
+/// `job-conflict` where mesh and fractions are not of the same box, the mesh has a halo, or the format is none of `.vti`, `.vtr` and `.npy`; `lines-graded` for `.vti`
 /// where cells differ in size; `job-value` where the compression level is not 1 to 9; `io` where `out` fails; `cancelled`.
 pub fn write_solid(
     mesh: &Mesh,
@@ -72,8 +72,16 @@ pub(super) fn solid(flags: &[u8], first: u64, fractions: &Fractions) -> impl Ite
     })
 }
 
-/// Refuses fractions of another box than that of the mesh.
+/// Refuses fractions of another box than that of the mesh, and a mesh of which only the cells within a halo are measured.
 pub(super) fn check_dims(mesh: &Mesh, fractions: &Fractions) -> Result<()> {
+    if fractions.halo > 0 {
+        let message = format!("the mesh has a halo of {} cells, whose fractions are not measured", fractions.halo);
+        return Err(Error::new(
+            "job-conflict",
+            message,
+            "leave out halo (--halo), or write .npz, which lists cut cells",
+        ));
+    }
     if mesh.dims() == fractions.dims {
         return Ok(());
     }

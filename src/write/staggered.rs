@@ -31,6 +31,7 @@ pub(crate) fn arrays<'a>(staggered: &'a Staggered, mesh: &'a Mesh) -> Vec<Array<
         .collect();
     arrays.push(npz::flags("cell", mesh.dims(), AT_ONCE, |some| mesh.box_flags(some)));
     arrays.extend(npz::lines(mesh));
+    arrays.push(Array::of_list(("origin", "<i4"), &staggered.origin, |n, out| out.extend((*n as i32).to_le_bytes())));
     let sheet = |named, put| Array::of_list(named, &staggered.sheets, put);
     arrays.extend([
         sheet(("sheet_axis", "|u1"), |sheet: &SheetFace, out: &mut Vec<u8>| out.push(sheet.axis)),

@@ -2,22 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use hexcast::control::Control;
-use hexcast::fractions::{CutSurface, Fraction, Fractions, fractions};
-use hexcast::frame::Frame;
+use hexcast::fractions::{CutSurface, Fraction};
 use hexcast::geometry::{Facet, Geometry};
-use hexcast::inside::Kind;
-use hexcast::job::{FractionsJob, Rule};
+use hexcast::job::FractionsJob;
 use hexcast::lines::Lines;
 
-use super::fractions::{Point, bodies, exact, grids, minus, triple};
+use super::fractions::{Point, bodies, exact, grids, measured_as as measured, minus, triple};
 use super::models;
-
-fn measured(geometries: &[Geometry], lines: &Lines, job: FractionsJob) -> Fractions {
-    let frame = Frame::new(geometries, lines).unwrap();
-    let kinds = vec![Kind::Cast; geometries.len()];
-    pollster::block_on(fractions((&frame, lines), (Rule::Parity, &kinds), job, u64::MAX, &Control::default())).unwrap()
-}
 
 fn cell_of(index: u64, lines: &Lines) -> [u32; 3] {
     let [nx, ny, _] = lines.dims().map(u64::from);

@@ -8,6 +8,7 @@ use hexcast::geometry::{Facet, Geometry};
 use hexcast::inside::Kind;
 use hexcast::job::{FractionsJob, Rule};
 use hexcast::lines::Lines;
+use hexcast::window::CellWindow;
 
 use super::models::{self, Facets};
 
@@ -68,10 +69,14 @@ pub(super) fn exact(facets: &[Facet], low: Point, high: Point) -> f64 {
 }
 
 fn measured(geometries: &[Geometry], lines: &Lines, rays: u32) -> Fractions {
+    measured_as(geometries, lines, FractionsJob::default().with_rays(rays))
+}
+
+pub(super) fn measured_as(geometries: &[Geometry], lines: &Lines, job: FractionsJob) -> Fractions {
     let frame = Frame::new(geometries, lines).unwrap();
-    let kinds = vec![Kind::Cast; geometries.len()];
-    let job = FractionsJob::default().with_rays(rays);
-    pollster::block_on(fractions((&frame, lines), (Rule::Parity, &kinds), job, u64::MAX, &Control::default())).unwrap()
+    let (kinds, window) = (vec![Kind::Cast; geometries.len()], CellWindow::all(lines.dims()));
+    let rule = (Rule::Parity, &kinds[..]);
+    pollster::block_on(fractions((&frame, lines), window, rule, job, u64::MAX, &Control::default())).unwrap()
 }
 
 /// Turned about an axis that is none of the grid's.
@@ -187,6 +192,7 @@ fn an_inverted_geometry_has_the_other_part() {
     let job = FractionsJob::default();
     let found = pollster::block_on(fractions(
         (&frame, &lines),
+        CellWindow::all(lines.dims()),
         (Rule::Parity, &[Kind::Inverted]),
         job,
         u64::MAX,
@@ -197,8 +203,14 @@ fn an_inverted_geometry_has_the_other_part() {
         found.iter().map(|fraction| (fraction.cell, fraction.flag, fraction.fraction)).collect();
     let [outer, inner] = [1.0 - 0.421_875, 0.421_875];
     assert_eq!(parts, [(0, 0, inner), (0, 5, outer), (1, 0, 0.5625), (1, 5, 0.4375)]);
-    let refused =
-        pollster::block_on(fractions((&frame, &lines), (Rule::Parity, &[Kind::Cast]), job, 10, &Control::default()))
-            .unwrap_err();
+    let refused = pollster::block_on(fractions(
+        (&frame, &lines),
+        CellWindow::all(lines.dims()),
+        (Rule::Parity, &[Kind::Cast]),
+        job,
+        10,
+        &Control::default(),
+    ))
+    .unwrap_err();
     assert_eq!(refused.code(), "memory");
 }

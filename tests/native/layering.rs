@@ -33,6 +33,7 @@ const CORE: &[&str] = &[
     "closed",
     "volume_bound",
     "rays",
+    "window",
     "cast",
     "facet",
     "snapping",

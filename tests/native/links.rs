@@ -5,6 +5,7 @@
 
 use std::collections::BTreeMap;
 
+use hexcast::columns::Columns;
 use hexcast::control::Control;
 use hexcast::cpu;
 use hexcast::frame::Frame;
@@ -13,6 +14,7 @@ use hexcast::inside::Kind;
 use hexcast::job::{LinksJob, Rule, Stencil};
 use hexcast::links::{Field, Link, Links};
 use hexcast::rays::Rays;
+use hexcast::window::CellWindow;
 use num_bigint::{BigInt, Sign};
 
 use super::cases::{Case, cases, several, unit_cells};
@@ -168,12 +170,17 @@ fn kinds(case: &Case, inverted: &[bool]) -> (Frame, Vec<Kind>) {
     (frame, kinds)
 }
 
+fn field<'a>(case: &Case, frame: &'a Frame, kinds: &'a [Kind], columns: &'a Columns) -> Field<'a> {
+    let (first, window) = ([0; 3], CellWindow::all(case.lines.dims()));
+    Field { frame, rule: case.rule, kinds, columns, first, window, is_plain: true }
+}
+
 fn links(case: &Case, job: &LinksJob, inverted: &[bool]) -> Links {
     let (frame, kinds) = kinds(case, inverted);
     let rays = Rays::new(0, case.lines.dims());
     let cast = hexcast::cast::Cast { frame: &frame, rays: &rays, rule: case.rule };
     let columns = cpu::columns(&cast, &Control::default()).unwrap();
-    let field = Field { frame: &frame, rule: case.rule, kinds: &kinds, columns: &columns, is_plain: true };
+    let field = field(case, &frame, &kinds, &columns);
     pollster::block_on(field.links(job, u64::MAX, &Control::default())).unwrap()
 }
 
@@ -275,7 +282,7 @@ fn diagonal_links_need_equal_cells() {
     let rays = Rays::new(0, case.lines.dims());
     let cast = hexcast::cast::Cast { frame: &frame, rays: &rays, rule: case.rule };
     let columns = cpu::columns(&cast, &Control::default()).unwrap();
-    let field = Field { frame: &frame, rule: case.rule, kinds: &kinds, columns: &columns, is_plain: true };
+    let field = field(&case, &frame, &kinds, &columns);
     let refused = pollster::block_on(field.links(&LinksJob::default(), u64::MAX, &Control::default())).unwrap_err();
     assert_eq!(refused.code(), "lines-graded");
 }
@@ -299,7 +306,7 @@ fn links_that_exceed_the_memory_are_refused() {
     let rays = Rays::new(0, case.lines.dims());
     let cast = hexcast::cast::Cast { frame: &frame, rays: &rays, rule: case.rule };
     let columns = cpu::columns(&cast, &Control::default()).unwrap();
-    let field = Field { frame: &frame, rule: case.rule, kinds: &kinds, columns: &columns, is_plain: true };
+    let field = field(&case, &frame, &kinds, &columns);
     let refused = pollster::block_on(field.links(&LinksJob::default(), 1000, &Control::default())).unwrap_err();
     assert_eq!(refused.code(), "memory");
 }

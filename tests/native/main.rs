@@ -78,6 +78,7 @@ mod links;
 mod many_geometries;
 #[cfg(feature = "cli")]
 mod measured_command;
+mod measured_windows;
 #[cfg(feature = "cli")]
 mod memory;
 #[cfg(feature = "cli")]

@@ -1,9 +1,11 @@
 //! More than 255 geometries, of which several are known by one rank: against the exact oracle, and against what is said of each.
 
 use hexcast::geometry::Geometry;
-use hexcast::job::{BackendChoice, GeometryJob, Job, Open, Rule};
+use hexcast::job::{BackendChoice, FractionsJob, GeometryJob, Job, LinksJob, Open, Rule};
 use hexcast::lines::Lines;
+use hexcast::links::Link;
 use hexcast::pipeline::Engine;
+use hexcast::report::MeshFacts;
 
 use super::models::{self, Facets};
 use super::open_surfaces::{flags_of, meshed};
@@ -197,10 +199,61 @@ fn geometries_that_cannot_be_taken_together_are_refused_with_their_number() {
     );
     meshed(&nested[1..], &set!(Job { geometries: job.geometries[1..].to_vec(), ..job.clone() }), 0, &mut Engine::cpu())
         .unwrap();
-    // what is measured tells them apart
-    let apart: Vec<Facets> = (0..256).map(|at| models::cube([2.0 * at as f32, 0.0, 0.0], 1.0)).collect();
-    let error = meshed(&apart, &set!(Job { staggered: true, ..job }), 0, &mut Engine::cpu()).unwrap_err();
+    // links number them with 16 bits
+    let many = vec![vec![[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]]; 32_769];
+    let geometries = vec![set!(GeometryJob { flag: Some(1), ..GeometryJob::default() }); many.len()];
+    let links = Some(LinksJob::default());
+    let error = meshed(&many, &set!(Job { geometries, links, ..job }), 0, &mut Engine::cpu()).unwrap_err();
     assert_eq!(error.code(), "too-many-geometries");
+    assert!(error.to_string().starts_with("there are 32769 geometries, and links and fractions number at most 32768"));
+}
+
+#[test]
+fn what_is_measured_of_them_is_that_of_one_geometry_for_each_flag() {
+    let at = |index: usize| [0, 1, 2].map(|axis: u32| 2.5 * (index / 8usize.pow(axis) % 8) as f32);
+    let cubes: Vec<Facets> = (0..400).map(|index| models::cube(at(index), 1.75)).collect();
+    let flag = |index: usize| 1 + (index % 3) as u8;
+    let of_flag = |flag: u8| set!(GeometryJob { flag: Some(flag), ..GeometryJob::default() });
+    let job = set!(Job {
+        dims: Some([20; 3]),
+        domain: Some([0.0, 0.0, 0.0, 20.0, 20.0, 20.0]),
+        geometries: (0..400).map(|index| of_flag(flag(index))).collect(),
+        links: Some(LinksJob::default()),
+        fractions: Some(FractionsJob::default().with_surfaces(true)),
+        staggered: true,
+        ..Job::default()
+    });
+    let of = |of: u8| cubes.iter().enumerate().filter(move |(index, _)| flag(*index) == of).map(|(_, cube)| cube);
+    let joined = |flag: u8| of(flag).flatten().copied().collect::<Facets>();
+    let three = [1, 2, 3].map(joined);
+    let of_three = set!(Job { geometries: [1, 2, 3].map(of_flag).to_vec(), ..job.clone() });
+    let (_, many) = meshed(&cubes, &job, 0, &mut Engine::cpu()).unwrap();
+    let (_, few) = meshed(&three, &of_three, 0, &mut Engine::cpu()).unwrap();
+    assert_eq!(many.flags_hash, few.flags_hash);
+    // a cube is the cube / 3 of its flag, and has 12 facets
+    let links = |of: &MeshFacts| of.links.clone().expect("they were asked for");
+    let (many_links, few_links) = (links(&many), links(&few));
+    assert!(many_links.len() > 2000 && many_links.len() == few_links.len());
+    for (one, other) in many_links.iter().zip(few_links.iter()) {
+        let (facet, geometry) = (12 * (i32::from(one.geometry) / 3) + one.facet, one.geometry % 3);
+        assert_eq!(*other, set!(Link { facet: facet, geometry: geometry, ..*one }));
+    }
+    let (many_fractions, few_fractions) = (many.fractions.expect("asked for"), few.fractions.expect("asked for"));
+    assert!(many_fractions.len() > 2000 && many_fractions.iter().eq(few_fractions.iter()));
+    assert_eq!(many_fractions.volumes, few_fractions.volumes);
+    let surfaces: Vec<_> = few_fractions.surfaces().collect();
+    assert!(many_fractions.surfaces().count() >= surfaces.len());
+    for area in [&many_fractions.areas, &few_fractions.areas] {
+        let area: f64 = area.as_ref().expect("asked for").iter().sum();
+        // all of 6 sides of each
+        assert!((area - 400.0 * 6.0 * 1.75 * 1.75).abs() < 1e-6, "{area}");
+    }
+    assert_eq!(many_fractions.areas.as_ref().map(Vec::len), Some(400));
+    let (many, few) = (many.staggered.expect("asked for"), few.staggered.expect("asked for"));
+    for (one, other) in many.points.iter().zip(&few.points) {
+        let all = one.dims().map(|n| 0..n);
+        assert!(one.flags(&all).unwrap() == other.flags(&all).unwrap(), "{}", one.name);
+    }
 }
 
 #[test]

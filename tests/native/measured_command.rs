@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 
-use super::cli::{Folder, SPOT, hexcast, json as report_of};
+use super::cli::{Folder, SPOT, done, hexcast, json as report_of};
 
 /// A record of `.links`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -239,6 +239,68 @@ fn assert_dense(scene: &[&str]) {
 }
 
 #[test]
+fn files_and_reports_of_parts_are_those_of_the_whole_together() {
+    let folder = Folder::new();
+    let path = |name: &str| folder.path(name);
+    let mesh = ["mesh", SPOT, "--cells", "20", "--backend", "cpu", "--fraction-surfaces", "--stencil", "D3Q27"];
+    let outputs = |of: &str| {
+        let files = [".links", ".npz", ".npy", ".json"].map(|ending| path(&format!("{of}{ending}")));
+        let [links, fractions, staggered, report] = files;
+        let names = ["--links", &links, "--fractions", &fractions, "--report", &report].map(String::from);
+        (names, staggered)
+    };
+    let run = |of: &str, more: &[&str]| {
+        let (names, _) = outputs(of);
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        done(&[&mesh[..], &["-q"], &names, more].concat());
+    };
+    run("whole", &[]);
+    let (_, dims, expected) = records(&folder.bytes("whole.links"));
+    let mut found: Vec<Record> = Vec::new();
+    let mut reports = Vec::new();
+    for part in 1..=4 {
+        let (name, of) = (format!("part{part}"), format!("{part}/1x2x2"));
+        run(&name, &["--part", &of]);
+        let bytes = folder.bytes(&format!("{name}.links"));
+        let version = bytes[8];
+        let (origin, bytes) = match version {
+            1 => ([0; 3], bytes),
+            2 => {
+                let at = |at: usize| i32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+                let origin = [40, 44, 48].map(at);
+                assert_eq!(at(52), 0);
+                // as version 1 has it
+                let rest = [&bytes[..8], &[1], &bytes[9..40], &bytes[56..]].concat();
+                (origin, rest)
+            }
+            _ => panic!("version {version}"),
+        };
+        assert_eq!((version == 1), part == 1, "the first begins where the box does");
+        let (_, of_part, links) = records(&bytes);
+        assert!(of_part[1] < dims[1] && of_part[2] < dims[2]);
+        found.extend(links.into_iter().map(|link| {
+            let cell = [0, 1, 2].map(|axis| link.cell[axis] + origin[axis] as u32);
+            Record { cell, ..link }
+        }));
+        reports.push(path(&format!("{name}.json")));
+    }
+    let place = |link: &Record| (link.cell[2], link.cell[1], link.cell[0], link.direction);
+    found.sort_by_key(place);
+    assert!(found == expected && found.len() > 3000, "{} links, {} expected", found.len(), expected.len());
+    let names: Vec<&str> = reports.iter().map(String::as_str).collect();
+    let (merged, whole) = (report_of(&[&["merge"], &names[..]].concat()), folder.json("whole.json"));
+    assert_eq!(merged["links"], whole["links"]);
+    assert_eq!(merged["fractions"]["cut_cells"], whole["fractions"]["cut_cells"]);
+    let number = |value: &Value| value.as_f64().expect("a number");
+    let is_near = |one: &Value, other: &Value| (number(one) - number(other)).abs() < 1e-12 * number(other);
+    assert!(is_near(&merged["fractions"]["areas"][0], &whole["fractions"]["areas"][0]));
+    for flag in 0..2 {
+        let [one, other] = [&merged, &whole].map(|report| &report["fractions"]["volumes"][flag]);
+        assert!(one["flag"] == other["flag"] && is_near(&one["volume"], &other["volume"]), "{one} {other}");
+    }
+}
+
+#[test]
 fn a_run_that_fails_leaves_no_file_of_what_was_measured() {
     let folder = Folder::new();
     let path = |name: &str| folder.path(name);
@@ -261,12 +323,17 @@ fn what_cannot_be_measured_is_refused_with_a_sentence() {
         (vec!["--fractions", &path("a.raw")], "no format of fractions of cells has this ending"),
         (vec!["--links", &path("a.npz"), "--fractions", &path("a.npz")], "is written twice"),
         (vec!["--links", &path("a.npz"), "-o", &path("a.npz")], "is written twice"),
-        (vec!["--links", &path("a.npz"), "--window", "0,0,0,2,2,2"], "links are those of the whole box"),
-        (vec!["--fractions", &path("a.npz"), "--fraction-rays", "3"], "1, 2, 4, 8 or 16"),
         (
-            vec!["--fractions", &path("a.npz"), "--close-gaps", "3"],
-            "fractions are given with a window, a part or close_gaps",
+            vec!["--links", &path("a.npz"), "--window", "0,0,0,2,2,2", "--fill", "conservative"],
+            "links of a window need the flags of the cells beside it",
         ),
+        (
+            vec!["--fractions", &path("a.npy"), "--window", "0,0,0,2,2,2", "--halo", "1"],
+            "only the cells within the halo are measured",
+        ),
+        (vec!["--staggered", &path("a.npz"), "--part", "1/2", "--halo", "1"], "staggered is given with a halo"),
+        (vec!["--fractions", &path("a.npz"), "--fraction-rays", "3"], "1, 2, 4, 8 or 16"),
+        (vec!["--fractions", &path("a.npz"), "--close-gaps", "3"], "fractions are given with close_gaps"),
         (vec!["--fractions", &path("a.npz"), "--fill", "separating"], "has cells along its surface"),
     ] {
         let message = with(&more);

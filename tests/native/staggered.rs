@@ -263,8 +263,8 @@ fn a_gpu_finds_the_same_points() {
 fn what_has_no_staggered_grid_is_refused() {
     let whole = set!(Job { geometries: vec![GeometryJob::new("a.stl")], staggered: true, ..Job::default() });
     for job in [
-        set!(Job { window: Some([0, 0, 0, 1, 1, 1]), ..whole.clone() }),
-        set!(Job { part: Some(hexcast::job::PartJob::new(1, [2, 1, 1])), ..whole.clone() }),
+        set!(Job { window: Some([0, 0, 0, 1, 1, 1]), halo: Some(1), ..whole.clone() }),
+        set!(Job { part: Some(hexcast::job::PartJob::new(1, [2, 1, 1])), halo: Some(2), ..whole.clone() }),
         set!(Job { close_gaps: Some(3), ..whole }),
     ] {
         assert_eq!(job.validate().unwrap_err().code(), "job-conflict");

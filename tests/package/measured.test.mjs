@@ -49,6 +49,8 @@ const JOBS = {
     window: [5, 6, 7, 30, 31, 20],
     halo: 2,
     certify: true,
+    links: { stencil: 'D3Q7' },
+    fractions: { rays: 2, surfaces: true },
   },
   'lines that are equally spaced': {
     geometries: [{ ...cow, fill: 'separating' }],

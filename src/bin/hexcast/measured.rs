@@ -126,6 +126,12 @@ impl MeasuredArguments {
             job.fractions = Some(fractions.with_surfaces(fractions.surfaces || self.fraction_surfaces));
         }
         job.staggered |= self.staggered.is_some();
+        let is_dense = |path: &PathBuf| fractions_format(path).is_ok_and(|format| format != Format::Npz);
+        if job.halo.is_some_and(|halo| halo > 0) && self.fractions.as_ref().is_some_and(is_dense) {
+            let message =
+                "--fractions of every cell and --halo are given together: only the cells within the halo are measured";
+            return Err(Error::new("job-conflict", message, "leave out --halo, or write .npz, which lists cut cells"));
+        }
         job.validate()
     }
 
