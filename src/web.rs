@@ -30,6 +30,7 @@ mod measured;
 mod mesh;
 mod surface;
 mod values;
+mod write_options;
 
 pub use encoder::{WebEncoder, WebHash};
 pub use file::JsFile;

@@ -11,8 +11,7 @@ pub(crate) mod links;
 pub mod npy;
 pub(crate) mod npz;
 mod options;
-#[cfg(not(target_arch = "wasm32"))]
-mod ordered;
+pub(crate) mod ordered;
 pub mod raw;
 pub mod sidecar;
 mod sink;
@@ -63,11 +62,8 @@ pub fn write(
             sink.put(&head)?;
             if options.bits {
                 mesh.for_each_slab_of_bits(options.slab_bytes, control, |flags| sink.put(flags))?;
-            } else if options.has_own_bytes() {
-                #[cfg(not(target_arch = "wasm32"))]
-                ordered::for_each_slab(mesh, options, control, |bytes| sink.put(bytes))?;
             } else {
-                mesh.for_each_slab(options.slab_bytes, control, |flags| sink.put(flags))?;
+                ordered::for_each_slab(mesh, options, control, |bytes| sink.put(bytes))?;
             }
             sink.put(&tail)?;
         }
@@ -75,7 +71,6 @@ pub fn write(
             let flags = vti::Array::flags(mesh, options.slab_bytes, control);
             vti::write(mesh, &flags, (format, level), options, &mut sink)?;
         }
-        #[cfg(not(target_arch = "wasm32"))]
         (None, _) if format == Format::Npz => npz::write(mesh, options, &mut sink, control)?,
         (None, compress) => column_file::write(mesh, compress, &mut sink, control)?,
     }
@@ -142,13 +137,10 @@ fn check(format: Format, options: &Options) -> Result<()> {
         }
     }
     let has_own_bytes = options.has_own_bytes();
-    if has_own_bytes && (cfg!(target_arch = "wasm32") || !matches!(format, Format::Raw | Format::Npy | Format::Npz)) {
+    if has_own_bytes && !matches!(format, Format::Raw | Format::Npy | Format::Npz) {
         let message = format!(".{name} has one order of cells, and their flags");
-        return Err(Error::new(
-            "job-conflict",
-            message,
-            "write .raw, .npy or .npz natively, or leave out axis order and map",
-        ));
+        let hint = "write .raw, .npy or .npz, or leave out axis order and map";
+        return Err(Error::new("job-conflict", message, hint));
     }
     if has_own_bytes && options.bits {
         let message = "bits are given with an axis order or a map, which bytes have only";

@@ -103,23 +103,36 @@ export type Format =
   | ('links.npz' | 'fractions.npz' | 'staggered.npz')
   | ExportFormat;
 
-export interface WriteOptions extends CallOptions {
+/** What stands for a cell in raw, npy and npz. */
+export interface CellBytes {
+  /** Eight cells a byte, for raw and npy of meshes with one flag. */
+  bits?: boolean;
+  /**
+   * Order of the axes: `zyx` (the default) has x fastest, shape (nz, ny, nx); `xyz` has x slowest, shape (nx, ny, nz), as lattice Boltzmann
+   * and FDTD codes in Python want it. Not with `bits`.
+   */
+  axisOrder?: 'zyx' | 'xyz';
+  /**
+   * Other numbers, 0 to 255, for some flags: `{ 1: 0, 0: 1 }` makes the pores of a solid 1. Flags that are not named stay as they are. Not with
+   * `bits`.
+   */
+  map?: Readonly<Record<number, number>>;
+}
+
+export interface WriteOptions extends CallOptions, CellBytes {
   /**
    * zlib level for vti, vtr, hxc, nrrd, every npz and the archive of foam: 0 (the default) does not compress, 1 is fast, 6 is a good
    * compromise, 9 is small.
    */
   compress?: number;
-  /** Eight cells a byte, for raw and npy of meshes with one flag. */
-  bits?: boolean;
   /** Text in place of numbers in binary, for foam and msh. Default false. */
   ascii?: boolean;
   /** Flags, 0 to 255, whose cells are exported, for every {@link ExportFormat} but nrrd; by default all but 0. At least one; each has cells. */
   exportFlags?: readonly number[];
 }
 
-export interface SidecarOptions extends CallOptions {
-  /** Describes the file with eight cells a byte. */
-  bits?: boolean;
+/** Which raw file is described. */
+export interface SidecarOptions extends CallOptions, CellBytes {
   /** Adds the SHA-256 of the raw file, which takes as long as making it. */
   hash?: 'sha256';
 }

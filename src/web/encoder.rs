@@ -5,31 +5,26 @@ use std::rc::Rc;
 use sha2::{Digest, Sha256};
 use wasm_bindgen::prelude::*;
 
-use super::export::{ExportWork, check_options, exporter_of};
+use super::export::{ExportWork, exporter_of};
 use super::measured::Measured;
 use super::mesh::WebMesh;
 use super::values::{JsResult, js_error};
+use super::write_options::WriteOptions;
 use crate::checksum::hex;
 use crate::error::Result;
 use crate::export::{self, ExportOptions};
 use crate::flags::CellBox;
 use crate::mesh::Mesh;
 use crate::write::archive::Encoder;
-use crate::write::{self, Compress, Format, Options, Written, column_file, vti};
+use crate::write::{self, Compress, Format, Options, Written, column_file, ordered, vti};
 
 /// Bytes of a piece of a file.
 const PIECE_BYTES: usize = 4 << 20;
 /// Least bytes of a piece of an archive, but for the last.
 const LEAST_PIECE: usize = 1 << 16;
 
-/// Compression as JavaScript gives it: 0 for none.
-fn level(compress: u8) -> Compress {
-    if compress == 0 { Compress::None } else { Compress::Zlib(compress) }
-}
-
-fn options(format: &str, compress: u8, bits: bool) -> JsResult<(Format, Options)> {
-    let format = Format::of_name(&format!("mesh.{format}")).map_err(js_error)?;
-    Ok((format, Options { compress: level(compress), bits, slab_bytes: PIECE_BYTES, ..Options::default() }))
+fn format_of(name: &str) -> JsResult<Format> {
+    Format::of_name(&format!("mesh.{name}")).map_err(js_error)
 }
 
 #[wasm_bindgen]
@@ -38,60 +33,53 @@ impl WebMesh {
     pub fn size(&self, format: &str, bits: bool) -> JsResult<Option<f64>> {
         let size = match exporter_of(format) {
             Some(exporter) => export::exact_size(&self.mesh, exporter, &ExportOptions::default()),
-            None => {
-                let (format, options) = options(format, 0, bits)?;
-                write::exact_size(&self.mesh, format, &options)
-            }
+            None => write::exact_size(&self.mesh, format_of(format)?, &Options { bits, ..Options::default() }),
         };
         Ok(size.map(|size| size as f64))
     }
 
-    /// Starts hashing all flags: the bytes of the raw file.
-    pub fn hash(&self, bits: bool) -> JsResult<WebHash> {
-        Ok(WebHash { pieces: self.encode("raw", 0, bits, false, None)?, hash: Sha256::new(), n_bytes: 0 })
+    /// Starts hashing the raw file, whose bytes are the flags of all cells unless the options say otherwise.
+    pub fn hash(&self, options: &str) -> JsResult<WebHash> {
+        Ok(WebHash { pieces: self.encode("raw", options)?, hash: Sha256::new(), n_bytes: 0 })
     }
 
     /// The description of a raw file, with its hash if that was made.
-    pub fn sidecar(&self, bits: bool, sha256: Option<String>) -> String {
-        let options = Options { bits, ..Options::default() };
+    pub fn sidecar(&self, options: &str, sha256: Option<String>) -> JsResult<String> {
+        let options = WriteOptions::read(options)?.of_mesh(PIECE_BYTES);
+        write::around(&self.mesh, Format::Raw, &options).map_err(js_error)?;
         let n_bytes = write::exact_size(&self.mesh, Format::Raw, &options).unwrap_or(0);
         let written = Written { n_bytes, sha256 };
-        write::sidecar_json(&self.mesh, &options, &written)
+        Ok(write::sidecar_json(&self.mesh, &options, &written))
     }
 
-    /// Starts a file: in the format of a mesh or of an exporter, or `links.npz`, `fractions.npz` or `staggered.npz`. The last two options are
-    /// those of exporters.
-    pub fn encode(
-        &self,
-        format: &str,
-        compress: u8,
-        bits: bool,
-        ascii: bool,
-        flags: Option<Vec<u8>>,
-    ) -> JsResult<WebEncoder> {
+    /// Starts a file: in the format of a mesh or of an exporter, or `links.npz`, `fractions.npz` or `staggered.npz`. `options` is JSON.
+    pub fn encode(&self, format: &str, options: &str) -> JsResult<WebEncoder> {
+        let given = WriteOptions::read(options)?;
         let exporter = exporter_of(format);
-        check_options(format, exporter, [compress > 0, bits, ascii, flags.is_some()]).map_err(js_error)?;
+        given.check(format, exporter).map_err(js_error)?;
         if let Some(exporter) = exporter {
-            let options = ExportOptions { flags, ascii, compress: level(compress), ..ExportOptions::default() };
+            let compress = given.compress();
+            let WriteOptions { ascii, export_flags: flags, .. } = given;
+            let options = ExportOptions { flags, ascii, compress, ..ExportOptions::default() };
             let work = ExportWork::new(self.mesh.clone(), exporter, options).map_err(js_error)?;
             return Ok(self.encoder(Work::Export(work), Vec::new()));
         }
         let of = format.strip_suffix(".npz").unwrap_or("");
-        let (format, options) = options(format.rsplit('.').next().unwrap_or(""), compress, bits)?;
+        let (format, options) = (format_of(format.rsplit('.').next().unwrap_or(""))?, given.of_mesh(PIECE_BYTES));
         let around = write::around(&self.mesh, format, &options).map_err(js_error)?;
         let (work, made) = match (around, options.compress) {
             (Some((head, tail)), _) => {
-                let mut pieces: Vec<CellBox> = self.mesh.slabs(PIECE_BYTES).collect();
+                let mut pieces = ordered::boxes(self.mesh.dims(), options.axis_order, PIECE_BYTES);
                 pieces.reverse();
-                (Work::Flags { bits, pieces, tail }, head)
+                (Work::Flags { options, pieces, tail }, head)
             }
             (None, Compress::Zlib(level)) if matches!(format, Format::Vti | Format::Vtr) => {
                 (Work::Image(vti::VtiEncoder::new(&self.mesh, format, level, PIECE_BYTES)), Vec::new())
             }
             (None, compress) if format == Format::Npz => {
                 // whether there are any shows now
-                self.measured.arrays(&self.mesh, of, PIECE_BYTES).map_err(js_error)?;
-                (Work::Archive { of: of.into(), encoder: Box::new(Encoder::new(compress)) }, Vec::new())
+                self.measured.arrays(&self.mesh, of, options).map_err(js_error)?;
+                (Work::Archive { of: of.into(), options, encoder: Box::new(Encoder::new(compress)) }, Vec::new())
             }
             (None, compress) => {
                 let encoder = column_file::ColumnFileEncoder::new(&self.mesh, compress).map_err(js_error)?;
@@ -110,14 +98,14 @@ impl WebMesh {
 
 /// How a file is encoded.
 enum Work {
-    /// Flags as they are, or a bit each: boxes still to encode, the next one last, and what follows them.
-    Flags { bits: bool, pieces: Vec<CellBox>, tail: Vec<u8> },
+    /// Flags as they are, as other numbers, or a bit each: boxes still to encode, the next one last, and what follows them.
+    Flags { options: Options, pieces: Vec<CellBox>, tail: Vec<u8> },
     /// A compressed `.vti`.
     Image(vti::VtiEncoder),
     /// A column file.
     Columns(column_file::ColumnFileEncoder),
     /// Arrays of what was measured, or of the mesh.
-    Archive { of: String, encoder: Box<Encoder> },
+    Archive { of: String, options: Options, encoder: Box<Encoder> },
     /// The files of an exporter.
     Export(ExportWork),
 }
@@ -126,8 +114,8 @@ impl Work {
     /// The next bytes, possibly none yet; None at the end.
     fn step(&mut self, mesh: &Mesh, measured: &Measured) -> Result<Option<Vec<u8>>> {
         match self {
-            Work::Archive { of, encoder } => {
-                let arrays = measured.arrays(mesh, of, PIECE_BYTES)?;
+            Work::Archive { of, options, encoder } => {
+                let arrays = measured.arrays(mesh, of, *options)?;
                 // arrays may be short, and what is deflated waits for more
                 let mut made = Vec::new();
                 while made.len() < LEAST_PIECE {
@@ -139,12 +127,12 @@ impl Work {
             Work::Image(encoder) => encoder.step(mesh),
             Work::Columns(encoder) => encoder.step(mesh),
             Work::Export(export) => export.step(),
-            Work::Flags { bits, pieces, tail } => {
+            Work::Flags { options, pieces, tail } => {
                 let Some(cells) = pieces.pop() else {
                     let tail = std::mem::take(tail);
                     return Ok((!tail.is_empty()).then_some(tail));
                 };
-                if *bits { mesh.box_bits(&cells) } else { mesh.box_flags(&cells) }.map(Some)
+                ordered::bytes_of_box(mesh, options, &cells).map(Some)
             }
         }
     }

@@ -24,30 +24,6 @@ pub(super) fn exporter_of(format: &str) -> Option<Exporter> {
     Exporter::ENDINGS.into_iter().find(|(ending, _)| ending.trim_start_matches('.') == format).map(|(_, of)| of)
 }
 
-/// Refuses options that a format would silently ignore: whether compression, bits, text and flags are asked for. Formats without an
-/// exporter look at the first two themselves.
-pub(super) fn check_options(format: &str, exporter: Option<Exporter>, given: [bool; 4]) -> Result<()> {
-    let is = |fits: fn(Exporter) -> bool| exporter.is_some_and(fits);
-    // several files come as an archive, which is compressed
-    let compresses = |exporter: Exporter| exporter.compresses() || exporter == Exporter::Foam;
-    let known = [
-        (exporter.is_none() || is(compresses), "compress", "cannot be compressed", "nrrd or foam"),
-        (exporter.is_none(), "bits", "has no bit-packed variant", "raw or npy"),
-        (is(Exporter::has_ascii), "ascii", "has no form in text besides a binary one", "foam or msh"),
-        (
-            is(Exporter::has_flags),
-            "exportFlags",
-            "does not hold the cells of some flags only",
-            "foam, inp, msh, csx.xml, geometry.xml, vox or binvox",
-        ),
-    ];
-    let wrong = known.iter().zip(given).find(|((fits, ..), given)| *given && !fits);
-    wrong.map_or(Ok(()), |((_, option, why, others), _)| {
-        let message = format!("{option} is given, and .{format} {why}");
-        Err(Error::new("job-conflict", message, format!("leave it out, or write {others}")))
-    })
-}
-
 /// An exporter at work.
 pub(super) struct ExportWork {
     /// None at the end.

@@ -1,5 +1,7 @@
 //! File formats and the choices of their writers.
 
+use serde::Deserialize;
+
 use crate::error::{Error, Result};
 use crate::job::ZarrJob;
 use crate::mesh::SLAB_BYTES;
@@ -76,7 +78,8 @@ pub enum Compress {
 }
 
 /// Which axis is the slowest in a file of flags: the order of the axes of its array.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum AxisOrder {
     /// z slowest and x fastest: shape (nz, ny, nx).
     #[default]
@@ -93,9 +96,9 @@ pub struct Options {
     pub compress: Compress,
     /// Eight cells a byte, for `.raw` and `.npy` of meshes with a single flag; the order is in [`super::bits`].
     pub bits: bool,
-    /// Order of the axes, for `.raw`, `.npy` and `.npz`; natively.
+    /// Order of the axes, for `.raw`, `.npy` and `.npz`.
     pub axis_order: AxisOrder,
-    /// What is written for each flag in its place, for `.raw`, `.npy` and `.npz`; natively. None: the flag itself.
+    /// What is written for each flag in its place, for `.raw`, `.npy` and `.npz`. None: the flag itself.
     pub map: Option<[u8; 256]>,
     /// Whether the SHA-256 of a `.raw` is made as it is written: about as long again.
     pub sha256: bool,

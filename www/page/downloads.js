@@ -88,12 +88,12 @@ export function entry(mesh, file) {
 
 /** Sizes that depend on the flags, and on the digits of the mesh lines. @param {Mesh} mesh @param {FileKind} file */
 function guess(mesh, { id, format }) {
-  if (format && isExport(format)) return '';
-  if (id.startsWith('sidecar')) return `about ${bytes(700 + 20 * mesh.dims.reduce((sum, n) => sum + n + 1, 0))}`;
+  if (!format) return `about ${bytes(700 + 20 * mesh.dims.reduce((sum, n) => sum + n + 1, 0))}`;
+  if (isExport(format)) return '';
   if (id in PER_ENTRY) return `up to ${bytes(PER_ENTRY[id] * entriesOf(mesh, id))}`;
   if (id === 'hxc') return `up to ${bytes(columnBytes(mesh))}`;
   // the lines are 8 bytes each
-  const lines = mesh.lines.spacing && id !== 'npz' ? 0 : 1500 + 8 * mesh.dims.reduce((sum, n) => sum + n + 1, 0);
+  const lines = mesh.lines.spacing && format !== 'npz' ? 0 : 1500 + 8 * mesh.dims.reduce((sum, n) => sum + n + 1, 0);
   // a mesh that was read back has no estimate
   return state.expected
     ? `up to ${bytes(state.expected.file_bytes.vti_zlib + lines)}`
