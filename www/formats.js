@@ -2,7 +2,8 @@
 import { CALL, kindOf, oneOf, optionsOf, wholeNumber, wrongValue, yesOrNo } from './check.js';
 
 const FORMATS = /** @type {const} */ ([
-  ...['vti', 'vtr', 'npy', 'npz', 'raw', 'hxc', 'links.npz', 'fractions.npz', 'staggered.npz'],
+  ...['vti', 'vtr', 'npy', 'npz', 'raw', 'hxc', 'zarr', 'links.npz', 'links', 'staggered.npz'],
+  ...['fractions.npz', 'fractions.vti', 'fractions.vtr', 'fractions.npy', 'fractions.zarr'],
   ...['foam', 'inp', 'msh', 'csx.xml', 'geometry.xml', 'nrrd', 'vox', 'binvox'],
 ]);
 /** Formats of the native command only: the core refuses them, and says why. */
@@ -16,6 +17,10 @@ const SIDECAR = ['hash', ...BYTES, ...CALL];
 const MIME = {
   vti: 'application/vnd.vtk.vti+xml',
   vtr: 'application/vnd.vtk.vtr+xml',
+  'fractions.vti': 'application/vnd.vtk.vti+xml',
+  'fractions.vtr': 'application/vnd.vtk.vtr+xml',
+  zarr: 'application/zip',
+  'fractions.zarr': 'application/zip',
   foam: 'application/zip',
   'csx.xml': 'application/xml',
   'geometry.xml': 'application/xml',

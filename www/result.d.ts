@@ -97,10 +97,15 @@ export type ExportFormat = 'foam' | 'inp' | 'msh' | 'csx.xml' | 'geometry.xml' |
 
 /**
  * Formats of files: those of the mesh, of what its job asked for besides, and of other programs. `vti` is for cells of one size.
+ *
+ * - `zarr`: the files of a Zarr v3 store in a ZIP archive, for the `ZipStore` of zarr-python; chunks and shards as the `zarr` of the job says.
+ * - `links`: records of 24 bytes, for programs that read without NumPy.
+ * - `fractions.vti`, `fractions.vtr`, `fractions.npy`, `fractions.zarr`: for every cell the fraction that is not background.
  */
 export type Format =
-  | ('vti' | 'vtr' | 'npy' | 'npz' | 'raw' | 'hxc')
-  | ('links.npz' | 'fractions.npz' | 'staggered.npz')
+  | ('vti' | 'vtr' | 'npy' | 'npz' | 'raw' | 'hxc' | 'zarr')
+  | ('links.npz' | 'links' | 'staggered.npz')
+  | ('fractions.npz' | 'fractions.vti' | 'fractions.vtr' | 'fractions.npy' | 'fractions.zarr')
   | ExportFormat;
 
 /** What stands for a cell in raw, npy and npz. */
@@ -121,7 +126,7 @@ export interface CellBytes {
 
 export interface WriteOptions extends CallOptions, CellBytes {
   /**
-   * zlib level for vti, vtr, hxc, nrrd, every npz and the archive of foam: 0 (the default) does not compress, 1 is fast, 6 is a good
+   * zlib level for vti, vtr, hxc, nrrd, zarr (its chunks), every npz and the archive of foam: 0 (the default) does not compress, 1 is fast, 6 is a good
    * compromise, 9 is small.
    */
   compress?: number;
@@ -284,7 +289,7 @@ export interface Mesh extends Disposable {
   staggered(options?: CallOptions): Promise<Staggered>;
   /** SHA-256 of all flags, one byte each, x fastest: that of the raw file. */
   sha256(options?: CallOptions): Promise<string>;
-  /** Bytes of a file before it is made; null where they depend on the flags (compressed, hxc, exports but nrrd) or on the archive (npz). */
+  /** Bytes of a file before it is made; null where they depend on the flags (compressed, hxc, exports but nrrd) or on the archive (npz, zarr). */
   size(format: Format, options?: WriteOptions): number | null;
   /**
    * A file, byte for byte that of the native command, as a stream that is made as it is read. Where the browser has streams of bytes,

@@ -2,7 +2,6 @@
 
 use serde::Deserialize;
 
-use super::values::{JsResult, js_error};
 use crate::error::{Error, Result};
 use crate::export::Exporter;
 use crate::write::{AxisOrder, Compress, Options};
@@ -23,8 +22,11 @@ pub(super) struct WriteOptions {
 
 impl WriteOptions {
     /// Reads them from JSON.
-    pub(super) fn read(text: &str) -> JsResult<WriteOptions> {
-        serde_json::from_str(text).map_err(|error| js_error(Error::new("job-value", format!("options: {error}"), "")))
+    ///
+    /// # Errors
+    /// `job-value`, which nobody meets: JavaScript checks them first.
+    pub(super) fn read(text: &str) -> Result<WriteOptions> {
+        serde_json::from_str(text).map_err(|error| Error::new("job-value", format!("options: {error}"), ""))
     }
 
     pub(super) fn compress(&self) -> Compress {
@@ -43,15 +45,18 @@ impl WriteOptions {
         // several files come as an archive, which is compressed
         let compresses = |exporter: Exporter| exporter.compresses() || exporter == Exporter::Foam;
         let is_array = matches!(format, "raw" | "npy" | "npz");
+        // what is measured has one form
+        let is_of_mesh = exporter.is_none() && !format.contains('.') && format != "links";
+        let packs = if format == "links" { "links.npz" } else { "nrrd or foam" };
         let one_order = ("has one order of cells, and their flags", "raw, npy or npz");
         let known = [
             (
-                exporter.is_none() || is(compresses),
+                (exporter.is_none() && format != "links") || is(compresses),
                 self.compress > 0,
                 "compress",
-                ("cannot be compressed", "nrrd or foam"),
+                ("cannot be compressed", packs),
             ),
-            (exporter.is_none(), self.bits, "bits", ("has no bit-packed variant", "raw or npy")),
+            (is_of_mesh, self.bits, "bits", ("has no bit-packed variant", "raw or npy")),
             (is(Exporter::has_ascii), self.ascii, "ascii", ("has no form in text besides a binary one", "foam or msh")),
             (
                 is(Exporter::has_flags),

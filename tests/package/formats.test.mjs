@@ -1,8 +1,8 @@
 // Files of a mesh in every form that the native command has: each is that file, byte for byte.
 
 import assert from 'node:assert/strict';
-import { spawnSync } from 'node:child_process';
-import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { execFileSync, spawnSync } from 'node:child_process';
+import { mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
@@ -120,6 +120,145 @@ for (const [name, job] of Object.entries({
     }
   });
 }
+
+/** Jobs with all that is measured, and the format of images that their cells have. */
+const MEASURED = {
+  'a cow': {
+    job: { geometries: [COW], cells: 70, padding: { cells: 2 }, unit: 'mm', links: { stencil: 'D3Q27' }, fractions: { rays: 2 } },
+    image: 'vti',
+  },
+  'a cow beside a fluid that is not the background': {
+    job: {
+      geometries: [{ ...COW, flag: 3 }],
+      dims: [31, 67, 23],
+      axis: 'z',
+      links: { stencil: 'D3Q15', fluid: [3] },
+      fractions: { faces: true, surfaces: true },
+    },
+    image: 'vti',
+  },
+  'bodies on generated lines': {
+    job: {
+      geometries: [BOARD, PATCH],
+      graded: { max_size: 1.5 },
+      padding: { length: 3 },
+      unit: 'cm',
+      links: { stencil: 'D3Q7' },
+      fractions: { rays: 8 },
+    },
+    image: 'vtr',
+  },
+};
+
+for (const [name, { job, image }] of Object.entries(MEASURED)) {
+  test(`${name}: records of links, and fractions of every cell`, () => {
+    const formats = ['links', 'fractions.npy', `fractions.${image}`];
+    const files = formats.map((format) => ({ format, file: `ours.${format}` }));
+    const packed = { format: `fractions.${image}`, options: { compress: 6 }, file: 'ours.packed' };
+    const told = ours(job, [...files, packed]);
+    for (const [index, format] of formats.entries())
+      assert.equal(told[index].size, told[index].bytes, `${format}: ${JSON.stringify(told[index])}`);
+    assert.equal(told[3].size, null);
+    native(job, '--links=native.links', '--fractions=native.fractions.npy');
+    native(job, '--compress=none', `--fractions=native.fractions.${image}`);
+    for (const format of formats) assertSame(`ours.${format}`, `native.${format}`, format);
+    native(job, '--compress=6', `--fractions=native.packed.${image}`);
+    assertSame('ours.packed', `native.packed.${image}`, 'compressed');
+    // by what the report says of them
+    const links = readFileSync(path.join(folder, 'ours.links'));
+    const [head, n_links] = [links.toString('latin1', 0, 8), Number(links.readBigUInt64LE(32))];
+    assert.deepEqual([head, links.length % 8], ['HEXLINKS', 0]);
+    assert.ok(n_links > 100 && links.length >= 40 + 24 * n_links);
+  });
+}
+
+/** All files of a folder, by their names. */
+function filesOf(root) {
+  const entries = readdirSync(root, { recursive: true, withFileTypes: true }).filter((entry) => entry.isFile());
+  const names = entries.map((entry) => path.join(entry.parentPath, entry.name)).sort();
+  return names.map((file) => [path.relative(root, file), readFileSync(file)]);
+}
+
+for (const [name, job] of Object.entries({
+  'one shard': { geometries: [COW], cells: 60, unit: 'mm' },
+  'chunks and shards of the job': {
+    geometries: [{ ...COW, material: { eps_r: 2.5 } }],
+    dims: [70, 90, 50],
+    axis: 'y',
+    padding: { cells: 9 },
+    zarr: { chunks: [16, 8, 8], shards: [32, 16, 24] },
+  },
+  'shards of few bytes': { geometries: [COW], cells: 90, padding: { cells: 4 }, zarr: { shard_bytes: 20_000 } },
+  'generated lines': { geometries: [BOARD, PATCH], graded: { max_size: 1.5 }, padding: { length: 3 }, unit: 'cm' },
+})) {
+  test(`a store in an archive has the files of the native store: ${name}`, () => {
+    const whole = { ...job, fractions: { rays: 4 }, background: { name: 'air', material: { eps_r: 1 } } };
+    const files = ['zarr', 'fractions.zarr'].flatMap((format) => [
+      { format, file: `ours-0-${format}.zip` },
+      { format, options: { compress: 6 }, file: `ours-6-${format}.zip` },
+    ]);
+    for (const { type, size } of ours(whole, files)) assert.deepEqual([type, size], ['application/zip', null]);
+    for (const [level, word] of [
+      [0, 'none'],
+      [6, '6'],
+    ]) {
+      const outputs = ['-o', `native-${level}.zarr`, '-o', `native-${level}.zarr.zip`];
+      native(whole, `--compress=${word}`, ...outputs, `--fractions=solid-${level}.zarr`);
+      // the whole archive, too, where the command writes one
+      assertSame(`ours-${level}-zarr.zip`, `native-${level}.zarr.zip`, 'the archive');
+      for (const [format, folderOf] of [
+        ['zarr', `native-${level}.zarr`],
+        ['fractions.zarr', `solid-${level}.zarr`],
+      ]) {
+        const unpacked = path.join(folder, 'unpacked');
+        mkdirSync(unpacked);
+        // a program that shares nothing with ours
+        execFileSync('python3', ['-m', 'zipfile', '-e', path.join(folder, `ours-${level}-${format}.zip`), unpacked]);
+        const [found, expected] = [filesOf(unpacked), filesOf(path.join(folder, folderOf))];
+        assert.deepEqual(
+          found.map(([file]) => file),
+          expected.map(([file]) => file),
+        );
+        for (const [index, [file, bytes]] of expected.entries()) assert.ok(found[index][1].equals(bytes), `${format}: ${file}`);
+        assert.ok(expected.length >= 9);
+        rmSync(unpacked, { recursive: true });
+      }
+    }
+  });
+}
+
+test('files of what was not measured, and shapes that a store cannot have, are refused', () => {
+  const board = { geometries: [{ file: 'board.stl' }], cells: 9 };
+  const files = (asked) => asked.map(([format, options]) => ({ format, options }));
+  const check = (job, asked) => {
+    const told = ours(job, files(asked));
+    for (const [index, [format, options, code, pattern]] of asked.entries()) {
+      assert.equal(told[index].code, code, `${format}, ${JSON.stringify(options)}: ${JSON.stringify(told[index])}`);
+      assert.match(told[index].message, pattern);
+    }
+  };
+  check(board, [
+    ['links', {}, 'job-conflict', /^the mesh has no links$/],
+    ['fractions.vti', {}, 'job-conflict', /^the mesh has no fractions$/],
+    ['fractions.zarr', {}, 'job-conflict', /^the mesh has no fractions$/],
+    ['fractions.hxc', {}, 'job-value', /^format is "fractions.hxc"/],
+    ['zarr', { bits: true }, 'job-conflict', /^\.zarr\.zip has no bit-packed variant$/],
+    ['zarr', { map: { 1: 0 } }, 'job-conflict', /^map is given, and \.zarr/],
+  ]);
+  const measured = { ...board, links: {}, fractions: {} };
+  check({ ...measured, zarr: { chunks: [2, 2, 2], shards: [3, 4, 4] } }, [
+    ['links', { compress: 6 }, 'job-conflict', /^compress is given, and \.links cannot be compressed$/],
+    ['links', { bits: true }, 'job-conflict', /^bits is given, and \.links/],
+    ['fractions.npy', { compress: 6 }, 'job-conflict', /^\.npy cannot be compressed$/],
+    ['fractions.npy', { bits: true }, 'job-conflict', /^bits is given, and \.fractions\.npy/],
+    ['fractions.npy', { axisOrder: 'xyz' }, 'job-conflict', /^axisOrder is given, and \.fractions\.npy/],
+    ['zarr', {}, 'job-value', /^zarr: shards of 3 cells along x are not some chunks of 2$/],
+  ]);
+  check({ ...MEASURED['bodies on generated lines'].job, links: undefined }, [
+    ['fractions.vti', {}, 'lines-graded', /^cells differ in size, and \.vti holds equal ones only$/],
+    ['links.npz', {}, 'job-conflict', /^the mesh has no links$/],
+  ]);
+});
 
 test('an order and numbers are refused where a file has neither, and where they are none', () => {
   const asked = [
