@@ -14,6 +14,7 @@ use std::pin::Pin;
 
 use crate::control::{Control, at_once};
 use crate::error::{Error, Result};
+use crate::lines::Lines;
 use crate::mesh::Mesh;
 
 mod abaqus;
@@ -40,6 +41,7 @@ mod vox;
 mod xdmf;
 mod xml;
 
+use limits::{cubes, equal_cells};
 pub use options::ExportOptions;
 use output::Export;
 pub use output::Files;
@@ -155,10 +157,52 @@ impl Exporter {
         }
     }
 
+    /// Refuses cells that this exporter cannot use, for callers that have no mesh yet.
+    ///
+    /// # Errors
+    /// `lines-graded` where cells must be equal, or cubes; `export-too-large`.
+    pub fn check_lines(self, lines: &Lines) -> Result<()> {
+        match self {
+            Exporter::Nrrd => equal_cells(lines, ".nrrd").map(|_| ()),
+            Exporter::Vox => equal_cells(lines, ".vox").map(|_| ()),
+            Exporter::Binvox => cubes(lines, ".binvox").map(|_| ()),
+            Exporter::Openmc => openmc::check(lines),
+            #[cfg(not(target_arch = "wasm32"))]
+            Exporter::Gprmax => equal_cells(lines, gprmax::WHAT).map(|_| ()),
+            _ => Ok(()),
+        }
+    }
+
+    /// Refuses flags to export that no cell can have, for callers that have no mesh yet, and those that this exporter cannot write.
+    ///
+    /// # Errors
+    /// `job-conflict`.
+    pub fn check_flags(self, options: &ExportOptions, possible: &[u8]) -> Result<()> {
+        let Some(flags) = options.flags.as_ref().filter(|_| self.has_flags()) else { return Ok(()) };
+        if flags.is_empty() {
+            return Err(Error::new("job-conflict", "no flag is to be exported", "name at least one"));
+        }
+        if let Some(flag) = flags.iter().find(|flag| !possible.contains(flag)) {
+            let possible: Vec<String> = possible.iter().map(u8::to_string).collect();
+            let (message, known) =
+                (format!("flag {flag} is to be exported, and no geometry has it"), possible.join(", "));
+            return Err(Error::new(
+                "job-conflict",
+                format!("{message}; flags of the job: {known}"),
+                "name some of these",
+            ));
+        }
+        if self == Exporter::Vox && flags.contains(&0) {
+            let message = "flag 0 is to be exported, and colour 0 of .vox is no cell";
+            return Err(Error::new("job-conflict", message, "leave out flag 0 (--export-flags), or write .binvox"));
+        }
+        Ok(())
+    }
+
     /// Refuses, before any byte is written, a mesh that this exporter cannot write with these options.
     ///
     /// # Errors
-    /// Those of [`Exporter::check_unit`]; `lines-graded` where cells must be equal, or cubes; `job-conflict` where no cell has one of the flags, and
+    /// Those of [`Exporter::check_unit`] and [`Exporter::check_lines`]; `job-conflict` where no cell has one of the flags, and
     /// in wasm, which has no files, where the format is HDF5; `export-material` and `job-value` where the program needs to know what flags are made
     /// of; `export-too-large`.
     pub fn check(self, mesh: &Mesh, options: &ExportOptions) -> Result<()> {
@@ -168,17 +212,17 @@ impl Exporter {
             return Err(Error::new("job-conflict", message, hint));
         }
         self.check_unit(mesh.unit.as_deref())?;
+        self.check_lines(&mesh.lines)?;
         if self == Exporter::Nrrd {
-            return nrrd::check(mesh);
+            return Ok(());
         }
         let keeps = options.selection(mesh)?;
+        self.check_flags(options, &(0..=255).collect::<Vec<u8>>())?;
         match self {
             Exporter::Csx => csx::check(mesh, &keeps),
             #[cfg(not(target_arch = "wasm32"))]
             Exporter::Gprmax => gprmax::check(mesh, &keeps),
-            Exporter::Openmc => openmc::check(mesh),
             Exporter::Vox => vox::check(mesh, &keeps),
-            Exporter::Binvox => binvox::check(mesh),
             _ => Ok(()),
         }
     }

@@ -78,10 +78,25 @@ pub async fn mesh(
     engine: &mut Engine,
     control: &Control,
 ) -> Result<(Mesh, MeshFacts)> {
+    mesh_if(job, sources, (options, &|_| Ok(())), engine, control).await
+}
+
+/// Like [`mesh`], for callers who look at what the job became before the long work: `check` may refuse it.
+///
+/// # Errors
+/// Those of [`mesh`] and of `check`.
+pub async fn mesh_if(
+    job: &Job,
+    sources: Vec<Source>,
+    (options, check): (&MeshOptions, &dyn Fn(&Prepared) -> Result<()>),
+    engine: &mut Engine,
+    control: &Control,
+) -> Result<(Mesh, MeshFacts)> {
     let inputs: Vec<InputReport> = sources.iter().map(InputReport::new).collect();
     let n_solids: Vec<usize> = sources.iter().map(|source| source.contents.solids.len()).collect();
     let mut clock = Instant::now();
     let prepared = prepare(job, sources)?;
+    check(&prepared)?;
     let lines_seconds = lap(&mut clock);
     control.rest().await?;
     let Snapped { frame, closed, mut ends, bound_sums } = snapped(job, &prepared, control).await?;

@@ -28,8 +28,11 @@ mod info;
 mod leak;
 mod measured;
 mod mesh;
+mod resting;
+mod store;
 mod surface;
 mod values;
+mod write_options;
 
 pub use encoder::{WebEncoder, WebHash};
 pub use file::JsFile;
@@ -201,8 +204,9 @@ impl WebEngine {
         *self.engine.borrow_mut() = Some(engine);
         let (mesh, mut facts) = result.map_err(js_error)?;
         let measured = Measured::take(&mut facts);
+        let zarr = job.job.zarr.unwrap_or_default();
         let report = Report::new(facts, CallerFacts { read: read_seconds, ..CallerFacts::default() });
-        Ok(WebMesh::new(mesh, measured, info::json(&report)))
+        Ok(WebMesh::new(mesh, (measured, zarr), info::json(&report)))
     }
 
     /// Meshes a job with so many cells along the longest side, for each of `sizes`; `progress` begins again with each. Returns JSON: the

@@ -11,14 +11,13 @@ pub(crate) mod links;
 pub mod npy;
 pub(crate) mod npz;
 mod options;
-#[cfg(not(target_arch = "wasm32"))]
-mod ordered;
+pub(crate) mod ordered;
 pub mod raw;
 pub mod sidecar;
 mod sink;
-#[cfg(not(target_arch = "wasm32"))]
-mod solid;
+pub(crate) mod solid;
 pub(crate) mod staggered;
+pub(crate) mod store;
 pub mod vti;
 mod vtp;
 #[cfg(all(feature = "zarr", not(target_arch = "wasm32")))]
@@ -29,8 +28,9 @@ use std::io;
 use sha2::{Digest, Sha256};
 
 use crate::checksum::hex;
-use crate::control::Control;
+use crate::control::{Control, at_once};
 use crate::error::{Error, Result};
+use crate::lines::Lines;
 use crate::mesh::Mesh;
 
 pub use fractions::write_fractions;
@@ -38,9 +38,9 @@ pub use links::{LinksFormat, write_links};
 pub use options::{AxisOrder, Compress, Format, Options, Written};
 pub use sidecar::sidecar_json;
 pub(crate) use sink::Sink;
-#[cfg(not(target_arch = "wasm32"))]
 pub use solid::write_solid;
 pub use staggered::write_staggered;
+use store::{OfCells, Place, Store};
 pub use vtp::leak_vtp;
 
 /// Writes a mesh in file order, slab by slab; never seeks. Flushes at the end.
@@ -63,11 +63,8 @@ pub fn write(
             sink.put(&head)?;
             if options.bits {
                 mesh.for_each_slab_of_bits(options.slab_bytes, control, |flags| sink.put(flags))?;
-            } else if options.has_own_bytes() {
-                #[cfg(not(target_arch = "wasm32"))]
-                ordered::for_each_slab(mesh, options, control, |bytes| sink.put(bytes))?;
             } else {
-                mesh.for_each_slab(options.slab_bytes, control, |flags| sink.put(flags))?;
+                ordered::for_each_slab(mesh, options, control, |bytes| sink.put(bytes))?;
             }
             sink.put(&tail)?;
         }
@@ -75,8 +72,11 @@ pub fn write(
             let flags = vti::Array::flags(mesh, options.slab_bytes, control);
             vti::write(mesh, &flags, (format, level), options, &mut sink)?;
         }
-        #[cfg(not(target_arch = "wasm32"))]
         (None, _) if format == Format::Npz => npz::write(mesh, options, &mut sink, control)?,
+        (None, _) if format == Format::ZarrZip => {
+            let files = Store::new(mesh, &Place::of_whole(mesh), OfCells::flags(), options)?;
+            at_once(files.zip(&mut sink, &control.without_pauses()))?;
+        }
         (None, compress) => column_file::write(mesh, compress, &mut sink, control)?,
     }
     sink.out.flush().map_err(|error| Error::io("writing the mesh", error))?;
@@ -90,16 +90,19 @@ pub fn write(
 /// Those of [`write()`] before the first byte.
 pub fn around(mesh: &Mesh, format: Format, options: &Options) -> Result<Option<(Vec<u8>, Vec<u8>)>> {
     check(format, options)?;
-    check_lines(mesh, format)?;
+    check_lines(&mesh.lines, format)?;
     if options.bits {
         bits::check(mesh)?;
     }
     Ok(head_and_tail(mesh, format, options))
 }
 
-/// Refuses cells of many sizes for a format of equal ones.
-fn check_lines(mesh: &Mesh, format: Format) -> Result<()> {
-    if format == Format::Vti && mesh.lines.is_graded() {
+/// Refuses cells of many sizes for a format of equal ones, for callers that have no mesh yet.
+///
+/// # Errors
+/// `lines-graded`.
+pub fn check_lines(lines: &Lines, format: Format) -> Result<()> {
+    if format == Format::Vti && lines.is_graded() {
         let message = "cells differ in size, and .vti holds equal ones only";
         return Err(Error::new("lines-graded", message, "write .vtr, which holds the lines of each axis"));
     }
@@ -110,7 +113,9 @@ fn head_and_tail(mesh: &Mesh, format: Format, options: &Options) -> Option<(Vec<
     match (format, options.compress) {
         (Format::Raw, _) => Some((Vec::new(), Vec::new())),
         (Format::Npy, _) => Some((npy::header(mesh.dims(), options), Vec::new())),
-        (Format::Vti | Format::Vtr, Compress::None) => Some(vti::head_and_tail(mesh, format)),
+        (Format::Vti | Format::Vtr, Compress::None) => {
+            Some(vti::head_and_tail(mesh, &vti::Numbers::flags(mesh), format))
+        }
         _ => None,
     }
 }
@@ -142,19 +147,16 @@ fn check(format: Format, options: &Options) -> Result<()> {
         }
     }
     let has_own_bytes = options.has_own_bytes();
-    if has_own_bytes && (cfg!(target_arch = "wasm32") || !matches!(format, Format::Raw | Format::Npy | Format::Npz)) {
+    if has_own_bytes && !matches!(format, Format::Raw | Format::Npy | Format::Npz) {
         let message = format!(".{name} has one order of cells, and their flags");
-        return Err(Error::new(
-            "job-conflict",
-            message,
-            "write .raw, .npy or .npz natively, or leave out axis order and map",
-        ));
+        let hint = "write .raw, .npy or .npz, or leave out axis order and map";
+        return Err(Error::new("job-conflict", message, hint));
     }
     if has_own_bytes && options.bits {
         let message = "bits are given with an axis order or a map, which bytes have only";
         return Err(Error::new("job-conflict", message, "leave out one of them"));
     }
-    if options.bits && matches!(format, Format::Npz | Format::Vti | Format::Vtr | Format::Columns) {
+    if options.bits && !matches!(format, Format::Raw | Format::Npy) {
         return Err(Error::new("job-conflict", format!(".{name} has no bit-packed variant"), "use .raw or .npy"));
     }
     Ok(())

@@ -303,9 +303,9 @@ export class Core {
     return arraysOf(this.#meshes.get(mesh), of);
   }
 
-  /** @param {{ mesh: number, format: string, compress: number, bits: boolean, ascii: boolean, exportFlags?: Uint8Array }} args */
-  encode({ mesh, format, compress, bits, ascii, exportFlags }) {
-    return this.#encoders.keep(this.#meshes.get(mesh).encode(format, compress, bits, ascii, exportFlags));
+  /** @param {{ mesh: number, format: string, options: string }} args */
+  encode({ mesh, format, options }) {
+    return this.#encoders.keep(this.#meshes.get(mesh).encode(format, options));
   }
 
   /**
@@ -321,18 +321,18 @@ export class Core {
     return null;
   }
 
-  /** @param {{ mesh: number, bits: boolean, sha256?: string }} args */
-  sidecar({ mesh, bits, sha256 }) {
-    return this.#meshes.get(mesh).sidecar(bits, sha256);
+  /** @param {{ mesh: number, options: string, sha256?: string }} args */
+  sidecar({ mesh, options, sha256 }) {
+    return this.#meshes.get(mesh).sidecar(options, sha256);
   }
 
   /**
    * SHA-256 of the raw file.
    *
-   * @param {{ mesh: number, bits: boolean }} args @param {Listener} progress @param {State} state
+   * @param {{ mesh: number, options: string }} args @param {Listener} progress @param {State} state
    */
-  sha256({ mesh, bits }, progress, state) {
-    return sha256(this.#meshes.get(mesh), bits, progress, state);
+  sha256({ mesh, options }, progress, state) {
+    return sha256(this.#meshes.get(mesh), options, progress, state);
   }
 
   /**

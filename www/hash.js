@@ -3,13 +3,13 @@ import { cancelled, pause } from './call.js';
 
 /**
  * @param {import('./hexcast_wasm.js').WebMesh} mesh
- * @param {boolean} bits whether the file has eight cells a byte
+ * @param {string} options those of the file, as JSON
  * @param {import('./call.js').Listener} progress
  * @param {import('./call.js').State} state
  */
-export async function sha256(mesh, bits, progress, state) {
-  const total = mesh.size('raw', bits) ?? 0;
-  const hash = mesh.hash(bits);
+export async function sha256(mesh, options, progress, state) {
+  const total = mesh.size('raw', Boolean(JSON.parse(options).bits)) ?? 0;
+  const hash = mesh.hash(options);
   try {
     while (hash.step()) {
       progress({ stage: 'write', done: hash.nBytes(), total });

@@ -167,7 +167,7 @@ export interface Job {
   /** What the halo has beyond the box: background, or the flag of the nearest cell of the box. Default `background`. */
   halo_edge?: 'background' | 'clamp';
   /**
-   * Shapes of the chunks and shards of a Zarr store, which the native command writes, as cells on x, y, z, or most bytes of a shard. Where it is
+   * Shapes of the chunks and shards of a Zarr store, as cells on x, y, z, or most bytes of a shard. Where it is
    * given, parts are cut along the borders of shards.
    */
   zarr?: { chunks?: Triple; shards?: Triple; shard_bytes?: number | string };

@@ -1,18 +1,17 @@
 /** A mesh that the core holds: queries, pictures and files. */
 import { placeFor, piecesOf, SLAB_BYTES } from './box.js';
 import { byteStream } from './byte_stream.js';
-import { CALL, oneOf, optionsOf, wholeNumber, threeNumbers, yesOrNo } from './check.js';
+import { CALL, optionsOf, wholeNumber, threeNumbers } from './check.js';
 import { report } from './connection.js';
 import { HexcastError } from './error.js';
 import { flagsBuffer, flagsTexture } from './flags_on_gpu.js';
-import { mimeOf, written } from './formats.js';
+import { described, mimeOf, written } from './formats.js';
 import { plainJson } from './plain.js';
 
 /** Bytes of a file that are collected in memory before they become a Blob, which browsers keep on disk. */
 const BLOB_PART_BYTES = 64 << 20;
 
 const MOST = 2 ** 32 - 1;
-const SIDECAR = ['bits', 'hash', ...CALL];
 const LEAK = ['from', 'to', 'flags', 'job', 'max_memory'];
 
 /**
@@ -207,19 +206,19 @@ export class Mesh {
 
   /** @param {CallOptions} [options] */
   async sha256(options) {
-    return this.#call('sha256', { bits: false }, optionsOf(options, CALL));
+    return this.#call('sha256', { options: '{}' }, optionsOf(options, CALL));
   }
 
   /** @param {Format} format @param {WriteOptions} [options] */
   size(format, options) {
-    const { compress, bits } = written(format, options);
+    const { compress, bits } = written(format, options).asked;
     if (compress > 0) return null;
     return this.#sizes[bits ? `${format}-bits` : format] ?? null;
   }
 
   /** @param {Format} format @param {WriteOptions} [options] */
   stream(format, options) {
-    const { signal, onProgress, ...asked } = written(format, options);
+    const { signal, onProgress, asked } = written(format, options);
     /** @type {number} */
     let encoder;
     let done = 0;
@@ -229,7 +228,7 @@ export class Mesh {
     return byteStream({
       start: async () => {
         signal?.throwIfAborted();
-        encoder = await this.#call('encode', { format, ...asked }, { signal });
+        encoder = await this.#call('encode', { format, options: JSON.stringify(asked) }, { signal });
       },
       next: async () => {
         for (;;) {
@@ -269,11 +268,10 @@ export class Mesh {
 
   /** @param {import('./hexcast.js').SidecarOptions} [options] */
   async sidecar(options) {
-    const { bits = false, hash, ...call } = optionsOf(options, SIDECAR);
-    yesOrNo('bits', bits);
-    if (hash !== undefined) oneOf('hash', hash, ['sha256']);
-    const sha256 = hash && (await this.#call('sha256', { bits }, call));
-    return this.#call('sidecar', { bits, sha256 });
+    const { hash, asked, call } = described(options);
+    const json = JSON.stringify(asked);
+    const sha256 = hash && (await this.#call('sha256', { options: json }, call));
+    return this.#call('sidecar', { options: json, sha256 });
   }
 
   dispose() {

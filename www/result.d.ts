@@ -97,29 +97,47 @@ export type ExportFormat = 'foam' | 'inp' | 'msh' | 'csx.xml' | 'geometry.xml' |
 
 /**
  * Formats of files: those of the mesh, of what its job asked for besides, and of other programs. `vti` is for cells of one size.
+ *
+ * - `zarr`: the files of a Zarr v3 store in a ZIP archive, for the `ZipStore` of zarr-python; chunks and shards as the `zarr` of the job says.
+ * - `links`: records of 24 bytes, for programs that read without NumPy.
+ * - `fractions.vti`, `fractions.vtr`, `fractions.npy`, `fractions.zarr`: for every cell the fraction that is not background.
  */
 export type Format =
-  | ('vti' | 'vtr' | 'npy' | 'npz' | 'raw' | 'hxc')
-  | ('links.npz' | 'fractions.npz' | 'staggered.npz')
+  | ('vti' | 'vtr' | 'npy' | 'npz' | 'raw' | 'hxc' | 'zarr')
+  | ('links.npz' | 'links' | 'staggered.npz')
+  | ('fractions.npz' | 'fractions.vti' | 'fractions.vtr' | 'fractions.npy' | 'fractions.zarr')
   | ExportFormat;
 
-export interface WriteOptions extends CallOptions {
+/** What stands for a cell in raw, npy and npz. */
+export interface CellBytes {
+  /** Eight cells a byte, for raw and npy of meshes with one flag. */
+  bits?: boolean;
   /**
-   * zlib level for vti, vtr, hxc, nrrd, every npz and the archive of foam: 0 (the default) does not compress, 1 is fast, 6 is a good
+   * Order of the axes: `zyx` (the default) has x fastest, shape (nz, ny, nx); `xyz` has x slowest, shape (nx, ny, nz), as lattice Boltzmann
+   * and FDTD codes in Python want it. Not with `bits`.
+   */
+  axisOrder?: 'zyx' | 'xyz';
+  /**
+   * Other numbers, 0 to 255, for some flags: `{ 1: 0, 0: 1 }` makes the pores of a solid 1. Flags that are not named stay as they are. Not with
+   * `bits`.
+   */
+  map?: Readonly<Record<number, number>>;
+}
+
+export interface WriteOptions extends CallOptions, CellBytes {
+  /**
+   * zlib level for vti, vtr, hxc, nrrd, zarr (its chunks), every npz and the archive of foam: 0 (the default) does not compress, 1 is fast, 6 is a good
    * compromise, 9 is small.
    */
   compress?: number;
-  /** Eight cells a byte, for raw and npy of meshes with one flag. */
-  bits?: boolean;
   /** Text in place of numbers in binary, for foam and msh. Default false. */
   ascii?: boolean;
   /** Flags, 0 to 255, whose cells are exported, for every {@link ExportFormat} but nrrd; by default all but 0. At least one; each has cells. */
   exportFlags?: readonly number[];
 }
 
-export interface SidecarOptions extends CallOptions {
-  /** Describes the file with eight cells a byte. */
-  bits?: boolean;
+/** Which raw file is described. */
+export interface SidecarOptions extends CallOptions, CellBytes {
   /** Adds the SHA-256 of the raw file, which takes as long as making it. */
   hash?: 'sha256';
 }
@@ -271,7 +289,7 @@ export interface Mesh extends Disposable {
   staggered(options?: CallOptions): Promise<Staggered>;
   /** SHA-256 of all flags, one byte each, x fastest: that of the raw file. */
   sha256(options?: CallOptions): Promise<string>;
-  /** Bytes of a file before it is made; null where they depend on the flags (compressed, hxc, exports but nrrd) or on the archive (npz). */
+  /** Bytes of a file before it is made; null where they depend on the flags (compressed, hxc, exports but nrrd) or on the archive (npz, zarr). */
   size(format: Format, options?: WriteOptions): number | null;
   /**
    * A file, byte for byte that of the native command, as a stream that is made as it is read. Where the browser has streams of bytes,

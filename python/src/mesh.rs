@@ -134,8 +134,7 @@ impl RawMesh {
         bits: bool,
     ) -> PyResult<Option<String>> {
         let format = Format::of_name(name).map_err(py_error)?;
-        let compress = compress.map_or(Compress::None, Compress::Zlib);
-        let options = Options::default().with_compress(compress).with_bits(bits);
+        let options = self.zarr_options(compress).with_bits(bits);
         run(py, None, |control| self.write_file(format, &options, &path, control).map_err(|error| error.at(name)))
     }
 

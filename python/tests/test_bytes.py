@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import warnings
+import zipfile
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray
+import zarr
 
 import hexcast
 
@@ -136,7 +139,7 @@ def test_a_column_file_is_read_back(spot, tmp_path):
 
 def test_files_are_replaced_as_a_whole_or_not_at_all(spot, tmp_path):
     mesh = hexcast.mesh(spot, cells=20, backend="cpu")
-    for ending in ("npy", "raw", "vti", "hxc", "zarr"):
+    for ending in ("npy", "raw", "vti", "hxc", "zarr", "zarr.zip"):
         path = tmp_path / f"mesh.{ending}"
         mesh.save(path)
         first = bytes_below(path)
@@ -152,6 +155,28 @@ def test_files_are_replaced_as_a_whole_or_not_at_all(spot, tmp_path):
         mesh.save(tmp_path / "folder.zarr")
     assert (tmp_path / "folder.zarr" / "mine").read_text() == "kept"
     assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
+
+
+@pytest.mark.parametrize(
+    "words", [["--cells", 90, "--zarr-chunks", "16,8,8", "--zarr-shards", "32,32,16"], ["--graded", 0.05]]
+)
+def test_an_archive_of_a_store_is_a_store_with_the_same_files(spot, command, tmp_path, words):
+    folder, archive, npy, solid = (tmp_path / f"mesh.{ending}" for ending in ("zarr", "zarr.zip", "npy", "solid.zarr.zip"))
+    outputs = [word for path in (folder, archive, npy) for word in ("-o", path)]
+    command("mesh", spot, *words, "--backend", "cpu", "--unit", "mm", *outputs, "--fractions", solid)
+    with zipfile.ZipFile(archive) as opened:
+        stored = {entry.filename: opened.read(entry) for entry in opened.infolist()}
+        # readers find a chunk in an entry by its place
+        assert {entry.compress_type for entry in opened.infolist()} == {zipfile.ZIP_STORED}
+    files = {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    assert stored == files
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        mesh = xarray.open_zarr(zarr.storage.ZipStore(archive, mode="r"))
+        fractions = xarray.open_zarr(zarr.storage.ZipStore(solid, mode="r"))
+    np.testing.assert_array_equal(mesh.flag.values, np.load(npy))
+    np.testing.assert_array_equal(mesh.x.values, fractions.x.values)
+    assert 0.0 < fractions.solid.values[mesh.flag.values == 1].min() < 1.0
 
 
 def test_fractions_in_a_store_are_those_of_npy(spot, command, tmp_path):

@@ -7,18 +7,13 @@
 use super::limits::cubes;
 use super::output::{Export, Files, Out};
 use crate::error::Result;
-use crate::mesh::Mesh;
-
-pub(super) fn check(mesh: &Mesh) -> Result<()> {
-    cubes(mesh, ".binvox").map(|_| ())
-}
 
 pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
     let keeps = job.options.selection(job.mesh)?;
     let [nx, ny, nz] = job.mesh.dims();
     let side = nx.max(ny).max(nz);
     let [x, y, z] = job.mesh.lines.origin();
-    let scale = f64::from(side) * cubes(job.mesh, ".binvox")?;
+    let scale = f64::from(side) * cubes(&job.mesh.lines, ".binvox")?;
     let mut runs = Runs { out: Out::create(files, name)?, value: false, n: 0 };
     runs.out.text(format_args!(
         "#binvox 1\ndim {side} {side} {side}\ntranslate {x:?} {y:?} {z:?}\nscale {scale:?}\ndata\n"

@@ -20,7 +20,7 @@ use super::unit::metres;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 
-const WHAT: &str = "gprMax";
+pub(super) const WHAT: &str = "gprMax";
 
 pub(super) fn file_names(name: &str) -> [String; 3] {
     let stem = stem(name);
@@ -34,7 +34,6 @@ fn stem(name: &str) -> String {
 
 pub(super) fn check(mesh: &Mesh, keeps: &[bool; 256]) -> Result<()> {
     metres(mesh.unit.as_deref(), WHAT)?;
-    equal_cells(mesh, WHAT)?;
     for (flag, Electric { eps_r, mu_r, pec, .. }) in kept(mesh, keeps, WHAT)? {
         if !pec && eps_r.min(mu_r) < 1.0 {
             let message = format!("flag {flag} has eps_r {eps_r} and mu_r {mu_r}, and gprMax takes numbers from 1 on");
@@ -51,7 +50,7 @@ pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -
     let names = names(job.mesh, 60, &[]);
     let id = format!("{}_materials", stem(name));
     let unit = metres(job.mesh.unit.as_deref(), WHAT)?;
-    let sizes = equal_cells(job.mesh, WHAT)?.map(|size| unit.metres(size));
+    let sizes = equal_cells(&job.mesh.lines, WHAT)?.map(|size| unit.metres(size));
     let dims = job.mesh.dims();
     let [x, y, z] = [0, 1, 2].map(|axis| sizes[axis] * f64::from(dims[axis]));
     let [dx, dy, dz] = sizes;

@@ -9,7 +9,6 @@ use std::io;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 
-use super::limits::equal_cells;
 use super::options::ExportOptions;
 use super::output::{Export, Files, Out, failed};
 use crate::error::Result;
@@ -23,10 +22,6 @@ fn level(compress: Compress) -> Option<u32> {
         Compress::None => None,
         Compress::Zlib(level) => Some(level.into()),
     }
-}
-
-pub(super) fn check(mesh: &Mesh) -> Result<()> {
-    equal_cells(mesh, ".nrrd").map(|_| ())
 }
 
 pub(super) fn exact_size(mesh: &Mesh, options: &ExportOptions) -> Option<u64> {

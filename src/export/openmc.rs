@@ -14,7 +14,7 @@ use super::output::{Export, Files, Out};
 use super::unit::known;
 use super::xml::Xml;
 use crate::error::{Error, Result};
-use crate::mesh::Mesh;
+use crate::lines::Lines;
 
 const WHAT: &str = "OpenMC";
 /// Ids of the lattice and of the cell around it; those of universes and of their cells are flags + 1.
@@ -22,11 +22,11 @@ const OUTER: &str = "1000";
 /// Id of the material of flag 0: ids are positive.
 const BACKGROUND_MATERIAL: usize = 256;
 
-pub(super) fn check(mesh: &Mesh) -> Result<()> {
-    known(mesh.unit.as_deref(), WHAT, "centimetres")?;
-    equal_cells(mesh, WHAT)?;
-    if mesh.n_cells() > i32::MAX as u64 {
-        let message = format!("{} cells: OpenMC numbers up to {}", mesh.n_cells(), i32::MAX);
+pub(super) fn check(lines: &Lines) -> Result<()> {
+    equal_cells(lines, WHAT)?;
+    let n_cells = lines.dims().iter().map(|&n| u128::from(n)).product::<u128>();
+    if n_cells > i32::MAX as u128 {
+        let message = format!("{n_cells} cells: OpenMC numbers up to {}", i32::MAX);
         return Err(Error::new("export-too-large", message, "mesh with larger cells"));
     }
     Ok(())
@@ -36,7 +36,7 @@ pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -
     let mesh = job.mesh;
     let keeps = job.options.selection(mesh)?;
     let unit = known(mesh.unit.as_deref(), WHAT, "centimetres")?;
-    let pitch = equal_cells(mesh, WHAT)?.map(|size| unit.centimetres(size));
+    let pitch = equal_cells(&mesh.lines, WHAT)?.map(|size| unit.centimetres(size));
     let dims = mesh.dims();
     let [low, high] =
         [[0; 3], dims].map(|line| [0, 1, 2].map(|axis| unit.centimetres(mesh.lines.line(axis, line[axis]))));

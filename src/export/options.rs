@@ -67,9 +67,6 @@ impl ExportOptions {
                 format!("flag {flag} is to be exported, and no cell has it; flags in use: {}", used().join(", "));
             return Err(Error::new("job-conflict", message, "name flags that are in use"));
         }
-        if flags.is_empty() {
-            return Err(Error::new("job-conflict", "no flag is to be exported", "name at least one"));
-        }
         let mut keeps = [false; 256];
         flags.iter().for_each(|flag| keeps[usize::from(*flag)] = true);
         Ok(keeps)

@@ -4,7 +4,6 @@
 //! are left out. The number of a colour is the flag. The file says how long its parts are before they come, so every model is expanded twice.
 //! Source: MagicaVoxel's file format and its extension for scenes. Cost: the flags of a slab of a model.
 
-use super::limits::equal_cells;
 use super::output::{Export, Files, Out};
 use crate::colours::colour;
 use crate::error::{Error, Result};
@@ -24,11 +23,6 @@ struct Model {
 }
 
 pub(super) fn check(mesh: &Mesh, keeps: &[bool; 256]) -> Result<()> {
-    equal_cells(mesh, ".vox")?;
-    if keeps[0] {
-        let message = "flag 0 is to be exported, and colour 0 of .vox is no cell";
-        return Err(Error::new("job-conflict", message, "leave out flag 0 (--export-flags), or write .binvox"));
-    }
     let n_shown: u64 = (0..256).filter(|&flag| keeps[flag]).map(|flag| mesh.columns.cells_per_flag()[flag]).sum();
     if 4 * n_shown > MAX_BYTES {
         let message = format!("{n_shown} cells take {} bytes, and .vox holds up to {MAX_BYTES}", 4 * n_shown);

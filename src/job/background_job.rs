@@ -1,8 +1,12 @@
 //! What the job says of the cells that no geometry has.
 
+use std::str::FromStr;
+
 use serde::{Deserialize, Serialize};
 
 use super::Material;
+use super::geometry_job::{number, yes_or_no};
+use crate::error::{Error, Result};
 
 /// Name and substance of the background, flag 0, for outputs that name it.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -15,4 +19,46 @@ pub struct BackgroundJob {
     /// What it is made of.
     #[serde(skip_serializing_if = "Material::is_empty")]
     pub material: Material,
+}
+
+impl FromStr for BackgroundJob {
+    type Err = Error;
+
+    /// Reads an argument such as `name=air,eps_r=1.0006`.
+    ///
+    /// # Errors
+    /// `job-value`: an unknown key, or a value that is not a number; `job-conflict`: a key given twice.
+    fn from_str(argument: &str) -> Result<BackgroundJob> {
+        let mut background = BackgroundJob::default();
+        let mut seen = Vec::new();
+        for setting in argument.split(',') {
+            let (key, value) = setting.split_once('=').unwrap_or((setting, ""));
+            let (key, value) = (key.trim(), value.trim());
+            if seen.contains(&key) {
+                return Err(Error::new(
+                    "job-conflict",
+                    format!("background: {key} is given twice"),
+                    "keep one of them",
+                ));
+            }
+            seen.push(key);
+            let set = background.set(key, value);
+            set.map_err(|problem| {
+                Error::new("job-value", format!("background: {problem}"), "write it as name=air,eps_r=1.0006")
+            })?;
+        }
+        Ok(background)
+    }
+}
+
+impl BackgroundJob {
+    fn set(&mut self, key: &str, value: &str) -> std::result::Result<(), String> {
+        match (key, self.material.number_mut(key)) {
+            (_, Some(place)) => *place = Some(number(key, value)?),
+            ("name", _) => self.name = Some(value.to_string()),
+            ("pec", _) => self.material.pec = yes_or_no(key, value)?,
+            _ => return Err(format!("there is no key \"{key}\"; keys are name, {}", Material::KEYS.join(", "))),
+        }
+        Ok(())
+    }
 }

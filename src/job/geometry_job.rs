@@ -172,11 +172,11 @@ fn named<'a, T: Deserialize<'a>>(key: &str, text: &'a str, names: &str) -> std::
     T::deserialize(value).map_err(|_| format!("{key}={text}: write {names}"))
 }
 
-fn yes_or_no(key: &str, text: &str) -> std::result::Result<bool, String> {
+pub(super) fn yes_or_no(key: &str, text: &str) -> std::result::Result<bool, String> {
     text.parse().map_err(|_| format!("{key}={text}: write true or false"))
 }
 
-fn number(key: &str, text: &str) -> std::result::Result<f64, String> {
+pub(super) fn number(key: &str, text: &str) -> std::result::Result<f64, String> {
     text.parse().map_err(|_| format!("{key}: \"{text}\" is not a number"))
 }
 

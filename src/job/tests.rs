@@ -240,6 +240,28 @@ proptest! {
 }
 
 #[test]
+fn a_background_is_read_from_an_argument() {
+    let background: BackgroundJob = "name=air, eps_r=1.0006,pec=false,E=2e9".parse().unwrap();
+    let material = Material { eps_r: Some(1.0006), youngs_modulus: Some(2e9), ..Material::default() };
+    assert_eq!(background, BackgroundJob { name: Some("air".into()), material });
+    for (text, code, says) in [
+        (
+            "eps=1",
+            "job-value",
+            "background: there is no key \"eps\"; keys are name, eps_r, mu_r, sigma, pec, density, E, nu",
+        ),
+        ("air", "job-value", "background: there is no key \"air\""),
+        ("eps_r=one", "job-value", "background: eps_r: \"one\" is not a number"),
+        ("pec=yes", "job-value", "background: pec=yes: write true or false"),
+        ("nu=0.1,nu=0.2", "job-conflict", "background: nu is given twice"),
+    ] {
+        let error = text.parse::<BackgroundJob>().unwrap_err();
+        assert_eq!(error.code(), code, "{text}");
+        assert!(error.to_string().starts_with(says), "{error}");
+    }
+}
+
+#[test]
 fn materials_are_keys_of_a_geometry_and_of_the_background() {
     let text = "[background]\nname = \"air\"\nmaterial = { eps_r = 1 }\n[[geometries]]\nfile = \"a.stl\"\nmaterial = { sigma = 5.8e7, E = 1e11, nu = -0.5 }\n";
     let job = Job::from_toml(text).unwrap();

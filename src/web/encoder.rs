@@ -5,129 +5,169 @@ use std::rc::Rc;
 use sha2::{Digest, Sha256};
 use wasm_bindgen::prelude::*;
 
-use super::export::{ExportWork, check_options, exporter_of};
+use super::export::{export_work, exporter_of};
 use super::measured::Measured;
 use super::mesh::WebMesh;
+use super::resting::Resting;
+use super::store::store_work;
 use super::values::{JsResult, js_error};
+use super::write_options::WriteOptions;
 use crate::checksum::hex;
 use crate::error::Result;
 use crate::export::{self, ExportOptions};
 use crate::flags::CellBox;
 use crate::mesh::Mesh;
 use crate::write::archive::Encoder;
-use crate::write::{self, Compress, Format, Options, Written, column_file, vti};
+use crate::write::{self, Compress, Format, Options, Written, column_file, links, ordered, solid, vti};
 
 /// Bytes of a piece of a file.
 const PIECE_BYTES: usize = 4 << 20;
 /// Least bytes of a piece of an archive, but for the last.
 const LEAST_PIECE: usize = 1 << 16;
 
-/// Compression as JavaScript gives it: 0 for none.
-fn level(compress: u8) -> Compress {
-    if compress == 0 { Compress::None } else { Compress::Zlib(compress) }
+/// What a file is of, and its format there: `links.npz` of links, `npz` of the mesh, whose name is empty.
+fn parts_of(name: &str) -> (&str, &str) {
+    match name {
+        "links" => ("links", "links"),
+        _ => name.split_once('.').unwrap_or(("", name)),
+    }
 }
 
-fn options(format: &str, compress: u8, bits: bool) -> JsResult<(Format, Options)> {
-    let format = Format::of_name(&format!("mesh.{format}")).map_err(js_error)?;
-    Ok((format, Options { compress: level(compress), bits, slab_bytes: PIECE_BYTES, ..Options::default() }))
+fn format_of(ending: &str) -> Result<Format> {
+    Format::of_name(&format!("mesh.{}", if ending == "zarr" { "zarr.zip" } else { ending }))
 }
 
 #[wasm_bindgen]
 impl WebMesh {
-    /// Bytes of an uncompressed file before it is made; none where they depend on the flags.
+    /// Bytes of an uncompressed file before it is made; none where they depend on the flags, or what it is of was not measured.
     pub fn size(&self, format: &str, bits: bool) -> JsResult<Option<f64>> {
-        let size = match exporter_of(format) {
-            Some(exporter) => export::exact_size(&self.mesh, exporter, &ExportOptions::default()),
-            None => {
-                let (format, options) = options(format, 0, bits)?;
-                write::exact_size(&self.mesh, format, &options)
-            }
+        let options = Options { bits, ..Options::default() };
+        let size = match (exporter_of(format), parts_of(format)) {
+            (Some(exporter), _) => export::exact_size(&self.mesh, exporter, &ExportOptions::default()),
+            (None, ("links", _)) => self.measured.links().ok().map(links::n_bytes),
+            (None, ("fractions", ending)) => self.measured.fractions().ok().and_then(|fractions| {
+                let format = format_of(ending).ok()?;
+                let (head, tail) = solid::around(&self.mesh, fractions, (format, &options)).ok()??;
+                Some(solid::numbers(&self.mesh).n_bytes + (head.len() + tail.len()) as u64)
+            }),
+            (None, (_, ending)) => write::exact_size(&self.mesh, format_of(ending).map_err(js_error)?, &options),
         };
         Ok(size.map(|size| size as f64))
     }
 
-    /// Starts hashing all flags: the bytes of the raw file.
-    pub fn hash(&self, bits: bool) -> JsResult<WebHash> {
-        Ok(WebHash { pieces: self.encode("raw", 0, bits, false, None)?, hash: Sha256::new(), n_bytes: 0 })
+    /// Starts hashing the raw file, whose bytes are the flags of all cells unless the options say otherwise.
+    pub fn hash(&self, options: &str) -> JsResult<WebHash> {
+        Ok(WebHash { pieces: self.encode("raw", options)?, hash: Sha256::new(), n_bytes: 0 })
     }
 
     /// The description of a raw file, with its hash if that was made.
-    pub fn sidecar(&self, bits: bool, sha256: Option<String>) -> String {
-        let options = Options { bits, ..Options::default() };
+    pub fn sidecar(&self, options: &str, sha256: Option<String>) -> JsResult<String> {
+        let options = WriteOptions::read(options).map_err(js_error)?.of_mesh(PIECE_BYTES);
+        write::around(&self.mesh, Format::Raw, &options).map_err(js_error)?;
         let n_bytes = write::exact_size(&self.mesh, Format::Raw, &options).unwrap_or(0);
         let written = Written { n_bytes, sha256 };
-        write::sidecar_json(&self.mesh, &options, &written)
+        Ok(write::sidecar_json(&self.mesh, &options, &written))
     }
 
-    /// Starts a file: in the format of a mesh or of an exporter, or `links.npz`, `fractions.npz` or `staggered.npz`. The last two options are
-    /// those of exporters.
-    pub fn encode(
-        &self,
-        format: &str,
-        compress: u8,
-        bits: bool,
-        ascii: bool,
-        flags: Option<Vec<u8>>,
-    ) -> JsResult<WebEncoder> {
-        let exporter = exporter_of(format);
-        check_options(format, exporter, [compress > 0, bits, ascii, flags.is_some()]).map_err(js_error)?;
-        if let Some(exporter) = exporter {
-            let options = ExportOptions { flags, ascii, compress: level(compress), ..ExportOptions::default() };
-            let work = ExportWork::new(self.mesh.clone(), exporter, options).map_err(js_error)?;
-            return Ok(self.encoder(Work::Export(work), Vec::new()));
-        }
-        let of = format.strip_suffix(".npz").unwrap_or("");
-        let (format, options) = options(format.rsplit('.').next().unwrap_or(""), compress, bits)?;
-        let around = write::around(&self.mesh, format, &options).map_err(js_error)?;
-        let (work, made) = match (around, options.compress) {
-            (Some((head, tail)), _) => {
-                let mut pieces: Vec<CellBox> = self.mesh.slabs(PIECE_BYTES).collect();
-                pieces.reverse();
-                (Work::Flags { bits, pieces, tail }, head)
-            }
-            (None, Compress::Zlib(level)) if matches!(format, Format::Vti | Format::Vtr) => {
-                (Work::Image(vti::VtiEncoder::new(&self.mesh, format, level, PIECE_BYTES)), Vec::new())
-            }
-            (None, compress) if format == Format::Npz => {
-                // whether there are any shows now
-                self.measured.arrays(&self.mesh, of, PIECE_BYTES).map_err(js_error)?;
-                (Work::Archive { of: of.into(), encoder: Box::new(Encoder::new(compress)) }, Vec::new())
-            }
-            (None, compress) => {
-                let encoder = column_file::ColumnFileEncoder::new(&self.mesh, compress).map_err(js_error)?;
-                (Work::Columns(encoder), Vec::new())
-            }
-        };
-        Ok(self.encoder(work, made))
+    /// Starts a file: in the format of a mesh, of an exporter, or of what was measured, such as `links.npz`. `options` is JSON.
+    pub fn encode(&self, format: &str, options: &str) -> JsResult<WebEncoder> {
+        let (work, made) = self.work(format, options).map_err(js_error)?;
+        Ok(WebEncoder { mesh: self.mesh.clone(), measured: self.measured.clone(), work, made, n_taken: 0 })
     }
 }
 
 impl WebMesh {
-    fn encoder(&self, work: Work, made: Vec<u8>) -> WebEncoder {
-        WebEncoder { mesh: self.mesh.clone(), measured: self.measured.clone(), work, made, n_taken: 0 }
+    /// The work of a file, and its first bytes.
+    fn work(&self, name: &str, options: &str) -> Result<(Work, Vec<u8>)> {
+        let given = WriteOptions::read(options)?;
+        let (mesh, exporter) = (&self.mesh, exporter_of(name));
+        given.check(name, exporter)?;
+        if let Some(exporter) = exporter {
+            let compress = given.compress();
+            let WriteOptions { ascii, export_flags: flags, .. } = given;
+            let options = ExportOptions { flags, ascii, compress, ..ExportOptions::default() };
+            return Ok((Work::Resting(export_work(mesh.clone(), exporter, options)?), Vec::new()));
+        }
+        let (of, ending) = parts_of(name);
+        if ending == "links" {
+            self.measured.links()?;
+            return Ok((Work::Links { next: 0 }, Vec::new()));
+        }
+        let (format, options) = (format_of(ending)?, given.of_mesh(PIECE_BYTES).with_zarr(self.zarr));
+        let is_solid = of == "fractions" && format != Format::Npz;
+        let around = match is_solid {
+            true => solid::around(mesh, self.measured.fractions()?, (format, &options))?,
+            false => write::around(mesh, format, &options)?,
+        };
+        let numbers = || if is_solid { solid::numbers(mesh) } else { vti::Numbers::flags(mesh) };
+        let cells = if is_solid { Cells::Solid } else { Cells::Flags(options) };
+        let slabs = || match is_solid {
+            true => mesh.slabs(PIECE_BYTES / 4).collect(),
+            false => ordered::boxes(mesh.dims(), options.axis_order, PIECE_BYTES),
+        };
+        Ok(match (around, options.compress) {
+            (Some((head, tail)), _) => {
+                let mut pieces: Vec<CellBox> = slabs();
+                pieces.reverse();
+                (Work::Cells { cells, pieces, tail }, head)
+            }
+            (None, Compress::Zlib(level)) if matches!(format, Format::Vti | Format::Vtr) => {
+                (Work::Image { cells, encoder: vti::VtiEncoder::of(numbers(), (format, level), slabs()) }, Vec::new())
+            }
+            (None, _) if format == Format::ZarrZip => {
+                let measured = is_solid.then(|| self.measured.clone());
+                (Work::Resting(store_work(mesh.clone(), measured, options)?), Vec::new())
+            }
+            (None, compress) if format == Format::Npz => {
+                // whether there are any shows now
+                self.measured.arrays(mesh, of, options)?;
+                (Work::Archive { of: of.into(), options, encoder: Box::new(Encoder::new(compress)) }, Vec::new())
+            }
+            (None, compress) => (Work::Columns(column_file::ColumnFileEncoder::new(mesh, compress)?), Vec::new()),
+        })
+    }
+}
+
+/// What stands for a cell.
+#[derive(Clone, Copy)]
+enum Cells {
+    /// Its flag, another number for it, or a bit.
+    Flags(Options),
+    /// The fraction that is not background.
+    Solid,
+}
+
+impl Cells {
+    fn bytes(self, mesh: &Mesh, measured: &Measured, cells: &CellBox) -> Result<Vec<u8>> {
+        match self {
+            Cells::Flags(options) => ordered::bytes_of_box(mesh, &options, cells),
+            Cells::Solid => solid::bytes_of_slab(mesh, measured.fractions()?, cells),
+        }
     }
 }
 
 /// How a file is encoded.
 enum Work {
-    /// Flags as they are, or a bit each: boxes still to encode, the next one last, and what follows them.
-    Flags { bits: bool, pieces: Vec<CellBox>, tail: Vec<u8> },
-    /// A compressed `.vti`.
-    Image(vti::VtiEncoder),
+    /// Cells as they are: boxes still to encode, the next one last, and what follows them.
+    Cells { cells: Cells, pieces: Vec<CellBox>, tail: Vec<u8> },
+    /// A compressed `.vti` or `.vtr`.
+    Image { cells: Cells, encoder: vti::VtiEncoder },
+    /// Records of links, from this piece on.
+    Links { next: usize },
     /// A column file.
     Columns(column_file::ColumnFileEncoder),
     /// Arrays of what was measured, or of the mesh.
-    Archive { of: String, encoder: Box<Encoder> },
-    /// The files of an exporter.
-    Export(ExportWork),
+    Archive { of: String, options: Options, encoder: Box<Encoder> },
+    /// The files of an exporter, or a store.
+    Resting(Resting),
 }
 
 impl Work {
     /// The next bytes, possibly none yet; None at the end.
     fn step(&mut self, mesh: &Mesh, measured: &Measured) -> Result<Option<Vec<u8>>> {
         match self {
-            Work::Archive { of, encoder } => {
-                let arrays = measured.arrays(mesh, of, PIECE_BYTES)?;
+            Work::Archive { of, options, encoder } => {
+                let arrays = measured.arrays(mesh, of, *options)?;
                 // arrays may be short, and what is deflated waits for more
                 let mut made = Vec::new();
                 while made.len() < LEAST_PIECE {
@@ -136,15 +176,19 @@ impl Work {
                 }
                 Ok((!made.is_empty()).then_some(made))
             }
-            Work::Image(encoder) => encoder.step(mesh),
+            Work::Image { cells, encoder } => encoder.step_of(mesh, &|slab| cells.bytes(mesh, measured, slab)),
             Work::Columns(encoder) => encoder.step(mesh),
-            Work::Export(export) => export.step(),
-            Work::Flags { bits, pieces, tail } => {
-                let Some(cells) = pieces.pop() else {
+            Work::Resting(work) => work.step(),
+            Work::Links { next } => {
+                *next += 1;
+                Ok(links::piece(measured.links()?, *next - 1))
+            }
+            Work::Cells { cells, pieces, tail } => {
+                let Some(piece) = pieces.pop() else {
                     let tail = std::mem::take(tail);
                     return Ok((!tail.is_empty()).then_some(tail));
                 };
-                if *bits { mesh.box_bits(&cells) } else { mesh.box_flags(&cells) }.map(Some)
+                cells.bytes(mesh, measured, &piece).map(Some)
             }
         }
     }
@@ -182,8 +226,8 @@ impl WebEncoder {
     /// Share of the work before the first byte, 0 to 1.
     pub fn share(&self) -> f64 {
         match &self.work {
-            Work::Image(encoder) => encoder.share(),
-            Work::Export(export) => export.share(),
+            Work::Image { encoder, .. } => encoder.share(),
+            Work::Resting(work) => work.share(),
             _ => 1.0,
         }
     }

@@ -6,6 +6,7 @@ use crate::links::Links;
 use crate::mesh::Mesh;
 use crate::report::MeshFacts;
 use crate::staggered::Staggered;
+use crate::write::Options;
 use crate::write::archive::Array;
 use crate::write::{fractions, links, npz, staggered};
 
@@ -24,23 +25,36 @@ impl Measured {
         Measured { links: links.take(), fractions: fractions.take(), staggered: staggered.take() }
     }
 
-    /// The arrays of an archive: of `links`, `fractions`, `staggered`, or else of the mesh, so many of its cells at a time.
+    /// The links.
+    ///
+    /// # Errors
+    /// `job-conflict` where the mesh has none.
+    pub(super) fn links(&self) -> Result<&Links> {
+        self.links.as_ref().ok_or_else(|| missing("links"))
+    }
+
+    /// The fractions.
+    ///
+    /// # Errors
+    /// `job-conflict` where the mesh has none.
+    pub(super) fn fractions(&self) -> Result<&Fractions> {
+        self.fractions.as_ref().ok_or_else(|| missing("fractions"))
+    }
+
+    /// The arrays of an archive: of `links`, `fractions`, `staggered`, or else of the mesh, as the options ask for it.
     ///
     /// # Errors
     /// `job-conflict` where the mesh has none of these.
-    pub(super) fn arrays<'a>(&'a self, mesh: &'a Mesh, of: &str, cells_at_once: usize) -> Result<Vec<Array<'a>>> {
-        let arrays = match of {
-            "links" => self.links.as_ref().map(links::arrays),
-            "fractions" => self.fractions.as_ref().map(fractions::arrays),
-            "staggered" => self.staggered.as_ref().map(|of| staggered::arrays(of, mesh)),
-            _ => Some(npz::arrays(mesh, cells_at_once)),
-        };
-        arrays.ok_or_else(|| {
-            Error::new(
-                "job-conflict",
-                format!("the mesh has no {of}"),
-                format!("ask for them with the key {of} of the job"),
-            )
+    pub(super) fn arrays<'a>(&'a self, mesh: &'a Mesh, of: &str, options: Options) -> Result<Vec<Array<'a>>> {
+        Ok(match of {
+            "links" => links::arrays(self.links()?),
+            "fractions" => fractions::arrays(self.fractions()?),
+            "staggered" => staggered::arrays(self.staggered.as_ref().ok_or_else(|| missing(of))?, mesh),
+            _ => npz::arrays(mesh, options),
         })
     }
+}
+
+fn missing(of: &str) -> Error {
+    Error::new("job-conflict", format!("the mesh has no {of}"), format!("ask for them with the key {of} of the job"))
 }

@@ -12,6 +12,7 @@ use crate::columns::BoxRuns;
 use crate::control::Control;
 use crate::error::Error;
 use crate::flags::CellBox;
+use crate::job::ZarrJob;
 use crate::lines::Lines;
 use crate::mesh::Mesh;
 use crate::report::ColumnsReport;
@@ -26,12 +27,14 @@ const OPENED_BYTES: u64 = 1 << 30;
 pub struct WebMesh {
     pub(super) mesh: Rc<Mesh>,
     pub(super) measured: Rc<Measured>,
+    /// Shapes of the shards of a Zarr store.
+    pub(super) zarr: ZarrJob,
     report: String,
 }
 
 impl WebMesh {
-    pub(super) fn new(mesh: Mesh, measured: Measured, report: String) -> WebMesh {
-        WebMesh { mesh: Rc::new(mesh), measured: Rc::new(measured), report }
+    pub(super) fn new(mesh: Mesh, (measured, zarr): (Measured, ZarrJob), report: String) -> WebMesh {
+        WebMesh { mesh: Rc::new(mesh), measured: Rc::new(measured), zarr, report }
     }
 }
 
@@ -49,7 +52,7 @@ impl WebMesh {
         let store = Arc::new(JsFileStore::new(file));
         let mesh = column_file::open(store, n_bytes as u64, OPENED_BYTES, &Control::default()).map_err(js_error)?;
         let report = super::info::json(&ColumnsReport::new(&mesh));
-        Ok(WebMesh::new(mesh, Measured::default(), report))
+        Ok(WebMesh::new(mesh, Default::default(), report))
     }
 
     /// The report as JSON.

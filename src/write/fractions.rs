@@ -13,7 +13,7 @@ use crate::fractions::{CutSurface, Fraction, Fractions, Part};
 /// # Errors
 /// `io` where `out` fails.
 pub fn write_fractions(fractions: &Fractions, compress: Compress, out: &mut dyn io::Write) -> Result<u64> {
-    let mut sink = Sink { out, n_bytes: 0, hash: None };
+    let mut sink = Sink::new(out);
     archive::write(compress, &mut sink, &arrays(fractions))?;
     sink.out.flush().map_err(|error| Error::io("writing the fractions", error))?;
     Ok(sink.n_bytes)

@@ -45,16 +45,12 @@ impl LinksFormat {
 /// # Errors
 /// `io` where `out` fails.
 pub fn write_links(links: &Links, format: LinksFormat, compress: Compress, out: &mut dyn io::Write) -> Result<u64> {
-    let mut sink = Sink { out, n_bytes: 0, hash: None };
+    let mut sink = Sink::new(out);
     match format {
         LinksFormat::Npz => archive::write(compress, &mut sink, &arrays(links))?,
         LinksFormat::Records => {
-            sink.put(&head(links))?;
-            for links in &links.planes {
-                let mut records = Vec::with_capacity(RECORD * links.len());
-                links.iter().for_each(|link| records.extend_from_slice(&record(link)));
-                sink.put(&records)?;
-            }
+            let mut pieces = (0..).map_while(|index| piece(links, index));
+            pieces.try_for_each(|piece| sink.put(&piece))?;
         }
     }
     sink.out.flush().map_err(|error| Error::io("writing the links", error))?;
@@ -81,6 +77,21 @@ pub(crate) fn arrays(of: &Links) -> Vec<Array<'_>> {
         link(("geometry", "<i2"), |link, out| out.extend(link.geometry.to_le_bytes())),
         link(("flag", "|u1"), |link, out| out.push(link.flag)),
     ]
+}
+
+/// The bytes of `.links` in pieces: the head, then the records of each plane of cells; None at the end.
+pub(crate) fn piece(links: &Links, index: usize) -> Option<Vec<u8>> {
+    let Some(plane) = index.checked_sub(1) else { return Some(head(links)) };
+    let links = links.planes.get(plane)?;
+    let mut records = Vec::with_capacity(RECORD * links.len());
+    links.iter().for_each(|link| records.extend_from_slice(&record(link)));
+    Some(records)
+}
+
+/// Bytes of `.links`.
+#[cfg(target_arch = "wasm32")]
+pub(crate) fn n_bytes(links: &Links) -> u64 {
+    (head(links).len() + RECORD * links.len()) as u64
 }
 
 /// Magic, version, number of directions, dims, number of links; of a window its origin; then the directions, padded to a multiple of 8 bytes.

@@ -15,11 +15,16 @@ pub fn n_bytes(dims: [u32; 3], bits: bool) -> Option<u64> {
 /// Everything before the data.
 pub(super) fn header([nx, ny, nz]: [u32; 3], options: &Options) -> Vec<u8> {
     let nx = if options.bits { row_bytes(nx) } else { nx };
-    let shape = match options.axis_order {
+    let shape = shape([nx, ny, nz], options.axis_order);
+    header_of("|u1", &format!("({}, {}, {})", shape[0], shape[1], shape[2]))
+}
+
+/// Lengths of the axes of an array, the last one fastest.
+pub(super) fn shape([nx, ny, nz]: [u32; 3], order: AxisOrder) -> [u32; 3] {
+    match order {
         AxisOrder::Zyx => [nz, ny, nx],
         AxisOrder::Xyz => [nx, ny, nz],
-    };
-    header_of("|u1", &format!("({}, {}, {})", shape[0], shape[1], shape[2]))
+    }
 }
 
 /// Everything before the data of an array of a type and a shape, as NumPy writes them.

@@ -1,14 +1,10 @@
 //! `.npz`: the flags and the lines of each axis as NumPy arrays in a ZIP archive.
 //!
-//! `flag` has the shape (nz, ny, nx) and the type uint8, as in `.npy`; `x`, `y` and `z` have all lines of their axis, cells + 1 numbers of
+//! `flag` has the shape (nz, ny, nx), or on request (nx, ny, nz), and the type uint8, as in `.npy`; `x`, `y` and `z` have all lines of their axis, cells + 1 numbers of
 //! the type float64. Cost: two slabs of memory.
 
-use super::archive::Array;
-#[cfg(not(target_arch = "wasm32"))]
-use super::archive::{Archive, Buffer};
-#[cfg(not(target_arch = "wasm32"))]
+use super::archive::{Archive, Array, Buffer};
 use super::{Options, Sink, npy, ordered};
-#[cfg(not(target_arch = "wasm32"))]
 use crate::control::Control;
 use crate::error::Result;
 use crate::flags::{CellBox, slabs_of_box};
@@ -36,13 +32,15 @@ pub(super) fn flags<'a>(
 
 /// The lines, then the flags.
 #[cfg(target_arch = "wasm32")]
-pub(crate) fn arrays(mesh: &Mesh, cells_at_once: usize) -> Vec<Array<'_>> {
-    let flags = flags("flag", mesh.dims(), cells_at_once, |cells| mesh.box_flags(cells));
-    lines(mesh).into_iter().chain([flags]).collect()
+pub(crate) fn arrays(mesh: &Mesh, options: Options) -> Vec<Array<'_>> {
+    let shape = npy::shape(mesh.dims(), options.axis_order).map(u64::from);
+    let boxes = ordered::boxes(mesh.dims(), options.axis_order, options.slab_bytes);
+    let n_boxes = boxes.len();
+    let flags = move |index: usize| ordered::bytes_of_box(mesh, &options, &boxes[index]);
+    lines(mesh).into_iter().chain([Array::new(("flag", "|u1"), &shape, n_boxes, flags)]).collect()
 }
 
 /// Writes the archive.
-#[cfg(not(target_arch = "wasm32"))]
 pub(super) fn write(mesh: &Mesh, options: &Options, sink: &mut Sink, control: &Control) -> Result<()> {
     let mut archive = Archive::new(options.compress, Buffer::default());
     lines(mesh).iter().try_for_each(|array| archive.add(array, sink))?;

@@ -1,5 +1,7 @@
 //! File formats and the choices of their writers.
 
+use serde::Deserialize;
+
 use crate::error::{Error, Result};
 use crate::job::ZarrJob;
 use crate::mesh::SLAB_BYTES;
@@ -22,14 +24,25 @@ pub enum Format {
     Columns,
     /// A Zarr store: a folder of many files, or a bucket, which `write::zarr` fills with the feature `zarr`, natively.
     Zarr,
+    /// The files of a Zarr store in a ZIP archive, stored as they are: what zarr-python opens as a `ZipStore`.
+    ZarrZip,
 }
 
 impl Format {
     /// Every format, in the order of the documentation.
-    pub const ALL: [Format; 7] =
-        [Format::Raw, Format::Npy, Format::Npz, Format::Vti, Format::Vtr, Format::Columns, Format::Zarr];
+    pub const ALL: [Format; 8] = [
+        Format::Raw,
+        Format::Npy,
+        Format::Npz,
+        Format::Vti,
+        Format::Vtr,
+        Format::Columns,
+        Format::Zarr,
+        Format::ZarrZip,
+    ];
     /// Those that are one file: what [`crate::write::write()`] writes.
-    pub const FILES: [Format; 6] = [Format::Raw, Format::Npy, Format::Npz, Format::Vti, Format::Vtr, Format::Columns];
+    pub const FILES: [Format; 7] =
+        [Format::Raw, Format::Npy, Format::Npz, Format::Vti, Format::Vtr, Format::Columns, Format::ZarrZip];
 
     /// Finds the format by the extension of a file name, upper or lower case.
     ///
@@ -38,6 +51,12 @@ impl Format {
     pub fn of_name(name: &str) -> Result<Format> {
         let (stem, extension) = name.rsplit_once('.').unwrap_or((name, ""));
         let extension = extension.to_ascii_lowercase();
+        let (stem, extension) = match stem.rsplit_once('.') {
+            Some((stem, inner)) if extension == "zip" && inner.eq_ignore_ascii_case("zarr") => {
+                (stem, "zarr.zip".into())
+            }
+            _ => (stem, extension),
+        };
         let found = Format::ALL.into_iter().find(|format| format.extension() == extension).ok_or_else(|| {
             let known = Format::ALL.map(|format| format!(".{}", format.extension())).join(", ");
             let message = format!("{name}: no format has the extension \"{extension}\"");
@@ -60,6 +79,7 @@ impl Format {
             Format::Vtr => "vtr",
             Format::Columns => "hxc",
             Format::Zarr => "zarr",
+            Format::ZarrZip => "zarr.zip",
         }
     }
 }
@@ -76,7 +96,8 @@ pub enum Compress {
 }
 
 /// Which axis is the slowest in a file of flags: the order of the axes of its array.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum AxisOrder {
     /// z slowest and x fastest: shape (nz, ny, nx).
     #[default]
@@ -89,13 +110,13 @@ pub enum AxisOrder {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Options {
-    /// Compression, for `.npz`, `.vti`, `.vtr` and the column file.
+    /// Compression, for `.npz`, `.vti`, `.vtr`, Zarr and the column file.
     pub compress: Compress,
     /// Eight cells a byte, for `.raw` and `.npy` of meshes with a single flag; the order is in [`super::bits`].
     pub bits: bool,
-    /// Order of the axes, for `.raw`, `.npy` and `.npz`; natively.
+    /// Order of the axes, for `.raw`, `.npy` and `.npz`.
     pub axis_order: AxisOrder,
-    /// What is written for each flag in its place, for `.raw`, `.npy` and `.npz`; natively. None: the flag itself.
+    /// What is written for each flag in its place, for `.raw`, `.npy` and `.npz`. None: the flag itself.
     pub map: Option<[u8; 256]>,
     /// Whether the SHA-256 of a `.raw` is made as it is written: about as long again.
     pub sha256: bool,

@@ -1,10 +1,11 @@
 //! Flags in another order or as other numbers, for programs that want x slowest or a mask: `.raw`, `.npy` and `.npz`.
 //!
-//! Mesh, order, map -> bytes, slab by slab. With x slowest a slab is some planes across x, expanded and then transposed in blocks that fit
-//! the cache. Cost: two slabs of memory, at least a plane across x each; three times as long as the usual order.
+//! Mesh, order, map -> bytes, slab by slab. With x slowest a slab is some planes across x, or rows along z of one, expanded and then
+//! transposed in blocks that fit the cache. Cost: two slabs of memory; three times as long as the usual order.
 
 use crate::control::Control;
 use crate::error::Result;
+use crate::flags::{CellBox, slabs_of_box};
 use crate::mesh::Mesh;
 use crate::parallel::*;
 
@@ -13,6 +14,33 @@ use super::{AxisOrder, Options};
 /// Cells along x and z that are transposed together.
 const BLOCK: usize = 64;
 
+/// The boxes whose cells follow each other in a file, of at most so many cells, but at least a row each.
+pub(crate) fn boxes([nx, ny, nz]: [u32; 3], order: AxisOrder, max_cells: usize) -> Vec<CellBox> {
+    match order {
+        AxisOrder::Zyx => slabs_of_box(&[0..nx, 0..ny, 0..nz], max_cells).collect(),
+        AxisOrder::Xyz => slabs_of_box(&[0..nz, 0..ny, 0..nx], max_cells).map(|[z, y, x]| [x, y, z]).collect(),
+    }
+}
+
+/// The bytes of such a box.
+///
+/// # Errors
+/// `io` as for [`Mesh::box_flags`].
+pub(crate) fn bytes_of_box(mesh: &Mesh, options: &Options, cells: &CellBox) -> Result<Vec<u8>> {
+    if options.bits {
+        return mesh.box_bits(cells);
+    }
+    let flags = mesh.box_flags(cells)?;
+    let bytes = match &options.map {
+        Some(map) => mapped(flags, map),
+        None => flags,
+    };
+    Ok(match options.axis_order {
+        AxisOrder::Zyx => bytes,
+        AxisOrder::Xyz => transposed(&bytes, [0, 1, 2].map(|axis| cells[axis].len())),
+    })
+}
+
 /// Hands the bytes of all cells to `consume` in the order and by the map of the options.
 pub(super) fn for_each_slab(
     mesh: &Mesh,
@@ -20,25 +48,24 @@ pub(super) fn for_each_slab(
     control: &Control,
     mut consume: impl FnMut(&[u8]) -> Result<()>,
 ) -> Result<()> {
-    let mut mapped = |flags: &[u8]| match &options.map {
-        None => consume(flags),
-        Some(map) => consume(&flags.iter().map(|flag| map[usize::from(*flag)]).collect::<Vec<u8>>()),
-    };
-    match options.axis_order {
-        AxisOrder::Zyx => mesh.for_each_slab(options.slab_bytes, control, mapped),
-        AxisOrder::Xyz => {
-            let [nx, ny, nz] = mesh.dims();
-            let plane = ny as usize * nz as usize;
-            let step = (options.slab_bytes / plane).clamp(1, nx as usize);
-            for first in (0..nx).step_by(step) {
+    match (options.axis_order, &options.map) {
+        (AxisOrder::Zyx, None) => mesh.for_each_slab(options.slab_bytes, control, consume),
+        (AxisOrder::Zyx, Some(map)) => {
+            mesh.for_each_slab(options.slab_bytes, control, |flags| consume(&mapped(flags.to_vec(), map)))
+        }
+        (AxisOrder::Xyz, _) => {
+            for cells in boxes(mesh.dims(), options.axis_order, options.slab_bytes) {
                 control.check()?;
-                let end = first.saturating_add(step as u32).min(nx);
-                let flags = mesh.box_flags(&[first..end, 0..ny, 0..nz])?;
-                mapped(&transposed(&flags, [(end - first) as usize, ny as usize, nz as usize]))?;
+                consume(&bytes_of_box(mesh, options, &cells)?)?;
             }
             control.check()
         }
     }
+}
+
+fn mapped(mut flags: Vec<u8>, map: &[u8; 256]) -> Vec<u8> {
+    flags.iter_mut().for_each(|flag| *flag = map[usize::from(*flag)]);
+    flags
 }
 
 /// The flags of a box with z fastest, from those with x fastest.

@@ -14,7 +14,12 @@ pub(crate) struct Sink<'a> {
     pub(super) hash: Option<Sha256>,
 }
 
-impl Sink<'_> {
+impl<'a> Sink<'a> {
+    /// Counts what passes.
+    pub(crate) fn new(out: &'a mut dyn io::Write) -> Sink<'a> {
+        Sink { out, n_bytes: 0, hash: None }
+    }
+
     /// Writes all bytes.
     ///
     /// # Errors

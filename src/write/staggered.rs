@@ -17,7 +17,7 @@ const AT_ONCE: usize = 1 << 24;
 /// # Errors
 /// `io` where `out` fails, or columns are in a store that does.
 pub fn write_staggered(staggered: &Staggered, mesh: &Mesh, compress: Compress, out: &mut dyn io::Write) -> Result<u64> {
-    let mut sink = Sink { out, n_bytes: 0, hash: None };
+    let mut sink = Sink::new(out);
     archive::write(compress, &mut sink, &arrays(staggered, mesh))?;
     sink.out.flush().map_err(|error| Error::io("writing the staggered grid", error))?;
     Ok(sink.n_bytes)

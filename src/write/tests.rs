@@ -162,6 +162,7 @@ fn names_have_the_format() {
         assert_eq!(Format::of_name(&format!("a.b/c.{}", format.extension())), Ok(format));
     }
     assert_eq!(Format::of_name("OUT.VTI"), Ok(Format::Vti));
+    assert_eq!(Format::of_name("a/OUT.Zarr.ZIP"), Ok(Format::ZarrZip));
     assert_eq!(
         Format::ALL.iter().filter(|format| !Format::FILES.contains(format)).collect::<Vec<_>>(),
         [&Format::Zarr]
@@ -169,7 +170,7 @@ fn names_have_the_format() {
     let mesh = pattern(0, [4, 3, 2], 1);
     let error = write(&mesh, Format::Zarr, &Options::default(), &mut Vec::new(), &Control::default()).unwrap_err();
     assert_eq!((error.code(), error.to_string().contains("folder of many files")), ("job-conflict", true));
-    for name in ["out", "out.", "out.stl", "", ".vti", "folder/.vti"] {
+    for name in ["out", "out.", "out.stl", "out.zip", "", ".vti", "folder/.vti", ".zarr.zip", "folder/.zarr.zip"] {
         assert_eq!(Format::of_name(name).unwrap_err().code(), "output-name", "{name}");
     }
 }
@@ -233,7 +234,7 @@ fn a_failing_output_and_cancel_end_the_writing() {
 #[test]
 fn files_do_not_depend_on_the_threads() {
     let options = |format, slab_bytes| match format {
-        Format::Npz | Format::Vti | Format::Vtr | Format::Columns => Options { slab_bytes, ..zlib() },
+        Format::Npz | Format::Vti | Format::Vtr | Format::Columns | Format::ZarrZip => Options { slab_bytes, ..zlib() },
         _ => Options { slab_bytes, ..Options::default() },
     };
     for axis in 0..3 {

@@ -26,11 +26,24 @@ use super::{Compress, Format, Options, Sink};
 const BLOCK_BYTES: usize = 1 << 20;
 const FOOT: &[u8] = b"\n  </AppendedData>\n</VTKFile>\n";
 
-/// The cell array of a file: a name, a type as VTK names it, and all bytes in order, as often as they are asked for.
-pub(super) struct Array<'a> {
+/// What the cell array of a file holds: a name, a type as VTK names it, and the number of bytes.
+#[derive(Clone, Copy)]
+pub(crate) struct Numbers {
     pub(super) name: &'static str,
     pub(super) kind: &'static str,
-    pub(super) n_bytes: u64,
+    pub(crate) n_bytes: u64,
+}
+
+impl Numbers {
+    /// The flags of a mesh.
+    pub(crate) fn flags(mesh: &Mesh) -> Numbers {
+        Numbers { name: "flag", kind: "UInt8", n_bytes: mesh.n_cells() }
+    }
+}
+
+/// All bytes of a cell array in order, as often as they are asked for.
+pub(super) struct Array<'a> {
+    pub(super) numbers: Numbers,
     pub(super) each: Box<Each<'a>>,
 }
 
@@ -41,12 +54,9 @@ impl Array<'_> {
     /// The flags of a mesh.
     pub(super) fn flags<'a>(mesh: &'a Mesh, slab_bytes: usize, control: &'a Control) -> Array<'a> {
         let each = move |put: &mut dyn FnMut(&[u8]) -> Result<()>| mesh.for_each_slab(slab_bytes, control, put);
-        Array { name: FLAGS.0, kind: FLAGS.1, n_bytes: mesh.n_cells(), each: Box::new(each) }
+        Array { numbers: Numbers::flags(mesh), each: Box::new(each) }
     }
 }
-
-/// Name and type of the array of flags.
-const FLAGS: (&str, &str) = ("flag", "UInt8");
 
 /// Writes a compressed file.
 pub(super) fn write(
@@ -57,30 +67,22 @@ pub(super) fn write(
     sink: &mut Sink,
 ) -> Result<()> {
     let table = BlockTable::new(array, options, level)?;
-    sink.put(head(mesh, (array.name, array.kind), format, options.compress).as_bytes())?;
+    sink.put(head(mesh, &array.numbers, format, options.compress).as_bytes())?;
     table.write(array, level, sink)?;
     sink.put(FOOT)
 }
 
-/// Writes a file that is not compressed.
-#[cfg(not(target_arch = "wasm32"))]
-pub(super) fn write_plain(mesh: &Mesh, array: &Array, format: Format, sink: &mut Sink) -> Result<()> {
-    sink.put(head(mesh, (array.name, array.kind), format, Compress::None).as_bytes())?;
-    sink.put(&array.n_bytes.to_le_bytes())?;
-    (array.each)(&mut |bytes| sink.put(bytes))?;
-    sink.put(FOOT)
-}
-
-/// Everything before and after the flags of an uncompressed file.
-pub(super) fn head_and_tail(mesh: &Mesh, format: Format) -> (Vec<u8>, Vec<u8>) {
-    let mut before = head(mesh, FLAGS, format, Compress::None).into_bytes();
-    before.extend(mesh.n_cells().to_le_bytes());
+/// Everything before and after the numbers of an uncompressed file.
+pub(super) fn head_and_tail(mesh: &Mesh, numbers: &Numbers, format: Format) -> (Vec<u8>, Vec<u8>) {
+    let mut before = head(mesh, numbers, format, Compress::None).into_bytes();
+    before.extend(numbers.n_bytes.to_le_bytes());
     (before, FOOT.to_vec())
 }
 
 /// Encodes a compressed file, a slab at a time, for callers that do other work in between. All blocks stay in memory until the
 /// last is known.
 pub struct VtiEncoder {
+    numbers: Numbers,
     format: Format,
     level: u8,
     /// Slabs still to compress, the next one last.
@@ -95,11 +97,16 @@ pub struct VtiEncoder {
 impl VtiEncoder {
     /// Plans the file of a mesh, `.vti` or `.vtr`, with a zlib level of 1 to 9, in slabs of at most `slab_bytes` flags.
     pub fn new(mesh: &Mesh, format: Format, level: u8, slab_bytes: usize) -> VtiEncoder {
-        let mut slabs: Vec<CellBox> = mesh.slabs(slab_bytes).collect();
+        VtiEncoder::of(Numbers::flags(mesh), (format, level), mesh.slabs(slab_bytes).collect())
+    }
+
+    /// Plans a file of other numbers, in these slabs.
+    pub(crate) fn of(numbers: Numbers, (format, level): (Format, u8), mut slabs: Vec<CellBox>) -> VtiEncoder {
         slabs.reverse();
         let table = BlockTable { sizes: Vec::new(), cached: Vec::new(), n_cached: 0 };
         let n_slabs = slabs.len();
         VtiEncoder {
+            numbers,
             format,
             level,
             slabs,
@@ -120,16 +127,30 @@ impl VtiEncoder {
     /// # Errors
     /// `io` where zlib fails.
     pub fn step(&mut self, mesh: &Mesh) -> Result<Option<Vec<u8>>> {
+        self.step_of(mesh, &|cells| mesh.box_flags(cells))
+    }
+
+    /// The same with the bytes of a slab.
+    ///
+    /// # Errors
+    /// Those of [`VtiEncoder::step`] and of `of_slab`.
+    pub(crate) fn step_of(
+        &mut self,
+        mesh: &Mesh,
+        of_slab: &dyn Fn(&CellBox) -> Result<Vec<u8>>,
+    ) -> Result<Option<Vec<u8>>> {
         let made = match (self.slabs.pop(), &mut self.blocks) {
-            (Some(cells), Some(blocks)) => blocks.push(&mesh.box_flags(&cells)?)?,
+            (Some(cells), Some(blocks)) => blocks.push(&of_slab(&cells)?)?,
             _ => match self.blocks.take() {
                 Some(blocks) => blocks.finish()?.into_iter().collect(),
                 None if self.is_done => return Ok(None),
                 None => {
                     self.is_done = true;
-                    let head = head(mesh, FLAGS, self.format, Compress::Zlib(self.level)).into_bytes();
+                    let head = head(mesh, &self.numbers, self.format, Compress::Zlib(self.level)).into_bytes();
                     let cached = std::mem::take(&mut self.table.cached);
-                    return Ok(Some([head.as_slice(), &self.table.numbers(mesh.n_cells()), &cached, FOOT].concat()));
+                    return Ok(Some(
+                        [head.as_slice(), &self.table.numbers(self.numbers.n_bytes), &cached, FOOT].concat(),
+                    ));
                 }
             },
         };
@@ -173,7 +194,7 @@ impl BlockTable {
     }
 
     fn write(self, array: &Array, level: u8, sink: &mut Sink) -> Result<()> {
-        sink.put(&self.numbers(array.n_bytes))?;
+        sink.put(&self.numbers(array.numbers.n_bytes))?;
         sink.put(&self.cached)?;
         if self.n_cached == self.sizes.len() {
             return Ok(());
@@ -197,7 +218,8 @@ impl BlockTable {
 }
 
 /// Everything before the appended data.
-fn head(mesh: &Mesh, (name, type_name): (&str, &str), format: Format, compress: Compress) -> String {
+fn head(mesh: &Mesh, numbers: &Numbers, format: Format, compress: Compress) -> String {
+    let Numbers { name, kind: type_name, .. } = numbers;
     let [nx, ny, nz] = mesh.dims();
     let extent = format!("0 {nx} 0 {ny} 0 {nz}");
     let compressor = match compress {

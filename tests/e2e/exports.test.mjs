@@ -94,6 +94,76 @@ test('a case of OpenFOAM, text, and the cells of some flags are the files of the
   }
 });
 
+test('arrays in another order, stores, what was measured and the background are the files of the native command', async ({
+  visit,
+}) => {
+  const folder = mkdtempSync(path.join(tmpdir(), 'hexcast-'));
+  try {
+    const page = await visit(`#unit=mm&links=true&stencil=D3Q7&fractions=true&background=eps_r%3D1.5&${SETTINGS}`);
+    await hasGeometries(page, 2);
+    await page.click('#background-of > summary');
+    assert.equal(await page.inputValue('#background'), 'eps_r=1.5');
+    await page.fill('#background', 'eps=2');
+    assert.match(await page.$eval('#background', ({ validationMessage }) => validationMessage), /eps_r, mu_r/);
+    await page.fill('#background', 'eps_r=1.0006, sigma=1e-9');
+    await page.waitForFunction(() => location.hash.includes('background=eps_r%3D1.0006+sigma%3D1e-9'));
+    for (const index of [0, 1]) {
+      const card = page.locator('.geometry').nth(index);
+      await card.locator('summary:text-is("Material")').click();
+      await card.locator('.material').fill('eps_r=3');
+    }
+    await run(page);
+    await writeSample('shells', folder);
+    const read = (name) => readFileSync(path.join(folder, name));
+    await runCopied(page, folder, ['--compress=6', '-o', 'all.zarr.zip', '--links=all.links', '--fractions=all.solid.vti']);
+    await runCopied(page, folder, ['--compress=6', '--fractions=all.solid.zarr.zip']);
+    await runCopied(page, folder, ['--fractions=all.solid.npy']);
+    for (const [id, ending] of [
+      ['zarr', 'zarr.zip'],
+      ['links-records', 'links'],
+      ['solid-vti', 'solid.vti'],
+      ['solid-npy', 'solid.npy'],
+      ['solid-zarr', 'solid.zarr.zip'],
+    ]) {
+      const said = await page.getAttribute(`#download-${id} .size`, 'data-bytes');
+      const { name, bytes } = await saved(page, `#download-${id}`);
+      assert.equal(name, `coating.${ending}`);
+      assert.ok(bytes.equals(read(`all.${ending}`)), `${name}: ${bytes.length} bytes`);
+      if (said !== null) assert.equal(bytes.length, Number(said), name);
+    }
+    assert.equal(await page.isVisible('#download-solid-vtr'), false);
+    await page.click(SUMMARY);
+    await page.selectOption('#export-order', 'xyz');
+    await page.fill('#export-map', '9=0, 0=1');
+    const words = ['--axis-order=xyz', '--map=9=0,0=1', '--compress=6'];
+    await runCopied(page, folder, [...words, '-o', 'turned.npy', '-o', 'turned.npz', '-o', 'turned.raw']);
+    for (const [id, ending] of [
+      ['npy', 'npy'],
+      ['npz', 'npz'],
+      ['raw', 'raw'],
+      ['sidecar', 'raw.json'],
+    ]) {
+      const { name, bytes } = await saved(page, `#download-array-${id}`);
+      assert.ok(bytes.equals(read(`turned.${ending}`)), `${name}: ${bytes.length} bytes`);
+    }
+    // a number that is none, and a flag that is given twice
+    for (const wrong of ['9=256', '9=1, 9=2', '9', 'a=1']) {
+      await page.fill('#export-map', wrong);
+      assert.equal(await page.$$eval('#arrays-list button:enabled', ({ length }) => length), 0, wrong);
+      assert.match(await page.$eval('#export-map', ({ validationMessage }) => validationMessage), /^such as 1=0, 0=1/);
+    }
+    await page.fill('#export-map', '');
+    assert.equal(await page.$$eval('#arrays-list button:disabled', ({ length }) => length), 0);
+    // flag 0 has a material
+    await page.fill('#export-flags', '0, 9');
+    await runCopied(page, folder, ['--export-flags=0,9', '-o', 'all.csx.xml']);
+    const { bytes } = await saved(page, '#download-csx');
+    assert.ok(bytes.equals(read('all.csx.xml')) && bytes.includes('1.0006'), 'openEMS');
+  } finally {
+    rmSync(folder, { recursive: true });
+  }
+});
+
 test('only files that the mesh can be are offered: without a unit, of cubes, and of cells that differ in size', async ({
   visit,
 }) => {

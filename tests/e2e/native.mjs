@@ -16,11 +16,13 @@ export async function writeSample(sample, folder) {
 /**
  * Runs the command that the page copies for its job, but on the CPU, in a folder, and returns its report.
  *
- * @param {string[]} more further options, such as outputs beside the one that is copied
+ * @param {string[]} more further options, such as outputs beside the one that is copied; they replace those of the same name
  */
 export async function runCopied(page, folder, more) {
   await page.click('#copy-command');
-  const words = wordsOf(await page.inputValue('#copied-text')).filter((word) => !word.startsWith('--backend='));
+  const optionOf = (word) => word.startsWith('--') && word.split('=')[0];
+  const replaced = ['--backend', ...more.map(optionOf).filter(Boolean)];
+  const words = wordsOf(await page.inputValue('#copied-text')).filter((word) => !replaced.includes(optionOf(word)));
   const program = path.join(ROOT, 'target/debug/hexcast');
   const options = { cwd: folder, encoding: 'utf8', stdio: ['ignore', 'pipe', 'ignore'] };
   return JSON.parse(execFileSync(program, [...words.slice(1), ...more, '--backend=cpu', '--quiet', '--json'], options));

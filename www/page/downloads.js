@@ -39,10 +39,20 @@ const FILES = [
   file('npy-bits', 'bits.npy', 'NumPy, packed', 'eight cells a byte', { format: 'npy', options: BITS }),
   file('raw-bits', 'bits.raw', 'Raw, packed', 'eight cells a byte', { format: 'raw', options: BITS }),
   file('sidecar-bits', 'bits.raw.json', 'Packed: description', 'dims, lines, names', { options: BITS }),
+  file('zarr', 'zarr.zip', 'Zarr', 'a store in an archive: zarr-python, xarray', { format: 'zarr', options: { compress: 6 } }),
   file('links', 'links.npz', 'Links to walls', 'NumPy, compressed', { format: 'links.npz', options: { compress: 6 } }),
+  file('links-records', 'links', 'Links to walls, as records', '24 bytes each', { format: 'links' }),
   file('fractions', 'fractions.npz', 'Fractions of cells', 'NumPy, compressed', {
     format: 'fractions.npz',
     options: { compress: 6 },
+  }),
+  ...['vti', 'vtr', 'npy', 'zarr'].map((ending) => {
+    const format = /** @type {import('hexcast').Format} */ (`fractions.${ending}`);
+    const [extension, options] = [ending === 'zarr' ? 'zarr.zip' : ending, ending === 'npy' ? {} : { compress: 6 }];
+    return file(`solid-${ending}`, `solid.${extension}`, 'Solid fraction', 'of every cell, what is not background', {
+      format,
+      options,
+    });
   }),
   file('staggered', 'staggered.npz', 'Staggered grid', 'NumPy, compressed', {
     format: 'staggered.npz',
@@ -64,9 +74,11 @@ function show() {
 
 /** @param {FileKind} file @param {Mesh} mesh */
 function isOffered({ format, options }, { lines, report }) {
-  if (format === 'vti') return lines.spacing !== null;
-  if (format === 'vtr') return lines.spacing === null;
-  if (format?.endsWith('.npz')) return Boolean(report[format.slice(0, -4)]);
+  const [ending, of] = (format ?? '').split('.').reverse();
+  const measured = ending === 'links' ? ending : of;
+  if (measured && !report[measured]) return false;
+  if (ending === 'vti') return lines.spacing !== null;
+  if (ending === 'vtr') return lines.spacing === null;
   // a bit distinguishes one flag from the background
   return !options?.bits || report.flags.length === 1;
 }
@@ -88,12 +100,17 @@ export function entry(mesh, file) {
 
 /** Sizes that depend on the flags, and on the digits of the mesh lines. @param {Mesh} mesh @param {FileKind} file */
 function guess(mesh, { id, format }) {
-  if (format && isExport(format)) return '';
-  if (id.startsWith('sidecar')) return `about ${bytes(700 + 20 * mesh.dims.reduce((sum, n) => sum + n + 1, 0))}`;
+  if (!format) return `about ${bytes(700 + 20 * mesh.dims.reduce((sum, n) => sum + n + 1, 0))}`;
+  if (isExport(format)) return '';
   if (id in PER_ENTRY) return `up to ${bytes(PER_ENTRY[id] * entriesOf(mesh, id))}`;
   if (id === 'hxc') return `up to ${bytes(columnBytes(mesh))}`;
+  const nLines = mesh.dims.reduce((sum, n) => sum + n + 1, 0);
+  // a store says twice what it is
+  const ofStore = 20_000 + 80 * nLines;
+  if (format === 'zarr') return `less than ${bytes(mesh.report.cells + ofStore)}`;
+  if (format.startsWith('fractions.')) return `less than ${bytes(4 * mesh.report.cells + ofStore)}`;
   // the lines are 8 bytes each
-  const lines = mesh.lines.spacing && id !== 'npz' ? 0 : 1500 + 8 * mesh.dims.reduce((sum, n) => sum + n + 1, 0);
+  const lines = mesh.lines.spacing && format !== 'npz' ? 0 : 1500 + 8 * nLines;
   // a mesh that was read back has no estimate
   return state.expected
     ? `up to ${bytes(state.expected.file_bytes.vti_zlib + lines)}`
@@ -158,7 +175,7 @@ const EXPORT_BYTES = 200;
 
 /** Whether a format is one of those for solvers, whose sizes depend on the flags. @param {import('hexcast').Format} format */
 function isExport(format) {
-  return !['vti', 'vtr', 'npy', 'raw', 'hxc'].includes(format) && !format.endsWith('npz');
+  return ['foam', 'inp', 'msh', 'csx.xml', 'geometry.xml', 'nrrd', 'vox', 'binvox'].includes(format);
 }
 
 /** Bytes of the columns, in memory and spilled. @param {Mesh} mesh */

@@ -1,5 +1,5 @@
 /** Files for solvers: those that the mesh can be, of the cells of some flags. */
-import { byId, inputOf } from './dom.js';
+import { byId, inputOf, selectOf } from './dom.js';
 import { entry, file } from './downloads.js';
 import { numbersOf } from './format.js';
 import { on, state } from './state.js';
@@ -24,6 +24,16 @@ const FILES = [
   file('binvox', 'binvox', 'binvox', 'a cube of bits', { format: 'binvox' }),
 ];
 
+/** Arrays, whose order of axes and numbers are those of the fields. */
+const ARRAYS = [
+  file('array-npy', 'npy', 'NumPy', '', { format: 'npy' }),
+  file('array-npz', 'npz', 'NumPy, with lines', '', { format: 'npz', options: { compress: 6 } }),
+  file('array-raw', 'raw', 'Raw', '', { format: 'raw' }),
+  file('array-sidecar', 'raw.json', 'Raw: description', 'dims, lines, names'),
+];
+/** What the arrays are like in each order. */
+const SHAPES = { zyx: 'shape nz, ny, nx: x fastest', xyz: 'shape nx, ny, nz: x slowest' };
+
 /** Draws the list whenever there is a mesh, or its options change. */
 export function startExports() {
   on('mesh', () => {
@@ -34,6 +44,9 @@ export function startExports() {
   inputOf('export-flags').addEventListener('input', show);
   inputOf('export-flags').addEventListener('change', () => inputOf('export-flags').reportValidity());
   inputOf('export-ascii').addEventListener('change', show);
+  selectOf('export-order').addEventListener('change', show);
+  inputOf('export-map').addEventListener('input', show);
+  inputOf('export-map').addEventListener('change', () => inputOf('export-map').reportValidity());
 }
 
 function show() {
@@ -44,7 +57,35 @@ function show() {
     : [];
   byId('exports-list').replaceChildren(...offered);
   for (const button of byId('exports-list').querySelectorAll('button')) button.disabled = flags === null;
+  showArrays();
   byId('exports-unit').hidden = !mesh || mesh.report.unit !== null;
+}
+
+function showArrays() {
+  const { mesh } = state;
+  const map = mapOfField();
+  const axisOrder = /** @type {keyof SHAPES} */ (selectOf('export-order').value);
+  const files = mesh ? ARRAYS : [];
+  byId('arrays-list').replaceChildren(
+    ...files.map((kind) => {
+      const options = { ...kind.options, axisOrder, ...(map ? { map } : {}) };
+      return entry(/** @type {import('hexcast').Mesh} */ (mesh), { ...kind, note: kind.note || SHAPES[axisOrder], options });
+    }),
+  );
+  for (const button of byId('arrays-list').querySelectorAll('button')) button.disabled = map === null;
+}
+
+/** What the field says is written for flags: undefined where it is empty; null where it is wrong, which it says. */
+function mapOfField() {
+  const input = inputOf('export-map');
+  const pairs = input.value.split(/[\s,;]+/).filter((pair) => pair !== '');
+  const read = pairs.map((pair) => /^(\d+)=(\d+)$/.exec(pair)?.slice(1).map(Number) ?? []);
+  const flags = new Set(read.map(([flag]) => flag));
+  const isRight =
+    flags.size === pairs.length && read.flat().every((number) => number < 256) && read.flat().length === 2 * pairs.length;
+  input.setCustomValidity(isRight ? '' : 'such as 1=0, 0=1: flags, once each, and what is written for them, 0 to 255');
+  if (!isRight) return null;
+  return pairs.length > 0 ? Object.fromEntries(read) : undefined;
 }
 
 /** The flags of the field, none for all but 0; null where it has others than flags of the mesh, which it says. */

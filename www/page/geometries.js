@@ -3,7 +3,7 @@ import { byId, make } from './dom.js';
 import { removeGeometry } from './files.js';
 import { sizingFields } from './geometry_sizing.js';
 import { count, measure, readNumbers, times, writeNumbers } from './format.js';
-import { materialField } from './material.js';
+import { materialField, startBackground } from './material.js';
 import { sentence } from './messages.js';
 import { endText, placedBox } from './places.js';
 import { handle, moveByKey, startOrder } from './order.js';
@@ -23,6 +23,7 @@ const TRANSFORMS = [
 export function startGeometries() {
   let drawn = '';
   startOrder();
+  startBackground();
   on(['geometries', 'settings', 'colours'], (topic) => {
     const key = `${state.geometries.map(({ id }) => id)} ${state.revision} ${state.settings.unit}`;
     if (key !== drawn) byId('geometries').replaceChildren(...state.geometries.map(card));

@@ -45,6 +45,7 @@ export function currentJob() {
   Object.assign(job, measured(settings));
   if (settings.axis !== 'auto') job.axis = settings.axis;
   if (settings.unit) job.unit = settings.unit;
+  if (settings.background) job.background = { material: settings.background };
   return job;
 }
 

@@ -1,5 +1,6 @@
 /** What a geometry is made of, as text: `eps_r=2.2 sigma=0.01`, or `pec`. Only files for solvers need it. */
-import { make } from './dom.js';
+import { byId, make } from './dom.js';
+import { on, set, state } from './state.js';
 
 /**
  * @typedef {import('hexcast').Material} Material
@@ -33,26 +34,51 @@ export function writeMaterial(material) {
 
 /** @param {Geometry} geometry @param {(id: number, patch: Partial<Geometry>) => void} edit */
 export function materialField({ id, name, material }, edit) {
-  const field = make('input', {
-    type: 'text',
-    className: 'material',
-    value: writeMaterial(material),
-    placeholder: 'eps_r=2.2 sigma=0.01, or pec',
-    title: `${NUMBERS.join(', ')} and a number each, or pec: a perfect electric conductor`,
-    'aria-label': `Material of ${name}`,
-    spellcheck: 'false',
-    on: {
-      input: ({ target }) => {
-        const value = readMaterial(target.value);
-        target.setCustomValidity(value === undefined ? `such as eps_r=2.2 sigma=0.01; keys: ${NUMBERS.join(', ')}, pec` : '');
-        if (value !== undefined) edit(id, { material: value });
-      },
-    },
-  });
+  const { field } = fieldOf(`Material of ${name}`, material, (material) => edit(id, { material }));
   return make(
     'details',
     {},
     make('summary', {}, 'Material'),
     make('label', { className: 'field' }, 'Passed on to files for solvers, in SI units', field),
   );
+}
+
+/** The field of the background, which there is once. */
+export function startBackground() {
+  const { field, show } = fieldOf('Material of the background', null, (background) => set({ background }));
+  field.id = 'background';
+  byId('background-label').append(field);
+  on(['settings', 'geometries'], () => {
+    byId('background-of').hidden = state.geometries.length === 0;
+    if (field !== document.activeElement) show(state.settings.background);
+  });
+}
+
+/**
+ * A field for a material.
+ *
+ * @param {string} label @param {Material | null} material @param {(material: Material | null) => void} edit
+ */
+function fieldOf(label, material, edit) {
+  const field = make('input', {
+    type: 'text',
+    className: 'material',
+    value: writeMaterial(material),
+    placeholder: 'eps_r=2.2 sigma=0.01, or pec',
+    title: `${NUMBERS.join(', ')} and a number each, or pec: a perfect electric conductor`,
+    'aria-label': label,
+    spellcheck: 'false',
+    on: {
+      input: ({ target }) => {
+        const value = readMaterial(target.value);
+        target.setCustomValidity(value === undefined ? `such as eps_r=2.2 sigma=0.01; keys: ${NUMBERS.join(', ')}, pec` : '');
+        if (value !== undefined) edit(value);
+      },
+    },
+  });
+  const show = (/** @type {Material | null} */ material) => {
+    field.value = writeMaterial(material);
+    field.setCustomValidity('');
+  };
+  return { field, show };
 }

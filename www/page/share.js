@@ -105,6 +105,7 @@ export function hashOf() {
   for (const key of [...ofLines, ...keys]) {
     if (String(settings[key]) !== String(DEFAULTS[key])) query.set(key, writeNumbers(settings[key]));
   }
+  if (settings.background) query.set('background', writeMaterial(settings.background));
   const sample =
     geometries.length > 0 && geometries.every((geometry) => geometry.sample === geometries[0].sample) && geometries[0].sample;
   if (sample) query.set('sample', sample);
@@ -177,6 +178,7 @@ export function readHash() {
   const unit = query.get('unit') ?? DEFAULTS.unit;
   // such a unit is in every output
   patch.unit = /^[\p{L}\p{N}µ"']{0,16}$/u.test(unit) ? unit : DEFAULTS.unit;
+  patch.background = readMaterial(query.get('background') ?? '') ?? null;
   patch.fluid = flagsOf(query.get('fluid') ?? '') ?? DEFAULTS.fluid;
   expectLines(query.get('lines'));
   expected = query.getAll('g').map(readGeometry);
@@ -230,16 +232,19 @@ export function takeExpected(file) {
   return at < 0 ? {} : expected.splice(at, 1)[0].settings;
 }
 
+/** Keys and values as an argument has them. @param {object} settings */
+function pairs(settings) {
+  return Object.entries(settings).map(([key, value]) => `${key}=${Array.isArray(value) ? value.join('/') : value}`);
+}
+
 /** The native command that does this job. @param {ReturnType<typeof currentJob>} job */
 export function commandOf(job) {
   const words = ['hexcast', 'mesh'];
   for (const { source: _, file: name, material, ...settings } of job.geometries) {
     // else it would be an option
     const file = name.startsWith('-') ? `./${name}` : name;
-    const pairs = Object.entries({ ...settings, ...material }).map(
-      ([key, value]) => `${key}=${Array.isArray(value) ? value.join('/') : value}`,
-    );
-    words.push(quote(pairs.length > 0 ? `${file}:${pairs.join(',')}` : file));
+    const given = pairs({ ...settings, ...material });
+    words.push(quote(given.length > 0 ? `${file}:${given.join(',')}` : file));
   }
   const option = (/** @type {string} */ name, /** @type {unknown} */ value) => {
     if (value === true) words.push(`--${name}`);
@@ -250,6 +255,7 @@ export function commandOf(job) {
   if (job.padding && 'length' in job.padding) option('padding-length', job.padding.length);
   for (const key of /** @type {const} */ (['cells', 'dims', 'cell_size', 'max_cell_size', ...METHOD, 'unit']))
     option(key.replaceAll('_', '-'), job[key]);
+  option('background', job.background && pairs(job.background.material ?? {}).join(','));
   option('lines', job.lines && state.settings.lines?.file);
   option('graded', job.graded?.max_size);
   option('min-size', job.graded?.min_size);

@@ -47,6 +47,7 @@
  * @property {boolean} staggered whether the points of a staggered grid get flags
  * @property {'auto' | 'x' | 'y' | 'z'} axis
  * @property {string} unit
+ * @property {import('hexcast').Material | null} background what the background is made of
  * @property {import('hexcast').BackendChoice} backend
  */
 
@@ -126,6 +127,7 @@ export const DEFAULTS = Object.freeze({
   staggered: false,
   axis: 'auto',
   unit: '',
+  background: null,
   backend: 'auto',
 });
 

@@ -49,7 +49,7 @@ def save(
 def level_of(compress: Union[int, Literal["none"], None], target: Path) -> Optional[int]:
     """The zlib level; None for none."""
     if compress is None:
-        return DEFAULT_LEVEL if target.suffix.lower() in (".vti", ".hxc", ".zarr") else None
+        return DEFAULT_LEVEL if target.name.lower().endswith((".vti", ".hxc", ".zarr", ".zarr.zip")) else None
     if compress == "none":
         return None
     if not isinstance(compress, int) or not 1 <= compress <= 9:

@@ -169,9 +169,9 @@ class Mesh:
     ) -> None:
         """Writes a file with the bytes that the command ``hexcast`` writes. The flags are not expanded as a whole.
 
-        :param path: ends in ``.vti``, ``.vtr``, ``.npy``, ``.npz``, ``.raw`` (with a ``.raw.json`` beside it), ``.hxc`` or ``.zarr``, a folder. What has this
-            name is replaced when all is written.
-        :param compress: level of ``.vti``, ``.hxc`` and ``.zarr``, 1 (fast) to 9 (small), or ``"none"``; by default 6.
+        :param path: ends in ``.vti``, ``.vtr``, ``.npy``, ``.npz``, ``.raw`` (with a ``.raw.json`` beside it), ``.hxc``, ``.zarr``, a folder, or
+            ``.zarr.zip``, the files of that folder in an archive. What has this name is replaced when all is written.
+        :param compress: level of ``.vti``, ``.hxc``, ``.zarr`` and ``.zarr.zip``, 1 (fast) to 9 (small), or ``"none"``; by default 6.
         :param bits: eight cells a byte, for ``.raw`` and ``.npy`` of meshes with one flag.
         :raises hexcast.Error: ``job-value`` for another ending or level; ``job-conflict`` where format and options contradict each
             other; ``io``.

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use hexcast::job::{
-    AxisChoice, BackendChoice, ByteSize, Fill, GeometryJob, GradedJob, HaloEdge, Job, Open, Padding, PartJob, PerAxis,
-    Rule, RunJob, ZarrJob,
+    AxisChoice, BackendChoice, BackgroundJob, ByteSize, Fill, GeometryJob, GradedJob, HaloEdge, Job, Open, Padding,
+    PartJob, PerAxis, Rule, RunJob, ZarrJob,
 };
 use hexcast::{Error, Result};
 use serde::de::DeserializeOwned;
@@ -143,6 +143,9 @@ pub(crate) struct JobArguments {
     /// Unit of the files' lengths, repeated in every output, such as mm
     #[arg(long, value_name = "UNIT")]
     unit: Option<String>,
+    /// Name and material of the background, flag 0, for outputs that name it, such as name=air,eps_r=1.0006
+    #[arg(long, value_name = "KEY=VALUE,...", help_heading = "Output")]
+    background: Option<BackgroundJob>,
     /// Make every solid (part, node, item) of every file a geometry of its own
     #[arg(long)]
     split: bool,
@@ -226,6 +229,7 @@ impl JobArguments {
         job.axis = self.axis.unwrap_or(job.axis);
         job.max_memory = self.max_memory.or(job.max_memory);
         job.unit = self.unit.clone().or(job.unit);
+        job.background = self.background.clone().or(job.background);
         if self.split {
             job.geometries.iter_mut().for_each(|geometry| geometry.split = true);
         }

@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 
 use hexcast::control::Control;
 use hexcast::export::{ExportOptions, Exporter, Files, exact_size, export};
+use hexcast::job::Job;
 use hexcast::mesh::Mesh;
+use hexcast::pipeline::Prepared;
 use hexcast::{Error, Result};
 use indicatif::ProgressBar;
 use tempfile::TempDir;
@@ -56,6 +58,22 @@ impl ExportOutput {
         let places = names.iter().map(|name| whole.join(name));
         let places = places.map(|place| place.canonicalize().unwrap_or(place)).collect();
         Ok((places, ExportOutput { path: path.into(), exporter, options, folder, name, temporary, _lock: lock }))
+    }
+
+    /// Refuses what is known before the mesh is made: cells and flags that cannot be exported.
+    pub(crate) fn check(&self, job: &Job, prepared: &Prepared) -> Result<()> {
+        let mut flags: Vec<u8> = prepared.geometries.iter().map(|geometry| geometry.flag).chain([0]).collect();
+        match (job.close_gaps, job.gap_flag) {
+            (None, _) => {}
+            (_, Some(flag)) => flags.push(flag),
+            // one that no geometry has
+            _ => flags.extend(1..=u8::MAX),
+        }
+        flags.sort_unstable();
+        flags.dedup();
+        let refused = self.exporter.check_lines(&prepared.lines);
+        let refused = refused.and_then(|()| self.exporter.check_flags(&self.options, &flags));
+        refused.map_err(|error| error.at(self.path.display()))
     }
 
     /// Checks that the mesh can be exported, and says how many bytes that takes where it is known.

@@ -30,7 +30,7 @@ pub(crate) struct FormatArguments {
     #[arg(long, value_parser = choice::<Hash>(&["sha256"]))]
     pub(crate) hash: Option<Hash>,
     /// Order of the axes in .raw, .npy and .npz: zyx has x fastest, xyz has x slowest [default: zyx]
-    #[arg(long, value_name = "ORDER", value_parser = axis_order)]
+    #[arg(long, value_name = "ORDER", value_parser = choice::<AxisOrder>(&["zyx", "xyz"]))]
     axis_order: Option<AxisOrder>,
     /// Write other numbers for flags in .raw, .npy and .npz, such as 1=0,0=1; flags that are not named stay as they are
     #[arg(long, value_name = "FLAG=BYTE,...", value_parser = map)]
@@ -193,14 +193,6 @@ pub(super) fn exporter_of(path: &Path) -> Option<Exporter> {
 /// Formats whose cells can be in another order.
 fn has_own_bytes(format: Format) -> bool {
     matches!(format, Format::Raw | Format::Npy | Format::Npz)
-}
-
-fn axis_order(text: &str) -> std::result::Result<AxisOrder, String> {
-    match text {
-        "zyx" => Ok(AxisOrder::Zyx),
-        "xyz" => Ok(AxisOrder::Xyz),
-        _ => Err("zyx or xyz is needed".into()),
-    }
 }
 
 /// What is written for each flag.

@@ -4,12 +4,13 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use hexcast::control::Control;
-use hexcast::estimate::slab_bytes;
 use hexcast::job::{Job, LinksJob, RunJob, Stencil, ZarrJob};
 use hexcast::mesh::Mesh;
+use hexcast::pipeline::Prepared;
 use hexcast::report::MeshFacts;
 use hexcast::write::{
-    Compress, Format, LinksFormat, Options, write_fractions, write_links, write_solid, write_staggered, zarr,
+    Compress, Format, LinksFormat, Options, check_lines, write_fractions, write_links, write_solid, write_staggered,
+    zarr,
 };
 use hexcast::{Error, Result};
 
@@ -35,7 +36,7 @@ pub(crate) struct MeasuredArguments {
     /// Flags that --links calls fluid [default: 0, the background]
     #[arg(long, value_name = "FLAGS", requires = "links", value_delimiter = ',')]
     fluid: Option<Vec<u8>>,
-    /// Write the fraction that each flag has of the cells that surfaces cut to a file, .npz; .vti, .vtr, .npy and .zarr have the fraction of every cell
+    /// Write the fraction that each flag has of the cells that surfaces cut to a file, .npz; .vti, .vtr, .npy, .zarr and .zarr.zip have the fraction of every cell
     /// that is not background
     #[arg(long, value_name = "FILE")]
     fractions: Option<PathBuf>,
@@ -58,8 +59,7 @@ pub(crate) struct Measured {
     links: Option<(PendingFile, LinksFormat)>,
     fractions: Option<FractionsFile>,
     staggered: Option<PendingFile>,
-    compress: Compress,
-    slab_bytes: usize,
+    options: Options,
     written: Vec<OutputFile>,
 }
 
@@ -76,10 +76,14 @@ enum FractionsFile {
 /// The format of a file of fractions, by its name; [`Format::Npz`] is that of the fractions of each flag.
 fn fractions_format(path: &Path) -> Result<Format> {
     match Format::of_name(&path.to_string_lossy()) {
-        Ok(format @ (Format::Npz | Format::Npy | Format::Vti | Format::Vtr | Format::Zarr)) => Ok(format),
+        Ok(format) if !matches!(format, Format::Raw | Format::Columns) => Ok(format),
         _ => {
             let message = format!("{}: no format of fractions of cells has this ending", path.display());
-            Err(Error::new("job-value", message, "use .npz for those of each flag, or .vti, .vtr, .npy or .zarr"))
+            Err(Error::new(
+                "job-value",
+                message,
+                "use .npz for those of each flag, or .vti, .vtr, .npy, .zarr or .zarr.zip",
+            ))
         }
     }
 }
@@ -164,17 +168,22 @@ impl MeasuredArguments {
             links,
             fractions: fractions.transpose()?,
             staggered: staggered.transpose()?,
-            compress: formats.compression(),
-            slab_bytes: slab_bytes(max_bytes) as usize,
+            options: store,
             written: Vec::new(),
         })
     }
 }
 
 impl Measured {
+    /// Refuses what is known to be wrong with a file before the mesh is made.
+    pub(crate) fn check(&self, prepared: &Prepared) -> Result<()> {
+        let Some(FractionsFile::Dense(file, format)) = &self.fractions else { return Ok(()) };
+        check_lines(&prepared.lines, *format).map_err(|error| error.at(file.path.display()))
+    }
+
     /// Writes what was measured.
     pub(crate) fn write(&mut self, mesh: &Mesh, facts: &MeshFacts, control: &Control) -> Result<()> {
-        let compress = self.compress;
+        let compress = self.options.compress;
         if let Some(((file, format), links)) = self.links.as_ref().zip(facts.links.as_ref()) {
             self.written.push(put(file, |out| write_links(links, *format, compress, out))?);
         }
@@ -183,7 +192,7 @@ impl Measured {
                 FractionsFile::Sparse(file) => put(file, |out| write_fractions(fractions, compress, out))?,
                 FractionsFile::Dense(file, format) => {
                     let compress = if *format == Format::Npy { Compress::None } else { compress };
-                    let options = Options::default().with_compress(compress).with_slab_bytes(self.slab_bytes);
+                    let options = self.options.with_compress(compress);
                     put(file, |out| write_solid(mesh, fractions, (*format, &options), out, control))?
                 }
                 FractionsFile::Store(of_store) => {

@@ -7,7 +7,7 @@ use std::time::Instant;
 use hexcast::control::{CancelToken, Control};
 use hexcast::job::{Job, Names, RunJob};
 use hexcast::mesh::Mesh;
-use hexcast::pipeline::{self, Engine, MeshOptions, SpillTarget};
+use hexcast::pipeline::{self, Engine, MeshOptions, Prepared, SpillTarget};
 use hexcast::report::{CallerFacts, Report};
 use hexcast::sources::{Source, unit};
 use hexcast::write::zarr::Place;
@@ -40,6 +40,7 @@ Formats, by the name of the output:
     .raw  one byte a cell, x fastest; OUT.raw.json says what they mean
     .zarr Zarr v3, a folder or s3://BUCKET/NAME.zarr: flag (z, y, x) in shards, and the centres x, y, z; for
           zarr-python and xarray. With --part K/N only the shards of that part, in the store of the whole
+    .zarr.zip the files of such a store in one archive: a ZipStore of zarr-python
     .foam OpenFOAM: constant/polyMesh beside an empty file of that name; or give DIR/constant/polyMesh
     .inp  Abaqus and CalculiX: bricks, sets, surfaces
     .msh  Gmsh 4.1: hexahedra
@@ -190,7 +191,11 @@ fn mesh_and_write(
         .with_doubt_mask(arguments.doubt.is_some())
         .with_program_bytes(program_bytes)
         .with_max_device_bytes(arguments.job.max_device_memory.map(|size| size.0));
-    let meshed = pollster::block_on(pipeline::mesh(job, sources, &options, &mut engine, &control));
+    let check = |prepared: &Prepared| {
+        measured.check(prepared)?;
+        outputs.check(job, prepared)
+    };
+    let meshed = pollster::block_on(pipeline::mesh_if(job, sources, (&options, &check), &mut engine, &control));
     bar.finish_and_clear();
     let (mesh, facts) = meshed?;
     // there is no next mesh

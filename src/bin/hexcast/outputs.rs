@@ -8,10 +8,12 @@ use hexcast::Result;
 use hexcast::control::Control;
 use hexcast::estimate::slab_bytes;
 use hexcast::export::Exporter;
-use hexcast::job::ZarrJob;
+use hexcast::job::{Job, ZarrJob};
 use hexcast::mesh::Mesh;
+use hexcast::pipeline::Prepared;
+use hexcast::shards::Shards;
 use hexcast::write::zarr::Place;
-use hexcast::write::{Format, Options, exact_size, sidecar_json, write};
+use hexcast::write::{Format, Options, check_lines, exact_size, sidecar_json, write};
 
 use super::counted::Counted;
 use super::disk::{Planned, check_room};
@@ -123,12 +125,27 @@ impl Outputs {
             } else {
                 None
             };
-            let options = arguments.options(format, max_bytes);
+            let options = arguments.options(format, max_bytes).with_zarr(targets.zarr);
             meshes.push(MeshFile { format, options, file, sidecar, is_doubt: index == n_flags });
         }
         let report = targets.report.map(open).transpose()?;
         let slab_bytes = slab_bytes(max_bytes) as usize;
         Ok(Outputs { meshes, stores, exports, report, written: Vec::new(), slab_bytes, flags_sha256: None })
+    }
+
+    /// Refuses what is known to be wrong with an output before the mesh is made.
+    pub(crate) fn check(&self, job: &Job, prepared: &Prepared) -> Result<()> {
+        for output in &self.meshes {
+            check_lines(&prepared.lines, output.format).map_err(|error| error.at(output.file.path.display()))?;
+            if output.format == Format::ZarrZip {
+                Shards::new(prepared.lines.dims(), &output.options.zarr)?;
+            }
+        }
+        for (_, options) in &self.stores {
+            let lines = if job.part.is_some() { &prepared.whole } else { &prepared.lines };
+            Shards::new(lines.dims(), &options.zarr)?;
+        }
+        self.exports.iter().try_for_each(|export| export.check(job, prepared))
     }
 
     /// Whether a `.raw` of one byte a cell will be written, whose hash is that of the flags.

@@ -8,8 +8,7 @@ use std::borrow::Cow;
 use std::io::Read;
 use std::sync::Arc;
 
-use flate2::Compression;
-use flate2::read::{GzDecoder, GzEncoder};
+use flate2::read::GzDecoder;
 use zarrs::array::{
     ArrayBytesRaw, BytesRepresentation, BytesToBytesCodecTraits, CodecError, CodecMetadataOptions, CodecOptions,
     CodecTraits, RecommendedConcurrency,
@@ -17,6 +16,8 @@ use zarrs::array::{
 use zarrs::metadata::Configuration;
 use zarrs::plugin::{ExtensionName, ZarrVersion};
 use zarrs_codec::{PartialDecoderCapability, PartialEncoderCapability};
+
+use crate::write::store::gzip;
 
 /// gzip at a level, 1 to 9.
 #[derive(Debug, Clone, Copy)]
@@ -64,9 +65,7 @@ impl BytesToBytesCodecTraits for Gzip {
     }
 
     fn encode<'a>(&self, decoded: ArrayBytesRaw<'a>, _: &CodecOptions) -> Result<ArrayBytesRaw<'a>, CodecError> {
-        let mut out = Vec::with_capacity(decoded.len() / 64);
-        GzEncoder::new(&*decoded, Compression::new(self.0.into())).read_to_end(&mut out)?;
-        Ok(Cow::Owned(out))
+        gzip(self.0, &decoded).map(Cow::Owned).map_err(|error| CodecError::Other(error.to_string()))
     }
 
     fn decode<'a>(

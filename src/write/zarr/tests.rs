@@ -1,3 +1,8 @@
+use std::io::{Cursor, Read};
+use std::sync::Arc;
+
+use serde_json::json;
+use zarrs::array::{Array, ArrayMetadataOptions, CodecOptions};
 use zarrs::storage::store::MemoryStore;
 use zarrs::storage::{ListableStorageTraits, ReadableStorageTraits, ReadableWritableListableStorage, StoreKey};
 
@@ -6,6 +11,8 @@ use crate::columns::{Band, Columns, run};
 use crate::job::{ByteSize, ZarrJob};
 use crate::mesh::tests::{pattern, pattern_flags};
 use crate::rays::Rays;
+use crate::shards::Shards;
+use crate::write::{Compress, Format};
 
 fn options(compress: Compress, shard_bytes: u64) -> Options {
     let zarr = ZarrJob { shard_bytes: Some(ByteSize(shard_bytes)), ..ZarrJob::default() };
@@ -45,6 +52,54 @@ fn flags_centres_and_attributes_read_back() {
                 assert_eq!((x.len(), x[0]), (70, -1.5 + 0.25));
             }
         }
+    }
+}
+
+#[test]
+fn shards_and_metadata_are_those_that_zarrs_writes() {
+    for (axis, dims) in [(0, [70, 9, 67]), (1, [33, 64, 20]), (2, [5, 6, 7])] {
+        let mesh = pattern(axis, dims, 3);
+        for (compress, shard_bytes) in [(Compress::None, 5_000), (Compress::Zlib(6), 1), (Compress::Zlib(6), 1 << 20)] {
+            let (store, _) = written(&mesh, compress, shard_bytes);
+            let get = |key: &str| store.get(&StoreKey::new(key).unwrap()).unwrap().expect("a value");
+            // registers the codec
+            let keys: Vec<String> = Stored::new(&get(Stored::METADATA)).unwrap().keys().collect();
+            let array = Array::open(store.clone(), "/flag").unwrap();
+            let theirs: ReadableWritableListableStorage = Arc::new(MemoryStore::new());
+            let again = Array::new_with_metadata(theirs.clone(), "/flag", array.metadata().clone()).unwrap();
+            let mut options = ArrayMetadataOptions::default();
+            options.set_include_zarrs_metadata(false);
+            again.store_metadata_opt(&options).unwrap();
+            let serial = CodecOptions::default().with_concurrent_target(1).with_store_empty_chunks(true);
+            for key in &keys {
+                let index: Vec<u64> = key[Stored::SHARDS.len()..].split('/').map(|n| n.parse().unwrap()).collect();
+                let numbers: Vec<u8> = array.retrieve_chunk(&index).unwrap();
+                again.store_chunk_opt(&index, numbers, &serial).unwrap();
+            }
+            for key in keys.iter().map(String::as_str).chain([Stored::METADATA]) {
+                let expected = theirs.get(&StoreKey::new(key).unwrap()).unwrap().expect("a value");
+                assert!(get(key) == expected, "{key} of {dims:?}, {compress:?}, {shard_bytes}");
+            }
+        }
+    }
+}
+
+#[test]
+fn an_archive_has_the_files_of_the_store_as_they_are() {
+    let mesh = pattern(2, [70, 9, 67], 3);
+    let (store, _) = written(&mesh, Compress::Zlib(6), 5_000);
+    let mut bytes = Vec::new();
+    let options = options(Compress::Zlib(6), 5_000);
+    crate::write::write(&mesh, Format::ZarrZip, &options, &mut bytes, &Control::default()).unwrap();
+    let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).unwrap();
+    let keys = store.list().unwrap();
+    assert!(keys.len() > 10 && archive.len() == keys.len());
+    for key in keys {
+        let mut entry = archive.by_name(key.as_str()).unwrap();
+        assert_eq!(entry.compression(), zip::CompressionMethod::Stored);
+        let mut found = Vec::new();
+        entry.read_to_end(&mut found).unwrap();
+        assert!(found == store.get(&key).unwrap().expect("a value"), "{key}");
     }
 }
 

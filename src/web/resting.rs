@@ -1,0 +1,58 @@
+//! Work that writes a file from its first byte to its last, and rests from time to time. It goes on when what it has written is taken: so the
+//! reader sets the pace, and memory holds what became of a slab.
+
+use std::future::{Future, poll_fn};
+use std::mem::take;
+use std::pin::Pin;
+use std::task::{Context, Poll, Waker};
+
+use crate::control::Control;
+use crate::error::Result;
+use crate::write::archive::Buffer;
+
+/// A file while it is made.
+pub(super) struct Resting {
+    /// None at the end.
+    work: Option<Pin<Box<dyn Future<Output = Result<()>>>>>,
+    made: Buffer,
+    /// Rests that it had, and those of its first pass over all cells.
+    n_rests: [usize; 2],
+}
+
+impl Resting {
+    /// Work that writes to the buffer and rests by the control that it is given.
+    pub(super) fn new<F: Future<Output = Result<()>> + 'static>(
+        n_rests: usize,
+        work: impl FnOnce(Buffer, Control) -> F,
+    ) -> Resting {
+        let made = Buffer::default();
+        let control = Control::default().pausing(|| Box::pin(once()));
+        Resting { work: Some(Box::pin(work(made.clone(), control))), made, n_rests: [0, n_rests] }
+    }
+
+    /// The bytes up to the next rest, possibly none; None at the end.
+    ///
+    /// # Errors
+    /// Those of the work.
+    pub(super) fn step(&mut self) -> Result<Option<Vec<u8>>> {
+        let Some(work) = &mut self.work else { return Ok(None) };
+        self.n_rests[0] += 1;
+        if let Poll::Ready(done) = work.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
+            self.work = None;
+            done?;
+        }
+        Ok(Some(self.made.take()))
+    }
+
+    /// Share of the first pass over all cells, 0 to 1: what is written first may need all of it.
+    pub(super) fn share(&self) -> f64 {
+        let [done, all] = self.n_rests;
+        (done as f64 / all as f64).min(1.0)
+    }
+}
+
+/// Waits until it is asked a second time.
+async fn once() {
+    let mut is_first = true;
+    poll_fn(|_| if take(&mut is_first) { Poll::Pending } else { Poll::Ready(()) }).await;
+}

@@ -1,0 +1,76 @@
+//! The options of a file, as JavaScript gives them.
+
+use serde::Deserialize;
+
+use crate::error::{Error, Result};
+use crate::export::Exporter;
+use crate::write::{AxisOrder, Compress, Options};
+
+/// Options as `www/formats.js` writes them.
+#[derive(Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct WriteOptions {
+    /// A zlib level, 0 for none.
+    compress: u8,
+    pub(super) bits: bool,
+    pub(super) ascii: bool,
+    pub(super) export_flags: Option<Vec<u8>>,
+    axis_order: AxisOrder,
+    /// A byte for each flag.
+    map: Option<Vec<u8>>,
+}
+
+impl WriteOptions {
+    /// Reads them from JSON.
+    ///
+    /// # Errors
+    /// `job-value`, which nobody meets: JavaScript checks them first.
+    pub(super) fn read(text: &str) -> Result<WriteOptions> {
+        serde_json::from_str(text).map_err(|error| Error::new("job-value", format!("options: {error}"), ""))
+    }
+
+    pub(super) fn compress(&self) -> Compress {
+        if self.compress == 0 { Compress::None } else { Compress::Zlib(self.compress) }
+    }
+
+    /// What the writer of a mesh is given, with slabs of so many bytes.
+    pub(super) fn of_mesh(&self, slab_bytes: usize) -> Options {
+        let options = Options { compress: self.compress(), bits: self.bits, slab_bytes, ..Options::default() };
+        Options { axis_order: self.axis_order, map: self.map.as_deref().and_then(|map| map.try_into().ok()), ..options }
+    }
+
+    /// Refuses options that a format would silently ignore. Formats of the mesh look at compression and bits themselves.
+    pub(super) fn check(&self, format: &str, exporter: Option<Exporter>) -> Result<()> {
+        let is = |fits: fn(Exporter) -> bool| exporter.is_some_and(fits);
+        // several files come as an archive, which is compressed
+        let compresses = |exporter: Exporter| exporter.compresses() || exporter == Exporter::Foam;
+        let is_array = matches!(format, "raw" | "npy" | "npz");
+        // what is measured has one form
+        let is_of_mesh = exporter.is_none() && !format.contains('.') && format != "links";
+        let packs = if format == "links" { "links.npz" } else { "nrrd or foam" };
+        let one_order = ("has one order of cells, and their flags", "raw, npy or npz");
+        let known = [
+            (
+                (exporter.is_none() && format != "links") || is(compresses),
+                self.compress > 0,
+                "compress",
+                ("cannot be compressed", packs),
+            ),
+            (is_of_mesh, self.bits, "bits", ("has no bit-packed variant", "raw or npy")),
+            (is(Exporter::has_ascii), self.ascii, "ascii", ("has no form in text besides a binary one", "foam or msh")),
+            (
+                is(Exporter::has_flags),
+                self.export_flags.is_some(),
+                "exportFlags",
+                ("does not hold the cells of some flags only", "foam, inp, msh, csx.xml, geometry.xml, vox or binvox"),
+            ),
+            (is_array, self.axis_order != AxisOrder::Zyx, "axisOrder", one_order),
+            (is_array, self.map.is_some(), "map", one_order),
+        ];
+        let wrong = known.iter().find(|(fits, is_given, ..)| *is_given && !fits);
+        wrong.map_or(Ok(()), |(_, _, option, (why, others))| {
+            let message = format!("{option} is given, and .{format} {why}");
+            Err(Error::new("job-conflict", message, format!("leave it out, or write {others}")))
+        })
+    }
+}
