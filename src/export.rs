@@ -30,6 +30,8 @@ mod gprmax;
 mod hdf5;
 mod layers;
 mod limits;
+#[cfg(not(target_arch = "wasm32"))]
+mod links;
 mod names;
 mod nrrd;
 mod openmc;
@@ -42,6 +44,8 @@ mod xdmf;
 mod xml;
 
 use limits::{cubes, equal_cells};
+#[cfg(not(target_arch = "wasm32"))]
+pub use links::write_links_hdf5;
 pub use options::ExportOptions;
 use output::Export;
 pub use output::Files;

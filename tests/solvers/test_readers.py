@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 
+import h5py
 import meshio
 import nrrd
 import numpy as np
@@ -74,3 +75,22 @@ def test_arrays_with_x_slowest_and_other_numbers(model: Model) -> None:
     assert {flag["flag"]: flag.get("material") for flag in sidecar["flags"]} == {1: None, 2: {"density": 8000, "E": 2e11, "nu": 0.3}, 9: None}
     for wrong in (["m.vti", "--axis-order", "xyz"], ["b.raw", "--map", "1=256"], ["b.raw", "--map", "1=2,1=3"]):
         hexcast("convert", "m.hxc", *wrong, cwd=model.folder, ok=False)
+
+
+@pytest.mark.parametrize("compress", ["none", "6"])
+def test_links_as_hdf5(model: Model, compress: str) -> None:
+    """h5py finds the arrays of the archive; of a mesh without links, too."""
+    fluids = {"0": 1, "200": 0}
+    for fluid, least in fluids.items():
+        options = [*model.options, "-q", "--stencil", "D3Q7", "--fluid", fluid, f"--compress={compress}"]
+        mesh = ["mesh", "base.stl", "block.stl", "bar.stl", *options]
+        hexcast(*mesh, "--links", "l.npz", cwd=model.folder)
+        hexcast(*mesh, "--links", "l.h5", cwd=model.folder)
+        expected = np.load(model.folder / "l.npz")
+        assert len(expected["q"]) >= least
+        with h5py.File(model.folder / "l.h5") as file:
+            assert sorted(file) == sorted(expected.files)
+            for name in expected.files:
+                found = file[name]
+                assert found.dtype == expected[name].dtype and found.shape == expected[name].shape, name
+                assert (found[:] == expected[name]).all(), name

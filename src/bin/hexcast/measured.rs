@@ -4,7 +4,9 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use hexcast::control::Control;
+use hexcast::export::write_links_hdf5;
 use hexcast::job::{Job, LinksJob, RunJob, Stencil, ZarrJob};
+use hexcast::links::Links;
 use hexcast::mesh::Mesh;
 use hexcast::pipeline::Prepared;
 use hexcast::report::MeshFacts;
@@ -26,7 +28,7 @@ use super::zarr_folder::ZarrFolder;
 #[derive(clap::Args)]
 #[command(next_help_heading = "Output")]
 pub(crate) struct MeasuredArguments {
-    /// Write the links from cells of the fluid to surfaces to a file, .npz or .links: the fraction of each up to the wall, its facet and geometry
+    /// Write the links from cells of the fluid to surfaces to a file, .npz, .h5 or .links: the fraction of each up to the wall, its facet and geometry
     #[arg(long, value_name = "FILE")]
     links: Option<PathBuf>,
     /// Directions of --links: faces, also corners, also edges, or all [default: D3Q19]
@@ -56,11 +58,32 @@ pub(crate) struct MeasuredArguments {
 
 /// Files for what is measured, opened before the long work starts; none is left where this is dropped before [`Measured::finish`].
 pub(crate) struct Measured {
-    links: Option<(PendingFile, LinksFormat)>,
+    links: Option<(PendingFile, Option<LinksFormat>)>,
     fractions: Option<FractionsFile>,
     staggered: Option<PendingFile>,
     options: Options,
     written: Vec<OutputFile>,
+}
+
+/// The format of a file of links, by its name; None is HDF5.
+fn links_format(path: &Path) -> Result<Option<LinksFormat>> {
+    let is_hdf5 = path.extension().is_some_and(|of| of.eq_ignore_ascii_case("h5") || of.eq_ignore_ascii_case("hdf5"));
+    if is_hdf5 {
+        return Ok(None);
+    }
+    LinksFormat::of_name(&path.to_string_lossy()).map(Some)
+}
+
+/// Writes links; without a format as HDF5, at the place of the file.
+fn put_links(file: &PendingFile, format: Option<LinksFormat>, links: &Links, compress: Compress) -> Result<OutputFile> {
+    let Some(format) = format else {
+        let failed = |error: Error| error.at(file.path.display());
+        write_links_hdf5(links, file.temporary.path(), compress).map_err(failed)?;
+        let metadata = std::fs::metadata(file.temporary.path());
+        let n_bytes = metadata.map_err(|error| failed(Error::io("reading its size", error)))?.len();
+        return Ok(OutputFile { path: file.path.clone(), n_bytes });
+    };
+    put(file, |out| write_links(links, format, compress, out))
 }
 
 /// Where fractions go.
@@ -141,9 +164,9 @@ impl MeasuredArguments {
 
     /// Whether a file is written that can be compressed.
     pub(crate) fn has_archive(&self) -> bool {
-        let of_links = self.links.as_ref().map(|path| LinksFormat::of_name(&path.to_string_lossy()));
+        let of_links = self.links.as_deref().map(links_format);
         let has_fractions = self.fractions.as_deref().is_some_and(|path| fractions_format(path) != Ok(Format::Npy));
-        self.staggered.is_some() || has_fractions || matches!(of_links, Some(Ok(LinksFormat::Npz)))
+        self.staggered.is_some() || has_fractions || matches!(of_links, Some(Ok(None | Some(LinksFormat::Npz))))
     }
 
     /// Opens the files, whose places must not be taken.
@@ -153,7 +176,6 @@ impl MeasuredArguments {
         formats: &FormatArguments,
         (zarr, max_bytes): (ZarrJob, u64),
     ) -> Result<Measured> {
-        let links_format = |path: &Path| LinksFormat::of_name(&path.to_string_lossy());
         let links = self.links.as_ref().map(|path| Ok((taken.open(path)?, links_format(path)?))).transpose()?;
         let store = formats.zarr_options(max_bytes).with_zarr(zarr);
         let fractions = self.fractions.as_ref().map(|path| FractionsFile::open(path, taken, store));
@@ -185,7 +207,7 @@ impl Measured {
     pub(crate) fn write(&mut self, mesh: &Mesh, facts: &MeshFacts, control: &Control) -> Result<()> {
         let compress = self.options.compress;
         if let Some(((file, format), links)) = self.links.as_ref().zip(facts.links.as_ref()) {
-            self.written.push(put(file, |out| write_links(links, *format, compress, out))?);
+            self.written.push(put_links(file, *format, links, compress)?);
         }
         if let Some((file, fractions)) = self.fractions.as_mut().zip(facts.fractions.as_ref()) {
             self.written.push(match file {
