@@ -88,7 +88,7 @@ pub async fn mesh(
 pub async fn mesh_if(
     job: &Job,
     sources: Vec<Source>,
-    (options, check): (&MeshOptions, &dyn Fn(&Prepared) -> Result<()>),
+    (options, check): (&MeshOptions, &(dyn Fn(&Prepared) -> Result<()> + Sync)),
     engine: &mut Engine,
     control: &Control,
 ) -> Result<(Mesh, MeshFacts)> {

@@ -40,7 +40,8 @@ pub use sidecar::sidecar_json;
 pub(crate) use sink::Sink;
 pub use solid::write_solid;
 pub use staggered::write_staggered;
-use store::{OfCells, Place, Store};
+pub use store::Place;
+use store::{OfCells, Store};
 pub use vtp::leak_vtp;
 
 /// Writes a mesh in file order, slab by slab; never seeks. Flushes at the end.

@@ -157,6 +157,7 @@ impl<'a> Store<'a> {
     }
 
     /// Bytes of the numbers of a row of chunks: what is held at once.
+    #[cfg(target_arch = "wasm32")]
     pub(crate) fn row_bytes(&self) -> u64 {
         let ([sx, ..], [_, cy, cz]) = (self.shapes.shard.map(u64::from), self.shapes.chunk.map(u64::from));
         sx.saturating_mul(cy).saturating_mul(cz).saturating_mul(self.cells.numbers.2 as u64)

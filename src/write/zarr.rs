@@ -18,10 +18,10 @@ use crate::flags::n_cells;
 use crate::fractions::Fractions;
 use crate::mesh::Mesh;
 use crate::parallel::*;
+pub use crate::write::Place;
 
 use super::Options;
 use super::solid::cells_of_store;
-pub use super::store::Place;
 use super::store::{OfCells, Store};
 pub use check::Stored;
 pub use gzip::Gzip;

@@ -254,6 +254,10 @@ test('files of what was not measured, and shapes that a store cannot have, are r
     ['fractions.npy', { axisOrder: 'xyz' }, 'job-conflict', /^axisOrder is given, and \.fractions\.npy/],
     ['zarr', {}, 'job-value', /^zarr: shards of 3 cells along x are not some chunks of 2$/],
   ]);
+  // wasm has no room for a chunk as large
+  check({ ...board, cells: undefined, dims: [900, 900, 900], zarr: { chunks: [900, 900, 900] } }, [
+    ['zarr', {}, 'memory', /^zarr: a row of chunks has 729000000 bytes, and at most 536870912 are held here$/],
+  ]);
   check({ ...MEASURED['bodies on generated lines'].job, links: undefined }, [
     ['fractions.vti', {}, 'lines-graded', /^cells differ in size, and \.vti holds equal ones only$/],
     ['links.npz', {}, 'job-conflict', /^the mesh has no links$/],

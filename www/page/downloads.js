@@ -49,7 +49,7 @@ const FILES = [
   ...['vti', 'vtr', 'npy', 'zarr'].map((ending) => {
     const format = /** @type {import('hexcast').Format} */ (`fractions.${ending}`);
     const [extension, options] = [ending === 'zarr' ? 'zarr.zip' : ending, ending === 'npy' ? {} : { compress: 6 }];
-    return file(`solid-${ending}`, `solid.${extension}`, 'Solid fraction', 'of every cell, what is not background', {
+    return file(`solid-${ending}`, `solid.${extension}`, 'Solid fraction', 'of every cell', {
       format,
       options,
     });
