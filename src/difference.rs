@@ -2,7 +2,7 @@
 //!
 //! Two meshes -> [`Difference`], the cells of each pair of flags and a mask of all of them. Runs are compared ray by ray where both
 //! meshes have their rays along the same axis; else the other's cells are expanded, some rays of the first at a time.
-//! Cost: O(runs), or O(cells) where the axes differ; the mask, and flags of 2^26 cells a thread, in wasm of 2^22.
+//! Cost: O(runs), or O(cells) where the axes differ; the mask, and flags of 2^26 cells a thread, in wasm of 2^19.
 //!
 //! ```
 //! # use hexcast::{Control, GeometryJob, Job, Mesher, MesherOptions, Source, job::BackendChoice, pipeline::MeshOptions};
@@ -37,8 +37,9 @@ use crate::parallel::*;
 use crate::rays::Rays;
 use crate::sort::sort_by_key;
 
-/// Cells that are compared by a thread at a time; in wasm, whose one thread rests then, in some hundredths of a second.
-const CELLS: u32 = if cfg!(target_arch = "wasm32") { 1 << 22 } else { 1 << 26 };
+/// Cells that are compared by a thread at a time: where both have their rays along one axis, and where the other's cells are expanded. The
+/// one thread of wasm rests in between, after some hundredths of a second.
+const CELLS: [u32; 2] = if cfg!(target_arch = "wasm32") { [1 << 22, 1 << 19] } else { [1 << 26; 2] };
 
 /// What differs between two meshes; as JSON all but the mask.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -102,7 +103,8 @@ pub(crate) async fn difference_with_rests(
         return Err(Error::new("job-conflict", message, "compare meshes of the same box and cells"));
     }
     let rays = one.columns.rays;
-    let step = u64::from((CELLS / rays.depth).max(1));
+    let is_expanded = rays.axis != other.columns.rays.axis;
+    let step = u64::from((CELLS[usize::from(is_expanded)] / rays.depth).max(1));
     let blocks: Vec<u64> = (0..rays.n_rays()).step_by(step as usize).collect();
     let mut builder = ColumnsBuilder::new(rays, max_bytes, None);
     let mut pairs = Pairs::new();

@@ -28,6 +28,7 @@ mod canvas;
 mod look;
 mod place;
 mod png;
+mod scene;
 mod slices;
 mod view;
 

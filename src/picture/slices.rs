@@ -120,7 +120,13 @@ impl Panel {
     }
 
     /// Draws the cells below a corner.
-    fn draw(&self, picture: &mut Picture, [left, top]: [u32; 2], flags: &[u8], slices: &Slices) {
+    async fn draw(
+        &self,
+        (picture, [left, top]): (&mut Picture, [u32; 2]),
+        flags: &[u8],
+        slices: &Slices,
+        control: &Control,
+    ) -> Result<()> {
         let colours = slices.look.colours();
         let lines: [Vec<bool>; 2] = [0, 1].map(|side| {
             let cells = &self.cells[side];
@@ -128,7 +134,11 @@ impl Panel {
             let is_wide = slices.has_lines && f64::from(self.size[side]) / f64::from(n) >= WIDE;
             (0..cells.len()).map(|pixel| is_wide && pixel > 0 && cells[pixel] != cells[pixel - 1]).collect()
         });
-        for (row, flags) in flags.chunks(self.size[0] as usize).enumerate() {
+        let width = self.size[0] as usize;
+        for (row, flags) in flags.chunks(width).enumerate() {
+            if row % (AT_ONCE / width).max(1) == 0 {
+                control.rest().await?;
+            }
             for (column, &flag) in flags.iter().enumerate() {
                 let darker = |channel: u8| (u32::from(channel) * 3 / 4) as u8;
                 let is_line = lines[0][column] || lines[1][row];
@@ -137,6 +147,7 @@ impl Panel {
                 picture.set(left + column as u32, top + row as u32, rgb);
             }
         }
+        Ok(())
     }
 
     /// What is written above and below it.
@@ -205,12 +216,12 @@ pub(crate) async fn slices_with_rests(mesh: &Mesh, slices: &Slices, control: &Co
             let [above, right, up] = panel.texts(mesh);
             let own = panel.size[0].max(LEAST);
             picture.text([left, top], &above, own);
-            panel.draw(&mut picture, [left, top + LINE], of_panel.next().map_or(&[], Vec::as_slice), slices);
+            let flags = of_panel.next().map_or(&[][..], Vec::as_slice);
+            panel.draw((&mut picture, [left, top + LINE]), flags, slices, control).await?;
             let below = top + LINE + panel.size[1] + 3;
             picture.text([left, below], &right, own);
             picture.text([left, below + LINE], &up, own);
             left += own + MARGIN;
-            control.rest().await?;
         }
         top += height(row);
     }
