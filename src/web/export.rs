@@ -1,14 +1,10 @@
 //! Files of exporters for JavaScript. An exporter writes from its first byte to its last; it rests before every slab, and goes on when what
 //! it has written is taken. So the reader sets the pace, and memory holds what became of a slab.
 
-use std::future::{Future, poll_fn};
 use std::io::Write;
-use std::mem::take;
-use std::pin::Pin;
 use std::rc::Rc;
-use std::task::{Context, Poll, Waker};
 
-use crate::control::Control;
+use super::work::Work;
 use crate::error::{Error, Result};
 use crate::export::{ExportOptions, Exporter, Files, export_with_rests};
 use crate::mesh::Mesh;
@@ -51,7 +47,7 @@ pub(super) fn check_options(format: &str, exporter: Option<Exporter>, given: [bo
 /// An exporter at work.
 pub(super) struct ExportWork {
     /// None at the end.
-    work: Option<Pin<Box<dyn Future<Output = Result<()>>>>>,
+    work: Option<Work<()>>,
     made: Buffer,
     /// Slabs that were looked at, and all of them.
     n_slabs: [usize; 2],
@@ -66,15 +62,14 @@ impl ExportWork {
         let made = Buffer::default();
         let n_slabs = [0, mesh.slabs(SLAB_BYTES).count()];
         let mut out = made.clone();
-        let work = async move {
+        let work = Work::new(move |control| async move {
             let archive = (exporter == Exporter::Foam).then(|| Archive::new(options.compress, out.clone()));
             let mut files = WebFiles { made: out.clone(), archive };
-            let control = Control::default().pausing(|| Box::pin(once()));
             export_with_rests(&mesh, (exporter, "mesh.foam"), &options, &mut files, &control).await?;
             let end = files.archive.map_or(Ok(Vec::new()), Archive::finish)?;
             out.write_all(&end).map_err(|error| Error::io("writing the mesh", error))
-        };
-        Ok(ExportWork { work: Some(Box::pin(work)), made, n_slabs })
+        });
+        Ok(ExportWork { work: Some(work), made, n_slabs })
     }
 
     /// The bytes of the next slab, possibly none; None at the end.
@@ -84,10 +79,11 @@ impl ExportWork {
     pub(super) fn step(&mut self) -> Result<Option<Vec<u8>>> {
         let Some(work) = &mut self.work else { return Ok(None) };
         self.n_slabs[0] += 1;
-        if let Poll::Ready(done) = work.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
+        let step = work.step();
+        if step != Ok(true) {
             self.work = None;
-            done?;
         }
+        step?;
         Ok(Some(self.made.take()))
     }
 
@@ -112,12 +108,6 @@ fn check_plane(mesh: &Mesh, exporter: Exporter) -> Result<()> {
         return Err(Error::new("memory", message, "save the mesh as .hxc, and convert it natively: hexcast convert"));
     }
     Ok(())
-}
-
-/// Waits until it is asked a second time.
-async fn once() {
-    let mut is_first = true;
-    poll_fn(|_| if take(&mut is_first) { Poll::Pending } else { Poll::Ready(()) }).await;
 }
 
 /// The files of an exporter, as they are or in an archive.
