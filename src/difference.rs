@@ -2,34 +2,59 @@
 //!
 //! Two meshes -> [`Difference`], the cells of each pair of flags and a mask of all of them. Runs are compared ray by ray where both
 //! meshes have their rays along the same axis; else the other's cells are expanded, some rays of the first at a time.
-//! Cost: O(runs), or O(cells) where the axes differ; the mask, and flags of 2^26 cells a thread.
+//! Cost: O(runs), or O(cells) where the axes differ; the mask, and flags of 2^26 cells a thread, in wasm of 2^19.
+//!
+//! ```
+//! # use hexcast::{Control, GeometryJob, Job, Mesher, MesherOptions, Source, job::BackendChoice, pipeline::MeshOptions};
+//! use hexcast::difference::difference;
+//!
+//! # let [o, x, y, z] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+//! # let source = Source::from_facets("body", vec![[o, y, x], [o, x, z], [o, z, y], [x, y, z]])?;
+//! # let mut mesher = Mesher::new(MesherOptions::default().with_backend(BackendChoice::Cpu))?;
+//! # let mut mesh_of = |flag| {
+//! #     let job = Job::new(vec![GeometryJob::new("body").with_flag(flag)]).with_cells(20);
+//! #     mesher.mesh_sources(&job, vec![source.clone()], &MeshOptions::default(), &Control::default())
+//! # };
+//! # let ((before, _), (after, _)) = (mesh_of(1)?, mesh_of(3)?);
+//! let found = difference(&before, &after, u64::MAX, &Control::default())?;
+//! assert!(found.cells > 1000);
+//! // all of them had flag 1, and have flag 3
+//! assert_eq!((found.pairs.len(), found.pairs[0].one, found.pairs[0].other), (1, 1, 3));
+//! assert_eq!(found.mask.flag(found.pairs[0].first)?, 1);
+//! # Ok::<(), hexcast::Error>(())
+//! ```
 
-use std::collections::BTreeMap;
+use std::cmp::Reverse;
 
 use serde::Serialize;
 
 use crate::columns::{Band, Columns, ColumnsBuilder, Named, run, run_cell, run_flag};
-use crate::control::Control;
+use crate::control::{Control, at_once};
 use crate::error::{Error, Result};
 use crate::flags::flags_of_box;
 use crate::mesh::Mesh;
 use crate::parallel::*;
 use crate::rays::Rays;
+use crate::sort::sort_by_key;
 
-/// Cells that are compared by a thread at a time.
-const CELLS: u32 = 1 << 26;
+/// Cells that are compared by a thread at a time: where both have their rays along one axis, and where the other's cells are expanded. The
+/// one thread of wasm rests in between, after some hundredths of a second.
+const CELLS: [u32; 2] = if cfg!(target_arch = "wasm32") { [1 << 22, 1 << 19] } else { [1 << 26; 2] };
 
-/// What differs between two meshes.
-#[derive(Debug, Clone, PartialEq)]
+/// What differs between two meshes; as JSON all but the mask.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Difference {
     /// Number of cells that differ.
     pub cells: u64,
-    /// The pairs of flags, most cells first; of equal ones ascending.
-    pub pairs: Vec<FlagPair>,
+    /// Number of all cells.
+    pub n_cells: u64,
     /// Whether the lines are the same; where they are not, cells are compared by their indices.
     pub are_lines_equal: bool,
+    /// The pairs of flags, most cells first; of equal ones ascending.
+    pub pairs: Vec<FlagPair>,
     /// The lines of the first mesh, and flag 1 where the two differ.
+    #[serde(skip)]
     pub mask: Mesh,
 }
 
@@ -49,13 +74,28 @@ pub struct FlagPair {
     pub bounds: [[u32; 3]; 2],
 }
 
-type Pairs = BTreeMap<(u8, u8), FlagPair>;
+/// Ascending by both flags.
+type Pairs = Vec<FlagPair>;
 
-/// Compares two meshes cell by cell.
+/// Compares two meshes cell by cell. The mask takes at most `max_bytes`.
 ///
 /// # Errors
-/// `job-conflict` where they differ in their numbers of cells; `io` where columns are in a store that fails; `cancelled`.
-pub fn difference(one: &Mesh, other: &Mesh, control: &Control) -> Result<Difference> {
+/// `job-conflict` where they differ in their numbers of cells; `memory` where the mask takes more than is allowed; `io` where columns are in
+/// a store that fails; `cancelled`.
+pub fn difference(one: &Mesh, other: &Mesh, max_bytes: u64, control: &Control) -> Result<Difference> {
+    at_once(difference_with_rests(one, other, max_bytes, &control.without_pauses()))
+}
+
+/// Like [`difference()`], with a rest every some cells ([`Control::rest`]).
+///
+/// # Errors
+/// Those of [`difference()`].
+pub(crate) async fn difference_with_rests(
+    one: &Mesh,
+    other: &Mesh,
+    max_bytes: u64,
+    control: &Control,
+) -> Result<Difference> {
     let [dims, others] = [one, other].map(Mesh::dims);
     if dims != others {
         let text = |[nx, ny, nz]: [u32; 3]| format!("{nx} x {ny} x {nz}");
@@ -63,26 +103,32 @@ pub fn difference(one: &Mesh, other: &Mesh, control: &Control) -> Result<Differe
         return Err(Error::new("job-conflict", message, "compare meshes of the same box and cells"));
     }
     let rays = one.columns.rays;
-    let step = u64::from((CELLS / rays.depth).max(1));
+    let is_expanded = rays.axis != other.columns.rays.axis;
+    let step = u64::from((CELLS[usize::from(is_expanded)] / rays.depth).max(1));
     let blocks: Vec<u64> = (0..rays.n_rays()).step_by(step as usize).collect();
-    let mut builder = ColumnsBuilder::new(rays, u64::MAX, None);
+    let mut builder = ColumnsBuilder::new(rays, max_bytes, None);
     let mut pairs = Pairs::new();
     for blocks in blocks.chunks(4 * current_num_threads()) {
-        control.check()?;
+        control.rest().await?;
         let compare = |&first: &u64| compared(one, other, first..(first + step).min(rays.n_rays()));
         let found: Vec<Result<(Band, Pairs)>> = blocks.par_iter().map(compare).collect();
         for found in found {
             let (band, of_band) = found?;
-            builder.push(vec![band])?;
-            of_band.into_iter().for_each(|(flags, pair)| add(&mut pairs, flags, pair));
+            builder.push(vec![band]).map_err(|error| too_large(&error, max_bytes))?;
+            of_band.into_iter().for_each(|pair| add(&mut pairs, pair));
         }
     }
-    let mut pairs: Vec<FlagPair> = pairs.into_values().collect();
-    pairs.sort_by_key(|pair| std::cmp::Reverse(pair.cells));
+    sort_by_key(&mut pairs, |pair| (Reverse(pair.cells), pair.one, pair.other));
     let names = vec![Named::new(1, "different")];
     let mask = Mesh::new(one.lines.clone(), builder.finish()?, names, one.unit.clone())?;
     let cells = pairs.iter().map(|pair| pair.cells).sum();
-    Ok(Difference { cells, pairs, are_lines_equal: one.lines == other.lines, mask })
+    Ok(Difference { cells, n_cells: one.n_cells(), are_lines_equal: one.lines == other.lines, pairs, mask })
+}
+
+/// Why the mask does not fit.
+fn too_large(error: &Error, max_bytes: u64) -> Error {
+    let message = format!("the cells that differ take more than {max_bytes} bytes: {error}");
+    Error::new("memory", message, "allow more memory, or compare boxes of the meshes")
 }
 
 /// Compares some rays of the first mesh: the mask, and the pairs of flags.
@@ -109,7 +155,7 @@ fn compared(one: &Mesh, other: &Mesh, range: std::ops::Range<u64>) -> Result<(Ba
             let [low, last] = [span.start, span.end - 1].map(|along| rays.cell([i, j, along]));
             let bounds = [low, last.map(|index| index + 1)];
             let (cells, [one, other]) = (u64::from(span.end - span.start), flags);
-            add(&mut pairs, (one, other), FlagPair { one, other, cells, first: low, bounds });
+            add(&mut pairs, FlagPair { one, other, cells, first: low, bounds });
         });
         band.ends.push(band.runs.len() as u32);
         index += 1;
@@ -117,9 +163,12 @@ fn compared(one: &Mesh, other: &Mesh, range: std::ops::Range<u64>) -> Result<(Ba
     Ok((band, pairs))
 }
 
-fn add(pairs: &mut Pairs, flags: (u8, u8), pair: FlagPair) {
+fn add(pairs: &mut Pairs, pair: FlagPair) {
+    let known = match pairs.binary_search_by_key(&(pair.one, pair.other), |known| (known.one, known.other)) {
+        Ok(at) => &mut pairs[at],
+        Err(at) => return pairs.insert(at, pair),
+    };
     let [low, high] = pair.bounds;
-    let known = pairs.entry(flags).or_insert(FlagPair { cells: 0, ..pair });
     known.cells += pair.cells;
     for axis in 0..3 {
         known.bounds[0][axis] = known.bounds[0][axis].min(low[axis]);
@@ -194,7 +243,8 @@ mod tests {
         let dims = [9, 5, 7];
         let expected: Vec<(u8, u8)> = pattern_flags(dims, 3).into_iter().zip(pattern_flags(dims, 2)).collect();
         for (axis, other) in (0..3).flat_map(|axis| (0..3).map(move |other| (axis, other))) {
-            let found = difference(&pattern(axis, dims, 3), &pattern(other, dims, 2), &Control::default()).unwrap();
+            let found =
+                difference(&pattern(axis, dims, 3), &pattern(other, dims, 2), u64::MAX, &Control::default()).unwrap();
             let differs: Vec<u8> = expected.iter().map(|(one, other)| u8::from(one != other)).collect();
             assert_eq!(found.mask.box_flags(&dims.map(|n| 0..n)).unwrap(), differs, "axes {axis}, {other}");
             assert_eq!(found.cells, differs.iter().map(|&cell| u64::from(cell)).sum::<u64>());
@@ -215,10 +265,15 @@ mod tests {
     #[test]
     fn equal_meshes_do_not_differ_and_others_are_refused() {
         let mesh = pattern(0, [9, 5, 7], 3);
-        let found = difference(&mesh, &pattern(2, [9, 5, 7], 3), &Control::default()).unwrap();
+        let found = difference(&mesh, &pattern(2, [9, 5, 7], 3), u64::MAX, &Control::default()).unwrap();
         assert_eq!((found.cells, found.pairs.len(), found.mask.columns.n_runs()), (0, 0, 0));
-        let error = difference(&mesh, &pattern(0, [9, 5, 8], 3), &Control::default()).unwrap_err();
+        let error = difference(&mesh, &pattern(0, [9, 5, 8], 3), u64::MAX, &Control::default()).unwrap_err();
         assert_eq!(error.code(), "job-conflict");
         assert!(error.to_string().contains("9 x 5 x 7 cells, the other 9 x 5 x 8"), "{error}");
+        let error = difference(&mesh, &pattern(1, [9, 5, 7], 2), 99, &Control::default()).unwrap_err();
+        assert_eq!(error.code(), "memory");
+        let control = Control::default();
+        control.cancel.cancel();
+        assert_eq!(difference(&mesh, &mesh, u64::MAX, &control), Err(Error::Cancelled));
     }
 }

@@ -1,32 +1,59 @@
 //! Pictures of a mesh, PNG: slices through its cells, and its stair-step surface seen from outside.
 //!
-//! Mesh, cuts -> [`Picture`] by [`slices`]; mesh, direction -> [`Picture`] by [`view`]. Both draw from columns, so that no more cells are
-//! looked at than a picture has pixels, in the world's proportions whatever the lines. Colours are those of the page, by flag.
+//! Mesh, [`Slices`] -> [`Picture`] by [`slices()`]; mesh, [`View`] -> [`Picture`] by [`view()`]. Both draw from columns, so that no more cells
+//! are looked at than a picture has pixels, in the world's proportions whatever the lines. Colours are those of the page, by flag.
+//!
+//! ```
+//! # use hexcast::{Control, GeometryJob, Job, Mesher, MesherOptions, Source, job::BackendChoice, pipeline::MeshOptions};
+//! use hexcast::picture::{Look, Place, Slices, View, slices, view};
+//!
+//! # let [o, x, y, z] = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+//! # let source = Source::from_facets("body", vec![[o, y, x], [o, x, z], [o, z, y], [x, y, z]])?;
+//! # let job = Job::new(vec![GeometryJob::new("body")]).with_cells(20);
+//! # let mut mesher = Mesher::new(MesherOptions::default().with_backend(BackendChoice::Cpu))?;
+//! # let (mesh, _) = mesher.mesh_sources(&job, vec![source], &MeshOptions::default(), &Control::default())?;
+//! // two planes across z, with a legend below
+//! let planes = Slices::at(&mesh, &[2], &[Place::Percent(25.0), Place::Coordinate(0.5)])?;
+//! let picture = slices(&mesh, &planes.with_look(Look::default().with_size(300)), &Control::default())?;
+//! let png: Vec<u8> = picture.png()?;
+//!
+//! let from_above = View::default().with_from([30.0, 60.0]);
+//! let seen = view(&mesh, &from_above, &Control::default())?;
+//! assert_eq!(seen.width(), 1000 + 2 * 12);
+//! # assert_eq!(&png[1..4], b"PNG");
+//! # Ok::<(), hexcast::Error>(())
+//! ```
 
 mod canvas;
+mod look;
+mod place;
+mod png;
+mod scene;
 mod slices;
 mod view;
 
 pub use canvas::Picture;
-pub use slices::{Cut, slices};
+pub use look::Look;
+pub use place::{Cut, Place};
+pub use slices::{Slices, slices};
 pub use view::{View, view};
 
+#[cfg(all(feature = "web", target_arch = "wasm32"))]
+pub(crate) use {slices::slices_with_rests, view::view_with_rests};
+
+use crate::error::{Error, Result};
 use crate::mesh::Mesh;
 
 /// Pixels around everything.
 const MARGIN: u32 = 12;
 
-/// The legend of some flags: their colours with number and name, ascending.
-fn legend(mesh: &Mesh, mut flags: Vec<u8>) -> Vec<(u8, String)> {
-    flags.sort_unstable();
-    flags.dedup();
-    let name = |flag: u8| mesh.names.iter().find(|named| named.flag == flag).map(|named| named.name.clone());
-    let text = |flag| match name(flag) {
-        Some(name) => format!("{flag} {name}"),
-        None if flag == 0 => "0 background".into(),
-        None => flag.to_string(),
-    };
-    flags.into_iter().map(|flag| (flag, text(flag))).collect()
+/// Refuses what takes more memory than is allowed.
+fn check_memory(what: &str, n_bytes: u64, max_bytes: u64) -> Result<()> {
+    if n_bytes <= max_bytes {
+        return Ok(());
+    }
+    let message = format!("{what} takes {n_bytes} bytes of memory; {max_bytes} are allowed");
+    Err(Error::new("memory", message, "ask for a smaller picture, or for fewer slices at once, or allow more memory"))
 }
 
 /// A coordinate as text.

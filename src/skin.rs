@@ -14,7 +14,7 @@
 
 use crate::parallel::*;
 
-use crate::control::Control;
+use crate::control::{Control, at_once};
 use crate::error::{Error, Result};
 use crate::flags::CellBox;
 use crate::mesh::Mesh;
@@ -88,6 +88,19 @@ impl SkinPart {
 /// - `io` where the columns are in a store that fails;
 /// - `cancelled`, looked at every few rows of rays.
 pub fn skin(mesh: &Mesh, max_quads: usize, cells: Option<CellBox>, control: &Control) -> Result<Skin> {
+    at_once(skin_with_rests(mesh, max_quads, cells, &control.without_pauses()))
+}
+
+/// Like [`skin()`], with a rest every few rows of rays ([`Control::rest`]).
+///
+/// # Errors
+/// Those of [`skin()`].
+pub(crate) async fn skin_with_rests(
+    mesh: &Mesh,
+    max_quads: usize,
+    cells: Option<CellBox>,
+    control: &Control,
+) -> Result<Skin> {
     let dims = mesh.dims();
     let cells = cells.unwrap_or(dims.map(|n| 0..n));
     if (0..3).any(|axis| cells[axis].end > dims[axis] || cells[axis].start > cells[axis].end) {
@@ -103,11 +116,11 @@ pub fn skin(mesh: &Mesh, max_quads: usize, cells: Option<CellBox>, control: &Con
     let mut order = None;
     loop {
         let max_quads = if level.is_single() { MAX_QUADS } else { max_quads.min(MAX_QUADS) };
-        if let Some((n_faces, quads)) = level_quads(&level, max_quads, control)? {
+        if let Some((n_faces, quads)) = level_quads(&level, max_quads, control).await? {
             return Ok(Skin { step: level.step, n_faces, parts: parts(mesh, &cells, level.step, &quads) });
         }
         let order = order.get_or_insert_with(|| by_rarity(&mesh.columns));
-        level = level.coarser(order, control)?;
+        level = level.coarser(order, control).await?;
     }
 }
 
@@ -116,14 +129,14 @@ pub fn skin(mesh: &Mesh, max_quads: usize, cells: Option<CellBox>, control: &Con
 type Quads = [[Vec<Quad>; 2]; 3];
 
 /// Number of faces and rectangles of a level; none where there would be more than `max_quads`.
-fn level_quads(level: &Level, max_quads: usize, control: &Control) -> Result<Option<(u64, Quads)>> {
+async fn level_quads(level: &Level<'_>, max_quads: usize, control: &Control) -> Result<Option<(u64, Quads)>> {
     let mut sweeps: [Sweep; 4] = Default::default();
     let mut between: [Vec<Quad>; 2] = Default::default();
     let mut n_faces = 0;
     // one more row than there are rays: the faces after the last ray
     let rows = level.across[1].start..level.across[1].end + 1;
     for start in rows.clone().step_by(ROWS) {
-        control.check()?;
+        control.rest().await?;
         let end = start.saturating_add(ROWS as u32).min(rows.end);
         let mut found: Vec<_> = (start..end).into_par_iter().map(|row| row_faces(level, row)).collect();
         sweeps.par_iter_mut().enumerate().for_each(|(index, sweep)| {

@@ -21,6 +21,7 @@ use crate::report::{CallerFacts, Report};
 use crate::sources::Source;
 
 mod arrays;
+mod difference;
 mod encoder;
 mod export;
 mod file;
@@ -28,17 +29,21 @@ mod info;
 mod leak;
 mod measured;
 mod mesh;
+mod picture;
 mod resting;
 mod store;
 mod surface;
 mod values;
+mod work;
 mod write_options;
 
+pub use difference::WebDifference;
 pub use encoder::{WebEncoder, WebHash};
 pub use file::JsFile;
 use file::JsFileStore;
 use measured::Measured;
 pub use mesh::{WebMesh, WebSkin};
+pub use picture::{WebLook, WebPicture};
 pub use surface::{WebCheck, WebMeasuring, WebPreview, WebReader, WebSurface};
 use values::{JsResult, forget, js_error, keep, kept};
 

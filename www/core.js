@@ -7,7 +7,7 @@ import { Devices, describeAdapter, whyNotTaken } from './adapter.js';
 import { clearSpillFiles, spilling } from './spill.js';
 import { cancelled, pause } from './call.js';
 import { columnFile } from './column_file.js';
-import { skinOf, sliceOf } from './drawn.js';
+import { comparedIn, pictureIn, skinOf, sliceOf } from './drawn.js';
 import { sha256 } from './hash.js';
 import { factsOf, onRays } from './facts.js';
 import { Held, freeAfter } from './held.js';
@@ -268,11 +268,7 @@ export class Core {
     return { starts: runs.map((run) => run >>> 8), flags: Uint8Array.from(runs, (run) => run & 255) };
   }
 
-  /**
-   * The runs of all rays.
-   *
-   * @param {{ mesh: number, rays: number }} args @param {Listener} progress @param {State} state
-   */
+  /** The runs of all rays. @param {{ mesh: number, rays: number }} args @param {Listener} progress @param {State} state */
   columns({ mesh, rays }, progress, state) {
     return allRuns(this.#meshes.get(mesh), rays, progress, state);
   }
@@ -285,6 +281,17 @@ export class Core {
   /** @param {{ mesh: number, maxQuads: number }} args */
   skin({ mesh, maxQuads }) {
     return skinOf(this.#meshes.get(mesh), maxQuads);
+  }
+
+  /** A picture. @param {{ mesh: number, asked: import('./asked.js').Asked }} args @param {Listener} _progress @param {State} state */
+  draw({ mesh, asked }, _progress, state) {
+    return pictureIn(this.#meshes.get(mesh), asked, state);
+  }
+
+  /** @param {{ mesh: number, other: number, maxBytes: number }} args @param {Listener} _progress @param {State} state */
+  async compare({ mesh, other, maxBytes }, _progress, state) {
+    const { facts, mask } = await comparedIn(this.#meshes.get(mesh), this.#meshes.get(other), maxBytes, state);
+    return { facts, ...this.#describe(mask) };
   }
 
   /**
@@ -326,20 +333,12 @@ export class Core {
     return this.#meshes.get(mesh).sidecar(options, sha256);
   }
 
-  /**
-   * SHA-256 of the raw file.
-   *
-   * @param {{ mesh: number, options: string }} args @param {Listener} progress @param {State} state
-   */
+  /** SHA-256 of the raw file. @param {{ mesh: number, options: string }} args @param {Listener} progress @param {State} state */
   sha256({ mesh, options }, progress, state) {
     return sha256(this.#meshes.get(mesh), options, progress, state);
   }
 
-  /**
-   * Frees what is named.
-   *
-   * @param {{ surface?: number, mesh?: number, encoder?: number }} args
-   */
+  /** Frees what is named. @param {{ surface?: number, mesh?: number, encoder?: number }} args */
   release({ surface, mesh, encoder }) {
     this.#surfaces.release(surface);
     this.#meshes.release(mesh);

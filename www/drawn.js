@@ -1,4 +1,6 @@
-/** What is drawn of a mesh, out of the wasm: arrays that belong to the caller. */
+/** What is drawn of a mesh, out of the wasm: arrays that belong to the caller; and what differs between two. */
+import { WebLook } from './hexcast_wasm.js';
+import { inSteps } from './steps.js';
 
 /**
  * A plane of cells.
@@ -27,4 +29,35 @@ export function skinOf(mesh, maxQuads) {
   const step = skin.step();
   skin.free();
   return { step, parts };
+}
+
+/**
+ * Draws a picture in steps: slices, or a view.
+ *
+ * @param {import('./hexcast_wasm.js').WebMesh} mesh
+ * @param {import('./asked.js').Asked} asked
+ * @param {import('./call.js').State} state
+ * @returns {Promise<Uint8Array<ArrayBuffer>>} the file, PNG
+ */
+export function pictureIn(mesh, { look, slices, view }, state) {
+  const how = new WebLook(look.size, look.flags, look.colours, look.maxBytes);
+  const work = slices
+    ? mesh.drawSlices(slices.axes, slices.places, slices.hasLines, how)
+    : mesh.drawView(view?.from, view?.cells, how);
+  return inSteps(/** @type {any} */ (work), state);
+}
+
+/**
+ * Compares in steps.
+ *
+ * @param {import('./hexcast_wasm.js').WebMesh} one
+ * @param {import('./hexcast_wasm.js').WebMesh} other
+ * @param {number} maxBytes
+ * @param {import('./call.js').State} state
+ * @returns {Promise<{ facts: Omit<import('./hexcast.js').Difference, 'mask'>, mask: import('./hexcast_wasm.js').WebMesh }>}
+ */
+export function comparedIn(one, other, maxBytes, state) {
+  const work = one.differenceFrom(other, maxBytes);
+  const finish = () => ({ facts: JSON.parse(work.facts()), mask: work.finish() });
+  return inSteps({ step: () => work.step(), finish, free: () => work.free() }, state);
 }

@@ -24,6 +24,7 @@ import './globals.js';
 
 export type * from './job.js';
 export type * from './measured.js';
+export type * from './pictures.js';
 export type * from './report.js';
 export type * from './result.js';
 

@@ -6,7 +6,9 @@ import { report } from './connection.js';
 import { HexcastError } from './error.js';
 import { flagsBuffer, flagsTexture } from './flags_on_gpu.js';
 import { described, mimeOf, written } from './formats.js';
+import { mostBytes, slicesAsked, viewAsked } from './asked.js';
 import { plainJson } from './plain.js';
+import { columnBytes } from './source.js';
 
 /** Bytes of a file that are collected in memory before they become a Blob, which browsers keep on disk. */
 const BLOB_PART_BYTES = 64 << 20;
@@ -30,6 +32,10 @@ const LEAK = ['from', 'to', 'flags', 'job', 'max_memory'];
  */
 
 /** @template {import('./core.js').Operation} K @typedef {import('./connection.js').Arguments<K>} Arguments */
+
+function disposed() {
+  return new HexcastError('disposed', 'the mesh was disposed of', { hint: 'mesh again' });
+}
 
 export class Mesh {
   #connection;
@@ -68,7 +74,7 @@ export class Mesh {
    * @param {CallOptions} [options]
    */
   async #call(operation, args, options) {
-    if (this.#id === undefined) throw new HexcastError('disposed', 'the mesh was disposed of', { hint: 'mesh again' });
+    if (this.#id === undefined) throw disposed();
     return this.#connection.call(operation, /** @type {Arguments<K>} */ ({ mesh: this.#id, ...args }), options);
   }
 
@@ -160,12 +166,63 @@ export class Mesh {
     }
   }
 
-  /** @param {0 | 1 | 2} axis @param {number} index */
+  /**
+   * @overload
+   * @param {0 | 1 | 2} axis
+   * @param {number} index
+   * @param {number} [maxPixels]
+   * @returns {Promise<import('./hexcast.js').Slice>}
+   *
+   * @overload
+   * @param {import('./hexcast.js').SliceOptions} options
+   * @returns {Promise<Blob>}
+   *
+   * @param {number | import('./hexcast.js').SliceOptions} axis
+   * @param {number} [index]
+   * @returns {Promise<any>}
+   */
   async slice(axis, index, maxPixels = 2048) {
-    wholeNumber('axis', axis, 0, 2);
-    wholeNumber('index', index, 0, this.dims[axis] - 1);
+    if (axis && typeof axis === 'object') return this.#picture(slicesAsked(axis), axis.signal);
+    const of = wholeNumber('axis', axis, 0, 2);
+    const plane = wholeNumber('index', index, 0, this.dims[of] - 1);
     wholeNumber('maxPixels', maxPixels, 1, MOST);
-    return this.#call('slice', { axis, index, maxPixels });
+    return this.#call('slice', { axis: of, index: plane, maxPixels });
+  }
+
+  /** @param {import('./hexcast.js').ViewOptions} [options] */
+  async view(options) {
+    return this.#picture(viewAsked(this.dims, options), options?.signal);
+  }
+
+  /** @param {import('./asked.js').Asked} asked @param {AbortSignal} [signal] */
+  async #picture(asked, signal) {
+    return new Blob([await this.#call('draw', { asked }, { signal })], { type: 'image/png' });
+  }
+
+  /** @param {Mesh | import('./hexcast.js').FileSource} other @param {{ max_memory?: number, signal?: AbortSignal }} [options] */
+  async diff(other, options) {
+    const { max_memory, signal } = optionsOf(options, ['max_memory', 'signal']);
+    const maxBytes = mostBytes(max_memory);
+    const compare = async (/** @type {number} */ id) => {
+      const { facts, ...made } = await this.#call('compare', { other: id, maxBytes }, { signal });
+      return { ...facts, mask: new Mesh(this.#connection, made, this.#withSurfaces) };
+    };
+    if (other instanceof Mesh) return compare(other.#idFor(this.#connection));
+    const { mesh } = await this.#connection.call('openColumns', { source: columnBytes('other', other) }, { signal });
+    try {
+      return await compare(mesh);
+    } finally {
+      this.#connection.send('release', { mesh });
+    }
+  }
+
+  /** Its number in a connection, which must be its own. @param {import('./connection.js').Connection} connection */
+  #idFor(connection) {
+    if (this.#id === undefined) throw disposed();
+    if (connection === this.#connection) return this.#id;
+    throw new HexcastError('job-value', 'the other mesh belongs to another mesher', {
+      hint: 'open its column file with this one',
+    });
   }
 
   /** @param {{ maxQuads?: number, signal?: AbortSignal }} [options] */

@@ -1,7 +1,8 @@
 /** What comes out: the mesh, its flags and its files. */
-import type { CallOptions, Device } from './hexcast.js';
+import type { CallOptions, Device, FileSource } from './hexcast.js';
 import type { Job } from './job.js';
 import type { Fractions, Links, Staggered } from './measured.js';
+import type { Difference, SliceOptions, ViewOptions } from './pictures.js';
 import type { Report } from './report.js';
 
 /** Arrays over an `ArrayBuffer` of their own, in every version of TypeScript. */
@@ -273,6 +274,22 @@ export interface Mesh extends Disposable {
   }): AsyncIterableIterator<Flags<T>>;
   /** One plane of cells perpendicular to an axis (0, 1, 2), sub-sampled to at most `maxPixels` a side (default 2048). */
   slice(axis: 0 | 1 | 2, index: number, maxPixels?: number): Promise<Slice>;
+  /**
+   * A picture of slices with a legend, PNG, byte for byte that of the native `hexcast slice`. Fails with `job-value` where a place is not
+   * within the mesh or the picture has too many pixels, `memory` where it takes more than is allowed.
+   */
+  slice(options: SliceOptions): Promise<Blob>;
+  /**
+   * A picture of the stair-step surface, shaded, with a legend, PNG, byte for byte that of the native `hexcast view`. Needs no display. Fails
+   * as `slice`, and with `job-value` where no cell that is shown has a flag.
+   */
+  view(options?: ViewOptions): Promise<Blob>;
+  /**
+   * Compares it cell by cell with another mesh of this mesher, or with a column file (`.hxc`). The mask takes at most `max_memory` bytes, by
+   * default 1 GiB. Fails with `job-conflict` where the two differ in their numbers of cells, `memory` where the mask takes more than is
+   * allowed, and as `Mesher.open` where the file cannot be read.
+   */
+  diff(other: Mesh | FileSource, options?: { max_memory?: number; signal?: AbortSignal }): Promise<Difference>;
   /** The stair-step surface, coarsened until it has at most `maxQuads` (default 2,000,000). */
   skin(options?: { maxQuads?: number; signal?: AbortSignal }): Promise<Skin>;
   /**

@@ -11,12 +11,15 @@ use embedded_graphics::mono_font::{MonoFont, MonoTextStyle};
 use embedded_graphics::pixelcolor::{Rgb888, RgbColor};
 use embedded_graphics::text::{Baseline, Text};
 
-use super::MARGIN;
-pub(super) use crate::colours::colour;
+use super::png::png;
+use super::{MARGIN, check_memory};
+use crate::control::{Control, at_once};
 use crate::error::{Error, Result};
 
 /// Most pixels on a side.
 const MAX_SIDE: u32 = 32_768;
+/// Bytes of a pixel: its colour, and twice as much for the file at its worst while it grows.
+pub(super) const PIXEL_BYTES: u64 = 9;
 const FONT: MonoFont = FONT_9X15;
 /// Pixels from a line of text to the next.
 pub(super) const LINE: u32 = FONT.character_size.height + 5;
@@ -31,17 +34,27 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// An empty picture.
+    /// An empty picture, with its file in at most so many bytes.
     ///
     /// # Errors
-    /// `job-value` where a side has no pixel or more than 32,768.
-    pub(super) fn new(width: u32, height: u32) -> Result<Picture> {
-        if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) {
-            let message = format!("a picture of {width} x {height} pixels; a side has 1 to {MAX_SIDE}");
-            return Err(Error::new("job-value", message, "ask for a smaller picture, or for fewer slices at once"));
-        }
+    /// `job-value` where a side has no pixel or more than 32,768; `memory` where it takes more than is allowed.
+    pub(super) fn new(width: u32, height: u32, max_bytes: u64) -> Result<Picture> {
+        check_sides([width, height])?;
+        let what = format!("a picture of {width} x {height} pixels");
+        check_memory(&what, PIXEL_BYTES * u64::from(width) * u64::from(height), max_bytes)?;
         let rgb = WHITE.repeat(width as usize * height as usize);
         Ok(Picture { width, height, rgb })
+    }
+
+    /// Adds white rows below.
+    ///
+    /// # Errors
+    /// `job-value` where these are too many.
+    pub(super) fn grow(&mut self, rows: u32) -> Result<()> {
+        check_sides([self.width, self.height + rows])?;
+        self.height += rows;
+        self.rgb.resize(3 * self.width as usize * self.height as usize, 255);
+        Ok(())
     }
 
     /// Pixels along x.
@@ -64,16 +77,17 @@ impl Picture {
     /// The file, PNG of 8 bits a channel.
     ///
     /// # Errors
-    /// `memory` where it does not fit.
+    /// `io` where it cannot be compressed.
     pub fn png(&self) -> Result<Vec<u8>> {
-        let failed = |error| Error::new("memory", format!("writing a picture: {error}"), "ask for a smaller picture");
-        let mut file = Vec::new();
-        let mut encoder = png::Encoder::new(&mut file, self.width, self.height);
-        encoder.set_color(png::ColorType::Rgb);
-        let mut writer = encoder.write_header().map_err(failed)?;
-        writer.write_image_data(&self.rgb).map_err(failed)?;
-        writer.finish().map_err(failed)?;
-        Ok(file)
+        at_once(self.png_with_rests(&Control::default()))
+    }
+
+    /// Like [`Picture::png`], with a rest every some rows ([`Control::rest`]).
+    ///
+    /// # Errors
+    /// Those of [`Picture::png`]; `cancelled`.
+    pub(crate) async fn png_with_rests(&self, control: &Control) -> Result<Vec<u8>> {
+        png(self.width, self.height, &self.rgb, control).await
     }
 
     /// Sets a pixel, if the picture has it.
@@ -105,24 +119,36 @@ impl Picture {
     }
 
     /// Draws a legend into a width, from a height on.
-    pub(super) fn legend(&mut self, top: u32, entries: &[(u8, String)]) {
+    pub(super) fn legend(&mut self, top: u32, entries: &[([u8; 3], String)]) {
         let (columns, width) = legend_columns(self.width, entries);
-        for (index, (flag, text)) in (0..).zip(entries) {
+        for (index, (rgb, text)) in (0..).zip(entries) {
             let (x, y) = (MARGIN + index % columns * width, top + index / columns * LINE);
             self.fill([x, y], [LINE - 5, LINE - 5], [150; 3]);
-            self.fill([x + 1, y + 1], [LINE - 7, LINE - 7], colour(*flag));
+            self.fill([x + 1, y + 1], [LINE - 7, LINE - 7], *rgb);
             self.text([x + LINE, y], text, width - LINE);
         }
     }
 }
 
+/// Refuses sides of no pixel, and those of more than a picture has.
+///
+/// # Errors
+/// `job-value`.
+pub(super) fn check_sides([width, height]: [u32; 2]) -> Result<()> {
+    if (1..=MAX_SIDE).contains(&width) && (1..=MAX_SIDE).contains(&height) {
+        return Ok(());
+    }
+    let message = format!("a picture of {width} x {height} pixels; a side has 1 to {MAX_SIDE}");
+    Err(Error::new("job-value", message, "ask for a smaller picture, or for fewer slices at once"))
+}
+
 /// Pixels that a legend takes down in a picture so wide.
-pub(super) fn legend_height(width: u32, entries: &[(u8, String)]) -> u32 {
+pub(super) fn legend_height(width: u32, entries: &[([u8; 3], String)]) -> u32 {
     (entries.len() as u32).div_ceil(legend_columns(width, entries).0) * LINE
 }
 
 /// Entries side by side in a picture so wide, and the width of each.
-fn legend_columns(width: u32, entries: &[(u8, String)]) -> (u32, u32) {
+fn legend_columns(width: u32, entries: &[([u8; 3], String)]) -> (u32, u32) {
     let longest = entries.iter().map(|(_, text)| text.chars().count()).max().unwrap_or(0).min(40) as u32;
     let wanted = LINE + (longest + 2) * FONT.character_size.width;
     let inner = width.saturating_sub(2 * MARGIN).max(1);

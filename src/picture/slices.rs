@@ -3,57 +3,64 @@
 //! The first of the two axes of a plane points right, the second up. Every pixel has the colour of the cell at its middle. Lines
 //! between cells are drawn where cells are wide enough.
 
-use super::canvas::{LINE, Picture, colour, legend_height};
-use super::{MARGIN, coordinate, legend};
+use super::canvas::{LINE, PIXEL_BYTES, Picture, check_sides, legend_height};
+use super::place::{Cut, Place, cell_at};
+use super::{Look, MARGIN, check_memory, coordinate};
+use crate::control::{Control, at_once};
 use crate::error::{Error, Result};
+use crate::lines::AXES;
 use crate::mesh::Mesh;
 use crate::parallel::*;
 
+/// Pixels of the longest side of the mesh where nobody says.
+const SIZE: u32 = 600;
 /// Pixels of a cell from which on lines are drawn.
 const WIDE: f64 = 6.0;
 /// Pixels of a panel with its texts, at least.
 const LEAST: u32 = 280;
-const NAMES: [&str; 3] = ["x", "y", "z"];
+/// Pixels that a thread draws between two rests, about.
+const AT_ONCE: usize = 1 << 16;
 
-/// A plane of cells.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Cut {
-    /// The axis across it: 0, 1 or 2.
-    pub axis: usize,
-    /// Index of the cells along this axis.
-    pub index: u32,
+/// Slices to be drawn, and how they look.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Slices {
+    /// The planes, in the order in which they are drawn.
+    pub cuts: Vec<Cut>,
+    /// Whether lines between cells are drawn, where cells have 6 pixels or more.
+    pub has_lines: bool,
+    /// Size, flags and colours.
+    pub look: Look,
 }
 
-impl Cut {
-    /// The plane of cells at a coordinate of an axis; of two that it lies between, the upper one.
+impl Slices {
+    /// Some planes.
+    pub fn new(cuts: Vec<Cut>) -> Slices {
+        Slices { cuts, has_lines: true, look: Look::default() }
+    }
+
+    /// The planes at places along axes (0, 1, 2): each place along each axis. No axes are all three, no places are the middle.
     ///
     /// # Errors
     /// `job-value` where there is no such axis, or the mesh does not reach that far.
-    pub fn at(mesh: &Mesh, axis: usize, coordinate: f64) -> Result<Cut> {
-        if axis > 2 {
-            return Err(Error::new("job-value", format!("there is no axis {axis}"), "axes are 0, 1 and 2"));
-        }
-        let n = mesh.dims()[axis];
-        let [low, high] = [0, n].map(|index| mesh.lines.line(axis, index));
-        if !(low..=high).contains(&coordinate) {
-            let message = format!(
-                "{coordinate} is not within the mesh, which reaches from {low} to {high} along {}",
-                NAMES[axis]
-            );
-            return Err(Error::new("job-value", message, "choose a place within the mesh"));
-        }
-        Ok(Cut { axis, index: cell_at(mesh, axis, coordinate) })
+    pub fn at(mesh: &Mesh, axes: &[usize], places: &[Place]) -> Result<Slices> {
+        let axes = if axes.is_empty() { &[0, 1, 2] } else { axes };
+        let places = if places.is_empty() { &[Place::Percent(50.0)] } else { places };
+        let cuts = axes.iter().flat_map(|&axis| places.iter().map(move |&place| Cut::at(mesh, axis, place)));
+        Ok(Slices::new(cuts.collect::<Result<_>>()?))
     }
-}
 
-/// The cell of an axis that a coordinate lies in; the first or last beyond the mesh.
-fn cell_at(mesh: &Mesh, axis: usize, coordinate: f64) -> u32 {
-    let (mut low, mut high) = (0, mesh.dims()[axis] - 1);
-    while low < high {
-        let middle = low + (high - low).div_ceil(2);
-        if mesh.lines.line(axis, middle) <= coordinate { low = middle } else { high = middle - 1 }
+    /// Draws lines between cells that are wide enough, or none.
+    pub fn with_lines(mut self, has_lines: bool) -> Slices {
+        self.has_lines = has_lines;
+        self
     }
-    low
+
+    /// Sets how they look.
+    pub fn with_look(mut self, look: Look) -> Slices {
+        self.look = look;
+        self
+    }
 }
 
 /// One slice on the picture.
@@ -85,40 +92,62 @@ impl Panel {
     }
 
     /// The flags of all pixels, row after row from the top.
-    fn flags(&self, mesh: &Mesh) -> Result<Vec<u8>> {
-        let mut flags = vec![0; self.size[0] as usize * self.size[1] as usize];
-        flags.par_chunks_mut(self.size[0] as usize).enumerate().try_for_each(|(row, out)| {
-            let mut last = None;
-            for (&i, flag) in self.cells[0].iter().zip(out) {
-                let mut cell = [self.cut.index; 3];
-                (cell[self.across[0]], cell[self.across[1]]) = (i, self.cells[1][row]);
-                *flag = match last {
-                    Some((known, flag)) if known == i => flag,
-                    _ => mesh.columns.flag(cell)?,
-                };
-                last = Some((i, *flag));
-            }
-            Ok(())
-        })?;
+    async fn flags(&self, mesh: &Mesh, control: &Control) -> Result<Vec<u8>> {
+        let width = self.size[0] as usize;
+        let mut flags = vec![0; width * self.size[1] as usize];
+        let n_rows = (AT_ONCE * current_num_threads() / width).max(1);
+        for (block, rows) in flags.chunks_mut(n_rows * width).enumerate() {
+            let of_row = |(row, out)| self.row_flags(mesh, block * n_rows + row, out);
+            rows.par_chunks_mut(width).enumerate().try_for_each(of_row)?;
+            control.rest().await?;
+        }
         Ok(flags)
     }
 
+    /// The flags of a row of pixels.
+    fn row_flags(&self, mesh: &Mesh, row: usize, out: &mut [u8]) -> Result<()> {
+        let mut last = None;
+        for (&i, flag) in self.cells[0].iter().zip(out) {
+            let mut cell = [self.cut.index; 3];
+            (cell[self.across[0]], cell[self.across[1]]) = (i, self.cells[1][row]);
+            *flag = match last {
+                Some((known, flag)) if known == i => flag,
+                _ => mesh.columns.flag(cell)?,
+            };
+            last = Some((i, *flag));
+        }
+        Ok(())
+    }
+
     /// Draws the cells below a corner.
-    fn draw(&self, picture: &mut Picture, [left, top]: [u32; 2], flags: &[u8]) {
+    async fn draw(
+        &self,
+        (picture, [left, top]): (&mut Picture, [u32; 2]),
+        flags: &[u8],
+        slices: &Slices,
+        control: &Control,
+    ) -> Result<()> {
+        let colours = slices.look.colours();
         let lines: [Vec<bool>; 2] = [0, 1].map(|side| {
             let cells = &self.cells[side];
             let n = 1 + cells[0].abs_diff(cells[cells.len() - 1]);
-            let is_wide = f64::from(self.size[side]) / f64::from(n) >= WIDE;
+            let is_wide = slices.has_lines && f64::from(self.size[side]) / f64::from(n) >= WIDE;
             (0..cells.len()).map(|pixel| is_wide && pixel > 0 && cells[pixel] != cells[pixel - 1]).collect()
         });
-        for (row, flags) in flags.chunks(self.size[0] as usize).enumerate() {
+        let width = self.size[0] as usize;
+        for (row, flags) in flags.chunks(width).enumerate() {
+            if row % (AT_ONCE / width).max(1) == 0 {
+                control.rest().await?;
+            }
             for (column, &flag) in flags.iter().enumerate() {
                 let darker = |channel: u8| (u32::from(channel) * 3 / 4) as u8;
                 let is_line = lines[0][column] || lines[1][row];
-                let rgb = if is_line { colour(flag).map(darker) } else { colour(flag) };
+                let rgb = colours[usize::from(flag)];
+                let rgb = if is_line { rgb.map(darker) } else { rgb };
                 picture.set(left + column as u32, top + row as u32, rgb);
             }
         }
+        Ok(())
     }
 
     /// What is written above and below it.
@@ -127,38 +156,58 @@ impl Panel {
         let middle = 0.5 * (mesh.lines.line(axis, index) + mesh.lines.line(axis, index + 1));
         let range = |axis: usize| {
             let [low, high] = [0, mesh.dims()[axis]].map(|index| coordinate(mesh, mesh.lines.line(axis, index)));
-            format!("{}: {low} .. {high}", NAMES[axis])
+            format!("{}: {low} .. {high}", AXES[axis])
         };
         let n = mesh.dims()[axis];
-        let above = format!("{} = {} (cell {index} of {n})", NAMES[axis], coordinate(mesh, middle));
+        let above = format!("{} = {} (cell {index} of {n})", AXES[axis], coordinate(mesh, middle));
         let [right, up] = self.across.map(range);
         [above, format!("right {right}"), format!("up {up}")]
     }
 }
 
-/// Draws slices side by side, the longest side of the mesh in `size` pixels, with a legend of the flags on them.
+/// Draws slices side by side, in one scale, with a legend of the flags on them.
 ///
 /// # Errors
-/// `job-value` where there is no slice, one lies beyond the mesh, or the picture would be larger than 32,768 pixels; `io` where the columns
-/// are in a store that fails.
-pub fn slices(mesh: &Mesh, cuts: &[Cut], size: u32) -> Result<Picture> {
+/// `job-value` where there is no slice, one lies beyond the mesh, or the picture would have no pixel or more than 32,768 on a side; `memory`
+/// where it takes more than is allowed; `io` where the columns are in a store that fails; `cancelled`.
+pub fn slices(mesh: &Mesh, slices: &Slices, control: &Control) -> Result<Picture> {
+    at_once(slices_with_rests(mesh, slices, &control.without_pauses()))
+}
+
+/// Like [`slices()`], with a rest every some rows of pixels ([`Control::rest`]).
+///
+/// # Errors
+/// Those of [`slices()`].
+pub(crate) async fn slices_with_rests(mesh: &Mesh, slices: &Slices, control: &Control) -> Result<Picture> {
+    let Slices { cuts, look, .. } = slices;
     if cuts.is_empty() || cuts.iter().any(|cut| cut.axis > 2 || cut.index >= mesh.dims()[cut.axis]) {
         let message = format!("planes {cuts:?} of a mesh of {:?} cells", mesh.dims());
         return Err(Error::new("job-value", message, "name at least one plane of cells, counted from 0"));
     }
+    let size = look.size.unwrap_or(SIZE);
+    check_sides([size; 2])?;
     let length = |axis: usize| mesh.lines.line(axis, mesh.dims()[axis]) - mesh.lines.line(axis, 0);
     let longest = length(0).max(length(1)).max(length(2));
     let panels: Vec<Panel> = cuts.iter().map(|&cut| Panel::new(mesh, cut, f64::from(size) / longest)).collect();
+    let pixels = panels.iter().map(|panel| u64::from(panel.size[0]) * u64::from(panel.size[1])).sum::<u64>();
+    // the flag of each, and what becomes of it
+    check_memory(&format!("slices of {pixels} pixels"), (1 + PIXEL_BYTES) * pixels, look.max_bytes)?;
+    let mut flags = Vec::new();
+    let mut has = [false; 256];
+    for panel in &panels {
+        let of_panel = panel.flags(mesh, control).await?;
+        of_panel.chunk_by(u8::eq).for_each(|equal| has[usize::from(equal[0])] = true);
+        flags.push(of_panel);
+    }
+    let legend = look.legend(mesh, &has);
     // three in a row, or of more as many as there are rows
     let n_columns = if panels.len() <= 3 { panels.len() } else { (2..).find(|n| n * n >= panels.len()).unwrap_or(2) };
-    let flags: Vec<Vec<u8>> = panels.iter().map(|panel| panel.flags(mesh)).collect::<Result<_>>()?;
-    let shown: Vec<u8> = flags.iter().flat_map(|flags| flags.chunk_by(u8::eq).map(|equal| equal[0])).collect();
-    let legend = legend(mesh, shown);
     let widths = |row: &[Panel]| row.iter().map(|panel| panel.size[0].max(LEAST) + MARGIN).sum::<u32>() + MARGIN;
     let height = |row: &[Panel]| row.iter().map(|panel| panel.size[1]).max().unwrap_or(0) + 3 * LINE + MARGIN;
     let width = panels.chunks(n_columns).map(widths).max().unwrap_or(1);
     let heights: u32 = panels.chunks(n_columns).map(height).sum();
-    let mut picture = Picture::new(width, MARGIN + heights + legend_height(width, &legend) + MARGIN)?;
+    let tall = MARGIN + heights + legend_height(width, &legend) + MARGIN;
+    let mut picture = Picture::new(width, tall, look.max_bytes.saturating_sub(pixels))?;
     let mut top = MARGIN;
     let mut of_panel = flags.iter();
     for row in panels.chunks(n_columns) {
@@ -167,7 +216,8 @@ pub fn slices(mesh: &Mesh, cuts: &[Cut], size: u32) -> Result<Picture> {
             let [above, right, up] = panel.texts(mesh);
             let own = panel.size[0].max(LEAST);
             picture.text([left, top], &above, own);
-            panel.draw(&mut picture, [left, top + LINE], of_panel.next().map_or(&[], Vec::as_slice));
+            let flags = of_panel.next().map_or(&[][..], Vec::as_slice);
+            panel.draw((&mut picture, [left, top + LINE]), flags, slices, control).await?;
             let below = top + LINE + panel.size[1] + 3;
             picture.text([left, below], &right, own);
             picture.text([left, below + LINE], &up, own);

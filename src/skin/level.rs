@@ -76,13 +76,13 @@ impl<'a> Level<'a> {
     }
 
     /// Joins eight cells to one. `order` names the flags, those first that win over later ones.
-    pub(super) fn coarser(&self, order: &[u8], control: &Control) -> Result<Level<'static>> {
+    pub(super) async fn coarser(&self, order: &[u8], control: &Control) -> Result<Level<'static>> {
         let halved = |range: &Range<u32>| range.start / 2..range.end.div_ceil(2);
         let across = self.across.each_ref().map(halved);
         let rows: Vec<u32> = across[1].clone().collect();
         let mut bands = Vec::with_capacity(rows.len());
         for rows in rows.chunks(ROWS) {
-            control.check()?;
+            control.rest().await?;
             bands.par_extend(rows.par_iter().map(|&row| self.coarse_row(row, &across[0], order)));
         }
         Ok(Level { step: 2 * self.step, along: halved(&self.along), across, runs: Runs::Own(bands) })

@@ -1,11 +1,9 @@
 //! Work that writes a file from its first byte to its last, and rests from time to time. It goes on when what it has written is taken: so the
 //! reader sets the pace, and memory holds what became of a slab.
 
-use std::future::{Future, poll_fn};
-use std::mem::take;
-use std::pin::Pin;
-use std::task::{Context, Poll, Waker};
+use std::future::Future;
 
+use super::work::Work;
 use crate::control::Control;
 use crate::error::Result;
 use crate::write::archive::Buffer;
@@ -13,7 +11,7 @@ use crate::write::archive::Buffer;
 /// A file while it is made.
 pub(super) struct Resting {
     /// None at the end.
-    work: Option<Pin<Box<dyn Future<Output = Result<()>>>>>,
+    work: Option<Work<()>>,
     made: Buffer,
     /// Rests that it had, and those of its first pass over all cells.
     n_rests: [usize; 2],
@@ -26,8 +24,8 @@ impl Resting {
         work: impl FnOnce(Buffer, Control) -> F,
     ) -> Resting {
         let made = Buffer::default();
-        let control = Control::default().pausing(|| Box::pin(once()));
-        Resting { work: Some(Box::pin(work(made.clone(), control))), made, n_rests: [0, n_rests] }
+        let out = made.clone();
+        Resting { work: Some(Work::new(|control| work(out, control))), made, n_rests: [0, n_rests] }
     }
 
     /// The bytes up to the next rest, possibly none; None at the end.
@@ -37,10 +35,11 @@ impl Resting {
     pub(super) fn step(&mut self) -> Result<Option<Vec<u8>>> {
         let Some(work) = &mut self.work else { return Ok(None) };
         self.n_rests[0] += 1;
-        if let Poll::Ready(done) = work.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
+        let step = work.step();
+        if step != Ok(true) {
             self.work = None;
-            done?;
         }
+        step?;
         Ok(Some(self.made.take()))
     }
 
@@ -49,10 +48,4 @@ impl Resting {
         let [done, all] = self.n_rests;
         (done as f64 / all as f64).min(1.0)
     }
-}
-
-/// Waits until it is asked a second time.
-async fn once() {
-    let mut is_first = true;
-    poll_fn(|_| if take(&mut is_first) { Poll::Pending } else { Poll::Ready(()) }).await;
 }

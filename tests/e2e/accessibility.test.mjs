@@ -7,7 +7,7 @@ import { createRequire } from 'node:module';
 import { expect } from '@playwright/test';
 
 import { OPEN_BOX } from './open_box.mjs';
-import { COPPER, hasGeometries, isIdle, keptFiles, run, slice, take, test, withoutWebGl } from './visit.mjs';
+import { COPPER, hasGeometries, isIdle, keptFiles, run, saved, slice, take, test, withoutWebGl } from './visit.mjs';
 import { WITHOUT_ADAPTER } from './workers.mjs';
 
 const AXE = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
@@ -89,6 +89,32 @@ test('axe-core finds nothing: help, the question about the last visit, an error 
   await page.setInputFiles('#file-input', { name: 'letter.stl', mimeType: 'model/stl', buffer: Buffer.from('Dear Sir') });
   await page.waitForSelector('#messages [role=alert]');
   await isSound(page, 'an error of a file');
+});
+
+test('axe-core finds nothing: a comparison with a mesh file, which is reached with the keyboard', async ({ visit }) => {
+  const page = await visit('#cells=20&backend=cpu&sample=cubes');
+  await hasGeometries(page, 2);
+  await page.evaluate(AXE);
+  await run(page);
+  const { bytes } = await saved(page, '#download-hxc');
+  await page.evaluate(() => (document.querySelector('#settings details').open = true));
+  await page.selectOption('#fill', 'conservative');
+  await page.waitForSelector('#run:enabled');
+  await run(page);
+  // the mesh gives the focus back to the button that began it
+  await page.waitForFunction(() => document.activeElement.id === 'run');
+  await page.focus('#compare summary');
+  await page.keyboard.press('Enter');
+  await page.keyboard.press('Tab');
+  const [chooser] = await Promise.all([page.waitForEvent('filechooser'), page.keyboard.press('Enter')]);
+  await chooser.setFiles({ name: 'before.hxc', mimeType: '', buffer: bytes });
+  await page.waitForSelector('#compare-pairs tr');
+  assert.equal(await page.evaluate(() => document.activeElement.id), 'compare-choose', 'the focus is where it was');
+  await isSound(page, 'a comparison');
+  await page.keyboard.press('Tab');
+  await page.keyboard.press('Enter');
+  await expect(page.locator('#slice-cell')).toContainText('cell ');
+  await isSound(page, 'a cell that differs');
 });
 
 test('axe-core finds nothing: no WebGL, no GPU', async ({ visit, siteWithWorker }) => {

@@ -3,7 +3,7 @@
 use hexcast::control::Control;
 use hexcast::job::Job;
 use hexcast::mesh::Mesh;
-use hexcast::picture::{Cut, Picture, View, slices, view};
+use hexcast::picture::{Cut, Look, Picture, Place, Slices, View, slices, view};
 use hexcast::pipeline::Engine;
 
 use super::cli::{Folder, SPOT, done, hexcast};
@@ -22,6 +22,11 @@ fn bodies() -> Mesh {
     meshed(&parts, &job, 1, &mut Engine::cpu()).expect("a mesh").0
 }
 
+/// A picture of some planes.
+fn planes(mesh: &Mesh, cuts: &[Cut], size: u32) -> hexcast::Result<Picture> {
+    slices(mesh, &Slices::new(cuts.to_vec()).with_look(Look::default().with_size(size)), &Control::default())
+}
+
 /// The colour that slices have for each flag, from the legend of all.
 fn colours(mesh: &Mesh) -> Vec<[u8; 3]> {
     let cell_of = |flag: u8| {
@@ -32,7 +37,7 @@ fn colours(mesh: &Mesh) -> Vec<[u8; 3]> {
     (0..4)
         .map(|flag| {
             let [x, y, z] = cell_of(flag);
-            let picture = slices(mesh, &[Cut { axis: 2, index: z }], 400).unwrap();
+            let picture = planes(mesh, &[Cut { axis: 2, index: z }], 400).unwrap();
             pixel_of(&picture, [x, y], 8)
         })
         .collect()
@@ -52,7 +57,7 @@ fn every_pixel_of_a_slice_has_the_colour_of_its_cell() {
         let across = [[1, 2], [0, 2], [0, 1]][axis];
         let [n_right, n_up] = across.map(|axis| mesh.dims()[axis]);
         for index in 0..mesh.dims()[axis] {
-            let picture = slices(&mesh, &[Cut { axis, index }], 400).unwrap();
+            let picture = planes(&mesh, &[Cut { axis, index }], 400).unwrap();
             for (i, j) in (0..n_right).flat_map(|i| (0..n_up).map(move |j| (i, j))) {
                 let mut cell = [index; 3];
                 (cell[across[0]], cell[across[1]]) = (i, j);
@@ -66,15 +71,73 @@ fn every_pixel_of_a_slice_has_the_colour_of_its_cell() {
 #[test]
 fn slices_are_where_they_are_asked_for_and_nowhere_else() {
     let mesh = bodies();
-    assert_eq!(Cut::at(&mesh, 0, 1.3).unwrap(), Cut { axis: 0, index: 2 });
-    assert_eq!(Cut::at(&mesh, 0, 1.5).unwrap(), Cut { axis: 0, index: 3 }, "a line belongs to the cell above");
-    assert_eq!(Cut::at(&mesh, 0, 5.0).unwrap(), Cut { axis: 0, index: 9 });
-    for (axis, at) in [(0, 5.01), (1, -0.1), (3, 0.0), (2, f64::NAN)] {
-        assert_eq!(Cut::at(&mesh, axis, at).unwrap_err().code(), "job-value");
+    let at = |axis, at| Cut::at(&mesh, axis, Place::Coordinate(at));
+    assert_eq!(at(0, 1.3).unwrap(), Cut { axis: 0, index: 2 });
+    assert_eq!(at(0, 1.5).unwrap(), Cut { axis: 0, index: 3 }, "a line belongs to the cell above");
+    assert_eq!(at(0, 5.0).unwrap(), Cut { axis: 0, index: 9 });
+    for (axis, place) in [(0, 5.01), (1, -0.1), (3, 0.0), (2, f64::NAN)] {
+        assert_eq!(at(axis, place).unwrap_err().code(), "job-value");
     }
-    assert_eq!(slices(&mesh, &[], 100).unwrap_err().code(), "job-value");
-    assert_eq!(slices(&mesh, &[Cut { axis: 1, index: 8 }], 100).unwrap_err().code(), "job-value");
-    assert_eq!(slices(&mesh, &[Cut { axis: 1, index: 0 }], 40_000).unwrap_err().code(), "job-value");
+    let cut = |axis, index| Cut { axis, index };
+    assert_eq!(Slices::at(&mesh, &[], &[]).unwrap().cuts, [cut(0, 5), cut(1, 4), cut(2, 4)]);
+    let places = ["0%", "100%", "2.6"].map(|text| text.parse::<Place>().unwrap());
+    assert_eq!(Slices::at(&mesh, &[1], &places).unwrap().cuts, [cut(1, 0), cut(1, 7), cut(1, 5)]);
+    for wrong in ["101%", "-1%", "1e400", "middle", ""] {
+        assert_eq!(wrong.parse::<Place>().unwrap_err().code(), "job-value", "{wrong}");
+    }
+    assert_eq!(planes(&mesh, &[], 100).unwrap_err().code(), "job-value");
+    assert_eq!(planes(&mesh, &[Cut { axis: 1, index: 8 }], 100).unwrap_err().code(), "job-value");
+    for size in [0, 40_000, u32::MAX] {
+        assert_eq!(planes(&mesh, &[Cut { axis: 1, index: 0 }], size).unwrap_err().code(), "job-value");
+        let wanted = View::default().with_look(Look::default().with_size(size));
+        assert_eq!(view(&mesh, &wanted, &Control::default()).unwrap_err().code(), "job-value");
+    }
+}
+
+#[test]
+fn pictures_keep_to_the_memory_that_is_allowed_and_can_be_cancelled() {
+    let mesh = bodies();
+    let stopped = Control::default();
+    stopped.cancel.cancel();
+    let all = Slices::at(&mesh, &[], &[]).unwrap();
+    assert_eq!(slices(&mesh, &all, &stopped).unwrap_err(), hexcast::Error::Cancelled);
+    assert_eq!(view(&mesh, &View::default(), &stopped).unwrap_err(), hexcast::Error::Cancelled);
+    for (n_bytes, fits) in [(0, false), (100_000, false), (20_000_000, true)] {
+        let look = Look::default().with_max_bytes(n_bytes);
+        let of_slices = slices(&mesh, &all.clone().with_look(look.clone()), &Control::default());
+        let of_view = view(&mesh, &View::default().with_look(look), &Control::default());
+        for made in [of_slices, of_view] {
+            assert_eq!(made.as_ref().map_err(hexcast::Error::code).err(), (!fits).then_some("memory"), "{made:?}");
+        }
+    }
+}
+
+#[test]
+fn flags_that_are_not_shown_are_white_and_colours_are_those_asked_for() {
+    let mesh = bodies();
+    let own = colours(&mesh);
+    let plane = Slices::new(vec![Cut { axis: 2, index: 1 }]);
+    let look = Look::default().with_size(400).with_flags(vec![0, 2]).with_colour(2, [1, 2, 3]);
+    let picture = slices(&mesh, &plane.with_look(look), &Control::default()).unwrap();
+    let mut seen = [0; 4];
+    for (i, j) in (0..10).flat_map(|i| (0..8).map(move |j| (i, j))) {
+        let flag = usize::from(mesh.flag([i, j, 1]).unwrap());
+        assert_eq!(pixel_of(&picture, [i, j], 8), [own[0], [255; 3], [1, 2, 3], [255; 3]][flag]);
+        seen[flag] += 1;
+    }
+    assert!(seen[0] > 0 && seen[1] > 0 && seen[2] > 0, "{seen:?}");
+    // a line within a cell's pixels: none is drawn where none is asked for
+    let at = [12 + 40, 12 + 20 + 20];
+    let drawn = |has_lines| {
+        let plane = Slices::new(vec![Cut { axis: 2, index: 1 }]).with_lines(has_lines);
+        slices(&mesh, &plane.with_look(Look::default().with_size(400)), &Control::default())
+            .unwrap()
+            .pixel(at[0], at[1])
+    };
+    assert!(own.contains(&drawn(false)) && !own.contains(&drawn(true)));
+    let nothing = View::default().with_look(Look::default().with_flags(vec![9]));
+    let error = view(&mesh, &nothing, &Control::default()).unwrap_err();
+    assert!(error.code() == "job-value" && error.to_string().contains("flags [9]"), "{error}");
 }
 
 /// Which of the colours of flags, made darker, a pixel has; 0 where it is white.
@@ -97,7 +160,7 @@ fn every_pixel_of_a_view_shows_the_first_cell_behind_it() {
     let colours = colours(&mesh);
     for from in [[-60.0, 25.0], [20.0, 40.0], [135.0, -30.0], [250.0, 5.0]] {
         let mut wanted = View::default();
-        (wanted.from, wanted.size) = (from, 500);
+        (wanted.from, wanted.look) = (from, Look::default().with_size(500));
         let picture = view(&mesh, &wanted, &Control::default()).unwrap();
         let (s, c) = libm::sincos(f64::to_radians(from[0]));
         let (t, d) = libm::sincos(f64::to_radians(from[1]));
@@ -160,6 +223,10 @@ fn commands_draw_what_is_asked_for() {
     assert!(fails(&["slice", &mesh, "-o", &other], 4).contains("pictures are written to .png only"));
     assert!(fails(&["slice", &mesh, "--at", "9", "-o", &folder.path("a.png")], 4).contains("is not within the mesh"));
     assert!(fails(&["slice", &mesh, "--at", "101%", "-o", &folder.path("a.png")], 2).contains("0% to 100%"));
+    for wrong in ["1", "1=red", "256=ff0000", "1=+f0000", "1=ff00000"] {
+        let said = fails(&["view", &mesh, "--colours", wrong, "-o", &folder.path("a.png")], 2);
+        assert!(said.contains("six hexadecimal digits"), "{wrong}: {said}");
+    }
 }
 
 #[test]

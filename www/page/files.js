@@ -49,9 +49,12 @@ function startDropping() {
   addEventListener('dragleave', (event) => hasFiles(event) && over(--depth > 0));
   addEventListener('dragover', (event) => event.preventDefault());
   addEventListener('drop', async (event) => {
+    // where it was dropped took it
+    const isTaken = event.defaultPrevented;
     event.preventDefault();
     depth = 0;
     over(false);
+    if (isTaken) return;
     // entries must be taken before the first await: the list is emptied after the event
     const entries = [...(event.dataTransfer?.items ?? [])]
       .filter((item) => item.kind === 'file')

@@ -1,6 +1,7 @@
 /** The page: starts every part, opens a mesher and takes what the address and the last visit have. */
 import { version } from 'hexcast';
 
+import { startCompare } from './compare.js';
 import { startConverge } from './converge.js';
 import { openMesher, restart, startDevice } from './device.js';
 import { byId } from './dom.js';
@@ -49,6 +50,7 @@ async function start() {
   startResults();
   startFindings();
   startLeaks();
+  startCompare();
   startStale();
   startDownloads();
   startExports();

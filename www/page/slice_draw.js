@@ -2,6 +2,7 @@
 import { canvasOf, byId, inputOf } from './dom.js';
 import { cellAt, centreOf, lengthOf } from './places.js';
 import { state } from './state.js';
+import { markCells } from './slice_difference.js';
 import { AXES, across, currentPicture, layout, onCanvas, view } from './slice_view.js';
 
 /** @typedef {import('./slice_view.js').Picture} Picture @typedef {import('./slice_view.js').Layout} Layout */
@@ -22,7 +23,7 @@ export function drawSlice() {
   const picture = currentPicture();
   const context = canvas.getContext('2d');
   if (!picture || !context) return;
-  const where = drawCells(canvas, context, picture);
+  const where = drawCells(canvas, context, picture, ratio);
   drawPath(canvas, context, picture, ratio);
   const n_marks = drawMarks(canvas, context, picture, ratio);
   drawCursor(canvas, context, picture, ratio);
@@ -40,26 +41,34 @@ export function drawSlice() {
   Object.assign(canvas.dataset, { width: slice.width, height: slice.height, marks: n_marks, zoom: view.zoom });
 }
 
-/** @param {HTMLCanvasElement} canvas @param {CanvasRenderingContext2D} context @param {Picture} picture */
-function drawCells(canvas, context, picture) {
-  const { slice, bitmap } = picture;
+/** @param {HTMLCanvasElement} canvas @param {CanvasRenderingContext2D} context @param {Picture} picture @param {number} ratio */
+function drawCells(canvas, context, picture, ratio) {
+  const { slice, bitmap, differs } = picture;
   const where = layout(canvas, picture);
   const { left, top, width, height } = where;
   const style = getComputedStyle(canvas);
   context.fillStyle = style.getPropertyValue('--cells-background');
   context.fillRect(left, top, width, height);
   context.imageSmoothingEnabled = false;
-  if (picture.mesh.lines.spacing) context.drawImage(bitmap, left, top, width, height);
-  else drawUnequal(context, where, bitmap);
+  const cover = (
+    /** @type {CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D} */ on,
+    /** @type {OffscreenCanvas} */ of,
+  ) => (picture.mesh.lines.spacing ? on.drawImage(of, left, top, width, height) : drawUnequal(on, where, of));
+  cover(context, bitmap);
+  if (differs) markCells(context, (layer) => cover(layer, differs), ratio, narrowest(where, slice));
   if (inputOf('mesh-lines').checked && slice.step === 1) drawLines(context, where, slice, style.getPropertyValue('--cells-line'));
   context.lineWidth = 1;
   context.strokeStyle = style.getPropertyValue('--cells-edge');
   context.strokeRect(left + 0.5, top + 0.5, width - 1, height - 1);
-  byId('slice-note').textContent = slice.step > 1 ? `every ${slice.step}th cell is drawn` : '';
+  const notes = [
+    slice.step > 1 ? `every ${slice.step}th cell is drawn` : '',
+    differs ? `marked cells differ from ${state.difference?.file}` : '',
+  ];
+  byId('slice-note').textContent = notes.filter(Boolean).join(', ');
   return where;
 }
 
-/** Samples of different sizes: first columns, then rows, each as wide as it is. @param {CanvasRenderingContext2D} context @param {Layout} where @param {OffscreenCanvas} bitmap */
+/** Samples of different sizes: first columns, then rows, each as wide as it is. @param {CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D} context @param {Layout} where @param {OffscreenCanvas} bitmap */
 function drawUnequal(context, { x, y }, bitmap) {
   const { width, height } = context.canvas;
   const columns = new OffscreenCanvas(width, bitmap.height);
@@ -77,6 +86,13 @@ function drawUnequal(context, { x, y }, bitmap) {
     if (to > Math.max(from, 0) && from < height)
       context.drawImage(columns, 0, bitmap.height - 1 - j, width, 1, 0, from, width, to - from);
   }
+}
+
+/** Pixels of the smallest cell. @param {Layout} where @param {import('hexcast').Slice} slice */
+function narrowest({ x, y }, slice) {
+  const least = (/** @type {number} */ n, /** @type {(cell: number) => number} */ at) =>
+    Array.from({ length: n }, (_, cell) => Math.abs(at(cell + 1) - at(cell))).reduce((one, other) => Math.min(one, other));
+  return Math.min(least(slice.width, x), least(slice.height, y));
 }
 
 /** Lines beside cells that are large enough. @param {CanvasRenderingContext2D} context @param {Layout} where @param {import('hexcast').Slice} slice @param {string} colour */

@@ -4,7 +4,7 @@ import { cellAt, placeAt } from './places.js';
 
 /**
  * @typedef {0 | 1 | 2} Axis
- * @typedef {{ slice: import('hexcast').Slice, mesh: import('hexcast').Mesh, axis: Axis, index: number, bitmap: OffscreenCanvas }} Picture
+ * @typedef {{ slice: import('hexcast').Slice, mesh: import('hexcast').Mesh, axis: Axis, index: number, bitmap: OffscreenCanvas, differs: OffscreenCanvas | null }} Picture
  */
 
 export const AXES = ['x', 'y', 'z'];

@@ -4,9 +4,10 @@ import { save } from './downloads.js';
 import { short } from './format.js';
 import { showError } from './messages.js';
 import { paint } from './paint.js';
-import { cellAt, placeAt } from './places.js';
+import { cellAt, centreOf, placeAt } from './places.js';
 import { baseName } from './share.js';
 import { followPlane, moveCursor, startPointers } from './slice_cursor.js';
+import { maskBitmap } from './slice_difference.js';
 import { drawSlice } from './slice_draw.js';
 import { AXES, resetZoom, view, zoomBy } from './slice_view.js';
 import { on, state } from './state.js';
@@ -15,6 +16,8 @@ import { on, state } from './state.js';
 
 /** Most pixels a side that a slice is requested with: screens have no more. */
 const MAX_PIXELS = 4096;
+/** Pixels of the longest side of the mesh in pictures that are saved. */
+const SAVED_PIXELS = 1200;
 
 let request = 0;
 const draw = oncePerFrame(drawSlice);
@@ -32,6 +35,7 @@ export function startSlices() {
     draw();
   });
   on('findings', draw);
+  on('difference', () => state.mesh && load());
   for (const [axis, name] of AXES.entries())
     byId(`slice-${name}`).addEventListener('change', () => cross(/** @type {Axis} */ (axis)));
   onInput('slice-at', 'input', ({ value }) => go(Number(value)));
@@ -44,6 +48,7 @@ export function startSlices() {
   byId('zoom-out').addEventListener('click', () => zoom(1 / 1.5));
   byId('zoom-fit').addEventListener('click', fit);
   byId('save-slice').addEventListener('click', savePicture);
+  byId('save-slice-view').addEventListener('click', saveView);
   const canvas = canvasOf('canvas-slice');
   startPointers(canvas, draw);
   canvas.addEventListener('keydown', moveByKey);
@@ -85,6 +90,13 @@ export function showPlace(place) {
   load();
 }
 
+/** Puts the cursor on a cell, and moves the planes there. @param {number[]} cell */
+export function showCell(cell) {
+  if (!state.mesh) return;
+  view.cursor = [...cell];
+  showPlace(centreOf(state.mesh.lines, cell));
+}
+
 /** Requests the plane; an earlier request that is still running is ignored. */
 async function load() {
   const { mesh } = state;
@@ -97,9 +109,11 @@ async function load() {
   showPlane(mesh, axis, index);
   const mine = ++request;
   try {
-    const slice = await mesh.slice(axis, index, MAX_PIXELS);
-    if (mine !== request) return undefined;
-    view.picture = { slice, mesh, axis, index, bitmap: new OffscreenCanvas(slice.width, slice.height) };
+    const planes = [mesh, state.difference?.mask].map((of) => of?.slice(axis, index, MAX_PIXELS));
+    const [slice, mask] = await Promise.all(planes);
+    if (mine !== request || !slice) return undefined;
+    const [bitmap, differs] = [new OffscreenCanvas(slice.width, slice.height), mask ? maskBitmap(mask) : null];
+    view.picture = { slice, mesh, axis, index, bitmap, differs };
     followPlane();
     repaint();
     draw();
@@ -150,8 +164,31 @@ function moveByKey(event) {
   event.preventDefault();
 }
 
-function savePicture() {
+/** Saves the whole plane with its legend, as the command draws it, in the colours of the page. */
+async function savePicture() {
+  if (!view.picture) return;
+  const { mesh, axis, index } = view.picture;
+  const { hidden, colours } = state;
+  const shown = [0, ...mesh.report.flags.map(({ flag }) => flag)].filter((flag) => !hidden.has(flag));
+  try {
+    const picture = await mesh.slice({
+      axis: /** @type {'x' | 'y' | 'z'} */ (AXES[axis]),
+      at: placeAt(mesh.lines, axis, index + 0.5),
+      size: SAVED_PIXELS,
+      lines: inputOf('mesh-lines').checked,
+      colours: Object.fromEntries(colours),
+      ...(hidden.size > 0 ? { flags: shown } : {}),
+    });
+    save(picture, `${baseName(state.job)}-${AXES[axis]}${index}.png`);
+  } catch (error) {
+    showError(error);
+  }
+}
+
+/** Saves what the screen shows: zoomed in, with marks. */
+function saveView() {
   if (!view.picture) return;
   const { axis, index } = view.picture;
-  canvasOf('canvas-slice').toBlob((blob) => blob && save(blob, `${baseName(state.job)}-${AXES[axis]}${index}.png`), 'image/png');
+  const name = `${baseName(state.job)}-${AXES[axis]}${index}-view.png`;
+  canvasOf('canvas-slice').toBlob((blob) => blob && save(blob, name), 'image/png');
 }

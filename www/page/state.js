@@ -90,12 +90,13 @@
  * @property {import('./found.js').Finding[]} findings of the mesh
  * @property {number} finding index of the one that is shown, -1 for none
  * @property {import('hexcast').Leak | null} leak that was looked for in the mesh
+ * @property {(import('hexcast').Difference & { file: string }) | null} difference of the mesh and that of a file
  * @property {Map<number, string>} colours that the user chose, by flag
  * @property {Set<number>} hidden flags that are switched off in the legend
  *
  * @typedef {{ result?: import('hexcast').Estimate, error?: import('hexcast').HexcastError, freeBytes: number }} Estimated
  * @typedef {{ geometries: { file?: string, name?: string, source?: Surface }[] }} ShownJob as much of a job as is shown
- * @typedef {'mesher' | 'geometries' | 'patches' | 'settings' | 'fields' | 'estimate' | 'phase' | 'mesh' | 'leak' | 'findings' | 'colours' | 'legend'} Topic
+ * @typedef {'mesher' | 'geometries' | 'patches' | 'settings' | 'fields' | 'estimate' | 'phase' | 'mesh' | 'leak' | 'difference' | 'findings' | 'colours' | 'legend'} Topic
  */
 
 /** The defaults of the job. @type {Readonly<Settings>} */
@@ -160,6 +161,7 @@ export const state = {
   findings: [],
   finding: -1,
   leak: null,
+  difference: null,
   colours: new Map(),
   hidden: new Set(),
 };

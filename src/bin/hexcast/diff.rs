@@ -5,13 +5,12 @@ use std::process::ExitCode;
 
 use hexcast::Result;
 use hexcast::control::{CancelToken, Control};
-use hexcast::difference::{Difference, FlagPair, difference};
+use hexcast::difference::{Difference, difference};
 use hexcast::files::open_file;
 use hexcast::job::{ByteSize, ZarrJob};
 use hexcast::mesh::Mesh;
 use hexcast::write::zarr::Place;
 use indicatif::{BinaryBytes, HumanCount};
-use serde::Serialize;
 
 use super::arguments::default_max_memory;
 use super::output_file::OutputFile;
@@ -54,15 +53,6 @@ pub(crate) struct Arguments {
     max_memory: Option<ByteSize>,
 }
 
-/// What is said as JSON.
-#[derive(Serialize)]
-struct Answer<'a> {
-    cells: u64,
-    n_cells: u64,
-    are_lines_equal: bool,
-    pairs: &'a [FlagPair],
-}
-
 pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode> {
     let max_bytes = arguments.max_memory.or_else(default_max_memory).map_or(u64::MAX, |size| size.0);
     let inputs: [&Path; 2] = [&arguments.one, &arguments.other];
@@ -74,20 +64,18 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     let mut outputs = Outputs::open(&targets, &arguments.formats, &mut Taken::by(&inputs), max_bytes)?;
     let mut control = Control::default();
     control.cancel = token.clone();
-    // the rest is for the mask
+    // as much is for the mask, and the rest for its file
     let [one, other] = inputs.map(|input| open_columns(input, max_bytes / 4, &control));
     let (one, other) = (one?, other?);
-    let found = difference(&one, &other, &control)?;
+    let found = difference(&one, &other, max_bytes / 4, &control)?;
     if arguments.output.is_some() {
         let place = Place { whole: found.mask.lines.clone(), first: [0; 3] };
         outputs.write(&found.mask, &place, None, &control, Progress::new(arguments.json))?;
     }
     let files = outputs.finish("")?;
     if arguments.json {
-        let Difference { cells, are_lines_equal, pairs, .. } = &found;
-        let answer = Answer { cells: *cells, n_cells: one.n_cells(), are_lines_equal: *are_lines_equal, pairs };
         // a struct of numbers always has a JSON form
-        let json = serde_json::to_value(&answer).unwrap_or_default();
+        let json = serde_json::to_value(&found).unwrap_or_default();
         super::terminal::print_exact(&format!("{json:#}\n"))?;
     } else {
         super::terminal::print(&in_words(&found, &one, &other, &files))?;

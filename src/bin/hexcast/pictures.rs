@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use hexcast::control::{CancelToken, Control};
 use hexcast::files::open_file;
 use hexcast::mesh::Mesh;
-use hexcast::picture::{Cut, Picture, View, slices, view};
+use hexcast::picture::{Look, Picture, Place, Slices, View, slices, view};
 use hexcast::{Error, Result};
 use indicatif::BinaryBytes;
 
@@ -42,6 +42,11 @@ pub(crate) struct SliceArguments {
     /// Pixels of the longest side of the mesh
     #[arg(long, value_name = "PIXELS", default_value_t = 600)]
     size: u32,
+    /// Draw no lines between cells
+    #[arg(long)]
+    no_lines: bool,
+    #[command(flatten)]
+    look: LookArguments,
     /// Picture
     #[arg(short, long, value_name = "OUT.png")]
     output: PathBuf,
@@ -60,15 +65,14 @@ pub(crate) struct ViewArguments {
     /// Direction to the eye in degrees: around z from the x axis, and up [default: -60,25]
     #[arg(long, value_name = "AROUND,UP", value_parser = list::<f64, 2>, allow_hyphen_values = true)]
     from: Option<[f64; 2]>,
-    /// Flags that are shown [default: all]
-    #[arg(long, value_name = "F,F,...", value_delimiter = ',')]
-    flags: Vec<u8>,
     /// Cells that are shown: the first on each axis, and the end, exclusive [default: all]
     #[arg(long, value_name = "I0,J0,K0,I1,J1,K1", value_parser = list::<u32, 6>)]
     window: Option<[u32; 6]>,
     /// Pixels of the longer side
     #[arg(long, value_name = "PIXELS", default_value_t = 1000)]
     size: u32,
+    #[command(flatten)]
+    look: LookArguments,
     /// Picture
     #[arg(short, long, value_name = "OUT.png")]
     output: PathBuf,
@@ -77,11 +81,34 @@ pub(crate) struct ViewArguments {
     quiet: bool,
 }
 
-/// A place along an axis.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Place {
-    Coordinate(f64),
-    Percent(f64),
+/// How a picture looks.
+#[derive(clap::Args)]
+struct LookArguments {
+    /// Flags that are shown [default: all]
+    #[arg(long, value_name = "F,F,...", value_delimiter = ',')]
+    flags: Vec<u8>,
+    /// Colours of flags, such as 1=d98324
+    #[arg(long, value_name = "F=RRGGBB,...", value_delimiter = ',', value_parser = flag_colour)]
+    colours: Vec<(u8, [u8; 3])>,
+}
+
+impl LookArguments {
+    fn look(&self, size: u32, max_bytes: u64) -> Look {
+        let look = Look::default().with_size(size).with_flags(self.flags.clone()).with_max_bytes(max_bytes);
+        self.colours.iter().fold(look, |look, &(flag, rgb)| look.with_colour(flag, rgb))
+    }
+}
+
+fn flag_colour(text: &str) -> std::result::Result<(u8, [u8; 3]), String> {
+    let found = text.split_once('=').and_then(|(flag, digits)| {
+        let digits = digits.strip_prefix('#').unwrap_or(digits);
+        let is_right = digits.len() == 6 && digits.bytes().all(|digit| digit.is_ascii_hexdigit());
+        let [_, rgb @ ..] = u32::from_str_radix(digits, 16).ok().filter(|_| is_right)?.to_be_bytes();
+        Some((flag.parse().ok()?, rgb))
+    });
+    found.ok_or_else(|| {
+        "a flag from 0 to 255 and a colour of six hexadecimal digits are needed, such as 1=d98324".into()
+    })
 }
 
 fn axis(text: &str) -> std::result::Result<usize, String> {
@@ -89,36 +116,20 @@ fn axis(text: &str) -> std::result::Result<usize, String> {
 }
 
 fn place(text: &str) -> std::result::Result<Place, String> {
-    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
-    let found = match text.strip_suffix('%') {
-        Some(percent) => number(percent).filter(|percent| (0.0..=100.0).contains(percent)).map(Place::Percent),
-        None => number(text).map(Place::Coordinate),
-    };
-    found.ok_or_else(|| "a coordinate such as 0.5, or 0% to 100%, is needed".into())
+    text.parse().map_err(|error: Error| error.to_string())
 }
 
 pub(crate) fn slice(arguments: &SliceArguments, token: &CancelToken) -> Result<()> {
-    drawn((&arguments.mesh, &arguments.output, arguments.quiet), token, |mesh, _| {
-        let axes = if arguments.axis.is_empty() { &[0, 1, 2][..] } else { &arguments.axis };
-        let places = if arguments.at.is_empty() { &[Place::Percent(50.0)][..] } else { &arguments.at };
-        let cut = |axis: usize, place: Place| {
-            let [low, high] = [0, mesh.dims()[axis]].map(|index| mesh.lines.line(axis, index));
-            let coordinate = match place {
-                Place::Coordinate(at) => at,
-                Place::Percent(percent) => (low + 0.01 * percent * (high - low)).clamp(low, high),
-            };
-            Cut::at(mesh, axis, coordinate)
-        };
-        let all = axes.iter().flat_map(|&axis| places.iter().map(move |&place| cut(axis, place)));
-        slices(mesh, &all.collect::<Result<Vec<Cut>>>()?, arguments.size)
+    drawn((&arguments.mesh, &arguments.output, arguments.quiet), token, |mesh, max_bytes, control| {
+        let planes = Slices::at(mesh, &arguments.axis, &arguments.at)?.with_lines(!arguments.no_lines);
+        slices(mesh, &planes.with_look(arguments.look.look(arguments.size, max_bytes)), control)
     })
 }
 
 pub(crate) fn view_mesh(arguments: &ViewArguments, token: &CancelToken) -> Result<()> {
-    drawn((&arguments.mesh, &arguments.output, arguments.quiet), token, |mesh, control| {
-        let mut wanted = View::default();
+    drawn((&arguments.mesh, &arguments.output, arguments.quiet), token, |mesh, max_bytes, control| {
+        let mut wanted = View::default().with_look(arguments.look.look(arguments.size, max_bytes));
         wanted.from = arguments.from.unwrap_or(wanted.from);
-        (wanted.size, wanted.flags) = (arguments.size, arguments.flags.clone());
         wanted.cells = arguments.window.map(|ends| [0, 1, 2].map(|axis| ends[axis]..ends[axis + 3]));
         view(mesh, &wanted, control)
     })
@@ -128,7 +139,7 @@ pub(crate) fn view_mesh(arguments: &ViewArguments, token: &CancelToken) -> Resul
 fn drawn(
     (input, output, is_quiet): (&Path, &Path, bool),
     token: &CancelToken,
-    draw: impl FnOnce(&Mesh, &Control) -> Result<Picture>,
+    draw: impl FnOnce(&Mesh, u64, &Control) -> Result<Picture>,
 ) -> Result<()> {
     // first: a missing input is the more useful message
     open_file(input)?;
@@ -145,7 +156,7 @@ fn drawn(
     control.cancel = token.clone();
     let max_bytes = default_max_memory().map_or(u64::MAX, |size| size.0);
     let mesh = open_columns(input, max_bytes / 2, &control)?;
-    let picture = draw(&mesh, &control)?;
+    let picture = draw(&mesh, max_bytes / 2, &control)?;
     let png = picture.png()?;
     file.put(&png)?;
     file.persist()?;
