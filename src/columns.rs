@@ -298,6 +298,8 @@ mod tests {
         let cells = columns().cells_per_flag();
         assert_eq!([cells[0], cells[1], cells[2], cells[7]], [26, 1, 10, 3]);
         assert_eq!(cells.iter().sum::<u64>(), 40);
+        let columns = columns();
+        assert_eq!((columns.n_runs(), columns.spilled_bytes(), columns.max_bytes()), (4, 0, None));
     }
 
     #[test]
@@ -309,7 +311,9 @@ mod tests {
             ..Band::default()
         };
         let other = Band { runs: vec![run(1, 7), run(4, 0), run(9, 1), run(1, 2)], ..joined.clone() };
-        assert_eq!(Columns::new(columns().rays, vec![joined]).unwrap(), columns());
+        assert_eq!(Columns::new(columns().rays, vec![joined.clone()]).unwrap(), columns());
         assert_ne!(Columns::new(columns().rays, vec![other]).unwrap(), columns());
+        let first = Band { runs: vec![run(2, 7), run(4, 0), run(9, 1), run(0, 2)], ..joined.clone() };
+        assert_ne!(Columns::new(columns().rays, vec![first]).unwrap(), columns());
     }
 }

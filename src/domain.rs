@@ -118,14 +118,18 @@ mod tests {
         assert_eq!((domain.low, domain.high), ([0.0, 0.0, -2.0], [9.0, 1.0, 1.0]));
         assert_eq!(domain.end_points, [vec![0.0, 1.0, 4.0, 9.0], vec![0.0, 1.0], vec![-2.0, 0.0, 0.5, 1.0]]);
         assert_eq!(domain.longest_extent(), 9.0);
+        assert_eq!([0, 1, 2].map(|axis| domain.file_rounding(axis)), [9.0, 1.0, 2.0].map(|far: f64| far / 8_388_608.0));
+        let small = Domain::new(&Job::default(), &[[[-0.25; 3], [0.125; 3]]]).unwrap();
+        assert_eq!(small.file_rounding(1), 0.25 / 8_388_608.0);
     }
 
     #[test]
     fn padding_by_length_moves_the_ends() {
-        let job = Job { padding: Some(Padding::Length(PerAxis::Each([1.0, 0.0, 2.0]))), ..Job::default() };
+        let job = Job { padding: Some(Padding::Length(PerAxis::Each([1.0, 0.5, 2.0]))), ..Job::default() };
         let domain = Domain::new(&job, &BOXES).unwrap();
-        assert_eq!((domain.low, domain.high), ([-1.0, 0.0, -4.0], [10.0, 1.0, 3.0]));
-        assert_eq!(domain.end_points[0], [-1.0, 0.0, 1.0, 4.0, 9.0, 10.0]);
+        assert_eq!((domain.low, domain.high), ([-1.0, -0.5, -4.0], [10.0, 1.5, 3.0]));
+        // along y both geometries have the same ends, each once
+        assert_eq!(domain.end_points[..2], [vec![-1.0, 0.0, 1.0, 4.0, 9.0, 10.0], vec![-0.5, 0.0, 1.0, 1.5]]);
     }
 
     #[test]
@@ -144,10 +148,13 @@ mod tests {
 
     #[test]
     fn a_flat_box_is_refused_and_named() {
-        let flat = [[[0.0, 0.0, 3.0], [4.0, 1.0, 3.0]]];
-        let error = Domain::new(&Job::default(), &flat).unwrap_err();
-        assert_eq!(error.code(), "domain-empty");
-        assert!(error.to_string().contains("along z"), "{error}");
+        for (axis, name) in ["x", "y", "z"].iter().enumerate() {
+            let mut flat = [[[0.0, 0.0, 0.0], [4.0, 1.0, 3.0]]];
+            flat[0][1][axis] = 0.0;
+            let error = Domain::new(&Job::default(), &flat).unwrap_err();
+            assert_eq!(error.code(), "domain-empty");
+            assert!(error.to_string().contains(&format!("along {name}")), "{error}");
+        }
         assert_eq!(Domain::new(&Job::default(), &[]).unwrap_err().code(), "domain-empty");
     }
 }

@@ -68,7 +68,7 @@ pub fn lines(job: &Job, domain: &Domain) -> Result<Lines> {
         let padded = cells + 2.0 * f64::from(padding);
         if padded > f64::from(u32::MAX) {
             let [cells, size] = [padded.round(), spacing[axis]];
-            let cells = if padded < 1e15 { format!("{cells}") } else { format!("{cells:?}") };
+            let cells = if padded < 1e16 { format!("{cells}") } else { format!("{cells:?}") };
             let message = format!("{cells} cells of size {size:?} along {}", AXES[axis]);
             return Err(Error::new("too-many-cells", message, "use larger cells"));
         }

@@ -69,6 +69,7 @@ mod tests {
                 for (index, [i, j]) in rays.enumerate() {
                     let runs = &found.runs[found.offsets[index] as usize..found.offsets[index + 1] as usize];
                     assert!(runs.windows(2).all(|two| two[0] >> 8 < two[1] >> 8), "{runs:?}");
+                    assert!(runs.first().is_none_or(|first| first & 0xff != 0), "{runs:?}");
                     for along in cells[axis].clone() {
                         let mut cell = [along; 3];
                         (cell[columns.rays.across[0]], cell[columns.rays.across[1]]) = (i, j);

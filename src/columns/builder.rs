@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use super::Columns;
 use super::file::end::{self, Totals};
-use super::file::head::{self, Named, START, VERSION};
+use super::file::head::{self, Named, START};
 use super::packed_band::PackedBand;
 use super::piece_store::{PieceEntry, PieceStore};
 use super::run::Band;
@@ -86,9 +86,8 @@ impl ColumnsBuilder {
                 "delete it, repeat what wrote it, or name another output",
             ));
         } else if head.starts_with(&found) {
-            // not even the head was finished
+            // not even the head was finished: it comes again, before the first band
             store.truncate(0).map_err(failed)?;
-            pieces.append_bytes(&head)?;
         } else {
             let message =
                 format!("the file exists but is not a hexcast file of this job: it has {} bytes", found.len());
@@ -196,7 +195,7 @@ impl ColumnsBuilder {
         if let Some(file) = self.file.as_mut().filter(|file| file.is_resumable || self.is_spilled) {
             self.spilled.add(&self.bands, self.rays.depth);
             let index: Vec<[u64; 2]> = file.pieces.entries.iter().map(|entry| [entry.at, entry.first_ray]).collect();
-            let end = end::encode(VERSION, &index, &self.spilled, file.pieces.n_bytes);
+            let end = end::encode(&index, &self.spilled, file.pieces.n_bytes);
             file.pieces.append_bytes(&end)?;
         }
         Ok(match self.file.filter(|_| self.is_spilled) {

@@ -155,3 +155,64 @@ fn take_varint(bytes: &mut &[u8]) -> Result<u32, String> {
     }
     Err("a number has more than five bytes".into())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rays_are_split_where_a_piece_is_full() {
+        let most = u64::from(PIECE_RUNS);
+        let no_runs = vec![0; 2 * PIECE_RAYS as usize + 1];
+        let tables: [(&[u64], &[u64]); 7] = [
+            (&[], &[]),
+            (&no_runs, &[0, 65_536, 131_072, 131_073]),
+            (&[most], &[0, 1]),
+            (&[most / 2, most / 2], &[0, 2]),
+            (&[most / 2, most / 2, most / 2, most / 2, 0], &[0, 2, 5]),
+            (&[most / 2, most / 2, 1, most - 1, 1], &[0, 2, 4, 5]),
+            (&[most / 2 + 1, most / 2, most + 1, 3 * most], &[0, 1, 2, 3, 4]),
+        ];
+        for (counts, ends) in tables {
+            for first in [0, 70_000] {
+                let mut splitter = PieceSplitter::new(first);
+                counts.iter().for_each(|&n_runs| splitter.push(n_runs));
+                let expected: Vec<_> = ends.windows(2).map(|two| first + two[0]..first + two[1]).collect();
+                assert_eq!(splitter.finish(), expected);
+            }
+        }
+    }
+
+    #[test]
+    fn contents_read_back_and_wrong_ones_are_refused() {
+        const DEPTH: u32 = 1 << 24;
+        // rays of as many runs, and first cells as far from those of the ray before, as one and two bytes hold
+        let starts = [0u32, 63, 127, 64, 0, 8192, 16_384, 8191, DEPTH - 1000, 0];
+        let counts = [1u32, 127, 128, 129, 0, 3, 300, 1, 1000, 0];
+        let rays: Vec<Vec<u32>> = starts
+            .iter()
+            .zip(counts)
+            .map(|(start, n)| (0..n).map(|k| run(start + k, (k % 2 + 1) as u8)).collect())
+            .collect();
+        let mut encoder = PieceEncoder::default();
+        rays.iter().for_each(|runs| encoder.push(runs));
+        let (n_runs, content) = encoder.finish();
+        let band = decode(&content, 10, n_runs, DEPTH).unwrap();
+        assert_eq!((0..10).map(|ray| band.ray(ray).to_vec()).collect::<Vec<_>>(), rays);
+        let last = u64::from(DEPTH) - 1;
+        assert_eq!(
+            decode(&content, 10, n_runs, DEPTH - 1),
+            Err(format!("ray 8: run 999 starts at cell {last} of {last}, not after the one before"))
+        );
+        for (bytes, n_rays, n_runs, expected) in [
+            (&[][..], 0, 1, "its content is too short"),
+            (&[0], 2, 0, "its content is too short"),
+            (&[1, 0, 7], 1, 2, "its content is too short"),
+            (&[0x80, 0x80, 0x80, 0x80, 0x80, 0], 1, 0, "a number has more than five bytes"),
+            (&[0xff, 0xff, 0xff, 0xff, 0x10], 1, 0, "the number 4563402751 is too large"),
+            (&[0x80], 1, 0, "its numbers end early"),
+        ] {
+            assert_eq!(decode(bytes, n_rays, n_runs, 9), Err(expected.to_string()), "{bytes:?}");
+        }
+    }
+}

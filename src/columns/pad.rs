@@ -77,7 +77,7 @@ fn source(number: u32, first: u32, n: u32, edge: HaloEdge) -> Option<u32> {
 #[cfg(test)]
 mod tests {
     use super::BAND_RAYS;
-    use crate::columns::{Band, Columns, run};
+    use crate::columns::{Band, Columns, run, run_cell, run_flag};
     use crate::job::HaloEdge;
     use crate::mesh::tests::pattern;
     use crate::rays::Rays;
@@ -116,6 +116,17 @@ mod tests {
                         (padded.n_crossings(), padded.odd_rays()),
                         (mesh.columns.n_crossings(), mesh.columns.odd_rays())
                     );
+                    // every ray has runs within it, ascending, each of another flag than the one before
+                    let depth = padded.rays.depth;
+                    let check = |runs: &[u32]| {
+                        let of = runs.iter().map(|&run| (run_cell(run), run_flag(run)));
+                        let (mut before, mut flag) = (None, 0);
+                        for (cell, next) in of {
+                            assert!(before < Some(cell) && cell < depth && next != flag, "{runs:?}");
+                            (before, flag) = (Some(cell), next);
+                        }
+                    };
+                    padded.for_rays(0..padded.rays.n_rays(), check).unwrap();
                     let [nx, ny, nz] = padded.dims();
                     for cell in (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z]))) {
                         let at = [0, 1, 2].map(|axis| i64::from(cell[axis]) - i64::from(before[axis]));

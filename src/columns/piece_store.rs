@@ -236,16 +236,36 @@ fn encode(band: &PackedBand, rays: &Range<u64>) -> Result<Vec<u8>> {
     let mut encoder = PieceEncoder::default();
     let runs = band.rays_from((rays.start - band.first_ray) as usize);
     runs.take(n_rays as usize).for_each(|runs| encoder.push(runs));
-    let (head, stored) = piece::encode(n_rays, encoder, None)?;
     let ends_band = rays.end == band.end_ray();
-    let counts = if ends_band { [band.odd_rays, band.n_crossings] } else { [0; 2] };
-    Ok([PieceHead { counts, ends_band, ..head }.to_bytes(), stored].concat())
+    piece::encode(n_rays, encoder, None, ends_band.then_some([band.odd_rays, band.n_crossings]))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::MemoryStore;
+    use super::super::{MemoryStore, run};
     use super::*;
+
+    #[test]
+    fn pieces_that_were_read_last_are_cached_within_their_bytes() {
+        // bands of 10 rays of 5 runs: the index takes 4 + 10 bytes
+        let band = |first_ray| {
+            let runs = (0..5).map(|k| run(2 * k, (k % 2 + 1) as u8)).collect::<Vec<_>>().repeat(10);
+            PackedBand::new(Band { first_ray, ends: (1..=10).map(|ray| 5 * ray).collect(), runs, ..Band::default() })
+        };
+        let n_bytes = 4 + 10 + 4 * 50;
+        assert_eq!(band(0).n_bytes(), n_bytes);
+        // a quarter of the memory is for pieces; the last one stays, whatever it takes
+        for (allowed, n_cached) in [(0, 1), (n_bytes - 1, 1), (3 * n_bytes - 1, 2), (3 * n_bytes, 3), (9 * n_bytes, 6)]
+        {
+            let mut store = PieceStore::own(Arc::new(MemoryStore::default()), 10, 4 * allowed);
+            store.append(&(0..6).map(|k| band(10 * k)).collect::<Vec<_>>()).unwrap();
+            let read: Vec<_> = store.entries.iter().map(|entry| store.cached(entry).unwrap()).collect();
+            let cached: Vec<u64> = store.cache.lock().unwrap().iter().map(|(at, _)| *at).collect();
+            let last: Vec<u64> = store.entries[6 - n_cached..].iter().map(|entry| entry.at).collect();
+            assert_eq!(cached, last, "{allowed} bytes");
+            assert!(Arc::ptr_eq(&read[5], &store.cached(&store.entries[5]).unwrap()));
+        }
+    }
 
     #[test]
     fn a_ray_of_more_runs_than_memory_has_is_refused_before_it_is_read() {

@@ -84,8 +84,7 @@ impl Axis<'_> {
                 .collect();
             let settled = settle(&mut intervals, growth, self.job.smallest(self.axis));
             // the cell around an edge stays whole: where it cannot, it has to be smaller
-            let divided =
-                |edge: &usize| settled.is_ok() && intervals[cells_of_edges[*edge]].n_cells(libm::log(growth)) > 1.0;
+            let divided = |edge: &usize| intervals[cells_of_edges[*edge]].n_cells(libm::log(growth)) > 1.0;
             if let Some(edge) = (0..edges.len()).find(divided) {
                 edges[edge].size *= 0.8;
                 if edges[edge].size < self.job.smallest(self.axis) {
@@ -117,11 +116,11 @@ impl Axis<'_> {
         Ok(lines)
     }
 
-    /// The largest size of a cell at a place.
+    /// The largest size of a cell at a place between fixed lines.
     fn largest(&self, fixed: &[Fixed], place: f64) -> f64 {
         let own = |(index, body): (usize, &Body)| {
-            let [low, high] = self.ends_of(fixed, index)?;
-            let of_cells = body.sizing.min_cells.map(|n| (high - low) / f64::from(n)).filter(|size| *size > 0.0);
+            let [low, high] = self.ends_of(fixed, index);
+            let of_cells = body.sizing.min_cells.map(|n| (high - low) / f64::from(n));
             let size = body.sizing.max_size.into_iter().chain(of_cells).fold(f64::INFINITY, f64::min);
             (low <= place && place <= high).then_some(size)
         };
@@ -130,14 +129,14 @@ impl Axis<'_> {
     }
 
     /// Where the lines of a geometry's ends are; those beyond the domain are its ends.
-    fn ends_of(&self, fixed: &[Fixed], body: usize) -> Option<[f64; 2]> {
+    fn ends_of(&self, fixed: &[Fixed], body: usize) -> [f64; 2] {
         let [low, high] = self.bodies[body].bounds.map(|corner| corner[self.axis]);
         let [first, last] = [self.domain.low[self.axis], self.domain.high[self.axis]];
         let place = |side: f64, end: f64| {
             let own = fixed.iter().find(|fixed| fixed.owners.contains(&(body, side)));
             own.map_or(end.clamp(first, last), |fixed| fixed.at)
         };
-        (low < last && high > first).then(|| [place(-1.0, low), place(1.0, high)])
+        [place(-1.0, low), place(1.0, high)]
     }
 
     /// The ends of the domain and of all geometries in it, ascending, none closer to each other than the smallest cell.
@@ -172,14 +171,7 @@ impl Axis<'_> {
             }
         }
         if fixed.last().is_none_or(|end| end.at < last) {
-            let end = Fixed { at: last, owners: Vec::new() };
-            match fixed.last_mut().filter(|fixed| last - fixed.at < least && fixed.at > first) {
-                Some(fixed) => {
-                    fixed.owners.iter().for_each(|&(body, _)| self.note(sentences, (fixed.at, body), &end));
-                    fixed.at = last;
-                }
-                None => fixed.push(end),
-            }
+            fixed.push(Fixed { at: last, owners: Vec::new() });
         }
         fixed
     }

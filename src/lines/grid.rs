@@ -236,9 +236,8 @@ fn smallest(lines: &[f64]) -> f64 {
 fn even_spacing(lines: &[f64]) -> Option<f64> {
     let n = lines.len() - 1;
     let mean = (lines[n] - lines[0]) / n as f64;
-    let gives = |spacing: &f64| {
-        *spacing > 0.0 && lines.iter().enumerate().all(|(index, line)| lines[0] + index as f64 * *spacing == *line)
-    };
+    let gives =
+        |spacing: &f64| lines.iter().enumerate().all(|(index, line)| lines[0] + index as f64 * *spacing == *line);
     // rounded to so many digits: a quotient or product of two numbers without rounding
     let exponent = libm::floor(libm::log10(mean)) as i32;
     let short = (0..17).map(|digits| {

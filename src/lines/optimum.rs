@@ -91,7 +91,7 @@ fn largest_allowed(distance: f64, size: f64, tolerance: f64) -> f64 {
     if (ratio - ratio.round()).abs() <= tolerance + 4.0 * f64::EPSILON * ratio {
         return size;
     }
-    distance / ((ratio + tolerance).floor() + 1.0 - tolerance)
+    distance / (ratio.floor() + 1.0 - tolerance)
 }
 
 #[cfg(test)]

@@ -32,13 +32,20 @@ fn dims_give_exactly_that_grid() {
     let job = Job { dims: Some([3, 7, 11]), domain: Some([-1.0, 0.0, 0.1, 2.0, 0.7, 0.2]), ..Job::default() };
     let lines = chosen(job, [0.0; 3], [1.0; 3]);
     assert_eq!((lines.dims(), lines.origin(), lines.smallest()[0]), ([3, 7, 11], [-1.0, 0.0, 0.1], 1.0));
+    let of = |axis: usize, size: f64| (lines.smallest()[axis] / size - 1.0).abs() < 1e-12;
+    assert!(of(1, 0.1) && of(2, 0.1 / 11.0), "{:?}", lines.smallest());
+    // also where the size is rounded by more than a part of a cell that is called rounding
+    for n in 4_000_000_000..4_000_000_050 {
+        let job = Job { dims: Some([n, 1, 1]), domain: Some([0.0, 0.0, 0.0, 0.7, 1.0, 1.0]), ..Job::default() };
+        assert_eq!(chosen(job, [0.0; 3], [1.0; 3]).dims(), [n, 1, 1]);
+    }
 }
 
 #[test]
 fn padding_by_cells_keeps_the_lines() {
     let job = Job { padding: Some(Padding::Cells(PerAxis::Each([1, 0, 2]))), ..cells(4) };
-    let lines = chosen(job, [0.0; 3], [4.0, 4.0, 2.0]);
-    assert_eq!((lines.dims(), lines.origin()), ([6, 4, 6], [-1.0, 0.0, -2.0]));
+    let lines = chosen(job, [0.0; 3], [2.0, 2.0, 1.0]);
+    assert_eq!((lines.dims(), lines.origin()), ([6, 4, 6], [-0.5, 0.0, -1.0]));
 }
 
 #[test]
@@ -57,6 +64,8 @@ fn the_optimum_meets_all_end_points_and_reports_the_rest() {
     assert_eq!(lines.smallest()[0], 0.75);
     assert!(lines.smallest().iter().all(|&size| size <= 1.0));
     assert_eq!((lines.dims()[1], lines.dims()[2]), (1, 10));
+    let ends = residuals(&lines, &domain).map(|of| of.iter().map(|of| of.end_point).collect::<Vec<_>>());
+    assert_eq!(ends, domain.end_points);
     for residual in residuals(&lines, &domain).iter().flatten() {
         assert!(residual.cells.abs() <= DEFAULT_TOLERANCE + 1e-9, "{residual:?}");
     }
@@ -116,7 +125,7 @@ fn lists_of_a_job_are_its_lines() {
 #[test]
 fn light_takes_as_long_as_the_unit_of_lengths_says() {
     // cells of 3 x 4 x 12 in size, and larger ones: 1 / sqrt(1/9 + 1/16 + 1/144) = 12 / sqrt(26)
-    let lines = Lines::from_lists([vec![0.0, 3.0, 7.0], vec![0.0, 4.0], vec![0.0, 12.0]]).unwrap();
+    let lines = Lines::from_lists([vec![0.0, 3.0, 7.0], vec![0.0, 6.0, 10.0], vec![0.0, 12.0]]).unwrap();
     let metres =
         [("m", 1.0), ("dm", 0.1), ("cm", 0.01), ("mm", 0.001), ("um", 1e-6), ("\u{b5}m", 1e-6), ("\u{3bc}m", 1e-6)];
     let others = [("nm", 1e-9), ("km", 1e3), ("in", 0.0254), ("mil", 2.54e-5), ("ft", 0.3048), ("yards", 0.9144)];
@@ -129,8 +138,9 @@ fn light_takes_as_long_as_the_unit_of_lengths_says() {
     assert_eq!((of(None).courant_seconds, of(Some("parsec")).courant_seconds), (None, None));
     assert_eq!(
         (of(None).smallest, of(None).largest, of(None).ratio),
-        ([3.0, 4.0, 12.0], [4.0, 4.0, 12.0], [4.0 / 3.0, 1.0, 1.0])
+        ([3.0, 4.0, 12.0], [4.0, 6.0, 12.0], [4.0 / 3.0, 1.5, 1.0])
     );
+    assert_eq!(Grading::of(&Lines::new([0.0; 3], [1.0; 3], [2; 3]).unwrap(), Some("m")), None);
 }
 
 #[test]
@@ -156,6 +166,40 @@ fn cells_of_less_than_half_the_largest_size_are_explained() {
     let domain = Domain::new(&job, &[[[0.0; 3], [1.0, 2.0, 0.25]]]).unwrap();
     // one cell of a quarter along z is as few as can be
     assert_eq!(about_fine_cells(&job, &domain, &lines(&job, &domain).unwrap()), Vec::<String>::new());
+    // the size, a tolerance, the first end of a body and its second, in a box of 10 -> what is said of cells along x
+    let more = "a tolerance of 0.1 would give cells of 0.2564102564102564, 39 along x";
+    for (s_max, tolerance, ends, size, said) in [
+        (1.0, 0.05, [3.5, 7.0], 0.5, None),
+        (2.0, 0.05, [3.5, 7.0], 0.5, Some("less than half of 2, which makes 20 of them: no larger size")),
+        // a body of two cells is not what makes them small; of tolerances the first that gives fewer cells is offered
+        (1.0, 0.01, [0.25, 0.75], 0.25, Some("which makes 40 of them: no larger size puts all 4 end points on lines")),
+        (1.0, 0.01, [0.25, 0.75], 0.25, Some(more)),
+    ] {
+        let job = Job { max_cell_size: Some(s_max), tolerance: Some(tolerance), ..Job::default() };
+        let boxes = [[[0.0; 3], [10.0; 3]], [[ends[0], 0.0, 0.0], [ends[1], 10.0, 10.0]]];
+        let domain = Domain::new(&job, &boxes).unwrap();
+        let lines = lines(&job, &domain).unwrap();
+        assert_eq!(lines.smallest()[0], size);
+        let sentences = about_fine_cells(&job, &domain, &lines);
+        assert_eq!(sentences.len(), said.iter().len(), "{sentences:?}");
+        assert!(said.is_none_or(|said| sentences[0].contains(said)), "{sentences:?}");
+    }
+    // two cells could be one
+    let domain = Domain::new(&job, &[[[0.0; 3], [0.5, 1.0, 1.0]], [[0.0; 3], [0.25, 1.0, 1.0]]]).unwrap();
+    let sentences = about_fine_cells(&job, &domain, &lines(&job, &domain).unwrap());
+    assert!(sentences.len() == 1 && sentences[0].contains("which makes 2 of them"), "{sentences:?}");
+}
+
+#[test]
+fn the_cells_of_a_box_are_limited_where_a_job_says_so() {
+    let lines = Lines::new([0.0; 3], [1.0; 3], [3, 4, 5]).unwrap();
+    let checked = |max_cells| check_n_cells(&Job { max_cells, ..Job::default() }, &lines);
+    assert_eq!([checked(None), checked(Some(60)), checked(Some(61))], [Ok(()), Ok(()), Ok(())]);
+    let error = checked(Some(59)).unwrap_err();
+    assert_eq!(
+        (error.code(), error.to_string().as_str()),
+        ("too-many-cells", "3 x 4 x 5 = 60 cells: at most 59 are allowed")
+    );
 }
 
 #[test]
@@ -165,6 +209,14 @@ fn too_many_cells_along_an_axis_are_counted() {
         lines(&job, &Domain::new(&job, &[[[0.0; 3], [1.0; 3]]]).unwrap()).unwrap_err()
     };
     assert_eq!(wrong(1e-10).to_string(), "10000000000 cells of size 1e-10 along y");
+    assert_eq!(wrong(1e-15).to_string(), "1000000000000000 cells of size 1e-15 along y");
+    // the most that a u32 counts
+    let of = |n: f64| {
+        let job =
+            Job { domain: Some([0.0, 0.0, 0.0, 1.0, n, 1.0]), cell_size: Some(PerAxis::All(1.0)), ..Job::default() };
+        lines(&job, &Domain::new(&job, &[]).unwrap()).map(|lines| lines.dims()[1]).map_err(|error| error.code())
+    };
+    assert_eq!([of(4_294_967_295.0), of(4_294_967_296.0)], [Ok(u32::MAX), Err("too-many-cells")]);
     assert_eq!(
         (wrong(1e-16).to_string().as_str(), wrong(1e-16).code()),
         ("1e16 cells of size 1e-16 along y", "too-many-cells")

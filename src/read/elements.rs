@@ -84,12 +84,13 @@ impl<'a> Bytes<'a> {
     ) -> Result<Vec<T>> {
         let n = accessor.count;
         let mut values = Vec::new();
-        let room =
-            |values: &mut Vec<T>, n: u64| values.try_reserve_exact(n as usize).map_err(|_| no_room("corners", 0));
+        let room = |values: &mut Vec<T>| {
+            values.try_reserve_exact(n as usize).map_err(|_| no_room("elements", n.saturating_sub(1) as usize))
+        };
         match accessor.buffer_view {
             Some(view) => {
                 let elements = self.elements(view, accessor.byte_offset, (n, size))?;
-                room(&mut values, n)?;
+                room(&mut values)?;
                 values.extend(elements.map(&value));
             }
             // so many that nothing in the file stands for are a mistake
@@ -97,7 +98,7 @@ impl<'a> Bytes<'a> {
                 return Err(wrong(&format!("an accessor has {n} elements and no bytes")));
             }
             None => {
-                room(&mut values, n)?;
+                room(&mut values)?;
                 values.resize(n as usize, zero);
             }
         }

@@ -73,7 +73,11 @@ pub(super) fn parse(text: &mut dyn BufRead) -> Result<Model> {
         let event = reader.read_event_into(&mut buffer);
         let at = |what: &str| wrong(&format!("byte {}: {what}", reader.buffer_position()));
         match event.map_err(|error| at(&shown(&error.to_string(), 150)))? {
-            Event::Eof => return model.ok_or_else(|| wrong("there is no element \"model\"")),
+            Event::Eof => {
+                let mut model: Model = model.ok_or_else(|| wrong("there is no element \"model\""))?;
+                model.objects.extend(object);
+                return Ok(model);
+            }
             Event::Start(tag) | Event::Empty(tag) => {
                 let name = tag.local_name();
                 let Some(model) = &mut model else {
@@ -104,10 +108,6 @@ pub(super) fn parse(text: &mut dyn BufRead) -> Result<Model> {
                         }
                     }
                 }
-            }
-            Event::End(tag) if tag.local_name().as_ref() == b"object" => {
-                let objects = model.iter_mut().map(|model| &mut model.objects);
-                objects.for_each(|objects| objects.extend(object.take()));
             }
             _ => {}
         }

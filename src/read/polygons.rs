@@ -47,12 +47,9 @@ impl Polygons {
         }
     }
 
-    /// Begins a solid, whatever the name of the last one.
+    /// Begins a solid, whatever the name of the last one; one without facets is left out at the end.
     pub(super) fn new_solid(&mut self, name: &str) {
-        match self.solids.last_mut() {
-            Some((last, start)) if *start == self.facets.len() => *last = name.into(),
-            _ => self.solids.push((name.into(), self.facets.len())),
-        }
+        self.solids.push((name.into(), self.facets.len()));
     }
 
     /// Counts corners and facets that are about to be added: a small file may place copies of copies.
@@ -112,9 +109,7 @@ impl Polygons {
         let n_facets = self.facets.len() as u64;
         let mut starts = self.solids;
         // what stands before the first name, and all where there is none
-        if starts.first().is_none_or(|(_, start)| *start > 0) {
-            starts.insert(0, (String::new(), 0));
-        }
+        starts.insert(0, (String::new(), 0));
         let mut solids = Vec::new();
         let mut facets = self.facets;
         for (name, start) in starts.into_iter().rev() {
@@ -168,6 +163,13 @@ mod tests {
     use super::*;
 
     #[test]
+    fn copies_are_counted_up_to_the_limit() {
+        let mut polygons = Polygons::default();
+        assert!(polygons.count_copied(MAX_COPIED as usize - 5).is_ok() && polygons.count_copied(5).is_ok());
+        assert_eq!(polygons.count_copied(1).map_err(|error| error.code()), Err("too-many-facets"));
+    }
+
+    #[test]
     fn a_polygon_is_bent_where_a_corner_leaves_its_plane() {
         // outlines in a plane, also ones that are not convex, with whole numbers
         let outlines: [&[[f64; 2]]; 4] = [
@@ -184,6 +186,9 @@ mod tests {
             ([1.0, 2.0, -1.0], [3.0, 0.0, 2.0], [4.0, -5.0, -6.0]),
             ([-2.0, 1.0, 3.0], [1.0, 4.0, -1.0], [-13.0, 1.0, -9.0]),
         ];
+        // neither corners on a line nor in one place leave a plane
+        assert!(!is_bent([0.0, 1.0, 2.0, 3.0].map(|at| [at, at, 2.0 * at]).into_iter()));
+        assert!(!is_bent([[7.0; 3]; 4].into_iter()));
         for ((a, b, normal), outline) in planes.iter().flat_map(|plane| outlines.iter().map(move |of| (plane, of))) {
             for (offset, scale) in [(0.0, 1.0), (1000.0, 1.0), (-7.0, 1e-6), (3e4, 1e3)] {
                 let corners: Vec<[f64; 3]> = outline

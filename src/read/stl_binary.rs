@@ -81,7 +81,6 @@ impl Parser {
                 return Ok(());
             }
             let record = self.partial;
-            self.n_partial = 0;
             self.records(&[record])?;
         }
         let (records, rest) = bytes.as_chunks::<RECORD>();

@@ -114,7 +114,9 @@ fn files_longer_than_the_head_and_the_chunk_are_read_whole() {
         let body: String = facets.iter().map(|facet| ascii_facet("0 0 0", facet)).collect();
         format!("solid\n{body}endsolid")
     });
-    for file in [&from_binary[..], from_ascii.as_bytes()] {
+    // padding, which is no facet
+    let padded = [&from_binary[..], &[0; 170]].concat();
+    for file in [&from_binary[..], from_ascii.as_bytes(), &padded] {
         let contents = read_bytes(file).expect("good");
         assert_eq!(*contents.solids[0].facets, facets);
         for size in [49, 1023, 1024, 1025, 65_537] {
@@ -177,17 +179,31 @@ fn trailing_bytes_are_left_out_with_their_number() {
 fn a_count_below_the_facets_of_the_file_is_an_error() {
     assert_bad(binary_with(b"", 3, &TETRAHEDRON, 0), "stl-count", &["3 facets", "284 bytes", "can hold 4"]);
     assert_bad(binary_with(b"", 0, &TETRAHEDRON, 0), "stl-count", &["0 facets", "can hold 4"]);
+    assert_bad(binary_with(b"", 0, &TETRAHEDRON[..1], 0), "stl-count", &["0 facets", "can hold 1"]);
+    let small = TETRAHEDRON.map(|facet| facet.map(|corner| corner.map(|number| 1e-9 * number)));
+    assert_bad(binary_with(b"", 3, &small, 0), "stl-count", &["3 facets", "can hold 4"]);
     let many: Vec<Facet> = TETRAHEDRON.iter().copied().cycle().take(200).collect();
     assert_bad(binary_with(b"", 7, &many, 0), "stl-count", &["7 facets", "can hold 200"]);
+    // facets behind the announced ones are counted in whatever slices they come
+    for size in [50, 333, 1100] {
+        let error = in_chunks(&binary_with(b"", 150, &many, 0), size).unwrap_err();
+        assert!(error.code() == "stl-count" && error.to_string().contains("can hold 200"), "{error}");
+    }
+    // padding may be as long as what is before it, and a page more
+    let padded = |n: usize| [binary(&TETRAHEDRON), vec![0; n]].concat();
+    assert_eq!(good(padded(284 + 4096)).warnings.len(), 1);
+    assert_bad(padded(284 + 4097), "stl-count", &["announces 4 facets", "of 4665 bytes can hold 91"]);
 }
 
 #[test]
 fn empty_files_have_no_facet() {
     assert_bad(b"", "stl-empty", &["0 bytes"]);
-    assert_eq!(Reader::new(0).finish().map_err(|error| error.code()), Err("stl-empty"));
+    let error = Reader::new(0).finish().unwrap_err();
+    assert_eq!((error.code(), error.to_string().as_str()), ("stl-empty", "the file has 0 bytes"));
     assert_bad(binary(&[]), "stl-empty", &["0 facets", "byte 80"]);
     assert_bad("solid a\nendsolid a\nsolid b\nendsolid b\n", "stl-empty", &["4 lines"]);
     assert_bad("solid a", "stl-empty", &["1 lines"]);
+    assert_bad("solid", "stl-empty", &["1 lines"]);
 }
 
 #[test]
@@ -197,6 +213,8 @@ fn other_files_are_not_stl() {
     assert_bad([b"<!DOCTYPE html>".as_slice(), &[b' '; 200]].concat(), "stl-not-stl", &["<!DOCTYPE html>"]);
     assert_bad(b"solidity\nfacet", "stl-not-stl", &["solidity"]);
     assert_bad([0u8; 83], "stl-not-stl", &["83 bytes"]);
+    assert_bad([[0u8; 80].as_slice(), &[5, 0, 0, 0]].concat(), "stl-truncated", &["announces 5 facets"]);
+    assert_bad("v 0 0 0\n\x7f", "stl-not-stl", &["9 bytes that are not text"]);
     assert_bad([b"\x1f\x8b\x08".as_slice(), &[0; 300]].concat(), "file-syntax", &["gzip"]);
     assert_bad(b"\xff\xfes\0o\0l\0i\0d\0", "stl-not-stl", &["UTF-16"]);
     assert_bad("   \r\n\t", "stl-not-stl", &[]);
@@ -204,24 +222,42 @@ fn other_files_are_not_stl() {
 
 #[test]
 fn corners_that_are_no_numbers_are_named_by_byte() {
-    for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+    let places = (0..3).flat_map(|corner| ["x", "y", "z"].map(|axis| (corner, axis)));
+    for (value, (at, (corner, axis))) in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY]
+        .iter()
+        .flat_map(|value| places.clone().enumerate().map(move |of| (value, of)))
+    {
         let mut facets = TETRAHEDRON;
-        facets[2][1][2] = value;
-        let place = format!("facet 3 of 4: z of corner 2 is {value} (byte 216)");
+        facets[2].as_flattened_mut()[at] = *value;
+        let byte = 196 + 4 * at;
+        let place = format!("facet 3 of 4: {axis} of corner {} is {value} (byte {byte})", corner + 1);
         assert_bad(binary(&facets), "stl-not-finite", &[&place]);
-        let bytes = binary(&facets);
-        assert_eq!(bytes[216..220], value.to_le_bytes());
+        assert_eq!(binary(&facets)[byte..byte + 4], value.to_le_bytes());
     }
 }
 
 #[test]
 fn normals_are_counted_and_never_decide() {
     let facet = &TETRAHEDRON[3];
-    let normals = ["0 0 0", "-0 0 0", "-1 -1 -1", "1 1 1", "nan nan nan", "-inf 0 0", "a b", "", "-1e39 0 0", "0 0 -2"];
+    let normals = [
+        "0 0 0",
+        "-0 0 0",
+        "-1 0 0",
+        "0 -1 0",
+        "0 0 -1",
+        "-1 -1 -1",
+        "1 1 1",
+        "nan nan nan",
+        "-inf 0 0",
+        "a b",
+        "",
+        "-1e39 0 0",
+        "0 0 -2",
+    ];
     let body: String = normals.iter().map(|normal| ascii_facet(normal, facet)).collect();
     let contents = good(format!("solid\n{body}endsolid\n"));
     assert_eq!(*contents.solids[0].facets, vec![*facet; normals.len()]);
-    assert_eq!((contents.zero_normals, contents.wrong_normals), (2, 2));
+    assert_eq!((contents.zero_normals, contents.wrong_normals), (2, 5));
 
     let mut bytes = binary(&TETRAHEDRON);
     bytes[84..88].copy_from_slice(&f32::NAN.to_le_bytes());
@@ -247,6 +283,9 @@ fn colours_are_noticed() {
     assert!(good(binary_with(b"", 4, &TETRAHEDRON, 0x4e73)).has_colours);
     assert!(good(binary_with(b"", 4, &TETRAHEDRON, 1)).has_colours);
     assert!(!good(binary_with(b"colourless", 4, &TETRAHEDRON, 0)).has_colours);
+    // 61 is a "=" behind the header
+    let many: Vec<Facet> = TETRAHEDRON.iter().copied().cycle().take(61).collect();
+    assert!(!good(binary_with(&[[b' '; 75].as_slice(), b"COLOR"].concat(), 61, &many, 0)).has_colours);
 }
 
 #[test]

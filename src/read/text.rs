@@ -33,3 +33,26 @@ pub(super) fn shown(text: &str, most: usize) -> String {
     }
     short
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texts_are_shown_with_escapes_up_to_a_length() {
+        for (text, most, expected) in [
+            ("  abc\n", 3, "abc"),
+            ("abcd", 3, "abc..."),
+            ("a\"b'c\\d", 20, "a\\\"b\\'c\\\\d"),
+            ("a\0b\tc\u{7}d", 20, "a\\0b\\tc\\u{7}d"),
+            // an escape counts as long as it is, and is never cut
+            ("a\0bc", 4, "a\\0b..."),
+            ("a\0\0", 4, "a\\0..."),
+            ("äöü", 3, "äöü"),
+        ] {
+            assert_eq!(shown(text, most), expected, "{text:?}, {most}");
+        }
+        assert_eq!(excerpt(b"one\rtwo\nthree"), "one");
+        assert_eq!(excerpt(&[b'x'; 200]), "x".repeat(40) + "...");
+    }
+}

@@ -8,6 +8,8 @@ use serde_json::{Value, json};
 use super::Report;
 use crate::job::tests::{assert_schema_is_committed, in_plain_text};
 
+mod facts;
+
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/report.schema.json");
 
 fn schema() -> Value {

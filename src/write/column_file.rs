@@ -13,8 +13,7 @@ use std::ops::Range;
 
 use crate::columns::codec::{PieceEncoder, PieceSplitter};
 use crate::columns::file::end;
-use crate::columns::file::head::version;
-use crate::columns::file::piece::{self, PieceHead};
+use crate::columns::file::piece;
 use crate::columns::{Columns, Head};
 use crate::control::Control;
 use crate::error::Result;
@@ -86,20 +85,16 @@ impl ColumnFileEncoder {
         let encode = |rays: &Range<u64>| encode_piece(mesh, rays.clone(), self.level);
         let encoded = batch.par_iter().map(encode).collect::<Result<Vec<_>>>()?;
         let mut bytes = Vec::new();
-        for (index, (rays, (head, stored))) in batch.iter().zip(encoded).enumerate() {
+        for (rays, piece) in batch.iter().zip(encoded) {
             self.index.push([self.n_bytes + bytes.len() as u64, rays.start]);
-            // the whole is one band: its last piece has all counts
-            let ends_band = self.n_encoded + index + 1 == self.pieces.len();
-            let counts = if ends_band { [mesh.columns.odd_rays(), mesh.columns.n_crossings()] } else { [0; 2] };
-            bytes.extend(PieceHead { counts, ends_band, ..head }.to_bytes());
-            bytes.extend(stored);
+            bytes.extend(piece);
         }
         self.n_encoded = end;
         Ok(bytes)
     }
 
     fn end(&self, mesh: &Mesh) -> Vec<u8> {
-        end::encode(version(&mesh.lines, &mesh.names), &self.index, &mesh.columns.totals(), self.n_bytes)
+        end::encode(&self.index, &mesh.columns.totals(), self.n_bytes)
     }
 }
 
@@ -116,10 +111,12 @@ fn pieces(columns: &Columns) -> Result<Vec<Range<u64>>> {
     Ok(splitter.finish())
 }
 
-/// Encodes a piece: its head, without counts, and its stored bytes.
-fn encode_piece(mesh: &Mesh, rays: Range<u64>, level: Option<u8>) -> Result<(PieceHead, Vec<u8>)> {
+/// Encodes a piece.
+fn encode_piece(Mesh { columns, .. }: &Mesh, rays: Range<u64>, level: Option<u8>) -> Result<Vec<u8>> {
     let n_rays = (rays.end - rays.start) as u32;
+    // the whole is one band: its last piece has all counts
+    let counts = (rays.end == columns.rays.n_rays()).then(|| [columns.odd_rays(), columns.n_crossings()]);
     let mut encoder = PieceEncoder::default();
-    mesh.columns.for_rays(rays, |runs| encoder.push(runs))?;
-    piece::encode(n_rays, encoder, level)
+    columns.for_rays(rays, |runs| encoder.push(runs))?;
+    piece::encode(n_rays, encoder, level, counts)
 }

@@ -40,12 +40,16 @@ fn columns_in_a_store_answer_as_those_in_memory() {
         let rays = Rays::new(axis, dims);
         let held = Columns::new(rays, bands(&rays, 2)).unwrap();
         // from the first band on, in the middle, never
-        for max_bytes in [0, 150, u64::MAX] {
+        let all_bytes = held.n_bytes();
+        for max_bytes in [0, 150, all_bytes - 1, all_bytes, u64::MAX] {
             let store = Arc::new(MemoryStore::default());
             let target = (head(&rays, dims, None), store.clone() as Arc<dyn Store>);
             let columns = built(ColumnsBuilder::new(rays, max_bytes, Some(target)), bands(&rays, 2));
-            assert_eq!(columns.is_spilled(), max_bytes < u64::MAX);
+            assert_eq!(columns.is_spilled(), max_bytes < all_bytes);
+            assert_eq!(columns.is_spilled(), !store.bytes().is_empty());
             assert_eq!(columns, held);
+            (0..rays.n_rays()).for_each(|ray| assert_eq!(columns.ray(ray), held.ray(ray)));
+            assert_eq!(columns.padded([[0; 3]; 2], crate::job::HaloEdge::Clamp).is_err(), columns.is_spilled());
             assert_eq!(columns.cells_per_flag(), held.cells_per_flag());
             let counts = |columns: &Columns| [columns.n_runs(), columns.n_crossings(), columns.odd_rays()];
             assert_eq!(counts(&columns), counts(&held));
@@ -63,6 +67,78 @@ fn columns_in_a_store_answer_as_those_in_memory() {
             }
         }
     }
+}
+
+#[test]
+fn a_band_of_more_rays_than_a_piece_has_its_counts_once() {
+    // the first of two pieces ends with a row
+    let dims = [256, 264, 9];
+    let rays = Rays::new(2, dims);
+    let all = || bands(&rays, 264);
+    assert!(all().len() == 1 && rays.n_rays() > u64::from(crate::columns::codec::PIECE_RAYS));
+    let store = Arc::new(MemoryStore::default());
+    let keep = || ColumnsBuilder::resume(rays, 0, head(&rays, dims, Some([7; 32])), store.clone()).unwrap();
+    let columns = built(keep(), all());
+    assert_eq!((columns.odd_rays(), columns.n_crossings()), (1, 3));
+    let file = store.bytes().clone();
+    let read = crate::column_file::read(&mut &file[..], u64::MAX, &crate::control::Control::default()).unwrap();
+    assert_eq!((read.columns.odd_rays(), read.columns.n_crossings(), read.columns), (1, 3, columns));
+    // the band is taken up whole or not at all
+    store.bytes().truncate(file.len() - 3000);
+    assert_eq!(keep().n_rays(), 0);
+}
+
+#[test]
+fn what_is_held_at_most_is_counted() {
+    let rays = Rays::new(0, [12, 5, 7]);
+    let unpacked = |band: &Band| 4 * (band.ends.len() + band.runs.len()) as u64;
+    // four bytes a block of 64 rays, one a ray, four a run
+    let packed = |band: &Band| (4 + band.ends.len() + 4 * band.runs.capacity()) as u64;
+    let exact = || -> Vec<Band> {
+        bands(&rays, 2).into_iter().map(|band| Band { runs: band.runs.into_boxed_slice().into_vec(), ..band }).collect()
+    };
+    let store = Arc::new(MemoryStore::default());
+    for max_bytes in [u64::MAX, exact().iter().take(2).map(packed).sum::<u64>()] {
+        let target = (head(&rays, [12, 5, 7], None), Arc::new(MemoryStore::default()) as Arc<dyn Store>);
+        let mut builder = ColumnsBuilder::new(rays, max_bytes, Some(target));
+        let (mut held, mut most) = (0, 0);
+        for band in exact() {
+            most = most.max(held + unpacked(&band));
+            held += packed(&band);
+            most = most.max(held);
+            builder.push(vec![band]).unwrap();
+            // once they exceed the limit they are in the store
+            held = if held > max_bytes { 0 } else { held };
+            assert_eq!(builder.peak_bytes, most, "{max_bytes}");
+        }
+    }
+    let resumed = || ColumnsBuilder::resume(rays, u64::MAX, head(&rays, [12, 5, 7], None), store.clone()).unwrap();
+    let n_bytes = built(resumed(), exact()).n_bytes();
+    assert_eq!(resumed().peak_bytes, n_bytes);
+}
+
+#[test]
+fn bands_that_end_within_a_row_or_beyond_the_box_are_not_taken_up() {
+    let (small, large) = (Rays::new(0, [12, 5, 7]), Rays::new(0, [12, 5, 9]));
+    let head = head(&small, [12, 5, 7], Some([7; 32]));
+    let resume = |rays, store: &Arc<MemoryStore>| ColumnsBuilder::resume(rays, 0, head.clone(), store.clone()).unwrap();
+    let store = Arc::new(MemoryStore::default());
+    bands(&large, 2).into_iter().for_each({
+        let mut builder = resume(large, &store);
+        move |band| builder.push(vec![band]).unwrap()
+    });
+    assert_eq!(resume(small, &store).n_rays(), 30);
+    let store = Arc::new(MemoryStore::default());
+    let mut builder = resume(small, &store);
+    for first_ray in [0, 7, 14] {
+        builder.push(vec![Band { first_ray, ends: vec![0; 7], ..Band::default() }]).unwrap();
+    }
+    assert_eq!(resume(small, &store).n_rays(), 0);
+    let mut builder = resume(small, &store);
+    for (first_ray, n) in [(0, 7), (7, 8), (15, 6)] {
+        builder.push(vec![Band { first_ray, ends: vec![0; n], ..Band::default() }]).unwrap();
+    }
+    assert_eq!(resume(small, &store).n_rays(), 15);
 }
 
 #[test]
@@ -120,6 +196,7 @@ fn a_store_of_something_else_is_refused_and_left_alone() {
         *store.bytes() = foreign.to_vec();
         let error = keep(&store, 8).err().unwrap();
         assert_eq!((error.code(), &store.bytes()[..]), ("columns-other", foreign));
+        assert!(error.to_string().ends_with(&format!(": it has {} bytes", foreign.len())), "{error}");
     }
 }
 
@@ -134,7 +211,8 @@ fn what_the_store_gives_back_is_checked() {
     let error = columns.ray(0).unwrap_err();
     assert!(error.code() == "io" && error.to_string().contains(&format!("damaged at byte {first}")), "{error}");
     store.bytes().clear();
-    assert_eq!(columns.for_rays(0..1, |_| ()).unwrap_err().code(), "io");
+    let error = columns.for_rays(0..1, |_| ()).unwrap_err();
+    assert!(error.code() == "io" && error.to_string().contains("reading columns from the disk"), "{error}");
     assert_ne!(columns, columns.clone());
 }
 

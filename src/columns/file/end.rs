@@ -49,22 +49,18 @@ impl Totals {
     }
 }
 
-/// Lays out the end of a version, which starts at byte `at`; `index` has the start and the first ray of each piece.
-pub(crate) fn encode(version: u32, index: &[[u64; 2]], totals: &Totals, at: u64) -> Vec<u8> {
+/// Lays out the end, which starts at byte `at`; `index` has the start and the first ray of each piece.
+pub(crate) fn encode(index: &[[u64; 2]], totals: &Totals, at: u64) -> Vec<u8> {
     let mut end = END_TAG.to_vec();
     let mut put = |number: u64| end.extend(number.to_le_bytes());
     put(index.len() as u64);
     index.as_flattened().iter().for_each(|&number| put(number));
-    put(totals.n_runs);
-    if version > 1 {
-        put(totals.odd_rays);
-        put(totals.n_crossings);
-        let flags = (1..=255u8).filter(|&flag| totals.cells[usize::from(flag)] > 0);
-        end.extend((flags.clone().count() as u32).to_le_bytes());
-        for flag in flags {
-            end.push(flag);
-            end.extend(totals.cells[usize::from(flag)].to_le_bytes());
-        }
+    [totals.n_runs, totals.odd_rays, totals.n_crossings].into_iter().for_each(put);
+    let flags = (1..=255u8).filter(|&flag| totals.cells[usize::from(flag)] > 0);
+    end.extend((flags.clone().count() as u32).to_le_bytes());
+    for flag in flags {
+        end.push(flag);
+        end.extend(totals.cells[usize::from(flag)].to_le_bytes());
     }
     end.extend(crc32(&end));
     end.extend(at.to_le_bytes());
@@ -119,9 +115,9 @@ mod tests {
     #[test]
     fn an_end_reads_back_and_flags_that_do_not_ascend_are_refused() {
         let mut totals = Totals { n_runs: 7, odd_rays: 1 << 40, n_crossings: 3, cells: Box::new([0; 256]) };
-        (totals.cells[2], totals.cells[255]) = (11, 1 << 50);
+        (totals.cells[2], totals.cells[255]) = (1, 1 << 50);
         let index = vec![[30, 0], [90, 4]];
-        let end = encode(2, &index, &totals, 123);
+        let end = encode(&index, &totals, 123);
         let (end, tail) = end.split_at(end.len() - TAIL);
         assert_eq!((u64_at(tail, 0), &tail[8..]), (123, &b"HXC END\n"[..]));
         assert_eq!(decode(2, end, 123).unwrap(), (index, Some(totals)));
@@ -151,5 +147,27 @@ mod tests {
         }
         let sentence = changed(|body, _| body[4] = 200).unwrap_err();
         assert!(sentence.contains("too short for the number of pieces"), "{sentence}");
+        let sentence = changed(|body, _| body[0] = b'e').unwrap_err();
+        assert!(sentence.contains("its checksum is wrong"), "{sentence}");
+    }
+
+    #[test]
+    fn an_end_of_version_1_has_the_index_and_the_number_of_runs_alone() {
+        let decoded = |numbers: &[u64], more: &[u8]| {
+            let mut end =
+                [&END_TAG[..], &numbers.iter().flat_map(|n| n.to_le_bytes()).collect::<Vec<u8>>(), more].concat();
+            end.extend(crc32(&end));
+            decode(1, &end, 9).map(|(index, totals)| (index, totals.is_some())).map_err(|error| error.to_string())
+        };
+        assert_eq!(decoded(&[0, 7], &[]), Ok((vec![], false)));
+        assert_eq!(decoded(&[2, 30, 0, 90, 4, 7], &[]), Ok((vec![[30, 0], [90, 4]], false)));
+        for (numbers, more, what) in [
+            (&[0u64][..], &[0u8; 7][..], "its checksum is wrong"),
+            (&[2, 30, 0, 90, 4], &[], "it is too short for the number of pieces"),
+            (&[2, 30, 0, 90, 4, 7], &[0], "it has more bytes than its numbers need"),
+            (&[2, 30, 0, 90, 4, 7, 8], &[], "it has more bytes than its numbers need"),
+        ] {
+            assert_eq!(decoded(numbers, more), Err(format!("the end at byte 9: {what}")));
+        }
     }
 }

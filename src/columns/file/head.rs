@@ -98,7 +98,7 @@ impl Head {
 }
 
 /// The version of the file of a mesh.
-pub(crate) fn version(lines: &Lines, names: &[Named]) -> u32 {
+fn version(lines: &Lines, names: &[Named]) -> u32 {
     let has_more = names.iter().any(|named| named.flag == 0 || !named.material.is_empty());
     match (has_more, lines.is_graded()) {
         (true, _) => WITH_MATERIALS,
@@ -265,6 +265,15 @@ mod tests {
         );
         let fits = "x".repeat((1 << 20) - n_body - 5);
         assert_eq!(start(&head(&["a", &fits]).encode().unwrap()).unwrap(), (VERSION, 1 << 20));
+        // listed lines, 8 bytes each, are not counted; equally spaced ones, 48 bytes, are
+        let listed = |name: &str| {
+            let lines = Lines::from_lists([4, 5, 6].map(|n| (0..n).map(|k| f64::from(k * k)).collect())).unwrap();
+            Head { lines, ..head(&["a", name]) }.encode()
+        };
+        let fits = format!("{fits}{}", "x".repeat(48));
+        assert_eq!(start(&listed(&fits).unwrap()).unwrap(), (LISTED, (1 << 20) + 8 * 15));
+        let error = listed(&(fits + "x")).unwrap_err();
+        assert_eq!(error.to_string(), "names of 1048577 bytes; a column file holds 1048576");
     }
 
     #[test]

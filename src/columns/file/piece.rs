@@ -90,11 +90,16 @@ impl PieceHead {
     }
 }
 
-/// Ends a piece of `n_rays` rays: returns its head, without counts, and its stored bytes.
+/// The bytes of a piece of `n_rays` rays; `counts` are those of the band that it ends.
 ///
 /// # Errors
 /// `io` where zlib fails.
-pub(crate) fn encode(n_rays: u32, encoder: PieceEncoder, level: Option<u8>) -> Result<(PieceHead, Vec<u8>)> {
+pub(crate) fn encode(
+    n_rays: u32,
+    encoder: PieceEncoder,
+    level: Option<u8>,
+    counts: Option<[u64; 2]>,
+) -> Result<Vec<u8>> {
     let (n_runs, content) = encoder.finish();
     let n_content = content.len() as u32;
     let stored = match level {
@@ -102,12 +107,15 @@ pub(crate) fn encode(n_rays: u32, encoder: PieceEncoder, level: Option<u8>) -> R
         Some(level) => zlib::compress(&content, level)?,
     };
     let (n_stored, crc) = (stored.len() as u32, crc32(&stored));
-    Ok((PieceHead { n_rays, n_runs, n_content, n_stored, crc, counts: [0; 2], ends_band: false }, stored))
+    let (ends_band, counts) = (counts.is_some(), counts.unwrap_or_default());
+    let head = PieceHead { n_rays, n_runs, n_content, n_stored, crc, counts, ends_band };
+    Ok([head.to_bytes(), stored].concat())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::columns::run;
 
     #[test]
     fn numbers_that_no_piece_has_are_refused() {
@@ -125,6 +133,28 @@ mod tests {
         // 3 rays and 200 runs: at most 1215 bytes, and what zlib may add
         let fits = |n_stored| head(3, 200, n_stored).stores_no_more_than_needed();
         assert!(fits(1215 + 1 + 64) && !fits(1215 + 1 + 65));
+        // one ray and 10^7 runs: a thousandth more
+        let fits = |n_stored| head(1, 10_000_000, n_stored).stores_no_more_than_needed();
+        assert!(fits(60_000_005 + 60_000 + 64) && !fits(60_000_005 + 60_000 + 65));
+    }
+
+    #[test]
+    fn contents_of_another_length_than_the_head_says_are_refused() {
+        for level in [None, Some(6)] {
+            let mut encoder = PieceEncoder::default();
+            encoder.push(&[run(1, 7), run(4, 0)]);
+            encoder.push(&[]);
+            let bytes = encode(2, encoder, level, None).unwrap();
+            let head = PieceHead::from_bytes(&bytes).unwrap();
+            // two numbers of runs, two cells, two flags
+            assert_eq!((head.n_content, head.ends_band, head.counts), (6, false, [0, 0]));
+            let decoded = |n_content| PieceHead { n_content, ..head }.decode(&bytes[PIECE_HEAD..], level.is_some(), 10);
+            assert_eq!(decoded(6).map(|band| band.runs), Ok(vec![run(1, 7), run(4, 0)]));
+            for n_content in [5, 7] {
+                let sentence = format!("its content has 6 bytes, its head says {n_content}");
+                assert_eq!(decoded(n_content), Err(sentence));
+            }
+        }
     }
 
     #[test]

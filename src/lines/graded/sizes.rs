@@ -125,3 +125,51 @@ pub(super) fn settle(intervals: &mut [Interval], growth: f64, least: f64) -> Res
     }
     Err(0)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_size_at_a_line_is_what_every_interval_allows_from_where_it_is() {
+        // lengths and largest sizes
+        let table: [&[(f64, f64)]; 5] = [
+            &[(4.0, 3.0), (1.0, 0.2), (6.0, 2.0), (0.5, 0.1), (9.0, 5.0)],
+            &[(1.0, 0.1), (7.0, 7.0), (7.0, 7.0)],
+            &[(7.0, 7.0), (7.0, 7.0), (1.0, 0.1)],
+            &[(2.0, 0.5), (2.0, 0.5)],
+            &[(3.0, 1.0)],
+        ];
+        for (of, growth) in table.into_iter().flat_map(|of| [(of, 1.1), (of, 1.3), (of, 2.0)]) {
+            let mut intervals: Vec<Interval> = of.iter().map(|&(length, most)| Interval::new(length, most)).collect();
+            settle(&mut intervals, growth, 1e-3).unwrap();
+            let lines: Vec<f64> =
+                of.iter().scan(0.0, |at, (length, _)| Some(std::mem::replace(at, *at + length))).collect();
+            for (index, interval) in intervals.iter().enumerate() {
+                for (end, at) in [(0, lines[index]), (1, lines[index] + of[index].0)] {
+                    let allowed = |(&low, &(length, most)): (&f64, &(f64, f64))| {
+                        most.min(length) + growth.ln() * (low - at).max(at - low - length).max(0.0)
+                    };
+                    let allowed = lines.iter().zip(of).map(allowed).fold(f64::INFINITY, f64::min);
+                    let wanted = interval.ends[end];
+                    assert!(wanted <= allowed * (1.0 + 1e-9), "{of:?}, {growth}: {wanted} at {at}, allowed {allowed}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_smaller_size_at_an_end_limits_the_other_end() {
+        let mut interval = Interval::new(2.0, 1.0);
+        interval.reduce(0, 0.25, 0.125);
+        assert_eq!(interval.ends, [0.25, 0.5]);
+        interval.reduce(1, 0.375, 0.125);
+        assert_eq!(interval.ends, [0.25, 0.375]);
+    }
+
+    #[test]
+    fn cells_may_be_as_small_as_the_smallest() {
+        let settled = |least: f64| settle(&mut [Interval::new(3.0, 1.0), Interval::new(2.0, 1.0)], 1.3, least);
+        assert_eq!([settled(0.6), settled(1.0), settled(1.0 + 1e-6)], [Ok(()), Ok(()), Err(0)]);
+    }
+}

@@ -5,6 +5,8 @@ use proptest::prelude::*;
 use super::*;
 use crate::job::{GeometryJob, Job};
 
+mod axis;
+
 #[derive(Debug, Clone)]
 struct Scene {
     job: GradedJob,
@@ -181,7 +183,8 @@ fn a_thin_sheet_gets_its_cells_and_the_rest_grows() {
 #[test]
 fn ends_that_nearly_meet_share_a_line_and_both_are_named() {
     let job = GradedJob { max_size: PerAxis::All(1.0), min_size: Some(0.1), growth: None, absorbing: None };
-    let bodies = vec![([[0.0; 3], [4.0; 3]], Sizing::default()), ([[1.0; 3], [3.96, 3.0, 3.0]], Sizing::default())];
+    let three = Sizing { min_cells: Some(3), ..Sizing::default() };
+    let bodies = vec![([[0.0; 3], [4.0; 3]], Sizing::default()), ([[1.0; 3], [3.96, 3.0, 3.0]], three)];
     let (_, found) = made(&Scene { job, bodies });
     let (lines, sentences) = found.unwrap();
     assert_eq!(sentences.len(), 1);
@@ -189,7 +192,8 @@ fn ends_that_nearly_meet_share_a_line_and_both_are_named() {
     for part in ["\"body 1\" at x = 3.96", "that of the domain at 4", "less than the smallest cell, 0.1"] {
         assert!(text.contains(part), "{part} is not in {text}");
     }
-    assert!(lines.list(0).contains(&4.0) && !lines.list(0).contains(&3.96));
+    // its three cells reach to the line that it has
+    assert_eq!(lines.list(0), [0.0, 1.0, 2.0, 3.0, 4.0]);
 }
 
 #[test]
@@ -220,4 +224,5 @@ fn sizes_that_cannot_be_are_refused_with_the_place() {
     let error = found.unwrap_err();
     assert_eq!(error.code(), "lines-no-sizes");
     assert!(error.to_string().contains("along x of at least 1"), "{error}");
+    assert!(error.to_string().contains("between the ends at 0 and 1"), "{error}");
 }

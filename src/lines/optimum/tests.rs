@@ -19,6 +19,58 @@ fn a_common_divisor_is_found_exactly() {
 }
 
 #[test]
+fn sizes_are_searched_down_to_a_part_of_the_extent_and_the_thinnest_geometry() {
+    let searched = |distances: &[f64], thinnest: f64, s_max: f64, tolerance: f64| {
+        Intervals { distances: distances.to_vec(), thinnest }.searched(s_max, tolerance)
+    };
+    let of = |greatest: f64| [greatest / 256.0, greatest];
+    assert_eq!(searched(&[0.25, 0.5], f64::INFINITY, 2.0, 0.05), of(0.5));
+    assert_eq!(searched(&[4.0, 8.0], f64::INFINITY, 2.0, 0.05), of(2.0));
+    assert_eq!(searched(&[4.0, 8.0], 0.5, 2.0, 0.25), of(1.0));
+    // the least one is among them
+    assert_eq!(optimum(&[1.0 / 256.0, 1.0], 1.0, 0.0), Some(1.0 / 256.0));
+    assert_eq!(optimum(&[1.0 / 257.0, 1.0], 1.0, 0.0), None);
+}
+
+#[test]
+fn ends_and_geometries_nearer_than_the_rounding_of_files_do_not_count() {
+    // coordinates up to 8 are rounded by a millionth
+    let r = 1.0 / f64::from(1 << 20);
+    let near = 1.0 + 1e-3;
+    let job = crate::job::Job { domain: Some([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]), ..crate::job::Job::default() };
+    let all = f64::INFINITY;
+    // ends of a body -> distances between the ends of the domain, and the thinnest geometry in it
+    for (ends, distances, thinnest) in [
+        ([2.0, 3.0], &[2.0, 3.0][..], 1.0),
+        ([r, 4.0], &[4.0], 4.0 - r),
+        ([near * r, 4.0], &[near * r, 4.0], 4.0 - near * r),
+        ([4.0, 8.0 - r], &[4.0], 4.0 - r),
+        ([4.0, 8.0 - near * r], &[4.0, 8.0 - near * r], 4.0 - near * r),
+        ([3.0, 3.0], &[3.0], all),
+        ([3.0, 3.0 + r], &[3.0, 3.0 + r], all),
+        ([3.0, 3.0 + near * r], &[3.0, 3.0 + near * r], 3.0 + near * r - 3.0),
+        ([7.0, 8.0], &[7.0], 1.0),
+        ([0.0, 1.0], &[1.0], 1.0),
+        ([-r, 1.0], &[1.0], 1.0 + r),
+        ([-near * r, 1.0], &[1.0], all),
+        ([-1.0, 1.0], &[1.0], all),
+        ([7.0, 8.0 + near * r], &[7.0], all),
+        ([-1.0, 9.0], &[], all),
+    ] {
+        // a flat body at 8 gives the rounding
+        let boxes = [[[8.0; 3]; 2], [[ends[0], 2.0, 2.0], [ends[1], 3.0, 3.0]]];
+        let found = Intervals::new(&Domain::new(&job, &boxes).unwrap(), 0);
+        assert_eq!((&found.distances[..], found.thinnest), (&[distances, &[8.0]].concat()[..], thinnest), "{ends:?}");
+    }
+}
+
+#[test]
+fn of_sizes_that_keep_the_lines_the_one_that_comes_nearest_is_taken() {
+    // an end point on the first line lies between two others
+    assert_eq!(optimum(&[1.0, 1.98, 2.02], 1.01, 0.05), Some(1.0));
+}
+
+#[test]
 fn the_largest_size_itself_is_not_exceeded_to_come_nearer() {
     assert_eq!(optimum(&[10.04], 1.0, 0.05), Some(1.0));
     assert_eq!(optimum(&[9.98], 1.0, 0.05), Some(0.998));

@@ -69,6 +69,15 @@ fn a_missing_endsolid_and_a_solid_without_facets_are_warned_about() {
     let contents = good(format!("solid none\nendsolid none\n{text}"));
     assert_eq!((contents.solids.len(), contents.solids[0].name.as_str()), (1, "one"));
     assert_eq!(contents.warnings, ["line 1: solid \"none\" without facets left out"]);
+    let contents = good(format!("solid none\n{text}solid more"));
+    assert_eq!((contents.solids.len(), contents.solids[0].name.as_str()), (1, "one"));
+    let warnings = [
+        "line 2: a \"solid\" begins before the \"endsolid\" of the last",
+        "line 1: solid \"none\" without facets left out",
+        "line 32: the file ends without \"endsolid\"",
+        "line 32: solid \"more\" without facets left out",
+    ];
+    assert_eq!(contents.warnings, warnings);
 }
 
 #[test]
@@ -76,6 +85,8 @@ fn warnings_are_bounded() {
     let contents = good(format!("{}{}", "solid\nendsolid\n".repeat(1000), ascii("", &TETRAHEDRON)));
     assert_eq!(contents.warnings.len(), 17);
     assert_eq!(contents.warnings[16], "984 more warnings of these kinds");
+    let contents = good(format!("{}{}", "solid\nendsolid\n".repeat(17), ascii("", &TETRAHEDRON)));
+    assert_eq!(contents.warnings[16..], ["1 more warnings of these kinds"]);
 }
 
 #[test]
@@ -122,6 +133,15 @@ fn grammar_errors_name_the_line_and_what_was_expected() {
     assert_bad(without(8), "stl-syntax", &["line 8: \"facet normal", "\"endfacet\""]);
     assert_bad(format!("{text}facet normal 0 0 1\n"), "stl-syntax", &["line 31: \"facet", "\"solid\""]);
     assert_bad(text.replacen("endfacet", "end\0facet", 1), "stl-syntax", &["line 8: \"end\\0facet\""]);
+    // words as long as those of the grammar
+    for (word, other) in
+        [("vertex", "vortex"), ("endloop", "endlope"), ("endfacet", "endfaced"), ("endsolid", "endsolod")]
+    {
+        assert_bad(text.replacen(word, other, 1), "stl-syntax", &[&format!("\"{other}")]);
+    }
+    for other in ["hello", "tale of a solid"] {
+        assert_bad(format!("{text}{other}\n"), "stl-syntax", &["line 31: ", other, "\"solid\""]);
+    }
 }
 
 #[test]
@@ -150,6 +170,15 @@ fn long_lines_end_the_reading_before_they_fill_the_memory() {
     assert_eq!(error.map(|error| (error.code(), error.to_string().contains("line 2"))), Some(("stl-syntax", true)));
     assert!(pushed < 70_000, "{pushed} bytes");
     assert_bad(&text, "stl-syntax", &["line 2 is longer than 65536 bytes"]);
-    let name = "n".repeat(65_000);
-    assert_eq!(good(ascii(&name, &TETRAHEDRON)).solids[0].name, name);
+    // the longest name, in the first line and after the bytes that decide the format
+    for before in [String::new(), ascii("a", &TETRAHEDRON) + &"\n".repeat(1024)] {
+        let named = |n: usize| format!("{before}{}", ascii("name", &TETRAHEDRON).replacen("name", &"n".repeat(n), 1));
+        let longest = named((1 << 16) - "solid ".len());
+        let beyond = named((1 << 16) - "solid ".len() + 1);
+        assert!(good(&longest).solids.iter().any(|solid| solid.name.len() == (1 << 16) - 6));
+        assert_eq!(in_chunks(longest.as_bytes(), 1000), Ok(good(&longest)));
+        let place = format!("line {} is longer than 65536 bytes", 1 + before.lines().count());
+        assert_bad(&beyond, "stl-syntax", &[&place]);
+        assert_eq!(in_chunks(beyond.as_bytes(), 1000).map_err(|error| error.to_string()), Err(place));
+    }
 }

@@ -93,6 +93,7 @@ fn every_format_has_the_facets_of_the_stl() {
         let contents = good(&file);
         assert_eq!((contents.format, contents.n_facets, contents.n_bytes), (format, 4, file.len() as u64));
         assert_eq!(facets(&contents), expected, "{format:?}");
+        assert_eq!((contents.wrong_normals, contents.zero_normals, contents.zero_area), (0, 0, 0));
         assert!(contents.warnings.is_empty(), "{:?}", contents.warnings);
         // the slices that it comes in do not matter
         let mut reader = Reader::new(file.len() as u64);
@@ -118,17 +119,65 @@ fn polygons_are_fans_and_those_that_are_not_planar_are_counted() {
     assert_eq!((facets(&contents), contents.warnings.len()), (vec![[a, b, c], [a, c, d]], 0));
     let contents = good(square.replace("1 1 0", "1 1 0.1"));
     assert!(contents.warnings[0].contains("1 polygons of more than three corners are not planar, the first at line 6"));
-    let contents = good("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2\nf 1 2 3\ncurv 0 1 1 2\n");
+    let two = square.replace("4 1 0", "4 2 0").replace("1 1 0", "1 1 0.1") + "4 3 2 1 0\n";
+    assert!(good(&two).warnings[0].starts_with("2 polygons") && good(&two).warnings[0].contains("first at line 6:"));
+    let contents = good("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2\nf 1 2 3\ncurv 0 1 1 2\nsurf 1\n");
     assert_eq!(contents.warnings.len(), 2, "{:?}", contents.warnings);
     assert!(
-        contents.warnings[0].contains("such as curv at line 6") && contents.warnings[1].contains("1 polygons of fewer")
+        contents.warnings[0].starts_with("2 statements that are no polygons are passed over, such as curv at line 6")
+            && contents.warnings[1].starts_with("1 polygons of fewer")
     );
+    // three corners on a line, whose middle f64 rounds: no area, and no polygon of more than three corners
+    let contents = good("v 0.1 0.2 0.3\nv 0.2 0.4 0.6\nv 0.4 0.8 1.2\nv 1 0 0\nf 1 2 3\nf 1 2 4\n");
+    assert_eq!((contents.n_facets, contents.zero_area, contents.warnings), (2, 1, vec![]));
+}
+
+#[test]
+fn lists_of_a_ply_have_whole_numbers_of_values_and_elements_may_have_none() {
+    let header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+                  element nothing 9\nelement face 2\nproperty list float int vertex_indices\nend_header\n";
+    let corners = "0 0 0\n1 0 0\n0 1 0\n";
+    let contents = good(format!("{header}{corners}3 0 1 2\n0\n"));
+    assert_eq!(
+        (contents.n_facets, contents.warnings),
+        (1, vec!["1 polygons of fewer than three corners are left out".to_string()])
+    );
+    for n in ["-1", "1.5", "-0.5", "nan"] {
+        let number: f64 = n.parse().unwrap();
+        assert_bad(
+            format!("{header}{corners}3 0 1 2\n{n} 0 0\n"),
+            "file-syntax",
+            &[&format!("line 15: a list of {number} values")],
+        );
+    }
+    // words that one line has too many are not those that the next has too few
+    let moved = format!("{header}0 0 0 5\n1 0\n0 1 0\n3 0 1 2\n0\n");
+    assert_bad(moved, "file-syntax", &["line 12: a number is needed"]);
+    let far = format!("{header}0 0 0\n1 1e99 0\n0 1 0\n3 0 1 2\n0\n");
+    assert_bad(far, "stl-not-finite", &["line 12: a coordinate is inf"]);
+    let twice = header.replacen("ply\n", "ply\nply\n", 1);
+    assert_bad(twice, "file-syntax", &["line 2: no line of a header of PLY begins like this"]);
+    for axis in ["x", "y", "z"] {
+        let without = header.replace(&format!("float {axis}"), "float w");
+        assert_bad(format!("{without}{corners}3 0 1 2\n0\n"), "file-syntax", &["no x, y and z"]);
+    }
+    // of the last list the first of two values begins four bytes before the end
+    let whole = ply_binary(false);
+    let place = format!("byte {}: the file ends before all elements", whole.len() - 4);
+    assert_bad(&whole[..whole.len() - 3], "file-syntax", &[&place]);
+}
+
+#[test]
+fn packed_files_may_be_longer_than_the_slices_they_are_unpacked_in() {
+    let many: Vec<Facet> = TETRAHEDRON.iter().copied().cycle().take(45_000).collect();
+    let contents = good(packed(&binary(&many)));
+    assert_eq!((contents.n_facets, contents.format), (45_000, Format::StlBinary));
 }
 
 #[test]
 fn what_is_wrong_is_named_with_its_place() {
     let wrong = |text: &str, from: &str, to: &str| text.replacen(from, to, 1);
-    let cases: [(Vec<u8>, &str, &str); 17] = [
+    let cases: [(Vec<u8>, &str, &str); 23] = [
         (
             wrong(&obj(), "v 1 0 0", "v 1 x 0").into(),
             "file-syntax",
@@ -147,6 +196,12 @@ fn what_is_wrong_is_named_with_its_place() {
             "the file ends before 9999999999999 corners",
         ),
         (wrong(&off(), "COFF", "4OFF").into(), "file-syntax", "line 1: corners of more or fewer"),
+        (wrong(&obj(), "vn 0 0 1", "$n 0 0 1").into(), "file-syntax", "line 7: no statement of OBJ begins like this"),
+        (wrong(&off(), "COFF", "STCN4OFF").into(), "file-syntax", "line 1: corners of more or fewer"),
+        (wrong(&off(), "COFF", "STCNn4OFF").into(), "stl-not-stl", "text that begins with \"STCNn4OFF\""),
+        (wrong(&off(), "COFF", "COFF BINARY").into(), "file-syntax", "line 1: binary OFF cannot be read"),
+        (wrong(&off(), "3 0 1 3", "3 0 1 4").into(), "file-syntax", "line 10: there is no corner 4 of 4"),
+        (wrong(&off(), "3 0 1 3 0.5", "3 0 1").into(), "file-syntax", "3 indices are announced, and 2 are there"),
         (
             wrong(&off(), "3 0 1 3", "4 0 1").into(),
             "file-syntax",
