@@ -81,6 +81,9 @@ pub async fn mesh(
     mesh_if(job, sources, (options, &|_| Ok(())), engine, control).await
 }
 
+/// Looks at what a job became, and may refuse it.
+pub type Check<'a> = dyn Fn(&Prepared) -> Result<()> + Sync + 'a;
+
 /// Like [`mesh`], for callers who look at what the job became before the long work: `check` may refuse it.
 ///
 /// # Errors
@@ -88,7 +91,7 @@ pub async fn mesh(
 pub async fn mesh_if(
     job: &Job,
     sources: Vec<Source>,
-    (options, check): (&MeshOptions, &(dyn Fn(&Prepared) -> Result<()> + Sync)),
+    (options, check): (&MeshOptions, &Check<'_>),
     engine: &mut Engine,
     control: &Control,
 ) -> Result<(Mesh, MeshFacts)> {
@@ -132,7 +135,7 @@ pub async fn mesh_if(
     let budget = memory_budget(job, options, &prepared, (engine, parts_bytes), control).await?;
     control.rest().await?;
     let snap_seconds = lap(&mut clock);
-    let names = names(job, &prepared.geometries)?;
+    let mut names = names(job, &prepared.geometries)?;
     // half of it for the mask
     let columns_bytes = if options.doubt_mask { budget.columns / 2 } else { budget.columns };
     let mut builder = columns_builder(job, &options.spill, columns_bytes, &prepared, (&names, &inputs))?;
@@ -186,7 +189,6 @@ pub async fn mesh_if(
     for report in flags.iter_mut().filter(|report| gaps.as_ref().is_some_and(|gaps| gaps.flag == report.flag)) {
         (report.mesh_volume, report.volume_bound) = (None, None);
     }
-    let mut names = names;
     if let Some(gaps) = gaps.as_ref().filter(|gaps| geometries.iter().all(|geometry| geometry.flag != gaps.flag)) {
         let volume = volumes[usize::from(gaps.flag)];
         let (mesh_volume, volume_bound) = (None, None);
@@ -225,8 +227,8 @@ pub async fn mesh_if(
     // spilled columns would be read back for it
     let flags_hash = (!columns.is_spilled()).then(|| flags_hash(columns)).transpose()?;
     let window = prepared.asked.map(|asked| window_report(asked, &prepared, columns)).transpose()?;
-    let volume_bounds = bounds_of_whole;
-    let window = window.map(|of| WindowReport { volume_bounds, runs: runs_of_whole, shells, without_cells, ..of });
+    let (volume_bounds, runs) = (bounds_of_whole, runs_of_whole);
+    let window = window.map(|of| WindowReport { volume_bounds, runs, shells, without_cells, ..of });
     let backend = engine.backend();
     let (adapter, driver) = engine.adapter().map(|(name, driver)| (name.into(), driver.into())).unzip();
     let n_facets: usize = prepared.geometries.iter().map(|geometry| geometry.facets.len()).sum();

@@ -97,7 +97,7 @@ fn links_are_counted_by_cells_and_by_what_is_behind_them() {
         vec![],
         vec![link(0, 0, 0, 5), link(2, 2, 0, 6), link(3, 0, 7, 7), link(3, 1, 3, -1)],
     ];
-    let links = Links { stencil: Stencil::default(), fluid: vec![0, 7], dims: [4, 1, 3], planes };
+    let links = Links { stencil: Stencil::default(), fluid: vec![0, 7], dims: [4, 1, 3], origin: [0; 3], planes };
     let LinksReport { links, cells, through_walls, without_facet, fluid, .. } = LinksReport::new(&links);
     assert_eq!((links, cells, through_walls, without_facet, fluid), (7, 5, 3, 2, vec![0, 7]));
 }
@@ -143,6 +143,8 @@ fn volumes_of_fractions_are_those_of_flags_that_have_any() {
     let mut volumes = vec![0.0; 256];
     (volumes[0], volumes[3], volumes[255]) = (2.0, 0.5, 1.0);
     let fractions = Fractions {
+        origin: [0; 3],
+        halo: 0,
         rays: 4,
         dims: [1, 1, 1],
         parts: vec![],
