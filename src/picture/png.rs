@@ -3,7 +3,7 @@
 //! Rows have no filter: areas of one colour repeat, which deflate sees by itself.
 //!
 //! Source: W3C, Portable Network Graphics (PNG) Specification (Third Edition), sections 5 and 11.2. The crate `png` brings what
-//! it reads and writes besides: 50 kB of wasm, 27 after gzip.
+//! it reads and writes besides: some 45 kB of wasm, 20 after gzip.
 
 use std::io::Write;
 use std::mem::take;
