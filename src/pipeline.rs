@@ -81,6 +81,9 @@ pub async fn mesh(
     mesh_if(job, sources, (options, &|_| Ok(())), engine, control).await
 }
 
+/// Looks at what a job became, and may refuse it.
+pub type Check<'a> = dyn Fn(&Prepared) -> Result<()> + Sync + 'a;
+
 /// Like [`mesh`], for callers who look at what the job became before the long work: `check` may refuse it.
 ///
 /// # Errors
@@ -88,7 +91,7 @@ pub async fn mesh(
 pub async fn mesh_if(
     job: &Job,
     sources: Vec<Source>,
-    (options, check): (&MeshOptions, &(dyn Fn(&Prepared) -> Result<()> + Sync)),
+    (options, check): (&MeshOptions, &Check<'_>),
     engine: &mut Engine,
     control: &Control,
 ) -> Result<(Mesh, MeshFacts)> {
