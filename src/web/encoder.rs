@@ -100,7 +100,7 @@ impl WebMesh {
             false => write::around(mesh, format, &options)?,
         };
         let numbers = || if is_solid { solid::numbers(mesh) } else { vti::Numbers::flags(mesh) };
-        let cells = if is_solid { Cells::Solid } else { Cells::Flags(options) };
+        let cells = Cells((!is_solid).then_some(options));
         let slabs = || match is_solid {
             true => mesh.slabs(PIECE_BYTES / 4).collect(),
             false => ordered::boxes(mesh.dims(), options.axis_order, PIECE_BYTES),
@@ -128,20 +128,15 @@ impl WebMesh {
     }
 }
 
-/// What stands for a cell.
+/// What stands for a cell: its flag, another number for it, or a bit, as the options say. None: the fraction that is not background.
 #[derive(Clone, Copy)]
-enum Cells {
-    /// Its flag, another number for it, or a bit.
-    Flags(Options),
-    /// The fraction that is not background.
-    Solid,
-}
+struct Cells(Option<Options>);
 
 impl Cells {
     fn bytes(self, mesh: &Mesh, measured: &Measured, cells: &CellBox) -> Result<Vec<u8>> {
-        match self {
-            Cells::Flags(options) => ordered::bytes_of_box(mesh, &options, cells),
-            Cells::Solid => solid::bytes_of_slab(mesh, measured.fractions()?, cells),
+        match self.0 {
+            Some(options) => ordered::bytes_of_box(mesh, &options, cells),
+            None => solid::bytes_of_slab(mesh, measured.fractions()?, cells),
         }
     }
 }

@@ -152,6 +152,7 @@ impl<'a> Store<'a> {
     }
 
     /// Bytes of the numbers of a shard.
+    #[cfg(all(feature = "zarr", not(target_arch = "wasm32")))]
     pub(super) fn shard_bytes(&self) -> u64 {
         self.shapes.n_cells() * self.cells.numbers.2 as u64
     }
@@ -167,6 +168,7 @@ impl<'a> Store<'a> {
     ///
     /// # Errors
     /// `io` where the columns are in a store that fails.
+    #[cfg(all(feature = "zarr", not(target_arch = "wasm32")))]
     pub(super) fn shard(&self, of: &ShardOfPart) -> Result<Vec<u8>> {
         let (mut shard, mut bytes) = (Shard::default(), Vec::new());
         let columns = self.mesh.columns.for_slab(&of.1[self.mesh.columns.rays.axis])?;

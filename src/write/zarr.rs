@@ -1,4 +1,4 @@
-//! Zarr v3 stores, in folders and elsewhere: the files of [`super::store`], written to a store of the crate `zarrs`, and read by it.
+//! Zarr v3 stores, in folders and elsewhere: the files of `write::store`, written to a store of the crate `zarrs`, and read by it.
 //!
 //! Mesh, options, a store -> keys and values. The shards of a batch are made side by side: [`write_part`] writes those of a window.
 //!

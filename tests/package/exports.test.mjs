@@ -1,16 +1,15 @@
 // Files for solvers: the bytes of every exporter are those of the native command, and what it refuses is refused in the same words.
 
 import assert from 'node:assert/strict';
-import { execFileSync, spawnSync } from 'node:child_process';
+import { execFileSync } from 'node:child_process';
 import { mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
 
-import { ROOT } from '../../scripts/run.mjs';
 import { byteStream } from '../../www/byte_stream.js';
 import { boxBetween } from '../e2e/open_box.mjs';
-import { SPOT, installedProject } from './project.mjs';
+import { MESH_OF_FILE, SPOT, installedProject, nativeCommand } from './project.mjs';
 
 let project;
 let folder;
@@ -68,10 +67,7 @@ const CHOICES = [
 /** The name that the command gives a format. @param {string} format */
 const nameOf = (format) => (format === 'geometry.xml' ? format : `mesh.${format}`);
 
-function command(...args) {
-  const all = ['run', '-q', '--manifest-path', path.join(ROOT, 'Cargo.toml'), '--', ...args];
-  return spawnSync('cargo', all, { cwd: folder, encoding: 'utf8', stdio: ['ignore', 'pipe', 'pipe'] });
-}
+const command = (...args) => nativeCommand(folder, ...args);
 
 /** All files of a folder and of those in it, by their names. */
 function filesOf(root) {
@@ -80,14 +76,7 @@ function filesOf(root) {
   return Object.fromEntries(found.sort().map((file) => [path.relative(root, file), readFileSync(file)]));
 }
 
-const CODE = `
-  import { readFileSync, writeFileSync } from 'node:fs';
-  import { createMesher } from 'hexcast';
-  const [given, folder] = process.argv.slice(2);
-  const { job, files } = JSON.parse(readFileSync(given, 'utf8'));
-  const mesher = await createMesher({ backend: 'cpu' });
-  const geometries = job.geometries.map(({ file, ...rest }) => ({ ...rest, file, source: readFileSync(file.startsWith('/') ? file : folder + '/' + file) }));
-  const mesh = await mesher.mesh({ ...job, geometries });
+const CODE = `${MESH_OF_FILE}
   // a column file has names and materials, too
   const again = await mesher.open(await mesh.blob('hxc'));
   for (const { format, options, file } of files) {

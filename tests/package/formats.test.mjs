@@ -1,15 +1,14 @@
 // Files of a mesh in every form that the native command has: each is that file, byte for byte.
 
 import assert from 'node:assert/strict';
-import { execFileSync, spawnSync } from 'node:child_process';
+import { execFileSync } from 'node:child_process';
 import { mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
 
-import { ROOT } from '../../scripts/run.mjs';
 import { boxBetween } from '../e2e/open_box.mjs';
-import { SPOT, installedProject } from './project.mjs';
+import { MESH_OF_FILE, SPOT, installedProject, nativeCommand } from './project.mjs';
 
 let project;
 let folder;
@@ -24,20 +23,9 @@ after(() => {
   rmSync(folder, { recursive: true, force: true });
 });
 
-/** Runs the native command in the folder. */
-function command(...args) {
-  const all = ['run', '-q', '--manifest-path', path.join(ROOT, 'Cargo.toml'), '--', ...args];
-  return spawnSync('cargo', all, { cwd: folder, encoding: 'utf8', stdio: ['ignore', 'pipe', 'pipe'] });
-}
+const command = (...args) => nativeCommand(folder, ...args);
 
-const CODE = `
-  import { readFileSync, writeFileSync } from 'node:fs';
-  import { createMesher } from 'hexcast';
-  const [given, folder] = process.argv.slice(2);
-  const { job, files } = JSON.parse(readFileSync(given, 'utf8'));
-  const mesher = await createMesher({ backend: 'cpu' });
-  const geometries = job.geometries.map(({ file, ...rest }) => ({ ...rest, file, source: readFileSync(file.startsWith('/') ? file : folder + '/' + file) }));
-  const mesh = await mesher.mesh({ ...job, geometries });
+const CODE = `${MESH_OF_FILE}
   const told = [];
   for (const { format, options, file } of files) {
     try {

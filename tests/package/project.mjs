@@ -1,6 +1,6 @@
 // An empty project with the packed tarball installed, and what the native command makes of the same job.
 
-import { execFileSync } from 'node:child_process';
+import { execFileSync, spawnSync } from 'node:child_process';
 import { createHash } from 'node:crypto';
 import { cpSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
@@ -81,6 +81,23 @@ export function writePage(folder, { imports, models = folder } = {}) {
   const map = imports ? `<script type="importmap">${JSON.stringify({ imports })}</script>` : '';
   writeFileSync(page, readFileSync(page, 'utf8').replace('<!-- import map -->', map));
 }
+
+/** Runs the native command in a folder. @param {string} folder @param {string[]} args */
+export function nativeCommand(folder, ...args) {
+  const all = ['run', '-q', '--manifest-path', path.join(ROOT, 'Cargo.toml'), '--', ...args];
+  return spawnSync('cargo', all, { cwd: folder, encoding: 'utf8', stdio: ['ignore', 'pipe', 'pipe'] });
+}
+
+/** Lines that mesh the `job` of a JSON file, whose surfaces are in a folder: they leave `mesher`, `mesh`, `folder` and the `files` of the JSON. */
+export const MESH_OF_FILE = `
+  import { readFileSync, writeFileSync } from 'node:fs';
+  import { createMesher } from 'hexcast';
+  const [given, folder] = process.argv.slice(2);
+  const { job, files } = JSON.parse(readFileSync(given, 'utf8'));
+  const mesher = await createMesher({ backend: 'cpu' });
+  const geometries = job.geometries.map(({ file, ...rest }) => ({ ...rest, file, source: readFileSync(file.startsWith('/') ? file : folder + '/' + file) }));
+  const mesh = await mesher.mesh({ ...job, geometries });
+`;
 
 /** The native command's report of the job; `-o` outputs may be added, compressed at a level. */
 export function nativeReport(outputs = [], compress = 'none') {

@@ -1,14 +1,13 @@
 // What the command refuses before it meshes: nobody waits for a mesh that no output can have.
 
 import assert from 'node:assert/strict';
-import { spawnSync } from 'node:child_process';
 import { mkdtempSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
 
-import { ROOT } from '../../scripts/run.mjs';
 import { boxBetween } from '../e2e/open_box.mjs';
+import { nativeCommand } from './project.mjs';
 
 let folder;
 before(() => {
@@ -18,10 +17,7 @@ before(() => {
 });
 after(() => rmSync(folder, { recursive: true, force: true }));
 
-function command(...args) {
-  const all = ['run', '-q', '--manifest-path', path.join(ROOT, 'Cargo.toml'), '--', ...args];
-  return spawnSync('cargo', all, { cwd: folder, encoding: 'utf8', stdio: ['ignore', 'pipe', 'pipe'] });
-}
+const command = (...args) => nativeCommand(folder, ...args);
 
 test('the command refuses before the mesh what it knows by then', () => {
   // a mesh that is refused when it comes to its memory
