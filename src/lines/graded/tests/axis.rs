@@ -36,10 +36,12 @@ impl Case {
     }
 }
 
+/// Ends of bodies in a box of 4 with cells of at least an eighth -> places of lines, and what the sentences say.
+type Shared<'a> = (&'a [[f64; 2]], &'a [f64], &'a [&'a str]);
+
 #[test]
 fn ends_nearer_than_the_smallest_cell_share_a_line() {
-    // ends of bodies in a box of 4 with cells of at least an eighth -> places of lines, and what the sentences say
-    let cases: [(&[[f64; 2]], &[f64], &[&str]); 8] = [
+    let cases: [Shared; 8] = [
         (&[[0.125, 3.875]], &[0.0, 0.125, 3.875, 4.0], &[]),
         (&[[0.1, 3.9]], &[0.0, 4.0], &["\"a\" at x = 0.1 ", "\"a\" at x = 3.9 "]),
         (
@@ -66,10 +68,12 @@ fn ends_nearer_than_the_smallest_cell_share_a_line() {
     }
 }
 
+/// The smallest cell, bodies in a box of 30 -> the place of each edge, its side and the size of its cell; and what is said.
+type Edges<'a> = (f64, &'a [([f64; 2], f64, bool)], &'a [(f64, f64, f64)], &'a str);
+
 #[test]
 fn cells_around_edges_of_metal_leave_room_on_both_sides() {
-    // bodies in a box of 30 -> the place of each edge, its side and the size of its cell
-    let cases: [(f64, &[([f64; 2], f64, bool)], &[(f64, f64, f64)], &str); 9] = [
+    let cases: [Edges; 9] = [
         (0.1, &[([10.0, 20.0], 0.0, true)], &[(10.0, -1.0, 30.0 / 7.0), (20.0, 1.0, 30.0 / 7.0)], ""),
         (0.1, &[([10.0, 15.0], 0.0, true)], &[(10.0, -1.0, 3.0), (15.0, 1.0, 3.0)], ""),
         (0.1, &[([7.0, 27.0], 0.0, true)], &[(7.0, -1.0, 3.0), (27.0, 1.0, 9.0 / 7.0)], ""),
