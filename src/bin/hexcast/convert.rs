@@ -37,7 +37,7 @@ pub(crate) struct Arguments {
     /// Column file, or - for standard input
     #[arg(value_name = "IN.hxc")]
     input: PathBuf,
-    /// Output, .vti, .vtr, .npy, .npz, .raw, .zarr, .hxc or the file of a solver as for `hexcast mesh`, or - for standard output with --format
+    /// Output, .vti, .vtr, .npy, .npz, .raw, .zarr, .zarr.zip, .hxc or the file of a solver as for `hexcast mesh`, or - for standard output with --format
     #[arg(value_name = "OUT")]
     output: PathBuf,
     #[command(flatten)]
