@@ -8,6 +8,7 @@ use super::mesh::WebMesh;
 use super::values::{JsResult, js_error};
 use super::work::Work;
 use crate::difference::{Difference, difference_with_rests};
+use crate::job::ZarrJob;
 use crate::report::ColumnsReport;
 
 /// A comparison at work.
@@ -32,7 +33,7 @@ impl WebDifference {
     pub fn finish(self) -> JsResult<WebMesh> {
         let mask = self.work.finish().map_err(js_error)?.mask;
         let report = json(&ColumnsReport::new(&mask));
-        Ok(WebMesh::new(mask, Measured::default(), report))
+        Ok(WebMesh::new(mask, (Measured::default(), ZarrJob::default()), report))
     }
 }
 
