@@ -21,7 +21,7 @@ const PACKAGE_FILES = readdirSync(WWW).filter((name) => /\.(js|d\.ts)$/.test(nam
  * 24 (56) write Zarr stores, fractions of every cell, records of links, and arrays in another order, 27 (57) draw pictures and compare
  * meshes. Compilers differ by some kilobytes.
  */
-const LIMITS = { wasm: 1600, gzip: 716 };
+const LIMITS = { wasm: 1610, gzip: 719 };
 /** The functions of Rust's library that word a panic and never return. */
 const PANICS = /^<?(core|alloc)\b.*\b(panicking|panic_\w+|\w+_fail(ed|_rt)?|capacity_overflow|handle_error)\b/;
 /** Every browser with WebGPU has these; without them wasm-opt refuses the code. */
