@@ -8,18 +8,14 @@ import path from 'node:path';
 import { after, before, test } from 'node:test';
 
 import { byteStream } from '../../www/byte_stream.js';
-import { boxBetween } from '../e2e/open_box.mjs';
-import { MESH_OF_FILE, SPOT, installedProject, nativeCommand } from './project.mjs';
+import { MESH_OF_FILE, SPOT, installedProject, nativeCommand, writeBodies } from './project.mjs';
 
 let project;
 let folder;
 before(() => {
   project = installedProject();
   folder = mkdtempSync(path.join(tmpdir(), 'hexcast-exports-'));
-  // bodies that look different along every axis, and from either side
-  writeFileSync(path.join(folder, 'foot.stl'), boxBetween([0, 0, 0], [9, 4, 2]));
-  writeFileSync(path.join(folder, 'arm.stl'), boxBetween([1, 0, 2], [3, 2, 6]));
-  writeFileSync(path.join(folder, 'tip.stl'), boxBetween([7, 3, 2], [8, 4, 3]));
+  writeBodies(folder);
 });
 after(() => {
   project.remove();

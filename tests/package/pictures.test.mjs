@@ -1,25 +1,19 @@
 // Pictures and comparisons of meshes: their bytes and numbers are those of the native command.
 
 import assert from 'node:assert/strict';
-import { spawnSync } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
 
-import { ROOT } from '../../scripts/run.mjs';
-import { boxBetween } from '../e2e/open_box.mjs';
-import { SPOT, installedProject } from './project.mjs';
+import { SPOT, installedProject, nativeCommand, writeBodies } from './project.mjs';
 
 let project;
 let folder;
 before(() => {
   project = installedProject();
   folder = mkdtempSync(path.join(tmpdir(), 'hexcast-pictures-'));
-  // bodies that look different along every axis, and from either side
-  writeFileSync(path.join(folder, 'foot.stl'), boxBetween([0, 0, 0], [9, 4, 2]));
-  writeFileSync(path.join(folder, 'arm.stl'), boxBetween([1, 0, 2], [3, 2, 6]));
-  writeFileSync(path.join(folder, 'tip.stl'), boxBetween([7, 3, 2], [8, 4, 3]));
+  writeBodies(folder);
 });
 after(() => {
   project.remove();
@@ -53,10 +47,7 @@ const picturesOf = (box) => [
   ['view', { flags: [7, 3], size: 200 }, ['--flags=7,3', '--size=200']],
 ];
 
-function command(...args) {
-  const all = ['run', '-q', '--manifest-path', path.join(ROOT, 'Cargo.toml'), '--', ...args];
-  return spawnSync('cargo', all, { cwd: folder, encoding: 'utf8', stdio: ['ignore', 'pipe', 'pipe'] });
-}
+const command = (...args) => nativeCommand(folder, ...args);
 
 /** Meshes a job with the command. */
 function meshed(job, name) {

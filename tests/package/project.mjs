@@ -82,6 +82,13 @@ export function writePage(folder, { imports, models = folder } = {}) {
   writeFileSync(page, readFileSync(page, 'utf8').replace('<!-- import map -->', map));
 }
 
+/** Writes `foot.stl`, `arm.stl` and `tip.stl` into a folder: bodies that look different along every axis, and from either side. */
+export function writeBodies(folder) {
+  writeFileSync(path.join(folder, 'foot.stl'), boxBetween([0, 0, 0], [9, 4, 2]));
+  writeFileSync(path.join(folder, 'arm.stl'), boxBetween([1, 0, 2], [3, 2, 6]));
+  writeFileSync(path.join(folder, 'tip.stl'), boxBetween([7, 3, 2], [8, 4, 3]));
+}
+
 /** Runs the native command in a folder. @param {string} folder @param {string[]} args */
 export function nativeCommand(folder, ...args) {
   const all = ['run', '-q', '--manifest-path', path.join(ROOT, 'Cargo.toml'), '--', ...args];
