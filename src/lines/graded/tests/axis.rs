@@ -115,6 +115,13 @@ fn cells_around_edges_of_metal_leave_room_on_both_sides() {
             );
         });
     }
+    // a short one
+    let mut case = along_x(30.0, [9.0, 0.01, 1.3], &[([10.0, 10.5], 0.1, true)]);
+    case.bodies[0].0[1] = [10.5, 1.0, 1.0];
+    case.with_axis(0, |axis| {
+        let edges = axis.edges(&axis.fixed(&mut Vec::new()), &mut Vec::new());
+        assert_eq!(edges.iter().map(|edge| edge.size).collect::<Vec<_>>(), [0.1, 0.1]);
+    });
     // a line a third of the size inside, and one two thirds outside
     let fixed = [0.0, 10.0, 20.0].map(|at| Fixed { at, owners: Vec::new() });
     for (outwards, expected) in [(1.0, [0.0, 9.0, 12.0, 20.0]), (-1.0, [0.0, 8.0, 11.0, 20.0])] {
