@@ -242,8 +242,10 @@ fn encode(band: &PackedBand, rays: &Range<u64>) -> Result<Vec<u8>> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{MemoryStore, run};
+    use super::super::file::end::Totals;
+    use super::super::{Columns, MemoryStore, run};
     use super::*;
+    use crate::rays::Rays;
 
     #[test]
     fn pieces_that_were_read_last_are_cached_within_their_bytes() {
@@ -265,6 +267,44 @@ mod tests {
             assert_eq!(cached, last, "{allowed} bytes");
             assert!(Arc::ptr_eq(&read[5], &store.cached(&store.entries[5]).unwrap()));
         }
+    }
+
+    #[test]
+    fn pieces_of_a_file_are_held_to_its_length_its_totals_and_the_memory() {
+        // as many pieces as a word has bits, of a ray of two runs each
+        let bands: Vec<PackedBand> = (0..64)
+            .map(|first_ray| {
+                let runs = vec![run(2, 1), run(5, 0)];
+                PackedBand::new(Band { first_ray, ends: vec![2], runs, odd_rays: 0, n_crossings: 2 })
+            })
+            .collect();
+        let memory = Arc::new(MemoryStore::default());
+        let mut own = PieceStore::own(memory.clone(), 1 << 24, 0);
+        own.append(&bands).unwrap();
+        let file = |n_bytes: u64, more: u64| {
+            let mut totals = Totals::of(&bands, 1 << 24);
+            totals.n_crossings += more;
+            let mut pieces = PieceStore::foreign(memory.clone(), n_bytes, 1 << 24, false, 1000);
+            pieces.entries = own.entries.clone();
+            pieces.totals_check = Some(TotalsCheck::new(totals, 64));
+            Columns::in_store(Rays::new(2, [8, 8, 1 << 24]), pieces, Totals::of(&[], 0))
+        };
+        let read = |columns: &Columns| columns.for_rays(0..64, |_| ());
+        let says = |result: Result<()>, words: &str| {
+            let error = result.unwrap_err();
+            assert!(error.code() == "columns-corrupt" && error.to_string().contains(words), "{error}");
+        };
+        assert_eq!((read(&file(own.n_bytes, 0)), file(own.n_bytes, 0).max_bytes()), (Ok(()), Some(750)));
+        says(read(&file(own.n_bytes, 1)), "the end says 129 crossings, and the pieces have 128");
+        says(read(&file(own.n_bytes - 1, 0)), "the file ends before it does");
+        memory.truncate(own.n_bytes - 1).unwrap();
+        says(read(&file(own.n_bytes, 0)), "the file ends before it does");
+        // a ray that would take more than may be held
+        let (n_rays, n_runs, n_content, n_stored, crc) = (1, 9_000_000, 0, 0, crc32(&[]));
+        let head = PieceHead { n_rays, n_runs, n_content, n_stored, crc, counts: [0; 2], ends_band: true };
+        memory.truncate(0).unwrap();
+        memory.append(&head.to_bytes()).unwrap();
+        assert_eq!(read(&file(1000, 0)).unwrap_err().code(), "memory");
     }
 
     #[test]

@@ -98,7 +98,7 @@ fn what_is_held_at_most_is_counted() {
         bands(&rays, 2).into_iter().map(|band| Band { runs: band.runs.into_boxed_slice().into_vec(), ..band }).collect()
     };
     let store = Arc::new(MemoryStore::default());
-    for max_bytes in [u64::MAX, exact().iter().take(2).map(packed).sum::<u64>()] {
+    for max_bytes in [u64::MAX, 50, exact().iter().take(2).map(packed).sum::<u64>()] {
         let target = (head(&rays, [12, 5, 7], None), Arc::new(MemoryStore::default()) as Arc<dyn Store>);
         let mut builder = ColumnsBuilder::new(rays, max_bytes, Some(target));
         let (mut held, mut most) = (0, 0);
@@ -197,6 +197,17 @@ fn a_store_of_something_else_is_refused_and_left_alone() {
         let error = keep(&store, 8).err().unwrap();
         assert_eq!((error.code(), &store.bytes()[..]), ("columns-other", foreign));
         assert!(error.to_string().ends_with(&format!(": it has {} bytes", foreign.len())), "{error}");
+    }
+}
+
+#[test]
+fn bytes_that_begin_no_column_file_are_counted() {
+    let rays = Rays::new(0, [12, 5, 7]);
+    let head = head(&rays, [12, 5, 7], Some([7; 32]));
+    for n in 1..head.len() {
+        let store = Arc::new(MemoryStore::new(vec![b'x'; n]));
+        let error = ColumnsBuilder::resume(rays, 0, head.clone(), store).err().unwrap();
+        assert!(error.to_string().ends_with(&format!(": it has {n} bytes")), "{error}");
     }
 }
 

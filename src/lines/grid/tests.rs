@@ -53,9 +53,10 @@ fn lists_know_sizes_places_and_windows() {
         vec![9.75, 10.0, 10.25, 11.0, 11.75, 12.5],
     ];
     assert_eq!([0, 1, 2].map(|axis| halo.list(axis)), lists);
-    // a whole number is a line, to the last bit
+    // a whole number is a line, to the last bit, also where the cell before it is too long to end there
     for n in 2..9u32 {
-        let list: Vec<f64> = (0..=n).map(|k| 0.1 * f64::from(k).powf(1.7)).collect();
+        let mut list: Vec<f64> = (0..n).map(|k| f64::from(k).powf(1.7) - 100.0).collect();
+        list.push(1e-17);
         let lines = Lines::from_lists([list.clone(), vec![0.0, 1.0], vec![0.0, 1.0]]).unwrap();
         (0..=n).for_each(|k| assert_eq!(lines.at(0, f64::from(k)), list[k as usize]));
     }

@@ -7,13 +7,16 @@ use crate::doubt::Doubtful;
 use crate::edges::BadEdge;
 use crate::fractions::Fractions;
 use crate::geometry::{Geometry, Open};
-use crate::job::Stencil;
+use crate::job::{GeometryJob, Job, Stencil};
 use crate::lines::Lines;
 use crate::links::{Link, Links};
 use crate::mesh::Mesh;
+use crate::mesher::Mesher;
+use crate::pipeline::Engine;
 use crate::rays::Rays;
 use crate::report::{
-    CertificateReport, ColumnsReport, DoubtReport, FractionsReport, GeometryReport, LinksReport, OpenReport, is_cut,
+    CallerFacts, CertificateReport, ColumnsReport, DoubtReport, FractionsReport, GeometryReport, LinksReport,
+    OpenReport, Report, is_cut,
 };
 
 fn geometry(name: &str, bad_edges: BadEdges) -> GeometryReport {
@@ -164,5 +167,25 @@ fn boxes_of_doubtful_cells_are_all_where_they_hold_as_many() {
     for (n_cells, are_all) in [(26, true), (27, false)] {
         let found = DoubtReport::new(&Doubtful { n_cells, boxes: boxes.clone(), mask: None });
         assert_eq!((found.cells, found.cells_in_boxes, found.are_all), (n_cells, 26, are_all));
+    }
+}
+
+#[test]
+fn seconds_of_a_report_are_those_of_the_mesh_and_of_its_caller() {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/fixtures/scene.stl");
+    let job = Job { geometries: vec![GeometryJob::new(file)], cells: Some(4), ..Job::default() };
+    let (_, report) = Mesher::with_engine(Engine::cpu()).mesh(&job).unwrap();
+    let mut facts = report.mesh;
+    (facts.seconds.lines, facts.seconds.snap, facts.seconds.columns) = (2.0, 4.0, 8.0);
+    for (flags, total) in [(None, 15.0), (Some(16.0), 31.0)] {
+        let caller = CallerFacts::default().with_read(1.0).with_flags(flags).with_hash(Some(32.0));
+        let caller = caller.with_write(Some(64.0)).with_flags_sha256(Some("ab".into())).with_host_bytes(Some(7));
+        let report = Report::new(facts.clone(), caller);
+        let seconds = report.seconds;
+        assert_eq!((seconds.total, seconds.read, seconds.flags), (total, 1.0, flags));
+        assert_eq!((seconds.hash, seconds.write, report.peak_bytes.host), (Some(32.0), Some(64.0), Some(7)));
+        assert_eq!((report.cells_per_second, report.flags_sha256.as_deref()), (facts.cells as f64 / total, Some("ab")));
+        let json: serde_json::Value = serde_json::from_str(&report.to_json()).unwrap();
+        assert_eq!(json["seconds"]["total"], total);
     }
 }

@@ -2,15 +2,20 @@
 
 use super::*;
 
-/// An axis of a job in the box around some bodies, and what they are called.
+/// A job, a box and bodies in it.
 struct Case {
     job: GradedJob,
     domain: Domain,
     bodies: Vec<(BoundingBox, Sizing)>,
 }
 
-/// Bodies along x: two ends, the largest size (0: none) and whether it is metal.
-fn along_x(last: f64, [most, least, growth]: [f64; 3], bodies: &[([f64; 2], f64, bool)]) -> Case {
+/// A body along x: two ends, the largest size (0: none) and whether it is metal.
+type AlongX = ([f64; 2], f64, bool);
+type EndsCase = (&'static [[f64; 2]], &'static [f64], &'static [&'static str]);
+type EdgesCase = (f64, &'static [AlongX], &'static [(f64, f64, f64)], &'static str);
+
+/// Bodies in a box that ends at `last`, with the largest and the smallest size and the growth of a job.
+fn along_x(last: f64, [most, least, growth]: [f64; 3], bodies: &[AlongX]) -> Case {
     let job = GradedJob { max_size: PerAxis::All(most), min_size: Some(least), growth: Some(growth), absorbing: None };
     let bodies: Vec<(BoundingBox, Sizing)> = bodies
         .iter()
@@ -36,12 +41,10 @@ impl Case {
     }
 }
 
-/// Ends of bodies in a box of 4 with cells of at least an eighth -> places of lines, and what the sentences say.
-type Shared<'a> = (&'a [[f64; 2]], &'a [f64], &'a [&'a str]);
-
 #[test]
 fn ends_nearer_than_the_smallest_cell_share_a_line() {
-    let cases: [Shared; 8] = [
+    // ends of bodies in a box of 4 with cells of at least an eighth -> places of lines, and what the sentences say
+    let cases: [EndsCase; 8] = [
         (&[[0.125, 3.875]], &[0.0, 0.125, 3.875, 4.0], &[]),
         (&[[0.1, 3.9]], &[0.0, 4.0], &["\"a\" at x = 0.1 ", "\"a\" at x = 3.9 "]),
         (
@@ -68,12 +71,10 @@ fn ends_nearer_than_the_smallest_cell_share_a_line() {
     }
 }
 
-/// The smallest cell, bodies in a box of 30 -> the place of each edge, its side and the size of its cell; and what is said.
-type Edges<'a> = (f64, &'a [([f64; 2], f64, bool)], &'a [(f64, f64, f64)], &'a str);
-
 #[test]
 fn cells_around_edges_of_metal_leave_room_on_both_sides() {
-    let cases: [Edges; 9] = [
+    // bodies in a box of 30 -> the place of each edge, its side and the size of its cell
+    let cases: [EdgesCase; 9] = [
         (0.1, &[([10.0, 20.0], 0.0, true)], &[(10.0, -1.0, 30.0 / 7.0), (20.0, 1.0, 30.0 / 7.0)], ""),
         (0.1, &[([10.0, 15.0], 0.0, true)], &[(10.0, -1.0, 3.0), (15.0, 1.0, 3.0)], ""),
         (0.1, &[([7.0, 27.0], 0.0, true)], &[(7.0, -1.0, 3.0), (27.0, 1.0, 9.0 / 7.0)], ""),
@@ -114,6 +115,13 @@ fn cells_around_edges_of_metal_leave_room_on_both_sides() {
             );
         });
     }
+    // a short one
+    let mut case = along_x(30.0, [9.0, 0.01, 1.3], &[([10.0, 10.5], 0.1, true)]);
+    case.bodies[0].0[1] = [10.5, 1.0, 1.0];
+    case.with_axis(0, |axis| {
+        let edges = axis.edges(&axis.fixed(&mut Vec::new()), &mut Vec::new());
+        assert_eq!(edges.iter().map(|edge| edge.size).collect::<Vec<_>>(), [0.1, 0.1]);
+    });
     // a line a third of the size inside, and one two thirds outside
     let fixed = [0.0, 10.0, 20.0].map(|at| Fixed { at, owners: Vec::new() });
     for (outwards, expected) in [(1.0, [0.0, 9.0, 12.0, 20.0]), (-1.0, [0.0, 8.0, 11.0, 20.0])] {

@@ -271,6 +271,9 @@ fn what_is_wrong_with_a_glb_is_said() {
         longer.extend([7; 4]);
     }
     assert_eq!(facets_of(&longer), facets_of(&whole));
+    let end = 20 + u32::from_le_bytes([whole[12], whole[13], whole[14], whole[15]]) as usize;
+    let second = [&whole[..end], &4u32.to_le_bytes(), b"JSON", &[7; 4], &whole[end..]].concat();
+    assert_eq!(facets_of(&second), facets_of(&whole));
     let mut old = whole.clone();
     old[4] = 1;
     assert_eq!(message(&old), "GLB: its version is 1, and only 2 can be read");
