@@ -103,10 +103,14 @@ test('axe-core finds nothing: a comparison with a mesh file, which is reached wi
   await run(page);
   // the mesh gives the focus back to the button that began it
   await page.waitForFunction(() => document.activeElement.id === 'run');
+  // asked for in time: the browser may take a while until it hands the question for a file over
+  const asked = page.waitForEvent('filechooser');
   await page.focus('#compare summary');
   await page.keyboard.press('Enter');
   await page.keyboard.press('Tab');
-  const [chooser] = await Promise.all([page.waitForEvent('filechooser'), page.keyboard.press('Enter')]);
+  await page.waitForFunction(() => document.activeElement.id === 'compare-choose');
+  await page.keyboard.press('Enter');
+  const chooser = await asked;
   await chooser.setFiles({ name: 'before.hxc', mimeType: '', buffer: bytes });
   await page.waitForSelector('#compare-pairs tr');
   assert.equal(await page.evaluate(() => document.activeElement.id), 'compare-choose', 'the focus is where it was');
