@@ -30,8 +30,10 @@ impl CellWindow {
     /// Where the mesh has a cell of the box; None where it is none of these.
     #[inline(always)]
     pub(crate) fn place(&self, cell: [u32; 3]) -> Option<[u32; 3]> {
-        let is_one = (0..3).all(|axis| self.first[axis] <= cell[axis] && cell[axis] < self.end[axis]);
-        is_one.then(|| [0, 1, 2].map(|axis| cell[axis] - self.first[axis] + self.halo))
+        let CellWindow { first, end, halo } = *self;
+        let [x, y, z] = cell;
+        let is_one = first[0] <= x && x < end[0] && first[1] <= y && y < end[1] && first[2] <= z && z < end[2];
+        is_one.then(|| [x - first[0] + halo, y - first[1] + halo, z - first[2] + halo])
     }
 
     /// One of these cells by the index that the mesh has for it, counted from the first of them.

@@ -121,7 +121,7 @@ impl Walk<'_> {
         }
         let cells = [above - 1, above].map(|along| self.sheared.cell(across, along));
         let [Some(low), Some(high)] = cells else { return Ok(()) };
-        let [of_low, of_high] = [low, high].map(|cell| self.field.window.place(cell));
+        let (of_low, of_high) = (self.field.window.place(low), self.field.window.place(high));
         if of_low.is_none() && of_high.is_none() {
             return Ok(());
         }
