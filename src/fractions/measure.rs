@@ -117,7 +117,8 @@ impl Measure<'_> {
                 volumes[usize::from(sum.flag)] += sum.length() as f64 * of_whole * volume;
             }
             if some().all(|sum| sum.length() < whole) {
-                for cell in cells.map(|x| self.window.index([x, y, z])) {
+                let first = self.window.index([cells.start, y, z]);
+                for cell in (first..).take(cells.len()) {
                     // rounded, it may be that of a whole cell
                     let fraction = |length: i64| ((length as f64 * of_whole) as f32).min(1.0 - f32::EPSILON / 2.0);
                     fractions.extend(some().map(|sum| Fraction {
