@@ -30,18 +30,18 @@ impl Sum {
     }
 }
 
-/// Where the rays of a column change from flag to flag, ray after ray: `cell << 41 | place in the cell << 16 | from << 8 | to`.
-#[derive(Default)]
+/// Where the rays of a column change from flag to flag, in lists for each cell.
 struct Changes {
-    words: Vec<u64>,
-    /// Of each ray the next change in `words`. The last of a ray is [`LAST`].
-    next: Vec<u32>,
+    /// `place in the cell << 16 | from << 8 | to`, with the number of the change before it in the same cell.
+    words: Vec<(u64, u32)>,
+    /// Of each cell that has changes the number of the last one.
+    last: Vec<u32>,
+    /// A bit for each cell: whether it has changes.
+    cells: Vec<u64>,
 }
 
-/// Beyond all changes of a ray.
-const LAST: u64 = u64::MAX;
-/// Lowest bit of the cell of a change.
-const CELL: u32 = PLACE_BITS + 16;
+/// Before the first change of a cell.
+const NONE: u32 = u32::MAX;
 
 impl<'a> Columns<'a> {
     /// Sorts the facets by rows of columns, so many together.
@@ -73,28 +73,26 @@ impl<'a> Columns<'a> {
         let (offsets, mut crossings) = places((frame, rays), facets, of_rays, |at| self.refined.place(at));
         let mut inside = Inside::new(self.kinds, self.rule);
         let outside = inside.flag(&frame.ranks.flag_of_rank);
-        let (mut changes, mut sums) = (Changes::default(), Vec::new());
+        let (mut changes, mut sums) = (Changes::new(self.refined.n), Vec::new());
         for row in rows.clone() {
             for column in 0..self.counts()[0] {
-                changes.words.clear();
-                changes.next.clear();
                 let first = (row - rows.start) as usize * down * n_across + column as usize * across;
                 for ray in (0..across * down).map(|of| first + of / across * n_across + of % across) {
                     let of_ray = offsets[ray] as usize..offsets[ray + 1] as usize;
                     self.changes(&mut crossings[of_ray], &mut inside, &mut changes);
                 }
-                self.sum(outside, &mut changes, &mut sums, |cells, sums| each([column, row], cells, sums));
+                self.sum(outside, &changes, &mut sums, |cells, sums| each([column, row], cells, sums));
+                changes.clear();
             }
         }
     }
 
-    /// The changes of a ray.
+    /// Adds the changes of a ray.
     fn changes(&self, crossings: &mut [u64], inside: &mut Inside, changes: &mut Changes) {
         if crossings.is_empty() {
             return;
         }
         crossings.sort_unstable();
-        changes.next.push(changes.words.len() as u32);
         inside.begin(self.kinds);
         let flag_of_rank = &self.refined.frame.ranks.flag_of_rank;
         let beyond = u64::from(self.refined.n) << PLACE_BITS;
@@ -107,60 +105,78 @@ impl<'a> Columns<'a> {
             inside.pass((*crossing & ((1 << EVENT_BITS) - 1)) as u32, false);
             let next = inside.flag(flag_of_rank);
             if next != flag {
-                changes.words.push(place << 16 | u64::from(flag) << 8 | u64::from(next));
+                changes.push(place, flag, next);
                 flag = next;
             }
         }
-        changes.words.push(LAST);
     }
 
     /// Walks along a column.
-    fn sum(&self, outside: u8, changes: &mut Changes, sums: &mut Vec<Sum>, mut each: impl FnMut(Range<u32>, &[Sum])) {
+    fn sum(&self, outside: u8, changes: &Changes, sums: &mut Vec<Sum>, mut each: impl FnMut(Range<u32>, &[Sum])) {
         let n_cells = self.refined.n;
         sums.clear();
         sums.push(Sum { flag: outside, behind: self.whole(), here: 0 });
-        let mut cell = 0;
-        while cell < n_cells {
-            let n = changes.take(cell, |from, to, place| {
-                for (flag, sign) in [(from, -1), (to, 1)] {
-                    let sum = sum_of(sums, flag);
-                    (sum.here, sum.behind) = (sum.here - sign * place, sum.behind + sign * WHOLE);
-                }
-            });
+        let mut start = 0;
+        while start < n_cells {
             // without changes all cells up to the next are alike
-            let end = if n > 0 { cell + 1 } else { changes.first().min(n_cells) };
-            each(cell..end, sums);
-            if n > 0 {
+            let cell = changes.cell_from(start).unwrap_or(n_cells);
+            if start < cell {
+                each(start..cell, sums);
+            }
+            if cell < n_cells {
+                for (from, to, place) in changes.of_cell(cell) {
+                    for (flag, sign) in [(from, -1), (to, 1)] {
+                        let sum = sum_of(sums, flag);
+                        (sum.here, sum.behind) = (sum.here - sign * place, sum.behind + sign * WHOLE);
+                    }
+                }
+                each(cell..cell + 1, sums);
                 sums.retain(|sum| sum.behind > 0);
                 sums.iter_mut().for_each(|sum| sum.here = 0);
             }
-            cell = end;
+            start = cell + 1;
         }
     }
 }
 
 impl Changes {
-    /// Hands over the changes in a cell, which is the first that has any or before it; returns their number.
-    fn take(&mut self, cell: u32, mut each: impl FnMut(u8, u8, i64)) -> usize {
-        let mut n = 0;
-        for next in &mut self.next {
-            loop {
-                let word = self.words[*next as usize];
-                if word >> CELL != u64::from(cell) {
-                    break;
-                }
-                each((word >> 8) as u8, word as u8, (word >> 16 & ((1 << PLACE_BITS) - 1)) as i64);
-                *next += 1;
-                n += 1;
-            }
-        }
-        n
+    fn new(n_cells: u32) -> Changes {
+        let n = n_cells as usize;
+        Changes { words: Vec::new(), last: vec![0; n], cells: vec![0; n.div_ceil(64)] }
     }
 
-    /// The first cell with changes; beyond all cells where there are no more.
-    fn first(&self) -> u32 {
-        let first = self.next.iter().map(|&next| self.words[next as usize]).min();
-        (first.unwrap_or(LAST) >> CELL) as u32
+    /// Adds a change at `cell << PLACE_BITS | place in the cell`.
+    fn push(&mut self, at: u64, from: u8, to: u8) {
+        let cell = (at >> PLACE_BITS) as usize;
+        let (of_cells, bit) = (&mut self.cells[cell / 64], 1 << (cell % 64));
+        let before = if *of_cells & bit == 0 { NONE } else { self.last[cell] };
+        *of_cells |= bit;
+        self.last[cell] = self.words.len() as u32;
+        let place = at & ((1 << PLACE_BITS) - 1);
+        self.words.push((place << 16 | u64::from(from) << 8 | u64::from(to), before));
+    }
+
+    /// The first cell from one on that has changes.
+    fn cell_from(&self, cell: u32) -> Option<u32> {
+        let first = cell as usize / 64;
+        let bits = |at: usize| if at == first { self.cells[at] & (!0 << (cell % 64)) } else { self.cells[at] };
+        let at = (first..self.cells.len()).find(|&at| bits(at) != 0)?;
+        Some(at as u32 * 64 + bits(at).trailing_zeros())
+    }
+
+    /// From, to and place in the cell of the changes in a cell that has any.
+    fn of_cell(&self, cell: u32) -> impl Iterator<Item = (u8, u8, i64)> {
+        let mut next = self.last[cell as usize];
+        std::iter::from_fn(move || {
+            let (word, before) = *self.words.get(next as usize)?;
+            next = before;
+            Some(((word >> 8) as u8, word as u8, (word >> 16) as i64))
+        })
+    }
+
+    fn clear(&mut self) {
+        self.words.clear();
+        self.cells.fill(0);
     }
 }
 
