@@ -72,7 +72,7 @@ pub struct RunJob {
     /// Expands all flags in memory, to take the time.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub flags_in_memory: bool,
-    /// Ends with exit code 8 if there are warnings.
+    /// Ends with exit code 8 if there are warnings; that `auto` found no GPU to use is not counted.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub strict: bool,
     /// Prints the report as JSON.

@@ -35,6 +35,23 @@ fn a_strict_run_with_warnings_writes_its_outputs_and_fails() {
 
     done(&["mesh", SPOT, "--cells", "8", "--backend", "cpu", "-q", "--strict"]);
     assert!(done(&["--help"]).contains("8  warnings, and --strict"));
+
+    // the cells are the same without a GPU: that is said, and is no reason to fail
+    let auto = ["mesh", SPOT, "--cells", "8", "--strict", "-q"];
+    let output = without_driver(&auto);
+    let words = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && words.contains("warning: meshed on the CPU: "), "{words}");
+    assert!(!words.contains("strict:"), "{words}");
+    let output = without_driver(&[&auto[..], &["--domain", "5,5,5,6,6,6"]].concat());
+    let words = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(8), "{words}");
+    assert!(words.contains("1 warning, and --strict is given"), "{words}");
+}
+
+/// Runs the command where no driver of a GPU is found.
+fn without_driver(arguments: &[&str]) -> std::process::Output {
+    let command = &mut Command::new(env!("CARGO_BIN_EXE_hexcast"));
+    command.args(arguments).env("VK_DRIVER_FILES", "/none").env("VK_ICD_FILENAMES", "/none").output().unwrap()
 }
 
 /// Sends a signal.

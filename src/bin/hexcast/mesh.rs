@@ -82,7 +82,8 @@ pub(crate) struct Arguments {
     /// Expand all flags in memory, and count that in the total: for comparisons with other meshers
     #[arg(long, help_heading = "Output")]
     flags_in_memory: bool,
-    /// End with exit code 8 if the report has warnings, also such about input files; the outputs are written all the same
+    /// End with exit code 8 if there are warnings about the mesh or its input files; the outputs are written all the same. That `auto` found
+    /// no GPU to use is not counted: the cells are the same
     #[arg(long, help_heading = "Output")]
     strict: bool,
     /// Print nothing but warnings and errors
@@ -167,6 +168,7 @@ fn mesh_and_write(
 ) -> Result<bool> {
     let progress = Progress::new(arguments.quiet);
     let (mut engine, sources, read) = open_and_read(arguments, job, token, progress)?;
+    let no_gpu = engine.fallback.is_some();
     let (unit, unlike) = unit(job, &sources);
     for (path, exporter) in arguments.outputs.iter().filter_map(|path| Some((path, exporter_of(path)?))) {
         exporter.check_unit(unit.as_deref()).map_err(|error| match unlike.first() {
@@ -230,7 +232,7 @@ fn mesh_and_write(
     let mut files = outputs.finish(&format!("{}\n", report.to_json()))?;
     files.extend(measured.finish()?);
 
-    let n_warnings = warn(&report, arguments.strict);
+    let n_warnings = warn(&report, arguments.strict, no_gpu);
     if arguments.json {
         terminal::print_exact(&format!("{}\n", report.to_json()))?;
     } else if !arguments.quiet && !prints_file(arguments) {
@@ -247,15 +249,15 @@ fn prints_file(arguments: &Arguments) -> bool {
 }
 
 /// Prints the warnings, and returns how many there are; those about input files, which the summary has as notes, only where
-/// they decide the exit code.
-fn warn(report: &Report, is_strict: bool) -> usize {
+/// they decide the exit code. That there was no GPU, the first of them, is printed and not counted.
+fn warn(report: &Report, is_strict: bool, no_gpu: bool) -> usize {
     let mut warnings = report.mesh.warnings.clone();
     if is_strict {
         let inputs = &report.mesh.inputs;
         warnings.extend(inputs.iter().flat_map(|of| of.warnings.iter().map(|text| format!("{}: {text}", of.file))));
     }
     warnings.iter().for_each(|warning| terminal::complain(&terminal::one_line(&format!("warning: {warning}"))));
-    let n = warnings.len();
+    let n = warnings.len() - usize::from(no_gpu);
     if is_strict && n > 0 {
         let plural = if n == 1 { "" } else { "s" };
         let code = STRICT;
