@@ -174,10 +174,18 @@ async fn preferred_adapter(instance: &Instance) -> Result<Adapter> {
     instance.request_adapter(&options).await.map_err(|error| {
         Error::new(
             "no-adapter",
-            format!("no GPU adapter was found: {error}"),
+            format!("no GPU adapter was found: {}", of_backends(&error.to_string())),
             "use the CPU backend, or install a GPU driver",
         )
     })
+}
+
+/// What wgpu says of each API, but for those of other systems.
+fn of_backends(error: &str) -> String {
+    let parts = error.split("; ").flat_map(|part| part.split(", "));
+    let own: Vec<&str> =
+        parts.filter(|part| !part.ends_with("not compiled in") && !part.starts_with("No suitable")).collect();
+    if own.is_empty() { error.to_string() } else { own.join(", ") }
 }
 
 async fn named_adapter(instance: &Instance, name: &str) -> Result<Adapter> {
