@@ -72,7 +72,7 @@ pub const CODES: &[(&str, Actor, &str)] = &[
     ("stl-empty", Actor::File, "the file holds no facet"),
     ("stl-truncated", Actor::File, "an STL ends before the facets that it announces or begins"),
     ("stl-count", Actor::File, "a binary STL holds more facets than its header announces"),
-    ("stl-not-stl", Actor::File, "the bytes are neither binary nor ASCII STL"),
+    ("stl-not-stl", Actor::File, "the bytes are of no format that can be read"),
     ("stl-syntax", Actor::File, "an ASCII STL breaks the grammar on the named line"),
     ("file-syntax", Actor::File, "an OBJ, OFF, PLY, 3MF, GLB or gzip file is wrong at the named place"),
     ("stl-not-finite", Actor::File, "a vertex coordinate is NaN or infinite"),

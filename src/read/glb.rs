@@ -145,13 +145,13 @@ impl Model<'_> {
             self.passed_over[1] += u64::from(node.skin.is_some());
             for (number, primitive) in mesh.primitives.iter().enumerate() {
                 let place = || format!("node {index} ({}), primitive {number}", shown(&node.name, 60));
-                self.primitive(primitive, &world, &place).map_err(|error| error.at(place()))?;
+                self.primitive(primitive, &world).map_err(|error| error.at(place()))?;
             }
         }
         node.children.iter().try_for_each(|&child| self.place(child, world, depth + 1))
     }
 
-    fn primitive(&mut self, primitive: &Primitive, world: &DAffine3, place: &dyn Fn() -> String) -> Result<()> {
+    fn primitive(&mut self, primitive: &Primitive, world: &DAffine3) -> Result<()> {
         let mode = primitive.mode.unwrap_or(4);
         let Some(positions) = primitive.attributes.position.filter(|_| (4..=6).contains(&mode)) else {
             self.passed_over[0] += 1;
@@ -159,8 +159,9 @@ impl Model<'_> {
         };
         self.passed_over[2] += u64::from(!primitive.targets.is_empty());
         self.polygons.corners.clear();
-        for corner in self.bytes.corners(positions)? {
-            self.polygons.corner(world.transform_point3(corner).to_array().map(|number| number as f32), place)?;
+        for (index, corner) in self.bytes.corners(positions)?.into_iter().enumerate() {
+            let corner = world.transform_point3(corner).to_array().map(|number| number as f32);
+            self.polygons.corner(corner, || format!("corner {index}, counted from 0"))?;
         }
         let n = self.polygons.corners.len();
         self.polygons.count_copied(n)?;
@@ -188,7 +189,8 @@ impl Model<'_> {
             if is_mirrored {
                 corners.swap(1, 2);
             }
-            self.polygons.polygon(&corners.map(|at| indices[at] as usize), place)?;
+            self.polygons
+                .polygon(&corners.map(|at| indices[at] as usize), || format!("triangle {t}, counted from 0"))?;
         }
         Ok(())
     }

@@ -16,13 +16,15 @@ use crate::error::{Error, Result};
 /// How many bytes of a file decide; less where the file is shorter.
 pub(super) const HEAD: usize = 1024;
 
-/// First bytes of files that people mistake for STL, their name, and what to do.
+const GIVE: &str = "export the model as STL, OBJ, OFF, PLY, 3MF or GLB";
+
+/// First bytes of files that people give in place of surfaces, their name, and what to do.
 const OTHERS: &[(&[u8], &str, &str)] = &[
-    (b"{", "JSON, such as glTF that is not binary", "export the model as .glb or STL"),
+    (b"{", "JSON, such as glTF that is not binary", "export the model as a binary .glb"),
     (b"\xff\xfe", "UTF-16 text", "save it as ASCII or UTF-8"),
     (b"\xfe\xff", "UTF-16 text", "save it as ASCII or UTF-8"),
-    (b"\x89PNG", "a PNG picture", "give an STL file"),
-    (b"%PDF", "a PDF document", "give an STL file"),
+    (b"\x89PNG", "a PNG picture", GIVE),
+    (b"%PDF", "a PDF document", GIVE),
 ];
 
 /// Decides the format of a file of `n_bytes` bytes by its first [`HEAD`] ones (all of them where it is shorter).
@@ -46,12 +48,12 @@ pub(super) fn format(head: &[u8], n_bytes: u64) -> Result<Format> {
         return Ok(format);
     }
     if let Some((_, name, hint)) = OTHERS.iter().find(|(magic, ..)| head.starts_with(magic)) {
-        return Err(Error::new("stl-not-stl", format!("this is {name}, not STL"), *hint));
+        return Err(Error::new("stl-not-stl", format!("this is {name}, not a surface"), *hint));
     }
     if is_text {
         let found = excerpt(words);
-        let message = format!("this is text that begins with \"{found}\" where an ASCII STL begins with \"solid\"");
-        return Err(Error::new("stl-not-stl", message, "export the model as STL"));
+        let begins = "an ASCII STL begins with \"solid\", PLY with \"ply\", OFF with \"OFF\", OBJ with a statement such as \"v\"";
+        return Err(Error::new("stl-not-stl", format!("this is text that begins with \"{found}\": {begins}"), GIVE));
     }
     if n_bytes < stl_binary::HEADER as u64 {
         let message = format!("{n_bytes} bytes that are not text; a binary STL has at least 84");

@@ -263,6 +263,15 @@ fn what_is_wrong_with_a_glb_is_said() {
     for cut in [12, 21, 400, whole.len() - 1] {
         assert!(message(&whole[..cut]).starts_with("GLB: "), "{cut}: {}", message(&whole[..cut]));
     }
+    // the place is said once
+    let mut far = buffer();
+    far[..4].copy_from_slice(&f32::INFINITY.to_le_bytes());
+    let found = message(&glb(&tetrahedron(), &far));
+    assert!(
+        found.contains("primitive 0: corner 0, counted from 0: a coordinate is ")
+            && found.matches("node 0").count() == 1,
+        "{found}"
+    );
     // further chunks, whatever their kind, are passed over
     let mut longer = whole.clone();
     for kind in [b"JSON", b"BIN\0", b"MORE"] {
