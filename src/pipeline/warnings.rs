@@ -133,6 +133,8 @@ pub(super) fn geometries_without_cells(
         } else if let Some(axis) = thin_axis {
             let [low, high] = bounding_box.map(|corner| corner[axis]);
             let (thick, size, name) = (high - low, size_at(&prepared.whole, axis, 0.5 * (low + high)), AXES[axis]);
+            // with as many digits as files hold
+            let [thick, size] = [thick, size].map(|length| length as f32);
             Some(format!("it is {thick:?} thick along {name}, a cell is {size:?}; use smaller cells, {KEEP}"))
         } else if ends.is_none() {
             Some(format!("its surface is not closed and encloses no centre of a cell; close it, {KEEP}"))

@@ -83,7 +83,7 @@ fn a_geometry_without_cells_is_named_with_the_cause() {
             "a plate up to a centre: cell 2 ends the body, and cell 3 is not in it",
             &[ROOM, body([2.5, 1.0, 1.0], [3.4, 7.0, 7.0], 2)],
             &[
-                "geometry \"box 1\" (flag 2) got no cell: it is 0.9000000953674316 thick along x, a cell is 1.0; use smaller cells, \
+                "geometry \"box 1\" (flag 2) got no cell: it is 0.9000001 thick along x, a cell is 1.0; use smaller cells, \
                   or keep it with fill = \"separating\" or \"conservative\"",
             ],
         ),
