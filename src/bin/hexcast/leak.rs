@@ -52,11 +52,11 @@ pub(crate) struct Arguments {
     /// Flags of cells that a path may use [default: that of the cell at --from]
     #[arg(long, value_name = "F,F,...", value_delimiter = ',')]
     flags: Vec<u8>,
-    /// Name the facets within a cell of the narrowest place, from the surfaces of this job
+    /// List the facets of this job's surfaces that lie within a cell of the narrowest place
     #[arg(long, value_name = "JOB.toml|JOB.json", conflicts_with = "surfaces")]
     job: Option<PathBuf>,
-    /// Name the facets within a cell of the narrowest place, from this STL file, placed as in
-    /// coil.stl:scale=2 if need be; may be given several times
+    /// List the facets of this STL file that lie within a cell of the narrowest place; place the
+    /// file as in coil.stl:scale=2 if need be; may be given several times
     #[arg(id = "surfaces", long = "surface", value_name = "FILE")]
     surfaces: Vec<String>,
     /// Write the paths and the narrowest place as lines, .vtp, for ParaView
@@ -65,7 +65,7 @@ pub(crate) struct Arguments {
     /// Print what was found as JSON
     #[arg(long)]
     json: bool,
-    /// Most memory to take, such as 2GB or 512MiB [default: 3/4 of what is available]
+    /// Most memory to use, such as 2GB or 512MiB [default: 3/4 of the available memory]
     #[arg(long, value_name = "SIZE", help_heading = "Memory")]
     max_memory: Option<ByteSize>,
 }

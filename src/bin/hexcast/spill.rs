@@ -20,12 +20,12 @@ use super::{standard, terminal};
 #[derive(clap::Args)]
 #[command(next_help_heading = "Memory")]
 pub(crate) struct SpillArguments {
-    /// Folder for a temporary file that columns spill to when they exceed the memory allowed; it has no name there and
-    /// is gone with the program
+    /// Folder for a temporary file that columns spill to when they exceed the memory allowed. The file has no name and
+    /// disappears when the program ends
     #[arg(long, value_name = "DIR", conflicts_with = "resume")]
     spill: Option<PathBuf>,
-    /// Keep finished columns in OUT.partial, beside the first output, until all is written: after Ctrl-C or a failure the
-    /// same command continues from them. Columns that exceed the memory allowed are read from there too
+    /// Keep finished columns in OUT.partial, beside the first output OUT, until all is written. After Ctrl-C or a failure the
+    /// same command continues from them. Columns that exceed the memory allowed are also read from this file
     #[arg(long, requires = "outputs")]
     resume: bool,
 }
