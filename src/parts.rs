@@ -33,7 +33,7 @@ pub fn parts(geometries: &[Geometry], lines: &Lines, rays: &Rays, of: [u32; 3], 
             let message =
                 format!("{} parts along {}, which has {cells} cells{of_shards}", of[axis], ["x", "y", "z"][axis]);
             let hint = if step > 1 {
-                "ask for one part a shard at most, divide other axes (part, --part K/NXxNYxNZ), or make shards smaller \
+                "ask for at most one part per shard, divide other axes (part, --part K/NXxNYxNZ), or make shards smaller \
                  (zarr.shards, --zarr-shards)"
             } else {
                 "ask for 1 part to one a cell, or divide other axes (part, --part K/NXxNYxNZ)"

@@ -45,7 +45,8 @@ impl Shards {
             (0..3).find(|&axis| chunk[axis] == 0 || shard[axis] == 0 || !shard[axis].is_multiple_of(chunk[axis]));
         if let Some(axis) = wrong {
             let (name, cells, of_chunk) = (["x", "y", "z"][axis], shard[axis], chunk[axis]);
-            let message = format!("zarr: shards of {cells} cells along {name} are not some chunks of {of_chunk}");
+            let message =
+                format!("zarr: shards of {cells} cells along {name} are not a multiple of the chunks, {of_chunk}");
             return Err(Error::new("job-value", message, "give shards that are multiples of the chunks on every axis"));
         }
         let cells = shard.iter().fold(1u64, |n, &of| n.saturating_mul(of.into()));

@@ -91,7 +91,8 @@ impl Gpu {
 async fn flags_buffer(opened: &Opened, kernels: &Kernels, mesh: &Mesh, cells: &CellBox, form: Cells) -> Result<Buffer> {
     let dims = mesh.dims();
     if (0..3).any(|axis| cells[axis].is_empty() || cells[axis].end > dims[axis]) {
-        let message = format!("box {cells:?} is not some cells of the mesh of {} x {} x {}", dims[0], dims[1], dims[2]);
+        let message =
+            format!("box {cells:?} is empty or not inside the mesh of {} x {} x {} cells", dims[0], dims[1], dims[2]);
         return Err(Error::new("job-value", message, "choose ends above starts, and within the mesh"));
     }
     let [nx, ny, nz] = [0, 1, 2].map(|axis| cells[axis].len() as u64);

@@ -154,7 +154,7 @@ fn runs(parts: &[Part], axis: usize) -> Result<u64> {
     let begun: Option<u64> = parts.iter().map(|part| part.window.runs).sum();
     begun.ok_or_else(|| {
         let name = ["x", "y", "z"][axis];
-        let message = format!("the windows cut rays along {name}, and do not say which runs begin in them");
+        let message = format!("the windows cut rays along {name}, and the reports do not say which runs begin in each");
         refused(
             "job-conflict",
             message,

@@ -77,7 +77,7 @@ fn unpacked(packed: Vec<u8>, n_bytes: u64, read: fn(&[u8]) -> Result<Contents>) 
         bytes.try_reserve(CHUNK as usize).map_err(|_| no_room("bytes", bytes.len()))?;
         let n = (&mut decoder).take(CHUNK).read_to_end(&mut bytes).map_err(|error| {
             let message =
-                format!("the file is packed by gzip, and after {} bytes of what it holds: {error}", bytes.len());
+                format!("the file is packed by gzip, and unpacking fails after {} bytes: {error}", bytes.len());
             Error::new("file-syntax", message, "copy or pack the file again")
         })?;
         if n == 0 {

@@ -283,7 +283,7 @@ impl JobArguments {
             let given = [("--min-size", self.min_size.is_some()), ("--growth", self.growth.is_some())];
             let given = given.into_iter().chain([("--absorbing", self.absorbing.is_some())]).find(|(_, is)| *is);
             return given.map_or(Ok(()), |(option, _)| {
-                let message = format!("{option} is given without --graded, which alone uses it");
+                let message = format!("{option} is given without --graded, the only option that uses it");
                 Err(Error::new("job-conflict", message, "give --graded, or a job with graded"))
             });
         };

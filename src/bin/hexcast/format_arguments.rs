@@ -135,7 +135,8 @@ impl FormatArguments {
     /// Refuses the format of standard output where that is no output.
     pub(super) fn check_standard(&self, uses_standard_output: bool) -> Result<()> {
         if self.format.is_some() && !uses_standard_output {
-            let message = "--format is given without -o -, whose format it is; those of files are in their names";
+            let message =
+                "--format is given without -o -: it is the format of standard output; files have theirs in their names";
             return Err(Error::new("job-conflict", message, "leave out --format"));
         }
         Ok(())
@@ -162,16 +163,16 @@ impl FormatArguments {
             return Err(Error::new("job-conflict", message, "add an output that ends in .raw or .npy"));
         }
         if (self.axis_order.is_some() || self.map.is_some()) && !formats.iter().any(|format| has_own_bytes(*format)) {
-            let message = "--axis-order or --map is given, but no output has another order or other numbers";
+            let message = "--axis-order or --map is given, but no output can have another order or other numbers";
             return Err(Error::new("job-conflict", message, "add an output that ends in .raw, .npy or .npz"));
         }
         if self.ascii && !exporters.iter().any(|exporter| exporter.has_ascii()) {
-            let message = "--ascii is given, but no output has a form in text besides a binary one";
+            let message = "--ascii is given, but no output can be text or binary";
             let hint = format!("add an output that ends in {}", endings(Exporter::has_ascii));
             return Err(Error::new("job-conflict", message, hint));
         }
         if self.export_flags.is_some() && !exporters.iter().any(|exporter| exporter.has_flags()) {
-            let message = "--export-flags is given, but no output holds the cells of some flags only";
+            let message = "--export-flags is given, but no output can leave out flags";
             let hint = format!("add an output that ends in {}", endings(Exporter::has_flags));
             return Err(Error::new("job-conflict", message, hint));
         }

@@ -128,7 +128,7 @@ pub(crate) fn dump(job: &Job, run: RunJob, path: &Path) -> Result<()> {
 /// `job-value` where it is not UTF-8.
 pub(crate) fn as_text(path: &Path) -> Result<String> {
     path.to_str().map(String::from).ok_or_else(|| {
-        let message = format!("{} is not UTF-8, which job files are", path.display());
+        let message = format!("{} is not UTF-8, and job files are", path.display());
         Error::new("job-value", message, "give it another name")
     })
 }

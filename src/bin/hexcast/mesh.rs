@@ -127,7 +127,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     if Targets::has_zarr(&arguments.outputs) {
         job.zarr = Some(job.zarr.unwrap_or_default());
         if job.part.is_some() && job.halo.is_some() {
-            let message = "halo and part are given with a Zarr store, which has every cell once";
+            let message = "halo and part are given with a Zarr store: a store has every cell once";
             return Err(Error::new("job-conflict", message, "leave out halo, or write another format"));
         }
     }

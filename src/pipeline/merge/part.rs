@@ -58,8 +58,10 @@ pub(super) fn part(index: usize, report: &Value) -> Result<Part<'_>> {
     let window = window
         .ok_or_else(|| refused("job-value", format!("report {number} is of a whole mesh: its window is null"), HINT))?;
     if window.halo > 0 {
-        let message =
-            format!("report {number} is of a window with a halo of {} cells, which others have, too", window.halo);
+        let message = format!(
+            "report {number} is of a window with a halo of {} cells: other reports count these, too",
+            window.halo
+        );
         return Err(refused("job-conflict", message, "merge reports of windows without halo"));
     }
     Ok(Part {

@@ -162,7 +162,7 @@ fn what_is_wrong_with_a_3mf_is_said() {
             three_mf("", &object(1, ""), "<item objectid='1' transform='1 0 0'/>"),
             "transform=\"1 0 0\" is not 12 numbers",
         ),
-        (package(&[("a.txt", "text"), ("b.txt", "text")]), "a ZIP archive of 2 files without a model of 3MF"),
+        (package(&[("a.txt", "text"), ("b.txt", "text")]), "a ZIP archive of 2 files without a 3MF model"),
         (
             package(&[("_rels/.rels", RELATIONS), ("3D/here.model", "<model><resources></build></model>")]),
             "3d/here.model: ",
