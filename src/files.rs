@@ -1,4 +1,4 @@
-//! The files of a job, read from disk: for callers who have nothing of their own to do meanwhile.
+//! Reads the files of a job from disk, and blocks until all are read.
 //!
 //! Names of files -> [`Source`]s, several files at the same time on all cores. Natively only.
 

@@ -1,8 +1,8 @@
 //! Parts: a box of cells divided into windows that take about as long as each other, for processes that mesh one each.
 //!
-//! Geometries, lines, rays, numbers of parts along x, y and z, where they may be cut -> windows, x fastest. Each axis is divided by itself. A plane of cells
-//! costs its share of the rays, and some rays' worth for each crossing that is expected in it: the area of a facet seen along the
-//! rays, in cells across, spread evenly over the planes under its box.
+//! Geometries, lines, rays, numbers of parts along x, y and z, places where they may be cut -> windows, x fastest. Each axis is
+//! divided by itself. The cost of a plane of cells is its share of the rays, plus a constant for each crossing expected in it.
+//! The expected crossings of a facet are its area seen along the rays, in cells, spread evenly over the planes of its box.
 //!
 //! Costs are whole numbers, summed exactly, so that every process finds the same parts.
 //! Cost: one pass over the corners.

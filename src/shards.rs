@@ -1,7 +1,7 @@
-//! Shards: how the cells of a Zarr store are divided in files, and these in chunks.
+//! Shards: how the cells of a Zarr store are divided into shards, which are files, and these into chunks.
 //!
-//! Numbers of cells, what the job asks for -> [`Shards`]. The shapes depend on nothing else, so that every process that fills a part of
-//! a store finds the same, whatever its memory.
+//! Numbers of cells, what the job asks for -> [`Shards`]. The shapes depend on nothing else, so every process that fills a part
+//! of a store finds the same shapes, whatever its memory.
 //!
 //! A shard is a slab: some planes, or some rows of a few planes where these are large, over all cells along x. Its chunks hold 256 KiB
 //! each: 64 x 64 x 64 cells, flatter where a row of such chunks would be larger than a shard. A shard has at most a 2,048th of the cells,
