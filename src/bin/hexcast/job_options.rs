@@ -1,4 +1,4 @@
-//! The options in a job file: those keys of it that are no part of the job, as arguments; and the job file of all arguments.
+//! The options in a job file: turns keys that are not part of the job into arguments, and all arguments into a job file.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};

@@ -31,9 +31,9 @@ Examples:
 
 The exit code is 0 where there is no path, and 9 where there is one.
 
-The shortest path has the fewest steps from cell to cell over faces. The narrowest place is where the largest
-cube of cells that passes stops one that is a cell wider; cells beyond the mesh count as background. Where two
-holes lead out, the path takes the nearer one and the cube the wider one: the output has the ways of both.
+The shortest path has the fewest steps from cell to cell through faces. The narrowest place is where the largest
+cube that can pass still passes and a cube one cell wider does not; cells beyond the mesh count as background. If
+there are two holes, the shortest path takes the nearer one and the cube the wider one: the output has both ways.
 Part 0 of the output is the narrowest place, 1 the shortest path, 2 the way of the cube.";
 
 /// Look for a path between two points of a mesh: the shortest one, and its narrowest place
