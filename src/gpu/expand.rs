@@ -1,6 +1,6 @@
-//! The flags of a box of cells in a buffer of a device: only runs go there, and the kernel `expand` makes flags of them.
+//! The flags of a box of cells in a buffer of a device: only runs are uploaded, and the kernel `expand` makes flags of them.
 //!
-//! Mesh, a box, a device -> a buffer. The box is expanded slab by slab, so that the runs of one slab are there at a time.
+//! Mesh, a box, a device -> a buffer. The box is expanded slab by slab, so the device holds the runs of one slab at a time.
 //! Twin: `src/flags.rs`.
 
 use wgpu::{Buffer, BufferDescriptor, BufferUsages, Device, ErrorFilter, Queue};

@@ -1,6 +1,6 @@
 //! Files that are read once all of their bytes are there: OBJ, OFF, PLY, 3MF, GLB, and what is packed by gzip.
 //!
-//! Memory: the bytes of the file, its corners, and 36 bytes a facet. Of gzip, what is packed, too; no more than [`MAX_UNPACKED`] bytes.
+//! Memory: the bytes of the file, its corners, and 36 bytes a facet. Of gzip also the unpacked bytes, at most [`MAX_UNPACKED`].
 
 use std::io::Read;
 
