@@ -36,7 +36,7 @@ pub fn parts(geometries: &[Geometry], lines: &Lines, rays: &Rays, of: [u32; 3], 
                 "ask for at most one part per shard, divide other axes (part, --part K/NXxNYxNZ), or make shards smaller \
                  (zarr.shards, --zarr-shards)"
             } else {
-                "ask for 1 part to one a cell, or divide other axes (part, --part K/NXxNYxNZ)"
+                "ask for at most one part per cell, or divide other axes (part, --part K/NXxNYxNZ)"
             };
             return Err(Error::new("job-value", message, hint));
         }

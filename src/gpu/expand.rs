@@ -101,7 +101,7 @@ async fn flags_buffer(opened: &Opened, kernels: &Kernels, mesh: &Mesh, cells: &C
     if size > allowed {
         let message =
             format!("the flags of {nx} x {ny} x {nz} cells take {size} bytes; a buffer of this device has {allowed}");
-        return Err(Error::new("memory", message, "take a smaller box, or a bit a cell"));
+        return Err(Error::new("memory", message, "take a smaller box, or one bit per cell"));
     }
     let filters = [ErrorFilter::Validation, ErrorFilter::OutOfMemory, ErrorFilter::Internal];
     let [first, second, third] = filters.map(|filter| opened.device.push_error_scope(filter));

@@ -97,11 +97,11 @@ impl Job {
             return Err(out_of_range("links.fluid", "[]", "the flags of the fluid, 0 for the background"));
         }
         if self.staggered && self.close_gaps.is_some() {
-            let message = "staggered is given with close_gaps: its points are those of the surfaces as they are";
+            let message = "staggered is given with close_gaps: the points follow the surfaces, whose gaps stay open";
             return Err(Error::new("job-conflict", message, "keep one of them"));
         }
         if self.staggered && self.halo.is_some_and(|halo| halo > 0) {
-            let message = "staggered is given with a halo: its points are those of the window or part alone";
+            let message = "staggered is given with a halo: only points of the window or part can be written";
             return Err(Error::new(
                 "job-conflict",
                 message,
@@ -117,7 +117,8 @@ impl Job {
             ));
         }
         if self.close_gaps.is_some() {
-            let message = "fractions are given with close_gaps: they are those of the surfaces as they are";
+            let message =
+                "fractions are given with close_gaps: they are measured from the surfaces, whose gaps stay open";
             return Err(Error::new("job-conflict", message, "keep one of them"));
         }
         Ok(())

@@ -96,7 +96,7 @@ fn table(levels: &[Level], unit: Option<&str>) -> String {
         }
     }
     if levels.iter().any(|level| level.flags.iter().any(|found| found.volume_error.is_none())) {
-        text += "There is no error where a surface is open or cut by the domain, or cells are not those whose centres lie inside (invert, shell, fill).\n";
+        text += "No error is given where a surface is open or cut by the domain, or where not only the centres decide the cells (invert, shell, fill).\n";
     }
     text
 }

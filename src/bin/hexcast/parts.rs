@@ -51,7 +51,8 @@ struct Parts {
 }
 
 fn numbers(text: &str) -> std::result::Result<Numbers, String> {
-    let wrong = || format!("\"{text}\" is no number of parts: a number such as 64 is needed, or three such as 4x4x4");
+    let wrong =
+        || format!("\"{text}\" is not a number of parts: a number such as 64 is needed, or three such as 4x4x4");
     numbers_of_parts(text).map(Numbers).ok_or_else(wrong)
 }
 

@@ -172,5 +172,5 @@ fn sentences(name: &str, found: &Found) -> String {
     }
     text +=
         &format!("{name}: {n_shards} shards; files missing {missing}, wrong {wrong}, no part of the store {unknown}. ");
-    text + "Mesh the parts of the missing and wrong ones again; remove what is no part of the store.\n"
+    text + "Mesh the parts of missing and wrong shards again; remove files that are not part of the store.\n"
 }

@@ -99,7 +99,7 @@ pub(super) fn lines_of_box(parts: &[Part]) -> Result<Lines> {
             let own = lists.as_ref().map(|lists| [&lists.x, &lists.y, &lists.z][axis]);
             let places = window.first[axis] as usize..=window.end[axis] as usize;
             let Some(own) = own.filter(|own| own.len() == places.clone().count()) else {
-                let message = format!("report {} has no lines along {} that go with its window", index + 1, AXES[axis]);
+                let message = format!("report {} has no lines along {} that fit its window", index + 1, AXES[axis]);
                 return Err(refused("job-value", message, HINT));
             };
             for (line, known) in own.iter().zip(&mut all[places]) {
