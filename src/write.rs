@@ -154,7 +154,7 @@ fn check(format: Format, options: &Options) -> Result<()> {
         return Err(Error::new("job-conflict", message, hint));
     }
     if has_own_bytes && options.bits {
-        let message = "bits are given together with an axis order or a map, which only bytes can have";
+        let message = "bits are given with an axis order or a map, which only bytes can have";
         return Err(Error::new("job-conflict", message, "leave out one of them"));
     }
     if options.bits && !matches!(format, Format::Raw | Format::Npy) {
