@@ -30,7 +30,11 @@ pub fn read_file(file: &str, control: &Control) -> Result<Source> {
     let mut input = open_file(Path::new(file))?;
     let metadata = input.metadata().map_err(|error| Error::io(format!("reading {file}"), error))?;
     if !metadata.is_file() {
-        return Err(Error::new("io", format!("{file} is not a file"), "name an STL file, or give its bytes"));
+        return Err(Error::new(
+            "io",
+            format!("{file} is not a file"),
+            "name a file of a surface (STL, OBJ, PLY, OFF, 3MF, GLB), or give its bytes",
+        ));
     }
     Source::read(file, metadata.len(), &mut input, control)
 }
