@@ -1,8 +1,10 @@
 //! The crossings of one geometry with all rays along an axis, in the order of planes and rows of cells.
 //!
-//! [`Crossings`] of either backend -> [`AxisCrossings`]. A crossing is one word, `c << 37 | a << 19 | b << 1 | direction`: a is the axis of the mesh's
-//! rays, b and c are the axes across; the first cell whose centre counts as above the crossing, in whatever direction its ray runs.
-//! Cost: O(crossings) time; 8 bytes a crossing, 16 while they are grouped.
+//! [`Crossings`] of either backend -> [`AxisCrossings`]. A crossing is one word,
+//! `c << 37 | a << 19 | b << 1 | direction`, whatever the axis of its ray. a, b and c are the numbers of a cell: a along the
+//! axis of the mesh's rays, b and c along the axes across it. Along its own ray it is the first cell whose centre counts as
+//! above the crossing.
+//! Cost: O(crossings) time; 8 bytes per crossing, 16 while they are grouped.
 
 use std::ops::Range;
 

@@ -1,9 +1,11 @@
-//! The certificate: what a mesh may have lost, or decided between geometries, found by casting the closed geometries again.
+//! The certificate: walls that a mesh may have lost, and cells that it decided between geometries. It casts the closed
+//! geometries again.
 //!
 //! Frame, rays of three axes -> walls thinner than some cells, and the cells that two geometries claim; columns -> gaps of one cell between
-//! flags. Made where the job asks for it: it costs some casts on the host. Geometries that are not closed are left out: they are decided apart.
+//! flags. It is made if the job asks for it, because it costs some casts on the host. Geometries that are not closed are left
+//! out: rays do not decide them.
 //!
-//! That of a window has what of the box's certificate lies in its cells: counts of windows add up to those of the box.
+//! The certificate of a window covers the cells of the window: the counts of all windows add up to those of the box.
 
 use crate::cast::Cast;
 use crate::geometry::Geometry;

@@ -92,7 +92,7 @@ impl Columns {
             next += band.ends.len() as u64;
         }
         if next != rays.n_rays() {
-            let message = format!("bands of {next} rays for columns of {}", rays.n_rays());
+            let message = format!("the bands have {next} rays, and the columns {}", rays.n_rays());
             return Err(Error::new("job-conflict", message, "give a band for every ray"));
         }
         Ok(Columns::in_memory(rays, Arc::new(bands.into_iter().map(PackedBand::new).collect())))
@@ -265,8 +265,8 @@ mod tests {
         let wrong = [
             (vec![band(0, 2), band(3, 1)], "begins with ray 3, after those up to ray 2"),
             (vec![band(1, 3)], "begins with ray 1, after those up to ray 0"),
-            (vec![band(0, 3)], "bands of 3 rays for columns of 4"),
-            (vec![band(0, 5)], "bands of 5 rays for columns of 4"),
+            (vec![band(0, 3)], "the bands have 3 rays, and the columns 4"),
+            (vec![band(0, 5)], "the bands have 5 rays, and the columns 4"),
         ];
         for (bands, sentence) in wrong {
             let error = of(bands).unwrap_err();

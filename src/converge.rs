@@ -83,7 +83,7 @@ pub async fn converge(
         ("part", job.part.is_some()),
     ];
     if let Some((key, _)) = chosen.iter().find(|(_, is_given)| *is_given) {
-        let message = format!("{key} is given, and the cells are those of the sizes that are compared");
+        let message = format!("{key} is given, but the sizes to compare decide the cells");
         return Err(Error::new("job-conflict", message, format!("leave out {key}")));
     }
     let of_job = geometries(job, sources.to_vec())?;

@@ -1,10 +1,10 @@
-//! Cuts a box of cells out of a mesh, or takes every n-th of its cells: for a closer look, and for a preview of a large mesh.
+//! Cuts a box of cells out of a mesh, for a closer look; or takes every n-th cell, for a preview of a large mesh.
 //!
 //! Mesh, box, stride n -> mesh. The box is divided into blocks of n cells an axis. A block becomes one cell, as large as the block, with
 //! the flag of the cell in its middle: number n / 2 of it, rounded down. For an odd n the centres are the same, so these are the flags that
 //! cells of n times the size have at those centres. Cells at the end of the box that do not fill a block are left out.
 //!
-//! Crossings and odd rays are not counted again: those of the mesh stay.
+//! Crossings and odd rays are not counted again: the numbers of the whole mesh stay.
 //!
 //! Cost: one pass over the rays of the box.
 

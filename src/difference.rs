@@ -1,7 +1,8 @@
 //! Difference: the cells in which two meshes of the same number of cells have different flags.
 //!
-//! Two meshes -> [`Difference`], the cells of each pair of flags and a mask of all of them. Runs are compared ray by ray where both
-//! meshes have their rays along the same axis; else the other's cells are expanded, some rays of the first at a time.
+//! Two meshes -> [`Difference`], the cells of each pair of flags and a mask of all of them. If both meshes have their rays
+//! along the same axis, runs are compared ray by ray. Otherwise the cells of the second mesh are expanded, for some rays of
+//! the first at a time.
 //! Cost: O(runs), or O(cells) where the axes differ; the mask, and flags of 2^26 cells a thread, in wasm of 2^19.
 //!
 //! ```

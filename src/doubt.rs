@@ -4,13 +4,14 @@
 //! columns. The runs of a row are not kept.
 //!
 //! # Theory
-//! The boxes are made of rows along x, as long as can be; rows of the same ends that follow each other along y are a plate, as many as
-//! can be; plates of the same ends that follow each other along z are a box. This depends on the set of cells alone.
+//! A row is made of cells along x, as many as possible. Rows with the same ends that follow each other along y are a plate, as
+//! many as possible. Plates with the same ends that follow each other along z are a box. So the boxes depend on the set of
+//! cells alone.
 //!
 //! # Practice
-//! A row of rays is a plane of cells. Runs along y or z are cut in rows along x by a sweep along x. Planes of z join their rows to
-//! plates, and plates to those of the plane below. Planes of y, which rays along z make, keep for each row along x since when its
-//! cells are in the set; where that ends, it does so for all cells of a plate.
+//! A row of rays is a plane of cells. A sweep along x cuts runs along y or z into rows along x. If the planes lie across z, rows
+//! are joined to plates, and plates to those of the plane below. If they lie across y, as for rays along z, each row along x
+//! remembers the plane in which its cells entered the set; they leave it together, as cells of one plate.
 //!
 //! Cost: O(n log n) for n runs; memory for the rows of some planes, the largest boxes and, if asked for, the mask.
 

@@ -7,8 +7,8 @@
 //!
 //! Bytes follow from rays, runs and cells. A run is taken to begin at every crossing before the end of its ray: too many where
 //! geometries overlap, lie beside the domain, or have parts thinner than a cell.
-//! Weakness: the sizes of compressed files are rules of thumb, good to a factor of three for curved surfaces; flat ones
-//! compress better. Those marked exact are exact.
+//! Weakness: the sizes of compressed files are rules of thumb, right within a factor of three for curved surfaces; flat ones
+//! compress better. Sizes marked exact are exact.
 //! Cost: one pass over the corners.
 
 mod allowed;

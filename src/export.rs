@@ -1,11 +1,12 @@
 //! Exporters: a mesh as the files of another program, one source file an exporter.
 //!
-//! Mesh, exporter, options -> one or several named files, one after the other, each from its first byte to its last but HDF5. An exporter never
+//! Mesh, exporter, options -> one or several named files, one after the other. All but HDF5 are written from the first byte to
+//! the last. An exporter never
 //! holds all cells: it holds the flags of two slabs or, where points and faces are numbered, of a few planes (`layers`), and goes over the
-//! mesh once for each part of a file. It knows no file system: the caller gives a writer, or for HDF5 a place, for each name ([`Files`]).
-//! HDF5 needs files, so in wasm there is none.
+//! mesh once for each part of a file. It knows no file system: the caller gives a writer, or for HDF5 a path, for each name ([`Files`]).
+//! HDF5 needs files, so there is none in wasm.
 //!
-//! An exporter rests before every slab. In wasm its caller takes what was written until then, and lets it go on when it wants more.
+//! An exporter pauses before every slab. In wasm its caller takes the bytes written so far, and resumes it when it wants more.
 //!
 //! A new exporter is a file here, an entry of [`Exporter`] and a page in `docs/export/`.
 

@@ -1,4 +1,4 @@
-//! The files of a job, read from disk: for callers who have nothing of their own to do meanwhile.
+//! Reads the files of a job from disk, and blocks until all are read.
 //!
 //! Names of files -> [`Source`]s, several files at the same time on all cores. Natively only.
 
@@ -30,7 +30,11 @@ pub fn read_file(file: &str, control: &Control) -> Result<Source> {
     let mut input = open_file(Path::new(file))?;
     let metadata = input.metadata().map_err(|error| Error::io(format!("reading {file}"), error))?;
     if !metadata.is_file() {
-        return Err(Error::new("io", format!("{file} is not a file"), "name an STL file, or give its bytes"));
+        return Err(Error::new(
+            "io",
+            format!("{file} is not a file"),
+            "name a file of a surface (STL, OBJ, PLY, OFF, 3MF, GLB), or give its bytes",
+        ));
     }
     Source::read(file, metadata.len(), &mut input, control)
 }

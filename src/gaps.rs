@@ -89,7 +89,7 @@ fn check_memory(columns: &Columns, max_bytes: u64) -> Result<()> {
     let needed = columns.n_bytes() + 4 * n_rays + 8 * (columns.n_runs() / 2 + n_rays);
     let hint = "allow more with max_memory (--max-memory), use larger cells, or leave out close_gaps (--close-gaps)";
     if columns.is_spilled() {
-        let message = format!("gaps are closed in memory, and the columns of {n_rays} rays had to leave it");
+        let message = format!("gaps are closed in memory, but the columns of {n_rays} rays do not fit there");
         return Err(Error::new("memory", message, hint));
     }
     if needed > max_bytes || n_rays >= u64::from(u32::MAX) {

@@ -1,6 +1,6 @@
 //! A geometry: named facets with a property flag, a priority and a position in the world.
 //!
-//! Input: the facets of one or several solids of a file -> output: [`Geometry`], the first noun of the line.
+//! Input: the facets of one or several solids of a file -> output: [`Geometry`], the first value of the pipeline.
 //! The corners stay the f32 numbers of the file; the transform is applied in f64 where they are used, so that equal
 //! f32 corners stay equal and a closed surface stays closed.
 

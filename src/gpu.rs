@@ -6,9 +6,9 @@
 //! scan -> `map_deep`. Atomics only count and hand out places; the order they give is sorted away, so the columns are the
 //! same bytes on every device and for every band. No invocation of any kernel runs more than 2^14 loops (`passes.rs`).
 //!
-//! A device is not trusted. It is probed when it is opened; all that it returns is checked for what is possible (`runs.rs`); one ray in 256
-//! is cast again by the CPU definition (`check.rs`). Where it is wrong its band is thrown away, and the mesh is the error `device-wrong`:
-//! the engine then goes on with the CPU.
+//! A device is not trusted. It is probed when it is opened; all its results are checked for impossible values (`runs.rs`); one
+//! ray in 256 is cast again by the CPU definition (`check.rs`). If a result is wrong, its band is thrown away, and meshing fails
+//! with `device-wrong`: the engine then continues on the CPU.
 //!
 //! # Practice
 //! - [`Gpu`]: a device, its compiled kernels and its pool. Expensive (a tenth of a second to seconds): make one, use it for many meshes.

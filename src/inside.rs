@@ -1,4 +1,4 @@
-//! Which geometries hold a place on a ray, as it passes crossing after crossing.
+//! Follows a ray from crossing to crossing, and knows which geometries it is inside of.
 
 use crate::job::Rule;
 

@@ -154,7 +154,7 @@ pub struct Job {
     /// The largest size per axis, at most this, that puts every end point of every bounding box on a mesh line.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_cell_size: Option<f64>,
-    /// How far from a mesh line, in cells, `max_cell_size` lets an end point lie; 0 to 0.5, by default [`DEFAULT_TOLERANCE`].
+    /// Largest distance of an end point from its mesh line, in cells, with `max_cell_size`: 0 to 0.5, by default 0.05.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
     /// All lines of each axis.
@@ -170,10 +170,10 @@ pub struct Job {
     /// are those of the whole box.
     #[serde(deserialize_with = "numbers::list", skip_serializing_if = "Option::is_none")]
     pub window: Option<[u32; 6]>,
-    /// Meshes only one of the windows that the box is divided into: see [`crate::parts`].
+    /// Meshes only one of the windows that the box is divided into.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub part: Option<PartJob>,
-    /// Cells beyond the window or the part that are meshed with it, on both sides of every axis.
+    /// Cells around the window or the part that are also meshed, on both sides of every axis.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub halo: Option<u32>,
     /// What the halo has beyond the box; by default background.
@@ -188,7 +188,7 @@ pub struct Job {
     pub open: Open,
     /// Which cells geometries have besides those whose centres lie inside; a geometry may say otherwise.
     pub fill: Fill,
-    /// Openings of fewer cells are closed, at least 2: see [`crate::gaps`].
+    /// Closes openings narrower than this number of cells, at least 2.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub close_gaps: Option<u32>,
     /// Flag of the cells that this adds, 1 to 255; by default one more than the greatest flag of a geometry.
@@ -206,10 +206,10 @@ pub struct Job {
     /// Measures the fraction of each flag in the cells that surfaces cut.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fractions: Option<FractionsJob>,
-    /// Finds the flags at the points of a staggered grid: see [`crate::staggered`].
+    /// Finds the flags at the points of a staggered grid.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub staggered: bool,
-    /// Who meshes.
+    /// What meshes: the GPU or the CPU.
     pub backend: BackendChoice,
     /// Along which axis the rays run.
     pub axis: AxisChoice,

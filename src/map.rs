@@ -6,8 +6,8 @@
 //! A crossing names the first cell above it, so cell i is inside iff `low < i <= high` in centres (Eq. 20).
 //!
 //! Degenerate cases: crossings of one geometry in the same cell act together, so their order cannot matter. A counter that
-//! does not return to zero means that the surface is open there: the ray is counted as odd, and the geometry is inside
-//! only up to the last cell where its counter was zero.
+//! does not return to zero means that the surface is open there: the ray is counted as odd, and cells are inside the
+//! geometry only up to the last cell where its counter was zero.
 //!
 //! Source: the paper, section 2.4 and Eq. 20; the counters are ours. Twin: `shaders/map.wgsl`.
 //! Cost: O(c log c) time for c crossings of a ray; 4 bytes a run. A single geometry under `parity` needs no

@@ -41,7 +41,7 @@ impl Mesh {
     /// `job-conflict` where lines and columns differ in their number of cells.
     pub fn new(lines: Lines, columns: Columns, names: Vec<Named>, unit: Option<String>) -> Result<Mesh> {
         if lines.dims() != columns.dims() {
-            let message = format!("lines of {:?} cells beside columns of {:?} cells", lines.dims(), columns.dims());
+            let message = format!("the lines have {:?} cells, and the columns {:?}", lines.dims(), columns.dims());
             return Err(Error::new("job-conflict", message, "mesh again with these lines"));
         }
         Ok(Mesh { lines, columns, names, unit })

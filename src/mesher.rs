@@ -1,6 +1,6 @@
-//! A mesher without an executor: a backend that is opened once, and calls that return when a mesh is done.
+//! A mesher for callers without an async executor: a backend that is opened once, and calls that return when a mesh is done.
 //!
-//! It waits for [`pipeline::mesh`], which asynchronous callers await themselves. Natively only: a browser must not wait.
+//! It blocks on [`pipeline::mesh`], which asynchronous callers await themselves. Natively only: a browser must not block.
 
 use std::time::Instant;
 

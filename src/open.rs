@@ -10,18 +10,18 @@
 //!    their answer. Every other cell is doubtful.
 //! 3. A doubtful cell is decided by the generalised winding number w at its centre (Jacobson, Kavan and Sorkine-Hornung 2013),
 //!    the solid angle of the surface over 4 pi: inside if round(w) is odd, or for `nonzero` if it is not 0. Holes of up to 8 edges
-//!    are closed first, with the triangles that bend the surface least, as if these were part of it (`holes`). The other open edges form
+//!    are closed first, with the triangles that bend the surface least, as if the triangles were part of it (`holes`). The other open edges form
 //!    loops; a fan of triangles, a cap, closes each (`caps`). w is the winding number of surface and caps together, an
 //!    integer, which one exact ray counts, less the solid angle of the caps over 4 pi, which falls with the square of the
 //!    distance: far from all holes the exact ray decides alone.
 //!
-//! So closed parts cost nothing, no tree of facets is needed, and what is computed in f64 is the caps alone: in the unit of the
-//! lines, in a fixed order, with `libm`, so that its bits are the same on every machine. The result does not depend on the ray
+//! So closed parts cost nothing, and no tree of facets is needed. Only the caps are computed in f64: in the unit of the
+//! lines, in a fixed order, with `libm`, so that the bits are the same on every machine. The result does not depend on the ray
 //! axis, on bands or on the backend: crossings are exact on both, and all else is done on the host.
 //!
 //! # Practice
-//! [`OpenPart`] turns and closes a surface, `Votes` says which rays decide it, and then its cells, row after row of rays.
-//! [`crate::overlay`] puts them over those of the other geometries.
+//! [`OpenPart`] turns and closes a surface. `Votes` says which rays decide it, and then finds its cells, row after row of rays.
+//! [`crate::overlay`] puts these cells over those of the other geometries.
 //!
 //! Degenerate cases: a surface of one sheet encloses little: round(w) is 0 in most cells. A surface that cannot be oriented has no
 //! winding number; [`crate::geometry::Open::Vote`] decides it by the rays alone.

@@ -1,13 +1,14 @@
-//! The overlay: what is decided apart, over the columns of the other geometries.
+//! The overlay: cells that are decided separately are put over the columns of the other geometries.
 //!
 //! # Theory
-//! Rays of the mesh decide closed geometries. The cells of open ones ([`crate::open`]) and those along surfaces (`sheet`) are known
-//! apart, row after row of rays. Of two geometries in a cell the higher rank wins.
+//! The rays of the mesh decide closed geometries. The cells of open ones ([`crate::open`]) and those along surfaces (`sheet`)
+//! are found separately, row after row of rays. Of two geometries in a cell the higher rank wins.
 //!
 //! # Practice
-//! [`split`] takes these parts out of a frame, and says which rays decide them; either backend casts these. What is left is cast as ever, by either backend, with rank + 1 for a flag;
-//! [`Overlay`] puts the parts over its bands, and the flags of the job in. Bands come in the order of their rays, as backends hand them out.
-//! Cost: one pass over the runs of all.
+//! [`split`] takes these geometries out of a frame, and says which rays decide them. A backend casts those rays. It also casts
+//! the other geometries as usual, but with rank + 1 for a flag. [`Overlay`] puts the separate cells over these bands, and
+//! replaces ranks by the flags of the job. Bands come in the order of their rays, as backends hand them out.
+//! Cost: one pass over all runs.
 
 use std::ops::Range;
 

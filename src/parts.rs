@@ -1,8 +1,8 @@
 //! Parts: a box of cells divided into windows that take about as long as each other, for processes that mesh one each.
 //!
-//! Geometries, lines, rays, numbers of parts along x, y and z, where they may be cut -> windows, x fastest. Each axis is divided by itself. A plane of cells
-//! costs its share of the rays, and some rays' worth for each crossing that is expected in it: the area of a facet seen along the
-//! rays, in cells across, spread evenly over the planes under its box.
+//! Geometries, lines, rays, numbers of parts along x, y and z, places where they may be cut -> windows, x fastest. Each axis is
+//! divided by itself. The cost of a plane of cells is its share of the rays, plus a constant for each crossing expected in it.
+//! The expected crossings of a facet are its area seen along the rays, in cells, spread evenly over the planes of its box.
 //!
 //! Costs are whole numbers, summed exactly, so that every process finds the same parts.
 //! Cost: one pass over the corners.
@@ -33,10 +33,10 @@ pub fn parts(geometries: &[Geometry], lines: &Lines, rays: &Rays, of: [u32; 3], 
             let message =
                 format!("{} parts along {}, which has {cells} cells{of_shards}", of[axis], ["x", "y", "z"][axis]);
             let hint = if step > 1 {
-                "ask for one part a shard at most, divide other axes (part, --part K/NXxNYxNZ), or make shards smaller \
+                "ask for at most one part per shard, divide other axes (part, --part K/NXxNYxNZ), or make shards smaller \
                  (zarr.shards, --zarr-shards)"
             } else {
-                "ask for 1 part to one a cell, or divide other axes (part, --part K/NXxNYxNZ)"
+                "ask for at most one part per cell, or divide other axes (part, --part K/NXxNYxNZ)"
             };
             return Err(Error::new("job-value", message, hint));
         }

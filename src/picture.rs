@@ -1,7 +1,8 @@
 //! Pictures of a mesh, PNG: slices through its cells, and its stair-step surface seen from outside.
 //!
-//! Mesh, [`Slices`] -> [`Picture`] by [`slices()`]; mesh, [`View`] -> [`Picture`] by [`view()`]. Both draw from columns, so that no more cells
-//! are looked at than a picture has pixels, in the world's proportions whatever the lines. Colours are those of the page, by flag.
+//! Mesh, [`Slices`] -> [`Picture`] by [`slices()`]; mesh, [`View`] -> [`Picture`] by [`view()`]. Both read columns, and
+//! no more cells than a picture has pixels. Proportions are those of the model, whatever the lines. Each flag has the colour
+//! that it has on the page.
 //!
 //! ```
 //! # use hexcast::{Control, GeometryJob, Job, Mesher, MesherOptions, Source, job::BackendChoice, pipeline::MeshOptions};

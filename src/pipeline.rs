@@ -1,4 +1,4 @@
-//! The pipeline: the line of data from read files to a mesh and the facts of its report, and the only choice of backend.
+//! The pipeline: from the files that were read to a mesh and the facts of its report. The only place that chooses a backend.
 //!
 //! # Theory
 //! Sources -> geometries -> domain -> lines -> frame -> (lattice -> crossings -> columns). Everything up to the frame runs on

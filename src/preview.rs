@@ -1,12 +1,12 @@
-//! Preview: fewer facets that look like those of a surface, to be drawn.
+//! Preview: a surface simplified for drawing.
 //!
-//! Facets -> at most so many facets. Where there are no more, these are all. Else a grid of boxes is laid over them: the corners in a
-//! box become one, the first of them that is met, and facets with two corners in one box are left out. Where too many are left, the
-//! boxes are made twice as large.
+//! Facets, a number -> at most that many facets. If the surface has no more, these are all of them. Otherwise the space is
+//! divided into a grid of boxes: all corners in a box become the first of them, and facets with two corners in one box are
+//! left out. While too many facets are left, the boxes are made twice as large.
 //!
 //! Source: Rossignac and Borrel (1993), *Multi-resolution 3D approximations for rendering complex scenes*. It needs no edges and no second
 //! copy of the facets, as other ways to simplify a surface do.
-//! Cost: a pass over the facets for each size of boxes, in steps; some 100 bytes a facet that is left.
+//! Cost: a pass over the facets for each size of boxes, in steps; some 100 bytes per facet that is left.
 
 use crate::edges::Vertices;
 use crate::geometry::Facet;

@@ -1,7 +1,7 @@
-//! Shards: how the cells of a Zarr store are divided in files, and these in chunks.
+//! Shards: how the cells of a Zarr store are divided into shards, which are files, and these into chunks.
 //!
-//! Numbers of cells, what the job asks for -> [`Shards`]. The shapes depend on nothing else, so that every process that fills a part of
-//! a store finds the same, whatever its memory.
+//! Numbers of cells, what the job asks for -> [`Shards`]. The shapes depend on nothing else, so every process that fills a part
+//! of a store finds the same shapes, whatever its memory.
 //!
 //! A shard is a slab: some planes, or some rows of a few planes where these are large, over all cells along x. Its chunks hold 256 KiB
 //! each: 64 x 64 x 64 cells, flatter where a row of such chunks would be larger than a shard. A shard has at most a 2,048th of the cells,
@@ -45,7 +45,8 @@ impl Shards {
             (0..3).find(|&axis| chunk[axis] == 0 || shard[axis] == 0 || !shard[axis].is_multiple_of(chunk[axis]));
         if let Some(axis) = wrong {
             let (name, cells, of_chunk) = (["x", "y", "z"][axis], shard[axis], chunk[axis]);
-            let message = format!("zarr: shards of {cells} cells along {name} are not some chunks of {of_chunk}");
+            let message =
+                format!("zarr: shards of {cells} cells along {name} are not a multiple of the chunks, {of_chunk}");
             return Err(Error::new("job-value", message, "give shards that are multiples of the chunks on every axis"));
         }
         let cells = shard.iter().fold(1u64, |n, &of| n.saturating_mul(of.into()));

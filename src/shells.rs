@@ -1,13 +1,14 @@
-//! Shells of one geometry that overlap, which the rule `parity` leaves outside where two of them are.
+//! Finds shells of one geometry that overlap: where two of them do, the rule `parity` calls the cells outside.
 //!
 //! # Theory
-//! Where all facets of a closed surface agree, its winding number counts the shells around a cell. `parity` calls a cell outside if
-//! that number is even: right for a cavity, which a shell turned inwards makes, of winding number 0. Of two, both shells are turned
-//! alike: parts that were put into one another and not united, or a cavity turned the wrong way. `nonzero` calls it inside.
+//! If all facets of a closed surface agree in their orientation, its winding number at a cell counts the shells around it.
+//! `parity` calls a cell outside if that number is even. That is right for 0, as in a cavity, whose shell is turned inwards.
+//! For 2 it is wrong: both shells are turned the same way, because parts were put into one another without uniting them, or
+//! because the shell of a cavity is turned the wrong way. `nonzero` calls such a cell inside.
 //!
 //! # Practice
-//! A look at some rows of rays, cast on the host: it finds what is as large as the distance between them. The facets are compared only
-//! where it finds something, as facets that do not agree give any winding number.
+//! Some rows of rays are cast on the host, which finds overlaps as large as the distance between the rows. Only where one is
+//! found is the orientation of the facets checked: facets that do not agree can give any winding number.
 //! Cost: one pass over the boxes of all facets.
 
 use std::collections::BTreeMap;

@@ -1,6 +1,6 @@
 //! The skin: the stair-step surface of a mesh, for a view in three dimensions.
 //!
-//! Mesh, a box of its cells -> [`Skin`], rectangles a flag. A face lies between two cells of different flags, or between a
+//! Mesh, a box of its cells -> [`Skin`], the rectangles of each flag. A face lies between two cells of different flags, or between a
 //! flagged cell and the outside of the box, and belongs to the flagged cell; between two flags it is there for both. So
 //! the faces of every flag are a closed surface by themselves, whatever else is hidden.
 //!

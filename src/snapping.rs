@@ -1,9 +1,10 @@
-//! Snapping in steps, and what only all facets of a surface tell: whether it is closed, its ends, and the bound of its volume.
+//! Snapping in steps, and the facts that depend on all facets of a surface: whether it is closed, its ends, and the bound of
+//! its volume.
 //!
-//! Geometries, lines, rays -> [`Snapped`]. The frame has all facets, or those alone that have a ray under their boxes: no other facet is hit,
-//! so that of a fine surface in a coarse mesh nearly all can go at once.
+//! Geometries, lines, rays -> [`Snapped`]. The frame has all facets, or only those whose boxes contain a ray: no ray hits the
+//! others. So a fine surface in a coarse mesh loses nearly all of its facets here.
 //!
-//! Cost: some 70 ns a facet on one core; 38 bytes a facet that stays, and 12 bytes for a moment for each facet of the geometry in turn.
+//! Cost: some 70 ns per facet on one core; 38 bytes per facet that stays, and for a moment 12 bytes per facet of one geometry.
 
 use crate::closed::{Closed, EdgeHashes};
 use crate::error::Result;

@@ -1,6 +1,8 @@
-//! Sorting of lists that are short, or sorted rarely, with little code in wasm: there the library's sort takes 3 kB for each type.
+//! Sorting with little code in wasm, for lists that are short or sorted rarely. There the standard library's sort takes 3 kB for
+//! each type.
 //!
-//! Natively it is the library's. In wasm it is a heap sort (Williams 1964; Floyd 1964), compiled once for all types, some three times slower.
+//! Natively this is the standard library's sort. In wasm it is a heap sort (Williams 1964; Floyd 1964), compiled once for all
+//! types, and some three times slower.
 
 #[cfg(not(target_arch = "wasm32"))]
 use crate::parallel::*;

@@ -2,8 +2,9 @@
 //!
 //! # Theory
 //! Components of E lie in the middle of the edges of cells, those of H in the middle of their faces: [`COMPONENTS`]. So the points of a
-//! component are the centres of a box of cells that lie around lines, in place of centres, along one axis or two. They are places of
-//! the same snapped frame, and have the same rule for ties; so a point is inside of a geometry exactly where a cell with its centre there would be.
+//! component are the centres of cells of a shifted box: along one axis or two they lie around lines instead of between them. The
+//! points lie in the same snapped frame, with the same rule for ties: a point is inside a geometry exactly if a cell with its
+//! centre there would be.
 //!
 //! A sheet has no inside. It is a set of faces: those whose link, from the centre of the cell before to that of the cell behind,
 //! crosses its surface. Faces at the ends of the box have a link, too, to the mirror image of the centre. The four edges of a face are

@@ -1,11 +1,11 @@
 //! Closedness of a surface: which edges of its facets have no partner.
 //!
-//! Facets -> [`Surface`], facts for reports; nothing later in the line depends on it. Two corners are one vertex where
+//! Facets -> [`Surface`], facts for reports; no later stage depends on it. Two corners are one vertex where
 //! their f32 coordinates are equal (-0 = +0), which is what the exact arithmetic of the mesher sees: a gap of one ulp is
 //! a gap. A facet with two equal corners is collapsed and only counted.
 //!
-//! [`crate::edges`] says what open, non-manifold and flipped edges are. The rule `nonzero` is well defined where every edge is used as
-//! often one way as the other, the rule `parity` where it is used an even number of times.
+//! [`crate::edges`] defines open, non-manifold and flipped edges. The rule `nonzero` is well defined if the facets use every
+//! edge as often in one direction as in the other, the rule `parity` if they use every edge an even number of times.
 //!
 //! Cost: O(n log n) time; in wasm at most 24 bytes a facet beside the input, elsewhere 48. [`SurfaceCheck`] does it in steps, for callers
 //! that must be able to stop.

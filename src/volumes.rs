@@ -1,7 +1,7 @@
 //! The volume of the cells of each flag.
 //!
-//! Columns, lines -> volumes, in cubed file units. Of equal cells it is their number times the volume of one. Of others it is the sum
-//! over rays, in their order, of the lengths of the runs times the area of the ray, so that it does not depend on bands.
+//! Columns, lines -> volumes, in cubed file units. If all cells are equal, it is their number times the volume of one. Otherwise
+//! it is the sum over rays, in their order, of the lengths of the runs times the area of the ray: it does not depend on bands.
 //! Cost: nothing, or a pass over the runs.
 
 use crate::columns::{Columns, run_cell, run_flag};

@@ -1,4 +1,4 @@
-//! Some cells of a box that are measured: those of a window or part, or all; and how their mesh counts them.
+//! The cells in which links and fractions are measured (those of a window or part, or all), and their numbers in the mesh.
 
 /// Some cells of a box. Their mesh may have a halo around them, and counts from the first cell of that.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -149,12 +149,12 @@ fn check(format: Format, options: &Options) -> Result<()> {
     }
     let has_own_bytes = options.has_own_bytes();
     if has_own_bytes && !matches!(format, Format::Raw | Format::Npy | Format::Npz) {
-        let message = format!(".{name} has one order of cells, and their flags");
+        let message = format!(".{name} always has the flags, in one order of cells");
         let hint = "write .raw, .npy or .npz, or leave out axis order and map";
         return Err(Error::new("job-conflict", message, hint));
     }
     if has_own_bytes && options.bits {
-        let message = "bits are given with an axis order or a map, which bytes have only";
+        let message = "bits are given with an axis order or a map, which only bytes can have";
         return Err(Error::new("job-conflict", message, "leave out one of them"));
     }
     if options.bits && !matches!(format, Format::Raw | Format::Npy) {

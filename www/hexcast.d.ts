@@ -118,7 +118,7 @@ export interface MesherOptions {
   worker?: string | URL | Worker | (() => Worker) | false;
   /**
    * A `GPUDevice` of your own to mesh on. A device cannot leave its thread: the mesher works on the calling thread and starts no
-   * worker. It never destroys the device, and sets its `onuncapturederror`. Where the device is lost, also by
+   * worker. It never destroys the device, and leaves its `onuncapturederror` and error scopes alone. If the device is lost, also by
    * `device.destroy()`, the mesher opens one of its own or, with `auto`, falls back to the CPU. It continues with the band at
    * which it stopped; the result is the same.
    */

@@ -3,7 +3,7 @@ import type { CallOptions } from './hexcast.js';
 import type { Grading } from './report.js';
 import type { Float32Numbers, Triple } from './result.js';
 
-/** The bytes of an STL file, binary or ASCII, or facets. A Blob is read in slices, never as a whole. */
+/** The bytes of a file (STL, OBJ, PLY, OFF, 3MF or GLB, also packed by gzip), or facets. A Blob is read in slices, never as a whole. */
 export type SurfaceSource =
   | FileSource
   /** Corners of facets: 9 numbers a facet (x y z of three corners), in the unit of the job. Rounded to f32, as STL files are. */
@@ -65,7 +65,7 @@ export interface GeometryJob {
   solid?: string;
   /** Makes every solid of the file a geometry of its own. */
   split?: boolean;
-  /** With `split` and `flag` every solid has this flag, in place of flags that count up. */
+  /** With `split` and `flag` every solid has this flag, instead of flags that count up. */
   same_flag?: boolean;
   /** Name in reports and outputs; by default the file's without its extension. */
   name?: string;
@@ -79,7 +79,7 @@ export interface GeometryJob {
   fill?: Job['fill'];
   /** Only the cells along its surface, and none for being inside; by default the `separating` ones. */
   shell?: boolean;
-  /** The cells outside of it in place of those inside, such as the fluid around a body. */
+  /** The cells outside of it instead of those inside, such as the fluid around a body. */
   invert?: boolean;
   /** With `graded`: largest size of a cell across its box. */
   max_size?: number;
@@ -103,7 +103,7 @@ export interface GradedJob {
   max_size: number | Triple;
   /** Smallest size of a cell; by default a thousandth of the largest. Of ends that are closer to each other one is left off the lines. */
   min_size?: number;
-  /** Most times by which a cell is larger than its neighbour, 1.01 to 10; default 1.3. */
+  /** Largest ratio of neighbouring cells, 1.01 to 10; default 1.3. */
   growth?: number;
   /** Cells of the size at the end that are added on both sides of every axis, up to 1,024: for absorbing layers. Default 0. */
   absorbing?: number | Triple;
@@ -143,7 +143,7 @@ export interface Job {
   cell_size?: number | Triple;
   /** Upper limit of the cell size. The mesher takes the largest size for each axis that puts all bounding boxes on mesh lines. */
   max_cell_size?: number;
-  /** How far from a line, in cells, `max_cell_size` lets the end of a bounding box lie: 0 to 0.5, default 0.05. */
+  /** Largest distance, in cells, of the end of a bounding box from its line with `max_cell_size`: 0 to 0.5, default 0.05. */
   tolerance?: number;
   /**
    * All lines of each axis, ascending, in the unit of the files: cells + 1 numbers each, at most 262,143. The first and the last are the domain.
@@ -161,10 +161,10 @@ export interface Job {
   /** Meshes only one of the windows that the box is divided into, from 1 on, x fastest: `of` has their numbers along x, y and z. */
   part?: { index: number; of: [number, number, number] };
   /**
-   * Cells beyond the window or the part that are meshed with it, on both sides of every axis: the mesh has twice as many more.
+   * Cells around the window or the part that are also meshed, on both sides: every axis of the mesh has twice this number of cells more.
    */
   halo?: number;
-  /** What the halo has beyond the box: background, or the flag of the nearest cell of the box. Default `background`. */
+  /** Flags of halo cells beyond the box: background, or the flag of the nearest cell of the box. Default `background`. */
   halo_edge?: 'background' | 'clamp';
   /**
    * Shapes of the chunks and shards of a Zarr store, as cells on x, y, z, or most bytes of a shard. Where it is
@@ -187,13 +187,13 @@ export interface Job {
    */
   fill?: 'centre' | 'conservative' | 'separating';
   /**
-   * Closes openings of fewer cells along x, y or z, at least 2, and no wider ones: background cells of which fewer in a row lie between
-   * flagged cells get `gap_flag`. Dents and slits that narrow are filled, too.
+   * Closes openings narrower than this number of cells along x, y or z, at least 2, and no wider ones: background cells get `gap_flag` if
+   * fewer than that many in a row lie between flagged cells. Dents and slits as narrow as that are filled, too.
    */
   close_gaps?: number;
   /** Flag of the cells that `close_gaps` adds, 1 to 255; by default one more than the greatest flag of a geometry. */
   gap_flag?: number;
-  /** Looks for thin walls and for cells that two geometries claim; takes as long as some meshes on the CPU. */
+  /** Looks for thin walls and for cells that two geometries claim; takes several times as long as a mesh on the CPU. */
   certify?: boolean;
   /** Walls of fewer cells are thin; default 2. */
   thin_cells?: number;
@@ -210,7 +210,7 @@ export interface Job {
    * columns can spill: see `MeshOptions.spill`.
    */
   max_memory?: number | string;
-  /** Unit of the files' lengths, such as `mm`; repeated in every output. */
+  /** Unit of the lengths in the files, such as `mm`; it is written to every output. */
   unit?: string;
   /** Name and substance of the cells of no geometry, flag 0. */
   background?: { name?: string; material?: Material };
@@ -260,16 +260,16 @@ export interface Surface<Info extends FileInfo = SurfaceInfo> extends Disposable
   /** Facts: those of the file, and what `check` has found. */
   readonly info: Info;
   /**
-   * Looks at the edges, unless that was done: resolves to this surface, whose `info` then has it all. Progress is a share of 1. A mesh
-   * does not need it, and goes first.
+   * Checks the edges, unless that was done before, and resolves to this surface, whose `info` then is complete. Progress is a fraction
+   * of 1. Meshing does not need this check, and a mesh that is asked for meanwhile goes first.
    */
   check(options?: CallOptions): Promise<Surface>;
   /**
-   * Corners of at most `maxFacets` facets, 1 to 2^32 - 1, that look like all of them, 9 numbers a facet, for drawing; of all facets
-   * where they are no more. Otherwise corners that are near each other are one. Progress is a share of 1, which may begin again.
+   * Corners of at most `maxFacets` facets, 1 to 2^32 - 1, 9 numbers per facet, for drawing. If the surface has more facets, it is
+   * simplified: corners near each other become one. Progress is a fraction of 1, which may begin again.
    */
   preview(maxFacets: number, options?: CallOptions): Promise<Float32Numbers>;
-  /** Corners of all facets, 9 numbers a facet, for drawing. A copy. */
+  /** Corners of all facets, 9 numbers per facet, for drawing. A copy. */
   corners(): Promise<Float32Numbers>;
   /** Frees it in the worker. */
   dispose(): void;
@@ -299,7 +299,7 @@ export interface Estimate {
   host: Record<string, number>;
   /** Upper limit of the bytes of GPU buffers, as expected. */
   device_bytes: number;
-  /** Bytes of the files. Exact for raw and npy; for vti and hxc close; for `_zlib` up to several times too large. `_bits`: a bit a cell. */
+  /** Bytes of the files. Exact for raw and npy, close for vti and hxc, up to several times too large for `_zlib`. `_bits`: one bit per cell. */
   file_bytes: Record<'raw' | 'raw_bits' | 'npy' | 'npy_bits' | 'vti' | 'vti_zlib' | 'hxc' | 'hxc_zlib', number>;
   /** Expected seconds, from the largest mesh that this mesher has made; null before the first, and for a hundred times as much work. */
   seconds: number | null;

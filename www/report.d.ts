@@ -228,7 +228,7 @@ export interface FillReport {
 export interface CertificateReport {
   /** Walls of fewer cells are listed. */
   thin_cells: number;
-  /** Walls that are thin along an axis: stretches of rays, those that hold no centre of a cell, the fewest centres and a place. */
+  /** Walls that are thin along an axis: ray segments in them, those without a centre of a cell, the fewest centres and a place. */
   thin_walls: {
     geometry: string;
     axis: 'x' | 'y' | 'z';

@@ -1,7 +1,7 @@
 //! Overlaps: cells that lie inside of two geometries, of which one wins.
 //!
-//! A stretch of a ray belongs to the cell in which it begins, so that the longest of a box is the longest of those of its windows: each
-//! window casts whole rays of the box, those through its cells.
+//! An overlap along a ray belongs to the cell in which it begins, so the longest overlap of a box is the longest of its windows:
+//! each window casts whole rays of the box, those through its cells.
 //! Cost: one cast of all rays on the host.
 
 use std::collections::BTreeMap;

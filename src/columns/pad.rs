@@ -16,7 +16,7 @@ impl Columns {
     /// `memory` where they have left it.
     pub(crate) fn padded(&self, [before, behind]: [[u32; 3]; 2], edge: HaloEdge) -> Result<Columns> {
         if self.is_spilled() {
-            let message = "cells beyond the box are added in memory, and the columns had to leave it";
+            let message = "halo cells beyond the box are added in memory, but the columns do not fit there";
             let hint = "allow more with max_memory (--max-memory), leave out --resume, or use smaller windows";
             return Err(Error::new("memory", message, hint));
         }

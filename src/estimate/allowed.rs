@@ -1,7 +1,7 @@
-//! What a mesh may take, and of whose memory.
+//! How much memory a mesh may take, of the host and of the device.
 //!
-//! Bytes that a device holds count too where its memory is the host's: drivers on the processor (lavapipe, SwiftShader, WARP) and GPUs
-//! on the processor's chip, which take their buffers from the same memory.
+//! The buffers of a device count as host memory, too, if they lie there: for software drivers (lavapipe, SwiftShader, WARP) and
+//! for integrated GPUs.
 
 /// Whose memory holds the buffers of the device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -37,7 +37,8 @@ pub(super) fn electric(mesh: &Mesh, flag: usize) -> Option<Electric> {
 pub(super) fn kept(mesh: &Mesh, keeps: &[bool; 256], what: &str) -> Result<Vec<(usize, Electric)>> {
     let cells = mesh.columns.cells_per_flag();
     if !keeps[0] && cells[0] > 0 && electric(mesh, 0).is_some_and(|background| background.pec) {
-        let message = format!("the background is a perfect conductor, and {what} has that of exported flags only");
+        let message =
+            format!("the background is a perfect conductor, but {what} has conductors of exported flags only");
         return Err(Error::new("job-conflict", message, "export flag 0, too (--export-flags 0,1,...)"));
     }
     let flags = (0..256).filter(|&flag| keeps[flag] && cells[flag] > 0);

@@ -57,7 +57,7 @@ impl ExportOptions {
         let Some(flags) = &self.flags else {
             if (1..256).all(|flag| cells[flag] == 0) {
                 let message =
-                    "every cell has flag 0, and the cells of all other flags would be exported: there are none";
+                    "there is no cell to export: every cell has flag 0, and by default only other flags are exported";
                 return Err(Error::new("job-conflict", message, "name the flags to export (--export-flags 0)"));
             }
             return Ok(std::array::from_fn(|flag| flag > 0));

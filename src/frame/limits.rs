@@ -35,8 +35,8 @@ pub(crate) fn check_limits(geometries: &[Geometry], lines: &Lines) -> Result<()>
 
 pub(crate) fn too_many_ranks(n_geometries: usize) -> Error {
     let message = format!(
-        "{n_geometries} geometries lie over one another so that more than {MAX_RANKS} would have to be told apart along a ray. \
-         Closed ones of one flag whose boxes lie apart count as one"
+        "{n_geometries} geometries overlap so that a ray would have to tell more than {MAX_RANKS} apart. \
+         Closed geometries of one flag whose boxes lie apart count as one"
     );
     let hint = "give geometries of the same substance the same flag, one after the other, and join in one file those that overlap";
     Error::new("too-many-geometries", message, hint)
@@ -90,7 +90,7 @@ fn check_smallest(lines: &Lines, ends: [f64; 3]) -> Result<()> {
     let limit = f64::from(1u32 << (SPAN_BITS - MIN_FRACTION_BITS)) - 1.0;
     let Some(axis) = (0..3).find(|&axis| ends[axis] > limit) else { return Ok(()) };
     let message = format!(
-        "the smallest cell along {} is {:?}, and the lines reach over {} times as much: the exact arithmetic holds {limit}",
+        "the smallest cell along {} is {:?}, and the lines span {} times that: the exact arithmetic holds {limit}",
         AXES[axis],
         lines.smallest()[axis],
         ends[axis].round(),

@@ -1,5 +1,5 @@
-//! The check of a band: a sample of its rays, cast again by the CPU definition. A driver that is wrong is wrong in many rays, so a few
-//! tell; cost: as many rays of the CPU's as are in the sample, 1 in 256.
+//! The check of a band: a sample of its rays, cast again by the CPU definition. A driver that is wrong is wrong in many rays, so a
+//! sample shows it. Cost: the CPU casts the rays of the sample, 1 in 256.
 
 use super::layout::Params;
 use crate::cast::sizes::BIN;

@@ -1,6 +1,6 @@
-//! The flags of a box of cells in a buffer of a device: only runs go there, and the kernel `expand` makes flags of them.
+//! The flags of a box of cells in a buffer of a device: only runs are uploaded, and the kernel `expand` makes flags of them.
 //!
-//! Mesh, a box, a device -> a buffer. The box is expanded slab by slab, so that the runs of one slab are there at a time.
+//! Mesh, a box, a device -> a buffer. The box is expanded slab by slab, so the device holds the runs of one slab at a time.
 //! Twin: `src/flags.rs`.
 
 use wgpu::{Buffer, BufferDescriptor, BufferUsages, Device, ErrorFilter, Queue};
@@ -91,7 +91,8 @@ impl Gpu {
 async fn flags_buffer(opened: &Opened, kernels: &Kernels, mesh: &Mesh, cells: &CellBox, form: Cells) -> Result<Buffer> {
     let dims = mesh.dims();
     if (0..3).any(|axis| cells[axis].is_empty() || cells[axis].end > dims[axis]) {
-        let message = format!("box {cells:?} is not some cells of the mesh of {} x {} x {}", dims[0], dims[1], dims[2]);
+        let message =
+            format!("box {cells:?} is empty or not inside the mesh of {} x {} x {} cells", dims[0], dims[1], dims[2]);
         return Err(Error::new("job-value", message, "choose ends above starts, and within the mesh"));
     }
     let [nx, ny, nz] = [0, 1, 2].map(|axis| cells[axis].len() as u64);
@@ -100,7 +101,7 @@ async fn flags_buffer(opened: &Opened, kernels: &Kernels, mesh: &Mesh, cells: &C
     if size > allowed {
         let message =
             format!("the flags of {nx} x {ny} x {nz} cells take {size} bytes; a buffer of this device has {allowed}");
-        return Err(Error::new("memory", message, "take a smaller box, or a bit a cell"));
+        return Err(Error::new("memory", message, "take a smaller box, or one bit per cell"));
     }
     let filters = [ErrorFilter::Validation, ErrorFilter::OutOfMemory, ErrorFilter::Internal];
     let [first, second, third] = filters.map(|filter| opened.device.push_error_scope(filter));

@@ -1,4 +1,4 @@
-//! The bytes of the buffers that a device holds for kernels: counted where each is made, and where it goes.
+//! The bytes of the buffers that a device holds for kernels: counted where each is made and where it is freed.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};

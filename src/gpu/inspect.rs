@@ -1,5 +1,5 @@
-//! What single kernels leave in their buffers, over the whole box in one band, for tests that hold each to its CPU definition. A mesh
-//! does not come here.
+//! What single kernels leave in their buffers, over the whole box in one band, for tests that hold each to its CPU definition. Meshing
+//! does not use it.
 
 use super::Gpu;
 use super::band::{Forced, Launched, Worker, begin};

@@ -1,5 +1,5 @@
-//! The pool: buffers of meshes that are done, kept for the next, since a driver spends more time on making new ones, clearing them and
-//! touching their pages for the first time than a small mesh takes.
+//! The pool: buffers of finished meshes, kept for the next mesh. To make new buffers, clear them and touch their pages for the
+//! first time takes a driver longer than a small mesh.
 
 use std::sync::{Mutex, PoisonError};
 

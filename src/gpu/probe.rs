@@ -1,4 +1,5 @@
-//! The probe: asks a driver for what all kernels rely on, once, when a device is opened. What it answers wrongly it is refused for.
+//! The probe: tests, once when a device is opened, the operations that all kernels rely on. A device with a wrong answer is
+//! refused.
 //! Twin: `shaders/probe.wgsl`.
 
 use super::buffers::Array;

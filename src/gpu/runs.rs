@@ -1,5 +1,5 @@
-//! Puts the runs that `map` and the deep kernels wrote, chunk by chunk in no order, into the order of the rays, and checks all that
-//! the device says on the way: no index of its is used, and no run of its handed on, before it is known to be possible.
+//! Puts the runs that `map` and the deep kernels wrote, chunk by chunk in no order, into the order of the rays. It checks
+//! everything that the device wrote: no index is used, and no run is passed on, before it is known to be possible.
 //!
 //! A chunk is one row of rays of one bin, at most [`BIN`] rays. Its runs are in segments, each linked to the one before (`map.wgsl`), or
 //! it was a deep row (`map_deep.wgsl`), or the CPU has cast it. A run names the rank of the geometry that wins; flags are put in here.

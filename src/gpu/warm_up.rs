@@ -1,5 +1,5 @@
-//! A first mesh that nobody waits for: drivers on the processor compile a kernel when it first runs, which takes longer
-//! than a mesh of 10^9 cells. So they do while the caller reads files.
+//! A first mesh whose result nobody needs. Software drivers compile a kernel when it first runs, which takes longer than a
+//! mesh of 10^9 cells; with this mesh they do so while the caller reads files.
 
 use super::band::{Context, Forced, Worker};
 use crate::cast::Cast;

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// Rays of a cell along each axis where the job does not say.
 const DEFAULT_RAYS: u32 = 4;
 
-/// Asks for the fraction of each flag in the cells that surfaces cut: see [`crate::fractions`].
+/// Asks for the fraction of each flag in the cells that surfaces cut.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]

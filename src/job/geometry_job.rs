@@ -41,7 +41,7 @@ pub struct GeometryJob {
     /// Only the cells along its surface, and none for being inside; by default the `separating` ones.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub shell: bool,
-    /// The cells outside of it in place of those inside: the fluid around a body, or within a wall that fills the rest of the domain.
+    /// The cells outside of it instead of those inside: the fluid around a body, or within a wall that fills the rest of the domain.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub invert: bool,
     /// Largest size of a cell across it, where lines are generated (`graded`).

@@ -1,4 +1,4 @@
-//! What serde says about a wrong value, in words: it names Rust's types, which are no words of a job.
+//! Rewords serde's errors about wrong values: they name Rust's types, which a job does not have.
 
 /// Types of Rust and what a job calls them.
 const TYPES: &[(&str, &str)] = &[

@@ -24,10 +24,10 @@ pub struct RunJob {
     /// File for a mask of the cells that rays did not decide.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub doubt: Option<String>,
-    /// File for the links to walls, `.npz` or `.links`.
+    /// File for the links to walls, `.npz`, `.h5` or `.links`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub links_output: Option<String>,
-    /// File for the fractions of cut cells, `.npz`; `.vti`, `.vtr`, `.npy` and `.zarr` have the fraction of every cell that is not background.
+    /// File for the fractions of cut cells, `.npz`; or for the fraction of every cell that is not background, `.vti`, `.vtr`, `.npy`, `.zarr` or `.zarr.zip`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fractions_output: Option<String>,
     /// File for the flags of a staggered grid, `.npz`.
@@ -36,7 +36,7 @@ pub struct RunJob {
     /// zlib level of outputs, 1 to 9, or "none"; by default 6.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub compress: Option<Level>,
-    /// Writes `.raw` and `.npy` with eight cells a byte.
+    /// Writes `.raw` and `.npy` with eight cells per byte.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub bits: bool,
     /// "sha256": also makes that hash of all flags.
@@ -66,7 +66,7 @@ pub struct RunJob {
     /// Most memory of a GPU to take, as a number or as text such as "2GB".
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_device_memory: Option<ByteSize>,
-    /// Number of threads, 1 to 1024; by default one a core.
+    /// Number of threads, 1 to 1024; by default one per core.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub threads: Option<u16>,
     /// Expands all flags in memory, to take the time.

@@ -27,7 +27,7 @@ pub struct GradedJob {
     /// Smallest size of a cell; by default a thousandth of the largest. Of ends that are closer to each other one is left off the lines.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub min_size: Option<f64>,
-    /// Most times by which a cell is larger than its neighbour, above 1; by default [`DEFAULT_GROWTH`].
+    /// Largest ratio of neighbouring cells, above 1; by default 1.3.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub growth: Option<f64>,
     /// Cells added on both sides of every axis, of the size of the cell at that end: for absorbing layers.

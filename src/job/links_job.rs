@@ -55,7 +55,7 @@ const HALVES: [[i8; 3]; 13] = [
     [-1, 1, 1],
 ];
 
-/// Asks for the distances from cells of a fluid to surfaces along links: see [`crate::links`].
+/// Asks for the distances from cells of a fluid to surfaces along links.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]

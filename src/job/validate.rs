@@ -39,7 +39,7 @@ impl Job {
             return Err(out_of_range("gap_flag", 0, "1 to 255; 0 is the background"));
         }
         if self.gap_flag.is_some() && self.close_gaps.is_none() {
-            let message = "gap_flag is given without close_gaps, which alone uses it";
+            let message = "gap_flag is given without close_gaps, the only key that uses it";
             return Err(Error::new("job-conflict", message, "remove gap_flag or give close_gaps"));
         }
         Ok(())
@@ -97,11 +97,11 @@ impl Job {
             return Err(out_of_range("links.fluid", "[]", "the flags of the fluid, 0 for the background"));
         }
         if self.staggered && self.close_gaps.is_some() {
-            let message = "staggered is given with close_gaps: its points are those of the surfaces as they are";
+            let message = "staggered is given with close_gaps: the points follow the surfaces, whose gaps stay open";
             return Err(Error::new("job-conflict", message, "keep one of them"));
         }
         if self.staggered && self.halo.is_some_and(|halo| halo > 0) {
-            let message = "staggered is given with a halo: its points are those of the window or part alone";
+            let message = "staggered is given with a halo: only points of the window or part can be written";
             return Err(Error::new(
                 "job-conflict",
                 message,
@@ -117,7 +117,8 @@ impl Job {
             ));
         }
         if self.close_gaps.is_some() {
-            let message = "fractions are given with close_gaps: they are those of the surfaces as they are";
+            let message =
+                "fractions are given with close_gaps: they are measured from the surfaces, whose gaps stay open";
             return Err(Error::new("job-conflict", message, "keep one of them"));
         }
         Ok(())
@@ -133,7 +134,7 @@ impl Job {
                 return Err(out_of_range(&key("flag"), "0", "1 to 255; 0 is the background"));
             }
             if geometry.split && (geometry.solid.is_some() || geometry.name.is_some()) {
-                let message = format!("{} is true beside a solid or a name", key("split"));
+                let message = format!("{} is true, and a solid or a name is given", key("split"));
                 return Err(Error::new(
                     "job-conflict",
                     message,
@@ -141,7 +142,7 @@ impl Job {
                 ));
             }
             if geometry.same_flag && !(geometry.split && geometry.flag.is_some()) {
-                let message = format!("{} is true without split and a flag", key("same_flag"));
+                let message = format!("{} is true, but split or a flag is missing", key("same_flag"));
                 return Err(Error::new(
                     "job-conflict",
                     message,
@@ -149,11 +150,11 @@ impl Job {
                 ));
             }
             if geometry.shell && geometry.fill == Some(Fill::Centre) {
-                let message = format!("{} is true beside fill = \"centre\": no cell would be left", key("shell"));
+                let message = format!("{} is true, and fill is \"centre\": no cell would be left", key("shell"));
                 return Err(Error::new("job-conflict", message, "fill a shell \"separating\" or \"conservative\""));
             }
             if geometry.shell && geometry.invert {
-                let message = format!("{} is true beside shell: a shell has no inside to invert", key("invert"));
+                let message = format!("{} is true, and so is shell: a shell has no inside to invert", key("invert"));
                 return Err(Error::new("job-conflict", message, "keep one of them"));
             }
             let scale = geometry.scale.map_or([1.0; 3], PerAxis::each);
@@ -197,7 +198,7 @@ impl Job {
         ];
         let given: Vec<&str> = ways.iter().filter(|way| way.1).map(|way| way.0).collect();
         if given.len() > 1 {
-            let message = format!("{} are given together: each decides the cells alone", given.join(" and "));
+            let message = format!("{} are given together: each by itself decides the cells", given.join(" and "));
             return Err(Error::new("job-conflict", message, "keep one of them"));
         }
         if self.cells == Some(0) {
@@ -225,7 +226,7 @@ impl Job {
                 return Err(out_of_range("tolerance", short_number(tolerance), "0 to 0.5 cells"));
             }
             if self.max_cell_size.is_none() {
-                let message = "tolerance is given without max_cell_size, which alone uses it";
+                let message = "tolerance is given without max_cell_size, the only key that uses it";
                 return Err(Error::new("job-conflict", message, "remove tolerance or give max_cell_size"));
             }
         }

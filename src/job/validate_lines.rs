@@ -50,7 +50,7 @@ impl Job {
             if geometry.sizing() != Sizing::default() && self.graded.is_none() {
                 let message =
                     format!("geometries[{index}] has max_size, min_cells or metal, and the job has no graded");
-                return conflict(&message, "give graded (--graded), which alone uses them");
+                return conflict(&message, "give graded (--graded), the only key that uses them");
             }
         }
         if self.lines.is_some() && (self.domain.is_some() || self.padding.is_some()) {

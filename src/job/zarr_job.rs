@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{ByteSize, numbers};
 
-/// Shapes of the chunks and shards of a Zarr store; what is left out is chosen by the number of cells: see [`crate::shards`].
+/// Shapes of the chunks and shards of a Zarr store; a shape that is not given follows from the number of cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]

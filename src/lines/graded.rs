@@ -239,7 +239,7 @@ impl Axis<'_> {
     fn no_sizes(&self, [from, to]: [f64; 2], growth: f64) -> Error {
         let name = AXES[self.axis];
         let message = format!(
-            "no cells along {name} of at least {} meet all ends with a growth of {growth}: there are none between the ends at {from} and {to}",
+            "cells of at least {} along {name} cannot meet all ends with a growth of {growth}: none fit between the ends at {from} and {to}",
             self.job.smallest(self.axis),
         );
         let hint = "allow smaller cells (min_size) or a larger growth; or move the ends, so that none are nearly equal";

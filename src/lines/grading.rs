@@ -1,4 +1,4 @@
-//! What a solver wants to know of cells that differ in size.
+//! Facts for solvers about cells that differ in size.
 
 use serde::Serialize;
 

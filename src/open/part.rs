@@ -1,6 +1,6 @@
-//! Open parts: geometries that are not closed, made whole.
+//! Open parts: geometries that are not closed, with their holes closed.
 //!
-//! Facets -> [`OpenPart`]: facets that agree, those that were missing, and what closes the other holes.
+//! Facets -> [`OpenPart`]: facets whose orientation agrees, missing facets, and the caps that close the other holes.
 
 use super::caps::caps;
 use super::orient::orient;

@@ -1,4 +1,5 @@
-//! What is decided apart: geometries that are not closed, and the cells along surfaces, taken out of a frame.
+//! Takes the geometries that are decided separately out of a frame: those that are not closed, and those with cells along
+//! their surfaces.
 
 use crate::axis_crossings::{AxisCasts, n_expected};
 use crate::cast::Cast;

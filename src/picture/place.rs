@@ -25,7 +25,7 @@ impl FromStr for Place {
             Some(percent) => number(percent).filter(|percent| (0.0..=100.0).contains(percent)).map(Place::Percent),
             None => number(text).map(Place::Coordinate),
         };
-        let message = || format!("{text:?} is no place; allowed: a coordinate such as 0.5, or 0% to 100%");
+        let message = || format!("{text:?} is not a place; allowed: a coordinate such as 0.5, or 0% to 100%");
         found.ok_or_else(|| Error::new("job-value", message(), ""))
     }
 }

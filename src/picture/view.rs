@@ -78,7 +78,7 @@ pub(crate) async fn view_with_rests(mesh: &Mesh, view: &View, control: &Control)
     let look = &view.look;
     let size = look.size.unwrap_or(SIZE);
     if !view.from.iter().all(|angle| angle.is_finite()) {
-        let message = format!("a view from {:?} degrees", view.from);
+        let message = format!("a view from {:?} degrees cannot be drawn", view.from);
         return Err(Error::new("job-value", message, "give two finite angles"));
     }
     check_sides([size; 2])?;

@@ -1,4 +1,4 @@
-//! What a window's report needs of the cells beside the window: slabs of the box, two or three cells thick, meshed for themselves.
+//! Meshes the cells beside a window that its report needs: slabs of the box, two or three cells thick, meshed by themselves.
 //!
 //! A gap at the border of a window has its neighbours on both sides, one of them beyond it; and a run begins at the first cell of a window
 //! only if the cell before it has another flag. The rays of a slab lie in it, whatever the axis of the mesh, so that it has few.

@@ -1,5 +1,5 @@
-//! The halo of a window: cells beyond it. Those within the box are meshed with the window; those beyond it are background, or have the
-//! flag of the nearest cell of the box.
+//! The halo of a window: the cells around it. Halo cells within the box are meshed with the window; those beyond the box are
+//! background, or have the flag of the nearest cell of the box.
 
 use super::prepare::Prepared;
 use crate::columns::Columns;

@@ -90,9 +90,10 @@ impl Uncut {
 fn no_volume(geometry: &Geometry, is_closed: bool) -> Error {
     let Geometry { name, .. } = geometry;
     if is_closed {
-        let message = format!("geometry \"{name}\" has cells along its surface, and fractions are those of volumes");
+        let message =
+            format!("geometry \"{name}\" has cells along its surface, but fractions are measured from volumes alone");
         return Error::new("job-conflict", message, "leave out fill and shell, or fractions");
     }
-    let message = format!("geometry \"{name}\" is not closed, and fractions are those of volumes");
+    let message = format!("geometry \"{name}\" is not closed: it has no volume to measure fractions of");
     Error::new("surface-open", message, "close it, or leave out fractions")
 }

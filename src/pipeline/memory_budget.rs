@@ -31,7 +31,7 @@ pub(super) async fn memory_budget(
     if parts_bytes > max_bytes.saturating_sub(options.program_bytes) {
         let (needed, max) = (ByteSize(parts_bytes), ByteSize(max_bytes));
         let message = format!(
-            "geometries that are not closed or are filled take about {needed} of memory to be decided; {max} are allowed"
+            "to decide geometries that are not closed or are filled takes about {needed} of memory; {max} are allowed"
         );
         let hint = "allow more with max_memory (--max-memory), use larger cells, close the surfaces, leave them to the rays of one \
                     axis with open = \"parity\" (--open parity), or fill = \"centre\" (--fill centre)";

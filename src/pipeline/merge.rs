@@ -1,9 +1,9 @@
-//! Merges the reports of windows that together are a box: the report of the whole box, but for times and memory.
+//! Merges the reports of windows that together are a box into the report of the whole box, but for times and memory.
 //!
 //! Reports of windows, as JSON -> that of the whole. The windows are a grid that divides the box. Counts add up, as do the sums of
-//! `flags_hash`; where rays are cut, every piece of a ray has the crossings of all of it, so that those of the first piece count, and runs
-//! count where they begin. What is known of surfaces is the same in all; sentences with counts are made anew. Seconds add up, too; of
-//! memory the most counts.
+//! `flags_hash`. Where windows cut rays, each piece of a ray has the crossings of the whole ray, so only those of the first piece
+//! count; a run counts where it begins. Facts of surfaces are the same in all reports; sentences with counts are made anew.
+//! Seconds add up, too; of memory the maximum counts.
 //! Cost: little more than reading the reports.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -154,7 +154,7 @@ fn runs(parts: &[Part], axis: usize) -> Result<u64> {
     let begun: Option<u64> = parts.iter().map(|part| part.window.runs).sum();
     begun.ok_or_else(|| {
         let name = ["x", "y", "z"][axis];
-        let message = format!("the windows cut rays along {name}, and do not say which runs begin in them");
+        let message = format!("the windows cut rays along {name}, and the reports do not say which runs begin in each");
         refused(
             "job-conflict",
             message,

@@ -93,7 +93,7 @@ fn check_n_geometries(job: &Job, n: usize) -> Result<()> {
     if n <= MAX_NUMBERED || job.links.is_none() && job.fractions.is_none() {
         return Ok(());
     }
-    let message = format!("there are {n} geometries, and links and fractions number at most {MAX_NUMBERED}");
+    let message = format!("there are {n} geometries: links and fractions work with at most {MAX_NUMBERED}");
     let hint = "join geometries of the same substance in one file, or leave links and fractions out";
     Err(Error::new("too-many-geometries", message, hint))
 }

@@ -60,7 +60,7 @@ pub(super) fn read(file: &[u8], n_bytes: u64) -> Result<Contents> {
     let [n_other, n_skins, n_morphs] = model.passed_over;
     let mut polygons = model.polygons;
     for (n, what) in [
-        (n_other, "primitives of lines or points are passed over"),
+        (n_other, "primitives of lines or points are ignored"),
         (
             n_skins,
             "nodes have a skin; they are read in the pose in which they were modelled, so that place and size may be off",

@@ -144,7 +144,7 @@ fn head(tag: &BytesStart<'_>) -> Result<Model> {
         Some("inch") => "in",
         Some("foot") => "ft",
         Some("meter") => "m",
-        Some(unit) => return Err(wrong(&format!("\"{}\" is none of its units", shown(unit, 20)))),
+        Some(unit) => return Err(wrong(&format!("\"{}\" is not one of its units", shown(unit, 20)))),
     };
     for prefix in attribute(tag, "requiredextensions")?.unwrap_or_default().split_ascii_whitespace() {
         let space = attribute(tag, &format!("xmlns:{prefix}"))?.unwrap_or_default();

@@ -61,7 +61,7 @@ pub(super) fn read(bytes: &[u8], n_bytes: u64) -> Result<Contents> {
     }
     if let Some(first) = first_unknown {
         let text = format!(
-            "{n_unknown} statements that are no polygons are passed over, such as {first}: curved surfaces are not read"
+            "{n_unknown} statements that are not polygons are ignored, such as {first}: curved surfaces are not read"
         );
         polygons.warnings.push(text);
     }

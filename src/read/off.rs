@@ -63,7 +63,7 @@ pub(super) fn read(bytes: &[u8], n_bytes: u64) -> Result<Contents> {
         polygons.polygon(&corners, || lines.place())?;
     }
     if lines.next_line().is_some() {
-        let text = format!("what follows the {n_polygons} polygons, from line {} on, is passed over", lines.number);
+        let text = format!("what follows the {n_polygons} polygons, from line {} on, is ignored", lines.number);
         polygons.warnings.push(text);
     }
     polygons.finish(Format::Off, n_bytes)

@@ -45,7 +45,7 @@ impl<'a> Package<'a> {
         if self.entries.contains_key(&name) {
             return Ok(name);
         }
-        let message = format!("this is a ZIP archive of {} files without a model of 3MF", self.entries.len());
+        let message = format!("this is a ZIP archive of {} files without a 3MF model", self.entries.len());
         Err(Error::new("stl-not-stl", message, "unpack it and give the files in it"))
     }
 

@@ -1,6 +1,6 @@
 //! Files that are read once all of their bytes are there: OBJ, OFF, PLY, 3MF, GLB, and what is packed by gzip.
 //!
-//! Memory: the bytes of the file, its corners, and 36 bytes a facet. Of gzip, what is packed, too; no more than [`MAX_UNPACKED`] bytes.
+//! Memory: the bytes of the file, its corners, and 36 bytes a facet. Of gzip also the unpacked bytes, at most [`MAX_UNPACKED`].
 
 use std::io::Read;
 
@@ -77,7 +77,7 @@ fn unpacked(packed: Vec<u8>, n_bytes: u64, read: fn(&[u8]) -> Result<Contents>) 
         bytes.try_reserve(CHUNK as usize).map_err(|_| no_room("bytes", bytes.len()))?;
         let n = (&mut decoder).take(CHUNK).read_to_end(&mut bytes).map_err(|error| {
             let message =
-                format!("the file is packed by gzip, and after {} bytes of what it holds: {error}", bytes.len());
+                format!("the file is packed by gzip, and unpacking fails after {} bytes: {error}", bytes.len());
             Error::new("file-syntax", message, "copy or pack the file again")
         })?;
         if n == 0 {

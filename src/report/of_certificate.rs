@@ -36,7 +36,7 @@ pub struct ThinWallReport {
     /// "x", "y" or "z".
     #[serde(deserialize_with = "axis_name")]
     pub axis: AxisName,
-    /// Thin stretches of rays along this axis.
+    /// Thin ray segments along this axis.
     pub rays: u64,
     /// Those that hold no centre of a cell: the wall is not in the mesh there, unless it is filled.
     pub lost: u64,
@@ -147,8 +147,8 @@ impl CertificateReport {
         let sentence = |wall: &ThinWallReport| {
             let ThinWallReport { geometry, axis, rays, lost, cells, place, .. } = wall;
             format!(
-                "geometry \"{geometry}\" has walls of fewer than {} cells along {axis}: {rays} stretches of rays, {lost} of them without a \
-                 cell, the thinnest, of {cells} cells, at {}; use smaller cells, or keep them with fill = \"separating\" or \"conservative\"",
+                "geometry \"{geometry}\" has walls of fewer than {} cells along {axis}: {rays} ray segments, {lost} of them without a \
+                 cell, the thinnest of {cells} cells at {}; use smaller cells, or keep them with fill = \"separating\" or \"conservative\"",
                 self.thin_cells,
                 lines.text_of(*place)
             )
@@ -156,8 +156,8 @@ impl CertificateReport {
         let of_gap = |gap: &GapReport| {
             let ([one, other], [name, other_name]) = (gap.flags, &gap.names);
             format!(
-                "{} background cells lie between \"{name}\" (flag {one}) and \"{other_name}\" (flag {other}) along {}, one in a row, such as \
-                 that at {}; where the two should touch, move one, or use smaller cells",
+                "{} single background cells lie between \"{name}\" (flag {one}) and \"{other_name}\" (flag {other}) along {}, such as \
+                 the one at {}; if the two should touch, move one, or use smaller cells",
                 gap.cells,
                 gap.axis,
                 lines.text_of(gap.place)

@@ -41,7 +41,7 @@ impl WebMesh {
 pub(super) fn cell_box(numbers: &[u32]) -> JsResult<CellBox> {
     match *numbers {
         [x0, y0, z0, x1, y1, z1] => Ok([x0..x1, y0..y1, z0..z1]),
-        _ => Err(js_error(Error::new("job-value", "a box is two corners of three cells", ""))),
+        _ => Err(js_error(Error::new("job-value", "a box is two corners of three numbers each", ""))),
     }
 }
 

@@ -1,5 +1,5 @@
-//! Work that writes a file from its first byte to its last, and rests from time to time. It goes on when what it has written is taken: so the
-//! reader sets the pace, and memory holds what became of a slab.
+//! Work that writes a file from its first byte to its last, and pauses from time to time. It resumes when its bytes are taken:
+//! so the reader sets the pace, and memory holds only the bytes of a slab.
 
 use std::future::Future;
 

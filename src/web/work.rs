@@ -1,4 +1,4 @@
-//! Work that rests: each step goes on to the next rest, and between two steps messages arrive, also one that cancels.
+//! Work that pauses: each step runs to the next pause, and between two steps messages arrive, also one that cancels.
 
 use std::future::{Future, poll_fn};
 use std::mem::take;

@@ -48,7 +48,7 @@ impl WriteOptions {
         // what is measured has one form
         let is_of_mesh = exporter.is_none() && !format.contains('.') && format != "links";
         let packs = if format == "links" { "links.npz" } else { "nrrd or foam" };
-        let one_order = ("has one order of cells, and their flags", "raw, npy or npz");
+        let one_order = ("always has the flags, in one order of cells", "raw, npy or npz");
         let known = [
             (
                 (exporter.is_none() && format != "links") || is(compresses),
@@ -57,12 +57,12 @@ impl WriteOptions {
                 ("cannot be compressed", packs),
             ),
             (is_of_mesh, self.bits, "bits", ("has no bit-packed variant", "raw or npy")),
-            (is(Exporter::has_ascii), self.ascii, "ascii", ("has no form in text besides a binary one", "foam or msh")),
+            (is(Exporter::has_ascii), self.ascii, "ascii", ("is written in one form only", "foam or msh")),
             (
                 is(Exporter::has_flags),
                 self.export_flags.is_some(),
                 "exportFlags",
-                ("does not hold the cells of some flags only", "foam, inp, msh, csx.xml, geometry.xml, vox or binvox"),
+                ("always holds all flags", "foam, inp, msh, csx.xml, geometry.xml, vox or binvox"),
             ),
             (is_array, self.axis_order != AxisOrder::Zyx, "axisOrder", one_order),
             (is_array, self.map.is_some(), "map", one_order),

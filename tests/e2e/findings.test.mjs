@@ -103,7 +103,7 @@ test('each finding is a line and a mark, and next flies to it in 3-D and in the 
   assert.deepEqual(kinds, ['empty', 'thin', 'overlap']);
   const lines = await page.locator('#finding-list li p').allTextContents();
   assert.match(lines[0], /^plate \(flag 3\) has no cell: it is 0\.\d+ thick along z, a cell is 0\.5; use smaller cells/);
-  assert.match(lines[1], /^plate has walls of fewer than 2 cells along z: 128 stretches of rays, .* of 0 cells, .* no centre/);
+  assert.match(lines[1], /^plate has walls of fewer than 2 cells along z: 128 ray segments, .* of 0 cells at .* no centre/);
   assert.match(lines[2], /^right and left overlap in 128 cells, a volume of 16: right has them\.$/);
   assert.equal(await page.textContent('#result-warnings'), '', 'a finding is no warning, too');
   await page.waitForFunction(() => /triangles/.test(document.querySelector('#view-status').textContent));

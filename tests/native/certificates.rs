@@ -137,7 +137,7 @@ fn gaps_of_one_cell_between_flags_are_those_of_every_cell_along_every_axis() {
             for gap in gaps {
                 *axes.entry(gap.axis).or_insert(0) += 1;
                 let sentence = report.warnings.iter().find(|text| {
-                    text.starts_with(&format!("{} background cells lie between", gap.cells))
+                    text.starts_with(&format!("{} single background cells lie between", gap.cells))
                         && text.contains(&format!("(flag {}) along {}", gap.flags[1], gap.axis))
                 });
                 assert!(sentence.is_some_and(|text| text.contains(&gap.names[0])), "{gap:?}: {:?}", report.warnings);

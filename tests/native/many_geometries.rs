@@ -192,9 +192,7 @@ fn geometries_that_cannot_be_taken_together_are_refused_with_their_number() {
     let error = meshed(&nested, &job, 0, &mut Engine::cpu()).unwrap_err();
     assert_eq!(error.code(), "too-many-geometries");
     assert!(
-        error
-            .to_string()
-            .starts_with("256 geometries lie over one another so that more than 255 would have to be told apart"),
+        error.to_string().starts_with("256 geometries overlap so that a ray would have to tell more than 255 apart"),
         "{error}"
     );
     meshed(&nested[1..], &set!(Job { geometries: job.geometries[1..].to_vec(), ..job.clone() }), 0, &mut Engine::cpu())
@@ -205,7 +203,7 @@ fn geometries_that_cannot_be_taken_together_are_refused_with_their_number() {
     let links = Some(LinksJob::default());
     let error = meshed(&many, &set!(Job { geometries, links, ..job }), 0, &mut Engine::cpu()).unwrap_err();
     assert_eq!(error.code(), "too-many-geometries");
-    assert!(error.to_string().starts_with("there are 32769 geometries, and links and fractions number at most 32768"));
+    assert!(error.to_string().starts_with("there are 32769 geometries: links and fractions work with at most 32768"));
 }
 
 #[test]

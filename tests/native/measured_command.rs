@@ -108,7 +108,7 @@ fn links_fit_the_flags_of_all_kinds_of_geometries() {
     let found = assert_links_fit_flags("open", &[&open, "--cells", "12", "--padding-cells", "2"]);
     assert!(found["links"]["without_facet"].as_u64().unwrap() > 0, "{found}");
     let message = refused(&["mesh", &open, "--cells", "12", "--backend", "cpu", "--fractions", &folder.path("f.npz")]);
-    assert!(message.contains("is not closed, and fractions are those of volumes"), "{message}");
+    assert!(message.contains("is not closed: it has no volume to measure fractions of"), "{message}");
 }
 
 #[test]

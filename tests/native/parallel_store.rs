@@ -104,7 +104,7 @@ fn a_store_of_another_mesh_is_not_mixed_with_this_one() {
         assert!(output.status.code() == Some(4) && error.contains(words), "{arguments:?}: {error}");
     };
     refused(&["-o", &store, "--part", "1/200"], "shards of");
-    refused(&["-o", &store, "--part", "1/2", "--halo", "1"], "has every cell once");
+    refused(&["-o", &store, "--part", "1/2", "--halo", "1"], "a store has every cell once");
 }
 
 #[test]

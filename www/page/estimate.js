@@ -120,7 +120,7 @@ function problem({ message: said, hint }) {
 function fits({ column_bytes: columns }, freeBytes) {
   const device = (navigator.deviceMemory ?? 8) * 1e9;
   if (columns > COLUMNS_LIMIT && columns <= freeBytes) {
-    return `A page cannot hold ${bytes(columns)} in memory: the mesh is stored in the browser's private files. It takes as much of the disk, and slices are slower.`;
+    return `A page cannot hold ${bytes(columns)} in memory: the mesh is stored in the browser's private files. It takes as much disk space, and slices are slower.`;
   }
   if (columns > COLUMNS_LIMIT) {
     return `This will not fit: it needs about ${bytes(columns)}, and a page can hold ${bytes(COLUMNS_LIMIT)} in memory${freeBytes > 0 ? ` or ${bytes(freeBytes)} on disk` : ''}. Take larger cells, or use the command line.`;

@@ -74,7 +74,7 @@ function ofOpen(open, { cells, ...report }) {
 
 /** @param {import('hexcast').CertificateReport['thin_walls'][number]} wall @param {Report} report @returns {Finding} */
 function ofThin({ geometry, axis, rays, lost, cells, place }, { certificate, filled, ...report }) {
-  const facts = `${geometry} has walls of fewer than ${certificate?.thin_cells} cells along ${axis}: ${many(rays, 'stretch').replace('stretchs', 'stretches')} of rays, the thinnest, of ${many(cells, 'cell')}, at ${placeText(place, report)}.`;
+  const facts = `${geometry} has walls of fewer than ${certificate?.thin_cells} cells along ${axis}: ${many(rays, 'ray segment')}, the thinnest of ${many(cells, 'cell')} at ${placeText(place, report)}.`;
   const isKept = filled?.some((entry) => entry.geometry === geometry);
   const loss =
     lost > 0

@@ -39,7 +39,7 @@ export function materialField({ id, name, material }, edit) {
     'details',
     {},
     make('summary', {}, 'Material'),
-    make('label', { className: 'field' }, 'Passed on to files for solvers, in SI units', field),
+    make('label', { className: 'field' }, 'Written to files for solvers, in SI units', field),
   );
 }
 

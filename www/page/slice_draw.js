@@ -61,7 +61,7 @@ function drawCells(canvas, context, picture, ratio) {
   context.strokeStyle = style.getPropertyValue('--cells-edge');
   context.strokeRect(left + 0.5, top + 0.5, width - 1, height - 1);
   const notes = [
-    slice.step > 1 ? `every ${slice.step}th cell is drawn` : '',
+    slice.step > 1 ? `1 of every ${slice.step} cells on each axis is drawn` : '',
     differs ? `marked cells differ from ${state.difference?.file}` : '',
   ];
   byId('slice-note').textContent = notes.filter(Boolean).join(', ');

@@ -64,7 +64,8 @@ def mesh(
 
     :param what: one of
 
-        - a surface: the name of an STL file, or whatever :func:`surface` takes, such as ``(vertices, faces)``;
+        - a surface: the name of a file (STL, OBJ, PLY, OFF, 3MF or GLB), or whatever :func:`surface` takes, such as
+          ``(vertices, faces)``;
         - a dict with the key ``file`` or ``source`` for the surface, and others of :class:`GeometryOptions`;
         - a list of these: where two overlap, the later one wins;
         - a job: a dict with the key ``geometries``, or the name of a job file that ends in ``.toml`` or ``.json``.

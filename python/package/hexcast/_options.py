@@ -17,7 +17,7 @@ PerAxis = Union[float, Sequence[float]]
 class GeometryOptions(TypedDict, total=False):
     """A surface and what its cells shall be: ``file`` or ``source``, and the keys of ``[[geometries]]`` in a job file."""
 
-    #: Name of an STL file.
+    #: Name of a file: STL, OBJ, PLY, OFF, 3MF or GLB, also packed by gzip.
     file: str
     #: A surface in memory, in place of ``file``: see :func:`hexcast.surface`.
     source: SurfaceLike

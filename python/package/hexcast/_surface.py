@@ -25,7 +25,7 @@ def surface(source: SurfaceLike, name: Optional[str] = None) -> Surface:
 
     :param source: one of
 
-        - the name of an STL file, or its bytes;
+        - the name of a file (STL, OBJ, PLY, OFF, 3MF or GLB), or its bytes;
         - a tuple ``(vertices, faces)``: coordinates of shape (n, 3), and for each triangle the numbers of three vertices,
           counted from 0, of shape (m, 3);
         - an array of corners of shape (m, 3, 3): triangle, corner, coordinate;

@@ -19,19 +19,20 @@ use super::standard;
 /// What to mesh and how finely.
 #[derive(clap::Args)]
 pub(crate) struct JobArguments {
-    /// STL, OBJ, OFF, PLY, 3MF or GLB files, also packed by gzip, or - for standard input; they get flags 1, 2, ... in order, unless set as in
-    /// coil.stl:flag=7,priority=2,name=copper (keys: flag, priority, open, fill, shell, invert, name, solid, split, same_flag, scale, rotate, translate)
+    /// STL, OBJ, OFF, PLY, 3MF or GLB files, also packed by gzip, or - for standard input. They get the flags 1, 2, ... in order, unless set as in
+    /// coil.stl:flag=7,priority=2,name=copper (keys: flag, priority, open, fill, shell, invert, max_size, min_cells, metal, name, solid, split,
+    /// same_flag, scale, rotate, translate, and eps_r, mu_r, sigma, pec, density, E, nu of the material)
     #[arg(value_name = "FILE", required_unless_present = "job", conflicts_with = "job", value_parser = input_name())]
     files: Vec<String>,
-    /// Take everything from a job file, TOML or JSON, or - for standard input; its file names are relative to it, other options override
-    /// it; `hexcast job example` prints one
+    /// Take all options from a job file, TOML or JSON, or - for standard input. File names in it are relative to its folder; options given
+    /// here override its keys. `hexcast job example` prints one
     #[arg(long, value_name = "JOB.toml|JOB.json")]
     pub(crate) job: Option<PathBuf>,
 
     /// Cubic cells, N along the longest axis [default: 128]
     #[arg(long, value_name = "N", group = "way", value_parser = number::<u32>, help_heading = "Cells and domain")]
     cells: Option<u32>,
-    /// Exactly so many cells on each axis
+    /// Number of cells on each axis
     #[arg(long, value_name = "NX,NY,NZ", group = "way", value_parser = list::<u32, 3>, help_heading = "Cells and domain")]
     dims: Option<[u32; 3]>,
     /// Cell size, one for all axes or three
@@ -40,7 +41,7 @@ pub(crate) struct JobArguments {
     /// On each axis the largest size, at most S, that puts every end of every geometry's box on a mesh line
     #[arg(long, value_name = "S", group = "way", value_parser = number::<f64>, help_heading = "Cells and domain")]
     max_cell_size: Option<f64>,
-    /// How far off a line, in cells, --max-cell-size lets an end point lie: 0 to 0.5 [default: 0.05]
+    /// Largest distance, in cells, of an end point from its line with --max-cell-size: 0 to 0.5 [default: 0.05]
     #[arg(long, value_name = "CELLS", value_parser = number::<f64>, help_heading = "Cells and domain")]
     tolerance: Option<f64>,
     /// Take the lines of each axis from a file: JSON, {"x": [0, 0.5, 2], "y": [...], "z": [...]}; cells may differ in size
@@ -53,10 +54,10 @@ pub(crate) struct JobArguments {
     /// Smallest cell of --graded [default: a thousandth of the largest]
     #[arg(long, value_name = "S", value_parser = number::<f64>, help_heading = "Cells and domain")]
     min_size: Option<f64>,
-    /// Most times by which a cell of --graded is larger than its neighbour [default: 1.3]
+    /// Largest ratio of neighbouring cells of --graded [default: 1.3]
     #[arg(long, value_name = "RATIO", value_parser = number::<f64>, help_heading = "Cells and domain")]
     growth: Option<f64>,
-    /// Cells that --graded adds on both sides of each axis, of the size of the cell there, for absorbing layers
+    /// Cells that --graded adds at both ends of each axis, as large as the last cell there, for absorbing layers
     #[arg(long, value_name = "N|NX,NY,NZ", value_parser = per_axis::<u32>, help_heading = "Cells and domain")]
     absorbing: Option<PerAxis<u32>>,
     /// Most cells, such as 2e12; a mesh of more is refused before it starts [default: 1e12]
@@ -66,22 +67,22 @@ pub(crate) struct JobArguments {
     #[arg(long, value_name = "X0,Y0,Z0,X1,Y1,Z1", value_parser = list::<f64, 6>, allow_hyphen_values = true,
           help_heading = "Cells and domain")]
     domain: Option<[f64; 6]>,
-    /// Mesh only some cells of the box: the first on each axis, and the end, exclusive; they are as they would be in the whole mesh
+    /// Mesh only some cells of the box: the first on each axis, and the end, exclusive. They get the flags that they have in the whole mesh
     #[arg(long, value_name = "I0,J0,K0,I1,J1,K1", value_parser = list::<u32, 6>, help_heading = "Cells and domain")]
     window: Option<[u32; 6]>,
-    /// Mesh only part K of N slabs across z that cost about the same, K from 1 to N, or of NX x NY x NZ boxes; `hexcast parts` lists them
+    /// Mesh only part K, from 1 to N, of N slabs across z that take about the same time, or of NX x NY x NZ boxes; `hexcast parts` lists them
     #[arg(long, value_name = "K/N|K/NXxNYxNZ", conflicts_with = "window", help_heading = "Cells and domain")]
     pub(crate) part: Option<PartJob>,
-    /// Cells beyond --window or --part that are meshed with it, on both sides of each axis
+    /// Cells around --window or --part that are also meshed, on both sides of each axis
     #[arg(long, value_name = "N", value_parser = number::<u32>, help_heading = "Cells and domain")]
     halo: Option<u32>,
-    /// What the halo has beyond the box: background, or the flag of the nearest cell of the box [default: background]
+    /// Flags of halo cells beyond the box: background, or the flag of the nearest cell of the box [default: background]
     #[arg(long, value_parser = choice::<HaloEdge>(&["background", "clamp"]), help_heading = "Cells and domain")]
     halo_edge: Option<HaloEdge>,
-    /// Cells of a chunk of a Zarr store, which is compressed by itself [default: some 256 KiB]
+    /// Cells of a chunk of a Zarr store; each chunk is compressed by itself [default: about 256 KiB]
     #[arg(long, value_name = "NX,NY,NZ", value_parser = list::<u32, 3>, help_heading = "Output")]
     zarr_chunks: Option<[u32; 3]>,
-    /// Cells of a shard of a Zarr store, which is a file, or their most as a size; making one takes twice as much memory
+    /// Cells of a shard of a Zarr store, or its largest size in bytes. Each shard is a file; making one takes twice its size in memory
     /// [default: 4 MiB to 64 MiB, by the size of the mesh]
     #[arg(long, value_name = "NX,NY,NZ|SIZE", value_parser = shards, help_heading = "Output")]
     zarr_shards: Option<Shards>,
@@ -101,8 +102,8 @@ pub(crate) struct JobArguments {
     /// the rays of one axis as they are [default: winding]
     #[arg(long, value_parser = choice::<Open>(&["winding", "vote", "error", "parity"]), help_heading = "Method")]
     open: Option<Open>,
-    /// Which cells a geometry has besides those whose centres lie inside of it: none, every cell that the surface touches, or those that
-    /// separate its two sides [default: centre]
+    /// Which cells a geometry has: those whose centres lie inside; also every cell that the surface touches; or also the cells that
+    /// separate the two sides of the surface [default: centre]
     #[arg(long, value_parser = choice::<Fill>(&["centre", "conservative", "separating"]), help_heading = "Method")]
     fill: Option<Fill>,
     /// Close openings narrower than K cells along x, y or z, at least 2, and no wider ones
@@ -111,45 +112,45 @@ pub(crate) struct JobArguments {
     /// Flag of the cells that --close-gaps adds [default: one more than the greatest]
     #[arg(long, value_name = "F", value_parser = number::<u8>, help_heading = "Method")]
     gap_flag: Option<u8>,
-    /// Look for thin walls and for cells that two geometries claim; takes as long as some meshes on the CPU
+    /// Look for thin walls and for cells that two geometries claim; takes several times as long as a mesh on the CPU
     #[arg(long, help_heading = "Method")]
     certify: bool,
-    /// What --certify calls a thin wall: one of fewer cells [default: 2]
+    /// Walls of fewer cells than this are thin, for --certify [default: 2]
     #[arg(long, value_name = "K", requires = "certify", value_parser = number::<u32>, help_heading = "Method")]
     thin_cells: Option<u32>,
-    /// Who meshes; auto is the GPU where there is one [default: auto]
+    /// What meshes: the GPU or the CPU; auto takes the GPU if there is one [default: auto]
     #[arg(long, value_parser = choice::<BackendChoice>(&["auto", "gpu", "cpu"]), help_heading = "Method")]
     backend: Option<BackendChoice>,
     /// Part of the name of the GPU to use, see `hexcast adapters`
     #[arg(long, value_name = "NAME", help_heading = "Method")]
     pub(crate) adapter: Option<String>,
-    /// Axis of the rays; the result does not depend on it [default: auto, the longest or the
-    /// first of those nearly as long]
+    /// Axis of the rays; the result does not depend on it [default: auto, the longest axis, or
+    /// the first of those nearly as long]
     #[arg(long, value_parser = choice::<AxisChoice>(&["auto", "x", "y", "z"]), help_heading = "Method")]
     axis: Option<AxisChoice>,
-    /// Number of threads [default: one a core]
+    /// Number of threads [default: one per core]
     #[arg(long, value_name = "N", value_parser = threads, help_heading = "Method")]
     threads: Option<u16>,
 
-    /// Most memory to take, such as 2GB or 512MiB; a mesh that needs more is refused before it starts, unless its columns
-    /// may spill to disk [default: 3/4 of what is available]
+    /// Most memory to use, such as 2GB or 512MiB; a mesh that needs more is refused before it starts, unless its columns
+    /// may spill to disk [default: 3/4 of the available memory]
     #[arg(long, value_name = "SIZE", help_heading = "Memory")]
     max_memory: Option<ByteSize>,
-    /// Most memory of a GPU to take, at least 1MiB; bands become as small as that needs. Where the GPU uses the host's
-    /// memory it counts against --max-memory, too [default: what the GPU has]
+    /// Most GPU memory to use, at least 1MiB; with less, the mesh is made in smaller bands. If the GPU uses the host's
+    /// memory, it counts against --max-memory, too [default: what the GPU has]
     #[arg(long, value_name = "SIZE", help_heading = "Memory")]
     pub(crate) max_device_memory: Option<ByteSize>,
 
-    /// Unit of the files' lengths, repeated in every output, such as mm
+    /// Unit of the lengths in the files, such as mm; it is written to every output
     #[arg(long, value_name = "UNIT")]
     unit: Option<String>,
-    /// Name and material of the background, flag 0, for outputs that name it, such as name=air,eps_r=1.0006
+    /// Name and material of the background, flag 0, such as name=air,eps_r=1.0006, for outputs that contain it
     #[arg(long, value_name = "KEY=VALUE,...", help_heading = "Output")]
     background: Option<BackgroundJob>,
     /// Make every solid (part, node, item) of every file a geometry of its own
     #[arg(long)]
     split: bool,
-    /// Give every geometry the cells outside of it in place of those inside, such as the fluid around a body
+    /// Give every geometry the cells outside of it instead of those inside, such as the fluid around a body
     #[arg(long)]
     invert: bool,
 }
@@ -282,7 +283,7 @@ impl JobArguments {
             let given = [("--min-size", self.min_size.is_some()), ("--growth", self.growth.is_some())];
             let given = given.into_iter().chain([("--absorbing", self.absorbing.is_some())]).find(|(_, is)| *is);
             return given.map_or(Ok(()), |(option, _)| {
-                let message = format!("{option} is given without --graded, which alone uses it");
+                let message = format!("{option} is given without --graded, the only option that uses it");
                 Err(Error::new("job-conflict", message, "give --graded, or a job with graded"))
             });
         };

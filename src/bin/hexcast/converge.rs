@@ -22,9 +22,9 @@ Examples:
     hexcast converge case.stl coil.stl --sizes 50,100,200,400 --unit mm -o errors.svg
     hexcast converge --job antenna.toml --json";
 
-/// Mesh at several sizes of cells: errors of volume and area, time and bytes of each
+/// Mesh at several sizes of cells, and show the errors of volume and area, the time and the bytes of each
 ///
-/// The area is that seen along each axis, for a stair-step surface does not get the area of a smooth one.
+/// The area is the one seen along each axis, because the area of a stair-step surface does not converge to that of a smooth one.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
@@ -96,7 +96,7 @@ fn table(levels: &[Level], unit: Option<&str>) -> String {
         }
     }
     if levels.iter().any(|level| level.flags.iter().any(|found| found.volume_error.is_none())) {
-        text += "There is no error where a surface is open or cut by the domain, or cells are not those whose centres lie inside (invert, shell, fill).\n";
+        text += "No error is given where a surface is open or cut by the domain, or where not only the centres decide the cells (invert, shell, fill).\n";
     }
     text
 }

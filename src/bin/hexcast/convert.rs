@@ -30,7 +30,7 @@ Examples:
     hexcast convert part.hxc preview.vti --stride 8
     hexcast convert part.hxc - --format npy | python3 plot.py";
 
-/// Convert a column file (.hxc) to any format or solver; the same bytes as `hexcast mesh` would write
+/// Convert a column file (.hxc) to any format or solver, with the same bytes as `hexcast mesh` would write
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
@@ -42,17 +42,17 @@ pub(crate) struct Arguments {
     output: PathBuf,
     #[command(flatten)]
     formats: FormatArguments,
-    /// Unit of the lengths, such as mm, in place of the one that the file names
+    /// Unit of the lengths, such as mm, instead of the unit in the file
     #[arg(long, value_name = "UNIT")]
     unit: Option<String>,
     /// Only these cells: the first on each axis, and the end, exclusive
     #[arg(id = "cells", long = "box", value_name = "I0,J0,K0,I1,J1,K1", value_parser = list::<u32, 6>, help_heading = "Cells")]
     cells: Option<[u32; 6]>,
-    /// Every n-th cell: blocks of N cells an axis become one, as large as the block, with the flag of the cell in its middle. Cells at the
-    /// end that do not fill a block are left out
+    /// Every n-th cell: a block of N cells along each axis becomes one cell, as large as the block, with the flag of the cell in its
+    /// middle. Cells at the end that do not fill a block are left out
     #[arg(long, value_name = "N|NX,NY,NZ", value_parser = per_axis::<u32>, help_heading = "Cells")]
     stride: Option<PerAxis<u32>>,
-    /// Most memory to take, such as 2GB or 512MiB; the columns stay in their file [default: 3/4 of what is available]
+    /// Most memory to use, such as 2GB or 512MiB; the columns stay in their file [default: 3/4 of the available memory]
     #[arg(long, value_name = "SIZE", help_heading = "Memory")]
     max_memory: Option<ByteSize>,
     /// Print nothing but errors

@@ -1,4 +1,4 @@
-//! A writer whose bytes show as progress.
+//! A writer that shows the bytes written as progress.
 
 use std::io::Write;
 

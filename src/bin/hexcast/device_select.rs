@@ -1,4 +1,5 @@
-//! Mesa's Vulkan layer that selects a default device asks Wayland for one, and prints errors where no session runs.
+//! Disables Mesa's Vulkan layer that selects a default device: it asks Wayland for one, and prints errors where no session
+//! runs.
 
 use std::env::{args_os, current_exe, var_os};
 use std::os::unix::process::CommandExt;

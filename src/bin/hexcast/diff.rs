@@ -37,7 +37,7 @@ pub(crate) struct Arguments {
     /// Column file
     #[arg(value_name = "A.hxc")]
     one: PathBuf,
-    /// Column file of as many cells on each axis
+    /// Column file with the same number of cells on each axis
     #[arg(value_name = "B.hxc")]
     other: PathBuf,
     /// Write a mask, flag 1 where the two differ, .vti, .npy, .raw, .zarr or .hxc
@@ -48,7 +48,7 @@ pub(crate) struct Arguments {
     /// Print what was found as JSON
     #[arg(long)]
     json: bool,
-    /// Most memory to take, such as 2GB or 512MiB [default: 3/4 of what is available]
+    /// Most memory to use, such as 2GB or 512MiB [default: 3/4 of the available memory]
     #[arg(long, value_name = "SIZE", help_heading = "Memory")]
     max_memory: Option<ByteSize>,
 }

@@ -58,7 +58,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     };
     let mut table = in_words(&estimate, job.unit.as_deref());
     let what = if device == Device::None { "for the program" } else { "for the program and the driver" };
-    table.line("memory", format!("besides about {} {what}", BinaryBytes(program_bytes)));
+    table.line("memory", format!("plus about {} {what}", BinaryBytes(program_bytes)));
     if device == Device::Shared {
         table.line("memory", "buffers of this GPU are in the same memory, and bands are as small as it demands");
     }

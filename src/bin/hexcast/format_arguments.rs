@@ -20,13 +20,13 @@ pub(crate) struct FormatArguments {
     #[arg(long, value_name = "LEVEL", value_parser = compression, num_args = 0..=1,
           default_missing_value = "6")]
     compress: Option<Compress>,
-    /// Format of `-o -`, which is standard output, such as vti; nothing else is printed there
+    /// Format of standard output (-o -), such as vti; nothing else is printed there
     #[arg(long, value_name = "FORMAT")]
     format: Option<String>,
-    /// Write .raw and .npy with eight cells a byte; for meshes with a single flag
+    /// Write .raw and .npy with eight cells per byte; for meshes with a single flag
     #[arg(long)]
     pub(crate) bits: bool,
-    /// Also make the SHA-256 of all flags, one byte a cell, for the report and the sidecar of a .raw: some seconds for 10^9 cells
+    /// Also compute the SHA-256 of all flags, one byte per cell, for the report and the sidecar of a .raw: some seconds for 10^9 cells
     #[arg(long, value_parser = choice::<Hash>(&["sha256"]))]
     pub(crate) hash: Option<Hash>,
     /// Order of the axes in .raw, .npy and .npz: zyx has x fastest, xyz has x slowest [default: zyx]
@@ -35,10 +35,10 @@ pub(crate) struct FormatArguments {
     /// Write other numbers for flags in .raw, .npy and .npz, such as 1=0,0=1; flags that are not named stay as they are
     #[arg(long, value_name = "FLAG=BYTE,...", value_parser = map)]
     map: Option<Map>,
-    /// Flags whose cells are exported for a solver, also 0 [default: all but 0]
+    /// Flags whose cells are exported for a solver; 0 is allowed [default: all but 0]
     #[arg(long, value_name = "FLAG,...", value_delimiter = ',')]
     export_flags: Option<Vec<u8>>,
-    /// Export text in place of binary numbers: OpenFOAM, .msh
+    /// Export text instead of binary numbers: OpenFOAM, .msh
     #[arg(long)]
     ascii: bool,
 }
@@ -135,7 +135,8 @@ impl FormatArguments {
     /// Refuses the format of standard output where that is no output.
     pub(super) fn check_standard(&self, uses_standard_output: bool) -> Result<()> {
         if self.format.is_some() && !uses_standard_output {
-            let message = "--format is given without -o -, whose format it is; those of files are in their names";
+            let message =
+                "--format is given without -o -: it is the format of standard output; files have theirs in their names";
             return Err(Error::new("job-conflict", message, "leave out --format"));
         }
         Ok(())
@@ -162,16 +163,16 @@ impl FormatArguments {
             return Err(Error::new("job-conflict", message, "add an output that ends in .raw or .npy"));
         }
         if (self.axis_order.is_some() || self.map.is_some()) && !formats.iter().any(|format| has_own_bytes(*format)) {
-            let message = "--axis-order or --map is given, but no output has another order or other numbers";
+            let message = "--axis-order or --map is given, but no output can have another order or other numbers";
             return Err(Error::new("job-conflict", message, "add an output that ends in .raw, .npy or .npz"));
         }
         if self.ascii && !exporters.iter().any(|exporter| exporter.has_ascii()) {
-            let message = "--ascii is given, but no output has a form in text besides a binary one";
+            let message = "--ascii is given, but no output can be text or binary";
             let hint = format!("add an output that ends in {}", endings(Exporter::has_ascii));
             return Err(Error::new("job-conflict", message, hint));
         }
         if self.export_flags.is_some() && !exporters.iter().any(|exporter| exporter.has_flags()) {
-            let message = "--export-flags is given, but no output holds the cells of some flags only";
+            let message = "--export-flags is given, but no output can leave out flags";
             let hint = format!("add an output that ends in {}", endings(Exporter::has_flags));
             return Err(Error::new("job-conflict", message, hint));
         }

@@ -24,14 +24,14 @@ Examples:
     hexcast info part.hxc
     hexcast info *.stl --json | jq '.[] | {file, watertight, open_edges}'";
 
-/// Show what files hold: of surfaces the facets, solids, box, volume, and whether the surface is closed; of column files the report
+/// Show what files hold: facets, solids, box and volume of surfaces, and whether they are closed; the report of column files
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
-    /// Surfaces (STL, OBJ, OFF, PLY, 3MF, GLB, also packed by gzip) and column files (.hxc), or - for a surface from standard input. After a file with an error the next ones are shown all the same
+    /// Surfaces (STL, OBJ, OFF, PLY, 3MF, GLB, also packed by gzip) and column files (.hxc), or - for a surface from standard input. After a file with an error the next ones are still shown
     #[arg(value_name = "FILE", required = true, value_parser = input_name())]
     files: Vec<String>,
-    /// Print a JSON list with one object a file
+    /// Print a JSON list with one object per file
     #[arg(long)]
     json: bool,
 }

@@ -28,9 +28,9 @@ pub(crate) struct Arguments {
 
 #[derive(clap::Subcommand)]
 enum What {
-    /// Print a job file in TOML with every key and a word about it
+    /// Print a job file in TOML with every key and a short explanation
     Example,
-    /// Print the JSON schema of the job file, for editors that complete and check by it
+    /// Print the JSON schema of the job file, for editors that complete and check keys
     Schema,
 }
 

@@ -51,7 +51,7 @@ fn read_anew(path: &Path) -> Result<String> {
     };
     read.map_err(|error| Error::io(format!("reading {name}"), error))?;
     if bytes.len() as u64 > MAX_JOB_BYTES {
-        let message = format!("{name}: more than {MAX_JOB_BYTES} bytes, which no job file has");
+        let message = format!("{name} has more than {MAX_JOB_BYTES} bytes, too many for a job file");
         return Err(Error::new("job-syntax", message, "name a job file, TOML or JSON"));
     }
     String::from_utf8(bytes).map_err(|error| {

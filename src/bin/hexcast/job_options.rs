@@ -1,4 +1,4 @@
-//! The options in a job file: those keys of it that are no part of the job, as arguments; and the job file of all arguments.
+//! The options in a job file: turns keys that are not part of the job into arguments, and all arguments into a job file.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -128,7 +128,7 @@ pub(crate) fn dump(job: &Job, run: RunJob, path: &Path) -> Result<()> {
 /// `job-value` where it is not UTF-8.
 pub(crate) fn as_text(path: &Path) -> Result<String> {
     path.to_str().map(String::from).ok_or_else(|| {
-        let message = format!("{} is not UTF-8, which job files are", path.display());
+        let message = format!("{} is not UTF-8, and job files are", path.display());
         Error::new("job-value", message, "give it another name")
     })
 }

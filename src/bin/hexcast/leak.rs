@@ -31,9 +31,9 @@ Examples:
 
 The exit code is 0 where there is no path, and 9 where there is one.
 
-The shortest path has the fewest steps from cell to cell over faces. The narrowest place is where the largest
-cube of cells that passes stops one that is a cell wider; cells beyond the mesh count as background. Where two
-holes lead out, the path takes the nearer one and the cube the wider one: the output has the ways of both.
+The shortest path has the fewest steps from cell to cell through faces. The narrowest place is where the largest
+cube that can pass still passes and a cube one cell wider does not; cells beyond the mesh count as background. If
+there are two holes, the shortest path takes the nearer one and the cube the wider one: the output has both ways.
 Part 0 of the output is the narrowest place, 1 the shortest path, 2 the way of the cube.";
 
 /// Look for a path between two points of a mesh: the shortest one, and its narrowest place
@@ -52,11 +52,11 @@ pub(crate) struct Arguments {
     /// Flags of cells that a path may use [default: that of the cell at --from]
     #[arg(long, value_name = "F,F,...", value_delimiter = ',')]
     flags: Vec<u8>,
-    /// Name the facets within a cell of the narrowest place, from the surfaces of this job
+    /// List the facets of this job's surfaces that lie within a cell of the narrowest place
     #[arg(long, value_name = "JOB.toml|JOB.json", conflicts_with = "surfaces")]
     job: Option<PathBuf>,
-    /// Name the facets within a cell of the narrowest place, from this STL file, placed as in
-    /// coil.stl:scale=2 if need be; may be given several times
+    /// List the facets of this STL file that lie within a cell of the narrowest place; place the
+    /// file as in coil.stl:scale=2 if need be; may be given several times
     #[arg(id = "surfaces", long = "surface", value_name = "FILE")]
     surfaces: Vec<String>,
     /// Write the paths and the narrowest place as lines, .vtp, for ParaView
@@ -65,7 +65,7 @@ pub(crate) struct Arguments {
     /// Print what was found as JSON
     #[arg(long)]
     json: bool,
-    /// Most memory to take, such as 2GB or 512MiB [default: 3/4 of what is available]
+    /// Most memory to use, such as 2GB or 512MiB [default: 3/4 of the available memory]
     #[arg(long, value_name = "SIZE", help_heading = "Memory")]
     max_memory: Option<ByteSize>,
 }

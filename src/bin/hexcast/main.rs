@@ -1,4 +1,4 @@
-//! The command line: reads what is asked for, calls the library, prints. One file a command.
+//! The command line: reads the arguments, calls the library, prints. One source file per command.
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -60,7 +60,7 @@ Exit codes:
     1  different: diff found cells that differ   6  the GPU or its driver failed
     2  wrong use of the command line             7  the system refused to read or write a file
     3  an input file cannot be understood        8  warnings, and --strict was given
-    4  the job contradicts itself or is          9  found: leak a path, verify another mesh than the job's
+    4  the job contradicts itself or is          9  found: leak a path, verify or verify-store wrong cells
        impossible                              130  cancelled (Ctrl-C)";
 
 /// Turns closed surfaces (STL, OBJ, OFF, PLY, 3MF, GLB) into Cartesian meshes: exactly, on the GPU or the CPU.

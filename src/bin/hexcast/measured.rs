@@ -28,27 +28,28 @@ use super::zarr_folder::ZarrFolder;
 #[derive(clap::Args)]
 #[command(next_help_heading = "Output")]
 pub(crate) struct MeasuredArguments {
-    /// Write the links from cells of the fluid to surfaces to a file, .npz, .h5 or .links: the fraction of each up to the wall, its facet and geometry
+    /// Write the links that lead from cells of the fluid to a wall to a file, .npz, .h5 or .links: of each the fraction up to the wall, the
+    /// facet and the geometry
     #[arg(long, value_name = "FILE")]
     links: Option<PathBuf>,
-    /// Directions of --links: faces, also corners, also edges, or all [default: D3Q19]
+    /// Directions of --links: D3Q7 faces, D3Q15 faces and corners, D3Q19 faces and edges, D3Q27 all [default: D3Q19]
     #[arg(long, visible_alias = "lattice", requires = "links",
           value_parser = choice::<Stencil>(&["D3Q7", "D3Q15", "D3Q19", "D3Q27"]))]
     stencil: Option<Stencil>,
-    /// Flags that --links calls fluid [default: 0, the background]
+    /// Flags of the fluid, for --links [default: 0, the background]
     #[arg(long, value_name = "FLAGS", requires = "links", value_delimiter = ',')]
     fluid: Option<Vec<u8>>,
-    /// Write the fraction that each flag has of the cells that surfaces cut to a file, .npz; .vti, .vtr, .npy, .zarr and .zarr.zip have the fraction of every cell
-    /// that is not background
+    /// Write the fractions of all flags in the cells that surfaces cut to a file, .npz; or, for every cell, the fraction that is not background:
+    /// .vti, .vtr, .npy, .zarr or .zarr.zip
     #[arg(long, value_name = "FILE")]
     fractions: Option<PathBuf>,
     /// Rays of --fractions along each axis of a cell: 1, 2, 4, 8 or 16 [default: 4]
     #[arg(long, value_name = "M", requires = "fractions")]
     fraction_rays: Option<u32>,
-    /// Also measure the fraction that each flag has of each face of these cells
+    /// Also measure the fractions of all flags in each face of the cut cells
     #[arg(long, requires = "fractions")]
     fraction_faces: bool,
-    /// Also measure area, centre and normal of the surface in each cell
+    /// Also measure area, centre and normal of the surface in each cut cell
     #[arg(long, requires = "fractions")]
     fraction_surfaces: bool,
     /// Write the flags at the points of a staggered (Yee) grid to a file, .npz: edges, faces and cells, and the faces of sheets

@@ -15,7 +15,7 @@ Examples:
     hexcast merge part*.json > ship.json
     hexcast merge part*.json -o ship.json";
 
-/// Merge the reports of all parts of a mesh (--part K/N --report FILE): the report of the whole, but for times and memory
+/// Merge the reports of all parts of a mesh (--part K/N --report FILE) into the report of the whole mesh
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {

@@ -52,13 +52,14 @@ Formats, by the name of the output:
     .vox, .binvox MagicaVoxel and binvox, to look at
     .hxc  columns, by far the smallest; `hexcast convert` makes any other from it";
 
-/// Mesh closed surfaces: cells between lines, each with the flag of the geometry it is in
+/// Mesh surfaces: give each cell of a box the flag of the geometry that its centre is in
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     #[command(flatten)]
     job: JobArguments,
-    /// Output, see below for its endings, or - for standard output with --format; may be given several times. Without it only the report is made
+    /// Output; its ending chooses the format, see below. - is standard output, with --format. May be given several times. Without it only
+    /// the report is made
     #[arg(id = "outputs", short, long = "output", value_name = "OUT", help_heading = "Output")]
     outputs: Vec<PathBuf>,
     #[command(flatten)]
@@ -73,13 +74,14 @@ pub(crate) struct Arguments {
     /// Print the report to standard output as JSON, and nothing else there
     #[arg(long, help_heading = "Output")]
     json: bool,
-    /// Write a job file that does the same as all arguments together, TOML or JSON by its name, and mesh nothing; - is standard output
+    /// Write a job file that does the same as all arguments together, and mesh nothing. Its name chooses TOML or JSON; - is standard output
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     dump_job: Option<PathBuf>,
-    /// Write a mask to a file, .vti, .vtr, .npy, .npz, .raw or .hxc: 1 in the cells that the winding number or a vote decided, as rays could not
+    /// Write a mask of the doubtful cells to a file, .vti, .vtr, .npy, .npz, .raw or .hxc: 1 where the winding number or a vote decided, as the
+    /// rays could not
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     doubt: Option<PathBuf>,
-    /// Expand all flags in memory, and count that in the total: for comparisons with other meshers
+    /// Expand all flags in memory, and include that in the total time: for comparisons with other meshers
     #[arg(long, help_heading = "Output")]
     flags_in_memory: bool,
     /// End with exit code 8 if there are warnings about the mesh or its input files; the outputs are written all the same. That `auto` found
@@ -126,7 +128,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     if Targets::has_zarr(&arguments.outputs) {
         job.zarr = Some(job.zarr.unwrap_or_default());
         if job.part.is_some() && job.halo.is_some() {
-            let message = "halo and part are given with a Zarr store, which has every cell once";
+            let message = "halo and part are given with a Zarr store: a store has every cell once";
             return Err(Error::new("job-conflict", message, "leave out halo, or write another format"));
         }
     }

@@ -16,7 +16,7 @@ Examples:
     hexcast parts --job ship.toml --n 64
     hexcast parts ship.stl --cells 4000 --n 4x4x4";
 
-/// Divide a mesh into windows that take about as long as each other, as JSON; `hexcast mesh --part K/N` meshes one
+/// Divide a mesh into windows that take about the same time, and print them as JSON; `hexcast mesh --part K/N` meshes one
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
@@ -51,7 +51,8 @@ struct Parts {
 }
 
 fn numbers(text: &str) -> std::result::Result<Numbers, String> {
-    let wrong = || format!("\"{text}\" is no number of parts: a number such as 64 is needed, or three such as 4x4x4");
+    let wrong =
+        || format!("\"{text}\" is not a number of parts: a number such as 64 is needed, or three such as 4x4x4");
     numbers_of_parts(text).map(Numbers).ok_or_else(wrong)
 }
 

@@ -26,7 +26,7 @@ Examples:
     hexcast view part.hxc -o part.png
     hexcast view part.hxc --from=30,20 --flags 1,3 -o part.png";
 
-/// Draw slices of a mesh, PNG: cells in the colours of their flags, in the world's proportions
+/// Draw slices of a mesh as PNG: cells in the colours of their flags, in true proportions
 #[derive(clap::Args)]
 #[command(after_help = SLICE_EXAMPLES)]
 pub(crate) struct SliceArguments {
@@ -55,7 +55,7 @@ pub(crate) struct SliceArguments {
     quiet: bool,
 }
 
-/// Draw the stair-step surface of a mesh as seen from a direction, PNG, without a display
+/// Draw the stair-step surface of a mesh as PNG, seen from a direction, without a display
 #[derive(clap::Args)]
 #[command(after_help = VIEW_EXAMPLES)]
 pub(crate) struct ViewArguments {

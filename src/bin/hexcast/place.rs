@@ -23,7 +23,7 @@ pub(crate) fn target_of(path: &Path) -> Result<PathBuf> {
         target = folder_of(&target).join(next);
     }
     let message = format!(
-        "{} cannot be written: its links lead to more than {MAX_LINKS} others, or are links in a circle",
+        "{} cannot be written: it is a symbolic link that leads through more than {MAX_LINKS} others, or through links in a circle",
         path.display()
     );
     Err(Error::new("io", message, "name the file itself"))

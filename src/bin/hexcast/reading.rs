@@ -63,8 +63,8 @@ impl Room {
         let held = self.held.fetch_add(2 * more, Ordering::Relaxed) + 2 * more;
         let Some(max) = self.max.filter(|max| held > max.0) else { return Ok(()) };
         let message = format!(
-            "it is not a file on disk and is held in memory, as are its facets: after {n_come} bytes nothing is left of {max} that \
-             are allowed"
+            "it is not a file on disk, so it is held in memory, with its facets: after {n_come} bytes nothing is left of the {max} \
+             that are allowed"
         );
         Err(Error::new("memory", message, "allow more with --max-memory, or save it to a file and name that"))
     }

@@ -1,7 +1,7 @@
 //! A store in a bucket of S3, or of a service with its interface. Endpoint and credentials come from the variables that AWS's own
 //! programs read: `AWS_ENDPOINT_URL`, `AWS_ACCESS_KEY_ID`, `AWS_SECRET_ACCESS_KEY`, `AWS_SESSION_TOKEN`, `AWS_REGION` and others.
 //!
-//! Requests that fail for a while, as those to a server that is started again, are repeated for up to three minutes.
+//! Requests that fail, such as those to a server that restarts, are repeated for up to three minutes.
 
 use futures_util::TryStreamExt;
 use hexcast::{Error, Result};

@@ -61,7 +61,7 @@ pub(crate) fn joined(arguments: impl IntoIterator<Item = OsString>) -> Vec<OsStr
 pub(crate) fn input_name() -> impl TypedValueParser<Value = String> {
     OsStringValueParser::new().try_map(|name| {
         name.into_string().map_err(
-            |_| "its name is not UTF-8, which jobs and reports are: rename the file, or pipe it (hexcast ... - < FILE)",
+            |_| "its name is not UTF-8, and jobs and reports are: rename the file, or pipe it (hexcast ... - < FILE)",
         )
     })
 }

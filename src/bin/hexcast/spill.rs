@@ -20,12 +20,12 @@ use super::{standard, terminal};
 #[derive(clap::Args)]
 #[command(next_help_heading = "Memory")]
 pub(crate) struct SpillArguments {
-    /// Folder for a temporary file that columns spill to when they exceed the memory allowed; it has no name there and
-    /// is gone with the program
+    /// Folder for a temporary file that columns spill to when they exceed the memory allowed. The file has no name and
+    /// disappears when the program ends
     #[arg(long, value_name = "DIR", conflicts_with = "resume")]
     spill: Option<PathBuf>,
-    /// Keep finished columns in OUT.partial, beside the first output, until all is written: after Ctrl-C or a failure the
-    /// same command continues from them. Columns that exceed the memory allowed are read from there too
+    /// Keep finished columns in OUT.partial, beside the first output OUT, until all is written. After Ctrl-C or a failure the
+    /// same command continues from them. Columns that exceed the memory allowed are also read from this file
     #[arg(long, requires = "outputs")]
     resume: bool,
 }
@@ -65,7 +65,7 @@ impl SpillArguments {
         }
         match outputs.first().filter(|_| self.resume) {
             Some(output) if standard::is_standard(output) => {
-                let message = "--resume is given and the first output is -, which has no place beside it";
+                let message = "--resume is given and the first output is -: there is no folder for OUT.partial";
                 Err(Error::new("job-conflict", message, "name a file as the first output"))
             }
             Some(output) => open_resumable(&with_ending(output, ".partial")),
@@ -104,8 +104,9 @@ fn check_is_ours(file: &File) -> Result<()> {
         return Ok(());
     }
     let n_bytes = file.metadata().map_err(failed)?.len();
-    let message =
-        format!("the file exists but is not a hexcast file: it has {n_bytes} bytes and begins as no column file");
+    let message = format!(
+        "the file exists but is not a hexcast file: it has {n_bytes} bytes and does not begin like a column file"
+    );
     Err(Error::new("job-conflict", message, "move the file away, or name another output"))
 }
 

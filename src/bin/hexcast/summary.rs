@@ -223,7 +223,7 @@ fn measured(table: &mut Table, mesh: &MeshFacts) {
     }
     if let Some(fractions) = &mesh.fractions_report {
         let cells = HumanCount(fractions.cut_cells);
-        table.line("cut cells", format!("{cells}, by {0} x {0} rays a cell", fractions.rays));
+        table.line("cut cells", format!("{cells}, by {0} x {0} rays per cell", fractions.rays));
     }
     if let Some(staggered) = &mesh.staggered_report {
         let flagged = staggered.components.iter().map(|component| {

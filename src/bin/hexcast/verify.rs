@@ -38,7 +38,7 @@ const DIFFERS: u8 = 9;
 const SLAB: u64 = 1 << 24;
 const CELL_BYTES: u64 = 3;
 
-/// Check a column file (.hxc) against its job, cell by cell, by a second method: the job or the same arguments as for `mesh`
+/// Check a column file (.hxc) cell by cell, by a second method, against its job: --job, or the same arguments as for `mesh`
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
@@ -47,10 +47,10 @@ pub(crate) struct Arguments {
     mesh: PathBuf,
     #[command(flatten)]
     job: JobArguments,
-    /// Check only some planes of cells, evenly spaced, of about so many cells in all, such as 1e9 [default: all cells]
+    /// Check only some evenly spaced planes of cells, with about CELLS cells in all, such as 1e9 [default: all cells]
     #[arg(long, value_name = "CELLS", value_parser = at_least_one::<u64>, help_heading = "Check")]
     sample: Option<u64>,
-    /// Chooses the planes of --sample, and doubtful cells where there are too many
+    /// Seed that chooses the planes of --sample, and the doubtful cells to check if there are too many
     #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Check")]
     seed: u64,
 }

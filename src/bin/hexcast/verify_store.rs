@@ -26,8 +26,8 @@ Examples:
     hexcast verify-store ship.zarr --job ship.toml
     hexcast verify-store ship.zarr --job ship.toml --part 3/64
 
-Without a job a shard is wrong where it cannot be read: its index, and its chunks if they are compressed, have checksums. With the job,
-or the arguments of the mesh, every byte of the store must be what this hexcast would write.";
+Without a job a shard is wrong if it cannot be read: its index has a checksum, and so have its chunks if they are compressed. With the
+job, or the arguments of the mesh, every byte of the store must be what this hexcast would write.";
 
 /// Exit code where a shard is missing or wrong.
 const WRONG: u8 = 9;
@@ -172,5 +172,5 @@ fn sentences(name: &str, found: &Found) -> String {
     }
     text +=
         &format!("{name}: {n_shards} shards; files missing {missing}, wrong {wrong}, no part of the store {unknown}. ");
-    text + "Mesh the parts of the missing and wrong ones again; remove what is no part of the store.\n"
+    text + "Mesh the parts of missing and wrong shards again; remove files that are not part of the store.\n"
 }

@@ -58,8 +58,10 @@ pub(super) fn part(index: usize, report: &Value) -> Result<Part<'_>> {
     let window = window
         .ok_or_else(|| refused("job-value", format!("report {number} is of a whole mesh: its window is null"), HINT))?;
     if window.halo > 0 {
-        let message =
-            format!("report {number} is of a window with a halo of {} cells, which others have, too", window.halo);
+        let message = format!(
+            "report {number} is of a window with a halo of {} cells: other reports count these, too",
+            window.halo
+        );
         return Err(refused("job-conflict", message, "merge reports of windows without halo"));
     }
     Ok(Part {
@@ -97,7 +99,7 @@ pub(super) fn lines_of_box(parts: &[Part]) -> Result<Lines> {
             let own = lists.as_ref().map(|lists| [&lists.x, &lists.y, &lists.z][axis]);
             let places = window.first[axis] as usize..=window.end[axis] as usize;
             let Some(own) = own.filter(|own| own.len() == places.clone().count()) else {
-                let message = format!("report {} has no lines along {} that go with its window", index + 1, AXES[axis]);
+                let message = format!("report {} has no lines along {} that fit its window", index + 1, AXES[axis]);
                 return Err(refused("job-value", message, HINT));
             };
             for (line, known) in own.iter().zip(&mut all[places]) {

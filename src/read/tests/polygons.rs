@@ -124,7 +124,7 @@ fn polygons_are_fans_and_those_that_are_not_planar_are_counted() {
     let contents = good("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2\nf 1 2 3\ncurv 0 1 1 2\nsurf 1\n");
     assert_eq!(contents.warnings.len(), 2, "{:?}", contents.warnings);
     assert!(
-        contents.warnings[0].starts_with("2 statements that are no polygons are passed over, such as curv at line 6")
+        contents.warnings[0].starts_with("2 statements that are not polygons are ignored, such as curv at line 6")
             && contents.warnings[1].starts_with("1 polygons of fewer")
     );
     // three corners on a line, whose middle f64 rounds: no area, and no polygon of more than three corners

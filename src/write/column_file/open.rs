@@ -69,7 +69,7 @@ pub fn read(input: &mut dyn Read, max_bytes: u64, control: &Control) -> Result<M
     read.map_err(|error| Error::io(format_args!("reading the column file at byte {}", bytes.len()), error))?;
     let n_bytes = bytes.len() as u64;
     if n_bytes > most {
-        let message = format!("the column file has more than {most} bytes, which are allowed for it");
+        let message = format!("the column file has more than the {most} bytes that are allowed for it");
         return Err(Error::new("memory", message, "write it to a file first, or allow more memory"));
     }
     open(Arc::new(MemoryStore::new(bytes)), n_bytes, most, control)

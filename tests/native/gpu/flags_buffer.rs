@@ -89,6 +89,6 @@ fn what_a_buffer_cannot_hold_or_a_mesh_has_not_is_refused() {
     for cells in [[0..42, 0..1, 0..1], [0..1, 5..5, 0..1]] {
         let error = refused(cells, Cells::Bits);
         assert_eq!(error.code(), "job-value");
-        assert!(error.to_string().contains("of the mesh of 41 x 53 x 37"), "{error}");
+        assert!(error.to_string().contains("the mesh of 41 x 53 x 37"), "{error}");
     }
 }

@@ -16,7 +16,7 @@ pub(super) fn solids(file: &str) -> Result<Vec<Solid>> {
         std::cmp::Ordering::Equal => Ok(binary(&bytes[84..])),
         _ if says_solid => ascii(text),
         std::cmp::Ordering::Less => Ok(binary(&bytes[84..n_bytes as usize])),
-        std::cmp::Ordering::Greater => Err(format!("{} bytes that are no whole STL", bytes.len())),
+        std::cmp::Ordering::Greater => Err(format!("{} bytes that are not a complete STL", bytes.len())),
     };
     let checked = read.and_then(|mut solids| {
         solids.retain(|(_, facets)| !facets.is_empty());

@@ -301,7 +301,7 @@ fn skins_morphs_and_lines_are_passed_over_with_a_warning() {
     let contents = read_bytes(&glb(&root, &buffer())).unwrap();
     assert_eq!(contents.n_facets, 4);
     let warnings = [
-        "1 primitives of lines or points are passed over",
+        "1 primitives of lines or points are ignored",
         "1 nodes have a skin; they are read in the pose in which they were modelled, so that place and size may be off",
         "1 primitives have morph targets; they are read without them",
     ];

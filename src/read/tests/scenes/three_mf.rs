@@ -145,7 +145,7 @@ fn what_is_wrong_with_a_3mf_is_said() {
     let around = "<object id='1'><components><component objectid='1'/></components></object>";
     let beams = object(1, "").replace("</mesh>", "<b:beamlattice minlength='1'/></mesh>");
     let cases = [
-        (three_mf("unit='ell'", &object(1, ""), item), "\"ell\" is none of its units"),
+        (three_mf("unit='ell'", &object(1, ""), item), "\"ell\" is not one of its units"),
         (three_mf("", &object(1, ""), ""), "its build has no item"),
         (three_mf("", "", item), "3d/here.model has no object 1"),
         (three_mf("", around, item), "objects are nested more than 100 deep"),
@@ -162,7 +162,7 @@ fn what_is_wrong_with_a_3mf_is_said() {
             three_mf("", &object(1, ""), "<item objectid='1' transform='1 0 0'/>"),
             "transform=\"1 0 0\" is not 12 numbers",
         ),
-        (package(&[("a.txt", "text"), ("b.txt", "text")]), "a ZIP archive of 2 files without a model of 3MF"),
+        (package(&[("a.txt", "text"), ("b.txt", "text")]), "a ZIP archive of 2 files without a 3MF model"),
         (
             package(&[("_rels/.rels", RELATIONS), ("3D/here.model", "<model><resources></build></model>")]),
             "3d/here.model: ",
