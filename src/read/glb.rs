@@ -159,7 +159,7 @@ impl Model<'_> {
         };
         self.passed_over[2] += u64::from(!primitive.targets.is_empty());
         self.polygons.corners.clear();
-        for (index, corner) in self.bytes.corners(positions)?.into_iter().enumerate() {
+        for (index, corner) in self.bytes.corners(positions)?.enumerate() {
             let corner = world.transform_point3(corner).to_array().map(|number| number as f32);
             self.polygons.corner(corner, || format!("corner {index}, counted from 0"))?;
         }
