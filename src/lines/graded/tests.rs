@@ -223,6 +223,6 @@ fn sizes_that_cannot_be_are_refused_with_the_place() {
     let (_, found) = made(&Scene { job, bodies: vec![body(0.0, 1.0), body(1.0, 2.5), body(2.5, 3.5)] });
     let error = found.unwrap_err();
     assert_eq!(error.code(), "lines-no-sizes");
-    assert!(error.to_string().contains("along x of at least 1"), "{error}");
+    assert!(error.to_string().contains("cells of at least 1 along x"), "{error}");
     assert!(error.to_string().contains("between the ends at 0 and 1"), "{error}");
 }
