@@ -405,7 +405,7 @@ fn what_deciding_takes_is_held_against_the_memory_allowed() {
     };
     let error = meshed(std::slice::from_ref(&ball), &job(5), 0, &mut Engine::cpu()).expect_err("it takes more");
     assert_eq!(error.code(), "memory");
-    assert!(error.to_string().contains("take about"), "{error}");
+    assert!(error.to_string().contains("takes about"), "{error}");
     let (_, facts) = meshed(std::slice::from_ref(&ball), &job(60), 0, &mut Engine::cpu()).expect("a mesh");
     let taken = facts.peak_bytes.meshing;
     assert!((5_000_000..60_000_000).contains(&taken), "{taken} bytes");

@@ -353,7 +353,7 @@ fn an_input_without_an_end_is_given_up_at_the_limit_of_memory() {
     for command in [&["mesh", "/dev/zero", "--backend", "cpu"][..], &["estimate", "/dev/zero"]] {
         let error = fails(&[command, &["--max-memory", "100MB"]].concat(), 5);
         assert!(error.contains("error[memory]: /dev/zero"), "{error}");
-        assert!(error.contains("of 100.00 MB that are allowed") && error.contains("\nhint: "), "{error}");
+        assert!(error.contains("of the 100.00 MB that are allowed") && error.contains("\nhint: "), "{error}");
     }
     let error = fails(&["mesh", "--job", "/dev/zero"], 4);
     assert!(error.contains("error[job-syntax]: /dev/zero: more than 67108864 bytes"), "{error}");
