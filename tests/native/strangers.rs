@@ -356,7 +356,7 @@ fn an_input_without_an_end_is_given_up_at_the_limit_of_memory() {
         assert!(error.contains("of the 100.00 MB that are allowed") && error.contains("\nhint: "), "{error}");
     }
     let error = fails(&["mesh", "--job", "/dev/zero"], 4);
-    assert!(error.contains("error[job-syntax]: /dev/zero: more than 67108864 bytes"), "{error}");
+    assert!(error.contains("error[job-syntax]: /dev/zero has more than 67108864 bytes"), "{error}");
 
     // a pipe that would be small enough on disk
     let mut zeros = Command::new("head").args(["-c", "60000000", "/dev/zero"]).stdout(Stdio::piped()).spawn().unwrap();
