@@ -2,6 +2,7 @@
 //!
 //! Mesh, [`Slices`] -> [`Picture`] by [`slices()`]; mesh, [`View`] -> [`Picture`] by [`view()`]. Both draw from columns, so that no more cells
 //! are looked at than a picture has pixels, in the world's proportions whatever the lines. Colours are those of the page, by flag.
+//! [`lines_svg`] draws the lines alone, before there is a mesh.
 //!
 //! ```
 //! # use hexcast::{Control, GeometryJob, Job, Mesher, MesherOptions, Source, job::BackendChoice, pipeline::MeshOptions};
@@ -25,6 +26,7 @@
 //! ```
 
 mod canvas;
+mod lines;
 mod look;
 mod place;
 mod png;
@@ -33,6 +35,7 @@ mod slices;
 mod view;
 
 pub use canvas::Picture;
+pub use lines::lines_svg;
 pub use look::Look;
 pub use place::{Cut, Place};
 pub use slices::{Slices, slices};
