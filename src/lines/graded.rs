@@ -137,19 +137,15 @@ impl Axis<'_> {
     /// Refuses geometries that want cells smaller than the smallest.
     fn check_sizes(&self, fixed: &[Fixed]) -> Result<()> {
         let least = self.job.smallest(self.axis);
-        for (index, Body { name, sizing, .. }) in self.bodies.iter().enumerate() {
+        for (index, Body { name, .. }) in self.bodies.iter().enumerate() {
             let [low, high] = self.ends_of(fixed, index);
             let size = self.own_size(index, high - low);
             if high > low && size < least * (1.0 - 1e-9) {
-                let wish = match sizing.min_cells {
-                    Some(n) if sizing.max_size.is_none_or(|most| size < most) => format!("{n} cells or more"),
-                    _ => format!("cells of at most {size}"),
-                };
                 let axis = AXES[self.axis];
                 let message = format!(
-                    "geometry \"{name}\" wants {wish} along {axis}, from {low} to {high}: they are smaller than the smallest allowed, {least}"
+                    "geometry \"{name}\" wants cells of at most {size} along {axis}, from {low} to {high}: the smallest is {least}"
                 );
-                let hint = "allow smaller cells (graded.min_size, --min-size), or let the geometry have a larger max_size or fewer min_cells";
+                let hint = "allow smaller cells (min_size), or let it have a larger max_size or fewer min_cells";
                 return Err(Error::new("lines-no-sizes", message, hint));
             }
         }

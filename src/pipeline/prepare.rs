@@ -99,23 +99,13 @@ fn check_n_geometries(job: &Job, n: usize) -> Result<()> {
     Err(Error::new("too-many-geometries", message, hint))
 }
 
-/// A sentence about flags of the fluid that no cell can have.
+/// A sentence about a flag of the fluid that no cell can have.
 fn about_fluid(job: &Job, geometries: &[Geometry]) -> Option<String> {
     let LinksJob { fluid, .. } = job.links.as_ref()?;
     // closed gaps have a flag that may be chosen later
     let is_known = |flag: u8| flag == 0 || geometries.iter().any(|of| of.flag == flag) || job.close_gaps.is_some();
-    let unknown: Vec<String> = fluid.iter().filter(|&&flag| !is_known(flag)).map(u8::to_string).collect();
-    let mut known: Vec<u8> = geometries.iter().map(|of| of.flag).chain([0]).collect();
-    known.sort_unstable();
-    known.dedup();
-    let known: Vec<String> = known.iter().map(u8::to_string).collect();
-    (!unknown.is_empty()).then(|| {
-        format!(
-            "links begin in cells of the fluid, and no geometry has flag {}, which links.fluid (--fluid) names; flags in use: {}",
-            unknown.join(", "),
-            known.join(", ")
-        )
-    })
+    let unknown = fluid.iter().find(|&&flag| !is_known(flag))?;
+    Some(format!("no geometry has flag {unknown}, which links.fluid (--fluid) names: no link begins there"))
 }
 
 /// What generated lines go around.

@@ -227,7 +227,7 @@ fn flags_of_the_fluid_that_are_wrong_or_that_nothing_has_are_said() {
         assert!(error.contains(words), "{error}");
     }
     let warned = |fluid: &str| json(&[&mesh[..], &[fluid, "--json"]].concat())["warnings"].to_string();
-    let words = "no geometry has flag 5, 7, which links.fluid (--fluid) names; flags in use: 0, 1";
+    let words = "no geometry has flag 5, which links.fluid (--fluid) names: no link begins there";
     assert!(warned("5,0,7").contains(words), "{}", warned("5,0,7"));
     assert!(!warned("0,1").contains("no geometry has flag"));
     let closed = json(&[&mesh[..], &["2", "--json", "--close-gaps", "3"]].concat());
