@@ -3,9 +3,10 @@
 //!
 //!     cargo run --example for_solvers -- board.stl patch.stl
 
+use hexcast::files::read_file;
 use hexcast::job::{FractionsJob, GradedJob, LinksJob, Padding, PerAxis, Stencil};
 use hexcast::picture::lines_svg;
-use hexcast::pipeline::Prepared;
+use hexcast::pipeline::prepare;
 use hexcast::write::{self, Compress, Format, LinksFormat, Options};
 use hexcast::{Control, Error, GeometryJob, Job, Mesher, MesherOptions, Result};
 
@@ -23,8 +24,10 @@ pub(crate) fn graded(mesher: &mut Mesher, board: &str, patch: &str) -> Result<(V
     Ok((vtr, report.mesh.grading.map(|grading| grading.courant_length)))
 }
 
-/// Draws the lines of a job that is ready to be cast.
-pub(crate) fn drawn(prepared: &Prepared) -> Result<String> {
+/// Draws the lines of a job, before there is a mesh.
+pub(crate) fn drawn(board: &str) -> Result<String> {
+    let job = Job::new(vec![GeometryJob::new(board)]).with_cells(32);
+    let prepared = prepare(&job, vec![read_file(board, &Control::default())?])?;
     lines_svg(&prepared.lines, &prepared.geometries)
 }
 
@@ -71,6 +74,7 @@ fn main() -> Result<()> {
         return Err(Error::new("job-value", "the names of two STL files are needed", ""));
     };
     let mut mesher = Mesher::new(MesherOptions::default())?;
+    println!("{} bytes of lines as .svg", drawn(board)?.len());
     let (vtr, step) = graded(&mut mesher, board, patch)?;
     println!("graded lines: {} bytes of .vtr, c dt at most {step:?}", vtr.len());
     let (records, nearest) = links(&mut mesher, board)?;

@@ -106,6 +106,8 @@ fn what_solvers_ask_for_is_as_the_command_writes_it() {
     done(&[&["mesh", &sized[0], &sized[1], "-o", &path("a.vtr")], &lines[..]].concat());
     let (vtr, step) = for_solvers::graded(&mut mesher, &board, &patch).unwrap();
     assert!(vtr == folder.bytes("a.vtr") && step.is_some_and(|step| step > 0.0 && step < 0.5), "{step:?}");
+    done(&["estimate", &board, "--cells=32", "-o", &path("a.svg")]);
+    assert_eq!(for_solvers::drawn(&board).unwrap().into_bytes(), folder.bytes("a.svg"));
     let mesh = ["mesh", SPOT, "--cells=32"];
     done(&[&mesh[..], &["--padding-cells=2", "--stencil=D3Q27", "--links", &path("a.links")]].concat());
     let (records, nearest) = for_solvers::links(&mut mesher, SPOT).unwrap();
