@@ -1,6 +1,6 @@
 //! The domain: the box that is meshed, and the end points that its mesh lines should meet.
 //!
-//! Bounding boxes of the geometries, a job -> [`Domain`]. The box is the job's two points, or the box around all geometries
+//! Bounding boxes of the geometries, a job -> [`Domain`]. The box is the job's two points, or the box around all geometries,
 //! plus the job's padding by length. The end points X_i, Y_j, Z_k are the ends of the box and those ends of the geometries'
 //! boxes that lie inside it, ascending, each once. Source: the paper, section 2.2, Eq. 4-6.
 
@@ -32,7 +32,7 @@ impl Domain {
     pub fn new(job: &Job, boxes: &[BoundingBox]) -> Result<Domain> {
         let [low, high] = match (&job.lines, job.domain) {
             (Some(lines), _) => ends_of(lines),
-            (None, Some([x0, y0, z0, x1, y1, z1])) => [[x0, y0, z0], [x1, y1, z1]],
+            (None, Some([x0, y0, z0, x1, y1, z1])) => padded([[x0, y0, z0], [x1, y1, z1]], job.padding),
             (None, None) => padded(around(boxes)?, job.padding),
         };
         for axis in 0..3 {
@@ -130,6 +130,21 @@ mod tests {
         assert_eq!((domain.low, domain.high), ([-1.0, -0.5, -4.0], [10.0, 1.5, 3.0]));
         // along y both geometries have the same ends, each once
         assert_eq!(domain.end_points[..2], [vec![-1.0, 0.0, 1.0, 4.0, 9.0, 10.0], vec![-0.5, 0.0, 1.0, 1.5]]);
+    }
+
+    #[test]
+    fn padding_goes_around_a_given_box_too() {
+        let job = Job {
+            domain: Some([2.0, 0.0, -1.0, 3.0, 1.0, 0.0]),
+            padding: Some(Padding::Length(PerAxis::Each([1.5, 0.0, 0.25]))),
+            ..Job::default()
+        };
+        let domain = Domain::new(&job, &BOXES).unwrap();
+        assert_eq!((domain.low, domain.high), ([0.5, 0.0, -1.25], [4.5, 1.0, 0.25]));
+        assert_eq!(domain.end_points[0], [0.5, 1.0, 4.0, 4.5]);
+        // cells are added by the lines
+        let job = Job { padding: Some(Padding::Cells(PerAxis::All(2))), ..job };
+        assert_eq!(Domain::new(&job, &BOXES).unwrap().low, [2.0, 0.0, -1.0]);
     }
 
     #[test]

@@ -139,7 +139,7 @@ pub struct Job {
     /// Two corners of the box, x0 y0 z0 x1 y1 z1; otherwise the box around all geometries.
     #[serde(deserialize_with = "numbers::list", skip_serializing_if = "Option::is_none")]
     pub domain: Option<[f64; 6]>,
-    /// Space around the box of the geometries.
+    /// Space around the domain, or around the box of the geometries.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub padding: Option<Padding>,
     /// Cubic cells, so many along the longest axis.

@@ -3,6 +3,7 @@
 //! Mesh, [`Slices`] -> [`Picture`] by [`slices()`]; mesh, [`View`] -> [`Picture`] by [`view()`]. Both read columns, and
 //! no more cells than a picture has pixels. Proportions are those of the model, whatever the lines. Each flag has the colour
 //! that it has on the page.
+//! [`lines_svg`] draws the lines alone, before there is a mesh.
 //!
 //! ```
 //! # use hexcast::{Control, GeometryJob, Job, Mesher, MesherOptions, Source, job::BackendChoice, pipeline::MeshOptions};
@@ -26,6 +27,7 @@
 //! ```
 
 mod canvas;
+mod lines;
 mod look;
 mod place;
 mod png;
@@ -34,6 +36,7 @@ mod slices;
 mod view;
 
 pub use canvas::Picture;
+pub use lines::lines_svg;
 pub use look::Look;
 pub use place::{Cut, Place};
 pub use slices::{Slices, slices};

@@ -21,7 +21,7 @@ use crate::columns::Columns;
 use crate::control::Control;
 use crate::doubt::Doubt;
 use crate::error::{Error, Result};
-use crate::fingerprint::{flags_hash, flags_sum};
+use crate::fingerprint::flags_hash;
 use crate::frame::Frame;
 use crate::gaps::{self, Gaps, NAME};
 use crate::geometry::{Fill, Geometry};
@@ -53,6 +53,7 @@ mod prepare;
 mod snapped;
 mod staggered;
 mod warnings;
+mod window_report;
 
 use borders::Whole;
 use effective::effective;
@@ -65,6 +66,7 @@ use names::names;
 pub use options::{DEFAULT_MAX_BYTES, MeshOptions, SpillTarget};
 pub use prepare::{Prepared, part_step, prepare};
 use snapped::snapped;
+use window_report::window_report;
 
 /// Meshes a job: `sources[i]` is the file of `job.geometries[i]`. The caller makes the report from the facts, when all is done.
 ///
@@ -115,8 +117,8 @@ pub async fn mesh_if(
     }
     let volume_bounds = |lines| volume_bounds((&frame, &closed, &bound_sums), &prepared.geometries, lines);
     // of the whole box, where a part's report shall be merged with others
-    let bounds_of_whole = job.part.map(|_| volume_bounds(whole));
     let bounds = volume_bounds(&prepared.lines);
+    let volume_bounds = job.part.map(|_| volume_bounds(whole));
     let whole_rays = Rays::new(prepared.rays.axis, whole.dims());
     let cells = prepared.window.unwrap_or([[0; 3], whole.dims()]);
     let agrees = |position: usize| closed[position].nonzero;
@@ -162,7 +164,7 @@ pub async fn mesh_if(
     let uncut = Whole { frame: frame_of_whole, parts: parts_of_whole, flags: &flags, lines: whole, rule: job.rule };
     let is_merged = job.part.is_some() && prepared.halo == 0;
     let begins_rays = prepared.halo == 0 && cells[0][columns.rays.axis] == 0;
-    let runs_of_whole = match is_merged || begins_rays {
+    let runs = match is_merged || begins_rays {
         true => Some(uncut.runs(&columns, cells, (engine, &budget, control)).await?),
         false => None,
     };
@@ -226,8 +228,8 @@ pub async fn mesh_if(
     }
     // spilled columns would be read back for it
     let flags_hash = (!columns.is_spilled()).then(|| flags_hash(columns)).transpose()?;
-    let window = prepared.asked.map(|asked| window_report(asked, &prepared, columns)).transpose()?;
-    let (volume_bounds, runs) = (bounds_of_whole, runs_of_whole);
+    let window =
+        prepared.asked.map(|asked| window_report(asked, &prepared, (columns, staggered.as_ref()))).transpose()?;
     let window = window.map(|of| WindowReport { volume_bounds, runs, shells, without_cells, ..of });
     let backend = engine.backend();
     let (adapter, driver) = engine.adapter().map(|(name, driver)| (name.into(), driver.into())).unzip();
@@ -312,16 +314,6 @@ fn volume_bounds(
         }
     }
     bounds
-}
-
-/// Says which cells were meshed.
-fn window_report([first, end]: [[u32; 3]; 2], prepared: &Prepared, columns: &Columns) -> Result<WindowReport> {
-    let Prepared { whole, halo, .. } = prepared;
-    let has_sum = *halo == 0 && !columns.is_spilled();
-    let flags_sum = has_sum.then(|| flags_sum(columns, first, whole.dims())).transpose()?;
-    let (of, origin, halo, shells) = (whole.dims(), whole.origin(), *halo, Vec::new());
-    let (volume_bounds, runs, without_cells) = (None, None, None);
-    Ok(WindowReport { first, end, of, origin, halo, flags_sum, volume_bounds, runs, shells, without_cells })
 }
 
 /// Closes gaps in columns, if the job asks for it.

@@ -98,6 +98,25 @@ impl Points {
         Ok(codes)
     }
 
+    /// Number of points of each flag, of those before an end on each axis, exclusive.
+    ///
+    /// # Errors
+    /// Those of [`Points::flags`].
+    pub(crate) fn n_before(&self, end: [u32; 3]) -> Result<[u64; 256]> {
+        let mut n_per_flag = self.n_per_flag()?;
+        // what lies beyond is a plane or a few
+        let mut within = self.dims();
+        for axis in 0..3 {
+            for at in end[axis]..self.dims()[axis] {
+                let mut plane = within.map(|n| 0..n);
+                plane[axis] = at..at + 1;
+                self.flags(&plane)?.into_iter().for_each(|flag| n_per_flag[usize::from(flag)] -= 1);
+            }
+            within[axis] = within[axis].min(end[axis]);
+        }
+        Ok(n_per_flag)
+    }
+
     /// Number of points of each flag.
     ///
     /// # Errors

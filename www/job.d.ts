@@ -133,7 +133,7 @@ export interface Job {
   geometries: readonly GeometryJob[];
   /** Two corners of the box, x0 y0 z0 x1 y1 z1; by default the bounding box of all geometries. */
   domain?: readonly [number, number, number, number, number, number];
-  /** Space added around the bounding box of the geometries, in whole cells or as a length. */
+  /** Space added on both sides of each axis, to `domain` or to the bounding box of the geometries, in whole cells or as a length. */
   padding?: { readonly cells: number | Triple } | { readonly length: number | Triple };
   /** Number of cubic cells along the longest axis; the default is 128. At most one of these six is given. */
   cells?: number;
@@ -299,7 +299,7 @@ export interface Estimate {
   host: Record<string, number>;
   /** Upper limit of the bytes of GPU buffers, as expected. */
   device_bytes: number;
-  /** Bytes of the files. Exact for raw and npy, close for vti and hxc, up to several times too large for `_zlib`. `_bits`: one bit per cell. */
+  /** Bytes of the files. Exact for raw and npy, close for vti (vtr, where cells differ in size) and hxc, up to several times too large for `_zlib`. `_bits`: one bit per cell. */
   file_bytes: Record<'raw' | 'raw_bits' | 'npy' | 'npy_bits' | 'vti' | 'vti_zlib' | 'hxc' | 'hxc_zlib', number>;
   /** Expected seconds, from the largest mesh that this mesher has made; null before the first, and for a hundred times as much work. */
   seconds: number | null;

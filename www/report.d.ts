@@ -37,6 +37,10 @@ export interface WindowReport {
   volume_bounds: (number | null)[] | null;
   /** Runs of the whole box that begin in these cells; null unless these are a `part` without halo, or no ray is cut before them. */
   runs: number | null;
+  /**
+   * The points of a staggered grid as in `staggered`, but of those on its last line along an axis only where that is the last of the box; null unless asked for.
+   */
+  staggered: StaggeredReport | null;
   /** Geometries, by their index in `geometries`, with cells in two or more of their shells here, on the rays of the box that are looked at. */
   shells: { geometry: number; cells: number }[];
   /**

@@ -28,6 +28,11 @@ JOBS = [
         ["--domain", "-0.5,-0.5,-0.5,0.5,0.5,0.75", "--cell-size", "0.02,0.025,0.05", "--rule", "nonzero"],
         {"domain": np.array([-0.5, -0.5, -0.5, 0.5, 0.5, 0.75]), "cell_size": [0.02, 0.025, 0.05], "rule": "nonzero"},
     ),
+    (
+        "padded-domain",
+        ["--domain", "-0.5,-0.5,-0.5,0.5,0.5,0.75", "--cells", 30, "--padding-length", "0.1,0.2,0"],
+        {"domain": (-0.5, -0.5, -0.5, 0.5, 0.5, 0.75), "cells": 30, "padding": {"length": (0.1, 0.2, 0)}},
+    ),
     ("walls", ["--cells", 40, "--fill", "separating"], {"cells": np.int64(40), "fill": "separating"}),
     ("gaps", ["--cells", 40, "--close-gaps", 3], {"cells": 40, "close_gaps": 3}),
     ("window", ["--cells", 60, "--window", "3,4,5,30,28,16"], {"cells": 60, "window": (3, 4, 5, 30, 28, 16)}),

@@ -1,9 +1,10 @@
 //! Jobs made key by key: what is not set keeps its default. The keys are those of the job file.
 
 use super::{
-    AxisChoice, BackendChoice, BackgroundJob, ByteSize, Fill, FractionsJob, GeometryJob, HaloEdge, Job, LinksJob, Open,
-    Padding, PartJob, PerAxis, Rule, ZarrJob,
+    AxisChoice, BackendChoice, BackgroundJob, ByteSize, Fill, FractionsJob, GeometryJob, GradedJob, HaloEdge, Job,
+    LinesJob, LinksJob, Open, Padding, PartJob, PerAxis, Rule, ZarrJob,
 };
+use crate::geometry::Material;
 
 impl Job {
     /// A job of geometries, without settings.
@@ -21,7 +22,7 @@ impl Job {
         Job { domain: Some(domain), ..self }
     }
 
-    /// Puts space around the box of the geometries.
+    /// Puts space around the domain, or around the box of the geometries.
     pub fn with_padding(self, padding: Padding) -> Job {
         Job { padding: Some(padding), ..self }
     }
@@ -44,6 +45,16 @@ impl Job {
     /// Asks for the largest size per axis, at most this, that puts the ends of all bounding boxes on mesh lines.
     pub fn with_max_cell_size(self, max_cell_size: f64) -> Job {
         Job { max_cell_size: Some(max_cell_size), ..self }
+    }
+
+    /// Sets all lines of each axis, in place of sizes and domain.
+    pub fn with_lines(self, lines: LinesJob) -> Job {
+        Job { lines: Some(lines), ..self }
+    }
+
+    /// Generates lines: on every end of every geometry's box, close where geometries are small, far elsewhere.
+    pub fn with_graded(self, graded: GradedJob) -> Job {
+        Job { graded: Some(graded), ..self }
     }
 
     /// Says how far from a mesh line, in cells, `max_cell_size` lets an end lie.
@@ -216,6 +227,26 @@ impl GeometryJob {
     /// Moves it.
     pub fn with_translate(self, translate: [f64; 3]) -> GeometryJob {
         GeometryJob { translate: Some(translate), ..self }
+    }
+
+    /// Sets the largest size of a cell across it, where lines are generated.
+    pub fn with_max_size(self, max_size: f64) -> GeometryJob {
+        GeometryJob { max_size: Some(max_size), ..self }
+    }
+
+    /// Sets the fewest cells across it along every axis, where lines are generated.
+    pub fn with_min_cells(self, min_cells: u32) -> GeometryJob {
+        GeometryJob { min_cells: Some(min_cells), ..self }
+    }
+
+    /// Says whether it is metal, beside whose edges lines are generated.
+    pub fn with_metal(self, metal: bool) -> GeometryJob {
+        GeometryJob { metal, ..self }
+    }
+
+    /// Says what it is made of.
+    pub fn with_material(self, material: Material) -> GeometryJob {
+        GeometryJob { material, ..self }
     }
 }
 

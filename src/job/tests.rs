@@ -147,11 +147,6 @@ fn values_out_of_range_name_their_key() {
 fn contradictions_are_refused() {
     assert_eq!(error(|job| (job.cells, job.dims) = (Some(1), Some([1; 3]))).code(), "job-conflict");
     assert_eq!(error(|job| job.tolerance = Some(0.1)).code(), "job-conflict");
-    let padded = |job: &mut Job| {
-        job.domain = Some([0.0, 0.0, 0.0, 1.0, 1.0, 1.0]);
-        job.padding = Some(Padding::Cells(PerAxis::All(1)));
-    };
-    assert_eq!(error(padded).code(), "job-conflict");
     let empty_shell = |job: &mut Job| (job.geometries[0].shell, job.geometries[0].fill) = (true, Some(Fill::Centre));
     assert_eq!(error(empty_shell).code(), "job-conflict");
     let outside_of_a_shell = |job: &mut Job| (job.geometries[0].shell, job.geometries[0].invert) = (true, true);

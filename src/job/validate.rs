@@ -15,7 +15,7 @@ impl Job {
     /// - `job-empty`: no geometry.
     /// - `too-many-geometries`: more than [`crate::geometry::MAX_GEOMETRIES`].
     /// - `job-value`: a value out of range.
-    /// - `job-conflict`: more than one way to choose the cells, or padding of a given domain.
+    /// - `job-conflict`: more than one way to choose the cells.
     pub fn validate(&self) -> Result<()> {
         if self.geometries.is_empty() {
             return Err(Error::new("job-empty", "the job names no geometry", "give at least one geometry"));
@@ -242,10 +242,6 @@ impl Job {
                     let found = format!("{} to {} along {name}", short_number(low), short_number(high));
                     return Err(out_of_range("domain", found, "finite numbers, the first corner below the second"));
                 }
-            }
-            if self.padding.is_some() {
-                let message = "domain and padding are given together: padding goes around the geometries' own box";
-                return Err(Error::new("job-conflict", message, "give a larger domain, or leave it out"));
             }
         }
         if let Some(Padding::Length(lengths)) = self.padding {

@@ -74,6 +74,7 @@ struct Edge {
 impl Axis<'_> {
     fn lines(&self, sentences: &mut Vec<String>) -> Result<Vec<f64>> {
         let fixed = self.fixed(sentences);
+        self.check_sizes(&fixed)?;
         let mut edges = self.edges(&fixed, sentences);
         let growth = self.job.growth.unwrap_or(DEFAULT_GROWTH);
         loop {
@@ -118,14 +119,37 @@ impl Axis<'_> {
 
     /// The largest size of a cell at a place between fixed lines.
     fn largest(&self, fixed: &[Fixed], place: f64) -> f64 {
-        let own = |(index, body): (usize, &Body)| {
+        let own = |index: usize| {
             let [low, high] = self.ends_of(fixed, index);
-            let of_cells = body.sizing.min_cells.map(|n| (high - low) / f64::from(n));
-            let size = body.sizing.max_size.into_iter().chain(of_cells).fold(f64::INFINITY, f64::min);
-            (low <= place && place <= high).then_some(size)
+            (low <= place && place <= high).then(|| self.own_size(index, high - low))
         };
         let most = self.job.max_size.each()[self.axis];
-        self.bodies.iter().enumerate().filter_map(own).fold(most, f64::min)
+        (0..self.bodies.len()).filter_map(own).fold(most, f64::min)
+    }
+
+    /// The largest size of a cell that a geometry wants across a length.
+    fn own_size(&self, body: usize, length: f64) -> f64 {
+        let Sizing { max_size, min_cells, .. } = self.bodies[body].sizing;
+        let of_cells = min_cells.map(|n| length / f64::from(n));
+        max_size.into_iter().chain(of_cells).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Refuses geometries that want cells smaller than the smallest.
+    fn check_sizes(&self, fixed: &[Fixed]) -> Result<()> {
+        let least = self.job.smallest(self.axis);
+        for (index, Body { name, .. }) in self.bodies.iter().enumerate() {
+            let [low, high] = self.ends_of(fixed, index);
+            let size = self.own_size(index, high - low);
+            if high > low && size < least * (1.0 - 1e-9) {
+                let axis = AXES[self.axis];
+                let message = format!(
+                    "geometry \"{name}\" wants cells of at most {size} along {axis}, from {low} to {high}: the smallest is {least}"
+                );
+                let hint = "allow smaller cells (min_size), or let it have a larger max_size or fewer min_cells";
+                return Err(Error::new("lines-no-sizes", message, hint));
+            }
+        }
+        Ok(())
     }
 
     /// Where the lines of a geometry's ends are; those beyond the domain are its ends.

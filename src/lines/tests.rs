@@ -44,8 +44,12 @@ fn dims_give_exactly_that_grid() {
 #[test]
 fn padding_by_cells_keeps_the_lines() {
     let job = Job { padding: Some(Padding::Cells(PerAxis::Each([1, 0, 2]))), ..cells(4) };
-    let lines = chosen(job, [0.0; 3], [2.0, 2.0, 1.0]);
+    let lines = chosen(job.clone(), [0.0; 3], [2.0, 2.0, 1.0]);
     assert_eq!((lines.dims(), lines.origin()), ([6, 4, 6], [-0.5, 0.0, -1.0]));
+    // also those of a given box
+    let job = Job { domain: Some([-1.0, 0.0, 0.0, 1.0, 1.0, 0.5]), ..job };
+    let lines = chosen(job, [0.0; 3], [2.0, 2.0, 1.0]);
+    assert_eq!((lines.dims(), lines.origin()), ([6, 2, 5], [-1.5, 0.0, -1.0]));
 }
 
 #[test]

@@ -16,7 +16,8 @@ use crate::error::Result;
 use crate::fingerprint::hash_of_sums;
 use crate::lines::Grading;
 use crate::rays::Rays;
-use crate::report::{DoubtReport, MAX_BOXES, OpenReport, flag_reports};
+use crate::report::{DoubtReport, MAX_BOXES, OpenReport, PointsReport, StaggeredReport, flag_reports};
+use crate::staggered::COMPONENTS;
 
 mod certificate;
 mod part;
@@ -68,6 +69,7 @@ pub fn merge(reports: &[Value]) -> Result<Value> {
         merged["filled"][index]["added_cells"] = json!(sum(&parts, |report| &report["filled"][index]["added_cells"]));
     }
     merge_measured(&mut merged, &parts);
+    merged["staggered"] = json!(merged_staggered(&parts, whole.dims()));
     let mut geometries = first.geometries.clone();
     let bounds = first.window.volume_bounds.clone().unwrap_or_else(|| vec![None; geometries.len()]);
     geometries.iter_mut().zip(bounds).for_each(|(geometry, bound)| geometry.volume_bound = bound);
@@ -224,10 +226,23 @@ fn merged_doubtful(parts: &[Part], dims: [u32; 3]) -> Result<DoubtReport> {
     Ok(DoubtReport { cells: n_cells, are_all: report.cells_in_boxes == n_cells, ..report })
 }
 
-/// Adds up what was measured at surfaces. Volumes and areas are sums of the windows' own; points of a staggered grid belong to several
-/// windows, and are not known of the whole.
+/// Adds up the points of a staggered grid, each of which one window counts.
+fn merged_staggered(parts: &[Part], dims: [u32; 3]) -> Option<StaggeredReport> {
+    let all: Option<Vec<&StaggeredReport>> = parts.iter().map(|part| part.window.staggered.as_ref()).collect();
+    let (all, mut merged) = (all?, parts[0].window.staggered.clone()?);
+    merged.sheet_faces = all.iter().map(|of| of.sheet_faces).sum();
+    for (component, (name, is_on_line)) in merged.components.iter_mut().zip(COMPONENTS) {
+        let own = all.iter().flat_map(|of| &of.components).filter(|of| of.name == name);
+        let mut points = BTreeMap::new();
+        own.flat_map(|of| &of.flags).for_each(|of| *points.entry(of.flag).or_insert(0) += of.points);
+        component.dims = [0, 1, 2].map(|axis| dims[axis] + u32::from(is_on_line[axis]));
+        component.flags = points.into_iter().map(|(flag, points)| PointsReport { flag, points }).collect();
+    }
+    Some(merged)
+}
+
+/// Adds up what was measured at surfaces. Volumes and areas are sums of the windows' own.
 fn merge_measured(merged: &mut Value, parts: &[Part]) {
-    merged["staggered"] = Value::Null;
     if !merged["links"].is_null() {
         for key in ["links", "cells", "through_walls", "without_facet"] {
             merged["links"][key] = json!(sum(parts, |report| &report["links"][key]));

@@ -4,7 +4,7 @@ use crate::domain::{BoundingBox, Domain};
 use crate::error::{Error, Result};
 use crate::frame::check_limits;
 use crate::geometry::Geometry;
-use crate::job::{AxisChoice, HaloEdge, Job, PartJob, ZarrJob};
+use crate::job::{AxisChoice, HaloEdge, Job, LinksJob, PartJob, ZarrJob};
 use crate::lines::{Body, Lines, check_n_cells, graded, lines};
 use crate::parts::parts;
 use crate::rays::Rays;
@@ -26,7 +26,7 @@ pub struct Prepared {
     pub domain: Domain,
     /// The mesh lines of the whole box.
     pub whole: Lines,
-    /// Sentences about ends of geometries that have no line of their own, and about files in other units.
+    /// Sentences about ends of geometries that have no line of their own, files in other units, and flags that nothing has.
     pub notices: Vec<String>,
     /// Those that are meshed, as cells of the whole box: the first, and the end, exclusive; None for all. With the halo, as far as that
     /// is within the box.
@@ -64,6 +64,7 @@ pub fn prepare(job: &Job, sources: Vec<Source>) -> Result<Prepared> {
         _ => (lines(job, &domain)?, Vec::new()),
     };
     notices.extend(unlike);
+    notices.extend(about_fluid(job, &geometries));
     check_limits(&geometries, &whole)?;
     let asked = match job.part {
         Some(part) => {
@@ -96,6 +97,15 @@ fn check_n_geometries(job: &Job, n: usize) -> Result<()> {
     let message = format!("there are {n} geometries: links and fractions work with at most {MAX_NUMBERED}");
     let hint = "join geometries of the same substance in one file, or leave links and fractions out";
     Err(Error::new("too-many-geometries", message, hint))
+}
+
+/// A sentence about a flag of the fluid that no cell can have.
+fn about_fluid(job: &Job, geometries: &[Geometry]) -> Option<String> {
+    let LinksJob { fluid, .. } = job.links.as_ref()?;
+    // closed gaps have a flag that may be chosen later
+    let is_known = |flag: u8| flag == 0 || geometries.iter().any(|of| of.flag == flag) || job.close_gaps.is_some();
+    let unknown = fluid.iter().find(|&&flag| !is_known(flag))?;
+    Some(format!("no geometry has flag {unknown}, which links.fluid (--fluid) names: no link begins there"))
 }
 
 /// What generated lines go around.

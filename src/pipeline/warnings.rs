@@ -136,6 +136,11 @@ pub(super) fn geometries_without_cells(
             // with as many digits as files hold
             let [thick, size] = [thick, size].map(|length| length as f32);
             Some(format!("it is {thick:?} thick along {name}, a cell is {size:?}; use smaller cells, {KEEP}"))
+        } else if let Some(axis) = (0..3).find(|&axis| bounding_box[0][axis] == bounding_box[1][axis]) {
+            let name = AXES[axis];
+            Some(format!(
+                "it lies in a plane across {name}, with no inside; take its faces of a staggered grid (staggered), {KEEP}"
+            ))
         } else if ends.is_none() {
             Some(format!("its surface is not closed and encloses no centre of a cell; close it, {KEEP}"))
         } else if is_far(bounding_box, prepared) {

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::StaggeredReport;
+
 /// Which cells of a box were meshed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -24,6 +26,9 @@ pub struct WindowReport {
     pub volume_bounds: Option<Vec<Option<f64>>>,
     /// Runs of the whole box that begin in these cells; null unless these are a part without halo, or no ray is cut before them.
     pub runs: Option<u64>,
+    /// The points of a staggered grid as in `staggered`, but of those on its last line along an axis only where that is the last of the box: so each point
+    /// is counted in one part; null unless asked for.
+    pub staggered: Option<StaggeredReport>,
     /// Geometries with cells in two or more of their shells here, on the rays of the box that are looked at; empty for the rule `nonzero`.
     pub shells: Vec<ShellsReport>,
     /// Geometries that have no cell here; null unless these cells are a part without halo. A geometry that all parts list has none in the box.

@@ -109,6 +109,23 @@ test('a field that holds what it must not is a sentence, and nothing is meshed u
   await page.waitForSelector('#run:enabled');
 });
 
+test("a box of one's own may have padding, too", async ({ visit }) => {
+  const page = await visit('#cell_size=0.5&padding=1');
+  await take(page, 'cubes', 2);
+  const says = (dims) =>
+    page.waitForFunction((dims) => document.querySelector('#estimate-cells')?.textContent?.endsWith(`(${dims})`), dims);
+  await says('42 × 22 × 22');
+  await page.click('#settings > details > summary');
+  // the box that it begins with has the padding of before
+  await page.check('#domain-given');
+  assert.equal(await page.inputValue('#padding'), '0');
+  await says('42 × 22 × 22');
+  await page.fill('#padding', '1 2 3');
+  await says('44 × 26 × 28');
+  await page.click('#copy-command');
+  assert.match(await page.inputValue('#copied-text'), / --domain=\S+ --padding-cells=1,2,3 --cell-size=0.5/);
+});
+
 /** Before the page's scripts: a disk with room for 10 GB, and a machine with enough memory. */
 function smallDisk() {
   navigator.storage.estimate = async () => ({ quota: 11e9, usage: 1e9 });

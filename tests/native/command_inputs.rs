@@ -214,3 +214,22 @@ fn a_box_and_every_nth_cell_of_a_mesh_are_converted() {
     let (code, said) = failed(&["convert", &hxc, &cut, "--box", "0,0,0,1,1,999"]);
     assert!(code == Some(4) && said.contains("the box has cells 0 to 999 along z"), "{said}");
 }
+
+#[test]
+fn flags_of_the_fluid_that_are_wrong_or_that_nothing_has_are_said() {
+    let folder = Folder::new();
+    let links = folder.path("a.links");
+    let mesh = ["mesh", SPOT, "--cells", "12", "--backend", "cpu", "--links", &links, "--fluid"];
+    for (fluid, words) in
+        [("300", "\"300\" is too large: a whole number from 0 to 255 is needed"), ("", "is not a number")]
+    {
+        let (_, error) = failed(&[&mesh[..], &[fluid]].concat());
+        assert!(error.contains(words), "{error}");
+    }
+    let warned = |fluid: &str| json(&[&mesh[..], &[fluid, "--json"]].concat())["warnings"].to_string();
+    let words = "no geometry has flag 5, which links.fluid (--fluid) names: no link begins there";
+    assert!(warned("5,0,7").contains(words), "{}", warned("5,0,7"));
+    assert!(!warned("0,1").contains("no geometry has flag"));
+    let closed = json(&[&mesh[..], &["2", "--json", "--close-gaps", "3"]].concat());
+    assert!(!closed["warnings"].to_string().contains("no geometry has flag"));
+}

@@ -4,7 +4,7 @@ use hexcast::Mesher;
 use hexcast::control::Control;
 use hexcast::job::{GeometryJob, Job};
 
-use super::cli::{Folder, SPOT, done};
+use super::cli::{Folder, SPOT, done, json};
 
 macro_rules! example {
     ($name:ident, $file:literal) => {
@@ -14,6 +14,7 @@ macro_rules! example {
     };
 }
 
+example!(for_solvers, "../../examples/for_solvers.rs");
 example!(facets_to_query, "../../examples/facets_to_query.rs");
 example!(many_meshes, "../../examples/many_meshes.rs");
 example!(progress_and_cancel, "../../examples/progress_and_cancel.rs");
@@ -81,4 +82,58 @@ fn a_cancel_ends_a_mesh_before_all_rays_are_done() {
     assert!(
         told.is_sorted_by_key(|progress| progress.rays_done) && told.last().is_some_and(|p| p.rays_done == p.n_rays)
     );
+}
+
+#[test]
+fn what_solvers_ask_for_is_as_the_command_writes_it() {
+    let folder = Folder::new();
+    let path = |name: &str| folder.path(name);
+    let mut mesher = Mesher::new(hexcast::MesherOptions::default()).unwrap();
+    for (name, [low, high]) in
+        [("board.stl", [[0.0, 0.0, 0.0], [30.0, 20.0, 1.5]]), ("patch.stl", [[5.0, 4.0, 1.5], [20.0, 11.0, 1.75]])]
+    {
+        let facets = super::models::cuboid(low, high);
+        let corners =
+            facets.iter().map(|facet| facet.as_flattened().iter().flat_map(|c| c.to_le_bytes()).collect::<Vec<u8>>());
+        let facets = corners.flat_map(|corners| [&[0; 12][..], &corners, &[0; 2]].concat());
+        let stl: Vec<u8> = [0; 80].into_iter().chain(12u32.to_le_bytes()).chain(facets).collect();
+        std::fs::write(path(name), stl).unwrap();
+    }
+    let (board, patch) = (path("board.stl"), path("patch.stl"));
+    let sized = [format!("{board}:min_cells=4"), format!("{patch}:metal=true,max_size=0.5")];
+    let lines =
+        ["--graded=2", "--min-size=0.02", "--absorbing=8", "--padding-length=20", "--unit=mm", "--compress=none"];
+    done(&[&["mesh", &sized[0], &sized[1], "-o", &path("a.vtr")], &lines[..]].concat());
+    let (vtr, step) = for_solvers::graded(&mut mesher, &board, &patch).unwrap();
+    assert!(vtr == folder.bytes("a.vtr") && step.is_some_and(|step| step > 0.0 && step < 0.5), "{step:?}");
+    done(&["estimate", &board, "--cells=32", "-o", &path("a.svg")]);
+    assert_eq!(for_solvers::drawn(&board).unwrap().into_bytes(), folder.bytes("a.svg"));
+    let mesh = ["mesh", SPOT, "--cells=32"];
+    done(&[&mesh[..], &["--padding-cells=2", "--stencil=D3Q27", "--links", &path("a.links")]].concat());
+    let (records, nearest) = for_solvers::links(&mut mesher, SPOT).unwrap();
+    assert!(records == folder.bytes("a.links") && nearest > 0.0 && nearest < 0.1, "{nearest}");
+    let fractions = ["--fraction-rays=8", "--fraction-surfaces", "--fractions", &path("f.npz")];
+    let report = json(&[&mesh[..], &fractions, &["--staggered", &path("y.npz"), "--json"]].concat());
+    let (npz, volume) = for_solvers::fractions(&mut mesher, SPOT).unwrap();
+    assert!(npz == folder.bytes("f.npz"));
+    assert_eq!(report["fractions"]["volumes"][1], serde_json::json!({ "flag": 1, "volume": volume }));
+    let (npz, inside) = for_solvers::staggered(&mut mesher, SPOT).unwrap();
+    assert!(npz == folder.bytes("y.npz"));
+    assert_eq!(report["staggered"]["components"][0]["flags"][1], serde_json::json!({ "flag": 1, "points": inside }));
+}
+
+/// The Rust of the documentation is that of the example.
+#[test]
+fn documents_quote_the_example() {
+    let tight = |text: &str| text.split_whitespace().collect::<String>();
+    let read = |name: &str| std::fs::read_to_string(format!("{}/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap();
+    let example = tight(&read("examples/for_solvers.rs"));
+    for page in ["lines", "links", "fractions", "staggered"] {
+        let text = read(&format!("docs/{page}.md"));
+        let quoted: Vec<&str> = text.split("```rust\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();
+        assert!(!quoted.is_empty(), "{page} has no example in Rust");
+        for code in quoted {
+            assert!(example.contains(&tight(code)), "{page}: {code}");
+        }
+    }
 }

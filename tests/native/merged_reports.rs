@@ -136,3 +136,29 @@ fn reports_that_are_not_of_all_parts_of_one_mesh_are_refused() {
     done(&["merge", &two, &one, "-o", &merged]);
     assert_eq!(folder.json("merged.json")["flags_hash"], folder.json("whole")["flags_hash"]);
 }
+
+#[test]
+fn points_of_a_staggered_grid_are_those_of_the_whole_together() {
+    let folder = Folder::new();
+    let npz = folder.path("points.npz");
+    // a surface without inside, which is faces alone, on borders of parts, too
+    let shell = format!("{SPOT}:scale=0.7,fill=separating,shell=true,priority=1");
+    let mut n_faces = 0;
+    for (of, n, more) in
+        [("2x3x2", 12, "--axis=x"), ("4", 4, "--axis=y"), ("3x1x1", 3, "--padding-cells=2"), ("1", 1, "--axis=z")]
+    {
+        let mesh = ["mesh", SPOT, &shell, "--cells", "20", "--backend", "cpu", "--json", "--staggered", &npz, more];
+        let expected = json(&mesh);
+        n_faces += expected["staggered"]["sheet_faces"].as_u64().unwrap();
+        let reports: Vec<Value> =
+            (1..=n).map(|k| json(&[&mesh[..], &["--part", &format!("{k}/{of}")]].concat())).collect();
+        let shared = |key: &str| reports.iter().map(|report| report["staggered"][key].as_u64().unwrap()).sum::<u64>();
+        assert!(n == 1 || shared("sheet_faces") > expected["staggered"]["sheet_faces"].as_u64().unwrap());
+        let names: Vec<String> = (1..=n).map(|k| folder.path(&format!("{k}.json"))).collect();
+        names.iter().zip(&reports).for_each(|(name, report)| std::fs::write(name, report.to_string()).unwrap());
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let merged = json(&[&["merge"], &names[..]].concat());
+        assert_eq!(merged["staggered"], expected["staggered"], "{of}");
+    }
+    assert!(n_faces > 500, "{n_faces}");
+}

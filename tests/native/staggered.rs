@@ -21,8 +21,8 @@ fn staggered(bodies: &[Facets], job: &Job, axis: usize, engine: &mut Engine) -> 
     assert_eq!(report.sheet_faces, staggered.sheets.len() as u64);
     assert_eq!(report.components.len(), staggered.points.len());
     for (component, points) in report.components.iter().zip(&staggered.points) {
-        let flags = all(&staggered, component.name);
-        assert_eq!((component.name, component.dims), (points.name, points.dims()));
+        let flags = all(&staggered, &component.name);
+        assert_eq!((&component.name[..], component.dims), (points.name, points.dims()));
         for of in &component.flags {
             let n = flags.iter().filter(|flag| **flag == of.flag).count() as u64;
             assert_eq!(of.points, n, "{} of flag {}", component.name, of.flag);

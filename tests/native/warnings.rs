@@ -169,6 +169,11 @@ fn a_geometry_without_cells_says_whether_it_is_flat_or_open_or_misses_all_centre
     let sheet = "geometry \"box 1\" (flag 2) got no cell: its surface is not closed and encloses no centre of a cell; close it, or keep it \
                  with fill = \"separating\" or \"conservative\"";
     assert!(found.len() == 2 && found[0].contains("is not closed: open edges 4") && found[1] == sheet, "{found:?}");
+    let level =
+        vec![[[1.0, 1.0, 3.0], [7.0, 1.0, 3.0], [7.0, 7.0, 3.0]], [[1.0, 1.0, 3.0], [7.0, 7.0, 3.0], [1.0, 7.0, 3.0]]];
+    let found = only(level);
+    let in_plane = "got no cell: it lies in a plane across z, with no inside; take its faces of a staggered grid (staggered), or keep it";
+    assert!(found.len() == 2 && found[1].contains(in_plane), "{found:?}");
     // a slanted plate between the diagonals of centres
     let plate = models::tetrahedron([[1.0, 1.0, 1.1], [5.0, 1.0, 5.1], [1.0, 5.0, 1.1], [5.0, 5.0, 5.15]]);
     let found = only(plate);

@@ -228,6 +228,27 @@ function checkArrays(job, measured, files) {
   }
 }
 
+test('the JavaScript of the documentation runs as it is written', () => {
+  const results = { lines: 'vtr', links: 'records', fractions: 'image', staggered: 'npz' };
+  for (const [page, result] of Object.entries(results)) {
+    const text = readFileSync(path.join(ROOT, `docs/${page}.md`), 'utf8');
+    const blocks = [...text.matchAll(/```js\n(.*?)```/gs)].map(([, block]) => block);
+    assert.equal(blocks.length, 1, page);
+    const code = `
+      import { readFileSync } from 'node:fs';
+      import { createMesher } from 'hexcast';
+      const mesher = await createMesher({ backend: 'cpu' });
+      const [board, patch, source] = process.argv.slice(2).map((name) => readFileSync(name));
+      ${blocks[0]}
+      console.log('bytes', ${result}.size, mesh.report.cells);
+      mesher.dispose();
+    `;
+    const printed = project.run(`${page}.js`, code, path.join(folder, 'board.stl'), path.join(folder, 'patch.stl'), SPOT);
+    const [, bytes, cells] = /^bytes (\d+) (\d+)$/m.exec(printed).map(Number);
+    assert.ok(bytes > 1000 && cells > 10_000, printed);
+  }
+});
+
 test('.vti refuses cells that differ in size, and says what holds them', () => {
   const code = `
     import { readFileSync } from 'node:fs';

@@ -33,9 +33,11 @@ export function currentJob() {
   const job = { geometries: state.geometries.map(geometryJob) };
   // listed lines are the domain
   if (settings.sizing === 'lines') job.lines = listed(settings.lines);
-  else if (settings.domain) job.domain = settings.domain;
-  else if (hasPadding(settings.padding))
-    job.padding = settings.padding_by === 'cells' ? { cells: settings.padding } : { length: settings.padding };
+  else {
+    if (settings.domain) job.domain = settings.domain;
+    if (hasPadding(settings.padding))
+      job.padding = settings.padding_by === 'cells' ? { cells: settings.padding } : { length: settings.padding };
+  }
   Object.assign(job, sizing(settings));
   if (settings.rule !== 'parity') job.rule = settings.rule;
   if (settings.open !== 'winding') job.open = settings.open;

@@ -26,7 +26,8 @@ export function startSettings() {
   for (const id of DIMS) onInput(id, 'input', readDims);
   for (const id of DOMAIN) onInput(id, 'input', readDomain);
   onInput('domain-given', 'change', ({ checked }) => {
-    set({ domain: checked ? domainOf(state.estimate?.result) : null });
+    // the box of the estimate has its padding
+    set(checked ? { domain: domainOf(state.estimate?.result), padding: 0 } : { domain: null });
   });
   onInput('padding', 'input', readPadding);
   byId('padding-by').addEventListener('change', readPadding);
@@ -129,7 +130,6 @@ function show() {
   showMeasured();
   inputOf('domain-given').checked = settings.domain !== null;
   byId('domain-fields').hidden = settings.domain === null;
-  byId('padding-fields').hidden = settings.domain !== null;
   DOMAIN.forEach((id, at) => {
     inputOf(id).required = settings.domain !== null;
     put(id, settings.domain?.[at] ?? '');

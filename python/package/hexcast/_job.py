@@ -21,7 +21,6 @@ JobLike = Union[Geometry, Sequence[Geometry], Mapping[str, Any]]
 #: Options of which one takes the place of all others.
 EXCLUSIVE = (
     ("cells", "dims", "cell_size", "max_cell_size", "tolerance", "lines", "graded"),
-    ("domain", "padding"),
     ("window", "part"),
 )
 #: Most cells where nobody says, as in the command: more are a typing error in a size more often than a wish.
@@ -39,6 +38,9 @@ def job_of(what: JobLike, options: Mapping[str, Any]) -> tuple[str, list[Optiona
         # a tolerance alone changes that of the job
         if any(key in given and key != "tolerance" for key in group):
             job = {key: value for key, value in job.items() if key not in group}
+    if "domain" in given:
+        # padding belongs to the box that is overridden
+        job = {key: value for key, value in job.items() if key != "padding"}
     job.update(given)
     job = {"max_cells": DEFAULT_MAX_CELLS, "max_memory": default_max_memory(), **job}
     entries = [entry_of(entry, number) for number, entry in enumerate(job["geometries"], 1)]

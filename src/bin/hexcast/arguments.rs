@@ -63,7 +63,7 @@ pub(crate) struct JobArguments {
     /// Most cells, such as 2e12; a mesh of more is refused before it starts [default: 1e12]
     #[arg(long, value_name = "N", value_parser = at_least_one::<u64>, help_heading = "Cells and domain")]
     max_cells: Option<u64>,
-    /// Two corners of the box [default: the box around all geometries]
+    /// Two corners of the box [default: the box around all geometries]; padding comes on top
     #[arg(long, value_name = "X0,Y0,Z0,X1,Y1,Z1", value_parser = list::<f64, 6>, allow_hyphen_values = true,
           help_heading = "Cells and domain")]
     domain: Option<[f64; 6]>,
@@ -86,12 +86,12 @@ pub(crate) struct JobArguments {
     /// [default: 4 MiB to 64 MiB, by the size of the mesh]
     #[arg(long, value_name = "NX,NY,NZ|SIZE", value_parser = shards, help_heading = "Output")]
     zarr_shards: Option<Shards>,
-    /// Cells added on both sides of each axis
-    #[arg(long, value_name = "N|NX,NY,NZ", group = "padding", conflicts_with = "domain", value_parser = per_axis::<u32>,
+    /// Cells added on both sides of each axis, also to --domain
+    #[arg(long, value_name = "N|NX,NY,NZ", group = "padding", value_parser = per_axis::<u32>,
           help_heading = "Cells and domain")]
     padding_cells: Option<PerAxis<u32>>,
-    /// Length added on both sides of each axis
-    #[arg(long, value_name = "L|LX,LY,LZ", group = "padding", conflicts_with = "domain", value_parser = per_axis::<f64>,
+    /// Length added on both sides of each axis, also to --domain
+    #[arg(long, value_name = "L|LX,LY,LZ", group = "padding", value_parser = per_axis::<f64>,
           help_heading = "Cells and domain")]
     padding_length: Option<PerAxis<f64>>,
 
@@ -296,11 +296,11 @@ impl JobArguments {
     fn override_domain(&self, job: &mut Job) {
         let cells = self.padding_cells.map(Padding::Cells);
         let padding = cells.or(self.padding_length.map(Padding::Length));
+        // padding belongs to the box that was overridden
         if self.domain.is_some() {
             (job.domain, job.padding) = (self.domain, None);
-        } else if padding.is_some() {
-            (job.domain, job.padding) = (None, padding);
         }
+        job.padding = padding.or(job.padding);
     }
 }
 

@@ -1,30 +1,39 @@
-//! `hexcast estimate`: what a mesh would cost, without making it.
+//! `hexcast estimate`: what a mesh would cost, and its lines, without making it.
+
+use std::path::{Path, PathBuf};
 
 use hexcast::Result;
 use hexcast::control::CancelToken;
 use hexcast::estimate::{Allowed, Device, Estimate, MemoryBudget};
 use hexcast::gpu::adapter;
 use hexcast::job::{BackendChoice, Job};
+use hexcast::picture::lines_svg;
 use hexcast::pipeline::prepare;
 use indicatif::{BinaryBytes, HumanCount};
 
 use super::arguments::JobArguments;
 use super::memory;
+use super::output_file::PendingFile;
 use super::progress::Progress;
 use super::reading::read_job_files;
 use super::summary::{Table, sizes, three};
+use super::{standard, terminal};
 
 const EXAMPLES: &str = "\
 Examples:
     hexcast estimate part.stl --cells 4096
-    hexcast estimate --job antenna.toml --max-cell-size 0.1 --json";
+    hexcast estimate --job antenna.toml --max-cell-size 0.1 --json
+    hexcast estimate board.stl patch.stl:metal=true --graded 2 -o lines.svg";
 
-/// Show what a mesh would cost in cells, memory and bytes on disk, without making it
+/// Show what a mesh would cost in cells, memory and bytes on disk, and draw its lines, without making it
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     #[command(flatten)]
     job: JobArguments,
+    /// Draw the lines of each axis with the boxes of all geometries, .svg
+    #[arg(short, long, value_name = "LINES.svg", value_parser = picture)]
+    output: Option<PathBuf>,
     /// Print the estimate as JSON
     #[arg(long)]
     json: bool,
@@ -35,6 +44,12 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     arguments.job.set_threads()?;
     let sources = read_job_files(&job, token, Progress::new(false))?;
     let prepared = prepare(&job, sources)?;
+    if let Some(path) = &arguments.output {
+        let drawn = lines_svg(&prepared.lines, &prepared.geometries)?;
+        let (_, mut file) = PendingFile::open(path)?;
+        file.put(drawn)?;
+        file.persist()?;
+    }
     let estimate = Estimate::new(&prepared.geometries, &prepared.lines, &prepared.rays);
     let estimate = estimate.with_unit(prepared.unit.as_deref());
     let device = device(&job, arguments.job.adapter.as_deref())?;
@@ -44,7 +59,8 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
         let mut json = serde_json::to_value(&estimate).unwrap_or_default();
         json["program_bytes"] = program_bytes.into();
         json["device_shares_memory"] = (device == Device::Shared).into();
-        return super::terminal::print_exact(&format!("{json:#}\n"));
+        json["warnings"] = prepared.notices.into();
+        return terminal::print_exact(&format!("{json:#}\n"));
     }
     let max_bytes = job.max_memory.map_or(u64::MAX, |size| size.0);
     let max_device_bytes = arguments.job.max_device_memory.map_or(u64::MAX, |size| size.0);
@@ -63,7 +79,17 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
         table.line("memory", "buffers of this GPU are in the same memory, and bands are as small as it demands");
     }
     table.line("memory", format!("{} allowed: {verdict}", BinaryBytes(max_bytes)));
-    super::terminal::print(&files(table, &estimate))
+    terminal::print(&files(table, &estimate))?;
+    let warn = |notice: &String| terminal::complain(&terminal::one_line(&format!("warning: {notice}")));
+    prepared.notices.iter().for_each(warn);
+    Ok(())
+}
+
+/// The name of a drawing.
+fn picture(text: &str) -> std::result::Result<PathBuf, String> {
+    let path = Path::new(text);
+    let is_svg = text == standard::NAME || path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("svg"));
+    if is_svg { Ok(path.into()) } else { Err("lines are drawn as .svg".into()) }
 }
 
 /// The device that would mesh.
@@ -103,7 +129,9 @@ fn files(mut table: Table, estimate: &Estimate) -> String {
     table.line("files", format!(".raw {}, with --bits {}", BinaryBytes(files.raw), BinaryBytes(files.raw_bits)));
     table.line("files", format!(".npy {}, with --bits {}", BinaryBytes(files.npy), BinaryBytes(files.npy_bits)));
     let (vti, plain) = (BinaryBytes(files.vti_zlib), BinaryBytes(files.vti));
-    table.line("files", format!(".vti about {vti}, with --compress=none {plain}"));
+    // of cells that differ in size no .vti is written
+    let image = if estimate.grading.is_some() { ".vtr" } else { ".vti" };
+    table.line("files", format!("{image} about {vti}, with --compress=none {plain}"));
     let (hxc, plain) = (BinaryBytes(files.hxc_zlib), BinaryBytes(files.hxc));
     table.line("files", format!(".hxc about {hxc}, with --compress=none about {plain}"));
     table.finish()

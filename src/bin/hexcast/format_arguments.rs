@@ -10,6 +10,7 @@ use hexcast::{Error, Result};
 use serde::Deserialize;
 
 use super::arguments::choice;
+use super::numbers::number;
 use super::standard::is_standard;
 
 /// How files are written.
@@ -36,7 +37,7 @@ pub(crate) struct FormatArguments {
     #[arg(long, value_name = "FLAG=BYTE,...", value_parser = map)]
     map: Option<Map>,
     /// Flags whose cells are exported for a solver; 0 is allowed [default: all but 0]
-    #[arg(long, value_name = "FLAG,...", value_delimiter = ',')]
+    #[arg(long, value_name = "FLAG,...", value_delimiter = ',', value_parser = number::<u8>)]
     export_flags: Option<Vec<u8>>,
     /// Export text instead of binary numbers: OpenFOAM, .msh
     #[arg(long)]

@@ -13,14 +13,18 @@ use super::standard;
 /// Reads lists of lines.
 pub(crate) fn read_lines(path: &Path) -> Result<LinesJob> {
     let text = read_text(path)?;
-    serde_json::from_str(&text).map_err(|error| {
-        let message = format!("{}: {error}", path.display());
-        Error::new(
-            "job-syntax",
-            message,
-            "write three lists of numbers: {\"x\": [0, 1, 3], \"y\": [...], \"z\": [...]}",
-        )
-    })
+    let refused = |code, problem: &dyn std::fmt::Display| {
+        let hint = "write three lists of numbers: {\"x\": [0, 1, 3], \"y\": [...], \"z\": [...]}";
+        Error::new(code, format!("{}: {problem}", path.display()), hint)
+    };
+    let lists: serde_json::Value = serde_json::from_str(&text).map_err(|error| refused("job-syntax", &error))?;
+    if !lists.is_object() {
+        return Err(refused("job-syntax", &"not an object of three lists"));
+    }
+    // as a job they are refused in words
+    let job = serde_json::json!({ "geometries": [], "lines": lists });
+    let file = JobFile::from_json(&job.to_string()).map_err(|error| refused(error.code(), &error))?;
+    file.job.lines.ok_or_else(|| refused("job-syntax", &"no lists"))
 }
 
 /// Most bytes of a job file: 65,535 geometries take a quarter of it.

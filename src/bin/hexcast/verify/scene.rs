@@ -116,8 +116,8 @@ fn around(points: impl Iterator<Item = DVec3>) -> [DVec3; 2] {
 fn wrong_lines(job: &Job, mesh: &Mesh, around: [DVec3; 2]) -> Vec<String> {
     let length = if let Some(Padding::Length(length)) = job.padding { length.each() } else { [0.0; 3] };
     let cells = if let Some(Padding::Cells(cells)) = job.padding { cells.each() } else { [0; 3] };
-    let low = [0, 1, 2].map(|axis| job.domain.map_or(around[0][axis] - length[axis], |ends| ends[axis]));
-    let high = [0, 1, 2].map(|axis| job.domain.map_or(around[1][axis] + length[axis], |ends| ends[axis + 3]));
+    let low = [0, 1, 2].map(|axis| job.domain.map_or(around[0][axis], |ends| ends[axis]) - length[axis]);
+    let high = [0, 1, 2].map(|axis| job.domain.map_or(around[1][axis], |ends| ends[axis + 3]) + length[axis]);
     let extent = [0, 1, 2].map(|axis| high[axis] - low[axis]);
     let longest = extent.into_iter().fold(0.0, f64::max);
     let about = |axis: usize| {
