@@ -47,7 +47,7 @@ impl WriteOptions {
         let is_array = matches!(format, "raw" | "npy" | "npz");
         // what is measured has one form
         let is_of_mesh = exporter.is_none() && !format.contains('.') && format != "links";
-        let packs = if format == "links" { "links.npz" } else { "nrrd or foam" };
+        let packs = if format == "links" { "links.npz or links.h5" } else { "nrrd, foam, xdmf or in" };
         let one_order = ("has one order of cells, and their flags", "raw, npy or npz");
         let known = [
             (
@@ -62,7 +62,10 @@ impl WriteOptions {
                 is(Exporter::has_flags),
                 self.export_flags.is_some(),
                 "exportFlags",
-                ("does not hold the cells of some flags only", "foam, inp, msh, csx.xml, geometry.xml, vox or binvox"),
+                (
+                    "does not hold the cells of some flags only",
+                    "foam, inp, msh, xdmf, csx.xml, in, geometry.xml, vox or binvox",
+                ),
             ),
             (is_array, self.axis_order != AxisOrder::Zyx, "axisOrder", one_order),
             (is_array, self.map.is_some(), "map", one_order),
