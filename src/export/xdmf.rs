@@ -1,7 +1,7 @@
 //! XDMF: the cells of some flags as hexahedra, for ParaView, VTK, meshio and dolfinx.
 //!
 //! Two files: `NAME.xdmf` describes the mesh, and `NAME.h5` beside it holds `points` (x, y, z), `cells` (the eight corners in VTK's order) and
-//! `flag`; its attributes have the names of flags and the unit. XDMF, not VTKHDF, as dolfinx reads it. Lengths are in the unit of the mesh.
+//! `flag`; its attributes have the names of flags, their materials as JSON, and the unit. XDMF, not VTKHDF, as dolfinx reads it. Lengths are in the unit of the mesh.
 //! Source: the XDMF model and format, version 3. Cost: the memory of [`layers`](super::layers); the flags are expanded four times.
 
 use super::hdf5::{File, Shape, Table};
@@ -36,7 +36,9 @@ pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -
     // numbers of points and cells as f64, u64 and u8
     let mut file = File::create(files, &data, 24 * n_points as u64 + 65 * n_cells as u64)?;
     for named in &job.mesh.names {
-        file.text(&format!("flag {}", named.flag), &named.name)?;
+        let key = format!("flag {}", named.flag);
+        file.text(&key, &named.name)?;
+        named.material.json().iter().try_for_each(|material| file.text(&format!("{key} material"), material))?;
     }
     job.mesh.unit.iter().try_for_each(|unit| file.text("unit", unit))?;
     let lines = [0, 1, 2].map(|axis| job.mesh.lines.list(axis));

@@ -8,11 +8,13 @@ import sys
 from pathlib import Path
 
 import h5py
+import nrrd
 import numpy as np
 import pytest
 from conftest import DEBIAN_PYTHON, Model, cuboid, hexcast, run, save
 from test_calculix import table
 from test_openmc import OPENMC, write_inputs
+from vtkmodules.vtkIOXML import vtkXMLImageDataReader
 
 import foam
 
@@ -141,3 +143,29 @@ def test_missing_materials_are_refused_before_the_mesh_is_made(tmp_path: Path) -
     # of flags that are exported alone
     said = hexcast("mesh", "open.stl:eps_r=2", *box, "-o", "m.csx.xml", "--export-flags", "0,1", cwd=tmp_path, ok=False)
     assert "flag 0 is made of" in said
+
+
+def test_materials_are_in_every_output_that_has_texts(tmp_path: Path) -> None:
+    save(tmp_path / "base.stl", cuboid((0, 0, 0), (8, 3, 2)))
+    job(tmp_path, (1,), cell_size=0.5, padding={"cells": 1})
+    expected = {0: {"eps_r": 1.0006}, 1: SUBSTANCE}
+    check(tmp_path, "m.xdmf")
+    with h5py.File(tmp_path / "m.h5") as file:
+        assert {flag: json.loads(file.attrs[f"flag {flag} material"]) for flag in expected} == expected
+    check(tmp_path, "m.nrrd")
+    header = nrrd.read_header(str(tmp_path / "m.nrrd"))
+    assert {flag: json.loads(header[f"flag {flag} material"]) for flag in expected} == expected
+    check(tmp_path, "m.vti")
+    reader = vtkXMLImageDataReader()
+    reader.SetFileName(str(tmp_path / "m.vti"))
+    reader.Update()
+    fields = reader.GetOutput().GetFieldData()
+    values, materials = (fields.GetAbstractArray(name) for name in ("flag_values", "flag_materials"))
+    found = {int(values.GetValue(i)): json.loads(materials.GetValue(i)) for i in range(values.GetNumberOfTuples())}
+    assert found == expected
+
+
+def test_a_map_that_makes_two_flags_one_is_a_warning(model: Model) -> None:
+    for given, words in {"1=2": "flag 1 as 2", "9=0,0=5": None, "1=0,0=1": None, "2=0": "flag 2 as 0", "7=1": None, "1=7": None}.items():
+        said = hexcast("convert", "m.hxc", "a.npy", "--map", given, cwd=model.folder)
+        assert ("which another flag keeps" in said) == (words is not None) and (words or "") in said, (given, said)

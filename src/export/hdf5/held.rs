@@ -12,6 +12,9 @@ use crate::write::Compress;
 /// Most bytes of the datasets of a file, which are held twice at its end: wasm has 4 GiB.
 const MAX_BYTES: u64 = 1 << 29;
 
+/// Longest side of a chunk: hdf5-pure 0.47 writes longer ones as four bytes, where libhdf5 (2.0) takes three and refuses the dataset.
+const MAX_CHUNK: u64 = 0xffff;
+
 /// A file being made.
 pub(in crate::export) struct File {
     name: String,
@@ -80,7 +83,8 @@ impl<T: Item> Table<T> {
             let message = format!("the dataset {} has {n_items} items, for which there is no memory", shape.name);
             Error::new("memory", message, "export fewer flags, or use larger cells")
         })?;
-        let [dims, chunk] = [shape.dims, &shape.chunk(size_of::<T>())].map(|n| n.iter().map(|&n| n as u64).collect());
+        let dims = shape.dims.iter().map(|&n| n as u64).collect();
+        let chunk = shape.chunk(size_of::<T>()).into_iter().map(|n| MAX_CHUNK.min(n as u64)).collect();
         Ok(Table { name: shape.name.into(), dims, chunk, compress: shape.compress, items })
     }
 
