@@ -4,7 +4,7 @@
 //! the last. An exporter never
 //! holds all cells: it holds the flags of two slabs or, where points and faces are numbered, of a few planes (`layers`), and goes over the
 //! mesh once for each part of a file. It knows no file system: the caller gives a writer, or for HDF5 a path, for each name ([`Files`]).
-//! HDF5 needs files, so there is none in wasm.
+//! In wasm HDF5 is held in memory, and goes to a writer at its end.
 //!
 //! An exporter pauses before every slab. In wasm its caller takes the bytes written so far, and resumes it when it wants more.
 //!
@@ -16,7 +16,7 @@ use std::pin::Pin;
 use crate::control::{Control, at_once};
 use crate::error::{Error, Result};
 use crate::lines::Lines;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Named};
 
 mod abaqus;
 mod binvox;
@@ -25,13 +25,10 @@ mod csx;
 mod electric;
 mod foam;
 mod gmsh;
-#[cfg(not(target_arch = "wasm32"))]
 mod gprmax;
-#[cfg(not(target_arch = "wasm32"))]
 mod hdf5;
 mod layers;
 mod limits;
-#[cfg(not(target_arch = "wasm32"))]
 mod links;
 mod names;
 mod nrrd;
@@ -40,11 +37,12 @@ mod options;
 mod output;
 mod unit;
 mod vox;
-#[cfg(not(target_arch = "wasm32"))]
 mod xdmf;
 mod xml;
 
 use limits::{cubes, equal_cells};
+#[cfg(target_arch = "wasm32")]
+pub(crate) use links::write as write_links;
 #[cfg(not(target_arch = "wasm32"))]
 pub use links::write_links_hdf5;
 pub use options::ExportOptions;
@@ -124,9 +122,7 @@ impl Exporter {
     pub fn file_names(self, name: &str) -> Vec<String> {
         match self {
             Exporter::Foam => foam::file_names(name),
-            #[cfg(not(target_arch = "wasm32"))]
             Exporter::Xdmf => xdmf::file_names(name).to_vec(),
-            #[cfg(not(target_arch = "wasm32"))]
             Exporter::Gprmax => gprmax::file_names(name).to_vec(),
             _ => vec![name.to_string()],
         }
@@ -172,7 +168,6 @@ impl Exporter {
             Exporter::Vox => equal_cells(lines, ".vox").map(|_| ()),
             Exporter::Binvox => cubes(lines, ".binvox").map(|_| ()),
             Exporter::Openmc => openmc::check(lines),
-            #[cfg(not(target_arch = "wasm32"))]
             Exporter::Gprmax => equal_cells(lines, gprmax::WHAT).map(|_| ()),
             _ => Ok(()),
         }
@@ -204,18 +199,26 @@ impl Exporter {
         Ok(())
     }
 
+    /// Refuses substances that this exporter cannot use, or needs to know, for callers that have no mesh yet: those of `flags` that are exported.
+    ///
+    /// # Errors
+    /// `export-material` where the job does not say what a flag is made of; `job-value` where the program cannot compute it.
+    pub fn check_materials(self, options: &ExportOptions, names: &[Named], flags: &[u8]) -> Result<()> {
+        let flags = options.chosen(flags.iter().copied());
+        match self {
+            Exporter::Csx => electric::substances(names, &flags, csx::WHAT).map(|_| ()),
+            Exporter::Gprmax => gprmax::check_materials(names, &flags),
+            Exporter::Abaqus => abaqus::check_materials(names, &flags),
+            _ => Ok(()),
+        }
+    }
+
     /// Refuses, before any byte is written, a mesh that this exporter cannot write with these options.
     ///
     /// # Errors
-    /// Those of [`Exporter::check_unit`] and [`Exporter::check_lines`]; `job-conflict` where no cell has one of the flags, and
-    /// in wasm, which has no files, where the format is HDF5; `export-material` and `job-value` where the program needs to know what flags are made
-    /// of; `export-too-large`.
+    /// Those of [`Exporter::check_unit`], [`Exporter::check_lines`] and [`Exporter::check_materials`]; `job-conflict` where no cell has one of the
+    /// flags; `export-too-large`.
     pub fn check(self, mesh: &Mesh, options: &ExportOptions) -> Result<()> {
-        if cfg!(target_arch = "wasm32") && matches!(self, Exporter::Xdmf | Exporter::Gprmax) {
-            let message = "the file is HDF5, which hexcast writes natively only";
-            let hint = "save the mesh as .hxc, and convert it: hexcast convert mesh.hxc mesh.xdmf (or mesh.in)";
-            return Err(Error::new("job-conflict", message, hint));
-        }
         self.check_unit(mesh.unit.as_deref())?;
         self.check_lines(&mesh.lines)?;
         if self == Exporter::Nrrd {
@@ -223,10 +226,10 @@ impl Exporter {
         }
         let keeps = options.selection(mesh)?;
         self.check_flags(options, &(0..=255).collect::<Vec<u8>>())?;
+        self.check_materials(options, &mesh.names, &options.exported(mesh))?;
         match self {
-            Exporter::Csx => csx::check(mesh, &keeps),
-            #[cfg(not(target_arch = "wasm32"))]
-            Exporter::Gprmax => gprmax::check(mesh, &keeps),
+            Exporter::Csx => electric::check_background(mesh, &keeps, csx::WHAT),
+            Exporter::Gprmax => electric::check_background(mesh, &keeps, gprmax::WHAT),
             Exporter::Vox => vox::check(mesh, &keeps),
             _ => Ok(()),
         }
@@ -267,17 +270,12 @@ pub(crate) async fn export_with_rests(
         Exporter::Foam => Box::pin(foam::write(&job, name, files)),
         Exporter::Abaqus => Box::pin(abaqus::write(&job, name, files)),
         Exporter::Gmsh => Box::pin(gmsh::write(&job, name, files)),
-        #[cfg(not(target_arch = "wasm32"))]
         Exporter::Xdmf => Box::pin(xdmf::write(&job, name, files)),
         Exporter::Csx => Box::pin(csx::write(&job, name, files)),
-        #[cfg(not(target_arch = "wasm32"))]
         Exporter::Gprmax => Box::pin(gprmax::write(&job, name, files)),
         Exporter::Openmc => Box::pin(openmc::write(&job, name, files)),
         Exporter::Vox => Box::pin(vox::write(&job, name, files)),
         Exporter::Binvox => Box::pin(binvox::write(&job, name, files)),
-        // refused above
-        #[cfg(target_arch = "wasm32")]
-        Exporter::Xdmf | Exporter::Gprmax => return Ok(()),
     };
     work.await
 }

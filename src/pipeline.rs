@@ -62,7 +62,6 @@ use halo::{Beyond, lines_with_halo};
 use measured::Uncut;
 use memory_budget::{columns_builder, memory_budget};
 pub use merge::merge;
-use names::names;
 pub use options::{DEFAULT_MAX_BYTES, MeshOptions, SpillTarget};
 pub use prepare::{Prepared, part_step, prepare};
 use snapped::snapped;
@@ -137,7 +136,7 @@ pub async fn mesh_if(
     let budget = memory_budget(job, options, &prepared, (engine, parts_bytes), control).await?;
     control.rest().await?;
     let snap_seconds = lap(&mut clock);
-    let mut names = names(job, &prepared.geometries)?;
+    let mut names = prepared.names.clone();
     // half of it for the mask
     let columns_bytes = if options.doubt_mask { budget.columns / 2 } else { budget.columns };
     let mut builder = columns_builder(job, &options.spill, columns_bytes, &prepared, (&names, &inputs))?;

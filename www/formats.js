@@ -2,12 +2,10 @@
 import { CALL, kindOf, oneOf, optionsOf, wholeNumber, wrongValue, yesOrNo } from './check.js';
 
 const FORMATS = /** @type {const} */ ([
-  ...['vti', 'vtr', 'npy', 'npz', 'raw', 'hxc', 'zarr', 'links.npz', 'links', 'staggered.npz'],
+  ...['vti', 'vtr', 'npy', 'npz', 'raw', 'hxc', 'zarr', 'links.npz', 'links.h5', 'links', 'staggered.npz'],
   ...['fractions.npz', 'fractions.vti', 'fractions.vtr', 'fractions.npy', 'fractions.zarr'],
-  ...['foam', 'inp', 'msh', 'csx.xml', 'geometry.xml', 'nrrd', 'vox', 'binvox'],
+  ...['foam', 'inp', 'msh', 'xdmf', 'csx.xml', 'in', 'geometry.xml', 'nrrd', 'vox', 'binvox'],
 ]);
-/** Formats of the native command only: the core refuses them, and says why. */
-const NATIVE = ['xdmf', 'in'];
 /** Options of what stands for a cell. */
 const BYTES = ['bits', 'axisOrder', 'map'];
 const WRITE = ['compress', 'ascii', 'exportFlags', ...BYTES, ...CALL];
@@ -22,6 +20,9 @@ const MIME = {
   zarr: 'application/zip',
   'fractions.zarr': 'application/zip',
   foam: 'application/zip',
+  xdmf: 'application/zip',
+  in: 'application/zip',
+  'links.h5': 'application/x-hdf5',
   'csx.xml': 'application/xml',
   'geometry.xml': 'application/xml',
 };
@@ -40,7 +41,7 @@ export function mimeOf(format) {
  * @param {import('./hexcast.js').WriteOptions} [options]
  */
 export function written(format, options) {
-  if (!NATIVE.includes(format)) oneOf('format', format, FORMATS);
+  oneOf('format', format, FORMATS);
   const { compress = 0, ascii = false, exportFlags, signal, onProgress, ...bytes } = optionsOf(options, WRITE);
   const asked = {
     compress: wholeNumber('compress', compress, 0, 9),

@@ -87,25 +87,29 @@ export interface Skin {
  * - `foam`: OpenFOAM, as a ZIP archive of `mesh.foam` and `constant/polyMesh/`, to be unpacked into the folder of a case.
  * - `inp`: Abaqus and CalculiX.
  * - `msh`: Gmsh, MSH 4.1.
+ * - `xdmf`: ParaView, VTK, meshio, dolfinx, as a ZIP archive of `mesh.xdmf` and `mesh.h5`.
  * - `csx.xml`: openEMS. Every flag needs a `material`.
+ * - `in`: gprMax 4, for cells of one size, as a ZIP archive of `mesh.in`, `mesh_geo.h5` and `mesh_materials.json`. Every flag needs a `material`.
  * - `geometry.xml`: OpenMC, for cells of one size.
  * - `nrrd`: 3D Slicer, ITK, pynrrd, for cells of one size.
  * - `vox`: MagicaVoxel, for cells of one size. `binvox`: for cubes.
  *
- * foam, inp, csx.xml and geometry.xml need the `unit` of the job. XDMF and gprMax, whose files are HDF5, are written by the native command only.
+ * foam, inp, csx.xml, in and geometry.xml need the `unit` of the job. HDF5 is held in memory, up to 2^29 bytes of numbers: of xdmf 65 bytes a cell and
+ * 24 a point, of in 2 a cell of the box.
  */
-export type ExportFormat = 'foam' | 'inp' | 'msh' | 'csx.xml' | 'geometry.xml' | 'nrrd' | 'vox' | 'binvox';
+export type ExportFormat = 'foam' | 'inp' | 'msh' | 'xdmf' | 'csx.xml' | 'in' | 'geometry.xml' | 'nrrd' | 'vox' | 'binvox';
 
 /**
  * Formats of files: those of the mesh, of what its job asked for besides, and of other programs. `vti` is for cells of one size.
  *
  * - `zarr`: the files of a Zarr v3 store in a ZIP archive, for the `ZipStore` of zarr-python; chunks and shards as the `zarr` of the job says.
+ * - `links.h5`: HDF5, held in memory up to 2^29 bytes, 24 a link.
  * - `links`: records of 24 bytes, for programs that read without NumPy.
  * - `fractions.vti`, `fractions.vtr`, `fractions.npy`, `fractions.zarr`: for every cell the fraction that is not background.
  */
 export type Format =
   | ('vti' | 'vtr' | 'npy' | 'npz' | 'raw' | 'hxc' | 'zarr')
-  | ('links.npz' | 'links' | 'staggered.npz')
+  | ('links.npz' | 'links.h5' | 'links' | 'staggered.npz')
   | ('fractions.npz' | 'fractions.vti' | 'fractions.vtr' | 'fractions.npy' | 'fractions.zarr')
   | ExportFormat;
 
@@ -127,7 +131,7 @@ export interface CellBytes {
 
 export interface WriteOptions extends CallOptions, CellBytes {
   /**
-   * zlib level for vti, vtr, hxc, nrrd, zarr (its chunks), every npz and the archive of foam: 0 (the default) does not compress, 1 is fast, 6 is a good
+   * zlib level for vti, vtr, hxc, nrrd, zarr (its chunks), every npz, HDF5 (xdmf, in, links.h5; its chunks) and the archive of foam: 0 (the default) does not compress, 1 is fast, 6 is a good
    * compromise, 9 is small.
    */
   compress?: number;
@@ -309,13 +313,12 @@ export interface Mesh extends Disposable {
   /** Bytes of a file before it is made; null where they depend on the flags (compressed, hxc, exports but nrrd) or on the archive (npz, zarr). */
   size(format: Format, options?: WriteOptions): number | null;
   /**
-   * A file, byte for byte that of the native command, as a stream that is made as it is read. Where the browser has streams of bytes,
+   * A file, byte for byte that of the native command (HDF5: the same arrays and attributes), as a stream that is made as it is read. Where the browser has streams of bytes,
    * a reader can bring its own buffers: `getReader({ mode: 'byob' })`. An export holds what it makes of a plane of cells across z at a time:
    * up to about a hundred bytes a cell. Its progress counts bytes, before the first of them cells; an abort stops it within a slab or a plane.
    *
-   * Fails with `job-conflict` where an option is not one of the format, where no cell has a flag of `exportFlags`, or where the format is
-   * of the native command only; `export-unit` where lengths must be in metres or centimetres and the job has no `unit`; `lines-graded` where
-   * cells must be of one size, or cubes; `memory` where a plane of more than 2^22 cells would be held (across z, for binvox across x; not for nrrd and vox); `export-material` where the program must know what a flag is made of; `export-too-large` where the
+   * Fails with `job-conflict` where an option is not one of the format, or where no cell has a flag of `exportFlags`; `export-unit` where lengths must be in metres or centimetres and the job has no `unit`; `lines-graded` where
+   * cells must be of one size, or cubes; `memory` where a plane of more than 2^22 cells would be held (across z, for binvox across x; not for nrrd, vox and in), or an HDF5 file would have more than 2^29 bytes; `export-material` where the program must know what a flag is made of; `export-too-large` where the
    * format cannot number so many cells or points.
    */
   stream(format: Format, options?: WriteOptions): ReadableStream<Bytes>;

@@ -1,7 +1,7 @@
 //! Abaqus and CalculiX: the cells of some flags as bricks in an input file (`.inp`).
 //!
 //! Nodes (set `NALL`) in metres, then the elements of each flag (type C3D8I, set of the flag's name), a solid section and a material for each flag
-//! whose material is given, node sets of the sides of the box that have nodes (`XMIN` ... `ZMAX`), and for each flag the surface
+//! whose E and nu are given, node sets of the sides of the box that have nodes (`XMIN` ... `ZMAX`), and for each flag the surface
 //! `S_` + name: the sides of its elements towards other flags, exported or not, and beyond the box. Steps, loads and whatever else the problem
 //! has are the user's, in a file that includes this one (`*INCLUDE, INPUT=mesh.inp`). Materials and lengths are in SI units.
 //!
@@ -9,11 +9,12 @@
 //! guide, CalculiX CrunchiX manual. Cost: the memory of [`layers`](super::layers), and the flags are expanded once for each part of the file.
 
 use super::layers::{Layer, N_SIDES, for_each_layer};
-use super::names::names;
+use super::names::{names, said};
 use super::output::{Export, Files, Out};
 use super::unit::metres;
 use crate::error::{Error, Result};
 use crate::geometry::Material;
+use crate::mesh::Named;
 
 /// Greatest number of a node or an element in Abaqus.
 const MAX_NUMBER: u64 = 999_999_999;
@@ -24,6 +25,24 @@ const FACES: [u8; N_SIDES] = [6, 4, 3, 5, 1, 2];
 const TAKEN: [&str; 8] = ["NALL", "EALL", "XMIN", "XMAX", "YMIN", "YMAX", "ZMIN", "ZMAX"];
 /// Most numbers in a line of a set.
 const IN_LINE: usize = 12;
+
+/// Refuses a material of which only half is known.
+pub(super) fn check_materials(names: &[Named], flags: &[u8]) -> Result<()> {
+    for named in names.iter().filter(|named| flags.contains(&named.flag)) {
+        let (has, lacks) = match (named.material.youngs_modulus, named.material.nu) {
+            (Some(_), None) => ("E", "nu"),
+            (None, Some(_)) => ("nu", "E"),
+            _ => continue,
+        };
+        let message = format!("{} has {has} and no {lacks}, and an Abaqus file needs both", said(names, named.flag));
+        return Err(Error::new(
+            "export-material",
+            message,
+            "say both: on the command line FILE:E=2.1e11,nu=0.3, in a job material = { E = 2.1e11, nu = 0.3 }",
+        ));
+    }
+    Ok(())
+}
 
 pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
     let keeps = job.options.selection(job.mesh)?;
@@ -94,14 +113,12 @@ impl Deck<'_> {
         for flag in self.flags() {
             let named = self.job.mesh.names.iter().find(|named| named.flag == flag);
             let material = named.map_or(Material::default(), |named| named.material);
-            if material.is_empty() {
-                continue;
-            }
             let name = &self.names[usize::from(flag)];
-            out.text(format_args!("*MATERIAL, NAME=M_{name}\n"))?;
-            if let (Some(modulus), Some(nu)) = (material.youngs_modulus, material.nu) {
-                out.text(format_args!("*ELASTIC\n{modulus:.12e}, {nu:.12e}\n"))?;
-            }
+            let (Some(modulus), Some(nu)) = (material.youngs_modulus, material.nu) else {
+                out.text(format_args!("** {name}: the job has no E and nu, so there is no section here\n"))?;
+                continue;
+            };
+            out.text(format_args!("*MATERIAL, NAME=M_{name}\n*ELASTIC\n{modulus:.12e}, {nu:.12e}\n"))?;
             if let Some(density) = material.density {
                 out.text(format_args!("*DENSITY\n{density:.12e}\n"))?;
             }

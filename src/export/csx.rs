@@ -8,23 +8,17 @@
 //! Source: CSXCAD, `CSProperties` and `CSPrimBox`. Cost: the memory of [`boxes`](super::boxes); the flags are expanded once for each flag.
 
 use super::boxes::for_each_box;
-use super::electric::{Electric, electric, kept};
+use super::electric::{Electric, electric, substances};
 use super::names::names;
 use super::output::{Export, Files, Out};
 use super::unit::metres;
 use super::xml::Xml;
 use crate::error::Result;
-use crate::mesh::Mesh;
 
-const WHAT: &str = "openEMS";
+pub(super) const WHAT: &str = "openEMS";
 /// Priorities of boxes: what a user adds may be below, between or above.
 const MATERIAL_PRIORITY: &str = "10";
 const METAL_PRIORITY: &str = "20";
-
-pub(super) fn check(mesh: &Mesh, keeps: &[bool; 256]) -> Result<()> {
-    metres(mesh.unit.as_deref(), WHAT)?;
-    kept(mesh, keeps, WHAT).map(|_| ())
-}
 
 pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
     let mesh = job.mesh;
@@ -40,21 +34,21 @@ pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -
         xml.text(element, &[("Qty", &lines.len().to_string())], &lines.join(","))?;
     }
     xml.close("RectilinearGrid")?;
-    let background = electric(mesh, 0).filter(|background| !background.pec && !keeps[0]);
+    let background = electric(&mesh.names, 0).filter(|background| !background.pec && !keeps[0]);
     let background =
         numbers(background.unwrap_or(Electric { eps_r: 1.0, mu_r: 1.0, sigma: 0.0, pec: false, density: None }));
     xml.empty("BackgroundMaterial", &background.each_ref().map(|(key, value)| (*key, value.as_str()))[..4])?;
     xml.empty("ParameterSet", &[])?;
     xml.open("Properties", &[])?;
-    for (id, (flag, electric)) in kept(mesh, &keeps, WHAT)?.into_iter().enumerate() {
+    for (id, (flag, electric)) in substances(&mesh.names, &job.options.exported(mesh), WHAT)?.into_iter().enumerate() {
         let (kind, priority) = if electric.pec { ("Metal", METAL_PRIORITY) } else { ("Material", MATERIAL_PRIORITY) };
-        xml.open(kind, &[("ID", &id.to_string()), ("Name", &names[flag])])?;
+        xml.open(kind, &[("ID", &id.to_string()), ("Name", &names[usize::from(flag)])])?;
         if !electric.pec {
             let values = numbers(electric);
             xml.empty("Property", &values.each_ref().map(|(key, value)| (*key, value.as_str())))?;
         }
         xml.open("Primitives", &[])?;
-        for_each_box(job, flag as u8, &mut |corners| {
+        for_each_box(job, flag, &mut |corners| {
             xml.open("Box", &[("Priority", priority)])?;
             for (element, [x, y, z]) in ["P1", "P2"].into_iter().zip(corners) {
                 let at = [(0, x), (1, y), (2, z)].map(|(axis, line): (usize, u32)| &*lines[axis][line as usize]);

@@ -11,14 +11,14 @@
 
 use serde_json::{Map, Value, json};
 
-use super::electric::{Electric, kept};
-use super::hdf5;
+use super::electric::{Electric, substances};
+use super::hdf5::{File, Shape, Table};
 use super::limits::equal_cells;
-use super::names::{names, plain};
+use super::names::{names, plain, said};
 use super::output::{Export, Files, Out};
 use super::unit::metres;
 use crate::error::{Error, Result};
-use crate::mesh::Mesh;
+use crate::mesh::Named;
 
 pub(super) const WHAT: &str = "gprMax";
 
@@ -32,11 +32,11 @@ fn stem(name: &str) -> String {
     plain(name.rsplit_once('.').map_or(name, |(stem, _)| stem))
 }
 
-pub(super) fn check(mesh: &Mesh, keeps: &[bool; 256]) -> Result<()> {
-    metres(mesh.unit.as_deref(), WHAT)?;
-    for (flag, Electric { eps_r, mu_r, pec, .. }) in kept(mesh, keeps, WHAT)? {
+pub(super) fn check_materials(names: &[Named], flags: &[u8]) -> Result<()> {
+    for (flag, Electric { eps_r, mu_r, pec, .. }) in substances(names, flags, WHAT)? {
         if !pec && eps_r.min(mu_r) < 1.0 {
-            let message = format!("flag {flag} has eps_r {eps_r} and mu_r {mu_r}, and gprMax takes numbers from 1 on");
+            let message =
+                format!("{} has eps_r {eps_r} and mu_r {mu_r}, and gprMax takes numbers from 1 on", said(names, flag));
             return Err(Error::new("job-value", message, "give it a material that gprMax can compute"));
         }
     }
@@ -44,9 +44,8 @@ pub(super) fn check(mesh: &Mesh, keeps: &[bool; 256]) -> Result<()> {
 }
 
 pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
-    let keeps = job.options.selection(job.mesh)?;
     let [input, geometry, database] = file_names(name);
-    let flags = kept(job.mesh, &keeps, WHAT)?;
+    let flags = substances(&job.mesh.names, &job.options.exported(job.mesh), WHAT)?;
     let names = names(job.mesh, 60, &[]);
     let id = format!("{}_materials", stem(name));
     let unit = metres(job.mesh.unit.as_deref(), WHAT)?;
@@ -60,19 +59,21 @@ pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -
     ))?;
     out.finish()?;
 
-    let file = hdf5::create(files, &geometry)?;
-    file.set_attr_array_numeric("dx_dy_dz", &sizes).map_err(hdf5::wrong)?;
-    file.set_attr_string("MaterialDatabase", &id).map_err(hdf5::wrong)?;
-    file.set_attr_string("Title", &format!("hexcast {}", env!("CARGO_PKG_VERSION"))).map_err(hdf5::wrong)?;
-    let keys: Vec<&str> = flags.iter().map(|(flag, _)| names[*flag].as_str()).collect();
-    file.write_vlen_strings("material_keys", &keys).map_err(hdf5::wrong)?;
+    let mut file = File::create(files, &geometry, 2 * dims.map(u64::from).iter().product::<u64>())?;
+    file.numbers("dx_dy_dz", &sizes)?;
+    file.text("MaterialDatabase", &id)?;
+    file.text("Title", &format!("hexcast {}", env!("CARGO_PKG_VERSION")))?;
+    let keys: Vec<&str> = flags.iter().map(|(flag, _)| names[usize::from(*flag)].as_str()).collect();
+    file.texts("material_keys", &keys)?;
     let mut places = [-1i16; 256];
-    (0i16..).zip(&flags).for_each(|(place, (flag, _))| places[*flag] = place);
-    cells(job, &file, &places).await?;
-    hdf5::finish(file)?;
+    (0i16..).zip(&flags).for_each(|(place, (flag, _))| places[usize::from(*flag)] = place);
+    cells(job, &mut file, &places).await?;
+    file.finish(files)?;
 
-    let materials: Map<String, Value> =
-        flags.iter().map(|(flag, electric)| (names[*flag].clone(), material(&names[*flag], electric))).collect();
+    let materials: Map<String, Value> = flags
+        .iter()
+        .map(|(flag, electric)| (names[usize::from(*flag)].clone(), material(&names[usize::from(*flag)], electric)))
+        .collect();
     let text = json!({
         "schema": "gprMax-material-database",
         "schema_version": 1,
@@ -85,14 +86,13 @@ pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -
 }
 
 /// Writes the places of the materials of all cells, some planes across x at a time.
-async fn cells(job: &Export<'_>, file: &rust_hdf5::H5File, places: &[i16; 256]) -> Result<()> {
+async fn cells(job: &Export<'_>, file: &mut File, places: &[i16; 256]) -> Result<()> {
     let [nx, ny, nz] = job.mesh.dims();
     let shape = [nx, ny, nz].map(|n| n as usize);
     let plane = shape[1] * shape[2];
-    let chunk = [1, hdf5::chunk_rows(2 * shape[2], shape[1]), shape[2]];
-    let dataset = hdf5::dataset::<i16>(file, "data", &shape, &chunk, job.options.compress)?;
-    // flags and numbers of 16 bits, twice
-    let step = (job.options.slab_bytes / (3 * plane)).clamp(1, shape[0]) as u32;
+    let mut table = Table::new(file, Shape { name: "data", dims: &shape, compress: job.options.compress })?;
+    // flags, and numbers of 16 bits twice
+    let step = (job.options.slab_bytes / (5 * plane)).clamp(1, shape[0]) as u32;
     for start in (0..nx).step_by(step as usize) {
         job.control.rest().await?;
         let end = start.saturating_add(step).min(nx);
@@ -106,9 +106,10 @@ async fn cells(job: &Export<'_>, file: &rust_hdf5::H5File, places: &[i16; 256]) 
                 }
             }
         }
-        dataset.write_slice(&[start as usize, 0, 0], &[n, shape[1], shape[2]], &numbers).map_err(hdf5::wrong)?;
+        table.push(&numbers)?;
     }
-    job.control.check()
+    job.control.check()?;
+    table.finish(file)
 }
 
 /// A material as gprMax's database has it.

@@ -1,58 +1,76 @@
 //! Links from cells to surfaces as HDF5: a list for each array of the `.npz`. `docs/links.md` describes them.
 
-use std::path::Path;
-
-use rust_hdf5::{FileLocking, H5File, H5Type};
-
-use super::hdf5::{Table, finish, wrong};
+use super::hdf5::{File, Item, Shape, Table};
+use super::output::Files;
 use crate::error::Result;
 use crate::links::{Link, Links};
 use crate::write::Compress;
+
+/// Bytes of a link.
+const LINK_BYTES: u64 = 24;
 
 /// Writes links to a file, which need not be there.
 ///
 /// # Errors
 /// `io` where the file cannot be written.
-pub fn write_links_hdf5(links: &Links, place: &Path, compress: Compress) -> Result<()> {
-    // the caller may hold a lock of its own
-    let file = H5File::options().locking(FileLocking::Disabled).create(place).map_err(wrong)?;
+#[cfg(not(target_arch = "wasm32"))]
+pub fn write_links_hdf5(links: &Links, place: &std::path::Path, compress: Compress) -> Result<()> {
+    write(links, "", compress, &mut At(place))
+}
+
+/// The place of the only file.
+#[cfg(not(target_arch = "wasm32"))]
+struct At<'a>(&'a std::path::Path);
+
+#[cfg(not(target_arch = "wasm32"))]
+impl Files for At<'_> {
+    fn create(&mut self, _: &str) -> Result<Box<dyn std::io::Write + '_>> {
+        let file = std::fs::File::create(self.0).map_err(super::output::failed)?;
+        Ok(Box::new(file))
+    }
+
+    fn place(&mut self, _: &str) -> Result<std::path::PathBuf> {
+        Ok(self.0.to_path_buf())
+    }
+}
+
+/// Writes links to a file of these.
+pub(crate) fn write(links: &Links, name: &str, compress: Compress, files: &mut dyn Files) -> Result<()> {
+    let mut list = Lists { file: File::create(files, name, LINK_BYTES * links.len() as u64)?, links, compress };
     let directions = links.stencil.directions();
-    rows(&file, ("directions", directions.len(), 3), directions, compress)?;
-    rows(&file, ("dims", 3, 1), links.dims.map(|n| [n]), compress)?;
-    rows(&file, ("origin", 3, 1), links.origin.map(|n| [n]), compress)?;
-    rows(&file, ("fluid", links.fluid.len(), 1), links.fluid.iter().map(|&flag| [flag]), compress)?;
-    let list = Lists { file: &file, links, compress };
-    list.put("x", |link| link.cell[0])?;
-    list.put("y", |link| link.cell[1])?;
-    list.put("z", |link| link.cell[2])?;
-    list.put("direction", |link| link.direction)?;
-    list.put("q", |link| link.q)?;
-    list.put("facet", |link| link.facet)?;
-    list.put("geometry", |link| link.geometry)?;
-    list.put("flag", |link| link.flag)?;
-    finish(file)
+    list.put("directions", &[directions.len(), 3], directions.as_flattened())?;
+    list.put("dims", &[3], &links.dims)?;
+    list.put("origin", &[3], &links.origin)?;
+    list.put("fluid", &[links.fluid.len()], &links.fluid)?;
+    list.put_each("x", |link| link.cell[0])?;
+    list.put_each("y", |link| link.cell[1])?;
+    list.put_each("z", |link| link.cell[2])?;
+    list.put_each("direction", |link| link.direction)?;
+    list.put_each("q", |link| link.q)?;
+    list.put_each("facet", |link| link.facet)?;
+    list.put_each("geometry", |link| link.geometry)?;
+    list.put_each("flag", |link| link.flag)?;
+    list.file.finish(files)
 }
 
 /// Lists of an item a link.
 struct Lists<'a> {
-    file: &'a H5File,
+    file: File,
     links: &'a Links,
     compress: Compress,
 }
 
 impl Lists<'_> {
-    fn put<T: H5Type>(&self, name: &str, of: impl Fn(&Link) -> T) -> Result<()> {
-        rows(self.file, (name, self.links.len(), 1), self.links.iter().map(|link| [of(link)]), self.compress)
+    fn put<T: Item>(&mut self, name: &str, dims: &[usize], items: &[T]) -> Result<()> {
+        let mut table = Table::new(&mut self.file, Shape { name, dims, compress: self.compress })?;
+        table.push(items)?;
+        table.finish(&mut self.file)
     }
-}
 
-fn rows<T: H5Type, const N: usize>(
-    file: &H5File,
-    (name, n, width): (&str, usize, usize),
-    rows: impl IntoIterator<Item = [T; N]>,
-    compress: Compress,
-) -> Result<()> {
-    let mut table = Table::new(file, name, n, width, compress)?;
-    rows.into_iter().try_for_each(|row| table.push(&row))?;
-    table.finish()
+    fn put_each<T: Item>(&mut self, name: &str, of: impl Fn(&Link) -> T) -> Result<()> {
+        let shape = Shape { name, dims: &[self.links.len()], compress: self.compress };
+        let mut table = Table::new(&mut self.file, shape)?;
+        self.links.iter().try_for_each(|link| table.push(&[of(link)]))?;
+        table.finish(&mut self.file)
+    }
 }

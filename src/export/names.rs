@@ -1,6 +1,6 @@
 //! Names of flags that every program takes: letters, digits and `_`, a letter first, each once, whatever their case.
 
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Named};
 
 /// Name of flag 0 where the job does not say.
 const BACKGROUND: &str = "background";
@@ -27,6 +27,12 @@ pub(super) fn names(mesh: &Mesh, longest: usize, taken: &[&str]) -> Vec<String> 
         all.push(name);
     }
     all
+}
+
+/// A flag in a sentence, with its name if it has one.
+pub(super) fn said(names: &[Named], flag: u8) -> String {
+    let named = names.iter().find(|named| named.flag == flag);
+    named.map_or(format!("flag {flag}"), |named| format!("flag {flag} (\"{}\")", named.name))
 }
 
 /// A name in ASCII: what is no letter, digit or `_` is `_`.

@@ -1,7 +1,8 @@
 //! NRRD: the flags of equal cells as an image of three dimensions, for 3D Slicer, ITK and pynrrd.
 //!
 //! One file: a header in text, an empty line, and one byte a cell, x fastest, raw or as gzip. `space directions` has the size of a cell along
-//! each axis, `space origin` the middle of the first cell: values are at the centres. What the flags are called follows as keys and values.
+//! each axis, `space origin` the middle of the first cell: values are at the centres. What the flags are called and made of follows as
+//! keys and values.
 //! Source: the NRRD definition, version 5 (teem). Cost: two slabs of memory.
 
 use std::io;
@@ -73,6 +74,9 @@ fn header(mesh: &Mesh, options: &ExportOptions) -> String {
     sort_by_key(&mut names, |named| named.flag);
     for named in names {
         text += &format!("flag {}:={}\n", named.flag, one_line(&named.name));
+        if let Some(material) = named.material.json() {
+            text += &format!("flag {} material:={material}\n", named.flag);
+        }
     }
     text + "\n"
 }

@@ -45,6 +45,18 @@ impl ExportOptions {
         ExportOptions { slab_bytes, ..self }
     }
 
+    /// Those of some flags whose cells are exported.
+    pub(super) fn chosen(&self, flags: impl IntoIterator<Item = u8>) -> Vec<u8> {
+        let is_chosen = |flag: &u8| self.flags.as_ref().map_or(*flag > 0, |chosen| chosen.contains(flag));
+        flags.into_iter().filter(is_chosen).collect()
+    }
+
+    /// Those whose cells are exported.
+    pub(super) fn exported(&self, mesh: &Mesh) -> Vec<u8> {
+        let cells = mesh.columns.cells_per_flag();
+        self.chosen((0..=255).filter(|flag| cells[usize::from(*flag)] > 0))
+    }
+
     /// Whether the cells of each flag are exported.
     ///
     /// # Errors

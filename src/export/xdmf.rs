@@ -1,10 +1,10 @@
 //! XDMF: the cells of some flags as hexahedra, for ParaView, VTK, meshio and dolfinx.
 //!
 //! Two files: `NAME.xdmf` describes the mesh, and `NAME.h5` beside it holds `points` (x, y, z), `cells` (the eight corners in VTK's order) and
-//! `flag`; its attributes have the names of flags and the unit. XDMF, not VTKHDF, as dolfinx reads it. Lengths are in the unit of the mesh.
+//! `flag`; its attributes have the names of flags, their materials as JSON, and the unit. XDMF, not VTKHDF, as dolfinx reads it. Lengths are in the unit of the mesh.
 //! Source: the XDMF model and format, version 3. Cost: the memory of [`layers`](super::layers); the flags are expanded four times.
 
-use super::hdf5::{self, Table};
+use super::hdf5::{File, Shape, Table};
 use super::layers::for_each_layer;
 use super::output::{Export, Files, Out};
 use super::xml::Xml;
@@ -33,26 +33,32 @@ pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -
     describe(&document, &data, [n_points, n_cells], files)?;
 
     let compress = job.options.compress;
-    let file = hdf5::create(files, &data)?;
+    // numbers of points and cells as f64, u64 and u8
+    let mut file = File::create(files, &data, 24 * n_points as u64 + 65 * n_cells as u64)?;
     for named in &job.mesh.names {
-        file.set_attr_string(&format!("flag {}", named.flag), &named.name).map_err(hdf5::wrong)?;
+        let key = format!("flag {}", named.flag);
+        file.text(&key, &named.name)?;
+        named.material.json().iter().try_for_each(|material| file.text(&format!("{key} material"), material))?;
     }
-    job.mesh.unit.iter().try_for_each(|unit| file.set_attr_string("unit", unit)).map_err(hdf5::wrong)?;
+    job.mesh.unit.iter().try_for_each(|unit| file.text("unit", unit))?;
     let lines = [0, 1, 2].map(|axis| job.mesh.lines.list(axis));
-    let mut points = Table::<f64>::new(&file, "points", n_points, 3, compress)?;
+    let shape = Shape { name: "points", dims: &[n_points, 3], compress };
+    let mut points = Table::<f64>::new(&mut file, shape)?;
     for_each_layer(job, &keeps, &mut |layer| {
         layer.for_each_point(|[x, y], _| points.push(&[lines[0][x], lines[1][y], lines[2][layer.z as usize]]))
     })
     .await?;
-    points.finish()?;
-    let mut cells = Table::<u64>::new(&file, "cells", n_cells, 8, compress)?;
+    points.finish(&mut file)?;
+    let shape = Shape { name: "cells", dims: &[n_cells, 8], compress };
+    let mut cells = Table::<u64>::new(&mut file, shape)?;
     for_each_layer(job, &keeps, &mut |layer| layer.for_each_cell(|cell, _, _| cells.push(&layer.corners(cell))))
         .await?;
-    cells.finish()?;
-    let mut flags = Table::<u8>::new(&file, "flag", n_cells, 1, compress)?;
+    cells.finish(&mut file)?;
+    let shape = Shape { name: "flag", dims: &[n_cells], compress };
+    let mut flags = Table::<u8>::new(&mut file, shape)?;
     for_each_layer(job, &keeps, &mut |layer| layer.for_each_cell(|_, flag, _| flags.push(&[flag]))).await?;
-    flags.finish()?;
-    hdf5::finish(file)
+    flags.finish(&mut file)?;
+    file.finish(files)
 }
 
 fn describe(name: &str, data: &str, [n_points, n_cells]: [usize; 2], files: &mut dyn Files) -> Result<()> {

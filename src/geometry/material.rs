@@ -40,6 +40,11 @@ impl Material {
         *self == Material::default()
     }
 
+    /// The same keys as JSON, for formats that take texts; None where nothing is known.
+    pub(crate) fn json(&self) -> Option<String> {
+        if self.is_empty() { None } else { serde_json::to_string(self).ok() }
+    }
+
     /// The place of a number by its key in jobs.
     pub(crate) fn number_mut(&mut self, key: &str) -> Option<&mut Option<f64>> {
         match key {

@@ -6,11 +6,14 @@ use crate::frame::check_limits;
 use crate::geometry::Geometry;
 use crate::job::{AxisChoice, HaloEdge, Job, LinksJob, PartJob, ZarrJob};
 use crate::lines::{Body, Lines, check_n_cells, graded, lines};
+use crate::mesh::Named;
 use crate::parts::parts;
 use crate::rays::Rays;
 use crate::shards::Shards;
 use crate::sources::{Source, geometries, unit};
 use crate::window::CellWindow;
+
+use super::names::names;
 
 /// Most geometries that links and surfaces of cells have numbers for: 0 to 32,767.
 const MAX_NUMBERED: usize = 1 << 15;
@@ -20,6 +23,8 @@ const MAX_NUMBERED: usize = 1 << 15;
 pub struct Prepared {
     /// The geometries, in meshing order.
     pub geometries: Vec<Geometry>,
+    /// One name a flag, with what its cells are made of.
+    pub names: Vec<Named>,
     /// The unit of all lengths, if the job or its files say it.
     pub unit: Option<String>,
     /// The box.
@@ -47,12 +52,14 @@ pub struct Prepared {
 ///
 /// # Errors
 /// Those of [`Job::validate`], [`geometries`], [`Domain::new`], [`lines`], [`graded`]; [`check_n_cells`], and the limits of
-/// [`crate::frame::Frame::new`]; `too-many-geometries` for links and fractions; `job-value` where the window ends beyond the box; those of [`parts`].
+/// [`crate::frame::Frame::new`]; `too-many-geometries` for links and fractions; `job-conflict` where geometries of one flag have
+/// different materials; `job-value` where the window ends beyond the box; those of [`parts`].
 pub fn prepare(job: &Job, sources: Vec<Source>) -> Result<Prepared> {
     job.validate()?;
     let (unit, unlike) = unit(job, &sources);
     let geometries = geometries(job, sources)?;
     check_n_geometries(job, geometries.len())?;
+    let names = names(job, &geometries)?;
     let boxes: Vec<BoundingBox> = geometries.iter().filter_map(Geometry::bounding_box).collect();
     // lists that are no lines make no domain
     let listed = job.lines.as_ref().map(|lists| Lines::from_lists([&lists.x, &lists.y, &lists.z].map(Vec::clone)));
@@ -83,7 +90,7 @@ pub fn prepare(job: &Job, sources: Vec<Source>) -> Result<Prepared> {
     let lines = window.map_or_else(|| whole.clone(), |cells| whole.window(cells));
     check_n_cells(job, &lines)?;
     let rays = Rays::new(axis(job, &lines, Some(&whole)), lines.dims());
-    Ok(Prepared { geometries, unit, domain, whole, notices, window, asked, halo, halo_edge, lines, rays })
+    Ok(Prepared { geometries, names, unit, domain, whole, notices, window, asked, halo, halo_edge, lines, rays })
 }
 
 /// Refuses more geometries than links and surfaces of cells have numbers for.

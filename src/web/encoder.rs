@@ -5,7 +5,7 @@ use std::rc::Rc;
 use sha2::{Digest, Sha256};
 use wasm_bindgen::prelude::*;
 
-use super::export::{export_work, exporter_of};
+use super::export::{export_work, exporter_of, links_work};
 use super::measured::Measured;
 use super::mesh::WebMesh;
 use super::resting::Resting;
@@ -93,6 +93,9 @@ impl WebMesh {
             self.measured.links()?;
             return Ok((Work::Links { next: 0 }, Vec::new()));
         }
+        if name == "links.h5" {
+            return Ok((Work::Resting(links_work(self.measured.clone(), given.compress())?), Vec::new()));
+        }
         let (format, options) = (format_of(ending)?, given.of_mesh(PIECE_BYTES).with_zarr(self.zarr));
         let is_solid = of == "fractions" && format != Format::Npz;
         let around = match is_solid {
@@ -153,7 +156,7 @@ enum Work {
     Columns(column_file::ColumnFileEncoder),
     /// Arrays of what was measured, or of the mesh.
     Archive { of: String, options: Options, encoder: Box<Encoder> },
-    /// The files of an exporter, or a store.
+    /// The files of an exporter, links as HDF5, or a store.
     Resting(Resting),
 }
 

@@ -3,10 +3,12 @@
 use std::io::Write;
 use std::rc::Rc;
 
+use super::measured::Measured;
 use super::resting::Resting;
 use crate::error::{Error, Result};
-use crate::export::{ExportOptions, Exporter, Files, export_with_rests};
+use crate::export::{ExportOptions, Exporter, Files, export_with_rests, write_links};
 use crate::mesh::Mesh;
+use crate::write::Compress;
 use crate::write::archive::{Archive, Buffer};
 
 /// Flags of a slab, or those of a plane where that has more: a cell becomes up to some hundred bytes.
@@ -24,12 +26,27 @@ pub(super) fn export_work(mesh: Rc<Mesh>, exporter: Exporter, options: ExportOpt
     let options = options.with_slab_bytes(SLAB_BYTES);
     exporter.check(&mesh, &options)?;
     check_plane(&mesh, exporter)?;
-    Ok(Resting::new(mesh.slabs(SLAB_BYTES).count(), |mut out, control| async move {
-        let archive = (exporter == Exporter::Foam).then(|| Archive::new(options.compress, out.clone()));
+    let name = Exporter::ENDINGS
+        .iter()
+        .find(|(_, of)| *of == exporter)
+        .map_or("mesh".into(), |(ending, _)| format!("mesh{ending}"));
+    // datasets in it are compressed themselves
+    let packed = if exporter == Exporter::Foam { options.compress } else { Compress::None };
+    let has_several = exporter.file_names(&name).len() > 1;
+    Ok(Resting::new(mesh.slabs(SLAB_BYTES).count(), move |mut out, control| async move {
+        let archive = has_several.then(|| Archive::new(packed, out.clone()));
         let mut files = WebFiles { made: out.clone(), archive };
-        export_with_rests(&mesh, (exporter, "mesh.foam"), &options, &mut files, &control).await?;
+        export_with_rests(&mesh, (exporter, &name), &options, &mut files, &control).await?;
         let end = files.archive.map_or(Ok(Vec::new()), Archive::finish)?;
         out.write_all(&end).map_err(|error| Error::io("writing the mesh", error))
+    }))
+}
+
+/// Starts the links of a mesh as HDF5.
+pub(super) fn links_work(measured: Rc<Measured>, compress: Compress) -> Result<Resting> {
+    measured.links()?;
+    Ok(Resting::new(1, move |made, _| async move {
+        write_links(measured.links()?, "links.h5", compress, &mut WebFiles { made, archive: None })
     }))
 }
 
@@ -37,7 +54,8 @@ pub(super) fn export_work(mesh: Rc<Mesh>, exporter: Exporter, options: ExportOpt
 fn check_plane(mesh: &Mesh, exporter: Exporter) -> Result<()> {
     let [nx, ny, nz] = mesh.dims().map(u64::from);
     let (axis, n_cells) = match exporter {
-        Exporter::Nrrd | Exporter::Vox => return Ok(()),
+        // gprMax: its file is held, which allows for less
+        Exporter::Nrrd | Exporter::Vox | Exporter::Gprmax => return Ok(()),
         Exporter::Binvox => ("x", ny * nz),
         _ => ("z", nx * ny),
     };

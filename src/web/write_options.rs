@@ -47,7 +47,7 @@ impl WriteOptions {
         let is_array = matches!(format, "raw" | "npy" | "npz");
         // what is measured has one form
         let is_of_mesh = exporter.is_none() && !format.contains('.') && format != "links";
-        let packs = if format == "links" { "links.npz" } else { "nrrd or foam" };
+        let packs = if format == "links" { "links.npz or links.h5" } else { "nrrd, foam, xdmf or in" };
         let one_order = ("always has the flags, in one order of cells", "raw, npy or npz");
         let known = [
             (
@@ -62,7 +62,7 @@ impl WriteOptions {
                 is(Exporter::has_flags),
                 self.export_flags.is_some(),
                 "exportFlags",
-                ("always holds all flags", "foam, inp, msh, csx.xml, geometry.xml, vox or binvox"),
+                ("always holds all flags", "foam, inp, msh, xdmf, csx.xml, in, geometry.xml, vox or binvox"),
             ),
             (is_array, self.axis_order != AxisOrder::Zyx, "axisOrder", one_order),
             (is_array, self.map.is_some(), "map", one_order),

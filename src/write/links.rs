@@ -34,7 +34,7 @@ impl LinksFormat {
             "links" => Ok(LinksFormat::Records),
             _ => {
                 let message = format!("{name}: no format of links has the extension \"{extension}\"");
-                Err(Error::new("job-value", message, "use .npz or .links; the command line writes .h5 (HDF5), too"))
+                Err(Error::new("job-value", message, "use .npz, .h5 or .links"))
             }
         }
     }

@@ -2,7 +2,8 @@
 //!
 //! Cells are VTK cells: the extent counts mesh lines, `0 nx 0 ny 0 nz`, from the origin in steps of the spacing; `.vtr` lists them in
 //! its head, in digits that read back to the same f64. The
-//! cell array is `flag` (UInt8, x fastest); the field data carry `unit`, `flag_values` and `flag_names`.
+//! cell array is `flag` (UInt8, x fastest); the field data carry `unit`, `flag_values`, `flag_names` and, of
+//! jobs with materials, `flag_materials` as JSON.
 //! `header_type` is UInt64, so that nothing ends at 4 GiB.
 //!
 //! Compressed, the sizes of all blocks precede the first block. The blocks are made once, in parallel, and cached while
@@ -284,6 +285,10 @@ fn field_data(mesh: &Mesh) -> String {
             r#"      <DataArray type="UInt8" Name="flag_values" NumberOfTuples="{n}" format="ascii">{values}</DataArray>"#
         );
         arrays += &strings("flag_names", mesh.names.iter().map(|named| named.name.as_str()));
+        let materials: Vec<_> = mesh.names.iter().map(|named| named.material.json()).collect();
+        if materials.iter().any(Option::is_some) {
+            arrays += &strings("flag_materials", materials.iter().map(|json| json.as_deref().unwrap_or("{}")));
+        }
     }
     if arrays.is_empty() { arrays } else { format!("    <FieldData>\n{arrays}    </FieldData>\n") }
 }

@@ -31,7 +31,7 @@ test('a case of OpenFOAM, text, and the cells of some flags are the files of the
     await page.waitForFunction(() => location.hash.includes('material%3Dpec'));
     await run(page);
     await page.click(SUMMARY);
-    assert.deepEqual(await offered(page), ['foam', 'inp', 'msh', 'csx', 'openmc', 'nrrd', 'vox']);
+    assert.deepEqual(await offered(page), ['foam', 'inp', 'msh', 'xdmf', 'csx', 'gprmax', 'openmc', 'nrrd', 'vox']);
     await writeSample('shells', folder);
     mkdirSync(path.join(folder, 'case'));
     await runCopied(page, folder, [
@@ -46,6 +46,10 @@ test('a case of OpenFOAM, text, and the cells of some flags are the files of the
       'all.vox',
       '-o',
       'all.csx.xml',
+      '-o',
+      'mesh.xdmf',
+      '-o',
+      'mesh.in',
     ]);
     const { name, bytes } = await saved(page, '#download-foam');
     assert.equal(name, 'coating.foam.zip');
@@ -67,6 +71,21 @@ test('a case of OpenFOAM, text, and the cells of some flags are the files of the
       const made = await saved(page, `#download-${id}`);
       assert.ok(made.bytes.equals(readFileSync(path.join(folder, file))), file);
       if (id === 'openmc') assert.equal(made.name, 'geometry.xml');
+    }
+    // HDF5 beside text: another crate writes its bytes
+    for (const [id, parts, numbers] of [
+      ['xdmf', ['mesh.xdmf'], 'mesh.h5'],
+      ['gprmax', ['mesh.in', 'mesh_materials.json'], 'mesh_geo.h5'],
+    ]) {
+      const made = await saved(page, `#download-${id}`);
+      assert.equal(made.name, `coating.${id}.zip`);
+      const inner = path.join(folder, id);
+      writeFileSync(`${inner}.zip`, made.bytes);
+      execFileSync('python3', ['-m', 'zipfile', '-e', `${inner}.zip`, inner]);
+      assert.deepEqual(readdirSync(inner).sort(), [...parts, numbers].sort());
+      for (const part of parts)
+        assert.ok(readFileSync(path.join(inner, part)).equals(readFileSync(path.join(folder, part))), part);
+      assert.equal(readFileSync(path.join(inner, numbers)).toString('latin1', 0, 8), '\x89HDF\r\n\x1a\n');
     }
     // text, and the cells of some flags
     await page.fill('#export-flags', '9, 0');
@@ -171,12 +190,12 @@ test('only files that the mesh can be are offered: without a unit, of cubes, and
   await hasGeometries(page, 2);
   await run(page);
   await page.click(SUMMARY);
-  assert.deepEqual(await offered(page), ['msh', 'nrrd', 'vox', 'binvox']);
+  assert.deepEqual(await offered(page), ['msh', 'xdmf', 'nrrd', 'vox', 'binvox']);
   assert.ok(await page.isVisible('#exports-unit'));
   await page.selectOption('#unit', 'cm');
   await page.check('#graded');
   await page.fill('#graded-most', '0.2');
   await run(page);
-  assert.deepEqual(await offered(page), ['foam', 'inp', 'msh', 'csx']);
+  assert.deepEqual(await offered(page), ['foam', 'inp', 'msh', 'xdmf', 'csx']);
   assert.ok(!(await page.isVisible('#exports-unit')));
 });

@@ -1,4 +1,5 @@
-// Files for solvers: the bytes of every exporter are those of the native command, and what it refuses is refused in the same words.
+// Files for solvers: the bytes of every exporter, or what an HDF5 file holds, are those of the native command, and what it refuses is refused in the
+// same words.
 
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
@@ -8,11 +9,14 @@ import path from 'node:path';
 import { after, before, test } from 'node:test';
 
 import { byteStream } from '../../www/byte_stream.js';
+import { hdf5Reader } from './hdf5.mjs';
 import { MESH_OF_FILE, SPOT, installedProject, nativeCommand, writeBodies } from './project.mjs';
 
 let project;
 let folder;
-before(() => {
+let readHdf5;
+before(async () => {
+  readHdf5 = await hdf5Reader();
   project = installedProject();
   folder = mkdtempSync(path.join(tmpdir(), 'hexcast-exports-'));
   writeBodies(folder);
@@ -34,19 +38,19 @@ const COW = { file: SPOT, flag: 7, name: 'cow', material: { eps_r: 50, sigma: 0.
 const JOBS = {
   'cubes of several substances': {
     job: { geometries: BODIES, cell_size: 0.5, padding: { cells: 1 }, unit: 'mm', background: AIR },
-    formats: ['foam', 'inp', 'msh', 'csx.xml', 'geometry.xml', 'nrrd', 'vox', 'binvox'],
+    formats: ['foam', 'inp', 'msh', 'xdmf', 'csx.xml', 'in', 'geometry.xml', 'nrrd', 'vox', 'binvox'],
   },
   'cells that are no cubes, in inches': {
     job: { geometries: [COW], dims: [31, 17, 43], axis: 'y', unit: 'in', background: AIR },
-    formats: ['foam', 'inp', 'msh', 'csx.xml', 'geometry.xml', 'nrrd', 'vox'],
+    formats: ['foam', 'inp', 'msh', 'xdmf', 'csx.xml', 'in', 'geometry.xml', 'nrrd', 'vox'],
   },
   'cells that differ in size': {
     job: { geometries: BODIES, graded: { max_size: [2, 1.5, 1] }, padding: { length: 3 }, unit: 'cm', background: AIR },
-    formats: ['foam', 'inp', 'msh', 'csx.xml'],
+    formats: ['foam', 'inp', 'msh', 'xdmf', 'csx.xml'],
   },
   'more cells along x than a model of .vox and a slab have': {
     job: { geometries: [COW], domain: [-0.6, -0.8, -0.6, 0.6, 1.0, 1.2], dims: [301, 30, 40], unit: 'm', background: AIR },
-    formats: ['foam', 'nrrd', 'vox', 'csx.xml'],
+    formats: ['foam', 'nrrd', 'vox', 'csx.xml', 'in', 'xdmf'],
   },
 };
 
@@ -54,11 +58,14 @@ const JOBS = {
 const CHOICES = [
   { options: {}, words: ['--compress=none'], fits: () => true },
   { options: { ascii: true }, words: ['--ascii', '--compress=none'], fits: (format) => ['foam', 'msh'].includes(format) },
-  { options: { compress: 6 }, words: ['--compress=6'], fits: (format) => format === 'nrrd' },
+  { options: { compress: 6 }, words: ['--compress=6'], fits: (format) => ['nrrd', 'xdmf', 'in'].includes(format) },
   // the command has no archive
   { options: { compress: 1 }, words: ['--compress=none'], fits: (format) => format === 'foam' },
   { options: { exportFlags: 'some' }, words: ['--export-flags=some', '--compress=none'], fits: (format) => format !== 'nrrd' },
 ];
+
+/** Formats of several files, which come as an archive, and how many files each has. */
+const ARCHIVES = { foam: 7, xdmf: 2, in: 3 };
 
 /** The name that the command gives a format. @param {string} format */
 const nameOf = (format) => (format === 'geometry.xml' ? format : `mesh.${format}`);
@@ -121,12 +128,19 @@ for (const [name, { job, formats }] of Object.entries(JOBS)) {
       const expected = filesOf(theirs);
       const ours = path.join(folder, file);
       // the archive is read by a program that shares nothing with ours
-      if (format === 'foam') execFileSync('python3', ['-m', 'zipfile', '-e', ours, unpacked]);
-      const found = format === 'foam' ? filesOf(unpacked) : { [nameOf(format)]: readFileSync(ours) };
+      if (format in ARCHIVES) execFileSync('python3', ['-m', 'zipfile', '-e', ours, unpacked]);
+      const found = format in ARCHIVES ? filesOf(unpacked) : { [nameOf(format)]: readFileSync(ours) };
       assert.deepEqual(Object.keys(found), Object.keys(expected), format);
-      assert.equal(Object.keys(found).length, format === 'foam' ? 7 : 1);
+      assert.equal(Object.keys(found).length, ARCHIVES[format] ?? 1);
       for (const [part, bytes] of Object.entries(expected)) {
         const what = `${format}, ${JSON.stringify(options)}, ${part}`;
+        if (part.endsWith('.h5')) {
+          // another crate writes it
+          const [mine, native] = [unpacked, theirs].map((where) => readHdf5(path.join(where, part)));
+          assert.ok(Object.keys(native.datasets).length >= 2, what);
+          assert.deepEqual(mine, native, what);
+          continue;
+        }
         assert.ok(found[part].equals(bytes), `${what}: ${found[part].length} bytes, natively ${bytes.length}`);
       }
       for (const made of [theirs, unpacked]) rmSync(made, { recursive: true, force: true });
@@ -160,6 +174,7 @@ test('what cannot be exported is refused as by the native command, in its words'
     metric: { geometries, cells: 9, unit: 'mm', padding: { cells: 1 } },
     slabs: { geometries, dims: [9, 3, 2], unit: 'mm' },
     graded: { geometries, graded: { max_size: 2, min_size: 0.1 }, padding: { length: 0.7 }, unit: 'mm' },
+    stiff: { geometries: [{ ...geometries[0], material: { E: 1e9 } }], cells: 9, unit: 'mm' },
     metal: {
       geometries: [{ ...geometries[0], material: { eps_r: 2 } }],
       cells: 9,
@@ -178,6 +193,10 @@ test('what cannot be exported is refused as by the native command, in its words'
     ['furlong', 'foam', 'export-unit'],
     ['metric', 'csx.xml', 'export-material'],
     ['metal', 'csx.xml', 'job-conflict'],
+    ['metric', 'in', 'export-material'],
+    ['plain', 'in', 'export-unit'],
+    ['graded', 'in', 'lines-graded'],
+    ['stiff', 'inp', 'export-material'],
     // the command knows of the job alone, and so before it meshes
     [
       'metric',
@@ -218,7 +237,7 @@ test('what cannot be exported is refused as by the native command, in its words'
   }
 });
 
-test('options that a format would ignore, and formats of the native command alone, are refused', () => {
+test('options that a format would ignore, and what is no format, are refused', () => {
   writeFileSync(path.join(folder, 'box.json'), JSON.stringify({ geometries: [{ file: 'foot.stl' }], cells: 9, unit: 'mm' }));
   const asked = [
     ['box', 'nrrd', { exportFlags: [1] }, 'job-conflict', /exportFlags is given, and \.nrrd/],
@@ -233,8 +252,9 @@ test('options that a format would ignore, and formats of the native command alon
     ['box', 'msh', { exportFlags: [1, 256] }, 'job-value', /exportFlags\[1\] is 256/],
     ['box', 'msh', { ascii: 1 }, 'job-value', /ascii is 1/],
     ['box', 'msh', { flags: [1] }, 'job-value', /flags is no option/],
-    ['box', 'xdmf', {}, 'job-conflict', /HDF5, which hexcast writes natively only/],
-    ['box', 'in', {}, 'job-conflict', /HDF5, which hexcast writes natively only/],
+    ['box', 'xdmf', { ascii: true }, 'job-conflict', /ascii is given, and \.xdmf/],
+    ['box', 'in', { map: { 1: 0 } }, 'job-conflict', /map is given, and \.in/],
+    ['box', 'links.h5', {}, 'job-conflict', /the mesh has no links/],
     ['box', 'vtk', {}, 'job-value', /format is "vtk"; allowed: .*"foam".*"binvox"/],
   ];
   writeFileSync(path.join(folder, 'asked.json'), JSON.stringify({ asked }));
@@ -252,6 +272,9 @@ test('planes that do not fit the memory are refused by those that hold them', ()
     path.join(folder, 'long.json'),
     JSON.stringify({ ...wide, dims: [2, 2100, 2000], domain: [8.999, 3.9, 0, 9.001, 6, 2] }),
   );
+  const material = { eps_r: 2 };
+  const many = { geometries: [{ file: 'foot.stl', material }], dims: [700, 700, 600], unit: 'mm' };
+  writeFileSync(path.join(folder, 'many.json'), JSON.stringify(many));
   const asked = [
     ['wide', 'foam', 'memory', /^a plane across z has 4200000 cells, and exporters hold planes of up to 4194304 here/],
     ['wide', 'inp', 'memory', /across z/],
@@ -259,6 +282,8 @@ test('planes that do not fit the memory are refused by those that hold them', ()
     ['wide', 'vox', undefined, /^undefined$/],
     ['long', 'msh', undefined, /^undefined$/],
     ['long', 'binvox', 'memory', /across x/],
+    ['many', 'in', 'memory', /^mesh_geo\.h5 has 588000000 bytes, and HDF5 files of up to 536870912 are made here, in memory/],
+    ['many', 'nrrd', undefined, /^undefined$/],
   ];
   const questions = asked.map(([at, format]) => [at, format, format === 'msh' ? { exportFlags: [1] } : {}]);
   writeFileSync(path.join(folder, 'asked.json'), JSON.stringify({ asked: questions }));

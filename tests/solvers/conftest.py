@@ -20,7 +20,7 @@ ENVIRONMENT = {**os.environ, "WM_PROJECT_DIR": "/usr/share/openfoam", "OMP_NUM_T
 def run(*command: object, cwd: Path, ok: bool = True) -> str:
     """Runs a program and returns what it printed; a failure that nobody expects ends the test with that text."""
     texts = [str(word) for word in command]
-    done = subprocess.run(texts, cwd=cwd, env=ENVIRONMENT, text=True, capture_output=True, timeout=300, check=False)
+    done = subprocess.run(texts, cwd=cwd, env=ENVIRONMENT, text=True, capture_output=True, timeout=600, check=False)
     text = done.stdout + done.stderr
     assert (done.returncode == 0) == ok, f"{texts}: exit code {done.returncode}\n{text[-6000:]}"
     return text

@@ -6,6 +6,11 @@ import numpy as np
 import pytest
 from conftest import Model, cuboid, hexcast, run, save
 
+NAMES = {1: "base", 2: "block", 9: "f_1_bar"}
+SIDES = ("XMIN", "XMAX", "YMIN", "YMAX", "ZMIN", "ZMAX")
+#: What stands above two lines of numbers of a surface.
+TITLES = ("   center of gravity and mean normal", "   area, normal force (+ = tension), shear force (size), torque and bending moment (size)")
+
 
 def table(text: str, title: str) -> np.ndarray:
     """The rows of a table of a .dat file."""
@@ -33,16 +38,16 @@ XMIN, 1, 3
 *STATIC
 *DSLOAD
 S_f_1_bar, P, 1
-*NODE PRINT, NSET=YMAX
-U
 *EL PRINT, ELSET=base, TOTALS=YES
 EVOL
 *EL PRINT, ELSET=block, TOTALS=YES
 EVOL
 *EL PRINT, ELSET=f_1_bar, TOTALS=YES
 EVOL
-*END STEP
 """
+    deck += "".join(f"*NODE PRINT, NSET={side}\nU\n" for side in SIDES)
+    deck += "".join(f"*SECTION PRINT, SURFACE=S_{name}, NAME=A{name}\nSOF\n" for name in NAMES.values())
+    deck += "*END STEP\n"
     (model.folder / "run.inp").write_text(deck)
     run("ccx", "run", cwd=model.folder)
     text = (model.folder / "run.dat").read_text()
@@ -52,14 +57,40 @@ EVOL
     corners = np.array([[nodes[point] for point in points] for points in elements.values()])
     numbers = np.array(list(elements)) - 1
     np.testing.assert_allclose(corners.mean(axis=1), model.centres[tuple(order[numbers].T)] * 1e-3, atol=1e-12)
-    for flag, name in ((1, "BASE"), (2, "BLOCK"), (9, "F_1_BAR")):
-        rows = table(text, f"volume (element, volume) for set {name} and time")
+    for flag, name in NAMES.items():
+        rows = table(text, f"volume (element, volume) for set {name.upper()} and time")
         of_flag = np.flatnonzero(model.flags[tuple(order.T)] == flag)
         # CalculiX found these elements in the set, each of the volume of the cell that has this number
         np.testing.assert_array_equal(rows[:, 0].astype(int) - 1, of_flag)
         np.testing.assert_allclose(rows[:, 1], model.volumes[tuple(order[of_flag].T)] * 1e-9, rtol=1e-5)
-    side = table(text, "displacements (vx,vy,vz) for set YMAX and time")[:, 0].astype(int)
-    assert sorted(side) == sorted(number for number, at in nodes.items() if abs(at[1] - 5e-3) < 1e-12)
+    for place, side in enumerate(SIDES):
+        found = table(text, f"displacements (vx,vy,vz) for set {side} and time")[:, 0].astype(int)
+        end = model.lines[place // 2][-(place % 2)] * 1e-3
+        assert sorted(found) == sorted(number for number, at in nodes.items() if abs(at[place // 2] - end) < 1e-12), side
+    for flag, name in NAMES.items():
+        # area and centre of the surface, as CalculiX adds them up
+        said = text.split(f"statistics for surface set S_{name.upper()} ")[1].split("\n")
+        centre, area = (np.array([float(word) for word in said[said.index(title) + 2].split()]) for title in TITLES)
+        areas, centres = sides_of(model, flag)
+        assert area[0] == pytest.approx(areas.sum() * 1e-6, rel=1e-6)
+        np.testing.assert_allclose(centre[:3], (areas[:, None] * centres).sum(axis=0) / areas.sum() * 1e-3, rtol=1e-6)
+
+
+def sides_of(model: Model, flag: int) -> tuple[np.ndarray, np.ndarray]:
+    """Areas and middles of the faces between cells of a flag and others, and at the sides of the box."""
+    padded = np.pad(model.flags.astype(int), 1, constant_values=-1)
+    areas, middles = [], []
+    for axis in range(3):
+        sizes = np.meshgrid(*[np.diff(lines) for lines in model.lines], indexing="ij")
+        across = np.prod([sizes[other] for other in range(3) if other != axis], axis=0)
+        for shift in (1, -1):
+            beside = np.roll(padded, shift, axis)[1:-1, 1:-1, 1:-1]
+            outer = (model.flags == flag) & (beside != flag)
+            areas.append(across[outer])
+            middle = model.centres[outer].copy()
+            middle[:, axis] -= shift * sizes[axis][outer] / 2
+            middles.append(middle)
+    return np.concatenate(areas), np.concatenate(middles)
 
 
 def read(model: Model) -> tuple[dict[int, list[float]], dict[int, list[int]]]:

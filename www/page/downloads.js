@@ -41,6 +41,7 @@ const FILES = [
   file('sidecar-bits', 'bits.raw.json', 'Packed: description', 'dims, lines, names', { options: BITS }),
   file('zarr', 'zarr.zip', 'Zarr', 'a store in an archive: zarr-python, xarray', { format: 'zarr', options: { compress: 6 } }),
   file('links', 'links.npz', 'Links to walls', 'NumPy, compressed', { format: 'links.npz', options: { compress: 6 } }),
+  file('links-hdf5', 'links.h5', 'Links to walls, as HDF5', 'compressed', { format: 'links.h5', options: { compress: 6 } }),
   file('links-records', 'links', 'Links to walls, as records', '24 bytes each', { format: 'links' }),
   file('fractions', 'fractions.npz', 'Fractions of cells', 'NumPy, compressed', {
     format: 'fractions.npz',
@@ -118,12 +119,13 @@ function guess(mesh, { id, format }) {
 }
 
 /** Bytes of an entry of what was measured, before it is compressed. @type {Record<string, number>} */
-const PER_ENTRY = { links: 24, fractions: 100, staggered: 7 };
+const PER_ENTRY = { links: 24, 'links-hdf5': 24, fractions: 100, staggered: 7 };
 
 /** @param {Mesh} mesh @param {string} of */
 function entriesOf({ report }, of) {
   // few cells that are cut have more than three flags
-  return { links: report.links?.links, fractions: 3 * (report.fractions?.cut_cells ?? 0) }[of] ?? 1.2 * report.cells;
+  if (of.startsWith('links')) return report.links?.links ?? 0;
+  return { fractions: 3 * (report.fractions?.cut_cells ?? 0) }[of] ?? 1.2 * report.cells;
 }
 
 /** @param {Mesh} mesh @param {FileKind} file @param {HTMLButtonElement} button @param {HTMLElement} status */
@@ -175,7 +177,7 @@ const EXPORT_BYTES = 200;
 
 /** Whether a format is one of those for solvers, whose sizes depend on the flags. @param {import('hexcast').Format} format */
 function isExport(format) {
-  return ['foam', 'inp', 'msh', 'csx.xml', 'geometry.xml', 'nrrd', 'vox', 'binvox'].includes(format);
+  return ['foam', 'inp', 'msh', 'xdmf', 'csx.xml', 'in', 'geometry.xml', 'nrrd', 'vox', 'binvox'].includes(format);
 }
 
 /** Bytes of the columns, in memory and spilled. @param {Mesh} mesh */

@@ -10,14 +10,19 @@ import { on, state } from './state.js';
 const ROUNDING = 1e-9;
 /** Formats with a form in text besides the binary one, those that need the unit of lengths, and those of cells of one size. */
 const IN_TEXT = ['foam', 'msh'];
-const WITH_UNIT = ['foam', 'inp', 'csx.xml', 'geometry.xml'];
-const OF_EQUAL = ['geometry.xml', 'nrrd', 'vox', 'binvox'];
+const WITH_UNIT = ['foam', 'inp', 'csx.xml', 'in', 'geometry.xml'];
+const OF_EQUAL = ['in', 'geometry.xml', 'nrrd', 'vox', 'binvox'];
 
 const FILES = [
   file('foam', 'foam.zip', 'OpenFOAM', 'to be unpacked into a case', { format: 'foam', options: { compress: 1 } }),
   file('inp', 'inp', 'Abaqus, CalculiX', 'bricks, sets, surfaces', { format: 'inp' }),
   file('msh', 'msh', 'Gmsh', 'MSH 4.1, hexahedra', { format: 'msh' }),
+  file('xdmf', 'xdmf.zip', 'XDMF', 'ParaView, dolfinx; to be unpacked', { format: 'xdmf', options: { compress: 6 } }),
   file('csx', 'csx.xml', 'openEMS', 'boxes; needs the material of each part', { format: 'csx.xml' }),
+  file('gprmax', 'gprmax.zip', 'gprMax', 'to be unpacked; needs the material of each part', {
+    format: 'in',
+    options: { compress: 6 },
+  }),
   file('openmc', 'geometry.xml', 'OpenMC', 'lattice', { format: 'geometry.xml', name: 'geometry.xml' }),
   file('nrrd', 'nrrd', 'NRRD', '3D Slicer, ITK', { format: 'nrrd', options: { compress: 6 } }),
   file('vox', 'vox', 'MagicaVoxel', 'to look at', { format: 'vox' }),

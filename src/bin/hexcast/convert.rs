@@ -20,6 +20,7 @@ use super::reading::open_columns;
 use super::standard;
 use super::summary::Table;
 use super::taken::Taken;
+use super::terminal;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -85,6 +86,9 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     outputs.write(&mesh, &place, None, &control, progress)?;
     control.check()?;
     let files = outputs.finish("")?;
+    if let Some(warning) = arguments.formats.merged(&mesh) {
+        terminal::complain(&format!("warning: {warning}"));
+    }
     if arguments.quiet || standard::is_standard(&arguments.output) {
         return Ok(());
     }
@@ -98,7 +102,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     for file in files {
         table.line("written", format!("{} ({})", file.path.display(), BinaryBytes(file.n_bytes)));
     }
-    super::terminal::print(&table.finish())
+    terminal::print(&table.finish())
 }
 
 /// The cells that are asked for, and how many at the end of each axis do not fill a block.

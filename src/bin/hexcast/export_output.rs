@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use hexcast::control::Control;
 use hexcast::export::{ExportOptions, Exporter, Files, exact_size, export};
+use hexcast::geometry::Geometry;
 use hexcast::job::Job;
 use hexcast::mesh::Mesh;
 use hexcast::pipeline::Prepared;
@@ -60,7 +61,7 @@ impl ExportOutput {
         Ok((places, ExportOutput { path: path.into(), exporter, options, folder, name, temporary, _lock: lock }))
     }
 
-    /// Refuses what is known before the mesh is made: cells and flags that cannot be exported.
+    /// Refuses what is known before the mesh is made: cells, flags and substances that cannot be exported.
     pub(crate) fn check(&self, job: &Job, prepared: &Prepared) -> Result<()> {
         let mut flags: Vec<u8> = prepared.geometries.iter().map(|geometry| geometry.flag).chain([0]).collect();
         match (job.close_gaps, job.gap_flag) {
@@ -73,6 +74,8 @@ impl ExportOutput {
         flags.dedup();
         let refused = self.exporter.check_lines(&prepared.lines);
         let refused = refused.and_then(|()| self.exporter.check_flags(&self.options, &flags));
+        let refused =
+            refused.and_then(|()| self.exporter.check_materials(&self.options, &prepared.names, &with_cells(prepared)));
         refused.map_err(|error| error.at(self.path.display()))
     }
 
@@ -141,6 +144,17 @@ fn check_places(path: &Path, folder: &Path, names: &[String]) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// The background, and the flags of all geometries but those beside the cells, which get none.
+fn with_cells(prepared: &Prepared) -> Vec<u8> {
+    let lines = &prepared.lines;
+    let meets =
+        |axis: usize, [low, high]: [f64; 2]| high > lines.line(axis, 0) && low < lines.line(axis, lines.dims()[axis]);
+    let is_met = |geometry: &&Geometry| {
+        geometry.bounding_box().is_some_and(|[low, high]| (0..3).all(|axis| meets(axis, [low[axis], high[axis]])))
+    };
+    prepared.geometries.iter().filter(is_met).map(|geometry| geometry.flag).chain([0]).collect()
 }
 
 /// The temporary folder.

@@ -5,6 +5,7 @@ use std::path::Path;
 use hexcast::estimate::{block_cache_bytes, slab_bytes};
 use hexcast::export::{ExportOptions, Exporter};
 use hexcast::job::{Level, RunJob};
+use hexcast::mesh::Mesh;
 use hexcast::write::{AxisOrder, Compress, Format, Options};
 use hexcast::{Error, Result};
 use serde::Deserialize;
@@ -55,6 +56,18 @@ pub(crate) enum Hash {
 const DEFAULT_COMPRESS: Compress = Compress::Zlib(6);
 
 impl FormatArguments {
+    /// Says which flags a map makes the same as others that keep their number: it may have been meant, or one was forgotten.
+    pub(super) fn merged(&self, mesh: &Mesh) -> Option<String> {
+        let Map(map) = self.map?;
+        let cells = mesh.columns.cells_per_flag();
+        let keeps = |byte: u8| map[usize::from(byte)] == byte && cells[usize::from(byte)] > 0;
+        let pairs = (0..=u8::MAX).zip(map).filter(|(flag, byte)| flag != byte && keeps(*byte));
+        let pairs = pairs.filter(|(flag, _)| cells[usize::from(*flag)] > 0);
+        let said: Vec<String> = pairs.map(|(flag, byte)| format!("flag {flag} as {byte}")).collect();
+        let last = "which another flag keeps: the file does not tell them apart";
+        (!said.is_empty()).then(|| format!("--map writes {}, {last}", said.join(", ")))
+    }
+
     /// The writer's options for a format: those arguments that apply to it, and its share of the memory allowed.
     pub(super) fn options(&self, format: Format, max_bytes: u64) -> Options {
         let (compress, bits) = match format {

@@ -234,7 +234,7 @@ fn mesh_and_write(
     let mut files = outputs.finish(&format!("{}\n", report.to_json()))?;
     files.extend(measured.finish()?);
 
-    let n_warnings = warn(&report, arguments.strict, no_gpu);
+    let n_warnings = warn(&report, arguments.formats.merged(&mesh), arguments.strict, no_gpu);
     if arguments.json {
         terminal::print_exact(&format!("{}\n", report.to_json()))?;
     } else if !arguments.quiet && !prints_file(arguments) {
@@ -250,10 +250,11 @@ fn prints_file(arguments: &Arguments) -> bool {
     paths.chain(arguments.doubt.as_deref()).chain(arguments.report.as_deref()).any(standard::is_standard)
 }
 
-/// Prints the warnings, and returns how many there are; those about input files, which the summary has as notes, only where
-/// they decide the exit code. That there was no GPU, the first of them, is printed and not counted.
-fn warn(report: &Report, is_strict: bool, no_gpu: bool) -> usize {
+/// Prints the warnings of the mesh and of an output, and returns how many there are; those about input files, which the summary has as notes,
+/// only where they decide the exit code. That there was no GPU, the first of them, is printed and not counted.
+fn warn(report: &Report, of_output: Option<String>, is_strict: bool, no_gpu: bool) -> usize {
     let mut warnings = report.mesh.warnings.clone();
+    warnings.extend(of_output);
     if is_strict {
         let inputs = &report.mesh.inputs;
         warnings.extend(inputs.iter().flat_map(|of| of.warnings.iter().map(|text| format!("{}: {text}", of.file))));
