@@ -17,7 +17,9 @@
 //! # Ok::<(), hexcast::Error>(())
 //! ```
 
-use serde::de::{DeserializeOwned, IgnoredAny};
+use std::marker::PhantomData;
+
+use serde::de::{DeserializeOwned, DeserializeSeed, IgnoredAny};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
@@ -36,8 +38,13 @@ mod links_job;
 mod numbers;
 mod part_job;
 mod per_axis;
+#[cfg(not(target_arch = "wasm32"))]
+mod picture_job;
 mod quoted;
 mod setters;
+mod settings;
+#[cfg(not(target_arch = "wasm32"))]
+mod several;
 mod validate;
 mod validate_lines;
 mod zarr_job;
@@ -52,7 +59,11 @@ pub use lines_job::{DEFAULT_GROWTH, GradedJob, LinesJob};
 pub use links_job::{LinksJob, Stencil};
 pub use part_job::{PartJob, numbers_of_parts};
 pub use per_axis::PerAxis;
+#[cfg(not(target_arch = "wasm32"))]
+pub use picture_job::{PlaceJob, SliceJob, ViewJob};
 use quoted::{in_lines, on_one_line, toml_problem};
+#[cfg(not(target_arch = "wasm32"))]
+pub use several::Several;
 pub use zarr_job::ZarrJob;
 
 /// Cells along the longest axis where the job does not say.
@@ -242,12 +253,8 @@ impl Job {
     /// # Errors
     /// Those of [`Job::from_toml`].
     pub fn from_json(text: &str) -> Result<Job> {
-        // first alone, since serde_json also calls some wrong values a syntax error
-        let _: IgnoredAny =
-            serde_json::from_str(text).map_err(|error| not_valid("JSON", &on_one_line(&error.to_string())))?;
-        let mut json = serde_json::Deserializer::from_str(text);
-        let job: Job = serde_path_to_error::deserialize(&mut json)
-            .map_err(|error| wrong_value(&error.path().to_string(), &on_one_line(&error.inner().to_string())))?;
+        check_json(text)?;
+        let job: Job = of_json_text(text, PhantomData)?;
         job.validate()?;
         Ok(job)
     }
@@ -295,17 +302,41 @@ fn of_json<T: DeserializeOwned>(value: serde_json::Value) -> Result<T> {
         .map_err(|error| wrong_value(&error.path().to_string(), &on_one_line(&error.inner().to_string())))
 }
 
+/// Refuses a text that is not JSON: serde_json also calls some wrong values a syntax error.
+fn check_json(text: &str) -> Result<()> {
+    let read: serde_json::Result<IgnoredAny> = serde_json::from_str(text);
+    read.map(|_| ()).map_err(|error| not_valid("JSON", &on_one_line(&error.to_string())))
+}
+
+/// Reads a text of JSON; errors name the key, and line and column.
+fn of_json_text<'de, S: DeserializeSeed<'de>>(text: &'de str, seed: S) -> Result<S::Value> {
+    let mut json = serde_json::Deserializer::from_str(text);
+    let mut track = serde_path_to_error::Track::new();
+    let read = seed.deserialize(serde_path_to_error::Deserializer::new(&mut json, &mut track));
+    read.map_err(|error| {
+        let place = format!(" at line {} column {}", error.line(), error.column());
+        let whole = error.to_string();
+        let problem = whole.strip_suffix(&place).unwrap_or(&whole);
+        let place = format!("line {}, column {}: ", error.line(), error.column());
+        wrong_value_at(&track.path().to_string(), &place, &on_one_line(problem))
+    })
+}
+
 fn not_valid(language: &str, problem: &str) -> Error {
     Error::new("job-syntax", format!("the job is not valid {language}: {}", problem.trim_end()), HINT)
 }
 
 fn wrong_value(key: &str, problem: &str) -> Error {
+    wrong_value_at(key, "", problem)
+}
+
+fn wrong_value_at(key: &str, place: &str, problem: &str) -> Error {
     // the path of the job itself is "." or nothing
     let key = if matches!(key, "." | "") { "the job" } else { key };
     // the page makes jobs by fields, so that its wasm does without
     #[cfg(not(target_arch = "wasm32"))]
     let problem = &in_words::in_words(key, problem);
-    Error::new("job-value", format!("{}: {}", on_one_line(key), problem.trim_end()), HINT)
+    Error::new("job-value", format!("{}: {place}{}", on_one_line(key), problem.trim_end()), HINT)
 }
 
 const HINT: &str = "compare with the example: hexcast job example, or docs/job.schema.json";

@@ -1,10 +1,13 @@
 //! The job file of the command line: a job, and what else `hexcast mesh` has options for. Natively only.
 
-use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
-use super::{ByteSize, Job, not_valid, of_json, of_toml, on_one_line, toml_table};
+use super::{ByteSize, Job, Several, SliceJob, ViewJob, check_json, of_toml, toml_table};
 use crate::error::{Error, Result};
+
+mod json;
+
+use json::of_keys;
 
 /// What `hexcast mesh` does with a mesh: the keys of a job file that are no part of the job. Each is the option of that name.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -33,6 +36,12 @@ pub struct RunJob {
     /// File for the flags of a staggered grid, `.npz`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub staggered_output: Option<String>,
+    /// Slices of the mesh as pictures, one table or a list of them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub slice: Option<Several<SliceJob>>,
+    /// Views of the surface of the mesh as pictures, one table or a list of them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub view: Option<Several<ViewJob>>,
     /// zlib level of outputs, 1 to 9, or "none"; by default 6.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub compress: Option<Level>,
@@ -156,16 +165,8 @@ impl JobFile {
     /// # Errors
     /// Those of [`JobFile::from_toml`].
     pub fn from_json(text: &str) -> Result<JobFile> {
-        let _: IgnoredAny =
-            serde_json::from_str(text).map_err(|error| not_valid("JSON", &on_one_line(&error.to_string())))?;
-        let value: serde_json::Value =
-            serde_json::from_str(text).map_err(|error| not_valid("JSON", &on_one_line(&error.to_string())))?;
-        let serde_json::Value::Object(keys) = value else {
-            return Err(Error::new("job-value", "the job is not an object of keys", super::HINT));
-        };
-        let (of_run, of_job) = keys.into_iter().partition(|(key, _)| is_of_run(key));
-        let object = serde_json::Value::Object;
-        Ok(JobFile { run: of_json(object(of_run))?, job: of_json(object(of_job))? })
+        check_json(text)?;
+        Ok(JobFile { run: of_keys(text, is_of_run)?, job: of_keys(text, |key| !is_of_run(key))? })
     }
 
     /// Writes the file as TOML; reading it back gives the same.
@@ -174,8 +175,7 @@ impl JobFile {
     /// `job-value` where a name has no form in TOML.
     pub fn to_toml(&self) -> Result<String> {
         let failed = |error: toml::ser::Error| Error::new("job-value", format!("the job as TOML: {error}"), "");
-        let [run, job] = [toml::to_string(&self.run).map_err(failed)?, toml::to_string(&self.job).map_err(failed)?];
-        Ok(format!("{run}{job}"))
+        toml::to_string(self).map_err(failed)
     }
 
     /// Writes the file as JSON; reading it back gives the same.
@@ -195,6 +195,8 @@ pub const RUN_KEYS: &[&str] = &[
     "links_output",
     "fractions_output",
     "staggered_output",
+    "slice",
+    "view",
     "axis_order",
     "map",
     "export_flags",

@@ -250,7 +250,7 @@ fn a_background_is_read_from_an_argument() {
             "job-value",
             "background: there is no key \"eps\"; keys are name, eps_r, mu_r, sigma, pec, density, E, nu",
         ),
-        ("air", "job-value", "background: there is no key \"air\""),
+        ("air", "job-value", "background: \"air\" is not key=value"),
         ("eps_r=one", "job-value", "background: eps_r: \"one\" is not a number"),
         ("pec=yes", "job-value", "background: pec=yes: write true or false"),
         ("nu=0.1,nu=0.2", "job-conflict", "background: nu is given twice"),

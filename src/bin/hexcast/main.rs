@@ -34,6 +34,7 @@ mod numbers;
 mod output_file;
 mod outputs;
 mod parts;
+mod picture_outputs;
 mod pictures;
 mod place;
 mod place_of_store;

@@ -18,6 +18,7 @@ use super::format_arguments::exporter_of;
 use super::job_options::{as_text, dump};
 use super::measured::{Measured, MeasuredArguments};
 use super::outputs::{FormatArguments, Outputs, Targets};
+use super::picture_outputs::{PictureArguments, Pictures};
 use super::progress::Progress;
 use super::spill::SpillArguments;
 use super::taken::Taken;
@@ -66,6 +67,8 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     measured: MeasuredArguments,
     #[command(flatten)]
+    pictures: PictureArguments,
+    #[command(flatten)]
     spill: SpillArguments,
     /// Write the report to a file, as JSON; - is standard output
     #[arg(long, value_name = "FILE", help_heading = "Output")]
@@ -106,6 +109,7 @@ impl Arguments {
         run.doubt = self.doubt.as_deref().map(as_text).transpose()?;
         self.formats.put(&mut run);
         self.measured.put(&mut run)?;
+        self.pictures.put(&mut run);
         self.spill.put(&mut run)?;
         (run.flags_in_memory, run.strict, run.json) = (self.flags_in_memory, self.strict, self.json);
         (run.quiet, run.verbose) = (self.quiet, self.verbose);
@@ -143,12 +147,13 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     let mut taken = Taken::by(&inputs);
     let outputs = Outputs::open(&targets, &arguments.formats, &mut taken, max_bytes)?;
     let measured = arguments.measured.open(&mut taken, &arguments.formats, (zarr, max_bytes))?;
+    let pictures = arguments.pictures.open(&mut taken, max_bytes)?;
     if arguments.formats.bits {
         check_single_flag(&job)?;
     }
     arguments.job.set_threads()?;
     let file = arguments.spill.open(&arguments.outputs)?;
-    let meshed = mesh_and_write(arguments, &job, (outputs, measured), file.target.clone(), token);
+    let meshed = mesh_and_write(arguments, &job, (outputs, measured, pictures), file.target.clone(), token);
     match &meshed {
         Ok(_) => file.remove(),
         Err(error) => file.keep_after(error),
@@ -161,7 +166,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
 fn mesh_and_write(
     arguments: &Arguments,
     job: &Job,
-    (mut outputs, mut measured): (Outputs, Measured),
+    (mut outputs, mut measured, pictures): (Outputs, Measured, Pictures),
     spill: SpillTarget,
     token: &CancelToken,
 ) -> Result<bool> {
@@ -193,6 +198,7 @@ fn mesh_and_write(
         .with_max_device_bytes(arguments.job.max_device_memory.map(|size| size.0));
     let check = |prepared: &Prepared| {
         measured.check(prepared)?;
+        pictures.check(&prepared.lines)?;
         outputs.check(job, prepared)
     };
     let meshed = pollster::block_on(pipeline::mesh_if(job, sources, (&options, &check), &mut engine, &control));
@@ -230,7 +236,11 @@ fn mesh_and_write(
     let mut files = outputs.finish(&format!("{}\n", report.to_json()))?;
     files.extend(measured.finish()?);
 
-    let n_warnings = warn(&report, arguments.strict);
+    // after all else is in its place, which a picture that fails leaves there
+    let (drawn, unseen) = pictures.write(&mesh, &control)?;
+    files.extend(drawn);
+
+    let n_warnings = warn(&report, unseen, arguments.strict);
     if arguments.json {
         terminal::print_exact(&format!("{}\n", report.to_json()))?;
     } else if !arguments.quiet && !prints_file(arguments) {
@@ -248,8 +258,9 @@ fn prints_file(arguments: &Arguments) -> bool {
 
 /// Prints the warnings, and returns how many there are; those about input files, which the summary has as notes, only where
 /// they decide the exit code.
-fn warn(report: &Report, is_strict: bool) -> usize {
+fn warn(report: &Report, unseen: Vec<String>, is_strict: bool) -> usize {
     let mut warnings = report.mesh.warnings.clone();
+    warnings.extend(unseen);
     if is_strict {
         let inputs = &report.mesh.inputs;
         warnings.extend(inputs.iter().flat_map(|of| of.warnings.iter().map(|text| format!("{}: {text}", of.file))));

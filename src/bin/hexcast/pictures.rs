@@ -13,6 +13,7 @@ use super::arguments::default_max_memory;
 use super::numbers::list;
 use super::output_file::PendingFile;
 use super::reading::open_columns;
+use super::standard::is_standard;
 use super::summary::Table;
 
 const SLICE_EXAMPLES: &str = "\
@@ -47,7 +48,7 @@ pub(crate) struct SliceArguments {
     no_lines: bool,
     #[command(flatten)]
     look: LookArguments,
-    /// Picture
+    /// Picture, or - for standard output
     #[arg(short, long, value_name = "OUT.png")]
     output: PathBuf,
     /// Print nothing but errors
@@ -73,7 +74,7 @@ pub(crate) struct ViewArguments {
     size: u32,
     #[command(flatten)]
     look: LookArguments,
-    /// Picture
+    /// Picture, or - for standard output
     #[arg(short, long, value_name = "OUT.png")]
     output: PathBuf,
     /// Print nothing but errors
@@ -99,7 +100,7 @@ impl LookArguments {
     }
 }
 
-fn flag_colour(text: &str) -> std::result::Result<(u8, [u8; 3]), String> {
+pub(crate) fn flag_colour(text: &str) -> std::result::Result<(u8, [u8; 3]), String> {
     let found = text.split_once('=').and_then(|(flag, digits)| {
         let digits = digits.strip_prefix('#').unwrap_or(digits);
         let is_right = digits.len() == 6 && digits.bytes().all(|digit| digit.is_ascii_hexdigit());
@@ -107,12 +108,21 @@ fn flag_colour(text: &str) -> std::result::Result<(u8, [u8; 3]), String> {
         Some((flag.parse().ok()?, rgb))
     });
     found.ok_or_else(|| {
-        "a flag from 0 to 255 and a colour of six hexadecimal digits are needed, such as 1=d98324".into()
+        format!("\"{text}\" is not a flag from 0 to 255 and a colour of six hexadecimal digits, such as 1=d98324")
     })
 }
 
-fn axis(text: &str) -> std::result::Result<usize, String> {
-    ["x", "y", "z"].iter().position(|name| *name == text).ok_or_else(|| "x, y or z is needed".into())
+pub(crate) fn axis(text: &str) -> std::result::Result<usize, String> {
+    ["x", "y", "z"].iter().position(|name| *name == text).ok_or_else(|| format!("\"{text}\" is not an axis: x, y or z is needed"))
+}
+
+/// Refuses the name of a picture in another format.
+pub(crate) fn check_ending(output: &Path) -> Result<()> {
+    if output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
+        return Ok(());
+    }
+    let message = format!("{}: pictures are written to .png only", output.display());
+    Err(Error::new("job-value", message, "name a file that ends in .png"))
 }
 
 fn place(text: &str) -> std::result::Result<Place, String> {
@@ -143,9 +153,8 @@ fn drawn(
 ) -> Result<()> {
     // first: a missing input is the more useful message
     open_file(input)?;
-    if !output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
-        let message = format!("{}: pictures are written to .png only", output.display());
-        return Err(Error::new("job-value", message, "name a file that ends in .png"));
+    if !is_standard(output) {
+        check_ending(output)?;
     }
     let (place, mut file) = PendingFile::open(output)?;
     if input.canonicalize().is_ok_and(|input| input == place) {
@@ -160,7 +169,7 @@ fn drawn(
     let png = picture.png()?;
     file.put(&png)?;
     file.persist()?;
-    if is_quiet {
+    if is_quiet || is_standard(output) {
         return Ok(());
     }
     let mut table = Table::default();
