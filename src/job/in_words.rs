@@ -19,6 +19,7 @@ pub(super) fn in_words(key: &str, message: &str) -> String {
     let words = message.lines().map(line_in_words).collect::<Vec<String>>().join("\n");
     // of an enum serde does not say what is expected
     let is_of_enum = words.contains("wanted string or table") || words.starts_with("expected value");
+    let words = if words.starts_with("expected value") { "it is something else".into() } else { words };
     match key {
         "padding" => {
             let found = words.split("; give ").next().unwrap_or_default();

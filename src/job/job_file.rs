@@ -157,7 +157,7 @@ impl JobFile {
                 table.get_ref().keys().filter(|key| is_of_run(key.get_ref()) != is_run).cloned().collect();
             others.iter().for_each(|key| _ = table.get_mut().remove(key));
         }
-        Ok(JobFile { run: of_toml(of_run, text)?, job: of_toml(of_job, text)? })
+        Ok(JobFile { run: of_toml(of_run, text)?, job: of_toml(of_job, text).map_err(with_run_keys)? })
     }
 
     /// Reads a job file in JSON. The job is not validated, since options may change it.
@@ -166,7 +166,10 @@ impl JobFile {
     /// Those of [`JobFile::from_toml`].
     pub fn from_json(text: &str) -> Result<JobFile> {
         check_json(text)?;
-        Ok(JobFile { run: of_keys(text, is_of_run)?, job: of_keys(text, |key| !is_of_run(key))? })
+        Ok(JobFile {
+            run: of_keys(text, is_of_run)?,
+            job: of_keys(text, |key| !is_of_run(key)).map_err(with_run_keys)?,
+        })
     }
 
     /// Writes the file as TOML; reading it back gives the same.
@@ -213,6 +216,17 @@ pub const RUN_KEYS: &[&str] = &[
     "quiet",
     "verbose",
 ];
+
+/// The error of a key that there is not names those of runs, too.
+fn with_run_keys(error: Error) -> Error {
+    let message = error.to_string();
+    if !message.contains("; keys are `geometries`") {
+        return error;
+    }
+    let keys: Vec<String> = RUN_KEYS.iter().map(|key| format!("`{key}`")).collect();
+    let keys = keys.join(", ");
+    Error::new(error.code(), format!("{message}, {keys}"), error.hint())
+}
 
 fn is_of_run(key: &str) -> bool {
     RUN_KEYS.contains(&key)

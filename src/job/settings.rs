@@ -23,9 +23,8 @@ pub(super) fn for_each(
     (what, hint): (&str, &str),
     mut set: impl FnMut(&str, &str) -> std::result::Result<(), String>,
 ) -> Result<()> {
-    let wrong = |code, problem: &str, hint| {
-        Error::new(code, format!("{}: {}", on_one_line(what), on_one_line(problem)), hint)
-    };
+    let wrong =
+        |code, problem: &str, hint| Error::new(code, format!("{}: {}", on_one_line(what), on_one_line(problem)), hint);
     let mut seen = Vec::new();
     for setting in settings.split(',') {
         let Some((key, value)) = setting.split_once('=').map(|(key, value)| (key.trim(), value.trim())) else {

@@ -86,6 +86,7 @@ fn an_option_overrides_a_bad_value_and_errors_are_in_words() {
         ("compress = 11", "1 to 9 or none is needed"),
         ("threads = 5000", "1 to 1024 is needed"),
         ("cels = 3", "there is no key `cels`; keys are `geometries`"),
+        ("otput = 3", ", `background`, `output`, `format`, `report`"),
     ] {
         write(line);
         let output = hexcast(&mesh);

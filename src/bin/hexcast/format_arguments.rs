@@ -10,6 +10,7 @@ use hexcast::{Error, Result};
 use serde::Deserialize;
 
 use super::arguments::choice;
+use super::numbers::number;
 use super::standard::is_standard;
 
 /// How files are written.
@@ -36,7 +37,7 @@ pub(crate) struct FormatArguments {
     #[arg(long, value_name = "FLAG=BYTE,...", value_parser = map)]
     map: Option<Map>,
     /// Flags whose cells are exported for a solver, also 0 [default: all but 0]
-    #[arg(long, value_name = "FLAG,...", value_delimiter = ',')]
+    #[arg(long, value_name = "FLAG,...", value_delimiter = ',', value_parser = number::<u8>)]
     export_flags: Option<Vec<u8>>,
     /// Export text in place of binary numbers: OpenFOAM, .msh
     #[arg(long)]
@@ -120,10 +121,13 @@ impl FormatArguments {
             None => path.to_string_lossy().into_owned(),
         };
         let format = Format::of_name(&name).map_err(|error| {
+            let given = self.format.as_ref().filter(|_| is_standard(path));
+            let problem =
+                given.map_or(error.to_string(), |format| format!("--format {format}: there is no such format"));
             let formats = Format::ALL.map(|format| format!(".{}", format.extension()));
             let exporters = Exporter::ENDINGS.map(|(ending, _)| ending.to_string());
             let known = [&formats[..], &exporters].concat().join(", ");
-            Error::new(error.code(), error.to_string(), format!("use {known}"))
+            Error::new(error.code(), problem, format!("use {known}"))
         })?;
         if format == Format::Zarr {
             let message = format!("{} would be a folder of many files, and one file is needed", path.display());

@@ -19,6 +19,7 @@ use hexcast::{Error, Result};
 use super::arguments::choice;
 use super::format_arguments::FormatArguments;
 use super::job_options::as_text;
+use super::numbers::number;
 use super::output_file::{OutputFile, PendingFile};
 use super::place_of_store::is_s3;
 use super::taken::Taken;
@@ -36,14 +37,14 @@ pub(crate) struct MeasuredArguments {
           value_parser = choice::<Stencil>(&["D3Q7", "D3Q15", "D3Q19", "D3Q27"]))]
     stencil: Option<Stencil>,
     /// Flags that --links calls fluid [default: 0, the background]
-    #[arg(long, value_name = "FLAGS", requires = "links", value_delimiter = ',')]
+    #[arg(long, value_name = "FLAGS", requires = "links", value_delimiter = ',', value_parser = number::<u8>)]
     fluid: Option<Vec<u8>>,
     /// Write the fraction that each flag has of the cells that surfaces cut to a file, .npz; .vti, .vtr, .npy, .zarr and .zarr.zip have the fraction of every cell
     /// that is not background
     #[arg(long, value_name = "FILE")]
     fractions: Option<PathBuf>,
     /// Rays of --fractions along each axis of a cell: 1, 2, 4, 8 or 16 [default: 4]
-    #[arg(long, value_name = "M", requires = "fractions")]
+    #[arg(long, value_name = "M", requires = "fractions", value_parser = number::<u32>)]
     fraction_rays: Option<u32>,
     /// Also measure the fraction that each flag has of each face of these cells
     #[arg(long, requires = "fractions")]

@@ -53,7 +53,11 @@ impl PictureArguments {
         let open = |(key, output, wanted): (&str, &String, Result<Wanted>)| {
             if output.is_empty() {
                 let message = format!("a {key} is asked for without the name of its file");
-                return Err(Error::new("job-value", message, format!("give output = \"{key}.png\", or --{key} {key}.png")));
+                return Err(Error::new(
+                    "job-value",
+                    message,
+                    format!("give output = \"{key}.png\", or --{key} {key}.png"),
+                ));
             }
             let path = Path::new(output);
             check_ending(path)?;
@@ -117,7 +121,8 @@ impl Wanted {
 }
 
 fn of_slice(job: &SliceJob) -> Result<Wanted> {
-    let axes = job.axis.iter().flat_map(|axes| &axes.0).map(|name| axis(name).map_err(|problem| wrong("axis", &problem)));
+    let axes =
+        job.axis.iter().flat_map(|axes| &axes.0).map(|name| axis(name).map_err(|problem| wrong("axis", &problem)));
     let place = |place: &PlaceJob| match place {
         PlaceJob::Coordinate(at) => at.to_string().parse(),
         PlaceJob::Text(text) => text.parse(),

@@ -3,16 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use hexcast::control::{CancelToken, Control};
-use hexcast::files::open_file;
 use hexcast::mesh::Mesh;
 use hexcast::picture::{Look, Picture, Place, Slices, View, slices, view};
 use hexcast::{Error, Result};
 use indicatif::BinaryBytes;
 
 use super::arguments::default_max_memory;
-use super::numbers::list;
+use super::numbers::{list, number};
 use super::output_file::PendingFile;
-use super::reading::open_columns;
+use super::reading::{check_columns, open_columns};
 use super::standard::is_standard;
 use super::summary::Table;
 
@@ -31,7 +30,7 @@ Examples:
 #[derive(clap::Args)]
 #[command(after_help = SLICE_EXAMPLES)]
 pub(crate) struct SliceArguments {
-    /// Column file
+    /// Column file, or - for standard input
     #[arg(value_name = "MESH.hxc")]
     mesh: PathBuf,
     /// Axes across the slices [default: x,y,z]
@@ -41,7 +40,7 @@ pub(crate) struct SliceArguments {
     #[arg(long, value_name = "P,P,...", value_delimiter = ',', value_parser = place, allow_hyphen_values = true)]
     at: Vec<Place>,
     /// Pixels of the longest side of the mesh
-    #[arg(long, value_name = "PIXELS", default_value_t = 600)]
+    #[arg(long, value_name = "PIXELS", default_value = "600", value_parser = number::<u32>)]
     size: u32,
     /// Draw no lines between cells
     #[arg(long)]
@@ -60,7 +59,7 @@ pub(crate) struct SliceArguments {
 #[derive(clap::Args)]
 #[command(after_help = VIEW_EXAMPLES)]
 pub(crate) struct ViewArguments {
-    /// Column file
+    /// Column file, or - for standard input
     #[arg(value_name = "MESH.hxc")]
     mesh: PathBuf,
     /// Direction to the eye in degrees: around z from the x axis, and up [default: -60,25]
@@ -70,7 +69,7 @@ pub(crate) struct ViewArguments {
     #[arg(long, value_name = "I0,J0,K0,I1,J1,K1", value_parser = list::<u32, 6>)]
     window: Option<[u32; 6]>,
     /// Pixels of the longer side
-    #[arg(long, value_name = "PIXELS", default_value_t = 1000)]
+    #[arg(long, value_name = "PIXELS", default_value = "1000", value_parser = number::<u32>)]
     size: u32,
     #[command(flatten)]
     look: LookArguments,
@@ -86,7 +85,7 @@ pub(crate) struct ViewArguments {
 #[derive(clap::Args)]
 struct LookArguments {
     /// Flags that are shown [default: all]
-    #[arg(long, value_name = "F,F,...", value_delimiter = ',')]
+    #[arg(long, value_name = "F,F,...", value_delimiter = ',', value_parser = number::<u8>)]
     flags: Vec<u8>,
     /// Colours of flags, such as 1=d98324
     #[arg(long, value_name = "F=RRGGBB,...", value_delimiter = ',', value_parser = flag_colour)]
@@ -113,7 +112,10 @@ pub(crate) fn flag_colour(text: &str) -> std::result::Result<(u8, [u8; 3]), Stri
 }
 
 pub(crate) fn axis(text: &str) -> std::result::Result<usize, String> {
-    ["x", "y", "z"].iter().position(|name| *name == text).ok_or_else(|| format!("\"{text}\" is not an axis: x, y or z is needed"))
+    ["x", "y", "z"]
+        .iter()
+        .position(|name| *name == text)
+        .ok_or_else(|| format!("\"{text}\" is not an axis: x, y or z is needed"))
 }
 
 /// Refuses the name of a picture in another format.
@@ -152,7 +154,7 @@ fn drawn(
     draw: impl FnOnce(&Mesh, u64, &Control) -> Result<Picture>,
 ) -> Result<()> {
     // first: a missing input is the more useful message
-    open_file(input)?;
+    check_columns(input)?;
     if !is_standard(output) {
         check_ending(output)?;
     }

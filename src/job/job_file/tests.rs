@@ -83,9 +83,19 @@ fn job_files_survive_both_languages_and_errors_name_the_line() {
     for (text, says) in [
         ("[]", "the job: line 1, column 0: it is a list; give the keys of a job in { }"),
         ("{\"cells\": 3,\n \"report\": 4}", "report: line 2, column 12: it is 4; give a text"),
-        ("{\n\"geometries\": [\n{\"file\": \"a\", \"flag\": 300}]}", "geometries[0].flag: line 3, column 26: it is 300; give a flag: 1 to 255"),
-        ("{\"report\": \"a\",\n\n \"cels\": 4}", "cels: line 3, column 7: there is no key `cels`; keys are `geometries`"),
-        ("{\"cells\": 3,\n\"cells\": 4}", "cells: line 2, column 7: duplicate field `cells`"),
+        (
+            "{\n\"geometries\": [\n{\"file\": \"a\", \"flag\": 300}]}",
+            "geometries[0].flag: line 3, column 26: it is 300; give a flag: 1 to 255",
+        ),
+        (
+            "{\"report\": \"a\",\n\n \"cels\": 4}",
+            "the job: line 3, column 7: there is no key `cels`; keys are `geometries`",
+        ),
+        ("{\"cells\": 3,\n\"cells\": 4}", "the job: line 2, column 7: duplicate field `cells`"),
+        (
+            "{\"geometries\": [],\n\"padding\": 3}",
+            "padding: line 2, column 12: it is something else; give { cells = N }",
+        ),
         ("{\"view\": {\"from\": [1]}}", "view.from: line 1, column 22: its length is 1; give 2 numbers"),
     ] {
         let error = JobFile::from_json(text).unwrap_err();
@@ -109,12 +119,16 @@ fn pictures_survive_both_languages_whatever_their_number() {
     assert_eq!(of(&file.to_toml().unwrap()), file);
     assert_eq!(JobFile::from_json(&file.to_json()).unwrap(), file);
     // a list with an entry stands for that entry, also as arguments
-    assert_eq!(of("slice = [{ output = \"a.png\", axis = [\"x\"] }]").run, of("slice = { output = \"a.png\", axis = \"x\" }").run);
+    assert_eq!(
+        of("slice = [{ output = \"a.png\", axis = [\"x\"] }]").run,
+        of("slice = { output = \"a.png\", axis = \"x\" }").run
+    );
     let text = "a.png:axis=x/z,at=25%/0.5,lines=false,size=300,flags=0/7,colours=1=00ff00/2=#0000ff";
     let slice: SliceJob = text.parse().unwrap();
     let json = serde_json::to_string(&slice).unwrap();
     assert_eq!(json.parse::<SliceJob>().unwrap(), slice, "{json}");
-    let expected = of("slice = { output = \"a.png\", axis = [\"x\", \"z\"], at = [\"25%\", \"0.5\"], lines = false, size = 300, \
+    let expected =
+        of("slice = { output = \"a.png\", axis = [\"x\", \"z\"], at = [\"25%\", \"0.5\"], lines = false, size = 300, \
                        flags = [0, 7], colours = { 1 = \"00ff00\", 2 = \"#0000ff\" } }");
     assert_eq!(expected.run.slice.unwrap().0[0], slice);
     let view: ViewJob = "C:\\a=1\\b:c.png:from=-30/20.5,window=0/0/0/1/2/3".parse().unwrap();
