@@ -151,10 +151,18 @@ impl JobFile {
     /// # Errors
     /// `job-syntax` and `job-value` as for [`Job::from_toml`].
     pub fn from_toml(text: &str) -> Result<JobFile> {
+        JobFile::from_toml_without(text, &[])
+    }
+
+    /// The same without some keys, which are not looked at: options override them.
+    ///
+    /// # Errors
+    /// Those of [`JobFile::from_toml`].
+    pub fn from_toml_without(text: &str, overridden: &[&str]) -> Result<JobFile> {
         let [mut of_run, mut of_job] = [toml_table(text)?, toml_table(text)?];
         for (table, is_run) in [(&mut of_run, true), (&mut of_job, false)] {
-            let others: Vec<_> =
-                table.get_ref().keys().filter(|key| is_of_run(key.get_ref()) != is_run).cloned().collect();
+            let is_other = |key: &str| is_of_run(key) != is_run || overridden.contains(&key);
+            let others: Vec<_> = table.get_ref().keys().filter(|key| is_other(key.get_ref())).cloned().collect();
             others.iter().for_each(|key| _ = table.get_mut().remove(key));
         }
         Ok(JobFile { run: of_toml(of_run, text)?, job: of_toml(of_job, text).map_err(with_run_keys)? })
@@ -165,11 +173,18 @@ impl JobFile {
     /// # Errors
     /// Those of [`JobFile::from_toml`].
     pub fn from_json(text: &str) -> Result<JobFile> {
+        JobFile::from_json_without(text, &[])
+    }
+
+    /// The same without some keys, which are not looked at: options override them.
+    ///
+    /// # Errors
+    /// Those of [`JobFile::from_toml`].
+    pub fn from_json_without(text: &str, overridden: &[&str]) -> Result<JobFile> {
         check_json(text)?;
-        Ok(JobFile {
-            run: of_keys(text, is_of_run)?,
-            job: of_keys(text, |key| !is_of_run(key)).map_err(with_run_keys)?,
-        })
+        let run = of_keys(text, &|key| is_of_run(key) && !overridden.contains(&key))?;
+        let job = of_keys(text, &|key| !is_of_run(key) && !overridden.contains(&key)).map_err(with_run_keys)?;
+        Ok(JobFile { run, job })
     }
 
     /// Writes the file as TOML; reading it back gives the same.

@@ -11,8 +11,8 @@ use hexcast::{Error, Result};
 use serde::de::DeserializeOwned;
 
 use super::job_files::{read_job, read_lines};
-pub(crate) use super::numbers::at_least_one;
-use super::numbers::{list, number, per_axis};
+pub(crate) use super::numbers::{at_least_one, number};
+use super::numbers::{list, per_axis};
 use super::spelling::input_name;
 use super::standard;
 

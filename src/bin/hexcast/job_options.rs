@@ -34,6 +34,71 @@ pub(crate) fn with_options_of_job(matches: &ArgMatches, arguments: &[OsString]) 
     Ok(Some([before, &options, after].concat()))
 }
 
+/// Options that override keys of other names, and these.
+const OTHERS: &[(&str, &[&str])] = &[
+    ("cells", CELLS),
+    ("dims", CELLS),
+    ("cell_size", CELLS),
+    ("max_cell_size", &["cells", "dims", "cell_size", "max_cell_size", "lines", "graded"]),
+    ("lines", CELLS),
+    ("graded", CELLS),
+    ("domain", &["domain", "padding"]),
+    ("padding_cells", &["domain", "padding"]),
+    ("padding_length", &["domain", "padding"]),
+    ("window", &["window", "part"]),
+    ("part", &["window", "part"]),
+    ("outputs", &["output"]),
+    ("links", &["links_output"]),
+    ("fractions", &["fractions_output"]),
+    ("staggered", &["staggered_output"]),
+];
+/// Keys that choose the cells, of which an option replaces all.
+const CELLS: &[&str] = &["cells", "dims", "cell_size", "max_cell_size", "tolerance", "lines", "graded"];
+/// Keys that the option of the same name overrides.
+const SAME: &[&str] = &[
+    "tolerance",
+    "max_cells",
+    "halo",
+    "halo_edge",
+    "rule",
+    "open",
+    "fill",
+    "close_gaps",
+    "gap_flag",
+    "thin_cells",
+    "backend",
+    "axis",
+    "max_memory",
+    "unit",
+    "background",
+    "adapter",
+    "threads",
+    "max_device_memory",
+    "format",
+    "report",
+    "doubt",
+    "compress",
+    "hash",
+    "axis_order",
+    "map",
+    "export_flags",
+    "spill",
+    "slice",
+    "view",
+];
+
+/// Keys of a job file that options of the command line override.
+pub(crate) fn overridden(matches: &ArgMatches) -> Vec<&'static str> {
+    let Some((_, of_command)) = matches.subcommand() else { return Vec::new() };
+    let ids = of_command.ids().map(|id| id.as_str());
+    let given = ids.filter(|id| of_command.value_source(id) == Some(ValueSource::CommandLine));
+    let keys = given.flat_map(|id| {
+        let others = OTHERS.iter().filter(move |(option, _)| *option == id).flat_map(|(_, keys)| keys.iter());
+        others.chain(SAME.iter().filter(move |key| **key == id)).copied()
+    });
+    keys.collect()
+}
+
 /// Whether an option of the command line stands in place of another.
 fn is_excluded(id: &str, is_given: &impl Fn(&str) -> bool) -> bool {
     match id {

@@ -105,6 +105,7 @@ fn main() -> ExitCode {
     let arguments = spelling::joined(std::env::args_os());
     let matches = |arguments: &[OsString]| spelling::with_negative_numbers(Cli::command()).get_matches_from(arguments);
     let mut given = matches(&arguments);
+    job_files::leave_out(job_options::overridden(&given));
     match job_options::with_options_of_job(&given, &arguments) {
         Ok(with_options) => given = with_options.map_or(given, |arguments| matches(&arguments)),
         Err(error) => return failed(&error),

@@ -13,16 +13,16 @@ use crate::job::of_json_text;
 ///
 /// # Errors
 /// `job-value` with the key, line and column.
-pub(super) fn of_keys<T: DeserializeOwned>(text: &str, is_wanted: fn(&str) -> bool) -> Result<T> {
+pub(super) fn of_keys<T: DeserializeOwned>(text: &str, is_wanted: &dyn Fn(&str) -> bool) -> Result<T> {
     of_json_text(text, Wanted { is_wanted, made: PhantomData })
 }
 
-struct Wanted<T> {
-    is_wanted: fn(&str) -> bool,
+struct Wanted<'a, T> {
+    is_wanted: &'a dyn Fn(&str) -> bool,
     made: PhantomData<T>,
 }
 
-impl<'de, T: DeserializeOwned> DeserializeSeed<'de> for Wanted<T> {
+impl<'de, T: DeserializeOwned> DeserializeSeed<'de> for Wanted<'_, T> {
     type Value = T;
 
     fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> std::result::Result<T, D::Error> {
@@ -30,7 +30,7 @@ impl<'de, T: DeserializeOwned> DeserializeSeed<'de> for Wanted<T> {
     }
 }
 
-impl<'de, T: DeserializeOwned> Visitor<'de> for Wanted<T> {
+impl<'de, T: DeserializeOwned> Visitor<'de> for Wanted<'_, T> {
     type Value = T;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -43,12 +43,12 @@ impl<'de, T: DeserializeOwned> Visitor<'de> for Wanted<T> {
 }
 
 /// Keys without those that are not wanted.
-struct Keys<A> {
+struct Keys<'a, A> {
     keys: A,
-    is_wanted: fn(&str) -> bool,
+    is_wanted: &'a dyn Fn(&str) -> bool,
 }
 
-impl<'de, A: MapAccess<'de>> MapAccess<'de> for Keys<A> {
+impl<'de, A: MapAccess<'de>> MapAccess<'de> for Keys<'_, A> {
     type Error = A::Error;
 
     fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> std::result::Result<Option<K::Value>, A::Error> {

@@ -102,6 +102,9 @@ fn job_files_survive_both_languages_and_errors_name_the_line() {
         assert_eq!(error.code(), "job-value");
         assert!(error.to_string().starts_with(says), "{error}");
     }
+    let text = "{\"report\": 4, \"cells\": \"x\", \"unit\": \"mm\"}";
+    let file = JobFile::from_json_without(text, &["report", "cells"]).unwrap();
+    assert_eq!((file.run.report, file.job.cells, file.job.unit.as_deref()), (None, None, Some("mm")));
     let error = JobFile::from_json("{\"cells\": 3,\n \"report\" 4}").unwrap_err();
     assert!(error.code() == "job-syntax" && error.to_string().contains("at line 2"), "{error}");
 }
