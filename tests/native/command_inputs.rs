@@ -210,6 +210,31 @@ fn too_little_memory_gets_one_way_out_where_another_is_none() {
 }
 
 #[test]
+fn lists_of_lines_that_are_wrong_are_explained_in_words() {
+    let folder = Folder::new();
+    let lines = folder.path("lines.json");
+    for (text, says) in [
+        ("{\"x\": [0, 1]}", "lines.json: the file: line 1, column 13: there is no key `y`"),
+        ("[1, 2]", ": line 1, column 2: it is 1; give a list"),
+        ("{\"x\": [0, 1],\n\"y\": 3}", "lines.json: y: line 2, column 6: it is 3; give a list"),
+        (
+            "{\"x\": [0, 1],\n\"y\": [0, \"b\"]}",
+            "lines.json: y[1]: line 2, column 12: it is the text \"b\"; give a number",
+        ),
+        ("x = [0, 1]", "lines.json: the file is not valid JSON: "),
+    ] {
+        std::fs::write(&lines, text).expect("written");
+        let (code, said) = failed(&["mesh", SPOT, "--lines", &lines]);
+        assert!(
+            code == Some(4) && said.contains(says) && said.contains("hint: write three lists of numbers"),
+            "{text}: {said}"
+        );
+    }
+    let (code, said) = failed(&["verify-store", &lines]);
+    assert!(code == Some(7) && said.contains("is not a Zarr store of flags"), "{said}");
+}
+
+#[test]
 fn a_surface_in_place_of_a_column_file_is_named_as_such() {
     let folder = Folder::new();
     let [png, npy] = ["a.png", "a.npy"].map(|name| folder.path(name));

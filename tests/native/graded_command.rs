@@ -108,7 +108,7 @@ fn wrong_lists_and_contradictions_are_sentences() {
     let folder = Folder::new();
     let lines = folder.path("lines.json");
     for (text, part) in [
-        ("{\"x\": [0, 1], \"y\": [0, 1]}", "missing field `z`"),
+        ("{\"x\": [0, 1], \"y\": [0, 1]}", "there is no key `z`"),
         ("{\"x\": [1, 2", "EOF"),
         ("{\"x\": [0, 1, 1], \"y\": [0, 1], \"z\": [0, 1]}", "lines.x[2] is 1.0"),
         ("{\"x\": [0], \"y\": [0, 1], \"z\": [0, 1]}", "lines.x has 1 lines"),

@@ -12,15 +12,7 @@ use super::standard;
 
 /// Reads lists of lines.
 pub(crate) fn read_lines(path: &Path) -> Result<LinesJob> {
-    let text = read_text(path)?;
-    serde_json::from_str(&text).map_err(|error| {
-        let message = format!("{}: {error}", path.display());
-        Error::new(
-            "job-syntax",
-            message,
-            "write three lists of numbers: {\"x\": [0, 1, 3], \"y\": [...], \"z\": [...]}",
-        )
-    })
+    LinesJob::from_json(&read_text(path)?).map_err(|error| error.at(path.display()))
 }
 
 /// Most bytes of a job file: 65,535 geometries take a quarter of it.
