@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{ByteSize, Job, Several, SliceJob, ViewJob, check_json, of_toml, toml_table};
+use super::text::{check_json, of_toml, toml_table};
+use super::{ByteSize, Job, Several, SliceJob, ViewJob};
 use crate::error::{Error, Result};
 
 mod json;

@@ -4,6 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::PerAxis;
 #[cfg(not(target_arch = "wasm32"))]
+use super::text::{check_json, of_json_text};
+#[cfg(not(target_arch = "wasm32"))]
 use crate::error::{Error, Result};
 
 /// All lines of each axis, ascending, in the unit of the files. Equally spaced ones are meshed like those of `cell_size`.
@@ -26,7 +28,7 @@ impl LinesJob {
     /// `job-syntax` where the text is not JSON; `job-value` with the list, line and column.
     #[cfg(not(target_arch = "wasm32"))]
     pub fn from_json(text: &str) -> Result<LinesJob> {
-        let read = super::check_json(text).and_then(|()| super::of_json_text(text, std::marker::PhantomData));
+        let read = check_json(text).and_then(|()| of_json_text(text, std::marker::PhantomData));
         read.map_err(|error| {
             let hint = "write three lists of numbers: {\"x\": [0, 1, 3], \"y\": [...], \"z\": [...]}";
             Error::new(error.code(), error.to_string().replacen("the job", "the file", 1), hint)

@@ -7,7 +7,7 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{DeserializeOwned, DeserializeSeed, Deserializer, IgnoredAny, IntoDeserializer, MapAccess, Visitor};
 
 use crate::error::Result;
-use crate::job::of_json_text;
+use crate::job::text::of_json_text;
 
 /// Reads those keys of a text that `is_wanted`.
 ///
