@@ -21,7 +21,7 @@ use std::marker::PhantomData;
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 pub use crate::geometry::{Fill, Material, Open};
 
 mod background_job;

@@ -2,6 +2,7 @@ use proptest::prelude::*;
 use serde_json::{Value, json};
 
 use super::*;
+use crate::error::Error;
 
 /// Makes plain text of links to Rust's documentation, in the descriptions of a schema.
 pub(crate) fn in_plain_text(schema: &mut Value) {
