@@ -17,10 +17,11 @@
 //! # Ok::<(), hexcast::Error>(())
 //! ```
 
-use serde::de::{DeserializeOwned, IgnoredAny};
+use std::marker::PhantomData;
+
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 pub use crate::geometry::{Fill, Material, Open};
 
 mod background_job;
@@ -36,8 +37,14 @@ mod links_job;
 mod numbers;
 mod part_job;
 mod per_axis;
+#[cfg(not(target_arch = "wasm32"))]
+mod picture_job;
 mod quoted;
 mod setters;
+mod settings;
+#[cfg(not(target_arch = "wasm32"))]
+mod several;
+mod text;
 mod validate;
 mod validate_lines;
 mod zarr_job;
@@ -52,7 +59,11 @@ pub use lines_job::{DEFAULT_GROWTH, GradedJob, LinesJob};
 pub use links_job::{LinksJob, Stencil};
 pub use part_job::{PartJob, numbers_of_parts};
 pub use per_axis::PerAxis;
-use quoted::{in_lines, on_one_line, toml_problem};
+#[cfg(not(target_arch = "wasm32"))]
+pub use picture_job::{PlaceJob, SliceJob, ViewJob};
+#[cfg(not(target_arch = "wasm32"))]
+pub use several::Several;
+use text::{check_json, json_value, of_json, of_json_text, of_toml, toml_table};
 pub use zarr_job::ZarrJob;
 
 /// Cells along the longest axis where the job does not say.
@@ -242,12 +253,8 @@ impl Job {
     /// # Errors
     /// Those of [`Job::from_toml`].
     pub fn from_json(text: &str) -> Result<Job> {
-        // first alone, since serde_json also calls some wrong values a syntax error
-        let _: IgnoredAny =
-            serde_json::from_str(text).map_err(|error| not_valid("JSON", &on_one_line(&error.to_string())))?;
-        let mut json = serde_json::Deserializer::from_str(text);
-        let job: Job = serde_path_to_error::deserialize(&mut json)
-            .map_err(|error| wrong_value(&error.path().to_string(), &on_one_line(&error.inner().to_string())))?;
+        check_json(text)?;
+        let job: Job = of_json_text(text, PhantomData)?;
         job.validate()?;
         Ok(job)
     }
@@ -258,9 +265,7 @@ impl Job {
     /// Those of [`Job::from_toml`].
     pub fn from_plain_json(text: &str) -> Result<Job> {
         // a value has no lines and columns
-        let value: serde_json::Value =
-            serde_json::from_str(text).map_err(|error| not_valid("JSON", &on_one_line(&error.to_string())))?;
-        let job: Job = of_json(value)?;
+        let job: Job = of_json(json_value(text)?)?;
         job.validate()?;
         Ok(job)
     }
@@ -271,44 +276,6 @@ impl Job {
         serde_json::to_string_pretty(self).unwrap_or_default()
     }
 }
-
-type Table<'t> = toml::Spanned<toml::de::DeTable<'t>>;
-
-/// The keys of a text of TOML.
-fn toml_table(text: &str) -> Result<Table<'_>> {
-    toml::de::DeTable::parse(text).map_err(|error| not_valid("TOML", &in_lines(&toml_problem(text, &error))))
-}
-
-/// Reads keys of a text; errors name the key and the line.
-fn of_toml<T: DeserializeOwned>(table: Table<'_>, text: &str) -> Result<T> {
-    serde_path_to_error::deserialize(toml::Deserializer::from(table)).map_err(|error| {
-        let key = error.path().to_string();
-        let mut inner = error.into_inner();
-        inner.set_input(Some(text));
-        wrong_value(&key, &in_lines(&toml_problem(text, &inner)))
-    })
-}
-
-/// Reads keys of a value; errors name the key.
-fn of_json<T: DeserializeOwned>(value: serde_json::Value) -> Result<T> {
-    serde_path_to_error::deserialize(value)
-        .map_err(|error| wrong_value(&error.path().to_string(), &on_one_line(&error.inner().to_string())))
-}
-
-fn not_valid(language: &str, problem: &str) -> Error {
-    Error::new("job-syntax", format!("the job is not valid {language}: {}", problem.trim_end()), HINT)
-}
-
-fn wrong_value(key: &str, problem: &str) -> Error {
-    // the path of the job itself is "." or nothing
-    let key = if matches!(key, "." | "") { "the job" } else { key };
-    // the page makes jobs by fields, so that its wasm does without
-    #[cfg(not(target_arch = "wasm32"))]
-    let problem = &in_words::in_words(key, problem);
-    Error::new("job-value", format!("{}: {}", on_one_line(key), problem.trim_end()), HINT)
-}
-
-const HINT: &str = "compare with the example: hexcast job example, or docs/job.schema.json";
 
 #[cfg(test)]
 pub(crate) mod tests;

@@ -12,6 +12,8 @@
 //! Cost: O(runs + rectangles) time; 72 bytes a rectangle for the result and 24 to 48 more while it grows, the spans of
 //! some rows, and when coarsened a set of coarse runs of about a quarter of the columns.
 
+use std::ops::Range;
+
 use crate::parallel::*;
 
 use crate::control::{Control, at_once};
@@ -103,11 +105,7 @@ pub(crate) async fn skin_with_rests(
 ) -> Result<Skin> {
     let dims = mesh.dims();
     let cells = cells.unwrap_or(dims.map(|n| 0..n));
-    if (0..3).any(|axis| cells[axis].end > dims[axis] || cells[axis].start > cells[axis].end) {
-        let [nx, ny, nz] = dims;
-        let message = format!("box {cells:?} is not inside the mesh of {nx} x {ny} x {nz} cells");
-        return Err(Error::new("job-value", message, ""));
-    }
+    check_box(&cells, dims)?;
     control.check()?;
     if cells.iter().any(|range| range.is_empty()) {
         return Ok(Skin { step: 1, n_faces: 0, parts: Vec::new() });
@@ -122,6 +120,21 @@ pub(crate) async fn skin_with_rests(
         let order = order.get_or_insert_with(|| by_rarity(&mesh.columns));
         level = level.coarser(order, control).await?;
     }
+}
+
+/// Refuses a box of cells that is not one of a mesh of so many.
+///
+/// # Errors
+/// `job-value`.
+pub(crate) fn check_box(cells: &CellBox, dims: [u32; 3]) -> Result<()> {
+    if (0..3).any(|axis| cells[axis].end > dims[axis] || cells[axis].start > cells[axis].end) {
+        let [nx, ny, nz] = dims;
+        let corner = |end: fn(&Range<u32>) -> u32| cells.each_ref().map(|range| end(range).to_string()).join(",");
+        let (first, end) = (corner(|range| range.start), corner(|range| range.end));
+        let message = format!("the box from cell {first} to {end} is not inside the mesh of {nx} x {ny} x {nz} cells");
+        return Err(Error::new("job-value", message, "give the first cell on x, y and z, and the end, exclusive"));
+    }
+    Ok(())
 }
 
 /// Rectangles by the axes they lie on: across the rays' axis, across the first and across the second axis across the rays;

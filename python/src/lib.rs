@@ -4,7 +4,7 @@
 //! the GIL released, while the calling thread looks for Ctrl-C and calls the caller's progress function: see `run.rs`.
 
 use hexcast::Error;
-use hexcast::job::Job;
+use hexcast::job::JobFile;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
@@ -12,6 +12,7 @@ use pyo3::types::PyType;
 mod engines;
 mod mesh;
 mod meshing;
+mod pictures;
 mod run;
 mod surface;
 
@@ -24,11 +25,12 @@ fn py_error(error: Error) -> PyErr {
     })
 }
 
-/// Reads the text of a job file, TOML or JSON, and returns it as JSON with its defaults.
+/// Reads the text of a job file, TOML or JSON, and returns the job in it as JSON with its defaults; what the file asks of the command, such as
+/// outputs, is left out. The values are not checked, since options may override them.
 #[pyfunction]
 fn read_job(text: &str, is_json: bool) -> PyResult<String> {
-    let job = if is_json { Job::from_json(text) } else { Job::from_toml(text) };
-    job.map(|job| job.to_json()).map_err(py_error)
+    let file = if is_json { JobFile::from_json(text) } else { JobFile::from_toml(text) };
+    file.map(|file| file.job.to_json()).map_err(py_error)
 }
 
 /// All error codes.
@@ -48,5 +50,9 @@ fn _hexcast(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(meshing::mesh, module)?)?;
     module.add_function(wrap_pyfunction!(meshing::estimate, module)?)?;
     module.add_function(wrap_pyfunction!(meshing::parts, module)?)?;
+    module.add_function(wrap_pyfunction!(meshing::converge, module)?)?;
+    module.add_function(wrap_pyfunction!(pictures::draw_slices, module)?)?;
+    module.add_function(wrap_pyfunction!(pictures::draw_view, module)?)?;
+    module.add_function(wrap_pyfunction!(pictures::diff, module)?)?;
     module.add_function(wrap_pyfunction!(mesh::load, module)?)
 }

@@ -29,7 +29,7 @@ const STEP_BYTES: usize = 256 << 20;
 /// A finished mesh; `hexcast.Mesh` is the class for people.
 #[pyclass(frozen, module = "hexcast._hexcast")]
 pub(crate) struct RawMesh {
-    mesh: Mesh,
+    pub(crate) mesh: Mesh,
     report: String,
     /// Where its cells lie in the whole box.
     place: Place,
@@ -39,6 +39,14 @@ pub(crate) struct RawMesh {
 impl RawMesh {
     pub(crate) fn new(mesh: Mesh, report: String, place: Place, zarr: ZarrJob) -> RawMesh {
         RawMesh { mesh, report, place, zarr }
+    }
+
+    /// A mesh of which nothing but its columns is known.
+    pub(crate) fn of_columns(mesh: Mesh) -> RawMesh {
+        // a struct of numbers and strings always has a JSON form
+        let report = serde_json::to_string(&ColumnsReport::new(&mesh)).unwrap_or_default();
+        let place = Place { whole: mesh.lines.clone(), first: [0; 3] };
+        RawMesh::new(mesh, report, place, ZarrJob::default())
     }
 }
 
@@ -192,9 +200,6 @@ pub(crate) fn load(py: Python<'_>, path: &str) -> PyResult<RawMesh> {
     run(py, None, |control| {
         let mut file = File::open(path).map_err(|error| Error::io(format!("reading {path}"), error))?;
         let mesh = column_file::read(&mut file, u64::MAX, control).map_err(|error| error.at(path))?;
-        // a struct of numbers and strings always has a JSON form
-        let report = serde_json::to_string(&ColumnsReport::new(&mesh)).unwrap_or_default();
-        let place = Place { whole: mesh.lines.clone(), first: [0; 3] };
-        Ok(RawMesh::new(mesh, report, place, ZarrJob::default()))
+        Ok(RawMesh::of_columns(mesh))
     })
 }

@@ -71,6 +71,27 @@ pub(crate) fn parts(py: Python<'_>, job: &str, surfaces: Surfaces, of: [u32; 3])
     })
 }
 
+/// Errors and costs at several numbers of cells along the longest side, as JSON.
+#[pyfunction]
+#[pyo3(signature = (job, surfaces, sizes, adapter=None))]
+pub(crate) fn converge(
+    py: Python<'_>,
+    job: &str,
+    surfaces: Surfaces,
+    sizes: Vec<u32>,
+    adapter: Option<&str>,
+) -> PyResult<String> {
+    let job = read(job).map_err(py_error)?;
+    run(py, None, |control| {
+        let sources = sources(&job, &surfaces, control)?;
+        let levels = with_engine(job.backend, adapter, |engine| {
+            pollster::block_on(hexcast::converge::converge(&job, &sources, &sizes, engine, control))
+        })?;
+        // structs of numbers always have a JSON form
+        Ok(serde_json::to_string(&levels).unwrap_or_default())
+    })
+}
+
 fn of_prepared<T: Send>(
     py: Python<'_>,
     job: &str,

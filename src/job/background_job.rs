@@ -5,7 +5,7 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use super::Material;
-use super::geometry_job::{number, yes_or_no};
+use super::settings::{for_each, number, yes_or_no};
 use crate::error::{Error, Result};
 
 /// Name and substance of the background, flag 0, for outputs that name it.
@@ -30,23 +30,8 @@ impl FromStr for BackgroundJob {
     /// `job-value`: an unknown key, or a value that is not a number; `job-conflict`: a key given twice.
     fn from_str(argument: &str) -> Result<BackgroundJob> {
         let mut background = BackgroundJob::default();
-        let mut seen = Vec::new();
-        for setting in argument.split(',') {
-            let (key, value) = setting.split_once('=').unwrap_or((setting, ""));
-            let (key, value) = (key.trim(), value.trim());
-            if seen.contains(&key) {
-                return Err(Error::new(
-                    "job-conflict",
-                    format!("background: {key} is given twice"),
-                    "keep one of them",
-                ));
-            }
-            seen.push(key);
-            let set = background.set(key, value);
-            set.map_err(|problem| {
-                Error::new("job-value", format!("background: {problem}"), "write it as name=air,eps_r=1.0006")
-            })?;
-        }
+        let example = "write it as name=air,eps_r=1.0006";
+        for_each(argument, ("background", example), |key, value| background.set(key, value))?;
         Ok(background)
     }
 }

@@ -40,7 +40,10 @@ impl FromStr for ByteSize {
         let (number, unit) = text.split_at(split);
         let unit = unit.trim().to_ascii_lowercase();
         let (_, factor) = UNITS.iter().find(|(name, _)| *name == unit).ok_or_else(wrong)?;
-        scaled(number.trim(), *factor).filter(|bytes| *bytes > 0).map(ByteSize).ok_or_else(wrong)
+        match scaled(number.trim(), *factor) {
+            Some(0) => Err(format!("\"{text}\" is no memory: at least 1 byte is needed")),
+            bytes => bytes.map(ByteSize).ok_or_else(wrong),
+        }
     }
 }
 

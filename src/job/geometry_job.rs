@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::quoted::on_one_line;
+use super::settings::{for_each, joined, name_and_settings, number, yes_or_no};
 use super::{Fill, Material, Open, PerAxis, numbers};
 use crate::error::{Error, Result};
 use crate::geometry::{Placing, Sizing};
@@ -98,26 +99,16 @@ impl GeometryJob {
     /// - `job-value`: no file, an unknown key or a value that is not a number, with what was expected.
     /// - `job-conflict`: a key given twice.
     pub fn from_argument(argument: &str) -> Result<GeometryJob> {
-        let Some((file, settings)) = file_and_settings(argument) else {
+        let Some((file, settings)) = name_and_settings(argument) else {
             return Ok(GeometryJob::new(argument));
         };
+        let what = format!("geometry \"{}\"", on_one_line(argument));
+        let hint = "write FILE:flag=7,priority=2,name=copper";
         if file.is_empty() {
-            return Err(wrong(argument, "there is no file before the colon"));
+            return Err(Error::new("job-value", format!("{what}: there is no file before the colon"), hint));
         }
         let mut geometry = GeometryJob::new(file);
-        let mut seen = Vec::new();
-        for setting in settings.split(',') {
-            let Some((key, value)) = setting.split_once('=') else {
-                return Err(wrong(argument, &format!("\"{setting}\" is not key=value")));
-            };
-            let key = key.trim();
-            if seen.contains(&key) {
-                let message = format!("geometry \"{}\": {key} is given twice", on_one_line(argument));
-                return Err(Error::new("job-conflict", message, "keep one of them"));
-            }
-            seen.push(key);
-            geometry.set(key, value.trim()).map_err(|problem| wrong(argument, &problem))?;
-        }
+        for_each(settings, (&what, hint), |key, value| geometry.set(key, value))?;
         Ok(geometry)
     }
 
@@ -141,9 +132,9 @@ impl GeometryJob {
             "split" => self.split = yes_or_no(key, value)?,
             "same_flag" => self.same_flag = yes_or_no(key, value)?,
             "scale" if !value.contains('/') => self.scale = Some(PerAxis::All(number(key, value)?)),
-            "scale" => self.scale = Some(PerAxis::Each(three(key, value)?)),
-            "rotate" => self.rotate = Some(three(key, value)?),
-            "translate" => self.translate = Some(three(key, value)?),
+            "scale" => self.scale = Some(PerAxis::Each(joined((key, value), "0/0/90")?)),
+            "rotate" => self.rotate = Some(joined((key, value), "0/0/90")?),
+            "translate" => self.translate = Some(joined((key, value), "0/0/90")?),
             "pec" => self.material.pec = yes_or_no(key, value)?,
             _ => {
                 if let Some(place) = self.material.number_mut(key) {
@@ -158,35 +149,7 @@ impl GeometryJob {
     }
 }
 
-fn file_and_settings(argument: &str) -> Option<(&str, &str)> {
-    let begins_with_key = |rest: &str| {
-        let key = rest.split_once('=').map(|(key, _)| key.trim());
-        key.is_some_and(|key| !key.is_empty() && key.chars().all(|c| c.is_ascii_alphabetic() || c == '_' || c == '-'))
-    };
-    let mut colons = argument.match_indices(':').map(|(at, _)| (&argument[..at], &argument[at + 1..]));
-    colons.find(|(_, rest)| begins_with_key(rest))
-}
-
 fn named<'a, T: Deserialize<'a>>(key: &str, text: &'a str, names: &str) -> std::result::Result<T, String> {
     let value = serde::de::value::StrDeserializer::<serde::de::value::Error>::new(text);
     T::deserialize(value).map_err(|_| format!("{key}={text}: write {names}"))
-}
-
-pub(super) fn yes_or_no(key: &str, text: &str) -> std::result::Result<bool, String> {
-    text.parse().map_err(|_| format!("{key}={text}: write true or false"))
-}
-
-pub(super) fn number(key: &str, text: &str) -> std::result::Result<f64, String> {
-    text.parse().map_err(|_| format!("{key}: \"{text}\" is not a number"))
-}
-
-fn three(key: &str, text: &str) -> std::result::Result<[f64; 3], String> {
-    let numbers = text.split('/').map(|part| number(key, part)).collect::<std::result::Result<Vec<f64>, String>>()?;
-    <[f64; 3]>::try_from(numbers)
-        .map_err(|_| format!("{key}={text}: three numbers joined by / are needed, as in 0/0/90"))
-}
-
-fn wrong(argument: &str, problem: &str) -> Error {
-    let hint = "write FILE:flag=7,priority=2,name=copper";
-    Error::new("job-value", format!("geometry \"{}\": {}", on_one_line(argument), on_one_line(problem)), hint)
 }

@@ -19,6 +19,7 @@ pub(super) fn in_words(key: &str, message: &str) -> String {
     let words = message.lines().map(line_in_words).collect::<Vec<String>>().join("\n");
     // of an enum serde does not say what is expected
     let is_of_enum = words.contains("wanted string or table") || words.starts_with("expected value");
+    let words = if words.starts_with("expected value") { "it is something else".into() } else { words };
     match key {
         "padding" => {
             let found = words.split("; give ").next().unwrap_or_default();
@@ -32,11 +33,8 @@ pub(super) fn in_words(key: &str, message: &str) -> String {
 fn line_in_words(line: &str) -> String {
     let parts = |prefix: &str| line.strip_prefix(prefix)?.rsplit_once(", expected ");
     if let Some((found, expected)) = parts("invalid type: ").or_else(|| parts("invalid value: ")) {
-        // where the place in the text follows, as serde_json has it
-        let (expected, place) = expected.split_once(" at line ").unwrap_or((expected, ""));
         let expected = TYPES.iter().find(|(name, _)| *name == expected).map_or(expected, |(_, words)| words);
-        let place = if place.is_empty() { String::new() } else { format!(", at line {place}") };
-        return format!("it is {}; give {expected}{place}", found_in_words(found));
+        return format!("it is {}; give {expected}", found_in_words(found));
     }
     if let Some((length, expected)) = parts("invalid length ") {
         return format!("its length is {length}; give {expected}");

@@ -1,10 +1,14 @@
 //! The job file of the command line: a job, and what else `hexcast mesh` has options for. Natively only.
 
-use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
-use super::{ByteSize, Job, not_valid, of_json, of_toml, on_one_line, toml_table};
+use super::text::{check_json, of_toml, toml_table};
+use super::{ByteSize, Job, Several, SliceJob, ViewJob};
 use crate::error::{Error, Result};
+
+mod json;
+
+use json::of_keys;
 
 /// What `hexcast mesh` does with a mesh: the keys of a job file that are no part of the job. Each is the option of that name.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -33,6 +37,12 @@ pub struct RunJob {
     /// File for the flags of a staggered grid, `.npz`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub staggered_output: Option<String>,
+    /// Slices of the mesh as pictures, one table or a list of them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub slice: Option<Several<SliceJob>>,
+    /// Views of the surface of the mesh as pictures, one table or a list of them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub view: Option<Several<ViewJob>>,
     /// zlib level of outputs, 1 to 9, or "none"; by default 6.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub compress: Option<Level>,
@@ -142,13 +152,21 @@ impl JobFile {
     /// # Errors
     /// `job-syntax` and `job-value` as for [`Job::from_toml`].
     pub fn from_toml(text: &str) -> Result<JobFile> {
+        JobFile::from_toml_without(text, &[])
+    }
+
+    /// The same without some keys, which are not looked at: options override them.
+    ///
+    /// # Errors
+    /// Those of [`JobFile::from_toml`].
+    pub fn from_toml_without(text: &str, overridden: &[&str]) -> Result<JobFile> {
         let [mut of_run, mut of_job] = [toml_table(text)?, toml_table(text)?];
         for (table, is_run) in [(&mut of_run, true), (&mut of_job, false)] {
-            let others: Vec<_> =
-                table.get_ref().keys().filter(|key| is_of_run(key.get_ref()) != is_run).cloned().collect();
+            let is_other = |key: &str| is_of_run(key) != is_run || overridden.contains(&key);
+            let others: Vec<_> = table.get_ref().keys().filter(|key| is_other(key.get_ref())).cloned().collect();
             others.iter().for_each(|key| _ = table.get_mut().remove(key));
         }
-        Ok(JobFile { run: of_toml(of_run, text)?, job: of_toml(of_job, text)? })
+        Ok(JobFile { run: of_toml(of_run, text)?, job: of_toml(of_job, text).map_err(with_run_keys)? })
     }
 
     /// Reads a job file in JSON. The job is not validated, since options may change it.
@@ -156,16 +174,18 @@ impl JobFile {
     /// # Errors
     /// Those of [`JobFile::from_toml`].
     pub fn from_json(text: &str) -> Result<JobFile> {
-        let _: IgnoredAny =
-            serde_json::from_str(text).map_err(|error| not_valid("JSON", &on_one_line(&error.to_string())))?;
-        let value: serde_json::Value =
-            serde_json::from_str(text).map_err(|error| not_valid("JSON", &on_one_line(&error.to_string())))?;
-        let serde_json::Value::Object(keys) = value else {
-            return Err(Error::new("job-value", "the job is not an object of keys", super::HINT));
-        };
-        let (of_run, of_job) = keys.into_iter().partition(|(key, _)| is_of_run(key));
-        let object = serde_json::Value::Object;
-        Ok(JobFile { run: of_json(object(of_run))?, job: of_json(object(of_job))? })
+        JobFile::from_json_without(text, &[])
+    }
+
+    /// The same without some keys, which are not looked at: options override them.
+    ///
+    /// # Errors
+    /// Those of [`JobFile::from_toml`].
+    pub fn from_json_without(text: &str, overridden: &[&str]) -> Result<JobFile> {
+        check_json(text)?;
+        let run = of_keys(text, &|key| is_of_run(key) && !overridden.contains(&key))?;
+        let job = of_keys(text, &|key| !is_of_run(key) && !overridden.contains(&key)).map_err(with_run_keys)?;
+        Ok(JobFile { run, job })
     }
 
     /// Writes the file as TOML; reading it back gives the same.
@@ -174,8 +194,7 @@ impl JobFile {
     /// `job-value` where a name has no form in TOML.
     pub fn to_toml(&self) -> Result<String> {
         let failed = |error: toml::ser::Error| Error::new("job-value", format!("the job as TOML: {error}"), "");
-        let [run, job] = [toml::to_string(&self.run).map_err(failed)?, toml::to_string(&self.job).map_err(failed)?];
-        Ok(format!("{run}{job}"))
+        toml::to_string(self).map_err(failed)
     }
 
     /// Writes the file as JSON; reading it back gives the same.
@@ -195,6 +214,8 @@ pub const RUN_KEYS: &[&str] = &[
     "links_output",
     "fractions_output",
     "staggered_output",
+    "slice",
+    "view",
     "axis_order",
     "map",
     "export_flags",
@@ -211,6 +232,17 @@ pub const RUN_KEYS: &[&str] = &[
     "quiet",
     "verbose",
 ];
+
+/// The error of a key that there is not names those of runs, too.
+fn with_run_keys(error: Error) -> Error {
+    let message = error.to_string();
+    if !message.contains("; keys are `geometries`") {
+        return error;
+    }
+    let keys: Vec<String> = RUN_KEYS.iter().map(|key| format!("`{key}`")).collect();
+    let keys = keys.join(", ");
+    Error::new(error.code(), format!("{message}, {keys}"), error.hint())
+}
 
 fn is_of_run(key: &str) -> bool {
     RUN_KEYS.contains(&key)

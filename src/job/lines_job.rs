@@ -3,6 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 use super::PerAxis;
+#[cfg(not(target_arch = "wasm32"))]
+use super::text::{check_json, of_json_text};
+#[cfg(not(target_arch = "wasm32"))]
+use crate::error::{Error, Result};
 
 /// All lines of each axis, ascending, in the unit of the files. Equally spaced ones are meshed like those of `cell_size`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -15,6 +19,21 @@ pub struct LinesJob {
     pub y: Vec<f64>,
     /// Lines across z.
     pub z: Vec<f64>,
+}
+
+impl LinesJob {
+    /// Reads the lists from JSON, such as `{"x": [0, 0.5, 2], "y": [0, 1], "z": [0, 1]}`.
+    ///
+    /// # Errors
+    /// `job-syntax` where the text is not JSON; `job-value` with the list, line and column.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn from_json(text: &str) -> Result<LinesJob> {
+        let read = check_json(text).and_then(|()| of_json_text(text, std::marker::PhantomData));
+        read.map_err(|error| {
+            let hint = "write three lists of numbers: {\"x\": [0, 1, 3], \"y\": [...], \"z\": [...]}";
+            Error::new(error.code(), error.to_string().replacen("the job", "the file", 1), hint)
+        })
+    }
 }
 
 /// Lines that are generated: on every end of every geometry's box, close where geometries are small, far elsewhere.

@@ -2,6 +2,7 @@ use proptest::prelude::*;
 use serde_json::{Value, json};
 
 use super::*;
+use crate::error::Error;
 
 /// Makes plain text of links to Rust's documentation, in the descriptions of a schema.
 pub(crate) fn in_plain_text(schema: &mut Value) {
@@ -245,7 +246,7 @@ fn a_background_is_read_from_an_argument() {
             "job-value",
             "background: there is no key \"eps\"; keys are name, eps_r, mu_r, sigma, pec, density, E, nu",
         ),
-        ("air", "job-value", "background: there is no key \"air\""),
+        ("air", "job-value", "background: \"air\" is not key=value"),
         ("eps_r=one", "job-value", "background: eps_r: \"one\" is not a number"),
         ("pec=yes", "job-value", "background: pec=yes: write true or false"),
         ("nu=0.1,nu=0.2", "job-conflict", "background: nu is given twice"),

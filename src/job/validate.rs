@@ -28,6 +28,9 @@ impl Job {
         self.validate_gaps()?;
         self.validate_window()?;
         self.validate_measured()?;
+        if self.unit.as_ref().is_some_and(|unit| unit.trim().is_empty()) {
+            return Err(out_of_range("unit", "empty", "a unit of lengths such as \"mm\", or none"));
+        }
         self.validate_domain()
     }
 

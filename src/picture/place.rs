@@ -3,7 +3,7 @@
 use std::str::FromStr;
 
 use crate::error::{Error, Result};
-use crate::lines::AXES;
+use crate::lines::{AXES, Lines};
 use crate::mesh::Mesh;
 
 /// A place along an axis; as text a coordinate such as `0.5`, or `25%`.
@@ -45,10 +45,18 @@ impl Cut {
     /// # Errors
     /// `job-value` where there is no such axis, or the mesh does not reach that far.
     pub fn at(mesh: &Mesh, axis: usize, place: Place) -> Result<Cut> {
+        Cut::of_lines(&mesh.lines, axis, place)
+    }
+
+    /// The same of a mesh that has these lines.
+    ///
+    /// # Errors
+    /// Those of [`Cut::at`].
+    pub(super) fn of_lines(lines: &Lines, axis: usize, place: Place) -> Result<Cut> {
         if axis > 2 {
             return Err(Error::new("job-value", format!("there is no axis {axis}"), "axes are 0, 1 and 2"));
         }
-        let [low, high] = [0, mesh.dims()[axis]].map(|index| mesh.lines.line(axis, index));
+        let [low, high] = ends(lines, axis);
         let coordinate = match place {
             Place::Coordinate(at) => at,
             Place::Percent(percent) => (low + 0.01 * percent * (high - low)).clamp(low, high),
@@ -58,16 +66,21 @@ impl Cut {
                 format!("{coordinate} is not within the mesh, which reaches from {low} to {high} along {}", AXES[axis]);
             return Err(Error::new("job-value", message, "choose a place within the mesh"));
         }
-        Ok(Cut { axis, index: cell_at(mesh, axis, coordinate) })
+        Ok(Cut { axis, index: cell_at(lines, axis, coordinate) })
     }
 }
 
+/// The first and the last line of an axis.
+pub(super) fn ends(lines: &Lines, axis: usize) -> [f64; 2] {
+    [0, lines.dims()[axis]].map(|index| lines.line(axis, index))
+}
+
 /// The cell of an axis that a coordinate lies in; the first or last beyond the mesh.
-pub(super) fn cell_at(mesh: &Mesh, axis: usize, coordinate: f64) -> u32 {
-    let (mut low, mut high) = (0, mesh.dims()[axis] - 1);
+pub(super) fn cell_at(lines: &Lines, axis: usize, coordinate: f64) -> u32 {
+    let (mut low, mut high) = (0, lines.dims()[axis] - 1);
     while low < high {
         let middle = low + (high - low).div_ceil(2);
-        if mesh.lines.line(axis, middle) <= coordinate { low = middle } else { high = middle - 1 }
+        if lines.line(axis, middle) <= coordinate { low = middle } else { high = middle - 1 }
     }
     low
 }

@@ -4,11 +4,11 @@
 //! between cells are drawn where cells are wide enough.
 
 use super::canvas::{LINE, PIXEL_BYTES, Picture, check_sides, legend_height};
-use super::place::{Cut, Place, cell_at};
+use super::place::{Cut, Place, cell_at, ends};
 use super::{Look, MARGIN, check_memory, coordinate};
 use crate::control::{Control, at_once};
 use crate::error::{Error, Result};
-use crate::lines::AXES;
+use crate::lines::{AXES, Lines};
 use crate::mesh::Mesh;
 use crate::parallel::*;
 
@@ -44,9 +44,17 @@ impl Slices {
     /// # Errors
     /// `job-value` where there is no such axis, or the mesh does not reach that far.
     pub fn at(mesh: &Mesh, axes: &[usize], places: &[Place]) -> Result<Slices> {
+        Slices::of_lines(&mesh.lines, axes, places)
+    }
+
+    /// The same of a mesh that has these lines, and may not be made yet.
+    ///
+    /// # Errors
+    /// Those of [`Slices::at`].
+    pub fn of_lines(lines: &Lines, axes: &[usize], places: &[Place]) -> Result<Slices> {
         let axes = if axes.is_empty() { &[0, 1, 2] } else { axes };
         let places = if places.is_empty() { &[Place::Percent(50.0)] } else { places };
-        let cuts = axes.iter().flat_map(|&axis| places.iter().map(move |&place| Cut::at(mesh, axis, place)));
+        let cuts = axes.iter().flat_map(|&axis| places.iter().map(move |&place| Cut::of_lines(lines, axis, place)));
         Ok(Slices::new(cuts.collect::<Result<_>>()?))
     }
 
@@ -60,6 +68,14 @@ impl Slices {
     pub fn with_look(mut self, look: Look) -> Slices {
         self.look = look;
         self
+    }
+
+    /// Refuses what [`slices()`] would refuse of every mesh that has these lines.
+    ///
+    /// # Errors
+    /// `job-value` and `memory` as for [`slices()`].
+    pub fn check(&self, lines: &Lines) -> Result<()> {
+        Layout::new(lines, self).map(|_| ())
     }
 }
 
@@ -75,20 +91,25 @@ struct Panel {
 }
 
 impl Panel {
-    fn new(mesh: &Mesh, cut: Cut, pixels: f64) -> Panel {
+    fn new(lines: &Lines, cut: Cut, pixels: f64) -> Panel {
         let across = [[1, 2], [0, 2], [0, 1]][cut.axis];
-        let ends = across.map(|axis| [0, mesh.dims()[axis]].map(|index| mesh.lines.line(axis, index)));
+        let ends = across.map(|axis| ends(lines, axis));
         let size = ends.map(|[low, high]| ((high - low) * pixels).round().max(1.0) as u32);
         let cells = [0, 1].map(|side| {
             let [low, high] = ends[side];
             let place = |pixel: u32| low + (f64::from(pixel) + 0.5) / f64::from(size[side]) * (high - low);
-            let mut cells: Vec<u32> = (0..size[side]).map(|pixel| cell_at(mesh, across[side], place(pixel))).collect();
+            let mut cells: Vec<u32> = (0..size[side]).map(|pixel| cell_at(lines, across[side], place(pixel))).collect();
             if side == 1 {
                 cells.reverse();
             }
             cells
         });
         Panel { cut, across, size, cells }
+    }
+
+    /// Pixels of it with its texts.
+    fn own_width(&self) -> u32 {
+        self.size[0].max(LEAST)
     }
 
     /// The flags of all pixels, row after row from the top.
@@ -155,7 +176,7 @@ impl Panel {
         let (axis, index) = (self.cut.axis, self.cut.index);
         let middle = 0.5 * (mesh.lines.line(axis, index) + mesh.lines.line(axis, index + 1));
         let range = |axis: usize| {
-            let [low, high] = [0, mesh.dims()[axis]].map(|index| coordinate(mesh, mesh.lines.line(axis, index)));
+            let [low, high] = ends(&mesh.lines, axis).map(|end| coordinate(mesh, end));
             format!("{}: {low} .. {high}", AXES[axis])
         };
         let n = mesh.dims()[axis];
@@ -163,6 +184,46 @@ impl Panel {
         let [right, up] = self.across.map(range);
         [above, format!("right {right}"), format!("up {up}")]
     }
+}
+
+/// Where slices are on a picture: side by side, three in a row, or of more as many as there are rows.
+struct Layout {
+    panels: Vec<Panel>,
+    /// Slices in a row.
+    n_columns: usize,
+    /// Pixels of the cells of all slices.
+    n_pixels: u64,
+    /// Pixels of the picture, without the legend.
+    size: [u32; 2],
+}
+
+impl Layout {
+    fn new(lines: &Lines, Slices { cuts, look, .. }: &Slices) -> Result<Layout> {
+        if cuts.is_empty() || cuts.iter().any(|cut| cut.axis > 2 || cut.index >= lines.dims()[cut.axis]) {
+            let message = format!("planes {cuts:?} of a mesh of {:?} cells", lines.dims());
+            return Err(Error::new("job-value", message, "name at least one plane of cells, counted from 0"));
+        }
+        let size = look.size.unwrap_or(SIZE);
+        check_sides([size; 2])?;
+        let lengths = [0, 1, 2].map(|axis| ends(lines, axis)).map(|[low, high]| high - low);
+        let pixels = f64::from(size) / lengths.into_iter().fold(0.0, f64::max);
+        let panels: Vec<Panel> = cuts.iter().map(|&cut| Panel::new(lines, cut, pixels)).collect();
+        let n_pixels = panels.iter().map(|panel| u64::from(panel.size[0]) * u64::from(panel.size[1])).sum();
+        // the flag of each, and what becomes of it
+        check_memory(&format!("slices of {n_pixels} pixels"), (1 + PIXEL_BYTES) * n_pixels, look.max_bytes)?;
+        let n = panels.len();
+        let n_columns = if n <= 3 { n } else { (2..).find(|columns| columns * columns >= n).unwrap_or(2) };
+        let widths = |row: &[Panel]| row.iter().map(|panel| panel.own_width() + MARGIN).sum::<u32>() + MARGIN;
+        let width = panels.chunks(n_columns).map(widths).max().unwrap_or(1);
+        let height = 2 * MARGIN + panels.chunks(n_columns).map(row_height).sum::<u32>();
+        check_sides([width, height])?;
+        Ok(Layout { panels, n_columns, n_pixels, size: [width, height] })
+    }
+}
+
+/// Pixels from a row of slices to the next.
+fn row_height(row: &[Panel]) -> u32 {
+    row.iter().map(|panel| panel.size[1]).max().unwrap_or(0) + 3 * LINE + MARGIN
 }
 
 /// Draws slices side by side, in one scale, with a legend of the flags on them.
@@ -179,19 +240,8 @@ pub fn slices(mesh: &Mesh, slices: &Slices, control: &Control) -> Result<Picture
 /// # Errors
 /// Those of [`slices()`].
 pub(crate) async fn slices_with_rests(mesh: &Mesh, slices: &Slices, control: &Control) -> Result<Picture> {
-    let Slices { cuts, look, .. } = slices;
-    if cuts.is_empty() || cuts.iter().any(|cut| cut.axis > 2 || cut.index >= mesh.dims()[cut.axis]) {
-        let message = format!("planes {cuts:?} of a mesh of {:?} cells", mesh.dims());
-        return Err(Error::new("job-value", message, "name at least one plane of cells, counted from 0"));
-    }
-    let size = look.size.unwrap_or(SIZE);
-    check_sides([size; 2])?;
-    let length = |axis: usize| mesh.lines.line(axis, mesh.dims()[axis]) - mesh.lines.line(axis, 0);
-    let longest = length(0).max(length(1)).max(length(2));
-    let panels: Vec<Panel> = cuts.iter().map(|&cut| Panel::new(mesh, cut, f64::from(size) / longest)).collect();
-    let pixels = panels.iter().map(|panel| u64::from(panel.size[0]) * u64::from(panel.size[1])).sum::<u64>();
-    // the flag of each, and what becomes of it
-    check_memory(&format!("slices of {pixels} pixels"), (1 + PIXEL_BYTES) * pixels, look.max_bytes)?;
+    let look = &slices.look;
+    let Layout { panels, n_columns, n_pixels, size: [width, height] } = Layout::new(&mesh.lines, slices)?;
     let mut flags = Vec::new();
     let mut has = [false; 256];
     for panel in &panels {
@@ -200,21 +250,15 @@ pub(crate) async fn slices_with_rests(mesh: &Mesh, slices: &Slices, control: &Co
         flags.push(of_panel);
     }
     let legend = look.legend(mesh, &has);
-    // three in a row, or of more as many as there are rows
-    let n_columns = if panels.len() <= 3 { panels.len() } else { (2..).find(|n| n * n >= panels.len()).unwrap_or(2) };
-    let widths = |row: &[Panel]| row.iter().map(|panel| panel.size[0].max(LEAST) + MARGIN).sum::<u32>() + MARGIN;
-    let height = |row: &[Panel]| row.iter().map(|panel| panel.size[1]).max().unwrap_or(0) + 3 * LINE + MARGIN;
-    let width = panels.chunks(n_columns).map(widths).max().unwrap_or(1);
-    let heights: u32 = panels.chunks(n_columns).map(height).sum();
-    let tall = MARGIN + heights + legend_height(width, &legend) + MARGIN;
-    let mut picture = Picture::new(width, tall, look.max_bytes.saturating_sub(pixels))?;
+    let tall = height + legend_height(width, &legend);
+    let mut picture = Picture::new(width, tall, look.max_bytes.saturating_sub(n_pixels))?;
     let mut top = MARGIN;
     let mut of_panel = flags.iter();
     for row in panels.chunks(n_columns) {
         let mut left = MARGIN;
         for panel in row {
             let [above, right, up] = panel.texts(mesh);
-            let own = panel.size[0].max(LEAST);
+            let own = panel.own_width();
             picture.text([left, top], &above, own);
             let flags = of_panel.next().map_or(&[][..], Vec::as_slice);
             panel.draw((&mut picture, [left, top + LINE]), flags, slices, control).await?;
@@ -223,7 +267,7 @@ pub(crate) async fn slices_with_rests(mesh: &Mesh, slices: &Slices, control: &Co
             picture.text([left, below + LINE], &up, own);
             left += own + MARGIN;
         }
-        top += height(row);
+        top += row_height(row);
     }
     picture.legend(top, &legend);
     Ok(picture)

@@ -14,7 +14,7 @@ use crate::error::{Error, Result};
 use crate::flags::CellBox;
 use crate::mesh::Mesh;
 use crate::parallel::*;
-use crate::skin::{Skin, skin_with_rests};
+use crate::skin::{Skin, check_box, skin_with_rests};
 
 /// Pixels of the longer side where nobody says.
 const SIZE: u32 = 1000;
@@ -59,6 +59,23 @@ impl View {
         self.look = look;
         self
     }
+
+    /// Refuses what [`view()`] would refuse of every mesh of so many cells on x, y and z.
+    ///
+    /// # Errors
+    /// `job-value` as for [`view()`].
+    pub fn check(&self, dims: [u32; 3]) -> Result<()> {
+        if !self.from.iter().all(|angle| angle.is_finite()) {
+            let message = format!("a view from {:?} degrees", self.from);
+            return Err(Error::new("job-value", message, "give two finite angles"));
+        }
+        check_sides([self.size(); 2])?;
+        self.cells.iter().try_for_each(|cells| check_box(cells, dims))
+    }
+
+    fn size(&self) -> u32 {
+        self.look.size.unwrap_or(SIZE)
+    }
 }
 
 /// Draws the surface of a mesh, with a legend of the flags on it.
@@ -75,13 +92,8 @@ pub fn view(mesh: &Mesh, view: &View, control: &Control) -> Result<Picture> {
 /// # Errors
 /// Those of [`view()`].
 pub(crate) async fn view_with_rests(mesh: &Mesh, view: &View, control: &Control) -> Result<Picture> {
-    let look = &view.look;
-    let size = look.size.unwrap_or(SIZE);
-    if !view.from.iter().all(|angle| angle.is_finite()) {
-        let message = format!("a view from {:?} degrees cannot be drawn", view.from);
-        return Err(Error::new("job-value", message, "give two finite angles"));
-    }
-    check_sides([size; 2])?;
+    view.check(mesh.dims())?;
+    let (look, size) = (&view.look, view.size());
     let skin = skin_within(mesh, view, control).await?;
     let mut scene = Scene::new(mesh, &skin, view.from, control).await?;
     let (texts, step) = (descriptions(mesh, view, &skin), skin.step);

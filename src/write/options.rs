@@ -59,7 +59,10 @@ impl Format {
         };
         let found = Format::ALL.into_iter().find(|format| format.extension() == extension).ok_or_else(|| {
             let known = Format::ALL.map(|format| format!(".{}", format.extension())).join(", ");
-            let message = format!("{name}: no format has the extension \"{extension}\"");
+            let message = match extension.is_empty() {
+                true => format!("{name}: the name has no extension, which says the format"),
+                false => format!("{name}: no format has the extension \"{extension}\""),
+            };
             Error::new("output-name", message, format!("use {known}"))
         })?;
         if stem.is_empty() || stem.ends_with('/') {

@@ -36,11 +36,15 @@ fn wrong_numbers_are_named_with_what_is_allowed() {
         (&["--cells", "2.5"], "\"2.5\" is not a whole number"),
         (&["--cell-size", "0.1mm"], "Write 0.1, and --unit mm if the files are in mm"),
         (&["--cell-size", "-1"], "cell_size is -1; allowed: a positive number"),
-        (
-            &["--domain", "-1", "-1", "-1", "1", "1"],
-            "6 numbers separated by commas, without spaces, are needed, and 5 were given",
-        ),
+        (&["--domain", "-1", "-1", "-1", "1", "1"], "6 numbers separated by commas are needed, and 5 were given"),
         (&["--domain", "-1"], "and 1 was given"),
+        (&["--domain", "-1 -1 -1 1 1"], "and 5 were given"),
+        (&["--window", "-1,0,0,5,5,5"], "\"-1\" is not a whole number"),
+        (&["--dims", "-1,2,3"], "\"-1\" is not a whole number"),
+        (&["--gap-flag", "0"], "at least 1 is needed"),
+        (&["--fluid", "300"], "\"300\" is too large: a whole number from 0 to 255 is needed"),
+        (&["--max-memory", "0"], "\"0\" is no memory: at least 1 byte is needed"),
+        (&["--unit", " "], "unit is empty"),
     ];
     for (arguments, expected) in table {
         let (code, said) = failed(&[&["mesh", SPOT][..], arguments].concat());
@@ -57,6 +61,7 @@ fn numbers_may_have_exponents_and_lists_may_have_spaces() {
     let with_commas = cells(&["--domain=-1,-1,-1,1,1,1", "--dims", "3,4,5"]);
     assert_eq!(with_commas, serde_json::json!([3, 4, 5]));
     assert_eq!(cells(&["--domain", "-1", "-1", "-1", "1", "1", "1", "--dims", "3", "4", "5"]), with_commas);
+    assert_eq!(cells(&["--domain", "-1 -1 -1 1 1 1", "--dims", "3, 4, 5"]), with_commas);
 }
 
 #[test]
@@ -91,13 +96,26 @@ fn standard_input_and_output_take_the_place_of_files() {
 
     let info: Value = serde_json::from_slice(&piped(&["info", "-", "--json"], &stl)).expect("JSON");
     assert_eq!(info[0]["facets"], 5856);
+    let columns = folder.bytes("a.hxc");
+    let info: Value = serde_json::from_slice(&piped(&["info", "-", "--json"], &columns)).expect("JSON");
+    assert_eq!((&info[0]["cells"], &info[0]["bytes"]), (&report["cells"], &Value::Null));
+    let picture = folder.path("a.png");
+    for command in ["slice", "view"] {
+        done(&[command, &hxc, "-q", "-o", &picture]);
+        assert!(piped(&[command, "-", "-o", "-"], &columns) == folder.bytes("a.png"), "{command}");
+    }
+    std::fs::remove_file(&picture).expect("removed");
+    let same = String::from_utf8(piped(&["diff", "-", &hxc], &columns)).expect("UTF-8");
+    assert!(same.contains("have the same flags"), "{same}");
     let conflicts = [
         (&["mesh", SPOT, "-o", "-"][..], 2, "add --format"),
-        (&["mesh", SPOT, "-o", "-", "--format", "xyz"], 2, "no format has the extension \"xyz\""),
+        (&["mesh", SPOT, "-o", "-", "--format", "xyz"], 2, "--format xyz: there is no such format"),
         (&["mesh", SPOT, "-o", &npy, "--format", "npy"], 4, "--format is given without -o -"),
         (&["mesh", SPOT, "--report", "-", "--json"], 4, "both are standard output"),
         (&["mesh", SPOT, "-o", "-", "--report", "-", "--format", "npy"], 4, "is written twice"),
         (&["mesh", "-", "-"], 4, "standard input can be read once"),
+        (&["diff", "-", "-"], 4, "standard input can be read once"),
+        (&["info", "-", "-"], 4, "standard input can be read once"),
         (&["mesh", SPOT, "-o", "-", "--format", "npy", "--resume"], 4, "--resume is given"),
     ];
     for (arguments, expected, text) in conflicts {
@@ -108,9 +126,11 @@ fn standard_input_and_output_take_the_place_of_files() {
 
 #[test]
 fn outputs_without_a_format_or_a_name_are_wrong_use() {
-    for (name, expected) in
-        [("out.xyz", "no format has the extension \"xyz\""), (".vti", "there is no name before the extension")]
-    {
+    for (name, expected) in [
+        ("out.xyz", "no format has the extension \"xyz\""),
+        ("out", "out: the name has no extension"),
+        (".vti", "there is no name before the extension"),
+    ] {
         let (code, said) = failed(&["mesh", SPOT, "-o", name]);
         assert!(code == Some(2) && said.contains(expected) && said.contains("hint: "), "{name}: {code:?} {said}");
     }
@@ -158,7 +178,8 @@ fn info_goes_on_after_an_error() {
     let [said, shown] = [&output.stderr, &output.stdout].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
     assert_eq!(output.status.code(), Some(7), "{said}");
     assert!(shown.contains("5,856"), "{shown}");
-    assert!(said.contains("nowhere.stl: there is no such file") && said.contains("src/lib.rs: "), "{said}");
+    let places = ["nowhere.stl: there is no such file", "src/lib.rs: "].map(|text| said.find(text));
+    assert!(places[0].is_some() && places[0] < places[1], "{said}");
     let output = hexcast(&["info", "--json", "nowhere.stl", SPOT]);
     let list: Value = serde_json::from_slice(&output.stdout).expect("JSON");
     assert_eq!((list[0]["error"]["code"].as_str(), list[1]["facets"].as_u64()), (Some("io"), Some(5856)));
@@ -189,10 +210,51 @@ fn too_little_memory_gets_one_way_out_where_another_is_none() {
 }
 
 #[test]
+fn lists_of_lines_that_are_wrong_are_explained_in_words() {
+    let folder = Folder::new();
+    let lines = folder.path("lines.json");
+    for (text, says) in [
+        ("{\"x\": [0, 1]}", "lines.json: the file: line 1, column 13: there is no key `y`"),
+        ("[1, 2]", ": line 1, column 2: it is 1; give a list"),
+        ("{\"x\": [0, 1],\n\"y\": 3}", "lines.json: y: line 2, column 6: it is 3; give a list"),
+        (
+            "{\"x\": [0, 1],\n\"y\": [0, \"b\"]}",
+            "lines.json: y[1]: line 2, column 12: it is the text \"b\"; give a number",
+        ),
+        ("x = [0, 1]", "lines.json: the file is not valid JSON: "),
+    ] {
+        std::fs::write(&lines, text).expect("written");
+        let (code, said) = failed(&["mesh", SPOT, "--lines", &lines]);
+        assert!(
+            code == Some(4) && said.contains(says) && said.contains("hint: write three lists of numbers"),
+            "{text}: {said}"
+        );
+    }
+    let (code, said) = failed(&["verify-store", &lines]);
+    assert!(code == Some(7) && said.contains("is not a Zarr store of flags"), "{said}");
+}
+
+#[test]
+fn a_surface_in_place_of_a_column_file_is_named_as_such() {
+    let folder = Folder::new();
+    let [png, npy] = ["a.png", "a.npy"].map(|name| folder.path(name));
+    let cases: [&[&str]; 4] =
+        [&["convert", SPOT, &npy], &["slice", SPOT, "-o", &png], &["view", SPOT, "-o", &png], &["diff", SPOT, SPOT]];
+    for arguments in cases {
+        let (code, said) = failed(arguments);
+        assert!(code == Some(3) && said.contains("is not a column file") && said.contains("mesh it first"), "{said}");
+    }
+}
+
+#[test]
 fn volumes_have_digits() {
     let shown = done(&[&["mesh", SPOT][..], &CPU].concat());
     assert!(shown.contains(", of the surface 0.7182588, "), "{shown}");
     assert!(!shown.contains("e-1"), "{shown}");
+    let shown = done(&[&["mesh", SPOT, "--unit", "mm"][..], &CPU].concat());
+    assert!(shown.contains(" mm^3, of the surface 0.7182588, "), "{shown}");
+    let shown = done(&["info", SPOT]);
+    assert!(shown.contains("volume      0.7182588\narea        5.709519\n"), "{shown}");
 }
 
 #[test]

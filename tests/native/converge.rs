@@ -160,3 +160,28 @@ fn the_command_prints_a_table_and_json_and_draws_a_graph() {
     let said = String::from_utf8_lossy(&refused.stderr);
     assert!(refused.status.code() == Some(4) && said.contains("leave out dims"), "{said}");
 }
+
+#[test]
+fn the_command_takes_a_job_with_cells_and_writes_over_no_input() {
+    let folder = Folder::new();
+    let [job, stl, png] = ["job.toml", "spot.stl", "a.png"].map(|name| folder.path(name));
+    std::fs::copy(SPOT, &stl).expect("a copy");
+    let text = "cells = 99\nbackend = \"cpu\"\noutput = \"a.vti\"\n[[geometries]]\nfile = \"spot.stl\"\n";
+    std::fs::write(&job, text).expect("written");
+    let of_job = json(&["converge", "--job", &job, "--sizes", "8,16", "--json"]);
+    let of_file = json(&["converge", &stl, "--sizes", "8,16", "--backend", "cpu", "--json"]);
+    let cells = |levels: &Value| [0, 1].map(|index| levels[index]["flags"][0]["cells"].clone());
+    assert_eq!(cells(&of_job), cells(&of_file));
+    for (name, says) in [(&stl, "graphs are written to .svg only"), (&png, "graphs are written to .svg only")] {
+        let refused = hexcast(&["converge", &stl, "--sizes", "8", "--backend", "cpu", "-o", name]);
+        let said = String::from_utf8_lossy(&refused.stderr);
+        assert!(refused.status.code() == Some(4) && said.contains(says), "{said}");
+    }
+    let odd = folder.path("odd.svg");
+    std::fs::rename(&stl, &odd).expect("renamed");
+    let refused = hexcast(&["converge", &odd, "--sizes", "8", "--backend", "cpu", "-o", &odd]);
+    let said = String::from_utf8_lossy(&refused.stderr);
+    assert!(refused.status.code() == Some(4) && said.contains("is an input too"), "{said}");
+    assert_eq!(folder.names(), ["job.toml", "odd.svg"]);
+    assert!(folder.bytes("odd.svg") == std::fs::read(SPOT).expect("the fixture"));
+}

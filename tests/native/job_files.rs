@@ -78,6 +78,24 @@ fn an_option_overrides_a_bad_value_and_errors_are_in_words() {
     let mesh = ["mesh", "--job", &job, "--backend", "cpu"];
     assert_eq!(hexcast(&mesh).status.code(), Some(4));
     done(&[&mesh[..], &["--cells", "8"]].concat());
+    // also one of another kind, or a word that there is not
+    let overridden: [(&str, &[&str]); 9] = [
+        ("cells = \"many\"", &["--cells", "8"]),
+        ("cells = -5", &["--dims", "3,4,5"]),
+        ("dims = [1, 2]\ntolerance = \"x\"", &["--cells", "8"]),
+        ("cells = 8\nrule = \"odd\"", &["--rule", "parity"]),
+        ("cells = 8\npadding = 3", &["--padding-cells", "2"]),
+        ("cells = 8\nmax_memory = \"much\"", &["--max-memory", "1GB"]),
+        ("cells = 8\nthreads = 5000", &["--threads", "2"]),
+        ("cells = 8\nreport = 3", &["--report", "-"]),
+        ("cells = 8\nslice = { output = \"a.png\", axis = \"w\" }", &["--slice", &folder.path("b.png")]),
+    ];
+    for (line, options) in overridden {
+        write(line);
+        let refused = hexcast(&mesh).status.code();
+        assert!(matches!(refused, Some(2 | 4)), "{line}: {refused:?}");
+        done(&[&mesh[..], options].concat());
+    }
     for (line, expected) in [
         ("padding = 3", "padding: "),
         ("padding = 3", "give { cells = N } or { length = L }"),
@@ -86,6 +104,7 @@ fn an_option_overrides_a_bad_value_and_errors_are_in_words() {
         ("compress = 11", "1 to 9 or none is needed"),
         ("threads = 5000", "1 to 1024 is needed"),
         ("cels = 3", "there is no key `cels`; keys are `geometries`"),
+        ("otput = 3", ", `background`, `output`, `format`, `report`"),
     ] {
         write(line);
         let output = hexcast(&mesh);

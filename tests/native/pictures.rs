@@ -230,6 +230,102 @@ fn commands_draw_what_is_asked_for() {
 }
 
 #[test]
+fn pictures_of_a_job_are_those_of_the_commands() {
+    let folder = Folder::new();
+    let spot = std::path::absolute(SPOT).expect("a path");
+    let text = format!(
+        "output = \"mesh.hxc\"\ncells = 24\nbackend = \"cpu\"\nquiet = true\nunit = \"mm\"\n\
+         slice = [{{ axis = [\"z\", \"x\"], at = [\"25%\", 0.1], size = 90, flags = [0, 3], colours = {{ 3 = \"#d98324\" }}, \
+         lines = false, output = \"slice.png\" }}, {{ output = \"all.png\" }}]\n\
+         view = {{ from = [30, -20], size = 150, window = [0, 3, 2, 9, 20, 21], output = \"view.png\" }}\n\
+         [[geometries]]\nfile = '{}'\nflag = 3\nname = \"cow\"\n",
+        spot.display()
+    );
+    let job = folder.path("job.toml");
+    std::fs::write(&job, text).expect("written");
+    assert_eq!(done(&["mesh", "--job", &job]), "");
+    assert_eq!(folder.names(), ["all.png", "job.toml", "mesh.hxc", "slice.png", "view.png"]);
+    let mesh = folder.path("mesh.hxc");
+    let commands: [(&str, &[&str]); 3] = [
+        (
+            "slice.png",
+            &["slice", "--axis=z,x", "--at=25%,0.1", "--size=90", "--flags=0,3", "--colours=3=d98324", "--no-lines"],
+        ),
+        ("all.png", &["slice"]),
+        ("view.png", &["view", "--from=30,-20", "--size=150", "--window=0,3,2,9,20,21"]),
+    ];
+    let alone = folder.path("alone.png");
+    for (name, words) in commands {
+        done(&[words, &[&mesh, "-o", &alone, "-q"]].concat());
+        assert!(folder.bytes(name) == folder.bytes("alone.png"), "{name}");
+    }
+    // the same as options, and of a job in which these are written down
+    let [dumped, slice, view] = ["job.json", "s.png", "v.png"].map(|name| folder.path(name));
+    let file = format!("{SPOT}:flag=3,name=cow");
+    let slice_of = format!("{slice}:axis=z/x,at=25%/0.1,size=90,flags=0/3,colours=3=d98324,lines=false");
+    let view_of = format!("{view}:from=30/-20,size=150,window=0/3/2/9/20/21");
+    let options =
+        ["mesh", &file, "--cells=24", "--unit=mm", "--backend=cpu", "-q", "--slice", &slice_of, "--view", &view_of];
+    for arguments in [&options[..], &["mesh", "--job", &dumped]] {
+        if arguments.len() == 3 {
+            done(&[&options[..], &["--dump-job", &dumped]].concat());
+        }
+        done(arguments);
+        assert!(folder.bytes("s.png") == folder.bytes("slice.png"), "{arguments:?}");
+        assert!(folder.bytes("v.png") == folder.bytes("view.png"), "{arguments:?}");
+        [&slice, &view].iter().for_each(|path| std::fs::remove_file(path).expect("it was drawn"));
+    }
+}
+
+#[test]
+fn pictures_that_cannot_be_drawn_are_refused_before_the_mesh() {
+    let folder = Folder::new();
+    let [hxc, png] = ["a.hxc", "a.png"].map(|name| folder.path(name));
+    let mesh = ["mesh", SPOT, "--cells", "12", "--backend", "cpu", "-q", "-o", &hxc];
+    let cases = [
+        ("--slice", "at=9", 4, "a.png: 9 is not within the mesh, which reaches from"),
+        ("--slice", "axis=w", 4, "a.png: axis: \"w\" is not an axis: x, y or z is needed"),
+        ("--slice", "at=110%", 4, "0% to 100%"),
+        ("--slice", "size=0", 4, "a side has 1 to 32768"),
+        ("--slice", "size=20000", 4, "a side has 1 to 32768"),
+        ("--slice", "colours=1=red", 4, "\"1=red\" is not a flag from 0 to 255 and a colour"),
+        ("--slice", "scale=3", 2, "there is no key \"scale\"; keys are axis, at, lines"),
+        (
+            "--view",
+            "window=0/0/0/99/9/9",
+            4,
+            "the box from cell 0,0,0 to 99,9,9 is not inside the mesh of 7 x 12 x 12 cells",
+        ),
+        ("--view", "from=nan/0", 4, "give two finite angles"),
+        ("--view", "from=30", 2, "2 numbers joined by / are needed, as in 30/20"),
+    ];
+    for (option, setting, code, says) in cases {
+        let said = fails(&[&mesh[..], &[option, &format!("{png}:{setting}")]].concat(), code);
+        assert!(said.contains(says), "{option} {setting}: {said}");
+        assert!(folder.names().is_empty(), "{option} {setting}: {:?}", folder.names());
+    }
+    for (given, says) in
+        [(&folder.path("a.jpg"), "pictures are written to .png only"), (&String::new(), "without the name of its file")]
+    {
+        let said = fails(&[&mesh[..], &["--view", given]].concat(), 4);
+        assert!(said.contains(says) && folder.names().is_empty(), "{said}");
+    }
+    let said = fails(&[&mesh[..], &["--view", &png, "--slice", &png]].concat(), 4);
+    assert!(said.contains("is written twice") && folder.names().is_empty(), "{said}");
+    // what only the mesh shows costs the picture alone
+    let output =
+        hexcast(&[&mesh[..], &["--view", &format!("{png}:flags=7"), "--slice", &folder.path("b.png")]].concat());
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        output.status.success() && said.contains("a.png is not written: no cell has one of the flags [7]"),
+        "{said}"
+    );
+    assert_eq!(folder.names(), ["a.hxc", "b.png"]);
+    let strict = hexcast(&[&mesh[..], &["--view", &format!("{png}:flags=7"), "--strict"]].concat());
+    assert_eq!(strict.status.code(), Some(8));
+}
+
+#[test]
 fn cells_that_differ_are_counted_and_masked_by_the_command() {
     let folder = Folder::new();
     let [one, other, mask] = ["one.hxc", "other.hxc", "mask.raw"].map(|name| folder.path(name));

@@ -19,9 +19,10 @@ from typing import TYPE_CHECKING, Any, Optional, Union
 from . import _hexcast
 from ._driver import disable_layer_without_session
 from ._error import Error, MeshWarning
-from ._job import Geometry, JobLike, job_of
+from ._job import SIZES, Geometry, JobLike, job_of
 from ._mesh import Columns, Mesh, Slab, warn
 from ._options import GeometryOptions, JobOptions
+from ._pictures import Difference, FlagPair, Picture
 from ._progress import follow
 from ._surface import Surface, SurfaceLike, surface
 
@@ -31,16 +32,20 @@ if TYPE_CHECKING:
 __version__ = _hexcast.__version__
 __all__ = [
     "Columns",
+    "Difference",
     "Error",
+    "FlagPair",
     "Geometry",
     "GeometryOptions",
     "JobLike",
     "JobOptions",
     "Mesh",
     "MeshWarning",
+    "Picture",
     "Slab",
     "Surface",
     "SurfaceLike",
+    "converge",
     "estimate",
     "load",
     "mesh",
@@ -123,6 +128,32 @@ def parts(what: JobLike, n: Union[int, Sequence[int]], **options: Unpack[JobOpti
     if len(of) != 3 or any(number < 1 for number in of):
         raise Error(f"n is {n!r}", "job-value", "give a number of slabs, or three numbers of boxes along x, y and z")
     return [(*first, *end) for first, end in _hexcast.parts(*job_of(what, options), of)]
+
+
+def converge(
+    what: JobLike,
+    sizes: Sequence[int] = (32, 64, 128, 256),
+    *,
+    adapter: Optional[str] = None,
+    **options: Unpack[JobOptions],
+) -> list[dict[str, Any]]:
+    """Meshes at several sizes of cells, to choose one: errors of volume and of the area seen along the axes, time and bytes.
+
+    :param what: as for :func:`mesh`. Cells that a job file chooses give way to ``sizes``.
+    :param sizes: cells along the longest side of the box, of each mesh.
+    :returns: for each size what the command ``hexcast converge --json`` prints, such as ``dims`` and ``flags[0]["volume_error"]``, which
+        is None where a surface is open.
+
+    >>> import hexcast
+    >>> from hexcast.shapes import sphere
+    >>> levels = hexcast.converge(sphere((0, 0, 0), 1.0), [8, 32], backend="cpu")
+    >>> [level["dims"] for level in levels]
+    [[8, 8, 8], [32, 32, 32]]
+    """
+    job, surfaces = job_of(what, options)
+    kept = {key: value for key, value in json.loads(job).items() if key in options or key not in SIZES}
+    levels: list[dict[str, Any]] = json.loads(_hexcast.converge(json.dumps(kept), surfaces, list(sizes), adapter))
+    return levels
 
 
 def load(path: Union[str, os.PathLike[str]]) -> Mesh:

@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 
 __version__: str
 
+#: Pixels, the flags that are shown, colours by flag, and most bytes of memory.
+Look = tuple[Optional[int], Sequence[int], Sequence[tuple[int, Sequence[int]]], int]
+
 class Surface:
     """A surface in memory: :func:`hexcast.surface` makes it. Meshes share its facets."""
 
@@ -56,4 +59,15 @@ def estimate(job: str, surfaces: Sequence[Optional[Surface]]) -> str: ...
 def parts(
     job: str, surfaces: Sequence[Optional[Surface]], of: Sequence[int]
 ) -> list[list[list[int]]]: ...
+def converge(
+    job: str, surfaces: Sequence[Optional[Surface]], sizes: Sequence[int], adapter: Optional[str] = None
+) -> str: ...
 def load(path: str) -> RawMesh: ...
+def draw_slices(mesh: RawMesh, axes: Sequence[int], places: Sequence[str], has_lines: bool, look: Look) -> bytes: ...
+def draw_view(
+    mesh: RawMesh,
+    direction: Optional[Sequence[float]],
+    cells: Optional[Sequence[Sequence[int]]],
+    look: Look,
+) -> bytes: ...
+def diff(one: RawMesh, other: RawMesh, max_bytes: int) -> tuple[str, RawMesh]: ...

@@ -23,6 +23,8 @@ EXCLUSIVE = (
     ("cells", "dims", "cell_size", "max_cell_size", "tolerance", "lines", "graded"),
     ("window", "part"),
 )
+#: Those of a job that give way to other numbers of cells.
+SIZES = ("cells", "dims", "cell_size", "max_cell_size", "tolerance")
 #: Most cells where nobody says, as in the command: more are a typing error in a size more often than a wish.
 DEFAULT_MAX_CELLS = 10**12
 #: Share of the available memory that a mesh may take.

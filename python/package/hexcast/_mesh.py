@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Optional, Union
 
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from . import _hexcast
 from ._error import Error, MeshWarning
 from ._files import save
+from ._pictures import Axis, Difference, Picture, Place, difference, look_of, slices
 from ._xarray import dataset
 
 if TYPE_CHECKING:
@@ -132,9 +133,7 @@ class Mesh:
         :raises hexcast.Error: ``job-value`` where the box is not inside the mesh; ``memory`` where the flags do not fit.
         """
         low, high = cell_of(first, "first"), cell_of(end, "end")
-        if any(not 0 <= a <= b <= n for a, b, n in zip(low, high, self.dims)):
-            message = f"the box from {low} to {high} is not inside the mesh of {' x '.join(map(str, self.dims))} cells"
-            raise Error(message, "job-value", "give the first cell on x, y, z, and the end, exclusive")
+        self._check_box(low, high)
         shape = tuple(b - a for a, b in zip(low[::-1], high[::-1]))
         try:
             flags: NDArray[np.uint8] = np.empty(shape, np.uint8)
@@ -143,6 +142,12 @@ class Mesh:
             raise Error(f"the flags of {shape} cells do not fit the memory: {error}", "memory", hint) from error
         self._raw.fill(low, high, flags.reshape(-1))
         return flags
+
+    def _check_box(self, low: tuple[int, int, int], high: tuple[int, int, int]) -> None:
+        """Refuses a box that is not inside the mesh."""
+        if any(not 0 <= a <= b <= n for a, b, n in zip(low, high, self.dims)):
+            message = f"the box from {low} to {high} is not inside the mesh of {' x '.join(map(str, self.dims))} cells"
+            raise Error(message, "job-value", "give the first cell on x, y, z, and the end, exclusive")
 
     def slabs(self, max_bytes: int = SLAB_BYTES) -> Iterator[Slab]:
         """Goes through all cells in slabs of whole planes across z.
@@ -177,6 +182,86 @@ class Mesh:
             other; ``io``.
         """
         save(self._raw, path, compress, bits)
+
+    def slice(
+        self,
+        axis: Union[Axis, Sequence[Axis], None] = None,
+        at: Union[Place, Sequence[Place], None] = None,
+        *,
+        lines: bool = True,
+        size: Optional[int] = None,
+        flags: Optional[Sequence[int]] = None,
+        colours: Optional[Mapping[int, str]] = None,
+    ) -> Picture:
+        """Draws slices side by side, with a legend of the flags: the PNG of the command ``hexcast slice``, byte for byte.
+
+        :param axis: axes across the slices, such as ``"z"`` or ``["x", "z"]``; by default all three.
+        :param at: places along each axis, in the unit of the mesh, or in percent of its length such as ``"25%"``; by default the middle.
+        :param lines: whether lines between cells are drawn, where cells have 6 pixels or more.
+        :param size: pixels of the longest side of the mesh, 1 to 32768; by default 600.
+        :param flags: flags that are shown, by default all; cells of others are white.
+        :param colours: colours of flags, such as ``{1: "#d98324"}``.
+        :returns: the bytes of the file, which notebooks show.
+        :raises hexcast.Error: ``job-value`` where a place is not within the mesh, or the picture is too large; ``memory``.
+
+        >>> import hexcast
+        >>> from hexcast.shapes import sphere
+        >>> mesh = hexcast.mesh(sphere((0, 0, 0), 1.0), cells=20, backend="cpu")
+        >>> mesh.slice("z", at=[0, "75%"], size=200)[1:4]
+        b'PNG'
+        """
+        return slices(self._raw, axis, at, lines, look_of(size, flags, colours))
+
+    def view(
+        self,
+        direction: Optional[Sequence[float]] = None,
+        *,
+        first: Optional[Sequence[int]] = None,
+        end: Optional[Sequence[int]] = None,
+        size: Optional[int] = None,
+        flags: Optional[Sequence[int]] = None,
+        colours: Optional[Mapping[int, str]] = None,
+    ) -> Picture:
+        """Draws the stair-step surface, without a display: the PNG of the command ``hexcast view``, byte for byte.
+
+        :param direction: direction to the eye in degrees: around z from the x axis, and up; by default -60 and 25.
+        :param first: the first cell on x, y, z that is shown; by default (0, 0, 0).
+        :param end: the end on x, y, z, exclusive; by default that of the mesh.
+        :param size: pixels of the longer side, 1 to 32768; by default 1000.
+        :param flags: as for :meth:`slice`.
+        :param colours: as for :meth:`slice`.
+        :returns: the bytes of the file, which notebooks show.
+        :raises hexcast.Error: ``job-value`` where no cell that is shown has a flag, or the box is not inside the mesh; ``memory``.
+        """
+        angles = None if direction is None else [float(angle) for angle in direction]
+        if angles is not None and len(angles) != 2:
+            raise Error(f"direction is {direction!r}", "job-value", "give two angles, around z and up")
+        cells = None
+        if first is not None or end is not None:
+            low = cell_of((0, 0, 0) if first is None else first, "first")
+            high = cell_of(self.dims if end is None else end, "end")
+            self._check_box(low, high)
+            cells = [low, high]
+        return Picture(_hexcast.draw_view(self._raw, angles, cells, look_of(size, flags, colours)))
+
+    def diff(self, other: Mesh) -> Difference:
+        """Compares two meshes cell by cell, as the command ``hexcast diff`` does.
+
+        :param other: a mesh of as many cells on each axis.
+        :raises hexcast.Error: ``job-conflict`` where the numbers of cells differ; ``memory``.
+
+        >>> import hexcast
+        >>> from hexcast.shapes import box
+        >>> size = {"domain": (0, 0, 0, 4, 4, 4), "cells": 4, "backend": "cpu"}
+        >>> one = hexcast.mesh(box((0, 0, 0), (2, 4, 4)), **size)
+        >>> other = hexcast.mesh(box((0, 0, 0), (3, 4, 4)), **size)
+        >>> found = one.diff(other)
+        >>> found.cells, found.pairs[0].bounds, int(found.mask.flags.sum())
+        (16, ((2, 0, 0), (3, 4, 4)), 16)
+        """
+        if not isinstance(other, Mesh):
+            raise Error(f"a mesh is compared with {type(other).__qualname__}", "job-value", "give a mesh; hexcast.load reads one")
+        return difference(self._raw, other._raw, Mesh)
 
     def to_xarray(self) -> xarray.Dataset:
         """The flags as an xarray Dataset, without a copy: ``flag`` over (z, y, x), with the centres of the cells as coordinates.

@@ -11,8 +11,8 @@ use hexcast::{Error, Result};
 use serde::de::DeserializeOwned;
 
 use super::job_files::{read_job, read_lines};
-pub(crate) use super::numbers::at_least_one;
-use super::numbers::{list, number, per_axis};
+pub(crate) use super::numbers::{at_least_one, number};
+use super::numbers::{list, per_axis};
 use super::spelling::input_name;
 use super::standard;
 
@@ -110,7 +110,7 @@ pub(crate) struct JobArguments {
     #[arg(long, value_name = "K", value_parser = number::<u32>, help_heading = "Method")]
     close_gaps: Option<u32>,
     /// Flag of the cells that --close-gaps adds [default: one more than the greatest]
-    #[arg(long, value_name = "F", value_parser = number::<u8>, help_heading = "Method")]
+    #[arg(long, value_name = "F", value_parser = at_least_one::<u8>, help_heading = "Method")]
     gap_flag: Option<u8>,
     /// Look for thin walls and for cells that two geometries claim; takes several times as long as a mesh on the CPU
     #[arg(long, help_heading = "Method")]
@@ -254,10 +254,15 @@ impl JobArguments {
         outcome.map_err(|error| Error::new("io", format!("starting {threads} threads: {error}"), "use fewer"))
     }
 
-    fn override_cells(&self, job: &mut Job) -> Result<()> {
+    /// Whether an option, and not only a job file, chooses the cells.
+    pub(crate) fn chooses_cells(&self) -> bool {
         let is_listed = self.lines.is_some() || self.graded.is_some();
         let is_sized = self.cell_size.is_some() || self.max_cell_size.is_some();
-        if self.cells.is_some() || self.dims.is_some() || is_sized || is_listed {
+        self.cells.is_some() || self.dims.is_some() || is_sized || is_listed
+    }
+
+    fn override_cells(&self, job: &mut Job) -> Result<()> {
+        if self.chooses_cells() {
             job.lines = self.lines.as_deref().map(read_lines).transpose()?;
             let graded = |max_size| GradedJob { max_size, min_size: None, growth: None, absorbing: None };
             job.graded = self.graded.map(graded);

@@ -1,11 +1,11 @@
 //! `hexcast converge`: one job at several sizes of cells, to choose one.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use hexcast::Result;
 use hexcast::control::{CancelToken, Control};
 use hexcast::converge::{FlagLevel, Level, converge};
 use hexcast::pipeline::Engine;
+use hexcast::{Error, Result};
 use indicatif::{BinaryBytes, HumanCount};
 use plotters::prelude::*;
 
@@ -14,6 +14,7 @@ use super::output_file::PendingFile;
 use super::progress::Progress;
 use super::reading::read_job_files;
 use super::summary::size;
+use super::taken::Taken;
 use super::terminal;
 
 const EXAMPLES: &str = "\
@@ -30,7 +31,7 @@ Examples:
 pub(crate) struct Arguments {
     #[command(flatten)]
     job: JobArguments,
-    /// Cells along the longest side of the box, of each mesh
+    /// Cells along the longest side of the box, of each mesh, in place of the cells of a job file
     #[arg(long, value_name = "N,N,...", value_delimiter = ',', default_value = "32,64,128,256", value_parser = at_least_one::<u32>)]
     sizes: Vec<u32>,
     /// Draw the errors against the cells, .svg
@@ -42,9 +43,16 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
-    let job = arguments.job.job()?;
+    let mut job = arguments.job.job()?;
+    if !arguments.job.chooses_cells() {
+        (job.cells, job.dims, job.cell_size) = (None, None, None);
+        (job.max_cell_size, job.tolerance) = (None, None);
+    }
     arguments.job.set_threads()?;
-    let output = arguments.output.as_deref().map(PendingFile::open).transpose()?;
+    let inputs: Vec<&Path> = arguments.job.job.as_deref().into_iter().collect();
+    let inputs = inputs.into_iter().chain(job.geometries.iter().map(|geometry| Path::new(&geometry.file)));
+    let mut taken = Taken::by(&inputs.collect::<Vec<&Path>>());
+    let output = arguments.output.as_deref().map(|path| open_graph(path, &mut taken)).transpose()?;
     let sources = read_job_files(&job, token, Progress::new(arguments.json))?;
     let mut control = Control::default();
     control.cancel = token.clone();
@@ -52,7 +60,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
         let mut engine = Engine::open(job.backend, arguments.job.adapter.as_deref()).await?;
         converge(&job, &sources, &arguments.sizes, &mut engine, &control).await
     })?;
-    if let Some((_, mut file)) = output {
+    if let Some(mut file) = output {
         file.put(graph(&levels))?;
         file.persist()?;
     }
@@ -62,6 +70,15 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
         return terminal::print_exact(&format!("{json:#}\n"));
     }
     terminal::print(&table(&levels, job.unit.as_deref()))
+}
+
+/// Opens the file of a graph.
+fn open_graph(path: &Path, taken: &mut Taken) -> Result<PendingFile> {
+    if !path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("svg")) {
+        let message = format!("{}: graphs are written to .svg only", path.display());
+        return Err(Error::new("job-value", message, "name a file that ends in .svg"));
+    }
+    taken.open(path)
 }
 
 /// A block of lines for each flag, a line for each size.
@@ -145,7 +162,13 @@ fn graph(levels: &[Level]) -> String {
                 let drawn = chart.draw_series(LineSeries::new(points.iter().copied(), &colour).point_size(3))?;
                 drawn.label(name).legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour));
             }
-            chart.configure_series_labels().background_style(WHITE.mix(0.8)).border_style(BLACK).draw()?;
+            // errors fall, so that this corner is the emptiest
+            let labels = &mut chart.configure_series_labels();
+            labels
+                .position(SeriesLabelPosition::UpperRight)
+                .background_style(WHITE.mix(0.8))
+                .border_style(BLACK)
+                .draw()?;
             area.present()?;
             Ok(())
         };

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use hexcast::control::{CancelToken, Control};
 use hexcast::cut::cut;
-use hexcast::files::open_file;
 use hexcast::job::{ByteSize, PerAxis, ZarrJob};
 use hexcast::mesh::Mesh;
 use hexcast::write::Format;
@@ -16,7 +15,7 @@ use super::arguments::default_max_memory;
 use super::numbers::{list, per_axis};
 use super::outputs::{FormatArguments, Outputs, Targets};
 use super::progress::Progress;
-use super::reading::open_columns;
+use super::reading::{check_columns, open_columns};
 use super::standard;
 use super::summary::Table;
 use super::taken::Taken;
@@ -64,9 +63,7 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let max_bytes = arguments.max_memory.or_else(default_max_memory).map_or(u64::MAX, |size| size.0);
     // first: a missing input is the more useful message
-    if !standard::is_standard(&arguments.input) {
-        open_file(&arguments.input)?;
-    }
+    check_columns(&arguments.input)?;
     let meshes = std::slice::from_ref(&arguments.output);
     let zarr = ZarrJob::default();
     let targets = Targets { meshes, doubt: None, report: None, zarr, is_part: false, has_archive: false };

@@ -6,7 +6,6 @@ use std::process::ExitCode;
 use hexcast::Result;
 use hexcast::control::{CancelToken, Control};
 use hexcast::difference::{Difference, difference};
-use hexcast::files::open_file;
 use hexcast::job::{ByteSize, ZarrJob};
 use hexcast::mesh::Mesh;
 use hexcast::write::zarr::Place;
@@ -16,7 +15,8 @@ use super::arguments::default_max_memory;
 use super::output_file::OutputFile;
 use super::outputs::{FormatArguments, Outputs, Targets};
 use super::progress::Progress;
-use super::reading::open_columns;
+use super::reading::{check_columns, open_columns};
+use super::standard::check_once;
 use super::summary::Table;
 use super::taken::Taken;
 
@@ -34,10 +34,10 @@ const DIFFERS: u8 = 1;
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
-    /// Column file
+    /// Column file, or - for standard input
     #[arg(value_name = "A.hxc")]
     one: PathBuf,
-    /// Column file with the same number of cells on each axis
+    /// Column file with the same number of cells on each axis, or - for standard input
     #[arg(value_name = "B.hxc")]
     other: PathBuf,
     /// Write a mask, flag 1 where the two differ, .vti, .npy, .raw, .zarr or .hxc
@@ -57,7 +57,8 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     let max_bytes = arguments.max_memory.or_else(default_max_memory).map_or(u64::MAX, |size| size.0);
     let inputs: [&Path; 2] = [&arguments.one, &arguments.other];
     // first: a missing input is the more useful message
-    inputs.iter().try_for_each(|input| open_file(input).map(drop))?;
+    inputs.iter().try_for_each(|input| check_columns(input))?;
+    check_once(inputs.into_iter())?;
     let meshes: &[PathBuf] = arguments.output.as_slice();
     let zarr = ZarrJob::default();
     let targets = Targets { meshes, doubt: None, report: None, zarr, is_part: false, has_archive: false };

@@ -134,10 +134,13 @@ impl FormatArguments {
             None => path.to_string_lossy().into_owned(),
         };
         let format = Format::of_name(&name).map_err(|error| {
+            let given = self.format.as_ref().filter(|_| is_standard(path));
+            let problem =
+                given.map_or(error.to_string(), |format| format!("--format {format}: there is no such format"));
             let formats = Format::ALL.map(|format| format!(".{}", format.extension()));
             let exporters = Exporter::ENDINGS.map(|(ending, _)| ending.to_string());
             let known = [&formats[..], &exporters].concat().join(", ");
-            Error::new(error.code(), error.to_string(), format!("use {known}"))
+            Error::new(error.code(), problem, format!("use {known}"))
         })?;
         if format == Format::Zarr {
             let message = format!("{} would be a folder of many files, and one file is needed", path.display());

@@ -1,6 +1,7 @@
 //! `hexcast info`: what files hold, and whether surfaces are closed; the report of column files.
 
 use std::path::Path;
+use std::process::ExitCode;
 
 use hexcast::control::{CancelToken, Control};
 use hexcast::geometry::{Geometry, SharedFacets};
@@ -15,8 +16,8 @@ use serde_json::{Value, json};
 use super::arguments::default_max_memory;
 use super::progress::Progress;
 use super::spelling::input_name;
-use super::summary::{Table, three};
-use super::{reading, summary, terminal};
+use super::summary::{Table, short, three};
+use super::{reading, standard, summary, terminal};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -28,7 +29,7 @@ Examples:
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
-    /// Surfaces (STL, OBJ, OFF, PLY, 3MF, GLB, also packed by gzip) and column files (.hxc), or - for a surface from standard input. After a file with an error the next ones are still shown
+    /// Surfaces (STL, OBJ, OFF, PLY, 3MF, GLB, also packed by gzip) and column files (.hxc), or - for standard input. After a file with an error the next ones are still shown
     #[arg(value_name = "FILE", required = true, value_parser = input_name())]
     files: Vec<String>,
     /// Print a JSON list with one object per file
@@ -50,11 +51,20 @@ struct Facts {
 /// What a file holds.
 enum Found {
     Surface(Box<Facts>),
-    Columns { file: String, n_bytes: u64, mesh: Box<Mesh> },
-    Wrong { file: String, error: Error },
+    /// Without a number of bytes from standard input.
+    Columns {
+        file: String,
+        n_bytes: Option<u64>,
+        mesh: Box<Mesh>,
+    },
+    Wrong {
+        file: String,
+        error: Error,
+    },
 }
 
-pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
+pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode> {
+    standard::check_once(arguments.files.iter().map(Path::new))?;
     let found = found(&arguments.files, token)?;
     if arguments.json {
         let list: Value = found.iter().map(in_json).collect();
@@ -63,11 +73,10 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
         let texts: Vec<String> = found.iter().filter_map(in_words).collect();
         terminal::print(&texts.join("\n"))?;
     }
-    let mut errors: Vec<Error> = found.into_iter().filter_map(Found::into_error).collect();
-    // the first is printed as that of any command, and decides the exit code
-    let first = (!errors.is_empty()).then(|| errors.remove(0));
+    let errors: Vec<Error> = found.into_iter().filter_map(Found::into_error).collect();
     errors.iter().for_each(terminal::complain_of);
-    first.map_or(Ok(()), Err)
+    // the first decides
+    Ok(errors.first().map_or(ExitCode::SUCCESS, |error| ExitCode::from(terminal::exit_code(error))))
 }
 
 /// What the files hold, in their order; an error of one is no reason to leave out the others.
@@ -102,7 +111,7 @@ fn columns(file: &str, token: &CancelToken) -> Result<Found> {
     control.cancel = token.clone();
     let max_bytes = default_max_memory().map_or(u64::MAX, |size| size.0);
     let mesh = Box::new(reading::open_columns(Path::new(file), max_bytes, &control)?);
-    let n_bytes = std::fs::metadata(file).map_or(0, |metadata| metadata.len());
+    let n_bytes = std::fs::metadata(file).ok().map(|metadata| metadata.len());
     Ok(Found::Columns { file: file.into(), n_bytes, mesh })
 }
 
@@ -198,8 +207,9 @@ fn surface_in_words(facts: &Facts) -> String {
         (true, true) => " (negative: facets face inwards)",
         (true, false) => "",
     };
-    table.line("volume", format!("{volume}{remark}"));
-    table.line("area", surface.area);
+    let [cubic, square] = [3, 2].map(|power| contents.unit.map_or(String::new(), |unit| format!(" {unit}^{power}")));
+    table.line("volume", format!("{}{cubic}{remark}", short(volume)));
+    table.line("area", format!("{}{square}", short(surface.area)));
     table.line("shells", HumanCount(surface.shells));
     closedness(&mut table, surface);
     oddities(&mut table, facts);

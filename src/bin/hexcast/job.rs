@@ -11,7 +11,7 @@ const HELP: &str = "\
 A job file says what to mesh and what to do with the mesh, in TOML or JSON: hexcast mesh --job job.toml.
 Its keys are the long options of hexcast mesh, with _ for -, and [[geometries]], a table for each surface.
 Names in it are relative to the file. Options of the command line override its keys. The commands estimate,
-parts, verify and leak take the same file, and of it what they need.
+parts, converge, verify and leak take the same file, and of it what they need.
 
 Examples:
     hexcast job example > job.toml

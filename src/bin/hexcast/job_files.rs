@@ -12,19 +12,7 @@ use super::standard;
 
 /// Reads lists of lines.
 pub(crate) fn read_lines(path: &Path) -> Result<LinesJob> {
-    let text = read_text(path)?;
-    let refused = |code, problem: &dyn std::fmt::Display| {
-        let hint = "write three lists of numbers: {\"x\": [0, 1, 3], \"y\": [...], \"z\": [...]}";
-        Error::new(code, format!("{}: {problem}", path.display()), hint)
-    };
-    let lists: serde_json::Value = serde_json::from_str(&text).map_err(|error| refused("job-syntax", &error))?;
-    if !lists.is_object() {
-        return Err(refused("job-syntax", &"not an object of three lists"));
-    }
-    // as a job they are refused in words
-    let job = serde_json::json!({ "geometries": [], "lines": lists });
-    let file = JobFile::from_json(&job.to_string()).map_err(|error| refused(error.code(), &error))?;
-    file.job.lines.ok_or_else(|| refused("job-syntax", &"no lists"))
+    LinesJob::from_json(&read_text(path)?).map_err(|error| error.at(path.display()))
 }
 
 /// Most bytes of a job file: 65,535 geometries take a quarter of it.
@@ -32,6 +20,15 @@ const MAX_JOB_BYTES: u64 = 64 << 20;
 
 /// Standard input as text: it can be read once, and is asked for the job and for its options.
 static STANDARD_INPUT: OnceLock<String> = OnceLock::new();
+
+/// Keys of job files that options of the command line override.
+static OVERRIDDEN: OnceLock<Vec<&'static str>> = OnceLock::new();
+
+/// Leaves some keys of job files unread, so that a wrong value there is none where an option overrides it.
+pub(crate) fn leave_out(keys: Vec<&'static str>) {
+    // said once, before any is read
+    let _ = OVERRIDDEN.set(keys);
+}
 
 /// Reads a job file or lists of lines as text.
 fn read_text(path: &Path) -> Result<String> {
@@ -69,12 +66,17 @@ pub(crate) fn is_json(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"))
 }
 
-/// Reads a job file; its names stay relative to it, and its values are not checked.
+/// Reads a job file; its names stay relative to it, and its values are not checked, those not even read that options override.
 pub(crate) fn read_job_file(path: &Path) -> Result<JobFile> {
     let (name, text) = (path.display(), read_text(path)?);
     // a table of TOML begins with a name or a [
     let is_json = is_json(path) || standard::is_standard(path) && text.trim_start().starts_with('{');
-    let read = if is_json { JobFile::from_json(&text) } else { JobFile::from_toml(&text) };
+    let overridden = OVERRIDDEN.get().map_or(&[][..], Vec::as_slice);
+    let read = if is_json {
+        JobFile::from_json_without(&text, overridden)
+    } else {
+        JobFile::from_toml_without(&text, overridden)
+    };
     read.map_err(|error| error.at(name))
 }
 

@@ -7,6 +7,7 @@ use clap::ArgMatches;
 use clap::parser::ValueSource;
 use hexcast::job::{Job, JobFile, Level, RunJob};
 use hexcast::{Error, Result};
+use serde::Serialize;
 
 use super::job_files::{is_json, read_job_file};
 use super::place::folder_of;
@@ -31,6 +32,71 @@ pub(crate) fn with_options_of_job(matches: &ArgMatches, arguments: &[OsString]) 
     let command = arguments.iter().position(|argument| argument == "mesh").unwrap_or(1);
     let (before, after) = arguments.split_at((command + 1).min(arguments.len()));
     Ok(Some([before, &options, after].concat()))
+}
+
+/// Options that override keys of other names, and these.
+const OTHERS: &[(&str, &[&str])] = &[
+    ("cells", CELLS),
+    ("dims", CELLS),
+    ("cell_size", CELLS),
+    ("max_cell_size", &["cells", "dims", "cell_size", "max_cell_size", "lines", "graded"]),
+    ("lines", CELLS),
+    ("graded", CELLS),
+    ("domain", &["domain", "padding"]),
+    ("padding_cells", &["domain", "padding"]),
+    ("padding_length", &["domain", "padding"]),
+    ("window", &["window", "part"]),
+    ("part", &["window", "part"]),
+    ("outputs", &["output"]),
+    ("links", &["links_output"]),
+    ("fractions", &["fractions_output"]),
+    ("staggered", &["staggered_output"]),
+];
+/// Keys that choose the cells, of which an option replaces all.
+const CELLS: &[&str] = &["cells", "dims", "cell_size", "max_cell_size", "tolerance", "lines", "graded"];
+/// Keys that the option of the same name overrides.
+const SAME: &[&str] = &[
+    "tolerance",
+    "max_cells",
+    "halo",
+    "halo_edge",
+    "rule",
+    "open",
+    "fill",
+    "close_gaps",
+    "gap_flag",
+    "thin_cells",
+    "backend",
+    "axis",
+    "max_memory",
+    "unit",
+    "background",
+    "adapter",
+    "threads",
+    "max_device_memory",
+    "format",
+    "report",
+    "doubt",
+    "compress",
+    "hash",
+    "axis_order",
+    "map",
+    "export_flags",
+    "spill",
+    "slice",
+    "view",
+];
+
+/// Keys of a job file that options of the command line override.
+pub(crate) fn overridden(matches: &ArgMatches) -> Vec<&'static str> {
+    let Some((_, of_command)) = matches.subcommand() else { return Vec::new() };
+    let ids = of_command.ids().map(|id| id.as_str());
+    let given = ids.filter(|id| of_command.value_source(id) == Some(ValueSource::CommandLine));
+    let keys = given.flat_map(|id| {
+        let others = OTHERS.iter().filter(move |(option, _)| *option == id).flat_map(|(_, keys)| keys.iter());
+        others.chain(SAME.iter().filter(move |key| **key == id)).copied()
+    });
+    keys.collect()
 }
 
 /// Whether an option of the command line stands in place of another.
@@ -66,6 +132,12 @@ fn options(run: &RunJob, folder: &Path) -> Vec<(&'static str, OsString)> {
     put("links", "links", run.links_output.as_ref().map(place));
     put("fractions", "fractions", run.fractions_output.as_ref().map(place));
     put("staggered", "staggered", run.staggered_output.as_ref().map(place));
+    for slice in run.slice.iter().flat_map(|slices| &slices.0) {
+        put("slice", "slice", Some(picture(slice.clone(), |slice| &mut slice.output, &place)));
+    }
+    for view in run.view.iter().flat_map(|views| &views.0) {
+        put("view", "view", Some(picture(view.clone(), |view| &mut view.output, &place)));
+    }
     put("spill", "spill", run.spill.as_ref().map(place));
     put("format", "format", run.format.as_ref().map(OsString::from));
     let level = |level: &Level| match level {
@@ -95,6 +167,21 @@ fn options(run: &RunJob, folder: &Path) -> Vec<(&'static str, OsString)> {
     options
 }
 
+/// A picture as the JSON that its option takes, with the place of its file.
+fn picture<T: Serialize>(
+    mut picture: T,
+    output: impl Fn(&mut T) -> &mut String,
+    place: &impl Fn(&String) -> OsString,
+) -> OsString {
+    let name = output(&mut picture);
+    // no name stays none, which the option refuses
+    if !name.is_empty() {
+        *name = place(name).to_string_lossy().into_owned();
+    }
+    // a struct of numbers and strings always has a JSON form
+    serde_json::to_string(&picture).unwrap_or_default().into()
+}
+
 /// Writes a job file that does what all arguments do, TOML or JSON by its name; `-` is standard output, in TOML.
 ///
 /// # Errors
@@ -115,6 +202,9 @@ pub(crate) fn dump(job: &Job, run: RunJob, path: &Path) -> Result<()> {
     for name in [report, doubt, spill, links_output, fractions_output, staggered_output].into_iter().flatten() {
         *name = place(name);
     }
+    let slices = run.slice.iter_mut().flat_map(|slices| &mut slices.0).map(|slice| &mut slice.output);
+    let views = run.view.iter_mut().flat_map(|views| &mut views.0).map(|view| &mut view.output);
+    slices.chain(views).for_each(|name| *name = place(name));
     run.output =
         run.output.map(|names| hexcast::job::Names::Many(names.all().iter().map(|name| place(name)).collect()));
     let made = JobFile::new(job, run);

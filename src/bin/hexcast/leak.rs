@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use hexcast::control::{CancelToken, Control};
-use hexcast::files::open_file;
 use hexcast::geometry::Geometry;
 use hexcast::job::{ByteSize, GeometryJob, Job};
 use hexcast::leak::{Answer, Leak, MAX_WIDTH, Narrowest, NearFacet, Question, leak};
@@ -17,10 +16,10 @@ use indicatif::{BinaryBytes, HumanCount};
 
 use super::arguments::default_max_memory;
 use super::job_files::read_job;
-use super::numbers::list;
+use super::numbers::{list, number};
 use super::output_file::{OutputFile, PendingFile};
 use super::progress::Progress;
-use super::reading::{is_columns, open_columns, read_job_files};
+use super::reading::{check_columns, open_columns, read_job_files};
 use super::summary::{Table, short, size, three};
 
 const EXAMPLES: &str = "\
@@ -50,7 +49,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "X,Y,Z", value_parser = list::<f64, 3>, allow_hyphen_values = true)]
     to: [f64; 3],
     /// Flags of cells that a path may use [default: that of the cell at --from]
-    #[arg(long, value_name = "F,F,...", value_delimiter = ',')]
+    #[arg(long, value_name = "F,F,...", value_delimiter = ',', value_parser = number::<u8>)]
     flags: Vec<u8>,
     /// List the facets of this job's surfaces that lie within a cell of the narrowest place
     #[arg(long, value_name = "JOB.toml|JOB.json", conflicts_with = "surfaces")]
@@ -79,12 +78,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     let max_memory = arguments.max_memory.or_else(default_max_memory);
     let max_bytes = max_memory.map_or(u64::MAX, |size| size.0);
     // first: a missing input is the more useful message
-    open_file(&arguments.mesh)?;
-    if arguments.mesh.is_file() && !is_columns(&arguments.mesh) {
-        let message = format!("{} is not a column file", arguments.mesh.display());
-        let hint = "mesh it first: hexcast mesh PART.stl -o MESH.hxc, and name MESH.hxc here";
-        return Err(Error::new("columns-corrupt", message, hint));
-    }
+    check_columns(&arguments.mesh)?;
     let output = arguments.output.as_deref().map(|path| open_output(path, &arguments.mesh)).transpose()?;
     let surfaces = read_surfaces(arguments, max_memory, token)?;
     let mut control = Control::default();

@@ -34,6 +34,7 @@ mod numbers;
 mod output_file;
 mod outputs;
 mod parts;
+mod picture_outputs;
 mod pictures;
 mod place;
 mod place_of_store;
@@ -104,6 +105,7 @@ fn main() -> ExitCode {
     let arguments = spelling::joined(std::env::args_os());
     let matches = |arguments: &[OsString]| spelling::with_negative_numbers(Cli::command()).get_matches_from(arguments);
     let mut given = matches(&arguments);
+    job_files::leave_out(job_options::overridden(&given));
     match job_options::with_options_of_job(&given, &arguments) {
         Ok(with_options) => given = with_options.map_or(given, |arguments| matches(&arguments)),
         Err(error) => return failed(&error),
@@ -121,7 +123,7 @@ fn main() -> ExitCode {
 
 fn failed(error: &Error) -> ExitCode {
     terminal::complain_of(error);
-    ExitCode::from(exit_code(error))
+    ExitCode::from(terminal::exit_code(error))
 }
 
 fn run(command: Command, token: &CancelToken) -> Result<ExitCode> {
@@ -129,9 +131,9 @@ fn run(command: Command, token: &CancelToken) -> Result<ExitCode> {
         Command::Mesh(arguments) => return mesh::run(&arguments, token),
         Command::Leak(arguments) => return leak::run(&arguments, token),
         Command::Diff(arguments) => return diff::run(&arguments, token),
+        Command::Info(arguments) => return info::run(&arguments, token),
         Command::Verify(arguments) => return verify::run(&arguments, token),
         Command::VerifyStore(arguments) => return verify_store::run(&arguments, token),
-        Command::Info(arguments) => info::run(&arguments, token),
         Command::Job(arguments) => job::run(&arguments),
         Command::Parts(arguments) => parts::run(&arguments, token),
         Command::Merge(arguments) => merge::run(&arguments),
@@ -150,19 +152,6 @@ fn run(command: Command, token: &CancelToken) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn exit_code(error: &Error) -> u8 {
-    match error {
-        // the name of an output is an argument
-        error if error.code() == "output-name" => 2,
-        Error::File(_) => 3,
-        Error::Caller(_) => 4,
-        Error::Limit(_) => 5,
-        Error::Device(_) => 6,
-        Error::System(_) => 7,
-        Error::Cancelled => 130,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -170,5 +159,62 @@ mod tests {
     #[test]
     fn the_command_line_is_consistent() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn numbers_out_of_range_are_explained_in_words() {
+        let mut n_refused = 0;
+        for command in Cli::command().get_subcommands() {
+            for option in command.get_arguments().filter_map(|argument| argument.get_long()) {
+                for value in ["300", "99999999999", "99999999999999999999999", "-7", "1.5", "much"] {
+                    let given = ["hexcast", command.get_name(), &format!("--{option}={value}")];
+                    let Err(error) = Cli::command().try_get_matches_from(given) else { continue };
+                    let said = error.to_string();
+                    let of_rust = ["..=", "too large to fit", "invalid digit", "invalid float", "out of range for"];
+                    assert!(!of_rust.iter().any(|words| said.contains(words)), "{given:?}: {said}");
+                    n_refused += usize::from(said.contains("invalid value"));
+                }
+            }
+        }
+        assert!(n_refused > 100, "{n_refused} values were refused");
+    }
+
+    #[test]
+    fn every_option_of_mesh_is_a_key_of_the_job_file() {
+        let schema: serde_json::Value = serde_json::from_str(include_str!("../../../docs/job.schema.json")).unwrap();
+        let keys = schema["properties"].as_object().unwrap();
+        let of_geometries = schema["$defs"]["GeometryJob"]["properties"].as_object().unwrap();
+        // options that are parts of a key, or have another name where they are given without settings
+        let others = [
+            ("padding-cells", "padding"),
+            ("padding-length", "padding"),
+            ("min-size", "graded"),
+            ("growth", "graded"),
+            ("absorbing", "graded"),
+            ("zarr-chunks", "zarr"),
+            ("zarr-shards", "zarr"),
+            ("links", "links_output"),
+            ("stencil", "links"),
+            ("fluid", "links"),
+            ("fractions", "fractions_output"),
+            ("fraction-rays", "fractions"),
+            ("fraction-faces", "fractions"),
+            ("fraction-surfaces", "fractions"),
+            ("staggered", "staggered_output"),
+        ];
+        let command = Cli::command();
+        let mesh = command.find_subcommand("mesh").unwrap();
+        let of_file = ["job", "dump-job"];
+        let options = mesh.get_arguments().filter_map(|argument| argument.get_long());
+        let options: Vec<&str> = options.filter(|option| !of_file.contains(option)).collect();
+        for option in &options {
+            let key = others.iter().find(|(other, _)| other == option).map(|(_, key)| key.to_string());
+            let key = key.unwrap_or_else(|| option.replace('-', "_"));
+            assert!(keys.contains_key(&key) || of_geometries.contains_key(&key), "--{option} is no key {key}");
+        }
+        let of_keys = |key: &str| options.contains(&&*key.replace('_', "-")) || others.iter().any(|(_, of)| *of == key);
+        for key in keys.keys().filter(|key| *key != "geometries") {
+            assert!(of_keys(key), "the key {key} is no option");
+        }
     }
 }

@@ -18,6 +18,7 @@ use super::format_arguments::exporter_of;
 use super::job_options::{as_text, dump};
 use super::measured::{Measured, MeasuredArguments};
 use super::outputs::{FormatArguments, Outputs, Targets};
+use super::picture_outputs::{PictureArguments, Pictures};
 use super::progress::Progress;
 use super::spill::SpillArguments;
 use super::taken::Taken;
@@ -67,6 +68,8 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     measured: MeasuredArguments,
     #[command(flatten)]
+    pictures: PictureArguments,
+    #[command(flatten)]
     spill: SpillArguments,
     /// Write the report to a file, as JSON; - is standard output
     #[arg(long, value_name = "FILE", help_heading = "Output")]
@@ -109,6 +112,7 @@ impl Arguments {
         run.doubt = self.doubt.as_deref().map(as_text).transpose()?;
         self.formats.put(&mut run);
         self.measured.put(&mut run)?;
+        self.pictures.put(&mut run);
         self.spill.put(&mut run)?;
         (run.flags_in_memory, run.strict, run.json) = (self.flags_in_memory, self.strict, self.json);
         (run.quiet, run.verbose) = (self.quiet, self.verbose);
@@ -146,12 +150,13 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     let mut taken = Taken::by(&inputs);
     let outputs = Outputs::open(&targets, &arguments.formats, &mut taken, max_bytes)?;
     let measured = arguments.measured.open(&mut taken, &arguments.formats, (zarr, max_bytes))?;
+    let pictures = arguments.pictures.open(&mut taken, max_bytes)?;
     if arguments.formats.bits {
         check_single_flag(&job)?;
     }
     arguments.job.set_threads()?;
     let file = arguments.spill.open(&arguments.outputs)?;
-    let meshed = mesh_and_write(arguments, &job, (outputs, measured), file.target.clone(), token);
+    let meshed = mesh_and_write(arguments, &job, (outputs, measured, pictures), file.target.clone(), token);
     match &meshed {
         Ok(_) => file.remove(),
         Err(error) => file.keep_after(error),
@@ -164,7 +169,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
 fn mesh_and_write(
     arguments: &Arguments,
     job: &Job,
-    (mut outputs, mut measured): (Outputs, Measured),
+    (mut outputs, mut measured, pictures): (Outputs, Measured, Pictures),
     spill: SpillTarget,
     token: &CancelToken,
 ) -> Result<bool> {
@@ -197,6 +202,7 @@ fn mesh_and_write(
         .with_max_device_bytes(arguments.job.max_device_memory.map(|size| size.0));
     let check = |prepared: &Prepared| {
         measured.check(prepared)?;
+        pictures.check(&prepared.lines)?;
         outputs.check(job, prepared)
     };
     let meshed = pollster::block_on(pipeline::mesh_if(job, sources, (&options, &check), &mut engine, &control));
@@ -234,7 +240,12 @@ fn mesh_and_write(
     let mut files = outputs.finish(&format!("{}\n", report.to_json()))?;
     files.extend(measured.finish()?);
 
-    let n_warnings = warn(&report, arguments.formats.merged(&mesh), arguments.strict, no_gpu);
+    // after all else is in its place, which a picture that fails leaves there
+    let (drawn, mut of_outputs) = pictures.write(&mesh, &control)?;
+    files.extend(drawn);
+    of_outputs.extend(arguments.formats.merged(&mesh));
+
+    let n_warnings = warn(&report, of_outputs, arguments.strict, no_gpu);
     if arguments.json {
         terminal::print_exact(&format!("{}\n", report.to_json()))?;
     } else if !arguments.quiet && !prints_file(arguments) {
@@ -250,11 +261,11 @@ fn prints_file(arguments: &Arguments) -> bool {
     paths.chain(arguments.doubt.as_deref()).chain(arguments.report.as_deref()).any(standard::is_standard)
 }
 
-/// Prints the warnings of the mesh and of an output, and returns how many there are; those about input files, which the summary has as notes,
+/// Prints the warnings of the mesh and of outputs, and returns how many there are; those about input files, which the summary has as notes,
 /// only where they decide the exit code. That there was no GPU, the first of them, is printed and not counted.
-fn warn(report: &Report, of_output: Option<String>, is_strict: bool, no_gpu: bool) -> usize {
+fn warn(report: &Report, of_outputs: Vec<String>, is_strict: bool, no_gpu: bool) -> usize {
     let mut warnings = report.mesh.warnings.clone();
-    warnings.extend(of_output);
+    warnings.extend(of_outputs);
     if is_strict {
         let inputs = &report.mesh.inputs;
         warnings.extend(inputs.iter().flat_map(|of| of.warnings.iter().map(|text| format!("{}: {text}", of.file))));

@@ -83,13 +83,15 @@ pub(crate) fn at_least_one<T: Number + PartialEq + Default + Display>(text: &str
     if number == T::default() { Err("it is 0, and at least 1 is needed".into()) } else { Ok(number) }
 }
 
-/// Reads N numbers separated by commas.
+/// Reads N numbers separated by commas, or by spaces within quotes.
 pub(crate) fn list<T: Number, const N: usize>(text: &str) -> Result<[T; N], String> {
-    let values: Vec<T> = text.split(',').map(number).collect::<Result<_, _>>()?;
+    let parts: Vec<&str> =
+        if text.contains(',') { text.split(',').collect() } else { text.split_whitespace().collect() };
+    let values: Vec<T> = parts.into_iter().map(number).collect::<Result<_, _>>()?;
     let found = values.len();
     <[T; N]>::try_from(values).map_err(|_| {
         let were = if found == 1 { "was" } else { "were" };
-        format!("{N} numbers separated by commas, without spaces, are needed, and {found} {were} given")
+        format!("{N} numbers separated by commas are needed, and {found} {were} given")
     })
 }
 
@@ -144,9 +146,9 @@ mod tests {
         let said = number::<f64>("0.1mm").unwrap_err();
         assert!(said.contains("Write 0.1, and --unit mm"), "{said}");
         assert_eq!(number::<f64>("wide"), Err("\"wide\" is not a number".into()));
-        assert_eq!(
-            list::<f64, 3>("1,2"),
-            Err("3 numbers separated by commas, without spaces, are needed, and 2 were given".into())
-        );
+        assert_eq!(list::<f64, 3>("1,2"), Err("3 numbers separated by commas are needed, and 2 were given".into()));
+        assert_eq!(list::<f64, 3>("-1 2  3e1"), Ok([-1.0, 2.0, 30.0]));
+        assert_eq!(list::<u32, 3>("1, 2, 3"), Ok([1, 2, 3]));
+        assert!(list::<u32, 3>("").is_err());
     }
 }

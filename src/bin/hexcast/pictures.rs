@@ -3,16 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use hexcast::control::{CancelToken, Control};
-use hexcast::files::open_file;
 use hexcast::mesh::Mesh;
 use hexcast::picture::{Look, Picture, Place, Slices, View, slices, view};
 use hexcast::{Error, Result};
 use indicatif::BinaryBytes;
 
 use super::arguments::default_max_memory;
-use super::numbers::list;
+use super::numbers::{list, number};
 use super::output_file::PendingFile;
-use super::reading::open_columns;
+use super::reading::{check_columns, open_columns};
+use super::standard::is_standard;
 use super::summary::Table;
 
 const SLICE_EXAMPLES: &str = "\
@@ -30,7 +30,7 @@ Examples:
 #[derive(clap::Args)]
 #[command(after_help = SLICE_EXAMPLES)]
 pub(crate) struct SliceArguments {
-    /// Column file
+    /// Column file, or - for standard input
     #[arg(value_name = "MESH.hxc")]
     mesh: PathBuf,
     /// Axes across the slices [default: x,y,z]
@@ -40,14 +40,14 @@ pub(crate) struct SliceArguments {
     #[arg(long, value_name = "P,P,...", value_delimiter = ',', value_parser = place, allow_hyphen_values = true)]
     at: Vec<Place>,
     /// Pixels of the longest side of the mesh
-    #[arg(long, value_name = "PIXELS", default_value_t = 600)]
+    #[arg(long, value_name = "PIXELS", default_value = "600", value_parser = number::<u32>)]
     size: u32,
     /// Draw no lines between cells
     #[arg(long)]
     no_lines: bool,
     #[command(flatten)]
     look: LookArguments,
-    /// Picture
+    /// Picture, or - for standard output
     #[arg(short, long, value_name = "OUT.png")]
     output: PathBuf,
     /// Print nothing but errors
@@ -59,7 +59,7 @@ pub(crate) struct SliceArguments {
 #[derive(clap::Args)]
 #[command(after_help = VIEW_EXAMPLES)]
 pub(crate) struct ViewArguments {
-    /// Column file
+    /// Column file, or - for standard input
     #[arg(value_name = "MESH.hxc")]
     mesh: PathBuf,
     /// Direction to the eye in degrees: around z from the x axis, and up [default: -60,25]
@@ -69,11 +69,11 @@ pub(crate) struct ViewArguments {
     #[arg(long, value_name = "I0,J0,K0,I1,J1,K1", value_parser = list::<u32, 6>)]
     window: Option<[u32; 6]>,
     /// Pixels of the longer side
-    #[arg(long, value_name = "PIXELS", default_value_t = 1000)]
+    #[arg(long, value_name = "PIXELS", default_value = "1000", value_parser = number::<u32>)]
     size: u32,
     #[command(flatten)]
     look: LookArguments,
-    /// Picture
+    /// Picture, or - for standard output
     #[arg(short, long, value_name = "OUT.png")]
     output: PathBuf,
     /// Print nothing but errors
@@ -85,7 +85,7 @@ pub(crate) struct ViewArguments {
 #[derive(clap::Args)]
 struct LookArguments {
     /// Flags that are shown [default: all]
-    #[arg(long, value_name = "F,F,...", value_delimiter = ',')]
+    #[arg(long, value_name = "F,F,...", value_delimiter = ',', value_parser = number::<u8>)]
     flags: Vec<u8>,
     /// Colours of flags, such as 1=d98324
     #[arg(long, value_name = "F=RRGGBB,...", value_delimiter = ',', value_parser = flag_colour)]
@@ -99,7 +99,7 @@ impl LookArguments {
     }
 }
 
-fn flag_colour(text: &str) -> std::result::Result<(u8, [u8; 3]), String> {
+pub(crate) fn flag_colour(text: &str) -> std::result::Result<(u8, [u8; 3]), String> {
     let found = text.split_once('=').and_then(|(flag, digits)| {
         let digits = digits.strip_prefix('#').unwrap_or(digits);
         let is_right = digits.len() == 6 && digits.bytes().all(|digit| digit.is_ascii_hexdigit());
@@ -107,12 +107,24 @@ fn flag_colour(text: &str) -> std::result::Result<(u8, [u8; 3]), String> {
         Some((flag.parse().ok()?, rgb))
     });
     found.ok_or_else(|| {
-        "a flag from 0 to 255 and a colour of six hexadecimal digits are needed, such as 1=d98324".into()
+        format!("\"{text}\" is not a flag from 0 to 255 and a colour of six hexadecimal digits, such as 1=d98324")
     })
 }
 
-fn axis(text: &str) -> std::result::Result<usize, String> {
-    ["x", "y", "z"].iter().position(|name| *name == text).ok_or_else(|| "x, y or z is needed".into())
+pub(crate) fn axis(text: &str) -> std::result::Result<usize, String> {
+    ["x", "y", "z"]
+        .iter()
+        .position(|name| *name == text)
+        .ok_or_else(|| format!("\"{text}\" is not an axis: x, y or z is needed"))
+}
+
+/// Refuses the name of a picture in another format.
+pub(crate) fn check_ending(output: &Path) -> Result<()> {
+    if output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
+        return Ok(());
+    }
+    let message = format!("{}: pictures are written to .png only", output.display());
+    Err(Error::new("job-value", message, "name a file that ends in .png"))
 }
 
 fn place(text: &str) -> std::result::Result<Place, String> {
@@ -142,10 +154,9 @@ fn drawn(
     draw: impl FnOnce(&Mesh, u64, &Control) -> Result<Picture>,
 ) -> Result<()> {
     // first: a missing input is the more useful message
-    open_file(input)?;
-    if !output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
-        let message = format!("{}: pictures are written to .png only", output.display());
-        return Err(Error::new("job-value", message, "name a file that ends in .png"));
+    check_columns(input)?;
+    if !is_standard(output) {
+        check_ending(output)?;
     }
     let (place, mut file) = PendingFile::open(output)?;
     if input.canonicalize().is_ok_and(|input| input == place) {
@@ -160,7 +171,7 @@ fn drawn(
     let png = picture.png()?;
     file.put(&png)?;
     file.persist()?;
-    if is_quiet {
+    if is_quiet || is_standard(output) {
         return Ok(());
     }
     let mut table = Table::default();

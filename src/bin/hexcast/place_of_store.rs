@@ -1,5 +1,6 @@
 //! Where a Zarr store is: in a folder, or in a bucket of S3 or of a service with its interface.
 
+use std::io::ErrorKind;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -45,7 +46,8 @@ impl Store for Folder {
     fn get(&self, key: &str) -> Result<Option<Vec<u8>>> {
         match std::fs::read(self.root.join(key)) {
             Ok(value) => Ok(Some(value)),
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
+            // a file in place of the folder has no keys
+            Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => Ok(None),
             Err(error) => Err(Error::io(format!("reading {key}"), error)),
         }
     }
@@ -67,7 +69,7 @@ impl Store for Folder {
         while let Some(folder) = folders.pop() {
             let entries = match std::fs::read_dir(self.root.join(&folder)) {
                 Ok(entries) => entries,
-                Err(error) if error.kind() == std::io::ErrorKind::NotFound => continue,
+                Err(error) if error.kind() == ErrorKind::NotFound => continue,
                 Err(error) => return Err(Error::io(format!("reading {folder}"), error)),
             };
             for entry in entries {

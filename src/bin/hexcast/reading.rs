@@ -94,14 +94,34 @@ fn open(file: &str, room: &Room, token: &CancelToken) -> Result<(Box<dyn Read + 
     Ok((Box::new(Cursor::new(bytes)), n_bytes))
 }
 
-/// Whether this is a column file; false for what is not a file or cannot be read.
+/// Whether this is a column file, or standard input has one; false for what is not a file or cannot be read.
 pub(crate) fn is_columns(path: &Path) -> bool {
+    if standard::is_standard(path) {
+        return standard::first_bytes().is_ok_and(|start| is_column_file(&start));
+    }
     let mut start = [0; 8];
     let is_read = File::open(path).and_then(|mut file| {
         let is_file = file.metadata()?.is_file();
         if is_file { file.read_exact(&mut start) } else { Ok(()) }
     });
     is_read.is_ok() && is_column_file(&start)
+}
+
+/// Refuses an input that is not there, or that is a file and no column file; nothing is known yet of standard input.
+///
+/// # Errors
+/// `io`; `columns-corrupt`.
+pub(crate) fn check_columns(path: &Path) -> Result<()> {
+    if standard::is_standard(path) {
+        return Ok(());
+    }
+    open_file(path)?;
+    if path.is_file() && !is_columns(path) {
+        let message = format!("{} is not a column file", path.display());
+        let hint = "mesh it first: hexcast mesh PART.stl -o MESH.hxc, and name MESH.hxc here";
+        return Err(Error::new("columns-corrupt", message, hint));
+    }
+    Ok(())
 }
 
 /// Opens a column file without reading it; what has no length, such as a pipe, is read to memory. Both take at most

@@ -34,7 +34,8 @@ pub(crate) fn with_negative_numbers(command: Command) -> Command {
     })
 }
 
-/// The arguments with `--domain -1 -1 -1 1 1 1` as `--domain -1,-1,-1,1,1,1`: numbers that follow an option of lists are its list.
+/// The arguments with `--domain -1 -1 -1 1 1 1` as `--domain -1,-1,-1,1,1,1`: numbers that follow an option of lists are its list. One that
+/// begins with a minus is joined to its option, as in `--window=-1,0,0,8,8,8`, so that the option's own parser says what is wrong with it.
 pub(crate) fn joined(arguments: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
     let mut joined: Vec<OsString> = Vec::new();
     let mut is_in_list = false;
@@ -50,11 +51,23 @@ pub(crate) fn joined(arguments: impl IntoIterator<Item = OsString>) -> Vec<OsStr
             }
             None => {
                 is_in_list = follows_option && is_number;
-                joined.push(argument);
+                match joined.last_mut().filter(|_| follows_option && is_negative_list(&argument)) {
+                    Some(option) => {
+                        option.push("=");
+                        option.push(argument);
+                    }
+                    None => joined.push(argument),
+                }
             }
         }
     }
     joined
+}
+
+/// Whether an argument is a list of numbers, or several ones, and begins with a minus.
+fn is_negative_list(argument: &OsString) -> bool {
+    let is_list = |text: &str| text.split([',', ' ']).all(|number| number.is_empty() || number.parse::<f64>().is_ok());
+    argument.to_str().is_some_and(|text| text.starts_with('-') && is_list(&text[1..]) && text.len() > 1)
 }
 
 /// Reads the name of an input, which jobs and reports repeat as text.
@@ -73,10 +86,13 @@ mod tests {
     #[test]
     fn numbers_after_an_option_of_lists_are_joined_and_nothing_else() {
         let table = [
-            ("mesh a.stl --domain -1 -1 -1 1 1 1 -o a.vti", "mesh a.stl --domain -1,-1,-1,1,1,1 -o a.vti"),
+            ("mesh a.stl --domain -1 -1 -1 1 1 1 -o a.vti", "mesh a.stl --domain=-1,-1,-1,1,1,1 -o a.vti"),
             ("mesh --dims 3, 4, 5 a.stl", "mesh --dims 3,4,5 a.stl"),
             ("mesh --dims 3 4 5 a.stl", "mesh --dims 3,4,5 a.stl"),
-            ("mesh --domain -1,-1,0,1,1,1 7.stl", "mesh --domain -1,-1,0,1,1,1 7.stl"),
+            ("mesh --domain -1,-1,0,1,1,1 7.stl", "mesh --domain=-1,-1,0,1,1,1 7.stl"),
+            ("mesh --window -1,0,0,8,8,8 a.stl", "mesh --window=-1,0,0,8,8,8 a.stl"),
+            ("mesh --dims -o a.vti", "mesh --dims -o a.vti"),
+            ("convert - - --box -1,0 --format raw", "convert - - --box=-1,0 --format raw"),
             ("mesh --cells 5 6", "mesh --cells 5 6"),
             ("leak a.hxc --from 1 2 3 --to 4 5 6", "leak a.hxc --from 1,2,3 --to 4,5,6"),
         ];

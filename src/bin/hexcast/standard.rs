@@ -1,6 +1,6 @@
 //! `-`: standard input in place of a file, and standard output in place of an output.
 
-use std::io::{self, ErrorKind, IsTerminal, Read, Write};
+use std::io::{self, BufRead, ErrorKind, IsTerminal, Read, Write};
 use std::path::Path;
 
 use hexcast::{Error, Result};
@@ -24,6 +24,13 @@ pub(crate) fn input() -> Result<impl Read + Send> {
         return Err(Error::new("io", message, "pipe a file to it (hexcast ... - < FILE), or name the file"));
     }
     Ok(input)
+}
+
+/// The first bytes of standard input, up to 8, which stay there to be read.
+pub(crate) fn first_bytes() -> io::Result<Vec<u8>> {
+    let mut input = io::stdin().lock();
+    let start = input.fill_buf()?;
+    Ok(start[..start.len().min(8)].to_vec())
 }
 
 /// Copies what was written to standard output; a reader that has closed the pipe has enough.

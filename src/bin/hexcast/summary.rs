@@ -89,9 +89,10 @@ pub(crate) fn of_mesh(report: &Report, is_software: bool, files: &[OutputFile], 
 }
 
 /// The report of a column file.
-pub(crate) fn of_columns(file: &str, n_bytes: u64, report: &ColumnsReport) -> String {
+pub(crate) fn of_columns(file: &str, n_bytes: Option<u64>, report: &ColumnsReport) -> String {
     let mut table = Table::default();
-    table.line("file", format!("{file} ({})", BinaryBytes(n_bytes)));
+    let size = n_bytes.map_or(String::new(), |n_bytes| format!(" ({})", BinaryBytes(n_bytes)));
+    table.line("file", format!("{file}{size}"));
     table.line("format", "column file");
     let unit = report.unit.map_or(String::new(), |unit| format!(" {unit}"));
     let [nx, ny, nz] = report.dims;
@@ -108,9 +109,10 @@ pub(crate) fn of_columns(file: &str, n_bytes: u64, report: &ColumnsReport) -> St
     if report.odd_rays > 0 {
         table.line("odd rays", HumanCount(report.odd_rays));
     }
+    let cubic = report.unit.map_or(String::new(), |unit| format!(" {unit}^3"));
     for flag in &report.flags {
         let name = if flag.name.is_empty() { String::new() } else { format!(" \"{}\"", flag.name) };
-        let volume = flag.volume.map_or("unknown".into(), short);
+        let volume = flag.volume.map_or("unknown".into(), |volume| short(volume) + &cubic);
         table.line("flag", format!("{}{name}: {} cells, volume {volume}", flag.flag, HumanCount(flag.cells)));
     }
     table.finish()
@@ -195,6 +197,7 @@ fn end_points(table: &mut Table, mesh: &MeshFacts, verbose: bool) {
 }
 
 fn flags(table: &mut Table, mesh: &MeshFacts) {
+    let cubic = mesh.unit.as_ref().map_or(String::new(), |unit| format!(" {unit}^3"));
     for flag in &mesh.flags {
         let of_surface = flag.mesh_volume.filter(|surface| *surface > 0.0).map_or(String::new(), |surface| {
             let percent = |volume: f64| 100.0 * volume / surface;
@@ -204,7 +207,7 @@ fn flags(table: &mut Table, mesh: &MeshFacts) {
             let surface = short(surface);
             format!(", of the surface {surface}, {:+.3} % ({verdict} {:.3} %)", percent(found), percent(bound))
         });
-        let volumes = format!("volume {}{of_surface}", short(flag.volume));
+        let volumes = format!("volume {}{cubic}{of_surface}", short(flag.volume));
         table.line("flag", format!("{} \"{}\": {} cells, {volumes}", flag.flag, flag.name, HumanCount(flag.cells)));
     }
 }

@@ -54,3 +54,17 @@ fn is_obeyed(letter: char) -> bool {
     let turns = matches!(letter, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
     turns || letter.is_control() && !matches!(letter, '\n' | '\t')
 }
+
+/// The exit code of a run that an error ended.
+pub(crate) fn exit_code(error: &Error) -> u8 {
+    match error {
+        // the name of an output is an argument
+        error if error.code() == "output-name" => 2,
+        Error::File(_) => 3,
+        Error::Caller(_) => 4,
+        Error::Limit(_) => 5,
+        Error::Device(_) => 6,
+        Error::System(_) => 7,
+        Error::Cancelled => 130,
+    }
+}

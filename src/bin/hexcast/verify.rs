@@ -14,7 +14,7 @@ use hexcast::mesh::Mesh;
 use hexcast::{Error, Result};
 use indicatif::HumanCount;
 
-use super::arguments::{JobArguments, at_least_one};
+use super::arguments::{JobArguments, at_least_one, number};
 use super::{reading, terminal};
 
 mod ray;
@@ -51,7 +51,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "CELLS", value_parser = at_least_one::<u64>, help_heading = "Check")]
     sample: Option<u64>,
     /// Seed that chooses the planes of --sample, and the doubtful cells to check if there are too many
-    #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Check")]
+    #[arg(long, value_name = "N", default_value = "1", value_parser = number::<u64>, help_heading = "Check")]
     seed: u64,
 }
 
