@@ -66,7 +66,7 @@ impl View {
     /// `job-value` as for [`view()`].
     pub fn check(&self, dims: [u32; 3]) -> Result<()> {
         if !self.from.iter().all(|angle| angle.is_finite()) {
-            let message = format!("a view from {:?} degrees", self.from);
+            let message = format!("a view from {:?} degrees cannot be drawn", self.from);
             return Err(Error::new("job-value", message, "give two finite angles"));
         }
         check_sides([self.size(); 2])?;
