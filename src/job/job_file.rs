@@ -24,7 +24,7 @@ pub struct RunJob {
     /// File for a mask of the cells that rays did not decide.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub doubt: Option<String>,
-    /// File for the links to walls, `.npz` or `.links`.
+    /// File for the links to walls, `.npz`, `.h5` or `.links`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub links_output: Option<String>,
     /// File for the fractions of cut cells, `.npz`; `.vti`, `.vtr`, `.npy` and `.zarr` have the fraction of every cell that is not background.
