@@ -116,7 +116,7 @@ pub enum AxisChoice {
     Z,
 }
 
-/// Space around the geometries on both sides of every axis.
+/// Space around the domain or the geometries on both sides of every axis.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]

@@ -41,7 +41,7 @@ impl FromStr for ByteSize {
         let unit = unit.trim().to_ascii_lowercase();
         let (_, factor) = UNITS.iter().find(|(name, _)| *name == unit).ok_or_else(wrong)?;
         match scaled(number.trim(), *factor) {
-            Some(0) => Err(format!("\"{text}\" is no memory: at least 1 byte is needed")),
+            Some(0) => Err(format!("\"{text}\" is no memory: at least 1 byte is needed, such as 512MiB")),
             bytes => bytes.map(ByteSize).ok_or_else(wrong),
         }
     }
