@@ -28,11 +28,13 @@ impl LinesJob {
     /// `job-syntax` where the text is not JSON; `job-value` with the list, line and column.
     #[cfg(not(target_arch = "wasm32"))]
     pub fn from_json(text: &str) -> Result<LinesJob> {
+        let hint = "write three lists of numbers: {\"x\": [0, 1, 3], \"y\": [...], \"z\": [...]}";
+        // serde would take a list of three lists, too
+        if text.trim_start().starts_with('[') {
+            return Err(Error::new("job-syntax", "it is a list, not an object of three lists", hint));
+        }
         let read = check_json(text).and_then(|()| of_json_text(text, std::marker::PhantomData));
-        read.map_err(|error| {
-            let hint = "write three lists of numbers: {\"x\": [0, 1, 3], \"y\": [...], \"z\": [...]}";
-            Error::new(error.code(), error.to_string().replacen("the job", "the file", 1), hint)
-        })
+        read.map_err(|error| Error::new(error.code(), error.to_string().replacen("the job: ", "", 1), hint))
     }
 }
 

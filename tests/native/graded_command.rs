@@ -108,9 +108,12 @@ fn wrong_lists_and_contradictions_are_sentences() {
     let folder = Folder::new();
     let lines = folder.path("lines.json");
     for (text, part) in [
-        ("{\"x\": [0, 1], \"y\": [0, 1]}", "lines: there is no key `z`"),
+        ("{\"x\": [0, 1], \"y\": [0, 1]}", "lines.json: line 1, column 26: there is no key `z`"),
         ("[[0, 1], [0, 1], [0, 1]]", "not an object of three lists"),
-        ("{\"x\": [0, \"a\"], \"y\": [0, 1], \"z\": [0, 1]}", "lines.x[1]: it is the text \"a\"; give a number"),
+        (
+            "{\"x\": [0, \"a\"], \"y\": [0, 1], \"z\": [0, 1]}",
+            "x[1]: line 1, column 13: it is the text \"a\"; give a number",
+        ),
         ("{\"x\": [1, 2", "EOF"),
         ("{\"x\": [0, 1, 1], \"y\": [0, 1], \"z\": [0, 1]}", "lines.x[2] is 1.0"),
         ("{\"x\": [0], \"y\": [0, 1], \"z\": [0, 1]}", "lines.x has 1 lines"),
