@@ -25,8 +25,7 @@ struct At<'a>(&'a std::path::Path);
 #[cfg(not(target_arch = "wasm32"))]
 impl Files for At<'_> {
     fn create(&mut self, _: &str) -> Result<Box<dyn std::io::Write + '_>> {
-        let file = std::fs::File::create(self.0).map_err(super::output::failed)?;
-        Ok(Box::new(file))
+        Err(super::output::failed(std::io::Error::other("HDF5 is written to a path")))
     }
 
     fn place(&mut self, _: &str) -> Result<std::path::PathBuf> {

@@ -1,12 +1,11 @@
 //! HDF5 held in memory, and written from its first byte to its last when it ends. Without compression datasets have no chunks.
 
-pub(in crate::export) use hdf5_pure::H5Element as Item;
+pub(crate) use hdf5_pure::H5Element as Item;
 use hdf5_pure::{AttrValue, FileBuilder};
 
 use super::{Shape, failed};
 use crate::error::{Error, Result};
-use crate::export::Files;
-use crate::export::output::Out;
+use crate::export::output::{Files, Out};
 use crate::write::Compress;
 
 /// Most bytes of the datasets of a file, which are held twice at its end: wasm has 4 GiB.
@@ -16,7 +15,7 @@ const MAX_BYTES: u64 = 1 << 29;
 const MAX_CHUNK: u64 = 0xffff;
 
 /// A file being made.
-pub(in crate::export) struct File {
+pub(crate) struct File {
     name: String,
     builder: FileBuilder,
 }
@@ -26,7 +25,7 @@ impl File {
     ///
     /// # Errors
     /// `memory` where these are too many.
-    pub(in crate::export) fn create(_files: &mut dyn Files, name: &str, n_bytes: u64) -> Result<File> {
+    pub(crate) fn create(_files: &mut dyn Files, name: &str, n_bytes: u64) -> Result<File> {
         if n_bytes > MAX_BYTES {
             let message =
                 format!("{name} has {n_bytes} bytes, and HDF5 files of up to {MAX_BYTES} are made here, in memory");
@@ -37,25 +36,25 @@ impl File {
     }
 
     /// Adds an attribute.
-    pub(in crate::export) fn text(&mut self, name: &str, value: &str) -> Result<()> {
+    pub(crate) fn text(&mut self, name: &str, value: &str) -> Result<()> {
         self.builder.set_attr(name, AttrValue::VarLenString(value.into()));
         Ok(())
     }
 
     /// Adds an attribute of numbers.
-    pub(in crate::export) fn numbers(&mut self, name: &str, values: &[f64]) -> Result<()> {
+    pub(crate) fn numbers(&mut self, name: &str, values: &[f64]) -> Result<()> {
         self.builder.set_attr(name, AttrValue::F64Array(values.into()));
         Ok(())
     }
 
     /// Adds a dataset of strings.
-    pub(in crate::export) fn texts(&mut self, name: &str, values: &[&str]) -> Result<()> {
+    pub(crate) fn texts(&mut self, name: &str, values: &[&str]) -> Result<()> {
         self.builder.create_dataset(name).with_vlen_strings(values);
         Ok(())
     }
 
     /// Writes the file.
-    pub(in crate::export) fn finish(self, files: &mut dyn Files) -> Result<()> {
+    pub(crate) fn finish(self, files: &mut dyn Files) -> Result<()> {
         let mut out = Out::create(files, &self.name)?;
         self.builder.finish_to(&mut out.file).map_err(failed)?;
         out.finish()
@@ -63,7 +62,7 @@ impl File {
 }
 
 /// A dataset being made.
-pub(in crate::export) struct Table<T: Item> {
+pub(crate) struct Table<T: Item> {
     name: String,
     dims: Vec<u64>,
     chunk: Vec<u64>,
@@ -76,7 +75,7 @@ impl<T: Item> Table<T> {
     ///
     /// # Errors
     /// `memory` where there is no room for it.
-    pub(in crate::export) fn new(_file: &mut File, shape: Shape) -> Result<Table<T>> {
+    pub(crate) fn new(_file: &mut File, shape: Shape) -> Result<Table<T>> {
         let n_items: usize = shape.dims.iter().product();
         let mut items = Vec::new();
         items.try_reserve_exact(n_items).map_err(|_| {
@@ -89,13 +88,13 @@ impl<T: Item> Table<T> {
     }
 
     /// Adds items behind those before, the last axis fastest.
-    pub(in crate::export) fn push(&mut self, items: &[T]) -> Result<()> {
+    pub(crate) fn push(&mut self, items: &[T]) -> Result<()> {
         self.items.extend_from_slice(items);
         Ok(())
     }
 
     /// Ends the dataset.
-    pub(in crate::export) fn finish(self, file: &mut File) -> Result<()> {
+    pub(crate) fn finish(self, file: &mut File) -> Result<()> {
         let dataset = file.builder.create_dataset(&self.name).with_data(&self.items).with_shape(&self.dims);
         if let Compress::Zlib(level) = self.compress {
             dataset.with_chunks(&self.chunk).with_deflate(level.into());

@@ -1,47 +1,47 @@
 //! HDF5 to a path, chunk by chunk. A chunk is compressed when it is whole, so whole chunks are written.
 
-pub(in crate::export) use rust_hdf5::H5Type as Item;
+pub(crate) use rust_hdf5::H5Type as Item;
 use rust_hdf5::{FileLocking, H5Dataset, H5File};
 
 use super::{Shape, failed};
 use crate::error::Result;
-use crate::export::Files;
+use crate::export::output::Files;
 use crate::write::Compress;
 
 /// A file being written.
-pub(in crate::export) struct File(H5File);
+pub(crate) struct File(H5File);
 
 impl File {
     /// Begins a file, whose datasets will have so many bytes.
-    pub(in crate::export) fn create(files: &mut dyn Files, name: &str, _n_bytes: u64) -> Result<File> {
+    pub(crate) fn create(files: &mut dyn Files, name: &str, _n_bytes: u64) -> Result<File> {
         // the caller may hold a lock of its own
         let options = H5File::options().locking(FileLocking::Disabled);
         options.create(files.place(name)?).map(File).map_err(failed)
     }
 
     /// Adds an attribute.
-    pub(in crate::export) fn text(&mut self, name: &str, value: &str) -> Result<()> {
+    pub(crate) fn text(&mut self, name: &str, value: &str) -> Result<()> {
         self.0.set_attr_string(name, value).map_err(failed)
     }
 
     /// Adds an attribute of numbers.
-    pub(in crate::export) fn numbers(&mut self, name: &str, values: &[f64]) -> Result<()> {
+    pub(crate) fn numbers(&mut self, name: &str, values: &[f64]) -> Result<()> {
         self.0.set_attr_array_numeric(name, values).map_err(failed)
     }
 
     /// Adds a dataset of strings.
-    pub(in crate::export) fn texts(&mut self, name: &str, values: &[&str]) -> Result<()> {
+    pub(crate) fn texts(&mut self, name: &str, values: &[&str]) -> Result<()> {
         self.0.write_vlen_strings(name, values).map(|_| ()).map_err(failed)
     }
 
     /// Ends the file.
-    pub(in crate::export) fn finish(self, _files: &mut dyn Files) -> Result<()> {
+    pub(crate) fn finish(self, _files: &mut dyn Files) -> Result<()> {
         self.0.close_no_sync().map_err(failed)
     }
 }
 
 /// A dataset being written.
-pub(in crate::export) struct Table<T: Item> {
+pub(crate) struct Table<T: Item> {
     dataset: H5Dataset,
     dims: Vec<usize>,
     chunk_rows: usize,
@@ -52,7 +52,7 @@ pub(in crate::export) struct Table<T: Item> {
 
 impl<T: Item> Table<T> {
     /// Begins a dataset.
-    pub(in crate::export) fn new(file: &mut File, shape: Shape) -> Result<Table<T>> {
+    pub(crate) fn new(file: &mut File, shape: Shape) -> Result<Table<T>> {
         let chunk = shape.chunk(size_of::<T>());
         let new = file.0.new_dataset::<T>().shape(shape.dims).chunk(&chunk);
         let new = match shape.compress {
@@ -64,14 +64,14 @@ impl<T: Item> Table<T> {
     }
 
     /// Adds items behind those before, the last axis fastest: whole rows of the first axis.
-    pub(in crate::export) fn push(&mut self, items: &[T]) -> Result<()> {
+    pub(crate) fn push(&mut self, items: &[T]) -> Result<()> {
         self.items.extend_from_slice(items);
         let n = self.items.len() / self.row();
         if n >= self.chunk_rows { self.write(n - n % self.chunk_rows) } else { Ok(()) }
     }
 
     /// Ends the dataset; all items are then in the file.
-    pub(in crate::export) fn finish(mut self, _file: &mut File) -> Result<()> {
+    pub(crate) fn finish(mut self, _file: &mut File) -> Result<()> {
         if self.items.is_empty() { Ok(()) } else { self.write(self.items.len() / self.row()) }
     }
 
