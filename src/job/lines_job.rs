@@ -34,7 +34,8 @@ impl LinesJob {
             return Err(Error::new("job-syntax", "it is a list, not an object of three lists", hint));
         }
         let read = check_json(text).and_then(|()| of_json_text(text, std::marker::PhantomData));
-        read.map_err(|error| Error::new(error.code(), error.to_string().replacen("the job: ", "", 1), hint))
+        let said = |error: &Error| error.to_string().replacen("the job: ", "", 1).replacen("the job is", "it is", 1);
+        read.map_err(|error| Error::new(error.code(), said(&error), hint))
     }
 }
 

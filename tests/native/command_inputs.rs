@@ -214,14 +214,14 @@ fn lists_of_lines_that_are_wrong_are_explained_in_words() {
     let folder = Folder::new();
     let lines = folder.path("lines.json");
     for (text, says) in [
-        ("{\"x\": [0, 1]}", "lines.json: the file: line 1, column 13: there is no key `y`"),
-        ("[1, 2]", ": line 1, column 2: it is 1; give a list"),
+        ("{\"x\": [0, 1]}", "lines.json: line 1, column 13: there is no key `y`"),
+        ("[1, 2]", "lines.json: it is a list, not an object of three lists"),
         ("{\"x\": [0, 1],\n\"y\": 3}", "lines.json: y: line 2, column 6: it is 3; give a list"),
         (
             "{\"x\": [0, 1],\n\"y\": [0, \"b\"]}",
             "lines.json: y[1]: line 2, column 12: it is the text \"b\"; give a number",
         ),
-        ("x = [0, 1]", "lines.json: the file is not valid JSON: "),
+        ("x = [0, 1]", "lines.json: it is not valid JSON: "),
     ] {
         std::fs::write(&lines, text).expect("written");
         let (code, said) = failed(&["mesh", SPOT, "--lines", &lines]);
