@@ -117,7 +117,7 @@ test('download/ saves the file of the native command', LONG, () =>
     assert.ok(readFileSync(await download.path()).equals(native('download.vti', '--cells', '128', '--compress=6')));
     await state(/^spot\.vti: \d+ x \d+ x \d+ cells$/);
     await page.setInputFiles('#file', { name: 'no.stl', mimeType: 'model/stl', buffer: Buffer.from('nothing') });
-    await state(/text that begins with "nothing".*; export the model as STL$/);
+    await state(/text that begins with "nothing".*; export the model as STL, OBJ, OFF, PLY, 3MF or GLB$/);
   }),
 );
 
