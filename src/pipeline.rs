@@ -58,7 +58,7 @@ mod window_report;
 use borders::Whole;
 use effective::effective;
 pub use engine::{Engine, Used};
-use halo::{Beyond, lines_with_halo};
+use halo::Beyond;
 use measured::Uncut;
 use memory_budget::{columns_builder, memory_budget};
 pub use merge::merge;
@@ -173,7 +173,7 @@ pub async fn mesh_if(
     };
     let beyond = Beyond::new(&prepared);
     let columns = beyond.around(columns)?;
-    let (lines, rays) = (lines_with_halo(&prepared), columns.rays);
+    let (lines, rays) = (prepared.mesh_lines(), columns.rays);
     let mut geometries: Vec<GeometryReport> =
         prepared.geometries.iter().zip(bad_edges).map(|(geometry, bad)| GeometryReport::new(geometry, bad)).collect();
     let n_cells = columns.cells_per_flag();

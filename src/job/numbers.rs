@@ -30,6 +30,15 @@ pub(super) fn flag<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<
     number.map(flag).transpose()
 }
 
+/// Reads a number that is neither infinite nor NaN, which JSON does not have.
+pub(super) fn finite<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    let number = f64::deserialize(deserializer)?;
+    if number.is_finite() {
+        return Ok(number);
+    }
+    Err(D::Error::invalid_value(Unexpected::Float(number), &"a finite number"))
+}
+
 fn exactly<T, E: Error, const N: usize>(list: Vec<T>, expected: &dyn serde::de::Expected) -> Result<[T; N], E> {
     let found = list.len();
     <[T; N]>::try_from(list).map_err(|_| E::invalid_length(found, expected))

@@ -68,6 +68,7 @@ pub struct ViewJob {
 #[serde(untagged, expecting = "a coordinate, or a text such as \"25%\", is needed")]
 pub enum PlaceJob {
     /// In the unit of the mesh.
+    #[serde(deserialize_with = "super::numbers::finite")]
     Coordinate(f64),
     /// A coordinate, or in percent of the length of the mesh.
     Text(String),

@@ -47,10 +47,12 @@ impl Beyond {
     }
 }
 
-/// The lines of all cells of the mesh, those beyond the box, too.
-pub(super) fn lines_with_halo(prepared: &Prepared) -> Lines {
-    match prepared.halo {
-        0 => prepared.lines.clone(),
-        halo => prepared.whole.with_halo(prepared.cells(), halo),
+impl Prepared {
+    /// The lines of all cells that the mesh will have, also of those of a halo that lie beyond the box.
+    pub fn mesh_lines(&self) -> Lines {
+        match self.halo {
+            0 => self.lines.clone(),
+            halo => self.whole.with_halo(self.cells(), halo),
+        }
     }
 }

@@ -69,6 +69,26 @@ fn what_is_dumped_makes_the_same_bytes() {
 }
 
 #[test]
+fn padding_of_the_command_line_goes_around_the_domain_of_a_job() {
+    let folder = Folder::new();
+    let job = folder.path("job.toml");
+    let spot = std::path::absolute(super::cli::SPOT).expect("a path");
+    let geometry = format!("[[geometries]]\nfile = '{}'\n", spot.display());
+    let mesh = ["mesh", "--job", &job, "--backend", "cpu", "-q", "-o"];
+    for (key, option) in [
+        ("padding = { cells = 2 }", ["--padding-cells", "2"]),
+        ("padding = { length = 0.5 }", ["--padding-length", "0.5"]),
+    ] {
+        let [one, other] = ["one.hxc", "other.hxc"].map(|name| folder.path(name));
+        std::fs::write(&job, format!("cells = 8\ndomain = [-1, -1, -1, 7, 5, 3]\n{key}\n{geometry}")).expect("written");
+        done(&[&mesh[..], &[&one]].concat());
+        std::fs::write(&job, format!("cells = 8\ndomain = [-1, -1, -1, 7, 5, 3]\n{geometry}")).expect("written");
+        done(&[&mesh[..], &[&other], &option[..]].concat());
+        assert!(folder.bytes("one.hxc") == folder.bytes("other.hxc"), "{key}");
+    }
+}
+
+#[test]
 fn an_option_overrides_a_bad_value_and_errors_are_in_words() {
     let folder = Folder::new();
     let job = folder.path("job.toml");

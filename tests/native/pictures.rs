@@ -230,6 +230,26 @@ fn commands_draw_what_is_asked_for() {
 }
 
 #[test]
+fn pictures_reach_over_a_halo_beyond_the_box_and_places_are_numbers() {
+    let folder = Folder::new();
+    let [mesh, drawn, alone] = ["mesh.hxc", "drawn.png", "alone.png"].map(|name| folder.path(name));
+    let window = ["--domain", "0,0,0,8,8,8", "--cells", "8", "--window", "0,0,0,4,4,4", "--halo", "2", "-q"];
+    let asked = format!("{drawn}:axis=x,at=-0.5");
+    done(&[&["mesh", SPOT, "--backend", "cpu", "-o", &mesh, "--slice", &asked], &window[..]].concat());
+    done(&["slice", &mesh, "--axis=x", "--at=-0.5", "-o", &alone, "-q"]);
+    assert!(folder.bytes("drawn.png") == folder.bytes("alone.png"));
+
+    let job = folder.path("job.toml");
+    let spot = std::path::absolute(SPOT).expect("a path");
+    let text =
+        format!("cells = 8\nslice = {{ at = nan, output = \"a.png\" }}\n[[geometries]]\nfile = '{}'\n", spot.display());
+    std::fs::write(&job, text).expect("written");
+    let output = hexcast(&["mesh", "--job", &job, "--backend", "cpu"]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.code() == Some(4) && said.contains("a coordinate, or a text such as"), "{said}");
+}
+
+#[test]
 fn pictures_of_a_job_are_those_of_the_commands() {
     let folder = Folder::new();
     let spot = std::path::absolute(SPOT).expect("a path");

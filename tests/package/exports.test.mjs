@@ -282,7 +282,7 @@ test('planes that do not fit the memory are refused by those that hold them', ()
     ['wide', 'vox', undefined, /^undefined$/],
     ['long', 'msh', undefined, /^undefined$/],
     ['long', 'binvox', 'memory', /across x/],
-    ['many', 'in', 'memory', /^mesh_geo\.h5 has 588000000 bytes, and HDF5 files of up to 536870912 are made here, in memory/],
+    ['many', 'in', 'memory', /^mesh_geo\.h5 has 588000000 bytes, and HDF5 files of up to 268435456 are made here, in memory/],
     ['many', 'nrrd', undefined, /^undefined$/],
   ];
   const questions = asked.map(([at, format]) => [at, format, format === 'msh' ? { exportFlags: [1] } : {}]);

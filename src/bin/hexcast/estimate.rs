@@ -17,7 +17,7 @@ use super::output_file::PendingFile;
 use super::progress::Progress;
 use super::reading::read_job_files;
 use super::summary::{Table, sizes, three};
-use super::{standard, terminal};
+use super::terminal;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -88,7 +88,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
 /// The name of a drawing.
 fn picture(text: &str) -> std::result::Result<PathBuf, String> {
     let path = Path::new(text);
-    let is_svg = text == standard::NAME || path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("svg"));
+    let is_svg = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("svg"));
     if is_svg { Ok(path.into()) } else { Err("lines are drawn as .svg".into()) }
 }
 

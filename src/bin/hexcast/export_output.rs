@@ -146,16 +146,29 @@ fn check_places(path: &Path, folder: &Path, names: &[String]) -> Result<()> {
     Ok(())
 }
 
-/// The background, and the flags of all geometries but those beside the cells, which get none.
+/// The background, and the flags of geometries that are as good as certain to get cells: their boxes are cells thick, in the mesh, and clear of
+/// those of other flags. The rest is known when the mesh is.
 fn with_cells(prepared: &Prepared) -> Vec<u8> {
     let lines = &prepared.lines;
-    let meets =
-        |axis: usize, [low, high]: [f64; 2]| high > lines.line(axis, 0) && low < lines.line(axis, lines.dims()[axis]);
-    let is_met = |geometry: &&Geometry| {
-        geometry.bounding_box().is_some_and(|[low, high]| (0..3).all(|axis| meets(axis, [low[axis], high[axis]])))
+    // two boxes meet if they do so along all axes
+    let meet = |[low, high]: &[[f64; 3]; 2], [first, last]: &[[f64; 3]; 2]| {
+        (0..3).all(|axis| high[axis] > first[axis] && low[axis] < last[axis])
     };
-    prepared.geometries.iter().filter(is_met).map(|geometry| geometry.flag).chain([0]).collect()
+    let whole = [0, 1].map(|end| [0, 1, 2].map(|axis| lines.line(axis, end * lines.dims()[axis])));
+    let has_cells = |geometry: &Geometry| {
+        let Some(own) = geometry.bounding_box() else { return false };
+        let others = prepared.geometries.iter().filter(|other| other.flag != geometry.flag);
+        let [first, last] = own.map(|corner| [0, 1, 2].map(|axis| lines.position(axis, corner[axis])));
+        (0..3).all(|axis| last[axis].min(lines.dims()[axis].into()) - first[axis].max(0.0) >= LEAST_CELLS)
+            && meet(&own, &whole)
+            && !others.filter_map(Geometry::bounding_box).any(|other| meet(&own, &other))
+    };
+    let found = prepared.geometries.iter().filter(|geometry| has_cells(geometry));
+    found.map(|geometry| geometry.flag).chain([0]).collect()
 }
+
+/// Cells along each axis of a box in which a geometry gets some.
+const LEAST_CELLS: f64 = 2.0;
 
 /// The temporary folder.
 struct Folder<'a> {

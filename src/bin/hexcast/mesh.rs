@@ -202,7 +202,7 @@ fn mesh_and_write(
         .with_max_device_bytes(arguments.job.max_device_memory.map(|size| size.0));
     let check = |prepared: &Prepared| {
         measured.check(prepared)?;
-        pictures.check(&prepared.lines)?;
+        pictures.check(&prepared.mesh_lines())?;
         outputs.check(job, prepared)
     };
     let meshed = pollster::block_on(pipeline::mesh_if(job, sources, (&options, &check), &mut engine, &control));
@@ -240,8 +240,12 @@ fn mesh_and_write(
     let mut files = outputs.finish(&format!("{}\n", report.to_json()))?;
     files.extend(measured.finish()?);
 
-    // after all else is in its place, which a picture that fails leaves there
-    let (drawn, mut of_outputs) = pictures.write(&mesh, &control)?;
+    // after all else is in its place: a picture that fails leaves it there, with all that is to be said of it
+    let drawn = pictures.write(&mesh, &control);
+    let (drawn, mut of_outputs, failed) = match drawn {
+        Ok((drawn, of_outputs)) => (drawn, of_outputs, None),
+        Err(error) => (Vec::new(), Vec::new(), Some(error)),
+    };
     files.extend(drawn);
     of_outputs.extend(arguments.formats.merged(&mesh));
 
@@ -252,7 +256,7 @@ fn mesh_and_write(
         let shown = summary::Shown { ends: job.max_cell_size.is_some(), verbose: arguments.verbose };
         terminal::print(&summary::of_mesh(&report, engine.is_software(), &files, shown))?;
     }
-    Ok(n_warnings > 0)
+    failed.map_or(Ok(n_warnings > 0), Err)
 }
 
 /// Whether standard output is a file's, so that nothing else may be printed there.

@@ -1,7 +1,8 @@
 //! `-`: standard input in place of a file, and standard output in place of an output.
 
-use std::io::{self, BufRead, ErrorKind, IsTerminal, Read, Write};
+use std::io::{self, ErrorKind, IsTerminal, Read, Write};
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 use hexcast::{Error, Result};
 
@@ -18,19 +19,32 @@ pub(crate) fn is_standard(name: &Path) -> bool {
 /// # Errors
 /// `io` where it is a terminal.
 pub(crate) fn input() -> Result<impl Read + Send> {
-    let input = io::stdin();
-    if input.is_terminal() {
+    check_input()?;
+    let start = std::mem::take(&mut *START.lock().unwrap_or_else(PoisonError::into_inner));
+    Ok(io::Cursor::new(start).chain(io::stdin()))
+}
+
+/// What [`first_bytes`] took from standard input.
+static START: Mutex<Vec<u8>> = Mutex::new(Vec::new());
+
+/// The first bytes of standard input, up to 8, which [`input`] begins with.
+///
+/// # Errors
+/// `io` where it is a terminal, or cannot be read.
+pub(crate) fn first_bytes() -> Result<Vec<u8>> {
+    check_input()?;
+    let mut start = START.lock().unwrap_or_else(PoisonError::into_inner);
+    let missing = 8 - start.len() as u64;
+    io::stdin().take(missing).read_to_end(&mut start).map_err(|error| Error::io("reading standard input", error))?;
+    Ok(start.clone())
+}
+
+fn check_input() -> Result<()> {
+    if io::stdin().is_terminal() {
         let message = "- is standard input, and that is a terminal";
         return Err(Error::new("io", message, "pipe a file to it (hexcast ... - < FILE), or name the file"));
     }
-    Ok(input)
-}
-
-/// The first bytes of standard input, up to 8, which stay there to be read.
-pub(crate) fn first_bytes() -> io::Result<Vec<u8>> {
-    let mut input = io::stdin().lock();
-    let start = input.fill_buf()?;
-    Ok(start[..start.len().min(8)].to_vec())
+    Ok(())
 }
 
 /// Copies what was written to standard output; a reader that has closed the pipe has enough.

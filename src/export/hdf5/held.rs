@@ -9,7 +9,7 @@ use crate::export::output::{Files, Out};
 use crate::write::Compress;
 
 /// Most bytes of the datasets of a file, which are held twice at its end: wasm has 4 GiB.
-const MAX_BYTES: u64 = 1 << 29;
+const MAX_BYTES: u64 = 1 << 28;
 
 /// Longest side of a chunk: hdf5-pure 0.47 writes longer ones as four bytes, where libhdf5 (2.0) takes three and refuses the dataset.
 const MAX_CHUNK: u64 = 0xffff;

@@ -125,11 +125,11 @@ fn both_forms_hold_the_same() {
 #[test]
 fn a_file_that_would_not_fit_the_memory_is_refused_with_numbers() {
     let mut files = Folder { path: tempfile::tempdir().unwrap(), n_created: 0 };
-    assert!(held::File::create(&mut files, "a.h5", 1 << 29).is_ok());
-    let error = held::File::create(&mut files, "a.h5", (1 << 29) + 1).map(|_| ()).unwrap_err();
+    assert!(held::File::create(&mut files, "a.h5", 1 << 28).is_ok());
+    let error = held::File::create(&mut files, "a.h5", (1 << 28) + 1).map(|_| ()).unwrap_err();
     assert_eq!(error.code(), "memory");
     let text = error.to_string();
-    assert!(text.contains("a.h5 has 536870913 bytes") && text.contains("up to 536870912"), "{text}");
+    assert!(text.contains("a.h5 has 268435457 bytes") && text.contains("up to 268435456"), "{text}");
 }
 
 #[test]
