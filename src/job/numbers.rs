@@ -30,7 +30,8 @@ pub(super) fn flag<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<
     number.map(flag).transpose()
 }
 
-/// Reads a number that is neither infinite nor NaN, which JSON does not have.
+/// Reads a number that is neither infinite nor NaN, which JSON does not have; for pictures, which are native only.
+#[cfg(not(target_arch = "wasm32"))]
 pub(super) fn finite<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     let number = f64::deserialize(deserializer)?;
     if number.is_finite() {
