@@ -20,9 +20,9 @@ from . import _hexcast
 from ._driver import disable_layer_without_session
 from ._error import Error, MeshWarning
 from ._job import SIZES, Geometry, JobLike, job_of
-from ._mesh import Columns, Mesh, Slab, warn
+from ._mesh import Columns, Difference, FlagPair, Mesh, Slab, warn
 from ._options import GeometryOptions, JobOptions
-from ._pictures import Difference, FlagPair, Picture
+from ._pictures import Picture
 from ._progress import follow
 from ._surface import Surface, SurfaceLike, surface
 

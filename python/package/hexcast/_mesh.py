@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from . import _hexcast
 from ._error import Error, MeshWarning
 from ._files import save
-from ._pictures import Axis, Difference, Picture, Place, difference, look_of, slices
+from ._pictures import Axis, Picture, Place, look_of, max_bytes, slices
 from ._xarray import dataset
 
 if TYPE_CHECKING:
@@ -52,6 +52,36 @@ class Columns(NamedTuple):
     starts: NDArray[np.uint32]
     #: Flag of each run: shape (runs,), uint8.
     flags: NDArray[np.uint8]
+
+
+class FlagPair(NamedTuple):
+    """Cells that have one flag in the first mesh and another in the second."""
+
+    #: The flag in the first mesh.
+    one: int
+    #: The flag in the second.
+    other: int
+    #: Number of cells.
+    cells: int
+    #: The first of them along the rays of the first mesh.
+    first: tuple[int, int, int]
+    #: The box around them: its first cell, and its end, exclusive.
+    bounds: tuple[tuple[int, int, int], tuple[int, int, int]]
+
+
+class Difference(NamedTuple):
+    """What differs between two meshes."""
+
+    #: Number of cells that differ.
+    cells: int
+    #: Number of all cells.
+    n_cells: int
+    #: Whether the lines are the same; where they are not, cells were compared by their indices.
+    are_lines_equal: bool
+    #: The pairs of flags, most cells first.
+    pairs: list[FlagPair]
+    #: The lines of the first mesh, and flag 1 where the two differ.
+    mask: Mesh
 
 
 class Mesh:
@@ -261,7 +291,19 @@ class Mesh:
         """
         if not isinstance(other, Mesh):
             raise Error(f"a mesh is compared with {type(other).__qualname__}", "job-value", "give a mesh; hexcast.load reads one")
-        return difference(self._raw, other._raw, Mesh)
+        text, mask = _hexcast.diff(self._raw, other._raw, max_bytes())
+        found = json.loads(text)
+        pairs = [
+            FlagPair(
+                pair["one"],
+                pair["other"],
+                pair["cells"],
+                cell_of(pair["first"], "first"),
+                (cell_of(pair["bounds"][0], "first"), cell_of(pair["bounds"][1], "end")),
+            )
+            for pair in found["pairs"]
+        ]
+        return Difference(found["cells"], found["n_cells"], found["are_lines_equal"], pairs, Mesh(mask))
 
     def to_xarray(self) -> xarray.Dataset:
         """The flags as an xarray Dataset, without a copy: ``flag`` over (z, y, x), with the centres of the cells as coordinates.

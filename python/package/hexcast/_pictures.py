@@ -1,18 +1,14 @@
-"""Pictures of a mesh, and what differs between two."""
+"""Pictures of a mesh."""
 
 from __future__ import annotations
 
-import json
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Literal, NamedTuple, Optional, Union
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Literal, Optional, Union
 
 from . import _hexcast
 from ._error import Error
 from ._job import default_max_memory
-
-if TYPE_CHECKING:
-    from ._mesh import Mesh
 
 Axis = Literal["x", "y", "z"]
 #: A coordinate, or a text such as ``"25%"``.
@@ -28,36 +24,6 @@ class Picture(bytes):
 
     def _repr_png_(self) -> bytes:
         return bytes(self)
-
-
-class FlagPair(NamedTuple):
-    """Cells that have one flag in the first mesh and another in the second."""
-
-    #: The flag in the first mesh.
-    one: int
-    #: The flag in the second.
-    other: int
-    #: Number of cells.
-    cells: int
-    #: The first of them along the rays of the first mesh.
-    first: tuple[int, int, int]
-    #: The box around them: its first cell, and its end, exclusive.
-    bounds: tuple[tuple[int, int, int], tuple[int, int, int]]
-
-
-class Difference(NamedTuple):
-    """What differs between two meshes."""
-
-    #: Number of cells that differ.
-    cells: int
-    #: Number of all cells.
-    n_cells: int
-    #: Whether the lines are the same; where they are not, cells were compared by their indices.
-    are_lines_equal: bool
-    #: The pairs of flags, most cells first.
-    pairs: list[FlagPair]
-    #: The lines of the first mesh, and flag 1 where the two differ.
-    mask: Mesh
 
 
 def slices(
@@ -103,22 +69,3 @@ def max_bytes() -> int:
     """Most bytes for what is drawn or compared."""
     found = default_max_memory()
     return 2**64 - 1 if found is None else found
-
-
-def difference(
-    one: _hexcast.RawMesh, other: _hexcast.RawMesh, mesh_of: Callable[[_hexcast.RawMesh], Mesh]
-) -> Difference:
-    """See :meth:`hexcast.Mesh.diff`."""
-    text, mask = _hexcast.diff(one, other, max_bytes())
-    found = json.loads(text)
-    pairs = [
-        FlagPair(pair["one"], pair["other"], pair["cells"], cell(pair["first"]), (cell(pair["bounds"][0]), cell(pair["bounds"][1])))
-        for pair in found["pairs"]
-    ]
-    return Difference(found["cells"], found["n_cells"], found["are_lines_equal"], pairs, mesh_of(mask))
-
-
-def cell(numbers: Sequence[int]) -> tuple[int, int, int]:
-    """A cell of JSON."""
-    x, y, z = numbers
-    return x, y, z
