@@ -8,7 +8,6 @@ import { CHROMIUM_ARGS } from './tests/e2e/browsers.mjs';
 export default defineConfig({
   testDir: 'tests/e2e',
   testMatch: '*.test.mjs',
-  globalSetup: './tests/e2e/setup.mjs',
   outputDir: 'target/e2e',
   // one picture for all systems: the tests are run on Debian
   snapshotPathTemplate: '{testDir}/pictures/{arg}{ext}',

@@ -3,9 +3,9 @@
 import { mkdirSync, readFileSync, rmSync } from 'node:fs';
 import path from 'node:path';
 
+import { buildNative } from './native.mjs';
 import { ROOT, run } from './run.mjs';
 
-const BUILT = path.join(ROOT, 'target/debug');
 const FOLDER = path.join(ROOT, 'target/capi');
 const SPOT = path.join(ROOT, 'tests/fixtures/spot.stl');
 /** Numbers of cells that two axes do not share, so that a wrong order of axes shows. */
@@ -13,18 +13,14 @@ const DIMS = [100, 80, 60];
 /** Root may start ranks, and more of them than cores, in this environment. */
 const MPI_ENV = { OMPI_ALLOW_RUN_AS_ROOT: '1', OMPI_ALLOW_RUN_AS_ROOT_CONFIRM: '1', OMPI_MCA_rmaps_base_oversubscribe: '1' };
 
-/** Builds the library and the command that it is compared with. */
-export async function buildCapi() {
-  await run('cargo', ['build', '--package', 'hexcast', '--package', 'hexcast-c']);
-}
-
 /** Compiles a program against the header and the shared library. @param {string} compiler @param {string} source below `capi/` @returns {Promise<string>} its path */
 async function compiled(compiler, source) {
   const { name, ext } = path.parse(source);
   const program = path.join(FOLDER, name);
   const standard = ext === '.c' ? ['-std=c11', `-I${path.join(ROOT, 'capi/include')}`] : [`-J${FOLDER}`];
   const warnings = ['-Wall', '-Wextra', '-Werror', '-g'];
-  const library = [`-L${BUILT}`, '-lhexcast_c', `-Wl,-rpath,${BUILT}`, '-lpthread'];
+  const folder = path.dirname(await buildNative());
+  const library = [`-L${folder}`, '-lhexcast_c', `-Wl,-rpath,${folder}`, '-lpthread'];
   mkdirSync(FOLDER, { recursive: true });
   await run(compiler, [...standard, ...warnings, path.join(ROOT, 'capi', source), '-o', program, ...library]);
   return program;
@@ -48,7 +44,7 @@ export async function testExamples() {
   equal(await run(await compiled('cc', 'examples/box.c'), []), '14 x 14 x 14 cells, 1000 inside\n');
   const whole = path.join(FOLDER, 'whole.raw');
   const command = ['mesh', SPOT, '--dims', DIMS.join(','), '--backend', 'cpu', '-o', whole];
-  await run(path.join(BUILT, 'hexcast'), command);
+  await run(await buildNative(), command);
   const flags = readFileSync(whole);
   const n_inside = (/** @type {Buffer} */ some) => some.filter((flag) => flag !== 0).length;
 

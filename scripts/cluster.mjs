@@ -1,8 +1,8 @@
 // The cluster tests: windows of one mesh by many processes, on S3, and by the scripts for Slurm and Kubernetes.
 
-import { copyFileSync, mkdirSync } from 'node:fs';
 import path from 'node:path';
 
+import { buildNative } from './native.mjs';
 import { ROOT, ask, isExecutable, run } from './run.mjs';
 
 const VERSION = '0.14.1';
@@ -26,19 +26,13 @@ export async function ensureS3() {
     FOLDER,
     '--force',
   ];
-  await run('cargo', args, { minutes: 30, env: { CARGO_TARGET_DIR: path.join(FOLDER, 'target') } });
+  await run('cargo', args, { env: { CARGO_TARGET_DIR: path.join(FOLDER, 'target') } });
   return 'compiled';
-}
-
-/** Builds the command with S3, and puts it in a folder of its own: other tests use the command without. */
-export async function buildCluster() {
-  await run('cargo', ['build', '--bin', 'hexcast', '--features', 's3'], { minutes: 30 });
-  mkdirSync(path.join(ROOT, 'target/s3'), { recursive: true });
-  copyFileSync(path.join(ROOT, 'target/debug/hexcast'), path.join(ROOT, 'target/s3/hexcast'));
 }
 
 /** Runs the tests; returns what they printed, the counts at their end. */
 export async function runCluster() {
   const pytest = path.join(ROOT, '.tools/python/bin/pytest');
-  return run(pytest, ['tests/cluster', '-q', '-rfEP', '--durations=0'], { env: { HEXCAST_S3_SERVER: SERVER }, minutes: 15 });
+  const env = { HEXCAST_S3_SERVER: SERVER, HEXCAST_COMMAND: await buildNative() };
+  return run(pytest, ['tests/cluster', '-q', '-rfEP', '--durations=0'], { env });
 }

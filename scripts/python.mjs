@@ -4,6 +4,7 @@ import { createHash } from 'node:crypto';
 import { existsSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 
+import { buildNative } from './native.mjs';
 import { ROOT, ask, run } from './run.mjs';
 
 const FOLDER = path.join(ROOT, '.tools/python');
@@ -43,9 +44,8 @@ export async function ensureEnvironment(folder, requirements, programs = [], apa
   return 'installed';
 }
 
-/** Builds the wheel and the command that it is compared with, and installs the wheel. */
+/** Builds the wheel and installs it. */
 export async function buildPython() {
-  await run('cargo', ['build']);
   rmSync(WHEELS, { recursive: true, force: true });
   await run(program('maturin'), ['build', '--profile', 'dev', '--out', WHEELS, '--manifest-path', 'python/Cargo.toml'], {
     env: { VIRTUAL_ENV: FOLDER },
@@ -58,7 +58,9 @@ export async function buildPython() {
 /** Runs the tests and the examples in the documentation of the installed package; returns what it printed, the counts at its end. */
 export async function runPytest() {
   const args = ['--doctest-modules', '--import-mode=importlib', '--pyargs', 'hexcast', 'tests', '-q', '-rfEP'];
-  return run(program('pytest'), args, { cwd: path.join(ROOT, 'python') });
+  // the command that the wheel is compared with
+  const env = { HEXCAST_COMMAND: await buildNative() };
+  return run(program('pytest'), args, { cwd: path.join(ROOT, 'python'), env });
 }
 
 /** Holds the workflows of GitHub to their schema. */

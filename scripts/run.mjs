@@ -1,4 +1,5 @@
-// Runs commands and counts steps: a line with a time each; the first failure prints its output and ends the run.
+// Runs commands and counts steps: a line with a time each, the slowest again at the end; the first failure prints its output and ends
+// the run.
 
 import { spawn, spawnSync } from 'node:child_process';
 import { accessSync, constants } from 'node:fs';
@@ -30,11 +31,12 @@ export class CommandFailed extends Error {
  *
  * @param {string} command path or name
  * @param {string[]} args
- * @param {{env?: Record<string, string>, cwd?: string, minutes?: number}} [options] `env` is added to ours; after
- *   `minutes` (20) the command and all it has started are ended
+ * @param {{env?: Record<string, string>, cwd?: string, silence?: number}} [options] `env` is added to ours; a command that prints
+ *   nothing for this many minutes (20) is ended with all it has started. How long it takes in all depends on the machine, and on what
+ *   else runs there
  * @returns {Promise<string>} rejects with CommandFailed
  */
-export function run(command, args, { env = {}, cwd = ROOT, minutes = 20 } = {}) {
+export function run(command, args, { env = {}, cwd = ROOT, silence = 20 } = {}) {
   const line = [command, ...args].join(' ');
   return new Promise((resolve, reject) => {
     // a group of its own, so that a browser that hangs is ended with the test that started it
@@ -49,16 +51,19 @@ export function run(command, args, { env = {}, cwd = ROOT, minutes = 20 } = {}) 
     const chunks = [];
     /** @type {string | null} */
     let reason = null;
+    const end = () => {
+      reason = `printed nothing for ${silence} minutes`;
+      if (pid) endGroup(pid);
+    };
+    let timer = setTimeout(end, silence * 60_000);
     const keep = (/** @type {Buffer} */ chunk) => {
+      clearTimeout(timer);
+      timer = setTimeout(end, silence * 60_000);
       chunks.push(chunk);
       if (process.env.HEXCAST_VERBOSE) process.stdout.write(chunk);
     };
     child.stdout.on('data', keep);
     child.stderr.on('data', keep);
-    const timer = setTimeout(() => {
-      reason = `not done after ${minutes} minutes`;
-      if (pid) endGroup(pid);
-    }, minutes * 60_000);
     const settle = (/** @type {string | null} */ failure) => {
       clearTimeout(timer);
       if (pid) groups.delete(pid);
@@ -106,9 +111,13 @@ export function isExecutable(file) {
   }
 }
 
+/** How many of the slowest steps are listed at the end. */
+const N_SLOWEST = 10;
+
 /** Steps, counted; several may run at the same time. */
 export class Steps {
-  #passed = 0;
+  /** Names and milliseconds of those that passed. @type {[string, number][]} */
+  #passed = [];
   #start = Date.now();
 
   /**
@@ -122,7 +131,7 @@ export class Steps {
     console.log(`${name} ...`);
     try {
       const remark = await action();
-      this.#passed += 1;
+      this.#passed.push([name, Date.now() - start]);
       console.log(`${name}: ${seconds(start)}${remark ? `, ${remark}` : ''}`);
     } catch (error) {
       console.log(`${name}: FAILED after ${seconds(start)}\n`);
@@ -137,10 +146,13 @@ export class Steps {
     return this.step(name, async () => void (await run(command, args, options)));
   }
 
-  /** Prints the counts as the last line and ends the process. */
+  /** Prints the slowest steps, and the counts as the last line, and ends the process. */
   finish(n_failed = 0) {
+    const slowest = this.#passed.toSorted(([, one], [, other]) => other - one).slice(0, N_SLOWEST);
+    console.log('\nThe slowest steps, of which two may run at the same time:');
+    for (const [name, milliseconds] of slowest) console.log(`${(milliseconds / 1000).toFixed(1).padStart(8)} s  ${name}`);
     console.log(`\n${seconds(this.#start)} in all`);
-    console.log(`${this.#passed} passed, ${n_failed} failed`);
+    console.log(`${this.#passed.length} passed, ${n_failed} failed`);
     process.exit(n_failed);
   }
 }

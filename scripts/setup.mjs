@@ -23,18 +23,22 @@ const NEEDS = {
   solvers: ['linker', 'python', 'openfoam', 'calculix', 'gmsh', 'openems', 'dolfinx', 'taufactor', 'palabos'],
 };
 
-/** The groups of tests. */
+/** The groups of tests that run on every change. */
 export const GROUPS = Object.keys(NEEDS);
+/** The group that "npm run test:release" adds; it needs what `lint` does. */
+export const RELEASE = 'release';
 
 /** Installs what the machine lacks for these groups. @param {Steps} steps @param {string[]} [groups] */
 export async function setup(steps, groups = GROUPS) {
   await steps.step('Node packages', ensureNodeModules);
   await steps.step('Rust', async () => requireRust());
-  await steps.step('linker, drivers, browsers, Python', () => ensure(...new Set(groups.flatMap((group) => NEEDS[group]))));
+  await steps.step('linker, drivers, browsers, Python', () =>
+    ensure(...new Set(groups.flatMap((group) => NEEDS[group === RELEASE ? 'lint' : group]))),
+  );
   if (groups.some((group) => ['python', 'cluster'].includes(group))) await steps.step('Python packages', ensurePython);
   if (groups.includes('cluster')) await steps.step('S3 server', ensureS3);
   if (groups.includes('solvers')) await steps.step('Python packages of the solvers', ensureSolvers);
-  if (groups.every((group) => ['native', 'python', 'cluster', 'solvers'].includes(group))) return;
+  if (groups.every((group) => ['native', 'python', 'cluster', 'solvers', RELEASE].includes(group))) return;
   await steps.step('Rust for wasm32', async () => (await wasmRust()).name);
   if (groups.includes('lint')) await steps.step('cargo-deny', ensureDeny);
   await steps.step('wasm-bindgen', async () => void (await ensureBindgen()));

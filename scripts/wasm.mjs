@@ -79,7 +79,7 @@ function hasTarget() {
 async function addTarget() {
   if (!which('rustup')) return false;
   // without a network Debian's compiler may do
-  await run('rustup', ['target', 'add', TARGET], { minutes: RUSTUP_SECONDS / 60 }).catch(() => {});
+  await run('rustup', ['target', 'add', TARGET], { silence: RUSTUP_SECONDS / 60 }).catch(() => {});
   return hasTarget();
 }
 
@@ -101,7 +101,7 @@ export async function ensureBindgen() {
   if (ask(tool, ['--version']) !== `wasm-bindgen ${version}`) {
     // without --locked: a mirror of the registry may not have the very newest of its dependencies yet
     const args = ['install', 'wasm-bindgen-cli', '--version', version, '--root', path.join(ROOT, '.tools'), '--force'];
-    await run('cargo', args, { minutes: 30 });
+    await run('cargo', args);
   }
   return tool;
 }

@@ -24,9 +24,15 @@ def part() -> str:
 
 
 @pytest.fixture(scope="session")
-def command() -> Callable[..., None]:
-    """Runs the native command, which `cargo build` makes."""
-    program = ROOT / "target" / "debug" / ("hexcast.exe" if os.name == "nt" else "hexcast")
+def program() -> str:
+    """Path of the native command: that of `npm test`, or that of `cargo build`."""
+    built = ROOT / "target" / "debug" / ("hexcast.exe" if os.name == "nt" else "hexcast")
+    return os.environ.get("HEXCAST_COMMAND", str(built))
+
+
+@pytest.fixture(scope="session")
+def command(program: str) -> Callable[..., None]:
+    """Runs the native command."""
 
     def run(*words: object) -> None:
         subprocess.run([program, *map(str, words), "--quiet"], check=True, timeout=300)

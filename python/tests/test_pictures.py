@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from places import ROOT
 
 import hexcast
 from hexcast.shapes import box, sphere
@@ -76,7 +75,7 @@ def test_wrong_pictures_are_refused(cow):
         assert says in caught.value.message
 
 
-def test_differences_are_those_of_the_command_and_of_the_flags(spot, cow, tmp_path):
+def test_differences_are_those_of_the_command_and_of_the_flags(spot, cow, program, tmp_path):
     other = hexcast.mesh([{"file": spot, "flag": 3}, sphere((0.2, 0.1, 0.3), 0.3)], **SIZE)
     found = cow.diff(other)
     mask = cow.flags != other.flags
@@ -93,7 +92,7 @@ def test_differences_are_those_of_the_command_and_of_the_flags(spot, cow, tmp_pa
     for mesh, name in zip((cow, other), names):
         mesh.save(name)
     printed = subprocess.run(
-        [ROOT / "target" / "debug" / "hexcast", "diff", *names, "--json"], capture_output=True, check=False, timeout=300
+        [program, "diff", *names, "--json"], capture_output=True, check=False, timeout=300
     )
     assert printed.returncode == 1
     expected = json.loads(printed.stdout)

@@ -8,10 +8,9 @@ import path from 'node:path';
 
 import { expect } from '@playwright/test';
 
-import { ROOT } from '../../scripts/run.mjs';
+import { PROGRAM } from './native.mjs';
 import { hasGeometries, isIdle, legend, run, saved, slice, test } from './visit.mjs';
 
-const PROGRAM = path.join(ROOT, 'target/debug/hexcast');
 /** Balls of which the later has the cells of both: with more cells along surfaces, flags change in more than one way. */
 const SETTINGS = '#dims=31+29+37&axis=y&backend=cpu&sample=shells';
 

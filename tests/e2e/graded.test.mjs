@@ -6,8 +6,7 @@ import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 
-import { ROOT } from '../../scripts/run.mjs';
-import { runCopied, writeSample } from './native.mjs';
+import { PROGRAM, runCopied, writeSample } from './native.mjs';
 import { COPPER, EPOXY, hasGeometries, legend, run, saved, take, test } from './visit.mjs';
 
 const LINES = 'graded=1.1&min_size=0.05&growth=1.4&absorbing=2&padding=1.5&padding_by=length';
@@ -177,9 +176,8 @@ test('several sizes of cells are compared as by the native command', async ({ vi
       '--json',
       '--backend=cpu',
     ];
-    const program = path.join(ROOT, 'target/debug/hexcast');
     const native = JSON.parse(
-      execFileSync(program, args, { cwd: folder, encoding: 'utf8', stdio: ['ignore', 'pipe', 'ignore'] }),
+      execFileSync(PROGRAM, args, { cwd: folder, encoding: 'utf8', stdio: ['ignore', 'pipe', 'ignore'] }),
     );
     const { bytes } = await saved(page, '#converge-json');
     const untimed = (levels) => levels.map(({ seconds: _, ...level }) => level);

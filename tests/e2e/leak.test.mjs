@@ -7,7 +7,7 @@ import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 
-import { ROOT } from '../../scripts/run.mjs';
+import { PROGRAM } from './native.mjs';
 import { CLOSED_BOX, OPEN_BOX, boxBetween } from './open_box.mjs';
 import { hasGeometries, run, test } from './visit.mjs';
 
@@ -16,10 +16,9 @@ const OUTSIDE = [-0.4, -0.4, 2.3];
 
 /** What `hexcast leak --json` prints of a column file, with the facets of a box. */
 function nativeLeak(folder, mesh, code) {
-  const program = path.join(ROOT, 'target/debug/hexcast');
   const ends = [`--from=${INSIDE}`, `--to=${OUTSIDE}`];
   const files = [path.join(folder, mesh), '--surface', path.join(folder, 'box.stl')];
-  const { status, stdout, stderr } = spawnSync(program, ['leak', ...files, ...ends, '--json'], { encoding: 'utf8' });
+  const { status, stdout, stderr } = spawnSync(PROGRAM, ['leak', ...files, ...ends, '--json'], { encoding: 'utf8' });
   assert.equal(status, code, stderr);
   return JSON.parse(stdout);
 }

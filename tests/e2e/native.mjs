@@ -4,8 +4,11 @@ import { execFileSync } from 'node:child_process';
 import { mkdirSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 
-import { ROOT } from '../../scripts/run.mjs';
+import { commandPath } from '../../scripts/native.mjs';
 import { sampleTexts } from './samples.mjs';
+
+/** The native command. */
+export const PROGRAM = await commandPath();
 
 /** Saves the files of a sample into a folder: what a user has on disk. */
 export async function writeSample(sample, folder) {
@@ -23,9 +26,8 @@ export async function runCopied(page, folder, more) {
   const optionOf = (word) => word.startsWith('--') && word.split('=')[0];
   const replaced = ['--backend', ...more.map(optionOf).filter(Boolean)];
   const words = wordsOf(await page.inputValue('#copied-text')).filter((word) => !replaced.includes(optionOf(word)));
-  const program = path.join(ROOT, 'target/debug/hexcast');
   const options = { cwd: folder, encoding: 'utf8', stdio: ['ignore', 'pipe', 'ignore'] };
-  return JSON.parse(execFileSync(program, [...words.slice(1), ...more, '--backend=cpu', '--quiet', '--json'], options));
+  return JSON.parse(execFileSync(PROGRAM, [...words.slice(1), ...more, '--backend=cpu', '--quiet', '--json'], options));
 }
 
 /** The words of a line of shell, as the page quotes them: plain, or between single quotes. */

@@ -11,7 +11,7 @@ import { build } from 'vite';
 import { ROOT } from '../../scripts/run.mjs';
 import { serve } from '../../scripts/serve.mjs';
 import { complaintsOf, openChromium } from '../e2e/browsers.mjs';
-import { SPOT, installedProject } from './project.mjs';
+import { COMMAND, SPOT, installedProject } from './project.mjs';
 
 const LONG = { timeout: 300_000 };
 const EXAMPLES = path.join(ROOT, 'examples');
@@ -61,7 +61,7 @@ async function onPage(name, check) {
 function native(name, ...options) {
   const file = path.join(project.folder, name);
   const job = ['mesh', SPOT, '--backend', 'cpu', '--quiet', ...options, '-o', file];
-  execFileSync('cargo', ['run', '-q', '--', ...job], { cwd: ROOT });
+  execFileSync(COMMAND, job);
   return readFileSync(file);
 }
 

@@ -9,7 +9,7 @@ import { after, before, test } from 'node:test';
 
 import { ROOT } from '../../scripts/run.mjs';
 import { OPEN_BOX, boxBetween } from '../e2e/open_box.mjs';
-import { SPOT, installedProject } from './project.mjs';
+import { COMMAND, SPOT, installedProject } from './project.mjs';
 
 let project;
 let folder;
@@ -97,7 +97,7 @@ function native(job, compress) {
   for (const output of outputs) args.push('-o', output);
   for (const of of measured) args.push(`--${of}`, `${name}.${of}.npz`);
   const report = JSON.parse(
-    execFileSync('cargo', ['run', '-q', '--manifest-path', path.join(ROOT, 'Cargo.toml'), '--', ...args], {
+    execFileSync(COMMAND, args, {
       cwd: folder,
       encoding: 'utf8',
       stdio: ['ignore', 'pipe', 'pipe'],
@@ -289,18 +289,8 @@ test('sizes of cells are compared as by the native command', () => {
     mesher.dispose();
   `;
   const { levels, steps, wrong } = JSON.parse(project.run('converge.js', code, SPOT));
-  const args = [
-    'run',
-    '-q',
-    '--',
-    'converge',
-    `${SPOT}:name=cow,flag=7`,
-    '--unit=mm',
-    '--sizes=10,21',
-    '--json',
-    '--backend=cpu',
-  ];
-  const native = JSON.parse(execFileSync('cargo', args, { cwd: ROOT, encoding: 'utf8', stdio: ['ignore', 'pipe', 'pipe'] }));
+  const args = ['converge', `${SPOT}:name=cow,flag=7`, '--unit=mm', '--sizes=10,21', '--json', '--backend=cpu'];
+  const native = JSON.parse(execFileSync(COMMAND, args, { cwd: ROOT, encoding: 'utf8', stdio: ['ignore', 'pipe', 'pipe'] }));
   const untimed = (all) => all.map(({ seconds, ...level }) => level);
   assert.deepEqual(untimed(levels), untimed(native));
   assert.deepEqual(

@@ -6,10 +6,13 @@ import { cpSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } f
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 
+import { commandPath } from '../../scripts/native.mjs';
 import { pack } from '../../scripts/package.mjs';
 import { ROOT } from '../../scripts/run.mjs';
 import { boxBetween } from '../e2e/open_box.mjs';
 
+/** The native command. */
+export const COMMAND = await commandPath();
 /** The model that all tests of the package mesh. */
 export const SPOT = path.join(ROOT, 'tests/fixtures/spot.stl');
 /** The job of all tests of the package, for the native command. */
@@ -91,8 +94,7 @@ export function writeBodies(folder) {
 
 /** Runs the native command in a folder. @param {string} folder @param {string[]} args */
 export function nativeCommand(folder, ...args) {
-  const all = ['run', '-q', '--manifest-path', path.join(ROOT, 'Cargo.toml'), '--', ...args];
-  return spawnSync('cargo', all, { cwd: folder, encoding: 'utf8', stdio: ['ignore', 'pipe', 'pipe'] });
+  return spawnSync(COMMAND, args, { cwd: folder, encoding: 'utf8', stdio: ['ignore', 'pipe', 'pipe'] });
 }
 
 /** Lines that mesh the `job` of a JSON file, whose surfaces are in a folder: they leave `mesher`, `mesh`, `folder` and the `files` of the JSON. */
@@ -109,7 +111,7 @@ export const MESH_OF_FILE = `
 /** The native command's report of the job; `-o` outputs may be added, compressed at a level. */
 export function nativeReport(outputs = [], compress = 'none') {
   const options = outputs.length > 0 ? [`--compress=${compress}`, ...outputs] : [];
-  return JSON.parse(execFileSync('cargo', ['run', '-q', '--', ...ARGUMENTS, ...options], { cwd: ROOT, encoding: 'utf8' }));
+  return JSON.parse(execFileSync(COMMAND, [...ARGUMENTS, ...options], { cwd: ROOT, encoding: 'utf8' }));
 }
 
 /** What a page of `app/` must come to, by the native command, which writes into a folder. */
@@ -117,7 +119,7 @@ export function nativeOutcome(folder) {
   const box = path.join(folder, 'box.stl');
   writeFileSync(box, BOX);
   const args = ['mesh', box, '--cells', '256', '--backend', 'cpu', '--json'];
-  const report = JSON.parse(execFileSync('cargo', ['run', '-q', '--', ...args], { cwd: ROOT, encoding: 'utf8' }));
+  const report = JSON.parse(execFileSync(COMMAND, args, { cwd: ROOT, encoding: 'utf8' }));
   const { cells, flags } = report;
   return { ...nativeReport(), vti: nativeVti(folder), cells: [2 * flags[0].cells, 2 * cells] };
 }

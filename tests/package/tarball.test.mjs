@@ -9,7 +9,7 @@ import { after, before, test } from 'node:test';
 import { swiftshaderEnv } from '../../scripts/machine.mjs';
 import { ROOT } from '../../scripts/run.mjs';
 import { CLOSED_BOX, OPEN_BOX } from '../e2e/open_box.mjs';
-import { SPOT, installedProject, nativeReport } from './project.mjs';
+import { COMMAND, SPOT, installedProject, nativeReport } from './project.mjs';
 
 const { version } = JSON.parse(readFileSync(path.join(ROOT, 'package.json'), 'utf8'));
 const SHOW_VERSION = `
@@ -112,7 +112,7 @@ test('files compressed in Node are those of the native command at every level, a
     const names = ['vti', 'hxc'].map((format) => `native-${level}.${format}`);
     const job = ['mesh', `${SPOT}:name=cow,flag=7`, '--cells', '130', '--padding-cells', '20', '--backend', 'cpu', '--quiet'];
     const outputs = names.flatMap((name) => ['-o', path.join(project, name)]);
-    execFileSync('cargo', ['run', '-q', '--', ...job, `--compress=${level}`, ...outputs], { cwd: ROOT });
+    execFileSync(COMMAND, [...job, `--compress=${level}`, ...outputs]);
     for (const name of names) {
       const [expected, ours] = [name, name.replace('native', 'ours')].map((file) => readFileSync(path.join(project, file)));
       assert.ok(expected.equals(ours), `${name}: ${ours.length} bytes, ${expected.length} by the native command`);
