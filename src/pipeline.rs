@@ -21,6 +21,7 @@ use crate::columns::Columns;
 use crate::control::Control;
 use crate::doubt::Doubt;
 use crate::error::{Error, Result};
+use crate::finding::{Finding, sentences, sort_findings};
 use crate::fingerprint::flags_hash;
 use crate::frame::Frame;
 use crate::gaps::{self, Gaps, NAME};
@@ -225,6 +226,9 @@ pub async fn mesh_if(
     if has_whole {
         warnings.extend(without_cells.iter().flatten().filter_map(|of| of.warning.clone()));
     }
+    let mut findings: Vec<Finding> = Vec::new();
+    sort_findings(&mut findings);
+    warnings.extend(sentences(&findings));
     // spilled columns would be read back for it
     let flags_hash = (!columns.is_spilled()).then(|| flags_hash(columns)).transpose()?;
     let window =
@@ -275,6 +279,7 @@ pub async fn mesh_if(
         job: effective(job, &prepared, &n_solids, gaps.as_ref()),
         gaps,
         geometries,
+        findings,
         warnings,
         peak_bytes: PeakBytes {
             host: None,

@@ -105,7 +105,7 @@ pub fn geometries(job: &Job, sources: Vec<Source>) -> Result<Vec<Geometry>> {
         return Err(Error::new("job-conflict", message, "give the source of each geometry, in their order"));
     }
     let mut geometries = Vec::new();
-    for (entry, source) in job.geometries.iter().zip(sources) {
+    for ((position, entry), source) in job.geometries.iter().enumerate().zip(sources) {
         for (index, Part { name, facets, pieces_in_file }) in
             parts(entry, source.contents.solids)?.into_iter().enumerate()
         {
@@ -123,7 +123,7 @@ pub fn geometries(job: &Job, sources: Vec<Source>) -> Result<Vec<Geometry>> {
                 ));
             };
             let mut geometry = Geometry::new(name, flag, facets)?;
-            geometry.pieces_in_file = pieces_in_file;
+            (geometry.entry, geometry.pieces_in_file) = (position, pieces_in_file);
             geometry.has_default_flag = entry.flag.is_none();
             geometry.priority = entry.priority;
             geometry.open = entry.open.unwrap_or(job.open);
