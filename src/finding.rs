@@ -10,6 +10,12 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::{Number, Value, json};
 
+/// The code of a finding: one of [`CODES`].
+pub type FindingCode = &'static str;
+
+/// "x", "y" or "z".
+pub type AxisName = &'static str;
+
 /// How the findings of a code in the reports of parts become those of the whole box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Merging {
@@ -90,8 +96,17 @@ impl Remedy {
     /// Sets a key of one of the job's entries, whose file is given.
     pub fn of_entry(label: impl Into<String>, (entry, file): (usize, &str), key: &str, value: Value) -> Remedy {
         let text = value.as_str().map_or_else(|| value.to_string(), str::to_string);
-        let option = format!("{file}:{key}={text}");
+        let option = in_shell(&format!("{file}:{key}={text}"));
         Remedy::new(label, json!({ "geometries": { entry.to_string(): { key: value } } }), option)
+    }
+}
+
+/// An argument as a shell takes it: in quotes where it has letters that a shell does not leave as they are.
+fn in_shell(argument: &str) -> String {
+    let is_plain = |letter: char| letter.is_alphanumeric() || "_-./:=,+@%\\".contains(letter);
+    match argument.chars().all(is_plain) {
+        true => argument.into(),
+        false => format!("'{}'", argument.replace('\'', r"'\''")),
     }
 }
 
@@ -102,7 +117,7 @@ impl Remedy {
 pub struct Finding {
     /// What it is: a stable word such as `wall-thin`. The documentation lists all.
     #[serde(deserialize_with = "known_code")]
-    pub code: &'static str,
+    pub code: FindingCode,
     /// All of it in words.
     pub sentence: String,
     /// The geometry that it is about; null where it is about none, or about several.
@@ -115,7 +130,7 @@ pub struct Finding {
     pub flag: Option<u8>,
     /// "x", "y" or "z", where it is about one axis.
     #[serde(deserialize_with = "known_axis")]
-    pub axis: Option<&'static str>,
+    pub axis: Option<AxisName>,
     /// Points where it is, in world coordinates; the most telling first.
     pub points: Vec<[f64; 3]>,
     /// Boxes where it is, in world coordinates, by their least and greatest corners.
@@ -130,7 +145,7 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 
 impl Finding {
     /// Says a sentence; `code` is one of [`CODES`].
-    pub fn new(code: &'static str, sentence: impl Into<String>) -> Finding {
+    pub fn new(code: FindingCode, sentence: impl Into<String>) -> Finding {
         debug_assert!(place_of(code) < CODES.len(), "finding {code} is not in CODES");
         Finding {
             code,
@@ -172,6 +187,11 @@ impl Finding {
         Finding { axis: AXES.get(axis).copied(), ..self }
     }
 
+    /// Says along which axis it is: "x", "y" or "z".
+    pub fn along_named(self, axis: AxisName) -> Finding {
+        Finding { axis: Some(axis), ..self }
+    }
+
     /// Adds a point where it is.
     pub fn at(mut self, point: [f64; 3]) -> Finding {
         self.points.push(point);
@@ -194,6 +214,18 @@ impl Finding {
     pub fn with_value(mut self, name: &str, value: f64) -> Finding {
         self.values.extend(Number::from_f64(value).map(|number| (name.into(), number)));
         self
+    }
+
+    /// Whether two say the same, in whatever words.
+    pub fn is_same(&self, other: &Finding) -> bool {
+        let data = |of: &Finding| Finding { sentence: String::new(), remedies: Vec::new(), ..of.clone() };
+        self.code == other.code && data(self) == data(other)
+    }
+
+    /// Whether two are about the same, whatever their numbers and places.
+    pub fn is_about_same(&self, other: &Finding) -> bool {
+        let subject = |of: &Finding| (of.code, of.shell, of.flag, of.axis, of.values.get("other_flag").cloned());
+        (subject(self), &self.geometry, &self.other) == (subject(other), &other.geometry, &other.other)
     }
 
     /// Adds what helps.
@@ -222,13 +254,13 @@ fn place_of(code: &str) -> usize {
     CODES.iter().position(|(known, ..)| *known == code).unwrap_or(CODES.len())
 }
 
-fn known_code<'de, D: Deserializer<'de>>(deserializer: D) -> Result<&'static str, D::Error> {
+fn known_code<'de, D: Deserializer<'de>>(deserializer: D) -> Result<FindingCode, D::Error> {
     let code = String::deserialize(deserializer)?;
     let known = CODES.get(place_of(&code)).map(|(known, ..)| *known);
     known.ok_or_else(|| D::Error::custom(format!("\"{code}\" is no code of a finding")))
 }
 
-fn known_axis<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<&'static str>, D::Error> {
+fn known_axis<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<AxisName>, D::Error> {
     let Some(name) = Option::<String>::deserialize(deserializer)? else { return Ok(None) };
     let known = AXES.into_iter().find(|axis| *axis == name);
     known.map(Some).ok_or_else(|| D::Error::custom(format!("\"{name}\" is not x, y or z")))
