@@ -31,13 +31,6 @@ pub(super) struct Part<'a> {
     pub(super) findings: Vec<Finding>,
 }
 
-impl Part<'_> {
-    /// The cells of the box.
-    pub(super) fn cells(&self) -> [[u32; 3]; 2] {
-        [self.window.first, self.window.end]
-    }
-}
-
 /// By which geometries of these indices are ranked: by priority, and of equal ones the later is higher.
 pub(super) fn rank(index: usize, geometries: &[GeometryReport]) -> (Option<i32>, usize) {
     (geometries.get(index).map(|geometry| geometry.priority), index)
