@@ -50,6 +50,7 @@ mod merge;
 mod names;
 mod options;
 mod prepare;
+mod shell_checks;
 mod snapped;
 mod staggered;
 mod warnings;
@@ -64,6 +65,7 @@ use memory_budget::{columns_builder, memory_budget};
 pub use merge::merge;
 pub use options::{DEFAULT_MAX_BYTES, MeshOptions, SpillTarget};
 pub use prepare::{Prepared, part_step, prepare};
+use shell_checks::Checked;
 use snapped::snapped;
 use window_report::window_report;
 
@@ -178,6 +180,16 @@ pub async fn mesh_if(
         prepared.geometries.iter().zip(bad_edges).map(|(geometry, bad)| GeometryReport::new(geometry, bad)).collect();
     let n_cells = columns.cells_per_flag();
     let volumes = volumes(&columns, &lines)?;
+    let checked = Checked {
+        job,
+        prepared: &prepared,
+        frame: frame_of_whole,
+        closed: &closed,
+        bound_sums: &bound_sums,
+        volumes: &volumes,
+    };
+    let checks = checked.all(control).await?;
+    geometries.iter_mut().zip(checks).for_each(|(report, check)| report.shells = check);
     let (found, along, doubtful) = match overlay {
         Some(overlay) => overlay.found()?,
         None => (Vec::new(), Vec::new(), doubt().finish()?),

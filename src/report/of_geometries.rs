@@ -8,6 +8,8 @@ use crate::geometry::{Fill, Geometry, Open, joined_names};
 use crate::lines::Lines;
 use crate::overlay::{Along, Found};
 
+use super::of_shells::ShellCheck;
+
 /// One geometry.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -28,6 +30,9 @@ pub struct GeometryReport {
     /// The most by which the volume of its cells can differ from that, unless shells of it overlap; null where its cells are not those
     /// within its surface: that is open, or its facets do not agree, or it is filled, a shell, inverted or cut by the domain.
     pub volume_bound: Option<f64>,
+    /// What its shells have in cells; null where all cells along its surface are its own (fill `conservative`), and with `quick`.
+    #[serde(default)]
+    pub shells: Option<ShellCheck>,
     /// Whether its cells are those outside of it.
     pub invert: bool,
     /// Edges that are not shared by two facets that agree, after the snap.
@@ -45,6 +50,7 @@ impl GeometryReport {
             bounding_box: geometry.bounding_box().unwrap_or_default(),
             mesh_volume: geometry.signed_volume(),
             volume_bound: None,
+            shells: None,
             invert: geometry.invert,
             bad_edges,
         }
