@@ -126,6 +126,8 @@ pub struct Geometry {
     pub pieces_in_file: Vec<[u64; 2]>,
     /// Places file coordinates in the world: `world = world_from_file * file`.
     pub world_from_file: Placing,
+    /// Index of the job's entry that it is of: one entry may name several geometries.
+    pub entry: usize,
 }
 
 impl Geometry {
@@ -154,6 +156,7 @@ impl Geometry {
             facets,
             pieces_in_file: Vec::new(),
             world_from_file: Placing::default(),
+            entry: 0,
         })
     }
 

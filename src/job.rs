@@ -36,6 +36,7 @@ mod lines_job;
 mod links_job;
 mod numbers;
 mod part_job;
+mod patch;
 mod per_axis;
 #[cfg(not(target_arch = "wasm32"))]
 mod picture_job;

@@ -55,6 +55,7 @@ mod facet;
 pub mod facet;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod files;
+pub mod finding;
 mod fingerprint;
 #[cfg(not(feature = "stages"))]
 mod flags;

@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use crate::domain::Domain;
 use crate::error::{Error, Result};
+use crate::finding::Finding;
 use crate::job::{DEFAULT_CELLS, DEFAULT_TOLERANCE, Job, LinesJob, Padding};
 
 mod graded;
@@ -96,13 +97,13 @@ pub fn check_n_cells(job: &Job, lines: &Lines) -> Result<()> {
     Err(Error::new("too-many-cells", message, hint))
 }
 
-/// A sentence for every axis along which `max_cell_size` led to cells of less than half that size: what they cost, and the
+/// A finding for every axis along which `max_cell_size` led to cells of less than half that size: what they cost, and the
 /// nearest size that costs less.
-pub fn about_fine_cells(job: &Job, domain: &Domain, lines: &Lines) -> Vec<String> {
+pub fn about_fine_cells(job: &Job, domain: &Domain, lines: &Lines) -> Vec<Finding> {
     let Some(s_max) = job.max_cell_size else { return Vec::new() };
     let tolerance = job.tolerance.unwrap_or(DEFAULT_TOLERANCE);
     let residuals = residuals(lines, domain);
-    let sentence = |axis: usize| {
+    let finding = |axis: usize| {
         let (size, name) = (lines.smallest()[axis], AXES[axis]);
         let n_cells = |size: f64| (domain.extent(axis) / size).round();
         // a single cell cannot be larger
@@ -126,13 +127,19 @@ pub fn about_fine_cells(job: &Job, domain: &Domain, lines: &Lines) -> Vec<String
             }
             None => "no tolerance gives larger ones; cell_size (--cell-size) does, off the end points".into(),
         };
-        Some(format!(
+        let sentence = format!(
             "cells are {size} in size along {name}, less than half of {s_max}, which makes {} of them: {cause}. The end points lie at \
              most {farthest:.1e} cells off their lines; {offer}",
             n_cells(size),
-        ))
+        );
+        let found = Finding::new("cells-fine", sentence).along(axis).with_value("cell_size", size);
+        let found = found.with_value("max_cell_size", s_max).with_count("cells", n_cells(size) as u64);
+        Some(match cheaper {
+            Some((wider, cheaper)) => found.with_value("tolerance", wider).with_value("cheaper_cell_size", cheaper),
+            None => found,
+        })
     };
-    (0..3).filter_map(sentence).collect()
+    (0..3).filter_map(finding).collect()
 }
 
 /// Tolerances that are offered where the one given leads to no size, or to a small one.

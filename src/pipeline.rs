@@ -21,6 +21,7 @@ use crate::columns::Columns;
 use crate::control::Control;
 use crate::doubt::Doubt;
 use crate::error::{Error, Result};
+use crate::finding::{Finding, sentences, sort_findings};
 use crate::fingerprint::flags_hash;
 use crate::frame::Frame;
 use crate::gaps::{self, Gaps, NAME};
@@ -50,6 +51,7 @@ mod merge;
 mod names;
 mod options;
 mod prepare;
+mod remedies;
 mod shell_checks;
 mod snapped;
 mod staggered;
@@ -65,6 +67,7 @@ use memory_budget::{columns_builder, memory_budget};
 pub use merge::merge;
 pub use options::{DEFAULT_MAX_BYTES, MeshOptions, SpillTarget};
 pub use prepare::{Prepared, part_step, prepare};
+use remedies::add_remedies;
 use shell_checks::Checked;
 use snapped::snapped;
 use window_report::window_report;
@@ -210,33 +213,38 @@ pub async fn mesh_if(
         flags.insert(place, FlagReport { flag: gaps.flag, name, cells: gaps.cells, volume, mesh_volume, volume_bound });
         names.push(Named::new(gaps.flag, NAME));
     }
-    let mut warnings: Vec<String> = engine.fallback.iter().map(|why| format!("meshed on the CPU: {why}")).collect();
-    warnings.extend(prepared.notices.iter().cloned());
-    warnings.extend(about_fine_cells(job, &prepared.domain, &prepared.whole));
-    warnings.extend(open.iter().zip(&found).map(|(open, found)| open.warning(&geometries[found.geometry], &lines)));
-    warnings.extend(warnings::about_odd_rays(columns.odd_rays(), rays.n_rays()));
-    warnings.extend(warnings::about_edges_of_rays(&prepared.geometries, &geometries, job.rule, &lines));
-    warnings.extend(warnings::about_shared_flags(&prepared.geometries));
+    let of_fallback = |why| Finding::new("on-cpu", format!("meshed on the CPU: {why}"));
+    let mut findings: Vec<Finding> = engine.fallback.iter().map(of_fallback).collect();
+    findings.extend(prepared.notices.iter().cloned());
+    findings.extend(about_fine_cells(job, &prepared.domain, &prepared.whole));
+    findings.extend(open.iter().map(|open| open.finding(&geometries[open.index], &lines)));
+    findings.extend(warnings::about_odd_rays(columns.odd_rays(), rays.n_rays()));
+    findings.extend(warnings::about_edges_of_rays(&prepared.geometries, &geometries, job.rule, &lines));
+    findings.extend(warnings::about_shared_flags(&prepared.geometries));
     let shells = shells.unwrap_or_else(|| shells_of(&frame));
-    warnings.extend(warnings::about_shells(&shells, &geometries, &whole_rays, cells));
+    findings.extend(warnings::about_shells(&shells, &geometries, &whole_rays, cells));
     let mask_mesh = |mask| Mesh::new(lines.clone(), mask, vec![Named::new(1, "doubtful")], prepared.unit.clone());
     let cast = Cast { frame: frame_of_whole, rays: &whole_rays, rule: job.rule };
     let certificate = gaps_between.map(|gaps| {
         let asked = (&prepared.geometries[..], job.thin_cells.unwrap_or(DEFAULT_THIN_CELLS));
         CertificateReport::new(&Certificate::new(&cast, cells, whole, asked, gaps), &geometries, &names, whole)
     });
-    warnings.extend(certificate.iter().flat_map(|certificate| certificate.warnings(&lines)));
+    findings.extend(certificate.iter().flat_map(|certificate| certificate.findings(&lines)));
     let mesh = Mesh::new(lines.clone(), columns, names, prepared.unit.clone())?;
     let columns = &mesh.columns;
     // a geometry may well have no cell in a window
     let has_whole = prepared.window.is_none();
-    let without_cells = match has_whole || is_merged {
+    let mut without_cells = match has_whole || is_merged {
         true => Some(warnings::geometries_without_cells(&prepared, (&cast, &ends), &mesh, &n_cells)?),
         false => None,
     };
+    add_remedies(&mut findings, job, &prepared.geometries);
+    let of_empty = without_cells.iter_mut().flatten().filter_map(|of| of.finding.as_mut());
+    of_empty.for_each(|finding| add_remedies(std::slice::from_mut(finding), job, &prepared.geometries));
     if has_whole {
-        warnings.extend(without_cells.iter().flatten().filter_map(|of| of.warning.clone()));
+        findings.extend(without_cells.iter().flatten().filter_map(|of| of.finding.clone()));
     }
+    sort_findings(&mut findings);
     // spilled columns would be read back for it
     let flags_hash = (!columns.is_spilled()).then(|| flags_hash(columns)).transpose()?;
     let window =
@@ -287,7 +295,8 @@ pub async fn mesh_if(
         job: effective(job, &prepared, &n_solids, gaps.as_ref()),
         gaps,
         geometries,
-        warnings,
+        warnings: sentences(&findings),
+        findings,
         peak_bytes: PeakBytes {
             host: None,
             meshing: facet_bytes as u64 + used.host_bytes + overlay_bytes + columns_peak,

@@ -6,6 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::doubt::{Corners, Doubtful};
+use crate::finding::Finding;
 use crate::fractions::Fractions;
 use crate::gaps::Gaps;
 use crate::job::{Job, Rule};
@@ -212,7 +213,9 @@ pub struct MeshFacts {
     /// The job with all that it left open filled in: `--job` takes it, from the folder that this mesh was made in. Without `max_memory`,
     /// which changes no cell.
     pub job: Job,
-    /// Sentences that the reader should see.
+    /// What the reader should know, as data.
+    pub findings: Vec<Finding>,
+    /// The sentences of `findings`.
     pub warnings: Vec<String>,
     /// Memory, without that of the whole process.
     #[serde(skip)]

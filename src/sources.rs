@@ -10,6 +10,7 @@ use sha2::{Digest, Sha256};
 use crate::checksum::hex;
 use crate::control::Control;
 use crate::error::{Error, Result};
+use crate::finding::{Finding, Remedy};
 use crate::geometry::{Facet, Fill, Geometry, SharedFacets, check_n_geometries};
 use crate::job::{GeometryJob, Job};
 use crate::length::Length;
@@ -105,7 +106,7 @@ pub fn geometries(job: &Job, sources: Vec<Source>) -> Result<Vec<Geometry>> {
         return Err(Error::new("job-conflict", message, "give the source of each geometry, in their order"));
     }
     let mut geometries = Vec::new();
-    for (entry, source) in job.geometries.iter().zip(sources) {
+    for ((position, entry), source) in job.geometries.iter().enumerate().zip(sources) {
         for (index, Part { name, facets, pieces_in_file }) in
             parts(entry, source.contents.solids)?.into_iter().enumerate()
         {
@@ -123,7 +124,7 @@ pub fn geometries(job: &Job, sources: Vec<Source>) -> Result<Vec<Geometry>> {
                 ));
             };
             let mut geometry = Geometry::new(name, flag, facets)?;
-            geometry.pieces_in_file = pieces_in_file;
+            (geometry.entry, geometry.pieces_in_file) = (position, pieces_in_file);
             geometry.has_default_flag = entry.flag.is_none();
             geometry.priority = entry.priority;
             geometry.open = entry.open.unwrap_or(job.open);
@@ -143,26 +144,31 @@ pub fn geometries(job: &Job, sources: Vec<Source>) -> Result<Vec<Geometry>> {
     Ok(geometries)
 }
 
-/// The unit of a mesh, and sentences about files that are in another: that of the job; where it gives none, that of the files which say
+/// The unit of a mesh, and findings about files that are in another: that of the job; where it gives none, that of the files which say
 /// one (3MF, GLB) and are not scaled, if they agree. Nothing is scaled for it.
-pub fn unit(job: &Job, sources: &[Source]) -> (Option<String>, Vec<String>) {
-    let entries = job.geometries.iter().zip(sources).filter(|(entry, _)| entry.scale.is_none());
-    let said: Vec<(&str, &str)> =
-        entries.filter_map(|(_, source)| Some((&source.file[..], source.contents.unit?))).collect();
-    let Some((first, unit)) = said.first().copied() else { return (job.unit.clone(), Vec::new()) };
+pub fn unit(job: &Job, sources: &[Source]) -> (Option<String>, Vec<Finding>) {
+    let entries = job.geometries.iter().enumerate().zip(sources).filter(|((_, entry), _)| entry.scale.is_none());
+    let said = entries.filter_map(|((entry, _), source)| Some((entry, &source.file[..], source.contents.unit?)));
+    let said: Vec<(usize, &str, &str)> = said.collect();
+    let Some((_, first, unit)) = said.first().copied() else { return (job.unit.clone(), Vec::new()) };
     let (wanted, whose) = match &job.unit {
         Some(unit) => (&unit[..], "the job".to_string()),
         None => (unit, first.to_string()),
     };
     // a word that nobody knows may mean any unit
     let length = Length::of_name(wanted);
-    let others = said.iter().filter(|(_, unit)| length.is_some() && Length::of_name(unit) != length);
-    let warning = |(file, unit): &(&str, &str)| {
-        format!("{file} is in {unit}, {whose} in {wanted}: numbers are taken as they are; give the file a scale")
+    let others = said.iter().filter(|(.., unit)| length.is_some() && Length::of_name(unit) != length);
+    let finding = |&(entry, file, unit): &(usize, &str, &str)| {
+        let sentence =
+            format!("{file} is in {unit}, {whose} in {wanted}: numbers are taken as they are; give the file a scale");
+        let scale = length.zip(Length::of_name(unit)).map(|(length, of_file)| of_file.metres(1.0) / length.metres(1.0));
+        let scaled = scale
+            .map(|scale| Remedy::of_entry(format!("Scale {file} by {scale}"), (entry, file), "scale", scale.into()));
+        Finding::new("unit-differs", sentence).with_count("entry", entry as u64).with_remedy(scaled)
     };
-    let warnings: Vec<String> = others.map(warning).collect();
-    let unit = if job.unit.is_none() && !warnings.is_empty() { None } else { Some(wanted.to_string()) };
-    (unit, warnings)
+    let findings: Vec<Finding> = others.map(finding).collect();
+    let unit = if job.unit.is_none() && !findings.is_empty() { None } else { Some(wanted.to_string()) };
+    (unit, findings)
 }
 
 /// Named facets that an entry of the job takes from its file, and where they are in it.

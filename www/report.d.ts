@@ -47,7 +47,7 @@ export interface WindowReport {
    * Geometries, by their index in `geometries`, that have no cell here, and what to say if they have none in the box; null unless these cells
    * are a `part` without halo.
    */
-  without_cells: { geometry: number; warning: string | null }[] | null;
+  without_cells: { geometry: number; finding: Finding | null; warning: string | null }[] | null;
 }
 
 /** Peak sizes in bytes. */
@@ -122,6 +122,9 @@ export interface Report {
   flags_hash: string | null;
   /** SHA-256 of the flags; null, as `Mesh.sha256` makes it where it is needed. */
   flags_sha256: string | null;
+  /** What the reader should know, as data; empty for an opened mesh. */
+  findings: Finding[];
+  /** The sentences of `findings`. */
   warnings: string[];
   /** Cells per second of `seconds.total`; null for an opened mesh. */
   cells_per_second: number | null;
@@ -130,6 +133,72 @@ export interface Report {
   /** Missing for an opened mesh. */
   peak_bytes?: PeakBytes;
   [key: string]: unknown;
+}
+
+/** What a finding is; `docs/findings.md` explains each. */
+export type FindingCode =
+  | 'on-cpu'
+  | 'end-without-line'
+  | 'edge-on-line'
+  | 'unit-differs'
+  | 'fluid-without-geometry'
+  | 'cells-fine'
+  | 'surface-open'
+  | 'rays-odd'
+  | 'surface-open-parity'
+  | 'flag-shared'
+  | 'shells-overlap'
+  | 'wall-thin'
+  | 'gap-narrow'
+  | 'no-cell-outside'
+  | 'no-cell-no-area'
+  | 'no-cell-thin'
+  | 'no-cell-flat'
+  | 'no-cell-open'
+  | 'no-cell-small'
+  | 'no-cell-covered';
+
+/** A geometry by its index in `geometries` of the report, from 0, and its name. */
+export interface NamedGeometry {
+  index: number;
+  name: string;
+}
+
+/** What helps against what was found. */
+export interface Remedy {
+  /** What it does, in some words, as on a button. */
+  label: string;
+  /**
+   * What to change in the job that was given, in the keys of job files. An object changes the keys that it has, and null removes one; what is
+   * no object replaces the value. In `geometries` the keys are indices of the job's entries, from 0.
+   */
+  patch: { [key: string]: unknown };
+  /** What does the same on the command line: an option, or a file with settings in place of that file; null where nothing does. */
+  option: string | null;
+}
+
+/** Something that the reader of a report should know. Places are in world coordinates. */
+export interface Finding {
+  code: FindingCode;
+  /** All of it in words. */
+  sentence: string;
+  /** The geometry that it is about; null where it is about none, or about several. */
+  geometry: NamedGeometry | null;
+  /** A second geometry that it is about, such as the one that has the cells of the first. */
+  other: NamedGeometry | null;
+  /** Number of the shell of the geometry, from 0; null where it is about all of it. */
+  shell: number | null;
+  /** The flag whose cells it is about. */
+  flag: number | null;
+  axis: 'x' | 'y' | 'z' | null;
+  /** Points where it is; the most telling first. */
+  points: [number, number, number][];
+  /** Boxes where it is, by their least and greatest corners. */
+  boxes: [[number, number, number], [number, number, number]][];
+  /** Its numbers by name. */
+  values: { [name: string]: number };
+  /** What helps; the best first. */
+  remedies: Remedy[];
 }
 
 /** A geometry of the job, as it was placed. */
@@ -216,6 +285,8 @@ export interface OpenReport {
   odd_rays: [number, number, number];
   /** Cells whose three rays are not all even, or do not agree. */
   doubtful_cells: number;
+  /** Index of the geometry in `geometries`, from 0. */
+  index: number;
 }
 
 /** A geometry that has the cells along its surface. */

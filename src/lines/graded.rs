@@ -15,6 +15,7 @@
 use super::{AXES, Lines, MAX_LISTED};
 use crate::domain::{BoundingBox, Domain};
 use crate::error::{Error, Result};
+use crate::finding::Finding;
 use crate::geometry::Sizing;
 use crate::job::{DEFAULT_GROWTH, GradedJob, PerAxis};
 use crate::sort::sort_by;
@@ -26,7 +27,7 @@ use sizes::{Interval, settle};
 /// A geometry around which lines are generated.
 #[derive(Debug, Clone, Copy)]
 pub struct Body<'a> {
-    /// Its name, for sentences.
+    /// Its name, for findings.
     pub name: &'a str,
     /// Its box.
     pub bounds: BoundingBox,
@@ -34,19 +35,19 @@ pub struct Body<'a> {
     pub sizing: Sizing,
 }
 
-/// Generates the lines of a job, and sentences for the ends that got none.
+/// Generates the lines of a job, and finds the ends that got none; geometries have the indices of `bodies`.
 ///
 /// # Errors
 /// `lines-no-sizes` where cells would have to be smaller than the smallest; `too-many-cells`.
-pub fn graded(job: &GradedJob, domain: &Domain, bodies: &[Body]) -> Result<(Lines, Vec<String>)> {
-    let mut sentences = Vec::new();
+pub fn graded(job: &GradedJob, domain: &Domain, bodies: &[Body]) -> Result<(Lines, Vec<Finding>)> {
+    let mut findings = Vec::new();
     let mut lists = [const { Vec::new() }; 3];
     for (axis, list) in lists.iter_mut().enumerate() {
-        *list = Axis { job, domain, bodies, axis }.lines(&mut sentences)?;
+        *list = Axis { job, domain, bodies, axis }.lines(&mut findings)?;
         let layers = job.absorbing.map_or(0, |cells| PerAxis::each(cells)[axis]);
         add_layers(list, layers);
     }
-    Ok((Lines::from_lists(lists)?, sentences))
+    Ok((Lines::from_lists(lists)?, findings))
 }
 
 /// One axis of a job.
@@ -72,10 +73,10 @@ struct Edge {
 }
 
 impl Axis<'_> {
-    fn lines(&self, sentences: &mut Vec<String>) -> Result<Vec<f64>> {
-        let fixed = self.fixed(sentences);
+    fn lines(&self, findings: &mut Vec<Finding>) -> Result<Vec<f64>> {
+        let fixed = self.fixed(findings);
         self.check_sizes(&fixed)?;
-        let mut edges = self.edges(&fixed, sentences);
+        let mut edges = self.edges(&fixed, findings);
         let growth = self.job.growth.unwrap_or(DEFAULT_GROWTH);
         loop {
             let (places, cells_of_edges) = places(&fixed, &edges);
@@ -90,7 +91,7 @@ impl Axis<'_> {
                 edges[edge].size *= 0.8;
                 if edges[edge].size < self.job.smallest(self.axis) {
                     let Edge { index, .. } = edges.remove(edge);
-                    self.note_edge(sentences, &fixed[index], "a cell around it would be smaller than the smallest");
+                    self.note_edge(findings, &fixed[index], "a cell around it would be smaller than the smallest");
                 }
                 continue;
             }
@@ -164,7 +165,7 @@ impl Axis<'_> {
     }
 
     /// The ends of the domain and of all geometries in it, ascending, none closer to each other than the smallest cell.
-    fn fixed(&self, sentences: &mut Vec<String>) -> Vec<Fixed> {
+    fn fixed(&self, findings: &mut Vec<Finding>) -> Vec<Fixed> {
         let [first, last] = [self.domain.low[self.axis], self.domain.high[self.axis]];
         let mut ends: Vec<(f64, usize, f64)> = Vec::new();
         for (index, body) in self.bodies.iter().enumerate() {
@@ -184,12 +185,12 @@ impl Axis<'_> {
             let line = if last - at < least { last } else { at };
             match fixed.last_mut().filter(|fixed| line - fixed.at < least) {
                 Some(fixed) => {
-                    self.note(sentences, (at, body), fixed);
+                    self.note(findings, (at, body), fixed);
                     fixed.owners.push((body, side));
                 }
                 None => {
                     let new = Fixed { at: line, owners: vec![(body, side)] };
-                    self.note(sentences, (at, body), &new);
+                    self.note(findings, (at, body), &new);
                     fixed.push(new);
                 }
             }
@@ -201,7 +202,7 @@ impl Axis<'_> {
     }
 
     /// Says that an end is not where its line is.
-    fn note(&self, sentences: &mut Vec<String>, (at, body): (f64, usize), line: &Fixed) {
+    fn note(&self, findings: &mut Vec<Finding>, (at, body): (f64, usize), line: &Fixed) {
         if line.at == at {
             return;
         }
@@ -210,24 +211,25 @@ impl Axis<'_> {
             None if line.owners.is_empty() || line.at == self.domain.high[self.axis] => "of the domain".into(),
             None => "of its other side".into(),
         };
-        sentences.push(format!(
-            "the end of \"{}\" at {} = {at} has no line of its own: it is {:e} from that {other} at {}, less than the smallest cell, {}",
-            self.bodies[body].name,
-            AXES[self.axis],
-            (line.at - at).abs(),
-            line.at,
-            self.job.smallest(self.axis),
-        ));
+        let (name, distance, smallest) = (self.bodies[body].name, (line.at - at).abs(), self.job.smallest(self.axis));
+        let sentence = format!(
+            "the end of \"{name}\" at {} = {at} has no line of its own: it is {distance:e} from that {other} at {}, less than the \
+             smallest cell, {smallest}",
+            AXES[self.axis], line.at,
+        );
+        let found = Finding::new("end-without-line", sentence).of_geometry(body, name).along(self.axis);
+        let found = found.with_value("end", at).with_value("line", line.at).with_value("distance", distance);
+        findings.push(found.with_value("smallest_cell", smallest));
     }
 
     /// The edges of metal, each with the size of a cell that has room between its neighbours.
-    fn edges(&self, fixed: &[Fixed], sentences: &mut Vec<String>) -> Vec<Edge> {
+    fn edges(&self, fixed: &[Fixed], findings: &mut Vec<Finding>) -> Vec<Edge> {
         let mut edges = Vec::new();
         for index in 1..fixed.len().max(1) - 1 {
             let Fixed { at, ref owners } = fixed[index];
             let Some(&(_, outwards)) = owners.iter().find(|(body, _)| self.has_thirds(*body)) else { continue };
             if owners.iter().any(|&(other, side)| side != outwards || !self.has_thirds(other)) {
-                self.note_edge(sentences, &fixed[index], "another geometry ends there");
+                self.note_edge(findings, &fixed[index], "another geometry ends there");
                 continue;
             }
             let (before, after) = (at - fixed[index - 1].at, fixed[index + 1].at - at);
@@ -237,7 +239,7 @@ impl Axis<'_> {
             let [low, high] = [at - 0.5 * before, at + 0.5 * after].map(|place| self.largest(fixed, place));
             let size = low.min(high).min(room);
             if size < self.job.smallest(self.axis) {
-                self.note_edge(sentences, &fixed[index], "a cell around it would be smaller than the smallest");
+                self.note_edge(findings, &fixed[index], "a cell around it would be smaller than the smallest");
                 continue;
             }
             edges.push(Edge { index, outwards, size });
@@ -246,10 +248,12 @@ impl Axis<'_> {
     }
 
     /// Says that an edge of metal has no line at a third.
-    fn note_edge(&self, sentences: &mut Vec<String>, Fixed { at, owners }: &Fixed, why: &str) {
-        let edge = owners.iter().find(|(body, _)| self.has_thirds(*body));
-        let name = edge.map_or("", |(body, _)| self.bodies[*body].name);
-        sentences.push(format!("the edge of \"{name}\" at {} = {at} lies on a line: {why}", AXES[self.axis]));
+    fn note_edge(&self, findings: &mut Vec<Finding>, Fixed { at, owners }: &Fixed, why: &str) {
+        let Some(&(body, _)) = owners.iter().find(|(body, _)| self.has_thirds(*body)) else { return };
+        let name = self.bodies[body].name;
+        let sentence = format!("the edge of \"{name}\" at {} = {at} lies on a line: {why}", AXES[self.axis]);
+        let found = Finding::new("edge-on-line", sentence).of_geometry(body, name).along(self.axis);
+        findings.push(found.with_value("edge", *at));
     }
 
     /// Whether lines shall lie beside the edges of a geometry: it is metal, and not a sheet across this axis.

@@ -158,18 +158,18 @@ fn cells_of_less_than_half_the_largest_size_are_explained() {
         let boxes = [[[0.0; 3], [10.0; 3]], [[start, 0.0, 0.0], [end, 10.0, 10.0]]];
         let domain = Domain::new(&job, &boxes).unwrap();
         let lines = lines(&job, &domain).unwrap();
-        let sentences = about_fine_cells(&job, &domain, &lines);
+        let found = sentences(&about_fine_cells(&job, &domain, &lines));
         let (size, ends) = (lines.smallest()[0], [0.0, start, end, 10.0]);
         let off = ends.map(|end: f64| (end / size - (end / size).round()).abs()).into_iter().fold(0.0, f64::max);
-        assert!(size < 0.5 && off <= tolerance && sentences.len() == 1, "{size}: {sentences:?}");
+        assert!(size < 0.5 && off <= tolerance && found.len() == 1, "{size}: {found:?}");
         let numbers = format!("which makes {} of them: {cause}", (10.0 / size).round());
-        assert!(sentences[0].contains(&numbers) && sentences[0].contains(" along x"), "{}", sentences[0]);
-        assert!(sentences[0].contains(&format!("most {off:.1e} cells off")), "{off:e}: {}", sentences[0]);
+        assert!(found[0].contains(&numbers) && found[0].contains(" along x"), "{}", found[0]);
+        assert!(found[0].contains(&format!("most {off:.1e} cells off")), "{off:e}: {}", found[0]);
     }
     let job = Job { max_cell_size: Some(1.0), ..Job::default() };
     let domain = Domain::new(&job, &[[[0.0; 3], [1.0, 2.0, 0.25]]]).unwrap();
     // one cell of a quarter along z is as few as can be
-    assert_eq!(about_fine_cells(&job, &domain, &lines(&job, &domain).unwrap()), Vec::<String>::new());
+    assert_eq!(about_fine_cells(&job, &domain, &lines(&job, &domain).unwrap()), vec![]);
     // the size, a tolerance, the first end of a body and its second, in a box of 10 -> what is said of cells along x
     let more = "a tolerance of 0.1 would give cells of 0.2564102564102564, 39 along x";
     for (s_max, tolerance, ends, size, said) in [
@@ -184,14 +184,14 @@ fn cells_of_less_than_half_the_largest_size_are_explained() {
         let domain = Domain::new(&job, &boxes).unwrap();
         let lines = lines(&job, &domain).unwrap();
         assert_eq!(lines.smallest()[0], size);
-        let sentences = about_fine_cells(&job, &domain, &lines);
-        assert_eq!(sentences.len(), said.iter().len(), "{sentences:?}");
-        assert!(said.is_none_or(|said| sentences[0].contains(said)), "{sentences:?}");
+        let found = sentences(&about_fine_cells(&job, &domain, &lines));
+        assert_eq!(found.len(), said.iter().len(), "{found:?}");
+        assert!(said.is_none_or(|said| found[0].contains(said)), "{found:?}");
     }
     // two cells could be one
     let domain = Domain::new(&job, &[[[0.0; 3], [0.5, 1.0, 1.0]], [[0.0; 3], [0.25, 1.0, 1.0]]]).unwrap();
-    let sentences = about_fine_cells(&job, &domain, &lines(&job, &domain).unwrap());
-    assert!(sentences.len() == 1 && sentences[0].contains("which makes 2 of them"), "{sentences:?}");
+    let found = sentences(&about_fine_cells(&job, &domain, &lines(&job, &domain).unwrap()));
+    assert!(found.len() == 1 && found[0].contains("which makes 2 of them"), "{found:?}");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 //!
 //! Reports of windows, as JSON -> that of the whole. The windows are a grid that divides the box. Counts add up, as do the sums of
 //! `flags_hash`. Where windows cut rays, each piece of a ray has the crossings of the whole ray, so only those of the first piece
-//! count; a run counts where it begins. Facts of surfaces are the same in all reports; sentences with counts are made anew.
+//! count; a run counts where it begins. Facts of surfaces are the same in all reports; findings with counts are made anew.
 //! Seconds add up, too; of memory the maximum counts.
 //! Cost: little more than reading the reports.
 
@@ -13,6 +13,7 @@ use serde_json::{Value, json};
 use crate::columns::CellRun;
 use crate::doubt::Doubt;
 use crate::error::Result;
+use crate::finding::sentences;
 use crate::fingerprint::hash_of_sums;
 use crate::lines::Grading;
 use crate::rays::Rays;
@@ -20,12 +21,12 @@ use crate::report::{DoubtReport, MAX_BOXES, OpenReport, PointsReport, StaggeredR
 use crate::staggered::COMPONENTS;
 
 mod certificate;
+mod findings;
 mod part;
-mod sentences;
 
 use certificate::merged_certificate;
+use findings::{Counted, findings, merged_shells};
 use part::{HINT, Part, lines_of_box, part, refused};
-use sentences::{Counted, merged_shells, warnings};
 
 /// What must be equal in the reports of all windows.
 const SAME: &[&str] =
@@ -94,7 +95,8 @@ pub fn merge(reports: &[Value]) -> Result<Value> {
         cells: [[0; 3], whole.dims()],
         report: &merged,
     };
-    merged["warnings"] = json!(warnings(&parts, &counted, &rays));
+    let findings = findings(&parts, &counted, &rays);
+    (merged["findings"], merged["warnings"]) = (json!(findings), json!(sentences(&findings)));
     (merged["geometries"], merged["open"], merged["certificate"]) =
         (json!(geometries), json!(open), json!(certificate));
     merge_costs(&mut merged, &parts);

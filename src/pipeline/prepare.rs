@@ -2,9 +2,10 @@
 
 use crate::domain::{BoundingBox, Domain};
 use crate::error::{Error, Result};
+use crate::finding::Finding;
 use crate::frame::check_limits;
 use crate::geometry::Geometry;
-use crate::job::{AxisChoice, HaloEdge, Job, LinksJob, PartJob, ZarrJob};
+use crate::job::{AxisChoice, GradedJob, HaloEdge, Job, LinksJob, PartJob, ZarrJob};
 use crate::lines::{Body, Lines, check_n_cells, graded, lines};
 use crate::mesh::Named;
 use crate::parts::parts;
@@ -31,8 +32,8 @@ pub struct Prepared {
     pub domain: Domain,
     /// The mesh lines of the whole box.
     pub whole: Lines,
-    /// Sentences about ends of geometries that have no line of their own, files in other units, and flags that nothing has.
-    pub notices: Vec<String>,
+    /// Findings about ends of geometries that have no line of their own, files in other units, and flags that nothing has.
+    pub notices: Vec<Finding>,
     /// Those that are meshed, as cells of the whole box: the first, and the end, exclusive; None for all. With the halo, as far as that
     /// is within the box.
     pub window: Option<[[u32; 3]; 2]>,
@@ -67,7 +68,7 @@ pub fn prepare(job: &Job, sources: Vec<Source>) -> Result<Prepared> {
     let domain = Domain::new(job, &boxes)?;
     let (whole, mut notices) = match (listed, &job.graded) {
         (Some(listed), _) => (listed, Vec::new()),
-        (None, Some(job)) => graded(job, &domain, &bodies(&geometries))?,
+        (None, Some(job)) => lines_around(&geometries, job, &domain)?,
         _ => (lines(job, &domain)?, Vec::new()),
     };
     notices.extend(unlike);
@@ -106,20 +107,25 @@ fn check_n_geometries(job: &Job, n: usize) -> Result<()> {
     Err(Error::new("too-many-geometries", message, hint))
 }
 
-/// A sentence about a flag of the fluid that no cell can have.
-fn about_fluid(job: &Job, geometries: &[Geometry]) -> Option<String> {
+/// A finding about a flag of the fluid that no cell can have.
+fn about_fluid(job: &Job, geometries: &[Geometry]) -> Option<Finding> {
     let LinksJob { fluid, .. } = job.links.as_ref()?;
     // closed gaps have a flag that may be chosen later
     let is_known = |flag: u8| flag == 0 || geometries.iter().any(|of| of.flag == flag) || job.close_gaps.is_some();
-    let unknown = fluid.iter().find(|&&flag| !is_known(flag))?;
-    Some(format!("no geometry has flag {unknown}, which links.fluid (--fluid) names: no link begins there"))
+    let unknown = *fluid.iter().find(|&&flag| !is_known(flag))?;
+    let sentence = format!("no geometry has flag {unknown}, which links.fluid (--fluid) names: no link begins there");
+    Some(Finding::new("fluid-without-geometry", sentence).of_flag(unknown))
 }
 
-/// What generated lines go around.
-fn bodies(geometries: &[Geometry]) -> Vec<Body<'_>> {
-    let body = |of: &'_ Geometry| of.bounding_box().map(|bounds| (bounds, of.sizing));
-    let named = geometries.iter().filter_map(|of| body(of).map(|found| (of.name.as_str(), found)));
-    named.map(|(name, (bounds, sizing))| Body { name, bounds, sizing }).collect()
+/// Lines that go around geometries, and findings about their ends.
+fn lines_around(geometries: &[Geometry], job: &GradedJob, domain: &Domain) -> Result<(Lines, Vec<Finding>)> {
+    let body = |(index, of): (usize, &'_ Geometry)| of.bounding_box().map(|bounds| (index, (bounds, of.sizing)));
+    let (indices, boxes): (Vec<_>, Vec<_>) = geometries.iter().enumerate().filter_map(body).unzip();
+    let named = indices.iter().map(|&index| geometries[index].name.as_str()).zip(boxes);
+    let bodies: Vec<Body> = named.map(|(name, (bounds, sizing))| Body { name, bounds, sizing }).collect();
+    let (lines, mut findings) = graded(job, domain, &bodies)?;
+    findings.iter_mut().filter_map(|of| of.geometry.as_mut()).for_each(|of| of.index = indices[of.index]);
+    Ok((lines, findings))
 }
 
 impl Prepared {

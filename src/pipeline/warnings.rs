@@ -1,4 +1,4 @@
-//! Warnings about a mesh: rays that found an open surface, flags that two geometries have, shells that overlap, and geometries
+//! Findings about a mesh: rays that found an open surface, flags that two geometries have, shells that overlap, and geometries
 //! without cells.
 
 use super::prepare::Prepared;
@@ -7,6 +7,7 @@ use crate::columns::run_cell;
 use crate::cpu::{self, Window, window_of_rows};
 use crate::edges::BadEdge;
 use crate::error::Result;
+use crate::finding::{Finding, NamedGeometry};
 use crate::frame::{Frame, SnappedFacet};
 use crate::geometry::{Facet, Fill, Geometry, Open};
 use crate::job::Rule;
@@ -18,55 +19,64 @@ use crate::shells::{n_rays_looked_at, overlapping_shells};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// A sentence about rays that do not leave every geometry they enter, if there are any.
-pub(super) fn about_odd_rays(odd_rays: u64, n_rays: u64) -> Option<String> {
+/// A finding about rays that do not leave every geometry they enter, if there are any.
+pub(super) fn about_odd_rays(odd_rays: u64, n_rays: u64) -> Option<Finding> {
     (odd_rays > 0).then(|| {
-        format!(
+        let sentence = format!(
             "{odd_rays} of {n_rays} rays do not leave every geometry they enter: a surface is not closed there. Their cells \
              are flagged up to the last matched pair of crossings; `hexcast info` counts the open edges of a file"
-        )
+        );
+        Finding::new("rays-odd", sentence).with_count("odd_rays", odd_rays).with_count("rays", n_rays)
     })
 }
 
-/// A sentence for every geometry that is not closed and whose cells the rays of one axis decide as they are.
+/// A finding for every geometry that is not closed and whose cells the rays of one axis decide as they are.
 pub(super) fn about_edges_of_rays(
     geometries: &[Geometry],
     reports: &[GeometryReport],
     rule: Rule,
     lines: &Lines,
-) -> Vec<String> {
-    let sentence = |(geometry, report): (&Geometry, &GeometryReport)| {
+) -> Vec<Finding> {
+    let finding = |(index, (geometry, report)): (usize, (&Geometry, &GeometryReport))| {
         let kind = if report.bad_edges.open == 0 { BadEdge::Flipped } else { BadEdge::Open };
-        let (n, what) = match kind {
+        let (n, what, value) = match kind {
             BadEdge::Flipped if rule == Rule::Nonzero => {
-                (report.bad_edges.flipped, "edges between facets that face opposite ways")
+                (report.bad_edges.flipped, "edges between facets that face opposite ways", "flipped_edges")
             }
-            BadEdge::Flipped => (0, ""),
-            _ => (report.bad_edges.open, "open edges"),
+            BadEdge::Flipped => (0, "", ""),
+            _ => (report.bad_edges.open, "open edges", "open_edges"),
         };
         (n > 0 && geometry.open == Open::Parity && !geometry.shell).then(|| {
             let (name, worst) = (&geometry.name, report.worst_edges(kind, lines));
-            format!("geometry \"{name}\" is not closed: {what} {n}, {worst}; the rays of one axis decided its cells, as open = \"parity\" says")
+            let sentence = format!(
+                "geometry \"{name}\" is not closed: {what} {n}, {worst}; the rays of one axis decided its cells, as open = \"parity\" says"
+            );
+            let found = Finding::new("surface-open-parity", sentence).of_geometry(index, name).of_flag(geometry.flag);
+            report.within_worst_edges(found.with_count(value, n), kind)
         })
     };
-    geometries.iter().zip(reports).filter_map(sentence).collect()
+    geometries.iter().zip(reports).enumerate().filter_map(finding).collect()
 }
 
-/// A sentence for every two geometries that have one flag although nobody gave it to one of them.
-pub(super) fn about_shared_flags(geometries: &[Geometry]) -> Vec<String> {
+/// A finding for every two geometries that have one flag although nobody gave it to one of them.
+pub(super) fn about_shared_flags(geometries: &[Geometry]) -> Vec<Finding> {
     let shares = |(index, geometry): (usize, &Geometry)| {
-        let others = || geometries.iter().enumerate().filter(|(other, of)| *other != index && of.flag == geometry.flag);
+        let all = || geometries.iter().enumerate();
+        let mut others = all().filter(|(other, of)| *other != index && of.flag == geometry.flag);
         // of two that nobody chose the later says it
-        let other = others().find(|(other, of)| *other < index || !of.has_default_flag).map(|(_, of)| of)?;
+        let (other, of) = others.find(|(other, of)| *other < index || !of.has_default_flag)?;
         geometry.has_default_flag.then(|| {
-            format!(
-                "geometries \"{}\" and \"{}\" both have the flag {}, which nobody gave to \"{1}\": it is its position in the job; \
-                 give it a flag, for example {}",
-                other.name,
-                geometry.name,
-                geometry.flag,
-                (1..=255u8).find(|flag| geometries.iter().all(|of| of.flag != *flag)).unwrap_or(geometry.flag),
-            )
+            let (name, flag) = (&geometry.name, geometry.flag);
+            let free = (1..=255u8).find(|flag| geometries.iter().all(|of| of.flag != *flag));
+            let sentence = format!(
+                "geometries \"{}\" and \"{name}\" both have the flag {flag}, which nobody gave to \"{name}\": it is its position in the \
+                 job; give it a flag, for example {}",
+                of.name,
+                free.unwrap_or(flag),
+            );
+            let found = Finding::new("flag-shared", sentence).of_geometry(index, name).and_geometry(other, &of.name);
+            let found = found.of_flag(flag);
+            free.map_or(found.clone(), |free| found.with_count("free_flag", free.into()))
         })
     };
     geometries.iter().enumerate().filter_map(shares).collect()
@@ -85,18 +95,18 @@ pub(super) fn shells(cast: &Cast, agrees: &dyn Fn(usize) -> bool, cells: [[u32; 
         .collect()
 }
 
-/// A sentence for each of them; `rays` are those of the box.
+/// A finding for each of them; `rays` are those of the box.
 pub(super) fn about_shells(
     shells: &[ShellsReport],
     geometries: &[GeometryReport],
     rays: &Rays,
     cells: [[u32; 3]; 2],
-) -> Vec<String> {
+) -> Vec<Finding> {
     let n_rays = n_rays_looked_at(rays, cells);
-    shells.iter().filter_map(|of| Some(of.warning(&geometries.get(of.geometry)?.name, n_rays))).collect()
+    shells.iter().filter_map(|of| Some(of.finding(&geometries.get(of.geometry)?.name, n_rays))).collect()
 }
 
-/// Every geometry that is known to have no cell, with a sentence that says the cause, unless that lies in cells that were not meshed;
+/// Every geometry that is known to have no cell, with a finding that says the cause, unless that lies in cells that were not meshed;
 /// `cast` is that of the whole box, `cells` counts those of each flag.
 ///
 /// A geometry whose box holds no centre of a cell has none. Where the box does hold one, only the cells of its flag tell, and
@@ -129,20 +139,19 @@ pub(super) fn geometries_without_cells(
         let cause = if let Some(cause) = outside(bounding_box, &prepared.whole) {
             Some(cause)
         } else if geometry.facets.iter().all(is_degenerate) {
-            Some("none of its facets has an area; repair the file".into())
+            Some(Cause::new("no-cell-no-area", "none of its facets has an area; repair the file"))
         } else if let Some(axis) = thin_axis {
             let [low, high] = bounding_box.map(|corner| corner[axis]);
-            let (thick, size, name) = (high - low, size_at(&prepared.whole, axis, 0.5 * (low + high)), AXES[axis]);
-            // with as many digits as files hold
-            let [thick, size] = [thick, size].map(|length| length as f32);
-            Some(format!("it is {thick:?} thick along {name}, a cell is {size:?}; use smaller cells, {KEEP}"))
+            Some(thin(high - low, size_at(&prepared.whole, axis, 0.5 * (low + high)), axis))
         } else if let Some(axis) = (0..3).find(|&axis| bounding_box[0][axis] == bounding_box[1][axis]) {
             let name = AXES[axis];
-            Some(format!(
+            let text = format!(
                 "it lies in a plane across {name}, with no inside; take its faces of a staggered grid (staggered), {KEEP}"
-            ))
+            );
+            Some(Cause { axis: Some(axis), ..Cause::new("no-cell-flat", text) })
         } else if ends.is_none() {
-            Some(format!("its surface is not closed and encloses no centre of a cell; close it, {KEEP}"))
+            let text = format!("its surface is not closed and encloses no centre of a cell; close it, {KEEP}");
+            Some(Cause::new("no-cell-open", text))
         } else if is_far(bounding_box, prepared) {
             None
         } else {
@@ -152,11 +161,44 @@ pub(super) fn geometries_without_cells(
                 mesh,
             )?
         };
-        let (name, flag) = (&geometry.name, geometry.flag);
-        let warning = cause.map(|cause| format!("geometry \"{name}\" (flag {flag}) got no cell: {cause}"));
-        all.push(WithoutCells::new(index, warning));
+        all.push(WithoutCells::new(index, cause.map(|cause| cause.finding(index, geometry, bounding_box))));
     }
     Ok(all)
+}
+
+/// Why a geometry has no cell: the code of the finding, the rest of its sentence, and what else it has.
+struct Cause {
+    code: &'static str,
+    text: String,
+    axis: Option<usize>,
+    values: Vec<(&'static str, f64)>,
+    winner: Option<NamedGeometry>,
+}
+
+impl Cause {
+    fn new(code: &'static str, text: impl Into<String>) -> Cause {
+        Cause { code, text: text.into(), axis: None, values: Vec::new(), winner: None }
+    }
+
+    fn finding(self, index: usize, geometry: &Geometry, bounds: [[f64; 3]; 2]) -> Finding {
+        let (name, flag) = (&geometry.name, geometry.flag);
+        let sentence = format!("geometry \"{name}\" (flag {flag}) got no cell: {}", self.text);
+        let mut found = Finding::new(self.code, sentence).of_geometry(index, name).of_flag(flag).within(bounds);
+        found.other = self.winner;
+        if let Some(axis) = self.axis {
+            found = found.along(axis);
+        }
+        self.values.into_iter().fold(found, |found, (name, value)| found.with_value(name, value))
+    }
+}
+
+/// It is thinner along an axis than the cells there.
+fn thin(thick: f64, size: f64, axis: usize) -> Cause {
+    // with as many digits as files hold
+    let ([thick_text, size_text], name) = ([thick, size].map(|length| length as f32), AXES[axis]);
+    let text = format!("it is {thick_text:?} thick along {name}, a cell is {size_text:?}; use smaller cells, {KEEP}");
+    let values = vec![("thickness", thick), ("cell_size", size)];
+    Cause { axis: Some(axis), values, ..Cause::new("no-cell-thin", text) }
 }
 
 /// Size of the cell at a place along an axis, or of the nearest.
@@ -169,11 +211,13 @@ fn size_at(lines: &Lines, axis: usize, place: f64) -> f64 {
 const KEEP: &str = "or keep it with fill = \"separating\" or \"conservative\"";
 
 /// How a box lies outside of the domain, if it does.
-fn outside([low, high]: [[f64; 3]; 2], lines: &Lines) -> Option<String> {
+fn outside([low, high]: [[f64; 3]; 2], lines: &Lines) -> Option<Cause> {
     let ends_of = |axis: usize| [lines.line(axis, 0), lines.line(axis, lines.dims()[axis])];
     let axis = (0..3).find(|&axis| high[axis] <= ends_of(axis)[0] || low[axis] >= ends_of(axis)[1])?;
     let ([start, end], name, [from, to]) = (ends_of(axis), AXES[axis], [low[axis], high[axis]]);
-    Some(format!("it reaches from {from:?} to {to:?} along {name}, the domain from {start:?} to {end:?}"))
+    let text = format!("it reaches from {from:?} to {to:?} along {name}, the domain from {start:?} to {end:?}");
+    let values = vec![("from", from), ("to", to), ("domain_from", start), ("domain_to", end)];
+    Some(Cause { axis: Some(axis), values, ..Cause::new("no-cell-outside", text) })
 }
 
 fn is_degenerate([a, b, c]: &Facet) -> bool {
@@ -197,16 +241,23 @@ fn is_far([low, high]: [[f64; 3]; 2], prepared: &Prepared) -> bool {
 }
 
 /// Why a geometry has no cell that would have this cell of the box alone, or none; None where this is not among those that were meshed.
-fn cause_by_place(place: Option<[u32; 3]>, prepared: &Prepared, mesh: &Mesh) -> Result<Option<String>> {
-    let encloses_none = Some(format!("it encloses no centre of a cell; use smaller cells, {KEEP}"));
-    let Some(place) = place else { return Ok(encloses_none) };
+fn cause_by_place(place: Option<[u32; 3]>, prepared: &Prepared, mesh: &Mesh) -> Result<Option<Cause>> {
+    let encloses_none =
+        || Some(Cause::new("no-cell-small", format!("it encloses no centre of a cell; use smaller cells, {KEEP}")));
+    let Some(place) = place else { return Ok(encloses_none()) };
     let [first, end] = prepared.window.unwrap_or([[0; 3], prepared.whole.dims()]);
     if (0..3).any(|axis| !(first[axis]..end[axis]).contains(&place[axis])) {
         return Ok(None);
     }
     let flag = mesh.flag([0, 1, 2].map(|axis| place[axis] - first[axis]))?;
-    let Some(named) = mesh.names.iter().find(|named| named.flag == flag) else { return Ok(encloses_none) };
-    Ok(Some(format!("its cells are those of \"{}\" (flag {flag}), which wins; give it a higher priority", named.name)))
+    let Some(named) = mesh.names.iter().find(|named| named.flag == flag) else { return Ok(encloses_none()) };
+    let text =
+        format!("its cells are those of \"{}\" (flag {flag}), which wins; give it a higher priority", named.name);
+    // of several with its flag that of the highest rank
+    let all = prepared.geometries.iter().enumerate().filter(|(_, geometry)| geometry.flag == flag);
+    let winner = all.max_by_key(|(_, geometry)| geometry.priority);
+    let winner = winner.map(|(index, geometry)| NamedGeometry::new(index, &geometry.name));
+    Ok(Some(Cause { winner, ..Cause::new("no-cell-covered", text) }))
 }
 
 /// The first cell that was looked at that a geometry would have alone, if it would have one.

@@ -6,10 +6,9 @@ use serde::{Deserialize, Deserializer, Serialize};
 use super::of_geometries::GeometryReport;
 use crate::certificate::{Certificate, FlagGap, Overlap, ThinWall};
 use crate::columns::Named;
+pub use crate::finding::AxisName;
+use crate::finding::Finding;
 use crate::lines::Lines;
-
-/// "x", "y" or "z".
-pub type AxisName = &'static str;
 
 /// What a mesh may have lost, or decided between geometries.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -142,27 +141,32 @@ impl CertificateReport {
         }
     }
 
-    /// A sentence for every thin wall and every gap.
-    pub fn warnings(&self, lines: &Lines) -> Vec<String> {
-        let sentence = |wall: &ThinWallReport| {
-            let ThinWallReport { geometry, axis, rays, lost, cells, place, .. } = wall;
-            format!(
+    /// A finding for every thin wall and every gap.
+    pub fn findings(&self, lines: &Lines) -> Vec<Finding> {
+        let of_wall = |wall: &ThinWallReport| {
+            let &ThinWallReport { ref geometry, axis, rays, lost, cells, place, index } = wall;
+            let sentence = format!(
                 "geometry \"{geometry}\" has walls of fewer than {} cells along {axis}: {rays} ray segments, {lost} of them without a \
                  cell, the thinnest of {cells} cells at {}; use smaller cells, or keep them with fill = \"separating\" or \"conservative\"",
                 self.thin_cells,
-                lines.text_of(*place)
-            )
+                lines.text_of(place)
+            );
+            let found = Finding::new("wall-thin", sentence).of_geometry(index, geometry).along_named(axis).at(place);
+            let found = found.with_count("rays", rays).with_count("lost", lost);
+            found.with_count("cells", cells.into()).with_count("thin_cells", self.thin_cells.into())
         };
         let of_gap = |gap: &GapReport| {
             let ([one, other], [name, other_name]) = (gap.flags, &gap.names);
-            format!(
+            let sentence = format!(
                 "{} single background cells lie between \"{name}\" (flag {one}) and \"{other_name}\" (flag {other}) along {}, such as \
                  the one at {}; if the two should touch, move one, or use smaller cells",
                 gap.cells,
                 gap.axis,
                 lines.text_of(gap.place)
-            )
+            );
+            let found = Finding::new("gap-narrow", sentence).of_flag(one).with_count("other_flag", other.into());
+            found.along_named(gap.axis).at(gap.place).within(gap.bounds).with_count("cells", gap.cells)
         };
-        self.thin_walls.iter().map(sentence).chain(self.gaps.iter().map(of_gap)).collect()
+        self.thin_walls.iter().map(of_wall).chain(self.gaps.iter().map(of_gap)).collect()
     }
 }

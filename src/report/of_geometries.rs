@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::closed::{BadEdges, MAX_FACETS};
 use crate::edges::BadEdge;
+use crate::finding::Finding;
 use crate::geometry::{Fill, Geometry, Open, joined_names};
 use crate::lines::Lines;
 use crate::overlay::{Along, Found};
@@ -56,6 +57,14 @@ impl GeometryReport {
         }
     }
 
+    /// Adds the box around its worst edges of a kind.
+    pub fn within_worst_edges(&self, finding: Finding, kind: BadEdge) -> Finding {
+        match self.bad_edges.worst.iter().find(|group| group.kind == kind) {
+            Some(group) => finding.within(group.bounds),
+            None => finding,
+        }
+    }
+
     /// Where its worst edges of a kind are, in words.
     pub fn worst_edges(&self, kind: BadEdge, lines: &Lines) -> String {
         let Some(group) = self.bad_edges.worst.iter().find(|group| group.kind == kind) else { return String::new() };
@@ -103,6 +112,8 @@ pub struct OpenReport {
     pub odd_rays: [u64; 3],
     /// Cells whose three rays are not all even, or do not agree.
     pub doubtful_cells: u64,
+    /// Index of the geometry in `geometries`, from 0.
+    pub index: usize,
 }
 
 impl OpenReport {
@@ -118,11 +129,12 @@ impl OpenReport {
             turned: found.surface.turned,
             odd_rays: found.odd_rays,
             doubtful_cells: found.doubtful_cells,
+            index: found.geometry,
         }
     }
 
-    /// Says it in a sentence; `geometry` is what is known of it.
-    pub fn warning(&self, geometry: &GeometryReport, lines: &Lines) -> String {
+    /// Says it; `geometry` is what is known of it.
+    pub fn finding(&self, geometry: &GeometryReport, lines: &Lines) -> Finding {
         let decided = match self.policy {
             Open::Vote => "by most of their even rays",
             _ => "by the winding number",
@@ -146,11 +158,26 @@ impl OpenReport {
         };
         let worst = geometry.worst_edges(kind, lines);
         let worst = if worst.is_empty() { worst } else { format!("; {worst}") };
-        format!(
+        let sentence = format!(
             "geometry \"{}\" is not closed: {edges}{worst}{added}; rays that do not leave it as often as they enter: {of_x} along x, {of_y} \
              along y, {of_z} along z; {} of {n_cells} cells were doubtful and were decided {decided}",
             self.geometry, self.doubtful_cells,
-        )
+        );
+        let counts = [
+            ("open_edges", self.open_edges),
+            ("holes", self.holes),
+            ("added_facets", self.added_facets),
+            ("turned", self.turned),
+            ("doubtful_cells", self.doubtful_cells),
+            ("cells", n_cells),
+            ("odd_rays_x", of_x),
+            ("odd_rays_y", of_y),
+            ("odd_rays_z", of_z),
+        ];
+        let found =
+            Finding::new("surface-open", sentence).of_geometry(self.index, &self.geometry).of_flag(geometry.flag);
+        let found = geometry.within_worst_edges(found.at(self.longest_at), kind);
+        counts.into_iter().fold(found, |found, (name, n)| found.with_count(name, n))
     }
 }
 

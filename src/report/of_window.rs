@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::StaggeredReport;
+use crate::finding::Finding;
 
 /// Which cells of a box were meshed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -52,31 +53,36 @@ impl ShellsReport {
         ShellsReport { geometry, cells }
     }
 
-    /// Says it in a sentence; `name` is that of the geometry.
-    pub fn warning(&self, name: &str, n_rays: u64) -> String {
-        format!(
+    /// Says it; `name` is that of the geometry.
+    pub fn finding(&self, name: &str, n_rays: u64) -> Finding {
+        let sentence = format!(
             "shells of geometry \"{name}\" overlap, or a cavity is turned the wrong way: {} cells on {n_rays} rays that were looked at lie \
              in two or more shells, and the rule parity takes those in two for outside; rule = \"nonzero\" (--rule nonzero) takes them for \
              inside",
             self.cells
-        )
+        );
+        let found = Finding::new("shells-overlap", sentence).of_geometry(self.geometry, name);
+        found.with_count("cells", self.cells).with_count("rays", n_rays)
     }
 }
 
 /// A geometry that has no cell.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct WithoutCells {
     /// Its index in `geometries`, from 0.
     pub geometry: usize,
     /// What to say if it has none in the whole box; null where the cells of another part tell why.
+    pub finding: Option<Finding>,
+    /// The sentence of this finding.
     pub warning: Option<String>,
 }
 
 impl WithoutCells {
     /// Names a geometry, and what to say of it, if that is known.
-    pub fn new(geometry: usize, warning: Option<String>) -> WithoutCells {
-        WithoutCells { geometry, warning }
+    pub fn new(geometry: usize, finding: Option<Finding>) -> WithoutCells {
+        let warning = finding.as_ref().map(|finding| finding.sentence.clone());
+        WithoutCells { geometry, finding, warning }
     }
 }

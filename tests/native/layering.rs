@@ -14,6 +14,7 @@ mod circles;
 /// The modules of the core in the order of the line: each may use those before it.
 const CORE: &[&str] = &[
     "error",
+    "finding",
     "control",
     "parallel",
     "sort",

@@ -40,6 +40,8 @@ mod cut_faces;
 #[cfg(feature = "cli")]
 mod examples;
 mod famous_cases;
+#[cfg(feature = "cli")]
+mod findings;
 mod formats;
 mod fractions;
 mod fuzz;

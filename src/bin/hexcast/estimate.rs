@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use hexcast::Result;
 use hexcast::control::CancelToken;
 use hexcast::estimate::{Allowed, Device, Estimate, MemoryBudget};
+use hexcast::finding::sentences;
 use hexcast::gpu::adapter;
 use hexcast::job::{BackendChoice, Job};
 use hexcast::picture::lines_svg;
@@ -59,7 +60,8 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
         let mut json = serde_json::to_value(&estimate).unwrap_or_default();
         json["program_bytes"] = program_bytes.into();
         json["device_shares_memory"] = (device == Device::Shared).into();
-        json["warnings"] = prepared.notices.into();
+        json["warnings"] = sentences(&prepared.notices).into();
+        json["findings"] = serde_json::to_value(&prepared.notices).unwrap_or_default();
         return terminal::print_exact(&format!("{json:#}\n"));
     }
     let max_bytes = job.max_memory.map_or(u64::MAX, |size| size.0);
@@ -80,8 +82,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     }
     table.line("memory", format!("{} allowed: {verdict}", BinaryBytes(max_bytes)));
     terminal::print(&files(table, &estimate))?;
-    let warn = |notice: &String| terminal::complain(&terminal::one_line(&format!("warning: {notice}")));
-    prepared.notices.iter().for_each(warn);
+    prepared.notices.iter().for_each(terminal::warn_of);
     Ok(())
 }
 

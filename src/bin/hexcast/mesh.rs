@@ -180,7 +180,7 @@ fn mesh_and_write(
     for (path, exporter) in arguments.outputs.iter().filter_map(|path| Some((path, exporter_of(path)?))) {
         exporter.check_unit(unit.as_deref()).map_err(|error| match unlike.first() {
             Some(why) if unit.is_none() => {
-                Error::new("export-unit", why, "give --unit, and a scale to files in another")
+                Error::new("export-unit", &why.sentence, "give --unit, and a scale to files in another")
             }
             _ => error.at(path.display()),
         })?;
@@ -268,14 +268,14 @@ fn prints_file(arguments: &Arguments) -> bool {
 /// Prints the warnings of the mesh and of outputs, and returns how many there are; those about input files, which the summary has as notes,
 /// only where they decide the exit code. That there was no GPU, the first of them, is printed and not counted.
 fn warn(report: &Report, of_outputs: Vec<String>, is_strict: bool, no_gpu: bool) -> usize {
-    let mut warnings = report.mesh.warnings.clone();
-    warnings.extend(of_outputs);
+    report.mesh.findings.iter().for_each(terminal::warn_of);
+    let mut warnings = of_outputs;
     if is_strict {
         let inputs = &report.mesh.inputs;
         warnings.extend(inputs.iter().flat_map(|of| of.warnings.iter().map(|text| format!("{}: {text}", of.file))));
     }
     warnings.iter().for_each(|warning| terminal::complain(&terminal::one_line(&format!("warning: {warning}"))));
-    let n = warnings.len() - usize::from(no_gpu);
+    let n = report.mesh.findings.len() + warnings.len() - usize::from(no_gpu);
     if is_strict && n > 0 {
         let plural = if n == 1 { "" } else { "s" };
         let code = STRICT;

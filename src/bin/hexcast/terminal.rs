@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::io::Write;
 
+use hexcast::finding::{Finding, Remedy};
 use hexcast::{Error, Result};
 
 /// Prints text for people to standard output.
@@ -29,6 +30,17 @@ pub(crate) fn complain_of(error: &Error) {
     complain(&format!("error[{}]: {error}", error.code()));
     if !error.hint().is_empty() {
         complain(&format!("hint: {}", error.hint()));
+    }
+}
+
+/// Prints a finding as a warning, and the options that help.
+pub(crate) fn warn_of(finding: &Finding) {
+    complain(&one_line(&format!("warning: {}", finding.sentence)));
+    for Remedy { label, option, .. } in &finding.remedies {
+        let Some(option) = option else { continue };
+        let mut letters = label.chars();
+        let first = letters.next().map(|letter| letter.to_lowercase().to_string()).unwrap_or_default();
+        complain(&one_line(&format!("hint: {first}{} with {option}", letters.as_str())));
     }
 }
 

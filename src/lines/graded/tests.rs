@@ -43,7 +43,7 @@ fn scenes() -> impl Strategy<Value = Scene> {
     (job, prop::collection::vec((bounds(), sizing()), 1..6)).prop_map(|(job, bodies)| Scene { job, bodies })
 }
 
-fn made(scene: &Scene) -> (Domain, Result<(Lines, Vec<String>)>) {
+fn made(scene: &Scene) -> (Domain, Result<(Lines, Vec<Finding>)>) {
     let boxes: Vec<BoundingBox> = scene.bodies.iter().map(|body| body.0).collect();
     let job = Job { geometries: vec![GeometryJob::new("a.stl")], ..Job::default() };
     let domain = Domain::new(&job, &boxes).unwrap();
@@ -60,7 +60,7 @@ fn check(
     domain: &Domain,
     list: &[f64],
     axis: usize,
-    sentences: &[String],
+    findings: &[Finding],
 ) -> std::result::Result<(), String> {
     let most = scene.job.max_size.each()[axis] * (1.0 + 1e-9);
     let least = scene.job.min_size.unwrap_or(scene.job.max_size.each()[axis] / 1000.0) * (1.0 - 1e-6);
@@ -86,7 +86,9 @@ fn check(
     for (index, &([low, high], sizing)) in scene.bodies.iter().enumerate() {
         let is_excused = |at: f64| {
             let place = format!("= {at} ");
-            sentences.iter().any(|text| text.contains(&format!("\"body {index}\"")) && text.contains(&place))
+            findings
+                .iter()
+                .any(|found| found.sentence.contains(&format!("\"body {index}\"")) && found.sentence.contains(&place))
         };
         let mut has_both = true;
         for (end, outwards) in [(low[axis], -1.0), (high[axis], 1.0)] {
@@ -103,7 +105,7 @@ fn check(
         if let Some(size) = sizing.max_size {
             let within = list.windows(2).filter(|two| (low[axis]..high[axis]).contains(&(0.5 * (two[0] + two[1]))));
             let largest = within.map(|two| two[1] - two[0]).fold(0.0, f64::max);
-            let is_cut = sentences.iter().any(|text| text.contains(&format!("\"body {index}\"")));
+            let is_cut = findings.iter().any(|found| found.geometry.as_ref().is_some_and(|of| of.index == index));
             if largest > size * (1.0 + 1e-9) && !is_cut && !sizing.metal {
                 return Err(format!("a cell of {largest} in body {index}, at most {size}"));
             }
@@ -129,11 +131,11 @@ fn lines_keep_every_promise_for_random_boxes() {
         .run(&scenes(), |scene| {
             let (domain, found) = made(&scene);
             match found {
-                Ok((lines, sentences)) => {
+                Ok((lines, findings)) => {
                     count(&n_made, 1);
                     for axis in 0..3 {
-                        check(&scene, &domain, &lines.list(axis), axis, &sentences)
-                            .map_err(|problem| TestCaseError::fail(format!("axis {axis}: {problem}; {sentences:?}")))?;
+                        check(&scene, &domain, &lines.list(axis), axis, &findings)
+                            .map_err(|problem| TestCaseError::fail(format!("axis {axis}: {problem}; {findings:?}")))?;
                     }
                     let has_metal = scene.bodies.iter().any(|body| body.1.metal);
                     count(&n_thirds, u32::from(has_metal));
@@ -171,8 +173,8 @@ fn a_thin_sheet_gets_its_cells_and_the_rest_grows() {
     let air = ([[0.0; 3], [20.0, 20.0, 20.0]], Sizing::default());
     let job = GradedJob { max_size: PerAxis::All(2.0), min_size: None, growth: Some(1.3), absorbing: None };
     let (_, found) = made(&Scene { job, bodies: vec![air, sheet] });
-    let (lines, sentences) = found.unwrap();
-    assert!(sentences.is_empty() && lines.is_graded());
+    let (lines, findings) = found.unwrap();
+    assert!(findings.is_empty() && lines.is_graded());
     assert_eq!([lines.dims()[0], lines.dims()[1]], [10, 10]);
     let z = lines.list(2);
     assert_eq!(z.iter().filter(|line| (5.0..=5.1).contains(*line)).count(), 5);
@@ -186,9 +188,9 @@ fn ends_that_nearly_meet_share_a_line_and_both_are_named() {
     let three = Sizing { min_cells: Some(3), ..Sizing::default() };
     let bodies = vec![([[0.0; 3], [4.0; 3]], Sizing::default()), ([[1.0; 3], [3.96, 3.0, 3.0]], three)];
     let (_, found) = made(&Scene { job, bodies });
-    let (lines, sentences) = found.unwrap();
-    assert_eq!(sentences.len(), 1);
-    let text = &sentences[0];
+    let (lines, findings) = found.unwrap();
+    assert_eq!(findings.len(), 1);
+    let text = &findings[0].sentence;
     for part in ["\"body 1\" at x = 3.96", "that of the domain at 4", "less than the smallest cell, 0.1"] {
         assert!(text.contains(part), "{part} is not in {text}");
     }
@@ -202,8 +204,8 @@ fn edges_of_metal_lie_a_third_inside() {
     let board = ([[0.0; 3], [20.0, 22.0, 1.0]], Sizing::default());
     let job = GradedJob { max_size: PerAxis::All(1.0), min_size: Some(0.01), growth: None, absorbing: None };
     let (_, found) = made(&Scene { job, bodies: vec![board, metal] });
-    let (lines, sentences) = found.unwrap();
-    assert!(sentences.is_empty(), "{sentences:?}");
+    let (lines, findings) = found.unwrap();
+    assert!(findings.is_empty(), "{findings:?}");
     for (axis, low, high) in [(0, 8.0, 12.0), (1, 8.0, 14.0)] {
         let list = lines.list(axis);
         for (edge, share) in [(low, 2.0 / 3.0), (high, 1.0 / 3.0)] {

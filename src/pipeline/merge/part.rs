@@ -5,6 +5,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use crate::error::{Error, Result};
+use crate::finding::Finding;
 use crate::lines::{AXES, Lines, MAX_LISTED};
 use crate::report::{CertificateReport, DoubtReport, FlagReport, GeometryReport, OpenReport, WindowReport};
 
@@ -27,13 +28,7 @@ pub(super) struct Part<'a> {
     pub(super) flags: Vec<FlagReport>,
     pub(super) doubtful: DoubtReport,
     pub(super) certificate: Option<CertificateReport>,
-}
-
-impl Part<'_> {
-    /// The cells of the box.
-    pub(super) fn cells(&self) -> [[u32; 3]; 2] {
-        [self.window.first, self.window.end]
-    }
+    pub(super) findings: Vec<Finding>,
 }
 
 /// By which geometries of these indices are ranked: by priority, and of equal ones the later is higher.
@@ -73,6 +68,7 @@ pub(super) fn part(index: usize, report: &Value) -> Result<Part<'_>> {
         flags: key(report, "flags", number)?,
         doubtful: key(report, "doubtful", number)?,
         certificate: key(report, "certificate", number)?,
+        findings: key(report, "findings", number)?,
     })
 }
 

@@ -52,6 +52,7 @@ fn a_warning_of_an_open_geometry_says_what_is_open_and_who_decided() {
         turned: 7,
         odd_rays: [1, 2, 3],
         doubtful_cells: 4,
+        index: 0,
     };
     let group = |kind, n: u64| EdgeGroup {
         kind,
@@ -73,11 +74,11 @@ fn a_warning_of_an_open_geometry_says_what_is_open_and_who_decided() {
         (0, 1, Open::Vote, 0, format!("{}{end} most of their even rays", is_flipped.replace("ways 6", "ways 1"))),
         (0, 0, Open::Winding, 0, format!("{is_open}{end} the winding number")),
     ] {
-        let found = report(policy, n_added).warning(&geometry("a", edges(open, flipped, vec![])), &lines);
+        let found = report(policy, n_added).finding(&geometry("a", edges(open, flipped, vec![])), &lines).sentence;
         assert_eq!(found, format!("geometry \"{expected}"));
     }
     let worst = vec![group(BadEdge::Open, 8), group(BadEdge::Flipped, 3)];
-    let found = |open| report(Open::Winding, 0).warning(&geometry("a", edges(open, 6, worst.clone())), &lines);
+    let found = |open| report(Open::Winding, 0).finding(&geometry("a", edges(open, 6, worst.clone())), &lines).sentence;
     let [of_open, of_flipped] = [
         "; 9 of them between (0, 0, 0) and (1, 1, 1), of facets 0, 1, 2, 3, 4, 5, 6, 7 and maybe others, counted from 0",
         "; 9 of them between (0, 0, 0) and (1, 1, 1), of facets 0, 1, 2, counted from 0",
