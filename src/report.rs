@@ -30,7 +30,7 @@ pub use crate::edges::BadEdge;
 pub use of_certificate::{AxisName, CertificateReport, GapReport, OverlapReport, ThinWallReport};
 pub use of_columns::{ColumnsFlag, ColumnsReport};
 pub use of_fractions::{FractionsReport, VolumeReport};
-pub use of_geometries::{FillReport, FlagReport, GeometryReport, OpenReport, flag_reports, is_cut};
+pub use of_geometries::{FillReport, FlagReport, GeometryReport, OpenReport, flag_reports, is_cut, thick_flags};
 pub use of_input::InputReport;
 pub use of_links::LinksReport;
 pub use of_shells::{MAX_OFF, MAX_SHELLS, MAX_SHELLS_OF_PART, ShellCheck, ShellReport, off};

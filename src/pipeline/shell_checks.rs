@@ -12,9 +12,8 @@ use crate::closed::Closed;
 use crate::control::Control;
 use crate::error::Result;
 use crate::frame::Frame;
-use crate::geometry::{Fill, Geometry, Open};
-use crate::job::{Job, Rule};
-use crate::lines::Lines;
+use crate::geometry::{Fill, Geometry};
+use crate::job::Job;
 use crate::report::{MAX_OFF, MAX_SHELLS, MAX_SHELLS_OF_PART, ShellCheck, ShellReport, is_cut, off};
 use crate::shells::alone::{Alone, Caster, Shell, shells};
 use crate::volume_bound::BoundSums;
@@ -81,7 +80,8 @@ impl Checked<'_> {
         };
         let found = shells.iter().zip(&alone).enumerate().filter_map(found).collect();
         let volume: Option<f64> = alone.iter().map(|alone| alone.map(|alone| alone.volume)).sum();
-        Ok(ShellCheck::new(n_shells, volume.filter(|_| has_volume).map(f64::abs), found, most))
+        let has_all = has_volume && !is_cut(geometry.bounding_box().unwrap_or_default(), lines);
+        Ok(ShellCheck::new(n_shells, volume.filter(|_| has_all).map(f64::abs), found, most))
     }
 
     /// Whether the cells of a shell must be counted.
@@ -102,9 +102,11 @@ impl Checked<'_> {
     fn is_bounded(&self, shell: &Shell, geometry: &Geometry, position: usize) -> bool {
         let Some(cell) = self.prepared.whole.cell_volume() else { return false };
         let bound = self.bound_sums[position].of_cells(self.frame.fraction_bits, cell);
-        let is_within = self.closed[position].nonzero && geometry.open != Open::Error;
-        // a fifth of it for the snap, which moves surfaces by less than a hundredth of a cell
-        is_within && !is_cut(shell.bounds, &self.prepared.whole) && bound <= 0.8 * MAX_OFF * shell.volume.abs()
+        let is_within = self.closed[position].nonzero;
+        // of a casing, whose cavity has nearly the volume of the body, the difference counts; a fifth is for the snap, which moves surfaces by
+        // less than a hundredth of a cell
+        let least = shell.volume.abs().min(geometry.signed_volume().abs());
+        is_within && !is_cut(shell.bounds, &self.prepared.whole) && bound <= 0.8 * MAX_OFF * least
     }
 
     /// The volume of the cells of a geometry in the mesh, if they are those that it has alone.

@@ -2,6 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::finding::Finding;
+use crate::lines::{AXES, Lines};
+
+use super::of_geometries::GeometryReport;
+
 /// Part of a volume by which that of cells may be off without a word.
 pub const MAX_OFF: f64 = 0.05;
 /// Most shells of each kind that are listed of a geometry.
@@ -86,6 +91,113 @@ impl ShellCheck {
             off: merged.off.max(most(|part| part.off)),
             ..merged
         })
+    }
+}
+
+/// Shells that a sentence names.
+const MAX_NAMED: usize = 5;
+
+impl ShellReport {
+    /// The axis along which its box holds no centre of a cell, and the size of the box there; else the axis along which that is least.
+    fn thin_axis(&self, lines: &Lines) -> (usize, f64) {
+        let [low, high] = self.bounding_box;
+        let thickness = |axis: usize| (axis, high[axis] - low[axis]);
+        // cell i is inside only if low < its centre <= high
+        let n_below = |axis: usize, place: f64| (lines.position(axis, place) - 0.5).floor();
+        let without = (0..3).filter(|&axis| n_below(axis, low[axis]) >= n_below(axis, high[axis]));
+        let thinnest =
+            |axes: &mut dyn Iterator<Item = usize>| axes.map(thickness).min_by(|one, other| one.1.total_cmp(&other.1));
+        thinnest(&mut { without }).or(thinnest(&mut (0..3))).unwrap_or_default()
+    }
+
+    fn named(&self, lines: &Lines) -> String {
+        let [low, high] = self.bounding_box.map(|corner| lines.text_of(corner));
+        format!("{} from {low} to {high}", self.shell)
+    }
+}
+
+impl ShellCheck {
+    /// What is to be said of the shells of a geometry, which is that of the report with this index.
+    pub fn findings(&self, index: usize, geometry: &GeometryReport, lines: &Lines) -> Vec<Finding> {
+        let of_geometry = |finding: Finding| {
+            finding.of_geometry(index, &geometry.name).of_flag(geometry.flag).with_count("shells", self.shells)
+        };
+        self.lost(geometry, lines).into_iter().chain(self.volume_off(geometry, lines)).map(of_geometry).collect()
+    }
+
+    /// Names some of its shells; `is_lost` says which.
+    fn named(&self, is_lost: bool, n: u64, lines: &Lines) -> String {
+        let all = || self.listed.iter().filter(|of| of.is_lost == is_lost);
+        let named: Vec<String> = all().take(MAX_NAMED).map(|of| of.named(lines)).collect();
+        let n_more = n.saturating_sub(named.len() as u64);
+        let more = if n_more > 0 { format!(" and {n_more} more") } else { String::new() };
+        format!("number {}{more}", named.join(", "))
+    }
+
+    fn lost(&self, geometry: &GeometryReport, lines: &Lines) -> Option<Finding> {
+        let lost = || self.listed.iter().filter(|of| of.is_lost);
+        let (axis, thickness) = lost().map(|of| of.thin_axis(lines)).min_by(|one, other| one.1.total_cmp(&other.1))?;
+        let thinnest = lost().find(|of| of.thin_axis(lines) == (axis, thickness))?;
+        let place = 0.5 * (thinnest.bounding_box[0][axis] + thinnest.bounding_box[1][axis]);
+        let last = f64::from(lines.dims()[axis] - 1);
+        let size = lines.cell_size(axis, lines.position(axis, place).clamp(0.0, last) as u32);
+        let (name, flag, n, of, along) = (&geometry.name, geometry.flag, self.without_cells, self.shells, AXES[axis]);
+        let (have, them) = if n == 1 { ("has", "it") } else { ("have", "them") };
+        // with as many digits as files hold
+        let [thick, cell] = [thickness, size].map(|length| length as f32);
+        let sentence = format!(
+            "{n} of the {of} shells of geometry \"{name}\" (flag {flag}) {have} no cell: {}; the thinnest is {thick:?} thick along {along}, \
+             where a cell is {cell:?}; use smaller cells, or keep {them} with fill = \"separating\" or \"conservative\"",
+            self.named(true, n, lines),
+        );
+        let found = Finding::new("shell-lost", sentence).along(axis).with_count("lost", n);
+        let found = found.with_value("thickness", thickness).with_value("cell_size", size);
+        Some(lost().fold(found, |found, of| found.within(of.bounding_box)))
+    }
+
+    fn volume_off(&self, geometry: &GeometryReport, lines: &Lines) -> Option<Finding> {
+        let surface = geometry.mesh_volume.abs();
+        let total = self.volume.filter(|volume| off(*volume, surface) > MAX_OFF && self.without_cells < self.shells);
+        if total.is_none() && self.off == 0 {
+            return None;
+        }
+        let (name, flag) = (&geometry.name, geometry.flag);
+        let percent = |volume: f64, surface: f64| {
+            let part = 100.0 * (volume.abs() - surface.abs()) / surface.abs();
+            format!("{:.1} % too {}", part.abs(), if part < 0.0 { "small" } else { "large" })
+        };
+        let of_all = total.map(|volume| {
+            format!(
+                "that of its {} is {}",
+                if self.shells == 1 { "cells" } else { "cells together" },
+                percent(volume, surface)
+            )
+        });
+        let of_shells = (self.off > 0 && self.shells > 1).then(|| {
+            let worst =
+                self.listed.iter().filter(|of| !of.is_lost).max_by(|one, other| one.off().total_cmp(&other.off()));
+            let worst = worst.map_or(String::new(), |of| {
+                format!(
+                    ", the worst of those that are listed, number {}, is {}",
+                    of.named(lines),
+                    percent(of.volume, of.mesh_volume)
+                )
+            });
+            format!(
+                "that of {} of its {} shells is off by more than {} %{worst}",
+                self.off,
+                self.shells,
+                100.0 * MAX_OFF
+            )
+        });
+        let parts: Vec<String> = of_all.into_iter().chain(of_shells).collect();
+        let sentence = format!(
+            "the cells of geometry \"{name}\" (flag {flag}) have another volume than its surface: {}; use smaller cells",
+            parts.join("; ")
+        );
+        let found = Finding::new("volume-off", sentence).with_count("off", self.off).with_value("mesh_volume", surface);
+        let found = self.volume.map_or(found.clone(), |volume| found.with_value("volume", volume));
+        Some(self.listed.iter().filter(|of| !of.is_lost).fold(found, |found, of| found.within(of.bounding_box)))
     }
 }
 
