@@ -21,7 +21,7 @@ use crate::frame::Frame;
 use crate::rays::Rays;
 
 pub(crate) mod alone;
-mod numbers;
+pub(crate) mod numbers;
 
 /// Rows of rays that are looked at, at most.
 const N_ROWS: u64 = 32;

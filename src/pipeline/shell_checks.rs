@@ -14,9 +14,16 @@ use crate::error::Result;
 use crate::frame::Frame;
 use crate::geometry::{Fill, Geometry};
 use crate::job::Job;
+use crate::lines::Lines;
 use crate::report::{MAX_OFF, MAX_SHELLS, MAX_SHELLS_OF_PART, ShellCheck, ShellReport, is_cut, off};
 use crate::shells::alone::{Alone, Caster, Shell, shells};
+use crate::shells::numbers::Numbers;
 use crate::volume_bound::BoundSums;
+
+/// By how many times as many cells along each axis are tried for shells without cells.
+const FACTORS: [u32; 8] = [2, 3, 4, 6, 8, 12, 16, 24];
+/// Crossings that are expected of a try, at most.
+const MOST_TRIED: f64 = 1e6;
 
 /// What the checks are made from.
 pub(super) struct Checked<'a> {
@@ -76,12 +83,54 @@ impl Checked<'_> {
                 cells: alone.cells,
                 volume: alone.volume,
                 is_lost: alone.is_none(),
+                is_crossed: false,
             })
         };
         let found = shells.iter().zip(&alone).enumerate().filter_map(found).collect();
         let volume: Option<f64> = alone.iter().map(|alone| alone.map(|alone| alone.volume)).sum();
         let has_all = has_volume && !is_cut(geometry.bounding_box().unwrap_or_default(), lines);
-        Ok(ShellCheck::new(n_shells, volume.filter(|_| has_all).map(f64::abs), found, most))
+        let mut check = ShellCheck::new(n_shells, volume.filter(|_| has_all).map(f64::abs), found, most);
+        self.add_help(&mut check, &caster, (&numbers, &shells), control).await?;
+        Ok(check)
+    }
+
+    /// Finds out what would keep the shells that have no cell, of those that are listed: a fill, or smaller cells.
+    async fn add_help(
+        &self,
+        check: &mut ShellCheck,
+        caster: &Caster<'_>,
+        of: (&Numbers, &[Shell]),
+        control: &Control,
+    ) -> Result<()> {
+        let mut is_lost = vec![false; of.1.len()];
+        check.listed.iter().filter(|of| of.is_lost).for_each(|of| is_lost[of.shell as usize] = true);
+        if !is_lost.contains(&true) {
+            return Ok(());
+        }
+        let crossed = Caster { separates: true, ..*caster }.cast(of, &is_lost, control).await?;
+        for listed in check.listed.iter_mut().filter(|of| of.is_lost) {
+            listed.is_crossed = crossed[listed.shell as usize].is_some_and(|alone| !alone.is_none());
+        }
+        let lines = &self.prepared.whole;
+        let expected: f64 =
+            of.1.iter().zip(&is_lost).filter(|(_, is_lost)| **is_lost).map(|(of, _)| of.axis(lines).1).sum();
+        let Some(spacing) = lines.spacing() else { return Ok(()) };
+        for factor in FACTORS {
+            let dims = lines.dims().map(|n| n.saturating_mul(factor));
+            let fine = Lines::new(lines.origin(), spacing.map(|size| size / f64::from(factor)), dims);
+            let Ok(fine) = fine else { return Ok(()) };
+            let Ok(frame) = Frame::without_facets(&self.prepared.geometries, &fine) else { return Ok(()) };
+            if expected * f64::from(factor).powi(2) > MOST_TRIED {
+                return Ok(());
+            }
+            let finer = Caster { frame: &frame, lines: &fine, ..*caster };
+            let found = finer.cast(of, &is_lost, control).await?;
+            if found.iter().flatten().all(|alone| !alone.is_none()) {
+                check.cells_factor = Some(factor);
+                return Ok(());
+            }
+        }
+        Ok(())
     }
 
     /// Whether the cells of a shell must be counted.

@@ -30,6 +30,9 @@ pub struct ShellCheck {
     /// Volume of the cells of all its shells together; null where it was not counted: a bound says that it is off by less than 5 %, or there
     /// is nothing to compare with.
     pub volume: Option<f64>,
+    /// How many times as many cells along each axis, of equal ones, would give every listed shell a cell; null where none of those that
+    /// were tried does, and where no shell lacks one.
+    pub cells_factor: Option<u32>,
 }
 
 /// A shell that the cells do not keep.
@@ -49,6 +52,8 @@ pub struct ShellReport {
     pub volume: f64,
     /// Whether it has no cell.
     pub is_lost: bool,
+    /// Whether lines through centres cross it, so that `fill = "separating"` keeps it; false where it is not lost.
+    pub is_crossed: bool,
 }
 
 impl ShellReport {
@@ -74,7 +79,7 @@ impl ShellCheck {
         let off = found.split_off(n_lost);
         let (without_cells, n_off) = (found.len() as u64, off.len() as u64);
         let listed = found.into_iter().take(most).chain(off.into_iter().take(most)).collect();
-        ShellCheck { shells, without_cells, off: n_off, listed, volume }
+        ShellCheck { shells, without_cells, off: n_off, listed, volume, cells_factor: None }
     }
 
     /// Those of several parts of a box, each once.
@@ -89,6 +94,7 @@ impl ShellCheck {
         Some(ShellCheck {
             without_cells: merged.without_cells.max(most(|part| part.without_cells)),
             off: merged.off.max(most(|part| part.off)),
+            cells_factor: parts.iter().filter_map(|part| part.cells_factor).max(),
             ..merged
         })
     }
@@ -145,13 +151,21 @@ impl ShellCheck {
         let (have, them) = if n == 1 { ("has", "it") } else { ("have", "them") };
         // with as many digits as files hold
         let [thick, cell] = [thickness, size].map(|length| length as f32);
+        let smaller = match self.cells_factor {
+            Some(factor) => format!("use smaller cells, {factor} times as many along each axis,"),
+            None => "use smaller cells,".into(),
+        };
+        let fill =
+            if lost().all(|of| of.is_crossed) { "\"separating\" or \"conservative\"" } else { "\"conservative\"" };
         let sentence = format!(
             "{n} of the {of} shells of geometry \"{name}\" (flag {flag}) {have} no cell: {}; the thinnest is {thick:?} thick along {along}, \
-             where a cell is {cell:?}; use smaller cells, or keep {them} with fill = \"separating\" or \"conservative\"",
+             where a cell is {cell:?}; {smaller} or keep {them} with fill = {fill}",
             self.named(true, n, lines),
         );
         let found = Finding::new("shell-lost", sentence).along(axis).with_count("lost", n);
         let found = found.with_value("thickness", thickness).with_value("cell_size", size);
+        let found = found.with_count("crossed", lost().filter(|of| of.is_crossed).count() as u64);
+        let found = self.cells_factor.map_or(found.clone(), |factor| found.with_count("cells_factor", factor.into()));
         Some(lost().fold(found, |found, of| found.within(of.bounding_box)))
     }
 
@@ -206,7 +220,15 @@ mod tests {
     use super::*;
 
     fn shell(shell: u64, mesh_volume: f64, is_lost: bool) -> ShellReport {
-        ShellReport { shell, bounding_box: [[0.0; 3], [1.0; 3]], mesh_volume, cells: 0, volume: 0.0, is_lost }
+        ShellReport {
+            shell,
+            bounding_box: [[0.0; 3], [1.0; 3]],
+            mesh_volume,
+            cells: 0,
+            volume: 0.0,
+            is_lost,
+            is_crossed: false,
+        }
     }
 
     #[test]
