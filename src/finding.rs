@@ -28,7 +28,8 @@ pub enum Merging {
 /// Every code of a finding, how findings of parts are merged, and what it means; reports list findings in this order. Codes are stable; the
 /// JavaScript types list the same ones.
 pub const CODES: &[(&str, Merging, &str)] = &[
-    ("on-cpu", Merging::Same, "no GPU meshed, or not to the end"),
+    ("on-cpu", Merging::Same, "the CPU meshed, as there is no GPU that can"),
+    ("gpu-failed", Merging::Same, "the GPU was lost or computed wrongly, and the CPU meshed what was left"),
     ("end-without-line", Merging::Same, "the end of a geometry's box has no line of its own, as others are too close"),
     ("edge-on-line", Merging::Same, "a line lies on an edge of metal, not a third of a cell beside it"),
     ("unit-differs", Merging::Same, "a file is in another unit than the mesh; its numbers are taken as they are"),

@@ -217,7 +217,8 @@ pub async fn mesh_if(
         flags.insert(place, FlagReport { flag: gaps.flag, name, cells: gaps.cells, volume, mesh_volume, volume_bound });
         names.push(Named::new(gaps.flag, NAME));
     }
-    let of_fallback = |why| Finding::new("on-cpu", format!("meshed on the CPU: {why}"));
+    let on_cpu = if engine.has_failed { "gpu-failed" } else { "on-cpu" };
+    let of_fallback = |why| Finding::new(on_cpu, format!("meshed on the CPU: {why}"));
     let mut findings: Vec<Finding> = engine.fallback.iter().map(of_fallback).collect();
     findings.extend(prepared.notices.iter().cloned());
     findings.extend(about_fine_cells(job, &prepared.domain, &prepared.whole));

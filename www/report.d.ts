@@ -138,6 +138,7 @@ export interface Report {
 /** What a finding is; `docs/findings.md` explains each. */
 export type FindingCode =
   | 'on-cpu'
+  | 'gpu-failed'
   | 'end-without-line'
   | 'edge-on-line'
   | 'unit-differs'

@@ -90,7 +90,24 @@ def test_warnings_of_the_report_are_issued_where_the_caller_is():
         warnings.simplefilter("always")
         mesh = hexcast.mesh((vertices, faces[2:]), cells=20, backend="cpu")
     assert [str(warning.message) for warning in issued] == mesh.report["warnings"] != []
+    assert [warning.message.finding for warning in issued] == mesh.report["findings"]
     assert {(warning.category, warning.filename) for warning in issued} == {(hexcast.MeshWarning, __file__)}
+
+
+def test_a_warning_has_the_finding_and_its_remedy_helps():
+    vertices, faces = CUBE
+    plate = (vertices * (1, 1, 0.01) + (0, 0, 0.52), faces)
+    job = {"geometries": [CUBE, plate], "dims": (10, 10, 10), "backend": "cpu"}
+    with pytest.warns(hexcast.MeshWarning, match="got no cell") as issued:
+        hexcast.mesh(job)
+    (warning,) = issued
+    finding = warning.message.finding
+    assert (finding["code"], finding["geometry"]["index"], finding["axis"]) == ("no-cell-thin", 1, "z")
+    assert pickle.loads(pickle.dumps(warning.message)).finding == finding
+    # the patch has the keys of the job
+    (remedy,) = finding["remedies"]
+    assert remedy["patch"]["fill"] == "separating"
+    assert hexcast.mesh({**job, "fill": remedy["patch"]["fill"]}).report["findings"] == []
 
 
 def test_flags_that_do_not_fit_are_an_error_and_the_mesh_stays():

@@ -28,6 +28,8 @@ pub struct Engine {
     has_cpu_fallback: bool,
     /// Why the CPU meshes although a GPU was looked for, or had begun.
     pub fallback: Option<String>,
+    /// Whether that GPU meshed before, and failed.
+    pub has_failed: bool,
     /// Seconds that opening took.
     pub seconds: f64,
 }
@@ -45,6 +47,7 @@ impl Engine {
             #[cfg(feature = "gpu")]
             has_cpu_fallback: false,
             fallback: None,
+            has_failed: false,
             seconds: 0.0,
         }
     }

@@ -64,7 +64,7 @@ test('axe-core finds nothing: empty, models and mistakes, a mesh and its slices'
   await run(page);
   for (const summary of await page.$$('#results summary')) await summary.click();
   await page.selectOption('#section-axis', '0');
-  assert.equal(await page.locator('#finding-list [data-kind=open] button').count(), 1);
+  assert.equal(await page.locator('#finding-list [data-kind=surface-open] button').count(), 1);
   await page.click('#finding-next');
   await isSound(page, 'a mesh');
   await page.fill('#cells', '21');

@@ -35,8 +35,14 @@ test('a 3MF and a GLB are read, and the first unit becomes that of the settings'
   await hasGeometries(page, 2);
   assert.equal(await page.inputValue('#unit'), 'mm');
   await run(page);
-  const warnings = await page.textContent('#result-warnings');
-  assert.match(warnings, /scene\.glb is in m, the job in mm: numbers are taken as they are/);
+  const findings = await page.textContent('#finding-list');
+  assert.match(findings, /scene\.glb is in m, the job in mm: numbers are taken as they are/);
+  await page.getByRole('button', { name: 'Scale scene.glb by 1000' }).click();
+  await run(page);
+  assert.deepEqual(
+    JSON.parse(await page.textContent('#report')).findings.filter(({ code }) => code === 'unit-differs'),
+    [],
+  );
 });
 
 test('dropped files are read, several at once', async ({ visit }) => {

@@ -113,7 +113,7 @@ test('where two geometries overlap the higher priority wins', async ({ visit }) 
   await run(page);
   assert.equal((await slice(page, 'z', 10))[10][10], COPPER);
   assert.equal(new Map(await legend(page)).get(2) ?? 0, 0);
-  assert.equal(await page.locator('#finding-list [data-kind=empty]').count(), 1);
+  assert.equal(await page.locator('#finding-list [data-kind=no-cell-covered]').count(), 1);
 });
 
 test('the processor does the work where it is asked to', async ({ visit }) => {

@@ -50,16 +50,23 @@ test('an open surface is a finding, and its button shows the longest open edge',
   assert.deepEqual(await legend(page), [[1, 2000]]);
   const [open] = (await report(page)).open;
   assert.deepEqual([open.policy, open.open_edges, open.holes, open.doubtful_cells], ['winding', 4, 1, 2000]);
-  assert.deepEqual(await page.locator('#finding-list li p').allTextContents(), [
-    `box is not closed: 4 open edges in 1 loop, the longest edge at ${open.longest_at.join(', ')}. 2,000 of 2,000 cells were doubtful: the winding number decided.`,
-  ]);
-  assert.equal(await page.textContent('#result-warnings'), '', 'a finding is no warning, too');
+  const { findings } = await report(page);
+  assert.deepEqual(
+    findings.map(({ code, geometry, points, values }) => [code, geometry.name, points, values.open_edges, values.doubtful_cells]),
+    [['surface-open', 'box', [open.longest_at], 4, 2000]],
+  );
+  const [text, ...others] = await page.locator('#finding-list li p').allTextContents();
+  assert.deepEqual(others, []);
+  assert.match(
+    text,
+    /^Geometry "box" is not closed: open edges 4, loops 1, .*2000 of 2000 cells were doubtful .* by the winding number\.$/,
+  );
   assert.doesNotMatch(await page.textContent('#legend'), /vs facets/, 'the volume of its facets depends on the origin');
   await page.waitForFunction(() => /triangles/.test(document.querySelector('#view-status').textContent));
   assert.equal(await ringAt(page), null);
   // from the slices, with the keyboard
   await slice(page, 'z', 4);
-  await page.getByRole('button', { name: 'Show the edge of box' }).press('Enter');
+  await page.getByRole('button', { name: 'Show the place: box, finding 1' }).press('Enter');
   await page.waitForSelector('#panel-3d:visible #canvas-3d[data-place]');
   assert.equal(await page.getAttribute('#canvas-3d', 'data-place'), open.longest_at.join(' '));
   assert.ok(await page.isChecked('#show-model'), 'the cells close the hole');
@@ -89,7 +96,7 @@ test('the choice for open surfaces is in the job, the command, the program and t
     assert.match(await copied('js'), /^ {4}open: "vote",$/m);
     await run(page);
     assert.equal((await report(page)).open[0].policy, 'vote');
-    assert.match(await page.textContent('#finding-list p'), /doubtful: most of their even rays decided\.$/);
+    assert.match(await page.textContent('#finding-list p'), /doubtful and were decided by most of their even rays\.$/);
     writeFileSync(path.join(folder, 'box.stl'), OPEN_BOX);
     const native = await runCopied(page, folder, []);
     assert.deepEqual((await report(page)).open, native.open);
@@ -98,8 +105,12 @@ test('the choice for open surfaces is in the job, the command, the program and t
     await page.selectOption('#axis', 'z');
     assert.ok(await page.isVisible('#stale'));
     await run(page);
-    assert.equal(await page.locator('#finding-list [data-kind=open]').count(), 0, 'rays of one axis do not look for holes');
-    assert.match(await page.textContent('#result-warnings'), /200 of 200 rays do not leave every geometry they enter/);
+    assert.equal(
+      await page.locator('#finding-list [data-kind=surface-open]').count(),
+      0,
+      'rays of one axis do not look for holes',
+    );
+    assert.match(await page.textContent('#finding-list'), /200 of 200 rays do not leave every geometry they enter/);
     // cells along surfaces are a choice, too
     assert.doesNotMatch(await copied('command'), /--fill/);
     await page.getByLabel('Cells along surfaces').selectOption('keep thin walls');

@@ -56,7 +56,7 @@ test('what the head of the page says is no warning, and numbers have as many dig
   await hasGeometries(page, 2);
   await run(page);
   assert.match(JSON.parse(await page.textContent('#report')).warnings[0], /^meshed on the CPU/);
-  assert.ok(await page.isHidden('#result-warnings'));
+  assert.ok(await page.isHidden('#findings'));
   assert.doesNotMatch(await page.textContent('#result-facts'), /runs/);
   const other = await visit('#cell_size=0.5&backend=cpu');
   await add(other, { 'box.stl': BOX, 'plate.stl': boxBetween([0, 0, 6.3], [8, 4, 6.4]) });

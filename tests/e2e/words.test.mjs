@@ -21,7 +21,7 @@ test('a file that is dropped twice is said to be there twice, before the mesh an
     /^The surface of copy of box\.stl is that of box\.stl, at the same place: the later gets all cells of both\./,
   );
   await run(page);
-  assert.match(await page.textContent('#finding-list'), /box \(flag 1\) has no cell: copy of box\.stl is on the page twice/);
+  assert.match(await page.textContent('#finding-list'), /"box" \(flag 1\) got no cell: .* copy of box\.stl is on the page twice/);
   await page.getByRole('button', { name: 'Remove it' }).click();
   await page.waitForFunction(() => document.querySelectorAll('.geometry').length === 1);
   assert.equal(await page.getAttribute('.geometry', 'data-file'), 'copy of box.stl');
@@ -71,7 +71,10 @@ test('cells are compared with facets only where nothing else takes cells, and kn
   const other = await visit('#cell_size=0.5&backend=cpu');
   await add(other, { 'core.stl': boxBetween([1, 1, 1], [2, 2, 2]), 'coat.stl': boxBetween([0, 0, 0], [4, 4, 4]) });
   await run(other);
-  assert.match(await other.textContent('#finding-list'), /core \(flag 1\) has no cell: its cells are those of "coat" \(flag 2\)/);
+  assert.match(
+    await other.textContent('#finding-list'),
+    /"core" \(flag 1\) got no cell: its cells are those of "coat" \(flag 2\)/,
+  );
   await other.getByRole('button', { name: 'Let it win' }).click();
   assert.equal(await other.inputValue('.geometry .priority'), '1');
   await run(other);

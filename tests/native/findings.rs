@@ -4,8 +4,8 @@ use hexcast::finding::CODES;
 use hexcast::geometry::Facet;
 use serde_json::{Value, json};
 
-use super::cli::{Folder, hexcast};
-use super::models::{cuboid, joined, moved, octahedron};
+use super::cli::{Folder, done, hexcast};
+use super::models::{cuboid, joined, moved, tetrahedron};
 
 fn read(name: &str) -> String {
     let path = format!("{}/{name}", env!("CARGO_MANIFEST_DIR"));
@@ -47,18 +47,23 @@ fn stl(facets: &[Facet]) -> Vec<u8> {
 /// Files of bodies in a room of 8 x 8 x 8 that have what findings speak of.
 fn folder() -> Folder {
     let folder = Folder::new();
+    let corner = |x: f32, y: f32| [x, y, 3.0];
+    let sheet = vec![
+        [corner(1.0, 1.0), corner(7.0, 1.0), corner(7.0, 7.0)],
+        [corner(1.0, 1.0), corner(7.0, 7.0), corner(1.0, 7.0)],
+    ];
     let mut open = cuboid([0.0; 3], [4.0; 3]);
     open.pop();
     let files = [
         ("room.stl", cuboid([0.0; 3], [8.0; 3])),
         ("plate.stl", cuboid([1.0, 1.0, 2.75], [7.0, 7.0, 3.25])),
-        ("sheet.stl", cuboid([1.0, 1.0, 3.0], [7.0, 7.0, 3.0])),
+        ("sheet.stl", sheet),
         // holds the box around a centre, and not the centre
-        ("corner.stl", moved(&octahedron([0.0; 3], [0.9; 3]), [3.51, 3.51, 3.51])),
+        ("corner.stl", moved(&tetrahedron([[0.0; 3], [0.2, 0.0, 0.0], [0.0, 0.2, 0.0], [0.0, 0.0, 0.2]]), [3.4; 3])),
         ("block.stl", cuboid([1.0; 3], [5.0; 3])),
         ("two.stl", joined([cuboid([1.0; 3], [5.0; 3]), cuboid([2.0; 3], [7.0; 3])])),
         ("open.stl", open),
-        ("comb.stl", joined([cuboid([1.0; 3], [3.37, 5.0, 5.0]), cuboid([1.0; 3], [7.1, 2.0, 2.0])])),
+        ("odd.stl", cuboid([2.37, 0.0, 0.0], [8.0; 3])),
         ("near.stl", cuboid([0.0; 3], [7.9, 3.0, 3.0])),
     ];
     files.iter().for_each(|(name, facets)| std::fs::write(folder.path(name), stl(facets)).expect("a file"));
@@ -120,7 +125,7 @@ const CASES: &[(&str, &[&str], Option<u64>, &str)] = &[
     ("surface-open-parity", &["open.stl", "--open", "parity"], Some(0), "--open winding"),
     ("surface-open-parity", &["open.stl:open=parity"], Some(0), "open.stl:open=winding"),
     ("wall-thin", &["room.stl", "plate.stl", "--certify", "--thin-cells", "1"], Some(1), "--fill separating"),
-    ("end-without-line", &["near.stl:max_size=2", "--graded", "2", "--min-size", "0.5"], Some(0), "--min-size 0.1"),
+    ("end-without-line", &["near.stl:max_size=2", "--graded", "2", "--min-size", "0.5"], Some(0), "--min-size 0.0999"),
 ];
 
 #[test]
@@ -162,7 +167,8 @@ fn a_remedy_helps_and_its_option_does_what_its_patch_does() {
         assert_helped(&by_option, found);
         // the patch, of the job as it was given and as the report has it
         let job_file = folder.path("job.json");
-        let _ = meshed(&[&given[..], &["--dump-job".into(), job_file.clone()]].concat());
+        let dump = ["mesh", "--backend", "cpu", "--dump-job", &job_file];
+        done(&[&dump[..], &given.iter().map(String::as_str).collect::<Vec<_>>()[..]].concat());
         for job in [folder.json("job.json"), report["job"].clone()] {
             std::fs::write(&job_file, patched(job, &remedy["patch"]).to_string()).expect("a file");
             let (by_patch, _) = meshed(&["--job".into(), job_file.clone()]);
@@ -219,7 +225,8 @@ fn a_file_in_another_unit_is_scaled_by_the_remedy() {
 #[test]
 fn a_larger_tolerance_helps_against_fine_cells() {
     let folder = folder();
-    let given = [folder.path("comb.stl"), "--max-cell-size".into(), "1".into(), "--tolerance".into(), "0.01".into()];
+    let files = ["room.stl", "odd.stl"].map(|name| folder.path(name));
+    let given = [&files[..], &["--max-cell-size", "1", "--tolerance", "0.01"].map(String::from)].concat();
     let (report, _) = meshed(&given);
     let fine: Vec<&Value> =
         report["findings"].as_array().unwrap().iter().filter(|of| of["code"] == "cells-fine").collect();
@@ -227,7 +234,7 @@ fn a_larger_tolerance_helps_against_fine_cells() {
     let (found, remedy) = fine.iter().find_map(|of| Some((of, of["remedies"].get(0)?))).expect("a remedy");
     let option: Vec<&str> = remedy["option"].as_str().unwrap().split(' ').collect();
     assert_eq!((option[0], &remedy["patch"]), ("--tolerance", &json!({ "tolerance": found["values"]["tolerance"] })));
-    let (report, _) = meshed(&[&given[..3], &option.iter().map(|of| of.to_string()).collect::<Vec<_>>()[..]].concat());
+    let (report, _) = meshed(&[&given[..4], &option.iter().map(|of| of.to_string()).collect::<Vec<_>>()[..]].concat());
     let axis = ["x", "y", "z"].iter().position(|axis| found["axis"] == *axis).unwrap();
     let (size, cheaper) = (&report["spacing"][axis], &found["values"]["cheaper_cell_size"]);
     assert!((size.as_f64().unwrap() - cheaper.as_f64().unwrap()).abs() < 1e-9, "{size} {cheaper}");

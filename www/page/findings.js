@@ -28,15 +28,17 @@ function show() {
 }
 
 /** @param {import('./found.js').Finding} finding @param {number} index */
-function line({ kind, subject, text, place, remedy }, index) {
+function line({ kind, subject, text, place, remedies }, index) {
   const item = make('li', { 'data-kind': kind }, make('p', {}, text));
-  const button = (/** @type {string} */ label, /** @type {string} */ name, /** @type {() => void} */ click) =>
-    make('button', { type: 'button', className: 'small', 'aria-label': name, on: { click } }, label);
+  const button = (/** @type {string} */ label, /** @type {() => void} */ click) =>
+    make(
+      'button',
+      { type: 'button', className: 'small', 'aria-label': `${label}: ${subject}, finding ${index + 1}`, on: { click } },
+      label,
+    );
   const row = make('div', { className: 'row' });
-  const isEdge = kind === 'open';
-  const name = isEdge ? `Show ${subject}` : `Show the place: ${subject}`;
-  if (place) row.append(button(isEdge ? 'Show the edge' : 'Show the place', name, () => showIn3d(index)));
-  if (remedy) row.append(button(remedy.label, `${remedy.label}: ${subject}`, remedy.act));
+  if (place) row.append(button('Show the place', () => showIn3d(index)));
+  row.append(...remedies.map(({ label, act }) => button(label, act)));
   if (row.childElementCount > 0) item.append(row);
   return item;
 }

@@ -1,9 +1,8 @@
-/** The result: facts, legend, warnings, the report. */
+/** The result: facts, legend, the report. */
 import { byId, make } from './dom.js';
 import { spilledBytes, save } from './downloads.js';
 import { bytes, count, duration, measure, roughly, times } from './format.js';
-import { otherWarnings } from './found.js';
-import { sentence, showError } from './messages.js';
+import { showError } from './messages.js';
 import { cellFacts } from './cell_facts.js';
 import { baseName } from './share.js';
 import { change, colourOf, on, state } from './state.js';
@@ -46,9 +45,6 @@ function show() {
   );
   fact('result-backend', 'Meshed by', report.adapter ?? (report.backend === 'cpu' ? 'the processor' : (report.backend ?? '')));
   showLegend();
-  const warnings = otherWarnings(report);
-  byId('result-warnings').replaceChildren(...warnings.map((warning) => make('li', {}, sentence(warning))));
-  byId('result-warnings').hidden = warnings.length === 0;
   byId('report').textContent = reportText();
   byId('result-hash').textContent = report.flags_sha256 ?? '';
 }

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 
 class Error(Exception):
     """Something that hexcast cannot do: ``str(error)`` is a sentence with the numbers, and what to do about it.
@@ -31,4 +33,25 @@ class Error(Exception):
 
 
 class MeshWarning(UserWarning):
-    """Something about a mesh that its reader should know: the sentences of ``report["warnings"]``."""
+    """Something about a mesh that its reader should know: a finding of ``report["findings"]``; ``str(warning)`` is its sentence.
+
+    >>> import warnings
+    >>> import hexcast
+    >>> from hexcast.shapes import box
+    >>> with warnings.catch_warnings(record=True) as issued:
+    ...     warnings.simplefilter("always")
+    ...     mesh = hexcast.mesh([box((0, 0, 0), (8, 8, 8)), box((1, 1, 3), (7, 7, 3.1))], cells=8, backend="cpu")
+    >>> issued[0].message.finding["code"]
+    'no-cell-thin'
+    """
+
+    #: What was found, as data: ``code``, ``geometry``, ``points``, ``values``, ``remedies`` and others.
+    finding: dict[str, Any]
+
+    def __init__(self, finding: dict[str, Any]) -> None:
+        # this is the argument that pickle calls it with
+        super().__init__(finding)
+        self.finding = finding
+
+    def __str__(self) -> str:
+        return str(self.finding["sentence"])

@@ -323,8 +323,8 @@ def cell_of(cell: Sequence[int], name: str) -> tuple[int, int, int]:
 
 
 def warn(mesh: Mesh) -> Mesh:
-    """Passes the report's warnings on."""
-    for text in mesh.report["warnings"]:
+    """Passes the report's findings on."""
+    for finding in mesh.report["findings"]:
         # the caller of hexcast.mesh
-        warnings.warn(text, MeshWarning, stacklevel=3)
+        warnings.warn(MeshWarning(finding), stacklevel=3)
     return mesh

@@ -205,7 +205,7 @@ impl Attempts {
         }
         if error.code() == "device-wrong" || engine.has_cpu_fallback && error.code() == "device-lost" {
             engine.gpu = None;
-            engine.fallback = Some(error.to_string());
+            (engine.fallback, engine.has_failed) = (Some(error.to_string()), true);
             return Ok(false);
         }
         Err(error)
