@@ -21,7 +21,7 @@ use crate::columns::Columns;
 use crate::control::Control;
 use crate::doubt::Doubt;
 use crate::error::{Error, Result};
-use crate::finding::{Finding, sentences, sort_findings};
+use crate::finding::{Finding, in_order_of_codes, sentences};
 use crate::fingerprint::flags_hash;
 use crate::frame::Frame;
 use crate::gaps::{self, Gaps, NAME};
@@ -253,7 +253,7 @@ pub async fn mesh_if(
         findings.extend(without_cells.iter().flatten().filter_map(|of| of.finding.clone()));
     }
     findings.retain(|finding| finding.code != "shell-lost" || !is_without_cells(finding, &without_cells));
-    sort_findings(&mut findings);
+    let findings = in_order_of_codes(findings);
     // spilled columns would be read back for it
     let flags_hash = (!columns.is_spilled()).then(|| flags_hash(columns)).transpose()?;
     let window =

@@ -15,8 +15,11 @@ impl Job {
     /// Applies a patch, such as that of a remedy, and validates the result.
     ///
     /// # Errors
-    /// Those of [`Job::from_plain_json`]; `job-value` where the patch has an entry that the job does not have.
+    /// Those of [`Job::from_plain_json`]; `job-value` where the patch is no object, or has an entry that the job does not have.
     pub fn patched(&self, patch: &Value) -> Result<Job> {
+        if !patch.is_object() {
+            return Err(Error::new("job-value", format!("the patch {patch} is no object"), "give the keys to change"));
+        }
         let mut value = json_value(&self.to_json())?;
         apply(&mut value, patch)?;
         let job: Job = of_json(value)?;

@@ -1,4 +1,5 @@
 use super::*;
+use crate::finding::sentences;
 use crate::job::PerAxis;
 
 fn chosen(job: Job, low: [f64; 3], high: [f64; 3]) -> Lines {

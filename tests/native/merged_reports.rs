@@ -162,3 +162,52 @@ fn points_of_a_staggered_grid_are_those_of_the_whole_together() {
     }
     assert!(n_faces > 500, "{n_faces}");
 }
+
+#[test]
+fn findings_of_parts_are_one_where_they_say_the_same_in_other_words() {
+    let plate = folder_of_plates();
+    let [thin, lost] = ["thin", "lost"].map(|name| plate.path(&format!("{name}.stl")));
+    // nobody gave the second the flag that both have, and the first lies between centres
+    let flagged = format!("{lost}:flag=2");
+    let of_part = |part: &str| {
+        json(&[
+            "mesh",
+            "--json",
+            "--backend",
+            "cpu",
+            &flagged,
+            &thin,
+            "--domain",
+            "-1,-1,-1,9,9,9",
+            "--cells",
+            "20",
+            "--part",
+            part,
+        ])
+    };
+    let mut parts = [of_part("1/2"), of_part("2/2")];
+    let found = |report: &Value, code: &str| -> Vec<Value> {
+        report["findings"].as_array().expect("a list").iter().filter(|of| of["code"] == code).cloned().collect()
+    };
+    assert!(parts.iter().all(|part| found(part, "flag-shared").len() == 1));
+    for (part, word) in parts.iter_mut().zip(["one", "two"]) {
+        for finding in part["findings"].as_array_mut().expect("a list") {
+            finding["sentence"] = word.into();
+        }
+        part["warnings"] = serde_json::json!([word]);
+    }
+    let merged = hexcast::pipeline::merge(&parts).expect("a report");
+    let shared = found(&merged, "flag-shared");
+    assert_eq!(shared.len(), 1, "{shared:#?}");
+    assert_eq!(shared[0]["sentence"], "one");
+    assert!(shared[0]["remedies"][0]["option"].as_str().is_some_and(|option| option.ends_with("thin.stl:flag=1")));
+    // other data is another finding
+    let values = &mut parts[1]["findings"].as_array_mut().expect("a list");
+    let of_flag = values.iter_mut().find(|finding| finding["code"] == "flag-shared").expect("the finding");
+    of_flag["values"]["free_flag"] = 9.into();
+    assert_eq!(found(&hexcast::pipeline::merge(&parts).expect("a report"), "flag-shared").len(), 2);
+    // a code that this version does not know is refused
+    parts[1]["findings"][0]["code"] = "flag-lost".into();
+    let refused = hexcast::pipeline::merge(&parts).unwrap_err();
+    assert!(refused.to_string().contains("\"flag-lost\" is no code of a finding"), "{refused}");
+}

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde_json::Value;
 
 use super::part::{Part, rank};
-use crate::finding::{Finding, Merging, merging, sort_findings};
+use crate::finding::{Finding, Merging, in_order_of_codes, merging};
 use crate::lines::Lines;
 use crate::pipeline::warnings::{about_odd_rays, about_shells};
 use crate::rays::Rays;
@@ -78,6 +78,5 @@ pub(super) fn findings(parts: &[Part], whole: &Counted, rays: &Rays) -> Vec<Find
     let without_cells = without_cells(parts);
     all.retain(|of| of.code != "shell-lost" || without_cells.iter().all(|known| known.geometry != of.geometry));
     all.extend(without_cells);
-    sort_findings(&mut all);
-    all
+    in_order_of_codes(all)
 }

@@ -1,6 +1,7 @@
 //! Single axes: where fixed lines and edges of metal are, and what is said of them.
 
 use super::*;
+use crate::finding::sentences;
 
 /// A job, a box and bodies in it.
 struct Case {
@@ -61,12 +62,13 @@ fn ends_nearer_than_the_smallest_cell_share_a_line() {
     for (ends, places, said) in cases {
         let bodies: Vec<_> = ends.iter().map(|ends| (*ends, 0.0, false)).collect();
         along_x(4.0, [1.0, 0.125, 1.3], &bodies).with_axis(0, |axis| {
-            let mut sentences = Vec::new();
-            let fixed = axis.fixed(&mut sentences);
+            let mut findings = Vec::new();
+            let fixed = axis.fixed(&mut findings);
             assert_eq!(fixed.iter().map(|of| of.at).collect::<Vec<_>>(), places, "{ends:?}");
-            assert_eq!(sentences.len(), said.len(), "{ends:?}: {sentences:?}");
-            said.iter()
-                .for_each(|said| assert!(sentences.iter().any(|text| text.contains(said)), "{said}: {sentences:?}"));
+            assert_eq!(findings.len(), said.len(), "{ends:?}: {findings:?}");
+            said.iter().for_each(|said| {
+                assert!(findings.iter().any(|found| found.sentence.contains(said)), "{said}: {findings:?}")
+            });
         });
     }
 }
@@ -99,19 +101,19 @@ fn cells_around_edges_of_metal_leave_room_on_both_sides() {
     ];
     for (least, bodies, expected, said) in cases {
         along_x(30.0, [9.0, least, 1.3], bodies).with_axis(0, |axis| {
-            let mut sentences = Vec::new();
-            let fixed = axis.fixed(&mut sentences);
-            let edges = axis.edges(&fixed, &mut sentences);
+            let mut findings = Vec::new();
+            let fixed = axis.fixed(&mut findings);
+            let edges = axis.edges(&fixed, &mut findings);
             let found: Vec<_> = edges.iter().map(|edge| (fixed[edge.index].at, edge.outwards, edge.size)).collect();
-            assert_eq!(found.len(), expected.len(), "{bodies:?}: {found:?}, {sentences:?}");
+            assert_eq!(found.len(), expected.len(), "{bodies:?}: {found:?}, {findings:?}");
             for (found, expected) in found.iter().zip(expected) {
                 assert_eq!((found.0, found.1), (expected.0, expected.1));
                 assert!((found.2 - expected.2).abs() < 1e-12, "{found:?}, {expected:?}");
             }
             assert!(
-                said.is_empty() == sentences.is_empty()
-                    && sentences.iter().any(|text| text.contains(said)) != said.is_empty(),
-                "{sentences:?}"
+                said.is_empty() == findings.is_empty()
+                    && findings.iter().any(|found| found.sentence.contains(said)) != said.is_empty(),
+                "{findings:?}"
             );
         });
     }
@@ -158,9 +160,9 @@ fn a_cell_around_an_edge_that_its_neighbours_would_divide_is_smaller_or_none() {
     let bodies = [([20.0, 60.0], 0.0, true), ([70.0, 90.0], 1.0, false)];
     let said = |least: f64| {
         along_x(100.0, [1.2, least, 1.01], &bodies).with_axis(0, |axis| {
-            let mut sentences = Vec::new();
-            let lines = axis.lines(&mut sentences);
-            (lines.is_ok(), sentences)
+            let mut findings = Vec::new();
+            let lines = axis.lines(&mut findings);
+            (lines.is_ok(), sentences(&findings))
         })
     };
     assert_eq!(said(0.1), (true, vec![]));
