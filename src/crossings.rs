@@ -169,14 +169,26 @@ fn cast<'a, T>(
             let tag = event(0, frame.rank_of_facet(facet as usize), projected.exits);
             let hit =
                 |i, j, cell, _| ((j - window[1].start) * n_across + i - window[0].start, of(cell << 9 | tag, facet));
-            if frame.is_graded() {
-                graded::hits(&projected, (frame, rays), &bin, hit, &mut hits);
-            } else {
-                RowCaster::new(&projected, frame.fraction_bits, rays.depth).hits(&bin, hit, &mut hits);
-            }
+            self::hits(&projected, (frame, rays), &bin, hit, &mut hits);
         }
     }
     hits
+}
+
+/// Appends `hit(i, j, first cell above, place)` for every ray of a window that hits a facet; the place is in units, to 2^-50 of itself.
+#[inline(always)]
+pub(crate) fn hits<T>(
+    facet: &Projected,
+    (frame, rays): (&Frame, &Rays),
+    window: &[Range<u32>; 2],
+    hit: impl Fn(u32, u32, u32, f64) -> T,
+    hits: &mut Vec<T>,
+) {
+    if frame.is_graded() {
+        graded::hits(facet, (frame, rays), window, hit, hits);
+    } else {
+        RowCaster::new(facet, frame.fraction_bits, rays.depth).hits(window, hit, hits);
+    }
 }
 
 /// Sorts what was hit by ray, a counting sort: the first of each ray, then the end, and what was hit.

@@ -40,6 +40,13 @@ pub const CODES: &[(&str, Merging, &str)] = &[
     ("surface-open-parity", Merging::Same, "a surface is not closed, and the rays of one axis decided as they are"),
     ("flag-shared", Merging::Same, "two geometries have one flag, which nobody gave to one of them"),
     ("shells-overlap", Merging::Anew, "shells of a geometry overlap, or a cavity is turned the wrong way"),
+    ("shell-lost", Merging::Anew, "shells of a geometry, parts of it that are not connected to the rest, have no cell"),
+    (
+        "volume-off",
+        Merging::Anew,
+        "the cells of a geometry, or of shells of it, differ in volume from the surface by more than 5 %",
+    ),
+    ("volume-filled", Merging::Anew, "filled walls have more than 5 % more volume than the surface"),
     ("wall-thin", Merging::Anew, "a geometry has walls of few cells; some may be lost"),
     ("gap-narrow", Merging::Anew, "single background cells lie between two flags"),
     ("no-cell-outside", Merging::Anew, "a geometry has no cell: it lies outside of the domain"),

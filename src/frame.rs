@@ -186,9 +186,17 @@ impl Frame {
 
     /// Snaps some facets of a geometry.
     pub(crate) fn snapped(&self, geometry: &Geometry, facets: &[Facet], lines: &Lines) -> Vec<SnappedFacet> {
-        let (placing, scale) = (geometry.placing(), Scale::new(lines));
-        let snap = |corner: [f32; 3]| snap(placing(corner), &scale, self.fraction_bits);
-        facets.par_iter().map(|facet| facet.map(snap)).collect()
+        facets.par_iter().map(self.snapping(geometry, lines)).collect()
+    }
+
+    /// Returns the function that snaps a facet of a geometry.
+    pub(crate) fn snapping(
+        &self,
+        geometry: &Geometry,
+        lines: &Lines,
+    ) -> impl Fn(&Facet) -> SnappedFacet + Sync + Send + use<> {
+        let (placing, scale, fraction_bits) = (geometry.placing(), Scale::new(lines), self.fraction_bits);
+        move |facet| facet.map(|corner| snap(placing(corner), &scale, fraction_bits))
     }
 
     /// Rank of the geometry of a facet.

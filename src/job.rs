@@ -209,6 +209,9 @@ pub struct Job {
     /// Looks for thin walls and for cells that two geometries claim.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub certify: bool,
+    /// Leaves out the checks that are made of every mesh: whether shells have no cell, or another volume than their surface.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub quick: bool,
     /// Walls of fewer cells are thin, at least 1; by default 2.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub thin_cells: Option<u32>,

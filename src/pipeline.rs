@@ -33,8 +33,8 @@ use crate::overlay::{self, Overlay};
 use crate::rays::Rays;
 use crate::report::{
     CertificateReport, DeviceCheck, DoubtReport, FillReport, FlagReport, FractionsReport, GeometryReport, InputReport,
-    LinksReport, MAX_BOXES, MeshFacts, OpenReport, PeakBytes, Seconds, StaggeredReport, WindowReport, flag_reports,
-    is_cut,
+    LinksReport, MAX_BOXES, MeshFacts, OpenReport, PeakBytes, Seconds, StaggeredReport, WindowReport, WithoutCells,
+    flag_reports, is_cut, thick_flags,
 };
 use crate::snapping::Snapped;
 use crate::sources::Source;
@@ -52,6 +52,7 @@ mod names;
 mod options;
 mod prepare;
 mod remedies;
+mod shell_checks;
 mod snapped;
 mod staggered;
 mod warnings;
@@ -67,6 +68,7 @@ pub use merge::merge;
 pub use options::{DEFAULT_MAX_BYTES, MeshOptions, SpillTarget};
 pub use prepare::{Prepared, part_step, prepare};
 use remedies::add_remedies;
+use shell_checks::Checked;
 use snapped::snapped;
 use window_report::window_report;
 
@@ -181,6 +183,16 @@ pub async fn mesh_if(
         prepared.geometries.iter().zip(bad_edges).map(|(geometry, bad)| GeometryReport::new(geometry, bad)).collect();
     let n_cells = columns.cells_per_flag();
     let volumes = volumes(&columns, &lines)?;
+    let checked = Checked {
+        job,
+        prepared: &prepared,
+        frame: frame_of_whole,
+        closed: &closed,
+        bound_sums: &bound_sums,
+        volumes: &volumes,
+    };
+    let checks = if job.quick { Vec::new() } else { checked.all(control).await? };
+    geometries.iter_mut().zip(checks).for_each(|(report, check)| report.shells = check);
     let (found, along, doubtful) = match overlay {
         Some(overlay) => overlay.found()?,
         None => (Vec::new(), Vec::new(), doubt().finish()?),
@@ -189,7 +201,11 @@ pub async fn mesh_if(
     let open: Vec<OpenReport> = found.iter().map(|found| OpenReport::new(found, &geometries)).collect();
     let filled: Vec<FillReport> = along.iter().map(|found| FillReport::new(found, &geometries)).collect();
     geometries.iter_mut().zip(bounds).for_each(|(report, bound)| report.volume_bound = bound);
-    let mut flags = flag_reports(&geometries, &n_cells, &volumes);
+    for (position, &index) in frame_of_whole.ranks.geometry_at.iter().enumerate() {
+        let geometry = &prepared.geometries[index];
+        geometries[index].has_volume = closed[position].nonzero && !geometry.shell && !geometry.invert;
+    }
+    let mut flags = flag_reports(&geometries, &n_cells, &volumes, &lines);
     for report in flags.iter_mut().filter(|report| gaps.as_ref().is_some_and(|gaps| gaps.flag == report.flag)) {
         (report.mesh_volume, report.volume_bound) = (None, None);
     }
@@ -212,6 +228,9 @@ pub async fn mesh_if(
     findings.extend(warnings::about_shared_flags(&prepared.geometries));
     let shells = shells.unwrap_or_else(|| shells_of(&frame));
     findings.extend(warnings::about_shells(&shells, &geometries, &whole_rays, cells));
+    let of_shells = |(index, of): (usize, &GeometryReport)| Some(of.shells.as_ref()?.findings(index, of, whole));
+    findings.extend(geometries.iter().enumerate().filter_map(of_shells).flatten());
+    findings.extend(thick_flags(&flags, &filled, &geometries));
     let mask_mesh = |mask| Mesh::new(lines.clone(), mask, vec![Named::new(1, "doubtful")], prepared.unit.clone());
     let cast = Cast { frame: frame_of_whole, rays: &whole_rays, rule: job.rule };
     let certificate = gaps_between.map(|gaps| {
@@ -233,6 +252,7 @@ pub async fn mesh_if(
     if has_whole {
         findings.extend(without_cells.iter().flatten().filter_map(|of| of.finding.clone()));
     }
+    findings.retain(|finding| finding.code != "shell-lost" || !is_without_cells(finding, &without_cells));
     let findings = in_order_of_codes(findings);
     // spilled columns would be read back for it
     let flags_hash = (!columns.is_spilled()).then(|| flags_hash(columns)).transpose()?;
@@ -323,6 +343,12 @@ fn volume_bounds(
         }
     }
     bounds
+}
+
+/// Whether a finding is about a geometry of which is said that it has no cell at all.
+fn is_without_cells(finding: &Finding, without_cells: &Option<Vec<WithoutCells>>) -> bool {
+    let mut known = without_cells.iter().flatten();
+    known.any(|of| of.finding.is_some() && finding.geometry.as_ref().is_some_and(|named| named.index == of.geometry))
 }
 
 /// Closes gaps in columns, if the job asks for it.

@@ -21,6 +21,7 @@ mod of_fractions;
 mod of_geometries;
 mod of_input;
 mod of_links;
+mod of_shells;
 mod of_staggered;
 mod of_window;
 
@@ -29,9 +30,10 @@ pub use crate::edges::BadEdge;
 pub use of_certificate::{AxisName, CertificateReport, GapReport, OverlapReport, ThinWallReport};
 pub use of_columns::{ColumnsFlag, ColumnsReport};
 pub use of_fractions::{FractionsReport, VolumeReport};
-pub use of_geometries::{FillReport, FlagReport, GeometryReport, OpenReport, flag_reports, is_cut};
+pub use of_geometries::{FillReport, FlagReport, GeometryReport, OpenReport, flag_reports, is_cut, thick_flags};
 pub use of_input::InputReport;
 pub use of_links::LinksReport;
+pub use of_shells::{MAX_OFF, MAX_SHELLS, MAX_SHELLS_OF_PART, ShellCheck, ShellReport, off};
 pub use of_staggered::{ComponentReport, PointsReport, StaggeredReport};
 pub use of_window::{ShellsReport, WindowReport, WithoutCells};
 

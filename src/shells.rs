@@ -20,6 +20,9 @@ use crate::crossings::{Crossings, Passage};
 use crate::frame::Frame;
 use crate::rays::Rays;
 
+pub(crate) mod alone;
+pub(crate) mod numbers;
+
 /// Rows of rays that are looked at, at most.
 const N_ROWS: u64 = 32;
 

@@ -64,10 +64,16 @@ impl BoundSums {
     /// The bound, as of [`volume_bound`].
     pub(crate) fn bound(&self, fraction_bits: u32, cell_volume: f64, mesh_volume: f64) -> f64 {
         let cell = f64::from(1u32 << fraction_bits);
-        let half_cells = 0.5 * (self.n as f64 + self.length / cell + 0.5 * self.doubled_area / (cell * cell));
         let volume = (self.volume as f64 / (6.0 * cell * cell * cell)).abs() * cell_volume;
+        self.of_cells(fraction_bits, cell_volume) + (volume - mesh_volume).abs()
+    }
+
+    /// The bound where the volume is that of the snapped facets; no more than this of some of the facets, if these are closed.
+    pub(crate) fn of_cells(&self, fraction_bits: u32, cell_volume: f64) -> f64 {
+        let cell = f64::from(1u32 << fraction_bits);
+        let half_cells = 0.5 * (self.n as f64 + self.length / cell + 0.5 * self.doubled_area / (cell * cell));
         // sums of numbers that are not negative are off by far less
-        half_cells * cell_volume * (1.0 + 1e-9) + (volume - mesh_volume).abs()
+        half_cells * cell_volume * (1.0 + 1e-9)
     }
 
     fn plus(self, other: BoundSums) -> BoundSums {

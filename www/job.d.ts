@@ -195,6 +195,8 @@ export interface Job {
   gap_flag?: number;
   /** Looks for thin walls and for cells that two geometries claim; takes several times as long as a mesh on the CPU. */
   certify?: boolean;
+  /** Leaves out the checks that are made of every mesh: whether shells have no cell, or another volume than their surface. */
+  quick?: boolean;
   /** Walls of fewer cells are thin; default 2. */
   thin_cells?: number;
   /** Measures the links from cells of a fluid to surfaces: see `Mesh.links`. */

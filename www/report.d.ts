@@ -8,13 +8,13 @@ export interface FlagReport {
   cells: number;
   volume: number;
   /**
-   * Sum of the volumes that its geometries' surfaces enclose; null where one is open, filled, inverted or cut by the domain, and for a
+   * Sum of the volumes that its geometries' surfaces enclose; null where one is open, a shell, inverted or cut by the domain, and for a
    * mesh that was opened from a column file.
    */
   mesh_volume: number | null;
   /**
    * The most by which `volume` can differ from `mesh_volume` where neither geometries nor shells of one overlap; null where
-   * `mesh_volume` is.
+   * `mesh_volume` is, where cells differ in size, and where a geometry is filled.
    */
   volume_bound: number | null;
 }
@@ -149,6 +149,9 @@ export type FindingCode =
   | 'surface-open-parity'
   | 'flag-shared'
   | 'shells-overlap'
+  | 'shell-lost'
+  | 'volume-off'
+  | 'volume-filled'
   | 'wall-thin'
   | 'gap-narrow'
   | 'no-cell-outside'
@@ -217,10 +220,48 @@ export interface GeometryReport {
    * within its surface: that is open, or its facets do not agree, or it is filled, a shell, inverted or cut by the domain.
    */
   volume_bound: number | null;
+  /** Whether its facets enclose a volume that its cells should have, filled or not: closed, in agreement, neither a shell nor inverted. */
+  has_volume: boolean;
+  /** What its shells have in cells; null where all cells along its surface are its own (fill `conservative`), and with `quick`. */
+  shells: ShellCheck | null;
   /** Whether its cells are those outside of it. */
   invert: boolean;
   /** Edges that are not shared by two facets that agree, after the corners were rounded. */
   bad_edges: BadEdges;
+}
+
+/** What was found of the shells of a geometry, each alone: what other geometries win is not looked at. */
+export interface ShellCheck {
+  /** Number of its shells: groups of facets connected over shared edges. */
+  shells: number;
+  /** Those of them that have no cell. */
+  without_cells: number;
+  /** Those that have cells, the volume of which differs by more than 5 % from that of the shell. */
+  off: number;
+  /** Shells without cells, then those whose volume is off, at most 20 of each kind, the largest first; of a `part` at most 1,000. */
+  listed: ShellReport[];
+  /** Volume of the cells of all its shells together; null where it was not counted. */
+  volume: number | null;
+  /** How many times as many cells along each axis, of equal ones, would give every listed shell a cell; null where that is not known. */
+  cells_factor: number | null;
+}
+
+/** A shell that the cells do not keep. */
+export interface ShellReport {
+  /** Its number, from 0, in the order of their first facets. */
+  shell: number;
+  /** Least and greatest coordinates. */
+  bounding_box: [[number, number, number], [number, number, number]];
+  /** The volume that it encloses: less than 0 of a cavity. */
+  mesh_volume: number;
+  /** Number of its cells, counted as often as it winds around them; less than 0 of a cavity. */
+  cells: number;
+  /** Volume of these cells. */
+  volume: number;
+  /** Whether it has no cell. */
+  is_lost: boolean;
+  /** Whether lines through centres cross it, so that `fill: 'separating'` keeps it; false where it is not lost. */
+  is_crossed: boolean;
 }
 
 /** The edges of a geometry that are not shared by two facets that agree. */
@@ -293,6 +334,8 @@ export interface OpenReport {
 /** A geometry that has the cells along its surface. */
 export interface FillReport {
   geometry: string;
+  /** Its index in `geometries`, from 0. */
+  index: number;
   fill: 'conservative' | 'separating';
   /** Whether it has no others. */
   shell: boolean;

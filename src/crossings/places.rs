@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{RowCaster, by_ray, graded};
+use super::by_ray;
 use crate::facet::Projected;
 use crate::frame::Frame;
 use crate::rays::Rays;
@@ -29,11 +29,7 @@ pub(crate) fn places(
         let Some(projected) = Projected::new(&frame.facets[facet as usize], frame, rays) else { continue };
         let event = u64::from(super::event(0, frame.rank_of_facet(facet as usize), projected.exits));
         let hit = |i, j, _, at| ((j - first) * rays.counts[0] + i, place(at) << EVENT_BITS | event);
-        if frame.is_graded() {
-            graded::hits(&projected, (frame, rays), &window, hit, &mut hits);
-        } else {
-            RowCaster::new(&projected, frame.fraction_bits, rays.depth).hits(&window, hit, &mut hits);
-        }
+        super::hits(&projected, (frame, rays), &window, hit, &mut hits);
     }
     by_ray(&hits, window[0].len() * window[1].len())
 }

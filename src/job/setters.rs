@@ -122,6 +122,11 @@ impl Job {
         Job { certify, ..self }
     }
 
+    /// Leaves out the checks that are made of every mesh, or does not.
+    pub fn with_quick(self, quick: bool) -> Job {
+        Job { quick, ..self }
+    }
+
     /// Measures the links from cells of a fluid to surfaces.
     pub fn with_links(self, links: LinksJob) -> Job {
         Job { links: Some(links), ..self }

@@ -88,7 +88,7 @@ pub(super) fn columns_builder(
 /// facets where some were in memory, the lines and the rays.
 fn identity(job: &Job, prepared: &Prepared, inputs: &[InputReport]) -> [u8; 32] {
     // gaps are closed in finished columns
-    let job = Job { close_gaps: None, gap_flag: None, certify: false, thin_cells: None, ..job.clone() };
+    let job = Job { close_gaps: None, gap_flag: None, certify: false, quick: false, thin_cells: None, ..job.clone() };
     let job = Job { backend: BackendChoice::Auto, max_memory: None, max_cells: None, unit: None, ..job };
     let files: Vec<String> =
         inputs.iter().map(|input| input.sha256.clone().unwrap_or_else(|| hash_of_facets(prepared))).collect();

@@ -17,7 +17,7 @@ use crate::finding::sentences;
 use crate::fingerprint::hash_of_sums;
 use crate::lines::Grading;
 use crate::rays::Rays;
-use crate::report::{DoubtReport, MAX_BOXES, OpenReport, PointsReport, StaggeredReport, flag_reports};
+use crate::report::{DoubtReport, MAX_BOXES, OpenReport, PointsReport, ShellCheck, StaggeredReport, flag_reports};
 use crate::staggered::COMPONENTS;
 
 mod certificate;
@@ -74,13 +74,19 @@ pub fn merge(reports: &[Value]) -> Result<Value> {
     let mut geometries = first.geometries.clone();
     let bounds = first.window.volume_bounds.clone().unwrap_or_else(|| vec![None; geometries.len()]);
     geometries.iter_mut().zip(bounds).for_each(|(geometry, bound)| geometry.volume_bound = bound);
+    for (index, geometry) in geometries.iter_mut().enumerate() {
+        let checks: Option<Vec<&ShellCheck>> =
+            parts.iter().map(|part| part.geometries.get(index)?.shells.as_ref()).collect();
+        geometry.shells = checks.and_then(|checks| ShellCheck::merged(&checks));
+    }
     let open = merged_open(&parts);
     let cells = cells_per_flag(&parts);
     let volumes = match whole.cell_volume() {
         Some(volume) => cells.map(|n| n as f64 * volume),
         None => volumes_per_flag(&parts),
     };
-    merged["flags"] = json!(flag_reports(&geometries, &cells, &volumes));
+    let flags = flag_reports(&geometries, &cells, &volumes, &whole);
+    merged["flags"] = json!(flags);
     merged["flags_hash"] = json!(hash(&parts, whole.dims()));
     merged["doubtful"] = json!(merged_doubtful(&parts, whole.dims())?);
     let certificate = merged_certificate(&parts, &geometries, &whole);
@@ -89,6 +95,7 @@ pub fn merge(reports: &[Value]) -> Result<Value> {
     let counted = Counted {
         open: &open,
         geometries: &geometries,
+        flags: &flags,
         shells: &shells,
         certificate: &certificate,
         lines: &whole,

@@ -4,13 +4,17 @@ use serde_json::{Value, json};
 
 use crate::finding::{Finding, Remedy};
 use crate::geometry::{Fill, Geometry};
-use crate::job::Job;
+use crate::job::{DEFAULT_CELLS, Job};
 
 /// Adds to findings what helps; `geometries` are those of the job.
 pub(super) fn add_remedies(findings: &mut [Finding], job: &Job, geometries: &[Geometry]) {
     for finding in findings {
-        let remedy = remedy(finding, job, geometries);
-        finding.remedies.extend(remedy);
+        let geometry = finding.geometry.as_ref().and_then(|of| geometries.get(of.index));
+        let remedies = match (finding.code, geometry) {
+            ("shell-lost", Some(geometry)) => of_lost_shells(finding, job, geometry),
+            _ => remedy(finding, job, geometries).into_iter().collect(),
+        };
+        finding.remedies.extend(remedies);
     }
 }
 
@@ -36,6 +40,48 @@ fn remedy(finding: &Finding, job: &Job, geometries: &[Geometry]) -> Option<Remed
         "no-cell-covered" => win(job, geometry?, geometries.get(finding.other.as_ref()?.index)?),
         _ => None,
     }
+}
+
+/// What gives cells to shells that have none: more cells, or a fill.
+fn of_lost_shells(finding: &Finding, job: &Job, geometry: &Geometry) -> Vec<Remedy> {
+    let count = |key: &str| finding.values.get(key).and_then(serde_json::Number::as_u64);
+    let factor = count("cells_factor").and_then(|factor| u32::try_from(factor).ok());
+    let thickness = finding.values.get("thickness").and_then(serde_json::Number::as_f64).filter(|thick| *thick > 0.0);
+    let finer = match factor {
+        Some(factor) => more_cells(job, factor),
+        None if job.graded.is_some() => thickness.and_then(|thickness| {
+            let entry = job.geometries.get(geometry.entry)?;
+            let value = Value::from(thickness);
+            Some(Remedy::of_entry("Use smaller cells there", (geometry.entry, &entry.file), "max_size", value))
+        }),
+        None => None,
+    };
+    let is_kept = count("crossed") == Some(finding.boxes.len() as u64);
+    let fill = match geometry.fill {
+        Fill::Centre if is_kept => Some("separating"),
+        Fill::Centre | Fill::Separating => Some("conservative"),
+        Fill::Conservative => None,
+    };
+    let filled = fill.and_then(|fill| setting(job, geometry, "Keep thin parts", ("fill", fill)));
+    finer.into_iter().chain(filled).collect()
+}
+
+/// So many times as many equal cells along each axis.
+fn more_cells(job: &Job, factor: u32) -> Option<Remedy> {
+    let label = format!("Use {factor} times as many cells along each axis");
+    let chosen = job.dims.is_some() || job.cell_size.is_some() || job.max_cell_size.is_some();
+    if let Some(dims) = job.dims {
+        let dims = dims.map(|n| n.saturating_mul(factor));
+        let [x, y, z] = dims;
+        return Some(Remedy::new(label, json!({ "dims": dims }), format!("--dims {x},{y},{z}")));
+    }
+    if let Some(size) = job.cell_size {
+        let sizes = size.each().map(|size| size / f64::from(factor));
+        let [x, y, z] = sizes;
+        return Some(Remedy::new(label, json!({ "cell_size": sizes }), format!("--cell-size {x},{y},{z}")));
+    }
+    let cells = job.cells.unwrap_or(DEFAULT_CELLS).saturating_mul(factor);
+    (!chosen).then(|| Remedy::new(label, json!({ "cells": cells }), format!("--cells {cells}")))
 }
 
 /// Smallest cells of a generated grid that leave room for a line of its own; not for ends that all but meet.

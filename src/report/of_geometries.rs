@@ -9,6 +9,8 @@ use crate::geometry::{Fill, Geometry, Open, joined_names};
 use crate::lines::Lines;
 use crate::overlay::{Along, Found};
 
+use super::of_shells::{MAX_OFF, ShellCheck};
+
 /// One geometry.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -29,6 +31,12 @@ pub struct GeometryReport {
     /// The most by which the volume of its cells can differ from that, unless shells of it overlap; null where its cells are not those
     /// within its surface: that is open, or its facets do not agree, or it is filled, a shell, inverted or cut by the domain.
     pub volume_bound: Option<f64>,
+    /// Whether its facets enclose a volume that its cells should have, filled or not: closed, in agreement, neither a shell nor inverted.
+    #[serde(default)]
+    pub has_volume: bool,
+    /// What its shells have in cells; null where all cells along its surface are its own (fill `conservative`), and with `quick`.
+    #[serde(default)]
+    pub shells: Option<ShellCheck>,
     /// Whether its cells are those outside of it.
     pub invert: bool,
     /// Edges that are not shared by two facets that agree, after the snap.
@@ -46,6 +54,8 @@ impl GeometryReport {
             bounding_box: geometry.bounding_box().unwrap_or_default(),
             mesh_volume: geometry.signed_volume(),
             volume_bound: None,
+            has_volume: false,
+            shells: None,
             invert: geometry.invert,
             bad_edges,
         }
@@ -182,6 +192,9 @@ impl OpenReport {
 pub struct FillReport {
     /// Its name.
     pub geometry: String,
+    /// Its index in `geometries`, from 0.
+    #[serde(default)]
+    pub index: usize,
     /// Which cells.
     pub fill: Fill,
     /// Whether it has no others.
@@ -194,7 +207,7 @@ impl FillReport {
     /// Describes what was added to a geometry.
     pub fn new(found: &Along, geometries: &[GeometryReport]) -> FillReport {
         let &Along { geometry, fill, shell, added_cells } = found;
-        FillReport { geometry: geometries[geometry].name.clone(), fill, shell, added_cells }
+        FillReport { geometry: geometries[geometry].name.clone(), index: geometry, fill, shell, added_cells }
     }
 }
 
@@ -212,29 +225,55 @@ pub struct FlagReport {
     /// Their volume.
     pub volume: f64,
     /// Sum of the volumes that its geometries' surfaces enclose, to be compared with `volume`; that differs where geometries overlap.
-    /// Null where one of them has no `volume_bound`.
+    /// Null where one of them encloses no such volume (`has_volume`), or is cut by the domain.
     pub mesh_volume: Option<f64>,
     /// Sum of the bounds of its geometries: the most by which `volume` can differ from `mesh_volume` where neither geometries nor shells
-    /// of one overlap.
+    /// of one overlap. Null where one of them has none.
     pub volume_bound: Option<f64>,
 }
 
-/// Joins the geometries of each flag and counts its cells.
-pub fn flag_reports(geometries: &[GeometryReport], cells: &[u64; 256], volumes: &[f64; 256]) -> Vec<FlagReport> {
+/// Joins the geometries of each flag and counts its cells, which are those of some lines.
+pub fn flag_reports(
+    geometries: &[GeometryReport],
+    cells: &[u64; 256],
+    volumes: &[f64; 256],
+    lines: &Lines,
+) -> Vec<FlagReport> {
     let report = |flag: u8| {
         let members: Vec<&GeometryReport> = geometries.iter().filter(|geometry| geometry.flag == flag).collect();
-        let volume_bound: Option<f64> = members.iter().map(|geometry| geometry.volume_bound).sum();
+        // cells of the background are no one's
+        let has_volume = |of: &GeometryReport| flag != 0 && of.has_volume && !is_cut(of.bounding_box, lines);
+        let mesh_volume = |of: &&GeometryReport| has_volume(of).then_some(of.mesh_volume.abs());
         FlagReport {
             flag,
             name: joined_names(members.iter().map(|geometry| &geometry.name[..])),
             cells: cells[usize::from(flag)],
             volume: volumes[usize::from(flag)],
-            mesh_volume: volume_bound.map(|_| members.iter().map(|geometry| geometry.mesh_volume.abs()).sum()),
-            volume_bound,
+            mesh_volume: members.iter().map(mesh_volume).sum(),
+            volume_bound: members.iter().map(|geometry| geometry.volume_bound).sum(),
         }
     };
     let is_used = |flag: &u8| geometries.iter().any(|geometry| geometry.flag == *flag);
     (0..=255).filter(is_used).map(report).collect()
+}
+
+/// Findings about flags whose filled geometries have far more cells than their surfaces enclose.
+pub fn thick_flags(flags: &[FlagReport], filled: &[FillReport], geometries: &[GeometryReport]) -> Vec<Finding> {
+    let thick = |flag: &FlagReport| {
+        let mesh_volume = flag.mesh_volume.filter(|surface| flag.volume > (1.0 + MAX_OFF) * surface)?;
+        let is_member = |index: usize| geometries.get(index).is_some_and(|of| of.flag == flag.flag);
+        let fill = filled.iter().find(|of| is_member(of.index) && of.added_cells > 0)?;
+        let (name, times) = (&flag.name, flag.volume / mesh_volume);
+        let sentence = format!(
+            "the cells of \"{name}\" (flag {}) have {times:.2} times the volume of its surface: fill = \"{}\" keeps thin walls at the \
+             thickness of a cell or more; use smaller cells",
+            flag.flag,
+            fill.fill.name()
+        );
+        let found = Finding::new("volume-filled", sentence).of_geometry(fill.index, &fill.geometry).of_flag(flag.flag);
+        Some(found.with_value("volume", flag.volume).with_value("mesh_volume", mesh_volume))
+    };
+    flags.iter().filter_map(thick).collect()
 }
 
 #[cfg(test)]
@@ -246,8 +285,9 @@ mod tests {
         let geometry = |name: &str, flag: u8, volume: f64, volume_bound: Option<f64>| {
             let facets = vec![[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]];
             let report = GeometryReport::new(&Geometry::new(name, flag, facets).unwrap(), BadEdges::default());
-            GeometryReport { mesh_volume: volume, volume_bound, ..report }
+            GeometryReport { mesh_volume: volume, volume_bound, has_volume: true, ..report }
         };
+        let lines = Lines::new([0.0; 3], [0.5; 3], [2; 3]).unwrap();
         let mut cells = [0; 256];
         (cells[3], cells[1]) = (10, 5);
         let volumes = cells.map(|n: u64| n as f64 * 0.125);
@@ -259,12 +299,16 @@ mod tests {
         };
         let joined =
             [(1, "b".into(), 5, 0.625, Some(2.0), Some(0.25)), (3, "a + c".into(), 10, 1.25, Some(4.0), Some(1.5))];
-        assert_eq!(facts(flag_reports(&all, &cells, &volumes)), joined);
-        let more = [&all[..], &[geometry("d", 3, 9.0, None)]].concat();
-        assert_eq!(facts(flag_reports(&more, &cells, &volumes))[1], (3, "a + c + d".into(), 10, 1.25, None, None));
+        assert_eq!(facts(flag_reports(&all, &cells, &volumes, &lines)), joined);
+        let more = |has_volume| {
+            let filled = GeometryReport { has_volume, ..geometry("d", 3, 9.0, None) };
+            facts(flag_reports(&[&all[..], &[filled]].concat(), &cells, &volumes, &lines))[1].clone()
+        };
+        assert_eq!(more(true), (3, "a + c + d".into(), 10, 1.25, Some(13.0), None));
+        assert_eq!(more(false), (3, "a + c + d".into(), 10, 1.25, None, None));
         // cells of the background may be those of a geometry
         let air = GeometryReport { flag: 0, ..geometry("air", 1, 1.0, None) };
         cells[0] = 7;
-        assert_eq!(facts(flag_reports(&[air], &cells, &volumes))[0], (0, "air".into(), 7, 0.0, None, None));
+        assert_eq!(facts(flag_reports(&[air], &cells, &volumes, &lines))[0], (0, "air".into(), 7, 0.0, None, None));
     }
 }

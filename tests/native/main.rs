@@ -77,6 +77,7 @@ mod leak;
 #[cfg(feature = "cli")]
 mod leak_command;
 mod links;
+mod lost_shells;
 mod many_geometries;
 #[cfg(feature = "cli")]
 mod measured_command;

@@ -103,6 +103,8 @@ class JobOptions(TypedDict, total=False):
     gap_flag: int
     #: Looks for thin walls and for cells that two geometries claim: ``report["certificate"]``.
     certify: bool
+    #: Leaves out the checks that are made of every mesh: whether shells have no cell, or another volume than their surface.
+    quick: bool
     #: Walls of fewer cells are thin.
     thin_cells: int
     #: Links from cells of a fluid to surfaces, counted in ``report["links"]``: ``stencil``, such as ``"D3Q19"``, and ``fluid``, a list of flags.

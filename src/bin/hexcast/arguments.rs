@@ -115,6 +115,9 @@ pub(crate) struct JobArguments {
     /// Look for thin walls and for cells that two geometries claim; takes several times as long as a mesh on the CPU
     #[arg(long, help_heading = "Method")]
     certify: bool,
+    /// Leave out the checks that are made of every mesh: whether parts of geometries have no cell, or another volume than their surface
+    #[arg(long, help_heading = "Method")]
+    quick: bool,
     /// Walls of fewer cells than this are thin, for --certify [default: 2]
     #[arg(long, value_name = "K", requires = "certify", value_parser = number::<u32>, help_heading = "Method")]
     thin_cells: Option<u32>,
@@ -225,6 +228,7 @@ impl JobArguments {
         job.close_gaps = self.close_gaps.or(job.close_gaps);
         job.gap_flag = self.gap_flag.or(job.gap_flag);
         job.certify |= self.certify;
+        job.quick |= self.quick;
         job.thin_cells = self.thin_cells.or(job.thin_cells);
         job.backend = self.backend.unwrap_or(job.backend);
         job.axis = self.axis.unwrap_or(job.axis);

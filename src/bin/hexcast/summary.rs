@@ -201,11 +201,13 @@ fn flags(table: &mut Table, mesh: &MeshFacts) {
     for flag in &mesh.flags {
         let of_surface = flag.mesh_volume.filter(|surface| *surface > 0.0).map_or(String::new(), |surface| {
             let percent = |volume: f64| 100.0 * volume / surface;
-            let (found, bound) = (flag.volume - surface, flag.volume_bound.unwrap_or(f64::INFINITY));
-            let is_within = found.abs() <= bound;
-            let verdict = if is_within { "bound" } else { "geometries or shells overlap: beyond the bound of" };
-            let surface = short(surface);
-            format!(", of the surface {surface}, {:+.3} % ({verdict} {:.3} %)", percent(found), percent(bound))
+            let found = flag.volume - surface;
+            let verdict = flag.volume_bound.map_or(String::new(), |bound| {
+                let is_within = found.abs() <= bound;
+                let verdict = if is_within { "bound" } else { "geometries or shells overlap: beyond the bound of" };
+                format!(" ({verdict} {:.3} %)", percent(bound))
+            });
+            format!(", of the surface {}, {:+.3} %{verdict}", short(surface), percent(found))
         });
         let volumes = format!("volume {}{cubic}{of_surface}", short(flag.volume));
         table.line("flag", format!("{} \"{}\": {} cells, {volumes}", flag.flag, flag.name, HumanCount(flag.cells)));

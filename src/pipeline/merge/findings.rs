@@ -9,12 +9,13 @@ use crate::finding::{Finding, Merging, in_order_of_codes, merging};
 use crate::lines::Lines;
 use crate::pipeline::warnings::{about_odd_rays, about_shells};
 use crate::rays::Rays;
-use crate::report::{CertificateReport, GeometryReport, OpenReport, ShellsReport};
+use crate::report::{CertificateReport, FillReport, FlagReport, GeometryReport, OpenReport, ShellsReport, thick_flags};
 
 /// What was added up and leads to findings.
 pub(super) struct Counted<'a> {
     pub(super) open: &'a [OpenReport],
     pub(super) geometries: &'a [GeometryReport],
+    pub(super) flags: &'a [FlagReport],
     pub(super) shells: &'a [ShellsReport],
     pub(super) certificate: &'a Option<CertificateReport>,
     pub(super) lines: &'a Lines,
@@ -51,8 +52,14 @@ fn anew(of: &Counted, rays: &Rays) -> Vec<Finding> {
     let number = |key: &str| of.report[key].as_u64().unwrap_or(0);
     let of_rays = of.open.iter().filter_map(of_open).chain(about_odd_rays(number("odd_rays"), number("rays")));
     let shells = about_shells(of.shells, of.geometries, rays, of.cells);
+    let of_shells = |(index, geometry): (usize, &GeometryReport)| {
+        Some(geometry.shells.as_ref()?.findings(index, geometry, of.lines))
+    };
+    let of_shells = of.geometries.iter().enumerate().filter_map(of_shells).flatten();
+    let filled: Vec<FillReport> = serde_json::from_value(of.report["filled"].clone()).unwrap_or_default();
+    let thick = thick_flags(of.flags, &filled, of.geometries);
     let found = of.certificate.iter().flat_map(|certificate| certificate.findings(of.lines));
-    of_rays.chain(shells).chain(found).collect()
+    of_rays.chain(shells).chain(of_shells).chain(thick).chain(found).collect()
 }
 
 /// The findings of all parts, each once; those with counts are made anew, and those about geometries without cells.
@@ -68,6 +75,8 @@ pub(super) fn findings(parts: &[Part], whole: &Counted, rays: &Rays) -> Vec<Find
             all.push(finding.clone());
         }
     }
-    all.extend(without_cells(parts));
+    let without_cells = without_cells(parts);
+    all.retain(|of| of.code != "shell-lost" || without_cells.iter().all(|known| known.geometry != of.geometry));
+    all.extend(without_cells);
     in_order_of_codes(all)
 }
