@@ -26,8 +26,9 @@ mod measure;
 mod refined;
 mod surface;
 
-pub(crate) use fraction::Part;
+pub(crate) use column::parts_of_cell;
 pub use fraction::{CutSurface, Fraction, Fractions};
+pub(crate) use fraction::{Part, Totals};
 #[cfg(not(feature = "stages"))]
 pub(crate) use measure::fractions;
 #[cfg(feature = "stages")]

@@ -121,6 +121,7 @@ mod sort;
 pub mod sources;
 pub mod staggered;
 pub mod surface;
+mod totals;
 #[cfg(not(feature = "stages"))]
 mod volume_bound;
 #[cfg(feature = "stages")]

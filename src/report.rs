@@ -32,7 +32,7 @@ pub use of_geometries::{FillReport, FlagReport, GeometryReport, OpenReport, flag
 pub use of_input::InputReport;
 pub use of_links::LinksReport;
 pub use of_staggered::{ComponentReport, PointsReport, StaggeredReport};
-pub use of_window::{ShellsReport, WindowReport, WithoutCells};
+pub use of_window::{FlagSum, ShellsReport, WindowReport, WindowSums, WithoutCells};
 
 /// Seconds of each stage.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]

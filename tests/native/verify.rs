@@ -1,7 +1,7 @@
 //! `hexcast verify`: it agrees with the mesher on every case, and it finds every fault that is put in.
 
 mod faults;
-mod sweep;
+pub(crate) mod sweep;
 
 use hexcast::control::Control;
 use hexcast::geometry::{Facet, Placing};
@@ -19,7 +19,7 @@ use super::open_surfaces::without;
 use super::soups::{Random, soup};
 
 /// A binary STL.
-fn stl(facets: &[Facet]) -> Vec<u8> {
+pub(crate) fn stl(facets: &[Facet]) -> Vec<u8> {
     let mut bytes = [&[0; 80][..], &(facets.len() as u32).to_le_bytes()].concat();
     for facet in facets {
         bytes.extend([0; 12]);
@@ -90,7 +90,7 @@ impl Meshed {
     }
 }
 
-const AXES: [AxisChoice; 3] = [AxisChoice::X, AxisChoice::Y, AxisChoice::Z];
+pub(crate) const AXES: [AxisChoice; 3] = [AxisChoice::X, AxisChoice::Y, AxisChoice::Z];
 const OPEN: [Open; 3] = [Open::Winding, Open::Vote, Open::Parity];
 
 #[test]

@@ -154,6 +154,7 @@ fn volumes_of_fractions_are_those_of_flags_that_have_any() {
         planes_of_part: 1,
         volumes,
         areas: None,
+        totals: Default::default(),
         has_faces: false,
     };
     let report = FractionsReport::new(&fractions);

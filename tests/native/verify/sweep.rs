@@ -112,7 +112,7 @@ fn with_window(job: Job, random: &mut Random) -> Job {
     }
 }
 
-pub(super) fn job(seed: u64) -> (Vec<Facets>, Job, Random) {
+pub(crate) fn job(seed: u64) -> (Vec<Facets>, Job, Random) {
     let mut random = Random::new(seed);
     let surfaces: Vec<Facets> = (0..=random.below(3)).map(|_| surface(&mut random)).collect();
     let job = set!(Job {
