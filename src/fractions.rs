@@ -27,8 +27,8 @@ mod refined;
 mod surface;
 
 pub(crate) use column::parts_of_cell;
+pub(crate) use fraction::Part;
 pub use fraction::{CutSurface, Fraction, Fractions};
-pub(crate) use fraction::{Part, Totals};
 #[cfg(not(feature = "stages"))]
 pub(crate) use measure::fractions;
 #[cfg(feature = "stages")]
