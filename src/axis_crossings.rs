@@ -6,6 +6,7 @@
 //! above the crossing.
 //! Cost: O(crossings) time; 8 bytes per crossing, 16 while they are grouped.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use crate::crossings::Crossings;
@@ -56,6 +57,8 @@ pub(crate) struct AxisCrossings {
     pub(crate) words: Words,
     /// Rays that do not leave what they enter.
     pub(crate) n_odd: u64,
+    /// Of rays along those of the mesh: planes, ascending, and how many crossings in each do not count.
+    pub(crate) uncounted: Vec<(u32, u64)>,
 }
 
 /// Crossings of an axis, as they come.
@@ -63,28 +66,30 @@ pub(crate) struct AxisCrossings {
 pub(crate) struct Collected {
     parts: Vec<Words>,
     n_odd: u64,
+    uncounted: BTreeMap<u32, u64>,
 }
 
 impl Collected {
     /// Adds the crossings of more rays, for a mesh whose rays are `main`; `is_counted` as in [`AxisCasts`].
     pub(crate) fn add(&mut self, more: Vec<Crossings>, rays: &Rays, main: &Rays, is_counted: bool) {
-        let parts: Vec<(Words, u64)> =
-            more.into_par_iter().map(|crossings| words(&crossings, rays, main, is_counted)).collect();
-        for (words, n_odd) in parts {
-            self.parts.push(words);
-            self.n_odd += n_odd;
+        let of_band = |crossings: Crossings| words(&crossings, rays, main, is_counted);
+        for found in more.into_par_iter().map(of_band).collect::<Vec<AxisCrossings>>() {
+            self.parts.push(found.words);
+            self.n_odd += found.n_odd;
+            found.uncounted.into_iter().for_each(|(plane, n)| *self.uncounted.entry(plane).or_insert(0) += n);
         }
     }
 
     /// All crossings, in order.
     pub(crate) fn in_order(self) -> AxisCrossings {
-        AxisCrossings { words: grouped(&self.parts), n_odd: self.n_odd }
+        let uncounted = self.uncounted.into_iter().collect();
+        AxisCrossings { words: grouped(&self.parts), n_odd: self.n_odd, uncounted }
     }
 }
 
-/// Crossings as words, ray after ray, and the number of rays that do not leave what they enter.
-fn words(crossings: &Crossings, rays: &Rays, main: &Rays, is_counted: bool) -> (Words, u64) {
-    let (mut words, mut n_odd) = (Vec::with_capacity(crossings.events.len()), 0);
+/// Crossings as words, ray after ray.
+fn words(crossings: &Crossings, rays: &Rays, main: &Rays, is_counted: bool) -> AxisCrossings {
+    let (mut words, mut n_odd, mut uncounted) = (Vec::with_capacity(crossings.events.len()), 0, Vec::new());
     let mut events = Vec::new();
     for (ray, ends) in (crossings.first_ray..).zip(crossings.offsets.windows(2)) {
         let of_ray = &crossings.events[ends[0] as usize..ends[1] as usize];
@@ -100,13 +105,17 @@ fn words(crossings: &Crossings, rays: &Rays, main: &Rays, is_counted: bool) -> (
             events.clear();
             events.extend_from_slice(of_ray);
             events.sort_unstable();
-            let mut winding = 0;
+            let (mut winding, mut n_left) = (0, events.len() as u64);
             for &event in &events {
                 let was_inside = winding != 0;
                 winding += 1 - 2 * (event & 1) as i32;
                 if was_inside != (winding != 0) {
                     push(event);
+                    n_left -= 1;
                 }
+            }
+            if n_left > 0 && rays.axis == main.axis {
+                uncounted.push(((ray / n_i) as u32, n_left));
             }
             n_odd += u64::from(winding != 0);
         } else {
@@ -114,7 +123,7 @@ fn words(crossings: &Crossings, rays: &Rays, main: &Rays, is_counted: bool) -> (
             n_odd += of_ray.len() as u64 % 2;
         }
     }
-    (words, n_odd)
+    AxisCrossings { words, n_odd, uncounted }
 }
 
 /// Crossings of facets with all rays along an axis, about: one for each cell of the area that they cover across it.

@@ -26,6 +26,7 @@ mod measure;
 mod refined;
 mod surface;
 
+pub(crate) use column::parts_of_cell;
 pub(crate) use fraction::Part;
 pub use fraction::{CutSurface, Fraction, Fractions};
 #[cfg(not(feature = "stages"))]

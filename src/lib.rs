@@ -122,6 +122,7 @@ mod sort;
 pub mod sources;
 pub mod staggered;
 pub mod surface;
+mod totals;
 #[cfg(not(feature = "stages"))]
 mod volume_bound;
 #[cfg(feature = "stages")]

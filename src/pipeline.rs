@@ -32,14 +32,14 @@ use crate::mesh::{Mesh, Named};
 use crate::overlay::{self, Overlay};
 use crate::rays::Rays;
 use crate::report::{
-    CertificateReport, DeviceCheck, DoubtReport, FillReport, FlagReport, FractionsReport, GeometryReport, InputReport,
-    LinksReport, MAX_BOXES, MeshFacts, OpenReport, PeakBytes, Seconds, StaggeredReport, WindowReport, WithoutCells,
-    flag_reports, is_cut, thick_flags,
+    CallerFacts, CertificateReport, DeviceCheck, DoubtReport, FillReport, FlagReport, FractionsReport, GeometryReport,
+    InputReport, LinksReport, MAX_BOXES, MeshFacts, OpenReport, PeakBytes, Report, Seconds, StaggeredReport,
+    WindowReport, WindowSums, WithoutCells, flag_reports, is_cut, thick_flags,
 };
 use crate::snapping::Snapped;
 use crate::sources::Source;
 use crate::volume_bound::BoundSums;
-use crate::volumes::volumes;
+use crate::volumes::Volumes;
 
 mod borders;
 mod effective;
@@ -101,6 +101,53 @@ pub async fn mesh_if(
     engine: &mut Engine,
     control: &Control,
 ) -> Result<(Mesh, MeshFacts)> {
+    let bare = match options.merged_report {
+        true => bare_report(job, &sources, check, engine, control).await?,
+        false => None,
+    };
+    let (mesh, mut facts) = meshed(job, sources, (options, check, true), engine, control).await?;
+    if let (Some(window), Some((report, seconds))) = (&mut facts.window, bare) {
+        window.without_halo = Some(report);
+        facts.seconds.columns += seconds;
+    }
+    Ok((mesh, facts))
+}
+
+/// What the report of a part with a halo would be without it, and how long that took; None without a halo, or where the columns do
+/// not fit in memory.
+async fn bare_report(
+    job: &Job,
+    sources: &[Source],
+    check: &Check<'_>,
+    engine: &mut Engine,
+    control: &Control,
+) -> Result<Option<(serde_json::Value, f64)>> {
+    if job.part.is_none() || job.halo.is_none_or(|halo| halo == 0) {
+        return Ok(None);
+    }
+    let mut clock = Instant::now();
+    check(&prepare(job, sources.to_vec())?)?;
+    let bare = Job { halo: None, halo_edge: None, ..job.clone() };
+    let (options, control) = (MeshOptions::default(), control.without_progress());
+    match meshed(&bare, sources.to_vec(), (&options, &|_| Ok(()), false), engine, &control).await {
+        Ok((_, facts)) => {
+            // a struct of numbers and texts always has a JSON form
+            let report = serde_json::to_value(Report::new(facts, CallerFacts::default())).unwrap_or_default();
+            Ok(Some((report, lap(&mut clock))))
+        }
+        Err(error) if error.code() == "memory" => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
+/// Meshes a job; what it asks for beside the cells only if that shall be measured.
+async fn meshed(
+    job: &Job,
+    sources: Vec<Source>,
+    (options, check, is_measured): (&MeshOptions, &Check<'_>, bool),
+    engine: &mut Engine,
+    control: &Control,
+) -> Result<(Mesh, MeshFacts)> {
     let inputs: Vec<InputReport> = sources.iter().map(InputReport::new).collect();
     let n_solids: Vec<usize> = sources.iter().map(|source| source.contents.solids.len()).collect();
     let mut clock = Instant::now();
@@ -113,7 +160,7 @@ pub async fn mesh_if(
     let (whole, is_for_window) = (&prepared.whole, prepared.window.is_some());
     let bad_edges = BadEdges::of_geometries(&frame, &closed, whole, &prepared.geometries);
     control.rest().await?;
-    let uncut_frame = Uncut::new(job, &frame, &closed, &prepared.geometries)?;
+    let uncut_frame = Uncut::new(job, &frame, &closed, &prepared.geometries)?.filter(|_| is_measured);
     let (mut frame, mut parts) = overlay::split(frame, &closed, job.rule, whole, &prepared.geometries, is_for_window)?;
     if !parts.is_empty() {
         let apart = (0..ends.len()).filter(|&position| frame.range_at(position).is_empty());
@@ -135,7 +182,7 @@ pub async fn mesh_if(
         let near = parts.iter().map(|part| part.window(cells, &frame)).collect();
         let near_frame = frame.window(cells);
         let uncut = (std::mem::replace(&mut parts, near), std::mem::replace(&mut frame, near_frame));
-        kept = (job.certify || job.part.is_some()).then_some(uncut);
+        kept = (job.certify || job.part.is_some() || job.links.is_some()).then_some(uncut);
     }
     let parts_bytes = parts.iter().map(|part| part.n_bytes(&prepared.rays, &frame)).sum();
     let budget = memory_budget(job, options, &prepared, (engine, parts_bytes), control).await?;
@@ -158,14 +205,13 @@ pub async fn mesh_if(
     let gaps = close_gaps(job, &prepared, &mut columns, budget.columns, control)?;
     let columns_seconds = lap(&mut clock);
     let bytes_left = budget.columns.saturating_sub(columns_peak);
+    let (frame_of_whole, parts_of_whole) = kept.as_ref().map_or((&frame, &[][..]), |(parts, frame)| (frame, parts));
+    let uncut = Whole { frame: frame_of_whole, parts: parts_of_whole, flags: &flags, lines: whole, rule: job.rule };
     let (links, fractions, staggered) = match &uncut_frame {
-        Some(of) => of.all(job, (&prepared, &columns), (bytes_left, (engine, &budget, control))).await?,
+        Some(of) => of.all(job, (&prepared, &columns, &uncut), (bytes_left, (engine, &budget, control))).await?,
         None => (None, None, None),
     };
     let measured_seconds = uncut_frame.map(|_| lap(&mut clock));
-
-    let (frame_of_whole, parts_of_whole) = kept.as_ref().map_or((&frame, &[][..]), |(parts, frame)| (frame, parts));
-    let uncut = Whole { frame: frame_of_whole, parts: parts_of_whole, flags: &flags, lines: whole, rule: job.rule };
     let is_merged = job.part.is_some() && prepared.halo == 0;
     let begins_rays = prepared.halo == 0 && cells[0][columns.rays.axis] == 0;
     let runs = match is_merged || begins_rays {
@@ -182,7 +228,7 @@ pub async fn mesh_if(
     let mut geometries: Vec<GeometryReport> =
         prepared.geometries.iter().zip(bad_edges).map(|(geometry, bad)| GeometryReport::new(geometry, bad)).collect();
     let n_cells = columns.cells_per_flag();
-    let volumes = volumes(&columns, &lines)?;
+    let Volumes { of_flags: volumes, totals } = Volumes::new(&columns, &lines, whole)?;
     let checked = Checked {
         job,
         prepared: &prepared,
@@ -235,8 +281,10 @@ pub async fn mesh_if(
     let cast = Cast { frame: frame_of_whole, rays: &whole_rays, rule: job.rule };
     let certificate = gaps_between.map(|gaps| {
         let asked = (&prepared.geometries[..], job.thin_cells.unwrap_or(DEFAULT_THIN_CELLS));
-        CertificateReport::new(&Certificate::new(&cast, cells, whole, asked, gaps), &geometries, &names, whole)
+        let found = Certificate::new(&cast, cells, whole, asked, gaps);
+        (CertificateReport::new(&found, &geometries, &names, whole), found.overlaps)
     });
+    let (certificate, overlaps) = certificate.unzip();
     findings.extend(certificate.iter().flat_map(|certificate| certificate.findings(&lines)));
     let mesh = Mesh::new(lines.clone(), columns, names, prepared.unit.clone())?;
     let columns = &mesh.columns;
@@ -258,7 +306,8 @@ pub async fn mesh_if(
     let flags_hash = (!columns.is_spilled()).then(|| flags_hash(columns)).transpose()?;
     let window =
         prepared.asked.map(|asked| window_report(asked, &prepared, (columns, staggered.as_ref()))).transpose()?;
-    let window = window.map(|of| WindowReport { volume_bounds, runs, shells, without_cells, ..of });
+    let sums = WindowSums::new(totals.as_ref(), fractions.as_ref(), overlaps.as_deref().unwrap_or_default());
+    let window = window.map(|of| WindowReport { sums, volume_bounds, runs, shells, without_cells, ..of });
     let backend = engine.backend();
     let (adapter, driver) = engine.adapter().map(|(name, driver)| (name.into(), driver.into())).unzip();
     let n_facets: usize = prepared.geometries.iter().map(|geometry| geometry.facets.len()).sum();

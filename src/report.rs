@@ -35,7 +35,7 @@ pub use of_input::InputReport;
 pub use of_links::LinksReport;
 pub use of_shells::{MAX_OFF, MAX_SHELLS, MAX_SHELLS_OF_PART, ShellCheck, ShellReport, off};
 pub use of_staggered::{ComponentReport, PointsReport, StaggeredReport};
-pub use of_window::{ShellsReport, WindowReport, WithoutCells};
+pub use of_window::{FlagSum, ShellsReport, WindowReport, WindowSums, WithoutCells};
 
 /// Seconds of each stage.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]

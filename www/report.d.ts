@@ -33,6 +33,17 @@ export interface WindowReport {
   halo: number;
   /** What these cells add to the sum that `flags_hash` is made of; null with a halo. */
   flags_sum: string | null;
+  /** Volumes and areas before they are rounded: whole numbers in hexadecimal digits, which add up to those of the box. */
+  sums: {
+    /** Of `flags[].volume`; empty among equal cells. */
+    volumes: { flag: number; sum: string }[];
+    /** Of `fractions.volumes`. */
+    fractions: { flag: number; sum: string }[];
+    /** Of `fractions.areas`. */
+    areas: string[];
+    /** Of the volumes of `certificate.overlaps`. */
+    overlaps: string[];
+  };
   /** `volume_bound` of each geometry in the whole box; null unless these cells are a `part`. */
   volume_bounds: (number | null)[] | null;
   /** Runs of the whole box that begin in these cells; null unless these are a `part` without halo, or no ray is cut before them. */
@@ -48,6 +59,8 @@ export interface WindowReport {
    * are a `part` without halo.
    */
   without_cells: { geometry: number; finding: Finding | null; warning: string | null }[] | null;
+  /** The report without the halo, which `hexcast merge` takes; null here: only `hexcast mesh --report` makes it. */
+  without_halo: object | null;
 }
 
 /** Peak sizes in bytes. */

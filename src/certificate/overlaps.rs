@@ -14,6 +14,7 @@ use crate::crossings::Crossings;
 use crate::job::Rule;
 use crate::lines::Lines;
 use crate::rays::Rays;
+use crate::totals::{Ruler, Total};
 
 /// Rows of rays that are cast together.
 const ROWS: u32 = 1 << 10;
@@ -27,6 +28,8 @@ pub struct Overlap {
     pub cells: u64,
     /// Their volume.
     pub volume: f64,
+    /// The same in the units of the box.
+    pub(crate) total: Total,
     /// Cells of the longest stretch of a ray inside of both; 0 in a window in which none begins.
     pub longest: u32,
     /// A place inside of both, in world coordinates: the middle of the longest stretch, the first of those.
@@ -47,7 +50,7 @@ struct Stretch {
 /// What a pair of geometries has in common.
 struct Common {
     cells: u64,
-    volume: f64,
+    volume: Total,
     longest: Stretch,
 }
 
@@ -55,7 +58,7 @@ impl Common {
     /// Adds what comes after.
     fn add(&mut self, more: Common) {
         self.cells += more.cells;
-        self.volume += more.volume;
+        self.volume.add(more.volume);
         if more.longest.length > self.longest.length {
             self.longest = more.longest;
         }
@@ -71,11 +74,12 @@ pub(super) fn overlaps(cast: &Cast, lines: &Lines, cells: [[u32; 3]; 2]) -> Vec<
     }
     let [across, down] = rays_through(cast.rays, cells);
     let along = cells[0][cast.rays.axis]..cells[1][cast.rays.axis];
+    let ruler = Ruler::new(lines, lines);
     let with_facets = !cast.frame.ranks.are_positions();
     for first in down.clone().step_by(ROWS as usize) {
         let rows = first..down.end.min(first.saturating_add(ROWS));
         let windows: Vec<Window> = rows.map(|row| [across.clone(), row..row + 1]).collect();
-        let of_row = |crossings: &Crossings| common_cells(crossings, cast, lines, &along);
+        let of_row = |crossings: &Crossings| common_cells(crossings, cast, &ruler, &along);
         for (pair, of_row) in over_windows(cast, &windows, with_facets, of_row).into_iter().flatten() {
             note(&mut common, pair, of_row);
         }
@@ -83,8 +87,8 @@ pub(super) fn overlaps(cast: &Cast, lines: &Lines, cells: [[u32; 3]; 2]) -> Vec<
     let overlap = |([high, low], Common { cells, volume, longest }): ([u16; 2], Common)| Overlap {
         geometries: [high, low].map(|position| geometry_at[usize::from(position)]),
         cells,
-        // of equal cells without rounding
-        volume: lines.cell_volume().map_or(volume, |cell| cells as f64 * cell),
+        volume: ruler.volume(volume, 1),
+        total: volume,
         longest: longest.length,
         place: middle(longest, cast.rays, lines),
     };
@@ -110,7 +114,7 @@ fn middle(Stretch { ray, first, end, .. }: Stretch, rays: &Rays, lines: &Lines) 
 }
 
 /// What each pair of geometries, by position, the higher first, has in common in some cells of the rays.
-fn common_cells(crossings: &Crossings, cast: &Cast, lines: &Lines, along: &Range<u32>) -> BTreeMap<[u16; 2], Common> {
+fn common_cells(crossings: &Crossings, cast: &Cast, ruler: &Ruler, along: &Range<u32>) -> BTreeMap<[u16; 2], Common> {
     let (rule, rays) = (cast.rule, cast.rays);
     let n_across = u64::from(rays.counts[0]);
     let mut common: BTreeMap<[u16; 2], Common> = BTreeMap::new();
@@ -129,9 +133,11 @@ fn common_cells(crossings: &Crossings, cast: &Cast, lines: &Lines, along: &Range
                 let [start, end] = [last.max(along.start), cell.min(along.end)];
                 let n_here = end.saturating_sub(start);
                 let volume = || {
-                    let size = |side: usize, cell: u64| lines.cell_size(rays.across[side], cell as u32);
-                    let length = lines.line(rays.axis, end) - lines.line(rays.axis, start);
-                    length * size(0, ray % n_across) * size(1, ray / n_across)
+                    let (mut low, mut high) = ([start; 3], [end; 3]);
+                    for (side, cell) in [(0, ray % n_across), (1, ray / n_across)] {
+                        (low[rays.across[side]], high[rays.across[side]]) = (cell as u32, cell as u32 + 1);
+                    }
+                    ruler.cells([low, high])
                 };
                 for (index, &high) in inside.iter().enumerate().filter(|_| n_here > 0) {
                     for &low in &inside[..index] {

@@ -23,6 +23,11 @@ pub(super) struct Sum {
     here: i64,
 }
 
+/// In how many parts a cell is divided by so many rays along each axis.
+pub(crate) fn parts_of_cell(rays: u32) -> u64 {
+    WHOLE as u64 * u64::from(rays * rays)
+}
+
 impl Sum {
     /// In the cell at hand.
     pub(super) fn length(&self) -> i64 {

@@ -1,6 +1,7 @@
 //! The fractions of a mesh.
 
 use crate::parallel::*;
+use crate::totals::Total;
 
 /// The fraction of a cell that a flag has.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,8 +50,18 @@ pub struct Fractions {
     pub volumes: Vec<f64>,
     /// Area of the surface of each geometry in the box or window; None where surfaces were not asked for.
     pub areas: Option<Vec<f64>>,
+    /// Both before they were rounded.
+    pub(crate) totals: Totals,
     /// Whether faces were asked for.
     pub has_faces: bool,
+}
+
+/// Volumes of flags and areas of geometries in the units of the box.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub(crate) struct Totals {
+    pub(crate) volumes: Vec<Total>,
+    /// Empty where surfaces were not asked for.
+    pub(crate) areas: Vec<Total>,
 }
 
 /// What was found in some rows of cells.

@@ -1,8 +1,8 @@
 //! All fractions of a box: rows of cells together, on all cores.
 
-use super::column::Columns;
+use super::column::{Columns, parts_of_cell};
 use super::faces::Faces;
-use super::fraction::{Fraction, Fractions, Part};
+use super::fraction::{Fraction, Fractions, Part, Totals};
 use super::refined::Refined;
 use super::surface::Surfaces;
 use crate::control::Control;
@@ -12,6 +12,7 @@ use crate::inside::Kind;
 use crate::job::{FractionsJob, Rule};
 use crate::lines::Lines;
 use crate::parallel::*;
+use crate::totals::{Ruler, Total};
 use crate::window::CellWindow;
 
 /// Measures the fractions in the cells of a window. `kinds` says of each rank whether it is inverted.
@@ -30,16 +31,16 @@ pub async fn fractions(
     // planes of cells that go together: some thousands of rays
     let planes_of_row = (RAYS / (job.rays * ny).max(1)).clamp(1, 16);
     let measure = Measure {
-        lines,
+        ruler: Ruler::new(lines, lines),
         window,
         cells: Columns::new(Refined::of_cells(frame, lines, job.rays, &window), planes_of_row, (rule, kinds)),
         faces: job.faces.then(|| Faces::new((frame, lines), window, job.rays, planes_of_row, (rule, kinds))),
         surfaces: job.surfaces.then(|| Surfaces::new((frame, lines), window, planes_of_row)),
         planes_of_row,
     };
-    let (mut parts, mut volumes) = (Vec::new(), vec![0.0; 256]);
+    let (mut parts, mut volumes) = (Vec::new(), vec![Total::default(); 256]);
     let geometry_at = &frame.ranks.geometry_at;
-    let mut areas = job.surfaces.then(|| vec![0.0; geometry_at.len()]);
+    let mut areas = if job.surfaces { vec![Total::default(); geometry_at.len()] } else { Vec::new() };
     let (n_rows, mut n_bytes) = (nz.div_ceil(planes_of_row), 0);
     for start in (0..n_rows).step_by(ROUND) {
         control.rest().await?;
@@ -56,12 +57,11 @@ pub async fn fractions(
         }
         for Found { part, volumes: of_rows, areas: of_positions } in found {
             parts.push(part);
-            volumes.iter_mut().zip(of_rows).for_each(|(sum, more)| *sum += more);
-            if let Some(areas) = &mut areas {
-                geometry_at.iter().zip(of_positions).for_each(|(&geometry, more)| areas[geometry] += more);
-            }
+            volumes.iter_mut().zip(of_rows).for_each(|(sum, more)| sum.add(more));
+            geometry_at.iter().zip(of_positions).for_each(|(&geometry, more)| areas[geometry].add(more));
         }
     }
+    let (ruler, of_cell) = (&measure.ruler, parts_of_cell(job.rays));
     Ok(Fractions {
         rays: job.rays,
         dims: window.dims(),
@@ -69,8 +69,9 @@ pub async fn fractions(
         halo: window.halo,
         parts,
         planes_of_part: planes_of_row,
-        volumes,
-        areas,
+        volumes: volumes.iter().map(|&total| ruler.volume(total, of_cell)).collect(),
+        areas: job.surfaces.then(|| areas.iter().map(|&total| ruler.area(total)).collect()),
+        totals: Totals { volumes, areas },
         has_faces: job.faces,
     })
 }
@@ -81,7 +82,7 @@ const RAYS: u32 = 1 << 12;
 const ROUND: usize = if cfg!(target_arch = "wasm32") { 8 } else { 64 };
 
 struct Measure<'a> {
-    lines: &'a Lines,
+    ruler: Ruler,
     window: CellWindow,
     cells: Columns<'a>,
     faces: Option<Faces<'a>>,
@@ -91,16 +92,16 @@ struct Measure<'a> {
 
 struct Found {
     part: Part,
-    volumes: Vec<f64>,
+    volumes: Vec<Total>,
     /// Of each position.
-    areas: Vec<f64>,
+    areas: Vec<Total>,
 }
 
 impl Measure<'_> {
     fn of_row(&self, row: u32) -> Found {
         let CellWindow { first, end, .. } = self.window;
         let planes = row * self.planes_of_row..((row + 1) * self.planes_of_row).min(end[2] - first[2]);
-        let (mut fractions, mut volumes) = (Vec::new(), vec![0.0; 256]);
+        let (mut fractions, mut volumes) = (Vec::new(), vec![Total::default(); 256]);
         let whole = self.cells.whole();
         // a power of two
         let of_whole = 1.0 / whole as f64;
@@ -110,11 +111,10 @@ impl Measure<'_> {
             if cells.is_empty() {
                 return;
             }
-            let extent = self.lines.line(0, cells.end) - self.lines.line(0, cells.start);
-            let volume = extent * (self.lines.cell_size(1, y) * self.lines.cell_size(2, z));
+            let volume = self.ruler.cells([[cells.start, y, z], [cells.end, y + 1, z + 1]]);
             let some = || sums.iter().filter(|sum| sum.length() > 0);
             for sum in some() {
-                volumes[usize::from(sum.flag)] += sum.length() as f64 * of_whole * volume;
+                volumes[usize::from(sum.flag)].add(volume.times(sum.length() as u64));
             }
             if some().all(|sum| sum.length() < whole) {
                 let first = self.window.index([cells.start, y, z]);
@@ -131,7 +131,7 @@ impl Measure<'_> {
         });
         fractions.shrink_to_fit();
         let faces = self.faces.as_ref().map_or(Vec::new(), |faces| faces.of(&fractions, planes.clone()));
-        let found = self.surfaces.as_ref().map(|surfaces| surfaces.of_row(row, planes));
+        let found = self.surfaces.as_ref().map(|surfaces| surfaces.of_row(row, planes, &self.ruler));
         let (surfaces, areas) = found.unwrap_or_default();
         Found { part: Part { fractions, faces, surfaces }, volumes, areas }
     }

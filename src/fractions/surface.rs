@@ -14,6 +14,7 @@ use crate::crossings::by_ray;
 use crate::frame::{Frame, normal};
 use crate::lines::Lines;
 use crate::sort::sort_nearly_by_key;
+use crate::totals::{Ruler, Total};
 use crate::window::CellWindow;
 
 /// The facets, by rows of cells of a window.
@@ -146,7 +147,7 @@ impl Surfaces<'_> {
 
     /// The surfaces in the cells of some planes of the window across z, which are those of a row, in the order of cells, then of geometries; and the area of each
     /// position.
-    pub(super) fn of_row(&self, row: u32, planes: Range<u32>) -> (Vec<CutSurface>, Vec<f64>) {
+    pub(super) fn of_row(&self, row: u32, planes: Range<u32>, ruler: &Ruler) -> (Vec<CutSurface>, Vec<Total>) {
         let CellWindow { first, end, .. } = self.window;
         let planes = first[2] + planes.start..first[2] + planes.end;
         let mut sums: Vec<Sum> = Vec::new();
@@ -167,11 +168,11 @@ impl Surfaces<'_> {
             });
         }
         sort_nearly_by_key(&mut sums, |sum| (sum.cell, sum.position, sum.order));
-        let mut areas = vec![0.0; self.frame.ranks.geometry_at.len()];
+        let mut areas = vec![Total::default(); self.frame.ranks.geometry_at.len()];
         let mut found = Vec::new();
         for of_cell in sums.chunk_by(|one, other| (one.cell, one.position) == (other.cell, other.position)) {
             let area: f64 = of_cell.iter().map(|sum| sum.area).sum();
-            areas[usize::from(of_cell[0].position)] += area;
+            areas[usize::from(of_cell[0].position)].add(ruler.of_area(area));
             if area > 0.0 {
                 found.push(self.surface(of_cell, area));
             }

@@ -29,6 +29,8 @@ pub(crate) struct Votes {
     policy: Open,
     /// Where each ray along a, b and c goes in or out.
     turns: [Words; 3],
+    /// Planes, ascending, and how many crossings of the rays along a in each are neither.
+    uncounted: Vec<(u32, u64)>,
     /// Crossings along a of the surface and of what closes it.
     closed: Words,
     /// Cells, a row of the plane at a time, whose winding number the caps move: plane, row, places, by how much.
@@ -87,10 +89,12 @@ impl Votes {
     ) -> Votes {
         let mut crossings = crossings.into_iter();
         let mut odd_rays = [0; 3];
+        let mut uncounted = Vec::new();
         let turns = axes(rays).map(|axis| {
-            let AxisCrossings { words, n_odd } = crossings.next().unwrap_or_default();
-            odd_rays[axis] = n_odd;
-            words
+            let mut found = crossings.next().unwrap_or_default();
+            odd_rays[axis] = found.n_odd;
+            uncounted.append(&mut found.uncounted);
+            found.words
         });
         let mut closed = Vec::new();
         let mut moved = Vec::new();
@@ -111,6 +115,7 @@ impl Votes {
             rule,
             policy: part.policy,
             turns,
+            uncounted,
             closed,
             shifts: moved,
             odd_c: Vec::new(),
@@ -147,7 +152,9 @@ impl Votes {
     pub(crate) fn rows(&self, mut through: Through, planes: Range<u32>) -> Rows {
         let n_b = self.rays.counts[0];
         let first_ray = u64::from(planes.start) * u64::from(n_b);
-        let n_crossings = of_planes(&self.turns[0], &planes).len() as u64;
+        let [start, end] = [planes.start, planes.end].map(|end| self.uncounted.partition_point(|of| of.0 < end));
+        let uncounted = self.uncounted[start..end].iter().map(|(_, n)| n).sum::<u64>();
+        let n_crossings = of_planes(&self.turns[0], &planes).len() as u64 + uncounted;
         let mut rows = Rows { band: Band { first_ray, n_crossings, ..Band::default() }, doubt: Vec::new() };
         let (mut changes, mut doubt) = (Vec::new(), Vec::new());
         for plane in planes {

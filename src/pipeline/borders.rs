@@ -25,6 +25,9 @@ use crate::report::MAX_BOXES;
 /// A backend, and what it may take.
 pub(super) type Backend<'a> = (&'a mut Engine, &'a MemoryBudget, &'a Control);
 
+/// What is left of the memory that columns may take, and the backend.
+pub(super) type Left<'a> = (u64, Backend<'a>);
+
 /// The whole box before it was cut to a window.
 pub(super) struct Whole<'a> {
     /// The facets whose rays decide.
@@ -86,16 +89,31 @@ impl Whole<'_> {
     }
 
     /// The columns of a slab across an axis.
-    async fn slab(&self, cells: [[u32; 3]; 2], axis: usize, (engine, budget, control): Backend<'_>) -> Result<Columns> {
-        let (frame, control) = (self.frame.window(cells), control.without_progress());
+    async fn slab(&self, cells: [[u32; 3]; 2], axis: usize, backend: Backend<'_>) -> Result<Columns> {
         let [one, other] = [(axis + 1) % 3, (axis + 2) % 3];
-        let rays = Rays::new(if frame.dims[one] >= frame.dims[other] { one } else { other }, frame.dims);
+        let n_cells = |axis: usize| cells[1][axis] - cells[0][axis];
+        let (along, max_bytes) = (if n_cells(one) >= n_cells(other) { one } else { other }, backend.1.columns);
+        self.columns((cells, along), max_bytes, backend).await
+    }
+
+    /// The columns of some cells with rays along an axis, of at most so many bytes.
+    ///
+    /// # Errors
+    /// Those of [`Engine::columns`].
+    pub(super) async fn columns(
+        &self,
+        (cells, along): ([[u32; 3]; 2], usize),
+        max_bytes: u64,
+        (engine, budget, control): Backend<'_>,
+    ) -> Result<Columns> {
+        let (frame, control) = (self.frame.window(cells), control.without_progress());
+        let rays = Rays::new(along, frame.dims);
         let cast = Cast { frame: &frame, rays: &rays, rule: self.rule };
         let parts = self.parts.iter().map(|part| part.window(cells, self.frame)).collect();
         let doubt = Doubt::new(rays, MAX_BOXES, None);
         let lines = self.lines.window(cells);
         let (mut overlay, _) = overlay(parts, &cast, (self.flags, &lines, doubt), (engine, budget, &control)).await?;
-        let mut builder = ColumnsBuilder::new(rays, budget.columns, None);
+        let mut builder = ColumnsBuilder::new(rays, max_bytes, None);
         engine.build(&cast, budget, &mut builder, &mut overlay, &control).await?;
         builder.finish()
     }

@@ -1,5 +1,6 @@
 //! What is measured at surfaces once the flags are known: links from cells to surfaces, and the fractions of cells.
 
+use super::borders::{Left, Whole};
 use super::prepare::Prepared;
 use crate::closed::Closed;
 use crate::columns::Columns;
@@ -45,13 +46,13 @@ impl Uncut {
         Ok(Some(Uncut { frame: frame.clone(), closed: closed.to_vec(), kinds }))
     }
 
-    /// The links that a job asks for, of at most so many bytes with what finding them takes.
+    /// The links that a job asks for, of at most so many bytes with what finding them takes. Where rays do not decide all flags, and the
+    /// columns are those of a window alone, the window is meshed once more with its neighbours.
     pub(super) async fn links(
         &self,
         job: &Job,
-        (prepared, columns): (&Prepared, &Columns),
-        max_bytes: u64,
-        control: &Control,
+        (prepared, columns, whole): (&Prepared, &Columns, &Whole<'_>),
+        (max_bytes, (engine, budget, control)): Left<'_>,
     ) -> Result<Option<Links>> {
         let Some(links) = job.links.as_ref() else { return Ok(None) };
         let (window, dims) = (prepared.cell_window(), prepared.whole.dims());
@@ -59,11 +60,14 @@ impl Uncut {
         let max_bytes = max_bytes.saturating_sub((3 * 38 + 4) * self.frame.facets.len() as u64);
         let is_plain = job.close_gaps.is_none() && !self.kinds.contains(&Kind::Apart);
         let [first, end] = prepared.window.unwrap_or([[0; 3], dims]);
-        let [near, near_end] = window.with_neighbours(dims);
-        if !is_plain && (0..3).any(|axis| near[axis] < first[axis] || near_end[axis] > end[axis]) {
-            let message = "links of a window need the flags of the cells beside it, as a geometry is not closed or has cells along its surface";
-            return Err(Error::new("job-conflict", message, "give the window a halo of a cell: halo = 1 (--halo 1)"));
-        }
+        let near = window.with_neighbours(dims);
+        let lacks_some = (0..3).any(|axis| near[0][axis] < first[axis] || near[1][axis] > end[axis]);
+        let meshed = match !is_plain && lacks_some {
+            true => Some(whole.columns((near, columns.rays.axis), max_bytes, (engine, budget, control)).await?),
+            false => None,
+        };
+        let max_bytes = max_bytes.saturating_sub(meshed.as_ref().map_or(0, Columns::n_bytes));
+        let (columns, first) = meshed.as_ref().map_or((columns, first), |meshed| (meshed, near[0]));
         let (frame, kinds) = (&self.frame, &self.kinds);
         let field = Field { frame, rule: job.rule, kinds, columns, first, window, is_plain };
         field.links(links, max_bytes, control).await.map(Some)

@@ -6,6 +6,7 @@
 //! Seconds add up, too; of memory the maximum counts.
 //! Cost: little more than reading the reports.
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::{Value, json};
@@ -15,10 +16,14 @@ use crate::doubt::Doubt;
 use crate::error::Result;
 use crate::finding::sentences;
 use crate::fingerprint::hash_of_sums;
-use crate::lines::Grading;
+use crate::fractions::parts_of_cell;
+use crate::lines::{Grading, Lines};
 use crate::rays::Rays;
-use crate::report::{DoubtReport, MAX_BOXES, OpenReport, PointsReport, ShellCheck, StaggeredReport, flag_reports};
+use crate::report::{
+    DoubtReport, FlagSum, MAX_BOXES, OpenReport, PointsReport, ShellCheck, StaggeredReport, WindowSums, flag_reports,
+};
 use crate::staggered::COMPONENTS;
+use crate::totals::{Ruler, Total};
 
 mod certificate;
 mod findings;
@@ -26,7 +31,7 @@ mod part;
 
 use certificate::merged_certificate;
 use findings::{Counted, findings, merged_shells};
-use part::{HINT, Part, lines_of_box, part, refused};
+use part::{HINT, Part, lines_of_box, part, refused, total};
 
 /// What must be equal in the reports of all windows.
 const SAME: &[&str] =
@@ -35,9 +40,10 @@ const SAME: &[&str] =
 /// Merges the reports of all windows of a box, in any order.
 ///
 /// # Errors
-/// `job-value` where one is not the report of a window; `job-conflict` where they are not of one job, do not divide its box, have a halo,
+/// `job-value` where one is not the report of a window; `job-conflict` where they are not of one job, do not divide its box, have a halo and do not say what they have without it,
 /// or are windows that cut rays and do not say which runs begin in them.
 pub fn merge(reports: &[Value]) -> Result<Value> {
+    let reports: Vec<Cow<Value>> = reports.iter().map(without_halo).collect();
     let parts: Vec<Part> = reports.iter().enumerate().map(|(index, of)| part(index, of)).collect::<Result<_>>()?;
     let first = parts.first().ok_or_else(|| refused("job-value", "no report is given", "give those of all parts"))?;
     check_same(&parts)?;
@@ -52,7 +58,7 @@ pub fn merge(reports: &[Value]) -> Result<Value> {
     merged["window"] = Value::Null;
     merged["flags_sha256"] = Value::Null;
     let job = merged["job"].as_object_mut().ok_or_else(|| refused("job-value", "a report has no job", HINT))?;
-    ["part", "window"].iter().for_each(|key| drop(job.remove(*key)));
+    ["part", "window"].iter().for_each(|key| drop(job.shift_remove(*key)));
     for key in ["cells", "rays_kept"] {
         merged[key] = json!(sum(&parts, |report| &report[key]));
     }
@@ -69,7 +75,7 @@ pub fn merge(reports: &[Value]) -> Result<Value> {
     for index in 0..merged["filled"].as_array().map_or(0, Vec::len) {
         merged["filled"][index]["added_cells"] = json!(sum(&parts, |report| &report["filled"][index]["added_cells"]));
     }
-    merge_measured(&mut merged, &parts);
+    merge_measured(&mut merged, &parts, &whole)?;
     merged["staggered"] = json!(merged_staggered(&parts, whole.dims()));
     let mut geometries = first.geometries.clone();
     let bounds = first.window.volume_bounds.clone().unwrap_or_else(|| vec![None; geometries.len()]);
@@ -81,15 +87,16 @@ pub fn merge(reports: &[Value]) -> Result<Value> {
     }
     let open = merged_open(&parts);
     let cells = cells_per_flag(&parts);
+    let ruler = Ruler::new(&whole, &whole);
     let volumes = match whole.cell_volume() {
         Some(volume) => cells.map(|n| n as f64 * volume),
-        None => volumes_per_flag(&parts),
+        None => totals_per_flag(&parts, |sums| &sums.volumes)?.map(|total| ruler.volume(total, 1)),
     };
     let flags = flag_reports(&geometries, &cells, &volumes, &whole);
     merged["flags"] = json!(flags);
     merged["flags_hash"] = json!(hash(&parts, whole.dims()));
     merged["doubtful"] = json!(merged_doubtful(&parts, whole.dims())?);
-    let certificate = merged_certificate(&parts, &geometries, &whole);
+    let certificate = merged_certificate(&parts, &geometries, &whole)?;
     let shells = merged_shells(&parts);
     let rays = Rays::new(axis, whole.dims());
     let counted = Counted {
@@ -110,12 +117,26 @@ pub fn merge(reports: &[Value]) -> Result<Value> {
     Ok(merged)
 }
 
+/// A report as it would be without its halo, where it says that: with what it measured in cells that are not of the halo, and its costs.
+fn without_halo(report: &Value) -> Cow<'_, Value> {
+    let bare = &report["window"]["without_halo"];
+    if !bare["window"]["sums"].is_object() {
+        return Cow::Borrowed(report);
+    }
+    let mut bare = bare.clone();
+    ["links", "fractions", "seconds", "peak_bytes"].iter().for_each(|key| bare[key] = report[key].clone());
+    for key in ["fractions", "areas"] {
+        bare["window"]["sums"][key] = report["window"]["sums"][key].clone();
+    }
+    Cow::Owned(bare)
+}
+
 /// Refuses reports of different jobs.
 fn check_same(parts: &[Part]) -> Result<()> {
     let of_job = |report: &Value| {
         let mut job = report["job"].clone();
         if let Some(job) = job.as_object_mut() {
-            ["part", "window"].iter().for_each(|key| drop(job.remove(*key)));
+            ["part", "window"].iter().for_each(|key| drop(job.shift_remove(*key)));
         }
         job
     };
@@ -184,11 +205,13 @@ fn cells_per_flag(parts: &[Part]) -> [u64; 256] {
     cells
 }
 
-/// Sums of what each window has, in their order: other than those of the whole in their last bits.
-fn volumes_per_flag(parts: &[Part]) -> [f64; 256] {
-    let mut volumes = [0.0; 256];
-    parts.iter().flat_map(|part| &part.flags).for_each(|flag| volumes[usize::from(flag.flag)] += flag.volume);
-    volumes
+/// What the windows have of each flag, exactly.
+fn totals_per_flag(parts: &[Part], of: impl Fn(&WindowSums) -> &Vec<FlagSum>) -> Result<[Total; 256]> {
+    let mut totals = [Total::default(); 256];
+    for FlagSum { flag, sum, .. } in parts.iter().flat_map(|part| of(&part.window.sums)) {
+        totals[usize::from(*flag)].add(total(sum)?);
+    }
+    Ok(totals)
 }
 
 fn hash(parts: &[Part], dims: [u32; 3]) -> Option<String> {
@@ -250,27 +273,30 @@ fn merged_staggered(parts: &[Part], dims: [u32; 3]) -> Option<StaggeredReport> {
     Some(merged)
 }
 
-/// Adds up what was measured at surfaces. Volumes and areas are sums of the windows' own.
-fn merge_measured(merged: &mut Value, parts: &[Part]) {
+/// Adds up what was measured at surfaces.
+fn merge_measured(merged: &mut Value, parts: &[Part], whole: &Lines) -> Result<()> {
     if !merged["links"].is_null() {
         for key in ["links", "cells", "through_walls", "without_facet"] {
             merged["links"][key] = json!(sum(parts, |report| &report["links"][key]));
         }
     }
     if merged["fractions"].is_null() {
-        return;
+        return Ok(());
     }
     merged["fractions"]["cut_cells"] = json!(sum(parts, |report| &report["fractions"]["cut_cells"]));
-    let mut volumes = BTreeMap::new();
-    for of in parts.iter().flat_map(|part| part.report["fractions"]["volumes"].as_array()).flatten() {
-        *volumes.entry(of["flag"].as_u64()).or_insert(0.0) += of["volume"].as_f64().unwrap_or(0.0);
-    }
-    let volumes = volumes.into_iter().map(|(flag, volume)| json!({ "flag": flag, "volume": volume }));
-    merged["fractions"]["volumes"] = volumes.collect();
+    let (ruler, rays) = (Ruler::new(whole, whole), merged["fractions"]["rays"].as_u64().unwrap_or(1).clamp(1, 16));
+    let of_flags = (0..=u8::MAX).zip(totals_per_flag(parts, |sums| &sums.fractions)?);
+    let volumes = of_flags.map(|(flag, total)| (flag, ruler.volume(total, parts_of_cell(rays as u32))));
+    let volumes = volumes.filter(|(_, volume)| *volume > 0.0);
+    merged["fractions"]["volumes"] = volumes.map(|(flag, volume)| json!({ "flag": flag, "volume": volume })).collect();
     for geometry in 0..merged["fractions"]["areas"].as_array().map_or(0, Vec::len) {
-        let of_parts = parts.iter().map(|part| part.report["fractions"]["areas"][geometry].as_f64().unwrap_or(0.0));
-        merged["fractions"]["areas"][geometry] = json!(of_parts.sum::<f64>());
+        let mut area = Total::default();
+        for part in parts {
+            area.add(total(part.window.sums.areas.get(geometry).map_or("", String::as_str))?);
+        }
+        merged["fractions"]["areas"][geometry] = json!(ruler.area(area));
     }
+    Ok(())
 }
 
 /// Adds up seconds; of memory keeps the most.

@@ -1,6 +1,6 @@
 //! What is measured beside the cells, one after the other; casts the points of a staggered grid: six boxes in the frame of the mesh, on its backend.
 
-use super::borders::{Backend, overlay};
+use super::borders::{Left, Whole, overlay};
 use super::measured::Uncut;
 use super::prepare::Prepared;
 use crate::cast::Cast;
@@ -17,9 +17,6 @@ use crate::rays::Rays;
 use crate::report::MAX_BOXES;
 use crate::staggered::{COMPONENTS, Staggered, check_dims};
 
-/// What is left of the memory that columns may take, and the backend.
-pub(super) type Left<'a> = (u64, Backend<'a>);
-
 impl Uncut {
     /// All that a job asks for: each is held with those before it.
     ///
@@ -28,10 +25,11 @@ impl Uncut {
     pub(super) async fn all(
         &self,
         job: &Job,
-        (prepared, columns): (&Prepared, &Columns),
+        (prepared, columns, whole): (&Prepared, &Columns, &Whole<'_>),
         (mut bytes_left, (engine, budget, control)): Left<'_>,
     ) -> Result<(Option<Links>, Option<Fractions>, Option<Staggered>)> {
-        let links = self.links(job, (prepared, columns), bytes_left, control).await?;
+        let left = (bytes_left, (&mut *engine, budget, control));
+        let links = self.links(job, (prepared, columns, whole), left).await?;
         bytes_left = bytes_left.saturating_sub(links.as_ref().map_or(0, Links::n_bytes));
         let fractions = self.fractions(job, prepared, bytes_left, control).await?;
         bytes_left = bytes_left.saturating_sub(fractions.as_ref().map_or(0, Fractions::n_bytes));

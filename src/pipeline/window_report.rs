@@ -4,7 +4,7 @@ use super::prepare::Prepared;
 use crate::columns::Columns;
 use crate::error::Result;
 use crate::fingerprint::flags_sum;
-use crate::report::{StaggeredReport, WindowReport};
+use crate::report::{StaggeredReport, WindowReport, WindowSums};
 use crate::staggered::Staggered;
 
 /// Says which cells were meshed.
@@ -19,5 +19,20 @@ pub(super) fn window_report(
     let (of, origin, halo, shells) = (whole.dims(), whole.origin(), *halo, Vec::new());
     let staggered = staggered.map(|points| StaggeredReport::of_window(points, end, of)).transpose()?;
     let (volume_bounds, runs, without_cells) = (None, None, None);
-    Ok(WindowReport { first, end, of, origin, halo, flags_sum, volume_bounds, runs, staggered, shells, without_cells })
+    let (sums, without_halo) = (WindowSums::default(), None);
+    Ok(WindowReport {
+        first,
+        end,
+        of,
+        origin,
+        halo,
+        flags_sum,
+        sums,
+        volume_bounds,
+        runs,
+        staggered,
+        shells,
+        without_cells,
+        without_halo,
+    })
 }

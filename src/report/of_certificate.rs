@@ -124,7 +124,7 @@ impl CertificateReport {
             index: geometry,
         };
         let overlap =
-            |&Overlap { geometries: [winner, loser], cells, volume, longest, place }: &Overlap| OverlapReport {
+            |&Overlap { geometries: [winner, loser], cells, volume, longest, place, .. }: &Overlap| OverlapReport {
                 winner: name(winner),
                 loser: name(loser),
                 cells,

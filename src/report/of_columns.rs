@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::lines::Grading;
 use crate::mesh::Mesh;
-use crate::volumes::volumes;
+use crate::volumes::Volumes;
 
 /// A report of what the file holds; null where [`super::Report`] has what only the meshing knew.
 #[derive(Debug, Serialize)]
@@ -124,7 +124,7 @@ impl ColumnsReport<'_> {
 
 fn flags_of_columns(mesh: &Mesh) -> Vec<ColumnsFlag<'_>> {
     let all_cells = mesh.columns.cells_per_flag();
-    let volumes = volumes(&mesh.columns, &mesh.lines).ok();
+    let volumes = Volumes::new(&mesh.columns, &mesh.lines, &mesh.lines).ok().map(|volumes| volumes.of_flags);
     let fact = |flag: u8| {
         let cells = all_cells[usize::from(flag)];
         let named = mesh.names.iter().find(|named| named.flag == flag);

@@ -3,7 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 use super::StaggeredReport;
+use crate::certificate::Overlap;
 use crate::finding::Finding;
+use crate::fractions::Fractions;
+use crate::totals::Total;
 
 /// Which cells of a box were meshed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -23,6 +26,9 @@ pub struct WindowReport {
     /// What these cells add to the sum that `flags_hash` is made of, see `docs/flags_hash.md`: 32 hexadecimal digits; null with a halo and
     /// where the columns have spilled.
     pub flags_sum: Option<String>,
+    /// Volumes and areas before they are rounded.
+    #[serde(default)]
+    pub sums: WindowSums,
     /// `volume_bound` of each geometry in the whole box; null unless these cells are a part (`--part`).
     pub volume_bounds: Option<Vec<Option<f64>>>,
     /// Runs of the whole box that begin in these cells; null unless these are a part without halo, or no ray is cut before them.
@@ -34,6 +40,58 @@ pub struct WindowReport {
     pub shells: Vec<ShellsReport>,
     /// Geometries that have no cell here; null unless these cells are a part without halo. A geometry that all parts list has none in the box.
     pub without_cells: Option<Vec<WithoutCells>>,
+    /// The report that these cells have without their halo, but for what is measured at surfaces: what a merge takes. Null unless they are a part with a halo
+    /// whose report shall be merged (`hexcast mesh --report`), and the columns fit in memory.
+    #[serde(default)]
+    pub without_halo: Option<serde_json::Value>,
+}
+
+/// Volumes and areas of some cells of a box, exactly: whole numbers in hexadecimal digits that add up to those of the box, in units that follow from
+/// the lines of the box (`src/totals.rs`).
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct WindowSums {
+    /// `flags[].volume`; empty among equal cells, whose number says it.
+    pub volumes: Vec<FlagSum>,
+    /// `fractions.volumes`.
+    pub fractions: Vec<FlagSum>,
+    /// `fractions.areas`.
+    pub areas: Vec<String>,
+    /// The volume of each of `certificate.overlaps`.
+    pub overlaps: Vec<String>,
+}
+
+/// What cells have of a flag.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
+pub struct FlagSum {
+    /// The flag.
+    pub flag: u8,
+    /// The sum.
+    pub sum: String,
+}
+
+impl WindowSums {
+    /// Writes sums as text; `volumes` has those of all flags.
+    pub(crate) fn new(
+        volumes: Option<&[Total; 256]>,
+        fractions: Option<&Fractions>,
+        overlaps: &[Overlap],
+    ) -> WindowSums {
+        let of_flags = |totals: &[Total]| -> Vec<FlagSum> {
+            let some = (0..=u8::MAX).zip(totals).filter(|(_, total)| **total != Total::default());
+            some.map(|(flag, total)| FlagSum { flag, sum: total.text() }).collect()
+        };
+        let totals = fractions.map(|fractions| &fractions.totals);
+        WindowSums {
+            volumes: volumes.map_or(Vec::new(), |totals| of_flags(totals)),
+            fractions: totals.map_or(Vec::new(), |totals| of_flags(&totals.volumes)),
+            areas: totals.iter().flat_map(|totals| &totals.areas).map(|total| total.text()).collect(),
+            overlaps: overlaps.iter().map(|overlap| overlap.total.text()).collect(),
+        }
+    }
 }
 
 /// A geometry with cells in two or more of its shells.

@@ -30,6 +30,7 @@ const CORE: &[&str] = &[
     "sources",
     "domain",
     "lines",
+    "totals",
     "frame",
     "closed",
     "volume_bound",

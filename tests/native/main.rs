@@ -86,6 +86,7 @@ mod measured_windows;
 mod memory;
 #[cfg(feature = "cli")]
 mod merged_reports;
+mod merged_sweep;
 mod mesher;
 mod missing_facets;
 mod models;

@@ -111,6 +111,11 @@ fn reports_that_are_not_of_all_parts_of_one_mesh_are_refused() {
     let other = report("other", &["--cells", "20", "--unit", "m", "--part", "2/2"]);
     let whole = report("whole", &["--cells", "20"]);
     let halo = report("halo", &["--cells", "20", "--part", "2/2", "--halo", "1"]);
+    done(&["merge", &halo, &one, "-o", &folder.path("halos.json")]);
+    // a report that does not say what its cells have without the halo
+    let mut bare = folder.json("halo");
+    bare["window"]["without_halo"] = Value::Null;
+    std::fs::write(folder.path("halo"), bare.to_string()).unwrap();
     let whole_of = json(&["mesh", SPOT, "--cells", "20", "--backend", "cpu", "--json"]);
     let [nx, ny, nz] = [0, 1, 2].map(|axis| whole_of["dims"][axis].as_u64().expect("a number"));
     let along = [0, 5].map(|z| {
@@ -123,7 +128,7 @@ fn reports_that_are_not_of_all_parts_of_one_mesh_are_refused() {
         (vec![&one, &two, &two], "do not divide"),
         (vec![&one, &other], "they differ in unit"),
         (vec![&one, &whole], "report 2 is of a whole mesh"),
-        (vec![&one, &halo], "with a halo of 1 cells"),
+        (vec![&one, &halo], "report 2 is of a window with a halo of 1 cells, which other reports count, too"),
         (vec![&along[0], &along[1]], "cut rays along z"),
         (vec![&folder.path("text")], "is not the report of a mesh"),
     ] {
@@ -134,6 +139,7 @@ fn reports_that_are_not_of_all_parts_of_one_mesh_are_refused() {
     }
     let merged = folder.path("merged.json");
     done(&["merge", &two, &one, "-o", &merged]);
+    assert_eq!(lasting(folder.json("halos.json")), lasting(folder.json("merged.json")));
     assert_eq!(folder.json("merged.json")["flags_hash"], folder.json("whole")["flags_hash"]);
 }
 

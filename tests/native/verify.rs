@@ -1,6 +1,7 @@
 //! `hexcast verify`: it agrees with the mesher on every case, and it finds every fault that is put in.
 
 mod faults;
+pub(crate) mod sweep;
 
 use hexcast::control::Control;
 use hexcast::geometry::{Facet, Placing};
@@ -18,7 +19,7 @@ use super::open_surfaces::without;
 use super::soups::{Random, soup};
 
 /// A binary STL.
-fn stl(facets: &[Facet]) -> Vec<u8> {
+pub(crate) fn stl(facets: &[Facet]) -> Vec<u8> {
     let mut bytes = [&[0; 80][..], &(facets.len() as u32).to_le_bytes()].concat();
     for facet in facets {
         bytes.extend([0; 12]);
@@ -36,7 +37,12 @@ struct Meshed {
 
 impl Meshed {
     /// Meshes surfaces in memory; the entries of the job get the files `0.stl`, `1.stl`, ...
-    fn new(surfaces: &[Facets], mut job: Job) -> Meshed {
+    fn new(surfaces: &[Facets], job: Job) -> Meshed {
+        Meshed::if_meshed(surfaces, job).expect("a mesh")
+    }
+
+    /// The same; None of a job that is refused.
+    fn if_meshed(surfaces: &[Facets], mut job: Job) -> Option<Meshed> {
         let folder = Folder::new();
         job.geometries.resize(surfaces.len(), GeometryJob::new("."));
         let mut sources = Vec::new();
@@ -50,9 +56,9 @@ impl Meshed {
         let (mut engine, options, control) = (Engine::cpu(), MeshOptions::default(), Control::default());
         let meshed = pollster::block_on(mesh(&job, sources, &options, &mut engine, &control));
         let made = Meshed { folder, job };
-        made.write(&meshed.expect("a mesh").0);
+        made.write(&meshed.ok()?.0);
         made.write_job(&made.job);
-        made
+        Some(made)
     }
 
     fn write(&self, mesh: &Mesh) {
@@ -84,7 +90,7 @@ impl Meshed {
     }
 }
 
-const AXES: [AxisChoice; 3] = [AxisChoice::X, AxisChoice::Y, AxisChoice::Z];
+pub(crate) const AXES: [AxisChoice; 3] = [AxisChoice::X, AxisChoice::Y, AxisChoice::Z];
 const OPEN: [Open; 3] = [Open::Winding, Open::Vote, Open::Parity];
 
 #[test]
@@ -239,4 +245,30 @@ fn ascii_files_split_solids_and_arguments_are_taken_as_by_mesh() {
         let verified = hexcast(&[&["verify", &output], *arguments].concat());
         assert!(verified.status.success(), "{arguments:?}: {verified:?}");
     }
+}
+
+#[test]
+fn files_of_other_formats_are_checked_and_named() {
+    let folder = Folder::new();
+    let output = folder.path("mesh.hxc");
+    let packed = folder.path("spot.stl.gz");
+    let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    std::io::Write::write_all(&mut gzip, &std::fs::read(SPOT).expect("a fixture")).expect("memory");
+    std::fs::write(&packed, gzip.finish().expect("memory")).expect("the folder is there");
+    let obj = folder.path("box.obj");
+    std::fs::write(&obj, "v 0 0 0\nv 3 0 0\nv 0 3 0\nv 0 0 3\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n").expect("a file");
+    let scene = "tests/fixtures/scene.3mf";
+    let glb = "tests/fixtures/scene.glb:split=true";
+    for (file, says) in [(&packed[..], "(gzip)"), (&obj, "(OBJ)"), (scene, "(3MF)"), (glb, "(GLB)")] {
+        let made = hexcast(&["mesh", file, "--cells", "24", "--backend", "cpu", "-q", "-o", &output]);
+        assert!(made.status.success(), "{made:?}");
+        let verified = hexcast(&["verify", &output, file, "--cells", "24"]);
+        let text = String::from_utf8_lossy(&verified.stdout);
+        assert!(verified.status.success(), "{file}: {verified:?}");
+        let line = text.lines().find(|line| line.starts_with("The facets of "));
+        assert!(line.is_some_and(|line| line.contains("as the mesher reads them")), "{text}");
+        assert!(line.is_some_and(|line| line.contains(says)), "{says}: {text}");
+    }
+    let verified = hexcast(&["verify", &output, scene, "--cells", "25"]);
+    assert_eq!(verified.status.code(), Some(9), "{verified:?}");
 }

@@ -9,8 +9,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use hexcast::column_file::{self, is_column_file};
 use hexcast::control::{CancelToken, Control};
 use hexcast::files::open_file;
+use hexcast::geometry::Facet;
 use hexcast::job::{ByteSize, Job};
 use hexcast::mesh::Mesh;
+use hexcast::pipeline::prepare;
+use hexcast::read::Format;
 use hexcast::sources::Source;
 use hexcast::{Error, Result};
 use indicatif::ProgressBar;
@@ -41,6 +44,35 @@ pub(crate) fn read_files(
     let sources: Vec<Result<Source>> = files.par_iter().map(|file| read_file(file, &room, token, &bar)).collect();
     bar.finish_and_clear();
     sources.into_iter().collect()
+}
+
+/// Solids by their names.
+pub(crate) type NamedSolids = Vec<(String, Vec<Facet>)>;
+
+/// The solids of a file that is no STL, or a packed one, and its format; None of an STL.
+pub(crate) fn solids_beside_stl(
+    file: &str,
+    max_memory: Option<ByteSize>,
+    token: &CancelToken,
+) -> Result<Option<(&'static str, NamedSolids)>> {
+    let sources = read_files(&[file], max_memory, token, Progress::new(true))?;
+    let Some(contents) = sources.into_iter().next().map(|source| source.contents) else { return Ok(None) };
+    let mut start = [0; 2];
+    let read = open_file(Path::new(file))?.read_exact(&mut start);
+    let is_packed = read.is_ok() && start == [0x1f, 0x8b];
+    let format = match contents.format {
+        Format::StlAscii | Format::StlBinary if !is_packed => return Ok(None),
+        _ if is_packed => Format::Gzip,
+        format => format,
+    };
+    let solids = contents.solids.into_iter().map(|solid| (solid.name, solid.facets.to_vec()));
+    Ok(Some((format.name(), solids.collect())))
+}
+
+/// The lines of the whole box of a job.
+pub(crate) fn lines_of_box(job: &Job, token: &CancelToken) -> Result<[Vec<f64>; 3]> {
+    let whole = prepare(job, read_job_files(job, token, Progress::new(true))?)?.whole;
+    Ok([0, 1, 2].map(|axis| whole.list(axis)))
 }
 
 fn read_file(file: &str, room: &Room, token: &CancelToken, bar: &ProgressBar) -> Result<Source> {

@@ -1,15 +1,17 @@
 //! `hexcast verify`: whether a column file holds the cells that its job defines.
 //!
-//! A second program in this one: it shares the job and the reader of column files with the mesher, and nothing else. It reads the
-//! STL files, snaps them and casts its own rays, across those of the mesh, through every cell.
+//! A second program in this one: it decides cells with nothing of the mesher's code. It shares the job and the reader of column files with it, and
+//! two things that it says when it uses them: the readers of files that are not STL, which have tests of their own, and the generator
+//! of lines, where a window or part of generated lines is to be placed among all of them. It
+//! reads STL files, snaps corners and casts its own rays, across those of the mesh, through every cell.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::OnceLock;
 
 use hexcast::control::{CancelToken, Control};
-use hexcast::job::{Fill, GeometryJob, Job};
+use hexcast::job::Job;
 use hexcast::mesh::Mesh;
 use hexcast::{Error, Result};
 use indicatif::HumanCount;
@@ -17,14 +19,18 @@ use indicatif::HumanCount;
 use super::arguments::{JobArguments, at_least_one, number};
 use super::{reading, terminal};
 
+mod gaps;
+mod lines;
 mod ray;
 mod scene;
 mod slabs;
 mod stl;
 mod surface;
+mod touched;
 
 use scene::Scene;
 use slabs::{Check, Tally};
+use stl::{Solid, solids};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -36,7 +42,7 @@ Examples:
 const DIFFERS: u8 = 9;
 /// Cells of a slab, where its planes are not larger, and bytes that each takes.
 const SLAB: u64 = 1 << 24;
-const CELL_BYTES: u64 = 3;
+const CELL_BYTES: u64 = 5;
 
 /// Check a column file (.hxc) cell by cell, by a second method, against its job: --job, or the same arguments as for `mesh`
 #[derive(clap::Args)]
@@ -57,51 +63,61 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode> {
     let job = arguments.job.job()?;
-    check_is_known(&job)?;
     arguments.job.set_threads()?;
     let mut control = Control::default();
     control.cancel = token.clone();
     let max_bytes = job.max_memory.map_or(u64::MAX, |size| size.0);
     let mesh = reading::open_columns(&arguments.mesh, max_bytes / 2, &control)?;
-    if mesh.lines.is_graded() {
-        let message = "cells differ in size, and hexcast verify knows equal ones only";
-        return Err(Error::new("lines-graded", message, "verify a mesh of equal cells"));
-    }
-    let slabs = slabs(&mesh, arguments.sample, arguments.seed, max_bytes)?;
+    let slabs = slabs(&mesh, &job, (arguments.sample, arguments.seed), max_bytes)?;
     let n_cells = slabs.iter().map(|slab| slab.len() as u64).sum::<u64>() * cells_of_plane(&mesh);
-    let scene = Scene::new(&job, &mesh)?;
-    let (rays, seed) = (mesh.columns.rays, arguments.seed);
-    let axes = [rays.axis, rays.across[0], rays.across[1]];
-    let through = scene.bodies.iter().map(|_| OnceLock::new()).collect();
-    let check = Check { scene: &scene, mesh: &mesh, axes, through, seed, control: &control };
-    let tally = check.all(&slabs)?;
+    let (files, shared) = files(&job, token)?;
+    let is_cut = job.window.is_some() || job.part.is_some();
+    let generated = match job.graded {
+        Some(_) if is_cut => Some(reading::lines_of_box(&job, token)?),
+        _ => None,
+    };
+    let scene = Scene::new(&job, &mesh, &files, generated.as_ref())?;
+    drop(files);
+    let edge = (job.halo_edge.unwrap_or_default(), arguments.seed);
+    // cells of other lines are other cells
+    let is_placed = scene.grid.wrong.is_empty();
+    let tally = if is_placed { Check::new(&scene, &mesh, edge, &control).all(&slabs)? } else { Tally::default() };
     let first =
         format!("{}: {} of {} cells", arguments.mesh.display(), HumanCount(n_cells), HumanCount(mesh.n_cells()));
-    terminal::print(&format!("{first} {}", sentences(&scene, &mesh, &tally)))?;
-    let is_right = tally.n_wrong == 0 && scene.wrong_lines.is_empty();
+    let mut text = format!("{first} {}", about_facets(&scene, &mesh));
+    shared.iter().for_each(|(file, format)| {
+        text += &format!(
+            "The facets of {file} ({format}) are as the mesher reads them: only STL is read by a second reader.\n"
+        );
+    });
+    if generated.is_some() {
+        text += "The lines of the whole box are as the mesher generates them; they were held to what is promised of them.\n";
+    }
+    terminal::print(&(text + &sentences(&scene, &mesh, &tally)))?;
+    let is_right = tally.n_wrong == 0 && is_placed;
     Ok(if is_right { ExitCode::SUCCESS } else { ExitCode::from(DIFFERS) })
 }
 
-/// Refuses what the second method does not define.
-fn check_is_known(job: &Job) -> Result<()> {
-    let has = |is_so: fn(&GeometryJob) -> bool| job.geometries.iter().any(is_so);
-    let unknown = [
-        ("fill", job.fill != Fill::Centre || has(|of| of.fill.is_some_and(|fill| fill != Fill::Centre))),
-        ("shell", has(|of| of.shell)),
-        ("invert", has(|of| of.invert)),
-        ("close_gaps", job.close_gaps.is_some()),
-        ("window", job.window.is_some()),
-        ("part", job.part.is_some()),
-        ("lines", job.lines.is_some()),
-        ("graded", job.graded.is_some()),
-    ];
-    match unknown.iter().find(|(_, is_so)| *is_so) {
-        None => Ok(()),
-        Some((key, _)) => {
-            let message = format!("the job has {key}, and hexcast verify knows only cells whose centres lie inside");
-            Err(Error::new("job-value", message, "verify a mesh that was made without it"))
-        }
+/// The solids of each entry of a job; and which files are not STL, with their format.
+fn files(job: &Job, token: &CancelToken) -> Result<(Vec<Vec<Solid>>, BTreeMap<String, &'static str>)> {
+    let (mut files, mut shared) = (Vec::new(), BTreeMap::new());
+    for entry in &job.geometries {
+        let solids = match solids(&entry.file) {
+            Err(error) if error.code() == "stl-not-stl" => {
+                match reading::solids_beside_stl(&entry.file, job.max_memory, token) {
+                    Ok(Some((format, solids))) => {
+                        shared.insert(entry.file.clone(), format);
+                        solids
+                    }
+                    Err(other) if other.code() != error.code() => return Err(other),
+                    _ => return Err(error),
+                }
+            }
+            solids => solids?,
+        };
+        files.push(solids);
     }
+    Ok((files, shared))
 }
 
 fn cells_of_plane(mesh: &Mesh) -> u64 {
@@ -109,9 +125,12 @@ fn cells_of_plane(mesh: &Mesh) -> u64 {
 }
 
 /// Planes that hold about so many cells, evenly spaced; without a number all, as many to a slab as the memory holds.
-fn slabs(mesh: &Mesh, sample: Option<u64>, seed: u64, max_bytes: u64) -> Result<Vec<Range<u32>>> {
+fn slabs(mesh: &Mesh, job: &Job, (sample, seed): (Option<u64>, u64), max_bytes: u64) -> Result<Vec<Range<u32>>> {
     let (n_planes, cells) = (mesh.columns.rays.counts[1], cells_of_plane(mesh));
     let held = max_bytes / CELL_BYTES / rayon::current_num_threads() as u64;
+    // gaps need planes beside those of a slab
+    let more = u64::from(job.close_gaps.unwrap_or(0).min(n_planes)) * 2 * cells;
+    let held = held.saturating_sub(more);
     if cells > held {
         let message =
             format!("a plane of the mesh has {cells} cells; each thread can hold {held} in {max_bytes} bytes");
@@ -127,11 +146,15 @@ fn slabs(mesh: &Mesh, sample: Option<u64>, seed: u64, max_bytes: u64) -> Result<
     Ok((0..n_planes).step_by(thick as usize).map(|start| start..(start + thick).min(n_planes)).collect())
 }
 
-fn sentences(scene: &Scene, mesh: &Mesh, tally: &Tally) -> String {
+fn about_facets(scene: &Scene, mesh: &Mesh) -> String {
     let [nx, ny, nz] = mesh.dims();
     let across = ["x", "y", "z"][mesh.columns.rays.across[0]];
     let facets = HumanCount(scene.facets.len() as u64);
-    let mut text = format!("({nx} x {ny} x {nz}) checked against {facets} facets, by rays along {across}.\n");
+    format!("({nx} x {ny} x {nz}) checked against {facets} facets, by rays along {across}.\n")
+}
+
+fn sentences(scene: &Scene, mesh: &Mesh, tally: &Tally) -> String {
+    let mut text = String::new();
     for body in scene.bodies.iter().filter(|body| body.open.is_some()) {
         text += &format!("{} is not closed.\n", body.file);
     }
@@ -140,12 +163,16 @@ fn sentences(scene: &Scene, mesh: &Mesh, tally: &Tally) -> String {
         text += &format!("Doubtful cells: {doubtful}; the solid angles of all facets were summed at {wound}, ");
         text += &format!("of which {undecided} are too close to call.\n");
     }
-    scene.wrong_lines.iter().for_each(|sentence| text += &format!("Wrong lines: {sentence}.\n"));
+    scene.grid.wrong.iter().for_each(|sentence| text += &format!("Wrong lines: {sentence}.\n"));
     for &(cell, found, expected) in &tally.first {
         let [x, y, z] = [0, 1, 2].map(|axis| mesh.lines.centre(axis, cell[axis]));
         text += &format!("Wrong cell: {cell:?} at ({x}, {y}, {z}) has flag {found}, expected {expected}.\n");
     }
-    if tally.n_wrong == 0 && scene.wrong_lines.is_empty() {
+    if !scene.grid.wrong.is_empty() {
+        return text
+            + "The mesh is not that of the job; its cells were not checked. Mesh again, or give its own job.\n";
+    }
+    if tally.n_wrong == 0 {
         return text + "All cells that were checked are as the job defines them.\n";
     }
     let n_wrong = HumanCount(tally.n_wrong);

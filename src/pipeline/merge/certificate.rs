@@ -2,32 +2,42 @@
 
 use std::collections::BTreeMap;
 
-use super::part::{Part, rank};
+use super::part::{Part, rank, total};
+use crate::error::Result;
 use crate::lines::Lines;
 use crate::report::{CertificateReport, GapReport, GeometryReport, OverlapReport, ThinWallReport};
+use crate::totals::{Ruler, Total};
 
 /// The certificate of the whole; None where a part has none.
 pub(super) fn merged_certificate(
     parts: &[Part],
     geometries: &[GeometryReport],
     whole: &Lines,
-) -> Option<CertificateReport> {
-    let all: Vec<&CertificateReport> = parts.iter().map(|part| part.certificate.as_ref()).collect::<Option<_>>()?;
+) -> Result<Option<CertificateReport>> {
+    let all: Option<Vec<&CertificateReport>> = parts.iter().map(|part| part.certificate.as_ref()).collect();
+    let (Some(all), Some(Some(first))) = (all, parts.first().map(|part| &part.certificate)) else { return Ok(None) };
     let rank = |index: usize| rank(index, geometries);
     let axis_of_rays = parts[0].report["ray_axis"].as_str().map_or(0, index_of);
     let thin_walls = all.iter().flat_map(|of| &of.thin_walls).map(|wall| ((rank(wall.index), wall.axis), wall.clone()));
     let overlaps = all.iter().flat_map(|of| &of.overlaps).map(|of| (of.indices.map(rank), of.clone()));
     let gaps = all.iter().flat_map(|of| &of.gaps).map(|gap| ((gap.flags, gap.axis), gap.clone()));
     let mut merged = CertificateReport {
-        thin_cells: all.first()?.thin_cells,
+        thin_cells: first.thin_cells,
         thin_walls: joined(thin_walls, join_walls),
         overlaps: joined(overlaps, |all, more| join_overlaps(all, more, axis_of_rays)),
         gaps: joined(gaps, join_gaps),
     };
-    if let Some(volume) = whole.cell_volume() {
-        merged.overlaps.iter_mut().for_each(|overlap| overlap.volume = overlap.cells as f64 * volume);
+    let ruler = Ruler::new(whole, whole);
+    for overlap in &mut merged.overlaps {
+        let mut volume = Total::default();
+        for (part, of_part) in parts.iter().zip(&all) {
+            let pairs = of_part.overlaps.iter().zip(&part.window.sums.overlaps);
+            let own = pairs.filter(|(of, _)| of.indices == overlap.indices);
+            own.map(|(_, sum)| total(sum)).try_for_each(|total| total.map(|total| volume.add(total)))?;
+        }
+        overlap.volume = ruler.volume(volume, 1);
     }
-    Some(merged)
+    Ok(Some(merged))
 }
 
 fn index_of(axis: &str) -> usize {
@@ -63,7 +73,6 @@ fn join_walls(all: &mut ThinWallReport, more: ThinWallReport) {
 
 fn join_overlaps(all: &mut OverlapReport, more: OverlapReport, axis: usize) {
     all.cells += more.cells;
-    all.volume += more.volume;
     let order = |overlap: &OverlapReport| {
         let ([one, other], first) = along(overlap.place, axis);
         (u32::MAX - overlap.longest, other, one, first)

@@ -8,6 +8,7 @@ use crate::error::{Error, Result};
 use crate::finding::Finding;
 use crate::lines::{AXES, Lines, MAX_LISTED};
 use crate::report::{CertificateReport, DoubtReport, FlagReport, GeometryReport, OpenReport, WindowReport};
+use crate::totals::Total;
 
 /// The lines of a report of cells that differ in size.
 #[derive(Deserialize)]
@@ -42,6 +43,11 @@ pub(super) fn refused(code: &'static str, message: impl Into<String>, hint: &str
     Error::new(code, message, hint)
 }
 
+/// Reads a sum.
+pub(super) fn total(text: &str) -> Result<Total> {
+    Total::of_text(text).ok_or_else(|| refused("job-value", format!("\"{text}\" in window.sums is not a sum"), HINT))
+}
+
 /// Reads what is merged by its meaning.
 pub(super) fn part(index: usize, report: &Value) -> Result<Part<'_>> {
     let number = index + 1;
@@ -54,10 +60,11 @@ pub(super) fn part(index: usize, report: &Value) -> Result<Part<'_>> {
         .ok_or_else(|| refused("job-value", format!("report {number} is of a whole mesh: its window is null"), HINT))?;
     if window.halo > 0 {
         let message = format!(
-            "report {number} is of a window with a halo of {} cells: other reports count these, too",
+            "report {number} is of a window with a halo of {} cells, which other reports count, too, and does not say what it has without it",
             window.halo
         );
-        return Err(refused("job-conflict", message, "merge reports of windows without halo"));
+        let hint = "mesh parts (--part) with `hexcast mesh --halo H --report FILE` in enough memory, or merge reports without halo";
+        return Err(refused("job-conflict", message, hint));
     }
     Ok(Part {
         report,

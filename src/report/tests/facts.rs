@@ -114,7 +114,14 @@ fn a_certificate_names_geometries_flags_and_axes() {
     let found = Certificate {
         thin_cells: 2,
         thin_walls: vec![ThinWall { geometry: 2, axis: 1, rays: 4, lost: 3, cells: 1, place: [1.0, 2.0, 3.0] }],
-        overlaps: vec![Overlap { geometries: [1, 0], cells: 7, volume: 3.5, longest: 2, place: [3.0, 2.0, 1.0] }],
+        overlaps: vec![Overlap {
+            geometries: [1, 0],
+            cells: 7,
+            volume: 3.5,
+            total: Default::default(),
+            longest: 2,
+            place: [3.0, 2.0, 1.0],
+        }],
         gaps: vec![FlagGap { flags: [3, 5], axis: 2, cells: 6, first: [1, 0, 1], bounds: [[0, 0, 1], [2, 1, 2]] }],
     };
     let report = CertificateReport::new(&found, &geometries, &names, &lines);
@@ -155,6 +162,7 @@ fn volumes_of_fractions_are_those_of_flags_that_have_any() {
         planes_of_part: 1,
         volumes,
         areas: None,
+        totals: Default::default(),
         has_faces: false,
     };
     let report = FractionsReport::new(&fractions);

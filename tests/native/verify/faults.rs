@@ -3,7 +3,7 @@
 use hexcast::column_file;
 use hexcast::columns::{Band, Columns, run};
 use hexcast::control::Control;
-use hexcast::job::{GeometryJob, Job, Open, PerAxis, Rule};
+use hexcast::job::{Fill, GeometryJob, GradedJob, HaloEdge, Job, Open, PartJob, PerAxis, Rule};
 use hexcast::lines::Lines;
 use hexcast::mesh::Mesh;
 
@@ -13,7 +13,7 @@ use super::super::open_surfaces::without;
 use super::{AXES, Meshed};
 
 /// The mesh of a file after its runs were changed: `change` gets each ray's index and the flags of its cells.
-fn changed(of: &Meshed, change: impl Fn(u64, &mut [u8])) -> Mesh {
+pub(super) fn changed(of: &Meshed, change: impl Fn(u64, &mut [u8])) -> Mesh {
     let mut bytes = &of.folder.bytes("mesh.hxc")[..];
     let mesh = column_file::read(&mut bytes, u64::MAX, &Control::default()).expect("a column file");
     let rays = mesh.columns.rays;
@@ -160,6 +160,108 @@ fn other_lines_are_found() {
         let (code, text) = meshed.verify(&[]);
         assert!(code == Some(9) && text.contains("Wrong lines: along "), "{other:?}: {code:?}\n{text}");
     }
+}
+
+#[test]
+fn cells_of_another_fill_window_or_gap_are_found() {
+    let of = |entry: GeometryJob| set!(Job { geometries: vec![entry; 2], ..job() });
+    let filled = |fill| of(set!(GeometryJob { fill: Some(fill), ..GeometryJob::default() }));
+    let jobs = [
+        job(),
+        filled(Fill::Separating),
+        filled(Fill::Conservative),
+        of(set!(GeometryJob { shell: true, ..GeometryJob::default() })),
+        of(set!(GeometryJob { shell: true, fill: Some(Fill::Conservative), ..GeometryJob::default() })),
+        of(set!(GeometryJob { invert: true, ..GeometryJob::default() })),
+    ];
+    for (nth, job) in jobs.iter().enumerate() {
+        let meshed = Meshed::new(&spheres(), job.clone());
+        meshed.is_right(&format!("job {nth}"));
+        let with_files = |of: &Job| {
+            let mut other = of.clone();
+            other.geometries.resize(2, GeometryJob::new("."));
+            other
+                .geometries
+                .iter_mut()
+                .zip(&meshed.job.geometries)
+                .for_each(|(to, from)| to.file.clone_from(&from.file));
+            other
+        };
+        for other in jobs.iter().filter(|other| *other != job) {
+            meshed.write_job(&with_files(other));
+            let (code, text) = meshed.verify(&[]);
+            assert!(code == Some(9) && text.contains("Wrong cell: "), "{nth} as {other:?}: {code:?}\n{text}");
+        }
+    }
+    let walls = vec![models::joined([
+        models::cuboid([1.0; 3], [3.0, 7.0, 7.0]),
+        models::cuboid([4.6, 1.0, 1.0], [6.0, 7.0, 7.0]),
+    ])];
+    let meshed = Meshed::new(&walls, set!(Job { close_gaps: Some(5), ..job() }));
+    meshed.is_right("a gap");
+    for other in
+        [set!(Job { close_gaps: Some(3), ..meshed.job.clone() }), set!(Job { gap_flag: Some(9), ..meshed.job.clone() })]
+    {
+        meshed.write_job(&other);
+        let (code, text) = meshed.verify(&[]);
+        assert!(code == Some(9) && text.contains("Wrong cell: "), "{other:?}: {code:?}\n{text}");
+    }
+    let halo = |edge| set!(Job { window: Some([0, 3, 15, 9, 12, 24]), halo: Some(2), halo_edge: Some(edge), ..job() });
+    let cube = vec![models::cube([2.0; 3], 6.0)];
+    let meshed = Meshed::new(&cube, halo(HaloEdge::Clamp));
+    meshed.is_right("a halo");
+    meshed.write_job(&set!(Job { halo_edge: None, ..meshed.job.clone() }));
+    let (code, text) = meshed.verify(&[]);
+    assert!(code == Some(9) && text.contains("has flag 1, expected 0"), "{code:?}\n{text}");
+    for (window, part) in [(Some([0, 3, 14, 9, 12, 23]), None), (None, None), (None, Some(PartJob::new(1, [1, 1, 2])))]
+    {
+        meshed.write_job(&set!(Job { window, part, halo: part.map(|_| 2), halo_edge: None, ..meshed.job.clone() }));
+        let (code, text) = meshed.verify(&[]);
+        assert!(code == Some(9) && text.contains("Wrong lines: along "), "{window:?}: {code:?}\n{text}");
+    }
+}
+
+#[test]
+fn lines_that_do_not_keep_what_is_promised_are_found() {
+    let graded = GradedJob { max_size: PerAxis::All(0.8), min_size: Some(0.05), growth: Some(1.4), absorbing: None };
+    let (dims, domain, three) = (None, None, set!(GeometryJob { min_cells: Some(3), ..GeometryJob::default() }));
+    let meshed = Meshed::new(
+        &[models::cube([0.0; 3], 8.0), models::cuboid([3.0; 3], [3.3, 5.0, 7.0])],
+        set!(Job { dims, domain, graded: Some(graded), geometries: vec![GeometryJob::new("."), three], ..job() }),
+    );
+    assert!(!meshed.is_right("graded lines").contains("generates"));
+    let others = [
+        ("is 0.", GradedJob { max_size: PerAxis::All(0.5), ..graded }),
+        ("not 0.2 to", GradedJob { min_size: Some(0.2), ..graded }),
+        ("are neighbours, with a growth of 1.2", GradedJob { growth: Some(1.2), ..graded }),
+        ("with 1 cells beyond", GradedJob { absorbing: Some(PerAxis::All(1)), ..graded }),
+    ];
+    for (words, other) in others {
+        meshed.write_job(&set!(Job { graded: Some(other), ..meshed.job.clone() }));
+        let (code, text) = meshed.verify(&[]);
+        assert!(code == Some(9) && text.contains(words), "{words}: {code:?}\n{text}");
+    }
+    let with = |change: fn(&mut GeometryJob)| {
+        let mut other = meshed.job.clone();
+        change(&mut other.geometries[1]);
+        other
+    };
+    let others = [
+        ("across it, not 60", with(|entry| entry.min_cells = Some(60))),
+        ("a cell within ", with(|entry| entry.max_size = Some(0.05))),
+        ("has no line", with(|entry| entry.translate = Some([0.0, 0.0, 0.35]))),
+    ];
+    for (words, other) in others {
+        meshed.write_job(&other);
+        let (code, text) = meshed.verify(&[]);
+        assert!(code == Some(9) && text.contains(words), "{words}: {code:?}\n{text}");
+    }
+    let meshed = Meshed::new(
+        &[models::cube([0.0; 3], 8.0), models::cuboid([3.0; 3], [3.3, 5.0, 7.0])],
+        set!(Job { dims, domain, graded: Some(graded), window: Some([2, 2, 2, 7, 8, 9]), ..job() }),
+    );
+    let text = meshed.is_right("a window of graded lines");
+    assert!(text.contains("The lines of the whole box are as the mesher generates them"), "{text}");
 }
 
 #[test]

@@ -10,11 +10,13 @@ pub(super) fn solids(file: &str) -> Result<Vec<Solid>> {
     let bytes = std::fs::read(file).map_err(|error| Error::io(format!("reading {file}"), error))?;
     let count = bytes.get(80..).and_then(<[u8]>::first_chunk).map_or(u32::MAX, |count| u32::from_le_bytes(*count));
     let n_bytes = 84 + 50 * u64::from(count);
+    let is_other = [&b"glTF"[..], b"PK", b"\x1f\x8b", b"ply"].iter().any(|magic| bytes.starts_with(magic));
     let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes).trim_ascii_start();
     let says_solid = text.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
     let read = match n_bytes.cmp(&(bytes.len() as u64)) {
         std::cmp::Ordering::Equal => Ok(binary(&bytes[84..])),
         _ if says_solid => ascii(text),
+        _ if is_other => Err(format!("{} bytes that are no STL", bytes.len())),
         std::cmp::Ordering::Less => Ok(binary(&bytes[84..n_bytes as usize])),
         std::cmp::Ordering::Greater => Err(format!("{} bytes that are not a complete STL", bytes.len())),
     };

@@ -129,9 +129,8 @@ fn edges_of(way: &[Corner]) -> impl Iterator<Item = Edge> {
 ///
 /// A facet's side of the centre is exact. Its angle is that at a point before the centre, as the tie rule has it, by finite lengths.
 /// Where that point is on the other side, the angle is turned round, and what this may miss is doubt. Nothing is known at edges.
-pub(super) fn winding(facets: [&[Facet]; 2], cell: [u32; 3], bits: u32, sizes: [f64; 3]) -> (f64, f64) {
+pub(super) fn winding(facets: [&[Facet]; 2], centre: [i64; 3], sizes: [f64; 3]) -> (f64, f64) {
     const BEFORE: DVec3 = DVec3::new(0.25, 0.25 / 512.0, 0.25 / 512.0 / 512.0);
-    let centre = cell.map(|index| i64::from(index) << bits);
     let (mut sum, mut doubt) = (0.0, 1e-6);
     for facet in facets.into_iter().flatten() {
         let corners = facet.map(|corner| [0, 1, 2].map(|axis| i64::from(corner[axis]) - centre[axis]));
