@@ -98,8 +98,11 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     Ok(if is_right { ExitCode::SUCCESS } else { ExitCode::from(DIFFERS) })
 }
 
+/// Files that the common readers read, and their formats.
+type Formats = BTreeMap<String, &'static str>;
+
 /// The solids of each entry of a job; and which files are not STL, with their format.
-fn files(job: &Job, token: &CancelToken) -> Result<(Vec<Vec<Solid>>, BTreeMap<String, &'static str>)> {
+fn files(job: &Job, token: &CancelToken) -> Result<(Vec<Vec<Solid>>, Formats)> {
     let (mut files, mut shared) = (Vec::new(), BTreeMap::new());
     for entry in &job.geometries {
         let solids = match solids(&entry.file) {
