@@ -199,11 +199,13 @@ pub async fn mesh_if(
         names.push(Named::new(gaps.flag, NAME));
     }
     let mut warnings: Vec<String> = engine.fallback.iter().map(|why| format!("meshed on the CPU: {why}")).collect();
+    warnings.extend(warnings::about_inputs(&inputs));
     warnings.extend(prepared.notices.iter().cloned());
     warnings.extend(about_fine_cells(job, &prepared.domain, &prepared.whole));
     warnings.extend(open.iter().zip(&found).map(|(open, found)| open.warning(&geometries[found.geometry], &lines)));
     warnings.extend(warnings::about_odd_rays(columns.odd_rays(), rays.n_rays()));
     warnings.extend(warnings::about_edges_of_rays(&prepared.geometries, &geometries, job.rule, &lines));
+    warnings.extend(warnings::about_inside_out(&geometries));
     warnings.extend(warnings::about_shared_flags(&prepared.geometries));
     let shells = shells.unwrap_or_else(|| shells_of(&frame));
     warnings.extend(warnings::about_shells(&shells, &geometries, &whole_rays, cells));

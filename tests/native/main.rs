@@ -47,6 +47,7 @@ mod gaps;
 mod golden;
 mod golden_cpu;
 mod graded;
+mod graded_sizes;
 #[cfg(feature = "cli")]
 mod graded_command;
 #[cfg(feature = "cli")]
