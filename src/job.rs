@@ -59,9 +59,9 @@ pub use lines_job::{DEFAULT_GROWTH, GradedJob, LinesJob};
 pub use links_job::{LinksJob, Stencil};
 pub use part_job::{PartJob, numbers_of_parts};
 pub use per_axis::PerAxis;
-pub(crate) use quoted::short_number;
 #[cfg(not(target_arch = "wasm32"))]
 pub use picture_job::{PlaceJob, SliceJob, ViewJob};
+pub(crate) use quoted::short_number;
 #[cfg(not(target_arch = "wasm32"))]
 pub use several::Several;
 use text::{check_json, json_value, of_json, of_json_text, of_toml, toml_table};

@@ -250,7 +250,8 @@ impl Axis<'_> {
             let (inside, outside) = if outwards > 0.0 { (before, after) } else { (after, before) };
             // a cell more fits between this edge and one like it: inside 2/3 + 1 sizes, outside 4/3 + 1
             let room = (inside * 3.0 / 5.0).min(outside * 3.0 / 7.0);
-            let [low, high] = [[fixed[index - 1].at, at], [at, fixed[index + 1].at]].map(|two| self.interval(wanted, two));
+            let [low, high] =
+                [[fixed[index - 1].at, at], [at, fixed[index + 1].at]].map(|two| self.interval(wanted, two));
             let size = low.outer[1].min(high.outer[0]).min(room);
             if size < self.job.smallest(self.axis) {
                 self.note_edge(sentences, &fixed[index], "a cell around it would be smaller than the smallest");

@@ -239,7 +239,11 @@ fn check_lengths(name: &str, [first, last]: [f64; 2], smallest: f64) -> Result<(
     let message = format!(
         "cells of {smallest:?} along {name}, from {first:?} to {last:?}: cells can have {least:?} and more, and coordinates up to {most:?}"
     );
-    Err(Error::new("job-value", message, "check sizes and domain against the unit of the files, or use another unit of length"))
+    Err(Error::new(
+        "job-value",
+        message,
+        "check sizes and domain against the unit of the files, or use another unit of length",
+    ))
 }
 
 fn smallest(lines: &[f64]) -> f64 {

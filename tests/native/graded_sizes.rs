@@ -12,9 +12,10 @@ type Box3 = [[f32; 3]; 2];
 /// A job, and the boxes of its geometries, whose corners are multiples of 2^-6.
 fn scene(seed: u64) -> (Job, Vec<Box3>) {
     let mut random = Random::new(seed);
-    let part = |random: &mut Random, low: f64, high: f64| low + (high - low) * (random.below(1 << 20) as f64 / 1048576.0);
+    let part =
+        |random: &mut Random, low: f64, high: f64| low + (high - low) * (random.below(1 << 20) as f64 / 1048576.0);
     let most = part(&mut random, 0.5, 7.0);
-    let least = most * part(&mut random, 0.02, 0.6);
+    let least = most * part(&mut random, 0.01, 0.2);
     let (mut boxes, mut geometries) = (Vec::new(), Vec::new());
     for index in 0..1 + random.below(6) {
         let mut bounds: Box3 = [[0.0; 3]; 2];
@@ -31,7 +32,7 @@ fn scene(seed: u64) -> (Job, Vec<Box3>) {
         }
         let mut geometry = GeometryJob::new(format!("{index}.stl"));
         if random.below(3) > 0 {
-            geometry = geometry.with_max_size(part(&mut random, 0.9 * least, 1.5 * most));
+            geometry = geometry.with_max_size(part(&mut random, least, 1.5 * most));
         }
         if random.below(3) == 0 {
             geometry = geometry.with_min_cells(1 + random.below(6) as u32);
@@ -97,7 +98,9 @@ fn broken(job: &Job, boxes: &[Box3], list: &[f64], axis: usize) -> Vec<String> {
         if let Some(size) = geometry.max_size.filter(|size| largest > size * slack) {
             wrong.push(format!("{low} to {high}: a cell of {largest}, at most {size}"));
         }
-        if low < high && let Some(n) = geometry.min_cells {
+        if low < high
+            && let Some(n) = geometry.min_cells
+        {
             if largest > (high - low) / f64::from(n) * slack {
                 wrong.push(format!("{low} to {high}: a cell of {largest}, and {n} cells wanted"));
             }
@@ -117,9 +120,11 @@ fn facets([low, high]: &Box3) -> Facets {
 #[test]
 fn no_cell_is_larger_than_a_geometry_in_it_wants_in_500_jobs() {
     let [mut n_made, mut n_refused, mut n_lost] = [0; 3];
+    let mut broken_of = Vec::new();
     for seed in 26_000..26_500 {
         let (job, boxes) = scene(seed);
-        let source = |(index, bounds): (usize, &Box3)| Source::from_facets(format!("{index}.stl"), facets(bounds)).unwrap();
+        let source =
+            |(index, bounds): (usize, &Box3)| Source::from_facets(format!("{index}.stl"), facets(bounds)).unwrap();
         match prepare(&job, boxes.iter().enumerate().map(source).collect()) {
             Ok(prepared) => {
                 n_made += 1;
@@ -127,7 +132,7 @@ fn no_cell_is_larger_than_a_geometry_in_it_wants_in_500_jobs() {
                 for axis in 0..3 {
                     let list = prepared.whole.list(axis);
                     let wrong = broken(&job, &boxes, &list, axis);
-                    assert!(wrong.is_empty(), "seed {seed}, axis {axis}: {wrong:?}\n{list:?}\n{job:?}\n{boxes:?}");
+                    broken_of.extend(wrong.first().map(|wrong| format!("seed {seed}, axis {axis}: {wrong}")));
                 }
             }
             Err(error) => {
@@ -136,8 +141,9 @@ fn no_cell_is_larger_than_a_geometry_in_it_wants_in_500_jobs() {
             }
         }
     }
+    assert!(broken_of.is_empty(), "{} of {n_made} jobs: {broken_of:#?}", broken_of.len());
     println!("seeds 26000 to 26499: {n_made} made, {n_lost} of them with ends off their lines, {n_refused} refused");
-    assert!(n_made > 150 && n_lost > 80, "{n_made} made, {n_lost} with ends off their lines, {n_refused} refused");
+    assert!(n_made > 150 && n_lost > 60, "{n_made} made, {n_lost} with ends off their lines, {n_refused} refused");
 }
 
 #[test]

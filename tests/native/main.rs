@@ -41,17 +41,18 @@ mod cut_faces;
 mod examples;
 mod famous_cases;
 mod formats;
+mod fraction_sweep;
 mod fractions;
 mod fuzz;
 mod gaps;
 mod golden;
 mod golden_cpu;
 mod graded;
-mod graded_sizes;
 #[cfg(feature = "cli")]
 mod graded_command;
 #[cfg(feature = "cli")]
 mod graded_laws;
+mod graded_sizes;
 #[cfg(feature = "cli")]
 mod halos;
 mod hole_oracle;

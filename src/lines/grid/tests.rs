@@ -122,13 +122,19 @@ fn lengths_that_files_do_not_hold_are_refused() {
         assert!(error.code() == "job-value" && error.to_string().contains(what), "{error}");
     };
     let uniform = |origin: f64, size: f64, n: u32| Lines::new([0.0, origin, 0.0], [1.0, size, 1.0], [1, n, 1]);
-    refused(uniform(0.0, 1e300, 1), "cells of 1e300 along y, from 0.0 to 1e300: cells can have 1e-38 and more, and coordinates up to 1e38");
+    refused(
+        uniform(0.0, 1e300, 1),
+        "cells of 1e300 along y, from 0.0 to 1e300: cells can have 1e-38 and more, and coordinates up to 1e38",
+    );
     refused(uniform(0.0, 1e-300, 4), "cells of 1e-300 along y");
     refused(uniform(-2e38, 1e37, 20), "from -2e38 to 0.0");
     refused(uniform(0.0, 1e37, 11), "from 0.0 to 1.1e38");
     refused(uniform(f64::MAX, f64::MAX, 2), "to inf");
     let unit = || vec![0.0, 1.0];
     refused(Lines::from_lists([unit(), vec![f64::MIN, 0.0, f64::MAX], unit()]), "along y");
-    refused(Lines::from_lists([unit(), unit(), vec![0.0, f64::MIN_POSITIVE, 1.0]]), "cells of 2.2250738585072014e-308 along z");
+    refused(
+        Lines::from_lists([unit(), unit(), vec![0.0, f64::MIN_POSITIVE, 1.0]]),
+        "cells of 2.2250738585072014e-308 along z",
+    );
     assert!(uniform(0.0, 1e37, 10).is_ok() && uniform(0.0, 1e-38, 1).is_ok());
 }

@@ -334,7 +334,8 @@ fn morph_targets_move_corners_by_their_weights() {
     views.push(json!({"buffer": 0, "byteOffset": 72, "byteLength": 16, "byteStride": 4}));
     let accessors = root["accessors"].as_array_mut().unwrap();
     accessors.push(json!({"bufferView": 2, "componentType": 5120, "normalized": true, "count": 4, "type": "VEC3"}));
-    root["meshes"][0]["primitives"][0]["targets"] = json!([{"POSITION": 0}, {"POSITION": 2, "NORMAL": 9}, {"NORMAL": 9}]);
+    root["meshes"][0]["primitives"][0]["targets"] =
+        json!([{"POSITION": 0}, {"POSITION": 2, "NORMAL": 9}, {"NORMAL": 9}]);
     let found = |root: &Value| {
         let contents = read_bytes(&glb(root, &bytes)).unwrap();
         assert!(contents.warnings.is_empty(), "{:?}", contents.warnings);

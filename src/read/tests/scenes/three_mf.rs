@@ -110,7 +110,8 @@ fn objects_may_lie_in_other_files_of_the_archive() {
     ];
     let contents = read_bytes(&package(&files)).unwrap();
     assert_eq!((contents.solids[0].name.as_str(), contents.n_facets), ("whole", 4));
-    let left_out = "1 of 2 items are left out, for they are not to be printed (printable=\"0\"), the first of the object \"\"";
+    let left_out =
+        "1 of 2 items are left out, for they are not to be printed (printable=\"0\"), the first of the object \"\"";
     assert_eq!(contents.warnings, [left_out]);
     let inches = model("unit='inch'", &object(1, ""), "");
     let unlike = package(&[files[0], files[1], files[2], ("3D/Objects/One.model", &inches)]);
@@ -192,6 +193,9 @@ fn items_that_are_not_to_be_printed_are_named() {
         assert_eq!((contents.solids.len(), &contents.solids[0].name[..]), (1, "kept"));
         assert!(contents.warnings.len() == 1 && contents.warnings[0].ends_with("the first of the object \"spare\""));
         let none = format!("<item objectid='2' printable='{no}'/>");
-        assert_eq!(message(&three_mf("", &objects, &none)), "3MF: none of its 1 items is to be printed (printable=\"0\")");
+        assert_eq!(
+            message(&three_mf("", &objects, &none)),
+            "3MF: none of its 1 items is to be printed (printable=\"0\")"
+        );
     }
 }
