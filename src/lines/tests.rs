@@ -213,7 +213,7 @@ fn too_many_cells_along_an_axis_are_counted() {
         lines(&job, &Domain::new(&job, &[[[0.0; 3], [1.0; 3]]]).unwrap()).unwrap_err()
     };
     assert_eq!(wrong(1e-10).to_string(), "10000000000 cells of size 1e-10 along y");
-    assert_eq!(wrong(1e-15).to_string(), "1e15 cells of size 1e-15 along y");
+    assert_eq!(wrong(1e-15).to_string(), "1000000000000000 cells of size 1e-15 along y");
     // the most that a u32 counts
     let of = |n: f64| {
         let job =
