@@ -99,6 +99,8 @@ impl Axis<'_> {
             let (places, cells_of_edges) = places(fixed, &edges);
             let mut intervals: Vec<Interval> =
                 places.windows(2).map(|two| self.interval(wanted, [two[0], two[1]])).collect();
+            // of more no sizes are found: they are below the rounding of their places
+            self.check_n_cells(intervals.iter().map(|of| of.length / of.largest).sum::<f64>().floor())?;
             let settled = settle(&mut intervals, growth, least);
             // the cell around an edge stays whole: where it cannot, it has to be smaller
             let divided = |edge: &usize| intervals[cells_of_edges[*edge]].n_cells(libm::log(growth)) > 1.0;
@@ -115,15 +117,20 @@ impl Axis<'_> {
         }
     }
 
+    fn check_n_cells(&self, n_cells: f64) -> Result<()> {
+        if n_cells < MAX_LISTED as f64 {
+            return Ok(());
+        }
+        let (n_cells, name) = (short_number(n_cells), AXES[self.axis]);
+        let message = format!("{n_cells} cells along {name}: at most {} fit", MAX_LISTED - 1);
+        Err(Error::new("too-many-cells", message, "use a larger max_size, or a smaller domain"))
+    }
+
     /// The places of all lines.
     fn filled(&self, places: &[f64], intervals: &[Interval], growth: f64) -> Result<Vec<f64>> {
         let slope = libm::log(growth);
         let n_cells: f64 = intervals.iter().map(|interval| interval.n_cells(slope)).sum();
-        if n_cells + 1.0 > MAX_LISTED as f64 {
-            let name = AXES[self.axis];
-            let message = format!("{} cells along {name}: at most {} fit", short_number(n_cells), MAX_LISTED - 1);
-            return Err(Error::new("too-many-cells", message, "use a larger max_size, or a smaller domain"));
-        }
+        self.check_n_cells(n_cells)?;
         let mut lines = vec![places[0]];
         for (interval, two) in intervals.iter().zip(places.windows(2)) {
             let n = interval.n_cells(slope);
