@@ -40,7 +40,7 @@ impl Domain {
             if !(high[axis] - low[axis]).is_finite() {
                 let [from, to] = [low[axis], high[axis]];
                 let message = format!("the domain reaches from {from:?} to {to:?} along {name}");
-                return Err(Error::new("job-value", message, "use a smaller scale or translate"));
+                return Err(Error::new("job-value", message, "use a smaller domain, padding, scale or translate"));
             }
             if low[axis] >= high[axis] {
                 let message = format!("the geometries have no extent along {name}: all lie at {}", low[axis]);

@@ -30,6 +30,7 @@ pub enum Merging {
 pub const CODES: &[(&str, Merging, &str)] = &[
     ("on-cpu", Merging::Same, "the CPU meshed, as there is no GPU that can"),
     ("gpu-failed", Merging::Same, "the GPU was lost or computed wrongly, and the CPU meshed what was left"),
+    ("file-changed", Merging::Same, "a reader took something in a file otherwise than it stands there, or left it out"),
     ("end-without-line", Merging::Same, "the end of a geometry's box has no line of its own, as others are too close"),
     ("edge-on-line", Merging::Same, "a line lies on an edge of metal, not a third of a cell beside it"),
     ("unit-differs", Merging::Same, "a file is in another unit than the mesh; its numbers are taken as they are"),
@@ -38,6 +39,11 @@ pub const CODES: &[(&str, Merging, &str)] = &[
     ("surface-open", Merging::Anew, "a surface is not closed; the winding number or a vote decided where rays did not"),
     ("rays-odd", Merging::Anew, "rays do not leave every geometry that they enter"),
     ("surface-open-parity", Merging::Same, "a surface is not closed, and the rays of one axis decided as they are"),
+    (
+        "surface-inside-out",
+        Merging::Same,
+        "the facets of a closed surface face inwards; its cells are right all the same",
+    ),
     ("flag-shared", Merging::Same, "two geometries have one flag, which nobody gave to one of them"),
     ("shells-overlap", Merging::Anew, "shells of a geometry overlap, or a cavity is turned the wrong way"),
     ("shell-lost", Merging::Anew, "shells of a geometry, parts of it that are not connected to the rest, have no cell"),

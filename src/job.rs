@@ -62,6 +62,7 @@ pub use part_job::{PartJob, numbers_of_parts};
 pub use per_axis::PerAxis;
 #[cfg(not(target_arch = "wasm32"))]
 pub use picture_job::{PlaceJob, SliceJob, ViewJob};
+pub(crate) use quoted::short_number;
 #[cfg(not(target_arch = "wasm32"))]
 pub use several::Several;
 use text::{check_json, json_value, of_json, of_json_text, of_toml, toml_table};

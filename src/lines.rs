@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::domain::Domain;
 use crate::error::{Error, Result};
 use crate::finding::Finding;
-use crate::job::{DEFAULT_CELLS, DEFAULT_TOLERANCE, Job, LinesJob, Padding};
+use crate::job::{DEFAULT_CELLS, DEFAULT_TOLERANCE, Job, LinesJob, Padding, short_number};
 
 mod graded;
 mod grading;
@@ -68,8 +68,7 @@ pub fn lines(job: &Job, domain: &Domain) -> Result<Lines> {
         };
         let padded = cells + 2.0 * f64::from(padding);
         if padded > f64::from(u32::MAX) {
-            let [cells, size] = [padded.round(), spacing[axis]];
-            let cells = if padded < 1e16 { format!("{cells}") } else { format!("{cells:?}") };
+            let (cells, size) = (short_number(padded.round()), spacing[axis]);
             let message = format!("{cells} cells of size {size:?} along {}", AXES[axis]);
             return Err(Error::new("too-many-cells", message, "use larger cells"));
         }

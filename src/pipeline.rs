@@ -267,11 +267,13 @@ async fn meshed(
     let on_cpu = if engine.has_failed { "gpu-failed" } else { "on-cpu" };
     let of_fallback = |why| Finding::new(on_cpu, format!("meshed on the CPU: {why}"));
     let mut findings: Vec<Finding> = engine.fallback.iter().map(of_fallback).collect();
+    findings.extend(warnings::about_inputs(&inputs));
     findings.extend(prepared.notices.iter().cloned());
     findings.extend(about_fine_cells(job, &prepared.domain, &prepared.whole));
     findings.extend(open.iter().map(|open| open.finding(&geometries[open.index], &lines)));
     findings.extend(warnings::about_odd_rays(columns.odd_rays(), rays.n_rays()));
     findings.extend(warnings::about_edges_of_rays(&prepared.geometries, &geometries, job.rule, &lines));
+    findings.extend(warnings::about_inside_out(&geometries));
     findings.extend(warnings::about_shared_flags(&prepared.geometries));
     let shells = shells.unwrap_or_else(|| shells_of(&frame));
     findings.extend(warnings::about_shells(&shells, &geometries, &whole_rays, cells));

@@ -33,7 +33,10 @@ export interface Links {
   flag: Bytes;
 }
 
-/** Fractions of the cells with more than one flag: an entry for each flag of each cell, in the order of cells, then of flags. */
+/**
+ * Fractions of the cells that are cut: an entry for each flag of each cell, in the order of cells, then of flags. With faces also those of cells with a face that is not
+ * of their flag alone.
+ */
 export interface Fractions {
   /** Cells of the mesh on x, y, z. */
   dims: Uint32Numbers;
@@ -42,7 +45,7 @@ export interface Fractions {
   /** Index of the cell: x + nx (y + ny z). Whole numbers. */
   cell: Float64Numbers;
   flag: Bytes;
-  /** The fraction of the cell that the flag has: more than 0, less than 1. */
+  /** The fraction of the cell that the flag has: 1 where no ray meets what cuts the cell, 0 for flags that only a face has. */
   fraction: Float32Numbers;
   /** With `faces`, six numbers an entry: the fraction of the faces below and above along x, then y, then z, 0 to 1. */
   faces?: Float32Numbers;
@@ -108,7 +111,7 @@ export interface LinksReport {
 export interface FractionsReport {
   /** Rays of a cell along each of two axes. */
   rays: number;
-  /** Cells with more than one flag. */
+  /** Cells that are cut: those with more than one flag, and those that a surface passes through where no ray meets it. */
   cut_cells: number;
   /** Volume of each flag that has any, ascending; 0 is the background. */
   volumes: { flag: number; volume: number }[];

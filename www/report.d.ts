@@ -152,6 +152,7 @@ export interface Report {
 export type FindingCode =
   | 'on-cpu'
   | 'gpu-failed'
+  | 'file-changed'
   | 'end-without-line'
   | 'edge-on-line'
   | 'unit-differs'
@@ -160,6 +161,7 @@ export type FindingCode =
   | 'surface-open'
   | 'rays-odd'
   | 'surface-open-parity'
+  | 'surface-inside-out'
   | 'flag-shared'
   | 'shells-overlap'
   | 'shell-lost'

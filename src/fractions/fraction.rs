@@ -1,6 +1,5 @@
 //! The fractions of a mesh.
 
-use crate::parallel::*;
 use crate::totals::Total;
 
 /// The fraction of a cell that a flag has.
@@ -9,7 +8,7 @@ use crate::totals::Total;
 pub struct Fraction {
     /// Index of the cell in the mesh: x + nx (y + ny z).
     pub cell: u64,
-    /// The fraction: greater than 0, less than 1.
+    /// The fraction, 0 to 1: 1 where no ray meets what cuts the cell, 0 where the flag has a part of a face alone.
     pub fraction: f32,
     /// The flag.
     pub flag: u8,
@@ -31,7 +30,8 @@ pub struct CutSurface {
     pub normal: [f32; 3],
 }
 
-/// The fractions of flags in all cells that have more than one, of a box or of a window.
+/// The fractions of flags in all cells that are cut, of a box or of a window: in those with more than one flag, and in those that a surface passes through
+/// where no ray meets it. With faces also in those that have a face with another flag.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Fractions {
@@ -71,6 +71,8 @@ pub(crate) struct Part {
     /// For each fraction; empty unless asked for.
     pub(crate) faces: Vec<[f32; 6]>,
     pub(crate) surfaces: Vec<CutSurface>,
+    /// Number of cells that are cut.
+    pub(crate) n_cut: u64,
 }
 
 impl Part {
@@ -117,14 +119,13 @@ impl Fractions {
         self.parts.iter().map(|part| part.n_bytes() as u64).sum()
     }
 
-    /// Whether no cell has more than one flag.
+    /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Number of cells with more than one flag.
+    /// Number of cells that are cut.
     pub(crate) fn n_cells(&self) -> u64 {
-        let of_part = |part: &Part| part.fractions.chunk_by(|one, other| one.cell == other.cell).count() as u64;
-        self.parts.par_iter().map(of_part).sum()
+        self.parts.iter().map(|part| part.n_cut).sum()
     }
 }

@@ -1,8 +1,12 @@
 //! All fractions of a box: rows of cells together, on all cores.
 
-use super::column::{Columns, parts_of_cell};
+use std::ops::Range;
+
+use super::column::{Columns, Sum, parts_of_cell};
+use super::cut::cut;
 use super::faces::Faces;
 use super::fraction::{Fraction, Fractions, Part, Totals};
+use super::polygon::FacetRows;
 use super::refined::Refined;
 use super::surface::Surfaces;
 use crate::control::Control;
@@ -30,12 +34,14 @@ pub async fn fractions(
     let [ny, nz] = [1, 2].map(|axis| window.end[axis] - window.first[axis]);
     // planes of cells that go together: some thousands of rays
     let planes_of_row = (RAYS / (job.rays * ny).max(1)).clamp(1, 16);
+    let facets = FacetRows::new(frame, lines, window, planes_of_row);
     let measure = Measure {
         ruler: Ruler::new(lines, lines),
         window,
+        facets: &facets,
         cells: Columns::new(Refined::of_cells(frame, lines, job.rays, &window), planes_of_row, (rule, kinds)),
         faces: job.faces.then(|| Faces::new((frame, lines), window, job.rays, planes_of_row, (rule, kinds))),
-        surfaces: job.surfaces.then(|| Surfaces::new((frame, lines), window, planes_of_row)),
+        surfaces: job.surfaces.then(|| Surfaces::new(&facets, lines)),
         planes_of_row,
     };
     let (mut parts, mut volumes) = (Vec::new(), vec![Total::default(); 256]);
@@ -84,6 +90,7 @@ const ROUND: usize = if cfg!(target_arch = "wasm32") { 8 } else { 64 };
 struct Measure<'a> {
     ruler: Ruler,
     window: CellWindow,
+    facets: &'a FacetRows<'a>,
     cells: Columns<'a>,
     faces: Option<Faces<'a>>,
     surfaces: Option<Surfaces<'a>>,
@@ -101,38 +108,60 @@ impl Measure<'_> {
     fn of_row(&self, row: u32) -> Found {
         let CellWindow { first, end, .. } = self.window;
         let planes = row * self.planes_of_row..((row + 1) * self.planes_of_row).min(end[2] - first[2]);
-        let (mut fractions, mut volumes) = (Vec::new(), vec![Total::default(); 256]);
+        let of_cut = cut(self.facets, row, planes.clone());
+        let mut faces = self.faces.as_ref().map(|faces| faces.of_planes(planes.clone()));
+        let (mut fractions, mut n_cut, mut volumes) = (Vec::new(), 0, vec![Total::default(); 256]);
         let whole = self.cells.whole();
-        // a power of two
-        let of_whole = 1.0 / whole as f64;
         self.cells.rows(planes.clone(), |[y, z], cells, sums| {
-            let (y, z) = (first[1] + y, first[2] + z);
             let cells = cells.start.max(first[0])..cells.end.min(end[0]);
             if cells.is_empty() {
                 return;
             }
-            let volume = self.ruler.cells([[cells.start, y, z], [cells.end, y + 1, z + 1]]);
-            let some = || sums.iter().filter(|sum| sum.length() > 0);
-            for sum in some() {
-                volumes[usize::from(sum.flag)].add(volume.times(sum.length() as u64));
-            }
-            if some().all(|sum| sum.length() < whole) {
-                let first = self.window.index([cells.start, y, z]);
-                for cell in (first..).take(cells.len()) {
-                    // rounded, it may be that of a whole cell
-                    let fraction = |length: i64| ((length as f64 * of_whole) as f32).min(1.0 - f32::EPSILON / 2.0);
-                    fractions.extend(some().map(|sum| Fraction {
-                        cell,
-                        fraction: fraction(sum.length()),
-                        flag: sum.flag,
-                    }));
-                }
+            self.add_volumes([y, z], &cells, sums, &mut volumes);
+            if let Some(sum) = sums.iter().find(|sum| sum.length() == whole) {
+                let cells = cells.start - first[0]..cells.end - first[0];
+                let of_row = [y, z - planes.start];
+                n_cut += of_cut.of_row(of_row, cells.clone()).count() as u64;
+                let listed = match &mut faces {
+                    Some(faces) => faces.with_unlike(of_row, cells.clone(), sum.flag, &of_cut),
+                    None => &of_cut,
+                };
+                let index = self.window.index([first[0], first[1] + y, first[2] + z]);
+                let fraction = |x: u32| Fraction { cell: index + u64::from(x), fraction: 1.0, flag: sum.flag };
+                fractions.extend(listed.of_row(of_row, cells).map(fraction));
+            } else {
+                n_cut += cells.len() as u64;
+                self.add_fractions([y, z], cells, sums, &mut fractions);
             }
         });
+        let (mut fractions, faces) = match faces {
+            Some(faces) => faces.with_all_flags(&fractions),
+            None => (fractions, Vec::new()),
+        };
         fractions.shrink_to_fit();
-        let faces = self.faces.as_ref().map_or(Vec::new(), |faces| faces.of(&fractions, planes.clone()));
         let found = self.surfaces.as_ref().map(|surfaces| surfaces.of_row(row, planes, &self.ruler));
         let (surfaces, areas) = found.unwrap_or_default();
-        Found { part: Part { fractions, faces, surfaces }, volumes, areas }
+        Found { part: Part { fractions, faces, surfaces, n_cut }, volumes, areas }
+    }
+
+    /// Adds what flags have of cells that are alike, whose row is counted from the first of the window.
+    fn add_volumes(&self, [y, z]: [u32; 2], cells: &Range<u32>, sums: &[Sum], volumes: &mut [Total]) {
+        let [y, z] = [self.window.first[1] + y, self.window.first[2] + z];
+        let volume = self.ruler.cells([[cells.start, y, z], [cells.end, y + 1, z + 1]]);
+        for sum in sums.iter().filter(|sum| sum.length() > 0) {
+            volumes[usize::from(sum.flag)].add(volume.times(sum.length() as u64));
+        }
+    }
+
+    /// Adds the fractions of cells that are alike.
+    fn add_fractions(&self, [y, z]: [u32; 2], cells: Range<u32>, sums: &[Sum], fractions: &mut Vec<Fraction>) {
+        let of_whole = 1.0 / self.cells.whole() as f64;
+        let first = self.window.index([cells.start, self.window.first[1] + y, self.window.first[2] + z]);
+        for cell in (first..).take(cells.len()) {
+            // rounded, it may be that of a whole cell
+            let fraction = |length: i64| ((length as f64 * of_whole) as f32).min(1.0 - f32::EPSILON / 2.0);
+            let some = sums.iter().filter(|sum| sum.length() > 0);
+            fractions.extend(some.map(|sum| Fraction { cell, fraction: fraction(sum.length()), flag: sum.flag }));
+        }
     }
 }

@@ -4,6 +4,7 @@ use super::centres::Scale;
 use super::ranks::MAX_RANKS;
 use crate::error::{Error, Result};
 use crate::geometry::{Geometry, check_n_geometries};
+use crate::job::short_number;
 use crate::lines::{AXES, Lines};
 
 /// Bits that span all snapped coordinates of an axis. 26 keeps the kernels' inner loop in one 32-bit word.
@@ -78,7 +79,7 @@ pub(super) fn fraction_bits(geometries: &[Geometry], lines: &Lines, scale: &Scal
             let message = format!(
                 "geometry \"{widest_name}\" and the domain together span {} cells along an axis: \
                  the exact arithmetic holds {limit}",
-                widest.round(),
+                short_number(widest.round()),
             );
             Err(Error::new("geometry-too-far", message, "remove the far facets, enlarge the cells or move the domain"))
         }

@@ -7,7 +7,8 @@
 //! 2. At an edge of metal, where the field is singular, a solver of Maxwell's equations is most accurate with the edge a third of a cell
 //!    from the line inside and two thirds from the line outside (openEMS and others): both are fixed lines instead. Not along the axis
 //!    along which a sheet is thin, nor where the edge is an end of something else as well.
-//! 3. Between fixed lines `sizes` puts as few cells as the largest sizes and the growth allow.
+//! 3. Between fixed lines `sizes` puts as few cells as the largest sizes and the growth allow. Geometries limit sizes by the ends of their
+//!    boxes, whichever lines these got (`wanted`).
 //! 4. Layers for absorbing boundaries are cells of the size at the end, beyond the domain.
 //!
 //! Cost: a few microseconds a line.
@@ -17,12 +18,14 @@ use crate::domain::{BoundingBox, Domain};
 use crate::error::{Error, Result};
 use crate::finding::Finding;
 use crate::geometry::Sizing;
-use crate::job::{DEFAULT_GROWTH, GradedJob, PerAxis};
+use crate::job::{DEFAULT_GROWTH, GradedJob, PerAxis, short_number};
 use crate::sort::sort_by;
 
 mod sizes;
+mod wanted;
 
 use sizes::{Interval, settle};
+use wanted::{Wanted, interval};
 
 /// A geometry around which lines are generated.
 #[derive(Debug, Clone, Copy)]
@@ -75,21 +78,36 @@ struct Edge {
 impl Axis<'_> {
     fn lines(&self, findings: &mut Vec<Finding>) -> Result<Vec<f64>> {
         let fixed = self.fixed(findings);
-        self.check_sizes(&fixed)?;
-        let mut edges = self.edges(&fixed, findings);
-        let growth = self.job.growth.unwrap_or(DEFAULT_GROWTH);
+        let mut wanted = self.wanted(&fixed);
         loop {
-            let (places, cells_of_edges) = places(&fixed, &edges);
-            let mut intervals: Vec<Interval> = places
-                .windows(2)
-                .map(|two| Interval::new(two[1] - two[0], self.largest(&fixed, 0.5 * (two[0] + two[1]))))
-                .collect();
-            let settled = settle(&mut intervals, growth, self.job.smallest(self.axis));
+            self.check_sizes(&wanted)?;
+            let mut of_edges = findings.clone();
+            let lines = self.lines_between(&fixed, &wanted, &mut of_edges);
+            let lacks = |of: &mut Wanted| lines.as_ref().is_ok_and(|lines| of.count_more(lines));
+            if wanted.iter_mut().filter_map(|of| lacks(of).then_some(())).count() == 0 {
+                *findings = of_edges;
+                return lines;
+            }
+        }
+    }
+
+    /// All lines, where geometries want cells of some sizes.
+    fn lines_between(&self, fixed: &[Fixed], wanted: &[Wanted], findings: &mut Vec<Finding>) -> Result<Vec<f64>> {
+        let mut edges = self.edges(fixed, wanted, findings);
+        let growth = self.job.growth.unwrap_or(DEFAULT_GROWTH);
+        let least = self.job.smallest(self.axis);
+        loop {
+            let (places, cells_of_edges) = places(fixed, &edges);
+            let mut intervals: Vec<Interval> =
+                places.windows(2).map(|two| self.interval(wanted, [two[0], two[1]])).collect();
+            // of more no sizes are found: they are below the rounding of their places
+            self.check_n_cells(intervals.iter().map(|of| of.length / of.largest).sum::<f64>().floor())?;
+            let settled = settle(&mut intervals, growth, least);
             // the cell around an edge stays whole: where it cannot, it has to be smaller
             let divided = |edge: &usize| intervals[cells_of_edges[*edge]].n_cells(libm::log(growth)) > 1.0;
             if let Some(edge) = (0..edges.len()).find(divided) {
                 edges[edge].size *= 0.8;
-                if edges[edge].size < self.job.smallest(self.axis) {
+                if edges[edge].size < least {
                     let Edge { index, .. } = edges.remove(edge);
                     self.note_edge(findings, &fixed[index], "a cell around it would be smaller than the smallest");
                 }
@@ -100,15 +118,20 @@ impl Axis<'_> {
         }
     }
 
+    fn check_n_cells(&self, n_cells: f64) -> Result<()> {
+        if n_cells < MAX_LISTED as f64 {
+            return Ok(());
+        }
+        let (n_cells, name) = (short_number(n_cells), AXES[self.axis]);
+        let message = format!("{n_cells} cells along {name}: at most {} fit", MAX_LISTED - 1);
+        Err(Error::new("too-many-cells", message, "use a larger max_size, or a smaller domain"))
+    }
+
     /// The places of all lines.
     fn filled(&self, places: &[f64], intervals: &[Interval], growth: f64) -> Result<Vec<f64>> {
         let slope = libm::log(growth);
         let n_cells: f64 = intervals.iter().map(|interval| interval.n_cells(slope)).sum();
-        if n_cells + 1.0 > MAX_LISTED as f64 {
-            let name = AXES[self.axis];
-            let message = format!("{n_cells} cells along {name}: at most {} fit", MAX_LISTED - 1);
-            return Err(Error::new("too-many-cells", message, "use a larger max_size, or a smaller domain"));
-        }
+        self.check_n_cells(n_cells)?;
         let mut lines = vec![places[0]];
         for (interval, two) in intervals.iter().zip(places.windows(2)) {
             let n = interval.n_cells(slope);
@@ -118,31 +141,25 @@ impl Axis<'_> {
         Ok(lines)
     }
 
-    /// The largest size of a cell at a place between fixed lines.
-    fn largest(&self, fixed: &[Fixed], place: f64) -> f64 {
-        let own = |index: usize| {
-            let [low, high] = self.ends_of(fixed, index);
-            (low <= place && place <= high).then(|| self.own_size(index, high - low))
-        };
-        let most = self.job.max_size.each()[self.axis];
-        (0..self.bodies.len()).filter_map(own).fold(most, f64::min)
+    /// What each geometry wants.
+    fn wanted(&self, fixed: &[Fixed]) -> Vec<Wanted> {
+        let of = |(body, Body { sizing, .. }): (usize, &Body)| Wanted::new(self.ends_of(fixed, body), *sizing);
+        self.bodies.iter().enumerate().map(of).collect()
     }
 
-    /// The largest size of a cell that a geometry wants across a length.
-    fn own_size(&self, body: usize, length: f64) -> f64 {
-        let Sizing { max_size, min_cells, .. } = self.bodies[body].sizing;
-        let of_cells = min_cells.map(|n| length / f64::from(n));
-        max_size.into_iter().chain(of_cells).fold(f64::INFINITY, f64::min)
+    /// The cells between two lines.
+    fn interval(&self, wanted: &[Wanted], two: [f64; 2]) -> Interval {
+        interval(wanted, two, self.job.max_size.each()[self.axis], self.job.smallest(self.axis))
     }
 
     /// Refuses geometries that want cells smaller than the smallest.
-    fn check_sizes(&self, fixed: &[Fixed]) -> Result<()> {
+    fn check_sizes(&self, wanted: &[Wanted]) -> Result<()> {
         let least = self.job.smallest(self.axis);
-        for (index, Body { name, .. }) in self.bodies.iter().enumerate() {
-            let [low, high] = self.ends_of(fixed, index);
-            let size = self.own_size(index, high - low);
+        for (Body { name, .. }, wanted) in self.bodies.iter().zip(wanted) {
+            let ([low, high], size) = (wanted.ends, wanted.size());
             if high > low && size < least * (1.0 - 1e-9) {
                 let axis = AXES[self.axis];
+                let [low, high, size, least] = [low, high, size, least].map(short_number);
                 let message = format!(
                     "geometry \"{name}\" wants cells of at most {size} along {axis}, from {low} to {high}: the smallest is {least}"
                 );
@@ -153,15 +170,21 @@ impl Axis<'_> {
         Ok(())
     }
 
-    /// Where the lines of a geometry's ends are; those beyond the domain are its ends.
+    /// The ends of a geometry's box, within the domain; on their lines where only rounding of the files keeps them off.
     fn ends_of(&self, fixed: &[Fixed], body: usize) -> [f64; 2] {
         let [low, high] = self.bodies[body].bounds.map(|corner| corner[self.axis]);
         let [first, last] = [self.domain.low[self.axis], self.domain.high[self.axis]];
+        let rounding = self.domain.file_rounding(self.axis);
         let place = |side: f64, end: f64| {
             let own = fixed.iter().find(|fixed| fixed.owners.contains(&(body, side)));
-            own.map_or(end.clamp(first, last), |fixed| fixed.at)
+            let near = own.filter(|fixed| (fixed.at - end).abs() <= rounding);
+            near.map_or(end.clamp(first, last), |fixed| fixed.at)
         };
-        [place(-1.0, low), place(1.0, high)]
+        match [place(-1.0, low), place(1.0, high)] {
+            // thinner than that
+            [one, other] if one == other && low < high => [low.clamp(first, last), high.clamp(first, last)],
+            ends => ends,
+        }
     }
 
     /// The ends of the domain and of all geometries in it, ascending, none closer to each other than the smallest cell.
@@ -223,7 +246,7 @@ impl Axis<'_> {
     }
 
     /// The edges of metal, each with the size of a cell that has room between its neighbours.
-    fn edges(&self, fixed: &[Fixed], findings: &mut Vec<Finding>) -> Vec<Edge> {
+    fn edges(&self, fixed: &[Fixed], wanted: &[Wanted], findings: &mut Vec<Finding>) -> Vec<Edge> {
         let mut edges = Vec::new();
         for index in 1..fixed.len().max(1) - 1 {
             let Fixed { at, ref owners } = fixed[index];
@@ -236,8 +259,9 @@ impl Axis<'_> {
             let (inside, outside) = if outwards > 0.0 { (before, after) } else { (after, before) };
             // a cell more fits between this edge and one like it: inside 2/3 + 1 sizes, outside 4/3 + 1
             let room = (inside * 3.0 / 5.0).min(outside * 3.0 / 7.0);
-            let [low, high] = [at - 0.5 * before, at + 0.5 * after].map(|place| self.largest(fixed, place));
-            let size = low.min(high).min(room);
+            let [low, high] =
+                [[fixed[index - 1].at, at], [at, fixed[index + 1].at]].map(|two| self.interval(wanted, two));
+            let size = low.outer[1].min(high.outer[0]).min(room);
             if size < self.job.smallest(self.axis) {
                 self.note_edge(findings, &fixed[index], "a cell around it would be smaller than the smallest");
                 continue;
@@ -266,11 +290,12 @@ impl Axis<'_> {
 
     fn no_sizes(&self, [from, to]: [f64; 2], growth: f64) -> Error {
         let name = AXES[self.axis];
+        let [from, to, least] = [from, to, self.job.smallest(self.axis)].map(short_number);
         let message = format!(
-            "cells of at least {} along {name} cannot meet all ends with a growth of {growth}: none fit between the ends at {from} and {to}",
-            self.job.smallest(self.axis),
+            "cells of at least {least} along {name} cannot meet all ends with a growth of {growth}: none fit between the ends at {from} and {to}",
         );
-        let hint = "allow smaller cells (min_size) or a larger growth; or move the ends, so that none are nearly equal";
+        let hint = "allow smaller cells (min_size) or a larger growth, or let geometries there have larger cells; or move the ends, so that \
+                    none are nearly equal";
         Error::new("lines-no-sizes", message, hint)
     }
 }

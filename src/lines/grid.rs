@@ -29,7 +29,7 @@ impl Lines {
     ///
     /// # Errors
     /// `domain-empty` where a cell size is not a positive finite number or there are no cells; `job-value` where the
-    /// origin is not finite.
+    /// origin is not finite, or where lengths are beyond 1e38 or cells below 1e-38.
     pub fn new(origin: [f64; 3], spacing: [f64; 3], dims: [u32; 3]) -> Result<Lines> {
         for axis in 0..3 {
             let name = AXES[axis];
@@ -40,6 +40,8 @@ impl Lines {
             if !origin[axis].is_finite() {
                 return Err(Error::new("job-value", format!("the domain starts at {} along {name}", origin[axis]), ""));
             }
+            let end = origin[axis] + f64::from(dims[axis]) * spacing[axis];
+            check_lengths(name, [origin[axis], end], spacing[axis])?;
         }
         Ok(Lines { origin, unit: spacing, dims, lists: None })
     }
@@ -49,10 +51,12 @@ impl Lines {
     ///
     /// # Errors
     /// `lines-wrong` where an axis has fewer than two lines or more than [`MAX_LISTED`], one is not finite, or not
-    /// greater than the one before.
+    /// greater than the one before; `job-value` as [`Lines::new`].
     pub fn from_lists(lists: [Vec<f64>; 3]) -> Result<Lines> {
         for axis in 0..3 {
             check(&lists[axis], AXES[axis])?;
+            let list = &lists[axis];
+            check_lengths(AXES[axis], [list[0], list[list.len() - 1]], smallest(list))?;
         }
         let even = [0, 1, 2].map(|axis| even_spacing(&lists[axis]));
         let origin = [0, 1, 2].map(|axis: usize| lists[axis][0]);
@@ -220,12 +224,26 @@ fn check(lines: &[f64], name: &str) -> Result<()> {
             format!("lines.{name}[{}] is {after:?} and lines.{name}[{index}] before it {before:?}", index + 1);
         return wrong(message, "give the lines of an axis in ascending order, each once");
     }
-    let extent = lines[lines.len() - 1] - lines[0];
-    if !extent.is_finite() || smallest(lines) < f64::MIN_POSITIVE {
-        let message = format!("lines.{name} reaches from {:?} to {:?}", lines[0], lines[lines.len() - 1]);
-        return wrong(message, "use another unit of length");
-    }
     Ok(())
+}
+
+/// The smallest cell and the largest coordinate: what files of 32-bit numbers hold, and volumes are neither 0 nor infinite.
+const LENGTHS: [f64; 2] = [1e-38, 1e38];
+
+/// Refuses an axis whose numbers are too small or too large to be computed with.
+fn check_lengths(name: &str, [first, last]: [f64; 2], smallest: f64) -> Result<()> {
+    let [least, most] = LENGTHS;
+    if smallest >= least && first.abs() <= most && last.abs() <= most {
+        return Ok(());
+    }
+    let message = format!(
+        "cells of {smallest:?} along {name}, from {first:?} to {last:?}: cells can have {least:?} and more, and coordinates up to {most:?}"
+    );
+    Err(Error::new(
+        "job-value",
+        message,
+        "check sizes and domain against the unit of the files, or use another unit of length",
+    ))
 }
 
 fn smallest(lines: &[f64]) -> f64 {

@@ -1,5 +1,5 @@
-//! Findings about a mesh: rays that found an open surface, flags that two geometries have, shells that overlap, and geometries
-//! without cells.
+//! Findings about a mesh: what was read of files otherwise than it stands there, rays that found an open surface, surfaces that are inside out,
+//! flags that two geometries have, shells that overlap, and geometries without cells.
 
 use super::prepare::Prepared;
 use crate::cast::Cast;
@@ -14,10 +14,43 @@ use crate::job::Rule;
 use crate::lines::Lines;
 use crate::mesh::Mesh;
 use crate::rays::Rays;
-use crate::report::{GeometryReport, ShellsReport, WithoutCells};
+use crate::report::{GeometryReport, InputReport, ShellsReport, WithoutCells};
 use crate::shells::{n_rays_looked_at, overlapping_shells};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// What readers say of each file, once.
+pub(super) fn about_inputs(inputs: &[InputReport]) -> Vec<Finding> {
+    let mut findings: Vec<Finding> = Vec::new();
+    for sentence in inputs.iter().flat_map(|of| of.warnings.iter().map(|text| format!("{}: {text}", of.file))) {
+        if findings.iter().all(|said| said.sentence != sentence) {
+            findings.push(Finding::new("file-changed", sentence));
+        }
+    }
+    findings
+}
+
+/// Part of its box that a closed surface encloses at least if its volume is no rounding.
+const LEAST_VOLUME: f64 = 1e-9;
+
+/// A finding for every closed surface whose facets face inwards.
+pub(super) fn about_inside_out(reports: &[GeometryReport]) -> Vec<Finding> {
+    let finding = |(index, of): (usize, &GeometryReport)| {
+        let [low, high] = of.bounding_box;
+        let of_box: f64 = (0..3).map(|axis| high[axis] - low[axis]).product();
+        let is_closed = of.bad_edges.open == 0 && of.bad_edges.flipped == 0;
+        (is_closed && of.mesh_volume < -LEAST_VOLUME * of_box).then(|| {
+            let sentence = format!(
+                "geometry \"{}\" is inside out: its facets face inwards, and its volume is {}; its cells are those within its surface all the \
+                 same; turn the facets of the file for programs that read their sides",
+                of.name, of.mesh_volume as f32
+            );
+            let finding = Finding::new("surface-inside-out", sentence).of_geometry(index, &of.name).of_flag(of.flag);
+            finding.with_value("mesh_volume", of.mesh_volume)
+        })
+    };
+    reports.iter().enumerate().filter_map(finding).collect()
+}
 
 /// A finding about rays that do not leave every geometry they enter, if there are any.
 pub(super) fn about_odd_rays(odd_rays: u64, n_rays: u64) -> Option<Finding> {

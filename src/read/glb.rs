@@ -1,8 +1,9 @@
 //! GLB, the binary form of glTF 2.0: triangles of the meshes that the nodes of a scene place, in metres.
 //!
 //! A node with a mesh becomes a solid of its name; a mesh that several nodes place is there several times. Corners are placed in f64 and
-//! rounded once; y is up, as in the file, for nothing is turned. Lines, points, poses of skins and morph targets are passed over, with a warning. What is packed (Draco, meshopt), what
-//! lies in other files, and extensions that a reader must know are refused. Source: glTF 2.0, revision 2.0.1, of Khronos.
+//! rounded once; y is up, as in the file, for nothing is turned. Morph targets move corners by their default weights. A mesh with a skin is where
+//! it was modelled: its node does not place it. Lines, points and poses of skins are passed over, with a warning. What is packed (Draco, meshopt),
+//! what lies in other files, and extensions that a reader must know are refused. Source: glTF 2.0, revision 2.0.1, of Khronos.
 //!
 //! Our own reader: the crate `gltf` panics where a file's numbers are wrong (an accessor of no element, strides below the size of an
 //! element), and its model of all of glTF takes as much of the wasm as all other readers together.
@@ -52,20 +53,19 @@ pub(super) fn read(file: &[u8], n_bytes: u64) -> Result<Contents> {
         bytes,
         polygons: Polygons::default(),
         is_placed: vec![false; root.nodes.len()],
-        passed_over: [0; 3],
+        passed_over: [0; 2],
     };
     for node in roots(&root)? {
         model.place(node, DAffine3::IDENTITY, 0)?;
     }
-    let [n_other, n_skins, n_morphs] = model.passed_over;
+    let [n_other, n_skins] = model.passed_over;
     let mut polygons = model.polygons;
     for (n, what) in [
         (n_other, "primitives of lines or points are ignored"),
         (
             n_skins,
-            "nodes have a skin; they are read in the pose in which they were modelled, so that place and size may be off",
+            "nodes have a skin; they are read in the pose and at the place in which they were modelled, so that place and size may be off",
         ),
-        (n_morphs, "primitives have morph targets; they are read without them"),
     ] {
         if n > 0 {
             polygons.warnings.push(format!("{n} {what}"));
@@ -121,8 +121,8 @@ struct Model<'a> {
     bytes: Bytes<'a>,
     polygons: Polygons,
     is_placed: Vec<bool>,
-    /// Primitives that are no triangles, skins, primitives with morph targets.
-    passed_over: [u64; 3],
+    /// Primitives that are no triangles, skins.
+    passed_over: [u64; 2],
 }
 
 /// Nodes within nodes, at most; more than modellers make, and fewer than the stack holds.
@@ -143,23 +143,26 @@ impl Model<'_> {
             let mesh = self.root.meshes.get(mesh).ok_or_else(|| missing("mesh", mesh, self.root.meshes.len()))?;
             self.polygons.new_solid(if node.name.is_empty() { &mesh.name } else { &node.name });
             self.passed_over[1] += u64::from(node.skin.is_some());
+            // the node of a mesh with a skin does not place it; its joints would
+            let world = if node.skin.is_some() { DAffine3::IDENTITY } else { world };
+            let weights = node.weights.as_ref().unwrap_or(&mesh.weights);
             for (number, primitive) in mesh.primitives.iter().enumerate() {
                 let place = || format!("node {index} ({}), primitive {number}", shown(&node.name, 60));
-                self.primitive(primitive, &world).map_err(|error| error.at(place()))?;
+                self.primitive(primitive, weights, &world).map_err(|error| error.at(place()))?;
             }
         }
         node.children.iter().try_for_each(|&child| self.place(child, world, depth + 1))
     }
 
-    fn primitive(&mut self, primitive: &Primitive, world: &DAffine3) -> Result<()> {
+    fn primitive(&mut self, primitive: &Primitive, weights: &[f64], world: &DAffine3) -> Result<()> {
         let mode = primitive.mode.unwrap_or(4);
         let Some(positions) = primitive.attributes.position.filter(|_| (4..=6).contains(&mode)) else {
             self.passed_over[0] += 1;
             return Ok(());
         };
-        self.passed_over[2] += u64::from(!primitive.targets.is_empty());
+        let corners = self.morphed(positions, primitive, weights)?;
         self.polygons.corners.clear();
-        for (index, corner) in self.bytes.corners(positions)?.enumerate() {
+        for (index, corner) in corners.into_iter().enumerate() {
             let corner = world.transform_point3(corner).to_array().map(|number| number as f32);
             self.polygons.corner(corner, || format!("corner {index}, counted from 0"))?;
         }
@@ -193,6 +196,25 @@ impl Model<'_> {
                 .polygon(&corners.map(|at| indices[at] as usize), || format!("triangle {t}, counted from 0"))?;
         }
         Ok(())
+    }
+
+    /// The corners of a primitive, moved by its morph targets, each by so much of it as its weight says.
+    fn morphed(&mut self, positions: usize, primitive: &Primitive, weights: &[f64]) -> Result<Vec<DVec3>> {
+        let mut corners: Vec<DVec3> = self.bytes.corners(positions)?.collect();
+        let (n, n_targets) = (corners.len(), primitive.targets.len());
+        if !weights.is_empty() && weights.len() != n_targets {
+            return Err(wrong(&format!("there are {} weights for {n_targets} morph targets", weights.len())));
+        }
+        for (number, (target, weight)) in primitive.targets.iter().zip(weights).enumerate() {
+            let Some(moves) = target.position.filter(|_| *weight != 0.0) else { continue };
+            self.polygons.count_copied(n)?;
+            let moves: Vec<DVec3> = self.bytes.corners(moves)?.collect();
+            if moves.len() != n {
+                return Err(wrong(&format!("morph target {number} moves {} corners of {n}", moves.len())));
+            }
+            corners.iter_mut().zip(moves).for_each(|(corner, by)| *corner += *weight * by);
+        }
+        Ok(corners)
     }
 }
 

@@ -47,6 +47,7 @@ pub(super) struct Node {
     pub(super) rotation: Option<[f64; 4]>,
     pub(super) scale: Option<[f64; 3]>,
     pub(super) skin: Option<usize>,
+    pub(super) weights: Option<Vec<f64>>,
 }
 
 #[derive(Deserialize, Default)]
@@ -54,6 +55,8 @@ pub(super) struct Node {
 pub(super) struct Mesh {
     pub(super) name: String,
     pub(super) primitives: Vec<Primitive>,
+    /// How far each morph target moves corners, unless a node says.
+    pub(super) weights: Vec<f64>,
 }
 
 #[derive(Deserialize, Default)]
@@ -62,7 +65,8 @@ pub(super) struct Primitive {
     pub(super) attributes: Attributes,
     pub(super) indices: Option<usize>,
     pub(super) mode: Option<u32>,
-    pub(super) targets: Vec<IgnoredAny>,
+    /// Morph targets: by what they move corners.
+    pub(super) targets: Vec<Attributes>,
 }
 
 #[derive(Deserialize, Default)]

@@ -99,7 +99,7 @@ pub(super) fn parse(text: &mut dyn BufRead) -> Result<Model> {
                         object = Some((number(&tag, "id")?, Object { name, is_left_out, kind: Kind::default() }));
                     }
                     b"item" => {
-                        let is_printed = attribute(&tag, "printable")?.as_deref() != Some("0");
+                        let is_printed = !matches!(attribute(&tag, "printable")?.as_deref(), Some("0" | "false"));
                         model.items.push(Item { placed: placed(&tag)?, is_printed });
                     }
                     name => {

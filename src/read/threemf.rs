@@ -46,21 +46,28 @@ pub(super) fn read(file: &[u8], n_bytes: u64) -> Result<Contents> {
             other.unit
         )));
     }
-    let mut n_left_out = 0;
+    let mut left_out = Vec::new();
     for item in &model.items {
-        if !item.is_printed {
-            n_left_out += 1;
-            continue;
-        }
         let part = item.placed.part.as_deref().unwrap_or(&first);
         let object = reading.object(part, item.placed.object)?;
+        if !item.is_printed {
+            left_out.push(&object.name);
+            continue;
+        }
         reading.polygons.new_solid(&object.name);
         reading.place(part, item.placed.object, item.placed.by, 0)?;
     }
     let n_objects = reading.n_left_out;
     let mut polygons = reading.polygons;
-    if n_left_out > 0 {
-        polygons.warnings.push(format!("{n_left_out} items that are not to be printed are left out"));
+    if let [name, ..] = left_out[..] {
+        let (n, name) = (left_out.len(), shown(name, 60));
+        if n == model.items.len() {
+            return Err(wrong(&format!("none of its {n} items is to be printed (printable=\"0\")")));
+        }
+        polygons.warnings.push(format!(
+            "{n} of {} items are left out, for they are not to be printed (printable=\"0\"), the first of the object \"{name}\"",
+            model.items.len()
+        ));
     }
     if n_objects > 0 {
         polygons.warnings.push(format!(

@@ -11,7 +11,7 @@ use crate::fractions::Fractions;
 pub struct FractionsReport {
     /// m: a cell has m x m rays.
     pub rays: u32,
-    /// Cells with more than one flag.
+    /// Cells that are cut: those with more than one flag, and those that a surface passes through where no ray meets it.
     pub cut_cells: u64,
     /// Volume of each flag that has any, ascending; 0 is the background.
     pub volumes: Vec<VolumeReport>,

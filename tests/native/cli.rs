@@ -394,6 +394,18 @@ fn errors_say_what_to_do() {
         (&["estimate", SPOT, "--dims", "1000000,1000000,1000000"], 5, "1000000 cells along x: at most 262142 fit"),
         (&["estimate", SPOT, "--cells", "4294967295"], 5, "at most 262142 fit"),
         (&["mesh", SPOT, "--cell-size", "1e-30"], 5, "cells of size 1e-30 along x"),
+        (&["mesh", SPOT, "--cell-size", "1e300"], 4, "cells of 1e300 along x, from -0.47"),
+        (&["mesh", SPOT, "--cell-size", "1e39"], 4, "coordinates up to 1e38"),
+        (
+            &["mesh", SPOT, "--padding-length", "1e300", "--cells", "4"],
+            4,
+            "cells of 5e299 along x, from -1e300 to 1e300",
+        ),
+        (&["mesh", SPOT, "--domain=0,0,0,1e300,1e300,1e300", "--cells", "4"], 4, "cells of 2.5e299 along x"),
+        (&["mesh", &format!("{SPOT}:scale=1e120")], 4, "coordinates up to 1e38"),
+        (&["mesh", &format!("{SPOT}:scale=1e-120")], 4, "cells can have 1e-38 and more"),
+        (&["mesh", SPOT, "--graded", "1e300"], 4, "cells of at least 1e297 along x"),
+        (&["mesh", SPOT, "--graded", "1e-300"], 5, "e299 cells along x: at most 262142 fit"),
         (&["mesh", SPOT, "--domain=-1e308,0,0,1e308,1,1"], 4, "the domain reaches from -1e308 to 1e308 along x"),
         // 12 MB, or what the program really takes by then, if that is more
         (&["mesh", SPOT, "--backend", "cpu", "--max-memory", "10MB"], 5, "program and driver 12."),
@@ -610,4 +622,30 @@ fn a_zarr_folder_is_written_whole_or_not_at_all() {
     assert_eq!((refused.status.code(), folder.bytes("mine.zarr/precious")), (Some(7), vec![]));
     let failed = hexcast(&["mesh", "tests/fixtures/bin_empty.stl", "-o", &folder.path("c.zarr")]);
     assert_eq!((failed.status.code(), folder.names().len()), (Some(3), 4));
+}
+
+#[test]
+fn what_is_read_of_a_file_otherwise_than_it_stands_there_is_a_warning_of_the_mesh() {
+    let folder = Folder::new();
+    let facet = "facet normal 0 0 1\nouter loop\n";
+    let corners = |at: [[u8; 3]; 3]| at.map(|[x, y, z]| format!("vertex {x} {y} {z}\n")).concat();
+    let facets = [
+        [[0, 0, 0], [0, 1, 0], [1, 0, 0]],
+        [[0, 0, 0], [1, 0, 0], [0, 0, 1]],
+        [[0, 0, 0], [0, 0, 1], [0, 1, 0]],
+        [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+    ];
+    let facets = facets.map(|of| format!("{facet}{}endloop\nendfacet\n", corners(of))).concat();
+    let file = folder.path("tip.stl");
+    std::fs::write(&file, format!("solid tip\n{facets}endsolid tip\nsolid lid\nendsolid lid\n")).unwrap();
+    let said = "solid \"lid\" without facets left out";
+    let report = json(&["mesh", &file, &file, "--cells", "8", "--backend", "cpu", "--json"]);
+    let n = report["warnings"].to_string().matches("without facets left out").count();
+    assert_eq!(n, 1, "{}", report["warnings"]);
+    for more in [&["--quiet"][..], &["--json"], &[], &["--quiet", "--strict"]] {
+        let output = hexcast(&[&["mesh", &file, "--cells", "8", "--backend", "cpu"], more].concat());
+        let text = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(text.matches(said).count(), 1, "{more:?}: {text}");
+        assert_eq!(output.status.code(), Some(if more.contains(&"--strict") { 8 } else { 0 }));
+    }
 }

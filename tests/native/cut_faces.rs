@@ -88,7 +88,11 @@ fn a_wall_in_the_plane_of_faces_holds_those_of_the_cells_above_it() {
     let entries: Vec<(u64, u8, [f32; 6])> =
         found.iter().zip(found.faces()).map(|(of, faces)| (of.cell, of.flag, *faces)).collect();
     let [open, solid] = [[1.0, 0.25, 1.0, 0.0, 0.25, 0.25], [0.0, 0.75, 0.0, 1.0, 0.75, 0.75]];
-    assert_eq!(entries, [(1, 0, open), (1, 1, solid)]);
+    // the cell above has entries for its face alone
+    let above = [(2, 0, [0.25, 1.0, 1.0, 1.0, 1.0, 1.0]), (2, 1, [0.75, 0.0, 0.0, 0.0, 0.0, 0.0])];
+    assert_eq!(entries, [&[(1, 0, open), (1, 1, solid)][..], &above].concat());
+    let fractions: Vec<f32> = found.iter().map(|of| of.fraction).collect();
+    assert_eq!(fractions, [0.25, 0.75, 1.0, 0.0]);
 }
 
 fn length(of: Point) -> f64 {

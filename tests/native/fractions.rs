@@ -161,8 +161,10 @@ fn parts_of_a_cell_add_up_to_one_in_the_order_of_cells_and_flags() {
         let all: Vec<Fraction> = found.iter().copied().collect();
         for of_cell in all.chunk_by(|one, other| one.cell == other.cell) {
             let sum: f64 = of_cell.iter().map(|fraction| f64::from(fraction.fraction)).sum();
-            assert!((sum - 1.0).abs() < 2e-7 && of_cell.len() > 1, "{of_cell:?}");
-            assert!(of_cell.iter().all(|fraction| fraction.fraction > 0.0 && fraction.fraction < 1.0), "{of_cell:?}");
+            assert!((sum - 1.0).abs() < 2e-7, "{of_cell:?}");
+            // of one flag where no ray meets the surface
+            let most = if of_cell.len() > 1 { 1.0f32.next_down() } else { 1.0 };
+            assert!(of_cell.iter().all(|of| of.fraction > 0.0 && of.fraction <= most), "{of_cell:?}");
             n_of_three += usize::from(of_cell.len() == 3);
             n += 1;
         }

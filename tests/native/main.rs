@@ -43,6 +43,7 @@ mod famous_cases;
 #[cfg(feature = "cli")]
 mod findings;
 mod formats;
+mod fraction_sweep;
 mod fractions;
 mod fuzz;
 mod gaps;
@@ -53,6 +54,7 @@ mod graded;
 mod graded_command;
 #[cfg(feature = "cli")]
 mod graded_laws;
+mod graded_sizes;
 #[cfg(feature = "cli")]
 mod halos;
 mod hole_oracle;

@@ -222,6 +222,35 @@ fn shells_that_overlap_are_said_where_the_rule_leaves_two_of_them_outside() {
         let mut mixed = balls.clone();
         mixed.iter_mut().step_by(3).for_each(|facet| facet.swap(1, 2));
         assert_eq!(with(&mixed, Rule::Parity, axis), Vec::<String>::new());
-        assert_eq!(with(&models::flipped(models::sphere([4.0; 3], 3.0, 12)), Rule::Parity, axis), Vec::<String>::new());
+        let inwards = with(&models::flipped(models::sphere([4.0; 3], 3.0, 12)), Rule::Parity, axis);
+        assert!(matches!(&inwards[..], [one] if one.contains("is inside out")), "{inwards:?}");
     }
+}
+
+#[test]
+fn a_closed_surface_that_is_inside_out_is_said_and_has_its_cells() {
+    let out = models::sphere([4.0; 3], 3.0, 12);
+    let volume = models::signed_volume(&out);
+    let holed = models::flipped(out[..out.len() - 1].to_vec());
+    // a cavity faces inwards, rightly
+    let hollow = [out.clone(), models::flipped(models::sphere([4.0; 3], 2.0, 12))].concat();
+    for (facets, is_said) in [
+        (out.clone(), false),
+        (models::flipped(out), true),
+        (hollow.clone(), false),
+        (models::flipped(hollow), true),
+        (holed, false),
+    ] {
+        for rule in [Rule::Parity, Rule::Nonzero] {
+            let job = set!(Job { rule, ..Job::default() });
+            let found = warnings_of(&[(facets.clone(), Some(1), 0)], &job);
+            let said: Vec<&String> = found.iter().filter(|text| text.contains("is inside out")).collect();
+            assert_eq!(said.len(), usize::from(is_said), "{rule:?}: {found:?}");
+            assert!(
+                said.iter().all(|text| text.starts_with("geometry \"box 0\"") && text.contains("its volume is -")),
+                "{said:?}"
+            );
+        }
+    }
+    assert!(volume > 0.0);
 }

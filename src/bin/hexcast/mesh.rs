@@ -266,15 +266,11 @@ fn prints_file(arguments: &Arguments) -> bool {
     paths.chain(arguments.doubt.as_deref()).chain(arguments.report.as_deref()).any(standard::is_standard)
 }
 
-/// Prints the warnings of the mesh and of outputs, and returns how many there are; those about input files, which the summary has as notes,
-/// only where they decide the exit code. That there was no GPU, the first of them, is printed and not counted.
+/// Prints the warnings of the mesh and of outputs, and returns how many there are. That there was no GPU, the first of them, is printed and not
+/// counted.
 fn warn(report: &Report, of_outputs: Vec<String>, is_strict: bool, no_gpu: bool) -> usize {
     report.mesh.findings.iter().for_each(terminal::warn_of);
-    let mut warnings = of_outputs;
-    if is_strict {
-        let inputs = &report.mesh.inputs;
-        warnings.extend(inputs.iter().flat_map(|of| of.warnings.iter().map(|text| format!("{}: {text}", of.file))));
-    }
+    let warnings = of_outputs;
     warnings.iter().for_each(|warning| terminal::complain(&terminal::one_line(&format!("warning: {warning}"))));
     let n = report.mesh.findings.len() + warnings.len() - usize::from(no_gpu);
     if is_strict && n > 0 {

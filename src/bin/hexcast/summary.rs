@@ -47,7 +47,6 @@ pub(crate) fn of_mesh(report: &Report, is_software: bool, files: &[OutputFile], 
     for input in &mesh.inputs {
         let facts = format!("{}, {} facets, {}", input.format, HumanCount(input.facets), BinaryBytes(input.bytes));
         table.line("input", format!("{}: {facts}", input.file));
-        input.warnings.iter().for_each(|warning| table.line("", format!("note: {warning}")));
     }
     if shown.verbose {
         geometries(&mut table, mesh);

@@ -4,7 +4,8 @@
 //! size there, l and r the sizes wanted at both ends, and `a = ln(growth)`. Lines are where the integral of 1 / s reaches equal parts of
 //! its whole, of which there are as few as leave each at most 1. Then a cell is at most h, and neighbours differ by at most
 //! `exp(a) = growth`, since s changes by at most a along a unit of length. At a fixed line the cells of two intervals meet, each with a
-//! part of its own; where one is larger than the growth allows, the size wanted at its end is reduced, until no such place is left.
+//! part of its own; where one is larger than the growth allows, or than the cell at that line may be, the size wanted at its end is reduced,
+//! until no such place is left. Where that makes a cell too small, all cells of the interval get the size of the one at its line.
 
 /// An interval between two fixed lines.
 #[derive(Debug, Clone, Copy)]
@@ -13,13 +14,35 @@ pub(super) struct Interval {
     pub(super) length: f64,
     /// Largest size of a cell in it.
     pub(super) largest: f64,
+    /// Largest sizes of the first and the last cell.
+    pub(super) outer: [f64; 2],
     /// Sizes wanted at both ends.
     ends: [f64; 2],
 }
 
 impl Interval {
     pub(super) fn new(length: f64, largest: f64) -> Interval {
-        Interval { length, largest: largest.min(length), ends: [largest.min(length); 2] }
+        let largest = largest.min(length);
+        Interval { length, largest, outer: [largest; 2], ends: [largest; 2] }
+    }
+
+    /// Lets no cell be larger.
+    pub(super) fn limit(&mut self, size: f64) {
+        self.largest = self.largest.min(size);
+        self.outer = self.outer.map(|outer| outer.min(size));
+    }
+
+    /// Lets no cell be larger at an end, 0 or 1.
+    pub(super) fn limit_outer(&mut self, end: usize, size: f64) {
+        self.outer[end] = self.outer[end].min(size);
+    }
+
+    /// Lets all cells be as large as the outer ones only; whether that changes anything.
+    fn flatten(&mut self) -> bool {
+        let [first, last] = self.outer;
+        let is_changed = first.min(last) < self.largest;
+        self.limit(first.min(last));
+        is_changed
     }
 
     /// Where s begins to be flat, and where it ceases to be.
@@ -72,6 +95,19 @@ impl Interval {
         [self.line(slope, 1.0, n), self.length - self.line(slope, n - 1.0, n)]
     }
 
+    /// Wants smaller sizes at ends whose cells are larger than they may be; whether there are any.
+    fn reduce_outer(&mut self, slope: f64) -> bool {
+        let mut is_reduced = false;
+        for end in [0, 1] {
+            let cell = self.outer_cells(slope)[end];
+            if cell > self.outer[end] * (1.0 + 1e-9) {
+                self.reduce(end, self.ends[end] * (0.98 * self.outer[end] / cell), slope);
+                is_reduced = true;
+            }
+        }
+        is_reduced
+    }
+
     /// Wants a smaller size at an end, 0 or 1.
     fn reduce(&mut self, end: usize, size: f64, slope: f64) {
         self.ends[end] = size;
@@ -84,6 +120,15 @@ const MAX_STEPS: usize = 2000;
 
 /// Finds the sizes wanted at the ends of neighbouring intervals, none with a cell below `least`; the interval where there is none.
 pub(super) fn settle(intervals: &mut [Interval], growth: f64, least: f64) -> Result<(), usize> {
+    loop {
+        match settle_once(intervals, growth, least) {
+            Err(index) if intervals[index].flatten() => {}
+            settled => return settled,
+        }
+    }
+}
+
+fn settle_once(intervals: &mut [Interval], growth: f64, least: f64) -> Result<(), usize> {
     let slope = libm::log(growth);
     let n = intervals.len();
     // sizes at fixed lines, as all intervals allow
@@ -112,6 +157,9 @@ pub(super) fn settle(intervals: &mut [Interval], growth: f64, least: f64) -> Res
                 intervals[larger].reduce(end, size, slope);
                 is_settled = false;
             }
+        }
+        for interval in intervals.iter_mut() {
+            is_settled &= !interval.reduce_outer(slope);
         }
         // the smallest cell of an interval is at one of its ends
         let too_small =

@@ -97,7 +97,6 @@ fn wrong_lists_are_refused_with_their_numbers() {
         (vec![0.0, 2.0, 1.0], "lines.y[2] is 1.0 and lines.y[1] before it 2.0"),
         (vec![0.0, f64::NAN], "lines.y[1] is NaN"),
         (vec![f64::NEG_INFINITY, 0.0], "lines.y[0] is -inf"),
-        (vec![f64::MIN, 0.0, f64::MAX], "lines.y reaches from"),
         (too_many, "lines.y has 262144 lines: at most 262143 fit"),
     ] {
         for (axis, name) in ["lines.x", "lines.y", "lines.z"].iter().enumerate() {
@@ -110,8 +109,32 @@ fn wrong_lists_are_refused_with_their_numbers() {
     }
     // as many as fit, and as close as they may be
     let most = (0..super::super::MAX_LISTED).map(|index| index as f64).collect::<Vec<f64>>();
-    for list in [most, vec![0.0, f64::MIN_POSITIVE]] {
+    for list in [most, vec![0.0, 1e-38], vec![-1e38, 1e38]] {
         let n = list.len() as u32 - 1;
         assert_eq!(Lines::from_lists([vec![0.0, 1.0], list, vec![0.0, 1.0]]).unwrap().dims(), [1, n, 1]);
     }
+}
+
+#[test]
+fn lengths_that_files_do_not_hold_are_refused() {
+    let refused = |made: crate::error::Result<Lines>, what: &str| {
+        let error = made.unwrap_err();
+        assert!(error.code() == "job-value" && error.to_string().contains(what), "{error}");
+    };
+    let uniform = |origin: f64, size: f64, n: u32| Lines::new([0.0, origin, 0.0], [1.0, size, 1.0], [1, n, 1]);
+    refused(
+        uniform(0.0, 1e300, 1),
+        "cells of 1e300 along y, from 0.0 to 1e300: cells can have 1e-38 and more, and coordinates up to 1e38",
+    );
+    refused(uniform(0.0, 1e-300, 4), "cells of 1e-300 along y");
+    refused(uniform(-2e38, 1e37, 20), "from -2e38 to 0.0");
+    refused(uniform(0.0, 1e37, 11), "from 0.0 to 1.1e38");
+    refused(uniform(f64::MAX, f64::MAX, 2), "to inf");
+    let unit = || vec![0.0, 1.0];
+    refused(Lines::from_lists([unit(), vec![f64::MIN, 0.0, f64::MAX], unit()]), "along y");
+    refused(
+        Lines::from_lists([unit(), unit(), vec![0.0, f64::MIN_POSITIVE, 1.0]]),
+        "cells of 2.2250738585072014e-308 along z",
+    );
+    assert!(uniform(0.0, 1e37, 10).is_ok() && uniform(0.0, 1e-38, 1).is_ok());
 }

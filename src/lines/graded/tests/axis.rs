@@ -103,7 +103,7 @@ fn cells_around_edges_of_metal_leave_room_on_both_sides() {
         along_x(30.0, [9.0, least, 1.3], bodies).with_axis(0, |axis| {
             let mut findings = Vec::new();
             let fixed = axis.fixed(&mut findings);
-            let edges = axis.edges(&fixed, &mut findings);
+            let edges = axis.edges(&fixed, &axis.wanted(&fixed), &mut findings);
             let found: Vec<_> = edges.iter().map(|edge| (fixed[edge.index].at, edge.outwards, edge.size)).collect();
             assert_eq!(found.len(), expected.len(), "{bodies:?}: {found:?}, {findings:?}");
             for (found, expected) in found.iter().zip(expected) {
@@ -121,7 +121,8 @@ fn cells_around_edges_of_metal_leave_room_on_both_sides() {
     let mut case = along_x(30.0, [9.0, 0.01, 1.3], &[([10.0, 10.5], 0.1, true)]);
     case.bodies[0].0[1] = [10.5, 1.0, 1.0];
     case.with_axis(0, |axis| {
-        let edges = axis.edges(&axis.fixed(&mut Vec::new()), &mut Vec::new());
+        let fixed = axis.fixed(&mut Vec::new());
+        let edges = axis.edges(&fixed, &axis.wanted(&fixed), &mut Vec::new());
         assert_eq!(edges.iter().map(|edge| edge.size).collect::<Vec<_>>(), [0.1, 0.1]);
     });
     // a line a third of the size inside, and one two thirds outside

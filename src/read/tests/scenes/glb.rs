@@ -292,21 +292,65 @@ fn what_is_wrong_with_a_glb_is_said() {
 }
 
 #[test]
-fn skins_morphs_and_lines_are_passed_over_with_a_warning() {
+fn skins_and_lines_are_passed_over_with_a_warning() {
     let mut root = tetrahedron();
     root["nodes"][0]["skin"] = 0.into();
     let primitives = root["meshes"][0]["primitives"].as_array_mut().unwrap();
-    primitives[0]["targets"] = json!([{"POSITION": 0}]);
     primitives.push(json!({"attributes": {"POSITION": 0}, "mode": 0}));
     let contents = read_bytes(&glb(&root, &buffer())).unwrap();
     assert_eq!(contents.n_facets, 4);
     let warnings = [
         "1 primitives of lines or points are ignored",
-        "1 nodes have a skin; they are read in the pose in which they were modelled, so that place and size may be off",
-        "1 primitives have morph targets; they are read without them",
+        "1 nodes have a skin; they are read in the pose and at the place in which they were modelled, so that place and size may be off",
     ];
     assert_eq!(contents.warnings, warnings);
     root["extensionsUsed"] = json!(["KHR_node_visibility"]);
     let more = read_bytes(&glb(&root, &buffer())).unwrap().warnings;
-    assert_eq!(more[3..], ["nodes may be hidden (KHR_node_visibility); they are read all the same"]);
+    assert_eq!(more[2..], ["nodes may be hidden (KHR_node_visibility); they are read all the same"]);
+}
+
+#[test]
+fn a_node_does_not_place_a_mesh_with_a_skin_but_what_is_in_it() {
+    let mut root = tetrahedron();
+    root["scenes"] = json!([{"nodes": [1]}]);
+    root["nodes"] = json!([
+        {"name": "skinned", "mesh": 0, "skin": 0, "translation": [5, 0, 0], "scale": [2, 2, 2], "children": [2]},
+        {"translation": [0, 7, 0], "children": [0]},
+        {"name": "child", "mesh": 0},
+    ]);
+    let found = facets_of(&glb(&root, &buffer()));
+    assert_eq!(found[0], ("skinned".to_string(), moved(|at| at)));
+    assert_eq!(found[1], ("child".to_string(), moved(|[x, y, z]| [5.0 + 2.0 * x, 7.0 + 2.0 * y, 2.0 * z])));
+}
+
+#[test]
+fn morph_targets_move_corners_by_their_weights() {
+    let mut root = tetrahedron();
+    // the second target has a bytes' type of its own, as small files do, and moves all corners by 1 along y
+    let mut bytes = buffer();
+    bytes.extend([0, 127, 0, 9].repeat(4));
+    root["buffers"][0]["byteLength"] = 88.into();
+    let views = root["bufferViews"].as_array_mut().unwrap();
+    views.push(json!({"buffer": 0, "byteOffset": 72, "byteLength": 16, "byteStride": 4}));
+    let accessors = root["accessors"].as_array_mut().unwrap();
+    accessors.push(json!({"bufferView": 2, "componentType": 5120, "normalized": true, "count": 4, "type": "VEC3"}));
+    root["meshes"][0]["primitives"][0]["targets"] =
+        json!([{"POSITION": 0}, {"POSITION": 2, "NORMAL": 9}, {"NORMAL": 9}]);
+    let found = |root: &Value| {
+        let contents = read_bytes(&glb(root, &bytes)).unwrap();
+        assert!(contents.warnings.is_empty(), "{:?}", contents.warnings);
+        facets_of(&glb(root, &bytes))[0].1.clone()
+    };
+    // without weights all are 0
+    assert_eq!(found(&root), moved(|at| at));
+    root["meshes"][0]["weights"] = json!([0.5, -2, 3]);
+    assert_eq!(found(&root), moved(|[x, y, z]| [1.5 * x, 1.5 * y - 2.0, 1.5 * z]));
+    // those of the node come before those of the mesh
+    root["nodes"][0]["weights"] = json!([0, 1, 0]);
+    assert_eq!(found(&root), moved(|[x, y, z]| [x, y + 1.0, z]));
+    root["nodes"][0]["weights"] = json!([1]);
+    assert!(message(&glb(&root, &bytes)).contains("there are 1 weights for 3 morph targets"));
+    root["nodes"][0]["weights"] = json!([0, 1, 0]);
+    root["accessors"][2]["count"] = 3.into();
+    assert!(message(&glb(&root, &bytes)).contains("morph target 1 moves 3 corners of 4"));
 }

@@ -110,7 +110,9 @@ fn objects_may_lie_in_other_files_of_the_archive() {
     ];
     let contents = read_bytes(&package(&files)).unwrap();
     assert_eq!((contents.solids[0].name.as_str(), contents.n_facets), ("whole", 4));
-    assert_eq!(contents.warnings, ["1 items that are not to be printed are left out"]);
+    let left_out =
+        "1 of 2 items are left out, for they are not to be printed (printable=\"0\"), the first of the object \"\"";
+    assert_eq!(contents.warnings, [left_out]);
     let inches = model("unit='inch'", &object(1, ""), "");
     let unlike = package(&[files[0], files[1], files[2], ("3D/Objects/One.model", &inches)]);
     assert!(message(&unlike).contains("is in mm and 3d/objects/one.model in in"), "{}", message(&unlike));
@@ -180,4 +182,20 @@ fn what_is_wrong_with_a_3mf_is_said() {
     let mut places = (0..whole.len() - 13).filter(|&at| &whole[at..at + 13] == b"3D/here.model");
     damaged[places.nth(1).unwrap() + 60] ^= 0x40;
     assert!(message(&damaged).starts_with("3d/here.model: 3MF: "), "{}", message(&damaged));
+}
+
+#[test]
+fn items_that_are_not_to_be_printed_are_named() {
+    let objects = object(1, "name='kept'") + &object(2, "name='spare'");
+    for no in ["0", "false"] {
+        let items = format!("<item objectid='1' printable='1'/><item objectid='2' printable='{no}'/>");
+        let contents = read_bytes(&three_mf("", &objects, &items)).unwrap();
+        assert_eq!((contents.solids.len(), &contents.solids[0].name[..]), (1, "kept"));
+        assert!(contents.warnings.len() == 1 && contents.warnings[0].ends_with("the first of the object \"spare\""));
+        let none = format!("<item objectid='2' printable='{no}'/>");
+        assert_eq!(
+            message(&three_mf("", &objects, &none)),
+            "3MF: none of its 1 items is to be printed (printable=\"0\")"
+        );
+    }
 }
