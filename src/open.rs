@@ -33,5 +33,6 @@ mod orient;
 mod part;
 mod votes;
 
+pub(crate) use caps::Shift;
 pub use part::{OpenPart, Surface};
 pub(crate) use votes::{Through, Votes};

@@ -2,9 +2,11 @@
 //!
 //! Facets -> [`OpenPart`]: facets whose orientation agrees, missing facets, and the caps that close the other holes.
 
-use super::caps::caps;
+use super::caps::{Cells, Shift, caps, shifts};
 use super::orient::orient;
 use crate::axis_crossings::n_expected;
+use crate::control::Control;
+use crate::error::Result;
 use crate::frame::{Frame, SnappedFacet, world};
 use crate::geometry::Open;
 use crate::lines::Lines;
@@ -58,6 +60,20 @@ impl OpenPart {
         };
         let facets = [oriented.facets, oriented.missing].concat();
         OpenPart { policy, facets, patches: oriented.patches, caps, first: ([0; 3], [0; 3]), surface }
+    }
+
+    /// The cells of a frame whose winding number the caps move. `sizes` are the lengths of the smallest cells of the whole box.
+    ///
+    /// # Errors
+    /// `cancelled`.
+    pub(crate) async fn shifts(&self, frame: &Frame, sizes: [f64; 3], control: &Control) -> Result<Vec<Shift>> {
+        if self.policy != Open::Winding {
+            return Ok(Vec::new());
+        }
+        let (first, place) = self.first;
+        let centre = |axis: usize, cell: u32| i64::from(frame.centre(axis, cell - first[axis]) + place[axis]);
+        let cells = Cells { first, dims: frame.dims, centre: &centre };
+        shifts(&self.caps, &cells, frame.fraction_bits, sizes, control).await
     }
 
     /// Bytes that deciding it takes, about: a word a crossing of each axis, along the rays once more with the caps, and as much again

@@ -64,7 +64,6 @@ impl Scene {
         let bits = (8..=26).rev().find(|&bits| span * f64::from(1u32 << bits) <= f64::from(1 << 26));
         let too_far = format!("the files span {span} cells of the mesh, 262144 at most");
         let bits = bits.ok_or_else(|| wrong("geometry-too-far", too_far))?;
-        bodies.sort_by_key(|(body, _)| body.priority);
         let (rule, unit) = (job.rule, f64::from(1u32 << bits));
         let mut scene = Scene { bodies: Vec::new(), facets: Vec::new(), rule, bits, wrong_lines };
         for (mut body, world) in bodies {
@@ -83,6 +82,7 @@ impl Scene {
             (body.facets, body.patches) = (first..scene.facets.len(), patches);
             scene.bodies.push(body);
         }
+        scene.bodies.sort_by_key(|body| (body.priority, body.open.is_none()));
         Ok(scene)
     }
 
