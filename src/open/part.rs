@@ -12,6 +12,9 @@ use crate::geometry::Open;
 use crate::lines::Lines;
 use crate::rays::Rays;
 
+/// Of a triangle of a cap, and of its share of the clusters.
+const BYTES_OF_CAP: u64 = 300;
+
 /// What the surface of an open geometry lacks.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Surface {
@@ -77,13 +80,14 @@ impl OpenPart {
     }
 
     /// Bytes that deciding it takes, about: a word a crossing of each axis, along the rays once more with the caps, and as much again
-    /// while crossings are grouped.
+    /// while crossings are grouped; and the clusters of the caps.
     pub(crate) fn n_bytes(&self, rays: &Rays, frame: &Frame) -> u64 {
         let crossings = |facets: &[SnappedFacet], axis: usize| n_expected(facets, axis, frame);
         let again = [&self.facets, &self.patches, &self.caps]
             .map(|facets| crossings(facets, rays.axis))
             .into_iter()
             .sum::<f64>();
-        16 * ((0..3).map(|axis| crossings(&self.facets, axis)).sum::<f64>() + again) as u64
+        let of_caps = BYTES_OF_CAP * self.caps.len() as u64;
+        of_caps + 16 * ((0..3).map(|axis| crossings(&self.facets, axis)).sum::<f64>() + again) as u64
     }
 }

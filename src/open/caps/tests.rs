@@ -209,3 +209,45 @@ fn solid_angle([a, b, c]: [DVec3; 3]) -> f64 {
     let excess = between(b, c, a) + between(c, a, b) + between(a, b, c) - PI;
     libm::copysign(excess, a.dot(b.cross(c))) / (4.0 * PI)
 }
+
+/// The work is announced, rests again and again, and ends where it is cancelled at any of its rests.
+#[test]
+fn it_rests_and_ends_at_any_rest() {
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    let mut random = Random(7);
+    let loops: Vec<Vec<[i32; 3]>> = (0..60)
+        .map(|_| {
+            let at = random.place(30);
+            (0..5).map(|_| [0, 1, 2].map(|axis| at[axis] + random.place(4)[axis])).collect()
+        })
+        .collect();
+    let caps = caps(&loops);
+    let cells = Cells { first: [0; 3], dims: [32; 3], centre: &|_, cell| i64::from(cell) << 8 };
+    let run = |last: usize| {
+        let (n_rests, n_works) = (Arc::new(AtomicUsize::new(0)), Arc::new(AtomicUsize::new(0)));
+        let (rests, works, token) = (n_rests.clone(), n_works.clone(), CancelToken::default());
+        let cancel = token.clone();
+        let mut control = Control::default()
+            .pausing(move || {
+                if rests.fetch_add(1, Ordering::Relaxed) + 1 == last {
+                    cancel.cancel();
+                }
+                Box::pin(async {})
+            })
+            .on_holes(move |work| {
+                assert!(work.triangles > 250 && work.cells == 32 * 32 * 32);
+                works.fetch_add(1, Ordering::Relaxed);
+            });
+        control.cancel = token;
+        let result = at_once(shifts(&caps, &cells, 8, [1.0; 3], &control));
+        assert_eq!(n_works.load(Ordering::Relaxed), 1);
+        (result.is_ok(), n_rests.load(Ordering::Relaxed))
+    };
+    let (is_done, n_rests) = run(usize::MAX);
+    assert!(is_done && n_rests >= 4, "{n_rests} rests");
+    for last in [1, 2, n_rests / 2, n_rests] {
+        assert_eq!(run(last), (false, last));
+    }
+}

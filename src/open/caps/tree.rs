@@ -61,7 +61,8 @@ impl Tree {
         let leaves: Vec<usize> =
             (0..tree.clusters.len()).filter(|&at| matches!(tree.clusters[at].parts, Parts::Triangles(_))).collect();
         for some in leaves.chunks(OF_STEP * current_num_threads()) {
-            let moments: Vec<Terms> = some.par_iter().map(|&at| tree.of_triangles(&tree.clusters[at], triangles)).collect();
+            let moments: Vec<Terms> =
+                some.par_iter().map(|&at| tree.of_triangles(&tree.clusters[at], triangles)).collect();
             some.iter().zip(moments).for_each(|(&at, moments)| tree.clusters[at].moments = moments);
             control.rest().await?;
         }
@@ -112,8 +113,8 @@ impl Tree {
             Parts::Clusters([lower, self.divide(triangles, upper, start + middle)])
         };
         let corners = || places.iter().flat_map(|&(_, index)| triangles[index as usize].corners);
-        let (low, high) =
-            corners().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), corner| (low.min(corner), high.max(corner)));
+        let (low, high) = corners()
+            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), corner| (low.min(corner), high.max(corner)));
         let centre = (low + high) * 0.5;
         // a little more than rounding takes away
         let reach = corners().map(|corner| corner.distance_squared(centre)).fold(0.0, f64::max).sqrt() * (1.0 + 1e-12);
