@@ -40,6 +40,23 @@ pub type Waiting = Pin<Box<dyn Future<Output = ()> + Send>>;
 #[cfg(target_arch = "wasm32")]
 pub type Waiting = Pin<Box<dyn Future<Output = ()>>>;
 
+/// Holes of an open surface, of which cells are about to be decided.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct HoleWork {
+    /// Triangles that close the holes.
+    pub triangles: u64,
+    /// Cells of the box: at worst each is looked at by itself.
+    pub cells: u64,
+}
+
+impl HoleWork {
+    /// So many triangles and cells.
+    pub fn new(triangles: u64, cells: u64) -> HoleWork {
+        HoleWork { triangles, cells }
+    }
+}
+
 /// Returns what [`Control::pause`] waits for.
 type Pause = Arc<dyn Fn() -> Waiting + Send + Sync>;
 
@@ -49,6 +66,7 @@ pub struct Control {
     /// Stops the mesh at the next band with `cancelled`.
     pub cancel: CancelToken,
     on_progress: Option<Arc<dyn Fn(Progress) + Send + Sync>>,
+    on_holes: Option<Arc<dyn Fn(HoleWork) + Send + Sync>>,
     pause: Option<Pause>,
 }
 
@@ -56,6 +74,19 @@ impl Control {
     /// Follows a mesh with a function called after every band, from the thread that meshes.
     pub fn with_progress(on_progress: impl Fn(Progress) + Send + Sync + 'static) -> Control {
         Control { on_progress: Some(Arc::new(on_progress)), ..Control::default() }
+    }
+
+    /// Says what work begins with the holes of each open surface.
+    pub fn on_holes(mut self, on_holes: impl Fn(HoleWork) + Send + Sync + 'static) -> Control {
+        self.on_holes = Some(Arc::new(on_holes));
+        self
+    }
+
+    /// Reports work with holes that begins.
+    pub(crate) fn begin_holes(&self, work: HoleWork) {
+        if let Some(on_holes) = &self.on_holes {
+            on_holes(work);
+        }
     }
 
     /// Returns `cancelled` if the mesh was asked to stop.
@@ -96,7 +127,7 @@ impl Control {
 
     /// The same without reports of progress, for what is meshed besides.
     pub(crate) fn without_progress(&self) -> Control {
-        Control { on_progress: None, ..self.clone() }
+        Control { on_progress: None, on_holes: None, ..self.clone() }
     }
 
     /// Reports progress.

@@ -15,7 +15,7 @@
 //!    integer, which one exact ray counts, less the solid angle of the caps over 4 pi, which falls with the square of the
 //!    distance: far from all holes the exact ray decides alone.
 //!
-//! So closed parts cost nothing, and no tree of facets is needed. Only the caps are computed in f64: in the unit of the
+//! So closed parts cost nothing, and no tree of facets is needed, but one of caps. Only the caps are computed in f64: in the unit of the
 //! lines, in a fixed order, with `libm`, so that the bits are the same on every machine. The result does not depend on the ray
 //! axis, on bands or on the backend: crossings are exact on both, and all else is done on the host.
 //!
@@ -25,7 +25,8 @@
 //!
 //! Degenerate cases: a surface of one sheet encloses little: round(w) is 0 in most cells. A surface that cannot be oriented has no
 //! winding number; [`crate::geometry::Open::Vote`] decides it by the rays alone.
-//! Cost: three casts, 32 bytes a crossing, a look at 64 cells at a time; near holes some microseconds a cell.
+//! Cost: three casts, 32 bytes a crossing, a look at 64 cells at a time; near holes some microseconds a cell, and where most of a surface is
+//! holes some hundred.
 
 mod caps;
 mod holes;
@@ -33,5 +34,6 @@ mod orient;
 mod part;
 mod votes;
 
+pub(crate) use caps::Shift;
 pub use part::{OpenPart, Surface};
 pub(crate) use votes::{Through, Votes};

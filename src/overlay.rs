@@ -21,8 +21,7 @@ use crate::error::Result;
 use crate::frame::Frame;
 use crate::geometry::{Fill, Open};
 use crate::job::Rule;
-use crate::lines::Lines;
-use crate::open::{Surface, Through, Votes};
+use crate::open::{Shift, Surface, Through, Votes};
 use crate::parallel::*;
 use crate::rays::Rays;
 use crate::sheet::Sheet;
@@ -100,22 +99,22 @@ pub struct Overlay {
 }
 
 impl Overlay {
-    /// Decides the parts, if there are any, each by the crossings of its [`Part::casts`]; `cast` is what [`split`] left, `flags` has
+    /// Decides the parts, if there are any, each by the crossings of its [`Part::casts`] and its [`Part::shifts`]; `cast` is what [`split`] left, `flags` has
     /// the flag of each rank; `doubt` is still without cells.
     pub(crate) fn new(
-        parts: Vec<(Part, Vec<AxisCrossings>)>,
+        parts: Vec<(Part, Vec<AxisCrossings>, Vec<Shift>)>,
         cast: &Cast,
         flags: &[u8],
-        lines: &Lines,
         doubt: Doubt,
     ) -> Option<Overlay> {
         if parts.is_empty() {
             return None;
         }
-        let layer = |(Part { geometry, rank, invert, kind }, crossings): (Part, Vec<AxisCrossings>)| {
+        let layer = |(part, crossings, shifts): (Part, Vec<AxisCrossings>, Vec<Shift>)| {
+            let Part { geometry, rank, invert, kind } = part;
             let layer = match kind {
                 Kind::Open(part) => {
-                    let votes = Votes::new(&part, crossings, cast.frame, cast.rays, cast.rule, lines.smallest());
+                    let votes = Votes::new(&part, crossings, &shifts, cast.rays, cast.rule);
                     let found = Found {
                         geometry,
                         policy: part.policy,

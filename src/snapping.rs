@@ -11,6 +11,7 @@ use crate::error::Result;
 use crate::facet::rays_under;
 use crate::frame::{Ends, Frame, SnappedFacet, too_many_ranks};
 use crate::geometry::Geometry;
+use crate::job::Rule;
 use crate::lines::Lines;
 use crate::rays::Rays;
 use crate::volume_bound::BoundSums;
@@ -29,6 +30,31 @@ pub(crate) struct Snapped {
     pub(crate) ends: Vec<Ends>,
     /// What the bound of the volume is made of.
     pub(crate) bound_sums: Vec<BoundSums>,
+}
+
+impl Snapped {
+    /// Moves what is not closed before all that is and has the same priority; shells stay, which have no cells within.
+    fn put_open_lower(&mut self, geometries: &[Geometry], rule: Rule) {
+        let Snapped { frame, closed, ends, bound_sums } = self;
+        let key = |position: usize| {
+            let geometry = &geometries[frame.ranks.geometry_at[position]];
+            (geometry.priority, geometry.shell || closed[position].by(rule))
+        };
+        if (0..closed.len()).is_sorted_by_key(key) {
+            return;
+        }
+        let mut order: Vec<usize> = (0..closed.len()).collect();
+        order.sort_by_key(|&position| key(position));
+        let n_facets = |position: usize| frame.range_at(position).len();
+        let new_position = (0..).zip(&order).flat_map(|(to, &from)| std::iter::repeat_n(to, n_facets(from)));
+        let position_of_facet = new_position.collect();
+        let facets = order.iter().flat_map(|&from| frame.facets_at(from)).copied().collect();
+        (frame.facets, frame.position_of_facet) = (facets, position_of_facet);
+        frame.ranks.put_in_order(&order, geometries);
+        *closed = order.iter().map(|&from| closed[from]).collect();
+        *ends = order.iter().map(|&from| ends[from]).collect();
+        *bound_sums = order.iter().map(|&from| bound_sums[from].clone()).collect();
+    }
 }
 
 /// Snaps the facets of geometries, in steps.
@@ -82,13 +108,15 @@ impl<'a> Snapping<'a> {
         }
     }
 
-    /// What was made, once all is done.
+    /// What was made, once all is done. Of equal priority the geometries that are closed by this rule win over those that are not: what an open
+    /// surface encloses is an estimate, which may reach far beyond it.
     ///
     /// # Errors
     /// `too-many-geometries` where too many lie over one another.
-    pub(crate) fn finish(mut self) -> Result<Snapped> {
+    pub(crate) fn finish(mut self, rule: Rule) -> Result<Snapped> {
+        self.snapped.frame.facets.shrink_to_fit();
+        self.snapped.put_open_lower(self.geometries, rule);
         let Snapped { frame, closed, ends, .. } = &mut self.snapped;
-        frame.facets.shrink_to_fit();
         let shared = frame.ranks.share(self.geometries, ends, |position| closed[position].nonzero);
         shared.map_err(|_| too_many_ranks(self.geometries.len()))?;
         Ok(self.snapped)

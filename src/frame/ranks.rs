@@ -10,7 +10,8 @@ pub(crate) type Ends = Option<[[i32; 3]; 2]>;
 
 /// Geometries in the order in which they win: position 0 loses against all others.
 ///
-/// Sorted by priority, at equal priority by position in the job ("meshed in order": the later wins). Crossings know a geometry by
+/// Sorted by priority, at equal priority by position in the job ("meshed in order": the later wins); once it is known what is closed, the rest
+/// comes before it. Crossings know a geometry by
 /// its rank, which is its position. Of more than [`MAX_RANKS`] geometries several have one rank: they are closed and have the same flag, and
 /// their boxes lie apart, so that a ray has left one of them where it enters the next.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -29,6 +30,15 @@ impl Ranks {
         let mut geometry_at: Vec<usize> = (0..geometries.len()).collect();
         // stable: at equal priority the later wins
         geometry_at.sort_by_key(|&index| geometries[index].priority);
+        Ranks::of(geometry_at, geometries)
+    }
+
+    /// Moves to each position the geometry that was at another.
+    pub(crate) fn put_in_order(&mut self, positions: &[usize], geometries: &[Geometry]) {
+        *self = Ranks::of(positions.iter().map(|&position| self.geometry_at[position]).collect(), geometries);
+    }
+
+    fn of(geometry_at: Vec<usize>, geometries: &[Geometry]) -> Ranks {
         if geometries.len() > MAX_RANKS {
             return Ranks { geometry_at, rank_at: Vec::new(), flag_of_rank: Vec::new() };
         }

@@ -2,13 +2,18 @@
 //!
 //! Facets -> [`OpenPart`]: facets whose orientation agrees, missing facets, and the caps that close the other holes.
 
-use super::caps::caps;
+use super::caps::{Cells, Shift, caps, shifts};
 use super::orient::orient;
 use crate::axis_crossings::n_expected;
+use crate::control::Control;
+use crate::error::Result;
 use crate::frame::{Frame, SnappedFacet, world};
 use crate::geometry::Open;
 use crate::lines::Lines;
 use crate::rays::Rays;
+
+/// Of a triangle of a cap, and of its share of the clusters.
+const BYTES_OF_CAP: u64 = 300;
 
 /// What the surface of an open geometry lacks.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -60,14 +65,29 @@ impl OpenPart {
         OpenPart { policy, facets, patches: oriented.patches, caps, first: ([0; 3], [0; 3]), surface }
     }
 
+    /// The cells of a frame whose winding number the caps move. `sizes` are the lengths of the smallest cells of the whole box.
+    ///
+    /// # Errors
+    /// `cancelled`.
+    pub(crate) async fn shifts(&self, frame: &Frame, sizes: [f64; 3], control: &Control) -> Result<Vec<Shift>> {
+        if self.policy != Open::Winding {
+            return Ok(Vec::new());
+        }
+        let (first, place) = self.first;
+        let centre = |axis: usize, cell: u32| i64::from(frame.centre(axis, cell - first[axis]) + place[axis]);
+        let cells = Cells { first, dims: frame.dims, centre: &centre };
+        shifts(&self.caps, &cells, frame.fraction_bits, sizes, control).await
+    }
+
     /// Bytes that deciding it takes, about: a word a crossing of each axis, along the rays once more with the caps, and as much again
-    /// while crossings are grouped.
+    /// while crossings are grouped; and the clusters of the caps.
     pub(crate) fn n_bytes(&self, rays: &Rays, frame: &Frame) -> u64 {
         let crossings = |facets: &[SnappedFacet], axis: usize| n_expected(facets, axis, frame);
         let again = [&self.facets, &self.patches, &self.caps]
             .map(|facets| crossings(facets, rays.axis))
             .into_iter()
             .sum::<f64>();
-        16 * ((0..3).map(|axis| crossings(&self.facets, axis)).sum::<f64>() + again) as u64
+        let of_caps = BYTES_OF_CAP * self.caps.len() as u64;
+        of_caps + 16 * ((0..3).map(|axis| crossings(&self.facets, axis)).sum::<f64>() + again) as u64
     }
 }

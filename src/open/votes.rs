@@ -8,7 +8,7 @@
 
 use std::ops::Range;
 
-use super::caps::{Cells, Shift, shifts};
+use super::caps::Shift;
 use super::part::OpenPart;
 use crate::axis_crossings::{AxisCasts, AxisCrossings, EXITS, Words, grouped, of_planes, place_of, row_of, take_row};
 use crate::columns::{Band, CellRun, run};
@@ -78,14 +78,13 @@ impl Votes {
         ]
     }
 
-    /// Decides a part by what [`Votes::casts`] asked for.
+    /// Decides a part by what [`Votes::casts`] asked for, and by [`OpenPart::shifts`].
     pub(crate) fn new(
         part: &OpenPart,
         crossings: Vec<AxisCrossings>,
-        frame: &Frame,
+        shifts: &[Shift],
         rays: &Rays,
         rule: Rule,
-        sizes: [f64; 3],
     ) -> Votes {
         let mut crossings = crossings.into_iter();
         let mut odd_rays = [0; 3];
@@ -97,17 +96,12 @@ impl Votes {
             found.words
         });
         let mut closed = Vec::new();
-        let mut moved = Vec::new();
         if part.policy == Open::Winding {
             // under `parity` all crossings along a are there already
             let again = if rule == Rule::Nonzero { crossings.next() } else { None };
             let surface = again.as_ref().map_or(&turns[0], |again| &again.words);
             let closing = crossings.next().unwrap_or_default();
             closed = grouped(&[surface, &closing.words]);
-            let (first, place) = part.first;
-            let centre = |axis: usize, cell: u32| i64::from(frame.centre(axis, cell - first[axis]) + place[axis]);
-            let cells = Cells { first, dims: frame.dims, centre: &centre };
-            moved = rows_of_shifts(&shifts(&part.caps, &cells, frame.fraction_bits, sizes), axes(rays));
         }
         let n_words = (rays.counts[0] as usize).div_ceil(64);
         let mut votes = Votes {
@@ -117,7 +111,7 @@ impl Votes {
             turns,
             uncounted,
             closed,
-            shifts: moved,
+            shifts: rows_of_shifts(shifts, axes(rays)),
             odd_c: Vec::new(),
             odd_rays,
             n_words,

@@ -4,12 +4,13 @@
 use crate::axis_crossings::{AxisCasts, n_expected};
 use crate::cast::Cast;
 use crate::closed::Closed;
+use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::frame::{Frame, Ranks, SnappedFacet, in_window};
 use crate::geometry::{Fill, Geometry, Open};
 use crate::job::Rule;
 use crate::lines::Lines;
-use crate::open::{OpenPart, Surface, Votes};
+use crate::open::{OpenPart, Shift, Surface, Votes};
 use crate::rays::Rays;
 use crate::sheet::Sheet;
 
@@ -41,6 +42,17 @@ impl Part {
             Kind::Open(part) => Votes::casts(part, cast.frame, cast.rays, cast.rule),
             Kind::Sheet { fill, facets, .. } => Sheet::casts(facets, *fill, cast.frame),
             Kind::Inverted(_) => Vec::new(),
+        }
+    }
+
+    /// The cells that its holes move, of a frame of the lines' box.
+    ///
+    /// # Errors
+    /// `cancelled`.
+    pub(crate) async fn shifts(&self, frame: &Frame, lines: &Lines, control: &Control) -> Result<Vec<Shift>> {
+        match &self.kind {
+            Kind::Open(part) => part.shifts(frame, lines.smallest(), control).await,
+            _ => Ok(Vec::new()),
         }
     }
 

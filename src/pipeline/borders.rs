@@ -132,10 +132,11 @@ pub(super) async fn overlay(
     let (mut decided, mut used) = (Vec::with_capacity(parts.len()), Used::default());
     for part in parts {
         let (crossings, more) = engine.axis_crossings(&part.casts(cast), cast.rays, budget.bands, control).await?;
-        decided.push((part, crossings));
+        let shifts = part.shifts(cast.frame, lines, control).await?;
+        decided.push((part, crossings, shifts));
         used = used.and(more);
     }
-    Ok((Overlay::new(decided, cast, flags, lines, doubt), used))
+    Ok((Overlay::new(decided, cast, flags, doubt), used))
 }
 
 /// A cell with another index along an axis.

@@ -22,18 +22,18 @@ pub(super) async fn snapped(job: &Job, prepared: &Prepared, control: &Control) -
     let is_measured = job.certify || job.links.is_some() || job.fractions.is_some() || job.staggered;
     let is_plain = !is_measured && prepared.geometries.iter().all(is_plain);
     if n_facets >= MANY_FACETS && prepared.window.is_none() && is_plain {
-        let few = in_steps(prepared, Some(&prepared.rays), control).await?;
+        let few = in_steps((job, prepared), Some(&prepared.rays), control).await?;
         if few.closed.iter().all(|closed| closed.is_proper) {
             return Ok(few);
         }
     }
-    in_steps(prepared, None, control).await
+    in_steps((job, prepared), None, control).await
 }
 
-async fn in_steps(prepared: &Prepared, rays: Option<&Rays>, control: &Control) -> Result<Snapped> {
+async fn in_steps((job, prepared): (&Job, &Prepared), rays: Option<&Rays>, control: &Control) -> Result<Snapped> {
     let mut snapping = Snapping::new(&prepared.geometries, &prepared.whole, rays)?;
     while snapping.step() {
         control.rest().await?;
     }
-    snapping.finish()
+    snapping.finish(job.rule)
 }

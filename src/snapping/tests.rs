@@ -34,7 +34,7 @@ fn snapped(geometries: &[Geometry], rays: Option<&Rays>) -> (Snapped, usize) {
     while snapping.step() {
         n_steps += 1;
     }
-    (snapping.finish().unwrap(), n_steps)
+    (snapping.finish(Rule::Parity).unwrap(), n_steps)
 }
 
 #[test]

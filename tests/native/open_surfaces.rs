@@ -242,6 +242,38 @@ fn in_four(facets: &Facets) -> Facets {
     facets.iter().flat_map(of_one).collect()
 }
 
+/// A box without its lid, given last, over two closed bodies: they keep their cells, in whatever order, unless it has a higher priority.
+#[test]
+fn an_open_geometry_does_not_take_the_cells_of_closed_ones() {
+    let mut lidless = models::cuboid([0.0; 3], [10.0; 3]);
+    lidless.truncate(10);
+    let bodies = [models::cuboid([1.0, 1.0, 1.0], [4.0, 3.0, 5.0]), models::sphere([6.0, 6.0, 4.0], 2.5, 16), lidless];
+    let cells_of = |order: [usize; 3], priority: i32| {
+        let geometry = |index: usize| {
+            let priority = if index == 2 { priority } else { 0 };
+            set!(GeometryJob { flag: Some(index as u8 + 1), priority, ..GeometryJob::default() })
+        };
+        let geometries = order.map(geometry).to_vec();
+        let domain = Some([0.0, 0.0, 0.0, 10.0, 10.0, 10.0]);
+        let job = set!(Job { geometries, domain, cells: Some(20), ..Job::default() });
+        let parts = order.map(|index| bodies[index].clone());
+        let of_axes = [0, 1, 2].map(|axis| meshed(&parts, &job, axis, &mut Engine::cpu()).expect("it is a mesh").0);
+        let flags = of_axes.each_ref().map(flags_of);
+        assert!(flags[0] == flags[1] && flags[0] == flags[2]);
+        let alone = |index: usize| flags[0].iter().filter(|&&flag| usize::from(flag) == index + 1).count();
+        ([0, 1, 2].map(alone), flags[0].clone())
+    };
+    let (last, flags) = cells_of([0, 1, 2], 0);
+    // a box of 3 x 2 x 4 and a ball of radius 2.5, in cells of an eighth
+    assert_eq!(last[0], 6 * 4 * 8);
+    assert!((400..545).contains(&last[1]), "{last:?}");
+    assert!(last[2] > 3000, "{last:?}");
+    assert_eq!(cells_of([2, 1, 0], 0).1, flags);
+    assert_eq!(cells_of([0, 2, 1], 0).1, flags);
+    let (above, _) = cells_of([0, 1, 2], 1);
+    assert!(above[0] < last[0] && above[1] < last[1], "{above:?}");
+}
+
 /// Centres that lie in the planes of caps: the missing facet of a tetrahedron, whose hole has a corner on one of its edges, and five
 /// missing facets of a prism. Their edges are divided, so that the holes have many.
 #[test]

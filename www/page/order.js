@@ -1,4 +1,4 @@
-/** The order of the geometries, of which the later wins at equal priority: cards are dragged, or moved with Alt and an arrow key. */
+/** The order of the geometries, of which the later wins at equal priority, unless it is open and the other is closed: cards are dragged, or moved with Alt and an arrow key. */
 import { byId, make } from './dom.js';
 import { change, state } from './state.js';
 

@@ -31,7 +31,7 @@ class GeometryOptions(TypedDict, total=False):
     name: str
     #: Flag of its cells, 1 to 255; by default 1, 2, ... in the order of the geometries.
     flag: int
-    #: Where geometries overlap the higher priority wins; of equal ones the later geometry.
+    #: Where geometries overlap the higher priority wins; of equal ones a closed over an open geometry, else the later.
     priority: int
     #: How cells are decided where the surface is not closed.
     open: Literal["winding", "vote", "error", "parity"]

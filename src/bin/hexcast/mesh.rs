@@ -191,6 +191,7 @@ fn mesh_and_write(
         moved.set_length(now.n_rays);
         moved.set_position(now.rays_done);
     });
+    control = control.on_holes(move |work| progress.about_holes(work));
     control.cancel = token.clone();
     let facet_bytes = sources.iter().map(|source| 36 * source.contents.n_facets).sum();
     let program_bytes = memory::program_bytes_now(engine.adapter().is_some(), facet_bytes);

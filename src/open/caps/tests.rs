@@ -1,4 +1,5 @@
 use super::*;
+use crate::control::at_once;
 
 fn tenths(corner: [i32; 3]) -> DVec3 {
     DVec3::from(corner.map(f64::from)) / 10.0
@@ -23,7 +24,7 @@ fn assert_alone(caps: &[SnappedFacet], dims: [u32; 3], sizes: [f64; 3]) {
     let place = |corner: [i32; 3]| DVec3::from(corner.map(f64::from)) * unit * scale;
     let triangles: Vec<Triangle> = caps.iter().filter_map(|&cap| Triangle::new(cap, place)).collect();
     let cells = Cells { first: [0; 3], dims, centre: &|_, cell| i64::from(cell) << 8 };
-    let found = shifts(caps, &cells, 8, sizes);
+    let found = at_once(shifts(caps, &cells, 8, sizes, &Control::default())).unwrap();
     let mut n_moved = 0;
     for z in 0..dims[2] {
         for y in 0..dims[1] {
@@ -41,32 +42,12 @@ fn assert_alone(caps: &[SnappedFacet], dims: [u32; 3], sizes: [f64; 3]) {
                         .all(|(&c, (&low, high))| low <= c && c < high)
                 };
                 let m: i32 = found.iter().filter(holds).map(|shift| shift.m).sum();
-                assert_eq!(m, (0.5 - theta).floor() as i32, "cell {x} {y} {z}, theta {theta}");
+                assert_eq!(m, (HALF - theta).floor() as i32, "cell {x} {y} {z}, theta {theta}");
                 n_moved += usize::from(m != 0);
             }
         }
     }
     assert!(n_moved > 0, "no cell is moved in {dims:?}");
-}
-
-#[test]
-fn a_dipole_is_the_triangle_from_afar_and_its_derivatives_are_those_of_its_theta() {
-    let triangle = Triangle::new([[0, 1, 2], [30, 3, -1], [4, 20, 5]], tenths).unwrap();
-    for point in [[10.0, 5.0, 20.0], [-9.0, 12.0, -7.0], [2.0, 1.0, 9.0]].map(DVec3::from) {
-        let distance = triangle.distance(point, DVec3::ZERO);
-        let off = (triangle.dipole(point) - triangle.theta(point)).abs();
-        assert!(off <= triangle.dipole_error(distance), "{off} at {point}");
-        let step = 1e-4;
-        let (gradient, curvature) = triangle.dipole_derivatives(point);
-        for (axis, unit) in [DVec3::X, DVec3::Y, DVec3::Z].into_iter().enumerate() {
-            let [before, after] = [-step, step].map(|step| point + unit * step);
-            let slope = (triangle.dipole(after) - triangle.dipole(before)) / (2.0 * step);
-            assert!((gradient[axis] - slope).abs() < 1e-9, "{gradient} {slope}");
-            let [before, after] = [before, after].map(|point| triangle.dipole_derivatives(point).0);
-            let turn = (after - before) / (2.0 * step);
-            assert!((curvature.col(axis) - turn).length() < 1e-8, "{curvature} {turn}");
-        }
-    }
 }
 
 #[test]
@@ -109,5 +90,164 @@ fn blocks_give_every_cell_what_it_has_by_itself() {
     let caps = caps(&[bent, small, beyond]);
     for (dims, sizes) in [([16, 16, 12], [1.0, 1.0, 1.0]), ([17, 5, 23], [0.1, 0.25, 0.07])] {
         assert_alone(&caps, dims, sizes);
+    }
+}
+
+/// A small generator of numbers.
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, n: u64) -> u64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) % n
+    }
+
+    fn place(&mut self, span: u64) -> [i32; 3] {
+        [0; 3].map(|_| self.below(256 * span) as i32 - 256)
+    }
+}
+
+/// Caps of loops of all sizes: single triangles in a crowd, long loops, both in and around a box of cells that need not be cubes.
+#[test]
+fn hundreds_of_random_caps_give_every_cell_what_the_exact_sum_gives_it() {
+    for seed in 0..500 {
+        let mut random = Random(seed);
+        let dims = [0; 3].map(|_| 1 + random.below(3) as u32);
+        let sizes = [0; 3].map(|_| [1.0, 0.5, 0.1, 3.0][random.below(4) as usize]);
+        let n_loops = [1, 3, 10, 40][random.below(4) as usize];
+        let size = [1, 3, 12][random.below(3) as usize];
+        let loops: Vec<Vec<[i32; 3]>> = (0..n_loops)
+            .map(|_| {
+                let (at, n) = (random.place(10), [3, 4, 7, 40][random.below(4) as usize]);
+                (0..n).map(|_| [0, 1, 2].map(|axis| at[axis] + random.place(size)[axis])).collect()
+            })
+            .collect();
+        let all = assert_same(&caps(&loops), dims, sizes, seed);
+        assert!(all > 0, "seed {seed}");
+    }
+}
+
+/// Of a pattern that leaves exactly a half open, no cell is a matter of rounding.
+#[test]
+fn where_half_of_a_ball_is_missing_cells_agree_with_the_exact_sum() {
+    let at = |u: i32, v: i32| {
+        let (u, v) = (f64::from(u) * PI / 12.0, f64::from(v) * PI / 12.0);
+        [v.sin() * u.cos(), v.sin() * u.sin(), v.cos()].map(|c| ((10.0 + 9.0 * c) * 256.0).round() as i32)
+    };
+    let every_second = (0..24).flat_map(|u| (1..11).map(move |v| (u, v))).filter(|(u, v)| (u + v) % 2 == 0);
+    let loops: Vec<_> =
+        every_second.map(|(u, v)| vec![at(u, v), at(u, v + 1), at(u + 1, v + 1), at(u + 1, v)]).collect();
+    assert_same(&caps(&loops), [20; 3], [1.0; 3], 0);
+}
+
+/// Every cell has the m of the sum over all triangles in order; returns the number of cells.
+fn assert_same(caps: &[SnappedFacet], dims: [u32; 3], sizes: [f64; 3], seed: u64) -> usize {
+    let (unit, scale) = (1.0 / 256.0, DVec3::from(sizes) / sizes[0]);
+    let place = |corner: [i32; 3]| DVec3::from(corner.map(f64::from)) * unit * scale;
+    let triangles: Vec<Triangle> = caps.iter().filter_map(|&cap| Triangle::new(cap, place)).collect();
+    let cells = Cells { first: [0; 3], dims, centre: &|_, cell| i64::from(cell) << 8 };
+    let found = at_once(shifts(caps, &cells, 8, sizes, &Control::default())).unwrap();
+    let mut n = 0;
+    for z in 0..dims[2] {
+        for y in 0..dims[1] {
+            for x in 0..dims[0] {
+                let centre = [x, y, z].map(|i| i64::from(i) << 8);
+                let before = DVec3::from(BEFORE.map(f64::from)) / 32.0 * unit * scale;
+                let point = DVec3::from(centre.map(|units| units as f64)) * unit * scale - before;
+                let theta = triangles.iter().fold(0.0, |sum, one| sum + one.theta_of_centre(centre, point));
+                let holds = |shift: &&Shift| {
+                    (0..3).all(|axis| shift.low[axis] <= [x, y, z][axis] && [x, y, z][axis] < shift.high[axis])
+                };
+                let m: i32 = found.iter().filter(holds).map(|shift| shift.m).sum();
+                assert_eq!(m, (HALF - theta).floor() as i32, "seed {seed}, cell {x} {y} {z}, theta {theta}");
+                n += 1;
+            }
+        }
+    }
+    n
+}
+
+/// Moments far away, expansions around a point, and both moved: all within the bound that is proven, of the sum over the triangles.
+#[test]
+fn expansions_are_within_their_bound() {
+    for seed in 0..200 {
+        let mut random = Random(seed);
+        let near_by = |random: &mut Random| DVec3::from(random.place(4).map(f64::from)) / 512.0;
+        let triangles: Vec<[DVec3; 3]> = (0..9).map(|_| [0; 3].map(|_| near_by(&mut random))).collect();
+        let (centre, aside) = (near_by(&mut random), near_by(&mut random));
+        let point = DVec3::from(random.place(30).map(f64::from)).normalize() * 9.0;
+        let step = near_by(&mut random) * 0.3;
+        let mut moments = Terms::zero();
+        triangles.iter().for_each(|corners| harmonics::add_triangle(&mut moments, corners.map(|c| c - centre)));
+        let mut other = Terms::zero();
+        harmonics::add_moved(&mut other, &moments, centre - aside);
+        let mut local = Terms::zero();
+        add_around(&mut local, &other, point - aside);
+        let local = moved(&local, step);
+        let area = |[a, b, c]: &[DVec3; 3]| 0.5 * (*b - *a).cross(*c - *a).length();
+        let (all, reach) = (triangles.iter().map(area).sum(), |from: DVec3| {
+            triangles.iter().flatten().map(|corner| corner.distance(from)).fold(0.0, f64::max)
+        });
+        let at = point + step;
+        let exact: f64 = triangles.iter().map(|corners| solid_angle(corners.map(|corner| corner - at))).sum();
+        let by_moments = far(&moments, at - centre);
+        assert!((by_moments - exact).abs() <= tail(all, reach(centre), at.distance(centre)) + 1e-15, "seed {seed}");
+        let bound = tail(all, reach(aside) + step.length(), point.distance(aside));
+        let (by_local, change) = value_and_change(&local, 0.1);
+        assert!((by_local - exact).abs() <= bound + 1e-15, "seed {seed}: {by_local} {exact} {bound}");
+        let beside = DVec3::new(0.06, -0.06, 0.05);
+        assert!((near(&local, beside) - by_local).abs() <= change, "seed {seed}");
+    }
+}
+
+/// Over 4 pi, by the angles between the planes through the edges: another formula than that of the mesher.
+fn solid_angle([a, b, c]: [DVec3; 3]) -> f64 {
+    let between = |one: DVec3, two: DVec3, apex: DVec3| {
+        let (u, v) = (apex.cross(one), apex.cross(two));
+        libm::acos((u.dot(v) / (u.length() * v.length())).clamp(-1.0, 1.0))
+    };
+    let excess = between(b, c, a) + between(c, a, b) + between(a, b, c) - PI;
+    libm::copysign(excess, a.dot(b.cross(c))) / (4.0 * PI)
+}
+
+/// The work is announced, rests again and again, and ends where it is cancelled at any of its rests.
+#[test]
+fn it_rests_and_ends_at_any_rest() {
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    let mut random = Random(7);
+    let loops: Vec<Vec<[i32; 3]>> = (0..60)
+        .map(|_| {
+            let at = random.place(30);
+            (0..5).map(|_| [0, 1, 2].map(|axis| at[axis] + random.place(4)[axis])).collect()
+        })
+        .collect();
+    let caps = caps(&loops);
+    let cells = Cells { first: [0; 3], dims: [32; 3], centre: &|_, cell| i64::from(cell) << 8 };
+    let run = |last: usize| {
+        let (n_rests, n_works) = (Arc::new(AtomicUsize::new(0)), Arc::new(AtomicUsize::new(0)));
+        let (rests, works, token) = (n_rests.clone(), n_works.clone(), CancelToken::default());
+        let cancel = token.clone();
+        let mut control = Control::default()
+            .pausing(move || {
+                if rests.fetch_add(1, Ordering::Relaxed) + 1 == last {
+                    cancel.cancel();
+                }
+                Box::pin(async {})
+            })
+            .on_holes(move |work| {
+                assert!(work.triangles > 250 && work.cells == 32 * 32 * 32);
+                works.fetch_add(1, Ordering::Relaxed);
+            });
+        control.cancel = token;
+        let result = at_once(shifts(&caps, &cells, 8, [1.0; 3], &control));
+        assert_eq!(n_works.load(Ordering::Relaxed), 1);
+        (result.is_ok(), n_rests.load(Ordering::Relaxed))
+    };
+    let (is_done, n_rests) = run(usize::MAX);
+    assert!(is_done && n_rests >= 4, "{n_rests} rests");
+    for last in [1, 2, n_rests / 2, n_rests] {
+        assert_eq!(run(last), (false, last));
     }
 }

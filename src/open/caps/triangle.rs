@@ -1,8 +1,8 @@
-//! The solid angle of a triangle of a cap, its derivatives, and the dipole that is the triangle from afar.
+//! The solid angle of a triangle of a cap, and its gradient.
 
 use std::f64::consts::PI;
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 use crate::frame::{SnappedFacet, normal};
 
@@ -12,14 +12,9 @@ pub(super) const BEFORE: [i8; 3] = [14, 9, 5];
 /// A triangle of a cap, in cells of the first axis.
 pub(super) struct Triangle {
     snapped: SnappedFacet,
-    corners: [DVec3; 3],
-    low: DVec3,
-    high: DVec3,
+    pub(super) corners: [DVec3; 3],
     normal: DVec3,
     pub(super) area: f64,
-    centre: DVec3,
-    /// Sum of the squares of its edges.
-    squares: f64,
 }
 
 impl Triangle {
@@ -29,17 +24,7 @@ impl Triangle {
         let [a, b, c] = corners;
         let doubled = (b - a).cross(c - a);
         let length = doubled.length();
-        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-        (length > 0.0).then(|| Triangle {
-            snapped,
-            corners,
-            low,
-            high,
-            normal: doubled / length,
-            area: 0.5 * length,
-            centre: (a + b + c) / 3.0,
-            squares: a.distance_squared(b) + b.distance_squared(c) + c.distance_squared(a),
-        })
+        (length > 0.0).then(|| Triangle { snapped, corners, normal: doubled / length, area: 0.5 * length })
     }
 
     /// Solid angle at a point over 4 pi, positive where the triangle turns its back on it (van Oosterom and Strackee 1983).
@@ -86,35 +71,12 @@ impl Triangle {
         [(0, 1), (1, 2), (2, 0)].map(of_edge).into_iter().fold(DVec3::ZERO, |sum, edge| sum + edge) / (4.0 * PI)
     }
 
-    /// Theta of a dipole at its centre.
-    pub(super) fn dipole(&self, point: DVec3) -> f64 {
-        let q = self.centre - point;
-        let square = q.length_squared();
-        self.area * self.normal.dot(q) / (4.0 * PI * square * square.sqrt())
-    }
-
-    /// How far that may be off at a distance.
-    pub(super) fn dipole_error(&self, distance: f64) -> f64 {
-        self.area * self.squares / (48.0 * PI * distance.powi(4))
-    }
-
-    /// First and second derivative of the dipole's theta.
-    pub(super) fn dipole_derivatives(&self, point: DVec3) -> (DVec3, DMat3) {
-        let (n, q) = (self.normal, self.centre - point);
-        let square = q.length_squared();
-        let fifth = square * square * square.sqrt();
-        let scale = self.area / (4.0 * PI * fifth);
-        let along = n.dot(q);
-        let outer = |a: DVec3, b: DVec3| DMat3::from_cols(a * b.x, a * b.y, a * b.z);
-        let gradient = (q * (3.0 * along) - n * square) * scale;
-        let mixed = outer(n, q) + outer(q, n) + DMat3::from_diagonal(DVec3::splat(along));
-        (gradient, (outer(q, q) * (15.0 * along / square) - mixed * 3.0) * scale)
-    }
-
     /// At most the distance from any point of a box.
     pub(super) fn distance(&self, middle: DVec3, half: DVec3) -> f64 {
-        let apart = (self.low - (middle + half)).max((middle - half) - self.high).max(DVec3::ZERO);
-        let across = self.normal.dot(middle - self.corners[0]).abs() - self.normal.abs().dot(half);
+        let [a, b, c] = self.corners;
+        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+        let apart = (low - (middle + half)).max((middle - half) - high).max(DVec3::ZERO);
+        let across = self.normal.dot(middle - a).abs() - self.normal.abs().dot(half);
         apart.length().max(across)
     }
 }

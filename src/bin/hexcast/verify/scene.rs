@@ -86,6 +86,7 @@ impl Scene {
             (body.facets, body.patches) = (first..scene.facets.len(), patches);
             scene.bodies.push(body);
         }
+        scene.bodies.sort_by_key(|body| (body.priority, body.open.is_none()));
         Ok(scene)
     }
 
