@@ -10,10 +10,12 @@ use std::str::Chars;
 
 mod checker;
 mod circles;
+mod paths_of_command;
 
 /// The modules of the core in the order of the line: each may use those before it.
 const CORE: &[&str] = &[
     "error",
+    "memory",
     "control",
     "parallel",
     "sort",
@@ -72,7 +74,7 @@ const CORE: &[&str] = &[
     "parts",
 ];
 /// The layers above the core, each on those before it. `bin` and `web` stand side by side.
-const ABOVE: &[&str] = &["gpu", "pipeline", "converge", "files", "mesher", "web", "bin"];
+const ABOVE: &[&str] = &["gpu", "pipeline", "converge", "machine", "files", "mesher", "web", "bin"];
 
 /// What the core must not know: devices, browsers, files, clocks, terminals, processes.
 const UNKNOWN_TO_CORE: &[&str] = &[

@@ -93,6 +93,8 @@ mod parallel_store;
 #[cfg(feature = "cli")]
 mod parts;
 #[cfg(feature = "cli")]
+mod paths;
+#[cfg(feature = "cli")]
 mod pictures;
 mod properties;
 mod public_api;
