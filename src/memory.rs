@@ -31,6 +31,11 @@ impl Memory {
         Memory(Arc::new(Shared { max, held: AtomicU64::new(held) }))
     }
 
+    /// The same where a program takes some whatever it does; where that is too much, what it does says so better.
+    pub fn beside_program(max: u64, program_bytes: u64) -> Memory {
+        Memory::limited(max, if program_bytes < max { program_bytes } else { 0 })
+    }
+
     /// Takes room for `what`, which [`Held`] gives back.
     ///
     /// # Errors
@@ -82,6 +87,15 @@ impl Held {
         }
         self.n_bytes += n_bytes;
         Ok(())
+    }
+
+    /// Takes more or gives some back, so that it is so much.
+    ///
+    /// # Errors
+    /// `memory` where that is more than is left.
+    pub fn set(&mut self, n_bytes: u64, what: &str) -> Result<()> {
+        self.shrink(self.n_bytes.saturating_sub(n_bytes));
+        self.grow(n_bytes - self.n_bytes, what)
     }
 
     /// Gives some of it back.

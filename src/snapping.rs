@@ -82,6 +82,11 @@ impl<'a> Snapping<'a> {
         }
     }
 
+    /// Facets for which there is room.
+    pub(crate) fn n_stay(&self) -> usize {
+        self.snapped.frame.facets.capacity()
+    }
+
     /// What was made, once all is done.
     ///
     /// # Errors

@@ -1,4 +1,5 @@
 use super::*;
+use crate::memory::Memory;
 use crate::frame::Frame;
 use crate::geometry::Geometry;
 use crate::lines::Lines;
@@ -66,7 +67,7 @@ fn found_in(facets: Vec<SnappedFacet>, pieces: Vec<[u64; 2]>) -> BadEdges {
     let frame = Frame::new(std::slice::from_ref(&geometry), &lines).unwrap();
     let frame = Frame { fraction_bits: 6, ..frame.with_facets(facets) };
     let closed = [Closed::new(&frame.facets)];
-    BadEdges::of_geometries(&frame, &closed, &lines, &[geometry]).remove(0)
+    BadEdges::of_geometries(&frame, &closed, &lines, &[geometry], &Memory::default()).unwrap().remove(0)
 }
 
 #[test]

@@ -81,6 +81,8 @@ mod measured_command;
 mod measured_windows;
 #[cfg(feature = "cli")]
 mod memory;
+#[cfg(all(feature = "cli", target_os = "linux"))]
+mod memory_limits;
 #[cfg(feature = "cli")]
 mod merged_reports;
 mod mesher;

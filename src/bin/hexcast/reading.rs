@@ -36,7 +36,7 @@ pub(crate) fn read_files(
     let max = max_memory.map_or(u64::MAX, |size| size.0);
     let mut control = Control::default();
     control.cancel = token.clone();
-    control.memory = Memory::limited(max, memory::program_bytes(false).min(max));
+    control.memory = Memory::beside_program(max, memory::program_bytes(false));
     let total = files.iter().filter_map(|file| std::fs::metadata(file).ok()).map(|metadata| metadata.len()).sum();
     let bar = progress.bytes("read", Some(total));
     let sources: Vec<Result<Source>> = files.par_iter().map(|file| read_file(file, &control, &bar)).collect();
