@@ -86,7 +86,8 @@ impl BadEdges {
         let vertices = Vertices::within(facets.len(), &key, &mut room)?;
         let room_of_uses = memory.take(vertices.bytes_of_uses(), EDGES)?;
         let snapped = |facet: usize, vertex: usize| facets[facet][vertices.corner(facet, vertex)];
-        let mut of_kinds = [BadEdge::Open, BadEdge::Flipped, BadEdge::Nonmanifold].map(|kind| (kind, List::new(memory, EDGES)));
+        let mut of_kinds =
+            [BadEdge::Open, BadEdge::Flipped, BadEdge::Nonmanifold].map(|kind| (kind, List::new(memory, EDGES)));
         for range in vertices.ranges() {
             for uses in each(&vertices.uses(range)) {
                 if let Some(kind) = bad_edge(uses) {

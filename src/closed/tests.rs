@@ -1,8 +1,8 @@
 use super::*;
-use crate::memory::Memory;
 use crate::frame::Frame;
 use crate::geometry::Geometry;
 use crate::lines::Lines;
+use crate::memory::Memory;
 
 const O: [i32; 3] = [0, 0, 0];
 const X: [i32; 3] = [64, 0, 0];

@@ -129,6 +129,8 @@ impl Warnings {
 
 /// What errors of memory call facets, and solids.
 pub(super) const FACETS: &str = "its facets";
+/// Bytes of a solid without its name and facets, in lists that are made of one another when a file ends.
+pub(super) const SOLID_BYTES: u64 = 240;
 pub(super) const SOLIDS: &str = "its solids";
 
 /// The error of a file without facets.

@@ -4,7 +4,7 @@
 //! polygon, even where it is concave: where the fan covers a place twice, it does so an even number of times more, or once each way round.
 //! Where the corners do not lie in a plane, a polygon has no one surface; the fan is one of those that fit, and a warning counts them.
 
-use super::contents::{Contents, FACETS, Format, SOLIDS, Solid, Tally, Warnings, empty};
+use super::contents::{Contents, FACETS, Format, SOLID_BYTES, SOLIDS, Solid, Tally, Warnings, empty};
 use crate::error::{Error, Result};
 use crate::geometry::{Facet, SharedFacets};
 use crate::memory::{Held, List, Memory};
@@ -70,9 +70,9 @@ impl Polygons {
         // one without facets is gone
         let n_facets = self.facets.len();
         if let Some((name, _)) = self.solids.pop_if(|(_, start)| *start == n_facets) {
-            self.names.shrink(name.len() as u64);
+            self.names.shrink(SOLID_BYTES + name.len() as u64);
         }
-        self.names.grow(name.len() as u64, SOLIDS)?;
+        self.names.grow(SOLID_BYTES + name.len() as u64, SOLIDS)?;
         self.solids.push((name.into(), n_facets))
     }
 

@@ -14,7 +14,7 @@
 //! any text for the numbers of a normal, bytes of value 0 or 26 after the last solid. Numbers are rounded to the
 //! nearest f32. A line may be [`MAX_LINE`] bytes long, so that garbage cannot fill the memory.
 
-use super::contents::{self, Contents, FACETS, Format, SOLIDS, Solid, Tally, Warnings};
+use super::contents::{self, Contents, FACETS, Format, SOLID_BYTES, SOLIDS, Solid, Tally, Warnings};
 use super::text;
 use crate::error::{Error, Result};
 use crate::geometry::{Facet, SharedFacets};
@@ -205,7 +205,7 @@ impl Parser {
 
     fn begin_solid(&mut self, name: &[u8]) -> Result<()> {
         let name = String::from_utf8_lossy(name.trim_ascii()).into_owned();
-        self.names.grow(name.len() as u64, SOLIDS)?;
+        self.names.grow(SOLID_BYTES + name.len() as u64, SOLIDS)?;
         self.solids.push((name, self.facets.len()))?;
         self.solid_line = self.line;
         self.expect = Expect::Facet;
@@ -215,7 +215,7 @@ impl Parser {
     fn end_solid(&mut self) {
         self.expect = Expect::Solid;
         if let Some((name, _)) = self.solids.pop_if(|(_, start)| *start == self.facets.len()) {
-            self.names.shrink(name.len() as u64);
+            self.names.shrink(SOLID_BYTES + name.len() as u64);
             let name = text::excerpt(name.as_bytes());
             self.warnings.push(format!("line {}: solid \"{name}\" without facets left out", self.solid_line));
         }
