@@ -119,7 +119,10 @@ impl Reader {
         match self.stage {
             Stage::Binary(parser) => parser.finish(),
             Stage::Ascii(parser) => parser.finish(self.n_bytes),
-            Stage::Whole(parser) => parser.finish(self.n_bytes),
+            Stage::Whole(parser) => match parser.packed() {
+                Some(packed) => unpacked(packed, self.n_bytes, &self.memory),
+                None => parser.finish(self.n_bytes),
+            },
             Stage::Head(_) => Err(contents::empty("the file was never opened")),
         }
     }
@@ -164,6 +167,28 @@ fn open(head: &[u8], n_bytes: u64, memory: &Memory) -> Result<Stage> {
     let mut parser = Box::new(stl_ascii::Parser::within(memory));
     parser.push(head)?;
     Ok(Stage::Ascii(parser))
+}
+
+/// Reads what is packed; the length of the contents stays that of the file. It is unpacked twice and never held: a reader must know the
+/// length before, and an STL of text takes more room than its facets.
+fn unpacked(packed: &[u8], n_bytes: u64, memory: &Memory) -> Result<Contents> {
+    let mut n_unpacked = 0;
+    whole::each_chunk(packed, |chunk| {
+        if n_unpacked == 0 && chunk.starts_with(b"\x1f\x8b") {
+            let message = "the file is packed by gzip twice";
+            return Err(Error::new("file-syntax", message, "unpack it first (gunzip)"));
+        }
+        n_unpacked += chunk.len() as u64;
+        if n_unpacked > whole::MAX_UNPACKED {
+            let message = format!("more than {} bytes are packed in a file of {n_bytes}", whole::MAX_UNPACKED);
+            return Err(Error::new("memory", message, "unpack it first (gunzip)"));
+        }
+        Ok(())
+    })?;
+    let mut reader = Reader::within(n_unpacked, memory);
+    let read = whole::each_chunk(packed, |chunk| reader.push(chunk)).and_then(|()| reader.finish());
+    let contents = read.map_err(|error| error.at("what is packed"))?;
+    Ok(Contents { n_bytes, ..contents })
 }
 
 fn changed(n_bytes: u64, came: &str) -> Error {

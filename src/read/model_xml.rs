@@ -9,7 +9,8 @@ use quick_xml::events::{BytesStart, Event};
 
 use super::text::shown;
 use super::xml_events::Events;
-use crate::error::{Error, Result};
+pub(super) use super::xml_events::wrong;
+use crate::error::Result;
 use crate::memory::{Held, List, Memory};
 
 /// Parts of the names of extensions that a reader of solids need not know, or that are read.
@@ -188,11 +189,6 @@ fn placed(tag: &BytesStart<'_>, room: &mut Held) -> Result<Placed> {
     // also in the list of parts that are needed
     room.grow(3 * part.as_ref().map_or(0, String::len) as u64, "the names of parts")?;
     Ok(Placed { part, object: number(tag, "objectid")?, by })
-}
-
-/// The error of a 3MF that is not as it must be.
-pub(super) fn wrong(what: &str) -> Error {
-    Error::new("file-syntax", format!("3MF: {what}"), "export the model again, or as STL")
 }
 
 /// Names of files in such an archive do not distinguish ASCII letters by their case (ECMA-376-2), and may begin with slashes.

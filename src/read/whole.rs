@@ -8,12 +8,12 @@ use flate2::bufread::MultiGzDecoder;
 
 use super::contents::{Contents, Format};
 use super::text::without_mark;
-use super::{Reader, glb, obj, off, ply, threemf};
+use super::{glb, obj, off, ply, threemf};
 use crate::error::{Error, Result};
 use crate::memory::{List, Memory};
 
 /// Most bytes that a packed file may have unpacked.
-const MAX_UNPACKED: u64 = 16 << 30;
+pub(super) const MAX_UNPACKED: u64 = 16 << 30;
 const CHUNK: usize = 1 << 18;
 
 /// The format, if it is one of these; `head` is the first bytes of a file.
@@ -56,11 +56,15 @@ impl Parser {
         self.bytes.extend(chunk)
     }
 
-    /// Reads the bytes.
+    /// The bytes of a file packed by gzip.
+    pub(super) fn packed(&self) -> Option<&[u8]> {
+        (self.format == Format::Gzip).then_some(&self.bytes)
+    }
+
+    /// Reads the bytes, which are not packed.
     pub(super) fn finish(self, n_bytes: u64) -> Result<Contents> {
         let (text, memory) = (without_mark(&self.bytes), &self.memory);
         match self.format {
-            Format::Gzip => unpacked(&self.bytes, n_bytes, memory),
             Format::Off => off::read(text, n_bytes, memory),
             Format::Obj => obj::read(text, n_bytes, memory),
             Format::ThreeMf => threemf::read(&self.bytes, n_bytes, memory),
@@ -70,30 +74,8 @@ impl Parser {
     }
 }
 
-/// Reads what is packed; the length of the contents stays that of the file. It is unpacked twice and never held: a reader must know the
-/// length before, and an STL of text takes more room than its facets.
-fn unpacked(packed: &[u8], n_bytes: u64, memory: &Memory) -> Result<Contents> {
-    let mut n_unpacked = 0;
-    each_chunk(packed, |chunk| {
-        if n_unpacked == 0 && chunk.starts_with(b"\x1f\x8b") {
-            let message = "the file is packed by gzip twice";
-            return Err(Error::new("file-syntax", message, "unpack it first (gunzip)"));
-        }
-        n_unpacked += chunk.len() as u64;
-        if n_unpacked > MAX_UNPACKED {
-            let message = format!("more than {MAX_UNPACKED} bytes are packed in a file of {n_bytes}");
-            return Err(Error::new("memory", message, "unpack it first (gunzip)"));
-        }
-        Ok(())
-    })?;
-    let mut reader = Reader::within(n_unpacked, memory);
-    let read = each_chunk(packed, |chunk| reader.push(chunk)).and_then(|()| reader.finish());
-    let contents = read.map_err(|error| error.at("what is packed"))?;
-    Ok(Contents { n_bytes, ..contents })
-}
-
 /// Unpacks bytes, and hands them on.
-fn each_chunk(packed: &[u8], mut take: impl FnMut(&[u8]) -> Result<()>) -> Result<()> {
+pub(super) fn each_chunk(packed: &[u8], mut take: impl FnMut(&[u8]) -> Result<()>) -> Result<()> {
     let mut decoder = MultiGzDecoder::new(packed);
     let mut chunk = vec![0; CHUNK];
     let mut n_unpacked = 0;

@@ -5,7 +5,6 @@ use std::io::{self, BufRead, Read};
 use quick_xml::Reader;
 use quick_xml::events::Event;
 
-use super::model_xml::wrong;
 use super::text::shown;
 use crate::error::{Error, Result};
 use crate::memory::{Held, Memory};
@@ -14,6 +13,11 @@ use crate::memory::{Held, Memory};
 const KEPT: usize = 1 << 16;
 /// What a byte of an event takes while the buffer grows, and its attributes are read.
 const COPIES: u64 = 5;
+
+/// The error of a 3MF that is not as it must be.
+pub(super) fn wrong(what: &str) -> Error {
+    Error::new("file-syntax", format!("3MF: {what}"), "export the model again, or as STL")
+}
 
 /// The events of a text.
 pub(super) struct Events<'a> {
