@@ -295,8 +295,8 @@ fn breaches(source: &Source) -> Vec<String> {
     let unknown = match module.as_str() {
         "gpu" => UNKNOWN_TO_GPU,
         "pipeline" => UNKNOWN_TO_PIPELINE,
-        // both read files, as their callers would
-        "files" | "mesher" => UNKNOWN_TO_MESHER,
+        // they read files, as their callers would
+        "machine" | "files" | "mesher" => UNKNOWN_TO_MESHER,
         "web" | "bin" => &[],
         _ => UNKNOWN_TO_CORE,
     };
