@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::task::{Context, Poll, Waker};
 
 use crate::error::{Error, Result};
+use crate::memory::Memory;
 
 /// Asks a running mesh to stop; clones share the request.
 #[derive(Debug, Clone, Default)]
@@ -65,6 +66,8 @@ type Pause = Arc<dyn Fn() -> Waiting + Send + Sync>;
 pub struct Control {
     /// Stops the mesh at the next band with `cancelled`.
     pub cancel: CancelToken,
+    /// What files that are read, and what is made of them, may take of the memory.
+    pub memory: Memory,
     on_progress: Option<Arc<dyn Fn(Progress) + Send + Sync>>,
     on_holes: Option<Arc<dyn Fn(HoleWork) + Send + Sync>>,
     pause: Option<Pause>,

@@ -14,6 +14,8 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
+use crate::error::Result;
+use crate::memory::Held;
 use crate::parallel::*;
 
 /// What is not proper of an edge.
@@ -60,6 +62,10 @@ impl Use {
 const FREE: usize = usize::MAX;
 /// Uses that are sorted at a time, about.
 const USES_AT_ONCE: usize = 1 << 21;
+/// Facets that are numbered before the limit of memory is looked at.
+const NUMBERED_AT_ONCE: usize = 1 << 16;
+/// What errors of memory call them.
+pub(crate) const EDGES: &str = "the edges of a surface that is not closed";
 
 /// The vertices of facets, by number.
 pub(crate) struct Vertices {
@@ -83,12 +89,46 @@ impl Vertices {
         Vertices { of_facets: Vec::with_capacity(n_facets), n: 0, table, of_blocks: Vec::new() }
     }
 
+    /// The same within a limit of memory, which `held` has of it.
+    ///
+    /// # Errors
+    /// `memory`.
+    pub(crate) fn within(n_facets: usize, key: &dyn Fn(usize, usize) -> [u32; 3], held: &mut Held) -> Result<Vertices> {
+        let table = size_of::<usize>() * (n_facets / 3 * 2 + 16).next_power_of_two();
+        held.set((size_of::<[usize; 3]>() * n_facets + table) as u64, EDGES)?;
+        let mut vertices = Vertices::new(n_facets);
+        while vertices.n_facets() < n_facets {
+            let n_more = NUMBERED_AT_ONCE.min(n_facets - vertices.n_facets());
+            held.set(vertices.most_bytes(n_more), EDGES)?;
+            vertices.number(vertices.n_facets() + n_more, key);
+        }
+        vertices.finish();
+        held.set(vertices.most_bytes(0), EDGES)?;
+        Ok(vertices)
+    }
+
     /// The vertices of so many facets; `key` has the key of a corner of a facet.
     pub(crate) fn of(n_facets: usize, key: &dyn Fn(usize, usize) -> [u32; 3]) -> Vertices {
         let mut vertices = Vertices::new(n_facets);
         vertices.number(n_facets, key);
         vertices.finish();
         vertices
+    }
+
+    /// Most bytes that it takes while so many more facets are numbered.
+    pub(crate) fn most_bytes(&self, n_more: usize) -> u64 {
+        let (mut table, mut most) = (self.table.len(), self.table.len());
+        while n_more > 0 && 4 * (self.n + 3 * n_more) > 3 * table {
+            // the old one is there until all is in the new one
+            most = 3 * table;
+            table *= 2;
+        }
+        (size_of::<[usize; 3]>() * self.of_facets.capacity() + size_of::<usize>() * most) as u64
+    }
+
+    /// Bytes of the uses that are sorted at a time, in a list that grows.
+    pub(crate) fn bytes_of_uses(&self) -> u64 {
+        (2 * size_of::<Use>() * USES_AT_ONCE.min(3 * self.n_facets())) as u64
     }
 
     /// Number of facets that have their vertices.

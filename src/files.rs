@@ -9,15 +9,20 @@ use std::path::Path;
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::job::{GeometryJob, Job};
+use crate::memory::Memory;
 use crate::parallel::*;
 use crate::sources::Source;
 
-/// Reads the file of every geometry of a job, in their order; the first that fails decides the error.
+/// Reads the file of every geometry of a job, in their order, within the memory that it allows; the first that fails decides the error.
 ///
 /// # Errors
 /// Those of [`read_file`].
 pub fn read_job_files(job: &Job, control: &Control) -> Result<Vec<Source>> {
-    let read = |geometry: &GeometryJob| read_file(&geometry.file, control);
+    let mut control = control.clone();
+    if let Some(max) = job.max_memory {
+        control.memory = Memory::limited(max.0, 0);
+    }
+    let read = |geometry: &GeometryJob| read_file(&geometry.file, &control);
     let sources: Vec<Result<Source>> = job.geometries.par_iter().map(read).collect();
     sources.into_iter().collect()
 }

@@ -83,10 +83,13 @@ pub mod leak;
 pub mod length;
 pub mod lines;
 pub mod links;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod machine;
 #[cfg(not(feature = "stages"))]
 mod map;
 #[cfg(feature = "stages")]
 pub mod map;
+pub mod memory;
 pub mod mesh;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod mesher;

@@ -5,10 +5,12 @@
 //! by the word "solid" alone: see `sniff`. OBJ, OFF, PLY, 3MF and GLB are read, too, and any of these packed by gzip: see `whole`. The
 //! file's normals are compared with the corners' and then dropped.
 //!
-//! Memory: of STL 36 bytes a facet, at most twice that while an ASCII file is read, and one line or record; of the others the file and its
-//! corners, too. The number of facets that a header announces must fit the length of the file before anything is allocated.
+//! Memory: of STL 36 bytes a facet, at most three times that while the list of an ASCII file grows, and one line or record; of the others
+//! the file and its corners, too. All of it is counted against a limit ([`Memory`]) before it is allocated. The number of facets that a header
+//! announces must fit the length of the file, too.
 
 use crate::error::{Error, Result};
+use crate::memory::Memory;
 
 mod contents;
 mod elements;
@@ -27,6 +29,7 @@ mod text;
 mod threemf;
 mod whole;
 mod words;
+mod xml_events;
 
 pub use contents::{Contents, Format, Solid};
 
@@ -47,6 +50,7 @@ pub use contents::{Contents, Format, Solid};
 pub struct Reader {
     n_bytes: u64,
     n_seen: u64,
+    memory: Memory,
     stage: Stage,
     failed: Option<Error>,
 }
@@ -63,7 +67,12 @@ enum Stage {
 impl Reader {
     /// Starts to read a file of `n_bytes` bytes.
     pub fn new(n_bytes: u64) -> Reader {
-        Reader { n_bytes, n_seen: 0, stage: Stage::Head(Vec::new()), failed: None }
+        Reader::within(n_bytes, &Memory::default())
+    }
+
+    /// The same within a limit of memory: what does not fit is refused before it is read. What was read stays held as long as there is the limit.
+    pub fn within(n_bytes: u64, memory: &Memory) -> Reader {
+        Reader { n_bytes, n_seen: 0, memory: memory.clone(), stage: Stage::Head(Vec::new()), failed: None }
     }
 
     /// Takes the next bytes of the file: any number, also none. After an error every later call returns it again.
@@ -76,7 +85,7 @@ impl Reader {
     /// - `stl-syntax`: an ASCII line breaks the grammar; the message names the line.
     /// - `stl-not-finite`: a corner is NaN, infinite or beyond f32; the message names facet and line or byte.
     /// - `too-many-facets`: more facets than a 32-bit index counts.
-    /// - `memory`: the facets do not fit the memory.
+    /// - `memory`: the facets do not fit the memory, or what is allowed of it.
     /// - `io`: more bytes came than were announced.
     pub fn push(&mut self, chunk: &[u8]) -> Result<()> {
         if let Some(error) = &self.failed {
@@ -105,12 +114,15 @@ impl Reader {
         }
         if let Stage::Head(head) = &mut self.stage {
             let head = std::mem::take(head);
-            self.stage = open(&head, self.n_bytes)?;
+            self.stage = open(&head, self.n_bytes, &self.memory)?;
         }
         match self.stage {
             Stage::Binary(parser) => parser.finish(),
             Stage::Ascii(parser) => parser.finish(self.n_bytes),
-            Stage::Whole(parser) => parser.finish(self.n_bytes, read_bytes),
+            Stage::Whole(parser) => match parser.packed() {
+                Some(packed) => unpacked(packed, self.n_bytes, &self.memory),
+                None => parser.finish(self.n_bytes),
+            },
             Stage::Head(_) => Err(contents::empty("the file was never opened")),
         }
     }
@@ -128,7 +140,7 @@ impl Reader {
                 return Ok(());
             }
             let head = std::mem::take(head);
-            self.stage = open(&head, self.n_bytes)?;
+            self.stage = open(&head, self.n_bytes, &self.memory)?;
         }
         match &mut self.stage {
             Stage::Binary(parser) => parser.push(chunk),
@@ -140,21 +152,43 @@ impl Reader {
 }
 
 /// Chooses the parser by the first bytes and gives them to it.
-fn open(head: &[u8], n_bytes: u64) -> Result<Stage> {
+fn open(head: &[u8], n_bytes: u64, memory: &Memory) -> Result<Stage> {
     let format = sniff::format(head, n_bytes)?;
     if !matches!(format, Format::StlBinary | Format::StlAscii) {
-        let mut parser = whole::Parser::new(format);
+        let mut parser = whole::Parser::new(format, n_bytes, memory)?;
         parser.push(head)?;
         return Ok(Stage::Whole(parser));
     }
     if format == Format::StlBinary {
-        let mut parser = Box::new(stl_binary::Parser::new(head, n_bytes)?);
+        let mut parser = Box::new(stl_binary::Parser::new(head, n_bytes, memory)?);
         parser.push(&head[stl_binary::HEADER..])?;
         return Ok(Stage::Binary(parser));
     }
-    let mut parser = Box::new(stl_ascii::Parser::default());
+    let mut parser = Box::new(stl_ascii::Parser::within(memory));
     parser.push(head)?;
     Ok(Stage::Ascii(parser))
+}
+
+/// Reads what is packed; the length of the contents stays that of the file. It is unpacked twice and never held: a reader must know the
+/// length before, and an STL of text takes more room than its facets.
+fn unpacked(packed: &[u8], n_bytes: u64, memory: &Memory) -> Result<Contents> {
+    let mut n_unpacked = 0;
+    whole::each_chunk(packed, |chunk| {
+        if n_unpacked == 0 && chunk.starts_with(b"\x1f\x8b") {
+            let message = "the file is packed by gzip twice";
+            return Err(Error::new("file-syntax", message, "unpack it first (gunzip)"));
+        }
+        n_unpacked += chunk.len() as u64;
+        if n_unpacked > whole::MAX_UNPACKED {
+            let message = format!("more than {} bytes are packed in a file of {n_bytes}", whole::MAX_UNPACKED);
+            return Err(Error::new("memory", message, "unpack it first (gunzip)"));
+        }
+        Ok(())
+    })?;
+    let mut reader = Reader::within(n_unpacked, memory);
+    let read = whole::each_chunk(packed, |chunk| reader.push(chunk)).and_then(|()| reader.finish());
+    let contents = read.map_err(|error| error.at("what is packed"))?;
+    Ok(Contents { n_bytes, ..contents })
 }
 
 fn changed(n_bytes: u64, came: &str) -> Error {

@@ -108,6 +108,11 @@ impl<'a> Snapping<'a> {
         }
     }
 
+    /// Facets for which there is room.
+    pub(crate) fn n_stay(&self) -> usize {
+        self.snapped.frame.facets.capacity()
+    }
+
     /// What was made, once all is done. Of equal priority the geometries that are closed by this rule win over those that are not: what an open
     /// surface encloses is an estimate, which may reach far beyond it.
     ///

@@ -46,7 +46,7 @@ impl Source {
     /// `cancelled` name the file.
     pub fn read(file: impl Into<String>, n_bytes: u64, input: &mut dyn Read, control: &Control) -> Result<Source> {
         let file = file.into();
-        let mut reader = Reader::new(n_bytes);
+        let mut reader = Reader::within(n_bytes, &control.memory);
         let mut hash = Sha256::new();
         let mut chunk = vec![0; CHUNK_BYTES];
         loop {

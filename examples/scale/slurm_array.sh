@@ -16,10 +16,12 @@
 #SBATCH --time=00:30:00
 #SBATCH --requeue
 set -euo pipefail
+# Slurm says in MiB what --mem allows; a quarter is left to the files that the system keeps in memory
 
 job=$1
 store=$2
 parts=${PARTS:-$SLURM_ARRAY_TASK_COUNT}
 mkdir -p "$store.reports"
 exec hexcast mesh --job "$job" --part "$SLURM_ARRAY_TASK_ID/$parts" -o "$store" \
-  --report "$store.reports/$SLURM_ARRAY_TASK_ID.json" --threads "${SLURM_CPUS_PER_TASK:-1}" --quiet
+  --report "$store.reports/$SLURM_ARRAY_TASK_ID.json" --threads "${SLURM_CPUS_PER_TASK:-1}" \
+  --max-memory "$((${SLURM_MEM_PER_NODE:-8192} * 3 / 4))MiB" --quiet

@@ -39,6 +39,12 @@ fn error_codes() -> Vec<&'static str> {
     hexcast::error::CODES.iter().map(|(code, ..)| *code).collect()
 }
 
+/// Bytes that the system and the control groups of this process leave.
+#[pyfunction]
+fn available_bytes() -> Option<u64> {
+    hexcast::machine::available_bytes()
+}
+
 /// The compiled part of the package `hexcast`, which has the functions and classes for people.
 #[pymodule(gil_used = false)]
 fn _hexcast(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -47,6 +53,7 @@ fn _hexcast(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<surface::Surface>()?;
     module.add_function(wrap_pyfunction!(read_job, module)?)?;
     module.add_function(wrap_pyfunction!(error_codes, module)?)?;
+    module.add_function(wrap_pyfunction!(available_bytes, module)?)?;
     module.add_function(wrap_pyfunction!(meshing::mesh, module)?)?;
     module.add_function(wrap_pyfunction!(meshing::estimate, module)?)?;
     module.add_function(wrap_pyfunction!(meshing::parts, module)?)?;

@@ -113,3 +113,28 @@ def test_a_warning_has_the_finding_and_its_remedy_helps():
 def test_flags_that_do_not_fit_are_an_error_and_the_mesh_stays():
     mesh = hexcast.mesh(CUBE, dims=(1, 250_000, 250_000), axis="z", backend="cpu", window=(0, 0, 0, 1, 2, 250_000))
     assert mesh.box((0, 0, 0), (1, 2, 3)).all()
+
+
+@pytest.mark.parametrize("name", ["part.npy", "link.npy", "inner/../part.npy"])
+def test_a_mesh_is_not_saved_over_its_surface(tmp_path, name):
+    """The reader looks at the bytes of a file, whatever it is called."""
+    part = tmp_path / "part.npy"
+    (tmp_path / "inner").mkdir()
+    ascii_facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
+    part.write_text(f"solid s\n{ascii_facet}endsolid s\n")
+    (tmp_path / "link.npy").hardlink_to(part)
+    before = part.read_bytes()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        mesh = hexcast.mesh(str(part), domain=(0, 0, 0, 1, 1, 1), cells=4, backend="cpu")
+    with pytest.raises(hexcast.Error, match="an input of the mesh") as refused:
+        mesh.save(tmp_path / name)
+    assert refused.value.code == "job-conflict"
+    assert part.read_bytes() == before
+    mesh.save(tmp_path / "other.npy")
+
+
+def test_the_default_limit_is_what_the_container_leaves():
+    available, meminfo = hexcast._hexcast.available_bytes(), open("/proc/meminfo").read()
+    of_system = next(1024 * int(line.split()[1]) for line in meminfo.splitlines() if line.startswith("MemAvailable:"))
+    assert 0 < available < 1.2 * of_system

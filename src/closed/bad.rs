@@ -6,12 +6,16 @@
 use serde::{Deserialize, Serialize};
 
 use super::Closed;
-use crate::edges::{BadEdge, Groups, Use, Vertices, bad_edge, each};
+use crate::edges::{BadEdge, EDGES, Groups, Use, Vertices, bad_edge, each};
+use crate::error::Result;
 use crate::frame::{Frame, SnappedFacet, world};
 use crate::geometry::Geometry;
 use crate::lines::Lines;
+use crate::memory::{Held, List, Memory};
 use crate::sort::{sort, sort_by_key};
 
+/// Bytes of a use while edges are grouped, at most: its edge, its corners, their groups, and its facet.
+const GROUPED_BYTES: u64 = 96;
 /// Most groups of a kind that are listed.
 const MAX_GROUPS: usize = 8;
 /// Most facets of a group that are listed.
@@ -49,28 +53,51 @@ pub struct EdgeGroup {
 
 impl BadEdges {
     /// Finds those of the geometries of a frame, in the order of the job; `closed` is known of each position.
-    pub fn of_geometries(frame: &Frame, closed: &[Closed], lines: &Lines, geometries: &[Geometry]) -> Vec<BadEdges> {
+    ///
+    /// # Errors
+    /// `memory` where what is held meanwhile does not fit.
+    pub fn of_geometries(
+        frame: &Frame,
+        closed: &[Closed],
+        lines: &Lines,
+        geometries: &[Geometry],
+        memory: &Memory,
+    ) -> Result<Vec<BadEdges>> {
         let mut found = vec![BadEdges::default(); geometries.len()];
         for (position, &index) in frame.ranks.geometry_at.iter().enumerate() {
             if !closed[position].is_proper {
                 let world = |corner: [i32; 3]| world(corner, frame.fraction_bits, lines);
-                found[index] = BadEdges::new(frame.facets_at(position), world, &geometries[index]);
+                let geometry = &geometries[index];
+                let made = BadEdges::new(frame.facets_at(position), world, geometry, memory);
+                found[index] = made.map_err(|error| error.at(format!("geometry \"{}\"", geometry.name)))?;
             }
         }
-        found
+        Ok(found)
     }
 
-    fn new(facets: &[SnappedFacet], world: impl Fn([i32; 3]) -> [f64; 3], geometry: &Geometry) -> BadEdges {
-        let vertices = Vertices::of(facets.len(), &|facet, corner| facets[facet][corner].map(i32::cast_unsigned));
+    fn new(
+        facets: &[SnappedFacet],
+        world: impl Fn([i32; 3]) -> [f64; 3],
+        geometry: &Geometry,
+        memory: &Memory,
+    ) -> Result<BadEdges> {
+        let mut room = Held::of(memory);
+        let key = |facet: usize, corner: usize| facets[facet][corner].map(i32::cast_unsigned);
+        let vertices = Vertices::within(facets.len(), &key, &mut room)?;
+        let room_of_uses = memory.take(vertices.bytes_of_uses(), EDGES)?;
         let snapped = |facet: usize, vertex: usize| facets[facet][vertices.corner(facet, vertex)];
-        let mut of_kinds = [BadEdge::Open, BadEdge::Flipped, BadEdge::Nonmanifold].map(|kind| (kind, Vec::new()));
+        let mut of_kinds =
+            [BadEdge::Open, BadEdge::Flipped, BadEdge::Nonmanifold].map(|kind| (kind, List::new(memory, EDGES)));
         for range in vertices.ranges() {
             for uses in each(&vertices.uses(range)) {
                 if let Some(kind) = bad_edge(uses) {
-                    of_kinds.iter_mut().filter(|of| of.0 == kind).for_each(|of| of.1.extend_from_slice(uses));
+                    of_kinds.iter_mut().filter(|of| of.0 == kind).try_for_each(|of| of.1.extend(uses))?;
                 }
             }
         }
+        drop(room_of_uses);
+        let n_uses: usize = of_kinds.iter().map(|(_, uses)| uses.len()).sum();
+        let _room_of_groups = memory.take(GROUPED_BYTES * n_uses as u64, EDGES)?;
         for (_, uses) in &mut of_kinds {
             // in the order of the corners, whatever that of the facets
             sort_by_key(uses, |entry: &Use| {
@@ -84,8 +111,11 @@ impl BadEdges {
         let mut worst = Vec::new();
         for (kind, of_kind) in of_kinds {
             let mut groups: Vec<EdgeGroup> = Vec::new();
-            for edges in connected(&of_kind) {
-                let group = EdgeGroup::new(kind, &edges, &corner, |facet| geometry.facet_in_file(facet));
+            let (order, ends) = connected(&of_kind);
+            let starts = [0].into_iter().chain(ends.iter().copied());
+            for (start, &end) in starts.zip(&ends) {
+                let edges = &order[start as usize..end as usize];
+                let group = EdgeGroup::new(kind, (edges, &of_kind), &corner, |facet| geometry.facet_in_file(facet));
                 // of equal ones the first in the order of the corners stays first
                 let place = groups.partition_point(|other| other.length >= group.length);
                 if place < MAX_GROUPS {
@@ -95,21 +125,22 @@ impl BadEdges {
             }
             worst.extend(groups);
         }
-        BadEdges { open, flipped, nonmanifold, worst }
+        Ok(BadEdges { open, flipped, nonmanifold, worst })
     }
 }
 
 impl EdgeGroup {
     fn new(
         kind: BadEdge,
-        edges: &[&[Use]],
+        (order, all): (&[u32], &[&[Use]]),
         corner: &impl Fn(usize, usize) -> [f64; 3],
         in_file: impl Fn(usize) -> u64,
     ) -> EdgeGroup {
         let mut length = 0.0;
         let mut bounds = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
         let mut facets = Vec::new();
-        for uses in edges {
+        for &edge in order {
+            let uses = all[edge as usize];
             let ends = uses[0].pair().map(|vertex| corner(uses[0].facet(), vertex));
             length += (0..3).map(|axis| (ends[1][axis] - ends[0][axis]).powi(2)).sum::<f64>().sqrt();
             for end in ends {
@@ -123,14 +154,16 @@ impl EdgeGroup {
         sort(&mut facets);
         facets.dedup();
         facets.truncate(MAX_FACETS);
-        EdgeGroup { kind, edges: edges.len() as u64, length, bounds, facets }
+        EdgeGroup { kind, edges: order.len() as u64, length, bounds, facets }
     }
 }
 
-/// Edges, which come in the order of their corners, in groups that have corners in common; groups in the order of their first edges.
-fn connected<'a>(edges: &[&'a [Use]]) -> Vec<Vec<&'a [Use]>> {
+/// Edges, which come in the order of their corners, in groups that have corners in common: the indices of all edges, group by group in the
+/// order of their first edges, and the end of each group.
+fn connected(edges: &[&[Use]]) -> (Vec<u32>, Vec<u32>) {
     let ends = |uses: &[Use]| uses[0].pair();
-    let mut corners: Vec<usize> = edges.iter().flat_map(|uses| ends(uses)).collect();
+    let mut corners: Vec<usize> = Vec::with_capacity(2 * edges.len());
+    corners.extend(edges.iter().flat_map(|uses| ends(uses)));
     sort(&mut corners);
     corners.dedup();
     let place = |corner: usize| corners.partition_point(|other| *other < corner) as u32;
@@ -139,15 +172,31 @@ fn connected<'a>(edges: &[&'a [Use]]) -> Vec<Vec<&'a [Use]>> {
         let [low, high] = ends(uses).map(place);
         groups.join(low, high);
     }
-    let mut index_of_root = vec![None; corners.len()];
-    let mut found: Vec<Vec<&[Use]>> = Vec::new();
+    // by the group of an edge, then a place of the order
+    const NONE: u32 = u32::MAX;
+    let (mut number_of_root, mut group_ends) = (vec![NONE; corners.len()], Vec::new());
+    let mut group_of = Vec::with_capacity(edges.len());
     for uses in edges {
-        let root = groups.root(place(ends(uses)[0])) as usize;
-        let index = *index_of_root[root].get_or_insert_with(|| {
-            found.push(Vec::new());
-            found.len() - 1
-        });
-        found[index].push(uses);
+        let number = &mut number_of_root[groups.root(place(ends(uses)[0])) as usize];
+        if *number == NONE {
+            *number = group_ends.len() as u32;
+            group_ends.push(0);
+        }
+        group_ends[*number as usize] += 1;
+        group_of.push(*number);
     }
-    found
+    let mut next = Vec::with_capacity(group_ends.len());
+    let mut end = 0;
+    for of_group in &mut group_ends {
+        next.push(end);
+        end += *of_group;
+        *of_group = end;
+    }
+    let mut order = vec![0; edges.len()];
+    for (edge, &group) in group_of.iter().enumerate() {
+        let at = &mut next[group as usize];
+        order[*at as usize] = edge as u32;
+        *at += 1;
+    }
+    (order, group_ends)
 }

@@ -2,6 +2,7 @@ use super::*;
 use crate::frame::Frame;
 use crate::geometry::Geometry;
 use crate::lines::Lines;
+use crate::memory::Memory;
 
 const O: [i32; 3] = [0, 0, 0];
 const X: [i32; 3] = [64, 0, 0];
@@ -66,7 +67,7 @@ fn found_in(facets: Vec<SnappedFacet>, pieces: Vec<[u64; 2]>) -> BadEdges {
     let frame = Frame::new(std::slice::from_ref(&geometry), &lines).unwrap();
     let frame = Frame { fraction_bits: 6, ..frame.with_facets(facets) };
     let closed = [Closed::new(&frame.facets)];
-    BadEdges::of_geometries(&frame, &closed, &lines, &[geometry]).remove(0)
+    BadEdges::of_geometries(&frame, &closed, &lines, &[geometry], &Memory::default()).unwrap().remove(0)
 }
 
 #[test]

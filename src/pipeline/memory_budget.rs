@@ -6,15 +6,63 @@ use super::engine::Engine;
 use super::options::{DEFAULT_MAX_BYTES, MeshOptions, SpillTarget};
 use super::prepare::Prepared;
 use crate::checksum::hex;
+use crate::closed::Closed;
 use crate::columns::{ColumnsBuilder, Head, Named};
 use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::estimate::{Allowed, EstimateSteps, MemoryBudget};
+use crate::frame::Frame;
+use crate::geometry::{Fill, Open};
 use crate::job::{BackendChoice, ByteSize, Job};
+use crate::memory::Memory;
 use crate::report::InputReport;
 
 /// Least limit of a device's memory: even a row of bins at a time, with few facets, takes some buffers.
 const LEAST_DEVICE_BYTES: u64 = 1 << 20;
+
+/// Bytes of a facet as it was read, and as it is snapped.
+const READ_BYTES: u64 = 36;
+const SNAPPED_BYTES: u64 = 38;
+/// Bytes of a facet of an open geometry while it is turned to agree with others, and its holes are looked for: corners, their numbers, uses of
+/// edges, and lists of these that grow.
+const TURNED_BYTES: u64 = 280;
+
+/// What a job allows, of which the program and the facets that were read are held.
+///
+/// # Errors
+/// `memory` where there is no room for these facets.
+pub(super) fn memory_of(job: &Job, options: &MeshOptions, prepared: &Prepared) -> Result<Memory> {
+    let max_bytes = job.max_memory.map_or(DEFAULT_MAX_BYTES, |size| size.0);
+    let memory = Memory::beside_program(max_bytes, options.program_bytes);
+    let n_facets: usize = prepared.geometries.iter().map(|geometry| geometry.facets.len()).sum();
+    memory.take(READ_BYTES * n_facets as u64, "the facets as they were read")?.keep();
+    Ok(memory)
+}
+
+/// Refuses copies of facets that do not fit: of geometries that are decided apart, for what is measured at them, and near a window.
+///
+/// # Errors
+/// `memory`.
+pub(super) fn check_copies(
+    job: &Job,
+    (frame, closed): (&Frame, &[Closed]),
+    prepared: &Prepared,
+    memory: &Memory,
+) -> Result<()> {
+    let n_all = frame.facets.len() as u64;
+    let is_measured = job.links.is_some() || job.fractions.is_some() || job.staggered;
+    let mut bytes = if is_measured { SNAPPED_BYTES * n_all } else { 0 };
+    let mut has_parts = false;
+    for (position, &index) in frame.ranks.geometry_at.iter().enumerate() {
+        let (n, geometry) = (frame.range_at(position).len() as u64, &prepared.geometries[index]);
+        let is_open = !closed[position].by(job.rule) && !matches!(geometry.open, Open::Parity | Open::Error);
+        let is_filled = geometry.fill != Fill::Centre;
+        bytes += n * (if is_open { TURNED_BYTES } else { 0 } + if is_filled { READ_BYTES } else { 0 });
+        has_parts |= is_open || is_filled || geometry.invert;
+    }
+    bytes += SNAPPED_BYTES * n_all * (u64::from(has_parts) + u64::from(prepared.window.is_some()));
+    memory.check(bytes, "copies of facets, for open, filled, inverted or measured geometries and windows,")
+}
 
 /// Compares the estimate of a job with the memory allowed, of which open geometries and cells along surfaces take `parts_bytes`.
 ///

@@ -5,9 +5,15 @@ use crate::control::Control;
 use crate::error::Result;
 use crate::geometry::{Fill, Geometry};
 use crate::job::Job;
+use crate::memory::{Held, Memory};
 use crate::rays::Rays;
 use crate::snapping::{Snapped, Snapping};
 
+/// Bytes of a snapped facet, and of one while the edges of its geometry are compared.
+const SNAPPED_BYTES: u64 = 38;
+const EDGE_BYTES: u64 = 20;
+/// What errors of memory call them.
+const SNAPPED: &str = "the snapped facets and their edges";
 /// Facets of which those that no ray meets are worth their room.
 const MANY_FACETS: usize = 1 << 20;
 
@@ -15,25 +21,43 @@ const MANY_FACETS: usize = 1 << 20;
 /// edges that are not proper, by windows and by certificates.
 ///
 /// # Errors
-/// Those of [`crate::frame::Frame::new`]; `cancelled`.
-pub(super) async fn snapped(job: &Job, prepared: &Prepared, control: &Control) -> Result<Snapped> {
+/// Those of [`crate::frame::Frame::new`]; `memory`; `cancelled`.
+pub(super) async fn snapped(job: &Job, prepared: &Prepared, memory: &Memory, control: &Control) -> Result<Snapped> {
     let n_facets: usize = prepared.geometries.iter().map(|geometry| geometry.facets.len()).sum();
     let is_plain = |geometry: &Geometry| geometry.fill == Fill::Centre && !geometry.shell && !geometry.invert;
     let is_measured = job.certify || job.links.is_some() || job.fractions.is_some() || job.staggered;
     let is_plain = !is_measured && prepared.geometries.iter().all(is_plain);
     if n_facets >= MANY_FACETS && prepared.window.is_none() && is_plain {
-        let few = in_steps((job, prepared), Some(&prepared.rays), control).await?;
+        let (few, room) = in_steps((job, prepared), Some(&prepared.rays), memory, control).await?;
         if few.closed.iter().all(|closed| closed.is_proper) {
+            room.keep();
             return Ok(few);
         }
     }
-    in_steps((job, prepared), None, control).await
+    let (all, room) = in_steps((job, prepared), None, memory, control).await?;
+    room.keep();
+    Ok(all)
 }
 
-async fn in_steps((job, prepared): (&Job, &Prepared), rays: Option<&Rays>, control: &Control) -> Result<Snapped> {
+async fn in_steps(
+    (job, prepared): (&Job, &Prepared),
+    rays: Option<&Rays>,
+    memory: &Memory,
+    control: &Control,
+) -> Result<(Snapped, Held)> {
+    let n_facets = prepared.geometries.iter().map(|geometry| geometry.facets.len());
+    let (n_all, n_most) = (n_facets.clone().sum::<usize>(), n_facets.max().unwrap_or(0));
+    let edges = EDGE_BYTES * n_most as u64;
+    let mut room = memory.take(edges, SNAPPED)?;
+    // where no ray is asked for, all stay
+    let all = if rays.is_none() { SNAPPED_BYTES * n_all as u64 } else { 0 };
     let mut snapping = Snapping::new(&prepared.geometries, &prepared.whole, rays)?;
+    room.set(edges + all, SNAPPED)?;
     while snapping.step() {
+        room.set(edges + all.max(SNAPPED_BYTES * snapping.n_stay() as u64), SNAPPED)?;
         control.rest().await?;
     }
-    snapping.finish(job.rule)
+    let snapped = snapping.finish(job.rule)?;
+    room.set(SNAPPED_BYTES * snapped.frame.facets.capacity() as u64, SNAPPED)?;
+    Ok((snapped, room))
 }

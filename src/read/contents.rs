@@ -1,6 +1,6 @@
 //! What a file held: solids, counts, warnings; and what both parsers need to count.
 
-use crate::error::{Error, Result};
+use crate::error::Error;
 use crate::geometry::{Facet, SharedFacets};
 use crate::surface::doubled_area_vector;
 
@@ -127,15 +127,11 @@ impl Warnings {
     }
 }
 
-/// Reserves memory for more facets, or says how much is missing.
-pub(super) fn reserve(facets: &mut Vec<Facet>, n_more: usize, exact: bool) -> Result<()> {
-    let outcome = if exact { facets.try_reserve_exact(n_more) } else { facets.try_reserve(n_more) };
-    outcome.map_err(|_| {
-        let n = facets.len() as u64 + n_more as u64;
-        let message = format!("{n} facets of 36 bytes ({} MiB) do not fit the memory", (n * 36) >> 20);
-        Error::new("memory", message, "simplify the model, or read it on a machine with more memory")
-    })
-}
+/// What errors of memory call facets, and solids.
+pub(super) const FACETS: &str = "its facets";
+/// Bytes of a solid without its name and facets, in lists that are made of one another when a file ends.
+pub(super) const SOLID_BYTES: u64 = 240;
+pub(super) const SOLIDS: &str = "its solids";
 
 /// The error of a file without facets.
 pub(super) fn empty(message: &str) -> Error {

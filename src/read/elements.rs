@@ -3,14 +3,15 @@
 use glam::DVec3;
 
 use super::gltf_json::{Accessor, Root, missing, wrong};
-use super::polygons::no_room;
 use super::text::shown;
 use crate::error::Result;
+use crate::memory::{List, Memory};
 
 /// What a description says about the bytes, and these.
 pub(super) struct Bytes<'a> {
     pub(super) root: &'a Root,
     pub(super) binary: &'a [u8],
+    pub(super) memory: &'a Memory,
 }
 
 /// A type of numbers by its code, and its size in bytes.
@@ -50,16 +51,16 @@ fn number(bytes: &[u8], component_type: u32, is_normalized: bool) -> f64 {
 
 impl<'a> Bytes<'a> {
     /// The corners of an accessor.
-    pub(super) fn corners(&self, index: usize) -> Result<impl Iterator<Item = DVec3> + use<>> {
+    pub(super) fn corners(&self, index: usize) -> Result<List<DVec3>> {
         let accessor = self.accessor(index, "VEC3")?;
         let (kind, size) = (accessor.component_type, size_of(accessor.component_type)?);
         let normalized = accessor.normalized;
         let corner = move |bytes: &[u8]| [0, 1, 2].map(|axis| number(&bytes[axis * size..], kind, normalized)).into();
-        Ok(self.values(accessor, 3 * size, DVec3::ZERO, corner)?.into_iter())
+        self.values(accessor, 3 * size, DVec3::ZERO, corner)
     }
 
     /// Indices of corners.
-    pub(super) fn indices(&self, index: usize) -> Result<Vec<u32>> {
+    pub(super) fn indices(&self, index: usize) -> Result<List<u32>> {
         let accessor = self.accessor(index, "SCALAR")?;
         let kind = accessor.component_type;
         self.values(accessor, size_of_index(kind)?, 0, |bytes| number(bytes, kind, false) as u32)
@@ -75,23 +76,23 @@ impl<'a> Bytes<'a> {
     }
 
     /// Elements of `size` bytes each; those without bytes of their own are `zero` where none replaces them.
-    fn values<T: Clone>(
+    fn values<T: Copy>(
         &self,
         accessor: &Accessor,
         size: usize,
         zero: T,
         value: impl Fn(&[u8]) -> T,
-    ) -> Result<Vec<T>> {
+    ) -> Result<List<T>> {
         let n = accessor.count;
-        let mut values = Vec::new();
-        let room = |values: &mut Vec<T>| {
-            values.try_reserve_exact(n as usize).map_err(|_| no_room("elements", n.saturating_sub(1) as usize))
-        };
+        let mut values = List::new(self.memory, "the elements of an accessor");
+        let room = |values: &mut List<T>| values.reserve(n as usize);
         match accessor.buffer_view {
             Some(view) => {
                 let elements = self.elements(view, accessor.byte_offset, (n, size))?;
                 room(&mut values)?;
-                values.extend(elements.map(&value));
+                for element in elements {
+                    values.push(value(element))?;
+                }
             }
             // so many that nothing in the file stands for are a mistake
             None if n > self.binary.len() as u64 => {
@@ -99,7 +100,9 @@ impl<'a> Bytes<'a> {
             }
             None => {
                 room(&mut values)?;
-                values.resize(n as usize, zero);
+                for _ in 0..n {
+                    values.push(zero)?;
+                }
             }
         }
         if let Some(sparse) = &accessor.sparse {

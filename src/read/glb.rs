@@ -14,22 +14,24 @@ use glam::{DAffine3, DMat4, DQuat, DVec3};
 
 use super::contents::{Contents, Format};
 use super::elements::Bytes;
-use super::gltf_json::{Node, Primitive, Root, missing, wrong};
+use super::gltf_json::{self, Node, Primitive, Root, missing, wrong};
 use super::polygons::Polygons;
 use super::text::shown;
 use crate::error::{Error, Result};
+use crate::memory::{List, Memory};
 
 /// Beginnings of the names of extensions that leave surfaces as they are, and of the one that stores corners as small integers.
 const HARMLESS: [&str; 6] =
     ["KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "KHR_xmp", "KHR_mesh_quantization"];
 
-pub(super) fn read(file: &[u8], n_bytes: u64) -> Result<Contents> {
+pub(super) fn read(file: &[u8], n_bytes: u64, memory: &Memory) -> Result<Contents> {
     let (json, binary) = chunks(file)?;
     let is_not = |error: &dyn Display| {
         wrong(&format!("its description is not that of glTF: {}", shown(&error.to_string(), 150)))
     };
     // as text, like a job: serde_json would be compiled a second time for bytes
     let json = str::from_utf8(json).map_err(|error| is_not(&error))?;
+    let _room = memory.take(gltf_json::most_bytes(json), "the nodes and accessors of its description")?;
     let root: Root = serde_json::from_str(json).map_err(|error| is_not(&error))?;
     if let Some(name) =
         root.extensions_required.iter().find(|name| !HARMLESS.iter().any(|known| name.starts_with(known)))
@@ -47,11 +49,11 @@ pub(super) fn read(file: &[u8], n_bytes: u64) -> Result<Contents> {
             "GLB: meshes are placed many times by the extension EXT_mesh_gpu_instancing, which cannot be read";
         return Err(Error::new("file-syntax", message, "export the model without instancing, or as STL"));
     }
-    let bytes = Bytes { root: &root, binary };
+    let bytes = Bytes { root: &root, binary, memory };
     let mut model = Model {
         root: &root,
         bytes,
-        polygons: Polygons::default(),
+        polygons: Polygons::within(memory),
         is_placed: vec![false; root.nodes.len()],
         passed_over: [0; 2],
     };
@@ -141,7 +143,7 @@ impl Model<'_> {
         let world = around * local(node);
         if let Some(mesh) = node.mesh {
             let mesh = self.root.meshes.get(mesh).ok_or_else(|| missing("mesh", mesh, self.root.meshes.len()))?;
-            self.polygons.new_solid(if node.name.is_empty() { &mesh.name } else { &node.name });
+            self.polygons.new_solid(if node.name.is_empty() { &mesh.name } else { &node.name })?;
             self.passed_over[1] += u64::from(node.skin.is_some());
             // the node of a mesh with a skin does not place it; its joints would
             let world = if node.skin.is_some() { DAffine3::IDENTITY } else { world };
@@ -162,7 +164,7 @@ impl Model<'_> {
         };
         let corners = self.morphed(positions, primitive, weights)?;
         self.polygons.corners.clear();
-        for (index, corner) in corners.into_iter().enumerate() {
+        for (index, &corner) in corners.iter().enumerate() {
             let corner = world.transform_point3(corner).to_array().map(|number| number as f32);
             self.polygons.corner(corner, || format!("corner {index}, counted from 0"))?;
         }
@@ -170,7 +172,11 @@ impl Model<'_> {
         self.polygons.count_copied(n)?;
         let indices = match primitive.indices {
             Some(indices) => self.bytes.indices(indices)?,
-            None => (0..n as u32).collect(),
+            None => {
+                let mut all = List::new(self.bytes.memory, "the corners of a primitive");
+                (0..n as u32).try_for_each(|index| all.push(index))?;
+                all
+            }
         };
         if let Some(index) = indices.iter().find(|&&index| index as usize >= n) {
             return Err(wrong(&format!("a triangle has corner {index}, counted from 0, of {n}")));
@@ -199,8 +205,8 @@ impl Model<'_> {
     }
 
     /// The corners of a primitive, moved by its morph targets, each by so much of it as its weight says.
-    fn morphed(&mut self, positions: usize, primitive: &Primitive, weights: &[f64]) -> Result<Vec<DVec3>> {
-        let mut corners: Vec<DVec3> = self.bytes.corners(positions)?.collect();
+    fn morphed(&mut self, positions: usize, primitive: &Primitive, weights: &[f64]) -> Result<List<DVec3>> {
+        let mut corners = self.bytes.corners(positions)?;
         let (n, n_targets) = (corners.len(), primitive.targets.len());
         if !weights.is_empty() && weights.len() != n_targets {
             return Err(wrong(&format!("there are {} weights for {n_targets} morph targets", weights.len())));
@@ -208,11 +214,11 @@ impl Model<'_> {
         for (number, (target, weight)) in primitive.targets.iter().zip(weights).enumerate() {
             let Some(moves) = target.position.filter(|_| *weight != 0.0) else { continue };
             self.polygons.count_copied(n)?;
-            let moves: Vec<DVec3> = self.bytes.corners(moves)?.collect();
+            let moves = self.bytes.corners(moves)?;
             if moves.len() != n {
                 return Err(wrong(&format!("morph target {number} moves {} corners of {n}", moves.len())));
             }
-            corners.iter_mut().zip(moves).for_each(|(corner, by)| *corner += *weight * by);
+            corners.iter_mut().zip(moves.iter()).for_each(|(corner, by)| *corner += *weight * *by);
         }
         Ok(corners)
     }

@@ -15,6 +15,20 @@ pub(super) fn missing(what: &str, index: usize, n: usize) -> Error {
     wrong(&format!("there is no {what} {index}, counted from 0, of {n}"))
 }
 
+/// Most bytes that a description takes once it is read: an object or a value of a list begins with a sign of its own, and lists that grow are
+/// there twice.
+pub(super) fn most_bytes(json: &str) -> u64 {
+    let sizes =
+        [size_of::<Node>(), size_of::<Mesh>(), size_of::<Primitive>(), size_of::<Accessor>(), size_of::<View>()];
+    let of_object = sizes.into_iter().max().unwrap_or(0) as u64;
+    let of_byte = |byte: u8| match byte {
+        b'{' => 3 * of_object,
+        b',' | b'[' => 3 * size_of::<String>() as u64,
+        _ => 1,
+    };
+    json.bytes().map(of_byte).sum()
+}
+
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 #[derive(Default)]

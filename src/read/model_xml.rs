@@ -4,12 +4,14 @@ use std::collections::HashMap;
 use std::io::BufRead;
 
 use glam::DAffine3;
+use quick_xml::XmlVersion;
 use quick_xml::events::{BytesStart, Event};
-use quick_xml::{Reader, XmlVersion};
 
-use super::polygons::no_room;
 use super::text::shown;
-use crate::error::{Error, Result};
+use super::xml_events::Events;
+pub(super) use super::xml_events::wrong;
+use crate::error::Result;
+use crate::memory::{Held, List, Memory};
 
 /// Parts of the names of extensions that a reader of solids need not know, or that are read.
 const HARMLESS: [&str; 4] = ["/production/", "/material/", "/slice/", "/trianglesets/"];
@@ -17,10 +19,11 @@ const HARMLESS: [&str; 4] = ["/production/", "/material/", "/slice/", "/triangle
 pub(super) struct Model {
     pub(super) unit: &'static str,
     pub(super) objects: HashMap<u32, Object>,
-    pub(super) items: Vec<Item>,
+    pub(super) items: List<Item>,
+    /// What objects take, and the names in them.
+    room: Held,
 }
 
-#[derive(Default)]
 pub(super) struct Object {
     pub(super) name: String,
     /// Whether it is no part of what is made: a support, or a modifier of a slicer.
@@ -29,15 +32,21 @@ pub(super) struct Object {
 }
 
 pub(super) enum Kind {
-    Mesh { corners: Vec<[f32; 3]>, triangles: Vec<[u32; 3]> },
-    Components(Vec<Placed>),
+    Mesh { corners: List<[f32; 3]>, triangles: List<[u32; 3]> },
+    Components(List<Placed>),
 }
 
-impl Default for Kind {
-    fn default() -> Kind {
-        Kind::Mesh { corners: Vec::new(), triangles: Vec::new() }
+impl Kind {
+    fn mesh(memory: &Memory) -> Kind {
+        Kind::Mesh {
+            corners: List::new(memory, "the corners of an object"),
+            triangles: List::new(memory, "the triangles of an object"),
+        }
     }
 }
+
+/// Bytes of an object in its table, which doubles as it grows.
+const OBJECT_BYTES: u64 = 3 * (size_of::<(u32, Object)>() as u64 + 8);
 
 /// An object, in this model file or another, and where it goes.
 pub(super) struct Placed {
@@ -63,16 +72,14 @@ impl Model {
 }
 
 /// Reads a model file.
-pub(super) fn parse(text: &mut dyn BufRead) -> Result<Model> {
-    let mut reader = Reader::from_reader(text);
-    let mut buffer = Vec::new();
+pub(super) fn parse(text: &mut dyn BufRead, memory: &Memory) -> Result<Model> {
+    let mut events = Events::new(text, memory);
     let mut model = None;
     let mut object: Option<(u32, Object)> = None;
     loop {
-        buffer.clear();
-        let event = reader.read_event_into(&mut buffer);
-        let at = |what: &str| wrong(&format!("byte {}: {what}", reader.buffer_position()));
-        match event.map_err(|error| at(&shown(&error.to_string(), 150)))? {
+        let (event, end) = events.next()?;
+        let at = |what: &str| wrong(&format!("byte {end}: {what}"));
+        match event {
             Event::Eof => {
                 let mut model: Model = model.ok_or_else(|| wrong("there is no element \"model\""))?;
                 model.objects.extend(object);
@@ -84,7 +91,7 @@ pub(super) fn parse(text: &mut dyn BufRead) -> Result<Model> {
                     if name.as_ref() != b"model" {
                         return Err(at("the first element is not \"model\""));
                     }
-                    model = Some(head(&tag)?);
+                    model = Some(head(&tag, memory)?);
                     continue;
                 };
                 match name.as_ref() {
@@ -96,15 +103,17 @@ pub(super) fn parse(text: &mut dyn BufRead) -> Result<Model> {
                             return Err(at("an object is made of slices, and its mesh is a coarse stand-in"));
                         }
                         let name = attribute(&tag, "name")?.unwrap_or_default();
-                        object = Some((number(&tag, "id")?, Object { name, is_left_out, kind: Kind::default() }));
+                        model.room.grow(OBJECT_BYTES + 2 * name.len() as u64, "the objects of a model")?;
+                        object = Some((number(&tag, "id")?, Object { name, is_left_out, kind: Kind::mesh(memory) }));
                     }
                     b"item" => {
                         let is_printed = !matches!(attribute(&tag, "printable")?.as_deref(), Some("0" | "false"));
-                        model.items.push(Item { placed: placed(&tag)?, is_printed });
+                        let placed = placed(&tag, &mut model.room)?;
+                        model.items.push(Item { placed, is_printed })?;
                     }
                     name => {
                         if let Some((_, object)) = &mut object {
-                            object.add(name, &tag)?;
+                            object.add(name, &tag, &mut model.room)?;
                         }
                     }
                 }
@@ -116,18 +125,18 @@ pub(super) fn parse(text: &mut dyn BufRead) -> Result<Model> {
 
 impl Object {
     /// Takes a corner, a triangle or a component.
-    fn add(&mut self, name: &[u8], tag: &BytesStart<'_>) -> Result<()> {
+    fn add(&mut self, name: &[u8], tag: &BytesStart<'_>, room: &mut Held) -> Result<()> {
         match (name, &mut self.kind) {
             (b"vertex", Kind::Mesh { corners, .. }) => {
-                corners.try_reserve(1).map_err(|_| no_room("corners", corners.len()))?;
-                corners.push([number(tag, "x")?, number(tag, "y")?, number(tag, "z")?]);
+                corners.push([number(tag, "x")?, number(tag, "y")?, number(tag, "z")?])?;
             }
             (b"triangle", Kind::Mesh { triangles, .. }) => {
-                triangles.try_reserve(1).map_err(|_| no_room("triangles", triangles.len()))?;
-                triangles.push([number(tag, "v1")?, number(tag, "v2")?, number(tag, "v3")?]);
+                triangles.push([number(tag, "v1")?, number(tag, "v2")?, number(tag, "v3")?])?;
             }
-            (b"components", kind) => *kind = Kind::Components(Vec::new()),
-            (b"component", Kind::Components(components)) => components.push(placed(tag)?),
+            (b"components", kind) => {
+                *kind = Kind::Components(List::new(room.memory(), "the components of an object"));
+            }
+            (b"component", Kind::Components(components)) => components.push(placed(tag, room)?)?,
             (b"beamlattice", _) => return Err(wrong("it has a beam lattice, which cannot be read")),
             _ => {}
         }
@@ -136,7 +145,7 @@ impl Object {
 }
 
 /// What the element of a model itself says.
-fn head(tag: &BytesStart<'_>) -> Result<Model> {
+fn head(tag: &BytesStart<'_>, memory: &Memory) -> Result<Model> {
     let unit = match attribute(tag, "unit")?.as_deref() {
         Some("micron") => "um",
         None | Some("millimeter") => "mm",
@@ -155,10 +164,15 @@ fn head(tag: &BytesStart<'_>) -> Result<Model> {
             )));
         }
     }
-    Ok(Model { unit, objects: HashMap::new(), items: Vec::new() })
+    Ok(Model {
+        unit,
+        objects: HashMap::new(),
+        items: List::new(memory, "the items of its build"),
+        room: Held::of(memory),
+    })
 }
 
-fn placed(tag: &BytesStart<'_>) -> Result<Placed> {
+fn placed(tag: &BytesStart<'_>, room: &mut Held) -> Result<Placed> {
     let by = match attribute(tag, "transform")? {
         None => DAffine3::IDENTITY,
         Some(text) => {
@@ -172,12 +186,9 @@ fn placed(tag: &BytesStart<'_>) -> Result<Placed> {
     };
     // it has the prefix of the production extension
     let part = local(tag, b"path")?.map(|path| key(&path));
+    // also in the list of parts that are needed
+    room.grow(3 * part.as_ref().map_or(0, String::len) as u64, "the names of parts")?;
     Ok(Placed { part, object: number(tag, "objectid")?, by })
-}
-
-/// The error of a 3MF that is not as it must be.
-pub(super) fn wrong(what: &str) -> Error {
-    Error::new("file-syntax", format!("3MF: {what}"), "export the model again, or as STL")
 }
 
 /// Names of files in such an archive do not distinguish ASCII letters by their case (ECMA-376-2), and may begin with slashes.

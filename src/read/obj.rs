@@ -8,10 +8,11 @@
 use std::borrow::Cow;
 
 use super::contents::{Contents, Format};
-use super::polygons::Polygons;
+use super::polygons::{CORNERS, Polygons};
 use super::text::excerpt;
 use super::words::Lines;
 use crate::error::Result;
+use crate::memory::{List, Memory};
 
 /// Words that lines of an OBJ file begin with; others end what is taken for one.
 const WORDS: &[&[u8]] = &[
@@ -28,11 +29,13 @@ pub(super) fn is_obj(head: &[u8]) -> bool {
     }
 }
 
-pub(super) fn read(bytes: &[u8], n_bytes: u64) -> Result<Contents> {
+pub(super) fn read(bytes: &[u8], n_bytes: u64, memory: &Memory) -> Result<Contents> {
+    let copied = if bytes.contains(&b'\\') { bytes.len() as u64 } else { 0 };
+    let _room = memory.take(copied, "its lines, joined,")?;
     let joined = joined(bytes);
     let mut lines = Lines::new(&joined);
-    let mut polygons = Polygons::default();
-    let mut corners = Vec::new();
+    let mut polygons = Polygons::within(memory);
+    let mut corners = List::new(memory, CORNERS);
     let (mut n_unknown, mut first_unknown) = (0u64, None);
     while let Some(mut words) = lines.next_line() {
         match words.next() {
@@ -43,13 +46,13 @@ pub(super) fn read(bytes: &[u8], n_bytes: u64) -> Result<Contents> {
             Some(b"f" | b"fo") => {
                 corners.clear();
                 for word in words {
-                    corners.push(index(&lines, word, polygons.corners.len())?);
+                    corners.push(index(&lines, word, polygons.corners.len())?)?;
                 }
                 polygons.polygon(&corners, || lines.place())?;
             }
             Some(b"g" | b"o") => {
                 let name: Vec<Cow<'_, str>> = words.map(String::from_utf8_lossy).collect();
-                polygons.solid(&name.join(" "));
+                polygons.solid(&name.join(" "))?;
             }
             Some(word) if WORDS.contains(&word) => {}
             Some(word) if word.iter().all(u8::is_ascii_alphanumeric) => {

@@ -6,9 +6,10 @@
 //! Our own reader: it is as long as a call of another would be, and says on which line the file is wrong.
 
 use super::contents::{Contents, Format};
-use super::polygons::Polygons;
+use super::polygons::{CORNERS, Polygons};
 use super::words::Lines;
 use crate::error::Result;
+use crate::memory::{List, Memory};
 
 /// Whether the first word is one of those of OFF.
 pub(super) fn is_off(head: &[u8]) -> bool {
@@ -20,7 +21,7 @@ fn first_word(head: &[u8]) -> Option<&[u8]> {
     Lines::new(head).next_line()?.next()
 }
 
-pub(super) fn read(bytes: &[u8], n_bytes: u64) -> Result<Contents> {
+pub(super) fn read(bytes: &[u8], n_bytes: u64, memory: &Memory) -> Result<Contents> {
     let mut lines = Lines::new(bytes);
     let mut words = lines.next_line();
     let word = words.as_mut().and_then(|words| words.next()).unwrap_or_default();
@@ -39,13 +40,13 @@ pub(super) fn read(bytes: &[u8], n_bytes: u64) -> Result<Contents> {
     let what = "the numbers of corners and polygons are needed";
     let n_corners: u64 = lines.number(counts.next(), what)?;
     let n_polygons: u64 = lines.number(counts.next(), what)?;
-    let mut polygons = Polygons::default();
+    let mut polygons = Polygons::within(memory);
     for _ in 0..n_corners {
         let words = lines.next_line().ok_or_else(|| ended(&lines, &format!("{n_corners} corners")))?;
         let corner = lines.corner(words)?;
         polygons.corner(corner, || lines.place())?;
     }
-    let mut corners = Vec::new();
+    let mut corners = List::new(memory, CORNERS);
     for _ in 0..n_polygons {
         let mut words = lines.next_line().ok_or_else(|| ended(&lines, &format!("{n_polygons} polygons")))?;
         let n: usize = lines.number(words.next(), "the number of corners of a polygon is needed")?;
@@ -55,7 +56,7 @@ pub(super) fn read(bytes: &[u8], n_bytes: u64) -> Result<Contents> {
             if index >= polygons.corners.len() {
                 return Err(lines.wrong(&format!("there is no corner {index} of {n_corners}, counted from 0")));
             }
-            corners.push(index);
+            corners.push(index)?;
         }
         if corners.len() < n {
             return Err(lines.wrong(&format!("{n} indices are announced, and {} are there", corners.len())));

@@ -7,9 +7,10 @@
 //! Our own reader: the crates for it make an object of every element, several times the memory of the facets.
 
 use super::contents::{Contents, Format};
-use super::polygons::Polygons;
+use super::polygons::{CORNERS, Polygons};
 use super::words::Lines;
 use crate::error::{Error, Result};
+use crate::memory::{Held, List, Memory};
 
 /// A type of numbers and its size in bytes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,12 +69,12 @@ pub(super) fn is_ply(head: &[u8]) -> bool {
     head.strip_prefix(b"ply").is_some_and(|rest| rest.first().is_some_and(u8::is_ascii_whitespace))
 }
 
-pub(super) fn read(bytes: &[u8], n_bytes: u64) -> Result<Contents> {
+pub(super) fn read(bytes: &[u8], n_bytes: u64, memory: &Memory) -> Result<Contents> {
     let mut lines = Lines::new(bytes);
-    let (encoding, elements) = header(&mut lines)?;
+    let (encoding, elements) = header(&mut lines, memory)?;
     let rest = lines.rest();
     let mut values: Box<dyn Values> = match encoding {
-        Encoding::Text => Box::new(Text { lines, words: Vec::new() }),
+        Encoding::Text => Box::new(Text { lines, words: List::new(memory, "the words of a line") }),
         _ => Box::new(Binary {
             rest,
             n_header: bytes.len() - rest.len(),
@@ -81,18 +82,21 @@ pub(super) fn read(bytes: &[u8], n_bytes: u64) -> Result<Contents> {
             is_big: encoding == Encoding::Big,
         }),
     };
-    let mut polygons = Polygons::default();
+    let mut polygons = Polygons::within(memory);
     for element in &elements {
-        read_element(element, &mut *values, &mut polygons)?;
+        read_element(element, &mut *values, &mut polygons, memory)?;
     }
     polygons.finish(if encoding == Encoding::Text { Format::PlyAscii } else { Format::PlyBinary }, n_bytes)
 }
 
-fn header(lines: &mut Lines<'_>) -> Result<(Encoding, Vec<Element>)> {
+fn header(lines: &mut Lines<'_>, memory: &Memory) -> Result<(Encoding, Vec<Element>)> {
     let (mut encoding, mut elements) = (None, Vec::<Element>::new());
+    // of a line an element or a property and its name, in lists that grow
+    let mut room = Held::of(memory);
     let mut is_first = true;
     while let Some(mut words) = lines.next_line() {
         let word = words.next().unwrap_or_default();
+        room.grow(4 * size_of::<Element>() as u64, "the lines of its header")?;
         match word {
             b"ply" if is_first => {}
             b"format" => {
@@ -153,25 +157,27 @@ trait Values {
 struct Text<'a> {
     lines: Lines<'a>,
     /// Of the line, the last first.
-    words: Vec<&'a [u8]>,
+    words: List<&'a [u8]>,
 }
 
 impl Values for Text<'_> {
     fn begin(&mut self) -> Result<()> {
         let words = self.lines.next_line().ok_or_else(|| self.lines.wrong("the file ends before all elements"))?;
         self.words.clear();
-        self.words.extend(words);
+        for word in words {
+            self.words.push(word)?;
+        }
         self.words.reverse();
         Ok(())
     }
 
     fn next(&mut self, _: Kind) -> Result<f64> {
-        let word = self.words.pop();
+        let word = self.words.pop_if(|_| true);
         self.lines.number(word, "a number is needed")
     }
 
     fn next_f32(&mut self, _: Kind) -> Result<f32> {
-        let word = self.words.pop();
+        let word = self.words.pop_if(|_| true);
         self.lines.number(word, "a number is needed")
     }
 
@@ -236,7 +242,7 @@ impl Values for Binary<'_> {
     }
 }
 
-fn read_element(element: &Element, values: &mut dyn Values, polygons: &mut Polygons) -> Result<()> {
+fn read_element(element: &Element, values: &mut dyn Values, polygons: &mut Polygons, memory: &Memory) -> Result<()> {
     let is_vertex = element.name == b"vertex";
     let is_face = element.name == b"face";
     let axis_of = |name: &[u8]| [b"x", b"y", b"z"].iter().position(|axis| name == *axis);
@@ -247,7 +253,7 @@ fn read_element(element: &Element, values: &mut dyn Values, polygons: &mut Polyg
     if element.properties.is_empty() {
         return Ok(());
     }
-    let mut corners = Vec::new();
+    let mut corners = List::new(memory, CORNERS);
     for _ in 0..element.n {
         values.begin()?;
         let mut corner = [0.0; 3];
@@ -267,7 +273,7 @@ fn read_element(element: &Element, values: &mut dyn Values, polygons: &mut Polyg
                     for _ in 0..n as u64 {
                         let index = values.next(property.kind)?;
                         if is_polygon {
-                            corners.push(index_of(index, polygons.corners.len(), values)?);
+                            corners.push(index_of(index, polygons.corners.len(), values)?)?;
                         }
                     }
                     if is_polygon {

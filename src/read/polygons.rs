@@ -4,22 +4,28 @@
 //! polygon, even where it is concave: where the fan covers a place twice, it does so an even number of times more, or once each way round.
 //! Where the corners do not lie in a plane, a polygon has no one surface; the fan is one of those that fit, and a warning counts them.
 
-use super::contents::{Contents, Format, Solid, Tally, Warnings, empty, reserve};
+use super::contents::{Contents, FACETS, Format, SOLID_BYTES, SOLIDS, Solid, Tally, Warnings, empty};
 use crate::error::{Error, Result};
 use crate::geometry::{Facet, SharedFacets};
+use crate::memory::{Held, List, Memory};
 
 /// How far off a plane, as a part of its size, a corner lies before its polygon is called not planar: more than f32 rounds.
 const FLAT: f64 = 1e-5;
 /// Most corners and facets that objects may stand for, copies of others among them.
 const MAX_COPIED: u64 = 1 << 29;
 
+/// What errors of memory call the corners of one polygon.
+pub(super) const CORNERS: &str = "the corners of a polygon";
+
 /// Collects corners and polygons.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Polygons {
-    pub(super) corners: Vec<[f32; 3]>,
+    pub(super) corners: List<[f32; 3]>,
     /// Names of solids, and the index of the first facet of each.
-    solids: Vec<(String, usize)>,
-    facets: Vec<Facet>,
+    solids: List<(String, usize)>,
+    /// The bytes of these names.
+    names: Held,
+    facets: List<Facet>,
     tally: Tally,
     n_bent: u64,
     n_degenerate: u64,
@@ -29,27 +35,45 @@ pub(super) struct Polygons {
 }
 
 impl Polygons {
+    /// None yet.
+    pub(super) fn within(memory: &Memory) -> Polygons {
+        Polygons {
+            corners: List::new(memory, "its corners"),
+            solids: List::new(memory, SOLIDS),
+            names: Held::of(memory),
+            facets: List::new(memory, FACETS),
+            tally: Tally::default(),
+            n_bent: 0,
+            n_degenerate: 0,
+            first_bent: String::new(),
+            n_copied: 0,
+            warnings: Warnings::default(),
+        }
+    }
+
     /// Adds a corner of three numbers; `place` says where it stands.
     pub(super) fn corner(&mut self, corner: [f32; 3], place: impl Fn() -> String) -> Result<()> {
         if let Some(number) = corner.iter().find(|number| !number.is_finite()) {
             let message = format!("{}: a coordinate is {number}, or too large for an f32", place());
             return Err(Error::new("stl-not-finite", message, "export the model again"));
         }
-        self.corners.try_reserve(1).map_err(|_| no_room("corners", self.corners.len()))?;
-        self.corners.push(corner);
-        Ok(())
+        self.corners.push(corner)
     }
 
     /// Begins a solid: what follows belongs to it. One of the same name goes on.
-    pub(super) fn solid(&mut self, name: &str) {
-        if self.solids.last().is_none_or(|(last, _)| last != name) {
-            self.new_solid(name);
-        }
+    pub(super) fn solid(&mut self, name: &str) -> Result<()> {
+        if self.solids.last().is_none_or(|(last, _)| last != name) { self.new_solid(name) } else { Ok(()) }
     }
 
     /// Begins a solid, whatever the name of the last one; one without facets is left out at the end.
-    pub(super) fn new_solid(&mut self, name: &str) {
-        self.solids.push((name.into(), self.facets.len()));
+    pub(super) fn new_solid(&mut self, name: &str) -> Result<()> {
+        // one without facets is gone
+        let n_facets = self.facets.len();
+        if let Some((name, _)) = self.solids.pop_if(|(_, start)| *start == n_facets) {
+            self.names.shrink(SOLID_BYTES + name.len() as u64);
+        }
+        self.names.grow(SOLID_BYTES + name.len() as u64, SOLIDS)?;
+        self.solids.push((name.into(), n_facets))
     }
 
     /// Counts corners and facets that are about to be added: a small file may place copies of copies.
@@ -70,7 +94,6 @@ impl Polygons {
             self.n_degenerate += 1;
             return Ok(());
         }
-        reserve(&mut self.facets, corners.len() - 2, false)?;
         if self.facets.len() + corners.len() - 2 > u32::MAX as usize {
             let message = format!("{}: more facets than a 32-bit index counts", place());
             return Err(Error::new("too-many-facets", message, "simplify the model"));
@@ -80,7 +103,7 @@ impl Polygons {
             let facet = [at(corners[0]), at(pair[0]), at(pair[1])];
             // there is no normal to compare with
             self.tally.count([f32::NAN; 3], &facet);
-            self.facets.push(facet);
+            self.facets.push(facet)?;
         }
         if corners.len() > 3 && is_bent(corners.iter().map(|&index| at(index).map(f64::from))) {
             if self.n_bent == 0 {
@@ -107,18 +130,14 @@ impl Polygons {
             self.warnings.push(format!("{} polygons of fewer than three corners are left out", self.n_degenerate));
         }
         let n_facets = self.facets.len() as u64;
-        let mut starts = self.solids;
+        self.names.keep();
+        let (mut names, mut starts): (Vec<String>, Vec<usize>) = self.solids.keep().into_iter().unzip();
         // what stands before the first name, and all where there is none
-        starts.insert(0, (String::new(), 0));
-        let mut solids = Vec::new();
-        let mut facets = self.facets;
-        for (name, start) in starts.into_iter().rev() {
-            let of_solid = facets.split_off(start);
-            if !of_solid.is_empty() {
-                solids.push(Solid { name, facets: SharedFacets::from(of_solid) });
-            }
-        }
-        solids.reverse();
+        names.insert(0, String::new());
+        starts.insert(0, 0);
+        let parts = SharedFacets::cut(self.facets.keep(), &starts);
+        let solids = names.into_iter().zip(parts).map(|(name, facets)| Solid { name, facets: facets.known_finite() });
+        let solids = solids.filter(|solid| !solid.facets.is_empty()).collect();
         Ok(Contents {
             format,
             solids,
@@ -132,11 +151,6 @@ impl Polygons {
             warnings: self.warnings.finish(),
         })
     }
-}
-
-/// The error of a list that does not fit the memory.
-pub(super) fn no_room(what: &str, n: usize) -> Error {
-    Error::new("memory", format!("more than {n} {what} do not fit the memory"), "simplify the model")
 }
 
 /// Whether corners lie off the plane of the polygon: that of its area vector through its middle.
@@ -164,7 +178,7 @@ mod tests {
 
     #[test]
     fn copies_are_counted_up_to_the_limit() {
-        let mut polygons = Polygons::default();
+        let mut polygons = Polygons::within(&Memory::default());
         assert!(polygons.count_copied(MAX_COPIED as usize - 5).is_ok() && polygons.count_copied(5).is_ok());
         assert_eq!(polygons.count_copied(1).map_err(|error| error.code()), Err("too-many-facets"));
     }

@@ -14,10 +14,11 @@
 //! any text for the numbers of a normal, bytes of value 0 or 26 after the last solid. Numbers are rounded to the
 //! nearest f32. A line may be [`MAX_LINE`] bytes long, so that garbage cannot fill the memory.
 
-use super::contents::{self, Contents, Format, Solid, Tally, Warnings, reserve};
+use super::contents::{self, Contents, FACETS, Format, SOLID_BYTES, SOLIDS, Solid, Tally, Warnings};
 use super::text;
 use crate::error::{Error, Result};
 use crate::geometry::{Facet, SharedFacets};
+use crate::memory::{Held, List, Memory};
 
 /// Longest line, in bytes.
 const MAX_LINE: usize = 1 << 16;
@@ -36,7 +37,7 @@ enum Expect {
 }
 
 /// Reads a text from its first byte.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Parser {
     /// The beginning of a line that the last chunk cut.
     partial: Vec<u8>,
@@ -48,15 +49,36 @@ pub(super) struct Parser {
     normal: [f32; 3],
     corners: Facet,
     /// Facets of all solids.
-    facets: Vec<Facet>,
+    facets: List<Facet>,
     /// Name of each solid and number of facets before it.
-    solids: Vec<(String, usize)>,
+    solids: List<(String, usize)>,
+    /// The bytes of these names.
+    names: Held,
     solid_line: u64,
     tally: Tally,
     warnings: Warnings,
 }
 
 impl Parser {
+    /// Nothing read yet.
+    pub(super) fn within(memory: &Memory) -> Parser {
+        Parser {
+            partial: Vec::new(),
+            after_carriage_return: false,
+            line: 0,
+            expect: Expect::default(),
+            facet_line: 0,
+            normal: [0.0; 3],
+            corners: Facet::default(),
+            facets: List::new(memory, FACETS),
+            solids: List::new(memory, SOLIDS),
+            names: Held::of(memory),
+            solid_line: 0,
+            tally: Tally::default(),
+            warnings: Warnings::default(),
+        }
+    }
+
     /// Takes the next bytes of the text.
     ///
     /// # Errors
@@ -103,8 +125,9 @@ impl Parser {
         if n_facets == 0 {
             return Err(contents::empty(&format!("no facet in {} lines of ASCII STL", self.line)));
         }
-        let (names, starts): (Vec<String>, Vec<usize>) = self.solids.into_iter().unzip();
-        let parts = SharedFacets::cut(self.facets, &starts);
+        self.names.keep();
+        let (names, starts): (Vec<String>, Vec<usize>) = self.solids.keep().into_iter().unzip();
+        let parts = SharedFacets::cut(self.facets.keep(), &starts);
         Ok(Contents {
             format: Format::StlAscii,
             solids: names
@@ -166,12 +189,12 @@ impl Parser {
             }
             (Expect::EndLoop, Keyword::EndLoop) => self.expect = Expect::EndFacet,
             (Expect::EndFacet, Keyword::EndFacet) => self.end_facet()?,
-            (Expect::Solid, Keyword::Solid) => self.begin_solid(rest),
+            (Expect::Solid, Keyword::Solid) => self.begin_solid(rest)?,
             (Expect::Facet, Keyword::Solid) => {
                 let message = format!("line {}: a \"solid\" begins before the \"endsolid\" of the last", self.line);
                 self.warnings.push(message);
                 self.end_solid();
-                self.begin_solid(rest);
+                self.begin_solid(rest)?;
             }
             (Expect::Facet, Keyword::EndSolid) => self.end_solid(),
             (Expect::Solid, Keyword::Other) if line.iter().all(|b| matches!(b, 0 | 26) || b.is_ascii_whitespace()) => {}
@@ -180,16 +203,19 @@ impl Parser {
         Ok(())
     }
 
-    fn begin_solid(&mut self, name: &[u8]) {
+    fn begin_solid(&mut self, name: &[u8]) -> Result<()> {
         let name = String::from_utf8_lossy(name.trim_ascii()).into_owned();
-        self.solids.push((name, self.facets.len()));
+        self.names.grow(SOLID_BYTES + name.len() as u64, SOLIDS)?;
+        self.solids.push((name, self.facets.len()))?;
         self.solid_line = self.line;
         self.expect = Expect::Facet;
+        Ok(())
     }
 
     fn end_solid(&mut self) {
         self.expect = Expect::Solid;
         if let Some((name, _)) = self.solids.pop_if(|(_, start)| *start == self.facets.len()) {
+            self.names.shrink(SOLID_BYTES + name.len() as u64);
             let name = text::excerpt(name.as_bytes());
             self.warnings.push(format!("line {}: solid \"{name}\" without facets left out", self.solid_line));
         }
@@ -202,11 +228,7 @@ impl Parser {
             return Err(Error::new("too-many-facets", message, "split the model into several files"));
         }
         self.tally.count(self.normal, &self.corners);
-        if self.facets.len() == self.facets.capacity() {
-            reserve(&mut self.facets, 1, false)?;
-        }
-        self.facets.push(self.corners);
-        Ok(())
+        self.facets.push(self.corners)
     }
 
     /// Reads the three numbers after "vertex".

@@ -4,9 +4,10 @@
 //! The count must fit the length of the file before anything is allocated. Bytes after the last facet are ignored, with
 //! a warning, unless they look as if the count was wrong.
 
-use super::contents::{self, Contents, Format, Solid, Tally, Warnings, reserve};
+use super::contents::{self, Contents, FACETS, Format, Solid, Tally, Warnings};
 use crate::error::{Error, Result};
 use crate::geometry::{Facet, SharedFacets};
+use crate::memory::{List, Memory};
 
 /// Length of header and count, in bytes.
 pub(super) const HEADER: usize = 84;
@@ -30,7 +31,7 @@ pub(super) fn n_bytes_of(n_facets: u32) -> u64 {
 pub(super) struct Parser {
     n_bytes: u64,
     n_facets: usize,
-    facets: Vec<Facet>,
+    facets: List<Facet>,
     /// The first `n_partial` bytes of a record that the last chunk cut.
     partial: [u8; RECORD],
     n_partial: usize,
@@ -46,14 +47,16 @@ impl Parser {
     ///
     /// # Errors
     /// `stl-truncated`, `stl-count`, `stl-empty`, `stl-not-stl`, `memory` as in [`super::Reader::push`].
-    pub(super) fn new(head: &[u8], n_bytes: u64) -> Result<Parser> {
+    pub(super) fn new(head: &[u8], n_bytes: u64, memory: &Memory) -> Result<Parser> {
         let Some(count) = announced(head) else {
             let message = format!("{n_bytes} bytes; a binary STL has at least 84");
             return Err(Error::new("stl-not-stl", message, "copy or export the file again"));
         };
         check_count(count, n_bytes)?;
-        let mut facets = Vec::new();
-        reserve(&mut facets, count as usize, true)?;
+        let mut facets = List::new(memory, FACETS);
+        facets
+            .reserve(count as usize)
+            .map_err(|error| error.at(format!("the count at byte 80 announces {count} facets")))?;
         Ok(Parser {
             n_bytes,
             n_facets: count as usize,
@@ -100,7 +103,7 @@ impl Parser {
             }
             self.tally.count(normal, &facet);
             self.has_colours |= record[48] != 0 || record[49] != 0;
-            self.facets.push(facet);
+            self.facets.push(facet)?;
         }
         self.n_extra += extra.len() as u64;
         self.extra_are_facets &= extra.iter().all(|record| is_plausible(&facet_of(record).1));
@@ -125,7 +128,7 @@ impl Parser {
         }
         Ok(Contents {
             format: Format::StlBinary,
-            solids: vec![Solid { name: String::new(), facets: SharedFacets::from(self.facets).known_finite() }],
+            solids: vec![Solid { name: String::new(), facets: SharedFacets::from(self.facets.keep()).known_finite() }],
             n_facets,
             n_bytes: self.n_bytes,
             unit: None,

@@ -17,12 +17,13 @@ use super::package::Package;
 use super::polygons::Polygons;
 use super::text::shown;
 use crate::error::Result;
+use crate::memory::Memory;
 
 /// Objects within objects, at most.
 const MAX_DEPTH: u32 = 100;
 
-pub(super) fn read(file: &[u8], n_bytes: u64) -> Result<Contents> {
-    let package = Package::open(file)?;
+pub(super) fn read(file: &[u8], n_bytes: u64, memory: &Memory) -> Result<Contents> {
+    let package = Package::open(file, memory)?;
     let first = package.first_model()?;
     let mut models = HashMap::new();
     let mut wanted = vec![first.clone()];
@@ -30,12 +31,12 @@ pub(super) fn read(file: &[u8], n_bytes: u64) -> Result<Contents> {
         if models.contains_key(&name) {
             continue;
         }
-        let model = package.with_text(&name, parse)?;
+        let model = package.with_text(&name, |text| parse(text, memory))?;
         let others = model.parts().filter(|part| !models.contains_key(*part));
         wanted.extend(others.map(str::to_string).collect::<HashSet<_>>());
         models.insert(name, model);
     }
-    let mut reading = Reading { models: &models, polygons: Polygons::default(), n_left_out: 0 };
+    let mut reading = Reading { models: &models, polygons: Polygons::within(memory), n_left_out: 0 };
     let model = &models[&first];
     if let Some((name, other)) = models.iter().find(|(_, other)| other.unit != model.unit) {
         return Err(wrong(&format!(
@@ -47,14 +48,14 @@ pub(super) fn read(file: &[u8], n_bytes: u64) -> Result<Contents> {
         )));
     }
     let mut left_out = Vec::new();
-    for item in &model.items {
+    for item in model.items.iter() {
         let part = item.placed.part.as_deref().unwrap_or(&first);
         let object = reading.object(part, item.placed.object)?;
         if !item.is_printed {
             left_out.push(&object.name);
             continue;
         }
-        reading.polygons.new_solid(&object.name);
+        reading.polygons.new_solid(&object.name)?;
         reading.place(part, item.placed.object, item.placed.by, 0)?;
     }
     let n_objects = reading.n_left_out;
@@ -116,7 +117,7 @@ impl<'a> Reading<'a> {
             Kind::Mesh { corners, triangles } => {
                 let place = || format!("object {id} of {}", shown(part, 60));
                 self.polygons.corners.clear();
-                for corner in corners {
+                for corner in corners.iter() {
                     let corner = world.transform_point3(DVec3::from(corner.map(f64::from)));
                     self.polygons.corner(corner.to_array().map(|number| number as f32), place)?;
                 }

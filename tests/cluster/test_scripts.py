@@ -26,7 +26,7 @@ def test_the_slurm_array_makes_the_store_and_the_report_of_the_undivided_run(tmp
     for task in [*range(1, tasks + 1), 2]:
         env = {**os.environ, "PATH": path, "SLURM_ARRAY_TASK_ID": str(task), "SLURM_ARRAY_TASK_COUNT": str(tasks)}
         words = [SCALE / "slurm_array.sh", toml, tmp_path / "ship.zarr"]
-        subprocess.run(words, check=True, timeout=100, env={**env, "SLURM_CPUS_PER_TASK": "1"})
+        subprocess.run(words, check=True, timeout=100, env={**env, "SLURM_CPUS_PER_TASK": "1", "SLURM_MEM_PER_NODE": "8192"})
     reports = sorted((tmp_path / "ship.zarr.reports").iterdir())
     assert len(reports) == tasks
     merged = json.loads(hexcast("merge", *reports))
@@ -43,10 +43,14 @@ def test_the_kubernetes_job_is_valid_and_its_pods_fill_a_bucket(server, tmp_path
     kubernetes_validate.validate(manifest, "1.31", strict=True)
     spec = manifest["spec"]
     container = spec["template"]["spec"]["containers"][0]
-    variables = {of["name"]: of["value"] for of in container["env"]}
+    variables = {of["name"]: of["value"] for of in container["env"] if "value" in of}
     assert variables["PARTS"] == str(spec["completions"])
     toml, completions = job(tmp_path), 4
     given = {"PATH": f"{COMMAND.parent}:{os.environ['PATH']}", "JOB": str(toml), "PARTS": str(completions)}
+    # what Kubernetes says of the limits of the container
+    of_limits = {of["name"]: of["valueFrom"]["resourceFieldRef"]["resource"] for of in container["env"] if "valueFrom" in of}
+    assert of_limits == {"CPUS": "limits.cpu", "MEMORY": "limits.memory"}
+    given = {**given, "CPUS": "1", "MEMORY": str(8 << 30)}
     for index in reversed(range(completions)):
         env = {**variables, **server.env, **given, "JOB_COMPLETION_INDEX": str(index)}
         subprocess.run([*container["command"], *container["args"]], check=True, timeout=100, env=env)

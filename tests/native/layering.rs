@@ -10,11 +10,13 @@ use std::str::Chars;
 
 mod checker;
 mod circles;
+mod paths_of_command;
 
 /// The modules of the core in the order of the line: each may use those before it.
 const CORE: &[&str] = &[
     "error",
     "finding",
+    "memory",
     "control",
     "parallel",
     "sort",
@@ -74,7 +76,7 @@ const CORE: &[&str] = &[
     "parts",
 ];
 /// The layers above the core, each on those before it. `bin` and `web` stand side by side.
-const ABOVE: &[&str] = &["gpu", "pipeline", "converge", "files", "mesher", "web", "bin"];
+const ABOVE: &[&str] = &["gpu", "pipeline", "converge", "machine", "files", "mesher", "web", "bin"];
 
 /// What the core must not know: devices, browsers, files, clocks, terminals, processes.
 const UNKNOWN_TO_CORE: &[&str] = &[
@@ -295,8 +297,8 @@ fn breaches(source: &Source) -> Vec<String> {
     let unknown = match module.as_str() {
         "gpu" => UNKNOWN_TO_GPU,
         "pipeline" => UNKNOWN_TO_PIPELINE,
-        // both read files, as their callers would
-        "files" | "mesher" => UNKNOWN_TO_MESHER,
+        // they read files, as their callers would
+        "machine" | "files" | "mesher" => UNKNOWN_TO_MESHER,
         "web" | "bin" => &[],
         _ => UNKNOWN_TO_CORE,
     };

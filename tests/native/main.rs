@@ -86,6 +86,8 @@ mod measured_command;
 mod measured_windows;
 #[cfg(feature = "cli")]
 mod memory;
+#[cfg(all(feature = "cli", target_os = "linux"))]
+mod memory_limits;
 #[cfg(feature = "cli")]
 mod merged_reports;
 mod merged_sweep;
@@ -98,6 +100,8 @@ mod oracle;
 mod parallel_store;
 #[cfg(feature = "cli")]
 mod parts;
+#[cfg(feature = "cli")]
+mod paths;
 #[cfg(feature = "cli")]
 mod pictures;
 mod properties;

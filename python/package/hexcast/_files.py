@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import json
 import os
-import shutil
 import tempfile
 from pathlib import Path
 from typing import Literal, Optional, Union
@@ -26,6 +26,7 @@ def save(
     level = level_of(compress, target)
     if bits and target.suffix.lower() == ".zarr":
         raise Error("Zarr has no bit-packed variant", "job-conflict", "use .raw or .npy")
+    check_not_read(mesh, target)
     try:
         with tempfile.TemporaryDirectory(prefix=".hexcast-", dir=target.parent) as folder:
             new = Path(folder, "new")
@@ -55,6 +56,17 @@ def level_of(compress: Union[int, Literal["none"], None], target: Path) -> Optio
     if not isinstance(compress, int) or not 1 <= compress <= 9:
         raise Error(f"compress is {compress!r}", "job-value", 'give 1 (fast) to 9 (small), or "none"')
     return compress
+
+
+def check_not_read(mesh: _hexcast.RawMesh, target: Path) -> None:
+    """Refuses to write over a surface of the mesh, by whatever name, or to replace a folder that has one."""
+    files = [Path(of["file"]) for of in json.loads(mesh.report).get("inputs", []) if of.get("sha256") is not None]
+    files = [file for file in files if file.is_file()]
+    for written in (target, target.with_name(target.name + ".json")):
+        for file in files:
+            is_inside = target.suffix.lower() == ".zarr" and target.resolve() in file.resolve().parents
+            if is_inside or (written.exists() and file.samefile(written)):
+                raise Error(f"{target} would be written over {file}, an input of the mesh", "job-conflict", "give it another name")
 
 
 def check_replaceable(folder: Path) -> None:

@@ -107,10 +107,6 @@ def plain(value: Any) -> Any:
 
 
 def default_max_memory() -> Optional[int]:
-    """Three quarters of the memory that is available; None where the system does not say."""
-    try:
-        lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
-    except OSError:
-        return None
-    kilobytes = (int(line.split()[1]) for line in lines if line.startswith("MemAvailable:"))
-    return next((int(SHARE_OF_MEMORY * 1024 * n) for n in kilobytes), None)
+    """Three quarters of the memory that the system and the container leave; None where the system does not say."""
+    available = _hexcast.available_bytes()
+    return None if available is None else int(SHARE_OF_MEMORY * available)

@@ -14,7 +14,7 @@ use super::job_files::{read_job, read_lines};
 pub(crate) use super::numbers::{at_least_one, number};
 use super::numbers::{list, per_axis};
 use super::spelling::input_name;
-use super::standard;
+use super::{ledger, standard};
 
 /// What to mesh and how finely.
 #[derive(clap::Args)]
@@ -242,7 +242,10 @@ impl JobArguments {
             job.geometries.iter_mut().for_each(|geometry| geometry.invert = true);
         }
         let names = job.geometries.iter().map(|geometry| Path::new(&geometry.file));
-        standard::check_once(names.chain(self.job.as_deref()))?;
+        let inputs = names.chain(self.job.as_deref());
+        standard::check_once(inputs.clone())?;
+        // those that others open, too, and before any output is opened
+        inputs.chain(self.lines.as_deref()).try_for_each(ledger::reads)?;
         if self.adapter.is_some() && job.backend == BackendChoice::Cpu {
             let message = "--adapter is given with the backend cpu, which uses no GPU";
             return Err(Error::new("job-conflict", message, "leave out --adapter, or use --backend gpu"));
@@ -335,7 +338,7 @@ const DEFAULT_MAX_CELLS: u64 = 1_000_000_000_000;
 
 /// Three quarters of the memory that is available; None where the system does not say.
 pub(crate) fn default_max_memory() -> Option<ByteSize> {
-    super::memory::available_bytes().map(|bytes| ByteSize(bytes / 4 * 3))
+    hexcast::machine::available_bytes().map(|bytes| ByteSize(bytes / 4 * 3))
 }
 
 /// Reads one of the names of an enum, as its serde form spells them.

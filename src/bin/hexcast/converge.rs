@@ -14,7 +14,6 @@ use super::output_file::PendingFile;
 use super::progress::Progress;
 use super::reading::read_job_files;
 use super::summary::size;
-use super::taken::Taken;
 use super::terminal;
 
 const EXAMPLES: &str = "\
@@ -49,10 +48,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
         (job.max_cell_size, job.tolerance) = (None, None);
     }
     arguments.job.set_threads()?;
-    let inputs: Vec<&Path> = arguments.job.job.as_deref().into_iter().collect();
-    let inputs = inputs.into_iter().chain(job.geometries.iter().map(|geometry| Path::new(&geometry.file)));
-    let mut taken = Taken::by(&inputs.collect::<Vec<&Path>>());
-    let output = arguments.output.as_deref().map(|path| open_graph(path, &mut taken)).transpose()?;
+    let output = arguments.output.as_deref().map(open_graph).transpose()?;
     let sources = read_job_files(&job, token, Progress::new(arguments.json))?;
     let mut control = Control::default();
     control.cancel = token.clone();
@@ -73,12 +69,12 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
 }
 
 /// Opens the file of a graph.
-fn open_graph(path: &Path, taken: &mut Taken) -> Result<PendingFile> {
+fn open_graph(path: &Path) -> Result<PendingFile> {
     if !path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("svg")) {
         let message = format!("{}: graphs are written to .svg only", path.display());
         return Err(Error::new("job-value", message, "name a file that ends in .svg"));
     }
-    taken.open(path)
+    PendingFile::open(path)
 }
 
 /// A block of lines for each flag, a line for each size.

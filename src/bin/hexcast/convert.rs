@@ -18,7 +18,6 @@ use super::progress::Progress;
 use super::reading::{check_columns, open_columns};
 use super::standard;
 use super::summary::Table;
-use super::taken::Taken;
 use super::terminal;
 
 const EXAMPLES: &str = "\
@@ -67,7 +66,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let meshes = std::slice::from_ref(&arguments.output);
     let zarr = ZarrJob::default();
     let targets = Targets { meshes, doubt: None, report: None, zarr, is_part: false, has_archive: false };
-    let mut outputs = Outputs::open(&targets, &arguments.formats, &mut Taken::by(&[&arguments.input]), max_bytes)?;
+    let mut outputs = Outputs::open(&targets, &arguments.formats, max_bytes)?;
     if arguments.formats.hash.is_some() && outputs.flags_files().next().is_none_or(|format| format != Format::Raw) {
         let message = "--hash is given, but only the sidecar of a .raw has the hash";
         return Err(Error::new("job-conflict", message, "convert to .raw, or leave out --hash"));

@@ -18,7 +18,6 @@ use super::progress::Progress;
 use super::reading::{check_columns, open_columns};
 use super::standard::check_once;
 use super::summary::Table;
-use super::taken::Taken;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -62,7 +61,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     let meshes: &[PathBuf] = arguments.output.as_slice();
     let zarr = ZarrJob::default();
     let targets = Targets { meshes, doubt: None, report: None, zarr, is_part: false, has_archive: false };
-    let mut outputs = Outputs::open(&targets, &arguments.formats, &mut Taken::by(&inputs), max_bytes)?;
+    let mut outputs = Outputs::open(&targets, &arguments.formats, max_bytes)?;
     let mut control = Control::default();
     control.cancel = token.clone();
     // as much is for the mask, and the rest for its file

@@ -43,12 +43,11 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let job = arguments.job.job()?;
     arguments.job.set_threads()?;
+    let output = arguments.output.as_deref().map(PendingFile::open).transpose()?;
     let sources = read_job_files(&job, token, Progress::new(false))?;
     let prepared = prepare(&job, sources)?;
-    if let Some(path) = &arguments.output {
-        let drawn = lines_svg(&prepared.lines, &prepared.geometries)?;
-        let (_, mut file) = PendingFile::open(path)?;
-        file.put(drawn)?;
+    if let Some(mut file) = output {
+        file.put(lines_svg(&prepared.lines, &prepared.geometries)?)?;
         file.persist()?;
     }
     let estimate = Estimate::new(&prepared.geometries, &prepared.lines, &prepared.rays);

@@ -1,6 +1,5 @@
 //! The files of an exporter as output: made in a temporary folder beside the target, and put in place one by one at the end.
 
-use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -12,10 +11,10 @@ use hexcast::mesh::Mesh;
 use hexcast::pipeline::Prepared;
 use hexcast::{Error, Result};
 use indicatif::ProgressBar;
-use tempfile::TempDir;
 
 use super::counted::Counted;
 use super::disk::Planned;
+use super::ledger::Output;
 use super::output_file::{OutputFile, refused};
 use super::place::{check_kind, folder_of, target_of};
 use super::progress::Progress;
@@ -30,18 +29,14 @@ pub(crate) struct ExportOutput {
     /// The folder and the last part of what the path leads to: names of files begin there.
     folder: PathBuf,
     name: String,
-    temporary: TempDir,
-    /// Held as long as the folder is ours.
-    _lock: File,
+    /// The files by name.
+    outputs: Vec<(String, Output)>,
+    temporary: temporary::Folder,
 }
 
 impl ExportOutput {
-    /// Opens a temporary folder; also returns the places of all files, without links.
-    pub(crate) fn open(
-        path: &Path,
-        exporter: Exporter,
-        options: ExportOptions,
-    ) -> Result<(Vec<PathBuf>, ExportOutput)> {
+    /// Opens a temporary folder, and enters all files.
+    pub(crate) fn open(path: &Path, exporter: Exporter, options: ExportOptions) -> Result<ExportOutput> {
         // a link to a case is replaced: what it leads to may have a name that tells nothing
         let target = if exporter == Exporter::Foam { path.to_path_buf() } else { target_of(path)? };
         let name = target.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -53,12 +48,11 @@ impl ExportOutput {
         let name = target.strip_prefix(&folder).unwrap_or(&target).to_string_lossy().replace('\\', "/");
         let names = exporter.file_names(&name);
         check_places(path, &folder, &names)?;
-        let failed = |error: std::io::Error| refused(path, &folder, &error);
-        let (temporary, lock) = temporary::folder_for(&target, &folder).map_err(failed)?;
-        let whole = folder.canonicalize().map_err(failed)?;
-        let places = names.iter().map(|name| whole.join(name));
-        let places = places.map(|place| place.canonicalize().unwrap_or(place)).collect();
-        Ok((places, ExportOutput { path: path.into(), exporter, options, folder, name, temporary, _lock: lock }))
+        let output = |file: String| Ok((file.clone(), Output::file_of(path, folder.join(file))?));
+        let outputs = names.into_iter().map(output).collect::<Result<_>>()?;
+        let temporary = temporary::Folder::beside(&target, &folder);
+        let temporary = temporary.map_err(|error| refused(path, &folder, &error))?;
+        Ok(ExportOutput { path: path.into(), exporter, options, folder, name, outputs, temporary })
     }
 
     /// Refuses what is known before the mesh is made: cells, flags and substances that cannot be exported.
@@ -89,12 +83,12 @@ impl ExportOutput {
     /// Writes the mesh.
     pub(crate) fn write(&mut self, mesh: &Mesh, control: &Control, progress: Progress) -> Result<Vec<OutputFile>> {
         let bar = progress.bytes("write", exact_size(mesh, self.exporter, &self.options));
-        let mut folder = Folder { path: self.temporary.path(), bar: bar.clone() };
+        let mut folder = Counting { folder: &self.temporary, bar: bar.clone() };
         let done = export(mesh, self.exporter, &self.name, &self.options, &mut folder, control);
         bar.finish_and_clear();
         done.map_err(|error| error.at(self.path.display()))?;
         let file = |name: String| {
-            let n_bytes = self.temporary.path().join(&name).metadata().map(|metadata| metadata.len());
+            let n_bytes = self.temporary.path(&name).metadata().map(|metadata| metadata.len());
             let path = self.folder.join(&name);
             let path = path.strip_prefix(".").map(Path::to_path_buf).unwrap_or(path);
             n_bytes.map(|n_bytes| OutputFile { path, n_bytes })
@@ -105,13 +99,7 @@ impl ExportOutput {
 
     /// Puts all files in their places.
     pub(crate) fn finish(self) -> Result<()> {
-        for name in self.exporter.file_names(&self.name) {
-            let place = self.folder.join(&name);
-            let done = std::fs::create_dir_all(folder_of(&place))
-                .and_then(|()| std::fs::rename(self.temporary.path().join(&name), &place));
-            done.map_err(|error| self.failed(error))?;
-        }
-        Ok(())
+        self.outputs.iter().try_for_each(|(name, output)| output.put_path(&self.temporary.path(name)))
     }
 
     fn failed(&self, error: std::io::Error) -> Error {
@@ -170,21 +158,19 @@ fn with_cells(prepared: &Prepared) -> Vec<u8> {
 /// Cells along each axis of a box in which a geometry gets some.
 const LEAST_CELLS: f64 = 2.0;
 
-/// The temporary folder.
-struct Folder<'a> {
-    path: &'a Path,
+/// The temporary folder, whose bytes are counted.
+struct Counting<'a> {
+    folder: &'a temporary::Folder,
     bar: ProgressBar,
 }
 
-impl Files for Folder<'_> {
+impl Files for Counting<'_> {
     fn create(&mut self, name: &str) -> Result<Box<dyn Write + '_>> {
-        let file = File::create(self.place(name)?).map_err(|error| Error::io(format!("writing {name}"), error))?;
+        let file = self.folder.create(name).map_err(|error| Error::io(format!("writing {name}"), error))?;
         Ok(Box::new(Counted { file, bar: self.bar.clone() }))
     }
 
     fn place(&mut self, name: &str) -> Result<PathBuf> {
-        let place = self.path.join(name);
-        std::fs::create_dir_all(folder_of(&place)).map_err(|error| Error::io(format!("writing {name}"), error))?;
-        Ok(place)
+        self.folder.place(name).map_err(|error| Error::io(format!("writing {name}"), error))
     }
 }

@@ -4,11 +4,10 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::OnceLock;
 
-use hexcast::files::open_file;
 use hexcast::job::{Job, JobFile, LinesJob};
 use hexcast::{Error, Result};
 
-use super::standard;
+use super::{ledger, standard};
 
 /// Reads lists of lines.
 pub(crate) fn read_lines(path: &Path) -> Result<LinesJob> {
@@ -48,7 +47,7 @@ fn read_anew(path: &Path) -> Result<String> {
     let read = if standard::is_standard(path) {
         standard::input()?.take(MAX_JOB_BYTES + 1).read_to_end(&mut bytes)
     } else {
-        open_file(path)?.take(MAX_JOB_BYTES + 1).read_to_end(&mut bytes)
+        ledger::open(path)?.take(MAX_JOB_BYTES + 1).read_to_end(&mut bytes)
     };
     read.map_err(|error| Error::io(format!("reading {name}"), error))?;
     if bytes.len() as u64 > MAX_JOB_BYTES {

@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::job_files::{is_json, read_job_file};
 use super::place::folder_of;
-use super::{output_file::PendingFile, standard};
+use super::{ledger::Output, output_file::PendingFile, standard};
 
 /// The arguments of `hexcast mesh` with the options of its job file that they do not have. None where there are none.
 ///
@@ -187,7 +187,7 @@ fn picture<T: Serialize>(
 /// # Errors
 /// `io` where it cannot be written; `job-value` where a name is not UTF-8.
 pub(crate) fn dump(job: &Job, run: RunJob, path: &Path) -> Result<()> {
-    let (_, mut file) = PendingFile::open(path)?;
+    let mut file = PendingFile::open(path)?;
     let is_here = standard::is_standard(path) || folder_of(path) == Path::new(".");
     let place = |name: &str| -> String {
         if is_here || name == standard::NAME || name.contains("://") {
@@ -208,8 +208,21 @@ pub(crate) fn dump(job: &Job, run: RunJob, path: &Path) -> Result<()> {
     run.output =
         run.output.map(|names| hexcast::job::Names::Many(names.all().iter().map(|name| place(name)).collect()));
     let made = JobFile::new(job, run);
+    outputs(&made.run).filter(|name| *name != standard::NAME).try_for_each(|name| {
+        // only to find out whether it could be written beside the job file
+        Output::file_of(Path::new(name), PathBuf::from(name)).map(|_| ())
+    })?;
     file.put(if is_json(path) { made.to_json() + "\n" } else { made.to_toml()? })?;
     file.persist()
+}
+
+/// The files that a job writes.
+fn outputs(run: &RunJob) -> impl Iterator<Item = &str> {
+    let single = [&run.report, &run.doubt, &run.links_output, &run.fractions_output, &run.staggered_output];
+    let slices = run.slice.iter().flat_map(|slices| &slices.0).map(|slice| &slice.output);
+    let views = run.view.iter().flat_map(|views| &views.0).map(|view| &view.output);
+    let meshes = run.output.iter().flat_map(|names| names.all());
+    single.into_iter().flatten().chain(meshes).chain(slices).chain(views).map(String::as_str)
 }
 
 /// A path as text of a job file.

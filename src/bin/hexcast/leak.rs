@@ -79,7 +79,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     let max_bytes = max_memory.map_or(u64::MAX, |size| size.0);
     // first: a missing input is the more useful message
     check_columns(&arguments.mesh)?;
-    let output = arguments.output.as_deref().map(|path| open_output(path, &arguments.mesh)).transpose()?;
+    let output = arguments.output.as_deref().map(open_output).transpose()?;
     let surfaces = read_surfaces(arguments, max_memory, token)?;
     let mut control = Control::default();
     control.cancel = token.clone();
@@ -104,18 +104,13 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     Ok(if answer.is_tight { ExitCode::SUCCESS } else { ExitCode::from(LEAKS) })
 }
 
-/// Opens a temporary file for the output, which must not be the input.
-fn open_output(path: &Path, mesh: &Path) -> Result<PendingFile> {
+/// Opens a temporary file for the output.
+fn open_output(path: &Path) -> Result<PendingFile> {
     if !path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("vtp")) {
         let message = format!("{}: paths are written to .vtp only", path.display());
         return Err(Error::new("job-value", message, "name a file that ends in .vtp"));
     }
-    let (place, file) = PendingFile::open(path)?;
-    if mesh.canonicalize().is_ok_and(|mesh| mesh == place) {
-        let message = format!("{} is an input too", path.display());
-        return Err(Error::new("job-conflict", message, "give the output another name"));
-    }
-    Ok(file)
+    PendingFile::open(path)
 }
 
 fn write(mut file: PendingFile, text: &str) -> Result<OutputFile> {

@@ -47,11 +47,11 @@ mod spill;
 mod standard;
 mod store;
 mod summary;
-mod taken;
 mod temporary;
 mod terminal;
 mod verify;
 mod verify_store;
+mod written_folder;
 mod zarr_folder;
 mod zarr_output;
 

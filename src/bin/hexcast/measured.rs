@@ -22,7 +22,6 @@ use super::job_options::as_text;
 use super::numbers::number;
 use super::output_file::{OutputFile, PendingFile};
 use super::place_of_store::is_s3;
-use super::taken::Taken;
 use super::zarr_folder::ZarrFolder;
 
 /// What is measured, and where it goes.
@@ -114,19 +113,15 @@ fn fractions_format(path: &Path) -> Result<Format> {
 }
 
 impl FractionsFile {
-    fn open(path: &Path, taken: &mut Taken, store: Options) -> Result<FractionsFile> {
+    fn open(path: &Path, store: Options) -> Result<FractionsFile> {
         match fractions_format(path)? {
-            Format::Npz => Ok(FractionsFile::Sparse(taken.open(path)?)),
+            Format::Npz => Ok(FractionsFile::Sparse(PendingFile::open(path)?)),
             Format::Zarr if is_s3(path) => {
                 let message = format!("{}: fractions of cells are not written to a bucket", path.display());
                 Err(Error::new("job-value", message, "write a folder, and copy it"))
             }
-            Format::Zarr => {
-                let (place, folder) = ZarrFolder::open(path)?;
-                taken.take(path, place)?;
-                Ok(FractionsFile::Store(Box::new((folder, store))))
-            }
-            format => Ok(FractionsFile::Dense(taken.open(path)?, format)),
+            Format::Zarr => Ok(FractionsFile::Store(Box::new((ZarrFolder::open(path)?, store)))),
+            format => Ok(FractionsFile::Dense(PendingFile::open(path)?, format)),
         }
     }
 }
@@ -171,22 +166,17 @@ impl MeasuredArguments {
         self.staggered.is_some() || has_fractions || matches!(of_links, Some(Ok(None | Some(LinksFormat::Npz))))
     }
 
-    /// Opens the files, whose places must not be taken.
-    pub(crate) fn open(
-        &self,
-        taken: &mut Taken,
-        formats: &FormatArguments,
-        (zarr, max_bytes): (ZarrJob, u64),
-    ) -> Result<Measured> {
-        let links = self.links.as_ref().map(|path| Ok((taken.open(path)?, links_format(path)?))).transpose()?;
+    /// Opens the files.
+    pub(crate) fn open(&self, formats: &FormatArguments, (zarr, max_bytes): (ZarrJob, u64)) -> Result<Measured> {
+        let links = self.links.as_ref().map(|path| Ok((PendingFile::open(path)?, links_format(path)?))).transpose()?;
         let store = formats.zarr_options(max_bytes).with_zarr(zarr);
-        let fractions = self.fractions.as_ref().map(|path| FractionsFile::open(path, taken, store));
+        let fractions = self.fractions.as_ref().map(|path| FractionsFile::open(path, store));
         let staggered = self.staggered.as_ref().map(|path| {
             if !path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("npz")) {
                 let message = format!("{}: a staggered grid is written as .npz", path.display());
                 return Err(Error::new("job-value", message, "use .npz"));
             }
-            taken.open(path)
+            PendingFile::open(path)
         });
         Ok(Measured {
             links,

@@ -23,11 +23,6 @@ pub(crate) fn program_bytes_now(on_gpu: bool, facets: u64) -> u64 {
     program_bytes(on_gpu).max(held.saturating_sub(facets))
 }
 
-/// Bytes that are available without swapping; None where the system does not say.
-pub(crate) fn available_bytes() -> Option<u64> {
-    kilobytes("/proc/meminfo", "MemAvailable:")
-}
-
 /// Value in bytes of a line such as `VmHWM:  1234 kB`.
 fn kilobytes(file: &str, key: &str) -> Option<u64> {
     let text = std::fs::read_to_string(file).ok()?;
@@ -41,7 +36,7 @@ fn kilobytes(file: &str, key: &str) -> Option<u64> {
 /// # Errors
 /// `memory` where they do not fit.
 pub(crate) fn zeroed(n_bytes: u64) -> Result<MmapMut> {
-    if let Some(available) = available_bytes()
+    if let Some(available) = hexcast::machine::available_bytes()
         && n_bytes > available
     {
         return Err(too_much(n_bytes, &format!("{available} bytes are available")));

@@ -7,8 +7,8 @@ use hexcast::pipeline;
 use hexcast::{Error, Result};
 use serde_json::Value;
 
+use super::ledger;
 use super::output_file::PendingFile;
-use hexcast::files::open_file;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -31,6 +31,7 @@ pub(crate) struct Arguments {
 const MAX_REPORT_BYTES: u64 = 64 << 20;
 
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    arguments.reports.iter().try_for_each(|path| ledger::reads(path))?;
     let output = arguments.output.as_deref().map(PendingFile::open).transpose()?;
     let reports: Vec<Value> = arguments.reports.iter().map(|path| read(path)).collect::<Result<_>>()?;
     let merged = pipeline::merge(&reports)?;
@@ -38,7 +39,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let text = format!("{}\n", serde_json::to_string_pretty(&merged).unwrap_or_default());
     match output {
         None => super::terminal::print_exact(&text),
-        Some((_, mut file)) => {
+        Some(mut file) => {
             file.put(&text)?;
             file.persist()
         }
@@ -47,7 +48,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 
 fn read(path: &Path) -> Result<Value> {
     let (name, mut text) = (path.display(), Vec::new());
-    let read = open_file(path)?.take(MAX_REPORT_BYTES).read_to_end(&mut text);
+    let read = ledger::open(path)?.take(MAX_REPORT_BYTES).read_to_end(&mut text);
     read.map_err(|error| Error::io(format!("reading {name}"), error))?;
     serde_json::from_slice(&text).map_err(|error| {
         let message = format!("{name} is not the report of a mesh, or has more than {MAX_REPORT_BYTES} bytes: {error}");

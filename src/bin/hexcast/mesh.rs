@@ -1,6 +1,6 @@
 //! `hexcast mesh`: files in, mesh files and a report out.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 
@@ -21,7 +21,6 @@ use super::outputs::{FormatArguments, Outputs, Targets};
 use super::picture_outputs::{PictureArguments, Pictures};
 use super::progress::Progress;
 use super::spill::SpillArguments;
-use super::taken::Taken;
 use super::{memory, reading, standard, summary, terminal};
 
 const EXAMPLES: &str = "\
@@ -136,8 +135,6 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
             return Err(Error::new("job-conflict", message, "leave out halo, or write another format"));
         }
     }
-    let inputs = job.geometries.iter().map(|geometry| Path::new(&geometry.file)).chain(arguments.job.job.as_deref());
-    let inputs: Vec<&Path> = inputs.collect();
     let (doubt, report) = (arguments.doubt.as_deref(), arguments.report.as_deref());
     let (zarr, is_part) = (job.zarr.unwrap_or_default(), job.part.is_some());
     let has_archive = arguments.measured.has_archive();
@@ -147,10 +144,9 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
         return Err(Error::new("job-conflict", message, "use --report FILE for one of them"));
     }
     let max_bytes = job.max_memory.map_or(u64::MAX, |size| size.0);
-    let mut taken = Taken::by(&inputs);
-    let outputs = Outputs::open(&targets, &arguments.formats, &mut taken, max_bytes)?;
-    let measured = arguments.measured.open(&mut taken, &arguments.formats, (zarr, max_bytes))?;
-    let pictures = arguments.pictures.open(&mut taken, max_bytes)?;
+    let outputs = Outputs::open(&targets, &arguments.formats, max_bytes)?;
+    let measured = arguments.measured.open(&arguments.formats, (zarr, max_bytes))?;
+    let pictures = arguments.pictures.open(max_bytes)?;
     if arguments.formats.bits {
         check_single_flag(&job)?;
     }

@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use hexcast::{Error, Result};
 use tempfile::NamedTempFile;
 
-use super::place::{check_kind, folder_of, target_of};
-use super::{standard, temporary};
+use super::ledger::Output;
+use super::place::folder_of;
+use super::standard;
 
 /// A file that was written.
 pub(crate) struct OutputFile {
@@ -19,47 +20,29 @@ pub(crate) struct OutputFile {
 pub(crate) struct PendingFile {
     /// The name that the caller gave.
     pub(crate) path: PathBuf,
-    /// What it leads to; [`standard::NAME`] where that is standard output.
-    target: PathBuf,
+    output: Output,
     pub(crate) temporary: NamedTempFile,
 }
 
 impl PendingFile {
-    /// Opens a temporary file beside what `path` leads to; also returns that without links.
-    pub(crate) fn open(path: &Path) -> Result<(PathBuf, PendingFile)> {
+    /// Opens a temporary file beside what `path` leads to, which must be no input and no other output.
+    pub(crate) fn open(path: &Path) -> Result<PendingFile> {
         if standard::is_standard(path) {
-            return PendingFile::for_standard_output();
+            standard::check_output()?;
         }
-        if path.is_dir() {
-            return Err(Error::new("io", format!("{} is a folder", path.display()), "name a file in it"));
-        }
-        check_kind(path)?;
-        let target = target_of(path)?;
-        let folder = folder_of(&target);
-        let refused = |error: std::io::Error| refused(path, folder, &error);
-        let temporary = temporary::file_for(&target, folder).map_err(refused)?;
-        let folder = folder.canonicalize().map_err(refused)?;
-        let place = target.canonicalize().unwrap_or_else(|_| folder.join(target.file_name().unwrap_or_default()));
-        Ok((place, PendingFile { path: path.to_path_buf(), target, temporary }))
-    }
-
-    /// A temporary file whose bytes go to standard output once all is written.
-    fn for_standard_output() -> Result<(PathBuf, PendingFile)> {
-        standard::check_output()?;
-        let folder = std::env::temp_dir();
-        let name = PathBuf::from(standard::NAME);
-        let temporary = NamedTempFile::new_in(&folder).map_err(|error| refused(&name, &folder, &error))?;
-        Ok((name.clone(), PendingFile { path: name.clone(), target: name, temporary }))
+        let output = Output::file(path)?;
+        let temporary = output.temporary_file().map_err(|error| refused(path, folder_of(&output.target), &error))?;
+        Ok(PendingFile { path: path.to_path_buf(), output, temporary })
     }
 
     /// Whether it goes to standard output.
     pub(crate) fn is_standard(&self) -> bool {
-        standard::is_standard(&self.path)
+        self.output.is_standard()
     }
 
     /// The folder that it is written in.
     pub(crate) fn folder(&self) -> &Path {
-        folder_of(if self.is_standard() { self.temporary.path() } else { &self.target })
+        folder_of(if self.is_standard() { self.temporary.path() } else { &self.output.target })
     }
 
     /// Writes bytes.
@@ -74,9 +57,7 @@ impl PendingFile {
             self.temporary.rewind().map_err(|error| Error::io("reading what was written", error))?;
             return standard::print_all(self.temporary.as_file());
         }
-        let outcome = self.temporary.persist(&self.target);
-        outcome.map_err(|error| Error::io(format!("writing {}", self.path.display()), error.error))?;
-        Ok(())
+        self.output.put_file(self.temporary)
     }
 }
 

@@ -23,7 +23,6 @@ use super::format_arguments::exporter_of;
 use super::output_file::{OutputFile, PendingFile, with_ending};
 use super::progress::Progress;
 use super::standard;
-use super::taken::Taken;
 use super::zarr_folder::is_zarr;
 use super::zarr_output::ZarrOutput;
 
@@ -85,13 +84,8 @@ impl MeshFile {
 }
 
 impl Outputs {
-    /// Checks names and folders and opens a temporary file for each output and the report; `no place may be `taken` already.
-    pub(crate) fn open(
-        targets: &Targets,
-        arguments: &FormatArguments,
-        taken: &mut Taken,
-        max_bytes: u64,
-    ) -> Result<Outputs> {
+    /// Checks names and folders and opens a temporary file for each output and the report.
+    pub(crate) fn open(targets: &Targets, arguments: &FormatArguments, max_bytes: u64) -> Result<Outputs> {
         let (folder_paths, paths): (Vec<&PathBuf>, Vec<&PathBuf>) =
             targets.meshes.iter().partition(|path| is_zarr(path));
         let (export_paths, paths): (Vec<&PathBuf>, Vec<&PathBuf>) =
@@ -104,31 +98,27 @@ impl Outputs {
         arguments.check_standard(targets.uses_standard_output())?;
         let mut stores = Vec::new();
         for path in folder_paths {
-            let (place, store) = ZarrOutput::open(path, targets.is_part)?;
-            taken.take(path, place)?;
+            let store = ZarrOutput::open(path, targets.is_part)?;
             stores.push((store, arguments.zarr_options(max_bytes).with_zarr(targets.zarr)));
         }
         let mut exports = Vec::new();
         for (path, exporter) in export_paths.into_iter().zip(exporters) {
-            let (places, export) = ExportOutput::open(path, exporter, arguments.export_options(max_bytes))?;
-            places.into_iter().try_for_each(|place| taken.take(path, place))?;
-            exports.push(export);
+            exports.push(ExportOutput::open(path, exporter, arguments.export_options(max_bytes))?);
         }
-        let mut open = |path: &Path| taken.open(path);
         let mut meshes = Vec::new();
         let n_flags = paths.len();
         let paths = paths.into_iter().map(PathBuf::as_path).chain(targets.doubt);
         for (index, (path, format)) in paths.zip(formats).enumerate() {
-            let file = open(path)?;
+            let file = PendingFile::open(path)?;
             let sidecar = if format == Format::Raw && !file.is_standard() {
-                Some(open(&with_ending(path, ".json"))?)
+                Some(PendingFile::open(&with_ending(path, ".json"))?)
             } else {
                 None
             };
             let options = arguments.options(format, max_bytes).with_zarr(targets.zarr);
             meshes.push(MeshFile { format, options, file, sidecar, is_doubt: index == n_flags });
         }
-        let report = targets.report.map(open).transpose()?;
+        let report = targets.report.map(PendingFile::open).transpose()?;
         let slab_bytes = slab_bytes(max_bytes) as usize;
         Ok(Outputs { meshes, stores, exports, report, written: Vec::new(), slab_bytes, flags_sha256: None })
     }

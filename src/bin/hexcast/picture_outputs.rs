@@ -11,7 +11,6 @@ use hexcast::{Error, Result};
 
 use super::output_file::{OutputFile, PendingFile};
 use super::pictures::{axis, check_ending, flag_colour};
-use super::taken::Taken;
 
 /// Pictures that are drawn of the mesh.
 #[derive(clap::Args)]
@@ -46,8 +45,8 @@ impl PictureArguments {
         run.view = (!self.view.is_empty()).then(|| Several(self.view.clone()));
     }
 
-    /// Opens the files, whose places must not be taken.
-    pub(crate) fn open(&self, taken: &mut Taken, max_bytes: u64) -> Result<Pictures> {
+    /// Opens the files.
+    pub(crate) fn open(&self, max_bytes: u64) -> Result<Pictures> {
         let slices = self.slice.iter().map(|job| ("slice", &job.output, of_slice(job)));
         let views = self.view.iter().map(|job| ("view", &job.output, of_view(job)));
         let open = |(key, output, wanted): (&str, &String, Result<Wanted>)| {
@@ -62,7 +61,7 @@ impl PictureArguments {
             let path = Path::new(output);
             check_ending(path)?;
             let wanted = wanted.map_err(|error| error.at(path.display()))?;
-            Ok((taken.open(path)?, wanted))
+            Ok((PendingFile::open(path)?, wanted))
         };
         Ok(Pictures { files: slices.chain(views).map(open).collect::<Result<_>>()?, max_bytes })
     }

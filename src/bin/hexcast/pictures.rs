@@ -158,11 +158,7 @@ fn drawn(
     if !is_standard(output) {
         check_ending(output)?;
     }
-    let (place, mut file) = PendingFile::open(output)?;
-    if input.canonicalize().is_ok_and(|input| input == place) {
-        let message = format!("{} is an input too", output.display());
-        return Err(Error::new("job-conflict", message, "give the output another name"));
-    }
+    let mut file = PendingFile::open(output)?;
     let mut control = Control::default();
     control.cancel = token.clone();
     let max_bytes = default_max_memory().map_or(u64::MAX, |size| size.0);

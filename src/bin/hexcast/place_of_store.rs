@@ -7,11 +7,11 @@ use std::sync::Arc;
 
 use hexcast::{Error, Result};
 
+use super::ledger::Output;
 use super::place::folder_of;
 #[cfg(feature = "s3")]
 use super::s3::Bucket;
 use super::store::Store;
-use super::temporary;
 
 /// What the name of a store in a bucket begins with.
 const S3: &str = "s3://";
@@ -54,14 +54,14 @@ impl Store for Folder {
 
     fn put(&self, key: &str, value: &[u8]) -> Result<()> {
         let path = self.root.join(key);
+        let output = Output::file_of(&path, path.clone())?;
         let write = || {
             std::fs::create_dir_all(folder_of(&path))?;
-            let mut file = temporary::file_for(&path, folder_of(&path))?;
+            let mut file = output.temporary_file()?;
             file.write_all(value)?;
-            file.persist(&path).map_err(|error| error.error)?;
-            Ok(())
+            Ok(file)
         };
-        write().map_err(|error| Error::io(format!("writing {key}"), error))
+        output.put_file(write().map_err(|error| Error::io(format!("writing {key}"), error))?)
     }
 
     fn keys(&self, prefix: &str) -> Result<Vec<String>> {

@@ -1,16 +1,14 @@
 //! Reads input files: in chunks, hashed at the same time, several files in parallel.
 
-use std::fs::File;
 use std::io::{Cursor, Read};
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use hexcast::column_file::{self, is_column_file};
 use hexcast::control::{CancelToken, Control};
-use hexcast::files::open_file;
 use hexcast::geometry::Facet;
 use hexcast::job::{ByteSize, Job};
+use hexcast::memory::{Held, Memory};
 use hexcast::mesh::Mesh;
 use hexcast::pipeline::prepare;
 use hexcast::read::Format;
@@ -21,7 +19,7 @@ use rayon::prelude::*;
 
 use super::file_store::FileStore;
 use super::progress::Progress;
-use super::standard;
+use super::{ledger, memory, standard};
 
 const CHUNK_BYTES: usize = 1 << 20;
 
@@ -38,10 +36,13 @@ pub(crate) fn read_files(
     token: &CancelToken,
     progress: Progress,
 ) -> Result<Vec<Source>> {
-    let room = Room { max: max_memory, held: AtomicU64::new(0) };
+    let max = max_memory.map_or(u64::MAX, |size| size.0);
+    let mut control = Control::default();
+    control.cancel = token.clone();
+    control.memory = Memory::beside_program(max, memory::program_bytes(false));
     let total = files.iter().filter_map(|file| std::fs::metadata(file).ok()).map(|metadata| metadata.len()).sum();
     let bar = progress.bytes("read", Some(total));
-    let sources: Vec<Result<Source>> = files.par_iter().map(|file| read_file(file, &room, token, &bar)).collect();
+    let sources: Vec<Result<Source>> = files.par_iter().map(|file| read_file(file, &control, &bar)).collect();
     bar.finish_and_clear();
     sources.into_iter().collect()
 }
@@ -58,7 +59,7 @@ pub(crate) fn solids_beside_stl(
     let sources = read_files(&[file], max_memory, token, Progress::new(true))?;
     let Some(contents) = sources.into_iter().next().map(|source| source.contents) else { return Ok(None) };
     let mut start = [0; 2];
-    let read = open_file(Path::new(file))?.read_exact(&mut start);
+    let read = ledger::open(Path::new(file))?.read_exact(&mut start);
     let is_packed = read.is_ok() && start == [0x1f, 0x8b];
     let format = match contents.format {
         Format::StlAscii | Format::StlBinary if !is_packed => return Ok(None),
@@ -75,52 +76,49 @@ pub(crate) fn lines_of_box(job: &Job, token: &CancelToken) -> Result<[Vec<f64>; 
     Ok([0, 1, 2].map(|axis| whole.list(axis)))
 }
 
-fn read_file(file: &str, room: &Room, token: &CancelToken, bar: &ProgressBar) -> Result<Source> {
-    let (input, n_bytes) = open(file, room, token)?;
-    let mut control = Control::default();
-    control.cancel = token.clone();
-    Source::read(file, n_bytes, &mut bar.wrap_read(input), &control)
+fn read_file(file: &str, control: &Control, bar: &ProgressBar) -> Result<Source> {
+    // held until its facets are read
+    let mut room = Held::of(&control.memory);
+    let (input, n_bytes) = open(file, &mut room, control)?;
+    Source::read(file, n_bytes, &mut bar.wrap_read(input), control)
 }
 
-/// The memory for inputs that are not files on disk.
-struct Room {
-    max: Option<ByteSize>,
-    /// Bytes held, of all inputs together.
-    held: AtomicU64,
-}
-
-impl Room {
-    /// Makes room for more bytes of an input of which so many have come; the facets in them take almost as much again.
-    fn take(&self, more: u64, n_come: u64) -> Result<()> {
-        let held = self.held.fetch_add(2 * more, Ordering::Relaxed) + 2 * more;
-        let Some(max) = self.max.filter(|max| held > max.0) else { return Ok(()) };
-        let message = format!(
-            "it is not a file on disk, so it is held in memory, with its facets: after {n_come} bytes nothing is left of the {max} \
-             that are allowed"
-        );
-        Err(Error::new("memory", message, "allow more with --max-memory, or save it to a file and name that"))
-    }
+/// Makes room for twice the bytes of an input that has no length; while they are moved, both are there.
+fn make_room(bytes: &mut Vec<u8>, room: &mut Held) -> Result<()> {
+    let (old, more) = (bytes.capacity(), bytes.len().max(CHUNK_BYTES));
+    let n_new = (bytes.len() + more) as u64;
+    let what = format!(
+        "{} bytes of it have come; it is not a file on disk and is held in memory: its next bytes",
+        bytes.len()
+    );
+    room.grow(n_new, &what)?;
+    bytes
+        .try_reserve_exact(more)
+        .map_err(|error| Error::new("memory", format!("{what}: {error}"), "save it to a file and name that"))?;
+    room.shrink(old as u64);
+    Ok(())
 }
 
 /// Opens a file and returns its length; what has no length, such as a pipe, is read to memory first.
-fn open(file: &str, room: &Room, token: &CancelToken) -> Result<(Box<dyn Read + Send>, u64)> {
+fn open(file: &str, room: &mut Held, control: &Control) -> Result<(Box<dyn Read + Send>, u64)> {
     let failed = |error| Error::io(format!("reading {file}"), error);
     let mut input: Box<dyn Read + Send> = if standard::is_standard(Path::new(file)) {
         Box::new(standard::input()?)
     } else {
-        let input = open_file(Path::new(file))?;
+        let input = ledger::open(Path::new(file))?;
         let metadata = input.metadata().map_err(failed)?;
         if metadata.is_file() {
             return Ok((Box::new(input), metadata.len()));
         }
         Box::new(input)
     };
-    let mut bytes = Vec::new();
-    while Read::take(&mut input, CHUNK_BYTES as u64).read_to_end(&mut bytes).map_err(failed)? > 0 {
-        if token.is_cancelled() {
-            return Err(Error::Cancelled);
+    let (mut bytes, mut chunk) = (Vec::new(), Vec::new());
+    while Read::take(&mut input, CHUNK_BYTES as u64).read_to_end(&mut chunk).map_err(failed)? > 0 {
+        control.check()?;
+        if bytes.len() + chunk.len() > bytes.capacity() {
+            make_room(&mut bytes, room).map_err(|error| error.at(file))?;
         }
-        room.take(CHUNK_BYTES as u64, bytes.len() as u64).map_err(|error| error.at(file))?;
+        bytes.append(&mut chunk);
     }
     let n_bytes = bytes.len() as u64;
     Ok((Box::new(Cursor::new(bytes)), n_bytes))
@@ -132,11 +130,11 @@ pub(crate) fn is_columns(path: &Path) -> bool {
         return standard::first_bytes().is_ok_and(|start| is_column_file(&start));
     }
     let mut start = [0; 8];
-    let is_read = File::open(path).and_then(|mut file| {
-        let is_file = file.metadata()?.is_file();
-        if is_file { file.read_exact(&mut start) } else { Ok(()) }
+    let is_read = ledger::open(path).is_ok_and(|mut file| {
+        let is_file = file.metadata().is_ok_and(|metadata| metadata.is_file());
+        is_file && file.read_exact(&mut start).is_ok()
     });
-    is_read.is_ok() && is_column_file(&start)
+    is_read && is_column_file(&start)
 }
 
 /// Refuses an input that is not there, or that is a file and no column file; nothing is known yet of standard input.
@@ -145,9 +143,9 @@ pub(crate) fn is_columns(path: &Path) -> bool {
 /// `io`; `columns-corrupt`.
 pub(crate) fn check_columns(path: &Path) -> Result<()> {
     if standard::is_standard(path) {
-        return Ok(());
+        return ledger::reads(path);
     }
-    open_file(path)?;
+    ledger::open(path)?;
     if path.is_file() && !is_columns(path) {
         let message = format!("{} is not a column file", path.display());
         let hint = "mesh it first: hexcast mesh PART.stl -o MESH.hxc, and name MESH.hxc here";
@@ -164,7 +162,7 @@ pub(crate) fn open_columns(path: &Path, max_bytes: u64, control: &Control) -> Re
         return column_file::read(&mut standard::input()?, max_bytes, control)
             .map_err(|error| error.at("standard input"));
     }
-    let mut file = open_file(path)?;
+    let mut file = ledger::open(path)?;
     let metadata = file.metadata().map_err(|error| Error::io(format!("reading {name}"), error))?;
     let opened = if metadata.is_file() {
         column_file::open(Arc::new(FileStore::new(file)), metadata.len(), max_bytes, control)

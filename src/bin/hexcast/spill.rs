@@ -12,9 +12,9 @@ use hexcast::{Error, Result};
 
 use super::file_store::FileStore;
 use super::job_options::as_text;
+use super::ledger::Output;
 use super::output_file::with_ending;
-use super::place::not_a_file;
-use super::{standard, terminal};
+use super::{standard, temporary, terminal};
 
 /// Where columns go that exceed the memory allowed.
 #[derive(clap::Args)]
@@ -56,7 +56,7 @@ impl SpillArguments {
     /// Opens the file that the arguments ask for.
     pub(crate) fn open(&self, outputs: &[PathBuf]) -> Result<SpillFile> {
         if let Some(folder) = &self.spill {
-            let file = tempfile::tempfile_in(folder).map_err(|error| {
+            let file = temporary::unnamed(folder).map_err(|error| {
                 let message = format!("no temporary file can be made in {}: {error}", folder.display());
                 Error::new("io", message, "make sure that the folder exists and is yours")
             })?;
@@ -76,15 +76,7 @@ impl SpillArguments {
 
 fn open_resumable(path: &Path) -> Result<SpillFile> {
     let name = path.display();
-    // a pipe would swallow the columns, and a link may lead to a file of somebody else
-    if path.symlink_metadata().is_ok_and(|metadata| !metadata.is_file()) {
-        return Err(not_a_file(path));
-    }
-    let options = File::options().read(true).write(true).create(true).truncate(false).open(path);
-    let file = options.map_err(|error| {
-        let message = format!("{name}, the file to resume from, cannot be opened: {error}");
-        Error::new("io", message, "move what has this name, or name another output")
-    })?;
+    let file = Output::file_of(path, path.to_path_buf())?.open_kept()?;
     if file.try_lock().is_err() {
         let message = format!("{name} is in use by another run");
         return Err(Error::new("io", message, "wait for it, or name another output"));

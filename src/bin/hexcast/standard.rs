@@ -1,5 +1,8 @@
 //! `-`: standard input in place of a file, and standard output in place of an output.
 
+#[cfg(unix)]
+use std::fs::File;
+use std::fs::Metadata;
 use std::io::{self, ErrorKind, IsTerminal, Read, Write};
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
@@ -45,6 +48,27 @@ fn check_input() -> Result<()> {
         return Err(Error::new("io", message, "pipe a file to it (hexcast ... - < FILE), or name the file"));
     }
     Ok(())
+}
+
+/// The file that standard input is read from; None for what is none, or where the system does not say.
+pub(crate) fn input_file() -> Option<Metadata> {
+    metadata_of(io::stdin())
+}
+
+/// The file that standard output goes to.
+pub(crate) fn output_file() -> Option<Metadata> {
+    metadata_of(io::stdout())
+}
+
+#[cfg(unix)]
+fn metadata_of(stream: impl std::os::fd::AsFd) -> Option<Metadata> {
+    let file = File::from(stream.as_fd().try_clone_to_owned().ok()?);
+    file.metadata().ok().filter(Metadata::is_file)
+}
+
+#[cfg(not(unix))]
+fn metadata_of<T>(_: T) -> Option<Metadata> {
+    None
 }
 
 /// Copies what was written to standard output; a reader that has closed the pipe has enough.

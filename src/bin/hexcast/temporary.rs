@@ -8,9 +8,11 @@
 use std::fs::Permissions;
 use std::fs::{File, TryLockError};
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use tempfile::{NamedTempFile, TempDir};
+
+use super::place::folder_of;
 
 /// Letters that make a name unique.
 const N_RANDOM: usize = 6;
@@ -20,7 +22,7 @@ const MAX_NAME_CHARS: usize = 50;
 pub(crate) const PREFIX: &str = ".hexcast-";
 const ENDING: &str = ".part";
 /// The folder inside a temporary folder that holds what had the output's name, until the new one has it.
-pub(crate) const OLD: &str = "old";
+const OLD: &str = "old";
 
 /// Makes a temporary file beside an output, after removing those that killed runs have left.
 pub(crate) fn file_for(output: &Path, folder: &Path) -> io::Result<NamedTempFile> {
@@ -39,21 +41,57 @@ pub(crate) fn file_for(output: &Path, folder: &Path) -> io::Result<NamedTempFile
     }
 }
 
-/// Makes a temporary folder beside an output, after removing those that killed runs have left; it is owned as long as the file
-/// is open.
-pub(crate) fn folder_for(output: &Path, folder: &Path) -> io::Result<(TempDir, File)> {
-    remove_orphans(output, folder);
-    loop {
-        let prefix = prefix_of(output);
-        let temporary =
-            tempfile::Builder::new().prefix(&prefix).rand_bytes(N_RANDOM).suffix(ENDING).tempdir_in(folder)?;
-        // another run may take a folder for an orphan between its making and its lock
-        match lock_file(temporary.path()) {
-            Ok(lock) if is_mine(&lock) && temporary.path().join("lock").exists() => return Ok((temporary, lock)),
-            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
-            _ => {}
+/// A temporary folder, owned as long as it is held; it is removed with all that is in it where this is dropped.
+pub(crate) struct Folder {
+    folder: TempDir,
+    _lock: File,
+}
+
+impl Folder {
+    /// Makes one beside an output, after removing those that killed runs have left.
+    pub(crate) fn beside(output: &Path, folder: &Path) -> io::Result<Folder> {
+        remove_orphans(output, folder);
+        loop {
+            let prefix = prefix_of(output);
+            let folder =
+                tempfile::Builder::new().prefix(&prefix).rand_bytes(N_RANDOM).suffix(ENDING).tempdir_in(folder)?;
+            // another run may take a folder for an orphan between its making and its lock
+            match lock_file(folder.path()) {
+                Ok(lock) if is_mine(&lock) && folder.path().join("lock").exists() => {
+                    return Ok(Folder { folder, _lock: lock });
+                }
+                Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+                _ => {}
+            }
         }
     }
+
+    /// The path of a name in it.
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// The same, with the folders that it needs.
+    pub(crate) fn place(&self, name: &str) -> io::Result<PathBuf> {
+        let place = self.path(name);
+        std::fs::create_dir_all(folder_of(&place))?;
+        Ok(place)
+    }
+
+    /// Makes a file in it.
+    pub(crate) fn create(&self, name: &str) -> io::Result<File> {
+        File::create(self.place(name)?)
+    }
+
+    /// Moves what has the name of the output into it, if anything has.
+    pub(crate) fn take_old(&self, output: &Path) -> io::Result<()> {
+        if output.exists() { std::fs::rename(output, self.path(OLD)) } else { Ok(()) }
+    }
+}
+
+/// A file without a name, which disappears when the program ends.
+pub(crate) fn unnamed(folder: &Path) -> io::Result<File> {
+    tempfile::tempfile_in(folder)
 }
 
 fn prefix_of(output: &Path) -> String {

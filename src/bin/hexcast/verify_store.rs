@@ -18,7 +18,7 @@ use zarrs::storage::Bytes;
 use super::arguments::JobArguments;
 use super::progress::Progress;
 use super::store::Store;
-use super::{place_of_store, reading, terminal};
+use super::{ledger, place_of_store, reading, terminal};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -68,6 +68,7 @@ struct Wrong {
 pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode> {
     arguments.job.set_threads()?;
     let name = arguments.store.display();
+    ledger::reads(&arguments.store)?;
     let store = place_of_store::open(&arguments.store)?;
     let metadata = store.get(Stored::METADATA).map_err(|error| error.at(name.to_string()))?.ok_or_else(|| {
         let message = format!("{name} is not a Zarr store of flags: it has no {}", Stored::METADATA);

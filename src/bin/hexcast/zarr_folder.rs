@@ -1,6 +1,5 @@
 //! A Zarr folder as output: made under another name beside the target, and put in place at the end.
 
-use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -8,25 +7,22 @@ use hexcast::control::Control;
 use hexcast::mesh::Mesh;
 use hexcast::write::{Format, Options, zarr};
 use hexcast::{Error, Result};
-use tempfile::TempDir;
 
-use super::ledger::Ledger;
+use super::ledger::Output;
 use super::output_file::{OutputFile, refused};
 use super::place::{folder_of, target_of};
 use super::progress::Progress;
-use super::temporary::{self, OLD};
+use super::temporary;
+use super::written_folder::WrittenFolder;
 
 /// A temporary folder; nothing is left where this is dropped before [`ZarrFolder::finish`].
 pub(crate) struct ZarrFolder {
     /// The name that the caller gave.
     pub(crate) path: PathBuf,
-    /// What it leads to.
-    target: PathBuf,
-    temporary: TempDir,
-    /// Held as long as the folder is ours.
-    _lock: File,
+    output: Output,
+    temporary: temporary::Folder,
     /// What was written.
-    written: Option<Arc<Ledger>>,
+    written: Option<Arc<WrittenFolder>>,
 }
 
 /// Whether the name of an output asks for a Zarr folder.
@@ -48,14 +44,13 @@ pub(crate) fn check_replaceable(path: &Path) -> Result<PathBuf> {
 }
 
 impl ZarrFolder {
-    /// Makes a temporary folder beside `path`, which is free or a Zarr folder; also returns the path without links.
-    pub(crate) fn open(path: &Path) -> Result<(PathBuf, ZarrFolder)> {
-        let target = check_replaceable(path)?;
-        let parent = folder_of(&target);
-        let refused = |error: std::io::Error| refused(path, parent, &error);
-        let (temporary, lock) = temporary::folder_for(&target, parent).map_err(refused)?;
-        let place = parent.canonicalize().map_err(refused)?.join(target.file_name().unwrap_or_default());
-        Ok((place, ZarrFolder { path: path.to_path_buf(), target, temporary, _lock: lock, written: None }))
+    /// Makes a temporary folder beside `path`, which is free or a Zarr folder.
+    pub(crate) fn open(path: &Path) -> Result<ZarrFolder> {
+        let output = Output::folder(path, check_replaceable(path)?)?;
+        let parent = folder_of(&output.target);
+        let temporary = temporary::Folder::beside(&output.target, parent);
+        let temporary = temporary.map_err(|error| refused(path, parent, &error))?;
+        Ok(ZarrFolder { path: path.to_path_buf(), output, temporary, written: None })
     }
 
     /// Writes the mesh.
@@ -73,29 +68,27 @@ impl ZarrFolder {
     }
 
     /// Writes what `write` puts into the store.
-    pub(crate) fn put(&mut self, write: impl FnOnce(Arc<Ledger>) -> Result<()>) -> Result<OutputFile> {
-        let ledger = Ledger::new(&self.inner());
-        let ledger = Arc::new(ledger.map_err(|error| Error::new("io", format!("writing Zarr: {error}"), ""))?);
-        write(ledger.clone()).map_err(|error| error.at(self.path.display()))?;
-        let n_bytes = ledger.n_bytes();
-        self.written = Some(ledger);
+    pub(crate) fn put(&mut self, write: impl FnOnce(Arc<WrittenFolder>) -> Result<()>) -> Result<OutputFile> {
+        let folder = WrittenFolder::new(&self.inner());
+        let folder = Arc::new(folder.map_err(|error| Error::new("io", format!("writing Zarr: {error}"), ""))?);
+        write(folder.clone()).map_err(|error| error.at(self.path.display()))?;
+        let n_bytes = folder.n_bytes();
+        self.written = Some(folder);
         Ok(OutputFile { path: self.path.clone(), n_bytes })
     }
 
     /// Puts the folder in its place, if all that was written to it is there; one that was there goes only now.
     pub(crate) fn finish(self) -> Result<()> {
+        if let Some(folder) = &self.written {
+            folder.verify().map_err(|error| error.at(self.path.display()))?;
+        }
         let failed = |error| Error::io(format!("writing {}", self.path.display()), error);
-        if let Some(ledger) = &self.written {
-            ledger.verify().map_err(|error| error.at(self.path.display()))?;
-        }
-        if self.target.exists() {
-            std::fs::rename(&self.target, self.temporary.path().join(OLD)).map_err(failed)?;
-        }
-        std::fs::rename(self.inner(), &self.target).map_err(failed)
+        self.temporary.take_old(&self.output.target).map_err(failed)?;
+        self.output.put_path(&self.inner())
     }
 
     /// The new folder: inside the temporary one, which only its owner may open.
     fn inner(&self) -> PathBuf {
-        self.temporary.path().join("new")
+        self.temporary.path("new")
     }
 }

@@ -9,6 +9,7 @@ use hexcast::mesh::Mesh;
 use hexcast::write::Options;
 use hexcast::write::zarr::{self, Place};
 
+use super::ledger::Output;
 use super::output_file::OutputFile;
 use super::place_of_store::{self, is_s3};
 use super::progress::Progress;
@@ -24,15 +25,15 @@ pub(crate) enum ZarrOutput {
 }
 
 impl ZarrOutput {
-    /// Opens it; also returns its path without links.
-    pub(crate) fn open(path: &Path, is_part: bool) -> Result<(PathBuf, ZarrOutput)> {
+    /// Opens it.
+    pub(crate) fn open(path: &Path, is_part: bool) -> Result<ZarrOutput> {
         if !is_part && !is_s3(path) {
-            let (place, folder) = ZarrFolder::open(path)?;
-            return Ok((place, ZarrOutput::Whole(folder)));
+            return Ok(ZarrOutput::Whole(ZarrFolder::open(path)?));
         }
-        let place = if is_s3(path) { path.to_path_buf() } else { check_replaceable(path)? };
-        let store = Arc::new(Shared::new(place_of_store::open(&place)?));
-        Ok((place, ZarrOutput::Shared { path: path.into(), store }))
+        let target = if is_s3(path) { path.to_path_buf() } else { check_replaceable(path)? };
+        let output = Output::file_of(path, target)?;
+        let store = Arc::new(Shared::new(place_of_store::open(&output.target)?));
+        Ok(ZarrOutput::Shared { path: path.into(), store })
     }
 
     /// Writes the mesh, which lies in the store where `place` says.
