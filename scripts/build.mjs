@@ -21,7 +21,7 @@ const PACKAGE_FILES = readdirSync(WWW).filter((name) => /\.(js|d\.ts)$/.test(nam
  * 24 (56) write Zarr stores, fractions of every cell, records of links, and arrays in another order, 27 (57) draw pictures and compare
  * meshes, 79 (187) write HDF5, 8 (24) are findings as data. Compilers differ by some kilobytes.
  */
-const LIMITS = { wasm: 1831, gzip: 806 };
+const LIMITS = { wasm: 1990, gzip: 880 };
 /** The functions of Rust's library that word a panic and never return. */
 const PANICS = /^<?(core|alloc)\b.*\b(panicking|panic_\w+|\w+_fail(ed|_rt)?|capacity_overflow|handle_error)\b/;
 /** Every browser with WebGPU has these; without them wasm-opt refuses the code. */
