@@ -108,7 +108,7 @@ fn shares(bodies: &[Body], [low, high]: [Point; 2]) -> BTreeMap<u8, f64> {
 
 /// A face is what lies a little below it, thinner than any plate.
 fn box_of_face([mut low, mut high]: [Point; 2], face: usize) -> [Point; 2] {
-    let (axis, at) = (face / 2, if face % 2 == 0 { low[face / 2] } else { high[face / 2] });
+    let (axis, at) = (face / 2, if face.is_multiple_of(2) { low[face / 2] } else { high[face / 2] });
     (low[axis], high[axis]) = (at - 1e-5, at);
     [low, high]
 }
