@@ -47,7 +47,7 @@ pub type Waiting = Pin<Box<dyn Future<Output = ()>>>;
 pub struct HoleWork {
     /// Triangles that close the holes.
     pub triangles: u64,
-    /// Cells of the box: at worst each is looked at by itself.
+    /// Cells that are looked at one by one, at most: those of a ball of whose surface the triangles are half.
     pub cells: u64,
 }
 

@@ -53,7 +53,7 @@ impl Snapped {
         frame.ranks.put_in_order(&order, geometries);
         *closed = order.iter().map(|&from| closed[from]).collect();
         *ends = order.iter().map(|&from| ends[from]).collect();
-        *bound_sums = order.iter().map(|&from| bound_sums[from].clone()).collect();
+        *bound_sums = order.iter().map(|&from| bound_sums[from]).collect();
     }
 }
 

@@ -121,8 +121,11 @@ pub(super) async fn shifts(
     if triangles.is_empty() || cells.dims.contains(&0) {
         return Ok(Vec::new());
     }
-    let n_cells = cells.dims.map(u64::from).iter().product();
-    control.begin_holes(HoleWork::new(triangles.len() as u64, n_cells));
+    let n_cells: u64 = cells.dims.map(u64::from).iter().product();
+    let area = triangles.iter().map(|triangle| triangle.area).sum::<f64>();
+    // a ball half of whose surface is missing
+    let doubtful = 4.0 / 3.0 * PI * libm::pow(area / (2.0 * PI), 1.5) / scale.element_product();
+    control.begin_holes(HoleWork::new(triangles.len() as u64, n_cells.min(doubtful as u64)));
     let tree = Tree::new(&triangles, control).await?;
     let before = DVec3::from(BEFORE.map(f64::from)) / 32.0 * unit * scale;
     let search = Search { triangles, tree, centre: cells.centre, unit, scale, before, cancel: &control.cancel };

@@ -25,7 +25,7 @@ const TERMS: usize = (ORDER + 1) * (ORDER + 2) / 2;
 const POINTS: usize = 7;
 /// The places in 0 to 1 of the first half and the middle, and their weights (Abramowitz and Stegun, table 25.4).
 const GAUSS: [(f64, f64); 4] = [
-    (0.025_446_043_828_620_738, 0.064_742_483_084_434_85),
+    (0.025_446_043_828_620_74, 0.064_742_483_084_434_85),
     (0.129_234_407_200_302_78, 0.139_852_695_744_638_34),
     (0.297_077_424_311_301_4, 0.190_915_025_252_559_47),
     (0.5, 0.208_979_591_836_734_7),

@@ -237,7 +237,7 @@ fn it_rests_and_ends_at_any_rest() {
                 Box::pin(async {})
             })
             .on_holes(move |work| {
-                assert!(work.triangles > 250 && work.cells == 32 * 32 * 32);
+                assert!(work.triangles > 250 && (1000..=32 * 32 * 32).contains(&work.cells));
                 works.fetch_add(1, Ordering::Relaxed);
             });
         control.cancel = token;
