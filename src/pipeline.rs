@@ -250,9 +250,9 @@ pub async fn mesh_if(
     let of_empty = without_cells.iter_mut().flatten().filter_map(|of| of.finding.as_mut());
     of_empty.for_each(|finding| add_remedies(std::slice::from_mut(finding), job, &prepared.geometries));
     if has_whole {
+        findings.retain(|finding| finding.code != "shell-lost" || !is_without_cells(finding, &without_cells));
         findings.extend(without_cells.iter().flatten().filter_map(|of| of.finding.clone()));
     }
-    findings.retain(|finding| finding.code != "shell-lost" || !is_without_cells(finding, &without_cells));
     let findings = in_order_of_codes(findings);
     // spilled columns would be read back for it
     let flags_hash = (!columns.is_spilled()).then(|| flags_hash(columns)).transpose()?;

@@ -240,7 +240,10 @@ export interface ShellCheck {
   off: number;
   /** Shells without cells, then those whose volume is off, at most 20 of each kind, the largest first; of a `part` at most 1,000. */
   listed: ShellReport[];
-  /** Volume of the cells of all its shells together; null where it was not counted. */
+  /**
+   * Volume of the cells of all its shells together; null where no shell is listed and it is off by less than 5 %, and where there is nothing
+   * to compare with.
+   */
   volume: number | null;
   /** How many times as many cells along each axis, of equal ones, would give every listed shell a cell; null where that is not known. */
   cells_factor: number | null;

@@ -5,7 +5,8 @@
 //!
 //! A shell is not cast where that is not needed: where the bound of the volume says that it is off by less than 5 %; or where it is all of its
 //! geometry, whose flag and cells no other has, and the cells of the flag have its volume. In a window only shells that meet it are looked at,
-//! and those are left out that have more crossings than the window has rays: these are no thin ones.
+//! and those are left out that have far more crossings than the window has rays: these are no thin ones. Parts look at all, where that takes
+//! no longer than the part itself, so that their reports say the same.
 
 use super::prepare::Prepared;
 use crate::closed::Closed;
@@ -22,7 +23,7 @@ use crate::volume_bound::BoundSums;
 
 /// By how many times as many cells along each axis are tried for shells without cells.
 const FACTORS: [u32; 8] = [2, 3, 4, 6, 8, 12, 16, 24];
-/// Crossings that are expected of a try, at most.
+/// Crossings that are expected of a try, or of the shells of a window, at most, where its rays are fewer.
 const MOST_TRIED: f64 = 1e6;
 
 /// What the checks are made from.
@@ -60,14 +61,16 @@ impl Checked<'_> {
         let geometry = &self.prepared.geometries[index];
         let closed = self.closed[position];
         let (numbers, shells) = shells(geometry, closed.is_proper, control).await?;
-        let is_wanted: Vec<bool> = shells.iter().map(|shell| self.is_wanted(shell, geometry, position)).collect();
         let n_shells = shells.len() as u64;
-        let most = if self.job.part.is_some() { MAX_SHELLS_OF_PART } else { MAX_SHELLS };
-        if let Some(volume) = self.volume_in_mesh(index, position).filter(|_| n_shells == 1 && is_wanted[0]) {
-            if off(volume, geometry.signed_volume().abs()) <= MAX_OFF {
-                return Ok(ShellCheck::new(n_shells, Some(volume), Vec::new(), most));
+        if n_shells == 1 {
+            let volume = self.volume_in_mesh(index, position);
+            if volume.is_some_and(|volume| off(volume, geometry.signed_volume().abs()) <= MAX_OFF) {
+                return Ok(ShellCheck::new(1, None, Vec::new(), MAX_SHELLS));
             }
         }
+        let is_wanted: Vec<bool> = shells.iter().map(|shell| self.is_wanted(shell, geometry, position)).collect();
+        let (is_wanted, is_all) = self.in_reach(&shells, is_wanted);
+        let most = if self.job.part.is_some() && !is_all { MAX_SHELLS_OF_PART } else { MAX_SHELLS };
         let (lines, rule) = (&self.prepared.whole, self.job.rule);
         let separates = geometry.fill == Fill::Separating;
         let caster = Caster { geometry, frame: self.frame, lines, rule, separates };
@@ -87,9 +90,13 @@ impl Checked<'_> {
             })
         };
         let found = shells.iter().zip(&alone).enumerate().filter_map(found).collect();
+        let found: Vec<ShellReport> = found;
         let volume: Option<f64> = alone.iter().map(|alone| alone.map(|alone| alone.volume)).sum();
         let has_all = has_volume && !is_cut(geometry.bounding_box().unwrap_or_default(), lines);
-        let mut check = ShellCheck::new(n_shells, volume.filter(|_| has_all).map(f64::abs), found, most);
+        let volume = volume
+            .map(f64::abs)
+            .filter(|volume| has_all && (!found.is_empty() || off(*volume, geometry.signed_volume().abs()) > MAX_OFF));
+        let mut check = ShellCheck::new(n_shells, volume, found, most);
         self.add_help(&mut check, &caster, (&numbers, &shells), control).await?;
         Ok(check)
     }
@@ -133,18 +140,34 @@ impl Checked<'_> {
         Ok(())
     }
 
-    /// Whether the cells of a shell must be counted.
+    /// Whether the cells of a shell must be counted, in a mesh of the whole box.
     fn is_wanted(&self, shell: &Shell, geometry: &Geometry, position: usize) -> bool {
         let (lines, rule) = (&self.prepared.whole, self.job.rule);
         let is_closed = self.closed[position].by(rule) || shell.is_closed(rule);
-        // a mesh of a window has what the box has there
-        let [first, end] = self.prepared.window.unwrap_or([[0; 3], lines.dims()]);
-        let meets = (0..3).all(|axis| {
+        is_closed && self.meets(shell, [[0; 3], lines.dims()]) && !self.is_bounded(shell, geometry, position)
+    }
+
+    /// Whether the box of a shell and some cells have a place in common.
+    fn meets(&self, shell: &Shell, [first, end]: [[u32; 3]; 2]) -> bool {
+        let lines = &self.prepared.whole;
+        (0..3).all(|axis| {
             let [low, high] = shell.bounds.map(|corner| corner[axis]);
             low < lines.line(axis, end[axis]) && high > lines.line(axis, first[axis])
-        });
-        let is_small = self.prepared.window.is_none() || shell.axis(lines).1 <= self.prepared.rays.n_rays() as f64;
-        is_closed && meets && is_small && !self.is_bounded(shell, geometry, position)
+        })
+    }
+
+    /// The shells that are counted, of those that are wanted, and whether these are all: in a part, unless that would take long, so that the
+    /// reports of all parts say the same; in a window or another part those that meet it, but for those that take long.
+    fn in_reach(&self, shells: &[Shell], is_wanted: Vec<bool>) -> (Vec<bool>, bool) {
+        let Some(window) = self.prepared.window else { return (is_wanted, true) };
+        let most = MOST_TRIED.max(4.0 * self.prepared.rays.n_rays() as f64);
+        let expected = |shell: &Shell| shell.axis(&self.prepared.whole).1;
+        let of_wanted = shells.iter().zip(&is_wanted).filter(|(_, is_wanted)| **is_wanted);
+        if self.job.part.is_some() && of_wanted.map(|(shell, _)| expected(shell)).sum::<f64>() <= most {
+            return (is_wanted, true);
+        }
+        let is_near = |shell: &Shell| self.meets(shell, window) && expected(shell) <= most;
+        (shells.iter().zip(is_wanted).map(|(shell, is_wanted)| is_wanted && is_near(shell)).collect(), false)
     }
 
     /// Whether the bound of all shells of a geometry says of one that it is off by less than 5 %.

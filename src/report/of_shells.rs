@@ -27,8 +27,8 @@ pub struct ShellCheck {
     pub off: u64,
     /// Shells without cells, then those whose volume is off, at most 20 of each kind, the largest first; of a part (`--part`) at most 1,000.
     pub listed: Vec<ShellReport>,
-    /// Volume of the cells of all its shells together; null where it was not counted: a bound says that it is off by less than 5 %, or there
-    /// is nothing to compare with.
+    /// Volume of the cells of all its shells together; null where no shell is listed and it is off by less than 5 %, and where there is nothing
+    /// to compare with.
     pub volume: Option<f64>,
     /// How many times as many cells along each axis, of equal ones, would give every listed shell a cell; null where none of those that
     /// were tried does, and where no shell lacks one.
@@ -84,7 +84,10 @@ impl ShellCheck {
 
     /// Those of several parts of a box, each once.
     pub(crate) fn merged(parts: &[&ShellCheck]) -> Option<ShellCheck> {
-        let first = parts.first()?;
+        let first = *parts.first()?;
+        if parts.iter().all(|part| *part == first) {
+            return Some(first.clone());
+        }
         let mut found: Vec<ShellReport> = parts.iter().flat_map(|part| part.listed.iter().cloned()).collect();
         found.sort_by_key(|of| of.shell);
         found.dedup_by_key(|of| of.shell);

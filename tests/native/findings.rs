@@ -64,6 +64,8 @@ fn folder() -> Folder {
         ("two.stl", joined([cuboid([1.0; 3], [5.0; 3]), cuboid([2.0; 3], [7.0; 3])])),
         ("open.stl", open),
         ("odd.stl", cuboid([2.37, 0.0, 0.0], [8.0; 3])),
+        // of the second there is no cell where a cell is 1 long, and one in every second of half of that
+        ("parts.stl", joined([cuboid([1.0; 3], [3.0; 3]), cuboid([4.6, 4.0, 4.0], [4.9, 6.0, 6.0])])),
         ("near.stl", cuboid([0.0; 3], [7.9, 3.0, 3.0])),
     ];
     files.iter().for_each(|(name, facets)| std::fs::write(folder.path(name), stl(facets)).expect("a file"));
@@ -120,6 +122,7 @@ const CASES: &[(&str, &[&str], Option<u64>, &str)] = &[
         Some(1),
         "block.stl:priority=1",
     ),
+    ("shell-lost", &["room.stl", "parts.stl"], Some(1), "--dims 16,16,16"),
     ("flag-shared", &["room.stl:flag=2", "block.stl"], Some(1), "block.stl:flag=1"),
     ("shells-overlap", &["room.stl", "two.stl"], Some(1), "--rule nonzero"),
     ("surface-open-parity", &["open.stl", "--open", "parity"], Some(0), "--open winding"),
