@@ -28,7 +28,8 @@ fn a_strict_run_with_warnings_writes_its_outputs_and_fails() {
     assert_eq!(folder.names(), ["a.raw", "a.raw.json"]);
 
     // what is odd about a file is a warning, too
-    let cut = ["mesh", "tests/fixtures/ascii_missing_endsolid.stl", "--cells", "4", "--backend", "cpu", "-q"];
+    let cut =
+        ["mesh", "tests/fixtures/ascii_missing_endsolid.stl", "--cells", "4", "--backend", "cpu", "-q", "--quick"];
     assert_eq!(String::from_utf8_lossy(&hexcast(&cut).stderr), "");
     let error = fails(&[&cut[..], &["--strict"]].concat(), 8);
     assert!(error.contains("ascii_missing_endsolid.stl: line 29: the file ends without"), "{error}");
