@@ -279,8 +279,7 @@ async fn meshed(
     findings.extend(warnings::about_shared_flags(&prepared.geometries));
     let shells = shells.unwrap_or_else(|| shells_of(&frame));
     findings.extend(warnings::about_shells(&shells, &geometries, &whole_rays, cells));
-    let of_shells = |(index, of): (usize, &GeometryReport)| Some(of.shells.as_ref()?.findings(index, of, whole));
-    findings.extend(geometries.iter().enumerate().filter_map(of_shells).flatten());
+    findings.extend(geometries.iter().enumerate().flat_map(|(index, of)| of.shell_findings(index, whole)));
     findings.extend(thick_flags(&flags, &filled, &geometries));
     let mask_mesh = |mask| Mesh::new(lines.clone(), mask, vec![Named::new(1, "doubtful")], prepared.unit.clone());
     let cast = Cast { frame: frame_of_whole, rays: &whole_rays, rule: job.rule };

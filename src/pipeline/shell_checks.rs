@@ -17,7 +17,7 @@ use crate::geometry::{Fill, Geometry};
 use crate::job::Job;
 use crate::lines::Lines;
 use crate::report::{MAX_OFF, MAX_SHELLS, MAX_SHELLS_OF_PART, ShellCheck, ShellReport, is_cut, off};
-use crate::shells::alone::{Alone, Caster, Shell, shells};
+use crate::shells::alone::{Alone, Caster, Shell, numbers, shells};
 use crate::shells::numbers::Numbers;
 use crate::volume_bound::BoundSums;
 
@@ -30,7 +30,7 @@ const MOST_TRIED: f64 = 1e6;
 pub(super) struct Checked<'a> {
     pub(super) job: &'a Job,
     pub(super) prepared: &'a Prepared,
-    /// The frame of the whole box; its facets are not used.
+    /// A frame of the whole box, or of a window of it.
     pub(super) frame: &'a Frame,
     /// By position.
     pub(super) closed: &'a [Closed],
@@ -48,32 +48,35 @@ impl Checked<'_> {
     /// `cancelled`.
     pub(super) async fn all(&self, control: &Control) -> Result<Vec<Option<ShellCheck>>> {
         let mut all = vec![None; self.prepared.geometries.len()];
+        // that of a window has other centres
+        let whole = Frame::without_facets(&self.prepared.geometries, &self.prepared.whole)?;
         for (position, &index) in self.frame.ranks.geometry_at.iter().enumerate() {
             let geometry = &self.prepared.geometries[index];
             if geometry.fill != Fill::Conservative && !geometry.facets.is_empty() {
-                all[index] = Some(self.of(index, position, control).await?);
+                all[index] = Some(self.of(index, position, &whole, control).await?);
             }
         }
         Ok(all)
     }
 
-    async fn of(&self, index: usize, position: usize, control: &Control) -> Result<ShellCheck> {
+    async fn of(&self, index: usize, position: usize, whole: &Frame, control: &Control) -> Result<ShellCheck> {
         let geometry = &self.prepared.geometries[index];
         let closed = self.closed[position];
-        let (numbers, shells) = shells(geometry, closed.is_proper, control).await?;
-        let n_shells = shells.len() as u64;
-        if n_shells == 1 {
-            let volume = self.volume_in_mesh(index, position);
-            if volume.is_some_and(|volume| off(volume, geometry.signed_volume().abs()) <= MAX_OFF) {
-                return Ok(ShellCheck::new(1, None, Vec::new(), MAX_SHELLS));
-            }
+        let (lines, rule) = (&self.prepared.whole, self.job.rule);
+        let numbers = numbers(geometry, closed.is_proper, control).await?;
+        let n_shells = numbers.n_shells() as u64;
+        if n_shells == 0 || n_shells == 1 && self.is_known(index, position) {
+            return Ok(ShellCheck::new(n_shells, None, Vec::new(), MAX_SHELLS));
         }
+        let shells = shells(geometry, &numbers, closed.by(rule), control).await?;
         let is_wanted: Vec<bool> = shells.iter().map(|shell| self.is_wanted(shell, geometry, position)).collect();
         let (is_wanted, is_all) = self.in_reach(&shells, is_wanted);
         let most = if self.job.part.is_some() && !is_all { MAX_SHELLS_OF_PART } else { MAX_SHELLS };
-        let (lines, rule) = (&self.prepared.whole, self.job.rule);
         let separates = geometry.fill == Fill::Separating;
-        let caster = Caster { geometry, frame: self.frame, lines, rule, separates };
+        let snapped = self.frame.facets_at(position);
+        let has_all = self.frame.dims == whole.dims && snapped.len() == geometry.facets.len();
+        let snapped = if has_all { snapped } else { &[] };
+        let caster = Caster { geometry, frame: whole, snapped, lines, rule, separates };
         let alone = caster.cast((&numbers, &shells), &is_wanted, control).await?;
         let has_volume = closed.nonzero && !separates && !geometry.shell;
         let found = |(number, (shell, alone)): (usize, (&Shell, &Option<Alone>))| {
@@ -130,7 +133,7 @@ impl Checked<'_> {
             if expected * f64::from(factor).powi(2) > MOST_TRIED {
                 return Ok(());
             }
-            let finer = Caster { frame: &frame, lines: &fine, ..*caster };
+            let finer = Caster { frame: &frame, snapped: &[], lines: &fine, ..*caster };
             let found = finer.cast(of, &is_lost, control).await?;
             if found.iter().flatten().all(|alone| !alone.is_none()) {
                 check.cells_factor = Some(factor);
@@ -144,7 +147,9 @@ impl Checked<'_> {
     fn is_wanted(&self, shell: &Shell, geometry: &Geometry, position: usize) -> bool {
         let (lines, rule) = (&self.prepared.whole, self.job.rule);
         let is_closed = self.closed[position].by(rule) || shell.is_closed(rule);
-        is_closed && self.meets(shell, [[0; 3], lines.dims()]) && !self.is_bounded(shell, geometry, position)
+        is_closed
+            && self.meets(shell, [[0; 3], lines.dims()])
+            && !self.is_bounded((shell.bounds, shell.volume), geometry, position)
     }
 
     /// Whether the box of a shell and some cells have a place in common.
@@ -170,15 +175,24 @@ impl Checked<'_> {
         (shells.iter().zip(is_wanted).map(|(shell, is_wanted)| is_wanted && is_near(shell)).collect(), false)
     }
 
-    /// Whether the bound of all shells of a geometry says of one that it is off by less than 5 %.
-    fn is_bounded(&self, shell: &Shell, geometry: &Geometry, position: usize) -> bool {
+    /// Whether the only shell of a geometry is known to be off by less than 5 %.
+    fn is_known(&self, index: usize, position: usize) -> bool {
+        let geometry = &self.prepared.geometries[index];
+        let (bounds, volume) = (geometry.bounding_box().unwrap_or_default(), geometry.signed_volume());
+        let in_mesh = self.volume_in_mesh(index, position);
+        in_mesh.is_some_and(|found| off(found, volume.abs()) <= MAX_OFF)
+            || self.is_bounded((bounds, volume), geometry, position)
+    }
+
+    /// Whether the bound of all shells of a geometry says of one, in a box and of a volume, that it is off by less than 5 %.
+    fn is_bounded(&self, (bounds, volume): ([[f64; 3]; 2], f64), geometry: &Geometry, position: usize) -> bool {
         let Some(cell) = self.prepared.whole.cell_volume() else { return false };
         let bound = self.bound_sums[position].of_cells(self.frame.fraction_bits, cell);
-        let is_within = self.closed[position].nonzero;
+        let is_within = self.closed[position].nonzero && !is_cut(bounds, &self.prepared.whole);
         // of a casing, whose cavity has nearly the volume of the body, the difference counts; a fifth is for the snap, which moves surfaces by
         // less than a hundredth of a cell
-        let least = shell.volume.abs().min(geometry.signed_volume().abs());
-        is_within && !is_cut(shell.bounds, &self.prepared.whole) && bound <= 0.8 * MAX_OFF * least
+        let least = volume.abs().min(geometry.signed_volume().abs());
+        is_within && bound <= 0.8 * MAX_OFF * least
     }
 
     /// The volume of the cells of a geometry in the mesh, if they are those that it has alone.

@@ -9,7 +9,7 @@ use crate::geometry::{Fill, Geometry, Open, joined_names};
 use crate::lines::Lines;
 use crate::overlay::{Along, Found};
 
-use super::of_shells::{MAX_OFF, ShellCheck};
+use super::of_shells::{MAX_OFF, ShellCheck, Subject};
 
 /// One geometry.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -59,6 +59,12 @@ impl GeometryReport {
             invert: geometry.invert,
             bad_edges,
         }
+    }
+
+    /// What is to be said of its shells; it is the geometry of the report with this index.
+    pub fn shell_findings(&self, index: usize, lines: &Lines) -> Vec<Finding> {
+        let subject = Subject { index, name: &self.name, flag: self.flag, mesh_volume: self.mesh_volume.abs() };
+        self.shells.as_ref().map_or(Vec::new(), |shells| shells.findings(&subject, lines))
     }
 
     /// Adds the box around its worst edges of a kind.

@@ -5,8 +5,6 @@ use serde::{Deserialize, Serialize};
 use crate::finding::Finding;
 use crate::lines::{AXES, Lines};
 
-use super::of_geometries::GeometryReport;
-
 /// Part of a volume by which that of cells may be off without a word.
 pub const MAX_OFF: f64 = 0.05;
 /// Most shells of each kind that are listed of a geometry.
@@ -125,11 +123,20 @@ impl ShellReport {
     }
 }
 
+/// The geometry that a check is about.
+pub(super) struct Subject<'a> {
+    pub(super) index: usize,
+    pub(super) name: &'a str,
+    pub(super) flag: u8,
+    /// The volume that it encloses, without a sign.
+    pub(super) mesh_volume: f64,
+}
+
 impl ShellCheck {
-    /// What is to be said of the shells of a geometry, which is that of the report with this index.
-    pub fn findings(&self, index: usize, geometry: &GeometryReport, lines: &Lines) -> Vec<Finding> {
+    /// What is to be said of the shells of a geometry.
+    pub(super) fn findings(&self, geometry: &Subject<'_>, lines: &Lines) -> Vec<Finding> {
         let of_geometry = |finding: Finding| {
-            finding.of_geometry(index, &geometry.name).of_flag(geometry.flag).with_count("shells", self.shells)
+            finding.of_geometry(geometry.index, geometry.name).of_flag(geometry.flag).with_count("shells", self.shells)
         };
         self.lost(geometry, lines).into_iter().chain(self.volume_off(geometry, lines)).map(of_geometry).collect()
     }
@@ -143,14 +150,14 @@ impl ShellCheck {
         format!("number {}{more}", named.join(", "))
     }
 
-    fn lost(&self, geometry: &GeometryReport, lines: &Lines) -> Option<Finding> {
+    fn lost(&self, geometry: &Subject<'_>, lines: &Lines) -> Option<Finding> {
         let lost = || self.listed.iter().filter(|of| of.is_lost);
         let (axis, thickness) = lost().map(|of| of.thin_axis(lines)).min_by(|one, other| one.1.total_cmp(&other.1))?;
         let thinnest = lost().find(|of| of.thin_axis(lines) == (axis, thickness))?;
         let place = 0.5 * (thinnest.bounding_box[0][axis] + thinnest.bounding_box[1][axis]);
         let last = f64::from(lines.dims()[axis] - 1);
         let size = lines.cell_size(axis, lines.position(axis, place).clamp(0.0, last) as u32);
-        let (name, flag, n, of, along) = (&geometry.name, geometry.flag, self.without_cells, self.shells, AXES[axis]);
+        let (name, flag, n, of, along) = (geometry.name, geometry.flag, self.without_cells, self.shells, AXES[axis]);
         let (have, them) = if n == 1 { ("has", "it") } else { ("have", "them") };
         // with as many digits as files hold
         let [thick, cell] = [thickness, size].map(|length| length as f32);
@@ -172,13 +179,13 @@ impl ShellCheck {
         Some(lost().fold(found, |found, of| found.within(of.bounding_box)))
     }
 
-    fn volume_off(&self, geometry: &GeometryReport, lines: &Lines) -> Option<Finding> {
-        let surface = geometry.mesh_volume.abs();
+    fn volume_off(&self, geometry: &Subject<'_>, lines: &Lines) -> Option<Finding> {
+        let surface = geometry.mesh_volume;
         let total = self.volume.filter(|volume| off(*volume, surface) > MAX_OFF && self.without_cells < self.shells);
         if total.is_none() && self.off == 0 {
             return None;
         }
-        let (name, flag) = (&geometry.name, geometry.flag);
+        let (name, flag) = (geometry.name, geometry.flag);
         let percent = |volume: f64, surface: f64| {
             let part = 100.0 * (volume.abs() - surface.abs()) / surface.abs();
             format!("{:.1} % too {}", part.abs(), if part < 0.0 { "small" } else { "large" })

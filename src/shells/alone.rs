@@ -32,7 +32,7 @@ use crate::lines::Lines;
 use crate::parallel::*;
 use crate::rays::Rays;
 
-use super::numbers::{Numbering, Numbers, corner_hash};
+use super::numbers::{Numbering, Numbers, corner_hash, is_collapsed};
 
 /// Facets that one core takes at a time: fixed, so that the number of threads does not change the last bits of a sum.
 const CHUNK: usize = 4096;
@@ -77,7 +77,7 @@ impl Shell {
         all.into_iter().fold(all[0], |least, other| if other.1 < least.1 { other } else { least })
     }
 
-    fn add(&mut self, facet: &Facet, corners: [[f64; 3]; 3], reference: [f64; 3]) {
+    fn add(&mut self, corners: [[f64; 3]; 3], reference: [f64; 3]) {
         let [low, high] = &mut self.bounds;
         for (axis, value) in corners.iter().flat_map(|corner| corner.iter().enumerate()) {
             low[axis] = low[axis].min(*value);
@@ -88,6 +88,12 @@ impl Shell {
         let normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
         self.volume += (a[0] * normal[0] + a[1] * normal[1] + a[2] * normal[2]) / 6.0;
         self.areas = [0, 1, 2].map(|axis| self.areas[axis] + 0.5 * normal[axis].abs());
+    }
+
+    fn add_edges(&mut self, facet: &Facet) {
+        if is_collapsed(facet) {
+            return;
+        }
         let hashes = facet.map(corner_hash);
         for (from, to) in [(0, 1), (1, 2), (2, 0)] {
             let hash = hashes[from].wrapping_add(hashes[to]);
@@ -107,25 +113,39 @@ impl Shell {
     }
 }
 
-/// The shells of a geometry, and which of them each facet belongs to; `is_proper` says that no edge has more than two facets.
+/// Which shell of a geometry each facet belongs to; `is_proper` says that no edge has more than two facets.
 ///
 /// # Errors
 /// `cancelled`.
-pub(crate) async fn shells(geometry: &Geometry, is_proper: bool, control: &Control) -> Result<(Numbers, Vec<Shell>)> {
+pub(crate) async fn numbers(geometry: &Geometry, is_proper: bool, control: &Control) -> Result<Numbers> {
     let mut numbering = Numbering::new(&geometry.facets, is_proper);
     while numbering.step() {
         control.rest().await?;
     }
-    let numbers = numbering.finish();
+    Ok(numbering.finish())
+}
+
+/// The shells of a geometry; without their edges where all of it is known to be closed.
+///
+/// # Errors
+/// `cancelled`.
+pub(crate) async fn shells(
+    geometry: &Geometry,
+    numbers: &Numbers,
+    is_closed: bool,
+    control: &Control,
+) -> Result<Vec<Shell>> {
     let place = geometry.placing();
     let facets = &geometry.facets;
     let add = |shell: &mut Shell, facet: usize, number: usize| {
         // near the shell, so that little is lost where it is small and far from the origin
         let reference = place(facets[numbers.first_facets[number] as usize][0]);
-        shell.add(&facets[facet], facets[facet].map(&place), reference);
+        shell.add(facets[facet].map(&place), reference);
+        if !is_closed {
+            shell.add_edges(&facets[facet]);
+        }
     };
-    let found = per_shell(&numbers, facets.len(), control, add, Shell::join).await?;
-    Ok((numbers, found))
+    per_shell(numbers, facets.len(), control, add, Shell::join).await
 }
 
 /// Adds up what facets have for their shells.
@@ -134,15 +154,23 @@ async fn per_shell<T: Default + Send>(
     n_facets: usize,
     control: &Control,
     add: impl Fn(&mut T, usize, usize) + Sync,
-    join: impl Fn(&mut T, T),
+    join: impl Fn(&mut T, T) + Sync,
 ) -> Result<Vec<T>> {
     let mut all: Vec<T> = (0..numbers.n_shells()).map(|_| T::default()).collect();
     let of_chunk = |first: usize| {
         let mut found: BTreeMap<usize, T> = BTreeMap::new();
+        // neighbours are mostly of one shell
+        let (mut now, mut sum) = (0, T::default());
         for facet in first..n_facets.min(first + CHUNK) {
-            if let Some(shell) = numbers.of(facet) {
-                add(found.entry(shell).or_default(), facet, shell);
+            let Some(shell) = numbers.of(facet) else { continue };
+            if shell != now {
+                join(found.entry(now).or_default(), std::mem::take(&mut sum));
+                now = shell;
             }
+            add(&mut sum, facet, shell);
+        }
+        if numbers.n_shells() > 0 {
+            join(found.entry(now).or_default(), sum);
         }
         found
     };
@@ -190,6 +218,8 @@ pub(crate) struct Caster<'a> {
     pub(crate) geometry: &'a Geometry,
     /// Where the centres of the box are; its facets are not used.
     pub(crate) frame: &'a Frame,
+    /// All facets of the geometry in this frame, or none, and they are snapped.
+    pub(crate) snapped: &'a [SnappedFacet],
     pub(crate) lines: &'a Lines,
     pub(crate) rule: Rule,
     /// Whether the cells that separate the sides of the geometry are its own, too.
@@ -212,7 +242,7 @@ impl Caster<'_> {
         let snap = self.frame.snapping(self.geometry, self.lines);
         let add = |alone: &mut Alone, facet: usize, shell: usize| {
             if is_wanted[shell] {
-                let facet = snap(&self.geometry.facets[facet]);
+                let facet = self.snapped.get(facet).copied().unwrap_or_else(|| snap(&self.geometry.facets[facet]));
                 self.add(alone, &facet, &rays[axes[shell]]);
                 alone.is_crossed |= self.separates && rays.iter().any(|rays| self.is_crossed(&facet, rays));
             }

@@ -44,7 +44,7 @@ impl Numbers {
         match self.of_facet.get(facet) {
             Some(&NONE) => None,
             Some(&shell) => Some(shell as usize),
-            None => Some(0),
+            None => (self.n_shells() == 1).then_some(0),
         }
     }
 }
@@ -141,7 +141,7 @@ fn joined(facets: &[Facet], first: u32, is_proper: bool) -> Joined {
 }
 
 /// Whether two corners of a facet are equal.
-fn is_collapsed([a, b, c]: &Facet) -> bool {
+pub(super) fn is_collapsed([a, b, c]: &Facet) -> bool {
     a == b || b == c || c == a
 }
 
@@ -184,6 +184,7 @@ mod tests {
         for (facets, n) in [
             (Vec::new(), 0),
             (cuboid([0.0; 3], [1.0; 3]), 1),
+            (vec![collapsed, collapsed], 0),
             (torn(3, 2.0), 3),
             // of many chunks
             (torn(3000, 2.0), 3000),
@@ -206,5 +207,13 @@ mod tests {
             assert_eq!(numbers.of(facet), Some(((least + 0.5) / 2.0) as usize));
         }
         assert_eq!(numbers.first_facets[..3], [0, 1, 2]);
+    }
+
+    #[test]
+    fn a_facet_that_is_collapsed_belongs_to_no_shell_of_several_and_to_none_alone() {
+        let collapsed = [[0.5; 3], [0.5; 3], [1.0; 3]];
+        assert_eq!(numbers(&[collapsed], true).of(0), None);
+        let two = [vec![collapsed], cuboid([0.0; 3], [1.0; 3]), cuboid([2.0; 3], [3.0; 3])].concat();
+        assert_eq!([0, 1, 13].map(|facet| numbers(&two, true).of(facet)), [None, Some(0), Some(1)]);
     }
 }

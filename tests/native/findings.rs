@@ -215,12 +215,13 @@ fn findings_have_places_and_values_and_warnings_are_their_sentences() {
 #[test]
 fn a_file_in_another_unit_is_scaled_by_the_remedy() {
     let scene = "tests/fixtures/scene.glb";
-    let arguments = [scene, "--unit", "mm", "--cells", "16"].map(String::from);
+    let arguments = [scene, "--unit", "mm", "--cells", "16", "--quick"].map(String::from);
     let (report, _) = meshed(&arguments);
     let remedy = &only(&report, "unit-differs")["remedies"][0];
     assert_eq!(remedy["option"], "tests/fixtures/scene.glb:scale=1000.0");
     assert_eq!(remedy["patch"], json!({ "geometries": { "0": { "scale": 1000.0 } } }));
-    let scaled = ["tests/fixtures/scene.glb:scale=1000.0", "--unit", "mm", "--cells", "16"].map(String::from);
+    let scaled =
+        ["tests/fixtures/scene.glb:scale=1000.0", "--unit", "mm", "--cells", "16", "--quick"].map(String::from);
     let (report, _) = meshed(&scaled);
     assert_eq!(report["findings"], json!([]));
 }

@@ -2,7 +2,7 @@
 //! of these; and of other bodies against winding numbers at every centre in big integers.
 
 use hexcast::geometry::{Facet, Geometry};
-use hexcast::job::{Fill, GeometryJob, Job, LinesJob, Rule};
+use hexcast::job::{Fill, GeometryJob, Job, LinesJob, PartJob, Rule};
 use hexcast::lines::Lines;
 use hexcast::pipeline::Engine;
 use hexcast::report::{MeshFacts, ShellReport};
@@ -114,6 +114,8 @@ fn shell(random: &mut Random, lines: &[Vec<f64>; 3]) -> Shell {
 
 struct Sample {
     lines: [Vec<f64>; 3],
+    /// The lines of the cells whose shells are looked at.
+    near: [Vec<f64>; 3],
     job: Job,
     parts: Vec<Vec<Shell>>,
     facets: Vec<Facets>,
@@ -152,8 +154,24 @@ fn sample(seed: u64) -> Sample {
     }
     let rule = random.one_of(&[Rule::Parity, Rule::Nonzero]);
     let [x, y, z] = lines.clone();
-    let job = set!(Job { geometries, rule, lines: Some(LinesJob { x, y, z }), ..Job::default() });
-    Sample { lines, job, parts, facets, axis: random.below(3) as usize }
+    let mut job = set!(Job { geometries, rule, lines: Some(LinesJob { x, y, z }), ..Job::default() });
+    let mut near = lines.clone();
+    match random.below(5) {
+        0 => {
+            let ends = [0, 1, 2].map(|axis: usize| {
+                let n = lines[axis].len() as u64 - 1;
+                let first = random.below(n);
+                let end = first + 1 + random.below(n - first);
+                near[axis] = lines[axis][first as usize..=end as usize].to_vec();
+                [first, end].map(|line| line as u32)
+            });
+            job.window = Some([0, 1, 2, 3, 4, 5].map(|at| ends[at % 3][at / 3]));
+        }
+        // a part says of all shells what the whole says
+        1 => job.part = Some(PartJob { index: 1 + random.below(4) as u32, of: [2, 1, 2] }),
+        _ => {}
+    }
+    Sample { lines, near, job, parts, facets, axis: random.below(3) as usize }
 }
 
 /// What is listed of a geometry: number, box, number of cells and whether it has none, in the order of numbers.
@@ -167,14 +185,14 @@ fn listed(of: &[ShellReport]) -> Listed {
 
 /// Compares the checks of all shells of a sample with what is known; returns numbers of shells without cells, and of those that are off.
 fn compared(seed: u64) -> [usize; 2] {
-    let Sample { lines, job, parts, facets, axis } = sample(seed);
+    let Sample { lines, near, job, parts, facets, axis } = sample(seed);
     let (_, facts) =
         meshed(&facets, &job, axis, &mut Engine::cpu()).unwrap_or_else(|error| panic!("seed {seed}: {error}"));
     let mut n = [0; 2];
     for (index, shells) in parts.iter().enumerate() {
         let is_filled = job.geometries[index].fill == Some(Fill::Separating);
         let mut expected = Listed::new();
-        for (number, shell) in (0u64..).zip(shells).filter(|(_, shell)| shell.meets(&lines)) {
+        for (number, shell) in (0u64..).zip(shells).filter(|(_, shell)| shell.meets(&near)) {
             let known = shell.known(&lines);
             let is_lost = known.cells == 0 && !(is_filled && shell.is_crossed(&lines));
             let is_off = !is_filled && !shell.is_cut(&lines) && is_off(known.volume, known.mesh_volume);
@@ -195,7 +213,7 @@ fn compared(seed: u64) -> [usize; 2] {
         }
         let sum = |of: fn(&Known) -> f64| shells.iter().map(|shell| of(&shell.known(&lines))).sum::<f64>();
         let (volume, surface) = (sum(|known| known.volume).abs(), sum(|known| known.mesh_volume).abs());
-        let is_whole = shells.iter().all(|shell| shell.meets(&lines) && !shell.is_cut(&lines));
+        let is_whole = shells.iter().all(|shell| shell.meets(&near) && !shell.is_cut(&lines));
         let all_off = is_whole && !is_filled && is_off(volume, surface);
         if let Some(found) = check.volume {
             assert!(
@@ -218,6 +236,7 @@ fn assert_findings(facts: &MeshFacts, index: usize, expected: [bool; 2], seed: u
         of_geometry.filter(|of| of.code.starts_with(code)).count()
     };
     let has_none = of("no-cell") > 0;
+    // a window does not say that a geometry has no cell at all
     let found = [of("shell-lost") == 1, of("volume-off") == 1];
     assert_eq!(found, [expected[0] && !has_none, expected[1]], "seed {seed}, geometry {index}: {:?}", facts.warnings);
 }

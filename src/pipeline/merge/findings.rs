@@ -52,10 +52,8 @@ fn anew(of: &Counted, rays: &Rays) -> Vec<Finding> {
     let number = |key: &str| of.report[key].as_u64().unwrap_or(0);
     let of_rays = of.open.iter().filter_map(of_open).chain(about_odd_rays(number("odd_rays"), number("rays")));
     let shells = about_shells(of.shells, of.geometries, rays, of.cells);
-    let of_shells = |(index, geometry): (usize, &GeometryReport)| {
-        Some(geometry.shells.as_ref()?.findings(index, geometry, of.lines))
-    };
-    let of_shells = of.geometries.iter().enumerate().filter_map(of_shells).flatten();
+    let of_shells =
+        of.geometries.iter().enumerate().flat_map(|(index, geometry)| geometry.shell_findings(index, of.lines));
     let filled: Vec<FillReport> = serde_json::from_value(of.report["filled"].clone()).unwrap_or_default();
     let thick = thick_flags(of.flags, &filled, of.geometries);
     let found = of.certificate.iter().flat_map(|certificate| certificate.findings(of.lines));
