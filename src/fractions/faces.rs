@@ -75,11 +75,10 @@ impl FacesOfPlanes {
         let [nx, ny] = [0, 1].map(|axis| end[axis] - first[axis]);
         for z in planes {
             for face in 0..=nx {
-                for (along, flags) in self.runs[0].of_column([face, z]) {
+                for (along, flags) in self.runs[0].of_column([face, z], first[1]..first[1] + ny) {
                     if flags.len() > 1 {
-                        let rows = along.start.max(first[1])..along.end.min(first[1] + ny);
                         let beside = face.saturating_sub(1)..(face + 1).min(nx);
-                        rows.for_each(|y| self.listed.add([y - first[1], z - self.first_plane], beside.clone()));
+                        along.for_each(|y| self.listed.add([y - first[1], z - self.first_plane], beside.clone()));
                     }
                 }
             }
@@ -93,10 +92,9 @@ impl FacesOfPlanes {
         let [y, z] = [of_row[0], self.first_plane + of_row[1]];
         let along = first_x + cells.start..first_x + cells.end;
         for (axis, column) in [(1, [y, z]), (1, [y + 1, z]), (2, [y, z]), (2, [y, z + 1])] {
-            for (faces, flags) in self.runs[axis].of_column(column) {
-                let some = faces.start.max(along.start)..faces.end.min(along.end);
-                if flags != [(flag, 1.0)] && !some.is_empty() {
-                    self.listed.add(of_row, some.start - first_x..some.end - first_x);
+            for (faces, flags) in self.runs[axis].of_column(column, along.clone()) {
+                if flags != [(flag, 1.0)] {
+                    self.listed.add(of_row, faces.start - first_x..faces.end - first_x);
                 }
             }
         }
@@ -174,14 +172,21 @@ impl Runs {
         Runs { first_row: rows[0].start, n_across: columns.counts()[0], offsets, ends, flags }
     }
 
-    /// The runs of a column: their faces, and the flags of each of these.
-    fn of_column(&self, [column, row]: [u32; 2]) -> impl Iterator<Item = (Range<u32>, &[(u8, f32)])> {
+    /// The runs of a column that some faces of it are in: which of these, and their flags.
+    fn of_column(
+        &self,
+        [column, row]: [u32; 2],
+        faces: Range<u32>,
+    ) -> impl Iterator<Item = (Range<u32>, &[(u8, f32)])> {
         let column = ((row - self.first_row) * self.n_across + column) as usize;
         let runs = self.offsets[column] as usize..self.offsets[column + 1] as usize;
-        runs.clone().map(move |run| {
-            let start = if run == runs.start { 0 } else { self.ends[run - 1][0] };
+        let first = runs.start + self.ends[runs.clone()].partition_point(|[end, _]| *end <= faces.start);
+        let mut start = faces.start;
+        (first..runs.end).map_while(move |run| {
+            let of_run = start..self.ends[run][0].min(faces.end);
+            start = of_run.end;
             let first = run.checked_sub(1).map_or(0, |before| self.ends[before][1]);
-            (start..self.ends[run][0], &self.flags[first as usize..self.ends[run][1] as usize])
+            (!of_run.is_empty()).then(|| (of_run, &self.flags[first as usize..self.ends[run][1] as usize]))
         })
     }
 
