@@ -168,7 +168,7 @@ fn sample(seed: u64) -> Sample {
             job.window = Some([0, 1, 2, 3, 4, 5].map(|at| ends[at % 3][at / 3]));
         }
         // a part says of all shells what the whole says
-        1 => job.part = Some(PartJob { index: 1 + random.below(4) as u32, of: [2, 1, 2] }),
+        1 => job.part = Some(PartJob::new(1 + random.below(4) as u32, [2, 1, 2])),
         _ => {}
     }
     Sample { lines, near, job, parts, facets, axis: random.below(3) as usize }
