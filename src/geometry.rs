@@ -105,7 +105,7 @@ pub struct Geometry {
     pub flag: u8,
     /// Whether nobody chose the flag: it is the position in the job.
     pub has_default_flag: bool,
-    /// Where geometries overlap the higher priority wins; at equal priority a geometry that is closed over one that is not, else the later.
+    /// Where geometries overlap the higher priority wins; at equal priority a geometry that is closed or flat over one that is not, else the later.
     pub priority: i32,
     /// How cells are decided where the surface is not closed.
     pub open: Open,

@@ -147,7 +147,7 @@ pub enum HaloEdge {
 #[serde(default, deny_unknown_fields)]
 #[non_exhaustive]
 pub struct Job {
-    /// The geometries, in order: where two of equal priority overlap, one that is closed wins over one that is not, else the later.
+    /// The geometries, in order: where two of equal priority overlap, one that is closed or flat wins over one that is not, else the later.
     pub geometries: Vec<GeometryJob>,
     /// Two corners of the box, x0 y0 z0 x1 y1 z1; otherwise the box around all geometries.
     #[serde(deserialize_with = "numbers::list", skip_serializing_if = "Option::is_none")]

@@ -33,12 +33,13 @@ pub(crate) struct Snapped {
 }
 
 impl Snapped {
-    /// Moves what is not closed before all that is and has the same priority; shells stay, which have no cells within.
+    /// Moves what is not closed before all that is and has the same priority; shells and what is flat stay, which have no cells within.
     fn put_open_lower(&mut self, geometries: &[Geometry], rule: Rule) {
         let Snapped { frame, closed, ends, bound_sums } = self;
         let key = |position: usize| {
             let geometry = &geometries[frame.ranks.geometry_at[position]];
-            (geometry.priority, geometry.shell || closed[position].by(rule))
+            let is_flat = ends[position].is_none_or(|[low, high]| (0..3).any(|axis| low[axis] == high[axis]));
+            (geometry.priority, geometry.shell || is_flat || closed[position].by(rule))
         };
         if (0..closed.len()).is_sorted_by_key(key) {
             return;

@@ -71,7 +71,7 @@ export interface GeometryJob {
   name?: string;
   /** Property flag of its cells, 1 to 255; by default 1, 2, ... in order. */
   flag?: number;
-  /** Where geometries overlap, the higher priority wins; at equal priority a geometry that is closed wins over one that is not, else the later one. Default 0. */
+  /** Where geometries overlap, the higher priority wins; at equal priority a geometry that is closed or flat wins over one that is not, else the later one. Default 0. */
   priority?: number;
   /** How cells are decided where its surface is not closed; by default as the job says. */
   open?: Job['open'];

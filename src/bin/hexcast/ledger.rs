@@ -159,9 +159,10 @@ fn place_of(path: &Path) -> PathBuf {
     if is_elsewhere(path) {
         return path.into();
     }
-    let in_folder = || Some(folder_of(path).canonicalize().ok()?.join(path.file_name()?));
-    let absolute = || std::path::absolute(path).ok();
-    path.canonicalize().ok().or_else(in_folder).or_else(absolute).unwrap_or_else(|| path.into())
+    let absolute = std::path::absolute(path).unwrap_or_else(|_| path.into());
+    // the nearest folder that is there, and what is to be made in it
+    let from = |there: &Path| Some(there.canonicalize().ok()?.join(absolute.strip_prefix(there).ok()?));
+    absolute.ancestors().find_map(from).unwrap_or_else(|| absolute.clone())
 }
 
 /// Whether a path is that of standard input or output, or of a bucket.

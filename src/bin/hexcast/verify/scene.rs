@@ -86,7 +86,13 @@ impl Scene {
             (body.facets, body.patches) = (first..scene.facets.len(), patches);
             scene.bodies.push(body);
         }
-        scene.bodies.sort_by_key(|body| (body.priority, body.open.is_none()));
+        // an open surface loses against closed ones, unless nothing is inside it
+        let Scene { bodies, facets, .. } = &mut scene;
+        let is_flat = |body: &Body| {
+            let mut corners = facets[body.facets.clone()].as_flattened().iter();
+            corners.next().is_none_or(|first| (0..3).any(|k| corners.clone().all(|corner| corner[k] == first[k])))
+        };
+        bodies.sort_by_key(|body| (body.priority, body.open.is_none() || is_flat(body)));
         Ok(scene)
     }
 
