@@ -63,8 +63,9 @@ fn lines_from_a_file_are_those_of_every_output() {
     assert_eq!(estimate["grading"]["z"], lists()["z"]);
     let error = refused(&["convert", &mesh, &folder.path("spot.vti")]);
     assert!(error.contains("cells differ in size") && error.contains(".vtr"), "{error}");
-    let error = refused(&["verify", &mesh, SPOT, "--lines", &lines]);
-    assert!(error.contains("lines"), "{error}");
+    // the checker finds them right, and not those of another job
+    done(&["verify", &mesh, SPOT, "--lines", &lines]);
+    refused(&["verify", &mesh, SPOT, "--cells", "50"]);
 }
 
 #[test]

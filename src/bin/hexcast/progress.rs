@@ -5,7 +5,7 @@ use std::io::IsTerminal;
 use hexcast::control::HoleWork;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::terminal;
+use super::terminal;
 
 /// Seconds of a core to put a triangle of a hole into a cluster, and to look at a cell among many of them: measured, with room for slow machines.
 const OF_TRIANGLE: f64 = 1e-5;
