@@ -77,8 +77,8 @@ fn inputs(n: usize) -> Vec<(&'static str, Vec<u8>)> {
         ("OBJ of joined lines", format!("v 0 0 0\nf 1 1 1 \\\n{}\n", "1 ".repeat(n)).into_bytes()),
         ("OFF of a long polygon", off.into_bytes()),
         ("PLY of a long list", [
-            format!("ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n\
-                     element face 1\nproperty list uint uchar vertex_indices\nend_header\n").into_bytes(),
+            "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n\
+                     element face 1\nproperty list uint uchar vertex_indices\nend_header\n".as_bytes().to_vec(),
             vec![0; 12], (n as u32).to_le_bytes().to_vec(), vec![0; n]].concat()),
         ("PLY of properties", format!("ply\nformat ascii 1.0\nelement vertex 1\n{}end_header\n", "property int i\n".repeat(n / 16)).into_bytes()),
         ("3MF of triangles", built(n / 20, 1, "")),
