@@ -22,7 +22,9 @@ async function compile() {
     .split('\n')
     .filter((line) => line.startsWith('{'))
     .map((line) => JSON.parse(line));
-  return artifacts.find(({ target, executable }) => target?.name === 'hexcast' && executable).executable;
+  // and not the program of its unit tests
+  return artifacts.find(({ target, profile, executable }) => target?.kind.includes('bin') && executable && !profile.test)
+    .executable;
 }
 
 /** Path of the command for tests in JavaScript: that of `npm test`; for tests that are run by themselves it is built. */

@@ -6,6 +6,8 @@ import pickle
 import warnings
 
 import numpy as np
+from pathlib import Path
+
 import pytest
 
 import hexcast
@@ -135,6 +137,6 @@ def test_a_mesh_is_not_saved_over_its_surface(tmp_path, name):
 
 
 def test_the_default_limit_is_what_the_container_leaves():
-    available, meminfo = hexcast._hexcast.available_bytes(), open("/proc/meminfo").read()
+    available, meminfo = hexcast._hexcast.available_bytes(), Path("/proc/meminfo").read_text()
     of_system = next(1024 * int(line.split()[1]) for line in meminfo.splitlines() if line.startswith("MemAvailable:"))
     assert 0 < available < 1.2 * of_system
