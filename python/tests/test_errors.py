@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import pickle
 import warnings
-
-import numpy as np
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import hexcast
@@ -109,7 +108,9 @@ def test_a_warning_has_the_finding_and_its_remedy_helps():
     # the patch has the keys of the job
     (remedy,) = finding["remedies"]
     assert remedy["patch"]["fill"] == "separating"
-    assert hexcast.mesh({**job, "fill": remedy["patch"]["fill"]}).report["findings"] == []
+    # it is kept, and thicker than it is
+    found = hexcast.mesh({**job, "fill": remedy["patch"]["fill"]}).report["findings"]
+    assert [of["code"] for of in found] == ["volume-filled"]
 
 
 def test_flags_that_do_not_fit_are_an_error_and_the_mesh_stays():
