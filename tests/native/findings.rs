@@ -33,7 +33,7 @@ fn every_code_is_listed_once_documented_and_known_to_the_types_and_no_other_is()
 }
 
 /// A binary STL.
-fn stl(facets: &[Facet]) -> Vec<u8> {
+pub(super) fn stl(facets: &[Facet]) -> Vec<u8> {
     let mut bytes = vec![0; 80];
     bytes.extend((facets.len() as u32).to_le_bytes());
     for facet in facets {

@@ -4,18 +4,12 @@ use hexcast::geometry::Facet;
 use serde_json::Value;
 
 use super::cli::{Folder, done, hexcast};
+use super::findings::stl;
 use super::models::{cuboid, flipped, joined};
 
 /// Writes a binary STL.
 fn write_stl(path: &str, facets: &[Facet]) {
-    let mut bytes = vec![0; 80];
-    bytes.extend((facets.len() as u32).to_le_bytes());
-    for facet in facets {
-        bytes.extend([0; 12]);
-        facet.as_flattened().iter().for_each(|number| bytes.extend(number.to_le_bytes()));
-        bytes.extend([0; 2]);
-    }
-    std::fs::write(path, bytes).expect("the folder is there");
+    std::fs::write(path, stl(facets)).expect("the folder is there");
 }
 
 /// A casing of 10^3 cells of 1 mm, walls of 1 cell, in a box with 2 cells around it; with a hole of 2 x 1 cells in the wall

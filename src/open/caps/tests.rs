@@ -174,15 +174,15 @@ fn expansions_are_within_their_bound() {
         let mut random = Random(seed);
         let near_by = |random: &mut Random| DVec3::from(random.place(4).map(f64::from)) / 512.0;
         let triangles: Vec<[DVec3; 3]> = (0..9).map(|_| [0; 3].map(|_| near_by(&mut random))).collect();
-        let (centre, aside) = (near_by(&mut random), near_by(&mut random));
+        let (centre, middle) = (near_by(&mut random), near_by(&mut random));
         let point = DVec3::from(random.place(30).map(f64::from)).normalize() * 9.0;
         let step = near_by(&mut random) * 0.3;
         let mut moments = Terms::zero();
         triangles.iter().for_each(|corners| harmonics::add_triangle(&mut moments, corners.map(|c| c - centre)));
         let mut other = Terms::zero();
-        harmonics::add_moved(&mut other, &moments, centre - aside);
+        harmonics::add_moved(&mut other, &moments, centre - middle);
         let mut local = Terms::zero();
-        add_around(&mut local, &other, point - aside);
+        add_around(&mut local, &other, point - middle);
         let local = moved(&local, step);
         let area = |[a, b, c]: &[DVec3; 3]| 0.5 * (*b - *a).cross(*c - *a).length();
         let (all, reach) = (triangles.iter().map(area).sum(), |from: DVec3| {
@@ -192,7 +192,7 @@ fn expansions_are_within_their_bound() {
         let exact: f64 = triangles.iter().map(|corners| solid_angle(corners.map(|corner| corner - at))).sum();
         let by_moments = far(&moments, at - centre);
         assert!((by_moments - exact).abs() <= tail(all, reach(centre), at.distance(centre)) + 1e-15, "seed {seed}");
-        let bound = tail(all, reach(aside) + step.length(), point.distance(aside));
+        let bound = tail(all, reach(middle) + step.length(), point.distance(middle));
         let (by_local, change) = value_and_change(&local, 0.1);
         assert!((by_local - exact).abs() <= bound + 1e-15, "seed {seed}: {by_local} {exact} {bound}");
         let beside = DVec3::new(0.06, -0.06, 0.05);
