@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-COMMAND = os.environ.get("HEXCAST_COMMAND", ROOT / "target" / "debug" / "hexcast")
+COMMAND = Path(os.environ.get("HEXCAST_COMMAND", ROOT / "target" / "debug" / "hexcast"))
 SPOT = ROOT / "tests" / "fixtures" / "spot.stl"
 
 

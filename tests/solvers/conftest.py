@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-COMMAND = os.environ.get("HEXCAST_COMMAND", ROOT / "target" / "debug" / "hexcast")
+COMMAND = Path(os.environ.get("HEXCAST_COMMAND", ROOT / "target" / "debug" / "hexcast"))
 #: The Python that Debian's packages are for: dolfinx, openEMS and PyTorch.
 DEBIAN_PYTHON = "/usr/bin/python3"
 ENVIRONMENT = {**os.environ, "WM_PROJECT_DIR": "/usr/share/openfoam", "OMP_NUM_THREADS": "2"}
