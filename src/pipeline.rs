@@ -238,6 +238,7 @@ async fn meshed(
         frame: frame_of_whole,
         closed: &closed,
         bound_sums: &bound_sums,
+        columns: &columns,
         volumes: &volumes,
     };
     let checks = if job.quick { Vec::new() } else { checked.all(control).await? };

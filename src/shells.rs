@@ -21,6 +21,7 @@ use crate::frame::Frame;
 use crate::rays::Rays;
 
 pub(crate) mod alone;
+pub(crate) mod lone;
 pub(crate) mod numbers;
 
 /// Rows of rays that are looked at, at most.

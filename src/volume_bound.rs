@@ -27,7 +27,7 @@
 //!
 //! Cost: some 20 ns a facet and 5 ns a plane of cells that it meets.
 
-use crate::frame::SnappedFacet;
+use crate::frame::{SnappedFacet, nearest};
 use crate::parallel::*;
 
 /// Facets that are summed together, so that the number of threads does not change the last bits.
@@ -61,6 +61,16 @@ impl BoundSums {
         *self = parts.into_iter().fold(*self, BoundSums::plus);
     }
 
+    /// Adds a facet.
+    pub(crate) fn add_facet(&mut self, facet: &SnappedFacet, fraction_bits: u32) {
+        let [a, b, c] = facet.map(|corner| corner.map(i64::from));
+        let along_z = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+        self.doubled_area += along_z.unsigned_abs() as f64;
+        // of the prism from the facet down to the plane of the first centres
+        self.volume += i128::from(along_z) * i128::from(a[2] + b[2] + c[2]);
+        add_planes(self, facet, fraction_bits);
+    }
+
     /// The bound, as of [`volume_bound`].
     pub(crate) fn bound(&self, fraction_bits: u32, cell_volume: f64, mesh_volume: f64) -> f64 {
         let cell = f64::from(1u32 << fraction_bits);
@@ -76,7 +86,7 @@ impl BoundSums {
         half_cells * cell_volume * (1.0 + 1e-9)
     }
 
-    fn plus(self, other: BoundSums) -> BoundSums {
+    pub(crate) fn plus(self, other: BoundSums) -> BoundSums {
         BoundSums {
             n: self.n + other.n,
             length: self.length + other.length,
@@ -88,14 +98,7 @@ impl BoundSums {
 
 fn sums(facets: &[SnappedFacet], fraction_bits: u32) -> BoundSums {
     let mut sums = BoundSums::default();
-    for facet in facets {
-        let [a, b, c] = facet.map(|corner| corner.map(i64::from));
-        let along_z = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-        sums.doubled_area += along_z.unsigned_abs() as f64;
-        // of the prism from the facet down to the plane of the first centres
-        sums.volume += i128::from(along_z) * i128::from(a[2] + b[2] + c[2]);
-        add_planes(&mut sums, facet, fraction_bits);
-    }
+    facets.iter().for_each(|facet| sums.add_facet(facet, fraction_bits));
     sums
 }
 
@@ -150,21 +153,9 @@ impl Line {
     }
 }
 
-/// The nearest integer of a number below 2^30: adding 1.5 2^52 leaves it in the low bits.
-fn nearest(value: f64) -> i32 {
-    (value + 6_755_399_441_055_744.0).to_bits() as i32
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn nearest_integers_are_found_from_bits() {
-        for value in [-1e9, -2.6, -0.4, 0.0, 0.4, 1.6, 134_217_728.3] {
-            assert_eq!(f64::from(nearest(value)), libm::rint(value), "{value}");
-        }
-    }
 
     #[test]
     fn sums_of_a_box_are_those_of_its_faces() {

@@ -7,6 +7,7 @@
 
 use std::sync::Arc;
 
+use super::nearest;
 use crate::lines::Lines;
 
 /// Places in the frame of cells that differ in size.
@@ -110,7 +111,7 @@ impl Scale {
 /// The places of listed lines; None where cells are equal.
 pub(super) fn places(lines: &Lines, scale: &Scale, fraction_bits: u32) -> Option<Centres> {
     let factor = f64::from(1u32 << fraction_bits);
-    let place = |axis: usize, world: f64| libm::rint(scale.units_from_world(axis, world) * factor) as i32;
+    let place = |axis: usize, world: f64| nearest(scale.units_from_world(axis, world) * factor);
     let middle = |axis: usize, cell: u32| 0.5 * (lines.line(axis, cell) + lines.line(axis, cell + 1));
     let centres = |axis: usize| (0..lines.dims()[axis]).map(|cell| place(axis, middle(axis, cell))).collect();
     let faces = |axis: usize| (0..=lines.dims()[axis]).map(|line| place(axis, lines.line(axis, line))).collect();

@@ -37,3 +37,11 @@ fn higher_priority_then_later_wins() {
     assert_eq!(Ranks::new(&geometries).geometry_at, [1, 2, 0]);
     assert_eq!(Ranks::new(&geometries).flag_of_rank, [1, 1, 7]);
 }
+
+#[test]
+fn nearest_integers_are_found_from_bits() {
+    let halves = (-8..8).map(|half| f64::from(half) / 2.0);
+    for value in [-1e9, -2.6, -0.4, 0.0, 0.4, 1.6, 134_217_728.3, 1_073_741_823.5].into_iter().chain(halves) {
+        assert_eq!(f64::from(nearest(value)), libm::rint(value), "{value}");
+    }
+}

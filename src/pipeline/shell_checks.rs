@@ -3,13 +3,14 @@
 //! Prepared job, what the snap found, the cells of each flag -> a [`ShellCheck`] for each geometry. What a geometry has in the mesh, where others
 //! win cells of it, is not looked at here.
 //!
-//! A shell is not cast where that is not needed: where the bound of the volume says that it is off by less than 5 %; or where it is all of its
-//! geometry, whose flag and cells no other has, and the cells of the flag have its volume. In a window only shells that meet it are looked at,
-//! and those are left out that have far more crossings than the window has rays: these are no thin ones. Parts look at all, where that takes
-//! no longer than the part itself, so that their reports say the same.
+//! A shell is not cast where that is not needed: where the bound of its volume says that it is off by less than 5 %; or where no other has cells
+//! in its box, and the cells of its flag there have its volume. In a window only shells that meet it are looked at, and those are left out that
+//! have far more crossings than the window has rays: these are no thin ones. Parts look at all, where that takes no longer than the part
+//! itself, so that their reports say the same.
 
 use super::prepare::Prepared;
 use crate::closed::Closed;
+use crate::columns::Columns;
 use crate::control::Control;
 use crate::error::Result;
 use crate::frame::Frame;
@@ -18,6 +19,7 @@ use crate::job::Job;
 use crate::lines::Lines;
 use crate::report::{MAX_OFF, MAX_SHELLS, MAX_SHELLS_OF_PART, ShellCheck, ShellReport, is_cut, off};
 use crate::shells::alone::{Alone, Caster, Shell, numbers, shells};
+use crate::shells::lone::{CellBox, cells_of, stand_alone, volumes};
 use crate::shells::numbers::Numbers;
 use crate::volume_bound::BoundSums;
 
@@ -36,8 +38,30 @@ pub(super) struct Checked<'a> {
     pub(super) closed: &'a [Closed],
     /// By position.
     pub(super) bound_sums: &'a [BoundSums],
+    pub(super) columns: &'a Columns,
     /// Volume of the cells of each flag.
     pub(super) volumes: &'a [f64; 256],
+}
+
+/// Shells of a geometry that are to be cast.
+struct Wanted {
+    /// By shell.
+    is_wanted: Vec<bool>,
+    /// By how much the volume of the cells of those that are not can differ from theirs, together.
+    off_by: f64,
+}
+
+impl Wanted {
+    /// Drops shells whose volume is known to be off by so much at most, where that is little.
+    fn drop_known(&mut self, shells: &[Shell], off_by: &[Option<f64>]) {
+        for (shell, of) in shells.iter().enumerate() {
+            // a fifth of 5 % is for the snap, which moves surfaces by less than a hundredth of a cell
+            if let Some(off_by) = off_by[shell].filter(|off_by| *off_by <= 0.8 * MAX_OFF * of.volume.abs()) {
+                self.is_wanted[shell] = false;
+                self.off_by += off_by;
+            }
+        }
+    }
 }
 
 impl Checked<'_> {
@@ -60,16 +84,33 @@ impl Checked<'_> {
     }
 
     async fn of(&self, index: usize, position: usize, whole: &Frame, control: &Control) -> Result<ShellCheck> {
+        let is_proper = self.closed[position].is_proper;
+        let check = self.of_shells(index, (position, is_proper), whole, control).await?;
+        // the snap may make an edge proper whose facets it leaves without an area
+        let is_sure = check.listed.is_empty() && check.volume.is_none() || !is_proper;
+        if is_sure { Ok(check) } else { self.of_shells(index, (position, false), whole, control).await }
+    }
+
+    /// The check with shells that are numbered as if no edge had more than two facets, or without that.
+    async fn of_shells(
+        &self,
+        index: usize,
+        (position, is_proper): (usize, bool),
+        whole: &Frame,
+        control: &Control,
+    ) -> Result<ShellCheck> {
         let geometry = &self.prepared.geometries[index];
         let closed = self.closed[position];
         let (lines, rule) = (&self.prepared.whole, self.job.rule);
-        let numbers = numbers(geometry, closed.is_proper, control).await?;
+        let numbers = numbers(geometry, is_proper, control).await?;
         let n_shells = numbers.n_shells() as u64;
         if n_shells == 0 || n_shells == 1 && self.is_known(index, position) {
             return Ok(ShellCheck::new(n_shells, None, Vec::new(), MAX_SHELLS));
         }
         let shells = shells(geometry, &numbers, closed.by(rule), control).await?;
-        let is_wanted: Vec<bool> = shells.iter().map(|shell| self.is_wanted(shell, geometry, position)).collect();
+        let is_wanted =
+            |shell: &Shell| (closed.by(rule) || shell.is_closed(rule)) && self.meets(shell, [[0; 3], lines.dims()]);
+        let is_wanted: Vec<bool> = shells.iter().map(is_wanted).collect();
         let (is_wanted, is_all) = self.in_reach(&shells, is_wanted);
         let most = if self.job.part.is_some() && !is_all { MAX_SHELLS_OF_PART } else { MAX_SHELLS };
         let separates = geometry.fill == Fill::Separating;
@@ -77,6 +118,10 @@ impl Checked<'_> {
         let has_all = self.frame.dims == whole.dims && snapped.len() == geometry.facets.len();
         let snapped = if has_all { snapped } else { &[] };
         let caster = Caster { geometry, frame: whole, snapped, lines, rule, separates };
+        let is_wanted = self.unknown((&caster, position), (&numbers, &shells), is_wanted, control).await?;
+        if !is_wanted.contains(&true) {
+            return Ok(ShellCheck::new(n_shells, None, Vec::new(), most));
+        }
         let alone = caster.cast((&numbers, &shells), &is_wanted, control).await?;
         let has_volume = closed.nonzero && !separates && !geometry.shell;
         let found = |(number, (shell, alone)): (usize, (&Shell, &Option<Alone>))| {
@@ -143,13 +188,59 @@ impl Checked<'_> {
         Ok(())
     }
 
-    /// Whether the cells of a shell must be counted, in a mesh of the whole box.
-    fn is_wanted(&self, shell: &Shell, geometry: &Geometry, position: usize) -> bool {
-        let (lines, rule) = (&self.prepared.whole, self.job.rule);
-        let is_closed = self.closed[position].by(rule) || shell.is_closed(rule);
-        is_closed
-            && self.meets(shell, [[0; 3], lines.dims()])
-            && !self.is_bounded((shell.bounds, shell.volume), geometry, position)
+    /// The shells whose cells must be counted, of those that are wanted: neither a bound nor the mesh says that they are near enough.
+    async fn unknown(
+        &self,
+        (caster, position): (&Caster<'_>, usize),
+        (numbers, shells): (&Numbers, &[Shell]),
+        is_wanted: Vec<bool>,
+        control: &Control,
+    ) -> Result<Vec<bool>> {
+        if !self.closed[position].nonzero {
+            return Ok(is_wanted);
+        }
+        let lines = &self.prepared.whole;
+        let is_near = |bound: f64, shell: &Shell| bound <= 0.8 * MAX_OFF * shell.volume.abs();
+        let may_be_bounded = |(shell, is_wanted): (&Shell, &bool)| {
+            *is_wanted
+                && !is_cut(shell.bounds, lines)
+                && shell.expected_bound(lines).is_some_and(|bound| is_near(bound, shell))
+        };
+        let mut wanted = Wanted { is_wanted: is_wanted.clone(), off_by: 0.0 };
+        let asked: Vec<bool> = shells.iter().zip(&wanted.is_wanted).map(may_be_bounded).collect();
+        if asked.contains(&true) {
+            wanted.drop_known(shells, &caster.bounds(numbers, &asked, control).await?);
+        }
+        let in_mesh = self.off_in_mesh((caster.geometry, position), shells, &wanted.is_wanted)?;
+        wanted.drop_known(shells, &in_mesh);
+        // of a casing, whose cavity has nearly the volume of the body, the difference counts
+        let is_sure = wanted.off_by <= 0.8 * MAX_OFF * caster.geometry.signed_volume().abs();
+        Ok(if is_sure { wanted.is_wanted } else { is_wanted })
+    }
+
+    /// By how much the volume of the cells of shells differs from their own, for those that are wanted and whose cells the mesh has for themselves.
+    fn off_in_mesh(
+        &self,
+        (geometry, position): (&Geometry, usize),
+        shells: &[Shell],
+        is_wanted: &[bool],
+    ) -> Result<Vec<Option<f64>>> {
+        let mut off_by = vec![None; shells.len()];
+        if !is_wanted.contains(&true) || !self.has_own_cells(geometry, position) || self.columns.is_spilled() {
+            return Ok(off_by);
+        }
+        let lines = &self.prepared.whole;
+        let boxes: Vec<CellBox> = shells.iter().map(|shell| cells_of(shell.bounds, lines)).collect();
+        let is_alone = stand_alone(&boxes);
+        let is_known =
+            |shell: usize| is_wanted[shell] && is_alone[shell] && self.is_uncovered(shells[shell].bounds, position);
+        let known: Vec<usize> = (0..shells.len()).filter(|&shell| is_known(shell)).collect();
+        let boxes: Vec<CellBox> = known.iter().map(|&shell| boxes[shell].clone()).collect();
+        let found = volumes(self.columns, geometry.flag, &boxes, lines)?;
+        for (shell, found) in known.into_iter().zip(found) {
+            off_by[shell] = Some((found - shells[shell].volume.abs()).abs());
+        }
+        Ok(off_by)
     }
 
     /// Whether the box of a shell and some cells have a place in common.
@@ -178,43 +269,42 @@ impl Checked<'_> {
     /// Whether the only shell of a geometry is known to be off by less than 5 %.
     fn is_known(&self, index: usize, position: usize) -> bool {
         let geometry = &self.prepared.geometries[index];
-        let (bounds, volume) = (geometry.bounding_box().unwrap_or_default(), geometry.signed_volume());
-        let in_mesh = self.volume_in_mesh(index, position);
-        in_mesh.is_some_and(|found| off(found, volume.abs()) <= MAX_OFF)
-            || self.is_bounded((bounds, volume), geometry, position)
+        let (bounds, volume) = (geometry.bounding_box().unwrap_or_default(), geometry.signed_volume().abs());
+        let has_own = || self.has_own_cells(geometry, position) && self.is_uncovered(bounds, position);
+        let is_bounded = || {
+            let is_within = self.closed[position].nonzero && !is_cut(bounds, &self.prepared.whole);
+            let cell = self.prepared.whole.cell_volume().filter(|_| is_within);
+            let bound = cell.map(|cell| self.bound_sums[position].of_cells(self.frame.fraction_bits, cell));
+            bound.is_some_and(|bound| bound <= 0.8 * MAX_OFF * volume)
+        };
+        has_own() && off(self.volumes[usize::from(geometry.flag)], volume) <= MAX_OFF || is_bounded()
     }
 
-    /// Whether the bound of all shells of a geometry says of one, in a box and of a volume, that it is off by less than 5 %.
-    fn is_bounded(&self, (bounds, volume): ([[f64; 3]; 2], f64), geometry: &Geometry, position: usize) -> bool {
-        let Some(cell) = self.prepared.whole.cell_volume() else { return false };
-        let bound = self.bound_sums[position].of_cells(self.frame.fraction_bits, cell);
-        let is_within = self.closed[position].nonzero && !is_cut(bounds, &self.prepared.whole);
-        // of a casing, whose cavity has nearly the volume of the body, the difference counts; a fifth is for the snap, which moves surfaces by
-        // less than a hundredth of a cell
-        let least = volume.abs().min(geometry.signed_volume().abs());
-        is_within && bound <= 0.8 * MAX_OFF * least
+    /// Whether the cells of the flag of a geometry are those that its surface encloses, but for those that others win.
+    fn has_own_cells(&self, geometry: &Geometry, position: usize) -> bool {
+        let geometries = &self.prepared.geometries;
+        let has_flag = geometries.iter().filter(|other| other.flag == geometry.flag).count() == 1;
+        is_plain(geometry)
+            && has_flag
+            && self.closed[position].nonzero
+            && self.prepared.window.is_none()
+            && self.job.close_gaps.is_none()
     }
 
-    /// The volume of the cells of a geometry in the mesh, if they are those that it has alone.
-    fn volume_in_mesh(&self, index: usize, position: usize) -> Option<f64> {
+    /// Whether a part of a geometry lies in the box, and no geometry that wins over it has cells there.
+    fn is_uncovered(&self, bounds: [[f64; 3]; 2], position: usize) -> bool {
         let (geometries, geometry_at) = (&self.prepared.geometries, &self.frame.ranks.geometry_at);
-        let geometry = &geometries[index];
-        let is_plain = |geometry: &Geometry| geometry.fill == Fill::Centre && !geometry.shell && !geometry.invert;
-        let bounds = geometry.bounding_box()?;
         let meets = |other: &Geometry| {
             let [low, high] = other.bounding_box().unwrap_or_default();
             (0..3).all(|axis| low[axis] <= bounds[1][axis] && bounds[0][axis] <= high[axis])
         };
-        let higher =
-            geometry_at[position + 1..].iter().enumerate().map(|(above, &index)| (position + 1 + above, index));
-        let mut higher = higher.map(|(position, index)| (self.closed[position].by(self.job.rule), &geometries[index]));
-        let is_alone = higher.all(|(is_closed, other)| is_closed && is_plain(other) && !meets(other));
-        let has_flag = geometries.iter().filter(|other| other.flag == geometry.flag).count() == 1;
-        let is_own = is_plain(geometry)
-            && self.closed[position].nonzero
-            && !is_cut(bounds, &self.prepared.whole)
-            && self.prepared.window.is_none()
-            && self.job.close_gaps.is_none();
-        (is_own && is_alone && has_flag).then(|| self.volumes[usize::from(geometry.flag)])
+        let mut higher = (position + 1..geometry_at.len()).map(|above| (above, &geometries[geometry_at[above]]));
+        !is_cut(bounds, &self.prepared.whole)
+            && higher.all(|(above, other)| self.closed[above].by(self.job.rule) && is_plain(other) && !meets(other))
     }
+}
+
+/// Whether a geometry has the cells whose centres its surface encloses.
+fn is_plain(geometry: &Geometry) -> bool {
+    geometry.fill == Fill::Centre && !geometry.shell && !geometry.invert
 }

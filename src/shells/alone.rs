@@ -31,6 +31,7 @@ use crate::job::Rule;
 use crate::lines::Lines;
 use crate::parallel::*;
 use crate::rays::Rays;
+use crate::volume_bound::BoundSums;
 
 use super::numbers::{Numbering, Numbers, corner_hash, is_collapsed};
 
@@ -77,11 +78,19 @@ impl Shell {
         all.into_iter().fold(all[0], |least, other| if other.1 < least.1 { other } else { least })
     }
 
+    /// About the largest difference between its volume and that of its cells, which [`Caster::bounds`] has exactly: that of a smooth surface.
+    pub(crate) fn expected_bound(&self, lines: &Lines) -> Option<f64> {
+        let [x, y, z] = lines.spacing()?;
+        Some(0.5 * (self.areas[0] * x + self.areas[1] * y + self.areas[2] * z))
+    }
+
+    #[inline(always)]
     fn add(&mut self, corners: [[f64; 3]; 3], reference: [f64; 3]) {
         let [low, high] = &mut self.bounds;
-        for (axis, value) in corners.iter().flat_map(|corner| corner.iter().enumerate()) {
-            low[axis] = low[axis].min(*value);
-            high[axis] = high[axis].max(*value);
+        for axis in 0..3 {
+            let [a, b, c] = corners.map(|corner| corner[axis]);
+            low[axis] = low[axis].min(a.min(b).min(c));
+            high[axis] = high[axis].max(a.max(b).max(c));
         }
         let [a, b, c] = corners.map(|corner| [0, 1, 2].map(|axis: usize| corner[axis] - reference[axis]));
         let [u, v] = [b, c].map(|to| [0, 1, 2].map(|axis: usize| to[axis] - a[axis]));
@@ -239,10 +248,10 @@ impl Caster<'_> {
     ) -> Result<Vec<Option<Alone>>> {
         let rays = [0, 1, 2].map(|axis| Rays::new(axis, self.lines.dims()));
         let axes: Vec<usize> = shells.iter().map(|shell| shell.axis(self.lines).0).collect();
-        let snap = self.frame.snapping(self.geometry, self.lines);
+        let facet_at = self.facet_at();
         let add = |alone: &mut Alone, facet: usize, shell: usize| {
             if is_wanted[shell] {
-                let facet = self.snapped.get(facet).copied().unwrap_or_else(|| snap(&self.geometry.facets[facet]));
+                let facet = facet_at(facet);
                 self.add(alone, &facet, &rays[axes[shell]]);
                 alone.is_crossed |= self.separates && rays.iter().any(|rays| self.is_crossed(&facet, rays));
             }
@@ -256,6 +265,36 @@ impl Caster<'_> {
             ..alone
         };
         Ok(found.into_iter().zip(is_wanted).map(|(alone, is_wanted)| is_wanted.then_some(exact(alone))).collect())
+    }
+
+    /// By how much the volume of the cells of shells can differ from their own, for those that are wanted; nothing where cells differ in size.
+    ///
+    /// # Errors
+    /// `cancelled`.
+    pub(crate) async fn bounds(
+        &self,
+        numbers: &Numbers,
+        is_wanted: &[bool],
+        control: &Control,
+    ) -> Result<Vec<Option<f64>>> {
+        let Some(cell) = self.lines.cell_volume() else { return Ok(vec![None; is_wanted.len()]) };
+        let bits = self.frame.fraction_bits;
+        let facet_at = self.facet_at();
+        let add = |sums: &mut BoundSums, facet: usize, shell: usize| {
+            if is_wanted[shell] {
+                sums.add_facet(&facet_at(facet), bits);
+            }
+        };
+        let join = |sums: &mut BoundSums, other: BoundSums| *sums = sums.plus(other);
+        let found = per_shell(numbers, self.geometry.facets.len(), control, add, join).await?;
+        let bound = |sums: BoundSums| sums.of_cells(bits, cell);
+        Ok(found.into_iter().zip(is_wanted).map(|(sums, is_wanted)| is_wanted.then(|| bound(sums))).collect())
+    }
+
+    /// Returns the function that gives a facet, snapped.
+    fn facet_at(&self) -> impl Fn(usize) -> SnappedFacet + Sync {
+        let snap = self.frame.snapping(self.geometry, self.lines);
+        move |facet| self.snapped.get(facet).copied().unwrap_or_else(|| snap(&self.geometry.facets[facet]))
     }
 
     fn add(&self, alone: &mut Alone, facet: &SnappedFacet, rays: &Rays) {

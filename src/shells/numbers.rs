@@ -5,10 +5,11 @@
 //!
 //! # Theory
 //! Facets that share an edge stand near one another in nearly all files. So each chunk of facets is joined by itself, in a table that the cache
-//! of a core holds; then the edges that a chunk has used once are sorted, and join facets of several chunks. Where an edge may have more than two
-//! facets, the chunks hand on all edges. An edge is known by a hash of 64 bits; two of 10^7 edges have the same by accident in one of 10^5 files.
+//! of a core holds; the edges that a chunk has used once are handed on, and join facets of several chunks, by tables of the same kind that have
+//! those edges each whose hashes begin alike. Where an edge may have more than two facets, the chunks hand on all edges. An edge is known by a
+//! hash of 64 bits, of which 62 are looked at; two of 10^7 edges have the same by accident in one of 10^5 files.
 //!
-//! Cost: some 20 ns a facet on one core; 4 bytes a facet, and for a moment 16 bytes for each edge that is handed on.
+//! Cost: some 20 ns a facet on one core; 4 bytes a facet, and for a moment 32 bytes for each edge that is handed on.
 
 use crate::edges::{Groups, mixed};
 use crate::geometry::Facet;
@@ -16,10 +17,10 @@ use crate::parallel::*;
 
 /// Facets that are joined by themselves.
 const CHUNK: usize = 1 << 13;
-/// Places of their table: at most three quarters are taken.
-const N_PLACES: usize = 4 * CHUNK;
+/// Facets that a core takes at a time.
+const FACETS_OF_TASK: usize = 8 * CHUNK;
 /// Facets of a step: some tens of milliseconds.
-const FACETS_AT_ONCE: usize = 64 * CHUNK;
+const FACETS_AT_ONCE: usize = 16 * FACETS_OF_TASK;
 
 /// The number of a facet that belongs to no shell.
 const NONE: u32 = u32::MAX;
@@ -49,6 +50,9 @@ impl Numbers {
     }
 }
 
+/// An edge by its hash, and a facet that has it.
+type Edge = (u64, u32);
+
 /// Numbers the shells in steps.
 pub(crate) struct Numbering<'a> {
     facets: &'a [Facet],
@@ -56,12 +60,9 @@ pub(crate) struct Numbering<'a> {
     is_proper: bool,
     /// A facet of the same chunk for each facet.
     roots: Vec<u32>,
-    /// Edges that are handed on, each with a facet.
-    edges: Vec<(u64, u32)>,
+    /// Edges that are handed on.
+    edges: Vec<Edge>,
 }
-
-/// What became of a chunk.
-type Joined = (Vec<u32>, Vec<(u64, u32)>);
 
 impl<'a> Numbering<'a> {
     /// Starts; `is_proper` says that no edge has more than two facets.
@@ -74,8 +75,8 @@ impl<'a> Numbering<'a> {
         let first = self.roots.len();
         let some = &self.facets[first..self.facets.len().min(first + FACETS_AT_ONCE)];
         let joined =
-            |(chunk, facets): (usize, &[Facet])| joined(facets, (first + chunk * CHUNK) as u32, self.is_proper);
-        let joined: Vec<Joined> = some.par_chunks(CHUNK).enumerate().map(joined).collect();
+            |(task, facets): (usize, &[Facet])| joined(facets, (first + task * FACETS_OF_TASK) as u32, self.is_proper);
+        let joined: Vec<(Vec<u32>, Vec<Edge>)> = some.par_chunks(FACETS_OF_TASK).enumerate().map(joined).collect();
         for (roots, edges) in joined {
             self.roots.extend(roots);
             self.edges.extend(edges);
@@ -86,10 +87,9 @@ impl<'a> Numbering<'a> {
     /// The numbers, once all is done.
     pub(crate) fn finish(mut self) -> Numbers {
         let mut groups = Groups::of_roots(self.roots);
-        self.edges.par_sort_unstable();
-        for two in self.edges.windows(2).filter(|two| two[0].0 == two[1].0) {
-            groups.join(two[0].1, two[1].1);
-        }
+        let portions = portions(std::mem::take(&mut self.edges));
+        let pairs: Vec<Vec<[u32; 2]>> = portions.par_iter().map(|portion| pairs(portion)).collect();
+        pairs.into_iter().flatten().for_each(|[one, other]| groups.join(one, other));
         let mut of_facet = vec![NONE; self.facets.len()];
         let mut first_facets = Vec::new();
         for (facet, _) in (0u32..).zip(self.facets).filter(|(_, corners)| !is_collapsed(corners)) {
@@ -109,35 +109,104 @@ impl<'a> Numbering<'a> {
     }
 }
 
-/// Joins the facets of a chunk whose first has the index `first`: an index for each, the same for those of one group; and the edges that
-/// facets of other chunks may have.
-fn joined(facets: &[Facet], first: u32, is_proper: bool) -> Joined {
-    let mut groups = Groups::new(facets.len());
-    let mut hashes = vec![0; N_PLACES];
-    // the facet of each hash, and whether two have it
-    let mut owners = vec![0u32; N_PLACES];
-    for (facet, corners) in (0u32..).zip(facets).filter(|(_, corners)| !is_collapsed(corners)) {
-        let [a, b, c] = corners.map(corner_hash);
-        for hash in [a.wrapping_add(b), b.wrapping_add(c), c.wrapping_add(a)] {
-            // 0 is a free place
-            let hash = hash.max(1);
-            let mut place = (hash >> 32) as usize & (N_PLACES - 1);
-            while hashes[place] != 0 && hashes[place] != hash {
-                place = (place + 1) & (N_PLACES - 1);
+/// Edges by their hashes, each with the index of the item that came first with it.
+struct Table {
+    /// The first bits of a hash, the item, and whether another had it, too; 0 where it is free.
+    entries: Vec<u64>,
+    /// Bits of an entry that are not of the hash.
+    n_low: u32,
+}
+
+impl Table {
+    /// For so many items; less than 2^31.
+    fn new(n_items: usize) -> Table {
+        let log = (n_items + n_items / 4 + 4).next_power_of_two().trailing_zeros();
+        Table { entries: vec![0; 1 << log], n_low: log + 1 }
+    }
+
+    fn clear(&mut self) {
+        self.entries.fill(0);
+    }
+
+    /// The item that had the hash of an item first; none if it is this one.
+    #[inline(always)]
+    fn first(&mut self, hash: u64, item: usize) -> Option<usize> {
+        let mask = self.entries.len() - 1;
+        // the last bits say where, the first are compared; no entry is 0
+        let tag = (hash | 1 << 63) >> self.n_low;
+        let mut place = hash as usize & mask;
+        loop {
+            let entry = self.entries[place];
+            if entry >> self.n_low == tag {
+                self.entries[place] |= 1;
+                return Some((entry & ((1 << self.n_low) - 1)) as usize >> 1);
             }
-            if hashes[place] == 0 {
-                (hashes[place], owners[place]) = (hash, facet << 1);
-            } else {
-                groups.join(owners[place] >> 1, facet);
-                owners[place] |= 1;
+            if entry == 0 {
+                self.entries[place] = tag << self.n_low | (item as u64) << 1;
+                return None;
             }
+            place = (place + 1) & mask;
         }
     }
-    let is_open = |(hash, owner): &(&u64, &u32)| **hash != 0 && (!is_proper || **owner & 1 == 0);
-    let open = hashes.iter().zip(&owners).filter(is_open);
-    let edges = open.map(|(&hash, &owner)| (hash, first + (owner >> 1))).collect();
-    let roots = (0..facets.len() as u32).map(|facet| first + groups.root(facet)).collect();
-    (roots, edges)
+
+    /// The items that were first; but for those whose hash others had, if these are not asked for.
+    fn items(&self, with_pairs: bool) -> impl Iterator<Item = usize> {
+        let is_asked = move |entry: &u64| *entry != 0 && (with_pairs || entry & 1 == 0);
+        let low = (1u64 << self.n_low) - 1;
+        self.entries.iter().copied().filter(is_asked).map(move |entry| (entry & low) as usize >> 1)
+    }
+}
+
+/// Joins the facets of some chunks, the first of which has the index `first`: an index for each, the same for those of one group; and the edges
+/// that facets of other chunks may have.
+fn joined(facets: &[Facet], first: u32, is_proper: bool) -> (Vec<u32>, Vec<Edge>) {
+    let (mut roots, mut handed_on) = (Vec::with_capacity(facets.len()), Vec::new());
+    let n_most = CHUNK.min(facets.len());
+    let mut table = Table::new(3 * n_most);
+    let mut hashes = Vec::with_capacity(3 * n_most);
+    for chunk in facets.chunks(CHUNK) {
+        let first = first + roots.len() as u32;
+        let mut groups = Groups::new(chunk.len());
+        table.clear();
+        hashes.clear();
+        for (facet, corners) in (0u32..).zip(chunk) {
+            let [a, b, c] = corners.map(corner_hash);
+            hashes.extend([a.wrapping_add(b), b.wrapping_add(c), c.wrapping_add(a)]);
+            if is_collapsed(corners) {
+                continue;
+            }
+            for item in 3 * facet as usize..hashes.len() {
+                if let Some(other) = table.first(hashes[item], item) {
+                    groups.join((other / 3) as u32, facet);
+                }
+            }
+        }
+        handed_on.extend(table.items(!is_proper).map(|item| (hashes[item], first + item as u32 / 3)));
+        roots.extend((0..chunk.len() as u32).map(|facet| first + groups.root(facet)));
+    }
+    (roots, handed_on)
+}
+
+/// Edges of a portion, about.
+const PORTION: usize = 1 << 12;
+
+/// Edges in portions by the first bits of their hashes.
+fn portions(edges: Vec<Edge>) -> Vec<Vec<Edge>> {
+    let log = (edges.len() / PORTION).next_power_of_two().trailing_zeros();
+    if log == 0 {
+        return vec![edges];
+    }
+    let mut portions = vec![Vec::with_capacity((edges.len() >> log) + PORTION / 8); 1 << log];
+    // those that the tables do not look at
+    edges.into_iter().for_each(|edge| portions[(edge.0 << 1 >> (64 - log)) as usize].push(edge));
+    portions
+}
+
+/// Two facets of each edge that several of a portion have: each but the first with the first.
+fn pairs(portion: &[Edge]) -> Vec<[u32; 2]> {
+    let mut table = Table::new(portion.len());
+    let of = |(item, &(hash, facet)): (usize, &Edge)| table.first(hash, item).map(|other| [portion[other].1, facet]);
+    portion.iter().enumerate().filter_map(of).collect()
 }
 
 /// Whether two corners of a facet are equal.
@@ -146,9 +215,12 @@ pub(super) fn is_collapsed([a, b, c]: &Facet) -> bool {
 }
 
 /// A hash of a corner, the same for -0 and +0. The sum of two is that of their edge.
+#[inline(always)]
 pub(super) fn corner_hash(corner: [f32; 3]) -> u64 {
     let [x, y, z] = corner.map(|c| u64::from((c + 0.0).to_bits()));
-    mixed(mixed(x << 32 | y) ^ z)
+    // odd numbers without a pattern: two corners have the same sum by accident alone
+    let sum = x.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(y.wrapping_mul(0xc2b2_ae3d_27d4_eb4f));
+    mixed(sum.wrapping_add(z.wrapping_mul(0x1656_67b1_9e37_79f9)))
 }
 
 #[cfg(test)]
