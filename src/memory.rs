@@ -62,6 +62,16 @@ impl Memory {
         Ok(held)
     }
 
+    /// Takes room for what is held already, of which the system need not be asked.
+    ///
+    /// # Errors
+    /// `memory` where that is more than is left.
+    pub fn take_held(&self, n_bytes: u64, what: &str) -> Result<Held> {
+        let mut held = Held::of(self);
+        held.grow_beside(n_bytes, 0, what)?;
+        Ok(held)
+    }
+
     /// Refuses what is more than is left, and takes nothing.
     ///
     /// # Errors
@@ -89,9 +99,14 @@ impl Held {
     /// # Errors
     /// `memory` where that is more than is left.
     pub fn grow(&mut self, n_bytes: u64, what: &str) -> Result<()> {
-        let Shared { max, held, resident } = &*self.memory.0;
+        let Shared { max, resident, .. } = &*self.memory.0;
         let asks = n_bytes >= ASKED_BYTES && *max < u64::MAX;
-        let resident = if asks { resident().unwrap_or(0) } else { 0 };
+        self.grow_beside(n_bytes, if asks { resident().unwrap_or(0) } else { 0 }, what)
+    }
+
+    /// The same where the process holds so much.
+    fn grow_beside(&mut self, n_bytes: u64, resident: u64, what: &str) -> Result<()> {
+        let Shared { max, held, .. } = &*self.memory.0;
         let mut before = held.load(Relaxed);
         loop {
             let after = before.saturating_add(n_bytes);
@@ -258,6 +273,7 @@ mod tests {
         let memory = Memory::measured(10_000_000, 1_000_000, || Some(8_000_000));
         let said = memory.check(3_000_000, "edges").unwrap_err().to_string();
         assert!(said.starts_with("edges take 3.00 MB of memory; 8.00 MB are held already"), "{said}");
+        memory.take_held(5_000_000, "facets").unwrap();
         let mut held = memory.take(2_000_000, "edges").unwrap();
         held.grow(6_000_000, "edges").unwrap_err();
         // a little is counted, and the system is not asked

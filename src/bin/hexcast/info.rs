@@ -154,7 +154,7 @@ fn facts(mut source: Source, max_bytes: u64) -> Result<Facts> {
     let names = solids.iter().map(|solid| (solid.name.clone(), solid.facets.len())).collect();
     let facets = SharedFacets::join(&solids.into_iter().map(|solid| solid.facets).collect::<Vec<_>>());
     let limit = memory::limit(max_bytes);
-    limit.take(size_of_val(&facets[..]) as u64, "the facets as they were read")?.keep();
+    limit.take_held(size_of_val(&facets[..]) as u64, "the facets as they were read")?.keep();
     let surface = surface_within(&facets, &limit).map_err(|error| error.at(&source.file))?;
     let geometry = Geometry::new(source.file.clone(), 1, facets)?;
     let (bounding_box, signed_volume) = (geometry.bounding_box(), geometry.signed_volume());
