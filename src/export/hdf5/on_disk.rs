@@ -1,7 +1,5 @@
 //! HDF5 to a path, chunk by chunk. A chunk is compressed when it is whole, so whole chunks are written.
 
-use std::path::PathBuf;
-
 pub(crate) use rust_hdf5::H5Type as Item;
 use rust_hdf5::{FileLocking, H5Dataset, H5File};
 
@@ -14,7 +12,6 @@ use crate::write::Compress;
 pub(crate) struct File {
     /// None once it is closed.
     file: Option<H5File>,
-    path: PathBuf,
 }
 
 impl File {
@@ -22,8 +19,7 @@ impl File {
     pub(crate) fn create(files: &mut dyn Files, name: &str, _n_bytes: u64) -> Result<File> {
         // the caller may hold a lock of its own
         let options = H5File::options().locking(FileLocking::Disabled);
-        let path = files.place(name)?;
-        Ok(File { file: Some(options.create(&path).map_err(failed)?), path })
+        Ok(File { file: Some(options.create(files.place(name)?).map_err(failed)?) })
     }
 
     fn open(&self) -> Result<&H5File> {
@@ -52,14 +48,10 @@ impl File {
     }
 }
 
-/// Where it could not be written. A file that is not closed, or has bytes that are not written, is printed by the crate: on a full disk there
-/// is room for them once the file, which nobody gets, is empty.
+/// Where it could not be written: the crate prints what goes wrong with a file that is not closed.
 impl Drop for File {
     fn drop(&mut self) {
-        if let Some(file) = self.file.take() {
-            let _ = std::fs::File::options().write(true).open(&self.path).and_then(|file| file.set_len(0));
-            let _ = file.close_no_sync();
-        }
+        self.file.take().map(H5File::close_no_sync);
     }
 }
 
