@@ -51,7 +51,7 @@ impl File {
 /// Where it could not be written: the crate prints what goes wrong with a file that is not closed.
 impl Drop for File {
     fn drop(&mut self) {
-        self.file.take().map(H5File::close_no_sync);
+        let _ = self.file.take().map(H5File::close_no_sync);
     }
 }
 
