@@ -1,5 +1,5 @@
 // Packs the npm package: npm shows the README in the folder that is packed, and the package has one of its own. So all that it consists of
-// is put into target/package, after `npm run build`, and packed there. Publish that folder, too.
+// is put into target/npm, after `npm run build`, and packed there. Publish that folder, too.
 
 import { execFileSync } from 'node:child_process';
 import { cpSync, existsSync, mkdirSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
@@ -9,7 +9,7 @@ import { fileURLToPath } from 'node:url';
 import { ROOT } from './run.mjs';
 
 /** What is packed, without what the manifest's `files` leave out. */
-export const STAGE = path.join(ROOT, 'target/package');
+export const STAGE = path.join(ROOT, 'target/npm');
 /** What the repository's manifest has for itself alone. */
 const OWN_KEYS = ['private', 'scripts', 'devDependencies'];
 
@@ -53,7 +53,7 @@ export function pack(folder) {
 
 if (process.argv[1] === fileURLToPath(import.meta.url)) {
   if (process.argv[2] === '--refuse') {
-    console.error('this folder is not the package: "npm run package" packs it, in target/package');
+    console.error('this folder is not the package: "npm run package" packs it, in target/npm');
     process.exitCode = 1;
   } else {
     console.log(pack(ROOT).tarball);

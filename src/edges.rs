@@ -85,8 +85,17 @@ impl Vertices {
     /// None yet, of so many facets.
     pub(crate) fn new(n_facets: usize) -> Vertices {
         // a closed surface has half as many vertices as facets
-        let table = vec![FREE; (n_facets / 3 * 2 + 16).next_power_of_two()];
+        let table = vec![FREE; Vertices::first_places(n_facets)];
         Vertices { of_facets: Vec::with_capacity(n_facets), n: 0, table, of_blocks: Vec::new() }
+    }
+
+    fn first_places(n_facets: usize) -> usize {
+        (n_facets / 3 * 2 + 16).next_power_of_two()
+    }
+
+    /// Bytes that it takes before a corner has its number.
+    pub(crate) fn bytes_at_first(n_facets: usize) -> u64 {
+        (size_of::<[usize; 3]>() * n_facets + size_of::<usize>() * Vertices::first_places(n_facets)) as u64
     }
 
     /// The same within a limit of memory, which `held` has of it.
@@ -94,8 +103,7 @@ impl Vertices {
     /// # Errors
     /// `memory`.
     pub(crate) fn within(n_facets: usize, key: &dyn Fn(usize, usize) -> [u32; 3], held: &mut Held) -> Result<Vertices> {
-        let table = size_of::<usize>() * (n_facets / 3 * 2 + 16).next_power_of_two();
-        held.set((size_of::<[usize; 3]>() * n_facets + table) as u64, EDGES)?;
+        held.set(Vertices::bytes_at_first(n_facets), EDGES)?;
         let mut vertices = Vertices::new(n_facets);
         while vertices.n_facets() < n_facets {
             let n_more = NUMBERED_AT_ONCE.min(n_facets - vertices.n_facets());

@@ -1,7 +1,8 @@
 //! A limit of memory, from the first byte that is read: what several hold of it together, and lists whose room is counted.
 //!
 //! Room is taken before it is allocated. What does not fit is an error that says what it is for, so that nothing is allocated that a machine
-//! or a container does not have. Only what grows with an input is counted: its bytes, corners, facets, and what is built from these.
+//! or a container does not have. Only what grows with an input is counted: its bytes, corners, facets, and what is built from these. An allocator
+//! may keep what was freed: where the system says what the process holds, and that is more than was counted, it counts.
 
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
@@ -17,7 +18,12 @@ pub struct Memory(Arc<Shared>);
 struct Shared {
     max: u64,
     held: AtomicU64,
+    /// Bytes that the process holds, if the system says so.
+    resident: fn() -> Option<u64>,
 }
+
+/// Less than this is taken without asking the system, which costs some 20 microseconds.
+const ASKED_BYTES: u64 = 1 << 18;
 
 impl Default for Memory {
     fn default() -> Memory {
@@ -28,12 +34,22 @@ impl Default for Memory {
 impl Memory {
     /// At most so many bytes, of which some are held already.
     pub fn limited(max: u64, held: u64) -> Memory {
-        Memory(Arc::new(Shared { max, held: AtomicU64::new(held) }))
+        Memory::measured(max, held, || None)
+    }
+
+    /// The same where `resident` has the bytes that the process holds: these count where they are more.
+    pub fn measured(max: u64, held: u64, resident: fn() -> Option<u64>) -> Memory {
+        Memory(Arc::new(Shared { max, held: AtomicU64::new(held), resident }))
+    }
+
+    /// Another limit of the same process.
+    pub(crate) fn again(&self, max: u64, program_bytes: u64) -> Memory {
+        Memory::measured(max, if program_bytes < max { program_bytes } else { 0 }, self.0.resident)
     }
 
     /// The same where a program takes some whatever it does; where that is too much, what it does says so better.
     pub fn beside_program(max: u64, program_bytes: u64) -> Memory {
-        Memory::limited(max, if program_bytes < max { program_bytes } else { 0 })
+        Memory::default().again(max, program_bytes)
     }
 
     /// Takes room for `what`, which [`Held`] gives back.
@@ -43,6 +59,16 @@ impl Memory {
     pub fn take(&self, n_bytes: u64, what: &str) -> Result<Held> {
         let mut held = Held::of(self);
         held.grow(n_bytes, what)?;
+        Ok(held)
+    }
+
+    /// Takes room for what is held already, of which the system need not be asked.
+    ///
+    /// # Errors
+    /// `memory` where that is more than is left.
+    pub fn take_held(&self, n_bytes: u64, what: &str) -> Result<Held> {
+        let mut held = Held::of(self);
+        held.grow_beside(n_bytes, 0, what)?;
         Ok(held)
     }
 
@@ -73,12 +99,19 @@ impl Held {
     /// # Errors
     /// `memory` where that is more than is left.
     pub fn grow(&mut self, n_bytes: u64, what: &str) -> Result<()> {
-        let Shared { max, held } = &*self.memory.0;
+        let Shared { max, resident, .. } = &*self.memory.0;
+        let asks = n_bytes >= ASKED_BYTES && *max < u64::MAX;
+        self.grow_beside(n_bytes, if asks { resident().unwrap_or(0) } else { 0 }, what)
+    }
+
+    /// The same where the process holds so much.
+    fn grow_beside(&mut self, n_bytes: u64, resident: u64, what: &str) -> Result<()> {
+        let Shared { max, held, .. } = &*self.memory.0;
         let mut before = held.load(Relaxed);
         loop {
             let after = before.saturating_add(n_bytes);
-            if after > *max {
-                return Err(too_little(n_bytes, before, *max, what));
+            if after.max(resident.saturating_add(n_bytes)) > *max {
+                return Err(too_little(n_bytes, before.max(resident), *max, what));
             }
             match held.compare_exchange_weak(before, after, Relaxed, Relaxed) {
                 Ok(_) => break,
@@ -233,6 +266,20 @@ mod tests {
         drop(one);
         memory.take(90, "facets").unwrap().keep();
         assert!(memory.check(1, "facets").is_err());
+    }
+
+    #[test]
+    fn what_the_process_holds_counts_where_that_is_more() {
+        let memory = Memory::measured(10_000_000, 1_000_000, || Some(8_000_000));
+        let said = memory.check(3_000_000, "edges").unwrap_err().to_string();
+        assert!(said.starts_with("edges take 3.00 MB of memory; 8.00 MB are held already"), "{said}");
+        memory.take_held(5_000_000, "facets").unwrap();
+        let mut held = memory.take(2_000_000, "edges").unwrap();
+        held.grow(6_000_000, "edges").unwrap_err();
+        // a little is counted, and the system is not asked
+        (0..80).for_each(|_| held.grow(100_000, "edges").unwrap_or_default());
+        assert!(memory.again(10_000_000, 0).check(3_000_000, "edges").is_err());
+        assert!(memory.again(u64::MAX, 0).check(1 << 50, "edges").is_ok());
     }
 
     #[test]

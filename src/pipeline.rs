@@ -156,7 +156,7 @@ async fn meshed(
     check(&prepared)?;
     let lines_seconds = lap(&mut clock);
     control.rest().await?;
-    let memory = memory_of(job, options, &prepared)?;
+    let memory = memory_of(job, options, &prepared, control)?;
     let Snapped { frame, closed, mut ends, bound_sums } = snapped(job, &prepared, &memory, control).await?;
     let flags = frame.ranks.flag_of_rank.clone();
     let (whole, is_for_window) = (&prepared.whole, prepared.window.is_some());

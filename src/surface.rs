@@ -13,7 +13,9 @@
 use std::ops::Range;
 
 use crate::edges::{BadEdge, Groups, Use, Vertices, bad_edge, directions, each};
+use crate::error::Result;
 use crate::geometry::Facet;
+use crate::memory::{Held, Memory};
 use crate::parallel::*;
 
 /// Facets of a step: some tens of milliseconds. A multiple of the facets whose areas are summed first.
@@ -69,6 +71,25 @@ pub fn surface(facets: &[Facet]) -> Surface {
     while check.step(facets) {}
     check.finish()
 }
+
+/// The same within a limit of memory.
+///
+/// # Errors
+/// `memory` where the numbers of the vertices and the edges do not fit.
+pub fn surface_within(facets: &[Facet], memory: &Memory) -> Result<Surface> {
+    let mut room = Held::of(memory);
+    room.set(Vertices::bytes_at_first(facets.len()), EXAMINED)?;
+    let mut check = SurfaceCheck::new(facets);
+    loop {
+        room.set(check.bytes_of_step(), EXAMINED)?;
+        if !check.step(facets) {
+            return Ok(check.finish());
+        }
+    }
+}
+
+/// What errors of memory call what is held meanwhile.
+const EXAMINED: &str = "the edges of the surface, which are examined,";
 
 /// An examination of facets in steps, each of which gets all facets.
 pub struct SurfaceCheck {
@@ -127,6 +148,18 @@ impl SurfaceCheck {
             }
         }
         true
+    }
+
+    /// Most bytes that the next step holds.
+    fn bytes_of_step(&self) -> u64 {
+        let n_left = self.surface.n_facets as usize - self.vertices.n_facets();
+        let groups = size_of::<u32>() as u64 * self.surface.n_facets;
+        match &self.ranges {
+            None => {
+                self.vertices.most_bytes(n_left.min(FACETS_AT_ONCE)) + if n_left <= FACETS_AT_ONCE { groups } else { 0 }
+            }
+            Some(_) => self.vertices.most_bytes(0) + self.vertices.bytes_of_uses() + groups,
+        }
     }
 
     /// Share of the work that is done, 0 to 1.

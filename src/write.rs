@@ -58,7 +58,8 @@ pub fn write(
     control: &Control,
 ) -> Result<Written> {
     let around = around(mesh, format, options)?;
-    let mut sink = Sink { out, n_bytes: 0, hash: (format == Format::Raw && options.sha256).then(Sha256::new) };
+    let mut sink = Sink::new(out, "the mesh");
+    sink.hash = (format == Format::Raw && options.sha256).then(Sha256::new);
     match (around, options.compress) {
         (Some((head, tail)), _) => {
             sink.put(&head)?;
@@ -80,8 +81,8 @@ pub fn write(
         }
         (None, compress) => column_file::write(mesh, compress, &mut sink, control)?,
     }
-    sink.out.flush().map_err(|error| Error::io("writing the mesh", error))?;
-    Ok(Written { n_bytes: sink.n_bytes, sha256: sink.hash.map(|hash| hex(&hash.finalize())) })
+    let sha256 = sink.hash.take().map(|hash| hex(&hash.finalize()));
+    Ok(Written { n_bytes: sink.finish()?, sha256 })
 }
 
 /// The bytes before and after the flags in a file that holds them as they are, for callers that make the file slab by slab;

@@ -93,6 +93,8 @@ export interface GeometryJob {
   scale?: number | Triple;
   /** Then rotates about x, y and z, in degrees. */
   rotate?: Triple;
+  /** The point about which it rotates, where it is once scaled; by default the origin. */
+  about?: Triple;
   /** Then moves. */
   translate?: Triple;
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import json
 import re
 import subprocess
@@ -75,6 +76,12 @@ def test_the_wheel_is_for_all_versions_of_python():
     assert [path.name for path in PACKAGE.glob("_hexcast.*.so")] == ["_hexcast.abi3.so"] or sys.platform == "win32"
 
 
+def test_the_wheel_has_the_text_of_its_licences():
+    files = {path.name: path for path in importlib.metadata.files("hexcast") if "licenses" in path.parts}
+    for name in ("LICENSE-MIT", "LICENSE-APACHE"):
+        assert files[name].read_text() == (ROOT / name).read_text() == (ROOT / "python" / name).read_text()
+
+
 def test_the_source_distribution_has_what_it_needs_and_nothing_else(tmp_path):
     """It holds the crate, too, as that packs itself."""
     words = [Path(sys.executable).with_name("maturin"), "sdist", "--manifest-path", "python/Cargo.toml", "--out", tmp_path]
@@ -82,7 +89,7 @@ def test_the_source_distribution_has_what_it_needs_and_nothing_else(tmp_path):
     (file,) = tmp_path.iterdir()
     with tarfile.open(file) as archive:
         names = {name.split("/", 1)[1] for name in archive.getnames()}
-    assert {"PKG-INFO", "src/lib.rs", "python/src/lib.rs", "package/hexcast/__init__.py", "LICENSE-MIT"} <= names
+    assert {"PKG-INFO", "src/lib.rs", "python/src/lib.rs", "package/hexcast/__init__.py", "LICENSE-MIT", "LICENSE-APACHE"} <= names
     folders = {name.split("/")[0] for name in names if "/" in name}
     assert folders == {"src", "shaders", "python", "package", "docs", "examples"}
     # the schema that the command prints, the documentation of the root of the crate, and the programs that it lists

@@ -49,7 +49,10 @@ impl Shape<'_> {
 }
 
 fn failed(error: impl std::fmt::Display) -> Error {
-    super::output::failed(std::io::Error::other(error.to_string()))
+    let error = error.to_string();
+    // what the system says, without the layers that it came through
+    let said = error.rsplit("I/O error: ").next().unwrap_or_default();
+    Error::io("writing HDF5", std::io::Error::other(said))
 }
 
 #[cfg(test)]

@@ -107,10 +107,7 @@ impl Opened {
         }));
         let heard = failure.clone();
         device.set_device_lost_callback(move |reason, message| {
-            note(
-                &heard,
-                Error::new("device-lost", format!("the GPU device was lost ({reason:?}): {message}"), USE_CPU),
-            );
+            note(&heard, lost(&format_args!("{reason:?}: {message}")));
         });
         Ok(Opened { device, queue, held: Arc::default(), failure })
     }
@@ -132,7 +129,7 @@ impl Opened {
     }
 
     /// Finds the cause of a failure. What is done with a lost device fails in many ways, and browsers tell of the loss itself
-    /// only some moments later.
+    /// some moments later, or too late. So a buffer that cannot be read, of a device that reported no error, is that of a lost device.
     pub(crate) async fn cause(&self, error: Error, control: &Control) -> Error {
         let start = Instant::now();
         while error.code() == "device-failed" && start.elapsed() < DEVICE_LOST_GRACE {
@@ -144,7 +141,10 @@ impl Opened {
                 _ => {}
             }
         }
-        error
+        match self.check() {
+            Ok(()) if error.code() == "device-failed" => lost(&error),
+            _ => error,
+        }
     }
 }
 
@@ -152,6 +152,10 @@ impl Opened {
 const DEVICE_LOST_GRACE: Duration = Duration::from_millis(500);
 
 pub(crate) const USE_CPU: &str = "use the CPU backend, or update the GPU driver";
+
+fn lost(how: &dyn fmt::Display) -> Error {
+    Error::new("device-lost", format!("the GPU device was lost ({how})"), USE_CPU)
+}
 
 /// Keeps the first failure, except that a lost device explains all others.
 fn note(failure: &Mutex<Option<Error>>, error: Error) {
@@ -218,5 +222,45 @@ pub(crate) fn facts(adapter: &Adapter) -> AdapterFacts {
         api: info.backend.to_str().to_string(),
         kind,
         max_binding_bytes: adapter.limits().max_storage_buffer_binding_size,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::buffers::Array;
+    use super::super::readback::Staging;
+    use super::*;
+
+    /// What became of a buffer of a destroyed device that told nothing, or reported an error before.
+    fn cause_of_unread(reported: Option<Error>) -> Error {
+        pollster::block_on(async {
+            let adapter = find(&instance(), None).await.unwrap();
+            let opened = Opened::new(&adapter).await.unwrap();
+            // what the device tells is not heard
+            let deaf = Opened { failure: Arc::new(Mutex::new(None)), ..opened };
+            let words: Array<u32> = Array::storage(&deaf, "words", 4);
+            deaf.device.destroy();
+            let read = Staging::default().read(&deaf, deaf.encoder(), [words.all()]).await;
+            let error = read.map(|[words]| words).unwrap_err();
+            assert!(error.to_string().contains("could not be read"), "{error}");
+            reported.into_iter().for_each(|error| note(&deaf.failure, error));
+            deaf.cause(error, &Control::default()).await
+        })
+    }
+
+    #[test]
+    fn a_buffer_that_cannot_be_read_is_that_of_a_lost_device_even_if_the_loss_is_never_told() {
+        let error = cause_of_unread(None);
+        assert_eq!(error.code(), "device-lost");
+        assert!(
+            error.to_string().starts_with("the GPU device was lost (the GPU's result could not be read"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn it_is_no_lost_device_where_the_driver_reported_an_error() {
+        let error = cause_of_unread(Some(Error::new("device-failed", "the GPU driver reported: no", USE_CPU)));
+        assert_eq!(error.code(), "device-failed");
     }
 }

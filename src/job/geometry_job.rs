@@ -63,6 +63,9 @@ pub struct GeometryJob {
     /// Then rotates about x, y and z, in degrees.
     #[serde(deserialize_with = "numbers::list", skip_serializing_if = "Option::is_none")]
     pub rotate: Option<[f64; 3]>,
+    /// The point about which it rotates, where it is once scaled; by default the origin.
+    #[serde(deserialize_with = "numbers::list", skip_serializing_if = "Option::is_none")]
+    pub about: Option<[f64; 3]>,
     /// Then moves.
     #[serde(deserialize_with = "numbers::list", skip_serializing_if = "Option::is_none")]
     pub translate: Option<[f64; 3]>,
@@ -87,11 +90,16 @@ impl GeometryJob {
     /// Places file coordinates in the world.
     pub(crate) fn world_from_file(&self) -> Placing {
         let scale = self.scale.map_or([1.0; 3], PerAxis::each);
-        Placing::of_numbers(scale, self.rotate.unwrap_or_default(), self.translate.unwrap_or_default())
+        let (rotate, mut translate) = (self.rotate.unwrap_or_default(), self.translate.unwrap_or_default());
+        if let Some(about) = self.about {
+            let turned = Placing::of_numbers([1.0; 3], rotate, [0.0; 3]).place(about);
+            (0..3).for_each(|axis| translate[axis] += about[axis] - turned[axis]);
+        }
+        Placing::of_numbers(scale, rotate, translate)
     }
 
     /// Reads `FILE` or `FILE:key=value,...` with the keys flag, priority, open, fill, shell, invert, name, solid, split, same_flag, max_size, min_cells,
-    /// metal, scale, rotate, translate and those of a [`Material`];
+    /// metal, scale, rotate, about, translate and those of a [`Material`];
     /// three numbers are joined by `/`. The settings begin after the first colon that a word and `=` follow, so other colons
     /// belong to the file, as in `C:\run=3\part.stl`.
     ///
@@ -134,6 +142,7 @@ impl GeometryJob {
             "scale" if !value.contains('/') => self.scale = Some(PerAxis::All(number(key, value)?)),
             "scale" => self.scale = Some(PerAxis::Each(joined((key, value), "0/0/90")?)),
             "rotate" => self.rotate = Some(joined((key, value), "0/0/90")?),
+            "about" => self.about = Some(joined((key, value), "0/0/90")?),
             "translate" => self.translate = Some(joined((key, value), "0/0/90")?),
             "pec" => self.material.pec = yes_or_no(key, value)?,
             _ => {
@@ -141,7 +150,7 @@ impl GeometryJob {
                     *place = Some(number(key, value)?);
                     return Ok(());
                 }
-                let keys = "flag, priority, open, fill, shell, invert, name, solid, split, same_flag, max_size, min_cells, metal, scale, rotate, translate, eps_r, mu_r, sigma, pec, density, E, nu";
+                let keys = "flag, priority, open, fill, shell, invert, name, solid, split, same_flag, max_size, min_cells, metal, scale, rotate, about, translate, eps_r, mu_r, sigma, pec, density, E, nu";
                 return Err(format!("there is no key \"{key}\"; keys are {keys}"));
             }
         }

@@ -34,6 +34,7 @@ fn line_in_words(line: &str) -> String {
     let parts = |prefix: &str| line.strip_prefix(prefix)?.rsplit_once(", expected ");
     if let Some((found, expected)) = parts("invalid type: ").or_else(|| parts("invalid value: ")) {
         let expected = TYPES.iter().find(|(name, _)| *name == expected).map_or(expected, |(_, words)| words);
+        let expected = if expected.starts_with("struct ") { "a table of its keys" } else { expected };
         return format!("it is {}; give {expected}", found_in_words(found));
     }
     if let Some((length, expected)) = parts("invalid length ") {

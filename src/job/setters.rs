@@ -229,6 +229,11 @@ impl GeometryJob {
         GeometryJob { rotate: Some(rotate), ..self }
     }
 
+    /// Sets the point about which it rotates, where it is once scaled.
+    pub fn with_about(self, about: [f64; 3]) -> GeometryJob {
+        GeometryJob { about: Some(about), ..self }
+    }
+
     /// Moves it.
     pub fn with_translate(self, translate: [f64; 3]) -> GeometryJob {
         GeometryJob { translate: Some(translate), ..self }

@@ -98,6 +98,12 @@ fn unknown_keys_and_wrong_types_name_the_key() {
         (json!({"padding": 3}), "padding", "give { cells = N } or { length = L }, of one number or three"),
         (json!({"cells": "many"}), "cells", "it is the text \"many\"; give a whole number from 0 to 4294967295"),
         (json!({"padding": {"cells": 1, "length": 1}}), "padding", ""),
+        (json!({"zarr": 4}), "zarr", "it is 4; give a table of its keys"),
+        (json!({"zarr": "small"}), "zarr", "it is the text \"small\"; give a table of its keys"),
+        (json!({"links": 4}), "links", "it is 4; give a table of its keys"),
+        (json!({"fractions": 0.5}), "fractions", "it is 0.5; give a table of its keys"),
+        (json!({"background": true}), "background", "it is true; give a table of its keys"),
+        (json!({"graded": 4}), "graded", "it is 4; give a table of its keys"),
         (json!({"rule": "even"}), "rule", "it is `even`; give `parity` or `nonzero`"),
         (json!({"geometries": [{"file": "a"}, {"file": "a", "flg": 1}]}), "geometries[1].flg", "there is no key `flg`"),
         (json!({"geometries": [{"file": "a"}, {"file": "a", "flag": 300}]}), "geometries[1].flag", "300"),
@@ -134,6 +140,9 @@ fn values_out_of_range_name_their_key() {
     named("geometries[0].file", &|job| job.geometries[0].file.clear());
     named("geometries[0].scale", &|job| job.geometries[0].scale = Some(PerAxis::All(0.0)));
     named("geometries[0].rotate", &|job| job.geometries[0].rotate = Some([f64::NAN, 0.0, 0.0]));
+    named("geometries[0].about", &|job| {
+        (job.geometries[0].rotate, job.geometries[0].about) = (Some([0.0; 3]), Some([0.0, f64::NAN, 0.0]));
+    });
     named("geometries[0].translate", &|job| job.geometries[0].translate = Some([0.0, f64::INFINITY, 0.0]));
     named("cells", &|job| job.cells = Some(0));
     named("dims", &|job| job.dims = Some([1, 0, 1]));
@@ -152,17 +161,22 @@ fn contradictions_are_refused() {
     assert_eq!(error(empty_shell).code(), "job-conflict");
     let outside_of_a_shell = |job: &mut Job| (job.geometries[0].shell, job.geometries[0].invert) = (true, true);
     assert_eq!(error(outside_of_a_shell).code(), "job-conflict");
+    let nothing_rotates = error(|job| job.geometries[0].about = Some([1.0; 3]));
+    assert_eq!(nothing_rotates.code(), "job-conflict");
+    assert!(nothing_rotates.to_string().starts_with("geometries[0].about"), "{nothing_rotates}");
     assert_eq!(error(|job| job.geometries.clear()).code(), "job-empty");
     assert_eq!(error(|job| job.geometries.resize(65_536, GeometryJob::new("a"))).code(), "too-many-geometries");
 }
 
 #[test]
 fn arguments_of_the_command_line() {
-    let full =
-        GeometryJob::from_argument("a:b.stl:flag=7,priority=-2,name=copper,scale=0.5,rotate=0/0/90,translate=1/2/-3e1");
+    let full = GeometryJob::from_argument(
+        "a:b.stl:flag=7,priority=-2,name=copper,scale=0.5,rotate=0/0/90,about=1/0/-2,translate=1/2/-3e1",
+    );
     let full = full.unwrap();
     assert_eq!((full.file.as_str(), full.flag, full.priority), ("a:b.stl", Some(7), -2));
     assert_eq!((full.rotate, full.translate), (Some([0.0, 0.0, 90.0]), Some([1.0, 2.0, -30.0])));
+    assert_eq!(full.about, Some([1.0, 0.0, -2.0]));
     assert_eq!(GeometryJob::from_argument(r"C:\x.stl").unwrap(), GeometryJob::new(r"C:\x.stl"));
     let scaled = GeometryJob::from_argument("x.stl:scale=1/2/3,solid=lid").unwrap();
     assert_eq!((scaled.scale, scaled.solid.as_deref()), (Some(PerAxis::Each([1.0, 2.0, 3.0])), Some("lid")));
@@ -198,6 +212,7 @@ fn any_geometry() -> impl Strategy<Value = GeometryJob> {
     let text = "[ -~äß\\n]{1,12}";
     (text, prop::option::of(1u8..), any::<i32>(), prop::option::of(any_per_axis()), three(), three()).prop_map(
         |(file, flag, priority, scale, rotate, translate)| GeometryJob {
+            about: rotate.and(translate),
             solid: flag.is_some().then(|| file.clone()),
             split: flag.is_none(),
             file,
@@ -281,4 +296,23 @@ fn materials_are_keys_of_a_geometry_and_of_the_background() {
     }
     let wrong = Job::from_toml("[[geometries]]\nfile = \"a.stl\"\nmaterial = { eps = 1 }\n").unwrap_err();
     assert!(wrong.code() == "job-value" && wrong.to_string().contains("eps"), "{wrong}");
+}
+
+#[test]
+fn a_geometry_rotates_about_the_point_that_is_given_once_it_is_scaled() {
+    let placed = |text: &str, point: [f64; 3]| {
+        let job = GeometryJob::from_argument(&format!("a.stl:{text}")).unwrap();
+        job.world_from_file().place(point)
+    };
+    // quarter turns of small numbers are exact
+    assert_eq!(placed("rotate=0/0/90,about=10/20/30", [11.0, 20.0, 5.0]), [10.0, 21.0, 5.0]);
+    assert_eq!(placed("rotate=90/0/0,about=10/20/30", [7.0, 21.0, 30.0]), [7.0, 20.0, 31.0]);
+    assert_eq!(placed("rotate=0/-90/0,about=1/2/3,translate=0/0/100", [2.0, 7.0, 3.0]), [1.0, 7.0, 104.0]);
+    assert_eq!(placed("scale=2,rotate=0/0/180,about=10/0/0", [6.0, 1.0, 4.0]), [8.0, -2.0, 8.0]);
+    assert_eq!(placed("rotate=0/0/0,about=0.1/0.2/0.3", [0.7, 0.1, 0.3]), [0.7, 0.1, 0.3]);
+    let plain = placed("scale=0.3,rotate=10/20/30,translate=1/2/3", [0.1, 0.2, 0.3]);
+    assert_eq!(placed("scale=0.3,rotate=10/20/30,about=0/0/0,translate=1/2/3", [0.1, 0.2, 0.3]), plain);
+    // the point stays where it is, whatever the angles
+    let at = placed("rotate=33/-71/105.5,about=0.1/-4/2.5", [0.1, -4.0, 2.5]);
+    assert!([0.1, -4.0, 2.5].iter().zip(at).all(|(a, b)| (a - b).abs() < 1e-14), "{at:?}");
 }

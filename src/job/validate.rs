@@ -166,7 +166,16 @@ impl Job {
                     return Err(out_of_range(&key("scale"), short_number(value), "a finite number other than 0"));
                 }
             }
-            for (name, values) in [("rotate", geometry.rotate), ("translate", geometry.translate)] {
+            if geometry.about.is_some() && geometry.rotate.is_none() {
+                let message = format!("{} is given without rotate: nothing rotates about it", key("about"));
+                return Err(Error::new(
+                    "job-conflict",
+                    message,
+                    "give rotate, in degrees about x, y and z, or leave it out",
+                ));
+            }
+            let placings = [("rotate", geometry.rotate), ("about", geometry.about), ("translate", geometry.translate)];
+            for (name, values) in placings {
                 for value in values.unwrap_or_default() {
                     if !value.is_finite() {
                         return Err(out_of_range(&key(name), short_number(value), "finite numbers"));

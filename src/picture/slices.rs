@@ -209,14 +209,15 @@ impl Layout {
         let pixels = f64::from(size) / lengths.into_iter().fold(0.0, f64::max);
         let panels: Vec<Panel> = cuts.iter().map(|&cut| Panel::new(lines, cut, pixels)).collect();
         let n_pixels = panels.iter().map(|panel| u64::from(panel.size[0]) * u64::from(panel.size[1])).sum();
-        // the flag of each, and what becomes of it
-        check_memory(&format!("slices of {n_pixels} pixels"), (1 + PIXEL_BYTES) * n_pixels, look.max_bytes)?;
         let n = panels.len();
         let n_columns = if n <= 3 { n } else { (2..).find(|columns| columns * columns >= n).unwrap_or(2) };
         let widths = |row: &[Panel]| row.iter().map(|panel| panel.own_width() + MARGIN).sum::<u32>() + MARGIN;
         let width = panels.chunks(n_columns).map(widths).max().unwrap_or(1);
         let height = 2 * MARGIN + panels.chunks(n_columns).map(row_height).sum::<u32>();
         check_sides([width, height])?;
+        // the flag of each, and what becomes of it; what the legend needs follows from what is seen
+        let n_bytes = n_pixels + PIXEL_BYTES * u64::from(width) * u64::from(height);
+        check_memory(&format!("a picture of {width} x {height} pixels"), n_bytes, look.max_bytes)?;
         Ok(Layout { panels, n_columns, n_pixels, size: [width, height] })
     }
 }

@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use super::canvas::{LINE, Picture, check_sides, legend_height};
+use super::canvas::{LINE, PIXEL_BYTES, Picture, check_sides, legend_height};
 use super::scene::{FINE, ROWS, Scene};
 use super::{Look, MARGIN, check_memory, coordinate};
 use crate::control::{Control, at_once};
@@ -60,16 +60,19 @@ impl View {
         self
     }
 
-    /// Refuses what [`view()`] would refuse of every mesh of so many cells on x, y and z.
+    /// Refuses what [`view()`] would refuse of every mesh of so many cells on x, y and z, and a picture for which there is no room
+    /// where what is seen is as high as it is wide.
     ///
     /// # Errors
-    /// `job-value` as for [`view()`].
+    /// `job-value` and `memory` as for [`view()`].
     pub fn check(&self, dims: [u32; 3]) -> Result<()> {
         if !self.from.iter().all(|angle| angle.is_finite()) {
             let message = format!("a view from {:?} degrees cannot be drawn", self.from);
             return Err(Error::new("job-value", message, "give two finite angles"));
         }
         check_sides([self.size(); 2])?;
+        let side = u64::from(self.size());
+        check_memory(&format!("a view of {side} x {side} pixels"), PIXEL_BYTES * side * side, self.look.max_bytes)?;
         self.cells.iter().try_for_each(|cells| check_box(cells, dims))
     }
 

@@ -31,11 +31,11 @@ const TURNED_BYTES: u64 = 280;
 ///
 /// # Errors
 /// `memory` where there is no room for these facets.
-pub(super) fn memory_of(job: &Job, options: &MeshOptions, prepared: &Prepared) -> Result<Memory> {
+pub(super) fn memory_of(job: &Job, options: &MeshOptions, prepared: &Prepared, control: &Control) -> Result<Memory> {
     let max_bytes = job.max_memory.map_or(DEFAULT_MAX_BYTES, |size| size.0);
-    let memory = Memory::beside_program(max_bytes, options.program_bytes);
+    let memory = control.memory.again(max_bytes, options.program_bytes);
     let n_facets: usize = prepared.geometries.iter().map(|geometry| geometry.facets.len()).sum();
-    memory.take(READ_BYTES * n_facets as u64, "the facets as they were read")?.keep();
+    memory.take_held(READ_BYTES * n_facets as u64, "the facets as they were read")?.keep();
     Ok(memory)
 }
 

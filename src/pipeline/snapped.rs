@@ -7,7 +7,7 @@ use crate::geometry::{Fill, Geometry};
 use crate::job::Job;
 use crate::memory::{Held, Memory};
 use crate::rays::Rays;
-use crate::snapping::{Snapped, Snapping};
+use crate::snapping::{FACETS_AT_ONCE, Snapped, Snapping};
 
 /// Bytes of a snapped facet, and of one while the edges of its geometry are compared.
 const SNAPPED_BYTES: u64 = 38;
@@ -47,7 +47,9 @@ async fn in_steps(
 ) -> Result<(Snapped, Held)> {
     let n_facets = prepared.geometries.iter().map(|geometry| geometry.facets.len());
     let (n_all, n_most) = (n_facets.clone().sum::<usize>(), n_facets.max().unwrap_or(0));
-    let edges = EDGE_BYTES * n_most as u64;
+    // those that were snapped last are there twice, and three times where some are left out
+    let again = if rays.is_none() { 1 } else { 2 };
+    let edges = EDGE_BYTES * n_most as u64 + again * SNAPPED_BYTES * n_most.min(FACETS_AT_ONCE) as u64;
     let mut room = memory.take(edges, SNAPPED)?;
     // where no ray is asked for, all stay
     let all = if rays.is_none() { SNAPPED_BYTES * n_all as u64 } else { 0 };

@@ -22,7 +22,7 @@ pub(super) fn store_work(mesh: Rc<Mesh>, fractions: Option<Rc<Measured>>, option
     }
     Ok(Resting::new(1, |mut out, control| async move {
         let files = store_of(&mesh, fractions.as_deref(), &options)?;
-        files.zip(&mut Sink::new(&mut out), &control).await
+        files.zip(&mut Sink::new(&mut out, "the mesh"), &control).await
     }))
 }
 

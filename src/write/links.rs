@@ -45,7 +45,7 @@ impl LinksFormat {
 /// # Errors
 /// `io` where `out` fails.
 pub fn write_links(links: &Links, format: LinksFormat, compress: Compress, out: &mut dyn io::Write) -> Result<u64> {
-    let mut sink = Sink::new(out);
+    let mut sink = Sink::new(out, "the links");
     match format {
         LinksFormat::Npz => archive::write(compress, &mut sink, &arrays(links))?,
         LinksFormat::Records => {
@@ -53,8 +53,7 @@ pub fn write_links(links: &Links, format: LinksFormat, compress: Compress, out: 
             pieces.try_for_each(|piece| sink.put(&piece))?;
         }
     }
-    sink.out.flush().map_err(|error| Error::io("writing the links", error))?;
-    Ok(sink.n_bytes)
+    sink.finish()
 }
 
 /// The arrays of `.npz`.

@@ -12,12 +12,14 @@ pub(crate) struct Sink<'a> {
     pub(super) out: &'a mut dyn io::Write,
     pub(super) n_bytes: u64,
     pub(super) hash: Option<Sha256>,
+    /// What is written, for errors.
+    pub(super) what: &'static str,
 }
 
 impl<'a> Sink<'a> {
-    /// Counts what passes.
-    pub(crate) fn new(out: &'a mut dyn io::Write) -> Sink<'a> {
-        Sink { out, n_bytes: 0, hash: None }
+    /// Counts what passes; errors call it `what`.
+    pub(crate) fn new(out: &'a mut dyn io::Write, what: &'static str) -> Sink<'a> {
+        Sink { out, n_bytes: 0, hash: None, what }
     }
 
     /// Writes all bytes.
@@ -31,8 +33,21 @@ impl<'a> Sink<'a> {
             // hashing takes as long as writing: beside it
             Some(hash) => beside(|| hash.update(bytes), || out.write_all(bytes)),
         };
-        done.map_err(|error| Error::io("writing the mesh", error))?;
+        done.map_err(|error| self.failed(error))?;
         self.n_bytes += bytes.len() as u64;
         Ok(())
+    }
+
+    /// Writes what is still held back; the number of bytes.
+    ///
+    /// # Errors
+    /// `io`.
+    pub(crate) fn finish(self) -> Result<u64> {
+        self.out.flush().map_err(|error| self.failed(error))?;
+        Ok(self.n_bytes)
+    }
+
+    fn failed(&self, error: io::Error) -> Error {
+        Error::io(format!("writing {}", self.what), error)
     }
 }

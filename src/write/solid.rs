@@ -30,7 +30,7 @@ pub fn write_solid(
     control: &Control,
 ) -> Result<u64> {
     let around = around(mesh, fractions, (format, options))?;
-    let mut sink = Sink::new(out);
+    let mut sink = Sink::new(out, "the fractions");
     // a number has four bytes
     let slab_bytes = options.slab_bytes / 4;
     let each = |put: &mut dyn FnMut(&[u8]) -> Result<()>| {
@@ -56,8 +56,7 @@ pub fn write_solid(
             at_once(files.zip(&mut sink, &control.without_pauses()))?;
         }
     }
-    sink.out.flush().map_err(|error| Error::io("writing the fractions", error))?;
-    Ok(sink.n_bytes)
+    sink.finish()
 }
 
 /// What a file has for its cells.

@@ -4,7 +4,7 @@ use std::io;
 
 use super::archive::Array;
 use super::{Compress, Sink, archive, npz};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::mesh::Mesh;
 use crate::staggered::{COMPONENTS, SheetFace, Staggered};
 
@@ -17,10 +17,9 @@ const AT_ONCE: usize = 1 << 24;
 /// # Errors
 /// `io` where `out` fails, or columns are in a store that does.
 pub fn write_staggered(staggered: &Staggered, mesh: &Mesh, compress: Compress, out: &mut dyn io::Write) -> Result<u64> {
-    let mut sink = Sink::new(out);
+    let mut sink = Sink::new(out, "the staggered grid");
     archive::write(compress, &mut sink, &arrays(staggered, mesh))?;
-    sink.out.flush().map_err(|error| Error::io("writing the staggered grid", error))?;
-    Ok(sink.n_bytes)
+    sink.finish()
 }
 
 /// The arrays of the archive.

@@ -38,13 +38,14 @@ async function meshAndLose(knot) {
   return found;
 }
 
-for (const [what, n_devices, backend] of [
-  ['another is opened', Infinity, 'gpu'],
-  ['the processor goes on', 1, 'cpu'],
+for (const [what, n_devices, backend, is_told] of [
+  ['another is opened', Infinity, 'gpu', true],
+  ['another is opened, though nobody is told', Infinity, 'gpu', false],
+  ['the processor goes on', 1, 'cpu', true],
 ]) {
   test(`where Firefox loses its device ${what}, with the same result`, async ({ firefox, siteWithWorker }) => {
     const page = await firefox.newPage();
-    await page.goto(await siteWithWorker(AS_HARDWARE + loseFirstDevice(n_devices)));
+    await page.goto(await siteWithWorker(AS_HARDWARE + loseFirstDevice(n_devices, is_told)));
     const [lost, cpu] = await page.evaluate(meshAndLose, await knotText());
     assert.deepEqual(lost.backends, ['gpu', backend, backend]);
     assert.equal(lost.warnings.length, backend === 'cpu' ? 1 : 0);

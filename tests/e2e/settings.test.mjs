@@ -16,12 +16,13 @@ test('a link restores the parameters and never holds the geometry', async ({ vis
   await page.fill('.geometry[data-file="copper.stl"] .priority', '3');
   await page.fill('.geometry[data-file="epoxy.stl"] .name', 'FR4 board');
   await page.click('.geometry[data-file="epoxy.stl"] summary');
+  await page.fill('.geometry[data-file="epoxy.stl"] .about', '15 5 0');
   await page.fill('.geometry[data-file="epoxy.stl"] .rotate', '0 0 90');
   await page.click('#copy-command');
   const command = await page.inputValue('#copied-text');
   assert.equal(
     command,
-    "hexcast mesh copper.stl:name=copper,flag=1,priority=3 'epoxy.stl:name=FR4 board,flag=2,rotate=0/0/90' --padding-cells=1,2,3 --cell-size=0.5 --rule=nonzero --axis=x --unit=mm -o copper.vti",
+    "hexcast mesh copper.stl:name=copper,flag=1,priority=3 'epoxy.stl:name=FR4 board,flag=2,rotate=0/0/90,about=15/5/0' --padding-cells=1,2,3 --cell-size=0.5 --rule=nonzero --axis=x --unit=mm -o copper.vti",
   );
   await page.click('#copy-link');
   const link = await page.inputValue('#copied-text');

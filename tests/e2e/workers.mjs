@@ -51,8 +51,9 @@ export const AS_HARDWARE = tellOfAdapter({ description: 'a GPU' });
  * Destroys the worker's first device once it has been given a few bands, and tells how many devices are asked for.
  *
  * @param {number} n_devices that it may open; the browser has no adapter for more
+ * @param {boolean} is_told whether the browser ever tells the worker that the device was lost
  */
-export function loseFirstDevice(n_devices = Infinity) {
+export function loseFirstDevice(n_devices = Infinity, is_told = true) {
   return `
   const told = new BroadcastChannel('devices');
   const { gpu } = navigator;
@@ -73,6 +74,7 @@ export function loseFirstDevice(n_devices = Infinity) {
         if (n_submits === 4) device.destroy();
       };
       device.lost.then(({ reason }) => told.postMessage({ reason }));
+      if (!${is_told}) Object.defineProperty(device, 'lost', { value: new Promise(() => {}) });
     }
     told.postMessage({ n_devices });
     return device;

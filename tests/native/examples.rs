@@ -21,6 +21,34 @@ example!(progress_and_cancel, "../../examples/progress_and_cancel.rs");
 example!(stl_to_vti, "../../examples/stl_to_vti.rs");
 example!(window, "../../examples/window.rs");
 
+/// The program of the README: the lines between the braces.
+fn program_of_the_readme(mut file: Vec<u8>) -> hexcast::Result<Vec<u8>> {
+    use hexcast::control::Control;
+    use hexcast::job::{GeometryJob, Job};
+    use hexcast::mesher::{Mesher, MesherOptions};
+    use hexcast::write::{Format, Options, write};
+
+    let job = Job::new(vec![GeometryJob::new("part.stl")]).with_cells(256);
+    let (mesh, report) = Mesher::new(MesherOptions::default())?.mesh(&job)?; // or pipeline::mesh, for executors
+    let flags = mesh.box_flags(&[0..64, 0..64, 0..1])?; // one byte per cell, x fastest
+    write(&mesh, Format::Vti, &Options::default(), &mut file, &Control::default())?;
+    assert!(flags.len() == 64 * 64 && !report.to_json().is_empty());
+    Ok(file)
+}
+
+#[test]
+fn the_program_of_the_readme_compiles_as_it_is_there() {
+    let readme = include_str!("../../README.md");
+    let program = readme.split("```rust\n").nth(1).and_then(|rest| rest.split("```").next()).expect("there is one");
+    assert!(program.lines().filter(|line| line.starts_with("use ")).count() >= 4, "{program}");
+    for line in program.lines().filter(|line| !line.is_empty()) {
+        assert!(include_str!("examples.rs").lines().any(|own| own.trim() == line), "{line}");
+    }
+    // nobody has that file here
+    let error = program_of_the_readme(Vec::new()).expect_err("there is no such file");
+    assert!(error.to_string().contains("part.stl"), "{error}");
+}
+
 #[test]
 fn an_stl_becomes_the_vti_of_the_command() {
     let folder = Folder::new();

@@ -334,3 +334,32 @@ fn what_cannot_be_measured_is_refused_with_a_sentence() {
     assert!(message.contains("links of D3Q19 need equal ones"), "{message}");
     assert!(std::fs::read_dir(path("")).unwrap().count() == 1, "files are left");
 }
+
+/// Where a disk is full, as a limit of the size of files is: what the command says, a line an error and a line a hint.
+#[test]
+#[cfg(unix)]
+fn errors_of_a_full_disk_say_what_was_written_and_nothing_else_is_printed() {
+    let folder = Folder::new();
+    let cases = [
+        ("--links", "a.npz", "writing the links: "),
+        ("--links", "a.links", "writing the links: "),
+        ("--links", "a.h5", "writing HDF5: "),
+        ("--fractions", "b.npz", "writing the fractions: "),
+        ("--staggered", "c.npz", "writing the staggered grid: "),
+        ("-o", "d.npz", "writing the mesh: "),
+        ("-o", "d.xdmf", "writing HDF5: "),
+    ];
+    for (option, name, said) in cases {
+        let path = folder.path(name);
+        // in blocks of 512 or 1024 bytes
+        let script = "trap '' XFSZ; ulimit -f 16; exec \"$0\" \"$@\"";
+        let mut command = std::process::Command::new("bash");
+        command.args(["-c", script, env!("CARGO_BIN_EXE_hexcast"), "mesh", SPOT, "--cells", "120", "--backend", "cpu"]);
+        let output = command.args(["-q", "--compress=none", option, &path]).output().expect("bash starts");
+        let printed = String::from_utf8(output.stderr).expect("text");
+        let errors: Vec<&str> = printed.lines().filter(|line| !line.starts_with("warning")).collect();
+        assert_eq!(output.status.code(), Some(7), "{name}: {printed}");
+        assert!(errors.len() == 1 && errors[0].starts_with("error[io]: ") && errors[0].contains(said), "{printed}");
+        assert!(!std::path::Path::new(&path).exists(), "{name}");
+    }
+}

@@ -9,7 +9,7 @@ use flate2::write::GzEncoder;
 use hexcast::memory::Memory;
 use hexcast::read::{Contents, Reader, read_bytes};
 
-use super::cli::Folder;
+use super::cli::{Folder, SPOT};
 
 /// Bytes that a reader may take besides what grows with its input: buffers, tables of decoders, sentences.
 const FIXED: u64 = 700_000;
@@ -202,7 +202,7 @@ fn facets_without_common_corners_are_meshed_or_refused_within_the_limit() {
     let name = folder.path("soup.stl");
     std::fs::write(&name, stl(400_000)).expect("written");
     let mut codes = Vec::new();
-    for max in ["50MB", "100MB", "120MB", "200MB", "400MB"] {
+    for max in ["50MB", "60MB", "80MB", "85MB", "100MB", "120MB", "200MB", "400MB"] {
         // to decide cells of so many open edges takes minutes where it is allowed
         let ways: &[&str] = if max == "50MB" { &["parity", "winding", "vote"] } else { &["parity"] };
         for open in ways {
@@ -242,4 +242,52 @@ fn a_count_that_does_not_fit_is_refused_before_the_facets_are_read() {
         "{code}: {said}"
     );
     assert!(peak < 60_000_000, "{peak}");
+}
+
+#[test]
+fn info_examines_edges_within_its_limit() {
+    let folder = Folder::new();
+    let name = folder.path("soup.stl");
+    std::fs::write(&name, stl(400_000)).expect("written");
+    let mut codes = Vec::new();
+    for max in [20, 40, 60, 80, 100, 120, 200] {
+        let (code, said, peak) = watched(&["info", &name, "--max-memory", &format!("{max}MB")]);
+        assert!(peak <= max * 1_000_000, "within {max} MB: {peak} bytes, exit code {code}: {said}");
+        assert!(code == 0 || code == 5 && said.contains("are allowed"), "{max} MB: {code}: {said}");
+        codes.push(code);
+    }
+    assert!(codes.is_sorted_by(|one, next| one >= next) && codes[0] == 5 && codes[6] == 0, "{codes:?}");
+}
+
+#[test]
+fn info_keeps_the_facets_of_one_file_at_a_time() {
+    let folder = Folder::new();
+    let names: Vec<String> = (0..6).map(|number| folder.path(&format!("{number}.stl"))).collect();
+    names.iter().for_each(|name| std::fs::write(name, stl(400_000)).expect("written"));
+    let files: Vec<&str> = names.iter().map(String::as_str).collect();
+    let (code, said, peak) = watched(&[&["info", "--max-memory", "120MB"], &files[..]].concat());
+    assert!(code == 0 && peak <= 120_000_000, "{code}, {peak} bytes: {said}");
+}
+
+#[test]
+fn a_picture_for_which_there_is_no_room_is_refused_before_the_mesh_is_made() {
+    let folder = Folder::new();
+    let [mesh, slice, view] = ["mesh.hxc", "slice.png", "view.png"].map(|name| folder.path(name));
+    let [of_slice, of_view] = [format!("{slice}:axis=z,size=3000"), format!("{view}:size=3000")];
+    for picture in [["--slice", &of_slice], ["--view", &of_view]] {
+        let mut codes = Vec::new();
+        for max in [60, 80, 90, 100, 110, 120, 140, 200] {
+            let max_memory = format!("{max}MB");
+            let limit = ["--max-memory", &max_memory, "-q", "--backend", "cpu", "-o", &mesh];
+            let (code, said, peak) = watched(&[&["mesh", SPOT, "--cells", "400"], &limit[..], &picture].concat());
+            assert!(peak <= max * 1_000_000, "{picture:?} within {max} MB: {peak} bytes, exit code {code}: {said}");
+            assert!(code == 0 || code == 5 && said.contains("pixels"), "{picture:?} within {max} MB: {code}: {said}");
+            let is_made = std::fs::remove_file(&mesh).is_ok();
+            // how many rectangles a view has is known once the mesh is made
+            let is_of_surface = picture[0] == "--view" && max > 90;
+            assert!(is_made == (code == 0) || is_of_surface, "{picture:?} within {max} MB: {said}");
+            codes.push(code);
+        }
+        assert!(codes.is_sorted_by(|one, next| one >= next) && codes[0] == 5 && codes[7] == 0, "{codes:?}");
+    }
 }

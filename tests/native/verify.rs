@@ -202,6 +202,7 @@ fn models_placings_and_lines_are_verified() {
     let turned = set!(GeometryJob {
         scale: Some(hexcast::job::PerAxis::Each([1.5, -1.0, 0.8])),
         rotate: Some([30.0, -1040.5, 90.0]),
+        about: Some([0.1, -0.3, 0.25]),
         translate: Some([0.3, 0.2, 0.1]),
         ..GeometryJob::new(".")
     });

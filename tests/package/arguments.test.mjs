@@ -39,7 +39,7 @@ const NUMBERS = `{
   'part.index': (n) => ({ part: { index: n, of: [2, 1, 1] } }), 'part.of[0]': (n) => ({ part: { index: 1, of: [n, 1, 1] } }),
   'geometries[0].flag': (n) => ({ g: { flag: n } }), 'geometries[0].priority': (n) => ({ g: { priority: n } }),
   'geometries[0].scale': (n) => ({ g: { scale: n } }), 'geometries[0].scale[1]': (n) => ({ g: { scale: [1, n, 1] } }),
-  'geometries[0].rotate[0]': (n) => ({ g: { rotate: [n, 0, 0] } }), 'geometries[0].translate[2]': (n) => ({ g: { translate: [0, 0, n] } }),
+  'geometries[0].rotate[0]': (n) => ({ g: { rotate: [n, 0, 0] } }), 'geometries[0].about[1]': (n) => ({ g: { rotate: [0, 0, 90], about: [0, n, 0] } }), 'geometries[0].translate[2]': (n) => ({ g: { translate: [0, 0, n] } }),
 }`;
 
 test('every number of a job that is none, or infinite, is refused by its key; so are BigInts and functions', () => {

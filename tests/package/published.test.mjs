@@ -95,7 +95,9 @@ test('the workflow publishes what is packed, with its provenance, by scripts tha
   const called = [...workflow.matchAll(/npm run (\w+)/g)].map((match) => match[1]);
   assert.deepEqual(called, ['build', 'package']);
   for (const name of called) assert.ok(name in scripts, name);
-  assert.match(workflow, /npm publish \.\/target\/package --provenance/);
+  assert.match(workflow, /npm publish \.\/target\/npm --provenance/);
+  // setup-node knows npm's own
+  assert.doesNotMatch(workflow, /registry/);
   assert.match(workflow, /id-token: write/);
-  assert.equal(path.relative(ROOT, STAGE), 'target/package');
+  assert.equal(path.relative(ROOT, STAGE), 'target/npm');
 });

@@ -92,6 +92,7 @@ function show() {
 const FIELDS = {
   scale: 'scale',
   rotate: 'rotation',
+  about: 'centre of rotation',
   translate: 'move',
   flag: 'flag',
   priority: 'priority',

@@ -189,9 +189,9 @@ export async function replaceGeometries(parts, source) {
   const { mesher } = state;
   if (!mesher) return;
   const read = await readSurface(mesher, source);
-  const { flag, priority, scale, rotate, translate } = parts[0];
+  const { flag, priority, scale, rotate, about, translate } = parts[0];
   const name = source.name.replace(/\.[^.]*$/, '');
-  const joined = { ...PLAIN, id: nextId++, source, sample: null, ...read, name, flag, priority, scale, rotate, translate };
+  const joined = { ...PLAIN, id: nextId++, source, sample: null, ...read, name, flag, priority, scale, rotate, about, translate };
   for (const { surface } of parts) surface.dispose();
   change('geometries', {
     geometries: state.geometries.flatMap((geometry) => {

@@ -12,10 +12,11 @@ import { checkAgain, isLeftUnchecked } from './surfaces.js';
 
 /** @typedef {import('./state.js').Geometry} Geometry */
 
-/** @type {['scale' | 'rotate' | 'translate', string, string][]} */
+/** @type {['scale' | 'rotate' | 'about' | 'translate', string, string][]} */
 const TRANSFORMS = [
   ['scale', 'Scale', 'one factor, or one an axis'],
   ['rotate', 'Rotate', 'degrees about x, then y, then z'],
+  ['about', 'Rotate about', 'the point that stays where it is, once scaled'],
   ['translate', 'Move', 'along x, y, z'],
 ];
 
@@ -226,7 +227,7 @@ function splitSolids(id, box) {
   edit(id, { split: box.checked, flag });
 }
 
-/** @param {Geometry} geometry @param {'scale' | 'rotate' | 'translate'} key @param {string} label @param {string} hint */
+/** @param {Geometry} geometry @param {'scale' | 'rotate' | 'about' | 'translate'} key @param {string} label @param {string} hint */
 function placeField(geometry, key, label, hint) {
   const input = make('input', {
     type: 'text',

@@ -4,7 +4,7 @@ import { DEFAULTS, state } from './state.js';
 /**
  * @typedef {import('hexcast').Job} Job
  * @typedef {Omit<import('hexcast').GeometryJob, 'source'> & { source: import('./state.js').Surface, file: string }} SurfaceJob
- * @typedef {'name' | 'flag' | 'priority' | 'split' | 'scale' | 'rotate' | 'translate' | 'material' | SizingKey} GeometryKey
+ * @typedef {'name' | 'flag' | 'priority' | 'split' | 'scale' | 'rotate' | 'about' | 'translate' | 'material' | SizingKey} GeometryKey
  * @typedef {'max_size' | 'min_cells' | 'metal'} SizingKey keys of geometries that only graded lines use
  */
 
@@ -16,6 +16,7 @@ export const GEOMETRY_KEYS = [
   ['split', false],
   ['scale', null],
   ['rotate', null],
+  ['about', null],
   ['translate', null],
   ['material', null],
   ['max_size', null],
@@ -61,6 +62,8 @@ function geometryJob(geometry) {
     if (key === 'name' && geometry.split) continue;
     // a job without graded lines refuses them
     if (SIZING_KEYS.some((one) => one === key) && state.settings.sizing !== 'graded') continue;
+    // a job refuses a centre of what does not rotate
+    if (key === 'about' && !geometry.rotate) continue;
     if (value !== unsaid && value !== null && value !== undefined) Object.assign(job, { [key]: value });
   }
   return job;

@@ -83,23 +83,31 @@ export function many(n, what) {
   return `${n.toLocaleString('en')} ${what}${n === 1 ? '' : 's'}`;
 }
 
-/** @typedef {{ scale: number | number[] | null, rotate: number[] | null, translate: number[] | null }} Placing */
+/** @typedef {{ scale: number | number[] | null, rotate: number[] | null, about: number[] | null, translate: number[] | null }} Placing */
 
 /**
- * The box around a box that was scaled, rotated about x, y and z, and moved, as the job does.
+ * The box around a box that was scaled, rotated about x, y and z around a point, and moved, as the job does.
  *
  * @param {number[][]} box least and greatest coordinates
  * @param {Placing} placing
  */
-export function placedBox([low, high], { scale, rotate, translate }) {
+export function placedBox([low, high], { scale, rotate, about, translate }) {
   const factors = [scale ?? 1, scale ?? 1, scale ?? 1].flat();
+  const by = movedBy({ rotate, about, translate });
   const corners = Array.from({ length: 8 }, (_, corner) => {
     const point = [0, 1, 2].map((axis) => factors[axis] * ((corner >> axis) & 1 ? high : low)[axis]);
-    return rotated(point, rotate ?? [0, 0, 0]).map((at, axis) => at + (translate?.[axis] ?? 0));
+    return rotated(point, rotate ?? [0, 0, 0]).map((at, axis) => at + by[axis]);
   });
   const ends = (/** @type {(...numbers: number[]) => number} */ end) =>
     [0, 1, 2].map((axis) => end(...corners.map((at) => at[axis])));
   return [ends(Math.min), ends(Math.max)];
+}
+
+/** How far what was scaled, and rotated around the origin, is moved then. @param {Omit<Placing, 'scale'>} placing */
+export function movedBy({ rotate, about, translate }) {
+  const centre = about ?? [0, 0, 0];
+  const turned = rotated(centre, rotate ?? [0, 0, 0]);
+  return [0, 1, 2].map((axis) => (translate?.[axis] ?? 0) + (centre[axis] - turned[axis]));
 }
 
 /** @param {number[]} point @param {number[]} angles degrees about x, then y, then z */

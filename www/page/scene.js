@@ -8,13 +8,13 @@ import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 
 import { oncePerFrame } from './dom.js';
 import { Marks } from './marker.js';
-import { placedBox } from './places.js';
+import { movedBy, placedBox } from './places.js';
 import { linesOfCells, stairMaterial } from './stair_material.js';
 
 /**
  * @typedef {{ axis: number, side: number, at: number, image: ImageData, edges: number[][] }} Cut
  * @typedef {THREE.Mesh<THREE.BufferGeometry, THREE.MeshStandardMaterial | THREE.MeshBasicMaterial>} Drawn
- * @typedef {{ scale: number | number[] | null, rotate: number[] | null, translate: number[] | null }} Placing
+ * @typedef {{ scale: number | number[] | null, rotate: number[] | null, about: number[] | null, translate: number[] | null }} Placing
  * @typedef {Placing & { corners: Float32Array, colour: string }} Model
  */
 
@@ -304,17 +304,17 @@ export class Scene {
 }
 
 /**
- * Scales an object, rotates it about x, y and z, and moves it, as the job does.
+ * Scales an object, rotates it about x, y and z around a point, and moves it, as the job does.
  *
  * @template {THREE.Object3D} T
  * @param {T} object
  * @param {Placing} placing
  */
-function place(object, { scale, rotate, translate }) {
+function place(object, { scale, rotate, about, translate }) {
   object.scale.fromArray([scale ?? 1, scale ?? 1, scale ?? 1].flat());
   const [x, y, z] = (rotate ?? [0, 0, 0]).map(THREE.MathUtils.degToRad);
   object.rotation.set(x, y, z, 'ZYX');
-  object.position.fromArray(translate ?? [0, 0, 0]);
+  object.position.fromArray(movedBy({ rotate, about, translate }));
   object.updateMatrix();
   return object;
 }

@@ -217,7 +217,7 @@ function readGeometry(text) {
   const [most, fewest] = ['max_size', 'min_cells'].map((key) => Number(query.get(key) ?? NaN));
   if (most > 0 && most < Infinity) settings.max_size = most;
   if (Number.isInteger(fewest) && fewest > 0) settings.min_cells = fewest;
-  for (const key of ['scale', 'rotate', 'translate']) {
+  for (const key of ['scale', 'rotate', 'about', 'translate']) {
     const numbers = numbersOf(query.get(key) ?? '');
     if (numbers?.length === 3) Object.assign(settings, { [key]: numbers });
     else if (numbers?.length === 1 && key === 'scale') settings.scale = numbers[0];

@@ -66,6 +66,7 @@
  * @property {number} priority
  * @property {number | Triple | null} scale
  * @property {Triple | null} rotate
+ * @property {Triple | null} about the point about which it rotates
  * @property {Triple | null} translate
  * @property {boolean} split
  * @property {number | null} max_size where lines are graded, largest size of a cell across it
@@ -137,6 +138,7 @@ export const PLAIN = Object.freeze({
   priority: 0,
   scale: null,
   rotate: null,
+  about: null,
   translate: null,
   split: false,
   max_size: null,
@@ -204,8 +206,8 @@ export function isSame(one, other) {
 }
 
 /** Where a geometry is placed, to be compared. @param {Geometry} geometry */
-export function placeKey({ scale, rotate, translate }) {
-  return JSON.stringify([scale, rotate, translate]);
+export function placeKey({ scale, rotate, about, translate }) {
+  return JSON.stringify([scale, rotate, about, translate]);
 }
 
 /** The smallest flag that, with as many after it as asked for, no geometry but `except` has. @param {Geometry | null} except */

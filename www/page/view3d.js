@@ -106,7 +106,7 @@ function showTools() {
 function showModels() {
   const { geometries } = state;
   const look = JSON.stringify(
-    geometries.map(({ id, flag, scale, rotate, translate }) => [id, colourOf(flag), scale, rotate, translate]),
+    geometries.map(({ id, flag, scale, rotate, about, translate }) => [id, colourOf(flag), scale, rotate, about, translate]),
   );
   const drawn = geometries.map(({ corners }) => corners?.length).join();
   if (look === modelsLook && drawn === modelsDrawn) return;

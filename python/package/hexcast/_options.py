@@ -53,6 +53,8 @@ class GeometryOptions(TypedDict, total=False):
     scale: PerAxis
     #: Then rotates about x, y and z, in degrees.
     rotate: Sequence[float]
+    #: The point about which it rotates, where it is once scaled; by default the origin.
+    about: Sequence[float]
     #: Then moves, in the unit of the result.
     translate: Sequence[float]
 

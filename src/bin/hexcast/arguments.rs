@@ -21,7 +21,7 @@ use super::{ledger, standard};
 pub(crate) struct JobArguments {
     /// STL, OBJ, OFF, PLY, 3MF or GLB files, also packed by gzip, or - for standard input. They get the flags 1, 2, ... in order, unless set as in
     /// coil.stl:flag=7,priority=2,name=copper (keys: flag, priority, open, fill, shell, invert, max_size, min_cells, metal, name, solid, split,
-    /// same_flag, scale, rotate, translate, and eps_r, mu_r, sigma, pec, density, E, nu of the material)
+    /// same_flag, scale, rotate, about, translate, and eps_r, mu_r, sigma, pec, density, E, nu of the material)
     #[arg(value_name = "FILE", required_unless_present = "job", conflicts_with = "job", value_parser = input_name())]
     files: Vec<String>,
     /// Take all options from a job file, TOML or JSON, or - for standard input. File names in it are relative to its folder; options given

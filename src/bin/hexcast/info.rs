@@ -5,10 +5,11 @@ use std::process::ExitCode;
 
 use hexcast::control::{CancelToken, Control};
 use hexcast::geometry::{Geometry, SharedFacets};
+use hexcast::job::ByteSize;
 use hexcast::mesh::Mesh;
 use hexcast::report::ColumnsReport;
 use hexcast::sources::Source;
-use hexcast::surface::{Surface, surface};
+use hexcast::surface::{Surface, surface_within};
 use hexcast::{Error, Result};
 use indicatif::{BinaryBytes, HumanCount};
 use serde_json::{Value, json};
@@ -17,7 +18,7 @@ use super::arguments::default_max_memory;
 use super::progress::Progress;
 use super::spelling::input_name;
 use super::summary::{Table, short, three};
-use super::{reading, standard, summary, terminal};
+use super::{memory, reading, standard, summary, terminal};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -35,6 +36,9 @@ pub(crate) struct Arguments {
     /// Print a JSON list with one object per file
     #[arg(long)]
     json: bool,
+    /// Most memory to use, such as 2GB or 512MiB [default: 3/4 of the available memory]
+    #[arg(long, value_name = "SIZE", help_heading = "Memory")]
+    max_memory: Option<ByteSize>,
 }
 
 /// Most solids of a file that are listed for people.
@@ -44,7 +48,8 @@ const MAX_SOLIDS: usize = 20;
 struct Facts {
     source: Source,
     solids: Vec<(String, usize)>,
-    geometry: Geometry,
+    bounding_box: Option<[[f64; 3]; 2]>,
+    signed_volume: f64,
     surface: Surface,
 }
 
@@ -65,7 +70,8 @@ enum Found {
 
 pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode> {
     standard::check_once(arguments.files.iter().map(Path::new))?;
-    let found = found(&arguments.files, token)?;
+    let max_memory = arguments.max_memory.or_else(default_max_memory);
+    let found = found(&arguments.files, max_memory, token)?;
     if arguments.json {
         let list: Value = found.iter().map(in_json).collect();
         terminal::print_exact(&format!("{list:#}\n"))?;
@@ -80,15 +86,16 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
 }
 
 /// What the files hold, in their order; an error of one is no reason to leave out the others.
-fn found(files: &[String], token: &CancelToken) -> Result<Vec<Found>> {
+fn found(files: &[String], max_memory: Option<ByteSize>, token: &CancelToken) -> Result<Vec<Found>> {
+    let max_bytes = max_memory.map_or(u64::MAX, |size| size.0);
     let mut found = Vec::new();
     for file in files {
         let read = if reading::is_columns(Path::new(file)) {
-            columns(file, token)
+            columns(file, max_bytes, token)
         } else {
-            let sources = reading::read_files(&[file], default_max_memory(), token, Progress::new(false));
+            let sources = reading::read_files(&[file], max_memory, token, Progress::new(false));
             let source = sources.and_then(|mut sources| sources.pop().ok_or(Error::Cancelled));
-            source.and_then(facts).map(|facts| Found::Surface(Box::new(facts)))
+            source.and_then(|source| facts(source, max_bytes)).map(|facts| Found::Surface(Box::new(facts)))
         };
         match read {
             Err(Error::Cancelled) => return Err(Error::Cancelled),
@@ -106,10 +113,9 @@ impl Found {
 }
 
 /// Opens a column file, of which only the index is read to memory.
-fn columns(file: &str, token: &CancelToken) -> Result<Found> {
+fn columns(file: &str, max_bytes: u64, token: &CancelToken) -> Result<Found> {
     let mut control = Control::default();
     control.cancel = token.clone();
-    let max_bytes = default_max_memory().map_or(u64::MAX, |size| size.0);
     let mesh = Box::new(reading::open_columns(Path::new(file), max_bytes, &control)?);
     let n_bytes = std::fs::metadata(file).ok().map(|metadata| metadata.len());
     Ok(Found::Columns { file: file.into(), n_bytes, mesh })
@@ -142,17 +148,21 @@ fn in_words(found: &Found) -> Option<String> {
     }
 }
 
-fn facts(mut source: Source) -> Result<Facts> {
+/// Examines a surface, whose facets are not kept.
+fn facts(mut source: Source, max_bytes: u64) -> Result<Facts> {
     let solids = std::mem::take(&mut source.contents.solids);
     let names = solids.iter().map(|solid| (solid.name.clone(), solid.facets.len())).collect();
     let facets = SharedFacets::join(&solids.into_iter().map(|solid| solid.facets).collect::<Vec<_>>());
-    let surface = surface(&facets);
+    let limit = memory::limit(max_bytes);
+    limit.take_held(size_of_val(&facets[..]) as u64, "the facets as they were read")?.keep();
+    let surface = surface_within(&facets, &limit).map_err(|error| error.at(&source.file))?;
     let geometry = Geometry::new(source.file.clone(), 1, facets)?;
-    Ok(Facts { solids: names, geometry, surface, source })
+    let (bounding_box, signed_volume) = (geometry.bounding_box(), geometry.signed_volume());
+    Ok(Facts { solids: names, bounding_box, signed_volume, surface, source })
 }
 
 fn surface_in_json(facts: &Facts) -> Value {
-    let Facts { source, solids, geometry, surface } = facts;
+    let Facts { source, solids, bounding_box, signed_volume, surface } = facts;
     let contents = &source.contents;
     let solids: Value = solids.iter().map(|(name, facets)| json!({"name": name, "facets": facets})).collect();
     json!({
@@ -163,8 +173,8 @@ fn surface_in_json(facts: &Facts) -> Value {
         "sha256": source.sha256,
         "facets": contents.n_facets,
         "solids": solids,
-        "bounding_box": geometry.bounding_box(),
-        "signed_volume": geometry.signed_volume(),
+        "bounding_box": bounding_box,
+        "signed_volume": signed_volume,
         "area": surface.area,
         "shells": surface.shells,
         "watertight": surface.watertight,
@@ -184,7 +194,7 @@ fn surface_in_json(facts: &Facts) -> Value {
 }
 
 fn surface_in_words(facts: &Facts) -> String {
-    let Facts { source, solids, geometry, surface } = facts;
+    let Facts { source, solids, bounding_box, signed_volume, surface } = facts;
     let contents = &source.contents;
     let mut table = Table::default();
     table.line("file", format!("{} ({})", source.file, BinaryBytes(contents.n_bytes)));
@@ -198,10 +208,10 @@ fn surface_in_words(facts: &Facts) -> String {
     if let Some(n_more @ 1..) = solids.len().checked_sub(MAX_SOLIDS) {
         table.line("solid", format!("{} more solids; --json lists all", HumanCount(n_more as u64)));
     }
-    let [low, high] = geometry.bounding_box().unwrap_or_default();
+    let [low, high] = bounding_box.unwrap_or_default();
     let extent = [0, 1, 2].map(|axis| high[axis] - low[axis]);
     table.line("box", format!("{} to {}, extent {}", three(low), three(high), three(extent)));
-    let volume = geometry.signed_volume();
+    let volume = *signed_volume;
     let remark = match (surface.closed_oriented, volume < 0.0) {
         (false, _) => " (of an open or inconsistent surface: it depends on the reference point)",
         (true, true) => " (negative: facets face inwards)",

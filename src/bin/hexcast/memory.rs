@@ -1,5 +1,6 @@
 //! What the system says about memory, and memory that is cheap to touch for the first time.
 
+use hexcast::memory::Memory;
 use hexcast::{Error, Result};
 use memmap2::{MmapMut, MmapOptions};
 
@@ -19,8 +20,18 @@ pub(crate) fn program_bytes(on_gpu: bool) -> u64 {
 
 /// The same, or what this process holds now without facets of so many bytes, if that is more.
 pub(crate) fn program_bytes_now(on_gpu: bool, facets: u64) -> u64 {
-    let held = kilobytes("/proc/self/status", "VmRSS:").unwrap_or(0);
-    program_bytes(on_gpu).max(held.saturating_sub(facets))
+    program_bytes(on_gpu).max(resident_bytes().unwrap_or(0).saturating_sub(facets))
+}
+
+/// Bytes that this process holds now; None where the system does not say.
+pub(crate) fn resident_bytes() -> Option<u64> {
+    kilobytes("/proc/self/status", "VmRSS:")
+}
+
+/// A limit of memory of which the program has its part, and which counts what this process holds.
+pub(crate) fn limit(max_bytes: u64) -> Memory {
+    let program_bytes = program_bytes(false);
+    Memory::measured(max_bytes, if program_bytes < max_bytes { program_bytes } else { 0 }, resident_bytes)
 }
 
 /// Value in bytes of a line such as `VmHWM:  1234 kB`.

@@ -189,8 +189,11 @@ fn mesh_and_write(
     });
     control = control.on_holes(move |work| progress.about_holes(work));
     control.cancel = token.clone();
+    control.memory = memory::limit(u64::MAX);
     let facet_bytes = sources.iter().map(|source| 36 * source.contents.n_facets).sum();
     let program_bytes = memory::program_bytes_now(engine.adapter().is_some(), facet_bytes);
+    let pictures = pictures.beside_program(program_bytes);
+    let spills = !matches!(spill, SpillTarget::None);
     let options = MeshOptions::default()
         .with_spill(spill)
         .with_flags_in_memory(arguments.flags_in_memory)
@@ -200,7 +203,7 @@ fn mesh_and_write(
         .with_max_device_bytes(arguments.job.max_device_memory.map(|size| size.0));
     let check = |prepared: &Prepared| {
         measured.check(prepared)?;
-        pictures.check(&prepared.mesh_lines())?;
+        pictures.check(prepared, spills)?;
         outputs.check(job, prepared)
     };
     let meshed = pollster::block_on(pipeline::mesh_if(job, sources, (&options, &check), &mut engine, &control));

@@ -3,10 +3,12 @@
 use std::path::Path;
 
 use hexcast::control::Control;
+use hexcast::estimate::Estimate;
 use hexcast::job::{PlaceJob, RunJob, Several, SliceJob, ViewJob};
 use hexcast::lines::Lines;
 use hexcast::mesh::Mesh;
 use hexcast::picture::{Look, Place, Slices, View, slices, view};
+use hexcast::pipeline::Prepared;
 use hexcast::{Error, Result};
 
 use super::output_file::{OutputFile, PendingFile};
@@ -38,6 +40,9 @@ pub(crate) struct Pictures {
     max_bytes: u64,
 }
 
+/// Share of the columns that they may take beyond their estimate.
+const BEYOND_ESTIMATE: u64 = 4;
+
 impl PictureArguments {
     /// Puts the pictures into a job file.
     pub(crate) fn put(&self, run: &mut RunJob) {
@@ -68,12 +73,24 @@ impl PictureArguments {
 }
 
 impl Pictures {
-    /// Refuses what is known to be wrong with a picture before the mesh is made.
-    pub(crate) fn check(&self, lines: &Lines) -> Result<()> {
+    /// Has the program take some of the memory.
+    pub(crate) fn beside_program(self, program_bytes: u64) -> Pictures {
+        Pictures { max_bytes: self.max_bytes.saturating_sub(program_bytes), ..self }
+    }
+
+    /// Refuses what is known to be wrong with a picture before the mesh is made, and what does not fit beside its columns, unless these spill.
+    pub(crate) fn check(&self, prepared: &Prepared, spills: bool) -> Result<()> {
+        if self.files.is_empty() {
+            return Ok(());
+        }
+        let Prepared { geometries, lines, rays, .. } = prepared;
+        let column_bytes = if spills { 0 } else { Estimate::new(geometries, lines, rays).column_bytes };
+        let max_bytes = self.max_bytes.saturating_sub(column_bytes + column_bytes / BEYOND_ESTIMATE);
+        let lines = &prepared.mesh_lines();
         self.files.iter().try_for_each(|(file, wanted)| {
             let checked = match wanted {
-                Wanted::Slices { .. } => wanted.slices(lines, self.max_bytes).and_then(|slices| slices.check(lines)),
-                Wanted::View(view) => view.check(lines.dims()),
+                Wanted::Slices { .. } => wanted.slices(lines, max_bytes).and_then(|slices| slices.check(lines)),
+                Wanted::View(_) => wanted.view(max_bytes).check(lines.dims()),
             };
             checked.map_err(|error| error.at(file.path.display()))
         })
@@ -88,10 +105,7 @@ impl Pictures {
                 Wanted::Slices { .. } => {
                     wanted.slices(&mesh.lines, max_bytes).and_then(|planes| slices(mesh, &planes, control))
                 }
-                Wanted::View(wanted) => {
-                    let look = wanted.look.clone().with_max_bytes(max_bytes);
-                    view(mesh, &wanted.clone().with_look(look), control)
-                }
+                Wanted::View(_) => view(mesh, &wanted.view(max_bytes), control),
             };
             let path = file.path.clone();
             match drawn.and_then(|picture| picture.png()) {
@@ -116,6 +130,11 @@ impl Wanted {
         let Wanted::Slices { axes, places, has_lines, look } = self else { return Ok(Slices::new(Vec::new())) };
         let look = look.clone().with_max_bytes(max_bytes);
         Ok(Slices::of_lines(lines, axes, places)?.with_lines(*has_lines).with_look(look))
+    }
+
+    fn view(&self, max_bytes: u64) -> View {
+        let Wanted::View(view) = self else { return View::default() };
+        view.clone().with_look(view.look.clone().with_max_bytes(max_bytes))
     }
 }
 

@@ -16,7 +16,7 @@ pub(crate) fn target_of(path: &Path) -> Result<PathBuf> {
     for _ in 0..MAX_LINKS {
         // links to what a process has open, as /dev/stdout is: another file of that name would not be what is open
         if target.starts_with("/proc") {
-            return Err(not_a_file(path));
+            return Err(if path.exists() { not_a_file(path) } else { not_in_proc(path) });
         }
         // fails for what is not a link and for what is not there
         let Ok(next) = std::fs::read_link(&target) else { return Ok(target) };
@@ -43,6 +43,14 @@ pub(crate) fn check_kind(path: &Path) -> Result<()> {
         Ok(metadata) if !metadata.is_file() && !metadata.is_dir() => Err(not_a_file(path)),
         _ => Ok(()),
     }
+}
+
+fn not_in_proc(path: &Path) -> Error {
+    let message = format!(
+        "{} cannot be written: /proc has what the system says of its processes, and no other files",
+        path.display()
+    );
+    Error::new("io", message, "name a file in another folder")
 }
 
 /// The error of a path that is taken by something else than a file.

@@ -9,34 +9,49 @@ use crate::export::output::Files;
 use crate::write::Compress;
 
 /// A file being written.
-pub(crate) struct File(H5File);
+pub(crate) struct File {
+    /// None once it is closed.
+    file: Option<H5File>,
+}
 
 impl File {
     /// Begins a file, whose datasets will have so many bytes.
     pub(crate) fn create(files: &mut dyn Files, name: &str, _n_bytes: u64) -> Result<File> {
         // the caller may hold a lock of its own
         let options = H5File::options().locking(FileLocking::Disabled);
-        options.create(files.place(name)?).map(File).map_err(failed)
+        Ok(File { file: Some(options.create(files.place(name)?).map_err(failed)?) })
+    }
+
+    fn open(&self) -> Result<&H5File> {
+        self.file.as_ref().ok_or_else(|| failed("the file is closed"))
     }
 
     /// Adds an attribute.
     pub(crate) fn text(&mut self, name: &str, value: &str) -> Result<()> {
-        self.0.set_attr_string(name, value).map_err(failed)
+        self.open()?.set_attr_string(name, value).map_err(failed)
     }
 
     /// Adds an attribute of numbers.
     pub(crate) fn numbers(&mut self, name: &str, values: &[f64]) -> Result<()> {
-        self.0.set_attr_array_numeric(name, values).map_err(failed)
+        self.open()?.set_attr_array_numeric(name, values).map_err(failed)
     }
 
     /// Adds a dataset of strings.
     pub(crate) fn texts(&mut self, name: &str, values: &[&str]) -> Result<()> {
-        self.0.write_vlen_strings(name, values).map(|_| ()).map_err(failed)
+        self.open()?.write_vlen_strings(name, values).map(|_| ()).map_err(failed)
     }
 
     /// Ends the file.
-    pub(crate) fn finish(self, _files: &mut dyn Files) -> Result<()> {
-        self.0.close_no_sync().map_err(failed)
+    pub(crate) fn finish(mut self, _files: &mut dyn Files) -> Result<()> {
+        self.open()?.flush().map_err(failed)?;
+        self.file.take().map_or(Ok(()), H5File::close_no_sync).map_err(failed)
+    }
+}
+
+/// Where it could not be written: the crate prints what goes wrong with a file that is not closed.
+impl Drop for File {
+    fn drop(&mut self) {
+        let _ = self.file.take().map(H5File::close_no_sync);
     }
 }
 
@@ -54,7 +69,7 @@ impl<T: Item> Table<T> {
     /// Begins a dataset.
     pub(crate) fn new(file: &mut File, shape: Shape) -> Result<Table<T>> {
         let chunk = shape.chunk(size_of::<T>());
-        let new = file.0.new_dataset::<T>().shape(shape.dims).chunk(&chunk);
+        let new = file.open()?.new_dataset::<T>().shape(shape.dims).chunk(&chunk);
         let new = match shape.compress {
             Compress::None => new,
             Compress::Zlib(level) => new.deflate(level.into()),

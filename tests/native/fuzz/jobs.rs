@@ -25,6 +25,7 @@ const WORDS: &[&str] = &[
     "invert",
     "scale",
     "rotate",
+    "about",
     "translate",
     "domain",
     "padding",

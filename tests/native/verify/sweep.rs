@@ -31,6 +31,7 @@ fn surface(random: &mut Random) -> Facets {
 fn entry(random: &mut Random) -> GeometryJob {
     let shell = random.below(6) == 0;
     let fill = random.one_of(&[None, None, Some(Fill::Centre), Some(Fill::Separating), Some(Fill::Conservative)]);
+    let rotate = random.one_of(&[None, None, None, Some([10.0, 90.0, -33.0])]);
     set!(GeometryJob {
         flag: random.one_of(&[None, None, Some(7), Some(3)]),
         priority: random.between(-1, 1),
@@ -42,7 +43,8 @@ fn entry(random: &mut Random) -> GeometryJob {
         max_size: random.one_of(&[None, None, Some(0.9)]),
         min_cells: random.one_of(&[None, None, None, Some(3)]),
         scale: random.one_of(&[None, None, Some(PerAxis::Each([0.8, -1.0, 1.1]))]),
-        rotate: random.one_of(&[None, None, None, Some([10.0, 90.0, -33.0])]),
+        rotate,
+        about: rotate.and(random.one_of(&[None, Some([0.3, -0.7, 0.45])])),
         ..GeometryJob::new(".")
     })
 }

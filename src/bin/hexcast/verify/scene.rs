@@ -139,7 +139,7 @@ fn placed<'a>(job: &'a Job, files: &[Vec<Solid>]) -> Result<Vec<Placed<'a>>> {
     Ok(bodies)
 }
 
-/// The function from a corner of a file to the world: scaled, turned about x, y and z, moved; products summed from left to right.
+/// The function from a corner of a file to the world: scaled, turned about x, y and z, around a point, moved; products summed from left to right.
 fn placing(entry: &GeometryJob) -> impl Fn([f32; 3]) -> DVec3 + use<> {
     let [x, y, z] = entry.rotate.unwrap_or_default().map(|degrees: f64| {
         // what is left of whole quarter turns
@@ -151,6 +151,9 @@ fn placing(entry: &GeometryJob) -> impl Fn([f32; 3]) -> DVec3 + use<> {
     let about_y = DMat3::from_cols_array(&[y.1, 0.0, -y.0, 0.0, 1.0, 0.0, y.0, 0.0, y.1]);
     let about_z = DMat3::from_cols_array(&[z.1, z.0, 0.0, -z.0, z.1, 0.0, 0.0, 0.0, 1.0]);
     let scale = DMat3::from_diagonal(entry.scale.map_or([1.0; 3], PerAxis::each).into());
-    let (turn, by) = (about_z * about_y * about_x * scale, DVec3::from(entry.translate.unwrap_or_default()));
+    let turn = about_z * about_y * about_x;
+    let centre = DVec3::from(entry.about.unwrap_or_default());
+    let by = DVec3::from(entry.translate.unwrap_or_default()) + (centre - turn * centre);
+    let turn = turn * scale;
     move |corner| turn * DVec3::from(corner.map(f64::from)) + by
 }
