@@ -235,6 +235,7 @@ async fn meshed(
     let checked = Checked {
         job,
         prepared: &prepared,
+        memory: &memory,
         frame: frame_of_whole,
         closed: &closed,
         bound_sums: &bound_sums,

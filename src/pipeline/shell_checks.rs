@@ -17,6 +17,7 @@ use crate::frame::Frame;
 use crate::geometry::{Fill, Geometry};
 use crate::job::Job;
 use crate::lines::Lines;
+use crate::memory::Memory;
 use crate::report::{MAX_OFF, MAX_SHELLS, MAX_SHELLS_OF_PART, ShellCheck, ShellReport, is_cut, off};
 use crate::shells::alone::{Alone, Caster, Shell, numbers, shells};
 use crate::shells::lone::{CellBox, cells_of, stand_alone, volumes};
@@ -32,6 +33,7 @@ const MOST_TRIED: f64 = 1e6;
 pub(super) struct Checked<'a> {
     pub(super) job: &'a Job,
     pub(super) prepared: &'a Prepared,
+    pub(super) memory: &'a Memory,
     /// A frame of the whole box, or of a window of it.
     pub(super) frame: &'a Frame,
     /// By position.
@@ -69,7 +71,7 @@ impl Checked<'_> {
     /// their own.
     ///
     /// # Errors
-    /// `cancelled`.
+    /// `cancelled`; `memory`.
     pub(super) async fn all(&self, control: &Control) -> Result<Vec<Option<ShellCheck>>> {
         let mut all = vec![None; self.prepared.geometries.len()];
         // that of a window has other centres
@@ -102,7 +104,7 @@ impl Checked<'_> {
         let geometry = &self.prepared.geometries[index];
         let closed = self.closed[position];
         let (lines, rule) = (&self.prepared.whole, self.job.rule);
-        let numbers = numbers(geometry, is_proper, control).await?;
+        let numbers = numbers(geometry, is_proper, self.memory, control).await?;
         let n_shells = numbers.n_shells() as u64;
         if n_shells == 0 || n_shells == 1 && self.is_known(index, position) {
             return Ok(ShellCheck::new(n_shells, None, Vec::new(), MAX_SHELLS));

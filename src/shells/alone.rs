@@ -29,6 +29,7 @@ use crate::frame::{Frame, SnappedFacet};
 use crate::geometry::{Facet, Geometry};
 use crate::job::Rule;
 use crate::lines::Lines;
+use crate::memory::Memory;
 use crate::parallel::*;
 use crate::rays::Rays;
 use crate::volume_bound::BoundSums;
@@ -122,15 +123,26 @@ impl Shell {
     }
 }
 
+/// What errors of memory call what numbering needs.
+const NUMBERED: &str = "the edges that connect the shells of a surface, which --quick does not ask for,";
+
 /// Which shell of a geometry each facet belongs to; `is_proper` says that no edge has more than two facets.
 ///
 /// # Errors
-/// `cancelled`.
-pub(crate) async fn numbers(geometry: &Geometry, is_proper: bool, control: &Control) -> Result<Numbers> {
+/// `cancelled`; `memory`.
+pub(crate) async fn numbers(
+    geometry: &Geometry,
+    is_proper: bool,
+    memory: &Memory,
+    control: &Control,
+) -> Result<Numbers> {
     let mut numbering = Numbering::new(&geometry.facets, is_proper);
+    let mut room = memory.take(numbering.n_bytes(), NUMBERED)?;
     while numbering.step() {
+        room.set(numbering.n_bytes(), NUMBERED)?;
         control.rest().await?;
     }
+    room.set(numbering.n_bytes_at_end(), NUMBERED)?;
     Ok(numbering.finish())
 }
 

@@ -84,6 +84,17 @@ impl<'a> Numbering<'a> {
         self.roots.len() < self.facets.len()
     }
 
+    /// Bytes that it holds before the next step.
+    pub(crate) fn n_bytes(&self) -> u64 {
+        (size_of::<u32>() * self.facets.len() + size_of::<Edge>() * self.edges.capacity()) as u64
+    }
+
+    /// Bytes that it holds at its end: the edges are there twice, and their facets in pairs.
+    pub(crate) fn n_bytes_at_end(&self) -> u64 {
+        let n_edges = size_of::<Edge>() * (self.edges.capacity() + self.edges.len() * 9 / 8);
+        (2 * size_of::<u32>() * self.facets.len() + n_edges) as u64
+    }
+
     /// The numbers, once all is done.
     pub(crate) fn finish(mut self) -> Numbers {
         let mut groups = Groups::of_roots(self.roots);
