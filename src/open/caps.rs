@@ -63,13 +63,13 @@ struct Tier {
 
 /// What each leaves in doubt the next looks at: some hundredths of theta, 10^-4, 10^-7 and 10^-10.
 const TIERS: [Tier; 4] = [
-    Tier { degree: LOW, far: 0.25 },
+    Tier { degree: LOW, far: 0.3 },
     Tier { degree: HIGH, far: 0.4 },
     Tier { degree: HIGH, far: 0.25 },
     Tier { degree: HIGH, far: 0.15 },
 ];
 /// Triangles this many half diagonals away from a block are evaluated once for all its cells, where terms of low degree are enough.
-const FAR_TRIANGLE: f64 = 6.0;
+const FAR_TRIANGLE: f64 = 4.0;
 /// Theta of a hole that is as much open as closed: of two halves that differ by less than what the snap moves both, the closed one. A centre
 /// in the plane of a cap stands 5/32 of a unit before itself, at most, so that its theta is 2e-9 from a half at least.
 const HALF: f64 = 0.5 + 1e-9;

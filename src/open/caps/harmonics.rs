@@ -95,7 +95,7 @@ fn regular(point: DVec3, order: usize) -> Terms {
             let below = if n > m + 1 { u[at(n - 2, m)] } else { [0.0; 2] };
             let (last, by) = (u[at(n - 1, m)], 1.0 / ((n + m) * (n - m)) as f64);
             let step = (2 * n - 1) as f64 * point.z;
-            u[at(n, m)] = [0, 1].map(|k| (step * last[k] - square * below[k]) * by);
+            u[at(n, m)] = [(step * last[0] - square * below[0]) * by, (step * last[1] - square * below[1]) * by];
         }
     }
     terms
@@ -115,7 +115,7 @@ fn irregular(point: DVec3, order: usize) -> Terms {
             let below = if n > m + 1 { t[at(n - 2, m)] } else { [0.0; 2] };
             let last = t[at(n - 1, m)];
             let (step, less) = ((2 * n - 1) as f64 * point.z, ((n - 1) * (n - 1) - m * m) as f64);
-            t[at(n, m)] = [0, 1].map(|k| (step * last[k] - less * below[k]) * by);
+            t[at(n, m)] = [(step * last[0] - less * below[0]) * by, (step * last[1] - less * below[1]) * by];
         }
     }
     terms

@@ -37,9 +37,12 @@ impl Triangle {
     }
 
     /// The sides of a right-angled triangle with the angle 2 pi theta.
+    #[inline]
     fn top_and_bottom(&self, point: DVec3) -> [f64; 2] {
-        let [a, b, c] = self.corners.map(|corner| corner - point);
-        let [la, lb, lc] = [a.length(), b.length(), c.length()];
+        // an array's map is a call, here and below
+        let [a, b, c] = self.corners;
+        let (a, b, c) = (a - point, b - point, c - point);
+        let (la, lb, lc) = (a.length(), b.length(), c.length());
         let top = a.dot(b.cross(c));
         let bottom = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
         [top, bottom]
@@ -71,13 +74,12 @@ impl Triangle {
 
     /// Change of theta a unit of length: the field of a current around the triangle (Biot and Savart), over 4 pi.
     pub(super) fn gradient(&self, point: DVec3) -> DVec3 {
-        let corners = self.corners.map(|corner| corner - point);
-        let lengths = corners.map(DVec3::length);
-        let of_edge = |(from, to): (usize, usize)| {
-            let (a, b, la, lb) = (corners[from], corners[to], lengths[from], lengths[to]);
-            a.cross(b) * ((la + lb) / (la * lb * (la * lb + a.dot(b))))
-        };
-        [(0, 1), (1, 2), (2, 0)].map(of_edge).into_iter().fold(DVec3::ZERO, |sum, edge| sum + edge) / (4.0 * PI)
+        let [a, b, c] = self.corners;
+        let (a, b, c) = (a - point, b - point, c - point);
+        let (la, lb, lc) = (a.length(), b.length(), c.length());
+        let of_edge =
+            |a: DVec3, b: DVec3, la: f64, lb: f64| a.cross(b) * ((la + lb) / (la * lb * (la * lb + a.dot(b))));
+        (of_edge(a, b, la, lb) + of_edge(b, c, lb, lc) + of_edge(c, a, lc, la)) / (4.0 * PI)
     }
 
     /// Whether a point is for sure more than so far away.
