@@ -8,7 +8,7 @@
 //! A cell has the m of the sum of theta over all triangles, in f64, in their order. Nearly all cells have it without that sum, from bounds:
 //!
 //! - The triangles lie in clusters, a tree (`tree`), as in Barill, Dickson, Schmidt, Levin and Jacobson (Fast winding numbers for soups and clouds,
-//!   2018). There, far clusters are replaced by their first derivatives; here they are expanded to a degree of [`harmonics::ORDER`], and the rest
+//!   2018). There, far clusters are replaced by their first derivatives; here they are expanded to a degree, and the rest
 //!   is bounded. With A the area of a cluster, q the sum of its reach and that of a block of cells over their distance D, it is at most
 //!   A / (4 pi D^2) q^p ((p + 3/2) / (1 - q) + q / (1 - q)^2), with p the degree (`harmonics` proves it).
 //! - Of a triangle of area A at a distance of at least d from every centre of a block of half diagonal r, theta differs from its value at
@@ -17,9 +17,10 @@
 //! - A sum of n numbers in f64 is off by at most n / 2^53 of the sum of their magnitudes, in any order.
 //!
 //! Where the sum of these leaves m in no doubt, a whole block has it; else the block is split in eight, down to one cell. A cluster that
-//! is far from a block becomes part of the expansion around its middle, which goes on to its parts, and is not looked at again. A cell
-//! that is in doubt by these is looked at again with smaller clusters, and what is then in doubt by the exact sum. So every cell has the
-//! m that it has by itself, whatever the blocks.
+//! is far from a block becomes part of the expansion around its middle, which goes on to its parts, and is not looked at again. First all
+//! are expanded to a low degree, which decides nearly all cells and costs little. Cells that are in doubt by these are looked at again by the next of
+//! [`TIERS`], in blocks where there are many, and what is in doubt by all of them has the exact sum. So every cell has the m that it has by
+//! itself, whatever the blocks.
 //!
 //! Where as much of a surface is missing as is there, theta is a half all through it, but for what the snap moves. So the threshold is not
 //! 1/2 but 1/2 + 10^-9: a half is closed, and what the snap moves decides nothing.
@@ -30,8 +31,8 @@
 //!
 //! # Practice
 //! [`shifts`] works in steps of some blocks, between which it rests.
-//! Cost: 6 microseconds a triangle for the tree, and 300 bytes; O(log n) clusters a block, some 5 microseconds each; near many holes some
-//! 10 to 100 microseconds a cell, and some 600 where theta is a half to the sixth digit and beyond.
+//! Cost: some 500 to 1,000 bytes a triangle; O(log n) clusters a block, 0.3 microseconds each of low degree and 5 of high; around many holes 10 to
+//! 150 microseconds a cell.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -61,15 +62,15 @@ struct Tier {
     far: f64,
 }
 
-/// What each leaves in doubt the next looks at: some hundredths of theta, 10^-4, 10^-7 and 10^-10.
+/// What each leaves in doubt the next looks at: some tenths of theta, 10^-4, 10^-7 and 10^-10.
 const TIERS: [Tier; 4] = [
-    Tier { degree: LOW, far: 0.3 },
+    Tier { degree: LOW, far: 0.4 },
     Tier { degree: HIGH, far: 0.4 },
     Tier { degree: HIGH, far: 0.25 },
     Tier { degree: HIGH, far: 0.15 },
 ];
 /// Triangles this many half diagonals away from a block are evaluated once for all its cells, where terms of low degree are enough.
-const FAR_TRIANGLE: f64 = 4.0;
+const FAR_TRIANGLE: f64 = 5.0;
 /// Theta of a hole that is as much open as closed: of two halves that differ by less than what the snap moves both, the closed one. A centre
 /// in the plane of a cap stands 5/32 of a unit before itself, at most, so that its theta is 2e-9 from a half at least.
 const HALF: f64 = 0.5 + 1e-9;

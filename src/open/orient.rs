@@ -1,6 +1,7 @@
 //! Orientation: facets that share an edge are turned to agree, what facets are missing between them, and what edges are open then.
 //!
-//! Snapped facets -> the same, turned, the missing ones, those that close small holes, and the loops of the edges that are open beside these. An edge with two facets joins them: they agree if they
+//! Snapped facets -> the same, turned, the missing ones, those that close small holes, and the loops of the edges that are open beside these;
+//! with rests. An edge with two facets joins them: they agree if they
 //! use it in opposite directions. Of each group of joined facets the side that has more of them as they are in the file stays.
 //! An edge is open as often as its facets use it more one way than the other; since every facet is a triangle, as many
 //! open edges begin at a corner as end there, so that they form loops.

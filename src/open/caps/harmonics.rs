@@ -10,7 +10,7 @@
 //! Of moments about c and a point z, both with some reach, the terms of degree n + k <= p, their order, of (x - c) - (P - z) stay. The gradient of
 //! a harmonic |x|^n P_n is at most sqrt(n (n + 1)) |x|^(n-1), so that what is left out is at most [`tail`].
 //!
-//! Cost: 120 complex numbers an expansion; some 5 microseconds to move one, 0.3 to evaluate it.
+//! Cost: 15 complex numbers an expansion of low degree and 120 of high; 0.1 and 5 microseconds to move one, 0.05 and 0.3 to evaluate it.
 
 use std::array::from_fn;
 use std::f64::consts::PI;

@@ -292,3 +292,37 @@ fn it_rests_and_ends_at_any_rest() {
         assert_eq!(run(last), (false, last));
     }
 }
+
+/// Turning facets, holes, loops and caps rest at least once in so many facets, and end where they are cancelled at any rest.
+#[test]
+fn what_is_linear_in_facets_rests_and_ends_at_any_rest() {
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    let corner = |u: i32, v: i32| [16 * u, 16 * v, (u * u + 3 * v * v) % 11];
+    let squares = (0..300).flat_map(|u| (0..300).map(move |v| (u, v))).filter(|(u, v)| (u + v) % 2 == 0);
+    let facets: Vec<SnappedFacet> = squares
+        .flat_map(|(u, v)| {
+            let [a, b, c, d] = [corner(u, v), corner(u + 1, v), corner(u + 1, v + 1), corner(u, v + 1)];
+            [[a, b, c], [a, c, d]]
+        })
+        .collect();
+    let run = |last: usize| {
+        let (n_rests, token) = (Arc::new(AtomicUsize::new(0)), CancelToken::default());
+        let (rests, cancel) = (n_rests.clone(), token.clone());
+        let mut control = Control::default().pausing(move || {
+            if rests.fetch_add(1, Ordering::Relaxed) + 1 == last {
+                cancel.cancel();
+            }
+            Box::pin(async {})
+        });
+        control.cancel = token;
+        let work = async { caps(&orient(&facets, [1.0; 3], &control).await?.loops, &control).await };
+        (at_once(work).is_ok(), n_rests.load(Ordering::Relaxed))
+    };
+    let (is_done, n_rests) = run(usize::MAX);
+    assert!(is_done && n_rests >= facets.len() / 8192, "{n_rests} rests in {} facets", facets.len());
+    for last in [1, 4, n_rests / 2, n_rests] {
+        assert_eq!(run(last), (false, last));
+    }
+}

@@ -1,6 +1,6 @@
 //! Triangles of caps in clusters, each with its moments: halves along the Morton curve, which lie in boxes.
 //!
-//! Cost: 6 microseconds a triangle; some 100 bytes.
+//! Cost: of low degree 0.3 microseconds a triangle and some 150 bytes; of high degree 6, and some 200 bytes where triangles are many.
 
 use glam::DVec3;
 

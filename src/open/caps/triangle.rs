@@ -90,6 +90,7 @@ impl Triangle {
     }
 
     /// At most the distance from any point of a box.
+    #[inline]
     pub(super) fn distance(&self, middle: DVec3, half: DVec3) -> f64 {
         let [a, b, c] = self.corners;
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
