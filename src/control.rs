@@ -141,6 +141,32 @@ impl Control {
     }
 }
 
+/// Rests once in so many pieces of work.
+pub(crate) struct Paced<'a> {
+    control: &'a Control,
+    every: usize,
+    n_done: usize,
+}
+
+impl Paced<'_> {
+    pub(crate) fn new(control: &Control, every: usize) -> Paced<'_> {
+        Paced { control, every, n_done: 0 }
+    }
+
+    /// Counts pieces that are done.
+    ///
+    /// # Errors
+    /// `cancelled`.
+    pub(crate) async fn done(&mut self, n: usize) -> Result<()> {
+        self.n_done += n;
+        if self.n_done >= self.every {
+            self.n_done = 0;
+            self.control.rest().await?;
+        }
+        Ok(())
+    }
+}
+
 /// Does work at once that waits for nothing but pauses, with a control that has none.
 pub(crate) fn at_once<T>(work: impl Future<Output = T>) -> T {
     let mut work = pin!(work);

@@ -29,7 +29,8 @@ use crate::sheet::Sheet;
 mod split;
 
 use split::Kind;
-pub use split::{Part, split};
+pub use split::Part;
+pub(crate) use split::split;
 
 /// What was found of an open geometry.
 #[derive(Debug, Clone, PartialEq)]

@@ -164,7 +164,8 @@ async fn meshed(
     check_copies(job, (&frame, &closed), &prepared, &memory)?;
     control.rest().await?;
     let uncut_frame = Uncut::new(job, &frame, &closed, &prepared.geometries)?.filter(|_| is_measured);
-    let (mut frame, mut parts) = overlay::split(frame, &closed, job.rule, whole, &prepared.geometries, is_for_window)?;
+    let (how, insides) = ((job.rule, is_for_window), &prepared.geometries[..]);
+    let (mut frame, mut parts) = overlay::split(frame, &closed, how, (whole, insides), control).await?;
     if !parts.is_empty() {
         let apart = (0..ends.len()).filter(|&position| frame.range_at(position).is_empty());
         apart.for_each(|position| ends[position] = None);

@@ -8,7 +8,7 @@
 //! A cell has the m of the sum of theta over all triangles, in f64, in their order. Nearly all cells have it without that sum, from bounds:
 //!
 //! - The triangles lie in clusters, a tree (`tree`), as in Barill, Dickson, Schmidt, Levin and Jacobson (Fast winding numbers for soups and clouds,
-//!   2018). There, far clusters are replaced by their first derivatives; here they are expanded to a degree of [`harmonics::ORDER`], and the rest
+//!   2018). There, far clusters are replaced by their first derivatives; here they are expanded to a degree, and the rest
 //!   is bounded. With A the area of a cluster, q the sum of its reach and that of a block of cells over their distance D, it is at most
 //!   A / (4 pi D^2) q^p ((p + 3/2) / (1 - q) + q / (1 - q)^2), with p the degree (`harmonics` proves it).
 //! - Of a triangle of area A at a distance of at least d from every centre of a block of half diagonal r, theta differs from its value at
@@ -17,9 +17,10 @@
 //! - A sum of n numbers in f64 is off by at most n / 2^53 of the sum of their magnitudes, in any order.
 //!
 //! Where the sum of these leaves m in no doubt, a whole block has it; else the block is split in eight, down to one cell. A cluster that
-//! is far from a block becomes part of the expansion around its middle, which goes on to its parts, and is not looked at again. A cell
-//! that is in doubt by these is looked at again with smaller clusters, and what is then in doubt by the exact sum. So every cell has the
-//! m that it has by itself, whatever the blocks.
+//! is far from a block becomes part of the expansion around its middle, which goes on to its parts, and is not looked at again. First all
+//! are expanded to a low degree, which decides nearly all cells and costs little. Cells that are in doubt by these are looked at again by the next of
+//! [`TIERS`], in blocks where there are many, and what is in doubt by all of them has the exact sum. So every cell has the m that it has by
+//! itself, whatever the blocks.
 //!
 //! Where as much of a surface is missing as is there, theta is a half all through it, but for what the snap moves. So the threshold is not
 //! 1/2 but 1/2 + 10^-9: a half is closed, and what the snap moves decides nothing.
@@ -30,14 +31,17 @@
 //!
 //! # Practice
 //! [`shifts`] works in steps of some blocks, between which it rests.
-//! Cost: 6 microseconds a triangle for the tree, and 300 bytes; O(log n) clusters a block, some 5 microseconds each; near many holes some
-//! 10 to 100 microseconds a cell, and some 600 where theta is a half to the sixth digit and beyond.
+//! Cost: some 500 to 1,000 bytes a triangle; O(log n) clusters a block, 0.3 microseconds each of low degree and 5 of high; around many holes 10 to
+//! 150 microseconds a cell.
 
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 use std::f64::consts::PI;
+use std::ops::RangeInclusive;
 
 use glam::DVec3;
 
-use crate::control::{CancelToken, Control, HoleWork};
+use crate::control::{CancelToken, Control, HoleWork, Paced};
 use crate::error::Result;
 use crate::frame::SnappedFacet;
 use crate::parallel::*;
@@ -46,16 +50,27 @@ mod harmonics;
 mod tree;
 mod triangle;
 
-use harmonics::{Terms, add_around, add_slope, far, moved, near, tail, value_and_change};
+use harmonics::{HIGH, LOW, Terms, add_around, add_slope, far, moved, near, tail, value_and_change};
 use tree::{Cluster, Near, Tree};
-use triangle::{BEFORE, Triangle};
+use triangle::{BEFORE, Triangle, Turn};
 
-/// Most of the distance of a cluster from a block that the reaches of both may be, for it to be expanded.
-const FAR: f64 = 0.4;
-/// The same at a single cell, where that leaves it in doubt.
-const VERY_FAR: f64 = 0.15;
-/// Triangles this many half diagonals away from a block are evaluated once for all its cells.
-const FAR_TRIANGLE: f64 = 4.0;
+/// How closely triangles are looked at.
+struct Tier {
+    /// Of the terms.
+    degree: usize,
+    /// Most of the distance of a cluster from a block that the reaches of both may be, for it to be expanded.
+    far: f64,
+}
+
+/// What each leaves in doubt the next looks at: some tenths of theta, 10^-4, 10^-7 and 10^-10.
+const TIERS: [Tier; 4] = [
+    Tier { degree: LOW, far: 0.4 },
+    Tier { degree: HIGH, far: 0.4 },
+    Tier { degree: HIGH, far: 0.25 },
+    Tier { degree: HIGH, far: 0.15 },
+];
+/// Triangles this many half diagonals away from a block are evaluated once for all its cells, where terms of low degree are enough.
+const FAR_TRIANGLE: f64 = 5.0;
 /// Theta of a hole that is as much open as closed: of two halves that differ by less than what the snap moves both, the closed one. A centre
 /// in the plane of a cap stands 5/32 of a unit before itself, at most, so that its theta is 2e-9 from a half at least.
 const HALF: f64 = 0.5 + 1e-9;
@@ -63,9 +78,14 @@ const HALF: f64 = 0.5 + 1e-9;
 const ROUNDING: f64 = 1e-11;
 /// Most cells of a block that is decided without a rest.
 const OF_STEP: u64 = 512;
+/// Cells of a block that take a closer look together.
+const SHARED: RangeInclusive<u64> = 28..=OF_STEP;
 /// Blocks that a core looks at between two rests.
 const BLOCKS: usize = if cfg!(target_arch = "wasm32") { 1 } else { 4 };
-/// Triangles that a core evaluates between two rests.
+/// Corners that are cut off between two rests.
+const CORNERS: usize = if cfg!(target_arch = "wasm32") { 1 << 13 } else { 1 << 17 };
+/// Boxes of cells that a core begins with, and triangles that it evaluates, between two rests.
+const BOXES: usize = 64;
 const TRIANGLES: usize = 1 << 19;
 
 /// Cells of a box, its end exclusive, whose rounded winding number is that of surface and caps plus m, where m is not 0.
@@ -76,20 +96,37 @@ pub(crate) struct Shift {
     pub(super) m: i32,
 }
 
-/// Closes each loop with a fan around the mean of its corners, or one triangle.
-pub(super) fn caps(loops: &[Vec<[i32; 3]>]) -> Vec<SnappedFacet> {
-    let mut caps = Vec::new();
+/// Closes each loop with triangles, each of which cuts off the corner whose neighbours are nearest to each other: so the
+/// triangles are small, and few of them are near any cell.
+///
+/// # Errors
+/// `cancelled`.
+pub(super) async fn caps(loops: &[Vec<[i32; 3]>], control: &Control) -> Result<Vec<SnappedFacet>> {
+    let (mut caps, mut paced) = (Vec::new(), Paced::new(control, CORNERS));
     for corners in loops {
-        if let &[a, b, c] = &corners[..] {
-            caps.push([c, b, a]);
-            continue;
+        let n = corners.len();
+        let mut around: Vec<[usize; 2]> = (0..n).map(|at| [(at + n - 1) % n, (at + 1) % n]).collect();
+        let length = |[one, other]: [usize; 2]| -> i64 {
+            (0..3).map(|axis| (i64::from(corners[one][axis]) - i64::from(corners[other][axis])).pow(2)).sum()
+        };
+        let ear = |at: usize, around: &[[usize; 2]]| Reverse((length(around[at]), at, around[at]));
+        let mut ears: BinaryHeap<_> = (0..n).map(|at| ear(at, &around)).collect();
+        let mut n_left = n;
+        while let Some(Reverse((_, at, [before, after]))) = ears.pop().filter(|_| n_left >= 3) {
+            paced.done(1).await?;
+            if around[at] != [before, after] {
+                continue;
+            }
+            caps.push([after, at, before].map(|corner| corners[corner]));
+            // the corner that was cut off is between no others
+            around[at] = [at; 2];
+            around[before][1] = after;
+            around[after][0] = before;
+            n_left -= 1;
+            ears.extend([before, after].map(|at| ear(at, &around)));
         }
-        let n = corners.len() as i64;
-        let mean = [0, 1, 2].map(|axis| (corners.iter().map(|corner| i64::from(corner[axis])).sum::<i64>() / n) as i32);
-        let next = corners.iter().cycle().skip(1);
-        caps.extend(corners.iter().zip(next).map(|(&at, &next)| [next, at, mean]));
     }
-    caps
+    Ok(caps)
 }
 
 /// A box of cells.
@@ -128,11 +165,23 @@ pub(super) async fn shifts(
     control.begin_holes(HoleWork::new(triangles.len() as u64, n_cells.min(doubtful as u64)));
     let tree = Tree::new(&triangles, control).await?;
     let before = DVec3::from(BEFORE.map(f64::from)) / 32.0 * unit * scale;
-    let search = Search { triangles, tree, centre: cells.centre, unit, scale, before, cancel: &control.cancel };
     let first = cells.first;
-    let all = search.whole(first, [0, 1, 2].map(|axis| first[axis] + cells.dims[axis]));
-    let mut found = search.blocks(all, control).await?;
-    search.alone(&mut found, control).await?;
+    let mut search =
+        Search { triangles, tree, tier: &TIERS[0], centre: cells.centre, unit, scale, before, cancel: &control.cancel };
+    let mut found = Found::default();
+    let mut doubtful = vec![[first, [0, 1, 2].map(|axis| first[axis] + cells.dims[axis])]];
+    for tier in &TIERS {
+        if doubtful.is_empty() {
+            break;
+        }
+        if search.tree.degree() != Some(tier.degree) {
+            search.tree.expand(&search.triangles, tier.degree, control).await?;
+        }
+        search.tier = tier;
+        search.boxes(&doubtful, &mut found, control).await?;
+        doubtful = std::mem::take(&mut found.doubtful);
+    }
+    search.alone(&doubtful, &mut found, control).await?;
     let from_first = |cell: [u32; 3]| [0, 1, 2].map(|axis| cell[axis] - first[axis]);
     let of_box = |shift: Shift| Shift { low: from_first(shift.low), high: from_first(shift.high), ..shift };
     Ok(found.shifts.into_iter().map(of_box).collect())
@@ -142,13 +191,21 @@ pub(super) async fn shifts(
 #[derive(Default)]
 struct Found {
     shifts: Vec<Shift>,
-    /// Cells that nothing but the exact sum decides.
-    doubtful: Vec<[u32; 3]>,
+    /// Boxes of cells that need a closer look.
+    doubtful: Vec<[[u32; 3]; 2]>,
     /// Parts that are not looked at yet.
     left: Vec<Block>,
 }
 
 impl Found {
+    fn add(&mut self, found: Vec<Found>) {
+        for Found { mut shifts, mut doubtful, mut left } in found {
+            self.shifts.append(&mut shifts);
+            self.doubtful.append(&mut doubtful);
+            self.left.append(&mut left);
+        }
+    }
+
     fn note(&mut self, low: [u32; 3], high: [u32; 3], m: i32) {
         if m != 0 {
             self.shifts.push(Shift { low, high, m });
@@ -178,15 +235,22 @@ struct Block {
     high: [u32; 3],
     middle: DVec3,
     half: DVec3,
-    /// Theta of what is far, around the middle; `known` has its error and magnitude.
-    local: Terms,
+    /// Theta of what is far, if anything is, around the middle; `known` has its error and magnitude.
+    local: Option<Terms>,
     known: Known,
     near: Vec<Near>,
+}
+
+impl Block {
+    fn n_cells(&self) -> u64 {
+        (0..3).map(|axis| u64::from(self.high[axis] - self.low[axis])).product()
+    }
 }
 
 struct Search<'a> {
     triangles: Vec<Triangle>,
     tree: Tree,
+    tier: &'static Tier,
     centre: &'a (dyn Fn(usize, u32) -> i64 + Sync),
     /// Cells a unit of the snap.
     unit: f64,
@@ -196,29 +260,29 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Decides all cells of a block but those that nothing but the exact sum decides.
-    async fn blocks(&self, all: Block, control: &Control) -> Result<Found> {
-        let mut done = Found { left: vec![all], ..Found::default() };
-        while !done.left.is_empty() {
-            let at = done.left.len().saturating_sub(BLOCKS * current_num_threads());
-            let some = done.left.split_off(at);
-            let found: Vec<Found> = some.into_par_iter().map(|block| self.step(block)).collect();
+    /// Decides all cells of some boxes but those that need a closer look.
+    async fn boxes(&self, boxes: &[[[u32; 3]; 2]], done: &mut Found, control: &Control) -> Result<()> {
+        for some in boxes.chunks(BOXES * current_num_threads()) {
+            let found = some.par_iter().map(|&[low, high]| self.step(self.first(low, high))).collect();
+            done.add(found);
             control.rest().await?;
-            for Found { mut shifts, mut doubtful, mut left } in found {
-                done.shifts.append(&mut shifts);
-                done.doubtful.append(&mut doubtful);
-                done.left.append(&mut left);
+            while !done.left.is_empty() {
+                let at = done.left.len().saturating_sub(BLOCKS * current_num_threads());
+                let some = done.left.split_off(at);
+                let found = some.into_par_iter().map(|block| self.step(block)).collect();
+                done.add(found);
+                control.rest().await?;
             }
         }
-        Ok(done)
+        Ok(())
     }
 
     /// Decides the cells that are left, by the exact sum.
-    async fn alone(&self, found: &mut Found, control: &Control) -> Result<()> {
+    async fn alone(&self, boxes: &[[[u32; 3]; 2]], found: &mut Found, control: &Control) -> Result<()> {
         let n_of_step = (TRIANGLES / self.triangles.len()).max(1) * current_num_threads();
-        for cells in std::mem::take(&mut found.doubtful).chunks(n_of_step) {
-            let shifts: Vec<i32> = cells.par_iter().map(|&cell| self.exact(cell)).collect();
-            cells.iter().zip(shifts).for_each(|(&cell, m)| found.note(cell, cell.map(|c| c + 1), m));
+        for cells in boxes.chunks(n_of_step) {
+            let shifts: Vec<i32> = cells.par_iter().map(|&[cell, _]| self.exact(cell)).collect();
+            cells.iter().zip(shifts).for_each(|(&[low, high], m)| found.note(low, high, m));
             control.rest().await?;
         }
         Ok(())
@@ -227,13 +291,13 @@ impl Search<'_> {
     /// Decides a block, or gives its parts.
     fn step(&self, block: Block) -> Found {
         let mut found = Found::default();
-        let n_cells: u64 = (0..3).map(|axis| u64::from(block.high[axis] - block.low[axis])).product();
-        if n_cells <= OF_STEP {
+        if block.n_cells() <= OF_STEP {
             self.descend(&block, &mut found);
-        } else if let Some(m) = self.of_block(&block) {
-            found.note(block.low, block.high, m);
-        } else {
-            found.left = parts(&block).map(|[low, high]| self.part(&block, low, high)).collect();
+            return found;
+        }
+        match self.of_block(&block) {
+            Some(m) => found.note(block.low, block.high, m),
+            None => found.left = parts(&block).map(|[low, high]| self.part(&block, low, high)).collect(),
         }
         found
     }
@@ -242,9 +306,18 @@ impl Search<'_> {
         if self.cancel.is_cancelled() {
             return;
         }
-        if let Some(m) = self.of_block(block) {
-            found.note(block.low, block.high, m);
+        if block.n_cells() == 1 {
+            match self.of_cell(block.low, block) {
+                Some(m) => found.note(block.low, block.high, m),
+                None => found.doubtful.push([block.low, block.high]),
+            }
             return;
+        }
+        if let Some(m) = self.of_block(block) {
+            return found.note(block.low, block.high, m);
+        }
+        if self.is_vague(block) {
+            return found.doubtful.push([block.low, block.high]);
         }
         for [low, high] in parts(block) {
             if (0..3).any(|axis| high[axis] - low[axis] > 1) {
@@ -252,30 +325,42 @@ impl Search<'_> {
             } else if let Some(m) = self.of_cell(low, block) {
                 found.note(low, high, m);
             } else {
-                found.doubtful.push(low);
+                found.doubtful.push([low, high]);
             }
         }
     }
 
-    /// All cells.
-    fn whole(&self, low: [u32; 3], high: [u32; 3]) -> Block {
+    /// Whether so many cells of a block need a closer look that they may share it: two of them do.
+    fn is_vague(&self, block: &Block) -> bool {
+        let is_last = self.tier.far == TIERS[TIERS.len() - 1].far;
+        let cell = |part: u32| [0, 1, 2].map(|axis| block.low[axis] + (block.high[axis] - block.low[axis]) * part / 4);
+        !is_last
+            && SHARED.contains(&block.n_cells())
+            && [1, 3].iter().all(|&part| self.of_cell(cell(part), block).is_none())
+    }
+
+    /// Some cells, of which nothing is known yet.
+    fn first(&self, low: [u32; 3], high: [u32; 3]) -> Block {
         let (middle, half) = self.extent(low, high);
-        Block { low, high, middle, half, local: Terms::zero(), known: Known::default(), near: vec![self.tree.root()] }
+        let near = vec![self.tree.root()];
+        let block = Block { low, high, middle, half, local: None, known: Known::default(), near };
+        if block.n_cells() == 1 { block } else { self.part(&block, low, high) }
     }
 
     /// A part of a block: what is far from it becomes part of its expansion.
     fn part(&self, block: &Block, low: [u32; 3], high: [u32; 3]) -> Block {
         let (middle, half) = self.extent(low, high);
         let (radius, mut known) = (half.length(), block.known);
-        let mut local = moved(&block.local, middle - block.middle);
+        let mut local = block.local.as_ref().map(|local| moved(local, middle - block.middle));
+        let none = || Terms::zero(self.tier.degree);
         let (mut left, mut near) = (block.near.clone(), Vec::new());
         while let Some(item) = left.pop() {
             match item {
                 Near::Cluster(index) => {
                     let cluster = &self.tree.clusters[index as usize];
                     let step = middle - cluster.centre;
-                    if let Some(error) = self.error(cluster, step.length(), radius, FAR) {
-                        add_around(&mut local, &cluster.moments, step);
+                    if let Some((moments, error)) = self.moments(cluster, step.length(), radius) {
+                        add_around(local.get_or_insert_with(none), moments, step);
                         known.add(0.0, error, magnitude(cluster.area, step.length() - cluster.reach - radius));
                     } else if cluster.reach > radius {
                         self.tree.open(cluster, &mut left);
@@ -286,9 +371,11 @@ impl Search<'_> {
                 Near::Triangle(index) => {
                     let triangle = &self.triangles[index as usize];
                     let distance = triangle.distance(middle, half);
-                    if distance >= FAR_TRIANGLE * radius && distance > self.before.length() {
-                        add_slope(&mut local, triangle.theta(middle), triangle.gradient(middle));
-                        let error = 3.0 * triangle.area * radius * radius / (4.0 * PI * distance.powi(4));
+                    let is_far = self.tier.degree == LOW && distance >= FAR_TRIANGLE * radius;
+                    if is_far && distance > self.before.length() {
+                        add_slope(local.get_or_insert_with(none), triangle.theta(middle), triangle.gradient(middle));
+                        let area = triangle.area.min(PI * distance * distance);
+                        let error = 3.0 * area * radius * radius / (4.0 * PI * distance.powi(4));
                         known.add(0.0, error, magnitude(triangle.area, distance));
                     } else {
                         near.push(item);
@@ -302,10 +389,9 @@ impl Search<'_> {
     /// m, if it is the same in a whole block.
     fn of_block(&self, block: &Block) -> Option<i32> {
         let (radius, mut known) = (block.half.length(), block.known);
-        let (theta, change) = value_and_change(&block.local, radius);
-        known.add(theta, change, change);
+        let (theta, mut change) = block.local.as_ref().map_or((0.0, 0.0), |local| value_and_change(local, radius));
         for &item in &block.near {
-            known.error += match item {
+            change += match item {
                 Near::Cluster(index) => {
                     let Cluster { centre, reach, area, .. } = self.tree.clusters[index as usize];
                     magnitude(area, (centre - block.middle).length() - reach - radius)
@@ -314,65 +400,65 @@ impl Search<'_> {
                     let triangle = &self.triangles[index as usize];
                     let distance = triangle.distance(block.middle, block.half);
                     let is_clear = distance > self.before.length();
-                    if is_clear { triangle.area * radius / (2.0 * PI * distance.powi(3)) } else { f64::INFINITY }
+                    let area = triangle.area.min(2.0 * PI * distance * distance);
+                    if is_clear { area * radius / (2.0 * PI * distance.powi(3)) } else { f64::INFINITY }
                 }
             };
-            if known.error >= 0.5 {
+            if change >= 0.5 {
                 return None;
             }
         }
+        let mut turn = Turn::new();
         for &item in &block.near {
             if let Near::Triangle(index) = item {
-                let theta = self.triangles[index as usize].theta(block.middle);
-                known.add(theta, 0.0, theta.abs());
+                turn.add(&self.triangles[index as usize], block.middle);
             }
         }
+        known.add(theta + turn.theta(), change, change + turn.magnitude);
         self.shift(&known)
     }
 
     /// m of a cell of a block, if it is beyond doubt.
     fn of_cell(&self, cell: [u32; 3], block: &Block) -> Option<i32> {
         let place = self.extent(cell, cell.map(|c| c + 1)).0;
-        let mut known = block.known;
-        known.theta = near(&block.local, place - block.middle);
-        self.add_near((cell, place), block.near.clone(), FAR, &mut known);
-        self.shift(&known).or_else(|| {
-            let mut known = Known::default();
-            self.add_near((cell, place), vec![self.tree.root()], VERY_FAR, &mut known);
-            self.shift(&known)
-        })
-    }
-
-    /// Adds theta of clusters and triangles at a cell.
-    fn add_near(&self, (cell, place): ([u32; 3], DVec3), mut left: Vec<Near>, most: f64, known: &mut Known) {
-        let centre = self.centre_of(cell);
+        let (centre, mut known, mut turn) = (self.centre_of(cell), block.known, Turn::new());
+        known.theta = block.local.as_ref().map_or(0.0, |local| near(local, place - block.middle));
+        let mut left = block.near.clone();
         while let Some(item) = left.pop() {
             match item {
                 Near::Cluster(index) => {
                     let cluster = &self.tree.clusters[index as usize];
                     let step = place - cluster.centre;
-                    match self.error(cluster, step.length(), 0.0, most) {
-                        Some(error) => {
+                    match self.moments(cluster, step.length(), 0.0) {
+                        Some((moments, error)) => {
                             let magnitude = magnitude(cluster.area, step.length() - cluster.reach);
-                            known.add(far(&cluster.moments, step), error, magnitude);
+                            known.add(far(moments, step), error, magnitude);
                         }
                         None => self.tree.open(cluster, &mut left),
                     }
                 }
                 Near::Triangle(index) => {
-                    let theta = self.triangles[index as usize].theta_of_centre(centre, place);
-                    known.add(theta, 0.0, theta.abs());
+                    let triangle = &self.triangles[index as usize];
+                    if triangle.is_beyond(2.0 * self.before.length(), place) {
+                        turn.add(triangle, place);
+                    } else {
+                        let theta = triangle.theta_of_centre(centre, place);
+                        known.add(theta, 0.0, theta.abs());
+                    }
                 }
             }
         }
+        known.add(turn.theta(), 0.0, turn.magnitude);
+        self.shift(&known)
     }
 
-    /// How far the expansion of a cluster may be wrong, if it is far enough from a block to be expanded, and from the points
-    /// before its centres.
-    fn error(&self, cluster: &Cluster, distance: f64, radius: f64, most: f64) -> Option<f64> {
-        let reach = cluster.reach + radius;
-        let is_far = reach <= most * distance && distance - reach > self.before.length();
-        is_far.then(|| tail(cluster.area, reach, distance))
+    /// The moments of a cluster and how far their expansion may be wrong, if it is far enough from a block to be expanded, and from the
+    /// points before its centres.
+    fn moments<'b>(&self, cluster: &'b Cluster, distance: f64, radius: f64) -> Option<(&'b Terms, f64)> {
+        let (reach, tier) = (cluster.reach + radius, self.tier);
+        let is_far = reach <= tier.far * distance && distance - reach > self.before.length();
+        let moments = cluster.moments.as_ref().filter(|_| is_far)?;
+        Some((moments, tail(tier.degree, cluster.area, reach, distance)))
     }
 
     /// m of a cell by the sum over all triangles, in their order: what all else agrees with.

@@ -11,7 +11,12 @@
 
 use glam::DVec3;
 
+use crate::control::{Control, Paced};
+use crate::error::Result;
 use crate::sort::sort;
+
+/// Facets, edges and corners that are looked at between two rests.
+const OF_STEP: usize = if cfg!(target_arch = "wasm32") { 1 << 13 } else { 1 << 16 };
 
 /// Most edges of a hole that is found.
 const MAX_EDGES: usize = 8;
@@ -19,10 +24,15 @@ const MAX_EDGES: usize = 8;
 const MAX_BRANCHES: usize = 3;
 
 /// Takes holes out of sorted directed open edges: their corners by number, from the lowest, in the direction of the edges.
-pub(super) fn holes(open: &mut Vec<(u32, u32)>, facets: &[[u32; 3]]) -> Vec<Vec<u32>> {
+///
+/// # Errors
+/// `cancelled`.
+pub(super) async fn holes(open: &mut Vec<(u32, u32)>, facets: &[[u32; 3]], control: &Control) -> Result<Vec<Vec<u32>>> {
     let mut holes = Vec::new();
     for n_edges in 3..=MAX_EDGES {
-        let mut found = if n_edges == 3 { missing(open, facets) } else { cycles(open, n_edges) };
+        let mut found =
+            if n_edges == 3 { missing(open, facets, control).await? } else { cycles(open, n_edges, control).await? };
+        control.rest().await?;
         let mut used: Vec<(u32, u32)> = found.iter().flat_map(|hole| edges(hole)).collect();
         sort(&mut used);
         let is_alone = |edge: (u32, u32)| {
@@ -36,39 +46,43 @@ pub(super) fn holes(open: &mut Vec<(u32, u32)>, facets: &[[u32; 3]]) -> Vec<Vec<
         let mut next = closed.iter().peekable();
         open.retain(|edge| next.next_if(|closed| *closed == edge).is_none());
         holes.append(&mut found);
+        control.rest().await?;
     }
-    holes
+    Ok(holes)
 }
 
 /// Triangles around which open edges go and that are no facets.
-fn missing(open: &[(u32, u32)], facets: &[[u32; 3]]) -> Vec<Vec<u32>> {
-    let mut found = triangles(open);
+async fn missing(open: &[(u32, u32)], facets: &[[u32; 3]], control: &Control) -> Result<Vec<Vec<u32>>> {
+    let mut found = triangles(open, control).await?;
     let mut there: Vec<[u32; 3]> = found.iter().copied().map(sorted).collect();
     sort(&mut there);
     there.dedup();
     let mut is_there = vec![false; there.len()];
+    let mut paced = Paced::new(control, OF_STEP);
     for facet in facets {
+        paced.done(1).await?;
         if let Ok(at) = there.binary_search(&sorted(*facet)) {
             is_there[at] = true;
         }
     }
     found.retain(|&triangle| there.binary_search(&sorted(triangle)).is_ok_and(|at| !is_there[at]));
-    found.into_iter().map(Vec::from).collect()
+    Ok(found.into_iter().map(Vec::from).collect())
 }
 
 /// Ways of some open edges that come back to their first corner, the lowest, and pass no other twice.
-fn cycles(open: &[(u32, u32)], n_edges: usize) -> Vec<Vec<u32>> {
+async fn cycles(open: &[(u32, u32)], n_edges: usize, control: &Control) -> Result<Vec<Vec<u32>>> {
     let mut leaving = open.to_vec();
     leaving.dedup();
     let after = |corner: u32| {
         let all = leaving.partition_point(|edge| edge.0 < corner)..leaving.partition_point(|edge| edge.0 <= corner);
         if all.len() > MAX_BRANCHES { &[] } else { &leaving[all] }
     };
-    let mut found = Vec::new();
+    let (mut found, mut paced) = (Vec::new(), Paced::new(control, OF_STEP));
     for first in leaving.chunk_by(|one, next| one.0 == next.0).map(|edges| edges[0].0) {
         // the edges that were not followed yet, of each corner on the way
         let mut way = vec![(first, after(first))];
         while let Some((_, left)) = way.last_mut() {
+            paced.done(1).await?;
             let Some((&(_, next), rest)) = left.split_first() else {
                 way.pop();
                 continue;
@@ -83,7 +97,7 @@ fn cycles(open: &[(u32, u32)], n_edges: usize) -> Vec<Vec<u32>> {
             }
         }
     }
-    found
+    Ok(found)
 }
 
 /// Closes a hole with the fan, around one of its corners, that bends the surface least: the sum over all edges of its triangles, of
@@ -118,7 +132,7 @@ pub(super) fn normal([a, b, c]: [DVec3; 3]) -> DVec3 {
 }
 
 /// Triangles of open edges that follow each other, each once, from their lowest corner.
-fn triangles(open: &[(u32, u32)]) -> Vec<[u32; 3]> {
+async fn triangles(open: &[(u32, u32)], control: &Control) -> Result<Vec<[u32; 3]>> {
     let mut leaving = open.to_vec();
     leaving.dedup();
     let mut entering: Vec<(u32, u32)> = leaving.iter().map(|&(from, to)| (to, from)).collect();
@@ -127,18 +141,20 @@ fn triangles(open: &[(u32, u32)]) -> Vec<[u32; 3]> {
         edges.partition_point(|edge| edge.0 < corner)..edges.partition_point(|edge| edge.0 <= corner)
     };
     let order = |corner: u32| (of(&leaving, corner).len() + of(&entering, corner).len(), corner);
-    let mut found = Vec::new();
+    let (mut found, mut paced) = (Vec::new(), Paced::new(control, OF_STEP));
     for at in leaving.chunk_by(|one, next| one.0 == next.0).map(|edges| edges[0].0) {
         let after = |edges: &[(u32, u32)]| -> Vec<u32> {
             edges[of(edges, at)].iter().map(|edge| edge.1).filter(|&other| order(other) > order(at)).collect()
         };
         let (to, from) = (after(&leaving), after(&entering));
         for &next in &to {
+            paced.done(1 + from.len()).await?;
             let closing = from.iter().filter(|&&last| leaving.binary_search(&(next, last)).is_ok());
             found.extend(closing.map(|&last| from_lowest([at, next, last])));
         }
+        paced.done(1).await?;
     }
-    found
+    Ok(found)
 }
 
 fn edges(hole: &[u32]) -> impl Iterator<Item = (u32, u32)> {

@@ -1,6 +1,7 @@
 //! Orientation: facets that share an edge are turned to agree, what facets are missing between them, and what edges are open then.
 //!
-//! Snapped facets -> the same, turned, the missing ones, those that close small holes, and the loops of the edges that are open beside these. An edge with two facets joins them: they agree if they
+//! Snapped facets -> the same, turned, the missing ones, those that close small holes, and the loops of the edges that are open beside these;
+//! with rests. An edge with two facets joins them: they agree if they
 //! use it in opposite directions. Of each group of joined facets the side that has more of them as they are in the file stays.
 //! An edge is open as often as its facets use it more one way than the other; since every facet is a triangle, as many
 //! open edges begin at a corner as end there, so that they form loops.
@@ -11,9 +12,16 @@
 use glam::DVec3;
 
 use super::holes::{holes, normal, patch};
+use crate::control::{Control, Paced};
+use crate::error::Result;
 use crate::frame::SnappedFacet;
 use crate::parallel::*;
-use crate::sort::{par_sort, sort};
+use crate::sort::par_sort;
+
+/// Facets, edges or uses of edges that are looked at between two rests.
+const OF_STEP: usize = if cfg!(target_arch = "wasm32") { 1 << 14 } else { 1 << 17 };
+/// The same, of a list that is sorted.
+const OF_SORT: usize = 8 * OF_STEP;
 
 /// A surface whose facets agree as far as they can.
 pub(super) struct Oriented {
@@ -42,13 +50,79 @@ struct Use {
 
 /// Turns facets to agree with their neighbours and finds holes and the loops of the other open edges. `sizes` are the lengths of the
 /// snap's unit along the axes.
-pub(super) fn orient(facets: &[SnappedFacet], sizes: [f64; 3]) -> Oriented {
+///
+/// # Errors
+/// `cancelled`.
+pub(super) async fn orient(facets: &[SnappedFacet], sizes: [f64; 3], control: &Control) -> Result<Oriented> {
     let mut corners: Vec<[i32; 3]> = facets.iter().flatten().copied().collect();
-    par_sort(&mut corners);
+    sort_in_steps(&mut corners, control).await?;
     corners.dedup();
     let number = |corner: &[i32; 3]| corners.partition_point(|other| other < corner) as u32;
-    let numbers: Vec<[u32; 3]> = facets.par_iter().map(|facet| facet.each_ref().map(number)).collect();
-    let mut uses = Vec::with_capacity(3 * facets.len());
+    let mut numbers: Vec<[u32; 3]> = Vec::with_capacity(facets.len());
+    for some in facets.chunks(OF_STEP) {
+        numbers.par_extend(some.par_iter().map(|facet| facet.each_ref().map(number)));
+        control.rest().await?;
+    }
+    let mut uses = uses(&numbers);
+    sort_in_steps(&mut uses, control).await?;
+    let is_turned = turned(&uses, facets.len(), control).await?;
+    let (mut open, beside) = open_edges(&uses, &is_turned, control).await?;
+    drop(uses);
+    let holes = holes(&mut open, &numbers, control).await?;
+    let place = |at: u32| DVec3::from(corners[at as usize].map(f64::from)) * DVec3::from(sizes);
+    let normal_beside = |edge: (u32, u32)| {
+        let at = beside.partition_point(|other| other.0 < edge);
+        let facet = beside[at].1 as usize;
+        let upwards = normal(numbers[facet].map(place));
+        if is_turned[facet] { -upwards } else { upwards }
+    };
+    let (mut missing, mut patches, mut paced) = (Vec::new(), Vec::new(), Paced::new(control, OF_STEP));
+    for hole in &holes {
+        match hole[..] {
+            [a, b, c] => missing.push([c, b, a]),
+            _ => patches.append(&mut patch(hole, place, normal_beside)),
+        }
+        paced.done(8).await?;
+    }
+    let loops = loops(open, &corners, control).await?;
+    control.rest().await?;
+    let in_place =
+        |facets: Vec<[u32; 3]>| facets.into_iter().map(|facet| facet.map(|at| corners[at as usize])).collect();
+    let turn = |(facet, &is_turned): (&SnappedFacet, &bool)| {
+        let [a, b, c] = *facet;
+        if is_turned { [a, c, b] } else { [a, b, c] }
+    };
+    Ok(Oriented {
+        facets: facets.iter().zip(&is_turned).map(turn).collect(),
+        missing: in_place(missing),
+        patches: in_place(patches),
+        n_closed: holes.len() as u64,
+        n_turned: is_turned.iter().filter(|&&is_turned| is_turned).count() as u64,
+        loops: loops.into_iter().map(|found| found.iter().map(|&at| corners[at as usize]).collect()).collect(),
+        open_edges: beside.iter().map(|&((from, to), _)| [from, to].map(|at| corners[at as usize])).collect(),
+    })
+}
+
+/// Sorts a list, a part at a time.
+async fn sort_in_steps<T: Ord + Send>(list: &mut [T], control: &Control) -> Result<()> {
+    let mut left = vec![list];
+    while let Some(part) = left.pop() {
+        if part.len() <= OF_SORT {
+            par_sort(part);
+        } else {
+            let middle = part.len() / 2;
+            part.select_nth_unstable(middle);
+            let (lower, upper) = part.split_at_mut(middle);
+            left.extend([upper, lower]);
+        }
+        control.rest().await?;
+    }
+    Ok(())
+}
+
+/// The edges of facets whose corners have these numbers.
+fn uses(numbers: &[[u32; 3]]) -> Vec<Use> {
+    let mut uses = Vec::with_capacity(3 * numbers.len());
     for (facet, numbers) in numbers.iter().enumerate() {
         for (from, to) in [(0, 1), (1, 2), (2, 0)].map(|(from, to)| (numbers[from], numbers[to])) {
             if from != to {
@@ -56,9 +130,15 @@ pub(super) fn orient(facets: &[SnappedFacet], sizes: [f64; 3]) -> Oriented {
             }
         }
     }
-    par_sort(&mut uses);
-    let is_turned = turned(&uses, facets.len());
-    let (mut open, mut beside) = (Vec::new(), Vec::new());
+    uses
+}
+
+/// A directed edge, and a facet that uses it so.
+type Beside = ((u32, u32), u32);
+
+/// Open edges as often as they are open, and each once with a facet at it; both sorted.
+async fn open_edges(uses: &[Use], is_turned: &[bool], control: &Control) -> Result<(Vec<(u32, u32)>, Vec<Beside>)> {
+    let (mut open, mut beside, mut paced) = (Vec::new(), Vec::new(), Paced::new(control, OF_STEP));
     for edge in uses.chunk_by(|one, next| (one.low, one.high) == (next.low, next.high)) {
         let goes_up = |entry: &Use| entry.is_forward != is_turned[entry.facet as usize];
         let forward = edge.iter().filter(|&entry| goes_up(entry)).count();
@@ -67,60 +147,36 @@ pub(super) fn orient(facets: &[SnappedFacet], sizes: [f64; 3]) -> Oriented {
         open.extend(std::iter::repeat_n(directed, surplus.unsigned_abs() as usize));
         let first = edge.iter().find(|&entry| surplus != 0 && goes_up(entry) == (surplus > 0));
         beside.extend(first.map(|entry| (directed, entry.facet)));
+        paced.done(edge.len()).await?;
     }
-    sort(&mut open);
-    sort(&mut beside);
-    let holes = holes(&mut open, &numbers);
-    let place = |at: u32| DVec3::from(corners[at as usize].map(f64::from)) * DVec3::from(sizes);
-    let normal_beside = |edge: (u32, u32)| {
-        let at = beside.partition_point(|other| other.0 < edge);
-        let facet = beside[at].1 as usize;
-        let upwards = normal(numbers[facet].map(place));
-        if is_turned[facet] { -upwards } else { upwards }
-    };
-    let (mut missing, mut patches) = (Vec::new(), Vec::new());
-    for hole in &holes {
-        match hole[..] {
-            [a, b, c] => missing.push([c, b, a]),
-            _ => patches.append(&mut patch(hole, place, normal_beside)),
-        }
-    }
-    let in_place =
-        |facets: Vec<[u32; 3]>| facets.into_iter().map(|facet| facet.map(|at| corners[at as usize])).collect();
-    let turn = |(facet, &is_turned): (&SnappedFacet, &bool)| {
-        let [a, b, c] = *facet;
-        if is_turned { [a, c, b] } else { [a, b, c] }
-    };
-    Oriented {
-        facets: facets.iter().zip(&is_turned).map(turn).collect(),
-        missing: in_place(missing),
-        patches: in_place(patches),
-        n_closed: holes.len() as u64,
-        n_turned: is_turned.iter().filter(|&&is_turned| is_turned).count() as u64,
-        loops: loops(&open).into_iter().map(|found| found.iter().map(|&at| corners[at as usize]).collect()).collect(),
-        open_edges: beside.iter().map(|&((from, to), _)| [from, to].map(|at| corners[at as usize])).collect(),
-    }
+    sort_in_steps(&mut open, control).await?;
+    sort_in_steps(&mut beside, control).await?;
+    Ok((open, beside))
 }
 
 /// Which facets have to be turned.
-fn turned(uses: &[Use], n_facets: usize) -> Vec<bool> {
-    let mut groups = Groups::new(n_facets);
+async fn turned(uses: &[Use], n_facets: usize, control: &Control) -> Result<Vec<bool>> {
+    let (mut groups, mut paced) = (Groups::new(n_facets), Paced::new(control, OF_STEP));
     for edge in uses.chunk_by(|one, next| (one.low, one.high) == (next.low, next.high)) {
         if let [one, other] = edge {
             groups.join(one.facet, other.facet, one.is_forward == other.is_forward);
         }
+        paced.done(edge.len()).await?;
     }
-    let sides: Vec<(u32, bool)> = (0..n_facets as u32).map(|facet| groups.find(facet)).collect();
+    let mut sides: Vec<(u32, bool)> = Vec::with_capacity(n_facets);
     // facets of each group, by its root, that are on the other side than the root
     let mut counts = vec![[0u32; 2]; n_facets];
-    for &(root, is_other) in &sides {
+    for facet in 0..n_facets as u32 {
+        let (root, is_other) = groups.find(facet);
+        sides.push((root, is_other));
         counts[root as usize][usize::from(is_other)] += 1;
+        paced.done(1).await?;
     }
     let is_turned = |&(root, is_other): &(u32, bool)| {
         let [like, unlike] = counts[root as usize];
         is_other == (like >= unlike)
     };
-    sides.iter().map(is_turned).collect()
+    Ok(sides.iter().map(is_turned).collect())
 }
 
 /// Facets in groups, each with its side: whether it agrees with the root of its group. Union by index, path halving.
@@ -158,27 +214,41 @@ impl Groups {
     }
 }
 
-/// Takes sorted directed edges, of which as many begin at a corner as end there, apart into loops that pass no corner twice.
-fn loops(edges: &[(u32, u32)]) -> Vec<Vec<u32>> {
+/// Most edges that leave a corner and are compared.
+const MAX_LEAVING: usize = 256;
+/// Corners on the way to which the next is near.
+const RECENT: usize = 4;
+
+/// Takes sorted directed edges, of which as many begin at a corner as end there, apart into loops that pass no corner twice. Where several
+/// edges lead on, a loop takes the one that stays nearest to where it was last: so loops are short, and the triangles in them small.
+async fn loops(mut edges: Vec<(u32, u32)>, corners: &[[i32; 3]], control: &Control) -> Result<Vec<Vec<u32>>> {
     let mut starts: Vec<u32> = edges.iter().map(|&(from, _)| from).collect();
     starts.dedup();
     let place = |corner: u32| starts.partition_point(|&other| other < corner);
-    // the next unused edge of each corner, and where on the way it is
-    let mut next: Vec<usize> = starts.iter().map(|&from| edges.partition_point(|edge| edge.0 < from)).collect();
+    // the unused edges of each corner, and where on the way it is
+    let first_edge = |&from: &u32| edges.partition_point(|edge| edge.0 < from);
+    let ends: Vec<usize> = starts.iter().skip(1).map(first_edge).chain([edges.len()]).collect();
+    let mut next: Vec<usize> = starts.iter().map(first_edge).collect();
     let mut on_way: Vec<Option<usize>> = vec![None; starts.len()];
-    let mut found = Vec::new();
+    let (mut found, mut paced) = (Vec::new(), Paced::new(control, OF_STEP));
     for first in 0..starts.len() {
         let mut way: Vec<usize> = vec![first];
         on_way[first] = Some(0);
         while let Some(&at) = way.last() {
-            let Some(&(_, to)) = edges.get(next[at]).filter(|edge| edge.0 == starts[at]) else {
+            paced.done(1 + (ends[at] - next[at]).min(MAX_LEAVING)).await?;
+            if next[at] == ends[at] {
                 // all edges of the first corner are used, and the way is back at it
                 on_way[at] = None;
                 way.pop();
                 continue;
-            };
+            }
+            let recent = way.iter().rev().skip(1).take(RECENT).map(|&at| starts[at]);
+            let spread = |to: u32| recent.clone().map(|other| distance(corners, to, other)).sum::<i128>();
+            let leaving = next[at]..ends[at].min(next[at] + MAX_LEAVING);
+            let best = if leaving.len() > 1 { leaving.min_by_key(|&edge| spread(edges[edge].1)) } else { None };
+            edges.swap(next[at], best.unwrap_or(next[at]));
+            let to = place(edges[next[at]].1);
             next[at] += 1;
-            let to = place(to);
             match on_way[to] {
                 Some(begin) => {
                     found.push(way[begin..].iter().map(|&at| starts[at]).collect());
@@ -193,5 +263,11 @@ fn loops(edges: &[(u32, u32)]) -> Vec<Vec<u32>> {
             }
         }
     }
-    found
+    Ok(found)
+}
+
+/// The square of the distance of two corners, in units of the snap.
+fn distance(corners: &[[i32; 3]], one: u32, other: u32) -> i128 {
+    let [one, other] = [one, other].map(|at| corners[at as usize].map(i128::from));
+    (0..3).map(|axis| (one[axis] - other[axis]).pow(2)).sum()
 }

@@ -12,8 +12,10 @@ use crate::geometry::Open;
 use crate::lines::Lines;
 use crate::rays::Rays;
 
-/// Of a triangle of a cap, and of its share of the clusters.
-const BYTES_OF_CAP: u64 = 300;
+/// Of a triangle of a cap, and of its share of the clusters; clusters of few triangles take more.
+const BYTES_OF_CAP: u64 = 450;
+const BYTES_OF_FIRST_CAPS: u64 = 500;
+const FIRST_CAPS: u64 = 1 << 17;
 
 /// What the surface of an open geometry lacks.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -46,10 +48,18 @@ pub struct OpenPart {
 
 impl OpenPart {
     /// Turns the facets of a geometry, adds those that are missing, and closes its other holes.
-    pub(crate) fn new(policy: Open, facets: &[SnappedFacet], fraction_bits: u32, lines: &Lines) -> OpenPart {
+    ///
+    /// # Errors
+    /// `cancelled`.
+    pub(crate) async fn new(
+        policy: Open,
+        facets: &[SnappedFacet],
+        (fraction_bits, lines): (u32, &Lines),
+        control: &Control,
+    ) -> Result<OpenPart> {
         let sizes = lines.smallest().map(|size| size / lines.smallest()[0]);
-        let oriented = orient(facets, sizes);
-        let caps = caps(&oriented.loops);
+        let oriented = orient(facets, sizes, control).await?;
+        let caps = caps(&oriented.loops, control).await?;
         let place = |corner: [i32; 3]| world(corner, fraction_bits, lines);
         let ends = oriented.open_edges.iter().map(|edge| edge.map(place));
         let length = |[from, to]: &[[f64; 3]; 2]| (0..3).map(|axis| (to[axis] - from[axis]).powi(2)).sum::<f64>();
@@ -62,7 +72,7 @@ impl OpenPart {
             longest_at: [0, 1, 2].map(|axis| 0.5 * (longest[0][axis] + longest[1][axis])),
         };
         let facets = [oriented.facets, oriented.missing].concat();
-        OpenPart { policy, facets, patches: oriented.patches, caps, first: ([0; 3], [0; 3]), surface }
+        Ok(OpenPart { policy, facets, patches: oriented.patches, caps, first: ([0; 3], [0; 3]), surface })
     }
 
     /// The cells of a frame whose winding number the caps move. `sizes` are the lengths of the smallest cells of the whole box.
@@ -87,7 +97,8 @@ impl OpenPart {
             .map(|facets| crossings(facets, rays.axis))
             .into_iter()
             .sum::<f64>();
-        let of_caps = BYTES_OF_CAP * self.caps.len() as u64;
+        let n_caps = self.caps.len() as u64;
+        let of_caps = BYTES_OF_CAP * n_caps + BYTES_OF_FIRST_CAPS * n_caps.min(FIRST_CAPS);
         of_caps + 16 * ((0..3).map(|axis| crossings(&self.facets, axis)).sum::<f64>() + again) as u64
     }
 }

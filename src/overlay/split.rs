@@ -93,14 +93,13 @@ impl Part {
 /// position.
 ///
 /// # Errors
-/// `surface-open` where a geometry is open that must not be ([`Open::Error`]), or not for a window ([`Open::Parity`]).
-pub fn split(
+/// `surface-open` where a geometry is open that must not be ([`Open::Error`]), or not for a window ([`Open::Parity`]); `cancelled`.
+pub(crate) async fn split(
     frame: Frame,
     closed: &[Closed],
-    rule: Rule,
-    lines: &Lines,
-    geometries: &[Geometry],
-    is_for_window: bool,
+    (rule, is_for_window): (Rule, bool),
+    (lines, geometries): (&Lines, &[Geometry]),
+    control: &Control,
 ) -> Result<(Frame, Vec<Part>)> {
     let (mut parts, mut gone) = (Vec::new(), Vec::new());
     for (position, &geometry) in frame.ranks.geometry_at.iter().enumerate() {
@@ -129,7 +128,7 @@ pub fn split(
             return Err(Error::new("surface-open", message, hint));
         }
         if open != Open::Parity && !is_closed {
-            let part = OpenPart::new(open, facets, frame.fraction_bits, lines);
+            let part = OpenPart::new(open, facets, (frame.fraction_bits, lines), control).await?;
             if open == Open::Error {
                 return Err(refused(name, &part.surface, lines));
             }

@@ -98,7 +98,8 @@ impl Uncut {
         let codes = frame.ranks.flag_of_rank.clone();
         let is_for_window = prepared.window.is_some();
         let mut parts;
-        (frame, parts) = split(frame, &self.closed, job.rule, &prepared.whole, insides, is_for_window)?;
+        (frame, parts) =
+            split(frame, &self.closed, (job.rule, is_for_window), (&prepared.whole, insides), control).await?;
         if is_for_window {
             parts = parts.iter().map(|part| part.window(cells, &frame)).collect();
             frame = frame.window(cells);
