@@ -101,9 +101,9 @@ pub async fn mesh_if(
     engine: &mut Engine,
     control: &Control,
 ) -> Result<(Mesh, MeshFacts)> {
-    let bare = match options.merged_report {
-        true => bare_report(job, &sources, check, engine, control).await?,
-        false => None,
+    let bare = match options.lone_report {
+        true => None,
+        false => bare_report(job, &sources, check, engine, control).await?,
     };
     let (mesh, mut facts) = meshed(job, sources, (options, check, true), engine, control).await?;
     if let (Some(window), Some((report, seconds))) = (&mut facts.window, bare) {

@@ -59,7 +59,7 @@ export interface WindowReport {
    * are a `part` without halo.
    */
   without_cells: { geometry: number; finding: Finding | null; warning: string | null }[] | null;
-  /** The report without the halo, which `hexcast merge` takes; null here: only `hexcast mesh --report` makes it. */
+  /** The report without the halo, which `hexcast merge` takes; null where the part has no halo, and where its columns do not fit in memory. */
   without_halo: object | null;
 }
 

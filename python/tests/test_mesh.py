@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import subprocess
+
 import numpy as np
 import pytest
 import xarray
@@ -105,6 +108,19 @@ def test_estimates_and_parts(spot):
     np.testing.assert_array_equal(joined, whole)
     with pytest.raises(hexcast.Error, match="n is 0"):
         hexcast.parts(spot, 0)
+
+
+def test_reports_of_parts_with_a_halo_merge_into_that_of_the_whole(spot, program, tmp_path):
+    options = {"cells": 40, "axis": "z", "backend": "cpu"}
+    names = []
+    for part in ["1/3", "2/3", "3/3"]:
+        mesh = hexcast.mesh(spot, part=part, halo=1, **options)
+        names.append(tmp_path / f"{part[0]}.json")
+        names[-1].write_text(json.dumps(mesh.report))
+    merged = json.loads(subprocess.run([program, "merge", *names], check=True, capture_output=True).stdout)
+    whole = hexcast.mesh(spot, **options).report
+    for key in ["cells", "dims", "flags", "runs", "crossings", "flags_hash", "findings", "geometries"]:
+        assert merged[key] == json.loads(json.dumps(whole[key])), key
 
 
 # the surface is open, which meshes say

@@ -32,9 +32,9 @@ pub struct MeshOptions {
     /// Whether the cells that rays do not decide shall also be a mesh, [`crate::report::MeshFacts::doubt`]; its columns share the memory
     /// of those of the mesh.
     pub doubt_mask: bool,
-    /// Whether the report of a part with a halo shall be merged with those of the other parts: these count cells once only if the part is
-    /// meshed once more, without its halo.
-    pub merged_report: bool,
+    /// Whether nobody needs the report of a part with a halo to be merged with those of the other parts. Else the part is meshed once more,
+    /// without its halo, as these count cells once.
+    pub lone_report: bool,
     /// Bytes that the program and its GPU driver take besides, which count against the job's `max_memory`; 0 where only the
     /// mesh shall count.
     pub program_bytes: u64,
@@ -59,9 +59,9 @@ impl MeshOptions {
         MeshOptions { doubt_mask, ..self }
     }
 
-    /// Says whether the report of a part with a halo shall be merged with others.
-    pub fn with_merged_report(self, merged_report: bool) -> MeshOptions {
-        MeshOptions { merged_report, ..self }
+    /// Says that nobody merges the report of a part with a halo with others, so that the part is not meshed once more for it.
+    pub fn with_lone_report(self, lone_report: bool) -> MeshOptions {
+        MeshOptions { lone_report, ..self }
     }
 
     /// Counts the program and its GPU driver against the memory allowed.

@@ -41,7 +41,7 @@ pub struct WindowReport {
     /// Geometries that have no cell here; null unless these cells are a part without halo. A geometry that all parts list has none in the box.
     pub without_cells: Option<Vec<WithoutCells>>,
     /// The report that these cells have without their halo, but for what is measured at surfaces: what a merge takes. Null unless they are a part with a halo
-    /// whose report shall be merged (`hexcast mesh --report`), and the columns fit in memory.
+    /// whose report may be merged, and the columns fit in memory.
     #[serde(default)]
     pub without_halo: Option<serde_json::Value>,
 }

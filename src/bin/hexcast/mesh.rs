@@ -198,7 +198,7 @@ fn mesh_and_write(
         .with_spill(spill)
         .with_flags_in_memory(arguments.flags_in_memory)
         .with_doubt_mask(arguments.doubt.is_some())
-        .with_merged_report(arguments.report.is_some() || arguments.json)
+        .with_lone_report(arguments.report.is_none() && !arguments.json)
         .with_program_bytes(program_bytes)
         .with_max_device_bytes(arguments.job.max_device_memory.map(|size| size.0));
     let check = |prepared: &Prepared| {
