@@ -22,7 +22,7 @@ fn report(surfaces: &[Facets], job: &Job) -> hexcast::Result<(Mesh, Value)> {
         Source::new(format!("{index}.stl"), read_bytes(&stl(facets)).expect("a binary STL"), None)
     };
     let sources = surfaces.iter().enumerate().map(source).collect();
-    let options = MeshOptions::default().with_merged_report(true);
+    let options = MeshOptions::default();
     let (mut engine, control) = (Engine::cpu(), Control::default());
     let (mesh, facts) = pollster::block_on(mesh(job, sources, &options, &mut engine, &control))?;
     Ok((mesh, serde_json::to_value(Report::new(facts, CallerFacts::default())).expect("JSON")))
