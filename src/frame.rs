@@ -25,7 +25,7 @@ mod centres;
 mod limits;
 mod ranks;
 
-pub(crate) use centres::Scale;
+pub(crate) use centres::{Scale, nearest};
 use centres::places;
 pub use centres::{Centres, Places};
 use limits::fraction_bits;
@@ -295,12 +295,6 @@ fn snap([x, y, z]: [f64; 3], scale: &Scale, fraction_bits: u32) -> [i32; 3] {
     let factor = f64::from(1u32 << fraction_bits);
     let snapped = |axis: usize, world: f64| nearest(scale.units_from_world(axis, world) * factor);
     [snapped(0, x), snapped(1, y), snapped(2, z)]
-}
-
-/// The nearest integer of a number below 2^30, ties to even: adding 1.5 2^52 leaves it in the low bits. Two instructions, where `rint` is a call.
-#[inline(always)]
-pub(crate) fn nearest(value: f64) -> i32 {
-    (value + 6_755_399_441_055_744.0).to_bits() as i32
 }
 
 /// World coordinates of a snapped corner.

@@ -37,7 +37,11 @@ impl Shell {
     /// Lengths along an axis of the cells whose centres lie within.
     fn sizes(&self, lines: &[f64], axis: usize) -> Vec<f64> {
         let [low, high] = self.ends.map(|end| f64::from(end[axis]));
-        let within = |two: &&[f64]| (low..high).contains(&(0.5 * (two[0] + two[1])));
+        // a centre on an end stands for a place a little below
+        let within = |two: &&[f64]| {
+            let centre = 0.5 * (two[0] + two[1]);
+            low < centre && centre <= high
+        };
         lines.windows(2).filter(within).map(|two| two[1] - two[0]).collect()
     }
 
