@@ -25,9 +25,9 @@ mod centres;
 mod limits;
 mod ranks;
 
-pub(crate) use centres::{Scale, nearest};
 use centres::places;
 pub use centres::{Centres, Places};
+pub(crate) use centres::{Scale, nearest};
 use limits::fraction_bits;
 pub use limits::{MAX_CELLS_PER_AXIS, MIN_FRACTION_BITS, SPAN_BITS};
 pub(crate) use limits::{check_limits, too_many_ranks};
