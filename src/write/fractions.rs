@@ -2,9 +2,9 @@
 
 use std::io;
 
-use super::archive::Array;
-use super::{Compress, Sink, archive};
-use crate::error::{Error, Result};
+use super::Compress;
+use super::archive::{Array, write_arrays};
+use crate::error::Result;
 use crate::fractions::{CutSurface, Fraction, Fractions, Part};
 
 /// Writes a NumPy archive of the arrays `cell`, `flag` and `fraction`, an entry for each fraction, and `dims`; `faces` and those of the surfaces
@@ -13,10 +13,7 @@ use crate::fractions::{CutSurface, Fraction, Fractions, Part};
 /// # Errors
 /// `io` where `out` fails.
 pub fn write_fractions(fractions: &Fractions, compress: Compress, out: &mut dyn io::Write) -> Result<u64> {
-    let mut sink = Sink::new(out);
-    archive::write(compress, &mut sink, &arrays(fractions))?;
-    sink.out.flush().map_err(|error| Error::io("writing the fractions", error))?;
-    Ok(sink.n_bytes)
+    write_arrays(&arrays(fractions), compress, out)
 }
 
 /// The arrays of the archive.

@@ -2,9 +2,9 @@
 
 use std::io;
 
-use super::archive::Array;
-use super::{Compress, Sink, archive, npz};
-use crate::error::{Error, Result};
+use super::archive::{Array, write_arrays};
+use super::{Compress, npz};
+use crate::error::Result;
 use crate::mesh::Mesh;
 use crate::staggered::{COMPONENTS, SheetFace, Staggered};
 
@@ -17,10 +17,7 @@ const AT_ONCE: usize = 1 << 24;
 /// # Errors
 /// `io` where `out` fails, or columns are in a store that does.
 pub fn write_staggered(staggered: &Staggered, mesh: &Mesh, compress: Compress, out: &mut dyn io::Write) -> Result<u64> {
-    let mut sink = Sink::new(out);
-    archive::write(compress, &mut sink, &arrays(staggered, mesh))?;
-    sink.out.flush().map_err(|error| Error::io("writing the staggered grid", error))?;
-    Ok(sink.n_bytes)
+    write_arrays(&arrays(staggered, mesh), compress, out)
 }
 
 /// The arrays of the archive.
