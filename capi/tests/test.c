@@ -283,7 +283,7 @@ static void measured(const HexcastMesher *mesher) {
   float *q = numbers(mesh, "links", "q", "<f4", 4, LINKS, 1);
   uint32_t *x = numbers(mesh, "links", "x", "<u4", 4, LINKS, 1);
   uint8_t *direction = numbers(mesh, "links", "direction", "|u1", 1, LINKS, 1), *flag = numbers(mesh, "links", "flag", "|u1", 1, LINKS, 1);
-  int8_t *steps = numbers(mesh, "links", "directions", "|i1", 1, 6, 3);
+  int8_t *steps = numbers(mesh, "links", "directions", "|i1", 1, 7, 3);
   size_t of_end = 0;
   for (int link = 0; link < LINKS; link++) {
     const int is_end = steps[3 * direction[link]] == -1;
