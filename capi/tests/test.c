@@ -356,7 +356,7 @@ static void doubtful(void) {
   }
   /* the report counts them, too */
   char wanted[64];
-  snprintf(wanted, sizeof wanted, "\"doubtful\":{\"cells\":%zu,", n);
+  snprintf(wanted, sizeof wanted, "\"doubtful\": {\n    \"cells\": %zu,", n);
   CHECK(n > 0 && strstr(hexcast_mesh_report(mesh), wanted) != NULL);
   hexcast_mesh_free(mesh);
   hexcast_mesher_free(mesher);
