@@ -43,7 +43,11 @@ const picturesOf = (box) => [
   ['slice', { flags: [0, 7, 3], colours: { 7: '#010203', 0: '#FFEEDD' } }, ['--flags=0,7,3', '--colours=7=010203,0=#FFEEDD']],
   ['view', {}, []],
   ['view', { direction: [30.5, -20], size: 411 }, ['--direction=30.5,-20', '--size=411']],
-  ['view', { window: [...box.start, ...box.end], colours: { 1: '#abcdef' } }, [`--window=${[...box.start, ...box.end]}`, '--colours=1=abcdef']],
+  [
+    'view',
+    { window: [...box.start, ...box.end], colours: { 1: '#abcdef' } },
+    [`--window=${[...box.start, ...box.end]}`, '--colours=1=abcdef'],
+  ],
   ['view', { flags: [7, 3], size: 200 }, ['--flags=7,3', '--size=200']],
 ];
 
