@@ -41,7 +41,7 @@ def main(program: str) -> None:
         run("mesh", *parts, *size, "-o", mesh)
         run("mesh", *parts, *size, "--fill", "separating", "-o", other)
         run("slice", mesh, "--size", "420", "-q", "-o", DOCS / "slices.png")
-        run("view", mesh, "--from=-50,25", "--size", "520", "-q", "-o", DOCS / "view.png")
+        run("view", mesh, "--direction=-50,25", "--size", "520", "-q", "-o", DOCS / "view.png")
         run("diff", mesh, other, "-o", mask, codes=(1,))
         run("slice", mask, "--size", "420", "-q", "-o", DOCS / "difference.png")
 

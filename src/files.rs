@@ -2,6 +2,8 @@
 //!
 //! Names of files -> [`Source`]s, several files at the same time on all cores. Natively only.
 
+mod file_store;
+
 use std::fs::File;
 use std::io::ErrorKind;
 use std::path::Path;
@@ -12,6 +14,8 @@ use crate::job::{GeometryJob, Job};
 use crate::memory::Memory;
 use crate::parallel::*;
 use crate::sources::Source;
+
+pub use file_store::FileStore;
 
 /// Reads the file of every geometry of a job, in their order, within the memory that it allows; the first that fails decides the error.
 ///

@@ -28,8 +28,11 @@ pub enum Merging {
 /// Every code of a finding, how findings of parts are merged, and what it means; reports list findings in this order. Codes are stable; the
 /// JavaScript types list the same ones.
 pub const CODES: &[(&str, Merging, &str)] = &[
-    ("on-cpu", Merging::Same, "the CPU meshed, as there is no GPU that can"),
-    ("gpu-failed", Merging::Same, "the GPU was lost or computed wrongly, and the CPU meshed what was left"),
+    (
+        "gpu-failed",
+        Merging::Same,
+        "the GPU could not be opened, was lost or computed wrongly, and the CPU meshed what was left",
+    ),
     ("file-changed", Merging::Same, "a reader took something in a file otherwise than it stands there, or left it out"),
     ("end-without-line", Merging::Same, "the end of a geometry's box has no line of its own, as others are too close"),
     ("edge-on-line", Merging::Same, "a line lies on an edge of metal, not a third of a cell beside it"),

@@ -201,6 +201,12 @@ pub struct Job {
     pub open: Open,
     /// Which cells geometries have besides those whose centres lie inside; a geometry may say otherwise.
     pub fill: Fill,
+    /// Whether every solid of every file is a geometry of its own, as `split` of a geometry.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub split: bool,
+    /// Whether every geometry has the cells outside of it, as `invert` of a geometry.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub invert: bool,
     /// Closes openings narrower than this number of cells, at least 2.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub close_gaps: Option<u32>,

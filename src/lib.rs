@@ -89,6 +89,7 @@ pub mod machine;
 mod map;
 #[cfg(feature = "stages")]
 pub mod map;
+pub mod measured;
 pub mod memory;
 pub mod mesh;
 #[cfg(not(target_arch = "wasm32"))]
@@ -143,6 +144,7 @@ mod zlib;
 pub use control::Control;
 pub use error::{Error, Result};
 pub use job::{GeometryJob, Job};
+pub use measured::Measured;
 pub use mesh::Mesh;
 #[cfg(not(target_arch = "wasm32"))]
 pub use mesher::{Mesher, MesherOptions};

@@ -19,7 +19,7 @@
 //! let picture = slices(&mesh, &planes.with_look(Look::default().with_size(300)), &Control::default())?;
 //! let png: Vec<u8> = picture.png()?;
 //!
-//! let from_above = View::default().with_from([30.0, 60.0]);
+//! let from_above = View::default().with_direction([30.0, 60.0]);
 //! let seen = view(&mesh, &from_above, &Control::default())?;
 //! assert_eq!(seen.width(), 1000 + 2 * 12);
 //! # assert_eq!(&png[1..4], b"PNG");

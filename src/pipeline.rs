@@ -269,9 +269,8 @@ async fn meshed(
         flags.insert(place, FlagReport { flag: gaps.flag, name, cells: gaps.cells, volume, mesh_volume, volume_bound });
         names.push(Named::new(gaps.flag, NAME));
     }
-    let on_cpu = if engine.has_failed { "gpu-failed" } else { "on-cpu" };
-    let of_fallback = |why| Finding::new(on_cpu, format!("meshed on the CPU: {why}"));
-    let mut findings: Vec<Finding> = engine.fallback.iter().map(of_fallback).collect();
+    let of_failed = |why| Finding::new("gpu-failed", format!("meshed on the CPU: {why}"));
+    let mut findings: Vec<Finding> = engine.fallback.iter().filter(|_| engine.has_failed).map(of_failed).collect();
     findings.extend(warnings::about_inputs(&inputs));
     findings.extend(prepared.notices.iter().cloned());
     findings.extend(about_fine_cells(job, &prepared.domain, &prepared.whole));
@@ -325,6 +324,7 @@ async fn meshed(
         backend,
         adapter,
         driver,
+        fallback: engine.fallback.clone(),
         device_check: used.checked.map(|[rays, differing]| DeviceCheck { rays, differing }),
         unit: prepared.unit.clone(),
         inputs,

@@ -134,6 +134,8 @@ pub struct MeshFacts {
     pub adapter: Option<String>,
     /// Driver of the adapter.
     pub driver: Option<String>,
+    /// Why the CPU meshed although a GPU was looked for: there is none, it is one in software, or it failed; null otherwise.
+    pub fallback: Option<String>,
     /// What came of casting a sample of the GPU's rays again; None if no GPU meshed.
     pub device_check: Option<DeviceCheck>,
     /// Unit of lengths, if the caller named one.

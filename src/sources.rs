@@ -108,7 +108,7 @@ pub fn geometries(job: &Job, sources: Vec<Source>) -> Result<Vec<Geometry>> {
     let mut geometries = Vec::new();
     for ((position, entry), source) in job.geometries.iter().enumerate().zip(sources) {
         for (index, Part { name, facets, pieces_in_file }) in
-            parts(entry, source.contents.solids)?.into_iter().enumerate()
+            parts((entry, job.splits(entry)), source.contents.solids)?.into_iter().enumerate()
         {
             let flag = match entry.flag {
                 Some(first) if entry.same_flag => usize::from(first),
@@ -129,7 +129,7 @@ pub fn geometries(job: &Job, sources: Vec<Source>) -> Result<Vec<Geometry>> {
             geometry.priority = entry.priority;
             geometry.open = entry.open.unwrap_or(job.open);
             geometry.shell = entry.shell;
-            geometry.invert = entry.invert;
+            geometry.invert = entry.invert || job.invert;
             geometry.sizing = entry.sizing();
             geometry.material = entry.material;
             geometry.fill = match entry.fill.unwrap_or(job.fill) {
@@ -178,14 +178,14 @@ struct Part {
     pieces_in_file: Vec<[u64; 2]>,
 }
 
-fn parts(entry: &GeometryJob, solids: Vec<Solid>) -> Result<Vec<Part>> {
+fn parts((entry, is_split): (&GeometryJob, bool), solids: Vec<Solid>) -> Result<Vec<Part>> {
     let stem = stem(&entry.file);
     let ends = solids.iter().scan(0, |end, solid| {
         *end += solid.facets.len() as u64;
         Some(*end)
     });
     let starts: Vec<u64> = [0].into_iter().chain(ends).collect();
-    if entry.split {
+    if is_split {
         let named = solids.into_iter().enumerate().map(|(index, solid)| {
             let name = if solid.name.is_empty() { format!("{stem}:{}", index + 1) } else { solid.name };
             Part { name, facets: solid.facets, pieces_in_file: vec![[0, starts[index]]] }

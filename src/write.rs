@@ -33,6 +33,7 @@ use crate::error::{Error, Result};
 use crate::lines::Lines;
 use crate::mesh::Mesh;
 
+pub use archive::{Array, write_arrays};
 pub use fractions::write_fractions;
 pub use links::{LinksFormat, write_links};
 pub use options::{AxisOrder, Compress, Format, Options, Written};

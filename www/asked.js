@@ -11,7 +11,7 @@ const DEFAULT_BYTES = 2 ** 30;
 /**
  * @typedef {{ size: number | undefined, flags: Uint8Array, colours: Uint32Array, maxBytes: number }} Look
  * @typedef {{ axes: Uint8Array, places: string, hasLines: boolean }} SlicesAsked
- * @typedef {{ from: Float64Array | undefined, cells: Uint32Array | undefined }} ViewAsked
+ * @typedef {{ direction: Float64Array | undefined, cells: Uint32Array | undefined }} ViewAsked
  * @typedef {{ look: Look, slices?: SlicesAsked, view?: ViewAsked }} Asked
  */
 
@@ -32,13 +32,15 @@ function place(at) {
 
 /** @param {readonly number[]} dims @param {import('./hexcast.js').ViewOptions} [options] @returns {Asked} */
 export function viewAsked(dims, options) {
-  const { from, box, ...look } = optionsOf(options, ['from', 'box', ...LOOK]);
-  if (from !== undefined && !(Array.isArray(from) && from.length === 2 && from.every(Number.isFinite)))
-    throw wrongValue('from', from, 'two angles in degrees');
-  const first = box && threeNumbers('box.start', box.start, [0, 0, 0], dims);
-  const end = first && threeNumbers('box.end', box.end, first, dims);
+  const { direction, window, ...look } = optionsOf(options, ['direction', 'window', ...LOOK]);
+  if (direction !== undefined && !(Array.isArray(direction) && direction.length === 2 && direction.every(Number.isFinite)))
+    throw wrongValue('direction', direction, 'two angles in degrees');
+  if (window !== undefined && !(Array.isArray(window) && window.length === 6))
+    throw wrongValue('window', window, 'six whole numbers');
+  const first = window && threeNumbers('the start of window', window.slice(0, 3), [0, 0, 0], dims);
+  const end = first && threeNumbers('the end of window', window.slice(3), first, dims);
   const cells = first && end && Uint32Array.from([...first, ...end]);
-  return { look: lookOf(look), view: { from: from && Float64Array.from(from), cells } };
+  return { look: lookOf(look), view: { direction: direction && Float64Array.from(direction), cells } };
 }
 
 /** @param {import('./hexcast.js').LookOptions} options @returns {Look} */

@@ -9,7 +9,7 @@ import { cancelled, pause } from './call.js';
 import { columnFile } from './column_file.js';
 import { comparedIn, pictureIn, skinOf, sliceOf } from './drawn.js';
 import { sha256 } from './hash.js';
-import { factsOf, onCpu, onRays } from './facts.js';
+import { factsOf, onRays } from './facts.js';
 import { Held, freeAfter } from './held.js';
 import init, { WebEngine, WebGpu, WebJob, WebMesh, WebSurface, WebSwitch, expandText, version } from './hexcast_wasm.js';
 import { Pace } from './pace.js';
@@ -210,11 +210,7 @@ export class Core {
     const facts = this.#describe(mesh);
     /** @type {Facts} */
     const engine = JSON.parse(this.#engine.facts());
-    if (this.#notTaken) {
-      const found = onCpu(this.#notTaken);
-      facts.report.findings.unshift(found);
-      facts.report.warnings.unshift(found.sentence);
-    }
+    facts.report.fallback = this.#notTaken ?? facts.report.fallback;
     this.#pace.learn(facts.report);
     // the GPU may have been lost for good
     return engine.adapter ? facts : { ...facts, engine };

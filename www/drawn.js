@@ -43,7 +43,7 @@ export function pictureIn(mesh, { look, slices, view }, state) {
   const how = new WebLook(look.size, look.flags, look.colours, look.maxBytes);
   const work = slices
     ? mesh.drawSlices(slices.axes, slices.places, slices.hasLines, how)
-    : mesh.drawView(view?.from, view?.cells, how);
+    : mesh.drawView(view?.direction, view?.cells, how);
   return inSteps(/** @type {any} */ (work), state);
 }
 

@@ -24,15 +24,3 @@ export function factsOf(mesh, adapterName) {
 export function onRays(progress) {
   return (/** @type {number} */ done, /** @type {number} */ total) => progress({ stage: 'mesh', done, total });
 }
-
-/**
- * The finding that no GPU meshed.
- *
- * @param {string} why
- * @returns {import('./hexcast.js').Finding}
- */
-export function onCpu(why) {
-  const about = { geometry: null, other: null, shell: null, flag: null, axis: null };
-  const sentence = `meshed on the CPU: ${why}`;
-  return { code: 'on-cpu', sentence, ...about, points: [], boxes: [], values: {}, remedies: [] };
-}

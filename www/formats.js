@@ -6,6 +6,8 @@ const FORMATS = /** @type {const} */ ([
   ...['fractions.npz', 'fractions.vti', 'fractions.vtr', 'fractions.npy', 'fractions.zarr'],
   ...['foam', 'inp', 'msh', 'xdmf', 'csx.xml', 'in', 'geometry.xml', 'nrrd', 'vox', 'binvox'],
 ]);
+/** Formats that are never compressed. @type {readonly Format[]} */
+const NEVER_COMPRESSED = ['npy', 'raw', 'links', 'fractions.npy', 'inp', 'msh', 'csx.xml', 'geometry.xml', 'vox', 'binvox'];
 /** Options of what stands for a cell. */
 const BYTES = ['bits', 'axisOrder', 'map'];
 const WRITE = ['compress', 'ascii', 'exportFlags', ...BYTES, ...CALL];
@@ -34,6 +36,11 @@ export function mimeOf(format) {
   return MIME[format] ?? 'application/octet-stream';
 }
 
+/** Whether a file is compressed unless the caller says otherwise: all that can be. @param {Format} format */
+function isCompressed(format) {
+  return !NEVER_COMPRESSED.includes(format);
+}
+
 /**
  * The options of a file, with what they are by default: those of its bytes, `asked`, and those of the call.
  *
@@ -42,7 +49,14 @@ export function mimeOf(format) {
  */
 export function written(format, options) {
   oneOf('format', format, FORMATS);
-  const { compress = 0, ascii = false, exportFlags, signal, onProgress, ...bytes } = optionsOf(options, WRITE);
+  const {
+    compress = isCompressed(format) ? 6 : 0,
+    ascii = false,
+    exportFlags,
+    signal,
+    onProgress,
+    ...bytes
+  } = optionsOf(options, WRITE);
   const asked = {
     compress: wholeNumber('compress', compress, 0, 9),
     ascii: yesOrNo('ascii', ascii),

@@ -188,6 +188,10 @@ export interface Job {
    * neighbour leads through it; a wall of any thickness has them. Default `centre`.
    */
   fill?: 'centre' | 'conservative' | 'separating';
+  /** As for a geometry, for all. */
+  split?: boolean;
+  /** As for a geometry, for all. */
+  invert?: boolean;
   /**
    * Closes openings narrower than this number of cells along x, y or z, at least 2, and no wider ones: background cells get `gap_flag` if
    * fewer than that many in a row lie between flagged cells. Dents and slits as narrow as that are filled, too.

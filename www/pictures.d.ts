@@ -1,5 +1,5 @@
 /** Pictures of a mesh, and what differs between two. */
-import type { Mesh, Triple } from './result.js';
+import type { Mesh } from './result.js';
 
 /** How a picture looks. */
 export interface LookOptions {
@@ -34,9 +34,9 @@ export interface SliceOptions extends LookOptions {
 
 export interface ViewOptions extends LookOptions {
   /** Direction to the eye in degrees: around z from the x axis, and up from the plane of x and y. Default -60, 25. */
-  from?: readonly [number, number];
+  direction?: readonly [number, number];
   /** Cells that are shown: the first and the end; by default all. */
-  box?: { readonly start: Triple; readonly end: Triple };
+  window?: readonly [number, number, number, number, number, number];
 }
 
 /** Cells that have one flag in this mesh and another in the other. */

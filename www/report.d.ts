@@ -86,6 +86,8 @@ export interface Report {
   /** Name of the GPU; null on the CPU. */
   adapter: string | null;
   driver: string | null;
+  /** Why the CPU meshed although a GPU was looked for: there is none, it is one in software, or it failed; null otherwise, and for an opened mesh. */
+  fallback: string | null;
   /**
    * The CPU casts a sample of the GPU's rays again: the number of these rays, and of those among them whose cells differed;
    * null if no GPU meshed.
@@ -150,7 +152,6 @@ export interface Report {
 
 /** What a finding is; `docs/findings.md` explains each. */
 export type FindingCode =
-  | 'on-cpu'
   | 'gpu-failed'
   | 'file-changed'
   | 'end-without-line'

@@ -131,8 +131,8 @@ export interface CellBytes {
 
 export interface WriteOptions extends CallOptions, CellBytes {
   /**
-   * zlib level for vti, vtr, hxc, nrrd, zarr (its chunks), every npz, HDF5 (xdmf, in, links.h5; its chunks) and the archive of foam: 0 (the default) does not compress, 1 is fast, 6 is a good
-   * compromise, 9 is small.
+   * zlib level for vti, vtr, hxc, nrrd, zarr (its chunks), every npz, HDF5 (xdmf, in, links.h5; its chunks) and the archive of foam: 0 does not compress, 1 is fast, 6, the default, is a good
+   * compromise, 9 is small. All other formats are never compressed.
    */
   compress?: number;
   /** Text in place of numbers in binary, for foam and msh. Default false. */

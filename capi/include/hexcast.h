@@ -30,6 +30,19 @@ typedef struct HexcastMesh HexcastMesh;
 // A backend, the GPU or the CPU, that meshes one job after the other. Freed by hexcast_mesher_free.
 typedef struct HexcastMesher HexcastMesher;
 
+// An array of a mesh, and what its numbers are.
+typedef struct HexcastArray {
+  // Their type as NumPy names it: "|u1" uint8_t, "|i1" int8_t, "<i2" int16_t, "<i4" int32_t, "<u4" uint32_t, "<u8" uint64_t, "<f4" float,
+  // "<f8" double; a text that ends with a zero byte.
+  char kind[4];
+  // Number of axes, 1 to 3.
+  uint32_t n_axes;
+  // Length of each axis, the last one fastest; 0 for those that it does not have.
+  uint64_t shape[3];
+  // Bytes of all numbers.
+  uint64_t n_bytes;
+} HexcastArray;
+
 // Facets in memory, which a job uses in place of a file.
 typedef struct HexcastFacets {
   // The name of the file in the job.
@@ -120,6 +133,37 @@ int32_t hexcast_mesh_fill_box(const struct HexcastMesh *mesh,
                               size_t n_bytes,
                               struct HexcastError **error);
 
+// Says what an array of a mesh is. `of` is "links", "fractions" or "staggered", which the job asked for by these keys, and `name` one of the
+// arrays that docs/links.md, docs/fractions.md or docs/staggered.md lists, such as "q". Returns 0, or 1 for an error.
+//
+// # Safety
+// `mesh` is a mesh that was not freed; `of` and `name` are texts; `array` points to one; `error` is NULL or a place for a pointer.
+int32_t hexcast_mesh_array(const struct HexcastMesh *mesh,
+                           const char *of,
+                           const char *name,
+                           struct HexcastArray *array,
+                           struct HexcastError **error);
+
+// Puts the numbers of an array, as hexcast_mesh_array describes it, at `bytes`, little-endian. `n_bytes` is the length of `bytes` and must be
+// that of the array. Returns 0, or 1 for an error.
+//
+// # Safety
+// `mesh` is a mesh that was not freed; `of` and `name` are texts; `bytes` points to `n_bytes` bytes that no other thread uses meanwhile;
+// `error` is NULL or a place for a pointer.
+int32_t hexcast_mesh_fill_array(const struct HexcastMesh *mesh,
+                                const char *of,
+                                const char *name,
+                                void *bytes,
+                                size_t n_bytes,
+                                struct HexcastError **error);
+
+// The cells that the rays of open surfaces do not decide: a mesh with flag 1 there. NULL unless the mesher has the option "doubt". Lives as long as the mesh,
+// and must not be freed.
+//
+// # Safety
+// `mesh` is NULL or a mesh that was not freed.
+const struct HexcastMesh *hexcast_mesh_doubt(const struct HexcastMesh *mesh);
+
 // The report as JSON; NULL for NULL. Lives as long as the mesh.
 //
 // # Safety
@@ -133,7 +177,7 @@ const char *hexcast_mesh_report(const struct HexcastMesh *mesh);
 void hexcast_mesh_free(struct HexcastMesh *mesh);
 
 // Opens a mesher. `options` is JSON, or NULL for the defaults: {"backend": "auto", "gpu" or "cpu", "adapter": a part of the name of
-// the GPU}. With "auto" the CPU meshes where there is no GPU. Returns NULL for an error.
+// the GPU, "doubt": true for a mask of doubtful cells with each mesh (hexcast_mesh_doubt)}. With "auto" the CPU meshes where there is no GPU. Returns NULL for an error.
 //
 // # Safety
 // `options` is NULL or a text; `error` is NULL or a place for a pointer.

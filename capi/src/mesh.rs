@@ -1,13 +1,16 @@
-//! Meshes: numbers of cells, lines, flags of boxes, the report.
+//! Meshes: numbers of cells, lines, flags of boxes, what was measured, the report.
 
-use std::ffi::{CString, c_char};
+use std::ffi::{CString, c_char, c_void};
 use std::ptr;
 
+use hexcast::control::Control;
+use hexcast::measured::Measured;
 use hexcast::mesh::Mesh;
-use hexcast::report::Report;
+use hexcast::report::{ColumnsReport, Report};
+use hexcast::write::Array;
 use hexcast::{Error, Result};
 
-use crate::border::{array, array_mut, behind, c_text, free};
+use crate::border::{Number, array, array_mut, behind, c_text, free, text};
 use crate::error::{HexcastError, call};
 
 /// A finished mesh. Freed by hexcast_mesh_free.
@@ -16,15 +19,38 @@ pub struct HexcastMesh {
     report: CString,
     /// First cell and end, exclusive, in the box, and the cells of that.
     window: [[u32; 3]; 3],
+    measured: Measured,
+    doubt: Option<Box<HexcastMesh>>,
 }
 
 impl HexcastMesh {
-    pub(crate) fn new(mesh: Mesh, report: &Report) -> HexcastMesh {
+    pub(crate) fn new(mesh: Mesh, mut report: Report) -> HexcastMesh {
         let dims = mesh.dims();
         let window = report.mesh.window.as_ref().map_or([[0; 3], dims, dims], |w| [w.first, w.end, w.of]);
-        HexcastMesh { mesh, report: c_text(&report.to_json()), window }
+        let mut measured = Measured::take(&mut report.mesh);
+        let doubt = measured.doubt.take().map(|mask| {
+            let report = c_text(&serde_json::to_string(&ColumnsReport::new(&mask)).unwrap_or_default());
+            Box::new(HexcastMesh { mesh: mask, report, window, measured: Measured::default(), doubt: None })
+        });
+        HexcastMesh { mesh, report: c_text(&report.to_json()), window, measured, doubt }
     }
 }
+
+/// An array of a mesh, and what its numbers are.
+#[repr(C)]
+pub struct HexcastArray {
+    /// Their type as NumPy names it: "|u1" uint8_t, "|i1" int8_t, "<i2" int16_t, "<i4" int32_t, "<u4" uint32_t, "<u8" uint64_t, "<f4" float,
+    /// "<f8" double; a text that ends with a zero byte.
+    pub kind: [c_char; 4],
+    /// Number of axes, 1 to 3.
+    pub n_axes: u32,
+    /// Length of each axis, the last one fastest; 0 for those that it does not have.
+    pub shape: [u64; 3],
+    /// Bytes of all numbers.
+    pub n_bytes: u64,
+}
+
+impl Number for HexcastArray {}
 
 /// What all functions that return a number return.
 fn status(done: Option<()>) -> i32 {
@@ -140,6 +166,84 @@ pub unsafe extern "C" fn hexcast_mesh_fill_box(
 
 fn fill(mesh: &Mesh, first: &[u32], end: &[u32], flags: &mut [u8]) -> Result<()> {
     mesh.fill_box(&[0, 1, 2].map(|axis| first[axis]..end[axis]), flags)
+}
+
+/// Says what an array of a mesh is. `of` is "links", "fractions" or "staggered", which the job asked for by these keys, and `name` one of the
+/// arrays that docs/links.md, docs/fractions.md or docs/staggered.md lists, such as "q". Returns 0, or 1 for an error.
+///
+/// # Safety
+/// `mesh` is a mesh that was not freed; `of` and `name` are texts; `array` points to one; `error` is NULL or a place for a pointer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hexcast_mesh_array(
+    mesh: *const HexcastMesh,
+    of: *const c_char,
+    name: *const c_char,
+    array: *mut HexcastArray,
+    error: *mut *mut HexcastError,
+) -> i32 {
+    let act = || {
+        // SAFETY: the caller vouches for all of them
+        let (mesh, of, name) = unsafe { (behind(mesh, "the mesh")?, text(of, "of")?, text(name, "name")?) };
+        // SAFETY: as above
+        let out = unsafe { array_mut(array, 1, "array") }?;
+        with_array(mesh, (of, name), |array| {
+            let (kind, shape) = (array.kind().bytes().take(3), array.shape());
+            out[0].kind.iter_mut().zip(kind).for_each(|(to, byte)| *to = byte as c_char);
+            out[0].shape.iter_mut().zip(shape).for_each(|(to, n)| *to = *n);
+            (out[0].n_axes, out[0].n_bytes) = (shape.len() as u32, array.n_bytes());
+            Ok(())
+        })
+    };
+    // SAFETY: the caller vouches for the place of the error
+    status(unsafe { call(error, act) })
+}
+
+/// Puts the numbers of an array, as hexcast_mesh_array describes it, at `bytes`, little-endian. `n_bytes` is the length of `bytes` and must be
+/// that of the array. Returns 0, or 1 for an error.
+///
+/// # Safety
+/// `mesh` is a mesh that was not freed; `of` and `name` are texts; `bytes` points to `n_bytes` bytes that no other thread uses meanwhile;
+/// `error` is NULL or a place for a pointer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hexcast_mesh_fill_array(
+    mesh: *const HexcastMesh,
+    of: *const c_char,
+    name: *const c_char,
+    bytes: *mut c_void,
+    n_bytes: usize,
+    error: *mut *mut HexcastError,
+) -> i32 {
+    let act = || {
+        // SAFETY: the caller vouches for all of them
+        let (mesh, of, name) = unsafe { (behind(mesh, "the mesh")?, text(of, "of")?, text(name, "name")?) };
+        // SAFETY: as above
+        let out = unsafe { array_mut(bytes.cast::<u8>(), n_bytes, "bytes") }?;
+        with_array(mesh, (of, name), |array| array.fill(out, &Control::default()))
+    };
+    // SAFETY: the caller vouches for the place of the error
+    status(unsafe { call(error, act) })
+}
+
+fn with_array(mesh: &HexcastMesh, (of, name): (&str, &str), act: impl FnOnce(&Array) -> Result<()>) -> Result<()> {
+    let arrays = mesh.measured.arrays(&mesh.mesh, of)?;
+    let Some(array) = arrays.iter().find(|array| array.name() == name) else {
+        let names: Vec<&str> = arrays.iter().map(Array::name).collect();
+        let message = format!("{of} of this mesh have no array \"{name}\"");
+        return Err(Error::new("job-value", message, format!("name one of {}", names.join(", "))));
+    };
+    act(array)
+}
+
+/// The cells that the rays of open surfaces do not decide: a mesh with flag 1 there. NULL unless the mesher has the option "doubt". Lives as long as the mesh,
+/// and must not be freed.
+///
+/// # Safety
+/// `mesh` is NULL or a mesh that was not freed.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hexcast_mesh_doubt(mesh: *const HexcastMesh) -> *const HexcastMesh {
+    // SAFETY: it is NULL or alive, for which the caller vouches
+    let doubt = unsafe { mesh.as_ref() }.and_then(|mesh| mesh.doubt.as_deref());
+    doubt.map_or(ptr::null(), ptr::from_ref)
 }
 
 /// The report as JSON; NULL for NULL. Lives as long as the mesh.

@@ -19,7 +19,7 @@ use crate::error::{HexcastError, call, crashed};
 use crate::mesh::HexcastMesh;
 
 /// A backend, the GPU or the CPU, that meshes one job after the other. Freed by hexcast_mesher_free.
-pub struct HexcastMesher(Mutex<Mesher>);
+pub struct HexcastMesher(Mutex<Mesher>, MeshOptions);
 
 /// Facets in memory, which a job uses in place of a file.
 #[repr(C)]
@@ -38,21 +38,26 @@ pub struct HexcastFacets {
 struct Wanted {
     backend: BackendChoice,
     adapter: Option<String>,
+    doubt: bool,
 }
 
 impl Wanted {
-    fn of_json(json: &str) -> Result<MesherOptions> {
-        let wanted: Wanted = serde_json::from_str(json).map_err(|error| {
-            let hint = "give {\"backend\": \"auto\", \"gpu\" or \"cpu\", \"adapter\": a part of the GPU's name}";
+    fn of_json(json: &str) -> Result<Wanted> {
+        serde_json::from_str(json).map_err(|error| {
+            let hint = "give {\"backend\": \"auto\", \"gpu\" or \"cpu\", \"adapter\": a part of the GPU's name, \"doubt\": true or false}";
             Error::new("job-value", format!("the options of the mesher: {error}"), hint)
-        })?;
-        let options = MesherOptions::default().with_backend(wanted.backend);
-        Ok(wanted.adapter.into_iter().fold(options, MesherOptions::with_adapter))
+        })
+    }
+
+    fn open(self) -> Result<HexcastMesher> {
+        let options = MesherOptions::default().with_backend(self.backend);
+        let mesher = Mesher::new(self.adapter.into_iter().fold(options, MesherOptions::with_adapter))?;
+        Ok(HexcastMesher(Mutex::new(mesher), MeshOptions::default().with_doubt_mask(self.doubt)))
     }
 }
 
 /// Opens a mesher. `options` is JSON, or NULL for the defaults: {"backend": "auto", "gpu" or "cpu", "adapter": a part of the name of
-/// the GPU}. With "auto" the CPU meshes where there is no GPU. Returns NULL for an error.
+/// the GPU, "doubt": true for a mask of doubtful cells with each mesh (hexcast_mesh_doubt)}. With "auto" the CPU meshes where there is no GPU. Returns NULL for an error.
 ///
 /// # Safety
 /// `options` is NULL or a text; `error` is NULL or a place for a pointer.
@@ -62,13 +67,11 @@ pub unsafe extern "C" fn hexcast_mesher_new(
     error: *mut *mut HexcastError,
 ) -> *mut HexcastMesher {
     let open = || {
-        let options = if options.is_null() {
-            MesherOptions::default()
-        } else {
-            // SAFETY: it is a text, for which the caller vouches
-            Wanted::of_json(unsafe { text(options, "the options of the mesher") }?)?
-        };
-        Ok(HexcastMesher(Mutex::new(Mesher::new(options)?)))
+        if options.is_null() {
+            return Wanted::default().open();
+        }
+        // SAFETY: it is a text, for which the caller vouches
+        Wanted::of_json(unsafe { text(options, "the options of the mesher") }?)?.open()
     };
     // SAFETY: the caller vouches for the place of the error
     unsafe { call(error, open) }.map_or(ptr::null_mut(), |mesher| Box::into_raw(Box::new(mesher)))
@@ -164,12 +167,12 @@ pub unsafe extern "C" fn hexcast_mesh_with_progress(
         // SAFETY: the caller vouches for what the facets point to
         let sources = unsafe { sources(&job, facets) }?;
         // a mesher that crashed is in no state to go on
-        let mut mesher = mesher.0.lock().map_err(|_| crashed())?;
-        mesher.mesh_sources(&job, sources, &MeshOptions::default(), &control)
+        let mut open = mesher.0.lock().map_err(|_| crashed())?;
+        open.mesh_sources(&job, sources, &mesher.1, &control)
     };
     // SAFETY: the caller vouches for the place of the error
     unsafe { call(error, mesh) }
-        .map_or(ptr::null_mut(), |(mesh, report)| Box::into_raw(Box::new(HexcastMesh::new(mesh, &report))))
+        .map_or(ptr::null_mut(), |(mesh, report)| Box::into_raw(Box::new(HexcastMesh::new(mesh, report))))
 }
 
 /// The surfaces of a job: those in memory by their names, others from disk.

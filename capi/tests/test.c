@@ -241,6 +241,127 @@ static void progress(const HexcastMesher *mesher) {
   hexcast_mesh_free(mesh);
 }
 
+/* The bytes of an array, which must have this type, and so many numbers in rows; the caller frees them. */
+static void *numbers(const HexcastMesh *mesh, const char *of, const char *name, const char *kind, size_t size, uint64_t n, uint64_t row) {
+  HexcastArray array;
+  CHECK(hexcast_mesh_array(mesh, of, name, &array, NULL) == 0);
+  CHECK(strcmp(array.kind, kind) == 0 && array.n_axes == (row > 1 ? 2u : 1u));
+  CHECK(array.shape[0] == n && array.shape[1] == (row > 1 ? row : 0) && array.shape[2] == 0);
+  CHECK(array.n_bytes == size * n * row);
+  void *bytes = malloc(array.n_bytes);
+  CHECK(bytes && hexcast_mesh_fill_array(mesh, of, name, bytes, array.n_bytes, NULL) == 0);
+  return bytes;
+}
+
+/* Links, fractions and staggered points of a box of 10.5 x 12 x 8 cells, whose numbers are known. */
+static void measured(const HexcastMesher *mesher) {
+  static float corners[12][3][3];
+  static const float low[3] = {4, 2, 2}, high[3] = {14.5f, 14, 10};
+  int n = 0;
+  for (int axis = 0; axis < 3; axis++)
+    for (int side = 0; side < 2; side++)
+      for (int half = 0; half < 2; half++, n++) {
+        /* two corners of a side, then one of the others; in this order or the other, so that normals point outwards */
+        const int u = (axis + 1) % 3, v = (axis + 2) % 3, ends[3][2] = {{0, 0}, {1, half}, {!half, 1}};
+        for (int corner = 0; corner < 3; corner++) {
+          float *place = corners[n][side ? corner : 2 - corner];
+          place[axis] = side ? high[axis] : low[axis];
+          place[u] = ends[corner][0] ? high[u] : low[u];
+          place[v] = ends[corner][1] ? high[v] : low[v];
+        }
+      }
+  const HexcastFacets box = {.file = "box", .corners = &corners[0][0][0], .n_facets = 12};
+  const char *job =
+      "{\"geometries\": [{\"file\": \"box\", \"flag\": 5}], \"dims\": [20, 16, 12], \"domain\": [0, 0, 0, 20, 16, 12],"
+      " \"links\": {\"stencil\": \"D3Q7\"}, \"fractions\": {\"rays\": 2, \"faces\": true}, \"staggered\": true}";
+  HexcastError *error = NULL;
+  HexcastMesh *mesh = hexcast_mesh(mesher, job, &box, 1, &error);
+  CHECK(mesh != NULL && hexcast_mesh_doubt(mesh) == NULL);
+
+  /* 11 x 12 x 8 cells have their centres in the box: one at 14.5 itself lies inside, and half a cell is cut off it */
+  enum { INX = 11, INY = 12, INZ = 8, LINKS = 2 * (INX * INY + INY * INZ + INX * INZ) };
+  float *q = numbers(mesh, "links", "q", "<f4", 4, LINKS, 1);
+  uint32_t *x = numbers(mesh, "links", "x", "<u4", 4, LINKS, 1);
+  uint8_t *direction = numbers(mesh, "links", "direction", "|u1", 1, LINKS, 1), *flag = numbers(mesh, "links", "flag", "|u1", 1, LINKS, 1);
+  int8_t *steps = numbers(mesh, "links", "directions", "|i1", 1, 7, 3);
+  size_t of_end = 0;
+  for (int link = 0; link < LINKS; link++) {
+    const int is_end = steps[3 * direction[link]] == -1;
+    CHECK(flag[link] == 5 && (is_end ? x[link] == 15 && q[link] == 1.0f : q[link] == 0.5f));
+    of_end += is_end;
+  }
+  CHECK(of_end == INY * INZ);
+
+  /* the cells 14 along x are half full */
+  enum { CUT = 2 * INY * INZ };
+  HexcastArray cells;
+  CHECK(hexcast_mesh_array(mesh, "fractions", "cell", &cells, NULL) == 0 && strcmp(cells.kind, "<u8") == 0);
+  const uint64_t n_listed = cells.shape[0];
+  CHECK(n_listed >= CUT);
+  uint64_t *cell = numbers(mesh, "fractions", "cell", "<u8", 8, n_listed, 1);
+  uint8_t *of_flag = numbers(mesh, "fractions", "flag", "|u1", 1, n_listed, 1);
+  float *fraction = numbers(mesh, "fractions", "fraction", "<f4", 4, n_listed, 1);
+  float *faces = numbers(mesh, "fractions", "faces", "<f4", 4, n_listed, 6);
+  size_t n_half = 0;
+  for (uint64_t i = 0; i < n_listed; i++) {
+    if (fraction[i] != 0.5f) continue;
+    n_half++;
+    CHECK(cell[i] % 20 == 14);
+    /* below along x it is all of the box, above all of the outside, and half of the faces along the box */
+    CHECK(faces[6 * i] == (of_flag[i] == 5 ? 1.0f : 0.0f) && faces[6 * i + 1] == (of_flag[i] == 5 ? 0.0f : 1.0f));
+  }
+  CHECK(n_half == CUT);
+
+  /* Ex lies at centres along x, and on lines along y and z */
+  HexcastArray points;
+  CHECK(hexcast_mesh_array(mesh, "staggered", "Ex", &points, NULL) == 0 && points.n_axes == 3);
+  CHECK(points.shape[0] == 13 && points.shape[1] == 17 && points.shape[2] == 20 && points.n_bytes == 13 * 17 * 20);
+  uint8_t *ex = malloc(points.n_bytes);
+  CHECK(hexcast_mesh_fill_array(mesh, "staggered", "Ex", ex, points.n_bytes, NULL) == 0);
+  CHECK(ex[(5 * 17 + 5) * 20 + 5] == 5 && ex[(5 * 17 + 5) * 20 + 15] == 0);
+
+  CHECK(hexcast_mesh_fill_array(mesh, "staggered", "Ex", ex, 7, &error) == 1);
+  check_error(error, "job-value", "7 bytes");
+  error = NULL;
+  CHECK(hexcast_mesh_array(mesh, "links", "Q", &points, &error) == 1);
+  check_error(error, "job-value", "no array \"Q\"");
+  error = NULL;
+  CHECK(hexcast_mesh_array(mesh, "walls", "q", &points, &error) == 1);
+  check_error(error, "job-value", "walls");
+  HexcastMesh *plain = meshed(mesher, JOB(""));
+  error = NULL;
+  CHECK(hexcast_mesh_array(plain, "links", "q", &points, &error) == 1);
+  check_error(error, "job-conflict", "no links");
+  hexcast_mesh_free(plain);
+  hexcast_mesh_free(mesh);
+  void *all[] = {q, x, direction, flag, steps, cell, of_flag, fraction, faces, ex};
+  for (size_t i = 0; i < sizeof all / sizeof *all; i++) free(all[i]);
+}
+
+/* An octahedron without two of its facets: rays through the holes do not decide. */
+static void doubtful(void) {
+  HexcastMesher *mesher = hexcast_mesher_new("{\"backend\": \"cpu\", \"doubt\": true}", NULL);
+  const HexcastFacets open = {.file = "octahedron", .corners = &octahedron_corners[0][0][0], .n_facets = 6};
+  HexcastMesh *mesh = hexcast_mesh(mesher, JOB(""), &open, 1, NULL);
+  CHECK(mesh != NULL && hexcast_mesh_doubt(NULL) == NULL);
+  const HexcastMesh *doubt = hexcast_mesh_doubt(mesh);
+  CHECK(doubt != NULL);
+  const uint32_t first[3] = {0, 0, 0}, end[3] = {NX, NY, NZ};
+  static uint8_t flags[NX * NY * NZ];
+  CHECK(hexcast_mesh_fill_box(doubt, first, end, flags, sizeof flags, NULL) == 0);
+  size_t n = 0;
+  for (size_t i = 0; i < sizeof flags; i++) {
+    CHECK(flags[i] <= 1);
+    n += flags[i];
+  }
+  /* the report counts them, too */
+  char wanted[64];
+  snprintf(wanted, sizeof wanted, "\"doubtful\": {\n    \"cells\": %zu,", n);
+  CHECK(n > 0 && strstr(hexcast_mesh_report(mesh), wanted) != NULL);
+  hexcast_mesh_free(mesh);
+  hexcast_mesher_free(mesher);
+}
+
 static const HexcastMesher *shared_mesher;
 static const HexcastMesh *shared_mesh;
 
@@ -279,6 +400,8 @@ int main(void) {
   HexcastMesher *mesher = mesher_of_cpu();
   whole_and_windows(mesher);
   errors(mesher);
+  measured(mesher);
+  doubtful();
   threads(mesher);
   progress(mesher);
   /* a mesh outlives its mesher */

@@ -6,10 +6,9 @@
 use hexcast::Error;
 use hexcast::job::JobFile;
 use pyo3::prelude::*;
-use pyo3::sync::PyOnceLock;
-use pyo3::types::PyType;
 
 mod engines;
+mod measured;
 mod mesh;
 mod meshing;
 mod pictures;
@@ -18,11 +17,11 @@ mod surface;
 
 /// Makes a `hexcast.Error` of an error.
 fn py_error(error: Error) -> PyErr {
-    static CLASS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
-    Python::attach(|py| match CLASS.import(py, "hexcast._error", "Error") {
-        Ok(class) => PyErr::from_type(class.clone(), (error.to_string(), error.code(), error.hint().to_string())),
-        Err(import) => import,
-    })
+    let made = |py: Python<'_>| {
+        let arguments = (error.to_string(), error.code(), error.hint());
+        py.import("hexcast._error")?.getattr("of_library")?.call1(arguments).map(PyErr::from_value)
+    };
+    Python::attach(|py| made(py).unwrap_or_else(|failed| failed))
 }
 
 /// Reads the text of a job file, TOML or JSON, and returns the job in it as JSON with its defaults; what the file asks of the command, such as
@@ -61,5 +60,13 @@ fn _hexcast(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(pictures::draw_slices, module)?)?;
     module.add_function(wrap_pyfunction!(pictures::draw_view, module)?)?;
     module.add_function(wrap_pyfunction!(pictures::diff, module)?)?;
+    module.add_function(wrap_pyfunction!(measured::measured_kinds, module)?)?;
+    module.add_function(wrap_pyfunction!(measured::arrays, module)?)?;
+    module.add_function(wrap_pyfunction!(measured::fill_array, module)?)?;
+    module.add_function(wrap_pyfunction!(measured::fraction_facts, module)?)?;
+    module.add_function(wrap_pyfunction!(measured::doubt, module)?)?;
+    module.add_function(wrap_pyfunction!(measured::write_solid, module)?)?;
+    module.add_function(wrap_pyfunction!(measured::write_arrays, module)?)?;
+    module.add_function(wrap_pyfunction!(mesh::restore, module)?)?;
     module.add_function(wrap_pyfunction!(mesh::load, module)?)
 }

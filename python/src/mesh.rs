@@ -9,6 +9,8 @@ use hexcast::column_file;
 use hexcast::columns::{run_cell, run_flag};
 use hexcast::control::Control;
 use hexcast::job::ZarrJob;
+use hexcast::lines::Lines;
+use hexcast::measured::Measured;
 use hexcast::mesh::Mesh;
 use hexcast::report::ColumnsReport;
 use hexcast::write::zarr::{Place, Stored, Values};
@@ -34,11 +36,16 @@ pub(crate) struct RawMesh {
     /// Where its cells lie in the whole box.
     place: Place,
     zarr: ZarrJob,
+    pub(crate) measured: Measured,
 }
 
 impl RawMesh {
     pub(crate) fn new(mesh: Mesh, report: String, place: Place, zarr: ZarrJob) -> RawMesh {
-        RawMesh { mesh, report, place, zarr }
+        RawMesh { mesh, report, place, zarr, measured: Measured::default() }
+    }
+
+    pub(crate) fn with_measured(self, measured: Measured) -> RawMesh {
+        RawMesh { measured, ..self }
     }
 
     /// A mesh of which nothing but its columns is known.
@@ -49,6 +56,14 @@ impl RawMesh {
         RawMesh::new(mesh, report, place, ZarrJob::default())
     }
 }
+
+/// The lines of a whole box: origin, spacing and numbers of equal cells, or all lines; and the first cell of the mesh in it.
+type Whole = (Option<([f64; 3], [f64; 3], [u32; 3])>, [Vec<f64>; 3], [u32; 3]);
+/// The bytes of a column file, the report, the whole box, and the shapes of shards as JSON.
+type State = (Py<PyBytes>, String, Whole, String);
+
+/// Whether eight cells go to a byte, and what is written for each flag in its place.
+type OfCells = (bool, Option<[u8; 256]>);
 
 /// Columns as arrays: the axis of the rays, then offsets, first cells and flags.
 type ColumnArrays<'py> = (usize, Bound<'py, PyArray1<u64>>, Bound<'py, PyArray1<u32>>, Bound<'py, PyArray1<u8>>);
@@ -132,6 +147,23 @@ impl RawMesh {
         Ok((axis, PyArray1::from_vec(py, offsets), PyArray1::from_vec(py, starts), PyArray1::from_vec(py, flags)))
     }
 
+    /// What pickle makes it of again: [`restore`] and its arguments.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, State)> {
+        let bytes = run(py, None, |control| {
+            let mut bytes = Vec::new();
+            let options = Options::default().with_compress(Compress::Zlib(1));
+            write::write(&self.mesh, Format::Columns, &options, &mut bytes, control)?;
+            Ok(bytes)
+        })?;
+        let whole = &self.place.whole;
+        let equal = whole.spacing().map(|spacing| (whole.origin(), spacing, whole.dims()));
+        let lists = if equal.is_some() { Default::default() } else { [0, 1, 2].map(|axis| whole.list(axis)) };
+        // a struct of numbers always has a JSON form
+        let zarr = serde_json::to_string(&self.zarr).unwrap_or_default();
+        let restore = py.import("hexcast._hexcast")?.getattr("restore")?;
+        Ok((restore, (PyBytes::new(py, &bytes).unbind(), self.report.clone(), (equal, lists, self.place.first), zarr)))
+    }
+
     /// Writes a file, and returns the text of the one beside it, if there is to be one. `path` is replaced; the format is that of `name`.
     fn write(
         &self,
@@ -139,10 +171,12 @@ impl RawMesh {
         name: &str,
         path: PathBuf,
         compress: Option<u8>,
-        bits: bool,
+        bytes: OfCells,
     ) -> PyResult<Option<String>> {
         let format = Format::of_name(name).map_err(py_error)?;
+        let (bits, map) = bytes;
         let options = self.zarr_options(compress).with_bits(bits);
+        let options = map.into_iter().fold(options, Options::with_map);
         run(py, None, |control| self.write_file(format, &options, &path, control).map_err(|error| error.at(name)))
     }
 
@@ -175,7 +209,7 @@ impl RawMesh {
 }
 
 impl RawMesh {
-    fn zarr_options(&self, compress: Option<u8>) -> Options {
+    pub(crate) fn zarr_options(&self, compress: Option<u8>) -> Options {
         let compress = compress.map_or(Compress::None, Compress::Zlib);
         Options::default().with_compress(compress).with_zarr(self.zarr)
     }
@@ -192,6 +226,22 @@ impl RawMesh {
         let written = write::write(&self.mesh, format, options, &mut out, control)?;
         Ok((format == Format::Raw).then(|| sidecar_json(&self.mesh, options, &written)))
     }
+}
+
+/// Makes a mesh of its state, such as one that was pickled; without what was measured.
+#[pyfunction]
+pub(crate) fn restore(py: Python<'_>, columns: &[u8], report: String, whole: Whole, zarr: &str) -> PyResult<RawMesh> {
+    run(py, None, |control| {
+        let mesh = column_file::read(&mut &columns[..], u64::MAX, control)?;
+        let (equal, lists, first) = whole;
+        let whole = match equal {
+            Some((origin, spacing, dims)) => Lines::new(origin, spacing, dims)?,
+            None => Lines::from_lists(lists)?,
+        };
+        let of_zarr = |error| Error::new("job-value", format!("the state of a mesh: {error}"), "mesh it again");
+        let zarr = serde_json::from_str(zarr).map_err(of_zarr)?;
+        Ok(RawMesh::new(mesh, report, Place { whole, first }, zarr))
+    })
 }
 
 /// Reads a column file.

@@ -2,9 +2,10 @@
 
 use hexcast::control::Control;
 use hexcast::estimate::Estimate;
-use hexcast::files::read_file;
+use hexcast::files::{FileStore, read_file};
 use hexcast::job::{Job, PartJob};
-use hexcast::pipeline::{self, MeshOptions, Prepared, part_step, prepare};
+use hexcast::measured::Measured;
+use hexcast::pipeline::{self, MeshOptions, Prepared, SpillTarget, part_step, prepare};
 use hexcast::report::{CallerFacts, Report};
 use hexcast::sources::Source;
 use hexcast::write::zarr::Place;
@@ -12,42 +13,60 @@ use hexcast::{Error, Result};
 use pyo3::prelude::*;
 use rayon::prelude::*;
 use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 
 use crate::engines::with_engine;
 use crate::mesh::RawMesh;
 use crate::py_error;
-use crate::run::run;
+use crate::run::{on_threads, run};
 use crate::surface::Surface;
 
 /// For each geometry of a job its surface; None where it is read from the file that the job names.
 type Surfaces = Vec<Option<Py<Surface>>>;
 
+/// A part of the name of the GPU, the number of threads, the folder that columns spill to, and whether doubtful cells shall be a mesh.
+type How = (Option<String>, Option<usize>, Option<PathBuf>, bool);
+
 /// Meshes a job.
 #[pyfunction]
-#[pyo3(signature = (job, surfaces, adapter=None, progress=None))]
+#[pyo3(signature = (job, surfaces, how=None, progress=None))]
 pub(crate) fn mesh(
     py: Python<'_>,
     job: &str,
     surfaces: Surfaces,
-    adapter: Option<&str>,
+    how: Option<How>,
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<RawMesh> {
     let job = read(job).map_err(py_error)?;
+    let (adapter, threads, spill, doubt) = how.unwrap_or_default();
     run(py, progress, |control| {
-        let start = Instant::now();
-        let sources = sources(&job, &surfaces, control)?;
-        let read = start.elapsed().as_secs_f64();
-        let (mesh, facts) = with_engine(job.backend, adapter, |engine| {
-            let options = MeshOptions::default();
-            pollster::block_on(pipeline::mesh(&job, sources, &options, engine, control))
-        })?;
-        let first = facts.window.as_ref().map_or([0; 3], |window| window.first);
-        let place = Place { whole: facts.whole.clone(), first };
-        let zarr = job.zarr.unwrap_or_default();
-        let report = Report::new(facts, CallerFacts::default().with_read(read)).to_json();
-        Ok(RawMesh::new(mesh, report, place, zarr))
+        on_threads(threads, || {
+            let start = Instant::now();
+            let sources = sources(&job, &surfaces, control)?;
+            let read = start.elapsed().as_secs_f64();
+            let options = MeshOptions::default().with_spill(spill_target(spill.as_deref())?).with_doubt_mask(doubt);
+            let (mesh, mut facts) = with_engine(job.backend, adapter.as_deref(), |engine| {
+                pollster::block_on(pipeline::mesh(&job, sources, &options, engine, control))
+            })?;
+            let first = facts.window.as_ref().map_or([0; 3], |window| window.first);
+            let place = Place { whole: facts.whole.clone(), first };
+            let measured = Measured::take(&mut facts);
+            let report = Report::new(facts, CallerFacts::default().with_read(read)).to_json();
+            Ok(RawMesh::new(mesh, report, place, job.zarr.unwrap_or_default()).with_measured(measured))
+        })
     })
+}
+
+/// A file in a folder without a name, which is gone with the mesh.
+fn spill_target(folder: Option<&Path>) -> Result<SpillTarget> {
+    let Some(folder) = folder else { return Ok(SpillTarget::None) };
+    let file = tempfile::tempfile_in(folder).map_err(|error| {
+        let message = format!("no temporary file can be made in {}: {error}", folder.display());
+        Error::new("io", message, "make sure that the folder exists and is yours")
+    })?;
+    Ok(SpillTarget::Temporary(Arc::new(FileStore::new(file))))
 }
 
 /// What a mesh of a job would cost, as JSON.

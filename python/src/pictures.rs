@@ -53,7 +53,7 @@ pub(crate) fn draw_view<'py>(
     let mesh = &mesh.get().mesh;
     let png = run(py, None, |control| {
         let mut wanted = View::default().with_look(look_of(look));
-        wanted.from = direction.unwrap_or(wanted.from);
+        wanted.direction = direction.unwrap_or(wanted.direction);
         wanted.cells = cells.map(|[first, end]| [0, 1, 2].map(|axis| first[axis]..end[axis]));
         view(mesh, &wanted, control)?.png()
     })?;

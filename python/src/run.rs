@@ -104,6 +104,16 @@ fn serve(progress: Option<&Py<PyAny>>, news: Option<Progress>) -> PyResult<()> {
     })
 }
 
+/// Runs work on so many threads, or on all there are.
+///
+/// # Errors
+/// `io` where the system starts no threads; those of the work.
+pub(crate) fn on_threads<T: Send>(n: Option<usize>, work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
+    let Some(n) = n else { return work() };
+    let failed = |error| Error::new("io", format!("starting {n} threads: {error}"), "give fewer threads");
+    rayon::ThreadPoolBuilder::new().num_threads(n).build().map_err(failed)?.install(work)
+}
+
 /// Runs work where there are rayon's threads.
 fn in_threads<T: Send>(work: impl FnOnce() -> Result<T> + Send) -> Result<T> {
     static FIRST: OnceLock<u32> = OnceLock::new();

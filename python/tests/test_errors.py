@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import pickle
+import re
 import warnings
 from pathlib import Path
 
@@ -28,7 +30,7 @@ CASES = [
     ((CUBE,), {"cells": 1.5}, "job-value", "cells"),
     ((CUBE,), {"cells": 0}, "job-value", "cells"),
     ((CUBE,), {"cells": 10, "dims": (1, 2, 3)}, "job-conflict", "cells"),
-    ((CUBE,), {"cell_size": float("nan")}, "job-value", "JSON"),
+    ((CUBE,), {"cell_size": float("nan")}, "job-value", "cell_size is nan"),
     ((CUBE,), {"cell_size": object()}, "job-value", "object is neither"),
     ((CUBE,), {"axis": "w"}, "job-value", "axis"),
     ((CUBE,), {"part": "4/3"}, "job-value", "part"),
@@ -50,9 +52,51 @@ def test_an_error_says_what_is_wrong(arguments, options, code, message):
     assert str(error) == (f"{error.message} ({error.hint})" if error.hint else error.message)
 
 
+@pytest.mark.parametrize(
+    ("what", "options", "kind"),
+    [
+        ("nothing.stl", {}, FileNotFoundError),
+        ({"source": "nothing.stl"}, {}, FileNotFoundError),
+        (["nothing.stl"], {}, FileNotFoundError),
+        ("nothing.toml", {}, FileNotFoundError),
+        (".", {}, OSError),
+        (CUBE, {"spill": "/nowhere"}, OSError),
+        (b"no surface", {}, ValueError),
+        (CUBE, {"cells": 0}, ValueError),
+        (CUBE, {"cells": 10, "dims": (1, 2, 3)}, ValueError),
+        (CUBE, {"threads": 0}, ValueError),
+        (CUBE, {"cels": 3}, TypeError),
+        (CUBE, {"cells": "64"}, TypeError),
+        (CUBE, {"fractions": 3}, TypeError),
+        (CUBE, {"cell_size": object()}, TypeError),
+        ({"source": CUBE, "flag": "3"}, {}, TypeError),
+        (3, {}, TypeError),
+        (CUBE, {"cells": 250_000, "max_cells": 10**17, "max_memory": "100MB"}, MemoryError),
+        (CUBE, {"backend": "gpu", "adapter": "no such one"}, RuntimeError),
+    ],
+)
+def test_errors_are_those_of_python_in_its_words(what, options, kind):
+    with pytest.raises(kind) as caught:
+        hexcast.mesh(what, **{"backend": "cpu", **options})
+    error = caught.value
+    assert isinstance(error, hexcast.Error)
+    assert not re.search(r"--[a-z]|struct |TOML|\bu32\b|\bu8\b|\bf64\b|sequence|invalid type: map", str(error)), str(error)
+    again = pickle.loads(pickle.dumps(error))
+    assert (type(again), str(again), again.code) == (type(error), str(error), error.code)
+    if kind is FileNotFoundError:
+        assert error.errno == errno.ENOENT
+
+
+@pytest.mark.parametrize("read", [hexcast.load, hexcast.surface])
+def test_a_missing_file_is_not_found(read):
+    with pytest.raises(FileNotFoundError, match="there is no such file"):
+        read("nothing.stl")
+
+
 def test_errors_survive_pickle():
     error = pickle.loads(pickle.dumps(hexcast.Error("a sentence", "io", "a hint")))
     assert (error.message, error.code, error.hint) == ("a sentence", "io", "a hint")
+    assert isinstance(error, OSError)
 
 
 def test_every_code_makes_an_error():

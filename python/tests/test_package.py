@@ -11,7 +11,6 @@ import tarfile
 from pathlib import Path
 
 import hexcast
-import pytest
 from hexcast._options import GEOMETRY_KEYS, JOB_KEYS
 
 from places import ROOT
@@ -97,8 +96,13 @@ def test_the_source_distribution_has_what_it_needs_and_nothing_else(tmp_path):
     assert all(name.endswith(".rs") for name in names if name.startswith("examples/"))
 
 
-# where there is no GPU the meshes say that
-@pytest.mark.filterwarnings("ignore:meshed on the CPU:hexcast.MeshWarning")
+def test_no_gpu_and_one_in_software_are_no_warning(spot):
+    """Warnings are errors in these tests; the report says what meshed."""
+    report = hexcast.mesh(spot, cells=16).report
+    assert report["findings"] == []
+    assert (report["backend"] == "gpu") == (report["fallback"] is None)
+
+
 def test_readme_runs(spot, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "part.stl").write_bytes(Path(spot).read_bytes())

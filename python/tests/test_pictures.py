@@ -45,8 +45,8 @@ def test_slices_are_those_of_the_command(cow, words, options, command, tmp_path)
     ("words", "options"),
     [
         ([], {}),
-        (["--from=30,-20", "--size", "200"], {"direction": (30, -20), "size": 200}),
-        (["--window", "2,3,4,9,20,21", "--colours", "3=d98324"], {"first": (2, 3, 4), "end": (9, 20, 21), "colours": {3: "d98324"}}),
+        (["--direction=30,-20", "--size", "200"], {"direction": (30, -20), "size": 200}),
+        (["--window", "2,3,4,9,20,21", "--colours", "3=d98324"], {"window": (2, 3, 4, 9, 20, 21), "colours": {3: "d98324"}}),
     ],
 )
 def test_views_are_those_of_the_command(cow, words, options, command, tmp_path):
@@ -67,7 +67,7 @@ def test_wrong_pictures_are_refused(cow):
         (lambda: cow.slice(colours={3: "red"}), "the colour of flag 3 is 'red'"),
         (lambda: cow.view((1, 2, 3)), "direction is (1, 2, 3)"),
         (lambda: cow.view(flags=[7]), "no cell has one of the flags [7]"),
-        (lambda: cow.view(end=(99, 1, 1)), "is not inside the mesh"),
+        (lambda: cow.view(window=(0, 0, 0, 99, 1, 1)), "is not inside the mesh"),
     ]:
         with pytest.raises(hexcast.Error) as caught:
             draw()

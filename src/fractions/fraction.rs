@@ -1,5 +1,6 @@
 //! The fractions of a mesh.
 
+use crate::error::{Error, Result};
 use crate::totals::Total;
 
 /// The fraction of a cell that a flag has.
@@ -82,6 +83,36 @@ impl Part {
 }
 
 impl Fractions {
+    /// Fractions that were kept as cells, flags and numbers, to write them: without faces, surfaces, volumes and areas.
+    ///
+    /// # Errors
+    /// `job-value` where a cell is not in the mesh, or comes after one with a higher index.
+    pub fn of_cells(
+        rays: u32,
+        (dims, halo): ([u32; 3], u32),
+        cells: impl Iterator<Item = (u64, u8, f32)>,
+    ) -> Result<Fractions> {
+        let n_cells = dims.iter().map(|&n| u64::from(n)).product();
+        let fractions: Vec<Fraction> = cells.map(|(cell, flag, fraction)| Fraction { cell, fraction, flag }).collect();
+        if !fractions.is_sorted_by_key(|one| one.cell) || fractions.last().is_some_and(|last| last.cell >= n_cells) {
+            let message = format!("the cells of fractions are not in order, or not below the {n_cells} of the mesh");
+            return Err(Error::new("job-value", message, "hand over those of the mesh"));
+        }
+        let part = Part { fractions, faces: Vec::new(), surfaces: Vec::new(), n_cut: 0 };
+        Ok(Fractions {
+            rays,
+            dims,
+            origin: [0; 3],
+            halo,
+            parts: vec![part],
+            planes_of_part: u32::MAX,
+            volumes: Vec::new(),
+            areas: None,
+            totals: Totals::default(),
+            has_faces: false,
+        })
+    }
+
     /// The fractions, in the order of cells, then of flags. Those of a cell add up to 1, but for rounding.
     pub fn iter(&self) -> impl Iterator<Item = &Fraction> + Clone {
         self.parts.iter().flat_map(|part| &part.fractions)

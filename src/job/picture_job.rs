@@ -40,14 +40,14 @@ pub struct SliceJob {
 /// The stair-step surface of the mesh as a picture.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(default, deny_unknown_fields, expecting = "a table such as { from = [30, 20], output = \"view.png\" }")]
+#[serde(default, deny_unknown_fields, expecting = "a table such as { direction = [30, 20], output = \"view.png\" }")]
 #[non_exhaustive]
 pub struct ViewJob {
     /// File, `.png`.
     pub output: String,
     /// Direction to the eye in degrees: around z from the x axis, and up; by default -60 and 25.
     #[serde(deserialize_with = "super::numbers::list", skip_serializing_if = "Option::is_none")]
-    pub from: Option<[f64; 2]>,
+    pub direction: Option<[f64; 2]>,
     /// Cells that are shown, the first on each axis and the end, exclusive; by default all.
     #[serde(deserialize_with = "super::numbers::list", skip_serializing_if = "Option::is_none")]
     pub window: Option<[u32; 6]>,
@@ -108,16 +108,16 @@ impl FromStr for ViewJob {
     /// # Errors
     /// `job-value` for an unknown key or a value of a wrong kind; `job-conflict` where a key is given twice.
     fn from_str(argument: &str) -> Result<ViewJob> {
-        let example = "write OUT.png:from=30/20,size=400";
+        let example = "write OUT.png:direction=30/20,size=400";
         of_argument(argument, example, |view: &mut ViewJob, key, value| {
             match key {
                 "output" => view.output = value.into(),
-                "from" => view.from = Some(joined((key, value), "30/20")?),
+                "direction" => view.direction = Some(joined((key, value), "30/20")?),
                 "window" => view.window = Some(joined((key, value), "0/0/0/64/64/32")?),
                 "size" => view.size = Some(whole(key, value)?),
                 "flags" => view.flags = Some(flags(value)?),
                 "colours" => view.colours = colours(value)?,
-                _ => return Err(no_key(key, "from, window, size, flags, colours")),
+                _ => return Err(no_key(key, "direction, window, size, flags, colours")),
             }
             Ok(())
         })

@@ -107,6 +107,21 @@ impl Job {
         Job { fill, ..self }
     }
 
+    /// Makes every solid of every file a geometry of its own.
+    pub fn with_split(self, split: bool) -> Job {
+        Job { split, ..self }
+    }
+
+    /// Gives every geometry the cells outside of it.
+    pub fn with_invert(self, invert: bool) -> Job {
+        Job { invert, ..self }
+    }
+
+    /// Whether every solid of a geometry's file is one of its own.
+    pub(crate) fn splits(&self, geometry: &GeometryJob) -> bool {
+        self.split || geometry.split
+    }
+
     /// Closes openings of fewer cells.
     pub fn with_close_gaps(self, close_gaps: u32) -> Job {
         Job { close_gaps: Some(close_gaps), ..self }

@@ -136,7 +136,7 @@ impl Job {
             if geometry.flag == Some(0) {
                 return Err(out_of_range(&key("flag"), "0", "1 to 255; 0 is the background"));
             }
-            if geometry.split && (geometry.solid.is_some() || geometry.name.is_some()) {
+            if self.splits(geometry) && (geometry.solid.is_some() || geometry.name.is_some()) {
                 let message = format!("{} is true, and a solid or a name is given", key("split"));
                 return Err(Error::new(
                     "job-conflict",
@@ -144,7 +144,7 @@ impl Job {
                     "split takes all solids and names them as the file does",
                 ));
             }
-            if geometry.same_flag && !(geometry.split && geometry.flag.is_some()) {
+            if geometry.same_flag && !(self.splits(geometry) && geometry.flag.is_some()) {
                 let message = format!("{} is true, but split or a flag is missing", key("same_flag"));
                 return Err(Error::new(
                     "job-conflict",
@@ -156,7 +156,7 @@ impl Job {
                 let message = format!("{} is true, and fill is \"centre\": no cell would be left", key("shell"));
                 return Err(Error::new("job-conflict", message, "fill a shell \"separating\" or \"conservative\""));
             }
-            if geometry.shell && geometry.invert {
+            if geometry.shell && (self.invert || geometry.invert) {
                 let message = format!("{} is true, and so is shell: a shell has no inside to invert", key("invert"));
                 return Err(Error::new("job-conflict", message, "keep one of them"));
             }

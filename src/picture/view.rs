@@ -28,7 +28,7 @@ const QUAD_BYTES: u64 = 176;
 #[non_exhaustive]
 pub struct View {
     /// Direction to the eye, in degrees: around z from x, and up from the plane of x and y.
-    pub from: [f64; 2],
+    pub direction: [f64; 2],
     /// Cells that are shown; all if None.
     pub cells: Option<CellBox>,
     /// Size, flags and colours.
@@ -37,14 +37,14 @@ pub struct View {
 
 impl Default for View {
     fn default() -> View {
-        View { from: [-60.0, 25.0], cells: None, look: Look::default() }
+        View { direction: [-60.0, 25.0], cells: None, look: Look::default() }
     }
 }
 
 impl View {
     /// Looks from a direction: degrees around z from x, and up from the plane of x and y.
-    pub fn with_from(mut self, from: [f64; 2]) -> View {
-        self.from = from;
+    pub fn with_direction(mut self, direction: [f64; 2]) -> View {
+        self.direction = direction;
         self
     }
 
@@ -66,8 +66,8 @@ impl View {
     /// # Errors
     /// `job-value` and `memory` as for [`view()`].
     pub fn check(&self, dims: [u32; 3]) -> Result<()> {
-        if !self.from.iter().all(|angle| angle.is_finite()) {
-            let message = format!("a view from {:?} degrees cannot be drawn", self.from);
+        if !self.direction.iter().all(|angle| angle.is_finite()) {
+            let message = format!("a view from {:?} degrees cannot be drawn", self.direction);
             return Err(Error::new("job-value", message, "give two finite angles"));
         }
         check_sides([self.size(); 2])?;
@@ -98,7 +98,7 @@ pub(crate) async fn view_with_rests(mesh: &Mesh, view: &View, control: &Control)
     view.check(mesh.dims())?;
     let (look, size) = (&view.look, view.size());
     let skin = skin_within(mesh, view, control).await?;
-    let mut scene = Scene::new(mesh, &skin, view.from, control).await?;
+    let mut scene = Scene::new(mesh, &skin, view.direction, control).await?;
     let (texts, step) = (descriptions(mesh, view, &skin), skin.step);
     drop(skin);
     let extent = scene.extent();
@@ -152,7 +152,7 @@ async fn skin_within(mesh: &Mesh, view: &View, control: &Control) -> Result<Skin
 /// What is written below the picture.
 fn descriptions(mesh: &Mesh, view: &View, skin: &Skin) -> [String; 2] {
     let [nx, ny, nz] = mesh.dims();
-    let [around, up] = view.from;
+    let [around, up] = view.direction;
     let length = |axis: usize| {
         let [low, high] = [0, mesh.dims()[axis]].map(|index| mesh.lines.line(axis, index));
         coordinate(mesh, high - low)

@@ -28,11 +28,13 @@ pub(super) fn effective(job: &Job, prepared: &Prepared, n_solids: &[usize], gaps
     }
     job.gap_flag = gaps.map(|gaps| gaps.flag);
     job.axis = [AxisChoice::X, AxisChoice::Y, AxisChoice::Z][prepared.rays.axis];
+    let (split, invert) = (std::mem::take(&mut job.split), std::mem::take(&mut job.invert));
     let mut first = 0;
     for (entry, n_solids) in job.geometries.iter_mut().zip(n_solids) {
         if let Some(geometry) = prepared.geometries.get(first) {
             entry.flag = Some(geometry.flag);
             (entry.open, entry.fill) = (Some(geometry.open), Some(geometry.fill));
+            (entry.split, entry.invert) = (entry.split || split, entry.invert || invert);
             entry.name = (!entry.split).then(|| geometry.name.clone());
         }
         first += if entry.split { *n_solids } else { 1 };

@@ -2,9 +2,7 @@
 
 use web_time::Instant;
 
-#[cfg(all(feature = "gpu", not(target_arch = "wasm32")))]
-use crate::error::Error;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::estimate::Device;
 #[cfg(feature = "gpu")]
 use crate::gpu::{AdapterKind, Gpu, Instance};
@@ -28,7 +26,7 @@ pub struct Engine {
     has_cpu_fallback: bool,
     /// Why the CPU meshes although a GPU was looked for, or had begun.
     pub fallback: Option<String>,
-    /// Whether that GPU meshed before, and failed.
+    /// Whether there is a GPU, and it failed: a finding says so. No GPU, or one in software, is nothing to warn about.
     pub has_failed: bool,
     /// Seconds that opening took.
     pub seconds: f64,
@@ -52,6 +50,11 @@ impl Engine {
         }
     }
 
+    /// The CPU backend, as the GPU cannot be opened.
+    fn in_place_of_gpu(error: &Error) -> Engine {
+        Engine { fallback: Some(error.to_string()), has_failed: error.code() != "no-adapter", ..Engine::cpu() }
+    }
+
     /// Opens the backend of a job; `adapter` is a part of the name of the GPU to use, where there are several. With `Auto`
     /// and no such name the CPU takes over where no GPU can be opened, or only one that computes on the processor, which is slower, and
     /// later where it is lost for good; `fallback` then says why.
@@ -66,7 +69,7 @@ impl Engine {
         let engine = if choice == BackendChoice::Auto && adapter.is_none() {
             match Engine::open_hardware().await {
                 Ok(engine) => engine.with_cpu_fallback(),
-                Err(error) => Engine { fallback: Some(error.to_string()), ..Engine::cpu() },
+                Err(error) => Engine::in_place_of_gpu(&error),
             }
         } else {
             Engine::open_gpu(adapter).await?
@@ -115,7 +118,7 @@ impl Engine {
         let is_auto = choice == BackendChoice::Auto;
         let engine = match Gpu::open_in(&instance, None, None).await {
             Ok(gpu) => Engine { gpu: Some(gpu), instance: Some(instance), has_cpu_fallback: is_auto, ..Engine::cpu() },
-            Err(error) if is_auto => Engine { fallback: Some(error.to_string()), ..Engine::cpu() },
+            Err(error) if is_auto => Engine::in_place_of_gpu(&error),
             Err(error) => return Err(error),
         };
         Ok(Engine { seconds: start.elapsed().as_secs_f64(), ..engine })
@@ -131,7 +134,7 @@ impl Engine {
 
     #[cfg(not(feature = "gpu"))]
     async fn open_gpu(_: Option<&str>) -> Result<Engine> {
-        Err(crate::error::Error::new("no-adapter", "this build has no GPU backend", "build with the feature gpu"))
+        Err(Error::new("no-adapter", "this build has no GPU backend", "build with the feature gpu"))
     }
 
     /// "gpu" or "cpu".

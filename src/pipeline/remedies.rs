@@ -108,7 +108,7 @@ fn setting(job: &Job, geometry: &Geometry, label: &str, (key, value): (&str, &st
 
 /// Gives a geometry that nobody gave a flag one that is free; solids of a file have flags that count up.
 fn own_flag(job: &Job, geometry: &Geometry, free: u64) -> Option<Remedy> {
-    let entry = job.geometries.get(geometry.entry).filter(|entry| !entry.split)?;
+    let entry = job.geometries.get(geometry.entry).filter(|entry| !job.splits(entry))?;
     Some(Remedy::of_entry(format!("Give it flag {free}"), (geometry.entry, &entry.file), "flag", free.into()))
 }
 

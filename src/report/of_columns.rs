@@ -15,6 +15,7 @@ pub struct ColumnsReport<'a> {
     backend: (),
     adapter: (),
     driver: (),
+    fallback: (),
     device_check: (),
     /// Unit of lengths, if the file names one.
     pub unit: Option<&'a str>,
@@ -88,6 +89,7 @@ impl ColumnsReport<'_> {
             backend: (),
             adapter: (),
             driver: (),
+            fallback: (),
             device_check: (),
             unit: mesh.unit.as_deref(),
             dims: lines.dims(),

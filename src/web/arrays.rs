@@ -5,8 +5,7 @@ use wasm_bindgen::prelude::*;
 
 use super::mesh::WebMesh;
 use super::values::{JsResult, js_error};
-use crate::write::Options;
-use crate::write::archive::Array;
+use crate::write::Array;
 
 /// An array as `www/arrays.js` reads it.
 #[derive(Serialize)]
@@ -20,15 +19,16 @@ impl WebMesh {
     /// Names and types of the arrays of `links`, `fractions` or `staggered`, as JSON.
     #[wasm_bindgen(js_name = arraysOf)]
     pub fn arrays_of(&self, of: &str) -> JsResult<String> {
-        let arrays = self.measured.arrays(&self.mesh, of, Options::default()).map_err(js_error)?;
-        let described: Vec<Described> = arrays.iter().map(|of| Described { name: of.name, kind: of.kind }).collect();
+        let arrays = self.measured.arrays(&self.mesh, of).map_err(js_error)?;
+        let described: Vec<Described> =
+            arrays.iter().map(|of| Described { name: of.name(), kind: of.kind() }).collect();
         Ok(super::info::json(&described))
     }
 
     /// The bytes of one of these arrays, in their order.
     #[wasm_bindgen(js_name = arrayOf)]
     pub fn array_of(&self, of: &str, index: usize) -> JsResult<Vec<u8>> {
-        let arrays = self.measured.arrays(&self.mesh, of, Options::default()).map_err(js_error)?;
+        let arrays = self.measured.arrays(&self.mesh, of).map_err(js_error)?;
         arrays.get(index).map_or(Ok(Vec::new()), Array::bytes).map_err(js_error)
     }
 }

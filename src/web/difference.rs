@@ -3,12 +3,12 @@
 use wasm_bindgen::prelude::*;
 
 use super::info::json;
-use super::measured::Measured;
 use super::mesh::WebMesh;
 use super::values::{JsResult, js_error};
 use super::work::Work;
 use crate::difference::{Difference, difference_with_rests};
 use crate::job::ZarrJob;
+use crate::measured::Measured;
 use crate::report::ColumnsReport;
 
 /// A comparison at work.

@@ -6,7 +6,6 @@ use sha2::{Digest, Sha256};
 use wasm_bindgen::prelude::*;
 
 use super::export::{export_work, exporter_of, links_work};
-use super::measured::Measured;
 use super::mesh::WebMesh;
 use super::resting::Resting;
 use super::store::store_work;
@@ -16,9 +15,10 @@ use crate::checksum::hex;
 use crate::error::Result;
 use crate::export::{self, ExportOptions};
 use crate::flags::CellBox;
+use crate::measured::Measured;
 use crate::mesh::Mesh;
-use crate::write::archive::Encoder;
-use crate::write::{self, Compress, Format, Options, Written, column_file, links, ordered, solid, vti};
+use crate::write::archive::{Array, Encoder};
+use crate::write::{self, Compress, Format, Options, Written, column_file, links, npz, ordered, solid, vti};
 
 /// Bytes of a piece of a file.
 const PIECE_BYTES: usize = 4 << 20;
@@ -123,11 +123,19 @@ impl WebMesh {
             }
             (None, compress) if format == Format::Npz => {
                 // whether there are any shows now
-                self.measured.arrays(mesh, of, options)?;
+                arrays_of(mesh, &self.measured, of, options)?;
                 (Work::Archive { of: of.into(), options, encoder: Box::new(Encoder::new(compress)) }, Vec::new())
             }
             (None, compress) => (Work::Columns(column_file::ColumnFileEncoder::new(mesh, compress)?), Vec::new()),
         })
+    }
+}
+
+/// The arrays of an archive: of what was measured, or else of the mesh, as the options ask for it.
+fn arrays_of<'a>(mesh: &'a Mesh, measured: &'a Measured, of: &str, options: Options) -> Result<Vec<Array<'a>>> {
+    match of {
+        "links" | "fractions" | "staggered" => measured.arrays(mesh, of),
+        _ => Ok(npz::arrays(mesh, options)),
     }
 }
 
@@ -165,7 +173,7 @@ impl Work {
     fn step(&mut self, mesh: &Mesh, measured: &Measured) -> Result<Option<Vec<u8>>> {
         match self {
             Work::Archive { of, options, encoder } => {
-                let arrays = measured.arrays(mesh, of, *options)?;
+                let arrays = arrays_of(mesh, measured, of, *options)?;
                 // arrays may be short, and what is deflated waits for more
                 let mut made = Vec::new();
                 while made.len() < LEAST_PIECE {

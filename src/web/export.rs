@@ -3,10 +3,10 @@
 use std::io::Write;
 use std::rc::Rc;
 
-use super::measured::Measured;
 use super::resting::Resting;
 use crate::error::{Error, Result};
 use crate::export::{ExportOptions, Exporter, Files, export_with_rests, write_links};
+use crate::measured::Measured;
 use crate::mesh::Mesh;
 use crate::write::Compress;
 use crate::write::archive::{Archive, Buffer};

@@ -6,7 +6,6 @@ use std::sync::Arc;
 use wasm_bindgen::prelude::*;
 
 use super::file::{JsFile, JsFileStore};
-use super::measured::Measured;
 use super::values::{JsResult, js_error};
 use crate::columns::BoxRuns;
 use crate::control::Control;
@@ -14,6 +13,7 @@ use crate::error::Error;
 use crate::flags::CellBox;
 use crate::job::ZarrJob;
 use crate::lines::Lines;
+use crate::measured::Measured;
 use crate::mesh::Mesh;
 use crate::report::ColumnsReport;
 use crate::skin::{skin, slice};

@@ -58,10 +58,15 @@ impl WebMesh {
 
     /// Starts to draw the surface, from a direction of two angles; of a box of cells, first and end on x, y, z, or of all.
     #[wasm_bindgen(js_name = drawView)]
-    pub fn draw_view(&self, from: Option<Vec<f64>>, cells: Option<Vec<u32>>, look: WebLook) -> JsResult<WebPicture> {
+    pub fn draw_view(
+        &self,
+        direction: Option<Vec<f64>>,
+        cells: Option<Vec<u32>>,
+        look: WebLook,
+    ) -> JsResult<WebPicture> {
         let mut wanted = View::default().with_look(look.0);
-        if let Some(&[around, up]) = from.as_deref() {
-            wanted.from = [around, up];
+        if let Some(&[around, up]) = direction.as_deref() {
+            wanted.direction = [around, up];
         }
         wanted.cells = cells.map(|corners| cell_box(&corners)).transpose()?;
         let mesh = self.mesh.clone();

@@ -2,9 +2,9 @@
 
 use std::rc::Rc;
 
-use super::measured::Measured;
 use super::resting::Resting;
 use crate::error::{Error, Result};
+use crate::measured::Measured;
 use crate::mesh::Mesh;
 use crate::write::solid::cells_of_store;
 use crate::write::store::{OfCells, Place, Store};

@@ -2,8 +2,8 @@
 
 use std::io;
 
-use super::archive::Array;
-use super::{Compress, Sink, archive};
+use super::Compress;
+use super::archive::{Array, write_named};
 use crate::error::Result;
 use crate::fractions::{CutSurface, Fraction, Fractions, Part};
 
@@ -13,9 +13,7 @@ use crate::fractions::{CutSurface, Fraction, Fractions, Part};
 /// # Errors
 /// `io` where `out` fails.
 pub fn write_fractions(fractions: &Fractions, compress: Compress, out: &mut dyn io::Write) -> Result<u64> {
-    let mut sink = Sink::new(out, "the fractions");
-    archive::write(compress, &mut sink, &arrays(fractions))?;
-    sink.finish()
+    write_named(&arrays(fractions), "the fractions", compress, out)
 }
 
 /// The arrays of the archive.

@@ -2,8 +2,8 @@
 
 use std::io;
 
-use super::archive::Array;
-use super::{Compress, Sink, archive, npz};
+use super::archive::{Array, write_named};
+use super::{Compress, npz};
 use crate::error::Result;
 use crate::mesh::Mesh;
 use crate::staggered::{COMPONENTS, SheetFace, Staggered};
@@ -17,9 +17,7 @@ const AT_ONCE: usize = 1 << 24;
 /// # Errors
 /// `io` where `out` fails, or columns are in a store that does.
 pub fn write_staggered(staggered: &Staggered, mesh: &Mesh, compress: Compress, out: &mut dyn io::Write) -> Result<u64> {
-    let mut sink = Sink::new(out, "the staggered grid");
-    archive::write(compress, &mut sink, &arrays(staggered, mesh))?;
-    sink.finish()
+    write_named(&arrays(staggered, mesh), "the staggered grid", compress, out)
 }
 
 /// The arrays of the archive.

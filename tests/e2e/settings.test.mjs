@@ -11,6 +11,7 @@ test('a link restores the parameters and never holds the geometry', async ({ vis
   await page.click('#settings summary');
   await page.fill('#padding', '1 2 3');
   await page.selectOption('#rule', 'nonzero');
+  await page.fill('#close-gaps', '3');
   await page.selectOption('#axis', 'x');
   await page.selectOption('#unit', 'mm');
   await page.fill('.geometry[data-file="copper.stl"] .priority', '3');
@@ -22,13 +23,14 @@ test('a link restores the parameters and never holds the geometry', async ({ vis
   const command = await page.inputValue('#copied-text');
   assert.equal(
     command,
-    "hexcast mesh copper.stl:name=copper,flag=1,priority=3 'epoxy.stl:name=FR4 board,flag=2,rotate=0/0/90,about=15/5/0' --padding-cells=1,2,3 --cell-size=0.5 --rule=nonzero --axis=x --unit=mm -o copper.vti",
+    "hexcast mesh copper.stl:name=copper,flag=1,priority=3 'epoxy.stl:name=FR4 board,flag=2,rotate=0/0/90,about=15/5/0' --padding-cells=1,2,3 --cell-size=0.5 --rule=nonzero --close-gaps=3 --axis=x --unit=mm -o copper.vti",
   );
   await page.click('#copy-link');
   const link = await page.inputValue('#copied-text');
   assert.ok(link.length < 600, `${link.length} characters`);
   const other = await visit(new URL(link).hash);
   await hasGeometries(other, 2);
+  assert.equal(await other.inputValue('#close-gaps'), '3');
   await other.click('#copy-command');
   assert.equal(await other.inputValue('#copied-text'), command);
 });

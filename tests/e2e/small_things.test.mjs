@@ -55,7 +55,7 @@ test('what the head of the page says is no warning, and numbers have as many dig
   const page = await visit('#sample=cubes&cells=20');
   await hasGeometries(page, 2);
   await run(page);
-  assert.match(JSON.parse(await page.textContent('#report')).warnings[0], /^meshed on the CPU/);
+  assert.match(JSON.parse(await page.textContent('#report')).fallback, /computes on the processor/);
   assert.ok(await page.isHidden('#findings'));
   assert.doesNotMatch(await page.textContent('#result-facts'), /runs/);
   const other = await visit('#cell_size=0.5&backend=cpu');

@@ -264,7 +264,7 @@ fn a_box_and_every_nth_cell_of_a_mesh_are_converted() {
     done(&["mesh", SPOT, "--cells", "40", "--backend", "cpu", "-o", &hxc, "-o", &raw]);
     let dims =
         |name: &str| serde_json::from_value::<[usize; 3]>(folder.json(name)["dims"].clone()).expect("three numbers");
-    let shown = done(&["convert", &hxc, &cut, "--box", "1,2,3,20,38,37", "--stride", "2", "3", "4"]);
+    let shown = done(&["convert", &hxc, &cut, "--window", "1,2,3,20,38,37", "--stride", "2", "3", "4"]);
     assert!(shown.contains("1, 0 and 2 cells at the end of x, y and z"), "{shown}");
     let ([nz, ny, nx], whole, found) = ([8, 12, 9], folder.bytes("a.raw"), folder.bytes("cut.raw"));
     assert_eq!((dims("cut.raw.json"), found.len()), ([nx, ny, nz], nz * ny * nx));
@@ -273,7 +273,7 @@ fn a_box_and_every_nth_cell_of_a_mesh_are_converted() {
     for (index, flag) in found.iter().enumerate() {
         assert_eq!(*flag, whole[middle(index / nx / ny, index / nx % ny, index % nx)], "cell {index}");
     }
-    let (code, said) = failed(&["convert", &hxc, &cut, "--box", "0,0,0,1,1,999"]);
+    let (code, said) = failed(&["convert", &hxc, &cut, "--window", "0,0,0,1,1,999"]);
     assert!(code == Some(4) && said.contains("the box has cells 0 to 999 along z"), "{said}");
 }
 

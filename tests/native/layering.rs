@@ -71,6 +71,7 @@ const CORE: &[&str] = &[
     "report",
     "shards",
     "write",
+    "measured",
     "export",
     "estimate",
     "parts",

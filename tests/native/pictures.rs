@@ -160,7 +160,7 @@ fn every_pixel_of_a_view_shows_the_first_cell_behind_it() {
     let colours = colours(&mesh);
     for from in [[-60.0, 25.0], [20.0, 40.0], [135.0, -30.0], [250.0, 5.0]] {
         let mut wanted = View::default();
-        (wanted.from, wanted.look) = (from, Look::default().with_size(500));
+        (wanted.direction, wanted.look) = (from, Look::default().with_size(500));
         let picture = view(&mesh, &wanted, &Control::default()).unwrap();
         let (s, c) = libm::sincos(f64::to_radians(from[0]));
         let (t, d) = libm::sincos(f64::to_radians(from[1]));
@@ -257,7 +257,7 @@ fn pictures_of_a_job_are_those_of_the_commands() {
         "output = \"mesh.hxc\"\ncells = 24\nbackend = \"cpu\"\nquiet = true\nunit = \"mm\"\n\
          slice = [{{ axis = [\"z\", \"x\"], at = [\"25%\", 0.1], size = 90, flags = [0, 3], colours = {{ 3 = \"#d98324\" }}, \
          lines = false, output = \"slice.png\" }}, {{ output = \"all.png\" }}]\n\
-         view = {{ from = [30, -20], size = 150, window = [0, 3, 2, 9, 20, 21], output = \"view.png\" }}\n\
+         view = {{ direction = [30, -20], size = 150, window = [0, 3, 2, 9, 20, 21], output = \"view.png\" }}\n\
          [[geometries]]\nfile = '{}'\nflag = 3\nname = \"cow\"\n",
         spot.display()
     );
@@ -272,7 +272,7 @@ fn pictures_of_a_job_are_those_of_the_commands() {
             &["slice", "--axis=z,x", "--at=25%,0.1", "--size=90", "--flags=0,3", "--colours=3=d98324", "--no-lines"],
         ),
         ("all.png", &["slice"]),
-        ("view.png", &["view", "--from=30,-20", "--size=150", "--window=0,3,2,9,20,21"]),
+        ("view.png", &["view", "--direction=30,-20", "--size=150", "--window=0,3,2,9,20,21"]),
     ];
     let alone = folder.path("alone.png");
     for (name, words) in commands {
@@ -283,7 +283,7 @@ fn pictures_of_a_job_are_those_of_the_commands() {
     let [dumped, slice, view] = ["job.json", "s.png", "v.png"].map(|name| folder.path(name));
     let file = format!("{SPOT}:flag=3,name=cow");
     let slice_of = format!("{slice}:axis=z/x,at=25%/0.1,size=90,flags=0/3,colours=3=d98324,lines=false");
-    let view_of = format!("{view}:from=30/-20,size=150,window=0/3/2/9/20/21");
+    let view_of = format!("{view}:direction=30/-20,size=150,window=0/3/2/9/20/21");
     let options =
         ["mesh", &file, "--cells=24", "--unit=mm", "--backend=cpu", "-q", "--slice", &slice_of, "--view", &view_of];
     for arguments in [&options[..], &["mesh", "--job", &dumped]] {
@@ -316,8 +316,8 @@ fn pictures_that_cannot_be_drawn_are_refused_before_the_mesh() {
             4,
             "the box from cell 0,0,0 to 99,9,9 is not inside the mesh of 7 x 12 x 12 cells",
         ),
-        ("--view", "from=nan/0", 4, "give two finite angles"),
-        ("--view", "from=30", 2, "2 numbers joined by / are needed, as in 30/20"),
+        ("--view", "direction=nan/0", 4, "give two finite angles"),
+        ("--view", "direction=30", 2, "2 numbers joined by / are needed, as in 30/20"),
     ];
     for (option, setting, code, says) in cases {
         let said = fails(&[&mesh[..], &[option, &format!("{png}:{setting}")]].concat(), code);

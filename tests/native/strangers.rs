@@ -2,7 +2,7 @@
 //! that are killed.
 
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{Command, Output, Stdio};
 
 use super::cli::{Folder, SPOT, done, hexcast, json};
 
@@ -40,13 +40,31 @@ fn a_strict_run_with_warnings_writes_its_outputs_and_fails() {
 
     done(&["mesh", SPOT, "--cells", "8", "--backend", "cpu", "-q", "--strict"]);
     assert!(done(&["--help"]).contains("8  warnings, and --strict"));
+}
 
-    // the cells are the same without a GPU: that is said, and is no reason to fail
-    let auto = ["mesh", SPOT, "--cells", "8", "--strict", "-q"];
-    let output = without_driver(&auto);
-    let words = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success() && words.contains("warning: meshed on the CPU: "), "{words}");
-    assert!(!words.contains("strict:") && !words.contains("not compiled in"), "{words}");
+#[test]
+fn no_gpu_and_one_in_software_are_no_warning_and_said_once() {
+    let folder = Folder::new();
+    let report = folder.path("report.json");
+    let auto = ["mesh", SPOT, "--cells", "8", "--strict", "--report", &report];
+    let of_driver: fn(&[&str]) -> Output = |arguments| hexcast(arguments);
+    for (run, why) in [(of_driver, "computes on the processor"), (without_driver, "no GPU adapter")] {
+        let plain = run(&auto);
+        let (printed, errors) = (String::from_utf8_lossy(&plain.stdout), String::from_utf8_lossy(&plain.stderr));
+        assert!(plain.status.success() && !errors.contains("warning"), "{errors}");
+        assert!(printed.starts_with("backend     CPU") && !printed.contains(why), "{printed}");
+        let made = folder.json("report.json");
+        assert!(made["fallback"].as_str().is_some_and(|text| text.contains(why)), "{}", made["fallback"]);
+        assert_eq!((&made["findings"], &made["warnings"]), (&serde_json::json!([]), &serde_json::json!([])));
+
+        let verbose = run(&[&auto[..], &["-v"]].concat());
+        let words = [verbose.stdout, verbose.stderr].concat();
+        assert_eq!(String::from_utf8_lossy(&words).matches(why).count(), 1, "{}", String::from_utf8_lossy(&words));
+    }
+    // nobody looked for a GPU
+    done(&[&auto[..], &["--backend", "cpu"]].concat());
+    assert!(folder.json("report.json")["fallback"].is_null());
+
     let output = without_driver(&[&auto[..], &["--domain", "5,5,5,6,6,6"]].concat());
     let words = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(8), "{words}");
@@ -54,7 +72,7 @@ fn a_strict_run_with_warnings_writes_its_outputs_and_fails() {
 }
 
 /// Runs the command where no driver of a GPU is found.
-fn without_driver(arguments: &[&str]) -> std::process::Output {
+fn without_driver(arguments: &[&str]) -> Output {
     let command = &mut Command::new(env!("CARGO_BIN_EXE_hexcast"));
     command.args(arguments).env("VK_DRIVER_FILES", "/none").env("VK_ICD_FILENAMES", "/none").output().unwrap()
 }

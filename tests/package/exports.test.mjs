@@ -56,12 +56,13 @@ const JOBS = {
 
 /** Options of JavaScript, those of the command, and the formats that they are for. */
 const CHOICES = [
-  { options: {}, words: ['--compress=none'], fits: () => true },
-  { options: { ascii: true }, words: ['--ascii', '--compress=none'], fits: (format) => ['foam', 'msh'].includes(format) },
+  { options: {}, words: [], fits: () => true },
+  { options: { compress: 0 }, words: ['--compress=none'], fits: (format) => ['nrrd', 'xdmf', 'in'].includes(format) },
+  { options: { ascii: true }, words: ['--ascii'], fits: (format) => ['foam', 'msh'].includes(format) },
   { options: { compress: 6 }, words: ['--compress=6'], fits: (format) => ['nrrd', 'xdmf', 'in'].includes(format) },
   // the command has no archive
-  { options: { compress: 1 }, words: ['--compress=none'], fits: (format) => format === 'foam' },
-  { options: { exportFlags: 'some' }, words: ['--export-flags=some', '--compress=none'], fits: (format) => format !== 'nrrd' },
+  { options: { compress: 1 }, words: [], fits: (format) => format === 'foam' },
+  { options: { exportFlags: 'some' }, words: ['--export-flags=some'], fits: (format) => format !== 'nrrd' },
 ];
 
 /** Formats of several files, which come as an archive, and how many files each has. */
@@ -90,7 +91,7 @@ const CODE = `${MESH_OF_FILE}
     writeFileSync(folder + '/' + file, bytes);
     if (!bytes.equals(Buffer.from(await (await again.blob(format, options)).arrayBuffer()))) throw new Error(format + ' of an opened mesh');
   }
-  console.log(JSON.stringify({ flags: mesh.report.flags_hash, announced: mesh.size('nrrd') }));
+  console.log(JSON.stringify({ flags: mesh.report.flags_hash, announced: mesh.size('nrrd', { compress: 0 }) }));
   mesher.dispose();
 `;
 
@@ -285,7 +286,8 @@ test('planes that do not fit the memory are refused by those that hold them', ()
     ['many', 'in', 'memory', /^mesh_geo\.h5 has 588000000 bytes, and HDF5 files of up to 268435456 are made here, in memory/],
     ['many', 'nrrd', undefined, /^undefined$/],
   ];
-  const questions = asked.map(([at, format]) => [at, format, format === 'msh' ? { exportFlags: [1] } : {}]);
+  const options = { msh: { exportFlags: [1] }, nrrd: { compress: 0 } };
+  const questions = asked.map(([at, format]) => [at, format, options[format] ?? {}]);
   writeFileSync(path.join(folder, 'asked.json'), JSON.stringify({ asked: questions }));
   const told = JSON.parse(project.run('planes.js', REFUSED, path.join(folder, 'asked.json'), folder));
   for (const [index, [at, format, code, pattern]] of asked.entries()) {
@@ -328,8 +330,8 @@ test('an export is made as it is read, counts what it has, and stops where it is
     const stopped = await mesh.blob('msh', { signal: stop.signal, onProgress: () => stop.abort('enough') }).catch((reason) => reason);
     const thrown = await mesh.blob('vox', { onProgress() { throw new Error('no'); } }).catch(({ code }) => code);
     const nrrd = [];
-    await mesh.blob('nrrd', { onProgress: ({ done, total }) => nrrd.push([done, total]) });
-    console.log(JSON.stringify({ cells: mesh.report.cells, head, ahead, foam, size: whole.size, type: whole.type, stopped, thrown, nrrd: nrrd.at(-1), announced: mesh.size('nrrd'), flag: await mesh.flag(0, 0, 0) }));
+    await mesh.blob('nrrd', { compress: 0, onProgress: ({ done, total }) => nrrd.push([done, total]) });
+    console.log(JSON.stringify({ cells: mesh.report.cells, head, ahead, foam, size: whole.size, type: whole.type, stopped, thrown, nrrd: nrrd.at(-1), announced: mesh.size('nrrd', { compress: 0 }), flag: await mesh.flag(0, 0, 0) }));
     mesher.dispose();
   `;
   const told = JSON.parse(project.run('streams.js', code, SPOT));

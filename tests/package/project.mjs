@@ -108,10 +108,9 @@ export const MESH_OF_FILE = `
   const mesh = await mesher.mesh({ ...job, geometries });
 `;
 
-/** The native command's report of the job; `-o` outputs may be added, compressed at a level. */
-export function nativeReport(outputs = [], compress = 'none') {
-  const options = outputs.length > 0 ? [`--compress=${compress}`, ...outputs] : [];
-  return JSON.parse(execFileSync(COMMAND, [...ARGUMENTS, ...options], { cwd: ROOT, encoding: 'utf8' }));
+/** The native command's report of the job; `-o` outputs may be added, compressed as the command does by default. */
+export function nativeReport(outputs = []) {
+  return JSON.parse(execFileSync(COMMAND, [...ARGUMENTS, ...outputs], { cwd: ROOT, encoding: 'utf8' }));
 }
 
 /** What a page of `app/` must come to, by the native command, which writes into a folder. */
@@ -127,6 +126,6 @@ export function nativeOutcome(folder) {
 /** SHA-256 of the compressed `.vti` of the job by the native command, which writes it into a folder. */
 function nativeVti(folder) {
   const file = path.join(folder, 'native.vti');
-  nativeReport(['-o', file], 6);
+  nativeReport(['-o', file]);
   return createHash('sha256').update(readFileSync(file)).digest('hex');
 }

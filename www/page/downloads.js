@@ -28,9 +28,9 @@ const BLOB_BYTES = 256e6;
 export const file = (id, extension, label, note, more) => ({ id, extension, label, note, ...more });
 const BITS = { bits: true };
 const FILES = [
-  file('vti', 'vti', 'VTK image', 'ParaView, VisIt', { format: 'vti' }),
+  file('vti', 'vti', 'VTK image', 'ParaView, VisIt', { format: 'vti', options: { compress: 0 } }),
   file('vtiz', 'zlib.vti', 'VTK image, compressed', 'ParaView, VisIt', { format: 'vti', options: { compress: 6 } }),
-  file('vtr', 'vtr', 'VTK rectilinear grid', 'ParaView, VisIt', { format: 'vtr' }),
+  file('vtr', 'vtr', 'VTK rectilinear grid', 'ParaView, VisIt', { format: 'vtr', options: { compress: 0 } }),
   file('vtrz', 'zlib.vtr', 'VTK rectilinear grid, compressed', 'ParaView, VisIt', { format: 'vtr', options: { compress: 6 } }),
   file('npz', 'npz', 'NumPy, with lines', 'flags and lines, compressed', { format: 'npz', options: { compress: 6 } }),
   file('npy', 'npy', 'NumPy', 'shape nz, ny, nx', { format: 'npy' }),
@@ -115,7 +115,7 @@ function guess(mesh, { id, format }) {
   // a mesh that was read back has no estimate
   return state.expected
     ? `up to ${bytes(state.expected.file_bytes.vti_zlib + lines)}`
-    : `less than ${bytes(mesh.size('vti') ?? 0)}`;
+    : `less than ${bytes(mesh.size('vti', { compress: 0 }) ?? 0)}`;
 }
 
 /** Bytes of an entry of what was measured, before it is compressed. @type {Record<string, number>} */

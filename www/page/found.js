@@ -29,7 +29,7 @@ import { isSame, state } from './state.js';
  */
 export function findingsOf(report, leak) {
   return [
-    ...report.findings.filter(({ code }) => code !== 'on-cpu').map(ofReport),
+    ...report.findings.map(ofReport),
     ...(report.certificate?.overlaps ?? []).map((overlap) => ofOverlap(overlap, report)),
     ...(leak?.narrowest ? [ofLeak(leak.narrowest, leak, report)] : []),
   ];

@@ -43,6 +43,7 @@ export function currentJob() {
   if (settings.rule !== 'parity') job.rule = settings.rule;
   if (settings.open !== 'winding') job.open = settings.open;
   if (settings.fill !== 'centre') job.fill = settings.fill;
+  if (settings.close_gaps > 0) job.close_gaps = settings.close_gaps;
   if (settings.certify) job.certify = true;
   if (settings.certify && settings.thin_cells !== DEFAULTS.thin_cells) job.thin_cells = settings.thin_cells;
   Object.assign(job, measured(settings));

@@ -5,7 +5,7 @@ import { change, set, state } from './state.js';
 /** @typedef {import('./state.js').Settings} Settings @typedef {{ [key: string]: unknown }} Patch */
 
 /** Keys of jobs that fields have by the same names. */
-const FIELDS = ['rule', 'open', 'fill', 'certify', 'thin_cells', 'staggered', 'unit'];
+const FIELDS = ['rule', 'open', 'fill', 'close_gaps', 'certify', 'thin_cells', 'staggered', 'unit'];
 /** Those of generated lines. */
 const GRADED_FIELDS = ['min_size', 'growth'];
 /** Keys of geometries that their fields have by the same names. */

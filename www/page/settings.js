@@ -35,6 +35,12 @@ export function startSettings() {
     const select = selectOf(key);
     select.addEventListener('change', () => set({ [key]: select.value }));
   }
+  onInput('close-gaps', 'input', (input) => {
+    // openings of no cell are none, and one cell is no opening
+    const isRight = input.value === '' || input.value === '0' || (isNumberOfCells(input) && Number(input.value) > 1);
+    input.setCustomValidity(isRight ? '' : 'this is 0, or a whole number from 2 on');
+    if (isRight && input.value !== '') set({ close_gaps: numberOfCells(input) });
+  });
   onInput('certify', 'change', ({ checked }) => set({ certify: checked }));
   onInput('thin-cells', 'input', (input) => {
     if (isNumberOfCells(input)) set({ thin_cells: numberOfCells(input) });
@@ -134,6 +140,7 @@ function show() {
     inputOf(id).required = settings.domain !== null;
     put(id, settings.domain?.[at] ?? '');
   });
+  put('close-gaps', settings.close_gaps);
   inputOf('certify').checked = settings.certify;
   byId('thin-cells-field').hidden = !settings.certify;
   put('thin-cells', settings.thin_cells);

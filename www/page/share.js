@@ -12,7 +12,7 @@ import { expectLines, linesFile, waitedLines } from './settings_lines.js';
 import { DEFAULTS, colourOf, on, set, state } from './state.js';
 
 /** Settings of how cells are decided: keys of links, of jobs and, with hyphens, of the command. */
-const METHOD = /** @type {const} */ (['rule', 'open', 'fill', 'certify', 'thin_cells', 'axis']);
+const METHOD = /** @type {const} */ (['rule', 'open', 'fill', 'close_gaps', 'certify', 'thin_cells', 'axis']);
 /** Settings of what is measured, of which a link has those that are not by default. */
 const MEASURED = /** @type {const} */ (['links', 'fractions', 'fraction_faces', 'fraction_surfaces', 'staggered']);
 
@@ -170,6 +170,8 @@ export function readHash() {
     const value = query.get(key);
     if (value !== null && choices.includes(value)) Object.assign(patch, { [key]: value });
   }
+  const gaps = Number(query.get('close_gaps') ?? NaN);
+  if (Number.isInteger(gaps) && gaps > 1) patch.close_gaps = gaps;
   patch.certify = query.get('certify') === 'true';
   for (const key of MEASURED) patch[key] = query.get(key) === 'true';
   readLines(query, patch);

@@ -35,6 +35,7 @@
  * @property {'parity' | 'nonzero'} rule
  * @property {'winding' | 'vote' | 'error' | 'parity'} open how cells are decided where a surface is not closed
  * @property {'centre' | 'conservative' | 'separating'} fill which cells along surfaces geometries have as well
+ * @property {number} close_gaps openings narrower than so many cells are closed; 0 for none
  * @property {boolean} certify whether thin walls and overlaps are looked for
  * @property {number} thin_cells walls of fewer cells are thin
  * @property {boolean} links whether links to surfaces are measured
@@ -117,6 +118,7 @@ export const DEFAULTS = Object.freeze({
   rule: 'parity',
   open: 'winding',
   fill: 'centre',
+  close_gaps: 0,
   certify: false,
   thin_cells: 2,
   links: false,

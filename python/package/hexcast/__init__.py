@@ -18,12 +18,14 @@ from typing import TYPE_CHECKING, Any, Optional, Union
 
 from . import _hexcast
 from ._driver import disable_layer_without_session
-from ._error import Error, MeshWarning
+from ._error import Error, MeshWarning, missing
 from ._job import SIZES, Geometry, JobLike, job_of
+from ._measured import Fractions, Links, Staggered
 from ._mesh import Columns, Difference, FlagPair, Mesh, Slab, warn
 from ._options import GeometryOptions, JobOptions
 from ._pictures import Picture
 from ._progress import follow
+from ._signature import with_options
 from ._surface import Surface, SurfaceLike, surface
 
 if TYPE_CHECKING:
@@ -35,14 +37,17 @@ __all__ = [
     "Difference",
     "Error",
     "FlagPair",
+    "Fractions",
     "Geometry",
     "GeometryOptions",
     "JobLike",
     "JobOptions",
+    "Links",
     "Mesh",
     "MeshWarning",
     "Picture",
     "Slab",
+    "Staggered",
     "Surface",
     "SurfaceLike",
     "converge",
@@ -58,11 +63,15 @@ __all__ = [
 disable_layer_without_session()
 
 
+@with_options(JobOptions)
 def mesh(
     what: JobLike,
     *,
     progress: Union[Callable[[int, int], object], bool, Any, None] = None,
     adapter: Optional[str] = None,
+    threads: Optional[int] = None,
+    spill: Union[str, os.PathLike[str], None] = None,
+    doubt: bool = False,
     **options: Unpack[JobOptions],
 ) -> Mesh:
     """Meshes surfaces: a box of cells, each with the flag of the geometry that it is in, or 0.
@@ -71,6 +80,7 @@ def mesh(
 
         - a surface: the name of a file (STL, OBJ, PLY, OFF, 3MF or GLB), or whatever :func:`surface` takes, such as
           ``(vertices, faces)``;
+        - a scene of trimesh or a MultiBlock of PyVista: each of its meshes is a geometry, named as there;
         - a dict with the key ``file`` or ``source`` for the surface, and others of :class:`GeometryOptions`;
         - a list of these: where two overlap, the later one wins;
         - a job: a dict with the key ``geometries``, or the name of a job file that ends in ``.toml`` or ``.json``.
@@ -78,12 +88,15 @@ def mesh(
     :param progress: a function that is called with the numbers of rays done and of all rays, some 20 times a second, from the
         thread that called; or a bar of tqdm; or True for a new one. What it raises ends the mesh.
     :param adapter: a part of the name of the GPU to use.
+    :param threads: number of threads of the processor; by default all, or what the environment variable ``RAYON_NUM_THREADS`` says.
+    :param spill: a folder for a file without a name that holds what exceeds ``max_memory``, and is gone with the mesh.
+    :param doubt: whether the mesh has a mask of the cells that the rays of open surfaces do not decide: :attr:`Mesh.doubt`.
     :param options: the keys of a job file: see :class:`JobOptions`. They replace those of the job.
     :returns: the mesh. The warnings of its report are issued as :class:`MeshWarning`.
     :raises hexcast.Error: with a ``code``, a sentence and a ``hint``.
     :raises KeyboardInterrupt: at Ctrl-C, within moments.
 
-    Other threads of Python run meanwhile. The environment variable ``RAYON_NUM_THREADS`` limits the threads of hexcast.
+    Other threads of Python run meanwhile. A mesh can be pickled and copied, so that it comes back from workers of Dask.
 
     >>> import hexcast
     >>> from hexcast.shapes import box, sphere
@@ -94,10 +107,18 @@ def mesh(
     ((40, 40, 1), {1: 'case', 7: 'core'}, [892, 708])
     """
     job, surfaces = job_of(what, options)
+    how = (adapter, threads_of(threads), None if spill is None else os.fspath(spill), doubt)
     with follow(progress) as function:
-        return warn(Mesh(_hexcast.mesh(job, surfaces, adapter, function)))
+        return warn(Mesh(_hexcast.mesh(job, surfaces, how, function)))
 
 
+def threads_of(threads: Optional[int]) -> Optional[int]:
+    if threads is not None and (not isinstance(threads, int) or threads < 1):
+        raise Error(f"threads is {threads!r}", "job-value", "give a whole number from 1")
+    return threads
+
+
+@with_options(JobOptions)
 def estimate(what: JobLike, **options: Unpack[JobOptions]) -> dict[str, Any]:
     """What a mesh would cost, before a ray is cast: cells, runs, bytes of memory and of files.
 
@@ -112,6 +133,7 @@ def estimate(what: JobLike, **options: Unpack[JobOptions]) -> dict[str, Any]:
     return made
 
 
+@with_options(JobOptions)
 def parts(what: JobLike, n: Union[int, Sequence[int]], **options: Unpack[JobOptions]) -> list[tuple[int, ...]]:
     """Divides a mesh into windows that take about as long as each other; every process finds the same.
 
@@ -130,6 +152,7 @@ def parts(what: JobLike, n: Union[int, Sequence[int]], **options: Unpack[JobOpti
     return [(*first, *end) for first, end in _hexcast.parts(*job_of(what, options), of)]
 
 
+@with_options(JobOptions)
 def converge(
     what: JobLike,
     sizes: Sequence[int] = (32, 64, 128, 256),
@@ -161,4 +184,6 @@ def load(path: Union[str, os.PathLike[str]]) -> Mesh:
 
     :raises hexcast.Error: ``io``; ``columns-corrupt`` where it is damaged; ``columns-version`` where a newer hexcast wrote it.
     """
+    if not os.path.exists(path):
+        raise missing(path)
     return Mesh(_hexcast.load(os.fspath(path)))

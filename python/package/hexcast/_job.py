@@ -8,10 +8,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Optional, Union
 
+import numpy as np
+
 from . import _hexcast
-from ._error import Error
+from ._error import Error, InvalidType, missing
 from ._options import GEOMETRY_KEYS, JOB_KEYS, GeometryOptions, check_names
-from ._surface import Surface, SurfaceLike, surface
+from ._surface import Surface, SurfaceLike, scene_parts, surface
 
 #: A surface, or a dict with a surface and its options.
 Geometry = Union[SurfaceLike, GeometryOptions]
@@ -45,7 +47,8 @@ def job_of(what: JobLike, options: Mapping[str, Any]) -> tuple[str, list[Optiona
         job = {key: value for key, value in job.items() if key != "padding"}
     job.update(given)
     job = {"max_cells": DEFAULT_MAX_CELLS, "max_memory": default_max_memory(), **job}
-    entries = [entry_of(entry, number) for number, entry in enumerate(job["geometries"], 1)]
+    expanded = [one for entry in job["geometries"] for one in meshes_of(entry)]
+    entries = [entry_of(entry, number) for number, entry in enumerate(expanded, 1)]
     job["geometries"] = [entry for entry, _ in entries]
     return to_json(job), [source for _, source in entries]
 
@@ -57,11 +60,25 @@ def base_of(what: JobLike) -> dict[str, Any]:
         return {key: value for key, value in what.items() if value is not None}
     if isinstance(what, (str, os.PathLike)) and Path(what).suffix.lower() in (".toml", ".json"):
         return read_job(Path(what))
+    # two arrays in a list are a surface as they are in a tuple
+    if isinstance(what, list) and len(what) == 2 and all(isinstance(of, np.ndarray) and of.ndim == 2 for of in what):
+        what = (what[0], what[1])
     return {"geometries": what if isinstance(what, list) else [what]}
+
+
+def meshes_of(entry: Any) -> list[Any]:
+    """The geometries that an entry stands for: those of a scene, or itself."""
+    options = entry if isinstance(entry, Mapping) else {"source": entry}
+    parts = scene_parts(options.get("source"))
+    if parts is None:
+        return [entry]
+    return [{"name": name, **options, "source": made} for name, made in parts]
 
 
 def read_job(path: Path) -> dict[str, Any]:
     """Reads a job file; names in it are relative to its folder."""
+    if not path.exists():
+        raise missing(path)
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
@@ -85,17 +102,26 @@ def entry_of(entry: Geometry, number: int) -> tuple[dict[str, Any], Optional[Sur
     if ("file" in given) == ("source" in given):
         raise Error(f"geometry {number} needs either file or source", "job-conflict", "give one of them")
     if "file" in given:
+        if not os.path.exists(given["file"]):
+            raise missing(given["file"])
         return given, None
-    made = surface(given.pop("source"), name=given.get("name", f"surface {number}"))
+    name = given.get("name", f"surface {number}")
+    if not isinstance(name, str):
+        raise InvalidType(f"the name of geometry {number} is {name!r}", "job-value", "give a text")
+    made = surface(given.pop("source"), name=name)
     return {"file": made.name, **given}, made
 
 
 def to_json(job: dict[str, Any]) -> str:
     """Writes a job; numbers and lists of NumPy become plain ones."""
-    try:
-        return json.dumps(job, default=plain, allow_nan=False)
-    except (TypeError, ValueError) as error:
-        raise Error(f"the job has no JSON form: {error}", "job-value", "use numbers, texts, lists and dicts") from error
+    for key, value in job.items():
+        try:
+            json.dumps(value, default=plain, allow_nan=False)
+        except TypeError as error:
+            raise InvalidType(f"{key}: {error}", "job-value", "use numbers, texts, lists and dicts") from error
+        except ValueError as error:
+            raise Error(f"{key} is {value!r}", "job-value", "give finite numbers") from error
+    return json.dumps(job, default=plain)
 
 
 def plain(value: Any) -> Any:

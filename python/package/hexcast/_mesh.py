@@ -12,8 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _hexcast
-from ._error import Error, MeshWarning
+from ._error import Error, InvalidValue, MeshWarning
 from ._files import save
+from ._html import html_of
+from ._measured import Fractions, Links, Staggered, fractions_of, in_dataset, links_of, staggered_of
 from ._pictures import Axis, Picture, Place, look_of, max_bytes, slices
 from ._xarray import dataset
 
@@ -22,6 +24,8 @@ if TYPE_CHECKING:
 
     import xarray
 
+#: What a mesh may have beside its cells.
+MEASURED = ("links", "fractions", "staggered", "doubt")
 #: Bytes of the flags of a slab, unless the caller says.
 SLAB_BYTES = 32 << 20
 
@@ -104,6 +108,59 @@ class Mesh:
 
     def __repr__(self) -> str:
         return f"<hexcast.Mesh of {' x '.join(map(str, self.dims))} cells>"
+
+    def _repr_html_(self) -> str:
+        """Notebooks show a table of the flags, and slices."""
+        return html_of(self)
+
+    def __getstate__(self) -> dict[str, Any]:
+        # flags and runs are made anew
+        return {"_raw": self._raw, **self._measured()}
+
+    def __array__(self, dtype: Any = None, copy: Optional[bool] = None) -> NDArray[Any]:
+        """The flags, as NumPy's functions take them."""
+        flags = self.flags
+        if dtype is not None and np.dtype(dtype) != flags.dtype:
+            if copy is False:
+                raise InvalidValue(f"the flags are uint8, and {np.dtype(dtype)} needs a copy", "job-value", "leave out copy=False")
+            return flags.astype(dtype)
+        return flags.copy() if copy else flags
+
+    def _measured(self) -> dict[str, Any]:
+        """What was measured, by its names."""
+        made = {name for name in MEASURED if name in self.__dict__}
+        return {name: getattr(self, name) for name in MEASURED if name in made or name in _hexcast.measured_kinds(self._raw)}
+
+    @cached_property
+    def links(self) -> Links:
+        """The links from cells of the fluid to walls, which the option ``links`` asks for.
+
+        >>> import hexcast
+        >>> from hexcast.shapes import box
+        >>> body = box((2, 2, 2), (4, 4, 4))
+        >>> mesh = hexcast.mesh(body, cell_size=1, padding={"cells": 2}, links={"stencil": "D3Q7"}, backend="cpu")
+        >>> len(mesh.links), mesh.links.q.dtype, set(mesh.links.q.tolist())
+        (24, dtype('float32'), {0.5})
+        """
+        return links_of(self._raw)
+
+    @cached_property
+    def fractions(self) -> Fractions:
+        """The fractions of flags in cut cells, which the option ``fractions`` asks for."""
+        return fractions_of(self._raw)
+
+    @cached_property
+    def staggered(self) -> Staggered:
+        """The flags at the points of a staggered grid, which the option ``staggered`` asks for. Seven bytes a cell."""
+        return staggered_of(self._raw)
+
+    @cached_property
+    def doubt(self) -> Mesh:
+        """The cells that the rays of open surfaces do not decide, which ``doubt=True`` asks for: a mesh with flag 1 there."""
+        found = _hexcast.doubt(self._raw)
+        if found is None:
+            raise Error("the mesh has no mask of doubtful cells", "job-conflict", "mesh with doubt=True")
+        return Mesh(found)
 
     @property
     def dims(self) -> tuple[int, int, int]:
@@ -201,17 +258,20 @@ class Mesh:
         *,
         compress: Union[int, Literal["none"], None] = None,
         bits: bool = False,
+        map: Optional[Mapping[int, int]] = None,
     ) -> None:
         """Writes a file with the bytes that the command ``hexcast`` writes. The flags are not expanded as a whole.
 
         :param path: ends in ``.vti``, ``.vtr``, ``.npy``, ``.npz``, ``.raw`` (with a ``.raw.json`` beside it), ``.hxc``, ``.zarr``, a folder, or
-            ``.zarr.zip``, the files of that folder in an archive. What has this name is replaced when all is written.
-        :param compress: level of ``.vti``, ``.hxc``, ``.zarr`` and ``.zarr.zip``, 1 (fast) to 9 (small), or ``"none"``; by default 6.
+            ``.zarr.zip``, the files of that folder in an archive. What has this name is replaced when all is written. It may be an address of
+            fsspec's, such as ``s3://bucket/mesh.zarr``, which needs s3fs; the file is then made in a temporary folder first.
+        :param compress: level of all but ``.npy`` and ``.raw``, 1 (fast) to 9 (small), or ``"none"``; by default 6.
         :param bits: eight cells a byte, for ``.raw`` and ``.npy`` of meshes with one flag.
+        :param map: numbers that ``.raw``, ``.npy`` and ``.npz`` have in place of flags, such as ``{0: 255}``.
         :raises hexcast.Error: ``job-value`` for another ending or level; ``job-conflict`` where format and options contradict each
             other; ``io``.
         """
-        save(self._raw, path, compress, bits)
+        save(self._raw, path, compress, bits, map)
 
     def slice(
         self,
@@ -246,8 +306,7 @@ class Mesh:
         self,
         direction: Optional[Sequence[float]] = None,
         *,
-        first: Optional[Sequence[int]] = None,
-        end: Optional[Sequence[int]] = None,
+        window: Optional[Sequence[int]] = None,
         size: Optional[int] = None,
         flags: Optional[Sequence[int]] = None,
         colours: Optional[Mapping[int, str]] = None,
@@ -255,8 +314,7 @@ class Mesh:
         """Draws the stair-step surface, without a display: the PNG of the command ``hexcast view``, byte for byte.
 
         :param direction: direction to the eye in degrees: around z from the x axis, and up; by default -60 and 25.
-        :param first: the first cell on x, y, z that is shown; by default (0, 0, 0).
-        :param end: the end on x, y, z, exclusive; by default that of the mesh.
+        :param window: the cells that are shown, ``(i0, j0, k0, i1, j1, k1)``: the first, and the end, exclusive; by default all.
         :param size: pixels of the longer side, 1 to 32768; by default 1000.
         :param flags: as for :meth:`slice`.
         :param colours: as for :meth:`slice`.
@@ -267,9 +325,8 @@ class Mesh:
         if angles is not None and len(angles) != 2:
             raise Error(f"direction is {direction!r}", "job-value", "give two angles, around z and up")
         cells = None
-        if first is not None or end is not None:
-            low = cell_of((0, 0, 0) if first is None else first, "first")
-            high = cell_of(self.dims if end is None else end, "end")
+        if window is not None:
+            low, high = cell_of(window[:3], "the start of window"), cell_of(window[3:], "the end of window")
             self._check_box(low, high)
             cells = [low, high]
         return Picture(_hexcast.draw_view(self._raw, angles, cells, look_of(size, flags, colours)))
@@ -308,9 +365,12 @@ class Mesh:
     def to_xarray(self) -> xarray.Dataset:
         """The flags as an xarray Dataset, without a copy: ``flag`` over (z, y, x), with the centres of the cells as coordinates.
 
-        ``flag`` has the attributes ``flag_values`` and ``flag_meanings`` of the CF conventions. Needs xarray.
+        ``flag`` has the attributes ``flag_values`` and ``flag_meanings`` of the CF conventions. What was measured is there, too: ``link_q`` and
+        others along ``link``, ``cut_fraction`` and others along ``cut``, ``doubtful``, and ``Ex`` to ``Hz`` at lines and centres. Needs xarray.
         """
-        return dataset(self._raw, self.dims, self.flags)
+        data = dataset(self._raw, self.dims, self.flags)
+        measured = self._measured()
+        return in_dataset(data, measured, self.lines) if measured else data
 
 
 def cell_of(cell: Sequence[int], name: str) -> tuple[int, int, int]:

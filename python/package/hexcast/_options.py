@@ -6,7 +6,7 @@ import difflib
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, Union
 
-from ._error import Error
+from ._error import InvalidType
 
 if TYPE_CHECKING:
     from ._surface import SurfaceLike
@@ -99,6 +99,10 @@ class JobOptions(TypedDict, total=False):
     open: Literal["winding", "vote", "error", "parity"]
     #: As for a geometry, for all that do not say.
     fill: Literal["centre", "conservative", "separating"]
+    #: As for a geometry, for all.
+    split: bool
+    #: As for a geometry, for all.
+    invert: bool
     #: Closes openings narrower than so many cells, at least 2.
     close_gaps: int
     #: Flag of the cells that this adds, 1 to 255.
@@ -140,4 +144,4 @@ def check_names(given: Iterable[object], names: Sequence[str], what: str) -> Non
             continue
         near = difflib.get_close_matches(str(name), names, n=1, cutoff=0.0)
         message = f'there is no {what} "{name}"; the nearest is "{near[0]}"'
-        raise Error(message, "job-value", f"{what}s are {', '.join(names)}")
+        raise InvalidType(message, "job-value", f"{what}s are {', '.join(names)}")

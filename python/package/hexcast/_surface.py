@@ -9,7 +9,7 @@ from typing import Any, Optional, Union
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._error import Error
+from ._error import Error, InvalidType, missing
 from ._hexcast import Surface
 
 __all__ = ["Surface", "SurfaceLike", "surface"]
@@ -30,7 +30,7 @@ def surface(source: SurfaceLike, name: Optional[str] = None) -> Surface:
           counted from 0, of shape (m, 3);
         - an array of corners of shape (m, 3, 3): triangle, corner, coordinate;
         - a mesh of trimesh (``vertices``, ``faces``), PyVista (``points``, ``regular_faces``), Open3D (``vertices``,
-          ``triangles``) or numpy-stl (``vectors``).
+          ``triangles``) or numpy-stl (``vectors``). Scenes of several meshes are for :func:`hexcast.mesh`.
 
     :param name: its name in reports; by default that of the file.
     :returns: the surface. Coordinates are 32-bit floats, as in STL files: others are rounded to these.
@@ -45,12 +45,46 @@ def surface(source: SurfaceLike, name: Optional[str] = None) -> Surface:
     if isinstance(source, Surface):
         return source
     if isinstance(source, (str, os.PathLike)):
+        if not os.path.exists(source):
+            raise missing(source)
         return Surface.from_file(os.fspath(source))
     name = "surface" if name is None else name
     if isinstance(source, (bytes, bytearray, memoryview)):
         return Surface.from_bytes(name, bytes(source))
     vertices, faces = arrays_of(source, name)
     return Surface.from_arrays(name, numbers(vertices, name), indices(faces, name))
+
+
+def scene_parts(source: Any) -> Optional[list[tuple[str, Any]]]:
+    """Names and meshes of a scene of trimesh, or of a MultiBlock of PyVista and those in it; None for anything else."""
+    if hasattr(source, "graph") and hasattr(source, "geometry"):
+        parts = []
+        for node in source.graph.nodes_geometry:
+            transform, name = source.graph[node]
+            placed = source.geometry[name].copy()
+            placed.apply_transform(transform)
+            parts.append((str(node), placed))
+        return parts
+    if hasattr(source, "n_blocks") and hasattr(source, "get_block_name"):
+        parts = []
+        for index in range(source.n_blocks):
+            name, block = source.get_block_name(index) or f"block {index + 1}", source[index]
+            inner = scene_parts(block)
+            if inner is not None:
+                parts += [(f"{name}/{of}", made) for of, made in inner]
+            elif block is not None:
+                parts.append((name, block if hasattr(block, "is_all_triangles") else surface_of(block)))
+        return parts
+    return None
+
+
+def surface_of(block: Any) -> Any:
+    """The surface of a block of PyVista that is none, such as a grid."""
+    try:
+        # newer versions want to be told
+        return block.extract_surface(algorithm=None)
+    except TypeError:
+        return block.extract_surface()
 
 
 def arrays_of(source: Any, name: str) -> Arrays:
@@ -70,7 +104,9 @@ def arrays_of(source: Any, name: str) -> Arrays:
         if corners.ndim == 3 and corners.shape[1:] == (3, 3):
             return corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)
         raise wrong(name, f"an array of shape {corners.shape} is no list of corners of shape (m, 3, 3)")
-    raise wrong(name, f"{type(source).__module__}.{type(source).__qualname__} has no vertices and faces")
+    if scene_parts(source) is not None:
+        raise wrong(name, f"a {type(source).__qualname__} is many surfaces; hexcast.mesh takes it as a geometry each")
+    raise InvalidType(*wrong(name, f"{type(source).__module__}.{type(source).__qualname__} has no vertices and faces").args)
 
 
 def numbers(vertices: Any, name: str) -> NDArray[np.float32]:

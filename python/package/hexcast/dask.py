@@ -20,11 +20,12 @@ from numpy.typing import NDArray
 
 from . import _hexcast
 from . import mesh as mesh_here
-from ._error import Error
+from ._error import Error, missing
 from ._files import level_of
 from ._job import JobLike, job_of
 from ._mesh import Mesh
 from ._options import JobOptions
+from ._signature import with_options
 from ._surface import Surface, surface
 from ._xarray import dataset as dataset_of
 
@@ -41,10 +42,13 @@ MAX_SURFACES = 16
 #: Where shards are in a store; all else in it is the same whoever writes it.
 SHARDS = "flag/c/"
 
+#: Options that each task has for itself.
+OF_WORKERS = ("window", "part", "halo")
 #: A file, the time of its last change and its length.
 Stamp = tuple[str, int, int]
 
 
+@with_options(JobOptions, without=OF_WORKERS)
 def mesh(what: JobLike, *, chunks: Any = CHUNK, **options: Unpack[JobOptions]) -> dask.array.Array:
     """Meshes surfaces chunk by chunk.
 
@@ -64,6 +68,7 @@ def mesh(what: JobLike, *, chunks: Any = CHUNK, **options: Unpack[JobOptions]) -
     return chunked(what, chunks, options)[0]
 
 
+@with_options(JobOptions, without=OF_WORKERS)
 def dataset(what: JobLike, *, chunks: Any = CHUNK, **options: Unpack[JobOptions]) -> xarray.Dataset:
     """The array of :func:`mesh` with the centres of the cells as coordinates, as :meth:`hexcast.Mesh.to_xarray` has them."""
     flags, first = chunked(what, chunks, options)
@@ -101,7 +106,7 @@ def job_of_workers(what: JobLike, options: Any) -> tuple[dict[str, Any], list[St
     job = json.loads(text)
     if any(made is not None for made in surfaces):
         raise Error("a surface is in memory, where workers do not find it", "job-conflict", "give names of files")
-    for key in ("window", "part", "halo"):
+    for key in OF_WORKERS:
         if job.get(key) is not None:
             raise Error(f"{key} is given, and each task meshes a window", "job-conflict", "slice the array in its place")
     files = [os.path.abspath(geometry["file"]) for geometry in job["geometries"]]
@@ -111,6 +116,7 @@ def job_of_workers(what: JobLike, options: Any) -> tuple[dict[str, Any], list[St
     return {**limits, "geometries": entries}, [stamp_of(file) for file in files]
 
 
+@with_options(JobOptions, without=OF_WORKERS)
 def to_zarr(
     what: JobLike,
     store: Any,
@@ -141,7 +147,7 @@ def to_zarr(
     # refuses numbers of parts that cannot be, before a task begins
     windows = _hexcast.parts(json.dumps(job), [read_once(stamp) for stamp in stamps], of)
     place = os.path.abspath(store) if isinstance(store, (str, os.PathLike)) else store
-    level = level_of(compress, Path("mesh.zarr"))
+    level = level_of(compress, "mesh.zarr")
     task = delayed(write_part, pure=False)
     jobs = [json.dumps({**job, "part": {"index": index, "of": of}}) for index in range(1, len(windows) + 1)]
     return [task(part, stamps, place, level) for part in jobs]
@@ -211,7 +217,9 @@ def stamp_of(file: str) -> Stamp:
     try:
         facts = os.stat(file)
     except OSError as error:
-        raise Error(f"{file}: {error.strerror}", "io", "check the name and the permissions of the file") from None
+        if not os.path.exists(file):
+            raise missing(file) from None
+        raise Error(f"{file}: {error.strerror}", "io", "check the permissions of the file") from None
     return file, facts.st_mtime_ns, facts.st_size
 
 

@@ -235,12 +235,8 @@ impl JobArguments {
         job.max_memory = self.max_memory.or(job.max_memory);
         job.unit = self.unit.clone().or(job.unit);
         job.background = self.background.clone().or(job.background);
-        if self.split {
-            job.geometries.iter_mut().for_each(|geometry| geometry.split = true);
-        }
-        if self.invert {
-            job.geometries.iter_mut().for_each(|geometry| geometry.invert = true);
-        }
+        job.split |= self.split;
+        job.invert |= self.invert;
         let names = job.geometries.iter().map(|geometry| Path::new(&geometry.file));
         let inputs = names.chain(self.job.as_deref());
         standard::check_once(inputs.clone())?;

@@ -25,7 +25,7 @@ Examples:
     hexcast convert part.hxc part.vti
     hexcast convert part.hxc part.raw --bits
     hexcast convert pipe.hxc case/pipe.foam --unit mm --export-flags 1,2
-    hexcast convert part.hxc closer.vti --box 0,0,400,512,512,600
+    hexcast convert part.hxc closer.vti --window 0,0,400,512,512,600
     hexcast convert part.hxc preview.vti --stride 8
     hexcast convert part.hxc - --format npy | python3 plot.py";
 
@@ -45,8 +45,8 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "UNIT")]
     unit: Option<String>,
     /// Only these cells: the first on each axis, and the end, exclusive
-    #[arg(id = "cells", long = "box", value_name = "I0,J0,K0,I1,J1,K1", value_parser = list::<u32, 6>, help_heading = "Cells")]
-    cells: Option<[u32; 6]>,
+    #[arg(long, value_name = "I0,J0,K0,I1,J1,K1", value_parser = list::<u32, 6>, help_heading = "Cells")]
+    window: Option<[u32; 6]>,
     /// Every n-th cell: a block of N cells along each axis becomes one cell, as large as the block, with the flag of the cell in its
     /// middle. Cells at the end that do not fill a block are left out
     #[arg(long, value_name = "N|NX,NY,NZ", value_parser = per_axis::<u32>, help_heading = "Cells")]
@@ -103,11 +103,11 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
 
 /// The cells that are asked for, and how many at the end of each axis do not fill a block.
 fn taken(arguments: &Arguments, mesh: Mesh, max_bytes: u64, control: &Control) -> Result<(Mesh, [u32; 3])> {
-    if arguments.cells.is_none() && arguments.stride.is_none() {
+    if arguments.window.is_none() && arguments.stride.is_none() {
         return Ok((mesh, [0; 3]));
     }
     let [nx, ny, nz] = mesh.dims();
-    let [i0, j0, k0, i1, j1, k1] = arguments.cells.unwrap_or([0, 0, 0, nx, ny, nz]);
+    let [i0, j0, k0, i1, j1, k1] = arguments.window.unwrap_or([0, 0, 0, nx, ny, nz]);
     let cells = [i0..i1, j0..j1, k0..k1];
     let stride = arguments.stride.map_or([1; 3], PerAxis::each);
     let mesh = cut(&mesh, &cells, stride, max_bytes, control)?;

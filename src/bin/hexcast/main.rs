@@ -18,7 +18,6 @@ mod diff;
 mod disk;
 mod estimate;
 mod export_output;
-mod file_store;
 mod format_arguments;
 mod info;
 mod job;

@@ -171,7 +171,6 @@ fn mesh_and_write(
 ) -> Result<bool> {
     let progress = Progress::new(arguments.quiet);
     let (mut engine, sources, read) = open_and_read(arguments, job, token, progress)?;
-    let no_gpu = engine.fallback.is_some();
     let (unit, unlike) = unit(job, &sources);
     for (path, exporter) in arguments.outputs.iter().filter_map(|path| Some((path, exporter_of(path)?))) {
         exporter.check_unit(unit.as_deref()).map_err(|error| match unlike.first() {
@@ -250,7 +249,7 @@ fn mesh_and_write(
     files.extend(drawn);
     of_outputs.extend(arguments.formats.merged(&mesh));
 
-    let n_warnings = warn(&report, of_outputs, arguments.strict, no_gpu);
+    let n_warnings = warn(&report, of_outputs, arguments.strict);
     if arguments.json {
         terminal::print_exact(&format!("{}\n", report.to_json()))?;
     } else if !arguments.quiet && !prints_file(arguments) {
@@ -266,13 +265,12 @@ fn prints_file(arguments: &Arguments) -> bool {
     paths.chain(arguments.doubt.as_deref()).chain(arguments.report.as_deref()).any(standard::is_standard)
 }
 
-/// Prints the warnings of the mesh and of outputs, and returns how many there are. That there was no GPU, the first of them, is printed and not
-/// counted.
-fn warn(report: &Report, of_outputs: Vec<String>, is_strict: bool, no_gpu: bool) -> usize {
+/// Prints the warnings of the mesh and of outputs, and returns how many there are.
+fn warn(report: &Report, of_outputs: Vec<String>, is_strict: bool) -> usize {
     report.mesh.findings.iter().for_each(terminal::warn_of);
     let warnings = of_outputs;
     warnings.iter().for_each(|warning| terminal::complain(&terminal::one_line(&format!("warning: {warning}"))));
-    let n = report.mesh.findings.len() + warnings.len() - usize::from(no_gpu);
+    let n = report.mesh.findings.len() + warnings.len();
     if is_strict && n > 0 {
         let plural = if n == 1 { "" } else { "s" };
         let code = STRICT;

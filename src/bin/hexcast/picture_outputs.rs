@@ -22,7 +22,7 @@ pub(crate) struct PictureArguments {
     /// colours); may be given several times
     #[arg(long, value_name = "OUT.png")]
     slice: Vec<SliceJob>,
-    /// Draw the surface of the mesh, .png, as `hexcast view` does, with settings as in part.png:from=30/20 (keys: from, window, size, flags,
+    /// Draw the surface of the mesh, .png, as `hexcast view` does, with settings as in part.png:direction=30/20 (keys: direction, window, size, flags,
     /// colours); may be given several times
     #[arg(long, value_name = "OUT.png")]
     view: Vec<ViewJob>,
@@ -153,7 +153,7 @@ fn of_slice(job: &SliceJob) -> Result<Wanted> {
 
 fn of_view(job: &ViewJob) -> Result<Wanted> {
     let mut view = View::default().with_look(look(job.size, job.flags.as_ref(), &job.colours)?);
-    view.from = job.from.unwrap_or(view.from);
+    view.direction = job.direction.unwrap_or(view.direction);
     view.cells = job.window.map(|ends| [0, 1, 2].map(|axis| ends[axis]..ends[axis + 3]));
     Ok(Wanted::View(view))
 }

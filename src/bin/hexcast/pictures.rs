@@ -24,7 +24,7 @@ Examples:
 const VIEW_EXAMPLES: &str = "\
 Examples:
     hexcast view part.hxc -o part.png
-    hexcast view part.hxc --from=30,20 --flags 1,3 -o part.png";
+    hexcast view part.hxc --direction=30,20 --flags 1,3 -o part.png";
 
 /// Draw slices of a mesh as PNG: cells in the colours of their flags, in true proportions
 #[derive(clap::Args)]
@@ -64,7 +64,7 @@ pub(crate) struct ViewArguments {
     mesh: PathBuf,
     /// Direction to the eye in degrees: around z from the x axis, and up [default: -60,25]
     #[arg(long, value_name = "AROUND,UP", value_parser = list::<f64, 2>, allow_hyphen_values = true)]
-    from: Option<[f64; 2]>,
+    direction: Option<[f64; 2]>,
     /// Cells that are shown: the first on each axis, and the end, exclusive [default: all]
     #[arg(long, value_name = "I0,J0,K0,I1,J1,K1", value_parser = list::<u32, 6>)]
     window: Option<[u32; 6]>,
@@ -141,7 +141,7 @@ pub(crate) fn slice(arguments: &SliceArguments, token: &CancelToken) -> Result<(
 pub(crate) fn view_mesh(arguments: &ViewArguments, token: &CancelToken) -> Result<()> {
     drawn((&arguments.mesh, &arguments.output, arguments.quiet), token, |mesh, max_bytes, control| {
         let mut wanted = View::default().with_look(arguments.look.look(arguments.size, max_bytes));
-        wanted.from = arguments.from.unwrap_or(wanted.from);
+        wanted.direction = arguments.direction.unwrap_or(wanted.direction);
         wanted.cells = arguments.window.map(|ends| [0, 1, 2].map(|axis| ends[axis]..ends[axis + 3]));
         view(mesh, &wanted, control)
     })

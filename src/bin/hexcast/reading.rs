@@ -17,9 +17,9 @@ use hexcast::{Error, Result};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 
-use super::file_store::FileStore;
 use super::progress::Progress;
 use super::{ledger, memory, standard};
+use hexcast::files::FileStore;
 
 const CHUNK_BYTES: usize = 1 << 20;
 

@@ -8,9 +8,9 @@ use clap::{ArgAction, Command};
 /// Options that take a list of numbers.
 const LISTS: &[&str] = &[
     "--absorbing",
-    "--box",
     "--cell-size",
     "--dims",
+    "--direction",
     "--domain",
     "--from",
     "--graded",
@@ -92,7 +92,7 @@ mod tests {
             ("mesh --domain -1,-1,0,1,1,1 7.stl", "mesh --domain=-1,-1,0,1,1,1 7.stl"),
             ("mesh --window -1,0,0,8,8,8 a.stl", "mesh --window=-1,0,0,8,8,8 a.stl"),
             ("mesh --dims -o a.vti", "mesh --dims -o a.vti"),
-            ("convert - - --box -1,0 --format raw", "convert - - --box=-1,0 --format raw"),
+            ("convert - - --window -1,0 --format raw", "convert - - --window=-1,0 --format raw"),
             ("mesh --cells 5 6", "mesh --cells 5 6"),
             ("leak a.hxc --from 1 2 3 --to 4 5 6", "leak a.hxc --from 1,2,3 --to 4,5,6"),
         ];

@@ -10,11 +10,11 @@ use hexcast::job::RunJob;
 use hexcast::pipeline::SpillTarget;
 use hexcast::{Error, Result};
 
-use super::file_store::FileStore;
 use super::job_options::as_text;
 use super::ledger::Output;
 use super::output_file::with_ending;
 use super::{standard, temporary, terminal};
+use hexcast::files::FileStore;
 
 /// Where columns go that exceed the memory allowed.
 #[derive(clap::Args)]

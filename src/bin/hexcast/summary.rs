@@ -44,6 +44,9 @@ impl Table {
 pub(crate) fn of_mesh(report: &Report, is_software: bool, files: &[OutputFile], shown: Shown) -> String {
     let (mesh, mut table) = (&report.mesh, Table::default());
     table.line("backend", backend(mesh, is_software));
+    if let Some(why) = mesh.fallback.as_ref().filter(|_| shown.verbose) {
+        table.line("backend", why);
+    }
     for input in &mesh.inputs {
         let facts = format!("{}, {} facets, {}", input.format, HumanCount(input.facets), BinaryBytes(input.bytes));
         table.line("input", format!("{}: {facts}", input.file));
@@ -123,7 +126,6 @@ fn backend(mesh: &MeshFacts, is_software: bool) -> String {
             let kind = if is_software { "a GPU in software" } else { "GPU" };
             format!("{kind}: {adapter}, driver {}", driver.as_deref().unwrap_or("unknown"))
         }
-        // why the GPU was not taken, if it was looked for, is among the warnings
         _ => format!("CPU, {} threads", rayon::current_num_threads()),
     }
 }

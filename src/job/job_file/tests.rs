@@ -96,7 +96,7 @@ fn job_files_survive_both_languages_and_errors_name_the_line() {
             "{\"geometries\": [],\n\"padding\": 3}",
             "padding: line 2, column 12: it is something else; give { cells = N }",
         ),
-        ("{\"view\": {\"from\": [1]}}", "view.from: line 1, column 22: its length is 1; give 2 numbers"),
+        ("{\"view\": {\"direction\": [1]}}", "view.direction: line 1, column 27: its length is 1; give 2 numbers"),
     ] {
         let error = JobFile::from_json(text).unwrap_err();
         assert_eq!(error.code(), "job-value");
@@ -113,7 +113,7 @@ fn job_files_survive_both_languages_and_errors_name_the_line() {
 fn pictures_survive_both_languages_whatever_their_number() {
     let of = |text: &str| JobFile::from_toml(text).unwrap();
     let file = of("cells = 3\nslice = { output = \"a.png\", axis = \"x\", at = 0.5, colours = { 1 = \"00ff00\" } }\n\
-                   view = [{ output = \"b.png\" }, { output = \"c.png\", from = [1, 2], window = [0, 0, 0, 1, 2, 3] }]\n\
+                   view = [{ output = \"b.png\" }, { output = \"c.png\", direction = [1, 2], window = [0, 0, 0, 1, 2, 3] }]\n\
                    [[geometries]]\nfile = \"a.stl\"\n");
     let slice = &file.run.slice.as_ref().unwrap().0[0];
     assert_eq!(slice.axis, Some(Several(vec!["x".into()])));
@@ -134,8 +134,8 @@ fn pictures_survive_both_languages_whatever_their_number() {
         of("slice = { output = \"a.png\", axis = [\"x\", \"z\"], at = [\"25%\", \"0.5\"], lines = false, size = 300, \
                        flags = [0, 7], colours = { 1 = \"00ff00\", 2 = \"#0000ff\" } }");
     assert_eq!(expected.run.slice.unwrap().0[0], slice);
-    let view: ViewJob = "C:\\a=1\\b:c.png:from=-30/20.5,window=0/0/0/1/2/3".parse().unwrap();
-    assert_eq!((view.output.as_str(), view.from), ("C:\\a=1\\b:c.png", Some([-30.0, 20.5])));
+    let view: ViewJob = "C:\\a=1\\b:c.png:direction=-30/20.5,window=0/0/0/1/2/3".parse().unwrap();
+    assert_eq!((view.output.as_str(), view.direction), ("C:\\a=1\\b:c.png", Some([-30.0, 20.5])));
     assert_eq!(view.window, Some([0, 0, 0, 1, 2, 3]));
     for (text, says) in [
         ("a.png:foo=1", "a.png: there is no key \"foo\"; keys are axis, at, lines, size, flags, colours"),
@@ -149,6 +149,6 @@ fn pictures_survive_both_languages_whatever_their_number() {
         let error = text.parse::<SliceJob>().unwrap_err().to_string();
         assert!(error.starts_with(says), "{error}");
     }
-    let error = "a.png:from=30".parse::<ViewJob>().unwrap_err().to_string();
-    assert!(error.starts_with("a.png: from=30: 2 numbers joined by / are needed, as in 30/20"), "{error}");
+    let error = "a.png:direction=30".parse::<ViewJob>().unwrap_err().to_string();
+    assert!(error.starts_with("a.png: direction=30: 2 numbers joined by / are needed, as in 30/20"), "{error}");
 }

@@ -122,14 +122,14 @@ fn placed<'a>(job: &'a Job, files: &[Vec<Solid>]) -> Result<Vec<Placed<'a>>> {
         if parts.is_empty() {
             return Err(wrong("job-value", format!("{file} has no solid {solid:?}")));
         }
-        let parts = if entry.split { parts } else { vec![parts.concat()] };
+        let parts = if entry.split || job.split { parts } else { vec![parts.concat()] };
         for (nth, facets) in (0..).map(|nth: usize| nth * usize::from(!entry.same_flag)).zip(parts) {
             let flag = entry.flag.map_or(bodies.len() + 1, |flag| usize::from(flag) + nth).min(256) as i16;
             let fill = match entry.fill.unwrap_or(job.fill) {
                 Fill::Centre if entry.shell => Fill::Separating,
                 fill => fill,
             };
-            let (shell, invert, open) = (entry.shell, entry.invert, entry.open.or(Some(job.open)));
+            let (shell, invert, open) = (entry.shell, entry.invert || job.invert, entry.open.or(Some(job.open)));
             let (file, priority, patches) = (file.clone(), entry.priority, Vec::new());
             let body = Body { file, flag, priority, open, fill, shell, invert, facets: 0..0, n_own: 0, patches };
             bodies.push((body, entry, facets));

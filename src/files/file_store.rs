@@ -4,19 +4,19 @@ use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::sync::{Mutex, PoisonError};
 
-use hexcast::columns::Store;
+use crate::columns::Store;
 
 /// A file, read and appended under a lock.
-pub(crate) struct FileStore(Mutex<File>);
+pub struct FileStore(Mutex<File>);
 
 impl FileStore {
     /// Uses a file that is open.
-    pub(crate) fn new(file: File) -> FileStore {
+    pub fn new(file: File) -> FileStore {
         FileStore(Mutex::new(file))
     }
 
     /// Its length; 0 where the system does not say.
-    pub(crate) fn n_bytes(&self) -> u64 {
+    pub fn n_bytes(&self) -> u64 {
         self.lock().metadata().map_or(0, |metadata| metadata.len())
     }
 
