@@ -62,6 +62,7 @@ pub const CODES: &[(&str, Merging, &str)] = &[
     ("no-cell-open", Merging::Anew, "a geometry has no cell: its surface is open and encloses no centre of a cell"),
     ("no-cell-small", Merging::Anew, "a geometry has no cell: it encloses no centre of a cell"),
     ("no-cell-covered", Merging::Anew, "a geometry has no cell: another has them all"),
+    ("plate-covered", Merging::Same, "faces of a plate lie within another geometry, which wins"),
 ];
 
 /// A geometry by its index in the report's `geometries`, from 0, and its name.

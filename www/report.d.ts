@@ -175,7 +175,8 @@ export type FindingCode =
   | 'no-cell-flat'
   | 'no-cell-open'
   | 'no-cell-small'
-  | 'no-cell-covered';
+  | 'no-cell-covered'
+  | 'plate-covered';
 
 /** A geometry by its index in `geometries` of the report, from 0, and its name. */
 export interface NamedGeometry {

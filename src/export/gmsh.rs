@@ -15,7 +15,7 @@ const HEXAHEDRON: u64 = 5;
 const BACKGROUND_TAG: u64 = 256;
 
 pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
-    let keeps = job.options.selection(job.mesh)?;
+    let keeps = job.options.selection(job.mesh, false)?;
     let cells = job.mesh.columns.cells_per_flag();
     let flags: Vec<usize> = (0..256).filter(|&flag| keeps[flag] && cells[flag] > 0).collect();
     let n_cells: u64 = flags.iter().map(|&flag| cells[flag]).sum();

@@ -16,7 +16,7 @@ pub(super) fn file_names(name: &str) -> [String; 2] {
 }
 
 pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
-    let keeps = job.options.selection(job.mesh)?;
+    let keeps = job.options.selection(job.mesh, false)?;
     let [document, data] = file_names(name);
     let (mut n_points, mut n_cells) = (0usize, 0usize);
     for_each_layer(job, &keeps, &mut |layer| {

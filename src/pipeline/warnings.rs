@@ -179,7 +179,8 @@ pub(super) fn geometries_without_cells(
         } else if let Some(axis) = (0..3).find(|&axis| bounding_box[0][axis] == bounding_box[1][axis]) {
             let name = AXES[axis];
             let text = format!(
-                "it lies in a plane across {name}, with no inside; take its faces of a staggered grid (staggered), {KEEP}"
+                "it lies in a plane across {name}, with no inside; files for openEMS and gprMax have its faces if it is a perfect \
+                 conductor; for others take those of a staggered grid (staggered), {KEEP}"
             );
             Some(Cause { axis: Some(axis), ..Cause::new("no-cell-flat", text) })
         } else if ends.is_none() {
