@@ -149,7 +149,7 @@ impl Exporter {
 
     /// Whether files name faces at the boundary of exported cells, as [`ExportOptions::patches`] says.
     pub fn has_patches(self) -> bool {
-        matches!(self, Exporter::Foam | Exporter::Abaqus)
+        matches!(self, Exporter::Foam | Exporter::Abaqus | Exporter::Gmsh | Exporter::Xdmf)
     }
 
     /// Whether files have the faces of geometries without thickness ([`Mesh::plates`]), not only cells.
@@ -253,6 +253,8 @@ impl Exporter {
         match self {
             Exporter::Foam => patches::check(mesh, options.patches, &options.open_patches, foam::LONGEST_NAME),
             Exporter::Abaqus => patches::check(mesh, options.patches, &options.open_patches, abaqus::LONGEST_NAME),
+            Exporter::Gmsh => patches::check(mesh, options.patches, &options.open_patches, gmsh::LONGEST_NAME),
+            Exporter::Xdmf => patches::check(mesh, options.patches, &options.open_patches, xdmf::LONGEST_NAME),
             Exporter::Csx => check_conductors(mesh, (options, &keeps), csx::WHAT),
             Exporter::Gprmax => check_conductors(mesh, (options, &keeps), gprmax::WHAT),
             Exporter::Vox => vox::check(mesh, &keeps),

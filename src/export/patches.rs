@@ -3,7 +3,7 @@
 //! A face lies at a side of the box or beside a cell that is not exported. By side, the groups are the six sides and the flags beside the cells; by
 //! neighbour, all sides of the box are one group; by solid, a face has the name of the solid whose facet made it, and where none did, its name by side.
 
-use super::layers::{Layer, N_SIDES};
+use super::layers::{Layer, N_SIDES, SIDES, for_each_layer};
 use super::names::{names, unique};
 use super::output::Export;
 use crate::error::{Error, Result};
@@ -23,6 +23,8 @@ pub enum PatchNames {
     Solid,
 }
 
+/// Names of the sides of the box where a program has none of its own.
+const SIDE_NAMES: [&str; N_SIDES] = ["xMin", "xMax", "yMin", "yMax", "zMin", "zMax"];
 /// Place of the group of all sides of the box.
 const OUTSIDE: usize = N_SIDES;
 /// Place of the group of flag 0.
@@ -82,6 +84,75 @@ impl<'a> Patches<'a> {
             None => side,
             Some(flag) => FLAGS + usize::from(flag),
         }
+    }
+}
+
+/// The faces at the boundary of exported cells, group by group.
+pub(super) struct Boundary<'a> {
+    pub(super) patches: Patches<'a>,
+    keeps: &'a [bool; 256],
+    /// Faces of each group, and the lines between which they lie.
+    groups: Vec<(u64, [[u32; 3]; 2])>,
+}
+
+impl<'a> Boundary<'a> {
+    /// Counts them; none where patches are named by sides, which programs without patches do not have.
+    ///
+    /// # Errors
+    /// Those of [`for_each_layer`].
+    pub(super) async fn new(job: &'a Export<'a>, keeps: &'a [bool; 256], longest: usize) -> Result<Boundary<'a>> {
+        let patches = Patches::new(job, &SIDE_NAMES, longest);
+        let mut groups = vec![(0, [[u32::MAX; 3], [0; 3]]); patches.len()];
+        let boundary = Boundary { patches, keeps, groups: Vec::new() };
+        if boundary.patches.by != PatchNames::Side {
+            boundary
+                .for_each(&mut |layer, [x, y], side, patch| {
+                    let (n, [low, high]) = &mut groups[patch];
+                    *n += 1;
+                    for (axis, at) in [x as u32, y as u32, layer.z].into_iter().enumerate() {
+                        let is_across = axis == side / 2;
+                        let [first, last] = [is_across && side % 2 == 1, !is_across || side % 2 == 1].map(u32::from);
+                        (low[axis], high[axis]) = (low[axis].min(at + first), high[axis].max(at + last));
+                    }
+                    Ok(())
+                })
+                .await?;
+        }
+        Ok(Boundary { groups, ..boundary })
+    }
+
+    /// The groups with faces: their places, numbers of faces, and the lines between which these lie.
+    pub(super) fn used(&self) -> impl Iterator<Item = (usize, u64, [[u32; 3]; 2])> {
+        let groups = self.groups.iter().enumerate();
+        groups.filter(|(_, (n, _))| *n > 0).map(|(patch, (n, ends))| (patch, *n, *ends))
+    }
+
+    pub(super) fn n_faces(&self) -> u64 {
+        self.groups.iter().map(|(n, _)| n).sum()
+    }
+
+    /// Calls `visit` with the four corners of each face of a group, as numbers of points.
+    pub(super) async fn for_each_of(&self, wanted: usize, visit: &mut dyn FnMut([u64; 4]) -> Result<()>) -> Result<()> {
+        self.for_each(&mut |layer, cell, side, patch| {
+            if patch != wanted {
+                return Ok(());
+            }
+            let corners = layer.corners(cell);
+            visit(SIDES[side].map(|corner| corners[corner]))
+        })
+        .await
+    }
+
+    async fn for_each(&self, visit: &mut dyn FnMut(&Layer, [usize; 2], usize, usize) -> Result<()>) -> Result<()> {
+        for_each_layer(self.patches.job, self.keeps, &mut |layer| {
+            layer.for_each_cell(|cell, _, _| {
+                let outer = |side: &usize| layer.neighbour(cell, *side).is_none_or(|flag| !layer.keeps(flag));
+                (0..N_SIDES)
+                    .filter(outer)
+                    .try_for_each(|side| visit(layer, cell, side, self.patches.of(layer, cell, side)))
+            })
+        })
+        .await
     }
 }
 

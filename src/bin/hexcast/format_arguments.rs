@@ -40,7 +40,7 @@ pub(crate) struct FormatArguments {
     /// Flags whose cells are exported for a solver; 0 is allowed [default: all but 0]
     #[arg(long, value_name = "FLAG,...", value_delimiter = ',', value_parser = number::<u8>)]
     export_flags: Option<Vec<u8>>,
-    /// By what the patches of OpenFOAM and surfaces of .inp are named: by the side of the box, else the neighbour's flag; by the neighbour, all sides of the box
+    /// By what the patches of OpenFOAM, surfaces of .inp and tags of faces in .msh and .xdmf are named: by the side of the box, else the neighbour's flag; by the neighbour, all sides of the box
     /// being one; or by the solid of the file, or else the geometry, whose facet made the face [default: side]
     #[arg(long, value_name = "BY", value_parser = choice::<PatchNames>(&["side", "neighbour", "solid"]))]
     pub(crate) patches: Option<PatchNames>,
