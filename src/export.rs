@@ -48,10 +48,9 @@ use limits::{cubes, equal_cells};
 pub(crate) use links::write as write_links;
 #[cfg(not(target_arch = "wasm32"))]
 pub use links::write_links_hdf5;
-pub use options::ExportOptions;
+pub use options::{ExportOptions, PatchNames};
 use output::Export;
 pub use output::Files;
-pub use patches::PatchNames;
 pub use unit::Length;
 
 /// A program, or a format, that a mesh is written for.

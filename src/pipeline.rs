@@ -196,7 +196,8 @@ async fn meshed(
         let near = parts.iter().map(|part| part.window(cells, &frame)).collect();
         let near_frame = frame.window(cells);
         let uncut = (std::mem::replace(&mut parts, near), std::mem::replace(&mut frame, near_frame));
-        let is_kept = job.certify || job.part.is_some() || job.links.is_some() || !job.conductors.is_empty();
+        let is_kept =
+            job.certify || job.part.is_some() || job.links.is_some() || !job.conductors.is_empty() || plates.is_some();
         kept = is_kept.then_some(uncut);
     }
     let parts_bytes = parts.iter().map(|part| part.n_bytes(&prepared.rays, &frame)).sum();
@@ -238,8 +239,20 @@ async fn meshed(
         false => None,
     };
     let beyond = Beyond::new(&prepared);
-    let plates = plates.map(|plates| plates.uncovered(&columns, &prepared.geometries, &beyond)).transpose()?;
-    let (plates, covered) = plates.unwrap_or_default();
+    let (plates, covered) = match plates {
+        Some(plates) => {
+            let near = [
+                cells[0].map(|cell| cell.saturating_sub(1)),
+                [0, 1, 2].map(|axis| (cells[1][axis] + 1).min(whole.dims()[axis])),
+            ];
+            let meshed = match near == cells {
+                true => None,
+                false => Some(uncut.columns((near, columns.rays.axis), bytes_left, (engine, &budget, control)).await?),
+            };
+            plates.uncovered((meshed.as_ref().unwrap_or(&columns), near[0]), &prepared, &beyond)?
+        }
+        None => Default::default(),
+    };
     let walls = walls.map(|walls| walls.walls(&columns, |face| beyond.moved(face))).transpose()?;
     let columns = beyond.around(columns)?;
     let (lines, rays) = (prepared.mesh_lines(), columns.rays);

@@ -13,8 +13,9 @@ use std::collections::BTreeSet;
 
 use super::layers::{Layer, N_SIDES, for_each_layer};
 use super::names::{names, said, unique};
+use super::options::PatchNames;
 use super::output::{Export, Files, Out};
-use super::patches::{PatchNames, Patches};
+use super::patches::Patches;
 use super::unit::metres;
 use crate::error::{Error, Result};
 use crate::geometry::Material;

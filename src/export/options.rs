@@ -1,9 +1,24 @@
 //! The choices of exporters.
 
-use super::patches::PatchNames;
+use serde::Deserialize;
+
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, SLAB_BYTES};
 use crate::write::Compress;
+
+/// By what faces at the boundary of exported cells are named.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum PatchNames {
+    /// By the side of the box, else by the flag of the neighbour.
+    #[default]
+    Side,
+    /// By the flag of the neighbour; all sides of the box have one name.
+    Neighbour,
+    /// By the solid, or else the geometry, whose facet made the face.
+    Solid,
+}
 
 /// Choices of an exporter; those that do not apply to it are not looked at.
 #[derive(Debug, Clone, PartialEq, Eq)]

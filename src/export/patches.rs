@@ -5,23 +5,10 @@
 
 use super::layers::{Layer, N_SIDES, SIDES, for_each_layer};
 use super::names::{names, unique};
+use super::options::PatchNames;
 use super::output::Export;
 use crate::error::{Error, Result};
 use crate::mesh::Mesh;
-
-/// By what faces at the boundary of exported cells are named.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Deserialize)]
-#[serde(rename_all = "lowercase")]
-#[non_exhaustive]
-pub enum PatchNames {
-    /// By the side of the box, else by the flag of the neighbour.
-    #[default]
-    Side,
-    /// By the flag of the neighbour; all sides of the box have one name.
-    Neighbour,
-    /// By the solid, or else the geometry, whose facet made the face.
-    Solid,
-}
 
 /// Names of the sides of the box where a program has none of its own.
 const SIDE_NAMES: [&str; N_SIDES] = ["xMin", "xMax", "yMin", "yMax", "zMin", "zMax"];

@@ -6,7 +6,8 @@
 //! cell of a higher rank and one of none the face stays: a strip on a board is not in it. Cells know flags, not ranks: where geometries of
 //! several ranks have a flag, its lowest counts, so that no metal is lost.
 //!
-//! Cost: nothing without plates; else a cast along each axis that has some, on the CPU, and 256 bytes a face.
+//! Cost: nothing without plates; else a cast along each axis that has some, on the CPU, and 256 bytes a face. A window with plates is meshed once more with its
+//! neighbours.
 
 use super::halo::Beyond;
 use super::prepare::Prepared;
@@ -58,27 +59,29 @@ impl Plates {
         Ok(Some(Plates { across, flag_of_rank: frame.ranks.flag_of_rank.clone(), geometry_of_rank }))
     }
 
-    /// The faces that no cells cover, counted from the first cell of the mesh, and a finding for each plate and flag that covers some of it.
+    /// The faces that no cells cover, counted from the first cell of the mesh, and a finding for each plate and flag that covers some of it. The columns have
+    /// the neighbours of the cells that are meshed, too; `first` is the first of their cells, counted in the box.
     ///
     /// # Errors
     /// `io` where columns are in a store that fails.
     pub(super) fn uncovered(
         self,
-        columns: &Columns,
-        geometries: &[Geometry],
+        (columns, first): (&Columns, [u32; 3]),
+        prepared: &Prepared,
         beyond: &Beyond,
     ) -> Result<(Vec<SheetFace>, Vec<Finding>)> {
         let (mut faces, mut covers) = (Vec::new(), Vec::new());
+        let start = prepared.window.map_or([0; 3], |[first, _]| first);
         for (axis, found) in self.across.iter().enumerate() {
-            let n = columns.dims()[axis];
+            let last = prepared.whole.dims()[axis] - 1;
             // at the ends of the box both are the same cell
             let beside = |side: u32| {
                 let cell = |face: &Coded| {
-                    let mut cell = face.0;
-                    cell[axis] = (cell[axis] + side).saturating_sub(1).min(n - 1);
-                    cell
+                    let mut cell = [0, 1, 2].map(|of| face.0[of] + start[of]);
+                    cell[axis] = (cell[axis] + side).saturating_sub(1).min(last);
+                    ([0, 1, 2].map(|of| cell[of] - first[of]), 0)
                 };
-                under(columns, &found.iter().map(|face| (cell(face), 0)).collect::<Vec<Coded>>())
+                under(columns, &found.iter().map(cell).collect::<Vec<Coded>>())
             };
             let both = beside(0)?.into_iter().zip(beside(1)?);
             for (&(face, code), (before, behind)) in found.iter().zip(both) {
@@ -90,6 +93,7 @@ impl Plates {
                 }
             }
         }
+        let geometries = &prepared.geometries;
         covers.sort_unstable();
         covers.dedup();
         let finding = |(rank, flag): (usize, u8)| {

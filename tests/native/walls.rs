@@ -114,7 +114,7 @@ fn faces_have_the_solid_beside_them() {
 }
 
 fn job(n: usize) -> Job {
-    set!(Job { geometries: vec![GeometryJob::default(); n], ..Job::default() })
+    set!(Job { geometries: vec![GeometryJob::new("a.stl"); n], ..Job::default() })
 }
 
 #[test]
