@@ -299,6 +299,7 @@ async fn meshed(
     let mut findings: Vec<Finding> = engine.fallback.iter().map(of_fallback).collect();
     findings.extend(warnings::about_inputs(&inputs));
     findings.extend(prepared.notices.iter().cloned());
+    findings.extend(warnings::about_thin_conductors(job, &prepared.geometries));
     findings.extend(about_fine_cells(job, &prepared.domain, &prepared.whole));
     findings.extend(open.iter().map(|open| open.finding(&geometries[open.index], &lines)));
     findings.extend(warnings::about_odd_rays(columns.odd_rays(), rays.n_rays()));

@@ -157,6 +157,7 @@ export type FindingCode =
   | 'edge-on-line'
   | 'unit-differs'
   | 'fluid-without-geometry'
+  | 'conductor-thin'
   | 'cells-fine'
   | 'surface-open'
   | 'rays-odd'

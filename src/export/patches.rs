@@ -74,6 +74,14 @@ impl<'a> Patches<'a> {
     }
 }
 
+/// A face of a cell of a layer, and its group.
+struct Face<'a> {
+    layer: &'a Layer<'a>,
+    cell: [usize; 2],
+    side: usize,
+    patch: usize,
+}
+
 /// The faces at the boundary of exported cells, group by group.
 pub(super) struct Boundary<'a> {
     pub(super) patches: Patches<'a>,
@@ -93,7 +101,7 @@ impl<'a> Boundary<'a> {
         let boundary = Boundary { patches, keeps, groups: Vec::new() };
         if boundary.patches.by != PatchNames::Side {
             boundary
-                .for_each(&mut |layer, [x, y], side, patch| {
+                .for_each(&mut |Face { layer, cell: [x, y], side, patch }| {
                     let (n, [low, high]) = &mut groups[patch];
                     *n += 1;
                     for (axis, at) in [x as u32, y as u32, layer.z].into_iter().enumerate() {
@@ -120,7 +128,7 @@ impl<'a> Boundary<'a> {
 
     /// Calls `visit` with the four corners of each face of a group, as numbers of points.
     pub(super) async fn for_each_of(&self, wanted: usize, visit: &mut dyn FnMut([u64; 4]) -> Result<()>) -> Result<()> {
-        self.for_each(&mut |layer, cell, side, patch| {
+        self.for_each(&mut |Face { layer, cell, side, patch }| {
             if patch != wanted {
                 return Ok(());
             }
@@ -130,13 +138,13 @@ impl<'a> Boundary<'a> {
         .await
     }
 
-    async fn for_each(&self, visit: &mut dyn FnMut(&Layer, [usize; 2], usize, usize) -> Result<()>) -> Result<()> {
+    async fn for_each(&self, visit: &mut dyn FnMut(Face<'_>) -> Result<()>) -> Result<()> {
         for_each_layer(self.patches.job, self.keeps, &mut |layer| {
             layer.for_each_cell(|cell, _, _| {
                 let outer = |side: &usize| layer.neighbour(cell, *side).is_none_or(|flag| !layer.keeps(flag));
                 (0..N_SIDES)
                     .filter(outer)
-                    .try_for_each(|side| visit(layer, cell, side, self.patches.of(layer, cell, side)))
+                    .try_for_each(|side| visit(Face { layer, cell, side, patch: self.patches.of(layer, cell, side) }))
             })
         })
         .await

@@ -62,7 +62,7 @@ fn links_through_periodic_sides_are_those_of_a_mesh_of_the_repeated_body() {
     let (mut n_links, mut n_through) = (0, 0);
     for seed in 0..96u64 {
         let mut random = Random::new(900 + seed);
-        let is_periodic = [0, 1, 2].map(|axis| seed % 7 + 1 >> axis & 1 == 1);
+        let is_periodic = [0, 1, 2].map(|axis| ((seed % 7 + 1) >> axis) & 1 == 1);
         // one layer, too
         let n = [[5, 4, 6], [4, 1, 5], [6, 5, 1], [1, 1, 4]][seed as usize % 4];
         let bodies: Vec<Facets> = (0..2).map(|_| repeated(&body(&mut random, n), n, is_periodic)).collect();

@@ -342,6 +342,25 @@ fn a_wall_whose_cells_conduct_lies_where_its_surface_does_on_average() {
     assert!(off[1].abs() < 0.1, "{off:?}");
 }
 
+#[test]
+fn perfect_conductors_that_are_not_named_are_said() {
+    let lines = || (0..=8).map(f64::from).collect::<Vec<f64>>();
+    let bodies = [models::cuboid([1.0; 3], [3.0; 3]), models::cuboid([4.0; 3], [7.0; 3])];
+    let mut geometries = vec![GeometryJob::default(), GeometryJob::default()];
+    geometries[1].material.pec = true;
+    let lines = Some(LinesJob { x: lines(), y: lines(), z: lines() });
+    let job = set!(Job { geometries, lines, staggered: true, ..Job::default() });
+    let found = |job: &Job| {
+        let (_, facts) = meshed(&bodies, job, 0, &mut Engine::cpu()).unwrap();
+        let said = facts.findings.into_iter().filter(|finding| finding.code == "conductor-thin");
+        said.map(|finding| finding.remedies[0].option.clone().expect("an option")).collect::<Vec<String>>()
+    };
+    assert_eq!(found(&job), ["--conductors 2"]);
+    assert_eq!(found(&set!(Job { conductors: vec![1], ..job.clone() })), ["--conductors 1,2"]);
+    assert!(found(&set!(Job { conductors: vec![2], ..job.clone() })).is_empty());
+    assert!(found(&set!(Job { staggered: false, ..job })).is_empty());
+}
+
 #[cfg(feature = "gpu")]
 #[test]
 fn a_gpu_finds_the_same_points() {
