@@ -68,7 +68,8 @@ mod tests {
         let lists = Lines::from_lists([given.clone(), vec![0.0, 1.0 / 3.0], vec![1000.0, 1000.0001, 1000.00017]]);
         let lists = lists.unwrap();
         assert_eq!(lines(&lists, 0), given);
-        assert_eq!(lines(&lists, 1), [0.0, 0.3333333]);
+        // no short decimal is near enough
+        assert_eq!(lines(&lists, 1), [0.0, 1.0 / 3.0]);
         // cells as fine as the rounding
         assert_eq!(lines(&lists, 2), lists.list(2));
     }

@@ -109,7 +109,7 @@ fn faces_have_the_solid_beside_them() {
                 }
             }
         });
-        assert!(n_faces > 800 && n_near < 2 * n_faces, "{n_faces} faces, {n_near}");
+        assert!(n_faces > 600 && n_near < 2 * n_faces, "{n_faces} faces, {n_near}");
     }
 }
 
