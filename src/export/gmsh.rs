@@ -2,8 +2,9 @@
 //!
 //! Every flag is a volume and a physical group of its name, whose number is the flag (256 for flag 0: numbers are positive). Lengths are in the
 //! unit of the mesh, as the format has none. Where names of patches are asked for ([`patches`](super::patches)), the faces at the boundary of the exported
-//! cells are quadrangles, each patch a surface and a physical group of its name. Binary, or text on request. Source: Gmsh reference manual, "MSH file format". Cost: the memory of
-//! [`layers`](super::layers); the flags are expanded once for the points and once for each flag.
+//! cells are quadrangles, each patch a surface and a physical group of its name. Binary, or text on request.
+//! Source: Gmsh reference manual, "MSH file format". Cost: the memory of [`layers`](super::layers); the flags are expanded once for the points, and once for
+//! each flag and patch.
 
 use super::layers::for_each_layer;
 use super::names::names;
