@@ -13,6 +13,7 @@ use crate::error::{Error, Result};
 use crate::flags::CellBox;
 use crate::lines::Lines;
 use crate::mesh::Mesh;
+use crate::staggered::SheetFace;
 
 /// The mesh of a box of cells, of blocks of `stride` cells on x, y, z; at most `max_bytes` of memory are taken.
 ///
@@ -23,7 +24,24 @@ pub fn cut(mesh: &Mesh, cells: &CellBox, stride: [u32; 3], max_bytes: u64, contr
     check(mesh, cells, stride)?;
     let dims = [0, 1, 2].map(|axis| (cells[axis].end - cells[axis].start) / stride[axis]);
     let columns = mesh.columns.cut(cells, stride, max_bytes, control)?;
-    Mesh::new(lines(&mesh.lines, cells, stride, dims)?, columns, mesh.names.clone(), mesh.unit.clone())
+    let plates = mesh.plates.iter().filter_map(|plate| within(plate, cells, stride, dims)).collect();
+    let lines = lines(&mesh.lines, cells, stride, dims)?;
+    Ok(Mesh::new(lines, columns, mesh.names.clone(), mesh.unit.clone())?.with_plates(plates))
+}
+
+/// The face of a plate, on the nearest line of blocks, where it is that of the cell in their middle.
+fn within(plate: &SheetFace, cells: &CellBox, stride: [u32; 3], dims: [u32; 3]) -> Option<SheetFace> {
+    let mut face = [0; 3];
+    for axis in 0..3 {
+        let at = plate.face[axis].checked_sub(cells[axis].start)?;
+        let is_across = axis == usize::from(plate.axis);
+        face[axis] = if is_across { (at + stride[axis] / 2) / stride[axis] } else { at / stride[axis] };
+        let is_taken = is_across || at % stride[axis] == stride[axis] / 2;
+        if !is_taken || face[axis] >= dims[axis] + u32::from(is_across) {
+            return None;
+        }
+    }
+    Some(SheetFace { face, ..*plate })
 }
 
 fn check(mesh: &Mesh, cells: &CellBox, stride: [u32; 3]) -> Result<()> {

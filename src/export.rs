@@ -22,6 +22,7 @@ mod abaqus;
 mod binvox;
 mod boxes;
 mod csx;
+mod decimal;
 mod electric;
 mod foam;
 mod gmsh;
@@ -35,6 +36,8 @@ mod nrrd;
 mod openmc;
 mod options;
 mod output;
+mod patches;
+mod plates;
 mod unit;
 mod vox;
 mod xdmf;
@@ -45,7 +48,7 @@ use limits::{cubes, equal_cells};
 pub(crate) use links::write as write_links;
 #[cfg(not(target_arch = "wasm32"))]
 pub use links::write_links_hdf5;
-pub use options::ExportOptions;
+pub use options::{ExportOptions, PatchNames};
 use output::Export;
 pub use output::Files;
 pub use unit::Length;
@@ -143,6 +146,25 @@ impl Exporter {
         self != Exporter::Nrrd
     }
 
+    /// Whether files name faces at the boundary of exported cells, as [`ExportOptions::patches`] says.
+    pub fn has_patches(self) -> bool {
+        matches!(self, Exporter::Foam | Exporter::Abaqus | Exporter::Gmsh | Exporter::Xdmf)
+    }
+
+    /// Whether files have the faces of geometries without thickness ([`Mesh::plates`]), not only cells.
+    pub fn has_plates(self) -> bool {
+        matches!(self, Exporter::Csx | Exporter::Gprmax)
+    }
+
+    /// Perfect conductors that have neither a cell nor a face, so that files for electromagnetic fields lack them: a column file has no faces.
+    pub fn lost_conductors<'a>(self, mesh: &'a Mesh, options: &ExportOptions) -> Vec<&'a Named> {
+        let cells = mesh.columns.cells_per_flag();
+        let has_some = |flag: u8| cells[usize::from(flag)] > 0 || mesh.plates.iter().any(|plate| plate.flag == flag);
+        let is_lost = |named: &&Named| named.material.pec && !has_some(named.flag);
+        let chosen = |named: &&Named| !options.chosen([named.flag]).is_empty();
+        mesh.names.iter().filter(|_| self.has_plates()).filter(is_lost).filter(chosen).collect()
+    }
+
     /// Refuses a unit of lengths that this exporter cannot use, for callers that have no mesh yet.
     ///
     /// # Errors
@@ -224,16 +246,26 @@ impl Exporter {
         if self == Exporter::Nrrd {
             return Ok(());
         }
-        let keeps = options.selection(mesh)?;
+        let keeps = options.selection(mesh, self.has_plates())?;
         self.check_flags(options, &(0..=255).collect::<Vec<u8>>())?;
         self.check_materials(options, &mesh.names, &options.exported(mesh))?;
         match self {
-            Exporter::Csx => electric::check_background(mesh, &keeps, csx::WHAT),
-            Exporter::Gprmax => electric::check_background(mesh, &keeps, gprmax::WHAT),
+            Exporter::Foam => patches::check(mesh, options.patches, &options.open_patches, foam::LONGEST_NAME),
+            Exporter::Abaqus => patches::check(mesh, options.patches, &options.open_patches, abaqus::LONGEST_NAME),
+            Exporter::Gmsh => patches::check(mesh, options.patches, &options.open_patches, gmsh::LONGEST_NAME),
+            Exporter::Xdmf => patches::check(mesh, options.patches, &options.open_patches, xdmf::LONGEST_NAME),
+            Exporter::Csx => check_conductors(mesh, (options, &keeps), csx::WHAT),
+            Exporter::Gprmax => check_conductors(mesh, (options, &keeps), gprmax::WHAT),
             Exporter::Vox => vox::check(mesh, &keeps),
             _ => Ok(()),
         }
     }
+}
+
+/// Refuses conductors that a program for electromagnetic fields cannot have.
+fn check_conductors(mesh: &Mesh, (options, keeps): (&ExportOptions, &[bool; 256]), what: &str) -> Result<()> {
+    plates::flags(mesh, options, what)?;
+    electric::check_background(mesh, keeps, what)
 }
 
 /// Writes a mesh for another program; `name` is the last part of the path of the output, which [`Exporter::file_names`] extends.

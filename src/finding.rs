@@ -38,6 +38,7 @@ pub const CODES: &[(&str, Merging, &str)] = &[
     ("edge-on-line", Merging::Same, "a line lies on an edge of metal, not a third of a cell beside it"),
     ("unit-differs", Merging::Same, "a file is in another unit than the mesh; its numbers are taken as they are"),
     ("fluid-without-geometry", Merging::Same, "no geometry has a flag from which links should begin"),
+    ("conductor-thin", Merging::Same, "of perfect conductors only the edges within them conduct on the staggered grid"),
     ("cells-fine", Merging::Same, "the end points lead to cells of less than half the largest size allowed"),
     ("surface-open", Merging::Anew, "a surface is not closed; the winding number or a vote decided where rays did not"),
     ("rays-odd", Merging::Anew, "rays do not leave every geometry that they enter"),
@@ -65,6 +66,7 @@ pub const CODES: &[(&str, Merging, &str)] = &[
     ("no-cell-open", Merging::Anew, "a geometry has no cell: its surface is open and encloses no centre of a cell"),
     ("no-cell-small", Merging::Anew, "a geometry has no cell: it encloses no centre of a cell"),
     ("no-cell-covered", Merging::Anew, "a geometry has no cell: another has them all"),
+    ("plate-covered", Merging::Same, "faces of a plate lie within another geometry, which wins"),
 ];
 
 /// A geometry by its index in the report's `geometries`, from 0, and its name.

@@ -222,6 +222,13 @@ impl Frame {
         Frame { position_of_facet, facets, ranks, centres: self.centres.clone(), ..*self }
     }
 
+    /// The same box with the facets of some positions.
+    pub(crate) fn with_some(&self, stays: impl Fn(usize) -> bool) -> Frame {
+        let both = self.facets.iter().zip(&self.position_of_facet);
+        let (facets, position_of_facet) = both.filter(|(_, position)| stays(usize::from(**position))).unzip();
+        Frame { facets, position_of_facet, ranks: self.ranks.clone(), centres: self.centres.clone(), ..*self }
+    }
+
     /// The frame of some cells of the box, the first and the end, exclusive: the same corners in the same units, counted from the centre
     /// of the first of these cells, so that every cell is decided as in the whole box. Facets that no ray through these cells meets,
     /// along any axis, are left out.

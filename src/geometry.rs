@@ -124,6 +124,8 @@ pub struct Geometry {
     /// Where facets are in their file, if not all of its facets are these: a first index in `facets` and the index of that facet in
     /// the file, from 0, for each stretch of the file.
     pub pieces_in_file: Vec<[u64; 2]>,
+    /// The solids that it is made of, in their order: the first facet of each, and its name. Empty where its file has one, or it is one of several.
+    pub solids: Vec<(u64, String)>,
     /// Places file coordinates in the world: `world = world_from_file * file`.
     pub world_from_file: Placing,
     /// Index of the job's entry that it is of: one entry may name several geometries.
@@ -155,9 +157,15 @@ impl Geometry {
             material: Material::default(),
             facets,
             pieces_in_file: Vec::new(),
+            solids: Vec::new(),
             world_from_file: Placing::default(),
             entry: 0,
         })
+    }
+
+    /// Index in `solids` of that of a facet; 0 where there are none.
+    pub fn solid_of(&self, facet: u64) -> usize {
+        self.solids.partition_point(|(first, _)| *first <= facet).saturating_sub(1)
     }
 
     /// Index in its file, from 0, of a facet.

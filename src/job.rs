@@ -118,6 +118,19 @@ pub enum AxisChoice {
     Z,
 }
 
+/// An axis of the mesh.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(rename_all = "lowercase")]
+pub enum Axis {
+    /// The first.
+    X,
+    /// The second.
+    Y,
+    /// The third.
+    Z,
+}
+
 /// Space around the domain or the geometries on both sides of every axis.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -225,12 +238,18 @@ pub struct Job {
     /// Measures the links from cells of a fluid to surfaces.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub links: Option<LinksJob>,
+    /// Axes along which the box continues with itself, so that links lead through its sides.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub periodic: Vec<Axis>,
     /// Measures the fraction of each flag in the cells that surfaces cut.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fractions: Option<FractionsJob>,
     /// Finds the flags at the points of a staggered grid.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub staggered: bool,
+    /// Flags of perfect conductors on a staggered grid: all edges of their cells conduct, not only those within the surface.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub conductors: Vec<u8>,
     /// What meshes: the GPU or the CPU.
     pub backend: BackendChoice,
     /// Along which axis the rays run.
@@ -279,6 +298,11 @@ impl Job {
         let job: Job = of_json(json_value(text)?)?;
         job.validate()?;
         Ok(job)
+    }
+
+    /// Along which axes the box continues with itself.
+    pub(crate) fn periodic_axes(&self) -> [bool; 3] {
+        [Axis::X, Axis::Y, Axis::Z].map(|axis| self.periodic.contains(&axis))
     }
 
     /// Writes the job as JSON; reading it back gives the same job.

@@ -132,6 +132,7 @@ mod volume_bound;
 #[cfg(feature = "stages")]
 pub mod volume_bound;
 mod volumes;
+pub mod walls;
 #[cfg(all(feature = "web", target_arch = "wasm32"))]
 pub mod web;
 #[cfg(not(feature = "stages"))]

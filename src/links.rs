@@ -16,6 +16,8 @@
 //! Geometries that are not closed, and those with cells along their surfaces, have other cells than rays tell (`links/apart.rs`): there
 //! a link may end in another flag without a crossing. Its q is 1/2, and it names no facet.
 //!
+//! Links lead through sides of the box that are periodic, to cells at the other side (`links/periodic.rs`).
+//!
 //! Links of a window begin in its cells, and are those of the whole box: rays go through these cells and their neighbours, in the frame of the whole box.
 //!
 //! Source: the distances are those of Bouzidi, Firdaouss & Lallemand (2001), Physics of Fluids 13, 3452.
@@ -26,6 +28,7 @@ use crate::job::Stencil;
 mod apart;
 mod field;
 mod find;
+mod periodic;
 mod sheared;
 mod walk;
 
@@ -69,7 +72,7 @@ pub struct Links {
 }
 
 impl Links {
-    /// The links, in the order of their cells, x fastest, then of their directions. None leads out of the box.
+    /// The links, in the order of their cells, x fastest, then of their directions. Those that lead out of the box do so through periodic sides.
     pub fn iter(&self) -> impl Iterator<Item = &Link> + Clone {
         self.planes.iter().flatten()
     }

@@ -72,6 +72,11 @@ impl Memory {
         Ok(held)
     }
 
+    /// Bytes that are left.
+    pub fn left(&self) -> u64 {
+        self.0.max.saturating_sub(self.0.held.load(Relaxed))
+    }
+
     /// Refuses what is more than is left, and takes nothing.
     ///
     /// # Errors

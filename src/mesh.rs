@@ -14,6 +14,8 @@ use crate::error::{Error, Result};
 use crate::flags::{CellBox, bits_of_box, expand, expand_bits, flags_of_box, n_bytes_of_bits, n_cells, slabs_of_box};
 use crate::lines::Lines;
 use crate::parallel::beside;
+use crate::staggered::SheetFace;
+use crate::walls::Walls;
 
 /// Bytes of a slab where the caller does not say: long enough to keep all cores busy, short enough for a browser.
 pub const SLAB_BYTES: usize = 32 << 20;
@@ -32,6 +34,10 @@ pub struct Mesh {
     pub names: Vec<Named>,
     /// Unit of every length, such as "mm", if the caller named one.
     pub unit: Option<String>,
+    /// Faces that geometries without thickness cover, in the order of their axes, then x fastest. Column files do not have them.
+    pub plates: Vec<SheetFace>,
+    /// Which solids made the faces between flags, where that was asked for. Column files do not have them.
+    pub walls: Option<Walls>,
 }
 
 impl Mesh {
@@ -44,7 +50,17 @@ impl Mesh {
             let message = format!("the lines have {:?} cells, and the columns {:?}", lines.dims(), columns.dims());
             return Err(Error::new("job-conflict", message, "mesh again with these lines"));
         }
-        Ok(Mesh { lines, columns, names, unit })
+        Ok(Mesh { lines, columns, names, unit, plates: Vec::new(), walls: None })
+    }
+
+    /// Adds the faces of geometries without thickness.
+    pub fn with_plates(self, plates: Vec<SheetFace>) -> Mesh {
+        Mesh { plates, ..self }
+    }
+
+    /// Adds the names of the faces between flags.
+    pub fn with_walls(self, walls: Option<Walls>) -> Mesh {
+        Mesh { walls, ..self }
     }
 
     /// Number of cells on x, y and z.

@@ -40,6 +40,7 @@ use crate::snapping::Snapped;
 use crate::sources::Source;
 use crate::volume_bound::BoundSums;
 use crate::volumes::Volumes;
+use crate::walls::Candidates;
 
 mod borders;
 mod effective;
@@ -50,6 +51,7 @@ mod memory_budget;
 mod merge;
 mod names;
 mod options;
+mod plates;
 mod prepare;
 mod remedies;
 mod shell_checks;
@@ -66,6 +68,7 @@ use measured::Uncut;
 use memory_budget::{check_copies, columns_builder, memory_budget, memory_of};
 pub use merge::merge;
 pub use options::{DEFAULT_MAX_BYTES, MeshOptions, SpillTarget};
+use plates::Plates;
 pub use prepare::{Prepared, part_step, prepare};
 use remedies::add_remedies;
 use shell_checks::Checked;
@@ -157,12 +160,20 @@ async fn meshed(
     let lines_seconds = lap(&mut clock);
     control.rest().await?;
     let memory = memory_of(job, options, &prepared, control)?;
-    let Snapped { frame, closed, mut ends, bound_sums } = snapped(job, &prepared, &memory, control).await?;
+    let Snapped { frame, closed, mut ends, bound_sums } = snapped((job, options), &prepared, &memory, control).await?;
     let flags = frame.ranks.flag_of_rank.clone();
     let (whole, is_for_window) = (&prepared.whole, prepared.window.is_some());
     let bad_edges = BadEdges::of_geometries(&frame, &closed, whole, &prepared.geometries, &memory)?;
     check_copies(job, (&frame, &closed), &prepared, &memory)?;
     control.rest().await?;
+    let plates = Plates::new(&frame, &ends, &prepared, (memory.left(), control))?;
+    let walls = match options.walls {
+        true => {
+            let cells = prepared.window.unwrap_or([[0; 3], whole.dims()]);
+            Some(Candidates::new(&frame, &prepared.geometries, cells, (memory.left(), control))?)
+        }
+        false => None,
+    };
     let uncut_frame = Uncut::new(job, &frame, &closed, &prepared.geometries)?.filter(|_| is_measured);
     let (how, insides) = ((job.rule, is_for_window), &prepared.geometries[..]);
     let (mut frame, mut parts) = overlay::split(frame, &closed, how, (whole, insides), control).await?;
@@ -186,7 +197,9 @@ async fn meshed(
         let near = parts.iter().map(|part| part.window(cells, &frame)).collect();
         let near_frame = frame.window(cells);
         let uncut = (std::mem::replace(&mut parts, near), std::mem::replace(&mut frame, near_frame));
-        kept = (job.certify || job.part.is_some() || job.links.is_some()).then_some(uncut);
+        let is_kept =
+            job.certify || job.part.is_some() || job.links.is_some() || !job.conductors.is_empty() || plates.is_some();
+        kept = is_kept.then_some(uncut);
     }
     let parts_bytes = parts.iter().map(|part| part.n_bytes(&prepared.rays, &frame)).sum();
     let budget = memory_budget(job, options, &prepared, (engine, parts_bytes), control).await?;
@@ -227,6 +240,21 @@ async fn meshed(
         false => None,
     };
     let beyond = Beyond::new(&prepared);
+    let (plates, covered) = match plates {
+        Some(plates) => {
+            let near = [
+                cells[0].map(|cell| cell.saturating_sub(1)),
+                [0, 1, 2].map(|axis| (cells[1][axis] + 1).min(whole.dims()[axis])),
+            ];
+            let meshed = match near == cells {
+                true => None,
+                false => Some(uncut.columns((near, columns.rays.axis), bytes_left, (engine, &budget, control)).await?),
+            };
+            plates.uncovered((meshed.as_ref().unwrap_or(&columns), near[0]), &prepared, &beyond)?
+        }
+        None => Default::default(),
+    };
+    let walls = walls.map(|walls| walls.walls(&columns, |face| beyond.moved(face))).transpose()?;
     let columns = beyond.around(columns)?;
     let (lines, rays) = (prepared.mesh_lines(), columns.rays);
     let mut geometries: Vec<GeometryReport> =
@@ -273,6 +301,7 @@ async fn meshed(
     let mut findings: Vec<Finding> = engine.fallback.iter().filter(|_| engine.has_failed).map(of_failed).collect();
     findings.extend(warnings::about_inputs(&inputs));
     findings.extend(prepared.notices.iter().cloned());
+    findings.extend(warnings::about_thin_conductors(job, &prepared.geometries));
     findings.extend(about_fine_cells(job, &prepared.domain, &prepared.whole));
     findings.extend(open.iter().map(|open| open.finding(&geometries[open.index], &lines)));
     findings.extend(warnings::about_odd_rays(columns.odd_rays(), rays.n_rays()));
@@ -292,7 +321,8 @@ async fn meshed(
     });
     let (certificate, overlaps) = certificate.unzip();
     findings.extend(certificate.iter().flat_map(|certificate| certificate.findings(&lines)));
-    let mesh = Mesh::new(lines.clone(), columns, names, prepared.unit.clone())?;
+    findings.extend(covered);
+    let mesh = Mesh::new(lines.clone(), columns, names, prepared.unit.clone())?.with_plates(plates).with_walls(walls);
     let columns = &mesh.columns;
     // a geometry may well have no cell in a window
     let has_whole = prepared.window.is_none();

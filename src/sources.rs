@@ -107,7 +107,7 @@ pub fn geometries(job: &Job, sources: Vec<Source>) -> Result<Vec<Geometry>> {
     }
     let mut geometries = Vec::new();
     for ((position, entry), source) in job.geometries.iter().enumerate().zip(sources) {
-        for (index, Part { name, facets, pieces_in_file }) in
+        for (index, Part { name, facets, pieces_in_file, solids }) in
             parts((entry, job.splits(entry)), source.contents.solids)?.into_iter().enumerate()
         {
             let flag = match entry.flag {
@@ -124,7 +124,7 @@ pub fn geometries(job: &Job, sources: Vec<Source>) -> Result<Vec<Geometry>> {
                 ));
             };
             let mut geometry = Geometry::new(name, flag, facets)?;
-            (geometry.entry, geometry.pieces_in_file) = (position, pieces_in_file);
+            (geometry.entry, geometry.pieces_in_file, geometry.solids) = (position, pieces_in_file, solids);
             geometry.has_default_flag = entry.flag.is_none();
             geometry.priority = entry.priority;
             geometry.open = entry.open.unwrap_or(job.open);
@@ -176,6 +176,7 @@ struct Part {
     name: String,
     facets: SharedFacets,
     pieces_in_file: Vec<[u64; 2]>,
+    solids: Vec<(u64, String)>,
 }
 
 fn parts((entry, is_split): (&GeometryJob, bool), solids: Vec<Solid>) -> Result<Vec<Part>> {
@@ -188,7 +189,7 @@ fn parts((entry, is_split): (&GeometryJob, bool), solids: Vec<Solid>) -> Result<
     if is_split {
         let named = solids.into_iter().enumerate().map(|(index, solid)| {
             let name = if solid.name.is_empty() { format!("{stem}:{}", index + 1) } else { solid.name };
-            Part { name, facets: solid.facets, pieces_in_file: vec![[0, starts[index]]] }
+            Part { name, facets: solid.facets, pieces_in_file: vec![[0, starts[index]]], solids: Vec::new() }
         });
         return Ok(named.collect());
     }
@@ -218,10 +219,14 @@ fn parts((entry, is_split): (&GeometryJob, bool), solids: Vec<Solid>) -> Result<
             ));
         }
         let name = entry.name.clone().unwrap_or_else(|| format!("{stem}:{wanted}"));
-        return Ok(vec![Part { name, facets: taken, pieces_in_file }]);
+        return Ok(vec![Part { name, facets: taken, pieces_in_file, solids: Vec::new() }]);
     }
     let name = entry.name.clone().unwrap_or(stem);
-    Ok(vec![Part { name, facets: joined(solids), pieces_in_file: Vec::new() }])
+    let named = match solids.len() {
+        0 | 1 => Vec::new(),
+        _ => starts.into_iter().zip(&solids).map(|(start, solid)| (start, solid.name.clone())).collect(),
+    };
+    Ok(vec![Part { name, facets: joined(solids), pieces_in_file: Vec::new(), solids: named }])
 }
 
 fn joined(solids: impl IntoIterator<Item = Solid>) -> SharedFacets {

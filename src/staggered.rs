@@ -10,16 +10,21 @@
 //! crosses its surface. Faces at the ends of the box have a link, too, to the mirror image of the centre. The four edges of a face are
 //! conductors where the face is one: their points get its flag.
 //!
+//! Where edges conduct exactly within a surface, metal is too thin: of a plane wall the last edge lies half a cell before the surface, on average.
+//! All edges of a cell of metal conduct, where the job names conductors: then the wall of cells, which lies at the surface on average, is that of the edges.
+//!
 //! # Practice
 //! The highest rank wins, of insides and of sheets; a face within a geometry of a higher rank is not in the sheet.
 //! Cost: about that of six meshes without files, and a cast along each axis for sheets; columns of six boxes, and 256 bytes for each face of a sheet.
+
+use std::sync::Arc;
 
 use crate::cast::Cast;
 use crate::columns::{Columns, flag_at};
 use crate::control::Control;
 use crate::cpu::Strips;
 use crate::error::{Error, Result};
-use crate::flags::{CellBox, flags_of_box};
+use crate::flags::{CellBox, flags_of_box, slabs_of_box};
 use crate::frame::{Frame, MAX_CELLS_PER_AXIS};
 use crate::job::Rule;
 use crate::lines::AXES;
@@ -38,6 +43,8 @@ pub const COMPONENTS: [(&str, [bool; 3]); 6] = [
 
 /// A face of a sheet and its four edges, as lists hold them while they grow and are put in order.
 const BYTES_OF_FACE: u64 = 256;
+/// Points that are expanded at a time to be counted.
+const COUNTED_AT_ONCE: usize = 1 << 20;
 
 /// The flags of a staggered grid.
 #[derive(Debug, Clone, PartialEq)]
@@ -71,10 +78,68 @@ pub struct Points {
     /// Points that a sheet wins, in order, with its code.
     won: Vec<Coded>,
     flag_of_code: Vec<u8>,
+    /// The cells whose edges conduct, of components of E.
+    conductors: Option<Conductors>,
+}
+
+/// Cells whose edges conduct.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Conductors {
+    /// Flags of the cells.
+    cells: Arc<Columns>,
+    /// The order of flags, the higher wins; None of those that do not conduct.
+    order: Vec<Option<u8>>,
+    /// The cell behind the first point.
+    first: [u32; 3],
+}
+
+impl Conductors {
+    /// Those of some flags; `flag_of_rank` has the flags of the ranks.
+    pub(crate) fn new(cells: Columns, flags: &[u8], flag_of_rank: &[u8]) -> Conductors {
+        let mut order = vec![None; 256];
+        flags.iter().for_each(|flag| order[usize::from(*flag)] = Some(0));
+        for (rank, flag) in (0u8..).zip(flag_of_rank) {
+            order[usize::from(*flag)] = order[usize::from(*flag)].map(|_| rank);
+        }
+        Conductors { cells: Arc::new(cells), order, first: [0; 3] }
+    }
+
+    fn order_of(&self, flag: u8) -> Option<u8> {
+        self.order[usize::from(flag)]
+    }
+
+    /// Gives points of E along an axis the flags of the conductors at whose cells they are.
+    fn put(&self, along: usize, points: &CellBox, flags: &mut [u8]) -> Result<()> {
+        let across = [(along + 1) % 3, (along + 2) % 3];
+        // with the cells before the first points
+        let start =
+            [0, 1, 2].map(|axis| (points[axis].start + self.first[axis]).saturating_sub(u32::from(axis != along)));
+        let end = [0, 1, 2].map(|axis| (points[axis].end + self.first[axis]).min(self.cells.dims()[axis]));
+        let cells = [0, 1, 2].map(|axis| start[axis]..end[axis].max(start[axis]));
+        let of_cells = flags_of_box(&*self.cells.for_slab(&cells[self.cells.rays.axis])?, &cells)?;
+        let n = [0, 1, 2].map(|axis| cells[axis].len());
+        let n_points = [0, 1, 2].map(|axis| points[axis].len());
+        for (index, flag) in flags.iter_mut().enumerate().filter(|(_, flag)| self.order_of(**flag).is_none()) {
+            let place = [index % n_points[0], index / n_points[0] % n_points[1], index / (n_points[0] * n_points[1])];
+            let behind = [0, 1, 2].map(|axis| place[axis] as u32 + points[axis].start + self.first[axis]);
+            let around = [[0, 0], [1, 0], [0, 1], [1, 1]].into_iter().filter_map(|before: [u32; 2]| {
+                let mut cell = behind;
+                for (axis, by) in across.into_iter().zip(before) {
+                    cell[axis] = cell[axis].checked_sub(by)?;
+                }
+                let [x, y, z] = [0, 1, 2].map(|axis| cell[axis].checked_sub(start[axis]).map(|at| at as usize));
+                let [x, y, z] = [x?, y?, z?];
+                (x < n[0] && y < n[1] && z < n[2]).then(|| of_cells[x + n[0] * (y + n[1] * z)])
+            });
+            let highest = around.filter_map(|of_cell| Some((self.order_of(of_cell)?, of_cell))).max();
+            *flag = highest.map_or(*flag, |(_, of_cell)| of_cell);
+        }
+        Ok(())
+    }
 }
 
 /// A point or face with a code.
-type Coded = ([u32; 3], u8);
+pub(crate) type Coded = ([u32; 3], u8);
 
 impl Points {
     /// Number of points on each axis.
@@ -95,6 +160,10 @@ impl Points {
             codes[x + points[0].len() * (y + points[1].len() * z)] = *code;
         }
         codes.iter_mut().for_each(|code| *code = self.flag_of_code[usize::from(*code)]);
+        let along = COMPONENTS.iter().take(3).position(|(name, _)| *name == self.name);
+        if let (Some(conductors), Some(along)) = (&self.conductors, along) {
+            conductors.put(along, points, &mut codes)?;
+        }
         Ok(codes)
     }
 
@@ -123,6 +192,12 @@ impl Points {
     /// Those of [`Points::flags`].
     pub fn n_per_flag(&self) -> Result<[u64; 256]> {
         let mut n_per_flag = [0; 256];
+        if self.conductors.is_some() {
+            for points in slabs_of_box(&self.dims().map(|n| 0..n), COUNTED_AT_ONCE) {
+                self.flags(&points)?.into_iter().for_each(|flag| n_per_flag[usize::from(flag)] += 1);
+            }
+            return Ok(n_per_flag);
+        }
         for (code, n) in self.columns.cells_per_flag().into_iter().enumerate().take(self.flag_of_code.len()) {
             n_per_flag[usize::from(self.flag_of_code[code])] += n;
         }
@@ -167,9 +242,15 @@ impl Staggered {
             let mut won = edges.next().unwrap_or_default();
             let mut under = under(&columns, &won)?.into_iter();
             won.retain(|(_, code)| under.next().is_some_and(|under| under < *code));
-            Ok(Points { name, columns, won, flag_of_code: flag_of_code.clone() })
+            Ok(Points { name, columns, won, flag_of_code: flag_of_code.clone(), conductors: None })
         });
         Ok(Staggered { points: points.collect::<Result<_>>()?, sheets: faces, origin: cells[0] })
+    }
+
+    /// Lets all edges of some cells conduct; their first is that of the points.
+    pub(crate) fn with_conductors(mut self, conductors: &Conductors) -> Staggered {
+        self.points.iter_mut().take(3).for_each(|of| of.conductors = Some(conductors.clone()));
+        self
     }
 
     /// Those of some cells of the box alone; these points begin at the cell `first`.
@@ -193,6 +274,9 @@ impl Staggered {
                 max_bytes,
                 control,
             )?;
+            if let Some(conductors) = &mut of.conductors {
+                conductors.first = start;
+            }
             of.won.iter_mut().for_each(|(point, _)| *point = moved(*point));
             of.won.retain(|(point, _)| (0..3).all(|axis| point[axis] < end[axis]));
             points.push(of);
@@ -219,7 +303,10 @@ pub(crate) fn check_dims(dims: [u32; 3]) -> Result<()> {
 }
 
 /// The faces across an axis of some cells whose links cross a facet, and its rank + 1.
-fn crossed_faces(
+///
+/// # Errors
+/// `cancelled`; `memory` where the faces would take more than `max_bytes`.
+pub(crate) fn crossed_faces(
     (sheets, [first, mut end]): (&Frame, [[u32; 3]; 2]),
     axis: usize,
     (max_bytes, control): (u64, &Control),
@@ -262,14 +349,17 @@ fn check_bytes(n_faces: usize, max_bytes: u64) -> Result<()> {
 }
 
 /// In order, x fastest, each once with its highest code.
-fn highest(mut found: Vec<Coded>) -> Vec<Coded> {
+pub(crate) fn highest(mut found: Vec<Coded>) -> Vec<Coded> {
     sort_by_key(&mut found, |&([x, y, z], code)| (z, y, x, u8::MAX - code));
     found.dedup_by_key(|(place, _)| *place);
     found
 }
 
-/// The codes that columns have at some places.
-fn under(columns: &Columns, places: &[Coded]) -> Result<Vec<u8>> {
+/// What columns have at some places.
+///
+/// # Errors
+/// `io` where they are in a store that fails.
+pub(crate) fn under(columns: &Columns, places: &[Coded]) -> Result<Vec<u8>> {
     let rays = &columns.rays;
     let ray_of = |[across, down]: [u32; 2]| u64::from(across) + u64::from(rays.counts[0]) * u64::from(down);
     // ray after ray, so that each is read once

@@ -207,10 +207,14 @@ export interface Job {
   thin_cells?: number;
   /** Measures the links from cells of a fluid to surfaces: see `Mesh.links`. */
   links?: LinksJob;
+  /** Axes along which the box continues with itself, so that links lead through its sides. Default none. */
+  periodic?: ('x' | 'y' | 'z')[];
   /** Measures the fraction of each flag in the cells that surfaces cut: see `Mesh.fractions`. */
   fractions?: FractionsJob;
   /** Finds the flags at the points of a staggered (Yee) grid: see `Mesh.staggered`. Default false. */
   staggered?: boolean;
+  /** Flags of perfect conductors on a staggered grid: all edges of their cells conduct, not only those within the surface. Default none. */
+  conductors?: number[];
   /** Axis of the rays; the result does not depend on it. Default `auto`: the longest, the first of those less than an eighth shorter. */
   axis?: 'auto' | 'x' | 'y' | 'z';
   /**

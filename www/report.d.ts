@@ -158,6 +158,7 @@ export type FindingCode =
   | 'edge-on-line'
   | 'unit-differs'
   | 'fluid-without-geometry'
+  | 'conductor-thin'
   | 'cells-fine'
   | 'surface-open'
   | 'rays-odd'
@@ -176,7 +177,8 @@ export type FindingCode =
   | 'no-cell-flat'
   | 'no-cell-open'
   | 'no-cell-small'
-  | 'no-cell-covered';
+  | 'no-cell-covered'
+  | 'plate-covered';
 
 /** A geometry by its index in `geometries` of the report, from 0, and its name. */
 export interface NamedGeometry {

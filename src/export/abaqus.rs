@@ -2,15 +2,20 @@
 //!
 //! Nodes (set `NALL`) in metres, then the elements of each flag (type C3D8I, set of the flag's name), a solid section and a material for each flag
 //! whose E and nu are given, node sets of the sides of the box that have nodes (`XMIN` ... `ZMAX`), and for each flag the surface
-//! `S_` + name: the sides of its elements towards other flags, exported or not, and beyond the box. Steps, loads and whatever else the problem
+//! `S_` + name: the sides of its elements towards other flags, exported or not, and beyond the box. Where names of patches are asked for, the sides of
+//! each are a surface, too, `S_` + name + `_` + that of the patch ([`patches`](super::patches)). Steps, loads and whatever else the problem
 //! has are the user's, in a file that includes this one (`*INCLUDE, INPUT=mesh.inp`). Materials and lengths are in SI units.
 //!
 //! Numbers have at most 20 characters, of which CalculiX reads no more, so coordinates are rounded to 13 digits. Source: Abaqus keywords
 //! guide, CalculiX CrunchiX manual. Cost: the memory of [`layers`](super::layers), and the flags are expanded once for each part of the file.
 
+use std::collections::BTreeSet;
+
 use super::layers::{Layer, N_SIDES, for_each_layer};
-use super::names::{names, said};
+use super::names::{names, said, unique};
+use super::options::PatchNames;
 use super::output::{Export, Files, Out};
+use super::patches::Patches;
 use super::unit::metres;
 use crate::error::{Error, Result};
 use crate::geometry::Material;
@@ -23,6 +28,8 @@ const SIDE_NAMES: [&str; N_SIDES] = ["XMIN", "XMAX", "YMIN", "YMAX", "ZMIN", "ZM
 const FACES: [u8; N_SIDES] = [6, 4, 3, 5, 1, 2];
 /// Sets that this file has besides those of the flags.
 const TAKEN: [&str; 8] = ["NALL", "EALL", "XMIN", "XMAX", "YMIN", "YMAX", "ZMIN", "ZMAX"];
+/// Most characters of a name: two of 80 are for the prefix of surfaces and materials.
+pub(super) const LONGEST_NAME: usize = 78;
 /// Most numbers in a line of a set.
 const IN_LINE: usize = 12;
 
@@ -45,7 +52,7 @@ pub(super) fn check_materials(names: &[Named], flags: &[u8]) -> Result<()> {
 }
 
 pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
-    let keeps = job.options.selection(job.mesh)?;
+    let keeps = job.options.selection(job.mesh, false)?;
     let unit = metres(job.mesh.unit.as_deref(), "an Abaqus file")?;
     let n_cells: u64 = (0..256).filter(|&flag| keeps[flag]).map(|flag| job.mesh.columns.cells_per_flag()[flag]).sum();
     let mut n_points = 0u64;
@@ -62,8 +69,7 @@ pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -
     }
     let lines =
         [0, 1, 2].map(|axis| job.mesh.lines.list(axis).into_iter().map(|line| unit.metres(line)).collect::<Vec<_>>());
-    // two characters of 80 for the prefix of surfaces and materials
-    let deck = Deck { job, keeps: &keeps, names: names(job.mesh, 78, &TAKEN) };
+    let deck = Deck { job, keeps: &keeps, names: names(job.mesh, LONGEST_NAME, &TAKEN) };
     let mut out = Out::create(files, name)?;
     out.text(format_args!(
         "*HEADING\nhexcast {}: {n_cells} elements, {n_points} nodes, in metres\n*NODE, NSET=NALL\n",
@@ -79,6 +85,9 @@ pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -
     deck.elements(&mut out).await?;
     deck.sides(&mut out).await?;
     deck.surfaces(&mut out).await?;
+    if job.options.patches != PatchNames::Side {
+        deck.patches(&mut out).await?;
+    }
     out.finish()
 }
 
@@ -155,6 +164,38 @@ impl Deck<'_> {
                     }
                     let mut outer = (0..N_SIDES).filter(|&side| layer.neighbour(cell, side) != Some(flag));
                     outer.try_for_each(|side| out.text(format_args!("{}, S{}\n", number + 1, FACES[side])))
+                })
+            })
+            .await?;
+        }
+        Ok(())
+    }
+}
+
+impl Deck<'_> {
+    /// The surfaces of each flag by patches.
+    async fn patches(&self, out: &mut Out<'_>) -> Result<()> {
+        let patches = Patches::new(self.job, &SIDE_NAMES, LONGEST_NAME);
+        let mut used = BTreeSet::new();
+        for_each_layer(self.job, self.keeps, &mut |layer| {
+            layer.for_each_cell(|cell, flag, _| {
+                let outer = (0..N_SIDES).filter(|&side| layer.neighbour(cell, side) != Some(flag));
+                used.extend(outer.map(|side| (flag, patches.of(layer, cell, side))));
+                Ok(())
+            })
+        })
+        .await?;
+        let wanted =
+            used.iter().map(|&(flag, patch)| format!("{}_{}", self.names[usize::from(flag)], patches.name(patch)));
+        let taken: Vec<&str> = self.flags().map(|flag| self.names[usize::from(flag)].as_str()).collect();
+        for (&wanted, name) in used.iter().zip(unique(wanted, LONGEST_NAME, &taken)) {
+            out.text(format_args!("*SURFACE, NAME=S_{name}, TYPE=ELEMENT\n"))?;
+            for_each_layer(self.job, self.keeps, &mut |layer: &Layer| {
+                layer.for_each_cell(|cell, flag, number| {
+                    let mut of_patch = (0..N_SIDES).filter(|&side| {
+                        layer.neighbour(cell, side) != Some(flag) && (flag, patches.of(layer, cell, side)) == wanted
+                    });
+                    of_patch.try_for_each(|side| out.text(format_args!("{}, S{}\n", number + 1, FACES[side])))
                 })
             })
             .await?;

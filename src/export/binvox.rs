@@ -9,7 +9,7 @@ use super::output::{Export, Files, Out};
 use crate::error::Result;
 
 pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
-    let keeps = job.options.selection(job.mesh)?;
+    let keeps = job.options.selection(job.mesh, false)?;
     let [nx, ny, nz] = job.mesh.dims();
     let side = nx.max(ny).max(nz);
     let [x, y, z] = job.mesh.lines.origin();

@@ -2,7 +2,8 @@
 //!
 //! Six files: `points`, `faces`, `owner`, `neighbour`, `boundary`, `cellZones`; beside `NAME.foam`, an empty file by which ParaView opens a case,
 //! `constant/polyMesh` is written. Lengths are in metres. Patches are the six sides of the box (`xMin` ... `zMax`, type `patch`) and one for each
-//! neighbouring flag that is not kept, of its name (type `wall`); none without faces. Every kept flag is a zone of cells.
+//! neighbouring flag that is not kept, of its name (type `wall`), or those of solids ([`patches`](super::patches)); none without faces. Every kept flag is a
+//! zone of cells.
 //!
 //! Faces between kept cells come first, by owner, then by neighbour, and point from the lower number to the higher; then those of each patch, by
 //! owner, pointing out. Every list is written by itself: the flags are expanded once for each list and once more for each patch and zone.
@@ -11,11 +12,14 @@
 use super::layers::{Layer, N_SIDES, SIDES, for_each_layer};
 use super::names::names;
 use super::output::{Export, Files, Out};
+use super::patches::Patches;
 use super::unit::metres;
 use crate::error::{Error, Result};
 
 /// Names of the patches on the sides of the box.
 const SIDE_NAMES: [&str; N_SIDES] = ["xMin", "xMax", "yMin", "yMax", "zMin", "zMax"];
+/// Most characters of a name.
+pub(super) const LONGEST_NAME: usize = 60;
 /// Greatest label of an OpenFOAM of 32 bits, which is the usual one.
 const MAX_LABEL: u64 = i32::MAX as u64;
 
@@ -35,7 +39,7 @@ struct Counts {
     points: u64,
     cells: u64,
     internal: u64,
-    /// Faces of each patch: the sides of the box, then the flags.
+    /// Faces of each patch.
     patches: Vec<u64>,
     zones: Vec<u64>,
 }
@@ -52,15 +56,16 @@ impl Counts {
 }
 
 pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
-    let keeps = job.options.selection(job.mesh)?;
-    let counts = count(job, &keeps).await?;
+    let keeps = job.options.selection(job.mesh, false)?;
+    let patches = Patches::new(job, &SIDE_NAMES, LONGEST_NAME);
+    let counts = count(&patches, job, &keeps).await?;
     let greatest = counts.faces().max(counts.points);
     if greatest > MAX_LABEL {
         let message = format!("{greatest} faces and points: OpenFOAM numbers up to {MAX_LABEL}");
         return Err(Error::new("export-too-large", message, "export fewer flags, or mesh with larger cells"));
     }
     let file_names = file_names(name);
-    let case = Case { job, keeps: &keeps, counts: &counts, names: names(job.mesh, 60, &SIDE_NAMES) };
+    let case = Case { job, keeps: &keeps, counts: &counts, patches, names: names(job.mesh, LONGEST_NAME, &SIDE_NAMES) };
     for (part, name) in PARTS.into_iter().zip(&file_names) {
         let mut out = Out::create(files, name)?;
         match part {
@@ -77,16 +82,13 @@ pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -
 }
 
 /// The patch of a side of a kept cell; None where the face is between two kept cells.
-fn patch_of(layer: &Layer, cell: [usize; 2], side: usize) -> Option<usize> {
-    match layer.neighbour(cell, side) {
-        None => Some(side),
-        Some(flag) if layer.keeps(flag) => None,
-        Some(flag) => Some(N_SIDES + usize::from(flag)),
-    }
+fn patch_of(patches: &Patches, layer: &Layer, cell: [usize; 2], side: usize) -> Option<usize> {
+    let is_internal = layer.neighbour(cell, side).is_some_and(|flag| layer.keeps(flag));
+    (!is_internal).then(|| patches.of(layer, cell, side))
 }
 
-async fn count(job: &Export<'_>, keeps: &[bool; 256]) -> Result<Counts> {
-    let mut counts = Counts { patches: vec![0; N_SIDES + 256], zones: vec![0; 256], ..Counts::default() };
+async fn count(patches: &Patches<'_>, job: &Export<'_>, keeps: &[bool; 256]) -> Result<Counts> {
+    let mut counts = Counts { patches: vec![0; patches.len()], zones: vec![0; 256], ..Counts::default() };
     for_each_layer(job, keeps, &mut |layer| {
         layer.for_each_point(|_, _| {
             counts.points += 1;
@@ -96,7 +98,7 @@ async fn count(job: &Export<'_>, keeps: &[bool; 256]) -> Result<Counts> {
             counts.cells += 1;
             counts.zones[usize::from(flag)] += 1;
             for side in 0..N_SIDES {
-                match patch_of(layer, cell, side) {
+                match patch_of(patches, layer, cell, side) {
                     Some(patch) => counts.patches[patch] += 1,
                     None => counts.internal += u64::from(side % 2 == 1),
                 }
@@ -119,6 +121,7 @@ struct Case<'a> {
     job: &'a Export<'a>,
     keeps: &'a [bool; 256],
     counts: &'a Counts,
+    patches: Patches<'a>,
     names: Vec<String>,
 }
 
@@ -186,10 +189,8 @@ impl Case<'_> {
         out.text(format_args!("{}\n(\n", self.counts.used().count()))?;
         let mut start = self.counts.internal;
         for patch in self.counts.used() {
-            let (name, kind) = match patch.checked_sub(N_SIDES) {
-                None => (SIDE_NAMES[patch], "patch"),
-                Some(flag) => (self.names[flag].as_str(), "wall"),
-            };
+            let name = self.patches.name(patch);
+            let kind = if self.patches.is_open(patch) { "patch" } else { "wall" };
             let n = self.counts.patches[patch];
             out.text(format_args!("{name}\n{{\n    type {kind};\n    nFaces {n};\n    startFace {start};\n}}\n"))?;
             start += n;
@@ -221,7 +222,8 @@ impl Case<'_> {
         for wanted in self.counts.used() {
             for_each_layer(self.job, self.keeps, &mut |layer| {
                 layer.for_each_cell(|cell, _, owner| {
-                    for side in (0..N_SIDES).filter(|&side| patch_of(layer, cell, side) == Some(wanted)) {
+                    for side in (0..N_SIDES).filter(|&side| patch_of(&self.patches, layer, cell, side) == Some(wanted))
+                    {
                         let corners = layer.corners(cell);
                         visit(Face { owner, neighbour: None, corners: SIDES[side].map(|corner| corners[corner]) })?;
                     }
@@ -237,7 +239,7 @@ impl Case<'_> {
         for_each_layer(self.job, self.keeps, &mut |layer| {
             layer.for_each_cell(|cell, _, owner| {
                 // the neighbours along +x, +y and +z have ascending numbers
-                for side in [1, 3, 5].into_iter().filter(|&side| patch_of(layer, cell, side).is_none()) {
+                for side in [1, 3, 5].into_iter().filter(|&side| patch_of(&self.patches, layer, cell, side).is_none()) {
                     let (corners, neighbour) = (layer.corners(cell), Some(layer.next(cell, side)));
                     visit(Face { owner, neighbour, corners: SIDES[side].map(|corner| corners[corner]) })?;
                 }

@@ -5,17 +5,21 @@
 //! slowest, and -1 where the flag is not kept: gprMax leaves what is there, free space. `NAME_materials.json` has the materials by their keys,
 //! `NAME` being the stem of the output in letters, digits and `_`. The box begins at (0, 0, 0), as gprMax has it.
 //!
+//! Faces of plates are `#plate` of gprMax's own `pec`, behind the cells, so that they win.
+//!
 //! Interfaces are averaged (`y`): else a cell that is written after its neighbour takes the edges of a conductor beside it. gprMax compares the
 //! sizes of cells in both files with `==`, so both are written to the last digit.
 //! Source: gprMax 4.0.1, `GeometryObjectsRead` and `material_database`. Cost: some planes of flags across x, and the same as 16 bits.
 
 use serde_json::{Map, Value, json};
 
+use super::decimal;
 use super::electric::{Electric, substances};
 use super::hdf5::{File, Shape, Table};
 use super::limits::equal_cells;
 use super::names::{names, plain, said};
 use super::output::{Export, Files, Out};
+use super::plates;
 use super::unit::metres;
 use crate::error::{Error, Result};
 use crate::mesh::Named;
@@ -45,11 +49,17 @@ pub(super) fn check_materials(names: &[Named], flags: &[u8]) -> Result<()> {
 
 pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
     let [input, geometry, database] = file_names(name);
-    let flags = substances(&job.mesh.names, &job.options.exported(job.mesh), WHAT)?;
+    let of_plates = plates::flags(job.mesh, job.options, WHAT)?;
+    // gprMax reads no list without a material
+    let mut flags = [job.options.exported(job.mesh), of_plates.clone()].concat();
+    flags.sort_unstable();
+    flags.dedup();
+    let flags = substances(&job.mesh.names, &flags, WHAT)?;
     let names = names(job.mesh, 60, &[]);
     let id = format!("{}_materials", stem(name));
     let unit = metres(job.mesh.unit.as_deref(), WHAT)?;
-    let sizes = equal_cells(&job.mesh.lines, WHAT)?.map(|size| unit.metres(size));
+    let sizes = equal_cells(&job.mesh.lines, WHAT)?;
+    let sizes = [0, 1, 2].map(|axis| unit.metres(decimal::size(&job.mesh.lines, axis, sizes[axis])));
     let dims = job.mesh.dims();
     let [x, y, z] = [0, 1, 2].map(|axis| sizes[axis] * f64::from(dims[axis]));
     let [dx, dy, dz] = sizes;
@@ -57,6 +67,13 @@ pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -
     out.text(format_args!(
         "#domain: {x:?} {y:?} {z:?}\n#dx_dy_dz: {dx:?} {dy:?} {dz:?}\n#geometry_objects_read: 0 0 0 {geometry} {id} y\n"
     ))?;
+    for flag in of_plates {
+        for corners in plates::rectangles(job.mesh, flag) {
+            let at = corners.map(|lines| [0, 1, 2].map(|axis| sizes[axis] * f64::from(lines[axis])));
+            let [[x0, y0, z0], [x1, y1, z1]] = at;
+            out.text(format_args!("#plate: {x0:?} {y0:?} {z0:?} {x1:?} {y1:?} {z1:?} pec\n"))?;
+        }
+    }
     out.finish()?;
 
     let mut file = File::create(files, &geometry, 2 * dims.map(u64::from).iter().product::<u64>())?;

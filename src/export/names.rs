@@ -1,5 +1,7 @@
 //! Names of flags that every program takes: letters, digits and `_`, a letter first, each once, whatever their case.
 
+use std::collections::BTreeSet;
+
 use crate::mesh::{Mesh, Named};
 
 /// Name of flag 0 where the job does not say.
@@ -7,12 +9,19 @@ const BACKGROUND: &str = "background";
 
 /// The name of each flag, at most `longest` characters (16 or more), and none of those taken.
 pub(super) fn names(mesh: &Mesh, longest: usize, taken: &[&str]) -> Vec<String> {
-    let mut seen: Vec<String> = taken.iter().map(|name| name.to_ascii_lowercase()).collect();
-    let mut all = Vec::with_capacity(256);
-    for flag in 0..=255u8 {
-        let named = mesh.names.iter().find(|named| named.flag == flag).map(|named| named.name.as_str());
-        let default = if flag == 0 { BACKGROUND.into() } else { format!("flag_{flag}") };
-        let first = plain(named.unwrap_or(&default));
+    let named = |flag: u8| {
+        let named = mesh.names.iter().find(|named| named.flag == flag).map(|named| named.name.clone());
+        named.unwrap_or_else(|| if flag == 0 { BACKGROUND.into() } else { format!("flag_{flag}") })
+    };
+    unique((0..=255u8).map(named), longest, taken)
+}
+
+/// Names that every program takes, each once: one that was there before gets its number, from 0.
+pub(super) fn unique(wanted: impl IntoIterator<Item = String>, longest: usize, taken: &[&str]) -> Vec<String> {
+    let mut seen: BTreeSet<String> = taken.iter().map(|name| name.to_ascii_lowercase()).collect();
+    let mut all = Vec::new();
+    for (number, wanted) in wanted.into_iter().enumerate() {
+        let first = plain(&wanted);
         let mut ending = String::new();
         let mut n = 0;
         let name = loop {
@@ -20,10 +29,10 @@ pub(super) fn names(mesh: &Mesh, longest: usize, taken: &[&str]) -> Vec<String> 
             if !seen.contains(&name.to_ascii_lowercase()) {
                 break name;
             }
-            ending = if n == 0 { format!("_{flag}") } else { format!("_{flag}_{n}") };
+            ending = if n == 0 { format!("_{number}") } else { format!("_{number}_{n}") };
             n += 1;
         };
-        seen.push(name.to_ascii_lowercase());
+        seen.insert(name.to_ascii_lowercase());
         all.push(name);
     }
     all

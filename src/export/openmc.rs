@@ -34,7 +34,7 @@ pub(super) fn check(lines: &Lines) -> Result<()> {
 
 pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
     let mesh = job.mesh;
-    let keeps = job.options.selection(mesh)?;
+    let keeps = job.options.selection(mesh, false)?;
     let unit = known(mesh.unit.as_deref(), WHAT, "centimetres")?;
     let pitch = equal_cells(&mesh.lines, WHAT)?.map(|size| unit.centimetres(size));
     let dims = mesh.dims();

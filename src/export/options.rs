@@ -1,8 +1,24 @@
 //! The choices of exporters.
 
+use serde::Deserialize;
+
 use crate::error::{Error, Result};
 use crate::mesh::{Mesh, SLAB_BYTES};
 use crate::write::Compress;
+
+/// By what faces at the boundary of exported cells are named.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum PatchNames {
+    /// By the side of the box, else by the flag of the neighbour.
+    #[default]
+    Side,
+    /// By the flag of the neighbour; all sides of the box have one name.
+    Neighbour,
+    /// By the solid, or else the geometry, whose facet made the face.
+    Solid,
+}
 
 /// Choices of an exporter; those that do not apply to it are not looked at.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -12,6 +28,10 @@ pub struct ExportOptions {
     pub flags: Option<Vec<u8>>,
     /// Text in place of numbers in binary.
     pub ascii: bool,
+    /// By what patches and surfaces are named, where [`super::Exporter::has_patches`].
+    pub patches: PatchNames,
+    /// Solids whose patches a fluid flows through: of type `patch` in OpenFOAM, as the sides of the box; those of others are walls.
+    pub open_patches: Vec<String>,
     /// Compression, where [`super::Exporter::compresses`].
     pub compress: Compress,
     /// Flags held at once, twice; at least a row of cells, or a plane where points are numbered.
@@ -20,7 +40,15 @@ pub struct ExportOptions {
 
 impl Default for ExportOptions {
     fn default() -> ExportOptions {
-        ExportOptions { flags: None, ascii: false, compress: Compress::None, slab_bytes: SLAB_BYTES }
+        let (patches, open_patches) = (PatchNames::Side, Vec::new());
+        ExportOptions {
+            flags: None,
+            ascii: false,
+            patches,
+            open_patches,
+            compress: Compress::None,
+            slab_bytes: SLAB_BYTES,
+        }
     }
 }
 
@@ -33,6 +61,16 @@ impl ExportOptions {
     /// Writes text in place of numbers in binary.
     pub fn with_ascii(self, ascii: bool) -> ExportOptions {
         ExportOptions { ascii, ..self }
+    }
+
+    /// Says by what patches and surfaces are named.
+    pub fn with_patches(self, patches: PatchNames) -> ExportOptions {
+        ExportOptions { patches, ..self }
+    }
+
+    /// Names the solids whose patches a fluid flows through.
+    pub fn with_open_patches(self, open_patches: Vec<String>) -> ExportOptions {
+        ExportOptions { open_patches, ..self }
     }
 
     /// Compresses, or does not.
@@ -57,12 +95,13 @@ impl ExportOptions {
         self.chosen((0..=255).filter(|flag| cells[usize::from(*flag)] > 0))
     }
 
-    /// Whether the cells of each flag are exported.
+    /// Whether the cells of each flag are exported, and its faces where plates are.
     ///
     /// # Errors
     /// `job-conflict` where a flag asked for has no cell, or no cell is left.
-    pub(super) fn selection(&self, mesh: &Mesh) -> Result<[bool; 256]> {
-        let cells = mesh.columns.cells_per_flag();
+    pub(super) fn selection(&self, mesh: &Mesh, has_plates: bool) -> Result<[bool; 256]> {
+        let mut cells = mesh.columns.cells_per_flag();
+        mesh.plates.iter().filter(|_| has_plates).for_each(|plate| cells[usize::from(plate.flag)] += 1);
         let used = || {
             (0..=255u8).filter(|flag| cells[usize::from(*flag)] > 0).map(|flag| flag.to_string()).collect::<Vec<_>>()
         };

@@ -32,7 +32,7 @@ pub(super) fn check(mesh: &Mesh, keeps: &[bool; 256]) -> Result<()> {
 }
 
 pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
-    let keeps = job.options.selection(job.mesh)?;
+    let keeps = job.options.selection(job.mesh, false)?;
     let models = models(job, &keeps).await?;
     let scene = scene(&models);
     let n_bytes = models.iter().map(|model| 24 + 16 + 4 * model.n_shown).sum::<u64>() + scene.len() as u64;

@@ -61,6 +61,12 @@ pub struct RunJob {
     /// Flags whose cells are exported for a solver; by default all but 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub export_flags: Option<Vec<u8>>,
+    /// By what patches and surfaces of exported files are named: "side", "neighbour" or "solid"; by default "side".
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub patches: Option<String>,
+    /// Solids whose patches a fluid flows through.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub open_patches: Option<Vec<String>>,
     /// Exports text in place of binary numbers.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub ascii: bool,
@@ -219,6 +225,8 @@ pub const RUN_KEYS: &[&str] = &[
     "axis_order",
     "map",
     "export_flags",
+    "patches",
+    "open_patches",
     "ascii",
     "hash",
     "spill",

@@ -1,8 +1,8 @@
 //! Jobs made key by key: what is not set keeps its default. The keys are those of the job file.
 
 use super::{
-    AxisChoice, BackendChoice, BackgroundJob, ByteSize, Fill, FractionsJob, GeometryJob, GradedJob, HaloEdge, Job,
-    LinesJob, LinksJob, Open, Padding, PartJob, PerAxis, Rule, ZarrJob,
+    Axis, AxisChoice, BackendChoice, BackgroundJob, ByteSize, Fill, FractionsJob, GeometryJob, GradedJob, HaloEdge,
+    Job, LinesJob, LinksJob, Open, Padding, PartJob, PerAxis, Rule, ZarrJob,
 };
 use crate::geometry::Material;
 
@@ -152,9 +152,19 @@ impl Job {
         Job { fractions: Some(fractions), ..self }
     }
 
+    /// Says along which axes the box continues with itself.
+    pub fn with_periodic(self, periodic: Vec<Axis>) -> Job {
+        Job { periodic, ..self }
+    }
+
     /// Finds the flags at the points of a staggered grid, or does not.
     pub fn with_staggered(self, staggered: bool) -> Job {
         Job { staggered, ..self }
+    }
+
+    /// Says which flags are perfect conductors, all edges of whose cells conduct on the staggered grid.
+    pub fn with_conductors(self, conductors: Vec<u8>) -> Job {
+        Job { conductors, ..self }
     }
 
     /// Calls walls of fewer cells thin.

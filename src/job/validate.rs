@@ -99,6 +99,23 @@ impl Job {
         if self.links.as_ref().is_some_and(|links| links.fluid.is_empty()) {
             return Err(out_of_range("links.fluid", "[]", "the flags of the fluid, 0 for the background"));
         }
+        if !self.periodic.is_empty() && self.links.is_none() {
+            let message = "periodic is given without links, the only key that uses it";
+            return Err(Error::new("job-conflict", message, "remove periodic or give links (--links FILE)"));
+        }
+        if !self.periodic.is_empty() && (self.window.is_some() || self.part.is_some()) {
+            let message =
+                "periodic is given with a window or part, which does not have the cells at the other side of the box";
+            return Err(Error::new("job-conflict", message, "mesh the whole box, or leave out periodic"));
+        }
+        if !self.conductors.is_empty() && !self.staggered {
+            let message = "conductors is given without staggered, the only key that uses it";
+            return Err(Error::new("job-conflict", message, "remove conductors or give staggered (--staggered FILE)"));
+        }
+        if self.conductors.contains(&0) {
+            let hint = "1 to 255: an inverted geometry with a flag of its own can be metal around all others";
+            return Err(out_of_range("conductors", 0, hint));
+        }
         if self.staggered && self.close_gaps.is_some() {
             let message = "staggered is given with close_gaps: the points follow the surfaces, whose gaps stay open";
             return Err(Error::new("job-conflict", message, "keep one of them"));

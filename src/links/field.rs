@@ -23,6 +23,8 @@ pub struct Field<'a> {
     pub window: CellWindow,
     /// Whether all flags are those of ranks that are decided by rays. If not, the columns have the neighbours of these cells, too.
     pub is_plain: bool,
+    /// Along which axes the box continues with itself: links lead through these sides. Only of a whole box.
+    pub periodic: [bool; 3],
 }
 
 impl Field<'_> {

@@ -63,6 +63,17 @@ impl Field<'_> {
                 sort_nearly_by_key(links, |link| place(link.cell, link.direction, dims));
             }
         }
+        if self.periodic.contains(&true) {
+            let through = self.periodic_links(job, &is_fluid, control).await?;
+            n += through.len();
+            check_bytes(n, max_bytes)?;
+            for link in through {
+                planes[link.cell[2] as usize].push(link);
+            }
+            planes
+                .par_iter_mut()
+                .for_each(|links| sort_nearly_by_key(links, |link| place(link.cell, link.direction, dims)));
+        }
         Ok(Links { stencil: job.stencil, fluid: job.fluid.clone(), dims, origin: self.window.origin(), planes })
     }
 }

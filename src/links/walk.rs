@@ -37,6 +37,14 @@ impl Hit {
         self.below.cmp(&other.below).then_with(|| product(self.rest, other.area).cmp(&product(other.rest, self.area)))
     }
 
+    /// Whether it lies before the middle of a link of so many units, as seen from either end.
+    fn is_before_middle(&self, span: i64, is_backward: bool) -> bool {
+        let area = i128::from(self.area);
+        let twice = 2 * (i128::from(self.below) * area + i128::from(self.rest));
+        let whole = i128::from(span) * area;
+        if is_backward { twice > whole } else { twice < whole }
+    }
+
     /// Fraction of a link of so many units up to here, from either end.
     fn q(&self, span: i64, is_backward: bool) -> f32 {
         let area = i128::from(self.area);
@@ -47,6 +55,26 @@ impl Hit {
         let number = |of: i128| i64::try_from(of).map_or(of as f64, |of| of as f64);
         ((number(fraction) / number(whole)) as f32).max(f32::MIN_POSITIVE)
     }
+}
+
+/// A crossing of the half of a link that lies before a periodic side, in the order from its cell to the side.
+pub(super) struct HalfHit {
+    /// Fraction of the link from its cell, and from the other end.
+    pub(super) q: [f32; 2],
+    pub(super) facet: i32,
+    pub(super) geometry: i16,
+    /// Flag behind it.
+    pub(super) flag: u8,
+}
+
+/// What a ray meets between the centre of a cell and that of the next.
+struct Between<'w> {
+    across: [u32; 2],
+    above: u32,
+    events: &'w [[u32; 2]],
+    before: &'w Inside,
+    after: &'w Inside,
+    starts: &'w [usize],
 }
 
 /// One of the two links between two neighbouring cells of a ray.
@@ -72,7 +100,18 @@ const KEPT: usize = 1024;
 impl Walk<'_> {
     /// The links on consecutive rays.
     pub(super) fn links(&self, crossings: &Crossings) -> Result<Vec<Link>> {
-        let (mut links, mut events) = (Vec::new(), Vec::new());
+        let mut links = Vec::new();
+        self.for_each(crossings, |between, scratch| self.links_between(between, scratch, &mut links))?;
+        Ok(links)
+    }
+
+    /// Calls `visit` with what lies between every two cells of consecutive rays, where a ray meets a surface there.
+    fn for_each(
+        &self,
+        crossings: &Crossings,
+        mut visit: impl FnMut(Between<'_>, &mut Scratch) -> Result<()>,
+    ) -> Result<()> {
+        let mut events = Vec::new();
         let (frame, kinds) = (self.field.frame, self.field.kinds);
         let mut inside = Inside::new(kinds, self.field.rule);
         let mut before = inside.clone();
@@ -98,24 +137,20 @@ impl Walk<'_> {
                     }
                 }
                 let above = of_link[0][0] >> 9;
-                self.links_between((across, above), of_link, [&before, &inside], (&starts, &mut scratch, &mut links))?;
+                let (before, after, starts) = (&before, &inside, &starts[..]);
+                visit(Between { across, above, events: of_link, before, after, starts }, &mut scratch)?;
             }
         }
-        Ok(links)
+        Ok(())
     }
 
     fn kind(&self, event: u32) -> Kind {
         self.field.kinds[(event >> 1 & 0xff) as usize]
     }
 
-    /// The links between a cell of a ray and the next, whose crossings these are.
-    fn links_between(
-        &self,
-        (across, above): ([u32; 2], u32),
-        events: &[[u32; 2]],
-        [before, after]: [&Inside; 2],
-        (starts, scratch, links): (&[usize], &mut Scratch, &mut Vec<Link>),
-    ) -> Result<()> {
+    /// The links between a cell of a ray and the next.
+    fn links_between(&self, between: Between<'_>, scratch: &mut Scratch, links: &mut Vec<Link>) -> Result<()> {
+        let Between { across, above, before, after, starts, .. } = between;
         if above == 0 || above >= self.sheared.rays.depth {
             return Ok(());
         }
@@ -136,10 +171,8 @@ impl Walk<'_> {
         if !is_fluid(low_flag) && !is_fluid(high_flag) {
             return Ok(());
         }
-        let Scratch { hits, inside, projected } = scratch;
-        hits.clear();
-        hits.extend(events.iter().map(|event| self.hit(*event, across, above - 1, projected)));
-        sort_by(hits, |one, other| one.cmp_place(other).then(one.facet.cmp(&other.facet)).is_lt());
+        self.put_hits(&between, scratch);
+        let Scratch { hits, inside, .. } = scratch;
         let along = Ends { from: of_low, flag: low_flag, to_flag: high_flag, is_backward: false };
         let against = Ends { from: of_high, flag: high_flag, to_flag: low_flag, is_backward: true };
         for (ends, start) in [(along, before), (against, after)] {
@@ -160,6 +193,68 @@ impl Walk<'_> {
             });
         }
         Ok(())
+    }
+
+    /// The crossings between two cells, in the order of their places.
+    fn put_hits(&self, between: &Between<'_>, scratch: &mut Scratch) {
+        let Scratch { hits, projected, .. } = scratch;
+        hits.clear();
+        hits.extend(between.events.iter().map(|event| self.hit(*event, between.across, between.above - 1, projected)));
+        sort_by(hits, |one, other| one.cmp_place(other).then(one.facet.cmp(&other.facet)).is_lt());
+    }
+
+    /// The halves of links on consecutive rays that lead from a cell to a side: of those cells for which `half_of` says so, by the two cells of the
+    /// link, the key of the half and whether its cell is the second. The key and the crossings of each.
+    pub(super) fn halves(
+        &self,
+        crossings: &Crossings,
+        half_of: impl Fn([[u32; 3]; 2]) -> Option<(u64, [u32; 3], bool)>,
+    ) -> Result<Vec<(u64, Vec<HalfHit>)>> {
+        let mut halves = Vec::new();
+        self.for_each(crossings, |between, scratch| {
+            let Between { across, above, before, after, starts, .. } = between;
+            if above == 0 || above >= self.sheared.rays.depth {
+                return Ok(());
+            }
+            let cells = [above - 1, above].map(|along| self.sheared.cell(across, along));
+            let [Some(low), Some(high)] = cells else { return Ok(()) };
+            let Some((key, cell, is_backward)) = half_of([low, high]) else { return Ok(()) };
+            self.put_hits(&between, scratch);
+            let Scratch { hits, inside, .. } = scratch;
+            inside.clone_from(if is_backward { after } else { before });
+            let flag_of_rank = &self.field.frame.ranks.flag_of_rank;
+            let flag = if self.field.is_plain { inside.flag(flag_of_rank) } else { self.field.flag(cell)? };
+            if is_backward {
+                hits.reverse();
+            }
+            let span = self.span(above);
+            hits.retain(|hit| hit.is_before_middle(span, is_backward));
+            self.field.begin(inside, flag);
+            let mut of_half = Vec::with_capacity(hits.len());
+            for at_once in hits.chunk_by(|one, other| one.cmp_place(other).is_eq()) {
+                let hit = self.pass(at_once, inside, is_backward);
+                let (facet, geometry) = self.field.facet_of_geometry(self.sheared.index(hit.facet), starts);
+                let q = [hit.q(span, is_backward), hit.q(span, !is_backward)];
+                of_half.push(HalfHit { q, facet, geometry, flag: inside.flag(flag_of_rank) });
+            }
+            halves.push((key, of_half));
+            Ok(())
+        })?;
+        Ok(halves)
+    }
+
+    /// Passes crossings at one place, and returns that of the geometry which begins there, else of that which ends.
+    fn pass<'h>(&self, at_once: &'h [Hit], inside: &mut Inside, is_backward: bool) -> &'h Hit {
+        let held_by = inside.winner();
+        for hit in at_once {
+            if self.kind(hit.event) == Kind::Apart {
+                inside.flip(hit.rank().into());
+            } else {
+                inside.pass(hit.event, is_backward);
+            }
+        }
+        let of = |rank: Option<u8>| at_once.iter().find(|hit| Some(hit.rank()) == rank);
+        of(inside.winner()).or_else(|| of(held_by)).unwrap_or(&at_once[0])
     }
 
     /// Units from the centre of a cell to that of the one before.
@@ -190,18 +285,9 @@ impl Walk<'_> {
         let flag_of_rank = &self.field.frame.ranks.flag_of_rank;
         self.field.begin(inside, ends.flag);
         for at_once in hits.chunk_by(|one, other| one.cmp_place(other).is_eq()) {
-            let held_by = inside.winner();
-            for hit in at_once {
-                if self.kind(hit.event) == Kind::Apart {
-                    inside.flip(hit.rank().into());
-                } else {
-                    inside.pass(hit.event, ends.is_backward);
-                }
-            }
+            let hit = self.pass(at_once, inside, ends.is_backward);
             if !self.is_fluid[usize::from(inside.flag(flag_of_rank))] {
-                // that of the geometry which begins here, else of that which ends
-                let of = |rank: Option<u8>| at_once.iter().find(|hit| Some(hit.rank()) == rank);
-                return of(inside.winner()).or_else(|| of(held_by)).or(at_once.first());
+                return Some(hit);
             }
         }
         None

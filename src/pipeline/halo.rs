@@ -32,6 +32,11 @@ impl Beyond {
         if self.is_none() { Ok(columns) } else { columns.padded(self.0, self.1) }
     }
 
+    /// A place that is counted from the first cell that was meshed, counted from the first of the mesh.
+    pub(super) fn moved(&self, place: [u32; 3]) -> [u32; 3] {
+        [0, 1, 2].map(|axis| place[axis] + self.0[0][axis])
+    }
+
     /// Adds them to what is counted from the first cell that was meshed; no cell beyond the box is doubtful.
     ///
     /// # Errors

@@ -57,7 +57,9 @@ impl Uncut {
         let Some(links) = job.links.as_ref() else { return Ok(None) };
         let (window, dims) = (prepared.cell_window(), prepared.whole.dims());
         // this frame, one that is sheared, and that of a window, with indices
-        let max_bytes = max_bytes.saturating_sub((3 * 38 + 4) * self.frame.facets.len() as u64);
+        let periodic = job.periodic_axes();
+        let n_frames = 3 + u64::from(periodic.contains(&true));
+        let max_bytes = max_bytes.saturating_sub((n_frames * 38 + 4) * self.frame.facets.len() as u64);
         let is_plain = job.close_gaps.is_none() && !self.kinds.contains(&Kind::Apart);
         let [first, end] = prepared.window.unwrap_or([[0; 3], dims]);
         let near = window.with_neighbours(dims);
@@ -69,7 +71,7 @@ impl Uncut {
         let max_bytes = max_bytes.saturating_sub(meshed.as_ref().map_or(0, Columns::n_bytes));
         let (columns, first) = meshed.as_ref().map_or((columns, first), |meshed| (meshed, near[0]));
         let (frame, kinds) = (&self.frame, &self.kinds);
-        let field = Field { frame, rule: job.rule, kinds, columns, first, window, is_plain };
+        let field = Field { frame, rule: job.rule, kinds, columns, first, window, is_plain, periodic };
         field.links(links, max_bytes, control).await.map(Some)
     }
 

@@ -35,6 +35,8 @@ pub struct MeshOptions {
     /// Whether nobody needs the report of a part with a halo to be merged with those of the other parts. Else the part is meshed once more,
     /// without its halo, as these count cells once.
     pub lone_report: bool,
+    /// Whether faces between flags and at the sides of the box shall have the names of the solids that made them: [`crate::mesh::Mesh::walls`].
+    pub walls: bool,
     /// Bytes that the program and its GPU driver take besides, which count against the job's `max_memory`; 0 where only the
     /// mesh shall count.
     pub program_bytes: u64,
@@ -62,6 +64,11 @@ impl MeshOptions {
     /// Says that nobody merges the report of a part with a halo with others, so that the part is not meshed once more for it.
     pub fn with_lone_report(self, lone_report: bool) -> MeshOptions {
         MeshOptions { lone_report, ..self }
+    }
+
+    /// Names faces by the solids that made them.
+    pub fn with_walls(self, walls: bool) -> MeshOptions {
+        MeshOptions { walls, ..self }
     }
 
     /// Counts the program and its GPU driver against the memory allowed.

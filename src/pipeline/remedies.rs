@@ -37,7 +37,7 @@ fn remedy(finding: &Finding, job: &Job, geometries: &[Geometry]) -> Option<Remed
             let is_filled = geometry?.fill != Fill::Centre;
             if is_filled { None } else { setting(job, geometry?, "Keep thin walls", ("fill", "separating")) }
         }
-        "no-cell-covered" => win(job, geometry?, geometries.get(finding.other.as_ref()?.index)?),
+        "no-cell-covered" | "plate-covered" => win(job, geometry?, geometries.get(finding.other.as_ref()?.index)?),
         _ => None,
     }
 }

@@ -1,5 +1,6 @@
 //! Snaps the facets of a job in steps, between which a mesh can be cancelled, and keeps those that are needed.
 
+use super::options::MeshOptions;
 use super::prepare::Prepared;
 use crate::control::Control;
 use crate::error::Result;
@@ -22,10 +23,15 @@ const MANY_FACETS: usize = 1 << 20;
 ///
 /// # Errors
 /// Those of [`crate::frame::Frame::new`]; `memory`; `cancelled`.
-pub(super) async fn snapped(job: &Job, prepared: &Prepared, memory: &Memory, control: &Control) -> Result<Snapped> {
+pub(super) async fn snapped(
+    (job, options): (&Job, &MeshOptions),
+    prepared: &Prepared,
+    memory: &Memory,
+    control: &Control,
+) -> Result<Snapped> {
     let n_facets: usize = prepared.geometries.iter().map(|geometry| geometry.facets.len()).sum();
     let is_plain = |geometry: &Geometry| geometry.fill == Fill::Centre && !geometry.shell && !geometry.invert;
-    let is_measured = job.certify || job.links.is_some() || job.fractions.is_some() || job.staggered;
+    let is_measured = options.walls || job.certify || job.links.is_some() || job.fractions.is_some() || job.staggered;
     let is_plain = !is_measured && prepared.geometries.iter().all(is_plain);
     if n_facets >= MANY_FACETS && prepared.window.is_none() && is_plain {
         let (few, room) = in_steps((job, prepared), Some(&prepared.rays), memory, control).await?;

@@ -15,7 +15,7 @@ use crate::links::Links;
 use crate::overlay::split;
 use crate::rays::Rays;
 use crate::report::MAX_BOXES;
-use crate::staggered::{COMPONENTS, Staggered, check_dims};
+use crate::staggered::{COMPONENTS, Conductors, Staggered, check_dims};
 
 impl Uncut {
     /// All that a job asks for: each is held with those before it.
@@ -33,7 +33,8 @@ impl Uncut {
         bytes_left = bytes_left.saturating_sub(links.as_ref().map_or(0, Links::n_bytes));
         let fractions = self.fractions(job, prepared, bytes_left, control).await?;
         bytes_left = bytes_left.saturating_sub(fractions.as_ref().map_or(0, Fractions::n_bytes));
-        let staggered = self.staggered(job, prepared, (bytes_left, (engine, budget, control))).await?;
+        let staggered =
+            self.staggered(job, (prepared, columns, whole), (bytes_left, (engine, budget, control))).await?;
         Ok((links, fractions, staggered))
     }
 
@@ -41,7 +42,12 @@ impl Uncut {
     ///
     /// # Errors
     /// Those of [`check_dims`], [`split`] and [`crate::pipeline::Engine::columns`]; `memory` where columns would take more than there is.
-    pub(super) async fn staggered(&self, job: &Job, prepared: &Prepared, left: Left<'_>) -> Result<Option<Staggered>> {
+    pub(super) async fn staggered(
+        &self,
+        job: &Job,
+        (prepared, columns, whole): (&Prepared, &Columns, &Whole<'_>),
+        left: Left<'_>,
+    ) -> Result<Option<Staggered>> {
         let (max_bytes, (engine, budget, control)) = left;
         if !job.staggered {
             return Ok(None);
@@ -55,8 +61,8 @@ impl Uncut {
         // inverted, a plane holds all points
         let is_flat = |position: usize| is_flat(&frame, position) && !geometry_at(position).invert;
         let is_flat: Vec<bool> = (0..prepared.geometries.len()).map(is_flat).collect();
-        let sheets = with_some(&frame, |position| geometry_at(position).fill != Fill::Centre || is_flat[position]);
-        let frame = with_some(&frame, |position| !geometry_at(position).shell && !is_flat[position]);
+        let sheets = frame.with_some(|position| geometry_at(position).fill != Fill::Centre || is_flat[position]);
+        let frame = frame.with_some(|position| !geometry_at(position).shell && !is_flat[position]);
         // of these nothing but the inside counts; the others have no facets left
         let mut insides: Vec<Geometry> = prepared.geometries.to_vec();
         for (position, &index) in frame.ranks.geometry_at.iter().enumerate() {
@@ -79,7 +85,14 @@ impl Uncut {
             codes.push(columns);
         }
         let left = max_bytes.saturating_sub(n_bytes);
-        let staggered = Staggered::new(codes, &flags, (&sheets, near), (left, control))?;
+        let mut staggered = Staggered::new(codes, &flags, (&sheets, near), (left, control))?;
+        if !job.conductors.is_empty() {
+            let cells = match near == prepared.window.unwrap_or([[0; 3], dims]) {
+                true => columns.clone(),
+                false => whole.columns((near, prepared.rays.axis), left, (&mut *engine, budget, control)).await?,
+            };
+            staggered = staggered.with_conductors(&Conductors::new(cells, &job.conductors, &flags));
+        }
         if near == [window.first, window.end] {
             return Ok(Some(staggered));
         }
@@ -117,13 +130,6 @@ impl Uncut {
 /// The points of a component around some cells.
 fn points_of([first, end]: [[u32; 3]; 2], is_moved: [bool; 3]) -> [[u32; 3]; 2] {
     [first, [0, 1, 2].map(|axis| end[axis] + u32::from(is_moved[axis]))]
-}
-
-/// A frame with the facets of some positions.
-fn with_some(frame: &Frame, stays: impl Fn(usize) -> bool) -> Frame {
-    let both = frame.facets.iter().zip(&frame.position_of_facet).filter(|(_, position)| stays(usize::from(**position)));
-    let (facets, position_of_facet) = both.unzip();
-    Frame { facets, position_of_facet, ranks: frame.ranks.clone(), centres: frame.centres.clone(), ..*frame }
 }
 
 /// Whether all facets at a position lie in one plane across an axis.

@@ -1,16 +1,18 @@
 //! Findings about a mesh: what was read of files otherwise than it stands there, rays that found an open surface, surfaces that are inside out,
 //! flags that two geometries have, shells that overlap, and geometries without cells.
 
+use serde_json::json;
+
 use super::prepare::Prepared;
 use crate::cast::Cast;
 use crate::columns::run_cell;
 use crate::cpu::{self, Window, window_of_rows};
 use crate::edges::BadEdge;
 use crate::error::Result;
-use crate::finding::{Finding, NamedGeometry};
+use crate::finding::{Finding, NamedGeometry, Remedy};
 use crate::frame::{Frame, SnappedFacet};
 use crate::geometry::{Facet, Fill, Geometry, Open};
-use crate::job::Rule;
+use crate::job::{Job, Rule};
 use crate::lines::Lines;
 use crate::mesh::Mesh;
 use crate::rays::Rays;
@@ -89,6 +91,37 @@ pub(super) fn about_edges_of_rays(
         })
     };
     geometries.iter().zip(reports).enumerate().filter_map(finding).collect()
+}
+
+/// A finding about perfect conductors of which on a staggered grid only the edges within them conduct.
+pub(super) fn about_thin_conductors(job: &Job, geometries: &[Geometry]) -> Option<Finding> {
+    let thin = |geometry: &&Geometry| geometry.material.pec && !job.conductors.contains(&geometry.flag);
+    let names: Vec<&str> = geometries.iter().filter(thin).map(|geometry| &geometry.name[..]).collect();
+    if !job.staggered || names.is_empty() {
+        return None;
+    }
+    let mut flags = job.conductors.clone();
+    flags.extend(geometries.iter().filter(thin).map(|geometry| geometry.flag));
+    flags.sort_unstable();
+    flags.dedup();
+    let listed = flags.iter().map(u8::to_string).collect::<Vec<_>>().join(",");
+    let sentence = format!(
+        "on the staggered grid only the edges within {} conduct, which makes metal half a cell too thin on average; name the flags of conductors",
+        quoted(&names)
+    );
+    let (label, patch) = ("Let all edges of their cells conduct", json!({ "conductors": flags }));
+    Some(Finding::new("conductor-thin", sentence).with_remedy(Remedy::new(
+        label,
+        patch,
+        format!("--conductors {listed}"),
+    )))
+}
+
+/// Names in quotes, of many the first.
+fn quoted(names: &[&str]) -> String {
+    const MOST: usize = 5;
+    let first = names.iter().take(MOST).map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
+    if names.len() > MOST { format!("{first} and {} more", names.len() - MOST) } else { first }
 }
 
 /// A finding for every two geometries that have one flag although nobody gave it to one of them.
@@ -179,7 +212,8 @@ pub(super) fn geometries_without_cells(
         } else if let Some(axis) = (0..3).find(|&axis| bounding_box[0][axis] == bounding_box[1][axis]) {
             let name = AXES[axis];
             let text = format!(
-                "it lies in a plane across {name}, with no inside; take its faces of a staggered grid (staggered), {KEEP}"
+                "it lies in a plane across {name}, with no inside; files for openEMS and gprMax have its faces if it is a perfect \
+                 conductor; for others take those of a staggered grid (staggered), {KEEP}"
             );
             Some(Cause { axis: Some(axis), ..Cause::new("no-cell-flat", text) })
         } else if ends.is_none() {

@@ -100,7 +100,7 @@ impl ColumnFileEncoder {
 
 /// The head of the file of a mesh.
 fn head(mesh: &Mesh, zlib: bool) -> Head {
-    let Mesh { lines, columns, names, unit } = mesh;
+    let Mesh { lines, columns, names, unit, .. } = mesh;
     Head { identity: None, rays: columns.rays, zlib, lines: lines.clone(), unit: unit.clone(), names: names.clone() }
 }
 

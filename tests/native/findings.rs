@@ -122,6 +122,7 @@ const CASES: &[(&str, &[&str], Option<u64>, &str)] = &[
         Some(1),
         "block.stl:priority=1",
     ),
+    ("plate-covered", &["sheet.stl", "room.stl"], Some(0), "sheet.stl:priority=1"),
     ("shell-lost", &["room.stl", "parts.stl"], Some(1), "--dims 16,16,16"),
     ("flag-shared", &["room.stl:flag=2", "block.stl"], Some(1), "block.stl:flag=1"),
     ("shells-overlap", &["room.stl", "two.stl"], Some(1), "--rule nonzero"),

@@ -59,6 +59,7 @@ const CORE: &[&str] = &[
     "overlay",
     "links",
     "staggered",
+    "walls",
     "mesh",
     "fingerprint",
     "cut",

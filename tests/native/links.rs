@@ -172,7 +172,7 @@ fn kinds(case: &Case, inverted: &[bool]) -> (Frame, Vec<Kind>) {
 
 fn field<'a>(case: &Case, frame: &'a Frame, kinds: &'a [Kind], columns: &'a Columns) -> Field<'a> {
     let (first, window) = ([0; 3], CellWindow::all(case.lines.dims()));
-    Field { frame, rule: case.rule, kinds, columns, first, window, is_plain: true }
+    Field { frame, rule: case.rule, kinds, columns, first, window, is_plain: true, periodic: [false; 3] }
 }
 
 fn links(case: &Case, job: &LinksJob, inverted: &[bool]) -> Links {

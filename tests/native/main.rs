@@ -102,8 +102,10 @@ mod parallel_store;
 mod parts;
 #[cfg(feature = "cli")]
 mod paths;
+mod periodic_links;
 #[cfg(feature = "cli")]
 mod pictures;
+mod plates;
 mod properties;
 mod public_api;
 #[cfg(feature = "cli")]
@@ -121,6 +123,7 @@ mod tolerances;
 #[cfg(feature = "cli")]
 mod verify;
 mod volumes;
+mod walls;
 #[cfg(feature = "cli")]
 mod warnings;
 #[cfg(feature = "gpu")]

@@ -243,6 +243,124 @@ fn boxes_on_lines_and_a_plate_have_points_that_can_be_counted() {
     }
 }
 
+/// What the points of E have where some flags conduct, by the cells around each; of those that conduct the one of the last geometry wins.
+fn conducting(
+    flags: &[u8],
+    [nx, ny, nz]: [usize; 3],
+    along: usize,
+    [x, y, z]: [usize; 3],
+    conductors: &[u8],
+) -> Option<u8> {
+    let (mut best, place) = (None, [x, y, z]);
+    for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+        let mut cell = place.map(|at| at as isize);
+        cell[(along + 1) % 3] -= i;
+        cell[(along + 2) % 3] -= j;
+        let n = [nx, ny, nz];
+        if (0..3).all(|axis| (0..n[axis] as isize).contains(&cell[axis])) {
+            let [x, y, z] = cell.map(|at| at as usize);
+            best = best.max(Some(flags[x + nx * (y + ny * z)]).filter(|flag| conductors.contains(flag)));
+        }
+    }
+    best
+}
+
+#[test]
+fn all_edges_of_the_cells_of_conductors_conduct() {
+    let (mut n_more, mut n_all) = (0, 0);
+    for seed in 0..30 {
+        let mut random = Random::new(5000 + seed);
+        let bodies = vec![body(&mut random), body(&mut random), body(&mut random)];
+        let conductors = [vec![1], vec![1, 3], vec![2, 3]][seed as usize % 3].clone();
+        let plain = job(seed % 2 > 0, &mut random);
+        let asked = set!(Job { conductors: conductors.clone(), ..plain.clone() });
+        let (found, _, flags) = staggered(&bodies, &asked, seed as usize % 3, &mut Engine::cpu());
+        let (by_points, lines, _) = staggered(&bodies, &plain, 0, &mut Engine::cpu());
+        let n = lines.dims().map(|n| n as usize);
+        for (along, (name, _)) in COMPONENTS.iter().enumerate() {
+            let (all_flags, without) = (all(&found, name), all(&by_points, name));
+            let [px, py, _] = found.points[along].dims().map(|n| n as usize);
+            for (index, (flag, point)) in all_flags.iter().zip(&without).enumerate() {
+                let place = [index % px, index / px % py, index / (px * py)];
+                let by_cells = match along < 3 && !conductors.contains(point) {
+                    true => conducting(&flags, n, along, place, &conductors),
+                    false => None,
+                };
+                assert_eq!(*flag, by_cells.unwrap_or(*point), "seed {seed}: {name} {place:?}");
+                n_more += usize::from(flag != point);
+            }
+            n_all += all_flags.len();
+            // any box of points has the same
+            let dims = found.points[along].dims();
+            let some = dims.map(|n| 1 + random.below(2) as u32..n - random.below(3) as u32);
+            let of_box = found.points[along].flags(&some).unwrap();
+            let mut index = 0;
+            for (z, y) in some[2].clone().flat_map(|z| some[1].clone().map(move |y| (z, y))) {
+                for x in some[0].clone() {
+                    let at = x as usize + dims[0] as usize * (y as usize + dims[1] as usize * z as usize);
+                    assert_eq!(of_box[index], all_flags[at], "seed {seed}: {name}");
+                    index += 1;
+                }
+            }
+        }
+        // points of a window are those of the box, also beside cells that are not in it
+        let window = [2, 1, 3, 6, 7, 7];
+        let (part, _) = meshed(&bodies, &set!(Job { window: Some(window), ..asked }), 1, &mut Engine::cpu()).unwrap();
+        assert_eq!(part.dims(), [4, 6, 4]);
+        let facts =
+            meshed(&bodies, &set!(Job { window: Some(window), conductors, ..plain }), 1, &mut Engine::cpu()).unwrap().1;
+        let part = facts.staggered.unwrap();
+        for (of_part, of_box) in part.points.iter().zip(&found.points) {
+            let n = of_part.dims();
+            let cells = [0, 1, 2].map(|axis| window[axis]..window[axis] + n[axis]);
+            assert!(all(&part, of_part.name) == of_box.flags(&cells).unwrap(), "seed {seed}: {}", of_part.name);
+        }
+    }
+    assert!(n_more > 1000, "{n_more} of {n_all} points conduct by their cells alone");
+}
+
+#[test]
+fn a_wall_whose_cells_conduct_lies_where_its_surface_does_on_average() {
+    let lines = || (0..=10).map(f64::from).collect::<Vec<f64>>();
+    let mut random = Random::new(77);
+    let mut off = [0.0; 2];
+    for place in 0..60 {
+        // anywhere in three cells
+        let wall = 3.0 + (f64::from(place) + random.below(1000) as f64 / 1000.0) / 20.0;
+        let body = models::cuboid([-1.0; 3], [wall as f32, 11.0, 11.0]);
+        for (off, conductors) in off.iter_mut().zip([vec![], vec![1]]) {
+            let lines = Some(LinesJob { x: lines(), y: lines(), z: lines() });
+            let job = set!(Job { lines, staggered: true, conductors, ..Job::default() });
+            let (found, ..) = staggered(std::slice::from_ref(&body), &job, 0, &mut Engine::cpu());
+            let row = found.points[1].flags(&[0..11, 5..6, 5..6]).unwrap();
+            let last = row.iter().rposition(|flag| *flag == 1).expect("metal");
+            *off += (last as f64 - wall) / 60.0;
+        }
+    }
+    // at the points alone half a cell is missing
+    assert!((-0.6..-0.4).contains(&off[0]), "{off:?}");
+    assert!(off[1].abs() < 0.1, "{off:?}");
+}
+
+#[test]
+fn perfect_conductors_that_are_not_named_are_said() {
+    let lines = || (0..=8).map(f64::from).collect::<Vec<f64>>();
+    let bodies = [models::cuboid([1.0; 3], [3.0; 3]), models::cuboid([4.0; 3], [7.0; 3])];
+    let mut geometries = vec![GeometryJob::default(), GeometryJob::default()];
+    geometries[1].material.pec = true;
+    let lines = Some(LinesJob { x: lines(), y: lines(), z: lines() });
+    let job = set!(Job { geometries, lines, staggered: true, ..Job::default() });
+    let found = |job: &Job| {
+        let (_, facts) = meshed(&bodies, job, 0, &mut Engine::cpu()).unwrap();
+        let said = facts.findings.into_iter().filter(|finding| finding.code == "conductor-thin");
+        said.map(|finding| finding.remedies[0].option.clone().expect("an option")).collect::<Vec<String>>()
+    };
+    assert_eq!(found(&job), ["--conductors 2"]);
+    assert_eq!(found(&set!(Job { conductors: vec![1], ..job.clone() })), ["--conductors 1,2"]);
+    assert!(found(&set!(Job { conductors: vec![2], ..job.clone() })).is_empty());
+    assert!(found(&set!(Job { staggered: false, ..job })).is_empty());
+}
+
 #[cfg(feature = "gpu")]
 #[test]
 fn a_gpu_finds_the_same_points() {
@@ -267,8 +385,10 @@ fn what_has_no_staggered_grid_is_refused() {
     for job in [
         set!(Job { window: Some([0, 0, 0, 1, 1, 1]), halo: Some(1), ..whole.clone() }),
         set!(Job { part: Some(hexcast::job::PartJob::new(1, [2, 1, 1])), halo: Some(2), ..whole.clone() }),
-        set!(Job { close_gaps: Some(3), ..whole }),
+        set!(Job { close_gaps: Some(3), ..whole.clone() }),
+        set!(Job { conductors: vec![1], staggered: false, ..whole.clone() }),
     ] {
         assert_eq!(job.validate().unwrap_err().code(), "job-conflict");
     }
+    assert_eq!(set!(Job { conductors: vec![0, 1], ..whole }).validate().unwrap_err().code(), "job-value");
 }

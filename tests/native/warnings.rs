@@ -173,7 +173,8 @@ fn a_geometry_without_cells_says_whether_it_is_flat_or_open_or_misses_all_centre
     let level =
         vec![[[1.0, 1.0, 3.0], [7.0, 1.0, 3.0], [7.0, 7.0, 3.0]], [[1.0, 1.0, 3.0], [7.0, 7.0, 3.0], [1.0, 7.0, 3.0]]];
     let found = only(level);
-    let in_plane = "got no cell: it lies in a plane across z, with no inside; take its faces of a staggered grid (staggered), or keep it";
+    let in_plane = "got no cell: it lies in a plane across z, with no inside; files for openEMS and gprMax have its faces if it is a perfect \
+                    conductor; for others take those of a staggered grid (staggered), or keep it";
     assert!(found.len() == 2 && found[1].contains(in_plane), "{found:?}");
     // a slanted plate between the diagonals of centres
     let plate = models::tetrahedron([[1.0, 1.0, 1.1], [5.0, 1.0, 5.1], [1.0, 5.0, 1.1], [5.0, 5.0, 5.15]]);

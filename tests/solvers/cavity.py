@@ -26,13 +26,15 @@ def mesh_cavity(folder: Path, output: str) -> None:
     hexcast("mesh", *arguments, "-o", output, cwd=folder)
 
 
-def resonance(time: np.ndarray, voltage: np.ndarray) -> float:
-    """Frequency of the highest peak of a spectrum between 9 and 20 GHz, after the excitation."""
-    rings = time > 1.2e-9
+def resonance(
+    time: np.ndarray, voltage: np.ndarray, band: tuple[float, float] = (9e9, 20e9), after: float = 1.2e-9
+) -> float:
+    """Frequency of the highest peak of a spectrum in a band, after the excitation."""
+    rings = time > after
     time, voltage = time[rings], voltage[rings]
     n = 1 << 20
     spectrum = abs(np.fft.rfft(voltage * np.hanning(len(voltage)), n))
     frequency = np.fft.rfftfreq(n, time[1] - time[0])
-    peak = np.argmax(spectrum * ((frequency > 9e9) & (frequency < 20e9)))
+    peak = np.argmax(spectrum * ((frequency > band[0]) & (frequency < band[1])))
     below, at, above = np.log(spectrum[peak - 1 : peak + 2])
     return frequency[peak] + 0.5 * (below - above) / (below - 2 * at + above) * frequency[1]

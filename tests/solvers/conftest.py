@@ -38,10 +38,28 @@ def save(path: Path, triangles: np.ndarray) -> None:
     path.write_bytes(b"test".ljust(80) + np.uint32(len(triangles)).tobytes() + records.tobytes())
 
 
+def save_solids(path: Path, solids: dict[str, np.ndarray]) -> None:
+    """Writes an STL as text, with named solids."""
+    lines = []
+    for name, triangles in solids.items():
+        lines.append(f"solid {name}")
+        for facet in triangles:
+            corners = "".join(f"   vertex {x!r} {y!r} {z!r}\n" for x, y, z in np.asarray(facet, float).tolist())
+            lines.append(f" facet normal 0 0 0\n  outer loop\n{corners}  endloop\n endfacet")
+        lines.append(f"endsolid {name}")
+    path.write_text("\n".join(lines) + "\n")
+
+
 def cuboid(low: tuple[float, ...], high: tuple[float, ...]) -> np.ndarray:
     corners = np.array([[x, y, z] for z in (low[2], high[2]) for y in (low[1], high[1]) for x in (low[0], high[0])])
     quads = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
     return np.array([corners[[q[0], q[i], q[i + 1]]] for q in quads for i in (1, 2)])
+
+
+def plate(low: tuple[float, ...], high: tuple[float, ...]) -> np.ndarray:
+    """A rectangle across z."""
+    a, b, c, d = ((low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1]))
+    return np.array([[(*p, low[2]) for p in facet] for facet in ((a, b, c), (a, c, d))])
 
 
 def rod(radius: float, length: float, sides: int = 256) -> np.ndarray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import Model, cuboid, hexcast, run, save
+from conftest import Model, cuboid, hexcast, run, save, save_solids
 
 NAMES = {1: "base", 2: "block", 9: "f_1_bar"}
 SIDES = ("XMIN", "XMAX", "YMIN", "YMAX", "ZMIN", "ZMAX")
@@ -134,3 +134,67 @@ def test_a_cantilever(tmp_path) -> None:
     theory = length**3 / 3 / modulus / (side**4 / 12) + length / (5 / 6 * shear * side**2)
     print("tip", -rows[:, 3].mean(), "theory", theory)
     assert -rows[:, 3].mean() == pytest.approx(theory, rel=0.01)
+
+
+def ring(inner: float, outer: float, height: float, sides: int = 256) -> dict[str, np.ndarray]:
+    """A thick pipe around z as four solids."""
+    turns = 2 * np.pi * (np.arange(sides + 1) % sides) / sides
+    circle = np.stack([np.cos(turns), np.sin(turns)], 1)
+    solids: dict[str, list] = {"bore": [], "outer": [], "low": [], "high": []}
+
+    def quad(name: str, a, b, c, d) -> None:
+        solids[name] += [[a, b, c], [a, c, d]]
+
+    for one, other in zip(circle, circle[1:]):
+        low, high = ([(*(p * r), z) for r in (inner, outer) for p in (one, other)] for z in (0.0, height))
+        quad("bore", low[0], high[0], high[1], low[1])
+        quad("outer", low[2], low[3], high[3], high[2])
+        quad("low", low[0], low[1], low[3], low[2])
+        quad("high", high[0], high[2], high[3], high[1])
+    return {name: np.array(facets) for name, facets in solids.items()}
+
+
+def test_a_pipe_with_pressure_in_its_bore_alone_widens_as_lame_says(tmp_path) -> None:
+    """A quarter of a pipe between two planes: u = (1 + nu) p a^2 / E (b^2 - a^2) ((1 - 2 nu) r + b^2 / r)."""
+    inner, outer, size = 1.0, 2.0, 1 / 24
+    save_solids(tmp_path / "pipe.stl", ring(inner, outer, size))
+    domain = ["--domain", f"0,0,0,{outer},{outer},{size}", "--dims", "48,48,1", "--unit", "mm", "--backend", "cpu"]
+    hexcast("mesh", "pipe.stl:E=2.1e11,nu=0.3", *domain, "-o", "m.inp", "--patches", "solid", cwd=tmp_path)
+    text = (tmp_path / "m.inp").read_text()
+    names = [line.split("NAME=")[1].split(",")[0] for line in text.splitlines() if line.startswith("*SURFACE")]
+    # the box cuts the pipe across x and y
+    assert sorted(names) == ["S_pipe", "S_pipe_XMIN", "S_pipe_YMIN", "S_pipe_bore", "S_pipe_high", "S_pipe_low", "S_pipe_outer"]
+    pressure = 1e6
+    (tmp_path / "run.inp").write_text(
+        f"""*INCLUDE, INPUT=m.inp
+*BOUNDARY
+XMIN, 1, 1
+YMIN, 2, 2
+NALL, 3, 3
+*STEP
+*STATIC
+*DSLOAD
+S_pipe_bore, P, {pressure}
+*NODE PRINT, NSET=NALL
+U
+*END STEP
+"""
+    )
+    run("ccx", "run", cwd=tmp_path)
+    rows = table((tmp_path / "run.dat").read_text(), "displacements (vx,vy,vz) for set NALL and time")
+    start = text.splitlines().index("*NODE, NSET=NALL") + 1
+    places = {}
+    for line in text.splitlines()[start:]:
+        if line.startswith("*"):
+            break
+        number, *place = line.split(",")
+        places[int(number)] = [float(word) for word in place]
+    place = np.array([places[int(number)] for number in rows[:, 0]])[:, :2]
+    radius = np.hypot(*place.T)
+    moved = (rows[:, 1:3] * place).sum(axis=1) / radius
+    a, b, modulus, nu = inner * 1e-3, outer * 1e-3, 2.1e11, 0.3
+    theory = (1 + nu) * pressure * a**2 / modulus / (b**2 - a**2) * ((1 - 2 * nu) * radius + b**2 / radius)
+    middle = (radius > 1.2e-3) & (radius < 1.8e-3)
+    ratio = (moved / theory)[middle]
+    print("pipe under pressure: moved by", ratio.mean(), "of Lame's solution, from", ratio.min(), "to", ratio.max())
+    assert ratio.mean() == pytest.approx(1, rel=0.02)

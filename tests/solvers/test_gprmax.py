@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 import pytest
 from cavity import RADIUS, mesh_cavity, resonance, theory
-from conftest import Model, hexcast, run
+from conftest import Model, hexcast, plate, run, save
 
 MATERIALS = ("base.stl:name=base,eps_r=2.5,mu_r=1.5,sigma=0.02,density=1200", "block.stl:name=block,pec=true", "bar.stl:flag=9,name=1 bar,eps_r=4")
 
@@ -76,3 +76,32 @@ def test_a_spherical_cavity(tmp_path: Path) -> None:
     found = resonance(time, voltage)
     print("gprMax", found, "theory", theory(RADIUS))
     assert found == pytest.approx(theory(RADIUS), rel=0.01)
+
+
+def test_a_plate_shields_what_is_behind_it(tmp_path: Path) -> None:
+    """Metal walls around a box, which a plate of no thickness divides: wholly, or up to a hole."""
+    fields = {}
+    for name, edge in (("whole", 11), ("hole", 4)):
+        folder = tmp_path / name
+        folder.mkdir()
+        save(folder / "plate.stl", plate((-11, -11, 0), (edge, 11, 0)))
+        options = ["--domain", "-11,-11,-11,11,11,11", "--cell-size", "1", "--unit", "mm", "--backend", "cpu"]
+        hexcast("mesh", "plate.stl:pec=true", *options, "-o", "p.in", cwd=folder)
+        assert "#plate: 0.0 0.0 0.011" in (folder / "p.in").read_text()
+        (folder / "run.in").write_text(
+            """#title: plate
+#omp_threads: 1
+#time_window: 4e-10
+#pml_cells: 0
+#include_file: p.in
+#waveform: gaussiandot 1 13e9 w
+#hertzian_dipole: x 0.011 0.011 0.005 w
+#rx: 0.011 0.011 0.017
+"""
+        )
+        gprmax(folder)
+        with h5py.File(folder / "run.h5") as file:
+            fields[name] = abs(file["rxs/rx1/Ex"][:]).max()
+    print("gprMax, field behind a plate", fields)
+    assert fields["whole"] == 0
+    assert fields["hole"] > 0

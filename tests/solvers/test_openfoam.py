@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 import pytest
-from conftest import Model, hexcast, rod, run, save
+from conftest import Model, hexcast, rod, run, save, save_solids
 
 import foam
 
@@ -104,3 +104,43 @@ def test_flow_through_a_tube(tmp_path) -> None:
     poiseuille = np.pi * 1e-12 * 1.6e-3 / (8 * 1e-6 * length * 1e-3)
     print("flow", flow, "Poiseuille", poiseuille)
     np.testing.assert_allclose(flow, poiseuille, rtol=0.015)
+
+
+def test_a_pipe_has_the_patches_of_its_solids(tmp_path) -> None:
+    size, radius, length = 1 / 16, 1.0, 4.0
+    facets = rod(radius, length).reshape(-1, 4, 3, 3)
+    solids = {"wall": facets[:, :2].reshape(-1, 3, 3), "inlet": facets[:, 2], "outlet": facets[:, 3]}
+    save_solids(tmp_path / "pipe.stl", solids)
+    case = tmp_path / "case"
+    foam.system(case)
+    # the box of the pipe, so that its ends lie at the sides
+    arguments = ["pipe.stl:name=water", "--dims", "20,32,32", "--unit", "mm", "--backend", "cpu", "-o", "case/pipe.foam", "-o", "pipe.raw", "-o", "p.hxc"]
+    hexcast("mesh", *arguments, "--patches", "solid", "--open-patches", "inlet,outlet", cwd=tmp_path)
+    boundary = (case / "constant/polyMesh/boundary").read_text()
+    patches = {name: (kind, int(n)) for name, kind, n in re.findall(r"(\w+)\s*\{\s*type (\w+);\s*nFaces (\d+);", boundary)}
+    flags = np.fromfile(tmp_path / "pipe.raw", np.uint8).reshape(32, 32, 20)
+    across = int(flags[:, :, 0].sum())
+    padded = np.pad(flags, 1)
+    n_faces = sum(int((np.diff(padded.astype(int), axis=axis) != 0).sum()) for axis in range(3))
+    assert patches == {"inlet": ("patch", across), "outlet": ("patch", across), "wall": ("wall", n_faces - 2 * across)}
+    said = run("checkMesh", "-allTopology", "-allGeometry", "-case", case, cwd=tmp_path)
+    assert "\nMesh OK." in said, said
+    ends = "inlet {type zeroGradient;} outlet {type zeroGradient;} wall {type noSlip;}"
+    foam.write(case / "0/U", "volVectorField", f"dimensions [0 1 -1 0 0 0 0]; internalField uniform (0 0 0); boundaryField {{{ends}}}")
+    ends = "inlet {type fixedValue; value uniform 3.2e-4;} outlet {type fixedValue; value uniform 0;} wall {type zeroGradient;}"
+    foam.write(case / "0/p", "volScalarField", f"dimensions [0 2 -2 0 0 0 0]; internalField uniform 0; boundaryField {{{ends}}}")
+    foam.write(case / "constant/transportProperties", "dictionary", "transportModel Newtonian; nu 1e-6;")
+    foam.write(case / "constant/turbulenceProperties", "dictionary", "simulationType laminar;")
+    run("simpleFoam", "-case", case, cwd=tmp_path)
+    last = max((path for path in case.iterdir() if path.name.isdigit()), key=lambda path: int(path.name))
+    order = np.argwhere(flags == 1)[:, ::-1]
+    speed = foam.values(last / "U")[:, 0]
+    flow = speed[order[:, 0] == 10].sum() * (size * 1e-3) ** 2
+    poiseuille = np.pi * 1e-12 * 3.2e-4 / (8 * 1e-6 * length * 1e-3)
+    print("flow from inlet to outlet", flow, "Poiseuille", poiseuille)
+    assert flow == pytest.approx(poiseuille, rel=0.015)
+    # a column file does not know which facets made its faces, and says so; a solid that is not there is named
+    other = ["convert", "p.hxc", "case2.foam", "--patches", "solid"]
+    assert "does not know which facets" in hexcast(*other, cwd=tmp_path, ok=False)
+    wrong = hexcast("mesh", *arguments[:-4], "-o", "x.inp", "--patches", "solid", "--open-patches", "intel", cwd=tmp_path, ok=False)
+    assert '"intel"' in wrong and "inlet, outlet" in wrong.replace("wall, ", "")

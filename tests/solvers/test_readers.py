@@ -10,7 +10,7 @@ import meshio
 import nrrd
 import numpy as np
 import pytest
-from conftest import Model, hexcast, run
+from conftest import Model, hexcast, rod, run, save_solids
 
 
 @pytest.mark.parametrize("form", ["--ascii", "binary"])
@@ -41,6 +41,28 @@ def test_gmsh(model: Model, form: str, flags: tuple[int, ...]) -> None:
     names = {0: "background", 1: "base", 2: "block", 9: "f_1_bar"}
     groups = {name: int(tag) % 256 for name, (tag, dimension) in read.field_data.items()}
     assert groups == {names[flag]: flag for flag in flags}
+
+
+@pytest.mark.parametrize("form", ["--ascii", "binary"])
+def test_gmsh_has_the_faces_of_solids(tmp_path, form: str) -> None:
+    facets = rod(1.0, 2.0).reshape(-1, 4, 3, 3)
+    save_solids(tmp_path / "pipe.stl", {"wall": facets[:, :2].reshape(-1, 3, 3), "inlet": facets[:, 2], "outlet": facets[:, 3]})
+    text = ["--ascii"] if form == "--ascii" else []
+    hexcast("mesh", "pipe.stl", "--cell-size", 0.25, "--backend", "cpu", "-o", "m.msh", "-o", "m.raw", "--patches", "solid", *text, cwd=tmp_path)
+    said = run("gmsh", "-check", "m.msh", cwd=tmp_path)
+    assert not re.search(r"Warning|Error", said), said
+    read = meshio.read(tmp_path / "m.msh")
+    names = {int(tag): name for name, (tag, dimension) in read.field_data.items() if dimension == 2}
+    found: dict[str, list] = {}
+    for block, physical in zip(read.cells, read.cell_data["gmsh:physical"]):
+        for corners, tag in zip(block.data, physical):
+            if block.type == "quad":
+                found.setdefault(names[int(tag)], []).append(read.points[corners])
+    flags = np.fromfile(tmp_path / "m.raw", np.uint8).reshape(8, 8, 8)
+    across = int(flags[:, :, 0].sum())
+    n_faces = sum(int((np.diff(np.pad(flags, 1).astype(int), axis=axis) != 0).sum()) for axis in range(3))
+    assert {name: len(faces) for name, faces in found.items()} == {"inlet": across, "outlet": across, "wall": n_faces - 2 * across}
+    assert (np.array(found["inlet"])[:, :, 0] == 0).all() and (np.array(found["outlet"])[:, :, 0] == 2).all()
 
 
 @pytest.mark.parametrize("compress", ["none", "6"])

@@ -115,11 +115,15 @@ class JobOptions(TypedDict, total=False):
     thin_cells: int
     #: Links from cells of a fluid to surfaces, counted in ``report["links"]``: ``stencil``, such as ``"D3Q19"``, and ``fluid``, a list of flags.
     links: Mapping[str, Any]
+    #: Axes along which the box continues with itself, so that links lead through its sides.
+    periodic: Sequence[Literal["x", "y", "z"]]
     #: Cells that surfaces cut, and the volumes of flags, in ``report["fractions"]``: ``rays``, those of a cell along each axis;
     #: ``surfaces``, whether to add the areas of geometries.
     fractions: Mapping[str, Any]
     #: Points of a staggered grid, counted in ``report["staggered"]``.
     staggered: bool
+    #: Flags of perfect conductors on a staggered grid: all edges of their cells conduct, not only those within the surface.
+    conductors: Sequence[int]
     #: Who meshes; ``"auto"`` takes a GPU where there is one. The cells do not depend on it.
     backend: Literal["auto", "gpu", "cpu"]
     #: Along which axis the rays run; the cells do not depend on it.

@@ -78,12 +78,13 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     let mut mesh = open_columns(&arguments.input, max_bytes / 2, &control)?;
     mesh.unit = arguments.unit.clone().or(mesh.unit);
     let (mesh, left_out) = taken(arguments, mesh, max_bytes / 4, &control)?;
+    let lost = outputs.lost_conductors(&mesh);
     let place = Place { whole: mesh.lines.clone(), first: [0; 3] };
     outputs.write(&mesh, &place, None, &control, progress)?;
     control.check()?;
     let files = outputs.finish("")?;
-    if let Some(warning) = arguments.formats.merged(&mesh) {
-        terminal::complain(&format!("warning: {warning}"));
+    for warning in arguments.formats.merged(&mesh).into_iter().chain(lost) {
+        terminal::complain(&terminal::one_line(&format!("warning: {warning}")));
     }
     if arguments.quiet || standard::is_standard(&arguments.output) {
         return Ok(());

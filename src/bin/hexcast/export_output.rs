@@ -7,7 +7,7 @@ use hexcast::control::Control;
 use hexcast::export::{ExportOptions, Exporter, Files, exact_size, export};
 use hexcast::geometry::Geometry;
 use hexcast::job::Job;
-use hexcast::mesh::Mesh;
+use hexcast::mesh::{Mesh, Named};
 use hexcast::pipeline::Prepared;
 use hexcast::{Error, Result};
 use indicatif::ProgressBar;
@@ -78,6 +78,20 @@ impl ExportOutput {
         self.exporter.check(mesh, &self.options).map_err(|error| error.at(self.path.display()))?;
         let n_bytes = exact_size(mesh, self.exporter, &self.options);
         Ok(n_bytes.map(|n_bytes| Planned { path: self.path.clone(), folder: self.folder.clone(), n_bytes }))
+    }
+
+    /// Says of each conductor that the files lack that they do.
+    pub(crate) fn lost_conductors(&self, mesh: &Mesh) -> Vec<String> {
+        let said = |named: &Named| {
+            format!(
+                "{}: flag {} (\"{}\"), a perfect conductor, is not in it: it has no cell, and column files have no faces of geometries without \
+                 thickness; write this file with hexcast mesh",
+                self.path.display(),
+                named.flag,
+                named.name
+            )
+        };
+        self.exporter.lost_conductors(mesh, &self.options).into_iter().map(said).collect()
     }
 
     /// Writes the mesh.

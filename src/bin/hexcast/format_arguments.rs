@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use hexcast::estimate::{block_cache_bytes, slab_bytes};
-use hexcast::export::{ExportOptions, Exporter};
+use hexcast::export::{ExportOptions, Exporter, PatchNames};
 use hexcast::job::{Level, RunJob};
 use hexcast::mesh::Mesh;
 use hexcast::write::{AxisOrder, Compress, Format, Options};
@@ -40,6 +40,13 @@ pub(crate) struct FormatArguments {
     /// Flags whose cells are exported for a solver; 0 is allowed [default: all but 0]
     #[arg(long, value_name = "FLAG,...", value_delimiter = ',', value_parser = number::<u8>)]
     export_flags: Option<Vec<u8>>,
+    /// By what the patches of OpenFOAM, surfaces of .inp and tags of faces in .msh and .xdmf are named: by the side of the box, else the neighbour's flag; by the neighbour, all sides of the box
+    /// being one; or by the solid of the file, or else the geometry, whose facet made the face [default: side]
+    #[arg(long, value_name = "BY", value_parser = choice::<PatchNames>(&["side", "neighbour", "solid"]))]
+    pub(crate) patches: Option<PatchNames>,
+    /// Solids whose patches have the type patch in OpenFOAM, such as inlet,outlet; those of other solids are walls
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',', requires = "patches")]
+    open_patches: Option<Vec<String>>,
     /// Export text instead of binary numbers: OpenFOAM, .msh
     #[arg(long)]
     ascii: bool,
@@ -103,6 +110,8 @@ impl FormatArguments {
     pub(super) fn export_options(&self, max_bytes: u64) -> ExportOptions {
         let options = ExportOptions::default()
             .with_ascii(self.ascii)
+            .with_patches(self.patches.unwrap_or_default())
+            .with_open_patches(self.open_patches.clone().unwrap_or_default())
             .with_compress(self.compression())
             .with_slab_bytes(slab_bytes(max_bytes) as usize);
         self.export_flags.iter().fold(options, |options, flags| options.with_flags(flags.clone()))
@@ -120,6 +129,15 @@ impl FormatArguments {
         run.axis_order = self.axis_order.map(|order| if order == AxisOrder::Xyz { "xyz".into() } else { "zyx".into() });
         run.map = self.map.map(Map::text);
         run.export_flags = self.export_flags.clone();
+        run.patches = self.patches.map(|by| {
+            let word = match by {
+                PatchNames::Solid => "solid",
+                PatchNames::Neighbour => "neighbour",
+                _ => "side",
+            };
+            word.into()
+        });
+        run.open_patches = self.open_patches.clone();
         run.ascii = self.ascii;
     }
 
@@ -186,6 +204,11 @@ impl FormatArguments {
         if self.ascii && !exporters.iter().any(|exporter| exporter.has_ascii()) {
             let message = "--ascii is given, but no output can be text or binary";
             let hint = format!("add an output that ends in {}", endings(Exporter::has_ascii));
+            return Err(Error::new("job-conflict", message, hint));
+        }
+        if self.patches.is_some() && !exporters.iter().any(|exporter| exporter.has_patches()) {
+            let message = "--patches is given, but no output has named patches or surfaces";
+            let hint = format!("add an output that ends in {}", endings(Exporter::has_patches));
             return Err(Error::new("job-conflict", message, hint));
         }
         if self.export_flags.is_some() && !exporters.iter().any(|exporter| exporter.has_flags()) {

@@ -66,6 +66,8 @@ const SAME: &[&str] = &[
     "close_gaps",
     "gap_flag",
     "thin_cells",
+    "periodic",
+    "conductors",
     "backend",
     "axis",
     "max_memory",
@@ -82,6 +84,8 @@ const SAME: &[&str] = &[
     "axis_order",
     "map",
     "export_flags",
+    "patches",
+    "open_patches",
     "spill",
     "slice",
     "view",
@@ -150,6 +154,8 @@ fn options(run: &RunJob, folder: &Path) -> Vec<(&'static str, OsString)> {
     put("map", "map", run.map.as_ref().filter(|map| !map.is_empty()).map(OsString::from));
     let flags = |flags: &Vec<u8>| flags.iter().map(u8::to_string).collect::<Vec<String>>().join(",").into();
     put("export_flags", "export-flags", run.export_flags.as_ref().map(flags));
+    put("patches", "patches", run.patches.as_ref().map(OsString::from));
+    put("open_patches", "open-patches", run.open_patches.as_ref().map(|names| names.join(",").into()));
     put("adapter", "adapter", run.adapter.as_ref().map(OsString::from));
     put("max_device_memory", "max-device-memory", run.max_device_memory.map(|size| size.0.to_string().into()));
     put("threads", "threads", run.threads.map(|threads| threads.to_string().into()));

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use hexcast::control::Control;
 use hexcast::export::write_links_hdf5;
-use hexcast::job::{Job, LinksJob, RunJob, Stencil, ZarrJob};
+use hexcast::job::{Axis, Job, LinksJob, RunJob, Stencil, ZarrJob};
 use hexcast::links::Links;
 use hexcast::mesh::Mesh;
 use hexcast::pipeline::Prepared;
@@ -39,6 +39,9 @@ pub(crate) struct MeasuredArguments {
     /// Flags of the fluid, for --links [default: 0, the background]
     #[arg(long, value_name = "FLAGS", requires = "links", value_delimiter = ',', value_parser = number::<u8>)]
     fluid: Option<Vec<u8>>,
+    /// Axes along which the box continues with itself, so that --links leads through its sides
+    #[arg(long, value_name = "AXES", requires = "links", value_delimiter = ',', value_parser = choice::<Axis>(&["x", "y", "z"]))]
+    periodic: Option<Vec<Axis>>,
     /// Write the fractions of all flags in the cells that surfaces cut to a file, .npz; or, for every cell, the fraction that is not background:
     /// .vti, .vtr, .npy, .zarr or .zarr.zip
     #[arg(long, value_name = "FILE")]
@@ -55,6 +58,10 @@ pub(crate) struct MeasuredArguments {
     /// Write the flags at the points of a staggered (Yee) grid to a file, .npz: edges, faces and cells, and the faces of sheets
     #[arg(long, value_name = "FILE")]
     staggered: Option<PathBuf>,
+    /// Flags of perfect conductors on the staggered grid: all edges of their cells conduct, not only those within the surface, which would leave
+    /// metal half a cell too thin
+    #[arg(long, value_name = "FLAGS", requires = "staggered", value_delimiter = ',', value_parser = number::<u8>)]
+    conductors: Option<Vec<u8>>,
 }
 
 /// Files for what is measured, opened before the long work starts; none is left where this is dropped before [`Measured::finish`].
@@ -143,6 +150,7 @@ impl MeasuredArguments {
             let fluid = self.fluid.clone().unwrap_or_else(|| links.fluid.clone());
             job.links = Some(links.with_stencil(stencil).with_fluid(fluid));
         }
+        job.periodic = self.periodic.clone().unwrap_or_else(|| std::mem::take(&mut job.periodic));
         if self.fractions.is_some() {
             let fractions = job.fractions.unwrap_or_default();
             let fractions = fractions.with_rays(self.fraction_rays.unwrap_or(fractions.rays));
@@ -150,6 +158,7 @@ impl MeasuredArguments {
             job.fractions = Some(fractions.with_surfaces(fractions.surfaces || self.fraction_surfaces));
         }
         job.staggered |= self.staggered.is_some();
+        job.conductors = self.conductors.clone().unwrap_or_else(|| std::mem::take(&mut job.conductors));
         let is_dense = |path: &PathBuf| fractions_format(path).is_ok_and(|format| format != Format::Npz);
         if job.halo.is_some_and(|halo| halo > 0) && self.fractions.as_ref().is_some_and(is_dense) {
             let message =

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use hexcast::control::{CancelToken, Control};
+use hexcast::export::PatchNames;
 use hexcast::job::{Job, Names, RunJob};
 use hexcast::mesh::Mesh;
 use hexcast::pipeline::{self, Engine, MeshOptions, Prepared, SpillTarget};
@@ -197,6 +198,7 @@ fn mesh_and_write(
         .with_spill(spill)
         .with_flags_in_memory(arguments.flags_in_memory)
         .with_doubt_mask(arguments.doubt.is_some())
+        .with_walls(arguments.formats.patches == Some(PatchNames::Solid))
         .with_lone_report(arguments.report.is_none() && !arguments.json)
         .with_program_bytes(program_bytes)
         .with_max_device_bytes(arguments.job.max_device_memory.map(|size| size.0));

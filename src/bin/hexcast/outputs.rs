@@ -153,6 +153,11 @@ impl Outputs {
         self.meshes.len() + self.stores.len() + self.exports.len()
     }
 
+    /// Says which conductors the files of solvers lack.
+    pub(crate) fn lost_conductors(&self, mesh: &Mesh) -> Vec<String> {
+        self.exports.iter().flat_map(|export| export.lost_conductors(mesh)).collect()
+    }
+
     /// Writes the mesh, and the mask of its doubtful cells, to all their files, if the disks have room for those whose size is known.
     pub(crate) fn write(
         &mut self,

@@ -63,8 +63,13 @@ fn boxes_for_openems_are_the_cells_and_meet_no_other() {
             .filter(|(name, ..)| name.ends_with("Lines") && !name.starts_with('/'))
             .map(|one| numbers(&one.2))
             .collect();
-        let expected_lines: Vec<Vec<f64>> = (0..3).map(|axis| mesh.lines.list(axis)).collect();
-        assert_eq!(lines, expected_lines);
+        for (axis, lines) in lines.iter().enumerate() {
+            let expected = mesh.lines.list(axis);
+            assert_eq!(lines.len(), expected.len());
+            // decimals within the rounding of numbers of 24 bits
+            let most = expected.iter().fold(0.0, |most: f64, line| most.max(line.abs())) / f64::from(1 << 24);
+            assert!(lines.iter().zip(&expected).all(|(line, other)| (line - other).abs() <= most), "{lines:?}");
+        }
         let [nx, ny, _] = DIMS.map(|n| n as usize);
         let mut found = vec![None; pattern_flags(DIMS, 3).len()];
         let (mut flag, mut corners) = (0, Vec::new());
@@ -121,6 +126,64 @@ fn a_cuboid_is_one_box() {
     mesh.columns = crate::columns::Columns::new(rays, vec![band]).unwrap();
     let text = text_of(&mesh, Exporter::Csx, "a.csx.xml", &ExportOptions::default());
     assert_eq!(elements(&text).iter().filter(|(name, ..)| name == "Box").count(), 1);
+}
+
+/// A mesh with the faces of two plates: one of 3 x 2 faces with a notch, across z, and one of a single face, across x.
+fn with_plates() -> Mesh {
+    use crate::staggered::SheetFace;
+    let mut mesh = cubic(0);
+    mesh.lines = crate::lines::Lines::new([-1.5, 0.5, 0.0], [0.5; 3], DIMS).unwrap();
+    mesh.names.push(crate::mesh::Named::new(9, "strip"));
+    mesh.names.last_mut().unwrap().material.pec = true;
+    let across_z =
+        [[2, 1], [3, 1], [4, 1], [2, 2], [3, 2]].map(|[x, y]| SheetFace { axis: 2, face: [x, y, 7], flag: 9 });
+    let plates = [SheetFace { axis: 0, face: [4, 0, 3], flag: 9 }].into_iter().chain(across_z).collect();
+    mesh.with_plates(plates)
+}
+
+#[test]
+fn plates_are_boxes_without_thickness_and_no_flag_of_theirs_is_left_out_silently() {
+    let mesh = with_plates();
+    let only = ExportOptions::default().with_flags(vec![9]);
+    let text = text_of(&mesh, Exporter::Csx, "a.csx.xml", &only);
+    let elements = elements(&text);
+    let corner = |name: &str| {
+        let of_name = elements.iter().filter(|(other, ..)| other == name);
+        of_name
+            .map(|(_, attributes, _)| ["X", "Y", "Z"].map(|key| attributes[key].parse::<f64>().unwrap()))
+            .collect::<Vec<_>>()
+    };
+    let line = |place: [u32; 3]| [0, 1, 2].map(|axis| [-1.5, 0.5, 0.0][axis] + 0.5 * f64::from(place[axis]));
+    let [x, row, rest] =
+        [[[4, 0, 3], [4, 1, 4]], [[2, 1, 7], [5, 2, 7]], [[2, 2, 7], [4, 3, 7]]].map(|ends| ends.map(line));
+    let both: Vec<[[f64; 3]; 2]> = corner("P1").into_iter().zip(corner("P2")).map(|(low, high)| [low, high]).collect();
+    assert_eq!(both, [x, row, rest]);
+    assert_eq!(elements.iter().filter(|(name, ..)| name == "Metal").count(), 1);
+    let mut held = Held::default();
+    export(&mesh, Exporter::Gprmax, "a.in", &ExportOptions::default(), &mut held, &Control::default()).unwrap();
+    let input = String::from_utf8(held.files["a.in"].clone()).unwrap();
+    let expected = "#plate: 0.002 0.0 0.0015 0.002 0.0005 0.002 pec\n#plate: 0.001 0.0005 0.0035 0.0025 0.001 0.0035 pec\n\
+                    #plate: 0.001 0.001 0.0035 0.002 0.0015 0.0035 pec\n";
+    assert!(input.ends_with(expected), "{input}");
+    // of what conducts a little a program would need the thickness
+    for (pec, sigma) in [(false, None), (false, Some(5.8e7))] {
+        let mut mesh = with_plates();
+        let material = &mut mesh.names.last_mut().unwrap().material;
+        (material.pec, material.sigma) = (pec, sigma);
+        for exporter in [Exporter::Csx, Exporter::Gprmax] {
+            let error = exported(&mesh, exporter, "a.in", &ExportOptions::default()).unwrap_err();
+            assert!(error.code() == "export-material" && error.to_string().contains("\"strip\""), "{error}");
+            assert!(exporter.check(&mesh, &ExportOptions::default().with_flags(vec![1, 2])).is_ok());
+        }
+    }
+    // as a column file has them
+    let without = with_plates().with_plates(Vec::new());
+    let lost = |mesh: &Mesh, exporter: Exporter, options: &ExportOptions| exporter.lost_conductors(mesh, options).len();
+    assert_eq!(lost(&without, Exporter::Csx, &ExportOptions::default()), 1);
+    assert_eq!(lost(&without, Exporter::Gprmax, &ExportOptions::default().with_flags(vec![1])), 0);
+    assert_eq!(lost(&mesh, Exporter::Csx, &ExportOptions::default()), 0);
+    // what holds cells alone says that there is none
+    assert_eq!(exported(&mesh, Exporter::Foam, "a.foam", &only).unwrap_err().code(), "job-conflict");
 }
 
 #[test]
