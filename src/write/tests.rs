@@ -220,7 +220,8 @@ impl io::Write for Stops<'_> {
 
 #[test]
 fn a_failing_output_and_cancel_end_the_writing() {
-    let mesh = pattern(0, [40, 40, 40], 1);
+    // more than an archive holds back
+    let mesh = pattern(0, [80, 80, 80], 1);
     for format in Format::FILES {
         let control = Control::default();
         let options = Options { slab_bytes: 4000, ..Options::default() };
