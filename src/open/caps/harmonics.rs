@@ -22,7 +22,7 @@ pub(super) const LOW: usize = 4;
 /// Degree of the terms for what these leave in doubt.
 pub(super) const HIGH: usize = 14;
 /// Points and weights of Gauss's formulas from 0 to 1, exact to degree 3 and to degree 13 (Abramowitz and Stegun, table 25.4).
-const GAUSS_LOW: [(f64, f64); 2] = [(0.211_324_865_405_187_12, 0.5), (0.788_675_134_594_812_9, 0.5)];
+const GAUSS_LOW: [(f64, f64); 2] = [(0.211_324_865_405_187_1, 0.5), (0.788_675_134_594_812_9, 0.5)];
 const GAUSS_HIGH: [(f64, f64); 7] = [
     (0.025_446_043_828_620_74, 0.064_742_483_084_434_85),
     (0.129_234_407_200_302_78, 0.139_852_695_744_638_34),
@@ -171,7 +171,7 @@ pub(super) fn add_moved(to: &mut Terms, moments: &Terms, step: DVec3) {
 pub(super) fn add_around(local: &mut Terms, moments: &Terms, point: DVec3) {
     let order = local.order;
     let t = irregular(point, order);
-    let sign = |k: usize| if k % 2 == 0 { 1.0 } else { -1.0 };
+    let sign = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 };
     for k in 0..order {
         for l in 0..=k {
             let mut sum = [0.0; 2];
