@@ -54,7 +54,7 @@ test('every number of a job that is none, or infinite, is refused by its key; so
     }
     print(found);
   `);
-  assert.equal(Object.keys(found).length, 23);
+  assert.equal(Object.keys(found).length, 24);
   for (const [key, problems] of Object.entries(found)) {
     assert.equal(problems.length, 6);
     for (const [at, { code, message, details }] of problems.entries()) {

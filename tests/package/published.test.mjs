@@ -70,7 +70,7 @@ test('the manifest has nothing of the repository alone, and tells where it is if
 test('the repository itself is not packed', () => {
   const { status, stderr } = spawnSync('npm', ['pack', '--pack-destination', folder], { cwd: ROOT, encoding: 'utf8' });
   assert.notEqual(status, 0);
-  assert.match(stderr, /"npm run package" packs it, in target\/package/);
+  assert.match(stderr, /"npm run package" packs it, in target\/npm/);
 });
 
 test('typedoc writes the documentation of all that is exported, without warnings', { timeout: 120_000 }, () => {
