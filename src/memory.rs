@@ -44,7 +44,10 @@ impl Memory {
 
     /// Another limit of the same process.
     pub(crate) fn again(&self, max: u64, program_bytes: u64) -> Memory {
-        Memory::measured(max, if program_bytes < max { program_bytes } else { 0 }, self.0.resident)
+        // where the program alone is too much, what it does says so better
+        let (held, resident): (u64, fn() -> Option<u64>) =
+            if program_bytes < max { (program_bytes, self.0.resident) } else { (0, || None) };
+        Memory::measured(max, held, resident)
     }
 
     /// The same where a program takes some whatever it does; where that is too much, what it does says so better.
