@@ -33,8 +33,8 @@ async function compareWithNative(visit, sample, n_files, settings, isPacked) {
     await run(page);
     await writeSample(sample, folder);
     const outputs = (...names) => names.flatMap((name) => ['-o', name]);
-    await runCopied(page, folder, ['--compress=none', ...outputs('plain.vti', 'plain.npy', 'plain.raw', 'plain.hxc')]);
-    const report = await runCopied(page, folder, ['--compress=6', '--hash=sha256', ...outputs('zlib.vti')]);
+    await runCopied(page, folder, ['--compress=none', ...outputs('plain.vti', 'plain.npy', 'plain.raw')]);
+    const report = await runCopied(page, folder, ['--compress=6', '--hash=sha256', ...outputs('zlib.vti', 'plain.hxc')]);
     if (isPacked) await runCopied(page, folder, ['--bits', '--compress=none', ...outputs('bits.npy', 'bits.raw')]);
     for (const [id, name] of isPacked ? [...FILES, ...PACKED] : FILES) {
       const said = await page.getAttribute(`#download-${id} .size`, 'data-bytes');

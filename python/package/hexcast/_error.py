@@ -118,7 +118,7 @@ WORDS = (
     (r"give true or false", "give True or False"),
     (r"it is true;", "it is True;"),
     (r"it is false;", "it is False;"),
-    (r"give struct \w+", "give a dict"),
+    (r"give (struct \w+|a table of its keys)", "give a dict"),
     (r"give string or map", "give a text"),
     (r"the job is not valid JSON", "the job has no JSON form"),
 )
