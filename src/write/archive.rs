@@ -106,15 +106,15 @@ impl<'a> Array<'a> {
     /// `job-value` where that has another length; `io` where the array is made from what is in a store; `cancelled`, looked at before
     /// every piece.
     pub fn fill(&self, out: &mut [u8], control: &Control) -> Result<()> {
-        let mut at = 0;
+        let (mut at, n_bytes) = (0, out.len());
         for index in 0..self.n_pieces {
             control.check()?;
             let piece = (self.piece)(index)?;
-            let place = out.get_mut(at..at + piece.len()).ok_or_else(|| other_length(self, at))?;
+            let place = out.get_mut(at..at + piece.len()).ok_or_else(|| other_length(self, n_bytes))?;
             place.copy_from_slice(&piece);
             at += piece.len();
         }
-        if at == out.len() { Ok(()) } else { Err(other_length(self, out.len())) }
+        if at == n_bytes { Ok(()) } else { Err(other_length(self, n_bytes)) }
     }
 
     /// All bytes of the array, without a header.
