@@ -163,6 +163,11 @@ impl Geometry {
         })
     }
 
+    /// Whether it has the cells whose centres its surface encloses.
+    pub(crate) fn is_plain(&self) -> bool {
+        self.fill == Fill::Centre && !self.shell && !self.invert
+    }
+
     /// Index in `solids` of that of a facet; 0 where there are none.
     pub fn solid_of(&self, facet: u64) -> usize {
         self.solids.partition_point(|(first, _)| *first <= facet).saturating_sub(1)

@@ -11,6 +11,7 @@ import tarfile
 from pathlib import Path
 
 import hexcast
+import pytest
 from hexcast._options import GEOMETRY_KEYS, JOB_KEYS
 
 from places import ROOT
@@ -110,3 +111,15 @@ def test_readme_runs(spot, tmp_path, monkeypatch):
     assert blocks
     for block in blocks:
         exec(compile(block, "README.md", "exec"), {})
+
+
+@pytest.mark.parametrize("page", ["fractions", "links", "staggered"])
+def test_what_a_page_says_of_python_runs(page, spot, tmp_path, monkeypatch):
+    """Blocks marked ``py``; those marked ``python`` read files of the command, and run with the solvers."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("part.stl", "body.stl"):
+        (tmp_path / name).write_bytes(Path(spot).read_bytes())
+    blocks = re.findall(r"```py\n(.+?)```", (ROOT / "docs" / f"{page}.md").read_text(), re.S)
+    assert len(blocks) == 1
+    exec(compile(blocks[0], page, "exec"), {"hexcast": hexcast})
+    assert any(path.suffix == ".npz" for path in tmp_path.iterdir())

@@ -1,6 +1,6 @@
 //! The order in which geometries win.
 
-use crate::geometry::{Fill, Geometry, Open};
+use crate::geometry::{Geometry, Open};
 
 /// Most ranks: a crossing has eight bits for one, and a run for its flag.
 pub const MAX_RANKS: usize = 255;
@@ -79,9 +79,7 @@ impl Ranks {
         let mut flags: Vec<Option<u8>> = Vec::new();
         for (position, &index) in self.geometry_at.iter().enumerate() {
             let geometry = &geometries[index];
-            let is_plain =
-                geometry.fill == Fill::Centre && !geometry.shell && !geometry.invert && geometry.open != Open::Parity;
-            let is_shared = is_plain && is_closed(position);
+            let is_shared = geometry.is_plain() && geometry.open != Open::Parity && is_closed(position);
             let own = if is_shared { ends[position] } else { everywhere };
             let (mut least, mut is_taken) = (0, [false; MAX_RANKS]);
             for (&rank, _) in ranks.iter().zip(&boxes).filter(|(_, other)| do_meet(own, **other)) {

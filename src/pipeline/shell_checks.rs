@@ -57,8 +57,7 @@ impl Wanted {
     /// Drops shells whose volume is known to be off by so much at most, where that is little.
     fn drop_known(&mut self, shells: &[Shell], off_by: &[Option<f64>]) {
         for (shell, of) in shells.iter().enumerate() {
-            // a fifth of 5 % is for the snap, which moves surfaces by less than a hundredth of a cell
-            if let Some(off_by) = off_by[shell].filter(|off_by| *off_by <= 0.8 * MAX_OFF * of.volume.abs()) {
+            if let Some(off_by) = off_by[shell].filter(|off_by| is_little(*off_by, of.volume)) {
                 self.is_wanted[shell] = false;
                 self.off_by += off_by;
             }
@@ -202,11 +201,10 @@ impl Checked<'_> {
             return Ok(is_wanted);
         }
         let lines = &self.prepared.whole;
-        let is_near = |bound: f64, shell: &Shell| bound <= 0.8 * MAX_OFF * shell.volume.abs();
         let may_be_bounded = |(shell, is_wanted): (&Shell, &bool)| {
             *is_wanted
                 && !is_cut(shell.bounds, lines)
-                && shell.expected_bound(lines).is_some_and(|bound| is_near(bound, shell))
+                && shell.expected_bound(lines).is_some_and(|bound| is_little(bound, shell.volume))
         };
         let mut wanted = Wanted { is_wanted: is_wanted.clone(), off_by: 0.0 };
         let asked: Vec<bool> = shells.iter().zip(&wanted.is_wanted).map(may_be_bounded).collect();
@@ -216,7 +214,7 @@ impl Checked<'_> {
         let in_mesh = self.off_in_mesh((caster.geometry, position), shells, &wanted.is_wanted)?;
         wanted.drop_known(shells, &in_mesh);
         // of a casing, whose cavity has nearly the volume of the body, the difference counts
-        let is_sure = wanted.off_by <= 0.8 * MAX_OFF * caster.geometry.signed_volume().abs();
+        let is_sure = is_little(wanted.off_by, caster.geometry.signed_volume());
         Ok(if is_sure { wanted.is_wanted } else { is_wanted })
     }
 
@@ -277,7 +275,7 @@ impl Checked<'_> {
             let is_within = self.closed[position].nonzero && !is_cut(bounds, &self.prepared.whole);
             let cell = self.prepared.whole.cell_volume().filter(|_| is_within);
             let bound = cell.map(|cell| self.bound_sums[position].of_cells(self.frame.fraction_bits, cell));
-            bound.is_some_and(|bound| bound <= 0.8 * MAX_OFF * volume)
+            bound.is_some_and(|bound| is_little(bound, volume))
         };
         has_own() && off(self.volumes[usize::from(geometry.flag)], volume) <= MAX_OFF || is_bounded()
     }
@@ -286,7 +284,7 @@ impl Checked<'_> {
     fn has_own_cells(&self, geometry: &Geometry, position: usize) -> bool {
         let geometries = &self.prepared.geometries;
         let has_flag = geometries.iter().filter(|other| other.flag == geometry.flag).count() == 1;
-        is_plain(geometry)
+        geometry.is_plain()
             && has_flag
             && self.closed[position].nonzero
             && self.prepared.window.is_none()
@@ -302,11 +300,12 @@ impl Checked<'_> {
         };
         let mut higher = (position + 1..geometry_at.len()).map(|above| (above, &geometries[geometry_at[above]]));
         !is_cut(bounds, &self.prepared.whole)
-            && higher.all(|(above, other)| self.closed[above].by(self.job.rule) && is_plain(other) && !meets(other))
+            && higher.all(|(above, other)| self.closed[above].by(self.job.rule) && other.is_plain() && !meets(other))
     }
 }
 
-/// Whether a geometry has the cells whose centres its surface encloses.
-fn is_plain(geometry: &Geometry) -> bool {
-    geometry.fill == Fill::Centre && !geometry.shell && !geometry.invert
+/// Whether a difference is little against a volume: less than 5 %, of which a fifth is for the snap, which moves surfaces by less than a hundredth of
+/// a cell.
+fn is_little(off_by: f64, volume: f64) -> bool {
+    off_by <= 0.8 * MAX_OFF * volume.abs()
 }

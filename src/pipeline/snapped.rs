@@ -4,7 +4,7 @@ use super::options::MeshOptions;
 use super::prepare::Prepared;
 use crate::control::Control;
 use crate::error::Result;
-use crate::geometry::{Fill, Geometry};
+use crate::geometry::Geometry;
 use crate::job::Job;
 use crate::memory::{Held, Memory};
 use crate::rays::Rays;
@@ -30,9 +30,8 @@ pub(super) async fn snapped(
     control: &Control,
 ) -> Result<Snapped> {
     let n_facets: usize = prepared.geometries.iter().map(|geometry| geometry.facets.len()).sum();
-    let is_plain = |geometry: &Geometry| geometry.fill == Fill::Centre && !geometry.shell && !geometry.invert;
     let is_measured = options.walls || job.certify || job.links.is_some() || job.fractions.is_some() || job.staggered;
-    let is_plain = !is_measured && prepared.geometries.iter().all(is_plain);
+    let is_plain = !is_measured && prepared.geometries.iter().all(Geometry::is_plain);
     if n_facets >= MANY_FACETS && prepared.window.is_none() && is_plain {
         let (few, room) = in_steps((job, prepared), Some(&prepared.rays), memory, control).await?;
         if few.closed.iter().all(|closed| closed.is_proper) {

@@ -111,7 +111,7 @@ class Mesh:
 
     def _repr_html_(self) -> str:
         """Notebooks show a table of the flags, and slices."""
-        return html_of(self)
+        return html_of(self.report, lambda size: self.slice(size=size))
 
     def __getstate__(self) -> dict[str, Any]:
         # flags and runs are made anew
