@@ -18,8 +18,8 @@
 //!
 //! Where the sum of these leaves m in no doubt, a whole block has it; else the block is split in eight, down to one cell. A cluster that
 //! is far from a block becomes part of the expansion around its middle, which goes on to its parts, and is not looked at again. First all
-//! are expanded to a low degree, which decides nearly all cells and costs little. Cells that are in doubt by these are looked at again by the next of
-//! [`TIERS`], in blocks where there are many, and what is in doubt by all of them has the exact sum. So every cell has the m that it has by
+//! are expanded to a low degree, which decides nearly all cells and costs little. Cells that are in doubt by these are looked at again with terms of
+//! high degree, more closely each time, in blocks where there are many, and what is still in doubt has the exact sum. So every cell has the m that it has by
 //! itself, whatever the blocks.
 //!
 //! Where as much of a surface is missing as is there, theta is a half all through it, but for what the snap moves. So the threshold is not
@@ -50,25 +50,14 @@ mod harmonics;
 mod tree;
 mod triangle;
 
-use harmonics::{HIGH, LOW, Terms, add_around, add_slope, far, moved, near, tail, value_and_change};
+use harmonics::{HIGH, LOW, Terms, add_around, add_slope, degree, far, moved, near, tail, value_and_change};
 use tree::{Cluster, Near, Tree};
 use triangle::{BEFORE, Triangle, Turn};
 
-/// How closely triangles are looked at.
-struct Tier {
-    /// Of the terms.
-    degree: usize,
-    /// Most of the distance of a cluster from a block that the reaches of both may be, for it to be expanded.
-    far: f64,
-}
-
-/// What each leaves in doubt the next looks at: some tenths of theta, 10^-4, 10^-7 and 10^-10.
-const TIERS: [Tier; 4] = [
-    Tier { degree: LOW, far: 0.4 },
-    Tier { degree: HIGH, far: 0.4 },
-    Tier { degree: HIGH, far: 0.25 },
-    Tier { degree: HIGH, far: 0.15 },
-];
+/// Most of the distance of a cluster from a block that the reaches of both may be, for it to be expanded, one look after the other. The first
+/// is with terms of low degree, the others are with those of high; they leave in doubt some tenths of theta, 10^-4, 10^-7 and 10^-10.
+const FIRST_LOOK: f64 = 0.4;
+const CLOSER_LOOKS: [f64; 3] = [0.4, 0.25, 0.15];
 /// Triangles this many half diagonals away from a block are evaluated once for all its cells, where terms of low degree are enough.
 const FAR_TRIANGLE: f64 = 5.0;
 /// Theta of a hole that is as much open as closed: of two halves that differ by less than what the snap moves both, the closed one. A centre
@@ -80,8 +69,8 @@ const ROUNDING: f64 = 1e-11;
 const OF_STEP: u64 = 512;
 /// Cells of a block that take a closer look together.
 const SHARED: RangeInclusive<u64> = 28..=OF_STEP;
-/// Blocks that a core looks at between two rests.
-const BLOCKS: usize = if cfg!(target_arch = "wasm32") { 1 } else { 4 };
+/// Blocks that a core looks at between two rests; each asks whether it is cancelled, too.
+const BLOCKS: usize = if cfg!(target_arch = "wasm32") { 1 } else { 64 };
 /// Corners that are cut off between two rests.
 const CORNERS: usize = if cfg!(target_arch = "wasm32") { 1 << 13 } else { 1 << 17 };
 /// Boxes of cells that a core begins with, and triangles that it evaluates, between two rests.
@@ -166,22 +155,14 @@ pub(super) async fn shifts(
     let tree = Tree::new(&triangles, control).await?;
     let before = DVec3::from(BEFORE.map(f64::from)) / 32.0 * unit * scale;
     let first = cells.first;
-    let mut search =
-        Search { triangles, tree, tier: &TIERS[0], centre: cells.centre, unit, scale, before, cancel: &control.cancel };
-    let mut found = Found::default();
-    let mut doubtful = vec![[first, [0, 1, 2].map(|axis| first[axis] + cells.dims[axis])]];
-    for tier in &TIERS {
-        if doubtful.is_empty() {
-            break;
-        }
-        if search.tree.degree() != Some(tier.degree) {
-            search.tree.expand(&search.triangles, tier.degree, control).await?;
-        }
-        search.tier = tier;
-        search.boxes(&doubtful, &mut found, control).await?;
-        doubtful = std::mem::take(&mut found.doubtful);
+    let field = Field { triangles, tree, centre: cells.centre, unit, scale, before, cancel: &control.cancel };
+    let mut found =
+        Found { doubtful: vec![[first, [0, 1, 2].map(|axis| first[axis] + cells.dims[axis])]], ..Found::default() };
+    field.look::<LOW>(&[FIRST_LOOK], &mut found, control).await?;
+    if !found.doubtful.is_empty() {
+        field.look::<HIGH>(&CLOSER_LOOKS, &mut found, control).await?;
     }
-    search.alone(&doubtful, &mut found, control).await?;
+    field.alone(&mut found, control).await?;
     let from_first = |cell: [u32; 3]| [0, 1, 2].map(|axis| cell[axis] - first[axis]);
     let of_box = |shift: Shift| Shift { low: from_first(shift.low), high: from_first(shift.high), ..shift };
     Ok(found.shifts.into_iter().map(of_box).collect())
@@ -193,17 +174,12 @@ struct Found {
     shifts: Vec<Shift>,
     /// Boxes of cells that need a closer look.
     doubtful: Vec<[[u32; 3]; 2]>,
-    /// Parts that are not looked at yet.
-    left: Vec<Block>,
 }
 
 impl Found {
-    fn add(&mut self, found: Vec<Found>) {
-        for Found { mut shifts, mut doubtful, mut left } in found {
-            self.shifts.append(&mut shifts);
-            self.doubtful.append(&mut doubtful);
-            self.left.append(&mut left);
-        }
+    fn add(&mut self, Found { mut shifts, mut doubtful }: Found) {
+        self.shifts.append(&mut shifts);
+        self.doubtful.append(&mut doubtful);
     }
 
     fn note(&mut self, low: [u32; 3], high: [u32; 3], m: i32) {
@@ -230,27 +206,27 @@ impl Known {
 }
 
 /// Some cells, and what is known of all triangles there.
-struct Block {
+struct Block<const N: usize> {
     low: [u32; 3],
     high: [u32; 3],
     middle: DVec3,
     half: DVec3,
     /// Theta of what is far, if anything is, around the middle; `known` has its error and magnitude.
-    local: Option<Terms>,
+    local: Option<Box<Terms<N>>>,
     known: Known,
     near: Vec<Near>,
 }
 
-impl Block {
+impl<const N: usize> Block<N> {
     fn n_cells(&self) -> u64 {
         (0..3).map(|axis| u64::from(self.high[axis] - self.low[axis])).product()
     }
 }
 
-struct Search<'a> {
+/// The caps, and the cells around them.
+struct Field<'a> {
     triangles: Vec<Triangle>,
     tree: Tree,
-    tier: &'static Tier,
     centre: &'a (dyn Fn(usize, u32) -> i64 + Sync),
     /// Cells a unit of the snap.
     unit: f64,
@@ -259,206 +235,27 @@ struct Search<'a> {
     cancel: &'a CancelToken,
 }
 
-impl Search<'_> {
-    /// Decides all cells of some boxes but those that need a closer look.
-    async fn boxes(&self, boxes: &[[[u32; 3]; 2]], done: &mut Found, control: &Control) -> Result<()> {
-        for some in boxes.chunks(BOXES * current_num_threads()) {
-            let found = some.par_iter().map(|&[low, high]| self.step(self.first(low, high))).collect();
-            done.add(found);
-            control.rest().await?;
-            while !done.left.is_empty() {
-                let at = done.left.len().saturating_sub(BLOCKS * current_num_threads());
-                let some = done.left.split_off(at);
-                let found = some.into_par_iter().map(|block| self.step(block)).collect();
-                done.add(found);
-                control.rest().await?;
-            }
+impl Field<'_> {
+    /// Decides what is in doubt with terms of one degree, as far as that goes, more closely each time.
+    async fn look<const N: usize>(&self, looks: &[f64], found: &mut Found, control: &Control) -> Result<()> {
+        let moments = self.tree.expand::<N>(&self.triangles, control).await?;
+        for (at, &far) in looks.iter().enumerate() {
+            let is_last = N == HIGH && at + 1 == looks.len();
+            let boxes = std::mem::take(&mut found.doubtful);
+            Search { field: self, moments: &moments, far, is_last }.boxes(&boxes, found, control).await?;
         }
         Ok(())
     }
 
     /// Decides the cells that are left, by the exact sum.
-    async fn alone(&self, boxes: &[[[u32; 3]; 2]], found: &mut Found, control: &Control) -> Result<()> {
+    async fn alone(&self, found: &mut Found, control: &Control) -> Result<()> {
         let n_of_step = (TRIANGLES / self.triangles.len()).max(1) * current_num_threads();
-        for cells in boxes.chunks(n_of_step) {
+        for cells in std::mem::take(&mut found.doubtful).chunks(n_of_step) {
             let shifts: Vec<i32> = cells.par_iter().map(|&[cell, _]| self.exact(cell)).collect();
             cells.iter().zip(shifts).for_each(|(&[low, high], m)| found.note(low, high, m));
             control.rest().await?;
         }
         Ok(())
-    }
-
-    /// Decides a block, or gives its parts.
-    fn step(&self, block: Block) -> Found {
-        let mut found = Found::default();
-        if block.n_cells() <= OF_STEP {
-            self.descend(&block, &mut found);
-            return found;
-        }
-        match self.of_block(&block) {
-            Some(m) => found.note(block.low, block.high, m),
-            None => found.left = parts(&block).map(|[low, high]| self.part(&block, low, high)).collect(),
-        }
-        found
-    }
-
-    fn descend(&self, block: &Block, found: &mut Found) {
-        if self.cancel.is_cancelled() {
-            return;
-        }
-        if block.n_cells() == 1 {
-            match self.of_cell(block.low, block) {
-                Some(m) => found.note(block.low, block.high, m),
-                None => found.doubtful.push([block.low, block.high]),
-            }
-            return;
-        }
-        if let Some(m) = self.of_block(block) {
-            return found.note(block.low, block.high, m);
-        }
-        if self.is_vague(block) {
-            return found.doubtful.push([block.low, block.high]);
-        }
-        for [low, high] in parts(block) {
-            if (0..3).any(|axis| high[axis] - low[axis] > 1) {
-                self.descend(&self.part(block, low, high), found);
-            } else if let Some(m) = self.of_cell(low, block) {
-                found.note(low, high, m);
-            } else {
-                found.doubtful.push([low, high]);
-            }
-        }
-    }
-
-    /// Whether so many cells of a block need a closer look that they may share it: two of them do.
-    fn is_vague(&self, block: &Block) -> bool {
-        let is_last = self.tier.far == TIERS[TIERS.len() - 1].far;
-        let cell = |part: u32| [0, 1, 2].map(|axis| block.low[axis] + (block.high[axis] - block.low[axis]) * part / 4);
-        !is_last
-            && SHARED.contains(&block.n_cells())
-            && [1, 3].iter().all(|&part| self.of_cell(cell(part), block).is_none())
-    }
-
-    /// Some cells, of which nothing is known yet.
-    fn first(&self, low: [u32; 3], high: [u32; 3]) -> Block {
-        let (middle, half) = self.extent(low, high);
-        let near = vec![self.tree.root()];
-        let block = Block { low, high, middle, half, local: None, known: Known::default(), near };
-        if block.n_cells() == 1 { block } else { self.part(&block, low, high) }
-    }
-
-    /// A part of a block: what is far from it becomes part of its expansion.
-    fn part(&self, block: &Block, low: [u32; 3], high: [u32; 3]) -> Block {
-        let (middle, half) = self.extent(low, high);
-        let (radius, mut known) = (half.length(), block.known);
-        let mut local = block.local.as_ref().map(|local| moved(local, middle - block.middle));
-        let none = || Terms::zero(self.tier.degree);
-        let (mut left, mut near) = (block.near.clone(), Vec::new());
-        while let Some(item) = left.pop() {
-            match item {
-                Near::Cluster(index) => {
-                    let cluster = &self.tree.clusters[index as usize];
-                    let step = middle - cluster.centre;
-                    if let Some((moments, error)) = self.moments(cluster, step.length(), radius) {
-                        add_around(local.get_or_insert_with(none), moments, step);
-                        known.add(0.0, error, magnitude(cluster.area, step.length() - cluster.reach - radius));
-                    } else if cluster.reach > radius {
-                        self.tree.open(cluster, &mut left);
-                    } else {
-                        near.push(item);
-                    }
-                }
-                Near::Triangle(index) => {
-                    let triangle = &self.triangles[index as usize];
-                    let distance = triangle.distance(middle, half);
-                    let is_far = self.tier.degree == LOW && distance >= FAR_TRIANGLE * radius;
-                    if is_far && distance > self.before.length() {
-                        add_slope(local.get_or_insert_with(none), triangle.theta(middle), triangle.gradient(middle));
-                        let area = triangle.area.min(PI * distance * distance);
-                        let error = 3.0 * area * radius * radius / (4.0 * PI * distance.powi(4));
-                        known.add(0.0, error, magnitude(triangle.area, distance));
-                    } else {
-                        near.push(item);
-                    }
-                }
-            }
-        }
-        Block { low, high, middle, half, local, known, near }
-    }
-
-    /// m, if it is the same in a whole block.
-    fn of_block(&self, block: &Block) -> Option<i32> {
-        let (radius, mut known) = (block.half.length(), block.known);
-        let (theta, mut change) = block.local.as_ref().map_or((0.0, 0.0), |local| value_and_change(local, radius));
-        for &item in &block.near {
-            change += match item {
-                Near::Cluster(index) => {
-                    let Cluster { centre, reach, area, .. } = self.tree.clusters[index as usize];
-                    magnitude(area, (centre - block.middle).length() - reach - radius)
-                }
-                Near::Triangle(index) => {
-                    let triangle = &self.triangles[index as usize];
-                    let distance = triangle.distance(block.middle, block.half);
-                    let is_clear = distance > self.before.length();
-                    let area = triangle.area.min(2.0 * PI * distance * distance);
-                    if is_clear { area * radius / (2.0 * PI * distance.powi(3)) } else { f64::INFINITY }
-                }
-            };
-            if change >= 0.5 {
-                return None;
-            }
-        }
-        let mut turn = Turn::new();
-        for &item in &block.near {
-            if let Near::Triangle(index) = item {
-                turn.add(&self.triangles[index as usize], block.middle);
-            }
-        }
-        known.add(theta + turn.theta(), change, change + turn.magnitude);
-        self.shift(&known)
-    }
-
-    /// m of a cell of a block, if it is beyond doubt.
-    fn of_cell(&self, cell: [u32; 3], block: &Block) -> Option<i32> {
-        let place = self.extent(cell, cell.map(|c| c + 1)).0;
-        let (centre, mut known, mut turn) = (self.centre_of(cell), block.known, Turn::new());
-        known.theta = block.local.as_ref().map_or(0.0, |local| near(local, place - block.middle));
-        let mut left = block.near.clone();
-        while let Some(item) = left.pop() {
-            match item {
-                Near::Cluster(index) => {
-                    let cluster = &self.tree.clusters[index as usize];
-                    let step = place - cluster.centre;
-                    match self.moments(cluster, step.length(), 0.0) {
-                        Some((moments, error)) => {
-                            let magnitude = magnitude(cluster.area, step.length() - cluster.reach);
-                            known.add(far(moments, step), error, magnitude);
-                        }
-                        None => self.tree.open(cluster, &mut left),
-                    }
-                }
-                Near::Triangle(index) => {
-                    let triangle = &self.triangles[index as usize];
-                    if triangle.is_beyond(2.0 * self.before.length(), place) {
-                        turn.add(triangle, place);
-                    } else {
-                        let theta = triangle.theta_of_centre(centre, place);
-                        known.add(theta, 0.0, theta.abs());
-                    }
-                }
-            }
-        }
-        known.add(turn.theta(), 0.0, turn.magnitude);
-        self.shift(&known)
-    }
-
-    /// The moments of a cluster and how far their expansion may be wrong, if it is far enough from a block to be expanded, and from the
-    /// points before its centres.
-    fn moments<'b>(&self, cluster: &'b Cluster, distance: f64, radius: f64) -> Option<(&'b Terms, f64)> {
-        let (reach, tier) = (cluster.reach + radius, self.tier);
-        let is_far = reach <= tier.far * distance && distance - reach > self.before.length();
-        let moments = cluster.moments.as_ref().filter(|_| is_far)?;
-        Some((moments, tail(tier.degree, cluster.area, reach, distance)))
     }
 
     /// m of a cell by the sum over all triangles, in their order: what all else agrees with.
@@ -499,9 +296,219 @@ impl Search<'_> {
     }
 }
 
+/// A look at cells with N terms.
+struct Search<'a, const N: usize> {
+    field: &'a Field<'a>,
+    /// Of the clusters that have them.
+    moments: &'a [Option<Box<Terms<N>>>],
+    /// Most of the distance of a cluster that the reaches may be.
+    far: f64,
+    is_last: bool,
+}
+
+impl<const N: usize> Search<'_, N> {
+    /// Decides all cells of some boxes but those that need a closer look.
+    async fn boxes(&self, boxes: &[[[u32; 3]; 2]], done: &mut Found, control: &Control) -> Result<()> {
+        let (mut left, n_cores) = (Vec::new(), current_num_threads());
+        let mut add = |steps: Vec<(Found, Vec<Block<N>>)>, left: &mut Vec<Block<N>>| {
+            for (found, mut parts) in steps {
+                done.add(found);
+                left.append(&mut parts);
+            }
+        };
+        for some in boxes.chunks(BOXES * n_cores) {
+            add(some.par_iter().map(|&[low, high]| self.step(self.first(low, high))).collect(), &mut left);
+            control.rest().await?;
+            while !left.is_empty() {
+                let some = left.split_off(left.len().saturating_sub(BLOCKS * n_cores));
+                add(some.into_par_iter().map(|block| self.step(block)).collect(), &mut left);
+                control.rest().await?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Decides a block, or gives its parts.
+    fn step(&self, block: Block<N>) -> (Found, Vec<Block<N>>) {
+        let mut found = Found::default();
+        if block.n_cells() <= OF_STEP {
+            self.descend(&block, &mut found);
+            return (found, Vec::new());
+        }
+        match self.of_block(&block) {
+            Some(m) => {
+                found.note(block.low, block.high, m);
+                (found, Vec::new())
+            }
+            None => (found, parts(block.low, block.high).map(|[low, high]| self.part(&block, low, high)).collect()),
+        }
+    }
+
+    fn descend(&self, block: &Block<N>, found: &mut Found) {
+        if self.field.cancel.is_cancelled() {
+            return;
+        }
+        if block.n_cells() == 1 {
+            match self.of_cell(block.low, block) {
+                Some(m) => found.note(block.low, block.high, m),
+                None => found.doubtful.push([block.low, block.high]),
+            }
+            return;
+        }
+        if let Some(m) = self.of_block(block) {
+            return found.note(block.low, block.high, m);
+        }
+        if self.is_vague(block) {
+            return found.doubtful.push([block.low, block.high]);
+        }
+        for [low, high] in parts(block.low, block.high) {
+            if (0..3).any(|axis| high[axis] - low[axis] > 1) {
+                self.descend(&self.part(block, low, high), found);
+            } else if let Some(m) = self.of_cell(low, block) {
+                found.note(low, high, m);
+            } else {
+                found.doubtful.push([low, high]);
+            }
+        }
+    }
+
+    /// Whether so many cells of a block need a closer look that they may share it: two of them do.
+    fn is_vague(&self, block: &Block<N>) -> bool {
+        let cell = |part: u32| [0, 1, 2].map(|axis| block.low[axis] + (block.high[axis] - block.low[axis]) * part / 4);
+        !self.is_last
+            && SHARED.contains(&block.n_cells())
+            && [1, 3].iter().all(|&part| self.of_cell(cell(part), block).is_none())
+    }
+
+    /// Some cells, of which nothing is known yet.
+    fn first(&self, low: [u32; 3], high: [u32; 3]) -> Block<N> {
+        let (middle, half) = self.field.extent(low, high);
+        let near = vec![self.field.tree.root()];
+        let block = Block { low, high, middle, half, local: None, known: Known::default(), near };
+        if block.n_cells() == 1 { block } else { self.part(&block, low, high) }
+    }
+
+    /// A part of a block: what is far from it becomes part of its expansion.
+    fn part(&self, block: &Block<N>, low: [u32; 3], high: [u32; 3]) -> Block<N> {
+        let (middle, half) = self.field.extent(low, high);
+        let (field, tree) = (self.field, &self.field.tree);
+        let (radius, mut known) = (half.length(), block.known);
+        let mut local = block.local.as_ref().map(|local| Box::new(moved(local, middle - block.middle)));
+        let none = || Box::new(Terms::zero());
+        let (mut left, mut near) = (block.near.clone(), Vec::new());
+        while let Some(item) = left.pop() {
+            match item {
+                Near::Cluster(index) => {
+                    let cluster = &tree.clusters[index as usize];
+                    let step = middle - cluster.centre;
+                    if let Some((moments, error)) = self.moments(index, step.length(), radius) {
+                        add_around(local.get_or_insert_with(none), moments, step);
+                        known.add(0.0, error, magnitude(cluster.area, step.length() - cluster.reach - radius));
+                    } else if cluster.reach > radius {
+                        tree.open(cluster, &mut left);
+                    } else {
+                        near.push(item);
+                    }
+                }
+                Near::Triangle(index) => {
+                    let triangle = &field.triangles[index as usize];
+                    let distance = triangle.distance(middle, half);
+                    let is_far = N == LOW && distance >= FAR_TRIANGLE * radius;
+                    if is_far && distance > field.before.length() {
+                        add_slope(local.get_or_insert_with(none), triangle.theta(middle), triangle.gradient(middle));
+                        let area = triangle.area.min(PI * distance * distance);
+                        let error = 3.0 * area * radius * radius / (4.0 * PI * distance.powi(4));
+                        known.add(0.0, error, magnitude(triangle.area, distance));
+                    } else {
+                        near.push(item);
+                    }
+                }
+            }
+        }
+        Block { low, high, middle, half, local, known, near }
+    }
+
+    /// m, if it is the same in a whole block.
+    fn of_block(&self, block: &Block<N>) -> Option<i32> {
+        let field = self.field;
+        let (radius, mut known) = (block.half.length(), block.known);
+        let (theta, mut change) = block.local.as_ref().map_or((0.0, 0.0), |local| value_and_change(local, radius));
+        for &item in &block.near {
+            change += match item {
+                Near::Cluster(index) => {
+                    let Cluster { centre, reach, area, .. } = field.tree.clusters[index as usize];
+                    magnitude(area, (centre - block.middle).length() - reach - radius)
+                }
+                Near::Triangle(index) => {
+                    let triangle = &field.triangles[index as usize];
+                    let distance = triangle.distance(block.middle, block.half);
+                    let is_clear = distance > field.before.length();
+                    let area = triangle.area.min(2.0 * PI * distance * distance);
+                    if is_clear { area * radius / (2.0 * PI * distance.powi(3)) } else { f64::INFINITY }
+                }
+            };
+            if change >= 0.5 {
+                return None;
+            }
+        }
+        let mut turn = Turn::new();
+        for &item in &block.near {
+            if let Near::Triangle(index) = item {
+                turn.add(&field.triangles[index as usize], block.middle);
+            }
+        }
+        known.add(theta + turn.theta(), change, change + turn.magnitude);
+        field.shift(&known)
+    }
+
+    /// m of a cell of a block, if it is beyond doubt.
+    fn of_cell(&self, cell: [u32; 3], block: &Block<N>) -> Option<i32> {
+        let (field, tree) = (self.field, &self.field.tree);
+        let place = field.extent(cell, cell.map(|c| c + 1)).0;
+        let (centre, mut known, mut turn) = (field.centre_of(cell), block.known, Turn::new());
+        known.theta = block.local.as_ref().map_or(0.0, |local| near(local, place - block.middle));
+        let mut left = block.near.clone();
+        while let Some(item) = left.pop() {
+            match item {
+                Near::Cluster(index) => {
+                    let cluster = &tree.clusters[index as usize];
+                    let step = place - cluster.centre;
+                    match self.moments(index, step.length(), 0.0) {
+                        Some((moments, error)) => {
+                            let magnitude = magnitude(cluster.area, step.length() - cluster.reach);
+                            known.add(far(moments, step), error, magnitude);
+                        }
+                        None => tree.open(cluster, &mut left),
+                    }
+                }
+                Near::Triangle(index) => {
+                    let triangle = &field.triangles[index as usize];
+                    if triangle.is_beyond(2.0 * field.before.length(), place) {
+                        turn.add(triangle, place);
+                    } else {
+                        let theta = triangle.theta_of_centre(centre, place);
+                        known.add(theta, 0.0, theta.abs());
+                    }
+                }
+            }
+        }
+        known.add(turn.theta(), 0.0, turn.magnitude);
+        field.shift(&known)
+    }
+
+    /// The moments of a cluster and how far their expansion may be wrong, if it is far enough from a block to be expanded, and from the
+    /// points before its centres.
+    fn moments(&self, cluster: u32, distance: f64, radius: f64) -> Option<(&Terms<N>, f64)> {
+        let moments = self.moments[cluster as usize].as_deref()?;
+        let cluster = &self.field.tree.clusters[cluster as usize];
+        let reach = cluster.reach + radius;
+        let is_far = reach <= self.far * distance && distance - reach > self.field.before.length();
+        is_far.then(|| (moments, tail(degree(N), cluster.area, reach, distance)))
+    }
+}
+
 /// The parts of a block: it is halved along each axis where it can be.
-fn parts(block: &Block) -> impl Iterator<Item = [[u32; 3]; 2]> {
-    let (low, high) = (block.low, block.high);
+fn parts(low: [u32; 3], high: [u32; 3]) -> impl Iterator<Item = [[u32; 3]; 2]> {
     let middles = [0, 1, 2].map(|axis| low[axis] + (high[axis] - low[axis]).div_ceil(2));
     let part = move |part: usize| {
         let is_upper = [0, 1, 2].map(|axis| part >> axis & 1 == 1);

@@ -17,10 +17,10 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-/// Degree of the terms that say where a cell is for nearly all of them.
-pub(super) const LOW: usize = 4;
-/// Degree of the terms for what these leave in doubt.
-pub(super) const HIGH: usize = 14;
+/// Terms of degree 4, which say where a cell is for nearly all of them.
+pub(super) const LOW: usize = 15;
+/// Terms of degree 14, for what these leave in doubt.
+pub(super) const HIGH: usize = 120;
 /// Points and weights of Gauss's formulas from 0 to 1, exact to degree 3 and to degree 13 (Abramowitz and Stegun, table 25.4).
 const GAUSS_LOW: [(f64, f64); 2] = [(0.211_324_865_405_187_1, 0.5), (0.788_675_134_594_812_9, 0.5)];
 const GAUSS_HIGH: [(f64, f64); 7] = [
@@ -44,29 +44,38 @@ fn conjugate([a, b]: Complex) -> Complex {
 }
 
 /// Where a term is.
-fn at(n: usize, m: usize) -> usize {
+const fn at(n: usize, m: usize) -> usize {
     n * (n + 1) / 2 + m
 }
 
-/// Terms with m >= 0; of -m it is (-1)^m times the conjugate.
-#[derive(Clone)]
-pub(super) struct Terms {
-    order: usize,
-    /// Of (n, m) with 0 <= m <= n <= order.
-    terms: Vec<Complex>,
+/// The degree of so many terms.
+pub(super) const fn degree(n_terms: usize) -> usize {
+    let mut degree = 0;
+    while at(degree + 1, 0) < n_terms {
+        degree += 1;
+    }
+    degree
 }
 
-impl Terms {
-    pub(super) fn zero(order: usize) -> Terms {
-        Terms { order, terms: vec![[0.0; 2]; (order + 1) * (order + 2) / 2] }
+/// Terms of (n, m) with 0 <= m <= n <= their degree; of -m it is (-1)^m times the conjugate. Their number is known to the compiler,
+/// which unrolls the loops of low degree.
+#[derive(Clone)]
+pub(super) struct Terms<const N: usize>([Complex; N]);
+
+impl<const N: usize> Terms<N> {
+    pub(super) const DEGREE: usize = degree(N);
+
+    pub(super) fn zero() -> Terms<N> {
+        Terms([[0.0; 2]; N])
     }
 
-    pub(super) fn order(&self) -> usize {
-        self.order
+    /// Those of n.
+    fn row(&self, n: usize) -> &[Complex] {
+        &self.0[at(n, 0)..=at(n, n)]
     }
 
     fn of(&self, n: usize, m: isize) -> Complex {
-        let [a, b] = self.terms[at(n, m.unsigned_abs())];
+        let [a, b] = self.0[at(n, m.unsigned_abs())];
         match m {
             0.. => [a, b],
             _ if m % 2 == 0 => [a, -b],
@@ -75,68 +84,84 @@ impl Terms {
     }
 
     fn add_to(&mut self, n: usize, m: usize, [a, b]: Complex) {
-        let term = &mut self.terms[at(n, m)];
+        let term = &mut self.0[at(n, m)];
         term[0] += a;
         term[1] += b;
     }
 }
 
-/// U_n^m at a point.
-fn regular(point: DVec3, order: usize) -> Terms {
-    let (mut terms, square) = (Terms::zero(order), point.length_squared());
-    let u = &mut terms.terms[..];
-    u[0] = [1.0, 0.0];
-    for m in 0..=order {
-        if m > 0 {
-            let half = 0.5 / m as f64;
-            u[at(m, m)] = times(u[at(m - 1, m - 1)], [point.x * half, point.y * half]);
+/// Terms from those of lower degree. `next` has n, m, and the terms (n - 1, m) and (n - 2, m), or 0 where there is none; `last` has n and the
+/// term (n - 1, n - 1). So those of one n do not wait for each other.
+#[inline(always)]
+fn terms<const N: usize>(
+    first: f64,
+    next: impl Fn(usize, usize, f64, f64) -> f64,
+    last: impl Fn(usize, Complex) -> Complex,
+) -> Terms<N> {
+    let mut terms = Terms::zero();
+    terms.0[0] = [first, 0.0];
+    for n in 1..=Terms::<N>::DEGREE {
+        let (done, row) = terms.0.split_at_mut(at(n, 0));
+        let (done, above) = done.split_at(at(n - 1, 0));
+        let below = &done[at(n - 1, 0) - (n - 1)..];
+        for (m, ((term, above), below)) in row.iter_mut().zip(above).zip(below).enumerate() {
+            *term = from_fn(|part| next(n, m, above[part], below[part]));
         }
-        for n in m + 1..=order {
-            let below = if n > m + 1 { u[at(n - 2, m)] } else { [0.0; 2] };
-            let (last, by) = (u[at(n - 1, m)], 1.0 / ((n + m) * (n - m)) as f64);
-            let step = (2 * n - 1) as f64 * point.z;
-            u[at(n, m)] = [(step * last[0] - square * below[0]) * by, (step * last[1] - square * below[1]) * by];
-        }
+        row[n - 1] = above[n - 1].map(|above| next(n, n - 1, above, 0.0));
+        row[n] = last(n, above[n - 1]);
     }
     terms
+}
+
+/// U_n^m at a point.
+fn regular<const N: usize>(point: DVec3) -> Terms<N> {
+    let square = point.length_squared();
+    let next = |n: usize, m: usize, above: f64, below: f64| {
+        ((2 * n - 1) as f64 * point.z * above - square * below) * INVERSE[n][m]
+    };
+    terms(1.0, next, |n, above| times(above, [point.x, point.y].map(|part| part * (0.5 / n as f64))))
 }
 
 /// T_n^m at a point.
-fn irregular(point: DVec3, order: usize) -> Terms {
-    let (mut terms, by) = (Terms::zero(order), 1.0 / point.length_squared());
-    let t = &mut terms.terms[..];
-    t[0] = [by.sqrt(), 0.0];
-    for m in 0..=order {
-        if m > 0 {
-            let step = (2 * m - 1) as f64 * by;
-            t[at(m, m)] = times(t[at(m - 1, m - 1)], [point.x * step, point.y * step]);
-        }
-        for n in m + 1..=order {
-            let below = if n > m + 1 { t[at(n - 2, m)] } else { [0.0; 2] };
-            let last = t[at(n - 1, m)];
-            let (step, less) = ((2 * n - 1) as f64 * point.z, ((n - 1) * (n - 1) - m * m) as f64);
-            t[at(n, m)] = [(step * last[0] - less * below[0]) * by, (step * last[1] - less * below[1]) * by];
-        }
-    }
-    terms
+fn irregular<const N: usize>(point: DVec3) -> Terms<N> {
+    let by = 1.0 / point.length_squared();
+    let next = |n: usize, m: usize, above: f64, below: f64| {
+        ((2 * n - 1) as f64 * point.z * above - ((n - 1) * (n - 1) - m * m) as f64 * below) * by
+    };
+    terms(by.sqrt(), next, |n, above| times(above, [point.x, point.y].map(|part| part * ((2 * n - 1) as f64 * by))))
 }
 
+/// 1 / ((n + m) (n - m)) for m < n.
+const INVERSE: [[f64; degree(HIGH)]; degree(HIGH) + 1] = {
+    let mut inverse = [[0.0; degree(HIGH)]; degree(HIGH) + 1];
+    let mut n = 1;
+    while n <= degree(HIGH) {
+        let mut m = 0;
+        while m < n {
+            inverse[n][m] = 1.0 / ((n + m) * (n - m)) as f64;
+            m += 1;
+        }
+        n += 1;
+    }
+    inverse
+};
+
 /// Adds the moments of a triangle about the origin.
-pub(super) fn add_triangle(moments: &mut Terms, corners: [DVec3; 3]) {
-    let points = if moments.order > LOW { &GAUSS_HIGH[..] } else { &GAUSS_LOW[..] };
+pub(super) fn add_triangle<const N: usize>(moments: &mut Terms<N>, corners: [DVec3; 3]) {
+    let points = if N > LOW { &GAUSS_HIGH[..] } else { &GAUSS_LOW[..] };
     for k in 0..3 {
         let (from, edge) = (corners[k], corners[(k + 1) % 3] - corners[k]);
         let across = edge.cross(from);
         for &(place, weight) in points {
-            let u = regular(from + edge * place, moments.order - 1);
+            let u = regular(from + edge * place);
             add_slopes(moments, &u, across * (weight / (4.0 * PI)));
         }
     }
 }
 
 /// Adds v grad U_n^m / (n + 1) for all n and m.
-fn add_slopes(moments: &mut Terms, u: &Terms, v: DVec3) {
-    for n in 1..=moments.order {
+fn add_slopes<const N: usize>(moments: &mut Terms<N>, u: &Terms<N>, v: DVec3) {
+    for n in 1..=Terms::<N>::DEGREE {
         let by = 1.0 / (n + 1) as f64;
         let [plus, minus] = [[v.x * 0.5 * by, -v.y * 0.5 * by], [v.x * 0.5 * by, v.y * 0.5 * by]];
         let below = |m: isize| if m.unsigned_abs() < n { u.of(n - 1, m) } else { [0.0; 2] };
@@ -150,9 +175,9 @@ fn add_slopes(moments: &mut Terms, u: &Terms, v: DVec3) {
 }
 
 /// Adds moments whose centre lies at `step` from the new one.
-pub(super) fn add_moved(to: &mut Terms, moments: &Terms, step: DVec3) {
-    let u = regular(step, to.order);
-    for n in 1..=to.order {
+pub(super) fn add_moved<const N: usize>(to: &mut Terms<N>, moments: &Terms<N>, step: DVec3) {
+    let u: Terms<N> = regular(step);
+    for n in 1..=Terms::<N>::DEGREE {
         for m in 0..=n as isize {
             let mut sum = [0.0; 2];
             for k in 1..=n {
@@ -168,16 +193,14 @@ pub(super) fn add_moved(to: &mut Terms, moments: &Terms, step: DVec3) {
 }
 
 /// Adds what moments, whose centre is the origin, are around a point.
-pub(super) fn add_around(local: &mut Terms, moments: &Terms, point: DVec3) {
-    let order = local.order;
-    let t = irregular(point, order);
+pub(super) fn add_around<const N: usize>(local: &mut Terms<N>, moments: &Terms<N>, point: DVec3) {
+    let t: Terms<N> = irregular(point);
     let sign = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 };
-    for k in 0..order {
+    for k in 0..Terms::<N>::DEGREE {
         for l in 0..=k {
             let mut sum = [0.0; 2];
-            for n in 1..=order - k {
-                let own = &moments.terms[at(n, 0)..=at(n, n)];
-                let row = &t.terms[at(n + k, 0)..=at(n + k, n + k)];
+            for n in 1..=Terms::<N>::DEGREE - k {
+                let (own, row) = (moments.row(n), t.row(n + k));
                 // those of m, and with the sign of m those of -m: from T of l - m, and beyond l from its conjugate
                 own.iter().zip(&row[l..]).for_each(|(&own, &t)| add(&mut sum, times(conjugate(own), t), 1.0));
                 let (lower, upper) = own.split_at(n.min(l) + 1);
@@ -196,35 +219,32 @@ fn add(sum: &mut Complex, [a, b]: Complex, by: f64) {
 }
 
 /// Theta of moments, whose centre is the origin, at a point.
-pub(super) fn far(moments: &Terms, point: DVec3) -> f64 {
-    product(moments, &irregular(point, moments.order))
+pub(super) fn far<const N: usize>(moments: &Terms<N>, point: DVec3) -> f64 {
+    product(moments, &irregular(point))
 }
 
 /// Theta of an expansion around the origin at a point.
-pub(super) fn near(local: &Terms, point: DVec3) -> f64 {
-    product(local, &regular(point, local.order))
+pub(super) fn near<const N: usize>(local: &Terms<N>, point: DVec3) -> f64 {
+    product(local, &regular(point))
 }
 
-fn product(one: &Terms, other: &Terms) -> f64 {
-    let mut sum = 0.0;
-    for n in 0..=one.order {
-        let of = |m: usize| {
-            let ([a, b], [c, d]) = (one.terms[at(n, m)], other.terms[at(n, m)]);
-            a * c + b * d
-        };
-        sum += of(0) + 2.0 * (1..=n).map(of).sum::<f64>();
+fn product<const N: usize>(one: &Terms<N>, other: &Terms<N>) -> f64 {
+    // each m > 0 counts twice; four sums, so that none waits for the others
+    let (mut sums, mut of_zero) = ([[0.0; 2]; 2], 0.0);
+    for (k, (one, other)) in one.0.iter().zip(&other.0).enumerate() {
+        (0..2).for_each(|part| sums[k % 2][part] += one[part] * other[part]);
     }
-    sum
+    (0..=Terms::<N>::DEGREE).for_each(|n| of_zero += one.0[at(n, 0)][0] * other.0[at(n, 0)][0]);
+    2.0 * (sums[0][0] + sums[0][1] + sums[1][0] + sums[1][1]) - of_zero
 }
 
 /// The expansion around a point at `step` from the old one.
-pub(super) fn moved(local: &Terms, step: DVec3) -> Terms {
-    let order = local.order;
-    let (u, mut to) = (regular(step, order), Terms::zero(order));
-    for j in 0..=order {
+pub(super) fn moved<const N: usize>(local: &Terms<N>, step: DVec3) -> Terms<N> {
+    let (u, mut to): (Terms<N>, Terms<N>) = (regular(step), Terms::zero());
+    for j in 0..=Terms::<N>::DEGREE {
         for i in 0..=j as isize {
             let mut sum = [0.0; 2];
-            for k in j..=order {
+            for k in j..=Terms::<N>::DEGREE {
                 let rest = (k - j) as isize;
                 for l in i - rest..=i + rest {
                     let term = times(conjugate(u.of(k - j, l - i)), local.of(k, l));
@@ -238,7 +258,7 @@ pub(super) fn moved(local: &Terms, step: DVec3) -> Terms {
 }
 
 /// Adds a value and its gradient.
-pub(super) fn add_slope(local: &mut Terms, theta: f64, gradient: DVec3) {
+pub(super) fn add_slope<const N: usize>(local: &mut Terms<N>, theta: f64, gradient: DVec3) {
     local.add_to(0, 0, [theta, 0.0]);
     local.add_to(1, 0, [gradient.z, 0.0]);
     local.add_to(1, 1, [gradient.x, gradient.y]);
@@ -246,11 +266,11 @@ pub(super) fn add_slope(local: &mut Terms, theta: f64, gradient: DVec3) {
 
 /// The value at the middle of an expansion, and the most that it changes within a radius: as the sum over m of |U_n^m|^2 (n - m)! (n + m)! is
 /// |x|^(2 n), that follows from Schwarz's inequality.
-pub(super) fn value_and_change(local: &Terms, radius: f64) -> (f64, f64) {
+pub(super) fn value_and_change<const N: usize>(local: &Terms<N>, radius: f64) -> (f64, f64) {
     let (mut change, mut power) = (0.0, 1.0);
     // (n - m)! (n + m)! for m = 0
     let mut square = 1.0;
-    for n in 1..=local.order {
+    for n in 1..=Terms::<N>::DEGREE {
         power *= radius;
         square *= (n * n) as f64;
         let (mut sum, mut weight) = (0.0, square);
@@ -258,12 +278,12 @@ pub(super) fn value_and_change(local: &Terms, radius: f64) -> (f64, f64) {
             if m > 0 {
                 weight *= (n + m) as f64 / (n - m + 1) as f64;
             }
-            let [a, b] = local.terms[at(n, m)];
+            let [a, b] = local.0[at(n, m)];
             sum += (a * a + b * b) / weight * if m == 0 { 1.0 } else { 2.0 };
         }
         change += power * sum.sqrt();
     }
-    (local.terms[0][0], change)
+    (local.0[0][0], change)
 }
 
 /// Most that all terms after some degree are together, of triangles of this area and points whose reaches add up to `reach`, at a distance.

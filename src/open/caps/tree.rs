@@ -25,8 +25,6 @@ pub(super) struct Cluster {
     pub(super) reach: f64,
     /// Of all triangles.
     pub(super) area: f64,
-    /// None where there are too few triangles.
-    pub(super) moments: Option<Terms>,
     /// A stretch of the triangles in the tree's order.
     triangles: [u32; 2],
     parts: Option<[u32; 2]>,
@@ -46,7 +44,7 @@ pub(super) struct Tree {
 }
 
 impl Tree {
-    /// Puts triangles, of which there is one at least, into clusters, yet without moments.
+    /// Puts triangles, of which there is one at least, into clusters.
     ///
     /// # Errors
     /// `cancelled`.
@@ -86,48 +84,46 @@ impl Tree {
         // a little more than rounding takes away
         let reach = corners().map(|corner| corner.distance_squared(centre)).fold(0.0, f64::max).sqrt() * (1.0 + 1e-12);
         let area = own().map(|triangle| triangle.area).sum::<f64>() * (1.0 + 1e-9);
-        Cluster { centre, reach, area, moments: None, triangles: [start, end].map(|at| at as u32), parts }
+        Cluster { centre, reach, area, triangles: [start, end].map(|at| at as u32), parts }
     }
 
-    /// The degree of the moments.
-    pub(super) fn degree(&self) -> Option<usize> {
-        self.clusters.last()?.moments.as_ref().map(Terms::order)
-    }
-
-    /// Gives moments of a degree to all clusters but those of a few triangles.
+    /// The moments, N terms each, of all clusters but those of a few triangles.
     ///
     /// # Errors
     /// `cancelled`.
-    pub(super) async fn expand(&mut self, triangles: &[Triangle], degree: usize, control: &Control) -> Result<()> {
+    pub(super) async fn expand<const N: usize>(
+        &self,
+        triangles: &[Triangle],
+        control: &Control,
+    ) -> Result<Vec<Option<Box<Terms<N>>>>> {
         // so that those of many triangles take some hundred bytes each
-        let of_leaf =
-            if degree > LOW { (triangles.len() / 4096).clamp(OF_LEAF, 4 * OF_LEAF) as u32 } else { OF_LEAF as u32 };
-        let is_large =
-            |cluster: &Cluster| cluster.triangles[1] - cluster.triangles[0] > of_leaf && cluster.parts.is_some();
-        self.clusters.iter_mut().for_each(|cluster| cluster.moments = None);
-        let root = self.clusters.len() as u32 - 1;
-        let all_parts = self.clusters.iter().filter(|&cluster| is_large(cluster)).filter_map(|cluster| cluster.parts);
+        let of_leaf = if N > LOW { (triangles.len() / 4096).clamp(OF_LEAF, 4 * OF_LEAF) } else { OF_LEAF };
+        let clusters = &self.clusters;
+        let large_parts = |cluster: &Cluster| cluster.parts.filter(|_| self.of(cluster).len() > of_leaf);
+        let mut all: Vec<Option<Box<Terms<N>>>> = (0..clusters.len()).map(|_| None).collect();
+        let is_leaf = |&at: &u32| large_parts(&clusters[at as usize]).is_none();
+        let root = clusters.len() as u32 - 1;
         let leaves: Vec<u32> =
-            all_parts.flatten().chain([root]).filter(|&at| !is_large(&self.clusters[at as usize])).collect();
-        for some in leaves.chunks((OF_STEP / of_leaf as usize).max(1) * current_num_threads()) {
-            let moments: Vec<Terms> = some.par_iter().map(|&at| self.of_triangles(at, triangles, degree)).collect();
-            some.iter().zip(moments).for_each(|(&at, moments)| self.clusters[at as usize].moments = Some(moments));
+            clusters.iter().filter_map(large_parts).flatten().chain([root]).filter(is_leaf).collect();
+        for some in leaves.chunks((OF_STEP / of_leaf).max(1) * current_num_threads()) {
+            let moments: Vec<_> = some.par_iter().map(|&at| self.of_triangles(at, triangles)).collect();
+            some.iter().zip(moments).for_each(|(&at, moments)| all[at as usize] = Some(moments));
             control.rest().await?;
         }
-        for at in 0..self.clusters.len() {
-            if let Some(parts) = self.clusters[at].parts.filter(|_| is_large(&self.clusters[at])) {
-                let mut moments = Terms::zero(degree);
-                for part in parts.map(|part| &self.clusters[part as usize]) {
-                    let own = part.moments.iter();
-                    own.for_each(|own| add_moved(&mut moments, own, part.centre - self.clusters[at].centre));
+        for at in 0..clusters.len() {
+            if let Some(parts) = large_parts(&clusters[at]) {
+                let mut moments = Box::new(Terms::zero());
+                for part in parts.map(|part| part as usize) {
+                    let step = clusters[part].centre - clusters[at].centre;
+                    all[part].iter().for_each(|own| add_moved(&mut moments, own, step));
                 }
-                self.clusters[at].moments = Some(moments);
+                all[at] = Some(moments);
             }
             if at % OF_STEP == 0 {
                 control.rest().await?;
             }
         }
-        Ok(())
+        Ok(all)
     }
 
     /// The cluster of all.
@@ -148,8 +144,8 @@ impl Tree {
         &self.order[start..end]
     }
 
-    fn of_triangles(&self, at: u32, triangles: &[Triangle], degree: usize) -> Terms {
-        let (cluster, mut moments) = (&self.clusters[at as usize], Terms::zero(degree));
+    fn of_triangles<const N: usize>(&self, at: u32, triangles: &[Triangle]) -> Box<Terms<N>> {
+        let (cluster, mut moments) = (&self.clusters[at as usize], Box::new(Terms::zero()));
         for &index in self.of(cluster) {
             add_triangle(&mut moments, triangles[index as usize].corners.map(|corner| corner - cluster.centre));
         }
