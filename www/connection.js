@@ -1,6 +1,7 @@
 /** Calls to the core: in a worker of this or another origin, or on this thread. */
 import { answer } from './answer.js';
 import { HexcastError, errorOf } from './error.js';
+import { NOT_FOUND } from './own_files.js';
 import { startWorker } from './start_worker.js';
 
 /**
@@ -80,11 +81,13 @@ export class Connection {
   /** Operations of calls that were aborted and are not answered yet, by id. @type {Map<number, Operation>} */
   #abandoned = new Map();
   #next = 1;
+  #hasAnswered = false;
 
   /** @param {Port} port */
   constructor(port) {
     this.#port = port;
     port.onanswer = ({ id, result, failure, progress }) => {
+      this.#hasAnswered = true;
       const call = this.#calls.get(id);
       if (!call) return progress ? undefined : this.#forget(id, result);
       if (progress) return this.#report(id, call, progress);
@@ -92,7 +95,7 @@ export class Connection {
       failure ? call.reject(errorOf(failure)) : call.resolve(result);
     };
     port.onfailure = (message) => {
-      const hint = 'check that its script can be loaded';
+      const hint = this.#hasAnswered ? 'make another mesher, and mesh in smaller pieces if it fails again' : NOT_FOUND;
       this.#fail(new HexcastError('device-failed', `the worker failed: ${message}`, { hint }));
     };
   }

@@ -9,9 +9,11 @@ import { cancelled, pause } from './call.js';
 import { columnFile } from './column_file.js';
 import { comparedIn, pictureIn, skinOf, sliceOf } from './drawn.js';
 import { sha256 } from './hash.js';
+import { HexcastError } from './error.js';
 import { factsOf, onRays } from './facts.js';
 import { Held, freeAfter } from './held.js';
 import init, { WebEngine, WebGpu, WebJob, WebMesh, WebSurface, WebSwitch, expandText, version } from './hexcast_wasm.js';
+import { NOT_FOUND } from './own_files.js';
 import { Pace } from './pace.js';
 import { readSurface } from './read.js';
 import { allRuns } from './runs.js';
@@ -57,7 +59,7 @@ export class Core {
   async open({ backend, wasm, device, gpu = globalThis.navigator?.gpu }) {
     // files that earlier visits left; not awaited
     clearSpillFiles();
-    await init({ module_or_path: wasm });
+    await load(wasm);
     // where the search fails, so does that of the wasm, which reports it
     const adapter = backend === 'cpu' ? null : await describeAdapter(gpu, device).catch(() => null);
     if (backend === 'auto' && !device && adapter) this.#notTaken = whyNotTaken(adapter);
@@ -343,5 +345,19 @@ export class Core {
     this.#surfaces.release(surface);
     this.#meshes.release(mesh);
     this.#encoders.release(encoder);
+  }
+}
+
+/**
+ * Loads the wasm. A server may give a page in its place, which no wasm is.
+ *
+ * @param {any} wasm its address, bytes or module
+ */
+async function load(wasm) {
+  try {
+    await init({ module_or_path: wasm });
+  } catch (cause) {
+    const [from, why] = [typeof wasm === 'string' ? ` from ${wasm}` : '', cause instanceof Error ? cause.message : String(cause)];
+    throw new HexcastError('device-failed', `the wasm of hexcast cannot be loaded${from}: ${why}`, { hint: NOT_FOUND, cause });
   }
 }

@@ -3,6 +3,7 @@ import { MESHER, gpuDevice, kindOf, oneOf, optionsOf, wrongValue } from './check
 import { connect } from './connection.js';
 import { HexcastError } from './error.js';
 import { Mesher } from './mesher.js';
+import { packageFolder } from './own_files.js';
 import { fileOf } from './source.js';
 
 /** @typedef {import('./hexcast.js').MesherOptions} MesherOptions */
@@ -33,7 +34,7 @@ export async function start(options, gpu) {
   signal?.throwIfAborted();
   const connection = await connect(device ? false : worker);
   try {
-    const source = wasm ?? new URL('./hexcast_bg.wasm', import.meta.url);
+    const source = wasm ?? ownWasm();
     // a URL cannot be sent to a worker
     const from = source instanceof URL ? source.href : source;
     return new Mesher(connection, await connection.call('open', { backend, wasm: from, device, gpu }, { signal }));
@@ -41,6 +42,13 @@ export async function start(options, gpu) {
     connection.close();
     throw error;
   }
+}
+
+/** The wasm of this package; written so that bundlers find it. */
+function ownWasm() {
+  const folder = packageFolder(import.meta.url);
+  if (folder) return new URL('hexcast_bg.wasm', folder);
+  return new URL('./hexcast_bg.wasm', import.meta.url);
 }
 
 /** @param {unknown} worker */

@@ -1,5 +1,6 @@
 /** Starts the worker where a page allows it: from its own script, through a policy of Trusted Types, or from a Blob. */
 import { HexcastError } from './error.js';
+import { packageFolder } from './own_files.js';
 import { replaced } from './replaced.js';
 
 /** @typedef {{ createScriptURL(url: string): string }} Policy */
@@ -26,6 +27,8 @@ export function startWorker(worker) {
 
 /** The worker of this package; written so that bundlers find it. */
 function ownWorker() {
+  const folder = packageFolder(import.meta.url);
+  if (folder) return new Worker(new URL('worker.js', folder), { type: 'module' });
   return new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
 }
 

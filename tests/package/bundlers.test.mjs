@@ -1,5 +1,6 @@
 // The installed package in apps of bundlers, with the recipes of its README and nothing else: each is built, served and meshes.
 
+import assert from 'node:assert/strict';
 import { execFileSync, spawn } from 'node:child_process';
 import { once } from 'node:events';
 import { cpSync, mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
@@ -39,6 +40,14 @@ function runTool(file, ...args) {
   execFileSync(process.execPath, [program, ...args], { cwd: project.folder, env, stdio: ['ignore', 'pipe', 'pipe'] });
 }
 
+/** A page that starts a mesher and keeps why that failed. */
+const STARTING_PAGE = '<!doctype html><link rel="icon" href="data:,"><script type="module" src="start.js"></script>';
+const STARTING = `
+import { createMesher } from 'hexcast';
+const told = ({ message, hint }) => ({ message, hint });
+globalThis.outcome = await createMesher(OPTIONS).then(() => ({ message: 'started' }), told);
+`;
+
 /** Serves a folder of the project and meshes on its page. */
 async function assertFolderMeshes(folder, { base, headers } = {}) {
   const root = path.join(project.folder, folder);
@@ -53,9 +62,15 @@ async function assertFolderMeshes(folder, { base, headers } = {}) {
 
 for (const name of ['vite5', 'vite6', 'vite7']) {
   test(`${name} builds an app that meshes below a path, and one that meshes while it is developed`, LONG, async () => {
-    writeRecipe(project.folder, 'vite.config.js');
     const { build, createServer } = await import(path.join(TOOLS, 'node_modules', name, 'dist/node/index.js'));
-    const settings = { root: project.folder, logLevel: 'error', cacheDir: `node_modules/.${name}` };
+    // no configuration but what keeps the three apart, and the path that the app is built for
+    const settings = {
+      root: project.folder,
+      configFile: false,
+      logLevel: 'error',
+      base: './',
+      cacheDir: `node_modules/.${name}`,
+    };
     await build({ ...settings, build: { outDir: name, target: 'es2022' } });
     await assertFolderMeshes(name, { base: '/some/path/' });
     const server = await createServer({ ...settings, server: { host: '127.0.0.1' } });
@@ -67,6 +82,38 @@ for (const name of ['vite5', 'vite6', 'vite7']) {
     }
   });
 }
+
+test('where an app does not find the worker or the wasm, the error says what to add, and that helps', LONG, async () => {
+  const { createServer } = await import(path.join(TOOLS, 'node_modules/vite6/dist/node/index.js'));
+  // a workspace whose packages lie in the folder above: what Vite prepares lies elsewhere than the package
+  const all = path.join(project.folder, 'workspace');
+  const root = path.join(all, 'app');
+  mkdirSync(path.join(root, 'node_modules'), { recursive: true });
+  cpSync(path.join(project.folder, 'node_modules/hexcast'), path.join(all, 'node_modules/hexcast'), { recursive: true });
+  writeFileSync(path.join(all, 'package.json'), '{"private": true, "workspaces": ["app"]}');
+  writeFileSync(path.join(root, 'package.json'), '{"private": true, "type": "module"}');
+  writeFileSync(path.join(root, 'index.html'), STARTING_PAGE);
+  const outcomes = async (config) => {
+    const server = await createServer({ root, logLevel: 'error', server: { host: '127.0.0.1' }, ...config });
+    await server.listen();
+    const found = [];
+    for (const options of ['', '{ worker: false }']) {
+      writeFileSync(path.join(root, 'start.js'), STARTING.replace('OPTIONS', options));
+      const page = await browser.newPage();
+      await page.goto(server.resolvedUrls.local[0]);
+      found.push(await (await page.waitForFunction(() => globalThis.outcome)).jsonValue());
+      await page.close();
+    }
+    await server.close();
+    return found;
+  };
+  const [worker, wasm] = await outcomes({ configFile: false });
+  assert.match(worker.message, /^the worker failed: /);
+  assert.match(wasm.message, /^the wasm of hexcast cannot be loaded from http/);
+  for (const { hint } of [worker, wasm]) assert.match(hint, /optimizeDeps: \{ exclude: \['hexcast'\] \}.*recipes/);
+  writeRecipe(root, 'vite.config.js');
+  assert.deepEqual(await outcomes({}), [{ message: 'started' }, { message: 'started' }]);
+});
 
 test('an app meshes under the content security policies of the README, Trusted Types among them', LONG, async () => {
   // the page has an icon without bytes
