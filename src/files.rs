@@ -1,6 +1,6 @@
 //! Reads the files of a job from disk, and blocks until all are read.
 //!
-//! Names of files -> [`Source`]s, several files at the same time on all cores. Natively only.
+//! Names of files -> [`Source`]s, several files at the same time on all cores. [`put_below`] writes one. Natively only.
 
 mod file_store;
 
@@ -46,6 +46,16 @@ pub fn read_file(file: &str, control: &Control) -> Result<Source> {
         ));
     }
     Source::read(file, metadata.len(), &mut input, control)
+}
+
+/// Writes a file below a folder, and makes the folders that it needs: a key of a Zarr store is its path (`flag/c/0/0/0`).
+///
+/// # Errors
+/// `io`.
+pub fn put_below(folder: &Path, key: &str, bytes: &[u8]) -> Result<()> {
+    let path = folder.join(key);
+    let made = path.parent().map_or(Ok(()), std::fs::create_dir_all);
+    made.and_then(|()| std::fs::write(&path, bytes)).map_err(|error| Error::io(format!("writing {key}"), error))
 }
 
 /// Opens a file, or a pipe or device, to read it.

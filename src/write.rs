@@ -20,7 +20,7 @@ pub(crate) mod staggered;
 pub(crate) mod store;
 pub mod vti;
 mod vtp;
-#[cfg(all(feature = "zarr", not(target_arch = "wasm32")))]
+#[cfg(not(target_arch = "wasm32"))]
 pub mod zarr;
 
 use std::io;
@@ -134,7 +134,7 @@ fn check(format: Format, options: &Options) -> Result<()> {
     let name = format.extension();
     if format == Format::Zarr {
         let message = ".zarr is a folder of many files, and one file was to be written";
-        let hint = "write the store with write::zarr (feature zarr), or with `hexcast mesh -o mesh.zarr`";
+        let hint = "write the store with write::zarr, or with `hexcast mesh -o mesh.zarr`";
         return Err(Error::new("job-conflict", message, hint));
     }
     if let Compress::Zlib(level) = options.compress {

@@ -3,8 +3,8 @@
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::PathBuf;
-use std::sync::Arc;
 
+use hexcast::files::put_below;
 use hexcast::fractions::Fractions;
 use hexcast::measured::Measured;
 use hexcast::write::zarr::write_solid as write_solid_store;
@@ -12,7 +12,6 @@ use hexcast::write::{self, Array, Compress, Format};
 use hexcast::{Error, Result};
 use numpy::{PyReadonlyArray1, PyReadwriteArray1};
 use pyo3::prelude::*;
-use zarrs::filesystem::FilesystemStore;
 
 use crate::mesh::RawMesh;
 use crate::run::run;
@@ -93,8 +92,8 @@ pub(crate) fn write_solid(
         let options = raw.zarr_options(compress);
         let written = match format {
             Format::Zarr => {
-                let store = FilesystemStore::new(&path).map_err(|error| Error::new("io", error.to_string(), ""))?;
-                write_solid_store(&raw.mesh, &fractions, &options, Arc::new(store), control)
+                let put = |key: &str, value: &[u8]| put_below(&path, key, value);
+                write_solid_store(&raw.mesh, &fractions, &options, &put, control)
             }
             _ => write::write_solid(&raw.mesh, &fractions, (format, &options), &mut create(&path)?, control).map(drop),
         };

@@ -3,24 +3,23 @@
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
 use hexcast::column_file;
 use hexcast::columns::{run_cell, run_flag};
 use hexcast::control::Control;
+use hexcast::files::put_below;
 use hexcast::job::ZarrJob;
 use hexcast::lines::Lines;
 use hexcast::measured::Measured;
 use hexcast::mesh::Mesh;
 use hexcast::report::ColumnsReport;
-use hexcast::write::zarr::{Place, Stored, Values};
+use hexcast::write::zarr::{Place, Stored};
 use hexcast::write::{self, Compress, Format, Options, sidecar_json};
 use hexcast::{Error, Result};
 use numpy::{PyArray1, PyReadwriteArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use zarrs::filesystem::FilesystemStore;
-use zarrs::storage::Bytes;
 
 use crate::py_error;
 use crate::run::run;
@@ -182,17 +181,14 @@ impl RawMesh {
 
     /// The files of a Zarr store of the whole box that this window fills, by their keys: metadata first, then shards.
     fn zarr_part<'py>(&self, py: Python<'py>, compress: Option<u8>) -> PyResult<Vec<(String, Bound<'py, PyBytes>)>> {
-        let kept: Arc<Mutex<Vec<(String, Bytes)>>> = Arc::default();
+        let files: Mutex<Vec<(String, Vec<u8>)>> = Mutex::default();
         let options = self.zarr_options(compress);
-        let files = kept.clone();
-        let keep = move |key: &str, value: Bytes| {
-            files.lock().unwrap_or_else(PoisonError::into_inner).push((key.into(), value));
+        let keep = |key: &str, value: &[u8]| {
+            files.lock().unwrap_or_else(PoisonError::into_inner).push((key.into(), value.to_vec()));
             Ok(())
         };
-        run(py, None, |control| {
-            write::zarr::write_part(&self.mesh, &self.place, &options, Arc::new(Values(keep)), control, |_| ())
-        })?;
-        let mut files = std::mem::take(&mut *kept.lock().unwrap_or_else(PoisonError::into_inner));
+        run(py, None, |control| write::zarr::write_part(&self.mesh, &self.place, &options, &keep, control, |_| ()))?;
+        let mut files = files.into_inner().unwrap_or_else(PoisonError::into_inner);
         files.sort_by_key(|(key, _)| (key.starts_with(Stored::SHARDS), key.clone()));
         Ok(files.into_iter().map(|(key, value)| (key, PyBytes::new(py, &value))).collect())
     }
@@ -201,9 +197,8 @@ impl RawMesh {
     fn write_zarr(&self, py: Python<'_>, name: &str, path: PathBuf, compress: Option<u8>) -> PyResult<()> {
         let options = self.zarr_options(compress);
         run(py, None, |control| {
-            let store =
-                FilesystemStore::new(&path).map_err(|error| Error::new("io", format!("{name}: {error}"), ""))?;
-            write::zarr::write(&self.mesh, &options, Arc::new(store), control, |_| ()).map_err(|error| error.at(name))
+            let put = |key: &str, value: &[u8]| put_below(&path, key, value);
+            write::zarr::write(&self.mesh, &options, &put, control, |_| ()).map_err(|error| error.at(name))
         })
     }
 }

@@ -22,7 +22,7 @@ pub enum Format {
     Vtr,
     /// hexcast's own column file, which reads back.
     Columns,
-    /// A Zarr store: a folder of many files, or a bucket, which `write::zarr` fills with the feature `zarr`, natively.
+    /// A Zarr store: a folder of many files, or a bucket, which `write::zarr` fills, natively.
     Zarr,
     /// The files of a Zarr store in a ZIP archive, stored as they are: what zarr-python opens as a `ZipStore`.
     ZarrZip,

@@ -7,8 +7,8 @@
 //! [`crate::shards`] chooses shards and their chunks. Chunks are compressed one by one; those without any flag are left out. Every shard is there,
 //! also one without flags, so that a missing one can be named. The bytes do not depend on the number of threads, nor on who writes which shard.
 //!
-//! Cost: the numbers of a row of chunks, twice, and what they compress to. Source: the Zarr v3 specification. The feature `zarr` reads stores, by
-//! a crate that shares no code with this.
+//! Cost: the numbers of a row of chunks, twice, and what they compress to. Source: the Zarr v3 specification. Tests read the stores by the crate `zarrs`, which
+//! shares no code with this, and have it write the same bytes.
 
 mod metadata;
 mod shard;
@@ -26,9 +26,12 @@ use crate::flags::{CellBox, flags_of_box};
 use crate::lines::Lines;
 use crate::mesh::Mesh;
 use crate::shards::Shards;
-use metadata::{Described, attributes, group, plain, sharded, text};
-#[cfg(all(feature = "zarr", not(target_arch = "wasm32")))]
-pub(crate) use shard::gzip;
+pub(super) use metadata::sharded;
+use metadata::{Described, attributes, group, plain, text};
+#[cfg(test)]
+pub(super) use shard::gzip;
+#[cfg(not(target_arch = "wasm32"))]
+pub(super) use shard::{CHECKSUM, NOWHERE};
 use shard::{Chunks, Row, Shard};
 
 /// Where the cells of a mesh lie in a store: the lines of the whole, and the first cell.
@@ -152,7 +155,7 @@ impl<'a> Store<'a> {
     }
 
     /// Bytes of the numbers of a shard.
-    #[cfg(all(feature = "zarr", not(target_arch = "wasm32")))]
+    #[cfg(not(target_arch = "wasm32"))]
     pub(super) fn shard_bytes(&self) -> u64 {
         self.shapes.n_cells() * self.cells.numbers.2 as u64
     }
@@ -168,7 +171,7 @@ impl<'a> Store<'a> {
     ///
     /// # Errors
     /// `io` where the columns are in a store that fails.
-    #[cfg(all(feature = "zarr", not(target_arch = "wasm32")))]
+    #[cfg(not(target_arch = "wasm32"))]
     pub(super) fn shard(&self, of: &ShardOfPart) -> Result<Vec<u8>> {
         let (mut shard, mut bytes) = (Shard::default(), Vec::new());
         let columns = self.mesh.columns.for_slab(&of.1[self.mesh.columns.rays.axis])?;

@@ -1,19 +1,16 @@
-//! Zarr v3 stores, in folders and elsewhere: the files of `write::store`, written to a store of the crate `zarrs`, and read by it.
+//! Zarr v3 stores, in folders and elsewhere: the files of `write::store`, handed to a function one by one.
 //!
-//! Mesh, options, a store -> keys and values. The shards of a batch are made side by side: [`write_part`] writes those of a window.
+//! Mesh, options -> keys and values. The shards of a batch are made side by side: [`write_part`] writes those of a window. [`Stored`] checks
+//! what was written.
 //!
 //! Cost: what a row of chunks takes for each of up to four shards side by side, and what these compress to.
 
 mod check;
-mod gzip;
 #[cfg(test)]
 mod tests;
-mod values;
-
-use zarrs::storage::{StoreKey, WritableStorage};
 
 use crate::control::Control;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::flags::n_cells;
 use crate::fractions::Fractions;
 use crate::mesh::Mesh;
@@ -24,25 +21,20 @@ use super::Options;
 use super::solid::cells_of_store;
 use super::store::{OfCells, Store};
 pub use check::Stored;
-pub use gzip::Gzip;
-pub use values::Values;
 
 /// Most shards made side by side.
 const MAX_SHARDS: usize = 4;
 
-/// Writes a mesh to a store; `advance` is called with the number of cells of every batch of shards that was written.
+/// Sets the value of a key, on any thread: writes a file of that name, for example, or compares it with what is there.
+pub type Set<'a> = dyn Fn(&str, &[u8]) -> Result<()> + Sync + 'a;
+
+/// Writes a mesh to a store, value after value; `advance` is called with the number of cells of every batch of shards that was written.
 ///
 /// # Errors
-/// `job-conflict` for bits, which Zarr does not have; `io` where the store fails; `cancelled`, looked at before every batch of shards;
+/// `job-conflict` for bits, which Zarr does not have; those of `set`; `cancelled`, looked at before every batch of shards;
 /// those of [`crate::shards::Shards::new`].
-pub fn write(
-    mesh: &Mesh,
-    options: &Options,
-    store: WritableStorage,
-    control: &Control,
-    advance: impl FnMut(u64),
-) -> Result<()> {
-    write_part(mesh, &Place::of_whole(mesh), options, store, control, advance)
+pub fn write(mesh: &Mesh, options: &Options, set: &Set<'_>, control: &Control, advance: impl FnMut(u64)) -> Result<()> {
+    write_part(mesh, &Place::of_whole(mesh), options, set, control, advance)
 }
 
 /// Writes the metadata of a store, the same whichever part writes it, and the shards of a part of its cells.
@@ -53,11 +45,11 @@ pub fn write_part(
     mesh: &Mesh,
     place: &Place,
     options: &Options,
-    store: WritableStorage,
+    set: &Set<'_>,
     control: &Control,
     advance: impl FnMut(u64),
 ) -> Result<()> {
-    put(&Store::new(mesh, place, OfCells::flags(), options)?, options, store, control, advance)
+    put(&Store::new(mesh, place, OfCells::flags(), options)?, options, set, control, advance)
 }
 
 /// Writes the fraction of every cell that is not background as `solid` (float32) to a store of its own.
@@ -68,31 +60,20 @@ pub fn write_solid(
     mesh: &Mesh,
     fractions: &Fractions,
     options: &Options,
-    store: WritableStorage,
+    set: &Set<'_>,
     control: &Control,
 ) -> Result<()> {
     let files = Store::new(mesh, &Place::of_whole(mesh), cells_of_store(mesh, fractions)?, options)?;
-    put(&files, options, store, control, |_| ())
+    put(&files, options, set, control, |_| ())
 }
 
-fn put(
-    files: &Store,
-    options: &Options,
-    store: WritableStorage,
-    control: &Control,
-    mut advance: impl FnMut(u64),
-) -> Result<()> {
-    let set = |key: &str, value: Vec<u8>| store.set(&StoreKey::new(key).map_err(failed)?, value.into()).map_err(failed);
-    files.head()?.into_iter().try_for_each(|(key, value)| set(&key, value))?;
+fn put(files: &Store, options: &Options, set: &Set<'_>, control: &Control, mut advance: impl FnMut(u64)) -> Result<()> {
+    files.head()?.iter().try_for_each(|(key, value)| set(key, value))?;
     let n_at_once = (options.slab_bytes as u64 / files.shard_bytes()).clamp(1, MAX_SHARDS as u64);
     for batch in files.shards.chunks(current_num_threads().min(n_at_once as usize)) {
         control.check()?;
-        batch.par_iter().try_for_each(|shard| set(&files.name_of(shard), files.shard(shard)?))?;
+        batch.par_iter().try_for_each(|shard| set(&files.name_of(shard), &files.shard(shard)?))?;
         advance(batch.iter().map(|(_, cells)| n_cells(cells) as u64).sum());
     }
     Ok(())
-}
-
-fn failed(error: impl std::fmt::Display) -> Error {
-    Error::new("io", format!("writing Zarr: {error}"), "")
 }

@@ -220,7 +220,7 @@ impl Measured {
                 }
                 FractionsFile::Store(of_store) => {
                     let (folder, options) = &mut **of_store;
-                    folder.put(|store| zarr::write_solid(mesh, fractions, options, store, control))?
+                    folder.put(|set| zarr::write_solid(mesh, fractions, options, set, control))?
                 }
             });
         }

@@ -3,9 +3,8 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use hexcast::write::zarr::{Stored, Values};
+use hexcast::write::zarr::Stored;
 use hexcast::{Error, Result};
-use zarrs::storage::{Bytes, WritableStorage};
 
 /// Values by keys.
 pub(crate) trait Store: Send + Sync {
@@ -34,13 +33,8 @@ impl Shared {
         self.n_bytes.load(Ordering::Relaxed)
     }
 
-    /// What the writer takes.
-    pub(crate) fn writable(self: &Arc<Self>) -> WritableStorage {
-        let shared = self.clone();
-        Arc::new(Values(move |key: &str, value: Bytes| shared.set(key, &value)))
-    }
-
-    fn set(&self, key: &str, value: &[u8]) -> Result<()> {
+    /// Sets a value.
+    pub(crate) fn set(&self, key: &str, value: &[u8]) -> Result<()> {
         if !key.starts_with(Stored::SHARDS) {
             match self.store.get(key)? {
                 Some(there) if there == value => return Ok(()),

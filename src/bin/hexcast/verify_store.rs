@@ -8,12 +8,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 use hexcast::control::{CancelToken, Control};
 use hexcast::pipeline::{self, Engine, MeshOptions};
 use hexcast::write::Options;
-use hexcast::write::zarr::{Place, Stored, Values, write_part};
+use hexcast::write::zarr::{Place, Stored, write_part};
 use hexcast::{Error, Result};
 use indicatif::HumanCount;
 use rayon::prelude::*;
 use serde::Serialize;
-use zarrs::storage::Bytes;
 
 use super::arguments::JobArguments;
 use super::progress::Progress;
@@ -132,16 +131,13 @@ fn by_job(arguments: &Arguments, store: &Arc<dyn Store>, stored: &Stored, token:
     let options = MeshOptions::default();
     let (mesh, facts) = pollster::block_on(pipeline::mesh(&job, sources, &options, &mut engine, &control))?;
     let place = Place { whole: facts.whole.clone(), first: facts.window.map_or([0; 3], |window| window.first) };
-    let found = Arc::new(Mutex::new(Found::default()));
-    let comparing = {
-        let (found, store) = (found.clone(), store.clone());
-        move |key: &str, value: Bytes| {
-            compare(&*store, &mut found.lock().unwrap_or_else(PoisonError::into_inner), key, &value)
-        }
+    let found = Mutex::new(Found::default());
+    let comparing = |key: &str, value: &[u8]| {
+        compare(&**store, &mut found.lock().unwrap_or_else(PoisonError::into_inner), key, value)
     };
     let options = Options::default().with_compress(compress).with_zarr(zarr);
-    write_part(&mesh, &place, &options, Arc::new(Values(comparing)), &control, |_| ())?;
-    let mut found = std::mem::take(&mut *found.lock().unwrap_or_else(PoisonError::into_inner));
+    write_part(&mesh, &place, &options, &comparing, &control, |_| ())?;
+    let mut found = found.into_inner().unwrap_or_else(PoisonError::into_inner);
     found.unknown = store.keys(Stored::SHARDS)?.into_iter().filter(|key| !stored.has(key)).collect();
     Ok(found)
 }

@@ -4,28 +4,33 @@
 //! files that are gone would read as cells without a flag.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use hexcast::files::put_below;
 use hexcast::{Error, Result};
-use zarrs::filesystem::{FilesystemStore, FilesystemStoreCreateError};
-use zarrs::storage::{Bytes, OffsetBytesIterator, StorageError, StoreKey, StorePrefix, WritableStorageTraits};
 
 /// A folder and the lengths of the files that were written to it, by their keys.
 pub(crate) struct WrittenFolder {
     root: PathBuf,
-    store: FilesystemStore,
     lengths: Mutex<BTreeMap<String, u64>>,
 }
 
 impl WrittenFolder {
-    /// Opens a folder, which may not be there yet.
-    pub(crate) fn new(root: &Path) -> std::result::Result<WrittenFolder, FilesystemStoreCreateError> {
-        Ok(WrittenFolder { root: root.into(), store: FilesystemStore::new(root)?, lengths: Mutex::default() })
+    /// A folder, which may not be there yet.
+    pub(crate) fn new(root: PathBuf) -> WrittenFolder {
+        WrittenFolder { root, lengths: Mutex::default() }
+    }
+
+    /// Writes a file.
+    pub(crate) fn put(&self, key: &str, bytes: &[u8]) -> Result<()> {
+        put_below(&self.root, key, bytes)?;
+        self.lengths().insert(key.into(), bytes.len() as u64);
+        Ok(())
     }
 
     fn lengths(&self) -> MutexGuard<'_, BTreeMap<String, u64>> {
-        // every change is a single insertion or removal
+        // every change is a single insertion
         self.lengths.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -50,34 +55,5 @@ impl WrittenFolder {
              bytes and {now}"
         );
         Err(Error::new("io", message, "find out what removes files from the folder of the output, and mesh again"))
-    }
-}
-
-impl WritableStorageTraits for WrittenFolder {
-    fn set(&self, key: &StoreKey, value: Bytes) -> std::result::Result<(), StorageError> {
-        let length = value.len() as u64;
-        self.store.set(key, value)?;
-        self.lengths().insert(key.as_str().into(), length);
-        Ok(())
-    }
-
-    fn set_partial_many(&self, _: &StoreKey, _: OffsetBytesIterator) -> std::result::Result<(), StorageError> {
-        Err(StorageError::Unsupported("files are written whole".into()))
-    }
-
-    fn erase(&self, key: &StoreKey) -> std::result::Result<(), StorageError> {
-        self.store.erase(key)?;
-        self.lengths().remove(key.as_str());
-        Ok(())
-    }
-
-    fn erase_prefix(&self, prefix: &StorePrefix) -> std::result::Result<(), StorageError> {
-        self.store.erase_prefix(prefix)?;
-        self.lengths().retain(|key, _| !key.starts_with(prefix.as_str()));
-        Ok(())
-    }
-
-    fn supports_set_partial(&self) -> bool {
-        false
     }
 }

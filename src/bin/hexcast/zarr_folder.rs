@@ -1,7 +1,6 @@
 //! A Zarr folder as output: made under another name beside the target, and put in place at the end.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use hexcast::control::Control;
 use hexcast::mesh::Mesh;
@@ -22,7 +21,7 @@ pub(crate) struct ZarrFolder {
     output: Output,
     temporary: temporary::Folder,
     /// What was written.
-    written: Option<Arc<WrittenFolder>>,
+    written: Option<WrittenFolder>,
 }
 
 /// Whether the name of an output asks for a Zarr folder.
@@ -62,16 +61,15 @@ impl ZarrFolder {
         progress: Progress,
     ) -> Result<OutputFile> {
         let bar = progress.bytes("write", Some(mesh.n_cells()));
-        let written = self.put(|store| zarr::write(mesh, options, store, control, |n_cells| bar.inc(n_cells)));
+        let written = self.put(|set| zarr::write(mesh, options, set, control, |n_cells| bar.inc(n_cells)));
         bar.finish_and_clear();
         written
     }
 
-    /// Writes what `write` puts into the store.
-    pub(crate) fn put(&mut self, write: impl FnOnce(Arc<WrittenFolder>) -> Result<()>) -> Result<OutputFile> {
-        let folder = WrittenFolder::new(&self.inner());
-        let folder = Arc::new(folder.map_err(|error| Error::new("io", format!("writing Zarr: {error}"), ""))?);
-        write(folder.clone()).map_err(|error| error.at(self.path.display()))?;
+    /// Writes what `write` sets.
+    pub(crate) fn put(&mut self, write: impl FnOnce(&zarr::Set) -> Result<()>) -> Result<OutputFile> {
+        let folder = WrittenFolder::new(self.inner());
+        write(&|key, value| folder.put(key, value)).map_err(|error| error.at(self.path.display()))?;
         let n_bytes = folder.n_bytes();
         self.written = Some(folder);
         Ok(OutputFile { path: self.path.clone(), n_bytes })

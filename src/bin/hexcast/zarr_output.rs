@@ -50,7 +50,8 @@ impl ZarrOutput {
             ZarrOutput::Shared { path, store } => {
                 let bar = progress.bytes("write", Some(mesh.n_cells()));
                 let advance = |n_cells| bar.inc(n_cells);
-                let written = zarr::write_part(mesh, place, options, store.writable(), control, advance);
+                let written =
+                    zarr::write_part(mesh, place, options, &|key, value| store.set(key, value), control, advance);
                 bar.finish_and_clear();
                 written.map_err(|error| error.at(path.display()))?;
                 Ok(OutputFile { path: path.clone(), n_bytes: store.n_bytes() })

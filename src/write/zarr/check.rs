@@ -1,24 +1,23 @@
 //! What is in a store that was written: its shards, and whether one can be read.
 
-use std::num::NonZeroU64;
-use std::sync::{Arc, Once};
+use std::io::{copy, sink};
 
-use serde_json::Value;
-use zarrs::array::{Array, ArrayMetadata, CodecOptions};
-use zarrs::storage::store::MemoryStore;
-use zarrs_codec::{ArrayToBytesCodecTraits, Codec, CodecRuntimePluginV3, register_codec_v3};
+use flate2::bufread::GzDecoder;
+use serde_json::{Value, json};
 
-use super::gzip::Gzip;
 use crate::error::{Error, Result};
+use crate::flags::n_cells;
 use crate::job::ZarrJob;
+use crate::shards::Shards;
 use crate::write::Compress;
+use crate::write::store::{CHECKSUM, NOWHERE, sharded};
 
 /// The array of the flags of a store, from its metadata.
 pub struct Stored {
-    array: Array<MemoryStore>,
-    shape: Vec<NonZeroU64>,
+    shapes: Shards,
+    /// Number of shards on z, y, x.
     grid: [u64; 3],
-    metadata: Value,
+    compress: Compress,
 }
 
 impl Stored {
@@ -30,30 +29,42 @@ impl Stored {
     /// Reads the metadata of the flags.
     ///
     /// # Errors
-    /// `io` where it is not that of an array of flags in shards.
+    /// `io` where it is not that of an array of flags that hexcast wrote.
     pub fn new(metadata: &[u8]) -> Result<Stored> {
-        static GZIP: Once = Once::new();
-        // the level matters to writers only
-        let gzip = || CodecRuntimePluginV3::new(|name| name == "gzip", |_| Ok(Codec::BytesToBytes(Arc::new(Gzip(6)))));
-        GZIP.call_once(|| {
-            register_codec_v3(gzip());
-        });
-        let wrong = |why: String| {
+        let wrong = |why: &str| {
             let message = format!("{} is not that of flags that hexcast wrote: {why}", Stored::METADATA);
             Error::new("io", message, "name a Zarr folder that hexcast wrote, or write it again")
         };
-        let value: Value = serde_json::from_slice(metadata).map_err(|error| wrong(error.to_string()))?;
-        let read: ArrayMetadata = serde_json::from_slice(metadata).map_err(|error| wrong(error.to_string()))?;
-        let array = Array::new_with_metadata(Arc::new(MemoryStore::new()), "/flag", read);
-        let array = array.map_err(|error| wrong(error.to_string()))?;
-        let shape = array.chunk_shape(&[0, 0, 0]).map_err(|error| wrong(error.to_string()))?;
-        let grid = <[u64; 3]>::try_from(array.chunk_grid_shape());
-        let grid = grid.map_err(|_| wrong("it does not have three axes".into()))?;
-        let is_sharded = value["codecs"][0]["name"] == "sharding_indexed" && value["data_type"] == "uint8";
-        if !is_sharded {
-            return Err(wrong("its chunks are not in shards, or its cells are not uint8".into()));
+        let value: Value = serde_json::from_slice(metadata).map_err(|error| wrong(&error.to_string()))?;
+        let on_xyz = |list: &Value| {
+            let list: Option<[u32; 3]> = serde_json::from_value(list.clone()).ok();
+            list.map(|[z, y, x]| [x, y, z]).filter(|list| !list.contains(&0))
+        };
+        let dims = on_xyz(&value["shape"]).ok_or_else(|| wrong("its shape is not three numbers of cells"))?;
+        let sharding = &value["codecs"][0]["configuration"];
+        let shard = on_xyz(&value["chunk_grid"]["configuration"]["chunk_shape"]);
+        let (shards, chunks) = (shard, on_xyz(&sharding["chunk_shape"]));
+        if shards.is_none() || chunks.is_none() {
+            return Err(wrong("its chunks are not in shards"));
         }
-        Ok(Stored { array, shape: shape.to_vec(), grid, metadata: value })
+        let shapes = Shards::new(dims, &ZarrJob { chunks, shards, shard_bytes: None })
+            .map_err(|error| wrong(&error.to_string()))?;
+        let level = sharding["codecs"][1]["configuration"]["level"].as_u64().and_then(|level| u8::try_from(level).ok());
+        let compress = level.map_or(Compress::None, Compress::Zlib);
+        // what decides how a shard is read
+        let read = [
+            ("zarr_format", json!(3)),
+            ("node_type", json!("array")),
+            ("data_type", json!("uint8")),
+            ("fill_value", json!(0)),
+            ("codecs", sharded(&shapes, compress)),
+            ("chunk_key_encoding", json!({ "name": "default", "configuration": { "separator": "/" } })),
+        ];
+        if let Some((key, expected)) = read.iter().find(|(key, expected)| value[key] != *expected) {
+            return Err(wrong(&format!("{key} is {}, not {expected}", value[key])));
+        }
+        let [nx, ny, nz] = [0, 1, 2].map(|axis| u64::from(dims[axis].div_ceil(shapes.shard[axis])));
+        Ok(Stored { shapes, grid: [nz, ny, nx], compress })
     }
 
     /// Number of shards on z, y, x.
@@ -77,29 +88,58 @@ impl Stored {
         index.is_some_and(|index| index.len() == 3 && (0..3).all(|axis| index[axis] < self.grid[axis]))
     }
 
-    /// Reads all cells of a shard: its index and its chunks have checksums and known sizes.
+    /// Reads all cells of a shard: its index has a checksum, its chunks lie within it and have their number of cells, and a checksum each
+    /// where they are compressed.
     ///
     /// # Errors
     /// `io` with what is wrong.
     pub fn check(&self, shard: &[u8]) -> Result<()> {
-        let serial = CodecOptions::default().with_concurrent_target(1);
-        let codecs = self.array.codecs();
-        let decoded =
-            codecs.decode(shard.into(), &self.shape, self.array.data_type(), self.array.fill_value(), &serial);
-        decoded.map(|_| ()).map_err(|error| Error::new("io", format!("it cannot be read: {error}"), ""))
+        let wrong = |why: String| Error::new("io", format!("it cannot be read: {why}"), "");
+        let Shards { shard: [sx, sy, sz], chunk: [cx, cy, cz] } = self.shapes;
+        let n_places = 16 * (sx / cx) as usize * (sy / cy) as usize * (sz / cz) as usize;
+        let Some(n_of_chunks) = shard.len().checked_sub(n_places + 4) else {
+            return Err(wrong(format!("its {} bytes are fewer than the {} of its index", shard.len(), n_places + 4)));
+        };
+        let (chunks, index) = shard.split_at(n_of_chunks);
+        let (places, checksum) = index.split_at(n_places);
+        if CHECKSUM.checksum(places).to_le_bytes() != checksum {
+            return Err(wrong("the checksum of its index is not that of the index".into()));
+        }
+        for (number, place) in places.chunks_exact(16).enumerate().filter(|(_, place)| *place != NOWHERE) {
+            let of_chunk = self.n_cells_of(chunks, place).map_err(|why| wrong(format!("chunk {number} {why}")))?;
+            let expected = self.shapes.chunk.iter().map(|&n| u64::from(n)).product::<u64>();
+            if of_chunk != expected {
+                return Err(wrong(format!("chunk {number} has {of_chunk} cells or more, not {expected}")));
+            }
+        }
+        Ok(())
+    }
+
+    /// Cells of the chunk at a place, at most one too many.
+    fn n_cells_of(&self, chunks: &[u8], place: &[u8]) -> std::result::Result<u64, String> {
+        let number = |at: usize| place[at..at + 8].iter().rev().fold(0u64, |n, &byte| n << 8 | u64::from(byte));
+        let (start, length) = (number(0), number(8));
+        let end = start.checked_add(length).filter(|&end| end <= chunks.len() as u64);
+        let end =
+            end.ok_or_else(|| format!("of {length} bytes at {start} ends beyond the {} bytes of all", chunks.len()))?;
+        let chunk = &chunks[start as usize..end as usize];
+        if self.compress == Compress::None {
+            return Ok(length);
+        }
+        let most = n_cells(&self.shapes.chunk.map(|n| 0..n)) as u64 + 1;
+        let mut decoder = GzDecoder::new(chunk);
+        let n = copy(&mut std::io::Read::take(&mut decoder, most), &mut sink());
+        let n = n.map_err(|error| format!("cannot be decompressed: {error}"))?;
+        match decoder.into_inner() {
+            [] => Ok(n),
+            rest if n < most => Err(format!("has {} bytes after its end", rest.len())),
+            _ => Ok(n),
+        }
     }
 
     /// How the store was written: shapes and compression, which make the same bytes again.
     pub fn options(&self) -> (ZarrJob, Compress) {
-        let sharding = &self.metadata["codecs"][0]["configuration"];
-        let shape = |list: &Value| {
-            let list: Option<Vec<u32>> = serde_json::from_value(list.clone()).ok();
-            list.and_then(|list| <[u32; 3]>::try_from(list).ok()).map(|[z, y, x]| [x, y, z])
-        };
-        let codecs = sharding["codecs"].as_array();
-        let level = codecs.into_iter().flatten().find_map(|codec| codec["configuration"]["level"].as_u64());
-        let compress = level.and_then(|level| u8::try_from(level).ok()).map_or(Compress::None, Compress::Zlib);
-        let shards = shape(&self.metadata["chunk_grid"]["configuration"]["chunk_shape"]);
-        (ZarrJob { chunks: shape(&sharding["chunk_shape"]), shards, shard_bytes: None }, compress)
+        let Shards { shard, chunk } = self.shapes;
+        (ZarrJob { chunks: Some(chunk), shards: Some(shard), shard_bytes: None }, self.compress)
     }
 }

@@ -1,13 +1,18 @@
+mod codec;
+
 use std::io::{Cursor, Read};
 use std::sync::Arc;
 
 use serde_json::json;
 use zarrs::array::{Array, ArrayMetadataOptions, CodecOptions};
 use zarrs::storage::store::MemoryStore;
-use zarrs::storage::{ListableStorageTraits, ReadableStorageTraits, ReadableWritableListableStorage, StoreKey};
+use zarrs::storage::{
+    ListableStorageTraits, ReadableStorageTraits, ReadableWritableListableStorage, StoreKey, WritableStorageTraits,
+};
 
 use super::*;
 use crate::columns::{Band, Columns, run};
+use crate::error::Result;
 use crate::job::{ByteSize, ZarrJob};
 use crate::mesh::tests::{pattern, pattern_flags};
 use crate::rays::Rays;
@@ -19,11 +24,18 @@ fn options(compress: Compress, shard_bytes: u64) -> Options {
     Options { compress, zarr, ..Options::default() }
 }
 
+/// Sets values of a store of `zarrs`.
+fn set(store: &dyn WritableStorageTraits, key: &str, value: &[u8]) -> Result<()> {
+    store.set(&StoreKey::new(key).unwrap(), value.to_vec().into()).unwrap();
+    Ok(())
+}
+
 fn written(mesh: &Mesh, compress: Compress, shard_bytes: u64) -> (ReadableWritableListableStorage, u64) {
-    let store: ReadableWritableListableStorage = Arc::new(MemoryStore::new());
+    codec::register();
+    let store = Arc::new(MemoryStore::new());
     let options = options(compress, shard_bytes);
     let mut n_cells = 0;
-    write(mesh, &options, store.clone().writable(), &Control::default(), |n| n_cells += n).unwrap();
+    write(mesh, &options, &|key, value| set(&*store, key, value), &Control::default(), |n| n_cells += n).unwrap();
     (store, n_cells)
 }
 
@@ -36,7 +48,6 @@ fn flags_centres_and_attributes_read_back() {
             for shard_bytes in [1, 5_000, 1 << 20] {
                 let (store, n_cells) = written(&mesh, compress, shard_bytes);
                 assert_eq!(n_cells, mesh.n_cells());
-                // readers must know the codec
                 Stored::new(&store.get(&StoreKey::new(Stored::METADATA).unwrap()).unwrap().unwrap()).unwrap();
                 let array = Array::open(store.clone(), "/flag").unwrap();
                 assert_eq!(array.shape(), [67, 9, 70]);
@@ -62,7 +73,6 @@ fn shards_and_metadata_are_those_that_zarrs_writes() {
         for (compress, shard_bytes) in [(Compress::None, 5_000), (Compress::Zlib(6), 1), (Compress::Zlib(6), 1 << 20)] {
             let (store, _) = written(&mesh, compress, shard_bytes);
             let get = |key: &str| store.get(&StoreKey::new(key).unwrap()).unwrap().expect("a value");
-            // registers the codec
             let keys: Vec<String> = Stored::new(&get(Stored::METADATA)).unwrap().keys().collect();
             let array = Array::open(store.clone(), "/flag").unwrap();
             let theirs: ReadableWritableListableStorage = Arc::new(MemoryStore::new());
@@ -134,11 +144,11 @@ fn bits_are_refused_and_cancel_stops() {
     let mesh = pattern(0, [9, 5, 7], 3);
     let control = Control::default();
     control.cancel.cancel();
-    let store = Arc::new(MemoryStore::new());
-    let error = write(&mesh, &Options::default(), store.clone(), &control, |_| ()).unwrap_err();
+    let none = |_: &str, _: &[u8]| Ok(());
+    let error = write(&mesh, &Options::default(), &none, &control, |_| ()).unwrap_err();
     assert_eq!(error.code(), "cancelled");
     let bits = Options { bits: true, ..Options::default() };
-    let error = write(&mesh, &bits, store, &Control::default(), |_| ()).unwrap_err();
+    let error = write(&mesh, &bits, &none, &Control::default(), |_| ()).unwrap_err();
     assert_eq!(error.code(), "job-conflict");
 }
 
@@ -169,25 +179,25 @@ fn parts_in_any_order_and_repeated_fill_the_store_of_the_whole() {
     for (axis, compress) in [(0, Compress::None), (1, Compress::Zlib(6)), (2, Compress::Zlib(1))] {
         let mesh = pattern(axis, dims, 3);
         let options = Options { compress, zarr, ..Options::default() };
-        let whole: ReadableWritableListableStorage = Arc::new(MemoryStore::new());
-        write(&mesh, &options, whole.clone().writable(), &Control::default(), |_| ()).unwrap();
-        let parted: ReadableWritableListableStorage = Arc::new(MemoryStore::new());
+        let whole = MemoryStore::new();
+        write(&mesh, &options, &|key, value| set(&whole, key, value), &Control::default(), |_| ()).unwrap();
+        let parted = MemoryStore::new();
+        let set_part = |key: &str, value: &[u8]| set(&parted, key, value);
         let ends = [[0, 32, 70], [0, 16, 50], [0, 32, 40]];
         for of in [3usize, 6, 0, 7, 7, 1, 5, 2, 4, 3] {
             let first = [0, 1, 2].map(|axis| ends[axis][of >> axis & 1]);
             let end = [0, 1, 2].map(|axis| ends[axis][(of >> axis & 1) + 1]);
             let (part, place) = (cut(&mesh, [first, end]), Place { whole: mesh.lines.clone(), first });
-            write_part(&part, &place, &options, parted.clone().writable(), &Control::default(), |_| ()).unwrap();
+            write_part(&part, &place, &options, &set_part, &Control::default(), |_| ()).unwrap();
         }
-        let all = |store: &ReadableWritableListableStorage| -> Vec<(StoreKey, Option<zarrs::storage::Bytes>)> {
+        let all = |store: &MemoryStore| -> Vec<(StoreKey, Option<zarrs::storage::Bytes>)> {
             store.list().unwrap().into_iter().map(|key| (key.clone(), store.get(&key).unwrap())).collect()
         };
         assert!(all(&whole) == all(&parted), "axis {axis}");
         assert_eq!(all(&whole).len(), 8 + 3 * 4 * 3);
         let odd = Place { whole: mesh.lines.clone(), first: [0, 0, 8] };
         let part = cut(&mesh, [[0, 0, 8], dims]);
-        let error =
-            write_part(&part, &odd, &options, parted.clone().writable(), &Control::default(), |_| ()).unwrap_err();
+        let error = write_part(&part, &odd, &options, &set_part, &Control::default(), |_| ()).unwrap_err();
         assert_eq!(error.to_string(), "cells 8 to 40 along z begin or end within a shard, of 16 cells");
     }
 }

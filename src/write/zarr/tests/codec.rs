@@ -1,12 +1,11 @@
-//! The codec `gzip` of Zarr v3, with the compressor of the other formats.
+//! The codec `gzip` of Zarr v3 for the crate `zarrs`, with the compressor of the other formats.
 //!
-//! The crate's own codec would switch the compressor of the whole program to a C library, and with it the bytes of all
-//! compressed files.
+//! The crate's own codec would switch the compressor of all tests to a C library, and with it the bytes of all compressed files.
 
 use std::any::Any;
 use std::borrow::Cow;
 use std::io::Read;
-use std::sync::Arc;
+use std::sync::{Arc, Once};
 
 use flate2::read::GzDecoder;
 use zarrs::array::{
@@ -15,13 +14,27 @@ use zarrs::array::{
 };
 use zarrs::metadata::Configuration;
 use zarrs::plugin::{ExtensionName, ZarrVersion};
-use zarrs_codec::{PartialDecoderCapability, PartialEncoderCapability};
+use zarrs_codec::{Codec, CodecRuntimePluginV3, PartialDecoderCapability, PartialEncoderCapability, register_codec_v3};
 
 use crate::write::store::gzip;
 
 /// gzip at a level, 1 to 9.
 #[derive(Debug, Clone, Copy)]
-pub struct Gzip(pub u8);
+struct Gzip(u8);
+
+/// Lets `zarrs` find the codec.
+pub(super) fn register() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        register_codec_v3(CodecRuntimePluginV3::new(
+            |name| name == "gzip",
+            |metadata| {
+                let level = metadata.configuration().and_then(|facts| facts.get("level")?.as_u64()).expect("a level");
+                Ok(Codec::BytesToBytes(Arc::new(Gzip(level as u8))))
+            },
+        ));
+    });
+}
 
 impl ExtensionName for Gzip {
     fn name(&self, _: ZarrVersion) -> Option<Cow<'static, str>> {
