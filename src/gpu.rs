@@ -91,6 +91,7 @@ const BAND_SECONDS: f64 = 0.25;
 const FRAME_SECONDS: f64 = 0.016;
 
 /// An open device with all kernels compiled.
+#[non_exhaustive]
 pub struct Gpu {
     /// What it runs on.
     pub facts: AdapterFacts,

@@ -18,6 +18,7 @@ use crate::error::{Error, Result};
 /// What kind of machine an adapter is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
+#[non_exhaustive]
 pub enum AdapterKind {
     /// A graphics card of its own.
     Discrete,
@@ -40,6 +41,7 @@ impl AdapterKind {
 
 /// What is known of an adapter.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct AdapterFacts {
     /// Name of the adapter.
     pub name: String,

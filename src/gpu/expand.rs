@@ -25,6 +25,7 @@ const ALIGNMENT: u64 = 256;
 
 /// How cells lie in a buffer. Rows along x follow each other, y before z, and the last word is filled up with 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Cells {
     /// A byte each, the flag: cell (x, y, z) is byte `x + nx * (y + ny * z)`.
     Bytes,

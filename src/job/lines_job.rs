@@ -43,6 +43,7 @@ impl LinesJob {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub struct GradedJob {
     /// Largest size of a cell on all axes or each.
     pub max_size: PerAxis<f64>,

@@ -13,6 +13,7 @@ mod run;
 pub use run::Used;
 
 /// An open backend.
+#[non_exhaustive]
 pub struct Engine {
     #[cfg(feature = "gpu")]
     gpu: Option<Gpu>,

@@ -71,9 +71,9 @@ fn assert_is(own: &Own, mesh: &Mesh, found: &DeviceMesh, is_checked: bool) {
     assert!(words(own, found.runs())[..runs.len()] == runs, "runs");
     let needed = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
     assert!(found.runs().usage().contains(needed) && found.offsets().usage().contains(needed));
-    assert_eq!((found.dims(), found.lines(), found.names()), (mesh.dims(), &mesh.lines, &mesh.names[..]));
-    assert_eq!((found.ray_axis(), found.unit()), (mesh.columns.rays.axis, mesh.unit.as_deref()));
-    let counts = [mesh.columns.n_crossings(), mesh.columns.odd_rays()];
+    assert_eq!((found.dims(), found.lines(), found.names()), (mesh.dims(), mesh.lines(), mesh.names()));
+    assert_eq!((found.ray_axis(), found.unit()), (mesh.columns().rays().axis, mesh.unit()));
+    let counts = [mesh.columns().n_crossings(), mesh.columns().odd_rays()];
     assert_eq!([found.n_crossings(), found.odd_rays()], counts);
     let [n_checked, n_differing] = found.device_check();
     assert!((n_checked > 0) == is_checked && n_differing == 0);
