@@ -82,7 +82,7 @@ use window_report::window_report;
 /// Meshes a job: `sources[i]` is the file of `job.geometries[i]`. The caller makes the report from the facts, when all is done.
 ///
 /// # Errors
-/// Those of [`prepare`], [`Frame::new`], [`Engine::columns`], [`crate::estimate::MemoryBudget::new`] and
+/// Those of [`prepare`], [`Frame::new`], [`Engine::columns`], [`crate::estimate::Estimate::needed_bytes`] and
 /// [`crate::columns::ColumnsBuilder::resume`].
 pub async fn mesh(
     job: &Job,

@@ -137,7 +137,7 @@ fn the_report_is_the_same_along_all_axes() {
             assert_eq!(one.to_string(), other.to_string(), "seed {seed}, {axis:?}");
         }
         let n = mesh.dims();
-        let flags = flags_of_box(&mesh.columns(), &[0..n[0], 0..n[1], 0..n[2]]).expect("in memory");
+        let flags = flags_of_box(mesh.columns(), &[0..n[0], 0..n[1], 0..n[2]]).expect("in memory");
         for flag in first["flags"].as_array().expect("a list") {
             let mut volume = 0.0;
             for (index, _) in (0u32..).zip(&flags).filter(|(_, of)| flag["flag"] == **of) {

@@ -323,7 +323,7 @@ fn every_cell_of_a_surface_with_holes_is_as_defined() {
         let job = if index % 4 < 2 { equal } else { graded };
         let (mesh, report) = meshed(std::slice::from_ref(&facets), &job, index % 3, &mut engine).expect("a mesh");
         let doubtful = std::cell::RefCell::new(Vec::new());
-        expected(&facets, &mesh.lines(), rule, |cell, expected| {
+        expected(&facets, mesh.lines(), rule, |cell, expected| {
             let is_inside = mesh.flag(cell).expect("columns in memory") != 0;
             match expected {
                 Expected::Sure(inside) => assert_eq!(is_inside, inside, "{name}, {rule:?}: sure cell {cell:?}"),

@@ -103,7 +103,7 @@ impl Pictures {
         for (mut file, wanted) in self.files {
             let drawn = match &wanted {
                 Wanted::Slices { .. } => {
-                    wanted.slices(&mesh.lines(), max_bytes).and_then(|planes| slices(mesh, &planes, control))
+                    wanted.slices(mesh.lines(), max_bytes).and_then(|planes| slices(mesh, &planes, control))
                 }
                 Wanted::View(_) => view(mesh, &wanted.view(max_bytes), control),
             };

@@ -105,7 +105,7 @@ impl Worker<'_> {
         sources.writes = 1;
         let ordered: Array<u32> = Array::storage(opened, "ordered", n_runs);
         let runs = self.write(&ordering, (&sources, &ordered), (&windows, &offsets), (params, resident)).await?;
-        let Some(runs) = runs else { return Ok(wrong(params, &"runs in order are not where they were counted")) };
+        let Some(runs) = runs else { return Ok(wrong(params, "runs in order are not where they were counted")) };
         let sampled = cpu::windows(&self.cast, &windows);
         let n_sampled: u64 = sampled.iter().map(|band| band.ends.len() as u64).sum();
         let n_differing = differing(&sampled, &offsets, &runs);

@@ -172,7 +172,7 @@ fn a_written_file_with_a_changed_byte_is_refused() {
                 let (at, change) = (random.below(file.len()), 1 + random.below(255) as u8);
                 let mut changed = file.clone();
                 changed[at] ^= change;
-                let outcome = opened(&changed).and_then(|mesh| counted(&mesh.columns()));
+                let outcome = opened(&changed).and_then(|mesh| counted(mesh.columns()));
                 let error = outcome.err().unwrap_or_else(|| panic!("seed {seed}, round {round}: byte {at} ^ {change}"));
                 assert!(["columns-corrupt", "columns-version"].contains(&error.code()), "{error}");
                 assert_error_is_good(&error, MAX_MESSAGE, false);
