@@ -14,8 +14,7 @@ use hexcast::{Control, Error, GeometryJob, Job, Mesher, MesherOptions, Result};
 pub(crate) fn graded(mesher: &mut Mesher, board: &str, patch: &str) -> Result<(Vec<u8>, Option<f64>)> {
     let patch = GeometryJob::new(patch).with_metal(true).with_max_size(0.5);
     let geometries = vec![GeometryJob::new(board).with_min_cells(4), patch];
-    let graded =
-        GradedJob { max_size: PerAxis::All(2.0), min_size: Some(0.02), growth: None, absorbing: Some(PerAxis::All(8)) };
+    let graded = GradedJob::new(PerAxis::All(2.0)).with_min_size(0.02).with_absorbing(PerAxis::All(8));
     let padding = Padding::Length(PerAxis::All(20.0));
     let job = Job::new(geometries).with_graded(graded).with_padding(padding).with_unit("mm");
     let (mesh, report) = mesher.mesh(&job)?;

@@ -48,7 +48,7 @@ fn cube() -> Vec<Facet> {
 
 fn main() {
     let (told, result) = cancelled_after(0.5);
-    for Progress { rays_done, n_rays } in told {
+    for Progress { rays_done, n_rays, .. } in told {
         println!("{rays_done} of {n_rays} rays");
     }
     match result {

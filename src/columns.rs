@@ -32,20 +32,23 @@ pub(crate) use builder::ColumnsBuilder;
 #[cfg(feature = "stages")]
 pub use builder::ColumnsBuilder;
 use file::end::Totals;
-pub use file::head::{Head, Named};
+pub(crate) use file::head::Head;
+pub use file::head::Named;
 pub(crate) use packed_band::PackedBand;
 pub(crate) use piece_store::{PieceEntry, PieceStore};
 pub(crate) use run::spans;
 pub use run::{Band, CellRun, flag_at, run, run_cell, run_flag};
 pub(crate) use slab::SlabColumns;
+pub(crate) use store::sealed;
 pub use store::{MemoryStore, Store};
 pub(crate) use totals_check::TotalsCheck;
 
 /// Runs of all rays of the box.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Columns {
     /// The rays.
-    pub rays: Rays,
+    pub(crate) rays: Rays,
     content: Content,
 }
 
@@ -78,6 +81,11 @@ impl PartialEq for Columns {
 }
 
 impl Columns {
+    /// The rays along which the runs lie.
+    pub fn rays(&self) -> &Rays {
+        &self.rays
+    }
+
     /// Joins bands, in order of their rays, to the columns of a box.
     ///
     /// # Errors

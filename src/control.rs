@@ -27,6 +27,7 @@ impl CancelToken {
 
 /// How far a mesh has come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Progress {
     /// Rays whose columns are done.
     pub rays_done: u64,
@@ -63,6 +64,7 @@ type Pause = Arc<dyn Fn() -> Waiting + Send + Sync>;
 
 /// What a caller hands down to follow and stop a mesh.
 #[derive(Clone, Default)]
+#[non_exhaustive]
 pub struct Control {
     /// Stops the mesh at the next band with `cancelled`.
     pub cancel: CancelToken,

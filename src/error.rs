@@ -4,6 +4,7 @@ use std::fmt;
 
 /// What went wrong, and what the reader of the message can do about it.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Problem {
     /// Stable identifier such as `stl-truncated`; one of [`CODES`].
     pub code: &'static str,
@@ -15,6 +16,7 @@ pub struct Problem {
 
 /// Every failure of hexcast, by who can fix it.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum Error {
     /// An input file cannot be understood.
     #[error("{0}")]
@@ -51,6 +53,7 @@ pub type Result<T> = std::result::Result<T, Error>;
 
 /// Who is at fault for an error code: the variant of [`Error`] that carries it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Actor {
     /// [`Error::File`]
     File,

@@ -20,4 +20,9 @@ mod work;
 
 pub use allowed::{Allowed, Device};
 pub use costs::{Estimate, EstimateSteps, FileBytes, HostBytes};
-pub use plan::{BandLimit, MemoryBudget, block_cache_bytes, slab_bytes};
+#[cfg(feature = "stages")]
+pub use plan::BandLimit;
+#[cfg(not(feature = "stages"))]
+pub(crate) use plan::BandLimit;
+pub(crate) use plan::MemoryBudget;
+pub use plan::{block_cache_bytes, slab_bytes};

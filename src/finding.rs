@@ -18,6 +18,7 @@ pub type AxisName = &'static str;
 
 /// How the findings of a code in the reports of parts become those of the whole box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Merging {
     /// Those of all parts, each once: the parts find the same.
     Same,

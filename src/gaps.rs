@@ -37,6 +37,7 @@ const BAND_RAYS: u64 = 1 << 16;
 /// The gaps that were closed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub struct Gaps {
     /// Openings of fewer cells were closed.
     pub width: u32,
@@ -53,6 +54,7 @@ pub struct Gaps {
 /// Connected cells that were added.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub struct Gap {
     /// Number of cells.
     pub cells: u64,

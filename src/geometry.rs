@@ -23,6 +23,7 @@ pub use placing::Placing;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
+#[non_exhaustive]
 pub enum Open {
     /// By the rays of three axes where they agree, elsewhere by the generalised winding number.
     #[default]
@@ -39,6 +40,7 @@ pub enum Open {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
+#[non_exhaustive]
 pub enum Fill {
     /// None.
     #[default]
@@ -62,6 +64,7 @@ impl Fill {
 
 /// How lines are generated around a geometry.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct Sizing {
     /// Largest size of a cell across it.
     pub max_size: Option<f64>,
@@ -98,6 +101,7 @@ pub(crate) fn joined_names<'a>(names: impl Iterator<Item = &'a str>) -> String {
 
 /// A surface that bounds one substance.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Geometry {
     /// Name in reports and outputs.
     pub name: String,

@@ -19,6 +19,7 @@
 //! All calls are async because a browser cannot block; natively they complete on the calling thread under any executor.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use crate::cast::Cast;
 use crate::cast::sizes::{BANDS_IN_FLIGHT, BIN, upload_bytes};
@@ -31,17 +32,21 @@ mod buffers;
 mod check;
 mod crossings;
 mod device;
+mod device_mesh;
 mod expand;
+mod failure;
 mod held;
 #[cfg(feature = "stages")]
 mod inspect;
 mod kernels;
 mod layout;
+mod needs;
 mod pace;
 mod passes;
 mod pool;
 mod probe;
 mod readback;
+mod resident;
 mod runs;
 #[cfg(not(target_arch = "wasm32"))]
 mod warm_up;
@@ -51,8 +56,9 @@ pub use band::Forced;
 use band::{Context, Launched, Outcome, Worker};
 #[cfg(feature = "stages")]
 pub use buffers::SCAN_BLOCK;
-pub use device::{AdapterFacts, AdapterKind, adapter, adapters, instance};
+pub use device::{AdapterFacts, AdapterKind, adapter, adapters, device_limits, instance};
 use device::{Opened, find};
+pub use device_mesh::DeviceMesh;
 pub use expand::{Cells, Expander};
 #[cfg(feature = "stages")]
 pub use inspect::Tiles;
@@ -76,7 +82,7 @@ pub use probe::MOST_LOOPS;
 pub use runs::{DEEP, LEFT, LINKED};
 // of the devices, queues and buffers here
 pub use wgpu;
-pub use wgpu::Instance;
+pub use wgpu::{Device, Instance, Queue};
 
 /// Time that a band aims at: long enough to hide its overhead, which on a software driver is some ten milliseconds; short
 /// enough that no driver gives up on it, and that Cancel does not wait.
@@ -85,11 +91,12 @@ const BAND_SECONDS: f64 = 0.25;
 const FRAME_SECONDS: f64 = 0.016;
 
 /// An open device with all kernels compiled.
+#[non_exhaustive]
 pub struct Gpu {
     /// What it runs on.
     pub facts: AdapterFacts,
     opened: Opened,
-    kernels: Kernels,
+    kernels: Arc<Kernels>,
     pool: BufferPool,
 }
 
@@ -159,25 +166,74 @@ impl Gpu {
     pub(crate) async fn open_in(instance: &wgpu::Instance, wanted: Option<&str>, edit: Option<Edit>) -> Result<Gpu> {
         let adapter = find(instance, wanted).await?;
         let opened = Opened::new(&adapter).await?;
-        let kernels = Kernels::new(&opened.device, edit);
-        kernels.compile_common();
+        let kernels = Arc::new(Kernels::new(&opened.device, edit));
         let gpu = Gpu { facts: device::facts(&adapter), opened, kernels, pool: BufferPool::default() };
-        #[cfg(not(target_arch = "wasm32"))]
-        if gpu.facts.kind == AdapterKind::Software {
-            warm_up::warm_up(gpu.context(u64::MAX))?;
-        }
-        probe::probe(&gpu.opened, &gpu.kernels, &gpu.facts.to_string()).await?;
-        gpu.opened.check()?;
+        gpu.prepare().await?;
         Ok(gpu)
     }
 
+    /// Takes a device of the caller's and its queue: whatever instance, adapter, limits and features they came with. Meshes are made there,
+    /// beside the caller's own work, and [`crate::Mesher::mesh_on_device`] leaves their runs there. Both are handles: clones are the same
+    /// device.
+    ///
+    /// The device needs no features, and the limits of [`device_limits`] at most: `Limits::default()` suffices. Buffers as large as the
+    /// adapter offers make bands larger. hexcast leaves the handlers of the device alone (`on_uncaptured_error`, `set_device_lost_callback`):
+    /// its own errors come back from its calls, and those of the caller go where they went. It never destroys the device. A lost device
+    /// is an error, as no other could have the caller's buffers. Natively only: in browsers the JavaScript package has it.
+    ///
+    /// # Errors
+    /// - `device-failed`: a limit of the device is too small, with all that are; or the driver refused a kernel.
+    /// - `device-wrong`: the driver fails a check of what every mesh relies on.
+    /// - `device-lost`: it is.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub async fn from_device(device: Device, queue: Queue) -> Result<Gpu> {
+        let limits = device.limits();
+        needs::check_limits(&limits)?;
+        let facts = device::facts_of(device.adapter_info(), &limits);
+        let kernels = Arc::new(Kernels::new(&device, None));
+        let gpu = Gpu { facts, opened: Opened::of_caller(&device, &queue), kernels, pool: BufferPool::default() };
+        gpu.scoped(gpu.prepare()).await.map(|()| gpu)
+    }
+
+    /// Compiles the kernels that nearly every mesh needs, and looks whether the device computes as it must.
+    async fn prepare(&self) -> Result<()> {
+        self.kernels.compile_common(self.opened.is_callers);
+        #[cfg(not(target_arch = "wasm32"))]
+        if self.facts.kind == AdapterKind::Software {
+            warm_up::warm_up(self.context(u64::MAX))?;
+        }
+        probe::probe(&self.opened, &self.kernels, &self.facts.to_string()).await?;
+        self.opened.check()
+    }
+
+    /// Whether the device is the caller's: it is not opened again where it is lost.
+    pub(crate) fn is_callers(&self) -> bool {
+        self.opened.is_callers
+    }
+
+    /// Does something with the device, and hears of its errors. Of a device of the caller's each call begins without those of the last.
+    async fn scoped<T>(&self, work: impl Future<Output = Result<T>>) -> Result<T> {
+        if !self.opened.is_callers {
+            return work.await;
+        }
+        self.opened.failure.forget();
+        #[cfg(not(target_arch = "wasm32"))]
+        let done = failure::Scoped::new((&self.opened.device, &self.opened.failure), work).await;
+        #[cfg(target_arch = "wasm32")]
+        let done = work.await;
+        match done.and_then(|done| self.opened.check().map(|()| done)) {
+            Ok(done) => Ok(done),
+            Err(error) => Err(self.opened.cause(error, &Control::default()).await),
+        }
+    }
+
     /// The device, for kernels of the caller's own beside ours.
-    pub fn device(&self) -> &wgpu::Device {
+    pub fn device(&self) -> &Device {
         &self.opened.device
     }
 
     /// The queue of the device.
-    pub fn queue(&self) -> &wgpu::Queue {
+    pub fn queue(&self) -> &Queue {
         &self.opened.queue
     }
 
@@ -236,10 +292,22 @@ impl Gpu {
         usage: &mut Usage,
         take: &mut impl FnMut(Band) -> Result<()>,
     ) -> Result<()> {
+        let context = self.begin(options);
+        self.scoped(self.bands((context, options), cast, control, ray_rows, (usage, take))).await
+    }
+
+    /// The same within a context, which says where the runs go.
+    async fn bands<'a>(
+        &'a self,
+        (mut context, options): (Context<'a>, &Options),
+        cast: &Cast<'a>,
+        control: &Control,
+        ray_rows: std::ops::Range<u32>,
+        (usage, take): (&mut Usage, &mut impl FnMut(Band) -> Result<()>),
+    ) -> Result<()> {
         let n_i = cast.rays.counts[0];
         let mut pace = Pace::new(options.rows_per_band, options.most_rows, n_i, self.band_seconds());
         let mut next = ray_rows.start;
-        let mut context = self.begin(options);
         let mut idle = vec![Worker::new(context, *cast, options.forced)];
         idle[0].profile = options.profile.then(Profile::new);
         let mut in_flight_most = if options.profile { 1 } else { BANDS_IN_FLIGHT };
@@ -316,7 +384,8 @@ impl Gpu {
     fn context(&self, max_bytes: u64) -> Context<'_> {
         let is_software = self.facts.kind == AdapterKind::Software;
         let n_bands = BANDS_IN_FLIGHT as u64;
-        Context { opened: &self.opened, kernels: &self.kernels, pool: &self.pool, is_software, max_bytes, n_bands }
+        let (opened, kernels, pool) = (&self.opened, &self.kernels, &self.pool);
+        Context { opened, kernels, pool, is_software, max_bytes, n_bands, resident: None }
     }
 
     /// Frees what waits for this mesh if it is too much for it, and counts from now on what the device holds.

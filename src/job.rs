@@ -92,6 +92,7 @@ pub enum Rule {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
+#[non_exhaustive]
 pub enum BackendChoice {
     /// The GPU where there is an adapter, else the CPU.
     #[default]
@@ -135,6 +136,7 @@ pub enum Axis {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
+#[non_exhaustive]
 pub enum Padding {
     /// Whole cells, added after the cell size is chosen: mesh lines of the unpadded box stay mesh lines.
     Cells(PerAxis<u32>),
@@ -146,6 +148,7 @@ pub enum Padding {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
+#[non_exhaustive]
 pub enum HaloEdge {
     /// Background.
     #[default]

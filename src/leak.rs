@@ -40,6 +40,7 @@ use widest::{Cubes, Widest, widest};
 
 /// Which leak is looked for.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Question {
     /// Where a path may begin, in world coordinates.
     pub from: [f64; 3],
@@ -51,8 +52,26 @@ pub struct Question {
     pub max_bytes: u64,
 }
 
+impl Question {
+    /// Asks whether a path leads from one point to another, in world coordinates, by cells of the flag at the first.
+    pub fn new(from: [f64; 3], to: [f64; 3]) -> Question {
+        Question { from, to, flags: Vec::new(), max_bytes: u64::MAX }
+    }
+
+    /// Names the flags of cells that a path may use.
+    pub fn with_flags(self, flags: Vec<u8>) -> Question {
+        Question { flags, ..self }
+    }
+
+    /// Limits the memory, besides what the mesh takes.
+    pub fn with_max_bytes(self, max_bytes: u64) -> Question {
+        Question { max_bytes, ..self }
+    }
+}
+
 /// What was found.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Leak {
     /// The flags of cells that a path may use.
     pub flags: Vec<u8>,
@@ -68,6 +87,7 @@ pub struct Leak {
 
 /// An end of the paths.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct End {
     /// The point, in world coordinates.
     pub point: [f64; 3],
@@ -81,6 +101,7 @@ pub struct End {
 
 /// A path over faces of cells.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Path {
     /// Number of steps from cell to cell.
     pub steps: u64,
@@ -94,6 +115,7 @@ pub struct Path {
 
 /// The place that stops a larger cube.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Narrowest {
     /// Edge in cells of the largest cube of open cells that passes.
     pub width: u32,

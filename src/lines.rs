@@ -33,6 +33,7 @@ const GREATEST_ROUNDING: f64 = 0.01;
 /// How far an end point of the domain lies from the nearest mesh line.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
+#[non_exhaustive]
 pub struct Residual {
     /// The end point, in the unit of the files.
     pub end_point: f64,

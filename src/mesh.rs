@@ -26,18 +26,12 @@ type Fill = dyn Fn(&Columns, &CellBox, &mut Vec<u8>) -> Result<()> + Sync;
 /// A Cartesian mesh: cells between lines, each with a property flag.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh {
-    /// The planes between cells.
-    pub lines: Lines,
-    /// The flags, as runs along rays.
-    pub columns: Columns,
-    /// Names of the flags in use, in the order of the job.
-    pub names: Vec<Named>,
-    /// Unit of every length, such as "mm", if the caller named one.
-    pub unit: Option<String>,
-    /// Faces that geometries without thickness cover, in the order of their axes, then x fastest. Column files do not have them.
-    pub plates: Vec<SheetFace>,
-    /// Which solids made the faces between flags, where that was asked for. Column files do not have them.
-    pub walls: Option<Walls>,
+    pub(crate) lines: Lines,
+    pub(crate) columns: Columns,
+    pub(crate) names: Vec<Named>,
+    pub(crate) unit: Option<String>,
+    pub(crate) plates: Vec<SheetFace>,
+    pub(crate) walls: Option<Walls>,
 }
 
 impl Mesh {
@@ -61,6 +55,46 @@ impl Mesh {
     /// Adds the names of the faces between flags.
     pub fn with_walls(self, walls: Option<Walls>) -> Mesh {
         Mesh { walls, ..self }
+    }
+
+    /// Names the flags anew.
+    pub fn with_names(self, names: Vec<Named>) -> Mesh {
+        Mesh { names, ..self }
+    }
+
+    /// Names the unit of every length.
+    pub fn with_unit(self, unit: Option<String>) -> Mesh {
+        Mesh { unit, ..self }
+    }
+
+    /// The planes between cells.
+    pub fn lines(&self) -> &Lines {
+        &self.lines
+    }
+
+    /// The flags, as runs along rays; they have as many cells as the lines.
+    pub fn columns(&self) -> &Columns {
+        &self.columns
+    }
+
+    /// Names of the flags in use, in the order of the job.
+    pub fn names(&self) -> &[Named] {
+        &self.names
+    }
+
+    /// Unit of every length, such as "mm", if the caller named one.
+    pub fn unit(&self) -> Option<&str> {
+        self.unit.as_deref()
+    }
+
+    /// Faces that geometries without thickness cover, in the order of their axes, then x fastest. Column files do not have them.
+    pub fn plates(&self) -> &[SheetFace] {
+        &self.plates
+    }
+
+    /// Which solids made the faces between flags, where that was asked for. Column files do not have them.
+    pub fn walls(&self) -> Option<&Walls> {
+        self.walls.as_ref()
     }
 
     /// Number of cells on x, y and z.

@@ -7,6 +7,8 @@ use std::time::Instant;
 use crate::control::Control;
 use crate::error::Result;
 use crate::files::read_job_files;
+#[cfg(feature = "gpu")]
+use crate::gpu::{Device, DeviceMesh, Gpu, Queue};
 use crate::job::{BackendChoice, Job};
 use crate::mesh::Mesh;
 use crate::pipeline::{self, Engine, MeshOptions};
@@ -50,6 +52,16 @@ impl Mesher {
         Ok(Mesher { engine })
     }
 
+    /// Meshes on a device of the caller's: see [`Gpu::from_device`] for what it needs, and whose errors are whose.
+    ///
+    /// # Errors
+    /// Those of [`Gpu::from_device`].
+    #[cfg(feature = "gpu")]
+    pub fn with_device(device: Device, queue: Queue) -> Result<Mesher> {
+        let gpu = pollster::block_on(Gpu::from_device(device, queue))?;
+        Ok(Mesher::with_engine(Engine::with_gpu(gpu)))
+    }
+
     /// Takes a backend that is open.
     pub fn with_engine(engine: Engine) -> Mesher {
         Mesher { engine }
@@ -85,6 +97,33 @@ impl Mesher {
         control: &Control,
     ) -> Result<(Mesh, Report)> {
         self.mesh_read(job, sources, 0.0, options, control)
+    }
+
+    /// Reads the files that a job names, and meshes it on the GPU, where the runs stay: see [`pipeline::mesh_on_device`].
+    ///
+    /// # Errors
+    /// Those of [`read_job_files`] and [`pipeline::mesh_on_device`].
+    #[cfg(feature = "gpu")]
+    pub fn mesh_on_device(&mut self, job: &Job) -> Result<DeviceMesh> {
+        job.validate()?;
+        let control = Control::default();
+        let sources = read_job_files(job, &control)?;
+        self.mesh_sources_on_device(job, sources, &MeshOptions::default(), &control)
+    }
+
+    /// The same of a job whose surfaces are in memory, as of [`Mesher::mesh_sources`].
+    ///
+    /// # Errors
+    /// Those of [`pipeline::mesh_on_device`].
+    #[cfg(feature = "gpu")]
+    pub fn mesh_sources_on_device(
+        &mut self,
+        job: &Job,
+        sources: Vec<Source>,
+        options: &MeshOptions,
+        control: &Control,
+    ) -> Result<DeviceMesh> {
+        pollster::block_on(pipeline::mesh_on_device(job, sources, options, &self.engine, control))
     }
 
     fn mesh_read(

@@ -50,6 +50,8 @@ mod measured;
 mod memory_budget;
 mod merge;
 mod names;
+#[cfg(feature = "gpu")]
+mod on_device;
 mod options;
 mod plates;
 mod prepare;
@@ -67,6 +69,8 @@ use halo::Beyond;
 use measured::Uncut;
 use memory_budget::{check_copies, columns_builder, memory_budget, memory_of};
 pub use merge::merge;
+#[cfg(feature = "gpu")]
+pub use on_device::mesh_on_device;
 pub use options::{DEFAULT_MAX_BYTES, MeshOptions, SpillTarget};
 use plates::Plates;
 pub use prepare::{Prepared, part_step, prepare};
@@ -78,7 +82,7 @@ use window_report::window_report;
 /// Meshes a job: `sources[i]` is the file of `job.geometries[i]`. The caller makes the report from the facts, when all is done.
 ///
 /// # Errors
-/// Those of [`prepare`], [`Frame::new`], [`Engine::columns`], [`crate::estimate::MemoryBudget::new`] and
+/// Those of [`prepare`], [`Frame::new`], [`Engine::columns`], [`crate::estimate::Estimate::needed_bytes`] and
 /// [`crate::columns::ColumnsBuilder::resume`].
 pub async fn mesh(
     job: &Job,

@@ -21,6 +21,7 @@ const MAX_SHARD_CELLS: u64 = 1 << 32;
 
 /// Shapes of shards and chunks on x, y, z.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Shards {
     /// Cells of a shard; multiples of those of a chunk.
     pub shard: [u32; 3],

@@ -35,6 +35,7 @@ pub const MAX_QUADS: usize = 1 << 30;
 
 /// The stair-step surface of a box of cells.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Skin {
     /// Edge of the cells whose surface this is, in cells of the mesh: a power of 2; 1 is the mesh itself.
     pub step: u32,
@@ -53,6 +54,7 @@ impl Skin {
 
 /// The closed surface of one flag.
 #[derive(Debug, Clone, Default, PartialEq)]
+#[non_exhaustive]
 pub struct SkinPart {
     /// The flag, 1 to 255.
     pub flag: u8,

@@ -48,6 +48,7 @@ const COUNTED_AT_ONCE: usize = 1 << 20;
 
 /// The flags of a staggered grid.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Staggered {
     /// The points of each component, in the order of [`COMPONENTS`].
     pub points: Vec<Points>,
@@ -59,6 +60,7 @@ pub struct Staggered {
 
 /// A face between two cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct SheetFace {
     /// The axis across it: 0, 1 or 2.
     pub axis: u8,
@@ -68,8 +70,16 @@ pub struct SheetFace {
     pub flag: u8,
 }
 
+impl SheetFace {
+    /// A face across an axis, 0 to 2, at the lower side of a cell, with a flag.
+    pub fn new(axis: u8, face: [u32; 3], flag: u8) -> SheetFace {
+        SheetFace { axis, face, flag }
+    }
+}
+
 /// The flags at the points of a component.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Points {
     /// Such as "Ex".
     pub name: &'static str,

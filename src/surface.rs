@@ -25,6 +25,7 @@ const AREAS_AT_ONCE: usize = 4096;
 
 /// What the edges and areas of facets say about the surface they form.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Surface {
     /// Number of facets, collapsed ones included.
     pub n_facets: u64,

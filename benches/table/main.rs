@@ -126,7 +126,7 @@ fn whole_line(case: &Case, choice: BackendChoice, arguments: &Arguments) -> Resu
         runs.push(first.seconds);
     }
     let columns = &first.columns;
-    let cells = columns.rays.n_rays() * u64::from(columns.rays.depth);
+    let cells = columns.rays().n_rays() * u64::from(columns.rays().depth);
     let of = |part: fn(&line::Seconds) -> f64| line::median(runs.iter().map(part));
     let (to_columns, to_flags) = (of(line::Seconds::until_columns), of(line::Seconds::until_flags));
     println!(

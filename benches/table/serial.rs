@@ -133,7 +133,7 @@ fn flag_cells(points: &[f64], cells: &mut [u8]) {
 
 /// Counts cells with different flags.
 fn differing(flags: &[u8], columns: &Columns) -> hexcast::Result<u64> {
-    let rows = flags.chunks_exact(columns.rays.depth as usize);
+    let rows = flags.chunks_exact(columns.rays().depth as usize);
     let of_row = |(ray, row): (u64, &[u8])| {
         let runs = columns.ray(ray)?;
         Ok((0..).zip(row).filter(|&(cell, &flag)| flag_at(&runs, cell) != flag).count() as u64)

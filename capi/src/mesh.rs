@@ -129,7 +129,7 @@ pub unsafe extern "C" fn hexcast_mesh_lines(
             return Err(Error::new("job-value", message, "give one more than the cells of the axis"));
         }
         for (index, line) in (0..=n_cells).zip(lines) {
-            *line = mesh.mesh.lines.line(axis as usize, index);
+            *line = mesh.mesh.lines().line(axis as usize, index);
         }
         Ok(())
     };

@@ -121,7 +121,7 @@ unsafe impl Sync for Caller {}
 
 impl Caller {
     /// Whether it says that the mesh shall go on.
-    fn goes_on(&self, Progress { rays_done, n_rays }: Progress) -> bool {
+    fn goes_on(&self, Progress { rays_done, n_rays, .. }: Progress) -> bool {
         // SAFETY: the caller of `hexcast_mesh_with_progress` vouches for the function and its argument until that returns
         unsafe { self.0(rays_done, n_rays, self.1) == 0 }
     }

@@ -51,7 +51,7 @@ impl RawMesh {
     pub(crate) fn of_columns(mesh: Mesh) -> RawMesh {
         // a struct of numbers and strings always has a JSON form
         let report = serde_json::to_string(&ColumnsReport::new(&mesh)).unwrap_or_default();
-        let place = Place { whole: mesh.lines.clone(), first: [0; 3] };
+        let place = Place::new(mesh.lines().clone(), [0; 3]);
         RawMesh::new(mesh, report, place, ZarrJob::default())
     }
 }
@@ -84,30 +84,30 @@ impl RawMesh {
     /// First mesh line on each axis.
     #[getter]
     fn origin(&self) -> (f64, f64, f64) {
-        self.mesh.lines.origin().into()
+        self.mesh.lines().origin().into()
     }
 
     /// Cell size on each axis; None where cells differ in size.
     #[getter]
     fn spacing(&self) -> Option<(f64, f64, f64)> {
-        self.mesh.lines.spacing().map(Into::into)
+        self.mesh.lines().spacing().map(Into::into)
     }
 
     /// Unit of lengths.
     #[getter]
     fn unit(&self) -> Option<&str> {
-        self.mesh.unit.as_deref()
+        self.mesh.unit()
     }
 
     /// Flags and their names.
     #[getter]
     fn names(&self) -> Vec<(u8, &str)> {
-        self.mesh.names.iter().map(|named| (named.flag, named.name.as_str())).collect()
+        self.mesh.names().iter().map(|named| (named.flag, named.name.as_str())).collect()
     }
 
     /// All mesh lines of an axis.
     fn lines<'py>(&self, py: Python<'py>, axis: usize) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_vec(py, self.mesh.lines.list(axis))
+        PyArray1::from_vec(py, self.mesh.lines().list(axis))
     }
 
     /// Expands the flags of a box into an array, x fastest.
@@ -132,17 +132,17 @@ impl RawMesh {
 
     /// All columns as arrays.
     fn columns<'py>(&self, py: Python<'py>) -> PyResult<ColumnArrays<'py>> {
-        let columns = &self.mesh.columns;
+        let columns = &self.mesh.columns();
         let (offsets, starts, flags) = run(py, None, |_| {
             let (mut offsets, mut starts, mut flags) = (vec![0], Vec::new(), Vec::new());
-            columns.for_rays(0..columns.rays.n_rays(), |runs| {
+            columns.for_rays(0..columns.rays().n_rays(), |runs| {
                 starts.extend(runs.iter().map(|&run| run_cell(run)));
                 flags.extend(runs.iter().map(|&run| run_flag(run)));
                 offsets.push(starts.len() as u64);
             })?;
             Ok((offsets, starts, flags))
         })?;
-        let axis = columns.rays.axis;
+        let axis = columns.rays().axis;
         Ok((axis, PyArray1::from_vec(py, offsets), PyArray1::from_vec(py, starts), PyArray1::from_vec(py, flags)))
     }
 
@@ -235,7 +235,7 @@ pub(crate) fn restore(py: Python<'_>, columns: &[u8], report: String, whole: Who
         };
         let of_zarr = |error| Error::new("job-value", format!("the state of a mesh: {error}"), "mesh it again");
         let zarr = serde_json::from_str(zarr).map_err(of_zarr)?;
-        Ok(RawMesh::new(mesh, report, Place { whole, first }, zarr))
+        Ok(RawMesh::new(mesh, report, Place::new(whole, first), zarr))
     })
 }
 

@@ -51,7 +51,7 @@ pub(crate) fn mesh(
                 pollster::block_on(pipeline::mesh(&job, sources, &options, engine, control))
             })?;
             let first = facts.window.as_ref().map_or([0; 3], |window| window.first);
-            let place = Place { whole: facts.whole.clone(), first };
+            let place = Place::new(facts.whole.clone(), first);
             let measured = Measured::take(&mut facts);
             let report = Report::new(facts, CallerFacts::default().with_read(read)).to_json();
             Ok(RawMesh::new(mesh, report, place, job.zarr.unwrap_or_default()).with_measured(measured))

@@ -20,6 +20,7 @@ pub fn run_flag(run: u32) -> u8 {
 
 /// Runs of consecutive rays.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Band {
     /// Index of the first ray.
     pub first_ray: u64,

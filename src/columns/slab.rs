@@ -113,7 +113,7 @@ mod tests {
     use std::sync::atomic::{AtomicU64, Ordering};
 
     use super::*;
-    use crate::columns::{ColumnsBuilder, Head, MemoryStore, Store, run};
+    use crate::columns::{ColumnsBuilder, Head, MemoryStore, Store, run, sealed};
     use crate::control::Control;
     use crate::lines::Lines;
     use crate::mesh::Mesh;
@@ -125,6 +125,8 @@ mod tests {
         memory: MemoryStore,
         n_read: AtomicU64,
     }
+
+    impl sealed::Sealed for Counting {}
 
     impl Store for Counting {
         fn append(&self, bytes: &[u8]) -> std::io::Result<u64> {

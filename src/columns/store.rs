@@ -3,8 +3,14 @@
 use std::io;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Bytes outside memory, such as a file. Calls may come from several threads.
-pub trait Store: Send + Sync {
+pub(crate) mod sealed {
+    /// What only this crate implements.
+    pub trait Sealed {}
+}
+
+/// Bytes outside memory, such as a file. Calls may come from several threads. Only this crate implements it, so that it may get more methods:
+/// [`MemoryStore`], and natively [`crate::files::FileStore`].
+pub trait Store: sealed::Sealed + Send + Sync {
     /// Appends bytes and returns the offset of the first.
     ///
     /// # Errors
@@ -40,6 +46,8 @@ impl MemoryStore {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
+
+impl sealed::Sealed for MemoryStore {}
 
 impl Store for MemoryStore {
     fn append(&self, bytes: &[u8]) -> io::Result<u64> {

@@ -5,6 +5,7 @@
 
 /// Whose memory holds the buffers of the device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Device {
     /// There is none: the CPU meshes.
     None,
@@ -23,6 +24,7 @@ impl Device {
 
 /// What a mesh may take.
 #[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
 pub struct Allowed {
     /// Most bytes of memory.
     pub max_bytes: u64,
@@ -36,4 +38,32 @@ pub struct Allowed {
     pub can_spill: bool,
     /// Whether all flags will be held in memory.
     pub flags: bool,
+}
+
+impl Allowed {
+    /// So many bytes of memory for a mesh on the CPU, whose columns stay in memory; nothing of the program counts.
+    pub fn new(max_bytes: u64) -> Allowed {
+        let (program_bytes, device, max_device_bytes) = (0, Device::None, u64::MAX);
+        Allowed { max_bytes, program_bytes, device, max_device_bytes, can_spill: false, flags: false }
+    }
+
+    /// Counts the program and its driver.
+    pub fn with_program_bytes(self, program_bytes: u64) -> Allowed {
+        Allowed { program_bytes, ..self }
+    }
+
+    /// Says who meshes, and most bytes of buffers there.
+    pub fn with_device(self, device: Device, max_device_bytes: u64) -> Allowed {
+        Allowed { device, max_device_bytes, ..self }
+    }
+
+    /// Says whether columns may spill.
+    pub fn with_spill(self, can_spill: bool) -> Allowed {
+        Allowed { can_spill, ..self }
+    }
+
+    /// Says whether all flags will be held in memory.
+    pub fn with_flags(self, flags: bool) -> Allowed {
+        Allowed { flags, ..self }
+    }
 }

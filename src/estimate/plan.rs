@@ -25,15 +25,15 @@ pub struct BandLimit {
 
 /// Shares of the memory allowed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct MemoryBudget {
+pub(crate) struct MemoryBudget {
     /// Bytes for the columns.
-    pub columns: u64,
+    pub(crate) columns: u64,
     /// Limits of bands on the GPU.
-    pub bands: BandLimit,
+    pub(crate) bands: BandLimit,
     /// Most strips of a round on the CPU.
-    pub most_strips: u32,
+    pub(crate) most_strips: u32,
     /// Least bytes of memory that the mesh takes.
-    pub needed: u64,
+    pub(crate) needed: u64,
 }
 
 /// What stays in memory of columns that spilled, besides their index: the pieces read last.
@@ -52,9 +52,19 @@ pub fn block_cache_bytes(max_bytes: u64) -> u64 {
     (Options::default().block_cache_bytes as u64).min(max_bytes / 16)
 }
 
+impl Estimate {
+    /// Least bytes of memory that the mesh takes, of those that are allowed.
+    ///
+    /// # Errors
+    /// `memory` where that is more than is allowed, with the numbers.
+    pub fn needed_bytes(&self, allowed: &Allowed) -> Result<u64> {
+        MemoryBudget::new(self, allowed).map(|budget| budget.needed)
+    }
+}
+
 impl MemoryBudget {
     /// The budget where only the memory of a device may be limited.
-    pub fn unlimited(rays: &Rays, max_device_bytes: u64) -> MemoryBudget {
+    pub(crate) fn unlimited(rays: &Rays, max_device_bytes: u64) -> MemoryBudget {
         let bands = BandLimit { n_rays: rays.n_rays(), device_bytes: max_device_bytes };
         MemoryBudget { columns: u64::MAX, bands, most_strips: cpu::STRIPS_PER_ROUND, needed: 0 }
     }
@@ -63,7 +73,7 @@ impl MemoryBudget {
     ///
     /// # Errors
     /// `memory` where it is too little, with the numbers.
-    pub fn new(estimate: &Estimate, allowed: &Allowed) -> Result<MemoryBudget> {
+    pub(crate) fn new(estimate: &Estimate, allowed: &Allowed) -> Result<MemoryBudget> {
         let budget = MemoryBudget::unchecked(estimate, allowed);
         if budget.needed <= allowed.max_bytes { Ok(budget) } else { Err(too_little(estimate, allowed, budget.needed)) }
     }

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::sync::{Mutex, PoisonError};
 
-use crate::columns::Store;
+use crate::columns::{Store, sealed};
 
 /// A file, read and appended under a lock.
 pub struct FileStore(Mutex<File>);
@@ -25,6 +25,8 @@ impl FileStore {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
+
+impl sealed::Sealed for FileStore {}
 
 impl Store for FileStore {
     fn append(&self, bytes: &[u8]) -> io::Result<u64> {

@@ -16,6 +16,7 @@ use super::layout::{BandFacets, Params, centres};
 use super::passes::{Passes, Profile};
 use super::pool::{BufferPool, Pooled};
 use super::readback::{Pending, Staging, elements};
+use super::resident::{Resident, Unordered};
 use super::runs::{DeepRows, Raw, Returned};
 use crate::cast::Cast;
 use crate::cast::sizes::{BIN, BandSize, Capacity, MAX_BINS, MAX_LAYERS, MOST_CROSSINGS, deep_bytes, shares};
@@ -24,6 +25,7 @@ use crate::cpu;
 use crate::error::Result;
 
 mod deep;
+mod order;
 
 /// What bands are run on.
 #[derive(Clone, Copy)]
@@ -37,6 +39,8 @@ pub(crate) struct Context<'a> {
     pub(crate) max_bytes: u64,
     /// Bands that share them.
     pub(crate) n_bands: u64,
+    /// Where the runs go that stay on the device; None where the host reads them.
+    pub(crate) resident: Option<&'a Resident>,
 }
 
 /// The buffers of a band, and what is known of the bands before.
@@ -84,7 +88,7 @@ pub(crate) struct Launched {
 
 /// What became of a band.
 pub(crate) enum Outcome {
-    /// Its columns, the rays that were cast again, the deep rows, and the rays that the CPU had to cast.
+    /// Its columns, none where the runs stay on the device; the rays that were cast again, the deep rows, and the rays that the CPU had to cast.
     Done(Band, [u64; 3]),
     /// It has to run again: the worker knows now what it needs.
     Again,
@@ -215,6 +219,10 @@ impl<'a> Worker<'a> {
             return Ok(Outcome::Again);
         }
         let deep = if n_deep == 0 { DeepRows::default() } else { self.deep_rows(params, &facets, n_deep).await? };
+        if let Some(resident) = self.context.resident {
+            let (n_lost, n_unused, n_hits) = (totals[2], totals[3], Some(found[1]));
+            return self.order(resident, &params, Unordered { deep, n_places, n_unused, n_lost, n_hits }).await;
+        }
         let Some(buffers) = &self.buffers else { unreachable!("the band has run") };
         let parts = [buffers.chunks.first(n_chunks), buffers.runs.first(n_places)];
         let pending = self.staging.submit(self.context.opened, self.context.opened.encoder(), parts);

@@ -60,6 +60,11 @@ impl<T: bytemuck::Pod> Array<T> {
         queue.write_buffer(&self.buffer, 0, bytemuck::cast_slice(elements));
     }
 
+    /// Sets elements from an index on before what is submitted next.
+    pub(crate) fn write_at(&self, queue: &Queue, index: u64, elements: &[T]) {
+        queue.write_buffer(&self.buffer, size_of::<T>() as u64 * index, bytemuck::cast_slice(elements));
+    }
+
     /// All of it.
     pub(crate) fn all(&self) -> Part<'_> {
         Part { buffer: &self.buffer, words: size_of::<T>() as u32 / 4, bytes: [0, self.buffer.size()] }
@@ -122,7 +127,8 @@ impl Buffers {
     }
 }
 
-/// What a scan needs besides its numbers: the sums of the blocks of each level, and a zero for the top.
+/// What a scan needs besides its numbers: the sums of the blocks of each level, and for the top what comes before all, zero at first.
+#[derive(Debug)]
 pub(crate) struct Sums(pub(crate) Vec<Array<u32>>);
 
 impl Sums {
@@ -136,9 +142,15 @@ impl Sums {
         sums.push(Array::storage(opened, "scan zero", 1));
         Sums(sums)
     }
+
+    /// Sets what comes before all numbers.
+    pub(crate) fn begin_at(&self, queue: &Queue, base: u32) {
+        self.0[self.0.len() - 1].write(queue, &[base]);
+    }
 }
 
 /// Buffers of the deep rows of a band.
+#[derive(Debug)]
 pub(crate) struct DeepBuffers {
     /// Crossings of each deep row, scanned in place; the total in the last entry.
     pub(crate) event_offsets: Array<u32>,

@@ -46,6 +46,17 @@ impl Gpu {
         usage: &mut Usage,
         take: &mut impl FnMut(Vec<Crossings>),
     ) -> Result<()> {
+        self.scoped(self.crossings_of_bands(cast, (options, with_facets), control, rows, (usage, take))).await
+    }
+
+    async fn crossings_of_bands(
+        &self,
+        cast: &Cast<'_>,
+        (options, with_facets): (&Options, bool),
+        control: &Control,
+        rows: Range<u32>,
+        (usage, take): (&mut Usage, &mut impl FnMut(Vec<Crossings>)),
+    ) -> Result<()> {
         let mut pace = Pace::new(options.rows_per_band, options.most_rows, cast.rays.counts[0], self.band_seconds());
         let context = self.begin(options);
         let mut worker = Worker::new(context, *cast, Forced { deep: true, ..options.forced });

@@ -1,19 +1,24 @@
 //! Finding an adapter, opening a device, and hearing of its failures.
 
 use std::fmt;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use serde::Serialize;
 use web_time::{Duration, Instant};
 use wgpu::{Adapter, DeviceDescriptor, DeviceType, Instance, InstanceDescriptor, Limits, RequestAdapterOptions};
 
+use super::failure::Failure;
+#[cfg(not(target_arch = "wasm32"))]
+use super::failure::{answers, listen};
 use super::held::Held;
+use super::needs::check_limits;
 use crate::control::Control;
 use crate::error::{Error, Result};
 
 /// What kind of machine an adapter is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
+#[non_exhaustive]
 pub enum AdapterKind {
     /// A graphics card of its own.
     Discrete,
@@ -36,6 +41,7 @@ impl AdapterKind {
 
 /// What is known of an adapter.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct AdapterFacts {
     /// Name of the adapter.
     pub name: String,
@@ -55,13 +61,16 @@ impl fmt::Display for AdapterFacts {
     }
 }
 
-/// An open device, and what its driver has said since.
+/// An open device, and what its driver has said since; a clone is the same device.
+#[derive(Clone)]
 pub(crate) struct Opened {
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
     /// The bytes of all buffers that kernels use.
     pub(crate) held: Arc<Held>,
-    failure: Arc<Mutex<Option<Error>>>,
+    pub(super) failure: Arc<Failure>,
+    /// Whether the device is the caller's, and so its handlers are.
+    pub(crate) is_callers: bool,
 }
 
 /// Lists the adapters that this machine offers.
@@ -85,31 +94,39 @@ pub(crate) async fn find(instance: &Instance, wanted: Option<&str>) -> Result<Ad
     }
 }
 
+/// The limits that hexcast asks for when it opens a device of an adapter: the buffer sizes that the adapter offers, and WebGPU's default
+/// limits for everything else. A caller who opens a device for [`super::Gpu::from_device`] may ask for these, or for more.
+pub fn device_limits(adapter: &Adapter) -> Limits {
+    let offered = adapter.limits();
+    Limits {
+        max_storage_buffer_binding_size: offered.max_storage_buffer_binding_size,
+        max_buffer_size: offered.max_buffer_size,
+        ..Limits::default()
+    }
+}
+
 impl Opened {
     /// Opens a device with the buffer sizes that the adapter offers, and WebGPU's default limits for everything else.
     ///
     /// # Errors
     /// `device-failed`: the driver refused.
     pub(crate) async fn new(adapter: &Adapter) -> Result<Opened> {
-        let offered = adapter.limits();
-        let limits = Limits {
-            max_storage_buffer_binding_size: offered.max_storage_buffer_binding_size,
-            max_buffer_size: offered.max_buffer_size,
-            ..Limits::default()
-        };
-        let descriptor = DeviceDescriptor { label: Some("hexcast"), required_limits: limits, ..Default::default() };
+        let required_limits = device_limits(adapter);
+        let descriptor = DeviceDescriptor { label: Some("hexcast"), required_limits, ..Default::default() };
         let refused = |error| Error::new("device-failed", format!("the driver refused the device: {error}"), USE_CPU);
         let (device, queue) = adapter.request_device(&descriptor).await.map_err(refused)?;
-        let failure = Arc::new(Mutex::new(None));
+        // in JavaScript it may be the caller's
+        check_limits(&device.limits())?;
+        let failure = Arc::new(Failure::default());
         let heard = failure.clone();
         device.on_uncaptured_error(Arc::new(move |error| {
-            note(&heard, Error::new("device-failed", format!("the GPU driver reported: {error}"), USE_CPU));
+            heard.note(Error::new("device-failed", format!("the GPU driver reported: {error}"), USE_CPU));
         }));
         let heard = failure.clone();
         device.set_device_lost_callback(move |reason, message| {
-            note(&heard, lost(&format_args!("{reason:?}: {message}")));
+            heard.note(lost(&format_args!("{reason:?}: {message}")));
         });
-        Ok(Opened { device, queue, held: Arc::default(), failure })
+        Ok(Opened { device, queue, held: Arc::default(), failure, is_callers: false })
     }
 
     /// Begins to record commands.
@@ -119,18 +136,27 @@ impl Opened {
 
     /// Takes a device of the caller's, whose handlers stay the caller's.
     pub(crate) fn of_caller(device: &wgpu::Device, queue: &wgpu::Queue) -> Opened {
-        Opened { device: device.clone(), queue: queue.clone(), held: Arc::default(), failure: Arc::default() }
+        let (held, failure) = (Arc::default(), Arc::default());
+        Opened { device: device.clone(), queue: queue.clone(), held, failure, is_callers: true }
     }
 
     /// Returns the failure that the driver reported, if it did.
     pub(crate) fn check(&self) -> Result<()> {
-        let failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
-        failure.clone().map_or(Ok(()), Err)
+        #[cfg(not(target_arch = "wasm32"))]
+        if self.is_callers {
+            listen(&self.device, &self.failure);
+        }
+        self.failure.check()
     }
 
     /// Finds the cause of a failure. What is done with a lost device fails in many ways, and browsers tell of the loss itself
     /// some moments later, or too late. So a buffer that cannot be read, of a device that reported no error, is that of a lost device.
     pub(crate) async fn cause(&self, error: Error, control: &Control) -> Error {
+        #[cfg(not(target_arch = "wasm32"))]
+        if self.is_callers {
+            let is_lost = error.code() == "device-failed" && !answers(&self.device).await;
+            return if is_lost { lost(&error) } else { error };
+        }
         let start = Instant::now();
         while error.code() == "device-failed" && start.elapsed() < DEVICE_LOST_GRACE {
             control.pause().await;
@@ -155,14 +181,6 @@ pub(crate) const USE_CPU: &str = "use the CPU backend, or update the GPU driver"
 
 fn lost(how: &dyn fmt::Display) -> Error {
     Error::new("device-lost", format!("the GPU device was lost ({how})"), USE_CPU)
-}
-
-/// Keeps the first failure, except that a lost device explains all others.
-fn note(failure: &Mutex<Option<Error>>, error: Error) {
-    let mut failure = failure.lock().unwrap_or_else(PoisonError::into_inner);
-    if failure.is_none() || error.code() == "device-lost" {
-        *failure = Some(error);
-    }
 }
 
 /// Reaches the drivers of this machine; in JavaScript `navigator.gpu` as it is at this moment.
@@ -208,7 +226,11 @@ async fn named_adapter(instance: &Instance, name: &str) -> Result<Adapter> {
 }
 
 pub(crate) fn facts(adapter: &Adapter) -> AdapterFacts {
-    let info = adapter.get_info();
+    facts_of(adapter.get_info(), &adapter.limits())
+}
+
+/// What is known of the adapter of a device, and its buffers.
+pub(super) fn facts_of(info: wgpu::AdapterInfo, limits: &Limits) -> AdapterFacts {
     let kind = match info.device_type {
         DeviceType::DiscreteGpu => AdapterKind::Discrete,
         DeviceType::IntegratedGpu => AdapterKind::Integrated,
@@ -221,7 +243,7 @@ pub(crate) fn facts(adapter: &Adapter) -> AdapterFacts {
         driver: [info.driver, info.driver_info].join(" ").trim().to_string(),
         api: info.backend.to_str().to_string(),
         kind,
-        max_binding_bytes: adapter.limits().max_storage_buffer_binding_size,
+        max_binding_bytes: limits.max_storage_buffer_binding_size,
     }
 }
 
@@ -237,13 +259,13 @@ mod tests {
             let adapter = find(&instance(), None).await.unwrap();
             let opened = Opened::new(&adapter).await.unwrap();
             // what the device tells is not heard
-            let deaf = Opened { failure: Arc::new(Mutex::new(None)), ..opened };
+            let deaf = Opened { failure: Arc::default(), ..opened };
             let words: Array<u32> = Array::storage(&deaf, "words", 4);
             deaf.device.destroy();
             let read = Staging::default().read(&deaf, deaf.encoder(), [words.all()]).await;
             let error = read.map(|[words]| words).unwrap_err();
             assert!(error.to_string().contains("could not be read"), "{error}");
-            reported.into_iter().for_each(|error| note(&deaf.failure, error));
+            reported.into_iter().for_each(|error| deaf.failure.note(error));
             deaf.cause(error, &Control::default()).await
         })
     }

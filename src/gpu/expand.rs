@@ -3,6 +3,8 @@
 //! Mesh, a box, a device -> a buffer. The box is expanded slab by slab, so the device holds the runs of one slab at a time.
 //! Twin: `src/flags.rs`.
 
+use std::sync::Arc;
+
 use wgpu::{Buffer, BufferDescriptor, BufferUsages, Device, ErrorFilter, Queue};
 
 use super::Gpu;
@@ -10,6 +12,7 @@ use super::buffers::{Array, Part};
 use super::device::{Opened, USE_CPU};
 use super::kernels::{Kernel, Kernels};
 use super::passes::{Passes, square};
+use super::resident::{most_bytes, too_large};
 use crate::columns::BoxRuns;
 use crate::error::{Error, Result};
 use crate::flags::{CellBox, slabs_of_box};
@@ -22,6 +25,7 @@ const ALIGNMENT: u64 = 256;
 
 /// How cells lie in a buffer. Rows along x follow each other, y before z, and the last word is filled up with 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Cells {
     /// A byte each, the flag: cell (x, y, z) is byte `x + nx * (y + ny * z)`.
     Bytes,
@@ -55,14 +59,14 @@ struct Slab {
 ///
 /// The device's handlers stay the caller's. wgpu tells of a lost device by the device's own callback only: the buffer is then as lost.
 pub struct Expander {
-    opened: Opened,
-    kernels: Kernels,
+    pub(super) opened: Opened,
+    pub(super) kernels: Arc<Kernels>,
 }
 
 impl Expander {
     /// Takes a device and its queue.
     pub fn new(device: &Device, queue: &Queue) -> Expander {
-        Expander { opened: Opened::of_caller(device, queue), kernels: Kernels::new(device, None) }
+        Expander { opened: Opened::of_caller(device, queue), kernels: Arc::new(Kernels::new(device, None)) }
     }
 
     /// Expands the flags of a box of cells, end exclusive, to a new buffer with the usages `STORAGE`, `COPY_SRC` and `COPY_DST`. What is
@@ -103,16 +107,7 @@ async fn flags_buffer(opened: &Opened, kernels: &Kernels, mesh: &Mesh, cells: &C
             format!("the flags of {nx} x {ny} x {nz} cells take {size} bytes; a buffer of this device has {allowed}");
         return Err(Error::new("memory", message, "take a smaller box, or one bit per cell"));
     }
-    let filters = [ErrorFilter::Validation, ErrorFilter::OutOfMemory, ErrorFilter::Internal];
-    let [first, second, third] = filters.map(|filter| opened.device.push_error_scope(filter));
-    let made = expanded(opened, kernels, mesh, cells, (form, size));
-    for told in [third.pop(), second.pop(), first.pop()] {
-        if let Some(error) = told.await {
-            let code = if matches!(error, wgpu::Error::OutOfMemory { .. }) { "memory" } else { "device-failed" };
-            return Err(Error::new(code, format!("the flags cannot be expanded on this device: {error}"), USE_CPU));
-        }
-    }
-    made
+    within_scopes(opened, || expanded(opened, kernels, mesh, cells, (form, size))).await
 }
 
 /// Expands slab after slab; what goes wrong on the device is told elsewhere.
@@ -138,19 +133,72 @@ fn expanded(
         let start = rows * u64::from(row_bytes);
         let skip = start % ALIGNMENT;
         let n_words = (skip + u64::from(row_bytes) * u64::from(n[1]) * u64::from(n[2])).div_ceil(4);
-        let params = Array::uniform(opened, "slab", 1);
         let axis = mesh.columns.rays.axis as u32;
-        params.write(queue, &[Slab { n, axis, row_bytes, skip: skip as u32, per_byte: form.per_byte() }]);
+        let slab = Slab { n, axis, row_bytes, skip: skip as u32, per_byte: form.per_byte() };
         let [offsets, runs] = [("offsets", offsets), ("runs", runs)].map(|(label, words)| {
             let array = Array::storage(opened, label, words.len() as u64);
             array.write(queue, &words);
             array
         });
-        let encoder = opened.encoder();
-        let mut passes = Passes { opened, kernels, is_software: false, encoder, profile: None };
         let part = Part { buffer: &flags, words: 1, bytes: [start - skip, 4 * n_words] };
-        passes.dispatch(Kernel::Expand, &[params.all(), offsets.all(), runs.all(), part], square(n_words.div_ceil(64)));
-        queue.submit([passes.encoder.finish()]);
+        expand_slab(opened, kernels, slab, [offsets.all(), runs.all(), part]);
     }
     Ok(flags)
+}
+
+/// Runs the kernel on a slab: its offsets and runs, and where its flags go.
+fn expand_slab(opened: &Opened, kernels: &Kernels, slab: Slab, [offsets, runs, flags]: [Part; 3]) {
+    let params = Array::uniform(opened, "slab", 1);
+    params.write(&opened.queue, &[slab]);
+    let encoder = opened.encoder();
+    let mut passes = Passes { opened, kernels, is_software: false, encoder, profile: None };
+    let n_groups = (flags.bytes[1] / 4).div_ceil(64);
+    passes.dispatch(Kernel::Expand, &[params.all(), offsets, runs, flags], square(n_groups));
+    opened.queue.submit([passes.encoder.finish()]);
+}
+
+/// Expands all flags of runs that are on the device.
+///
+/// # Errors
+/// `memory`, `device-failed`.
+pub(super) async fn expand_all(
+    opened: &Opened,
+    kernels: &Kernels,
+    (axis, n): (usize, [u32; 3]),
+    [offsets, runs]: [Part<'_>; 2],
+    form: Cells,
+) -> Result<Buffer> {
+    let row_bytes = n[0].div_ceil(form.per_byte());
+    let size = (u64::from(row_bytes) * u64::from(n[1]) * u64::from(n[2])).next_multiple_of(4);
+    let allowed = most_bytes(opened);
+    if size > allowed {
+        return Err(too_large(&format!("the flags of {} x {} x {} cells", n[0], n[1], n[2]), size, allowed));
+    }
+    within_scopes(opened, || {
+        let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
+        let label = Some("flags");
+        let flags = opened.device.create_buffer(&BufferDescriptor { label, size, usage, mapped_at_creation: false });
+        let slab = Slab { n, axis: axis as u32, row_bytes, skip: 0, per_byte: form.per_byte() };
+        let part = Part { buffer: &flags, words: 1, bytes: [0, size] };
+        expand_slab(opened, kernels, slab, [offsets, runs, part]);
+        Ok(flags)
+    })
+    .await
+}
+
+/// Does something with a device, and waits for what it says of it.
+///
+/// # Errors
+/// `memory`, `device-failed`.
+pub(super) async fn within_scopes<T>(opened: &Opened, act: impl FnOnce() -> Result<T>) -> Result<T> {
+    let filters = [ErrorFilter::Validation, ErrorFilter::OutOfMemory, ErrorFilter::Internal];
+    let [first, second, third] = filters.map(|filter| opened.device.push_error_scope(filter));
+    let made = act();
+    for told in [third.pop(), second.pop(), first.pop()] {
+        if let Some(error) = told.await {
+            let code = if matches!(error, wgpu::Error::OutOfMemory { .. }) { "memory" } else { "device-failed" };
+            return Err(Error::new(code, format!("this cannot be done on the device: {error}"), USE_CPU));
+        }
+    }
+    made
 }

@@ -1,13 +1,16 @@
 //! What single kernels leave in their buffers, over the whole box in one band, for tests that hold each to its CPU definition. Meshing
 //! does not use it.
 
-use super::Gpu;
 use super::band::{Forced, Launched, Worker, begin};
 use super::buffers::{Array, Part, Sums};
+use super::device_mesh::DeviceRuns;
 use super::expand::Cells;
 use super::readback::Staging;
+use super::{Gpu, Options};
 use crate::cast::Cast;
 use crate::cast::sizes::MAX_TILES;
+use crate::columns::BoxRuns;
+use crate::control::Control;
 use crate::error::{Error, Result};
 use crate::flags::CellBox;
 use crate::mesh::Mesh;
@@ -87,6 +90,19 @@ impl Gpu {
         let all = Part { buffer, words: 1, bytes: [0, buffer.size()] };
         let [words] = Staging::default().read(&self.opened, self.opened.encoder(), [all]).await?;
         Ok(bytemuck::cast_slice(&words).to_vec())
+    }
+}
+
+impl Gpu {
+    /// The runs that stay on the device: offsets, runs, and the numbers of crossings and of odd rays: for tests.
+    ///
+    /// # Errors
+    /// Those of [`crate::pipeline::mesh_on_device`].
+    pub async fn ordered(&self, cast: &Cast<'_>, options: &Options) -> Result<(BoxRuns, [u64; 2])> {
+        let DeviceRuns { offsets, runs, kept, .. } = self.resident(cast, options, &Control::default()).await?;
+        let parts = [offsets.first(cast.rays.n_rays() + 1), runs.first(kept.n_runs)];
+        let [offsets, runs] = Staging::default().read(&self.opened, self.opened.encoder(), parts).await?;
+        Ok((BoxRuns { offsets, runs }, [kept.n_crossings, kept.odd_rays]))
     }
 }
 

@@ -88,6 +88,8 @@ pub enum Kernel {
     Probe,
     /// On devices of callers too.
     Expand,
+    /// For runs that stay on the device.
+    Order,
 }
 
 /// A buffer that a kernel binds: its slot, its name in the shader, and the words of an element, 0 where it is a struct.
@@ -130,7 +132,7 @@ const MAP: Source = source!(Map, "map", [PARAMS, CHUNKS, SWEEP], 64,
     &[PARAMS_SLOT, BIN_OFFSETS, (3, "tiles", 4), (5, "runs", 4), CHUNKS_SLOT, (7, "totals", 0), (8, "layer_ends", 4)]);
 
 #[rustfmt::skip]
-static SOURCES: [Source; 12] = [
+static SOURCES: [Source; 13] = [
     source!(Lattice, "lattice", [PARAMS, WIDE, FACET, ITEMS, WALK], 64,
         &[PARAMS_SLOT, CORNERS, ITEM_OFFSETS, (3, "bin_counts", 1), (4, "found", 4), (5, "found_totals", 0)]),
     source!(Intersect, "intersect", [PARAMS, WIDE, FACET, PLANE], 64,
@@ -150,6 +152,9 @@ static SOURCES: [Source; 12] = [
         &[(0, "answers", 0), (1, "buffer_1", 1), (2, "buffer_2", 1), (3, "buffer_3", 1), (4, "buffer_4", 1),
           (5, "buffer_5", 1), (6, "buffer_6", 1), (7, "buffer_7", 1)]),
     source!(Expand, "expand", [], 64, &[(0, "slab", 0), (1, "offsets", 1), (2, "runs", 1), (3, "flags", 1)]),
+    source!(Order, "order", [PARAMS, CHUNKS], 64,
+        &[PARAMS_SLOT, (1, "sources", 0), (2, "deep_rows", 1), (3, "offsets", 1), EVENTS_SLOT, (5, "runs", 4),
+          CHUNKS_SLOT, (7, "ordered", 1), (8, "found", 0)]),
 ];
 
 /// A kernel as it is compiled.
@@ -201,8 +206,14 @@ impl Kernels {
         Kernels { device: device.clone(), edit, compiled: SOURCES.iter().map(|_| OnceLock::new()).collect() }
     }
 
-    /// Compiles the common kernels; natively on all cores.
-    pub(crate) fn compile_common(&self) {
+    /// Compiles the common kernels; natively on all cores, but for a device of the caller's, whose errors are told to the thread they are of.
+    pub(crate) fn compile_common(&self, is_callers: bool) {
+        if is_callers {
+            COMMON.into_iter().for_each(|kernel| {
+                self.get(kernel);
+            });
+            return;
+        }
         COMMON.into_par_iter().for_each(|kernel| {
             self.get(kernel);
         });

@@ -5,6 +5,7 @@
 //! it was a deep row (`map_deep.wgsl`), or the CPU has cast it. A run names the rank of the geometry that wins; flags are put in here.
 //! Cost: each run is copied once, as it has to be anyway to come out of the device's memory.
 
+use super::buffers::DeepBuffers;
 use super::layout::Params;
 use crate::cast::sizes::{BIN, MAX_LAYERS};
 use crate::columns::Band;
@@ -58,6 +59,8 @@ pub(crate) struct DeepRows {
     /// Of each row the first run of each ray in `events`, then their numbers.
     pub(crate) rows: Vec<u32>,
     pub(crate) events: Vec<u32>,
+    /// Where the events are, and the rows too, if they stay on the device.
+    pub(crate) buffers: Option<DeepBuffers>,
 }
 
 /// What is wrong with what a device returned.

@@ -12,6 +12,7 @@ use crate::error::{Error, Result};
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields)]
+#[non_exhaustive]
 pub struct BackgroundJob {
     /// Its name; by default `background`.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -19,6 +20,18 @@ pub struct BackgroundJob {
     /// What it is made of.
     #[serde(skip_serializing_if = "Material::is_empty")]
     pub material: Material,
+}
+
+impl BackgroundJob {
+    /// Names the background.
+    pub fn with_name(self, name: impl Into<String>) -> BackgroundJob {
+        BackgroundJob { name: Some(name.into()), ..self }
+    }
+
+    /// Says what it is made of.
+    pub fn with_material(self, material: Material) -> BackgroundJob {
+        BackgroundJob { material, ..self }
+    }
 }
 
 impl FromStr for BackgroundJob {

@@ -11,6 +11,7 @@ const CELLS_AROUND: u32 = 1;
 
 /// A leak with the unit of its mesh and the facets around its narrowest place.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Answer {
     /// What was found.
     #[serde(flatten)]

@@ -13,6 +13,7 @@ use crate::parallel::*;
 
 /// A facet of a geometry.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct NearFacet {
     /// Name of the geometry.
     pub geometry: String,

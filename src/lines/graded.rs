@@ -29,6 +29,7 @@ use wanted::{Wanted, interval};
 
 /// A geometry around which lines are generated.
 #[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
 pub struct Body<'a> {
     /// Its name, for findings.
     pub name: &'a str,
@@ -36,6 +37,13 @@ pub struct Body<'a> {
     pub bounds: BoundingBox,
     /// Sizes of cells across it.
     pub sizing: Sizing,
+}
+
+impl Body<'_> {
+    /// A body of a name, its box, and what is asked of the cells across it.
+    pub fn new(name: &str, bounds: BoundingBox, sizing: Sizing) -> Body<'_> {
+        Body { name, bounds, sizing }
+    }
 }
 
 /// Generates the lines of a job, and finds the ends that got none; geometries have the indices of `bodies`.

@@ -36,6 +36,11 @@ pub(super) enum Kind {
 }
 
 impl Part {
+    /// Index of its geometry in the job.
+    pub(crate) fn geometry(&self) -> usize {
+        self.geometry
+    }
+
     /// The rays that decide it, besides those of the mesh.
     pub(crate) fn casts(&self, cast: &Cast) -> Vec<AxisCasts> {
         match &self.kind {

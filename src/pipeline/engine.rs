@@ -13,6 +13,7 @@ mod run;
 pub use run::Used;
 
 /// An open backend.
+#[non_exhaustive]
 pub struct Engine {
     #[cfg(feature = "gpu")]
     gpu: Option<Gpu>,
@@ -125,7 +126,8 @@ impl Engine {
     }
 
     /// Prepares a GPU that the caller has opened. Where its device is lost, one of an adapter of the same name takes its place;
-    /// there being none is an error, unless [`Engine::with_cpu_fallback`] says otherwise.
+    /// there being none is an error, unless [`Engine::with_cpu_fallback`] says otherwise. A device of [`Gpu::from_device`] has none in its
+    /// place.
     #[cfg(feature = "gpu")]
     pub fn with_gpu(gpu: Gpu) -> Engine {
         let wanted_adapter = Some(gpu.facts.name.clone());
@@ -135,6 +137,12 @@ impl Engine {
     #[cfg(not(feature = "gpu"))]
     async fn open_gpu(_: Option<&str>) -> Result<Engine> {
         Err(Error::new("no-adapter", "this build has no GPU backend", "build with the feature gpu"))
+    }
+
+    /// The GPU; None on the CPU.
+    #[cfg(feature = "gpu")]
+    pub fn gpu(&self) -> Option<&Gpu> {
+        self.gpu.as_ref()
     }
 
     /// "gpu" or "cpu".

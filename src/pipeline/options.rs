@@ -10,6 +10,7 @@ pub const DEFAULT_MAX_BYTES: u64 = if cfg!(target_arch = "wasm32") { 3 << 30 } e
 
 /// Where columns go that exceed the memory allowed.
 #[derive(Clone, Default)]
+#[non_exhaustive]
 pub enum SpillTarget {
     /// Nowhere: what does not fit in memory is an error.
     #[default]

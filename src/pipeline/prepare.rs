@@ -21,6 +21,7 @@ const MAX_NUMBERED: usize = 1 << 15;
 
 /// A job with its files, ready to be cast.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Prepared {
     /// The geometries, in meshing order.
     pub geometries: Vec<Geometry>,

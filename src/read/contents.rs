@@ -6,6 +6,7 @@ use crate::surface::doubled_area_vector;
 
 /// One `solid` block of an ASCII file, or the whole of a binary one.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
 pub struct Solid {
     /// The name that the file gives, without surrounding spaces; empty where it gives none, as in every binary file.
     pub name: String,
@@ -15,6 +16,7 @@ pub struct Solid {
 
 /// Where facets come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Format {
     /// 80 bytes of header, a 32-bit count, 50 bytes a facet, little-endian.
     StlBinary,
@@ -58,6 +60,7 @@ impl Format {
 
 /// Everything that a file held.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Contents {
     /// How the file was written.
     pub format: Format,

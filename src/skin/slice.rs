@@ -12,6 +12,7 @@ use crate::mesh::Mesh;
 
 /// Flags of a plane of cells.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Slice {
     /// Pixels along the first of the two other axes: y for a slice across x, else x.
     pub width: u32,

@@ -5,7 +5,7 @@ use std::io;
 use wasm_bindgen::prelude::*;
 
 use super::values::{forget, keep, kept};
-use crate::columns::Store;
+use crate::columns::{Store, sealed};
 
 #[wasm_bindgen]
 extern "C" {
@@ -38,6 +38,8 @@ impl JsFileStore {
         act(&file).map_err(|error| io::Error::other(error.as_string().unwrap_or_default()))
     }
 }
+
+impl sealed::Sealed for JsFileStore {}
 
 impl Store for JsFileStore {
     fn append(&self, bytes: &[u8]) -> io::Result<u64> {

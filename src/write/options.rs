@@ -89,6 +89,7 @@ impl Format {
 
 /// How a format that can compress does so.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Compress {
     /// Not at all.
     #[default]
@@ -101,6 +102,7 @@ pub enum Compress {
 /// Which axis is the slowest in a file of flags: the order of the axes of its array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "lowercase")]
+#[non_exhaustive]
 pub enum AxisOrder {
     /// z slowest and x fastest: shape (nz, ny, nx).
     #[default]

@@ -36,6 +36,7 @@ use shard::{Chunks, Row, Shard};
 
 /// Where the cells of a mesh lie in a store: the lines of the whole, and the first cell.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Place {
     /// Lines of all cells of the store.
     pub whole: Lines,
@@ -44,6 +45,11 @@ pub struct Place {
 }
 
 impl Place {
+    /// The lines of all cells of a store, and the first cell of a mesh, on x, y, z.
+    pub fn new(whole: Lines, first: [u32; 3]) -> Place {
+        Place { whole, first }
+    }
+
     /// That of a mesh which is a whole store.
     pub(crate) fn of_whole(mesh: &Mesh) -> Place {
         Place { whole: mesh.lines.clone(), first: [0; 3] }

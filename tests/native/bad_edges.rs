@@ -63,7 +63,7 @@ fn soups_with_facets_missing_turned_and_doubled_are_counted_edge_by_edge() {
             }
         }
         let (mesh, report) = meshed(std::slice::from_ref(&facets), &job, 0, &mut Engine::cpu()).expect("a mesh");
-        let expected = bad_edges(&facets, &mesh.lines);
+        let expected = bad_edges(&facets, mesh.lines());
         let n = |kind: BadEdge| expected.get(&kind).map_or(0, |edges| edges.len() as u64);
         let BadEdges { open, flipped, nonmanifold, worst } = &report.geometries[0].bad_edges;
         let counts = [BadEdge::Open, BadEdge::Flipped, BadEdge::Nonmanifold].map(n);

@@ -183,12 +183,7 @@ fn job(board: &Board) -> Job {
     };
     set!(Job {
         geometries: board.parts.iter().map(geometry).collect(),
-        graded: Some(GradedJob {
-            max_size: PerAxis::All(board.max_size),
-            min_size: Some(0.005),
-            growth: None,
-            absorbing: None,
-        }),
+        graded: Some(GradedJob::new(PerAxis::All(board.max_size)).with_min_size(0.005)),
         padding: Some(Padding::Length(PerAxis::All(board.air))),
         unit: Some("mm".into()),
         ..Job::default()

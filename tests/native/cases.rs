@@ -296,9 +296,11 @@ fn materials() -> Vec<Case> {
     let ten = unit_cells([10; 3]);
     let overlapping = |priorities: [i32; 3]| -> Vec<Geometry> {
         let bodies = [cube([0.5; 3], 6.0), sphere([5.5; 3], 3.9, 16), cuboid([4.0, 0.0, 3.3], [9.5, 9.0, 6.5])];
-        let place = |(i, facets)| Geometry {
-            priority: priorities[i],
-            ..Geometry::new(format!("body {i}"), [3, 200, 9][i], facets).unwrap()
+        let place = |(i, facets)| {
+            set!(Geometry {
+                priority: priorities[i],
+                ..Geometry::new(format!("body {i}"), [3, 200, 9][i], facets).unwrap()
+            })
         };
         bodies.into_iter().enumerate().map(place).collect()
     };
@@ -364,10 +366,10 @@ fn open_meshes() -> Vec<Case> {
 fn placings() -> Vec<Case> {
     let rotated = |degrees: [f64; 3]| {
         let place = Placing::new([1.5, 1.0, 0.8], degrees, [6.0, 6.0, 6.0]).unwrap();
-        vec![Geometry {
+        vec![set!(Geometry {
             world_from_file: place,
             ..Geometry::new("bar", 1, cuboid([-3.0, -2.0, -4.0], [3.0, 1.0, 4.0])).unwrap()
-        }]
+        })]
     };
     let cells = unit_cells([12; 3]);
     let skew = [[-7.9, -7.1, -7.3], [-0.3, -6.2, -5.5], [-6.0, -0.2, -4.4], [-4.1, -3.3, -0.1]];

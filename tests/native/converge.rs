@@ -94,7 +94,7 @@ fn areas_are_those_of_faces_counted_cell_by_cell() {
     let made = mesher.mesh_sources(&job, sources, &MeshOptions::default(), &Control::default());
     let (mesh, _) = made.expect("a mesh");
     let found = pollster::block_on(areas(&mesh, &Control::default())).expect("areas");
-    let spacing = mesh.lines.spacing().expect("equal cells");
+    let spacing = mesh.lines().spacing().expect("equal cells");
     for (flag, axis) in [(1, 0), (1, 1), (1, 2), (2, 0), (2, 1), (2, 2)] {
         let face: f64 = (0..3).filter(|other| *other != axis).map(|other| spacing[other]).product();
         let expected = faces_by_cells(&mesh, flag, axis);

@@ -17,6 +17,7 @@ macro_rules! example {
 example!(for_solvers, "../../examples/for_solvers.rs");
 example!(facets_to_query, "../../examples/facets_to_query.rs");
 example!(many_meshes, "../../examples/many_meshes.rs");
+example!(mesh_on_device, "../../examples/mesh_on_device.rs");
 example!(progress_and_cancel, "../../examples/progress_and_cancel.rs");
 example!(stl_to_vti, "../../examples/stl_to_vti.rs");
 example!(window, "../../examples/window.rs");
@@ -80,6 +81,20 @@ fn a_quarter_turn_keeps_the_number_of_cells() {
     // a quarter turn mirrors the box, and the cells begin at its other end
     assert!(cells[0].abs_diff(cells[3]) <= cells[0] / 100, "{cells:?}");
     assert!(cells.iter().all(|&cells| cells > 0) && cells[0] != cells[1], "{cells:?}");
+}
+
+#[test]
+fn a_gpu_counts_the_cells_of_a_mesh_that_stays_there() {
+    let counted = mesh_on_device::counted(SPOT).unwrap();
+    let job = set!(Job { geometries: vec![GeometryJob::new(SPOT)], cells: Some(100), ..Job::default() });
+    let cpu = hexcast::MesherOptions::default().with_backend(hexcast::job::BackendChoice::Cpu);
+    let (mesh, _) = Mesher::new(cpu).unwrap().mesh(&job).unwrap();
+    let mut expected = [0; 256];
+    for flag in mesh.box_flags(&mesh.dims().map(|n| 0..n)).unwrap() {
+        expected[usize::from(flag)] += 1;
+    }
+    assert_eq!(counted, expected);
+    assert!(counted[0] > 0 && counted[1] > 10_000, "{counted:?}");
 }
 
 #[test]

@@ -139,7 +139,7 @@ fn quarter_turns_turn_the_cells() {
             "turned",
             "",
             cells.clone(),
-            vec![Geometry { world_from_file: place, ..Geometry::new("body", 1, body.clone()).unwrap() }],
+            vec![set!(Geometry { world_from_file: place, ..Geometry::new("body", 1, body.clone()).unwrap() })],
         )
     };
     let upright = cpu_flags(&turned([0.0; 3]), 0);
@@ -187,7 +187,7 @@ fn sizes_671_and_672_are_alike() {
         let columns = mesh(Backend::Cpu, &one(&format!("ball on {n}"), "", cells, sphere([0.0; 3], radius, 64)), 1);
         assert_eq!(columns.odd_rays(), 0, "{n}");
         let mut length = 0;
-        for ray in 0..columns.rays.n_rays() {
+        for ray in 0..columns.rays().n_rays() {
             // a convex body has one run along any ray; streaks would be more, or longer than the ball is wide there
             let flags: Vec<u32> = columns.ray(ray).unwrap().iter().map(|run| run & 0xff).collect();
             assert!(matches!(flags[..], [] | [1] | [1, 0]), "{n}: ray {ray} has runs {flags:?}");

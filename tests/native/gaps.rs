@@ -15,8 +15,8 @@ const FLAG: u8 = 9;
 /// The flags with gaps closed, by a mesh with rays along an axis.
 fn closed(grid: &Grid, width: u32, axis: usize) -> (Vec<u8>, Gaps) {
     let mesh = grid.mesh(axis);
-    let (columns, gaps) = close(&mesh.columns, &mesh.lines, (width, FLAG), 1 << 30, &Control::default()).unwrap();
-    for ray in 0..columns.rays.n_rays() {
+    let (columns, gaps) = close(mesh.columns(), mesh.lines(), (width, FLAG), 1 << 30, &Control::default()).unwrap();
+    for ray in 0..columns.rays().n_rays() {
         let runs = columns.ray(ray).unwrap();
         let is_sound = |pair: &[u32]| run_cell(pair[0]) < run_cell(pair[1]) && run_flag(pair[0]) != run_flag(pair[1]);
         assert!(runs.windows(2).all(is_sound) && runs.first().is_none_or(|&run| run_flag(run) != 0), "{runs:x?}");
@@ -159,7 +159,7 @@ fn gaps_are_where_the_report_says() {
 #[test]
 fn too_little_memory_is_said() {
     let mesh = Grid::filled([5; 3], 0).mesh(0);
-    let error = close(&mesh.columns, &mesh.lines, (3, FLAG), 100, &Control::default()).unwrap_err();
+    let error = close(mesh.columns(), mesh.lines(), (3, FLAG), 100, &Control::default()).unwrap_err();
     assert_eq!(error.code(), "memory");
     assert!(!error.hint().is_empty());
 }

@@ -121,7 +121,7 @@ fn a_list_of_equal_cells_gives_the_bytes_of_a_cell_size() {
     let (mesh, facts) = meshed(&body, &uniform).unwrap();
     let list: Vec<f64> = (0..=80).map(|line| f64::from(line) * 0.1).collect();
     let (listed, listed_facts) = meshed(&body, &job([list.clone(), list.clone(), list])).unwrap();
-    assert_eq!(listed.lines, mesh.lines);
+    assert_eq!(listed.lines(), mesh.lines());
     assert_eq!(listed_facts.flags_hash, facts.flags_hash);
     for format in Format::FILES {
         assert!(bytes(&mesh, format) == bytes(&listed, format), "{format:?}");
@@ -156,7 +156,7 @@ fn a_window_has_the_flags_that_the_whole_has_there() {
                         }
                     }
                 }
-                assert_eq!(part.lines.list(0), mesh.lines.list(0)[first[0] as usize..=end[0] as usize]);
+                assert_eq!(part.lines().list(0), mesh.lines().list(0)[first[0] as usize..=end[0] as usize]);
             }
         }
     }
@@ -166,7 +166,7 @@ fn a_window_has_the_flags_that_the_whole_has_there() {
 fn volumes_are_those_of_the_cells() {
     let body = models::sphere([4.0; 3], 3.3, 24);
     let (mesh, facts) = meshed(&body, &job(lists())).unwrap();
-    let lines = [0, 1, 2].map(|axis| mesh.lines.list(axis));
+    let lines = [0, 1, 2].map(|axis| mesh.lines().list(axis));
     let mut volume = 0.0;
     let [nx, ny, nz] = mesh.dims();
     for z in 0..nz {
@@ -203,7 +203,7 @@ fn a_column_file_keeps_the_lines_and_equal_cells_keep_their_version() {
         write::write(&mesh, Format::Columns, &options, &mut file, &Control::default()).unwrap();
         assert_eq!(file[8], 3);
         let read = column_file::read(&mut std::io::Cursor::new(file), u64::MAX, &Control::default()).unwrap();
-        assert_eq!(read.lines, mesh.lines);
+        assert_eq!(read.lines(), mesh.lines());
         assert_eq!(bytes(&read, Format::Raw), bytes(&mesh, Format::Raw));
     }
     let uniform = set!(Job { cells: Some(8), geometries: vec![GeometryJob::new("body.stl")], ..Job::default() });
@@ -222,7 +222,7 @@ fn a_rectilinear_grid_lists_its_lines() {
         let start = text.find(&format!("Name=\"{name}\" format=\"ascii\">")).expect("an array") + 24;
         let numbers = &text[start..start + text[start..].find('<').unwrap()];
         let numbers: Vec<f64> = numbers.split(' ').map(|number| number.parse().unwrap()).collect();
-        assert_eq!(numbers, mesh.lines.list(axis));
+        assert_eq!(numbers, mesh.lines().list(axis));
     }
     let data = file.windows(4).position(|four| four == b"   _").unwrap() + 4;
     assert_eq!(file[data..data + 8], mesh.n_cells().to_le_bytes());
@@ -246,7 +246,7 @@ fn an_archive_has_flags_and_lines() {
             (String::from_utf8_lossy(&bytes[10..]).trim_end().to_string(), data)
         };
         for (axis, name) in ["x.npy", "y.npy", "z.npy"].into_iter().enumerate() {
-            let list = mesh.lines.list(axis);
+            let list = mesh.lines().list(axis);
             let (head, data) = array(name);
             assert_eq!(head, format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({},), }}", list.len()));
             assert_eq!(data, list.iter().flat_map(|line| line.to_le_bytes()).collect::<Vec<u8>>());
@@ -325,7 +325,7 @@ fn boxes_that_are_stretched_with_their_lines_have_the_same_cells() {
             meshed(&casing(line), &set!(Job { close_gaps, ..job([x, y, z]) })).unwrap()
         };
         let [(equal, facts), (graded, graded_facts)] = [made(&|at| at), made(&stretched)];
-        assert!(!equal.lines.is_graded() && graded.lines.is_graded());
+        assert!(!equal.lines().is_graded() && graded.lines().is_graded());
         assert_eq!(bytes(&equal, Format::Raw), bytes(&graded, Format::Raw), "close_gaps {close_gaps:?}");
         let n_closed = |facts: &MeshFacts| facts.gaps.as_ref().map(|gaps| (gaps.cells, gaps.gaps));
         assert_eq!(n_closed(&facts), n_closed(&graded_facts));
@@ -335,11 +335,8 @@ fn boxes_that_are_stretched_with_their_lines_have_the_same_cells() {
             let volume = (size(6.0) + size(7.0)) * size(8.0) * size(11.0);
             assert_eq!(graded_facts.flags[1].volume, volume);
         }
-        let question = |line: &dyn Fn(f32) -> f32| hexcast::leak::Question {
-            from: [7.0; 3].map(|at| f64::from(line(at))),
-            to: [f64::from(line(1.0)); 3],
-            flags: vec![],
-            max_bytes: u64::MAX,
+        let question = |line: &dyn Fn(f32) -> f32| {
+            hexcast::leak::Question::new([7.0; 3].map(|at| f64::from(line(at))), [f64::from(line(1.0)); 3])
         };
         let leak = |mesh: &Mesh, line| hexcast::leak::leak(mesh, &question(line), &Control::default()).unwrap();
         let [of_equal, of_graded] = [leak(&equal, &|at| at), leak(&graded, &stretched)];

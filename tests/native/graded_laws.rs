@@ -92,7 +92,7 @@ fn all_that_a_job_may_ask_for_comes_out_as_of_equal_cells() {
                 meshed(&bodies, job, axis, &mut Engine::cpu()).unwrap_or_else(|error| panic!("{name}: {error}"))
             };
             let [(mesh, facts), (graded, of_graded)] = [made(&job), made(&nearly(&job))];
-            assert!(!mesh.lines.is_graded() && graded.lines.is_graded(), "{name}");
+            assert!(!mesh.lines().is_graded() && graded.lines().is_graded(), "{name}");
             assert!(flags_of(&mesh) == flags_of(&graded), "{name}, rays along {axis}: flags differ");
             assert!(facts.flags.iter().any(|flag| flag.cells > 50), "{name}");
             assert_eq!(facts.flags_hash, of_graded.flags_hash, "{name}");
@@ -143,7 +143,7 @@ fn the_certificate_of_stretched_boxes_is_that_of_boxes_and_volumes_are_those_of_
             meshed(&bodies, &job_of(line, job), axis, &mut Engine::cpu()).unwrap()
         };
         let [(equal, facts), (graded, of_graded)] = [made(&|at| at, &job), made(&stretched, &job)];
-        assert!(!equal.lines.is_graded() && graded.lines.is_graded() && flags_of(&equal) == flags_of(&graded));
+        assert!(!equal.lines().is_graded() && graded.lines().is_graded() && flags_of(&equal) == flags_of(&graded));
         let [one, other] = [facts, of_graded].map(|facts| facts.certificate.unwrap());
         let walls = |of: &CertificateReport| {
             of.thin_walls
@@ -179,7 +179,7 @@ fn the_certificate_of_stretched_boxes_is_that_of_boxes_and_volumes_are_those_of_
             let volume: f64 = both.map(|cell| size(cell % 12) * size(cell / 12 % 12) * size(cell / 144)).sum();
             assert!((of_graded.volume / volume - 1.0).abs() < 1e-12, "{of_graded:?}: {volume}");
             // a place inside of both
-            let place = [0, 1, 2].map(|axis| graded.lines.position(axis, of_graded.place[axis]) as usize);
+            let place = [0, 1, 2].map(|axis| graded.lines().position(axis, of_graded.place[axis]) as usize);
             let cell = place[0] + 12 * (place[1] + 12 * place[2]);
             assert!(alone[winner][cell] != 0 && alone[loser][cell] != 0, "{of_graded:?}");
         }
@@ -215,7 +215,7 @@ fn windows_of_sheets_and_inverted_geometries_have_the_cells_of_the_whole() {
             continue;
         }
         let (whole, facts) = meshed(&bodies, &graded(job.clone()), 0, &mut Engine::cpu()).unwrap();
-        assert!(whole.lines.is_graded());
+        assert!(whole.lines().is_graded());
         let flags = flags_of(&whole);
         let [nx, ny, nz] = whole.dims();
         let mut n_added = 0;
@@ -271,10 +271,10 @@ pub(crate) fn long_run(
 #[test]
 fn columns_on_graded_lines_spill_and_continue_after_an_interruption() {
     let (whole, _) = long_run(&mut Engine::cpu(), None, SpillTarget::None, &Control::default()).unwrap();
-    assert!(whole.lines.is_graded());
+    assert!(whole.lines().is_graded());
     let spill = SpillTarget::Temporary(Arc::new(MemoryStore::default()));
     let (spilled, facts) = long_run(&mut Engine::cpu(), Some(ByteSize(9_000_000)), spill, &Control::default()).unwrap();
-    assert!(spilled.columns.is_spilled() && facts.peak_bytes.spilled > 0, "{:?}", facts.peak_bytes);
+    assert!(spilled.columns().is_spilled() && facts.peak_bytes.spilled > 0, "{:?}", facts.peak_bytes);
     assert!(flags_of(&spilled) == flags_of(&whole));
     let store = Arc::new(MemoryStore::default());
     let token = CancelToken::default();

@@ -46,7 +46,12 @@ fn scene(seed: u64) -> (Job, Vec<Box3>) {
         0 => PerAxis::Each([most, 1.5 * most, most]),
         _ => PerAxis::All(most),
     };
-    let mut job = Job::new(geometries).with_graded(GradedJob { max_size, min_size: Some(least), growth, absorbing });
+    let mut job = Job::new(geometries).with_graded(set!(GradedJob {
+        min_size: Some(least),
+        growth,
+        absorbing,
+        ..GradedJob::new(max_size)
+    }));
     match random.below(3) {
         0 => job = job.with_padding(Padding::Length(PerAxis::All(f64::from(random.between(1, 640)) / 64.0))),
         1 => job = job.with_domain([-8.0, -9.0, -10.0, 8.0, 9.5, 11.0]),
@@ -148,7 +153,7 @@ fn no_cell_is_larger_than_a_geometry_in_it_wants_in_500_jobs() {
 
 #[test]
 fn the_oracle_finds_cells_that_are_too_large_or_too_few() {
-    let graded = GradedJob { max_size: PerAxis::All(4.0), min_size: Some(0.5), growth: Some(2.0), absorbing: None };
+    let graded = GradedJob::new(PerAxis::All(4.0)).with_min_size(0.5).with_growth(2.0);
     let geometries = vec![GeometryJob::new("0.stl").with_max_size(1.0).with_min_cells(2), GeometryJob::new("1.stl")];
     let job = Job::new(geometries).with_graded(graded);
     let boxes = [[[2.0; 3], [4.0; 3]], [[0.0; 3], [8.0; 3]]];

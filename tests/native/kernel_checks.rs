@@ -49,6 +49,7 @@ macro_rules! every_check {
         $test!(a_mesh_goes_on_where_it_was_left);
         $test!(stacks_with_thousands_of_crossings_agree_with_the_definition);
         $test!(expand_gives_the_flags_of_the_host);
+        $test!(order_gives_the_runs_of_the_host);
     };
 }
 pub(crate) use every_check;
@@ -351,12 +352,14 @@ pub(crate) async fn intersect_graded_finds_every_crossing(gpu: &Gpu) -> Checked 
     check_intersect_graded(gpu, &small).await
 }
 
+/// A case on some of its lines, which are lists then.
+fn on_lists(case: &Case) -> Case {
+    let lines = thinned(&case.lines, &mut Random::new(case.n_facets() as u64)).as_lists();
+    Case { lines, ..case.clone() }
+}
+
 /// Crossings and columns where the places of rays and centres come from tables: on some of the lines of each case.
 pub(crate) async fn check_intersect_graded(gpu: &Gpu, cases: &[Case]) -> Checked {
-    let on_lists = |case: &Case| {
-        let lines = thinned(&case.lines, &mut Random::new(case.n_facets() as u64)).as_lists();
-        Case { lines, ..case.clone() }
-    };
     let listed: Vec<Case> = cases.iter().map(on_lists).collect();
     on_casts("intersect_graded", &listed, async |cast| {
         expect(cast.frame.is_graded(), || "equal cells".into())?;
@@ -495,4 +498,55 @@ pub(crate) async fn check_expand(gpu: &Gpu, cases: &[Case]) -> Checked {
         Ok(())
     })
     .await
+}
+
+pub(crate) async fn order_gives_the_runs_of_the_host(gpu: &Gpu) -> Checked {
+    check_order(gpu, &cases_of_kernels()).await
+}
+
+/// Runs that stay on the device, and are put in order there: of rows that `map` has done in one layer and in many, of deep rows, in bands; and
+/// where cells differ in size.
+pub(crate) async fn check_order(gpu: &Gpu, cases: &[Case]) -> Checked {
+    let deep = Forced { deep: true, ..Forced::default() };
+    let layered = Forced { layers: Some(128), ..Forced::default() };
+    on_casts("order", cases, async |cast| {
+        for (forced, rows_per_band) in [(Forced::default(), None), (layered, Some(13)), (deep, None)] {
+            let fits = rows_per_band.is_none_or(|rows| cast.rays.counts[1].div_ceil(rows) <= 12);
+            if fits {
+                same_runs(gpu, cast, &Options { forced, rows_per_band, ..Options::default() }).await?;
+            }
+        }
+        Ok(())
+    })
+    .await?;
+    let many: Vec<Case> = cases.iter().filter(|case| case.geometries.len() > 1).cloned().collect();
+    on_cases("order", &many, async |case| {
+        // runs of geometries with the same flag are joined
+        let mut frame = frame(case);
+        frame.ranks.flag_of_rank.iter_mut().for_each(|flag| *flag = 5 + *flag % 2);
+        let rays = Rays::new(1, case.lines.dims());
+        same_runs(gpu, &Cast { frame: &frame, rays: &rays, rule: case.rule }, &Options::default()).await
+    })
+    .await?;
+    let small: Vec<Case> = cases.iter().filter(|case| case.n_facets() <= 300).map(on_lists).collect();
+    on_casts("order", &small, async |cast| same_runs(gpu, cast, &Options::default()).await).await?;
+    Ok(cases.len())
+}
+
+async fn same_runs(gpu: &Gpu, cast: &Cast<'_>, options: &Options) -> Result<(), String> {
+    let columns = cpu_columns(cast);
+    let counts = [columns.n_crossings(), columns.odd_rays()];
+    let lines = Lines::new([0.0; 3], [1.0; 3], columns.dims()).expect("lines of the case");
+    let mesh = text(Mesh::new(lines, columns, vec![], None))?;
+    let expected = text(mesh.box_runs(&mesh.dims().map(|n| 0..n)))?;
+    let ends = expected.offsets.windows(2).map(|ends| ends[1] - ends[0]);
+    let ordered = gpu.ordered(cast, options).await;
+    if ends.max().unwrap_or(0) > 8192 {
+        // more than a kernel may go through
+        let is_refused = ordered.as_ref().is_err_and(|error| error.code() == "too-many-crossings");
+        return expect(is_refused, || format!("{ordered:?}"));
+    }
+    let (found, found_counts) = text(ordered)?;
+    expect(found == expected, || format!("other runs with {options:?}"))?;
+    expect(found_counts == counts, || format!("crossings and odd rays: {found_counts:?}, expected {counts:?}"))
 }

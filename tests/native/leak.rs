@@ -69,9 +69,9 @@ impl Grid {
     fn found(&self, axis: usize, [from, to]: [[u32; 3]; 2], flags: &[u8]) -> Leak {
         let mesh = self.mesh(axis);
         let centre = |cell: [u32; 3]| {
-            [0, 1, 2].map(|axis| mesh.lines.line(axis, cell[axis]) + 0.3 * mesh.lines.smallest()[axis])
+            [0, 1, 2].map(|axis| mesh.lines().line(axis, cell[axis]) + 0.3 * mesh.lines().smallest()[axis])
         };
-        let question = Question { from: centre(from), to: centre(to), flags: flags.to_vec(), max_bytes: 1 << 30 };
+        let question = Question::new(centre(from), centre(to)).with_flags(flags.to_vec()).with_max_bytes(1 << 30);
         let found = leak(&mesh, &question, &Control::default()).unwrap();
         assert_eq!([found.from.cell, found.to.cell], [from, to]);
         found
@@ -334,7 +334,7 @@ fn a_path_may_have_no_steps() {
 fn points_outside_and_other_flags_are_errors() {
     let mesh = casing().mesh(0);
     let asked = |from: [f64; 3], to: [f64; 3], flags: &[u8]| {
-        let question = Question { from, to, flags: flags.to_vec(), max_bytes: 1 << 30 };
+        let question = Question::new(from, to).with_flags(flags.to_vec()).with_max_bytes(1 << 30);
         let error = leak(&mesh, &question, &Control::default()).unwrap_err();
         assert!(!error.hint().is_empty(), "{error}");
         (error.code(), error.to_string())
@@ -355,20 +355,20 @@ fn points_outside_and_other_flags_are_errors() {
     let (code, text) = asked(inside, wall, &[0, 3]);
     assert_eq!(code, "job-value");
     assert!(text.ends_with("of flag 5, and a path may only use flags 0, 3"), "{text}");
-    let small = Question { from: inside, to: inside, flags: vec![], max_bytes: 1000 };
+    let small = Question::new(inside, inside).with_max_bytes(1000);
     assert_eq!(leak(&mesh, &small, &Control::default()).unwrap_err().code(), "memory");
     let cancelled = Control::default();
     cancelled.cancel.cancel();
-    let question = Question { max_bytes: 1 << 30, ..small };
+    let question = small.with_max_bytes(1 << 30);
     assert_eq!(leak(&mesh, &question, &cancelled).unwrap_err().code(), "cancelled");
 }
 
 #[test]
 fn points_on_lines_belong_to_the_cell_above_and_on_the_last_to_the_one_below() {
     let mesh = Grid::filled([3, 4, 5], 0).mesh(2);
-    let question = Question { from: [-1.0, 0.0, 10.0], to: [2.0, 8.0, 12.5], flags: vec![], max_bytes: 1 << 30 };
+    let question = Question::new([-1.0, 0.0, 10.0], [2.0, 8.0, 12.5]).with_max_bytes(1 << 30);
     let found = leak(&mesh, &question, &Control::default()).unwrap();
     assert_eq!([found.from.cell, found.to.cell], [[0; 3], [2, 3, 4]]);
-    let question = Question { from: [1.0, 2.0, 11.0], ..question };
+    let question = set!(Question { from: [1.0, 2.0, 11.0], ..question });
     assert_eq!(leak(&mesh, &question, &Control::default()).unwrap().from.cell, [2, 1, 2]);
 }

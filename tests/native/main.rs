@@ -68,6 +68,7 @@ mod gpu {
     mod lost_device;
     mod merged_parts;
     mod open_surfaces;
+    mod own_device;
     mod windows;
 }
 #[cfg(feature = "cli")]

@@ -125,7 +125,7 @@ fn the_report_is_the_same_along_all_axes() {
         let (surfaces, job, _) = job(seed);
         let of_axis = |axis| report(&surfaces, &set!(Job { axis, ..job.clone() }));
         let Ok((mesh, first)) = of_axis(AXES[0]) else { continue };
-        n_graded += u32::from(mesh.lines.is_graded());
+        n_graded += u32::from(mesh.lines().is_graded());
         let of_rays =
             ["ray_axis", "rays", "crossings", "runs", "odd_rays", "job", "certificate", "warnings", "findings"];
         for axis in AXES {
@@ -137,12 +137,12 @@ fn the_report_is_the_same_along_all_axes() {
             assert_eq!(one.to_string(), other.to_string(), "seed {seed}, {axis:?}");
         }
         let n = mesh.dims();
-        let flags = flags_of_box(&mesh.columns, &[0..n[0], 0..n[1], 0..n[2]]).expect("in memory");
+        let flags = flags_of_box(mesh.columns(), &[0..n[0], 0..n[1], 0..n[2]]).expect("in memory");
         for flag in first["flags"].as_array().expect("a list") {
             let mut volume = 0.0;
             for (index, _) in (0u32..).zip(&flags).filter(|(_, of)| flag["flag"] == **of) {
                 let cell = [index % n[0], index / n[0] % n[1], index / (n[0] * n[1])];
-                volume += (0..3).map(|axis| mesh.lines.cell_size(axis, cell[axis])).product::<f64>();
+                volume += (0..3).map(|axis| mesh.lines().cell_size(axis, cell[axis])).product::<f64>();
             }
             let found = flag["volume"].as_f64().expect("a number");
             assert!((found - volume).abs() <= 1e-12 * volume, "seed {seed}: {found}, {volume}");

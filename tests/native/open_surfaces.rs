@@ -323,7 +323,7 @@ fn every_cell_of_a_surface_with_holes_is_as_defined() {
         let job = if index % 4 < 2 { equal } else { graded };
         let (mesh, report) = meshed(std::slice::from_ref(&facets), &job, index % 3, &mut engine).expect("a mesh");
         let doubtful = std::cell::RefCell::new(Vec::new());
-        expected(&facets, &mesh.lines, rule, |cell, expected| {
+        expected(&facets, mesh.lines(), rule, |cell, expected| {
             let is_inside = mesh.flag(cell).expect("columns in memory") != 0;
             match expected {
                 Expected::Sure(inside) => assert_eq!(is_inside, inside, "{name}, {rule:?}: sure cell {cell:?}"),
@@ -399,7 +399,7 @@ fn a_few_missing_facets_change_few_cells_and_no_streak_reaches_the_end() {
 
 /// The box of a mesh.
 fn report_domain(mesh: &Mesh) -> [f64; 6] {
-    let lines = &mesh.lines;
+    let lines = &mesh.lines();
     let end = |axis: usize| lines.origin()[axis] + f64::from(lines.dims()[axis]) * lines.smallest()[axis];
     [lines.origin()[0], lines.origin()[1], lines.origin()[2], end(0), end(1), end(2)]
 }
@@ -415,7 +415,7 @@ fn policies_do_what_they_say() {
         for open in [Open::Winding, Open::Vote] {
             let (mesh, report) =
                 meshed(std::slice::from_ref(&open_box), &job(open), axis, &mut engine).expect("a mesh");
-            let inside = mesh.columns.cells_per_flag()[1];
+            let inside = mesh.columns().cells_per_flag()[1];
             assert_eq!(inside, 12 * 12 * 12, "{open:?}, axis {axis}");
             assert_eq!(report.open[0].odd_rays.iter().filter(|&&n| n == 144).count(), 1, "{:?}", report.open[0]);
         }

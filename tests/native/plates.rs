@@ -77,11 +77,11 @@ fn the_faces_of_a_plate_are_those_between_whose_cells_it_lies() {
                 if is_covered && priority == 0 {
                     covered += 1;
                 } else {
-                    expected.push(SheetFace { axis: axis as u8, face: face.map(|at| at as u32), flag: 1 });
+                    expected.push(SheetFace::new(axis as u8, face.map(|at| at as u32), 1));
                 }
             }
         }
-        assert_eq!(mesh.plates, expected, "seed {seed}");
+        assert_eq!(mesh.plates(), expected, "seed {seed}");
         let found = facts.findings.iter().filter(|finding| finding.code == "plate-covered").count();
         assert_eq!(found, usize::from(covered > 0), "seed {seed}: {:?}", facts.findings);
         n_faces += expected.len();
@@ -105,16 +105,16 @@ fn the_faces_of_a_plate_are_those_between_whose_cells_it_lies() {
                 }
                 *place = (at - start) as u32;
             }
-            Some(SheetFace { face, ..*of })
+            Some(SheetFace::new(of.axis, face, of.flag))
         };
-        assert_eq!(part.plates, expected.iter().filter_map(moved).collect::<Vec<_>>(), "seed {seed}, window");
+        assert_eq!(part.plates(), expected.iter().filter_map(moved).collect::<Vec<_>>(), "seed {seed}, window");
         let cells = [2..8, 1..9, 3..9];
         let closer = cut(&mesh, &cells, [1; 3], u64::MAX, &Control::default()).unwrap();
         let of_cut = |of: &SheetFace| {
             let within = (0..3).all(|to| (ends[0][to]..ends[1][to] + u32::from(to == axis)).contains(&of.face[to]));
-            within.then(|| SheetFace { face: [0, 1, 2].map(|to| of.face[to] - ends[0][to]), ..*of })
+            within.then(|| SheetFace::new(of.axis, [0, 1, 2].map(|to| of.face[to] - ends[0][to]), of.flag))
         };
-        assert_eq!(closer.plates, expected.iter().filter_map(of_cut).collect::<Vec<_>>(), "seed {seed}, cut");
+        assert_eq!(closer.plates(), expected.iter().filter_map(of_cut).collect::<Vec<_>>(), "seed {seed}, cut");
     }
     assert!(n_faces > 500 && n_covered > 30, "{n_faces} faces, {n_covered} covered");
 }
@@ -128,7 +128,7 @@ fn what_is_filled_inverted_or_closed_is_no_plate() {
     };
     let plate = rectangle(2, 4.0, [[1.0, 1.0], [6.0, 5.0]]);
     let n = |body: &Facets, geometry: GeometryJob| {
-        meshed(std::slice::from_ref(body), &job(geometry), 2, &mut Engine::cpu()).unwrap().0.plates.len()
+        meshed(std::slice::from_ref(body), &job(geometry), 2, &mut Engine::cpu()).unwrap().0.plates().len()
     };
     assert_eq!(n(&plate, GeometryJob::default()), 20);
     assert_eq!(n(&plate, set!(GeometryJob { fill: Some(Fill::Separating), ..GeometryJob::default() })), 0);

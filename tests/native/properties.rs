@@ -227,7 +227,7 @@ proptest! {
         bodies in bodies(1..5), priorities in prop::array::uniform4(-1i32..2), rule in rules()
     ) {
         let geometries: Vec<Geometry> = bodies.into_iter().enumerate().map(|(index, facets)| {
-            Geometry { priority: priorities[index], ..Geometry::new("body", index as u8 + 1, facets).unwrap() }
+            set!(Geometry { priority: priorities[index], ..Geometry::new("body", index as u8 + 1, facets).unwrap() })
         }).collect();
         let mut painted = vec![0; DIMS.iter().product::<u32>() as usize];
         for priority in -1..2 {

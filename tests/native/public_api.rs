@@ -289,3 +289,79 @@ fn the_list_has_what_callers_use_and_no_stages() {
         assert!(!listed.contains(part), "{part} is public");
     }
 }
+
+/// Types with public fields, and enums, that callers may make and take apart whole: what they are does not grow.
+const COMPLETE: &[(&str, &str)] = &[
+    ("columns BoxRuns", "a layout: offsets and runs, as the kernel `expand` reads them"),
+    ("columns CellRun", "a run: its ray, its first cell and its end"),
+    ("job Axis", "the three axes"),
+    ("job AxisChoice", "the three axes, or the best of them"),
+    ("job ByteSize", "a number of bytes"),
+    ("job Level", "a value of the job file: a number or a word"),
+    ("job LinesJob", "a list for each of the three axes"),
+    ("job Names", "a value of the job file: one name or several"),
+    ("job PerAxis", "one value for all three axes, or three"),
+    ("job PlaceJob", "a value of the job file: a number or a text"),
+    ("job Rule", "the two rules by which a winding number decides; the oracle and the check decide by both"),
+    ("job Several", "a list"),
+    ("picture Cut", "a plane of cells: its axis and index"),
+    ("write::zarr Gzip", "a level"),
+    ("write::zarr Values", "a function"),
+];
+
+/// What a list of the API says against the rules of its types: each that may grow is `non_exhaustive`, `Mesh` has no public field, and only this
+/// crate implements `Store`.
+fn breaches(listed: &str, complete: &[(&str, &str)]) -> Vec<String> {
+    let lines = || listed.lines().filter_map(|line| line.strip_prefix("hexcast::"));
+    let has_fields = |name: &str| lines().any(|line| line.strip_prefix(name).is_some_and(|rest| rest.starts_with('.')));
+    let mut found = Vec::new();
+    let mut seen = Vec::new();
+    for line in lines() {
+        let mut words = line.split([' ', '<']);
+        let (Some(module), Some(kind), Some(name)) = (words.next(), words.next(), words.next()) else { continue };
+        let name = format!("{module} {name}");
+        let may_grow = kind == "enum" || kind == "struct" && has_fields(&name);
+        if may_grow && !line.contains("[non_exhaustive]") {
+            match complete.iter().any(|(of, _)| *of == name) {
+                true => seen.push(name),
+                false => found.push(format!("{name} is not non_exhaustive")),
+            }
+        }
+    }
+    let unseen = complete.iter().filter(|(of, _)| !seen.iter().any(|name| name == of));
+    found.extend(unseen.map(|(of, _)| format!("{of} is no such type any more")));
+    if has_fields("mesh Mesh") {
+        found.push("Mesh has public fields, which could disagree".into());
+    }
+    if !lines().any(|line| line.starts_with("columns trait Store: ") && line.contains("Sealed")) {
+        found.push("Store is not sealed".into());
+    }
+    for hidden in ["MemoryBudget", "BandLimit"] {
+        if listed.contains(hidden) {
+            found.push(format!("{hidden} is public, and how memory is divided is not"));
+        }
+    }
+    found
+}
+
+#[test]
+fn types_that_will_grow_are_non_exhaustive_and_no_fields_can_disagree() {
+    let found = breaches(&listed(), COMPLETE);
+    assert!(found.is_empty(), "{found:#?}");
+}
+
+#[test]
+fn types_that_could_not_grow_are_found() {
+    let sealed = "hexcast::columns trait Store: sealed::Sealed + Send + Sync\n";
+    let wrong = "hexcast::job struct A\nhexcast::job A.b: u8\nhexcast::job enum B [Debug]\nhexcast::job struct C\n\
+                 hexcast::job struct D<T>\nhexcast::job D.0: T\nhexcast::mesh struct Mesh [non_exhaustive]\nhexcast::mesh Mesh.lines: Lines\n";
+    let found = breaches(&[sealed, wrong].concat(), &[("job D", "a list"), ("job E", "gone")]);
+    let expected = [
+        "job A is not non_exhaustive",
+        "job B is not non_exhaustive",
+        "job E is no such type any more",
+        "Mesh has public fields, which could disagree",
+    ];
+    assert_eq!(found, expected);
+    assert_eq!(breaches("hexcast::columns trait Store: Send + Sync\n", &[]), ["Store is not sealed"]);
+}

@@ -157,6 +157,8 @@ fn no_invocation_runs_more_loops_than_the_probe_asks_for() {
         ("probe", u64::from(c["LOOPS"]) - 32 + 2048 / 64),
         // four bytes of eight cells
         ("expand", 4 * (1 + 8 * (1 + u64::from(c["SEARCH_STEPS"])))),
+        // segments of a ray, or a deep one
+        ("order", (u64::from(c["MAX_SEGMENTS"]) * (1 + 8 + 8)).max(c["MAX_DEEP_RUNS"].into())),
     ];
     for (name, loops) in loops {
         assert!(loops <= u64::from(MOST_LOOPS), "{name} may run {loops} loops");

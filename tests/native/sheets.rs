@@ -24,7 +24,7 @@ fn job(dims: [u32; 3], fill: Fill, shell: bool) -> Job {
 /// Flags of a mesh, and the cells that its report says were added.
 fn filled(facets: &Facets, job: &Job, axis: usize) -> (Vec<u8>, u64, Lines) {
     let (mesh, report) = meshed(std::slice::from_ref(facets), job, axis, &mut Engine::cpu()).expect("a mesh");
-    (flags_of(&mesh), report.filled.iter().map(|filled| filled.added_cells).sum(), mesh.lines)
+    (flags_of(&mesh), report.filled.iter().map(|filled| filled.added_cells).sum(), mesh.lines().clone())
 }
 
 fn snapped(facets: &Facets, lines: &Lines) -> (Vec<[Exact; 3]>, u64) {

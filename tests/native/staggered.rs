@@ -31,7 +31,7 @@ fn staggered(bodies: &[Facets], job: &Job, axis: usize, engine: &mut Engine) -> 
         assert_eq!(component.flags.iter().map(|of| of.points).sum::<u64>(), flags.len() as u64);
     }
     let flags = flags_of(&mesh);
-    (staggered, mesh.lines, flags)
+    (staggered, mesh.lines().clone(), flags)
 }
 
 /// Flags at all points of a component.
@@ -78,9 +78,11 @@ fn points_have_the_flags_that_winding_numbers_give_them() {
         let job = set!(Job { geometries, rule, ..job(seed % 3 > 0, &mut random) });
         let (found, lines, _) = staggered(&bodies, &job, seed as usize % 3, &mut Engine::cpu());
         n_graded += usize::from(lines.is_graded());
-        let geometry = |index: usize| Geometry {
-            priority: priorities[index],
-            ..Geometry::new("g", index as u8 + 1, bodies[index].clone()).unwrap()
+        let geometry = |index: usize| {
+            set!(Geometry {
+                priority: priorities[index],
+                ..Geometry::new("g", index as u8 + 1, bodies[index].clone()).unwrap()
+            })
         };
         let geometries: Vec<Geometry> = (0..2).map(geometry).collect();
         if !oracle::is_closed(&geometries, &lines, rule) {
@@ -182,7 +184,7 @@ fn sheets_are_the_faces_whose_links_they_cross_and_their_edges_have_their_flag()
             is_above && inside[3 + usize::from(axis)][index(face, 3 + usize::from(axis))]
         };
         let expected: Vec<SheetFace> =
-            every.iter().filter(|of| !is_hidden(of)).map(|&(axis, face)| SheetFace { axis, face, flag: 1 }).collect();
+            every.iter().filter(|of| !is_hidden(of)).map(|&(axis, face)| SheetFace::new(axis, face, 1)).collect();
         n_hidden += every.len() - expected.len();
         n_faces += expected.len();
         assert_eq!(found.sheets, expected, "seed {seed}");

@@ -83,7 +83,7 @@ fn faces_have_the_solid_beside_them() {
         let all = [x.clone(), y.clone(), z.clone()];
         let job = set!(Job { lines: Some(LinesJob { x, y, z }), ..job(1) });
         let mesh = meshed(&job, vec![source("ball.stl", &solids)]);
-        let walls = mesh.walls.as_ref().unwrap();
+        let walls = mesh.walls().unwrap();
         let (mut n_faces, mut n_near) = (0, 0);
         for_each_face(&mesh, |axis, face, flags| {
             let wall = walls.wall(axis, face);
@@ -139,7 +139,7 @@ fn a_box_on_the_sides_of_the_domain_has_its_solids_there_and_the_higher_body_nam
     job.geometries[1].name = Some("block".into());
     let sources = || vec![source("duct.stl", &duct), source("block.stl", &[("a", block.clone())])];
     let mesh = meshed(&job, sources());
-    let walls = mesh.walls.as_ref().unwrap();
+    let walls = mesh.walls().unwrap();
     assert_eq!(walls.names, ["inlet", "outlet", "front", "back", "floor", "duct_6", "block"]);
     let mut n = [0; 7];
     for_each_face(&mesh, |axis, face, flags| {
@@ -155,7 +155,7 @@ fn a_box_on_the_sides_of_the_domain_has_its_solids_there_and_the_higher_body_nam
     for halo in [0, 2] {
         job.halo = Some(halo);
         let part = meshed(&job, sources());
-        let of_part = part.walls.as_ref().unwrap();
+        let of_part = part.walls().unwrap();
         let mut n_same = 0;
         for_each_face(&mesh, |axis, face, _| {
             let moved = [0, 1, 2].map(|of| face[of] as i64 - [3, 0, 2][of] + i64::from(halo));

@@ -1,10 +1,9 @@
 //! Warnings of a mesh: a table of jobs and of all that each is warned about.
 
 use hexcast::control::Control;
-use hexcast::geometry::{Facet, SharedFacets};
+use hexcast::geometry::Facet;
 use hexcast::job::{AxisChoice, GeometryJob, Job, Open, Rule};
 use hexcast::pipeline::{Engine, MeshOptions, mesh};
-use hexcast::read::{Contents, Format, Solid};
 use hexcast::sources::Source;
 
 use super::models;
@@ -30,22 +29,7 @@ fn warnings(bodies: &[Body], open: Option<Open>, axis: AxisChoice) -> Vec<String
 /// Meshes surfaces with flags and priorities in the same domain.
 fn warnings_of(surfaces: &[(Vec<Facet>, Option<u8>, i32)], job: &Job) -> Vec<String> {
     let source = |(facets, ..): &(Vec<Facet>, Option<u8>, i32)| {
-        let facets = facets.clone();
-        let n_facets = facets.len() as u64;
-        let solids = vec![Solid { name: String::new(), facets: SharedFacets::from(facets) }];
-        let contents = Contents {
-            unit: None,
-            format: Format::StlBinary,
-            solids,
-            n_facets,
-            n_bytes: 0,
-            wrong_normals: 0,
-            zero_normals: 0,
-            zero_area: 0,
-            has_colours: false,
-            warnings: vec![],
-        };
-        Source::new("box.stl", contents, None)
+        Source::from_facets("box.stl", facets.clone()).expect("finite facets")
     };
     let geometry = |(index, &(_, flag, priority)): (usize, &(Vec<Facet>, Option<u8>, i32))| {
         set!(GeometryJob { name: Some(format!("box {index}")), flag, priority, ..GeometryJob::new("box.stl") })

@@ -34,7 +34,7 @@ fn in_words(adapter: &AdapterFacts) -> String {
         AdapterKind::Integrated => "integrated",
         AdapterKind::Virtual => "virtual",
         AdapterKind::Software => "in software",
-        AdapterKind::Unknown => "unknown kind",
+        _ => "unknown kind",
     };
     let AdapterFacts { name, driver, api, max_binding_bytes, .. } = adapter;
     format!("{name}: {kind}, {api}, driver {driver}, buffers of up to {}\n", BinaryBytes(*max_binding_bytes))

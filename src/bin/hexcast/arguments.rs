@@ -267,8 +267,7 @@ impl JobArguments {
     fn override_cells(&self, job: &mut Job) -> Result<()> {
         if self.chooses_cells() {
             job.lines = self.lines.as_deref().map(read_lines).transpose()?;
-            let graded = |max_size| GradedJob { max_size, min_size: None, growth: None, absorbing: None };
-            job.graded = self.graded.map(graded);
+            job.graded = self.graded.map(GradedJob::new);
             if self.lines.is_some() {
                 (job.domain, job.padding) = (None, None);
             }

@@ -75,11 +75,12 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     control.cancel = token.clone();
     let progress = Progress::new(arguments.quiet);
     // the other half is for the outputs
-    let mut mesh = open_columns(&arguments.input, max_bytes / 2, &control)?;
-    mesh.unit = arguments.unit.clone().or(mesh.unit);
+    let mesh = open_columns(&arguments.input, max_bytes / 2, &control)?;
+    let unit = arguments.unit.clone().or(mesh.unit().map(String::from));
+    let mesh = mesh.with_unit(unit);
     let (mesh, left_out) = taken(arguments, mesh, max_bytes / 4, &control)?;
     let lost = outputs.lost_conductors(&mesh);
-    let place = Place { whole: mesh.lines.clone(), first: [0; 3] };
+    let place = Place::new(mesh.lines().clone(), [0; 3]);
     outputs.write(&mesh, &place, None, &control, progress)?;
     control.check()?;
     let files = outputs.finish("")?;

@@ -69,7 +69,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     let (one, other) = (one?, other?);
     let found = difference(&one, &other, max_bytes / 4, &control)?;
     if arguments.output.is_some() {
-        let place = Place { whole: found.mask.lines.clone(), first: [0; 3] };
+        let place = Place::new(found.mask.lines().clone(), [0; 3]);
         outputs.write(&found.mask, &place, None, &control, Progress::new(arguments.json))?;
     }
     let files = outputs.finish("")?;
@@ -107,7 +107,7 @@ fn in_words(found: &Difference, one: &Mesh, other: &Mesh, files: &[OutputFile]) 
 
 /// A flag with its name, if it has one.
 fn named(mesh: &Mesh, flag: u8) -> String {
-    match mesh.names.iter().find(|named| named.flag == flag) {
+    match mesh.names().iter().find(|named| named.flag == flag) {
         Some(named) => format!("{flag} \"{}\"", named.name),
         None if flag == 0 => "0 background".into(),
         None => flag.to_string(),

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use hexcast::Result;
 use hexcast::control::CancelToken;
-use hexcast::estimate::{Allowed, Device, Estimate, MemoryBudget};
+use hexcast::estimate::{Allowed, Device, Estimate};
 use hexcast::finding::sentences;
 use hexcast::gpu::adapter;
 use hexcast::job::{BackendChoice, Job};
@@ -65,11 +65,14 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     }
     let max_bytes = job.max_memory.map_or(u64::MAX, |size| size.0);
     let max_device_bytes = arguments.job.max_device_memory.map_or(u64::MAX, |size| size.0);
-    let allowed = |can_spill| Allowed { max_bytes, program_bytes, device, max_device_bytes, can_spill, flags: false };
-    let verdict = match (MemoryBudget::new(&estimate, &allowed(false)), MemoryBudget::new(&estimate, &allowed(true))) {
-        (Ok(budget), _) => format!("enough; {} would do", BinaryBytes(budget.needed)),
-        (_, Ok(budget)) => {
-            format!("too little without --spill or --resume; with one of them {} would do", BinaryBytes(budget.needed))
+    let needed = |can_spill| {
+        let allowed = Allowed::new(max_bytes).with_program_bytes(program_bytes);
+        estimate.needed_bytes(&allowed.with_device(device, max_device_bytes).with_spill(can_spill))
+    };
+    let verdict = match (needed(false), needed(true)) {
+        (Ok(needed), _) => format!("enough; {} would do", BinaryBytes(needed)),
+        (_, Ok(needed)) => {
+            format!("too little without --spill or --resume; with one of them {} would do", BinaryBytes(needed))
         }
         (_, Err(error)) => format!("too little: {error}"),
     };

@@ -66,7 +66,7 @@ impl FormatArguments {
     /// Says which flags a map makes the same as others that keep their number: it may have been meant, or one was forgotten.
     pub(super) fn merged(&self, mesh: &Mesh) -> Option<String> {
         let Map(map) = self.map?;
-        let cells = mesh.columns.cells_per_flag();
+        let cells = mesh.columns().cells_per_flag();
         let keeps = |byte: u8| map[usize::from(byte)] == byte && cells[usize::from(byte)] > 0;
         let pairs = (0..=u8::MAX).zip(map).filter(|(flag, byte)| flag != byte && keeps(*byte));
         let pairs = pairs.filter(|(flag, _)| cells[usize::from(*flag)] > 0);
@@ -122,7 +122,7 @@ impl FormatArguments {
         run.format = self.format.clone();
         run.compress = self.compress.map(|level| match level {
             Compress::Zlib(level) => Level::Level(level),
-            Compress::None => Level::Word("none".into()),
+            level => Level::Word(format!("{level:?}").to_lowercase()),
         });
         run.bits = self.bits;
         run.hash = self.hash.map(|Hash::Sha256| "sha256".into());

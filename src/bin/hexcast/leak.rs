@@ -85,12 +85,9 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     control.cancel = token.clone();
     // the other half is for the open cells
     let mesh = open_columns(&arguments.mesh, max_bytes / 2, &control)?;
-    let question = Question {
-        from: arguments.from,
-        to: arguments.to,
-        flags: arguments.flags.clone(),
-        max_bytes: max_bytes - max_bytes / 2,
-    };
+    let question = Question::new(arguments.from, arguments.to)
+        .with_flags(arguments.flags.clone())
+        .with_max_bytes(max_bytes - max_bytes / 2);
     let found = leak(&mesh, &question, &control)?;
     let file = output.map(|file| write(file, &leak_vtp(&found))).transpose()?;
     let answer = Answer::new(found, &mesh, surfaces.as_deref());
@@ -142,7 +139,7 @@ fn read_surfaces(
 
 fn in_words(found: &Leak, mesh: &Mesh, facets: Option<&[NearFacet]>, file: Option<&OutputFile>) -> String {
     let mut table = Table::default();
-    let unit = mesh.unit.as_ref().map_or(String::new(), |unit| format!(" {unit}"));
+    let unit = mesh.unit().as_ref().map_or(String::new(), |unit| format!(" {unit}"));
     let flags = joined(&found.flags);
     let plural = if found.flags.len() == 1 { "" } else { "s" };
     let [from, to] = [found.from, found.to].map(|end| cell(end.cell));
@@ -181,7 +178,7 @@ fn narrowest(table: &mut Table, place: &Narrowest, mesh: &Mesh, unit: &str) {
     let (width, wider) = (place.width, place.width + 1);
     let plural = if width == 1 { "" } else { "s" };
     let [from, to] = place.bounds;
-    let lengths = match mesh.lines.spacing() {
+    let lengths = match mesh.lines().spacing() {
         Some(spacing) => size(spacing.map(|length| length * f64::from(width))),
         None => size([0, 1, 2].map(|axis| to[axis] - from[axis])),
     };

@@ -221,11 +221,7 @@ fn mesh_and_write(
     let writes = outputs.n_meshes() > 0;
     let first = facts.window.as_ref().map_or([0; 3], |window| window.first);
     let is_part = job.part.is_some();
-    let place = if is_part {
-        Place { whole: facts.whole.clone(), first }
-    } else {
-        Place { whole: mesh.lines.clone(), first: [0; 3] }
-    };
+    let place = if is_part { Place::new(facts.whole.clone(), first) } else { Place::new(mesh.lines().clone(), [0; 3]) };
     let doubt = facts.doubt.as_ref();
     let written = writes.then(|| timed(|| outputs.write(&mesh, &place, doubt, &control, progress))).transpose()?;
     let (sha256, hash) = hashed.unzip();

@@ -98,12 +98,12 @@ impl Pictures {
 
     /// Draws all pictures, and puts them in their places. A view in which no cell is seen is not written, and a warning says so.
     pub(crate) fn write(self, mesh: &Mesh, control: &Control) -> Result<(Vec<OutputFile>, Vec<String>)> {
-        let max_bytes = self.max_bytes.saturating_sub(mesh.columns.n_bytes());
+        let max_bytes = self.max_bytes.saturating_sub(mesh.columns().n_bytes());
         let (mut written, mut warnings) = (Vec::new(), Vec::new());
         for (mut file, wanted) in self.files {
             let drawn = match &wanted {
                 Wanted::Slices { .. } => {
-                    wanted.slices(&mesh.lines, max_bytes).and_then(|planes| slices(mesh, &planes, control))
+                    wanted.slices(mesh.lines(), max_bytes).and_then(|planes| slices(mesh, &planes, control))
                 }
                 Wanted::View(_) => view(mesh, &wanted.view(max_bytes), control),
             };

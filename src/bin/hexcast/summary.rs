@@ -158,6 +158,7 @@ fn bad_edges(table: &mut Table, mesh: &MeshFacts) {
                 BadEdge::Open => "open",
                 BadEdge::Flipped => "flipped",
                 BadEdge::Nonmanifold => "of more than two facets",
+                _ => "bad",
             };
             let ([low, high], n) = (group.bounds.map(three), HumanCount(group.edges));
             table.line(

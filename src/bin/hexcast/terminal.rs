@@ -78,5 +78,6 @@ pub(crate) fn exit_code(error: &Error) -> u8 {
         Error::Device(_) => 6,
         Error::System(_) => 7,
         Error::Cancelled => 130,
+        _ => 1,
     }
 }

@@ -124,12 +124,12 @@ fn files(job: &Job, token: &CancelToken) -> Result<(Vec<Vec<Solid>>, Formats)> {
 }
 
 fn cells_of_plane(mesh: &Mesh) -> u64 {
-    mesh.n_cells() / u64::from(mesh.columns.rays.counts[1])
+    mesh.n_cells() / u64::from(mesh.columns().rays().counts[1])
 }
 
 /// Planes that hold about so many cells, evenly spaced; without a number all, as many to a slab as the memory holds.
 fn slabs(mesh: &Mesh, job: &Job, (sample, seed): (Option<u64>, u64), max_bytes: u64) -> Result<Vec<Range<u32>>> {
-    let (n_planes, cells) = (mesh.columns.rays.counts[1], cells_of_plane(mesh));
+    let (n_planes, cells) = (mesh.columns().rays().counts[1], cells_of_plane(mesh));
     let held = max_bytes / CELL_BYTES / rayon::current_num_threads() as u64;
     // gaps need planes beside those of a slab
     let more = u64::from(job.close_gaps.unwrap_or(0).min(n_planes)) * 2 * cells;
@@ -151,7 +151,7 @@ fn slabs(mesh: &Mesh, job: &Job, (sample, seed): (Option<u64>, u64), max_bytes: 
 
 fn about_facets(scene: &Scene, mesh: &Mesh) -> String {
     let [nx, ny, nz] = mesh.dims();
-    let across = ["x", "y", "z"][mesh.columns.rays.across[0]];
+    let across = ["x", "y", "z"][mesh.columns().rays().across[0]];
     let facets = HumanCount(scene.facets.len() as u64);
     format!("({nx} x {ny} x {nz}) checked against {facets} facets, by rays along {across}.\n")
 }
@@ -168,7 +168,7 @@ fn sentences(scene: &Scene, mesh: &Mesh, tally: &Tally) -> String {
     }
     scene.grid.wrong.iter().for_each(|sentence| text += &format!("Wrong lines: {sentence}.\n"));
     for &(cell, found, expected) in &tally.first {
-        let [x, y, z] = [0, 1, 2].map(|axis| mesh.lines.centre(axis, cell[axis]));
+        let [x, y, z] = [0, 1, 2].map(|axis| mesh.lines().centre(axis, cell[axis]));
         text += &format!("Wrong cell: {cell:?} at ({x}, {y}, {z}) has flag {found}, expected {expected}.\n");
     }
     if !scene.grid.wrong.is_empty() {

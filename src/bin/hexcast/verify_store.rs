@@ -130,7 +130,7 @@ fn by_job(arguments: &Arguments, store: &Arc<dyn Store>, stored: &Stored, token:
     let mut engine = pollster::block_on(Engine::open(job.backend, arguments.job.adapter.as_deref()))?;
     let options = MeshOptions::default();
     let (mesh, facts) = pollster::block_on(pipeline::mesh(&job, sources, &options, &mut engine, &control))?;
-    let place = Place { whole: facts.whole.clone(), first: facts.window.map_or([0; 3], |window| window.first) };
+    let place = Place::new(facts.whole.clone(), facts.window.map_or([0; 3], |window| window.first));
     let found = Mutex::new(Found::default());
     let comparing = |key: &str, value: &[u8]| {
         compare(&**store, &mut found.lock().unwrap_or_else(PoisonError::into_inner), key, value)

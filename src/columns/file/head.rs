@@ -23,6 +23,7 @@ const MAX_DIM: u32 = 1 << 24;
 
 /// A flag in use and its name.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Named {
     /// The flag, 0 to 255; 0 where the job names the background.
     pub flag: u8,
@@ -41,7 +42,7 @@ impl Named {
 
 /// What the head of a column file says.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Head {
+pub(crate) struct Head {
     /// What is meshed, where the file is not finished yet.
     pub identity: Option<[u8; 32]>,
     /// The rays.

@@ -8,6 +8,7 @@ use crate::cast::sizes::{BIN, Capacity, deep_bytes};
 use crate::error::Result;
 use crate::gpu::buffers::DeepBuffers;
 use crate::gpu::layout::{BandFacets, Params};
+use crate::gpu::resident::Unordered;
 use crate::gpu::runs::{DEEP, DeepRows, LEFT, Raw};
 
 /// The crossings of rows of rays on the device.
@@ -25,8 +26,14 @@ impl Worker<'_> {
         let n_chunks = params.n_chunks();
         let deep = self.deep_rows(Params { all_deep: 1, ..*params }, facets, n_chunks).await?;
         let is_least = params.end_row - params.first_row <= BIN;
-        if !is_least && deep.events.is_empty() && deep.rows.first() == Some(&LEFT) {
+        if !is_least && deep.events.is_empty() && deep.buffers.is_none() && deep.rows.first() == Some(&LEFT) {
             return Ok(Outcome::TooMany);
+        }
+        if let Some(resident) = self.context.resident {
+            let params = Params { all_deep: 1, ..*params };
+            return self
+                .order(resident, &params, Unordered { deep, n_places: 0, n_unused: 0, n_lost: 0, n_hits: None })
+                .await;
         }
         let chunks: Vec<[u32; 2]> = (0..n_chunks as u32).map(|index| [index, DEEP]).collect();
         let raw = Raw { chunks: &chunks, places: &[], n_lost: 0, n_unused: 0, n_hits: None, deep: &deep };
@@ -37,8 +44,9 @@ impl Worker<'_> {
     /// marked as left.
     pub(super) async fn deep_rows(&mut self, params: Params, facets: &BandFacets, n_rows: u64) -> Result<DeepRows> {
         let Written { offsets, n_events, buffers } = self.write_crossings(params, facets, n_rows).await?;
-        let mut deep = DeepRows { offsets, rows: vec![0; 16 * n_rows as usize], events: vec![] };
+        let mut deep = DeepRows { offsets, rows: vec![0; 16 * n_rows as usize], ..DeepRows::default() };
         if let (Some(of_band), Some(buffers)) = (&self.buffers, &buffers) {
+            let n_events = if self.context.resident.is_some() { 0 } else { n_events };
             let mut passes = begin(self.context, self.profile.as_mut());
             passes.map_deep(of_band, buffers, n_rows);
             let parts = [buffers.deep_rows.first(16 * n_rows), buffers.events.first(n_events)];
@@ -46,6 +54,7 @@ impl Worker<'_> {
         } else if n_events > 0 {
             deep.rows.iter_mut().step_by(16).for_each(|first| *first = LEFT);
         }
+        deep.buffers = buffers.filter(|_| self.context.resident.is_some());
         Ok(deep)
     }
 

@@ -25,7 +25,7 @@ const PLACES: [u32; 36] = [
 
 fn deep() -> DeepRows {
     let rows = vec![0, 0, 0, 2, 2, 2, 2, 2, 0, 0, 2, 0, 0, 0, 0, 1];
-    DeepRows { offsets: vec![0, 5], rows, events: vec![0x101, 0x302, 0x001, 9, 9] }
+    DeepRows { offsets: vec![0, 5], rows, events: vec![0x101, 0x302, 0x001, 9, 9], buffers: None }
 }
 
 fn without_nobody() -> Vec<u32> {

@@ -191,7 +191,9 @@ impl Attempts {
         let usage = &self.usage;
         *used = Used { device_bytes: usage.peak_bytes, host_bytes: usage.host_bytes, checked: Some(usage.checked) };
         let Err(mut error) = result else { return Ok(true) };
-        if error.code() == "device-lost" && self.reopenings < MAX_REOPENINGS {
+        // no other device has what the caller has on its own
+        let is_callers = engine.gpu.as_ref().is_some_and(Gpu::is_callers);
+        if error.code() == "device-lost" && !is_callers && self.reopenings < MAX_REOPENINGS {
             self.reopenings += 1;
             self.options.rows_per_band = Some((usage.rows_of_band / 2).max(1));
             let instance = engine.instance.get_or_insert_with(instance);

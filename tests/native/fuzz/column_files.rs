@@ -28,8 +28,8 @@ fn opened(bytes: &[u8]) -> Result<Mesh> {
 
 /// The cells of every flag, counted from the runs.
 fn counted(columns: &Columns) -> Result<([u64; 256], u64)> {
-    let (mut cells, mut n_runs, depth) = ([0; 256], 0, columns.rays.depth);
-    columns.for_rays(0..columns.rays.n_rays(), |runs| {
+    let (mut cells, mut n_runs, depth) = ([0; 256], 0, columns.rays().depth);
+    columns.for_rays(0..columns.rays().n_rays(), |runs| {
         let (mut start, mut flag) = (0, 0);
         for &run in runs {
             assert!(run_flag(run) != flag && run_cell(run) < depth, "a run of flag {} after {flag}", run_flag(run));
@@ -45,11 +45,11 @@ fn counted(columns: &Columns) -> Result<([u64; 256], u64)> {
 
 /// Reads a mesh in every way and compares.
 fn assert_mesh_agrees(mesh: &Mesh) -> Result<()> {
-    let columns = &mesh.columns;
+    let columns = &mesh.columns();
     let (cells, n_runs) = counted(columns)?;
     assert_eq!(n_runs, columns.n_runs());
     assert!(cells == columns.cells_per_flag(), "the totals are not those of the runs");
-    assert!(columns.odd_rays() <= columns.rays.n_rays());
+    assert!(columns.odd_rays() <= columns.rays().n_rays());
     if mesh.n_cells() > MAX_CELLS {
         return Ok(());
     }
@@ -69,9 +69,9 @@ fn assert_mesh_agrees(mesh: &Mesh) -> Result<()> {
 /// Writes a mesh that was read, and reads it again.
 fn assert_reads_back(mesh: &Mesh) -> Result<()> {
     let again = opened(&written(mesh, Compress::None)?)?;
-    assert!(again == *mesh && again.columns.cells_per_flag() == mesh.columns.cells_per_flag());
-    assert_eq!(again.columns.odd_rays(), mesh.columns.odd_rays());
-    assert_eq!(again.columns.n_crossings(), mesh.columns.n_crossings());
+    assert!(again == *mesh && again.columns().cells_per_flag() == mesh.columns().cells_per_flag());
+    assert_eq!(again.columns().odd_rays(), mesh.columns().odd_rays());
+    assert_eq!(again.columns().n_crossings(), mesh.columns().n_crossings());
     Ok(())
 }
 
@@ -87,7 +87,7 @@ fn check(bytes: &[u8]) -> String {
         let mesh = opened(bytes)?;
         let report = serde_json::to_string(&ColumnsReport::new(&mesh)).expect("a report has a JSON form");
         assert!(report.len() <= 4 * bytes.len() + 50_000, "a report of {} bytes", report.len());
-        mesh.columns.for_rays(0..mesh.columns.rays.n_rays(), |_| ())?;
+        mesh.columns().for_rays(0..mesh.columns().rays().n_rays(), |_| ())?;
         Ok(mesh)
     });
     // the byte that says how pieces are compressed, in a head without identity or with one
@@ -105,8 +105,8 @@ fn check(bytes: &[u8]) -> String {
     if let Err(error) = assert_mesh_agrees(&mesh).and_then(|()| assert_reads_back(&mesh)) {
         return format!("later {}", good(&error));
     }
-    let runs = mesh.columns.n_runs();
-    format!("axis {}, {} runs, {} names", mesh.columns.rays.axis, runs.max(1).ilog2(), mesh.names.len())
+    let runs = mesh.columns().n_runs();
+    format!("axis {}, {} runs, {} names", mesh.columns().rays().axis, runs.max(1).ilog2(), mesh.names().len())
 }
 
 fn on_one_thread<T: Send>(run: impl FnOnce() -> T + Send) -> T {
@@ -172,7 +172,7 @@ fn a_written_file_with_a_changed_byte_is_refused() {
                 let (at, change) = (random.below(file.len()), 1 + random.below(255) as u8);
                 let mut changed = file.clone();
                 changed[at] ^= change;
-                let outcome = opened(&changed).and_then(|mesh| counted(&mesh.columns));
+                let outcome = opened(&changed).and_then(|mesh| counted(mesh.columns()));
                 let error = outcome.err().unwrap_or_else(|| panic!("seed {seed}, round {round}: byte {at} ^ {change}"));
                 assert!(["columns-corrupt", "columns-version"].contains(&error.code()), "{error}");
                 assert_error_is_good(&error, MAX_MESSAGE, false);

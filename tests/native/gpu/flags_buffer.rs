@@ -48,7 +48,7 @@ fn assert_expands(own: &(Device, Queue), mesh: &Mesh, cells: &CellBox) {
         let buffer = pollster::block_on(expander.flags_buffer(mesh, cells, form)).expect("it fits");
         let needed = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
         assert!(buffer.usage().contains(needed));
-        assert!(read(own, &buffer) == expected, "{form:?} of {cells:?}, rays along {}", mesh.columns.rays.axis);
+        assert!(read(own, &buffer) == expected, "{form:?} of {cells:?}, rays along {}", mesh.columns().rays().axis);
     }
 }
 

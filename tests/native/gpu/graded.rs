@@ -97,7 +97,7 @@ fn all_that_a_job_may_ask_for_is_the_same_on_the_gpu() {
             let axis = index % 3;
             let [one, other] = [&mut Engine::cpu(), &mut gpu].map(|engine| meshed(&bodies, &job, axis, engine));
             let ((mesh, facts), (on_gpu, of_gpu)) = (one.expect(name), other.expect(name));
-            assert!(on_gpu.lines.is_graded() && of_gpu.backend == "gpu" && of_gpu.adapter.is_some(), "{name}");
+            assert!(on_gpu.lines().is_graded() && of_gpu.backend == "gpu" && of_gpu.adapter.is_some(), "{name}");
             let check = of_gpu.device_check.expect("a GPU meshed");
             assert!(check.rays > 0 && check.differing == 0, "{name}: {check:?}");
             assert!(mesh == on_gpu && flags_of(&mesh) == flags_of(&on_gpu), "{name}, rays along {axis}: flags differ");
@@ -128,7 +128,7 @@ fn columns_that_spill_are_those_that_are_kept() {
     let (spilled, of_spilled) =
         long_run(&mut gpu, Some(ByteSize(9_000_000)), spill, &Control::default()).expect("a mesh");
     let (expected, _) = long_run(&mut Engine::cpu(), None, SpillTarget::None, &Control::default()).expect("a mesh");
-    assert!(kept == expected && flags_of(&spilled) == flags_of(&expected) && spilled.columns.is_spilled());
+    assert!(kept == expected && flags_of(&spilled) == flags_of(&expected) && spilled.columns().is_spilled());
     assert_eq!((facts.backend, of_spilled.backend), ("gpu", "gpu"));
     let peak = of_spilled.peak_bytes;
     assert!(peak.spilled > 0, "{peak:?}");

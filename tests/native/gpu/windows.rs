@@ -78,7 +78,7 @@ fn ten_thousand_windows_have_the_cells_of_the_whole() {
                 let (mesh, facts) = meshed(&parts, &job, index % 3, engine).expect("a window");
                 assert_eq!(flags_of(&mesh), expected, "mesh {seed}, window {window:?}, {}: {job:?}", engine.backend());
                 assert_eq!(facts.window.map(|window| window.of), Some(whole.dims()));
-                assert_eq!(mesh.lines.origin(), [0, 1, 2].map(|axis| whole.lines.line(axis, window[axis])));
+                assert_eq!(mesh.lines().origin(), [0, 1, 2].map(|axis| whole.lines().line(axis, window[axis])));
                 n_flagged += expected.iter().filter(|&&flag| flag > 0).count();
             }
         }

@@ -16,10 +16,10 @@ use super::{AXES, Meshed};
 pub(super) fn changed(of: &Meshed, change: impl Fn(u64, &mut [u8])) -> Mesh {
     let mut bytes = &of.folder.bytes("mesh.hxc")[..];
     let mesh = column_file::read(&mut bytes, u64::MAX, &Control::default()).expect("a column file");
-    let rays = mesh.columns.rays;
+    let rays = mesh.columns().rays();
     let mut band = Band::default();
     for ray in 0..rays.n_rays() {
-        let runs = mesh.columns.ray(ray).expect("in memory").into_owned();
+        let runs = mesh.columns().ray(ray).expect("in memory").into_owned();
         let mut flags: Vec<u8> = (0..rays.depth).map(|cell| hexcast::columns::flag_at(&runs, cell)).collect();
         change(ray, &mut flags);
         let mut last = 0;
@@ -31,7 +31,9 @@ pub(super) fn changed(of: &Meshed, change: impl Fn(u64, &mut [u8])) -> Mesh {
         }
         band.ends.push(band.runs.len() as u32);
     }
-    Mesh { columns: Columns::new(rays, vec![band]).unwrap(), ..mesh }
+    let columns = Columns::new(*rays, vec![band]).unwrap();
+    let (lines, names) = (mesh.lines().clone(), mesh.names().to_vec());
+    Mesh::new(lines, columns, names, mesh.unit().map(String::from)).unwrap()
 }
 
 fn spheres() -> Vec<models::Facets> {
@@ -55,14 +57,14 @@ fn a_single_wrong_cell_is_named() {
                     flags[cell] = if flags[cell] == 7 { 8 } else { 7 };
                 }
             });
-            let rays = wrong.columns.rays;
+            let rays = wrong.columns().rays();
             meshed.write(&wrong);
             let (code, text) = meshed.verify(&[]);
             let mut place = [cell as u64; 3];
             (place[rays.across[0]], place[rays.across[1]]) =
                 (ray % u64::from(rays.counts[0]), ray / u64::from(rays.counts[0]));
             let [x, y, z] =
-                [0, 1, 2].map(|k| wrong.lines.origin()[k] + (place[k] as f64 + 0.5) * wrong.lines.smallest()[k]);
+                [0, 1, 2].map(|k| wrong.lines().origin()[k] + (place[k] as f64 + 0.5) * wrong.lines().smallest()[k]);
             let named = format!("Wrong cell: {place:?} at ({x}, {y}, {z}) has flag 7, expected ");
             assert!(code == Some(9) && text.contains(&named), "{named}: {code:?}\n{text}");
             assert!(text.contains("The mesh is not that of the job. Wrong cells: 1."), "{text}");
@@ -82,7 +84,7 @@ fn all_wrong_cells_are_counted_and_the_first_are_named() {
     meshed.write(&wrong);
     let (code, text) = meshed.verify(&[]);
     // 22 x 24 rays along x or their like
-    let n = 7 * (0..wrong.columns.rays.n_rays()).filter(|ray| ray % 100 == 13).count();
+    let n = 7 * (0..wrong.columns().rays().n_rays()).filter(|ray| ray % 100 == 13).count();
     assert!(code == Some(9) && text.contains(&format!("Wrong cells: {n}.")), "{text}");
     assert_eq!(text.matches("Wrong cell: ").count(), 5, "{text}");
 }
@@ -139,13 +141,13 @@ fn another_way_with_holes_is_found() {
 fn other_lines_are_found() {
     let meshed = Meshed::new(&spheres(), job());
     let mesh = changed(&meshed, |_, _| {});
-    let (origin, spacing, dims) = (mesh.lines.origin(), mesh.lines.smallest(), mesh.lines.dims());
+    let (origin, spacing, dims) = (mesh.lines().origin(), mesh.lines().smallest(), mesh.lines().dims());
     let lines = |origin, spacing, dims| Lines::new(origin, spacing, dims).unwrap();
     for lines in [
         lines([origin[0], origin[1] + 1e-9, origin[2]], spacing, dims),
         lines(origin, [spacing[0], spacing[1], spacing[2] * 1.01], dims),
     ] {
-        meshed.write(&Mesh { lines, ..mesh.clone() });
+        meshed.write(&Mesh::new(lines, mesh.columns().clone(), mesh.names().to_vec(), None).unwrap());
         let (code, text) = meshed.verify(&[]);
         assert!(code == Some(9) && text.contains("Wrong lines: along "), "{code:?}\n{text}");
     }
@@ -223,7 +225,7 @@ fn cells_of_another_fill_window_or_gap_are_found() {
 
 #[test]
 fn lines_that_do_not_keep_what_is_promised_are_found() {
-    let graded = GradedJob { max_size: PerAxis::All(0.8), min_size: Some(0.05), growth: Some(1.4), absorbing: None };
+    let graded = GradedJob::new(PerAxis::All(0.8)).with_min_size(0.05).with_growth(1.4);
     let (dims, domain, three) = (None, None, set!(GeometryJob { min_cells: Some(3), ..GeometryJob::default() }));
     let meshed = Meshed::new(
         &[models::cube([0.0; 3], 8.0), models::cuboid([3.0; 3], [3.3, 5.0, 7.0])],
@@ -231,10 +233,10 @@ fn lines_that_do_not_keep_what_is_promised_are_found() {
     );
     assert!(!meshed.is_right("graded lines").contains("generates"));
     let others = [
-        ("is 0.", GradedJob { max_size: PerAxis::All(0.5), ..graded }),
-        ("not 0.2 to", GradedJob { min_size: Some(0.2), ..graded }),
-        ("are neighbours, with a growth of 1.2", GradedJob { growth: Some(1.2), ..graded }),
-        ("with 1 cells beyond", GradedJob { absorbing: Some(PerAxis::All(1)), ..graded }),
+        ("is 0.", set!(GradedJob { max_size: PerAxis::All(0.5), ..graded })),
+        ("not 0.2 to", graded.with_min_size(0.2)),
+        ("are neighbours, with a growth of 1.2", graded.with_growth(1.2)),
+        ("with 1 cells beyond", graded.with_absorbing(PerAxis::All(1))),
     ];
     for (words, other) in others {
         meshed.write_job(&set!(Job { graded: Some(other), ..meshed.job.clone() }));

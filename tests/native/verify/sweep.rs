@@ -78,12 +78,13 @@ fn with_cells(job: Job, random: &mut Random) -> Job {
             set!(Job { lines: Some(lines), padding: None, domain: None, ..job })
         }
         _ => {
-            let graded = GradedJob {
-                max_size: PerAxis::All(0.6 + random.below(9) as f64 / 10.0),
+            let max_size = PerAxis::All(0.6 + random.below(9) as f64 / 10.0);
+            let graded = set!(GradedJob {
                 min_size: random.one_of(&[None, Some(0.05), Some(0.2)]),
                 growth: random.one_of(&[None, Some(1.5), Some(3.0)]),
                 absorbing: random.one_of(&[None, Some(PerAxis::Each([2, 0, 1]))]),
-            };
+                ..GradedJob::new(max_size)
+            });
             let padding = padding.filter(|padding| matches!(padding, Padding::Length(_)));
             set!(Job { graded: Some(graded), padding, ..job })
         }
@@ -149,7 +150,7 @@ fn random_jobs_are_verified_and_a_changed_cell_is_found() {
         }
         let same = changed(&meshed, |_, _| {});
         let cell = random.below(same.n_cells());
-        let depth = u64::from(same.columns.rays.depth);
+        let depth = u64::from(same.columns().rays().depth);
         meshed.write(&changed(&meshed, |ray, flags| {
             if ray == cell / depth {
                 flags[(cell % depth) as usize] ^= 64;

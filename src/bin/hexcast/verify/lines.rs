@@ -32,7 +32,7 @@ pub(super) type Boxes<'a> = [([DVec3; 2], &'a GeometryJob)];
 
 impl Grid {
     pub(super) fn new(job: &Job, mesh: &Mesh, boxes: &Boxes, generated: Option<&[Vec<f64>; 3]>) -> Result<Grid> {
-        let of_file = || [0, 1, 2].map(|axis| mesh.lines.list(axis));
+        let of_file = || [0, 1, 2].map(|axis| mesh.lines().list(axis));
         let asked = Asked::new(job, mesh, boxes);
         let mut wrong = Vec::new();
         let (lists, is_listed) = match (&job.lines, &job.graded) {
@@ -53,7 +53,7 @@ impl Grid {
         let unit = match (is_listed, is_equal) {
             (false, _) => asked.size,
             // the lines below hold it to the lists
-            (true, true) => mesh.lines.smallest(),
+            (true, true) => mesh.lines().smallest(),
             (true, false) => [0, 1, 2].map(|axis| even[axis].unwrap_or_else(|| smallest(axis))),
         };
         let mut grid = Grid { lists, unit, is_equal, cells: [0..0, 0..0, 0..0], wrong };
@@ -61,9 +61,9 @@ impl Grid {
             let (first, end) = grid.place(job, mesh, axis);
             grid.cells[axis] = first..end;
             if !grid.has_lines_of(mesh, axis, is_listed) {
-                let (n, from) = (mesh.lines.dims()[axis], mesh.lines.origin()[axis]);
+                let (n, from) = (mesh.lines().dims()[axis], mesh.lines().origin()[axis]);
                 let found =
-                    format!("along {} it has {n} cells of {} from {from}", AXES[axis], mesh.lines.smallest()[axis]);
+                    format!("along {} it has {n} cells of {} from {from}", AXES[axis], mesh.lines().smallest()[axis]);
                 let (unit, ends) = (grid.unit[axis], [first, end].map(|cell| grid.line(axis, cell)));
                 grid.wrong.push(format!(
                     "{found}, the job asks for {} cells of {unit} from {} to {}",
@@ -83,11 +83,11 @@ impl Grid {
             (Some(ends), _) => (i64::from(ends[axis]), i64::from(ends[axis + 3])),
             (None, None) => return (0, n),
             (None, Some(part)) => {
-                let begins = |first: &i64| self.line(axis, first - halo) == mesh.lines.origin()[axis];
+                let begins = |first: &i64| self.line(axis, first - halo) == mesh.lines().origin()[axis];
                 let first = (0..n).find(begins).unwrap_or(0);
                 let before: u32 = part.of[..axis].iter().product();
                 let (nth, of) = ((part.index - 1) / before % part.of[axis], part.of[axis]);
-                let end = first + i64::from(mesh.lines.dims()[axis]) - 2 * halo;
+                let end = first + i64::from(mesh.lines().dims()[axis]) - 2 * halo;
                 // the first part, and no other, begins where the box does; and the last ends there
                 let is_nth = (first == 0) == (nth == 0) && (end == n) == (nth + 1 == of);
                 if is_nth { (first, end) } else { (0, 0) }
@@ -98,14 +98,14 @@ impl Grid {
 
     fn has_lines_of(&self, mesh: &Mesh, axis: usize, is_listed: bool) -> bool {
         let (first, n) = (self.cells[axis].start, self.cells[axis].end - self.cells[axis].start);
-        let is_line = |line: u32| mesh.lines.line(axis, line) == self.line(axis, first + i64::from(line));
+        let is_line = |line: u32| mesh.lines().line(axis, line) == self.line(axis, first + i64::from(line));
         let has_lines = match self.is_equal {
-            false => (0..=mesh.lines.dims()[axis]).all(is_line),
-            true => mesh.lines.spacing().is_some_and(|size| size[axis] == self.unit[axis]) && is_line(0),
+            false => (0..=mesh.lines().dims()[axis]).all(is_line),
+            true => mesh.lines().spacing().is_some_and(|size| size[axis] == self.unit[axis]) && is_line(0),
         };
         let gives = |(index, line): (usize, &f64)| *line == self.line(axis, index as i64);
         let is_even = !(is_listed && self.is_equal) || self.lists[axis].iter().enumerate().all(gives);
-        i64::from(mesh.lines.dims()[axis]) == n && has_lines && is_even
+        i64::from(mesh.lines().dims()[axis]) == n && has_lines && is_even
     }
 
     pub(super) fn n_cells(&self, axis: usize) -> i64 {
@@ -177,7 +177,7 @@ impl Asked {
             (Some(dims), ..) => extent[axis] / f64::from(dims[axis]),
             (_, Some(size), _) => size.each()[axis],
             // that it is as large as can be is not checked
-            (.., Some(most)) => mesh.lines.smallest()[axis].min(most * (1.0 + 1e-12)),
+            (.., Some(most)) => mesh.lines().smallest()[axis].min(most * (1.0 + 1e-12)),
             _ => longest / f64::from(job.cells.unwrap_or(DEFAULT_CELLS)),
         });
         let n = [0, 1, 2].map(|axis| {

@@ -9,7 +9,7 @@ use std::ops::Range;
 use std::sync::OnceLock;
 
 use hexcast::job::{Fill, HaloEdge, Open};
-use hexcast::{Result, control::Control, mesh::Mesh};
+use hexcast::{Error, Result, control::Control, mesh::Mesh};
 use rayon::prelude::*;
 
 use super::gaps::{UNKNOWN, close};
@@ -59,7 +59,7 @@ impl<'a> Check<'a> {
         (edge, seed): (HaloEdge, u64),
         control: &'a Control,
     ) -> Check<'a> {
-        let rays = mesh.columns.rays;
+        let rays = mesh.columns().rays();
         let axes = [rays.axis, rays.across[0], rays.across[1]];
         let places = axes.map(|axis| scene.grid.places(axis, scene.bits));
         let before = axes.map(|axis| (-scene.grid.cells[axis].start).max(0) as usize);
@@ -104,6 +104,7 @@ impl<'a> Check<'a> {
                 Fill::Centre => {}
                 Fill::Separating => (0..3).for_each(|along| self.crossed(rank, along, &planes, &mut expected)),
                 Fill::Conservative => self.touched(body, &planes, &mut expected),
+                fill => return Err(Error::new("job-value", format!("{fill:?} is no fill that is checked"), "")),
             }
         }
         if let Some(gaps) = self.scene.gaps {
@@ -280,10 +281,10 @@ impl<'a> Check<'a> {
     }
 
     fn compare(&self, expected: &[i16], (slab, planes): (&Range<u32>, &Range<u32>), tally: &mut Tally) -> Result<()> {
-        let (rays, [n_a, n_b, _]) = (self.mesh.columns.rays, [0, 1, 2].map(|k| self.places[k][0].len()));
+        let (rays, [n_a, n_b, _]) = (self.mesh.columns().rays(), [0, 1, 2].map(|k| self.places[k][0].len()));
         let (n_across, [step, _, of_plane]) = (rays.counts[0] as usize, self.steps());
         let mut ray = slab.start as usize * n_across;
-        self.mesh.columns.for_rays(ray as u64..slab.end as u64 * n_across as u64, |runs| {
+        self.mesh.columns().for_rays(ray as u64..slab.end as u64 * n_across as u64, |runs| {
             let (b, c) = (ray % n_across, ray / n_across);
             let is_beyond = |k: usize, cell: usize, n| cell.wrapping_sub(self.before[k]) >= n;
             let is_background =
