@@ -149,7 +149,7 @@ impl Columns {
     /// `job-value` where there is no such ray; `io` where the columns are in a store that fails.
     pub fn ray(&self, ray: u64) -> Result<Cow<'_, [u32]>> {
         if ray >= self.rays.n_rays() {
-            return Err(Error::new("job-value", format!("ray {ray} of {}, counted from 0", self.rays.n_rays()), ""));
+            return Err(self.no_ray(ray));
         }
         match &self.content {
             Content::InMemory(_) => Ok(Cow::Borrowed(self.ray_in_memory(ray))),
@@ -159,6 +159,30 @@ impl Columns {
                 Ok(Cow::Owned(band.ray((ray - band.first_ray) as usize).to_vec()))
             }
         }
+    }
+
+    /// Runs of rays from one on that lie together in memory, those of at most `max_rays` rays and of at least one; and where the runs of
+    /// each of these rays end in them.
+    ///
+    /// # Errors
+    /// `job-value` where there is no such ray; `job-conflict` where the columns are in a store.
+    pub fn together(&self, ray: u64, max_rays: usize) -> Result<(&[u32], impl ExactSizeIterator<Item = u64>)> {
+        let Content::InMemory(bands) = &self.content else {
+            return Err(Error::new(
+                "job-conflict",
+                "the columns are in a file, not in memory",
+                "ask for one ray at a time",
+            ));
+        };
+        if ray >= self.rays.n_rays() {
+            return Err(self.no_ray(ray));
+        }
+        let band = &bands[bands.partition_point(|band| band.end_ray() <= ray)];
+        Ok(band.together((ray - band.first_ray) as usize, max_rays.max(1)))
+    }
+
+    fn no_ray(&self, ray: u64) -> Error {
+        Error::new("job-value", format!("ray {ray} of {}, counted from 0", self.rays.n_rays()), "")
     }
 
     /// Runs of a ray of columns in memory; none where they are not.

@@ -3,6 +3,7 @@
 //! Names of files -> [`Source`]s, several files at the same time on all cores. Natively only.
 
 mod file_store;
+pub mod place;
 
 use std::fs::File;
 use std::io::ErrorKind;

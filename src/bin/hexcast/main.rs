@@ -35,7 +35,6 @@ mod outputs;
 mod parts;
 mod picture_outputs;
 mod pictures;
-mod place;
 mod place_of_store;
 mod progress;
 mod reading;
