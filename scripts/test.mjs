@@ -9,7 +9,7 @@ import { readFileSync, readdirSync } from 'node:fs';
 import path from 'node:path';
 
 import { build } from './build.mjs';
-import { testC, testExamples } from './capi.mjs';
+import { testC, testExamples, testFiles, testInstall } from './capi.mjs';
 import { runCluster } from './cluster.mjs';
 import { checkAdvisories, checkCrates } from './deny.mjs';
 import { swiftshaderEnv } from './machine.mjs';
@@ -79,6 +79,8 @@ async function cluster() {
   if (!wanted('python')) await steps.step('Python wheel', buildPython);
   await steps.step('cluster tests', async () => pytestTests(await runCluster()));
   await steps.step('C test', testC);
+  await steps.step('C by pkg-config and CMake', testInstall);
+  await steps.step('files of C', testFiles);
   await steps.step('C on four ranks, and Fortran', testExamples);
 }
 

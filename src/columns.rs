@@ -318,6 +318,23 @@ mod tests {
     }
 
     #[test]
+    fn runs_that_lie_together_are_those_of_one_band() {
+        let columns = columns();
+        let together = |ray, max_rays| {
+            let (runs, ends) = columns.together(ray, max_rays).unwrap();
+            (runs.to_vec(), ends.collect::<Vec<u64>>())
+        };
+        let [a, b, c, d] = [run(1, 7), run(4, 0), run(9, 1), run(0, 2)];
+        assert_eq!(together(0, usize::MAX), (vec![a, b, c], vec![2, 2, 3]));
+        assert_eq!(together(0, 2), (vec![a, b], vec![2, 2]));
+        assert_eq!(together(1, 1), (vec![], vec![0]));
+        assert_eq!(together(1, 9), (vec![c], vec![0, 1]));
+        // there is always one
+        assert_eq!(together(3, 0), (vec![d], vec![1]));
+        assert_eq!(columns.together(4, 1).err().map(|error| error.code()), Some("job-value"));
+    }
+
+    #[test]
     fn every_cell_is_counted_once() {
         let cells = columns().cells_per_flag();
         assert_eq!([cells[0], cells[1], cells[2], cells[7]], [26, 1, 10, 3]);

@@ -17,7 +17,8 @@ program runs
   ! vertex 0 is at the origin; x, y and z of the others are the bits of their numbers
   vertices = reshape([(real(ibits(vertex, 0, 1), c_double), real(ibits(vertex, 1, 1), c_double), &
     real(ibits(vertex, 2, 1), c_double), vertex = 0, 7)], [3, 8])
-  triangles = reshape([0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5], [3, 12])
+  triangles = reshape([0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, &
+    2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5], [3, 12])
   cube(1)%file = c_loc(name)
   cube(1)%vertices = c_loc(vertices)
   cube(1)%n_vertices = 8
@@ -27,8 +28,8 @@ program runs
   error = c_null_ptr
   mesher = hexcast_mesher_new('{"backend": "cpu"}'//c_null_char, error)
   if (.not. c_associated(mesher)) call fail
-  mesh = hexcast_mesh(mesher, '{"geometries": [{"file": "cube", "flag": 7}], "cells": 10, "padding": {"cells": 2}}'//c_null_char, &
-    cube, 1_c_size_t, error)
+  mesh = hexcast_mesh(mesher, &
+    '{"geometries": [{"file": "cube", "flag": 7}], "cells": 10, "padding": {"cells": 2}}'//c_null_char, cube, 1_c_size_t, error)
   if (.not. c_associated(mesh)) call fail
   print '(2(i0, a))', n_cells(7), ' cells inside, ', n_cells(0), ' outside'
 

@@ -5,7 +5,6 @@
 module hexcast
   use, intrinsic :: iso_c_binding
   implicit none
-  private :: hexcast_strlen
 
   integer, parameter :: hexcast_version_major = 0
   integer, parameter :: hexcast_version_minor = 1

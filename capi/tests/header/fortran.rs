@@ -48,7 +48,7 @@ const STRLEN: &str = "    function hexcast_strlen(text) bind(c, name='strlen')
 pub(crate) fn module(header: &str) -> String {
     let mut out = String::from("! hexcast.f90: the functions of hexcast.h, which documents them, for Fortran.\n!\n");
     out += "! Made of hexcast.h by capi/tests/header: do not edit. Unsigned numbers have a sign here: flags above 127 are negative in 8 bits.\n\n";
-    out += "module hexcast\n  use, intrinsic :: iso_c_binding\n  implicit none\n  private :: hexcast_strlen\n\n";
+    out += "module hexcast\n  use, intrinsic :: iso_c_binding\n  implicit none\n\n";
     out += &version(header);
     let code: String =
         header.lines().filter(|line| !line.trim_start().starts_with("//")).map(|line| format!("{line}\n")).collect();
