@@ -9,7 +9,9 @@ import { readFileSync, readdirSync } from 'node:fs';
 import path from 'node:path';
 
 import { build } from './build.mjs';
-import { testC, testExamples, testFiles, testInstall } from './capi.mjs';
+import { testC, testExamples } from './capi.mjs';
+import { testFiles } from './capi_files.mjs';
+import { testInstall, testNames } from './capi_install.mjs';
 import { runCluster } from './cluster.mjs';
 import { checkAdvisories, checkCrates } from './deny.mjs';
 import { swiftshaderEnv } from './machine.mjs';
@@ -80,6 +82,7 @@ async function cluster() {
   await steps.step('cluster tests', async () => pytestTests(await runCluster()));
   await steps.step('C test', testC);
   await steps.step('C by pkg-config and CMake', testInstall);
+  await steps.step('names of the C library on other systems', testNames);
   await steps.step('files of C', testFiles);
   await steps.step('C on four ranks, and Fortran', testExamples);
 }

@@ -254,7 +254,7 @@ void hexcast_mesh_free(struct HexcastMesh *mesh);
 // the GPU, "doubt": true for a mask of doubtful cells with each mesh (hexcast_mesh_doubt), "walls": true to remember whose facets the faces between
 // flags are, for "patches": "solid" of hexcast_mesh_write}. With "auto" the CPU meshes where there is no GPU. Returns NULL for an error.
 //
-// Errors: job-value for wrong options; those with codes gpu-... and device-... where the GPU that was asked for cannot be used.
+// Errors: job-value for wrong options; no-adapter and device-... where the GPU that was asked for is not there or cannot be used.
 //
 // # Safety
 // `options` is NULL or a text; `error` is NULL or a place for a pointer.
@@ -272,8 +272,9 @@ void hexcast_mesher_free(struct HexcastMesher *mesher);
 // cost about the same. "backend" is not looked at: the mesher has one. Facets are taken from `facets` where one has the name of the
 // job's file, and are copied; other files are read from disk. `facets` may be NULL where `n_facets` is 0. Returns NULL for an error.
 //
-// Errors: those of the command: codes job-..., lines-... and too-... for the job, stl-... and those of other formats for surfaces, io for files, device-... for the
-// GPU; job-value and job-conflict for facets that are not as HexcastFacets says.
+// Errors: job-syntax, job-value, job-conflict and job-empty, domain-empty, lines-... and too-many-... for the job; job-value and job-conflict for facets that
+// are not as HexcastFacets says; io where a file cannot be read; stl-... and file-syntax where it is no surface; surface-open; memory; device-... for the
+// GPU.
 //
 // # Safety
 // `mesher` is a mesher that was not freed; `job` is a text; `facets` points to so many facets, whose `corners` and `file` are as
@@ -287,6 +288,8 @@ struct HexcastMesh *hexcast_mesh(const struct HexcastMesher *mesher,
 // Meshes a job as hexcast_mesh does, and calls `progress` on the calling thread after every band of rays, a few times a second for a
 // large mesh, with `user`. Where it returns another number than 0 the mesh is cancelled: NULL is returned, with the error
 // "cancelled". `progress` may be NULL, and must not use the mesher, which is busy.
+//
+// Errors: those of hexcast_mesh; cancelled.
 //
 // # Safety
 // As for hexcast_mesh; `progress` is NULL or a function that may be called with `user` until this function returns.
