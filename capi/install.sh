@@ -75,7 +75,7 @@ else
     cargo rustc "$@" --color never -- --print native-static-libs 2>&1 || echo 'install.sh: cargo failed'
   } | tee "$said" >&2
   ! grep -q '^install.sh: cargo failed$' "$said" || exit 1
-  folder=$(cargo metadata --format-version 1 --no-deps | sed 's/.*"target_directory":"\([^"]*\)".*/\1/')
+  folder=$(cargo metadata --format-version 1 --no-deps | sed -e 's/.*"target_directory":"\([^"]*\)".*/\1/' -e 's,\\\\,/,g')
   [ "$profile" = dev ] && profile=debug
   built=$folder${target:+/$target}/$profile
 fi

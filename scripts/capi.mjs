@@ -1,6 +1,6 @@
 // The C library: installed, found by pkg-config, and used from C, from C on four ranks of MPI, and from Fortran.
 
-import { mkdirSync, mkdtempSync, readFileSync, readdirSync, renameSync, rmSync, statSync } from 'node:fs';
+import { mkdirSync, readFileSync, readdirSync, renameSync, rmSync, statSync } from 'node:fs';
 import path from 'node:path';
 
 import { buildNative } from './native.mjs';
@@ -30,13 +30,21 @@ export function prefix() {
 async function install() {
   const built = path.dirname(await buildNative());
   const [first, moved] = ['first', 'prefix'].map((name) => path.join(FOLDER, name));
-  for (const folder of [first, moved]) rmSync(folder, { recursive: true, force: true });
-  mkdirSync(FOLDER, { recursive: true });
+  fresh(path.basename(first));
+  rmSync(moved, { recursive: true, force: true });
   const libdir = 'lib/of-a-machine';
   await run('sh', [path.join(CAPI, 'install.sh'), '--prefix', first, '--libdir', libdir, '--built', built]);
   renameSync(first, moved);
   process.env.PKG_CONFIG_PATH = path.join(moved, libdir, 'pkgconfig');
   return moved;
+}
+
+/** An empty folder of a name. @param {string} name @returns {string} its path */
+export function fresh(name) {
+  const folder = path.join(FOLDER, name);
+  rmSync(folder, { recursive: true, force: true });
+  mkdirSync(folder, { recursive: true });
+  return folder;
 }
 
 /** What pkg-config says of the installed library. @param {string[]} asked @returns {string[]} */
@@ -60,7 +68,7 @@ export async function compiled(compiler, source) {
 /** Runs the C test, alone and under valgrind. @returns {Promise<string>} how many checks passed */
 export async function testC() {
   const program = await compiled('cc', 'tests/test.c');
-  const cwd = mkdtempSync(path.join(FOLDER, 'empty-'));
+  const cwd = fresh('empty');
   const printed = await run(program, [], { cwd });
   if (readdirSync(cwd).length > 0) throw new Error(`what could not be written left ${readdirSync(cwd)}`);
   const memory = ['--quiet', '--error-exitcode=1', '--leak-check=full', '--errors-for-leak-kinds=definite'];

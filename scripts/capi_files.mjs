@@ -3,7 +3,7 @@
 import { cpSync, mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 
-import { FOLDER, SPOT, compiled, filesOf } from './capi.mjs';
+import { FOLDER, SPOT, compiled, filesOf, fresh } from './capi.mjs';
 import { buildNative } from './native.mjs';
 import { run } from './run.mjs';
 
@@ -31,7 +31,7 @@ export async function testFiles() {
   const program = await compiled('cc', 'tests/files.c');
   const command = await buildNative();
   const [ours, theirs] = ['c', 'command'].map((name) => path.join(FOLDER, 'written', name));
-  rmSync(path.dirname(ours), { recursive: true, force: true });
+  fresh('written');
   const material = { eps_r: 2.5, sigma: 0.5, E: 2e9, nu: 0.3, density: 1000 };
   const geometries = [{ file: SPOT, flag: 7, name: 'cow', material }];
   const background = { name: 'air', material: { eps_r: 1.0006 } };

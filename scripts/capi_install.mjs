@@ -1,18 +1,17 @@
 // What the C library installs: programs are built with it by CMake, by pkg-config and by the commands of its README; and the names of files on
 // other systems.
 
-import { cpSync, existsSync, lstatSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
+import { cpSync, existsSync, lstatSync, mkdirSync, readFileSync, readdirSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 
-import { CAPI, FOLDER, compiled, equal, filesOf, pkgConfig, prefix } from './capi.mjs';
+import { CAPI, FOLDER, compiled, equal, filesOf, fresh, pkgConfig, prefix } from './capi.mjs';
 import { buildNative } from './native.mjs';
 import { run } from './run.mjs';
 
 /** Builds programs by CMake, and by pkg-config with the static library, and runs them. */
 export async function testInstall() {
   const folder = await prefix();
-  const build = path.join(FOLDER, 'cmake');
-  rmSync(build, { recursive: true, force: true });
+  const build = fresh('cmake');
   const project = path.join(CAPI, 'tests/cmake');
   const libdir = pkgConfig('--variable=libdir')[0];
   const found = `-Dhexcast_DIR=${path.join(libdir, 'cmake/hexcast')}`;
@@ -39,9 +38,7 @@ export async function testInstall() {
     ['0.1.1', false],
     ['1', false],
   ])) {
-    const asking = path.join(FOLDER, 'asking');
-    rmSync(asking, { recursive: true, force: true });
-    mkdirSync(asking);
+    const asking = fresh('asking');
     const text = `cmake_minimum_required(VERSION 3.16)\nproject(a LANGUAGES C)\nfind_package(hexcast ${wanted} REQUIRED)\n`;
     writeFileSync(path.join(asking, 'CMakeLists.txt'), text);
     const done = await run('cmake', ['-S', asking, '-B', path.join(asking, 'build'), found]).then(
@@ -56,7 +53,7 @@ export async function testInstall() {
 /** Runs the commands of the README, and its lines of C. @param {string} box what the example prints */
 async function testReadme(box) {
   const text = readFileSync(path.join(CAPI, 'README.md'), 'utf8');
-  const cwd = mkdtempSync(path.join(FOLDER, 'readme-'));
+  const cwd = fresh('readme');
   cpSync(path.join(CAPI, 'examples/box.c'), path.join(cwd, 'solver.c'));
   cpSync(path.join(CAPI, 'examples/runs.f90'), path.join(cwd, 'solver.f90'));
   const commands = text.replaceAll('\\\n', '').match(/^ {4}(cc|gfortran) .*$/gm) ?? [];
@@ -101,9 +98,8 @@ const NAMES = {
 
 /** Checks the names of files for other systems, with a cargo that only makes empty files of the names that the real one gives. */
 export async function testNames() {
-  const folder = path.join(FOLDER, 'names');
-  rmSync(folder, { recursive: true, force: true });
-  mkdirSync(path.join(folder, 'bin'), { recursive: true });
+  const folder = fresh('names');
+  mkdirSync(path.join(folder, 'bin'));
   const cargo = `#!/bin/sh
 case $* in
   metadata*) echo '{"target_directory":"${folder}"}' ;;

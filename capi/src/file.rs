@@ -127,7 +127,7 @@ impl Wanted {
 /// Writes the mesh to a file, or to the files or the folder of a solver or of Zarr, in the format that the end of `path` names, as
 /// `hexcast mesh -o` does: .raw, .npy, .npz, .vti, .vtr, .hxc, .zarr.zip, .zarr; .foam or constant/polyMesh, .inp, .msh, .xdmf, .csx.xml, .in,
 /// geometry.xml, .nrrd, .vox, .binvox. A mesh of a window or part is written as a mesh of these cells alone, where they are in space. What has
-/// the name is replaced when all is written, not before; where it fails, nothing is left. A .raw gets a file .raw.json beside it.
+/// the name is replaced when all is written, not before; where it fails, nothing is left, and where the process is killed, a folder .hexcast-....part. A .raw gets a file .raw.json beside it.
 ///
 /// `options` is JSON, or NULL for the defaults: {"compress": level of zlib, 0 for none to 9 (6), "bits": eight cells a byte (false), "axis_order": "zyx" or "xyz",
 /// "map": {"flag": what is written for it}, "export_flags": [flags] (all but 0), "ascii": text in place of binary numbers (false), "patches":

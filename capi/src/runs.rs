@@ -1,5 +1,7 @@
 //! Runs: the columns of a mesh as it holds them, so that nobody need expand the cells.
 
+use hexcast::Error;
+
 use crate::border::{Number, array_mut, behind};
 use crate::error::{HexcastError, call, status};
 use crate::mesh::HexcastMesh;
@@ -87,7 +89,12 @@ pub unsafe extern "C" fn hexcast_mesh_runs(
         // SAFETY: as above
         let n_given = unsafe { array_mut(n_given, 1, "n_given") }?;
         if n_columns == 0 {
-            return Err(hexcast::Error::new("job-value", "n_columns is 0", "ask for at least one column"));
+            return Err(Error::new("job-value", "n_columns is 0", "ask for at least one column"));
+        }
+        let n = mesh.mesh.columns.rays.n_rays();
+        if column >= n {
+            let message = format!("there is no column {column}: the mesh has {n}, counted from 0");
+            return Err(Error::new("job-value", message, "stop at n_columns of hexcast_mesh_columns"));
         }
         let (found, found_ends) = mesh.mesh.columns.together(column, n_columns)?;
         n_given[0] = found_ends.len();

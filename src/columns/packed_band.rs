@@ -175,7 +175,7 @@ mod tests {
             for n in [1usize, 2, 64, 16_390, usize::MAX] {
                 let expected = &expected[..expected.len().min(n)];
                 if from < 40_000 {
-                    let (runs, ends) = packed.together(from as usize, n);
+                    let (runs, ends) = packed.together(from, n);
                     let ends: Vec<u64> = ends.collect();
                     let starts = [0].into_iter().chain(ends.iter().copied());
                     let rays = starts.zip(&ends).map(|(start, &end)| &runs[start as usize..end as usize]);
