@@ -159,6 +159,10 @@ pub unsafe extern "C" fn hexcast_mesh_write(
         };
         let writer = Writer::of_path(path)?;
         wanted.check(writer, path)?;
+        if wanted.patches == Some(PatchNames::Solid) && mesh.mesh.walls.is_none() {
+            let message = format!("{path}: patches are to have the names of solids, which this mesh does not know");
+            return Err(Error::new("job-conflict", message, "open the mesher with the option \"walls\": true"));
+        }
         let of_mesh = Output { mesh: &mesh.mesh, inputs: &mesh.origin.inputs, path: Path::new(path) };
         match writer {
             Writer::Format(Format::Zarr) => of_mesh.zarr(&wanted.options(writer, mesh.origin.zarr)),

@@ -291,6 +291,7 @@ static void files(const HexcastMesher *mesher) {
       {"mesh.raw", "{\"ascii\": true}", "job-conflict", "\"ascii\" does not apply"},
       {"mesh.msh", "{\"map\": {\"1\": 2}}", "job-conflict", "\"map\" does not apply"},
       {"mesh.msh", "{\"open_patches\": [\"inlet\"]}", "job-conflict", "\"patches\" is missing"},
+      {"mesh.msh", "{\"patches\": \"solid\"}", "job-conflict", "which this mesh does not know"},
       {"mesh.foam", NULL, "export-unit", "mesh.foam"},
       {"mesh.binvox", NULL, "lines-graded", "cubes"},
       {"no/such/folder/mesh.vti", NULL, "io", "there is no folder no/such/folder"},
@@ -529,10 +530,28 @@ static void doubtful(void) {
   hexcast_mesher_free(mesher);
 }
 
+/* The number of cells that have a flag, by runs; without a check, for threads. */
+static size_t cells_of_runs(const HexcastMesh *mesh) {
+  HexcastColumns columns;
+  uint64_t ends[7];
+  const uint32_t *runs;
+  size_t n_given, n = 0;
+  if (hexcast_mesh_columns(mesh, &columns, NULL)) return 0;
+  for (uint64_t column = 0; column < columns.n_columns; column += n_given) {
+    if (hexcast_mesh_runs(mesh, column, 7, ends, &runs, &n_given, NULL)) return 0;
+    for (size_t k = 0; k < n_given; k++)
+      for (uint64_t run = k ? ends[k - 1] : 0; run < ends[k]; run++) {
+        const uint32_t end = run + 1 < ends[k] ? HEXCAST_RUN_FIRST(runs[run + 1]) : columns.depth;
+        n += HEXCAST_RUN_FLAG(runs[run]) ? end - HEXCAST_RUN_FIRST(runs[run]) : 0;
+      }
+  }
+  return n;
+}
+
 static const HexcastMesher *shared_mesher;
 static const HexcastMesh *shared_mesh;
 
-/* Meshes with the mesher of all threads, and reads the mesh of all threads. Returns the cells inside, twice. */
+/* Meshes with the mesher of all threads, and reads the mesh of all threads. Returns the cells inside, twice, and by runs. */
 static void *of_thread(void *place) {
   const uint32_t first[3] = {0, 0, 0}, end[3] = {NX, NY, NZ};
   uint8_t *flags = malloc(NX * NY * NZ);
@@ -544,6 +563,7 @@ static void *of_thread(void *place) {
     if (!flags || hexcast_mesh_fill_box(meshes[i], first, end, flags, NX * NY * NZ, NULL)) continue;
     for (int cell = 0; cell < NX * NY * NZ; cell++) counts[i] += flags[cell] != 0;
   }
+  counts[2] = cells_of_runs(shared_mesh);
   hexcast_mesh_free(mesh);
   free(flags);
   return NULL;
@@ -552,13 +572,13 @@ static void *of_thread(void *place) {
 static void threads(const HexcastMesher *mesher) {
   enum { N = 4 };
   pthread_t threads[N];
-  size_t counts[N][2];
+  size_t counts[N][3];
   HexcastMesh *mesh = meshed(mesher, JOB(""));
   shared_mesher = mesher;
   shared_mesh = mesh;
   for (int i = 0; i < N; i++) CHECK(pthread_create(&threads[i], NULL, of_thread, counts[i]) == 0);
   for (int i = 0; i < N; i++) CHECK(pthread_join(threads[i], NULL) == 0);
-  for (int i = 0; i < N; i++) CHECK(counts[i][0] > 0 && counts[i][0] == counts[0][0] && counts[i][1] == counts[0][0]);
+  for (int i = 0; i < N; i++) CHECK(counts[i][0] > 0 && counts[i][0] == counts[0][0] && counts[i][1] == counts[0][0] && counts[i][2] == counts[0][0]);
   hexcast_mesh_free(mesh);
 }
 
