@@ -4,6 +4,8 @@
 
 mod file_store;
 pub mod place;
+#[cfg(feature = "zarr")]
+mod written_folder;
 
 use std::fs::File;
 use std::io::ErrorKind;
@@ -17,6 +19,8 @@ use crate::parallel::*;
 use crate::sources::Source;
 
 pub use file_store::FileStore;
+#[cfg(feature = "zarr")]
+pub use written_folder::WrittenFolder;
 
 /// Reads the file of every geometry of a job, in their order, within the memory that it allows; the first that fails decides the error.
 ///

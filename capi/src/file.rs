@@ -11,6 +11,7 @@ use std::sync::Arc;
 
 use hexcast::control::Control;
 use hexcast::export::{ExportOptions, Exporter, Files, PatchNames, export};
+use hexcast::files::WrittenFolder;
 use hexcast::files::place::{ExportPlace, check_kind, folder_of, refused, target_of};
 use hexcast::job::ZarrJob;
 use hexcast::mesh::Mesh;
@@ -18,7 +19,6 @@ use hexcast::write::{AxisOrder, Compress, Format, Options, sidecar_json, write, 
 use hexcast::{Error, Result};
 use serde::Deserialize;
 use tempfile::TempDir;
-use zarrs::filesystem::FilesystemStore;
 
 use crate::border::{behind, text};
 use crate::error::{HexcastError, call, status};
@@ -231,10 +231,10 @@ impl Output<'_> {
         }
         self.check_inputs(&target)?;
         let folder = Temporary::beside(self.path, folder_of(&target))?;
-        let store = FilesystemStore::new(folder.path("new"));
-        let store = store.map_err(|error| Error::new("io", format!("{}: {error}", self.path.display()), ""))?;
-        let done = zarr::write(self.mesh, options, Arc::new(store), &Control::default(), |_| ());
-        done.map_err(|error| error.at(self.path.display()))?;
+        let store = Arc::new(WrittenFolder::new(&folder.path("new"))?);
+        let done = zarr::write(self.mesh, options, store.clone(), &Control::default(), |_| ());
+        // somebody may remove files of the folder while it is filled
+        done.and_then(|()| store.verify()).map_err(|error| error.at(self.path.display()))?;
         if target.exists() {
             rename(&target, folder.path("old")).map_err(|error| self.failed(error))?;
         }

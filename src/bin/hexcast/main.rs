@@ -49,7 +49,6 @@ mod temporary;
 mod terminal;
 mod verify;
 mod verify_store;
-mod written_folder;
 mod zarr_folder;
 mod zarr_output;
 

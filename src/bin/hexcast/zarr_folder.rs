@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use hexcast::control::Control;
+use hexcast::files::WrittenFolder;
 use hexcast::files::place::{folder_of, refused, target_of};
 use hexcast::mesh::Mesh;
 use hexcast::write::{Format, Options, zarr};
@@ -13,7 +14,6 @@ use super::ledger::Output;
 use super::output_file::OutputFile;
 use super::progress::Progress;
 use super::temporary;
-use super::written_folder::WrittenFolder;
 
 /// A temporary folder; nothing is left where this is dropped before [`ZarrFolder::finish`].
 pub(crate) struct ZarrFolder {
@@ -69,8 +69,7 @@ impl ZarrFolder {
 
     /// Writes what `write` puts into the store.
     pub(crate) fn put(&mut self, write: impl FnOnce(Arc<WrittenFolder>) -> Result<()>) -> Result<OutputFile> {
-        let folder = WrittenFolder::new(&self.inner());
-        let folder = Arc::new(folder.map_err(|error| Error::new("io", format!("writing Zarr: {error}"), ""))?);
+        let folder = Arc::new(WrittenFolder::new(&self.inner())?);
         write(folder.clone()).map_err(|error| error.at(self.path.display()))?;
         let n_bytes = folder.n_bytes();
         self.written = Some(folder);

@@ -7,12 +7,13 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use hexcast::{Error, Result};
-use zarrs::filesystem::{FilesystemStore, FilesystemStoreCreateError};
+use zarrs::filesystem::FilesystemStore;
 use zarrs::storage::{Bytes, OffsetBytesIterator, StorageError, StoreKey, StorePrefix, WritableStorageTraits};
 
+use crate::error::{Error, Result};
+
 /// A folder and the lengths of the files that were written to it, by their keys.
-pub(crate) struct WrittenFolder {
+pub struct WrittenFolder {
     root: PathBuf,
     store: FilesystemStore,
     lengths: Mutex<BTreeMap<String, u64>>,
@@ -20,8 +21,13 @@ pub(crate) struct WrittenFolder {
 
 impl WrittenFolder {
     /// Opens a folder, which may not be there yet.
-    pub(crate) fn new(root: &Path) -> std::result::Result<WrittenFolder, FilesystemStoreCreateError> {
-        Ok(WrittenFolder { root: root.into(), store: FilesystemStore::new(root)?, lengths: Mutex::default() })
+    ///
+    /// # Errors
+    /// `io` where it cannot be a store, such as where it is a file.
+    pub fn new(root: &Path) -> Result<WrittenFolder> {
+        let store = FilesystemStore::new(root);
+        let store = store.map_err(|error| Error::new("io", format!("writing Zarr: {error}"), ""))?;
+        Ok(WrittenFolder { root: root.into(), store, lengths: Mutex::default() })
     }
 
     fn lengths(&self) -> MutexGuard<'_, BTreeMap<String, u64>> {
@@ -30,7 +36,7 @@ impl WrittenFolder {
     }
 
     /// Bytes of all files.
-    pub(crate) fn n_bytes(&self) -> u64 {
+    pub fn n_bytes(&self) -> u64 {
         self.lengths().values().sum()
     }
 
@@ -38,7 +44,7 @@ impl WrittenFolder {
     ///
     /// # Errors
     /// `io`, with the number of files that are not and the first of them.
-    pub(crate) fn verify(&self) -> Result<()> {
+    pub fn verify(&self) -> Result<()> {
         let lengths = self.lengths();
         let found = |key: &str| self.root.join(key).metadata().ok().map(|metadata| metadata.len());
         let mut wrong = lengths.iter().filter(|(key, length)| found(key) != Some(**length));
