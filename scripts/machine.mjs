@@ -81,6 +81,8 @@ const NEEDS = {
     what: 'Palabos and Eigen in /usr/include',
   },
   fortran: { found: () => which('gfortran'), packages: ['gfortran'], what: 'gfortran' },
+  cmake: { found: () => which('cmake') && which('make', 'ninja'), packages: ['cmake', 'make'], what: 'CMake' },
+  pkgconfig: { found: () => which('pkg-config'), packages: ['pkg-config'], what: 'pkg-config' },
   valgrind: { found: () => which('valgrind'), packages: ['valgrind', 'libc6-dbg'], what: 'valgrind' },
   wasm32: {
     found: () => Object.values(DEBIAN_RUST).every(isExecutable),

@@ -19,7 +19,7 @@ const NEEDS = {
   e2e: ['linker', 'vulkan', 'chromium', 'firefox', 'font'],
   package: ['linker', 'vulkan', 'chromium', 'firefox'],
   python: ['linker', 'vulkan', 'python', 'opengl'],
-  cluster: ['linker', 'vulkan', 'python', 'mpi', 'fortran', 'valgrind'],
+  cluster: ['linker', 'vulkan', 'python', 'mpi', 'fortran', 'cmake', 'pkgconfig', 'valgrind'],
   solvers: ['linker', 'python', 'openfoam', 'calculix', 'gmsh', 'openems', 'dolfinx', 'taufactor', 'palabos'],
 };
 

@@ -10,6 +10,8 @@ import path from 'node:path';
 
 import { build } from './build.mjs';
 import { testC, testExamples } from './capi.mjs';
+import { testFiles } from './capi_files.mjs';
+import { testInstall, testNames } from './capi_install.mjs';
 import { runCluster } from './cluster.mjs';
 import { checkAdvisories, checkCrates } from './deny.mjs';
 import { swiftshaderEnv } from './machine.mjs';
@@ -79,6 +81,9 @@ async function cluster() {
   if (!wanted('python')) await steps.step('Python wheel', buildPython);
   await steps.step('cluster tests', async () => pytestTests(await runCluster()));
   await steps.step('C test', testC);
+  await steps.step('C by pkg-config and CMake', testInstall);
+  await steps.step('names of the C library on other systems', testNames);
+  await steps.step('files of C', testFiles);
   await steps.step('C on four ranks, and Fortran', testExamples);
 }
 

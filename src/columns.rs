@@ -157,7 +157,7 @@ impl Columns {
     /// `job-value` where there is no such ray; `io` where the columns are in a store that fails.
     pub fn ray(&self, ray: u64) -> Result<Cow<'_, [u32]>> {
         if ray >= self.rays.n_rays() {
-            return Err(Error::new("job-value", format!("ray {ray} of {}, counted from 0", self.rays.n_rays()), ""));
+            return Err(self.no_ray(ray));
         }
         match &self.content {
             Content::InMemory(_) => Ok(Cow::Borrowed(self.ray_in_memory(ray))),
@@ -167,6 +167,30 @@ impl Columns {
                 Ok(Cow::Owned(band.ray((ray - band.first_ray) as usize).to_vec()))
             }
         }
+    }
+
+    /// Runs of rays from one on that lie together in memory, those of at most `max_rays` rays and of at least one; and where the runs of
+    /// each of these rays end in them.
+    ///
+    /// # Errors
+    /// `job-value` where there is no such ray; `job-conflict` where the columns are in a store.
+    pub fn together(&self, ray: u64, max_rays: usize) -> Result<(&[u32], impl ExactSizeIterator<Item = u64>)> {
+        let Content::InMemory(bands) = &self.content else {
+            return Err(Error::new(
+                "job-conflict",
+                "the columns are in a file, not in memory",
+                "ask for one ray at a time",
+            ));
+        };
+        if ray >= self.rays.n_rays() {
+            return Err(self.no_ray(ray));
+        }
+        let band = &bands[bands.partition_point(|band| band.end_ray() <= ray)];
+        Ok(band.together((ray - band.first_ray) as usize, max_rays.max(1)))
+    }
+
+    fn no_ray(&self, ray: u64) -> Error {
+        Error::new("job-value", format!("ray {ray} of {}, counted from 0", self.rays.n_rays()), "")
     }
 
     /// Runs of a ray of columns in memory; none where they are not.
@@ -299,6 +323,23 @@ mod tests {
             let expected: Vec<Vec<u32>> = (ray..end).map(|ray| columns.ray(ray).unwrap().into_owned()).collect();
             assert_eq!(found, expected, "rays {ray} to {end}");
         }
+    }
+
+    #[test]
+    fn runs_that_lie_together_are_those_of_one_band() {
+        let columns = columns();
+        let together = |ray, max_rays| {
+            let (runs, ends) = columns.together(ray, max_rays).unwrap();
+            (runs.to_vec(), ends.collect::<Vec<u64>>())
+        };
+        let [a, b, c, d] = [run(1, 7), run(4, 0), run(9, 1), run(0, 2)];
+        assert_eq!(together(0, usize::MAX), (vec![a, b, c], vec![2, 2, 3]));
+        assert_eq!(together(0, 2), (vec![a, b], vec![2, 2]));
+        assert_eq!(together(1, 1), (vec![], vec![0]));
+        assert_eq!(together(1, 9), (vec![c], vec![0, 1]));
+        // there is always one
+        assert_eq!(together(3, 0), (vec![d], vec![1]));
+        assert_eq!(columns.together(4, 1).err().map(|error| error.code()), Some("job-value"));
     }
 
     #[test]

@@ -1,8 +1,10 @@
 //! Reads the files of a job from disk, and blocks until all are read.
 //!
-//! Names of files -> [`Source`]s, several files at the same time on all cores. [`put_below`] writes one. Natively only.
+//! Names of files -> [`Source`]s, several files at the same time on all cores. [`WrittenFolder`] writes those of a store. Natively only.
 
 mod file_store;
+pub mod place;
+mod written_folder;
 
 use std::fs::File;
 use std::io::ErrorKind;
@@ -16,6 +18,7 @@ use crate::parallel::*;
 use crate::sources::Source;
 
 pub use file_store::FileStore;
+pub use written_folder::WrittenFolder;
 
 /// Reads the file of every geometry of a job, in their order, within the memory that it allows; the first that fails decides the error.
 ///
@@ -46,16 +49,6 @@ pub fn read_file(file: &str, control: &Control) -> Result<Source> {
         ));
     }
     Source::read(file, metadata.len(), &mut input, control)
-}
-
-/// Writes a file below a folder, and makes the folders that it needs: a key of a Zarr store is its path (`flag/c/0/0/0`).
-///
-/// # Errors
-/// `io`.
-pub fn put_below(folder: &Path, key: &str, bytes: &[u8]) -> Result<()> {
-    let path = folder.join(key);
-    let made = path.parent().map_or(Ok(()), std::fs::create_dir_all);
-    made.and_then(|()| std::fs::write(&path, bytes)).map_err(|error| Error::io(format!("writing {key}"), error))
 }
 
 /// Opens a file, or a pipe or device, to read it.

@@ -70,7 +70,10 @@ pub(crate) unsafe fn array_mut<'a, T: Number>(first: *mut T, n: usize, what: &st
 pub(crate) trait Number {}
 impl Number for u8 {}
 impl Number for u32 {}
+impl Number for u64 {}
+impl Number for usize {}
 impl Number for f64 {}
+impl<T> Number for *const T {}
 
 fn check<T>(first: *const T, n: usize, what: &str) -> Result<()> {
     if first.is_null() {

@@ -38,6 +38,11 @@ pub(crate) unsafe fn call<T>(error: *mut *mut HexcastError, act: impl FnOnce() -
         .ok()
 }
 
+/// What all functions that return a number return.
+pub(crate) fn status(done: Option<()>) -> i32 {
+    if done.is_some() { 0 } else { 1 }
+}
+
 /// The error of a bug.
 pub(crate) fn crashed() -> Error {
     Error::new("device-failed", "the driver or hexcast crashed", "choose the backend \"cpu\", and report it")

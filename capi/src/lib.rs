@@ -5,12 +5,16 @@
 
 mod border;
 mod error;
+mod facets;
+mod file;
 mod mesh;
 mod mesher;
+mod runs;
 
 use std::ffi::c_char;
 
-/// The version of hexcast, such as "0.1.0".
+/// The version of the library, such as "0.1.0"; HEXCAST_VERSION_STRING is that of the header. Before 1.0 both must have the same major and
+/// minor version. Lives as long as the program, and must not be freed.
 #[unsafe(no_mangle)]
 pub extern "C" fn hexcast_version() -> *const c_char {
     const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "\0");

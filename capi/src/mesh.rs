@@ -1,38 +1,61 @@
 //! Meshes: numbers of cells, lines, flags of boxes, what was measured, the report.
 
 use std::ffi::{CString, c_char, c_void};
+use std::path::{Path, PathBuf};
 use std::ptr;
 
 use hexcast::control::Control;
+use hexcast::job::{Job, ZarrJob};
 use hexcast::measured::Measured;
 use hexcast::mesh::Mesh;
 use hexcast::report::{ColumnsReport, Report};
+use hexcast::sources::Source;
 use hexcast::write::Array;
 use hexcast::{Error, Result};
 
 use crate::border::{Number, array, array_mut, behind, c_text, free, text};
-use crate::error::{HexcastError, call};
+use crate::error::{HexcastError, call, status};
 
 /// A finished mesh. Freed by hexcast_mesh_free.
 pub struct HexcastMesh {
-    mesh: Mesh,
+    pub(crate) mesh: Mesh,
     report: CString,
     /// First cell and end, exclusive, in the box, and the cells of that.
     window: [[u32; 3]; 3],
     measured: Measured,
     doubt: Option<Box<HexcastMesh>>,
+    pub(crate) origin: Origin,
+}
+
+/// What a mesh was made of, as far as its files need it.
+#[derive(Clone)]
+pub(crate) struct Origin {
+    /// Files of its surfaces, which no output replaces.
+    pub(crate) inputs: Vec<PathBuf>,
+    /// Shapes of the shards of Zarr stores.
+    pub(crate) zarr: ZarrJob,
+}
+
+impl Origin {
+    pub(crate) fn new(job: &Job, sources: &[Source]) -> Origin {
+        // what was in memory has no hash
+        let read = sources.iter().filter(|source| source.sha256.is_some());
+        let inputs = read.filter_map(|source| Path::new(&source.file).canonicalize().ok()).collect();
+        Origin { inputs, zarr: job.zarr.unwrap_or_default() }
+    }
 }
 
 impl HexcastMesh {
-    pub(crate) fn new(mesh: Mesh, mut report: Report) -> HexcastMesh {
+    pub(crate) fn new(mesh: Mesh, mut report: Report, origin: Origin) -> HexcastMesh {
         let dims = mesh.dims();
         let window = report.mesh.window.as_ref().map_or([[0; 3], dims, dims], |w| [w.first, w.end, w.of]);
         let mut measured = Measured::take(&mut report.mesh);
         let doubt = measured.doubt.take().map(|mask| {
             let report = c_text(&serde_json::to_string(&ColumnsReport::new(&mask)).unwrap_or_default());
-            Box::new(HexcastMesh { mesh: mask, report, window, measured: Measured::default(), doubt: None })
+            let (measured, origin) = (Measured::default(), origin.clone());
+            Box::new(HexcastMesh { mesh: mask, report, window, measured, doubt: None, origin })
         });
-        HexcastMesh { mesh, report: c_text(&report.to_json()), window, measured, doubt }
+        HexcastMesh { mesh, report: c_text(&report.to_json()), window, measured, doubt, origin }
     }
 }
 
@@ -52,12 +75,9 @@ pub struct HexcastArray {
 
 impl Number for HexcastArray {}
 
-/// What all functions that return a number return.
-fn status(done: Option<()>) -> i32 {
-    if done.is_some() { 0 } else { 1 }
-}
-
 /// Puts the numbers of cells on x, y and z at `dims`: those of the window where the job has one. Returns 0, or 1 for an error.
+///
+/// Errors: job-value for NULL.
 ///
 /// # Safety
 /// `mesh` is a mesh that was not freed; `dims` points to 3 numbers; `error` is NULL or a place for a pointer.
@@ -79,6 +99,8 @@ pub unsafe extern "C" fn hexcast_mesh_dims(
 
 /// Puts the cells of the whole box that the mesh has at `first` and `end`, the end exclusive, and the numbers of cells of the whole
 /// box at `of`; 3 numbers each. Returns 0, or 1 for an error.
+///
+/// Errors: job-value for NULL.
 ///
 /// # Safety
 /// `mesh` is a mesh that was not freed; `first`, `end` and `of` point to 3 numbers each that are not those of another; `error` is NULL
@@ -106,6 +128,8 @@ pub unsafe extern "C" fn hexcast_mesh_window(
 
 /// Puts the mesh lines of an axis (0, 1 or 2 for x, y or z) at `lines`, in the unit of the surfaces: one more than cells. `n` is the
 /// length of `lines` and must be that. Returns 0, or 1 for an error.
+///
+/// Errors: job-value for NULL, for another axis and for another length.
 ///
 /// # Safety
 /// `mesh` is a mesh that was not freed; `lines` points to `n` numbers; `error` is NULL or a place for a pointer.
@@ -141,6 +165,8 @@ pub unsafe extern "C" fn hexcast_mesh_lines(
 /// so on. The cells are counted from the first of the mesh, of the window where the job has one; the end is exclusive. `n_bytes` is the
 /// length of `flags` and must be the number of cells of the box. Returns 0, or 1 for an error.
 ///
+/// Errors: job-value for NULL, for a box that is not inside the mesh, and for another length.
+///
 /// # Safety
 /// `mesh` is a mesh that was not freed; `first` and `end` point to 3 numbers each; `flags` points to `n_bytes` bytes that no other
 /// thread uses meanwhile; `error` is NULL or a place for a pointer.
@@ -171,6 +197,8 @@ fn fill(mesh: &Mesh, first: &[u32], end: &[u32], flags: &mut [u8]) -> Result<()>
 /// Says what an array of a mesh is. `of` is "links", "fractions" or "staggered", which the job asked for by these keys, and `name` one of the
 /// arrays that docs/links.md, docs/fractions.md or docs/staggered.md lists, such as "q". Returns 0, or 1 for an error.
 ///
+/// Errors: job-value for NULL and for names that there are not; job-conflict where the job did not ask for it.
+///
 /// # Safety
 /// `mesh` is a mesh that was not freed; `of` and `name` are texts; `array` points to one; `error` is NULL or a place for a pointer.
 #[unsafe(no_mangle)]
@@ -200,6 +228,8 @@ pub unsafe extern "C" fn hexcast_mesh_array(
 
 /// Puts the numbers of an array, as hexcast_mesh_array describes it, at `bytes`, little-endian. `n_bytes` is the length of `bytes` and must be
 /// that of the array. Returns 0, or 1 for an error.
+///
+/// Errors: those of hexcast_mesh_array; job-value for another length.
 ///
 /// # Safety
 /// `mesh` is a mesh that was not freed; `of` and `name` are texts; `bytes` points to `n_bytes` bytes that no other thread uses meanwhile;

@@ -5,32 +5,19 @@ use std::ptr;
 use std::sync::Mutex;
 
 use hexcast::control::{CancelToken, Control, Progress};
-use hexcast::files::read_file;
-use hexcast::geometry::Facet;
 use hexcast::job::{BackendChoice, Job};
 use hexcast::mesher::{Mesher, MesherOptions};
 use hexcast::pipeline::MeshOptions;
-use hexcast::sources::Source;
 use hexcast::{Error, Result};
 use serde::Deserialize;
 
 use crate::border::{array, behind, free, text};
 use crate::error::{HexcastError, call, crashed};
-use crate::mesh::HexcastMesh;
+use crate::facets::{HexcastFacets, sources};
+use crate::mesh::{HexcastMesh, Origin};
 
 /// A backend, the GPU or the CPU, that meshes one job after the other. Freed by hexcast_mesher_free.
 pub struct HexcastMesher(Mutex<Mesher>, MeshOptions);
-
-/// Facets in memory, which a job uses in place of a file.
-#[repr(C)]
-pub struct HexcastFacets {
-    /// The name of the file in the job.
-    pub file: *const c_char,
-    /// The corners: x, y and z of the three corners of each facet, counter-clockwise seen from outside; 9 * n_facets numbers.
-    pub corners: *const f32,
-    /// Number of facets.
-    pub n_facets: usize,
-}
 
 /// Options of a mesher, as JSON.
 #[derive(Deserialize, Default)]
@@ -39,12 +26,13 @@ struct Wanted {
     backend: BackendChoice,
     adapter: Option<String>,
     doubt: bool,
+    walls: bool,
 }
 
 impl Wanted {
     fn of_json(json: &str) -> Result<Wanted> {
         serde_json::from_str(json).map_err(|error| {
-            let hint = "give {\"backend\": \"auto\", \"gpu\" or \"cpu\", \"adapter\": a part of the GPU's name, \"doubt\": true or false}";
+            let hint = "give {\"backend\": \"auto\", \"gpu\" or \"cpu\", \"adapter\": a part of the GPU's name, \"doubt\" and \"walls\": true or false}";
             Error::new("job-value", format!("the options of the mesher: {error}"), hint)
         })
     }
@@ -52,12 +40,16 @@ impl Wanted {
     fn open(self) -> Result<HexcastMesher> {
         let options = MesherOptions::default().with_backend(self.backend);
         let mesher = Mesher::new(self.adapter.into_iter().fold(options, MesherOptions::with_adapter))?;
-        Ok(HexcastMesher(Mutex::new(mesher), MeshOptions::default().with_doubt_mask(self.doubt)))
+        let options = MeshOptions::default().with_doubt_mask(self.doubt).with_walls(self.walls);
+        Ok(HexcastMesher(Mutex::new(mesher), options))
     }
 }
 
 /// Opens a mesher. `options` is JSON, or NULL for the defaults: {"backend": "auto", "gpu" or "cpu", "adapter": a part of the name of
-/// the GPU, "doubt": true for a mask of doubtful cells with each mesh (hexcast_mesh_doubt)}. With "auto" the CPU meshes where there is no GPU. Returns NULL for an error.
+/// the GPU, "doubt": true for a mask of doubtful cells with each mesh (hexcast_mesh_doubt), "walls": true to remember whose facets the faces between
+/// flags are, for "patches": "solid" of hexcast_mesh_write}. With "auto" the CPU meshes where there is no GPU. Returns NULL for an error.
+///
+/// Errors: job-value for wrong options; no-adapter and device-... where the GPU that was asked for is not there or cannot be used.
 ///
 /// # Safety
 /// `options` is NULL or a text; `error` is NULL or a place for a pointer.
@@ -91,6 +83,10 @@ pub unsafe extern "C" fn hexcast_mesher_free(mesher: *mut HexcastMesher) {
 /// the end exclusive, with the flags that the whole mesh has there; "part": {"index": 1 to n, "of": [1, 1, n]} one of n windows that
 /// cost about the same. "backend" is not looked at: the mesher has one. Facets are taken from `facets` where one has the name of the
 /// job's file, and are copied; other files are read from disk. `facets` may be NULL where `n_facets` is 0. Returns NULL for an error.
+///
+/// Errors: job-syntax, job-value, job-conflict and job-empty, domain-empty, lines-... and too-many-... for the job; job-value and job-conflict for facets that
+/// are not as HexcastFacets says; io where a file cannot be read; stl-... and file-syntax where it is no surface; surface-open; memory; device-... for the
+/// GPU.
 ///
 /// # Safety
 /// `mesher` is a mesher that was not freed; `job` is a text; `facets` points to so many facets, whose `corners` and `file` are as
@@ -147,6 +143,8 @@ fn control(progress: HexcastProgress, user: *mut c_void) -> Control {
 /// large mesh, with `user`. Where it returns another number than 0 the mesh is cancelled: NULL is returned, with the error
 /// "cancelled". `progress` may be NULL, and must not use the mesher, which is busy.
 ///
+/// Errors: those of hexcast_mesh; cancelled.
+///
 /// # Safety
 /// As for hexcast_mesh; `progress` is NULL or a function that may be called with `user` until this function returns.
 #[unsafe(no_mangle)]
@@ -166,39 +164,14 @@ pub unsafe extern "C" fn hexcast_mesh_with_progress(
         let (job, control) = (Job::from_plain_json(job)?, control(progress, user));
         // SAFETY: the caller vouches for what the facets point to
         let sources = unsafe { sources(&job, facets) }?;
+        let origin = Origin::new(&job, &sources);
         // a mesher that crashed is in no state to go on
         let mut open = mesher.0.lock().map_err(|_| crashed())?;
-        open.mesh_sources(&job, sources, &mesher.1, &control)
+        let (mesh, report) = open.mesh_sources(&job, sources, &mesher.1, &control)?;
+        Ok(HexcastMesh::new(mesh, report, origin))
     };
     // SAFETY: the caller vouches for the place of the error
-    unsafe { call(error, mesh) }
-        .map_or(ptr::null_mut(), |(mesh, report)| Box::into_raw(Box::new(HexcastMesh::new(mesh, report))))
-}
-
-/// The surfaces of a job: those in memory by their names, others from disk.
-///
-/// # Safety
-/// Every `file` is a text, and every `corners` has 9 * `n_facets` numbers.
-unsafe fn sources(job: &Job, facets: &[HexcastFacets]) -> Result<Vec<Source>> {
-    let mut in_memory = Vec::new();
-    for some in facets {
-        // SAFETY: the caller of this function vouches for it
-        let file = unsafe { text(some.file, "the name of facets") }?;
-        if !job.geometries.iter().any(|geometry| geometry.file == file) {
-            let message = format!("there are facets named \"{file}\", but the job has no such file");
-            return Err(Error::new("job-value", message, "give them the name of a file of the job"));
-        }
-        let n_numbers = some.n_facets.saturating_mul(9);
-        // SAFETY: the caller of this function vouches for it
-        let corners = unsafe { array(some.corners, n_numbers, "the corners of facets") }?;
-        let corners = corners.as_chunks::<3>().0.as_chunks::<3>().0;
-        in_memory.push(Source::from_facets(file, Vec::<Facet>::from(corners))?);
-    }
-    let source = |file: &String| match in_memory.iter().find(|source| source.file == *file) {
-        Some(source) => Ok(source.clone()),
-        None => read_file(file, &Control::default()),
-    };
-    job.geometries.iter().map(|geometry| source(&geometry.file)).collect()
+    unsafe { call(error, mesh) }.map_or(ptr::null_mut(), |mesh| Box::into_raw(Box::new(mesh)))
 }
 
 /// Threads may share a mesh and a mesher.

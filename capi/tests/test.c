@@ -36,6 +36,7 @@ static void octahedron(float corners[8][3][3]) {
 static float octahedron_corners[8][3][3];
 static const HexcastFacets facets = {.file = "octahedron", .corners = &octahedron_corners[0][0][0], .n_facets = 8};
 
+#define CORNERS(name, numbers, n) ((HexcastFacets){.file = (name), .corners = (numbers), .n_facets = (n)})
 #define JOB(more) \
   "{\"geometries\": [{\"file\": \"octahedron\", \"flag\": 200}], \"dims\": [20, 16, 12], \"domain\": [-1, -1, -1, 1, 1, 1]" more "}"
 enum { NX = 20, NY = 16, NZ = 12 };
@@ -142,6 +143,173 @@ static void whole_and_windows(const HexcastMesher *mesher) {
   hexcast_mesh_free(window);
 }
 
+/* Counts the cells of each flag by the runs of columns, in pieces of at most so many columns, and puts each run into `flags`. */
+static void walk(const HexcastMesh *mesh, size_t n_at_once, uint64_t counts[256], uint8_t *flags, const uint32_t dims[3]) {
+  HexcastColumns columns;
+  CHECK(hexcast_mesh_columns(mesh, &columns, NULL) == 0);
+  CHECK(columns.depth == dims[columns.axis] && columns.n_columns == (uint64_t)columns.counts[0] * columns.counts[1]);
+  for (int k = 0; k < 2; k++) CHECK(columns.counts[k] == dims[columns.across[k]]);
+  uint64_t *ends = malloc(n_at_once * sizeof *ends), n_runs = 0;
+  CHECK(ends != NULL);
+  const size_t steps[3] = {1, dims[0], (size_t)dims[0] * dims[1]};
+  for (uint64_t column = 0; column < columns.n_columns;) {
+    const uint32_t *runs;
+    size_t n_given;
+    CHECK(hexcast_mesh_runs(mesh, column, n_at_once, ends, &runs, &n_given, NULL) == 0);
+    CHECK(n_given >= 1 && n_given <= n_at_once && column + n_given <= columns.n_columns);
+    uint64_t start = 0;
+    for (size_t k = 0; k < n_given; k++, column++) {
+      uint8_t *line = flags + column % columns.counts[0] * steps[columns.across[0]] + column / columns.counts[0] * steps[columns.across[1]];
+      uint32_t first = 0;
+      uint8_t own = 0;
+      for (uint64_t run = start; run <= ends[k]; run++) {
+        const uint32_t end = run < ends[k] ? HEXCAST_RUN_FIRST(runs[run]) : columns.depth;
+        counts[own] += end - first;
+        for (uint32_t cell = first; cell < end; cell++) line[cell * steps[columns.axis]] = own;
+        if (run == ends[k]) break;
+        first = end;
+        own = (uint8_t)HEXCAST_RUN_FLAG(runs[run]);
+      }
+      start = ends[k];
+    }
+    n_runs += start;
+  }
+  CHECK(n_runs == columns.n_runs);
+  free(ends);
+}
+
+/* Runs give the flags that a box has, along every axis, and however many columns are asked for at once. */
+static void runs(const HexcastMesher *mesher) {
+  static uint8_t flags[NX * NY * NZ], of_runs[NX * NY * NZ];
+  const uint32_t zero[3] = {0, 0, 0}, dims[3] = {NX, NY, NZ};
+  for (int axis = 0; axis < 3; axis++)
+    for (size_t n_at_once = 1; n_at_once <= 1000; n_at_once = 10 * n_at_once + 1) {
+      char job[512];
+      snprintf(job, sizeof job, JOB(", \"axis\": \"%c\""), "xyz"[axis]);
+      HexcastMesh *mesh = meshed(mesher, job);
+      CHECK(hexcast_mesh_fill_box(mesh, zero, dims, flags, sizeof flags, NULL) == 0);
+      uint64_t counts[256] = {0}, expected[256] = {0};
+      for (size_t i = 0; i < sizeof flags; i++) expected[flags[i]]++;
+      memset(of_runs, 9, sizeof of_runs);
+      walk(mesh, n_at_once, counts, of_runs, dims);
+      CHECK(memcmp(counts, expected, sizeof counts) == 0 && counts[200] > 0 && counts[0] > 0);
+      CHECK(memcmp(flags, of_runs, sizeof flags) == 0);
+      hexcast_mesh_free(mesh);
+    }
+  /* a window has columns of its own */
+  HexcastMesh *window = meshed(mesher, JOB(", \"window\": [3, 2, 1, 11, 14, 8]"));
+  const uint32_t own[3] = {8, 12, 7};
+  uint64_t counts[256] = {0};
+  CHECK(hexcast_mesh_fill_box(window, zero, own, flags, 8 * 12 * 7, NULL) == 0);
+  walk(window, 50, counts, of_runs, own);
+  CHECK(memcmp(flags, of_runs, 8 * 12 * 7) == 0 && counts[0] + counts[200] == 8 * 12 * 7);
+
+  HexcastError *error = NULL;
+  uint64_t end;
+  const uint32_t *some;
+  size_t n_given;
+  CHECK(hexcast_mesh_runs(window, 672, 1, &end, &some, &n_given, &error) == 1);
+  check_error(error, "job-value", "no column 672: the mesh has");
+  CHECK(hexcast_mesh_runs(window, 0, 0, &end, &some, &n_given, &error) == 1);
+  check_error(error, "job-value", "n_columns is 0");
+  CHECK(hexcast_mesh_runs(window, 0, 1, NULL, &some, &n_given, &error) == 1);
+  check_error(error, "job-value", "ends is NULL");
+  CHECK(hexcast_mesh_columns(window, NULL, &error) == 1);
+  check_error(error, "job-value", "columns is NULL");
+  hexcast_mesh_free(window);
+}
+
+/* The octahedron by its six vertices has the cells that its corners have. */
+static void vertices(const HexcastMesher *mesher) {
+  static const double places[6][3] = {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}};
+  uint32_t triangles[8][3];
+  uint64_t triangles64[8][3];
+  for (int facet = 0; facet < 8; facet++)
+    for (int corner = 0; corner < 3; corner++)
+      for (uint32_t place = 0; place < 6; place++) {
+        int is_same = 1;
+        for (int axis = 0; axis < 3; axis++) is_same &= octahedron_corners[facet][corner][axis] == (float)places[place][axis];
+        if (is_same) triangles64[facet][corner] = triangles[facet][corner] = place;
+      }
+  HexcastFacets of_32 = {.file = "octahedron", .n_facets = 8, .vertices = &places[0][0], .n_vertices = 6, .triangles = &triangles[0][0]};
+  HexcastFacets of_64 = of_32;
+  of_64.triangles = NULL;
+  of_64.triangles64 = &triangles64[0][0];
+  static uint8_t expected_flags[NX * NY * NZ], flags[NX * NY * NZ];
+  const uint32_t first[3] = {0, 0, 0}, end[3] = {NX, NY, NZ};
+  HexcastMesh *mesh = meshed(mesher, JOB(""));
+  CHECK(hexcast_mesh_fill_box(mesh, first, end, expected_flags, sizeof flags, NULL) == 0);
+  hexcast_mesh_free(mesh);
+  HexcastError *error = NULL;
+  const HexcastFacets *both[] = {&of_32, &of_64};
+  for (int i = 0; i < 2; i++) {
+    mesh = hexcast_mesh(mesher, JOB(""), both[i], 1, &error);
+    CHECK(mesh != NULL && hexcast_mesh_fill_box(mesh, first, end, flags, sizeof flags, NULL) == 0);
+    CHECK(memcmp(flags, expected_flags, sizeof flags) == 0);
+    hexcast_mesh_free(mesh);
+  }
+
+  HexcastFacets wrong[7] = {of_32, of_32, of_32, of_32, of_64, of_64, of_32};
+  const double huge[6][3] = {{1e39, 0, 0}}, unknown[6][3] = {{strtod("nan", NULL), 0, 0}};
+  wrong[0].triangles64 = of_64.triangles64;
+  wrong[1].corners = &octahedron_corners[0][0][0];
+  wrong[2].triangles = NULL;
+  wrong[3].n_vertices = 5;
+  triangles64[0][0] = UINT64_MAX;
+  wrong[5].vertices = NULL;
+  wrong[5].n_vertices = 6;
+  static const char *parts[5] = {"vertices and triangles and triangles64", "corners and vertices and triangles", "have vertices",
+                                 "vertex 5 of 5", "of 6"};
+  for (int i = 0; i < 5; i++) {
+    error = NULL;
+    CHECK(hexcast_mesh(mesher, JOB(""), &wrong[i], 1, &error) == NULL);
+    check_error(error, i < 3 ? "job-conflict" : "job-value", parts[i]);
+  }
+  CHECK(hexcast_mesh(mesher, JOB(""), &wrong[5], 1, &error) == NULL);
+  check_error(error, "job-value", "the vertices of facets is NULL");
+  wrong[6].vertices = &huge[0][0];
+  CHECK(hexcast_mesh(mesher, JOB(""), &wrong[6], 1, &error) == NULL);
+  check_error(error, "stl-not-finite", "vertex 0 is [1e39");
+  wrong[6].vertices = &unknown[0][0];
+  CHECK(hexcast_mesh(mesher, JOB(""), &wrong[6], 1, &error) == NULL);
+  check_error(error, "stl-not-finite", "NaN");
+}
+
+/* What cannot be written is an error, and leaves nothing. */
+static void files(const HexcastMesher *mesher) {
+  const struct {
+    const char *path, *options, *code, *part;
+  } calls[] = {
+      {NULL, NULL, "job-value", "the path is NULL"},
+      {"mesh", NULL, "output-name", "no extension"},
+      {"mesh.stl", NULL, "output-name", "\"stl\""},
+      {"mesh.vti", "{", "job-value", "the options of the file"},
+      {"mesh.vti", "{\"level\": 6}", "job-value", "level"},
+      {"mesh.vti", "{\"compress\": 12}", "job-value", "compression level 12 is not 1 to 9"},
+      {"mesh.vti", "{\"bits\": true}", "job-conflict", "\"bits\" does not apply"},
+      {"mesh.raw", "{\"compress\": 1}", "job-conflict", "\"compress\" does not apply"},
+      {"mesh.raw", "{\"ascii\": true}", "job-conflict", "\"ascii\" does not apply"},
+      {"mesh.msh", "{\"map\": {\"1\": 2}}", "job-conflict", "\"map\" does not apply"},
+      {"mesh.msh", "{\"open_patches\": [\"inlet\"]}", "job-conflict", "\"patches\" is missing"},
+      {"mesh.msh", "{\"patches\": \"solid\"}", "job-conflict", "which this mesh does not know"},
+      {"mesh.foam", NULL, "export-unit", "mesh.foam"},
+      {"mesh.binvox", NULL, "lines-graded", "cubes"},
+      {"no/such/folder/mesh.vti", NULL, "io", "there is no folder no/such/folder"},
+      {"/", NULL, "output-name", "no extension"},
+  };
+  HexcastMesh *mesh = meshed(mesher, JOB(""));
+  for (size_t i = 0; i < sizeof calls / sizeof calls[0]; i++) {
+    HexcastError *error = NULL;
+    CHECK(hexcast_mesh_write(mesh, calls[i].path, calls[i].options, &error) == 1);
+    check_error(error, calls[i].code, calls[i].part);
+    CHECK(!calls[i].path || calls[i].path[0] == '/' || fopen(calls[i].path, "rb") == NULL);
+  }
+  HexcastError *error = NULL;
+  CHECK(hexcast_mesh_write(NULL, "mesh.vti", NULL, &error) == 1);
+  check_error(error, "job-value", "the mesh is NULL");
+  hexcast_mesh_free(mesh);
+}
+
 static void errors(const HexcastMesher *mesher) {
   HexcastError *error = NULL;
   CHECK(hexcast_mesher_new("{\"backend\": \"abacus\"}", &error) == NULL);
@@ -160,12 +328,12 @@ static void errors(const HexcastMesher *mesher) {
       {JOB(""), "io", "octahedron: there is no such file", NULL, 0},
       {JOB(""), "job-value", "facets is NULL", NULL, 1},
       {JOB(", \"window\": [0, 0, 0, 99, 1, 1]"), "job-value", "window", &facets, 1},
-      {JOB(""), "job-value", "the corners of facets is NULL", &(HexcastFacets){"octahedron", NULL, 8}, 1},
-      {JOB(""), "job-value", "which no memory holds", &(HexcastFacets){"octahedron", &octahedron_corners[0][0][0], SIZE_MAX}, 1},
-      {JOB(""), "job-value", "the name of facets is NULL", &(HexcastFacets){NULL, &octahedron_corners[0][0][0], 8}, 1},
-      {JOB(""), "job-value", "named \"cube\"", &(HexcastFacets){"cube", &octahedron_corners[0][0][0], 8}, 1},
-      {JOB(""), "stl-empty", "there are no facets", &(HexcastFacets){"octahedron", NULL, 0}, 1},
-      {JOB(""), "stl-not-finite", "NaN", &(HexcastFacets){"octahedron", (float[9]){strtof("nan", NULL)}, 1}, 1},
+      {JOB(""), "job-value", "the corners of facets is NULL", &CORNERS("octahedron", NULL, 8), 1},
+      {JOB(""), "job-value", "which no memory holds", &CORNERS("octahedron", &octahedron_corners[0][0][0], SIZE_MAX), 1},
+      {JOB(""), "job-value", "the name of facets is NULL", &CORNERS(NULL, &octahedron_corners[0][0][0], 8), 1},
+      {JOB(""), "job-value", "named \"cube\"", &CORNERS("cube", &octahedron_corners[0][0][0], 8), 1},
+      {JOB(""), "stl-empty", "there are no facets", &CORNERS("octahedron", NULL, 0), 1},
+      {JOB(""), "stl-not-finite", "NaN", &CORNERS("octahedron", ((float[9]){strtof("nan", NULL)}), 1), 1},
   };
   for (size_t i = 0; i < sizeof calls / sizeof calls[0]; i++) {
     error = NULL;
@@ -362,10 +530,28 @@ static void doubtful(void) {
   hexcast_mesher_free(mesher);
 }
 
+/* The number of cells that have a flag, by runs; without a check, for threads. */
+static size_t cells_of_runs(const HexcastMesh *mesh) {
+  HexcastColumns columns;
+  uint64_t ends[7];
+  const uint32_t *runs;
+  size_t n_given, n = 0;
+  if (hexcast_mesh_columns(mesh, &columns, NULL)) return 0;
+  for (uint64_t column = 0; column < columns.n_columns; column += n_given) {
+    if (hexcast_mesh_runs(mesh, column, 7, ends, &runs, &n_given, NULL)) return 0;
+    for (size_t k = 0; k < n_given; k++)
+      for (uint64_t run = k ? ends[k - 1] : 0; run < ends[k]; run++) {
+        const uint32_t end = run + 1 < ends[k] ? HEXCAST_RUN_FIRST(runs[run + 1]) : columns.depth;
+        n += HEXCAST_RUN_FLAG(runs[run]) ? end - HEXCAST_RUN_FIRST(runs[run]) : 0;
+      }
+  }
+  return n;
+}
+
 static const HexcastMesher *shared_mesher;
 static const HexcastMesh *shared_mesh;
 
-/* Meshes with the mesher of all threads, and reads the mesh of all threads. Returns the cells inside, twice. */
+/* Meshes with the mesher of all threads, and reads the mesh of all threads. Returns the cells inside, twice, and by runs. */
 static void *of_thread(void *place) {
   const uint32_t first[3] = {0, 0, 0}, end[3] = {NX, NY, NZ};
   uint8_t *flags = malloc(NX * NY * NZ);
@@ -377,6 +563,7 @@ static void *of_thread(void *place) {
     if (!flags || hexcast_mesh_fill_box(meshes[i], first, end, flags, NX * NY * NZ, NULL)) continue;
     for (int cell = 0; cell < NX * NY * NZ; cell++) counts[i] += flags[cell] != 0;
   }
+  counts[2] = cells_of_runs(shared_mesh);
   hexcast_mesh_free(mesh);
   free(flags);
   return NULL;
@@ -385,13 +572,13 @@ static void *of_thread(void *place) {
 static void threads(const HexcastMesher *mesher) {
   enum { N = 4 };
   pthread_t threads[N];
-  size_t counts[N][2];
+  size_t counts[N][3];
   HexcastMesh *mesh = meshed(mesher, JOB(""));
   shared_mesher = mesher;
   shared_mesh = mesh;
   for (int i = 0; i < N; i++) CHECK(pthread_create(&threads[i], NULL, of_thread, counts[i]) == 0);
   for (int i = 0; i < N; i++) CHECK(pthread_join(threads[i], NULL) == 0);
-  for (int i = 0; i < N; i++) CHECK(counts[i][0] > 0 && counts[i][0] == counts[0][0] && counts[i][1] == counts[0][0]);
+  for (int i = 0; i < N; i++) CHECK(counts[i][0] > 0 && counts[i][0] == counts[0][0] && counts[i][1] == counts[0][0] && counts[i][2] == counts[0][0]);
   hexcast_mesh_free(mesh);
 }
 
@@ -400,6 +587,10 @@ int main(void) {
   HexcastMesher *mesher = mesher_of_cpu();
   whole_and_windows(mesher);
   errors(mesher);
+  runs(mesher);
+  vertices(mesher);
+  files(mesher);
+  CHECK(strcmp(hexcast_version(), HEXCAST_VERSION_STRING) == 0);
   measured(mesher);
   doubtful();
   threads(mesher);

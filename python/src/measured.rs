@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::PathBuf;
 
-use hexcast::files::put_below;
+use hexcast::files::WrittenFolder;
 use hexcast::fractions::Fractions;
 use hexcast::measured::Measured;
 use hexcast::write::zarr::write_solid as write_solid_store;
@@ -92,8 +92,9 @@ pub(crate) fn write_solid(
         let options = raw.zarr_options(compress);
         let written = match format {
             Format::Zarr => {
-                let put = |key: &str, value: &[u8]| put_below(&path, key, value);
-                write_solid_store(&raw.mesh, &fractions, &options, &put, control)
+                let folder = WrittenFolder::new(path.clone());
+                write_solid_store(&raw.mesh, &fractions, &options, &|key, value| folder.put(key, value), control)
+                    .and_then(|()| folder.verify())
             }
             _ => write::write_solid(&raw.mesh, &fractions, (format, &options), &mut create(&path)?, control).map(drop),
         };

@@ -8,7 +8,7 @@ use std::sync::{Mutex, PoisonError};
 use hexcast::column_file;
 use hexcast::columns::{run_cell, run_flag};
 use hexcast::control::Control;
-use hexcast::files::put_below;
+use hexcast::files::WrittenFolder;
 use hexcast::job::ZarrJob;
 use hexcast::lines::Lines;
 use hexcast::measured::Measured;
@@ -197,8 +197,10 @@ impl RawMesh {
     fn write_zarr(&self, py: Python<'_>, name: &str, path: PathBuf, compress: Option<u8>) -> PyResult<()> {
         let options = self.zarr_options(compress);
         run(py, None, |control| {
-            let put = |key: &str, value: &[u8]| put_below(&path, key, value);
-            write::zarr::write(&self.mesh, &options, &put, control, |_| ()).map_err(|error| error.at(name))
+            let folder = WrittenFolder::new(path.clone());
+            write::zarr::write(&self.mesh, &options, &|key, value| folder.put(key, value), control, |_| ())
+                .and_then(|()| folder.verify())
+                .map_err(|error| error.at(name))
         })
     }
 }

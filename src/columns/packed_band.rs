@@ -117,6 +117,19 @@ impl PackedBand {
         })
     }
 
+    /// Runs of at most `max_rays` rays from one on, counted from the first of the band, and where those of each end in them.
+    pub(crate) fn together(&self, ray: usize, max_rays: usize) -> (&[u32], impl ExactSizeIterator<Item = u64>) {
+        let rays = ray..self.counts.len().min(ray.saturating_add(max_rays));
+        let start = self.start(ray);
+        let n_runs: usize = rays.clone().map(|ray| self.count(ray)).sum();
+        let mut end = 0;
+        let ends = rays.map(move |ray| {
+            end += self.count(ray) as u64;
+            end
+        });
+        (&self.runs[start..start + n_runs], ends)
+    }
+
     /// Number of cells of every flag that the runs name; cells before the first run of a ray are not counted.
     pub(crate) fn cells_per_flag(&self, depth: u32) -> [u64; 256] {
         let mut cells = [0; 256];
@@ -159,6 +172,17 @@ mod tests {
             let found: Vec<&[u32]> = packed.rays_from(from).collect();
             let expected: Vec<&[u32]> = (from..40_000).map(|ray| band.ray(ray)).collect();
             assert_eq!(found, expected, "from ray {from}");
+            for n in [1usize, 2, 64, 16_390, usize::MAX] {
+                let expected = &expected[..expected.len().min(n)];
+                if from < 40_000 {
+                    let (runs, ends) = packed.together(from, n);
+                    let ends: Vec<u64> = ends.collect();
+                    let starts = [0].into_iter().chain(ends.iter().copied());
+                    let rays = starts.zip(&ends).map(|(start, &end)| &runs[start as usize..end as usize]);
+                    assert!(rays.eq(expected.iter().copied()), "{n} rays from {from}");
+                    assert_eq!(runs.len(), expected.iter().map(|of| of.len()).sum::<usize>());
+                }
+            }
         }
         let index = packed.n_bytes() - 4 * band.runs.len() as u64;
         // a byte a ray, four a block of 64 rays, eight for each of the four rays of 255 runs and more

@@ -110,7 +110,6 @@ const UNKNOWN_TO_CORE: &[&str] = &[
     "ctrlc",
     "tempfile",
     "memmap2",
-    "zarrs::filesystem",
 ];
 /// A kernel whose host code called its definition would prove nothing: it uses the stages' types only.
 const UNKNOWN_TO_GPU: &[&str] = &[

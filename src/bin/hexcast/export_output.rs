@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use hexcast::control::Control;
 use hexcast::export::{ExportOptions, Exporter, Files, exact_size, export};
+use hexcast::files::place::{ExportPlace, refused};
 use hexcast::geometry::Geometry;
 use hexcast::job::Job;
 use hexcast::mesh::{Mesh, Named};
@@ -15,8 +16,7 @@ use indicatif::ProgressBar;
 use super::counted::Counted;
 use super::disk::Planned;
 use super::ledger::Output;
-use super::output_file::{OutputFile, refused};
-use super::place::{check_kind, folder_of, target_of};
+use super::output_file::OutputFile;
 use super::progress::Progress;
 use super::temporary;
 
@@ -37,20 +37,10 @@ pub(crate) struct ExportOutput {
 impl ExportOutput {
     /// Opens a temporary folder, and enters all files.
     pub(crate) fn open(path: &Path, exporter: Exporter, options: ExportOptions) -> Result<ExportOutput> {
-        // a link to a case is replaced: what it leads to may have a name that tells nothing
-        let target = if exporter == Exporter::Foam { path.to_path_buf() } else { target_of(path)? };
-        let name = target.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        // the folders that a mesh has in a case of OpenFOAM need not be there
-        let folder = match exporter.file_names(&name).iter().all(|file| file.starts_with(&format!("{name}/"))) {
-            true => folder_of(folder_of(&target)).to_path_buf(),
-            false => folder_of(&target).to_path_buf(),
-        };
-        let name = target.strip_prefix(&folder).unwrap_or(&target).to_string_lossy().replace('\\', "/");
-        let names = exporter.file_names(&name);
-        check_places(path, &folder, &names)?;
+        let ExportPlace { folder, name, files, .. } = ExportPlace::of(path, exporter)?;
         let output = |file: String| Ok((file.clone(), Output::file_of(path, folder.join(file))?));
-        let outputs = names.into_iter().map(output).collect::<Result<_>>()?;
-        let temporary = temporary::Folder::beside(&target, &folder);
+        let outputs = files.into_iter().map(output).collect::<Result<_>>()?;
+        let temporary = temporary::Folder::beside(&folder.join(&name), &folder);
         let temporary = temporary.map_err(|error| refused(path, &folder, &error))?;
         Ok(ExportOutput { path: path.into(), exporter, options, folder, name, outputs, temporary })
     }
@@ -119,33 +109,6 @@ impl ExportOutput {
     fn failed(&self, error: std::io::Error) -> Error {
         Error::io(format!("writing {}", self.path.display()), error)
     }
-}
-
-/// Refuses places that something else has, and folders in which files of another mesh would stay.
-fn check_places(path: &Path, folder: &Path, names: &[String]) -> Result<()> {
-    for name in names {
-        let place = folder.join(name);
-        if place.is_dir() {
-            return Err(Error::new("io", format!("{} is a folder", place.display()), "name a file in it"));
-        }
-        check_kind(&place)?;
-        let inner = folder_of(&place);
-        if inner == folder || !inner.is_dir() {
-            continue;
-        }
-        let entries = std::fs::read_dir(inner).map_err(|error| refused(path, inner, &error))?;
-        for entry in entries.flatten().map(|entry| entry.path()) {
-            if names.iter().all(|name| folder.join(name) != entry) {
-                let message = format!("{} is in the folder of the new mesh, and belongs to another", entry.display());
-                return Err(Error::new(
-                    "io",
-                    message,
-                    "move or remove it: what is read with the new mesh must be made for it",
-                ));
-            }
-        }
-    }
-    Ok(())
 }
 
 /// The background, and the flags of geometries that are as good as certain to get cells: their boxes are cells thick, in the mesh, and clear of

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 
 use clap::ArgMatches;
 use clap::parser::ValueSource;
+use hexcast::files::place::folder_of;
 use hexcast::job::{Job, JobFile, Level, RunJob};
 use hexcast::{Error, Result};
 use serde::Serialize;
 
 use super::job_files::{is_json, read_job_file};
-use super::place::folder_of;
 use super::{ledger::Output, output_file::PendingFile, standard};
 
 /// The arguments of `hexcast mesh` with the options of its job file that they do not have. None where there are none.

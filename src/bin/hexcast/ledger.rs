@@ -13,10 +13,10 @@ use std::fs::{File, Metadata};
 use std::path::{Path, PathBuf};
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
+use hexcast::files::place::{check_kind, folder_of, not_a_file, target_of};
 use hexcast::{Error, Result};
 use tempfile::NamedTempFile;
 
-use super::place::{check_kind, folder_of, not_a_file, target_of};
 use super::{standard, temporary};
 
 /// What the system knows a file by: device and inode.

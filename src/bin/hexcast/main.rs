@@ -35,7 +35,6 @@ mod outputs;
 mod parts;
 mod picture_outputs;
 mod pictures;
-mod place;
 mod place_of_store;
 mod progress;
 mod reading;
@@ -50,7 +49,6 @@ mod temporary;
 mod terminal;
 mod verify;
 mod verify_store;
-mod written_folder;
 mod zarr_folder;
 mod zarr_output;
 

@@ -1,13 +1,13 @@
 //! One output file: written to a temporary file beside its target, and given its name at the end.
 
-use std::io::{ErrorKind, Seek, Write};
+use std::io::{Seek, Write};
 use std::path::{Path, PathBuf};
 
+use hexcast::files::place::{folder_of, refused};
 use hexcast::{Error, Result};
 use tempfile::NamedTempFile;
 
 use super::ledger::Output;
-use super::place::folder_of;
 use super::standard;
 
 /// A file that was written.
@@ -58,21 +58,6 @@ impl PendingFile {
             return standard::print_all(self.temporary.as_file());
         }
         self.output.put_file(self.temporary)
-    }
-}
-
-/// The error of a folder in which no file can be made; it does not name the temporary file.
-pub(crate) fn refused(path: &Path, folder: &Path, error: &std::io::Error) -> Error {
-    let (name, folder) = (path.display(), folder.display());
-    match error.kind() {
-        ErrorKind::NotFound => {
-            let message = format!("{name} cannot be written: there is no folder {folder}");
-            Error::new("io", message, "make the folder first, or name another")
-        }
-        kind => {
-            let message = format!("{name} cannot be written: the folder {folder} says \"{kind}\"");
-            Error::new("io", message, "make sure that the folder is yours and has room")
-        }
     }
 }
 

@@ -5,10 +5,10 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use hexcast::files::place::folder_of;
 use hexcast::{Error, Result};
 
 use super::ledger::Output;
-use super::place::folder_of;
 #[cfg(feature = "s3")]
 use super::s3::Bucket;
 use super::store::Store;

@@ -10,9 +10,8 @@ use std::fs::{File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
+use hexcast::files::place::folder_of;
 use tempfile::{NamedTempFile, TempDir};
-
-use super::place::folder_of;
 
 /// Letters that make a name unique.
 const N_RANDOM: usize = 6;

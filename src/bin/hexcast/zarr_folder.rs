@@ -3,16 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use hexcast::control::Control;
+use hexcast::files::WrittenFolder;
+use hexcast::files::place::{folder_of, refused, target_of};
 use hexcast::mesh::Mesh;
 use hexcast::write::{Format, Options, zarr};
 use hexcast::{Error, Result};
 
 use super::ledger::Output;
-use super::output_file::{OutputFile, refused};
-use super::place::{folder_of, target_of};
+use super::output_file::OutputFile;
 use super::progress::Progress;
 use super::temporary;
-use super::written_folder::WrittenFolder;
 
 /// A temporary folder; nothing is left where this is dropped before [`ZarrFolder::finish`].
 pub(crate) struct ZarrFolder {

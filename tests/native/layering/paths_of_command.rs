@@ -21,7 +21,7 @@ const OPENS: &[(&str, &[&str])] = &[
     ("fs::read(", &["place_of_store.rs", "verify/stl.rs"]),
     // what the system says of the process
     ("fs::read_to_string", &["memory.rs"]),
-    ("FilesystemStore::new", &["written_folder.rs"]),
+    ("FilesystemStore::new", &[]),
 ];
 const TEMPORARY: &[&str] = &["temporary.rs"];
 

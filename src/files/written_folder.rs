@@ -7,24 +7,28 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use hexcast::files::put_below;
-use hexcast::{Error, Result};
+use crate::error::{Error, Result};
 
 /// A folder and the lengths of the files that were written to it, by their keys.
-pub(crate) struct WrittenFolder {
+pub struct WrittenFolder {
     root: PathBuf,
     lengths: Mutex<BTreeMap<String, u64>>,
 }
 
 impl WrittenFolder {
     /// A folder, which may not be there yet.
-    pub(crate) fn new(root: PathBuf) -> WrittenFolder {
+    pub fn new(root: PathBuf) -> WrittenFolder {
         WrittenFolder { root, lengths: Mutex::default() }
     }
 
-    /// Writes a file.
-    pub(crate) fn put(&self, key: &str, bytes: &[u8]) -> Result<()> {
-        put_below(&self.root, key, bytes)?;
+    /// Writes a file, and makes the folders that it needs: a key of a Zarr store is its path (`flag/c/0/0/0`).
+    ///
+    /// # Errors
+    /// `io`.
+    pub fn put(&self, key: &str, bytes: &[u8]) -> Result<()> {
+        let path = self.root.join(key);
+        let made = path.parent().map_or(Ok(()), std::fs::create_dir_all);
+        made.and_then(|()| std::fs::write(&path, bytes)).map_err(|error| Error::io(format!("writing {key}"), error))?;
         self.lengths().insert(key.into(), bytes.len() as u64);
         Ok(())
     }
@@ -35,7 +39,7 @@ impl WrittenFolder {
     }
 
     /// Bytes of all files.
-    pub(crate) fn n_bytes(&self) -> u64 {
+    pub fn n_bytes(&self) -> u64 {
         self.lengths().values().sum()
     }
 
@@ -43,7 +47,7 @@ impl WrittenFolder {
     ///
     /// # Errors
     /// `io`, with the number of files that are not and the first of them.
-    pub(crate) fn verify(&self) -> Result<()> {
+    pub fn verify(&self) -> Result<()> {
         let lengths = self.lengths();
         let found = |key: &str| self.root.join(key).metadata().ok().map(|metadata| metadata.len());
         let mut wrong = lengths.iter().filter(|(key, length)| found(key) != Some(**length));
