@@ -305,8 +305,6 @@ const COMPLETE: &[(&str, &str)] = &[
     ("job Rule", "the two rules by which a winding number decides; the oracle and the check decide by both"),
     ("job Several", "a list"),
     ("picture Cut", "a plane of cells: its axis and index"),
-    ("write::zarr Gzip", "a level"),
-    ("write::zarr Values", "a function"),
 ];
 
 /// What a list of the API says against the rules of its types: each that may grow is `non_exhaustive`, `Mesh` has no public field, and only this
