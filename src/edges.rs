@@ -107,8 +107,10 @@ impl Vertices {
         held.set(Vertices::bytes_at_first(n_facets), EDGES)?;
         let mut vertices = Vertices::new(n_facets);
         while vertices.n_facets() < n_facets {
-            let n_more = NUMBERED_AT_ONCE.min(n_facets - vertices.n_facets());
-            held.set(vertices.most_bytes(n_more), EDGES)?;
+            let n_left = n_facets - vertices.n_facets();
+            let n_more = NUMBERED_AT_ONCE.min(n_left);
+            let unwritten = (size_of::<[usize; 3]>() * n_left) as u64;
+            held.set_unwritten(vertices.most_bytes(n_more), unwritten, EDGES)?;
             vertices.number(vertices.n_facets() + n_more, key);
         }
         vertices.finish();

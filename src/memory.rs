@@ -107,9 +107,15 @@ impl Held {
     /// # Errors
     /// `memory` where that is more than is left.
     pub fn grow(&mut self, n_bytes: u64, what: &str) -> Result<()> {
+        self.grow_unwritten(n_bytes, 0, what)
+    }
+
+    /// The same where so much of what was taken is not written yet, so that the system does not count it.
+    fn grow_unwritten(&mut self, n_bytes: u64, unwritten: u64, what: &str) -> Result<()> {
         let Shared { max, resident, .. } = &*self.memory.0;
         let asks = n_bytes >= ASKED_BYTES && *max < u64::MAX;
-        self.grow_beside(n_bytes, if asks { resident().unwrap_or(0) } else { 0 }, what)
+        let resident = if asks { resident().map_or(0, |resident| resident.saturating_add(unwritten)) } else { 0 };
+        self.grow_beside(n_bytes, resident, what)
     }
 
     /// The same where the process holds so much.
@@ -135,8 +141,13 @@ impl Held {
     /// # Errors
     /// `memory` where that is more than is left.
     pub fn set(&mut self, n_bytes: u64, what: &str) -> Result<()> {
+        self.set_unwritten(n_bytes, 0, what)
+    }
+
+    /// The same where so much of it is not written yet, so that the system does not count it.
+    pub(crate) fn set_unwritten(&mut self, n_bytes: u64, unwritten: u64, what: &str) -> Result<()> {
         self.shrink(self.n_bytes.saturating_sub(n_bytes));
-        self.grow(n_bytes - self.n_bytes, what)
+        self.grow_unwritten(n_bytes - self.n_bytes, unwritten, what)
     }
 
     /// Gives some of it back.

@@ -167,7 +167,7 @@ async fn meshed(
     let Snapped { frame, closed, mut ends, bound_sums } = snapped((job, options), &prepared, &memory, control).await?;
     let flags = frame.ranks.flag_of_rank.clone();
     let (whole, is_for_window) = (&prepared.whole, prepared.window.is_some());
-    let bad_edges = BadEdges::of_geometries(&frame, &closed, whole, &prepared.geometries, &memory)?;
+    let bad_edges = BadEdges::of_geometries(&frame, &closed, whole, &prepared.geometries, (&memory, control))?;
     check_copies(job, (&frame, &closed), &prepared, &memory)?;
     control.rest().await?;
     let plates = Plates::new(&frame, &ends, &prepared, (memory.left(), control))?;

@@ -14,6 +14,9 @@ pub(crate) fn sort<T: Ord>(list: &mut [T]) {
 
 /// Sorts a list by a key; elements of equal keys in any order.
 pub(crate) fn sort_by_key<T, K: Ord>(list: &mut [T], key: impl Fn(&T) -> K) {
+    #[cfg(not(target_arch = "wasm32"))]
+    list.sort_unstable_by_key(key);
+    #[cfg(target_arch = "wasm32")]
     sort_by(list, |one, other| key(one) < key(other));
 }
 

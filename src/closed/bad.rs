@@ -6,15 +6,16 @@
 use serde::{Deserialize, Serialize};
 
 use super::Closed;
+use crate::control::Control;
 use crate::edges::{BadEdge, EDGES, Groups, Use, Vertices, bad_edge, each};
 use crate::error::Result;
 use crate::frame::{Frame, SnappedFacet, world};
 use crate::geometry::Geometry;
 use crate::lines::Lines;
 use crate::memory::{Held, List, Memory};
-use crate::sort::{sort, sort_by_key};
+use crate::sort::{par_sort, sort};
 
-/// Bytes of a use while edges are grouped, at most: its edge, its corners, their groups, and its facet.
+/// Bytes of a use while edges are grouped, at most: its edge, its corners, their groups, and its facet; while uses are sorted it is 40.
 const GROUPED_BYTES: u64 = 96;
 /// Most groups of a kind that are listed.
 const MAX_GROUPS: usize = 8;
@@ -55,20 +56,20 @@ impl BadEdges {
     /// Finds those of the geometries of a frame, in the order of the job; `closed` is known of each position.
     ///
     /// # Errors
-    /// `memory` where what is held meanwhile does not fit.
+    /// `memory` where what is held meanwhile does not fit; `cancelled`.
     pub fn of_geometries(
         frame: &Frame,
         closed: &[Closed],
         lines: &Lines,
         geometries: &[Geometry],
-        memory: &Memory,
+        with: (&Memory, &Control),
     ) -> Result<Vec<BadEdges>> {
         let mut found = vec![BadEdges::default(); geometries.len()];
         for (position, &index) in frame.ranks.geometry_at.iter().enumerate() {
             if !closed[position].is_proper {
                 let world = |corner: [i32; 3]| world(corner, frame.fraction_bits, lines);
                 let geometry = &geometries[index];
-                let made = BadEdges::new(frame.facets_at(position), world, geometry, memory);
+                let made = BadEdges::new(frame.facets_at(position), world, geometry, with);
                 found[index] = made.map_err(|error| error.at(format!("geometry \"{}\"", geometry.name)))?;
             }
         }
@@ -79,7 +80,7 @@ impl BadEdges {
         facets: &[SnappedFacet],
         world: impl Fn([i32; 3]) -> [f64; 3],
         geometry: &Geometry,
-        memory: &Memory,
+        (memory, control): (&Memory, &Control),
     ) -> Result<BadEdges> {
         let mut room = Held::of(memory);
         let key = |facet: usize, corner: usize| facets[facet][corner].map(i32::cast_unsigned);
@@ -89,6 +90,7 @@ impl BadEdges {
         let mut of_kinds =
             [BadEdge::Open, BadEdge::Flipped, BadEdge::Nonmanifold].map(|kind| (kind, List::new(memory, EDGES)));
         for range in vertices.ranges() {
+            control.check()?;
             for uses in each(&vertices.uses(range)) {
                 if let Some(kind) = bad_edge(uses) {
                     of_kinds.iter_mut().filter(|of| of.0 == kind).try_for_each(|of| of.1.extend(uses))?;
@@ -99,17 +101,22 @@ impl BadEdges {
         let n_uses: usize = of_kinds.iter().map(|(_, uses)| uses.len()).sum();
         let _room_of_groups = memory.take(GROUPED_BYTES * n_uses as u64, EDGES)?;
         for (_, uses) in &mut of_kinds {
-            // in the order of the corners, whatever that of the facets
-            sort_by_key(uses, |entry: &Use| {
+            control.check()?;
+            // in the order of the corners, whatever that of the facets; these lie far from each other, so that each is looked up once
+            let keyed = uses.iter().map(|&entry| {
                 let [one, other] = entry.pair().map(|vertex| snapped(entry.facet(), vertex));
-                ([one.min(other), one.max(other)], *entry)
+                ([one.min(other), one.max(other)], entry)
             });
+            let mut keyed: Vec<([[i32; 3]; 2], Use)> = keyed.collect();
+            par_sort(&mut keyed);
+            uses.iter_mut().zip(keyed).for_each(|(place, (_, entry))| *place = entry);
         }
         let of_kinds = of_kinds.each_ref().map(|(kind, uses)| (*kind, each(uses).collect::<Vec<&[Use]>>()));
         let [open, flipped, nonmanifold] = of_kinds.each_ref().map(|of| of.1.len() as u64);
         let corner = |facet: usize, vertex: usize| world(snapped(facet, vertex));
         let mut worst = Vec::new();
         for (kind, of_kind) in of_kinds {
+            control.check()?;
             let mut groups: Vec<EdgeGroup> = Vec::new();
             let (order, ends) = connected(&of_kind);
             let starts = [0].into_iter().chain(ends.iter().copied());

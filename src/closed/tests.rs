@@ -1,4 +1,6 @@
 use super::*;
+use crate::control::Control;
+use crate::error::Result;
 use crate::frame::Frame;
 use crate::geometry::Geometry;
 use crate::lines::Lines;
@@ -61,13 +63,26 @@ fn one_edge_of_many_that_comes_twice_is_found() {
 }
 
 fn found_in(facets: Vec<SnappedFacet>, pieces: Vec<[u64; 2]>) -> BadEdges {
+    found_with(facets, pieces, &Control::default()).unwrap()
+}
+
+fn found_with(facets: Vec<SnappedFacet>, pieces: Vec<[u64; 2]>, control: &Control) -> Result<BadEdges> {
     let lines = Lines::new([10.0, 20.0, 30.0], [0.5; 3], [4; 3]).unwrap();
     let mut geometry = Geometry::new("g", 1, vec![[[0.0; 3]; 3]]).unwrap();
     geometry.pieces_in_file = pieces;
     let frame = Frame::new(std::slice::from_ref(&geometry), &lines).unwrap();
     let frame = Frame { fraction_bits: 6, ..frame.with_facets(facets) };
     let closed = [Closed::new(&frame.facets)];
-    BadEdges::of_geometries(&frame, &closed, &lines, &[geometry], &Memory::default()).unwrap().remove(0)
+    let found = BadEdges::of_geometries(&frame, &closed, &lines, &[geometry], (&Memory::default(), control));
+    found.map(|mut found| found.remove(0))
+}
+
+#[test]
+fn a_search_for_bad_edges_ends_where_it_is_cancelled() {
+    let control = Control::default();
+    control.cancel.cancel();
+    let found = found_with(tetrahedron()[..3].to_vec(), vec![], &control);
+    assert_eq!(found.unwrap_err().code(), "cancelled");
 }
 
 #[test]

@@ -5,20 +5,8 @@
 //! Tests that need a GPU have "gpu" in their path, and fail where there is none. On a machine without one
 //! `cargo test --test native -- --skip gpu` leaves them out, and says how many.
 
-/// A value with other fields than another: what `Type { key: value, ..other }` is where the type may get more fields.
-macro_rules! set {
-    ($type:ident { $($key:ident $(: $value:expr)?,)+ ..$other:expr }) => {{
-        let mut made: $type = $other;
-        $(set!(@ made $key $(: $value)?);)+
-        made
-    }};
-    (@ $made:ident $key:ident: $value:expr) => {
-        $made.$key = $value
-    };
-    (@ $made:ident $key:ident) => {
-        $made.$key = $key
-    };
-}
+#[macro_use]
+mod set;
 
 mod agreement;
 mod angles;

@@ -4,6 +4,10 @@
 
 wasm_bindgen_test::wasm_bindgen_test_configure!(run_in_dedicated_worker);
 
+#[macro_use]
+#[path = "../native/set.rs"]
+mod set;
+
 #[path = "../native/angles.rs"]
 mod angles;
 #[allow(dead_code)] // the native tests use the rest

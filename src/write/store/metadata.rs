@@ -50,7 +50,7 @@ pub(super) fn plain() -> Value {
 }
 
 /// Chunks in shards.
-pub(in crate::write) fn sharded(shards: &Shards, compress: Compress) -> Value {
+pub(crate) fn sharded(shards: &Shards, compress: Compress) -> Value {
     let [x, y, z] = shards.chunk;
     let mut codecs = vec![plain()];
     if let Compress::Zlib(level) = compress {

@@ -13,9 +13,9 @@ use crate::parallel::*;
 use crate::write::Compress;
 
 /// The checksum of the places, CRC-32C.
-pub(in crate::write) const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
+pub(crate) const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
 /// The place of a chunk that is left out.
-pub(in crate::write) const NOWHERE: [u8; 16] = [0xff; 16];
+pub(crate) const NOWHERE: [u8; 16] = [0xff; 16];
 
 /// What a row of chunks is made of.
 pub(super) struct Row<'a> {
@@ -102,7 +102,7 @@ impl Chunks {
 ///
 /// # Errors
 /// `io`.
-pub(in crate::write) fn gzip(level: u8, bytes: &[u8]) -> Result<Vec<u8>> {
+pub(crate) fn gzip(level: u8, bytes: &[u8]) -> Result<Vec<u8>> {
     let mut out = Vec::with_capacity(bytes.len() / 64);
     let read = GzEncoder::new(bytes, Compression::new(level.into())).read_to_end(&mut out);
     read.map_err(|error| Error::io("compressing a chunk", error))?;
