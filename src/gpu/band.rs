@@ -43,14 +43,6 @@ pub(crate) struct Context<'a> {
     pub(crate) resident: Option<&'a Resident>,
 }
 
-impl<'a> Context<'a> {
-    /// Where the runs go; in wasm only tests have them stay, and the package goes without the code.
-    fn resident(&self) -> Option<&'a Resident> {
-        let may_stay = cfg!(any(not(target_arch = "wasm32"), feature = "stages"));
-        self.resident.filter(|_| may_stay)
-    }
-}
-
 /// The buffers of a band, and what is known of the bands before.
 pub(crate) struct Worker<'a> {
     pub(crate) context: Context<'a>,
@@ -227,7 +219,9 @@ impl<'a> Worker<'a> {
             return Ok(Outcome::Again);
         }
         let deep = if n_deep == 0 { DeepRows::default() } else { self.deep_rows(params, &facets, n_deep).await? };
-        if let Some(resident) = self.context.resident() {
+        // in wasm only tests have runs stay, and the package goes without the code
+        #[cfg(any(not(target_arch = "wasm32"), feature = "stages"))]
+        if let Some(resident) = self.context.resident {
             let (n_lost, n_unused, n_hits) = (totals[2], totals[3], Some(found[1]));
             return self.order(resident, &params, Unordered { deep, n_places, n_unused, n_lost, n_hits }).await;
         }

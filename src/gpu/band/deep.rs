@@ -29,7 +29,8 @@ impl Worker<'_> {
         if !is_least && deep.events.is_empty() && deep.buffers.is_none() && deep.rows.first() == Some(&LEFT) {
             return Ok(Outcome::TooMany);
         }
-        if let Some(resident) = self.context.resident() {
+        #[cfg(any(not(target_arch = "wasm32"), feature = "stages"))]
+        if let Some(resident) = self.context.resident {
             let params = Params { all_deep: 1, ..*params };
             return self
                 .order(resident, &params, Unordered { deep, n_places: 0, n_unused: 0, n_lost: 0, n_hits: None })
@@ -46,7 +47,7 @@ impl Worker<'_> {
         let Written { offsets, n_events, buffers } = self.write_crossings(params, facets, n_rows).await?;
         let mut deep = DeepRows { offsets, rows: vec![0; 16 * n_rows as usize], ..DeepRows::default() };
         if let (Some(of_band), Some(buffers)) = (&self.buffers, &buffers) {
-            let n_events = if self.context.resident().is_some() { 0 } else { n_events };
+            let n_events = if self.context.resident.is_some() { 0 } else { n_events };
             let mut passes = begin(self.context, self.profile.as_mut());
             passes.map_deep(of_band, buffers, n_rows);
             let parts = [buffers.deep_rows.first(16 * n_rows), buffers.events.first(n_events)];
@@ -54,7 +55,7 @@ impl Worker<'_> {
         } else if n_events > 0 {
             deep.rows.iter_mut().step_by(16).for_each(|first| *first = LEFT);
         }
-        deep.buffers = buffers.filter(|_| self.context.resident().is_some());
+        deep.buffers = buffers.filter(|_| self.context.resident.is_some());
         Ok(deep)
     }
 
