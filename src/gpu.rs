@@ -166,7 +166,7 @@ impl Gpu {
     pub(crate) async fn open_in(instance: &wgpu::Instance, wanted: Option<&str>, edit: Option<Edit>) -> Result<Gpu> {
         let adapter = find(instance, wanted).await?;
         let opened = Opened::new(&adapter).await?;
-        let kernels = Arc::new(Kernels::new(&opened.device, edit));
+        let kernels = Kernels::shared(&opened.device, edit);
         let gpu = Gpu { facts: device::facts(&adapter), opened, kernels, pool: BufferPool::default() };
         gpu.prepare().await?;
         Ok(gpu)
@@ -190,7 +190,7 @@ impl Gpu {
         let limits = device.limits();
         needs::check_limits(&limits)?;
         let facts = device::facts_of(device.adapter_info(), &limits);
-        let kernels = Arc::new(Kernels::new(&device, None));
+        let kernels = Kernels::shared(&device, None);
         let gpu = Gpu { facts, opened: Opened::of_caller(&device, &queue), kernels, pool: BufferPool::default() };
         gpu.scoped(gpu.prepare()).await.map(|()| gpu)
     }

@@ -66,7 +66,7 @@ pub struct Expander {
 impl Expander {
     /// Takes a device and its queue.
     pub fn new(device: &Device, queue: &Queue) -> Expander {
-        Expander { opened: Opened::of_caller(device, queue), kernels: Arc::new(Kernels::new(device, None)) }
+        Expander { opened: Opened::of_caller(device, queue), kernels: Kernels::shared(device, None) }
     }
 
     /// Expands the flags of a box of cells, end exclusive, to a new buffer with the usages `STORAGE`, `COPY_SRC` and `COPY_DST`. What is

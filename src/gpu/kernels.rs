@@ -201,9 +201,12 @@ pub(crate) struct Kernels {
 }
 
 impl Kernels {
-    /// Takes kernels for a device; none is compiled yet.
-    pub(crate) fn new(device: &Device, edit: Option<Edit>) -> Kernels {
-        Kernels { device: device.clone(), edit, compiled: SOURCES.iter().map(|_| OnceLock::new()).collect() }
+    /// Takes kernels for a device, which meshes on it share; none is compiled yet.
+    // in wasm there is one thread, and nothing of wgpu goes to another
+    #[cfg_attr(target_arch = "wasm32", allow(clippy::arc_with_non_send_sync))]
+    pub(crate) fn shared(device: &Device, edit: Option<Edit>) -> Arc<Kernels> {
+        let compiled = SOURCES.iter().map(|_| OnceLock::new()).collect();
+        Arc::new(Kernels { device: device.clone(), edit, compiled })
     }
 
     /// Compiles the common kernels; natively on all cores, but for a device of the caller's, whose errors are told to the thread they are of.

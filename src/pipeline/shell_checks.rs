@@ -277,7 +277,9 @@ impl Checked<'_> {
             let bound = cell.map(|cell| self.bound_sums[position].of_cells(self.frame.fraction_bits, cell));
             bound.is_some_and(|bound| is_little(bound, volume))
         };
-        has_own() && off(self.volumes[usize::from(geometry.flag)], volume) <= MAX_OFF || is_bounded()
+        let found = self.volumes[usize::from(geometry.flag)];
+        // one without volume has no cell, either
+        has_own() && found > 0.0 && off(found, volume) <= MAX_OFF || is_bounded()
     }
 
     /// Whether the cells of the flag of a geometry are those that its surface encloses, but for those that others win.
@@ -305,7 +307,7 @@ impl Checked<'_> {
 }
 
 /// Whether a difference is little against a volume: less than 5 %, of which a fifth is for the snap, which moves surfaces by less than a hundredth of
-/// a cell.
+/// a cell. Against none no difference is little: a shell without volume has no cell, which is to be said.
 fn is_little(off_by: f64, volume: f64) -> bool {
-    off_by <= 0.8 * MAX_OFF * volume.abs()
+    off_by < 0.8 * MAX_OFF * volume.abs()
 }

@@ -312,3 +312,14 @@ fn shells_of_any_bodies_have_the_winding_numbers_of_the_oracle() {
     }
     assert!(n[0] > 3 && n[1] > n[0], "{n:?}");
 }
+
+#[test]
+fn a_shell_without_volume_has_no_cell_and_is_counted() {
+    let [a, b, c, d] = [[3.0, 1.0, 1.0], [3.0, 4.0, 1.0], [3.0, 4.0, 4.0], [3.0, 1.0, 4.0]];
+    let flat: Facets = vec![[a, b, c], [a, c, d], [a, c, b], [a, d, c]];
+    let domain = Some([0.0, 0.0, 0.0, 7.0, 7.0, 7.0]);
+    let job = set!(Job { domain, dims: Some([7; 3]), ..Job::default() });
+    let (_, facts) = meshed(&[flat], &job, 0, &mut Engine::cpu()).expect("a mesh");
+    let check = facts.geometries[0].shells.as_ref().expect("a check");
+    assert_eq!((check.shells, check.without_cells, check.listed.len()), (1, 1, 1), "{check:?}");
+}
