@@ -132,7 +132,7 @@ impl RawMesh {
 
     /// All columns as arrays.
     fn columns<'py>(&self, py: Python<'py>) -> PyResult<ColumnArrays<'py>> {
-        let columns = &self.mesh.columns();
+        let columns = self.mesh.columns();
         let (offsets, starts, flags) = run(py, None, |_| {
             let (mut offsets, mut starts, mut flags) = (vec![0], Vec::new(), Vec::new());
             columns.for_rays(0..columns.rays().n_rays(), |runs| {

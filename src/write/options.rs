@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use crate::error::{Error, Result};
-use crate::job::ZarrJob;
+use crate::job::{Level, ZarrJob};
 use crate::mesh::SLAB_BYTES;
 
 /// A format of an output.
@@ -97,6 +97,15 @@ pub enum Compress {
     /// zlib at a level, 1 (fast) to 9 (small). The flags of fine meshes shrink to 1/25 at 1, to 1/100 at 6, which takes
     /// twice as long, and to 1/115 at 9, in twenty times as long.
     Zlib(u8),
+}
+
+impl From<Compress> for Level {
+    fn from(compress: Compress) -> Level {
+        match compress {
+            Compress::None => Level::Word("none".into()),
+            Compress::Zlib(level) => Level::Level(level),
+        }
+    }
 }
 
 /// Which axis is the slowest in a file of flags: the order of the axes of its array.

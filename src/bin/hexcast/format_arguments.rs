@@ -120,10 +120,7 @@ impl FormatArguments {
     /// Puts the options into a job file.
     pub(crate) fn put(&self, run: &mut RunJob) {
         run.format = self.format.clone();
-        run.compress = self.compress.map(|level| match level {
-            Compress::Zlib(level) => Level::Level(level),
-            level => Level::Word(format!("{level:?}").to_lowercase()),
-        });
+        run.compress = self.compress.map(Level::from);
         run.bits = self.bits;
         run.hash = self.hash.map(|Hash::Sha256| "sha256".into());
         run.axis_order = self.axis_order.map(|order| if order == AxisOrder::Xyz { "xyz".into() } else { "zyx".into() });

@@ -139,7 +139,7 @@ fn read_surfaces(
 
 fn in_words(found: &Leak, mesh: &Mesh, facets: Option<&[NearFacet]>, file: Option<&OutputFile>) -> String {
     let mut table = Table::default();
-    let unit = mesh.unit().as_ref().map_or(String::new(), |unit| format!(" {unit}"));
+    let unit = mesh.unit().map_or(String::new(), |unit| format!(" {unit}"));
     let flags = joined(&found.flags);
     let plural = if found.flags.len() == 1 { "" } else { "s" };
     let [from, to] = [found.from, found.to].map(|end| cell(end.cell));

@@ -1,6 +1,6 @@
 //! What is in a store that was written: its shards, and whether one can be read.
 
-use std::io::{copy, sink};
+use std::io::{Read, copy, sink};
 
 use flate2::bufread::GzDecoder;
 use serde_json::{Value, json};
@@ -105,9 +105,10 @@ impl Stored {
         if CHECKSUM.checksum(places).to_le_bytes() != checksum {
             return Err(wrong("the checksum of its index is not that of the index".into()));
         }
+        let expected = n_cells(&self.shapes.chunk.map(|n| 0..n)) as u64;
         for (number, place) in places.chunks_exact(16).enumerate().filter(|(_, place)| *place != NOWHERE) {
-            let of_chunk = self.n_cells_of(chunks, place).map_err(|why| wrong(format!("chunk {number} {why}")))?;
-            let expected = self.shapes.chunk.iter().map(|&n| u64::from(n)).product::<u64>();
+            let of_chunk =
+                self.n_cells_of(chunks, place, expected + 1).map_err(|why| wrong(format!("chunk {number} {why}")))?;
             if of_chunk != expected {
                 return Err(wrong(format!("chunk {number} has {of_chunk} cells or more, not {expected}")));
             }
@@ -115,8 +116,8 @@ impl Stored {
         Ok(())
     }
 
-    /// Cells of the chunk at a place, at most one too many.
-    fn n_cells_of(&self, chunks: &[u8], place: &[u8]) -> std::result::Result<u64, String> {
+    /// Cells of the chunk at a place; of one that is compressed at most so many are counted.
+    fn n_cells_of(&self, chunks: &[u8], place: &[u8], most: u64) -> std::result::Result<u64, String> {
         let number = |at: usize| place[at..at + 8].iter().rev().fold(0u64, |n, &byte| n << 8 | u64::from(byte));
         let (start, length) = (number(0), number(8));
         let end = start.checked_add(length).filter(|&end| end <= chunks.len() as u64);
@@ -126,9 +127,8 @@ impl Stored {
         if self.compress == Compress::None {
             return Ok(length);
         }
-        let most = n_cells(&self.shapes.chunk.map(|n| 0..n)) as u64 + 1;
         let mut decoder = GzDecoder::new(chunk);
-        let n = copy(&mut std::io::Read::take(&mut decoder, most), &mut sink());
+        let n = copy(&mut decoder.by_ref().take(most), &mut sink());
         let n = n.map_err(|error| format!("cannot be decompressed: {error}"))?;
         match decoder.into_inner() {
             [] => Ok(n),

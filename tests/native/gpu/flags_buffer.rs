@@ -27,7 +27,7 @@ fn mesh(axis: usize) -> Mesh {
 }
 
 /// All bytes of a buffer, by the caller's own means.
-fn read((device, queue): &(Device, Queue), buffer: &wgpu::Buffer) -> Vec<u8> {
+pub(super) fn read((device, queue): &(Device, Queue), buffer: &wgpu::Buffer) -> Vec<u8> {
     let usage = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
     let copy =
         device.create_buffer(&BufferDescriptor { label: None, size: buffer.size(), usage, mapped_at_creation: false });

@@ -11,8 +11,9 @@ use hexcast::job::{AxisChoice, GeometryJob, GradedJob, HaloEdge, Job, Open, Part
 use hexcast::pipeline::{Engine, MeshOptions};
 use hexcast::sources::Source;
 use hexcast::{Mesh, Mesher};
-use wgpu::{Buffer, BufferDescriptor, BufferUsages, Device, DeviceDescriptor, Limits, MapMode, PollType, Queue};
+use wgpu::{Buffer, BufferDescriptor, BufferUsages, Device, DeviceDescriptor, Limits, Queue};
 
+use super::flags_buffer::read;
 use crate::models;
 
 type Own = (Device, Queue);
@@ -30,17 +31,9 @@ fn mesher(own: &Own) -> Mesher {
 }
 
 /// All words of a buffer, by the caller's own means.
-fn words((device, queue): &Own, buffer: &Buffer) -> Vec<u32> {
-    let usage = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
-    let copy =
-        device.create_buffer(&BufferDescriptor { label: None, size: buffer.size(), usage, mapped_at_creation: false });
-    let mut encoder = device.create_command_encoder(&Default::default());
-    encoder.copy_buffer_to_buffer(buffer, 0, &copy, 0, buffer.size());
-    queue.submit([encoder.finish()]);
-    copy.map_async(MapMode::Read, .., |mapped| mapped.expect("it is mapped"));
-    device.poll(PollType::wait_indefinitely()).expect("the device is there");
-    let bytes = copy.get_mapped_range(..).expect("it is mapped").to_vec();
-    bytes.chunks_exact(4).map(|word| u32::from_le_bytes(word.try_into().expect("four bytes"))).collect()
+fn words(own: &Own, buffer: &Buffer) -> Vec<u32> {
+    let word = |bytes: &[u8]| u32::from_le_bytes(bytes.try_into().expect("four bytes"));
+    read(own, buffer).chunks_exact(4).map(word).collect()
 }
 
 /// A torus that touches a sphere; what the job does not say of them is as in `job`.
