@@ -3,7 +3,9 @@
 use serde::Deserialize;
 
 use crate::error::{Error, Result};
-use crate::job::{Level, ZarrJob};
+#[cfg(not(target_arch = "wasm32"))]
+use crate::job::Level;
+use crate::job::ZarrJob;
 use crate::mesh::SLAB_BYTES;
 
 /// A format of an output.
@@ -99,6 +101,7 @@ pub enum Compress {
     Zlib(u8),
 }
 
+#[cfg(not(target_arch = "wasm32"))]
 impl From<Compress> for Level {
     fn from(compress: Compress) -> Level {
         match compress {
