@@ -21,11 +21,11 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use crate::cast::Cast;
-use crate::cast::sizes::{BANDS_IN_FLIGHT, BIN, upload_bytes};
-use crate::columns::{Band, Columns};
-use crate::control::Control;
-use crate::error::{Error, Result};
+use crate::base::control::Control;
+use crate::base::error::{Error, Result};
+use crate::cells::columns::{Band, Columns};
+use crate::stages::cast::Cast;
+use crate::stages::cast::sizes::{BANDS_IN_FLIGHT, BIN, upload_bytes};
 
 mod band;
 mod buffers;
@@ -36,7 +36,6 @@ mod device_mesh;
 mod expand;
 mod failure;
 mod held;
-#[cfg(feature = "stages")]
 mod inspect;
 mod kernels;
 mod layout;
@@ -51,34 +50,30 @@ mod runs;
 #[cfg(not(target_arch = "wasm32"))]
 mod warm_up;
 
-#[cfg_attr(not(feature = "stages"), doc(hidden))]
+#[doc(hidden)]
 pub use band::Forced;
 use band::{Context, Launched, Outcome, Worker};
-#[cfg(feature = "stages")]
+#[doc(hidden)]
 pub use buffers::SCAN_BLOCK;
 pub use device::{AdapterFacts, AdapterKind, adapter, adapters, device_limits, instance};
 use device::{Opened, find};
 pub use device_mesh::DeviceMesh;
 pub use expand::{Cells, Expander};
-#[cfg(feature = "stages")]
+#[doc(hidden)]
 pub use inspect::Tiles;
-#[cfg(not(feature = "stages"))]
-use kernels::Edit;
 use kernels::Kernels;
 pub use kernels::expand_text;
-#[cfg(feature = "stages")]
+#[doc(hidden)]
 pub use kernels::{Edit, Kernel, KernelText, Slot, kernel_texts};
-#[cfg(feature = "stages")]
+#[doc(hidden)]
 pub use layout::Params;
 use pace::Pace;
-#[cfg(not(feature = "stages"))]
-use passes::Profile;
-#[cfg(feature = "stages")]
+#[doc(hidden)]
 pub use passes::{DEEP_ITEMS_OF_THREAD, GRADED_ITEMS_OF_THREAD, ITEMS_OF_THREAD, Profile, TILES_OF_THREAD};
 use pool::BufferPool;
-#[cfg(feature = "stages")]
+#[doc(hidden)]
 pub use probe::MOST_LOOPS;
-#[cfg(feature = "stages")]
+#[doc(hidden)]
 pub use runs::{DEEP, LEFT, LINKED};
 // of the devices, queues and buffers here
 pub use wgpu;
@@ -102,7 +97,7 @@ pub struct Gpu {
 
 /// How a mesh is run; no choice changes the result.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-#[cfg_attr(not(feature = "stages"), doc(hidden))]
+#[doc(hidden)]
 pub struct Options {
     /// Fixes the number of ray rows of a band; otherwise it follows from the limits and the speed of the device.
     pub rows_per_band: Option<u32>,
@@ -119,7 +114,7 @@ pub struct Options {
 
 /// What a mesh has used of the device, and what was found in its results.
 #[derive(Debug, Clone, Default, PartialEq)]
-#[cfg_attr(not(feature = "stages"), doc(hidden))]
+#[doc(hidden)]
 pub struct Usage {
     /// Most bytes of buffers held at once, with those that wait for the next mesh.
     pub peak_bytes: u64,
@@ -154,7 +149,7 @@ impl Gpu {
     ///
     /// # Errors
     /// Those of [`Gpu::open`].
-    #[cfg_attr(not(feature = "stages"), doc(hidden))]
+    #[doc(hidden)]
     pub async fn open_edited(wanted: Option<&str>, edit: Option<Edit>) -> Result<Gpu> {
         Gpu::open_in(&instance(), wanted, edit).await
     }
@@ -248,7 +243,7 @@ impl Gpu {
     ///
     /// # Errors
     /// `cancelled`; `device-failed`, `device-lost`; `device-wrong` where the results of the device cannot be right.
-    #[cfg_attr(not(feature = "stages"), doc(hidden))]
+    #[doc(hidden)]
     pub async fn columns(&self, cast: &Cast<'_>, control: &Control) -> Result<Columns> {
         let mut bands = Vec::new();
         self.continue_columns(cast, &Options::default(), control, &mut bands).await?;
@@ -259,7 +254,7 @@ impl Gpu {
     ///
     /// # Errors
     /// Those of [`Gpu::columns`].
-    #[cfg_attr(not(feature = "stages"), doc(hidden))]
+    #[doc(hidden)]
     pub async fn continue_columns(
         &self,
         cast: &Cast<'_>,
@@ -282,7 +277,7 @@ impl Gpu {
     ///
     /// # Errors
     /// Those of [`Gpu::columns`], and those of `take`.
-    #[cfg_attr(not(feature = "stages"), doc(hidden))]
+    #[doc(hidden)]
     pub async fn hand_out_bands(
         &self,
         cast: &Cast<'_>,

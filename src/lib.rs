@@ -1,153 +1,136 @@
 #![doc = include_str!("../docs/rust.md")]
-// with that feature the stages are public, and have callers
-#![cfg_attr(not(feature = "stages"), allow(dead_code, unreachable_pub, unused_imports))]
+// without the command some stages have fewer callers
+#![cfg_attr(not(feature = "cli"), allow(dead_code))]
 // what is public names stages that errors come from
 #![allow(rustdoc::private_intra_doc_links)]
 
-mod axis_crossings;
-#[cfg(not(feature = "stages"))]
-mod cast;
-#[cfg(feature = "stages")]
-pub mod cast;
-#[cfg(not(feature = "stages"))]
-mod certificate;
-#[cfg(feature = "stages")]
-pub mod certificate;
-mod checksum;
-#[cfg(not(feature = "stages"))]
-mod closed;
-#[cfg(feature = "stages")]
-pub mod closed;
-#[cfg(any(feature = "pictures", feature = "export"))]
-mod colours;
-pub mod columns;
-pub mod control;
-pub mod converge;
-#[cfg(not(feature = "stages"))]
-mod cpu;
-#[cfg(feature = "stages")]
-pub mod cpu;
-#[cfg(not(feature = "stages"))]
-mod crossings;
-#[cfg(feature = "stages")]
-pub mod crossings;
-pub mod cut;
-pub mod difference;
-#[cfg(not(feature = "stages"))]
-mod domain;
-#[cfg(feature = "stages")]
-pub mod domain;
-#[cfg(not(feature = "stages"))]
-mod doubt;
-#[cfg(feature = "stages")]
-pub mod doubt;
-#[cfg(not(feature = "stages"))]
-mod edges;
-#[cfg(feature = "stages")]
-pub mod edges;
-pub mod error;
-pub mod estimate;
-#[cfg(feature = "export")]
-pub mod export;
-#[cfg(not(feature = "stages"))]
-mod facet;
-#[cfg(feature = "stages")]
-pub mod facet;
-#[cfg(not(target_arch = "wasm32"))]
-pub mod files;
-pub mod finding;
-mod fingerprint;
-#[cfg(not(feature = "stages"))]
-mod flags;
-#[cfg(feature = "stages")]
-pub mod flags;
-pub mod fractions;
-#[cfg(not(feature = "stages"))]
-mod frame;
-#[cfg(feature = "stages")]
-pub mod frame;
-pub mod gaps;
-pub mod geometry;
+// The groups, each on those before it. They are open to the tests, benchmarks and the command of hexcast, and change without notice; what
+// callers may rely on is passed on below.
+
+#[doc(hidden)]
+pub mod base {
+    pub mod checksum;
+    pub mod control;
+    pub mod error;
+    pub mod finding;
+    pub mod length;
+    pub mod memory;
+    pub mod parallel;
+    pub mod sort;
+    pub mod zlib;
+}
+#[doc(hidden)]
+pub mod input {
+    pub mod edges;
+    pub mod geometry;
+    pub mod job;
+    pub mod preview;
+    pub mod read;
+    pub mod sources;
+    pub mod surface;
+}
+#[doc(hidden)]
+pub mod grid {
+    pub mod closed;
+    pub mod domain;
+    pub mod frame;
+    pub mod lines;
+    pub mod rays;
+    pub mod totals;
+    pub mod volume_bound;
+    pub mod window;
+}
+#[doc(hidden)]
+pub mod cells {
+    pub mod columns;
+    pub mod fingerprint;
+    pub mod flags;
+    pub mod volumes;
+}
+#[doc(hidden)]
+pub mod stages {
+    pub mod axis_crossings;
+    pub mod cast;
+    pub mod cpu;
+    pub mod crossings;
+    pub mod facet;
+    pub mod inside;
+    pub mod lattice;
+    pub mod map;
+    pub mod snapping;
+}
+#[doc(hidden)]
+pub mod open_surfaces {
+    pub mod doubt;
+    pub mod open;
+    pub mod overlay;
+    pub mod sheet;
+}
+#[doc(hidden)]
+pub mod derived {
+    pub mod certificate;
+    pub mod cut;
+    pub mod difference;
+    pub mod fractions;
+    pub mod gaps;
+    pub mod leak;
+    pub mod links;
+    pub mod mesh;
+    pub mod shells;
+    pub mod skin;
+    pub mod staggered;
+    pub mod walls;
+}
+#[doc(hidden)]
+pub mod output {
+    #[cfg(any(feature = "pictures", feature = "export"))]
+    pub mod colours;
+    #[cfg(feature = "export")]
+    pub mod export;
+    pub mod measured;
+    #[cfg(feature = "pictures")]
+    pub mod picture;
+    pub mod report;
+    pub mod shards;
+    pub mod write;
+}
 #[cfg(feature = "gpu")]
 pub mod gpu;
-#[cfg(not(feature = "stages"))]
-mod inside;
-#[cfg(feature = "stages")]
-pub mod inside;
-pub mod job;
-#[cfg(not(feature = "stages"))]
-mod lattice;
-#[cfg(feature = "stages")]
-pub mod lattice;
-pub mod leak;
-pub mod length;
-pub mod lines;
-pub mod links;
-#[cfg(not(target_arch = "wasm32"))]
-pub mod machine;
-#[cfg(not(feature = "stages"))]
-mod map;
-#[cfg(feature = "stages")]
-pub mod map;
-pub mod measured;
-pub mod memory;
-pub mod mesh;
-#[cfg(not(target_arch = "wasm32"))]
-pub mod mesher;
-#[cfg(not(feature = "stages"))]
-mod open;
-#[cfg(feature = "stages")]
-pub mod open;
-#[cfg(not(feature = "stages"))]
-mod overlay;
-#[cfg(feature = "stages")]
-pub mod overlay;
-mod parallel;
-pub mod parts;
-#[cfg(feature = "pictures")]
-pub mod picture;
-pub mod pipeline;
-#[cfg(not(feature = "stages"))]
-mod preview;
-#[cfg(feature = "stages")]
-pub mod preview;
-#[cfg(not(feature = "stages"))]
-mod rays;
-#[cfg(feature = "stages")]
-pub mod rays;
-pub mod read;
-pub mod report;
-pub mod shards;
-mod sheet;
-mod shells;
-pub mod skin;
-mod snapping;
-mod sort;
-pub mod sources;
-pub mod staggered;
-pub mod surface;
-mod totals;
-#[cfg(not(feature = "stages"))]
-mod volume_bound;
-#[cfg(feature = "stages")]
-pub mod volume_bound;
-mod volumes;
-pub mod walls;
+#[doc(hidden)]
+pub mod meshing {
+    pub mod converge;
+    pub mod estimate;
+    #[cfg(not(target_arch = "wasm32"))]
+    pub mod files;
+    #[cfg(not(target_arch = "wasm32"))]
+    pub mod machine;
+    #[cfg(not(target_arch = "wasm32"))]
+    pub mod mesher;
+    pub mod parts;
+    pub mod pipeline;
+}
 #[cfg(all(feature = "web", target_arch = "wasm32"))]
 pub mod web;
-#[cfg(not(feature = "stages"))]
-mod window;
-#[cfg(feature = "stages")]
-pub mod window;
-pub mod write;
-mod zlib;
 
-pub use control::Control;
-pub use error::{Error, Result};
-pub use job::{GeometryJob, Job};
-pub use measured::Measured;
-pub use mesh::Mesh;
+pub use base::control::{self, Control};
+pub use base::error::{self, Error, Result};
+pub use base::{finding, length, memory};
+pub use cells::columns;
+pub use derived::mesh::{self, Mesh};
+pub use derived::{cut, difference, fractions, gaps, leak, links, skin, staggered, walls};
+pub use grid::lines;
+pub use input::job::{self, GeometryJob, Job};
+pub use input::sources::{self, Source};
+pub use input::{geometry, read, surface};
 #[cfg(not(target_arch = "wasm32"))]
-pub use mesher::{Mesher, MesherOptions};
-pub use sources::Source;
-pub use write::column_file;
+pub use meshing::mesher::{self, Mesher, MesherOptions};
+pub use meshing::{converge, estimate, parts, pipeline};
+#[cfg(not(target_arch = "wasm32"))]
+pub use meshing::{files, machine};
+#[cfg(feature = "export")]
+pub use output::export;
+pub use output::measured::{self, Measured};
+#[cfg(feature = "pictures")]
+pub use output::picture;
+pub use output::write::{self, column_file};
+pub use output::{report, shards};

@@ -11,15 +11,15 @@ use js_sys::{Function, Promise};
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 
-use crate::control::{CancelToken, Control, Progress};
-use crate::converge::converge;
-use crate::error::Error;
-use crate::estimate::EstimateSteps;
-use crate::job::{BackendChoice, Job};
-use crate::measured::Measured;
-use crate::pipeline::{self, Engine, MeshOptions, Prepared, SpillTarget};
-use crate::report::{CallerFacts, Report};
-use crate::sources::Source;
+use crate::base::control::{CancelToken, Control, Progress};
+use crate::base::error::Error;
+use crate::input::job::{BackendChoice, Job};
+use crate::input::sources::Source;
+use crate::meshing::converge::converge;
+use crate::meshing::estimate::EstimateSteps;
+use crate::meshing::pipeline::{self, Engine, MeshOptions, Prepared, SpillTarget};
+use crate::output::measured::Measured;
+use crate::output::report::{CallerFacts, Report};
 
 mod arrays;
 mod difference;
@@ -61,7 +61,7 @@ pub fn expand_text() -> String {
 /// All error codes, comma-separated, for the test that holds the types to them.
 #[wasm_bindgen(js_name = errorCodes)]
 pub fn error_codes() -> String {
-    crate::error::CODES.iter().map(|(code, ..)| *code).collect::<Vec<_>>().join(",")
+    crate::base::error::CODES.iter().map(|(code, ..)| *code).collect::<Vec<_>>().join(",")
 }
 
 /// Cancels one call.

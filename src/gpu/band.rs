@@ -18,11 +18,11 @@ use super::pool::{BufferPool, Pooled};
 use super::readback::{Pending, Staging, elements};
 use super::resident::{Resident, Unordered};
 use super::runs::{DeepRows, Raw, Returned};
-use crate::cast::Cast;
-use crate::cast::sizes::{BIN, BandSize, Capacity, MAX_BINS, MAX_LAYERS, MOST_CROSSINGS, deep_bytes, shares};
-use crate::columns::Band;
-use crate::cpu;
-use crate::error::Result;
+use crate::base::error::Result;
+use crate::cells::columns::Band;
+use crate::stages::cast::Cast;
+use crate::stages::cast::sizes::{BIN, BandSize, Capacity, MAX_BINS, MAX_LAYERS, MOST_CROSSINGS, deep_bytes, shares};
+use crate::stages::cpu;
 
 mod deep;
 mod order;
@@ -220,7 +220,6 @@ impl<'a> Worker<'a> {
         }
         let deep = if n_deep == 0 { DeepRows::default() } else { self.deep_rows(params, &facets, n_deep).await? };
         // in wasm only tests have runs stay, and the package goes without the code
-        #[cfg(any(not(target_arch = "wasm32"), feature = "stages"))]
         if let Some(resident) = self.context.resident {
             let (n_lost, n_unused, n_hits) = (totals[2], totals[3], Some(found[1]));
             return self.order(resident, &params, Unordered { deep, n_places, n_unused, n_lost, n_hits }).await;

@@ -7,7 +7,7 @@ use wgpu::{Buffer, BufferBinding, BufferDescriptor, BufferUsages, Queue};
 use super::device::Opened;
 use super::held::Share;
 use super::layout::Params;
-use crate::cast::sizes::{Capacity, MAX_LAYERS};
+use crate::stages::cast::sizes::{Capacity, MAX_LAYERS};
 
 /// Elements that one workgroup of a scan covers; `BLOCK` in `shaders/shared/scan.wgsl`.
 pub const SCAN_BLOCK: u64 = 4096;

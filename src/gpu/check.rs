@@ -2,9 +2,9 @@
 //! sample shows it. Cost: the CPU casts the rays of the sample, 1 in 256.
 
 use super::layout::Params;
-use crate::cast::sizes::BIN;
-use crate::columns::Band;
-use crate::cpu::Window;
+use crate::cells::columns::Band;
+use crate::stages::cast::sizes::BIN;
+use crate::stages::cpu::Window;
 
 /// Of so many chunks, rows of 8 rays, one is cast again.
 const ONE_IN: u64 = 256;

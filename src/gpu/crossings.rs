@@ -10,13 +10,13 @@ use super::check::sample;
 use super::layout::{BandFacets, Params};
 use super::runs::Fault;
 use super::{Gpu, Options, Pace, Usage};
-use crate::cast::Cast;
-use crate::cast::sizes::BIN;
-use crate::control::Control;
-use crate::cpu::{over_windows, window_of_rows};
-use crate::crossings::{Crossings, by_ray};
-use crate::error::Result;
-use crate::parallel::*;
+use crate::base::control::Control;
+use crate::base::error::Result;
+use crate::base::parallel::*;
+use crate::stages::cast::Cast;
+use crate::stages::cast::sizes::BIN;
+use crate::stages::cpu::{over_windows, window_of_rows};
+use crate::stages::crossings::{Crossings, by_ray};
 
 /// Ray rows that one task puts in order.
 const ROWS: u32 = 16;
@@ -36,7 +36,7 @@ impl Gpu {
     ///
     /// # Errors
     /// Those of [`Gpu::columns`].
-    #[cfg_attr(not(feature = "stages"), doc(hidden))]
+    #[doc(hidden)]
     pub async fn crossings(
         &self,
         cast: &Cast<'_>,

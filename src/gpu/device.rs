@@ -12,8 +12,8 @@ use super::failure::Failure;
 use super::failure::{answers, listen};
 use super::held::Held;
 use super::needs::check_limits;
-use crate::control::Control;
-use crate::error::{Error, Result};
+use crate::base::control::Control;
+use crate::base::error::{Error, Result};
 
 /// What kind of machine an adapter is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

@@ -1,6 +1,6 @@
 //! A mesh whose runs are on a device, in buffers that the caller's kernels read.
 //!
-//! Layout, as of [`crate::columns::BoxRuns`]: `offsets` has a word a ray, the index of its first run, and one more, the number of runs. Ray
+//! Layout, as of [`crate::cells::columns::BoxRuns`]: `offsets` has a word a ray, the index of its first run, and one more, the number of runs. Ray
 //! `i + n_i * j` goes through the cells with index i on the first and j on the second axis across the rays ([`DeviceMesh::ray_axis`]). `runs`
 //! has a word a run, `cell << 8 | flag`, ascending along each ray: all cells from `cell` on, to that of the next run of the ray, have the flag. Cells
 //! before the first run of a ray have flag 0, as all of a ray without runs have.
@@ -17,13 +17,13 @@ use super::kernels::Kernels;
 use super::readback::Staging;
 use super::resident::{Kept, Resident, most_bytes, too_large};
 use super::{Gpu, Options, Usage};
-use crate::cast::Cast;
-use crate::columns::{BoxRuns, Named};
-use crate::control::Control;
-use crate::error::Result;
-use crate::lines::Lines;
-use crate::mesh::Mesh;
-use crate::rays::Rays;
+use crate::base::control::Control;
+use crate::base::error::Result;
+use crate::cells::columns::{BoxRuns, Named};
+use crate::derived::mesh::Mesh;
+use crate::grid::lines::Lines;
+use crate::grid::rays::Rays;
+use crate::stages::cast::Cast;
 
 /// A mesh on a device. Its buffers have the usages `STORAGE`, `COPY_SRC` and `COPY_DST`, and may be longer than what they hold.
 pub struct DeviceMesh {

@@ -13,10 +13,10 @@ use super::device::{Opened, USE_CPU};
 use super::kernels::{Kernel, Kernels};
 use super::passes::{Passes, square};
 use super::resident::{most_bytes, too_large};
-use crate::columns::BoxRuns;
-use crate::error::{Error, Result};
-use crate::flags::{CellBox, slabs_of_box};
-use crate::mesh::Mesh;
+use crate::base::error::{Error, Result};
+use crate::cells::columns::BoxRuns;
+use crate::cells::flags::{CellBox, slabs_of_box};
+use crate::derived::mesh::Mesh;
 
 /// Cells that are expanded together; at worst each is a run of its own, which is half of WebGPU's default limit of a binding.
 const SLAB_CELLS: usize = 16 << 20;
@@ -29,7 +29,7 @@ const ALIGNMENT: u64 = 256;
 pub enum Cells {
     /// A byte each, the flag: cell (x, y, z) is byte `x + nx * (y + ny * z)`.
     Bytes,
-    /// A bit each, 1 where the flag is not 0, as [`crate::write::bits`] has them: cell (x, y, z) is bit `x % 8` of byte
+    /// A bit each, 1 where the flag is not 0, as [`crate::output::write::bits`] has them: cell (x, y, z) is bit `x % 8` of byte
     /// `x / 8 + row_bytes * (y + ny * z)`, where a row has `nx / 8` bytes, rounded up.
     Bits,
 }

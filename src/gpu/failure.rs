@@ -17,7 +17,7 @@ use wgpu::{
     BufferDescriptor, BufferUsages, Device, Error as WgpuError, ErrorFilter, ErrorScopeGuard, MapMode, PollType,
 };
 
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
 
 /// The failure that explains all others.
 #[derive(Debug, Default)]

@@ -7,13 +7,13 @@ use super::device_mesh::DeviceRuns;
 use super::expand::Cells;
 use super::readback::Staging;
 use super::{Gpu, Options};
-use crate::cast::Cast;
-use crate::cast::sizes::MAX_TILES;
-use crate::columns::BoxRuns;
-use crate::control::Control;
-use crate::error::{Error, Result};
-use crate::flags::CellBox;
-use crate::mesh::Mesh;
+use crate::base::control::Control;
+use crate::base::error::{Error, Result};
+use crate::cells::columns::BoxRuns;
+use crate::cells::flags::CellBox;
+use crate::derived::mesh::Mesh;
+use crate::stages::cast::Cast;
+use crate::stages::cast::sizes::MAX_TILES;
 
 /// The lattice with its tiles.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -32,6 +32,7 @@ pub struct Tiles {
     pub tiles: Vec<[u32; 8]>,
 }
 
+#[doc(hidden)]
 impl Gpu {
     /// Runs the lattice and `intersect` by themselves, with up to so many layers: for tests.
     ///
@@ -80,6 +81,7 @@ impl Gpu {
     }
 }
 
+#[doc(hidden)]
 impl Gpu {
     /// The bytes of [`Gpu::flags_buffer`]: for tests.
     ///
@@ -93,11 +95,12 @@ impl Gpu {
     }
 }
 
+#[doc(hidden)]
 impl Gpu {
     /// The runs that stay on the device: offsets, runs, and the numbers of crossings and of odd rays: for tests.
     ///
     /// # Errors
-    /// Those of [`crate::pipeline::mesh_on_device`].
+    /// Those of [`crate::meshing::pipeline::mesh_on_device`].
     pub async fn ordered(&self, cast: &Cast<'_>, options: &Options) -> Result<(BoxRuns, [u64; 2])> {
         let DeviceRuns { offsets, runs, kept, .. } = self.resident(cast, options, &Control::default()).await?;
         let parts = [offsets.first(cast.rays.n_rays() + 1), runs.first(kept.n_runs)];

@@ -7,7 +7,7 @@ use std::sync::{Arc, OnceLock};
 
 use wgpu::{ComputePipeline, Device, ShaderModuleDescriptor, ShaderSource};
 
-use crate::parallel::*;
+use crate::base::parallel::*;
 
 /// The text of a file in `shaders/`, stripped.
 macro_rules! wgsl {

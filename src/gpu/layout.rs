@@ -3,13 +3,13 @@
 
 use std::ops::Range;
 
-use crate::cast::Cast;
-use crate::cast::sizes::{BIN, CHOSEN_BYTES, FACET_WORDS, MAX_LAYERS, SEGMENT, layers};
-use crate::frame::Frame;
-use crate::job::Rule;
-use crate::parallel::*;
-use crate::rays::Rays;
-use crate::sort::sort_by_key;
+use crate::base::parallel::*;
+use crate::base::sort::sort_by_key;
+use crate::grid::frame::Frame;
+use crate::grid::rays::Rays;
+use crate::input::job::Rule;
+use crate::stages::cast::Cast;
+use crate::stages::cast::sizes::{BIN, CHOSEN_BYTES, FACET_WORDS, MAX_LAYERS, SEGMENT, layers};
 
 /// The numbers of one band; `Params` in `shaders/shared/params.wgsl`, where each is explained.
 #[repr(C)]

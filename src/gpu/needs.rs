@@ -2,7 +2,7 @@
 
 use wgpu::Limits;
 
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
 
 /// What kernels need of a device: the name of a limit, what it is there, and what is needed.
 fn needs(limits: &Limits) -> [(&'static str, u64, u64); 10] {

@@ -2,7 +2,7 @@
 
 use web_time::Instant;
 
-use crate::cast::sizes::{BIN, FIRST_BAND, MOST_BAND, whole_bins};
+use crate::stages::cast::sizes::{BIN, FIRST_BAND, MOST_BAND, whole_bins};
 
 /// How many ray rows a band gets, by the time that those before took.
 pub(super) struct Pace {

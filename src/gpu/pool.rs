@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use wgpu::Buffer;
 
 use super::buffers::Buffers;
-use crate::cast::sizes::Capacity;
+use crate::stages::cast::sizes::Capacity;
 
 /// Most bytes kept between meshes.
 const MAX_BYTES: u64 = 256 << 20;

@@ -7,7 +7,7 @@ use super::device::{Opened, USE_CPU};
 use super::kernels::{Kernel, Kernels};
 use super::passes::Passes;
 use super::readback::Staging;
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
 
 /// Most loops of an invocation of any kernel; `LOOPS` in `shaders/probe.wgsl`.
 pub const MOST_LOOPS: u32 = 1 << 14;

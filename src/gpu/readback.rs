@@ -6,7 +6,7 @@ use wgpu::{Buffer, BufferDescriptor, BufferUsages, CommandEncoder};
 
 use super::buffers::Part;
 use super::device::Opened;
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
 
 /// The buffer that both can see, reused: a new one costs the driver far more than the copy.
 #[derive(Default)]

@@ -6,8 +6,8 @@ use super::buffers::{Array, Part};
 use super::device::{Opened, USE_CPU};
 use super::readback::Staging;
 use super::runs::DeepRows;
-use crate::error::{Error, Result};
-use crate::rays::Rays;
+use crate::base::error::{Error, Result};
+use crate::grid::rays::Rays;
 
 /// What is known of all bands that are done.
 #[derive(Default)]

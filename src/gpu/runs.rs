@@ -7,9 +7,9 @@
 
 use super::buffers::DeepBuffers;
 use super::layout::Params;
-use crate::cast::sizes::{BIN, MAX_LAYERS};
-use crate::columns::Band;
-use crate::parallel::*;
+use crate::base::parallel::*;
+use crate::cells::columns::Band;
+use crate::stages::cast::sizes::{BIN, MAX_LAYERS};
 
 /// Marks a chunk of a deep row; `DEEP` in `shaders/shared/chunks.wgsl`.
 pub const DEEP: u32 = u32::MAX;

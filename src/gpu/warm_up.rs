@@ -2,11 +2,11 @@
 //! mesh of 10^9 cells; with this mesh they do so while the caller reads files.
 
 use super::band::{Context, Forced, Worker};
-use crate::cast::Cast;
-use crate::error::Result;
-use crate::frame::{Frame, Ranks};
-use crate::job::Rule;
-use crate::rays::Rays;
+use crate::base::error::Result;
+use crate::grid::frame::{Frame, Ranks};
+use crate::grid::rays::Rays;
+use crate::input::job::Rule;
+use crate::stages::cast::Cast;
 
 /// Sends the commands of a mesh of 8 x 8 rays and one facet to the device.
 ///

@@ -5,7 +5,7 @@ use wasm_bindgen::prelude::*;
 
 use super::mesh::WebMesh;
 use super::values::{JsResult, js_error};
-use crate::write::Array;
+use crate::output::write::Array;
 
 /// An array as `www/arrays.js` reads it.
 #[derive(Serialize)]

@@ -6,10 +6,10 @@ use super::info::json;
 use super::mesh::WebMesh;
 use super::values::{JsResult, js_error};
 use super::work::Work;
-use crate::difference::{Difference, difference_with_rests};
-use crate::job::ZarrJob;
-use crate::measured::Measured;
-use crate::report::ColumnsReport;
+use crate::derived::difference::{Difference, difference_with_rests};
+use crate::input::job::ZarrJob;
+use crate::output::measured::Measured;
+use crate::output::report::ColumnsReport;
 
 /// A comparison at work.
 #[wasm_bindgen]

@@ -11,14 +11,14 @@ use super::resting::Resting;
 use super::store::store_work;
 use super::values::{JsResult, js_error};
 use super::write_options::WriteOptions;
-use crate::checksum::hex;
-use crate::error::Result;
-use crate::export::{self, ExportOptions};
-use crate::flags::CellBox;
-use crate::measured::Measured;
-use crate::mesh::Mesh;
-use crate::write::archive::{Array, Encoder};
-use crate::write::{self, Compress, Format, Options, Written, column_file, links, npz, ordered, solid, vti};
+use crate::base::checksum::hex;
+use crate::base::error::Result;
+use crate::cells::flags::CellBox;
+use crate::derived::mesh::Mesh;
+use crate::output::export::{self, ExportOptions};
+use crate::output::measured::Measured;
+use crate::output::write::archive::{Array, Encoder};
+use crate::output::write::{self, Compress, Format, Options, Written, column_file, links, npz, ordered, solid, vti};
 
 /// Bytes of a piece of a file.
 const PIECE_BYTES: usize = 4 << 20;

@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-use crate::geometry::Geometry;
-use crate::pipeline::Engine;
-use crate::sources::Source;
-use crate::surface::Surface;
+use crate::input::geometry::Geometry;
+use crate::input::sources::Source;
+use crate::input::surface::Surface;
+use crate::meshing::pipeline::Engine;
 
 /// Writes plain data as JSON.
 pub(super) fn json(value: &impl Serialize) -> String {

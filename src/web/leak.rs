@@ -6,10 +6,10 @@ use wasm_bindgen::prelude::*;
 use super::WebJob;
 use super::mesh::WebMesh;
 use super::values::{JsResult, js_error};
-use crate::control::Control;
-use crate::error::{Error, Result};
-use crate::leak::{Answer, Question, leak};
-use crate::sources::geometries;
+use crate::base::control::Control;
+use crate::base::error::{Error, Result};
+use crate::derived::leak::{Answer, Question, leak};
+use crate::input::sources::geometries;
 
 /// Most bytes for the search where the caller does not say.
 const DEFAULT_BYTES: u64 = 1 << 30;

@@ -7,17 +7,17 @@ use wasm_bindgen::prelude::*;
 
 use super::file::{JsFile, JsFileStore};
 use super::values::{JsResult, js_error};
-use crate::columns::BoxRuns;
-use crate::control::Control;
-use crate::error::Error;
-use crate::flags::CellBox;
-use crate::job::ZarrJob;
-use crate::lines::Lines;
-use crate::measured::Measured;
-use crate::mesh::Mesh;
-use crate::report::ColumnsReport;
-use crate::skin::{skin, slice};
-use crate::write::column_file;
+use crate::base::control::Control;
+use crate::base::error::Error;
+use crate::cells::columns::BoxRuns;
+use crate::cells::flags::CellBox;
+use crate::derived::mesh::Mesh;
+use crate::derived::skin::{skin, slice};
+use crate::grid::lines::Lines;
+use crate::input::job::ZarrJob;
+use crate::output::measured::Measured;
+use crate::output::report::ColumnsReport;
+use crate::output::write::column_file;
 
 /// Most bytes for the index of an opened file and for what was read of it last.
 const OPENED_BYTES: u64 = 1 << 30;
@@ -141,7 +141,7 @@ impl WebMesh {
 /// A stair-step surface.
 #[wasm_bindgen]
 pub struct WebSkin {
-    skin: crate::skin::Skin,
+    skin: crate::derived::skin::Skin,
     lines: Lines,
 }
 

@@ -5,7 +5,7 @@ use wasm_bindgen::prelude::*;
 use super::mesh::{WebMesh, cell_box};
 use super::values::{JsResult, js_error};
 use super::work::Work;
-use crate::picture::{Look, Place, Slices, View, slices_with_rests, view_with_rests};
+use crate::output::picture::{Look, Place, Slices, View, slices_with_rests, view_with_rests};
 
 /// How a picture looks.
 #[wasm_bindgen]

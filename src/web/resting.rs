@@ -4,9 +4,9 @@
 use std::future::Future;
 
 use super::work::Work;
-use crate::control::Control;
-use crate::error::Result;
-use crate::write::archive::Buffer;
+use crate::base::control::Control;
+use crate::base::error::Result;
+use crate::output::write::archive::Buffer;
 
 /// A file while it is made.
 pub(super) struct Resting {

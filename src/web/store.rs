@@ -3,12 +3,12 @@
 use std::rc::Rc;
 
 use super::resting::Resting;
-use crate::error::{Error, Result};
-use crate::measured::Measured;
-use crate::mesh::Mesh;
-use crate::write::solid::cells_of_store;
-use crate::write::store::{OfCells, Place, Store};
-use crate::write::{Options, Sink};
+use crate::base::error::{Error, Result};
+use crate::derived::mesh::Mesh;
+use crate::output::measured::Measured;
+use crate::output::write::solid::cells_of_store;
+use crate::output::write::store::{OfCells, Place, Store};
+use crate::output::write::{Options, Sink};
 
 /// Most bytes of the numbers of a row of chunks, which is held whole, twice: wasm has 4 GiB.
 const MAX_ROW: u64 = 1 << 29;

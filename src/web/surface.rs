@@ -7,13 +7,13 @@ use wasm_bindgen::prelude::*;
 
 use super::info;
 use super::values::{JsResult, js_error};
-use crate::checksum::hex;
-use crate::error::Error;
-use crate::geometry::{Facet, Geometry, Measuring, SharedFacets};
-use crate::preview::Preview;
-use crate::read::Reader;
-use crate::sources::Source;
-use crate::surface::{Surface, SurfaceCheck};
+use crate::base::checksum::hex;
+use crate::base::error::Error;
+use crate::input::geometry::{Facet, Geometry, Measuring, SharedFacets};
+use crate::input::preview::Preview;
+use crate::input::read::Reader;
+use crate::input::sources::Source;
+use crate::input::surface::{Surface, SurfaceCheck};
 
 /// Reads a file, slice by slice.
 #[wasm_bindgen]

@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use wasm_bindgen::prelude::*;
 
 use super::info;
-use crate::error::Error;
+use crate::base::error::Error;
 
 pub(super) type JsResult<T> = std::result::Result<T, JsValue>;
 

@@ -2,9 +2,9 @@
 
 use serde::Deserialize;
 
-use crate::error::{Error, Result};
-use crate::export::Exporter;
-use crate::write::{AxisOrder, Compress, Options};
+use crate::base::error::{Error, Result};
+use crate::output::export::Exporter;
+use crate::output::write::{AxisOrder, Compress, Options};
 
 /// Options as `www/formats.js` writes them.
 #[derive(Default, Deserialize)]

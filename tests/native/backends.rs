@@ -1,15 +1,15 @@
 //! The backends under test: one function meshes a case on any of them.
 
-use hexcast::cast::Cast;
+use hexcast::cells::flags::flags_of_box;
 use hexcast::columns::Columns;
 use hexcast::control::Control;
-use hexcast::cpu;
-use hexcast::crossings::crossings;
-use hexcast::flags::flags_of_box;
-use hexcast::frame::Frame;
-use hexcast::lattice::{Lattice, lattice};
-use hexcast::map::{Mapping, Rule, map};
-use hexcast::rays::Rays;
+use hexcast::grid::frame::Frame;
+use hexcast::grid::rays::Rays;
+use hexcast::stages::cast::Cast;
+use hexcast::stages::cpu;
+use hexcast::stages::crossings::crossings;
+use hexcast::stages::lattice::{Lattice, lattice};
+use hexcast::stages::map::{Mapping, Rule, map};
 
 use super::cases::Case;
 

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use hexcast::closed::BadEdges;
-use hexcast::edges::BadEdge;
 use hexcast::geometry::{Facet, Geometry};
+use hexcast::grid::closed::BadEdges;
+use hexcast::input::edges::BadEdge;
 use hexcast::job::{Job, Open, Rule};
 use hexcast::pipeline::Engine;
 use num_bigint::BigInt;

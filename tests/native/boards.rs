@@ -5,7 +5,7 @@
 //! a third of a cell on purpose.
 
 use hexcast::control::Control;
-use hexcast::domain::Domain;
+use hexcast::grid::domain::Domain;
 use hexcast::job::{GeometryJob, GradedJob, Job, Padding, PerAxis};
 use hexcast::lines::lines;
 use hexcast::pipeline::{Engine, MeshOptions, mesh, prepare};

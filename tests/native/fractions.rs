@@ -3,12 +3,12 @@
 
 use hexcast::control::Control;
 use hexcast::fractions::{Fraction, Fractions, fractions};
-use hexcast::frame::Frame;
 use hexcast::geometry::{Facet, Geometry};
-use hexcast::inside::Kind;
+use hexcast::grid::frame::Frame;
+use hexcast::grid::window::CellWindow;
 use hexcast::job::{FractionsJob, Rule};
 use hexcast::lines::Lines;
-use hexcast::window::CellWindow;
+use hexcast::stages::inside::Kind;
 
 use super::models::{self, Facets};
 

@@ -1,8 +1,8 @@
 //! Closed gaps, against the definition cell by cell; holes of every width; the command line.
 
+use hexcast::cells::flags::expand;
 use hexcast::columns::{run_cell, run_flag};
 use hexcast::control::Control;
-use hexcast::flags::expand;
 use hexcast::gaps::{Gaps, close};
 
 use super::compare::assert_same;

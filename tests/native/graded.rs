@@ -5,11 +5,11 @@ use hexcast::control::Control;
 use hexcast::geometry::Geometry;
 use hexcast::job::{GeometryJob, Job, LinesJob, PerAxis};
 use hexcast::lines::Lines;
-use hexcast::map::Rule;
 use hexcast::mesh::Mesh;
 use hexcast::pipeline::{Engine, MeshOptions};
 use hexcast::report::MeshFacts;
 use hexcast::sources::Source;
+use hexcast::stages::map::Rule;
 use hexcast::write::{self, Compress, Format, Options};
 use hexcast::{Result, column_file};
 

@@ -9,18 +9,18 @@ use std::future::poll_fn;
 use std::pin::Pin;
 use std::task::Poll;
 
-use hexcast::cast::Cast;
 use hexcast::columns::{Band, Columns};
 use hexcast::control::{CancelToken, Control};
-use hexcast::cpu;
-use hexcast::crossings::{Crossings, crossings};
-use hexcast::facet::Projected;
-use hexcast::frame::Frame;
 use hexcast::gpu::{Cells, Forced, Gpu, Options, Tiles, Usage};
-use hexcast::lattice::lattice;
+use hexcast::grid::frame::Frame;
+use hexcast::grid::rays::Rays;
 use hexcast::lines::Lines;
 use hexcast::mesh::Mesh;
-use hexcast::rays::Rays;
+use hexcast::stages::cast::Cast;
+use hexcast::stages::cpu;
+use hexcast::stages::crossings::{Crossings, crossings};
+use hexcast::stages::facet::Projected;
+use hexcast::stages::lattice::lattice;
 
 use super::cases::{Case, cases};
 use super::golden::{assert_complete, assert_golden};

@@ -1,7 +1,7 @@
 //! The architecture, held to the source: who may use whom, and what the core must not know.
 //!
-//! core <- gpu <- pipeline <- files <- mesher <- (web, bin). Within the core a module may use earlier ones of the line only. The test reads
-//! every `crate::` path of `src/`, unit tests apart. A file that has no place in the table fails: give it one.
+//! A module may use earlier ones of the line only, and a group therefore earlier groups. The test reads every `crate::` path of `src/`, unit
+//! tests apart. A file that has no place in the table fails: give it one.
 
 use std::collections::BTreeSet;
 use std::iter::Peekable;
@@ -12,73 +12,38 @@ mod checker;
 mod circles;
 mod paths_of_command;
 
-/// The modules of the core in the order of the line: each may use those before it.
-const CORE: &[&str] = &[
-    "error",
-    "finding",
-    "memory",
-    "control",
-    "parallel",
-    "sort",
-    "checksum",
-    "zlib",
-    "geometry",
-    "edges",
-    "surface",
-    "preview",
-    "read",
-    "job",
-    "length",
-    "sources",
-    "domain",
-    "lines",
-    "totals",
-    "frame",
-    "closed",
-    "volume_bound",
-    "rays",
-    "window",
-    "cast",
-    "facet",
-    "snapping",
-    "lattice",
-    "crossings",
-    "columns",
-    "map",
-    "inside",
-    "fractions",
-    "flags",
-    "volumes",
-    "cpu",
-    "axis_crossings",
-    "open",
-    "shells",
-    "certificate",
-    "sheet",
-    "doubt",
-    "overlay",
-    "links",
-    "staggered",
-    "walls",
-    "mesh",
-    "fingerprint",
-    "cut",
-    "difference",
-    "skin",
-    "colours",
-    "picture",
-    "leak",
-    "gaps",
-    "report",
-    "shards",
-    "write",
-    "measured",
-    "export",
-    "estimate",
-    "parts",
+/// The groups of `src/` and their modules, in the order of the line: each may use those before it. `gpu`, `web` and `bin` are one module each;
+/// `bin` and `web` stand side by side.
+const GROUPS: &[(&str, &[&str])] = &[
+    ("base", &["error", "finding", "memory", "control", "parallel", "sort", "checksum", "zlib", "length"]),
+    ("input", &["geometry", "edges", "surface", "preview", "read", "job", "sources"]),
+    ("grid", &["domain", "lines", "totals", "frame", "closed", "volume_bound", "rays", "window"]),
+    ("cells", &["columns", "flags", "volumes", "fingerprint"]),
+    ("stages", &["cast", "facet", "snapping", "lattice", "crossings", "map", "inside", "cpu", "axis_crossings"]),
+    ("open_surfaces", &["open", "sheet", "doubt", "overlay"]),
+    (
+        "derived",
+        &[
+            "fractions",
+            "links",
+            "staggered",
+            "walls",
+            "mesh",
+            "shells",
+            "certificate",
+            "cut",
+            "difference",
+            "skin",
+            "leak",
+            "gaps",
+        ],
+    ),
+    ("output", &["colours", "picture", "report", "shards", "write", "measured", "export"]),
+    ("gpu", &[]),
+    ("meshing", &["parts", "estimate", "pipeline", "converge", "machine", "files", "mesher"]),
+    ("web", &[]),
+    ("bin", &[]),
 ];
-/// The layers above the core, each on those before it. `bin` and `web` stand side by side.
-const ABOVE: &[&str] = &["gpu", "pipeline", "converge", "machine", "files", "mesher", "web", "bin"];
 
 /// What the core must not know: devices, browsers, files, clocks, terminals, processes.
 const UNKNOWN_TO_CORE: &[&str] = &[
@@ -113,12 +78,12 @@ const UNKNOWN_TO_CORE: &[&str] = &[
 ];
 /// A kernel whose host code called its definition would prove nothing: it uses the stages' types only.
 const UNKNOWN_TO_GPU: &[&str] = &[
-    "crate::cpu::columns",
-    "crate::cpu::Strips",
-    "crate::facet",
-    "crate::lattice::lattice",
-    "crate::crossings::crossings",
-    "crate::map::map",
+    "crate::stages::cpu::columns",
+    "crate::stages::cpu::Strips",
+    "crate::stages::facet",
+    "crate::stages::lattice::lattice",
+    "crate::stages::crossings::crossings",
+    "crate::stages::map::map",
     "std::fs",
     "web_sys",
     "js_sys",
@@ -136,7 +101,7 @@ const UNKNOWN_TO_PIPELINE: &[&str] =
 const UNKNOWN_TO_MESHER: &[&str] =
     &["wgpu", "bytemuck", "web_sys", "js_sys", "wasm_bindgen", "println!", "eprintln!", "indicatif", "clap"];
 
-/// A source file: its module (first folder or file name under `src/`), its name, and its code without comments and tests.
+/// A source file: its module (such as `grid::frame`, or `gpu`), its name, and its code without comments and tests.
 struct Source {
     name: String,
     module: String,
@@ -145,7 +110,7 @@ struct Source {
 
 impl Source {
     fn new(name: &str, text: &str) -> Source {
-        let module = name.split('/').next().unwrap_or_default().trim_end_matches(".rs").to_string();
+        let module = module_of(name.trim_end_matches(".rs").split('/'));
         Source { module, code: code_of(text), name: name.into() }
     }
 }
@@ -269,9 +234,20 @@ fn names(code: &str, word: &str) -> bool {
     })
 }
 
-/// Place of a module in the order of all layers.
+/// The module of a path in parts, such as `grid::frame` of `grid`, `frame`, `ranks`.
+fn module_of<'a>(mut parts: impl Iterator<Item = &'a str>) -> String {
+    let first = parts.next().unwrap_or_default();
+    let has_modules = GROUPS.iter().any(|(group, modules)| *group == first && !modules.is_empty());
+    parts.next().filter(|_| has_modules).map_or(first.into(), |module| format!("{first}::{module}"))
+}
+
+/// Place of a module in the order of all modules.
 fn place(module: &str) -> Option<usize> {
-    CORE.iter().chain(ABOVE).position(|known| *known == module)
+    let of_group = |(group, modules): &(&str, &[&str])| match modules {
+        [] => vec![group.to_string()],
+        _ => modules.iter().map(|module| format!("{group}::{module}")).collect(),
+    };
+    GROUPS.iter().flat_map(of_group).position(|known| known == module)
 }
 
 /// Every breach of the order by one file.
@@ -282,24 +258,25 @@ fn breaches(source: &Source) -> Vec<String> {
     };
     let mut found = Vec::new();
     let modules: BTreeSet<String> =
-        paths(code, "crate").iter().filter_map(|path| path.split("::").nth(1)).map(str::to_string).collect();
+        paths(code, "crate").iter().map(|path| module_of(path.split("::").skip(1))).collect();
     for used in modules {
         // the crate's root re-exports its error
-        let used = if ["Error", "Result"].contains(&used.as_str()) { "error".into() } else { used };
+        let used = if ["Error", "Result"].contains(&used.as_str()) { "base::error".into() } else { used };
         match place(&used) {
             Some(place) if place <= own && !(module == "bin" && used == "web") => {}
             Some(_) => found.push(format!("src/{name} uses `{used}`, which comes after `{module}`")),
             None => found.push(format!("src/{name} uses `crate::{used}`, which has no place in the layers")),
         }
     }
-    if !name.contains('/') && names(code, "super") {
+    let is_first_of_module = name.trim_end_matches(".rs").replace('/', "::") == *module;
+    if is_first_of_module && names(code, "super") {
         found.push(format!("src/{name} uses `super`: say `crate`, so that the order can be read"));
     }
     let unknown = match module.as_str() {
         "gpu" => UNKNOWN_TO_GPU,
-        "pipeline" => UNKNOWN_TO_PIPELINE,
+        "meshing::pipeline" | "meshing::converge" => UNKNOWN_TO_PIPELINE,
         // they read files, as their callers would
-        "machine" | "files" | "mesher" => UNKNOWN_TO_MESHER,
+        "meshing::machine" | "meshing::files" | "meshing::mesher" => UNKNOWN_TO_MESHER,
         "web" | "bin" => &[],
         _ => UNKNOWN_TO_CORE,
     };
@@ -321,7 +298,7 @@ fn the_crate_root_only_lists_modules() {
     let root = sources.iter().find(|source| source.name == "lib.rs").expect("src/lib.rs");
     for line in root.code.lines().map(str::trim).filter(|line| !line.is_empty()) {
         let is_listing =
-            ["pub mod ", "mod ", "pub use ", "#[cfg(", "#![", "#[doc"].iter().any(|start| line.starts_with(start));
+            ["pub mod ", "pub use ", "#[cfg(", "#![", "#[doc", "}"].iter().any(|start| line.starts_with(start));
         assert!(is_listing, "src/lib.rs: {line}");
     }
 }
@@ -330,24 +307,37 @@ fn the_crate_root_only_lists_modules() {
 fn breaches_are_found() {
     let breaches_of = |name: &str, text: &str| breaches(&Source::new(name, text));
     let table = [
-        ("lines.rs", "use crate::frame::Frame;", 1),
-        ("frame.rs", "use crate::lines::Lines;", 0),
-        ("frame.rs", "use crate::{error::{Error, Result}, map::Rule, lines};", 1),
-        ("frame.rs", "// use crate::map::Rule;\nlet text = \"crate::map\"; // crate::map", 0),
-        ("frame.rs", "let x = 1;\n#[cfg(test)]\nmod tests {\n    use crate::map;\n}\n", 0),
-        ("frame.rs", "#[cfg(test)]\nmod tests {\n    use crate::lines;\n}\nfn f() { crate::map::map() }", 1),
-        ("frame.rs", "fn f(r: super::map::Rule) {}", 1),
-        ("read/obj.rs", "use std::{io::{self, Read}, fs::File as F};", 1),
-        ("read/obj.rs", "use super::sniff; use crate::Result; println!(\"x\");", 1),
-        ("map.rs", "let t = std::time::Instant::now();", 2),
-        ("map.rs", "use std::{cell::Cell, fmt}; fn fsx() { pretty_println!() }", 0),
-        ("gpu/line.rs", "use crate::columns::Columns; use crate::map::Rule;", 0),
-        ("gpu/line.rs", "use crate::map::{Rule, map}; use crate::{cpu::columns, frame::Frame};", 2),
-        ("gpu/line.rs", "use crate::pipeline::Job;", 1),
-        ("report.rs", "use crate::gpu::Device;", 1),
+        ("grid/lines.rs", "use crate::grid::frame::Frame;", 1),
+        ("grid/frame.rs", "use crate::grid::lines::Lines;", 0),
+        ("grid/frame.rs", "use crate::{base::error::{Error, Result}, stages::map::Rule, grid::lines};", 1),
+        (
+            "grid/frame.rs",
+            "// use crate::stages::map::Rule;\nlet text = \"crate::stages::map\"; // crate::stages::map",
+            0,
+        ),
+        ("grid/frame.rs", "let x = 1;\n#[cfg(test)]\nmod tests {\n    use crate::stages::map;\n}\n", 0),
+        (
+            "grid/frame.rs",
+            "#[cfg(test)]\nmod tests {\n    use crate::grid::lines;\n}\nfn f() { crate::stages::map::map() }",
+            1,
+        ),
+        ("grid/frame.rs", "fn f(r: super::map::Rule) {}", 1),
+        ("input/read/obj.rs", "use std::{io::{self, Read}, fs::File as F};", 1),
+        ("input/read/obj.rs", "use super::sniff; use crate::Result; println!(\"x\");", 1),
+        ("stages/map.rs", "let t = std::time::Instant::now();", 2),
+        ("stages/map.rs", "use std::{cell::Cell, fmt}; fn fsx() { pretty_println!() }", 0),
+        ("gpu/line.rs", "use crate::cells::columns::Columns; use crate::stages::map::Rule;", 0),
+        (
+            "gpu/line.rs",
+            "use crate::stages::map::{Rule, map}; use crate::{stages::cpu::columns, grid::frame::Frame};",
+            2,
+        ),
+        ("gpu/line.rs", "use crate::meshing::pipeline::Job;", 1),
+        ("output/report.rs", "use crate::gpu::Device;", 1),
         ("bin/hexcast/main.rs", "use clap::Parser; use crate::web::Page;", 1),
+        ("grid/helpers.rs", "", 1),
         ("helpers.rs", "", 1),
-        ("cpu.rs", "use crate::helpers::x;", 1),
+        ("stages/cpu.rs", "use crate::base::helpers::x;", 1),
     ];
     for (name, text, n_breaches) in table {
         assert_eq!(breaches_of(name, text).len(), n_breaches, "{name}: {text}: {:?}", breaches_of(name, text));

@@ -3,8 +3,8 @@
 //!
 //! `HEXCAST_MERGED_JOBS=500` checks so many; with `HEXCAST_SEED` each is that of this seed.
 
+use hexcast::cells::flags::flags_of_box;
 use hexcast::control::Control;
-use hexcast::flags::flags_of_box;
 use hexcast::job::{Fill, FractionsJob, Job, LinesJob, LinksJob, Open, PartJob, Stencil};
 use hexcast::mesh::Mesh;
 use hexcast::pipeline::{Engine, MeshOptions, merge, mesh};

@@ -1,7 +1,7 @@
 //! The public API is the one that `docs/api.txt` lists, so that every change of it shows.
 //!
-//! The list comes from the source, read with syn: what is public without the feature `stages`, natively. Methods of a type are listed
-//! below it, wherever their `impl` is. After a change write it with `HEXCAST_BLESS=1 cargo test --test native public_api`, which is
+//! The list comes from the source, read with syn: what is public natively, and not hidden. Methods of a type are listed below it,
+//! wherever their `impl` is. After a change write it with `HEXCAST_BLESS=1 cargo test --test native public_api`, which is
 //! refused where `CI` is set.
 
 use std::collections::BTreeMap;
@@ -21,27 +21,35 @@ fn root() -> PathBuf {
 fn read(path: &Path, module: &[String], modules: &mut Modules) {
     let text = std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     let items = syn::parse_file(&text).expect("the source is Rust").items;
-    for name in items.iter().filter_map(|item| match item {
-        Item::Mod(found) if found.content.is_none() && is_listed(&found.attrs) => Some(found.ident.to_string()),
-        _ => None,
-    }) {
-        let inner = [module, &[name]].concat();
-        let file = root().join("src").join(inner.join("/")).with_extension("rs");
-        read(&file, &inner, modules);
+    read_items(items, module, modules);
+}
+
+/// Reads the files of the modules among items; a group of `lib.rs`, whose modules are listed in its braces, among them.
+fn read_items(items: Vec<Item>, module: &[String], modules: &mut Modules) {
+    for item in &items {
+        let Item::Mod(found) = item else { continue };
+        let inner = [module, &[found.ident.to_string()]].concat();
+        match &found.content {
+            Some((_, listed)) if module.is_empty() => read_items(listed.clone(), &inner, modules),
+            None if is_listed(&found.attrs) => {
+                let file = root().join("src").join(inner.join("/")).with_extension("rs");
+                read(&file, &inner, modules);
+            }
+            _ => {}
+        }
     }
     modules.insert(module.to_vec(), items);
 }
 
-/// Whether an item is there natively without tests and stages, and in the documentation.
+/// Whether an item is there natively without tests, and in the documentation.
 fn is_listed(attributes: &[Attribute]) -> bool {
     attributes.iter().all(|attribute| {
         let text = text_of(&attribute.meta);
-        let is_hidden = text.starts_with("cfg_attr") && text.contains("doc(hidden)");
         let is_off = text.starts_with("cfg")
             && !text.starts_with("cfg_attr")
             && !text.contains("not(")
-            && ["\"stages\"", "test", "wasm32"].iter().any(|word| text.contains(word));
-        !is_hidden && !is_off && text != "doc(hidden)"
+            && ["test", "wasm32"].iter().any(|word| text.contains(word));
+        !is_off && text != "doc(hidden)"
     })
 }
 
@@ -101,17 +109,18 @@ struct Lister<'a> {
 }
 
 impl Lister<'_> {
-    /// Lists a public module.
-    fn module(&mut self, module: &[String]) {
+    /// Lists a public module as if it were at `shown`.
+    fn module(&mut self, shown: &[String], module: &[String]) {
         for item in &self.modules[module] {
             match item {
                 Item::Mod(found) if is_public(&found.vis) && is_listed(&found.attrs) => {
-                    self.module(&[module, &[found.ident.to_string()]].concat());
+                    let name = [found.ident.to_string()];
+                    self.module(&[shown, &name].concat(), &[module, &name].concat());
                 }
                 Item::Use(found) if is_public(&found.vis) && is_listed(&found.attrs) => {
-                    self.names(module, module, &found.tree);
+                    self.names(shown, module, &found.tree);
                 }
-                _ => self.item(module, module, item),
+                _ => self.item(shown, module, item),
             }
         }
     }
@@ -126,24 +135,49 @@ impl Lister<'_> {
             }
             UseTree::Group(group) => group.items.iter().for_each(|tree| self.names(shown, from, tree)),
             UseTree::Name(name) => {
-                let name = name.ident.to_string();
-                let items = self.modules.get(from).filter(|_| !self.is_shown(from));
-                match items.and_then(|items| items.iter().find(|item| name_of(item).as_deref() == Some(&name))) {
+                let name = Some(name.ident.to_string()).filter(|name| name != "self");
+                let named: Vec<String> = from.iter().chain(&name).cloned().collect();
+                // the root passes on modules of its groups
+                if shown.is_empty() && self.modules.contains_key(&named) && top(&named) == named {
+                    return self.module(&named[named.len() - 1..], &named);
+                }
+                let place = self.shown_place(from);
+                let items = self.modules.get(from).filter(|_| place.is_none());
+                match items.and_then(|items| items.iter().find(|item| name_of(item) == name)) {
                     Some(item) => self.item(shown, from, item),
-                    None => self.say(shown, format!("use {}", [from, &[name]].concat().join("::"))),
+                    None => {
+                        let place = place.unwrap_or_else(|| from[top(from).len() - 1..].to_vec());
+                        self.say(
+                            shown,
+                            format!("use {}", place.iter().chain(&name).cloned().collect::<Vec<_>>().join("::")),
+                        );
+                    }
                 }
             }
             UseTree::Rename(_) | UseTree::Glob(_) => panic!("a public name that is changed or not named"),
         }
     }
 
-    /// Whether a module and all around it are public.
-    fn is_shown(&self, module: &[String]) -> bool {
-        (0..module.len()).all(|n| {
+    /// Where callers find a module, if it and all around it are public; a module of a group, if the root passes it on.
+    fn shown_place(&self, module: &[String]) -> Option<Vec<String>> {
+        let n_around = top(module).len() - 1;
+        let passed_on = || {
+            let uses = self.modules[&[][..]].iter().filter_map(|item| match item {
+                Item::Use(found) if is_public(&found.vis) => Some(text_of(&found.tree)),
+                _ => None,
+            });
+            let (group, name) = (&module[0], &module[1]);
+            uses.into_iter().any(|text| {
+                text.starts_with(&format!("{group}::"))
+                    && text.split(|c: char| !(c.is_alphanumeric() || c == '_')).any(|word| word == name)
+            })
+        };
+        let is_public_below = (n_around..module.len()).all(|n| {
             self.modules[&module[..n]].iter().any(
                 |item| matches!(item, Item::Mod(m) if m.ident == module[n] && is_public(&m.vis) && is_listed(&m.attrs)),
             )
-        })
+        });
+        (is_public_below && (n_around == 0 || passed_on())).then(|| module[n_around..].to_vec())
     }
 
     fn say(&mut self, shown: &[String], text: String) {
@@ -195,7 +229,9 @@ impl Lister<'_> {
     /// Public methods and traits of a type, from all files of its module.
     fn methods(&mut self, shown: &[String], module: &[String], name: &str) {
         let modules = self.modules;
-        let of_module = modules.iter().filter(|(path, _)| path.first() == module.first() || path.len() <= 1);
+        let of_module = modules
+            .iter()
+            .filter(|(path, _)| path.is_empty() || top(path) == top(module) || top(path) == path.as_slice());
         for (path, found) in of_module.flat_map(|(path, items)| items.iter().map(move |item| (path, item))) {
             let Item::Impl(found) = found else { continue };
             let Type::Path(own) = &*found.self_ty else { continue };
@@ -205,7 +241,7 @@ impl Lister<'_> {
             if !is_own || !is_listed(&found.attrs) || path.as_slice() != module && defines(path) {
                 continue;
             }
-            if path.first() != module.first() && !imports(&modules[path], module, name) {
+            if top(path) != top(module) && !imports(&modules[path], module, name) {
                 continue;
             }
             if let Some((of, _)) = &found.trait_ {
@@ -225,7 +261,7 @@ impl Lister<'_> {
 
 /// Whether a file imports a type of a module.
 fn imports(items: &[Item], module: &[String], name: &str) -> bool {
-    let first = module.first().map_or("", String::as_str);
+    let first = top(module).join("::");
     items.iter().any(|item| match item {
         Item::Use(found) => {
             let text = text_of(&found.tree);
@@ -233,6 +269,12 @@ fn imports(items: &[Item], module: &[String], name: &str) -> bool {
         }
         _ => false,
     })
+}
+
+/// The first module of a path: of a group of `lib.rs`, the module in it.
+fn top(module: &[String]) -> &[String] {
+    let is_of_one_file = module.first().is_none_or(|first| ["gpu", "web"].contains(&first.as_str()));
+    &module[..module.len().min(if is_of_one_file { 1 } else { 2 })]
 }
 
 fn name_of(item: &Item) -> Option<String> {
@@ -251,7 +293,7 @@ fn listed() -> String {
     let mut modules = Modules::new();
     read(&root().join("src/lib.rs"), &[], &mut modules);
     let mut lister = Lister { modules: &modules, lines: Vec::new() };
-    lister.module(&[]);
+    lister.module(&[], &[]);
     lister.lines.sort();
     lister.lines.dedup();
     lister.lines.join("\n") + "\n"
@@ -285,7 +327,9 @@ fn the_list_has_what_callers_use_and_no_stages() {
     ] {
         assert!(listed.contains(part), "{part} is missing from\n{listed}");
     }
-    for part in ["Projected", "Params", "KernelText", "hexcast::cast", "hexcast::frame", "hand_out_bands", "pub("] {
+    for part in
+        ["Projected", "Params", "KernelText", "hexcast::stages::cast", "hexcast::grid::frame", "hand_out_bands", "pub("]
+    {
         assert!(!listed.contains(part), "{part} is public");
     }
 }

@@ -4,7 +4,7 @@
 
 use hexcast::geometry::{Facet, Geometry};
 use hexcast::lines::Lines;
-use hexcast::map::Rule;
+use hexcast::stages::map::Rule;
 
 use super::cases::Case;
 use super::models::{self, Facets};

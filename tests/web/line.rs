@@ -1,12 +1,12 @@
 //! The line in the browser: the CPU definition in wasm, and the browser's WebGPU held to it.
 
-use hexcast::cast::Cast;
 use hexcast::columns::Columns;
 use hexcast::control::Control;
-use hexcast::cpu;
-use hexcast::frame::Frame;
 use hexcast::gpu::Gpu;
-use hexcast::rays::Rays;
+use hexcast::grid::frame::Frame;
+use hexcast::grid::rays::Rays;
+use hexcast::stages::cast::Cast;
+use hexcast::stages::cpu;
 use js_sys::{Function, Promise, Reflect};
 use wasm_bindgen::{JsCast, JsValue};
 use wasm_bindgen_futures::JsFuture;

@@ -7,50 +7,57 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use hexcast::control::CancelToken;
 use hexcast::{Error, Result};
 
-mod adapters;
-mod arguments;
-mod converge;
-mod convert;
-mod counted;
-#[cfg(target_os = "linux")]
-mod device_select;
-mod diff;
-mod disk;
-mod estimate;
-mod export_output;
-mod format_arguments;
-mod info;
-mod job;
-mod job_files;
-mod job_options;
-mod leak;
-mod ledger;
-mod measured;
-mod memory;
-mod merge;
-mod mesh;
-mod numbers;
-mod output_file;
-mod outputs;
-mod parts;
-mod picture_outputs;
-mod pictures;
-mod place_of_store;
-mod progress;
-mod reading;
-#[cfg(feature = "s3")]
-mod s3;
-mod spelling;
-mod spill;
-mod standard;
-mod store;
-mod summary;
-mod temporary;
-mod terminal;
-mod verify;
-mod verify_store;
-mod zarr_folder;
-mod zarr_output;
+mod options {
+    pub(crate) mod arguments;
+    #[cfg(target_os = "linux")]
+    pub(crate) mod device_select;
+    pub(crate) mod format_arguments;
+    pub(crate) mod job_files;
+    pub(crate) mod job_options;
+    pub(crate) mod numbers;
+    pub(crate) mod spelling;
+}
+mod files {
+    pub(crate) mod disk;
+    pub(crate) mod export_output;
+    pub(crate) mod ledger;
+    pub(crate) mod measured;
+    pub(crate) mod output_file;
+    pub(crate) mod outputs;
+    pub(crate) mod place_of_store;
+    pub(crate) mod reading;
+    #[cfg(feature = "s3")]
+    pub(crate) mod s3;
+    pub(crate) mod spill;
+    pub(crate) mod standard_streams;
+    pub(crate) mod store;
+    pub(crate) mod temporary;
+    pub(crate) mod zarr_folder;
+    pub(crate) mod zarr_output;
+}
+mod screen {
+    pub(crate) mod memory;
+    pub(crate) mod progress;
+    pub(crate) mod summary;
+    pub(crate) mod terminal;
+}
+mod commands {
+    pub(crate) mod adapters;
+    pub(crate) mod converge;
+    pub(crate) mod convert;
+    pub(crate) mod diff;
+    pub(crate) mod estimate;
+    pub(crate) mod info;
+    pub(crate) mod job;
+    pub(crate) mod leak;
+    pub(crate) mod merge;
+    pub(crate) mod mesh;
+    pub(crate) mod parts;
+    pub(crate) mod picture_outputs;
+    pub(crate) mod pictures;
+    pub(crate) mod verify;
+    pub(crate) mod verify_store;
+}
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -71,21 +78,21 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    Mesh(Box<mesh::Arguments>),
-    Info(info::Arguments),
-    Job(job::Arguments),
-    Estimate(estimate::Arguments),
-    Parts(parts::Arguments),
-    Merge(merge::Arguments),
-    Adapters(adapters::Arguments),
-    Convert(convert::Arguments),
-    Converge(converge::Arguments),
-    Slice(pictures::SliceArguments),
-    View(pictures::ViewArguments),
-    Diff(diff::Arguments),
-    Leak(leak::Arguments),
-    Verify(verify::Arguments),
-    VerifyStore(verify_store::Arguments),
+    Mesh(Box<commands::mesh::Arguments>),
+    Info(commands::info::Arguments),
+    Job(commands::job::Arguments),
+    Estimate(commands::estimate::Arguments),
+    Parts(commands::parts::Arguments),
+    Merge(commands::merge::Arguments),
+    Adapters(commands::adapters::Arguments),
+    Convert(commands::convert::Arguments),
+    Converge(commands::converge::Arguments),
+    Slice(commands::pictures::SliceArguments),
+    View(commands::pictures::ViewArguments),
+    Diff(commands::diff::Arguments),
+    Leak(commands::leak::Arguments),
+    Verify(commands::verify::Arguments),
+    VerifyStore(commands::verify_store::Arguments),
     /// Write a completion script for a shell to standard output
     #[command(
         after_help = "Example:\n    hexcast completions bash > ~/.local/share/bash-completion/completions/hexcast"
@@ -98,12 +105,13 @@ enum Command {
 
 fn main() -> ExitCode {
     #[cfg(target_os = "linux")]
-    device_select::disable_without_session();
-    let arguments = spelling::joined(std::env::args_os());
-    let matches = |arguments: &[OsString]| spelling::with_negative_numbers(Cli::command()).get_matches_from(arguments);
+    options::device_select::disable_without_session();
+    let arguments = options::spelling::joined(std::env::args_os());
+    let matches =
+        |arguments: &[OsString]| options::spelling::with_negative_numbers(Cli::command()).get_matches_from(arguments);
     let mut given = matches(&arguments);
-    job_files::leave_out(job_options::overridden(&given));
-    match job_options::with_options_of_job(&given, &arguments) {
+    options::job_files::leave_out(options::job_options::overridden(&given));
+    match options::job_options::with_options_of_job(&given, &arguments) {
         Ok(with_options) => given = with_options.map_or(given, |arguments| matches(&arguments)),
         Err(error) => return failed(&error),
     }
@@ -119,31 +127,31 @@ fn main() -> ExitCode {
 }
 
 fn failed(error: &Error) -> ExitCode {
-    terminal::complain_of(error);
-    ExitCode::from(terminal::exit_code(error))
+    screen::terminal::complain_of(error);
+    ExitCode::from(screen::terminal::exit_code(error))
 }
 
 fn run(command: Command, token: &CancelToken) -> Result<ExitCode> {
     match command {
-        Command::Mesh(arguments) => return mesh::run(&arguments, token),
-        Command::Leak(arguments) => return leak::run(&arguments, token),
-        Command::Diff(arguments) => return diff::run(&arguments, token),
-        Command::Info(arguments) => return info::run(&arguments, token),
-        Command::Verify(arguments) => return verify::run(&arguments, token),
-        Command::VerifyStore(arguments) => return verify_store::run(&arguments, token),
-        Command::Job(arguments) => job::run(&arguments),
-        Command::Parts(arguments) => parts::run(&arguments, token),
-        Command::Merge(arguments) => merge::run(&arguments),
-        Command::Estimate(arguments) => estimate::run(&arguments, token),
-        Command::Adapters(arguments) => adapters::run(&arguments),
-        Command::Convert(arguments) => convert::run(&arguments, token),
-        Command::Converge(arguments) => converge::run(&arguments, token),
-        Command::Slice(arguments) => pictures::slice(&arguments, token),
-        Command::View(arguments) => pictures::view_mesh(&arguments, token),
+        Command::Mesh(arguments) => return commands::mesh::run(&arguments, token),
+        Command::Leak(arguments) => return commands::leak::run(&arguments, token),
+        Command::Diff(arguments) => return commands::diff::run(&arguments, token),
+        Command::Info(arguments) => return commands::info::run(&arguments, token),
+        Command::Verify(arguments) => return commands::verify::run(&arguments, token),
+        Command::VerifyStore(arguments) => return commands::verify_store::run(&arguments, token),
+        Command::Job(arguments) => commands::job::run(&arguments),
+        Command::Parts(arguments) => commands::parts::run(&arguments, token),
+        Command::Merge(arguments) => commands::merge::run(&arguments),
+        Command::Estimate(arguments) => commands::estimate::run(&arguments, token),
+        Command::Adapters(arguments) => commands::adapters::run(&arguments),
+        Command::Convert(arguments) => commands::convert::run(&arguments, token),
+        Command::Converge(arguments) => commands::converge::run(&arguments, token),
+        Command::Slice(arguments) => commands::pictures::slice(&arguments, token),
+        Command::View(arguments) => commands::pictures::view_mesh(&arguments, token),
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "hexcast", &mut script);
-            terminal::print_exact(&String::from_utf8_lossy(&script))
+            screen::terminal::print_exact(&String::from_utf8_lossy(&script))
         }
     }?;
     Ok(ExitCode::SUCCESS)

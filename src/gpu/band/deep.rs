@@ -4,12 +4,12 @@
 use std::ops::Range;
 
 use super::{Outcome, Worker, begin, finish};
-use crate::cast::sizes::{BIN, Capacity, deep_bytes};
-use crate::error::Result;
+use crate::base::error::Result;
 use crate::gpu::buffers::DeepBuffers;
 use crate::gpu::layout::{BandFacets, Params};
 use crate::gpu::resident::Unordered;
 use crate::gpu::runs::{DEEP, DeepRows, LEFT, Raw};
+use crate::stages::cast::sizes::{BIN, Capacity, deep_bytes};
 
 /// The crossings of rows of rays on the device.
 struct Written {
@@ -29,7 +29,6 @@ impl Worker<'_> {
         if !is_least && deep.events.is_empty() && deep.buffers.is_none() && deep.rows.first() == Some(&LEFT) {
             return Ok(Outcome::TooMany);
         }
-        #[cfg(any(not(target_arch = "wasm32"), feature = "stages"))]
         if let Some(resident) = self.context.resident {
             let params = Params { all_deep: 1, ..*params };
             return self

@@ -5,11 +5,8 @@
 //! crossings, runs and places must agree with those of `lattice` and `map`, and the CPU casts one ray in 256 again.
 
 use super::{Outcome, Worker, begin, window, wrong};
-use crate::cast::sizes::BIN;
-use crate::columns::Band;
-use crate::cpu;
-use crate::cpu::Window;
-use crate::error::{Error, Result};
+use crate::base::error::{Error, Result};
+use crate::cells::columns::Band;
 use crate::gpu::buffers::{Array, DeepBuffers, Part, Sums};
 use crate::gpu::check::sample;
 use crate::gpu::kernels::Kernel;
@@ -17,6 +14,9 @@ use crate::gpu::layout::Params;
 use crate::gpu::passes::square;
 use crate::gpu::resident::{Resident, Unordered};
 use crate::gpu::runs::{DEEP, DeepRows, LEFT};
+use crate::stages::cast::sizes::BIN;
+use crate::stages::cpu;
+use crate::stages::cpu::Window;
 
 /// Most runs of a deep ray; `MAX_DEEP_RUNS` in `shaders/order.wgsl`.
 const MAX_DEEP_RUNS: u32 = 8192;

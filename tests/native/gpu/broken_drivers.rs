@@ -4,19 +4,19 @@
 
 use std::sync::Arc;
 
-use hexcast::cast::Cast;
 use hexcast::control::Control;
-use hexcast::cpu;
-use hexcast::crossings::Crossings;
 use hexcast::estimate::BandLimit;
-use hexcast::frame::Frame;
 use hexcast::geometry::Geometry;
 use hexcast::gpu::{Gpu, kernel_texts};
+use hexcast::grid::frame::Frame;
+use hexcast::grid::rays::Rays;
 use hexcast::lines::Lines;
-use hexcast::map::Rule;
 use hexcast::mesh::Mesh;
 use hexcast::pipeline::Engine;
-use hexcast::rays::Rays;
+use hexcast::stages::cast::Cast;
+use hexcast::stages::cpu;
+use hexcast::stages::crossings::Crossings;
+use hexcast::stages::map::Rule;
 
 use super::kernels;
 use crate::cases::{Case, cases};

@@ -1,18 +1,18 @@
 //! Limits of the memory of a GPU: whatever they are, the cells are those of the CPU, and the device never holds more.
 
-use hexcast::cast::Cast;
 use hexcast::columns::Columns;
 use hexcast::control::Control;
-use hexcast::cpu;
-use hexcast::crossings::Crossings;
 use hexcast::estimate::BandLimit;
-use hexcast::frame::Frame;
 use hexcast::geometry::{Facet, Geometry};
 use hexcast::gpu::{AdapterKind, Forced, Gpu, Options, Usage};
+use hexcast::grid::frame::Frame;
+use hexcast::grid::rays::Rays;
 use hexcast::lines::Lines;
-use hexcast::map::Rule;
 use hexcast::pipeline::Engine;
-use hexcast::rays::Rays;
+use hexcast::stages::cast::Cast;
+use hexcast::stages::cpu;
+use hexcast::stages::crossings::Crossings;
+use hexcast::stages::map::Rule;
 
 use super::kernels;
 use crate::models;

@@ -1,6 +1,6 @@
 //! Flags on a device of the caller's own: a buffer that holds what the host expands, whatever the limits of the device.
 
-use hexcast::flags::CellBox;
+use hexcast::cells::flags::CellBox;
 use hexcast::gpu::{Cells, Expander, instance};
 use hexcast::job::Job;
 use hexcast::mesh::Mesh;

@@ -2,18 +2,18 @@
 
 use std::sync::Arc;
 
-use hexcast::cast::Cast;
 use hexcast::columns::{Columns, MemoryStore};
 use hexcast::control::Control;
-use hexcast::cpu;
-use hexcast::frame::Frame;
 use hexcast::geometry::Geometry;
 use hexcast::gpu::{Forced, Gpu, Options, Usage};
+use hexcast::grid::frame::Frame;
+use hexcast::grid::rays::Rays;
 use hexcast::job::{ByteSize, Job, PartJob};
 use hexcast::lines::Lines;
-use hexcast::map::Rule;
 use hexcast::pipeline::{Engine, SpillTarget};
-use hexcast::rays::Rays;
+use hexcast::stages::cast::Cast;
+use hexcast::stages::cpu;
+use hexcast::stages::map::Rule;
 
 use super::kernels;
 use crate::cases::{Case, cases};

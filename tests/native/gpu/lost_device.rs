@@ -2,17 +2,17 @@
 
 use std::sync::{Arc, Mutex};
 
-use hexcast::cast::Cast;
 use hexcast::columns::Columns;
 use hexcast::control::Control;
-use hexcast::cpu;
-use hexcast::frame::Frame;
 use hexcast::geometry::Geometry;
 use hexcast::gpu::Gpu;
+use hexcast::grid::frame::Frame;
+use hexcast::grid::rays::Rays;
 use hexcast::lines::Lines;
-use hexcast::map::Rule;
 use hexcast::pipeline::Engine;
-use hexcast::rays::Rays;
+use hexcast::stages::cast::Cast;
+use hexcast::stages::cpu;
+use hexcast::stages::map::Rule;
 
 use super::kernels;
 use crate::models;

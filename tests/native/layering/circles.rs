@@ -43,8 +43,10 @@ impl<'a> Graph<'a> {
             assert!(n_up < module.len(), "{module:?} names {path}");
             found.insert(absolute(&module[..module.len() - n_up], &path, n_up));
         }
-        for child in self.files.keys().filter(|other| other.len() == module.len() + 1 && other.starts_with(module)) {
-            found.extend(paths(code, &child[module.len()]).iter().map(|path| absolute(module, path, 0)));
+        // modules of the file, and at the root groups
+        let below = self.files.keys().filter(|other| other.len() > module.len() && other.starts_with(module));
+        for child in below.map(|other| &other[module.len()]).collect::<BTreeSet<_>>() {
+            found.extend(paths(code, child).iter().map(|path| absolute(module, path, 0)));
         }
         found
     }

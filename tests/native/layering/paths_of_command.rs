@@ -5,25 +5,25 @@ use super::sources;
 /// What makes, opens, renames or replaces files, and where it may be written.
 const OPENS: &[(&str, &[&str])] = &[
     ("File::create", TEMPORARY),
-    ("File::options", &["ledger.rs", "temporary.rs"]),
+    ("File::options", &["files/ledger.rs", "files/temporary.rs"]),
     ("OpenOptions", &[]),
     ("File::open", &[]),
-    ("open_file", &["ledger.rs"]),
+    ("open_file", &["files/ledger.rs"]),
     ("fs::write", &[]),
     ("fs::copy", &[]),
-    ("fs::rename", &["ledger.rs", "temporary.rs"]),
+    ("fs::rename", &["files/ledger.rs", "files/temporary.rs"]),
     ("fs::hard_link", &[]),
-    ("NamedTempFile", &["ledger.rs", "output_file.rs", "temporary.rs"]),
+    ("NamedTempFile", &["files/ledger.rs", "files/output_file.rs", "files/temporary.rs"]),
     ("TempDir", TEMPORARY),
     ("tempfile_in", TEMPORARY),
     ("tempdir_in", TEMPORARY),
     // what a store has, which its own process may have written
-    ("fs::read(", &["place_of_store.rs", "verify/stl.rs"]),
+    ("fs::read(", &["files/place_of_store.rs", "commands/verify/stl.rs"]),
     // what the system says of the process
-    ("fs::read_to_string", &["memory.rs"]),
+    ("fs::read_to_string", &["screen/memory.rs"]),
     ("FilesystemStore::new", &[]),
 ];
-const TEMPORARY: &[&str] = &["temporary.rs"];
+const TEMPORARY: &[&str] = &["files/temporary.rs"];
 
 #[test]
 fn every_file_that_the_command_opens_goes_through_the_ledger() {

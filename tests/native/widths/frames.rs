@@ -3,11 +3,11 @@
 
 use std::cell::RefCell;
 
-use hexcast::crossings::event;
-use hexcast::frame::{Frame, MAX_CELLS_PER_AXIS, SPAN_BITS};
 use hexcast::geometry::Geometry;
 use hexcast::gpu::{DEEP, LINKED};
+use hexcast::grid::frame::{Frame, MAX_CELLS_PER_AXIS, SPAN_BITS};
 use hexcast::lines::Lines;
+use hexcast::stages::crossings::event;
 
 use super::bits::Symbolic;
 use super::formulas::Formulas;

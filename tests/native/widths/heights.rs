@@ -3,7 +3,7 @@
 
 use std::cell::RefCell;
 
-use hexcast::cast::BIN;
+use hexcast::stages::cast::BIN;
 use naga::Module;
 
 use super::bits::{Bits, Symbolic};

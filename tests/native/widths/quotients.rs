@@ -3,8 +3,8 @@
 
 use std::cell::Cell;
 
-use hexcast::cast::BIN;
-use hexcast::frame::{MIN_FRACTION_BITS, SPAN_BITS};
+use hexcast::grid::frame::{MIN_FRACTION_BITS, SPAN_BITS};
+use hexcast::stages::cast::BIN;
 use naga::{Expression, Literal, Module};
 
 use super::interpret::{Interpreter, Value};

@@ -1,0 +1,153 @@
+//! The files of an exporter as output: made in a temporary folder beside the target, and put in place one by one at the end.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use hexcast::control::Control;
+use hexcast::export::{ExportOptions, Exporter, Files, exact_size, export};
+use hexcast::files::place::{ExportPlace, refused};
+use hexcast::geometry::Geometry;
+use hexcast::job::Job;
+use hexcast::mesh::{Mesh, Named};
+use hexcast::pipeline::Prepared;
+use hexcast::{Error, Result};
+use indicatif::ProgressBar;
+
+use crate::files::disk::Planned;
+use crate::files::ledger::Output;
+use crate::files::output_file::OutputFile;
+use crate::files::temporary;
+use crate::screen::progress::Counted;
+use crate::screen::progress::Progress;
+
+/// Files being written; nothing is left where this is dropped before [`ExportOutput::finish`].
+pub(crate) struct ExportOutput {
+    /// The name that the caller gave.
+    path: PathBuf,
+    exporter: Exporter,
+    options: ExportOptions,
+    /// The folder and the last part of what the path leads to: names of files begin there.
+    folder: PathBuf,
+    name: String,
+    /// The files by name.
+    outputs: Vec<(String, Output)>,
+    temporary: temporary::Folder,
+}
+
+impl ExportOutput {
+    /// Opens a temporary folder, and enters all files.
+    pub(crate) fn open(path: &Path, exporter: Exporter, options: ExportOptions) -> Result<ExportOutput> {
+        let ExportPlace { folder, name, files, .. } = ExportPlace::of(path, exporter)?;
+        let output = |file: String| Ok((file.clone(), Output::file_of(path, folder.join(file))?));
+        let outputs = files.into_iter().map(output).collect::<Result<_>>()?;
+        let temporary = temporary::Folder::beside(&folder.join(&name), &folder);
+        let temporary = temporary.map_err(|error| refused(path, &folder, &error))?;
+        Ok(ExportOutput { path: path.into(), exporter, options, folder, name, outputs, temporary })
+    }
+
+    /// Refuses what is known before the mesh is made: cells, flags and substances that cannot be exported.
+    pub(crate) fn check(&self, job: &Job, prepared: &Prepared) -> Result<()> {
+        let mut flags: Vec<u8> = prepared.geometries.iter().map(|geometry| geometry.flag).chain([0]).collect();
+        match (job.close_gaps, job.gap_flag) {
+            (None, _) => {}
+            (_, Some(flag)) => flags.push(flag),
+            // one that no geometry has
+            _ => flags.extend(1..=u8::MAX),
+        }
+        flags.sort_unstable();
+        flags.dedup();
+        let refused = self.exporter.check_lines(&prepared.lines);
+        let refused = refused.and_then(|()| self.exporter.check_flags(&self.options, &flags));
+        let refused =
+            refused.and_then(|()| self.exporter.check_materials(&self.options, &prepared.names, &with_cells(prepared)));
+        refused.map_err(|error| error.at(self.path.display()))
+    }
+
+    /// Checks that the mesh can be exported, and says how many bytes that takes where it is known.
+    pub(crate) fn plan(&self, mesh: &Mesh) -> Result<Option<Planned>> {
+        self.exporter.check(mesh, &self.options).map_err(|error| error.at(self.path.display()))?;
+        let n_bytes = exact_size(mesh, self.exporter, &self.options);
+        Ok(n_bytes.map(|n_bytes| Planned { path: self.path.clone(), folder: self.folder.clone(), n_bytes }))
+    }
+
+    /// Says of each conductor that the files lack that they do.
+    pub(crate) fn lost_conductors(&self, mesh: &Mesh) -> Vec<String> {
+        let said = |named: &Named| {
+            format!(
+                "{}: flag {} (\"{}\"), a perfect conductor, is not in it: it has no cell, and column files have no faces of geometries without \
+                 thickness; write this file with hexcast mesh",
+                self.path.display(),
+                named.flag,
+                named.name
+            )
+        };
+        self.exporter.lost_conductors(mesh, &self.options).into_iter().map(said).collect()
+    }
+
+    /// Writes the mesh.
+    pub(crate) fn write(&mut self, mesh: &Mesh, control: &Control, progress: Progress) -> Result<Vec<OutputFile>> {
+        let bar = progress.bytes("write", exact_size(mesh, self.exporter, &self.options));
+        let mut folder = Counting { folder: &self.temporary, bar: bar.clone() };
+        let done = export(mesh, self.exporter, &self.name, &self.options, &mut folder, control);
+        bar.finish_and_clear();
+        done.map_err(|error| error.at(self.path.display()))?;
+        let file = |name: String| {
+            let n_bytes = self.temporary.path(&name).metadata().map(|metadata| metadata.len());
+            let path = self.folder.join(&name);
+            let path = path.strip_prefix(".").map(Path::to_path_buf).unwrap_or(path);
+            n_bytes.map(|n_bytes| OutputFile { path, n_bytes })
+        };
+        let files = self.exporter.file_names(&self.name).into_iter().map(file).collect::<std::io::Result<_>>();
+        files.map_err(|error| self.failed(error))
+    }
+
+    /// Puts all files in their places.
+    pub(crate) fn finish(self) -> Result<()> {
+        self.outputs.iter().try_for_each(|(name, output)| output.put_path(&self.temporary.path(name)))
+    }
+
+    fn failed(&self, error: std::io::Error) -> Error {
+        Error::io(format!("writing {}", self.path.display()), error)
+    }
+}
+
+/// The background, and the flags of geometries that are as good as certain to get cells: their boxes are cells thick, in the mesh, and clear of
+/// those of other flags. The rest is known when the mesh is.
+fn with_cells(prepared: &Prepared) -> Vec<u8> {
+    let lines = &prepared.lines;
+    // two boxes meet if they do so along all axes
+    let meet = |[low, high]: &[[f64; 3]; 2], [first, last]: &[[f64; 3]; 2]| {
+        (0..3).all(|axis| high[axis] > first[axis] && low[axis] < last[axis])
+    };
+    let whole = [0, 1].map(|end| [0, 1, 2].map(|axis| lines.line(axis, end * lines.dims()[axis])));
+    let has_cells = |geometry: &Geometry| {
+        let Some(own) = geometry.bounding_box() else { return false };
+        let others = prepared.geometries.iter().filter(|other| other.flag != geometry.flag);
+        let [first, last] = own.map(|corner| [0, 1, 2].map(|axis| lines.position(axis, corner[axis])));
+        (0..3).all(|axis| last[axis].min(lines.dims()[axis].into()) - first[axis].max(0.0) >= LEAST_CELLS)
+            && meet(&own, &whole)
+            && !others.filter_map(Geometry::bounding_box).any(|other| meet(&own, &other))
+    };
+    let found = prepared.geometries.iter().filter(|geometry| has_cells(geometry));
+    found.map(|geometry| geometry.flag).chain([0]).collect()
+}
+
+/// Cells along each axis of a box in which a geometry gets some.
+const LEAST_CELLS: f64 = 2.0;
+
+/// The temporary folder, whose bytes are counted.
+struct Counting<'a> {
+    folder: &'a temporary::Folder,
+    bar: ProgressBar,
+}
+
+impl Files for Counting<'_> {
+    fn create(&mut self, name: &str) -> Result<Box<dyn Write + '_>> {
+        let file = self.folder.create(name).map_err(|error| Error::io(format!("writing {name}"), error))?;
+        Ok(Box::new(Counted { file, bar: self.bar.clone() }))
+    }
+
+    fn place(&mut self, name: &str) -> Result<PathBuf> {
+        self.folder.place(name).map_err(|error| Error::io(format!("writing {name}"), error))
+    }
+}

@@ -1,0 +1,193 @@
+//! Binary STL: 80 bytes of anything, the number of facets as u32, then 50 bytes a facet, all little-endian.
+//!
+//! A facet is twelve f32 (normal, three corners) and a 16-bit attribute word, which some programs use for colours.
+//! The count must fit the length of the file before anything is allocated. Bytes after the last facet are ignored, with
+//! a warning, unless they look as if the count was wrong.
+
+use super::contents::{self, Contents, FACETS, Format, Solid, Tally, Warnings};
+use crate::base::error::{Error, Result};
+use crate::base::memory::{List, Memory};
+use crate::input::geometry::{Facet, SharedFacets};
+
+/// Length of header and count, in bytes.
+pub(super) const HEADER: usize = 84;
+/// Length of a facet, in bytes.
+const RECORD: usize = 50;
+/// Bytes after the facets that are accepted, besides as many as the header and the facets take.
+const MAX_TRAILING: u64 = 4096;
+
+/// The number of facets that a file with these first bytes announces, if it has a whole header.
+pub(super) fn announced(head: &[u8]) -> Option<u32> {
+    head.get(80..HEADER)?.first_chunk().map(|count| u32::from_le_bytes(*count))
+}
+
+/// Length in bytes of a binary STL of so many facets.
+pub(super) fn n_bytes_of(n_facets: u32) -> u64 {
+    HEADER as u64 + RECORD as u64 * u64::from(n_facets)
+}
+
+/// Reads the bytes after the header.
+#[derive(Debug)]
+pub(super) struct Parser {
+    n_bytes: u64,
+    n_facets: usize,
+    facets: List<Facet>,
+    /// The first `n_partial` bytes of a record that the last chunk cut.
+    partial: [u8; RECORD],
+    n_partial: usize,
+    tally: Tally,
+    has_colours: bool,
+    /// Records after the announced ones, and whether all of them look like facets.
+    n_extra: u64,
+    extra_are_facets: bool,
+}
+
+impl Parser {
+    /// Checks the header against the length of the file and reserves memory for the facets.
+    ///
+    /// # Errors
+    /// `stl-truncated`, `stl-count`, `stl-empty`, `stl-not-stl`, `memory` as in [`super::Reader::push`].
+    pub(super) fn new(head: &[u8], n_bytes: u64, memory: &Memory) -> Result<Parser> {
+        let Some(count) = announced(head) else {
+            let message = format!("{n_bytes} bytes; a binary STL has at least 84");
+            return Err(Error::new("stl-not-stl", message, "copy or export the file again"));
+        };
+        check_count(count, n_bytes)?;
+        let mut facets = List::new(memory, FACETS);
+        facets
+            .reserve(count as usize)
+            .map_err(|error| error.at(format!("the count at byte 80 announces {count} facets")))?;
+        Ok(Parser {
+            n_bytes,
+            n_facets: count as usize,
+            facets,
+            partial: [0; RECORD],
+            n_partial: 0,
+            tally: Tally::default(),
+            has_colours: head[..80].windows(6).any(|window| window == b"COLOR="),
+            n_extra: 0,
+            extra_are_facets: true,
+        })
+    }
+
+    /// Takes the next bytes after the header.
+    ///
+    /// # Errors
+    /// `stl-not-finite` as in [`super::Reader::push`].
+    pub(super) fn push(&mut self, mut bytes: &[u8]) -> Result<()> {
+        if self.n_partial > 0 {
+            let n_missing = (RECORD - self.n_partial).min(bytes.len());
+            self.partial[self.n_partial..][..n_missing].copy_from_slice(&bytes[..n_missing]);
+            self.n_partial += n_missing;
+            bytes = &bytes[n_missing..];
+            if self.n_partial < RECORD {
+                return Ok(());
+            }
+            let record = self.partial;
+            self.records(&[record])?;
+        }
+        let (records, rest) = bytes.as_chunks::<RECORD>();
+        self.records(records)?;
+        self.partial[..rest.len()].copy_from_slice(rest);
+        self.n_partial = rest.len();
+        Ok(())
+    }
+
+    fn records(&mut self, records: &[[u8; RECORD]]) -> Result<()> {
+        let n_wanted = (self.n_facets - self.facets.len()).min(records.len());
+        let (wanted, extra) = records.split_at(n_wanted);
+        for record in wanted {
+            let (normal, facet) = facet_of(record);
+            if !facet.as_flattened().iter().all(|c| c.is_finite()) {
+                return Err(not_finite(&facet, self.facets.len(), self.n_facets));
+            }
+            self.tally.count(normal, &facet);
+            self.has_colours |= record[48] != 0 || record[49] != 0;
+            self.facets.push(facet)?;
+        }
+        self.n_extra += extra.len() as u64;
+        self.extra_are_facets &= extra.iter().all(|record| is_plausible(&facet_of(record).1));
+        Ok(())
+    }
+
+    /// Ends the file.
+    ///
+    /// # Errors
+    /// `stl-count` as in [`super::Reader::finish`].
+    pub(super) fn finish(self) -> Result<Contents> {
+        let n_facets = self.facets.len() as u64;
+        let mut warnings = Warnings::default();
+        let n_trailing = self.n_extra * RECORD as u64 + self.n_partial as u64;
+        if self.n_extra > 0 && self.n_partial == 0 && self.extra_are_facets {
+            return Err(wrong_count(n_facets, n_facets + self.n_extra, self.n_bytes));
+        }
+        if n_trailing > 0 {
+            let end = self.n_bytes - n_trailing;
+            warnings
+                .push(format!("{n_trailing} bytes after the last of {n_facets} facets (from byte {end}) are ignored"));
+        }
+        Ok(Contents {
+            format: Format::StlBinary,
+            solids: vec![Solid { name: String::new(), facets: SharedFacets::from(self.facets.keep()).known_finite() }],
+            n_facets,
+            n_bytes: self.n_bytes,
+            unit: None,
+            wrong_normals: self.tally.wrong_normals,
+            zero_normals: self.tally.zero_normals,
+            zero_area: self.tally.zero_area,
+            has_colours: self.has_colours,
+            warnings: warnings.finish(),
+        })
+    }
+}
+
+fn check_count(count: u32, n_bytes: u64) -> Result<()> {
+    let expected = n_bytes_of(count);
+    let n_room = n_bytes.saturating_sub(HEADER as u64) / RECORD as u64;
+    if n_bytes < expected {
+        let message = format!(
+            "the count at byte 80 announces {count} facets, which end at byte {expected}, but the file ends at byte \
+             {n_bytes}, after {n_room} whole facets"
+        );
+        return Err(Error::new("stl-truncated", message, "copy or export the file again; it is cut short or not STL"));
+    }
+    let n_trailing = n_bytes - expected;
+    if (count == 0 && n_room > 0) || n_trailing > expected + MAX_TRAILING {
+        return Err(wrong_count(count.into(), n_room, n_bytes));
+    }
+    if count == 0 {
+        return Err(contents::empty("the count at byte 80 announces 0 facets"));
+    }
+    Ok(())
+}
+
+fn wrong_count(count: u64, n_room: u64, n_bytes: u64) -> Error {
+    let message =
+        format!("the count at byte 80 announces {count} facets, but the file of {n_bytes} bytes can hold {n_room}");
+    Error::new("stl-count", message, "export the file again, so that count and length agree")
+}
+
+fn not_finite(facet: &Facet, index: usize, n_facets: usize) -> Error {
+    let place = facet.as_flattened().iter().position(|c| !c.is_finite()).unwrap_or(0);
+    let (number, corner, axis) = (index + 1, place / 3 + 1, ["x", "y", "z"][place % 3]);
+    let byte = HEADER as u64 + RECORD as u64 * index as u64 + 12 + 4 * place as u64;
+    let value = facet.as_flattened()[place];
+    let message = format!("facet {number} of {n_facets}: {axis} of corner {corner} is {value} (byte {byte})");
+    Error::new("stl-not-finite", message, "repair the model where it was made; a corner needs three finite numbers")
+}
+
+/// Splits a record into normal and corners.
+#[inline]
+fn facet_of(record: &[u8; RECORD]) -> ([f32; 3], Facet) {
+    let number =
+        |i: usize| f32::from_le_bytes([record[4 * i], record[4 * i + 1], record[4 * i + 2], record[4 * i + 3]]);
+    let vector = |i: usize| [number(i), number(i + 1), number(i + 2)];
+    (vector(0), [vector(3), vector(6), vector(9)])
+}
+
+/// Whether bytes after the announced facets look like one more facet: padding is all zero, and text or other data give
+/// numbers far too large or small.
+fn is_plausible(facet: &Facet) -> bool {
+    let corners = facet.as_flattened();
+    corners.iter().all(|c| *c == 0.0 || (1e-15..1e15).contains(&c.abs())) && corners.iter().any(|c| *c != 0.0)
+}

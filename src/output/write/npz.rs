@@ -1,0 +1,50 @@
+//! `.npz`: the flags and the lines of each axis as NumPy arrays in a ZIP archive.
+//!
+//! `flag` has the shape (nz, ny, nx), or on request (nx, ny, nz), and the type uint8, as in `.npy`; `x`, `y` and `z` have all lines of their axis, cells + 1 numbers of
+//! the type float64. Cost: two slabs of memory.
+
+use super::archive::{Archive, Array, Buffer};
+use super::{Options, Sink, npy, ordered};
+use crate::base::control::Control;
+use crate::base::error::Result;
+use crate::cells::flags::{CellBox, slabs_of_box};
+use crate::derived::mesh::Mesh;
+use crate::grid::lines::AXES;
+
+/// The lines of each axis.
+pub(super) fn lines(mesh: &Mesh) -> [Array<'_>; 3] {
+    [0, 1, 2].map(|axis: usize| {
+        let all = move |_| Ok(mesh.lines.list(axis).iter().flat_map(|line| line.to_le_bytes()).collect());
+        Array::new((AXES[axis], "<f8"), &[u64::from(mesh.dims()[axis]) + 1], 1, all)
+    })
+}
+
+/// Flags of a box of so many cells, some of them at a time.
+pub(super) fn flags<'a>(
+    name: &'static str,
+    [nx, ny, nz]: [u32; 3],
+    cells_at_once: usize,
+    flags: impl Fn(&CellBox) -> Result<Vec<u8>> + 'a,
+) -> Array<'a> {
+    let slabs: Vec<CellBox> = slabs_of_box(&[0..nx, 0..ny, 0..nz], cells_at_once).collect();
+    Array::new((name, "|u1"), &[nz, ny, nx].map(u64::from), slabs.len(), move |index| flags(&slabs[index]))
+}
+
+/// The lines, then the flags.
+#[cfg(target_arch = "wasm32")]
+pub(crate) fn arrays(mesh: &Mesh, options: Options) -> Vec<Array<'_>> {
+    let shape = npy::shape(mesh.dims(), options.axis_order).map(u64::from);
+    let boxes = ordered::boxes(mesh.dims(), options.axis_order, options.slab_bytes);
+    let n_boxes = boxes.len();
+    let flags = move |index: usize| ordered::bytes_of_box(mesh, &options, &boxes[index]);
+    lines(mesh).into_iter().chain([Array::new(("flag", "|u1"), &shape, n_boxes, flags)]).collect()
+}
+
+/// Writes the archive.
+pub(super) fn write(mesh: &Mesh, options: &Options, sink: &mut Sink, control: &Control) -> Result<()> {
+    let mut archive = Archive::new(options.compress, Buffer::default());
+    lines(mesh).iter().try_for_each(|array| archive.add(array, sink))?;
+    archive.begin("flag", &npy::header(mesh.dims(), options))?;
+    ordered::for_each_slab(mesh, options, control, |flags| archive.pass(flags, sink))?;
+    sink.put(&archive.finish()?)
+}

@@ -1,0 +1,153 @@
+//! The fraction of every cell that is not background: `.vti` and `.vtr` with the array `solid` (Float32), `.npy` of shape (nz, ny, nx), or `.zarr.zip`.
+//!
+//! Cells without fractions have 0 or 1 by their flag, which is that of their centre: a wall between the rays is seen there and not in the volumes of the report.
+//! Cells that surfaces cut have the sum of the fractions of flags that are not 0. Cost: two slabs of memory, and
+//! what `.vti` takes.
+
+use std::io;
+
+use serde_json::json;
+
+use super::store::{OfCells, Place, Store};
+use super::{Compress, Format, Options, Sink, check, check_lines, npy, vti};
+use crate::base::control::{Control, at_once};
+use crate::base::error::{Error, Result};
+use crate::cells::columns::Columns;
+use crate::cells::flags::{CellBox, flags_of_box};
+use crate::derived::fractions::Fractions;
+use crate::derived::mesh::Mesh;
+
+/// Writes the fraction of every cell that is not background, as 32-bit floating point, x fastest. Returns the number of bytes.
+///
+/// # Errors
+/// `job-conflict` where mesh and fractions are not of the same box, the mesh has a halo, or the format is none of `.vti`, `.vtr`, `.npy` and `.zarr.zip`; `lines-graded` for `.vti`
+/// where cells differ in size; `job-value` where the compression level is not 1 to 9; `io` where `out` fails; `cancelled`.
+pub fn write_solid(
+    mesh: &Mesh,
+    fractions: &Fractions,
+    (format, options): (Format, &Options),
+    out: &mut dyn io::Write,
+    control: &Control,
+) -> Result<u64> {
+    let around = around(mesh, fractions, (format, options))?;
+    let mut sink = Sink::new(out, "the fractions");
+    // a number has four bytes
+    let slab_bytes = options.slab_bytes / 4;
+    let each = |put: &mut dyn FnMut(&[u8]) -> Result<()>| {
+        let mut cell = 0;
+        mesh.for_each_slab(slab_bytes, control, |flags| {
+            let bytes: Vec<u8> = solid(flags, cell, fractions).flat_map(f32::to_le_bytes).collect();
+            cell += flags.len() as u64;
+            put(&bytes)
+        })
+    };
+    match (around, options.compress) {
+        (Some((head, tail)), _) => {
+            sink.put(&head)?;
+            each(&mut |bytes| sink.put(bytes))?;
+            sink.put(&tail)?;
+        }
+        (None, Compress::Zlib(level)) if format != Format::ZarrZip => {
+            let array = vti::Array { numbers: numbers(mesh), each: Box::new(each) };
+            vti::write(mesh, &array, (format, level), options, &mut sink)?;
+        }
+        (None, _) => {
+            let files = Store::new(mesh, &Place::of_whole(mesh), cells_of_store(mesh, fractions)?, options)?;
+            at_once(files.zip(&mut sink, &control.without_pauses()))?;
+        }
+    }
+    sink.finish()
+}
+
+/// What a file has for its cells.
+pub(crate) fn numbers(mesh: &Mesh) -> vti::Numbers {
+    vti::Numbers { name: "solid", kind: "Float32", n_bytes: 4 * mesh.n_cells() }
+}
+
+/// The bytes before and after the numbers in a file that holds them as they are; None for compressed files and archives.
+///
+/// # Errors
+/// Those of [`write_solid`] before the first byte.
+pub(crate) fn around(
+    mesh: &Mesh,
+    fractions: &Fractions,
+    (format, options): (Format, &Options),
+) -> Result<Option<(Vec<u8>, Vec<u8>)>> {
+    check_dims(mesh, fractions)?;
+    if !matches!(format, Format::Vti | Format::Vtr | Format::Npy | Format::ZarrZip) {
+        let message = format!(".{} does not hold fractions of cells", format.extension());
+        return Err(Error::new("job-conflict", message, "use .vti, .vtr, .npy or .zarr.zip"));
+    }
+    check(format, options)?;
+    check_lines(&mesh.lines, format)?;
+    Ok(match (format, options.compress) {
+        (Format::Npy, _) => {
+            let [nx, ny, nz] = mesh.dims();
+            Some((npy::header_of("<f4", &format!("({nz}, {ny}, {nx})")), Vec::new()))
+        }
+        (Format::Vti | Format::Vtr, Compress::None) => Some(vti::head_and_tail(mesh, &numbers(mesh), format)),
+        _ => None,
+    })
+}
+
+/// The numbers of a slab, as [`Mesh::slabs`] has them.
+///
+/// # Errors
+/// `io` as for [`Mesh::box_flags`].
+#[cfg(target_arch = "wasm32")]
+pub(crate) fn bytes_of_slab(mesh: &Mesh, fractions: &Fractions, slab: &CellBox) -> Result<Vec<u8>> {
+    let ([nx, ny, _], [_, y, z]) = (mesh.dims().map(u64::from), slab);
+    let first = nx * (u64::from(y.start) + ny * u64::from(z.start));
+    Ok(solid(&mesh.box_flags(slab)?, first, fractions).flat_map(f32::to_le_bytes).collect())
+}
+
+/// The numbers of a store.
+///
+/// # Errors
+/// `job-conflict` where mesh and fractions are not of the same box.
+pub(crate) fn cells_of_store<'a>(mesh: &Mesh, fractions: &'a Fractions) -> Result<OfCells<'a>> {
+    check_dims(mesh, fractions)?;
+    let [nx, ny, _] = mesh.dims().map(u64::from);
+    let of_box = move |columns: &Columns, cells: &CellBox| {
+        let [across, down, up] = cells;
+        let flags = flags_of_box(columns, cells)?;
+        let rows = up.clone().flat_map(|z| down.clone().map(move |y| u64::from(y) + ny * u64::from(z)));
+        let firsts = rows.map(|row| u64::from(across.start) + nx * row);
+        let rows = firsts.zip(flags.chunks_exact(across.len()));
+        Ok(rows.flat_map(|(first, row)| solid(row, first, fractions).flat_map(f32::to_le_bytes)).collect())
+    };
+    let numbers = ("float32", json!(0.0), size_of::<f32>());
+    Ok(OfCells { name: "solid", numbers, rays: Some(fractions.rays), of_box: Box::new(of_box) })
+}
+
+/// The fraction that is not background of consecutive cells, the first of which has this index, by their flags.
+fn solid(flags: &[u8], first: u64, fractions: &Fractions) -> impl Iterator<Item = f32> {
+    let mut cut = fractions.from_cell(first).peekable();
+    (first..).zip(flags).map(move |(cell, &flag)| {
+        if cut.peek().is_none_or(|cut| cut.cell != cell) {
+            return f32::from(u8::from(flag != 0));
+        }
+        let mut sum = 0.0;
+        while let Some(cut) = cut.next_if(|cut| cut.cell == cell) {
+            sum += if cut.flag == 0 { 0.0 } else { f64::from(cut.fraction) };
+        }
+        sum.min(1.0) as f32
+    })
+}
+
+/// Refuses fractions of another box than that of the mesh, and a mesh of which only the cells within a halo are measured.
+fn check_dims(mesh: &Mesh, fractions: &Fractions) -> Result<()> {
+    if fractions.halo > 0 {
+        let message = format!("the mesh has a halo of {} cells, whose fractions are not measured", fractions.halo);
+        return Err(Error::new(
+            "job-conflict",
+            message,
+            "leave out halo (--halo), or write .npz, which lists cut cells",
+        ));
+    }
+    if mesh.dims() == fractions.dims {
+        return Ok(());
+    }
+    let message = format!("the mesh has {:?} cells, and fractions are those of {:?}", mesh.dims(), fractions.dims);
+    Err(Error::new("job-conflict", message, "use mesh and fractions of one job"))
+}

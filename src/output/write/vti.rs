@@ -1,0 +1,312 @@
+//! `.vti` and `.vtr`: VTK image data, or a rectilinear grid, an XML head and the flags appended as raw bytes or zlib blocks.
+//!
+//! Cells are VTK cells: the extent counts mesh lines, `0 nx 0 ny 0 nz`, from the origin in steps of the spacing; `.vtr` lists them in
+//! its head, in digits that read back to the same f64. The
+//! cell array is `flag` (UInt8, x fastest); the field data carry `unit`, `flag_values`, `flag_names` and, of
+//! jobs with materials, `flag_materials` as JSON.
+//! `header_type` is UInt64, so that nothing ends at 4 GiB.
+//!
+//! Compressed, the sizes of all blocks precede the first block. The blocks are made once, in parallel, and cached while
+//! they fit `block_cache_bytes`; those beyond, if any, are made a second time when their turn comes. Flags of fine
+//! meshes compress fiftyfold and more, so that the second time is for 1e10 cells and up, and memory is bounded for all.
+//! Cost: two slabs, the cached blocks, and 8 bytes a block of 1 MiB.
+//!
+//! Source: the VTK XML formats, `vtkXMLDataReader` and `vtkZLibDataCompressor`.
+
+use std::fmt::Write;
+
+use crate::base::control::Control;
+use crate::base::error::{Error, Result};
+use crate::base::zlib::Blocks;
+use crate::cells::flags::CellBox;
+use crate::derived::mesh::Mesh;
+use crate::grid::lines::{AXES, Lines};
+
+use super::{Compress, Format, Options, Sink};
+
+const BLOCK_BYTES: usize = 1 << 20;
+const FOOT: &[u8] = b"\n  </AppendedData>\n</VTKFile>\n";
+
+/// What the cell array of a file holds: a name, a type as VTK names it, and the number of bytes.
+#[derive(Clone, Copy)]
+pub(crate) struct Numbers {
+    pub(super) name: &'static str,
+    pub(super) kind: &'static str,
+    pub(crate) n_bytes: u64,
+}
+
+impl Numbers {
+    /// The flags of a mesh.
+    pub(crate) fn flags(mesh: &Mesh) -> Numbers {
+        Numbers { name: "flag", kind: "UInt8", n_bytes: mesh.n_cells() }
+    }
+}
+
+/// All bytes of a cell array in order, as often as they are asked for.
+pub(super) struct Array<'a> {
+    pub(super) numbers: Numbers,
+    pub(super) each: Box<Each<'a>>,
+}
+
+/// Hands over all bytes, some at a time.
+type Each<'a> = dyn Fn(&mut dyn FnMut(&[u8]) -> Result<()>) -> Result<()> + 'a;
+
+impl Array<'_> {
+    /// The flags of a mesh.
+    pub(super) fn flags<'a>(mesh: &'a Mesh, slab_bytes: usize, control: &'a Control) -> Array<'a> {
+        let each = move |put: &mut dyn FnMut(&[u8]) -> Result<()>| mesh.for_each_slab(slab_bytes, control, put);
+        Array { numbers: Numbers::flags(mesh), each: Box::new(each) }
+    }
+}
+
+/// Writes a compressed file.
+pub(super) fn write(
+    mesh: &Mesh,
+    array: &Array,
+    (format, level): (Format, u8),
+    options: &Options,
+    sink: &mut Sink,
+) -> Result<()> {
+    let table = BlockTable::new(array, options, level)?;
+    sink.put(head(mesh, &array.numbers, format, options.compress).as_bytes())?;
+    table.write(array, level, sink)?;
+    sink.put(FOOT)
+}
+
+/// Everything before and after the numbers of an uncompressed file.
+pub(super) fn head_and_tail(mesh: &Mesh, numbers: &Numbers, format: Format) -> (Vec<u8>, Vec<u8>) {
+    let mut before = head(mesh, numbers, format, Compress::None).into_bytes();
+    before.extend(numbers.n_bytes.to_le_bytes());
+    (before, FOOT.to_vec())
+}
+
+/// Encodes a compressed file, a slab at a time, for callers that do other work in between. All blocks stay in memory until the
+/// last is known.
+pub struct VtiEncoder {
+    numbers: Numbers,
+    format: Format,
+    level: u8,
+    /// Slabs still to compress, the next one last.
+    slabs: Vec<CellBox>,
+    n_slabs: usize,
+    /// None once the last block is made.
+    blocks: Option<Blocks>,
+    table: BlockTable,
+    is_done: bool,
+}
+
+impl VtiEncoder {
+    /// Plans the file of a mesh, `.vti` or `.vtr`, with a zlib level of 1 to 9, in slabs of at most `slab_bytes` flags.
+    pub fn new(mesh: &Mesh, format: Format, level: u8, slab_bytes: usize) -> VtiEncoder {
+        VtiEncoder::of(Numbers::flags(mesh), (format, level), mesh.slabs(slab_bytes).collect())
+    }
+
+    /// Plans a file of other numbers, in these slabs.
+    pub(crate) fn of(numbers: Numbers, (format, level): (Format, u8), mut slabs: Vec<CellBox>) -> VtiEncoder {
+        slabs.reverse();
+        let table = BlockTable { sizes: Vec::new(), cached: Vec::new(), n_cached: 0 };
+        let n_slabs = slabs.len();
+        VtiEncoder {
+            numbers,
+            format,
+            level,
+            slabs,
+            n_slabs,
+            blocks: Some(Blocks::new(BLOCK_BYTES, level)),
+            table,
+            is_done: false,
+        }
+    }
+
+    /// Share of the flags that are compressed, 0 to 1.
+    pub fn share(&self) -> f64 {
+        1.0 - self.slabs.len() as f64 / self.n_slabs as f64
+    }
+
+    /// Compresses a slab and returns no bytes yet; after the last slab returns all bytes of the file, and then none.
+    ///
+    /// # Errors
+    /// `io` where zlib fails.
+    pub fn step(&mut self, mesh: &Mesh) -> Result<Option<Vec<u8>>> {
+        self.step_of(mesh, &|cells| mesh.box_flags(cells))
+    }
+
+    /// The same with the bytes of a slab.
+    ///
+    /// # Errors
+    /// Those of [`VtiEncoder::step`] and of `of_slab`.
+    pub(crate) fn step_of(
+        &mut self,
+        mesh: &Mesh,
+        of_slab: &dyn Fn(&CellBox) -> Result<Vec<u8>>,
+    ) -> Result<Option<Vec<u8>>> {
+        let made = match (self.slabs.pop(), &mut self.blocks) {
+            (Some(cells), Some(blocks)) => blocks.push(&of_slab(&cells)?)?,
+            _ => match self.blocks.take() {
+                Some(blocks) => blocks.finish()?.into_iter().collect(),
+                None if self.is_done => return Ok(None),
+                None => {
+                    self.is_done = true;
+                    let head = head(mesh, &self.numbers, self.format, Compress::Zlib(self.level)).into_bytes();
+                    let cached = std::mem::take(&mut self.table.cached);
+                    return Ok(Some(
+                        [head.as_slice(), &self.table.numbers(self.numbers.n_bytes), &cached, FOOT].concat(),
+                    ));
+                }
+            },
+        };
+        made.iter().for_each(|block| self.table.add(block, usize::MAX));
+        Ok(Some(Vec::new()))
+    }
+}
+
+/// The sizes of all compressed blocks, and the first of the blocks themselves.
+struct BlockTable {
+    sizes: Vec<u64>,
+    cached: Vec<u8>,
+    n_cached: usize,
+}
+
+impl BlockTable {
+    fn new(array: &Array, options: &Options, level: u8) -> Result<BlockTable> {
+        let mut table = BlockTable { sizes: Vec::new(), cached: Vec::new(), n_cached: 0 };
+        let mut blocks = Blocks::new(BLOCK_BYTES, level);
+        (array.each)(&mut |bytes| {
+            blocks.push(bytes)?.iter().for_each(|block| table.add(block, options.block_cache_bytes));
+            Ok(())
+        })?;
+        blocks.finish()?.iter().for_each(|block| table.add(block, options.block_cache_bytes));
+        Ok(table)
+    }
+
+    fn add(&mut self, block: &[u8], block_cache_bytes: usize) {
+        if self.n_cached == self.sizes.len() && self.cached.len() + block.len() <= block_cache_bytes {
+            self.cached.extend_from_slice(block);
+            self.n_cached += 1;
+        }
+        self.sizes.push(block.len() as u64);
+    }
+
+    /// Everything before the first block.
+    fn numbers(&self, n_bytes: u64) -> Vec<u8> {
+        let partial = n_bytes % BLOCK_BYTES as u64;
+        let counts = [self.sizes.len() as u64, BLOCK_BYTES as u64, partial];
+        counts.iter().chain(&self.sizes).flat_map(|number| number.to_le_bytes()).collect()
+    }
+
+    fn write(self, array: &Array, level: u8, sink: &mut Sink) -> Result<()> {
+        sink.put(&self.numbers(array.numbers.n_bytes))?;
+        sink.put(&self.cached)?;
+        if self.n_cached == self.sizes.len() {
+            return Ok(());
+        }
+        let mut sizes = self.sizes[self.n_cached..].iter();
+        let mut put = |block: &[u8]| match sizes.next() {
+            Some(&size) if size == block.len() as u64 => sink.put(block),
+            _ => {
+                Err(Error::new("io", "a block compressed to another size the second time", "write without compression"))
+            }
+        };
+        let mut to_skip = self.n_cached as u64 * BLOCK_BYTES as u64;
+        let mut blocks = Blocks::new(BLOCK_BYTES, level);
+        (array.each)(&mut |bytes| {
+            let skipped = to_skip.min(bytes.len() as u64);
+            to_skip -= skipped;
+            blocks.push(&bytes[skipped as usize..])?.iter().try_for_each(|block| put(block))
+        })?;
+        blocks.finish()?.iter().try_for_each(|block| put(block))
+    }
+}
+
+/// Everything before the appended data.
+fn head(mesh: &Mesh, numbers: &Numbers, format: Format, compress: Compress) -> String {
+    let Numbers { name, kind: type_name, .. } = numbers;
+    let [nx, ny, nz] = mesh.dims();
+    let extent = format!("0 {nx} 0 {ny} 0 {nz}");
+    let compressor = match compress {
+        Compress::None => "",
+        Compress::Zlib(_) => " compressor=\"vtkZLibDataCompressor\"",
+    };
+    let (kind, place, coordinates) = match format {
+        Format::Vtr => ("RectilinearGrid", String::new(), coordinates(&mesh.lines)),
+        _ => {
+            let [origin, spacing] = [mesh.lines.origin(), mesh.lines.smallest()].map(three);
+            ("ImageData", format!(" Origin=\"{origin}\" Spacing=\"{spacing}\""), String::new())
+        }
+    };
+    format!(
+        r#"<?xml version="1.0"?>
+<VTKFile type="{kind}" version="1.0" byte_order="LittleEndian" header_type="UInt64"{compressor}>
+  <{kind} WholeExtent="{extent}"{place}>
+{field_data}    <Piece Extent="{extent}">
+      <CellData Scalars="{name}">
+        <DataArray type="{type_name}" Name="{name}" format="appended" offset="0"/>
+      </CellData>
+{coordinates}    </Piece>
+  </{kind}>
+  <AppendedData encoding="raw">
+   _"#,
+        field_data = field_data(mesh),
+    )
+}
+
+/// The lines of each axis.
+fn coordinates(lines: &Lines) -> String {
+    let mut text = String::from("      <Coordinates>\n");
+    for (axis, name) in AXES.into_iter().enumerate() {
+        let numbers: Vec<String> = lines.list(axis).iter().map(|line| format!("{line:?}")).collect();
+        // writing to a String cannot fail
+        let _ = writeln!(
+            text,
+            r#"        <DataArray type="Float64" Name="{name}" format="ascii">{}</DataArray>"#,
+            numbers.join(" ")
+        );
+    }
+    text + "      </Coordinates>\n"
+}
+
+/// Three numbers that parse back to the same f64.
+fn three(numbers: [f64; 3]) -> String {
+    let [x, y, z] = numbers;
+    format!("{x:?} {y:?} {z:?}")
+}
+
+fn field_data(mesh: &Mesh) -> String {
+    let mut arrays = String::new();
+    if let Some(unit) = &mesh.unit {
+        arrays += &strings("unit", [unit.as_str()].into_iter());
+    }
+    if !mesh.names.is_empty() {
+        let values: Vec<String> = mesh.names.iter().map(|named| named.flag.to_string()).collect();
+        let (n, values) = (values.len(), values.join(" "));
+        // writing to a String cannot fail
+        let _ = writeln!(
+            arrays,
+            r#"      <DataArray type="UInt8" Name="flag_values" NumberOfTuples="{n}" format="ascii">{values}</DataArray>"#
+        );
+        arrays += &strings("flag_names", mesh.names.iter().map(|named| named.name.as_str()));
+        let materials: Vec<_> = mesh.names.iter().map(|named| named.material.json()).collect();
+        if materials.iter().any(Option::is_some) {
+            arrays += &strings("flag_materials", materials.iter().map(|json| json.as_deref().unwrap_or("{}")));
+        }
+    }
+    if arrays.is_empty() { arrays } else { format!("    <FieldData>\n{arrays}    </FieldData>\n") }
+}
+
+/// An array of strings the way VTK spells it: the UTF-8 bytes as decimal numbers, each string ended by 0. Names need no
+/// escaping that way.
+fn strings<'a>(name: &str, values: impl Iterator<Item = &'a str>) -> String {
+    let mut n = 0;
+    let mut numbers = String::new();
+    for value in values {
+        n += 1;
+        // a 0 inside a name would end it early
+        value.bytes().filter(|&byte| byte != 0).chain([0]).for_each(|byte| {
+            let _ = write!(numbers, "{byte} ");
+        });
+    }
+    let numbers = numbers.trim_end();
+    format!(
+        "      <DataArray type=\"String\" Name=\"{name}\" NumberOfTuples=\"{n}\" format=\"ascii\">{numbers}</DataArray>\n"
+    )
+}
