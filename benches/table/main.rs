@@ -7,10 +7,10 @@ use std::error::Error;
 use std::path::PathBuf;
 
 use clap::Parser;
-use hexcast::cast::Cast;
 use hexcast::gpu::Gpu;
 use hexcast::job::{AxisChoice, BackendChoice, Rule};
 use hexcast::pipeline::Engine;
+use hexcast::stages::cast::Cast;
 use serde_json::json;
 
 mod cases;

@@ -5,11 +5,11 @@
 use std::error::Error;
 use std::time::Instant;
 
-use hexcast::cast::{BIN, Cast};
 use hexcast::control::Control;
-use hexcast::crossings::{Crossings, crossings_of_window};
 use hexcast::gpu::{Gpu, Kernel, Options, Params};
-use hexcast::lattice::{Lattice, lattice};
+use hexcast::stages::cast::{BIN, Cast};
+use hexcast::stages::crossings::{Crossings, crossings_of_window};
+use hexcast::stages::lattice::{Lattice, lattice};
 use serde::Serialize;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{BindGroupEntry, Buffer, BufferUsages, ComputePipeline};

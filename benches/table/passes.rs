@@ -3,19 +3,19 @@
 use std::error::Error;
 use std::time::Instant;
 
-use hexcast::cast::Cast;
 use hexcast::control::Control;
-use hexcast::cpu;
-use hexcast::crossings::crossings;
 use hexcast::gpu::{Gpu, Options};
-use hexcast::lattice::{Lattice, lattice};
-use hexcast::map::{Mapping, map};
+use hexcast::stages::cast::Cast;
+use hexcast::stages::cpu;
+use hexcast::stages::crossings::crossings;
+use hexcast::stages::lattice::{Lattice, lattice};
+use hexcast::stages::map::{Mapping, map};
 use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::line::lap;
 
-/// Ray rows of a strip; `hexcast::cpu` takes more or fewer, by the length of a row.
+/// Ray rows of a strip; `hexcast::stages::cpu` takes more or fewer, by the length of a row.
 const STRIP: u32 = 16;
 
 /// Name and seconds of a pass.

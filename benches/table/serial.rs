@@ -9,12 +9,12 @@ use crate::cases::Case;
 use std::error::Error;
 use std::time::Instant;
 
-use hexcast::cast::Cast;
 use hexcast::columns::{Columns, flag_at};
 use hexcast::control::Control;
-use hexcast::cpu;
 use hexcast::job::Rule;
-use hexcast::lattice::{Lattice, lattice};
+use hexcast::stages::cast::Cast;
+use hexcast::stages::cpu;
+use hexcast::stages::lattice::{Lattice, lattice};
 use serde::Serialize;
 
 use crate::line::{Ready, lap, ready};
