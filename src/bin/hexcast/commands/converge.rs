@@ -9,12 +9,9 @@ use hexcast::{Error, Result};
 use indicatif::{BinaryBytes, HumanCount};
 use plotters::prelude::*;
 
-use crate::files::output_file::PendingFile;
-use crate::files::reading::read_job_files;
+use crate::files::{output_file::PendingFile, reading::read_job_files};
 use crate::options::arguments::{JobArguments, at_least_one};
-use crate::screen::progress::Progress;
-use crate::screen::summary::size;
-use crate::screen::terminal;
+use crate::screen::{progress::Progress, summary::size, terminal};
 
 const EXAMPLES: &str = "\
 Examples:

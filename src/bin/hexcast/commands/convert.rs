@@ -11,14 +11,16 @@ use hexcast::write::zarr::Place;
 use hexcast::{Error, Result};
 use indicatif::BinaryBytes;
 
-use crate::files::outputs::{FormatArguments, Outputs, Targets};
-use crate::files::reading::{check_columns, open_columns};
-use crate::files::standard_streams;
-use crate::options::arguments::default_max_memory;
-use crate::options::numbers::{list, per_axis};
-use crate::screen::progress::Progress;
-use crate::screen::summary::Table;
-use crate::screen::terminal;
+use crate::files::{
+    outputs::{FormatArguments, Outputs, Targets},
+    reading::{check_columns, open_columns},
+    standard_streams,
+};
+use crate::options::{
+    arguments::default_max_memory,
+    numbers::{list, per_axis},
+};
+use crate::screen::{progress::Progress, summary::Table, terminal};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -87,7 +89,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     for warning in arguments.formats.merged(&mesh).into_iter().chain(lost) {
         terminal::complain(&terminal::one_line(&format!("warning: {warning}")));
     }
-    if arguments.quiet || standard::is_standard(&arguments.output) {
+    if arguments.quiet || standard_streams::is_standard(&arguments.output) {
         return Ok(());
     }
     let mut table = Table::default();

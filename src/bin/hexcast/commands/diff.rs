@@ -11,13 +11,14 @@ use hexcast::mesh::Mesh;
 use hexcast::write::zarr::Place;
 use indicatif::{BinaryBytes, HumanCount};
 
-use crate::files::output_file::OutputFile;
-use crate::files::outputs::{FormatArguments, Outputs, Targets};
-use crate::files::reading::{check_columns, open_columns};
-use crate::files::standard_streams::check_once;
+use crate::files::{
+    output_file::OutputFile,
+    outputs::{FormatArguments, Outputs, Targets},
+    reading::{check_columns, open_columns},
+    standard_streams::check_once,
+};
 use crate::options::arguments::default_max_memory;
-use crate::screen::progress::Progress;
-use crate::screen::summary::Table;
+use crate::screen::{progress::Progress, summary::Table};
 
 const EXAMPLES: &str = "\
 Examples:

@@ -12,13 +12,14 @@ use hexcast::picture::lines_svg;
 use hexcast::pipeline::prepare;
 use indicatif::{BinaryBytes, HumanCount};
 
-use crate::files::output_file::PendingFile;
-use crate::files::reading::read_job_files;
+use crate::files::{output_file::PendingFile, reading::read_job_files};
 use crate::options::arguments::JobArguments;
-use crate::screen::memory;
-use crate::screen::progress::Progress;
-use crate::screen::summary::{Table, sizes, three};
-use crate::screen::terminal;
+use crate::screen::{
+    memory,
+    progress::Progress,
+    summary::{Table, sizes, three},
+    terminal,
+};
 
 const EXAMPLES: &str = "\
 Examples:

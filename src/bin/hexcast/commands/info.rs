@@ -14,11 +14,14 @@ use hexcast::{Error, Result};
 use indicatif::{BinaryBytes, HumanCount};
 use serde_json::{Value, json};
 
-use crate::options::arguments::default_max_memory;
-use crate::options::spelling::input_name;
-use crate::screen::progress::Progress;
-use crate::screen::summary::{Table, short, three};
-use crate::{files::reading, files::standard_streams, screen::memory, screen::summary, screen::terminal};
+use crate::files::{reading, standard_streams};
+use crate::options::{arguments::default_max_memory, spelling::input_name};
+use crate::screen::{
+    memory,
+    progress::Progress,
+    summary::{self, Table, short, three},
+    terminal,
+};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -69,7 +72,7 @@ enum Found {
 }
 
 pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode> {
-    standard::check_once(arguments.files.iter().map(Path::new))?;
+    standard_streams::check_once(arguments.files.iter().map(Path::new))?;
     let max_memory = arguments.max_memory.or_else(default_max_memory);
     let found = found(&arguments.files, max_memory, token)?;
     if arguments.json {

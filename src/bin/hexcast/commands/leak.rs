@@ -14,13 +14,19 @@ use hexcast::write::leak_vtp;
 use hexcast::{Error, Result};
 use indicatif::{BinaryBytes, HumanCount};
 
-use crate::files::output_file::{OutputFile, PendingFile};
-use crate::files::reading::{check_columns, open_columns, read_job_files};
-use crate::options::arguments::default_max_memory;
-use crate::options::job_files::read_job;
-use crate::options::numbers::{list, number};
-use crate::screen::progress::Progress;
-use crate::screen::summary::{Table, short, size, three};
+use crate::files::{
+    output_file::{OutputFile, PendingFile},
+    reading::{check_columns, open_columns, read_job_files},
+};
+use crate::options::{
+    arguments::default_max_memory,
+    job_files::read_job,
+    numbers::{list, number},
+};
+use crate::screen::{
+    progress::Progress,
+    summary::{Table, short, size, three},
+};
 
 const EXAMPLES: &str = "\
 Examples:

@@ -7,8 +7,7 @@ use hexcast::pipeline;
 use hexcast::{Error, Result};
 use serde_json::Value;
 
-use crate::files::ledger;
-use crate::files::output_file::PendingFile;
+use crate::files::{ledger, output_file::PendingFile};
 
 const EXAMPLES: &str = "\
 Examples:

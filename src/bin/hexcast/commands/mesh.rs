@@ -15,14 +15,19 @@ use hexcast::write::zarr::Place;
 use hexcast::{Error, Result};
 
 use crate::commands::picture_outputs::{PictureArguments, Pictures};
-use crate::files::measured::{Measured, MeasuredArguments};
-use crate::files::outputs::{FormatArguments, Outputs, Targets};
-use crate::files::spill::SpillArguments;
-use crate::options::arguments::JobArguments;
-use crate::options::format_arguments::exporter_of;
-use crate::options::job_options::{as_text, dump};
-use crate::screen::progress::Progress;
-use crate::{files::reading, files::standard_streams, screen::memory, screen::summary, screen::terminal};
+use crate::files::{
+    measured::{Measured, MeasuredArguments},
+    outputs::{FormatArguments, Outputs, Targets},
+    reading,
+    spill::SpillArguments,
+    standard_streams,
+};
+use crate::options::{
+    arguments::JobArguments,
+    format_arguments::exporter_of,
+    job_options::{as_text, dump},
+};
+use crate::screen::{memory, progress::Progress, summary, terminal};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -260,7 +265,7 @@ fn mesh_and_write(
 /// Whether standard output is a file's, so that nothing else may be printed there.
 fn prints_file(arguments: &Arguments) -> bool {
     let paths = arguments.outputs.iter().map(PathBuf::as_path);
-    paths.chain(arguments.doubt.as_deref()).chain(arguments.report.as_deref()).any(standard::is_standard)
+    paths.chain(arguments.doubt.as_deref()).chain(arguments.report.as_deref()).any(standard_streams::is_standard)
 }
 
 /// Prints the warnings of the mesh and of outputs, and returns how many there are.

@@ -8,11 +8,15 @@ use hexcast::picture::{Look, Picture, Place, Slices, View, slices, view};
 use hexcast::{Error, Result};
 use indicatif::BinaryBytes;
 
-use crate::files::output_file::PendingFile;
-use crate::files::reading::{check_columns, open_columns};
-use crate::files::standard_streams::is_standard;
-use crate::options::arguments::default_max_memory;
-use crate::options::numbers::{list, number};
+use crate::files::{
+    output_file::PendingFile,
+    reading::{check_columns, open_columns},
+    standard_streams::is_standard,
+};
+use crate::options::{
+    arguments::default_max_memory,
+    numbers::{list, number},
+};
 use crate::screen::summary::Table;
 
 const SLICE_EXAMPLES: &str = "\

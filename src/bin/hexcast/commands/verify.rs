@@ -16,8 +16,9 @@ use hexcast::mesh::Mesh;
 use hexcast::{Error, Result};
 use indicatif::HumanCount;
 
+use crate::files::reading;
 use crate::options::arguments::{JobArguments, at_least_one, number};
-use crate::{files::reading, screen::terminal};
+use crate::screen::terminal;
 
 mod gaps;
 mod lines;

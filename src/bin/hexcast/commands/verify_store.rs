@@ -14,10 +14,9 @@ use indicatif::HumanCount;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::files::store::Store;
+use crate::files::{ledger, place_of_store, reading, store::Store};
 use crate::options::arguments::JobArguments;
-use crate::screen::progress::Progress;
-use crate::{files::ledger, files::place_of_store, files::reading, screen::terminal};
+use crate::screen::{progress::Progress, terminal};
 
 const EXAMPLES: &str = "\
 Examples:

@@ -13,12 +13,8 @@ use hexcast::pipeline::Prepared;
 use hexcast::{Error, Result};
 use indicatif::ProgressBar;
 
-use crate::files::disk::Planned;
-use crate::files::ledger::Output;
-use crate::files::output_file::OutputFile;
-use crate::files::temporary;
-use crate::screen::progress::Counted;
-use crate::screen::progress::Progress;
+use crate::files::{disk::Planned, ledger::Output, output_file::OutputFile, temporary};
+use crate::screen::progress::{Counted, Progress};
 
 /// Files being written; nothing is left where this is dropped before [`ExportOutput::finish`].
 pub(crate) struct ExportOutput {

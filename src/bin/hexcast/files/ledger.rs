@@ -17,7 +17,7 @@ use hexcast::files::place::{check_kind, folder_of, not_a_file, target_of};
 use hexcast::{Error, Result};
 use tempfile::NamedTempFile;
 
-use crate::{files::standard_streams, files::temporary};
+use crate::files::{standard_streams, temporary};
 
 /// What the system knows a file by: device and inode.
 type Id = (u64, u64);
@@ -141,7 +141,7 @@ fn inside(inner: &Entry, folder: &Entry) -> Error {
 /// That of this process, which begins with where its standard output goes, if that is a file.
 static LEDGER: LazyLock<Mutex<Ledger>> = LazyLock::new(|| {
     let mut ledger = Ledger::default();
-    if let Some(id) = standard::output_file().as_ref().and_then(id_of) {
+    if let Some(id) = standard_streams::output_file().as_ref().and_then(id_of) {
         let name = PathBuf::from("standard output");
         ledger.by_id.insert(id, 0);
         ledger.entries.push(Entry { path: name.clone(), place: name, id: Some(id), used: Use::Write });
@@ -167,7 +167,7 @@ fn place_of(path: &Path) -> PathBuf {
 
 /// Whether a path is that of standard input or output, or of a bucket.
 fn is_elsewhere(path: &Path) -> bool {
-    standard::is_standard(path) || path.to_string_lossy().contains("://")
+    standard_streams::is_standard(path) || path.to_string_lossy().contains("://")
 }
 
 /// Enters an input, before it is opened or where others open it.
@@ -175,10 +175,11 @@ fn is_elsewhere(path: &Path) -> bool {
 /// # Errors
 /// `job-conflict` where it is an output.
 pub(crate) fn reads(path: &Path) -> Result<()> {
-    let metadata = if standard::is_standard(path) { standard::input_file() } else { path.metadata().ok() };
+    let metadata =
+        if standard_streams::is_standard(path) { standard_streams::input_file() } else { path.metadata().ok() };
     // pipes and devices are not overwritten
     let id = metadata.filter(|metadata| metadata.is_file() || metadata.is_dir()).as_ref().and_then(id_of);
-    let place = if standard::is_standard(path) { "standard input".into() } else { place_of(path) };
+    let place = if standard_streams::is_standard(path) { "standard input".into() } else { place_of(path) };
     ledger().enter(Entry { path: path.into(), place, id, used: Use::Read }).map(|_| ())
 }
 
@@ -196,7 +197,7 @@ pub(crate) fn open(path: &Path) -> Result<File> {
 pub(crate) struct Output {
     /// The name that the caller gave.
     pub(crate) path: PathBuf,
-    /// What it leads to; [`standard::NAME`] where that is standard output.
+    /// What it leads to; [`standard_streams::NAME`] where that is standard output.
     pub(crate) target: PathBuf,
     number: usize,
 }
@@ -242,7 +243,7 @@ impl Output {
 
     /// Whether it goes to standard output.
     pub(crate) fn is_standard(&self) -> bool {
-        standard::is_standard(&self.path)
+        standard_streams::is_standard(&self.path)
     }
 
     /// A temporary file beside it; for standard output where the system has such files.

@@ -16,13 +16,12 @@ use hexcast::write::{
 };
 use hexcast::{Error, Result};
 
-use crate::files::output_file::{OutputFile, PendingFile};
-use crate::files::place_of_store::is_s3;
-use crate::files::zarr_folder::ZarrFolder;
-use crate::options::arguments::choice;
-use crate::options::format_arguments::FormatArguments;
-use crate::options::job_options::as_text;
-use crate::options::numbers::number;
+use crate::files::{
+    output_file::{OutputFile, PendingFile},
+    place_of_store::is_s3,
+    zarr_folder::ZarrFolder,
+};
+use crate::options::{arguments::choice, format_arguments::FormatArguments, job_options::as_text, numbers::number};
 
 /// What is measured, and where it goes.
 #[derive(clap::Args)]

@@ -7,8 +7,7 @@ use hexcast::files::place::{folder_of, refused};
 use hexcast::{Error, Result};
 use tempfile::NamedTempFile;
 
-use crate::files::ledger::Output;
-use crate::files::standard_streams;
+use crate::files::{ledger::Output, standard_streams};
 
 /// A file that was written.
 pub(crate) struct OutputFile {
@@ -27,8 +26,8 @@ pub(crate) struct PendingFile {
 impl PendingFile {
     /// Opens a temporary file beside what `path` leads to, which must be no input and no other output.
     pub(crate) fn open(path: &Path) -> Result<PendingFile> {
-        if standard::is_standard(path) {
-            standard::check_output()?;
+        if standard_streams::is_standard(path) {
+            standard_streams::check_output()?;
         }
         let output = Output::file(path)?;
         let temporary = output.temporary_file().map_err(|error| refused(path, folder_of(&output.target), &error))?;
@@ -55,7 +54,7 @@ impl PendingFile {
     pub(crate) fn persist(mut self) -> Result<()> {
         if self.is_standard() {
             self.temporary.rewind().map_err(|error| Error::io("reading what was written", error))?;
-            return standard::print_all(self.temporary.as_file());
+            return standard_streams::print_all(self.temporary.as_file());
         }
         self.output.put_file(self.temporary)
     }

@@ -15,16 +15,17 @@ use hexcast::shards::Shards;
 use hexcast::write::zarr::Place;
 use hexcast::write::{Format, Options, check_lines, exact_size, sidecar_json, write};
 
-use crate::files::disk::{Planned, check_room};
-use crate::files::export_output::ExportOutput;
-use crate::files::output_file::{OutputFile, PendingFile, with_ending};
-use crate::files::standard_streams;
-use crate::files::zarr_folder::is_zarr;
-use crate::files::zarr_output::ZarrOutput;
+use crate::files::{
+    disk::{Planned, check_room},
+    export_output::ExportOutput,
+    output_file::{OutputFile, PendingFile, with_ending},
+    standard_streams,
+    zarr_folder::is_zarr,
+    zarr_output::ZarrOutput,
+};
 pub(crate) use crate::options::format_arguments::FormatArguments;
 use crate::options::format_arguments::exporter_of;
-use crate::screen::progress::Counted;
-use crate::screen::progress::Progress;
+use crate::screen::progress::{Counted, Progress};
 
 /// Where outputs go.
 pub(crate) struct Targets<'a> {
@@ -44,7 +45,7 @@ impl Targets<'_> {
     /// Whether standard output gets a file.
     pub(crate) fn uses_standard_output(&self) -> bool {
         let mut paths = self.meshes.iter().map(PathBuf::as_path).chain(self.doubt).chain(self.report);
-        paths.any(standard::is_standard)
+        paths.any(standard_streams::is_standard)
     }
 
     /// Whether a name asks for a Zarr store.

@@ -17,8 +17,8 @@ use hexcast::{Error, Result};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 
-use crate::screen::progress::Progress;
-use crate::{files::ledger, files::standard_streams, screen::memory};
+use crate::files::{ledger, standard_streams};
+use crate::screen::{memory, progress::Progress};
 use hexcast::files::FileStore;
 
 const CHUNK_BYTES: usize = 1 << 20;
@@ -102,8 +102,8 @@ fn make_room(bytes: &mut Vec<u8>, room: &mut Held) -> Result<()> {
 /// Opens a file and returns its length; what has no length, such as a pipe, is read to memory first.
 fn open(file: &str, room: &mut Held, control: &Control) -> Result<(Box<dyn Read + Send>, u64)> {
     let failed = |error| Error::io(format!("reading {file}"), error);
-    let mut input: Box<dyn Read + Send> = if standard::is_standard(Path::new(file)) {
-        Box::new(standard::input()?)
+    let mut input: Box<dyn Read + Send> = if standard_streams::is_standard(Path::new(file)) {
+        Box::new(standard_streams::input()?)
     } else {
         let input = ledger::open(Path::new(file))?;
         let metadata = input.metadata().map_err(failed)?;
@@ -126,8 +126,8 @@ fn open(file: &str, room: &mut Held, control: &Control) -> Result<(Box<dyn Read 
 
 /// Whether this is a column file, or standard input has one; false for what is not a file or cannot be read.
 pub(crate) fn is_columns(path: &Path) -> bool {
-    if standard::is_standard(path) {
-        return standard::first_bytes().is_ok_and(|start| is_column_file(&start));
+    if standard_streams::is_standard(path) {
+        return standard_streams::first_bytes().is_ok_and(|start| is_column_file(&start));
     }
     let mut start = [0; 8];
     let is_read = ledger::open(path).is_ok_and(|mut file| {
@@ -142,7 +142,7 @@ pub(crate) fn is_columns(path: &Path) -> bool {
 /// # Errors
 /// `io`; `columns-corrupt`.
 pub(crate) fn check_columns(path: &Path) -> Result<()> {
-    if standard::is_standard(path) {
+    if standard_streams::is_standard(path) {
         return ledger::reads(path);
     }
     ledger::open(path)?;
@@ -158,8 +158,8 @@ pub(crate) fn check_columns(path: &Path) -> Result<()> {
 /// `max_bytes`.
 pub(crate) fn open_columns(path: &Path, max_bytes: u64, control: &Control) -> Result<Mesh> {
     let name = path.display();
-    if standard::is_standard(path) {
-        return column_file::read(&mut standard::input()?, max_bytes, control)
+    if standard_streams::is_standard(path) {
+        return column_file::read(&mut standard_streams::input()?, max_bytes, control)
             .map_err(|error| error.at("standard input"));
     }
     let mut file = ledger::open(path)?;

@@ -10,10 +10,9 @@ use hexcast::job::RunJob;
 use hexcast::pipeline::SpillTarget;
 use hexcast::{Error, Result};
 
-use crate::files::ledger::Output;
-use crate::files::output_file::with_ending;
+use crate::files::{ledger::Output, output_file::with_ending, standard_streams, temporary};
 use crate::options::job_options::as_text;
-use crate::{files::standard_streams, files::temporary, screen::terminal};
+use crate::screen::terminal;
 use hexcast::files::FileStore;
 
 /// Where columns go that exceed the memory allowed.
@@ -64,7 +63,7 @@ impl SpillArguments {
             return Ok(SpillFile { target, resumable: None });
         }
         match outputs.first().filter(|_| self.resume) {
-            Some(output) if standard::is_standard(output) => {
+            Some(output) if standard_streams::is_standard(output) => {
                 let message = "--resume is given and the first output is -: there is no folder for OUT.partial";
                 Err(Error::new("job-conflict", message, "name a file as the first output"))
             }

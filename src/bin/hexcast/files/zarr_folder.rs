@@ -9,9 +9,7 @@ use hexcast::mesh::Mesh;
 use hexcast::write::{Format, Options, zarr};
 use hexcast::{Error, Result};
 
-use crate::files::ledger::Output;
-use crate::files::output_file::OutputFile;
-use crate::files::temporary;
+use crate::files::{ledger::Output, output_file::OutputFile, temporary};
 use crate::screen::progress::Progress;
 
 /// A temporary folder; nothing is left where this is dropped before [`ZarrFolder::finish`].

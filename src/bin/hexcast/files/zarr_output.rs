@@ -9,11 +9,13 @@ use hexcast::mesh::Mesh;
 use hexcast::write::Options;
 use hexcast::write::zarr::{self, Place};
 
-use crate::files::ledger::Output;
-use crate::files::output_file::OutputFile;
-use crate::files::place_of_store::{self, is_s3};
-use crate::files::store::Shared;
-use crate::files::zarr_folder::{ZarrFolder, check_replaceable};
+use crate::files::{
+    ledger::Output,
+    output_file::OutputFile,
+    place_of_store::{self, is_s3},
+    store::Shared,
+    zarr_folder::{ZarrFolder, check_replaceable},
+};
 use crate::screen::progress::Progress;
 
 /// A store being written.

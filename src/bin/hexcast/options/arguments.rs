@@ -10,11 +10,13 @@ use hexcast::job::{
 use hexcast::{Error, Result};
 use serde::de::DeserializeOwned;
 
-use crate::options::job_files::{read_job, read_lines};
+use crate::files::{ledger, standard_streams};
 pub(crate) use crate::options::numbers::{at_least_one, number};
-use crate::options::numbers::{list, per_axis};
-use crate::options::spelling::input_name;
-use crate::{files::ledger, files::standard_streams};
+use crate::options::{
+    job_files::{read_job, read_lines},
+    numbers::{list, per_axis},
+    spelling::input_name,
+};
 
 /// What to mesh and how finely.
 #[derive(clap::Args)]
@@ -239,7 +241,7 @@ impl JobArguments {
         job.invert |= self.invert;
         let names = job.geometries.iter().map(|geometry| Path::new(&geometry.file));
         let inputs = names.chain(self.job.as_deref());
-        standard::check_once(inputs.clone())?;
+        standard_streams::check_once(inputs.clone())?;
         // those that others open, too, and before any output is opened
         inputs.chain(self.lines.as_deref()).try_for_each(ledger::reads)?;
         if self.adapter.is_some() && job.backend == BackendChoice::Cpu {

@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 use hexcast::job::{Job, JobFile, LinesJob};
 use hexcast::{Error, Result};
 
-use crate::{files::ledger, files::standard_streams};
+use crate::files::{ledger, standard_streams};
 
 /// Reads lists of lines.
 pub(crate) fn read_lines(path: &Path) -> Result<LinesJob> {
@@ -31,7 +31,7 @@ pub(crate) fn leave_out(keys: Vec<&'static str>) {
 
 /// Reads a job file or lists of lines as text.
 fn read_text(path: &Path) -> Result<String> {
-    if !standard::is_standard(path) {
+    if !standard_streams::is_standard(path) {
         return read_anew(path);
     }
     if let Some(text) = STANDARD_INPUT.get() {
@@ -44,8 +44,8 @@ fn read_text(path: &Path) -> Result<String> {
 fn read_anew(path: &Path) -> Result<String> {
     let name = path.display();
     let mut bytes = Vec::new();
-    let read = if standard::is_standard(path) {
-        standard::input()?.take(MAX_JOB_BYTES + 1).read_to_end(&mut bytes)
+    let read = if standard_streams::is_standard(path) {
+        standard_streams::input()?.take(MAX_JOB_BYTES + 1).read_to_end(&mut bytes)
     } else {
         ledger::open(path)?.take(MAX_JOB_BYTES + 1).read_to_end(&mut bytes)
     };
@@ -69,7 +69,7 @@ pub(crate) fn is_json(path: &Path) -> bool {
 pub(crate) fn read_job_file(path: &Path) -> Result<JobFile> {
     let (name, text) = (path.display(), read_text(path)?);
     // a table of TOML begins with a name or a [
-    let is_json = is_json(path) || standard::is_standard(path) && text.trim_start().starts_with('{');
+    let is_json = is_json(path) || standard_streams::is_standard(path) && text.trim_start().starts_with('{');
     let overridden = OVERRIDDEN.get().map_or(&[][..], Vec::as_slice);
     let read = if is_json {
         JobFile::from_json_without(&text, overridden)
@@ -84,7 +84,7 @@ pub(crate) fn read_job_file(path: &Path) -> Result<JobFile> {
 pub(crate) fn read_job(path: &Path) -> Result<Job> {
     let mut job = read_job_file(path)?.job;
     let folder = path.parent().unwrap_or(Path::new(""));
-    for geometry in job.geometries.iter_mut().filter(|geometry| geometry.file != standard::NAME) {
+    for geometry in job.geometries.iter_mut().filter(|geometry| geometry.file != standard_streams::NAME) {
         // a join with an absolute path is that path
         geometry.file = folder.join(&geometry.file).to_string_lossy().into_owned();
     }

@@ -10,8 +10,8 @@ use hexcast::job::{Job, JobFile, Level, RunJob};
 use hexcast::{Error, Result};
 use serde::Serialize;
 
+use crate::files::{ledger::Output, output_file::PendingFile, standard_streams};
 use crate::options::job_files::{is_json, read_job_file};
-use crate::{files::ledger::Output, files::output_file::PendingFile, files::standard_streams};
 
 /// The arguments of `hexcast mesh` with the options of its job file that they do not have. None where there are none.
 ///
@@ -21,7 +21,8 @@ pub(crate) fn with_options_of_job(matches: &ArgMatches, arguments: &[OsString]) 
     let Some(("mesh", of_mesh)) = matches.subcommand() else { return Ok(None) };
     let Some(path) = of_mesh.get_one::<PathBuf>("job") else { return Ok(None) };
     let run = read_job_file(path)?.run;
-    let folder = if standard::is_standard(path) { Path::new("") } else { path.parent().unwrap_or(Path::new("")) };
+    let folder =
+        if standard_streams::is_standard(path) { Path::new("") } else { path.parent().unwrap_or(Path::new("")) };
     let is_given = |id: &str| of_mesh.value_source(id) == Some(ValueSource::CommandLine);
     let options = options(&run, folder).into_iter().filter(|(id, _)| !is_given(id) && !is_excluded(id, &is_given));
     let options: Vec<OsString> = options.map(|(_, option)| option).collect();
@@ -125,7 +126,7 @@ fn options(run: &RunJob, folder: &Path) -> Vec<(&'static str, OsString)> {
         }));
     };
     let place = |name: &String| -> OsString {
-        let is_elsewhere = name == standard::NAME || name.contains("://");
+        let is_elsewhere = name == standard_streams::NAME || name.contains("://");
         if is_elsewhere { name.into() } else { folder.join(name).into_os_string() }
     };
     for name in run.output.iter().flat_map(|names| names.all()) {
@@ -194,9 +195,9 @@ fn picture<T: Serialize>(
 /// `io` where it cannot be written; `job-value` where a name is not UTF-8.
 pub(crate) fn dump(job: &Job, run: RunJob, path: &Path) -> Result<()> {
     let mut file = PendingFile::open(path)?;
-    let is_here = standard::is_standard(path) || folder_of(path) == Path::new(".");
+    let is_here = standard_streams::is_standard(path) || folder_of(path) == Path::new(".");
     let place = |name: &str| -> String {
-        if is_here || name == standard::NAME || name.contains("://") {
+        if is_here || name == standard_streams::NAME || name.contains("://") {
             return name.into();
         }
         // a path is UTF-8 if its last part is and that of the current folder
@@ -214,7 +215,7 @@ pub(crate) fn dump(job: &Job, run: RunJob, path: &Path) -> Result<()> {
     run.output =
         run.output.map(|names| hexcast::job::Names::Many(names.all().iter().map(|name| place(name)).collect()));
     let made = JobFile::new(job, run);
-    outputs(&made.run).filter(|name| *name != standard::NAME).try_for_each(|name| {
+    outputs(&made.run).filter(|name| *name != standard_streams::NAME).try_for_each(|name| {
         // only to find out whether it could be written beside the job file
         Output::file_of(Path::new(name), PathBuf::from(name)).map(|_| ())
     })?;
