@@ -22,6 +22,7 @@ const LANGUAGES = {
   js: 'js',
   mjs: 'js',
   rs: 'rust,noplayground',
+  html: 'html',
   py: 'python',
   ts: 'ts',
   yaml: 'yaml',
@@ -37,6 +38,7 @@ language = "en"
 [output.html]
 smart-punctuation = false
 no-section-label = true
+additional-css = ["wide.css"]
 
 [output.html.playground]
 runnable = false
@@ -44,6 +46,9 @@ runnable = false
 [output.html.search]
 limit-results = 30
 `;
+
+/** Commands and tables of the documents are wider than the columns of mdBook. */
+const STYLE = ':root { --content-max-width: 1150px; }\n';
 
 /** Installs mdBook once, with search and without a server. */
 async function ensureBook() {
@@ -56,7 +61,8 @@ async function ensureBook() {
 /** Place of a file or folder of the repository in the book. @param {string} file path in the repository */
 function placeOf(file) {
   const within = file.startsWith('docs/') ? file.slice('docs/'.length) : `repository/${file}`;
-  return AS_IT_IS.test(file) ? within : `${within}.md`;
+  // mdBook calls a README so, but leaves links to it as they are
+  return AS_IT_IS.test(file) ? within.replace(/README\.md$/, 'index.md') : `${within}.md`;
 }
 
 /** Copies pages, and what they link to, into the book. */
@@ -119,7 +125,9 @@ function deadLinks() {
   const pages = names.filter((name) => name.endsWith('.html') && !['print.html', 'toc.html', '404.html'].includes(name));
   const text = new Map(pages.map((name) => [name, readFileSync(path.join(SITE, name), 'utf8')]));
   return pages.flatMap((name) => {
-    const links = [...(text.get(name) ?? '').matchAll(/ (?:href|src)="([^"]+)"/g)].map((match) => decodeURI(match[1]));
+    const links = [...(text.get(name) ?? '').matchAll(/<[a-z][^<>]* (?:href|src)="([^"]+)"/g)].map((match) =>
+      decodeURI(match[1]),
+    );
     const isDead = (/** @type {string} */ link) => {
       const [target, anchor] = link.split('#');
       const meant = target === '' ? name : path.join(path.dirname(name), target);
@@ -136,8 +144,9 @@ const pages = new Pages();
 pages.add('docs/SUMMARY.md');
 const summary = path.join(BOOK, 'src/SUMMARY.md');
 const files = pages.extra.sort().map((file) => `- [${file}](${placeOf(file)})\n`);
-writeFileSync(summary, `${readFileSync(summary, 'utf8')}\n# Files\n\n${files.join('')}`);
+writeFileSync(summary, `${readFileSync(summary, 'utf8')}\n# Source files\n\n${files.join('')}`);
 writeFileSync(path.join(BOOK, 'book.toml'), SETTINGS);
+writeFileSync(path.join(BOOK, 'wide.css'), STYLE);
 await run(TOOL, ['build', BOOK, '--dest-dir', SITE]);
 const dead = deadLinks();
 if (dead.length > 0) throw new Error(`links that lead nowhere:\n${dead.join('\n')}`);
