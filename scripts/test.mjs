@@ -41,6 +41,7 @@ async function quickLint() {
   await steps.command('Biome', 'npx', ['biome', 'check', '--error-on-warnings']);
   await steps.step('licences, versions and sources of crates', checkCrates);
   await steps.step('advisories of crates', checkAdvisories);
+  await steps.step('documents', () => nodeTests('tests/documents'));
   await steps.command('rustfmt', 'cargo', ['fmt', '--all', '--check']);
 }
 

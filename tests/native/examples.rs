@@ -22,8 +22,8 @@ example!(progress_and_cancel, "../../examples/progress_and_cancel.rs");
 example!(stl_to_vti, "../../examples/stl_to_vti.rs");
 example!(window, "../../examples/window.rs");
 
-/// The program of the README: the lines between the braces.
-fn program_of_the_readme(mut file: Vec<u8>) -> hexcast::Result<Vec<u8>> {
+/// The program of docs/libraries.md: the lines between the braces.
+fn program_of_the_document(mut file: Vec<u8>) -> hexcast::Result<Vec<u8>> {
     use hexcast::control::Control;
     use hexcast::job::{GeometryJob, Job};
     use hexcast::mesher::{Mesher, MesherOptions};
@@ -38,15 +38,15 @@ fn program_of_the_readme(mut file: Vec<u8>) -> hexcast::Result<Vec<u8>> {
 }
 
 #[test]
-fn the_program_of_the_readme_compiles_as_it_is_there() {
-    let readme = include_str!("../../README.md");
-    let program = readme.split("```rust\n").nth(1).and_then(|rest| rest.split("```").next()).expect("there is one");
+fn the_program_of_the_document_compiles_as_it_is_there() {
+    let document = include_str!("../../docs/libraries.md");
+    let program = document.split("```rust\n").nth(1).and_then(|rest| rest.split("```").next()).expect("there is one");
     assert!(program.lines().filter(|line| line.starts_with("use ")).count() >= 4, "{program}");
     for line in program.lines().filter(|line| !line.is_empty()) {
         assert!(include_str!("examples.rs").lines().any(|own| own.trim() == line), "{line}");
     }
     // nobody has that file here
-    let error = program_of_the_readme(Vec::new()).expect_err("there is no such file");
+    let error = program_of_the_document(Vec::new()).expect_err("there is no such file");
     assert!(error.to_string().contains("part.stl"), "{error}");
 }
 

@@ -200,7 +200,7 @@ async function freePort() {
 }
 
 test("Parcel's development server meshes", LONG, async () => {
-  // it has no await outside of functions, which the lines of the READMEs use
+  // it has no await outside of functions, which the lines of the documents use
   const main = readFileSync(path.join(project.folder, 'main.js'), 'utf8');
   const script = main.replace(/^import '\.\/.*\n/gm, '').replace(/^try \{/m, '(async () => {\ntry {');
   const folder = path.join(project.folder, 'parcel-dev');

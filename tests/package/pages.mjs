@@ -18,7 +18,7 @@ export const BROWSERS = { Chromium: openChromium, Firefox: openFirefox };
  *
  * @param {object} browser
  * @param {string} url of the page, without parameters
- * @param {object} native the native command's report, and `vti`, the hash of its compressed file, `cells`, those with a flag and all that the READMEs mesh
+ * @param {object} native the native command's report, and `vti`, the hash of its compressed file, `cells`, those with a flag and all that the documents mesh
  * @param {string[]} [others] origins that the page may ask too; none
  * @param {string[]} [backends] both
  */

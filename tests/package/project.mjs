@@ -53,9 +53,9 @@ export function installedProject(within = tmpdir()) {
   return { folder, tarball, files, run, remove: () => rmSync(folder, { recursive: true, force: true }) };
 }
 
-/** The model of the lines of the READMEs, and what they use: `file`, and `use`, which counts cells with a flag and all cells. */
+/** The model of the lines of the documents, and what they use: `file`, and `use`, which counts cells with a flag and all cells. */
 const BOX = boxBetween([0, 0, 0], [4, 2, 2]);
-const README_GLOBALS = `
+const DOCUMENT_GLOBALS = `
 globalThis.file = new File([${JSON.stringify(BOX)}], 'box.stl');
 globalThis.cells = [0, 0];
 globalThis.use = (flags) => {
@@ -64,22 +64,22 @@ globalThis.use = (flags) => {
 };
 `;
 
-/** The first block of JavaScript of a README, to be run as it stands. */
-function linesOf(readme) {
-  return /^```js\n([\s\S]*?)^```$/m.exec(readFileSync(path.join(ROOT, readme), 'utf8'))[1];
+/** The first block of JavaScript of a document, to be run as it stands. */
+function linesOf(document) {
+  return /^```js\n([\s\S]*?)^```$/m.exec(readFileSync(path.join(ROOT, document), 'utf8'))[1];
 }
 
 /**
  * Puts the page of `app/` into a folder, with these import map entries if any; its model goes into `models`. Beside it are the lines of
- * the READMEs.
+ * the documents.
  */
 export function writePage(folder, { imports, models = folder } = {}) {
   cpSync(path.join(ROOT, 'tests/package/app'), folder, { recursive: true });
   mkdirSync(models, { recursive: true });
   cpSync(SPOT, path.join(models, 'spot.stl'));
-  writeFileSync(path.join(folder, 'readme_globals.js'), README_GLOBALS);
+  writeFileSync(path.join(folder, 'document_globals.js'), DOCUMENT_GLOBALS);
   writeFileSync(path.join(folder, 'package_readme.js'), linesOf('www/README.md'));
-  writeFileSync(path.join(folder, 'repository_readme.js'), linesOf('README.md'));
+  writeFileSync(path.join(folder, 'libraries.js'), linesOf('docs/libraries.md'));
   const page = path.join(folder, 'index.html');
   const map = imports ? `<script type="importmap">${JSON.stringify({ imports })}</script>` : '';
   writeFileSync(page, readFileSync(page, 'utf8').replace('<!-- import map -->', map));

@@ -1,9 +1,9 @@
 // What a page does with the package; the test reads `globalThis.outcome`. `?backend=cpu` asks for a backend.
 import { HexcastError, createMesher, version } from 'hexcast';
-// the lines of both READMEs as they stand, after what they use
-import './readme_globals.js';
+// the lines of the README of the package and of docs/libraries.md as they stand, after what they use
+import './document_globals.js';
 import './package_readme.js';
-import './repository_readme.js';
+import './libraries.js';
 
 async function meshSpot() {
   const source = await (await fetch('spot.stl')).blob();
