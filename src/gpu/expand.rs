@@ -1,7 +1,7 @@
 //! The flags of a box of cells in a buffer of a device: only runs are uploaded, and the kernel `expand` makes flags of them.
 //!
 //! Mesh, a box, a device -> a buffer. The box is expanded slab by slab, so the device holds the runs of one slab at a time.
-//! Twin: `src/flags.rs`.
+//! Twin: `src/cells/flags.rs`.
 
 use std::sync::Arc;
 

@@ -47,7 +47,7 @@ pub struct WindowReport {
 }
 
 /// Volumes and areas of some cells of a box, exactly: whole numbers in hexadecimal digits that add up to those of the box, in units that follow from
-/// the lines of the box (`src/totals.rs`).
+/// the lines of the box (`src/grid/totals.rs`).
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[non_exhaustive]
