@@ -228,8 +228,8 @@ impl RawMesh {
 /// Makes a mesh of its state, such as one that was pickled; without what was measured.
 #[pyfunction]
 pub(crate) fn restore(py: Python<'_>, columns: &[u8], report: String, whole: Whole, zarr: &str) -> PyResult<RawMesh> {
-    run(py, None, |control| {
-        let mesh = column_file::read(&mut &columns[..], u64::MAX, control)?;
+    run(py, None, |_| {
+        let mesh = column_file::read(&mut &columns[..], u64::MAX)?;
         let (equal, lists, first) = whole;
         let whole = match equal {
             Some((origin, spacing, dims)) => Lines::new(origin, spacing, dims)?,
@@ -244,9 +244,9 @@ pub(crate) fn restore(py: Python<'_>, columns: &[u8], report: String, whole: Who
 /// Reads a column file.
 #[pyfunction]
 pub(crate) fn load(py: Python<'_>, path: &str) -> PyResult<RawMesh> {
-    run(py, None, |control| {
+    run(py, None, |_| {
         let mut file = File::open(path).map_err(|error| Error::io(format!("reading {path}"), error))?;
-        let mesh = column_file::read(&mut file, u64::MAX, control).map_err(|error| error.at(path))?;
+        let mesh = column_file::read(&mut file, u64::MAX).map_err(|error| error.at(path))?;
         Ok(RawMesh::of_columns(mesh))
     })
 }

@@ -50,7 +50,7 @@ impl WebMesh {
     /// Opens a column file of so many bytes, which stays where it is.
     pub fn open(file: JsFile, n_bytes: f64) -> JsResult<WebMesh> {
         let store = Arc::new(JsFileStore::new(file));
-        let mesh = column_file::open(store, n_bytes as u64, OPENED_BYTES, &Control::default()).map_err(js_error)?;
+        let mesh = column_file::open(store, n_bytes as u64, OPENED_BYTES).map_err(js_error)?;
         let report = super::info::json(&ColumnsReport::new(&mesh));
         Ok(WebMesh::new(mesh, Default::default(), report))
     }

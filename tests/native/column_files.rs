@@ -23,13 +23,13 @@ fn numbers(numbers: &[u32]) -> Vec<u8> {
     numbers.iter().flat_map(|number| number.to_le_bytes()).collect()
 }
 
-/// A file of version 1 or 2 whose rays along x, 8 cells each, all have the same four runs; zlib makes a few bytes of a piece.
-fn crafted(version: u32) -> Vec<u8> {
-    let identity = vec![0; usize::from(version > 1)];
-    let mut body = [identity, numbers(&[8, 256, 256 * PIECES]), vec![0, 1, 0, 0]].concat();
+/// A file whose rays along x, 8 cells each, all have the same four runs; zlib makes a few bytes of a piece.
+fn crafted() -> Vec<u8> {
+    let without_identity = vec![0];
+    let mut body = [without_identity, numbers(&[8, 256, 256 * PIECES]), vec![0, 1, 0, 0]].concat();
     [0.0, 0.0, 0.0, 1.0, 1.0, 1.0f64].iter().for_each(|number| body.extend(number.to_le_bytes()));
     body.extend([0; 5]);
-    let start = numbers(&[version, body.len() as u32]);
+    let start = numbers(&[2, body.len() as u32]);
     let mut file = with_crc([b"\x89HXC\r\n\x1a\n".to_vec(), start, body].concat());
     let content =
         [vec![4; RAYS as usize], vec![2; 4], vec![0; 4 * RAYS as usize - 4], [1, 2].repeat(2 * RAYS as usize)];
@@ -48,13 +48,11 @@ fn crafted(version: u32) -> Vec<u8> {
     }
     let n_rays = u64::from(PIECES) * u64::from(RAYS);
     end.extend((4 * n_rays).to_le_bytes());
-    if version > 1 {
-        end.extend([0; 16]);
-        end.extend(numbers(&[2]));
-        for (flag, cells) in [(1u8, 2 * n_rays), (2, 5 * n_rays)] {
-            end.push(flag);
-            end.extend(cells.to_le_bytes());
-        }
+    end.extend([0; 16]);
+    end.extend(numbers(&[2]));
+    for (flag, cells) in [(1u8, 2 * n_rays), (2, 5 * n_rays)] {
+        end.push(flag);
+        end.extend(cells.to_le_bytes());
     }
     let place = (file.len() as u64).to_le_bytes();
     [file, with_crc(end), place.to_vec(), b"HXC END\n".to_vec()].concat()
@@ -73,33 +71,27 @@ fn hexcast_within(kilobytes: u32, arguments: &[&str]) -> Output {
 fn a_small_file_of_many_runs_is_opened_and_converted_in_little_memory() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_string();
-    // a conversion takes some seconds: one will do
-    for version in [1, 2] {
-        let (file, again) = (path("crafted.hxc"), path("again.hxc"));
-        let bytes = crafted(version);
-        assert!(bytes.len() < 1_000_000, "{} bytes", bytes.len());
-        std::fs::write(&file, bytes).expect("a file");
+    let (file, again) = (path("crafted.hxc"), path("again.hxc"));
+    let bytes = crafted();
+    assert!(bytes.len() < 1_000_000, "{} bytes", bytes.len());
+    std::fs::write(&file, bytes).expect("a file");
 
-        let info = hexcast_within(500_000, &["info", "--json", &file]);
-        let error = String::from_utf8_lossy(&info.stderr);
-        assert!(info.status.success(), "version {version}: {error}");
-        let report: serde_json::Value = serde_json::from_slice(&info.stdout).expect("JSON");
-        let n_rays = u64::from(PIECES) * u64::from(RAYS);
-        assert_eq!(report[0]["rays"], n_rays);
-        assert_eq!(report[0]["runs"], 4 * n_rays);
-        assert_eq!(report[0]["cells"], 8 * n_rays);
-        assert_eq!(report[0]["flags"][0]["cells"], 2 * n_rays);
-        assert_eq!(report[0]["flags"][1]["cells"], 5 * n_rays);
+    let info = hexcast_within(500_000, &["info", "--json", &file]);
+    let error = String::from_utf8_lossy(&info.stderr);
+    assert!(info.status.success(), "{error}");
+    let report: serde_json::Value = serde_json::from_slice(&info.stdout).expect("JSON");
+    let n_rays = u64::from(PIECES) * u64::from(RAYS);
+    assert_eq!(report[0]["rays"], n_rays);
+    assert_eq!(report[0]["runs"], 4 * n_rays);
+    assert_eq!(report[0]["cells"], 8 * n_rays);
+    assert_eq!(report[0]["flags"][0]["cells"], 2 * n_rays);
+    assert_eq!(report[0]["flags"][1]["cells"], 5 * n_rays);
 
-        if version == 2 {
-            continue;
-        }
-        let limit = ["--max-memory", "100MB", "--compress=1", "--quiet"];
-        let convert = hexcast_within(500_000, &[&["convert", &file, &again], &limit[..]].concat());
-        let error = String::from_utf8_lossy(&convert.stderr);
-        assert!(convert.status.success(), "version {version}: {error}");
-        assert!(Path::new(&again).metadata().expect("a file").len() > 100_000);
-    }
+    let limit = ["--max-memory", "100MB", "--compress=1", "--quiet"];
+    let convert = hexcast_within(500_000, &[&["convert", &file, &again], &limit[..]].concat());
+    let error = String::from_utf8_lossy(&convert.stderr);
+    assert!(convert.status.success(), "{error}");
+    assert!(Path::new(&again).metadata().expect("a file").len() > 100_000);
 }
 
 #[test]

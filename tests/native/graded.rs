@@ -202,7 +202,7 @@ fn a_column_file_keeps_the_lines_and_equal_cells_keep_their_version() {
         let options = Options::default().with_compress(compress);
         write::write(&mesh, Format::Columns, &options, &mut file, &Control::default()).unwrap();
         assert_eq!(file[8], 3);
-        let read = column_file::read(&mut std::io::Cursor::new(file), u64::MAX, &Control::default()).unwrap();
+        let read = column_file::read(&mut std::io::Cursor::new(file), u64::MAX).unwrap();
         assert_eq!(read.lines(), mesh.lines());
         assert_eq!(bytes(&read, Format::Raw), bytes(&mesh, Format::Raw));
     }

@@ -23,7 +23,7 @@ const MAX_INFLATED: u64 = 128 << 20;
 const MAX_CELLS: u64 = 1 << 17;
 
 fn opened(bytes: &[u8]) -> Result<Mesh> {
-    column_file::read(&mut &bytes[..], MAX_BYTES, &Control::default())
+    column_file::read(&mut &bytes[..], MAX_BYTES)
 }
 
 /// The cells of every flag, counted from the runs.
@@ -123,7 +123,7 @@ fn column_file() {
     };
     let target = Target {
         name: "columns",
-        fixtures: &["columns_v1.hxc"],
+        fixtures: &["columns.hxc"],
         dictionary: &["PIEC", "BAND", "ENDS", "HXC END\n", "\0\0\0\0", "\u{1}\0\0\0"],
         max_bytes: 6 << 10,
         executions: 80_000,

@@ -15,7 +15,7 @@ use super::{AXES, Meshed};
 /// The mesh of a file after its runs were changed: `change` gets each ray's index and the flags of its cells.
 pub(super) fn changed(of: &Meshed, change: impl Fn(u64, &mut [u8])) -> Mesh {
     let mut bytes = &of.folder.bytes("mesh.hxc")[..];
-    let mesh = column_file::read(&mut bytes, u64::MAX, &Control::default()).expect("a column file");
+    let mesh = column_file::read(&mut bytes, u64::MAX).expect("a column file");
     let rays = mesh.columns().rays();
     let mut band = Band::default();
     for ray in 0..rays.n_rays() {

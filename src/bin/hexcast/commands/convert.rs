@@ -77,7 +77,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<()> {
     control.cancel = token.clone();
     let progress = Progress::new(arguments.quiet);
     // the other half is for the outputs
-    let mesh = open_columns(&arguments.input, max_bytes / 2, &control)?;
+    let mesh = open_columns(&arguments.input, max_bytes / 2)?;
     let unit = arguments.unit.clone().or(mesh.unit().map(String::from));
     let mesh = mesh.with_unit(unit);
     let (mesh, left_out) = taken(arguments, mesh, max_bytes / 4, &control)?;

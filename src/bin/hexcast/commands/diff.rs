@@ -66,7 +66,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     let mut control = Control::default();
     control.cancel = token.clone();
     // as much is for the mask, and the rest for its file
-    let [one, other] = inputs.map(|input| open_columns(input, max_bytes / 4, &control));
+    let [one, other] = inputs.map(|input| open_columns(input, max_bytes / 4));
     let (one, other) = (one?, other?);
     let found = difference(&one, &other, max_bytes / 4, &control)?;
     if arguments.output.is_some() {

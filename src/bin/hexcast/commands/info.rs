@@ -119,7 +119,7 @@ impl Found {
 fn columns(file: &str, max_bytes: u64, token: &CancelToken) -> Result<Found> {
     let mut control = Control::default();
     control.cancel = token.clone();
-    let mesh = Box::new(reading::open_columns(Path::new(file), max_bytes, &control)?);
+    let mesh = Box::new(reading::open_columns(Path::new(file), max_bytes)?);
     let n_bytes = std::fs::metadata(file).ok().map(|metadata| metadata.len());
     Ok(Found::Columns { file: file.into(), n_bytes, mesh })
 }

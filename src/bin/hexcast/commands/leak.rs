@@ -90,7 +90,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     let mut control = Control::default();
     control.cancel = token.clone();
     // the other half is for the open cells
-    let mesh = open_columns(&arguments.mesh, max_bytes / 2, &control)?;
+    let mesh = open_columns(&arguments.mesh, max_bytes / 2)?;
     let question = Question::new(arguments.from, arguments.to)
         .with_flags(arguments.flags.clone())
         .with_max_bytes(max_bytes - max_bytes / 2);

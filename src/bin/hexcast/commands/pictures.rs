@@ -166,7 +166,7 @@ fn drawn(
     let mut control = Control::default();
     control.cancel = token.clone();
     let max_bytes = default_max_memory().map_or(u64::MAX, |size| size.0);
-    let mesh = open_columns(input, max_bytes / 2, &control)?;
+    let mesh = open_columns(input, max_bytes / 2)?;
     let picture = draw(&mesh, max_bytes / 2, &control)?;
     let png = picture.png()?;
     file.put(&png)?;

@@ -68,7 +68,7 @@ pub(crate) fn run(arguments: &Arguments, token: &CancelToken) -> Result<ExitCode
     let mut control = Control::default();
     control.cancel = token.clone();
     let max_bytes = job.max_memory.map_or(u64::MAX, |size| size.0);
-    let mesh = reading::open_columns(&arguments.mesh, max_bytes / 2, &control)?;
+    let mesh = reading::open_columns(&arguments.mesh, max_bytes / 2)?;
     let slabs = slabs(&mesh, &job, (arguments.sample, arguments.seed), max_bytes)?;
     let n_cells = slabs.iter().map(|slab| slab.len() as u64).sum::<u64>() * cells_of_plane(&mesh);
     let (files, shared) = files(&job, token)?;

@@ -156,18 +156,18 @@ pub(crate) fn check_columns(path: &Path) -> Result<()> {
 
 /// Opens a column file without reading it; what has no length, such as a pipe, is read to memory. Both take at most
 /// `max_bytes`.
-pub(crate) fn open_columns(path: &Path, max_bytes: u64, control: &Control) -> Result<Mesh> {
+pub(crate) fn open_columns(path: &Path, max_bytes: u64) -> Result<Mesh> {
     let name = path.display();
     if standard_streams::is_standard(path) {
-        return column_file::read(&mut standard_streams::input()?, max_bytes, control)
+        return column_file::read(&mut standard_streams::input()?, max_bytes)
             .map_err(|error| error.at("standard input"));
     }
     let mut file = ledger::open(path)?;
     let metadata = file.metadata().map_err(|error| Error::io(format!("reading {name}"), error))?;
     let opened = if metadata.is_file() {
-        column_file::open(Arc::new(FileStore::new(file)), metadata.len(), max_bytes, control)
+        column_file::open(Arc::new(FileStore::new(file)), metadata.len(), max_bytes)
     } else {
-        column_file::read(&mut file, max_bytes, control)
+        column_file::read(&mut file, max_bytes)
     };
     opened.map_err(|error| error.at(name))
 }

@@ -62,7 +62,7 @@ fn columns_in_a_store_answer_as_those_in_memory() {
             if columns.is_spilled() {
                 let file = store.bytes().clone();
                 let control = crate::base::control::Control::default();
-                let read = crate::column_file::read(&mut &file[..], u64::MAX, &control).unwrap();
+                let read = crate::column_file::read(&mut &file[..], u64::MAX).unwrap();
                 assert_eq!((&read.columns, counts(&read.columns)), (&held, counts(&held)));
             }
         }
@@ -81,7 +81,7 @@ fn a_band_of_more_rays_than_a_piece_has_its_counts_once() {
     let columns = built(keep(), all());
     assert_eq!((columns.odd_rays(), columns.n_crossings()), (1, 3));
     let file = store.bytes().clone();
-    let read = crate::column_file::read(&mut &file[..], u64::MAX, &crate::base::control::Control::default()).unwrap();
+    let read = crate::column_file::read(&mut &file[..], u64::MAX).unwrap();
     assert_eq!((read.columns.odd_rays(), read.columns.n_crossings(), read.columns), (1, 3, columns));
     // the band is taken up whole or not at all
     store.bytes().truncate(file.len() - 3000);

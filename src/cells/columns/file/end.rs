@@ -73,28 +73,24 @@ pub(crate) fn start(tail: &[u8; TAIL]) -> Option<u64> {
     (tail[8..] == END_MAGIC).then(|| u64_at(tail, 0))
 }
 
-/// Reads an end without its tail, which starts at byte `at`: index and totals, which version 1 does not have.
+/// Reads an end without its tail, which starts at byte `at`: index and totals.
 ///
 /// # Errors
 /// `columns-corrupt` where the checksum is wrong or a number does not fit the length of the end.
-pub(crate) fn decode(version: u32, end: &[u8], at: u64) -> Result<(Vec<[u64; 2]>, Option<Totals>)> {
+pub(crate) fn decode(end: &[u8], at: u64) -> Result<(Vec<[u64; 2]>, Totals)> {
     let wrong = |what: &str| corrupt(format!("the end at byte {at}: {what}"));
     let (body, crc) = end.split_last_chunk::<4>().ok_or_else(|| wrong("it is too short"))?;
     if body.len() < 20 || body[..4] != END_TAG || *crc != crc32(body) {
         return Err(wrong("its checksum is wrong"));
     }
     let n_pieces = u64_at(body, 4);
-    let (numbers, rest) = body[12..].as_chunks::<8>();
+    let (numbers, _) = body[12..].as_chunks::<8>();
     let n_numbers = n_pieces.checked_mul(2).and_then(|n| usize::try_from(n).ok()).filter(|n| *n < numbers.len());
     let n_numbers = n_numbers.ok_or_else(|| wrong("it is too short for the number of pieces"))?;
     let (index, _) = numbers[..n_numbers].as_chunks::<2>();
     let index = index.iter().map(|pair| pair.map(u64::from_le_bytes)).collect();
-    if version == 1 {
-        let fits = numbers.len() == n_numbers + 1 && rest.is_empty();
-        return if fits { Ok((index, None)) } else { Err(wrong("it has more bytes than its numbers need")) };
-    }
     let totals = totals(&body[12 + 8 * n_numbers..]).ok_or_else(|| wrong("its length does not fit its totals"))?;
-    Ok((index, Some(totals)))
+    Ok((index, totals))
 }
 
 fn totals(bytes: &[u8]) -> Option<Totals> {
@@ -120,14 +116,14 @@ mod tests {
         let end = encode(&index, &totals, 123);
         let (end, tail) = end.split_at(end.len() - TAIL);
         assert_eq!((u64_at(tail, 0), &tail[8..]), (123, &b"HXC END\n"[..]));
-        assert_eq!(decode(2, end, 123).unwrap(), (index, Some(totals)));
+        assert_eq!(decode(end, 123).unwrap(), (index, totals));
         // tag, number of pieces, index, three totals; then how many flags, and nine bytes each
         let flags = 4 + 8 + 2 * 16 + 24;
         let changed = |change: fn(&mut Vec<u8>, usize)| {
             let mut body = end[..end.len() - 4].to_vec();
             change(&mut body, flags);
             body.extend(crc32(&body));
-            decode(2, &body, 123).map(|_| ()).map_err(|error| error.to_string())
+            decode(&body, 123).map(|_| ()).map_err(|error| error.to_string())
         };
         assert_eq!(changed(|_, _| ()), Ok(()));
         let wrong: [fn(&mut Vec<u8>, usize); 6] = [
@@ -149,25 +145,5 @@ mod tests {
         assert!(sentence.contains("too short for the number of pieces"), "{sentence}");
         let sentence = changed(|body, _| body[0] = b'e').unwrap_err();
         assert!(sentence.contains("its checksum is wrong"), "{sentence}");
-    }
-
-    #[test]
-    fn an_end_of_version_1_has_the_index_and_the_number_of_runs_alone() {
-        let decoded = |numbers: &[u64], more: &[u8]| {
-            let mut end =
-                [&END_TAG[..], &numbers.iter().flat_map(|n| n.to_le_bytes()).collect::<Vec<u8>>(), more].concat();
-            end.extend(crc32(&end));
-            decode(1, &end, 9).map(|(index, totals)| (index, totals.is_some())).map_err(|error| error.to_string())
-        };
-        assert_eq!(decoded(&[0, 7], &[]), Ok((vec![], false)));
-        assert_eq!(decoded(&[2, 30, 0, 90, 4, 7], &[]), Ok((vec![[30, 0], [90, 4]], false)));
-        for (numbers, more, what) in [
-            (&[0u64][..], &[0u8; 7][..], "its checksum is wrong"),
-            (&[2, 30, 0, 90, 4], &[], "it is too short for the number of pieces"),
-            (&[2, 30, 0, 90, 4, 7], &[0], "it has more bytes than its numbers need"),
-            (&[2, 30, 0, 90, 4, 7, 8], &[], "it has more bytes than its numbers need"),
-        ] {
-            assert_eq!(decoded(numbers, more), Err(format!("the end at byte 9: {what}")));
-        }
     }
 }

@@ -127,7 +127,7 @@ pub(crate) fn start(bytes: &[u8]) -> Result<(u32, usize)> {
         return Err(Error::new("columns-version", message, "use a newer hexcast"));
     }
     let most = if version >= LISTED { MAX_LISTED_BODY } else { MAX_BODY };
-    if version == 0 || n_body > most {
+    if version < VERSION || n_body > most {
         return Err(corrupt(format!("the head says, at byte 8: version {version}, {n_body} bytes")));
     }
     Ok((version, n_body))
@@ -139,13 +139,10 @@ pub(crate) fn start(bytes: &[u8]) -> Result<(u32, usize)> {
 /// `columns-corrupt` where a value is out of range or the body ends early or late.
 pub(crate) fn decode(version: u32, body: &[u8]) -> Result<Head> {
     let mut at = Cursor { body, at: 0, start: START as u64 };
-    let identity = match version {
-        1 => None,
-        _ => match at.array()? {
-            [0] => None,
-            [1] => Some(at.array()?),
-            [other] => return Err(at.wrong(format!("{other} where 0 or 1 must say whether there is an identity"))),
-        },
+    let identity = match at.array()? {
+        [0] => None,
+        [1] => Some(at.array()?),
+        [other] => return Err(at.wrong(format!("{other} where 0 or 1 must say whether there is an identity"))),
     };
     let dims = [at.u32()?, at.u32()?, at.u32()?];
     let n_cells = dims.iter().try_fold(1i64, |product, &n| product.checked_mul(n.into()));
@@ -284,8 +281,8 @@ mod tests {
             start(&[&bytes[..8], &version.to_le_bytes(), &n_body.to_le_bytes()].concat()).map_err(|error| error.code())
         };
         assert_eq!([begins(2, 1 << 20), begins(3, 1 << 23)], [Ok((2, 1 << 20)), Ok((3, 1 << 23))]);
-        let wrong = [begins(0, 9), begins(2, (1 << 20) + 1), begins(3, (1 << 23) + 1)];
-        assert_eq!((wrong, begins(5, 9)), ([Err("columns-corrupt"); 3], Err("columns-version")));
+        let wrong = [begins(0, 9), begins(1, 9), begins(2, (1 << 20) + 1), begins(3, (1 << 23) + 1)];
+        assert_eq!((wrong, begins(5, 9)), ([Err("columns-corrupt"); 4], Err("columns-version")));
         let body = &bytes[START..bytes.len() - 4];
         let found = decode(VERSION, body).unwrap();
         assert_eq!(

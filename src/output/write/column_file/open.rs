@@ -1,18 +1,15 @@
 //! Opening a column file without reading it: its head, its index, its totals.
 //!
-//! Store -> [`Mesh`] whose columns stay in the store. Cost: 24 bytes of memory a piece; a file of version 1, which has no
-//! totals, is read once, a piece a core at a time.
+//! Store -> [`Mesh`] whose columns stay in the store. Cost: 24 bytes of memory a piece.
 
 use std::io::{self, Read};
 use std::sync::Arc;
 
 use crate::base::checksum::crc32;
-use crate::base::control::Control;
 use crate::base::error::{Error, Result};
-use crate::base::parallel::*;
 use crate::cells::columns::codec::PIECE_RAYS;
 use crate::cells::columns::file::corrupt;
-use crate::cells::columns::file::end::{self, TAIL, Totals};
+use crate::cells::columns::file::end::{self, TAIL};
 use crate::cells::columns::file::head::{self, MAGIC, START};
 use crate::cells::columns::{Columns, Head, MemoryStore, PieceEntry, PieceStore, Store, TotalsCheck};
 use crate::derived::mesh::Mesh;
@@ -32,23 +29,17 @@ pub fn may_continue(start: &[u8]) -> bool {
 ///
 /// # Errors
 /// `columns-corrupt` where head or end is damaged or the file is not finished; `columns-version` where a newer hexcast wrote
-/// it; `memory` where the index does not fit; `io` where the store fails; `cancelled`.
-pub fn open(store: Arc<dyn Store>, n_bytes: u64, max_bytes: u64, control: &Control) -> Result<Mesh> {
+/// it; `memory` where the index does not fit; `io` where the store fails.
+pub fn open(store: Arc<dyn Store>, n_bytes: u64, max_bytes: u64) -> Result<Mesh> {
     let file = File { store: &*store, n_bytes };
-    let (version, head, start) = file.head()?;
+    let (head, start) = file.head()?;
     let (at, end) = file.end(start, max_bytes)?;
-    let (index, totals) = end::decode(version, &end, at)?;
+    let (index, totals) = end::decode(&end, at)?;
     let entries = entries(&index, start, at, head.rays.n_rays())?;
     let max_bytes = max_bytes.saturating_sub(size_of_val(entries.as_slice()) as u64);
     let mut pieces = PieceStore::foreign(store, n_bytes, head.rays.depth, head.zlib, max_bytes);
     pieces.entries = entries;
-    let totals = match totals {
-        Some(totals) => {
-            pieces.totals_check = Some(TotalsCheck::new(totals.clone(), pieces.entries.len()));
-            totals
-        }
-        None => count(&pieces, head.rays.depth, control)?,
-    };
+    pieces.totals_check = Some(TotalsCheck::new(totals.clone(), pieces.entries.len()));
     let n_cells = head.lines.n_cells();
     let n_flagged = totals.cells.iter().try_fold(0u64, |sum, &cells| sum.checked_add(cells));
     if totals.n_runs > n_cells || n_flagged.is_none_or(|n| n > n_cells) || totals.odd_rays > head.rays.n_rays() {
@@ -62,7 +53,7 @@ pub fn open(store: Arc<dyn Store>, n_bytes: u64, max_bytes: u64, control: &Contr
 ///
 /// # Errors
 /// Those of [`open()`]; `memory` where the file does not fit; `io` where `input` fails.
-pub fn read(input: &mut dyn Read, max_bytes: u64, control: &Control) -> Result<Mesh> {
+pub fn read(input: &mut dyn Read, max_bytes: u64) -> Result<Mesh> {
     let mut bytes = Vec::new();
     let most = max_bytes / 2;
     let read = input.take(most.saturating_add(1)).read_to_end(&mut bytes);
@@ -72,7 +63,7 @@ pub fn read(input: &mut dyn Read, max_bytes: u64, control: &Control) -> Result<M
         let message = format!("the column file has more than the {most} bytes that are allowed for it");
         return Err(Error::new("memory", message, "write it to a file first, or allow more memory"));
     }
-    open(Arc::new(MemoryStore::new(bytes)), n_bytes, most, control)
+    open(Arc::new(MemoryStore::new(bytes)), n_bytes, most)
 }
 
 /// The bytes of a file.
@@ -96,15 +87,15 @@ impl File<'_> {
         Ok(bytes)
     }
 
-    /// Version, head, and the offset of the first byte after it.
-    fn head(&self) -> Result<(u32, Head, u64)> {
+    /// The head, and the offset of the first byte after it.
+    fn head(&self) -> Result<(Head, u64)> {
         let (version, n_body) = head::start(&self.read(0, START, "head")?)?;
         let bytes = self.read(0, START + n_body + 4, "head")?;
         let (head, crc) = bytes.split_at(START + n_body);
         if crc != crc32(head) {
             return Err(corrupt(format!("the checksum of the head, bytes 0 to {}, is wrong", head.len())));
         }
-        Ok((version, head::decode(version, &head[START..])?, bytes.len() as u64))
+        Ok((head::decode(version, &head[START..])?, bytes.len() as u64))
     }
 
     /// The end without its tail, and the byte at which it starts.
@@ -142,19 +133,4 @@ fn entries(index: &[[u64; 2]], start: u64, end: u64, n_rays: u64) -> Result<Vec<
         next = [at + 1, end_ray];
     }
     if next[1] == n_rays { Ok(entries) } else { Err(wrong(index.len())) }
-}
-
-/// Counts what the pieces of a file without totals hold.
-fn count(pieces: &PieceStore, depth: u32, control: &Control) -> Result<Totals> {
-    let mut totals = Totals::of(&[], depth);
-    for batch in pieces.entries.chunks(current_num_threads()) {
-        control.check()?;
-        let read = |entry: &PieceEntry| pieces.packed(entry);
-        totals.add(&batch.par_iter().map(read).collect::<Result<Vec<_>>>()?, depth);
-    }
-    if totals.odd_rays == u64::MAX || totals.n_crossings == u64::MAX {
-        return Err(corrupt("the pieces count more crossings than fit 64 bits".into()));
-    }
-    totals.cells[0] = 0;
-    Ok(totals)
 }

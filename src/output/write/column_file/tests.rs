@@ -29,7 +29,7 @@ fn code(bytes: &[u8]) -> &'static str {
 
 /// Opens a file without reading its pieces and then reads all of them.
 fn opened(bytes: &[u8]) -> Result<Mesh> {
-    let mesh = read(&mut &bytes[..], 1 << 25, &Control::default())?;
+    let mesh = read(&mut &bytes[..], 1 << 25)?;
     assert!(mesh.columns.is_spilled());
     mesh.columns.for_rays(0..mesh.columns.rays.n_rays(), |_| ())?;
     Ok(mesh)
