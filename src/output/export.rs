@@ -8,42 +8,31 @@
 //!
 //! An exporter pauses before every slab. In wasm its caller takes the bytes written so far, and resumes it when it wants more.
 //!
-//! A new exporter is a file here, an entry of [`Exporter`] and a page in `docs/export/`.
-
-use std::future::Future;
-use std::pin::Pin;
+//! A new exporter is a file in `formats/`, its rows in [`Exporter`], and a page in `docs/export/`.
 
 use crate::base::control::{Control, at_once};
 use crate::base::error::{Error, Result};
 use crate::derived::mesh::{Mesh, Named};
 use crate::grid::lines::Lines;
 
-mod abaqus;
-mod binvox;
 mod boxes;
-mod csx;
 mod decimal;
 mod electric;
-mod foam;
-mod gmsh;
-mod gprmax;
+mod format;
+mod formats;
 mod hdf5;
 mod layers;
 mod limits;
 mod links;
 mod names;
-mod nrrd;
-mod openmc;
 mod options;
 mod output;
 mod patches;
 mod plates;
 mod unit;
-mod vox;
-mod xdmf;
 mod xml;
 
-use limits::{cubes, equal_cells};
+use format::Format;
 #[cfg(target_arch = "wasm32")]
 pub(crate) use links::write as write_links;
 #[cfg(not(target_arch = "wasm32"))]
@@ -95,19 +84,23 @@ impl Exporter {
     ];
 
     /// How the path of an output ends that asks for each exporter.
-    pub const ENDINGS: [(&str, Exporter); 11] = [
-        (".foam", Exporter::Foam),
-        ("constant/polyMesh", Exporter::Foam),
-        (".inp", Exporter::Abaqus),
-        (".msh", Exporter::Gmsh),
-        (".xdmf", Exporter::Xdmf),
-        (".csx.xml", Exporter::Csx),
-        (".in", Exporter::Gprmax),
-        ("geometry.xml", Exporter::Openmc),
-        (".nrrd", Exporter::Nrrd),
-        (".vox", Exporter::Vox),
-        (".binvox", Exporter::Binvox),
-    ];
+    pub const ENDINGS: [(&str, Exporter); 11] = endings();
+
+    /// What each exporter is.
+    const fn format(self) -> &'static Format {
+        match self {
+            Exporter::Foam => &formats::foam::FORMAT,
+            Exporter::Abaqus => &formats::abaqus::FORMAT,
+            Exporter::Gmsh => &formats::gmsh::FORMAT,
+            Exporter::Xdmf => &formats::xdmf::FORMAT,
+            Exporter::Csx => &formats::csx::FORMAT,
+            Exporter::Gprmax => &formats::gprmax::FORMAT,
+            Exporter::Openmc => &formats::openmc::FORMAT,
+            Exporter::Nrrd => &formats::nrrd::FORMAT,
+            Exporter::Vox => &formats::vox::FORMAT,
+            Exporter::Binvox => &formats::binvox::FORMAT,
+        }
+    }
 
     /// Finds the exporter by the end of a path, upper or lower case; None where it asks for none.
     pub fn of_name(path: &str) -> Option<Exporter> {
@@ -123,37 +116,32 @@ impl Exporter {
 
     /// The files of an output, relative to the folder of its path; `name` is the last part of that path. All of them are written.
     pub fn file_names(self, name: &str) -> Vec<String> {
-        match self {
-            Exporter::Foam => foam::file_names(name),
-            Exporter::Xdmf => xdmf::file_names(name).to_vec(),
-            Exporter::Gprmax => gprmax::file_names(name).to_vec(),
-            _ => vec![name.to_string()],
-        }
+        (self.format().file_names)(name)
     }
 
     /// Whether files are compressed where the caller asks for it.
     pub fn compresses(self) -> bool {
-        matches!(self, Exporter::Nrrd | Exporter::Xdmf | Exporter::Gprmax)
+        self.format().compresses
     }
 
     /// Whether there is a form of text besides the binary one.
     pub fn has_ascii(self) -> bool {
-        matches!(self, Exporter::Foam | Exporter::Gmsh)
+        self.format().has_ascii
     }
 
     /// Whether only some flags can be exported.
     pub fn has_flags(self) -> bool {
-        self != Exporter::Nrrd
+        self.format().has_flags
     }
 
     /// Whether files name faces at the boundary of exported cells, as [`ExportOptions::patches`] says.
     pub fn has_patches(self) -> bool {
-        matches!(self, Exporter::Foam | Exporter::Abaqus | Exporter::Gmsh | Exporter::Xdmf)
+        self.format().longest_name.is_some()
     }
 
     /// Whether files have the faces of geometries without thickness ([`Mesh::plates`]), not only cells.
     pub fn has_plates(self) -> bool {
-        matches!(self, Exporter::Csx | Exporter::Gprmax)
+        self.format().has_plates
     }
 
     /// Perfect conductors that have neither a cell nor a face, so that files for electromagnetic fields lack them: a column file has no faces.
@@ -170,14 +158,7 @@ impl Exporter {
     /// # Errors
     /// `export-unit` where lengths must be in metres or centimetres, and the unit is not known.
     pub fn check_unit(self, unit: Option<&str>) -> Result<()> {
-        match self {
-            Exporter::Foam => unit::metres(unit, "OpenFOAM").map(|_| ()),
-            Exporter::Abaqus => unit::metres(unit, "an Abaqus file, whose materials are in SI units,").map(|_| ()),
-            Exporter::Csx => unit::metres(unit, "openEMS").map(|_| ()),
-            Exporter::Gprmax => unit::metres(unit, "gprMax").map(|_| ()),
-            Exporter::Openmc => unit::known(unit, "OpenMC", "centimetres").map(|_| ()),
-            Exporter::Gmsh | Exporter::Nrrd | Exporter::Xdmf | Exporter::Vox | Exporter::Binvox => Ok(()),
-        }
+        self.format().unit.map_or(Ok(()), |(what, own)| unit::known(unit, what, own).map(|_| ()))
     }
 
     /// Refuses cells that this exporter cannot use, for callers that have no mesh yet.
@@ -185,14 +166,7 @@ impl Exporter {
     /// # Errors
     /// `lines-graded` where cells must be equal, or cubes; `export-too-large`.
     pub fn check_lines(self, lines: &Lines) -> Result<()> {
-        match self {
-            Exporter::Nrrd => equal_cells(lines, ".nrrd").map(|_| ()),
-            Exporter::Vox => equal_cells(lines, ".vox").map(|_| ()),
-            Exporter::Binvox => cubes(lines, ".binvox").map(|_| ()),
-            Exporter::Openmc => openmc::check(lines),
-            Exporter::Gprmax => equal_cells(lines, gprmax::WHAT).map(|_| ()),
-            _ => Ok(()),
-        }
+        (self.format().check_lines)(lines)
     }
 
     /// Refuses flags to export that no cell can have, for callers that have no mesh yet, and those that this exporter cannot write.
@@ -214,11 +188,7 @@ impl Exporter {
                 "name some of these",
             ));
         }
-        if self == Exporter::Vox && flags.contains(&0) {
-            let message = "flag 0 is to be exported, and colour 0 of .vox is no cell";
-            return Err(Error::new("job-conflict", message, "leave out flag 0 (--export-flags), or write .binvox"));
-        }
-        Ok(())
+        (self.format().check_flags)(flags)
     }
 
     /// Refuses substances that this exporter cannot use, or needs to know, for callers that have no mesh yet: those of `flags` that are exported.
@@ -226,13 +196,7 @@ impl Exporter {
     /// # Errors
     /// `export-material` where the job does not say what a flag is made of; `job-value` where the program cannot compute it.
     pub fn check_materials(self, options: &ExportOptions, names: &[Named], flags: &[u8]) -> Result<()> {
-        let flags = options.chosen(flags.iter().copied());
-        match self {
-            Exporter::Csx => electric::substances(names, &flags, csx::WHAT).map(|_| ()),
-            Exporter::Gprmax => gprmax::check_materials(names, &flags),
-            Exporter::Abaqus => abaqus::check_materials(names, &flags),
-            _ => Ok(()),
-        }
+        (self.format().check_materials)(names, &options.chosen(flags.iter().copied()))
     }
 
     /// Refuses, before any byte is written, a mesh that this exporter cannot write with these options.
@@ -243,29 +207,33 @@ impl Exporter {
     pub fn check(self, mesh: &Mesh, options: &ExportOptions) -> Result<()> {
         self.check_unit(mesh.unit.as_deref())?;
         self.check_lines(&mesh.lines)?;
-        if self == Exporter::Nrrd {
+        if !self.has_flags() {
             return Ok(());
         }
         let keeps = options.selection(mesh, self.has_plates())?;
         self.check_flags(options, &(0..=255).collect::<Vec<u8>>())?;
         self.check_materials(options, &mesh.names, &options.exported(mesh))?;
-        match self {
-            Exporter::Foam => patches::check(mesh, options.patches, &options.open_patches, foam::LONGEST_NAME),
-            Exporter::Abaqus => patches::check(mesh, options.patches, &options.open_patches, abaqus::LONGEST_NAME),
-            Exporter::Gmsh => patches::check(mesh, options.patches, &options.open_patches, gmsh::LONGEST_NAME),
-            Exporter::Xdmf => patches::check(mesh, options.patches, &options.open_patches, xdmf::LONGEST_NAME),
-            Exporter::Csx => check_conductors(mesh, (options, &keeps), csx::WHAT),
-            Exporter::Gprmax => check_conductors(mesh, (options, &keeps), gprmax::WHAT),
-            Exporter::Vox => vox::check(mesh, &keeps),
-            _ => Ok(()),
+        if let Some(longest) = self.format().longest_name {
+            patches::check(mesh, options, longest)?;
         }
+        (self.format().check_mesh)(mesh, options, &keeps)
     }
 }
 
-/// Refuses conductors that a program for electromagnetic fields cannot have.
-fn check_conductors(mesh: &Mesh, (options, keeps): (&ExportOptions, &[bool; 256]), what: &str) -> Result<()> {
-    plates::flags(mesh, options, what)?;
-    electric::check_background(mesh, keeps, what)
+/// The endings of all formats, in the order of [`Exporter::ALL`].
+const fn endings() -> [(&'static str, Exporter); 11] {
+    let mut endings = [("", Exporter::Foam); 11];
+    let (mut n, mut index) = (0, 0);
+    while index < Exporter::ALL.len() {
+        let (exporter, mut ending) = (Exporter::ALL[index], 0);
+        while ending < exporter.format().endings.len() {
+            endings[n] = (exporter.format().endings[ending], exporter);
+            (n, ending) = (n + 1, ending + 1);
+        }
+        index += 1;
+    }
+    assert!(n == endings.len(), "an ending for each row");
+    endings
 }
 
 /// Writes a mesh for another program; `name` is the last part of the path of the output, which [`Exporter::file_names`] extends.
@@ -297,27 +265,12 @@ pub(crate) async fn export_with_rests(
 ) -> Result<()> {
     exporter.check(mesh, options)?;
     let job = Export { mesh, options, control };
-    let work: Pin<Box<dyn Future<Output = Result<()>> + '_>> = match exporter {
-        Exporter::Nrrd => Box::pin(nrrd::write(&job, name, files)),
-        Exporter::Foam => Box::pin(foam::write(&job, name, files)),
-        Exporter::Abaqus => Box::pin(abaqus::write(&job, name, files)),
-        Exporter::Gmsh => Box::pin(gmsh::write(&job, name, files)),
-        Exporter::Xdmf => Box::pin(xdmf::write(&job, name, files)),
-        Exporter::Csx => Box::pin(csx::write(&job, name, files)),
-        Exporter::Gprmax => Box::pin(gprmax::write(&job, name, files)),
-        Exporter::Openmc => Box::pin(openmc::write(&job, name, files)),
-        Exporter::Vox => Box::pin(vox::write(&job, name, files)),
-        Exporter::Binvox => Box::pin(binvox::write(&job, name, files)),
-    };
-    work.await
+    (exporter.format().write)(&job, name, files).await
 }
 
 /// Returns the size of all files before they are written, in bytes; None where it depends on the flags.
 pub fn exact_size(mesh: &Mesh, exporter: Exporter, options: &ExportOptions) -> Option<u64> {
-    match exporter {
-        Exporter::Nrrd => nrrd::exact_size(mesh, options),
-        _ => None,
-    }
+    (exporter.format().exact_size)(mesh, options)
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@
 
 use super::layers::{Layer, N_SIDES, SIDES, for_each_layer};
 use super::names::{names, unique};
-use super::options::PatchNames;
+use super::options::{ExportOptions, PatchNames};
 use super::output::Export;
 use crate::base::error::{Error, Result};
 use crate::derived::mesh::Mesh;
@@ -155,7 +155,8 @@ impl<'a> Boundary<'a> {
 ///
 /// # Errors
 /// `job-conflict`.
-pub(super) fn check(mesh: &Mesh, by: PatchNames, open: &[String], longest: usize) -> Result<()> {
+pub(super) fn check(mesh: &Mesh, options: &ExportOptions, longest: usize) -> Result<()> {
+    let (by, open) = (options.patches, &options.open_patches);
     let solids = match (&mesh.walls, by) {
         (None, PatchNames::Solid) => {
             let message =

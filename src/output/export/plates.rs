@@ -5,12 +5,11 @@
 
 use std::collections::BTreeSet;
 
-use super::electric::{Electric, substances};
+use super::electric::{Electric, check_background, substances};
+use super::names::said;
 use super::options::ExportOptions;
 use crate::base::error::{Error, Result};
 use crate::derived::mesh::Mesh;
-
-use super::names::said;
 
 /// The flags that plates have and that are exported.
 ///
@@ -30,6 +29,12 @@ pub(super) fn flags(mesh: &Mesh, options: &ExportOptions, what: &str) -> Result<
         }
     }
     Ok(flags)
+}
+
+/// Refuses conductors that a program for electromagnetic fields cannot have.
+pub(super) fn check_conductors(mesh: &Mesh, options: &ExportOptions, keeps: &[bool; 256], what: &str) -> Result<()> {
+    flags(mesh, options, what)?;
+    check_background(mesh, keeps, what)
 }
 
 /// Rectangles of the faces of a flag: the first line on each axis, and the last, of which those across it are the same.

@@ -4,11 +4,25 @@
 //! are left out. The number of a colour is the flag. The file says how long its parts are before they come, so every model is expanded twice.
 //! Source: MagicaVoxel's file format and its extension for scenes. Cost: the flags of a slab of a model.
 
-use super::output::{Export, Files, Out};
 use crate::base::error::{Error, Result};
 use crate::cells::flags::{CellBox, slabs_of_box};
 use crate::derived::mesh::Mesh;
 use crate::output::colours::colour;
+use crate::output::export::{
+    format::Format,
+    limits::equal_cells,
+    options::ExportOptions,
+    output::{Export, Files, Out},
+};
+
+pub(in crate::output::export) const FORMAT: Format = Format {
+    endings: &[".vox"],
+    check_lines: |lines| equal_cells(lines, ".vox").map(|_| ()),
+    check_flags,
+    check_mesh,
+    write: |job, name, files| Box::pin(write(job, name, files)),
+    ..Format::PLAIN
+};
 
 /// Most cells of a model along an axis.
 const MAX_SIDE: u32 = 256;
@@ -22,7 +36,16 @@ struct Model {
     n_shown: u64,
 }
 
-pub(super) fn check(mesh: &Mesh, keeps: &[bool; 256]) -> Result<()> {
+/// Refuses flag 0 as a flag to export.
+fn check_flags(flags: &[u8]) -> Result<()> {
+    if flags.contains(&0) {
+        let message = "flag 0 is to be exported, and colour 0 of .vox is no cell";
+        return Err(Error::new("job-conflict", message, "leave out flag 0 (--export-flags), or write .binvox"));
+    }
+    Ok(())
+}
+
+fn check_mesh(mesh: &Mesh, _: &ExportOptions, keeps: &[bool; 256]) -> Result<()> {
     let n_shown: u64 = (0..256).filter(|&flag| keeps[flag]).map(|flag| mesh.columns.cells_per_flag()[flag]).sum();
     if 4 * n_shown > MAX_BYTES {
         let message = format!("{n_shown} cells take {} bytes, and .vox holds up to {MAX_BYTES}", 4 * n_shown);
@@ -31,7 +54,7 @@ pub(super) fn check(mesh: &Mesh, keeps: &[bool; 256]) -> Result<()> {
     Ok(())
 }
 
-pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
+async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
     let keeps = job.options.selection(job.mesh, false)?;
     let models = models(job, &keeps).await?;
     let scene = scene(&models);

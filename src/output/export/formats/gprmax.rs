@@ -13,20 +13,36 @@
 
 use serde_json::{Map, Value, json};
 
-use super::decimal;
-use super::electric::{Electric, substances};
-use super::hdf5::{File, Shape, Table};
-use super::limits::equal_cells;
-use super::names::{names, plain, said};
-use super::output::{Export, Files, Out};
-use super::plates;
-use super::unit::metres;
 use crate::base::error::{Error, Result};
 use crate::derived::mesh::Named;
+use crate::output::export::{
+    decimal,
+    electric::{Electric, substances},
+    format::Format,
+    hdf5::{File, Shape, Table},
+    limits::equal_cells,
+    names::{names, plain, said},
+    output::{Export, Files, Out},
+    plates::{self, check_conductors},
+    unit::metres,
+};
 
-pub(super) const WHAT: &str = "gprMax";
+pub(in crate::output::export) const FORMAT: Format = Format {
+    endings: &[".in"],
+    compresses: true,
+    has_plates: true,
+    unit: Some((WHAT, "metres")),
+    file_names: |name| file_names(name).to_vec(),
+    check_lines: |lines| equal_cells(lines, WHAT).map(|_| ()),
+    check_materials,
+    check_mesh: |mesh, options, keeps| check_conductors(mesh, options, keeps, WHAT),
+    write: |job, name, files| Box::pin(write(job, name, files)),
+    ..Format::PLAIN
+};
 
-pub(super) fn file_names(name: &str) -> [String; 3] {
+const WHAT: &str = "gprMax";
+
+fn file_names(name: &str) -> [String; 3] {
     let stem = stem(name);
     [name.to_string(), format!("{stem}_geo.h5"), format!("{stem}_materials.json")]
 }
@@ -36,7 +52,7 @@ fn stem(name: &str) -> String {
     plain(name.rsplit_once('.').map_or(name, |(stem, _)| stem))
 }
 
-pub(super) fn check_materials(names: &[Named], flags: &[u8]) -> Result<()> {
+fn check_materials(names: &[Named], flags: &[u8]) -> Result<()> {
     for (flag, Electric { eps_r, mu_r, pec, .. }) in substances(names, flags, WHAT)? {
         if !pec && eps_r.min(mu_r) < 1.0 {
             let message =
@@ -47,7 +63,7 @@ pub(super) fn check_materials(names: &[Named], flags: &[u8]) -> Result<()> {
     Ok(())
 }
 
-pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
+async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
     let [input, geometry, database] = file_names(name);
     let of_plates = plates::flags(job.mesh, job.options, WHAT)?;
     // gprMax reads no list without a material

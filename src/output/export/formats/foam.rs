@@ -2,31 +2,44 @@
 //!
 //! Six files: `points`, `faces`, `owner`, `neighbour`, `boundary`, `cellZones`; beside `NAME.foam`, an empty file by which ParaView opens a case,
 //! `constant/polyMesh` is written. Lengths are in metres. Patches are the six sides of the box (`xMin` ... `zMax`, type `patch`) and one for each
-//! neighbouring flag that is not kept, of its name (type `wall`), or those of solids ([`patches`](super::patches)); none without faces. Every kept flag is a
+//! neighbouring flag that is not kept, of its name (type `wall`), or those of solids ([`patches`](crate::output::export::patches)); none without faces. Every kept flag is a
 //! zone of cells.
 //!
 //! Faces between kept cells come first, by owner, then by neighbour, and point from the lower number to the higher; then those of each patch, by
 //! owner, pointing out. Every list is written by itself: the flags are expanded once for each list and once more for each patch and zone.
-//! Source: OpenFOAM user guide, mesh description. Cost: the memory of [`layers`](super::layers).
+//! Source: OpenFOAM user guide, mesh description. Cost: the memory of [`layers`](crate::output::export::layers).
 
-use super::layers::{Layer, N_SIDES, SIDES, for_each_layer};
-use super::names::names;
-use super::output::{Export, Files, Out};
-use super::patches::Patches;
-use super::unit::metres;
 use crate::base::error::{Error, Result};
+use crate::output::export::{
+    format::Format,
+    layers::{Layer, N_SIDES, SIDES, for_each_layer},
+    names::names,
+    output::{Export, Files, Out},
+    patches::Patches,
+    unit::metres,
+};
+
+pub(in crate::output::export) const FORMAT: Format = Format {
+    endings: &[".foam", "constant/polyMesh"],
+    has_ascii: true,
+    longest_name: Some(LONGEST_NAME),
+    unit: Some(("OpenFOAM", "metres")),
+    file_names,
+    write: |job, name, files| Box::pin(write(job, name, files)),
+    ..Format::PLAIN
+};
 
 /// Names of the patches on the sides of the box.
 const SIDE_NAMES: [&str; N_SIDES] = ["xMin", "xMax", "yMin", "yMax", "zMin", "zMax"];
 /// Most characters of a name.
-pub(super) const LONGEST_NAME: usize = 60;
+const LONGEST_NAME: usize = 60;
 /// Greatest label of an OpenFOAM of 32 bits, which is the usual one.
 const MAX_LABEL: u64 = i32::MAX as u64;
 
 /// The lists of a `polyMesh`.
 const PARTS: [&str; 6] = ["points", "faces", "owner", "neighbour", "boundary", "cellZones"];
 
-pub(super) fn file_names(name: &str) -> Vec<String> {
+fn file_names(name: &str) -> Vec<String> {
     let is_case = name.to_ascii_lowercase().ends_with(".foam");
     let folder = if is_case { "constant/polyMesh" } else { name };
     let case = is_case.then(|| name.to_string());
@@ -55,7 +68,7 @@ impl Counts {
     }
 }
 
-pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
+async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
     let keeps = job.options.selection(job.mesh, false)?;
     let patches = Patches::new(job, &SIDE_NAMES, LONGEST_NAME);
     let counts = count(&patches, job, &keeps).await?;

@@ -3,23 +3,35 @@
 //! Nodes (set `NALL`) in metres, then the elements of each flag (type C3D8I, set of the flag's name), a solid section and a material for each flag
 //! whose E and nu are given, node sets of the sides of the box that have nodes (`XMIN` ... `ZMAX`), and for each flag the surface
 //! `S_` + name: the sides of its elements towards other flags, exported or not, and beyond the box. Where names of patches are asked for, the sides of
-//! each are a surface, too, `S_` + name + `_` + that of the patch ([`patches`](super::patches)). Steps, loads and whatever else the problem
+//! each are a surface, too, `S_` + name + `_` + that of the patch ([`patches`](crate::output::export::patches)). Steps, loads and whatever else the problem
 //! has are the user's, in a file that includes this one (`*INCLUDE, INPUT=mesh.inp`). Materials and lengths are in SI units.
 //!
 //! Numbers have at most 20 characters, of which CalculiX reads no more, so coordinates are rounded to 13 digits. Source: Abaqus keywords
-//! guide, CalculiX CrunchiX manual. Cost: the memory of [`layers`](super::layers), and the flags are expanded once for each part of the file.
+//! guide, CalculiX CrunchiX manual. Cost: the memory of [`layers`](crate::output::export::layers), and the flags are expanded once for each part of the file.
 
 use std::collections::BTreeSet;
 
-use super::layers::{Layer, N_SIDES, for_each_layer};
-use super::names::{names, said, unique};
-use super::options::PatchNames;
-use super::output::{Export, Files, Out};
-use super::patches::Patches;
-use super::unit::metres;
 use crate::base::error::{Error, Result};
 use crate::derived::mesh::Named;
 use crate::input::geometry::Material;
+use crate::output::export::{
+    format::Format,
+    layers::{Layer, N_SIDES, for_each_layer},
+    names::{names, said, unique},
+    options::PatchNames,
+    output::{Export, Files, Out},
+    patches::Patches,
+    unit::metres,
+};
+
+pub(in crate::output::export) const FORMAT: Format = Format {
+    endings: &[".inp"],
+    longest_name: Some(LONGEST_NAME),
+    unit: Some(("an Abaqus file, whose materials are in SI units,", "metres")),
+    check_materials,
+    write: |job, name, files| Box::pin(write(job, name, files)),
+    ..Format::PLAIN
+};
 
 /// Greatest number of a node or an element in Abaqus.
 const MAX_NUMBER: u64 = 999_999_999;
@@ -29,12 +41,12 @@ const FACES: [u8; N_SIDES] = [6, 4, 3, 5, 1, 2];
 /// Sets that this file has besides those of the flags.
 const TAKEN: [&str; 8] = ["NALL", "EALL", "XMIN", "XMAX", "YMIN", "YMAX", "ZMIN", "ZMAX"];
 /// Most characters of a name: two of 80 are for the prefix of surfaces and materials.
-pub(super) const LONGEST_NAME: usize = 78;
+const LONGEST_NAME: usize = 78;
 /// Most numbers in a line of a set.
 const IN_LINE: usize = 12;
 
 /// Refuses a material of which only half is known.
-pub(super) fn check_materials(names: &[Named], flags: &[u8]) -> Result<()> {
+fn check_materials(names: &[Named], flags: &[u8]) -> Result<()> {
     for named in names.iter().filter(|named| flags.contains(&named.flag)) {
         let (has, lacks) = match (named.material.youngs_modulus, named.material.nu) {
             (Some(_), None) => ("E", "nu"),
@@ -51,7 +63,7 @@ pub(super) fn check_materials(names: &[Named], flags: &[u8]) -> Result<()> {
     Ok(())
 }
 
-pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
+async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
     let keeps = job.options.selection(job.mesh, false)?;
     let unit = metres(job.mesh.unit.as_deref(), "an Abaqus file")?;
     let n_cells: u64 = (0..256).filter(|&flag| keeps[flag]).map(|flag| job.mesh.columns.cells_per_flag()[flag]).sum();

@@ -10,12 +10,26 @@ use std::io;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 
-use super::options::ExportOptions;
-use super::output::{Export, Files, Out, failed};
 use crate::base::error::Result;
 use crate::base::sort::sort_by_key;
 use crate::derived::mesh::Mesh;
+use crate::output::export::{
+    format::Format,
+    limits::equal_cells,
+    options::ExportOptions,
+    output::{Export, Files, Out, failed},
+};
 use crate::output::write::Compress;
+
+pub(in crate::output::export) const FORMAT: Format = Format {
+    endings: &[".nrrd"],
+    compresses: true,
+    has_flags: false,
+    check_lines: |lines| equal_cells(lines, ".nrrd").map(|_| ()),
+    exact_size,
+    write: |job, name, files| Box::pin(write(job, name, files)),
+    ..Format::PLAIN
+};
 
 /// Level of gzip where the caller asks for zlib's.
 fn level(compress: Compress) -> Option<u32> {
@@ -25,12 +39,12 @@ fn level(compress: Compress) -> Option<u32> {
     }
 }
 
-pub(super) fn exact_size(mesh: &Mesh, options: &ExportOptions) -> Option<u64> {
+fn exact_size(mesh: &Mesh, options: &ExportOptions) -> Option<u64> {
     let is_raw = options.compress == Compress::None && !mesh.lines.is_graded();
     is_raw.then(|| mesh.n_cells() + header(mesh, options).len() as u64)
 }
 
-pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
+async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
     let mut out = Out::create(files, name)?;
     out.put(header(job.mesh, job.options).as_bytes())?;
     match level(job.options.compress) {

@@ -4,11 +4,21 @@
 //! cells along every axis as the mesh along its longest: what lies beyond the mesh is 0. `translate` is the origin, `scale` the side of the cube.
 //! Source: the format of binvox by Patrick Min. Cost: some planes of flags across x.
 
-use super::limits::cubes;
-use super::output::{Export, Files, Out};
 use crate::base::error::Result;
+use crate::output::export::{
+    format::Format,
+    limits::cubes,
+    output::{Export, Files, Out},
+};
 
-pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
+pub(in crate::output::export) const FORMAT: Format = Format {
+    endings: &[".binvox"],
+    check_lines: |lines| cubes(lines, ".binvox").map(|_| ()),
+    write: |job, name, files| Box::pin(write(job, name, files)),
+    ..Format::PLAIN
+};
+
+async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
     let keeps = job.options.selection(job.mesh, false)?;
     let [nx, ny, nz] = job.mesh.dims();
     let side = nx.max(ny).max(nz);

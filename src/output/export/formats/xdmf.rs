@@ -1,27 +1,39 @@
 //! XDMF: the cells of some flags as hexahedra, for ParaView, VTK, meshio and dolfinx.
 //!
 //! Two files: `NAME.xdmf` describes the mesh, and `NAME.h5` beside it holds `points` (x, y, z), `cells` (the eight corners in VTK's order) and
-//! `flag`; where names of patches are asked for ([`patches`](super::patches)) also `facets`, four corners each, and `wall`, the number of the patch, as a
+//! `flag`; where names of patches are asked for ([`patches`](crate::output::export::patches)) also `facets`, four corners each, and `wall`, the number of the patch, as a
 //! second grid. Its attributes have the names of flags and patches, materials as JSON, and the unit. XDMF, not VTKHDF, as dolfinx reads it. Lengths are in
 //! the unit of the mesh.
-//! Source: the XDMF model and format, version 3. Cost: the memory of [`layers`](super::layers); the flags are expanded four times.
+//! Source: the XDMF model and format, version 3. Cost: the memory of [`layers`](crate::output::export::layers); the flags are expanded four times.
 
-use super::hdf5::{File, Shape, Table};
-use super::layers::for_each_layer;
-use super::output::{Export, Files, Out};
-use super::patches::Boundary;
-use super::xml::Xml;
 use crate::base::error::Result;
+use crate::output::export::{
+    format::Format,
+    hdf5::{File, Shape, Table},
+    layers::for_each_layer,
+    output::{Export, Files, Out},
+    patches::Boundary,
+    xml::Xml,
+};
+
+pub(in crate::output::export) const FORMAT: Format = Format {
+    endings: &[".xdmf"],
+    compresses: true,
+    longest_name: Some(LONGEST_NAME),
+    file_names: |name| file_names(name).to_vec(),
+    write: |job, name, files| Box::pin(write(job, name, files)),
+    ..Format::PLAIN
+};
 
 /// Most characters of a name.
-pub(super) const LONGEST_NAME: usize = 127;
+const LONGEST_NAME: usize = 127;
 
-pub(super) fn file_names(name: &str) -> [String; 2] {
+fn file_names(name: &str) -> [String; 2] {
     let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
     [name.to_string(), format!("{stem}.h5")]
 }
 
-pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
+async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
     let keeps = job.options.selection(job.mesh, false)?;
     let [document, data] = file_names(name);
     let (mut n_points, mut n_cells) = (0usize, 0usize);

@@ -1,27 +1,38 @@
 //! Gmsh: the cells of some flags as hexahedra in a file of MSH 4.1.
 //!
 //! Every flag is a volume and a physical group of its name, whose number is the flag (256 for flag 0: numbers are positive). Lengths are in the
-//! unit of the mesh, as the format has none. Where names of patches are asked for ([`patches`](super::patches)), the faces at the boundary of the exported
+//! unit of the mesh, as the format has none. Where names of patches are asked for ([`patches`](crate::output::export::patches)), the faces at the boundary of the exported
 //! cells are quadrangles, each patch a surface and a physical group of its name. Binary, or text on request.
-//! Source: Gmsh reference manual, "MSH file format". Cost: the memory of [`layers`](super::layers); the flags are expanded once for the points, and once for
+//! Source: Gmsh reference manual, "MSH file format". Cost: the memory of [`layers`](crate::output::export::layers); the flags are expanded once for the points, and once for
 //! each flag and patch.
 
-use super::layers::for_each_layer;
-use super::names::names;
-use super::output::{Export, Files, Out};
-use super::patches::Boundary;
 use crate::base::error::Result;
+use crate::output::export::{
+    format::Format,
+    layers::for_each_layer,
+    names::names,
+    output::{Export, Files, Out},
+    patches::Boundary,
+};
+
+pub(in crate::output::export) const FORMAT: Format = Format {
+    endings: &[".msh"],
+    has_ascii: true,
+    longest_name: Some(LONGEST_NAME),
+    write: |job, name, files| Box::pin(write(job, name, files)),
+    ..Format::PLAIN
+};
 
 /// Type of an element of eight corners.
 const HEXAHEDRON: u64 = 5;
 /// Type of an element of four corners.
 const QUADRANGLE: u64 = 3;
 /// Most characters of a name.
-pub(super) const LONGEST_NAME: usize = 127;
+const LONGEST_NAME: usize = 127;
 /// Number of the volume of flag 0.
 const BACKGROUND_TAG: u64 = 256;
 
-pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
+async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
     let keeps = job.options.selection(job.mesh, false)?;
     let cells = job.mesh.columns.cells_per_flag();
     let flags: Vec<usize> = (0..256).filter(|&flag| keeps[flag] && cells[flag] > 0).collect();

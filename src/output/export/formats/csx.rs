@@ -2,28 +2,41 @@
 //!
 //! One file: a `ContinuousStructure` with the lines of the mesh as `RectilinearGrid`, in the unit of the mesh (`DeltaUnit`), and a property for
 //! each kept flag, `Metal` for perfect conductors and `Material` for others, with its cells as boxes. Boundaries, excitations and probes are the
-//! user's. Corners of boxes are written as the lines are ([`decimal`](super::decimal)), so that they meet each other and what a user adds.
+//! user's. Corners of boxes are written as the lines are ([`decimal`](crate::output::export::decimal)), so that they meet each other and what a user adds.
 //! Faces of plates are boxes without thickness.
 //!
 //! Boxes of different flags share faces, and an edge of the grid on such a face has the property of the higher priority: that of conductors.
-//! Source: CSXCAD, `CSProperties` and `CSPrimBox`. Cost: the memory of [`boxes`](super::boxes); the flags are expanded once for each flag.
+//! Source: CSXCAD, `CSProperties` and `CSPrimBox`. Cost: the memory of [`boxes`](crate::output::export::boxes); the flags are expanded once for each flag.
 
-use super::boxes::for_each_box;
-use super::decimal;
-use super::electric::{Electric, electric, substances};
-use super::names::names;
-use super::output::{Export, Files, Out};
-use super::plates;
-use super::unit::metres;
-use super::xml::Xml;
 use crate::base::error::Result;
+use crate::output::export::{
+    boxes::for_each_box,
+    decimal,
+    electric::{Electric, electric, substances},
+    format::Format,
+    names::names,
+    output::{Export, Files, Out},
+    plates::{self, check_conductors},
+    unit::metres,
+    xml::Xml,
+};
 
-pub(super) const WHAT: &str = "openEMS";
+pub(in crate::output::export) const FORMAT: Format = Format {
+    endings: &[".csx.xml"],
+    has_plates: true,
+    unit: Some((WHAT, "metres")),
+    check_materials: |names, flags| substances(names, flags, WHAT).map(|_| ()),
+    check_mesh: |mesh, options, keeps| check_conductors(mesh, options, keeps, WHAT),
+    write: |job, name, files| Box::pin(write(job, name, files)),
+    ..Format::PLAIN
+};
+
+const WHAT: &str = "openEMS";
 /// Priorities of boxes: what a user adds may be below, between or above.
 const MATERIAL_PRIORITY: &str = "10";
 const METAL_PRIORITY: &str = "20";
 
-pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
+async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
     let mesh = job.mesh;
     let keeps = job.options.selection(mesh, true)?;
     let unit = metres(mesh.unit.as_deref(), WHAT)?;

@@ -8,13 +8,24 @@
 
 use std::fmt::Write as _;
 
-use super::limits::equal_cells;
-use super::names::names;
-use super::output::{Export, Files, Out};
-use super::unit::known;
-use super::xml::Xml;
 use crate::base::error::{Error, Result};
 use crate::grid::lines::Lines;
+use crate::output::export::{
+    format::Format,
+    limits::equal_cells,
+    names::names,
+    output::{Export, Files, Out},
+    unit::known,
+    xml::Xml,
+};
+
+pub(in crate::output::export) const FORMAT: Format = Format {
+    endings: &["geometry.xml"],
+    unit: Some((WHAT, "centimetres")),
+    check_lines,
+    write: |job, name, files| Box::pin(write(job, name, files)),
+    ..Format::PLAIN
+};
 
 const WHAT: &str = "OpenMC";
 /// Ids of the lattice and of the cell around it; those of universes and of their cells are flags + 1.
@@ -22,7 +33,7 @@ const OUTER: &str = "1000";
 /// Id of the material of flag 0: ids are positive.
 const BACKGROUND_MATERIAL: usize = 256;
 
-pub(super) fn check(lines: &Lines) -> Result<()> {
+fn check_lines(lines: &Lines) -> Result<()> {
     equal_cells(lines, WHAT)?;
     let n_cells = lines.dims().iter().map(|&n| u128::from(n)).product::<u128>();
     if n_cells > i32::MAX as u128 {
@@ -32,7 +43,7 @@ pub(super) fn check(lines: &Lines) -> Result<()> {
     Ok(())
 }
 
-pub(super) async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
+async fn write(job: &Export<'_>, name: &str, files: &mut dyn Files) -> Result<()> {
     let mesh = job.mesh;
     let keeps = job.options.selection(mesh, false)?;
     let unit = known(mesh.unit.as_deref(), WHAT, "centimetres")?;
