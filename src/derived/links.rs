@@ -25,11 +25,11 @@
 
 use crate::input::job::Stencil;
 
-mod apart;
 mod field;
 mod find;
 mod periodic;
 mod sheared;
+mod undecided;
 mod walk;
 
 #[doc(hidden)]

@@ -20,9 +20,9 @@ use crate::stages::cast::Cast;
 use crate::stages::cpu::{Window, over_windows, rays_through};
 use crate::stages::crossings::{Crossings, Passage};
 
-pub(crate) mod alone;
 pub(crate) mod lone;
 pub(crate) mod numbers;
+pub(crate) mod own_cells;
 
 /// Rows of rays that are looked at, at most.
 const N_ROWS: u64 = 32;

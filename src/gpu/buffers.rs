@@ -5,7 +5,7 @@ use std::marker::PhantomData;
 use wgpu::{Buffer, BufferBinding, BufferDescriptor, BufferUsages, Queue};
 
 use super::device::Opened;
-use super::held::Share;
+use super::device_bytes::Share;
 use super::layout::Params;
 use crate::stages::cast::sizes::{Capacity, MAX_LAYERS};
 

@@ -7,10 +7,10 @@ use serde::Serialize;
 use web_time::{Duration, Instant};
 use wgpu::{Adapter, DeviceDescriptor, DeviceType, Instance, InstanceDescriptor, Limits, RequestAdapterOptions};
 
+use super::device_bytes::Held;
 use super::failure::Failure;
 #[cfg(not(target_arch = "wasm32"))]
 use super::failure::{answers, listen};
-use super::held::Held;
 use super::needs::check_limits;
 use crate::base::control::Control;
 use crate::base::error::{Error, Result};

@@ -20,9 +20,9 @@ use crate::grid::frame::SnappedFacet;
 use crate::input::edges::mixed;
 use crate::input::job::Rule;
 
-mod bad;
+mod bad_edges;
 
-pub use bad::{BadEdges, EdgeGroup, MAX_FACETS};
+pub use bad_edges::{BadEdges, EdgeGroup, MAX_FACETS};
 
 /// Facets that one core takes at a time.
 const CHUNK: usize = 1 << 14;

@@ -29,22 +29,22 @@ mod byte_size;
 mod fractions_job;
 mod geometry_job;
 #[cfg(not(target_arch = "wasm32"))]
-mod in_words;
-#[cfg(not(target_arch = "wasm32"))]
 mod job_file;
 mod lines_job;
 mod links_job;
 mod numbers;
+#[cfg(not(target_arch = "wasm32"))]
+mod one_or_many;
 mod part_job;
 mod patch;
 mod per_axis;
 #[cfg(not(target_arch = "wasm32"))]
 mod picture_job;
 mod quoted;
+#[cfg(not(target_arch = "wasm32"))]
+mod serde_messages;
 mod setters;
 mod settings;
-#[cfg(not(target_arch = "wasm32"))]
-mod several;
 mod text;
 mod validate;
 mod validate_lines;
@@ -58,13 +58,13 @@ pub use geometry_job::GeometryJob;
 pub use job_file::{JobFile, Level, Names, RUN_KEYS, RunJob};
 pub use lines_job::{DEFAULT_GROWTH, GradedJob, LinesJob};
 pub use links_job::{LinksJob, Stencil};
+#[cfg(not(target_arch = "wasm32"))]
+pub use one_or_many::Several;
 pub use part_job::{PartJob, numbers_of_parts};
 pub use per_axis::PerAxis;
 #[cfg(not(target_arch = "wasm32"))]
 pub use picture_job::{PlaceJob, SliceJob, ViewJob};
 pub(crate) use quoted::short_number;
-#[cfg(not(target_arch = "wasm32"))]
-pub use several::Several;
 use text::{check_json, json_value, of_json, of_json_text, of_toml, toml_table};
 pub use zarr_job::ZarrJob;
 

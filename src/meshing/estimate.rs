@@ -11,15 +11,15 @@
 //! compress better. Sizes marked exact are exact.
 //! Cost: one pass over the corners.
 
-mod allowed;
 mod costs;
 mod device;
-mod expected;
+mod expected_crossings;
+mod memory_limits;
 mod plan;
 mod work;
 
-pub use allowed::{Allowed, Device};
 pub use costs::{Estimate, EstimateSteps, FileBytes, HostBytes};
+pub use memory_limits::{Allowed, Device};
 #[doc(hidden)]
 pub use plan::BandLimit;
 pub(crate) use plan::MemoryBudget;

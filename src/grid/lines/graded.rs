@@ -22,10 +22,10 @@ use crate::input::geometry::Sizing;
 use crate::input::job::{DEFAULT_GROWTH, GradedJob, PerAxis, short_number};
 
 mod sizes;
-mod wanted;
+mod wanted_sizes;
 
 use sizes::{Interval, settle};
-use wanted::{Wanted, interval};
+use wanted_sizes::{Wanted, interval};
 
 /// A geometry around which lines are generated.
 #[derive(Debug, Clone, Copy)]

@@ -2,9 +2,9 @@
 
 use serde::de::{DeserializeOwned, DeserializeSeed, IgnoredAny};
 
-#[cfg(not(target_arch = "wasm32"))]
-use super::in_words;
 use super::quoted::{in_lines, on_one_line, toml_problem};
+#[cfg(not(target_arch = "wasm32"))]
+use super::serde_messages;
 use crate::base::error::{Error, Result};
 
 pub(super) type Table<'t> = toml::Spanned<toml::de::DeTable<'t>>;
@@ -68,7 +68,7 @@ fn wrong_value_at(key: &str, place: &str, problem: &str) -> Error {
     let key = if matches!(key, "." | "") { "the job" } else { key };
     // the page makes jobs by fields, so that its wasm does without
     #[cfg(not(target_arch = "wasm32"))]
-    let problem = &in_words::in_words(key, problem);
+    let problem = &serde_messages::in_words(key, problem);
     Error::new("job-value", format!("{}: {place}{}", on_one_line(key), problem.trim_end()), HINT)
 }
 

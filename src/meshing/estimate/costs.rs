@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::expected::Expected;
+use super::expected_crossings::Expected;
 use crate::derived::mesh::SLAB_BYTES;
 use crate::grid::lines::{Grading, Lines};
 use crate::grid::rays::Rays;

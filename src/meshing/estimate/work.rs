@@ -1,8 +1,8 @@
 //! The memory of the current work: of a round of strips on the CPU, or of the bands in flight on a GPU.
 
-use super::allowed::{Allowed, Device};
 use super::costs::Estimate;
 use super::device::{BIN, IN_FLIGHT, UNEVEN};
+use super::memory_limits::{Allowed, Device};
 use crate::base::parallel::current_num_threads;
 use crate::stages::cast::sizes::{MOST_BAND, whole_bins};
 use crate::stages::cpu;

@@ -1,16 +1,16 @@
 //! HDF5 files: attributes, lists of strings, and datasets that are filled from their first item to their last.
 //!
-//! Natively (`on_disk`) by crate `rust-hdf5`: it writes chunk by chunk to a path, and so needs a file system. In wasm (`held`) by `hdf5-pure`,
+//! Natively (`on_disk`) by crate `rust-hdf5`: it writes chunk by chunk to a path, and so needs a file system. In wasm (`in_memory`) by `hdf5-pure`,
 //! which needs none, but takes whole datasets: a file is held, up to a limit. Neither can do both: `rust-hdf5` knows `std::fs::File` alone, and
 //! `hdf5-pure` appends to lists on disk only. Both modules have the same types and functions, so exporters are written once.
 
 #[cfg(any(target_arch = "wasm32", test))]
-pub(super) mod held;
+pub(super) mod in_memory;
 #[cfg(not(target_arch = "wasm32"))]
 pub(super) mod on_disk;
 
 #[cfg(target_arch = "wasm32")]
-pub(super) use held::{File, Item, Table};
+pub(super) use in_memory::{File, Item, Table};
 #[cfg(not(target_arch = "wasm32"))]
 pub(super) use on_disk::{File, Item, Table};
 

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use rust_hdf5::{H5File, H5Type};
 
-use super::{Shape, held, on_disk};
+use super::{Shape, in_memory, on_disk};
 use crate::base::error::Result;
 use crate::output::export::Files;
 use crate::output::write::Compress;
@@ -94,7 +94,7 @@ fn both(compress: Compress, n_rows: usize) -> Result<()> {
     let mut files = Folder { path: tempfile::tempdir().map_err(super::failed)?, n_created: 0 };
     make!(on_disk, &mut files, "disk.h5", compress, n_rows)?;
     assert_eq!(files.n_created, 0);
-    make!(held, &mut files, "held.h5", compress, n_rows)?;
+    make!(in_memory, &mut files, "held.h5", compress, n_rows)?;
     assert_eq!(files.n_created, 1);
     let [disk, held] = ["disk.h5", "held.h5"].map(|name| H5File::open(files.path.path().join(name)).unwrap());
     let (tables, texts) = read(&disk);
@@ -125,8 +125,8 @@ fn both_forms_hold_the_same() {
 #[test]
 fn a_file_that_would_not_fit_the_memory_is_refused_with_numbers() {
     let mut files = Folder { path: tempfile::tempdir().unwrap(), n_created: 0 };
-    assert!(held::File::create(&mut files, "a.h5", 1 << 28).is_ok());
-    let error = held::File::create(&mut files, "a.h5", (1 << 28) + 1).map(|_| ()).unwrap_err();
+    assert!(in_memory::File::create(&mut files, "a.h5", 1 << 28).is_ok());
+    let error = in_memory::File::create(&mut files, "a.h5", (1 << 28) + 1).map(|_| ()).unwrap_err();
     assert_eq!(error.code(), "memory");
     let text = error.to_string();
     assert!(text.contains("a.h5 has 268435457 bytes") && text.contains("up to 268435456"), "{text}");
@@ -152,7 +152,7 @@ fn a_writer_that_fails_is_an_error() {
         }
     }
     fn made() -> Result<()> {
-        make!(held, &mut Full, "a.h5", Compress::None, 3000usize)
+        make!(in_memory, &mut Full, "a.h5", Compress::None, 3000usize)
     }
     assert_eq!(made().unwrap_err().code(), "io");
 }
