@@ -12,8 +12,10 @@ import { compileWasm, ensureBindgen } from './wasm.mjs';
 
 export const DIST = path.join(ROOT, 'dist');
 const WWW = path.join(ROOT, 'www');
+/** Folders of www/ that are the package's, in dist/ as well. */
+export const PACKAGE_FOLDERS = ['client', 'core', 'platform', 'protocol'];
 /** The rest of www/ is the page. */
-const PACKAGE_FILES = readdirSync(WWW).filter((name) => /\.(js|d\.ts)$/.test(name));
+const PACKAGE_FILES = [...readdirSync(WWW).filter((name) => /\.(js|d\.ts)$/.test(name)), ...PACKAGE_FOLDERS];
 /**
  * Most kilobytes (1000 bytes) of the wasm file, as it is and after gzip -9. Of these about 95 after gzip read files that are not STL: ZIP,
  * XML, JSON and gzip for 3MF and GLB, and OBJ, OFF and PLY. About 46 are lines of cells that differ in size, links, fractions, staggered grids and
@@ -36,7 +38,7 @@ export async function build() {
   const compiled = await compileWasm();
   rmSync(DIST, { recursive: true, force: true });
   mkdirSync(DIST, { recursive: true });
-  for (const name of PACKAGE_FILES) cpSync(path.join(WWW, name), path.join(DIST, name));
+  for (const name of PACKAGE_FILES) cpSync(path.join(WWW, name), path.join(DIST, name), { recursive: true });
   await run(bindgen, ['--target', 'web', '--out-dir', DIST, '--out-name', 'hexcast_wasm', compiled]);
   const wasm = nameWasm();
   await dropPanicMessages(wasm);

@@ -6,6 +6,7 @@ import { cpSync, existsSync, mkdirSync, readFileSync, readdirSync, rmSync, write
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 
+import { PACKAGE_FOLDERS } from './build.mjs';
 import { ROOT } from './run.mjs';
 
 /** What is packed, without what the manifest's `files` leave out. */
@@ -22,8 +23,13 @@ export function stage() {
     cpSync(path.join(ROOT, from), path.join(STAGE, to), { recursive: true });
   for (const name of ['shaders', 'CHANGELOG.md', 'LICENSE-MIT', 'LICENSE-APACHE']) copy(name);
   copy('www/README.md', 'README.md');
-  for (const name of readdirSync(path.join(ROOT, 'dist')).filter((name) => /\.(js|d\.ts|wasm)$/.test(name))) copy(`dist/${name}`);
+  for (const name of readdirSync(path.join(ROOT, 'dist')).filter(isOfPackage)) copy(`dist/${name}`);
   writeFileSync(path.join(STAGE, 'package.json'), `${JSON.stringify(manifest(), null, 2)}\n`);
+}
+
+/** Whether a file or folder of dist/ is the package's; the rest is the page. @param {string} name */
+function isOfPackage(name) {
+  return /\.(js|d\.ts|wasm)$/.test(name) || PACKAGE_FOLDERS.includes(name);
 }
 
 /** The manifest that is published. */

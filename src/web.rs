@@ -1,4 +1,4 @@
-//! What JavaScript calls, in this file and `web/`. `www/core.js` is its only caller; people use `www/hexcast.js`.
+//! What JavaScript calls, in this file and `web/`. `www/core/core.js` is its only caller; people use `www/hexcast.js`.
 //!
 //! Facts cross as JSON, numbers of cells as f64 (exact to 2^53), bytes as copies: no array of JavaScript is kept or detached.
 //! An error becomes the JSON of `{code, message, hint}`. Long calls are async and check for cancellation between rounds.

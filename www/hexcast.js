@@ -1,7 +1,7 @@
 /** The package's entry: see `hexcast.d.ts` for everything public. */
 import { start } from './start.js';
 
-export { HexcastError } from './error.js';
+export { HexcastError } from './protocol/error.js';
 export const version = '0.1.0';
 
 /** @type {typeof import('./hexcast.js').createMesher} */

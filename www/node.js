@@ -4,7 +4,7 @@
  */
 import { readFile } from 'node:fs/promises';
 
-import { HexcastError } from './error.js';
+import { HexcastError } from './protocol/error.js';
 import { checked, start } from './start.js';
 
 export { HexcastError, version } from './hexcast.js';

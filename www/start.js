@@ -1,10 +1,11 @@
 /** Starts a mesher: checks its options, connects to a core and opens a backend there. */
-import { MESHER, gpuDevice, kindOf, oneOf, optionsOf, wrongValue } from './check.js';
-import { connect } from './connection.js';
-import { HexcastError } from './error.js';
-import { Mesher } from './mesher.js';
-import { packageFolder } from './own_files.js';
-import { fileOf } from './source.js';
+import { MESHER, gpuDevice, kindOf, oneOf, optionsOf, wrongValue } from './client/check.js';
+import { Connection, localPort, workerPort } from './client/connection.js';
+import { Mesher } from './client/mesher.js';
+import { fileOf } from './client/source.js';
+import { packageFolder } from './platform/own_files.js';
+import { HexcastError } from './protocol/error.js';
+import { startWorker } from './start_worker.js';
 
 /** @typedef {import('./hexcast.js').MesherOptions} MesherOptions */
 
@@ -42,6 +43,19 @@ export async function start(options, gpu) {
     connection.close();
     throw error;
   }
+}
+
+/**
+ * Connects to a new worker, or to a core on this thread where `worker` is false.
+ *
+ * @param {MesherOptions['worker']} [worker]
+ */
+async function connect(worker) {
+  if (worker === false || typeof Worker === 'undefined') {
+    const { Core } = await import('./core/core.js');
+    return new Connection(localPort(new Core()));
+  }
+  return new Connection(workerPort(startWorker(worker)));
 }
 
 /** The wasm of this package; written so that bundlers find it. */

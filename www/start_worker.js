@@ -1,7 +1,7 @@
 /** Starts the worker where a page allows it: from its own script, through a policy of Trusted Types, or from a Blob. */
-import { HexcastError } from './error.js';
-import { packageFolder } from './own_files.js';
-import { replaced } from './replaced.js';
+import { HexcastError } from './protocol/error.js';
+import { packageFolder } from './platform/own_files.js';
+import { replaced } from './platform/replaced_property.js';
 
 /** @typedef {{ createScriptURL(url: string): string }} Policy */
 

@@ -2,8 +2,8 @@
  * The worker: runs `core.js` and answers messages `{id, operation, args}` with `{id, result}`, `{id, failure}` or, on the way,
  * `{id, progress}`. `{cancel: id}` stops a call. Bytes go back without a copy.
  */
-import { answer } from './answer.js';
-import { Core } from './core.js';
+import { answer } from './core/answer.js';
+import { Core } from './core/core.js';
 
 const core = new Core();
 

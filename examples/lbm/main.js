@@ -1,8 +1,8 @@
 /** The page: meshes what is chosen or dropped in a worker, expands its flags on the page's own device, and steps the fluid there. */
 import { createMesher } from 'hexcast';
-import { realFiles } from '../../www/page/real_models.js';
-import { sampleFiles } from '../../www/page/sample_models.js';
-import { SAMPLES } from '../../www/page/samples.js';
+import { realFiles } from '../../www/page/geometries/real_models.js';
+import { sampleFiles } from '../../www/page/geometries/sample_models.js';
+import { SAMPLES } from '../../www/page/geometries/samples.js';
 import { Flow } from './flow.js';
 
 /** Cells along each axis; the model fills 60 % of the longest. */

@@ -7,7 +7,7 @@ use super::mesh::WebMesh;
 use super::values::{JsResult, js_error};
 use crate::output::write::Array;
 
-/// An array as `www/arrays.js` reads it.
+/// An array as `www/core/arrays.js` reads it.
 #[derive(Serialize)]
 struct Described<'a> {
     name: &'a str,

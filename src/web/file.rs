@@ -9,7 +9,7 @@ use crate::cells::columns::{Store, sealed};
 
 #[wasm_bindgen]
 extern "C" {
-    /// A file as `www/spill.js` opens it, or one of `www/column_file.js`, which can only be read. A method throws a sentence.
+    /// A file as `www/platform/spill.js` opens it, or one of `www/core/column_file.js`, which can only be read. A method throws a sentence.
     pub type JsFile;
 
     #[wasm_bindgen(method, catch)]

@@ -13,7 +13,7 @@ pub(super) fn json(value: &impl Serialize) -> String {
     serde_json::to_string(value).unwrap_or_default()
 }
 
-/// What `www/error.js` makes an error of.
+/// What `www/protocol/error.js` makes an error of.
 #[derive(Serialize)]
 pub(super) struct ErrorFacts<'a> {
     pub(super) code: &'a str,

@@ -14,7 +14,7 @@ use crate::input::sources::geometries;
 /// Most bytes for the search where the caller does not say.
 const DEFAULT_BYTES: u64 = 1 << 30;
 
-/// A question as `www/mesh.js` writes it.
+/// A question as `www/client/mesh.js` writes it.
 #[derive(Deserialize)]
 struct Asked {
     from: [f64; 3],

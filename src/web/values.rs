@@ -9,7 +9,7 @@ use crate::base::error::Error;
 
 pub(super) type JsResult<T> = std::result::Result<T, JsValue>;
 
-/// An error as `www/core.js` parses it.
+/// An error as `www/core/core.js` parses it.
 pub(super) fn js_error(error: Error) -> JsValue {
     let message = error.to_string();
     JsValue::from_str(&info::json(&info::ErrorFacts { code: error.code(), message: &message, hint: error.hint() }))

@@ -6,7 +6,7 @@ use crate::base::error::{Error, Result};
 use crate::output::export::Exporter;
 use crate::output::write::{AxisOrder, Compress, Options};
 
-/// Options as `www/formats.js` writes them.
+/// Options as `www/client/formats.js` writes them.
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub(super) struct WriteOptions {

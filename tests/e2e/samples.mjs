@@ -1,6 +1,6 @@
 // The page's samples, made here.
 
-import { sampleFiles } from '../../www/page/sample_models.js';
+import { sampleFiles } from '../../www/page/geometries/sample_models.js';
 
 /**
  * The files of a sample as `[name, text]`: each byte is a letter of the text, which is how a page is handed bytes. There,

@@ -8,7 +8,7 @@ import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
 
-import { byteStream } from '../../www/byte_stream.js';
+import { byteStream } from '../../www/client/byte_stream.js';
 import { hdf5Reader } from './hdf5.mjs';
 import { MESH_OF_FILE, SPOT, installedProject, nativeCommand, writeBodies } from './project.mjs';
 

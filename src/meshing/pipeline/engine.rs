@@ -87,7 +87,8 @@ impl Engine {
         }
     }
 
-    /// Opens the preferred GPU unless it is a driver that computes on the processor. In browsers `www/adapter.js` knows that, and has asked.
+    /// Opens the preferred GPU unless it is a driver that computes on the processor. In browsers `www/core/adapter.js` knows that, and has
+    /// asked.
     async fn open_hardware() -> Result<Engine> {
         #[cfg(all(feature = "gpu", not(target_arch = "wasm32")))]
         {

@@ -1,0 +1,102 @@
+/** The formats of files, and the options that they are written with. */
+import { CALL, kindOf, oneOf, optionsOf, wholeNumber, wrongValue, yesOrNo } from './check.js';
+
+const FORMATS = /** @type {const} */ ([
+  ...['vti', 'vtr', 'npy', 'npz', 'raw', 'hxc', 'zarr', 'links.npz', 'links.h5', 'links', 'staggered.npz'],
+  ...['fractions.npz', 'fractions.vti', 'fractions.vtr', 'fractions.npy', 'fractions.zarr'],
+  ...['foam', 'inp', 'msh', 'xdmf', 'csx.xml', 'in', 'geometry.xml', 'nrrd', 'vox', 'binvox'],
+]);
+/** Formats that are never compressed. @type {readonly Format[]} */
+const NEVER_COMPRESSED = ['npy', 'raw', 'links', 'fractions.npy', 'inp', 'msh', 'csx.xml', 'geometry.xml', 'vox', 'binvox'];
+/** Options of what stands for a cell. */
+const BYTES = ['bits', 'axisOrder', 'map'];
+const WRITE = ['compress', 'ascii', 'exportFlags', ...BYTES, ...CALL];
+const SIDECAR = ['hash', ...BYTES, ...CALL];
+
+/** Types of files that have one. @type {Partial<Record<Format, string>>} */
+const MIME = {
+  vti: 'application/vnd.vtk.vti+xml',
+  vtr: 'application/vnd.vtk.vtr+xml',
+  'fractions.vti': 'application/vnd.vtk.vti+xml',
+  'fractions.vtr': 'application/vnd.vtk.vtr+xml',
+  zarr: 'application/zip',
+  'fractions.zarr': 'application/zip',
+  foam: 'application/zip',
+  xdmf: 'application/zip',
+  in: 'application/zip',
+  'links.h5': 'application/x-hdf5',
+  'csx.xml': 'application/xml',
+  'geometry.xml': 'application/xml',
+};
+
+/** @typedef {import('../hexcast.js').Format} Format */
+
+/** The type of a file. @param {Format} format */
+export function mimeOf(format) {
+  return MIME[format] ?? 'application/octet-stream';
+}
+
+/** Whether a file is compressed unless the caller says otherwise: all that can be. @param {Format} format */
+function isCompressed(format) {
+  return !NEVER_COMPRESSED.includes(format);
+}
+
+/**
+ * The options of a file, with what they are by default: those of its bytes, `asked`, and those of the call.
+ *
+ * @param {Format} format
+ * @param {import('../hexcast.js').WriteOptions} [options]
+ */
+export function written(format, options) {
+  oneOf('format', format, FORMATS);
+  const {
+    compress = isCompressed(format) ? 6 : 0,
+    ascii = false,
+    exportFlags,
+    signal,
+    onProgress,
+    ...bytes
+  } = optionsOf(options, WRITE);
+  const asked = {
+    compress: wholeNumber('compress', compress, 0, 9),
+    ascii: yesOrNo('ascii', ascii),
+    exportFlags: flagsOf(exportFlags),
+    ...bytesOf(bytes),
+  };
+  return { asked, signal, onProgress };
+}
+
+/**
+ * The options of the description of a raw file.
+ *
+ * @param {import('../hexcast.js').SidecarOptions} [options]
+ */
+export function described(options) {
+  const { hash, signal, onProgress, ...bytes } = optionsOf(options, SIDECAR);
+  if (hash !== undefined) oneOf('hash', hash, ['sha256']);
+  return { hash, asked: bytesOf(bytes), call: { signal, onProgress } };
+}
+
+/** The options of what stands for a cell. @param {import('../hexcast.js').CellBytes} options */
+function bytesOf({ bits = false, axisOrder = 'zyx', map }) {
+  return { bits: yesOrNo('bits', bits), axisOrder: oneOf('axisOrder', axisOrder, ['zyx', 'xyz']), map: tableOf(map) };
+}
+
+/** Flags to export. @param {readonly number[] | undefined} flags */
+function flagsOf(flags) {
+  if (flags === undefined) return undefined;
+  if (!Array.isArray(flags)) throw wrongValue('exportFlags', flags, 'a list of flags');
+  return flags.map((flag, index) => wholeNumber(`exportFlags[${index}]`, flag, 0, 255));
+}
+
+/** What is written for each of the 256 flags. @param {Readonly<Record<number, number>> | undefined} map */
+function tableOf(map) {
+  if (map === undefined) return undefined;
+  if (kindOf(map) !== 'Object') throw wrongValue('map', map, 'an object, such as { 1: 0, 0: 1 }');
+  const table = Array.from({ length: 256 }, (_, flag) => flag);
+  for (const [flag, byte] of Object.entries(map)) {
+    const at = wholeNumber('a key of map', /^\d+$/.test(flag) ? Number(flag) : flag, 0, 255);
+    table[at] = wholeNumber(`map[${flag}]`, byte, 0, 255);
+  }
+  return table;
+}
