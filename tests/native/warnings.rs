@@ -1,7 +1,7 @@
 //! Warnings of a mesh: a table of jobs and of all that each is warned about.
 
 use hexcast::control::Control;
-use hexcast::geometry::Facet;
+use hexcast::geometry::{Facet, Fill};
 use hexcast::job::{AxisChoice, GeometryJob, Job, Open, Rule};
 use hexcast::pipeline::{Engine, MeshOptions, mesh};
 use hexcast::sources::Source;
@@ -38,9 +38,13 @@ fn warnings_of(surfaces: &[(Vec<Facet>, Option<u8>, i32)], job: &Job) -> Vec<Str
     let domain = Some([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]);
     // what the checks of shells find is the business of `lost_shells`
     let job = set!(Job { geometries, domain, dims: Some([8; 3]), quick: true, ..job.clone() });
-    let sources = surfaces.iter().map(source).collect();
+    warnings_of_sources(&job, surfaces.iter().map(source).collect())
+}
+
+/// Meshes the surfaces of a job on the CPU; returns the warnings.
+fn warnings_of_sources(job: &Job, sources: Vec<Source>) -> Vec<String> {
     let (options, mut engine, control) = (MeshOptions::default(), Engine::cpu(), Control::default());
-    let meshed = pollster::block_on(mesh(&job, sources, &options, &mut engine, &control));
+    let meshed = pollster::block_on(mesh(job, sources, &options, &mut engine, &control));
     meshed.expect("a mesh").1.warnings
 }
 
@@ -104,6 +108,44 @@ fn a_geometry_without_cells_is_named_with_the_cause() {
     for (what, bodies, expected) in cases {
         for axis in AXES {
             assert_eq!(warnings(bodies, None, axis), *expected, "{what}, along {axis:?}");
+        }
+    }
+}
+
+#[test]
+fn a_plate_with_the_cells_along_its_surface_is_told_who_has_them() {
+    let (domain, plate) = ([[0.0; 3], [8.0; 3]], [[1.0, 1.0, 2.75], [7.0, 7.0, 3.25]]);
+    for fill in [Fill::Separating, Fill::Conservative] {
+        for axis in AXES {
+            let found = |room_wins: bool| {
+                let bodies = [(domain, i32::from(room_wins), Fill::Centre), (plate, 0, fill)];
+                let [room, plate] = [0, 1].map(|index| {
+                    let (_, priority, fill) = bodies[index];
+                    set!(GeometryJob {
+                        name: Some(format!("box {index}")),
+                        priority,
+                        fill,
+                        ..GeometryJob::new("box.stl")
+                    })
+                });
+                let sources = bodies.map(|([low, high], ..)| {
+                    Source::from_facets("box.stl", models::cuboid(low, high)).expect("finite facets")
+                });
+                let domain = Some([0.0, 0.0, 0.0, 8.0, 8.0, 8.0]);
+                let job = set!(Job {
+                    geometries: vec![room, plate],
+                    domain,
+                    dims: Some([8; 3]),
+                    axis,
+                    quick: true,
+                    ..Job::default()
+                });
+                warnings_of_sources(&job, sources.to_vec())
+            };
+            let sentence = "geometry \"box 1\" (flag 2) got no cell: its cells are those of \"box 0\" (flag 1), which wins; \
+                            give it a higher priority";
+            assert_eq!(found(true), [sentence], "{fill:?}");
+            assert_eq!(found(false), Vec::<String>::new(), "{fill:?}");
         }
     }
 }

@@ -206,6 +206,8 @@ pub(super) fn geometries_without_cells(
             Some(cause)
         } else if geometry.facets.iter().all(is_degenerate) {
             Some(Cause::new("no-cell-no-area", "none of its facets has an area; repair the file"))
+        } else if geometry.fill != Fill::Centre {
+            cause_of_filled(geometry, prepared, mesh)?
         } else if let Some(axis) = thin_axis {
             let [low, high] = bounding_box.map(|corner| corner[axis]);
             Some(thin(high - low, size_at(&prepared.whole, axis, 0.5 * (low + high)), axis))
@@ -317,14 +319,44 @@ fn cause_by_place(place: Option<[u32; 3]>, prepared: &Prepared, mesh: &Mesh) -> 
         return Ok(None);
     }
     let flag = mesh.flag([0, 1, 2].map(|axis| place[axis] - first[axis]))?;
-    let Some(named) = mesh.names.iter().find(|named| named.flag == flag) else { return Ok(encloses_none()) };
+    Ok(covered_by(flag, prepared, mesh).or_else(encloses_none))
+}
+
+/// Facets of a geometry whose cells are looked at, at most.
+const N_FACETS: usize = 64;
+
+/// Why a geometry with the cells along its surface has none: others have them. The first of its facets whose middle is in another geometry's cell
+/// says which; None where all that are looked at lie beyond the cells that were meshed.
+fn cause_of_filled(geometry: &Geometry, prepared: &Prepared, mesh: &Mesh) -> Result<Option<Cause>> {
+    let (lines, [first, end]) = (&prepared.whole, prepared.window.unwrap_or([[0; 3], prepared.whole.dims()]));
+    let mut is_here = false;
+    for corners in geometry.facets.iter().step_by(geometry.facets.len() / N_FACETS + 1) {
+        let place = [0, 1, 2].map(|axis| {
+            let middle = corners.iter().map(|corner| f64::from(corner[axis])).sum::<f64>() / 3.0;
+            lines.position(axis, middle).floor()
+        });
+        if (0..3).all(|axis| place[axis] >= f64::from(first[axis]) && place[axis] < f64::from(end[axis])) {
+            is_here = true;
+            let flag = mesh.flag([0, 1, 2].map(|axis| place[axis] as u32 - first[axis]))?;
+            if let Some(cause) = covered_by(flag, prepared, mesh) {
+                return Ok(Some(cause));
+            }
+        }
+    }
+    let text = "the cells along its surface are those of geometries that win; give it a higher priority";
+    Ok(is_here.then(|| Cause::new("no-cell-covered", text)))
+}
+
+/// The geometry whose flag this is has the cells; None where no geometry has it.
+fn covered_by(flag: u8, prepared: &Prepared, mesh: &Mesh) -> Option<Cause> {
+    let named = mesh.names.iter().find(|named| named.flag == flag && flag > 0)?;
     let text =
         format!("its cells are those of \"{}\" (flag {flag}), which wins; give it a higher priority", named.name);
     // of several with its flag that of the highest rank
     let all = prepared.geometries.iter().enumerate().filter(|(_, geometry)| geometry.flag == flag);
     let winner = all.max_by_key(|(_, geometry)| geometry.priority);
     let winner = winner.map(|(index, geometry)| NamedGeometry::new(index, &geometry.name));
-    Ok(Some(Cause { winner, ..Cause::new("no-cell-covered", text) }))
+    Some(Cause { winner, ..Cause::new("no-cell-covered", text) })
 }
 
 /// The first cell that was looked at that a geometry would have alone, if it would have one.

@@ -61,7 +61,6 @@ fn columns_in_a_store_answer_as_those_in_memory() {
             // what spilled is a column file
             if columns.is_spilled() {
                 let file = store.bytes().clone();
-                let control = crate::base::control::Control::default();
                 let read = crate::column_file::read(&mut &file[..], u64::MAX).unwrap();
                 assert_eq!((&read.columns, counts(&read.columns)), (&held, counts(&held)));
             }

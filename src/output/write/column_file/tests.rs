@@ -266,9 +266,9 @@ fn memory_and_cancel_are_obeyed() {
     let mesh = pattern(0, [9, 5, 7], 3);
     let file = bytes(&mesh, false);
     let needed = 2 * file.len() as u64;
-    let read = |max_bytes, control: &Control| read(&mut file.as_slice(), max_bytes, control);
-    assert_eq!(read(needed, &Control::default()).unwrap(), mesh);
-    assert_eq!(read(needed - 2, &Control::default()).unwrap_err().code(), "memory");
+    let read = |max_bytes| read(&mut file.as_slice(), max_bytes);
+    assert_eq!(read(needed).unwrap(), mesh);
+    assert_eq!(read(needed - 2).unwrap_err().code(), "memory");
     let control = Control::default();
     control.cancel.cancel();
     let error = write(&mesh, Format::Columns, &options(true), &mut Vec::new(), &control).unwrap_err();
