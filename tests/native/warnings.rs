@@ -118,7 +118,7 @@ fn a_plate_with_the_cells_along_its_surface_is_told_who_has_them() {
     for fill in [Fill::Separating, Fill::Conservative] {
         for axis in AXES {
             let found = |room_wins: bool| {
-                let bodies = [(domain, i32::from(room_wins), Fill::Centre), (plate, 0, fill)];
+                let bodies = [(domain, i32::from(room_wins), None), (plate, 0, Some(fill))];
                 let [room, plate] = [0, 1].map(|index| {
                     let (_, priority, fill) = bodies[index];
                     set!(GeometryJob {

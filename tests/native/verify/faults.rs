@@ -2,7 +2,6 @@
 
 use hexcast::column_file;
 use hexcast::columns::{Band, Columns, run};
-use hexcast::control::Control;
 use hexcast::job::{Fill, GeometryJob, GradedJob, HaloEdge, Job, Open, PartJob, PerAxis, Rule};
 use hexcast::lines::Lines;
 use hexcast::mesh::Mesh;
